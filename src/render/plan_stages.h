@@ -14,6 +14,7 @@ typedef enum np_stage {
   NP_STAGE_MOON,              /* its skies, and its light on clouds and ground */
   NP_STAGE_LIGHTS,            /* sun, moon and stars in their places */
   NP_STAGE_VOLUMES,           /* files read and clouds baked, made into bricks */
+  NP_STAGE_MOTION,            /* of camera and clouds about the frame */
   NP_STAGE_ATMOSPHERE,        /* optical depths and moments of the air */
   NP_STAGE_CAMERA_SKY,        /* the sky and the air seen from the camera */
   NP_STAGE_COLOR_FIT,         /* from three bands to colours, by the scene's own light */
@@ -123,7 +124,7 @@ typedef struct np_plan {
   double work_factor[NEPH_WORK_COUNT]; /* time of each kind of work, over that of the machine of the constants */
   double constant_s;                   /* predicted for all stages without those factors: the same on every machine */
   np_light_span light_span;
-  double light_error;                  /* expected of the largest cells of multiple scattering; 0: it is not solved */
+  double light_error;      /* expected of the largest cells of multiple scattering; 0: it is not solved */
   double light_cell_count; /* in the box of clouds that are baked, where multiple scattering is solved for; else 0 */
 } np_plan;
 

@@ -205,8 +205,7 @@ static neph_result load_or_bake(const np_stage_part *in, const np_scene_cloud *c
   return result ? result : np_volume_load_density(in->scene->context, path, &desc, out_volume);
 }
 
-/* The file of a cloud in this frame; NULL: it has none, or none as coarse. */
-static neph_result get_path(const np_stage_part *in, char **out_path) {
+neph_result np_stage_get_cloud_path(const np_stage_part *in, char **out_path) {
   const np_scene_cloud *cloud = &in->scene->clouds[in->cloud];
   const char *vdb = np_plan_is_coarsened(in->plan, in->scene, cloud) ? NULL : cloud->vdb;
   *out_path = vdb ? np_file_frame_name(in->made->context, vdb, in->plan->desc.frame) : NULL;
@@ -218,7 +217,7 @@ static neph_result get_volumes_key(const np_stage_part *in, void **out_key) {
   if (cloud->volume) return NEPH_OK;
   source_key *key = *out_key = np_alloc(in->made->context, 1, sizeof *key);
   char *path;
-  neph_result result = key ? get_path(in, &path) : NEPH_ERROR_OUT_OF_MEMORY;
+  neph_result result = key ? np_stage_get_cloud_path(in, &path) : NEPH_ERROR_OUT_OF_MEMORY;
   if (result) return result;
   result = np_plan_choose_source(in->scene, cloud, path, in->plan->desc.frame, &key->source);
   if (!result && (!path || key->source == NP_CLOUD_SOURCE_FILE)) result = compute_key(in, path, key);
@@ -233,7 +232,7 @@ static neph_result make_volumes(const np_stage_part *in) {
   source_key *key = in->key;
   if (cloud->volume) return *out = neph_volume_retain(cloud->volume), NEPH_OK;
   char *path;
-  neph_result result = get_path(in, &path);
+  neph_result result = np_stage_get_cloud_path(in, &path);
   const np_monitor_part whole = np_monitor_get_part(in->monitor);
   np_monitor_set_part(in->monitor, whole, 0.0, 0.7);
   if (!result) result = load_or_bake(in, cloud, path, key->source, out);
@@ -361,7 +360,7 @@ neph_result np_stage_build_cloud(const np_stage_part *in) {
                    .parts = &in->made->clouds[in->cloud],
                    .low = np_nowhere_low,
                    .high = np_nowhere_high};
-  neph_result result = get_path(in, &c.path);
+  neph_result result = np_stage_get_cloud_path(in, &c.path);
   if (!result) result = place_cloud(&c);
   np_alloc_free(in->made->context, c.path);
   return result;

@@ -26,6 +26,12 @@ static const np_key keys[] = {
                 "go in all frames; without it, the first frame asked for that holds anything"},
     {.path = "clouds[].grid", .type = NP_KEY_TEXT, .field = CLOUD(grid),
      .meaning = "name of a scalar grid in it; without it, density or the only one there is"},
+    {.path = "clouds[].velocity", .type = NP_KEY_TEXT, .field = CLOUD(velocity),
+     .meaning = "name of its grid of velocities, for motion: a vector, or three floats that end in x, y and z; without "
+                "it, vel, v or velocity, where one is there; none: it has none"},
+    {.path = "clouds[].velocity_scale", .type = NP_KEY_REAL, .field = CLOUD(velocity_scale),
+     .range = WITHIN(-1e6, 1e6), .fallback = "1",
+     .meaning = "factor on velocities, which are in the file's lengths, metres, a second"},
     {.path = "clouds[].import", .type = NP_KEY_CHOICE, .choices = policies, .field = CLOUD(policy),
      .fallback = "refuse", .meaning = "policy for values that no cloud has, such as NaN; repair takes them as 0"},
     {.path = "clouds[].precision", .type = NP_KEY_CHOICE, .choices = precisions, .field = CLOUD(precision),

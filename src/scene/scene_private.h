@@ -32,6 +32,13 @@ typedef struct np_scene_motion {
   bool is_read;       /* into the animation */
 } np_scene_motion;
 
+/* Exposure over a part of a frame. */
+typedef struct np_scene_motion_blur {
+  bool is_enabled;
+  double shutter; /* frames that it is open; infinite: as camera.shutter and frame_rate say */
+  double offset;  /* frames from the frame's time to the middle of the exposure */
+} np_scene_motion_blur;
+
 typedef struct np_scene_sun {
   double elevation_rad, azimuth_rad;       /* airless; used when `time` is NULL */
   char *time;                              /* ISO 8601 */
@@ -125,7 +132,9 @@ typedef struct np_scene_cloud {
   char *vdb;                /* file pattern, resolved; NULL when only baked */
   bool has_reference_frame; /* else the first asked for that holds anything */
   unsigned reference_frame;
-  char *grid; /* NULL: chosen by neph_volume_load */
+  char *grid;     /* NULL: chosen by neph_volume_load */
+  char *velocity; /* name of the grid of velocities; "none"; NULL: the usual names */
+  double velocity_scale;
   neph_import_policy policy;
   neph_precision precision;
   bool is_baked;
@@ -260,6 +269,7 @@ struct neph_scene {
   np_scene_camera camera;
   np_scene_reach reach;
   np_scene_motion motion;
+  np_scene_motion_blur motion_blur;
   np_scene_sun sun;
   np_scene_moon moon;
   np_scene_stars stars;
