@@ -64,15 +64,14 @@ static void add_cloud(const np_motion *m, vector_sums *sums, double weight, unsi
 }
 
 /* The part of the ground in what is opaque, taken out of the distance of the rest. */
-static double add_ground(const np_motion *m, vector_sums *sums, const np_world *world, const np_camera_ray *ray,
-                         const np_integrator_sample *sample, double cloud_weight, double *distance) {
+static void add_ground(const np_motion *m, vector_sums *sums, const np_world *world, const np_camera_ray *ray,
+                       const np_integrator_sample *sample, double cloud_weight, double *distance) {
   np_ground_hit hit;
   const double weight = (double)sample->opaque_weight - cloud_weight;
-  if (!sample->is_ground_behind || !(weight > 0.0) || !np_camera_ray_intersect_ground(world, ray, &hit)) return 0.0;
+  if (!sample->is_ground_behind || !(weight > 0.0) || !np_camera_ray_intersect_ground(world, ray, &hit)) return;
   const np_dvec3 point = np_dvec3_along(ray->origin, ray->direction, hit.distance_m);
   add_points(m, sums, weight, point, point, point);
   *distance -= weight * hit.distance_m;
-  return weight;
 }
 
 np_motion_vectors np_motion_compute_vectors(const np_motion *motion, const np_world *world, const np_camera_ray *ray,
@@ -80,14 +79,14 @@ np_motion_vectors np_motion_compute_vectors(const np_motion *motion, const np_wo
   vector_sums sums = {.weight = 0.0};
   double clouds = 0.0, distance = (double)sample->opaque_distance;
   for (unsigned c = 0; c < motion->cloud_count; c++) clouds += (double)ray->layers->cloud_opacity[c];
-  const double ground = add_ground(motion, &sums, world, ray, sample, clouds, &distance);
+  add_ground(motion, &sums, world, ray, sample, clouds, &distance);
   for (unsigned c = 0; c < motion->cloud_count; c++) {
     const double weight = (double)ray->layers->cloud_opacity[c];
     if (weight > 0.0)
       add_cloud(motion, &sums, weight, c, np_dvec3_along(ray->origin, ray->direction, distance / clouds), time);
   }
-  const double sky = 1.0 - clouds - ground;
-  if (sky > 1e-6 || !(sums.weight > 0.0)) add_sky(motion, &sums, fmax(sky, 1e-6), ray->direction);
+  const double sky = sample->is_ground_behind ? 0.0 : (double)sample->transmittance;
+  if (sky > 0.0 || !(sums.weight > 0.0)) add_sky(motion, &sums, fmax(sky, 1e-6), ray->direction);
   np_motion_vectors out;
   for (int k = 0; k < 2; k++) {
     out.forward[k] = (float)(sums.forward[k] / sums.weight);

@@ -40,7 +40,7 @@ enum { OFFSETS = 6 };
 /* A time of the exposure: the samples of a pixel are even over it. The silver mean's sequence has no step in common
  * with the others. */
 static double choose_time(const np_motion *exposure, unsigned sample, float offset) {
-  return exposure->open + (exposure->close - exposure->open) * (double)turn(offset, 0.41421356237309515, sample);
+  return exposure->open + (exposure->close - exposure->open) * (double)turn(offset, 0.8708286933869707, sample);
 }
 
 /* The camera at a ray's time. Tables of the frame's picture are asked where its direction is seen there. */

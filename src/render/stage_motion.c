@@ -23,7 +23,7 @@ static bool has_wind(const np_scene_cloud *cloud) {
   return cloud->is_baked && cloud->frame_time_s != 0.0 && (wind[0] != 0.0 || wind[1] != 0.0);
 }
 
-/* What may move, for the reason of the plan; "" : nothing does. */
+/* Names all that may move, for the reason of the plan; empty: nothing does. */
 static void describe_movers(const neph_scene *scene, char *out, size_t size) {
   unsigned by_wind = 0, by_velocity = 0;
   for (unsigned i = 0; i < scene->cloud_count; i++) {
@@ -113,18 +113,18 @@ static void describe_camera(const np_stage_part *in, const np_motion *m) {
 
 /* ---- Clouds ---- */
 
-typedef struct cloud_build {
+typedef struct moving_cloud {
   const np_stage_part *in;
   np_motion *motion;
   unsigned number;
   const np_scene_cloud *cloud;
   const np_cloud_parts *parts;
   np_cloud_motion *out;
-} cloud_build;
+} moving_cloud;
 
 /* From the file to the world in a pose. Files of a sequence go by the box of another frame: they are moved, not turned.
  */
-static neph_result place(const cloud_build *c, const np_cloud_pose *pose, np_affine *out) {
+static neph_result place(const moving_cloud *c, const np_cloud_pose *pose, np_affine *out) {
   np_scene_cloud moved = *c->cloud;
   moved.density_unit = NP_DENSITY_EXTINCTION; /* which is not looked for */
   moved.has_position = pose->has_position;
@@ -148,7 +148,7 @@ static np_affine make_shift(const double wind_m_s[2], double time_s) {
 
 /* From the world of the frame to that of a pose, `time` frames away: as the tracks say, and, within the cloud, its
  * wind. Of a cloud that stays it is the identity, to the bit. */
-static neph_result make_move(const cloud_build *c, const np_cloud_pose *pose, double time, np_affine *out) {
+static neph_result make_move(const moving_cloud *c, const np_cloud_pose *pose, double time, np_affine *out) {
   const np_scene_cloud *cloud = c->cloud;
   const np_cloud_pose own = np_cloud_pose_get(cloud);
   np_affine rest, placed, inverse;
@@ -168,7 +168,7 @@ static neph_result make_move(const cloud_build *c, const np_cloud_pose *pose, do
 }
 
 /* The moves of one pose; behind those of the exposure come the next frame's, and the previous one's. */
-static neph_result add_pose(const cloud_build *c, const np_scene_pose *pose, double time, int number) {
+static neph_result add_pose(const moving_cloud *c, const np_scene_pose *pose, double time, int number) {
   const np_affine still = np_affine_identity();
   np_affine move;
   const neph_result result = make_move(c, &pose->clouds[c->number], time, &move);
@@ -185,7 +185,7 @@ static neph_result add_poses(const np_stage_part *in, np_motion *m, const np_sce
                              int number) {
   neph_result result = NEPH_OK;
   for (unsigned i = 0; i < m->cloud_count && !result; i++) {
-    const cloud_build c = {in, m, i, &in->scene->clouds[i], &in->made->clouds[i], &m->clouds[i]};
+    const moving_cloud c = {in, m, i, &in->scene->clouds[i], &in->made->clouds[i], &m->clouds[i]};
     if (c.parts->volume) result = add_pose(&c, pose, time, number);
   }
   return result;
@@ -193,7 +193,7 @@ static neph_result add_poses(const np_stage_part *in, np_motion *m, const np_sce
 
 /* ---- Velocities ---- */
 
-static neph_result move_volume(const cloud_build *c, const np_sparse_grid velocity[3], const neph_volume *volume,
+static neph_result move_volume(const moving_cloud *c, const np_sparse_grid velocity[3], const neph_volume *volume,
                                np_moving_bricks **out) {
   if (!volume) return NEPH_OK;
   const np_motion *m = c->motion;
@@ -206,7 +206,7 @@ static neph_result move_volume(const cloud_build *c, const np_sparse_grid veloci
   return np_moving_bricks_build(m->context, &desc, c->in->monitor, out);
 }
 
-static void describe_velocity(const cloud_build *c) {
+static void describe_velocity(const moving_cloud *c) {
   if (!(c->in->scene->frame_rate > 0.0))
     np_log(c->motion->context, NEPH_LOG_WARNING,
            "cloud %s: moves by its velocities at 24 frames a second: the scene has no frame_rate", c->cloud->name);
@@ -216,7 +216,7 @@ static void describe_velocity(const cloud_build *c) {
          6e-6 * NP_BRICK_STRIDE * (double)c->out->density->bricks.brick_count);
 }
 
-static neph_result build_velocity(cloud_build *c, const char *path) {
+static neph_result build_velocity(moving_cloud *c, const char *path) {
   np_sparse_grid velocity[3];
   bool is_found = false;
   neph_result result = np_volume_load_velocity(c->motion->context, path, c->cloud->velocity, c->cloud->policy,
@@ -235,7 +235,7 @@ static neph_result build_velocity(cloud_build *c, const char *path) {
 static neph_result add_velocity(const np_stage_part *in, np_motion *m, unsigned number) {
   np_stage_part part = *in;
   part.cloud = number;
-  cloud_build c = {&part, m, number, &in->scene->clouds[number], &in->made->clouds[number], &m->clouds[number]};
+  moving_cloud c = {&part, m, number, &in->scene->clouds[number], &in->made->clouds[number], &m->clouds[number]};
   c.out->velocity_s = np_scene_get_frame_s(in->scene);
   if (!c.parts->volume) return NEPH_OK;
   c.out->world_to_index = c.parts->placed.world_to_index;

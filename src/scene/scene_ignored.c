@@ -65,7 +65,8 @@ static const np_ignore_rule rules[] = {
     {.keys = {"stars.map_radiance"}, .counts = {"stars.map", BUT(NP_GIVEN_NOT)},
      .reason = "the picture whose values it scales"},
 
-    {.keys = {"clouds[].grid", "clouds[].import"}, .counts = {"clouds[].vdb", BUT(NP_GIVEN_NOT)},
+    {.keys = {"clouds[].grid", "clouds[].velocity", "clouds[].velocity_scale", "clouds[].import"},
+     .counts = {"clouds[].vdb", BUT(NP_GIVEN_NOT)},
      .reason = "which names their file"},
     {.keys = {"clouds[].emission.kelvin"}, .counts = {"clouds[].emission.temperature", BUT(NP_GIVEN_NONE)},
      .reason = "so that the offset is the temperature everywhere"},

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Bricks that move are built in two passes over the cells near those that hold anything: velocities at a cell's samples
- * bound how far its look-ups go, and with that what it may hold; then the velocities of cells that are not constant are
- * stored. */
+/* Bricks that move are built over the cells near those that hold anything, each a block of velocities that is read, and
+ * continued from its neighbours where the file has none. Velocities at a cell's samples bound how far its look-ups go,
+ * and with that what it may hold; those of cells that are not constant are stored. */
 #include "volume/brick_motion.h"
 
 #include <string.h>
 
 #include "core/alloc.h"
-#include "volume/brick_velocity.h"
+#include "volume/brick_box.h"
 
 enum { SLABS = NP_BRICK_NODE_EDGE, SLAB_CELLS = NP_BRICK_NODE_CELLS / SLABS };
 
@@ -24,62 +24,18 @@ typedef struct builder {
   np_moving_bricks *out;
   int32_t reach[3];    /* cells */
   int32_t (*place)[3]; /* of each node, in the table */
-  bool is_filling;
+  size_t block_count;
+  uint32_t (*number)[NP_BRICK_NODE_CELLS]; /* of each node's cells' blocks, or NP_BRICK_NONE */
+  int32_t (*cells)[3];                     /* of each block */
+  np_velocity_block *blocks;
+  int layers; /* into which velocities are continued */
+  uint8_t layer;
 } builder;
 
-/* ---- Ranges at rest ---- */
-
-static np_brick_range unite(np_brick_range a, np_brick_range b) {
-  return (np_brick_range){fminf(a.min, b.min), fmaxf(a.max, b.max)};
-}
-
-/* Of the samples of a brick in a box of its lattice. */
-static np_brick_range measure_brick(const np_bricks *bricks, uint32_t brick, const int low[3], const int high[3]) {
-  np_brick_range range = {INFINITY, -INFINITY};
-  for (int x = low[0]; x <= high[0]; x++)
-    for (int y = low[1]; y <= high[1]; y++)
-      for (int z = low[2]; z <= high[2]; z++) {
-        const size_t n = (size_t)brick * NP_BRICK_STRIDE + (size_t)(x * NP_BRICK_STRIDE_X + y * NP_BRICK_SAMPLES + z);
-        const float value = bricks->scale * (bricks->halves ? np_half_to_float(bricks->halves[n]) : bricks->floats[n]);
-        range = unite(range, (np_brick_range){value, value});
-      }
-  return range;
-}
-
-/* Of one cell in a box of index positions. */
-static np_brick_range measure_cell(const np_bricks *rest, const int32_t cell[3], const double low[3],
-                                   const double high[3]) {
-  int32_t inside[3];
-  int from[3], to[3];
-  bool is_whole = true;
-  for (int a = 0; a < 3; a++) {
-    inside[a] = cell[a] - rest->origin[a];
-    if (inside[a] < 0 || inside[a] >= rest->size[a]) return (np_brick_range){rest->background, rest->background};
-    from[a] = (int)fmax(floor(low[a]) - (double)cell[a] * NP_BRICK_EDGE, 0.0);
-    to[a] = (int)fmin(ceil(high[a]) - (double)cell[a] * NP_BRICK_EDGE, NP_BRICK_EDGE);
-    is_whole = is_whole && from[a] == 0 && to[a] == NP_BRICK_EDGE;
-  }
-  const np_brick_place at = np_bricks_get_place(rest, inside);
-  const uint32_t brick = np_bricks_get_brick(rest, &at);
-  const np_brick_range range = np_bricks_get_range(rest, &at, 0);
-  if (is_whole || brick == NP_BRICK_NONE) return range;
-  const np_brick_range part = measure_brick(rest, brick, from, to);
-  const float margin = 0x1p-20f * fmaxf(fabsf(part.min), fabsf(part.max));
-  return (np_brick_range){fmaxf(part.min - margin, range.min), fminf(part.max + margin, range.max)};
-}
-
-static np_brick_range measure_box(const np_bricks *rest, const double low[3], const double high[3]) {
-  np_brick_range range = {INFINITY, -INFINITY};
-  int32_t first[3], last[3], cell[3];
-  for (int a = 0; a < 3; a++) {
-    first[a] = (int32_t)floor(low[a] / NP_BRICK_EDGE);
-    last[a] = (int32_t)floor(high[a] / NP_BRICK_EDGE);
-  }
-  for (cell[0] = first[0]; cell[0] <= last[0]; cell[0]++)
-    for (cell[1] = first[1]; cell[1] <= last[1]; cell[1]++)
-      for (cell[2] = first[2]; cell[2] <= last[2]; cell[2]++) range = unite(range, measure_cell(rest, cell, low, high));
-  return range;
-}
+/* Velocities at the samples of a cell. */
+typedef struct window {
+  float at[3][NP_BRICK_VOLUME];
+} window;
 
 /* ---- Cells ---- */
 
@@ -90,22 +46,29 @@ static bool is_background(const np_bricks *rest, np_brick_range range) {
 /* Whether anything at rest is within reach of a cell. */
 static bool is_near(const builder *b, const int32_t cell[3]) {
   const np_bricks *rest = b->desc->rest;
-  double low[3], high[3];
+  int32_t first[3], last[3], at[3];
   for (int a = 0; a < 3; a++) {
-    low[a] = (double)(cell[a] - b->reach[a]) * NP_BRICK_EDGE;
-    high[a] = (double)(cell[a] + b->reach[a]) * NP_BRICK_EDGE + NP_BRICK_EDGE - 1.0;
+    const int32_t from = cell[a] - b->reach[a] - rest->origin[a], to = cell[a] + b->reach[a] - rest->origin[a];
+    first[a] = from < 0 ? 0 : from;
+    last[a] = to >= rest->size[a] ? rest->size[a] - 1 : to;
   }
-  return !is_background(rest, measure_box(rest, low, high));
+  for (at[0] = first[0]; at[0] <= last[0]; at[0]++)
+    for (at[1] = first[1]; at[1] <= last[1]; at[1]++)
+      for (at[2] = first[2]; at[2] <= last[2]; at[2]++) {
+        const np_brick_place place = np_bricks_get_place(rest, at);
+        if (!is_background(rest, np_bricks_get_range(rest, &place, 0))) return true;
+      }
+  return false;
 }
 
-/* What a cell may hold while the shutter is open. */
-static np_brick_range measure_moving(const builder *b, const int32_t cell[3], const np_velocity_window *window) {
+/* The range of all that a cell may hold while the shutter is open. */
+static np_brick_range measure_moving(const builder *b, const int32_t cell[3], const window *w) {
   double low[3], high[3];
   for (int a = 0; a < 3; a++) {
     float least = INFINITY, most = -INFINITY;
     for (int n = 0; n < NP_BRICK_VOLUME; n++) {
-      least = fminf(least, window->at[a][n]);
-      most = fmaxf(most, window->at[a][n]);
+      least = fminf(least, w->at[a][n]);
+      most = fmaxf(most, w->at[a][n]);
     }
     const double times[2] = {b->desc->begin_s, b->desc->end_s};
     double back = -HUGE_VAL, ahead = HUGE_VAL;
@@ -117,54 +80,194 @@ static np_brick_range measure_moving(const builder *b, const int32_t cell[3], co
     low[a] = (double)cell[a] * NP_BRICK_EDGE - back - margin;
     high[a] = (double)cell[a] * NP_BRICK_EDGE + NP_BRICK_EDGE - ahead + margin;
   }
-  return measure_box(b->desc->rest, low, high);
+  return np_bricks_measure_box(b->desc->rest, low, high);
 }
 
-static void store(const builder *b, uint32_t brick, const int32_t cell[3], const np_velocity_window *window) {
-  memcpy(b->out->cells[brick], cell, sizeof b->out->cells[brick]);
+/* ---- Blocks ---- */
+
+static np_velocity_block *get_block(const builder *b, const int32_t cell[3]) {
+  const np_bricks *bricks = &b->out->bricks;
+  int32_t inside[3];
+  for (int a = 0; a < 3; a++) {
+    inside[a] = cell[a] - bricks->origin[a];
+    if (inside[a] < 0 || inside[a] >= bricks->size[a]) return NULL;
+  }
+  const np_brick_place at = np_bricks_get_place(bricks, inside);
+  const uint32_t number = at.node == NP_BRICK_NONE ? NP_BRICK_NONE : b->number[at.node][at.cell];
+  return number == NP_BRICK_NONE ? NULL : &b->blocks[number];
+}
+
+static neph_result read_blocks(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const builder *b = user;
+  for (size_t n = begin; n < end; n++) (void)np_velocity_field_fill(&b->field, b->cells[n], &b->blocks[n]);
+  return NEPH_OK;
+}
+
+static neph_result continue_blocks(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const builder *b = user;
+  for (size_t n = begin; n < end; n++) {
+    const np_velocity_block *near[6];
+    for (int side = 0; side < 6; side++) {
+      int32_t cell[3] = {b->cells[n][0], b->cells[n][1], b->cells[n][2]};
+      cell[side / 2] += side % 2 ? 1 : -1;
+      near[side] = get_block(b, cell);
+    }
+    (void)np_velocity_block_continue(&b->blocks[n], near);
+  }
+  return NEPH_OK;
+}
+
+static neph_result end_layer(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const builder *b = user;
+  for (size_t n = begin; n < end; n++) np_velocity_block_end_layer(&b->blocks[n], b->layer);
+  return NEPH_OK;
+}
+
+static void get_cell(const builder *b, size_t node, size_t number, int32_t out[3]) {
+  const np_bricks *bricks = &b->out->bricks;
+  const int32_t in_node[3] = {(int32_t)(number >> 8), (int32_t)(number >> 4 & 15), (int32_t)(number & 15)};
+  for (int a = 0; a < 3; a++)
+    out[a] = bricks->origin[a] - bricks->lead[a] + b->place[node][a] * NP_BRICK_NODE_EDGE + in_node[a];
+}
+
+/* Marks the cells that something is near, as if each had a brick. */
+static neph_result mark_near(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const builder *b = user;
+  for (size_t slab = begin; slab < end; slab++)
+    for (size_t k = 0; k < SLAB_CELLS; k++) {
+      const size_t number = slab % SLABS * SLAB_CELLS + k;
+      int32_t cell[3];
+      get_cell(b, slab / SLABS, number, cell);
+      b->out->bricks.nodes[slab / SLABS].brick[number] = is_near(b, cell) ? 0 : NP_BRICK_NONE;
+    }
+  return NEPH_OK;
+}
+
+/* A marked cell, and those whose first samples are the last of its window, need a block. */
+static bool needs_block(const np_bricks *bricks, const int32_t cell[3]) {
+  for (int corner = 0; corner < 8; corner++) {
+    int32_t inside[3];
+    bool is_there = true;
+    for (int a = 0; a < 3; a++) {
+      inside[a] = cell[a] - bricks->origin[a] - (corner >> a & 1);
+      is_there = is_there && inside[a] >= 0 && inside[a] < bricks->size[a];
+    }
+    if (!is_there) continue;
+    const np_brick_place at = np_bricks_get_place(bricks, inside);
+    if (np_bricks_get_brick(bricks, &at) != NP_BRICK_NONE) return true;
+  }
+  return false;
+}
+
+static neph_result mark_blocks(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const builder *b = user;
+  for (size_t slab = begin; slab < end; slab++)
+    for (size_t k = 0; k < SLAB_CELLS; k++) {
+      const size_t number = slab % SLABS * SLAB_CELLS + k;
+      int32_t cell[3];
+      get_cell(b, slab / SLABS, number, cell);
+      b->number[slab / SLABS][number] = needs_block(&b->out->bricks, cell) ? 0 : NP_BRICK_NONE;
+    }
+  return NEPH_OK;
+}
+
+static neph_result open_blocks(builder *b) {
+  const size_t cells = b->out->bricks.node_count * NP_BRICK_NODE_CELLS;
+  for (size_t n = 0; n < cells; n++) {
+    uint32_t *number = &b->number[n / NP_BRICK_NODE_CELLS][n % NP_BRICK_NODE_CELLS];
+    if (*number != NP_BRICK_NONE) *number = (uint32_t)b->block_count++;
+  }
+  b->cells = np_alloc(b->context, b->block_count, sizeof *b->cells);
+  b->blocks = np_alloc(b->context, b->block_count, sizeof *b->blocks);
+  if (!b->cells || !b->blocks) return NEPH_ERROR_OUT_OF_MEMORY;
+  for (size_t n = 0; n < cells; n++) {
+    const uint32_t number = b->number[n / NP_BRICK_NODE_CELLS][n % NP_BRICK_NODE_CELLS];
+    if (number != NP_BRICK_NONE) get_cell(b, n / NP_BRICK_NODE_CELLS, n % NP_BRICK_NODE_CELLS, b->cells[number]);
+  }
+  return NEPH_OK;
+}
+
+/* Velocities of all blocks. */
+static neph_result make_blocks(builder *b, np_monitor *monitor) {
+  const size_t slabs = b->out->bricks.node_count * SLABS;
+  b->number = np_alloc(b->context, b->out->bricks.node_count, sizeof *b->number);
+  if (!b->number) return NEPH_ERROR_OUT_OF_MEMORY;
+  neph_result result = np_parallel_for(b->context, monitor, slabs, 1, mark_near, b);
+  if (!result) result = np_parallel_for(b->context, monitor, slabs, 1, mark_blocks, b);
+  if (!result) result = open_blocks(b);
+  if (!result) result = np_parallel_for(b->context, monitor, b->block_count, 8, read_blocks, b);
+  for (int k = 0; k < b->layers && !result; k++) {
+    b->layer = (uint8_t)(k + 2);
+    result = np_parallel_for(b->context, monitor, b->block_count, 64, continue_blocks, b);
+    if (!result) result = np_parallel_for(b->context, monitor, b->block_count, 64, end_layer, b);
+  }
+  return result;
+}
+
+/* ---- Bricks ---- */
+
+/* From the cell's own block and the seven beyond it. */
+static void gather(const builder *b, const int32_t cell[3], window *out) {
+  const np_velocity_block *blocks[8];
+  for (int corner = 0; corner < 8; corner++)
+    blocks[corner] =
+        get_block(b, (const int32_t[3]){cell[0] + (corner & 1), cell[1] + (corner >> 1 & 1), cell[2] + (corner >> 2)});
+  for (int n = 0; n < NP_BRICK_VOLUME; n++) {
+    const int at[3] = {n / NP_BRICK_STRIDE_X, n / NP_BRICK_SAMPLES % NP_BRICK_SAMPLES, n % NP_BRICK_SAMPLES};
+    const np_velocity_block *block = blocks[(at[0] >> 3) | (at[1] >> 3) << 1 | (at[2] >> 3) << 2];
+    const int in_block = (at[0] & 7) << 6 | (at[1] & 7) << 3 | (at[2] & 7);
+    for (int a = 0; a < 3; a++) out->at[a][n] = block ? block->at[a][in_block] : 0.0f;
+  }
+}
+
+static void measure(const builder *b, size_t node, size_t number) {
+  np_brick_node *n = &b->out->bricks.nodes[node];
+  const float background = b->desc->rest->background;
+  n->range[number] = (np_brick_range){background, background};
+  if (n->brick[number] == NP_BRICK_NONE) return;
+  int32_t cell[3];
+  window w;
+  get_cell(b, node, number, cell);
+  gather(b, cell, &w);
+  n->range[number] = measure_moving(b, cell, &w);
+  if (n->range[number].min == n->range[number].max) n->brick[number] = NP_BRICK_NONE;
+}
+
+static neph_result measure_slabs(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  for (size_t slab = begin; slab < end; slab++)
+    for (size_t k = 0; k < SLAB_CELLS; k++) measure(user, slab / SLABS, slab % SLABS * SLAB_CELLS + k);
+  return NEPH_OK;
+}
+
+static void store(const builder *b, size_t node, size_t number) {
+  const uint32_t brick = b->out->bricks.nodes[node].brick[number];
+  if (brick == NP_BRICK_NONE) return;
+  window w;
+  int32_t *cell = b->out->cells[brick];
+  get_cell(b, node, number, cell);
+  gather(b, cell, &w);
   for (size_t a = 0; a < 3; a++)
-    np_half_encode(b->context->isa, window->at[a], NP_BRICK_VOLUME, 1.0f / b->out->motion.scale,
+    np_half_encode(b->context->isa, w.at[a], NP_BRICK_VOLUME, 1.0f / b->out->motion.scale,
                    b->out->velocity + (3 * (size_t)brick + a) * NP_BRICK_STRIDE);
 }
 
-static void pass_cell(const builder *b, size_t node, int number, np_velocity_scratch *scratch) {
-  np_bricks *bricks = &b->out->bricks;
-  np_brick_node *n = &bricks->nodes[node];
-  const int in_node[3] = {number >> 8, number >> 4 & 15, number & 15};
-  int32_t cell[3];
-  for (int a = 0; a < 3; a++)
-    cell[a] = bricks->origin[a] - bricks->lead[a] + b->place[node][a] * NP_BRICK_NODE_EDGE + in_node[a];
-  np_velocity_window window;
-  if (b->is_filling) {
-    if (n->brick[number] == NP_BRICK_NONE) return;
-    np_velocity_field_fill(&b->field, cell, scratch, &window);
-    store(b, n->brick[number], cell, &window);
-    return;
-  }
-  const float background = b->desc->rest->background;
-  n->brick[number] = NP_BRICK_NONE;
-  n->range[number] = (np_brick_range){background, background};
-  if (!is_near(b, cell)) return;
-  np_velocity_field_fill(&b->field, cell, scratch, &window);
-  n->range[number] = measure_moving(b, cell, &window);
-  if (n->range[number].min != n->range[number].max) n->brick[number] = 0;
-}
-
-static neph_result pass_slabs(void *user, size_t begin, size_t end, unsigned thread) {
+static neph_result store_slabs(void *user, size_t begin, size_t end, unsigned thread) {
   (void)thread;
-  const builder *b = user;
-  np_velocity_scratch *scratch = np_velocity_scratch_create(b->context, &b->field);
-  if (!scratch) return NEPH_ERROR_OUT_OF_MEMORY;
   for (size_t slab = begin; slab < end; slab++)
-    for (int k = 0; k < SLAB_CELLS; k++) pass_cell(b, slab / SLABS, (int)(slab % SLABS) * SLAB_CELLS + k, scratch);
-  np_alloc_free(b->context, scratch);
+    for (size_t k = 0; k < SLAB_CELLS; k++) store(user, slab / SLABS, slab % SLABS * SLAB_CELLS + k);
   return NEPH_OK;
 }
 
 /* ---- The table ---- */
 
 static neph_result set_reach(builder *b) {
-  double bound[3], largest = 0.0;
+  double bound[3], largest = 0.0, way = 0.0;
   np_velocity_field_get_bound(&b->field, bound);
   const double time_s = fmax(fabs(b->desc->begin_s), fabs(b->desc->end_s));
   for (int a = 0; a < 3; a++) {
@@ -178,8 +281,9 @@ static neph_result set_reach(builder *b) {
     b->reach[a] = (int32_t)ceil((reach + place_margin * (1.0 + reach)) / NP_BRICK_EDGE);
     b->out->reach = fmaxf(b->out->reach, (float)reach);
     largest = fmax(largest, bound[a]);
+    way += reach;
   }
-  b->field.layers = (int)fmin(ceil((double)b->out->reach) + 1.0, NP_VELOCITY_LAYERS_MAX);
+  b->layers = (int)fmin(ceil(way) + 3.0, NP_VELOCITY_LAYERS_MAX); /* neighbour by neighbour, to the last corner */
   b->out->motion.scale = (float)exp2(floor(log2(fmax(largest, 1e-30))));
   return NEPH_OK;
 }
@@ -191,7 +295,7 @@ static neph_result set_table(builder *b) {
       (np_bricks){.context = b->context, .scale = 1.0f, .background = rest->background, .value_max = rest->value_max};
   for (int a = 0; a < 3; a++) {
     bricks->origin[a] = bricks->reach_low[a] = rest->origin[a] - b->reach[a];
-    bricks->size[a] = rest->size[a] + 2 * b->reach[a];
+    bricks->size[a] = rest->size[a] + 2 * b->reach[a] + 1; /* for the last samples of the last cell */
     bricks->reach_high[a] = bricks->origin[a] + bricks->size[a];
     bricks->lead[a] = bricks->origin[a] & (NP_BRICK_NODE_EDGE - 1);
     bricks->table_size[a] = (bricks->lead[a] + bricks->size[a] + NP_BRICK_NODE_EDGE - 1) >> NP_BRICK_NODE_SHIFT;
@@ -252,8 +356,8 @@ static void finish_node(np_brick_node *node, size_t *brick_count) {
   for (int cell = 0; cell < NP_BRICK_NODE_CELLS; cell++) {
     const int x = cell >> 8, y = cell >> 4 & 15, z = cell & 15;
     np_brick_range *group = &node->group_range[x >> 2 << 4 | y >> 2 << 2 | z >> 2];
-    *group = unite(*group, node->range[cell]);
-    node->whole_range = unite(node->whole_range, node->range[cell]);
+    *group = np_brick_range_unite(*group, node->range[cell]);
+    node->whole_range = np_brick_range_unite(node->whole_range, node->range[cell]);
     if (node->brick[cell] != NP_BRICK_NONE) node->brick[cell] = (uint32_t)(*brick_count)++;
   }
 }
@@ -269,20 +373,16 @@ static neph_result open_samples(builder *b) {
   return b->out->cells && b->out->velocity ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
-static neph_result pass_nodes(builder *b, np_monitor *monitor, bool is_filling) {
-  b->is_filling = is_filling;
-  np_monitor_set_range(monitor, is_filling ? 0.5 : 0.0, is_filling ? 1.0 : 0.5);
-  return np_parallel_for(b->context, monitor, b->out->bricks.node_count * SLABS, 1, pass_slabs, b);
-}
-
 static neph_result build(builder *b, np_monitor *monitor) {
   neph_result result = np_velocity_field_make(b->context, b->desc, &b->field);
   if (!result) result = set_reach(b);
   if (!result) result = set_table(b);
   if (!result) result = number_nodes(b);
-  if (!result) result = pass_nodes(b, monitor, false);
+  if (!result) result = make_blocks(b, monitor);
+  const size_t slabs = b->out->bricks.node_count * SLABS;
+  if (!result) result = np_parallel_for(b->context, monitor, slabs, 1, measure_slabs, b);
   if (!result) result = open_samples(b);
-  return result ? result : pass_nodes(b, monitor, true);
+  return result ? result : np_parallel_for(b->context, monitor, slabs, 1, store_slabs, b);
 }
 
 neph_result np_moving_bricks_build(neph_context *context, const np_brick_motion_desc *desc, np_monitor *monitor,
@@ -295,6 +395,9 @@ neph_result np_moving_bricks_build(neph_context *context, const np_brick_motion_
   b.out->bricks.context = context;
   const neph_result result = build(&b, monitor);
   np_alloc_free(context, b.place);
+  np_alloc_free(context, b.number);
+  np_alloc_free(context, b.cells);
+  np_alloc_free(context, b.blocks);
   if (result)
     np_moving_bricks_destroy(b.out);
   else

@@ -11,15 +11,7 @@
 #ifndef NP_VOLUME_BRICK_MOTION_H
 #define NP_VOLUME_BRICK_MOTION_H
 
-#include "volume/bricks.h"
-
-typedef struct np_brick_motion_desc {
-  const np_bricks *rest;          /* must outlive the bricks that move */
-  np_affine index_to_file;        /* of the bricks at rest */
-  const np_sparse_grid *velocity; /* x, y and z, each with its own transform, sorted; in lengths of the file a second */
-  double scale;                   /* on velocities */
-  double begin_s, end_s;          /* of the exposure, from time 0 */
-} np_brick_motion_desc;
+#include "volume/brick_velocity.h"
 
 typedef struct np_moving_bricks {
   np_bricks bricks;       /* without samples, and without motion, which the user sets with a time */
@@ -34,7 +26,7 @@ neph_result np_moving_bricks_build(neph_context *context, const np_brick_motion_
                                    np_moving_bricks **out);
 void np_moving_bricks_destroy(np_moving_bricks *moving);
 
-/* Where matter that is at an index position at the motion's time is at time 0. */
+/* The place at time 0 of the matter that is at an index position at the motion's time. */
 np_dvec3 np_brick_motion_get_rest(const np_bricks *moving, np_dvec3 index);
 
 /* Voxels a second at an index position; 0 where nothing is. */

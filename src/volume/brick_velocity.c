@@ -5,16 +5,6 @@
 
 #include "core/alloc.h"
 
-enum { EDGE_MAX = NP_BRICK_SAMPLES + 2 * NP_VELOCITY_LAYERS_MAX };
-
-/* A cell's samples with the layers around them. */
-struct np_velocity_scratch {
-  int edge; /* voxels along each axis */
-  size_t count;
-  uint8_t *layer; /* of each voxel: 1 is active, 0 not known */
-  float (*at)[3];
-};
-
 /* ---- The grids ---- */
 
 neph_result np_velocity_field_make(neph_context *context, const np_brick_motion_desc *desc, np_velocity_field *out) {
@@ -91,81 +81,58 @@ static bool read_voxel(const np_velocity_field *field, np_grid_reader readers[3]
   return is_active;
 }
 
-/* ---- Windows ---- */
+/* ---- Blocks ---- */
 
-np_velocity_scratch *np_velocity_scratch_create(neph_context *context, const np_velocity_field *field) {
-  const int edge = NP_BRICK_SAMPLES + 2 * field->layers;
-  const size_t count = (size_t)edge * (size_t)edge * (size_t)edge;
-  const size_t head = (sizeof(np_velocity_scratch) + 15) / 16 * 16, values = 3 * count * sizeof(float);
-  char *block = np_alloc(context, 1, head + values + count);
-  np_velocity_scratch *scratch = (np_velocity_scratch *)(void *)block;
-  if (!scratch) return NULL;
-  *scratch =
-      (np_velocity_scratch){edge, count, (uint8_t *)(block + head + values), (float(*)[3])(void *)(block + head)};
-  return scratch;
-}
-
-/* Voxels along each axis of a part of the scratch, `margin` voxels inside it, in order. */
-static size_t get_place(const np_velocity_scratch *s, int x, int y, int z) {
-  return ((size_t)x * (size_t)s->edge + (size_t)y) * (size_t)s->edge + (size_t)z;
-}
-
-/* Fills the scratch `margin` voxels inside its edge; returns whether all there are active. */
-static bool gather(const np_velocity_field *field, const int32_t cell[3], int margin, np_velocity_scratch *s) {
+bool np_velocity_field_fill(const np_velocity_field *field, const int32_t cell[3], np_velocity_block *out) {
   np_grid_reader readers[3] = {{.grid = &field->grids[0]}, {.grid = &field->grids[1]}, {.grid = &field->grids[2]}};
   bool are_active = true;
-  for (int x = margin; x < s->edge - margin; x++)
-    for (int y = margin; y < s->edge - margin; y++)
-      for (int z = margin; z < s->edge - margin; z++) {
-        const int32_t voxel[3] = {cell[0] * NP_BRICK_EDGE + x - field->layers,
-                                  cell[1] * NP_BRICK_EDGE + y - field->layers,
-                                  cell[2] * NP_BRICK_EDGE + z - field->layers};
-        const size_t place = get_place(s, x, y, z);
-        s->layer[place] = read_voxel(field, readers, voxel, s->at[place]);
-        are_active = are_active && s->layer[place];
-      }
+  for (int n = 0; n < NP_LEAF_SIZE; n++) {
+    const int32_t voxel[3] = {cell[0] * NP_LEAF_EDGE + (n >> 6), cell[1] * NP_LEAF_EDGE + (n >> 3 & 7),
+                              cell[2] * NP_LEAF_EDGE + (n & 7)};
+    float velocity[3];
+    out->layer[n] = read_voxel(field, readers, voxel, velocity);
+    out->is_new[n] = false;
+    for (int a = 0; a < 3; a++) out->at[a][n] = velocity[a];
+    are_active = are_active && out->layer[n];
+  }
   return are_active;
 }
 
-/* The mean of the neighbours that are known by an earlier layer; false: none is. */
-static bool continue_voxel(np_velocity_scratch *s, const int at[3], uint8_t layer) {
+/* The block and the voxel in it beside a voxel; NULL: there is no block. */
+static const np_velocity_block *get_neighbour(const np_velocity_block *block, const np_velocity_block *const near[6],
+                                              int n, int side, int *out_n) {
+  static const int strides[3] = {64, 8, 1};
+  const int stride = strides[side / 2], at = n / stride % NP_LEAF_EDGE, step = side % 2 ? 1 : -1;
+  const bool is_inside = at + step >= 0 && at + step < NP_LEAF_EDGE;
+  *out_n = is_inside ? n + step * stride : n - step * (NP_LEAF_EDGE - 1) * stride;
+  return is_inside ? block : near[side];
+}
+
+static bool continue_voxel(np_velocity_block *block, const np_velocity_block *const near[6], int n) {
   float sum[3] = {0.0f, 0.0f, 0.0f};
   int count = 0;
-  for (int k = 0; k < 6; k++) {
-    int near[3] = {at[0], at[1], at[2]};
-    near[k / 2] += k % 2 ? 1 : -1;
-    if (near[k / 2] < 0 || near[k / 2] >= s->edge) continue;
-    const size_t place = get_place(s, near[0], near[1], near[2]);
-    if (!s->layer[place] || s->layer[place] >= layer) continue;
-    for (int a = 0; a < 3; a++) sum[a] += s->at[place][a];
+  for (int side = 0; side < 6; side++) {
+    int m;
+    const np_velocity_block *other = get_neighbour(block, near, n, side, &m);
+    if (!other || !other->layer[m]) continue;
+    for (int a = 0; a < 3; a++) sum[a] += other->at[a][m];
     count++;
   }
   if (!count) return false;
-  const size_t place = get_place(s, at[0], at[1], at[2]);
-  for (int a = 0; a < 3; a++) s->at[place][a] = sum[a] / (float)count;
-  s->layer[place] = layer;
-  return true;
+  for (int a = 0; a < 3; a++) block->at[a][n] = sum[a] / (float)count;
+  return block->is_new[n] = true;
 }
 
-static bool continue_layer(np_velocity_scratch *s, uint8_t layer) {
+bool np_velocity_block_continue(np_velocity_block *block, const np_velocity_block *const near[6]) {
   bool has_grown = false;
-  for (int x = 0; x < s->edge; x++)
-    for (int y = 0; y < s->edge; y++)
-      for (int z = 0; z < s->edge; z++)
-        if (!s->layer[get_place(s, x, y, z)] && continue_voxel(s, (const int[3]){x, y, z}, layer)) has_grown = true;
+  for (int n = 0; n < NP_LEAF_SIZE; n++)
+    if (!block->layer[n] && continue_voxel(block, near, n)) has_grown = true;
   return has_grown;
 }
 
-void np_velocity_field_fill(const np_velocity_field *field, const int32_t cell[3], np_velocity_scratch *scratch,
-                            np_velocity_window *out) {
-  const int margin = field->layers;
-  if (!gather(field, cell, margin, scratch) && margin > 0) {
-    (void)gather(field, cell, 0, scratch);
-    for (int k = 0; k < margin && continue_layer(scratch, (uint8_t)(k + 2)); k++) continue;
-  }
-  for (int n = 0; n < NP_BRICK_VOLUME; n++) {
-    const size_t place = get_place(scratch, n / NP_BRICK_STRIDE_X + margin,
-                                   n / NP_BRICK_SAMPLES % NP_BRICK_SAMPLES + margin, n % NP_BRICK_SAMPLES + margin);
-    for (int a = 0; a < 3; a++) out->at[a][n] = scratch->at[place][a];
+void np_velocity_block_end_layer(np_velocity_block *block, uint8_t layer) {
+  for (int n = 0; n < NP_LEAF_SIZE; n++) {
+    if (block->is_new[n]) block->layer[n] = layer;
+    block->is_new[n] = false;
   }
 }

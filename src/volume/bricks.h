@@ -154,7 +154,7 @@ static inline float np_brick_mix_corners(const np_brick_corners *corners, __m128
   return _mm_cvtss_f32(np_brick_mix(z_0, z_1, z));
 }
 
-/* Of bricks that move, which are rare: out of line, so that others pay nothing for them. */
+/* Functions for bricks that move, which are rare, are out of line: others pay nothing for them. */
 #if defined(__GNUC__)
 #define NP_BRICK_RARE __attribute__((noinline, unused))
 #else

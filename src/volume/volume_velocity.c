@@ -18,13 +18,13 @@ typedef struct velocity_choice {
   int component[3];
 } velocity_choice;
 
-typedef struct velocity_job {
+typedef struct velocity_load {
   neph_context *context;
   const char *path, *name;
   np_monitor *monitor;
   velocity_choice choice;
   np_sparse_grid *out;
-} velocity_job;
+} velocity_load;
 
 /* ---- Choice ---- */
 
@@ -61,7 +61,7 @@ static bool choose_floats(const np_volume_file *file, const char *name, velocity
   return false;
 }
 
-static neph_result choose(velocity_job *job, const np_volume_file *file) {
+static neph_result choose(velocity_load *job, const np_volume_file *file) {
   velocity_choice *choice = &job->choice;
   if (job->name) choice->is_found = choose_vector(file, job->name, choice) || choose_floats(file, job->name, choice);
   for (int n = 0; !job->name && n < NAMES && !choice->is_found; n++)
@@ -87,7 +87,7 @@ static uint64_t repair(float *values, size_t count) {
   return broken;
 }
 
-static neph_result check_values(const velocity_job *job, np_sparse_grid *grid, neph_import_policy policy) {
+static neph_result check_values(const velocity_load *job, np_sparse_grid *grid, neph_import_policy policy) {
   uint64_t broken = repair(&grid->background, 1);
   for (size_t i = 0; i < grid->leaf_count; i++) broken += repair(grid->leaves[i].values, NP_LEAF_SIZE);
   for (size_t i = 0; i < grid->tile_count; i++) broken += repair(&grid->tiles[i].value, 1);
@@ -108,7 +108,7 @@ static void place_staggered(int axis, np_sparse_grid *grid) {
   for (int row = 0; row < 3; row++) grid->index_to_world.m[row][3] -= 0.5 * grid->index_to_world.m[row][axis];
 }
 
-static neph_result read_component(const velocity_job *job, const np_volume_file *file, int axis) {
+static neph_result read_component(const velocity_load *job, const np_volume_file *file, int axis) {
   np_vdb_grid_info info;
   uint64_t bytes;
   const size_t index = job->choice.grid[axis];
@@ -124,7 +124,7 @@ static neph_result read_component(const velocity_job *job, const np_volume_file 
 }
 
 static neph_result run(void *user) {
-  velocity_job *job = user;
+  velocity_load *job = user;
   np_volume_file file;
   neph_result result = np_volume_file_open(job->context, job->path, job->monitor, &file);
   if (result) return result;
@@ -137,7 +137,7 @@ static neph_result run(void *user) {
 neph_result np_volume_load_velocity(neph_context *context, const char *path, const char *name,
                                     neph_import_policy policy, np_monitor *monitor, np_sparse_grid out_velocity[3],
                                     bool *out_is_found) {
-  velocity_job job = {.context = context, .path = path, .name = name, .monitor = monitor, .out = out_velocity};
+  velocity_load job = {.context = context, .path = path, .name = name, .monitor = monitor, .out = out_velocity};
   for (int a = 0; a < 3; a++) out_velocity[a] = (np_sparse_grid){.context = NULL};
   neph_result result = np_parallel_run(context, monitor, run, &job);
   for (int a = 0; a < 3 && job.choice.is_found && !result; a++) {
