@@ -131,7 +131,9 @@ static neph_result place(const moving_cloud *c, const np_cloud_pose *pose, np_af
   memcpy(moved.position_m, pose->position_m, sizeof moved.position_m);
   if (!np_scene_cloud_is_sequence(c->cloud)) {
     moved.rotation_rad = pose->rotation_rad;
-    moved.scale = pose->scale;
+    memcpy(moved.tilt_rad, pose->tilt_rad, sizeof moved.tilt_rad);
+    memcpy(moved.scale, pose->scale, sizeof moved.scale);
+    memcpy(moved.pivot_point, pose->pivot_point, sizeof moved.pivot_point);
     moved.voxel_m = pose->voxel_m;
   }
   np_anchor anchor;
@@ -237,14 +239,15 @@ static neph_result add_velocity(const np_stage_part *in, np_motion *m, unsigned 
   part.cloud = number;
   moving_cloud c = {&part, m, number, &in->scene->clouds[number], &in->made->clouds[number], &m->clouds[number]};
   c.out->velocity_s = np_scene_get_frame_s(in->scene);
+  if (np_scene_cloud_is_sequence(c.cloud)) c.out->velocity_s *= c.cloud->frame_speed;
   if (!c.parts->volume) return NEPH_OK;
   c.out->world_to_index = c.parts->placed.world_to_index;
   (void)np_affine_invert(&c.out->world_to_index, &c.out->index_to_frame);
   if (!has_velocity(c.cloud)) return NEPH_OK;
-  char *path;
-  neph_result result = np_stage_get_cloud_path(&part, &path);
-  if (!result && path) result = build_velocity(&c, path);
-  np_alloc_free(m->context, path);
+  np_cloud_file file;
+  neph_result result = np_stage_get_cloud_file(&part, &file);
+  if (!result && file.path) result = build_velocity(&c, file.path);
+  np_alloc_free(m->context, file.path);
   return result;
 }
 

@@ -5,6 +5,7 @@
 
 #include "core/disk_cache.h"
 #include "render/packet.h"
+#include "scene/cloud_file.h"
 
 /* The parts of a stage: one for the picture, or one for each of these. */
 typedef enum np_part_kind {
@@ -94,8 +95,8 @@ void np_stage_disk_save(const np_stage_reuse *reuse, const np_stage_part *part);
 /* Adds the terrain to a key; false: it was made by calls, and nothing tells it. */
 bool np_stage_add_terrain_key(const np_stage_part *in, np_hash *key);
 
-/* The file of a part's cloud in the frame, to be freed; NULL: it has none, or none as coarse. */
-neph_result np_stage_get_cloud_path(const np_stage_part *in, char **out_path);
+/* The file of a part's cloud in the frame, its path to be freed; without one: it has none, or none as coarse. */
+neph_result np_stage_get_cloud_file(const np_stage_part *in, np_cloud_file *out_file);
 
 /* Albedo of the planet, in the scene's reference bands. */
 void np_stage_get_ground_albedo(const np_stage_part *in, double out[NP_BAND_COUNT]);

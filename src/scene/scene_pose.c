@@ -8,11 +8,12 @@
 #include "scene/scene_apply.h"
 
 np_cloud_pose np_cloud_pose_get(const np_scene_cloud *cloud) {
-  np_cloud_pose pose = {.has_position = cloud->has_position,
-                        .rotation_rad = cloud->rotation_rad,
-                        .scale = cloud->scale,
-                        .voxel_m = cloud->voxel_m};
+  np_cloud_pose pose = {
+      .has_position = cloud->has_position, .rotation_rad = cloud->rotation_rad, .voxel_m = cloud->voxel_m};
   memcpy(pose.position_m, cloud->position_m, sizeof pose.position_m);
+  memcpy(pose.tilt_rad, cloud->tilt_rad, sizeof pose.tilt_rad);
+  memcpy(pose.scale, cloud->scale, sizeof pose.scale);
+  memcpy(pose.pivot_point, cloud->pivot_point, sizeof pose.pivot_point);
   return pose;
 }
 
@@ -76,6 +77,7 @@ bool np_scene_has_camera_tracks(const neph_scene *scene) {
 }
 
 bool np_scene_has_cloud_tracks(const neph_scene *scene) {
-  static const char *const paths[] = {"clouds[].position", "clouds[].rotation", "clouds[].scale", "clouds[].voxel"};
+  static const char *const paths[] = {"clouds[].position", "clouds[].rotation", "clouds[].tilt",
+                                      "clouds[].scale",    "clouds[].voxel",    "clouds[].pivot"};
   return has_tracks(scene, paths, sizeof paths / sizeof *paths);
 }

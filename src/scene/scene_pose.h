@@ -7,7 +7,7 @@
 
 typedef struct np_cloud_pose {
   bool has_position;
-  double position_m[3], rotation_rad, scale, voxel_m;
+  double position_m[3], rotation_rad, tilt_rad[2], scale[3], voxel_m, pivot_point[3];
 } np_cloud_pose;
 
 typedef struct np_scene_pose {
