@@ -81,20 +81,20 @@ blur() {
 measure_bakes() {
   changing="$field, wind: [4, 1], lifetime: 600 s, time: 1000 s"
   write_scene "$changing}" >sub.yaml
-  cpu=0
+  bakes_cpu=0
   for k in $(seq "$count"); do
     time=$(awk -v k="$k" -v n="$count" 'BEGIN { printf "%.9g", 1000 + 20 * 0.5 * ((k - 0.5) / n - 0.5) }')
     one=$(measure_cpu sub.yaml --frames 1 --samples $((samples / count)) --seed "$k" \
       --set "clouds[0].bake.time=$time s" -o "sub.$(printf %04d "$k").exr")
-    cpu=$(echo "$cpu $one" | awk '{ print $1 + $2 }')
+    bakes_cpu=$(echo "$bakes_cpu $one" | awk '{ print $1 + $2 }')
   done
   write_scene "$changing, frame_time: 20 s}" >blur.yaml
   blur
-  print_row "a baked cloud that grows in a wind, by the wind alone" "$cpu"
+  print_row "a baked cloud that grows in a wind, by the wind alone" "$bakes_cpu"
   "$nephos" bake sub.yaml -q --velocity -o field.vdb >/dev/null
   write_scene 'vdb: field.vdb, extinction: 1 1/m, velocity_scale: 480' >blur.yaml # 20 s for a frame of 1/24 s
   blur
-  print_row "the same from a file, by its velocities" "$cpu"
+  print_row "the same from a file, by its velocities" "$bakes_cpu"
 }
 
 measure_tracks "the camera pans by 12 pixels" "camera.look_at.0 0 750 m"
