@@ -27,7 +27,7 @@ enum {
   NIGHT = BIT(AIRGLOW) | BIT(STARS),
   LIGHT = AIR | BIT(COLOR_FIT) | BIT(EMISSION) | BIT(CLOUD_SKY) | BIT(WATER_SKY) | BIT(SKY_GUIDE) | BIT(APPROXIMATION) |
           CACHES_OF_MARCH | NIGHT,
-  ALL = LIGHT | ALWAYS | CLOUD | BIT(TERRAIN)
+  ALL = LIGHT | ALWAYS | CLOUD | BIT(TERRAIN) | BIT(MOTION)
 };
 
 enum { NO_LIBRARY = 0, EMBREE = 1, OPENVDB = 2 };
@@ -65,6 +65,8 @@ static const row rows[] = {
     {"sea", DAY "water: {}", ALWAYS | AIR | BIT(WATER_SKY), CLOUD | BIT(TERRAIN) | CACHES_OF_MARCH, NO_LIBRARY},
     {"cloud", DAY HEAP, ALWAYS | AIR | CLOUD | LIGHT_IN_CLOUDS | BIT(CLOUD_SKY),
      BIT(TERRAIN) | BIT(WATER_SKY) | BIT(SKY_GUIDE) | BIT(APPROXIMATION) | BIT(EMISSION) | NIGHT, NO_LIBRARY},
+    {"cloud and its motion", DAY HEAP "output: {aovs: [motion]}", ALWAYS | AIR | CLOUD | BIT(MOTION),
+     BIT(TERRAIN) | NIGHT, NO_LIBRARY},
     {"cloud of a file", DAY FILED, ALWAYS | AIR | CLOUD | LIGHT_IN_CLOUDS | BIT(CLOUD_SKY), BIT(TERRAIN) | NIGHT,
      OPENVDB},
     {"cloud and its shadows", DAY HEAP "render: {sun_optical_depth: volume, air_shadows: true}",

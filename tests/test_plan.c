@@ -34,28 +34,55 @@ static void assert_plan(test_fixture *f, const char *text, const char *needed) {
 
 #define CLOUD "clouds: [{vdb: a.vdb, optical_depth: 40}]\n"
 
-/* colour terrain moon lights volumes atmosphere camera-sky colour-matrix emission cloud-sky water-sky airglow sun sky
- * ground world sky-guide sun-depth multiple viewer clouds-on-ground air-shadows approximation stars lighting integrator
+/* colour terrain moon lights volumes motion atmosphere camera-sky colour-matrix emission cloud-sky water-sky airglow
+ * sun sky ground world sky-guide sun-depth multiple viewer clouds-on-ground air-shadows approximation stars lighting
+ * integrator
  */
 static void test_only_what_is_needed_runs(void **state) {
-  assert_plan(*state, "version: 1", "x--x-xxx----xx-x--------xx");
-  assert_plan(*state, "water: {}", "x--x-xxx--x-xx-x--------xx");
-  assert_plan(*state, CLOUD, "x--xxxxx-x--xxxx--xxxx--xx");
-  assert_plan(*state, CLOUD "terrain: {ridges: {}}", "xx-xxxxx-x--xxxx--xxxx--xx");
-  assert_plan(*state, "terrain: {ridges: {}}", "xx-x-xxx----xx-x-----x--xx");
-  assert_plan(*state, CLOUD "atmosphere: none", "x--xx--x----x-xx--xxx---xx");
-  assert_plan(*state, CLOUD "environment: {planet: none}", "x--xx--x----x--x--xx----xx");
+  assert_plan(*state, "version: 1", "x--x--xxx----xx-x--------xx");
+  assert_plan(*state, "water: {}", "x--x--xxx--x-xx-x--------xx");
+  assert_plan(*state, CLOUD, "x--xx-xxx-x--xxxx--xxxx--xx");
+  assert_plan(*state, CLOUD "terrain: {ridges: {}}", "xx-xx-xxx-x--xxxx--xxxx--xx");
+  assert_plan(*state, "terrain: {ridges: {}}", "xx-x--xxx----xx-x-----x--xx");
+  assert_plan(*state, CLOUD "atmosphere: none", "x--xx---x----x-xx--xxx---xx");
+  assert_plan(*state, CLOUD "environment: {planet: none}", "x--xx---x----x--x--xx----xx");
   assert_plan(*state, CLOUD "environment: {planet: none, radiance: 1}\nsun: {irradiance: 0}",
-              "x--xx--x-----x-x--xx----xx");
-  assert_plan(*state, CLOUD "sun: {irradiance: 0}\nenvironment: {radiance: 1}", "x--xxx-x-----xxx--xxx---xx");
-  assert_plan(*state, CLOUD "render: {integrator: path}", "x--xxx-x----xxxx--------xx");
-  assert_plan(*state, CLOUD "sun: {elevation: -4 deg}\nrender: {integrator: path}", "x--xxx-x-x--xxxxx-------xx");
-  assert_plan(*state, CLOUD "render: {integrator: path, atmosphere: tables}", "x--xxxxx-x--xxxxx----x--xx");
-  assert_plan(*state, CLOUD "render: {integrator: path, path_guiding: adjoint}", "x--xxx-x-x--xxxxx-x-----xx");
-  assert_plan(*state, CLOUD "render: {multiple_scattering: none}", "x--xxxxx-x--xxxx-----x--xx");
-  assert_plan(*state, CLOUD "render: {multiple_scattering: octaves}", "x--xxxxx-x--xxxx-----xx-xx");
-  assert_plan(*state, CLOUD "render: {multiple_scattering: powder}", "x--xxxxx-x--xxxx-----xx-xx");
-  assert_plan(*state, CLOUD "render: {max_scatterings: 1}", "x--xxxxx-x--xxxx-----x--xx");
+              "x--xx---x-----x-x--xx----xx");
+  assert_plan(*state, CLOUD "sun: {irradiance: 0}\nenvironment: {radiance: 1}", "x--xx-x-x-----xxx--xxx---xx");
+  assert_plan(*state, CLOUD "render: {integrator: path}", "x--xx-x-x----xxxx--------xx");
+  assert_plan(*state, CLOUD "sun: {elevation: -4 deg}\nrender: {integrator: path}", "x--xx-x-x-x--xxxxx-------xx");
+  assert_plan(*state, CLOUD "render: {integrator: path, atmosphere: tables}", "x--xx-xxx-x--xxxxx----x--xx");
+  assert_plan(*state, CLOUD "render: {integrator: path, path_guiding: adjoint}", "x--xx-x-x-x--xxxxx-x-----xx");
+  assert_plan(*state, CLOUD "render: {multiple_scattering: none}", "x--xx-xxx-x--xxxx-----x--xx");
+  assert_plan(*state, CLOUD "render: {multiple_scattering: octaves}", "x--xx-xxx-x--xxxx-----xx-xx");
+  assert_plan(*state, CLOUD "render: {multiple_scattering: powder}", "x--xx-xxx-x--xxxx-----xx-xx");
+  assert_plan(*state, CLOUD "render: {max_scatterings: 1}", "x--xx-xxx-x--xxxx-----x--xx");
+}
+
+/* Nothing of it where nothing may move; for vectors in any case. */
+static void test_motion_where_something_moves(void **state) {
+  static const char still[] = "clouds: [{bake: {}}]\n", blur[] = "camera: {motion_blur: {shutter: 0.5}}\n";
+  const struct {
+    const char *cloud, *keys, *more;
+    bool is_needed;
+  } rows[] = {{CLOUD, "", "", false},
+              {CLOUD, blur, "", true},
+              {"clouds: [{vdb: a.vdb, extinction: 1, velocity: none}]\n", blur, "", false},
+              {still, blur, "", false},
+              {still, "", "output: {aovs: [motion]}\n", true},
+              {"clouds: [{bake: {wind: [5, 0], frame_time: 1 s}}]\n", blur, "", true},
+              {still, blur, "animate: {camera.fov: [[1, 40 deg], [2, 50 deg]]}\n", true},
+              {still, blur, "animate:\n  clouds[0].rotation: [[1, 40 deg], [2, 50 deg]]\n", true},
+              {still, blur, "animate: {sun.elevation: [[1, 40 deg], [2, 50 deg]]}\n", false}};
+  for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+    char text[512];
+    np_plan plan;
+    (void)snprintf(text, sizeof text, "%s%s%s", rows[i].cloud, rows[i].keys, rows[i].more);
+    neph_scene *scene = load(*state, text);
+    assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
+    assert_int_equal(np_plan_needs(&plan, NP_STAGE_MOTION), rows[i].is_needed);
+    neph_scene_destroy(scene);
+  }
 }
 
 static void assert_air_light(test_fixture *f, const char *text, bool has_light) {
@@ -82,12 +109,12 @@ static void test_light_in_the_air_is_known_to_who_asks(void **state) {
 
 static void test_no_light_where_none_is_wanted(void **state) {
   assert_plan(*state, CLOUD "terrain: {ridges: {}}\noutput: {beauty: false, aovs: [depth, transmittance, distance]}",
-              "xx-xx----------x--------xx");
-  assert_plan(*state, CLOUD "output: {beauty: false, aovs: [depth, sun]}", "x--xxxxx-x--xxxx--xxxx--xx");
+              "xx-xx-----------x--------xx");
+  assert_plan(*state, CLOUD "output: {beauty: false, aovs: [depth, sun]}", "x--xx-xxx-x--xxxx--xxxx--xx");
 }
 
 static void test_no_light_where_nothing_shines(void **state) {
-  assert_plan(*state, CLOUD "sun: {irradiance: 0}", "x--xx----------x--------xx");
+  assert_plan(*state, CLOUD "sun: {irradiance: 0}", "x--xx-----------x--------xx");
 }
 
 static void assert_sky_alone(test_fixture *f, const char *text) {
@@ -367,6 +394,7 @@ static void test_failed_allocations(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test_setup_teardown(test_only_what_is_needed_runs, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(test_motion_where_something_moves, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_light_in_the_air_is_known_to_who_asks, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_no_light_where_none_is_wanted, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_no_light_where_nothing_shines, set_up, test_tear_down),

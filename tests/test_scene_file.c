@@ -286,7 +286,7 @@ static void test_unknown_keys(void **state) {
       {"camera: {xyzzy: 3}",
        "1:10: camera.xyzzy is not a key; camera has kind, position, look_at, fov, focal_length, sensor, "
        "orthographic_width, fisheye_fov, shift, roll, near, far, f_stop, focus_distance, blades, shutter, iso, stereo, "
-       "motion, resolution, overscan\n"},
+       "motion, motion_blur, resolution, overscan\n"},
       {"clouds: [{bake: {covrage: 1}}]",
        "1:18: clouds[0].bake.covrage is not a key, did you mean clouds[].bake.coverage?"},
       {"\"a\\nb\": 3", "1:1: a?b is not a key"},

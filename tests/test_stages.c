@@ -6,6 +6,7 @@
 #include "core/hash.h"
 #include "render/assembly.h"
 #include "render/plan.h"
+#include "render/motion.h"
 #include "render/stages.h"
 #include "test_scenes.h"
 
@@ -76,7 +77,8 @@ static void the_rows_of_a_sky_are_enough(void **state) {
 static const char nothing[] = "{version: 1, atmosphere: none, environment: {planet: none}, sun: {irradiance: 0}}";
 static const char day[] = "{" CAMERA AIR CLOUD "sun: {elevation: 30 deg, azimuth: 140 deg},"
                           " terrain: {ridges: {samples: 33, relief: 200 m}, width: 10 km}, water: {level: 50 m},"
-                          " render: {samples: 1, sun_optical_depth: volume, air_shadows: true}}";
+                          " render: {samples: 1, sun_optical_depth: volume, air_shadows: true},"
+                          " output: {aovs: [motion]}}";
 static const char night[] = "{" CAMERA AIR CLOUD NIGHT " render: {integrator: path, samples: 1, splitting: adjoint}}";
 static const char colours[] = "{" CAMERA AIR CLOUD "sun: {elevation: 30 deg, azimuth: 140 deg},"
                               " render: {samples: 1, wavelengths: 6, multiple_scattering: octaves, air_shadows: true,"
@@ -142,7 +144,7 @@ static void what_is_needed_is_built_and_nothing_else(void **state) {
   fixture *f = *state;
   assert_built(f->context, nothing, 4);
   assert_built(f->context, "{version: 1}", 7);
-  assert_built(f->context, day, 16);
+  assert_built(f->context, day, 17);
   assert_built(f->context, night, 12);
   assert_built(f->context, colours, 10);
 }
@@ -194,6 +196,10 @@ static void fingerprint(const building *b, np_stage stage, char out_hex[33]) {
   if (stage == NP_STAGE_LIGHTS) np_hash_add(hash, &a->places, sizeof a->places);
   if (stage == NP_STAGE_LIGHTS) add_spectrum(hash, packet->lights[0].irradiance);
   if (stage == NP_STAGE_VOLUMES) np_hash_add(hash, &a->clouds_max, sizeof a->clouds_max);
+  if (stage == NP_STAGE_MOTION) {
+    np_hash_add(hash, &a->motion->next.origin, sizeof a->motion->next.origin);
+    np_hash_add(hash, &a->motion->clouds->world_to_index, sizeof a->motion->clouds->world_to_index);
+  }
   if (stage == NP_STAGE_SUN_OPTICAL_DEPTH)
     np_hash_add(hash, a->lights[0].sun_optical_depth->level_cells, sizeof(uint64_t));
   if (packet) add_sky_result(hash, packet, &packet->lights[0], stage);

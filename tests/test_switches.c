@@ -63,6 +63,8 @@ typedef struct companion {
 
 static const companion companions[] = {
     {"camera.motion", NULL, "camera.motion.file", "camera.chan"},
+    {"camera.motion_blur", NULL, "camera.motion_blur", "{shutter: 0.5}"},
+    {"camera.motion_blur", NULL, "animate", "{camera.fov: [[0, 50 deg], [2, 70 deg]]}"},
     {"camera.f_stop", NULL, "camera.f_stop", "0.001"},
     {"camera.stereo", NULL, "camera.stereo", "{interaxial: 200 m}"},
     {"output.exposure", "camera", "camera.f_stop", "8"},
@@ -159,11 +161,12 @@ static bool may_be_infinite(const char *channel) {
          begins_with(channel, "position") || begins_with(channel, "mean_distance");
 }
 
-/* Normals and identifiers have any sign. Of the march no light is negative, but as the eye's colours: of a hue outside
- * of what the primaries span. */
+/* Normals, motion and identifiers have any sign. Of the march no light is negative, but as the eye's colours: of a hue
+ * outside of what the primaries span. */
 static bool may_be_negative(const neph_scene *scene, const char *channel) {
   return scene->render.integrator == NEPH_INTEGRATOR_PATH || scene->render.wavelength_count > 3 ||
-         may_be_infinite(channel) || begins_with(channel, "normal") || begins_with(channel, "Crypto");
+         may_be_infinite(channel) || begins_with(channel, "normal") || begins_with(channel, "forward") ||
+         begins_with(channel, "backward") || begins_with(channel, "Crypto");
 }
 
 /* Checks every value of a picture; returns a number that tells it from others. */

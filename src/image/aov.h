@@ -35,7 +35,8 @@
   ROW(OPTICAL_DEPTH, "optical_depth", "", false, 1)                                                                    \
   ROW(LIGHTS, "lights", "+", true, 1)                                                                                  \
   ROW(MATTES, "mattes", "*", false, 1)                                                                                 \
-  ROW(CRYPTOMATTE, "cryptomatte", "RGBARGBARGBA", false, 1)
+  ROW(CRYPTOMATTE, "cryptomatte", "RGBARGBARGBA", false, 1)                                                            \
+  ROW(MOTION, "motion", "uvuv", false, 1) /* forward.u, forward.v, backward.u, backward.v */
 
 #define NP_AOV_INDEX(id, name, parts, needs_light, samples_min) NP_AOV_INDEX_##id,
 typedef enum np_aov_index { NP_AOV_ROWS(NP_AOV_INDEX) NP_AOV_COUNT } np_aov_index;

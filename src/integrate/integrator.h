@@ -61,6 +61,7 @@ enum { NP_DEPTH_RECORDS_MAX = 512 };
 typedef struct np_integrator_layers {
   float cloud_opacity[NP_INSTANCES_MAX];  /* of each cloud of the scene that is not held out, as it is seen */
   np_spectrum group[NP_LIGHT_GROUPS_MAX]; /* light of each group of lights */
+  float motion[4];                        /* pixels right and up, to the frame after and to that before */
   unsigned depth_components;              /* whose light is recorded by depth, bits of them; 0: no records */
   unsigned depth_count;
   np_depth_record depths[NP_DEPTH_RECORDS_MAX]; /* in order, but those of emission by themselves */
@@ -76,6 +77,7 @@ typedef struct np_camera_ray {
   double begin_m;               /* to the origin from the eye, between which there is air */
   bool has_end;                 /* beyond it, too, clouds and ground are not seen: */
   double end_m;                 /* from the origin */
+  double time;                  /* of the exposure, in frames from the frame's own */
   bool is_reflected;            /* of the march, by water: it sees no disks, and other water as ground of its albedo */
 } np_camera_ray;
 

@@ -216,6 +216,9 @@ static void start(np_march *m, const np_world *world, const np_lighting *lightin
   m->carry = m->transmittance = 1.0f;
   m->step.count = 0;
   m->passed = 0.0f;
+  m->has_motion = false;
+  for (unsigned i = 0; i < world->clouds.count; i++)
+    m->has_motion = m->has_motion || world->clouds.at[i].index_to_frame;
   np_march_forget_sun(m);
   m->out = out;
 }

@@ -8,6 +8,7 @@
 #include "integrate/approximation.h"
 #include "integrate/integrator.h"
 #include "integrate/step.h"
+#include "volume/brick_motion.h"
 
 /* Phase values of an approximation's terms at one angle between light and view in one cloud. */
 typedef struct np_march_terms {
@@ -38,6 +39,7 @@ typedef struct np_march {
   const np_approximation_row *method;  /* where there is no solution, and its */
   unsigned term_count;
   bool has_outgoing;
+  bool has_motion;        /* some cloud is not where it is at the frame's time */
   bool is_grey;           /* all clouds are of one albedo in all bands */
   np_spectrum scaled;     /* transmittance of the scaled medium; grey 1 stays where there is none */
   np_spectrum peak_depth; /* optical depth that the scaled medium has less */
@@ -82,6 +84,25 @@ static inline float np_march_get_sun_versine(const np_march *m) {
 
 static inline void np_march_add(np_march *m, np_component component, float scale, np_spectrum radiance) {
   m->out->component[component] = np_spectrum_add_scaled(m->out->component[component], scale, radiance);
+}
+
+/* A place of a step on the ray, as light and tables know it, which are of the frame's time: where the matter that is
+ * there now is then, in the mean of the step's clouds by their depth. */
+static inline np_dvec3 np_march_get_lit_place(const np_march *m, const np_step *s, double distance) {
+  const np_dvec3 position = np_dvec3_along(m->ray->origin, m->ray->direction, distance);
+  if (!m->has_motion) return position;
+  np_dvec3 moved = np_dvec3_make(0, 0, 0);
+  double all = 0.0;
+  for (unsigned i = 0; i < s->count; i++) {
+    const np_instance *cloud = s->volume[i];
+    const double depth = (double)s->depth[i];
+    all += depth;
+    if (!cloud->index_to_frame) continue;
+    const np_dvec3 index = np_brick_motion_get_rest(cloud->bricks, np_affine_point(&cloud->world_to_index, position));
+    const np_dvec3 rest = np_affine_point(cloud->index_to_frame, index);
+    moved = np_dvec3_add(moved, np_dvec3_scale(np_dvec3_subtract(rest, position), depth));
+  }
+  return all > 0.0 ? np_dvec3_add(position, np_dvec3_scale(moved, 1.0 / all)) : position;
 }
 
 /* Share of a step's depth that is of clouds which show. */

@@ -102,8 +102,8 @@ static void fill_transmittances(const np_march *m, np_dvec3 position, np_vec3 di
 
 /* Sunlight scattered towards the camera at `position`, weighted: `share[i]` is what part of the step's opacity, times
  * albedo, its i-th cloud has. */
-static void add_sun(np_march *m, np_dvec3 position, const np_step *s, const np_spectrum *share, float error,
-                    np_spectrum weight) {
+static void add_sun(np_march *m, np_dvec3 position, np_dvec3 lit_place, const np_step *s, const np_spectrum *share,
+                    float error, np_spectrum weight) {
   const np_approximation *a = &m->settings->approximation;
   const np_spectrum sun = np_spectrum_multiply(np_world_sunlight(m->world, position, m->to_sun), weight);
   if (np_spectrum_is_zero(sun)) return;
@@ -112,7 +112,7 @@ static void add_sun(np_march *m, np_dvec3 position, const np_step *s, const np_s
     transmittances[0] = m->method->get_slope(a, m->world, position, m->to_sun);
   } else {
     const np_depth_query query = {m->method->get_fade(a), error};
-    m->method->fill_transmittances(a, get_sun_optical_depth(m->lighting, position, m->to_sun, &query), transmittances);
+    m->method->fill_transmittances(a, get_sun_optical_depth(m->lighting, lit_place, m->to_sun, &query), transmittances);
   }
   for (unsigned i = 0; i < s->count; i++) {
     const np_instance *volume = s->volume[i];
@@ -188,8 +188,9 @@ void NP_KERNEL(np_march_light_approximation)(np_march *m, const np_step *s) {
   m->out->held_out += loss - loss * shown_share;
   m->carry = m->transmittance =
       np_march_roulette(m->transmittance * (1.0f - opacity), m->settings->transmittance_end, m->random);
-  const np_dvec3 position = np_dvec3_along(m->ray->origin, m->ray->direction, middle);
-  const float sun_share = np_surroundings_get_sun_share(m->world, m->lighting, m->settings, position,
+  const np_dvec3 position = np_dvec3_along(m->ray->origin, m->ray->direction, middle),
+                 lit_place = np_march_get_lit_place(m, s, middle);
+  const float sun_share = np_surroundings_get_sun_share(m->world, m->lighting, m->settings, lit_place,
                                                         NP_KERNEL(np_march_sun_transmittance), m->random);
   np_spectrum share[NP_INSTANCES_MAX];
   for (unsigned i = 0; i < s->count; i++) {
@@ -204,6 +205,6 @@ void NP_KERNEL(np_march_light_approximation)(np_march *m, const np_step *s) {
   if (m->settings->scattering_max == 0) return;
   const float sun = np_march_roulette(loss, 0.1f * m->settings->tolerance, m->random),
               sky = np_march_roulette(loss, 0.1f, m->random);
-  if (sun > 0.0f) add_sun(m, position, s, share, error, np_spectrum_scale(air.transmittance, sun));
+  if (sun > 0.0f) add_sun(m, position, lit_place, s, share, error, np_spectrum_scale(air.transmittance, sun));
   if (sky > 0.0f) add_surroundings(m, position, s, share, error, np_spectrum_scale(air.transmittance, sky));
 }

@@ -212,7 +212,7 @@ static unsigned count_parts(np_march *m, const np_step *s, float depth, float er
   const float half = 0.5f * s->hiding;
   if (!is_sun_low(m) || depth < 2.0f * sun_rate_least * half) return 1;
   sun_optical_depths depths;
-  const np_dvec3 begin = np_dvec3_along(m->ray->origin, m->ray->direction, s->begin);
+  const np_dvec3 begin = np_march_get_lit_place(m, s, s->begin);
   set_sun_rate(m, track_depths(m, begin, error, &depths), depth, half);
   return (unsigned)ceilf(cbrtf(m->sun_rate * m->sun_rate));
 }
@@ -228,7 +228,7 @@ static void learn_sun_rate(np_march *m, const np_step *s, float depth) {
 }
 
 static np_dvec3 compute_middle(const np_march *m, const np_step *s) {
-  return np_dvec3_along(m->ray->origin, m->ray->direction, np_step_middle(s));
+  return np_march_get_lit_place(m, s, np_step_middle(s));
 }
 
 static void add_opacities(const np_march *m, const np_step *s, float weight) {

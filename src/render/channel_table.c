@@ -35,6 +35,12 @@ static float read_group(const np_channels *c, const np_channel *channel, const n
   return ray->layers->group[channel->kind.group].band[channel->part] * c->scale;
 }
 
+static float read_motion(const np_channels *c, const np_channel *channel, const np_camera_ray *ray,
+                         const np_integrator_sample *sample) {
+  (void)c, (void)sample;
+  return ray->layers->motion[channel->part];
+}
+
 static float read_alpha(const np_channels *c, const np_channel *channel, const np_camera_ray *ray,
                         const np_integrator_sample *sample) {
   (void)ray;
@@ -253,9 +259,17 @@ static void add_groups(np_channels *c, const np_plan *plan, const neph_scene *sc
     if (scene->clouds[i].emission.is_enabled) add_group(c, scene->clouds[i].name, NP_LIGHT_GROUP_EMISSION + i);
 }
 
+/* Layers of their own, as compositors look for them. */
+static void add_motion(np_channels *c) {
+  static const char *const names[] = {"forward.u", "forward.v", "backward.u", "backward.v"};
+  for (unsigned i = 0; i < sizeof names / sizeof *names; i++)
+    np_channels_add(c, names[i], (np_channel_kind){.read = read_motion, .finish = np_channel_finish_mean}, i);
+}
+
 static void add_aov(np_channels *c, const neph_scene *scene, np_aov_index aov) {
   if (aov == NP_AOV_INDEX_MATTES) np_channels_add_mattes(c, scene);
   if (aov == NP_AOV_INDEX_CRYPTOMATTE) np_channels_add_cryptomatte(c);
+  if (aov == NP_AOV_INDEX_MOTION) add_motion(c);
   if (!aov_kinds[aov].finish) return;
   const np_aov_row *row = &np_aov_rows[aov];
   const np_channel_kind kind = choose_kind(c, &scene->output, aov);

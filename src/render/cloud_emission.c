@@ -103,6 +103,7 @@ void np_cloud_emission_clear(np_cloud_emission *emission) {
 np_emitter np_cloud_emission_get(const np_cloud_emission *emission, const np_instance *cloud) {
   np_emitter out = emission->emitter;
   out.is_held_out = cloud->is_held_out;
+  out.number = cloud->number;
   np_spectrum absorption = np_spectrum_grey(emission->flame_absorption_per_m);
   if (!emission->flame)
     absorption =

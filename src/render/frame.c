@@ -64,6 +64,12 @@ static unsigned choose_depth_components(const np_plan *plan, const np_scene_outp
   return NP_COMPONENTS_OF_CLOUDS | (has_air ? 1u << NP_COMPONENT_AIR : 0u);
 }
 
+static void choose_motion(np_frame *f) {
+  const np_motion *motion = f->assembly->motion;
+  if (motion && (motion->has_camera || motion->has_clouds)) f->exposure = motion;
+  if (motion && f->aovs & NP_AOV_MOTION) f->vectors = motion;
+}
+
 static void fill_header(const np_frame *f, neph_image *image) {
   np_image_header *header = &image->header;
   header->has_window = true;
@@ -282,7 +288,9 @@ neph_result np_frame_render(const neph_scene *scene, const np_plan *plan, const 
   f->prediction = &plan->times->prediction;
   f->depth_components = choose_depth_components(plan, &scene->output);
   f->has_light_groups = plan->has_light_groups;
-  f->has_layers = f->depth_components || f->has_light_groups || plan->aovs & (NP_AOV_MATTES | NP_AOV_CRYPTOMATTE);
+  f->has_layers =
+      f->depth_components || f->has_light_groups || plan->aovs & (NP_AOV_MATTES | NP_AOV_CRYPTOMATTE | NP_AOV_MOTION);
+  choose_motion(f);
   f->monitor = monitor;
   set_window(f, plan);
   np_channels_choose(plan, scene, &f->channels);

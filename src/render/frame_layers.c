@@ -8,6 +8,7 @@
 np_integrator_layers *np_frame_start_layers(const np_frame *f, np_integrator_layers *layers) {
   memset(layers->cloud_opacity, 0, sizeof layers->cloud_opacity);
   memset(layers->group, 0, sizeof layers->group);
+  memset(layers->motion, 0, sizeof layers->motion);
   layers->depth_components = f->depth_components;
   layers->depth_count = 0;
   return layers;

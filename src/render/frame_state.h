@@ -6,6 +6,7 @@
 #include "render/assembly.h"
 #include "render/channels.h"
 #include "render/deep_pixels.h"
+#include "render/motion.h"
 #include "render/sample_counts.h"
 #include "render/tile_feed.h"
 
@@ -49,6 +50,8 @@ typedef struct np_frame {
   np_integrator_settings settings;
   np_integrator_fn integrate;
   np_half_distance_fn half_distance;
+  const np_motion *exposure; /* in which camera or clouds move; NULL: nothing does */
+  const np_motion *vectors;  /* by which the samples' motion is told; NULL: nobody asks */
   unsigned aovs;             /* of np_aov */
   bool has_light_groups;     /* their light is summed apart */
   bool has_layers;           /* beside its samples: np_integrator_layers */

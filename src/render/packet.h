@@ -82,6 +82,7 @@ typedef struct np_assembly {
   unsigned cloud_count;  /* of the scene */
   unsigned volume_count; /* of the clouds that hold anything in the frame */
   np_cloud_parts *clouds;
+  struct np_motion *motion;        /* of camera and clouds about the frame; NULL when not needed */
   np_dvec3 clouds_min, clouds_max; /* world box of all that the clouds hold */
   neph_terrain *terrain;
   np_scene_lights places; /* of sun, moon and stars */

@@ -34,19 +34,43 @@ static np_camera_ray clip_ray(const np_film_ray *ray, const float film[2]) {
                          .end_m = ray->far_m - ray->near_m};
 }
 
-/* Offsets of a pixel's sequences from sample to sample. */
-enum { OFFSETS = 5 };
+/* Offsets of a pixel's sequences from sample to sample. The last one is that of times. */
+enum { OFFSETS = 6 };
+
+/* A time of the exposure: the samples of a pixel are even over it. The silver mean's sequence has no step in common
+ * with the others. */
+static double choose_time(const np_motion *exposure, unsigned sample, float offset) {
+  return exposure->open + (exposure->close - exposure->open) * (double)turn(offset, 0.8708286933869707, sample);
+}
+
+/* The camera at a ray's time. Tables of the frame's picture are asked where its direction is seen there. */
+static const np_camera *move_camera(const np_frame *f, double time, np_camera *out) {
+  if (!f->exposure || !f->exposure->has_camera) return &f->assembly->camera;
+  np_motion_get_camera(f->exposure, time, out);
+  return out;
+}
+
+static void move_film(const np_frame *f, np_camera_ray *ray) {
+  double film[2];
+  if (!f->exposure || !f->exposure->has_camera) return;
+  if (!np_camera_project_direction(&f->assembly->camera, np_vec3_to_double(ray->direction), film)) return;
+  for (int k = 0; k < 2; k++) ray->film[k] = (float)film[k];
+}
 
 /* False: no light falls there. */
 static bool make_ray(const np_frame *f, int x, int y, unsigned sample, const float offset[OFFSETS],
                      np_camera_ray *out) {
   const float u = turn(offset[0], 0.7548776662466927, sample), v = turn(offset[1], 0.5698402909980532, sample);
   const float film[2] = {(float)x + 0.5f + tent(u), (float)y + 0.5f + tent(v)};
+  const double time = f->exposure ? choose_time(f->exposure, sample, offset[5]) : 0.0;
   np_film_ray ray;
-  if (!np_camera_start_ray(&f->assembly->camera, film[0], film[1], turn(offset[3], 0.8191725133961645, sample),
+  np_camera moved;
+  if (!np_camera_start_ray(move_camera(f, time, &moved), film[0], film[1], turn(offset[3], 0.8191725133961645, sample),
                            turn(offset[4], 0.6710436067037893, sample), &ray))
     return false;
   *out = clip_ray(&ray, film);
+  out->time = time;
+  move_film(f, out);
   out->jitter = turn(np_blue_noise_get(x, y), 0.6180339887498949, sample);
   out->choice = turn(offset[2], 0.6180339887498949, sample);
   return true;
@@ -71,8 +95,7 @@ static double compute_distance(const np_frame *f, int x, int y, np_vec3 *out_dir
 }
 
 /* Optical depth of all clouds up to the ground, whatever an integrator saw of them. */
-static float compute_optical_depth(const np_frame *f, const np_camera_ray *ray) {
-  const np_world *world = &f->assembly->packets[0].lights[0].world;
+static float compute_depth_in(const np_world *world, const np_camera_ray *ray) {
   np_ground_hit hit;
   const bool is_ground = np_camera_ray_intersect_ground(world, ray, &hit);
   const double end = is_ground ? hit.distance_m : np_camera_ray_get_end(ray);
@@ -82,18 +105,60 @@ static float compute_optical_depth(const np_frame *f, const np_camera_ray *ray) 
   return (float)np_depth_cursors_sum(&clouds);
 }
 
+static float compute_optical_depth(const np_frame *f, const np_camera_ray *ray) {
+  const np_packet_light *light = &f->assembly->packets[0].lights[0];
+  if (!f->exposure || !f->exposure->has_clouds) return compute_depth_in(&light->world, ray);
+  np_moved_light moved;
+  np_motion_move(f->exposure, light, ray->time, &moved);
+  return compute_depth_in(&moved.world, ray);
+}
+
+static void integrate_moved(const np_frame *f, const np_packet_light *light, const np_camera_ray *ray,
+                            np_random *random, np_integrator_sample *out) {
+  np_moved_light moved;
+  np_motion_move(f->exposure, light, ray->time, &moved);
+  f->integrate(&moved.world, &moved.lighting, &f->settings, ray, random, out);
+}
+
+/* One light, with the clouds where they are at the ray's time. */
+static void integrate_light(const np_frame *f, const np_packet_light *light, const np_camera_ray *ray,
+                            np_random *random, np_integrator_sample *out) {
+  if (f->exposure && f->exposure->has_clouds)
+    integrate_moved(f, light, ray, random, out);
+  else
+    f->integrate(&light->world, &light->lighting, &f->settings, ray, random, out);
+}
+
+/* Stars are put on the frame's picture: of a pixel beside, drawn by how far the camera has turned. */
+static np_spectrum get_stars(const np_frame *f, const np_packet *packet, const np_camera_ray *ray, const int pixel[2],
+                             np_random *random) {
+  if (!f->exposure || !f->exposure->has_camera) return np_star_field_get(&packet->stars, pixel[0], pixel[1]);
+  double aside[2], film[2];
+  const np_dvec3 direction = np_vec3_to_double(ray->direction);
+  np_camera moved;
+  if (!np_camera_project_direction(move_camera(f, ray->time, &moved), direction, aside) ||
+      !np_camera_project_direction(&f->assembly->camera, direction, film))
+    return np_spectrum_grey(0.0f);
+  int at[2];
+  for (int k = 0; k < 2; k++) at[k] = pixel[k] + (int)floor(film[k] - aside[k] + np_random_double(random));
+  const int view[2][2] = {{f->view_min[0], f->view_max[0]}, {f->view_min[1], f->view_max[1]}};
+  for (int k = 0; k < 2; k++)
+    if (at[k] < view[k][0] || at[k] >= view[k][1]) return np_spectrum_grey(0.0f);
+  return np_star_field_get(&packet->stars, at[0], at[1]);
+}
+
 /* Light adds up: a scene under sun and moon is the scene under the one and under the other. Stars shine through what
  * the sample finds before them. */
 static void integrate_packet(const np_frame *f, const np_packet *packet, const np_camera_ray *ray, const int pixel[2],
                              np_random *random, np_integrator_sample *out) {
-  f->integrate(&packet->lights[0].world, &packet->lights[0].lighting, &f->settings, ray, random, out);
+  integrate_light(f, &packet->lights[0], ray, random, out);
   if (f->has_light_groups) np_frame_add_group(f, ray, packet->lights[0].group, out);
   for (unsigned l = 1; l < packet->light_count; l++) {
     np_integrator_sample more;
     np_integrator_layers layers;
     np_camera_ray same = *ray;
     if (ray->layers) same.layers = np_frame_start_layers(f, &layers);
-    f->integrate(&packet->lights[l].world, &packet->lights[l].lighting, &f->settings, &same, random, &more);
+    integrate_light(f, &packet->lights[l], &same, random, &more);
     if (ray->layers) np_integrator_append_light(ray->layers, &layers);
     if (f->has_light_groups) np_frame_add_group(f, ray, packet->lights[l].group, &more);
     for (int c = 0; c < NP_COMPONENT_ALL; c++)
@@ -103,12 +168,20 @@ static void integrate_packet(const np_frame *f, const np_packet *packet, const n
     out->followed_count += more.followed_count;
   }
   if ((!packet->stars.count && !packet->stars.blurred) || out->is_ground_behind) return;
-  const np_spectrum stars =
-      np_spectrum_scale(np_star_field_get(&packet->stars, pixel[0], pixel[1]), out->transmittance);
+  const np_spectrum stars = np_spectrum_scale(get_stars(f, packet, ray, pixel, random), out->transmittance);
   out->component[NP_COMPONENT_BACKGROUND] = np_spectrum_add(out->component[NP_COMPONENT_BACKGROUND], stars);
   if (!f->has_light_groups || !(f->channels.beauty & 1u << NP_COMPONENT_BACKGROUND)) return;
   np_spectrum *sky = &ray->layers->group[NP_LIGHT_GROUP_SKY];
   *sky = np_spectrum_add(*sky, stars);
+}
+
+static void add_vectors(const np_frame *f, const np_camera_ray *ray, const np_integrator_sample *sample) {
+  const np_world *world = &f->assembly->packets[0].lights[0].world;
+  const np_motion_vectors vectors = np_motion_compute_vectors(f->vectors, world, ray, sample, ray->time);
+  for (int k = 0; k < 2; k++) {
+    ray->layers->motion[k] = vectors.forward[k];
+    ray->layers->motion[2 + k] = vectors.backward[k];
+  }
 }
 
 /* One sample of the picture: every packet along the same path, its bands added up to colours before anything is
@@ -160,6 +233,7 @@ neph_result np_frame_sample_pixel(const np_frame *f, const int at[2], uint32_t e
     const bool has_ray = make_ray(f, at[0], at[1], p->next, offset, &ray);
     if (f->has_layers) ray.layers = np_frame_start_layers(f, &layers);
     if (has_ray) integrate(f, &ray, at, &random, &sample);
+    if (has_ray && f->vectors) add_vectors(f, &ray, &sample);
     if (has_ray && f->aovs & NP_AOV_OPTICAL_DEPTH) sample.optical_depth = compute_optical_depth(f, &ray);
     if (np_monitor_is_cancelled(f->monitor)) break;
     float values[NP_PIXEL_NUMBERS_MAX];
@@ -209,6 +283,7 @@ np_frame *np_frame_copy_for_luminance(const np_frame *f, neph_render_desc *desc)
   copy->channels.count = copy->channels.sum_count = 0;
   copy->depth_components = copy->aovs = 0;
   copy->has_layers = copy->has_light_groups = false;
+  copy->vectors = NULL;
   copy->settings.lost_share = 0.0f;
   copy->settings.has_sun_share = false;
   return copy;

@@ -14,6 +14,7 @@ typedef enum np_stage {
   NP_STAGE_MOON,              /* its skies, and its light on clouds and ground */
   NP_STAGE_LIGHTS,            /* sun, moon and stars in their places */
   NP_STAGE_VOLUMES,           /* files read and clouds baked, made into bricks */
+  NP_STAGE_MOTION,            /* of camera and clouds about the frame */
   NP_STAGE_ATMOSPHERE,        /* optical depths and moments of the air */
   NP_STAGE_CAMERA_SKY,        /* the sky and the air seen from the camera */
   NP_STAGE_COLOR_FIT,         /* from three bands to colours, by the scene's own light */

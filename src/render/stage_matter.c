@@ -233,8 +233,7 @@ static neph_result load_or_bake(const np_stage_part *in, const np_scene_cloud *c
   return result ? result : np_volume_load_density(in->scene->context, path, &desc, out_volume);
 }
 
-/* The file of a cloud in this frame; without a path: it has none, or none as coarse. */
-static neph_result get_file(const np_stage_part *in, np_cloud_file *out_file) {
+neph_result np_stage_get_cloud_file(const np_stage_part *in, np_cloud_file *out_file) {
   const np_scene_cloud *cloud = &in->scene->clouds[in->cloud];
   *out_file = (np_cloud_file){.path = NULL};
   if (!cloud->vdb || np_plan_is_coarsened(in->plan, in->scene, cloud)) return NEPH_OK;
@@ -246,7 +245,7 @@ static neph_result get_volumes_key(const np_stage_part *in, void **out_key) {
   if (cloud->volume) return NEPH_OK;
   source_key *key = *out_key = np_alloc(in->made->context, 1, sizeof *key);
   np_cloud_file file;
-  neph_result result = key ? get_file(in, &file) : NEPH_ERROR_OUT_OF_MEMORY;
+  neph_result result = key ? np_stage_get_cloud_file(in, &file) : NEPH_ERROR_OUT_OF_MEMORY;
   if (result) return result;
   result = np_plan_choose_source(in->scene, cloud, file.path, in->plan->desc.frame, &key->source);
   if (!result && (!file.path || key->source == NP_CLOUD_SOURCE_FILE)) result = compute_key(in, file.path, key);
@@ -261,7 +260,7 @@ static neph_result make_volumes(const np_stage_part *in) {
   source_key *key = in->key;
   if (cloud->volume) return *out = neph_volume_retain(cloud->volume), NEPH_OK;
   np_cloud_file file;
-  neph_result result = get_file(in, &file);
+  neph_result result = np_stage_get_cloud_file(in, &file);
   const np_monitor_part whole = np_monitor_get_part(in->monitor);
   np_monitor_set_part(in->monitor, whole, 0.0, 0.7);
   if (!result && !file.path && np_scene_cloud_is_sequence(cloud))
@@ -392,7 +391,7 @@ neph_result np_stage_build_cloud(const np_stage_part *in) {
                    .parts = &in->made->clouds[in->cloud],
                    .low = np_nowhere_low,
                    .high = np_nowhere_high};
-  neph_result result = get_file(in, &c.file);
+  neph_result result = np_stage_get_cloud_file(in, &c.file);
   if (!result) result = place_cloud(&c);
   np_alloc_free(in->made->context, c.file.path);
   return result;

@@ -5,6 +5,7 @@
 
 #include "core/disk_cache.h"
 #include "render/packet.h"
+#include "scene/cloud_file.h"
 
 /* The parts of a stage: one for the picture, or one for each of these. */
 typedef enum np_part_kind {
@@ -94,18 +95,21 @@ void np_stage_disk_save(const np_stage_reuse *reuse, const np_stage_part *part);
 /* Adds the terrain to a key; false: it was made by calls, and nothing tells it. */
 bool np_stage_add_terrain_key(const np_stage_part *in, np_hash *key);
 
+/* The file of a part's cloud in the frame, its path to be freed; without one: it has none, or none as coarse. */
+neph_result np_stage_get_cloud_file(const np_stage_part *in, np_cloud_file *out_file);
+
 /* Albedo of the planet, in the scene's reference bands. */
 void np_stage_get_ground_albedo(const np_stage_part *in, double out[NP_BAND_COUNT]);
 
 np_stage_build_fn np_stage_build_packets, np_stage_build_lights, np_stage_build_packet_lights, np_stage_build_cloud,
     np_stage_build_color_fit, np_stage_build_star_map, np_stage_build_catalogue, np_stage_build_visibility,
-    np_stage_build_emission, np_stage_build_airglow, np_stage_build_approximation, np_stage_build_stars,
-    np_stage_build_instances, np_stage_build_world, np_stage_build_sky_guide, np_stage_build_air_shadow,
-    np_stage_build_lighting;
+    np_stage_build_emission, np_stage_build_airglow, np_stage_build_approximation, np_stage_build_motion,
+    np_stage_build_stars, np_stage_build_instances, np_stage_build_world, np_stage_build_sky_guide,
+    np_stage_build_air_shadow, np_stage_build_lighting;
 
 np_stage_clear_fn np_stage_clear_packets, np_stage_clear_lights, np_stage_clear_cloud, np_stage_clear_star_map,
     np_stage_clear_catalogue, np_stage_clear_visibility, np_stage_clear_emission, np_stage_clear_approximation,
-    np_stage_clear_stars, np_stage_clear_instances, np_stage_clear_air_shadow;
+    np_stage_clear_motion, np_stage_clear_stars, np_stage_clear_instances, np_stage_clear_air_shadow;
 
 np_stage_revise_fn np_stage_revise_volumes;
 

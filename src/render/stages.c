@@ -31,6 +31,7 @@ static const np_stage_row rows[NP_STAGE_COUNT] = {
     BUILD_CLEAR(PICTURE, lights), BUILD(PACKET, packet_lights)},
   [NP_STAGE_VOLUMES] = {"volumes", BIT(COLOR), DECIDE(volumes), PREDICT(BAKE, volumes), EXPECT(volumes), REUSE(volumes),
     BUILD_CLEAR(CLOUD, cloud), .revise = np_stage_revise_volumes},
+  [NP_STAGE_MOTION] = {"motion", BIT(VOLUMES), DECIDE(motion), BUILD_CLEAR(PICTURE, motion)},
   [NP_STAGE_ATMOSPHERE] = {"atmosphere", BIT(COLOR) | BIT(TERRAIN) | BIT(LIGHTS), .is_of_sky = true,
     .is_of_probes = true, DECIDE(atmosphere),
     SECONDS(SKY, 0.02), .part_bytes = 4e6, EXPECT(atmosphere), REUSE(atmosphere)},
@@ -76,7 +77,7 @@ static const np_stage_row rows[NP_STAGE_COUNT] = {
   [NP_STAGE_INTEGRATOR] = {"integrator",
     BIT(COLOR) | BIT(LIGHTS) | BIT(COLOR_FIT) |
     BIT(SUN_LIGHT) | BIT(SKY_LIGHT) | BIT(MOON) | BIT(WORLD) | BIT(APPROXIMATION) |
-    BIT(STARS) | BIT(LIGHTING), DECIDE(integrator), PREDICT(MARCH, integrator), EXPECT(integrator)},
+    BIT(STARS) | BIT(LIGHTING) | BIT(MOTION), DECIDE(integrator), PREDICT(MARCH, integrator), EXPECT(integrator)},
 };
 /* clang-format on */
 

@@ -24,9 +24,10 @@ void np_animation_destroy(neph_context *context, np_animation *animation);
 neph_result np_animation_put_first(neph_context *context, np_animation *animation, unsigned count,
                                    const np_track *tracks);
 
-/* The document in a frame; NULL on failure. */
+/* The document in a frame; NULL on failure. Steps are those of `step_frame`: a time within the exposure of a frame does
+ * not cross a cut. */
 neph_result np_animation_apply(neph_context *context, const np_animation *animation, const np_node *document,
-                               double frame, np_node **out_document);
+                               double frame, double step_frame, np_node **out_document);
 
 /* Adds all tracks to a hash. */
 void np_animation_add_to_hash(const np_animation *animation, np_hash *hash);

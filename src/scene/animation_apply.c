@@ -68,13 +68,14 @@ static np_node *make_value(neph_context *context, const np_track *track, const n
 }
 
 neph_result np_animation_apply(neph_context *context, const np_animation *animation, const np_node *document,
-                               double frame, np_node **out_document) {
+                               double frame, double step_frame, np_node **out_document) {
   np_node *copy = *out_document = np_node_copy(context, document);
   neph_result result = copy ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
   locale_t saved = np_values_enter();
   for (unsigned i = 0; i < animation->count && !result; i++) {
     const np_track *track = &animation->tracks[i];
-    np_node *value = make_value(context, track, copy, frame);
+    const bool is_step = track->interpolation == NP_INTERPOLATION_STEP;
+    np_node *value = make_value(context, track, copy, is_step ? step_frame : frame);
     result = value ? np_scene_edit(context, copy, track->path, value) : NEPH_ERROR_OUT_OF_MEMORY;
   }
   np_values_leave(saved);

@@ -74,10 +74,14 @@ static void set_eye(const np_scene_camera *camera, neph_eye eye, np_camera *out)
 
 neph_result np_camera_init(const neph_scene *scene, unsigned width, unsigned height, neph_eye eye,
                            np_camera *out_camera) {
-  const np_scene_camera *camera = &scene->camera;
+  return np_camera_make(scene->context, &scene->camera, width, height, eye, out_camera);
+}
+
+neph_result np_camera_make(neph_context *context, const np_scene_camera *camera, unsigned width, unsigned height,
+                           neph_eye eye, np_camera *out_camera) {
   if (width < 1 || height < 1 || width > 65536 || height > 65536)
-    return np_fail(scene->context, NEPH_ERROR_INVALID_ARGUMENT,
-                   "the picture is %u x %u pixels, must be 1 to 65536 each way", width, height);
+    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "the picture is %u x %u pixels, must be 1 to 65536 each way",
+                   width, height);
   *out_camera = (np_camera){.row = np_camera_get_row(camera->kind),
                             .kind = camera->kind,
                             .near_m = camera->near_m,

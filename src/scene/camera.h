@@ -17,6 +17,10 @@ typedef struct np_film_ray {
 neph_result np_camera_init(const neph_scene *scene, unsigned width, unsigned height, neph_eye eye,
                            np_camera *out_camera);
 
+/* The same of a camera that is not, or not now, the scene's. */
+neph_result np_camera_make(neph_context *context, const np_scene_camera *camera, unsigned width, unsigned height,
+                           neph_eye eye, np_camera *out_camera);
+
 /* Ray through a film position and a place of the lens, `u` and `v` even in [0, 1). False: no light falls there. */
 bool np_camera_start_ray(const np_camera *camera, float x, float y, float u, float v, np_film_ray *out_ray);
 

@@ -161,7 +161,7 @@ neph_result np_scene_set_frame(neph_scene *scene, double frame) {
                         .frame = frame,
                         .attachment = scene->attachment};
   np_scene_problems problems = {.context = scene->context, .file = scene->file, .is_first_only = true};
-  result = np_animation_apply(scene->context, scene->animation, scene->source, frame, &changed.document);
+  result = np_animation_apply(scene->context, scene->animation, scene->source, frame, frame, &changed.document);
   if (!result) result = np_scene_report(&problems, np_scene_apply_frame(&changed, &problems));
   if (!result) np_scene_keep_texts(scene, &changed);
   changed.motion.is_read = scene->motion.is_read;

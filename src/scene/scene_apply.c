@@ -448,7 +448,7 @@ static neph_result apply_animation(neph_scene *scene, np_scene_problems *problem
   neph_result result = np_animation_read(scene->context, scene->document, problems, &scene->animation);
   if (result || !scene->animation) return result;
   np_node *at_frame;
-  result = np_animation_apply(scene->context, scene->animation, scene->document, scene->frame, &at_frame);
+  result = np_animation_apply(scene->context, scene->animation, scene->document, scene->frame, scene->frame, &at_frame);
   if (result) return result;
   scene->source = scene->document;
   scene->document = at_frame;

@@ -261,6 +261,7 @@ static const struct {
     {np_scene_check_view, {{"camera", "position"}, {"camera", "look_at"}}},
     {np_scene_check_camera, {{"camera", NULL}}},
     {np_scene_check_exposure, {{"camera", NULL}, {"output", "exposure"}}},
+    {np_scene_check_motion_blur, {{"camera", NULL}, {"output", "deep"}}},
     {check_air, {{"atmosphere", NULL}}},
     {check_clouds, {{NULL, NULL}}}, /* cloud by cloud */
     {check_terrain, {{"terrain", NULL}}},

@@ -64,6 +64,13 @@ neph_result np_scene_check_exposure(const neph_scene *scene, np_scene_problems *
                           "output.exposure is camera, must come with camera.f_stop, shutter and iso");
 }
 
+neph_result np_scene_check_motion_blur(const neph_scene *scene, np_scene_problems *problems) {
+  if (!scene->motion_blur.is_enabled || !scene->output.deep) return NEPH_OK;
+  return np_scene_fail_at(problems, locate(scene, "motion_blur"),
+                          "camera.motion_blur goes without output.deep, whose stretches of depth are of one moment: "
+                          "leave one of them out, or blur by output.aovs: [motion]");
+}
+
 neph_result np_scene_check_camera(const neph_scene *scene, np_scene_problems *problems) {
   neph_result result = check_angle(scene, problems);
   if (np_scene_goes_on(problems, check_clipping(scene, problems), &result) &&

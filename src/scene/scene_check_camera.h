@@ -8,6 +8,9 @@
 /* Checks position and look_at. */
 neph_result np_scene_check_view(const neph_scene *scene, np_scene_problems *problems);
 
+/* Checks that no output of one moment is asked for. */
+neph_result np_scene_check_motion_blur(const neph_scene *scene, np_scene_problems *problems);
+
 /* Checks that previews can be exposed by the camera. */
 neph_result np_scene_check_exposure(const neph_scene *scene, np_scene_problems *problems);
 

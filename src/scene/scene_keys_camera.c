@@ -98,6 +98,17 @@ static const np_key keys[] = {
      .range = WITHIN(1e-6, 1e6), .fallback = "1 m", .meaning = "length of a unit of its positions"},
     {.path = "camera.motion.offset", .type = NP_KEY_REAL, .field = SCENE(motion.first_frame),
      .range = WITHIN(-1e6, 1e6), .fallback = "0", .meaning = "added to its frame numbers"},
+    {.path = "camera.motion_blur", .type = NP_KEY_SECTION, .choices = absences, .field = SCENE(motion_blur.is_enabled),
+     .tag = SCENE(motion_blur.is_enabled), .tag_value = true,
+     .meaning = "exposure over a part of a frame, in which camera and clouds move"},
+    {.path = "camera.motion_blur.shutter", .type = NP_KEY_REAL, .field = SCENE(motion_blur.shutter),
+     .range = WITHIN(1e-6, 16), .fallback = "auto", .word = "auto", .word_value = INFINITY,
+     .meaning = "part of a frame that the shutter is open: 0.5 is a shutter of 180 deg; auto is camera.shutter at "
+                "frame_rate, or 0.5 where one of them is not given"},
+    {.path = "camera.motion_blur.offset", .type = NP_KEY_REAL, .field = SCENE(motion_blur.offset),
+     .range = WITHIN(-16, 16), .fallback = "0",
+     .meaning = "frames from the frame's time to the middle of the exposure: half the shutter opens at the frame, 0 is "
+                "about it"},
     {.path = "camera.resolution", .type = NP_KEY_INTEGER, .field = SCENE(camera.resolution), .range = WITHIN(1, 65536),
      .fallback = "960, 540", .meaning = "width and height of the picture in pixels"},
     {.path = "camera.overscan", .type = NP_KEY_INTEGER, .field = SCENE(camera.overscan), .range = WITHIN(0, 8192),

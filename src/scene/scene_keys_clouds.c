@@ -42,6 +42,12 @@ static const np_key keys[] = {
                 "all frames; without it, that of the first frame asked for that holds anything"},
     {.path = "clouds[].grid", .type = NP_KEY_TEXT, .field = CLOUD(grid),
      .meaning = "name of a grid in it, or name + other for their sum; without it, density or the only fog volume"},
+    {.path = "clouds[].velocity", .type = NP_KEY_TEXT, .field = CLOUD(velocity),
+     .meaning = "name of its grid of velocities, for motion: a vector, or three floats that end in x, y and z; without "
+                "it, vel, v or velocity, where one is there; none: it has none"},
+    {.path = "clouds[].velocity_scale", .type = NP_KEY_REAL, .field = CLOUD(velocity_scale),
+     .range = WITHIN(-1e6, 1e6), .fallback = "1",
+     .meaning = "factor on velocities, which are in the file's lengths, metres, a second"},
     {.path = "clouds[].level_set", .type = NP_KEY_REAL, .field = CLOUD(level_set_voxels), .range = WITHIN(0, 1000),
      .fallback = "0",
      .meaning = "voxels below its surface at which a level set is 1, rising from 0 at it; 0: level sets are refused"},

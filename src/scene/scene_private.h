@@ -33,6 +33,13 @@ typedef struct np_scene_motion {
   bool is_read;       /* into the animation */
 } np_scene_motion;
 
+/* Exposure over a part of a frame. */
+typedef struct np_scene_motion_blur {
+  bool is_enabled;
+  double shutter; /* frames that it is open; infinite: as camera.shutter and frame_rate say */
+  double offset;  /* frames from the frame's time to the middle of the exposure */
+} np_scene_motion_blur;
+
 typedef struct np_scene_sun {
   double elevation_rad, azimuth_rad;       /* airless; used when `time` is NULL */
   char *time;                              /* ISO 8601 */
@@ -135,6 +142,8 @@ typedef struct np_scene_cloud {
   np_missing missing;
   double frame_offset, frame_speed; /* from frames to numbers of files */
   char *grid;                       /* NULL: chosen by neph_volume_load */
+  char *velocity;                   /* name of the grid of velocities; "none"; NULL: the usual names */
+  double velocity_scale;
   neph_import_policy policy;
   double level_set_voxels;
   neph_volume_ramp ramp;
@@ -148,7 +157,7 @@ typedef struct np_scene_cloud {
   bool has_frame_time; /* given: else by the frame rate */
   double frame_time_s; /* of the bake, from frame to frame */
   np_axis_up up;
-  double voxel_m; /* largest edge; 0: the file's transform */
+  double voxel_m;      /* largest edge; 0: the file's transform */
   double scale[3];     /* along east, north and up, before it is turned; below 0: mirrored */
   double tilt_rad[2];  /* about world x, then y, before the rotation */
   double rotation_rad; /* about world z, counter-clockwise seen from above */
@@ -275,6 +284,7 @@ struct neph_scene {
   np_scene_camera camera;
   np_scene_reach reach;
   np_scene_motion motion;
+  np_scene_motion_blur motion_blur;
   np_scene_sun sun;
   np_scene_moon moon;
   np_scene_stars stars;

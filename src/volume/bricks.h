@@ -56,6 +56,15 @@ typedef struct np_brick_node {
   np_brick_range whole_range;
 } np_brick_node;
 
+/* Velocities at the samples of bricks whose matter moves: a value is looked up where its matter is at time 0. */
+typedef struct np_brick_motion {
+  const struct np_bricks *rest; /* at time 0 */
+  const uint16_t *velocity;     /* of each brick along x, y and z, one after the other, in `scale` voxels a second */
+  const int32_t (*cells)[3];    /* of each brick, in brick coordinates */
+  float scale;
+  float time_s;
+} np_brick_motion;
+
 typedef struct np_bricks {
   neph_context *context;        /* borrowed */
   int32_t origin[3], size[3];   /* brick coordinates of the first cell, and cells that there are */
@@ -67,7 +76,8 @@ typedef struct np_bricks {
   np_brick_node *nodes;
   size_t brick_count;
   uint16_t *halves;                    /* samples divided by `scale`, when half */
-  float *floats;                       /* samples, when float; exactly one of the two is not NULL */
+  float *floats;                       /* samples, when float */
+  const np_brick_motion *motion;       /* when they move; exactly one of the three is not NULL */
   float scale;                         /* power of two that puts the largest magnitude in [1, 2); 1 when float */
   bool is_periodic[2];                 /* along x, y: then the table covers whole periods, and `origin` is 0 there */
   int32_t period[2];                   /* of the table in voxels, a multiple of 8, when periodic */
@@ -134,7 +144,32 @@ static inline __m128 np_brick_mix(__m128 a, __m128 b, __m128 t) {
   return _mm_add_ps(a, _mm_mul_ps(t, _mm_sub_ps(b, a)));
 }
 
-/* Value inside a known brick; `local` in [0, 8]³ from the brick's first sample, and clamped to it. NaN becomes 0. */
+/* Eight corners, mixed by the fraction of the way from the first to the last. */
+static inline float np_brick_mix_corners(const np_brick_corners *corners, __m128 fraction) {
+  __m128 x = _mm_shuffle_ps(fraction, fraction, 0x00), y = _mm_shuffle_ps(fraction, fraction, 0x55);
+  __m128 z = _mm_movehl_ps(fraction, fraction);
+  __m128 y_0 = np_brick_mix(corners->pair[0][0], corners->pair[1][0], x);
+  __m128 y_1 = np_brick_mix(corners->pair[0][1], corners->pair[1][1], x);
+  __m128 z_0 = np_brick_mix(y_0, y_1, y), z_1 = _mm_shuffle_ps(z_0, z_0, 0x55);
+  return _mm_cvtss_f32(np_brick_mix(z_0, z_1, z));
+}
+
+/* Functions for bricks that move, which are rare, are out of line: others pay nothing for them. */
+#if defined(__GNUC__)
+#define NP_BRICK_RARE __attribute__((noinline, unused))
+#else
+#define NP_BRICK_RARE
+#endif
+
+enum { NP_BRICK_LINE = 16 }; /* places that are looked up together */
+
+NP_BRICK_RARE static float np_brick_sample_moving(const np_bricks *bricks, uint32_t brick, np_vec3 local);
+NP_BRICK_RARE static void np_brick_sample_along_moving(const np_bricks *bricks, uint32_t brick, np_vec3 begin,
+                                                       np_vec3 along, const float at[NP_BRICK_LINE], int count,
+                                                       float out[NP_BRICK_LINE]);
+
+/* Value inside a known brick at rest; `local` in [0, 8]³ from the brick's first sample, and clamped to it. NaN becomes
+ * 0. */
 static inline float np_brick_sample(const np_bricks *bricks, uint32_t brick, np_vec3 local) {
   __m128 place = _mm_setr_ps(local.x, local.y, local.z, 0.0f);
   place = _mm_min_ps(_mm_max_ps(place, _mm_setzero_ps()), _mm_set1_ps((float)NP_BRICK_EDGE));
@@ -146,12 +181,12 @@ static inline float np_brick_sample(const np_bricks *bricks, uint32_t brick, np_
   size_t first = (size_t)brick * NP_BRICK_STRIDE + offset;
   np_brick_corners corners =
       bricks->halves ? np_brick_load_halves(bricks->halves + first) : np_brick_load_floats(bricks->floats + first);
-  __m128 x = _mm_shuffle_ps(fraction, fraction, 0x00), y = _mm_shuffle_ps(fraction, fraction, 0x55);
-  __m128 z = _mm_movehl_ps(fraction, fraction);
-  __m128 y_0 = np_brick_mix(corners.pair[0][0], corners.pair[1][0], x);
-  __m128 y_1 = np_brick_mix(corners.pair[0][1], corners.pair[1][1], x);
-  __m128 z_0 = np_brick_mix(y_0, y_1, y), z_1 = _mm_shuffle_ps(z_0, z_0, 0x55);
-  return bricks->scale * _mm_cvtss_f32(np_brick_mix(z_0, z_1, z));
+  return bricks->scale * np_brick_mix_corners(&corners, fraction);
+}
+
+/* The same at rest or not. */
+static inline float np_brick_eval(const np_bricks *bricks, uint32_t brick, np_vec3 local) {
+  return bricks->motion ? np_brick_sample_moving(bricks, brick, local) : np_brick_sample(bricks, brick, local);
 }
 
 #if defined(__AVX2__)
@@ -244,10 +279,8 @@ static inline __m256 np_brick_sample_eight(const np_bricks *bricks, uint32_t bri
 }
 #endif
 
-enum { NP_BRICK_LINE = 16 }; /* places that are looked up together */
-
-/* Values at begin + at[k]·along inside a known brick: `count` of them, at most NP_BRICK_LINE. Up to seven more places
- * are looked at and written to: both arrays have NP_BRICK_LINE. */
+/* Values at begin + at[k]·along inside a known brick at rest: `count` of them, at most NP_BRICK_LINE. Up to seven more
+ * places are looked at and written to: both arrays have NP_BRICK_LINE. */
 static inline void np_brick_sample_along(const np_bricks *bricks, uint32_t brick, np_vec3 begin, np_vec3 along,
                                          const float at[NP_BRICK_LINE], int count, float out[NP_BRICK_LINE]) {
 #if defined(__AVX512F__) && defined(__AVX512VL__)
@@ -272,11 +305,14 @@ static inline void np_brick_sample_along(const np_bricks *bricks, uint32_t brick
 #endif
 }
 
-/* Values at begin, begin + step, and so on. */
+/* Values at begin, begin + step, and so on, of bricks at rest or not. */
 static inline void np_brick_sample_line(const np_bricks *bricks, uint32_t brick, np_vec3 begin, np_vec3 step, int count,
                                         float out[NP_BRICK_LINE]) {
   static const float steps[NP_BRICK_LINE] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
-  np_brick_sample_along(bricks, brick, begin, step, steps, count, out);
+  if (bricks->motion)
+    np_brick_sample_along_moving(bricks, brick, begin, step, steps, count, out);
+  else
+    np_brick_sample_along(bricks, brick, begin, step, steps, count, out);
 }
 
 /* Floor of a number below 2⁶² in magnitude; libm's is a call below x86-64-v3. */
@@ -343,7 +379,42 @@ static inline float np_bricks_sample(const np_bricks *bricks, np_dvec3 index_pos
   if (!np_bricks_locate(bricks, index_position, cell, &local)) return bricks->background;
   const np_brick_place at = np_bricks_get_place(bricks, cell);
   const uint32_t brick = np_bricks_get_brick(bricks, &at);
-  return brick == NP_BRICK_NONE ? np_bricks_get_range(bricks, &at, 0).min : np_brick_sample(bricks, brick, local);
+  return brick == NP_BRICK_NONE ? np_bricks_get_range(bricks, &at, 0).min : np_brick_eval(bricks, brick, local);
+}
+
+/* Voxels a second inside a brick that moves. */
+static inline np_vec3 np_brick_get_velocity(const np_brick_motion *motion, uint32_t brick, np_vec3 local) {
+  __m128 place = _mm_setr_ps(local.x, local.y, local.z, 0.0f), fraction;
+  place = _mm_min_ps(_mm_max_ps(place, _mm_setzero_ps()), _mm_set1_ps((float)NP_BRICK_EDGE));
+  const __m128i lower = _mm_cvttps_epi32(_mm_min_ps(place, _mm_set1_ps((float)(NP_BRICK_EDGE - 1))));
+  fraction = _mm_sub_ps(place, _mm_cvtepi32_ps(lower));
+  __m128i strided = _mm_madd_epi16(lower, _mm_setr_epi32(NP_BRICK_STRIDE_X, NP_BRICK_SAMPLES, 1, 0));
+  strided = _mm_add_epi32(strided, _mm_unpackhi_epi64(strided, strided));
+  const uint32_t offset = (uint32_t)_mm_cvtsi128_si32(_mm_add_epi32(strided, _mm_shuffle_epi32(strided, 1)));
+  float out[3];
+  for (size_t a = 0; a < 3; a++) {
+    const size_t first = (3 * (size_t)brick + a) * NP_BRICK_STRIDE + offset;
+    const np_brick_corners corners = np_brick_load_halves(motion->velocity + first);
+    out[a] = motion->scale * np_brick_mix_corners(&corners, fraction);
+  }
+  return np_vec3_make(out[0], out[1], out[2]);
+}
+
+/* Semi-Lagrangian: the value of x at the time t is that of x − v(x)·t at time 0. */
+static float np_brick_sample_moving(const np_bricks *bricks, uint32_t brick, np_vec3 local) {
+  const np_brick_motion *motion = bricks->motion;
+  const int32_t *cell = motion->cells[brick];
+  const np_vec3 moved = np_vec3_scale(np_brick_get_velocity(motion, brick, local), motion->time_s);
+  const np_dvec3 index = np_dvec3_make((double)cell[0] * NP_BRICK_EDGE + (double)(local.x - moved.x),
+                                       (double)cell[1] * NP_BRICK_EDGE + (double)(local.y - moved.y),
+                                       (double)cell[2] * NP_BRICK_EDGE + (double)(local.z - moved.z));
+  return np_bricks_sample(motion->rest, index);
+}
+
+static void np_brick_sample_along_moving(const np_bricks *bricks, uint32_t brick, np_vec3 begin, np_vec3 along,
+                                         const float at[NP_BRICK_LINE], int count, float out[NP_BRICK_LINE]) {
+  for (int k = 0; k < count; k++)
+    out[k] = np_brick_sample_moving(bricks, brick, np_vec3_add(begin, np_vec3_scale(along, at[k])));
 }
 
 #endif

@@ -17,9 +17,10 @@ typedef struct np_instance {
   float extinction_per_value; /* 1/m where the grid holds 1 */
   np_spectrum albedo;
   np_phase phase;
-  double bottom_m, top_m; /* of its bounds, in the world */
-  unsigned number;        /* among the scene's clouds */
-  bool is_held_out;       /* it hides what is behind it from the camera, and does not show */
+  double bottom_m, top_m;          /* of its bounds, in the world */
+  unsigned number;                 /* among the scene's clouds */
+  bool is_held_out;                /* it hides what is behind it from the camera, and does not show */
+  const np_affine *index_to_frame; /* of one that moves, at its place at the frame's time; NULL: it is there */
 } np_instance;
 
 /* All clouds of a world. */

@@ -86,7 +86,11 @@ static inline void np_ray_instance_fill_extinction(const np_ray_instance *m, dou
     return;
   }
   const np_vec3 begin = np_brick_walk_local(&m->walk, &m->span, t), along = np_ray_instance_direction(m);
-  np_brick_sample_along(m->volume->bricks, m->span.brick, begin, along, at, count, out);
+  const np_bricks *bricks = m->volume->bricks;
+  if (bricks->motion)
+    np_brick_sample_along_moving(bricks, m->span.brick, begin, along, at, count, out);
+  else
+    np_brick_sample_along(bricks, m->span.brick, begin, along, at, count, out);
   for (int k = 0; k < count; k++) out[k] *= per_value;
 }
 

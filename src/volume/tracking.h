@@ -28,7 +28,8 @@ static inline float np_track_voxels_per_m(const np_instance *volume, np_vec3 dir
 /* Mean of the value over the part of a span from the local position `begin` on to begin + along: exactly. Between
  * two faces of the lattice of samples the trilinear field is a cubic along the ray, which two Gauss points integrate.
  */
-static inline float np_track_mean(const np_bricks *bricks, uint32_t brick, np_vec3 begin, np_vec3 along) {
+static inline float np_track_mean_by(float (*sample)(const np_bricks *, uint32_t, np_vec3), const np_bricks *bricks,
+                                     uint32_t brick, np_vec3 begin, np_vec3 along) {
   const float from[3] = {begin.x, begin.y, begin.z}, delta[3] = {along.x, along.y, along.z};
   float next[3], stride[3], sum = 0.0f;
   for (int a = 0; a < 3; a++) {
@@ -42,12 +43,22 @@ static inline float np_track_mean(const np_bricks *bricks, uint32_t brick, np_ve
     const float end = np_minf(next[axis], 1.0f), middle = 0.5f * (t + end), offset = 0.28867513f * (end - t);
     next[axis] += stride[axis];
     if (end <= t) continue;
-    const float low = np_brick_sample(bricks, brick, np_vec3_add(begin, np_vec3_scale(along, middle - offset)));
-    const float high = np_brick_sample(bricks, brick, np_vec3_add(begin, np_vec3_scale(along, middle + offset)));
+    const float low = sample(bricks, brick, np_vec3_add(begin, np_vec3_scale(along, middle - offset)));
+    const float high = sample(bricks, brick, np_vec3_add(begin, np_vec3_scale(along, middle + offset)));
     sum += 0.5f * (end - t) * (low + high);
     t = end;
   }
   return sum;
+}
+
+/* The same of bricks that move, where two points are not exact, but as fine as the voxels. */
+NP_BRICK_RARE static float np_track_mean_moving(const np_bricks *bricks, uint32_t brick, np_vec3 begin, np_vec3 along) {
+  return np_track_mean_by(np_brick_sample_moving, bricks, brick, begin, along);
+}
+
+static inline float np_track_mean(const np_bricks *bricks, uint32_t brick, np_vec3 begin, np_vec3 along) {
+  if (bricks->motion) return np_track_mean_moving(bricks, brick, begin, along);
+  return np_track_mean_by(np_brick_sample, bricks, brick, begin, along);
 }
 
 /* Look-ups that np_track_mean() takes, or some more. */
@@ -270,7 +281,7 @@ static inline double np_track_span_collision(const np_instance *volume, const np
     if (is_sure && spare == 0.0f) return t;
     float value = span->range.min;
     if (span->brick != NP_BRICK_NONE)
-      value = np_brick_sample(volume->bricks, span->brick, np_brick_walk_local(walk, span, t));
+      value = np_brick_eval(volume->bricks, span->brick, np_brick_walk_local(walk, span, t));
     if (!is_sure && !(threshold < value)) continue;
     if (spare != 0.0f) flight->weight *= (double)(value / (value - spare));
     return t;

@@ -40,6 +40,13 @@ neph_result np_volume_read_header(neph_context *context, const char *path, const
 neph_result np_volume_load_field(neph_context *context, const char *path, const neph_volume_load_desc *desc,
                                  bool is_required, bool *out_is_in_file, neph_volume **out_volume);
 
+/* Reads the velocities of a file, three components, sorted: a grid of vectors, or three of floats, called `name`; NULL:
+ * vel, v or velocity, whichever is there, and else `*out_is_found` is false. The caller clears the grids, whatever the
+ * outcome. */
+neph_result np_volume_load_velocity(neph_context *context, const char *path, const char *name,
+                                    neph_import_policy policy, np_monitor *monitor, np_sparse_grid out_velocity[3],
+                                    bool *out_is_found);
+
 /* Builds a volume from a grid whose values are a cloud's: finite, not negative, background 0. The grid stays the
  * caller's. `monitor` may be NULL. */
 neph_result np_volume_create_from_grid(neph_context *context, const np_sparse_grid *grid, neph_precision precision,

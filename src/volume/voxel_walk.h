@@ -48,7 +48,7 @@ static inline bool np_voxel_walk_next(np_voxel_walk *walk, const np_bricks *bric
   double value[4];
   for (int k = 0; k < 4; k++) {
     const float at = (float)(walk->share + (end - walk->share) * k / 3.0);
-    value[k] = (double)np_brick_sample(bricks, brick, np_vec3_add(walk->begin, np_vec3_scale(walk->along, at)));
+    value[k] = (double)np_brick_eval(bricks, brick, np_vec3_add(walk->begin, np_vec3_scale(walk->along, at)));
   }
   out->begin = walk->t_begin + walk->share * walk->length;
   out->length = (end - walk->share) * walk->length;

@@ -25,6 +25,7 @@ typedef struct np_emitter {
   const np_bricks *temperature;     /* NULL: `offset_k` everywhere */
   np_affine world_to_temperature;
   float kelvin_per_value, offset_k;
+  unsigned number;  /* of its cloud among the scene's */
   bool is_held_out; /* the camera does not see it */
 } np_emitter;
 
