@@ -3,6 +3,7 @@
 #ifndef NP_RENDER_PLAN_STAGES_H
 #define NP_RENDER_PLAN_STAGES_H
 
+#include "core/parallel.h"
 #include "render/stores.h"
 #include "scene/scene_lights.h"
 #include "volume/instance.h"
@@ -34,6 +35,7 @@ typedef enum np_stage {
   NP_STAGE_APPROXIMATION,     /* multiple scattering approximated from single scattering */
   NP_STAGE_STARS,             /* of the catalogue, in the picture */
   NP_STAGE_LIGHTING,          /* the caches that answer the integrator */
+  NP_STAGE_HISTORY,           /* the frame before, from which pixels are taken */
   NP_STAGE_INTEGRATOR,
   NP_STAGE_COUNT
 } np_stage;
@@ -87,6 +89,7 @@ typedef struct np_plan {
   np_stores *stores;            /* borrowed: from what earlier pictures left; the scene's own, unless set to others */
   np_stage_times *times;        /* borrowed: filled while the stages are built; NULL: nobody asks */
   struct np_tile_feed *feed;    /* borrowed: to whom tiles are shown; NULL: nobody */
+  np_monitor_part progress;     /* of the call that the picture is; run-up frames are the rest */
   neph_render_desc desc;        /* the caller's over the scene's, checked */
   int view_min[2], view_max[2]; /* pixels of the picture and its overscan; view_max is one past the last */
   int window_min[2], window_max[2]; /* those of them that are rendered: the data window */
@@ -123,7 +126,7 @@ typedef struct np_plan {
   double work_factor[NEPH_WORK_COUNT]; /* time of each kind of work, over that of the machine of the constants */
   double constant_s;                   /* predicted for all stages without those factors: the same on every machine */
   np_light_span light_span;
-  double light_error;                  /* expected of the largest cells of multiple scattering; 0: it is not solved */
+  double light_error;      /* expected of the largest cells of multiple scattering; 0: it is not solved */
   double light_cell_count; /* in the box of clouds that are baked, where multiple scattering is solved for; else 0 */
 } np_plan;
 

@@ -10,10 +10,11 @@
 #include "core/hash.h"
 #include "scene/animation.h"
 #include "scene/scene_keys.h"
+#include "scene/sequence.h"
 
 typedef struct hash_writer {
   const neph_scene *scene;
-  int frame;
+  int first, frame; /* frames whose files the picture follows from */
   np_hash *hash;
   neph_result result;
 } hash_writer;
@@ -36,16 +37,20 @@ static neph_result add_contents(neph_context *context, np_hash *hash, const char
 }
 
 /* A file that is missing has no contents: the render says so. */
-static void add_file(hash_writer *w, const char *text) {
+static void add_file_of_frame(hash_writer *w, const char *path, int frame) {
   neph_context *context = w->scene->context;
-  char *path = np_path_map_resolve(context, w->scene->file, text);
-  char *named = path ? np_file_frame_name(context, path, w->frame) : NULL;
+  char *named = path ? np_file_frame_name(context, path, frame) : NULL;
   if (!named)
     w->result = NEPH_ERROR_OUT_OF_MEMORY;
-  else if (!w->result)
+  else if (!w->result && (frame == w->frame || strcmp(named, path) != 0))
     w->result = add_contents(context, w->hash, named);
   np_alloc_free(context, named);
-  np_alloc_free(context, path);
+}
+
+static void add_file(hash_writer *w, const char *text) {
+  char *path = np_path_map_resolve(w->scene->context, w->scene->file, text);
+  for (int frame = w->first; frame <= w->frame; frame++) add_file_of_frame(w, path, frame);
+  np_alloc_free(w->scene->context, path);
 }
 
 /* ---- The document ---- */
@@ -108,7 +113,7 @@ static void add_references(hash_writer *w) {
     const np_scene_cloud *cloud = &w->scene->clouds[i];
     if (!np_scene_cloud_is_sequence(cloud) || !cloud->has_reference_frame) continue;
     hash_writer reference = *w;
-    reference.frame = (int)cloud->reference_frame;
+    reference.first = reference.frame = (int)cloud->reference_frame;
     add_file(&reference, cloud->vdb);
     w->result = reference.result;
   }
@@ -148,7 +153,9 @@ static void add_settings(np_hash *hash, const neph_scene *scene, const np_plan *
 neph_result np_scene_hash_compute(const neph_scene *scene, const np_plan *plan, char out_hex[33]) {
   out_hex[0] = '\0';
   if (has_given_assets(scene)) return NEPH_OK;
-  hash_writer w = {.scene = scene, .frame = plan->desc.frame, .hash = np_hash_create(scene->context)};
+  const int frame = plan->desc.frame,
+            first = np_scene_has_history(scene) ? np_scene_get_history_first(scene, frame) : frame;
+  hash_writer w = {.scene = scene, .first = first, .frame = frame, .hash = np_hash_create(scene->context)};
   if (!w.hash) return NEPH_ERROR_OUT_OF_MEMORY;
   if (scene->document) add_node(&w, np_scene_get_source(scene), NULL);
   if (scene->animation) np_animation_add_to_hash(scene->animation, w.hash);
