@@ -90,6 +90,25 @@ static void a_constant_sky_stays_constant(void **state) {
   }
 }
 
+/* Alike pixels around that are rendered have no deviation from the light that is now. */
+static void a_sky_that_changes_has_no_lag(void **state) {
+  fixture *f = *state;
+  for (int i = 0; i < 2; i++) {
+    neph_scene *scene = load(f, constant);
+    set_in(scene, "render.integrator", integrators[i]);
+    set_in(scene, "animate.environment.radiance", "[[1, [0.5, 1, 2]], [6, [0.25, 0.5, 1]]]");
+    neph_image *before = render(scene, 5), *image = render(scene, 6);
+    double percents[3];
+    get_percents(image, percents);
+    assert_true(percents[1] > 80.0);
+    assert_true(get(before, "G")[0] > 0.55f);
+    assert_constant(image);
+    neph_image_destroy(before);
+    neph_image_destroy(image);
+    neph_scene_destroy(scene);
+  }
+}
+
 /* ---- Hills before a sky ---- */
 
 /* Black hills before a white sky move by one pixel a frame and more. */
@@ -355,6 +374,7 @@ static int set_up(void **state) { return set_up_scene(state, 2, constant); }
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test_setup_teardown(a_constant_sky_stays_constant, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(a_sky_that_changes_has_no_lag, set_up, tear_down),
       cmocka_unit_test_setup_teardown(a_ridge_leaves_no_ghost, set_up, tear_down),
       cmocka_unit_test_setup_teardown(sixteen_frames_renew_every_pixel, set_up, tear_down),
       cmocka_unit_test_setup_teardown(a_still_picture_converges, set_up, tear_down),

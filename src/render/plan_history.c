@@ -102,7 +102,7 @@ double np_plan_predict_reconstruction_bytes(const neph_scene *scene, const np_pl
 }
 
 np_stage_cost np_stage_predict_history(const np_plan *plan, const neph_scene *scene) {
-  (void)scene;
   const double places = (double)np_plan_count_pixels(plan) * sizeof(np_reprojected);
-  return (np_stage_cost){.bytes = predict_frame_bytes(plan) + places};
+  const double changes = np_scene_has_still_light(scene) ? 0.0 : (double)plan->film_bytes;
+  return (np_stage_cost){.bytes = predict_frame_bytes(plan) + places + changes};
 }

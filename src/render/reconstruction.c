@@ -61,6 +61,8 @@ static neph_result fill(const neph_scene *scene, const np_plan *plan, const np_f
   r->weight_min = scene->render.history_weight;
   choose_lattices(r, &scene->render, (unsigned)(plan->desc.frame - first));
   if (r->before) r->places = np_alloc(r->context, pixels, sizeof *r->places);
+  if (r->before && !r->has_still_light)
+    r->changes = np_alloc(r->context, pixels, f->channels.count * sizeof *r->changes);
   r->sources = np_alloc(r->context, pixels, sizeof *r->sources);
   if (!r->sources || (r->before && !r->places)) return NEPH_ERROR_OUT_OF_MEMORY;
   const neph_result result = np_history_frame_create(r->context, pixels, f->channels.count, &r->next);
@@ -90,6 +92,7 @@ void np_reconstruction_destroy(np_reconstruction *r) {
   np_history_frame_clear(context, &r->next);
   np_alloc_free(context, r->places);
   np_alloc_free(context, r->sources);
+  np_alloc_free(context, r->changes);
   np_alloc_free(context, r);
 }
 
@@ -197,7 +200,8 @@ static void copy_row(const np_frame *f, unsigned y) {
 }
 
 neph_result np_reconstruction_resolve(np_frame *f) {
-  neph_result result = pass_rows(f, np_reconstruction_blend_row);
+  neph_result result = f->reconstruction->changes ? pass_rows(f, np_reconstruction_compare_row) : NEPH_OK;
+  if (!result) result = pass_rows(f, np_reconstruction_blend_row);
   if (!result) result = pass_rows(f, np_reconstruction_interpolate_row);
   return result ? result : pass_rows(f, copy_row);
 }

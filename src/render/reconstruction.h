@@ -42,6 +42,7 @@ typedef struct np_reconstruction {
   np_pixel_lattice resolution; /* rendered where there is no history */
   np_reprojected *places;      /* of each pixel in the frame before; NULL: none */
   uint8_t *sources;            /* np_pixel_source of each pixel */
+  float *changes;              /* [channel][pixel]: of rendered ones, what they are above their history; else unused */
   uint64_t source_counts[NP_PIXEL_RENDERED + 1];
   np_history_frame next; /* what is made of the picture */
 } np_reconstruction;
@@ -70,7 +71,10 @@ neph_result np_reconstruction_keep(np_reconstruction *r, const np_plan *plan);
 /* Whether a pixel has neighbours on the resolution's lattice that it may be interpolated from. */
 bool np_reconstruction_has_alike(const np_reconstruction *r, unsigned x, unsigned y);
 
-/* Passes of resolving, by rows: blending what was rendered with history, and interpolating the rest. */
+/* Passes of resolving, by rows: comparing what was rendered with its history, blending both, and interpolating the
+ * rest.
+ */
+void np_reconstruction_compare_row(const np_frame *f, unsigned y);
 void np_reconstruction_blend_row(const np_frame *f, unsigned y);
 void np_reconstruction_interpolate_row(const np_frame *f, unsigned y);
 

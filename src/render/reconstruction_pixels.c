@@ -30,6 +30,8 @@ static float compare_guides(const np_pixel_guide *to, const np_pixel_guide *from
   return expf(-fminf(distance * distance + opacity * opacity, 60.0f));
 }
 
+static float tent(float x) { return fmaxf(1.0f - fabsf(x), 0.0f); }
+
 /* ---- Clipping ---- */
 
 /* Luma and differences of R, G and B (Malvar and Sullivan 2003, YCoCg), and coverage. */
@@ -71,24 +73,27 @@ static void list_around(const np_reconstruction *r, unsigned x, unsigned y, arou
 /* Deviations from the mean that history may have. */
 static const float deviations = 2.0f;
 
+/* Mean of one axis over rendered pixels, and most that history may be away from it. */
+static float compute_mean(const around *near, float axes[AROUND][NP_HISTORY_AXES], unsigned axis, float *out_most) {
+  float mean = 0.0f, square = 0.0f;
+  for (unsigned i = 0; i < near->count; i++) mean += near->weight[i] / near->sum * axes[i][axis];
+  for (unsigned i = 0; i < near->count; i++)
+    square += near->weight[i] / near->sum * (axes[i][axis] - mean) * (axes[i][axis] - mean);
+  *out_most = deviations * sqrtf(square);
+  return mean;
+}
+
 /* Share of its way from the mean that a history may keep. */
 static float compute_share(const np_frame *f, const float *history, const around *near) {
-  const np_reconstruction *r = f->reconstruction;
-  float axes[NP_HISTORY_AXES], own[NP_HISTORY_AXES], mean[NP_HISTORY_AXES] = {0}, square[NP_HISTORY_AXES] = {0};
-  float values[NP_HISTORY_AXES], share = 1.0f;
-  const unsigned axis_count = get_axes(r, history, axes);
+  float axes[AROUND][NP_HISTORY_AXES], own[NP_HISTORY_AXES], values[NP_HISTORY_AXES], share = 1.0f, most;
+  const unsigned axis_count = get_axes(f->reconstruction, history, own);
   for (unsigned i = 0; i < near->count; i++) {
     for (unsigned c = 0; c < axis_count; c++) values[c] = f->planes[c][near->index[i]];
-    (void)get_axes(r, values, own);
-    for (unsigned a = 0; a < axis_count; a++) {
-      const float away = own[a] - axes[a];
-      mean[a] += near->weight[i] / near->sum * away;
-      square[a] += near->weight[i] / near->sum * away * away;
-    }
+    (void)get_axes(f->reconstruction, values, axes[i]);
   }
   for (unsigned a = 0; a < axis_count; a++) {
-    const float most = deviations * sqrtf(fmaxf(square[a] - mean[a] * mean[a], 0.0f));
-    if (fabsf(mean[a]) > most) share = fminf(share, most / fabsf(mean[a]));
+    const float away = fabsf(own[a] - compute_mean(near, axes, a, &most));
+    if (away > most) share = fminf(share, most / away);
   }
   return share;
 }
@@ -97,17 +102,63 @@ static float compute_share(const np_frame *f, const float *history, const around
 static const float around_min = 3.0f;
 
 /* All channels by one share: layers that add up to the picture go on to. */
-static void clip(const np_frame *f, unsigned x, unsigned y, float *history) {
-  around near;
-  list_around(f->reconstruction, x, y, &near);
-  if (near.sum < around_min) return;
-  const float share = compute_share(f, history, &near);
+static void clip(const np_frame *f, const around *near, float *history) {
+  if (near->sum < around_min) return;
+  const float share = compute_share(f, history, near);
   if (share >= 1.0f) return;
   for (unsigned c = 0; c < f->channels.count; c++) {
     float mean = 0.0f;
-    for (unsigned i = 0; i < near.count; i++) mean += near.weight[i] / near.sum * f->planes[c][near.index[i]];
+    for (unsigned i = 0; i < near->count; i++) mean += near->weight[i] / near->sum * f->planes[c][near->index[i]];
     history[c] = mean + share * (history[c] - mean);
   }
+}
+
+/* ---- Changes ---- */
+
+/* Share of the change of rendered pixels that those around them take over: a third follows light and clouds best, for
+ * edges of shadows are at other places than their neighbours'. */
+static const float change_gain = 0.33f;
+
+/* Weight of alike pixels below which their change says nothing. */
+static const float change_min = 0.05f;
+
+static const np_reprojected *get_place(const np_reconstruction *r, size_t index) {
+  return r->places && !r->is_cut && r->places[index].is_seen ? &r->places[index] : NULL;
+}
+
+static np_reprojection make_reprojection(const np_reconstruction *r) {
+  return np_reprojection_make(r->before, &r->next.camera, r->next.guides, r->min, r->width, r->height);
+}
+
+void np_reconstruction_compare_row(const np_frame *f, unsigned y) {
+  const np_reconstruction *r = f->reconstruction;
+  const np_reprojection reprojection = make_reprojection(r);
+  float history[NP_CHANNELS_MAX], count;
+  for (unsigned x = r->update.at[0]; x < r->width && y % r->update.edge == r->update.at[1]; x += r->update.edge) {
+    const size_t index = (size_t)y * r->width + x;
+    const np_reprojected *place = get_place(r, index);
+    if (!place) continue;
+    np_reprojection_sample(&reprojection, place, history, &count);
+    for (unsigned c = 0; c < r->next.channel_count; c++)
+      r->changes[c * get_pixel_count(r) + index] = f->planes[c][index] - history[c];
+  }
+}
+
+/* What alike pixels around have changed by, history has too. */
+static void add_changes(const np_reconstruction *r, unsigned x, unsigned y, const around *near, float *history) {
+  float weights[AROUND], sum = 0.0f;
+  for (unsigned i = 0; i < near->count; i++) {
+    const size_t index = near->index[i];
+    const float edge = (float)r->update.edge;
+    const float across = ((float)(index % r->width) - (float)x) / edge;
+    const float down = ((float)(index / r->width) - (float)y) / edge;
+    weights[i] = get_place(r, index) ? near->weight[i] * tent(across) * tent(down) : 0.0f;
+    sum += weights[i];
+  }
+  if (sum < change_min) return;
+  for (unsigned i = 0; i < near->count; i++)
+    for (unsigned c = 0; c < r->next.channel_count && weights[i] > 0.0f; c++)
+      history[c] += change_gain * weights[i] / sum * r->changes[c * get_pixel_count(r) + near->index[i]];
 }
 
 /* ---- History ---- */
@@ -122,11 +173,16 @@ static void average(const np_reconstruction *r, const float *history, float *cou
 static void blend_pixel(const np_frame *f, const np_reprojection *reprojection, unsigned x, unsigned y) {
   const np_reconstruction *r = f->reconstruction;
   const size_t index = (size_t)y * r->width + x;
-  const np_reprojected *place = r->places && !r->is_cut && r->places[index].is_seen ? &r->places[index] : NULL;
+  const np_reprojected *place = get_place(r, index);
   float history[NP_CHANNELS_MAX], values[NP_CHANNELS_MAX], count = 0.0f;
   if (place) {
     np_reprojection_sample(reprojection, place, history, &count);
-    if (!r->has_still_light) clip(f, x, y, history);
+    if (r->changes) {
+      around near;
+      list_around(r, x, y, &near);
+      add_changes(r, x, y, &near, history);
+      clip(f, &near, history);
+    }
   }
   if (!np_reconstruction_is_rendered(r, index)) {
     set_values(r, index, history, count);
@@ -143,15 +199,12 @@ static void blend_pixel(const np_frame *f, const np_reprojection *reprojection, 
 void np_reconstruction_blend_row(const np_frame *f, unsigned y) {
   const np_reconstruction *r = f->reconstruction;
   np_reprojection reprojection = {.width = r->width};
-  if (r->before)
-    reprojection = np_reprojection_make(r->before, &r->next.camera, r->next.guides, r->min, r->width, r->height);
+  if (r->before) reprojection = make_reprojection(r);
   for (unsigned x = 0; x < r->width; x++)
     if (r->sources[(size_t)y * r->width + x] != NP_PIXEL_INTERPOLATED) blend_pixel(f, &reprojection, x, y);
 }
 
 /* ---- Interpolation ---- */
-
-static float tent(float x) { return fmaxf(1.0f - fabsf(x), 0.0f); }
 
 /* Bilinear weight between pixels of the resolution's lattice, so many pixels aside. */
 static float get_weight(const np_reconstruction *r, int across, int down) {

@@ -30,7 +30,7 @@ float np_pixel_guide_compare(float a_m, float b_m) {
 
 /* Differences from which neighbours show different things: of opacity, and of the inverse distance from that of a plane
  * through them, which is even over the picture, over the largest. */
-static const float edge_opacity = 0.05f, edge_bend = 0.1f;
+static const float edge_opacity = 0.01f, edge_bend = 0.1f;
 
 static bool is_bent(float a_m, float middle_m, float b_m) {
   const float a = invert(a_m), middle = invert(middle_m), b = invert(b_m);
