@@ -71,7 +71,7 @@ static void list_around(const np_reconstruction *r, unsigned x, unsigned y, arou
 }
 
 /* Deviations from the mean that history may have. */
-static const float deviations = 2.0f;
+static const float deviations = 1.5f;
 
 /* Mean of one axis over rendered pixels, and most that history may be away from it. */
 static float compute_mean(const around *near, float axes[AROUND][NP_HISTORY_AXES], unsigned axis, float *out_most) {
@@ -119,8 +119,8 @@ static void clip(const np_frame *f, const around *near, float *history) {
  * edges of shadows are at other places than their neighbours'. */
 static const float change_gain = 0.33f;
 
-/* Weight of alike pixels below which their change says nothing. */
-static const float change_min = 0.05f;
+/* Weight of alike pixels up to which it is less. */
+static const float change_weight = 0.5f;
 
 static const np_reprojected *get_place(const np_reconstruction *r, size_t index) {
   return r->places && !r->is_cut && r->places[index].is_seen ? &r->places[index] : NULL;
@@ -155,10 +155,10 @@ static void add_changes(const np_reconstruction *r, unsigned x, unsigned y, cons
     weights[i] = get_place(r, index) ? near->weight[i] * tent(across) * tent(down) : 0.0f;
     sum += weights[i];
   }
-  if (sum < change_min) return;
   for (unsigned i = 0; i < near->count; i++)
     for (unsigned c = 0; c < r->next.channel_count && weights[i] > 0.0f; c++)
-      history[c] += change_gain * weights[i] / sum * r->changes[c * get_pixel_count(r) + near->index[i]];
+      history[c] +=
+          change_gain * weights[i] / fmaxf(sum, change_weight) * r->changes[c * get_pixel_count(r) + near->index[i]];
 }
 
 /* ---- History ---- */
