@@ -160,7 +160,7 @@ static cli_exit bake_to(const cloud_job *job, const char *path) {
 }
 
 static cli_exit bake_frame(const cloud_job *job, const char *pattern) {
-  if (!strchr(pattern, '#') && !cli_is_single_frame(job->session->options)) {
+  if (!neph_frame_is_numbered(pattern) && !cli_is_single_frame(job->session->options)) {
     cli_complain("%s would be written for every frame: put # where the number goes", pattern);
     return CLI_USAGE;
   }

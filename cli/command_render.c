@@ -214,7 +214,7 @@ static void choose_exposure(render_job *job) {
   const neph_render_desc *desc = &job->desc;
   const bool is_part = desc->tile_count > 1 || desc->crop_max[0] - desc->crop_min[0] < desc->width ||
                        desc->crop_max[1] - desc->crop_min[1] < desc->height;
-  const bool is_of_sequence = job->output.preview && strchr(job->output.preview, '#');
+  const bool is_of_sequence = job->output.preview && neph_frame_is_numbered(job->output.preview);
   if (is_part || is_of_sequence) render_job_fix_exposure(job);
 }
 

@@ -15,7 +15,7 @@ static cli_exit check_pattern(const render_job *job, const char *pattern) {
                           pattern, eye_mark);
     return CLI_USAGE;
   }
-  if (!pattern || cli_is_single_frame(job->session->options) || strchr(pattern, '#')) return CLI_DONE;
+  if (!pattern || cli_is_single_frame(job->session->options) || neph_frame_is_numbered(pattern)) return CLI_DONE;
   cli_progress_complain(&job->session->progress, "%s would be written for every frame: put # where the number goes",
                         pattern);
   return CLI_USAGE;

@@ -9,6 +9,7 @@
 
 #include "core/alloc.h"
 #include "core/file.h"
+#include "core/frame_name.h"
 
 static int set_up(void **state) { return test_set_up(state, 1, "file.bin"); }
 
@@ -259,15 +260,55 @@ static void paths_are_seen_from_the_base_file(void **state) {
   assert_text(f, np_file_resolve(f->context, NULL, "b.vdb"), "b.vdb");
 }
 
-static void frame_number_replaces_the_last_hashes(void **state) {
+static void the_last_place_holds_the_number(void **state) {
   test_fixture *f = *state;
-  assert_text(f, np_file_frame_name(f->context, "a.####.exr", 7), "a.0007.exr");
-  assert_text(f, np_file_frame_name(f->context, "a.####.exr", 123456), "a.123456.exr");
-  assert_text(f, np_file_frame_name(f->context, "a.#.exr", 12), "a.12.exr");
-  assert_text(f, np_file_frame_name(f->context, "a.####.exr", -7), "a.-007.exr");
-  assert_text(f, np_file_frame_name(f->context, "##/a.##", 3), "##/a.03");
-  assert_text(f, np_file_frame_name(f->context, "a.exr", 7), "a.exr");
-  assert_text(f, np_file_frame_name(f->context, "100%s.###", 7), "100%s.007");
+  assert_text(f, np_frame_name_make(f->context, "a.####.exr", 7), "a.0007.exr");
+  assert_text(f, np_frame_name_make(f->context, "a.####.exr", 123456), "a.123456.exr");
+  assert_text(f, np_frame_name_make(f->context, "a.#.exr", 12), "a.12.exr");
+  assert_text(f, np_frame_name_make(f->context, "a.####.exr", -7), "a.-007.exr");
+  assert_text(f, np_frame_name_make(f->context, "##/a.##", 3), "##/a.03");
+  assert_text(f, np_frame_name_make(f->context, "a.exr", 7), "a.exr");
+  assert_text(f, np_frame_name_make(f->context, "100%s.###", 7), "100%s.007");
+  assert_text(f, np_frame_name_make(f->context, "a.%04d.exr", 7), "a.0007.exr");
+  assert_text(f, np_frame_name_make(f->context, "a.%d.exr", -7), "a.-7.exr");
+  assert_text(f, np_frame_name_make(f->context, "$F/a_$F4.exr", 12.5), "$F/a_0012.exr");
+  assert_text(f, np_frame_name_make(f->context, "a.$F.exr", -0.5), "a.-1.exr");
+  assert_text(f, np_frame_name_make(f->context, "a.$FF.exr", 12.5), "a.12.5.exr");
+  assert_text(f, np_frame_name_make(f->context, "a.$FF.exr", 120), "a.120.exr");
+}
+
+static void what_looks_like_a_number_is_text(void **state) {
+  (void)state;
+  static const char *const names[] = {"a.exr", "my%20dragon.exr", "100%done.exr", "%4d.exr", "$FOO/a.exr", "$F4x.exr"};
+  for (size_t i = 0; i < sizeof names / sizeof *names; i++) assert_false(np_frame_name_is_pattern(names[i]));
+}
+
+static void assert_numbers(const test_fixture *f, const char *pattern, const double *expected, size_t count) {
+  np_frame_numbers there;
+  char *path = test_path(f->folder, pattern);
+  assert_int_equal(np_frame_name_list(f->context, path, &there), NEPH_OK);
+  assert_int_equal(there.count, count);
+  for (size_t i = 0; i < count; i++) assert_true(there.numbers[i] == expected[i]);
+  np_alloc_free(f->context, there.numbers);
+  free(path);
+}
+
+/* Neighbours of another name, another padding, or none of the numbers are none of its files. */
+static void files_of_a_pattern_are_those_of_its_names(void **state) {
+  const test_fixture *f = *state;
+  static const char *const names[] = {"h.0010.v", "h.0002.v",  "h.-003.v",  "h.12345.v", "h.-old.v", "h.2.v",
+                                      "h.+002.v", "h.00002.v", "h.0002.vv", "g.0002.v",  "h.2.5.v",  "h..v"};
+  for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
+    char *path = test_path(f->folder, names[i]);
+    assert_int_equal(np_file_write_all(f->context, path, "", 0), NEPH_OK);
+    free(path);
+  }
+  assert_numbers(f, "h.####.v", (const double[]){-3, 2, 10, 12345}, 4);
+  assert_numbers(f, "h.%04d.v", (const double[]){-3, 2, 10, 12345}, 4);
+  assert_numbers(f, "h.$FF.v", (const double[]){2, 2.5, 12345}, 3);
+  assert_numbers(f, "none.####.v", NULL, 0);
+  assert_numbers(f, "####/h.v", NULL, 0);
+  assert_numbers(f, "h.v", NULL, 0);
 }
 
 static void existence_is_told(void **state) {
@@ -299,7 +340,9 @@ int main(void) {
       FILE_TEST(permissions_follow_the_umask),
       FILE_TEST(failed_allocations_leave_nothing),
       FILE_TEST(paths_are_seen_from_the_base_file),
-      FILE_TEST(frame_number_replaces_the_last_hashes),
+      FILE_TEST(the_last_place_holds_the_number),
+      cmocka_unit_test(what_looks_like_a_number_is_text),
+      FILE_TEST(files_of_a_pattern_are_those_of_its_names),
       FILE_TEST(existence_is_told),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -257,8 +257,9 @@ static void what_is_no_density_is_refused(void **state) {
   neph_context *context = test_context_create(1, &log);
   char *points = test_data_path("vdb/gaffer_points.vdb"), *colour = test_data_path("vdb/oiio_sphereCd.vdb");
   char *empty = test_data_path("vdb/usd_smoke_000001.vdb");
-  assert_load_fails(context, &log, points, NULL, NEPH_ERROR_BAD_FILE, "no float grid", "'points' (ptdataidx32)");
-  assert_load_fails(context, &log, colour, "Cd", NEPH_ERROR_BAD_FILE, "vec3s", "must hold float");
+  assert_load_fails(context, &log, points, NULL, NEPH_ERROR_BAD_FILE, "no fog volume of floats",
+                    "'points' (ptdataidx32)");
+  assert_load_fails(context, &log, colour, "Cd", NEPH_ERROR_BAD_FILE, "vec3s", "must hold numbers or marks");
   assert_load_fails(context, &log, empty, NULL, NEPH_ERROR_BAD_FILE, "density", "is empty");
   neph_context_destroy(context);
   free(points);

@@ -2,7 +2,7 @@
 /* Whether what a bake writes opens elsewhere: OpenVDB's own command line, vdb_print, and its Python module read a file,
  * and find the values and the metadata that were written. Both are Debian's packages; where a tool is missing the test
  * says so and is skipped, but not by tests/run.sh, which installs them. */
-#include "test_support.h"
+#include "test_tools.h"
 
 #include <stdlib.h>
 
@@ -59,13 +59,6 @@ static int tear_down(void **state) {
 }
 
 /* Skips unless `command` succeeds; fails where tools are required. */
-static void require(const char *command, const char *package) {
-  if (system(command) == 0) return;
-  print_message("skipped: `%s` fails; the package is %s\n", command, package);
-  if (getenv("NEPHOS_REQUIRE_TOOLS")) fail_msg("%s is required here", package);
-  skip();
-}
-
 /* Output of a command, which must succeed; to be freed. */
 static char *run(const char *command, const char *argument) {
   char *line = NULL, *text = NULL;
@@ -88,7 +81,7 @@ static void assert_says(const char *text, const char *words) {
 static void vdb_print_lists_the_grids(void **state) {
   fixture *f = *state;
   char expected[128];
-  require("vdb_print -version >/dev/null 2>&1", "libopenvdb-tools");
+  test_require_tool("vdb_print -version >/dev/null 2>&1", "libopenvdb-tools");
   char *text = run("vdb_print -l -m", f->path);
   static const char *const words[] = {"Name: density\n",
                                       "Name: density_2\n",
@@ -153,7 +146,7 @@ static bool check_voxel(const fixture *f, const char *line, uint64_t counts[2]) 
 
 static void python_reads_the_same_values(void **state) {
   fixture *f = *state;
-  require("/usr/bin/python3 -c 'import pyopenvdb' >/dev/null 2>&1", "python3-openvdb");
+  test_require_tool("/usr/bin/python3 -c 'import pyopenvdb' >/dev/null 2>&1", "python3-openvdb");
   char *text = run("/usr/bin/python3 " NEPHOS_TEST_SOURCE_DIR "/read_vdb.py", f->path);
   const np_affine *transform = &f->density.index_to_world;
   char expected[128];

@@ -92,13 +92,17 @@ NEPH_API const char *neph_scene_get_cloud_name(const neph_scene *scene, unsigned
 /** Whether a cloud is baked from parameters rather than read from a file alone. */
 NEPH_API bool neph_scene_is_cloud_baked(const neph_scene *scene, unsigned index);
 
-/** File of a cloud, resolved, '#' for the frame: read, or baked to where the cloud is baked as well. NULL when it has
- * none, or when `index` is not below the count. */
+/** File of a cloud, resolved, a pattern where it has one for each frame: read, or baked to where the cloud is baked as
+ * well. NULL when it has none, or when `index` is not below the count. */
 NEPH_API const char *neph_scene_get_cloud_file(const neph_scene *scene, unsigned index);
 
-/** The name that a pattern has in one frame: its last run of '#' is the number, padded with zeros to the run's length.
+/** Whether a name is a pattern, with a place for the number of a frame: "####", "%04d" or "$F4", padded with zeros to
+ * 4 digits, "%d", "$F", or "$FF", which is for frames between two as well. */
+NEPH_API bool neph_frame_is_numbered(const char *pattern);
+
+/** The name that a pattern has in one frame: the last place for a number holds it.
  *
- * @param out_path  to be freed with neph_text_destroy; a copy of the pattern where it has no '#'.
+ * @param out_path  to be freed with neph_text_destroy; a copy of a name that is no pattern.
  */
 NEPH_API neph_result neph_frame_get_path(neph_context *context, const char *pattern, int frame,
                                          char **out_path) NEPH_NODISCARD;

@@ -24,12 +24,21 @@ typedef enum neph_import_policy {
   NEPH_IMPORT_REPAIR  /**< take them as 0, counted in a warning */
 } neph_import_policy;
 
+/** From a file's values v to those of a density: gain · max(v + offset, 0)^gamma where v > low_cut, else 0. */
+typedef struct neph_volume_ramp {
+  double low_cut, offset, gain, gamma; /**< default 0, 0, 1, 1: v; low_cut and gain ≥ 0, gamma > 0 */
+} neph_volume_ramp;
+
 typedef struct neph_volume_load_desc {
   size_t struct_size;
-  const char *grid;            /**< name of a scalar grid, or "name[1]" for the second of that name; NULL (default):
-                                    "density" if there is one, else the only scalar grid */
+  const char *grid;            /**< name of a grid of numbers or marks, in letters of either case where none is just so,
+                                    "name[1]" for the second of that name, or "name + other" for the sum of up to 16;
+                                    NULL (default): "density" if there is one, else the only fog volume of floats */
   neph_precision precision;    /**< default NEPH_PRECISION_HALF */
   neph_import_policy policy;   /**< default NEPH_IMPORT_REFUSE */
+  double level_set_voxels;     /**< voxels below its surface at which a level set is 1, rising from 0 at it; default 0:
+                                    level sets are refused */
+  neph_volume_ramp ramp;
   neph_progress_fn progress;   /**< default NULL */
   void *progress_user;         /**< default NULL */
 } neph_volume_load_desc;
@@ -37,7 +46,8 @@ typedef struct neph_volume_load_desc {
 #define NEPH_VOLUME_LOAD_DESC_DEFAULT                                                                                  \
   {                                                                                                                    \
     .struct_size = sizeof(neph_volume_load_desc), .grid = NULL, .precision = NEPH_PRECISION_HALF,                      \
-    .policy = NEPH_IMPORT_REFUSE, .progress = NULL, .progress_user = NULL                                              \
+    .policy = NEPH_IMPORT_REFUSE, .level_set_voxels = 0.0, .ramp = {0.0, 0.0, 1.0, 1.0}, .progress = NULL,             \
+    .progress_user = NULL                                                                                              \
   }
 
 /** Reads one grid of a .vdb file.

@@ -292,12 +292,3 @@ int64_t np_file_get_time_ns(const char *path) {
   struct stat status;
   return stat(path, &status) ? 0 : (int64_t)status.st_mtim.tv_sec * 1000000000 + status.st_mtim.tv_nsec;
 }
-
-char *np_file_frame_name(neph_context *context, const char *pattern, int frame) {
-  const char *last = strrchr(pattern, '#');
-  if (!last) return np_alloc_text(context, pattern);
-  const char *first = last;
-  while (first > pattern && first[-1] == '#') first--;
-  return np_alloc_printf(context, "%.*s%0*d%s", (int)(first - pattern), pattern, (int)(last - first) + 1, frame,
-                         last + 1);
-}

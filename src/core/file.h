@@ -49,7 +49,4 @@ uint64_t np_file_get_size(const char *path);
 /* When a file was last changed, in nanoseconds since 1970; 0 when there is none. */
 int64_t np_file_get_time_ns(const char *path);
 
-/* Replaces the last run of '#' in `pattern` by the frame number, padded to its length; copies a pattern without one. */
-char *np_file_frame_name(neph_context *context, const char *pattern, int frame);
-
 #endif

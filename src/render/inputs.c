@@ -6,11 +6,11 @@
 #include "atmosphere/sphere_map.h"
 #include "atmosphere/stars.h"
 #include "core/alloc.h"
-#include "core/file.h"
+#include "core/frame_name.h"
 #include "image/image_private.h"
 #include "optics/phase_table.h"
 #include "render/placement.h"
-#include "scene/scene_private.h"
+#include "scene/cloud_file.h"
 #include "terrain/ground_cover.h"
 #include "volume/volume_private.h"
 
@@ -55,7 +55,6 @@ static neph_result open_terrain(const neph_scene *scene) {
 typedef struct cloud_file {
   const neph_scene *scene;
   unsigned index;
-  int frame;
   const char *path;
 } cloud_file;
 
@@ -65,7 +64,9 @@ static neph_result open_field(const cloud_file *file, const char *name, const ch
   np_grid_state state;
   if (name && !strcmp(name, "none")) return NEPH_OK;
   const char *grid = name ? name : usual;
-  neph_result result = np_volume_read_header(context, file->path, grid, is_required || name, &state);
+  neph_volume_load_desc load = NEPH_VOLUME_LOAD_DESC_DEFAULT;
+  load.grid = grid;
+  neph_result result = np_volume_read_header(context, file->path, &load, is_required || name, &state);
   if (!result && state == NP_GRID_EMPTY)
     np_log(context, NEPH_LOG_WARNING, "%s: grid '%s' is empty: it has no active voxels", file->path, grid);
   return result;
@@ -81,45 +82,57 @@ static neph_result open_emission(const cloud_file *file) {
 static neph_result open_density(const cloud_file *file, np_grid_state *out_state) {
   const np_scene_cloud *cloud = &file->scene->clouds[file->index];
   neph_result result = np_scene_check_cloud_file(file->scene, file->index, file->path);
-  if (!result) result = np_volume_read_header(file->scene->context, file->path, cloud->grid, true, out_state);
+  neph_volume_load_desc load = NEPH_VOLUME_LOAD_DESC_DEFAULT;
+  load.grid = cloud->grid;
+  load.level_set_voxels = cloud->level_set_voxels;
+  if (!result) result = np_volume_read_header(file->scene->context, file->path, &load, true, out_state);
   if (!result && *out_state == NP_GRID_EMPTY)
     np_log(file->scene->context, NEPH_LOG_WARNING, "%s: cloud %s is empty: its grid has no active voxels", file->path,
            cloud->name);
   return result;
 }
 
-static neph_result open_frame(const cloud_file *file, np_grid_state *out_state) {
-  neph_result result = open_density(file, out_state);
-  return result ? result : open_emission(file);
+/* Opens the file of the frame; none of a sequence is as good as an empty one. */
+static neph_result open_frame(const neph_scene *scene, unsigned index, int frame, double *out_number,
+                              np_grid_state *out_state) {
+  const np_scene_cloud *cloud = &scene->clouds[index];
+  np_cloud_file of_frame;
+  *out_state = NP_GRID_EMPTY;
+  neph_result result = np_cloud_file_get(scene->context, cloud, frame, &of_frame);
+  if (!result && !of_frame.path) np_cloud_file_warn(scene->context, cloud, frame, &of_frame);
+  const cloud_file file = {scene, index, of_frame.path};
+  if (!result && file.path) result = open_density(&file, out_state);
+  if (!result && file.path) result = open_emission(&file);
+  np_alloc_free(scene->context, of_frame.path);
+  *out_number = of_frame.number;
+  return result;
 }
 
-/* Calls `open` with a cloud's file of a frame. */
-static neph_result open_at(const neph_scene *scene, unsigned index, int frame,
-                           neph_result (*open)(const cloud_file *, np_grid_state *), np_grid_state *out_state) {
-  char *path = np_file_frame_name(scene->context, scene->clouds[index].vdb, frame);
-  if (!path) return NEPH_ERROR_OUT_OF_MEMORY;
-  const cloud_file file = {scene, index, frame, path};
-  neph_result result = open(&file, out_state);
+static neph_result open_reference(const neph_scene *scene, unsigned index) {
+  char *path = np_frame_name_make(scene->context, scene->clouds[index].vdb, scene->clouds[index].reference_frame);
+  const cloud_file file = {scene, index, path};
+  np_grid_state state;
+  neph_result result = path ? open_density(&file, &state) : NEPH_ERROR_OUT_OF_MEMORY;
   np_alloc_free(scene->context, path);
   return result;
 }
 
-/* The frame that a sequence goes by, told by the headers; none as long as all of those asked for are empty. */
-static neph_result note_reference(const neph_scene *scene, unsigned index, bool is_filled, np_plan *plan) {
+/* The file that a sequence goes by, told by the headers; none as long as all of those asked for are empty. `filled` is
+ * the number of the frame's own; NULL: it is empty. */
+static neph_result note_reference(const neph_scene *scene, unsigned index, const double *filled, np_plan *plan) {
   const np_scene_cloud *cloud = &scene->clouds[index];
   if (!np_scene_cloud_is_sequence(cloud) || !np_placement_needs_reference(cloud)) return NEPH_OK;
   np_reference *reference;
   neph_result result = np_reference_store_get(&plan->stores->references, scene, index, &reference);
   if (result) return result;
-  if (!reference->has_frame && is_filled) {
+  if (!reference->has_frame && filled) {
     reference->has_frame = true;
-    reference->frame = plan->desc.frame;
+    reference->number = *filled;
   }
   np_plan_reference *note = &plan->references[plan->reference_count++];
   note->cloud = cloud->name;
-  note->is_known = np_reference_get_frame(cloud, reference, &note->frame);
-  np_grid_state state;
-  return cloud->has_reference_frame ? open_at(scene, index, note->frame, open_density, &state) : NEPH_OK;
+  note->is_known = np_reference_get_number(cloud, reference, &note->number);
+  return cloud->has_reference_frame ? open_reference(scene, index) : NEPH_OK;
 }
 
 static neph_result open_cloud(const neph_scene *scene, unsigned index, np_plan *plan) {
@@ -127,8 +140,9 @@ static neph_result open_cloud(const neph_scene *scene, unsigned index, np_plan *
   neph_result result = open_phase_table(scene, cloud);
   if (result || cloud->is_baked || cloud->volume) return result ? result : open_picture(scene, cloud->bake.map_file);
   np_grid_state state;
-  result = open_at(scene, index, plan->desc.frame, open_frame, &state);
-  return result ? result : note_reference(scene, index, state == NP_GRID_FILLED, plan);
+  double number;
+  result = open_frame(scene, index, plan->desc.frame, &number, &state);
+  return result ? result : note_reference(scene, index, state == NP_GRID_FILLED ? &number : NULL, plan);
 }
 
 neph_result np_inputs_open(const neph_scene *scene, np_plan *plan) {

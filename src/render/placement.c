@@ -15,11 +15,30 @@ static double largest_voxel_edge(const np_affine *map) {
   return largest;
 }
 
-static np_affine make_turn(np_axis_up up, double rotation_rad, double scale) {
-  const double c = cos(rotation_rad) * scale, s = sin(rotation_rad) * scale;
-  const np_affine turn = {{{c, -s, 0, 0}, {s, c, 0, 0}, {0, 0, scale, 0}}};
+/* About x, y or z, counter-clockwise seen from its positive end. */
+static np_affine make_rotation(int axis, double angle_rad) {
+  const double c = cos(angle_rad), s = sin(angle_rad);
+  const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+  np_affine out = {{{0}}};
+  out.m[axis][axis] = 1.0;
+  out.m[u][u] = out.m[v][v] = c;
+  out.m[u][v] = -s;
+  out.m[v][u] = s;
+  return out;
+}
+
+/* Upright, scaled, tilted about x and y, turned about the vertical. */
+static np_affine make_turn(const np_scene_cloud *cloud, double scale) {
+  const double *s = cloud->scale;
   const np_affine y_to_z = {{{1, 0, 0, 0}, {0, 0, -1, 0}, {0, 1, 0, 0}}};
-  return up == NP_UP_Y ? np_affine_compose(&turn, &y_to_z) : turn;
+  np_affine turn = {{{s[0] * scale, 0, 0, 0}, {0, s[1] * scale, 0, 0}, {0, 0, s[2] * scale, 0}}};
+  if (cloud->up == NP_UP_Y) turn = np_affine_compose(&turn, &y_to_z);
+  const double angles[3] = {cloud->tilt_rad[0], cloud->tilt_rad[1], cloud->rotation_rad};
+  for (int axis = 0; axis < 3; axis++) {
+    const np_affine rotation = make_rotation(axis, angles[axis]);
+    if (angles[axis] != 0.0) turn = np_affine_compose(&rotation, &turn);
+  }
+  return turn;
 }
 
 void np_placement_compute_bounds(const np_affine *index_to_world, const neph_volume *volume, np_dvec3 *out_min,
@@ -36,14 +55,28 @@ void np_placement_compute_bounds(const np_affine *index_to_world, const neph_vol
   }
 }
 
-/* Translation that puts the centre of the bottom face of a volume's box at `position_m`. */
-static void move_to(np_affine *file_to_world, const neph_volume *volume, const double position_m[3]) {
+static bool is_pivot_of_box(const np_scene_cloud *cloud) {
+  return cloud->pivot == NP_PIVOT_BASE || cloud->pivot == NP_PIVOT_CENTER;
+}
+
+static np_dvec3 get_pivot(const np_scene_cloud *cloud, const np_affine *file_to_world, const neph_volume *volume) {
+  const double *point = cloud->pivot_point;
+  if (cloud->pivot == NP_PIVOT_ORIGIN) return np_affine_point(file_to_world, np_dvec3_make(0, 0, 0));
+  if (cloud->pivot == NP_PIVOT_POINT)
+    return np_affine_point(file_to_world, np_dvec3_make(point[0], point[1], point[2]));
   const np_affine index_to_world = np_affine_compose(file_to_world, &volume->index_to_world);
   np_dvec3 low, high;
   np_placement_compute_bounds(&index_to_world, volume, &low, &high);
-  file_to_world->m[0][3] += position_m[0] - 0.5 * (low.x + high.x);
-  file_to_world->m[1][3] += position_m[1] - 0.5 * (low.y + high.y);
-  file_to_world->m[2][3] += position_m[2] - low.z;
+  const double z = cloud->pivot == NP_PIVOT_BASE ? low.z : 0.5 * (low.z + high.z);
+  return np_dvec3_make(0.5 * (low.x + high.x), 0.5 * (low.y + high.y), z);
+}
+
+/* Moves the pivot to its place. */
+static void move_to(const np_scene_cloud *cloud, const neph_volume *volume, np_affine *file_to_world) {
+  const np_dvec3 pivot = get_pivot(cloud, file_to_world, volume);
+  file_to_world->m[0][3] += cloud->position_m[0] - pivot.x;
+  file_to_world->m[1][3] += cloud->position_m[1] - pivot.y;
+  file_to_world->m[2][3] += cloud->position_m[2] - pivot.z;
 }
 
 static void log_extinction(const np_scene_cloud *cloud, const neph_volume *volume, double extinction, double column) {
@@ -84,16 +117,17 @@ static neph_result compute_extinction(const np_scene_cloud *cloud, const neph_vo
 }
 
 bool np_placement_needs_reference(const np_scene_cloud *cloud) {
-  return cloud->has_position || cloud->voxel_m > 0.0 || cloud->density_unit == NP_DENSITY_OPTICAL_DEPTH;
+  return (cloud->has_position && is_pivot_of_box(cloud)) || cloud->voxel_m > 0.0 ||
+         cloud->density_unit == NP_DENSITY_OPTICAL_DEPTH;
 }
 
 neph_result np_placement_anchor(const np_scene_cloud *cloud, const neph_volume *reference, np_monitor *monitor,
                                 np_anchor *out_anchor) {
-  double scale = cloud->scale;
+  double scale = 1.0;
   if (cloud->voxel_m > 0.0) scale *= cloud->voxel_m / largest_voxel_edge(&reference->index_to_world);
-  *out_anchor = (np_anchor){.file_to_world = make_turn(cloud->up, cloud->rotation_rad, scale)};
+  *out_anchor = (np_anchor){.file_to_world = make_turn(cloud, scale)};
   np_affine *file_to_world = &out_anchor->file_to_world;
-  if (cloud->has_position) move_to(file_to_world, reference, cloud->position_m);
+  if (cloud->has_position) move_to(cloud, reference, file_to_world);
   if (cloud->density_unit != NP_DENSITY_OPTICAL_DEPTH) return NEPH_OK;
   const np_affine index_to_world = np_affine_compose(file_to_world, &reference->index_to_world);
   return compute_extinction(cloud, reference, &index_to_world, monitor, &out_anchor->extinction_per_value);

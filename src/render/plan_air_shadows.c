@@ -36,7 +36,7 @@ static double compute_given_length(const np_scene_cloud *cloud) {
   neph_volume_info info = NEPH_VOLUME_INFO_DEFAULT;
   if (cloud->voxel_m > 0.0 || neph_volume_get_info(cloud->volume, &info)) return HUGE_VAL;
   const double *low = info.bounds_min_m, *high = info.bounds_max_m;
-  return cloud->scale * hypot(high[0] - low[0], high[1] - low[1]);
+  return np_scene_cloud_get_scale(cloud) * hypot(high[0] - low[0], high[1] - low[1]);
 }
 
 /* As long as the clouds that cast the shadows; of files, which are not read yet, without bound. */

@@ -15,7 +15,7 @@ static void add_references(np_text *text, const np_plan *plan) {
     const np_plan_reference *reference = &plan->references[i];
     np_text_add(text, "%s%s ", i ? ", " : "", reference->cloud);
     if (reference->is_known)
-      np_text_add(text, "%d", reference->frame);
+      np_text_add(text, "%.10g", reference->number);
     else
       np_text_add(text, "none yet: no frame asked for holds anything");
   }
@@ -144,12 +144,20 @@ static void put_prediction(np_json *json, const np_plan *plan, double peak_bytes
   np_json_end(json);
 }
 
+/* The number of a file is whole, but between two frames. */
+static void put_number(np_json *json, const char *key, double number) {
+  if (number == floor(number))
+    np_json_put_integer(json, key, (int64_t)number);
+  else
+    np_json_put_real(json, key, number);
+}
+
 static void put_references(np_json *json, const np_plan *plan) {
   np_json_begin_array(json, "reference_frames");
   for (unsigned i = 0; i < plan->reference_count; i++) {
     np_json_begin_object(json, NULL);
     np_json_put_text(json, "cloud", plan->references[i].cloud);
-    if (plan->references[i].is_known) np_json_put_integer(json, "frame", plan->references[i].frame);
+    if (plan->references[i].is_known) put_number(json, "frame", plan->references[i].number);
     np_json_end(json);
   }
   np_json_end(json);

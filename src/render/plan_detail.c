@@ -31,14 +31,13 @@ static double round_factor(double factor) { return exp2(0.5 * floor(2.0 * log2(f
 
 static double compute_cloud_distance(const neph_scene *scene, const np_scene_cloud *cloud,
                                      const neph_cloud_desc *bake) {
-  const double *at = cloud->position_m,
-               half[2] = {0.5 * cloud->scale * bake->extent_m[0], 0.5 * cloud->scale * bake->extent_m[1]};
+  const double *at = cloud->position_m, scale = np_scene_cloud_get_scale(cloud);
+  const double half[2] = {0.5 * scale * bake->extent_m[0], 0.5 * scale * bake->extent_m[1]};
   const np_dvec3 middle = cloud->has_position
                               ? np_dvec3_make(at[0], at[1], at[2])
                               : np_dvec3_make(bake->center_m[0], bake->center_m[1], bake->base_altitude_m);
-  return compute_distance(
-      scene, np_dvec3_make(middle.x - half[0], middle.y - half[1], middle.z),
-      np_dvec3_make(middle.x + half[0], middle.y + half[1], middle.z + cloud->scale * bake->thickness_m));
+  return compute_distance(scene, np_dvec3_make(middle.x - half[0], middle.y - half[1], middle.z),
+                          np_dvec3_make(middle.x + half[0], middle.y + half[1], middle.z + scale * bake->thickness_m));
 }
 
 static double compute_factor(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud,
@@ -47,7 +46,7 @@ static double compute_factor(const np_plan *plan, const neph_scene *scene, const
   if (!(detail_px > 0.0) || !cloud->is_baked || cloud->voxel_m > 0.0) return 1.0;
   const double wanted_m = detail_px * get_pixel_rad(plan, scene) * compute_cloud_distance(scene, cloud, bake);
   const double least_m = fmin(fmin(bake->extent_m[0], bake->extent_m[1]), bake->thickness_m) / voxels_min;
-  return round_factor(fmin(wanted_m / cloud->scale, least_m) / bake->voxel_m);
+  return round_factor(fmin(wanted_m / np_scene_cloud_get_scale(cloud), least_m) / bake->voxel_m);
 }
 
 neph_cloud_desc np_plan_get_bake(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud) {

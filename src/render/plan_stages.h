@@ -71,11 +71,11 @@ typedef struct np_stage_times {
   np_prediction prediction;
 } np_stage_times;
 
-/* The frame by which a sequence's frames are placed and scaled. */
+/* The file by which those of a sequence are placed and scaled. */
 typedef struct np_plan_reference {
   const char *cloud; /* borrowed from the scene */
   bool is_known;     /* else none that holds anything was asked for yet */
-  int frame;
+  double number;
 } np_plan_reference;
 
 /* Frames between which the light in clouds is interpolated (light_anchors.h). */

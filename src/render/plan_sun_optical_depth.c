@@ -9,6 +9,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "core/frame_name.h"
 #include "core/units.h"
 #include "render/plan_choices.h"
 #include "render/plan_detail.h"
@@ -81,7 +82,7 @@ static double count_rays(const np_plan *plan) {
   return rays + air_ray_factor * air_rays;
 }
 
-static bool is_numbered(const char *path) { return path && strchr(path, '#'); }
+static bool is_numbered(const char *path) { return path && np_frame_name_is_pattern(path); }
 
 /* Told by the scene alone, so that a frame has the same bits whatever others are rendered with it. */
 static bool is_sequence_of_still_clouds(const neph_scene *scene) {

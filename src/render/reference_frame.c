@@ -4,53 +4,58 @@
 #include <string.h>
 
 #include "core/alloc.h"
-#include "core/file.h"
+#include "core/frame_name.h"
 #include "core/hash.h"
 #include "scene/scene_apply.h"
 #include "volume/volume_private.h"
 
 /* All that an anchor depends on, but for names. */
-static neph_result compute_key(const np_frame_cloud *of, const np_reference *reference, int frame, const char *path,
+static neph_result compute_key(const np_frame_cloud *of, const np_reference *reference, double number, const char *path,
                                char out_hex[33]) {
   const np_scene_cloud *cloud = &of->scene->clouds[of->index];
   np_hash *hash = np_hash_create(of->scene->context);
   NP_HASH_ADD(hash, reference->sequence);
-  NP_HASH_ADD(hash, frame);
+  NP_HASH_ADD(hash, number);
   np_hash_add_file(hash, path);
   NP_HASH_ADD(hash, cloud->policy);
+  NP_HASH_ADD(hash, cloud->level_set_voxels);
+  NP_HASH_ADD(hash, cloud->ramp);
   NP_HASH_ADD(hash, cloud->precision);
   NP_HASH_ADD(hash, cloud->scale);
   NP_HASH_ADD(hash, cloud->voxel_m);
   NP_HASH_ADD(hash, cloud->up);
+  NP_HASH_ADD(hash, cloud->tilt_rad);
   NP_HASH_ADD(hash, cloud->rotation_rad);
   NP_HASH_ADD(hash, cloud->has_position);
   NP_HASH_ADD(hash, cloud->position_m);
+  NP_HASH_ADD(hash, cloud->pivot);
+  NP_HASH_ADD(hash, cloud->pivot_point);
   NP_HASH_ADD(hash, cloud->density_unit);
   NP_HASH_ADD(hash, cloud->density_value);
   return np_hash_finish(hash, out_hex);
 }
 
 /* The reference frame's own volume: the one at hand, or read. */
-static neph_result obtain_volume(const np_frame_cloud *of, int frame, const char *path, neph_volume **out_volume) {
+static neph_result obtain_volume(const np_frame_cloud *of, double number, const char *path, neph_volume **out_volume) {
   const np_scene_cloud *cloud = &of->scene->clouds[of->index];
   neph_result result = NEPH_OK;
-  if (frame == of->frame)
+  if (of->volume && number == of->number)
     *out_volume = neph_volume_retain(of->volume);
   else
     result = np_volume_load_density(of->scene->context, path, of->load, out_volume);
   if (result || *out_volume) return result;
   return np_fail(of->scene->context, NEPH_ERROR_BAD_SCENE,
-                 "cloud %s: its reference frame %d holds nothing, must be one that holds cloud: set "
+                 "cloud %s: its reference frame %.10g holds nothing, must be one that holds cloud: set "
                  "clouds[%u].reference_frame",
-                 cloud->name, frame, of->index);
+                 cloud->name, number, of->index);
 }
 
-static neph_result compute_anchor(const np_frame_cloud *of, int frame, const char *path, np_anchor *out_anchor) {
+static neph_result compute_anchor(const np_frame_cloud *of, double number, const char *path, np_anchor *out_anchor) {
   const np_scene_cloud *cloud = &of->scene->clouds[of->index];
   neph_volume *volume = NULL;
-  neph_result result = obtain_volume(of, frame, path, &volume);
+  neph_result result = obtain_volume(of, number, path, &volume);
   if (!result)
-    np_log(of->scene->context, NEPH_LOG_INFO, "cloud %s: frame %d is the reference frame, %s", cloud->name, frame,
+    np_log(of->scene->context, NEPH_LOG_INFO, "cloud %s: frame %.10g is the reference frame, %s", cloud->name, number,
            cloud->has_reference_frame ? "as the scene says" : "the first asked for that holds anything");
   if (!result) result = np_placement_anchor(cloud, volume, of->monitor, out_anchor);
   neph_volume_release(volume);
@@ -58,11 +63,11 @@ static neph_result compute_anchor(const np_frame_cloud *of, int frame, const cha
 }
 
 /* Computes what the reference does not hold yet. */
-static neph_result update(const np_frame_cloud *of, int frame, const char *path, np_reference *reference) {
+static neph_result update(const np_frame_cloud *of, double number, const char *path, np_reference *reference) {
   char key[33];
-  neph_result result = compute_key(of, reference, frame, path, key);
+  neph_result result = compute_key(of, reference, number, path, key);
   if (result || !strcmp(key, reference->key)) return result;
-  result = compute_anchor(of, frame, path, &reference->anchor);
+  result = compute_anchor(of, number, path, &reference->anchor);
   if (!result) memcpy(reference->key, key, sizeof key);
   return result;
 }
@@ -74,13 +79,13 @@ static neph_result get_sequence_anchor(const np_frame_cloud *of, np_anchor *out_
   if (result) return result;
   if (!reference->has_frame && of->volume) {
     reference->has_frame = true;
-    reference->frame = of->frame;
+    reference->number = of->number;
   }
-  int frame;
-  *out_is_known = np_reference_get_frame(cloud, reference, &frame);
+  double number;
+  *out_is_known = np_reference_get_number(cloud, reference, &number);
   if (!*out_is_known) return NEPH_OK;
-  char *path = np_file_frame_name(of->scene->context, cloud->vdb, frame);
-  result = path ? update(of, frame, path, reference) : NEPH_ERROR_OUT_OF_MEMORY;
+  char *path = np_frame_name_make(of->scene->context, cloud->vdb, number);
+  result = path ? update(of, number, path, reference) : NEPH_ERROR_OUT_OF_MEMORY;
   np_alloc_free(of->scene->context, path);
   *out_anchor = reference->anchor;
   return result;

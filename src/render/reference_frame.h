@@ -14,9 +14,9 @@
 typedef struct np_frame_cloud {
   np_reference_store *references;
   const neph_scene *scene;
-  unsigned index; /* of the cloud */
-  int frame;
-  neph_volume *volume;               /* of that frame; NULL: it holds nothing */
+  unsigned index;                    /* of the cloud */
+  double number;                     /* of its file in this frame */
+  neph_volume *volume;               /* of that file; NULL: it holds nothing */
   const neph_volume_load_desc *load; /* how the cloud's files are read */
   np_monitor *monitor;
 } np_frame_cloud;

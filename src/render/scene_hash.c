@@ -6,9 +6,11 @@
 
 #include "core/alloc.h"
 #include "core/file.h"
-#include "core/path_map.h"
+#include "core/frame_name.h"
 #include "core/hash.h"
+#include "core/path_map.h"
 #include "scene/animation.h"
+#include "scene/cloud_file.h"
 #include "scene/scene_keys.h"
 #include "scene/sequence.h"
 
@@ -36,21 +38,34 @@ static neph_result add_contents(neph_context *context, np_hash *hash, const char
   return result;
 }
 
-/* A file that is missing has no contents: the render says so. */
-static void add_file_of_frame(hash_writer *w, const char *path, int frame) {
-  neph_context *context = w->scene->context;
-  char *named = path ? np_file_frame_name(context, path, frame) : NULL;
-  if (!named)
+/* Takes the path. */
+static void add_path(hash_writer *w, char *path) {
+  if (!path)
     w->result = NEPH_ERROR_OUT_OF_MEMORY;
-  else if (!w->result && (frame == w->frame || strcmp(named, path) != 0))
-    w->result = add_contents(context, w->hash, named);
-  np_alloc_free(context, named);
+  else if (!w->result)
+    w->result = add_contents(w->scene->context, w->hash, path);
+  np_alloc_free(w->scene->context, path);
 }
 
+/* A file that is missing has no contents: the render says so. */
 static void add_file(hash_writer *w, const char *text) {
-  char *path = np_path_map_resolve(w->scene->context, w->scene->file, text);
-  for (int frame = w->first; frame <= w->frame; frame++) add_file_of_frame(w, path, frame);
-  np_alloc_free(w->scene->context, path);
+  neph_context *context = w->scene->context;
+  char *path = np_path_map_resolve(context, w->scene->file, text);
+  add_path(w, path ? np_frame_name_make(context, path, w->frame) : NULL);
+  np_alloc_free(context, path);
+}
+
+/* A sequence has the files of the frame and of those that lead up to it, and that by which it is placed. */
+static void add_cloud(hash_writer *w, const np_scene_cloud *cloud) {
+  np_cloud_file file;
+  if (!cloud->vdb || cloud->is_baked) return;
+  for (int frame = np_scene_cloud_is_sequence(cloud) ? w->first : w->frame; frame <= w->frame && !w->result; frame++) {
+    w->result = np_cloud_file_get(w->scene->context, cloud, frame, &file);
+    if (!w->result && file.path) add_path(w, file.path);
+  }
+  if (w->result) return;
+  if (np_scene_cloud_is_sequence(cloud) && cloud->has_reference_frame)
+    add_path(w, np_frame_name_make(w->scene->context, cloud->vdb, cloud->reference_frame));
 }
 
 /* ---- The document ---- */
@@ -98,25 +113,13 @@ static void add_node(hash_writer *w, const np_node *node, const np_key *key) {
   const bool is_file = key && key->type == NP_KEY_FILE && node->text;
   const char *slash = is_file ? strrchr(node->text, '/') : NULL;
   np_hash_add_text(w->hash, slash ? slash + 1 : node->text);
-  if (is_file) add_file(w, node->text);
+  if (is_file && strcmp(key->path, "clouds[].vdb") != 0) add_file(w, node->text);
 }
 
 static bool has_given_assets(const neph_scene *scene) {
   bool has = scene->air.given || scene->terrain.given;
   for (unsigned i = 0; i < scene->cloud_count; i++) has = has || scene->clouds[i].volume;
   return has;
-}
-
-/* Its files are placed by that of another frame. */
-static void add_references(hash_writer *w) {
-  for (unsigned i = 0; i < w->scene->cloud_count; i++) {
-    const np_scene_cloud *cloud = &w->scene->clouds[i];
-    if (!np_scene_cloud_is_sequence(cloud) || !cloud->has_reference_frame) continue;
-    hash_writer reference = *w;
-    reference.first = reference.frame = (int)cloud->reference_frame;
-    add_file(&reference, cloud->vdb);
-    w->result = reference.result;
-  }
 }
 
 /* ---- Settings ---- */
@@ -146,7 +149,7 @@ static void add_settings(np_hash *hash, const neph_scene *scene, const np_plan *
   np_hash_add_text(hash, neph_version_get_text());
   np_hash_add_text(hash, plan->savings);
   /* A sequence may have other caches than a still (plan_sun_optical_depth.c). */
-  const bool is_sequence = scene->output.image && strchr(scene->output.image, '#');
+  const bool is_sequence = scene->output.image && np_frame_name_is_pattern(scene->output.image);
   NP_HASH_ADD(hash, is_sequence);
 }
 
@@ -159,7 +162,7 @@ neph_result np_scene_hash_compute(const neph_scene *scene, const np_plan *plan, 
   if (!w.hash) return NEPH_ERROR_OUT_OF_MEMORY;
   if (scene->document) add_node(&w, np_scene_get_source(scene), NULL);
   if (scene->animation) np_animation_add_to_hash(scene->animation, w.hash);
-  add_references(&w);
+  for (unsigned i = 0; i < scene->cloud_count; i++) add_cloud(&w, &scene->clouds[i]);
   add_settings(w.hash, scene, plan);
   neph_result result = np_hash_finish(w.hash, out_hex);
   if (w.result) out_hex[0] = '\0';

@@ -11,6 +11,7 @@
 #include "core/units.h"
 #include "render/plan_choices.h"
 #include "render/plan_detail.h"
+#include "scene/cloud_file.h"
 #include "volume/volume_private.h"
 
 static void decide(np_plan_stage *out, bool is_needed, const char *reason) {
@@ -118,10 +119,13 @@ static neph_result decide_cloud(np_plan *plan, const neph_scene *scene, const np
                                       [NP_CLOUD_SOURCE_GIVEN] = "given"};
   const bool is_coarsened = np_plan_is_coarsened(plan, scene, cloud);
   const char *vdb = is_coarsened ? NULL : cloud->vdb;
-  char *file = vdb ? np_file_frame_name(plan->context, vdb, plan->desc.frame) : NULL;
-  if (vdb && !file) return NEPH_ERROR_OUT_OF_MEMORY;
+  np_cloud_file of_frame = {.path = NULL};
+  neph_result result = vdb ? np_cloud_file_get(plan->context, cloud, plan->desc.frame, &of_frame) : NEPH_OK;
+  char *file = of_frame.path;
+  if (!result && !file && np_scene_cloud_is_sequence(cloud))
+    return snprintf(out, size, "%s has no file in this frame", cloud->name), NEPH_OK;
   np_cloud_source source;
-  neph_result result = np_plan_choose_source(scene, cloud, file, plan->desc.frame, &source);
+  if (!result) result = np_plan_choose_source(scene, cloud, file, plan->desc.frame, &source);
   if (!result) count_cloud(plan, scene, cloud, source, file);
   if (!result)
     snprintf(out, size, "%s is %s%s%s", cloud->name, file || cloud->volume ? deeds[source] : "baked", file ? " " : "",

@@ -5,7 +5,6 @@
 
 #include "cloud/cloud_private.h"
 #include "core/alloc.h"
-#include "core/file.h"
 #include "core/hash.h"
 #include "render/placement.h"
 #include "render/plan.h"
@@ -13,6 +12,7 @@
 #include "render/reference_frame.h"
 #include "render/stage_decisions.h"
 #include "render/stage_part.h"
+#include "scene/cloud_file.h"
 #include "volume/volume_private.h"
 
 /* ---- Keys of sources ---- */
@@ -28,6 +28,8 @@ static void add_file(np_hash *hash, const np_plan *plan, const np_scene_cloud *c
   np_hash_add_file(hash, path);
   np_hash_add_text(hash, cloud->grid);
   NP_HASH_ADD(hash, cloud->policy);
+  NP_HASH_ADD(hash, cloud->level_set_voxels);
+  NP_HASH_ADD(hash, cloud->ramp);
   const neph_precision precision = np_plan_get_precision(plan, cloud);
   NP_HASH_ADD(hash, precision);
 }
@@ -53,6 +55,8 @@ static neph_result compute_key(const np_stage_part *in, const char *path, source
   neph_result result = NEPH_OK;
   if (path)
     add_file(hash, in->plan, cloud, path);
+  else if (np_scene_cloud_is_sequence(cloud))
+    np_hash_add_text(hash, "no file");
   else
     result = add_bake(hash, in->plan, in->scene, cloud);
   const neph_result finished = np_hash_finish(hash, out_key->hash);
@@ -172,6 +176,8 @@ static neph_volume_load_desc describe_load(const np_stage_part *in, const np_sce
   desc.grid = cloud->grid;
   desc.precision = np_plan_get_precision(in->plan, cloud);
   desc.policy = cloud->policy;
+  desc.level_set_voxels = cloud->level_set_voxels;
+  desc.ramp = cloud->ramp;
   desc.progress = np_monitor_relay;
   desc.progress_user = in->monitor;
   return desc;
@@ -205,24 +211,24 @@ static neph_result load_or_bake(const np_stage_part *in, const np_scene_cloud *c
   return result ? result : np_volume_load_density(in->scene->context, path, &desc, out_volume);
 }
 
-/* The file of a cloud in this frame; NULL: it has none, or none as coarse. */
-static neph_result get_path(const np_stage_part *in, char **out_path) {
+/* The file of a cloud in this frame; without a path: it has none, or none as coarse. */
+static neph_result get_file(const np_stage_part *in, np_cloud_file *out_file) {
   const np_scene_cloud *cloud = &in->scene->clouds[in->cloud];
-  const char *vdb = np_plan_is_coarsened(in->plan, in->scene, cloud) ? NULL : cloud->vdb;
-  *out_path = vdb ? np_file_frame_name(in->made->context, vdb, in->plan->desc.frame) : NULL;
-  return vdb && !*out_path ? NEPH_ERROR_OUT_OF_MEMORY : NEPH_OK;
+  *out_file = (np_cloud_file){.path = NULL};
+  if (!cloud->vdb || np_plan_is_coarsened(in->plan, in->scene, cloud)) return NEPH_OK;
+  return np_cloud_file_get(in->made->context, cloud, in->plan->desc.frame, out_file);
 }
 
 static neph_result get_volumes_key(const np_stage_part *in, void **out_key) {
   const np_scene_cloud *cloud = &in->scene->clouds[in->cloud];
   if (cloud->volume) return NEPH_OK;
   source_key *key = *out_key = np_alloc(in->made->context, 1, sizeof *key);
-  char *path;
-  neph_result result = key ? get_path(in, &path) : NEPH_ERROR_OUT_OF_MEMORY;
+  np_cloud_file file;
+  neph_result result = key ? get_file(in, &file) : NEPH_ERROR_OUT_OF_MEMORY;
   if (result) return result;
-  result = np_plan_choose_source(in->scene, cloud, path, in->plan->desc.frame, &key->source);
-  if (!result && (!path || key->source == NP_CLOUD_SOURCE_FILE)) result = compute_key(in, path, key);
-  np_alloc_free(in->made->context, path);
+  result = np_plan_choose_source(in->scene, cloud, file.path, in->plan->desc.frame, &key->source);
+  if (!result && (!file.path || key->source == NP_CLOUD_SOURCE_FILE)) result = compute_key(in, file.path, key);
+  np_alloc_free(in->made->context, file.path);
   return result;
 }
 
@@ -232,14 +238,17 @@ static neph_result make_volumes(const np_stage_part *in) {
   neph_volume **out = &in->made->clouds[in->cloud].volume;
   source_key *key = in->key;
   if (cloud->volume) return *out = neph_volume_retain(cloud->volume), NEPH_OK;
-  char *path;
-  neph_result result = get_path(in, &path);
+  np_cloud_file file;
+  neph_result result = get_file(in, &file);
   const np_monitor_part whole = np_monitor_get_part(in->monitor);
   np_monitor_set_part(in->monitor, whole, 0.0, 0.7);
-  if (!result) result = load_or_bake(in, cloud, path, key->source, out);
+  if (!result && !file.path && np_scene_cloud_is_sequence(cloud))
+    np_cloud_file_warn(in->scene->context, cloud, in->plan->desc.frame, &file);
+  else if (!result)
+    result = load_or_bake(in, cloud, file.path, key->source, out);
   np_monitor_set_part(in->monitor, whole, 0.0, 1.0);
-  if (!result && !key->hash[0]) result = compute_key(in, path, key);
-  np_alloc_free(in->made->context, path);
+  if (!result && !key->hash[0]) result = compute_key(in, file.path, key);
+  np_alloc_free(in->made->context, file.path);
   return result;
 }
 
@@ -273,7 +282,7 @@ typedef struct cloud_build {
   const np_stage_part *in;
   const np_scene_cloud *cloud;
   np_cloud_parts *parts;
-  char *path; /* NULL: none */
+  np_cloud_file file; /* without a path: none */
   np_anchor anchor;
   bool is_anchored;
   np_dvec3 low, high; /* world box of what it holds */
@@ -303,7 +312,7 @@ static neph_result place_volume(cloud_build *c) {
 }
 
 static bool has_emission(const cloud_build *c) {
-  return c->cloud->emission.is_enabled && np_plan_needs(c->in->plan, NP_STAGE_EMISSION);
+  return c->file.path && c->cloud->emission.is_enabled && np_plan_needs(c->in->plan, NP_STAGE_EMISSION);
 }
 
 /* Emission of a cloud's file. */
@@ -318,7 +327,7 @@ static neph_result build_emission(cloud_build *c) {
     return NEPH_OK;
   }
   const neph_volume_load_desc load = describe_load(c->in, c->cloud);
-  const np_cloud_emission_source source = {context,          c->cloud, c->path, &c->anchor.file_to_world,
+  const np_cloud_emission_source source = {context,          c->cloud, c->file.path, &c->anchor.file_to_world,
                                            c->parts->volume, &load};
   neph_result result = np_cloud_emission_load(&source, emission);
   if (result || !emission->flame) return result;
@@ -335,7 +344,7 @@ static neph_result get_anchor(cloud_build *c) {
   const neph_volume_load_desc load = describe_load(c->in, c->cloud);
   const np_stage_part *in = c->in;
   const np_frame_cloud of = {
-      &in->made->stores->references, in->scene, in->cloud, in->plan->desc.frame, volume, &load, in->monitor};
+      &in->made->stores->references, in->scene, in->cloud, c->file.number, volume, &load, in->monitor};
   return np_reference_frame_get_anchor(&of, &c->anchor, &c->is_anchored);
 }
 
@@ -361,9 +370,9 @@ neph_result np_stage_build_cloud(const np_stage_part *in) {
                    .parts = &in->made->clouds[in->cloud],
                    .low = np_nowhere_low,
                    .high = np_nowhere_high};
-  neph_result result = get_path(in, &c.path);
+  neph_result result = get_file(in, &c.file);
   if (!result) result = place_cloud(&c);
-  np_alloc_free(in->made->context, c.path);
+  np_alloc_free(in->made->context, c.file.path);
   return result;
 }
 

@@ -83,7 +83,7 @@ neph_result np_reference_store_get(np_reference_store *store, const neph_scene *
   return NEPH_OK;
 }
 
-bool np_reference_get_frame(const np_scene_cloud *cloud, const np_reference *reference, int *out_frame) {
-  *out_frame = cloud->has_reference_frame ? (int)cloud->reference_frame : reference->frame;
+bool np_reference_get_number(const np_scene_cloud *cloud, const np_reference *reference, double *out_number) {
+  *out_number = cloud->has_reference_frame ? cloud->reference_frame : reference->number;
   return cloud->has_reference_frame || reference->has_frame;
 }

@@ -19,8 +19,8 @@ typedef struct np_anchor {
 typedef struct np_reference {
   char sequence[33]; /* fingerprint of the files that it is a frame of; empty: none yet */
   bool has_frame;    /* the first asked for that holds anything is known */
-  int frame;
-  char key[33]; /* fingerprint of all that the anchor depends on; empty: not computed yet */
+  double number;     /* of its file */
+  char key[33];      /* fingerprint of all that the anchor depends on; empty: not computed yet */
   np_anchor anchor;
 } np_reference;
 
@@ -32,8 +32,8 @@ typedef struct np_reference_store {
 neph_result np_reference_store_get(np_reference_store *store, const neph_scene *scene, unsigned index,
                                    np_reference **out_reference);
 
-/* The frame that the scene names, else the one that was chosen; false where there is neither yet. */
-bool np_reference_get_frame(const np_scene_cloud *cloud, const np_reference *reference, int *out_frame);
+/* The file that the scene names, else the one that was chosen; false where there is neither yet. */
+bool np_reference_get_number(const np_scene_cloud *cloud, const np_reference *reference, double *out_number);
 
 /* A result of a part of a stage. It is lent: who takes it owns it, and gives it back for the next picture. */
 typedef struct np_stored_result {

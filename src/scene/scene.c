@@ -4,6 +4,7 @@
 
 #include "core/alloc.h"
 #include "core/file.h"
+#include "core/frame_name.h"
 #include "scene/camera_motion.h"
 #include "scene/scene_apply.h"
 #include "scene/scene_edit.h"
@@ -254,7 +255,11 @@ const char *neph_scene_get_cloud_file(const neph_scene *scene, unsigned index) {
 }
 
 bool np_scene_cloud_is_sequence(const np_scene_cloud *cloud) {
-  return cloud->vdb && !cloud->is_baked && strchr(cloud->vdb, '#');
+  return cloud->vdb && !cloud->is_baked && np_frame_name_is_pattern(cloud->vdb);
+}
+
+double np_scene_cloud_get_scale(const np_scene_cloud *cloud) {
+  return fmax(fmax(fabs(cloud->scale[0]), fabs(cloud->scale[1])), fabs(cloud->scale[2]));
 }
 
 neph_cloud_desc np_scene_cloud_get_frame(const np_scene_cloud *cloud, int frame) {
@@ -263,7 +268,9 @@ neph_cloud_desc np_scene_cloud_get_frame(const np_scene_cloud *cloud, int frame)
   return desc;
 }
 
+bool neph_frame_is_numbered(const char *pattern) { return np_frame_name_is_pattern(pattern); }
+
 neph_result neph_frame_get_path(neph_context *context, const char *pattern, int frame, char **out_path) {
-  *out_path = np_file_frame_name(context, pattern, frame);
+  *out_path = np_frame_name_make(context, pattern, frame);
   return *out_path ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }

@@ -52,7 +52,15 @@ void np_scene_air_clear(neph_scene *scene);
 /* ---- Keys without effect ---- */
 
 /* Values of a key that is no choice, as a scene gives it. */
-typedef enum np_given { NP_GIVEN_NOT, NP_GIVEN, NP_GIVEN_NONE, NP_GIVEN_HGT, NP_GIVEN_EXR, NP_GIVEN_PNG } np_given;
+typedef enum np_given {
+  NP_GIVEN_NOT,
+  NP_GIVEN,
+  NP_GIVEN_NONE,
+  NP_GIVEN_HGT,
+  NP_GIVEN_EXR,
+  NP_GIVEN_PNG,
+  NP_GIVEN_NUMBERED /* .vdb for each frame */
+} np_given;
 
 /* A key, and the values of it that are meant: bits, of a choice those of its words, else of np_given. */
 typedef struct np_condition {

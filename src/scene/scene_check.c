@@ -58,7 +58,7 @@ static bool has_density(const np_node *cloud) {
 
 /* Keys that a volume that was given has no part in. */
 static neph_result check_volume(unsigned index, const np_node *node, np_scene_problems *problems) {
-  static const char *const names[] = {"vdb", "grid", "import", "precision", "bake", "emission"};
+  static const char *const names[] = {"vdb", "grid", "import", "level_set", "ramp", "precision", "bake", "emission"};
   for (size_t i = 0; i < sizeof names / sizeof *names; i++)
     if (np_node_search(node, names[i]))
       return np_scene_fail_at(problems, np_node_search(node, names[i]),
@@ -91,9 +91,19 @@ static neph_result check_reference_frame(const neph_scene *scene, unsigned index
   const np_scene_cloud *cloud = &scene->clouds[index];
   if (!cloud->has_reference_frame || np_scene_cloud_is_sequence(cloud)) return NEPH_OK;
   return np_scene_fail_at(problems, np_node_search(node, "reference_frame"),
-                          "clouds[%u].reference_frame is %u, but %s: it goes with a vdb that has # for the frame",
+                          "clouds[%u].reference_frame is %.10g, but %s: it goes with a vdb that has # for the frame",
                           index, cloud->reference_frame,
                           cloud->is_baked ? "the cloud is baked" : "its vdb is the same file in every frame");
+}
+
+/* Only what has a thickness is a cloud. */
+static neph_result check_scale(const neph_scene *scene, unsigned index, const np_node *node,
+                               np_scene_problems *problems) {
+  const double *scale = scene->clouds[index].scale;
+  if (fmin(fmin(fabs(scale[0]), fabs(scale[1])), fabs(scale[2])) >= 1e-6) return NEPH_OK;
+  return np_scene_fail_at(problems, np_node_search(node, "scale"),
+                          "clouds[%u].scale is [%g, %g, %g], must be at least 1e-06 or at most -1e-06 along each axis",
+                          index, scale[0], scale[1], scale[2]);
 }
 
 static neph_result check_name(const neph_scene *scene, unsigned index, const np_node *node,
@@ -165,7 +175,8 @@ static neph_result check_emission(const neph_scene *scene, unsigned index, const
 
 static neph_result check_clouds(const neph_scene *scene, np_scene_problems *problems) {
   static neph_result (*const cloud_checks[])(const neph_scene *, unsigned, const np_node *, np_scene_problems *) = {
-      check_source, check_reference_frame, check_name, check_map, check_top, check_profile, check_emission};
+      check_source, check_reference_frame, check_scale,   check_name, check_map,
+      check_top,    check_profile,         check_emission};
   const np_node *list = np_node_search(scene->document, "clouds");
   const np_node *node = list ? list->first : NULL;
   neph_result result = NEPH_OK;

@@ -4,6 +4,7 @@
 #include <string.h>
 #include <strings.h>
 
+#include "core/frame_name.h"
 #include "scene/scene_apply.h"
 
 #define ONLY(value) (1u << (value))
@@ -23,6 +24,9 @@
 #define IN_TOWERS {"clouds[].bake.model", BUT(NEPH_CLOUD_MODEL_SLAB)}
 #define IN_MARCH {"render.integrator", ONLY(NEPH_INTEGRATOR_MARCH)}
 #define IN_PATHS {"render.integrator", ONLY(NEPH_INTEGRATOR_PATH)}
+#define RAMP_KEYS                                                                                                      \
+  "clouds[].ramp.low_cut", "clouds[].ramp.offset", "clouds[].ramp.gain", "clouds[].ramp.gamma"
+#define SEQUENCE_KEYS "clouds[].missing", "clouds[].frame_offset", "clouds[].frame_speed"
 #define LIGHT_KEYS                                                                                                     \
   "render.light_memory", "render.light_detail", "render.light_depth", "render.light_degree",                           \
       "render.light_residual", "render.light_reuse"
@@ -65,8 +69,12 @@ static const np_ignore_rule rules[] = {
     {.keys = {"stars.map_radiance"}, .counts = {"stars.map", BUT(NP_GIVEN_NOT)},
      .reason = "the picture whose values it scales"},
 
-    {.keys = {"clouds[].grid", "clouds[].import"}, .counts = {"clouds[].vdb", BUT(NP_GIVEN_NOT)},
-     .reason = "which names their file"},
+    {.keys = {"clouds[].grid", "clouds[].import", "clouds[].level_set", RAMP_KEYS},
+     .counts = {"clouds[].vdb", BUT(NP_GIVEN_NOT)}, .reason = "which names their file"},
+    {.keys = {SEQUENCE_KEYS}, .counts = {"clouds[].bake", ONLY(NP_GIVEN_NOT)}, .reason = "from whose time frames go"},
+    {.keys = {SEQUENCE_KEYS}, .counts = {"clouds[].vdb", ONLY(NP_GIVEN_NUMBERED)},
+     .reason = "the same file in every frame", .applies = {"clouds[].bake", ONLY(NP_GIVEN_NOT)}},
+    {.keys = {"clouds[].pivot"}, .counts = {"clouds[].position", ONLY(NP_GIVEN)}, .reason = "at which it would stand"},
     {.keys = {"clouds[].emission.kelvin"}, .counts = {"clouds[].emission.temperature", BUT(NP_GIVEN_NONE)},
      .reason = "so that the offset is the temperature everywhere"},
     {.keys = {"clouds[].emission.absorption"}, .counts = {"clouds[].emission.flame", BUT(NP_GIVEN_NONE)},
@@ -163,6 +171,7 @@ static np_given get_given(const np_node *node) {
   const char *ending = strrchr(node->text, '.');
   if (ending && !strcasecmp(ending, ".hgt")) return NP_GIVEN_HGT;
   if (ending && !strcasecmp(ending, ".exr")) return NP_GIVEN_EXR;
+  if (ending && !strcasecmp(ending, ".vdb") && np_frame_name_is_pattern(node->text)) return NP_GIVEN_NUMBERED;
   return ending && !strcasecmp(ending, ".png") ? NP_GIVEN_PNG : NP_GIVEN;
 }
 

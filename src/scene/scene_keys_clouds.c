@@ -8,6 +8,13 @@
 
 static const np_choice axes[] = {{"z", NP_UP_Z}, {"y", NP_UP_Y}, {NULL, 0}};
 static const np_choice policies[] = {{"refuse", NEPH_IMPORT_REFUSE}, {"repair", NEPH_IMPORT_REPAIR}, {NULL, 0}};
+static const np_choice pivots[] = {
+    {"base", NP_PIVOT_BASE}, {"center", NP_PIVOT_CENTER}, {"origin", NP_PIVOT_ORIGIN}, {NULL, 0}};
+static const np_choice missing[] = {{"empty", NP_MISSING_EMPTY},
+                                    {"hold", NP_MISSING_HOLD},
+                                    {"loop", NP_MISSING_LOOP},
+                                    {"error", NP_MISSING_ERROR},
+                                    {NULL, 0}};
 static const np_choice precisions[] = {{"half", NEPH_PRECISION_HALF}, {"float", NEPH_PRECISION_FLOAT}, {NULL, 0}};
 static const np_choice phases[] = {{"rayleigh", NP_PHASE_RAYLEIGH}, {"isotropic", NP_PHASE_ISOTROPIC}, {NULL, 0}};
 static const np_choice models[] = {
@@ -19,13 +26,35 @@ static const np_key keys[] = {
      .meaning = "each from a file, or baked, or baked to a file"},
     {.path = "clouds[].name", .type = NP_KEY_TEXT, .field = CLOUD(name),
      .meaning = "name in messages and in names of baked files; without it, cloud0, cloud1, …"},
-    {.path = "clouds[].vdb", .type = NP_KEY_FILE, .field = CLOUD(vdb), .meaning = "OpenVDB file, # for the frame"},
-    {.path = "clouds[].reference_frame", .type = NP_KEY_INTEGER, .field = CLOUD(reference_frame),
-     .tag = CLOUD(has_reference_frame), .tag_value = true, .range = WITHIN(0, 1e9),
-     .meaning = "frame of a numbered vdb by whose box, voxels and densest column position, voxel and optical_depth "
-                "go in all frames; without it, the first frame asked for that holds anything"},
+    {.path = "clouds[].vdb", .type = NP_KEY_FILE, .field = CLOUD(vdb),
+     .meaning = "OpenVDB file; #, %04d or $F for the frame"},
+    {.path = "clouds[].missing", .type = NP_KEY_CHOICE, .choices = missing, .field = CLOUD(missing),
+     .fallback = "empty",
+     .meaning = "meaning of a frame without a file: empty, with a warning; hold, the last before it; loop, the numbers "
+                "that are there over and over; or error"},
+    {.path = "clouds[].frame_offset", .type = NP_KEY_REAL, .field = CLOUD(frame_offset), .range = WITHIN(-1e9, 1e9),
+     .fallback = "0", .meaning = "is added to the frame for the number of its file"},
+    {.path = "clouds[].frame_speed", .type = NP_KEY_REAL, .field = CLOUD(frame_speed), .range = WITHIN(-1e3, 1e3),
+     .fallback = "1", .meaning = "files a frame, counted from frame 1"},
+    {.path = "clouds[].reference_frame", .type = NP_KEY_REAL, .field = CLOUD(reference_frame),
+     .tag = CLOUD(has_reference_frame), .tag_value = true, .range = WITHIN(-1e9, 1e9),
+     .meaning = "number of the file by whose box, voxels and densest column position, voxel and optical_depth go in "
+                "all frames; without it, that of the first frame asked for that holds anything"},
     {.path = "clouds[].grid", .type = NP_KEY_TEXT, .field = CLOUD(grid),
-     .meaning = "name of a scalar grid in it; without it, density or the only one there is"},
+     .meaning = "name of a grid in it, or name + other for their sum; without it, density or the only fog volume"},
+    {.path = "clouds[].level_set", .type = NP_KEY_REAL, .field = CLOUD(level_set_voxels), .range = WITHIN(0, 1000),
+     .fallback = "0",
+     .meaning = "voxels below its surface at which a level set is 1, rising from 0 at it; 0: level sets are refused"},
+    {.path = "clouds[].ramp", .type = NP_KEY_SECTION,
+     .meaning = "change of a file's values v before anything else: gain * (v + offset)^gamma, not below 0"},
+    {.path = "clouds[].ramp.low_cut", .type = NP_KEY_REAL, .field = CLOUD(ramp.low_cut), .range = WITHIN(0, 1e9),
+     .fallback = "0", .meaning = "greatest value that becomes 0"},
+    {.path = "clouds[].ramp.offset", .type = NP_KEY_REAL, .field = CLOUD(ramp.offset), .range = WITHIN(-1e9, 1e9),
+     .fallback = "0", .meaning = "is added to the values above that"},
+    {.path = "clouds[].ramp.gain", .type = NP_KEY_REAL, .field = CLOUD(ramp.gain), .range = WITHIN(0, 1e9),
+     .fallback = "1", .meaning = "factor on the result"},
+    {.path = "clouds[].ramp.gamma", .type = NP_KEY_REAL, .field = CLOUD(ramp.gamma), .range = WITHIN(0.01, 100),
+     .fallback = "1", .meaning = "exponent of the sum"},
     {.path = "clouds[].import", .type = NP_KEY_CHOICE, .choices = policies, .field = CLOUD(policy),
      .fallback = "refuse", .meaning = "policy for values that no cloud has, such as NaN; repair takes them as 0"},
     {.path = "clouds[].precision", .type = NP_KEY_CHOICE, .choices = precisions, .field = CLOUD(precision),
@@ -34,14 +63,21 @@ static const np_key keys[] = {
      .meaning = "axis of the file that points up"},
     {.path = "clouds[].voxel", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = CLOUD(voxel_m), .range = SIZE,
      .meaning = "largest edge of a voxel; without it, as the file has it"},
-    {.path = "clouds[].scale", .type = NP_KEY_REAL, .field = CLOUD(scale), .range = WITHIN(1e-6, 1e6), .fallback = "1",
-     .meaning = "enlarges the cloud after that"},
+    {.path = "clouds[].scale", .type = NP_KEY_REAL, .field = CLOUD(scale), .is_grey_allowed = true,
+     .range = WITHIN(-1e6, 1e6), .fallback = "1",
+     .meaning = "enlarges the cloud after that, along x, y and z; below 0 mirrors it"},
+    {.path = "clouds[].tilt", .type = NP_KEY_REAL, .unit = NP_UNIT_DEGREE, .field = CLOUD(tilt_rad),
+     .range = WITHIN(-360, 360), .fallback = "0 deg, 0 deg", .meaning = "about x, then about y, after that"},
     {.path = "clouds[].rotation", .type = NP_KEY_REAL, .unit = NP_UNIT_DEGREE, .field = CLOUD(rotation_rad),
      .range = WITHIN(-360, 360), .fallback = "0 deg",
-     .meaning = "about the vertical, counter-clockwise seen from above"},
+     .meaning = "about the vertical, counter-clockwise seen from above, after that"},
     {.path = "clouds[].position", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = CLOUD(position_m),
      .tag = CLOUD(has_position), .tag_value = true, .range = ANYWHERE,
-     .meaning = "place of the middle of the bottom of the cloud's box; without it, as the file has it"},
+     .meaning = "place of the pivot; without it, as the file has it"},
+    {.path = "clouds[].pivot", .type = NP_KEY_REAL, .field = CLOUD(pivot_point), .range = WITHIN(-1e9, 1e9),
+     .choices = pivots, .tag = CLOUD(pivot), .tag_value = NP_PIVOT_POINT, .fallback = "base",
+     .meaning = "point of the cloud that stands at its position: base, the middle of the bottom of its box; center, "
+                "that of the box; origin, where its file has 0, 0, 0; or a point in the file's coordinates"},
     {.path = "clouds[].extinction", .type = NP_KEY_REAL, .unit = NP_UNIT_PER_METRE, .field = CLOUD(density_value),
      .tag = CLOUD(density_unit), .tag_value = NP_DENSITY_EXTINCTION, .range = WITHIN(0, 1e6), .fallback = "1 1/m",
      .group = GROUP_DENSITY, .alternative = 1, .meaning = "extinction of a value of 1; baked clouds hold 1/m already"},

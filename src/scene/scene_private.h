@@ -119,14 +119,24 @@ typedef struct np_scene_emission {
   double strength;
 } np_scene_emission;
 
+/* The point of a cloud that stands at its position. */
+typedef enum np_pivot { NP_PIVOT_BASE, NP_PIVOT_CENTER, NP_PIVOT_ORIGIN, NP_PIVOT_POINT } np_pivot;
+
+/* The meaning of a frame whose file a sequence lacks. */
+typedef enum np_missing { NP_MISSING_EMPTY, NP_MISSING_HOLD, NP_MISSING_LOOP, NP_MISSING_ERROR } np_missing;
+
 typedef struct np_scene_cloud {
   char *name;
   neph_volume *volume;      /* given, the document's; NULL: from a file or baked */
   char *vdb;                /* file pattern, resolved; NULL when only baked */
   bool has_reference_frame; /* else the first asked for that holds anything */
-  unsigned reference_frame;
-  char *grid; /* NULL: chosen by neph_volume_load */
+  double reference_frame;
+  np_missing missing;
+  double frame_offset, frame_speed; /* from frames to numbers of files */
+  char *grid;                       /* NULL: chosen by neph_volume_load */
   neph_import_policy policy;
+  double level_set_voxels;
+  neph_volume_ramp ramp;
   neph_precision precision;
   bool is_baked;
   char *preset; /* of the bake; NULL: none */
@@ -138,10 +148,13 @@ typedef struct np_scene_cloud {
   double frame_time_s; /* of the bake, from frame to frame */
   np_axis_up up;
   double voxel_m; /* largest edge; 0: the file's transform */
-  double scale;
+  double scale[3];     /* along east, north and up, before it is turned; below 0: mirrored */
+  double tilt_rad[2];  /* about world x, then y, before the rotation */
   double rotation_rad; /* about world z, counter-clockwise seen from above */
   bool has_position;
-  double position_m[3];
+  double position_m[3]; /* of the pivot */
+  np_pivot pivot;
+  double pivot_point[3]; /* in the file's unit */
   np_density_unit density_unit;
   double density_value;
   double albedo[3];
@@ -300,6 +313,9 @@ neph_result np_scene_check(const neph_scene *scene);
 
 /* Whether a cloud has a file of its own for each frame, and is not baked to it. */
 bool np_scene_cloud_is_sequence(const np_scene_cloud *cloud);
+
+/* The greatest of the factors by which a cloud is enlarged. */
+double np_scene_cloud_get_scale(const np_scene_cloud *cloud);
 
 /* The bake of a cloud as it is in a frame; 1 is at the bake's own time. */
 neph_cloud_desc np_scene_cloud_get_frame(const np_scene_cloud *cloud, int frame);

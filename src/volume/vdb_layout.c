@@ -241,12 +241,22 @@ static void read_grids(np_vdb_layout *layout) {
 
 /* ---- The file ---- */
 
+/* "NanoVDB" and a digit begin a file that is laid out for another library. */
+static void check_magic(np_vdb_bytes *bytes, int64_t magic) {
+  if (magic == file_magic || bytes->result) return;
+  if (!memcmp(&magic, "NanoVDB", strlen("NanoVDB")))
+    bytes->result = np_fail(bytes->context, NEPH_ERROR_UNSUPPORTED,
+                            "%s: a NanoVDB file: convert it with OpenVDB's tool, nanovdb_convert %s FILE.vdb",
+                            bytes->path, bytes->path);
+  else
+    bytes->result = np_fail(bytes->context, NEPH_ERROR_BAD_FILE, "%s: not a VDB file", bytes->path);
+}
+
 static void read_file_header(np_vdb_layout *layout) {
   np_vdb_bytes *bytes = &layout->bytes;
   np_vdb_source *source = &layout->source;
   bool is_half;
-  if (np_vdb_bytes_read_i64(bytes) != file_magic && !bytes->result)
-    bytes->result = np_fail(bytes->context, NEPH_ERROR_BAD_FILE, "%s: not a VDB file", bytes->path);
+  check_magic(bytes, np_vdb_bytes_read_i64(bytes));
   source->format_version = np_vdb_bytes_read_u32(bytes);
   if (source->format_version < VERSION_MIN && !bytes->result)
     bytes->result =

@@ -24,9 +24,11 @@
 #include <openvdb/io/GridDescriptor.h>
 #include <openvdb/io/io.h>
 #include <openvdb/openvdb.h>
+#include <openvdb/tools/Composite.h>
 #include <openvdb/tools/Interpolation.h>
 #include <tbb/global_control.h>
 
+#include "volume/vdb_conversion.h"
 #include "volume/vdb_streams.h"
 
 using namespace np_vdb;
@@ -34,11 +36,6 @@ using namespace np_vdb;
 namespace {
 
 /* ---- Failure ---- */
-
-struct Failure {
-  neph_result result;
-  std::string message;
-};
 
 void check_room(const void *block) {
   if (!block) throw AlreadyTold{NEPH_ERROR_OUT_OF_MEMORY};
@@ -105,9 +102,8 @@ template <typename GridType> void delete_tree(GridType &grid) noexcept {
 /* A grid that can end without memory. Its type is compared here, because that allocates. */
 openvdb::GridBase::Ptr own(const openvdb::GridBase::Ptr &grid) {
   openvdb::GridBase::Ptr owned;
-  grid->apply<openvdb::GridTypes>([&](auto &typed) {
-    owned.reset(&typed, [grid, &typed](openvdb::GridBase *) { delete_tree(typed); });
-  });
+  grid->apply<openvdb::GridTypes>(
+      [&](auto &typed) { owned.reset(&typed, [grid, &typed](openvdb::GridBase *) { delete_tree(typed); }); });
   return owned ? owned : grid;
 }
 
@@ -129,9 +125,9 @@ struct Entry {
   openvdb::io::GridDescriptor descriptor;
   openvdb::GridBase::Ptr header; /* metadata and transform */
   std::string name, value_type, grid_class, creator;
-  bool is_scalar, is_vector, is_affine;
+  bool is_scalar, is_count, is_vector, is_affine;
   double index_to_world[3][4]; /* where it is affine */
-  std::size_t owner; /* index of the grid that stores its voxels; itself, but for an instance */
+  std::size_t owner;           /* index of the grid that stores its voxels; itself, but for an instance */
 };
 
 } /* namespace */
@@ -187,10 +183,13 @@ void read_header(np_vdb_file &file, const np_vdb_grid_place &place, openvdb::Gri
                   "grid '" + grid.getName() + "' has metadata that OpenVDB reads differently: it is damaged"};
 }
 
-template <typename GridType> bool is_grid(const openvdb::GridBase &grid) { return grid.isType<GridType>(); }
-
 bool is_scalar(const openvdb::GridBase &grid) {
   return is_grid<openvdb::FloatGrid>(grid) || is_grid<openvdb::DoubleGrid>(grid);
+}
+
+bool is_count(const openvdb::GridBase &grid) {
+  return is_grid<openvdb::Int32Grid>(grid) || is_grid<openvdb::Int64Grid>(grid) || is_grid<openvdb::BoolGrid>(grid) ||
+         is_grid<openvdb::MaskGrid>(grid);
 }
 
 bool is_vector(const openvdb::GridBase &grid) {
@@ -222,6 +221,7 @@ Entry read_entry(np_vdb_file &file, std::size_t index) {
   entry.grid_class = openvdb::GridBase::gridClassToString(entry.header->getGridClass());
   entry.creator = entry.header->getCreator();
   entry.is_scalar = is_scalar(*entry.header);
+  entry.is_count = is_count(*entry.header);
   entry.is_vector = is_vector(*entry.header);
   entry.is_affine = get_affine(*entry.header, entry.index_to_world);
   return entry;
@@ -266,7 +266,9 @@ void describe_grid(const np_vdb_file *file, size_t index, np_vdb_grid_info *out_
   out_info->owner = entry.owner == no_owner ? index : entry.owner;
   out_info->is_half_on_disk = entry.descriptor.saveFloatAsHalf();
   out_info->is_scalar = entry.is_scalar;
+  out_info->is_count = entry.is_count;
   out_info->is_vector = entry.is_vector;
+  out_info->is_level_set = entry.header->getGridClass() == openvdb::GRID_LEVEL_SET;
   out_info->is_affine = entry.is_affine;
   if (entry.is_affine) std::memcpy(out_info->index_to_world, entry.index_to_world, sizeof entry.index_to_world);
 }
@@ -348,20 +350,72 @@ void copy_if(const openvdb::GridBase::Ptr &grid, int component, const np_vdb_sin
   if (is_grid<GridType>(*grid)) copy_tree(openvdb::gridPtrCast<GridType>(grid)->tree(), component, sink, canceller);
 }
 
-neph_result read_grid(np_vdb_file *file, size_t index, int component, const np_vdb_sink *sink, uint64_t *out_tree_bytes,
-                      np_vdb_error *error) noexcept {
+void check_type(const Entry &entry) {
+  if (!entry.is_scalar && !entry.is_count && !entry.is_vector)
+    throw Failure{NEPH_ERROR_INVALID_ARGUMENT,
+                  "grid '" + entry.name + "' is of type " + entry.value_type + ", neither a scalar nor a vector"};
+}
+
+/* ---- Densities ---- */
+
+/* A grid as a density. */
+openvdb::FloatGrid::Ptr read_density(np_vdb_file &file, const Entry &entry, double level_set_voxels, double byte_max) {
+  openvdb::FloatGrid::Ptr grid = convert_to_floats(read_tree(file, entry, Part::tree));
+  grid->setTransform(entry.header->transform().copy()); /* an instance has its own */
+  if (level_set_voxels > 0.0 && entry.header->getGridClass() == openvdb::GRID_LEVEL_SET) {
+    convert_distances(*grid, level_set_voxels);
+  }
+  return entry.is_affine ? grid : resample(grid, make_lattice(*grid), byte_max, entry.name);
+}
+
+openvdb::FloatGrid::Ptr read_sum(np_vdb_file &file, const np_vdb_request &request, double byte_max) {
+  openvdb::FloatGrid::Ptr sum;
+  for (std::size_t i = 0; i < request.count; i++) {
+    const Entry &entry = file.entries[request.indices[i]];
+    openvdb::FloatGrid::Ptr grid = read_density(file, entry, request.level_set_voxels, byte_max);
+    if (sum && grid->transform() != sum->transform()) grid = resample(grid, sum->transformPtr(), byte_max, entry.name);
+    if (sum)
+      openvdb::tools::compSum(*sum, *grid);
+    else
+      sum = grid;
+  }
+  return sum;
+}
+
+/* A grid that stands in the file as a density would. */
+bool is_plain(const np_vdb_file &file, const np_vdb_request &request) {
+  const Entry &first = file.entries[request.indices[0]];
+  return request.count == 1 && first.is_scalar && first.is_affine &&
+         first.header->getGridClass() != openvdb::GRID_LEVEL_SET;
+}
+
+void read_converted(np_vdb_file &file, const np_vdb_request &request, const np_vdb_sink &sink,
+                    uint64_t *out_tree_bytes) {
+  const openvdb::FloatGrid::Ptr grid = read_sum(file, request, static_cast<double>(sink.grid->brick_bytes_max));
+  get_affine(*grid, sink.grid->index_to_world.m);
+  copy_tree(grid->tree(), 0, sink, file.canceller);
+  *out_tree_bytes = grid->memUsage();
+}
+
+void read_plain(np_vdb_file &file, const np_vdb_request &request, const np_vdb_sink &sink, uint64_t *out_tree_bytes) {
+  const Entry &entry = file.entries[request.indices[0]];
+  const openvdb::GridBase::Ptr grid = read_tree(file, entry, Part::tree);
+  if (entry.is_affine) std::memcpy(sink.grid->index_to_world.m, entry.index_to_world, sizeof entry.index_to_world);
+  copy_if<openvdb::FloatGrid>(grid, request.component, sink, file.canceller);
+  copy_if<openvdb::DoubleGrid>(grid, request.component, sink, file.canceller);
+  copy_if<openvdb::Vec3SGrid>(grid, request.component, sink, file.canceller);
+  copy_if<openvdb::Vec3DGrid>(grid, request.component, sink, file.canceller);
+  *out_tree_bytes = grid->memUsage();
+}
+
+neph_result read_grid(np_vdb_file *file, const np_vdb_request *request, const np_vdb_sink *sink,
+                      uint64_t *out_tree_bytes, np_vdb_error *error) noexcept {
   return guarded(error, Direction::reading, [&] {
-    const Entry &entry = file->entries[index];
-    if (!entry.is_scalar && !entry.is_vector)
-      throw Failure{NEPH_ERROR_INVALID_ARGUMENT,
-                    "grid '" + entry.name + "' is of type " + entry.value_type + ", neither a scalar nor a vector"};
-    const openvdb::GridBase::Ptr grid = read_tree(*file, entry, Part::tree);
-    if (entry.is_affine) std::memcpy(sink->grid->index_to_world.m, entry.index_to_world, sizeof entry.index_to_world);
-    copy_if<openvdb::FloatGrid>(grid, component, *sink, file->canceller);
-    copy_if<openvdb::DoubleGrid>(grid, component, *sink, file->canceller);
-    copy_if<openvdb::Vec3SGrid>(grid, component, *sink, file->canceller);
-    copy_if<openvdb::Vec3DGrid>(grid, component, *sink, file->canceller);
-    *out_tree_bytes = grid->memUsage();
+    for (std::size_t i = 0; i < request->count; i++) check_type(file->entries[request->indices[i]]);
+    if (!request->is_density || is_plain(*file, *request))
+      read_plain(*file, *request, *sink, out_tree_bytes);
+    else
+      read_converted(*file, *request, *sink, out_tree_bytes);
   });
 }
 
@@ -436,8 +490,8 @@ void fill_velocity(const np_vdb_write_grid &output, const Canceller &canceller, 
 
 /* A velocity in world space at the voxels' centres, which turns with the grid when that is moved. */
 openvdb::GridBase::Ptr make_velocity(const np_vdb_write_grid &output) {
-  auto grid = openvdb::Vec3SGrid::create(
-      openvdb::Vec3s(output.grid->background, output.y->background, output.z->background));
+  auto grid =
+      openvdb::Vec3SGrid::create(openvdb::Vec3s(output.grid->background, output.y->background, output.z->background));
   grid->setGridClass(openvdb::GRID_UNKNOWN); /* which also says: not staggered */
   grid->setVectorType(openvdb::VEC_CONTRAVARIANT_RELATIVE);
   grid->setIsInWorldSpace(true);

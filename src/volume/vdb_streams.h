@@ -7,12 +7,18 @@
 #include <cstring>
 #include <fstream>
 #include <streambuf>
+#include <string>
 
 #include "volume/vdb_table.h"
 
 namespace np_vdb {
 
 /* ---- Failure ---- */
+
+struct Failure {
+  neph_result result;
+  std::string message;
+};
 
 struct Cancelled {};
 

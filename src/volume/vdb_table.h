@@ -12,7 +12,7 @@
 extern "C" {
 #endif
 
-#define NP_VDB_MODULE_VERSION 4u
+#define NP_VDB_MODULE_VERSION 5u
 
 /* Name of the module's file and of the function in it. */
 #define NP_VDB_MODULE_FILE "nephos_vdb.so"
@@ -33,8 +33,10 @@ typedef struct np_vdb_grid_info {
   const char *creator;
   size_t owner; /* index of the grid that stores its voxels; itself, but for an instance */
   int is_half_on_disk;
-  int is_scalar; /* float, half or double: np_vdb_module.read takes it */
+  int is_scalar; /* float, half or double: np_vdb_module.read takes it, */
+  int is_count;  /* whole numbers or marks, that is 0 or 1: so it does, */
   int is_vector; /* three floats, halves or doubles: so it does, component by component */
+  int is_level_set;
   int is_affine; /* transform is not a frustum */
   double index_to_world[3][4];
 } np_vdb_grid_info;
@@ -64,6 +66,16 @@ typedef struct np_vdb_source {
   neph_result (*read)(void *user, int64_t position, void *out, size_t count);
   neph_result (*check_tree)(void *user, size_t index, int is_half);
 } np_vdb_source;
+
+/* The grids that one is read from: of several, in lattices of which the first one's is taken, the sum. */
+typedef struct np_vdb_request {
+  const size_t *indices;
+  size_t count;
+  int component;           /* of a vector, 0 to 2; else 0 */
+  int is_density;          /* wanted: else one grid is read as it stands */
+  double level_set_voxels; /* depth at which a level set, which must be one of floats, is 1, and above which it rises
+                              from 0 at its surface */
+} np_vdb_request;
 
 /* Destination of a grid that is read: functions of sparse_grid.h, handed over because a loaded module cannot link to
  * them.
@@ -111,10 +123,10 @@ typedef struct np_vdb_module {
                                 void (*visit)(void *user, const char *name, const char *text), void *user,
                                 np_vdb_error *error);
 
-  /* Reads one scalar grid, or one component (0 to 2) of a vector: transform, background, leaves, and tiles that differ
-   * from an inactive background. */
-  neph_result (*read)(np_vdb_file *file, size_t index, int component, const np_vdb_sink *sink, uint64_t *out_tree_bytes,
-                      np_vdb_error *error);
+  /* Reads a scalar grid, their sum, or one component of a vector: transform, background, leaves, and tiles that differ
+   * from an inactive background. Frustums are resampled, with voxels of the size that they have in the middle. */
+  neph_result (*read)(np_vdb_file *file, const np_vdb_request *request, const np_vdb_sink *sink,
+                      uint64_t *out_tree_bytes, np_vdb_error *error);
 
   /* Reads any grid's topology, and tells its size. */
   neph_result (*measure)(np_vdb_file *file, size_t index, np_vdb_grid_size *out_size, np_vdb_error *error);

@@ -40,21 +40,35 @@ void np_volume_file_close(np_volume_file *file) {
   *file = (np_volume_file){0};
 }
 
-neph_result np_volume_file_read_component(const np_volume_file *file, size_t index, int component,
-                                          np_sparse_grid *out_grid, uint64_t *out_tree_bytes) {
+static neph_result read_request(const np_volume_file *file, const np_vdb_request *request, np_sparse_grid *out_grid,
+                                uint64_t *out_tree_bytes) {
   np_vdb_grid_info info;
   np_vdb_error error;
   const np_vdb_sink sink = {out_grid, np_sparse_grid_reserve, np_sparse_grid_add_leaf, np_sparse_grid_add_tile};
-  file->module->describe(file->vdb, index, &info);
+  file->module->describe(file->vdb, request->indices[0], &info);
   neph_result result = np_sparse_grid_init(file->context, info.name, out_grid);
   if (result) return result;
   out_grid->file = file->path;
   out_grid->brick_bytes_max = brick_bytes_free + brick_bytes_per_byte * np_vdb_layout_get_source(file->layout)->size;
-  if (file->module->read(file->vdb, index, component, &sink, out_tree_bytes, &error))
-    return np_volume_file_fail(file, &error);
+  if (file->module->read(file->vdb, request, &sink, out_tree_bytes, &error)) return np_volume_file_fail(file, &error);
   np_vdb_layout_warn(file->layout);
   np_sparse_grid_sort(out_grid);
   return NEPH_OK;
+}
+
+neph_result np_volume_file_read_density(const np_volume_file *file, const np_volume_choice *choice,
+                                        np_sparse_grid *out_grid, uint64_t *out_tree_bytes) {
+  const np_vdb_request request = {.indices = choice->indices,
+                                  .count = choice->count,
+                                  .is_density = true,
+                                  .level_set_voxels = choice->level_set_voxels};
+  return read_request(file, &request, out_grid, out_tree_bytes);
+}
+
+neph_result np_volume_file_read_component(const np_volume_file *file, size_t index, int component,
+                                          np_sparse_grid *out_grid, uint64_t *out_tree_bytes) {
+  const np_vdb_request request = {.indices = &index, .count = 1, .component = component};
+  return read_request(file, &request, out_grid, out_tree_bytes);
 }
 
 neph_result np_volume_file_read(const np_volume_file *file, size_t index, np_sparse_grid *out_grid,

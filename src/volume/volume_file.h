@@ -6,6 +6,8 @@
 #include "volume/vdb_layout.h"
 #include "volume/volume_private.h"
 
+enum { NP_VOLUME_GRIDS_MAX = 16 };
+
 typedef struct np_volume_file {
   neph_context *context;
   const char *path; /* borrowed */
@@ -27,6 +29,17 @@ neph_result np_volume_file_read(const np_volume_file *file, size_t index, np_spa
 neph_result np_volume_file_read_component(const np_volume_file *file, size_t index, int component,
                                           np_sparse_grid *out_grid, uint64_t *out_tree_bytes);
 
+/* Grids that a density is read from. */
+typedef struct np_volume_choice {
+  size_t indices[NP_VOLUME_GRIDS_MAX], count; /* of several, the sum */
+  double level_set_voxels;                    /* depth at which a level set is 1 */
+} np_volume_choice;
+
+/* The same of a density: whole numbers and marks become floats, level sets fog; frustums, and grids of a sum whose
+ * lattice is not the first one's, are resampled. */
+neph_result np_volume_file_read_density(const np_volume_file *file, const np_volume_choice *choice,
+                                        np_sparse_grid *out_grid, uint64_t *out_tree_bytes);
+
 /* Reports what the module said, under the file's name. */
 neph_result np_volume_file_fail(const np_volume_file *file, const np_vdb_error *error);
 
@@ -34,5 +47,9 @@ neph_result np_volume_file_fail(const np_volume_file *file, const np_vdb_error *
  * infinite, negative. Fails or warns with counts and the first voxel. */
 neph_result np_volume_import_values(neph_context *context, const char *path, np_sparse_grid *grid,
                                     neph_import_policy policy, np_monitor *monitor);
+
+/* Puts the values of a density, which are finite and not negative, through a ramp. */
+neph_result np_volume_apply_ramp(neph_context *context, np_sparse_grid *grid, const neph_volume_ramp *ramp,
+                                 np_monitor *monitor);
 
 #endif

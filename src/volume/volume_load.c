@@ -2,6 +2,7 @@
 /* Loading: which grid of a file is meant, and whether it can be a cloud. */
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 #include "core/alloc.h"
 #include "volume/volume_file.h"
@@ -20,7 +21,8 @@ static char *list_grids(const np_volume_file *file) {
   char *list = np_alloc_text(file->context, count ? "" : "nothing");
   for (size_t i = 0; i < count && list; i++) {
     np_vdb_grid_info info = describe(file, i);
-    char *longer = np_alloc_printf(file->context, "%s%s'%s' (%s)", list, i ? ", " : "", info.name, info.value_type);
+    char *longer = np_alloc_printf(file->context, "%s%s'%s' (%s%s)", list, i ? ", " : "", info.name, info.value_type,
+                                   info.is_level_set ? ", a level set" : "");
     np_alloc_free(file->context, list);
     list = longer;
   }
@@ -38,74 +40,129 @@ static neph_result refuse_choice(const np_volume_file *file, char *reason) {
   return result;
 }
 
+/* Grids that may be meant, by number among all. */
 typedef struct matches {
   size_t count, index; /* of those that match, and the wanted one among all grids */
 } matches;
 
-/* Grids of a name (NULL: any), scalar ones alone if wanted; `index` is that of number `wanted` among them. */
-static matches search_grids(const np_volume_file *file, const char *name, size_t name_length, bool is_scalar_wanted,
-                            size_t wanted) {
+/* Kinds of names, from the strictest on. */
+typedef enum likeness { SAME_NAME, SAME_LETTERS, ANY_FOG, ANY_SCALAR } likeness;
+
+static bool is_alike(const np_vdb_grid_info *info, likeness wanted, const char *name, size_t length) {
+  if (wanted == ANY_SCALAR) return info->is_scalar;
+  if (wanted == ANY_FOG) return info->is_scalar && !info->is_level_set;
+  if (strlen(info->name) != length) return false;
+  return wanted == SAME_NAME ? !memcmp(info->name, name, length) : !strncasecmp(info->name, name, length);
+}
+
+/* Grids like a name; `index` is that of number `wanted` among them. */
+static matches search_grids(const np_volume_file *file, likeness like, const char *name, size_t length, size_t wanted) {
   matches found = {0, SIZE_MAX};
-  size_t count = file->module->count(file->vdb);
+  const size_t count = file->module->count(file->vdb);
   for (size_t i = 0; i < count; i++) {
-    np_vdb_grid_info info = describe(file, i);
-    if (is_scalar_wanted && !info.is_scalar) continue;
-    if (name && (strlen(info.name) != name_length || memcmp(info.name, name, name_length))) continue;
-    if (found.count++ == wanted) found.index = i;
+    const np_vdb_grid_info info = describe(file, i);
+    if (is_alike(&info, like, name, length) && found.count++ == wanted) found.index = i;
   }
   return found;
 }
 
-/* Splits "name[2]" into the length of its name and 2. False when it does not have that form. */
-static bool split_name(const char *text, size_t *out_length, size_t *out_number) {
-  const char *bracket = strrchr(text, '[');
-  if (!bracket || bracket[1] < '0' || bracket[1] > '9') return false;
-  char *end;
-  *out_number = strtoul(bracket + 1, &end, 10);
-  *out_length = (size_t)(bracket - text);
-  return end[0] == ']' && !end[1];
+/* A name as it stands, or in letters of either case where none is so. */
+static matches search_name(const np_volume_file *file, const char *name, size_t length, size_t wanted) {
+  const matches found = search_grids(file, SAME_NAME, name, length, wanted);
+  return found.count ? found : search_grids(file, SAME_LETTERS, name, length, wanted);
 }
 
-static neph_result choose_by_name(const np_volume_file *file, const char *name, size_t *out_index) {
-  size_t length, number;
-  matches found = search_grids(file, name, strlen(name), false, 0);
-  if (!found.count && split_name(name, &length, &number)) {
-    found = search_grids(file, name, length, false, number);
+/* Splits "name[2]" into the length of its name and 2. False when it does not have that form. */
+static bool split_number(const char *text, size_t length, size_t *out_length, size_t *out_number) {
+  const char *end = text + length, *bracket = end;
+  if (length < sizeof "a[0]" - 1 || end[-1] != ']') return false;
+  while (bracket > text && *bracket != '[') bracket--;
+  char *digits_end;
+  *out_number = strtoul(bracket + 1, &digits_end, 10);
+  *out_length = (size_t)(bracket - text);
+  return bracket[1] >= '0' && bracket[1] <= '9' && digits_end == end - 1;
+}
+
+static neph_result choose_by_name(const np_volume_file *file, const char *name, size_t length, size_t *out_index) {
+  size_t bare, number;
+  matches found = search_name(file, name, length, 0);
+  if (!found.count && split_number(name, length, &bare, &number)) {
+    found = search_name(file, name, bare, number);
     found.count = found.index != SIZE_MAX;
   }
   *out_index = found.index;
+  const int width = (int)length;
   if (found.count > 1)
-    return refuse_choice(file, np_alloc_printf(file->context, "%zu grids are named '%s': ask for '%s[0]' to '%s[%zu]'",
-                                               found.count, name, name, name, found.count - 1));
-  if (found.index == SIZE_MAX) return refuse_choice(file, np_alloc_printf(file->context, "no grid '%s'", name));
+    return refuse_choice(file,
+                         np_alloc_printf(file->context, "%zu grids are named '%.*s': ask for '%.*s[0]' to '%.*s[%zu]'",
+                                         found.count, width, name, width, name, width, name, found.count - 1));
+  if (found.index == SIZE_MAX)
+    return refuse_choice(file, np_alloc_printf(file->context, "no grid '%.*s'", width, name));
   return NEPH_OK;
 }
 
-static neph_result choose(const np_volume_file *file, const char *name, size_t *out_index) {
-  if (name) return choose_by_name(file, name, out_index);
-  matches density = search_grids(file, "density", strlen("density"), false, 0);
-  if (density.count) return choose_by_name(file, "density", out_index);
-  matches scalar = search_grids(file, NULL, 0, true, 0);
-  *out_index = scalar.index;
-  if (scalar.count == 1) return NEPH_OK;
-  const char *reason = scalar.count ? "no grid 'density', and several others" : "no float grid";
-  return refuse_choice(file, np_alloc_text(file->context, reason));
+/* "density", else the only scalar, of which level sets count where they are wanted and no other is there. */
+static neph_result choose_usual(const np_volume_file *file, bool has_level_sets, size_t *out_index) {
+  static const char usual[] = "density";
+  if (search_name(file, usual, strlen(usual), 0).count) return choose_by_name(file, usual, strlen(usual), out_index);
+  matches found = search_grids(file, ANY_FOG, NULL, 0, 0);
+  if (!found.count && has_level_sets) found = search_grids(file, ANY_SCALAR, NULL, 0, 0);
+  *out_index = found.index;
+  if (found.count == 1) return NEPH_OK;
+  return refuse_choice(file, np_alloc_text(file->context, found.count ? "no grid 'density', and several others"
+                                                                      : "no fog volume of floats"));
+}
+
+static const char plus[] = " + ";
+
+static bool is_sum(const np_volume_file *file, const char *name) {
+  return strstr(name, plus) && !search_name(file, name, strlen(name), 0).count;
+}
+
+/* "density + fuel": each of them. */
+static neph_result choose_sum(const np_volume_file *file, const char *names, np_volume_choice *out_choice) {
+  neph_result result = NEPH_OK;
+  for (const char *name = names; name && !result;) {
+    const char *end = strstr(name, plus);
+    if (out_choice->count == NP_VOLUME_GRIDS_MAX)
+      return np_fail(file->context, NEPH_ERROR_INVALID_ARGUMENT, "%s: '%s' are too many grids, must be at most %d",
+                     file->path, names, NP_VOLUME_GRIDS_MAX);
+    result = choose_by_name(file, name, end ? (size_t)(end - name) : strlen(name),
+                            &out_choice->indices[out_choice->count++]);
+    name = end ? end + strlen(plus) : NULL;
+  }
+  return result;
+}
+
+static neph_result choose(const np_volume_file *file, const char *name, np_volume_choice *out_choice) {
+  if (name && is_sum(file, name)) return choose_sum(file, name, out_choice);
+  out_choice->count = 1;
+  return name ? choose_by_name(file, name, strlen(name), out_choice->indices)
+              : choose_usual(file, out_choice->level_set_voxels > 0.0, out_choice->indices);
 }
 
 /* ---- Checks ---- */
 
-static neph_result check_kind(const np_volume_file *file, const np_vdb_grid_info *info) {
-  if (!info->is_scalar)
-    return np_fail(file->context, NEPH_ERROR_BAD_FILE, "%s: grid '%s' holds %s, must hold float or double", file->path,
+/* Level sets have a density by the depth at which they are solid alone. */
+static neph_result check_kind(const np_volume_file *file, const np_vdb_grid_info *info, double level_set_voxels) {
+  if (!info->is_scalar && !info->is_count)
+    return np_fail(file->context, NEPH_ERROR_BAD_FILE, "%s: grid '%s' holds %s, must hold numbers or marks", file->path,
                    info->name, info->value_type);
-  if (!info->is_affine)
-    return np_fail(file->context, NEPH_ERROR_UNSUPPORTED,
-                   "%s: grid '%s' has a frustum transform: resample it to one that is affine", file->path, info->name);
-  if (!strcmp(info->grid_class, "level set"))
+  if (info->is_level_set && !(level_set_voxels > 0.0))
     return np_fail(file->context, NEPH_ERROR_BAD_FILE,
-                   "%s: grid '%s' is a level set, which holds distances, not a density: convert it to a fog volume",
+                   "%s: grid '%s' is a level set, which holds distances, not a density: say by level_set how many "
+                   "voxels below its surface it is 1",
                    file->path, info->name);
   return NEPH_OK;
+}
+
+static neph_result check_kinds(const np_volume_file *file, const np_volume_choice *choice) {
+  neph_result result = NEPH_OK;
+  for (size_t i = 0; i < choice->count && !result; i++) {
+    const np_vdb_grid_info info = describe(file, choice->indices[i]);
+    result = check_kind(file, &info, choice->level_set_voxels);
+  }
+  return result;
 }
 
 static neph_result check_density(const np_volume_file *file, const np_sparse_grid *grid) {
@@ -125,7 +182,8 @@ static neph_result check_field(const np_volume_file *file, const np_sparse_grid 
 
 typedef struct load_job {
   neph_context *context;
-  const char *path, *grid_name;
+  const char *path;
+  const neph_volume_load_desc *desc;
   np_monitor *monitor;
   bool is_field, is_required; /* a density always is */
   bool is_empty_allowed;      /* a field always is */
@@ -135,15 +193,13 @@ typedef struct load_job {
 } load_job;
 
 static neph_result read_chosen(load_job *job, const np_volume_file *file) {
-  size_t index;
-  const char *name = job->grid_name;
-  job->is_in_file = job->is_required || search_grids(file, name, strlen(name), false, 0).count > 0;
+  np_volume_choice choice = {.level_set_voxels = job->is_field ? 0.0 : job->desc->level_set_voxels};
+  const char *name = job->desc->grid;
+  job->is_in_file = job->is_required || search_name(file, name, strlen(name), 0).count > 0;
   if (!job->is_in_file) return NEPH_OK;
-  neph_result result = choose(file, job->grid_name, &index);
-  if (result) return result;
-  np_vdb_grid_info info = describe(file, index);
-  result = check_kind(file, &info);
-  if (!result) result = np_volume_file_read(file, index, &job->grid, &job->tree_bytes);
+  neph_result result = choose(file, name, &choice);
+  if (!result) result = check_kinds(file, &choice);
+  if (!result) result = np_volume_file_read_density(file, &choice, &job->grid, &job->tree_bytes);
   if (result) return result;
   return job->is_field ? check_field(file, &job->grid) : check_density(file, &job->grid);
 }
@@ -176,13 +232,15 @@ static neph_result load(load_job *job, const neph_volume_load_desc *desc, neph_v
   np_monitor_start(&monitor, context, desc->progress, desc->progress_user);
   np_monitor_set_part(&monitor, np_monitor_whole, 0.0, 0.5);
   np_monitor_set_stage(&monitor, "loading");
-  job->grid_name = desc->grid;
+  job->desc = desc;
   job->monitor = &monitor;
   bool has_content = false;
   neph_result result = np_parallel_run(context, &monitor, run_load, job);
   if (!result) result = check_content(job, &has_content);
   np_monitor_set_part(&monitor, np_monitor_whole, 0.5, 0.7);
   if (has_content) result = np_volume_import_values(context, job->path, &job->grid, desc->policy, &monitor);
+  if (has_content && !result && !job->is_field)
+    result = np_volume_apply_ramp(context, &job->grid, &desc->ramp, &monitor);
   np_monitor_set_part(&monitor, np_monitor_whole, 0.7, 1.0);
   if (has_content && !result)
     result = np_volume_create_from_grid(context, &job->grid, desc->precision, &monitor, out_volume);
@@ -198,6 +256,16 @@ static neph_result check_desc(neph_context *context, const neph_volume_load_desc
   if (desc->policy != NEPH_IMPORT_REFUSE && desc->policy != NEPH_IMPORT_REPAIR)
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "neph_volume_load_desc.policy is %d, not a neph_import_policy",
                    (int)desc->policy);
+  const neph_volume_ramp *ramp = &desc->ramp;
+  if (!(ramp->low_cut >= 0.0) || !isfinite(ramp->offset) || !(ramp->gain >= 0.0) || !(ramp->gamma > 0.0))
+    return np_fail(
+        context, NEPH_ERROR_INVALID_ARGUMENT,
+        "neph_volume_load_desc.ramp has low_cut %g, offset %g, gain %g and gamma %g: low_cut and gain must be "
+        "at least 0, offset finite, gamma above 0",
+        ramp->low_cut, ramp->offset, ramp->gain, ramp->gamma);
+  if (!(desc->level_set_voxels >= 0.0))
+    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
+                   "neph_volume_load_desc.level_set_voxels is %g, must be at least 0", desc->level_set_voxels);
   return NEPH_OK;
 }
 
@@ -245,29 +313,33 @@ static void read_voxel_count(void *user, const char *name, const char *text) {
   if (!strcmp(name, "file_voxel_count") && !strcmp(text, "0")) *state = NP_GRID_EMPTY;
 }
 
-static neph_result read_header(const np_volume_file *file, const char *grid, bool is_required,
-                               np_grid_state *out_state) {
-  size_t index;
-  if (!is_required && !search_grids(file, grid, strlen(grid), false, 0).count) return NEPH_OK;
-  neph_result result = choose(file, grid, &index);
-  if (result) return result;
-  np_vdb_grid_info info = describe(file, index);
-  result = check_kind(file, &info);
-  if (result) return result;
-  *out_state = NP_GRID_FILLED;
+static neph_result read_state(const np_volume_file *file, size_t index, np_grid_state *out_state) {
   np_vdb_error error;
-  if (file->module->visit_metadata(file->vdb, index, read_voxel_count, out_state, &error))
-    return np_volume_file_fail(file, &error);
-  return NEPH_OK;
+  *out_state = NP_GRID_FILLED;
+  if (!file->module->visit_metadata(file->vdb, index, read_voxel_count, out_state, &error)) return NEPH_OK;
+  return np_volume_file_fail(file, &error);
 }
 
-neph_result np_volume_read_header(neph_context *context, const char *path, const char *grid, bool is_required,
-                                  np_grid_state *out_state) {
+static neph_result read_header(const np_volume_file *file, const neph_volume_load_desc *desc, bool is_required,
+                               np_grid_state *out_state) {
+  np_volume_choice choice = {.level_set_voxels = desc->level_set_voxels};
+  const char *grid = desc->grid;
+  if (!is_required && !search_name(file, grid, strlen(grid), 0).count) return NEPH_OK;
+  neph_result result = choose(file, grid, &choice);
+  if (!result) result = check_kinds(file, &choice);
+  *out_state = result ? *out_state : NP_GRID_EMPTY;
+  for (size_t i = 0; i < choice.count && !result && *out_state == NP_GRID_EMPTY; i++)
+    result = read_state(file, choice.indices[i], out_state);
+  return result;
+}
+
+neph_result np_volume_read_header(neph_context *context, const char *path, const neph_volume_load_desc *desc,
+                                  bool is_required, np_grid_state *out_state) {
   np_volume_file file;
   *out_state = NP_GRID_MISSING;
   neph_result result = np_volume_file_open(context, path, NULL, &file);
   if (result) return result;
-  result = read_header(&file, grid, is_required, out_state);
+  result = read_header(&file, desc, is_required, out_state);
   np_volume_file_close(&file);
   return result;
 }

@@ -29,10 +29,10 @@ neph_result np_volume_load_density(neph_context *context, const char *path, cons
 /* Description of a grid by the file's header. */
 typedef enum np_grid_state { NP_GRID_MISSING, NP_GRID_EMPTY, NP_GRID_FILLED } np_grid_state;
 
-/* Opens a file and finds a grid in it (NULL: as neph_volume_load does) without reading its values; fails where loading
+/* Opens a file and finds a grid in it, as neph_volume_load does, without reading its values; fails where loading
  * would for want of a file or a grid, or for a grid's kind. */
-neph_result np_volume_read_header(neph_context *context, const char *path, const char *grid, bool is_required,
-                                  np_grid_state *out_state);
+neph_result np_volume_read_header(neph_context *context, const char *path, const neph_volume_load_desc *desc,
+                                  bool is_required, np_grid_state *out_state);
 
 /* Reads a grid, named by `desc`, that is no density: where it ends it may have any value, and one that holds nothing,
  * which draws a warning, or that is not required and not in the file, makes `*out_volume` NULL. `out_is_in_file` tells

@@ -10,7 +10,7 @@ SCENE
 nephos bake scene.yaml -q -o b.0001.vdb >/dev/null
 cp b.0001.vdb b.0002.vdb
 cp b.0001.vdb b.0004.vdb
-imported='clouds=[{vdb: "b.####.vdb", extinction: 1}]'
+imported='clouds=[{vdb: "b.####.vdb", extinction: 1, missing: error}]'
 say nephos render scene.yaml -n --frames 1-4 --set "$imported"
 say nephos render scene.yaml --explain --frames 3 --set "$imported"
 say nephos render scene.yaml -n --frames 1-2 --set "$imported" --set 'clouds[0].reference_frame=5' \

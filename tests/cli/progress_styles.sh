@@ -6,7 +6,7 @@ camera: {resolution: [16, 9]}
 atmosphere: none
 environment: {radiance: 0.1}
 terrain: {ridges: {samples: 33}}
-clouds: [{name: a, vdb: "b.####.vdb", extinction: 1}]
+clouds: [{name: a, vdb: "b.####.vdb", extinction: 1, missing: error}]
 render: {samples: 1}
 output: {image: "a.####.exr"}
 YAML

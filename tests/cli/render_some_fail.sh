@@ -10,7 +10,7 @@ echo damaged >b.0002.vdb
 cat >scene.yaml <<'SCENE'
 camera: {resolution: [16, 9]}
 atmosphere: none
-clouds: [{vdb: "b.####.vdb", extinction: 1}]
+clouds: [{vdb: "b.####.vdb", extinction: 1, missing: error}]
 render: {samples: 1}
 output: {image: "a.####.exr"}
 SCENE

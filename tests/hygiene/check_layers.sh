@@ -56,7 +56,7 @@ done
 
 # A pattern of headers, then the only files that may name them. The sun's file has a lock because libnova keeps results in
 # variables of its own.
-doors='openvdb/ src/volume/vdb_shim.cpp
+doors='openvdb/ src/volume/vdb_(shim.cpp|conversion.h)
 tbb/ src/volume/vdb_shim.cpp
 embree src/terrain/terrain.c
 openexr src/image/image_exr(_read|_write)?\.[ch]

@@ -1,0 +1,30 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Names of files of a sequence, one for each frame.
+ *
+ * A pattern holds the place of the number: "####" or "%04d" or "$F4", padded with zeros to 4 digits, "%d" or "$F", not
+ * padded, "$FF", with the decimals of frames between two. Of several the last counts. */
+#ifndef NP_CORE_FRAME_NAME_H
+#define NP_CORE_FRAME_NAME_H
+
+#include "core/context_private.h"
+
+/* Numbers of files, rising. */
+typedef struct np_frame_numbers {
+  double *numbers; /* owned */
+  size_t count;
+} np_frame_numbers;
+
+bool np_frame_name_is_pattern(const char *text);
+
+/* The number that a name holds: the whole one below, but with "$FF", which has three decimals. */
+double np_frame_name_round(const char *pattern, double number);
+
+/* The name of a number, so rounded. Copies a text that is no pattern. NULL: no memory. */
+char *np_frame_name_make(neph_context *context, const char *pattern, double number);
+
+/* Numbers of the files that are there. A name belongs to the pattern if it is the one that its number has: of
+ * a.####.vdb are a.0007.vdb and a.12345.vdb, not a.7.vdb or a.-old.vdb. None where the number is in the name of a
+ * folder. */
+neph_result np_frame_name_list(neph_context *context, const char *pattern, np_frame_numbers *out_numbers);
+
+#endif

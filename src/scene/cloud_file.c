@@ -1,0 +1,58 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "scene/cloud_file.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "core/alloc.h"
+#include "core/file.h"
+#include "core/frame_name.h"
+
+/* Frame 1 stays what it is at every speed. */
+static double compute_number(const np_scene_cloud *cloud, int frame) {
+  if (!np_scene_cloud_is_sequence(cloud)) return frame;
+  return 1.0 + cloud->frame_speed * (frame - 1.0) + cloud->frame_offset;
+}
+
+/* The last number up to the wanted one, which may be wrapped around before; of those below the first, the first. */
+static double choose_number(const np_frame_numbers *there, np_missing missing, double wanted) {
+  const double first = there->numbers[0], period = there->numbers[there->count - 1] - first + 1.0;
+  if (missing == NP_MISSING_LOOP) wanted -= floor((wanted - first) / period) * period;
+  size_t i = 0;
+  while (i + 1 < there->count && there->numbers[i + 1] <= wanted) i++;
+  return there->numbers[i];
+}
+
+static neph_result set_number(neph_context *context, const np_scene_cloud *cloud, double number, np_cloud_file *file) {
+  np_alloc_free(context, file->path);
+  file->number = np_frame_name_round(cloud->vdb, number);
+  file->path = np_frame_name_make(context, cloud->vdb, number);
+  return file->path ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+}
+
+static neph_result replace_missing(neph_context *context, const np_scene_cloud *cloud, np_cloud_file *file) {
+  np_frame_numbers there;
+  neph_result result = np_frame_name_list(context, cloud->vdb, &there);
+  if (!result && there.count && cloud->missing == NP_MISSING_EMPTY) {
+    np_alloc_free(context, file->path);
+    file->path = NULL;
+  } else if (!result && there.count)
+    result = set_number(context, cloud, choose_number(&there, cloud->missing, file->number), file);
+  np_alloc_free(context, there.numbers);
+  return result;
+}
+
+neph_result np_cloud_file_get(neph_context *context, const np_scene_cloud *cloud, int frame, np_cloud_file *out_file) {
+  *out_file = (np_cloud_file){.path = NULL};
+  neph_result result = set_number(context, cloud, compute_number(cloud, frame), out_file);
+  const bool is_final = !np_scene_cloud_is_sequence(cloud) || cloud->missing == NP_MISSING_ERROR;
+  if (!result && !is_final && !np_file_exists(out_file->path)) result = replace_missing(context, cloud, out_file);
+  return result;
+}
+
+void np_cloud_file_warn(neph_context *context, const np_scene_cloud *cloud, int frame, const np_cloud_file *file) {
+  const char *slash = strrchr(cloud->vdb, '/');
+  np_log(context, NEPH_LOG_WARNING,
+         "cloud %s: frame %d is empty: %s has no file of number %g (missing: hold or loop shows another)", cloud->name,
+         frame, slash ? slash + 1 : cloud->vdb, file->number);
+}

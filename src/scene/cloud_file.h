@@ -1,0 +1,20 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Files of clouds by frame. */
+#ifndef NP_SCENE_CLOUD_FILE_H
+#define NP_SCENE_CLOUD_FILE_H
+
+#include "scene/scene_private.h"
+
+typedef struct np_cloud_file {
+  char *path;    /* owned; NULL: the sequence has no file there, and the frame is empty */
+  double number; /* of a sequence */
+} np_cloud_file;
+
+/* The file of a cloud that has one, in a frame. Of a sequence it goes by frame_offset and frame_speed and, where the
+ * file is not there, by missing. It is not there on return where missing is error, and where the sequence has none. */
+neph_result np_cloud_file_get(neph_context *context, const np_scene_cloud *cloud, int frame, np_cloud_file *out_file);
+
+/* Warns of a frame without a file. */
+void np_cloud_file_warn(neph_context *context, const np_scene_cloud *cloud, int frame, const np_cloud_file *file);
+
+#endif
