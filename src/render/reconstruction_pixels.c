@@ -144,7 +144,7 @@ void np_reconstruction_compare_row(const np_frame *f, unsigned y) {
   }
 }
 
-/* What alike pixels around have changed by, history has too. */
+/* History takes over a share of what alike pixels around have changed by. */
 static void add_changes(const np_reconstruction *r, unsigned x, unsigned y, const around *near, float *history) {
   float weights[AROUND], sum = 0.0f;
   for (unsigned i = 0; i < near->count; i++) {
