@@ -36,27 +36,80 @@ static void assert_plan(test_fixture *f, const char *text, const char *needed) {
 
 /* colour terrain moon lights volumes motion atmosphere camera-sky colour-matrix emission cloud-sky water-sky airglow
  * sun sky ground world sky-guide sun-depth multiple viewer clouds-on-ground air-shadows approximation stars lighting
- * integrator
- */
+ * history integrator */
 static void test_only_what_is_needed_runs(void **state) {
-  assert_plan(*state, "version: 1", "x--x--xxx----xx-x--------xx");
-  assert_plan(*state, "water: {}", "x--x--xxx--x-xx-x--------xx");
-  assert_plan(*state, CLOUD, "x--xx-xxx-x--xxxx--xxxx--xx");
-  assert_plan(*state, CLOUD "terrain: {ridges: {}}", "xx-xx-xxx-x--xxxx--xxxx--xx");
-  assert_plan(*state, "terrain: {ridges: {}}", "xx-x--xxx----xx-x-----x--xx");
-  assert_plan(*state, CLOUD "atmosphere: none", "x--xx---x----x-xx--xxx---xx");
-  assert_plan(*state, CLOUD "environment: {planet: none}", "x--xx---x----x--x--xx----xx");
+  assert_plan(*state, "version: 1", "x--x--xxx----xx-x--------x-x");
+  assert_plan(*state, "water: {}", "x--x--xxx--x-xx-x--------x-x");
+  assert_plan(*state, CLOUD, "x--xx-xxx-x--xxxx--xxxx--x-x");
+  assert_plan(*state, CLOUD "terrain: {ridges: {}}", "xx-xx-xxx-x--xxxx--xxxx--x-x");
+  assert_plan(*state, "terrain: {ridges: {}}", "xx-x--xxx----xx-x-----x--x-x");
+  assert_plan(*state, CLOUD "atmosphere: none", "x--xx---x----x-xx--xxx---x-x");
+  assert_plan(*state, CLOUD "environment: {planet: none}", "x--xx---x----x--x--xx----x-x");
   assert_plan(*state, CLOUD "environment: {planet: none, radiance: 1}\nsun: {irradiance: 0}",
-              "x--xx---x-----x-x--xx----xx");
-  assert_plan(*state, CLOUD "sun: {irradiance: 0}\nenvironment: {radiance: 1}", "x--xx-x-x-----xxx--xxx---xx");
-  assert_plan(*state, CLOUD "render: {integrator: path}", "x--xx-x-x----xxxx--------xx");
-  assert_plan(*state, CLOUD "sun: {elevation: -4 deg}\nrender: {integrator: path}", "x--xx-x-x-x--xxxxx-------xx");
-  assert_plan(*state, CLOUD "render: {integrator: path, atmosphere: tables}", "x--xx-xxx-x--xxxxx----x--xx");
-  assert_plan(*state, CLOUD "render: {integrator: path, path_guiding: adjoint}", "x--xx-x-x-x--xxxxx-x-----xx");
-  assert_plan(*state, CLOUD "render: {multiple_scattering: none}", "x--xx-xxx-x--xxxx-----x--xx");
-  assert_plan(*state, CLOUD "render: {multiple_scattering: octaves}", "x--xx-xxx-x--xxxx-----xx-xx");
-  assert_plan(*state, CLOUD "render: {multiple_scattering: powder}", "x--xx-xxx-x--xxxx-----xx-xx");
-  assert_plan(*state, CLOUD "render: {max_scatterings: 1}", "x--xx-xxx-x--xxxx-----x--xx");
+              "x--xx---x-----x-x--xx----x-x");
+  assert_plan(*state, CLOUD "sun: {irradiance: 0}\nenvironment: {radiance: 1}", "x--xx-x-x-----xxx--xxx---x-x");
+  assert_plan(*state, CLOUD "render: {integrator: path}", "x--xx-x-x----xxxx--------x-x");
+  assert_plan(*state, CLOUD "sun: {elevation: -4 deg}\nrender: {integrator: path}", "x--xx-x-x-x--xxxxx-------x-x");
+  assert_plan(*state, CLOUD "render: {integrator: path, atmosphere: tables}", "x--xx-xxx-x--xxxxx----x--x-x");
+  assert_plan(*state, CLOUD "render: {integrator: path, path_guiding: adjoint}", "x--xx-x-x-x--xxxxx-x-----x-x");
+  assert_plan(*state, CLOUD "render: {multiple_scattering: none}", "x--xx-xxx-x--xxxx-----x--x-x");
+  assert_plan(*state, CLOUD "render: {multiple_scattering: octaves}", "x--xx-xxx-x--xxxx-----xx-x-x");
+  assert_plan(*state, CLOUD "render: {multiple_scattering: powder}", "x--xx-xxx-x--xxxx-----xx-x-x");
+  assert_plan(*state, CLOUD "render: {max_scatterings: 1}", "x--xx-xxx-x--xxxx-----x--x-x");
+}
+
+#define MOVE "animate: {camera.position.0: [[1, 0 m], [9, 1 km]]}\n"
+#define REPROJECT "render: {history: reproject, history_frames: 8}\n"
+
+static void assert_history(test_fixture *f, const char *text, int frame, bool is_needed, const char *reason) {
+  neph_scene *scene = load(f, text);
+  neph_render_desc desc = NEPH_RENDER_DESC_DEFAULT;
+  np_plan plan;
+  assert_int_equal(neph_scene_get_render_desc(scene, &desc), NEPH_OK);
+  desc.frame = frame;
+  assert_int_equal(np_plan_make_frame(scene, &desc, &plan), NEPH_OK);
+  const np_plan_stage *stage = &plan.stages[NP_STAGE_HISTORY];
+  if (stage->is_needed != is_needed || !strstr(stage->reason, reason))
+    fail_msg("%s: %s: %s", text, stage->is_needed ? "yes" : "no", stage->reason);
+  assert_int_equal(stage->cost.bytes > 0.0, is_needed);
+  neph_scene_destroy(scene);
+}
+
+/* One frame has no history; of a sequence every one has, and those of a block lead up to it. */
+static void test_history_is_that_of_a_sequence(void **state) {
+  assert_history(*state, CLOUD REPROJECT, 1, false, "one frame");
+  assert_history(*state, CLOUD MOVE, 1, false, "render.history is none");
+  assert_history(*state, CLOUD MOVE REPROJECT, 1, true, "frame 1 begins a block of 8");
+  assert_history(*state, CLOUD MOVE REPROJECT, 9, true, "frame 9 begins a block of 8");
+  assert_history(*state, CLOUD MOVE REPROJECT, 0, true,
+                 "those of frame -1; a process without it renders from frame -7");
+  assert_history(*state, CLOUD MOVE REPROJECT, 5, true, "1 pixel in 16 is rendered, the others are those of frame 4");
+}
+
+/* Rays of a block's frames in the mean, and memory for the picture and the one before it. */
+static void test_fewer_pixels_are_predicted_to_cost_less(void **state) {
+  static const struct {
+    const char *scene;
+    double rays, bytes; /* of a picture of 120 x 68 pixels and 4 samples */
+  } rows[] = {
+      {CLOUD MOVE, 32640.0, 163200.0},
+      {CLOUD "render: {upsample: 2}\n", 8160.0, 163200.0},
+      {CLOUD "render: {upsample: 4}\n", 2040.0, 163200.0},
+      {CLOUD MOVE REPROJECT, 32640.0 * (1.0 + 7.0 / 16.0) / 8.0, 163200.0},
+      {CLOUD MOVE "render: {history: reproject, history_frames: 8, upsample: 2}\n", 8160.0 * (1.0 + 7.0 / 16.0) / 8.0,
+       163200.0},
+  };
+  for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+    char text[512];
+    snprintf(text, sizeof text, "camera: {resolution: [120, 68]}\n%s", rows[i].scene);
+    neph_scene *scene = load(*state, text);
+    np_plan plan;
+    assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
+    assert_float_equal((double)plan.ray_count, rows[i].rays, 1.0); /* a whole number of them */
+    assert_float_equal((double)plan.film_bytes, rows[i].bytes, 0.0);
+    assert_int_equal(plan.stages[NP_STAGE_INTEGRATOR].cost.bytes > rows[i].bytes, i > 0);
+    neph_scene_destroy(scene);
+  }
 }
 
 /* Nothing of it where nothing may move; for vectors in any case. */
@@ -109,12 +162,12 @@ static void test_light_in_the_air_is_known_to_who_asks(void **state) {
 
 static void test_no_light_where_none_is_wanted(void **state) {
   assert_plan(*state, CLOUD "terrain: {ridges: {}}\noutput: {beauty: false, aovs: [depth, transmittance, distance]}",
-              "xx-xx-----------x--------xx");
-  assert_plan(*state, CLOUD "output: {beauty: false, aovs: [depth, sun]}", "x--xx-xxx-x--xxxx--xxxx--xx");
+              "xx-xx-----------x--------x-x");
+  assert_plan(*state, CLOUD "output: {beauty: false, aovs: [depth, sun]}", "x--xx-xxx-x--xxxx--xxxx--x-x");
 }
 
 static void test_no_light_where_nothing_shines(void **state) {
-  assert_plan(*state, CLOUD "sun: {irradiance: 0}", "x--xx-----------x--------xx");
+  assert_plan(*state, CLOUD "sun: {irradiance: 0}", "x--xx-----------x--------x-x");
 }
 
 static void assert_sky_alone(test_fixture *f, const char *text) {
@@ -394,6 +447,8 @@ static void test_failed_allocations(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test_setup_teardown(test_only_what_is_needed_runs, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(test_history_is_that_of_a_sequence, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(test_fewer_pixels_are_predicted_to_cost_less, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_motion_where_something_moves, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_light_in_the_air_is_known_to_who_asks, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_no_light_where_none_is_wanted, set_up, test_tear_down),

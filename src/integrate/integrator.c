@@ -8,13 +8,17 @@
                                const np_camera_ray *, np_random *, np_integrator_sample *);                            \
   void np_path_sample_##level(const np_world *, const np_lighting *, const np_integrator_settings *,                   \
                               const np_camera_ray *, np_random *, np_integrator_sample *);                             \
-  double np_march_half_distance_##level(const np_world *, const np_camera_ray *, double);
+  double np_march_half_distance_##level(const np_world *, const np_camera_ray *, double);                              \
+  np_view_depth np_march_view_depth_##level(const np_world *, const np_camera_ray *, double);
 DECLARE(v1)
 DECLARE(v3)
 DECLARE(v4)
 
 #define KERNELS(level)                                                                                                 \
-  { .march = np_march_sample_##level, .path = np_path_sample_##level, .half_distance = np_march_half_distance_##level }
+  {                                                                                                                    \
+    .march = np_march_sample_##level, .path = np_path_sample_##level, .half_distance = np_march_half_distance_##level, \
+    .view_depth = np_march_view_depth_##level                                                                          \
+  }
 
 static const np_integrator_kernels kernels[NP_ISA_COUNT] = {KERNELS(v1), KERNELS(v3), KERNELS(v4)};
 

@@ -200,10 +200,20 @@ typedef void (*np_integrator_fn)(const np_world *world, const np_lighting *light
  * not before `distance_max`. */
 typedef double (*np_half_distance_fn)(const np_world *world, const np_camera_ray *ray, double distance_max);
 
-/* The three functions, for one instruction-set level. */
+/* The clouds along a ray by their opacity alone, without their light. */
+typedef struct np_view_depth {
+  double half_m;  /* as np_half_distance_fn */
+  double cloud_m; /* mean distance, weighted by the opacity as it is seen; infinite where there is none */
+  float opacity;  /* of clouds; a 32nd of it may be missing */
+} np_view_depth;
+
+typedef np_view_depth (*np_view_depth_fn)(const np_world *world, const np_camera_ray *ray, double distance_max);
+
+/* The functions for one instruction-set level. */
 typedef struct np_integrator_kernels {
   np_integrator_fn march, path;
   np_half_distance_fn half_distance;
+  np_view_depth_fn view_depth;
 } np_integrator_kernels;
 
 const np_integrator_kernels *np_integrator_get_kernels(neph_isa isa);

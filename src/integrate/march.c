@@ -19,6 +19,7 @@ void NP_KERNEL(np_march_sample)(const np_world *world, const np_lighting *lighti
                                 const np_integrator_settings *settings, const np_camera_ray *ray, np_random *random,
                                 np_integrator_sample *out);
 double NP_KERNEL(np_march_half_distance)(const np_world *world, const np_camera_ray *ray, double distance_max);
+np_view_depth NP_KERNEL(np_march_view_depth)(const np_world *world, const np_camera_ray *ray, double distance_max);
 
 /* Emission seen through the clouds; what the forward peak of their scattering brings beyond that, as if it had come
  * straight, counts as scattered. */
@@ -302,19 +303,28 @@ void NP_KERNEL(np_march_sample)(const np_world *world, const np_lighting *lighti
   add_behind(&m, out->is_ground_behind ? &hit : NULL, peak_weight);
 }
 
+/* Extinction of all clouds in the pieces of a stretch. */
+static inline void fill_extinction(const np_ray_intervals *all, const np_ray_interval *s, float length,
+                                   float extinction[NP_BRICK_EDGE]) {
+  float at[NP_BRICK_LINE] = {0.0f}, own[NP_BRICK_LINE];
+  for (int k = 0; k < NP_BRICK_EDGE; k++) {
+    at[k] = length * ((float)k + 0.5f);
+    extinction[k] = 0.0f;
+  }
+  for (unsigned i = 0; i < s->count; i++) {
+    np_ray_instance_fill_extinction(&all->instance[s->active[i]], s->begin, at, NP_BRICK_EDGE, own);
+    for (int k = 0; k < NP_BRICK_EDGE; k++) extinction[k] += own[k];
+  }
+}
+
 double NP_KERNEL(np_march_half_distance)(const np_world *world, const np_camera_ray *ray, double distance_max) {
   np_ray_intervals all;
   np_ray_interval s;
-  float depth = 0.0f;
+  float depth = 0.0f, extinction[NP_BRICK_EDGE];
   np_ray_intervals_start(&all, &world->clouds, ray->origin, ray->direction, distance_max);
   while (np_ray_intervals_next(&all, &s)) {
     const float length = (float)(s.end - s.begin) / NP_BRICK_EDGE;
-    float extinction[NP_BRICK_EDGE] = {0.0f}, at[NP_BRICK_LINE] = {0.0f}, own[NP_BRICK_LINE];
-    for (int k = 0; k < NP_BRICK_EDGE; k++) at[k] = length * ((float)k + 0.5f);
-    for (unsigned i = 0; i < s.count; i++) {
-      np_ray_instance_fill_extinction(&all.instance[s.active[i]], s.begin, at, NP_BRICK_EDGE, own);
-      for (int k = 0; k < NP_BRICK_EDGE; k++) extinction[k] += own[k];
-    }
+    fill_extinction(&all, &s, length, extinction);
     for (int k = 0; k < NP_BRICK_EDGE; k++) {
       const float added = extinction[k] * length, missing = NP_LN2_F - depth;
       if (added >= missing) return s.begin + (double)(length * ((float)k + missing / added));
@@ -322,4 +332,31 @@ double NP_KERNEL(np_march_half_distance)(const np_world *world, const np_camera_
     }
   }
   return INFINITY;
+}
+
+/* Transmittance below which the rest of a ray neither moves nor hides anything. */
+static const float view_transmittance_end = 1.0f / 32.0f;
+
+np_view_depth NP_KERNEL(np_march_view_depth)(const np_world *world, const np_camera_ray *ray, double distance_max) {
+  np_ray_intervals all;
+  np_ray_interval s;
+  np_view_depth out = {.half_m = INFINITY, .cloud_m = INFINITY};
+  float depth = 0.0f, transmittance = 1.0f, extinction[NP_BRICK_EDGE];
+  double moment = 0.0;
+  np_ray_intervals_start(&all, &world->clouds, ray->origin, ray->direction, distance_max);
+  while (transmittance > view_transmittance_end && np_ray_intervals_next(&all, &s)) {
+    const float length = (float)(s.end - s.begin) / NP_BRICK_EDGE;
+    fill_extinction(&all, &s, length, extinction);
+    for (int k = 0; k < NP_BRICK_EDGE; k++) {
+      const float added = extinction[k] * length, missing = NP_LN2_F - depth;
+      if (added >= missing && missing > 0.0f) out.half_m = s.begin + (double)(length * ((float)k + missing / added));
+      depth += added;
+      const float hidden = transmittance - np_transmittance(depth);
+      moment += (double)hidden * (s.begin + (double)(length * ((float)k + 0.5f)));
+      transmittance -= hidden;
+    }
+  }
+  out.opacity = 1.0f - transmittance;
+  if (out.opacity > 0.0f) out.cloud_m = moment / (double)out.opacity;
+  return out;
 }

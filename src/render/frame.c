@@ -16,6 +16,7 @@
 #include "render/frame_state.h"
 #include "render/integrator_choice.h"
 #include "render/part_film.h"
+#include "render/reconstruction.h"
 #include "render/render_header.h"
 
 static bool is_lit(const np_plan *plan) {
@@ -46,6 +47,7 @@ static void choose_integrator(np_frame *f, const np_plan *plan, const neph_scene
   const np_integrator_kernels *kernels = np_integrator_get_kernels(neph_context_get_isa(f->assembly->context));
   f->integrate = f->desc->integrator == NEPH_INTEGRATOR_PATH ? kernels->path : kernels->march;
   f->half_distance = kernels->half_distance;
+  f->view_depth = kernels->view_depth;
   f->settings.monitor = f->monitor;
 }
 
@@ -255,9 +257,10 @@ static neph_result integrate_frame(np_frame *f, const np_plan *plan, neph_image 
   neph_result result = np_tile_feed_open(f->feed, context, image, NP_TILE_EDGE);
   if (!result) result = np_frame_sample(f);
   np_tile_feed_close(f->feed);
-  if (!result) result = estimate_error(f, plan, image);
+  if (!result && !f->reconstruction) result = estimate_error(f, plan, image);
   if (!result) result = np_image_set_real(image, "renderTime", np_monitor_get_seconds(f->monitor));
-  return result ? result : np_frame_describe(f, image);
+  if (result) return result;
+  return f->reconstruction ? np_reconstruction_describe(f, image) : np_frame_describe(f, image);
 }
 
 static void keep_part(void *film, double seconds) { np_part_film_write_when_due(film, seconds); }
@@ -298,7 +301,10 @@ neph_result np_frame_render(const neph_scene *scene, const np_plan *plan, const 
   neph_result result = create_image(f, out_image);
   if (!result && plan->aovs & NP_AOV_CRYPTOMATTE) result = np_channels_write_manifest(scene, *out_image);
   if (!result) result = np_render_header_write(scene, plan, assembly, *out_image);
+  if (!result) result = np_reconstruction_create(scene, plan, f, &f->reconstruction);
   if (!result) result = integrate_part(f, scene, plan);
+  if (!result && f->reconstruction) result = np_reconstruction_keep(f->reconstruction, plan);
+  np_reconstruction_destroy(f->reconstruction);
   if (result) {
     neph_image_destroy(*out_image);
     *out_image = NULL;

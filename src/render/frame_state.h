@@ -6,6 +6,7 @@
 #include "render/assembly.h"
 #include "render/channels.h"
 #include "render/deep_pixels.h"
+#include "render/history.h"
 #include "render/motion.h"
 #include "render/sample_counts.h"
 #include "render/tile_feed.h"
@@ -46,10 +47,12 @@ typedef struct np_frame {
   const neph_render_desc *desc;
   np_monitor *monitor;
   np_tile_feed *feed;
-  struct np_part_film *part; /* NULL: none is kept */
+  struct np_part_film *part;                /* NULL: none is kept */
+  struct np_reconstruction *reconstruction; /* of the pixels that are not rendered; NULL: all are */
   np_integrator_settings settings;
   np_integrator_fn integrate;
   np_half_distance_fn half_distance;
+  np_view_depth_fn view_depth;
   const np_motion *exposure; /* in which camera or clouds move; NULL: nothing does */
   const np_motion *vectors;  /* by which the samples' motion is told; NULL: nobody asks */
   unsigned aovs;             /* of np_aov */
@@ -89,6 +92,10 @@ neph_result np_frame_sample_pixel(const np_frame *f, const int at[2], uint32_t e
 /* Fills a pixel's values by its samples, and adds it to its tile. */
 neph_result np_frame_finish_pixel(const np_frame *f, const int at[2], const np_pixel_state *p, const double *numbers,
                                   np_tile_total *total);
+
+/* Depths along the ray of a pixel's centre, and a depth of the picture by a distance along it. */
+np_pixel_guide np_frame_compute_guide(const np_frame *f, const int at[2]);
+double np_frame_get_depth(const np_frame *f, const int at[2], double distance_m);
 
 bool np_frame_is_in_view(const np_frame *f, const int at[2]);
 

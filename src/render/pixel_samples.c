@@ -94,6 +94,30 @@ static double compute_distance(const np_frame *f, int x, int y, np_vec3 *out_dir
   return ray.begin_m + fmin(cloud, is_ground ? end : HUGE_VAL);
 }
 
+np_pixel_guide np_frame_compute_guide(const np_frame *f, const int at[2]) {
+  const np_world *world = &f->assembly->packets[0].lights[0].world;
+  const float film[2] = {(float)at[0] + 0.5f, (float)at[1] + 0.5f};
+  np_film_ray middle;
+  if (!np_camera_start_ray(&f->assembly->camera, film[0], film[1], 0.5f, 0.0f, &middle))
+    return (np_pixel_guide){.cloud_m = HUGE_VALF, .behind_m = HUGE_VALF, .half_m = HUGE_VALF};
+  const np_camera_ray ray = clip_ray(&middle, film);
+  np_ground_hit hit;
+  const bool is_ground = np_camera_ray_intersect_ground(world, &ray, &hit);
+  const double end = is_ground ? hit.distance_m : np_camera_ray_get_end(&ray);
+  const np_view_depth depth = f->view_depth(world, &ray, end);
+  const double behind = is_ground ? end : HUGE_VAL;
+  return (np_pixel_guide){.cloud_m = (float)(ray.begin_m + depth.cloud_m),
+                          .behind_m = (float)(ray.begin_m + behind),
+                          .half_m = (float)(ray.begin_m + fmin(depth.half_m, behind)),
+                          .opacity = depth.opacity};
+}
+
+double np_frame_get_depth(const np_frame *f, const int at[2], double distance_m) {
+  np_film_ray middle;
+  (void)np_camera_start_ray(&f->assembly->camera, (float)at[0] + 0.5f, (float)at[1] + 0.5f, 0.5f, 0.0f, &middle);
+  return np_camera_get_depth(&f->assembly->camera, middle.direction, distance_m);
+}
+
 /* Optical depth of all clouds up to the ground, whatever an integrator saw of them. */
 static float compute_depth_in(const np_world *world, const np_camera_ray *ray) {
   np_ground_hit hit;

@@ -7,6 +7,7 @@
 
 #include "core/parallel.h"
 #include "render/part_check.h"
+#include "render/plan_history.h"
 #include "render/stages.h"
 
 enum { SIZE_LIMIT = 65536 };
@@ -175,6 +176,8 @@ static const uint64_t deep_bytes = 16 * 24;
 static void count_work(np_plan *plan, const neph_scene *scene) {
   const uint64_t pixels = np_plan_count_pixels(plan);
   plan->ray_count = pixels * (plan->desc.sample_end - plan->desc.sample_begin);
+  if (np_plan_is_reconstructed(scene))
+    plan->ray_count = (uint64_t)ceil(np_plan_get_rendered_share(scene) * (double)plan->ray_count);
   const unsigned own = plan->has_beauty ? 5 : 2;
   plan->film_bytes = pixels * (own + np_aovs_count_channels(plan->aovs, scene->cloud_count)) * sizeof(float);
   if (plan->desc.part_path || plan->desc.checkpoint_path) plan->film_bytes += 3 * plan->film_bytes;
@@ -219,6 +222,7 @@ static neph_result decide_stages(np_plan *plan, const neph_scene *scene, const n
 /* Start of every plan. */
 static neph_result begin(const neph_scene *scene, const neph_render_desc *desc, np_plan *plan) {
   plan->context = scene->context;
+  plan->progress = np_monitor_whole;
   neph_result result = np_scene_check(scene);
   if (!result) result = np_stores_get(scene, &plan->stores);
   if (!result) result = read_desc(scene, desc, &plan->desc);
@@ -237,6 +241,7 @@ neph_result np_plan_make(const neph_scene *scene, const neph_render_desc *desc, 
   neph_result result = begin(scene, desc, out_plan);
   if (!result) result = require_samples(out_plan);
   if (!result) result = np_part_check(scene, out_plan);
+  if (!result) result = np_plan_check_history(scene, out_plan);
   if (!result) result = compute_lights(out_plan, scene);
   if (result) return result;
   count_work(out_plan, scene);

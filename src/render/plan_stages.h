@@ -3,6 +3,7 @@
 #ifndef NP_RENDER_PLAN_STAGES_H
 #define NP_RENDER_PLAN_STAGES_H
 
+#include "core/parallel.h"
 #include "render/stores.h"
 #include "scene/scene_lights.h"
 #include "volume/instance.h"
@@ -35,6 +36,7 @@ typedef enum np_stage {
   NP_STAGE_APPROXIMATION,     /* multiple scattering approximated from single scattering */
   NP_STAGE_STARS,             /* of the catalogue, in the picture */
   NP_STAGE_LIGHTING,          /* the caches that answer the integrator */
+  NP_STAGE_HISTORY,           /* the frame before, from which pixels are taken */
   NP_STAGE_INTEGRATOR,
   NP_STAGE_COUNT
 } np_stage;
@@ -88,6 +90,7 @@ typedef struct np_plan {
   np_stores *stores;            /* borrowed: from what earlier pictures left; the scene's own, unless set to others */
   np_stage_times *times;        /* borrowed: filled while the stages are built; NULL: nobody asks */
   struct np_tile_feed *feed;    /* borrowed: to whom tiles are shown; NULL: nobody */
+  np_monitor_part progress;     /* of the call that the picture is; run-up frames are the rest */
   neph_render_desc desc;        /* the caller's over the scene's, checked */
   int view_min[2], view_max[2]; /* pixels of the picture and its overscan; view_max is one past the last */
   int window_min[2], window_max[2]; /* those of them that are rendered: the data window */

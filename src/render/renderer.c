@@ -4,6 +4,7 @@
 
 #include "core/alloc.h"
 #include "render/frame.h"
+#include "render/history.h"
 #include "render/light_anchors.h"
 #include "render/prediction.h"
 #include "render/tile_feed.h"
@@ -42,6 +43,55 @@ static neph_result prepare_light(neph_scene *scene, np_plan *plan, np_monitor *m
   return result ? result : back;
 }
 
+static neph_result prepare_plan(const neph_scene *scene, np_plan *plan) {
+  const neph_result result = np_prediction_prepare(scene, plan);
+  return result ? result : np_plan_fit_memory(scene, plan);
+}
+
+/* A picture by a plan that is prepared, whose stores have the frame before where it needs one. */
+static neph_result render_planned(neph_scene *scene, np_plan *plan, np_monitor *monitor, neph_image **out_image) {
+  const neph_result result = prepare_light(scene, plan, monitor);
+  return result ? result : np_render_image(scene, plan, monitor, out_image);
+}
+
+/* A frame that nobody asked for but those behind it. */
+static neph_result render_before(neph_scene *scene, const np_plan *plan, int frame, np_monitor *monitor,
+                                 np_plan *at_frame) {
+  neph_render_desc desc = plan->desc;
+  neph_image *image = NULL;
+  const np_monitor_part progress = at_frame->progress;
+  desc.frame = frame;
+  neph_result result = np_plan_make_frame(scene, &desc, at_frame);
+  if (result) return result;
+  at_frame->stores = plan->stores;
+  at_frame->progress = progress;
+  result = prepare_plan(scene, at_frame);
+  if (result) return result;
+  np_log(scene->context, NEPH_LOG_DEBUG, "history: frame %d is rendered for frame %d", frame, plan->desc.frame);
+  result = render_planned(scene, at_frame, monitor, &image);
+  neph_image_destroy(image);
+  return result;
+}
+
+/* Renders the frames of the plan's block before its own that the stores do not lead up to. */
+static neph_result prepare_history(neph_scene *scene, np_plan *plan, np_monitor *monitor) {
+  const int frame = plan->desc.frame;
+  int begin = frame;
+  neph_result result = np_history_choose_begin(scene, plan, &begin);
+  if (result || begin == frame) return result;
+  np_plan *at_frame = np_alloc(scene->context, 1, sizeof *at_frame);
+  if (!at_frame) return NEPH_ERROR_OUT_OF_MEMORY;
+  const double count = (double)frame - begin + 1;
+  for (int i = begin; i < frame && !result; i++) {
+    at_frame->progress = (np_monitor_part){(i - begin) / count, (i - begin + 1) / count};
+    result = render_before(scene, plan, i, monitor, at_frame);
+  }
+  plan->progress.begin = (count - 1.0) / count;
+  np_alloc_free(scene->context, at_frame);
+  const neph_result back = np_scene_set_frame(scene, frame);
+  return result ? result : back;
+}
+
 static neph_result render_picture(neph_scene *scene, picture_call *call, neph_image **out_image) {
   const neph_render_desc *desc = &call->plan.desc;
   call->progress = desc->progress;
@@ -50,10 +100,9 @@ static neph_result render_picture(neph_scene *scene, picture_call *call, neph_im
   call->plan.feed = &call->feed;
   np_monitor monitor;
   np_monitor_start(&monitor, scene->context, tell, call);
-  neph_result result = np_prediction_prepare(scene, &call->plan);
-  if (!result) result = np_plan_fit_memory(scene, &call->plan);
-  if (!result) result = prepare_light(scene, &call->plan, &monitor);
-  return result ? result : np_render_image(scene, &call->plan, &monitor, out_image);
+  neph_result result = prepare_plan(scene, &call->plan);
+  if (!result) result = prepare_history(scene, &call->plan, &monitor);
+  return result ? result : render_planned(scene, &call->plan, &monitor, out_image);
 }
 
 neph_result neph_render_image(neph_scene *scene, const neph_render_desc *desc, neph_image **out_image) {

@@ -7,6 +7,7 @@
 #include "image/image_private.h"
 #include "render/part_film.h"
 #include "render/pilots.h"
+#include "render/reconstruction.h"
 
 static bool has_limit(const np_frame *f) { return isfinite(f->desc->time_limit_s); }
 
@@ -407,7 +408,30 @@ static void compute_dim(np_frame *f) {
   for (int b = 0; b < NP_BAND_COUNT; b++) f->dim[b] = 0.01 * (double)(sum.band[b] * f->channels.scale);
 }
 
+/* ---- Some of the pixels ---- */
+
+static neph_result render_chosen(const np_frame *f, const int at[2], size_t index, np_tile_total *total) {
+  return np_reconstruction_is_rendered(f->reconstruction, index) ? render_pixel(f, at, index, total) : NEPH_OK;
+}
+
+static neph_result show_pixel(const np_frame *f, const int at[2], size_t index, np_tile_total *total) {
+  (void)f, (void)at, (void)index, (void)total;
+  return NEPH_OK;
+}
+
+/* The rest is filled in when all of these are there. */
+static neph_result render_some(np_frame *f) {
+  np_monitor_set_range(f->monitor, 0.0, 0.05);
+  neph_result result = np_reconstruction_prepare(f);
+  np_monitor_set_range(f->monitor, 0.05, 0.95);
+  if (!result) result = run_tiles(f, 0, f->height, render_chosen, false);
+  np_monitor_set_range(f->monitor, 0.95, 1.0);
+  if (!result) result = np_reconstruction_resolve(f);
+  return result ? result : show_tiles(f, show_pixel, true);
+}
+
 static neph_result sample_pixels(np_frame *f) {
+  if (f->reconstruction) return render_some(f);
   if (has_limit(f)) return render_passes(f);
   return np_frame_has_target(f) ? render_bands(f) : show_tiles(f, render_pixel, true);
 }

@@ -12,10 +12,11 @@
 #include "scene/animation.h"
 #include "scene/cloud_file.h"
 #include "scene/scene_keys.h"
+#include "scene/sequence.h"
 
 typedef struct hash_writer {
   const neph_scene *scene;
-  int frame;
+  int first, frame; /* frames whose files the picture follows from */
   np_hash *hash;
   neph_result result;
 } hash_writer;
@@ -54,12 +55,15 @@ static void add_file(hash_writer *w, const char *text) {
   np_alloc_free(context, path);
 }
 
-/* A sequence has the file of the frame, and that by which it is placed. */
+/* A sequence has the files of the frame and of those that lead up to it, and that by which it is placed. */
 static void add_cloud(hash_writer *w, const np_scene_cloud *cloud) {
   np_cloud_file file;
-  if (!cloud->vdb || cloud->is_baked || w->result) return;
-  w->result = np_cloud_file_get(w->scene->context, cloud, w->frame, &file);
-  if (!w->result && file.path) add_path(w, file.path);
+  if (!cloud->vdb || cloud->is_baked) return;
+  for (int frame = np_scene_cloud_is_sequence(cloud) ? w->first : w->frame; frame <= w->frame && !w->result; frame++) {
+    w->result = np_cloud_file_get(w->scene->context, cloud, frame, &file);
+    if (!w->result && file.path) add_path(w, file.path);
+  }
+  if (w->result) return;
   if (np_scene_cloud_is_sequence(cloud) && cloud->has_reference_frame)
     add_path(w, np_frame_name_make(w->scene->context, cloud->vdb, cloud->reference_frame));
 }
@@ -152,7 +156,9 @@ static void add_settings(np_hash *hash, const neph_scene *scene, const np_plan *
 neph_result np_scene_hash_compute(const neph_scene *scene, const np_plan *plan, char out_hex[33]) {
   out_hex[0] = '\0';
   if (has_given_assets(scene)) return NEPH_OK;
-  hash_writer w = {.scene = scene, .frame = plan->desc.frame, .hash = np_hash_create(scene->context)};
+  const int frame = plan->desc.frame,
+            first = np_scene_has_history(scene) ? np_scene_get_history_first(scene, frame) : frame;
+  hash_writer w = {.scene = scene, .first = first, .frame = frame, .hash = np_hash_create(scene->context)};
   if (!w.hash) return NEPH_ERROR_OUT_OF_MEMORY;
   if (scene->document) add_node(&w, np_scene_get_source(scene), NULL);
   if (scene->animation) np_animation_add_to_hash(scene->animation, w.hash);

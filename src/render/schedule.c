@@ -21,7 +21,7 @@ static void set_limits(const np_plan *plan, np_schedule *s) {
 
 void np_schedule_make(const np_plan *plan, np_schedule *out) {
   const double core_s = np_plan_get_core_s(plan);
-  *out = (np_schedule){.indispensable_s = core_s * np_stage_predict_one_sample(plan)};
+  *out = (np_schedule){.whole = plan->progress, .indispensable_s = core_s * np_stage_predict_one_sample(plan)};
   for (int i = 0; i < NP_STAGE_COUNT; i++) {
     out->seconds[i] = core_s * plan->stages[i].cost.seconds;
     out->all_s += out->seconds[i];
@@ -40,7 +40,7 @@ void np_schedule_begin(np_schedule *s, np_monitor *monitor, np_stage stage, unsi
   const double all_s = fmax(s->all_s, 1e-9), share_s = s->stage_s / count;
   s->done_s = s->before_s + share_s * index;
   const double end = stage == NP_STAGE_INTEGRATOR ? 1.0 : fmin((s->done_s + share_s) / all_s, 1.0);
-  np_monitor_set_part(monitor, np_monitor_whole, fmin(s->done_s / all_s, 1.0), end);
+  np_monitor_set_part(monitor, s->whole, fmin(s->done_s / all_s, 1.0), end);
 }
 
 /* A machine that has taken longer than was guessed, being slow or shared, does so further on. */

@@ -11,6 +11,7 @@
  * what remains to be done with it, and for files. All times are in seconds, of the call; without a limit they are
  * infinite. */
 typedef struct np_schedule {
+  np_monitor_part whole;          /* of the call's progress that the picture is */
   double seconds[NP_STAGE_COUNT]; /* as predicted; their ratios matter alone */
   double all_s;                   /* of all there is to do */
   double before_s, stage_s;       /* of the stages that are done, and of the one under way, … */

@@ -9,6 +9,7 @@
 #include "core/file.h"
 #include "render/plan_choices.h"
 #include "render/plan_detail.h"
+#include "render/plan_history.h"
 
 static double count_worlds(const np_plan *plan) { return (double)plan->packet_count * np_plan_count_lights(plan); }
 
@@ -144,7 +145,7 @@ static double count_pilots(const np_plan *plan) {
 }
 
 np_stage_cost np_stage_predict_integrator(const np_plan *plan, const neph_scene *scene) {
-  (void)scene;
   const double samples = plan->sample_mean + count_pilots(plan) / count_pixels(plan);
-  return (np_stage_cost){.seconds = samples * np_stage_predict_one_sample(plan), .bytes = (double)plan->film_bytes};
+  return (np_stage_cost){.seconds = samples * np_stage_predict_one_sample(plan),
+                         .bytes = (double)plan->film_bytes + np_plan_predict_reconstruction_bytes(scene, plan)};
 }

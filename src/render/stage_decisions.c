@@ -365,7 +365,12 @@ void np_stage_decide_lighting(np_decision *d, np_plan_stage *out) {
 }
 
 void np_stage_decide_integrator(np_decision *d, np_plan_stage *out) {
+  static const char march[] = "march: fast and biased";
   const char *path = np_plan_traces_air(d->plan) ? "path: unbiased in clouds and air and to the ground"
                                                  : "path: unbiased in the clouds, air and ground from tables";
-  decide(out, true, is_path(d) ? path : "march: fast and biased");
+  const unsigned edge = d->scene->render.upsample, length = (unsigned)strlen(is_path(d) ? path : march);
+  decide(out, true, is_path(d) ? path : march);
+  if (edge > 1 && !d->plan->is_sky_alone)
+    snprintf(out->reason + length, sizeof out->reason - length, "; one pixel of %u x %u, the others by their depth",
+             edge, edge);
 }

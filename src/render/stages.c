@@ -74,10 +74,12 @@ static const np_stage_row rows[NP_STAGE_COUNT] = {
   [NP_STAGE_LIGHTING] = {"lighting",
     BIT(WATER_SKY) | BIT(WORLD) | BIT(SKY_GUIDE) | BIT(SUN_OPTICAL_DEPTH) | BIT(ORDINATES) | BIT(VIEWER_LIGHT) |
     BIT(GROUND_CLOUDS) | BIT(AIR_SHADOWS) | BIT(APPROXIMATION), DECIDE(lighting), BUILD(PACKET_LIGHT, lighting)},
+  [NP_STAGE_HISTORY] = {"history", 0, DECIDE(history), PREDICT(MARCH, history)},
   [NP_STAGE_INTEGRATOR] = {"integrator",
     BIT(COLOR) | BIT(LIGHTS) | BIT(COLOR_FIT) |
     BIT(SUN_LIGHT) | BIT(SKY_LIGHT) | BIT(MOON) | BIT(WORLD) | BIT(APPROXIMATION) |
-    BIT(STARS) | BIT(LIGHTING) | BIT(MOTION), DECIDE(integrator), PREDICT(MARCH, integrator), EXPECT(integrator)},
+    BIT(STARS) | BIT(LIGHTING) | BIT(MOTION) | BIT(HISTORY), DECIDE(integrator), PREDICT(MARCH, integrator),
+    EXPECT(integrator)},
 };
 /* clang-format on */
 

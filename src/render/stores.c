@@ -44,6 +44,8 @@ void np_stores_clear(neph_context *context, np_stores *stores) {
   stores->references = (np_reference_store){0};
   if (stores->light) stores->destroy_light(context, stores->light);
   stores->light = NULL;
+  if (stores->history) stores->destroy_history(context, stores->history);
+  stores->history = NULL;
 }
 
 static void destroy(neph_context *context, void *stores) {

@@ -57,6 +57,8 @@ typedef struct np_stores {
   np_stored_fill fill;
   void *light; /* solutions between which a sequence is interpolated (light_anchors.h); NULL: none */
   void (*destroy_light)(neph_context *context, void *light);
+  void *history; /* the frame rendered last, from which the next takes pixels (history.h); NULL: none */
+  void (*destroy_history)(neph_context *context, void *history);
 } np_stores;
 
 /* Those that go with a scene: created when they are first asked for, destroyed with the scene. */

@@ -25,10 +25,19 @@ typedef struct track_reader {
 
 /* The same in all frames of a sequence: files are of one size and format. */
 static bool is_of_sequence(const np_key *key) {
-  static const char *const paths[] = {
-      "version",        "frame_rate",         "camera.resolution",   "camera.overscan",   "render.wavelengths",
-      "render.samples", "render.max_samples", "render.target_error", "render.time_limit", "render.max_scatterings",
-      "output.scale",   "output.exposure"};
+  static const char *const paths[] = {"version",
+                                      "frame_rate",
+                                      "camera.resolution",
+                                      "camera.overscan",
+                                      "render.wavelengths",
+                                      "render.samples",
+                                      "render.max_samples",
+                                      "render.target_error",
+                                      "render.time_limit",
+                                      "render.max_scatterings",
+                                      "render.history_frames",
+                                      "output.scale",
+                                      "output.exposure"};
   for (size_t i = 0; i < sizeof paths / sizeof *paths; i++)
     if (!strcmp(key->path, paths[i])) return true;
   return false;

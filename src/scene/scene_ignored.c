@@ -96,6 +96,8 @@ static const np_ignore_rule rules[] = {
     {.keys = {"clouds[].bake.anvil"}, .counts = {"clouds[].bake.model", ONLY(NEPH_CLOUD_MODEL_CELLS)},
      .reason = "and only cells spread to anvils"},
 
+    {.keys = {"render.history_update", "render.history_weight", "render.history_frames"},
+     .counts = {"render.history", BUT(NP_HISTORY_NONE)}, .reason = "so that each frame is rendered by itself"},
     {.keys = {"render.max_samples"}, .counts = {"render.target_error", ONLY(NP_GIVEN)},
      .reason = "without which each pixel has render.samples"},
     {.keys = {"render.atmosphere", "render.path_guiding"}, .counts = IN_PATHS, .reason = "and only paths ask for it"},

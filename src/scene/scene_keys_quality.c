@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Keys of the accuracy of a picture, and the qualities that choose them. */
+/* Keys of the accuracy of a picture, the qualities that choose some of them, and previews. */
 #include "scene/quality.h"
 #include "scene/scene_key_rows.h"
 
@@ -8,6 +8,9 @@ static const np_choice qualities[] = {{"draft", NP_QUALITY_DRAFT},
                                       {"final", NP_QUALITY_FINAL},
                                       {"reference", NP_QUALITY_REFERENCE},
                                       {NULL, 0}};
+static const np_choice histories[] = {{"none", NP_HISTORY_NONE}, {"reproject", NP_HISTORY_REPROJECT}, {NULL, 0}};
+static const np_choice updates[] = {{"1", 1}, {"4", 4}, {"16", 16}, {NULL, 0}};
+static const np_choice upsamplings[] = {{"1", 1}, {"2", 2}, {"4", 4}, {NULL, 0}};
 static const np_choice degrees[] = {{"3", 3}, {"7", 7}, {"11", 11}, {NULL, 0}};
 
 /* clang-format off */
@@ -38,6 +41,24 @@ static const np_key keys[] = {
     {.path = "render.light_residual", .type = NP_KEY_REAL, .field = SCENE(render.light_residual),
      .range = WITHIN(1e-6, 0.5),
      .fallback = "0.0003", .meaning = "relative residual at which the iteration of multiple scattering ends"},
+    {.path = "render.history", .type = NP_KEY_CHOICE, .choices = histories, .field = SCENE(render.history),
+     .fallback = "none",
+     .meaning = "pixels that a frame of a sequence takes from the frame before: none, or, for previews, most of them, "
+                "reprojected by their depth"},
+    {.path = "render.history_update", .type = NP_KEY_CHOICE, .choices = updates, .field = SCENE(render.history_update),
+     .fallback = "16", .meaning = "number of pixels of which a frame with history renders one"},
+    {.path = "render.history_weight", .type = NP_KEY_REAL, .field = SCENE(render.history_weight), .range = WITHIN(0, 1),
+     .fallback = "0.25",
+     .meaning = "least weight of a pixel that is rendered against its history, in an exponential average; 1 takes no "
+                "history where there is a new value"},
+    {.path = "render.history_frames", .type = NP_KEY_INTEGER, .field = SCENE(render.history_frames),
+     .range = WITHIN(2, 4096), .fallback = "32",
+     .meaning = "frames of a block, counted from frame 1; history starts anew with each block, and a frame alone "
+                "renders those before it in its block"},
+    {.path = "render.upsample", .type = NP_KEY_CHOICE, .choices = upsamplings, .field = SCENE(render.upsample),
+     .fallback = "1",
+     .meaning = "pixels along the edge of a square of which one is rendered, the others interpolated by their depth: "
+                "1 renders all, 2 and 4 are half and quarter resolution, for previews"},
 };
 /* clang-format on */
 

@@ -205,6 +205,9 @@ typedef enum np_sun_optical_depth_method {
 /* Whether clouds and hills cast shadows into the air before the camera. */
 typedef enum np_air_shadows { NP_AIR_SHADOWS_AUTO, NP_AIR_SHADOWS_FALSE, NP_AIR_SHADOWS_TRUE } np_air_shadows;
 
+/* Pixels that a frame takes from the frame before it. */
+typedef enum np_history_method { NP_HISTORY_NONE, NP_HISTORY_REPROJECT } np_history_method;
+
 typedef struct np_scene_render {
   np_quality quality; /* of which the fields below follow that no key was given for */
   neph_integrator integrator;
@@ -229,6 +232,11 @@ typedef struct np_scene_render {
   unsigned light_degree;  /* most that angles are resolved into */
   double light_residual;
   double light_reuse_rad; /* turn of the sun over which light is interpolated; 0: none is */
+  np_history_method history;
+  unsigned history_update; /* of so many pixels a frame renders one, … */
+  double history_weight;   /* … which counts so much at least against its history */
+  unsigned history_frames; /* after which it starts anew */
+  unsigned upsample;       /* edge of the squares of pixels of which one is rendered */
 } np_scene_render;
 
 /* Coverage in the channel A. */

@@ -20,6 +20,16 @@ bool np_scene_is_sequence(const neph_scene *scene) {
   return scene->animation || has_moving_clouds(scene) || has_moving_sun(scene);
 }
 
+bool np_scene_has_history(const neph_scene *scene) {
+  return scene->render.history != NP_HISTORY_NONE && np_scene_is_sequence(scene);
+}
+
+/* Frames before the first are in blocks, too. */
+int np_scene_get_history_first(const neph_scene *scene, int frame) {
+  const int64_t block = scene->render.history_frames, place = ((int64_t)frame - 1) % block;
+  return (int)(frame - (place < 0 ? place + block : place));
+}
+
 bool np_scene_has_still_light(const neph_scene *scene) {
   if (has_moving_clouds(scene) || has_moving_sun(scene)) return false;
   for (unsigned i = 0; scene->animation && i < scene->animation->count; i++)

@@ -8,6 +8,12 @@
 /* Whether frames differ: by tracks, by clouds that move, by a sun that does. */
 bool np_scene_is_sequence(const neph_scene *scene);
 
+/* Whether frames take pixels from those before them. */
+bool np_scene_has_history(const neph_scene *scene);
+
+/* First frame of the block, of render.history_frames counted from frame 1, that a frame is in. */
+int np_scene_get_history_first(const neph_scene *scene, int frame);
+
 /* Whether all that light depends on is the same in all frames: the camera alone may move. */
 bool np_scene_has_still_light(const neph_scene *scene);
 
