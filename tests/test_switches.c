@@ -81,6 +81,7 @@ static const companion companions[] = {
     {"sun.limb_darkening", NULL, "sun.angular_radius", "8 deg"},
     {"atmosphere.layers[]", NULL, "atmosphere.layers", "[{scattering: 1e-4 1/m, absorption: 1e-5 1/m}]"},
     {"atmosphere.layers[].absorber", NULL, "render.wavelengths", "6"},
+    {"clouds[].pivot", NULL, "clouds[0].position", "[0 m, 0 m, 900 m]"},
     {"clouds[].bake.map", NULL, "clouds[1].bake.map", "{image: map.exr, coverage: R, size: 300 m}"},
     {"terrain.rock", NULL, "terrain.rock", "{slope: 5 deg}"},
     {"terrain.snow", NULL, "terrain.snow", "{level: 100 m}"},
@@ -99,6 +100,7 @@ static const companion companions[] = {
 /* Keys that change no pixel here, whatever they say. */
 static const char *const unseen[] = {
     "clouds[].import",   /* of grids that hold what no cloud has */
+    "clouds[].missing",  /* of frames without a file: test_sequence renders each word */
     "output.pixel_type", /* of files */
 };
 

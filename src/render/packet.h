@@ -116,6 +116,11 @@ static inline np_spectrum np_packet_convert(const np_packet *packet, np_band_rul
 
 /* A scene's albedo in a packet's bands. In those that colours are fitted by, such that the light at the camera gets the
  * colour that it has after such a reflection. */
+np_spectrum np_packet_fit_albedo(const np_packet *packet, const np_assembly *assembly,
+                                 const double reference[NP_BAND_COUNT]);
+
+/* The same to a thousandth where it is fitted: as a camera moves, fits change by less, and what is solved for with an
+ * albedo stays. */
 np_spectrum np_packet_convert_albedo(const np_packet *packet, const np_assembly *assembly,
                                      const double reference[NP_BAND_COUNT]);
 

@@ -124,14 +124,30 @@ static bool reflect(const np_assembly *a, const double albedo[NP_BAND_COUNT], do
   return xyz[1] > 0.0 && np_color_weights_invert(&a->color.weights, xyz, out_x);
 }
 
-np_spectrum np_packet_convert_albedo(const np_packet *packet, const np_assembly *assembly,
-                                     const double reference[NP_BAND_COUNT]) {
+np_spectrum np_packet_fit_albedo(const np_packet *packet, const np_assembly *assembly,
+                                 const double reference[NP_BAND_COUNT]) {
   static const double white[NP_BAND_COUNT] = {1.0, 1.0, 1.0};
   double light[NP_BAND_COUNT], reflected[NP_BAND_COUNT];
   np_spectrum own = np_packet_convert(packet, NP_BAND_LINEAR, reference);
   if (!assembly->color.is_fitted || np_spectrum_is_grey(own)) return own;
   if (!reflect(assembly, white, light) || !reflect(assembly, reference, reflected)) return own;
   for (int b = 0; b < NP_BAND_COUNT; b++) own.band[b] = (float)np_clamp(reflected[b] / light[b], 0.0, 1.0);
+  return own;
+}
+
+/* To nine bits, so to a thousandth, of what is reflected or of what is not, whichever is less. */
+static float round_share(float share) {
+  int exponent;
+  const double less = fmin((double)share, 1.0 - (double)share), mantissa = frexp(less, &exponent);
+  const double rounded = ldexp(nearbyint(512.0 * mantissa), exponent - 9);
+  return (float)((double)share < 0.5 ? rounded : 1.0 - rounded);
+}
+
+np_spectrum np_packet_convert_albedo(const np_packet *packet, const np_assembly *assembly,
+                                     const double reference[NP_BAND_COUNT]) {
+  np_spectrum own = np_packet_fit_albedo(packet, assembly, reference);
+  if (!assembly->color.is_fitted || np_spectrum_is_grey(own)) return own;
+  for (int b = 0; b < NP_BAND_COUNT; b++) own.band[b] = round_share(own.band[b]);
   return own;
 }
 

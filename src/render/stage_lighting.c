@@ -67,6 +67,18 @@ neph_result np_stage_build_instances(const np_stage_part *in) {
 
 void np_stage_clear_instances(const np_stage_part *in) { np_alloc_free(in->made->context, in->packet->placed); }
 
+/* To a thousandth, for which albedos are rounded too; grey still stays grey. */
+static void round_basis(np_spectrum basis[NP_BAND_COUNT]) {
+  for (int i = 0; i < NP_BAND_COUNT; i++) {
+    basis[i].band[i] = 1.0f;
+    for (int b = 0; b < NP_BAND_COUNT; b++) {
+      if (b == i) continue;
+      basis[b].band[i] = nearbyintf(1024.0f * basis[b].band[i]) / 1024.0f;
+      basis[i].band[i] -= basis[b].band[i];
+    }
+  }
+}
+
 /* Albedos in a packet are linear in those of a scene, up to their limits, and grey stays grey: so a little of each
  * reference band is added to a grey that is far from them. */
 static void set_basis(const np_stage_part *in, np_spectrum out_basis[NP_BAND_COUNT]) {
@@ -74,9 +86,10 @@ static void set_basis(const np_stage_part *in, np_spectrum out_basis[NP_BAND_COU
   for (int b = 0; b < NP_BAND_COUNT; b++) {
     double tinted[NP_BAND_COUNT] = {grey, grey, grey};
     tinted[b] += little;
-    const np_spectrum own = np_packet_convert_albedo(in->packet, in->made, tinted);
+    const np_spectrum own = np_packet_fit_albedo(in->packet, in->made, tinted);
     out_basis[b] = np_spectrum_scale(np_spectrum_subtract(own, np_spectrum_grey((float)grey)), (float)(1.0 / little));
   }
+  if (in->made->color.is_fitted) round_basis(out_basis);
 }
 
 /* Planet, terrain and water, the same under each light. */

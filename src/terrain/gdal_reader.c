@@ -125,9 +125,11 @@ static const char *choose_void(const char *name) {
   return value;
 }
 
-/* One raster of several that lie side by side. */
+/* One raster of several that lie side by side. Text without a decimal point is of whole numbers for GDAL, which does
+ * not put them beside others. */
 static GDALDatasetH open_mosaic(char **names, int count) {
   char **arguments = CSLAddString(NULL, "-strict");
+  if (has_ending(names[0], ".asc")) arguments = CSLAddString(CSLAddString(arguments, "-oo"), "DATATYPE=Float32");
   const char *empty = choose_void(names[0]);
   if (empty) arguments = CSLAddString(CSLAddString(arguments, "-vrtnodata"), empty);
   GDALBuildVRTOptions *options = GDALBuildVRTOptionsNew(arguments, NULL);
