@@ -99,9 +99,11 @@ static const companion companions[] = {
 
 /* Keys that change no pixel here, whatever they say. */
 static const char *const unseen[] = {
-    "clouds[].import",   /* of grids that hold what no cloud has */
-    "clouds[].missing",  /* of frames without a file: test_sequence renders each word */
-    "output.pixel_type", /* of files */
+    "clouds[].import",       /* of grids that hold what no cloud has */
+    "clouds[].missing",      /* of frames without a file: test_sequence renders each word */
+    "render.history",        /* of frames behind the first: test_history renders each word, */
+    "render.history_update", /* and each of these */
+    "output.pixel_type",     /* of files */
 };
 
 static void write_scene(setting s, char *out, size_t size) {
