@@ -135,7 +135,7 @@ np_spectrum np_packet_fit_albedo(const np_packet *packet, const np_assembly *ass
   return own;
 }
 
-/* To nine bits, so to a thousandth, of what is reflected or of what is not, whichever is less. */
+/* Rounds to nine bits, so to a thousandth, what is reflected or what is not, whichever is less. */
 static float round_share(float share) {
   int exponent;
   const double less = fmin((double)share, 1.0 - (double)share), mantissa = frexp(less, &exponent);

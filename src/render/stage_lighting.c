@@ -67,7 +67,7 @@ neph_result np_stage_build_instances(const np_stage_part *in) {
 
 void np_stage_clear_instances(const np_stage_part *in) { np_alloc_free(in->made->context, in->packet->placed); }
 
-/* To a thousandth, for which albedos are rounded too; grey still stays grey. */
+/* Rounds to a thousandth, to which albedos are rounded too; grey still stays grey. */
 static void round_basis(np_spectrum basis[NP_BAND_COUNT]) {
   for (int i = 0; i < NP_BAND_COUNT; i++) {
     basis[i].band[i] = 1.0f;
