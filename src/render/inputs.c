@@ -83,9 +83,7 @@ static neph_result open_emission(const cloud_file *file) {
 static neph_result open_density(const cloud_file *file, np_grid_state *out_state) {
   const np_scene_cloud *cloud = &file->scene->clouds[file->index];
   neph_result result = np_scene_check_cloud_file(file->scene, file->index, file->path);
-  neph_volume_load_desc load = NEPH_VOLUME_LOAD_DESC_DEFAULT;
-  load.grid = cloud->grid;
-  load.level_set_voxels = cloud->level_set_voxels;
+  const neph_volume_load_desc load = np_cloud_file_describe_load(cloud);
   if (!result) result = np_volume_read_header(file->scene->context, file->path, &load, true, out_state);
   if (!result && *out_state == NP_GRID_EMPTY)
     np_log(file->scene->context, NEPH_LOG_WARNING, "%s: cloud %s is empty: its grid has no active voxels", file->path,

@@ -32,7 +32,7 @@ float np_pixel_guide_compare(float a_m, float b_m) {
  * through them, which is even over the picture, over the largest. */
 static const float edge_opacity = 0.01f, edge_bend = 0.1f;
 
-static bool is_bent(float a_m, float middle_m, float b_m) {
+static bool has_kink(float a_m, float middle_m, float b_m) {
   const float a = invert(a_m), middle = invert(middle_m), b = invert(b_m);
   return fabsf(a + b - 2.0f * middle) > edge_bend * fmaxf(middle, fmaxf(a, b));
 }
@@ -46,8 +46,8 @@ static bool shows_other(const np_pixel_guide *a, const np_pixel_guide *middle, c
   const float least = fminf(middle->opacity, fminf(a->opacity, b->opacity));
   if (fabsf(a->opacity - middle->opacity) > edge_opacity || fabsf(b->opacity - middle->opacity) > edge_opacity)
     return true;
-  return least < cloud_opacity_min ? is_bent(a->behind_m, middle->behind_m, b->behind_m)
-                                   : is_bent(a->cloud_m, middle->cloud_m, b->cloud_m);
+  return least < cloud_opacity_min ? has_kink(a->behind_m, middle->behind_m, b->behind_m)
+                                   : has_kink(a->cloud_m, middle->cloud_m, b->cloud_m);
 }
 
 /* Beyond the window all goes on as at its rim. */

@@ -194,12 +194,8 @@ static neph_result bake(const np_stage_part *in, const np_scene_cloud *cloud, co
 }
 
 static neph_volume_load_desc describe_load(const np_stage_part *in, const np_scene_cloud *cloud) {
-  neph_volume_load_desc desc = NEPH_VOLUME_LOAD_DESC_DEFAULT;
-  desc.grid = cloud->grid;
+  neph_volume_load_desc desc = np_cloud_file_describe_load(cloud);
   desc.precision = np_plan_get_precision(in->plan, cloud);
-  desc.policy = cloud->policy;
-  desc.level_set_voxels = cloud->level_set_voxels;
-  desc.ramp = cloud->ramp;
   desc.progress = np_monitor_relay;
   desc.progress_user = in->monitor;
   return desc;

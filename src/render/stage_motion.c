@@ -31,7 +31,7 @@ static void describe_movers(const neph_scene *scene, char *out, size_t size) {
     by_velocity += has_velocity(&scene->clouds[i]);
   }
   const struct {
-    bool is_there;
+    bool is_moving;
     const char *name;
   } rows[] = {{np_scene_has_camera_tracks(scene), "the camera by its tracks"},
               {np_scene_has_cloud_tracks(scene), "clouds by their tracks"},
@@ -39,7 +39,7 @@ static void describe_movers(const neph_scene *scene, char *out, size_t size) {
               {by_velocity > 0, "clouds of files by their velocities"}};
   out[0] = '\0';
   for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
-    if (!rows[i].is_there) continue;
+    if (!rows[i].is_moving) continue;
     const size_t length = strlen(out);
     (void)snprintf(out + length, size - length, "%s%s", length ? ", " : "", rows[i].name);
   }

@@ -50,6 +50,16 @@ neph_result np_cloud_file_get(neph_context *context, const np_scene_cloud *cloud
   return result;
 }
 
+neph_volume_load_desc np_cloud_file_describe_load(const np_scene_cloud *cloud) {
+  neph_volume_load_desc desc = NEPH_VOLUME_LOAD_DESC_DEFAULT;
+  desc.grid = cloud->grid;
+  desc.precision = cloud->precision;
+  desc.policy = cloud->policy;
+  desc.level_set_voxels = cloud->level_set_voxels;
+  desc.ramp = cloud->ramp;
+  return desc;
+}
+
 void np_cloud_file_warn(neph_context *context, const np_scene_cloud *cloud, int frame, const np_cloud_file *file) {
   const char *slash = strrchr(cloud->vdb, '/');
   np_log(context, NEPH_LOG_WARNING,

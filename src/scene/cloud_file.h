@@ -14,6 +14,9 @@ typedef struct np_cloud_file {
  * file is not there, by missing. It is not there on return where missing is error, and where the sequence has none. */
 neph_result np_cloud_file_get(neph_context *context, const np_scene_cloud *cloud, int frame, np_cloud_file *out_file);
 
+/* Describes by the keys of a cloud how its density is read. */
+neph_volume_load_desc np_cloud_file_describe_load(const np_scene_cloud *cloud);
+
 /* Warns of a frame without a file. */
 void np_cloud_file_warn(neph_context *context, const np_scene_cloud *cloud, int frame, const np_cloud_file *file);
 

@@ -36,7 +36,7 @@ typedef struct np_gdal_info {
   int is_byte, is_complex;         /* the type of its samples */
   int is_palette;                  /* they are indices of colours */
   int has_grid;                    /* positions of samples in a coordinate system are known */
-  double to_crs[6];                /* GDAL's geotransform: x = [0] + [1]·column + [2]·row, y likewise from [3] */
+  double to_crs[6];                /* GDAL's geotransform: x = [0] + [1]·column + [2]·row, y by [3] to [5] */
   const char *crs;                 /* name of the coordinate system; "" when there is none */
   int is_geographic;               /* longitude and latitude */
   double semi_major_m, flattening; /* of the ellipsoid that `locate` uses */

@@ -30,6 +30,7 @@ typedef struct builder {
   np_velocity_block *blocks;
   int layers; /* into which velocities are continued */
   uint8_t layer;
+  void (*visit)(const struct builder *b, size_t node, size_t number); /* what is done with each cell */
 } builder;
 
 /* Velocities at the samples of a cell. */
@@ -38,6 +39,31 @@ typedef struct window {
 } window;
 
 /* ---- Cells ---- */
+
+static neph_result visit_slabs(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const builder *b = user;
+  for (size_t slab = begin; slab < end; slab++)
+    for (size_t k = 0; k < SLAB_CELLS; k++) b->visit(b, slab / SLABS, slab % SLABS * SLAB_CELLS + k);
+  return NEPH_OK;
+}
+
+static neph_result visit_cells(builder *b, np_monitor *monitor,
+                               void (*visit)(const builder *b, size_t node, size_t number)) {
+  b->visit = visit;
+  return np_parallel_for(b->context, monitor, b->out->bricks.node_count * SLABS, 1, visit_slabs, b);
+}
+
+/* The place of a cell of the lattice; false: it is outside. */
+static bool get_place(const np_bricks *bricks, const int32_t cell[3], np_brick_place *out_place) {
+  int32_t inside[3];
+  for (int a = 0; a < 3; a++) {
+    inside[a] = cell[a] - bricks->origin[a];
+    if (inside[a] < 0 || inside[a] >= bricks->size[a]) return false;
+  }
+  *out_place = np_bricks_get_place(bricks, inside);
+  return true;
+}
 
 static bool is_background(const np_bricks *rest, np_brick_range range) {
   return range.min == rest->background && range.max == rest->background;
@@ -86,13 +112,8 @@ static np_brick_range measure_moving(const builder *b, const int32_t cell[3], co
 /* ---- Blocks ---- */
 
 static np_velocity_block *get_block(const builder *b, const int32_t cell[3]) {
-  const np_bricks *bricks = &b->out->bricks;
-  int32_t inside[3];
-  for (int a = 0; a < 3; a++) {
-    inside[a] = cell[a] - bricks->origin[a];
-    if (inside[a] < 0 || inside[a] >= bricks->size[a]) return NULL;
-  }
-  const np_brick_place at = np_bricks_get_place(bricks, inside);
+  np_brick_place at;
+  if (!get_place(&b->out->bricks, cell, &at)) return NULL;
   const uint32_t number = at.node == NP_BRICK_NONE ? NP_BRICK_NONE : b->number[at.node][at.cell];
   return number == NP_BRICK_NONE ? NULL : &b->blocks[number];
 }
@@ -133,47 +154,27 @@ static void get_cell(const builder *b, size_t node, size_t number, int32_t out[3
     out[a] = bricks->origin[a] - bricks->lead[a] + b->place[node][a] * NP_BRICK_NODE_EDGE + in_node[a];
 }
 
-/* Marks the cells that something is near, as if each had a brick. */
-static neph_result mark_near(void *user, size_t begin, size_t end, unsigned thread) {
-  (void)thread;
-  const builder *b = user;
-  for (size_t slab = begin; slab < end; slab++)
-    for (size_t k = 0; k < SLAB_CELLS; k++) {
-      const size_t number = slab % SLABS * SLAB_CELLS + k;
-      int32_t cell[3];
-      get_cell(b, slab / SLABS, number, cell);
-      b->out->bricks.nodes[slab / SLABS].brick[number] = is_near(b, cell) ? 0 : NP_BRICK_NONE;
-    }
-  return NEPH_OK;
+/* Marks a cell that something is near, as if it had a brick. */
+static void mark_near(const builder *b, size_t node, size_t number) {
+  int32_t cell[3];
+  get_cell(b, node, number, cell);
+  b->out->bricks.nodes[node].brick[number] = is_near(b, cell) ? 0 : NP_BRICK_NONE;
 }
 
 /* A marked cell, and those whose first samples are the last of its window, need a block. */
 static bool needs_block(const np_bricks *bricks, const int32_t cell[3]) {
   for (int corner = 0; corner < 8; corner++) {
-    int32_t inside[3];
-    bool is_there = true;
-    for (int a = 0; a < 3; a++) {
-      inside[a] = cell[a] - bricks->origin[a] - (corner >> a & 1);
-      is_there = is_there && inside[a] >= 0 && inside[a] < bricks->size[a];
-    }
-    if (!is_there) continue;
-    const np_brick_place at = np_bricks_get_place(bricks, inside);
-    if (np_bricks_get_brick(bricks, &at) != NP_BRICK_NONE) return true;
+    const int32_t before[3] = {cell[0] - (corner & 1), cell[1] - (corner >> 1 & 1), cell[2] - (corner >> 2)};
+    np_brick_place at;
+    if (get_place(bricks, before, &at) && np_bricks_get_brick(bricks, &at) != NP_BRICK_NONE) return true;
   }
   return false;
 }
 
-static neph_result mark_blocks(void *user, size_t begin, size_t end, unsigned thread) {
-  (void)thread;
-  const builder *b = user;
-  for (size_t slab = begin; slab < end; slab++)
-    for (size_t k = 0; k < SLAB_CELLS; k++) {
-      const size_t number = slab % SLABS * SLAB_CELLS + k;
-      int32_t cell[3];
-      get_cell(b, slab / SLABS, number, cell);
-      b->number[slab / SLABS][number] = needs_block(&b->out->bricks, cell) ? 0 : NP_BRICK_NONE;
-    }
-  return NEPH_OK;
+static void mark_block(const builder *b, size_t node, size_t number) {
+  int32_t cell[3];
+  get_cell(b, node, number, cell);
+  b->number[node][number] = needs_block(&b->out->bricks, cell) ? 0 : NP_BRICK_NONE;
 }
 
 static neph_result open_blocks(builder *b) {
@@ -194,11 +195,10 @@ static neph_result open_blocks(builder *b) {
 
 /* Velocities of all blocks. */
 static neph_result make_blocks(builder *b, np_monitor *monitor) {
-  const size_t slabs = b->out->bricks.node_count * SLABS;
   b->number = np_alloc(b->context, b->out->bricks.node_count, sizeof *b->number);
   if (!b->number) return NEPH_ERROR_OUT_OF_MEMORY;
-  neph_result result = np_parallel_for(b->context, monitor, slabs, 1, mark_near, b);
-  if (!result) result = np_parallel_for(b->context, monitor, slabs, 1, mark_blocks, b);
+  neph_result result = visit_cells(b, monitor, mark_near);
+  if (!result) result = visit_cells(b, monitor, mark_block);
   if (!result) result = open_blocks(b);
   if (!result) result = np_parallel_for(b->context, monitor, b->block_count, 8, read_blocks, b);
   for (int k = 0; k < b->layers && !result; k++) {
@@ -238,13 +238,6 @@ static void measure(const builder *b, size_t node, size_t number) {
   if (n->range[number].min == n->range[number].max) n->brick[number] = NP_BRICK_NONE;
 }
 
-static neph_result measure_slabs(void *user, size_t begin, size_t end, unsigned thread) {
-  (void)thread;
-  for (size_t slab = begin; slab < end; slab++)
-    for (size_t k = 0; k < SLAB_CELLS; k++) measure(user, slab / SLABS, slab % SLABS * SLAB_CELLS + k);
-  return NEPH_OK;
-}
-
 static void store(const builder *b, size_t node, size_t number) {
   const uint32_t brick = b->out->bricks.nodes[node].brick[number];
   if (brick == NP_BRICK_NONE) return;
@@ -255,13 +248,6 @@ static void store(const builder *b, size_t node, size_t number) {
   for (size_t a = 0; a < 3; a++)
     np_half_encode(b->context->isa, w.at[a], NP_BRICK_VOLUME, 1.0f / b->out->motion.scale,
                    b->out->velocity + (3 * (size_t)brick + a) * NP_BRICK_STRIDE);
-}
-
-static neph_result store_slabs(void *user, size_t begin, size_t end, unsigned thread) {
-  (void)thread;
-  for (size_t slab = begin; slab < end; slab++)
-    for (size_t k = 0; k < SLAB_CELLS; k++) store(user, slab / SLABS, slab % SLABS * SLAB_CELLS + k);
-  return NEPH_OK;
 }
 
 /* ---- The table ---- */
@@ -379,10 +365,9 @@ static neph_result build(builder *b, np_monitor *monitor) {
   if (!result) result = set_table(b);
   if (!result) result = number_nodes(b);
   if (!result) result = make_blocks(b, monitor);
-  const size_t slabs = b->out->bricks.node_count * SLABS;
-  if (!result) result = np_parallel_for(b->context, monitor, slabs, 1, measure_slabs, b);
+  if (!result) result = visit_cells(b, monitor, measure);
   if (!result) result = open_samples(b);
-  return result ? result : np_parallel_for(b->context, monitor, slabs, 1, store_slabs, b);
+  return result ? result : visit_cells(b, monitor, store);
 }
 
 neph_result np_moving_bricks_build(neph_context *context, const np_brick_motion_desc *desc, np_monitor *monitor,

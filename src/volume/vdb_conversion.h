@@ -38,7 +38,8 @@ inline openvdb::FloatGrid::Ptr convert_to_floats(const openvdb::GridBase::Ptr &g
   if (!out) out = convert_if<openvdb::Int32Grid>(*grid);
   if (!out) out = convert_if<openvdb::Int64Grid>(*grid);
   if (!out) out = convert_if<openvdb::BoolGrid>(*grid);
-  if (!out) throw Failure{NEPH_ERROR_INVALID_ARGUMENT, "a grid of type " + grid->valueType() + " is no density"};
+  if (!out)
+    throw Failure{NEPH_ERROR_INVALID_ARGUMENT, "a grid of type " + grid->valueType() + ", must hold numbers or marks"};
   return out;
 }
 
