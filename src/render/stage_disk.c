@@ -3,15 +3,18 @@
  * the cache and without. */
 #include "render/stage_part.h"
 
-/* False: no cache is wanted, or the result is not to be kept. */
-static bool compute_key(const np_stage_reuse *reuse, const np_stage_part *part, char out_key[33]) {
-  const np_stage_disk *disk = reuse->disk;
+bool np_stage_disk_compute_key(const np_stage_disk *disk, const np_stage_part *part, char out_key[33]) {
   neph_context *context = part->made->context;
-  if (!disk || !np_disk_cache_is_wanted(context)) return false;
   np_hash *key = np_hash_create(context);
   if (key) np_cache_key_begin(context, disk->kind, disk->has_isa, key);
   const bool is_kept = disk->add_key(part, key);
   return !np_hash_finish(key, out_key) && is_kept;
+}
+
+/* False: no cache is wanted, or the result is not to be kept. */
+static bool compute_key(const np_stage_reuse *reuse, const np_stage_part *part, char out_key[33]) {
+  return reuse->disk && np_disk_cache_is_wanted(part->made->context) &&
+         np_stage_disk_compute_key(reuse->disk, part, out_key);
 }
 
 bool np_stage_disk_load(const np_stage_reuse *reuse, const np_stage_part *part) {
@@ -33,4 +36,5 @@ void np_stage_disk_save(const np_stage_reuse *reuse, const np_stage_part *part) 
   np_cache_write_begin(part->made->context, reuse->disk->kind, key, &entry);
   reuse->disk->save(part, &entry);
   np_cache_write_commit(&entry);
+  if (reuse->disk->state_kind) np_cache_remove(part->made->context, reuse->disk->state_kind, key);
 }

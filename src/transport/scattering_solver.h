@@ -5,6 +5,7 @@
 
 #include "transport/scattering_field.h"
 #include "transport/scattering_field_private.h"
+#include "transport/solver_state.h"
 #include "transport/transport_level.h"
 
 enum { NP_SCATTERING_LEVELS_MAX = 6 };
@@ -43,6 +44,7 @@ typedef struct np_scattering_solver {
   np_scattering_reach reached,
       cut; /* by the present band; and by the last one that was cut, past which no other goes */
   np_monitor_part whole;
+  np_solver_state state;
   unsigned level_count, band, turn; /* the band, and its place in the order of solving */
   /* The result's; where its cells are fine, those twice as wide; then the same in the degree that is iterated, if that
    * is another; then coarser ones. */
