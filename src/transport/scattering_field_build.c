@@ -245,7 +245,6 @@ static neph_result solve_bands(np_scattering_solver *s) {
     if (!result && s->turn == 0) result = start_bands(s);
     if (!result) result = np_scattering_solver_solve_band(s, is_first, &sum);
     if (!result && sum > 0.0) result = keep_solution(s);
-    if (!result && s->state.is_damaged) result = NEPH_ERROR_BAD_FILE;
     if (result) return result;
   }
   if (s->out->importance) np_importance_spread(&s->levels[0].grid, s->out->importance);
@@ -354,6 +353,7 @@ static neph_result solve(np_scattering_solver *s) {
   np_solver_state_open(s);
   neph_result result = start(s);
   if (!result) result = solve_bands(s);
+  if (!result && np_solver_state_is_damaged(s)) result = NEPH_ERROR_BAD_FILE;
   if (!result) finish(s);
   if (result == NEPH_ERROR_CANCELLED) np_solver_state_keep_last(s);
   np_solver_state_close(s);
@@ -365,7 +365,7 @@ static neph_result solve(np_scattering_solver *s) {
   return result;
 }
 
-/* A state that does not fit, whatever its checksum says, is gone when the solution begins anew. */
+/* From a state that does not fit, whatever its checksum says, nothing is taken. */
 neph_result np_scattering_field_build(neph_context *context, const np_world *world,
                                       const np_sun_optical_depth_source *depths, const np_scattering_desc *desc,
                                       np_monitor *monitor, np_scattering_field **out_field) {
@@ -382,6 +382,7 @@ neph_result np_scattering_field_build(neph_context *context, const np_world *wor
   initial.end_s = isfinite(desc->seconds_max) ? np_monitor_get_seconds(monitor) + desc->seconds_max : HUGE_VAL;
   for (int attempt = 0; attempt < 2 && result == NEPH_ERROR_BAD_FILE; attempt++) {
     np_scattering_solver s = initial;
+    s.state.is_anew = attempt > 0;
     s.out = np_scattering_field_create(context);
     if (!s.out) return NEPH_ERROR_OUT_OF_MEMORY;
     result = solve(&s);

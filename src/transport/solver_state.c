@@ -1,6 +1,4 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "transport/solver_state.h"
-
 #include "transport/scattering_solver.h"
 
 /* In the order of the file; then the levels, the bands that are finished, and the iteration. */
@@ -111,7 +109,7 @@ bool np_solver_state_load_history(void *user, np_fixed_point *problem, np_fixed_
     problem->residual = h.residual;
     problem->is_stalled = h.is_stalled;
   }
-  state->is_damaged = state->is_damaged || !is_read || !np_cache_read_end(&state->entry);
+  state->is_damaged = !np_cache_read_end(&state->entry) || !is_read || state->is_damaged;
   return is_read;
 }
 
@@ -158,7 +156,7 @@ void np_solver_state_open(np_scattering_solver *s) {
   if (isfinite(s->desc->seconds_max)) state->keeper = NULL;
   if (!state->keeper) return;
   state->last_s = np_monitor_get_seconds(s->monitor);
-  if (!state->keeper->read_begin(state->keeper->user, &state->entry)) return;
+  if (state->is_anew || !state->keeper->read_begin(state->keeper->user, &state->entry)) return;
   const size_t start = state->entry.at;
   if (NP_CACHE_READ(&state->entry, h) && h.step > 0)
     state->resumed = h.step;
@@ -196,6 +194,11 @@ void np_solver_state_keep_last(np_scattering_solver *s) {
   np_solver_state *state = &s->state;
   if (!state->keeper || state->is_last || state->restart == 0 || state->step < state->resumed) return;
   write_state(s, state->restart, NULL, NULL);
+}
+
+/* Its step may be one that the solution does not have. */
+bool np_solver_state_is_damaged(const np_scattering_solver *s) {
+  return s->state.is_damaged || s->state.step < s->state.resumed;
 }
 
 void np_solver_state_close(np_scattering_solver *s) {
