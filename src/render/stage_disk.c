@@ -3,6 +3,9 @@
  * the cache and without. */
 #include "render/stage_part.h"
 
+/* After this long nobody makes a result any more, or on a machine that is far slower. */
+static const double waiting_max_s = 3600.0;
+
 bool np_stage_disk_compute_key(const np_stage_disk *disk, const np_stage_part *part, char out_key[33]) {
   neph_context *context = part->made->context;
   np_hash *key = np_hash_create(context);
@@ -27,6 +30,14 @@ bool np_stage_disk_load(const np_stage_reuse *reuse, const np_stage_part *part) 
   void *result = reuse->exchange(part, NULL);
   if (result) reuse->destroy(result);
   return false;
+}
+
+/* A picture with a time limit waits for nobody. */
+neph_result np_stage_disk_lock(const np_stage_reuse *reuse, const np_stage_part *part, np_cache_lock *out_lock) {
+  char key[33];
+  out_lock->file = -1;
+  if (!part->key || isfinite(part->plan->desc.time_limit_s) || !compute_key(reuse, part, key)) return NEPH_OK;
+  return np_cache_lock_take(part->made->context, part->monitor, reuse->disk->kind, key, waiting_max_s, out_lock);
 }
 
 void np_stage_disk_save(const np_stage_reuse *reuse, const np_stage_part *part) {

@@ -3,6 +3,7 @@
 #ifndef NP_RENDER_STAGE_PART_H
 #define NP_RENDER_STAGE_PART_H
 
+#include "core/cache_lock.h"
 #include "core/disk_cache.h"
 #include "render/packet.h"
 #include "scene/cloud_file.h"
@@ -92,6 +93,10 @@ bool np_stage_disk_load(const np_stage_reuse *reuse, const np_stage_part *part);
 
 /* The key of a part's result on disk; false: it is not to be kept. */
 bool np_stage_disk_compute_key(const np_stage_disk *disk, const np_stage_part *part, char out_key[33]);
+
+/* Lets other processes that want a part's result from disk wait until the lock is released; or waits for one that makes
+ * it. */
+neph_result np_stage_disk_lock(const np_stage_reuse *reuse, const np_stage_part *part, np_cache_lock *out_lock);
 
 /* Keeps it there, where a cache is wanted. */
 void np_stage_disk_save(const np_stage_reuse *reuse, const np_stage_part *part);
