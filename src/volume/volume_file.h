@@ -48,6 +48,10 @@ neph_result np_volume_file_fail(const np_volume_file *file, const np_vdb_error *
 neph_result np_volume_import_values(neph_context *context, const char *path, np_sparse_grid *grid,
                                     neph_import_policy policy, np_monitor *monitor);
 
+/* Checks that a grid just read is 0 where it ends, and makes it so where the policy says so. */
+neph_result np_volume_import_background(neph_context *context, const char *path, np_sparse_grid *grid,
+                                        neph_import_policy policy);
+
 /* Puts the values of a density, which are finite and not negative, through a ramp. */
 neph_result np_volume_apply_ramp(neph_context *context, np_sparse_grid *grid, const neph_volume_ramp *ramp,
                                  np_monitor *monitor);
