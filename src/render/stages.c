@@ -29,7 +29,7 @@ static const np_stage_row rows[NP_STAGE_COUNT] = {
   [NP_STAGE_LIGHTS] = {"lights", BIT(COLOR) | BIT(TERRAIN) | BIT(MOON), .is_of_sky = true, .is_of_probes = true,
     DECIDE(lights),
     BUILD_CLEAR(PICTURE, lights), BUILD(PACKET, packet_lights)},
-  [NP_STAGE_VOLUMES] = {"volumes", BIT(COLOR), DECIDE(volumes), PREDICT(BAKE, volumes), EXPECT(volumes), REUSE(volumes),
+  [NP_STAGE_VOLUMES] = {"volumes", BIT(COLOR) | BIT(TERRAIN), DECIDE(volumes), PREDICT(BAKE, volumes), EXPECT(volumes), REUSE(volumes),
     BUILD_CLEAR(CLOUD, cloud), .revise = np_stage_revise_volumes},
   [NP_STAGE_MOTION] = {"motion", BIT(VOLUMES), DECIDE(motion), BUILD_CLEAR(PICTURE, motion)},
   [NP_STAGE_ATMOSPHERE] = {"atmosphere", BIT(COLOR) | BIT(TERRAIN) | BIT(LIGHTS), .is_of_sky = true,

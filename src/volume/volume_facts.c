@@ -1,62 +1,19 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "volume/volume_facts.h"
 
+#include <stdlib.h>
 #include <string.h>
 #include <strings.h>
 
 #include "core/alloc.h"
-#include "core/file.h"
 #include "volume/volume_file.h"
 
 static const float half_max = 65504.0f;
-
-/* ---- Roles ---- */
-
-static bool begins_with(const char *text, const char *beginning) {
-  return !strncasecmp(text, beginning, strlen(beginning));
-}
-
-static bool is_one_of(const char *text, const char *const *words, size_t count) {
-  for (size_t i = 0; i < count; i++)
-    if (!strcasecmp(text, words[i])) return true;
-  return false;
-}
-
-/* "vel.x", "velocity_y", "v.z": a base and an axis. */
-static bool is_velocity(const char *name) {
-  static const char *const bases[] = {"velocity", "vel", "v"};
-  for (size_t i = 0; i < sizeof bases / sizeof *bases; i++) {
-    const char *rest = name + strlen(bases[i]);
-    if (begins_with(name, bases[i]) && (!*rest || ((*rest == '.' || *rest == '_' || *rest == '[') && rest[1])))
-      return true;
-  }
-  return false;
-}
-
-static bool is_field(const char *name) {
-  static const char *const names[] = {"temperature", "temp",     "heat",       "flame", "flames", "fuel",
-                                      "burn",        "pressure", "divergence", "speed", "age"};
-  return is_one_of(name, names, sizeof names / sizeof *names) || begins_with(name, "color") ||
-         begins_with(name, "Cd") || begins_with(name, "rest") || begins_with(name, "emission");
-}
 
 static np_vdb_grid_info describe(const np_volume_file *file, size_t index) {
   np_vdb_grid_info info;
   file->module->describe(file->vdb, index, &info);
   return info;
-}
-
-static bool has_density(const np_volume_file *file) {
-  for (size_t i = 0; i < file->module->count(file->vdb); i++)
-    if (!strcasecmp(describe(file, i).name, "density")) return true;
-  return false;
-}
-
-static np_grid_role get_role(const np_volume_file *file, const np_vdb_grid_info *info) {
-  if (!info->is_scalar || info->is_level_set) return NP_GRID_OTHER;
-  if (!strcasecmp(info->name, "density")) return NP_GRID_DENSITY;
-  if (is_velocity(info->name)) return NP_GRID_VELOCITY;
-  return has_density(file) || is_field(info->name) ? NP_GRID_FIELD : NP_GRID_DENSITY;
 }
 
 /* ---- Values ---- */
@@ -79,6 +36,84 @@ static void add_values(np_grid_facts *facts, const np_sparse_grid *grid) {
     add_value(facts, grid, grid->tiles[i].value, grid->tiles[i].is_active, grid->leaf_count * NP_LEAF_SIZE + i,
               pow(grid->tiles[i].edge, 3));
 }
+
+/* ---- Stray voxels ---- */
+
+/* Active voxels of a leaf or a tile. */
+typedef struct block {
+  int32_t origin[3];
+  uint64_t count;
+} block;
+
+/* One coordinate of a block, and its voxels. */
+typedef struct step {
+  int32_t at;
+  uint64_t count;
+} step;
+
+static int compare_steps(const void *a, const void *b) {
+  const step *first = a, *second = b;
+  return (first->at > second->at) - (first->at < second->at);
+}
+
+static void list_blocks(const np_sparse_grid *grid, block *blocks) {
+  for (size_t i = 0; i < grid->leaf_count; i++, blocks++) {
+    memcpy(blocks->origin, grid->leaves[i].origin, sizeof blocks->origin);
+    for (int word = 0; word < 8; word++) blocks->count += (uint64_t)__builtin_popcountll(grid->leaves[i].active[word]);
+  }
+  for (size_t i = 0; i < grid->tile_count; i++, blocks++) {
+    memcpy(blocks->origin, grid->tiles[i].origin, sizeof blocks->origin);
+    blocks->count = grid->tiles[i].is_active ? (uint64_t)pow(grid->tiles[i].edge, 3) : 0;
+  }
+}
+
+/* Along an axis, the ends of all blocks but those of a thousandth of the voxels at either end. */
+static void get_core(const block *blocks, size_t count, uint64_t all, int axis, step *steps, int32_t out_core[2]) {
+  uint64_t before = 0, behind = 0;
+  for (size_t i = 0; i < count; i++) steps[i] = (step){blocks[i].origin[axis], blocks[i].count};
+  qsort(steps, count, sizeof *steps, compare_steps);
+  size_t first = 0, last = count - 1;
+  while (first < last && (before += steps[first].count) * 1000 <= all) first++;
+  while (last > first && (behind += steps[last].count) * 1000 <= all) last--;
+  out_core[0] = steps[first].at;
+  out_core[1] = steps[last].at;
+}
+
+/* Takes the axis along which most of the box is nearly empty. */
+static void measure_axis(const np_sparse_grid *grid, const block *blocks, size_t count, int axis, const int32_t core[2],
+                         np_grid_facts *facts) {
+  const double box = (double)facts->active_max[axis] - facts->active_min[axis] + 1.0;
+  const double ratio = box / ((double)core[1] - core[0] + NP_LEAF_EDGE);
+  int64_t farthest = 0;
+  size_t at = 0;
+  if (ratio <= facts->stray_ratio) return;
+  facts->stray_ratio = ratio;
+  for (size_t i = 0; i < count; i++) {
+    const int64_t low = (int64_t)core[0] - blocks[i].origin[axis], high = (int64_t)blocks[i].origin[axis] - core[1];
+    const int64_t distance = low > high ? low : high;
+    if (blocks[i].count && distance > farthest) farthest = distance, at = i;
+  }
+  np_value_tally_locate(
+      grid, at < grid->leaf_count ? at * NP_LEAF_SIZE : grid->leaf_count * NP_LEAF_SIZE + at - grid->leaf_count,
+      &facts->stray);
+}
+
+static neph_result measure_stray(const np_sparse_grid *grid, np_grid_facts *facts) {
+  const size_t count = grid->leaf_count + grid->tile_count;
+  block *blocks = np_alloc(grid->context, count, sizeof *blocks);
+  step *steps = blocks ? np_alloc(grid->context, count, sizeof *steps) : NULL;
+  if (steps) list_blocks(grid, blocks);
+  for (int axis = 0; steps && axis < 3; axis++) {
+    int32_t core[2];
+    get_core(blocks, count, facts->active_count, axis, steps, core);
+    measure_axis(grid, blocks, count, axis, core, facts);
+  }
+  np_alloc_free(grid->context, steps);
+  np_alloc_free(grid->context, blocks);
+  return steps ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+}
+
+/* ---- Grids ---- */
 
 static void set_kinds(np_grid_facts *facts, const np_sparse_grid *grid, const np_value_tally *tally) {
   for (int k = 0; k < NP_VALUE_KINDS; k++) {
@@ -103,10 +138,8 @@ static neph_result measure_values(np_sparse_grid *grid, np_monitor *monitor, np_
   memcpy(facts->active_max, extent.max, sizeof extent.max);
   facts->value_min = extent.value_min;
   facts->value_max = extent.value_max;
-  return NEPH_OK;
+  return measure_stray(grid, facts);
 }
-
-/* ---- Grids ---- */
 
 typedef struct measure_job {
   np_volume_file *file;
@@ -169,7 +202,7 @@ static neph_result set_texts(neph_context *context, np_grid_facts *facts, const 
 
 static neph_result measure_grid(const measure_job *job, size_t index, np_grid_facts *facts) {
   const np_vdb_grid_info info = describe(job->file, index);
-  facts->role = get_role(job->file, &info);
+  facts->role = np_volume_file_get_role(job->file, &info);
   facts->is_scalar = info.is_scalar;
   facts->is_vector = info.is_vector;
   facts->is_level_set = info.is_level_set;
@@ -219,56 +252,4 @@ void np_file_facts_clear(np_file_facts *facts) {
   }
   np_alloc_free(facts->context, facts->grids);
   *facts = (np_file_facts){0};
-}
-
-/* ---- Mending ---- */
-
-typedef struct mend_job {
-  np_volume_file *file;
-  const char *out_path;
-} mend_job;
-
-/* Marks as the module takes them. */
-static np_vdb_mark get_mark(const np_volume_file *file, size_t index) {
-  const np_vdb_grid_info info = describe(file, index);
-  const np_grid_role role = get_role(file, &info);
-  return role == NP_GRID_DENSITY ? NP_VDB_MEND_DENSITY : role == NP_GRID_FIELD ? NP_VDB_MEND_VALUES : NP_VDB_KEEP;
-}
-
-static neph_result write_mended(const mend_job *job, const char *temporary) {
-  const np_volume_file *file = job->file;
-  const size_t count = file->module->count(file->vdb);
-  np_vdb_mark *marks = np_alloc(file->context, count, sizeof *marks);
-  if (!marks && count) return NEPH_ERROR_OUT_OF_MEMORY;
-  for (size_t i = 0; i < count; i++) marks[i] = get_mark(file, i);
-  np_vdb_error error;
-  void *limit = file->module->limit_threads(1); /* OpenVDB writes with no more */
-  const neph_result result = file->module->mend(file->vdb, marks, temporary, &error);
-  file->module->unlimit_threads(limit);
-  np_alloc_free(file->context, marks);
-  return result ? np_volume_file_fail(file, &error) : NEPH_OK;
-}
-
-static neph_result run_mend(void *user) {
-  const mend_job *job = user;
-  np_file_write write;
-  neph_result result = np_file_write_begin(job->file->context, job->out_path, &write);
-  if (result) return result;
-  result = write_mended(job, write.temporary);
-  if (!result) return np_file_write_commit(&write);
-  np_file_write_abandon(&write);
-  return result;
-}
-
-neph_result np_volume_mend_file(neph_context *context, const char *path, const char *out_path, np_monitor *monitor) {
-  np_volume_file file;
-  if (np_file_is_same(path, out_path))
-    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
-                   "%s: is the file that would be mended, must be another: a mended copy is made beside it", out_path);
-  neph_result result = np_volume_file_open(context, path, monitor, &file);
-  if (result) return result;
-  mend_job job = {&file, out_path};
-  result = np_parallel_run(context, monitor, run_mend, &job);
-  np_volume_file_close(&file);
-  return result;
 }

@@ -5,6 +5,7 @@
 
 #include "core/parallel.h"
 #include "volume/value_tally.h"
+#include "volume/volume_private.h"
 
 /* Values of a kind. */
 typedef struct np_value_count {
@@ -12,14 +13,6 @@ typedef struct np_value_count {
   double first_value;
   np_value_place first;
 } np_value_count;
-
-/* Purposes that grids have by their names and kinds. */
-typedef enum np_grid_role {
-  NP_GRID_DENSITY,  /* "density", in letters of either case, or, where none is so called, any scalar of fog */
-  NP_GRID_FIELD,    /* another scalar, such as a temperature: not negative, and of any background */
-  NP_GRID_VELOCITY, /* a component of one: any number */
-  NP_GRID_OTHER     /* level sets, vectors, points, counts */
-} np_grid_role;
 
 enum { NP_DIAGNOSES_MAX = 6 };
 
@@ -41,6 +34,8 @@ typedef struct np_grid_facts {
   double sum;                             /* of the finite active samples */
   np_value_count kinds[NP_VALUE_KINDS];
   np_value_count beyond_half;        /* finite, and above the largest half */
+  double stray_ratio;                /* size of the box over that of all but a thousandth of its voxels */
+  np_value_place stray;              /* the block farthest from those */
   char *diagnoses[NP_DIAGNOSES_MAX]; /* OpenVDB's own complaints */
   unsigned diagnosis_count;
 } np_grid_facts;
