@@ -48,7 +48,7 @@ static neph_result check_files(cli_session *session, neph_check *check) {
   return result;
 }
 
-/* What was found, and, of a mended copy, its name. */
+/* Prints the findings. */
 static cli_exit report(cli_session *session, neph_check *check) {
   char *text;
   const neph_result result = neph_check_describe(check, cli_text_format(session), &text);

@@ -220,7 +220,7 @@ static void a_mended_copy_is_clean_and_keeps_the_rest(void **state) {
   np_sparse_grid_clear(&heat);
 }
 
-/* What import: repair reads is what the mended copy holds. */
+/* A repaired import has the values of the mended copy. */
 static void repair_and_the_copy_agree(void **state) {
   test_fixture *f = *state;
   np_sparse_grid grid;

@@ -120,9 +120,11 @@ static bool is_mirrored(const facts *f, draft *out) {
 
 /* A few voxels far from all others cost memory, and make its box, by which it is placed. */
 static bool has_stray(const facts *f, draft *out) {
-  static const double ratio_max = 4.0;
+  static const double ratio_max = 4.0, size_min = 200.0; /* voxels */
   const np_value_place *at = &f->stray;
-  if (!is_light(f) || f->stray_ratio < ratio_max) return false;
+  double size = 0.0;
+  for (int a = 0; a < 3; a++) size = fmax(size, (double)f->active_max[a] - f->active_min[a]);
+  if (!is_light(f) || f->stray_ratio < ratio_max || size < size_min) return false;
   np_draft_set_place(out, "voxel (%d, %d, %d), (%.6g, %.6g, %.6g)", at->voxel[0], at->voxel[1], at->voxel[2],
                      at->world_m[0], at->world_m[1], at->world_m[2]);
   return np_draft_set(out, "its box is %.3g times that of all but a thousandth of its voxels, for a few far away",

@@ -25,13 +25,24 @@ void np_draft_set_place(np_finding_draft *draft, const char *format, ...) {
 
 static bool is_same_text(const char *a, const char *b) { return a == b || (a && b && !strcmp(a, b)); }
 
-/* A finding is met again in another frame of a sequence, or word for word. */
+/* Whether a message is another one behind the name of its file. */
+static bool ends_so(const char *message, const char *ending) {
+  const size_t length = strlen(message), tail = strlen(ending);
+  return length > tail && !strcmp(message + length - tail, ending) && message[length - tail - 1] == ' ';
+}
+
+static bool is_same_message(const np_finding *a, const np_finding *b) {
+  return !strcmp(a->rule, "read") && (ends_so(a->cause, b->cause) || ends_so(b->cause, a->cause));
+}
+
+/* A finding is met again in another frame of a sequence, or word for word, or by who opens a file of a scene. */
 static np_finding *search_same(neph_check *check, const np_finding *wanted) {
   for (size_t i = 0; i < check->listed; i++) {
     np_finding *f = &check->findings[i];
     if (strcmp(f->rule, wanted->rule) != 0 || strcmp(f->grid, wanted->grid) != 0) continue;
     if (f->sequence && f->sequence == wanted->sequence && f->file != wanted->file && strcmp(f->rule, "read") != 0)
       return f;
+    if (is_same_message(f, wanted)) return f;
     if (is_same_text(f->file, wanted->file) && !strcmp(f->cause, wanted->cause) && !strcmp(f->place, wanted->place))
       return f;
   }

@@ -41,13 +41,13 @@ static void add_values(np_grid_facts *facts, const np_sparse_grid *grid) {
 
 /* Active voxels of a leaf or a tile. */
 typedef struct block {
-  int32_t origin[3];
+  int32_t origin[3], edge;
   uint64_t count;
 } block;
 
 /* One coordinate of a block, and its voxels. */
 typedef struct step {
-  int32_t at;
+  int64_t at;
   uint64_t count;
 } step;
 
@@ -59,43 +59,54 @@ static int compare_steps(const void *a, const void *b) {
 static void list_blocks(const np_sparse_grid *grid, block *blocks) {
   for (size_t i = 0; i < grid->leaf_count; i++, blocks++) {
     memcpy(blocks->origin, grid->leaves[i].origin, sizeof blocks->origin);
+    blocks->edge = NP_LEAF_EDGE;
     for (int word = 0; word < 8; word++) blocks->count += (uint64_t)__builtin_popcountll(grid->leaves[i].active[word]);
   }
   for (size_t i = 0; i < grid->tile_count; i++, blocks++) {
     memcpy(blocks->origin, grid->tiles[i].origin, sizeof blocks->origin);
+    blocks->edge = grid->tiles[i].edge;
     blocks->count = grid->tiles[i].is_active ? (uint64_t)pow(grid->tiles[i].edge, 3) : 0;
   }
 }
 
-/* Along an axis, the ends of all blocks but those of a thousandth of the voxels at either end. */
-static void get_core(const block *blocks, size_t count, uint64_t all, int axis, step *steps, int32_t out_core[2]) {
-  uint64_t before = 0, behind = 0;
-  for (size_t i = 0; i < count; i++) steps[i] = (step){blocks[i].origin[axis], blocks[i].count};
+/* Ends of the blocks along an axis, low or high, of which those of a thousandth of the voxels are left out. The high
+ * ones are counted downwards. */
+static int64_t get_core_end(const block *blocks, size_t count, uint64_t all, int axis, bool is_high, step *steps) {
+  uint64_t before = 0;
+  size_t i;
+  for (i = 0; i < count; i++) {
+    const int64_t low = blocks[i].origin[axis], high = low + blocks[i].edge;
+    steps[i] = (step){is_high ? -high : low, blocks[i].count};
+  }
   qsort(steps, count, sizeof *steps, compare_steps);
-  size_t first = 0, last = count - 1;
-  while (first < last && (before += steps[first].count) * 1000 <= all) first++;
-  while (last > first && (behind += steps[last].count) * 1000 <= all) last--;
-  out_core[0] = steps[first].at;
-  out_core[1] = steps[last].at;
+  for (i = 0; i + 1 < count && (before += steps[i].count) * 1000 <= all;) i++;
+  return is_high ? -steps[i].at : steps[i].at;
 }
 
-/* Takes the axis along which most of the box is nearly empty. */
-static void measure_axis(const np_sparse_grid *grid, const block *blocks, size_t count, int axis, const int32_t core[2],
-                         np_grid_facts *facts) {
-  const double box = (double)facts->active_max[axis] - facts->active_min[axis] + 1.0;
-  const double ratio = box / ((double)core[1] - core[0] + NP_LEAF_EDGE);
+/* Number of the block farthest from the core. */
+static size_t search_farthest(const block *blocks, size_t count, int axis, const int64_t core[2]) {
   int64_t farthest = 0;
   size_t at = 0;
-  if (ratio <= facts->stray_ratio) return;
-  facts->stray_ratio = ratio;
   for (size_t i = 0; i < count; i++) {
-    const int64_t low = (int64_t)core[0] - blocks[i].origin[axis], high = (int64_t)blocks[i].origin[axis] - core[1];
+    const int64_t low = core[0] - blocks[i].origin[axis], high = blocks[i].origin[axis] + blocks[i].edge - core[1];
     const int64_t distance = low > high ? low : high;
     if (blocks[i].count && distance > farthest) farthest = distance, at = i;
   }
-  np_value_tally_locate(
-      grid, at < grid->leaf_count ? at * NP_LEAF_SIZE : grid->leaf_count * NP_LEAF_SIZE + at - grid->leaf_count,
-      &facts->stray);
+  return at;
+}
+
+/* Takes the axis along which most of the box is nearly empty. */
+static void measure_axis(const np_sparse_grid *grid, const block *blocks, size_t count, int axis, step *steps,
+                         np_grid_facts *facts) {
+  const int64_t core[2] = {get_core_end(blocks, count, facts->active_count, axis, false, steps),
+                           get_core_end(blocks, count, facts->active_count, axis, true, steps)};
+  const double box = (double)facts->active_max[axis] - facts->active_min[axis] + 1.0;
+  const double ratio = box / fmax((double)(core[1] - core[0]), NP_LEAF_EDGE);
+  if (ratio <= facts->stray_ratio) return;
+  const size_t at = search_farthest(blocks, count, axis, core), leaf_count = grid->leaf_count;
+  facts->stray_ratio = ratio;
+  np_value_tally_locate(grid, at < leaf_count ? at * NP_LEAF_SIZE : leaf_count * NP_LEAF_SIZE + at - leaf_count,
+                        &facts->stray);
 }
 
 static neph_result measure_stray(const np_sparse_grid *grid, np_grid_facts *facts) {
@@ -103,11 +114,7 @@ static neph_result measure_stray(const np_sparse_grid *grid, np_grid_facts *fact
   block *blocks = np_alloc(grid->context, count, sizeof *blocks);
   step *steps = blocks ? np_alloc(grid->context, count, sizeof *steps) : NULL;
   if (steps) list_blocks(grid, blocks);
-  for (int axis = 0; steps && axis < 3; axis++) {
-    int32_t core[2];
-    get_core(blocks, count, facts->active_count, axis, steps, core);
-    measure_axis(grid, blocks, count, axis, core, facts);
-  }
+  for (int axis = 0; steps && axis < 3; axis++) measure_axis(grid, blocks, count, axis, steps, facts);
   np_alloc_free(grid->context, steps);
   np_alloc_free(grid->context, blocks);
   return steps ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;

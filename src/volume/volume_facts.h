@@ -28,7 +28,7 @@ typedef struct np_grid_facts {
   uint64_t active_count;
   int32_t active_min[3], active_max[3]; /* index box of the active samples, both ends inside it */
   double world_min[3], world_max[3];    /* the same, in the file's units */
-  /* Of scalars that could be read: */
+  /* Scalars that could be read: */
   bool has_values;
   float background, value_min, value_max; /* the range of the active samples */
   double sum;                             /* of the finite active samples */
