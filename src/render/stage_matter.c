@@ -365,6 +365,12 @@ static neph_result get_anchor(cloud_build *c) {
   return np_reference_frame_get_anchor(&of, &c->anchor, &c->is_anchored);
 }
 
+/* 0 where no ground is known: there is no planet, or its terrain is not built. */
+static double get_ground_radius(const np_stage_part *in) {
+  const bool is_known = in->made->terrain || !np_plan_needs(in->plan, NP_STAGE_TERRAIN);
+  return is_known && in->scene->environment.has_planet ? in->scene->atmosphere.planet_radius_m : 0.0;
+}
+
 static neph_result place_cloud(cloud_build *c) {
   np_assembly *a = c->in->made;
   np_monitor *monitor = c->in->monitor;
@@ -377,7 +383,8 @@ static neph_result place_cloud(cloud_build *c) {
   if (!result && has_emission(c)) result = build_emission(c);
   if (result || c->low.x > c->high.x) return result;
   include_box(&a->clouds_min, &a->clouds_max, c->low, c->high);
-  np_placement_check(a->context, c->cloud, &a->camera, c->low, c->high);
+  const np_placement_view view = {&a->camera, get_ground_radius(c->in), a->terrain};
+  np_placement_check(a->context, c->cloud, &view, c->low, c->high);
   return NEPH_OK;
 }
 

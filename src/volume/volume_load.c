@@ -167,15 +167,10 @@ static neph_result check_kinds(const np_volume_file *file, const np_volume_choic
   return result;
 }
 
-static neph_result check_density(const np_volume_file *file, const np_sparse_grid *grid) {
-  if (grid->background == 0.0f) return NEPH_OK;
-  return np_fail(file->context, NEPH_ERROR_BAD_FILE, "%s: grid '%s' has background %g: a cloud has 0 where it ends",
-                 file->path, grid->name, (double)grid->background);
-}
-
 /* Trailing text of a field may be anything that is a number. */
-static neph_result check_field(const np_volume_file *file, const np_sparse_grid *grid) {
+static neph_result check_field(const np_volume_file *file, np_sparse_grid *grid, neph_import_policy policy) {
   if (isfinite(grid->background)) return NEPH_OK;
+  if (policy == NEPH_IMPORT_REPAIR) return np_volume_import_background(file->context, file->path, grid, policy);
   return np_fail(file->context, NEPH_ERROR_BAD_FILE, "%s: grid '%s' has background %g, must be finite", file->path,
                  grid->name, (double)grid->background);
 }
@@ -203,7 +198,8 @@ static neph_result read_chosen(load_job *job, const np_volume_file *file) {
   if (!result) result = check_kinds(file, &choice);
   if (!result) result = np_volume_file_read_density(file, &choice, &job->grid, &job->tree_bytes);
   if (result) return result;
-  return job->is_field ? check_field(file, &job->grid) : check_density(file, &job->grid);
+  if (job->is_field) return check_field(file, &job->grid, job->desc->policy);
+  return np_volume_import_background(file->context, file->path, &job->grid, job->desc->policy);
 }
 
 /* An empty grid stands for nothing where that is allowed. */

@@ -26,6 +26,14 @@ neph_context *np_volume_get_context(const neph_volume *volume);
 neph_result np_volume_load_density(neph_context *context, const char *path, const neph_volume_load_desc *desc,
                                    neph_volume **out_volume);
 
+/* Purposes that grids have by their names and kinds. */
+typedef enum np_grid_role {
+  NP_GRID_DENSITY,  /* "density", in letters of either case, or, where none is so called, any scalar of fog */
+  NP_GRID_FIELD,    /* another scalar, such as a temperature: not negative, and of any background */
+  NP_GRID_VELOCITY, /* a component of one: any number */
+  NP_GRID_OTHER     /* level sets, vectors, points, counts */
+} np_grid_role;
+
 /* Description of a grid by the file's header. */
 typedef enum np_grid_state { NP_GRID_MISSING, NP_GRID_EMPTY, NP_GRID_FILLED } np_grid_state;
 
