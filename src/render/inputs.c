@@ -47,6 +47,8 @@ static neph_result open_terrain(const neph_scene *scene) {
   const char *image = scene->terrain.albedo_image;
   unsigned size[2];
   neph_result result = row->check ? row->check(scene->context, &source, &scene->terrain.desc, size) : NEPH_OK;
+  if (!result && scene->terrain.mesh_file && !scene->terrain.given)
+    result = np_terrain_check_mesh(scene->context, &scene->terrain.desc);
   return result || !image ? result : np_ground_cover_check_image(scene->context, image);
 }
 
