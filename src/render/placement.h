@@ -6,6 +6,7 @@
 #include "core/parallel.h"
 #include "render/stores.h"
 #include "scene/camera.h"
+#include "terrain/terrain_private.h"
 #include "volume/instance.h"
 
 typedef struct np_placement {
@@ -30,9 +31,16 @@ neph_result np_placement_anchor(const np_scene_cloud *cloud, const neph_volume *
 neph_result np_placement_make(const np_scene_cloud *cloud, const np_anchor *anchor, const neph_volume *volume,
                               np_monitor *monitor, np_placement *out_placement);
 
-/* Warns of a cloud whose world box is wholly outside the camera's view, under 10 m or over 1000 km across. What stands
- * before it does not count. */
-void np_placement_check(neph_context *context, const np_scene_cloud *cloud, const np_camera *camera, np_dvec3 low,
+/* Surroundings by which a cloud's place is judged. */
+typedef struct np_placement_view {
+  const np_camera *camera;
+  double planet_radius_m;      /* 0: no planet, and no ground */
+  const neph_terrain *terrain; /* NULL: the sphere alone */
+} np_placement_view;
+
+/* Warns of a cloud whose world box is wholly outside the camera's view, before its near plane or below the ground,
+ * under 10 m or over 1000 km across. What stands before it does not count. */
+void np_placement_check(neph_context *context, const np_scene_cloud *cloud, const np_placement_view *view, np_dvec3 low,
                         np_dvec3 high);
 
 #endif
