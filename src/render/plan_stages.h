@@ -118,6 +118,7 @@ typedef struct np_plan {
   double bake_voxel_count;  /* in the boxes of the clouds to bake: an upper bound of what is kept */
   double cloud_voxel_count; /* that hold cloud: a guess, by which work is judged */
   double filled_share;      /* of the boxes of clouds that are baked: two fifths, or as measured */
+  double file_cell_count;   /* of light, in the boxes of files, as far as pixels limit them; 0: not measured */
   bool is_fill_measured;
   double light_bytes_max;              /* of multiple scattering while it is solved for */
   bool are_halves;                     /* volumes in memory, whatever their clouds' precision */

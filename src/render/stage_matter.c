@@ -96,6 +96,18 @@ static neph_result add_heights(np_hash *hash, neph_context *context, const np_sc
   return result;
 }
 
+static void add_mesh(np_hash *hash, const np_scene_terrain *terrain) {
+  const neph_mesh_desc *mesh = &terrain->mesh;
+  np_hash_add_file(hash, terrain->mesh_file);
+  NP_HASH_ADD(hash, mesh->up);
+  NP_HASH_ADD(hash, mesh->unit_m);
+  NP_HASH_ADD(hash, mesh->rotation_rad);
+  NP_HASH_ADD(hash, mesh->has_position);
+  NP_HASH_ADD(hash, mesh->position_m);
+  NP_HASH_ADD(hash, mesh->pivot);
+  NP_HASH_ADD(hash, mesh->normals);
+}
+
 static neph_result compute_terrain_key(const np_plan *plan, const neph_scene *scene, char out_key[33]) {
   const np_scene_terrain *terrain = &scene->terrain;
   const neph_ridges_desc ridges = np_plan_get_ridges(plan, scene);
@@ -109,6 +121,7 @@ static neph_result compute_terrain_key(const np_plan *plan, const neph_scene *sc
   NP_HASH_ADD(hash, terrain->desc.height_min_m);
   NP_HASH_ADD(hash, terrain->desc.height_max_m);
   add_cover(hash, &terrain->desc);
+  if (terrain->mesh_file) add_mesh(hash, terrain);
   NP_HASH_ADD(hash, ridges.seed);
   NP_HASH_ADD(hash, ridges.sample_count);
   NP_HASH_ADD(hash, ridges.relief_m);

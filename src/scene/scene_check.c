@@ -213,9 +213,13 @@ static neph_result check_terrain(const neph_scene *scene, np_scene_problems *pro
   const np_scene_terrain *terrain = &scene->terrain;
   const np_node *node = np_node_search(scene->document, "terrain");
   if (terrain->given) return check_given_terrain(scene, node, problems);
+  const np_node *mesh = node ? np_node_search(node, "mesh") : NULL;
+  if (mesh && !terrain->mesh_file)
+    return np_scene_fail_at(problems, mesh, "terrain.mesh has no file, must name one of triangles");
   if (node && node->kind == NP_NODE_MAPPING && terrain->kind == NP_TERRAIN_NONE)
     return np_scene_fail_at(problems, node,
-                            "terrain has no source, must have heightfield, a file, or ridges, parameters");
+                            "terrain has no source, must have heightfield, a file, mesh, a file of triangles, or "
+                            "ridges, parameters");
   if (terrain->desc.height_max_m > terrain->desc.height_min_m) return NEPH_OK;
   return np_scene_fail_at(problems, locate(scene, "terrain", "height_max"),
                           "terrain.height_max is %g m, must be above height_min, %g m", terrain->desc.height_max_m,

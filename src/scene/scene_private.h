@@ -181,6 +181,8 @@ typedef struct np_scene_terrain {
   char *heightfield;   /* file, resolved */
   char *crs;           /* NULL: the file's */
   char *albedo_image;  /* file, resolved; NULL: none */
+  char *mesh_file;     /* file, resolved; NULL: none */
+  neph_mesh_desc mesh;
   neph_terrain_desc desc;
   neph_ridges_desc ridges;
   bool is_held_out; /* the ground, the sphere's too: hides, and does not show */

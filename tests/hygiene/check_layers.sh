@@ -14,7 +14,7 @@ volume: optics
 image:
 mesh:
 cloud: optics noise volume image
-terrain: noise image
+terrain: noise image mesh
 atmosphere: optics image
 world: optics noise volume atmosphere terrain
 transport: optics noise volume atmosphere terrain world
