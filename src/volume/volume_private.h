@@ -26,6 +26,10 @@ neph_context *np_volume_get_context(const neph_volume *volume);
 neph_result np_volume_load_density(neph_context *context, const char *path, const neph_volume_load_desc *desc,
                                    neph_volume **out_volume);
 
+/* The grid that such a volume is made of. The caller clears it, whatever the outcome. */
+neph_result np_volume_load_grid(neph_context *context, const char *path, const neph_volume_load_desc *desc,
+                                np_sparse_grid *out_grid, bool *out_has_content);
+
 /* Description of a grid by the file's header. */
 typedef enum np_grid_state { NP_GRID_MISSING, NP_GRID_EMPTY, NP_GRID_FILLED } np_grid_state;
 
