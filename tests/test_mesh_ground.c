@@ -369,6 +369,12 @@ static void bad_files_are_refused(void **state) {
   assert_one_error(&f->log, "5000 km", "terrain.mesh.position", "terrain.mesh.unit");
   assert_int_equal(try_load(f, bow_tie, NULL), NEPH_ERROR_INVALID_ARGUMENT);
   assert_one_error(&f->log, "terrain.mesh.up to y or z");
+  char *path = f->path;
+  f->path = test_path(f->folder, "ground.off");
+  assert_int_equal(try_load(f, "OFF\n0 0 0\n", &z_up), NEPH_ERROR_UNSUPPORTED);
+  assert_one_error(&f->log, "ground.off", ".glb");
+  free(f->path);
+  f->path = path;
   neph_mesh_desc desc = z_up;
   desc.unit_m = 0.0;
   assert_int_equal(try_load(f, bow_tie, &desc), NEPH_ERROR_INVALID_ARGUMENT);

@@ -197,12 +197,12 @@ static void describe_mesh(const np_assimp_scene *scene, size_t index, np_assimp_
 }
 
 /* Corners of a polygon that are not cut off yet. */
-typedef struct polygon {
+typedef struct open_polygon {
   const struct aiVector3D *positions;
   uint32_t corners[64];
   unsigned count;
   double normal[3]; /* by Newell's sum */
-} polygon;
+} open_polygon;
 
 static void subtract(const struct aiVector3D *a, const struct aiVector3D *b, double out[3]) {
   out[0] = (double)a->x - (double)b->x, out[1] = (double)a->y - (double)b->y, out[2] = (double)a->z - (double)b->z;
@@ -214,12 +214,12 @@ static void add_cross(const double a[3], const double b[3], double out[3]) {
   out[2] += a[0] * b[1] - a[1] * b[0];
 }
 
-static const struct aiVector3D *get_corner(const polygon *p, unsigned corner) {
+static const struct aiVector3D *get_corner(const open_polygon *p, unsigned corner) {
   return &p->positions[p->corners[corner % p->count]];
 }
 
 /* Twice the area of a triangle, negative where it turns against the polygon. */
-static double compute_area(const polygon *p, const struct aiVector3D *a, const struct aiVector3D *b,
+static double compute_area(const open_polygon *p, const struct aiVector3D *a, const struct aiVector3D *b,
                            const struct aiVector3D *c) {
   double u[3], v[3], cross[3] = {0};
   subtract(b, a, u);
@@ -229,7 +229,7 @@ static double compute_area(const polygon *p, const struct aiVector3D *a, const s
 }
 
 /* Whether a corner is convex and its triangle holds no other (Meisters 1975, "Polygons Have Ears"). */
-static int is_ear(const polygon *p, unsigned corner) {
+static int is_ear(const open_polygon *p, unsigned corner) {
   const struct aiVector3D *a = get_corner(p, corner + p->count - 1), *b = get_corner(p, corner),
                           *c = get_corner(p, corner + 1);
   if (!(compute_area(p, a, b, c) > 0.0)) return 0;
@@ -240,8 +240,8 @@ static int is_ear(const polygon *p, unsigned corner) {
   return 1;
 }
 
-static void start_polygon(const struct aiMesh *mesh, const struct aiFace *face, polygon *out) {
-  *out = (polygon){.positions = mesh->mVertices, .count = face->mNumIndices};
+static void start_polygon(const struct aiMesh *mesh, const struct aiFace *face, open_polygon *out) {
+  *out = (open_polygon){.positions = mesh->mVertices, .count = face->mNumIndices};
   memcpy(out->corners, face->mIndices, face->mNumIndices * sizeof *out->corners);
   for (unsigned k = 1; k + 1 < out->count; k++) {
     double u[3], v[3];
@@ -252,7 +252,7 @@ static void start_polygon(const struct aiMesh *mesh, const struct aiFace *face, 
 }
 
 /* Cuts ears off a polygon; a corner that is none, where the polygon is not simple. */
-static uint32_t *cut_polygon(polygon *p, uint32_t *out) {
+static uint32_t *cut_polygon(open_polygon *p, uint32_t *out) {
   while (p->count >= 3) {
     unsigned ear = 0;
     while (ear < p->count && !is_ear(p, ear)) ear++;
@@ -267,7 +267,7 @@ static uint32_t *cut_polygon(polygon *p, uint32_t *out) {
 }
 
 static int can_be_cut(const struct aiMesh *mesh, const struct aiFace *face) {
-  int is_sound = face->mNumIndices > 3 && face->mNumIndices <= sizeof((polygon *)0)->corners / sizeof(uint32_t);
+  int is_sound = face->mNumIndices > 3 && face->mNumIndices <= sizeof((open_polygon *)0)->corners / sizeof(uint32_t);
   for (unsigned k = 0; is_sound && k < face->mNumIndices; k++) is_sound = face->mIndices[k] < mesh->mNumVertices;
   return is_sound;
 }
@@ -277,7 +277,7 @@ static void fill_triangles(const np_assimp_scene *scene, size_t index, uint32_t 
   const struct aiMesh *mesh = get_scene(scene)->mMeshes[index];
   for (unsigned i = 0; i < mesh->mNumFaces; i++) {
     const struct aiFace *face = &mesh->mFaces[i];
-    polygon p;
+    open_polygon p;
     if (can_be_cut(mesh, face)) {
       start_polygon(mesh, face, &p);
       out = cut_polygon(&p, out);
