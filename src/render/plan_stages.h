@@ -79,6 +79,14 @@ typedef struct np_plan_reference {
   double number;     /* infinite: all files of the sequence */
 } np_plan_reference;
 
+/* States of light that is being solved for, kept with the picture's checkpoint. */
+typedef struct np_light_checkpoints {
+  const char *path; /* of the checkpoint; NULL: none are kept */
+  double interval_s;
+  bool is_resumed;
+  unsigned block_end; /* 0: light of the frame itself; 1, 2: of the first and the last of the block that it is in */
+} np_light_checkpoints;
+
 /* Frames between which the light in clouds is interpolated (light_anchors.h). */
 typedef struct np_light_span {
   int frames[2]; /* equal: none, the light is that of the frame itself */
@@ -129,6 +137,7 @@ typedef struct np_plan {
   double constant_s;                   /* predicted for all stages without those factors: the same on every machine */
   double constant_common_s;            /* of that, what parts of a picture have in common: all but its samples */
   np_light_span light_span;
+  np_light_checkpoints light_checkpoints;
   double light_error;      /* expected of the largest cells of multiple scattering; 0: it is not solved */
   double light_cell_count; /* in the box of clouds that are baked, where multiple scattering is solved for; else 0 */
 } np_plan;

@@ -184,7 +184,7 @@ static neph_result load_terrain(const np_stage_part *in, np_cache_entry *entry) 
   return np_terrain_load_from_cache(in->made->context, entry, &desc, &in->made->terrain);
 }
 
-static const np_stage_disk terrain_disk = {"terrain", false, add_heights_key, save_terrain, load_terrain};
+static const np_stage_disk terrain_disk = {"terrain", false, add_heights_key, save_terrain, load_terrain, NULL};
 
 static void destroy_terrain(void *terrain) { neph_terrain_release(terrain); }
 
@@ -300,7 +300,7 @@ static neph_result load_volume(const np_stage_part *in, np_cache_entry *entry) {
   return np_volume_load_from_cache(in->made->context, entry, &in->made->clouds[in->cloud].volume);
 }
 
-static const np_stage_disk volumes_disk = {"bake", false, add_volumes_key, save_volume, load_volume};
+static const np_stage_disk volumes_disk = {"bake", false, add_volumes_key, save_volume, load_volume, NULL};
 
 static void destroy_volume(void *volume) { neph_volume_release(volume); }
 
