@@ -5,8 +5,7 @@
 
 #include "volume/volume_private.h"
 
-/* Largest edge of a voxel, in the unit of the map's range. */
-static double largest_voxel_edge(const np_affine *map) {
+double np_placement_get_voxel_edge(const np_affine *map) {
   double largest = 0.0;
   for (int axis = 0; axis < 3; axis++) {
     const np_dvec3 edge = np_dvec3_make(map->m[0][axis], map->m[1][axis], map->m[2][axis]);
@@ -27,8 +26,7 @@ static np_affine make_rotation(int axis, double angle_rad) {
   return out;
 }
 
-/* Upright, scaled, tilted about x and y, turned about the vertical. */
-static np_affine make_turn(const np_scene_cloud *cloud, double scale) {
+np_affine np_placement_make_turn(const np_scene_cloud *cloud, double scale) {
   const double *s = cloud->scale;
   const np_affine y_to_z = {{{1, 0, 0, 0}, {0, 0, -1, 0}, {0, 1, 0, 0}}};
   np_affine turn = {{{s[0] * scale, 0, 0, 0}, {0, s[1] * scale, 0, 0}, {0, 0, s[2] * scale, 0}}};
@@ -59,24 +57,31 @@ static bool is_pivot_of_box(const np_scene_cloud *cloud) {
   return cloud->pivot == NP_PIVOT_BASE || cloud->pivot == NP_PIVOT_CENTER;
 }
 
-static np_dvec3 get_pivot(const np_scene_cloud *cloud, const np_affine *file_to_world, const neph_volume *volume) {
+static np_dvec3 get_pivot(const np_scene_cloud *cloud, const np_affine *file_to_world, np_dvec3 low, np_dvec3 high) {
   const double *point = cloud->pivot_point;
   if (cloud->pivot == NP_PIVOT_ORIGIN) return np_affine_point(file_to_world, np_dvec3_make(0, 0, 0));
   if (cloud->pivot == NP_PIVOT_POINT)
     return np_affine_point(file_to_world, np_dvec3_make(point[0], point[1], point[2]));
-  const np_affine index_to_world = np_affine_compose(file_to_world, &volume->index_to_world);
-  np_dvec3 low, high;
-  np_placement_compute_bounds(&index_to_world, volume, &low, &high);
   const double z = cloud->pivot == NP_PIVOT_BASE ? low.z : 0.5 * (low.z + high.z);
   return np_dvec3_make(0.5 * (low.x + high.x), 0.5 * (low.y + high.y), z);
 }
 
-/* Moves the pivot to its place. */
-static void move_to(const np_scene_cloud *cloud, const neph_volume *volume, np_affine *file_to_world) {
-  const np_dvec3 pivot = get_pivot(cloud, file_to_world, volume);
+void np_placement_move_box(const np_scene_cloud *cloud, np_dvec3 low, np_dvec3 high, np_affine *file_to_world) {
+  if (!cloud->has_position) return;
+  const np_dvec3 pivot = get_pivot(cloud, file_to_world, low, high);
   file_to_world->m[0][3] += cloud->position_m[0] - pivot.x;
   file_to_world->m[1][3] += cloud->position_m[1] - pivot.y;
   file_to_world->m[2][3] += cloud->position_m[2] - pivot.z;
+}
+
+/* Moves the pivot to its place. */
+static void move_to(const np_scene_cloud *cloud, const neph_volume *volume, np_affine *file_to_world) {
+  np_dvec3 low = {0, 0, 0}, high = {0, 0, 0};
+  if (is_pivot_of_box(cloud)) {
+    const np_affine index_to_world = np_affine_compose(file_to_world, &volume->index_to_world);
+    np_placement_compute_bounds(&index_to_world, volume, &low, &high);
+  }
+  np_placement_move_box(cloud, low, high, file_to_world);
 }
 
 static void log_extinction(const np_scene_cloud *cloud, const neph_volume *volume, double extinction, double column) {
@@ -124,8 +129,8 @@ bool np_placement_needs_reference(const np_scene_cloud *cloud) {
 neph_result np_placement_anchor(const np_scene_cloud *cloud, const neph_volume *reference, np_monitor *monitor,
                                 np_anchor *out_anchor) {
   double scale = 1.0;
-  if (cloud->voxel_m > 0.0) scale *= cloud->voxel_m / largest_voxel_edge(&reference->index_to_world);
-  *out_anchor = (np_anchor){.file_to_world = make_turn(cloud, scale)};
+  if (cloud->voxel_m > 0.0) scale *= cloud->voxel_m / np_placement_get_voxel_edge(&reference->index_to_world);
+  *out_anchor = (np_anchor){.file_to_world = np_placement_make_turn(cloud, scale)};
   np_affine *file_to_world = &out_anchor->file_to_world;
   if (cloud->has_position) move_to(cloud, reference, file_to_world);
   if (cloud->density_unit != NP_DENSITY_OPTICAL_DEPTH) return NEPH_OK;

@@ -19,6 +19,15 @@ typedef struct np_placement {
 void np_placement_compute_bounds(const np_affine *index_to_world, const neph_volume *volume, np_dvec3 *out_min,
                                  np_dvec3 *out_max);
 
+/* Largest edge of a voxel, in the unit of the map's range. */
+double np_placement_get_voxel_edge(const np_affine *map);
+
+/* Upright, scaled, tilted about x and y, turned about the vertical. */
+np_affine np_placement_make_turn(const np_scene_cloud *cloud, double scale);
+
+/* Moves a cloud's pivot to its position, where it has one; `low` and `high` are the box that the files fill. */
+void np_placement_move_box(const np_scene_cloud *cloud, np_dvec3 low, np_dvec3 high, np_affine *file_to_world);
+
 /* Whether a cloud's voxel, position or optical_depth go by what a volume holds. */
 bool np_placement_needs_reference(const np_scene_cloud *cloud);
 

@@ -76,7 +76,7 @@ typedef struct np_stage_times {
 typedef struct np_plan_reference {
   const char *cloud; /* borrowed from the scene */
   bool is_known;     /* else none that holds anything was asked for yet */
-  double number;
+  double number;     /* infinite: all files of the sequence */
 } np_plan_reference;
 
 /* States of light that is being solved for, kept with the picture's checkpoint. */

@@ -9,7 +9,7 @@ END
 cat >good.yaml <<'END'
 camera: {position: [0 m, -300 m, 40 m], look_at: [0, 0, 40 m], resolution: [16, 9]}
 clouds:
-  - {name: small, vdb: data/vdb/zipmask_half.vdb, extinction: 0.1 1/m, position: [0, 0, 10 m], voxel: 0.1 m}
+  - {name: small, vdb: data/vdb/zipmask_half.vdb, extinction: 0.1 1/m, position: [0, 0, 10 m], voxel: 0.05 m}
   - {name: deep, vdb: data/vdb/zipmask_half.vdb, extinction: 0.1 1/m, position: [0, 0, -900 m]}
   - {name: gone, vdb: gone.vdb, extinction: 0.1 1/m}
 END
