@@ -132,5 +132,7 @@ cli_exit render_job_check_targets(render_job *job) {
 void render_job_choose_exposure(render_job *job, bool is_part) {
   neph_preview_desc *preview = &job->output.preview_desc;
   const bool is_of_sequence = job->output.preview && neph_frame_is_numbered(job->output.preview);
-  if ((is_part || is_of_sequence) && preview->exposure == NEPH_EXPOSURE_AUTO) preview->exposure = NEPH_EXPOSURE_METER;
+  const bool is_of_pair = neph_scene_is_stereo(job->scene) || job->desc.eye != NEPH_EYE_CENTRE;
+  if ((is_part || is_of_sequence || is_of_pair) && preview->exposure == NEPH_EXPOSURE_AUTO)
+    preview->exposure = NEPH_EXPOSURE_METER;
 }

@@ -72,6 +72,7 @@ static const char document[] =
 typedef struct file_kind {
   const char *interpolation;
   bool is_binary, has_second; /* a .glb; with the camera that stands still */
+  const char *buffer;         /* URI of a file for the keys, which the test writes; NULL: they are in this one */
 } file_kind;
 
 static void write_number(FILE *file, size_t number) {
@@ -98,10 +99,13 @@ static void write_shot(const char *path, file_kind kind) {
   const size_t turns = pack(keys.rotation, sizeof *keys.rotation, has_tangents, buffer + turns_at);
   const size_t all = turns_at + turns;
   encode_base64(buffer, all, base64);
+  const char *start = kind.buffer ? ",\"uri\":\"" : ",\"uri\":\"data:application/octet-stream;base64,";
   const int values = has_tangents ? 3 * KEYS : KEYS;
   (void)snprintf(text, sizeof text, document, kind.has_second ? ",2" : "", kind.interpolation, kind.interpolation,
-                 values, values, moves, turns_at, turns, all,
-                 kind.is_binary ? "" : ",\"uri\":\"data:application/octet-stream;base64,", kind.is_binary ? "" : base64,
+                 values, values, moves, turns_at, turns, all, kind.is_binary ? "" : start,
+                 kind.is_binary ? ""
+                 : kind.buffer  ? kind.buffer
+                                : base64,
                  kind.is_binary ? "" : "\"");
   FILE *file = fopen(path, "wb");
   assert_non_null(file);
@@ -228,10 +232,48 @@ static void a_scene_looks_through_it(void **state) {
   neph_scene_destroy(scene);
 }
 
+static void compute_hash(test_fixture *f, char out[NEPH_HASH_SIZE]) {
+  char text[512];
+  neph_scene *scene;
+  (void)snprintf(text, sizeof text, "{frame_rate: 2, camera: {resolution: [20, 10], motion: {file: \"%s\"}}}", f->path);
+  assert_int_equal(neph_scene_load_text(f->context, text, "/scene.yaml", &scene), NEPH_OK);
+  assert_int_equal(neph_render_compute_hash(scene, NULL, out), NEPH_OK);
+  neph_scene_destroy(scene);
+}
+
+/* Keys that stand in a file beside it, whose name is written as a URI. */
+static void a_picture_follows_from_buffers_beside_it(void **state) {
+  test_fixture *f = get(state);
+  char first[NEPH_HASH_SIZE], second[NEPH_HASH_SIZE], again[NEPH_HASH_SIZE];
+  static const char *const names[][2] = {{"shot.bin", "shot.bin"}, {"a%20shot.bin", "a shot.bin"}};
+  for (int i = 0; i < 2; i++) {
+    unsigned char buffer[300] = {0};
+    char *path = test_path(f->folder, names[i][1]);
+    const shot_keys keys = make_keys();
+    size_t size = pack(keys.seconds, sizeof(float), false, buffer);
+    size += pack(keys.position, sizeof *keys.position, false, buffer + size);
+    size += pack(keys.rotation, sizeof *keys.rotation, false, buffer + size);
+    write_shot(f->path, (file_kind){.interpolation = "LINEAR", .buffer = names[i][0]});
+    char *plain = test_path(f->folder, names[i][0]); /* readers that do not decode */
+    test_file_write(plain, buffer, size);
+    test_file_write(path, buffer, size);
+    compute_hash(f, first);
+    compute_hash(f, again);
+    assert_string_equal(first, again);
+    buffer[size - 1] ^= 1;
+    test_file_write(path, buffer, size);
+    compute_hash(f, second);
+    assert_string_not_equal(first, second);
+    free(path);
+    free(plain);
+  }
+}
+
 #define FILE_TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down_file)
 
 int main(void) {
   const struct CMUnitTest tests[] = {FILE_TEST(poses_are_those_of_whole_frames), FILE_TEST(one_of_several_has_a_name),
-                                     FILE_TEST(what_is_no_gltf_is_refused), FILE_TEST(a_scene_looks_through_it)};
+                                     FILE_TEST(what_is_no_gltf_is_refused), FILE_TEST(a_scene_looks_through_it),
+                                     FILE_TEST(a_picture_follows_from_buffers_beside_it)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

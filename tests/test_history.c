@@ -354,6 +354,22 @@ static void pictures_that_cannot_be_filled_in_are_refused(void **state) {
   neph_scene_destroy(scene);
 }
 
+/* A frame that is rendered alone takes the time of those before it as well. */
+static void a_frame_alone_is_predicted_with_its_run_up(void **state) {
+  fixture *f = *state;
+  neph_scene *scene = load(f, constant);
+  neph_render_desc desc = NEPH_RENDER_DESC_DEFAULT;
+  double seconds[2], next = 0.0;
+  assert_int_equal(neph_scene_get_render_desc(scene, &desc), NEPH_OK);
+  for (int i = 0; i < 2; i++) {
+    desc.frame = i == 0 ? 3 : 9;
+    assert_int_equal(neph_render_estimate_time(scene, &desc, &seconds[i], &next), NEPH_OK);
+  }
+  assert_true(next > 0.0);
+  assert_near(seconds[1] - seconds[0], 6.0 * next, 1e-9 * seconds[1]); /* rounding alone */
+  neph_scene_destroy(scene);
+}
+
 static neph_result attempt(neph_context *context, void *user) {
   neph_scene *scene = NULL;
   neph_image *image = NULL;
@@ -383,6 +399,7 @@ int main(void) {
       cmocka_unit_test_setup_teardown(a_still_picture_converges, set_up, tear_down),
       cmocka_unit_test_setup_teardown(a_cut_takes_nothing_from_before, set_up, tear_down),
       cmocka_unit_test_setup_teardown(a_frame_alone_is_that_of_the_sequence, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(a_frame_alone_is_predicted_with_its_run_up, set_up, tear_down),
       cmocka_unit_test_setup_teardown(frames_before_are_rendered_once, set_up, tear_down),
       cmocka_unit_test_setup_teardown(pictures_that_cannot_be_filled_in_are_refused, set_up, tear_down),
       cmocka_unit_test(a_failed_allocation_leaves_nothing_behind),

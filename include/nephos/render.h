@@ -228,7 +228,8 @@ NEPH_API neph_result neph_render_estimate_memory(neph_scene *scene, const neph_r
  * factor of two or three.
  *
  * @param desc              NULL: the scene's own settings.
- * @param out_seconds       of the picture by itself; unchanged on failure.
+ * @param out_seconds       of the picture by itself, with the frames that one with history is rendered from; unchanged
+ *                          on failure.
  * @param out_next_seconds  of the next frame in the same process, which takes over what the scene keeps; NULL is
  *                          allowed.
  */

@@ -80,6 +80,12 @@ neph_result neph_render_compute_hash(neph_scene *scene, const neph_render_desc *
   return result ? result : np_scene_hash_compute(scene, &plan, out_hash);
 }
 
+/* Frames that a frame with history is rendered from, where none was rendered before. */
+static double count_run_up(const neph_scene *scene, const np_plan *plan) {
+  const int frame = plan->desc.frame;
+  return np_plan_needs(plan, NP_STAGE_HISTORY) ? (double)frame - np_scene_get_history_first(scene, frame) : 0.0;
+}
+
 neph_result neph_render_estimate_time(neph_scene *scene, const neph_render_desc *desc, double *out_seconds,
                                       double *out_next_seconds) {
   np_plan plan;
@@ -90,7 +96,7 @@ neph_result neph_render_estimate_time(neph_scene *scene, const neph_render_desc 
   double next_s = 0.0;
   for (int i = 0; i < NP_STAGE_COUNT; i++)
     if (is_moving || !np_stage_get_row((np_stage)i)->reuse) next_s += plan.stages[i].cost.seconds;
-  *out_seconds = np_stages_count_cost(&plan).seconds;
+  *out_seconds = np_stages_count_cost(&plan).seconds + count_run_up(scene, &plan) * next_s;
   if (out_next_seconds) *out_next_seconds = next_s;
   return NEPH_OK;
 }

@@ -1,13 +1,16 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "render/scene_hash.h"
 
+#include <ctype.h>
 #include <stdio.h>
 #include <string.h>
+#include <strings.h>
 
 #include "core/alloc.h"
 #include "core/file.h"
 #include "core/frame_name.h"
 #include "core/hash.h"
+#include "core/json.h"
 #include "core/path_map.h"
 #include "scene/animation.h"
 #include "scene/cloud_file.h"
@@ -47,11 +50,60 @@ static void add_path(hash_writer *w, char *path) {
   np_alloc_free(w->scene->context, path);
 }
 
+/* Replaces %20 and the like by what they stand for; false: there is none. */
+static bool decode_uri(char *uri) {
+  char *to = uri;
+  bool has_any = false;
+  for (const char *from = uri; *from; to++) {
+    unsigned code;
+    const bool is_code = *from == '%' && isxdigit((unsigned char)from[1]) && isxdigit((unsigned char)from[2]) &&
+                         sscanf(from + 1, "%2x", &code) == 1;
+    *to = is_code ? (char)code : *from;
+    has_any = has_any || is_code;
+    from += is_code ? 3 : 1;
+  }
+  *to = '\0';
+  return has_any;
+}
+
+/* A buffer beside a .gltf file, by its name as it stands there, and as a URI: readers differ. */
+static void add_buffer(hash_writer *w, const char *gltf, const char *uri) {
+  neph_context *context = w->scene->context;
+  char *name = np_alloc_text(context, uri);
+  if (!strncmp(uri, "data:", 5) || !name) {
+    if (!name) w->result = NEPH_ERROR_OUT_OF_MEMORY;
+    np_alloc_free(context, name);
+    return;
+  }
+  add_path(w, np_file_resolve(context, gltf, name));
+  if (decode_uri(name)) add_path(w, np_file_resolve(context, gltf, name));
+  np_alloc_free(context, name);
+}
+
+/* Keys and vertices of a .gltf file may stand in others. One that cannot be read has none: the render says so. */
+static void add_buffers(hash_writer *w, const char *path) {
+  const char *dot = strrchr(path, '.');
+  void *text = NULL;
+  size_t size;
+  if (!dot || strcasecmp(dot, ".gltf") != 0 || w->result || !np_file_exists(path)) return;
+  w->result = np_file_read(w->scene->context, path, &text, &size);
+  np_json_value *json = text ? np_json_read(text) : NULL;
+  const np_json_value *buffer = json ? np_json_get_element(json, "buffers", 0) : NULL;
+  for (size_t i = 1; buffer && !w->result; buffer = np_json_get_element(json, "buffers", i++)) {
+    const char *uri = np_json_get_text(buffer, "uri");
+    if (uri) add_buffer(w, path, uri);
+  }
+  np_json_value_destroy(json);
+  np_alloc_free(w->scene->context, text);
+}
+
 /* A file that is missing has no contents: the render says so. */
 static void add_file(hash_writer *w, const char *text) {
   neph_context *context = w->scene->context;
   char *path = np_path_map_resolve(context, w->scene->file, text);
-  add_path(w, path ? np_frame_name_make(context, path, w->frame) : NULL);
+  char *named = path ? np_frame_name_make(context, path, w->frame) : NULL;
+  if (named) add_buffers(w, named);
+  add_path(w, named);
   np_alloc_free(context, path);
 }
 
