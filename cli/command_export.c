@@ -163,6 +163,6 @@ const cli_verb cli_verb_export = {
                 {"--half", "write values as halves, scaled by a power of two, which is printed"},
                 {"--dry-run"},
                 {"--progress"}},
-    .examples = {{"nephos export scene.yaml -o hero.vdb --usd hero.usda", "export the only cloud of a scene"},
+    .examples = {{"nephos export clouds.yaml -o hero.vdb --usd hero.usda", "export the only cloud of a scene"},
                  {"nephos export clouds.yaml -o . --half", "export into a folder, in halves"}},
 };
