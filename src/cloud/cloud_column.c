@@ -11,7 +11,7 @@
  */
 #include <math.h>
 
-#include "cloud/cloud_private.h"
+#include "cloud/thermals.h"
 #include "core/math.h"
 
 /* Anvils: strongest about this height; above it a wedge, below it a flare that ends here where the column is 1, all of
@@ -128,6 +128,18 @@ np_cloud_column np_cloud_column_compute(const np_cloud_model *model, float x_m, 
   return c;
 }
 
+enum { TOP_STEPS = 12 };
+
+/* Found by halving, for the profile never falls. */
+float np_cloud_column_compute_top(const np_cloud_model *model, const np_cloud_column *column) {
+  float low = 0.0f, high = 1.0f;
+  for (int step = 0; step < TOP_STEPS; step++) {
+    const float middle = 0.5f * (low + high);
+    *(eval_tower(model, middle, column->type) < column->strength ? &low : &high) = middle;
+  }
+  return 0.5f * (low + high);
+}
+
 /* Share of the noise's amplitude over a column: less towards the outline, or crumbs would fly around every cloud. */
 static float compute_relief(float strength) { return 0.55f + 0.45f * np_smoothstepf(strength * 3.5f); }
 
@@ -226,6 +238,7 @@ bool np_cloud_model_is_empty(const np_cloud_model *model, const np_cloud_box *bo
   const float top_m = (float)model->desc.thickness_m;
   if (model->is_empty) return true;
   if (!is_dry(model, box)) return false;
+  if (np_cloud_model_has_thermals(model)) return np_thermals_is_empty(model, box);
   if (box->max_m[2] <= 0.0f || box->min_m[2] >= top_m) return true;
   const float low_m = fmaxf(box->min_m[2], 0.0f), high_m = fminf(box->max_m[2], top_m);
   const columns c = compute_columns(model, box, low_m, high_m);

@@ -19,7 +19,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "cloud/cloud_private.h"
+#include "cloud/thermals.h"
 #include "core/math.h"
 
 static const float wisp_height = 0.18f;       /* of the thickness, over which wisps give way to billows */
@@ -216,6 +216,10 @@ void np_cloud_model_eval(const np_cloud_model *model, const np_cloud_points *poi
   memset(out_extinction_per_m, 0, points->count * sizeof *out_extinction_per_m);
   if (model->is_empty) return;
   if (model->rain_depth_m > 0.0f) add_rain(model, points, out_extinction_per_m);
+  if (np_cloud_model_has_thermals(model)) {
+    np_thermals_eval(model, points, out_extinction_per_m);
+    return;
+  }
   start_work(model, points, &w);
   if (w.count == 0) return;
   if (is_slab(model)) {

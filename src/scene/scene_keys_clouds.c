@@ -17,8 +17,11 @@ static const np_choice missing[] = {{"empty", NP_MISSING_EMPTY},
                                     {NULL, 0}};
 static const np_choice precisions[] = {{"half", NEPH_PRECISION_HALF}, {"float", NEPH_PRECISION_FLOAT}, {NULL, 0}};
 static const np_choice phases[] = {{"rayleigh", NP_PHASE_RAYLEIGH}, {"isotropic", NP_PHASE_ISOTROPIC}, {NULL, 0}};
-static const np_choice models[] = {
-    {"cells", NEPH_CLOUD_MODEL_CELLS}, {"slab", NEPH_CLOUD_MODEL_SLAB}, {"hero", NEPH_CLOUD_MODEL_HERO}, {NULL, 0}};
+static const np_choice models[] = {{"cells", NEPH_CLOUD_MODEL_CELLS},
+                                   {"slab", NEPH_CLOUD_MODEL_SLAB},
+                                   {"hero", NEPH_CLOUD_MODEL_HERO},
+                                   {"thermals", NEPH_CLOUD_MODEL_THERMALS},
+                                   {NULL, 0}};
 
 /* clang-format off */
 static const np_key keys[] = {
@@ -204,6 +207,8 @@ static const np_key keys[] = {
      .fallback = "1", .meaning = "factor on a slab's pattern along the wind, or along x in calm"},
     {.path = "clouds[].bake.anvil", .type = NP_KEY_REAL, .field = CLOUD(bake.anvil), .range = WITHIN(0, 1),
      .fallback = "0", .meaning = "spread of the tops of the largest cells"},
+    {.path = "clouds[].bake.age", .type = NP_KEY_REAL, .field = CLOUD(bake.age), .range = WITHIN(0, 1),
+     .fallback = "0.5", .meaning = "age of thermals: 0 fresh and crisp, 1 frayed and dissolving"},
     {.path = "clouds[].bake.precipitation", .type = NP_KEY_REAL, .field = CLOUD(bake.precipitation),
      .range = WITHIN(0, 1), .fallback = "0", .meaning = "rain below the base: 1 reaches sea level, less evaporates"},
     {.path = "clouds[].bake.profile", .type = NP_KEY_REAL, .field = CLOUD(bake.profile),
