@@ -19,15 +19,15 @@ static const float first_spacing = 0.71f, spacing_ratio = 0.5f;  /* of the latti
 static const float search_depth = 0.55f;                         /* from the surface, in spacings */
 static const float thermal_blend = 0.13f, billow_blend = 0.035f; /* in largest billows, and in spacings */
 
-static float compute_spacing_m(const neph_cloud_desc *desc, unsigned level) {
-  float spacing_m = first_spacing * (float)desc->billow_m;
+static float compute_spacing_m(const np_cloud_model *model, unsigned level) {
+  float spacing_m = first_spacing * model->thermals.billow_m;
   for (unsigned l = 1; l < level; l++) spacing_m *= spacing_ratio;
   return spacing_m;
 }
 
-unsigned np_thermals_count_levels(const neph_cloud_desc *desc) {
+unsigned np_thermals_count_levels(const np_cloud_model *model) {
   unsigned count = 1;
-  while (count < NP_BALL_LEVELS && compute_spacing_m(desc, count) >= 2.0f * (float)desc->voxel_m) count++;
+  while (count < NP_BALL_LEVELS && compute_spacing_m(model, count) >= 2.0f * (float)model->desc.voxel_m) count++;
   return count;
 }
 
@@ -157,9 +157,9 @@ static neph_result add_row(const void *user, size_t row, np_ball_list *list) {
 
 static neph_result add_billows(np_cloud_model *model, np_monitor *monitor, unsigned level) {
   const neph_cloud_desc *desc = &model->desc;
-  const float spacing_m = compute_spacing_m(desc, level), block_m = EDGE * spacing_m;
+  const float spacing_m = compute_spacing_m(model, level), block_m = EDGE * spacing_m;
   billow_rows rows = {.model = model, .level = level, .spacing_m = spacing_m};
-  rows.rise_m = model->turnover * (float)desc->billow_m;
+  rows.rise_m = model->turnover * model->thermals.billow_m;
   const float low_m[3] = {-0.5f * (float)desc->extent_m[0] - model->drift_m[0],
                           -0.5f * (float)desc->extent_m[1] - model->drift_m[1], -spacing_m - rows.rise_m};
   const float size_m[3] = {(float)desc->extent_m[0], (float)desc->extent_m[1], (float)desc->thickness_m + spacing_m};
@@ -172,7 +172,7 @@ static neph_result add_billows(np_cloud_model *model, np_monitor *monitor, unsig
 }
 
 neph_result np_thermals_build(np_cloud_model *model, np_monitor *monitor, unsigned level_count) {
-  const float billow_m = (float)model->desc.billow_m;
+  const float billow_m = model->thermals.billow_m;
   np_ball_heap_cut(&model->balls, 0);
   if (model->is_empty) return NEPH_OK;
   neph_result result = np_thermals_add_stacks(model, monitor, thermal_blend * billow_m, 0.5f * billow_m);

@@ -48,10 +48,12 @@ static const real_field fields[] = {
     FIELD(lifetime_s, "lifetime", " s", 1, 0, 1e9, ABOVE_LOW),
     FIELD(map_size_m, "map.size", " m", 2, 0, 1e7, ABOVE_LOW),
     FIELD(age, "age", "", 1, 0, 1, INCLUSIVE),
+    FIELD(wind_speed_m_s, "wind_speed", " m/s", NEPH_CLOUD_PROFILE_POINTS, 0, 200, INCLUSIVE),
+    FIELD(wind_direction_rad, "wind_direction", " rad", NEPH_CLOUD_PROFILE_POINTS, -7, 7, INCLUSIVE),
 };
 
 /* Files may lack the fields from `age` on, which then have their defaults. */
-enum { FIELD_COUNT = sizeof fields / sizeof *fields, FIELD_AGE = FIELD_COUNT - 1 };
+enum { FIELD_COUNT = sizeof fields / sizeof *fields, FIELD_AGE = FIELD_COUNT - 3 };
 
 static const double *get_values(const neph_cloud_desc *desc, const real_field *field) {
   return (const double *)(const void *)((const char *)desc + field->offset);
@@ -159,6 +161,7 @@ neph_result np_cloud_desc_to_json(neph_context *context, const neph_cloud_desc *
   np_json_put_integer(json, "sublayers", desc->sublayers);
   np_json_put_bool(json, "has_profile", desc->has_profile);
   np_json_put_bool(json, "has_map_size", desc->has_map_size);
+  np_json_put_bool(json, "has_winds", desc->has_winds);
   np_json_put_bool(json, "is_map_tiling", desc->is_map_tiling);
   neph_result result = put_map(context, json, desc);
   if (result) {
@@ -198,6 +201,7 @@ static bool read_values(const np_json_value *json, neph_cloud_desc *desc, neph_b
     double *values = (double *)(void *)((char *)desc + fields[i].offset);
     if (!np_json_get_reals(json, fields[i].name, values, (size_t)fields[i].count) && i < FIELD_AGE) return false;
   }
+  (void)np_json_get_bool(json, "has_winds", &desc->has_winds);
   return np_json_get_bool(json, "has_profile", &desc->has_profile) &&
          np_json_get_bool(json, "has_map_size", &desc->has_map_size) &&
          np_json_get_bool(json, "is_map_tiling", &desc->is_map_tiling) &&

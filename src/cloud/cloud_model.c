@@ -186,7 +186,7 @@ static neph_result search_shadow(np_monitor *monitor, np_cloud_model *model, dou
  * stands on them makes of it corrects the shadow that is wanted. */
 static neph_result search_thermals(neph_context *context, np_monitor *monitor, np_cloud_model *model) {
   enum { CORRECTIONS = 3, CENSUS_LEVELS = 3 };
-  const unsigned levels = np_thermals_count_levels(&model->desc);
+  const unsigned levels = np_thermals_count_levels(model);
   double wanted = model->map.coverage;
   if (model->is_empty) return NEPH_OK;
   neph_result result = search_shadow(monitor, model, wanted);
@@ -244,13 +244,14 @@ neph_result np_cloud_model_build(neph_context *context, const neph_cloud_desc *d
   model.lives_per_s = 1.0 / desc->lifetime_s;
   np_weather_picture picture;
   np_cloud_desc_compute_heading(desc, model.heading);
+  np_cloud_wind_set(&model);
   choose_noises(&model);
   neph_result result = np_weather_picture_load(context, desc, &picture);
   if (!result) result = build_maps(context, &picture, monitor, &model);
   np_weather_picture_clear(&picture);
   set_time(&model);
   if (!result && np_cloud_model_has_thermals(&model))
-    result = np_thermals_build(&model, monitor, np_thermals_count_levels(desc));
+    result = np_thermals_build(&model, monitor, np_thermals_count_levels(&model));
   if (result) {
     np_cloud_model_clear(&model);
     return result;

@@ -165,10 +165,20 @@ typedef struct np_cloud_octave {
   float gain_max, loss_max; /* the most that this octave and all finer ones add to depth, and take from it */
 } np_cloud_octave;
 
+/* ---- Wind by height: cloud_wind.c ---- */
+
+/* By axis: metres that the wind of each height of the profile carries air off while it rises through a layer, and those
+ * that it has been carried off there. */
+typedef struct np_cloud_wind {
+  float gain_m[NEPH_CLOUD_PROFILE_POINTS][2], at_m[NEPH_CLOUD_PROFILE_POINTS][2], gain_max_m[2];
+  bool has_shift; /* else columns are upright */
+} np_cloud_wind;
+
 enum { NP_THERMAL_WARPS = 3 };
 
 /* Noises on thermals, in metres. */
 typedef struct np_thermal_noises {
+  float billow_m; /* of the largest billows: the description's, or less in a small field */
   np_noise_lattice warp[NP_THERMAL_WARPS], floor, wisps;
   float warp_size_m[NP_THERMAL_WARPS], warp_m[NP_THERMAL_WARPS]; /* root mean square of each component */
   float warp_max_m;                                              /* of all, a length */
@@ -199,6 +209,7 @@ typedef struct np_cloud_model {
   double lives_per_s;
   np_ball_heap balls; /* of thermals and their billows; none in other models */
   np_thermal_noises thermals;
+  np_cloud_wind wind;
   bool is_empty; /* coverage 0 */
 } np_cloud_model;
 
@@ -207,6 +218,16 @@ typedef struct np_cloud_model {
 neph_result np_cloud_model_build(neph_context *context, const neph_cloud_desc *desc, np_monitor *monitor,
                                  np_cloud_model *out_model);
 void np_cloud_model_clear(np_cloud_model *model); /* a zeroed model is allowed */
+
+/* From the description. */
+void np_cloud_wind_set(np_cloud_model *model);
+
+/* Displacement of the air at a height by the profile of the wind alone, and by the skew too. */
+void np_cloud_wind_carry(const np_cloud_model *model, float height_m, float out_m[2]);
+void np_cloud_wind_shift(const np_cloud_model *model, float height_m, float out_m[2]);
+
+/* Every such displacement between two heights, along each axis. */
+void np_cloud_wind_bound(const np_cloud_model *model, float low_m, float high_m, np_interval out_m[2]);
 
 /* ---- Columns: what is known before any noise, and bounds of it: cloud_column.c ---- */
 

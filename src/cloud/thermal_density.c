@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Density of a cumulus of thermals, from the distance to its balls.
  *
- * Positions are displaced by divergence-free noise, then the distance is displaced: by billows of Worley noise where
- * the cloud is young, by fBm where it is old, and more so near the base. Extinction rises from the surface inwards over
- * an edge, crisp or soft by age. In the core it follows an adiabatic parcel: liquid water grows with the height above
- * the base, the number of droplets does not, so that extinction is ∝ height^⅔ (Pruppacher and Klett 1997, "Microphysics
- * of Clouds and Precipitation", ch. 2). Entrained air thins an old cloud. The base is not a plane: noise raises it.
+ * Positions are displaced by divergence-free noise, then the distance is displaced: by billows of Worley noise, the
+ * fine ones where the cloud is young, by fBm where it is old, and more so near the base. Extinction rises from the
+ * surface inwards over an edge, crisp or soft by age. In the core it follows an adiabatic parcel: liquid water grows
+ * with the height above the base, the number of droplets does not, so that extinction is ∝ height^⅔ (Pruppacher and
+ * Klett 1997, "Microphysics of Clouds and Precipitation", ch. 2). Entrained air thins an old cloud. The base is not a
+ * plane: noise raises it.
  *
  * Age and the depth inside are those of the position itself, only the distance that remains near the surface is that
  * of the displaced one; so no value depends on the points that it is evaluated with.
@@ -18,11 +19,12 @@
 
 static const float warp_sizes[NP_THERMAL_WARPS] = {0.57f, 0.23f, 0.09f}; /* in largest billows */
 static const float warp_reach[NP_THERMAL_WARPS] = {0.085f, 0.055f,
-                                                   0.026f};    /* of the displacement, at full turbulence */
-static const float warp_limit = 2.0f;                          /* of a component, over its root mean square */
-static const float detail_size = 0.085f, detail_ratio = 0.47f; /* of the first octave, in largest billows */
-static const float detail_reach = 0.26f;                       /* of an octave at erosion 1, in its own size */
-static const float detail_mean = 0.30f;                        /* of Worley noise */
+                                                   0.026f};   /* of the displacement, at full turbulence */
+static const float warp_limit = 2.0f;                         /* of a component, over its root mean square */
+static const float detail_size = 0.19f, detail_ratio = 0.47f; /* of the first octave, in largest billows */
+static const float detail_reach = 0.30f;                      /* of an octave at erosion 1, in its own size */
+static const float crease_reach = 0.5f;                       /* of the first octave */
+static const float detail_mean = 0.30f;                       /* of Worley noise */
 static const float wisp_size = 0.27f, wisp_reach = 0.5f, wisp_outwards = 0.16f, wisp_inwards = 0.6f,
                    wisp_offset = 0.06f;
 static const float wisp_stretch = 1.7f, wisp_lean = 0.35f; /* of the noise along the wind; by height */
@@ -30,21 +32,29 @@ static const float crisp_edge = 0.016f, soft_edge = 0.13f; /* in largest billows
 static const float floor_share = 0.05f, floor_max_m = 40.0f, floor_size = 0.6f; /* of the base */
 static const float adiabatic_share = 0.4f, adiabatic_max = 1.25f; /* of the thickness, where extinction is the core's */
 static const float entrained = 0.55f;                             /* share that the oldest cloud has lost */
-static const float extinction_floor = 0.002f;                     /* of the core's: less is nothing */
+static const double billow_voxels = 4;
+static const double billow_share = 0.18;      /* of the shorter side of a field */
+static const float extinction_floor = 0.002f; /* of the core's: less is nothing */
 
 static np_noise_lattice make_lattice(const neph_cloud_desc *desc, unsigned stream) {
   return (np_noise_lattice){np_noise_derive_seed(desc->seed, stream),
                             {NP_NOISE_PERIOD_MAX, NP_NOISE_PERIOD_MAX, NP_NOISE_PERIOD_MAX}};
 }
 
+/* No larger than lets a cloud end before the border of its field, no smaller than voxels can show. */
+static float compute_billow_m(const neph_cloud_desc *desc) {
+  return (float)fmin(fmax(desc->billow_m, billow_voxels * desc->voxel_m),
+                     billow_share * fmin(desc->extent_m[0], desc->extent_m[1]));
+}
+
 static void set_detail(np_cloud_model *model) {
   const neph_cloud_desc *desc = &model->desc;
-  float size_m = detail_size * (float)desc->billow_m, sum_m = 0.0f;
+  float size_m = detail_size * model->thermals.billow_m, sum_m = 0.0f;
   model->detail_count = 0;
   for (unsigned k = 0; k < NP_CLOUD_OCTAVES_MAX && size_m >= 2.0f * (float)desc->voxel_m; k++, size_m *= detail_ratio) {
     model->detail[k].lattice = make_lattice(desc, NP_CLOUD_STREAM_DETAIL + k);
     model->detail[k].frequency_per_m = 1.0f / size_m;
-    model->detail[k].amplitude = detail_reach * (float)desc->erosion * size_m;
+    model->detail[k].amplitude = (k ? detail_reach : crease_reach) * (float)desc->erosion * size_m;
     sum_m += model->detail[k].amplitude;
     model->detail_count = k + 1;
   }
@@ -54,9 +64,10 @@ static void set_detail(np_cloud_model *model) {
 
 void np_thermals_set_noises(np_cloud_model *model) {
   const neph_cloud_desc *desc = &model->desc;
-  const float billow_m = (float)desc->billow_m, voxel_m = (float)desc->voxel_m;
+  const float billow_m = compute_billow_m(desc), voxel_m = (float)desc->voxel_m;
   np_thermal_noises *t = &model->thermals;
-  *t = (np_thermal_noises){.floor = make_lattice(desc, NP_CLOUD_STREAM_FLOOR),
+  *t = (np_thermal_noises){.billow_m = billow_m,
+                           .floor = make_lattice(desc, NP_CLOUD_STREAM_FLOOR),
                            .wisps = make_lattice(desc, NP_CLOUD_STREAM_WISPS),
                            .wisp_size_m = wisp_size * billow_m,
                            .wisp_m = wisp_reach * billow_m * (0.3f + (float)desc->erosion)};
@@ -85,7 +96,8 @@ typedef struct thermal_work {
   size_t count;
   uint16_t index[NP_CLOUD_BLOCK];
   float x_m[NP_CLOUD_BLOCK], y_m[NP_CLOUD_BLOCK], z_m[NP_CLOUD_BLOCK];
-  float above_m[NP_CLOUD_BLOCK]; /* the base */
+  float above_m[NP_CLOUD_BLOCK];                          /* the base */
+  float air_x_m[NP_CLOUD_BLOCK], air_y_m[NP_CLOUD_BLOCK]; /* where the air was that the wind has carried here */
   float distance_m[NP_CLOUD_BLOCK], age[NP_CLOUD_BLOCK];
   float sx[NP_CLOUD_BLOCK], sy[NP_CLOUD_BLOCK], sz[NP_CLOUD_BLOCK], noise[NP_CLOUD_BLOCK]; /* scratch */
 } thermal_work;
@@ -96,16 +108,18 @@ static void keep(thermal_work *w, size_t from, size_t to) {
   w->y_m[to] = w->y_m[from];
   w->z_m[to] = w->z_m[from];
   w->above_m[to] = w->above_m[from];
+  w->air_x_m[to] = w->air_x_m[from];
+  w->air_y_m[to] = w->air_y_m[from];
   w->distance_m[to] = w->distance_m[from];
   w->age[to] = w->age[from];
 }
 
 /* Positions in the air, in a noise's own size. */
 static np_noise_points scale_positions(const np_cloud_model *model, thermal_work *w, float size_m) {
-  const float frequency_per_m = 1.0f / size_m, rise_m = model->turnover * (float)model->desc.billow_m;
+  const float frequency_per_m = 1.0f / size_m, rise_m = model->turnover * model->thermals.billow_m;
   for (size_t i = 0; i < w->count; i++) {
-    w->sx[i] = (w->x_m[i] - model->drift_m[0]) * frequency_per_m;
-    w->sy[i] = (w->y_m[i] - model->drift_m[1]) * frequency_per_m;
+    w->sx[i] = w->air_x_m[i] * frequency_per_m;
+    w->sy[i] = w->air_y_m[i] * frequency_per_m;
     w->sz[i] = (w->z_m[i] - rise_m) * frequency_per_m;
   }
   return (np_noise_points){w->count, w->sx, w->sy, w->sz};
@@ -119,7 +133,7 @@ static void raise_base(const np_cloud_model *model, thermal_work *w) {
   bool is_low = false;
   for (size_t i = 0; i < w->count; i++) is_low = is_low || w->above_m[i] < 8.0f * floor_m;
   if (!is_low) return;
-  const np_noise_points points = scale_positions(model, w, floor_size * (float)model->desc.billow_m);
+  const np_noise_points points = scale_positions(model, w, floor_size * model->thermals.billow_m);
   for (size_t i = 0; i < w->count; i++) w->sz[i] = 0.41f;
   model->noise->perlin_fbm(&model->thermals.floor, &octaves, &points, w->noise);
   for (size_t i = 0; i < w->count; i++) {
@@ -133,7 +147,8 @@ static void raise_base(const np_cloud_model *model, thermal_work *w) {
 
 /* Old near the base, where the cloud evaporates at its rim. */
 static void age_base(const np_cloud_model *model, thermal_work *w) {
-  const float wispiness = np_minf(1.5f * (float)model->desc.wispiness, 1.0f), billow_m = (float)model->desc.billow_m;
+  const float wanted = (float)model->desc.wispiness, wispiness = wanted * (2.0f - wanted),
+              billow_m = model->thermals.billow_m;
   for (size_t i = 0; i < w->count; i++) {
     const float low = 1.0f - np_smoothstepf((w->above_m[i] / billow_m - 0.06f) / 0.35f);
     w->age[i] = np_maxf(w->age[i], wispiness * low);
@@ -211,7 +226,7 @@ static void add_detail(const np_cloud_model *model, thermal_work *w) {
     const np_noise_points points = scale_positions(model, w, 1.0f / octave->frequency_per_m);
     model->noise->worley(&octave->lattice, &points, w->noise);
     for (size_t i = 0; i < w->count; i++)
-      w->distance_m[i] += (1.0f - w->age[i]) * octave->amplitude * (w->noise[i] - detail_mean);
+      w->distance_m[i] += (k ? 1.0f - w->age[i] : 1.0f) * octave->amplitude * (w->noise[i] - detail_mean);
   }
 }
 
@@ -229,7 +244,16 @@ static void add_wisps(const np_cloud_model *model, thermal_work *w) {
   model->noise->perlin_fbm(&t->wisps, &octaves, &points, w->noise);
   for (size_t i = 0; i < w->count; i++)
     w->distance_m[i] += w->age[i] * (t->wisp_m * np_clampf(w->noise[i], -wisp_outwards, wisp_inwards) +
-                                     wisp_offset * (float)model->desc.billow_m);
+                                     wisp_offset * model->thermals.billow_m);
+}
+
+static void set_air(const np_cloud_model *model, thermal_work *w) {
+  float carried_m[2] = {0, 0};
+  for (size_t i = 0; i < w->count; i++) {
+    if (model->desc.has_winds) np_cloud_wind_carry(model, w->z_m[i], carried_m);
+    w->air_x_m[i] = w->x_m[i] - model->drift_m[0] - carried_m[0];
+    w->air_y_m[i] = w->y_m[i] - model->drift_m[1] - carried_m[1];
+  }
 }
 
 /* Points near each other. */
@@ -275,7 +299,7 @@ static float compute_base_m(const np_cloud_model *model, float x_m, float y_m) {
 }
 
 void np_thermals_eval(const np_cloud_model *model, const np_cloud_points *points, float *out_extinction_per_m) {
-  const float edge_max_m = np_maxf(9.0f * (float)model->desc.voxel_m, 0.2f * (float)model->desc.billow_m);
+  const float edge_max_m = np_maxf(9.0f * (float)model->desc.voxel_m, 0.2f * model->thermals.billow_m);
   thermal_work w;
   for (size_t n = 0; n < points->count;) {
     float min_m[3] = {INFINITY, INFINITY, INFINITY}, max_m[3] = {-INFINITY, -INFINITY, -INFINITY};
@@ -292,6 +316,7 @@ void np_thermals_eval(const np_cloud_model *model, const np_cloud_points *points
       w.z_m[k] = at_m[2];
       w.above_m[k] = at_m[2] - compute_base_m(model, at_m[0], at_m[1]);
     }
+    set_air(model, &w);
     if (w.count) eval_run(model, &w, out_extinction_per_m);
   }
 }

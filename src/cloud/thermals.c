@@ -99,8 +99,8 @@ typedef struct thermal {
 static float compute_border(const np_cloud_model *model, float x_m, float y_m) {
   const neph_cloud_desc *desc = &model->desc;
   const float dx = 0.5f * (float)desc->extent_m[0] - fabsf(x_m), dy = 0.5f * (float)desc->extent_m[1] - fabsf(y_m);
-  const float billow_m = (float)desc->billow_m;
-  return np_smoothstepf((np_minf(dx, dy) - 0.45f * billow_m) / (0.9f * billow_m));
+  const float billow_m = model->thermals.billow_m;
+  return np_smoothstepf((np_minf(dx, dy) - 0.15f * billow_m) / (0.75f * billow_m));
 }
 
 /* Share of the full size at a strength. */
@@ -113,7 +113,7 @@ static float compute_presence(const thermal_kind *kind, float strength) {
 /* False: there is none in this cell. */
 static bool draw_thermal(const np_cloud_model *model, const thermal_kind *kind, const int32_t at[2], thermal *out) {
   const neph_cloud_desc *desc = &model->desc;
-  const float billow_m = (float)desc->billow_m, spacing_m = kind->spacing * billow_m;
+  const float billow_m = model->thermals.billow_m, spacing_m = kind->spacing * billow_m;
   np_random random =
       np_random_start(np_random_absorb(desc->seed, (uint64_t)kind->stream), 0, (uint32_t)at[0], (uint32_t)at[1], 0);
   if (take(&random) >= kind->share) return false;
@@ -122,10 +122,15 @@ static bool draw_thermal(const np_cloud_model *model, const thermal_kind *kind, 
   t.x_m = ((float)at[0] + 0.5f + dx) * spacing_m + model->drift_m[0];
   t.y_m = ((float)at[1] + 0.5f + dy) * spacing_m + model->drift_m[1];
   const np_cloud_column column = np_cloud_column_compute(model, t.x_m, t.y_m, 0.0f);
-  const float presence = compute_presence(kind, column.strength) * compute_border(model, t.x_m, t.y_m);
+  const float share = np_cloud_column_compute_top(model, &column);
+  float shift_m[2];
+  np_cloud_wind_shift(model, share * (float)desc->thickness_m, shift_m);
+  const float border =
+      np_minf(compute_border(model, t.x_m, t.y_m), compute_border(model, t.x_m + shift_m[0], t.y_m + shift_m[1]));
+  const float presence = compute_presence(kind, column.strength) * border;
   if (!(presence > 0.02f)) return false;
   const life l = compute_life(model, &random);
-  const float drawn = take(&random), share = np_cloud_column_compute_top(model, &column);
+  const float drawn = take(&random);
   const float vigour =
       np_mixf(l.vigour * (0.35f + 0.65f * drawn), 1.0f, np_smoothstepf((column.strength - 0.7f) / 0.3f));
   const float height = share * (kind->height + kind->height_drawn * vigour);
@@ -146,10 +151,10 @@ static bool draw_thermal(const np_cloud_model *model, const thermal_kind *kind, 
 
 static neph_result add_ball(np_ball_list *list, const thermal *t, float x_m, float y_m, float z_m, float radius_m,
                             float age) {
-  const neph_cloud_desc *desc = &t->model->desc;
-  const float share = z_m / (float)desc->thickness_m;
-  const np_ball ball = {.x_m = t->x_m + x_m + (float)desc->skew_m[0] * share,
-                        .y_m = t->y_m + y_m + (float)desc->skew_m[1] * share,
+  float shift_m[2];
+  np_cloud_wind_shift(t->model, t->base_m + z_m, shift_m);
+  const np_ball ball = {.x_m = t->x_m + x_m + shift_m[0],
+                        .y_m = t->y_m + y_m + shift_m[1],
                         .z_m = t->base_m + z_m,
                         .radius_m = radius_m,
                         .age = np_clampf(age, 0.0f, 1.0f)};
@@ -171,7 +176,7 @@ static neph_result add_crown(np_ball_list *list, thermal *t, const np_ball *head
 
 static int count_stack(const np_cloud_model *model) {
   const neph_cloud_desc *desc = &model->desc;
-  return (int)np_clampf((float)(desc->thickness_m / (0.3 * desc->billow_m)), STACK_MIN, STACK_MAX);
+  return (int)np_clampf((float)(desc->thickness_m / (0.3 * (double)model->thermals.billow_m)), STACK_MIN, STACK_MAX);
 }
 
 /* From the foot to the head. */
@@ -221,7 +226,7 @@ neph_result np_thermals_add_stacks(np_cloud_model *model, np_monitor *monitor, f
   const neph_cloud_desc *desc = &model->desc;
   grid_rows grid = {.model = model};
   for (int k = 0; k < KIND_COUNT; k++) {
-    const double spacing_m = (double)kinds[k].spacing * desc->billow_m;
+    const double spacing_m = (double)kinds[k].spacing * (double)model->thermals.billow_m;
     for (int a = 0; a < 2; a++) {
       const double low_m = -0.5 * desc->extent_m[a] - (double)model->drift_m[a];
       grid.first[k][a] = (int32_t)floor(low_m / spacing_m) - 1;

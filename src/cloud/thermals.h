@@ -10,7 +10,7 @@ static inline bool np_cloud_model_has_thermals(const np_cloud_model *model) {
 }
 
 /* Levels of balls, from the thermals to billows of two voxels. */
-unsigned np_thermals_count_levels(const neph_cloud_desc *desc);
+unsigned np_thermals_count_levels(const np_cloud_model *model);
 
 /* Adds the first level. */
 neph_result np_thermals_add_stacks(np_cloud_model *model, np_monitor *monitor, float blend_m, float bin_m);

@@ -100,6 +100,9 @@ static const np_ignore_rule rules[] = {
     {.keys = {"clouds[].bake.age"}, .counts = {"clouds[].bake.model", BUT(NEPH_CLOUD_MODEL_SLAB)},
      .reason = "and only thermals age"},
 
+    {.keys = {"clouds[].bake.wind_direction"}, .counts = {"clouds[].bake.wind_speed", BUT(NP_GIVEN_NOT)},
+     .reason = "so that there is no wind to come from it"},
+
     {.keys = {"render.history_update", "render.history_weight", "render.history_frames"},
      .counts = {"render.history", BUT(NP_HISTORY_NONE)}, .reason = "so that each frame is rendered by itself"},
     {.keys = {"render.max_samples"}, .counts = {"render.target_error", ONLY(NP_GIVEN)},
