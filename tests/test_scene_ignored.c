@@ -98,7 +98,7 @@ static const ignored_case cases[] = {
     {"clouds: [{bake: {age: 0.2}}]", "clouds[0].bake.age is ignored: clouds[0].bake.model is cells"},
     {"clouds: [{bake: {model: slab, age: 0.2}}]", "clouds[0].bake.age is ignored: clouds[0].bake.model is slab"},
     {"clouds: [{bake: {wind_direction: [0, 0, 0, 0, 0]}}]",
-     "clouds[0].bake.wind_direction is ignored: there is no clouds[0].bake.wind_speed"},
+     "clouds[0].bake.wind_direction is ignored: clouds[0].bake.wind_speed is not given"},
     {"clouds: [{bake: {sublayers: 2}}]", "clouds[0].bake.sublayers is ignored: clouds[0].bake.model is cells"},
     {"clouds: [{bake: {model: hero, stretch: 2}}]", "clouds[0].bake.stretch is ignored: clouds[0].bake.model is hero"},
     {"clouds: [{bake: {model: hero, anvil: 1}}]", "clouds[0].bake.anvil is ignored: clouds[0].bake.model is hero"},

@@ -220,13 +220,6 @@ static bool search_level(ball_search *s, const np_ball_level *level, float reach
   return is_any;
 }
 
-/* Shares of two distances in their blend, which is written over the first. */
-static float blend(float *lesser_m, float greater_m, float width_m) {
-  const float w = np_clampf(1.0f - (greater_m - *lesser_m) / width_m, 0.0f, 1.0f);
-  *lesser_m -= 0.25f * width_m * w * w;
-  return 0.5f * w * w;
-}
-
 static void compute_normal(const ball_search *s, const np_ball *ball, size_t i, float out[3]) {
   const np_ball_points *p = s->points;
   const float x = p->x_m[i] - ball->x_m, y = p->y_m[i] - ball->y_m, z = p->z_m[i] - ball->z_m;
@@ -237,38 +230,41 @@ static void compute_normal(const ball_search *s, const np_ball *ball, size_t i, 
 }
 
 static void add_share(const np_ball_surface *out, size_t i, float share, const float *values) {
-  float *targets[] = {out->age, out->radius_m, out->normal[0], out->normal[1], out->normal[2]};
-  for (int t = 0; t < 5; t++)
-    if (targets[t]) targets[t][i] = np_mixf(targets[t][i], values[t], share);
+  float *targets[] = {out->radius_m, out->normal[0], out->normal[1], out->normal[2]};
+  for (int t = 0; t < 4; t++) targets[t][i] = np_mixf(targets[t][i], values[t], share);
 }
 
-/* Age, radius and normal at a point, of the nearest two balls of a level. */
+/* Radius and normal at a point, of the nearest two balls of a level. */
 static void blend_values(const ball_search *s, const np_ball_level *level, const np_ball_surface *out, size_t i,
                          float share, float *values) {
   const np_ball *one = &level->balls[s->nearest.nearest[i]], *other = one;
   if (share > 0.0f) other = &level->balls[s->nearest.second[i]];
-  float normal[2][3] = {{0}};
-  if (out->normal[0]) {
-    compute_normal(s, one, i, normal[0]);
-    compute_normal(s, other, i, normal[1]);
+  float normal[2][3];
+  compute_normal(s, one, i, normal[0]);
+  compute_normal(s, other, i, normal[1]);
+  values[0] = np_mixf(one->radius_m, other->radius_m, share);
+  for (int a = 0; a < 3; a++) values[1 + a] = np_mixf(normal[0][a], normal[1][a], share);
+}
+
+static void join_ages(const ball_search *s, const np_ball_level *level, float *age) {
+  const np_ball_nearest *n = &s->nearest;
+  for (size_t i = 0; i < s->points->count; i++) {
+    if (!(n->level_share[i] > 0.0f)) continue;
+    const float one = level->balls[n->nearest[i]].age, share = n->second_share[i];
+    const float own = share > 0.0f ? np_mixf(one, level->balls[n->second[i]].age, share) : one;
+    age[i] = np_mixf(age[i], own, n->level_share[i]);
   }
-  values[0] = np_mixf(one->age, other->age, share);
-  values[1] = np_mixf(one->radius_m, other->radius_m, share);
-  for (int a = 0; a < 3; a++) values[2 + a] = np_mixf(normal[0][a], normal[1][a], share);
 }
 
 /* Joins a level's balls to those before. */
-static void join_level(const ball_search *s, const np_ball_level *level, const np_ball_surface *out) {
-  for (size_t i = 0; i < s->points->count; i++) {
-    float distance_m = s->nearest.nearest_m[i], values[5];
-    const float share = blend(&distance_m, s->nearest.second_m[i], level->blend_m), before_m = out->distance_m[i];
-    const bool is_nearer = distance_m < before_m;
-    float joined_m = is_nearer ? distance_m : before_m;
-    const float lesser = blend(&joined_m, is_nearer ? before_m : distance_m, level->blend_m);
-    out->distance_m[i] = joined_m;
-    if (!out->age || (!is_nearer && !(lesser > 0.0f))) continue;
-    blend_values(s, level, out, i, share, values);
-    add_share(out, i, is_nearer ? 1.0f - lesser : lesser, values);
+static void join_level(ball_search *s, const np_ball_level *level, const np_ball_surface *out) {
+  s->heap->kernels->join_level(s->points->count, level->blend_m, &s->nearest, out->distance_m);
+  if (out->age) join_ages(s, level, out->age);
+  for (size_t i = 0; i < s->points->count && out->radius_m; i++) {
+    float values[4];
+    if (!(s->nearest.level_share[i] > 0.0f)) continue;
+    blend_values(s, level, out, i, s->nearest.second_share[i], values);
+    add_share(out, i, s->nearest.level_share[i], values);
   }
 }
 

@@ -41,6 +41,7 @@ typedef struct np_ball_level {
 typedef struct np_ball_nearest {
   float nearest_m[NP_BALL_BLOCK], second_m[NP_BALL_BLOCK];
   int32_t nearest[NP_BALL_BLOCK], second[NP_BALL_BLOCK];
+  float second_share[NP_BALL_BLOCK], level_share[NP_BALL_BLOCK]; /* of the blends of both, and of this level */
 } np_ball_nearest;
 
 typedef struct np_ball_chunk {
@@ -55,6 +56,9 @@ typedef struct np_ball_table {
    */
   void (*take_chunk)(const np_ball_chunk *chunk, size_t count, const float *x_m, const float *y_m, const float *z_m,
                      np_ball_nearest *nearest);
+
+  /* Blends the distances of the nearest two, and them with those of the levels before. */
+  void (*join_level)(size_t count, float blend_m, np_ball_nearest *nearest, float *distance_m);
 } np_ball_table;
 
 const np_ball_table *np_ball_get_table(neph_isa isa);
@@ -81,7 +85,8 @@ typedef struct np_ball_points {
 } np_ball_points;
 
 /* Signed distance at points, negative inside; age and radius of the nearest balls, and the gradient of the distance.
- * All are blended between balls that are about as near; NULL is not computed, but for distances. */
+ * All are blended between balls that are about as near. Age may be NULL, and then radius and normals are; radius and
+ * normals together. */
 typedef struct np_ball_surface {
   float *distance_m, *age, *radius_m, *normal[3];
 } np_ball_surface;
