@@ -115,6 +115,24 @@ static cli_exit prepare_job(cli_session *session, farm_job *job) {
   return exit;
 }
 
+static cli_exit check_chunks(const farm *chosen, const farm_job *job) {
+  const size_t count = farm_job_count_chunks(job);
+  if (!chosen->chunk_max || job->chunk_size == 1 || count <= chosen->chunk_max) return CLI_DONE;
+  cli_complain("%zu chunks of %u frames, must be at most %zu for %s: raise --chunk, or leave it at 1", count,
+               job->chunk_size, chosen->chunk_max, chosen->name);
+  return CLI_USAGE;
+}
+
+static cli_exit check_arguments(const farm *chosen, const farm_job *job) {
+  for (size_t i = 0; chosen->reserved && i < job->argument_count; i++) {
+    if (!strstr(job->arguments[i], chosen->reserved)) continue;
+    cli_complain("%s replaces what %s begins, which %s has: set it in the scene", chosen->name, chosen->reserved,
+                 job->arguments[i]);
+    return CLI_USAGE;
+  }
+  return CLI_DONE;
+}
+
 static void clear_job(farm_job *job) {
   for (size_t i = 0; i < job->setting_count; i++) free((char *)(uintptr_t)job->settings[i]);
   free(job->settings);
@@ -134,11 +152,8 @@ static cli_exit run_job(cli_session *session) {
                   .arguments = options->files + 2,
                   .argument_count = options->file_count - 2};
   cli_exit exit = prepare_job(session, &job);
-  if (!exit && chosen->chunk_max && job.chunk_size > 1 && farm_job_count_chunks(&job) > chosen->chunk_max) {
-    cli_complain("%zu chunks of %u frames, must be at most %zu for %s: raise --chunk, or leave it at 1",
-                 farm_job_count_chunks(&job), job.chunk_size, chosen->chunk_max, chosen->name);
-    exit = CLI_USAGE;
-  }
+  if (!exit) exit = check_chunks(chosen, &job);
+  if (!exit) exit = check_arguments(chosen, &job);
   if (!exit) chosen->print(&job);
   clear_job(&job);
   return exit;

@@ -73,7 +73,7 @@ static cli_exit render_to(render_job *job, render_targets *t) {
   neph_result result = neph_render_image(job->scene, &job->desc, &image);
   if (!result) cli_progress_set_stage(progress, "writing", 0.97);
   if (!result) job->batch.is_stopped = (result = save_frame(job, image, t)) != NEPH_OK;
-  if (!result && t->checkpoint && !t->is_part) remove(t->checkpoint);
+  if (!result) render_job_remove_checkpoint(t);
   if (!result) cli_progress_set_stage(progress, "writing", 1.0);
   cli_progress_finish(progress);
   cli_progress_end_frame(progress, !result);
@@ -94,7 +94,7 @@ static cli_exit render_or_skip(render_job *job, render_targets *t) {
   if (!result && job->session->options->skips_existing) result = render_job_check_done(job, t, &is_done);
   if (result) return cli_exit_of(result);
   if (!is_done) return render_to(job, t);
-  if (t->checkpoint && !t->is_part) remove(t->checkpoint);
+  render_job_remove_checkpoint(t);
   render_job_print_skipped(job, t);
   fflush(stdout);
   return CLI_DONE;

@@ -26,7 +26,8 @@ typedef struct farm_job {
 
 typedef struct farm {
   const char *name;
-  size_t chunk_max; /* 0: any number of chunks */
+  size_t chunk_max;     /* 0: any number of chunks */
+  const char *reserved; /* begins what the farm replaces, and is in no argument of a user; NULL: nothing */
   void (*print)(const farm_job *job);
 } farm;
 

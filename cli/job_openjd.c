@@ -82,4 +82,4 @@ static void print_job(const farm_job *job) {
   if (job->tile_count > 1) print_merge(&mapped);
 }
 
-const farm farm_openjd = {.name = "openjd", .chunk_max = CHUNKS_MAX, .print = print_job};
+const farm farm_openjd = {.name = "openjd", .chunk_max = CHUNKS_MAX, .reserved = "{{", .print = print_job};

@@ -319,6 +319,9 @@ static const cli_option options[] = {
      .meaning = "print the stages that would run, and the reasons, and stop"},
     {.name = "--dry-run", .letter = 'n', .take = take_flag, .field = INTO(is_dry_run),
      .meaning = "check everything, print the names of the files that would be written, and stop"},
+    {.name = "--fix", .take = take_flag, .field = INTO(is_fixed),
+     .meaning = "write a copy, by --output, whose values are mended: what is not finite, negative or subnormal becomes "
+                "0, as does a density's background; other grids and metadata are kept"},
     {.name = "--exact", .take = take_flag, .field = INTO(is_exact),
      .meaning = "fail, with exit code 7, when any value of any channel differs"},
     {.name = "--max-rel-mse", .argument = "X", .take = take_relative_mse, .range = "a number from 0",

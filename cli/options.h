@@ -75,7 +75,7 @@ typedef struct cli_options {
   double checkpoint_s;      /* 0: none */
   const char *checkpoint;   /* the same, as it is given */
   bool is_resumed, skips_existing;
-  bool is_json, is_exact, wants_plan, is_dry_run;
+  bool is_json, is_fixed, is_exact, wants_plan, is_dry_run;
   const char *method;       /* of a probe; NULL: not given */
   const char *table_folder; /* of a sky; NULL: not given */
   const char *disks;        /* of a sky; NULL: not given */

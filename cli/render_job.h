@@ -59,6 +59,9 @@ cli_exit render_job_for_each_eye(render_job *job, cli_exit (*step)(render_job *j
 /* Names and settings of a frame's part, checkpoint and snapshots, for the names that it has; `desc` borrows them. */
 neph_result render_job_set_restart(render_job *job, render_targets *t);
 
+/* Removes the checkpoint of a frame that is finished, unless it is the part itself. */
+void render_job_remove_checkpoint(const render_targets *t);
+
 /* Whether the frame's files are all there, and those of the same picture. */
 neph_result render_job_check_done(const render_job *job, const render_targets *t, bool *out_is_done);
 

@@ -42,6 +42,12 @@ neph_result render_job_set_restart(render_job *job, render_targets *t) {
   return NEPH_OK;
 }
 
+void render_job_remove_checkpoint(const render_targets *t) {
+  if (!t->checkpoint) return;
+  if (!t->is_part) remove(t->checkpoint);
+  neph_checkpoint_clear_light(t->checkpoint);
+}
+
 neph_result render_job_check_done(const render_job *job, const render_targets *t, bool *out_is_done) {
   *out_is_done = false;
   if (!t->image || (t->preview && access(t->preview, R_OK)) || (t->deep && access(t->deep, R_OK))) return NEPH_OK;

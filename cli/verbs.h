@@ -8,7 +8,9 @@
 #include "session.h"
 
 #define CLI_VERBS(ROW)                                                                                                 \
-  ROW(bake) ROW(render) ROW(info) ROW(sky) ROW(probe) ROW(compare) ROW(merge) ROW(job) ROW(report) ROW(schema) ROW(help)
+  ROW(bake)                                                                                                            \
+  ROW(render) ROW(check) ROW(info) ROW(sky) ROW(probe) ROW(compare) ROW(merge) ROW(job) ROW(report) ROW(schema)        \
+      ROW(help)
 
 /* An option as a verb takes it; NULL: as the option's own row has it. */
 typedef struct cli_verb_option {

@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "core/alloc.h"
+#include "core/cache_lock.h"
 #include "core/disk_cache.h"
 
 enum { SIZE = 1000 };
@@ -104,12 +105,35 @@ static void test_abandoned_leaves_nothing(void **state) {
   assert_int_equal(rmdir(f->context->disk_cache->folder), 0); /* it is empty */
 }
 
+/* As two processes would: a lock is of an open file. */
+static void test_locks_wait_and_give_up(void **state) {
+  test_fixture *f = *state;
+  np_cache_lock first, second, third;
+  open_cache(f, 3);
+  assert_int_equal(np_cache_lock_take(f->context, NULL, "test", keys[0], 0.1, &first), NEPH_OK);
+  assert_int_equal(np_cache_lock_take(f->context, NULL, "test", keys[1], 0.1, &second), NEPH_OK);
+  assert_true(first.file >= 0 && second.file >= 0);
+  assert_int_equal(np_cache_lock_take(f->context, NULL, "test", keys[0], 0.1, &third), NEPH_OK);
+  assert_true(third.file < 0);
+  assert_non_null(strstr(f->log.text, "has been making what is wanted here for 0.1 s"));
+  np_monitor monitor;
+  np_monitor_start(&monitor, f->context, NULL, NULL);
+  atomic_store(&monitor.is_cancelled, true);
+  assert_int_equal(np_cache_lock_take(f->context, &monitor, "test", keys[0], 100.0, &third), NEPH_ERROR_CANCELLED);
+  np_cache_lock_release(&first);
+  assert_int_equal(np_cache_lock_take(f->context, NULL, "test", keys[0], 0.1, &third), NEPH_OK);
+  assert_true(third.file >= 0);
+  np_cache_lock_release(&second);
+  np_cache_lock_release(&third);
+}
+
 int main(void) {
   static const struct CMUnitTest tests[] = {
       cmocka_unit_test_setup_teardown(test_written_is_read, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_least_recently_used_goes_first, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_other_contents_are_refused, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_abandoned_leaves_nothing, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(test_locks_wait_and_give_up, set_up, test_tear_down),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

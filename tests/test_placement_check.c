@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Clouds that cannot be meant draw a warning: out of the picture, under 10 m or over 1000 km across. */
+/* Clouds that cannot be meant draw a warning: out of the picture, below the ground, before the near plane, under 10 m
+ * or over 1000 km across. */
 #include <nephos/nephos.h>
 
 #include "test_box_files.h"
@@ -14,15 +15,7 @@ static int set_up(void **state) {
   return failed;
 }
 
-/* A camera that looks north along the ground, 45 degrees to either side and 29 up and down. */
-static void render(test_fixture *f, const char *cloud) {
-  char text[2048];
-  (void)snprintf(text, sizeof text,
-                 "camera: {position: [0 m, -100 m, 2 m], look_at: [0 m, 0 m, 2 m], fov: 90 deg, resolution: [16, 9]}\n"
-                 "atmosphere: none\n"
-                 "render: {samples: 1, multiple_scattering: none}\n"
-                 "clouds: [{name: block, %s}]\n",
-                 cloud);
+static void render_text(test_fixture *f, const char *text) {
   neph_scene *scene = NULL;
   neph_image *image = NULL;
   test_log_clear(&f->log);
@@ -32,10 +25,32 @@ static void render(test_fixture *f, const char *cloud) {
   neph_scene_destroy(scene);
 }
 
+/* A camera that looks north along the ground, 45 degrees to either side and 29 up and down. */
+static void render(test_fixture *f, const char *cloud) {
+  char text[2048];
+  (void)snprintf(text, sizeof text,
+                 "camera: {position: [0 m, -100 m, 2 m], look_at: [0 m, 0 m, 2 m], fov: 90 deg, resolution: [16, 9]}\n"
+                 "atmosphere: none\n"
+                 "render: {samples: 1, multiple_scattering: none}\n"
+                 "clouds: [{name: block, %s}]\n",
+                 cloud);
+  render_text(f, text);
+}
+
 static void render_block(test_fixture *f, const char *keys) {
   char cloud[1024];
   (void)snprintf(cloud, sizeof cloud, "vdb: \"%s\", extinction: 0.01 1/m, %s", f->path, keys);
   render(f, cloud);
+}
+
+static void render_near(test_fixture *f, const char *near) {
+  char text[2048];
+  (void)snprintf(text, sizeof text,
+                 "camera: {position: [0 m, -100 m, 2 m], look_at: [0 m, 0 m, 2 m], fov: 90 deg, resolution: [16, 9], "
+                 "near: %s}\natmosphere: none\nrender: {samples: 1, multiple_scattering: none}\n"
+                 "clouds: [{name: block, vdb: \"%s\", extinction: 0.01 1/m, position: [0, 0, 0]}]\n",
+                 near, f->path);
+  render_text(f, text);
 }
 
 static void assert_said(const test_fixture *f, const char *text) {
@@ -84,6 +99,24 @@ static void a_cloud_of_no_size_of_clouds_is_named(void **state) {
   assert_silent(f);
 }
 
+/* The camera is at 2 m, and sees 29 degrees below it. */
+static void a_cloud_below_the_ground_is_named(void **state) {
+  test_fixture *f = *state;
+  render_block(f, "position: [0, 0, -20 m]");
+  assert_said(f, "cloud block: lies wholly below the ground, its top 4 m or more: check position, voxel and up");
+  render_block(f, "position: [0, 0, -15 m]");
+  assert_silent(f);
+}
+
+/* It ends 108 m before the camera. */
+static void a_cloud_before_the_near_plane_is_named(void **state) {
+  test_fixture *f = *state;
+  render_near(f, "200 m");
+  assert_said(f, "cloud block: ends 108 m before the camera, whose near plane, 200 m away, cuts it off");
+  render_near(f, "100 m");
+  assert_silent(f);
+}
+
 static void a_bake_is_told_of_its_own_keys(void **state) {
   test_fixture *f = *state;
   render(f, "bake: {extent: 200 m, voxel: 20 m, thickness: 100 m, base: 1 km, coverage: 1}");
@@ -116,6 +149,8 @@ int main(void) {
       cmocka_unit_test_setup_teardown(a_cloud_out_of_the_picture_is_named, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(what_reaches_into_the_picture_is_not, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(a_cloud_of_no_size_of_clouds_is_named, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(a_cloud_below_the_ground_is_named, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(a_cloud_before_the_near_plane_is_named, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(a_bake_is_told_of_its_own_keys, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(the_cloud_of_another_unit_is_named, set_up, test_tear_down),
   };

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Qualities: the table, keys that win over it, and the size of what a draft computes. */
-#include "test_support.h"
+#include "test_box_files.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -125,6 +125,32 @@ static void test_heights_follow_pixels(void **state) {
   neph_scene_destroy(scene);
 }
 
+/* A box of 320 m from a file. Pixels of 1/100 rad, cells of eight: at 1 km they are 80 m wide, four along a side.
+ * Optical depth, for which the grid would have to be read, changes nothing. */
+static void test_cells_in_files_follow_pixels(void **state) {
+  test_fixture *f = *state;
+  static const test_box box = {{8, 8, 8}, {41, 41, 41}, 1.0f};
+  static const double distance_m[] = {1000, 500, 2000}, cells[] = {64, 512, 8};
+  test_boxes_write(f->context, f->path, "density", &box, 1);
+  for (int i = 0; i < 3; i++) {
+    char text[512];
+    (void)snprintf(text, sizeof text,
+                   "camera: {position: [0 m, %g m, 160 m], look_at: [0 m, 0 m, 160 m], fov: 53.13010235415598 deg, "
+                   "resolution: [100, 50]}\n"
+                   "clouds: [{vdb: %s, voxel: 10 m, position: [0, 0, 0], optical_depth: 9}]\n",
+                   -160 - distance_m[i], f->path);
+    neph_scene *scene = load(f, text);
+    np_plan plan;
+    scene->render.light_detail_px = 8;
+    assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
+    assert_int_equal(np_plan_measure_fill(scene, &plan), NEPH_OK);
+    assert_near_relative(plan.file_cell_count, cells[i], 1e-9);
+    neph_scene_destroy(scene);
+  }
+}
+
+static int set_up_file(void **state) { return test_set_up(state, 1, "box.vdb"); }
+
 int main(void) {
   static const struct CMUnitTest tests[] = {
       cmocka_unit_test_setup_teardown(test_final_is_the_default_of_each_key, set_up, test_tear_down),
@@ -134,6 +160,7 @@ int main(void) {
       cmocka_unit_test_setup_teardown(test_unknown_quality_is_refused, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_voxels_follow_pixels, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_heights_follow_pixels, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(test_cells_in_files_follow_pixels, set_up_file, test_tear_down),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

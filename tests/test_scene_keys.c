@@ -219,6 +219,7 @@ static const char *get_companion(const np_key *key) {
     if (!strcmp(companions[i][0], key->path)) return companions[i][1];
   const np_key *parent = np_key_get_parent(key);
   if (!parent) return "";
+  if (!strcmp(parent->path, "terrain.mesh")) return strcmp(np_key_get_name(key), "file") ? ", file: a.obj" : "";
   if (!strcmp(parent->path, "clouds[].bake.map"))
     return !strcmp(np_key_get_name(key), "image")      ? ", coverage: Y"
            : !strcmp(np_key_get_name(key), "coverage") ? ", image: a.png"

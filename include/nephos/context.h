@@ -80,8 +80,9 @@ NEPH_API const char *neph_isa_get_name(neph_isa isa);
 
 /** Parts of the library that a machine or an installation may lack. */
 typedef enum neph_feature {
-  NEPH_FEATURE_VDB, /**< .vdb files are read and written: nephos_vdb.so is found and can be loaded */
-  NEPH_FEATURE_GDAL /**< GeoTIFF and other georeferenced height fields are read: so is nephos_gdal.so */
+  NEPH_FEATURE_VDB,   /**< .vdb files are read and written: nephos_vdb.so is found and can be loaded */
+  NEPH_FEATURE_GDAL,  /**< GeoTIFF and other georeferenced height fields are read: so is nephos_gdal.so */
+  NEPH_FEATURE_ASSIMP /**< meshes are read: so is nephos_assimp.so */
 } neph_feature;
 
 /** Whether a feature can be used; false for values outside the enumeration. Loads what the feature needs on first use,

@@ -22,6 +22,7 @@
 
 #include <nephos/atmosphere.h>
 #include <nephos/base.h>
+#include <nephos/check.h>
 #include <nephos/cloud.h>
 #include <nephos/context.h>
 #include <nephos/ephemeris.h>

@@ -30,6 +30,10 @@ NEPH_API neph_result neph_render_compute_hash(neph_scene *scene, const neph_rend
 NEPH_API neph_result neph_render_is_done(neph_scene *scene, const neph_render_desc *desc, const char *path,
                                          bool *out_is_done) NEPH_NODISCARD;
 
+/** Removes the light that a render has kept beside its checkpoint (neph_render_desc.checkpoint_path): that of a frame
+ * which is finished is of no use. The checkpoint itself stays. */
+NEPH_API void neph_checkpoint_clear_light(const char *checkpoint_path);
+
 /** Joins parts of one picture, tiles and ranges of samples, to the bits of the whole.
  *
  * Parts are files of neph_render_desc.part_path, and .exr files of tiles. Fails with NEPH_ERROR_INVALID_ARGUMENT where

@@ -118,7 +118,9 @@ typedef struct neph_render_desc {
                                   no time limit, and no deep pixel */
   const char *part_path; /**< file for the part of the whole picture that is rendered, for neph_parts_merge; not with
                               deep pixels or a time limit (default NULL) */
-  const char *checkpoint_path;  /**< file for the part as far as it is rendered; not removed. It may be part_path
+  const char *checkpoint_path;  /**< file for the part as far as it is rendered; not removed. It may be part_path. The
+                                     light is kept as far as it is solved for, in the context's cache, or without one
+                                     in files of this name and ".light…", which neph_checkpoint_clear_light removes
                                      (default NULL) */
   double checkpoint_interval_s; /**< seconds from one checkpoint to the next; one is written in any case when the call
                                    is cancelled (default NEPH_UNLIMITED) */

@@ -47,8 +47,9 @@ NEPH_API bool neph_scene_is_animated(const neph_scene *scene);
  * another rules out, as terrain.width beside an .hgt. */
 NEPH_API neph_result neph_scene_check(const neph_scene *scene) NEPH_NODISCARD;
 
-/** Whether every file that a scene reads can be opened: tables, pictures, height fields; but for its clouds' .vdb,
- * which may have a name of their own for each frame: neph_render_explain opens those too. */
+/** Whether every file that a scene reads can be opened, each that cannot told by an error of its own: tables, pictures,
+ * height fields; but for its clouds' .vdb, which may have a name of their own for each frame: neph_render_explain opens
+ * those too. */
 NEPH_API neph_result neph_scene_check_files(const neph_scene *scene) NEPH_NODISCARD;
 
 /** Keys with type, unit, range and default, and old names of keys.

@@ -40,7 +40,46 @@ typedef enum neph_raw_type {
   NEPH_RAW_TYPE_FLOAT32 /**< m */
 } neph_raw_type;
 
-/** Position and material of a height field. */
+/** Axis of a mesh's file that points up. With y, its −z is north. */
+typedef enum neph_mesh_up {
+  NEPH_MESH_UP_FILE, /**< as the format says: y in glTF; others do not say, and are refused */
+  NEPH_MESH_UP_Y,
+  NEPH_MESH_UP_Z
+} neph_mesh_up;
+
+/** Point of a mesh that stands at its position. */
+typedef enum neph_mesh_pivot {
+  NEPH_MESH_PIVOT_BASE,   /**< middle of the bottom of its box */
+  NEPH_MESH_PIVOT_CENTER, /**< middle of its box */
+  NEPH_MESH_PIVOT_ORIGIN  /**< [0, 0, 0] of its file */
+} neph_mesh_pivot;
+
+/** Normals of a mesh. */
+typedef enum neph_mesh_normals {
+  NEPH_MESH_NORMALS_SMOOTH, /**< the file's; where it has none, means of the triangles about each vertex */
+  NEPH_MESH_NORMALS_FLAT    /**< of each triangle */
+} neph_mesh_normals;
+
+/** Triangles from a file that Assimp reads (.gltf, .glb, .obj, .ply, .stl, .fbx …). Nodes may place one mesh many
+ * times: its triangles are stored once. Both sides are ground; holes are open. */
+typedef struct neph_mesh_desc {
+  size_t struct_size;
+  neph_mesh_up up;           /**< default NEPH_MESH_UP_FILE */
+  double unit_m;             /**< length of the file's unit; > 0 (default 1) */
+  double rotation_rad;       /**< about the vertical, counter-clockwise seen from above (default 0) */
+  bool has_position;         /**< whether position_m is given (default false: coordinates are the world's) */
+  double position_m[3];      /**< world point at which the pivot stands (default 0) */
+  neph_mesh_pivot pivot;     /**< default NEPH_MESH_PIVOT_BASE */
+  neph_mesh_normals normals; /**< default NEPH_MESH_NORMALS_SMOOTH */
+} neph_mesh_desc;
+
+#define NEPH_MESH_DESC_DEFAULT                                                                                         \
+  {                                                                                                                    \
+    .struct_size = sizeof(neph_mesh_desc), .up = NEPH_MESH_UP_FILE, .unit_m = 1.0, .rotation_rad = 0,                  \
+    .has_position = false, .position_m = {0, 0, 0}, .pivot = NEPH_MESH_PIVOT_BASE, .normals = NEPH_MESH_NORMALS_SMOOTH \
+  }
+
+/** Position and material of a height field, of a mesh, or of both. */
 typedef struct neph_terrain_desc {
   size_t struct_size;
   double planet_radius_m;        /**< heights stand on this sphere; > 0 (default 6360 km) */
@@ -59,16 +98,18 @@ typedef struct neph_terrain_desc {
   neph_raw_type raw_type;        /**< default NEPH_RAW_TYPE_UINT16 */
   bool raw_is_big_endian;        /**< high bytes first (default false) */
   double ground_albedo[3];       /**< Lambert, 0 to 1 (default 0.2 each) */
-  const char *albedo_image;  /**< PNG (sRGB) or EXR (linear) in its place, north up, over the field (default NULL) */
-  bool has_rock;             /**< rock on steep slopes (default false) */
-  double rock_albedo[3];     /**< 0 to 1 (default 0.13, 0.12, 0.11) */
-  double rock_slope_rad;     /**< slope above which rock lies bare, 0 to π/2 (default 35°) */
-  bool has_snow;             /**< snow on high ground (default false) */
-  double snow_albedo[3];     /**< 0 to 1 (default 0.86, 0.88, 0.9) */
-  double snow_level_m;       /**< elevation above which snow lies (default 1500) */
-  double snow_slope_rad;     /**< slope above which none stays, 0 to π/2 (default 50°) */
-  neph_progress_fn progress; /**< default NULL */
-  void *progress_user;       /**< default NULL */
+  const char *albedo_image;   /**< PNG (sRGB) or EXR (linear) in its place, north up, over the field (default NULL) */
+  bool has_rock;              /**< rock on steep slopes (default false) */
+  double rock_albedo[3];      /**< 0 to 1 (default 0.13, 0.12, 0.11) */
+  double rock_slope_rad;      /**< slope above which rock lies bare, 0 to π/2 (default 35°) */
+  bool has_snow;              /**< snow on high ground (default false) */
+  double snow_albedo[3];      /**< 0 to 1 (default 0.86, 0.88, 0.9) */
+  double snow_level_m;        /**< elevation above which snow lies (default 1500) */
+  double snow_slope_rad;      /**< slope above which none stays, 0 to π/2 (default 50°) */
+  neph_progress_fn progress;  /**< default NULL */
+  void *progress_user;        /**< default NULL */
+  const char *mesh_file;      /**< triangles beside the height field (default NULL) */
+  const neph_mesh_desc *mesh; /**< NULL: the default (default NULL) */
 } neph_terrain_desc;
 
 #define NEPH_TERRAIN_DESC_DEFAULT                                                                                      \
@@ -80,7 +121,7 @@ typedef struct neph_terrain_desc {
     .raw_is_big_endian = false, .ground_albedo = {0.2, 0.2, 0.2}, .albedo_image = NULL, .has_rock = false,             \
     .rock_albedo = {0.13, 0.12, 0.11}, .rock_slope_rad = 0.6108652381980153, .has_snow = false,                        \
     .snow_albedo = {0.86, 0.88, 0.9}, .snow_level_m = 1500.0, .snow_slope_rad = 0.8726646259971648, .progress = NULL,  \
-    .progress_user = NULL                                                                                              \
+    .progress_user = NULL, .mesh_file = NULL, .mesh = NULL                                                             \
   }
 
 /** Reads a height field and builds the ray-tracing structure: SRTM .hgt (a name that starts with the corner), 16-bit
@@ -105,13 +146,18 @@ NEPH_API neph_result neph_terrain_create_ridges(neph_context *context, const nep
                                                 const neph_terrain_desc *desc,
                                                 neph_terrain **out_terrain) NEPH_NODISCARD;
 
+/** Makes a terrain of the triangles of desc->mesh_file alone. The planet's sphere stays the ground wherever it lies
+ * above them. A picture of the albedo spreads over the mesh's box. */
+NEPH_API neph_result neph_terrain_load_mesh(neph_context *context, const neph_terrain_desc *desc,
+                                            neph_terrain **out_terrain) NEPH_NODISCARD;
+
 /** Another reference to the same terrain. */
 NEPH_API neph_terrain *neph_terrain_retain(neph_terrain *terrain);
 
 /** Gives one reference back. NULL is allowed. */
 NEPH_API void neph_terrain_release(neph_terrain *terrain);
 
-/** Elevation of the ground above sea level at a world x, y; 0 beyond the terrain. */
+/** Elevation above sea level of the ground at a world x, y, of a mesh its highest; 0 beyond the terrain. */
 NEPH_API double neph_terrain_get_elevation_m(const neph_terrain *terrain, double x_m, double y_m);
 
 /** Size, spacing, range, voids and place of a height field as text, to be freed with neph_text_destroy. */

@@ -155,11 +155,14 @@ static void write_file(np_cache_entry *e, const void *bytes, size_t size) {
   }
 }
 
-void np_cache_write_begin(neph_context *context, const char *kind, const char *key, np_cache_entry *e) {
-  const char *folder = context->disk_cache->folder;
-  *e = (np_cache_entry){.context = context, .file = -1};
-  e->path = np_alloc_printf(context, "%s/%s-%s%s", folder, kind, key, ending);
-  e->temporary = np_alloc_printf(context, "%s/%sXXXXXX", folder, temporary_start);
+static char *get_entry_path(neph_context *context, const char *kind, const char *key) {
+  return np_alloc_printf(context, "%s/%s-%s%s", context->disk_cache->folder, kind, key, ending);
+}
+
+/* Takes over both paths. */
+static void begin_write(neph_context *context, char *path, char *temporary, const char *key, np_cache_entry *e) {
+  *e = (np_cache_entry){.context = context, .file = -1, .path = path, .temporary = temporary};
+  (void)snprintf(e->key, sizeof e->key, "%.32s", key);
   e->hash = np_hash_create(context);
   e->is_good = e->path && e->temporary && e->hash;
   if (!e->is_good) return;
@@ -169,6 +172,18 @@ void np_cache_write_begin(neph_context *context, const char *kind, const char *k
   write_file(e, &header, sizeof header);
 }
 
+void np_cache_write_begin(neph_context *context, const char *kind, const char *key, np_cache_entry *e) {
+  char *temporary = np_alloc_printf(context, "%s/%sXXXXXX", context->disk_cache->folder, temporary_start);
+  begin_write(context, get_entry_path(context, kind, key), temporary, key, e);
+}
+
+void np_cache_write_begin_at(neph_context *context, const char *path, const char *key, np_cache_entry *e) {
+  const char *slash = strrchr(path, '/'), *name = slash ? slash + 1 : path;
+  char *temporary = np_alloc_printf(context, "%.*s.%s.XXXXXX", (int)(name - path), path, name);
+  begin_write(context, np_alloc_text(context, path), temporary, key, e);
+  e->is_outside = true;
+}
+
 void np_cache_write(np_cache_entry *e, const void *bytes, size_t size) {
   if (!e->is_good) return;
   np_hash_add(e->hash, bytes, size);
@@ -176,16 +191,10 @@ void np_cache_write(np_cache_entry *e, const void *bytes, size_t size) {
   e->size += size;
 }
 
-/* The key is the end of the name, without the kind. */
-static void copy_key(const char *path, char out[40]) {
-  const size_t length = strlen(path) - strlen(ending);
-  (void)snprintf(out, 40, "%.32s", path + length - 32);
-}
-
 static void write_header(np_cache_entry *e) {
   entry_header header = {.format = FORMAT, .size = e->size};
   memcpy(header.magic, magic, sizeof magic);
-  copy_key(e->path, header.key);
+  memcpy(header.key, e->key, sizeof header.key);
   if (np_hash_finish(e->hash, header.hash)) e->is_good = false;
   e->hash = NULL;
   if (e->is_good && lseek(e->file, 0, SEEK_SET) != 0) warn_of_write(e);
@@ -194,7 +203,7 @@ static void write_header(np_cache_entry *e) {
 
 void np_cache_write_commit(np_cache_entry *e) {
   const np_disk_cache *cache = e->context->disk_cache;
-  if (e->is_good && e->size > cache->size_max_bytes) {
+  if (e->is_good && !e->is_outside && e->size > cache->size_max_bytes) {
     np_log(e->context, NEPH_LOG_INFO, "%s: takes %.3g GB and is not kept: the cache may have %.3g", e->path,
            1e-9 * (double)e->size, 1e-9 * (double)cache->size_max_bytes);
     e->is_good = false;
@@ -202,8 +211,9 @@ void np_cache_write_commit(np_cache_entry *e) {
   if (e->is_good) write_header(e);
   if (e->is_good && (fsync(e->file) || rename(e->temporary, e->path))) warn_of_write(e);
   if (e->is_good) {
+    const bool is_outside = e->is_outside;
     close_entry(e);
-    trim(e->context, cache);
+    if (!is_outside) trim(e->context, cache);
   } else {
     np_cache_write_abandon(e);
   }
@@ -219,14 +229,14 @@ void np_cache_write_abandon(np_cache_entry *e) {
 /* NULL: good. */
 static const char *check_entry(np_cache_entry *e) {
   entry_header header;
-  char key[40], hash[33];
+  char hash[33];
   if (e->size < sizeof header) return "it is cut short";
   memcpy(&header, e->bytes, sizeof header);
   if (memcmp(header.magic, magic, sizeof magic) != 0) return "it is no entry of a cache";
   if (header.format != FORMAT) return "it has another format";
   if (header.size != e->size - sizeof header) return "it is cut short";
-  copy_key(e->path, key);
-  if (strncmp(header.key, key, sizeof key) != 0) return "it has another key";
+  if (strncmp(header.key, e->key, sizeof e->key) != 0)
+    return e->is_outside ? "it is of another scene, other settings or another version of nephos" : "it has another key";
   np_hash *sum = np_hash_create(e->context);
   np_hash_add(sum, e->bytes + sizeof header, e->size - sizeof header);
   if (np_hash_finish(sum, hash)) return "there is no memory to check it";
@@ -239,10 +249,11 @@ static void refuse(np_cache_entry *e, const char *reason) {
   close_entry(e);
 }
 
-bool np_cache_read_begin(neph_context *context, const char *kind, const char *key, np_cache_entry *e) {
+/* Takes over the path. */
+static bool begin_read(neph_context *context, char *path, const char *key, bool is_outside, np_cache_entry *e) {
   struct stat status;
-  *e = (np_cache_entry){.context = context, .file = -1};
-  e->path = np_alloc_printf(context, "%s/%s-%s%s", context->disk_cache->folder, kind, key, ending);
+  *e = (np_cache_entry){.context = context, .file = -1, .path = path, .is_outside = is_outside};
+  (void)snprintf(e->key, sizeof e->key, "%.32s", key);
   if (e->path) e->file = open(e->path, O_RDONLY | O_CLOEXEC);
   if (e->file < 0 || fstat(e->file, &status)) return close_entry(e), false;
   e->size = (size_t)status.st_size;
@@ -255,6 +266,22 @@ bool np_cache_read_begin(neph_context *context, const char *kind, const char *ke
   e->at = sizeof(entry_header);
   e->is_good = true;
   return true;
+}
+
+bool np_cache_read_begin(neph_context *context, const char *kind, const char *key, np_cache_entry *e) {
+  return begin_read(context, get_entry_path(context, kind, key), key, false, e);
+}
+
+bool np_cache_read_begin_at(neph_context *context, const char *path, const char *key, np_cache_entry *e) {
+  return begin_read(context, np_alloc_text(context, path), key, true, e);
+}
+
+void np_cache_read_close(np_cache_entry *e) { close_entry(e); }
+
+void np_cache_remove(neph_context *context, const char *kind, const char *key) {
+  char *path = get_entry_path(context, kind, key);
+  if (path) (void)unlink(path);
+  np_alloc_free(context, path);
 }
 
 bool np_cache_read(np_cache_entry *e, void *out_bytes, size_t size) {

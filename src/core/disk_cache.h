@@ -28,6 +28,8 @@ void np_disk_cache_close(neph_context *context, np_disk_cache *cache);
 typedef struct np_cache_entry {
   neph_context *context;
   char *path, *temporary; /* the latter of one that is written */
+  char key[40];
+  bool is_outside; /* of the cache's folder: it is not counted in its size */
   int file;
   unsigned char *bytes; /* of one that is read: all of the file */
   size_t size, at;
@@ -45,6 +47,17 @@ void np_cache_write_abandon(np_cache_entry *entry);
 
 /* Starts to read; false: there is no such entry. */
 bool np_cache_read_begin(neph_context *context, const char *kind, const char *key, np_cache_entry *out_entry);
+
+/* The same of a file that stands outside the cache, by its path: no cache is needed. It goes by the same rules, but for
+ * the cache's size. */
+void np_cache_write_begin_at(neph_context *context, const char *path, const char *key, np_cache_entry *out_entry);
+bool np_cache_read_begin_at(neph_context *context, const char *path, const char *key, np_cache_entry *out_entry);
+
+/* Leaves an entry that was begun to be read as it is. */
+void np_cache_read_close(np_cache_entry *entry);
+
+/* Removes an entry, if there is one. */
+void np_cache_remove(neph_context *context, const char *kind, const char *key);
 
 /* The next bytes. False: there are not so many. */
 bool np_cache_read(np_cache_entry *entry, void *out_bytes, size_t size);

@@ -290,6 +290,11 @@ void np_file_read_ahead(const char *path) {
   (void)close(file);
 }
 
+bool np_file_is_same(const char *path, const char *other) {
+  struct stat a, b;
+  return !stat(path, &a) && !stat(other, &b) && a.st_dev == b.st_dev && a.st_ino == b.st_ino;
+}
+
 uint64_t np_file_get_size(const char *path) {
   struct stat status;
   return stat(path, &status) ? 0 : (uint64_t)status.st_size;

@@ -39,6 +39,9 @@ char *np_file_resolve(neph_context *context, const char *base_file, const char *
 
 bool np_file_exists(const char *path);
 
+/* Whether two names are of the same file, which is there. */
+bool np_file_is_same(const char *path, const char *other);
+
 /* Whether a file can be read; else NEPH_ERROR_NOT_FOUND, NEPH_ERROR_IO, or NEPH_ERROR_BAD_FILE for a folder, with the
  * reason and without a message. */
 neph_result np_file_probe(const char *path, const char **out_reason);

@@ -5,6 +5,7 @@
 #include "mesh/assimp_table.h"
 
 #include <assimp/cimport.h>
+#include <assimp/postprocess.h>
 #include <assimp/scene.h>
 #include <assimp/version.h>
 #include <math.h>
@@ -110,10 +111,18 @@ static const struct aiNode *get_node(const struct aiScene *scene, const struct a
   return search_node(scene->mRootNode, camera->mName.data);
 }
 
-/* ---- Cameras ---- */
+/* ---- Files ---- */
 
-static np_assimp_scene *open_file(const char *path, char *out_message, size_t message_size) {
-  const struct aiScene *scene = aiImportFile(path, 0);
+/* Assimp joins vertices of one place and one normal. Points and lines become meshes of their own, without triangles. */
+static unsigned get_steps(np_assimp_contents contents) {
+  const unsigned flat = aiProcess_Triangulate | aiProcess_SortByPType | aiProcess_JoinIdenticalVertices;
+  if (contents == NP_ASSIMP_CAMERAS) return 0;
+  return contents == NP_ASSIMP_MESHES ? flat | aiProcess_GenSmoothNormals : flat;
+}
+
+static np_assimp_scene *open_file(const char *path, np_assimp_contents contents, char *out_message,
+                                  size_t message_size) {
+  const struct aiScene *scene = aiImportFile(path, get_steps(contents));
   if (!scene) (void)snprintf(out_message, message_size, "%s", aiGetErrorString());
   return (np_assimp_scene *)(uintptr_t)scene;
 }
@@ -121,6 +130,8 @@ static np_assimp_scene *open_file(const char *path, char *out_message, size_t me
 static void close_file(np_assimp_scene *scene) {
   if (scene) aiReleaseImport(get_scene(scene));
 }
+
+/* ---- Cameras ---- */
 
 static size_t count_cameras(const np_assimp_scene *scene) { return get_scene(scene)->mNumCameras; }
 
@@ -176,12 +187,58 @@ static int get_pose(const np_assimp_scene *opened, size_t index, double seconds,
   return turn_axis(&m, &camera->mLookAt, out->forward) && turn_axis(&m, &camera->mUp, out->up);
 }
 
+/* ---- Meshes ---- */
+
+static size_t count_meshes(const np_assimp_scene *scene) { return get_scene(scene)->mNumMeshes; }
+
+static void describe_mesh(const np_assimp_scene *scene, size_t index, np_assimp_mesh *out) {
+  const struct aiMesh *mesh = get_scene(scene)->mMeshes[index];
+  *out = (np_assimp_mesh){.vertex_count = mesh->mNumVertices};
+  if (!mesh->mVertices || !(mesh->mPrimitiveTypes & aiPrimitiveType_TRIANGLE)) return;
+  out->positions = &mesh->mVertices->x;
+  out->normals = mesh->mNormals ? &mesh->mNormals->x : NULL;
+  for (unsigned i = 0; i < mesh->mNumFaces; i++) out->triangle_count += mesh->mFaces[i].mNumIndices == 3;
+}
+
+static void fill_triangles(const np_assimp_scene *scene, size_t index, uint32_t *out) {
+  const struct aiMesh *mesh = get_scene(scene)->mMeshes[index];
+  for (unsigned i = 0; i < mesh->mNumFaces; i++)
+    for (unsigned k = 0; mesh->mFaces[i].mNumIndices == 3 && k < 3; k++) *out++ = mesh->mFaces[i].mIndices[k];
+}
+
+typedef struct place_visit {
+  void (*visit)(void *user, size_t mesh, const double map[3][4]);
+  void *user;
+} place_visit;
+
+static void visit_node(const place_visit *v, const struct aiNode *node, const struct aiMatrix4x4 *outer) {
+  struct aiMatrix4x4 m = *outer;
+  aiMultiplyMatrix4(&m, &node->mTransformation);
+  const double map[3][4] = {{(double)m.a1, (double)m.a2, (double)m.a3, (double)m.a4},
+                            {(double)m.b1, (double)m.b2, (double)m.b3, (double)m.b4},
+                            {(double)m.c1, (double)m.c2, (double)m.c3, (double)m.c4}};
+  for (unsigned i = 0; i < node->mNumMeshes; i++) v->visit(v->user, node->mMeshes[i], map);
+  for (unsigned i = 0; i < node->mNumChildren; i++) visit_node(v, node->mChildren[i], &m);
+}
+
+static void visit_places(const np_assimp_scene *scene, void (*visit)(void *user, size_t mesh, const double map[3][4]),
+                         void *user) {
+  struct aiMatrix4x4 identity;
+  aiIdentityMatrix4(&identity);
+  const place_visit v = {visit, user};
+  if (get_scene(scene)->mRootNode) visit_node(&v, get_scene(scene)->mRootNode, &identity);
+}
+
 const np_assimp_module *nephos_assimp_module(void) {
   static const np_assimp_module module = {.version = NP_ASSIMP_MODULE_VERSION,
                                           .open = open_file,
                                           .close = close_file,
                                           .count_cameras = count_cameras,
                                           .describe_camera = describe_camera,
-                                          .get_pose = get_pose};
+                                          .get_pose = get_pose,
+                                          .count_meshes = count_meshes,
+                                          .describe_mesh = describe_mesh,
+                                          .fill_triangles = fill_triangles,
+                                          .visit_places = visit_places};
   return &module;
 }

@@ -8,7 +8,7 @@
 
 #include <nephos/base.h>
 
-#define NP_ASSIMP_MODULE_VERSION 1u
+#define NP_ASSIMP_MODULE_VERSION 2u
 
 /* Name of the module's file and of the function in it. */
 #define NP_ASSIMP_MODULE_FILE "nephos_assimp.so"
@@ -27,11 +27,24 @@ typedef struct np_assimp_pose {
   double at[3], forward[3], up[3];
 } np_assimp_pose;
 
+/* The part of a file that is wanted. */
+typedef enum np_assimp_contents {
+  NP_ASSIMP_CAMERAS,
+  NP_ASSIMP_MESHES,     /* triangles, with the file's normals or, where it has none, smooth ones */
+  NP_ASSIMP_FLAT_MESHES /* without normals */
+} np_assimp_contents;
+
+/* Vertices of a mesh in its own coordinates, valid while the scene is open. `normals` NULL: none. */
+typedef struct np_assimp_mesh {
+  const float *positions, *normals; /* x, y, z of each */
+  size_t vertex_count, triangle_count;
+} np_assimp_mesh;
+
 typedef struct np_assimp_module {
   uint32_t version; /* NP_ASSIMP_MODULE_VERSION, checked before anything else is used */
 
   /* Reads a file, whatever its kind. NULL, with a line of text, on failure. */
-  np_assimp_scene *(*open)(const char *path, char *out_message, size_t message_size);
+  np_assimp_scene *(*open)(const char *path, np_assimp_contents contents, char *out_message, size_t message_size);
   void (*close)(np_assimp_scene *scene); /* NULL is allowed */
 
   size_t (*count_cameras)(const np_assimp_scene *scene);
@@ -39,6 +52,15 @@ typedef struct np_assimp_module {
 
   /* False where it has no direction. */
   int (*get_pose)(const np_assimp_scene *scene, size_t index, double seconds, np_assimp_pose *out_pose);
+
+  size_t (*count_meshes)(const np_assimp_scene *scene);
+  void (*describe_mesh)(const np_assimp_scene *scene, size_t index, np_assimp_mesh *out_mesh);
+  /* Its vertices, three a triangle. */
+  void (*fill_triangles)(const np_assimp_scene *scene, size_t index, uint32_t *out_vertices);
+
+  /* Nodes place meshes, each as often as it likes: `visit` is given a mesh and the rows of its map to the file. */
+  void (*visit_places)(const np_assimp_scene *scene, void (*visit)(void *user, size_t mesh, const double map[3][4]),
+                       void *user);
 } np_assimp_module;
 
 /* The only exported symbol of nephos_assimp.so. */

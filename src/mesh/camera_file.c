@@ -5,20 +5,9 @@
 #include <string.h>
 
 #include "core/alloc.h"
-#include "core/file.h"
-#include "core/module.h"
-#include "mesh/assimp_table.h"
+#include "mesh/assimp_module.h"
 
 enum { FRAMES_MAX = 1000000, LIST_BYTES = 256 };
-
-/* 22 MB of address space were measured. */
-static const np_module_kind assimp_kind = {.file = NP_ASSIMP_MODULE_FILE,
-                                           .function = NP_ASSIMP_MODULE_FUNCTION,
-                                           .version = NP_ASSIMP_MODULE_VERSION,
-                                           .purpose = "reads glTF files",
-                                           .library_bytes = 32 << 20};
-
-bool np_camera_file_is_supported(neph_context *context) { return np_module_is_present(context, &assimp_kind); }
 
 typedef struct camera_load {
   neph_context *context;
@@ -112,16 +101,8 @@ neph_result np_camera_file_load(neph_context *context, const char *path, const c
                                 np_camera_file *out_file) {
   *out_file = (np_camera_file){.context = context};
   camera_load l = {.context = context, .path = path, .name = name, .frame_rate = frame_rate};
-  const char *reason;
-  neph_result result = np_file_probe(path, &reason);
-  if (result) return np_fail(context, result, "%s: %s", path, reason);
-  const void *table;
-  result = np_module_get(context, &assimp_kind, &table);
+  neph_result result = np_assimp_module_open(context, path, NP_ASSIMP_CAMERAS, &l.module, &l.scene);
   if (result) return result;
-  char message[256];
-  l.module = table;
-  l.scene = l.module->open(path, message, sizeof message);
-  if (!l.scene) return np_fail(context, NEPH_ERROR_BAD_FILE, "%s: cannot be read: Assimp: %s", path, message);
   result = load_camera(&l, out_file);
   l.module->close(l.scene);
   return result;

@@ -25,7 +25,4 @@ neph_result np_camera_file_load(neph_context *context, const char *path, const c
                                 np_camera_file *out_file);
 void np_camera_file_clear(np_camera_file *file);
 
-/* Whether there is the module that reads such files; logs nothing. */
-bool np_camera_file_is_supported(neph_context *context);
-
 #endif

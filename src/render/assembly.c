@@ -91,15 +91,25 @@ static bool is_made(const np_stage_reuse *reuse, const np_stage_part *part) {
   return result;
 }
 
+/* Where another process has made it meanwhile, it is taken from there. */
+static neph_result make_or_load(const np_stage_reuse *reuse, const np_stage_part *part) {
+  np_cache_lock lock;
+  neph_result result = np_stage_disk_lock(reuse, part, &lock);
+  if (!result && !(lock.file >= 0 && np_stage_disk_load(reuse, part))) {
+    result = reuse->make(part);
+    if (!result && part->key && is_made(reuse, part)) np_stage_disk_save(reuse, part);
+  }
+  np_cache_lock_release(&lock);
+  return result;
+}
+
 /* Makes the result of a part unless it was taken. */
 static neph_result make_part(const np_stage_reuse *reuse, const np_stage_part *part) {
   if (is_made(reuse, part)) return NEPH_OK;
   const np_stored_result *own = np_stores_search(part->made->stores, reuse, part->slot);
   np_stage_part keyed = *part;
   keyed.key = own ? own->key : NULL;
-  const neph_result result = reuse->make(&keyed);
-  if (!result && keyed.key && is_made(reuse, part)) np_stage_disk_save(reuse, &keyed);
-  return result;
+  return make_or_load(reuse, &keyed);
 }
 
 /* Gives the result of a part back to the stores, or destroys it where it has no key. */

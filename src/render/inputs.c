@@ -47,6 +47,8 @@ static neph_result open_terrain(const neph_scene *scene) {
   const char *image = scene->terrain.albedo_image;
   unsigned size[2];
   neph_result result = row->check ? row->check(scene->context, &source, &scene->terrain.desc, size) : NEPH_OK;
+  if (!result && scene->terrain.mesh_file && !scene->terrain.given)
+    result = np_terrain_check_mesh(scene->context, &scene->terrain.desc);
   return result || !image ? result : np_ground_cover_check_image(scene->context, image);
 }
 
@@ -62,13 +64,13 @@ typedef struct cloud_file {
 /* A grid of a cloud's emission; `name` is "none" where the scene wants none, and NULL for `usual`. */
 static neph_result open_field(const cloud_file *file, const char *name, const char *usual, bool is_required) {
   neph_context *context = file->scene->context;
-  np_grid_state state;
+  np_grid_header header;
   if (name && !strcmp(name, "none")) return NEPH_OK;
   const char *grid = name ? name : usual;
   neph_volume_load_desc load = NEPH_VOLUME_LOAD_DESC_DEFAULT;
   load.grid = grid;
-  neph_result result = np_volume_read_header(context, file->path, &load, is_required || name, &state);
-  if (!result && state == NP_GRID_EMPTY)
+  neph_result result = np_volume_read_header(context, file->path, &load, is_required || name, &header);
+  if (!result && header.state == NP_GRID_EMPTY)
     np_log(context, NEPH_LOG_WARNING, "%s: grid '%s' is empty: it has no active voxels", file->path, grid);
   return result;
 }
@@ -84,7 +86,9 @@ static neph_result open_density(const cloud_file *file, np_grid_state *out_state
   const np_scene_cloud *cloud = &file->scene->clouds[file->index];
   neph_result result = np_scene_check_cloud_file(file->scene, file->index, file->path);
   const neph_volume_load_desc load = np_cloud_file_describe_load(cloud);
-  if (!result) result = np_volume_read_header(file->scene->context, file->path, &load, true, out_state);
+  np_grid_header header = {.state = *out_state};
+  if (!result) result = np_volume_read_header(file->scene->context, file->path, &load, true, &header);
+  *out_state = header.state;
   if (!result && *out_state == NP_GRID_EMPTY)
     np_log(file->scene->context, NEPH_LOG_WARNING, "%s: cloud %s is empty: its grid has no active voxels", file->path,
            cloud->name);

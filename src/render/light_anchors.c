@@ -137,18 +137,20 @@ static neph_result take_solutions(np_assembly *a, light_anchor *out) {
   return NEPH_OK;
 }
 
-/* Nothing is in the light of a frame that has none. */
-static neph_result solve(neph_scene *scene, const np_plan *plan, int frame, np_monitor *monitor, light_anchor *out) {
+/* The light at an end of the block; nothing is in that of a frame that has none. */
+static neph_result solve(neph_scene *scene, const np_plan *plan, int end, np_monitor *monitor, light_anchor *out) {
   np_plan at_frame;
   np_assembly assembly;
   neph_render_desc desc = plan->desc;
-  desc.frame = frame;
+  const int frame = desc.frame = plan->light_span.frames[end];
   desc.part_path = desc.checkpoint_path = NULL;
   desc.is_resumed = false;
   neph_result result = np_scene_set_frame(scene, frame);
   if (!result) result = np_plan_make(scene, &desc, &at_frame);
   if (result) return result;
   at_frame.stores = plan->stores;
+  at_frame.light_checkpoints = plan->light_checkpoints;
+  at_frame.light_checkpoints.block_end = (unsigned)end + 1;
   result = np_plan_fit_memory(scene, &at_frame);
   if (result || !np_plan_needs(&at_frame, NP_STAGE_ORDINATES)) return result;
   np_log(scene->context, NEPH_LOG_INFO, "multiple scattering: solved for at frame %d, to be interpolated from", frame);
@@ -189,7 +191,7 @@ neph_result np_light_anchors_solve(neph_scene *scene, const np_plan *plan, np_mo
     light_anchor *anchor = &anchors->at[i];
     if (*ids[i] && !strcmp(anchor->id, ids[i])) continue;
     clear_anchor(scene->context, anchor);
-    if (*ids[i]) result = solve(scene, plan, plan->light_span.frames[i], monitor, anchor);
+    if (*ids[i]) result = solve(scene, plan, i, monitor, anchor);
     if (result)
       clear_anchor(scene->context, anchor);
     else

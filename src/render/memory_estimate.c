@@ -15,6 +15,9 @@ static const double program_bytes = 14e6, vdb_bytes = 31e6;
 /* Memory of a height: itself, its vertex, and Embree's tree. */
 static const double height_bytes = 38.0;
 
+/* Memory of a byte of a mesh's file: its vertices and triangles, Embree's tree, and Assimp's copy while it is read. */
+static const double mesh_byte_bytes = 6.0;
+
 /* Samples along a side that go on beyond the border of a file. */
 static const double margin_samples = 160.0;
 
@@ -39,7 +42,8 @@ static neph_result count_terrain_bytes(const neph_scene *scene, const np_plan *p
   neph_result result = count_heights(scene, plan, &heights);
   if (!result && scene->terrain.albedo_image)
     result = np_image_read_size(scene->context, scene->terrain.albedo_image, size);
-  *out_bytes = height_bytes * heights + 3.0 * sizeof(float) * (double)size[0] * size[1];
+  const double mesh = scene->terrain.mesh_file ? (double)np_file_get_size(scene->terrain.mesh_file) : 0.0;
+  *out_bytes = height_bytes * heights + mesh_byte_bytes * mesh + 3.0 * sizeof(float) * (double)size[0] * size[1];
   return result;
 }
 

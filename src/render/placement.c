@@ -5,8 +5,7 @@
 
 #include "volume/volume_private.h"
 
-/* Largest edge of a voxel, in the unit of the map's range. */
-static double largest_voxel_edge(const np_affine *map) {
+double np_placement_get_voxel_edge(const np_affine *map) {
   double largest = 0.0;
   for (int axis = 0; axis < 3; axis++) {
     const np_dvec3 edge = np_dvec3_make(map->m[0][axis], map->m[1][axis], map->m[2][axis]);
@@ -27,8 +26,7 @@ static np_affine make_rotation(int axis, double angle_rad) {
   return out;
 }
 
-/* Upright, scaled, tilted about x and y, turned about the vertical. */
-static np_affine make_turn(const np_scene_cloud *cloud, double scale) {
+np_affine np_placement_make_turn(const np_scene_cloud *cloud, double scale) {
   const double *s = cloud->scale;
   const np_affine y_to_z = {{{1, 0, 0, 0}, {0, 0, -1, 0}, {0, 1, 0, 0}}};
   np_affine turn = {{{s[0] * scale, 0, 0, 0}, {0, s[1] * scale, 0, 0}, {0, 0, s[2] * scale, 0}}};
@@ -59,24 +57,31 @@ static bool is_pivot_of_box(const np_scene_cloud *cloud) {
   return cloud->pivot == NP_PIVOT_BASE || cloud->pivot == NP_PIVOT_CENTER;
 }
 
-static np_dvec3 get_pivot(const np_scene_cloud *cloud, const np_affine *file_to_world, const neph_volume *volume) {
+static np_dvec3 get_pivot(const np_scene_cloud *cloud, const np_affine *file_to_world, np_dvec3 low, np_dvec3 high) {
   const double *point = cloud->pivot_point;
   if (cloud->pivot == NP_PIVOT_ORIGIN) return np_affine_point(file_to_world, np_dvec3_make(0, 0, 0));
   if (cloud->pivot == NP_PIVOT_POINT)
     return np_affine_point(file_to_world, np_dvec3_make(point[0], point[1], point[2]));
-  const np_affine index_to_world = np_affine_compose(file_to_world, &volume->index_to_world);
-  np_dvec3 low, high;
-  np_placement_compute_bounds(&index_to_world, volume, &low, &high);
   const double z = cloud->pivot == NP_PIVOT_BASE ? low.z : 0.5 * (low.z + high.z);
   return np_dvec3_make(0.5 * (low.x + high.x), 0.5 * (low.y + high.y), z);
 }
 
-/* Moves the pivot to its place. */
-static void move_to(const np_scene_cloud *cloud, const neph_volume *volume, np_affine *file_to_world) {
-  const np_dvec3 pivot = get_pivot(cloud, file_to_world, volume);
+void np_placement_move_box(const np_scene_cloud *cloud, np_dvec3 low, np_dvec3 high, np_affine *file_to_world) {
+  if (!cloud->has_position) return;
+  const np_dvec3 pivot = get_pivot(cloud, file_to_world, low, high);
   file_to_world->m[0][3] += cloud->position_m[0] - pivot.x;
   file_to_world->m[1][3] += cloud->position_m[1] - pivot.y;
   file_to_world->m[2][3] += cloud->position_m[2] - pivot.z;
+}
+
+/* Moves the pivot to its place. */
+static void move_to(const np_scene_cloud *cloud, const neph_volume *volume, np_affine *file_to_world) {
+  np_dvec3 low = {0, 0, 0}, high = {0, 0, 0};
+  if (is_pivot_of_box(cloud)) {
+    const np_affine index_to_world = np_affine_compose(file_to_world, &volume->index_to_world);
+    np_placement_compute_bounds(&index_to_world, volume, &low, &high);
+  }
+  np_placement_move_box(cloud, low, high, file_to_world);
 }
 
 static void log_extinction(const np_scene_cloud *cloud, const neph_volume *volume, double extinction, double column) {
@@ -124,8 +129,8 @@ bool np_placement_needs_reference(const np_scene_cloud *cloud) {
 neph_result np_placement_anchor(const np_scene_cloud *cloud, const neph_volume *reference, np_monitor *monitor,
                                 np_anchor *out_anchor) {
   double scale = 1.0;
-  if (cloud->voxel_m > 0.0) scale *= cloud->voxel_m / largest_voxel_edge(&reference->index_to_world);
-  *out_anchor = (np_anchor){.file_to_world = make_turn(cloud, scale)};
+  if (cloud->voxel_m > 0.0) scale *= cloud->voxel_m / np_placement_get_voxel_edge(&reference->index_to_world);
+  *out_anchor = (np_anchor){.file_to_world = np_placement_make_turn(cloud, scale)};
   np_affine *file_to_world = &out_anchor->file_to_world;
   if (cloud->has_position) move_to(cloud, reference, file_to_world);
   if (cloud->density_unit != NP_DENSITY_OPTICAL_DEPTH) return NEPH_OK;
@@ -155,28 +160,91 @@ neph_result np_placement_make(const np_scene_cloud *cloud, const np_anchor *anch
 
 static const double smallest_m = 10.0, largest_m = 1e6;
 
-static void warn_of_view(neph_context *context, const np_scene_cloud *cloud, np_dvec3 low, np_dvec3 high) {
-  np_log(context, NEPH_LOG_WARNING,
-         "cloud %s: lies wholly outside the view, from (%.3g, %.3g, %.3g) to (%.3g, %.3g, %.3g) km: check %s, and "
-         "camera.look_at",
-         cloud->name, 1e-3 * low.x, 1e-3 * low.y, 1e-3 * low.z, 1e-3 * high.x, 1e-3 * high.y, 1e-3 * high.z,
-         cloud->is_baked ? "bake.center and bake.base" : "position, voxel and up");
+typedef struct cloud_box {
+  neph_context *context;
+  const np_scene_cloud *cloud;
+  np_dvec3 low, high;
+} cloud_box;
+
+static const char *get_place_keys(const np_scene_cloud *cloud) {
+  return cloud->is_baked ? "bake.center and bake.base" : "position, voxel and up";
 }
 
-static void warn_of_size(neph_context *context, const np_scene_cloud *cloud, double size_m) {
-  const char *keys = cloud->is_baked ? "bake.extent and scale" : "voxel and scale";
+static void check_view(const cloud_box *box, const np_placement_view *view) {
+  const np_dvec3 low = box->low, high = box->high;
+  if (np_camera_sees_box(view->camera, low, high)) return;
+  np_log(box->context, NEPH_LOG_WARNING,
+         "cloud %s: lies wholly outside the view, from (%.3g, %.3g, %.3g) to (%.3g, %.3g, %.3g) km: check %s, and "
+         "camera.look_at",
+         box->cloud->name, 1e-3 * low.x, 1e-3 * low.y, 1e-3 * low.z, 1e-3 * high.x, 1e-3 * high.y, 1e-3 * high.z,
+         get_place_keys(box->cloud));
+}
+
+static void check_size(const cloud_box *box, const np_placement_view *view) {
+  (void)view;
+  const np_dvec3 size = np_dvec3_subtract(box->high, box->low);
+  const double size_m = fmax(fmax(size.x, size.y), size.z);
+  const char *keys = box->cloud->is_baked ? "bake.extent and scale" : "voxel and scale";
   if (size_m < smallest_m)
-    np_log(context, NEPH_LOG_WARNING, "cloud %s: is %.3g m across, less than %g m: check %s", cloud->name, size_m,
-           smallest_m, keys);
-  else
-    np_log(context, NEPH_LOG_WARNING, "cloud %s: is %.4g km across, more than %g km: check %s", cloud->name,
+    np_log(box->context, NEPH_LOG_WARNING, "cloud %s: is %.3g m across, less than %g m: check %s", box->cloud->name,
+           size_m, smallest_m, keys);
+  else if (size_m > largest_m)
+    np_log(box->context, NEPH_LOG_WARNING, "cloud %s: is %.4g km across, more than %g km: check %s", box->cloud->name,
            1e-3 * size_m, 1e-3 * largest_m, keys);
 }
 
-void np_placement_check(neph_context *context, const np_scene_cloud *cloud, const np_camera *camera, np_dvec3 low,
+/* Deepest corner of a box. */
+static double get_depth(const cloud_box *box, const np_camera *camera) {
+  double deepest_m = -HUGE_VAL, depth_m, film[2];
+  for (int corner = 0; corner < 8; corner++) {
+    (void)np_camera_project(camera,
+                            np_dvec3_make(corner & 1 ? box->high.x : box->low.x, corner & 2 ? box->high.y : box->low.y,
+                                          corner & 4 ? box->high.z : box->low.z),
+                            film, &depth_m);
+    deepest_m = fmax(deepest_m, depth_m);
+  }
+  return deepest_m;
+}
+
+static void check_near(const cloud_box *box, const np_placement_view *view) {
+  const double depth_m = get_depth(box, view->camera);
+  if (!(depth_m > 0.0) || depth_m >= view->camera->near_m) return;
+  np_log(
+      box->context, NEPH_LOG_WARNING,
+      "cloud %s: ends %.4g m before the camera, whose near plane, %.4g m away, cuts it off: check camera.near, and %s",
+      box->cloud->name, depth_m, view->camera->near_m, get_place_keys(box->cloud));
+}
+
+/* Depth of a place below the sphere, or the terrain over it. */
+static double get_depth_below_ground(const np_placement_view *view, np_dvec3 p) {
+  static const double far_m = 2e5;
+  const double radius = view->planet_radius_m, altitude = np_altitude(p, radius);
+  np_terrain_hit hit;
+  if (!view->terrain || !np_terrain_covers(view->terrain, p.x, p.y)) return -altitude;
+  if (np_terrain_intersect(view->terrain, p, np_vec3_make(0.0f, 0.0f, 1.0f), far_m, &hit)) return (double)hit.distance;
+  return -1.0;
+}
+
+/* The top is below the ground at each of 25 places. */
+static void check_ground(const cloud_box *box, const np_placement_view *view) {
+  enum { PLACES = 5 };
+  double least_m = HUGE_VAL;
+  if (!(view->planet_radius_m > 0.0)) return;
+  for (int i = 0; i < PLACES * PLACES; i++) {
+    const double u = (double)(i % PLACES) / (PLACES - 1), v = (double)(i / PLACES) / (PLACES - 1);
+    const np_dvec3 p = np_dvec3_make(box->low.x + u * (box->high.x - box->low.x),
+                                     box->low.y + v * (box->high.y - box->low.y), box->high.z);
+    least_m = fmin(least_m, get_depth_below_ground(view, p));
+    if (!(least_m > 0.0)) return;
+  }
+  np_log(box->context, NEPH_LOG_WARNING, "cloud %s: lies wholly below the ground, its top %.4g m or more: check %s",
+         box->cloud->name, least_m, get_place_keys(box->cloud));
+}
+
+void np_placement_check(neph_context *context, const np_scene_cloud *cloud, const np_placement_view *view, np_dvec3 low,
                         np_dvec3 high) {
-  const np_dvec3 size = np_dvec3_subtract(high, low);
-  const double size_m = fmax(fmax(size.x, size.y), size.z);
-  if (size_m < smallest_m || size_m > largest_m) warn_of_size(context, cloud, size_m);
-  if (!np_camera_sees_box(camera, low, high)) warn_of_view(context, cloud, low, high);
+  static void (*const checks[])(const cloud_box *box, const np_placement_view *view) = {check_size, check_view,
+                                                                                        check_near, check_ground};
+  const cloud_box box = {context, cloud, low, high};
+  for (size_t i = 0; i < sizeof checks / sizeof *checks; i++) checks[i](&box, view);
 }

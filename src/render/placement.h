@@ -6,6 +6,7 @@
 #include "core/parallel.h"
 #include "render/stores.h"
 #include "scene/camera.h"
+#include "terrain/terrain_private.h"
 #include "volume/instance.h"
 
 typedef struct np_placement {
@@ -17,6 +18,15 @@ typedef struct np_placement {
 /* World box of a volume's active samples. */
 void np_placement_compute_bounds(const np_affine *index_to_world, const neph_volume *volume, np_dvec3 *out_min,
                                  np_dvec3 *out_max);
+
+/* Largest edge of a voxel, in the unit of the map's range. */
+double np_placement_get_voxel_edge(const np_affine *map);
+
+/* Upright, scaled, tilted about x and y, turned about the vertical. */
+np_affine np_placement_make_turn(const np_scene_cloud *cloud, double scale);
+
+/* Moves a cloud's pivot to its position, where it has one; `low` and `high` are the box that the files fill. */
+void np_placement_move_box(const np_scene_cloud *cloud, np_dvec3 low, np_dvec3 high, np_affine *file_to_world);
 
 /* Whether a cloud's voxel, position or optical_depth go by what a volume holds. */
 bool np_placement_needs_reference(const np_scene_cloud *cloud);
@@ -30,9 +40,16 @@ neph_result np_placement_anchor(const np_scene_cloud *cloud, const neph_volume *
 neph_result np_placement_make(const np_scene_cloud *cloud, const np_anchor *anchor, const neph_volume *volume,
                               np_monitor *monitor, np_placement *out_placement);
 
-/* Warns of a cloud whose world box is wholly outside the camera's view, under 10 m or over 1000 km across. What stands
- * before it does not count. */
-void np_placement_check(neph_context *context, const np_scene_cloud *cloud, const np_camera *camera, np_dvec3 low,
+/* Surroundings by which a cloud's place is judged. */
+typedef struct np_placement_view {
+  const np_camera *camera;
+  double planet_radius_m;      /* 0: no planet, and no ground */
+  const neph_terrain *terrain; /* NULL: the sphere alone */
+} np_placement_view;
+
+/* Warns of a cloud whose world box is wholly outside the camera's view, before its near plane or below the ground,
+ * under 10 m or over 1000 km across. What stands before it does not count. */
+void np_placement_check(neph_context *context, const np_scene_cloud *cloud, const np_placement_view *view, np_dvec3 low,
                         np_dvec3 high);
 
 #endif

@@ -227,6 +227,9 @@ static neph_result begin(const neph_scene *scene, const neph_render_desc *desc, 
   if (!result) result = np_stores_get(scene, &plan->stores);
   if (!result) result = read_desc(scene, desc, &plan->desc);
   if (result) return result;
+  plan->light_checkpoints = (np_light_checkpoints){.path = plan->desc.checkpoint_path,
+                                                   .interval_s = plan->desc.checkpoint_interval_s,
+                                                   .is_resumed = plan->desc.is_resumed};
   const double asked = scene->render.light_memory_bytes;
   plan->filled_share = 0.4;
   const neph_machine constants = NEPH_MACHINE_DEFAULT, *machine = plan->desc.machine;

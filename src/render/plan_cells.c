@@ -16,13 +16,15 @@ static const double cell_bytes = 1650.0, coarse_cell_bytes = 900.0; /* of degree
 /* In files, where cells are twice as wide as voxels, and sizes tell voxels roughly. */
 static const double cells_per_voxel = 1.0 / 11.0;
 
-/* A cloud from a file is taken to be so wide in the picture, and to fill this of its box. */
+/* Until its box is read, a cloud from a file is taken to be so wide in the picture, and to fill this of it. */
 static const double usual_width = 0.6, usual_fill = 0.3;
 
 double np_plan_predict_cells(const np_plan *plan, const neph_scene *scene) {
   const double boxed = plan->filled_share * plan->light_cell_count, detail_px = scene->render.light_detail_px;
+  if (boxed > 0.0) return boxed;
   const double across = detail_px > 0.0 ? usual_width * plan->desc.width / detail_px : HUGE_VAL;
-  return boxed > 0.0 ? boxed : fmin(cells_per_voxel * plan->cloud_voxel_count, usual_fill * pow(across, 3.0));
+  const double shown = plan->file_cell_count > 0.0 ? plan->file_cell_count : pow(across, 3.0);
+  return fmin(cells_per_voxel * plan->cloud_voxel_count, usual_fill * shown);
 }
 
 double np_plan_predict_cell_bytes(const np_plan *plan, const neph_scene *scene) {

@@ -14,7 +14,9 @@ static void add_references(np_text *text, const np_plan *plan) {
   for (unsigned i = 0; i < plan->reference_count; i++) {
     const np_plan_reference *reference = &plan->references[i];
     np_text_add(text, "%s%s ", i ? ", " : "", reference->cloud);
-    if (reference->is_known)
+    if (reference->is_known && isinf(reference->number))
+      np_text_add(text, "all files");
+    else if (reference->is_known)
       np_text_add(text, "%.10g", reference->number);
     else
       np_text_add(text, "none yet: no frame asked for holds anything");
@@ -157,7 +159,10 @@ static void put_references(np_json *json, const np_plan *plan) {
   for (unsigned i = 0; i < plan->reference_count; i++) {
     np_json_begin_object(json, NULL);
     np_json_put_text(json, "cloud", plan->references[i].cloud);
-    if (plan->references[i].is_known) put_number(json, "frame", plan->references[i].number);
+    if (plan->references[i].is_known && isinf(plan->references[i].number))
+      np_json_put_text(json, "frame", "all");
+    else if (plan->references[i].is_known)
+      put_number(json, "frame", plan->references[i].number);
     np_json_end(json);
   }
   np_json_end(json);

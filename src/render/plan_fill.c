@@ -1,11 +1,17 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The share of their boxes that clouds fill. */
+/* The share of their boxes that clouds fill, and the cells of light in those of files. */
 #include <math.h>
 #include <string.h>
 
+#include "core/alloc.h"
 #include "core/hash.h"
+#include "render/placement.h"
 #include "render/plan.h"
 #include "render/plan_detail.h"
+#include "scene/cloud_file.h"
+#include "volume/volume_private.h"
+
+/* ---- Bakes ---- */
 
 /* Cells and bricks hold cloud where any of their voxels does: a share of f^0.6 where voxels are f, to a quarter in
  * a hero and three fields of f from 0.1 to 0.16, and a deck. */
@@ -59,6 +65,54 @@ static neph_result measure(const neph_scene *scene, const np_plan *plan, double 
   return result;
 }
 
+/* ---- Files ---- */
+
+/* World box of a file's grid, placed by the grid's own box whatever frame the scene refers to. */
+static neph_result place_box(const np_scene_cloud *cloud, const np_grid_header *header, np_dvec3 *out_low,
+                             np_dvec3 *out_high) {
+  neph_volume outline = {.index_to_world = header->index_to_world};
+  memcpy(outline.active_min, header->active_min, sizeof outline.active_min);
+  memcpy(outline.active_max, header->active_max, sizeof outline.active_max);
+  np_scene_cloud hollow = *cloud;
+  hollow.density_unit = NP_DENSITY_EXTINCTION; /* whatever its optical depth */
+  np_anchor anchor;
+  const neph_result result = np_placement_anchor(&hollow, &outline, NULL, &anchor);
+  const np_affine index_to_world = np_affine_compose(&anchor.file_to_world, &outline.index_to_world);
+  np_placement_compute_bounds(&index_to_world, &outline, out_low, out_high);
+  return result;
+}
+
+static neph_result count_file_cells(const neph_scene *scene, const np_plan *plan, const np_scene_cloud *cloud,
+                                    double *cells) {
+  const neph_volume_load_desc load = np_cloud_file_describe_load(cloud);
+  np_cloud_file file;
+  np_grid_header header = {.has_box = false};
+  np_dvec3 low, high;
+  neph_result result = np_cloud_file_get(scene->context, cloud, plan->desc.frame, &file);
+  if (!result && file.path) result = np_volume_read_header(scene->context, file.path, &load, true, &header);
+  np_alloc_free(scene->context, file.path);
+  if (result || !header.has_box || header.state != NP_GRID_FILLED) return result;
+  result = place_box(cloud, &header, &low, &high);
+  const double edge_m = np_plan_get_light_edge(plan, scene, low, high);
+  *cells += (high.x - low.x) * (high.y - low.y) * (high.z - low.z) / pow(edge_m, 3.0);
+  return result;
+}
+
+/* Counts the cells where a picture's pixels limit them. */
+static neph_result measure_files(const neph_scene *scene, np_plan *plan) {
+  double cells = 0.0;
+  neph_result result = NEPH_OK;
+  if (!(scene->render.light_detail_px > 0.0)) return NEPH_OK;
+  for (unsigned i = 0; !result && i < scene->cloud_count; i++) {
+    const np_scene_cloud *cloud = &scene->clouds[i];
+    if (!cloud->is_baked && !cloud->volume) result = count_file_cells(scene, plan, cloud, &cells);
+  }
+  plan->file_cell_count = cells;
+  return result;
+}
+
+/* ---- Both ---- */
+
 neph_result np_plan_measure_fill(const neph_scene *scene, np_plan *plan) {
   if (plan->is_fill_measured) return NEPH_OK;
   np_stored_fill *stored = &plan->stores->fill;
@@ -68,8 +122,9 @@ neph_result np_plan_measure_fill(const neph_scene *scene, np_plan *plan) {
     result = measure(scene, plan, &fill.share);
     if (!result) *stored = fill;
   }
+  if (!result) result = measure_files(scene, plan);
   plan->is_fill_measured = true;
-  if (result || stored->share == plan->filled_share) return result;
+  if (result || (stored->share == plan->filled_share && !(plan->file_cell_count > 0.0))) return result;
   plan->filled_share = stored->share;
   return np_plan_revise(scene, plan);
 }

@@ -76,8 +76,16 @@ typedef struct np_stage_times {
 typedef struct np_plan_reference {
   const char *cloud; /* borrowed from the scene */
   bool is_known;     /* else none that holds anything was asked for yet */
-  double number;
+  double number;     /* infinite: all files of the sequence */
 } np_plan_reference;
+
+/* States of light that is being solved for, kept with the picture's checkpoint. */
+typedef struct np_light_checkpoints {
+  const char *path; /* of the checkpoint; NULL: none are kept */
+  double interval_s;
+  bool is_resumed;
+  unsigned block_end; /* 0: light of the frame itself; 1, 2: of the first and the last of the block that it is in */
+} np_light_checkpoints;
 
 /* Frames between which the light in clouds is interpolated (light_anchors.h). */
 typedef struct np_light_span {
@@ -118,6 +126,7 @@ typedef struct np_plan {
   double bake_voxel_count;  /* in the boxes of the clouds to bake: an upper bound of what is kept */
   double cloud_voxel_count; /* that hold cloud: a guess, by which work is judged */
   double filled_share;      /* of the boxes of clouds that are baked: two fifths, or as measured */
+  double file_cell_count;   /* of light, in the boxes of files, as far as pixels limit them; 0: not measured */
   bool is_fill_measured;
   double light_bytes_max;              /* of multiple scattering while it is solved for */
   bool are_halves;                     /* volumes in memory, whatever their clouds' precision */
@@ -128,6 +137,7 @@ typedef struct np_plan {
   double constant_s;                   /* predicted for all stages without those factors: the same on every machine */
   double constant_common_s;            /* of that, what parts of a picture have in common: all but its samples */
   np_light_span light_span;
+  np_light_checkpoints light_checkpoints;
   double light_error;      /* expected of the largest cells of multiple scattering; 0: it is not solved */
   double light_cell_count; /* in the box of clouds that are baked, where multiple scattering is solved for; else 0 */
 } np_plan;

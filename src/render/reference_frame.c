@@ -6,12 +6,13 @@
 #include "core/alloc.h"
 #include "core/frame_name.h"
 #include "core/hash.h"
+#include "render/sequence_scan.h"
 #include "scene/scene_apply.h"
 #include "volume/volume_private.h"
 
-/* All that an anchor depends on, but for names. */
+/* All that an anchor depends on, but for names. `scan` is the key of the files of a sequence; else NULL. */
 static neph_result compute_key(const np_frame_cloud *of, const np_reference *reference, double number, const char *path,
-                               char out_hex[33]) {
+                               const char *scan, char out_hex[33]) {
   const np_scene_cloud *cloud = &of->scene->clouds[of->index];
   np_hash *hash = np_hash_create(of->scene->context);
   NP_HASH_ADD(hash, reference->sequence);
@@ -32,6 +33,7 @@ static neph_result compute_key(const np_frame_cloud *of, const np_reference *ref
   NP_HASH_ADD(hash, cloud->pivot_point);
   NP_HASH_ADD(hash, cloud->density_unit);
   NP_HASH_ADD(hash, cloud->density_value);
+  np_hash_add_text(hash, scan);
   return np_hash_finish(hash, out_hex);
 }
 
@@ -65,18 +67,53 @@ static neph_result compute_anchor(const np_frame_cloud *of, double number, const
 /* Computes what the reference does not hold yet. */
 static neph_result update(const np_frame_cloud *of, double number, const char *path, np_reference *reference) {
   char key[33];
-  neph_result result = compute_key(of, reference, number, path, key);
+  neph_result result = compute_key(of, reference, number, path, NULL, key);
   if (result || !strcmp(key, reference->key)) return result;
   result = compute_anchor(of, number, path, &reference->anchor);
   if (!result) memcpy(reference->key, key, sizeof key);
   return result;
 }
 
+/* ---- All files ---- */
+
+static neph_result compute_common_anchor(const np_frame_cloud *of, const char *scan_key, np_anchor *out_anchor) {
+  neph_context *context = of->scene->context;
+  const np_scene_cloud *cloud = &of->scene->clouds[of->index];
+  np_sequence_scan scan;
+  neph_result result = np_sequence_scan_get(context, cloud, of->load, scan_key, of->monitor, &scan);
+  if (result) return result;
+  const bool has_column = cloud->density_unit == NP_DENSITY_OPTICAL_DEPTH;
+  if (!scan.filled_count || (has_column && !(scan.column > 0.0)))
+    return np_fail(context, NEPH_ERROR_BAD_SCENE, "cloud %s: none of the %llu files of its sequence holds anything",
+                   cloud->name, (unsigned long long)scan.file_count);
+  np_sequence_scan_anchor(&scan, cloud, out_anchor);
+  np_log(context, NEPH_LOG_INFO, "cloud %s: goes by all %llu files of its sequence, of which %llu hold anything",
+         cloud->name, (unsigned long long)scan.file_count, (unsigned long long)scan.filled_count);
+  if (has_column) np_log(context, NEPH_LOG_INFO, "cloud %s: file %.10g is its densest", cloud->name, scan.densest);
+  return NEPH_OK;
+}
+
+static neph_result get_common_anchor(const np_frame_cloud *of, np_reference *reference, np_anchor *out_anchor) {
+  const np_scene_cloud *cloud = &of->scene->clouds[of->index];
+  char key[33], scan[33];
+  neph_result result = np_sequence_scan_compute_key(cloud, of->scene->context, scan);
+  if (!result) result = compute_key(of, reference, 0.0, NULL, scan, key);
+  if (!result && strcmp(key, reference->key) != 0) {
+    result = compute_common_anchor(of, scan, &reference->anchor);
+    if (!result) memcpy(reference->key, key, sizeof key);
+  }
+  *out_anchor = reference->anchor;
+  return result;
+}
+
+/* ---- Anchors ---- */
+
 static neph_result get_sequence_anchor(const np_frame_cloud *of, np_anchor *out_anchor, bool *out_is_known) {
   const np_scene_cloud *cloud = &of->scene->clouds[of->index];
   np_reference *reference;
   neph_result result = np_reference_store_get(of->references, of->scene, of->index, &reference);
   if (result) return result;
+  if (np_scene_cloud_goes_by_all(cloud)) return *out_is_known = true, get_common_anchor(of, reference, out_anchor);
   if (!reference->has_frame && of->volume) {
     reference->has_frame = true;
     reference->number = of->number;

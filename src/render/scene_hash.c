@@ -55,6 +55,15 @@ static void add_file(hash_writer *w, const char *text) {
   np_alloc_free(context, path);
 }
 
+/* All files of a sequence. */
+static void add_all(hash_writer *w, const np_scene_cloud *cloud) {
+  np_frame_numbers there;
+  w->result = np_frame_name_list(w->scene->context, cloud->vdb, &there);
+  for (size_t i = 0; !w->result && i < there.count; i++)
+    add_path(w, np_frame_name_make(w->scene->context, cloud->vdb, there.numbers[i]));
+  np_alloc_free(w->scene->context, there.numbers);
+}
+
 /* A sequence has the files of the frame and of those that lead up to it, and that by which it is placed. */
 static void add_cloud(hash_writer *w, const np_scene_cloud *cloud) {
   np_cloud_file file;
@@ -64,7 +73,10 @@ static void add_cloud(hash_writer *w, const np_scene_cloud *cloud) {
     if (!w->result && file.path) add_path(w, file.path);
   }
   if (w->result) return;
-  if (np_scene_cloud_is_sequence(cloud) && cloud->has_reference_frame)
+  if (!np_scene_cloud_is_sequence(cloud)) return;
+  if (np_scene_cloud_goes_by_all(cloud))
+    add_all(w, cloud);
+  else if (cloud->has_reference_frame)
     add_path(w, np_frame_name_make(w->scene->context, cloud->vdb, cloud->reference_frame));
 }
 

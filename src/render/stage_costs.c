@@ -20,7 +20,7 @@ static double count_pixels(const np_plan *plan) { return (double)np_plan_count_p
 /* A height that is made and eroded, or read; and its memory with vertex and Embree's tree. */
 static const double made_height_s = 7.2e-7, read_height_s = 1.5e-7, height_bytes = 38.0;
 
-np_stage_cost np_stage_predict_terrain(const np_plan *plan, const neph_scene *scene) {
+static np_stage_cost predict_heights(const np_plan *plan, const neph_scene *scene) {
   const np_scene_terrain *terrain = &scene->terrain;
   if (terrain->kind == NP_TERRAIN_RIDGES) {
     const double side = np_plan_get_ridges(plan, scene).sample_count;
@@ -29,6 +29,18 @@ np_stage_cost np_stage_predict_terrain(const np_plan *plan, const neph_scene *sc
   if (terrain->kind != NP_TERRAIN_HEIGHTFIELD) return (np_stage_cost){.seconds = 0.0};
   const double heights = 0.5 * (double)np_file_get_size(terrain->heightfield);
   return (np_stage_cost){.seconds = 0.02 + read_height_s * heights, .bytes = height_bytes * heights};
+}
+
+/* A byte of a mesh's file: read, placed, and put into Embree's tree. */
+static const double mesh_byte_s = 5e-8, mesh_byte_bytes = 6.0;
+
+np_stage_cost np_stage_predict_terrain(const np_plan *plan, const neph_scene *scene) {
+  const char *mesh = scene->terrain.given ? NULL : scene->terrain.mesh_file;
+  np_stage_cost cost = predict_heights(plan, scene);
+  const double bytes = mesh ? (double)np_file_get_size(mesh) : 0.0;
+  cost.seconds += mesh_byte_s * bytes;
+  cost.bytes += mesh_byte_bytes * bytes;
+  return cost;
 }
 
 /* ---- Volumes ---- */

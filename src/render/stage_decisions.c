@@ -69,7 +69,10 @@ void np_stage_decide_terrain(np_decision *d, np_plan_stage *out) {
   const np_scene_terrain *terrain = &d->scene->terrain;
   const np_terrain_row *row = &np_terrain_rows[terrain->kind];
   out->is_needed = terrain->kind != NP_TERRAIN_NONE;
-  snprintf(out->reason, sizeof out->reason, "%s%s", row->description, row->check ? terrain->heightfield : "");
+  const bool has_mesh = out->is_needed && !terrain->given && terrain->mesh_file;
+  snprintf(out->reason, sizeof out->reason, "%s%s%s%s%s", row->description, row->check ? terrain->heightfield : "",
+           has_mesh && row->make_field && *row->description ? ", " : "", has_mesh ? "mesh " : "",
+           has_mesh ? terrain->mesh_file : "");
 }
 
 static double count_voxels(const neph_cloud_desc *bake) {

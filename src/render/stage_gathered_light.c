@@ -90,7 +90,8 @@ static void destroy_viewer_light(void *result) {
   np_alloc_free(context, light);
 }
 
-static const np_stage_disk viewer_light_disk = {"view", true, add_gathered_key, save_viewer_light, load_viewer_light};
+static const np_stage_disk viewer_light_disk = {"view", true, add_gathered_key, save_viewer_light, load_viewer_light,
+                                                NULL};
 
 NP_STAGE_REUSE(viewer_light, in->light->viewer_light, NP_PER_PACKET_LIGHT, false, adapt_gathered, destroy_viewer_light,
                &viewer_light_disk, "it is a part of the same picture");
@@ -141,8 +142,8 @@ static void destroy_ground_clouds(void *result) {
   np_alloc_free(context, light);
 }
 
-static const np_stage_disk ground_clouds_disk = {"ground", true, add_gathered_key, save_ground_clouds,
-                                                 load_ground_clouds};
+static const np_stage_disk ground_clouds_disk = {"ground",           true, add_gathered_key, save_ground_clouds,
+                                                 load_ground_clouds, NULL};
 
 NP_STAGE_REUSE(ground_clouds, in->light->ground_light, NP_PER_PACKET_LIGHT, false, adapt_gathered,
                destroy_ground_clouds, &ground_clouds_disk, "it is a part of the same picture");

@@ -239,7 +239,7 @@ static neph_result load_depth(const np_stage_part *in, np_cache_entry *entry) {
   return NEPH_OK;
 }
 
-static const np_stage_disk depth_disk = {"depth", true, add_depth_key, save_depth, load_depth};
+static const np_stage_disk depth_disk = {"depth", true, add_depth_key, save_depth, load_depth, NULL};
 
 NP_STAGE_REUSE(sun_optical_depth, in->caches->sun_optical_depth, NP_PER_LIGHT, false, adapt_depth, destroy_depth,
                &depth_disk, "the clouds' extinction and the direction of the light stay, to the bit");

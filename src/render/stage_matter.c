@@ -96,6 +96,18 @@ static neph_result add_heights(np_hash *hash, neph_context *context, const np_sc
   return result;
 }
 
+static void add_mesh(np_hash *hash, const np_scene_terrain *terrain) {
+  const neph_mesh_desc *mesh = &terrain->mesh;
+  np_hash_add_file(hash, terrain->mesh_file);
+  NP_HASH_ADD(hash, mesh->up);
+  NP_HASH_ADD(hash, mesh->unit_m);
+  NP_HASH_ADD(hash, mesh->rotation_rad);
+  NP_HASH_ADD(hash, mesh->has_position);
+  NP_HASH_ADD(hash, mesh->position_m);
+  NP_HASH_ADD(hash, mesh->pivot);
+  NP_HASH_ADD(hash, mesh->normals);
+}
+
 static neph_result compute_terrain_key(const np_plan *plan, const neph_scene *scene, char out_key[33]) {
   const np_scene_terrain *terrain = &scene->terrain;
   const neph_ridges_desc ridges = np_plan_get_ridges(plan, scene);
@@ -109,6 +121,7 @@ static neph_result compute_terrain_key(const np_plan *plan, const neph_scene *sc
   NP_HASH_ADD(hash, terrain->desc.height_min_m);
   NP_HASH_ADD(hash, terrain->desc.height_max_m);
   add_cover(hash, &terrain->desc);
+  if (terrain->mesh_file) add_mesh(hash, terrain);
   NP_HASH_ADD(hash, ridges.seed);
   NP_HASH_ADD(hash, ridges.sample_count);
   NP_HASH_ADD(hash, ridges.relief_m);
@@ -171,7 +184,7 @@ static neph_result load_terrain(const np_stage_part *in, np_cache_entry *entry) 
   return np_terrain_load_from_cache(in->made->context, entry, &desc, &in->made->terrain);
 }
 
-static const np_stage_disk terrain_disk = {"terrain", false, add_heights_key, save_terrain, load_terrain};
+static const np_stage_disk terrain_disk = {"terrain", false, add_heights_key, save_terrain, load_terrain, NULL};
 
 static void destroy_terrain(void *terrain) { neph_terrain_release(terrain); }
 
@@ -287,7 +300,7 @@ static neph_result load_volume(const np_stage_part *in, np_cache_entry *entry) {
   return np_volume_load_from_cache(in->made->context, entry, &in->made->clouds[in->cloud].volume);
 }
 
-static const np_stage_disk volumes_disk = {"bake", false, add_volumes_key, save_volume, load_volume};
+static const np_stage_disk volumes_disk = {"bake", false, add_volumes_key, save_volume, load_volume, NULL};
 
 static void destroy_volume(void *volume) { neph_volume_release(volume); }
 
@@ -365,6 +378,12 @@ static neph_result get_anchor(cloud_build *c) {
   return np_reference_frame_get_anchor(&of, &c->anchor, &c->is_anchored);
 }
 
+/* 0 where no ground is known: there is no planet, or its terrain is not built. */
+static double get_ground_radius(const np_stage_part *in) {
+  const bool is_known = in->made->terrain || !np_plan_needs(in->plan, NP_STAGE_TERRAIN);
+  return is_known && in->scene->environment.has_planet ? in->scene->atmosphere.planet_radius_m : 0.0;
+}
+
 static neph_result place_cloud(cloud_build *c) {
   np_assembly *a = c->in->made;
   np_monitor *monitor = c->in->monitor;
@@ -377,7 +396,8 @@ static neph_result place_cloud(cloud_build *c) {
   if (!result && has_emission(c)) result = build_emission(c);
   if (result || c->low.x > c->high.x) return result;
   include_box(&a->clouds_min, &a->clouds_max, c->low, c->high);
-  np_placement_check(a->context, c->cloud, &a->camera, c->low, c->high);
+  const np_placement_view view = {&a->camera, get_ground_radius(c->in), a->terrain};
+  np_placement_check(a->context, c->cloud, &view, c->low, c->high);
   return NEPH_OK;
 }
 

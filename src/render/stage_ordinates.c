@@ -4,6 +4,7 @@
 
 #include "core/alloc.h"
 #include "render/light_anchors.h"
+#include "render/light_checkpoint.h"
 #include "render/plan_choices.h"
 #include "render/plan_detail.h"
 #include "render/stage_part.h"
@@ -96,17 +97,6 @@ static neph_result blend_ordinates(const np_stage_part *in, const np_light_solut
   return np_scattering_field_blend(&blend, &in->light->world, in->monitor, &in->light->scattering);
 }
 
-static neph_result make_ordinates(const np_stage_part *in) {
-  const np_light_solution *ends[2];
-  if (np_light_anchors_get(in->plan, in->slot, ends)) return blend_ordinates(in, ends);
-  np_scattering_desc desc = ((const np_light_key *)in->key)->desc;
-  desc.seconds_max = np_schedule_take_solve(&in->made->schedule, in->monitor);
-  const np_sun_optical_depths depths = np_stage_get_depths(in, in->light);
-  const np_sun_optical_depth_source source = np_sun_optical_depths_get_source(&depths);
-  return np_scattering_field_build(in->made->context, &in->light->world, &source, &desc, in->monitor,
-                                   &in->light->scattering);
-}
-
 static bool add_ordinates_key(const np_stage_part *in, np_hash *key) {
   const np_light_key *own = in->key;
   NP_HASH_ADD(key, own->clouds);
@@ -126,7 +116,36 @@ static neph_result load_solution(const np_stage_part *in, np_cache_entry *entry)
 }
 
 /* A solution that a time limit may cut is not kept. */
-static const np_stage_disk ordinates_disk = {"light", true, add_ordinates_key, save_solution, load_solution};
+static const np_stage_disk ordinates_disk = {"light",       true,          add_ordinates_key,
+                                             save_solution, load_solution, NP_LIGHT_STATE_KIND};
+
+/* Goes on from where the light's checkpoint is. */
+static neph_result solve_ordinates(const np_stage_part *in, np_light_checkpoint *checkpoint) {
+  np_scattering_desc desc = ((const np_light_key *)in->key)->desc;
+  desc.seconds_max = np_schedule_take_solve(&in->made->schedule, in->monitor);
+  desc.keeper = checkpoint ? &checkpoint->keeper : NULL;
+  const np_sun_optical_depths depths = np_stage_get_depths(in, in->light);
+  const np_sun_optical_depth_source source = np_sun_optical_depths_get_source(&depths);
+  return np_scattering_field_build(in->made->context, &in->light->world, &source, &desc, in->monitor,
+                                   &in->light->scattering);
+}
+
+static neph_result make_ordinates(const np_stage_part *in) {
+  const np_light_solution *ends[2];
+  np_light_checkpoint checkpoint;
+  if (np_light_anchors_get(in->plan, in->slot, ends)) return blend_ordinates(in, ends);
+  if (!np_light_checkpoint_open(in, &ordinates_disk, &checkpoint)) return solve_ordinates(in, NULL);
+  neph_result result = NEPH_OK;
+  in->light->scattering = np_light_checkpoint_load(&checkpoint, &in->light->world);
+  if (in->light->scattering) {
+    in->made->schedule.solves_left--;
+  } else {
+    result = solve_ordinates(in, &checkpoint);
+    if (!result) np_light_checkpoint_save(&checkpoint, in->light->scattering);
+  }
+  np_light_checkpoint_close(&checkpoint);
+  return result;
+}
 
 static void destroy_solution(void *solution) { np_scattering_field_destroy(solution); }
 

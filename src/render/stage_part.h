@@ -3,6 +3,7 @@
 #ifndef NP_RENDER_STAGE_PART_H
 #define NP_RENDER_STAGE_PART_H
 
+#include "core/cache_lock.h"
 #include "core/disk_cache.h"
 #include "render/packet.h"
 #include "scene/cloud_file.h"
@@ -50,6 +51,7 @@ typedef struct np_stage_disk {
   bool (*add_key)(const np_stage_part *in, np_hash *key);
   void (*save)(const np_stage_part *in, np_cache_entry *entry);        /* the result in its place */
   neph_result (*load)(const np_stage_part *in, np_cache_entry *entry); /* to its place, if the entry is whole */
+  const char *state_kind; /* of entries of the same key that hold a result on its way; NULL: there are none */
 } np_stage_disk;
 
 /* Reuse of a stage's results by later pictures. The walk takes them from the stores and gives them back; changes are
@@ -88,6 +90,13 @@ extern const np_stage_reuse np_stage_reuse_terrain, np_stage_reuse_volumes, np_s
 
 /* Takes a part's result from disk to its place, where it is kept there; a part whose key is not known has none. */
 bool np_stage_disk_load(const np_stage_reuse *reuse, const np_stage_part *part);
+
+/* The key of a part's result on disk; false: it is not to be kept. */
+bool np_stage_disk_compute_key(const np_stage_disk *disk, const np_stage_part *part, char out_key[33]);
+
+/* Lets other processes that want a part's result from disk wait until the lock is released; or waits for one that makes
+ * it. */
+neph_result np_stage_disk_lock(const np_stage_reuse *reuse, const np_stage_part *part, np_cache_lock *out_lock);
 
 /* Keeps it there, where a cache is wanted. */
 void np_stage_disk_save(const np_stage_reuse *reuse, const np_stage_part *part);

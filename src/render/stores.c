@@ -84,6 +84,7 @@ neph_result np_reference_store_get(np_reference_store *store, const neph_scene *
 }
 
 bool np_reference_get_number(const np_scene_cloud *cloud, const np_reference *reference, double *out_number) {
-  *out_number = cloud->has_reference_frame ? cloud->reference_frame : reference->number;
-  return cloud->has_reference_frame || reference->has_frame;
+  const bool is_given = cloud->has_reference_frame || np_scene_cloud_goes_by_all(cloud);
+  *out_number = is_given ? cloud->reference_frame : reference->number;
+  return is_given || reference->has_frame;
 }

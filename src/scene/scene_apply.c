@@ -418,6 +418,9 @@ static void derive_terrain(neph_scene *scene) {
   if (node && node->assets.terrain) derive_given_terrain(scene, node->assets.terrain);
   scene->terrain.desc.albedo_image = scene->terrain.albedo_image;
   scene->terrain.desc.crs = scene->terrain.crs;
+  scene->terrain.desc.mesh_file = scene->terrain.mesh_file;
+  scene->terrain.desc.mesh = &scene->terrain.mesh;
+  if (scene->terrain.mesh_file && scene->terrain.kind == NP_TERRAIN_NONE) scene->terrain.kind = NP_TERRAIN_MESH;
   scene->terrain.desc.planet_radius_m = scene->atmosphere.planet_radius_m;
   scene->terrain.desc.has_place = scene->has_place;
   scene->terrain.desc.latitude_rad = scene->latitude_rad;
@@ -458,6 +461,7 @@ static neph_result apply_animation(neph_scene *scene, np_scene_problems *problem
 neph_result np_scene_apply_frame(neph_scene *scene, np_scene_problems *problems) {
   scene->terrain.desc = (neph_terrain_desc)NEPH_TERRAIN_DESC_DEFAULT;
   scene->terrain.ridges = (neph_ridges_desc)NEPH_RIDGES_DESC_DEFAULT;
+  scene->terrain.mesh = (neph_mesh_desc)NEPH_MESH_DESC_DEFAULT;
   locale_t saved = np_values_enter();
   neph_result result = apply_document(scene, problems);
   np_values_leave(saved);

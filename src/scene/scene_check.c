@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Errors of keys together, which no single key has. */
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "scene/scene_apply.h"
@@ -89,10 +90,13 @@ static neph_result check_source(const neph_scene *scene, unsigned index, const n
 static neph_result check_reference_frame(const neph_scene *scene, unsigned index, const np_node *node,
                                          np_scene_problems *problems) {
   const np_scene_cloud *cloud = &scene->clouds[index];
-  if (!cloud->has_reference_frame || np_scene_cloud_is_sequence(cloud)) return NEPH_OK;
+  const bool is_given = cloud->has_reference_frame || np_scene_cloud_goes_by_all(cloud);
+  if (!is_given || np_scene_cloud_is_sequence(cloud)) return NEPH_OK;
+  char number[32];
+  snprintf(number, sizeof number, "%.10g", cloud->reference_frame);
   return np_scene_fail_at(problems, np_node_search(node, "reference_frame"),
-                          "clouds[%u].reference_frame is %.10g, but %s: it goes with a vdb that has # for the frame",
-                          index, cloud->reference_frame,
+                          "clouds[%u].reference_frame is %s, but %s: it goes with a vdb that has # for the frame",
+                          index, np_scene_cloud_goes_by_all(cloud) ? "all" : number,
                           cloud->is_baked ? "the cloud is baked" : "its vdb is the same file in every frame");
 }
 
@@ -209,9 +213,13 @@ static neph_result check_terrain(const neph_scene *scene, np_scene_problems *pro
   const np_scene_terrain *terrain = &scene->terrain;
   const np_node *node = np_node_search(scene->document, "terrain");
   if (terrain->given) return check_given_terrain(scene, node, problems);
+  const np_node *mesh = node ? np_node_search(node, "mesh") : NULL;
+  if (mesh && !terrain->mesh_file)
+    return np_scene_fail_at(problems, mesh, "terrain.mesh has no file, must name one of triangles");
   if (node && node->kind == NP_NODE_MAPPING && terrain->kind == NP_TERRAIN_NONE)
     return np_scene_fail_at(problems, node,
-                            "terrain has no source, must have heightfield, a file, or ridges, parameters");
+                            "terrain has no source, must have heightfield, a file, mesh, a file of triangles, or "
+                            "ridges, parameters");
   if (terrain->desc.height_max_m > terrain->desc.height_min_m) return NEPH_OK;
   return np_scene_fail_at(problems, locate(scene, "terrain", "height_max"),
                           "terrain.height_max is %g m, must be above height_min, %g m", terrain->desc.height_max_m,

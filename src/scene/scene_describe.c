@@ -49,6 +49,14 @@ static const char *get_choice_name(const np_key *key, unsigned value) {
   return NULL;
 }
 
+static bool is_word_set(const np_key *key, const void *base) {
+  if (!key->word) return false;
+  if (key->type != NP_KEY_REAL) return load_unsigned(base, key->field) == (unsigned)key->word_value;
+  double value;
+  memcpy(&value, (const char *)base + key->field.offset, sizeof value);
+  return value == key->word_value;
+}
+
 /* Whether one word says all about a section: "terrain: none". False where a key in it says the same. */
 static bool is_word_for_section(const np_key *section, const void *base) {
   if (!section->choices || np_key_search(section, "preset")) return false;
@@ -70,7 +78,7 @@ static bool is_in_force(const np_key *key, const void *base) {
   if (key->group && key->tag.size) return is_tag_set(key, base);
   if (key->group && is_excluded_by_text(key, base)) return false;
   if (key->fallback) return true;
-  return key->tag.size ? is_tag_set(key, base) : !is_zero(key, base);
+  return key->tag.size ? is_tag_set(key, base) || is_word_set(key, base) : !is_zero(key, base);
 }
 
 /* ---- Values as text ---- */
@@ -104,14 +112,6 @@ static void add_number(np_text *out, const np_key *key, const void *base, unsign
     memcpy(&value, source + index * sizeof value, sizeof value);
     np_text_add(out, "%u", value);
   }
-}
-
-static bool is_word_set(const np_key *key, const void *base) {
-  if (!key->word) return false;
-  if (key->type != NP_KEY_REAL) return load_unsigned(base, key->field) == (unsigned)key->word_value;
-  double value;
-  memcpy(&value, (const char *)base + key->field.offset, sizeof value);
-  return value == key->word_value;
 }
 
 static void add_numbers(np_text *out, const np_key *key, const void *base) {

@@ -50,9 +50,10 @@ static neph_result check_elements(lookup *l, const np_node *list, const char *re
   const size_t length = strlen(l->path);
   unsigned index = 0;
   neph_result result = NEPH_OK;
-  for (const np_node *item = list->first; !result && item; item = item->next) {
+  for (const np_node *item = list->first; item; item = item->next) {
     snprintf(l->path + length, sizeof l->path - length, "[%u].", index++);
-    result = check_below(l, item, rest);
+    const neph_result of_item = check_below(l, item, rest);
+    if (!result) result = of_item;
   }
   return result;
 }
@@ -71,9 +72,11 @@ static neph_result check_below(lookup *l, const np_node *node, const char *rest)
 
 neph_result neph_scene_check_files(const neph_scene *scene) {
   neph_result result = NEPH_OK;
-  for (size_t i = 0; !result && i < np_key_count(); i++) {
+  for (size_t i = 0; i < np_key_count(); i++) {
     lookup l = {.scene = scene};
-    if (np_key_get(i)->is_input) result = check_below(&l, scene->document, np_key_get(i)->path);
+    const neph_result of_key =
+        np_key_get(i)->is_input ? check_below(&l, scene->document, np_key_get(i)->path) : NEPH_OK;
+    if (!result) result = of_key;
   }
   return result;
 }

@@ -33,6 +33,14 @@ static const np_choice height_encodings[] = {{"values", NEPH_HEIGHT_ENCODING_VAL
 static const np_choice raw_types[] = {
     {"uint16", NEPH_RAW_TYPE_UINT16}, {"int16", NEPH_RAW_TYPE_INT16}, {"float32", NEPH_RAW_TYPE_FLOAT32}, {NULL, 0}};
 static const np_choice byte_orders[] = {{"little", 0}, {"big", 1}, {NULL, 0}};
+static const np_choice mesh_ups[] = {
+    {"file", NEPH_MESH_UP_FILE}, {"y", NEPH_MESH_UP_Y}, {"z", NEPH_MESH_UP_Z}, {NULL, 0}};
+static const np_choice mesh_pivots[] = {{"base", NEPH_MESH_PIVOT_BASE},
+                                        {"center", NEPH_MESH_PIVOT_CENTER},
+                                        {"origin", NEPH_MESH_PIVOT_ORIGIN},
+                                        {NULL, 0}};
+static const np_choice mesh_normals[] = {
+    {"smooth", NEPH_MESH_NORMALS_SMOOTH}, {"flat", NEPH_MESH_NORMALS_FLAT}, {NULL, 0}};
 static const np_choice integrators[] = {{"march", NEPH_INTEGRATOR_MARCH}, {"path", NEPH_INTEGRATOR_PATH}, {NULL, 0}};
 static const np_choice airs_of_paths[] = {
     {"traced", NEPH_RENDER_ATMOSPHERE_TRACED}, {"tables", NEPH_RENDER_ATMOSPHERE_TABLES}, {NULL, 0}};
@@ -247,7 +255,8 @@ static const np_key last_keys[] = {
     {.path = "terrain.heightfield", .type = NP_KEY_FILE, .is_input = true, .field = SCENE(terrain.heightfield),
      .tag = SCENE(terrain.kind), .tag_value = NP_TERRAIN_HEIGHTFIELD, .group = GROUP_TERRAIN, .alternative = 1,
      .meaning = "heights: SRTM .hgt named by its corner, GeoTIFF and other rasters, 16-bit grey PNG, EXR of one "
-                "channel in metres, .r16 or .raw; * and ? stand for all files that fit, side by side"},
+                "channel in metres, .r16 or .raw; * and ? stand for all files that fit, {a,b} for "
+                "each of a list, side by side"},
     {.path = "terrain.crs", .type = NP_KEY_TEXT, .field = SCENE(terrain.crs),
      .meaning = "coordinate system in place of the file's, as EPSG:32611"},
     {.path = "terrain.vertical_unit", .type = NP_KEY_CHOICE, .choices = height_units, .field = SCENE(terrain.desc.unit),
@@ -278,6 +287,29 @@ static const np_key last_keys[] = {
     {.path = "terrain.ridges.ridge", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE,
      .field = SCENE(terrain.ridges.ridge_m), .range = WITHIN(1, 1e7), .fallback = "9 km",
      .meaning = "distance from one large ridge to the next"},
+    {.path = "terrain.mesh", .type = NP_KEY_SECTION,
+     .meaning = "triangles beside the height field or the ridges, or alone"},
+    {.path = "terrain.mesh.file", .type = NP_KEY_FILE, .is_input = true, .field = SCENE(terrain.mesh_file),
+     .meaning = "glTF, OBJ, PLY, STL, FBX and others that Assimp reads"},
+    {.path = "terrain.mesh.up", .type = NP_KEY_CHOICE, .choices = mesh_ups, .field = SCENE(terrain.mesh.up),
+     .fallback = "file",
+     .meaning = "axis of the file that points up; file: y in glTF, others do not say it and ask for this key. With y, "
+                "the file's -z is north"},
+    {.path = "terrain.mesh.unit", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = SCENE(terrain.mesh.unit_m),
+     .range = WITHIN(1e-9, 1e9), .fallback = "1 m", .meaning = "length of the file's unit"},
+    {.path = "terrain.mesh.rotation", .type = NP_KEY_REAL, .unit = NP_UNIT_DEGREE,
+     .field = SCENE(terrain.mesh.rotation_rad), .range = WITHIN(-360, 360), .fallback = "0 deg",
+     .meaning = "about the vertical, counter-clockwise seen from above"},
+    {.path = "terrain.mesh.position", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE,
+     .field = SCENE(terrain.mesh.position_m), .tag = SCENE(terrain.mesh.has_position), .tag_value = true,
+     .range = WITHIN(-1e9, 1e9), .meaning = "place of the pivot; without it, coordinates are the world's"},
+    {.path = "terrain.mesh.pivot", .type = NP_KEY_CHOICE, .choices = mesh_pivots, .field = SCENE(terrain.mesh.pivot),
+     .fallback = "base",
+     .meaning = "point that stands at the position: base, the middle of the bottom of the box; center, that of the "
+                "box; origin, where the file has 0, 0, 0"},
+    {.path = "terrain.mesh.normals", .type = NP_KEY_CHOICE, .choices = mesh_normals,
+     .field = SCENE(terrain.mesh.normals), .fallback = "smooth",
+     .meaning = "smooth: the file's, or means of the triangles about a vertex; flat: each triangle's own"},
     {.path = "terrain.albedo", .type = NP_KEY_REAL, .field = SCENE(terrain.desc.ground_albedo),
      .is_grey_allowed = true, .range = WITHIN(0, 1), .fallback = "0.2", .group = GROUP_ALBEDO, .alternative = 1,
      .meaning = "share of the light that the ground reflects, at 680, 550 and 440 nm"},

@@ -41,8 +41,10 @@ static const np_key keys[] = {
      .fallback = "1", .meaning = "files a frame, counted from frame 1"},
     {.path = "clouds[].reference_frame", .type = NP_KEY_REAL, .field = CLOUD(reference_frame),
      .tag = CLOUD(has_reference_frame), .tag_value = true, .range = WITHIN(-1e9, 1e9),
+     .word = "all", .word_value = INFINITY,
      .meaning = "number of the file by whose box, voxels and densest column position, voxel and optical_depth go in "
-                "all frames; without it, that of the first frame asked for that holds anything"},
+                "all frames; all: by the union of all files' boxes, and the densest; without it, that of the first "
+                "frame asked for that holds anything"},
     {.path = "clouds[].grid", .type = NP_KEY_TEXT, .field = CLOUD(grid),
      .meaning = "name of a grid in it, or name + other for their sum; without it, density or the only fog volume"},
     {.path = "clouds[].velocity", .type = NP_KEY_TEXT, .field = CLOUD(velocity),

@@ -137,8 +137,8 @@ typedef struct np_scene_cloud {
   char *name;
   neph_volume *volume;      /* given, the document's; NULL: from a file or baked */
   char *vdb;                /* file pattern, resolved; NULL when only baked */
-  bool has_reference_frame; /* else the first asked for that holds anything */
-  double reference_frame;
+  bool has_reference_frame; /* by number; else the first asked for that holds anything */
+  double reference_frame;   /* infinite: all files of the sequence */
   np_missing missing;
   double frame_offset, frame_speed; /* from frames to numbers of files */
   char *grid;                       /* NULL: chosen by neph_volume_load */
@@ -181,6 +181,8 @@ typedef struct np_scene_terrain {
   char *heightfield;   /* file, resolved */
   char *crs;           /* NULL: the file's */
   char *albedo_image;  /* file, resolved; NULL: none */
+  char *mesh_file;     /* file, resolved; NULL: none */
+  neph_mesh_desc mesh;
   neph_terrain_desc desc;
   neph_ridges_desc ridges;
   bool is_held_out; /* the ground, the sphere's too: hides, and does not show */
@@ -325,6 +327,11 @@ neph_result np_scene_check(const neph_scene *scene);
 
 /* Whether a cloud has a file of its own for each frame, and is not baked to it. */
 bool np_scene_cloud_is_sequence(const np_scene_cloud *cloud);
+
+/* Whether all files of a sequence place and scale each of them. */
+static inline bool np_scene_cloud_goes_by_all(const np_scene_cloud *cloud) {
+  return isinf(cloud->reference_frame);
+}
 
 /* The greatest of the factors by which a cloud is enlarged. */
 double np_scene_cloud_get_scale(const np_scene_cloud *cloud);

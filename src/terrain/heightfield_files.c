@@ -8,7 +8,19 @@
 #include "core/alloc.h"
 #include "core/file.h"
 
-bool np_height_files_is_pattern(const char *path) { return strpbrk(path, "*?") && !np_file_exists(path); }
+/* The list in the first braces of a name; `begin` NULL: there is none. */
+typedef struct brace_list {
+  const char *begin, *end; /* the braces */
+} brace_list;
+
+static brace_list get_braces(const char *path) {
+  const char *begin = strchr(path, '{'), *end = begin ? strchr(begin, '}') : NULL;
+  return end ? (brace_list){begin, end} : (brace_list){NULL, NULL};
+}
+
+bool np_height_files_is_pattern(const char *path) {
+  return (strpbrk(path, "*?") || get_braces(path).begin) && !np_file_exists(path);
+}
 
 const char *np_height_files_get_ending(const char *path) {
   const char *slash = strrchr(path, '/'), *dot = strrchr(slash ? slash : path, '.');
@@ -25,35 +37,61 @@ static char *escape_brackets(neph_context *context, const char *path) {
   return pattern;
 }
 
-static neph_result copy_paths(neph_context *context, char *const *paths, size_t count, np_height_files *out) {
-  out->paths = np_alloc(context, count, sizeof *out->paths);
-  for (size_t i = 0; out->paths && i < count; i++) {
-    if (!(out->paths[i] = np_alloc_text(context, paths[i]))) break;
-    out->count = i + 1;
+static neph_result add_paths(neph_context *context, char *const *paths, size_t count, np_height_files *out) {
+  char **grown = np_alloc(context, out->count + count, sizeof *grown);
+  if (!grown) return NEPH_ERROR_OUT_OF_MEMORY;
+  if (out->count) memcpy(grown, out->paths, out->count * sizeof *grown);
+  np_alloc_free(context, out->paths);
+  out->paths = grown;
+  for (size_t i = 0; i < count; i++) {
+    if (!(out->paths[out->count] = np_alloc_text(context, paths[i]))) return NEPH_ERROR_OUT_OF_MEMORY;
+    out->count++;
   }
-  if (out->count == count) return NEPH_OK;
-  np_height_files_clear(context, out);
-  return NEPH_ERROR_OUT_OF_MEMORY;
+  return NEPH_OK;
 }
 
-static neph_result list_pattern(neph_context *context, const char *path, np_height_files *out) {
+static neph_result add_pattern(neph_context *context, const char *path, np_height_files *out) {
   char *pattern = escape_brackets(context, path);
   if (!pattern) return NEPH_ERROR_OUT_OF_MEMORY;
   glob_t found = {0};
   const int failure = glob(pattern, 0, NULL, &found);
-  neph_result result = failure == 0 ? copy_paths(context, found.gl_pathv, found.gl_pathc, out)
+  neph_result result = failure == 0 ? add_paths(context, found.gl_pathv, found.gl_pathc, out)
                                     : np_fail(context, NEPH_ERROR_NOT_FOUND, "%s: no file fits this name", path);
   globfree(&found);
   np_alloc_free(context, pattern);
   return result;
 }
 
-neph_result np_height_files_list(neph_context *context, const char *path, np_height_files *out_files) {
-  *out_files = (np_height_files){.count = 0};
-  if (np_height_files_is_pattern(path)) return list_pattern(context, path, out_files);
+/* A name, or a pattern. */
+static neph_result add_name(neph_context *context, const char *path, np_height_files *out) {
+  if (strpbrk(path, "*?") && !np_file_exists(path)) return add_pattern(context, path, out);
   if (!np_file_exists(path)) return np_fail(context, NEPH_ERROR_NOT_FOUND, "%s: no such file", path);
   char *const paths[] = {(char *)(uintptr_t)path};
-  return copy_paths(context, paths, 1, out_files);
+  return add_paths(context, paths, 1, out);
+}
+
+/* Each name of a list of which all must be there. */
+static neph_result add_list(neph_context *context, const char *path, brace_list braces, np_height_files *out) {
+  const size_t size = strlen(path) + 1;
+  char *name = np_alloc(context, size, 1);
+  neph_result result = name ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+  for (const char *item = braces.begin + 1; !result && item <= braces.end;) {
+    const size_t length = strcspn(item, ",}");
+    (void)snprintf(name, size, "%.*s%.*s%s", (int)(braces.begin - path), path, (int)length, item, braces.end + 1);
+    result = add_name(context, name, out);
+    item += length + 1;
+  }
+  np_alloc_free(context, name);
+  return result;
+}
+
+neph_result np_height_files_list(neph_context *context, const char *path, np_height_files *out_files) {
+  *out_files = (np_height_files){.count = 0};
+  const brace_list braces = get_braces(path);
+  neph_result result = braces.begin && !np_file_exists(path) ? add_list(context, path, braces, out_files)
+                                                             : add_name(context, path, out_files);
+  if (result) np_height_files_clear(context, out_files);
+  return result;
 }
 
 void np_height_files_clear(neph_context *context, np_height_files *files) {

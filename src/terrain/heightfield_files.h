@@ -6,11 +6,11 @@
 #include "core/context_private.h"
 
 typedef struct np_height_files {
-  char **paths; /* in the order of their names */
+  char **paths; /* in the order of a list, or of their names */
   size_t count;
 } np_height_files;
 
-/* Whether a name stands for all files that fit it: no file bears it, and it has a * or a ?. */
+/* Whether a name stands for all files that fit it: no file bears it, and it has a *, a ?, or {a,b}. */
 bool np_height_files_is_pattern(const char *path);
 
 /* The file of a name, or all that fit it; fails where there is none. */

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The ray door: a height field on the curved planet as one Embree grid, and the rays that meet it. Where the field
- * comes from is a row of terrain_source.c.
+/* The ray door: a height field on the curved planet as one Embree grid, meshes as triangles, and the rays that meet
+ * them. Where the field comes from is a row of terrain_source.c.
  *
- * Vertices are floats about the field's middle (the anchor), exact points of the sphere raised by their elevation. */
+ * Vertices are floats about the middle of the field, or of a mesh without one (the anchor); those of the field are
+ * exact points of the sphere raised by their elevation. */
 #include "terrain/terrain_private.h"
 
 #include <math.h>
@@ -14,8 +15,10 @@
 #include "core/alloc.h"
 #include "core/parallel.h"
 #include "core/units.h"
+#include "terrain/field_facets.h"
 #include "terrain/ground_cover.h"
 #include "terrain/heightfield.h"
+#include "terrain/mesh_ground.h"
 
 /* A place farther than this from its height field is a mistake: nothing would be seen of it. */
 static const double place_distance_max_m = 1e6;
@@ -23,7 +26,8 @@ static const double place_distance_max_m = 1e6;
 struct neph_terrain {
   neph_context *context;
   atomic_size_t references;
-  np_heightfield field; /* joined to the sphere */
+  np_heightfield field; /* joined to the sphere; without samples: there is none */
+  np_mesh_ground mesh;  /* without places: there is none */
   np_globe globe;
   bool has_place;
   double latitude_rad,
@@ -39,6 +43,14 @@ struct neph_terrain {
   RTCScene scene;
 };
 
+static bool has_field(const neph_terrain *terrain) { return terrain->field.width > 0; }
+
+static bool has_mesh(const neph_terrain *terrain) { return terrain->mesh.file.place_count > 0; }
+
+static np_field_facets get_facets(const neph_terrain *terrain) {
+  return (np_field_facets){&terrain->field, terrain->vertices};
+}
+
 /* ---- making ---- */
 
 static neph_result fail_embree(neph_context *context, enum RTCError error) {
@@ -51,8 +63,8 @@ static neph_result fail_embree(neph_context *context, enum RTCError error) {
 /* Height fields on their own graticule have the world's origin in its middle, wherever the scene takes place. */
 static neph_result set_place(neph_terrain *terrain, const neph_terrain_desc *desc) {
   const np_heightfield *field = &terrain->field;
-  const np_geographic middle = np_heightfield_get_middle(field);
-  const bool is_moved = field->has_place && desc->has_place;
+  const np_geographic middle = has_field(terrain) ? np_heightfield_get_middle(field) : (np_geographic){0.0, 0.0};
+  const bool is_moved = desc->has_place && (field->has_place || !has_field(terrain));
   terrain->planet_radius_m = desc->planet_radius_m;
   for (int b = 0; b < 3; b++) terrain->ground_albedo[b] = desc->ground_albedo[b];
   terrain->has_place = field->has_place || desc->has_place;
@@ -60,6 +72,7 @@ static neph_result set_place(neph_terrain *terrain, const neph_terrain_desc *des
                                  is_moved ? desc->longitude_rad : middle.longitude_rad);
   terrain->latitude_rad = desc->has_place ? desc->latitude_rad : middle.latitude_rad;
   terrain->longitude_rad = desc->has_place ? desc->longitude_rad : middle.longitude_rad;
+  if (!has_field(terrain)) return NEPH_OK;
   terrain->anchor = np_heightfield_to_world(
       field, &terrain->globe, (np_field_position){0.5 * (field->width - 1), 0.5 * (field->height - 1)}, 0);
   const double distance_m = np_dvec3_length(terrain->anchor);
@@ -110,7 +123,7 @@ static neph_result raise_vertices(neph_terrain *terrain, np_monitor *monitor) {
 
 static size_t count_samples(const np_heightfield *field) { return (size_t)field->width * field->height; }
 
-static void compute_bounds(neph_terrain *terrain) {
+static void compute_field_bounds(neph_terrain *terrain) {
   float low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
   float elevation_min = INFINITY, elevation_max = -INFINITY;
   for (size_t i = 0; i < count_samples(&terrain->field); i++) {
@@ -127,43 +140,28 @@ static void compute_bounds(neph_terrain *terrain) {
   terrain->elevation_max_m = (double)elevation_max;
 }
 
-static np_dvec3 get_vertex(const neph_terrain *terrain, size_t column, size_t row) {
-  const float *vertex = terrain->vertices + 3 * (row * terrain->field.width + column);
-  return np_dvec3_make((double)vertex[0], (double)vertex[1], (double)vertex[2]);
-}
-
-static size_t clamp_cell(double cell, unsigned samples) { return (size_t)np_clamp(cell, 0, samples - 2); }
-
-/* Normal of one sample by central differences, one-sided at the rim. */
-static np_vec3 get_sample_normal(const neph_terrain *terrain, size_t column, size_t row) {
-  const size_t width = terrain->field.width, height = terrain->field.height;
-  const size_t west = column ? column - 1 : 0, east = column + 1 < width ? column + 1 : column;
-  const size_t south = row ? row - 1 : 0, north = row + 1 < height ? row + 1 : row;
-  const np_dvec3 eastward = np_dvec3_subtract(get_vertex(terrain, east, row), get_vertex(terrain, west, row));
-  const np_dvec3 northward = np_dvec3_subtract(get_vertex(terrain, column, north), get_vertex(terrain, column, south));
-  return np_dvec3_to_float(np_dvec3_normalize(np_dvec3_cross(eastward, northward)));
-}
-
-static np_vec3 mix_normals(np_vec3 a, np_vec3 b, float t) {
-  return np_vec3_add(np_vec3_scale(a, 1.0f - t), np_vec3_scale(b, t));
-}
-
-/* Bilinear in the normals of a cell's four samples. */
-static np_vec3 get_smooth_normal(const neph_terrain *terrain, np_field_position position) {
-  const size_t column = clamp_cell(position.column, terrain->field.width);
-  const size_t row = clamp_cell(position.row, terrain->field.height);
-  const float east = np_clampf((float)(position.column - (double)column), 0, 1);
-  const float north = np_clampf((float)(position.row - (double)row), 0, 1);
-  const np_vec3 south_side =
-      mix_normals(get_sample_normal(terrain, column, row), get_sample_normal(terrain, column + 1, row), east);
-  const np_vec3 north_side =
-      mix_normals(get_sample_normal(terrain, column, row + 1), get_sample_normal(terrain, column + 1, row + 1), east);
-  return np_vec3_normalize(mix_normals(south_side, north_side, north));
+/* Altitudes of the corners of a mesh's box, and of the middle of its bottom: on a sphere that is the lowest. */
+static void include_mesh(neph_terrain *terrain) {
+  const np_dvec3 low = terrain->mesh.bounds_min, high = terrain->mesh.bounds_max;
+  const double radius = terrain->planet_radius_m;
+  const np_dvec3 nearest = np_dvec3_make(np_clamp(0.0, low.x, high.x), np_clamp(0.0, low.y, high.y), low.z);
+  double lowest = np_altitude(nearest, radius), highest = -INFINITY;
+  for (int corner = 0; corner < 4; corner++) {
+    const double x = corner & 1 ? high.x : low.x, y = corner & 2 ? high.y : low.y;
+    lowest = fmin(lowest, np_altitude(np_dvec3_make(x, y, low.z), radius));
+    highest = fmax(highest, np_altitude(np_dvec3_make(x, y, high.z), radius));
+  }
+  const np_dvec3 a = terrain->bounds_min, b = terrain->bounds_max;
+  const bool is_first = !has_field(terrain);
+  terrain->bounds_min = is_first ? low : np_dvec3_make(fmin(a.x, low.x), fmin(a.y, low.y), fmin(a.z, low.z));
+  terrain->bounds_max = is_first ? high : np_dvec3_make(fmax(b.x, high.x), fmax(b.y, high.y), fmax(b.z, high.z));
+  terrain->elevation_min_m = is_first ? lowest : fmin(lowest, terrain->elevation_min_m);
+  terrain->elevation_max_m = is_first ? highest : fmax(highest, terrain->elevation_max_m);
 }
 
 /* ---- ground ---- */
 
-static void eval_albedo(const neph_terrain *terrain, np_field_position position, np_vec3 normal, float out[3]) {
+static void eval_field_albedo(const neph_terrain *terrain, np_field_position position, np_vec3 normal, float out[3]) {
   const np_heightfield *field = &terrain->field;
   const np_field_position core = np_heightfield_get_core_position(field, position);
   const double radius = terrain->planet_radius_m;
@@ -180,24 +178,64 @@ static void eval_albedo(const neph_terrain *terrain, np_field_position position,
   np_ground_cover_eval(&terrain->cover, &place, out);
 }
 
+/* A picture of the albedo spreads over the box of all ground. */
+static void eval_mesh_albedo(const neph_terrain *terrain, np_dvec3 point, np_vec3 normal, float out[3]) {
+  const np_dvec3 low = terrain->bounds_min, high = terrain->bounds_max;
+  const float up = np_vec3_dot(normal, np_zenith(point, terrain->planet_radius_m));
+  const np_cover_place place = {.east = (float)np_clamp((point.x - low.x) / (high.x - low.x), 0.0, 1.0),
+                                .north = (float)np_clamp((point.y - low.y) / (high.y - low.y), 0.0, 1.0),
+                                .east_m = point.x - low.x,
+                                .north_m = point.y - low.y,
+                                .elevation_m = (float)np_altitude(point, terrain->planet_radius_m),
+                                .slope_rad = acosf(np_clampf(up, -1.0f, 1.0f))};
+  np_ground_cover_eval(&terrain->cover, &place, out);
+}
+
+void np_terrain_eval_albedo(const neph_terrain *terrain, const np_terrain_hit *hit, float out_albedo[3]) {
+  if (hit->is_of_mesh)
+    eval_mesh_albedo(terrain, hit->point, hit->normal, out_albedo);
+  else
+    eval_field_albedo(terrain, hit->position, hit->normal, out_albedo);
+}
+
 /* Places along each side at which the mean albedo is taken. */
 enum { MEAN_PLACES = 128 };
 
-static void compute_mean_albedo(neph_terrain *terrain) {
-  double sum[3] = {0.0};
-  memcpy(terrain->mean_albedo, terrain->ground_albedo, sizeof sum);
-  if (!np_ground_cover_varies(&terrain->cover)) return;
+static bool hit_from_above(const neph_terrain *terrain, double x_m, double y_m, np_terrain_hit *out_hit) {
+  const np_dvec3 above = np_dvec3_make(x_m, y_m, terrain->bounds_max.z + 1.0);
+  return np_terrain_intersect(terrain, above, np_vec3_make(0.0f, 0.0f, -1.0f), INFINITY, out_hit);
+}
+
+/* Albedo at a place by shares of the field's extent, or of a lone mesh's box; false: no ground is there. */
+static bool sample_albedo(const neph_terrain *terrain, double east, double north, float out[3]) {
+  if (!has_field(terrain)) {
+    const np_dvec3 low = terrain->bounds_min, high = terrain->bounds_max;
+    np_terrain_hit hit;
+    if (!hit_from_above(terrain, low.x + east * (high.x - low.x), low.y + north * (high.y - low.y), &hit)) return false;
+    return np_terrain_eval_albedo(terrain, &hit, out), true;
+  }
   const unsigned margin = terrain->field.margin.count;
   const unsigned last_column = np_heightfield_get_core_width(&terrain->field) - 1;
   const unsigned last_row = np_heightfield_get_core_height(&terrain->field) - 1;
+  const np_field_position position = {margin + east * last_column, margin + north * last_row};
+  const np_field_facets facets = get_facets(terrain);
+  eval_field_albedo(terrain, position, np_field_facets_get_normal(&facets, position), out);
+  return true;
+}
+
+static void compute_mean_albedo(neph_terrain *terrain) {
+  double sum[3] = {0.0};
+  unsigned count = 0;
+  memcpy(terrain->mean_albedo, terrain->ground_albedo, sizeof sum);
+  if (!np_ground_cover_varies(&terrain->cover)) return;
   for (int n = 0; n < MEAN_PLACES * MEAN_PLACES; n++) {
-    const np_field_position position = {margin + (n % MEAN_PLACES + 0.5) / MEAN_PLACES * last_column,
-                                        margin + (n / MEAN_PLACES + 0.5) / MEAN_PLACES * last_row};
     float albedo[3];
-    eval_albedo(terrain, position, get_smooth_normal(terrain, position), albedo);
+    if (!sample_albedo(terrain, (n % MEAN_PLACES + 0.5) / MEAN_PLACES, (n / MEAN_PLACES + 0.5) / MEAN_PLACES, albedo))
+      continue;
     for (int b = 0; b < 3; b++) sum[b] += (double)albedo[b];
+    count++;
   }
-  for (int b = 0; b < 3; b++) terrain->mean_albedo[b] = sum[b] / (MEAN_PLACES * MEAN_PLACES);
+  for (int b = 0; b < 3 && count; b++) terrain->mean_albedo[b] = sum[b] / count;
 }
 
 /* Embree asks from threads whose joining ThreadSanitizer cannot see: it would report our stack's next use as a race. */
@@ -212,38 +250,102 @@ typedef struct build_job {
   np_monitor *monitor;
 } build_job;
 
-static void attach_grid(const neph_terrain *terrain, RTCGeometry geometry) {
+static void attach_grid(const neph_terrain *terrain) {
   const np_heightfield *field = &terrain->field;
+  RTCGeometry geometry = rtcNewGeometry(terrain->device, RTC_GEOMETRY_TYPE_GRID);
+  if (!geometry) return;
   rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, terrain->vertices, 0,
                              3 * sizeof(float), count_samples(field));
   struct RTCGrid *grid =
       rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_GRID, 0, RTC_FORMAT_GRID, sizeof(struct RTCGrid), 1);
-  if (!grid) return;
-  *grid = (struct RTCGrid){0, field->width, (unsigned short)field->width, (unsigned short)field->height};
+  if (grid) {
+    *grid = (struct RTCGrid){0, field->width, (unsigned short)field->width, (unsigned short)field->height};
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometryByID(terrain->scene, geometry, 0);
+  }
+  rtcReleaseGeometry(geometry);
+}
+
+/* Geometry 0 of a scene is the height field; those from 1 on are the places of meshes. */
+static unsigned get_place_id(size_t place) { return (unsigned)place + 1u; }
+
+static void attach_triangles(RTCDevice device, RTCScene scene, unsigned id, const np_mesh *mesh) {
+  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+  if (!geometry) return;
+  rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, mesh->positions, 0,
+                             3 * sizeof(float), mesh->vertex_count);
+  rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, mesh->triangles, 0,
+                             3 * sizeof(uint32_t), mesh->triangle_count);
   rtcCommitGeometry(geometry);
-  rtcAttachGeometry(terrain->scene, geometry);
+  rtcAttachGeometryByID(scene, geometry, id);
+  rtcReleaseGeometry(geometry);
+}
+
+static RTCScene create_scene(const build_job *job) {
+  RTCScene scene = rtcNewScene(job->terrain->device);
+  if (!scene) return NULL;
+  rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
+  rtcSetSceneProgressMonitorFunction(scene, continue_build, job->monitor);
+  return scene;
+}
+
+static void commit_scene(RTCScene scene) {
+  rtcCommitScene(scene);
+  rtcSetSceneProgressMonitorFunction(scene, NULL, NULL);
+}
+
+static void attach_instance(const neph_terrain *terrain, size_t index, RTCScene shared) {
+  const np_affine *to_anchor = &terrain->mesh.file.places[index].to_file;
+  float rows[12];
+  RTCGeometry geometry = rtcNewGeometry(terrain->device, RTC_GEOMETRY_TYPE_INSTANCE);
+  if (!geometry) return;
+  for (int i = 0; i < 12; i++) rows[i] = (float)to_anchor->m[i / 4][i % 4];
+  rtcSetGeometryInstancedScene(geometry, shared);
+  rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_ROW_MAJOR, rows);
+  rtcCommitGeometry(geometry);
+  rtcAttachGeometryByID(terrain->scene, geometry, get_place_id(index));
+  rtcReleaseGeometry(geometry);
+}
+
+/* A mesh with several places has a scene of its own, which Embree retains for its instances. */
+static neph_result attach_meshes(const build_job *job) {
+  const neph_terrain *terrain = job->terrain;
+  const np_mesh_file *file = &terrain->mesh.file;
+  RTCScene *shared = np_alloc(terrain->context, file->mesh_count + 1, sizeof *shared);
+  if (!shared) return NEPH_ERROR_OUT_OF_MEMORY;
+  for (size_t i = 0; i < file->place_count; i++) {
+    const uint32_t m = file->places[i].mesh;
+    const bool is_shared = np_mesh_ground_is_shared(&file->meshes[m]);
+    if (!is_shared) attach_triangles(terrain->device, terrain->scene, get_place_id(i), &file->meshes[m]);
+    if (is_shared && !shared[m] && (shared[m] = create_scene(job))) {
+      attach_triangles(terrain->device, shared[m], 0, &file->meshes[m]);
+      commit_scene(shared[m]);
+    }
+    if (shared[m]) attach_instance(terrain, i, shared[m]);
+  }
+  for (size_t m = 0; m < file->mesh_count; m++)
+    if (shared[m]) rtcReleaseScene(shared[m]);
+  np_alloc_free(terrain->context, shared);
+  return NEPH_OK;
 }
 
 /* Embree keeps the first error until asked, so one question at the end covers every call. */
 static neph_result build_scene(void *user) {
   build_job *job = user;
   neph_terrain *terrain = job->terrain;
+  neph_result result = NEPH_OK;
   char config[32];
   snprintf(config, sizeof config, "threads=%u", terrain->context->thread_count);
   terrain->device = rtcNewDevice(config);
   if (!terrain->device) return fail_embree(terrain->context, rtcGetDeviceError(NULL));
-  terrain->scene = rtcNewScene(terrain->device);
-  RTCGeometry geometry = rtcNewGeometry(terrain->device, RTC_GEOMETRY_TYPE_GRID);
-  if (terrain->scene && geometry) {
-    rtcSetSceneFlags(terrain->scene, RTC_SCENE_FLAG_ROBUST);
-    rtcSetSceneProgressMonitorFunction(terrain->scene, continue_build, job->monitor);
-    attach_grid(terrain, geometry);
-    rtcCommitScene(terrain->scene);
-    rtcSetSceneProgressMonitorFunction(terrain->scene, NULL, NULL);
+  terrain->scene = create_scene(job);
+  if (terrain->scene) {
+    if (has_field(terrain)) attach_grid(terrain);
+    if (has_mesh(terrain)) result = attach_meshes(job);
+    if (!result) commit_scene(terrain->scene);
   }
-  if (geometry) rtcReleaseGeometry(geometry);
   enum RTCError error = rtcGetDeviceError(terrain->device);
-  return error == RTC_ERROR_NONE ? NEPH_OK : fail_embree(terrain->context, error);
+  return error == RTC_ERROR_NONE || result ? result : fail_embree(terrain->context, error);
 }
 
 static void destroy_terrain(neph_terrain *terrain) {
@@ -252,6 +354,7 @@ static void destroy_terrain(neph_terrain *terrain) {
   if (terrain->device) rtcReleaseDevice(terrain->device);
   np_alloc_free(context, terrain->vertices);
   np_ground_cover_destroy(&terrain->cover);
+  np_mesh_ground_clear(&terrain->mesh);
   np_heightfield_destroy(context, &terrain->field);
   np_alloc_free(context, terrain);
   np_context_release(context);
@@ -267,16 +370,15 @@ static neph_terrain *adopt_field(neph_context *context, np_heightfield *field) {
   np_context_retain(context);
   terrain->context = context;
   terrain->field = *field;
+  terrain->mesh.file.context = context;
   atomic_init(&terrain->references, 1);
   return terrain;
 }
 
-static neph_result build_terrain(neph_terrain *terrain, const neph_terrain_desc *desc, bool is_joined,
-                                 np_monitor *monitor) {
+static neph_result place_field(neph_terrain *terrain, const neph_terrain_desc *desc, bool is_joined,
+                               np_monitor *monitor) {
   neph_context *context = terrain->context;
-  neph_result result = set_place(terrain, desc);
-  if (!result) result = np_ground_cover_create(context, desc, monitor, &terrain->cover);
-  if (result) return result;
+  neph_result result = NEPH_OK;
   if (!is_joined) result = np_heightfield_join_sphere(context, desc->edge, desc->planet_radius_m, &terrain->field);
   if (result) return result;
   /* One float more, since Embree reads each vertex as four. */
@@ -285,13 +387,39 @@ static neph_result build_terrain(neph_terrain *terrain, const neph_terrain_desc 
   np_monitor_set_part(monitor, np_monitor_whole, 0.6, 0.7);
   np_monitor_set_stage(monitor, "placing terrain");
   result = raise_vertices(terrain, monitor);
+  if (!result) compute_field_bounds(terrain);
+  return result;
+}
+
+static neph_result place_mesh(neph_terrain *terrain, const neph_terrain_desc *desc) {
+  np_mesh_ground *mesh = &terrain->mesh;
+  neph_result result = np_mesh_ground_load(terrain->context, desc, mesh);
   if (result) return result;
-  compute_bounds(terrain);
-  compute_mean_albedo(terrain);
+  if (!has_field(terrain)) terrain->anchor = np_dvec3_scale(np_dvec3_add(mesh->bounds_min, mesh->bounds_max), 0.5);
+  np_mesh_ground_set_anchor(mesh, terrain->anchor);
+  include_mesh(terrain);
+  if (!has_field(terrain) && terrain->elevation_min_m < -0.5)
+    np_log(terrain->context, NEPH_LOG_WARNING,
+           "%s: its lowest point is %.3g m below sea level, where the planet's sphere hides it: raise it by "
+           "terrain.mesh.position, or set environment.planet to none",
+           desc->mesh_file, -terrain->elevation_min_m);
+  return NEPH_OK;
+}
+
+static neph_result build_terrain(neph_terrain *terrain, const neph_terrain_desc *desc, bool is_joined,
+                                 np_monitor *monitor) {
+  neph_context *context = terrain->context;
+  neph_result result = set_place(terrain, desc);
+  if (!result) result = np_ground_cover_create(context, desc, monitor, &terrain->cover);
+  if (!result && has_field(terrain)) result = place_field(terrain, desc, is_joined, monitor);
+  if (!result && desc->mesh_file) result = place_mesh(terrain, desc);
+  if (result) return result;
   np_monitor_set_part(monitor, np_monitor_whole, 0.7, 1.0);
   np_monitor_set_stage(monitor, "building terrain");
   build_job job = {terrain, monitor};
-  return np_parallel_run(context, monitor, build_scene, &job);
+  result = np_parallel_run(context, monitor, build_scene, &job);
+  if (!result) compute_mean_albedo(terrain);
+  return result;
 }
 
 neph_result np_terrain_create_from_field(neph_context *context, np_heightfield *field, const neph_terrain_desc *desc,
@@ -337,7 +465,7 @@ const double *np_terrain_get_mean_albedo(const neph_terrain *terrain) { return t
 
 bool np_terrain_covers(const neph_terrain *terrain, double x_m, double y_m) {
   np_field_position position;
-  return np_heightfield_locate(&terrain->field, &terrain->globe, x_m, y_m, &position);
+  return has_field(terrain) && np_heightfield_locate(&terrain->field, &terrain->globe, x_m, y_m, &position);
 }
 
 bool np_terrain_get_place(const neph_terrain *terrain, double *out_latitude_rad, double *out_longitude_rad) {
@@ -352,7 +480,10 @@ double np_terrain_get_elevation_max_m(const neph_terrain *terrain) { return terr
 
 double neph_terrain_get_elevation_m(const neph_terrain *terrain, double x_m, double y_m) {
   np_field_position position;
-  if (!np_heightfield_locate(&terrain->field, &terrain->globe, x_m, y_m, &position)) return 0.0;
+  np_terrain_hit hit;
+  const bool is_on_mesh = has_mesh(terrain) && hit_from_above(terrain, x_m, y_m, &hit) && hit.is_of_mesh;
+  if (is_on_mesh) return np_altitude(hit.point, terrain->planet_radius_m);
+  if (!has_field(terrain) || !np_heightfield_locate(&terrain->field, &terrain->globe, x_m, y_m, &position)) return 0.0;
   return np_heightfield_get_elevation(&terrain->field, position);
 }
 
@@ -398,83 +529,20 @@ static struct RTCRay make_embree_ray(const neph_terrain *terrain, np_dvec3 origi
                          .mask = 0xffffffffu};
 }
 
-/* Intersection of a ray with the plane of one triangle: the lower one of a cell has its right angle in the south-west,
- * the upper one in the north-east. Position east and north in the cell, [0, 1] inside. */
-typedef struct facet_meeting {
-  double distance, east, north;
-  np_dvec3 normal; /* up, not of unit length */
-} facet_meeting;
-
-static bool meet_facet(const neph_terrain *terrain, size_t column, size_t row, bool is_upper, np_dvec3 origin,
-                       np_dvec3 direction, facet_meeting *out) {
-  const np_dvec3 corner = get_vertex(terrain, column + is_upper, row + is_upper);
-  const np_dvec3 along_row = np_dvec3_subtract(get_vertex(terrain, column + !is_upper, row + is_upper), corner);
-  const np_dvec3 along_column = np_dvec3_subtract(get_vertex(terrain, column + is_upper, row + !is_upper), corner);
-  out->normal = np_dvec3_cross(along_row, along_column);
-  const double descent = np_dvec3_dot(out->normal, direction);
-  out->distance = np_dvec3_dot(out->normal, np_dvec3_subtract(corner, origin)) / descent;
-  if (!isfinite(out->distance)) return false;
-  const np_dvec3 hit = np_dvec3_add(origin, np_dvec3_scale(direction, out->distance));
-  const np_dvec3 offset = np_dvec3_subtract(hit, corner);
-  const double area2 = np_dvec3_dot(out->normal, out->normal);
-  const double a = np_dvec3_dot(np_dvec3_cross(offset, along_column), out->normal) / area2;
-  const double b = np_dvec3_dot(np_dvec3_cross(along_row, offset), out->normal) / area2;
-  out->east = is_upper ? 1.0 - a : a;
-  out->north = is_upper ? 1.0 - b : b;
+static bool refine_hit(const neph_terrain *terrain, np_dvec3 origin, np_vec3 direction, double distance_max,
+                       double distance, const struct RTCHit *hit, np_terrain_hit *out) {
+  const unsigned id = hit->instID[0] == RTC_INVALID_GEOMETRY_ID ? hit->geomID : hit->instID[0];
+  const np_dvec3 local = np_dvec3_subtract(origin, terrain->anchor);
+  if (id == 0) {
+    const np_field_facets facets = get_facets(terrain);
+    const np_field_position guess = {(double)hit->u * (terrain->field.width - 1),
+                                     (double)hit->v * (terrain->field.height - 1)};
+    return np_field_facets_intersect(&facets, local, direction, distance_max, guess, out);
+  }
+  np_mesh_ground_intersect(&terrain->mesh, id - 1u, hit->primID, local, direction, distance, out);
+  out->distance = np_clamp(out->distance, 0.0, distance_max);
+  out->point = np_dvec3_along(origin, direction, out->distance);
   return true;
-}
-
-/* Embree's u and v locate a hit to a few ten-thousandths of a cell, so near an edge they may name its neighbour: from
- * there the exact ray walks to the triangle that holds its meeting with the plane, two steps at most on any but a
- * needle's point of ground. Falls back on the last triangle tried. */
-static bool refine_hit(const neph_terrain *terrain, np_dvec3 origin, np_vec3 direction, np_field_position guess,
-                       facet_meeting *out, np_field_position *out_position) {
-  const np_heightfield *field = &terrain->field;
-  const np_dvec3 local = np_dvec3_subtract(origin, terrain->anchor), along = np_vec3_to_double(direction);
-  size_t column = clamp_cell(guess.column, field->width), row = clamp_cell(guess.row, field->height);
-  bool is_upper = guess.column - (double)column + guess.row - (double)row > 1.0;
-  bool is_met = false;
-  for (int step = 0; step < 4; step++) {
-    facet_meeting meeting;
-    if (!meet_facet(terrain, column, row, is_upper, local, along, &meeting)) break;
-    is_met = true;
-    *out = meeting;
-    *out_position = (np_field_position){(double)column + meeting.east, (double)row + meeting.north};
-    const size_t next_column = clamp_cell(out_position->column, field->width);
-    const size_t next_row = clamp_cell(out_position->row, field->height);
-    const bool next_upper = out_position->column - (double)next_column + out_position->row - (double)next_row > 1.0;
-    if (next_column == column && next_row == row && next_upper == is_upper) break;
-    column = next_column;
-    row = next_row;
-    is_upper = next_upper;
-  }
-  return is_met;
-}
-
-/* A facet hides the sun from itself before its smooth normals turn from it: the shadow's edge would be as jagged as the
- * facets are. Light is asked for on the curved surface instead, the mean of the planes through the facet's vertices
- * that lie above it (Hanika 2021, "Hacking the Shadow Terminator", in Ray Tracing Gems II). */
-static np_vec3 compute_rise(const neph_terrain *terrain, np_field_position position, np_dvec3 local) {
-  const size_t column = clamp_cell(position.column, terrain->field.width);
-  const size_t row = clamp_cell(position.row, terrain->field.height);
-  const double east = np_clamp(position.column - (double)column, 0, 1);
-  const double north = np_clamp(position.row - (double)row, 0, 1);
-  const bool is_upper = east + north > 1.0;
-  const double u = is_upper ? 1.0 - east : east, v = is_upper ? 1.0 - north : north;
-  const struct {
-    size_t column, row;
-    double weight;
-  } corners[3] = {{column + is_upper, row + is_upper, fmax(1.0 - u - v, 0.0)},
-                  {column + !is_upper, row + is_upper, u},
-                  {column + is_upper, row + !is_upper, v}};
-  np_vec3 rise = {0.0f, 0.0f, 0.0f};
-  for (int k = 0; k < 3; k++) {
-    const np_vec3 normal = get_sample_normal(terrain, corners[k].column, corners[k].row);
-    const np_dvec3 offset = np_dvec3_subtract(local, get_vertex(terrain, corners[k].column, corners[k].row));
-    const float below = np_minf(np_vec3_dot(np_dvec3_to_float(offset), normal), 0.0f);
-    rise = np_vec3_subtract(rise, np_vec3_scale(normal, (float)corners[k].weight * below));
-  }
-  return rise;
 }
 
 bool np_terrain_intersect(const neph_terrain *terrain, np_dvec3 origin, np_vec3 direction, double distance_max,
@@ -487,23 +555,7 @@ bool np_terrain_intersect(const neph_terrain *terrain, np_dvec3 origin, np_vec3 
   rtcInitIntersectContext(&context);
   rtcIntersect1(terrain->scene, &context, &ray);
   if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) return false;
-  const np_field_position guess = {(double)ray.hit.u * (terrain->field.width - 1),
-                                   (double)ray.hit.v * (terrain->field.height - 1)};
-  facet_meeting meeting = {0};
-  np_field_position position;
-  /* A ray within its facet's plane meets nothing in double; the next sample's ray will. */
-  if (!refine_hit(terrain, origin, direction, guess, &meeting, &position)) return false;
-  *out_hit = (np_terrain_hit){.distance = np_clamp(meeting.distance, 0, distance_max),
-                              .normal = get_smooth_normal(terrain, position),
-                              .facet = np_dvec3_to_float(np_dvec3_normalize(meeting.normal)),
-                              .position = position};
-  const np_dvec3 local = np_dvec3_subtract(origin, terrain->anchor);
-  out_hit->rise = compute_rise(terrain, position, np_dvec3_along(local, direction, out_hit->distance));
-  return true;
-}
-
-void np_terrain_eval_albedo(const neph_terrain *terrain, const np_terrain_hit *hit, float out_albedo[3]) {
-  eval_albedo(terrain, hit->position, hit->normal, out_albedo);
+  return refine_hit(terrain, origin, direction, distance_max, span.begin + (double)ray.ray.tfar, &ray.hit, out_hit);
 }
 
 bool np_terrain_is_occluded(const neph_terrain *terrain, np_dvec3 origin, np_vec3 direction, double distance_max) {

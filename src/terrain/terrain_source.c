@@ -4,6 +4,7 @@
 #include <math.h>
 
 #include "core/units.h"
+#include "terrain/mesh_ground.h"
 #include "terrain/terrain_private.h"
 
 /* ---- Rows ---- */
@@ -26,10 +27,18 @@ static neph_result make_ridges(neph_context *context, np_monitor *monitor, const
   return np_heightfield_make_ridges(context, monitor, source->ridges, desc, out_field);
 }
 
+static neph_result make_nothing(neph_context *context, np_monitor *monitor, const np_terrain_source *source,
+                                const neph_terrain_desc *desc, np_heightfield *out_field) {
+  (void)context, (void)monitor, (void)source, (void)desc;
+  *out_field = (np_heightfield){0};
+  return NEPH_OK;
+}
+
 const np_terrain_row np_terrain_rows[NP_TERRAIN_KIND_COUNT] = {
     [NP_TERRAIN_NONE] = {"the scene has no terrain", NULL, NULL},
     [NP_TERRAIN_HEIGHTFIELD] = {"height field ", check_file, load_field},
     [NP_TERRAIN_RIDGES] = {"ridges from noise", NULL, make_ridges},
+    [NP_TERRAIN_MESH] = {"", NULL, make_nothing},
     [NP_TERRAIN_GIVEN] = {"a terrain that a call has set", NULL, NULL},
 };
 
@@ -104,10 +113,15 @@ neph_result np_terrain_create(neph_context *context, const np_terrain_source *so
   np_monitor monitor;
   np_monitor_start(&monitor, context, read.progress, read.progress_user);
   np_heightfield field;
-  result = np_terrain_rows[source->kind].make_field(context, &monitor, source, &read, &field);
+  if (read.mesh_file) result = np_mesh_ground_check(context, &read);
+  if (!result) result = np_terrain_rows[source->kind].make_field(context, &monitor, source, &read, &field);
   if (!result) result = np_terrain_create_from_field(context, &field, &read, false, &monitor, out_terrain);
   np_float_mode_leave(float_mode);
   return result;
+}
+
+neph_result np_terrain_check_mesh(neph_context *context, const neph_terrain_desc *desc) {
+  return np_mesh_ground_check(context, desc);
 }
 
 neph_result np_terrain_load_from_cache(neph_context *context, np_cache_entry *entry, const neph_terrain_desc *desc,
@@ -135,4 +149,11 @@ neph_result neph_terrain_create_ridges(neph_context *context, const neph_ridges_
                                        const neph_terrain_desc *desc, neph_terrain **out_terrain) {
   const np_terrain_source source = {.kind = NP_TERRAIN_RIDGES, .ridges = ridges};
   return np_terrain_create(context, &source, desc, out_terrain);
+}
+
+neph_result neph_terrain_load_mesh(neph_context *context, const neph_terrain_desc *desc, neph_terrain **out_terrain) {
+  const np_terrain_source source = {.kind = NP_TERRAIN_MESH};
+  if (desc && desc->mesh_file) return np_terrain_create(context, &source, desc, out_terrain);
+  *out_terrain = NULL;
+  return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "terrain mesh_file is NULL, must name a file");
 }

@@ -12,6 +12,7 @@ typedef enum np_terrain_kind {
   NP_TERRAIN_NONE,
   NP_TERRAIN_HEIGHTFIELD, /* of a file */
   NP_TERRAIN_RIDGES,      /* from noise, eroded */
+  NP_TERRAIN_MESH,        /* triangles of a file alone; beside the others they are a part of the description */
   NP_TERRAIN_GIVEN,       /* made by a call: no field is made of it */
   NP_TERRAIN_KIND_COUNT
 } np_terrain_kind;
@@ -38,6 +39,9 @@ extern const np_terrain_row np_terrain_rows[NP_TERRAIN_KIND_COUNT];
 /* Makes the ground of any kind but NP_TERRAIN_NONE. */
 neph_result np_terrain_create(neph_context *context, const np_terrain_source *source, const neph_terrain_desc *desc,
                               neph_terrain **out_terrain);
+
+/* Whether a description's mesh is sound, and its file there. */
+neph_result np_terrain_check_mesh(neph_context *context, const neph_terrain_desc *desc);
 
 /* The ground of heights that were kept on disk (np_heightfield_save_to_cache); NULL where the entry holds less. */
 neph_result np_terrain_load_from_cache(neph_context *context, np_cache_entry *entry, const neph_terrain_desc *desc,

@@ -13,13 +13,7 @@
 
 enum { DEPTH = NP_FIXED_POINT_DEPTH_MAX, CHUNK = 1 << 15, BLOCK = 512, LANES = 32, STALL = 12 };
 
-typedef struct history {
-  unsigned depth; /* slots */
-  unsigned count; /* filled, the newest last */
-  float *image[DEPTH], *residual[DEPTH];
-  double gram[DEPTH][DEPTH]; /* scalar products of the residuals */
-  double relative[DEPTH];    /* lengths of the residuals, relative to the images' */
-} history;
+typedef np_fixed_point_history history;
 
 typedef struct pass {
   const np_fixed_point *problem;
@@ -155,10 +149,10 @@ static neph_result measure(pass *p, history *past) {
 }
 
 /* Counts the calls that have not brought the residual down, and after too many keeps but the newest image. */
-static void watch_for_stall(np_fixed_point *problem, history *past, double *best, unsigned *idle) {
-  *idle = problem->residual < 0.9 * *best ? 0 : *idle + 1;
-  *best = fmin(*best, problem->residual);
-  if (*idle < STALL || problem->is_stalled) return;
+static void watch_for_stall(np_fixed_point *problem, history *past) {
+  past->idle = problem->residual < 0.9 * past->best ? 0 : past->idle + 1;
+  past->best = fmin(past->best, problem->residual);
+  if (past->idle < STALL || problem->is_stalled) return;
   problem->is_stalled = true;
   forget(past);
   past->depth = 1;
@@ -209,12 +203,29 @@ static void restart(np_fixed_point *problem, history *past, float *x) {
   problem->is_stalled = true;
 }
 
+/* The next x from a history that has a new image. A loop that is cut short would leave no x to keep: it is quick, and
+ * is not stopped where x is kept. */
+static neph_result combine(np_fixed_point *problem, history *past, pass *p) {
+  if (problem->calls == 1) past->first = problem->residual;
+  const double done = estimate_done(problem, past->first);
+  np_monitor_set_range(problem->monitor, done, done);
+  if (!(problem->residual < 2.0 * past->before)) forget(past);
+  past->before = problem->residual;
+  watch_for_stall(problem, past);
+  compute_weights(past, p->weight);
+  np_monitor *monitor = problem->keeper ? NULL : problem->monitor;
+  return np_parallel_for(problem->context, monitor, count_chunks(problem), 1, combine_chunks, p);
+}
+
+static void save(const np_fixed_point *problem, const history *past, bool is_last) {
+  if (problem->keeper) problem->keeper->save(problem->keeper->user, problem, past, is_last);
+}
+
 /* Up to the tolerance, or to the last call. */
 static neph_result approach(np_fixed_point *problem, history *past, pass *p) {
-  double before = INFINITY, best = INFINITY, first = 0.0;
-  unsigned idle = 0;
   for (;;) {
     neph_result result = add_image(problem, past, p);
+    if (result == NEPH_ERROR_CANCELLED) save(problem, past, true);
     if (result) return result;
     if (!isfinite(problem->residual)) {
       restart(problem, past, p->x);
@@ -225,15 +236,9 @@ static neph_result approach(np_fixed_point *problem, history *past, pass *p) {
       keep_image(problem, past, past->count - 1, p->x);
       return NEPH_OK;
     }
-    if (problem->calls == 1) first = problem->residual;
-    const double done = estimate_done(problem, first);
-    np_monitor_set_range(problem->monitor, done, done);
-    if (!(problem->residual < 2.0 * before)) forget(past);
-    before = problem->residual;
-    watch_for_stall(problem, past, &best, &idle);
-    compute_weights(past, p->weight);
-    result = np_parallel_for(problem->context, problem->monitor, count_chunks(problem), 1, combine_chunks, p);
+    result = combine(problem, past, p);
     if (result) return result;
+    save(problem, past, false);
   }
 }
 
@@ -241,6 +246,8 @@ static neph_result iterate(np_fixed_point *problem, history *past, pass *p) {
   problem->calls = 0;
   problem->residual = 1.0;
   problem->is_cut = problem->is_stalled = false;
+  past->before = past->best = INFINITY;
+  if (problem->keeper) (void)problem->keeper->load(problem->keeper->user, problem, past);
   np_monitor_set_range(problem->monitor, 0.0, 0.0);
   const neph_result result = approach(problem, past, p);
   if (result != NEPH_ERROR_CANCELLED || !np_monitor_is_cut(problem->monitor)) return result;

@@ -7,6 +7,32 @@
 
 typedef neph_result (*np_fixed_point_fn)(void *user, const float *x, float *out_image);
 
+enum { NP_FIXED_POINT_DEPTH_MAX = 20 };
+
+/* All that the next call depends on, but for x. */
+typedef struct np_fixed_point_history {
+  unsigned depth; /* slots */
+  unsigned count; /* filled, the newest last */
+  float *image[NP_FIXED_POINT_DEPTH_MAX], *residual[NP_FIXED_POINT_DEPTH_MAX];
+  double gram[NP_FIXED_POINT_DEPTH_MAX][NP_FIXED_POINT_DEPTH_MAX]; /* scalar products of the residuals */
+  double relative[NP_FIXED_POINT_DEPTH_MAX]; /* lengths of the residuals, relative to the images' */
+  double first, before, best;                /* residuals: of the first call, of the last one, and the least */
+  unsigned idle;                             /* calls since the least has fallen */
+} np_fixed_point_history;
+
+struct np_fixed_point;
+
+/* Keeps an iteration on its way, between two calls of the map. */
+typedef struct np_fixed_point_keeper {
+  void *user;
+
+  /* Puts a kept history, and `calls`, `residual` and `is_stalled`, in their places; false: there is none. */
+  bool (*load)(void *user, struct np_fixed_point *problem, np_fixed_point_history *history);
+
+  /* May keep them, and x. `is_last`: the iteration was cancelled and ends here. */
+  void (*save)(void *user, const struct np_fixed_point *problem, const np_fixed_point_history *history, bool is_last);
+} np_fixed_point_keeper;
+
 typedef struct np_fixed_point {
   neph_context *context;
   np_monitor *monitor;
@@ -21,9 +47,8 @@ typedef struct np_fixed_point {
   unsigned calls;  /* out: of the map */
   bool is_stalled; /* out, for the map too: the residual does not fall any more, and plain iteration goes on */
   bool is_cut;     /* out: the monitor's budget ended it */
+  const np_fixed_point_keeper *keeper; /* NULL: none */
 } np_fixed_point;
-
-enum { NP_FIXED_POINT_DEPTH_MAX = 20 };
 
 /* Improves `x` until the tolerance is met or the calls are used up; x is then the last image. Same bits for any number
  * of threads. Where the monitor's budget ends before, x is the image of the least residual among the remembered ones,

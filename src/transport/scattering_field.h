@@ -32,13 +32,22 @@ typedef struct np_transport_desc {
   np_dvec3 viewer_reach; /* … and its size; 0: one viewer */
 } np_transport_desc;
 
+/* A place for the state of a solution on its way, from which one that was stopped goes on to the same bits. */
+typedef struct np_solution_keeper {
+  double interval_s; /* from one state to the next; infinite: it is kept only when the solution is cancelled */
+  void *user;
+  bool (*read_begin)(void *user, np_cache_entry *out_entry); /* false: there is none */
+  bool (*write_begin)(void *user, np_cache_entry *out_entry);
+} np_solution_keeper;
+
 typedef struct np_scattering_desc {
   np_transport_desc cells;
   double work_max; /* cells × directions × harmonics of a sweep, up to which angles are resolved beyond the least */
   unsigned degree_max; /* most that angles are resolved into */
   double tolerance;
-  double seconds_max;  /* after which sweeps end, whatever the residual; infinite: no limit */
-  bool has_importance; /* paths can be guided: importance is kept beside the moments */
+  double seconds_max;               /* after which sweeps end, whatever the residual; infinite: no limit */
+  bool has_importance;              /* paths can be guided: importance is kept beside the moments */
+  const np_solution_keeper *keeper; /* NULL: none; nor is there one where time is limited */
 } np_scattering_desc;
 
 /* (1−g)·σ·edge of 0.35; a million and a half cells, of some 1.5 kB each in cloud while it is solved. */

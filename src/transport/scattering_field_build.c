@@ -227,6 +227,12 @@ static neph_result start_bands(np_scattering_solver *s) {
   return has_all ? relate_bands(s) : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
+/* Importance adds up over the bands, and would twice. */
+static neph_result keep_solution(np_scattering_solver *s) {
+  if (!np_solver_state_begin(s, s->out->importance ? NP_STEP_FRAGILE : NP_STEP_WITHIN)) return NEPH_OK;
+  return s->is_transferred && s->turn > 0 ? keep_transferred_band(s) : keep_band(s);
+}
+
 static neph_result solve_bands(np_scattering_solver *s) {
   const bool has_one_grid = np_world_is_grey(s->world);
   double sum = 0.0;
@@ -234,10 +240,11 @@ static neph_result solve_bands(np_scattering_solver *s) {
   for (s->turn = 0; s->turn < s->out->medium.band_count; s->turn++) {
     s->band = np_scattering_band_order[s->turn];
     const bool is_first = s->turn == 0 || !has_one_grid;
+    s->state.restart = 0;
     neph_result result = is_first ? np_scattering_solver_build_levels(s) : NEPH_OK;
     if (!result && s->turn == 0) result = start_bands(s);
     if (!result) result = np_scattering_solver_solve_band(s, is_first, &sum);
-    if (!result && sum > 0.0) result = s->is_transferred && s->turn > 0 ? keep_transferred_band(s) : keep_band(s);
+    if (!result && sum > 0.0) result = keep_solution(s);
     if (result) return result;
   }
   if (s->out->importance) np_importance_spread(&s->levels[0].grid, s->out->importance);
@@ -342,29 +349,48 @@ static void finish(np_scattering_solver *s) {
   report(s->world, s->desc->tolerance, s->out);
 }
 
+static neph_result solve(np_scattering_solver *s) {
+  np_solver_state_open(s);
+  neph_result result = start(s);
+  if (!result) result = solve_bands(s);
+  if (!result && np_solver_state_is_damaged(s)) result = NEPH_ERROR_BAD_FILE;
+  if (!result) finish(s);
+  if (result == NEPH_ERROR_CANCELLED) np_solver_state_keep_last(s);
+  np_solver_state_close(s);
+  np_scattering_solver_clear_levels(s);
+  np_workspace_clear(&s->workspace);
+  np_alloc_free(s->context, s->sun);
+  if (s->fine != s->broad) np_alloc_free(s->context, s->fine);
+  np_alloc_free(s->context, s->broad);
+  return result;
+}
+
+/* From a state that does not fit, whatever its checksum says, nothing is taken. */
 neph_result np_scattering_field_build(neph_context *context, const np_world *world,
                                       const np_sun_optical_depth_source *depths, const np_scattering_desc *desc,
                                       np_monitor *monitor, np_scattering_field **out_field) {
+  neph_result result = NEPH_ERROR_BAD_FILE;
   *out_field = NULL;
-  np_scattering_field *field = np_scattering_field_create(context);
-  if (!field) return NEPH_ERROR_OUT_OF_MEMORY;
-  np_scattering_solver s = {
-      .context = context, .world = world, .depths = depths, .desc = desc, .monitor = monitor, .out = field};
-  s.workspace.context = context;
-  s.whole = np_monitor_get_part(monitor);
-  s.end_s = isfinite(desc->seconds_max) ? np_monitor_get_seconds(monitor) + desc->seconds_max : HUGE_VAL;
-  neph_result result = start(&s);
-  if (!result) result = solve_bands(&s);
-  if (!result) finish(&s);
-  np_scattering_solver_clear_levels(&s);
-  np_workspace_clear(&s.workspace);
-  np_alloc_free(context, s.sun);
-  if (s.fine != s.broad) np_alloc_free(context, s.fine);
-  np_alloc_free(context, s.broad);
-  if (result)
-    np_scattering_field_destroy(field);
-  else
-    *out_field = field;
+  np_scattering_solver initial = {.context = context,
+                                  .world = world,
+                                  .depths = depths,
+                                  .desc = desc,
+                                  .monitor = monitor,
+                                  .workspace = {.context = context},
+                                  .state = {.keeper = desc->keeper},
+                                  .whole = np_monitor_get_part(monitor)};
+  initial.end_s = isfinite(desc->seconds_max) ? np_monitor_get_seconds(monitor) + desc->seconds_max : HUGE_VAL;
+  for (int attempt = 0; attempt < 2 && result == NEPH_ERROR_BAD_FILE; attempt++) {
+    np_scattering_solver s = initial;
+    s.state.is_anew = attempt > 0;
+    s.out = np_scattering_field_create(context);
+    if (!s.out) return NEPH_ERROR_OUT_OF_MEMORY;
+    result = solve(&s);
+    if (result)
+      np_scattering_field_destroy(s.out);
+    else
+      *out_field = s.out;
+  }
   return result;
 }
 

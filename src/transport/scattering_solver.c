@@ -96,9 +96,13 @@ static void end_budget(np_scattering_solver *s) {
 
 /* A band comes no further than the one before that was cut: else the clouds would take on its colour. */
 static neph_result solve_level(np_scattering_solver *s, unsigned number, double tolerance) {
+  if (!np_solver_state_begin(s, NP_STEP_FRAGILE)) return NEPH_OK;
   if (s->out->quality.is_cut && number < s->cut.level) return NEPH_OK;
   np_transport_level *level = &s->levels[number];
-  np_transport_effort effort = {.tolerance = tolerance, .is_finest = number == np_scattering_solver_get_iterated(s)};
+  const np_fixed_point_keeper keeper = {s, np_solver_state_load_history, np_solver_state_save_history};
+  np_transport_effort effort = {.tolerance = tolerance,
+                                .is_finest = number == np_scattering_solver_get_iterated(s),
+                                .keeper = s->state.keeper ? &keeper : NULL};
   if (s->out->quality.is_cut && number == s->cut.level) effort.sweeps_max = s->cut.sweeps;
   set_level_part(s, number);
   neph_result result = np_transport_level_solve(&s->broad->lights, level, &effort);
@@ -112,7 +116,8 @@ static neph_result solve_level(np_scattering_solver *s, unsigned number, double 
 }
 
 /* From the next coarser level, whether or not there is time: it is little, and what stands there now is nothing. */
-static neph_result prolong(np_scattering_solver *s, unsigned number) {
+static neph_result prolong(np_scattering_solver *s, unsigned number, np_step_kind kind) {
+  if (!np_solver_state_begin(s, kind)) return NEPH_OK;
   neph_result result = np_transport_level_prolong(&s->levels[number + 1], s->monitor, &s->levels[number]);
   if (result != NEPH_ERROR_CANCELLED || !np_monitor_is_cut(s->monitor)) return result;
   end_budget(s);
@@ -123,7 +128,7 @@ static neph_result solve_nested(np_scattering_solver *s) {
   const unsigned finest = np_scattering_solver_get_iterated(s);
   neph_result result = NEPH_OK;
   for (unsigned n = s->level_count; n-- > finest && !result;) {
-    if (n + 1 < s->level_count) result = prolong(s, n);
+    if (n + 1 < s->level_count) result = prolong(s, n, NP_STEP_RESTARTABLE);
     if (result || !s->has_time) continue;
     result = solve_level(s, n, n > finest ? 3.0 * s->desc->tolerance : s->desc->tolerance);
   }
@@ -132,9 +137,13 @@ static neph_result solve_nested(np_scattering_solver *s) {
 
 /* Sweeps as long as there is time. */
 static neph_result sweep_level(np_scattering_solver *s, unsigned number, unsigned sweeps) {
-  if (!s->has_time || s->out->quality.is_cut) return NEPH_OK;
-  const neph_result result = np_transport_level_sweep(&s->fine->lights, &s->levels[number], sweeps, isfinite(s->end_s));
-  if (np_monitor_is_cut(s->monitor)) end_budget(s);
+  neph_result result = NEPH_OK;
+  for (unsigned n = 0; n < sweeps && s->has_time && !s->out->quality.is_cut && !result; n++) {
+    np_monitor_set_range(s->monitor, (double)n / sweeps, (double)n / sweeps);
+    if (!np_solver_state_begin(s, NP_STEP_WITHIN)) continue;
+    result = np_transport_level_sweep(&s->fine->lights, &s->levels[number], isfinite(s->end_s));
+    if (np_monitor_is_cut(s->monitor)) end_budget(s);
+  }
   return result;
 }
 
@@ -143,13 +152,15 @@ static neph_result resolve(np_scattering_solver *s) {
   const unsigned iterated = np_scattering_solver_get_iterated(s);
   neph_result result = NEPH_OK;
   set_part(s, resolving_begin, is_fine(s) ? 0.5 * (resolving_begin + keeping_begin) : keeping_begin);
+  const bool is_new = np_solver_state_begin(s, NP_STEP_RESTARTABLE);
+  s->state.has_fine = true;
   if (is_resolved(s)) {
-    result = np_transport_level_resolve(&s->fine->lights, &s->levels[iterated], &s->levels[iterated - 1]);
+    if (is_new) result = np_transport_level_resolve(&s->fine->lights, &s->levels[iterated], &s->levels[iterated - 1]);
     if (!result) result = sweep_level(s, iterated - 1, RESOLVING_SWEEPS);
   }
   if (!is_fine(s) || result) return result;
   set_part(s, 0.5 * (resolving_begin + keeping_begin), keeping_begin);
-  result = prolong(s, 0);
+  result = prolong(s, 0, NP_STEP_WITHIN);
   return result ? result : sweep_level(s, 0, REFINING_SWEEPS);
 }
 
@@ -315,16 +326,19 @@ static neph_result change_level(np_scattering_solver *s, unsigned number) {
   np_transport_level *l = &s->levels[number];
   const size_t count = l->change ? count_moments(&l->grid) : 0;
   neph_result result = NEPH_OK;
-  if (l->change) memcpy(l->change, l->phi, count * sizeof *l->change);
-  if (number + 1 < s->level_count) result = np_transport_level_prolong_change(l + 1, l);
+  if (np_solver_state_begin(s, NP_STEP_FRAGILE)) {
+    if (l->change) memcpy(l->change, l->phi, count * sizeof *l->change);
+    if (number + 1 < s->level_count) result = np_transport_level_prolong_change(l + 1, l);
+  }
   if (!result && s->has_time) result = solve_level(s, number, s->desc->tolerance);
+  if (!np_solver_state_begin(s, NP_STEP_FRAGILE)) return result;
   for (size_t i = 0; i < count; i++) l->change[i] = l->phi[i] - l->change[i];
   return result;
 }
 
 static neph_result solve_related(np_scattering_solver *s, double factor) {
   neph_result result = NEPH_OK;
-  blend_solution(s, factor);
+  if (np_solver_state_begin(s, NP_STEP_FRAGILE)) blend_solution(s, factor);
   for (unsigned n = s->level_count; n-- > np_scattering_solver_get_iterated(s) && !result;) result = change_level(s, n);
   return result;
 }
@@ -333,6 +347,7 @@ static neph_result solve_related(np_scattering_solver *s, double factor) {
 
 neph_result np_scattering_solver_solve_band(np_scattering_solver *s, bool is_first, double *sum) {
   const double before = *sum;
+  s->state.has_fine = false;
   neph_result result = fill_emission(s);
   if (!result) result = light_levels(s, sum);
   if (result || *sum <= 0.0) return result;
@@ -342,7 +357,7 @@ neph_result np_scattering_solver_solve_band(np_scattering_solver *s, bool is_fir
   s->is_nested = is_first || !(before > 0.0) || s->out->quality.is_cut;
   begin_budget(s);
   result = s->is_nested ? solve_nested(s) : solve_related(s, *sum / before);
-  if (!result && s->turn == 0) remember_first(s);
+  if (!result && s->turn == 0 && np_solver_state_begin(s, NP_STEP_RESTARTABLE)) remember_first(s);
   if (!result && !(s->is_transferred && s->turn > 0)) result = resolve(s);
   end_budget(s);
   set_part(s, keeping_begin, 1.0);

@@ -23,6 +23,26 @@ typedef struct np_scattering_reach {
   double residual;
 } np_scattering_reach;
 
+/* ---- States ----
+ *
+ * A solution on its way is kept from sweep to sweep: one that goes on from there has the bits of one that was not
+ * stopped. Whatever changes a solution is a step. A state has the number of the step that was under way and all that
+ * steps have changed; who resumes goes through the same steps, leaves out those before, and takes the state up at this
+ * one. All else, such as cells and sources, is computed again. */
+
+typedef struct np_solver_state {
+  const np_solution_keeper *keeper; /* NULL: nothing is kept */
+  np_cache_entry entry;             /* that the solution goes on from, open up to its step */
+  unsigned step, resumed;           /* the present one, from 1; and that of the entry, 0: there is none */
+  unsigned restart;                 /* the step from which a cancelled solution can go on; 0: there is none */
+  bool has_fine;                    /* the result's grid has light, beyond the one that is iterated */
+  bool has_history;                 /* the entry goes on with that of an iteration */
+  bool is_damaged;                  /* the entry holds something else than the solution */
+  bool is_anew;                     /* whatever the keeper has, the solution begins anew */
+  bool is_last;                     /* the last state is kept */
+  double last_s;                    /* of the monitor's seconds, when a state was kept */
+} np_solver_state;
+
 typedef struct np_scattering_solver {
   neph_context *context;
   const np_world *world;
@@ -43,6 +63,7 @@ typedef struct np_scattering_solver {
   np_scattering_reach reached,
       cut; /* by the present band; and by the last one that was cut, past which no other goes */
   np_monitor_part whole;
+  np_solver_state state;
   unsigned level_count, band, turn; /* the band, and its place in the order of solving */
   /* The result's; where its cells are fine, those twice as wide; then the same in the degree that is iterated, if that
    * is another; then coarser ones. */
@@ -64,6 +85,31 @@ void np_scattering_solver_clear_levels(np_scattering_solver *s);
 /* Solves for the present band. `is_first`: nothing is known yet of the levels' light. `sum` is that over the sources of
  * the band before, then of this one; 0: there is no light. */
 neph_result np_scattering_solver_solve_band(np_scattering_solver *s, bool is_first, double *sum);
+
+/* Opens the state that the keeper has, if it has one. */
+void np_solver_state_open(np_scattering_solver *s);
+
+typedef enum np_step_kind {
+  NP_STEP_RESTARTABLE, /* whatever cuts it short, it can be begun again */
+  NP_STEP_WITHIN,      /* cut short, the last restartable step can be */
+  NP_STEP_FRAGILE      /* cut short, nothing can be begun again but what an iteration has kept */
+} np_step_kind;
+
+/* Begins a step, and keeps a state where one is due; false: the step is one of those that are left out. */
+bool np_solver_state_begin(np_scattering_solver *s, np_step_kind kind);
+
+/* Keeps what was there when the last restartable step began, of a solution that was cancelled. */
+void np_solver_state_keep_last(np_scattering_solver *s);
+
+/* Whether the solution went on from an entry that holds something else. */
+bool np_solver_state_is_damaged(const np_scattering_solver *s);
+
+void np_solver_state_close(np_scattering_solver *s);
+
+/* Keeps iterations, with the solver as `user`. */
+bool np_solver_state_load_history(void *user, np_fixed_point *problem, np_fixed_point_history *history);
+void np_solver_state_save_history(void *user, const np_fixed_point *problem, const np_fixed_point_history *history,
+                                  bool is_last);
 
 /* The degree of the harmonics that light is iterated in, and the one that it is resolved into, for so many cells. */
 typedef struct np_scattering_degrees {

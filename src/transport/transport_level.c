@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "core/alloc.h"
-#include "transport/fixed_point.h"
 
 enum {
   CHUNK = 4096,
@@ -153,7 +152,8 @@ neph_result np_transport_level_solve(const np_transport_lights *lights, np_trans
                             .depth = depth,
                             .vectors = np_workspace_take(lights->workspace, 2 * depth * moments),
                             .tolerance = is_cheap ? fmin(effort->tolerance, 2e-6) : effort->tolerance,
-                            .calls_max = is_cheap || !effort->is_finest ? CHEAP_SWEEPS_MAX : SWEEPS_MAX};
+                            .calls_max = is_cheap || !effort->is_finest ? CHEAP_SWEEPS_MAX : SWEEPS_MAX,
+                            .keeper = effort->keeper};
   if (effort->sweeps_max) problem.calls_max = effort->sweeps_max;
   it.problem = &problem;
   if (!it.column) it.diffusion = &level->diffusion;
@@ -166,15 +166,11 @@ neph_result np_transport_level_solve(const np_transport_lights *lights, np_trans
   return result;
 }
 
-neph_result np_transport_level_sweep(const np_transport_lights *lights, np_transport_level *level, unsigned sweeps,
-                                     bool has_budget) {
+neph_result np_transport_level_sweep(const np_transport_lights *lights, np_transport_level *level, bool has_budget) {
   iteration it;
   neph_result result = start_iteration(lights, level, has_budget, 0, &it);
   if (result) return result;
-  for (unsigned n = 0; n < sweeps && !result; n++) {
-    np_monitor_set_range(lights->monitor, (double)n / sweeps, (double)n / sweeps);
-    result = map_moments(&it, level->phi, level->phi);
-  }
+  result = map_moments(&it, level->phi, level->phi);
   clear_iteration(&it);
   return result == NEPH_ERROR_CANCELLED && np_monitor_is_cut(lights->monitor) ? NEPH_OK : result;
 }

@@ -4,6 +4,7 @@
 #define NP_TRANSPORT_TRANSPORT_LEVEL_H
 
 #include "transport/diffusion_correction.h"
+#include "transport/fixed_point.h"
 #include "transport/sweep.h"
 #include "transport/workspace.h"
 
@@ -37,20 +38,20 @@ neph_result np_transport_level_allocate_starts(np_transport_level *level, bool h
 typedef struct np_transport_effort {
   double tolerance;
   bool is_finest;
-  unsigned sweeps_max; /* 0: as many as the level is worth */
-  double residual;     /* out: relative */
-  unsigned sweeps;     /* out */
-  bool is_cut;         /* out: the monitor's budget ended it */
+  unsigned sweeps_max;                 /* 0: as many as the level is worth */
+  const np_fixed_point_keeper *keeper; /* NULL: none */
+  double residual;                     /* out: relative */
+  unsigned sweeps;                     /* out */
+  bool is_cut;                         /* out: the monitor's budget ended it */
 } np_transport_effort;
 
 /* Improves `phi` until the tolerance is met, or the monitor's budget ends, which is left for the caller to end. */
 neph_result np_transport_level_solve(const np_transport_lights *lights, np_transport_level *level,
                                      np_transport_effort *effort);
 
-/* The same by so many sweeps, without acceleration. With a budget, which takes memory for another vector like `phi`,
- * `phi` is what the last whole sweep made of it. */
-neph_result np_transport_level_sweep(const np_transport_lights *lights, np_transport_level *level, unsigned sweeps,
-                                     bool has_budget);
+/* The same by one sweep, without acceleration. With a budget, which takes memory for another vector like `phi`, `phi`
+ * stays what it was where the budget ends within the sweep. */
+neph_result np_transport_level_sweep(const np_transport_lights *lights, np_transport_level *level, bool has_budget);
 
 /* Start of a finer grid: the coarser solution between the middles of its cells. */
 neph_result np_transport_level_prolong(const np_transport_level *coarse, np_monitor *monitor, np_transport_level *fine);

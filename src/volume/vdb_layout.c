@@ -268,6 +268,7 @@ static void read_file_header(np_vdb_layout *layout) {
   for (int i = 0; i < 2; i++) source->library_version[i] = np_vdb_bytes_read_u32(bytes);
   layout->has_offsets = np_vdb_bytes_read_u8(bytes) != 0;
   np_vdb_bytes_skip(bytes, UUID_BYTES);
+  source->metadata = bytes->position;
   check_metadata(bytes, &is_half);
 }
 

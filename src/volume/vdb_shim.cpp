@@ -29,60 +29,13 @@
 #include <tbb/global_control.h>
 
 #include "volume/vdb_conversion.h"
+#include "volume/vdb_failure.h"
+#include "volume/vdb_mending.h"
 #include "volume/vdb_streams.h"
 
 using namespace np_vdb;
 
 namespace {
-
-/* ---- Failure ---- */
-
-void check_room(const void *block) {
-  if (!block) throw AlreadyTold{NEPH_ERROR_OUT_OF_MEMORY};
-}
-
-neph_result report(np_vdb_error *error, neph_result result, const char *format, const char *text) noexcept {
-  error->result = result;
-  std::snprintf(error->message, sizeof error->message, format, text);
-  return result;
-}
-
-enum class Direction { reading, writing };
-
-neph_result report_stream(np_vdb_error *error, Direction direction) noexcept {
-  if (direction == Direction::writing)
-    return report(error, NEPH_ERROR_IO, "cannot write: %s", errno ? std::strerror(errno) : "the stream failed");
-  return report(error, NEPH_ERROR_BAD_FILE, "%s", "the file ends before its data does: it is truncated or damaged");
-}
-
-/* Runs `work` and turns whatever it throws into a result and a message. */
-template <typename Work> neph_result guarded(np_vdb_error *error, Direction direction, const Work &work) noexcept {
-  try {
-    work();
-    error->result = NEPH_OK;
-    error->message[0] = 0;
-    return NEPH_OK;
-  } catch (const Cancelled &) {
-    return report(error, NEPH_ERROR_CANCELLED, "%s", "cancelled");
-  } catch (const AlreadyTold &told) {
-    return report(error, told.result, "%s", "");
-  } catch (const Failure &failure) {
-    return report(error, failure.result, "%s", failure.message.c_str());
-  } catch (const std::bad_alloc &) {
-    return report(error, NEPH_ERROR_OUT_OF_MEMORY, "out of memory inside OpenVDB%s",
-                  direction == Direction::reading ? ": the grid is too large, or the file damaged" : "");
-  } catch (const std::ios_base::failure &) {
-    return report_stream(error, direction);
-  } catch (const openvdb::Exception &exception) {
-    return report(error, direction == Direction::reading ? NEPH_ERROR_BAD_FILE : NEPH_ERROR_IO, "%s", exception.what());
-  } catch (const std::length_error &) {
-    return report(error, NEPH_ERROR_BAD_FILE, "%s", "the file names a length that cannot be: it is damaged");
-  } catch (const std::exception &exception) {
-    return report(error, NEPH_ERROR_INTERNAL, "OpenVDB failed: %s", exception.what());
-  } catch (...) {
-    return report(error, NEPH_ERROR_INTERNAL, "%s", "OpenVDB failed without saying why");
-  }
-}
 
 /* ---- Grids ---- */
 
@@ -533,7 +486,8 @@ constexpr std::size_t compression_room_bytes = std::size_t(8) << 20;
 /* Throws where there is no such room. */
 void check_compression_room() { ::operator delete(::operator new(compression_room_bytes)); }
 
-void write_stream(const char *path, const openvdb::GridCPtrVec &outputs, const Canceller &canceller) {
+void write_stream(const char *path, const openvdb::GridCPtrVec &outputs, const openvdb::MetaMap &metadata,
+                  const Canceller &canceller) {
   errno = 0;
   PolledFile buffer(canceller);
   std::ostream stream(&buffer);
@@ -541,7 +495,7 @@ void write_stream(const char *path, const openvdb::GridCPtrVec &outputs, const C
   if (!buffer.open(path, std::ios_base::out | std::ios_base::binary | std::ios_base::trunc))
     throw Failure{NEPH_ERROR_IO, std::string("cannot write: ") + std::strerror(errno)};
   check_compression_room();
-  Archive().write(stream, outputs, /*seekable=*/true, openvdb::MetaMap());
+  Archive().write(stream, outputs, /*seekable=*/true, metadata);
   stream.flush();
   if (!buffer.close()) throw Failure{NEPH_ERROR_IO, std::string("cannot write: ") + std::strerror(errno)};
 }
@@ -556,7 +510,59 @@ neph_result write_grids(const char *path, const np_vdb_write_grid *grids, size_t
       outputs.push_back(make_output(grids[i]));
       fill_output(grids[i], canceller, *outputs.back());
     }
-    write_stream(path, openvdb::GridCPtrVec(outputs.begin(), outputs.end()), canceller);
+    write_stream(path, openvdb::GridCPtrVec(outputs.begin(), outputs.end()), openvdb::MetaMap(), canceller);
+  });
+}
+
+/* ---- Checking and mending ---- */
+
+neph_result diagnose_grid(np_vdb_file *file, size_t index, void (*visit)(void *, const char *), void *user,
+                          np_vdb_error *error) noexcept {
+  return guarded(error, Direction::reading, [&] {
+    const openvdb::GridBase::Ptr grid = read_tree(*file, file->entries[index], Part::tree);
+    const auto tell = [&](const std::string &text) { visit(user, text.c_str()); };
+    diagnose_if<openvdb::FloatGrid>(*grid, tell);
+    diagnose_if<openvdb::DoubleGrid>(*grid, tell);
+  });
+}
+
+/* OpenVDB writes a tree that it has met before as an instance. */
+openvdb::GridBase::Ptr read_instance(const Entry &entry, const openvdb::GridBase::Ptr &owner) {
+  const openvdb::GridBase::Ptr grid = entry.header->copyGrid();
+  grid->setTree(owner->baseTreePtr());
+  return grid;
+}
+
+openvdb::GridPtrVec read_all(np_vdb_file &file) {
+  openvdb::GridPtrVec grids(file.entries.size());
+  for (const Entry &entry : file.entries) {
+    if (entry.header->isType<openvdb::points::PointDataGrid>())
+      throw Failure{NEPH_ERROR_UNSUPPORTED, "grid '" + entry.name + "' holds points, which cannot be copied"};
+    if (entry.owner == entry.index) grids[entry.index] = read_tree(file, entry, Part::tree);
+  }
+  for (const Entry &entry : file.entries)
+    if (entry.owner != entry.index) {
+      if (entry.owner == no_owner) read_tree(file, entry, Part::topology); /* says what is wrong */
+      grids[entry.index] = read_instance(entry, grids[entry.owner]);
+    }
+  return grids;
+}
+
+neph_result mend_file(np_vdb_file *file, const np_vdb_mark *marks, const char *path, np_vdb_error *error) noexcept {
+  openvdb::GridPtrVec grids;
+  openvdb::MetaMap metadata;
+  const neph_result result = guarded(error, Direction::reading, [&] {
+    file->stream.seekg(file->source.metadata);
+    metadata.readMeta(file->stream);
+    grids = read_all(*file);
+    for (size_t i = 0; i < grids.size(); i++) {
+      mend_if<openvdb::FloatGrid>(*grids[i], marks[i]);
+      mend_if<openvdb::DoubleGrid>(*grids[i], marks[i]);
+    }
+  });
+  if (result) return result;
+  return guarded(error, Direction::writing, [&] {
+    write_stream(path, openvdb::GridCPtrVec(grids.begin(), grids.end()), metadata, file->canceller);
   });
 }
 
@@ -591,8 +597,8 @@ void unlimit_threads(void *handle) noexcept { delete static_cast<tbb::global_con
 
 const np_vdb_module module_table = {
     NP_VDB_MODULE_VERSION, try_chunk,      open_file,       close_file,   count_grids,
-    describe_grid,         visit_metadata, read_grid,       measure_grid, write_grids,
-    sample_grid,           limit_threads,  unlimit_threads,
+    describe_grid,         visit_metadata, read_grid,       measure_grid, diagnose_grid,
+    mend_file,             write_grids,    sample_grid,     limit_threads, unlimit_threads,
 };
 
 } /* namespace */

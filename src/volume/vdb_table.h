@@ -12,7 +12,7 @@
 extern "C" {
 #endif
 
-#define NP_VDB_MODULE_VERSION 5u
+#define NP_VDB_MODULE_VERSION 6u
 
 /* Name of the module's file and of the function in it. */
 #define NP_VDB_MODULE_FILE "nephos_vdb.so"
@@ -59,6 +59,7 @@ typedef struct np_vdb_source {
   void *user;
   int64_t size;
   uint32_t format_version, library_version[2];
+  int64_t metadata; /* position of the file's own */
   size_t grid_count;
   const np_vdb_grid_place *places;
   /* Both report why they fail. `check_tree` is called before a tree, or its topology alone, is read; buffers of points
@@ -86,6 +87,13 @@ typedef struct np_vdb_sink {
   np_leaf *(*add_leaf)(np_sparse_grid *, const int32_t origin[3]);
   np_tile *(*add_tile)(np_sparse_grid *, const int32_t origin[3], int32_t edge, float value, bool is_active);
 } np_vdb_sink;
+
+/* Changes to a grid that is copied. */
+typedef enum np_vdb_mark {
+  NP_VDB_KEEP,
+  NP_VDB_MEND_VALUES, /* of floats or doubles: those that are not finite, negative or subnormal become 0 */
+  NP_VDB_MEND_DENSITY /* the same; the background becomes 0, and the class fog volume */
+} np_vdb_mark;
 
 /* Asked during long work; non-zero stops it with NEPH_ERROR_CANCELLED. */
 typedef int (*np_vdb_cancel_fn)(void *user);
@@ -130,6 +138,14 @@ typedef struct np_vdb_module {
 
   /* Reads any grid's topology, and tells its size. */
   neph_result (*measure)(np_vdb_file *file, size_t index, np_vdb_grid_size *out_size, np_vdb_error *error);
+
+  /* OpenVDB's own checks of a grid of floats or doubles as a fog volume: `visit` gets a text for each that it fails. */
+  neph_result (*diagnose)(np_vdb_file *file, size_t index, void (*visit)(void *user, const char *text), void *user,
+                          np_vdb_error *error);
+
+  /* Writes all grids and metadata of a file to `path`, which is a temporary name, mended as `marks` say, one a grid.
+   * Grids of points are refused. */
+  neph_result (*mend)(np_vdb_file *file, const np_vdb_mark *marks, const char *path, np_vdb_error *error);
 
   /* Writes grids to `path`, which is a temporary name: the caller renames it. */
   neph_result (*write)(const char *path, const np_vdb_write_grid *grids, size_t count, np_vdb_cancel_fn cancel,

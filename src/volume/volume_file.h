@@ -40,6 +40,9 @@ typedef struct np_volume_choice {
 neph_result np_volume_file_read_density(const np_volume_file *file, const np_volume_choice *choice,
                                         np_sparse_grid *out_grid, uint64_t *out_tree_bytes);
 
+/* The purpose of a grid of the file. */
+np_grid_role np_volume_file_get_role(const np_volume_file *file, const np_vdb_grid_info *info);
+
 /* Reports what the module said, under the file's name. */
 neph_result np_volume_file_fail(const np_volume_file *file, const np_vdb_error *error);
 
@@ -47,6 +50,10 @@ neph_result np_volume_file_fail(const np_volume_file *file, const np_vdb_error *
  * infinite, negative. Fails or warns with counts and the first voxel. */
 neph_result np_volume_import_values(neph_context *context, const char *path, np_sparse_grid *grid,
                                     neph_import_policy policy, np_monitor *monitor);
+
+/* Checks that a grid just read is 0 where it ends, and makes it so where the policy says so. */
+neph_result np_volume_import_background(neph_context *context, const char *path, np_sparse_grid *grid,
+                                        neph_import_policy policy);
 
 /* Puts the values of a density, which are finite and not negative, through a ramp. */
 neph_result np_volume_apply_ramp(neph_context *context, np_sparse_grid *grid, const neph_volume_ramp *ramp,

@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Loading: which grid of a file is meant, and whether it can be a cloud. */
+#include <inttypes.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
@@ -165,15 +167,10 @@ static neph_result check_kinds(const np_volume_file *file, const np_volume_choic
   return result;
 }
 
-static neph_result check_density(const np_volume_file *file, const np_sparse_grid *grid) {
-  if (grid->background == 0.0f) return NEPH_OK;
-  return np_fail(file->context, NEPH_ERROR_BAD_FILE, "%s: grid '%s' has background %g: a cloud has 0 where it ends",
-                 file->path, grid->name, (double)grid->background);
-}
-
 /* Trailing text of a field may be anything that is a number. */
-static neph_result check_field(const np_volume_file *file, const np_sparse_grid *grid) {
+static neph_result check_field(const np_volume_file *file, np_sparse_grid *grid, neph_import_policy policy) {
   if (isfinite(grid->background)) return NEPH_OK;
+  if (policy == NEPH_IMPORT_REPAIR) return np_volume_import_background(file->context, file->path, grid, policy);
   return np_fail(file->context, NEPH_ERROR_BAD_FILE, "%s: grid '%s' has background %g, must be finite", file->path,
                  grid->name, (double)grid->background);
 }
@@ -201,7 +198,8 @@ static neph_result read_chosen(load_job *job, const np_volume_file *file) {
   if (!result) result = check_kinds(file, &choice);
   if (!result) result = np_volume_file_read_density(file, &choice, &job->grid, &job->tree_bytes);
   if (result) return result;
-  return job->is_field ? check_field(file, &job->grid) : check_density(file, &job->grid);
+  if (job->is_field) return check_field(file, &job->grid, job->desc->policy);
+  return np_volume_import_background(file->context, file->path, &job->grid, job->desc->policy);
 }
 
 /* An empty grid stands for nothing where that is allowed. */
@@ -307,39 +305,57 @@ neph_result np_volume_load_density(neph_context *context, const char *path, cons
 
 /* ---- Headers ---- */
 
-/* OpenVDB writes down how many voxels are active. */
-static void read_voxel_count(void *user, const char *name, const char *text) {
-  np_grid_state *state = user;
-  if (!strcmp(name, "file_voxel_count") && !strcmp(text, "0")) *state = NP_GRID_EMPTY;
+/* Corners of the box of active voxels, as OpenVDB writes them down. */
+typedef struct written_box {
+  np_grid_header *header;
+  bool has_min, has_max;
+} written_box;
+
+static bool read_corner(const char *text, int32_t out[3]) {
+  return sscanf(text, "[%" SCNd32 ", %" SCNd32 ", %" SCNd32 "]", &out[0], &out[1], &out[2]) == 3;
 }
 
-static neph_result read_state(const np_volume_file *file, size_t index, np_grid_state *out_state) {
+/* OpenVDB writes down how many voxels are active, and where. */
+static void read_metadata(void *user, const char *name, const char *text) {
+  written_box *box = user;
+  np_grid_header *header = box->header;
+  if (!strcmp(name, "file_voxel_count") && !strcmp(text, "0")) header->state = NP_GRID_EMPTY;
+  if (!strcmp(name, "file_bbox_min")) box->has_min = read_corner(text, header->active_min);
+  if (!strcmp(name, "file_bbox_max")) box->has_max = read_corner(text, header->active_max);
+}
+
+static neph_result describe_header(const np_volume_file *file, size_t index, np_grid_header *out_header) {
+  const np_vdb_grid_info info = describe(file, index);
+  written_box box = {.header = out_header};
   np_vdb_error error;
-  *out_state = NP_GRID_FILLED;
-  if (!file->module->visit_metadata(file->vdb, index, read_voxel_count, out_state, &error)) return NEPH_OK;
-  return np_volume_file_fail(file, &error);
+  *out_header = (np_grid_header){.state = NP_GRID_FILLED};
+  memcpy(out_header->index_to_world.m, info.index_to_world, sizeof info.index_to_world);
+  if (file->module->visit_metadata(file->vdb, index, read_metadata, &box, &error))
+    return np_volume_file_fail(file, &error);
+  out_header->has_box = info.is_affine && box.has_min && box.has_max;
+  return NEPH_OK;
 }
 
 static neph_result read_header(const np_volume_file *file, const neph_volume_load_desc *desc, bool is_required,
-                               np_grid_state *out_state) {
+                               np_grid_header *out_header) {
   np_volume_choice choice = {.level_set_voxels = desc->level_set_voxels};
   const char *grid = desc->grid;
   if (!is_required && !search_name(file, grid, strlen(grid), 0).count) return NEPH_OK;
   neph_result result = choose(file, grid, &choice);
   if (!result) result = check_kinds(file, &choice);
-  *out_state = result ? *out_state : NP_GRID_EMPTY;
-  for (size_t i = 0; i < choice.count && !result && *out_state == NP_GRID_EMPTY; i++)
-    result = read_state(file, choice.indices[i], out_state);
+  out_header->state = result ? out_header->state : NP_GRID_EMPTY;
+  for (size_t i = 0; i < choice.count && !result && out_header->state == NP_GRID_EMPTY; i++)
+    result = describe_header(file, choice.indices[i], out_header);
   return result;
 }
 
 neph_result np_volume_read_header(neph_context *context, const char *path, const neph_volume_load_desc *desc,
-                                  bool is_required, np_grid_state *out_state) {
+                                  bool is_required, np_grid_header *out_header) {
   np_volume_file file;
-  *out_state = NP_GRID_MISSING;
+  *out_header = (np_grid_header){.state = NP_GRID_MISSING};
   neph_result result = np_volume_file_open(context, path, NULL, &file);
   if (result) return result;
-  result = read_header(&file, desc, is_required, out_state);
+  result = read_header(&file, desc, is_required, out_header);
   np_volume_file_close(&file);
   return result;
 }

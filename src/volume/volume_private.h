@@ -26,13 +26,29 @@ neph_context *np_volume_get_context(const neph_volume *volume);
 neph_result np_volume_load_density(neph_context *context, const char *path, const neph_volume_load_desc *desc,
                                    neph_volume **out_volume);
 
+/* Purposes that grids have by their names and kinds. */
+typedef enum np_grid_role {
+  NP_GRID_DENSITY,  /* "density", in letters of either case, or, where none is so called, any scalar of fog */
+  NP_GRID_FIELD,    /* another scalar, such as a temperature: not negative, and of any background */
+  NP_GRID_VELOCITY, /* a component of one: any number */
+  NP_GRID_OTHER     /* level sets, vectors, points, counts */
+} np_grid_role;
+
 /* Description of a grid by the file's header. */
 typedef enum np_grid_state { NP_GRID_MISSING, NP_GRID_EMPTY, NP_GRID_FILLED } np_grid_state;
 
+typedef struct np_grid_header {
+  np_grid_state state;
+  np_affine index_to_world;
+  bool has_box; /* written down: OpenVDB does, others need not */
+  int32_t active_min[3], active_max[3];
+} np_grid_header;
+
 /* Opens a file and finds a grid in it, as neph_volume_load does, without reading its values; fails where loading
- * would for want of a file or a grid, or for a grid's kind. */
+ * would for want of a file or a grid, or for a grid's kind. Of several grids the first that holds anything is
+ * described. */
 neph_result np_volume_read_header(neph_context *context, const char *path, const neph_volume_load_desc *desc,
-                                  bool is_required, np_grid_state *out_state);
+                                  bool is_required, np_grid_header *out_header);
 
 /* Reads a grid, named by `desc`, that is no density: where it ends it may have any value, and one that holds nothing,
  * which draws a warning, or that is not required and not in the file, makes `*out_volume` NULL. `out_is_in_file` tells

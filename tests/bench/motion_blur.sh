@@ -1,17 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
 # Motion blur against the mean of many sub-frames, each with its own light: prints a table of docs/results/animation.md.
 #
-#   sh motion_blur.sh NEPHOS [SUBFRAMES [SAMPLES [INTEGRATOR]]]
+#   sh motion_blur.sh NEPHOS BENCH_ERROR [SUBFRAMES [SAMPLES [INTEGRATOR]]]
 #
-# Columns: the motion; error a pixel of one blurred picture (bias, its noise apart by a second seed) against the mean of
-# SUBFRAMES pictures at even times of the exposure; the same of a picture without blur; CPU seconds of the blurred
-# picture and of the sub-frames. Blurred and sub-frames have SAMPLES a pixel in all. Needs oiiotool.
+# Columns: the motion; error a pixel of one blurred picture against the mean of SUBFRAMES pictures at even times of the
+# exposure, with 95 % bounds; the same of a picture without blur; CPU seconds of the blurred picture and of the
+# sub-frames. Blurred and sub-frames have SAMPLES a pixel in all; a second seed of each keeps their noise out.
+# BENCH_ERROR is bench_error of the same build. Needs oiiotool.
 set -eu
 export LC_ALL=C
 nephos=$1
-count=${2:-64}
-samples=${3:-256}
-integrator=${4:-march}
+bench=$(realpath "$2")
+count=${3:-64}
+samples=${4:-256}
+integrator=${5:-march}
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 cd "$work"
@@ -45,14 +47,14 @@ write_tracks() { # FIRST_FRAME FIRST_TIME LAST_FRAME LAST_TIME, then lines KEY M
     printf "  %s: [[%s, %.9g %s], [%s, %.9g %s]]\n", $1, f, $2 + s * $3, $4, g, $2 + t * $3, $4 }'
 }
 
-# The mean of pictures sub.0001.exr and on.
-average() {
-  oiiotool sub.0001.exr --ch R,G,B $(for k in $(seq -f %04g 2 "$count"); do echo "sub.$k.exr --ch R,G,B --add"; done) \
-    --mulc "$(awk -v n="$count" 'BEGIN { printf "%.17g", 1 / n }')" -d float -o mean.exr
+# The mean of pictures NAME.0001.exr and on, as NAME.exr.
+average() { # NAME
+  oiiotool "$1.0001.exr" --ch R,G,B $(for k in $(seq -f %04g 2 "$count"); do echo "$1.$k.exr --ch R,G,B --add"; done) \
+    --mulc "$(awk -v n="$count" 'BEGIN { printf "%.17g", 1 / n }')" -d float -o "$1.exr"
 }
 
-get_error() { # PICTURE SECOND
-  "$nephos" compare "$1" mean.exr --second "$2" | awk '/error a pixel: bias/ { printf "%s %%", $5 }'
+get_bias() { # PICTURE SECOND
+  "$bench" row "$1" "$2" sub.exr sub2.exr | awk -F ' *[|] *' '{ printf "%s %%", $5 }'
 }
 
 print_row() { # NAME SUBFRAMES_CPU
@@ -60,8 +62,9 @@ print_row() { # NAME SUBFRAMES_CPU
   render blur.yaml --frames 1 --samples "$samples" --seed 7 -o blur2.exr
   render blur.yaml --frames 1 --samples "$samples" --set camera.motion_blur=none -o still.exr
   render blur.yaml --frames 1 --samples "$samples" --set camera.motion_blur=none --seed 7 -o still2.exr
-  average
-  echo "| $1 | $(get_error blur.exr blur2.exr) | $(get_error still.exr still2.exr) | $cpu | $2 |"
+  average sub
+  average sub2
+  echo "| $1 | $(get_bias blur.exr blur2.exr) | $(get_bias still.exr still2.exr) | $cpu | $2 |"
 }
 
 # By tracks: sub-frames are frames of a scene whose tracks go as far as the exposure.
@@ -70,6 +73,7 @@ measure_tracks() { # NAME, KEYS as of write_tracks
   { write_scene "$field}"; echo "$2" | write_tracks 0 -1 2 1; } >blur.yaml
   { write_scene "$field}"; echo "$2" | write_tracks 1 "$first" "$count" "$(echo "$first" | awk '{ print -$1 }')"; } >sub.yaml
   blur
+  render sub.yaml --frames "1-$count" --samples $((samples / count)) --seed 7 -o sub2.####.exr
   print_row "$1" "$(measure_cpu sub.yaml --frames "1-$count" --samples $((samples / count)) -o sub.####.exr)"
 }
 
@@ -83,9 +87,11 @@ measure_bakes() {
   write_scene "$changing}" >sub.yaml
   bakes_cpu=0
   for k in $(seq "$count"); do
+    number=$(printf %04d "$k")
     time=$(awk -v k="$k" -v n="$count" 'BEGIN { printf "%.9g", 1000 + 20 * 0.5 * ((k - 0.5) / n - 0.5) }')
-    one=$(measure_cpu sub.yaml --frames 1 --samples $((samples / count)) --seed "$k" \
-      --set "clouds[0].bake.time=$time s" -o "sub.$(printf %04d "$k").exr")
+    set -- sub.yaml --frames 1 --samples $((samples / count)) --set "clouds[0].bake.time=$time s"
+    one=$(measure_cpu "$@" --seed "$k" -o "sub.$number.exr")
+    render "$@" --seed $((k + count)) -o "sub2.$number.exr"
     bakes_cpu=$(echo "$bakes_cpu $one" | awk '{ print $1 + $2 }')
   done
   write_scene "$changing, frame_time: 20 s}" >blur.yaml

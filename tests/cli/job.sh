@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# The job of each farm: those of OpenCue and Open Job Description were held to the published cjsl-1.12.dtd and template
-# schema 2023-09, those of Slurm and GNU parallel are run by tests/farms.
+# The job of each farm: that of OpenCue was held to the published cjsl-1.12.dtd; tests/farms holds that of Open Job
+# Description to the rules of its specification, and runs those of Slurm and GNU parallel.
 mkdir shots
 cat >"shots/dawn 2.yaml" <<'YAML'
 clouds: [{bake: {extent: 1 km}}]
@@ -21,3 +21,4 @@ nephos job slurm "shots/dawn 2.yaml" --frames 1-2 -- --set output.image=a.exr ||
 nephos job slurm "shots/dawn 2.yaml" -- --tile 1/2 || echo "exit $?"
 nephos job slurm "shots/dawn 2.yaml" -- --sample 3 || echo "exit $?"
 nephos job openjd "shots/dawn 2.yaml" --frames 1-4000 --chunk 3 || echo "exit $?"
+nephos job openjd "shots/dawn 2.yaml" -- --set 'output.preview=a{{x}}.####.png' || echo "exit $?"

@@ -46,9 +46,10 @@ same empty.exr alone.exr
 
 echo 'two at once, and some that are killed'
 rm -rf c
-quietly --cache c -o first.exr &
-quietly --cache c -o second.exr
+nephos render scene.yaml -v --cache c -o first.exr >first.log 2>&1 &
+nephos render scene.yaml -v --cache c -o second.exr >second.log 2>&1
 wait
+echo "solved $(cat first.log second.log | grep -c 'residual.*sweeps') time"
 same first.exr alone.exr
 same second.exr alone.exr
 rm -rf c

@@ -31,6 +31,8 @@ dry --set terrain.width=30km
 dry
 dry --set terrain.crs=EPSG:32611 --set terrain.width=30km
 dry --set terrain.heightfield=?.asc --set terrain.crs=EPSG:32611
+dry --set 'terrain.heightfield=./{a,b}.asc' --set terrain.crs=EPSG:32611
+dry --set 'terrain.heightfield=./{a,x}.asc'
 dry --set terrain.heightfield=x?.asc
 dry --set terrain.heightfield=text.tif
 dry --set terrain.heightfield=missing.tif

@@ -14,7 +14,7 @@ volume: optics
 image:
 mesh:
 cloud: optics noise volume image
-terrain: noise image
+terrain: noise image mesh
 atmosphere: optics image
 world: optics noise volume atmosphere terrain
 transport: optics noise volume atmosphere terrain world
@@ -22,7 +22,8 @@ caches: optics noise volume atmosphere terrain world transport
 integrate: optics noise volume atmosphere terrain world transport caches
 scene: optics noise volume image mesh cloud terrain atmosphere
 render: optics noise volume image mesh cloud terrain atmosphere world transport caches integrate scene
-report: optics noise volume image mesh cloud terrain atmosphere world transport caches integrate scene render'
+report: optics noise volume image mesh cloud terrain atmosphere world transport caches integrate scene render
+check: optics noise volume image mesh cloud terrain atmosphere world transport caches integrate scene render'
 
 for folder in src/*/; do
   module=$(basename "$folder")
@@ -57,7 +58,7 @@ done
 
 # A pattern of headers, then the only files that may name them. The sun's file has a lock because libnova keeps results in
 # variables of its own.
-doors='openvdb/ src/volume/vdb_(shim.cpp|conversion.h)
+doors='openvdb/ src/volume/vdb_(shim.cpp|conversion.h|failure.h|mending.h)
 tbb/ src/volume/vdb_shim.cpp
 embree src/terrain/terrain.c
 assimp/ src/mesh/assimp_reader.c

@@ -1,0 +1,127 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Kinds of files, by their names' endings. */
+#include <math.h>
+#include <string.h>
+#include <strings.h>
+
+#include <nephos/terrain.h>
+
+#include "check/check_heights.h"
+#include "check/check_scene.h"
+#include "check/check_volume.h"
+#include "core/frame_name.h"
+#include "image/image_private.h"
+#include "mesh/camera_file.h"
+#include "optics/phase_table.h"
+
+typedef np_finding_draft draft;
+
+/* ---- Pictures ---- */
+
+static void check_channel(neph_check *check, neph_image *image, const char *name) {
+  static const np_rule bad = {"picture.values", NEPH_SEVERITY_WARNING, "render or export it anew"};
+  const float *values = neph_image_get_channel(image, name);
+  const size_t width = neph_image_get_width(image), count = width * neph_image_get_height(image);
+  const bool is_depth = !strcasecmp(name, "Z") || strstr(name, "distance") || strstr(name, "depth");
+  size_t bad_count = 0, first = 0;
+  for (size_t i = 0; i < count; i++)
+    if (!isfinite(values[i]) && !(is_depth && !isnan(values[i])) && !bad_count++) first = i;
+  draft out = {{0}, {0}};
+  if (!bad_count) return;
+  np_draft_set_place(&out, "channel %s, column %zu, row %zu", name, first % width, first / width);
+  np_draft_set(&out, "%zu samples are not finite, the first %g", bad_count, (double)values[first]);
+  np_check_add(check, &bad, &out);
+}
+
+static neph_result check_exr(neph_check *check, const char *path) {
+  neph_image *image = NULL;
+  neph_result result = neph_check_set_file(check, path);
+  if (!result) result = neph_image_load_exr(check->context, path, &image);
+  for (unsigned i = 0; !result && i < neph_image_get_channel_count(image); i++)
+    check_channel(check, image, neph_image_get_channel_name(image, i));
+  neph_image_destroy(image);
+  return np_check_pass(result);
+}
+
+/* ---- Tables and cameras ---- */
+
+static neph_result check_phase_table(neph_check *check, const char *path) {
+  np_phase_table table;
+  neph_result result = neph_check_set_file(check, path);
+  if (!result) result = np_phase_table_load(check->context, path, &table);
+  if (!result) np_phase_table_clear(&table);
+  return np_check_pass(result);
+}
+
+static neph_result check_camera(neph_check *check, const char *path) {
+  static const double frame_rate = 24.0;
+  static const np_rule still = {"camera.still", NEPH_SEVERITY_NOTE, NULL};
+  np_camera_file file;
+  draft out = {{0}, {0}};
+  neph_result result = neph_check_set_file(check, path);
+  if (!result) result = np_camera_file_load(check->context, path, NULL, frame_rate, &file);
+  if (result) return np_check_pass(result);
+  if (file.count == 1 && np_draft_set(&out, "its camera stands still")) np_check_add(check, &still, &out);
+  np_camera_file_clear(&file);
+  return NEPH_OK;
+}
+
+/* ---- Kinds ---- */
+
+static neph_result check_vdb(neph_check *check, const char *path) {
+  return np_frame_name_is_pattern(path) ? np_check_sequence(check, path) : np_check_volume(check, path, true, NULL);
+}
+
+static neph_result check_height_file(neph_check *check, const char *path) {
+  return np_check_heights(check, path, NULL);
+}
+
+static neph_result check_scene_file(neph_check *check, const char *path) {
+  neph_scene *scene = NULL;
+  neph_result result = neph_check_set_file(check, path);
+  if (!result) result = neph_scene_load(check->context, path, &scene);
+  if (!result) result = neph_scene_check(scene);
+  if (!result) result = np_check_scene_frame(check, scene, path, 1);
+  neph_scene_destroy(scene);
+  return np_check_pass(result);
+}
+
+static const struct {
+  const char *ending;
+  neph_result (*check)(neph_check *check, const char *path);
+} kinds[] = {
+    {".vdb", check_vdb},         {".yaml", check_scene_file}, {".yml", check_scene_file},   {".exr", check_exr},
+    {".csv", check_phase_table}, {".gltf", check_camera},     {".glb", check_camera},       {".hgt", check_height_file},
+    {".png", check_height_file}, {".tif", check_height_file}, {".tiff", check_height_file}, {".asc", check_height_file},
+    {".bil", check_height_file}, {".flt", check_height_file}, {".dem", check_height_file},  {".img", check_height_file},
+    {".dt0", check_height_file}, {".dt1", check_height_file}, {".dt2", check_height_file},  {".vrt", check_height_file},
+    {".zip", check_height_file}, {".r16", check_height_file}, {".raw", check_height_file},
+};
+
+enum { KIND_COUNT = sizeof kinds / sizeof *kinds };
+
+static size_t search_kind(const char *path) {
+  const size_t length = strlen(path);
+  for (size_t i = 0; i < KIND_COUNT; i++) {
+    const size_t tail = strlen(kinds[i].ending);
+    if (length > tail && !strcasecmp(path + length - tail, kinds[i].ending)) return i;
+  }
+  return KIND_COUNT;
+}
+
+bool neph_check_is_file(const char *path) { return search_kind(path) < KIND_COUNT; }
+
+neph_result neph_check_file(neph_check *check, const char *path) {
+  const size_t kind = search_kind(path);
+  if (kind == KIND_COUNT)
+    return np_fail(check->context, NEPH_ERROR_INVALID_ARGUMENT, "%s is of no kind known by its name", path);
+  const unsigned float_mode = np_float_mode_enter();
+  const neph_result result = kinds[kind].check(check, path);
+  np_float_mode_leave(float_mode);
+  check->file = NULL;
+  return result;
+}
+
+neph_result neph_check_mend_file(neph_context *context, const char *path, const char *out_path) {
+  return np_volume_mend_file(context, path, out_path, NULL);
+}

@@ -1,0 +1,13 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Checks of height fields. */
+#ifndef NP_CHECK_CHECK_HEIGHTS_H
+#define NP_CHECK_CHECK_HEIGHTS_H
+
+#include <nephos/terrain.h>
+
+#include "check/findings.h"
+
+/* `desc` gives what a file does not say of itself; NULL: nothing does. */
+neph_result np_check_heights(neph_check *check, const char *path, const neph_terrain_desc *desc);
+
+#endif

@@ -1,0 +1,138 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* A scene, and all that it names: its inputs are opened as a render opens them, then read and put to the rules of their
+ * kinds, and its clouds are put in their places. */
+#include "check/check_scene.h"
+
+#include "check/check_heights.h"
+#include "check/check_volume.h"
+#include "cloud/cloud_private.h"
+#include "core/alloc.h"
+#include "render/plan.h"
+#include "render/reference_frame.h"
+#include "scene/cloud_file.h"
+#include "volume/volume_private.h"
+
+typedef struct scene_check {
+  neph_check *check;
+  neph_scene *scene;
+  const char *name;
+  int frame;
+  np_camera camera;
+  neph_terrain *terrain; /* owned; NULL: none */
+} scene_check;
+
+/* ---- Inputs ---- */
+
+/* Opens all inputs, and says what a plan says. */
+static neph_result check_plan(const scene_check *c) {
+  neph_render_desc desc = NEPH_RENDER_DESC_DEFAULT;
+  char *text = NULL;
+  neph_result result = neph_check_set_file(c->check, c->name);
+  if (!result) result = neph_scene_get_render_desc(c->scene, &desc);
+  desc.frame = c->frame;
+  if (!result) result = neph_render_explain(c->scene, &desc, NEPH_TEXT_PLAIN, &text);
+  neph_text_destroy(c->check->context, text);
+  return np_check_pass(result);
+}
+
+static neph_result check_terrain(scene_check *c) {
+  const np_scene_terrain *terrain = &c->scene->terrain;
+  const np_terrain_source source = np_scene_terrain_get_source(terrain);
+  neph_terrain_desc desc = terrain->desc;
+  if (terrain->given || terrain->kind == NP_TERRAIN_NONE) {
+    c->terrain = neph_terrain_retain(terrain->given);
+    return NEPH_OK;
+  }
+  desc.crs = terrain->crs;
+  neph_result result = terrain->heightfield ? np_check_heights(c->check, terrain->heightfield, &desc) : NEPH_OK;
+  if (!result) result = np_terrain_create(c->check->context, &source, &desc, &c->terrain);
+  return np_check_pass(result);
+}
+
+/* ---- Clouds ---- */
+
+/* The place of a cloud's volume. */
+static neph_result check_placement(const scene_check *c, unsigned index, double number, neph_volume *volume) {
+  const np_scene_cloud *cloud = &c->scene->clouds[index];
+  const neph_volume_load_desc load = np_cloud_file_describe_load(cloud);
+  np_stores *stores;
+  np_anchor anchor;
+  np_placement placement;
+  np_monitor monitor;
+  bool is_known = false;
+  np_check_start_monitor(c->check, &monitor);
+  neph_result result = neph_check_set_file(c->check, c->name);
+  if (!result) result = np_stores_get(c->scene, &stores);
+  const np_frame_cloud of = {result ? NULL : &stores->references, c->scene, index, number, volume, &load, &monitor};
+  if (!result) result = np_reference_frame_get_anchor(&of, &anchor, &is_known);
+  if (!result && is_known) result = np_placement_make(cloud, &anchor, volume, &monitor, &placement);
+  if (result || !is_known) return result;
+  const bool has_planet = c->scene->environment.has_planet;
+  const np_placement_view view = {&c->camera, has_planet ? c->scene->atmosphere.planet_radius_m : 0.0, c->terrain};
+  np_placement_check(c->check->context, cloud, &view, placement.bounds_min, placement.bounds_max);
+  return NEPH_OK;
+}
+
+static neph_result place_file(const scene_check *c, unsigned index) {
+  const np_scene_cloud *cloud = &c->scene->clouds[index];
+  const neph_volume_load_desc load = np_cloud_file_describe_load(cloud);
+  np_cloud_file file;
+  neph_volume *volume = NULL;
+  neph_result result = np_cloud_file_get(c->check->context, cloud, c->frame, &file);
+  if (!result) result = neph_check_set_file(c->check, file.path);
+  if (!result && file.path) result = np_volume_load_density(c->check->context, file.path, &load, &volume);
+  if (!result && volume) result = check_placement(c, index, file.number, volume);
+  neph_volume_release(volume);
+  np_alloc_free(c->check->context, file.path);
+  return np_check_pass(result);
+}
+
+static neph_result check_map(const scene_check *c, const np_scene_cloud *cloud) {
+  np_weather_picture picture;
+  neph_result result = neph_check_set_file(c->check, cloud->bake.map_file);
+  if (!result) result = np_weather_picture_load(c->check->context, &cloud->bake, &picture);
+  if (!result) np_weather_picture_clear(&picture);
+  return np_check_pass(result);
+}
+
+/* A baked cloud's file is written by a render. */
+static neph_result check_cloud(const scene_check *c, unsigned index) {
+  const np_scene_cloud *cloud = &c->scene->clouds[index];
+  if (cloud->volume) return NEPH_OK;
+  if (cloud->is_baked) return cloud->bake.map_file ? check_map(c, cloud) : NEPH_OK;
+  neph_result result = np_scene_cloud_is_sequence(cloud) ? np_check_sequence(c->check, cloud->vdb)
+                                                         : np_check_volume(c->check, cloud->vdb, true, NULL);
+  return result ? result : place_file(c, index);
+}
+
+static neph_result check_all(scene_check *c) {
+  neph_result result = neph_check_set_file(c->check, c->name);
+  if (!result) result = neph_scene_set_frame(c->scene, c->frame);
+  if (!result)
+    result = np_camera_init(c->scene, c->scene->camera.resolution[0], c->scene->camera.resolution[1], NEPH_EYE_CENTRE,
+                            &c->camera);
+  if (result) return np_check_pass(result);
+  result = check_plan(c);
+  if (!result) result = check_terrain(c);
+  for (unsigned i = 0; !result && i < c->scene->cloud_count; i++) result = check_cloud(c, i);
+  return result;
+}
+
+neph_result np_check_scene_frame(neph_check *check, neph_scene *scene, const char *name, int frame) {
+  scene_check c = {.check = check, .scene = scene, .name = name, .frame = frame};
+  check->has_place = true;
+  const neph_result result = check_all(&c);
+  check->has_place = false;
+  neph_terrain_release(c.terrain);
+  return result;
+}
+
+neph_result neph_check_scene(neph_check *check, neph_scene *scene, int frame) {
+  if (scene->context != check->context)
+    return np_fail(check->context, NEPH_ERROR_INVALID_ARGUMENT,
+                   "the scene belongs to another context than the check: make it in the check's");
+  const unsigned float_mode = np_float_mode_enter();
+  const neph_result result = np_check_scene_frame(check, scene, scene->file ? scene->file : "scene", frame);
+  np_float_mode_leave(float_mode);
+  return result;
+}

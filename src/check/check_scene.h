@@ -1,0 +1,11 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Checks of scenes with all that they name. */
+#ifndef NP_CHECK_CHECK_SCENE_H
+#define NP_CHECK_CHECK_SCENE_H
+
+#include "check/findings.h"
+
+/* Checks a scene, whose keys have passed, in a frame. `name` stands for its file in findings. */
+neph_result np_check_scene_frame(neph_check *check, neph_scene *scene, const char *name, int frame);
+
+#endif

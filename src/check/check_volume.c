@@ -1,0 +1,275 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "check/check_volume.h"
+
+#include <string.h>
+#include <strings.h>
+
+/* ---- Values of a grid ---- */
+
+typedef np_grid_facts facts;
+typedef np_finding_draft draft;
+
+static bool is_light(const facts *f) { return f->role == NP_GRID_DENSITY || f->role == NP_GRID_FIELD; }
+
+/* Count and first place of values. */
+static bool set_values(draft *out, const np_value_count *values, const char *what) {
+  const np_value_place *at = &values->first;
+  if (!values->count) return false;
+  np_draft_set_place(out, "voxel (%d, %d, %d), (%.6g, %.6g, %.6g)", at->voxel[0], at->voxel[1], at->voxel[2],
+                     at->world_m[0], at->world_m[1], at->world_m[2]);
+  return np_draft_set(out, "%llu value%s %s, the first %g", (unsigned long long)values->count,
+                      values->count == 1 ? " is" : "s are", what, values->first_value);
+}
+
+static bool has_nan(const facts *f, draft *out) {
+  return is_light(f) && set_values(out, &f->kinds[NP_VALUE_NAN], "NaN");
+}
+
+static bool has_infinite(const facts *f, draft *out) {
+  return is_light(f) && !f->is_half_on_disk && set_values(out, &f->kinds[NP_VALUE_INFINITE], "infinite");
+}
+
+static bool has_half_overflow(const facts *f, draft *out) {
+  return is_light(f) && f->is_half_on_disk &&
+         set_values(out, &f->kinds[NP_VALUE_INFINITE],
+                    "infinite in a file of halves, which end at 65504: they were above that when it was written");
+}
+
+static bool has_negative(const facts *f, draft *out) {
+  return is_light(f) && set_values(out, &f->kinds[NP_VALUE_NEGATIVE], "negative");
+}
+
+static bool has_rounding(const facts *f, draft *out) {
+  return is_light(f) && set_values(out, &f->kinds[NP_VALUE_ROUNDING], "negative, and next to 0: taken as 0");
+}
+
+static bool has_subnormal(const facts *f, draft *out) {
+  return is_light(f) && set_values(out, &f->kinds[NP_VALUE_SUBNORMAL], "subnormal: taken as 0");
+}
+
+static bool is_beyond_half(const facts *f, draft *out) {
+  return is_light(f) && set_values(out, &f->beyond_half, "above 65504, which a file of halves cannot hold");
+}
+
+/* Beyond what any unit of a cloud gives, or so far above the mean of the others that no cloud has it. */
+static bool is_absurd(const facts *f, draft *out) {
+  static const double value_max = 1e6, ratio_max = 1e5;
+  if (!is_light(f) || !f->has_values || f->active_count < 2 || !isfinite(f->value_max)) return false;
+  const double largest = (double)f->value_max, mean = (f->sum - largest) / ((double)f->active_count - 1.0);
+  if (largest < value_max && !(mean > 0.0 && largest > ratio_max * mean)) return false;
+  return np_draft_set(out, "the largest value is %g, and the mean of the others %.3g", largest, mean);
+}
+
+static bool has_no_density(const facts *f, draft *out) {
+  return f->role == NP_GRID_DENSITY && f->has_values && f->active_count && !(f->value_max > 0.0f) &&
+         np_draft_set(out, "no value is above 0, the largest is %g: it draws nothing", (double)f->value_max);
+}
+
+static bool has_background(const facts *f, draft *out) {
+  if (f->role != NP_GRID_DENSITY || !f->has_values || f->background == 0.0f) return false;
+  return np_draft_set(out, "its background is %g: a cloud has 0 where it ends", (double)f->background);
+}
+
+static bool has_field_background(const facts *f, draft *out) {
+  if (f->role != NP_GRID_FIELD || !f->has_values || isfinite(f->background)) return false;
+  return np_draft_set(out, "its background is %g, must be finite", (double)f->background);
+}
+
+/* ---- The grid as a whole ---- */
+
+static bool is_empty(const facts *f, draft *out) {
+  return f->role == NP_GRID_DENSITY && !f->active_count && np_draft_set(out, "it is empty: it has no active voxels");
+}
+
+static bool is_empty_field(const facts *f, draft *out) {
+  return f->role != NP_GRID_DENSITY && !f->active_count && np_draft_set(out, "it is empty: it has no active voxels");
+}
+
+static bool is_level_set(const facts *f, draft *out) {
+  return f->is_level_set && np_draft_set(out, "it is a level set, which holds distances, not a density");
+}
+
+static bool has_wrong_class(const facts *f, draft *out) {
+  return f->role == NP_GRID_DENSITY && strcmp(f->grid_class, "fog volume") != 0 &&
+         np_draft_set(out, "its class is %s, not fog volume: other programs may draw it as something else",
+                      f->grid_class[0] ? f->grid_class : "unknown");
+}
+
+static bool is_points(const facts *f, draft *out) {
+  return strstr(f->value_type, "ptdataidx") && np_draft_set(out, "it holds points, which are not read");
+}
+
+static bool is_degenerate(const facts *f, draft *out) {
+  return f->is_affine && !f->is_invertible &&
+         np_draft_set(out, "its transform has no inverse: its voxels are %g × %g × %g", f->voxel_m[0], f->voxel_m[1],
+                      f->voxel_m[2]);
+}
+
+static bool is_frustum(const facts *f, draft *out) {
+  return !f->is_affine && is_light(f) &&
+         np_draft_set(out, "its voxels are those of a frustum: it is resampled to even ones");
+}
+
+static bool is_mirrored(const facts *f, draft *out) {
+  const double(*m)[4] = f->index_to_world;
+  const double volume = m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) -
+                        m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
+                        m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
+  return f->is_affine && volume < 0.0 && np_draft_set(out, "its transform mirrors it: left is right");
+}
+
+/* A few voxels far from all others cost memory, and make its box, by which it is placed. */
+static bool has_stray(const facts *f, draft *out) {
+  static const double ratio_max = 4.0, size_min = 200.0; /* voxels */
+  const np_value_place *at = &f->stray;
+  double size = 0.0;
+  for (int a = 0; a < 3; a++) size = fmax(size, (double)f->active_max[a] - f->active_min[a]);
+  if (!is_light(f) || f->stray_ratio < ratio_max || size < size_min) return false;
+  np_draft_set_place(out, "voxel (%d, %d, %d), (%.6g, %.6g, %.6g)", at->voxel[0], at->voxel[1], at->voxel[2],
+                     at->world_m[0], at->world_m[1], at->world_m[2]);
+  return np_draft_set(out, "its box is %.3g times that of all but a thousandth of its voxels, for a few far away",
+                      f->stray_ratio);
+}
+
+static bool has_voxel_size(const facts *f, double size_min, double size_max, draft *out) {
+  if (f->role != NP_GRID_DENSITY || !f->is_affine || !f->active_count) return false;
+  double size = 0.0;
+  for (int a = 0; a < 3; a++) size = fmax(size, f->world_max[a] - f->world_min[a]);
+  return size >= size_min && size < size_max &&
+         np_draft_set(out, "it is %.4g m across where a unit of the file is a metre", size);
+}
+
+static bool is_small(const facts *f, draft *out) { return has_voxel_size(f, 0.0, 10.0, out); }
+
+static bool is_large(const facts *f, draft *out) { return has_voxel_size(f, 1e6, HUGE_VAL, out); }
+
+/* ---- Rules ---- */
+
+#define MEND "clouds[].import: repair, or nephos check --fix -o COPY.vdb"
+#define SIZE "clouds[].voxel, the edge of a voxel in metres, or clouds[].scale"
+
+typedef struct grid_rule {
+  np_rule rule;
+  bool (*is_broken)(const facts *f, draft *out);
+  bool is_of_size; /* a scene says how large the cloud is */
+} grid_rule;
+
+static const grid_rule grid_rules[] = {
+    {{"grid.empty", NEPH_SEVERITY_WARNING, "clouds[].grid names another grid"}, is_empty, false},
+    {{"grid.empty_field", NEPH_SEVERITY_NOTE, NULL}, is_empty_field, false},
+    {{"grid.level_set", NEPH_SEVERITY_NOTE, "clouds[].level_set makes it fog"}, is_level_set, false},
+    {{"grid.class", NEPH_SEVERITY_NOTE, "nephos check --fix -o COPY.vdb"}, has_wrong_class, false},
+    {{"grid.points", NEPH_SEVERITY_NOTE, NULL}, is_points, false},
+    {{"transform.degenerate", NEPH_SEVERITY_ERROR, "export it anew, with voxels that have a volume"},
+     is_degenerate,
+     false},
+    {{"transform.frustum", NEPH_SEVERITY_NOTE, NULL}, is_frustum, false},
+    {{"transform.mirrored", NEPH_SEVERITY_NOTE, "clouds[].scale takes negative numbers by axis"}, is_mirrored, false},
+    {{"size.small", NEPH_SEVERITY_WARNING, SIZE}, is_small, true},
+    {{"size.large", NEPH_SEVERITY_WARNING, SIZE}, is_large, true},
+    {{"grid.stray", NEPH_SEVERITY_WARNING, "clip or prune it before; clouds[].pivot places it by another point"},
+     has_stray,
+     false},
+    {{"values.nan", NEPH_SEVERITY_ERROR, MEND}, has_nan, false},
+    {{"values.infinite", NEPH_SEVERITY_ERROR, MEND}, has_infinite, false},
+    {{"values.half_overflow", NEPH_SEVERITY_ERROR, "export floats; or " MEND}, has_half_overflow, false},
+    {{"values.negative", NEPH_SEVERITY_ERROR, MEND}, has_negative, false},
+    {{"values.rounding", NEPH_SEVERITY_NOTE, NULL}, has_rounding, false},
+    {{"values.subnormal", NEPH_SEVERITY_NOTE, NULL}, has_subnormal, false},
+    {{"values.beyond_half", NEPH_SEVERITY_NOTE, "keep floats on disk"}, is_beyond_half, false},
+    {{"values.absurd", NEPH_SEVERITY_WARNING, "clouds[].ramp; or export without the outliers"}, is_absurd, false},
+    {{"values.none", NEPH_SEVERITY_WARNING, "clouds[].grid names another grid"}, has_no_density, false},
+    {{"values.background", NEPH_SEVERITY_ERROR, MEND}, has_background, false},
+    {{"values.field_background", NEPH_SEVERITY_ERROR, MEND}, has_field_background, false},
+};
+
+static const np_rule openvdb_rule = {"openvdb", NEPH_SEVERITY_NOTE, NULL};
+
+/* Without the lists of values that follow in lines of their own. */
+static void add_diagnosis(neph_check *check, const char *text) {
+  draft out = {{0}, {0}};
+  np_draft_set(&out, "OpenVDB's check of fog volumes: %.*s", (int)strcspn(text, "\n"), text);
+  np_check_add(check, &openvdb_rule, &out);
+}
+
+/* Files of a sequence have the first one's. */
+static void check_grid(neph_check *check, const facts *f, bool is_first) {
+  check->grid = f->name;
+  for (size_t i = 0; i < sizeof grid_rules / sizeof *grid_rules; i++) {
+    draft out = {{0}, {0}};
+    if (check->has_place && grid_rules[i].is_of_size) continue;
+    if (grid_rules[i].is_broken(f, &out)) np_check_add(check, &grid_rules[i].rule, &out);
+  }
+  for (unsigned d = 0; is_first && d < f->diagnosis_count; d++) add_diagnosis(check, f->diagnoses[d]);
+  check->grid = NULL;
+}
+
+/* ---- The file as a whole ---- */
+
+static bool has_no_grid(const np_file_facts *file, draft *out) {
+  return !file->count && np_draft_set(out, "it holds no grid");
+}
+
+static size_t count_densities(const np_file_facts *file, bool is_named) {
+  size_t count = 0;
+  for (size_t i = 0; i < file->count; i++)
+    count += file->grids[i].role == NP_GRID_DENSITY && (!is_named || !strcasecmp(file->grids[i].name, "density"));
+  return count;
+}
+
+static bool lacks_density(const np_file_facts *file, draft *out) {
+  return file->count && !count_densities(file, false) &&
+         np_draft_set(out, "no grid of it is a fog volume of floats or doubles");
+}
+
+static bool has_several(const np_file_facts *file, draft *out) {
+  const size_t count = count_densities(file, false);
+  if (count < 2 || count_densities(file, true)) return false;
+  char names[400] = "";
+  for (size_t i = 0; i < file->count; i++)
+    if (file->grids[i].role == NP_GRID_DENSITY && strlen(names) + strlen(file->grids[i].name) + 6 < sizeof names)
+      strcat(strcat(strcat(names, names[0] ? ", '" : "'"), file->grids[i].name), "'");
+  return np_draft_set(out, "%zu grids may be its density, and none is called so: %s", count, names);
+}
+
+static bool has_twins(const np_file_facts *file, draft *out) {
+  for (size_t i = 0; i < file->count; i++)
+    for (size_t j = 0; j < i; j++)
+      if (!strcmp(file->grids[i].name, file->grids[j].name))
+        return np_draft_set(out, "several grids are called '%s'", file->grids[i].name);
+  return false;
+}
+
+static const struct {
+  np_rule rule;
+  bool (*is_broken)(const np_file_facts *file, draft *out);
+} file_rules[] = {
+    {{"file.no_grid", NEPH_SEVERITY_WARNING, NULL}, has_no_grid},
+    {{"file.no_density", NEPH_SEVERITY_WARNING,
+      "clouds[].grid and clouds[].level_set, where a grid of another kind is meant"},
+     lacks_density},
+    {{"file.densities", NEPH_SEVERITY_WARNING, "clouds[].grid names one, or \"a + b\" their sum"}, has_several},
+    {{"file.same_names", NEPH_SEVERITY_NOTE, "clouds[].grid: \"name[0]\" names the first"}, has_twins},
+};
+
+static void check_facts(neph_check *check, const np_file_facts *file, bool is_first) {
+  for (size_t i = 0; i < sizeof file_rules / sizeof *file_rules; i++) {
+    draft out = {{0}, {0}};
+    if (file_rules[i].is_broken(file, &out)) np_check_add(check, &file_rules[i].rule, &out);
+  }
+  for (size_t i = 0; i < file->count; i++) check_grid(check, &file->grids[i], is_first);
+}
+
+neph_result np_check_volume(neph_check *check, const char *path, bool is_first, np_file_facts *out_facts) {
+  np_file_facts file = {.context = check->context};
+  np_monitor monitor;
+  neph_result result = neph_check_set_file(check, path);
+  np_check_start_monitor(check, &monitor);
+  if (!result) result = np_file_facts_measure(check->context, path, &monitor, &file);
+  if (!result) check_facts(check, &file, is_first);
+  if (out_facts)
+    *out_facts = file;
+  else
+    np_file_facts_clear(&file);
+  return np_check_pass(result);
+}

@@ -1,0 +1,88 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "core/cache_lock.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "core/alloc.h"
+#include "core/disk_cache.h"
+
+static const char file_name[] = ".lock";
+
+static const struct timespec pause_between = {.tv_nsec = 50000000};
+
+/* Entries are many, bytes of a file more: two entries hardly ever share one, and then but wait for each other. */
+static off_t choose_byte(const char *kind, const char *key) {
+  return (off_t)((np_hash_block(kind, strlen(kind)) ^ np_hash_block(key, strlen(key))) & 0x3fffffffffffffff);
+}
+
+typedef struct waiting {
+  neph_context *context;
+  np_monitor *monitor;
+  int file;
+  off_t byte;
+  double wait_max_s;
+  bool is_locked;
+} waiting;
+
+/* False: another has it. An error is taken for no lock at all. */
+static bool try_lock(waiting *w) {
+  struct flock lock = {.l_type = F_WRLCK, .l_whence = SEEK_SET, .l_start = w->byte, .l_len = 1};
+  w->is_locked = !fcntl(w->file, F_OFD_SETLK, &lock);
+  return w->is_locked || (errno != EAGAIN && errno != EACCES);
+}
+
+static neph_result wait_for_lock(void *user) {
+  waiting *w = user;
+  struct timespec start, now;
+  (void)clock_gettime(CLOCK_MONOTONIC, &start);
+  for (;;) {
+    if (try_lock(w)) return NEPH_OK;
+    if (np_monitor_is_cancelled(w->monitor)) return NEPH_ERROR_CANCELLED;
+    (void)nanosleep(&pause_between, NULL);
+    (void)clock_gettime(CLOCK_MONOTONIC, &now);
+    if ((double)(now.tv_sec - start.tv_sec) + 1e-9 * (double)(now.tv_nsec - start.tv_nsec) > w->wait_max_s) break;
+  }
+  np_log(w->context, NEPH_LOG_WARNING,
+         "%s: another process has been making what is wanted here for %.3g s: this one makes it as well",
+         w->context->disk_cache->folder, w->wait_max_s);
+  return NEPH_OK;
+}
+
+static int open_file(neph_context *context) {
+  char *path = np_alloc_printf(context, "%s/%s", context->disk_cache->folder, file_name);
+  const int file = path ? open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0666) : -1;
+  np_alloc_free(context, path);
+  return file;
+}
+
+neph_result np_cache_lock_take(neph_context *context, np_monitor *monitor, const char *kind, const char *key,
+                               double wait_max_s, np_cache_lock *out_lock) {
+  waiting w = {.context = context,
+               .monitor = monitor,
+               .file = open_file(context),
+               .byte = choose_byte(kind, key),
+               .wait_max_s = wait_max_s};
+  neph_result result = NEPH_OK;
+  out_lock->file = -1;
+  if (w.file < 0) return NEPH_OK;
+  if (!try_lock(&w)) {
+    np_monitor_set_stage(monitor, "waiting for another process");
+    np_log(context, NEPH_LOG_INFO, "%s: another process is making what is wanted here: waiting for it",
+           context->disk_cache->folder);
+    result = np_parallel_run(context, monitor, wait_for_lock, &w);
+  }
+  if (w.is_locked && !result)
+    out_lock->file = w.file;
+  else
+    (void)close(w.file);
+  return result;
+}
+
+void np_cache_lock_release(np_cache_lock *lock) {
+  if (lock->file >= 0) (void)close(lock->file);
+  lock->file = -1;
+}

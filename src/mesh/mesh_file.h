@@ -1,0 +1,34 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Triangles of a mesh file, each mesh once, and the places at which its nodes put them. */
+#ifndef NP_MESH_MESH_FILE_H
+#define NP_MESH_MESH_FILE_H
+
+#include "core/context_private.h"
+#include "core/math.h"
+
+/* In coordinates of its own. One float more than the vertices need is there: Embree reads each as four. */
+typedef struct np_mesh {
+  uint32_t vertex_count, triangle_count;
+  float *positions, *normals; /* x, y, z of each vertex; `normals` NULL: flat triangles */
+  uint32_t *triangles;        /* three vertices each */
+  uint32_t place_count;
+  np_dvec3 middle; /* about which positions are */
+} np_mesh;
+
+typedef struct np_mesh_place {
+  uint32_t mesh;
+  np_affine to_file;
+} np_mesh_place;
+
+typedef struct np_mesh_file {
+  neph_context *context; /* borrowed */
+  size_t mesh_count, place_count;
+  np_mesh *meshes; /* of triangles alone, some without any */
+  np_mesh_place *places;
+} np_mesh_file;
+
+/* Loads all triangles; fails where there is none, or where a vertex is not finite. */
+neph_result np_mesh_file_load(neph_context *context, const char *path, bool is_smooth, np_mesh_file *out_file);
+void np_mesh_file_clear(np_mesh_file *file);
+
+#endif

@@ -1,0 +1,123 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "volume/value_tally.h"
+
+#include <float.h>
+#include <string.h>
+
+#include "core/alloc.h"
+
+enum { LEAVES_PER_PIECE = 64 };
+
+/* Negative values this small beside the largest are what rounding leaves of 0. */
+static const float rounding_of_max = 1e-6f;
+
+const char *const np_value_kind_names[NP_VALUE_KINDS] = {"NaN", "infinite", "negative", "negative by rounding",
+                                                         "subnormal"};
+
+typedef struct tally_job {
+  np_sparse_grid *grid; /* changed where it is repaired */
+  bool is_repaired;
+  float max; /* of the finite values */
+  np_value_tally *tallies;
+} tally_job;
+
+static np_value_kind classify(float value, float max) {
+  uint32_t bits, magnitude;
+  memcpy(&bits, &value, sizeof bits);
+  magnitude = bits & 0x7fffffffu;
+  if (magnitude > 0x7f800000u) return NP_VALUE_NAN;
+  if (magnitude == 0x7f800000u) return NP_VALUE_INFINITE;
+  if (magnitude == 0) return NP_VALUE_GOOD;
+  if (magnitude < 0x00800000u) return NP_VALUE_SUBNORMAL;
+  if (value > 0.0f) return NP_VALUE_GOOD;
+  return value < -rounding_of_max * max ? NP_VALUE_NEGATIVE : NP_VALUE_ROUNDING;
+}
+
+/* ---- Passes ---- */
+
+static neph_result compute_max(void *user, size_t begin, size_t end, unsigned thread) {
+  const tally_job *job = user;
+  float max = job->tallies[thread].max;
+  for (size_t leaf = begin; leaf < end; leaf++)
+    for (int n = 0; n < NP_LEAF_SIZE; n++) {
+      float value = job->grid->leaves[leaf].values[n];
+      if (value > max && value <= FLT_MAX) max = value;
+    }
+  job->tallies[thread].max = max;
+  return NEPH_OK;
+}
+
+static void count_value(const tally_job *job, np_value_tally *t, float *value, uint64_t place) {
+  const np_value_kind k = classify(*value, job->max);
+  if (k == NP_VALUE_GOOD) return;
+  if (!t->counts[k]++ || place < t->first[k]) {
+    t->first[k] = place;
+    t->first_value[k] = *value;
+  }
+  if (job->is_repaired) *value = 0.0f;
+}
+
+static neph_result count_leaves(void *user, size_t begin, size_t end, unsigned thread) {
+  const tally_job *job = user;
+  for (size_t leaf = begin; leaf < end; leaf++)
+    for (size_t n = 0; n < NP_LEAF_SIZE; n++)
+      count_value(job, &job->tallies[thread], &job->grid->leaves[leaf].values[n], leaf * NP_LEAF_SIZE + n);
+  return NEPH_OK;
+}
+
+static void count_tiles(const tally_job *job) {
+  for (size_t n = 0; n < job->grid->tile_count; n++)
+    count_value(job, &job->tallies[0], &job->grid->tiles[n].value, job->grid->leaf_count * NP_LEAF_SIZE + n);
+}
+
+static void unite(np_value_tally *all, const np_value_tally *t) {
+  for (int k = 0; k < NP_VALUE_KINDS; k++) {
+    if (t->counts[k] && (!all->counts[k] || t->first[k] < all->first[k])) {
+      all->first[k] = t->first[k];
+      all->first_value[k] = t->first_value[k];
+    }
+    all->counts[k] += t->counts[k];
+  }
+}
+
+static neph_result count_all(tally_job *job, np_monitor *monitor) {
+  neph_context *context = job->grid->context;
+  np_monitor_set_stage(monitor, "checking values");
+  np_monitor_set_range(monitor, 0.0, 0.3);
+  neph_result result = np_parallel_for(context, monitor, job->grid->leaf_count, LEAVES_PER_PIECE, compute_max, job);
+  for (unsigned n = 0; n < context->thread_count; n++) job->max = fmaxf(job->max, job->tallies[n].max);
+  for (size_t n = 0; n < job->grid->tile_count; n++)
+    if (job->grid->tiles[n].value <= FLT_MAX) job->max = fmaxf(job->max, job->grid->tiles[n].value);
+  np_monitor_set_range(monitor, 0.3, 1.0);
+  if (!result) result = np_parallel_for(context, monitor, job->grid->leaf_count, LEAVES_PER_PIECE, count_leaves, job);
+  if (!result) count_tiles(job);
+  return result;
+}
+
+neph_result np_value_tally_count(np_sparse_grid *grid, bool is_repaired, np_monitor *monitor,
+                                 np_value_tally *out_tally) {
+  neph_context *context = grid->context;
+  tally_job job = {.grid = grid, .is_repaired = is_repaired};
+  *out_tally = (np_value_tally){0};
+  job.tallies = np_alloc(context, context->thread_count, sizeof *job.tallies);
+  if (!job.tallies) return NEPH_ERROR_OUT_OF_MEMORY;
+  neph_result result = count_all(&job, monitor);
+  for (unsigned n = 0; n < context->thread_count; n++) unite(out_tally, &job.tallies[n]);
+  out_tally->max = job.max;
+  np_alloc_free(context, job.tallies);
+  return result;
+}
+
+/* ---- Places ---- */
+
+void np_value_tally_locate(const np_sparse_grid *grid, uint64_t place, np_value_place *out_place) {
+  const size_t leaf = place / NP_LEAF_SIZE, n = place % NP_LEAF_SIZE;
+  const bool is_tile = leaf >= grid->leaf_count;
+  const int32_t *origin =
+      is_tile ? grid->tiles[place - grid->leaf_count * NP_LEAF_SIZE].origin : grid->leaves[leaf].origin;
+  const int32_t offset[3] = {(int32_t)(n >> 6), (int32_t)(n >> 3 & 7), (int32_t)(n & 7)};
+  for (int a = 0; a < 3; a++) out_place->voxel[a] = origin[a] + (is_tile ? 0 : offset[a]);
+  const np_dvec3 at = np_affine_point(&grid->index_to_world,
+                                      np_dvec3_make(out_place->voxel[0], out_place->voxel[1], out_place->voxel[2]));
+  out_place->world_m[0] = at.x, out_place->world_m[1] = at.y, out_place->world_m[2] = at.z;
+}

@@ -1,0 +1,42 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Values that a cloud cannot have, and those that rounding leaves of 0: each kind counted, with its first voxel. They
+ * are classified by their bits, because threads run with subnormals flushed to zero. Inside the volume module only. */
+#ifndef NP_VOLUME_VALUE_TALLY_H
+#define NP_VOLUME_VALUE_TALLY_H
+
+#include "core/parallel.h"
+#include "volume/sparse_grid.h"
+
+typedef enum np_value_kind {
+  NP_VALUE_NAN,
+  NP_VALUE_INFINITE,
+  NP_VALUE_NEGATIVE,
+  NP_VALUE_ROUNDING, /* negative, and next to nothing beside the largest */
+  NP_VALUE_SUBNORMAL,
+  NP_VALUE_KINDS,
+  NP_VALUE_GOOD
+} np_value_kind;
+
+/* "NaN", "infinite" … */
+extern const char *const np_value_kind_names[NP_VALUE_KINDS];
+
+/* A first value's number is leaf · 512 + voxel, or, past all leaves, a tile. */
+typedef struct np_value_tally {
+  float max; /* of the finite values; at least 0 */
+  uint64_t counts[NP_VALUE_KINDS], first[NP_VALUE_KINDS];
+  float first_value[NP_VALUE_KINDS];
+} np_value_tally;
+
+/* Counts the values of leaves and tiles; what is counted becomes 0 where they are repaired. `monitor` may be NULL. */
+neph_result np_value_tally_count(np_sparse_grid *grid, bool is_repaired, np_monitor *monitor,
+                                 np_value_tally *out_tally);
+
+typedef struct np_value_place {
+  int32_t voxel[3];
+  double world_m[3]; /* by the grid's own transform */
+} np_value_place;
+
+/* Place of a value of that number. */
+void np_value_tally_locate(const np_sparse_grid *grid, uint64_t number, np_value_place *out_place);
+
+#endif

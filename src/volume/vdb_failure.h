@@ -1,0 +1,67 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Results and messages of what OpenVDB throws. Part of vdb_shim.cpp. */
+#ifndef NP_VOLUME_VDB_FAILURE_H
+#define NP_VOLUME_VDB_FAILURE_H
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <new>
+#include <stdexcept>
+
+#include <openvdb/Exceptions.h>
+
+#include "volume/vdb_streams.h"
+
+namespace np_vdb {
+
+inline void check_room(const void *block) {
+  if (!block) throw AlreadyTold{NEPH_ERROR_OUT_OF_MEMORY};
+}
+
+inline neph_result report(np_vdb_error *error, neph_result result, const char *format, const char *text) noexcept {
+  error->result = result;
+  std::snprintf(error->message, sizeof error->message, format, text);
+  return result;
+}
+
+enum class Direction { reading, writing };
+
+inline neph_result report_stream(np_vdb_error *error, Direction direction) noexcept {
+  if (direction == Direction::writing)
+    return report(error, NEPH_ERROR_IO, "cannot write: %s", errno ? std::strerror(errno) : "the stream failed");
+  return report(error, NEPH_ERROR_BAD_FILE, "%s", "the file ends before its data does: it is truncated or damaged");
+}
+
+/* Runs `work` and turns whatever it throws into a result and a message. */
+template <typename Work> neph_result guarded(np_vdb_error *error, Direction direction, const Work &work) noexcept {
+  try {
+    work();
+    error->result = NEPH_OK;
+    error->message[0] = 0;
+    return NEPH_OK;
+  } catch (const Cancelled &) {
+    return report(error, NEPH_ERROR_CANCELLED, "%s", "cancelled");
+  } catch (const AlreadyTold &told) {
+    return report(error, told.result, "%s", "");
+  } catch (const Failure &failure) {
+    return report(error, failure.result, "%s", failure.message.c_str());
+  } catch (const std::bad_alloc &) {
+    return report(error, NEPH_ERROR_OUT_OF_MEMORY, "out of memory inside OpenVDB%s",
+                  direction == Direction::reading ? ": the grid is too large, or the file damaged" : "");
+  } catch (const std::ios_base::failure &) {
+    return report_stream(error, direction);
+  } catch (const openvdb::Exception &exception) {
+    return report(error, direction == Direction::reading ? NEPH_ERROR_BAD_FILE : NEPH_ERROR_IO, "%s", exception.what());
+  } catch (const std::length_error &) {
+    return report(error, NEPH_ERROR_BAD_FILE, "%s", "the file names a length that cannot be: it is damaged");
+  } catch (const std::exception &exception) {
+    return report(error, NEPH_ERROR_INTERNAL, "OpenVDB failed: %s", exception.what());
+  } catch (...) {
+    return report(error, NEPH_ERROR_INTERNAL, "%s", "OpenVDB failed without saying why");
+  }
+}
+
+} /* namespace np_vdb */
+
+#endif

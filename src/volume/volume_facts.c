@@ -1,0 +1,262 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "volume/volume_facts.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+#include "core/alloc.h"
+#include "volume/volume_file.h"
+
+static const float half_max = 65504.0f;
+
+static np_vdb_grid_info describe(const np_volume_file *file, size_t index) {
+  np_vdb_grid_info info;
+  file->module->describe(file->vdb, index, &info);
+  return info;
+}
+
+/* ---- Values ---- */
+
+static void add_value(np_grid_facts *facts, const np_sparse_grid *grid, float value, bool is_active, uint64_t number,
+                      double weight) {
+  if (!isfinite(value)) return;
+  if (is_active) facts->sum += weight * (double)value;
+  if (fabsf(value) <= half_max || facts->beyond_half.count++) return;
+  facts->beyond_half.first_value = (double)value;
+  np_value_tally_locate(grid, number, &facts->beyond_half.first);
+}
+
+static void add_values(np_grid_facts *facts, const np_sparse_grid *grid) {
+  for (size_t i = 0; i < grid->leaf_count; i++)
+    for (size_t n = 0; n < NP_LEAF_SIZE; n++)
+      add_value(facts, grid, grid->leaves[i].values[n], grid->leaves[i].active[n / 64] >> (n % 64) & 1u,
+                i * NP_LEAF_SIZE + n, 1.0);
+  for (size_t i = 0; i < grid->tile_count; i++)
+    add_value(facts, grid, grid->tiles[i].value, grid->tiles[i].is_active, grid->leaf_count * NP_LEAF_SIZE + i,
+              pow(grid->tiles[i].edge, 3));
+}
+
+/* ---- Stray voxels ---- */
+
+/* Active voxels of a leaf or a tile. */
+typedef struct block {
+  int32_t origin[3], edge;
+  uint64_t count;
+} block;
+
+/* One coordinate of a block, and its voxels. */
+typedef struct step {
+  int64_t at;
+  uint64_t count;
+} step;
+
+static int compare_steps(const void *a, const void *b) {
+  const step *first = a, *second = b;
+  return (first->at > second->at) - (first->at < second->at);
+}
+
+static void list_blocks(const np_sparse_grid *grid, block *blocks) {
+  for (size_t i = 0; i < grid->leaf_count; i++, blocks++) {
+    memcpy(blocks->origin, grid->leaves[i].origin, sizeof blocks->origin);
+    blocks->edge = NP_LEAF_EDGE;
+    for (int word = 0; word < 8; word++) blocks->count += (uint64_t)__builtin_popcountll(grid->leaves[i].active[word]);
+  }
+  for (size_t i = 0; i < grid->tile_count; i++, blocks++) {
+    memcpy(blocks->origin, grid->tiles[i].origin, sizeof blocks->origin);
+    blocks->edge = grid->tiles[i].edge;
+    blocks->count = grid->tiles[i].is_active ? (uint64_t)pow(grid->tiles[i].edge, 3) : 0;
+  }
+}
+
+/* Ends of the blocks along an axis, low or high, of which those of a thousandth of the voxels are left out. The high
+ * ones are counted downwards. */
+static int64_t get_core_end(const block *blocks, size_t count, uint64_t all, int axis, bool is_high, step *steps) {
+  uint64_t before = 0;
+  size_t i;
+  for (i = 0; i < count; i++) {
+    const int64_t low = blocks[i].origin[axis], high = low + blocks[i].edge;
+    steps[i] = (step){is_high ? -high : low, blocks[i].count};
+  }
+  qsort(steps, count, sizeof *steps, compare_steps);
+  for (i = 0; i + 1 < count && (before += steps[i].count) * 1000 <= all;) i++;
+  return is_high ? -steps[i].at : steps[i].at;
+}
+
+/* Number of the block farthest from the core. */
+static size_t search_farthest(const block *blocks, size_t count, int axis, const int64_t core[2]) {
+  int64_t farthest = 0;
+  size_t at = 0;
+  for (size_t i = 0; i < count; i++) {
+    const int64_t low = core[0] - blocks[i].origin[axis], high = blocks[i].origin[axis] + blocks[i].edge - core[1];
+    const int64_t distance = low > high ? low : high;
+    if (blocks[i].count && distance > farthest) farthest = distance, at = i;
+  }
+  return at;
+}
+
+/* Takes the axis along which most of the box is nearly empty. */
+static void measure_axis(const np_sparse_grid *grid, const block *blocks, size_t count, int axis, step *steps,
+                         np_grid_facts *facts) {
+  const int64_t core[2] = {get_core_end(blocks, count, facts->active_count, axis, false, steps),
+                           get_core_end(blocks, count, facts->active_count, axis, true, steps)};
+  const double box = (double)facts->active_max[axis] - facts->active_min[axis] + 1.0;
+  const double ratio = box / fmax((double)(core[1] - core[0]), NP_LEAF_EDGE);
+  if (ratio <= facts->stray_ratio) return;
+  const size_t at = search_farthest(blocks, count, axis, core), leaf_count = grid->leaf_count;
+  facts->stray_ratio = ratio;
+  np_value_tally_locate(grid, at < leaf_count ? at * NP_LEAF_SIZE : leaf_count * NP_LEAF_SIZE + at - leaf_count,
+                        &facts->stray);
+}
+
+static neph_result measure_stray(const np_sparse_grid *grid, np_grid_facts *facts) {
+  const size_t count = grid->leaf_count + grid->tile_count;
+  block *blocks = np_alloc(grid->context, count, sizeof *blocks);
+  step *steps = blocks ? np_alloc(grid->context, count, sizeof *steps) : NULL;
+  if (steps) list_blocks(grid, blocks);
+  for (int axis = 0; steps && axis < 3; axis++) measure_axis(grid, blocks, count, axis, steps, facts);
+  np_alloc_free(grid->context, steps);
+  np_alloc_free(grid->context, blocks);
+  return steps ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+}
+
+/* ---- Grids ---- */
+
+static void set_kinds(np_grid_facts *facts, const np_sparse_grid *grid, const np_value_tally *tally) {
+  for (int k = 0; k < NP_VALUE_KINDS; k++) {
+    facts->kinds[k].count = tally->counts[k];
+    facts->kinds[k].first_value = (double)tally->first_value[k];
+    if (tally->counts[k]) np_value_tally_locate(grid, tally->first[k], &facts->kinds[k].first);
+  }
+}
+
+static neph_result measure_values(np_sparse_grid *grid, np_monitor *monitor, np_grid_facts *facts) {
+  np_grid_extent extent;
+  np_value_tally tally;
+  const neph_result result = np_value_tally_count(grid, false, monitor, &tally);
+  if (result) return result;
+  set_kinds(facts, grid, &tally);
+  add_values(facts, grid);
+  facts->has_values = true;
+  facts->background = grid->background;
+  facts->active_count = np_sparse_grid_count_active(grid);
+  if (!np_sparse_grid_measure(grid, &extent)) return NEPH_OK;
+  memcpy(facts->active_min, extent.min, sizeof extent.min);
+  memcpy(facts->active_max, extent.max, sizeof extent.max);
+  facts->value_min = extent.value_min;
+  facts->value_max = extent.value_max;
+  return measure_stray(grid, facts);
+}
+
+typedef struct measure_job {
+  np_volume_file *file;
+  np_monitor *monitor;
+  np_file_facts *facts;
+} measure_job;
+
+typedef struct diagnosis_list {
+  neph_context *context;
+  np_grid_facts *facts;
+} diagnosis_list;
+
+static void add_diagnosis(void *user, const char *text) {
+  const diagnosis_list *list = user;
+  np_grid_facts *facts = list->facts;
+  char *copy = facts->diagnosis_count < NP_DIAGNOSES_MAX ? np_alloc_text(list->context, text) : NULL;
+  if (copy) facts->diagnoses[facts->diagnosis_count++] = copy;
+}
+
+static neph_result measure_scalar(const measure_job *job, size_t index, np_grid_facts *facts) {
+  np_sparse_grid grid = {0};
+  uint64_t tree_bytes;
+  neph_result result = np_volume_file_read(job->file, index, &grid, &tree_bytes);
+  if (!result) result = measure_values(&grid, job->monitor, facts);
+  np_sparse_grid_clear(&grid);
+  if (result || facts->role == NP_GRID_VELOCITY || facts->role == NP_GRID_OTHER) return result;
+  np_vdb_error error;
+  diagnosis_list list = {job->file->context, facts};
+  result = job->file->module->diagnose(job->file->vdb, index, add_diagnosis, &list, &error);
+  return result ? np_volume_file_fail(job->file, &error) : NEPH_OK;
+}
+
+static neph_result measure_other(const measure_job *job, size_t index, np_grid_facts *facts) {
+  np_vdb_error error;
+  np_vdb_grid_size size;
+  if (job->file->module->measure(job->file->vdb, index, &size, &error)) return np_volume_file_fail(job->file, &error);
+  facts->active_count = size.active_voxel_count;
+  memcpy(facts->active_min, size.active_min, sizeof size.active_min);
+  memcpy(facts->active_max, size.active_max, sizeof size.active_max);
+  return NEPH_OK;
+}
+
+static void set_transform(np_grid_facts *facts, const np_vdb_grid_info *info) {
+  np_affine affine, inverse;
+  facts->is_affine = info->is_affine;
+  if (!info->is_affine) return;
+  memcpy(affine.m, info->index_to_world, sizeof affine.m);
+  memcpy(facts->index_to_world, affine.m, sizeof affine.m);
+  facts->is_invertible = np_affine_invert(&affine, &inverse);
+  for (int a = 0; a < 3; a++)
+    facts->voxel_m[a] = np_dvec3_length(np_dvec3_make(affine.m[0][a], affine.m[1][a], affine.m[2][a]));
+}
+
+static neph_result set_texts(neph_context *context, np_grid_facts *facts, const np_vdb_grid_info *info) {
+  facts->name = np_alloc_text(context, info->name);
+  facts->value_type = np_alloc_text(context, info->value_type);
+  facts->grid_class = np_alloc_text(context, info->grid_class);
+  return facts->name && facts->value_type && facts->grid_class ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+}
+
+static neph_result measure_grid(const measure_job *job, size_t index, np_grid_facts *facts) {
+  const np_vdb_grid_info info = describe(job->file, index);
+  facts->role = np_volume_file_get_role(job->file, &info);
+  facts->is_scalar = info.is_scalar;
+  facts->is_vector = info.is_vector;
+  facts->is_level_set = info.is_level_set;
+  facts->is_half_on_disk = info.is_half_on_disk;
+  facts->is_instance = info.owner != index;
+  set_transform(facts, &info);
+  neph_result result = set_texts(job->file->context, facts, &info);
+  if (!result) result = info.is_scalar ? measure_scalar(job, index, facts) : measure_other(job, index, facts);
+  if (result || !facts->active_count || !facts->is_affine) return result;
+  np_affine affine;
+  memcpy(affine.m, facts->index_to_world, sizeof affine.m);
+  np_volume_bound_box(&affine, facts->active_min, facts->active_max, facts->world_min, facts->world_max);
+  return NEPH_OK;
+}
+
+static neph_result run_measure(void *user) {
+  const measure_job *job = user;
+  const size_t count = job->file->module->count(job->file->vdb);
+  job->facts->grids = np_alloc(job->file->context, count, sizeof *job->facts->grids);
+  neph_result result = job->facts->grids || !count ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+  for (size_t i = 0; !result && i < count; i++) {
+    result = measure_grid(job, i, &job->facts->grids[i]);
+    job->facts->count = i + 1;
+  }
+  return result;
+}
+
+neph_result np_file_facts_measure(neph_context *context, const char *path, np_monitor *monitor,
+                                  np_file_facts *out_facts) {
+  np_volume_file file;
+  *out_facts = (np_file_facts){.context = context};
+  neph_result result = np_volume_file_open(context, path, monitor, &file);
+  if (result) return result;
+  measure_job job = {&file, monitor, out_facts};
+  result = np_parallel_run(context, monitor, run_measure, &job);
+  np_volume_file_close(&file);
+  return result;
+}
+
+void np_file_facts_clear(np_file_facts *facts) {
+  for (size_t i = 0; i < facts->count; i++) {
+    np_grid_facts *grid = &facts->grids[i];
+    np_alloc_free(facts->context, grid->name);
+    np_alloc_free(facts->context, grid->value_type);
+    np_alloc_free(facts->context, grid->grid_class);
+    for (unsigned d = 0; d < grid->diagnosis_count; d++) np_alloc_free(facts->context, grid->diagnoses[d]);
+  }
+  np_alloc_free(facts->context, facts->grids);
+  *facts = (np_file_facts){0};
+}

@@ -1,0 +1,61 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Measures of a .vdb file's grids, for who judges them. */
+#ifndef NP_VOLUME_VOLUME_FACTS_H
+#define NP_VOLUME_VOLUME_FACTS_H
+
+#include "core/parallel.h"
+#include "volume/value_tally.h"
+#include "volume/volume_private.h"
+
+/* Values of a kind. */
+typedef struct np_value_count {
+  uint64_t count;
+  double first_value;
+  np_value_place first;
+} np_value_count;
+
+enum { NP_DIAGNOSES_MAX = 6 };
+
+/* Texts are owned. */
+typedef struct np_grid_facts {
+  char *name, *value_type, *grid_class;
+  np_grid_role role;
+  bool is_scalar, is_vector, is_level_set, is_half_on_disk, is_instance;
+  bool is_affine;     /* else a frustum, or a transform that cannot be inverted */
+  bool is_invertible; /* of those that are affine */
+  double index_to_world[3][4];
+  double voxel_m[3]; /* lengths of its edges, in the file's units */
+  uint64_t active_count;
+  int32_t active_min[3], active_max[3]; /* index box of the active samples, both ends inside it */
+  double world_min[3], world_max[3];    /* the same, in the file's units */
+  /* Scalars that could be read: */
+  bool has_values;
+  float background, value_min, value_max; /* the range of the active samples */
+  double sum;                             /* of the finite active samples */
+  np_value_count kinds[NP_VALUE_KINDS];
+  np_value_count beyond_half;        /* finite, and above the largest half */
+  double stray_ratio;                /* size of the box over that of all but a thousandth of its voxels */
+  np_value_place stray;              /* the block farthest from those */
+  char *diagnoses[NP_DIAGNOSES_MAX]; /* OpenVDB's own complaints */
+  unsigned diagnosis_count;
+} np_grid_facts;
+
+typedef struct np_file_facts {
+  neph_context *context; /* borrowed */
+  np_grid_facts *grids;
+  size_t count;
+} np_file_facts;
+
+/* Reads all grids of a file. What fails is reported, as loading reports it; grids measured before it stay. The caller
+ * clears the facts, whatever the outcome. `monitor` may be NULL. */
+neph_result np_file_facts_measure(neph_context *context, const char *path, np_monitor *monitor,
+                                  np_file_facts *out_facts);
+void np_file_facts_clear(np_file_facts *facts);
+
+/* Writes a copy of a file in which scalar grids hold a cloud's values, finite and not negative, densities end in a
+ * background of 0 and are called fog volumes, and those beyond halves are stored as floats; with all other grids, and
+ * all metadata. Refuses files of points, which cannot be copied. `out_path` appears complete or not at all, and must
+ * not be the file itself. */
+neph_result np_volume_mend_file(neph_context *context, const char *path, const char *out_path, np_monitor *monitor);
+
+#endif
