@@ -235,8 +235,7 @@ static void add_share(const np_ball_surface *out, size_t i, float share, const f
 }
 
 /* Radius and normal at a point, of the nearest two balls of a level. */
-static void blend_values(const ball_search *s, const np_ball_level *level, const np_ball_surface *out, size_t i,
-                         float share, float *values) {
+static void blend_values(const ball_search *s, const np_ball_level *level, size_t i, float share, float *values) {
   const np_ball *one = &level->balls[s->nearest.nearest[i]], *other = one;
   if (share > 0.0f) other = &level->balls[s->nearest.second[i]];
   float normal[2][3];
@@ -263,7 +262,7 @@ static void join_level(ball_search *s, const np_ball_level *level, const np_ball
   for (size_t i = 0; i < s->points->count && out->radius_m; i++) {
     float values[4];
     if (!(s->nearest.level_share[i] > 0.0f)) continue;
-    blend_values(s, level, out, i, s->nearest.second_share[i], values);
+    blend_values(s, level, i, s->nearest.second_share[i], values);
     add_share(out, i, s->nearest.level_share[i], values);
   }
 }
