@@ -50,6 +50,8 @@ void np_cloud_wind_set(np_cloud_model *model) {
 
 void np_cloud_wind_carry(const np_cloud_model *model, float height_m, float out_m[2]) {
   const np_cloud_wind *wind = &model->wind;
+  out_m[0] = out_m[1] = 0.0f;
+  if (!model->desc.has_winds) return;
   const float scaled = np_clampf(height_m / (float)model->desc.thickness_m, 0.0f, 1.0f) * LAYERS;
   const int k = scaled < LAYERS ? (int)scaled : LAYERS - 1;
   const float t = scaled - (float)k;
