@@ -1,21 +1,15 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 #include <time.h>
 
+#include "cloud_target.h"
 #include "verbs.h"
 
 static unsigned count_baked(const neph_scene *scene) {
   unsigned count = 0;
   for (unsigned i = 0; i < neph_scene_get_cloud_count(scene); i++) count += neph_scene_is_cloud_baked(scene, i);
   return count;
-}
-
-static bool is_folder(const char *path) {
-  struct stat status;
-  size_t length = strlen(path);
-  return (length && path[length - 1] == '/') || (!stat(path, &status) && S_ISDIR(status.st_mode));
 }
 
 static cli_exit check_output(const cli_options *options, unsigned baked_count) {
@@ -25,7 +19,7 @@ static cli_exit check_output(const cli_options *options, unsigned baked_count) {
   }
   if (!options->output_count) return CLI_DONE;
   const char *output = options->outputs[0];
-  if (options->output_count == 1 && (is_folder(output) || (baked_count == 1 && cli_has_extension(output, ".vdb"))))
+  if (options->output_count == 1 && (cli_is_folder(output) || (baked_count == 1 && cli_has_extension(output, ".vdb"))))
     return CLI_DONE;
   cli_complain("--output of nephos bake must be %s",
                baked_count == 1 ? "one .vdb or a folder" : "a folder, for several clouds");
@@ -38,20 +32,6 @@ typedef struct cloud_job {
   unsigned cloud;
   int frame;
 } cloud_job;
-
-/* Output path, to be freed: --output's, else the cloud's own file, else NAME.vdb. NULL: no memory. */
-static char *choose_pattern(const cloud_job *job) {
-  const cli_options *options = job->session->options;
-  const char *name = neph_scene_get_cloud_name(job->scene, job->cloud);
-  const char *file = neph_scene_get_cloud_file(job->scene, job->cloud);
-  const char *output = options->output_count ? options->outputs[0] : NULL;
-  if (output && !is_folder(output)) return strdup(output);
-  if (!output && file) return strdup(file);
-  const char *slash = output && output[strlen(output) - 1] != '/' ? "/" : "";
-  const char *number = cli_is_single_frame(options) ? "" : ".####";
-  char *path = NULL;
-  return asprintf(&path, "%s%s%s%s.vdb", output ? output : "", slash, name, number) < 0 ? NULL : path;
-}
 
 /* The losses of the file, by cause; `key` is of JSON. */
 typedef struct loss_row {
@@ -174,7 +154,7 @@ static cli_exit bake_frame(const cloud_job *job, const char *pattern) {
 
 static cli_exit bake_cloud(const cloud_job *job) {
   if (!neph_scene_is_cloud_baked(job->scene, job->cloud)) return CLI_DONE;
-  char *pattern = choose_pattern(job);
+  char *pattern = cli_get_cloud_target(job->session->options, job->scene, job->cloud, true);
   cli_exit exit = pattern ? bake_frame(job, pattern) : CLI_INTERNAL;
   free(pattern);
   return exit;

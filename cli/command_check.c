@@ -21,7 +21,7 @@ static cli_exit check_names(const cli_options *options) {
   for (size_t i = 0; i < options->file_count; i++)
     if (!is_scene(options->files[i]) && !neph_check_is_file(options->files[i])) {
       cli_complain("%s is of no kind known by its name, must end in .vdb, .hgt, .tif, .asc, .bil, .flt, .dem, .img, "
-                   ".dt2, .vrt, .zip, .r16, .raw, .exr, .png, .csv, .gltf, .glb or .yaml",
+                   ".dt2, .vrt, .zip, .r16, .raw, .exr, .png, .csv, .gltf, .glb, .obj, .ply, .stl, .fbx or .yaml",
                    options->files[i]);
       return CLI_USAGE;
     }
@@ -93,7 +93,8 @@ const cli_verb cli_verb_check = {
     .argument_min = 1,
     .argument_max = SIZE_MAX,
     .run = run_check,
-    .files = "vdb hgt tif tiff asc bil flt dem img dt0 dt1 dt2 vrt zip r16 raw exr png csv gltf glb yaml yml",
+    .files = "vdb hgt tif tiff asc bil flt dem img dt0 dt1 dt2 vrt zip r16 raw exr png csv gltf glb obj ply stl fbx "
+             "yaml yml",
     .exits = CLI_MAY(CLI_DIFFERENT),
     .description =
         "Reads files, by their endings, and prints what is wrong with them: an error is what a render refuses, a "

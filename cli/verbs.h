@@ -9,8 +9,8 @@
 
 #define CLI_VERBS(ROW)                                                                                                 \
   ROW(bake)                                                                                                            \
-  ROW(render) ROW(check) ROW(info) ROW(sky) ROW(probe) ROW(compare) ROW(merge) ROW(job) ROW(report) ROW(schema)        \
-      ROW(help)
+  ROW(export) ROW(render) ROW(check) ROW(info) ROW(sky) ROW(probe) ROW(compare) ROW(merge) ROW(job) ROW(report)        \
+      ROW(schema) ROW(help)
 
 /* An option as a verb takes it; NULL: as the option's own row has it. */
 typedef struct cli_verb_option {

@@ -299,6 +299,59 @@ static void a_fault_of_all_frames_is_told_once(void **state) {
   neph_check_destroy(check);
 }
 
+/* ---- Height fields and meshes ---- */
+
+enum { SIDE = 1201 };
+
+static int eval_terraces(unsigned column, unsigned row) { return (int)(column + row) / 20 * 20; }
+
+static int eval_flat(unsigned column, unsigned row) { return (void)column, (void)row, 12; }
+
+/* A void that is not marked: the lowest number of all but one. */
+static int eval_spike(unsigned column, unsigned row) {
+  return column == 7 && row == 5 ? -32767 : (int)(column * 3 + row) % 1000;
+}
+
+static int eval_voids(unsigned column, unsigned row) { return row < 100 ? -32768 : (int)(column + 2 * row); }
+
+static void faults_of_heights_are_found(void **state) {
+  test_fixture *f = *state;
+  static const struct {
+    int (*eval)(unsigned column, unsigned row);
+    const char *rule;
+  } cases[] = {{eval_terraces, "heights.terraces"},
+               {eval_flat, "heights.flat"},
+               {eval_spike, "heights.spike"},
+               {eval_spike, "heights.absurd"},
+               {eval_voids, "heights.voids"}};
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    neph_check *check = start(f);
+    char *path = test_hgt_write(f->folder, "N44W072.hgt", SIDE, cases[i].eval);
+    assert_int_equal(neph_check_file(check, path), NEPH_OK);
+    assert_int_equal(search_rule(check, cases[i].rule).severity, NEPH_SEVERITY_WARNING);
+    free(path);
+    neph_check_destroy(check);
+  }
+}
+
+static void faults_of_meshes_are_found(void **state) {
+  test_fixture *f = *state;
+  char path[1200];
+  neph_check *check = start(f);
+  (void)snprintf(path, sizeof path, "%s.obj", f->path);
+  FILE *file = fopen(path, "w");
+  fputs("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 2 0 0\nf 1 2 3\nf 1 2 4\n", file);
+  fclose(file);
+  assert_int_equal(neph_check_file(check, path), NEPH_OK);
+  if (neph_check_count(check, NEPH_SEVERITY_ERROR)) { /* a build without Assimp refuses the file */
+    search_rule(check, "read");
+  } else {
+    assert_non_null(strstr(search_rule(check, "mesh.flat").cause, "1 of 2 triangles"));
+    assert_non_null(strstr(search_rule(check, "mesh.size").cause, "2 m across"));
+  }
+  neph_check_destroy(check);
+}
+
 /* ---- The log ---- */
 
 static void the_context_has_its_log_back(void **state) {
@@ -326,6 +379,8 @@ int main(void) {
       cmocka_unit_test_setup_teardown(repair_and_the_copy_agree, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(jumps_gaps_and_lost_grids_of_sequences_are_found, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(a_fault_of_all_frames_is_told_once, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(faults_of_heights_are_found, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(faults_of_meshes_are_found, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(the_context_has_its_log_back, set_up, test_tear_down),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -104,6 +104,28 @@ static void axes_units_and_position_are_as_described(void **state) {
   }
 }
 
+/* An L of one polygon, in either sense: its notch is open. Vertices that faces share are stored once. */
+static void polygons_are_cut_into_triangles(void **state) {
+  static const char *const faces[] = {"f 1 2 3 4 5 6\n", "f 6 5 4 3 2 1\n", "f 4 3 2 1 6 5\n"};
+  test_fixture *f = get(state);
+  for (size_t i = 0; i < sizeof faces / sizeof *faces; i++) {
+    char text[200];
+    np_mesh_file file;
+    (void)snprintf(text, sizeof text, "v 0 0 1\nv 4 0 1\nv 4 1 1\nv 1 1 1\nv 1 4 1\nv 0 4 1\n%s", faces[i]);
+    write_text(f->path, text);
+    assert_int_equal(np_mesh_file_load(f->context, f->path, true, &file), NEPH_OK);
+    assert_int_equal(file.meshes[0].triangle_count, 4);
+    assert_int_equal(file.meshes[0].vertex_count, 6);
+    np_mesh_file_clear(&file);
+    neph_terrain *terrain = load(f, &z_up);
+    np_terrain_hit hit;
+    assert_near(hit_below(terrain, 3.5, 0.5).distance, above_m - 1.0, 1e-9);
+    assert_near(hit_below(terrain, 0.5, 3.5).distance, above_m - 1.0, 1e-9);
+    assert_false(np_terrain_intersect(terrain, np_dvec3_make(1.5, 1.5, 9), np_vec3_make(0, 0, -1), INFINITY, &hit));
+    neph_terrain_release(terrain);
+  }
+}
+
 /* ---- Beside a height field ---- */
 
 /* The triangles of a height field, about each sample: where rays meet the one they meet the other. */
@@ -282,6 +304,7 @@ static neph_image *render(test_fixture *f, const char *integrator, const char *t
   neph_image *image = NULL;
   char *path = test_path(f->folder, "scene.yaml");
   assert_int_equal(neph_scene_load_text(f->context, text, path, &scene), NEPH_OK);
+  assert_int_equal(neph_scene_set(scene, "render.seed", "3"), NEPH_OK); /* the scene is made anew */
   assert_int_equal(neph_render_image(scene, NULL, &image), NEPH_OK);
   neph_scene_destroy(scene);
   free(path);
@@ -346,6 +369,12 @@ static void bad_files_are_refused(void **state) {
   assert_one_error(&f->log, "5000 km", "terrain.mesh.position", "terrain.mesh.unit");
   assert_int_equal(try_load(f, bow_tie, NULL), NEPH_ERROR_INVALID_ARGUMENT);
   assert_one_error(&f->log, "terrain.mesh.up to y or z");
+  char *path = f->path;
+  f->path = test_path(f->folder, "ground.off");
+  assert_int_equal(try_load(f, "OFF\n0 0 0\n", &z_up), NEPH_ERROR_UNSUPPORTED);
+  assert_one_error(&f->log, "ground.off", ".glb");
+  free(f->path);
+  f->path = path;
   neph_mesh_desc desc = z_up;
   desc.unit_m = 0.0;
   assert_int_equal(try_load(f, bow_tie, &desc), NEPH_ERROR_INVALID_ARGUMENT);
@@ -368,6 +397,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       TEST(both_sides_are_ground_and_holes_are_open),
       TEST(axes_units_and_position_are_as_described),
+      TEST(polygons_are_cut_into_triangles),
       TEST(a_mesh_is_met_where_its_height_field_is),
       TEST(a_mesh_stands_on_a_height_field),
       TEST(hits_are_exact_at_a_hundred_kilometres),

@@ -82,6 +82,8 @@ static const companion companions[] = {
     {"atmosphere.layers[]", NULL, "atmosphere.layers", "[{scattering: 1e-4 1/m, absorption: 1e-5 1/m}]"},
     {"atmosphere.layers[].absorber", NULL, "render.wavelengths", "6"},
     {"clouds[].pivot", NULL, "clouds[0].position", "[0 m, 0 m, 900 m]"},
+    {"clouds[].reference_frame", "all", "clouds[0].vdb", "cloud.####.vdb"},
+    {"clouds[].reference_frame", NULL, "clouds[0].position", "[0 m, 0 m, 900 m]"},
     {"clouds[].bake.map", NULL, "clouds[1].bake.map", "{image: map.exr, coverage: R, size: 300 m}"},
     {"terrain.rock", NULL, "terrain.rock", "{slope: 5 deg}"},
     {"terrain.snow", NULL, "terrain.snow", "{level: 100 m}"},
@@ -91,6 +93,8 @@ static const companion companions[] = {
     {"terrain.encoding", "terrarium", "terrain", "{heightfield: terrarium.png, width: 2 km}"},
     {"terrain.raw", NULL, "terrain", "{heightfield: field.r16, raw: {size: [9, 9]}, width: 2 km}"},
     {"terrain.raw.type", "float32", "terrain", "{heightfield: field.raw, raw: {size: [9, 9]}, width: 2 km}"},
+    {"terrain.mesh", NULL, "terrain", "{mesh: {file: hill.obj, up: y, unit: 100 m, position: [0, 0, 300 m]}}"},
+    {"terrain.mesh.up", "file", "terrain", "{mesh: {file: hill.gltf, unit: 80 m, position: [0, 0, 300 m]}}"},
     {"water", NULL, "water", "{level: 150 m}"},
     {"output.film.disks", NULL, "camera.look_at", "[195 m, -581 m, 1242 m]"}, /* the sun */
     {"output.film.disks", NULL, "sun.angular_radius", "8 deg"},
@@ -327,10 +331,10 @@ static void paths_are_guided_by_night(void **state) {
 /* ---- Set-up ---- */
 
 /* A cloud in a file, which values of 0.01 and 3 1/m make 0.03 1/m. */
-static void write_cloud(const test_fixture *f) {
+static void write_cloud(const test_fixture *f, const char *name, double extent_m) {
   neph_cloud_desc cloud = NEPH_CLOUD_DESC_DEFAULT;
   neph_bake_desc bake = NEPH_BAKE_DESC_DEFAULT;
-  cloud.extent_m[0] = cloud.extent_m[1] = 500.0;
+  cloud.extent_m[0] = cloud.extent_m[1] = extent_m;
   cloud.center_m[0] = -250.0;
   cloud.base_altitude_m = 1000.0;
   cloud.thickness_m = 300.0;
@@ -338,7 +342,7 @@ static void write_cloud(const test_fixture *f) {
   cloud.coverage = 0.8;
   cloud.voxel_m = 50.0;
   cloud.extinction_per_m = 0.01;
-  char *path = test_path(f->folder, "cloud.vdb");
+  char *path = test_path(f->folder, name);
   assert_int_equal(neph_cloud_bake_file(f->context, &cloud, &bake, "density", path), NEPH_OK);
   free(path);
 }
@@ -400,11 +404,35 @@ static void write_fields(const test_fixture *f) {
   assert_int_equal(fclose(shorts) + fclose(floats) + fclose(text), 0);
 }
 
+/* A pyramid 800 m wide, in hundreds of metres: as OBJ, and as glTF, which says what is up. */
+static void write_meshes(const test_fixture *f) {
+  FILE *obj = open_file(f, "hill.obj"), *gltf = open_file(f, "hill.gltf");
+  assert_true(fputs("v -4 0 -4\nv 4 0 -4\nv 4 0 4\nv -4 0 4\nv 0 12 0\nf 5 1 2\nf 5 2 3\nf 5 3 4\nf 5 4 1\n", obj) > 0);
+  assert_true(
+      fputs("{\"asset\": {\"version\": \"2.0\"}, \"scene\": 0, \"scenes\": [{\"nodes\": [0]}], \"nodes\": [{\"mesh\": "
+            "0}],"
+            "\"meshes\": [{\"primitives\": [{\"attributes\": {\"POSITION\": 0}, \"indices\": 1}]}],"
+            "\"accessors\": [{\"bufferView\": 0, \"componentType\": 5126, \"count\": 5, \"type\": \"VEC3\","
+            "\"min\": [-4, 0, -4], \"max\": [4, 12, 4]}, {\"bufferView\": 1, \"componentType\": 5123, \"count\": 12,"
+            "\"type\": \"SCALAR\"}],"
+            "\"bufferViews\": [{\"buffer\": 0, \"byteLength\": 60}, {\"buffer\": 0, \"byteOffset\": 60, "
+            "\"byteLength\": 24}],"
+            "\"buffers\": [{\"byteLength\": 84, \"uri\": \"data:application/octet-stream;base64,"
+            "AACAwAAAAAAAAIDAAACAQAAAAAAAAIDAAACAQAAAAAAAAIBAAACAwAAAAAAAAIBAAAAAAAAAQEEAAAAA"
+            "BAAAAAEABAABAAIABAACAAMABAADAAAA"
+            "\"}]}\n",
+            gltf) > 0);
+  assert_int_equal(fclose(obj) + fclose(gltf), 0);
+}
+
 static int set_up(void **state) {
   if (test_set_up(state, 2, "scene.yaml")) return -1;
   write_fields(*state);
+  write_meshes(*state);
   write_motion(*state);
-  write_cloud(*state);
+  write_cloud(*state, "cloud.vdb", 500.0);
+  write_cloud(*state, "cloud.0001.vdb", 500.0);
+  write_cloud(*state, "cloud.0002.vdb", 800.0);
   write_map(*state);
   return 0;
 }

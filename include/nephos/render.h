@@ -334,6 +334,53 @@ NEPH_API neph_result neph_render_sky_verify(neph_scene *scene, const neph_sky_ve
 NEPH_API neph_result neph_scene_bake_file(neph_scene *scene, unsigned cloud_index, int frame,
                                           const neph_bake_desc *desc, const char *path) NEPH_NODISCARD;
 
+typedef struct neph_export_desc {
+  size_t struct_size;
+  neph_precision precision;  /**< of the values in the file (default NEPH_PRECISION_FLOAT) */
+  neph_progress_fn progress; /**< default NULL */
+  void *progress_user;       /**< default NULL */
+} neph_export_desc;
+
+#define NEPH_EXPORT_DESC_DEFAULT                                                                                       \
+  {                                                                                                                    \
+    .struct_size = sizeof(neph_export_desc), .precision = NEPH_PRECISION_FLOAT, .progress = NULL,                      \
+    .progress_user = NULL                                                                                              \
+  }
+
+/** A cloud as it was exported. */
+typedef struct neph_exported_cloud {
+  size_t struct_size;
+  const char *name; /**< the cloud's in its scene; valid as long as the scene stays unchanged */
+  const char *path; /**< of the file, as it was given; the caller keeps it */
+  int frame;
+  bool is_empty;                           /**< the cloud holds nothing in that frame: no file was written */
+  bool is_half;                            /**< values are halves */
+  double bounds_min_m[3], bounds_max_m[3]; /**< world box of its active voxels */
+  double extinction_per_value;             /**< 1/m where the file holds 1: 1 in floats, a power of two in halves */
+} neph_exported_cloud;
+
+#define NEPH_EXPORTED_CLOUD_DEFAULT                                                                                    \
+  { .struct_size = sizeof(neph_exported_cloud) }
+
+/** Writes a cloud of a scene to a .vdb file as it stands in a frame: one fog volume "density" in the world's place, z
+ * up, in metres, of the extinction in 1/m. Its units, and what a value of 1 is, go with it (`units`,
+ * `nephos:extinction_per_value`). Halves are scaled by a power of two that puts the largest in [1, 2).
+ *
+ * @param desc       NULL for the defaults.
+ * @param out_cloud  starts from NEPH_EXPORTED_CLOUD_DEFAULT.
+ */
+NEPH_API neph_result neph_scene_export_cloud(neph_scene *scene, unsigned cloud_index, int frame,
+                                             const neph_export_desc *desc, const char *path,
+                                             neph_exported_cloud *out_cloud) NEPH_NODISCARD;
+
+/** Writes a USD layer (.usda) of exported clouds: a Volume with one OpenVDBAsset for each, extents, Z up, metres; of
+ * several frames, with time samples. Files below the layer's folder are named from there.
+ *
+ * @param clouds  `count` of them, those of one name in order of their frames.
+ */
+NEPH_API neph_result neph_scene_save_volumes_usd(const neph_scene *scene, const neph_exported_cloud *clouds,
+                                                 size_t count, const char *path) NEPH_NODISCARD;
+
 #ifdef __cplusplus
 }
 #endif

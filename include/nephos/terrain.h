@@ -60,7 +60,7 @@ typedef enum neph_mesh_normals {
   NEPH_MESH_NORMALS_FLAT    /**< of each triangle */
 } neph_mesh_normals;
 
-/** Triangles from a file that Assimp reads (.gltf, .glb, .obj, .ply, .stl, .fbx …). Nodes may place one mesh many
+/** Triangles from a file that Assimp reads (.gltf, .glb, .obj, .ply, .stl, .fbx, .dae). Nodes may place one mesh many
  * times: its triangles are stored once. Both sides are ground; holes are open. */
 typedef struct neph_mesh_desc {
   size_t struct_size;

@@ -7,6 +7,7 @@
 #include <nephos/terrain.h>
 
 #include "check/check_heights.h"
+#include "check/check_mesh.h"
 #include "check/check_scene.h"
 #include "check/check_volume.h"
 #include "core/frame_name.h"
@@ -66,6 +67,16 @@ static neph_result check_camera(neph_check *check, const char *path) {
   return NEPH_OK;
 }
 
+/* A file of both kinds is a camera's; the complaint that it has none does not count where it has a mesh. */
+static neph_result check_gltf(neph_check *check, const char *path) {
+  const size_t listed = check->listed, errors = check->counts[NEPH_SEVERITY_ERROR];
+  neph_result result = check_camera(check, path);
+  if (result || check->counts[NEPH_SEVERITY_ERROR] == errors) return result;
+  check->listed = listed;
+  check->counts[NEPH_SEVERITY_ERROR] = errors;
+  return np_check_mesh(check, path);
+}
+
 /* ---- Kinds ---- */
 
 static neph_result check_vdb(neph_check *check, const char *path) {
@@ -91,11 +102,12 @@ static const struct {
   neph_result (*check)(neph_check *check, const char *path);
 } kinds[] = {
     {".vdb", check_vdb},         {".yaml", check_scene_file}, {".yml", check_scene_file},   {".exr", check_exr},
-    {".csv", check_phase_table}, {".gltf", check_camera},     {".glb", check_camera},       {".hgt", check_height_file},
+    {".csv", check_phase_table}, {".gltf", check_gltf},       {".glb", check_gltf},         {".hgt", check_height_file},
     {".png", check_height_file}, {".tif", check_height_file}, {".tiff", check_height_file}, {".asc", check_height_file},
     {".bil", check_height_file}, {".flt", check_height_file}, {".dem", check_height_file},  {".img", check_height_file},
     {".dt0", check_height_file}, {".dt1", check_height_file}, {".dt2", check_height_file},  {".vrt", check_height_file},
-    {".zip", check_height_file}, {".r16", check_height_file}, {".raw", check_height_file},
+    {".zip", check_height_file}, {".obj", np_check_mesh},     {".ply", np_check_mesh},      {".stl", np_check_mesh},
+    {".fbx", np_check_mesh},     {".r16", check_height_file}, {".raw", check_height_file},
 };
 
 enum { KIND_COUNT = sizeof kinds / sizeof *kinds };

@@ -38,12 +38,11 @@ static neph_result check_plan(const scene_check *c) {
 static neph_result check_terrain(scene_check *c) {
   const np_scene_terrain *terrain = &c->scene->terrain;
   const np_terrain_source source = np_scene_terrain_get_source(terrain);
-  neph_terrain_desc desc = terrain->desc;
+  const neph_terrain_desc desc = terrain->desc;
   if (terrain->given || terrain->kind == NP_TERRAIN_NONE) {
     c->terrain = neph_terrain_retain(terrain->given);
     return NEPH_OK;
   }
-  desc.crs = terrain->crs;
   neph_result result = terrain->heightfield ? np_check_heights(c->check, terrain->heightfield, &desc) : NEPH_OK;
   if (!result) result = np_terrain_create(c->check->context, &source, &desc, &c->terrain);
   return np_check_pass(result);

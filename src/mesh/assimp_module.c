@@ -13,8 +13,8 @@ static const np_module_kind assimp_kind = {.file = NP_ASSIMP_MODULE_FILE,
 
 bool np_assimp_module_is_present(neph_context *context) { return np_module_is_present(context, &assimp_kind); }
 
-neph_result np_assimp_module_open(neph_context *context, const char *path, np_assimp_contents contents,
-                                  const np_assimp_module **out_module, np_assimp_scene **out_scene) {
+neph_result np_assimp_module_open(neph_context *context, const char *path, const np_assimp_module **out_module,
+                                  np_assimp_scene **out_scene) {
   const char *reason;
   const void *table;
   char message[256] = "";
@@ -24,6 +24,6 @@ neph_result np_assimp_module_open(neph_context *context, const char *path, np_as
   result = np_module_get(context, &assimp_kind, &table);
   if (result) return result;
   *out_module = table;
-  *out_scene = (*out_module)->open(path, contents, message, sizeof message);
+  *out_scene = (*out_module)->open(path, message, sizeof message);
   return *out_scene ? NEPH_OK : np_fail(context, NEPH_ERROR_BAD_FILE, "%s: cannot be read: Assimp: %s", path, message);
 }

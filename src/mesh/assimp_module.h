@@ -10,7 +10,7 @@
 bool np_assimp_module_is_present(neph_context *context);
 
 /* Reads a file through the module, which is loaded on first need. The scene is closed by the module's `close`. */
-neph_result np_assimp_module_open(neph_context *context, const char *path, np_assimp_contents contents,
-                                  const np_assimp_module **out_module, np_assimp_scene **out_scene);
+neph_result np_assimp_module_open(neph_context *context, const char *path, const np_assimp_module **out_module,
+                                  np_assimp_scene **out_scene);
 
 #endif

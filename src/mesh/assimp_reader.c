@@ -5,7 +5,6 @@
 #include "mesh/assimp_table.h"
 
 #include <assimp/cimport.h>
-#include <assimp/postprocess.h>
 #include <assimp/scene.h>
 #include <assimp/version.h>
 #include <math.h>
@@ -113,16 +112,9 @@ static const struct aiNode *get_node(const struct aiScene *scene, const struct a
 
 /* ---- Files ---- */
 
-/* Assimp joins vertices of one place and one normal. Points and lines become meshes of their own, without triangles. */
-static unsigned get_steps(np_assimp_contents contents) {
-  const unsigned flat = aiProcess_Triangulate | aiProcess_SortByPType | aiProcess_JoinIdenticalVertices;
-  if (contents == NP_ASSIMP_CAMERAS) return 0;
-  return contents == NP_ASSIMP_MESHES ? flat | aiProcess_GenSmoothNormals : flat;
-}
-
-static np_assimp_scene *open_file(const char *path, np_assimp_contents contents, char *out_message,
-                                  size_t message_size) {
-  const struct aiScene *scene = aiImportFile(path, get_steps(contents));
+/* Without any of Assimp's steps: their assertions, which packages leave in, end the program on damaged meshes. */
+static np_assimp_scene *open_file(const char *path, char *out_message, size_t message_size) {
+  const struct aiScene *scene = aiImportFile(path, 0);
   if (!scene) (void)snprintf(out_message, message_size, "%s", aiGetErrorString());
   return (np_assimp_scene *)(uintptr_t)scene;
 }
@@ -191,19 +183,109 @@ static int get_pose(const np_assimp_scene *opened, size_t index, double seconds,
 
 static size_t count_meshes(const np_assimp_scene *scene) { return get_scene(scene)->mNumMeshes; }
 
+static unsigned count_triangles(const struct aiFace *face) {
+  return face->mIndices && face->mNumIndices >= 3 ? face->mNumIndices - 2 : 0;
+}
+
 static void describe_mesh(const np_assimp_scene *scene, size_t index, np_assimp_mesh *out) {
   const struct aiMesh *mesh = get_scene(scene)->mMeshes[index];
   *out = (np_assimp_mesh){.vertex_count = mesh->mNumVertices};
-  if (!mesh->mVertices || !(mesh->mPrimitiveTypes & aiPrimitiveType_TRIANGLE)) return;
+  if (!mesh->mVertices || !mesh->mFaces) return;
   out->positions = &mesh->mVertices->x;
   out->normals = mesh->mNormals ? &mesh->mNormals->x : NULL;
-  for (unsigned i = 0; i < mesh->mNumFaces; i++) out->triangle_count += mesh->mFaces[i].mNumIndices == 3;
+  for (unsigned i = 0; i < mesh->mNumFaces; i++) out->triangle_count += count_triangles(&mesh->mFaces[i]);
 }
 
+/* Corners of a polygon that are not cut off yet. */
+typedef struct open_polygon {
+  const struct aiVector3D *positions;
+  uint32_t corners[64];
+  unsigned count;
+  double normal[3]; /* by Newell's sum */
+} open_polygon;
+
+static void subtract(const struct aiVector3D *a, const struct aiVector3D *b, double out[3]) {
+  out[0] = (double)a->x - (double)b->x, out[1] = (double)a->y - (double)b->y, out[2] = (double)a->z - (double)b->z;
+}
+
+static void add_cross(const double a[3], const double b[3], double out[3]) {
+  out[0] += a[1] * b[2] - a[2] * b[1];
+  out[1] += a[2] * b[0] - a[0] * b[2];
+  out[2] += a[0] * b[1] - a[1] * b[0];
+}
+
+static const struct aiVector3D *get_corner(const open_polygon *p, unsigned corner) {
+  return &p->positions[p->corners[corner % p->count]];
+}
+
+/* Twice the area of a triangle, negative where it turns against the polygon. */
+static double compute_area(const open_polygon *p, const struct aiVector3D *a, const struct aiVector3D *b,
+                           const struct aiVector3D *c) {
+  double u[3], v[3], cross[3] = {0};
+  subtract(b, a, u);
+  subtract(c, a, v);
+  add_cross(u, v, cross);
+  return cross[0] * p->normal[0] + cross[1] * p->normal[1] + cross[2] * p->normal[2];
+}
+
+/* Whether a corner is convex and its triangle holds no other (Meisters 1975, "Polygons Have Ears"). */
+static int is_ear(const open_polygon *p, unsigned corner) {
+  const struct aiVector3D *a = get_corner(p, corner + p->count - 1), *b = get_corner(p, corner),
+                          *c = get_corner(p, corner + 1);
+  if (!(compute_area(p, a, b, c) > 0.0)) return 0;
+  for (unsigned k = 2; k + 1 < p->count; k++) {
+    const struct aiVector3D *q = get_corner(p, corner + k);
+    if (compute_area(p, a, b, q) > 0.0 && compute_area(p, b, c, q) > 0.0 && compute_area(p, c, a, q) > 0.0) return 0;
+  }
+  return 1;
+}
+
+static void start_polygon(const struct aiMesh *mesh, const struct aiFace *face, open_polygon *out) {
+  *out = (open_polygon){.positions = mesh->mVertices, .count = face->mNumIndices};
+  memcpy(out->corners, face->mIndices, face->mNumIndices * sizeof *out->corners);
+  for (unsigned k = 1; k + 1 < out->count; k++) {
+    double u[3], v[3];
+    subtract(get_corner(out, k), get_corner(out, 0), u);
+    subtract(get_corner(out, k + 1), get_corner(out, 0), v);
+    add_cross(u, v, out->normal);
+  }
+}
+
+/* Cuts ears off a polygon; a corner that is none, where the polygon is not simple. */
+static uint32_t *cut_polygon(open_polygon *p, uint32_t *out) {
+  while (p->count >= 3) {
+    unsigned ear = 0;
+    while (ear < p->count && !is_ear(p, ear)) ear++;
+    if (ear == p->count) ear = 0;
+    *out++ = p->corners[(ear + p->count - 1) % p->count];
+    *out++ = p->corners[ear];
+    *out++ = p->corners[(ear + 1) % p->count];
+    p->count--;
+    memmove(p->corners + ear, p->corners + ear + 1, (p->count - ear) * sizeof *p->corners);
+  }
+  return out;
+}
+
+static int can_be_cut(const struct aiMesh *mesh, const struct aiFace *face) {
+  int is_sound = face->mNumIndices > 3 && face->mNumIndices <= sizeof((open_polygon *)0)->corners / sizeof(uint32_t);
+  for (unsigned k = 0; is_sound && k < face->mNumIndices; k++) is_sound = face->mIndices[k] < mesh->mNumVertices;
+  return is_sound;
+}
+
+/* A triangle as it is; as a fan a polygon of very many corners, or one that names vertices that are not there. */
 static void fill_triangles(const np_assimp_scene *scene, size_t index, uint32_t *out) {
   const struct aiMesh *mesh = get_scene(scene)->mMeshes[index];
-  for (unsigned i = 0; i < mesh->mNumFaces; i++)
-    for (unsigned k = 0; mesh->mFaces[i].mNumIndices == 3 && k < 3; k++) *out++ = mesh->mFaces[i].mIndices[k];
+  for (unsigned i = 0; i < mesh->mNumFaces; i++) {
+    const struct aiFace *face = &mesh->mFaces[i];
+    open_polygon p;
+    if (can_be_cut(mesh, face)) {
+      start_polygon(mesh, face, &p);
+      out = cut_polygon(&p, out);
+      continue;
+    }
+    for (unsigned k = 0; k < count_triangles(face); k++, out += 3)
+      out[0] = face->mIndices[0], out[1] = face->mIndices[k + 1], out[2] = face->mIndices[k + 2];
+  }
 }
 
 typedef struct place_visit {

@@ -27,24 +27,17 @@ typedef struct np_assimp_pose {
   double at[3], forward[3], up[3];
 } np_assimp_pose;
 
-/* The part of a file that is wanted. */
-typedef enum np_assimp_contents {
-  NP_ASSIMP_CAMERAS,
-  NP_ASSIMP_MESHES,     /* triangles, with the file's normals or, where it has none, smooth ones */
-  NP_ASSIMP_FLAT_MESHES /* without normals */
-} np_assimp_contents;
-
 /* Vertices of a mesh in its own coordinates, valid while the scene is open. `normals` NULL: none. */
 typedef struct np_assimp_mesh {
-  const float *positions, *normals; /* x, y, z of each */
-  size_t vertex_count, triangle_count;
+  const float *positions, *normals;    /* x, y, z of each */
+  size_t vertex_count, triangle_count; /* polygons are cut into triangles */
 } np_assimp_mesh;
 
 typedef struct np_assimp_module {
   uint32_t version; /* NP_ASSIMP_MODULE_VERSION, checked before anything else is used */
 
   /* Reads a file, whatever its kind. NULL, with a line of text, on failure. */
-  np_assimp_scene *(*open)(const char *path, np_assimp_contents contents, char *out_message, size_t message_size);
+  np_assimp_scene *(*open)(const char *path, char *out_message, size_t message_size);
   void (*close)(np_assimp_scene *scene); /* NULL is allowed */
 
   size_t (*count_cameras)(const np_assimp_scene *scene);

@@ -101,7 +101,7 @@ neph_result np_camera_file_load(neph_context *context, const char *path, const c
                                 np_camera_file *out_file) {
   *out_file = (np_camera_file){.context = context};
   camera_load l = {.context = context, .path = path, .name = name, .frame_rate = frame_rate};
-  neph_result result = np_assimp_module_open(context, path, NP_ASSIMP_CAMERAS, &l.module, &l.scene);
+  neph_result result = np_assimp_module_open(context, path, &l.module, &l.scene);
   if (result) return result;
   result = load_camera(&l, out_file);
   l.module->close(l.scene);

@@ -3,6 +3,7 @@
 
 #include "core/alloc.h"
 #include "mesh/assimp_module.h"
+#include "mesh/mesh_shape.h"
 
 /* Indices are of 32 bits, and Embree's buffers of fewer bytes than that counts. */
 static const size_t vertices_max = (size_t)1 << 28, places_max = (size_t)1 << 20;
@@ -13,6 +14,7 @@ typedef struct mesh_load {
   const np_assimp_module *module;
   np_assimp_scene *scene;
   np_mesh_file *out;
+  bool is_smooth;
   size_t visited; /* places */
 } mesh_load;
 
@@ -53,6 +55,7 @@ static neph_result copy_mesh(mesh_load *l, size_t index) {
   np_assimp_mesh mesh;
   np_mesh *out = &l->out->meshes[index];
   l->module->describe_mesh(l->scene, index, &mesh);
+  if (!l->is_smooth) mesh.normals = NULL;
   if (mesh.triangle_count == 0) return NEPH_OK;
   neph_result result = check_size(l, index, &mesh);
   if (result) return result;
@@ -67,7 +70,9 @@ static neph_result copy_mesh(mesh_load *l, size_t index) {
   if (mesh.normals) memcpy(out->normals, mesh.normals, values * sizeof(float));
   l->module->fill_triangles(l->scene, index, out->triangles);
   result = check_positions(l, index, out);
-  return result ? result : check_triangles(l, index, out);
+  if (!result) result = check_triangles(l, index, out);
+  if (!result) result = np_mesh_join(l->context, out);
+  return result || !l->is_smooth || out->normals ? result : np_mesh_smooth(l->context, out);
 }
 
 static neph_result copy_meshes(mesh_load *l) {
@@ -115,9 +120,8 @@ static neph_result copy_places(mesh_load *l) {
 
 neph_result np_mesh_file_load(neph_context *context, const char *path, bool is_smooth, np_mesh_file *out_file) {
   *out_file = (np_mesh_file){.context = context};
-  mesh_load l = {.context = context, .path = path, .out = out_file};
-  neph_result result =
-      np_assimp_module_open(context, path, is_smooth ? NP_ASSIMP_MESHES : NP_ASSIMP_FLAT_MESHES, &l.module, &l.scene);
+  mesh_load l = {.context = context, .path = path, .out = out_file, .is_smooth = is_smooth};
+  neph_result result = np_assimp_module_open(context, path, &l.module, &l.scene);
   if (result) return result;
   result = copy_meshes(&l);
   if (!result) result = copy_places(&l);

@@ -3,17 +3,7 @@
 #ifndef NP_MESH_MESH_FILE_H
 #define NP_MESH_MESH_FILE_H
 
-#include "core/context_private.h"
-#include "core/math.h"
-
-/* In coordinates of its own. One float more than the vertices need is there: Embree reads each as four. */
-typedef struct np_mesh {
-  uint32_t vertex_count, triangle_count;
-  float *positions, *normals; /* x, y, z of each vertex; `normals` NULL: flat triangles */
-  uint32_t *triangles;        /* three vertices each */
-  uint32_t place_count;
-  np_dvec3 middle; /* about which positions are */
-} np_mesh;
+#include "mesh/mesh_shape.h"
 
 typedef struct np_mesh_place {
   uint32_t mesh;

@@ -91,7 +91,7 @@ static bool is_made(const np_stage_reuse *reuse, const np_stage_part *part) {
   return result;
 }
 
-/* Where another process has made it meanwhile, it is taken from there. */
+/* Makes a part, or takes what another process has made of it meanwhile. */
 static neph_result make_or_load(const np_stage_reuse *reuse, const np_stage_part *part) {
   np_cache_lock lock;
   neph_result result = np_stage_disk_lock(reuse, part, &lock);

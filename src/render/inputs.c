@@ -45,10 +45,11 @@ static neph_result open_terrain(const neph_scene *scene) {
   const np_terrain_source source = np_scene_terrain_get_source(&scene->terrain);
   const np_terrain_row *row = &np_terrain_rows[source.kind];
   const char *image = scene->terrain.albedo_image;
+  const neph_terrain_desc desc = np_scene_terrain_get_desc(&scene->terrain);
   unsigned size[2];
-  neph_result result = row->check ? row->check(scene->context, &source, &scene->terrain.desc, size) : NEPH_OK;
+  neph_result result = row->check ? row->check(scene->context, &source, &desc, size) : NEPH_OK;
   if (!result && scene->terrain.mesh_file && !scene->terrain.given)
-    result = np_terrain_check_mesh(scene->context, &scene->terrain.desc);
+    result = np_terrain_check_mesh(scene->context, &desc);
   return result || !image ? result : np_ground_cover_check_image(scene->context, image);
 }
 

@@ -147,7 +147,7 @@ static neph_result adapt_source(const np_stage_part *in, void *cached, const voi
 }
 
 static neph_terrain_desc describe_terrain(const np_stage_part *in) {
-  neph_terrain_desc desc = in->scene->terrain.desc;
+  neph_terrain_desc desc = np_scene_terrain_get_desc(&in->scene->terrain);
   desc.progress = np_monitor_relay;
   desc.progress_user = in->monitor;
   return desc;

@@ -32,7 +32,8 @@ typedef struct np_reference_store {
 neph_result np_reference_store_get(np_reference_store *store, const neph_scene *scene, unsigned index,
                                    np_reference **out_reference);
 
-/* The file that the scene names, else the one that was chosen; false where there is neither yet. Infinite: all files. */
+/* The file that the scene names, infinite for all of them, else the one that was chosen; false where there is neither
+ * yet. */
 bool np_reference_get_number(const np_scene_cloud *cloud, const np_reference *reference, double *out_number);
 
 /* A result of a part of a stage. It is lent: who takes it owns it, and gives it back for the next picture. */

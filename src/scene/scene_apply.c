@@ -419,7 +419,6 @@ static void derive_terrain(neph_scene *scene) {
   scene->terrain.desc.albedo_image = scene->terrain.albedo_image;
   scene->terrain.desc.crs = scene->terrain.crs;
   scene->terrain.desc.mesh_file = scene->terrain.mesh_file;
-  scene->terrain.desc.mesh = &scene->terrain.mesh;
   if (scene->terrain.mesh_file && scene->terrain.kind == NP_TERRAIN_NONE) scene->terrain.kind = NP_TERRAIN_MESH;
   scene->terrain.desc.planet_radius_m = scene->atmosphere.planet_radius_m;
   scene->terrain.desc.has_place = scene->has_place;

@@ -290,7 +290,7 @@ static const np_key last_keys[] = {
     {.path = "terrain.mesh", .type = NP_KEY_SECTION,
      .meaning = "triangles beside the height field or the ridges, or alone"},
     {.path = "terrain.mesh.file", .type = NP_KEY_FILE, .is_input = true, .field = SCENE(terrain.mesh_file),
-     .meaning = "glTF, OBJ, PLY, STL, FBX and others that Assimp reads"},
+     .meaning = "glTF, OBJ, PLY, STL, FBX or COLLADA, by Assimp"},
     {.path = "terrain.mesh.up", .type = NP_KEY_CHOICE, .choices = mesh_ups, .field = SCENE(terrain.mesh.up),
      .fallback = "file",
      .meaning = "axis of the file that points up; file: y in glTF, others do not say it and ask for this key. With y, "

@@ -192,6 +192,13 @@ static inline np_terrain_source np_scene_terrain_get_source(const np_scene_terra
   return (np_terrain_source){.kind = terrain->kind, .file = terrain->heightfield, .ridges = &terrain->ridges};
 }
 
+/* Its description. A scene's own points into it nowhere, since scenes are swapped. */
+static inline neph_terrain_desc np_scene_terrain_get_desc(const np_scene_terrain *terrain) {
+  neph_terrain_desc desc = terrain->desc;
+  desc.mesh = &terrain->mesh;
+  return desc;
+}
+
 typedef struct np_scene_water {
   bool is_enabled;
   double level_m, wind_m_s, albedo[3];

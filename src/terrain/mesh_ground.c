@@ -19,6 +19,16 @@ static bool is_gltf(const char *path) {
   return !strcasecmp(ending, ".gltf") || !strcasecmp(ending, ".glb");
 }
 
+/* Assimp reads more formats, and trusts what is in them. */
+static neph_result check_ending(neph_context *context, const char *path) {
+  static const char *const endings[] = {".gltf", ".glb", ".obj", ".ply", ".stl", ".fbx", ".dae"};
+  const char *ending = np_height_files_get_ending(path);
+  for (size_t i = 0; i < sizeof endings / sizeof *endings; i++)
+    if (!strcasecmp(ending, endings[i])) return NEPH_OK;
+  return np_fail(context, NEPH_ERROR_UNSUPPORTED,
+                 "%s: a mesh must be .gltf, .glb, .obj, .ply, .stl, .fbx or .dae: convert it", path);
+}
+
 static neph_result check_desc(neph_context *context, const char *path, const neph_mesh_desc *desc) {
   if (!(desc->unit_m > 0.0 && desc->unit_m <= 1e9))
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "terrain.mesh.unit is %g m, must be above 0 and at most 1e9",
@@ -42,6 +52,7 @@ static neph_result read_desc(neph_context *context, const neph_terrain_desc *des
   if (!desc->mesh_file)
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "terrain mesh_file is NULL, must name a file");
   neph_result result = np_desc_read(context, "neph_mesh_desc", &defaults, sizeof defaults, desc->mesh, out);
+  if (!result) result = check_ending(context, desc->mesh_file);
   return result ? result : check_desc(context, desc->mesh_file, out);
 }
 

@@ -223,22 +223,31 @@ static neph_result run_load(void *user) {
   return result;
 }
 
+/* Reads the grid that `job` asks for, with the values that count. The caller clears it, whatever the outcome. */
+static neph_result load_grid(load_job *job, const neph_volume_load_desc *desc, np_monitor *monitor,
+                             bool *out_has_content) {
+  neph_context *context = job->context;
+  np_monitor_start(monitor, context, desc->progress, desc->progress_user);
+  np_monitor_set_part(monitor, np_monitor_whole, 0.0, 0.5);
+  np_monitor_set_stage(monitor, "loading");
+  job->desc = desc;
+  job->monitor = monitor;
+  *out_has_content = false;
+  neph_result result = np_parallel_run(context, monitor, run_load, job);
+  if (!result) result = check_content(job, out_has_content);
+  np_monitor_set_part(monitor, np_monitor_whole, 0.5, 0.7);
+  if (*out_has_content) result = np_volume_import_values(context, job->path, &job->grid, desc->policy, monitor);
+  if (*out_has_content && !result && !job->is_field)
+    result = np_volume_apply_ramp(context, &job->grid, &desc->ramp, monitor);
+  return result;
+}
+
 /* Loads what `job` asks for; nothing if that is empty. */
 static neph_result load(load_job *job, const neph_volume_load_desc *desc, neph_volume **out_volume) {
   neph_context *context = job->context;
   np_monitor monitor;
-  np_monitor_start(&monitor, context, desc->progress, desc->progress_user);
-  np_monitor_set_part(&monitor, np_monitor_whole, 0.0, 0.5);
-  np_monitor_set_stage(&monitor, "loading");
-  job->desc = desc;
-  job->monitor = &monitor;
-  bool has_content = false;
-  neph_result result = np_parallel_run(context, &monitor, run_load, job);
-  if (!result) result = check_content(job, &has_content);
-  np_monitor_set_part(&monitor, np_monitor_whole, 0.5, 0.7);
-  if (has_content) result = np_volume_import_values(context, job->path, &job->grid, desc->policy, &monitor);
-  if (has_content && !result && !job->is_field)
-    result = np_volume_apply_ramp(context, &job->grid, &desc->ramp, &monitor);
+  bool has_content;
+  neph_result result = load_grid(job, desc, &monitor, &has_content);
   np_monitor_set_part(&monitor, np_monitor_whole, 0.7, 1.0);
   if (has_content && !result)
     result = np_volume_create_from_grid(context, &job->grid, desc->precision, &monitor, out_volume);
@@ -279,6 +288,16 @@ neph_result neph_volume_load(neph_context *context, const char *path, const neph
   load_job job = {.context = context, .path = path, .is_required = true};
   result = load(&job, &d, out_volume);
   np_float_mode_leave(float_mode);
+  return result;
+}
+
+neph_result np_volume_load_grid(neph_context *context, const char *path, const neph_volume_load_desc *desc,
+                                np_sparse_grid *out_grid, bool *out_has_content) {
+  np_monitor monitor;
+  load_job job = {.context = context, .path = path, .is_required = true, .is_empty_allowed = true};
+  neph_result result = load_grid(&job, desc, &monitor, out_has_content);
+  *out_grid = job.grid;
+  out_grid->file = NULL;
   return result;
 }
 

@@ -26,6 +26,10 @@ neph_context *np_volume_get_context(const neph_volume *volume);
 neph_result np_volume_load_density(neph_context *context, const char *path, const neph_volume_load_desc *desc,
                                    neph_volume **out_volume);
 
+/* The grid that such a volume is made of. The caller clears it, whatever the outcome. */
+neph_result np_volume_load_grid(neph_context *context, const char *path, const neph_volume_load_desc *desc,
+                                np_sparse_grid *out_grid, bool *out_has_content);
+
 /* Purposes that grids have by their names and kinds. */
 typedef enum np_grid_role {
   NP_GRID_DENSITY,  /* "density", in letters of either case, or, where none is so called, any scalar of fog */

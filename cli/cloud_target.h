@@ -1,0 +1,14 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Files to which the clouds of a scene are written. */
+#ifndef NEPHOS_CLI_CLOUD_TARGET_H
+#define NEPHOS_CLI_CLOUD_TARGET_H
+
+#include "session.h"
+
+bool cli_is_folder(const char *path);
+
+/* Path of a cloud, with # for the number of several frames, to be freed: --output's, else, where it is wanted, the
+ * cloud's own file, else NAME.vdb. NULL: no memory. */
+char *cli_get_cloud_target(const cli_options *options, const neph_scene *scene, unsigned cloud, bool is_own_file);
+
+#endif

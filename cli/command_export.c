@@ -1,0 +1,168 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include <stdlib.h>
+#include <string.h>
+
+#include "cloud_target.h"
+#include "verbs.h"
+
+typedef struct export_job {
+  cli_session *session;
+  neph_scene *scene;
+  neph_exported_cloud *done; /* with paths that are freed with it */
+  size_t count;
+} export_job;
+
+/* ---- Checks ---- */
+
+static cli_exit check_outputs(cli_session *session, unsigned cloud_count) {
+  const cli_options *options = session->options;
+  const char *output = options->output_count ? options->outputs[0] : NULL;
+  if (!cloud_count) {
+    cli_complain("%s has no cloud", options->files[0]);
+    return CLI_BAD_SCENE;
+  }
+  if (output && (options->output_count > 1 ||
+                 (!cli_is_folder(output) && (cloud_count > 1 || !cli_has_extension(output, ".vdb"))))) {
+    cli_complain("--output of nephos export must be %s",
+                 cloud_count == 1 ? "one .vdb or a folder" : "a folder, for several clouds");
+    return CLI_USAGE;
+  }
+  if (!options->usd_path) return CLI_DONE;
+  if (!cli_has_extension(options->usd_path, ".usda")) {
+    cli_complain("--usd is %s, must be a .usda", options->usd_path);
+    return CLI_USAGE;
+  }
+  return cli_check_target(session, options->usd_path);
+}
+
+/* A cloud is not written over the file that it is read from. */
+static cli_exit check_source(const export_job *job, unsigned cloud, int frame, const char *path) {
+  neph_context *context = job->session->context;
+  const char *pattern = neph_scene_get_cloud_file(job->scene, cloud);
+  char *source = NULL;
+  if (!pattern) return CLI_DONE;
+  neph_result result = neph_frame_get_path(context, pattern, frame, &source);
+  if (result) return cli_exit_of(result);
+  char *from = realpath(source, NULL), *to = realpath(path, NULL);
+  const bool is_same = from && to && !strcmp(from, to);
+  free(from);
+  free(to);
+  neph_text_destroy(context, source);
+  if (!is_same) return CLI_DONE;
+  cli_complain("%s is the cloud's own file: give another --output", path);
+  return CLI_USAGE;
+}
+
+/* ---- Clouds ---- */
+
+static void print_done(const export_job *job, const neph_exported_cloud *cloud) {
+  const double *a = cloud->bounds_min_m, *b = cloud->bounds_max_m;
+  if (job->session->options->is_json) {
+    printf("{\"cloud\": ");
+    cli_print_json_text(cloud->name);
+    printf(", \"file\": ");
+    cli_print_json_text(cloud->path);
+    printf(", \"frame\": %d, \"empty\": %s, \"bounds_m\": [[%.9g, %.9g, %.9g], [%.9g, %.9g, %.9g]], "
+           "\"extinction_per_value\": %.9g}\n",
+           cloud->frame, cloud->is_empty ? "true" : "false", a[0], a[1], a[2], b[0], b[1], b[2],
+           cloud->extinction_per_value);
+  } else if (cloud->is_empty) {
+    printf("%s: empty in frame %d\n", cloud->name, cloud->frame);
+  } else {
+    printf("%s: %s, %.4g x %.4g x %.4g m, extinction of a value of 1: %.9g 1/m\n", cloud->name, cloud->path,
+           b[0] - a[0], b[1] - a[1], b[2] - a[2], cloud->extinction_per_value);
+  }
+  fflush(stdout);
+}
+
+/* Takes `path`, which malloc made. */
+static cli_exit export_to(export_job *job, unsigned cloud, int frame, char *path) {
+  const cli_options *options = job->session->options;
+  neph_exported_cloud *out = &job->done[job->count++];
+  *out = (neph_exported_cloud)NEPH_EXPORTED_CLOUD_DEFAULT;
+  out->path = path;
+  cli_exit exit = cli_check_target(job->session, path);
+  if (!exit) exit = check_source(job, cloud, frame, path);
+  if (exit) return exit;
+  if (options->is_dry_run) return printf("%s\n", path), CLI_DONE;
+  neph_export_desc desc = NEPH_EXPORT_DESC_DEFAULT;
+  desc.precision = options->is_half ? NEPH_PRECISION_HALF : NEPH_PRECISION_FLOAT;
+  desc.progress = cli_progress_report;
+  desc.progress_user = &job->session->progress;
+  neph_result result = neph_scene_export_cloud(job->scene, cloud, frame, &desc, path, out);
+  cli_progress_finish(&job->session->progress);
+  if (!result) print_done(job, out);
+  return cli_exit_of(result);
+}
+
+static cli_exit export_cloud(export_job *job, unsigned cloud, int frame) {
+  const cli_options *options = job->session->options;
+  neph_exported_cloud *grown = realloc(job->done, (job->count + 1) * sizeof *grown);
+  if (!grown) return CLI_INTERNAL;
+  job->done = grown;
+  char *pattern = cli_get_cloud_target(options, job->scene, cloud, false), *numbered = NULL;
+  if (!pattern) return CLI_INTERNAL;
+  cli_exit exit = CLI_DONE;
+  if (!neph_frame_is_numbered(pattern) && !cli_is_single_frame(options)) {
+    cli_complain("%s would be written for every frame: put # where the number goes", pattern);
+    exit = CLI_USAGE;
+  }
+  if (!exit) exit = cli_exit_of(neph_frame_get_path(job->session->context, pattern, frame, &numbered));
+  char *path = numbered ? strdup(numbered) : NULL;
+  neph_text_destroy(job->session->context, numbered);
+  free(pattern);
+  if (exit || !path) return exit ? exit : CLI_INTERNAL;
+  return export_to(job, cloud, frame, path);
+}
+
+static cli_exit export_frames(export_job *job) {
+  const cli_options *options = job->session->options;
+  const unsigned count = neph_scene_get_cloud_count(job->scene);
+  cli_frame_walk walk = {0};
+  cli_exit exit = check_outputs(job->session, count);
+  for (int frame; !exit && cli_next_frame(options, &walk, &frame);)
+    for (unsigned i = 0; !exit && i < count; i++) exit = export_cloud(job, i, frame);
+  if (exit || !options->usd_path) return exit;
+  if (!options->is_dry_run)
+    exit = cli_exit_of(neph_scene_save_volumes_usd(job->scene, job->done, job->count, options->usd_path));
+  if (!exit && !options->is_json) printf("%s\n", options->usd_path);
+  return exit;
+}
+
+static cli_exit run_export(cli_session *session) {
+  export_job job = {.session = session};
+  cli_catch_interrupts();
+  cli_exit exit = cli_load_scene(session, session->options->files[0], &job.scene);
+  if (exit) return exit;
+  exit = export_frames(&job);
+  for (size_t i = 0; i < job.count; i++) free((char *)(uintptr_t)job.done[i].path);
+  free(job.done);
+  neph_scene_destroy(job.scene);
+  return exit;
+}
+
+const cli_verb cli_verb_export = {
+    .name = "export",
+    .arguments = "SCENE",
+    .summary = "write the clouds of a scene, in their places, to .vdb and .usda",
+    .argument_min = 1,
+    .argument_max = 1,
+    .run = run_export,
+    .files = "yaml yml",
+    .exits = CLI_MAY(CLI_BAD_SCENE) | CLI_MAY(CLI_NOT_FOUND) | CLI_MAY(CLI_LIMIT),
+    .description = "Writes each cloud of a scene, read from its file or baked, as one fog volume `density`: in the "
+                   "world's place, z up, in metres, its values the extinction in 1/m. Transforms, units, ramps, sums "
+                   "of grids and repairs that the scene asks for are done. Files go by the cloud's name and .vdb into "
+                   "the current folder.",
+    .options = {{"--output", "write to FILE, a .vdb, where the scene has one cloud, or into the folder FILE",
+                 .files = "vdb"},
+                {"--usd", "write a layer with a Volume for each cloud to FILE, a .usda"},
+                {"--set"},
+                {"--path-mapping"},
+                {"--frames", "export a file for each frame, its number in place of #"},
+                {"--half", "write values as halves, scaled by a power of two, which is printed"},
+                {"--dry-run"},
+                {"--progress"}},
+    .examples = {{"nephos export scene.yaml -o hero.vdb --usd hero.usda", "export the only cloud of a scene"},
+                 {"nephos export clouds.yaml -o . --half", "export into a folder, in halves"}},
+};

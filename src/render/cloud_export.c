@@ -1,0 +1,169 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Clouds of a scene as files of their own: read or baked as for a picture, put in their places, in 1/m. */
+#include <math.h>
+#include <string.h>
+
+#include "core/alloc.h"
+#include "render/plan.h"
+#include "render/reference_frame.h"
+#include "scene/cloud_file.h"
+#include "scene/scene_apply.h"
+#include "volume/volume_private.h"
+
+typedef struct cloud_export {
+  neph_scene *scene;
+  unsigned index;
+  const np_scene_cloud *cloud;
+  int frame;
+  const neph_export_desc *desc;
+  const char *path;
+  np_monitor *monitor;
+  np_cloud_file source;
+  np_sparse_grid grid;
+  np_placement placement;
+  neph_exported_cloud out;
+} cloud_export;
+
+/* ---- Source ---- */
+
+/* A baked cloud is baked to the target, which then is read and written over. */
+static neph_result obtain_source(cloud_export *e) {
+  neph_context *context = e->scene->context;
+  if (!e->cloud->is_baked) return np_cloud_file_get(context, e->cloud, e->frame, &e->source);
+  neph_bake_desc bake = NEPH_BAKE_DESC_DEFAULT;
+  bake.file_precision = NEPH_PRECISION_FLOAT;
+  e->source.path = np_alloc_text(context, e->path);
+  return e->source.path ? neph_scene_bake_file(e->scene, e->index, e->frame, &bake, e->path) : NEPH_ERROR_OUT_OF_MEMORY;
+}
+
+/* ---- Place ---- */
+
+/* Voxels reach half an edge around their samples. */
+static void compute_bounds(const np_affine *index_to_world, const neph_volume *volume, neph_exported_cloud *out) {
+  double *low = out->bounds_min_m, *high = out->bounds_max_m;
+  for (int corner = 0; corner < 8; corner++) {
+    double index[3];
+    for (int a = 0; a < 3; a++) index[a] = corner >> a & 1 ? volume->active_max[a] + 0.5 : volume->active_min[a] - 0.5;
+    const np_dvec3 p = np_affine_point(index_to_world, np_dvec3_make(index[0], index[1], index[2]));
+    const double at[3] = {p.x, p.y, p.z};
+    for (int a = 0; a < 3; a++) low[a] = corner ? fmin(low[a], at[a]) : at[a];
+    for (int a = 0; a < 3; a++) high[a] = corner ? fmax(high[a], at[a]) : at[a];
+  }
+}
+
+static neph_result place(cloud_export *e, neph_volume *volume) {
+  np_stores *stores;
+  np_anchor anchor;
+  bool is_known;
+  neph_volume_load_desc load = np_cloud_file_describe_load(e->cloud);
+  neph_result result = np_stores_get(e->scene, &stores);
+  if (result) return result;
+  const np_frame_cloud of = {&stores->references, e->scene, e->index, e->source.number, volume, &load, e->monitor};
+  result = np_reference_frame_get_anchor(&of, &anchor, &is_known);
+  if (!result) result = np_placement_make(e->cloud, &anchor, volume, e->monitor, &e->placement);
+  if (!result) compute_bounds(&e->placement.index_to_world, volume, &e->out);
+  return result;
+}
+
+/* ---- Values ---- */
+
+/* The extinction that a value of 1 in the file is. */
+static double choose_scale(const cloud_export *e, double value_max) {
+  int exponent = 0;
+  if (e->desc->precision == NEPH_PRECISION_FLOAT) return 1.0;
+  (void)frexp((double)e->placement.world.extinction_per_value * value_max, &exponent);
+  return ldexp(1.0, exponent - 1);
+}
+
+static void scale_values(np_sparse_grid *grid, float factor) {
+  for (size_t i = 0; i < grid->leaf_count; i++)
+    for (int n = 0; n < NP_LEAF_SIZE; n++) grid->leaves[i].values[n] *= factor;
+  for (size_t i = 0; i < grid->tile_count; i++) grid->tiles[i].value *= factor;
+}
+
+static neph_result rename_grid(np_sparse_grid *grid) {
+  char *name = np_alloc_text(grid->context, "density");
+  if (!name) return NEPH_ERROR_OUT_OF_MEMORY;
+  np_alloc_free(grid->context, grid->name);
+  grid->name = name;
+  return NEPH_OK;
+}
+
+static neph_result save(cloud_export *e, double value_max) {
+  np_sparse_grid *grid = &e->grid;
+  neph_result result = rename_grid(grid);
+  if (result) return result;
+  e->out.is_half = e->desc->precision == NEPH_PRECISION_HALF;
+  e->out.extinction_per_value = choose_scale(e, value_max);
+  scale_values(grid, (float)((double)e->placement.world.extinction_per_value / e->out.extinction_per_value));
+  grid->index_to_world = e->placement.index_to_world;
+  const np_vdb_attribute attributes[] = {
+      {.name = "units", .text = "1/m"}, {.name = "nephos:extinction_per_value", .number = e->out.extinction_per_value}};
+  const np_vdb_write_grid out = {grid, e->out.is_half, attributes, sizeof attributes / sizeof *attributes, NULL, NULL};
+  return np_volume_save_grids(e->scene->context, e->path, &out, 1, e->monitor);
+}
+
+static neph_result place_and_save(cloud_export *e) {
+  neph_volume *volume = NULL;
+  neph_result result =
+      np_volume_create_from_grid(e->scene->context, &e->grid, NEPH_PRECISION_FLOAT, e->monitor, &volume);
+  if (result) return result;
+  e->out.is_empty = !(volume->value_max > 0.0f);
+  if (!e->out.is_empty) result = place(e, volume);
+  if (!result && !e->out.is_empty) result = save(e, (double)volume->value_max);
+  neph_volume_release(volume);
+  return result;
+}
+
+static neph_result run(cloud_export *e) {
+  neph_context *context = e->scene->context;
+  bool has_content = false;
+  neph_result result = obtain_source(e);
+  if (!result && !e->source.path) np_cloud_file_warn(context, e->cloud, e->frame, &e->source);
+  if (!result && e->source.path) {
+    const neph_volume_load_desc load = np_cloud_file_describe_load(e->cloud);
+    result = np_volume_load_grid(context, e->source.path, &load, &e->grid, &has_content);
+  }
+  e->out.is_empty = !has_content;
+  if (!result && has_content) result = place_and_save(e);
+  np_sparse_grid_clear(&e->grid);
+  np_alloc_free(context, e->source.path);
+  return result;
+}
+
+/* ---- Entry ---- */
+
+static neph_result check(neph_scene *scene, unsigned index, int frame) {
+  if (index >= scene->cloud_count)
+    return np_fail(scene->context, NEPH_ERROR_INVALID_ARGUMENT, "export: cloud %u is not one of %u", index,
+                   scene->cloud_count);
+  if (scene->clouds[index].volume)
+    return np_fail(scene->context, NEPH_ERROR_INVALID_ARGUMENT,
+                   "export: cloud %s is a volume that a call has added, must be of a file or baked",
+                   scene->clouds[index].name);
+  neph_result result = np_scene_check(scene);
+  return result ? result : np_scene_set_frame(scene, frame);
+}
+
+neph_result neph_scene_export_cloud(neph_scene *scene, unsigned cloud_index, int frame, const neph_export_desc *desc,
+                                    const char *path, neph_exported_cloud *out_cloud) {
+  static const neph_export_desc defaults = NEPH_EXPORT_DESC_DEFAULT;
+  static const neph_exported_cloud empty = NEPH_EXPORTED_CLOUD_DEFAULT;
+  neph_export_desc d;
+  np_monitor monitor;
+  cloud_export e = {.scene = scene, .index = cloud_index, .frame = frame, .desc = &d, .path = path, .out = empty};
+  neph_result result = np_desc_read(scene->context, "neph_export_desc", &defaults, sizeof d, desc, &d);
+  if (!result) result = check(scene, cloud_index, frame);
+  if (result) return result;
+  e.cloud = &scene->clouds[cloud_index];
+  e.monitor = &monitor;
+  e.out.name = e.cloud->name;
+  e.out.path = path;
+  e.out.frame = frame;
+  const unsigned mode = np_float_mode_enter();
+  np_monitor_start(&monitor, scene->context, d.progress, d.progress_user);
+  result = run(&e);
+  np_float_mode_leave(mode);
+  if (result) return result;
+  return np_desc_write(scene->context, "neph_exported_cloud", &e.out, sizeof e.out, out_cloud);
+}

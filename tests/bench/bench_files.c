@@ -1,0 +1,163 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Loads clouds with one thread: bench_files FILE… prints, for each .vdb that can be loaded, CPU seconds and peak memory
+ * of OpenVDB's own reading of its first density, whose values go nowhere, and of loading it as bricks. Each is a
+ * process of its own, from whose memory and time those of one which only opens the file are taken off. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "core/alloc.h"
+#include "volume/volume_file.h"
+
+typedef neph_result (*step)(neph_context *context, const char *path);
+
+/* The first density, or -1. */
+static int search_density(const np_volume_file *file) {
+  for (size_t i = 0; i < file->module->count(file->vdb); i++) {
+    np_vdb_grid_info info;
+    file->module->describe(file->vdb, i, &info);
+    if (np_volume_file_get_role(file, &info) == NP_GRID_DENSITY) return (int)i;
+  }
+  return -1;
+}
+
+static neph_result open_file(neph_context *context, const char *path) {
+  np_volume_file file;
+  const neph_result result = np_volume_file_open(context, path, NULL, &file);
+  if (!result) np_volume_file_close(&file);
+  return result;
+}
+
+/* ---- OpenVDB alone ---- */
+
+static neph_result reserve_nothing(np_sparse_grid *grid, size_t leaf_count, size_t tile_count) {
+  (void)grid, (void)leaf_count, (void)tile_count;
+  return NEPH_OK;
+}
+
+/* The same one each time, which is in `leaves`. */
+static np_leaf *give_leaf(np_sparse_grid *grid, const int32_t origin[3]) {
+  (void)origin;
+  return grid->leaves;
+}
+
+static np_tile *give_tile(np_sparse_grid *grid, const int32_t origin[3], int32_t edge, float value, bool is_active) {
+  (void)origin, (void)edge, (void)value, (void)is_active;
+  return grid->tiles;
+}
+
+static neph_result read_density(const np_volume_file *file, size_t index) {
+  np_leaf leaf;
+  np_tile tile;
+  np_sparse_grid nowhere = {.context = file->context, .leaves = &leaf, .tiles = &tile};
+  const np_vdb_sink sink = {&nowhere, reserve_nothing, give_leaf, give_tile};
+  const np_vdb_request request = {.indices = &index, .count = 1};
+  np_vdb_error error;
+  uint64_t tree_bytes;
+  return file->module->read(file->vdb, &request, &sink, &tree_bytes, &error);
+}
+
+static neph_result read_file(neph_context *context, const char *path) {
+  np_volume_file file;
+  neph_result result = np_volume_file_open(context, path, NULL, &file);
+  if (result) return result;
+  const int index = search_density(&file);
+  result = index < 0 ? NEPH_ERROR_BAD_FILE : read_density(&file, (size_t)index);
+  np_volume_file_close(&file);
+  return result;
+}
+
+/* ---- Bricks ---- */
+
+/* "density", or, where several grids are called so, "density[0]". */
+static char *get_name(const np_volume_file *file, size_t index) {
+  np_vdb_grid_info info, other;
+  size_t count = 0;
+  file->module->describe(file->vdb, index, &info);
+  for (size_t i = 0; i < file->module->count(file->vdb); i++) {
+    file->module->describe(file->vdb, i, &other);
+    count += !strcmp(info.name, other.name);
+  }
+  return np_alloc_printf(file->context, count > 1 ? "%s[0]" : "%s", info.name);
+}
+
+static neph_result load_file(neph_context *context, const char *path) {
+  np_volume_file file;
+  neph_volume *volume = NULL;
+  neph_volume_load_desc desc = NEPH_VOLUME_LOAD_DESC_DEFAULT;
+  neph_result result = np_volume_file_open(context, path, NULL, &file);
+  if (result) return result;
+  const int index = search_density(&file);
+  char *name = index < 0 ? NULL : get_name(&file, (size_t)index);
+  np_volume_file_close(&file);
+  if (!name) return NEPH_ERROR_BAD_FILE;
+  desc.grid = name;
+  desc.policy = NEPH_IMPORT_REPAIR;
+  result = np_volume_load_density(context, path, &desc, &volume);
+  neph_volume_release(volume);
+  np_alloc_free(context, name);
+  return result;
+}
+
+/* ---- Processes ---- */
+
+typedef struct cost {
+  double seconds, megabytes;
+  int failed;
+} cost;
+
+static void be_silent(void *user, neph_log_level level, const char *message) { (void)user, (void)level, (void)message; }
+
+static int run(step work, const char *path) {
+  neph_context_desc desc = NEPH_CONTEXT_DESC_DEFAULT;
+  neph_context *context;
+  desc.thread_count = 1;
+  desc.log = be_silent;
+  return neph_context_create(&desc, &context) || work(context, path);
+}
+
+static cost measure(step work, const char *path) {
+  int status = 0;
+  struct rusage usage = {0};
+  const pid_t child = fork();
+  if (child == 0) _exit(run(work, path) != 0);
+  if (child < 0 || wait4(child, &status, 0, &usage) < 0) exit(1);
+  return (cost){(double)usage.ru_utime.tv_sec + 1e-6 * (double)usage.ru_utime.tv_usec + (double)usage.ru_stime.tv_sec +
+                    1e-6 * (double)usage.ru_stime.tv_usec,
+                (double)usage.ru_maxrss * 1.024e-3, status};
+}
+
+/* The least of some runs: what else the machine does only adds. */
+static cost measure_best(step work, const char *path) {
+  enum { RUNS = 5 };
+  cost best = measure(work, path);
+  for (int i = 1; i < RUNS && !best.failed; i++) {
+    const cost next = measure(work, path);
+    if (next.seconds < best.seconds) best.seconds = next.seconds;
+    if (next.megabytes < best.megabytes) best.megabytes = next.megabytes;
+  }
+  return best;
+}
+
+static void print_file(const char *path) {
+  const char *slash = strrchr(path, '/');
+  const cost opened = measure_best(open_file, path), read = measure_best(read_file, path),
+             loaded = measure_best(load_file, path);
+  if (read.failed || loaded.failed) return;
+  printf("| %s | %.3f s | %.3f s | %.1f MB | %.1f MB |\n", slash ? slash + 1 : path,
+         fmax(0.0, read.seconds - opened.seconds), fmax(0.0, loaded.seconds - opened.seconds),
+         fmax(0.0, read.megabytes - opened.megabytes), fmax(0.0, loaded.megabytes - opened.megabytes));
+}
+
+int main(int count, char **files) {
+  printf("| file | OpenVDB | bricks | OpenVDB's memory | bricks' memory |\n| --- | --- | --- | --- | --- |\n");
+  for (int i = 1; i < count; i++) {
+    print_file(files[i]);
+    fflush(stdout);
+  }
+  return 0;
+}

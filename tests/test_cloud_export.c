@@ -1,0 +1,221 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Exported clouds: their values stand where the scene has them, pictures of them are those of the scene, and a USD
+ * layer names them. */
+#include <nephos/nephos.h>
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "core/alloc.h"
+#include "core/file.h"
+#include "test_box_files.h"
+
+/* Two boxes, so that no turn goes unseen. */
+static const test_box boxes[] = {{{8, 8, 8}, {24, 20, 16}, 1.0f}, {{24, 10, 9}, {30, 14, 12}, 0.3f}};
+
+static int set_up(void **state) {
+  const int failed = test_set_up(state, 2, "b.vdb");
+  const test_fixture *f = *state;
+  if (!failed) test_boxes_write(f->context, f->path, "density", boxes, 2);
+  return failed;
+}
+
+static neph_scene *load(const test_fixture *f, const char *integrator, const char *cloud) {
+  char text[1200];
+  (void)snprintf(
+      text, sizeof text,
+      "version: 1\n"
+      "camera: {position: [0 m, -200 m, 60 m], look_at: [0 m, 0 m, 60 m], fov: 40 deg, resolution: [32, 18]}\n"
+      "sun: {elevation: 40 deg, azimuth: 240 deg}\n"
+      "atmosphere: none\n"
+      "clouds: [{name: \"b 1\", albedo: 0.9, phase: {hg: 0.5}, %s}]\n"
+      "render: {integrator: %s, samples: 16}\n"
+      "output: {pixel_type: float}\n",
+      cloud, integrator);
+  neph_scene *scene = NULL;
+  char *path = test_path(f->folder, "scene.yaml");
+  assert_int_equal(neph_scene_load_text(f->context, text, path, &scene), NEPH_OK);
+  free(path);
+  return scene;
+}
+
+static const char placed[] =
+    "vdb: b.vdb, up: y, voxel: 3 m, scale: [1, -1, 1.5], rotation: 30 deg, tilt: [10 deg, -5 deg], "
+    "position: [5 m, 10 m, 30 m], optical_depth: 6";
+
+static neph_exported_cloud export_cloud(const test_fixture *f, neph_scene *scene, int frame, neph_precision precision,
+                                        const char *path) {
+  neph_export_desc desc = NEPH_EXPORT_DESC_DEFAULT;
+  neph_exported_cloud out = NEPH_EXPORTED_CLOUD_DEFAULT;
+  desc.precision = precision;
+  (void)f;
+  assert_int_equal(neph_scene_export_cloud(scene, 0, frame, &desc, path, &out), NEPH_OK);
+  return out;
+}
+
+/* ---- Places and values ---- */
+
+static void values_stand_in_the_world(void **state) {
+  test_fixture *f = *state;
+  char *path = test_path(f->folder, "out.vdb");
+  neph_scene *scene =
+      load(f, "march", "vdb: b.vdb, up: y, extinction: 0.25 1/m, position: [100 m, 0, 0], pivot: origin");
+  const neph_exported_cloud out = export_cloud(f, scene, 1, NEPH_PRECISION_FLOAT, path);
+  assert_near(out.extinction_per_value, 1.0, 0.0);
+  /* x from 100 + 8 to 100 + 30, y from −16 to −8, z from 8 to 20, and half a voxel less at the low end. */
+  const double low[3] = {107.5, -15.5, 7.5}, high[3] = {129.5, -7.5, 19.5};
+  for (int a = 0; a < 3; a++) assert_near(out.bounds_min_m[a], low[a], 1e-12);
+  for (int a = 0; a < 3; a++) assert_near(out.bounds_max_m[a], high[a], 1e-12);
+  neph_volume *volume = NULL;
+  neph_volume_load_desc load_desc = NEPH_VOLUME_LOAD_DESC_DEFAULT;
+  load_desc.precision = NEPH_PRECISION_FLOAT;
+  assert_int_equal(neph_volume_load(f->context, path, &load_desc, &volume), NEPH_OK);
+  const double at[] = {110, -12, 15, 127, -10, 12, 90, -12, 15}; /* in one box, in the other, in none */
+  float values[3];
+  neph_volume_sample(volume, 3, at, values);
+  assert_near((double)values[0], 0.25, 0.0);
+  assert_near((double)values[1], (double)(0.25f * 0.3f), 1e-8); /* a float of 0.075 */
+  assert_near((double)values[2], 0.0, 0.0);
+  neph_volume_release(volume);
+  neph_scene_destroy(scene);
+  free(path);
+}
+
+static double compute_difference(neph_image *a, neph_image *b) {
+  const float *p = neph_image_get_channel(a, "G"), *q = neph_image_get_channel(b, "G");
+  double sum = 0.0, mean = 0.0;
+  for (int i = 0; i < 32 * 18; i++) {
+    sum += ((double)p[i] - (double)q[i]) * ((double)p[i] - (double)q[i]);
+    mean += (double)p[i] / (32 * 18);
+  }
+  return sqrt(sum / (32 * 18)) / mean;
+}
+
+static neph_image *render(neph_scene *scene) {
+  neph_image *image = NULL;
+  assert_int_equal(neph_render_image(scene, NULL, &image), NEPH_OK);
+  return image;
+}
+
+static void pictures_are_those_of_the_scene(void **state) {
+  static const char *const integrators[] = {"march", "path"};
+  test_fixture *f = *state;
+  char *path = test_path(f->folder, "out.vdb"), cloud[200];
+  for (int i = 0; i < 4; i++) {
+    neph_scene *scene = load(f, integrators[i / 2], placed);
+    const neph_exported_cloud out = export_cloud(f, scene, 1, i % 2 ? NEPH_PRECISION_HALF : NEPH_PRECISION_FLOAT, path);
+    assert_int_equal(out.is_half, i % 2);
+    (void)snprintf(cloud, sizeof cloud, "vdb: out.vdb, extinction: %.9g 1/m", out.extinction_per_value);
+    neph_scene *again = load(f, integrators[i / 2], cloud);
+    neph_image *before = render(scene), *after = render(again);
+    /* Halves of bricks, 2⁻¹² of a value each; a path whose collision falls elsewhere by that much may end elsewhere. */
+    assert_true(compute_difference(before, after) < (i / 2 ? 0.02 : 5e-4));
+    neph_image_destroy(before);
+    neph_image_destroy(after);
+    neph_scene_destroy(again);
+    neph_scene_destroy(scene);
+  }
+  free(path);
+}
+
+static void baked_clouds_are_exported_too(void **state) {
+  test_fixture *f = *state;
+  char *path = test_path(f->folder, "out.vdb");
+  neph_scene *scene = load(f, "march", "bake: {preset: cumulus_humilis, extent: 1 km, voxel: 50 m}");
+  const neph_exported_cloud out = export_cloud(f, scene, 1, NEPH_PRECISION_FLOAT, path);
+  assert_false(out.is_empty);
+  neph_volume *volume = NULL;
+  assert_int_equal(neph_volume_load(f->context, path, NULL, &volume), NEPH_OK);
+  neph_volume_info info = NEPH_VOLUME_INFO_DEFAULT;
+  assert_int_equal(neph_volume_get_info(volume, &info), NEPH_OK);
+  for (int a = 0; a < 3; a++) assert_near(info.bounds_min_m[a] - out.bounds_min_m[a], 25.0, 1e-6); /* half a voxel */
+  neph_volume_release(volume);
+  neph_scene_destroy(scene);
+  free(path);
+}
+
+/* ---- USD ---- */
+
+static void assert_has(const char *text, const char *line) {
+  if (!strstr(text, line)) fail_msg("%s is not in\n%s", line, text);
+}
+
+/* Frame 2 of three has no file. What stands still has one extent in all frames. */
+static void layers_have_time_samples(void **state) {
+  test_fixture *f = *state;
+  neph_exported_cloud clouds[3];
+  char *paths[3], name[32];
+  char *layer = test_path(f->folder, "b.usda");
+  for (int frame = 1; frame <= 3; frame += 2) {
+    (void)snprintf(name, sizeof name, "b.%04d.vdb", frame);
+    char *path = test_path(f->folder, name);
+    test_boxes_write(f->context, path, "density", boxes, frame == 1 ? 1 : 2);
+    free(path);
+  }
+  neph_scene *scene = load(f, "march", "vdb: \"b.####.vdb\", extinction: 1 1/m, position: [0, 0, 40 m]");
+  for (int i = 0; i < 3; i++) {
+    (void)snprintf(name, sizeof name, "out.%d.vdb", i + 1);
+    paths[i] = test_path(f->folder, name);
+    clouds[i] = export_cloud(f, scene, i + 1, NEPH_PRECISION_FLOAT, paths[i]);
+    assert_int_equal(clouds[i].is_empty, i == 1);
+  }
+  assert_one_warning(&f->log, "number 2");
+  /* The box of frame 1 places all: the second box reaches 6 m beyond it. */
+  assert_near(clouds[2].bounds_min_m[0], clouds[0].bounds_min_m[0], 0.0);
+  assert_near(clouds[2].bounds_max_m[0], clouds[0].bounds_max_m[0] + 6.0, 1e-9);
+  assert_int_equal(neph_scene_save_volumes_usd(scene, clouds, 3, layer), NEPH_OK);
+  void *text;
+  size_t size;
+  assert_int_equal(np_file_read(f->context, layer, &text, &size), NEPH_OK);
+  char *copy = strndup(text, size);
+  np_alloc_free(f->context, text);
+  assert_memory_equal(copy, "#usda 1.0\n", 10);
+  static const char *const lines[] = {"metersPerUnit = 1",
+                                      "upAxis = \"Z\"",
+                                      "startTimeCode = 1",
+                                      "endTimeCode = 3",
+                                      "def Volume \"b_1\"",
+                                      "float3[] extent.timeSamples = {\n      1: [(",
+                                      "rel field:density = </World/b_1/density>",
+                                      "def OpenVDBAsset \"density\"",
+                                      "asset filePath = @./out.1.vdb@",
+                                      "1: @./out.1.vdb@,",
+                                      "2: None,",
+                                      "3: @./out.3.vdb@,",
+                                      "token fieldDataType = \"float\""};
+  for (size_t i = 0; i < sizeof lines / sizeof *lines; i++) assert_has(copy, lines[i]);
+  int depth = 0; /* of braces, brackets and parentheses, all closed */
+  for (const char *c = copy; *c; c++) depth += (strchr("{[(", *c) != NULL) - (strchr("}])", *c) != NULL);
+  assert_int_equal(depth, 0);
+  free(copy);
+  for (int i = 0; i < 3; i++) free(paths[i]);
+  free(layer);
+  neph_scene_destroy(scene);
+}
+
+/* ---- Refusals ---- */
+
+static void what_cannot_be_exported_is_refused(void **state) {
+  test_fixture *f = *state;
+  neph_scene *scene = load(f, "march", placed);
+  neph_exported_cloud out = NEPH_EXPORTED_CLOUD_DEFAULT;
+  assert_int_equal(neph_scene_export_cloud(scene, 1, 1, NULL, "x.vdb", &out), NEPH_ERROR_INVALID_ARGUMENT);
+  assert_one_error(&f->log, "cloud 1 is not one of 1");
+  assert_int_equal(neph_scene_export_cloud(scene, 0, 1, NULL, "/nowhere/x.vdb", &out), NEPH_ERROR_IO);
+  assert_one_error(&f->log, "/nowhere");
+  out.name = "a";
+  out.path = "a@b.vdb";
+  assert_int_equal(neph_scene_save_volumes_usd(scene, &out, 1, "x.usda"), NEPH_ERROR_INVALID_ARGUMENT);
+  assert_one_error(&f->log, "a@b.vdb");
+  neph_scene_destroy(scene);
+}
+
+#define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, test_tear_down)
+
+int main(void) {
+  const struct CMUnitTest tests[] = {TEST(values_stand_in_the_world), TEST(pictures_are_those_of_the_scene),
+                                     TEST(baked_clouds_are_exported_too), TEST(layers_have_time_samples),
+                                     TEST(what_cannot_be_exported_is_refused)};
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
