@@ -319,11 +319,12 @@ static void bad_parameters_are_named(void **state) {
   desc = good, desc.erosion = 2, assert_refused(context, &log, &desc, "erosion is", "2");
   desc = good, desc.turbulence = -1, assert_refused(context, &log, &desc, "turbulence is", "-1");
   desc = good, desc.skew_m[1] = 1e6, assert_refused(context, &log, &desc, "skew[1] is", "1e+06");
+  desc = good, desc.age = 1.5, assert_refused(context, &log, &desc, "age is", "1.5");
   desc = good, desc.softness = 1.5, assert_refused(context, &log, &desc, "softness is", "1.5");
   desc = good, desc.wind_m_s[0] = -300, assert_refused(context, &log, &desc, "wind[0] is", "-300");
   desc = good, desc.time_s = 1e7, assert_refused(context, &log, &desc, "time is", "1e+07");
   desc = good, desc.lifetime_s = 0, assert_refused(context, &log, &desc, "lifetime is", "0");
-  desc = good, desc.model = (neph_cloud_model)3, assert_refused(context, &log, &desc, "model is", "3");
+  desc = good, desc.model = (neph_cloud_model)4, assert_refused(context, &log, &desc, "model is", "4");
   desc = good, desc.sublayers = 17, assert_refused(context, &log, &desc, "sublayers is", "17");
   desc = good, desc.anvil = 2, assert_refused(context, &log, &desc, "anvil is", "2");
   desc = good, desc.precipitation = -1, assert_refused(context, &log, &desc, "precipitation is", "-1");

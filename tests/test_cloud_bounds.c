@@ -70,13 +70,19 @@ static neph_cloud_desc wild_field(void) {
   return desc;
 }
 
-/* 10⁵ boxes in all, with the map below: a wild field, a hero, and every preset at another time. */
+/* 10⁵ boxes in all, with the map below: a wild field in calm and in wind, a hero, thermals, and every preset at another
+ * time. */
 static void no_box_called_empty_holds_cloud(void **state) {
   (void)state;
   neph_context *context = test_context_create(2, NULL);
   neph_cloud_desc desc = wild_field();
   assert_true(try_cloud(context, &desc, 15000).called_empty > 0);
+  for (int i = 0; i < NEPH_CLOUD_PROFILE_POINTS; i++) desc.wind_speed_m_s[i] = 3 + 4 * i % 7;
+  desc.has_winds = true;
+  assert_true(try_cloud(context, &desc, 5000).called_empty > 0);
   desc.model = NEPH_CLOUD_MODEL_HERO;
+  assert_true(try_cloud(context, &desc, 5000).called_empty > 0);
+  desc.model = NEPH_CLOUD_MODEL_THERMALS;
   assert_true(try_cloud(context, &desc, 5000).called_empty > 0);
   for (size_t i = 0; i < TEST_PRESET_COUNT; i++) {
     assert_int_equal(neph_cloud_get_preset(context, test_presets[i], &desc), NEPH_OK);

@@ -23,7 +23,8 @@ static const char sky_scene[] =
     "camera: {position: [0 m, -3 km, 1100 m], look_at: [0 m, 0 m, 1500 m], fov: 60 deg, resolution: [32, 18]}\n"
     "sun: {elevation: 30 deg, azimuth: 200 deg}\n"
     "clouds:\n"
-    "  - bake: {preset: cumulus_humilis, seed: 4, extent: [3 km, 3 km], base: 1200 m, voxel: 90 m}\n";
+    "  - bake: {preset: cumulus_humilis, model: cells, seed: 4, extent: [3 km, 3 km], base: 1200 m,\n"
+    "           voxel: 90 m}\n";
 
 static const char even_scene[] = "camera: {position: [0, 0, 1 km], look_at: [0, 1 km, 1 km], resolution: [32, 18]}\n"
                                  "atmosphere: none\n"

@@ -16,8 +16,8 @@ static const char scene_text[] =
     "camera: {position: [0 m, -800 m, 500 m], look_at: [0 m, 0 m, 500 m], fov: 60 deg, resolution: [12, 8]}\n"
     "sun: {elevation: 20 deg, azimuth: 150 deg}\n"
     "clouds:\n"
-    "  - {name: puff, bake: {preset: cumulus_humilis, seed: 3, extent: [600 m, 600 m], base: 200 m, thickness: 600 m,\n"
-    "                        voxel: 50 m, coverage: 1, extinction: 0.01 1/m}}\n"
+    "  - {name: puff, bake: {preset: cumulus_humilis, model: cells, seed: 3, extent: [600 m, 600 m], base: 200 m,\n"
+    "                        thickness: 600 m, voxel: 50 m, coverage: 1, extinction: 0.01 1/m}}\n"
     "render: {samples: 4, wavelengths: 6}\n"
     "output: {scale: 1, aovs: [background, terrain, air, sun, sky, ground, multiple, transmittance, standard_error]}\n";
 

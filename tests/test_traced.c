@@ -63,7 +63,7 @@ static double add_kept_and_lost(neph_context *context, const char *limit, double
     assert_int_equal(neph_scene_load_text(context, cloud_over_ridges, "test.yaml", &scene), NEPH_OK);
     assert_int_equal(neph_scene_set(scene, "render.max_scatterings", limit), NEPH_OK);
     assert_int_equal(neph_scene_set(scene, "render.seed", number), NEPH_OK);
-    assert_int_equal(neph_scene_set(scene, "render.samples", "16"), NEPH_OK);
+    assert_int_equal(neph_scene_set(scene, "render.samples", "32"), NEPH_OK);
     assert_int_equal(neph_render_image(scene, NULL, &image), NEPH_OK);
     double mean[3], lost[3] = {0.0};
     read_triple(image, "nephos:mean", mean);

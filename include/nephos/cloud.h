@@ -11,9 +11,10 @@ extern "C" {
 
 /** Model of the shape of a cloud. */
 typedef enum neph_cloud_model {
-  NEPH_CLOUD_MODEL_CELLS, /**< cells that tower over a flat base: Perlin-Worley billows, Worley erosion, curl */
-  NEPH_CLOUD_MODEL_SLAB,  /**< a sheet with soft edges, of value noise: cheap, for decks, veils and streaks */
-  NEPH_CLOUD_MODEL_HERO   /**< one cloud in the middle of the field, otherwise like cells: needs no weather map */
+  NEPH_CLOUD_MODEL_CELLS,   /**< cells that tower over a flat base: Perlin-Worley billows, Worley erosion, curl */
+  NEPH_CLOUD_MODEL_SLAB,    /**< a sheet with soft edges, of value noise: cheap, for decks, veils and streaks */
+  NEPH_CLOUD_MODEL_HERO,    /**< one cloud in the middle of the field, otherwise like thermals: needs no weather map */
+  NEPH_CLOUD_MODEL_THERMALS /**< cumulus: thermals over a flat base, heaps of balls that stand on each other */
 } neph_cloud_model;
 
 /** Quantity that a picture gives for each place. Its values, from 0 to 1, are shares of that of the description. */
@@ -66,7 +67,12 @@ typedef struct neph_cloud_desc {
   bool has_map_size;    /**< the picture is as large as said below, not as the extent (default false) */
   double map_size_m[2]; /**< of the picture along x and y, centred like the field; > 0 (default 8 km × 8 km) */
   bool is_map_tiling;   /**< the picture repeats; else its border goes on beyond it (default false) */
-  const char *name;     /**< of this description in messages, borrowed; NULL: cloud (default NULL) */
+  double age;           /**< of thermals, from fresh and crisp, 0, to frayed and dissolving, 1 (default 0.5) */
+  bool has_winds;       /**< the winds below carry what rises off the base (default false) */
+  /** Speed, 0 to 200, and azimuth that it comes from, of the wind at 0, ¼, ½, ¾ and 1 of the thickness (default 0;
+   * 3π/2, the west). */
+  double wind_speed_m_s[NEPH_CLOUD_PROFILE_POINTS], wind_direction_rad[NEPH_CLOUD_PROFILE_POINTS];
+  const char *name; /**< of this description in messages, borrowed; NULL: cloud (default NULL) */
 } neph_cloud_desc;
 
 #define NEPH_CLOUD_DESC_DEFAULT                                                                                        \
@@ -77,7 +83,11 @@ typedef struct neph_cloud_desc {
     .extinction_per_m = 0.06, .model = NEPH_CLOUD_MODEL_CELLS, .sublayers = 1, .softness = 0, .stretch = 1,            \
     .anvil = 0, .precipitation = 0, .has_profile = false, .profile = {0, 0.06, 0.25, 0.56, 1}, .wind_m_s = {0, 0},     \
     .time_s = 0, .lifetime_s = 2400, .map_file = NULL, .map_channels = {NULL}, .has_map_size = false,                  \
-    .map_size_m = {8000, 8000}, .is_map_tiling = false, .name = NULL                                                   \
+    .map_size_m = {8000, 8000}, .is_map_tiling = false, .age = 0.5, .has_winds = false,                                \
+    .wind_speed_m_s = {0, 0, 0, 0, 0},                                                                                 \
+    .wind_direction_rad = {4.71238898038468986, 4.71238898038468986, 4.71238898038468986, 4.71238898038468986,         \
+                           4.71238898038468986},                                                                       \
+    .name = NULL                                                                                                       \
   }
 
 /** Fills a description from a named preset ("cumulus_mediocris", …); fails listing the names there are.

@@ -108,15 +108,16 @@ static bool add_level(const np_bake *bake, const np_bake_marks *marks, int level
 }
 
 static bool compute_need(const np_bake *bake, const np_bake_marks *marks, memory_need *need) {
-  const double map_bytes = np_weather_map_count_bytes(&bake->model.map);
+  const double model_bytes =
+      np_weather_map_count_bytes(&bake->model.map) + np_ball_heap_count_bytes(&bake->model.balls);
   *need = (memory_need){.leaves = (double)marks->cloudy_count * sizeof(np_leaf),
-                        .work = (double)np_bake_count_box(bake) + BATCH_BYTES + map_bytes};
+                        .work = (double)np_bake_count_box(bake) + BATCH_BYTES + model_bytes};
   if (bake->use == NP_BAKE_FOR_BRICKS) need->bricks = count_brick_bytes(bake, marks, bake->desc.precision);
   if (bake->use != NP_BAKE_FOR_FILE) return true;
   need->leaves = 0;
   need->tree = vdb_library_bytes;
   if (bake->desc.error) need->bricks = count_brick_bytes(bake, marks, NEPH_PRECISION_FLOAT);
-  if (bake->desc.has_velocity) need->work += 2 * map_bytes;
+  if (bake->desc.has_velocity) need->work += 2 * model_bytes;
   for (unsigned level = 0; level < bake->desc.level_count; level++)
     if (!add_level(bake, marks, (int)level, need)) return false;
   return true;

@@ -11,7 +11,7 @@
  */
 #include <math.h>
 
-#include "cloud/cloud_private.h"
+#include "cloud/thermals.h"
 #include "core/math.h"
 
 /* Anvils: strongest about this height; above it a wedge, below it a flare that ends here where the column is 1, all of
@@ -92,12 +92,6 @@ static float eval_border(const np_cloud_model *model, float x_m, float y_m) {
   return np_minf(dx, dy) * model->slope_per_m - model->base_gain_max * (1.0f - (float)desc->coverage);
 }
 
-/* Share of the skew at a height: streaks that fall from a slab trail ever more, towers lean evenly. */
-static float compute_skew_share(const np_cloud_model *model, float height_m) {
-  const float t = height_m / (float)model->desc.thickness_m;
-  return is_slab(model) ? t * fabsf(t) : t;
-}
-
 /* Growth since time 0 stays below the top. */
 static float scale_strength(const np_cloud_model *model, float value) {
   return np_minf(value * model->depth_scale + model->depth_offset, 1.0f);
@@ -113,9 +107,11 @@ static float sample_plane(const np_cloud_model *model, neph_cloud_map_quantity q
 
 np_cloud_column np_cloud_column_compute(const np_cloud_model *model, float x_m, float y_m, float height_m) {
   const neph_cloud_desc *desc = &model->desc;
-  const float share = compute_skew_share(model, height_m), top_m = (float)desc->thickness_m;
+  const float top_m = (float)desc->thickness_m;
   const float border = eval_border(model, x_m, y_m);
-  np_cloud_column c = {.x_m = x_m - (float)desc->skew_m[0] * share, .y_m = y_m - (float)desc->skew_m[1] * share};
+  float shift_m[2];
+  np_cloud_wind_shift(model, height_m, shift_m);
+  np_cloud_column c = {.x_m = x_m - shift_m[0], .y_m = y_m - shift_m[1]};
   c.strength =
       np_minf(scale_strength(model, np_weather_map_sample(&model->map, model->map.values, c.x_m, c.y_m)), border);
   if (model->map.anvils)
@@ -126,6 +122,18 @@ np_cloud_column np_cloud_column_compute(const np_cloud_model *model, float x_m, 
   c.type = (float)desc->type * sample_plane(model, NEPH_CLOUD_MAP_TYPE, c.x_m, c.y_m, 1.0f);
   c.rain = sample_plane(model, NEPH_CLOUD_MAP_PRECIPITATION, c.x_m, c.y_m, 1.0f);
   return c;
+}
+
+enum { TOP_STEPS = 12 };
+
+/* Found by halving, for the profile never falls. */
+float np_cloud_column_compute_top(const np_cloud_model *model, const np_cloud_column *column) {
+  float low = 0.0f, high = 1.0f;
+  for (int step = 0; step < TOP_STEPS; step++) {
+    const float middle = 0.5f * (low + high);
+    *(eval_tower(model, middle, column->type) < column->strength ? &low : &high) = middle;
+  }
+  return 0.5f * (low + high);
 }
 
 /* Share of the noise's amplitude over a column: less towards the outline, or crumbs would fly around every cloud. */
@@ -163,13 +171,12 @@ typedef struct columns {
 } columns;
 
 static columns compute_columns(const np_cloud_model *model, const np_cloud_box *box, float low_m, float high_m) {
-  const float share_low = compute_skew_share(model, low_m), share_high = compute_skew_share(model, high_m);
+  np_interval shift_m[2];
+  np_cloud_wind_bound(model, low_m, high_m, shift_m);
   columns c;
   for (int i = 0; i < 2; i++) {
-    const float skew_low = (float)model->desc.skew_m[i] * share_low,
-                skew_high = (float)model->desc.skew_m[i] * share_high;
-    c.min_m[i] = box->min_m[i] - fmaxf(skew_low, skew_high);
-    c.max_m[i] = box->max_m[i] - fminf(skew_low, skew_high);
+    c.min_m[i] = box->min_m[i] - shift_m[i].high;
+    c.max_m[i] = box->max_m[i] - shift_m[i].low;
   }
   return c;
 }
@@ -226,6 +233,7 @@ bool np_cloud_model_is_empty(const np_cloud_model *model, const np_cloud_box *bo
   const float top_m = (float)model->desc.thickness_m;
   if (model->is_empty) return true;
   if (!is_dry(model, box)) return false;
+  if (np_cloud_model_has_thermals(model)) return np_thermals_is_empty(model, box);
   if (box->max_m[2] <= 0.0f || box->min_m[2] >= top_m) return true;
   const float low_m = fmaxf(box->min_m[2], 0.0f), high_m = fminf(box->max_m[2], top_m);
   const columns c = compute_columns(model, box, low_m, high_m);

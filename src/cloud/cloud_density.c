@@ -19,7 +19,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "cloud/cloud_private.h"
+#include "cloud/thermals.h"
 #include "core/math.h"
 
 static const float wisp_height = 0.18f;       /* of the thickness, over which wisps give way to billows */
@@ -46,11 +46,9 @@ typedef struct work {
   float sx[NP_CLOUD_BLOCK], sy[NP_CLOUD_BLOCK], sz[NP_CLOUD_BLOCK], noise[NP_CLOUD_BLOCK]; /* scratch */
 } work;
 
-static bool has_skew(const neph_cloud_desc *desc) { return desc->skew_m[0] != 0 || desc->skew_m[1] != 0; }
-
-/* Without skew, points over each other share their column. */
+/* Without skew or a profile of the wind, points over each other share their column. */
 static bool is_same_column(const np_cloud_model *model, const np_cloud_points *points, size_t i) {
-  return i > 0 && !has_skew(&model->desc) && points->x_m[i] == points->x_m[i - 1] &&
+  return i > 0 && !model->wind.has_shift && points->x_m[i] == points->x_m[i - 1] &&
          points->y_m[i] == points->y_m[i - 1];
 }
 
@@ -66,9 +64,11 @@ static void start_work(const np_cloud_model *model, const np_cloud_points *point
     const np_cloud_state state = np_cloud_column_eval(model, &column, height_m);
     if (!(state.depth + gain > 0.0f)) continue;
     const size_t n = w->count++;
+    float carried_m[2] = {0, 0};
+    if (!is_slab(model) && model->desc.has_winds) np_cloud_wind_carry(model, height_m, carried_m);
     w->index[n] = (uint16_t)i;
-    w->x_m[n] = (is_slab(model) ? column.x_m : points->x_m[i]) - model->drift_m[0];
-    w->y_m[n] = (is_slab(model) ? column.y_m : points->y_m[i]) - model->drift_m[1];
+    w->x_m[n] = (is_slab(model) ? column.x_m : points->x_m[i] - carried_m[0]) - model->drift_m[0];
+    w->y_m[n] = (is_slab(model) ? column.y_m : points->y_m[i] - carried_m[1]) - model->drift_m[1];
     w->height_m[n] = height_m;
     w->state[n] = state;
   }
@@ -216,6 +216,10 @@ void np_cloud_model_eval(const np_cloud_model *model, const np_cloud_points *poi
   memset(out_extinction_per_m, 0, points->count * sizeof *out_extinction_per_m);
   if (model->is_empty) return;
   if (model->rain_depth_m > 0.0f) add_rain(model, points, out_extinction_per_m);
+  if (np_cloud_model_has_thermals(model)) {
+    np_thermals_eval(model, points, out_extinction_per_m);
+    return;
+  }
   start_work(model, points, &w);
   if (w.count == 0) return;
   if (is_slab(model)) {

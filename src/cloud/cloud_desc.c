@@ -47,9 +47,13 @@ static const real_field fields[] = {
     FIELD(time_s, "time", " s", 1, -1e6, 1e6, INCLUSIVE),
     FIELD(lifetime_s, "lifetime", " s", 1, 0, 1e9, ABOVE_LOW),
     FIELD(map_size_m, "map.size", " m", 2, 0, 1e7, ABOVE_LOW),
+    FIELD(age, "age", "", 1, 0, 1, INCLUSIVE),
+    FIELD(wind_speed_m_s, "wind_speed", " m/s", NEPH_CLOUD_PROFILE_POINTS, 0, 200, INCLUSIVE),
+    FIELD(wind_direction_rad, "wind_direction", " rad", NEPH_CLOUD_PROFILE_POINTS, -7, 7, INCLUSIVE),
 };
 
-enum { FIELD_COUNT = sizeof fields / sizeof *fields };
+/* Files may lack the fields from `age` on, which then have their defaults. */
+enum { FIELD_COUNT = sizeof fields / sizeof *fields, FIELD_AGE = FIELD_COUNT - 3 };
 
 static const double *get_values(const neph_cloud_desc *desc, const real_field *field) {
   return (const double *)(const void *)((const char *)desc + field->offset);
@@ -84,15 +88,18 @@ static neph_result check_profile(neph_context *context, const neph_cloud_desc *d
                  np_cloud_desc_name(desc));
 }
 
-static const char *const models[] = {
-    [NEPH_CLOUD_MODEL_CELLS] = "cells", [NEPH_CLOUD_MODEL_SLAB] = "slab", [NEPH_CLOUD_MODEL_HERO] = "hero"};
+static const char *const models[] = {[NEPH_CLOUD_MODEL_CELLS] = "cells",
+                                     [NEPH_CLOUD_MODEL_SLAB] = "slab",
+                                     [NEPH_CLOUD_MODEL_HERO] = "hero",
+                                     [NEPH_CLOUD_MODEL_THERMALS] = "thermals"};
 
 enum { MODEL_COUNT = sizeof models / sizeof *models };
 
 static neph_result check_model(neph_context *context, const neph_cloud_desc *desc) {
   if ((unsigned)desc->model >= MODEL_COUNT)
-    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "%s.model is %d, must be cells (0), slab (1) or hero (2)",
-                   np_cloud_desc_name(desc), (int)desc->model);
+    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
+                   "%s.model is %d, must be cells (0), slab (1), hero (2) or thermals (3)", np_cloud_desc_name(desc),
+                   (int)desc->model);
   if (desc->sublayers >= 1 && desc->sublayers <= 16) return NEPH_OK;
   return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "%s.sublayers is %u, must be in [1, 16]",
                  np_cloud_desc_name(desc), desc->sublayers);
@@ -154,6 +161,7 @@ neph_result np_cloud_desc_to_json(neph_context *context, const neph_cloud_desc *
   np_json_put_integer(json, "sublayers", desc->sublayers);
   np_json_put_bool(json, "has_profile", desc->has_profile);
   np_json_put_bool(json, "has_map_size", desc->has_map_size);
+  np_json_put_bool(json, "has_winds", desc->has_winds);
   np_json_put_bool(json, "is_map_tiling", desc->is_map_tiling);
   neph_result result = put_map(context, json, desc);
   if (result) {
@@ -191,8 +199,9 @@ static bool read_values(const np_json_value *json, neph_cloud_desc *desc, neph_b
   desc->sublayers = (unsigned)number;
   for (int i = 0; i < FIELD_COUNT; i++) {
     double *values = (double *)(void *)((char *)desc + fields[i].offset);
-    if (!np_json_get_reals(json, fields[i].name, values, (size_t)fields[i].count)) return false;
+    if (!np_json_get_reals(json, fields[i].name, values, (size_t)fields[i].count) && i < FIELD_AGE) return false;
   }
+  (void)np_json_get_bool(json, "has_winds", &desc->has_winds);
   return np_json_get_bool(json, "has_profile", &desc->has_profile) &&
          np_json_get_bool(json, "has_map_size", &desc->has_map_size) &&
          np_json_get_bool(json, "is_map_tiling", &desc->is_map_tiling) &&

@@ -3,7 +3,7 @@
  * waterline that gives the coverage asked for. */
 #include <math.h>
 
-#include "cloud/cloud_private.h"
+#include "cloud/thermals.h"
 
 /* Mean and largest of the noises, from noise.h. */
 static const float base_mean = 0.85f, erosion_mean = 0.30f, sheet_mean = 0.5f;
@@ -62,7 +62,7 @@ static void set_waterline(np_cloud_model *model, float waterline) {
                 soft_edge * (float)(desc->softness * desc->softness);
   if (is_slab(model))
     set_sheet(model);
-  else
+  else if (!np_cloud_model_has_thermals(model))
     set_billows(model);
 }
 
@@ -102,6 +102,8 @@ static void choose_noises(np_cloud_model *model) {
   model->rain = make_lattice(model, NP_CLOUD_STREAM_RAIN);
   if (slab)
     model->sheet_octave_count = count_sheet_octaves(model);
+  else if (np_cloud_model_has_thermals(model))
+    np_thermals_set_noises(model);
   else
     choose_detail(model, detail_size * billow_m);
 }
@@ -155,19 +157,62 @@ static neph_result count_rows(void *user, size_t begin, size_t end, unsigned thr
   return NEPH_OK;
 }
 
+/* Share of the field's sky that is covered. */
+static neph_result count_field(neph_context *context, np_monitor *monitor, const np_cloud_model *model,
+                               double *out_fraction) {
+  census c = {.model = model};
+  atomic_init(&c.covered, 0);
+  neph_result result = np_parallel_for(context, monitor, CENSUS_COLUMNS, 1, count_rows, &c);
+  *out_fraction = (double)atomic_load(&c.covered) / (CENSUS_COLUMNS * CENSUS_COLUMNS);
+  return result;
+}
+
+static neph_result search_shadow(np_monitor *monitor, np_cloud_model *model, double wanted) {
+  const float spread = model->map.highest - model->map.lowest;
+  float low = model->map.lowest - 0.5f * spread, high = model->map.highest - 0.01f * spread;
+  for (int step = 0; step < CENSUS_STEPS; step++) {
+    double fraction = 0;
+    const float middle = 0.5f * (low + high);
+    set_waterline(model, middle);
+    neph_result result = np_thermals_count_shadow(model, monitor, &fraction);
+    if (result) return result;
+    *(fraction > wanted ? &low : &high) = middle;
+  }
+  set_waterline(model, 0.5f * (low + high));
+  return NEPH_OK;
+}
+
+/* The waterline of thermals is found by the shadow of their stacks, a few times over: what the census of all that
+ * stands on them makes of it corrects the shadow that is wanted. */
+static neph_result search_thermals(neph_context *context, np_monitor *monitor, np_cloud_model *model) {
+  enum { CORRECTIONS = 3, CENSUS_LEVELS = 3 };
+  const unsigned levels = np_thermals_count_levels(model);
+  double wanted = model->map.coverage;
+  if (model->is_empty) return NEPH_OK;
+  neph_result result = search_shadow(monitor, model, wanted);
+  for (int n = 0; n < CORRECTIONS && !result; n++) {
+    double fraction = 0;
+    result = np_thermals_build(model, monitor, levels < CENSUS_LEVELS ? levels : CENSUS_LEVELS);
+    if (!result) result = count_field(context, monitor, model, &fraction);
+    if (result || fabs(fraction - model->map.coverage) < 0.01) break;
+    wanted *= fmin(fmax(model->map.coverage / fmax(fraction, 1e-3), 0.3), 2.0);
+    result = search_shadow(monitor, model, fmin(wanted, 1));
+  }
+  return result;
+}
+
 /* The covered fraction falls as the waterline rises: found by halving. What billows add at an outline and creases take
  * from it is in the count, so that no formula for it is needed. */
 static neph_result search_waterline(neph_context *context, np_monitor *monitor, np_cloud_model *model) {
   const float spread = model->map.highest - model->map.lowest;
+  if (np_cloud_model_has_thermals(model)) return search_thermals(context, monitor, model);
   float low = model->map.lowest - 0.5f * spread, high = model->map.highest - 0.01f * spread;
   for (int step = 0; step < CENSUS_STEPS; step++) {
-    census c = {.model = model};
-    atomic_init(&c.covered, 0);
+    double fraction = 0;
     const float middle = 0.5f * (low + high);
     set_waterline(model, middle);
-    neph_result result = np_parallel_for(context, monitor, CENSUS_COLUMNS, 1, count_rows, &c);
+    neph_result result = count_field(context, monitor, model, &fraction);
     if (result) return result;
-    double fraction = (double)atomic_load(&c.covered) / (CENSUS_COLUMNS * CENSUS_COLUMNS);
     *(fraction > model->map.coverage ? &low : &high) = middle;
   }
   set_waterline(model, 0.5f * (low + high));
@@ -195,23 +240,29 @@ static neph_result build_maps(neph_context *context, const np_weather_picture *p
 neph_result np_cloud_model_build(neph_context *context, const neph_cloud_desc *desc, np_monitor *monitor,
                                  np_cloud_model *out_model) {
   np_cloud_model model = {.desc = *desc, .noise = np_noise_get_table(context->isa)};
+  model.balls = (np_ball_heap){.context = context, .kernels = np_ball_get_table(context->isa)};
+  model.lives_per_s = 1.0 / desc->lifetime_s;
   np_weather_picture picture;
   np_cloud_desc_compute_heading(desc, model.heading);
+  np_cloud_wind_set(&model);
   choose_noises(&model);
   neph_result result = np_weather_picture_load(context, desc, &picture);
   if (!result) result = build_maps(context, &picture, monitor, &model);
   np_weather_picture_clear(&picture);
+  set_time(&model);
+  if (!result && np_cloud_model_has_thermals(&model))
+    result = np_thermals_build(&model, monitor, np_thermals_count_levels(&model));
   if (result) {
     np_cloud_model_clear(&model);
     return result;
   }
-  set_time(&model);
   model.rain_depth_m = (float)(desc->precipitation * fmax(desc->base_altitude_m, 0));
   *out_model = model;
   return NEPH_OK;
 }
 
 void np_cloud_model_clear(np_cloud_model *model) {
+  np_ball_heap_cut(&model->balls, 0);
   np_weather_map_clear(&model->map);
   *model = (np_cloud_model){0};
 }

@@ -7,6 +7,7 @@
 #include <nephos/cloud.h>
 #include <nephos/image.h>
 
+#include "cloud/balls.h"
 #include "core/parallel.h"
 #include "noise/noise.h"
 #include "volume/sparse_grid.h"
@@ -21,7 +22,15 @@ typedef enum np_cloud_stream {
   NP_CLOUD_STREAM_CURL,
   NP_CLOUD_STREAM_DETAIL, /* one more for each octave */
   NP_CLOUD_STREAM_SHEET = 32,
-  NP_CLOUD_STREAM_RAIN
+  NP_CLOUD_STREAM_RAIN,
+  NP_CLOUD_STREAM_THERMALS,
+  NP_CLOUD_STREAM_FILLERS,
+  NP_CLOUD_STREAM_SCRAPS,
+  NP_CLOUD_STREAM_FLOOR,
+  NP_CLOUD_STREAM_WISPS,
+  NP_CLOUD_STREAM_BILLOWS = 40, /* one more for each level */
+  NP_CLOUD_STREAM_PATCHES = 48, /* the same */
+  NP_CLOUD_STREAM_WARP = 56     /* one more for each octave */
 } np_cloud_stream;
 
 /* ---- Descriptions: cloud_desc.c ---- */
@@ -156,6 +165,30 @@ typedef struct np_cloud_octave {
   float gain_max, loss_max; /* the most that this octave and all finer ones add to depth, and take from it */
 } np_cloud_octave;
 
+/* ---- Wind by height: cloud_wind.c ---- */
+
+/* By axis: metres that the wind of each height of the profile carries air off while it rises through a layer, and those
+ * that it has been carried off there. */
+typedef struct np_cloud_wind {
+  float gain_m[NEPH_CLOUD_PROFILE_POINTS][2], at_m[NEPH_CLOUD_PROFILE_POINTS][2], gain_max_m[2];
+  bool has_shift; /* else columns are upright */
+} np_cloud_wind;
+
+enum { NP_THERMAL_WARPS = 3 };
+
+/* Noises on thermals, in metres. */
+typedef struct np_thermal_noises {
+  float billow_m; /* of the largest billows: the description's, or less in a small field */
+  np_noise_lattice warp[NP_THERMAL_WARPS], floor, wisps;
+  float warp_size_m[NP_THERMAL_WARPS], warp_m[NP_THERMAL_WARPS]; /* root mean square of each component */
+  float warp_max_m;                                              /* of all, a length */
+  unsigned wisp_octaves;
+  float wisp_size_m, wisp_m;
+  float floor_m;                /* mean height of the base above the lowest */
+  float crisp_m, soft_m;        /* edges, young and old */
+  float gain_max_m, loss_max_m; /* the most that noise moves the surface out and in */
+} np_thermal_noises;
+
 typedef struct np_cloud_model {
   neph_cloud_desc desc;
   np_weather_map map;
@@ -173,7 +206,11 @@ typedef struct np_cloud_model {
   float drift_m[2], turnover; /* of the air since time 0, and of the billows, in their own size */
   float heading[2];
   float rain_depth_m; /* below the lowest base */
-  bool is_empty;      /* coverage 0 */
+  double lives_per_s;
+  np_ball_heap balls; /* of thermals and their billows; none in other models */
+  np_thermal_noises thermals;
+  np_cloud_wind wind;
+  bool is_empty; /* coverage 0 */
 } np_cloud_model;
 
 /* Builds the map, and sets its waterline so that the covered fraction of the sky is what was asked for: cloud_model.c.
@@ -181,6 +218,16 @@ typedef struct np_cloud_model {
 neph_result np_cloud_model_build(neph_context *context, const neph_cloud_desc *desc, np_monitor *monitor,
                                  np_cloud_model *out_model);
 void np_cloud_model_clear(np_cloud_model *model); /* a zeroed model is allowed */
+
+/* From the description. */
+void np_cloud_wind_set(np_cloud_model *model);
+
+/* Displacement of the air at a height by the profile of the wind alone, and by the skew too. */
+void np_cloud_wind_carry(const np_cloud_model *model, float height_m, float out_m[2]);
+void np_cloud_wind_shift(const np_cloud_model *model, float height_m, float out_m[2]);
+
+/* Every such displacement between two heights, along each axis. */
+void np_cloud_wind_bound(const np_cloud_model *model, float low_m, float high_m, np_interval out_m[2]);
 
 /* ---- Columns: what is known before any noise, and bounds of it: cloud_column.c ---- */
 
@@ -192,6 +239,9 @@ typedef struct np_cloud_column {
 
 /* The column that runs through a position of the field. */
 np_cloud_column np_cloud_column_compute(const np_cloud_model *model, float x_m, float y_m, float height_m);
+
+/* Share of the column's thickness that it reaches. */
+float np_cloud_column_compute_top(const np_cloud_model *model, const np_cloud_column *column);
 
 /* A column at a height, before noise. */
 typedef struct np_cloud_state {

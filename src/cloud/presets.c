@@ -14,17 +14,20 @@ typedef struct preset {
 /* clang-format off */
 static const preset presets[] = {
     {"cumulus_humilis",
-     {.extent_m = {8000, 8000}, .voxel_m = 14, .base_altitude_m = 1100, .thickness_m = 380, .coverage = 0.22,
+     {.model = NEPH_CLOUD_MODEL_THERMALS,
+      .extent_m = {8000, 8000}, .voxel_m = 14, .base_altitude_m = 1100, .thickness_m = 380, .coverage = 0.22,
       .cell_m = 1150, .type = 0.2, .billow_m = 190, .billowiness = 0.5,
       .erosion = 0.8, .wispiness = 0.45, .turbulence = 0.40,
       .extinction_per_m = 0.08}},
     {"cumulus_mediocris",
-     {.extent_m = {8000, 8000}, .voxel_m = 20, .base_altitude_m = 1200, .thickness_m = 1200, .coverage = 0.35,
+     {.model = NEPH_CLOUD_MODEL_THERMALS,
+      .extent_m = {8000, 8000}, .voxel_m = 20, .base_altitude_m = 1200, .thickness_m = 1200, .coverage = 0.35,
       .cell_m = 1800, .type = 0.6, .billow_m = 430, .billowiness = 0.5,
       .erosion = 0.7, .wispiness = 0.30, .turbulence = 0.30,
       .extinction_per_m = 0.10}},
     {"cumulus_congestus",
-     {.extent_m = {8000, 8000}, .voxel_m = 20, .base_altitude_m = 1000, .thickness_m = 3600, .coverage = 0.30,
+     {.model = NEPH_CLOUD_MODEL_THERMALS,
+      .extent_m = {8000, 8000}, .voxel_m = 20, .base_altitude_m = 1000, .thickness_m = 3600, .coverage = 0.30,
       .cell_m = 3600, .type = 1.0, .billow_m = 900, .billowiness = 0.5,
       .erosion = 0.50, .wispiness = 0.25, .turbulence = 0.25,
       .extinction_per_m = 0.15}},
@@ -94,9 +97,11 @@ neph_result neph_cloud_get_preset(neph_context *context, const char *name, neph_
   neph_cloud_desc desc = found->desc;
   desc.struct_size = sizeof desc;
   desc.lifetime_s = defaults.lifetime_s;
+  desc.age = defaults.age;
   if (desc.sublayers == 0) desc.sublayers = defaults.sublayers;
   if (desc.stretch == 0) desc.stretch = defaults.stretch;
   memcpy(desc.profile, defaults.profile, sizeof desc.profile);
+  memcpy(desc.wind_direction_rad, defaults.wind_direction_rad, sizeof desc.wind_direction_rad);
   memcpy(desc.map_size_m, defaults.map_size_m, sizeof desc.map_size_m);
   return np_desc_write(context, "neph_cloud_desc", &desc, sizeof desc, out_desc);
 }

@@ -95,6 +95,13 @@ static const np_ignore_rule rules[] = {
      .counts = {"clouds[].bake.model", ONLY(NEPH_CLOUD_MODEL_SLAB)}, .reason = "and only a slab has them"},
     {.keys = {"clouds[].bake.anvil"}, .counts = {"clouds[].bake.model", ONLY(NEPH_CLOUD_MODEL_CELLS)},
      .reason = "and only cells spread to anvils"},
+    {.keys = {"clouds[].bake.age"}, .counts = {"clouds[].bake.model", BUT(NEPH_CLOUD_MODEL_CELLS)},
+     .reason = "and only thermals age"},
+    {.keys = {"clouds[].bake.age"}, .counts = {"clouds[].bake.model", BUT(NEPH_CLOUD_MODEL_SLAB)},
+     .reason = "and only thermals age"},
+
+    {.keys = {"clouds[].bake.wind_direction"}, .counts = {"clouds[].bake.wind_speed", BUT(NP_GIVEN_NOT)},
+     .reason = "so that there is no wind to come from it"},
 
     {.keys = {"render.history_update", "render.history_weight", "render.history_frames"},
      .counts = {"render.history", BUT(NP_HISTORY_NONE)}, .reason = "so that each frame is rendered by itself"},

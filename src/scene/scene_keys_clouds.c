@@ -17,8 +17,11 @@ static const np_choice missing[] = {{"empty", NP_MISSING_EMPTY},
                                     {NULL, 0}};
 static const np_choice precisions[] = {{"half", NEPH_PRECISION_HALF}, {"float", NEPH_PRECISION_FLOAT}, {NULL, 0}};
 static const np_choice phases[] = {{"rayleigh", NP_PHASE_RAYLEIGH}, {"isotropic", NP_PHASE_ISOTROPIC}, {NULL, 0}};
-static const np_choice models[] = {
-    {"cells", NEPH_CLOUD_MODEL_CELLS}, {"slab", NEPH_CLOUD_MODEL_SLAB}, {"hero", NEPH_CLOUD_MODEL_HERO}, {NULL, 0}};
+static const np_choice models[] = {{"cells", NEPH_CLOUD_MODEL_CELLS},
+                                   {"slab", NEPH_CLOUD_MODEL_SLAB},
+                                   {"hero", NEPH_CLOUD_MODEL_HERO},
+                                   {"thermals", NEPH_CLOUD_MODEL_THERMALS},
+                                   {NULL, 0}};
 
 /* clang-format off */
 static const np_key keys[] = {
@@ -197,7 +200,8 @@ static const np_key keys[] = {
      .meaning = "extinction in the core of the cloud"},
     {.path = "clouds[].bake.model", .type = NP_KEY_CHOICE, .choices = models, .field = CLOUD(bake.model),
      .fallback = "cells",
-     .meaning = "cells tower over a flat base; a slab is a sheet with soft edges, and cheap; a hero is one cloud"},
+     .meaning = "thermals are cumulus, heaps of balls over a base; cells tower likewise, of noise; a slab is a "
+                "sheet with soft edges, and cheap; a hero is one cloud of thermals"},
     {.path = "clouds[].bake.sublayers", .type = NP_KEY_INTEGER, .field = CLOUD(bake.sublayers),
      .range = WITHIN(1, 16), .fallback = "1", .meaning = "sheets over each other that a slab is made of"},
     {.path = "clouds[].bake.softness", .type = NP_KEY_REAL, .field = CLOUD(bake.softness), .range = WITHIN(0, 1),
@@ -206,6 +210,8 @@ static const np_key keys[] = {
      .fallback = "1", .meaning = "factor on a slab's pattern along the wind, or along x in calm"},
     {.path = "clouds[].bake.anvil", .type = NP_KEY_REAL, .field = CLOUD(bake.anvil), .range = WITHIN(0, 1),
      .fallback = "0", .meaning = "spread of the tops of the largest cells"},
+    {.path = "clouds[].bake.age", .type = NP_KEY_REAL, .field = CLOUD(bake.age), .range = WITHIN(0, 1),
+     .fallback = "0.5", .meaning = "age of thermals: 0 fresh and crisp, 1 frayed and dissolving"},
     {.path = "clouds[].bake.precipitation", .type = NP_KEY_REAL, .field = CLOUD(bake.precipitation),
      .range = WITHIN(0, 1), .fallback = "0", .meaning = "rain below the base: 1 reaches sea level, less evaporates"},
     {.path = "clouds[].bake.profile", .type = NP_KEY_REAL, .field = CLOUD(bake.profile),
@@ -215,6 +221,14 @@ static const np_key keys[] = {
     {.path = "clouds[].bake.wind", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE_PER_SECOND,
      .field = CLOUD(bake.wind_m_s), .range = WITHIN(-200, 200), .fallback = "0 m/s, 0 m/s",
      .meaning = "x and y of the wind that moves the clouds through the extent"},
+    {.path = "clouds[].bake.wind_speed", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE_PER_SECOND,
+     .field = CLOUD(bake.wind_speed_m_s), .tag = CLOUD(bake.has_winds), .tag_value = true, .range = WITHIN(0, 200),
+     .meaning = "speed of the wind at 0, 1/4, 1/2, 3/4 and 1 of the thickness, by whose difference from that at the "
+                "base what rises is carried off; without it, none is"},
+    {.path = "clouds[].bake.wind_direction", .type = NP_KEY_REAL, .unit = NP_UNIT_DEGREE,
+     .field = CLOUD(bake.wind_direction_rad), .range = WITHIN(-360, 360),
+     .fallback = "270 deg, 270 deg, 270 deg, 270 deg, 270 deg",
+     .meaning = "azimuth that it comes from at these heights, clockwise from the north"},
     {.path = "clouds[].bake.time", .type = NP_KEY_REAL, .unit = NP_UNIT_SECOND, .field = CLOUD(bake.time_s),
      .range = WITHIN(-1e6, 1e6), .fallback = "0 s",
      .meaning = "time from the seed's own moment; clouds change steadily with it"},

@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Speed of a bake against that of the noise in it: `bench_bake [VOXEL_M]`, on one thread, by its CPU time.
  *
- * The bake runs twice: as it is, and with a table of noises that counts samples and takes the time. What the noise
- * alone allows is the bake's voxels in the time of its noise; the bake reaches the printed part of that, and must reach
- * half. With noise built without vectors the same is done once more: that is what vectors are compared with.
+ * The bake runs twice: as it is, and with a table of noises that counts samples and takes the time, and one of the
+ * distances to balls. What these kernels alone allow is the bake's voxels in their time; the bake reaches the printed
+ * part of that, and must reach half. With noise built without vectors the same is done once more: that is what vectors
+ * are compared with.
  */
 #include <stdio.h>
 #include <stdlib.h>
@@ -32,6 +33,7 @@ static struct {
   const np_noise_table *table;
   double samples, seconds; /* a sample is a point at one octave */
   double start_s;
+  double ball_seconds; /* in the kernels of balls */
 } watch;
 
 static void begin(void) { watch.start_s = read_seconds(); }
@@ -103,11 +105,30 @@ static const np_noise_table watched = {.value = value,
                                        .perlin_worley = perlin_worley,
                                        .curl = curl};
 
+/* ---- Balls that are watched ---- */
+
+static const np_ball_table *watched_balls;
+
+static void take_chunk(const np_ball_chunk *chunk, size_t count, const float *x_m, const float *y_m, const float *z_m,
+                       np_ball_nearest *nearest) {
+  const double start_s = read_seconds();
+  watched_balls->take_chunk(chunk, count, x_m, y_m, z_m, nearest);
+  watch.ball_seconds += read_seconds() - start_s;
+}
+
+static void join_level(size_t count, float blend_m, np_ball_nearest *nearest, float *distance_m) {
+  const double start_s = read_seconds();
+  watched_balls->join_level(count, blend_m, nearest, distance_m);
+  watch.ball_seconds += read_seconds() - start_s;
+}
+
+static const np_ball_table watching_balls = {.take_chunk = take_chunk, .join_level = join_level};
+
 /* ---- Bakes ---- */
 
 typedef struct measurement {
   double voxels, grid_bytes;
-  double samples, noise_s, bake_s, prepare_s;
+  double samples, noise_s, ball_s, bake_s, prepare_s;
 } measurement;
 
 static neph_result bake_once(neph_context *context, const neph_cloud_desc *cloud, const np_noise_table *noise,
@@ -121,11 +142,13 @@ static neph_result bake_once(neph_context *context, const neph_cloud_desc *cloud
   if (result) return result;
   m->prepare_s = read_seconds() - start;
   bake.model.noise = is_watched ? &watched : noise;
+  watched_balls = bake.model.balls.kernels;
+  if (is_watched) bake.model.balls.kernels = &watching_balls;
   watch.table = noise;
-  watch.samples = watch.seconds = 0;
+  watch.samples = watch.seconds = watch.ball_seconds = 0;
   start = read_seconds();
   result = np_bake_make_grid(&bake, "density", &grid);
-  if (is_watched) m->noise_s = watch.seconds, m->samples = watch.samples;
+  if (is_watched) m->noise_s = watch.seconds, m->ball_s = watch.ball_seconds, m->samples = watch.samples;
   if (!is_watched) m->bake_s = read_seconds() - start;
   if (!result) {
     m->voxels = (double)np_sparse_grid_count_active(&grid);
@@ -138,7 +161,7 @@ static neph_result bake_once(neph_context *context, const neph_cloud_desc *cloud
 
 static int compare_ratios(const void *a, const void *b) {
   const measurement *x = a, *y = b;
-  const double p = x->noise_s / x->bake_s, q = y->noise_s / y->bake_s;
+  const double p = (x->noise_s + x->ball_s) / x->bake_s, q = (y->noise_s + y->ball_s) / y->bake_s;
   return (p > q) - (p < q);
 }
 
@@ -165,9 +188,9 @@ static neph_result measure(neph_isa isa, const np_noise_table *noise, const neph
 
 /* Whether both ratios are reached. */
 static bool print_row(const char *name, const measurement *m, double scalar_rate) {
-  const double rate = m->samples / m->noise_s, bake_ratio = m->noise_s / m->bake_s;
+  const double rate = m->samples / m->noise_s, bake_ratio = (m->noise_s + m->ball_s) / m->bake_s;
   printf("%-12s%14.1f%10.1f%14.2f%14.2f%12.2f%12.2f\n", name, 1e-6 * rate, rate / scalar_rate,
-         1e-6 * m->voxels / m->noise_s, 1e-6 * m->voxels / m->bake_s, bake_ratio, m->prepare_s);
+         1e-6 * m->voxels / (m->noise_s + m->ball_s), 1e-6 * m->voxels / m->bake_s, bake_ratio, m->prepare_s);
   return rate >= noise_ratio_min * scalar_rate && bake_ratio >= bake_ratio_min;
 }
 

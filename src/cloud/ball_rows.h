@@ -1,0 +1,13 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* A level of balls made row by row, in parallel, and kept in the order of rows. */
+#ifndef NP_CLOUD_BALL_ROWS_H
+#define NP_CLOUD_BALL_ROWS_H
+
+#include "cloud/balls.h"
+
+typedef neph_result (*np_ball_row_fn)(const void *user, size_t row, np_ball_list *list);
+
+neph_result np_ball_rows_collect(np_ball_heap *heap, np_monitor *monitor, size_t row_count, np_ball_row_fn add_row,
+                                 const void *user, float blend_m, float bin_m);
+
+#endif

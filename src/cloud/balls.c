@@ -1,0 +1,300 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The signed distance of a heap of balls: the union of each level, blended between the two nearest of its balls, and of
+ * all levels, coarse to fine. Each blend is the quadratic one of Quilez, "Smooth minimum": at most a quarter of its
+ * width below the lesser of the two. Bins are visited in one order, so that a value depends on its position alone.
+ */
+#include "cloud/balls.h"
+
+#include <math.h>
+
+#include "core/alloc.h"
+#include "core/math.h"
+
+extern const np_ball_table np_ball_kernels_v1, np_ball_kernels_v3, np_ball_kernels_v4;
+
+const np_ball_table *np_ball_get_table(neph_isa isa) {
+  static const np_ball_table *const tables[NP_ISA_COUNT] = {&np_ball_kernels_v1, &np_ball_kernels_v3,
+                                                            &np_ball_kernels_v4};
+  return tables[isa];
+}
+
+neph_result np_ball_list_add(neph_context *context, np_ball_list *list, const np_ball *ball) {
+  if (list->count == list->capacity) {
+    const size_t capacity = list->capacity ? 2 * list->capacity : 64;
+    np_ball *balls = np_alloc_resize(context, list->balls, capacity, sizeof *balls);
+    if (!balls) return NEPH_ERROR_OUT_OF_MEMORY;
+    list->balls = balls;
+    list->capacity = capacity;
+  }
+  list->balls[list->count++] = *ball;
+  return NEPH_OK;
+}
+
+/* ---- Bins ---- */
+
+static int32_t compute_bin(const np_ball_level *level, int axis, float position_m) {
+  const float scaled = (position_m - level->origin_m[axis]) / level->bin_m;
+  return (int32_t)np_clampf(scaled, 0.0f, (float)(level->bins[axis] - 1));
+}
+
+static size_t compute_bin_index(const np_ball_level *level, const int32_t at[3]) {
+  return ((size_t)at[0] * (size_t)level->bins[1] + (size_t)at[1]) * (size_t)level->bins[2] + (size_t)at[2];
+}
+
+static size_t choose_bin(const np_ball_level *level, const np_ball *ball) {
+  const int32_t at[3] = {compute_bin(level, 0, ball->x_m), compute_bin(level, 1, ball->y_m),
+                         compute_bin(level, 2, ball->z_m)};
+  return compute_bin_index(level, at);
+}
+
+/* Bins over the box of all centres. */
+static size_t choose_bins(np_ball_level *level, const np_ball_list *lists, size_t list_count, float bin_min_m) {
+  float low_m[3] = {INFINITY, INFINITY, INFINITY}, high_m[3] = {-INFINITY, -INFINITY, -INFINITY};
+  for (size_t l = 0; l < list_count; l++)
+    for (size_t i = 0; i < lists[l].count; i++) {
+      const np_ball *b = &lists[l].balls[i];
+      const float at_m[3] = {b->x_m, b->y_m, b->z_m};
+      for (int a = 0; a < 3; a++) {
+        low_m[a] = fminf(low_m[a], at_m[a]);
+        high_m[a] = fmaxf(high_m[a], at_m[a]);
+      }
+      level->radius_max_m = fmaxf(level->radius_max_m, b->radius_m);
+      level->count++;
+    }
+  level->bin_m = fmaxf(bin_min_m, level->radius_max_m);
+  size_t bin_count = 1;
+  for (int a = 0; a < 3; a++) {
+    level->origin_m[a] = level->count ? low_m[a] : 0.0f;
+    level->bins[a] = level->count ? (int32_t)((high_m[a] - low_m[a]) / level->bin_m) + 1 : 1;
+    bin_count *= (size_t)level->bins[a];
+  }
+  return bin_count;
+}
+
+/* Counting sort: balls of a bin keep their order. */
+static void sort_balls(np_ball_level *level, const np_ball_list *lists, size_t list_count, size_t bin_count) {
+  for (size_t l = 0; l < list_count; l++)
+    for (size_t i = 0; i < lists[l].count; i++) level->bin_begin[choose_bin(level, &lists[l].balls[i]) + 1]++;
+  for (size_t bin = 0; bin < bin_count; bin++) level->bin_begin[bin + 1] += level->bin_begin[bin];
+  for (size_t l = 0; l < list_count; l++)
+    for (size_t i = 0; i < lists[l].count; i++)
+      level->balls[level->bin_begin[choose_bin(level, &lists[l].balls[i])]++] = lists[l].balls[i];
+  for (size_t bin = bin_count; bin > 0; bin--) level->bin_begin[bin] = level->bin_begin[bin - 1];
+  level->bin_begin[0] = 0;
+}
+
+neph_result np_ball_heap_add_level(np_ball_heap *heap, const np_ball_list *lists, size_t list_count, float blend_m,
+                                   float bin_min_m) {
+  np_ball_level level = {.blend_m = blend_m};
+  const size_t bin_count = choose_bins(&level, lists, list_count, bin_min_m);
+  level.balls = np_alloc(heap->context, level.count, sizeof *level.balls);
+  level.bin_begin = np_alloc(heap->context, bin_count + 2, sizeof *level.bin_begin);
+  heap->levels[heap->level_count++] = level;
+  if (!level.balls || !level.bin_begin) return NEPH_ERROR_OUT_OF_MEMORY;
+  sort_balls(&heap->levels[heap->level_count - 1], lists, list_count, bin_count);
+  return NEPH_OK;
+}
+
+void np_ball_heap_cut(np_ball_heap *heap, unsigned level_count) {
+  while (heap->level_count > level_count) {
+    np_ball_level *level = &heap->levels[--heap->level_count];
+    np_alloc_free(heap->context, level->balls);
+    np_alloc_free(heap->context, level->bin_begin);
+    *level = (np_ball_level){0};
+  }
+}
+
+double np_ball_heap_count_bytes(const np_ball_heap *heap) {
+  double bytes = 0;
+  for (unsigned l = 0; l < heap->level_count; l++) {
+    const np_ball_level *level = &heap->levels[l];
+    bytes += (double)level->count * sizeof *level->balls;
+    bytes += (double)level->bins[0] * level->bins[1] * level->bins[2] * sizeof *level->bin_begin;
+  }
+  return bytes;
+}
+
+/* ---- Boxes ---- */
+
+/* The distance at which a level's balls may count for distances up to reach_m: its own two blends, and those of the
+ * levels after it, can take off that much. */
+static float compute_level_reach(const np_ball_heap *heap, unsigned l, float reach_m) {
+  float reach = reach_m + 1.5f * heap->levels[l].blend_m;
+  for (unsigned finer = l + 1; finer < heap->level_count; finer++) reach += 0.5f * heap->levels[finer].blend_m;
+  return reach * 1.001f;
+}
+
+static float compute_gap2(const float min_m[3], const float max_m[3], const np_ball *ball) {
+  const float at_m[3] = {ball->x_m, ball->y_m, ball->z_m};
+  float gap2 = 0.0f;
+  for (int a = 0; a < 3; a++) {
+    const float gap_m = np_maxf(np_maxf(min_m[a] - at_m[a], at_m[a] - max_m[a]), 0.0f);
+    gap2 += gap_m * gap_m;
+  }
+  return gap2;
+}
+
+static bool is_ball_near(const float min_m[3], const float max_m[3], const np_ball *ball, float reach_m) {
+  const float limit_m = ball->radius_m + reach_m;
+  return limit_m > 0.0f && compute_gap2(min_m, max_m, ball) <= limit_m * limit_m;
+}
+
+typedef struct bin_range {
+  int32_t low[3], high[3];
+} bin_range;
+
+static bool compute_range(const np_ball_level *level, const float min_m[3], const float max_m[3], float reach_m,
+                          bin_range *out) {
+  const float pad_m = level->radius_max_m + reach_m;
+  for (int a = 0; a < 3; a++) {
+    const float end_m = level->origin_m[a] + (float)level->bins[a] * level->bin_m;
+    if (max_m[a] + pad_m < level->origin_m[a] || min_m[a] - pad_m > end_m) return false;
+    out->low[a] = compute_bin(level, a, min_m[a] - pad_m);
+    out->high[a] = compute_bin(level, a, max_m[a] + pad_m);
+  }
+  return level->count > 0;
+}
+
+/* Balls from `first` to `end` lie in bins that follow each other along z. */
+typedef struct bin_run {
+  uint32_t first, end;
+} bin_run;
+
+static bin_run get_run(const np_ball_level *level, const bin_range *range, int32_t i, int32_t j) {
+  const int32_t low[3] = {i, j, range->low[2]}, high[3] = {i, j, range->high[2]};
+  return (bin_run){level->bin_begin[compute_bin_index(level, low)],
+                   level->bin_begin[compute_bin_index(level, high) + 1]};
+}
+
+bool np_ball_heap_is_near(const np_ball_heap *heap, const float min_m[3], const float max_m[3], float reach_m) {
+  for (unsigned l = 0; l < heap->level_count; l++) {
+    const np_ball_level *level = &heap->levels[l];
+    const float reach = compute_level_reach(heap, l, reach_m);
+    bin_range range;
+    if (!compute_range(level, min_m, max_m, reach, &range)) continue;
+    for (int32_t i = range.low[0]; i <= range.high[0]; i++)
+      for (int32_t j = range.low[1]; j <= range.high[1]; j++) {
+        const bin_run run = get_run(level, &range, i, j);
+        for (uint32_t n = run.first; n < run.end; n++)
+          if (is_ball_near(min_m, max_m, &level->balls[n], reach)) return true;
+      }
+  }
+  return false;
+}
+
+/* ---- Search ---- */
+
+typedef struct ball_search {
+  const np_ball_heap *heap;
+  const np_ball_points *points;
+  float min_m[3], max_m[3];
+  np_ball_chunk chunk;
+  np_ball_nearest nearest;
+} ball_search;
+
+static void flush(ball_search *s) {
+  const np_ball_points *p = s->points;
+  s->heap->kernels->take_chunk(&s->chunk, p->count, p->x_m, p->y_m, p->z_m, &s->nearest);
+  s->chunk.count = 0;
+}
+
+/* The two nearest balls of a level. False: none is near. */
+static bool search_level(ball_search *s, const np_ball_level *level, float reach_m) {
+  bin_range range;
+  bool is_any = false;
+  if (!compute_range(level, s->min_m, s->max_m, reach_m, &range)) return false;
+  for (int32_t i = range.low[0]; i <= range.high[0]; i++)
+    for (int32_t j = range.low[1]; j <= range.high[1]; j++) {
+      const bin_run run = get_run(level, &range, i, j);
+      for (uint32_t n = run.first; n < run.end; n++) {
+        if (!is_ball_near(s->min_m, s->max_m, &level->balls[n], reach_m)) continue;
+        if (!is_any)
+          for (size_t k = 0; k < s->points->count; k++) s->nearest.nearest_m[k] = s->nearest.second_m[k] = INFINITY;
+        is_any = true;
+        s->chunk.balls[s->chunk.count] = level->balls[n];
+        s->chunk.index[s->chunk.count++] = (int32_t)n;
+        if (s->chunk.count == NP_BALL_CHUNK) flush(s);
+      }
+    }
+  if (s->chunk.count) flush(s);
+  return is_any;
+}
+
+static void compute_normal(const ball_search *s, const np_ball *ball, size_t i, float out[3]) {
+  const np_ball_points *p = s->points;
+  const float x = p->x_m[i] - ball->x_m, y = p->y_m[i] - ball->y_m, z = p->z_m[i] - ball->z_m;
+  const float length = sqrtf(x * x + y * y + z * z), scale = length > 0.0f ? 1.0f / length : 0.0f;
+  out[0] = x * scale;
+  out[1] = y * scale;
+  out[2] = z * scale;
+}
+
+static void add_share(const np_ball_surface *out, size_t i, float share, const float *values) {
+  float *targets[] = {out->radius_m, out->normal[0], out->normal[1], out->normal[2]};
+  for (int t = 0; t < 4; t++) targets[t][i] = np_mixf(targets[t][i], values[t], share);
+}
+
+/* Radius and normal at a point, of the nearest two balls of a level. */
+static void blend_values(const ball_search *s, const np_ball_level *level, size_t i, float share, float *values) {
+  const np_ball *one = &level->balls[s->nearest.nearest[i]], *other = one;
+  if (share > 0.0f) other = &level->balls[s->nearest.second[i]];
+  float normal[2][3];
+  compute_normal(s, one, i, normal[0]);
+  compute_normal(s, other, i, normal[1]);
+  values[0] = np_mixf(one->radius_m, other->radius_m, share);
+  for (int a = 0; a < 3; a++) values[1 + a] = np_mixf(normal[0][a], normal[1][a], share);
+}
+
+static void join_ages(const ball_search *s, const np_ball_level *level, float *age) {
+  const np_ball_nearest *n = &s->nearest;
+  for (size_t i = 0; i < s->points->count; i++) {
+    if (!(n->level_share[i] > 0.0f)) continue;
+    const float one = level->balls[n->nearest[i]].age, share = n->second_share[i];
+    const float own = share > 0.0f ? np_mixf(one, level->balls[n->second[i]].age, share) : one;
+    age[i] = np_mixf(age[i], own, n->level_share[i]);
+  }
+}
+
+/* Joins a level's balls to those before. */
+static void join_level(ball_search *s, const np_ball_level *level, const np_ball_surface *out) {
+  s->heap->kernels->join_level(s->points->count, level->blend_m, &s->nearest, out->distance_m);
+  if (out->age) join_ages(s, level, out->age);
+  for (size_t i = 0; i < s->points->count && out->radius_m; i++) {
+    float values[4];
+    if (!(s->nearest.level_share[i] > 0.0f)) continue;
+    blend_values(s, level, i, s->nearest.second_share[i], values);
+    add_share(out, i, s->nearest.level_share[i], values);
+  }
+}
+
+static void compute_box(ball_search *s) {
+  const float *at_m[3] = {s->points->x_m, s->points->y_m, s->points->z_m};
+  for (int a = 0; a < 3; a++) {
+    s->min_m[a] = s->max_m[a] = at_m[a][0];
+    for (size_t i = 1; i < s->points->count; i++) {
+      s->min_m[a] = np_minf(s->min_m[a], at_m[a][i]);
+      s->max_m[a] = np_maxf(s->max_m[a], at_m[a][i]);
+    }
+  }
+}
+
+bool np_ball_heap_search(const np_ball_heap *heap, const np_ball_points *points, float reach_m,
+                         const np_ball_surface *out) {
+  ball_search s;
+  bool is_any = false;
+  s.heap = heap;
+  s.points = points;
+  s.chunk.count = 0;
+  for (size_t i = 0; i < points->count; i++) out->distance_m[i] = INFINITY;
+  if (points->count == 0) return false;
+  float *const values[] = {out->age, out->radius_m, out->normal[0], out->normal[1], out->normal[2]};
+  for (int v = 0; v < 5; v++)
+    if (values[v]) memset(values[v], 0, points->count * sizeof **values);
+  compute_box(&s);
+  for (unsigned l = 0; l < heap->level_count; l++) {
+    if (!search_level(&s, &heap->levels[l], compute_level_reach(heap, l, reach_m))) continue;
+    join_level(&s, &heap->levels[l], out);
+    is_any = true;
+  }
+  return is_any;
+}

@@ -1,0 +1,86 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Displacement of the air at a height against that at the base, by the skew and by the profile of the wind.
+ *
+ * What rises from the base is carried off by the difference of the wind there and at the heights that it passes:
+ * D(h) = ∫₀ʰ (w(z) − w(0))/u dz, with a speed of rising u of six thicknesses in a lifetime. The profile is linear
+ * between its five heights, D a parabola in each of their four layers.
+ */
+#include <math.h>
+
+#include "cloud/cloud_private.h"
+#include "core/math.h"
+
+enum { LAYERS = NEPH_CLOUD_PROFILE_POINTS - 1 };
+
+static const double rises = 6.0; /* of a thermal through the thickness, in a lifetime */
+
+/* Sine and cosine of an angle, by their series within 45° of a quarter turn: the same on every machine. */
+static void compute_direction(double angle_rad, double out_sine_cosine[2]) {
+  const double quarter = 0.5 * 3.14159265358979323846, quarters = floor(angle_rad / quarter + 0.5);
+  const double x = angle_rad - quarter * quarters;
+  const double x2 = x * x;
+  const double sine = x * (1 - x2 / 6 * (1 - x2 / 20 * (1 - x2 / 42 * (1 - x2 / 72 * (1 - x2 / 110)))));
+  const double cosine = 1 - x2 / 2 * (1 - x2 / 12 * (1 - x2 / 30 * (1 - x2 / 56 * (1 - x2 / 90 * (1 - x2 / 132)))));
+  const int turn = (int)(quarters - 4.0 * floor(quarters / 4.0));
+  const double sines[4] = {sine, cosine, -sine, -cosine};
+  out_sine_cosine[0] = sines[turn];
+  out_sine_cosine[1] = sines[(turn + 1) % 4];
+}
+
+void np_cloud_wind_set(np_cloud_model *model) {
+  const neph_cloud_desc *desc = &model->desc;
+  np_cloud_wind *wind = &model->wind;
+  *wind = (np_cloud_wind){.has_shift = desc->has_winds || desc->skew_m[0] != 0 || desc->skew_m[1] != 0};
+  if (!desc->has_winds) return;
+  const double layer_s = desc->lifetime_s / (rises * LAYERS);
+  for (int k = 0; k <= LAYERS; k++) {
+    double from[2];
+    compute_direction(desc->wind_direction_rad[k], from);
+    for (int a = 0; a < 2; a++) wind->gain_m[k][a] = (float)(-desc->wind_speed_m_s[k] * from[a] * layer_s);
+  }
+  for (int a = 0; a < 2; a++) {
+    const float base_m = wind->gain_m[0][a];
+    for (int k = 0; k <= LAYERS; k++) {
+      wind->gain_m[k][a] -= base_m;
+      wind->gain_max_m[a] = fmaxf(wind->gain_max_m[a], fabsf(wind->gain_m[k][a]));
+      if (k > 0) wind->at_m[k][a] = wind->at_m[k - 1][a] + 0.5f * (wind->gain_m[k - 1][a] + wind->gain_m[k][a]);
+    }
+  }
+}
+
+void np_cloud_wind_carry(const np_cloud_model *model, float height_m, float out_m[2]) {
+  const np_cloud_wind *wind = &model->wind;
+  out_m[0] = out_m[1] = 0.0f;
+  if (!model->desc.has_winds) return;
+  const float scaled = np_clampf(height_m / (float)model->desc.thickness_m, 0.0f, 1.0f) * LAYERS;
+  const int k = scaled < LAYERS ? (int)scaled : LAYERS - 1;
+  const float t = scaled - (float)k;
+  for (int a = 0; a < 2; a++)
+    out_m[a] = wind->at_m[k][a] + t * (wind->gain_m[k][a] + 0.5f * t * (wind->gain_m[k + 1][a] - wind->gain_m[k][a]));
+}
+
+/* Share of the skew at a height: streaks that fall from a slab trail ever more, towers lean evenly. */
+static float compute_skew_share(const np_cloud_model *model, float height_m) {
+  const float t = height_m / (float)model->desc.thickness_m;
+  return model->desc.model == NEPH_CLOUD_MODEL_SLAB ? t * fabsf(t) : t;
+}
+
+void np_cloud_wind_shift(const np_cloud_model *model, float height_m, float out_m[2]) {
+  const float share = compute_skew_share(model, height_m);
+  np_cloud_wind_carry(model, height_m, out_m);
+  for (int a = 0; a < 2; a++) out_m[a] += (float)model->desc.skew_m[a] * share;
+}
+
+/* The skew has its extremes at the ends; the wind carries no farther in between than at its strongest. */
+void np_cloud_wind_bound(const np_cloud_model *model, float low_m, float high_m, np_interval out_m[2]) {
+  float carried_m[2][2];
+  const float share[2] = {compute_skew_share(model, low_m), compute_skew_share(model, high_m)};
+  const float layers = LAYERS * (high_m - low_m) / (float)model->desc.thickness_m;
+  np_cloud_wind_carry(model, low_m, carried_m[0]);
+  np_cloud_wind_carry(model, high_m, carried_m[1]);
+  for (int a = 0; a < 2; a++) {
+    const float skew_m = (float)model->desc.skew_m[a], pad_m = 0.5001f * layers * model->wind.gain_max_m[a];
+    out_m[a].low = fminf(share[0] * skew_m, share[1] * skew_m) + fminf(carried_m[0][a], carried_m[1][a]) - pad_m;
+    out_m[a].high = fmaxf(share[0] * skew_m, share[1] * skew_m) + fmaxf(carried_m[0][a], carried_m[1][a]) + pad_m;
+  }
+}

@@ -1,0 +1,328 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Density of a cumulus of thermals, from the distance to its balls.
+ *
+ * Positions are displaced by divergence-free noise, then the distance is displaced: by billows of Worley noise, the
+ * fine ones where the cloud is young, by fBm where it is old, and more so near the base. Extinction rises from the
+ * surface inwards over an edge, crisp or soft by age. In the core it follows an adiabatic parcel: liquid water grows
+ * with the height above the base, the number of droplets does not, so that extinction is ∝ height^⅔ (Pruppacher and
+ * Klett 1997, "Microphysics of Clouds and Precipitation", ch. 2). Entrained air thins an old cloud. The base is not a
+ * plane: noise raises it.
+ *
+ * Age and the depth inside are those of the position itself, only the distance that remains near the surface is that
+ * of the displaced one; so no value depends on the points that it is evaluated with.
+ */
+#include <math.h>
+#include <string.h>
+
+#include "cloud/thermals.h"
+#include "core/math.h"
+
+static const float warp_sizes[NP_THERMAL_WARPS] = {0.57f, 0.23f, 0.09f}; /* in largest billows */
+static const float warp_reach[NP_THERMAL_WARPS] = {0.085f, 0.055f,
+                                                   0.026f};   /* of the displacement, at full turbulence */
+static const float warp_limit = 2.0f;                         /* of a component, over its root mean square */
+static const float detail_size = 0.19f, detail_ratio = 0.47f; /* of the first octave, in largest billows */
+static const float detail_reach = 0.30f;                      /* of an octave at erosion 1, in its own size */
+static const float crease_reach = 0.5f;                       /* of the first octave */
+static const float detail_mean = 0.30f;                       /* of Worley noise */
+static const float wisp_size = 0.27f, wisp_reach = 0.5f, wisp_outwards = 0.16f, wisp_inwards = 0.6f,
+                   wisp_offset = 0.06f;
+static const float wisp_stretch = 1.7f, wisp_lean = 0.35f; /* of the noise along the wind; by height */
+static const float crisp_edge = 0.016f, soft_edge = 0.13f; /* in largest billows */
+static const float floor_share = 0.05f, floor_max_m = 40.0f, floor_size = 0.6f; /* of the base */
+static const float adiabatic_share = 0.4f, adiabatic_max = 1.25f; /* of the thickness, where extinction is the core's */
+static const float entrained = 0.55f;                             /* share that the oldest cloud has lost */
+static const double billow_voxels = 4;
+static const double billow_share = 0.18;      /* of the shorter side of a field */
+static const float extinction_floor = 0.002f; /* of the core's: less is nothing */
+
+static np_noise_lattice make_lattice(const neph_cloud_desc *desc, unsigned stream) {
+  return (np_noise_lattice){np_noise_derive_seed(desc->seed, stream),
+                            {NP_NOISE_PERIOD_MAX, NP_NOISE_PERIOD_MAX, NP_NOISE_PERIOD_MAX}};
+}
+
+/* No larger than lets a cloud end before the border of its field, no smaller than voxels can show. */
+static float compute_billow_m(const neph_cloud_desc *desc) {
+  return (float)fmin(fmax(desc->billow_m, billow_voxels * desc->voxel_m),
+                     billow_share * fmin(desc->extent_m[0], desc->extent_m[1]));
+}
+
+static void set_detail(np_cloud_model *model) {
+  const neph_cloud_desc *desc = &model->desc;
+  float size_m = detail_size * model->thermals.billow_m, sum_m = 0.0f;
+  model->detail_count = 0;
+  for (unsigned k = 0; k < NP_CLOUD_OCTAVES_MAX && size_m >= 2.0f * (float)desc->voxel_m; k++, size_m *= detail_ratio) {
+    model->detail[k].lattice = make_lattice(desc, NP_CLOUD_STREAM_DETAIL + k);
+    model->detail[k].frequency_per_m = 1.0f / size_m;
+    model->detail[k].amplitude = (k ? detail_reach : crease_reach) * (float)desc->erosion * size_m;
+    sum_m += model->detail[k].amplitude;
+    model->detail_count = k + 1;
+  }
+  model->thermals.gain_max_m = sum_m * detail_mean;
+  model->thermals.loss_max_m = sum_m * (1.0f - detail_mean);
+}
+
+void np_thermals_set_noises(np_cloud_model *model) {
+  const neph_cloud_desc *desc = &model->desc;
+  const float billow_m = compute_billow_m(desc), voxel_m = (float)desc->voxel_m;
+  np_thermal_noises *t = &model->thermals;
+  *t = (np_thermal_noises){.billow_m = billow_m,
+                           .floor = make_lattice(desc, NP_CLOUD_STREAM_FLOOR),
+                           .wisps = make_lattice(desc, NP_CLOUD_STREAM_WISPS),
+                           .wisp_size_m = wisp_size * billow_m,
+                           .wisp_m = wisp_reach * billow_m * (0.3f + (float)desc->erosion)};
+  set_detail(model);
+  for (unsigned k = 0; k < NP_THERMAL_WARPS; k++) {
+    t->warp[k] = make_lattice(desc, NP_CLOUD_STREAM_WARP + k);
+    t->warp_size_m[k] = warp_sizes[k] * billow_m;
+    t->warp_m[k] = warp_reach[k] * billow_m * (float)desc->turbulence;
+    t->warp_max_m += 1.7321f * warp_limit * t->warp_m[k] * 1.001f;
+  }
+  t->wisp_octaves = 1;
+  for (float size_m = 0.5f * t->wisp_size_m; size_m >= 2.0f * voxel_m && t->wisp_octaves < 5; size_m *= 0.5f)
+    t->wisp_octaves++;
+  t->floor_m = np_minf(floor_share * (float)desc->thickness_m, floor_max_m);
+  const float softness = (float)desc->softness;
+  t->crisp_m = np_maxf(crisp_edge * billow_m, 0.75f * voxel_m) + 0.25f * softness * softness * billow_m;
+  t->soft_m = np_maxf(soft_edge * billow_m, t->crisp_m);
+  t->gain_max_m += np_maxf(wisp_outwards * t->wisp_m - wisp_offset * billow_m, 0.0f);
+  t->loss_max_m = np_maxf(t->loss_max_m, wisp_inwards * t->wisp_m + wisp_offset * billow_m);
+}
+
+/* ---- Points ---- */
+
+/* Points still in question; positions are in the field. */
+typedef struct thermal_work {
+  size_t count;
+  uint16_t index[NP_CLOUD_BLOCK];
+  float x_m[NP_CLOUD_BLOCK], y_m[NP_CLOUD_BLOCK], z_m[NP_CLOUD_BLOCK];
+  float above_m[NP_CLOUD_BLOCK];                          /* the base */
+  float air_x_m[NP_CLOUD_BLOCK], air_y_m[NP_CLOUD_BLOCK]; /* where the air was that the wind has carried here */
+  float distance_m[NP_CLOUD_BLOCK], age[NP_CLOUD_BLOCK];
+  float sx[NP_CLOUD_BLOCK], sy[NP_CLOUD_BLOCK], sz[NP_CLOUD_BLOCK], noise[NP_CLOUD_BLOCK]; /* scratch */
+} thermal_work;
+
+static void keep(thermal_work *w, size_t from, size_t to) {
+  w->index[to] = w->index[from];
+  w->x_m[to] = w->x_m[from];
+  w->y_m[to] = w->y_m[from];
+  w->z_m[to] = w->z_m[from];
+  w->above_m[to] = w->above_m[from];
+  w->air_x_m[to] = w->air_x_m[from];
+  w->air_y_m[to] = w->air_y_m[from];
+  w->distance_m[to] = w->distance_m[from];
+  w->age[to] = w->age[from];
+}
+
+/* Positions in the air, in a noise's own size. */
+static np_noise_points scale_positions(const np_cloud_model *model, thermal_work *w, float size_m) {
+  const float frequency_per_m = 1.0f / size_m, rise_m = model->turnover * model->thermals.billow_m;
+  for (size_t i = 0; i < w->count; i++) {
+    w->sx[i] = w->air_x_m[i] * frequency_per_m;
+    w->sy[i] = w->air_y_m[i] * frequency_per_m;
+    w->sz[i] = (w->z_m[i] - rise_m) * frequency_per_m;
+  }
+  return (np_noise_points){w->count, w->sx, w->sy, w->sz};
+}
+
+/* Height above the ragged base; drops what lies below it. */
+static void raise_base(const np_cloud_model *model, thermal_work *w) {
+  static const np_noise_octaves octaves = {.count = 4, .gain = 0.55f};
+  const float floor_m = model->thermals.floor_m;
+  size_t kept = 0;
+  bool is_low = false;
+  for (size_t i = 0; i < w->count; i++) is_low = is_low || w->above_m[i] < 8.0f * floor_m;
+  if (!is_low) return;
+  const np_noise_points points = scale_positions(model, w, floor_size * model->thermals.billow_m);
+  for (size_t i = 0; i < w->count; i++) w->sz[i] = 0.41f;
+  model->noise->perlin_fbm(&model->thermals.floor, &octaves, &points, w->noise);
+  for (size_t i = 0; i < w->count; i++) {
+    const float raised = 1.0f + np_clampf(3.0f * w->noise[i], -1.0f, 1.0f);
+    const float fading = 1.0f - np_clampf(w->above_m[i] / (8.0f * floor_m), 0.0f, 1.0f);
+    w->above_m[i] -= floor_m * raised * fading;
+    if (w->above_m[i] > 0.0f) keep(w, i, kept++);
+  }
+  w->count = kept;
+}
+
+/* Old near the base, where the cloud evaporates at its rim. */
+static void age_base(const np_cloud_model *model, thermal_work *w) {
+  const float wanted = (float)model->desc.wispiness, wispiness = wanted * (2.0f - wanted),
+              billow_m = model->thermals.billow_m;
+  for (size_t i = 0; i < w->count; i++) {
+    const float low = 1.0f - np_smoothstepf((w->above_m[i] / billow_m - 0.06f) / 0.35f);
+    w->age[i] = np_maxf(w->age[i], wispiness * low);
+  }
+}
+
+static float clip_warp(float value) { return np_clampf(value, -warp_limit, warp_limit); }
+
+static void displace(const np_cloud_model *model, thermal_work *w) {
+  const np_thermal_noises *t = &model->thermals;
+  float dx[NP_CLOUD_BLOCK], dy[NP_CLOUD_BLOCK], dz[NP_CLOUD_BLOCK];
+  float to[3][NP_CLOUD_BLOCK];
+  if (!(t->warp_max_m > 0.0f)) return;
+  memset(to, 0, sizeof to);
+  for (unsigned k = 0; k < NP_THERMAL_WARPS; k++) {
+    const np_noise_points points = scale_positions(model, w, t->warp_size_m[k]);
+    model->noise->curl(&t->warp[k], &points, dx, dy, dz);
+    for (size_t i = 0; i < w->count; i++) {
+      to[0][i] += t->warp_m[k] * clip_warp(dx[i]);
+      to[1][i] += t->warp_m[k] * clip_warp(dy[i]);
+      to[2][i] += t->warp_m[k] * clip_warp(dz[i]);
+    }
+  }
+  for (size_t i = 0; i < w->count; i++) {
+    w->sx[i] = w->x_m[i] + to[0][i];
+    w->sy[i] = w->y_m[i] + to[1][i];
+    w->sz[i] = w->z_m[i] + to[2][i];
+  }
+  const np_ball_points points = {w->count, w->sx, w->sy, w->sz};
+  const np_ball_surface surface = {.distance_m = w->distance_m};
+  (void)np_ball_heap_search(&model->balls, &points, t->gain_max_m, &surface);
+}
+
+/* ---- Extinction ---- */
+
+/* x^⅔ for x in [0, 2]: the cube root of its square, by Newton's method from a parabola near it. */
+static float compute_two_thirds(float x) {
+  const float square = x * x;
+  float root = 0.25f + 1.1f * square - 0.28f * square * square;
+  if (square > 1.5f) root = 0.6f + 0.35f * square;
+  for (int i = 0; i < 4; i++) root = (2.0f * root + square / (root * root)) * (1.0f / 3.0f);
+  return root;
+}
+
+static float compute_edge(const np_cloud_model *model, float age) {
+  return np_mixf(model->thermals.crisp_m, model->thermals.soft_m, age * age);
+}
+
+static float compute_extinction(const np_cloud_model *model, const thermal_work *w, size_t i) {
+  const neph_cloud_desc *desc = &model->desc;
+  const float height = w->above_m[i] / (adiabatic_share * (float)desc->thickness_m);
+  const float body =
+      np_smoothstepf(-w->distance_m[i] / compute_edge(model, w->age[i])) * (1.0f - entrained * w->age[i]);
+  const float share = body * compute_two_thirds(np_minf(height + 0.004f, adiabatic_max));
+  return share > extinction_floor ? (float)desc->extinction_per_m * share : 0.0f;
+}
+
+/* Drops points that no gain can bring into the cloud, and settles those so deep that no loss reaches them. */
+static void settle(const np_cloud_model *model, thermal_work *w, float gain_m, float loss_m,
+                   float *out_extinction_per_m) {
+  size_t kept = 0;
+  for (size_t i = 0; i < w->count; i++) {
+    if (!(w->distance_m[i] < gain_m)) continue;
+    if (w->distance_m[i] + loss_m < -compute_edge(model, w->age[i]))
+      out_extinction_per_m[w->index[i]] = compute_extinction(model, w, i);
+    else
+      keep(w, i, kept++);
+  }
+  w->count = kept;
+}
+
+static void add_detail(const np_cloud_model *model, thermal_work *w) {
+  for (unsigned k = 0; k < model->detail_count; k++) {
+    const np_cloud_octave *octave = &model->detail[k];
+    const np_noise_points points = scale_positions(model, w, 1.0f / octave->frequency_per_m);
+    model->noise->worley(&octave->lattice, &points, w->noise);
+    for (size_t i = 0; i < w->count; i++)
+      w->distance_m[i] += (k ? 1.0f - w->age[i] : 1.0f) * octave->amplitude * (w->noise[i] - detail_mean);
+  }
+}
+
+/* Noise that leans with the height and is longer along the wind. */
+static void add_wisps(const np_cloud_model *model, thermal_work *w) {
+  const np_thermal_noises *t = &model->thermals;
+  const np_noise_octaves octaves = {.count = t->wisp_octaves, .gain = 0.55f};
+  const np_noise_points points = scale_positions(model, w, t->wisp_size_m);
+  const float *heading = model->heading;
+  for (size_t i = 0; i < w->count; i++) {
+    const float x = w->sx[i], y = w->sy[i], along = x * heading[0] + y * heading[1] - wisp_lean * w->sz[i];
+    w->sy[i] = y * heading[0] - x * heading[1];
+    w->sx[i] = along / wisp_stretch;
+  }
+  model->noise->perlin_fbm(&t->wisps, &octaves, &points, w->noise);
+  for (size_t i = 0; i < w->count; i++)
+    w->distance_m[i] += w->age[i] * (t->wisp_m * np_clampf(w->noise[i], -wisp_outwards, wisp_inwards) +
+                                     wisp_offset * model->thermals.billow_m);
+}
+
+static void set_air(const np_cloud_model *model, thermal_work *w) {
+  float carried_m[2] = {0, 0};
+  for (size_t i = 0; i < w->count; i++) {
+    if (model->desc.has_winds) np_cloud_wind_carry(model, w->z_m[i], carried_m);
+    w->air_x_m[i] = w->x_m[i] - model->drift_m[0] - carried_m[0];
+    w->air_y_m[i] = w->y_m[i] - model->drift_m[1] - carried_m[1];
+  }
+}
+
+/* Points near each other. */
+static void eval_run(const np_cloud_model *model, thermal_work *w, float *out_extinction_per_m) {
+  const np_thermal_noises *t = &model->thermals;
+  const float gain_m = t->gain_max_m, loss_m = t->loss_max_m, warp_m = t->warp_max_m;
+  const np_ball_points points = {w->count, w->x_m, w->y_m, w->z_m};
+  const np_ball_surface surface = {.distance_m = w->distance_m, .age = w->age};
+  if (!np_ball_heap_search(&model->balls, &points, gain_m + warp_m, &surface)) return;
+  size_t kept = 0;
+  for (size_t i = 0; i < w->count; i++)
+    if (w->distance_m[i] < gain_m + warp_m) keep(w, i, kept++);
+  w->count = kept;
+  raise_base(model, w);
+  age_base(model, w);
+  settle(model, w, gain_m + warp_m, loss_m + warp_m, out_extinction_per_m);
+  if (w->count == 0) return;
+  displace(model, w);
+  settle(model, w, gain_m, loss_m, out_extinction_per_m);
+  if (w->count == 0) return;
+  add_detail(model, w);
+  add_wisps(model, w);
+  for (size_t i = 0; i < w->count; i++) out_extinction_per_m[w->index[i]] = compute_extinction(model, w, i);
+}
+
+/* Grows a box to take a point in. False: it would be too large. */
+static bool grow_box(float min_m[3], float max_m[3], const float at_m[3], float edge_max_m) {
+  float low_m[3], high_m[3];
+  for (int a = 0; a < 3; a++) {
+    low_m[a] = np_minf(min_m[a], at_m[a]);
+    high_m[a] = np_maxf(max_m[a], at_m[a]);
+    if (high_m[a] - low_m[a] > edge_max_m) return false;
+  }
+  memcpy(min_m, low_m, sizeof low_m);
+  memcpy(max_m, high_m, sizeof high_m);
+  return true;
+}
+
+/* Bases of columns differ under a picture alone. */
+static float compute_base_m(const np_cloud_model *model, float x_m, float y_m) {
+  if (!model->map.planes[NEPH_CLOUD_MAP_BASE]) return 0.0f;
+  return np_cloud_column_compute(model, x_m, y_m, 0.0f).base_m;
+}
+
+void np_thermals_eval(const np_cloud_model *model, const np_cloud_points *points, float *out_extinction_per_m) {
+  const float edge_max_m = np_maxf(9.0f * (float)model->desc.voxel_m, 0.2f * model->thermals.billow_m);
+  thermal_work w;
+  for (size_t n = 0; n < points->count;) {
+    float min_m[3] = {INFINITY, INFINITY, INFINITY}, max_m[3] = {-INFINITY, -INFINITY, -INFINITY};
+    w.count = 0;
+    for (; n < points->count; n++) {
+      const float at_m[3] = {points->x_m[n], points->y_m[n], points->height_m[n]};
+      if (!(at_m[2] > 0.0f && at_m[2] < (float)model->desc.thickness_m)) continue;
+      if (w.count && !grow_box(min_m, max_m, at_m, edge_max_m)) break;
+      if (!w.count) (void)grow_box(min_m, max_m, at_m, INFINITY);
+      const size_t k = w.count++;
+      w.index[k] = (uint16_t)n;
+      w.x_m[k] = at_m[0];
+      w.y_m[k] = at_m[1];
+      w.z_m[k] = at_m[2];
+      w.above_m[k] = at_m[2] - compute_base_m(model, at_m[0], at_m[1]);
+    }
+    set_air(model, &w);
+    if (w.count) eval_run(model, &w, out_extinction_per_m);
+  }
+}
+
+bool np_thermals_is_empty(const np_cloud_model *model, const np_cloud_box *box) {
+  if (box->max_m[2] <= 0.0f || box->min_m[2] >= (float)model->desc.thickness_m) return true;
+  return !np_ball_heap_is_near(&model->balls, box->min_m, box->max_m,
+                               model->thermals.gain_max_m + model->thermals.warp_max_m);
+}

@@ -1,0 +1,270 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The first level of a cumulus: thermals, stacks of balls on a jittered grid that the air carries along.
+ *
+ * The strength of the weather map at a thermal is how high its top may rise, a number of its own by how much it does,
+ * and how old it is. From a broad foot it narrows to a waist and widens to a head with a crown of balls round it. Lower
+ * ones between them fill the body of the cloud. Scraps, small and old, lie about the outline. Each number is a hash of
+ * (seed, kind, cell, item), and radii go to 0 where a thermal ends: all of it changes steadily with time.
+ */
+#include "cloud/thermals.h"
+
+#include "core/math.h"
+#include "core/random.h"
+#include "cloud/ball_rows.h"
+
+enum { STACK_MIN = 4, STACK_MAX = 14, CROWN = 5 };
+
+/* Lengths in largest billows. */
+typedef struct thermal_kind {
+  np_cloud_stream stream;
+  float spacing, jitter;      /* the latter in spacings */
+  float radius, radius_grown; /* of the head: at the ground, and what a thermal of full height adds to it */
+  float height, height_drawn; /* of the height that the map allows: at least, and at most that much more */
+  float share;                /* of the cells that have one */
+  float outline;              /* strength at which it is full grown; negative: these live outside the outline */
+  bool has_crown;
+} thermal_kind;
+
+static const thermal_kind kinds[] = {
+    {.stream = NP_CLOUD_STREAM_THERMALS,
+     .spacing = 0.92f,
+     .jitter = 0.62f,
+     .radius = 0.20f,
+     .radius_grown = 0.38f,
+     .height = 0.30f,
+     .height_drawn = 0.70f,
+     .share = 1.0f,
+     .outline = 0.10f,
+     .has_crown = true},
+    {.stream = NP_CLOUD_STREAM_FILLERS,
+     .spacing = 0.50f,
+     .jitter = 0.9f,
+     .radius = 0.24f,
+     .radius_grown = 0.16f,
+     .height = 0.14f,
+     .height_drawn = 0.34f,
+     .share = 0.9f,
+     .outline = 0.14f},
+    {.stream = NP_CLOUD_STREAM_SCRAPS,
+     .spacing = 0.55f,
+     .jitter = 0.9f,
+     .radius = 0.07f,
+     .radius_grown = 0.15f,
+     .height = 0.15f,
+     .height_drawn = 0.5f,
+     .share = 0.30f,
+     .outline = -0.05f},
+};
+
+enum { KIND_COUNT = sizeof kinds / sizeof *kinds };
+
+static const float head_room = 0.30f; /* that billows take above a head, in largest billows */
+
+static float take(np_random *random) { return np_random_float(random); }
+
+/* A direction, over the whole circle. */
+static void draw_direction(np_random *random, float *out_x, float *out_y) {
+  const uint64_t bits = np_random_bits(random);
+  const float turn = 2.0f * (float)(bits >> 40) * 0x1p-24f - 1.0f, norm = 1.0f / (1.0f + turn * turn);
+  const float side = bits & 1 ? 1.0f : -1.0f;
+  *out_x = side * (1.0f - turn * turn) * norm;
+  *out_y = side * 2.0f * turn * norm;
+}
+
+/* Course of a thermal's life: it rises, stands, then sinks and ages; at its end it is as at its start. */
+typedef struct life {
+  float vigour, age;
+} life;
+
+static life compute_life(const np_cloud_model *model, np_random *random) {
+  const double lives = model->desc.time_s * model->lives_per_s;
+  const double phase = (double)take(random) + (0.35 + 0.3 * (double)take(random)) * lives;
+  const float turn = (float)(phase - floor(phase));
+  const float grown = np_smoothstepf(turn / 0.35f) * (1.0f - np_smoothstepf((turn - 0.6f) / 0.4f));
+  const float aged = np_smoothstepf((turn - 0.35f) / 0.45f) * (1.0f - np_smoothstepf((turn - 0.88f) / 0.12f));
+  const float wanted = (float)model->desc.age;
+  return (life){grown,
+                np_clampf(aged * np_minf(2.0f * wanted, 1.0f) + np_maxf(2.0f * wanted - 1.0f, 0.0f), 0.0f, 1.0f)};
+}
+
+typedef struct thermal {
+  const thermal_kind *kind;
+  const np_cloud_model *model;
+  float x_m, y_m, base_m, top_m, head_m, age;
+  float lean_x, lean_y; /* of the top */
+  np_random random;
+} thermal;
+
+/* Share of the full size towards the field's border, where there must be no cloud any more. */
+static float compute_border(const np_cloud_model *model, float x_m, float y_m) {
+  const neph_cloud_desc *desc = &model->desc;
+  const float dx = 0.5f * (float)desc->extent_m[0] - fabsf(x_m), dy = 0.5f * (float)desc->extent_m[1] - fabsf(y_m);
+  const float billow_m = model->thermals.billow_m;
+  return np_smoothstepf((np_minf(dx, dy) - 0.15f * billow_m) / (0.75f * billow_m));
+}
+
+/* Share of the full size at a strength. */
+static float compute_presence(const thermal_kind *kind, float strength) {
+  if (kind->outline > 0.0f) return sqrtf(np_smoothstepf(strength / kind->outline));
+  const float off = (strength - 2.0f * kind->outline) / (-3.0f * kind->outline);
+  return np_smoothstepf(off * 2.0f) * (1.0f - np_smoothstepf((off - 0.5f) * 2.0f));
+}
+
+/* False: there is none in this cell. */
+static bool draw_thermal(const np_cloud_model *model, const thermal_kind *kind, const int32_t at[2], thermal *out) {
+  const neph_cloud_desc *desc = &model->desc;
+  const float billow_m = model->thermals.billow_m, spacing_m = kind->spacing * billow_m;
+  np_random random =
+      np_random_start(np_random_absorb(desc->seed, (uint64_t)kind->stream), 0, (uint32_t)at[0], (uint32_t)at[1], 0);
+  if (take(&random) >= kind->share) return false;
+  const float dx = kind->jitter * (take(&random) - 0.5f), dy = kind->jitter * (take(&random) - 0.5f);
+  thermal t = {.kind = kind, .model = model};
+  t.x_m = ((float)at[0] + 0.5f + dx) * spacing_m + model->drift_m[0];
+  t.y_m = ((float)at[1] + 0.5f + dy) * spacing_m + model->drift_m[1];
+  const np_cloud_column column = np_cloud_column_compute(model, t.x_m, t.y_m, 0.0f);
+  const float share = np_cloud_column_compute_top(model, &column);
+  float shift_m[2];
+  np_cloud_wind_shift(model, share * (float)desc->thickness_m, shift_m);
+  const float border =
+      np_minf(compute_border(model, t.x_m, t.y_m), compute_border(model, t.x_m + shift_m[0], t.y_m + shift_m[1]));
+  const float presence = compute_presence(kind, column.strength) * border;
+  if (!(presence > 0.02f)) return false;
+  const life l = compute_life(model, &random);
+  const float drawn = take(&random);
+  const float vigour =
+      np_mixf(l.vigour * (0.35f + 0.65f * drawn), 1.0f, np_smoothstepf((column.strength - 0.7f) / 0.3f));
+  const float height = share * (kind->height + kind->height_drawn * vigour);
+  t.head_m = billow_m * (kind->radius + kind->radius_grown * sqrtf(height)) * (0.85f + 0.3f * take(&random)) * presence;
+  const float ceiling_m = np_maxf(column.thickness_m - head_room * billow_m, 0.6f * column.thickness_m);
+  t.head_m = np_minf(t.head_m, 0.5f * ceiling_m);
+  t.base_m = column.base_m;
+  t.top_m = np_maxf(height * ceiling_m, 1.5f * t.head_m);
+  const float fresh = np_smoothstepf((height - 0.35f) / 0.3f) * (1.0f - (float)desc->age);
+  t.age = kind->outline > 0.0f ? l.age * (1.0f - 0.8f * fresh) : np_maxf(l.age, 0.6f * (float)desc->age + 0.3f);
+  draw_direction(&random, &t.lean_x, &t.lean_y);
+  t.lean_x = 0.08f * t.top_m * (t.lean_x + model->heading[0]);
+  t.lean_y = 0.08f * t.top_m * (t.lean_y + model->heading[1]);
+  t.random = random;
+  *out = t;
+  return true;
+}
+
+static neph_result add_ball(np_ball_list *list, const thermal *t, float x_m, float y_m, float z_m, float radius_m,
+                            float age) {
+  float shift_m[2];
+  np_cloud_wind_shift(t->model, t->base_m + z_m, shift_m);
+  const np_ball ball = {.x_m = t->x_m + x_m + shift_m[0],
+                        .y_m = t->y_m + y_m + shift_m[1],
+                        .z_m = t->base_m + z_m,
+                        .radius_m = radius_m,
+                        .age = np_clampf(age, 0.0f, 1.0f)};
+  return np_ball_list_add(t->model->map.context, list, &ball);
+}
+
+static neph_result add_crown(np_ball_list *list, thermal *t, const np_ball *head) {
+  neph_result result = NEPH_OK;
+  for (int i = 0; i < CROWN && !result; i++) {
+    float x, y;
+    draw_direction(&t->random, &x, &y);
+    const float off_m = t->head_m * (0.55f + 0.35f * take(&t->random));
+    const float drawn = take(&t->random), radius_m = t->head_m * (0.42f + 0.38f * drawn * drawn);
+    const float z_m = np_maxf(head->z_m - t->head_m * (0.5f - 0.5f * take(&t->random)), 0.3f * radius_m);
+    result = add_ball(list, t, head->x_m + x * off_m, head->y_m + y * off_m, z_m, radius_m, t->age);
+  }
+  return result;
+}
+
+static int count_stack(const np_cloud_model *model) {
+  const neph_cloud_desc *desc = &model->desc;
+  return (int)np_clampf((float)(desc->thickness_m / (0.3 * (double)model->thermals.billow_m)), STACK_MIN, STACK_MAX);
+}
+
+/* From the foot to the head. */
+static neph_result add_thermal(np_ball_list *list, thermal *t) {
+  const int count = count_stack(t->model);
+  const float foot_m = 0.4f * t->head_m, rise_m = t->top_m - t->head_m - foot_m;
+  const float waist = t->kind->has_crown ? 0.70f : 0.95f, foot = t->kind->outline > 0.0f ? 1.12f : 0.8f;
+  neph_result result = NEPH_OK;
+  np_ball head = {.x_m = 0};
+  for (int i = 0; i < count && !result; i++) {
+    const float s = (float)i / (float)(count - 1);
+    const float radius_m = t->head_m * (0.88f + 0.24f * take(&t->random)) *
+                           (s < 0.45f ? np_mixf(foot, waist, np_smoothstepf(s / 0.45f))
+                                      : np_mixf(waist, 1.0f, np_smoothstepf((s - 0.45f) / 0.55f)));
+    const float stray_m = (i == count - 1 ? 0.3f : 0.9f) * radius_m;
+    head.x_m = t->lean_x * s * s + stray_m * (take(&t->random) - 0.5f);
+    head.y_m = t->lean_y * s * s + stray_m * (take(&t->random) - 0.5f);
+    head.z_m = foot_m + s * rise_m;
+    result = add_ball(list, t, head.x_m, head.y_m, head.z_m, radius_m,
+                      t->age + 0.15f * (float)t->model->desc.age * (1.0f - s));
+  }
+  return result || !t->kind->has_crown ? result : add_crown(list, t, &head);
+}
+
+/* ---- Rows of the grids ---- */
+
+typedef struct grid_rows {
+  const np_cloud_model *model;
+  int32_t first[KIND_COUNT][2], count[KIND_COUNT][2];
+  size_t row_begin[KIND_COUNT + 1];
+} grid_rows;
+
+static neph_result add_row(const void *user, size_t row, np_ball_list *list) {
+  const grid_rows *grid = user;
+  int k = 0;
+  while (row >= grid->row_begin[k + 1]) k++;
+  neph_result result = NEPH_OK;
+  for (int32_t i = 0; i < grid->count[k][0] && !result; i++) {
+    const int32_t at[2] = {grid->first[k][0] + i, grid->first[k][1] + (int32_t)(row - grid->row_begin[k])};
+    thermal t;
+    if (draw_thermal(grid->model, &kinds[k], at, &t)) result = add_thermal(list, &t);
+  }
+  return result;
+}
+
+neph_result np_thermals_add_stacks(np_cloud_model *model, np_monitor *monitor, float blend_m, float bin_m) {
+  const neph_cloud_desc *desc = &model->desc;
+  grid_rows grid = {.model = model};
+  for (int k = 0; k < KIND_COUNT; k++) {
+    const double spacing_m = (double)kinds[k].spacing * (double)model->thermals.billow_m;
+    for (int a = 0; a < 2; a++) {
+      const double low_m = -0.5 * desc->extent_m[a] - (double)model->drift_m[a];
+      grid.first[k][a] = (int32_t)floor(low_m / spacing_m) - 1;
+      grid.count[k][a] = (int32_t)ceil(desc->extent_m[a] / spacing_m) + 3;
+    }
+    grid.row_begin[k + 1] = grid.row_begin[k] + (size_t)grid.count[k][1];
+  }
+  return np_ball_rows_collect(&model->balls, monitor, grid.row_begin[KIND_COUNT], add_row, &grid, blend_m, bin_m);
+}
+
+/* ---- Shadow ---- */
+
+enum { SHADOW_EDGE = 128 };
+
+static void cast_shadow(const neph_cloud_desc *desc, const np_ball *ball, uint8_t *is_covered) {
+  const float cell_m[2] = {(float)desc->extent_m[0] / SHADOW_EDGE, (float)desc->extent_m[1] / SHADOW_EDGE};
+  const float at_m[2] = {ball->x_m + 0.5f * (float)desc->extent_m[0], ball->y_m + 0.5f * (float)desc->extent_m[1]};
+  int low[2], high[2];
+  for (int a = 0; a < 2; a++) {
+    low[a] = (int)np_clampf((at_m[a] - ball->radius_m) / cell_m[a], 0.0f, SHADOW_EDGE);
+    high[a] = (int)np_clampf((at_m[a] + ball->radius_m) / cell_m[a] + 1.0f, 0.0f, SHADOW_EDGE);
+  }
+  for (int i = low[0]; i < high[0]; i++)
+    for (int j = low[1]; j < high[1]; j++) {
+      const float x = ((float)i + 0.5f) * cell_m[0] - at_m[0], y = ((float)j + 0.5f) * cell_m[1] - at_m[1];
+      if (x * x + y * y < ball->radius_m * ball->radius_m) is_covered[i * SHADOW_EDGE + j] = 1;
+    }
+}
+
+neph_result np_thermals_count_shadow(np_cloud_model *model, np_monitor *monitor, double *out_fraction) {
+  uint8_t is_covered[SHADOW_EDGE * SHADOW_EDGE] = {0};
+  neph_result result = np_thermals_build(model, monitor, 1);
+  for (unsigned l = 0; l < model->balls.level_count; l++)
+    for (size_t i = 0; i < model->balls.levels[l].count && !result; i++)
+      cast_shadow(&model->desc, &model->balls.levels[l].balls[i], is_covered);
+  size_t count = 0;
+  for (int i = 0; i < SHADOW_EDGE * SHADOW_EDGE; i++) count += is_covered[i];
+  *out_fraction = (double)count / (SHADOW_EDGE * SHADOW_EDGE);
+  np_ball_heap_cut(&model->balls, 0);
+  return result;
+}

@@ -1,0 +1,34 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Cumulus as thermals: stacks of balls that stand on the weather map, with billows on them, level on level. */
+#ifndef NP_CLOUD_THERMALS_H
+#define NP_CLOUD_THERMALS_H
+
+#include "cloud/cloud_private.h"
+
+static inline bool np_cloud_model_has_thermals(const np_cloud_model *model) {
+  return model->desc.model == NEPH_CLOUD_MODEL_THERMALS || model->desc.model == NEPH_CLOUD_MODEL_HERO;
+}
+
+/* Levels of balls, from the thermals to billows of two voxels. */
+unsigned np_thermals_count_levels(const np_cloud_model *model);
+
+/* Adds the first level. */
+neph_result np_thermals_add_stacks(np_cloud_model *model, np_monitor *monitor, float blend_m, float bin_m);
+
+/* Share of the field that lies below the stacks of thermals, from its waterline; leaves the heap empty. */
+neph_result np_thermals_count_shadow(np_cloud_model *model, np_monitor *monitor, double *out_fraction);
+
+/* Makes the first `level_count` levels of the model's heap anew, from its map, waterline and time. */
+neph_result np_thermals_build(np_cloud_model *model, np_monitor *monitor, unsigned level_count);
+
+/* ---- Density: thermal_density.c ---- */
+
+/* Amplitudes of the noises and how far they reach, from the description. */
+void np_thermals_set_noises(np_cloud_model *model);
+
+void np_thermals_eval(const np_cloud_model *model, const np_cloud_points *points, float *out_extinction_per_m);
+
+/* True only if there is no cloud anywhere in the box, rain aside. */
+bool np_thermals_is_empty(const np_cloud_model *model, const np_cloud_box *box);
+
+#endif

@@ -1,0 +1,237 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Cumulus of thermals. */
+#include "test_clouds.h"
+
+#include "cloud/thermals.h"
+#include "core/random.h"
+
+static neph_cloud_desc thermal_field(uint64_t seed) {
+  neph_cloud_desc desc = test_small_field(seed);
+  desc.model = NEPH_CLOUD_MODEL_THERMALS;
+  return desc;
+}
+
+static void set_winds(neph_cloud_desc *desc, double top_m_s) {
+  desc->has_winds = true;
+  for (int i = 0; i < NEPH_CLOUD_PROFILE_POINTS; i++) desc->wind_speed_m_s[i] = 2 + 0.25 * i * top_m_s;
+}
+
+static void coverage_is_the_covered_fraction(void **state) {
+  (void)state;
+  neph_context *context = test_context_create(2, NULL);
+  const double wanted[] = {0.05, 0.35, 0.7};
+  for (size_t i = 0; i < sizeof wanted / sizeof *wanted; i++) {
+    neph_cloud_desc desc = thermal_field(i);
+    desc.coverage = wanted[i];
+    assert_near(test_compute_covered(context, &desc), wanted[i], 0.05);
+  }
+  neph_context_destroy(context);
+}
+
+static void threads_and_levels_give_the_same_bits(void **state) {
+  (void)state;
+  neph_context *context = test_context_create(1, NULL);
+  neph_cloud_desc desc = thermal_field(9);
+  desc.skew_m[0] = 200;
+  desc.time_s = 300;
+  desc.wind_m_s[1] = 5;
+  set_winds(&desc, 6);
+  np_sparse_grid grid = test_bake(context, &desc);
+  assert_true(grid.leaf_count > 100);
+  char hash[33];
+  assert_int_equal(np_sparse_grid_hash_all(&(const np_sparse_grid *){&grid}, 1, false, hash), NEPH_OK);
+  np_sparse_grid_clear(&grid);
+  neph_context_destroy(context);
+  for (neph_isa isa = NEPH_ISA_X86_64; isa <= NEPH_ISA_X86_64_V4; isa++) test_check_hash(2, isa, &desc, hash);
+}
+
+/* Points by the leaf and one by one: balls are gathered for the box of what is asked for, and must not show it. */
+static void a_value_does_not_depend_on_its_neighbours(void **state) {
+  (void)state;
+  enum { LEAVES = 300 };
+  neph_context *context = test_context_create(2, NULL);
+  neph_cloud_desc desc = thermal_field(5);
+  np_cloud_model model;
+  np_random random = np_random_start(1, 0, 0, 0, 0);
+  desc.turbulence = 1;
+  desc.coverage = 0.5;
+  assert_int_equal(np_cloud_model_build(context, &desc, NULL, &model), NEPH_OK);
+  size_t cloudy = 0;
+  for (int leaf = 0; leaf < LEAVES; leaf++) {
+    float x[NP_CLOUD_BLOCK], y[NP_CLOUD_BLOCK], z[NP_CLOUD_BLOCK], together[NP_CLOUD_BLOCK];
+    const float corner[3] = {4000 * (np_random_float(&random) - 0.5f), 3000 * (np_random_float(&random) - 0.5f),
+                             700 * np_random_float(&random)};
+    for (int n = 0; n < NP_CLOUD_BLOCK; n++) {
+      x[n] = corner[0] + 25 * (float)(n / 64);
+      y[n] = corner[1] + 25 * (float)(n / 8 % 8);
+      z[n] = corner[2] + 25 * (float)(n % 8);
+    }
+    np_cloud_model_eval(&model, &(np_cloud_points){NP_CLOUD_BLOCK, x, y, z}, together);
+    for (int n = leaf % 16; n < NP_CLOUD_BLOCK; n += 16) {
+      float alone;
+      np_cloud_model_eval(&model, &(np_cloud_points){1, x + n, y + n, z + n}, &alone);
+      if (memcmp(&alone, &together[n], sizeof alone))
+        fail_msg("%.9g alone, %.9g together", (double)alone, (double)together[n]);
+      cloudy += alone > 0;
+    }
+  }
+  assert_true(cloudy > 500);
+  np_cloud_model_clear(&model);
+  neph_context_destroy(context);
+}
+
+/* Extinction of the densest voxel of a height, over that of another: the power of two thirds of the heights above the
+ * base, which noise raises by up to a tenth of the thickness, less at these heights: 15 %. Nothing is below it. */
+static void extinction_grows_as_in_an_adiabatic_parcel(void **state) {
+  (void)state;
+  neph_context *context = test_context_create(2, NULL);
+  neph_cloud_desc desc = thermal_field(2);
+  desc.age = 0;
+  desc.wispiness = 0;
+  desc.voxel_m = 25;
+  np_sparse_grid grid = test_bake(context, &desc);
+  double densest[64] = {0};
+  for (size_t l = 0; l < grid.leaf_count; l++)
+    for (int n = 0; n < NP_LEAF_SIZE; n++) {
+      const int32_t k = grid.leaves[l].origin[2] + n % 8;
+      const double value = (double)grid.leaves[l].values[n];
+      if (!(value > 0)) continue;
+      assert_in_range(k, 0, 63);
+      densest[k] = fmax(densest[k], value);
+    }
+  assert_near_relative(densest[16] / densest[5], pow(16.5 / 5.5, 2.0 / 3.0), 0.15);
+  assert_near_relative(densest[19], desc.extinction_per_m, 0.05); /* at 0.4 of the thickness */
+  np_sparse_grid_clear(&grid);
+  neph_context_destroy(context);
+}
+
+/* Bases are ragged: they differ by a tenth of the thickness, not by more than half of it where tops are above. */
+static void bases_are_not_one_plane(void **state) {
+  (void)state;
+  neph_context *context = test_context_create(2, NULL);
+  neph_cloud_desc desc = thermal_field(5);
+  desc.voxel_m = 20;
+  np_sparse_grid grid = test_bake(context, &desc);
+  test_columns c = test_gather_columns(&grid, &desc);
+  double count = 0, mean = 0, squares = 0;
+  for (int i = 0; i < c.size[0] * c.size[1]; i++) {
+    if (c.lowest[i] * desc.voxel_m > 0.2 * desc.thickness_m) continue; /* a flank, or clear */
+    const double low_m = c.lowest[i] * desc.voxel_m;
+    count++;
+    mean += low_m;
+    squares += low_m * low_m;
+  }
+  mean /= count;
+  const double spread_m = sqrt(squares / count - mean * mean);
+  print_message("bases at %.0f m, spread %.0f m\n", mean, spread_m);
+  assert_true(spread_m > 10 && spread_m < 80);
+  free(c.lowest);
+  np_sparse_grid_clear(&grid);
+  neph_context_destroy(context);
+}
+
+/* The same map and waterline under another wind, which borrows them. */
+static np_cloud_model blow(const np_cloud_model *calm) {
+  np_cloud_model windy = *calm;
+  set_winds(&windy.desc, 4);
+  np_cloud_wind_set(&windy);
+  windy.balls = (np_ball_heap){.context = calm->balls.context, .kernels = calm->balls.kernels};
+  return windy;
+}
+
+/* From the west by 2 m/s at the base, 4 m/s more at the top, linear: D = ½·4 m/s·s²·400 s, 400 s being a sixth of the
+ * lifetime. */
+static float compute_carried_m(float share) { return 0.5f * 4 * share * share * 400; }
+
+/* Each ball of a stack is where the wind has carried it, to float rounding. Near the border stacks are smaller. */
+static void wind_by_height_carries_thermals_off(void **state) {
+  (void)state;
+  neph_context *context = test_context_create(2, NULL);
+  for (int m = 0; m < 2; m++) {
+    neph_cloud_desc desc = thermal_field(4);
+    np_cloud_model calm;
+    if (m) desc.model = NEPH_CLOUD_MODEL_HERO;
+    assert_int_equal(np_cloud_model_build(context, &desc, NULL, &calm), NEPH_OK);
+    np_cloud_model windy = blow(&calm);
+    assert_int_equal(np_thermals_build(&windy, NULL, 1), NEPH_OK);
+    size_t compared = 0;
+    for (size_t i = 0; i < calm.balls.levels[0].count; i++) {
+      const np_ball *ball = &calm.balls.levels[0].balls[i];
+      const float carried_m = compute_carried_m(ball->z_m / 1200);
+      for (size_t k = 0; k < windy.balls.levels[0].count; k++) {
+        const np_ball *other = &windy.balls.levels[0].balls[k];
+        if (other->z_m != ball->z_m || other->radius_m != ball->radius_m || other->y_m != ball->y_m) continue;
+        assert_near((double)(other->x_m - ball->x_m), (double)carried_m, 0.01);
+        compared++;
+      }
+    }
+    assert_true(compared > 100);
+    np_ball_heap_cut(&windy.balls, 0);
+    np_cloud_model_clear(&calm);
+  }
+  neph_context_destroy(context);
+}
+
+/* Columns are displaced whole: the windy field at x + D is the calm one at x, to the rounding of positions, which at
+ * edges is 1 %. */
+static void columns_are_displaced_whole(void **state) {
+  (void)state;
+  neph_context *context = test_context_create(2, NULL);
+  np_random random = np_random_start(4, 0, 0, 0, 0);
+  for (neph_cloud_model m = NEPH_CLOUD_MODEL_CELLS; m <= NEPH_CLOUD_MODEL_SLAB; m++) {
+    neph_cloud_desc desc = test_small_field(6);
+    np_cloud_model calm;
+    double difference = 0, sum = 0;
+    desc.model = m;
+    desc.coverage = 0.6;
+    assert_int_equal(np_cloud_model_build(context, &desc, NULL, &calm), NEPH_OK);
+    const np_cloud_model windy = blow(&calm);
+    for (int i = 0; i < 4096; i++) {
+      const float x = 2500 * (np_random_float(&random) - 0.5f), y = 2500 * (np_random_float(&random) - 0.5f);
+      const float height = 1200 * np_random_float(&random), share = height / 1200;
+      const float moved = x + compute_carried_m(share);
+      const np_cloud_points here = {1, &x, &y, &height}, there = {1, &moved, &y, &height};
+      float a, b;
+      np_cloud_model_eval(&calm, &here, &a);
+      np_cloud_model_eval(&windy, &there, &b);
+      difference += fabs((double)a - (double)b);
+      sum += (double)a;
+    }
+    print_message("model %d: %.2f %% differ\n", (int)m, 100 * difference / sum);
+    assert_true(sum > 0 && difference < 0.01 * sum);
+    np_cloud_model_clear(&calm);
+  }
+  neph_context_destroy(context);
+}
+
+/* A wind that is the same at all heights carries nothing off its base, wherever it comes from. */
+static void even_wind_changes_nothing(void **state) {
+  (void)state;
+  neph_context *context = test_context_create(2, NULL);
+  neph_cloud_desc desc = thermal_field(4);
+  np_sparse_grid calm = test_bake(context, &desc);
+  desc.has_winds = true;
+  for (int i = 0; i < NEPH_CLOUD_PROFILE_POINTS; i++) desc.wind_speed_m_s[i] = 12, desc.wind_direction_rad[i] = 1;
+  np_sparse_grid windy = test_bake(context, &desc);
+  char hashes[2][33];
+  assert_int_equal(np_sparse_grid_hash_all(&(const np_sparse_grid *){&calm}, 1, false, hashes[0]), NEPH_OK);
+  assert_int_equal(np_sparse_grid_hash_all(&(const np_sparse_grid *){&windy}, 1, false, hashes[1]), NEPH_OK);
+  assert_string_equal(hashes[0], hashes[1]);
+  np_sparse_grid_clear(&calm);
+  np_sparse_grid_clear(&windy);
+  neph_context_destroy(context);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(coverage_is_the_covered_fraction),
+      cmocka_unit_test(threads_and_levels_give_the_same_bits),
+      cmocka_unit_test(a_value_does_not_depend_on_its_neighbours),
+      cmocka_unit_test(extinction_grows_as_in_an_adiabatic_parcel),
+      cmocka_unit_test(bases_are_not_one_plane),
+      cmocka_unit_test(wind_by_height_carries_thermals_off),
+      cmocka_unit_test(columns_are_displaced_whole),
+      cmocka_unit_test(even_wind_changes_nothing),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
