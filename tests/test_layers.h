@@ -16,7 +16,7 @@ static const char layered_scene[] =
     "  - {name: left, albedo: 1, bake: {preset: cumulus_humilis, seed: 3, extent: [1200 m, 900 m],\n"
     "     center: [-400 m, 600 m], base: 700 m, thickness: 500 m, voxel: 50 m, coverage: 1, extinction: 0.02 1/m}}\n"
     "  - {name: right, bake: {preset: cumulus_humilis, seed: 5, extent: [800 m, 600 m],\n"
-    "     center: [300 m, -400 m], base: 600 m, thickness: 300 m, voxel: 50 m, coverage: 1, extinction: 0.02 1/m}}\n"
+    "     center: [300 m, -400 m], base: 600 m, thickness: 300 m, voxel: 50 m, coverage: 1, extinction: 0.03 1/m}}\n"
     "terrain: {ridges: {seed: 1, samples: 65, relief: 600 m}, width: 12 km}\n"
     "render: {samples: 4}\n"
     "output: {pixel_type: float}\n";

@@ -322,7 +322,8 @@ static void test_incomplete_scenes(void **state) {
       {"clouds: [{vdb: x, liquid_water: {}}]", "1:33: clouds[0].liquid_water has no r_eff"},
       {"clouds: [{bake: {}}, {bake: {}, name: cloud0}]", "1:39: clouds[1].name is cloud0, the name of clouds[0] too\n"},
       {"clouds: [{bake: {}, name: a/b}]", "1:27: clouds[0].name is a/b, must not hold a slash"},
-      {"terrain: {albedo: 0.1}", "1:10: terrain has no source, must have heightfield, a file, or ridges, parameters\n"},
+      {"terrain: {albedo: 0.1}", "1:10: terrain has no source, must have heightfield, a file, mesh, a file of "
+                                 "triangles, or ridges, parameters\n"},
       {"terrain: {ridges: {}, height_max: -5 m}", "1:35: terrain.height_max is -5 m, must be above height_min, 0 m\n"},
       {"place: {latitude: 3}", "1:8: place needs both latitude and longitude\n"},
       {"camera: {look_at: [0, -6 km, 400 m]}", "1:19: camera.look_at is camera.position, must be at least 1 mm away\n"},
