@@ -43,7 +43,7 @@ static double read_ticks(void *user) {
   return c->ticks;
 }
 
-/* Returns the ticks that passed. */
+/* Returns the ticks that passed. `*out` is NULL where they did not suffice. */
 static double solve(test_world *w, store *s, double interval, double cancel_at, np_scattering_field **out) {
   np_monitor monitor;
   ticking_clock clock = {.monitor = &monitor, .cancel_at = cancel_at};
@@ -54,6 +54,7 @@ static double solve(test_world *w, store *s, double interval, double cancel_at, 
   monitor.start_s = monitor.last_report_s = 0.0;
   s->context = w->context;
   w->desc.keeper = &keeper;
+  *out = NULL;
   const np_sun_optical_depth_source depths = np_sun_optical_depths_get_source(&w->lighting.sun_optical_depths);
   const neph_result result = np_scattering_field_build(w->context, &w->world, &depths, &w->desc, &monitor, out);
   assert_int_equal(result, clock.ticks >= cancel_at ? NEPH_ERROR_CANCELLED : NEPH_OK);
@@ -150,7 +151,7 @@ static void cancelled_solutions_resume(void **state) {
   test_world w;
   char *folder = test_folder_create();
   store s = {.folder = folder, .step = 1, .read = -1};
-  np_scattering_field *resumed, *none;
+  np_scattering_field *resumed;
   test_lumpy_create_resolved(&w);
   light(&w);
   test_lumpy_solve(&w);
@@ -160,11 +161,13 @@ static void cancelled_solutions_resume(void **state) {
   for (double at = 2.0; at < ticks; at += ticks / 20.0) {
     s.read = -1;
     s.count = 0;
-    (void)solve(&w, &s, HUGE_VAL, at, &none);
+    (void)solve(&w, &s, HUGE_VAL, at, &resumed);
+    assert_null(resumed);
     assert_in_range(s.count, 0, 1);
     with_state += s.count;
     s.read = s.count ? 0 : -1;
-    (void)solve(&w, &s, HUGE_VAL, fmin(0.25 * ticks, at), &none);
+    (void)solve(&w, &s, HUGE_VAL, fmin(0.25 * ticks, at), &resumed);
+    np_scattering_field_destroy(resumed); /* there is one where little was left to do */
     if (s.count > 1) s.read = 1;
     (void)solve(&w, &s, HUGE_VAL, HUGE_VAL, &resumed);
     assert_same(w.scattering, resumed);
