@@ -9,6 +9,7 @@
 #include "render/plan.h"
 #include "render/plan_detail.h"
 #include "scene/cloud_file.h"
+#include "scene/cloud_places.h"
 #include "volume/volume_private.h"
 
 /* ---- Bakes ---- */
@@ -93,8 +94,12 @@ static neph_result count_file_cells(const neph_scene *scene, const np_plan *plan
   np_alloc_free(scene->context, file.path);
   if (result || !header.has_box || header.state != NP_GRID_FILLED) return result;
   result = place_box(cloud, &header, &low, &high);
-  const double edge_m = np_plan_get_light_edge(plan, scene, low, high);
-  *cells += (high.x - low.x) * (high.y - low.y) * (high.z - low.z) / pow(edge_m, 3.0);
+  for (unsigned i = 0; i < np_cloud_places_count(cloud); i++) {
+    np_dvec3 own_low = low, own_high = high;
+    if (cloud->place_count > 0) np_cloud_place_move_box(&cloud->place[i], low, high, &own_low, &own_high);
+    const double edge_m = np_plan_get_light_edge(plan, scene, own_low, own_high);
+    *cells += (own_high.x - own_low.x) * (own_high.y - own_low.y) * (own_high.z - own_low.z) / pow(edge_m, 3.0);
+  }
   return result;
 }
 

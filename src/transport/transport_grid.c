@@ -52,7 +52,8 @@ static void average_cell(const grid_fill *f, const int32_t at[3]) {
         const np_dvec3 position = np_dvec3_make(g->edge_m[0][at[0]] + (i + 0.5) / points[0] * width[0],
                                                 g->edge_m[1][at[1]] + (j + 0.5) / points[1] * width[1],
                                                 g->edge_m[2][at[2]] + (k + 0.5) / points[2] * width[2]);
-        for (unsigned v = 0; v < clouds; v++)
+        if (f->world->clouds.places) np_places_add_extinction(f->world->clouds.places, position, weight, extinction);
+        for (unsigned v = 0; v < clouds && !f->world->clouds.places; v++)
           extinction[v] += weight * fmaxf(0.0f, np_instance_extinction(&f->world->clouds.at[v], position));
       }
   for (unsigned v = 0; v < clouds; v++) f->holds[cell] = f->holds[cell] || extinction[v] > 0.0f;
