@@ -28,7 +28,7 @@ static double count_copies(const neph_scene *scene) {
 }
 
 double np_plan_predict_cells(const np_plan *plan, const neph_scene *scene) {
-  const double boxed = plan->filled_share * plan->light_cell_count, detail_px = scene->render.light_detail_px;
+  const double boxed = plan->filled_share * plan->light_cell_count, detail_px = np_plan_get_light_detail(scene);
   if (boxed > 0.0) return boxed;
   const double across = detail_px > 0.0 ? usual_width * plan->desc.width / detail_px : HUGE_VAL;
   const double shown = plan->file_cell_count > 0.0 ? plan->file_cell_count : pow(across, 3.0);

@@ -83,8 +83,14 @@ neph_ridges_desc np_plan_get_ridges(const np_plan *plan, const neph_scene *scene
   return ridges;
 }
 
+double np_plan_get_light_detail(const neph_scene *scene) {
+  bool has_places = false;
+  for (unsigned i = 0; i < scene->cloud_count; i++) has_places = has_places || scene->clouds[i].place_count > 0;
+  return fmax(scene->render.light_detail_px, has_places ? 1.0 : 0.0);
+}
+
 double np_plan_get_light_edge(const np_plan *plan, const neph_scene *scene, np_dvec3 low, np_dvec3 high) {
-  const double detail_px = scene->render.light_detail_px;
+  const double detail_px = np_plan_get_light_detail(scene);
   if (!(detail_px > 0.0) || !(low.x <= high.x)) return 0.0;
   return detail_px * get_pixel_rad(plan, scene) * compute_distance(scene, low, high);
 }

@@ -87,7 +87,8 @@ static const np_key keys[] = {
      .meaning = "place of the pivot; without it, as the file has it"},
     {.path = "clouds[].places", .type = NP_KEY_FILE, .is_input = true, .field = CLOUD(places),
      .group = GROUP_PLACE, .alternative = 2,
-     .meaning = "CSV of places of many copies: x_m, y_m, z_m of the pivot, rotation_deg and scale after the cloud's own"},
+     .meaning = "CSV of the places of many copies: x_m, y_m and z_m of the pivot; rotation_deg and scale, which come "
+                "after the cloud's own"},
     {.path = "clouds[].pivot", .type = NP_KEY_REAL, .field = CLOUD(pivot_point), .range = WITHIN(-1e9, 1e9),
      .choices = pivots, .tag = CLOUD(pivot), .tag_value = NP_PIVOT_POINT, .fallback = "base",
      .meaning = "point of the cloud that stands at its position: base, the middle of the bottom of its box; center, "

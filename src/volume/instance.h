@@ -70,6 +70,10 @@ static inline float np_instance_extinction(const np_instance *volume, np_dvec3 p
 /* Adds the extinction at a point, 1/m, of each cloud to that with its number in `out`, times `weight`. */
 void np_places_add_extinction(const np_places *places, np_dvec3 position, float weight, float *out);
 
+/* Lists the first `room` places whose boxes reach into a box of the world; returns how many there are. */
+unsigned np_places_list_in_box(const np_places *places, const double low[3], const double high[3], unsigned room,
+                               const np_instance **out);
+
 /* The same of all clouds together. */
 float np_places_sum_extinction(const np_places *places, np_dvec3 position);
 

@@ -182,40 +182,55 @@ float np_places_sum_extinction(const np_places *places, np_dvec3 position) {
   return sum;
 }
 
+/* ---- Boxes in boxes ---- */
+
+static bool is_apart(const np_place_node *node, const double low[3], const double high[3]) {
+  for (int axis = 0; axis < 3; axis++)
+    if (node->low[axis] > high[axis] || low[axis] > node->high[axis]) return true;
+  return false;
+}
+
+/* Steps from place to place whose boxes meet a box. */
+typedef struct box_walk {
+  const np_places *places;
+  const double *low, *high;
+  unsigned depth;
+  uint32_t stack[NP_PLACE_STACK];
+} box_walk;
+
+static const np_place_node *search_box(box_walk *w) {
+  while (w->depth > 0) {
+    const uint32_t number = w->stack[--w->depth];
+    const np_place_node *node = &w->places->nodes[number];
+    if (is_apart(node, w->low, w->high)) continue;
+    if (node->place != NP_PLACE_NONE) return node;
+    w->stack[w->depth++] = node->second;
+    w->stack[w->depth++] = number + 1;
+  }
+  return NULL;
+}
+
+unsigned np_places_list_in_box(const np_places *places, const double low[3], const double high[3], unsigned room,
+                               const np_instance **out) {
+  box_walk w = {.places = places, .low = low, .high = high, .depth = 1};
+  const np_place_node *node;
+  unsigned count = 0;
+  for (; (node = search_box(&w)); count++)
+    if (count < room) out[count] = &places->at[node->place];
+  return count;
+}
+
 /* ---- Overlap ---- */
 
 /* Boxes that share a point with the low sides of some of them: the crowd is densest at the low side of one box along
- * each axis. `lists` has room for all places, three times. */
+ * each axis. `lists` has room for all places and an end,
+ * three times. */
 typedef struct crowd_search {
   const np_places *places;
   unsigned limit;
   const np_place_node **lists[3];
   double point[3];
 } crowd_search;
-
-static bool is_apart(const np_place_node *a, const np_place_node *b) {
-  for (int axis = 0; axis < 3; axis++)
-    if (a->low[axis] > b->high[axis] || b->low[axis] > a->high[axis]) return true;
-  return false;
-}
-
-/* Boxes that meet one box, itself among them. */
-static uint32_t list_neighbours(const np_places *places, const np_place_node *of, const np_place_node **out) {
-  uint32_t stack[NP_PLACE_STACK] = {0}, count = 0;
-  unsigned depth = 1;
-  while (depth > 0) {
-    const uint32_t number = stack[--depth];
-    const np_place_node *node = &places->nodes[number];
-    if (is_apart(node, of)) continue;
-    if (node->place != NP_PLACE_NONE) {
-      out[count++] = node;
-      continue;
-    }
-    stack[depth++] = node->second;
-    stack[depth++] = number + 1;
-  }
-  return count;
-}
 
 /* Cuts the boxes of one list by the low side of each along an axis, and so on along the axes behind it. */
 static bool search_along(crowd_search *s, int axis, uint32_t count) {
@@ -235,7 +250,9 @@ static bool search_along(crowd_search *s, int axis, uint32_t count) {
 
 /* The boxes that reach over the low side along x of one that they meet. */
 static bool search_beside(crowd_search *s, const np_place_node *of) {
-  uint32_t count = list_neighbours(s->places, of, s->lists[0]), met = 0;
+  box_walk w = {.places = s->places, .low = of->low, .high = of->high, .depth = 1};
+  uint32_t count = 0, met = 0;
+  while ((s->lists[0][count] = search_box(&w))) count++;
   const double at = s->point[0] = of->low[0];
   for (uint32_t i = 0; i < count && count > s->limit; i++)
     if (s->lists[0][i]->low[0] <= at) s->lists[1][met++] = s->lists[0][i];
@@ -244,7 +261,7 @@ static bool search_beside(crowd_search *s, const np_place_node *of) {
 
 neph_result np_places_search_crowd(neph_context *context, const np_places *places, unsigned limit, bool *out_is_crowded,
                                    np_dvec3 *out_point) {
-  const size_t count = places->count;
+  const size_t count = (size_t)places->count + 1;
   const np_place_node **lists = np_alloc(context, 3 * count, sizeof *lists);
   *out_is_crowded = false;
   if (!lists) return NEPH_ERROR_OUT_OF_MEMORY;

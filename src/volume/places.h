@@ -80,7 +80,7 @@ typedef struct np_place_queue {
 void np_place_queue_enter(np_place_queue *queue, np_dvec3 origin, np_vec3 direction, double distance_end);
 void np_place_queue_refill(np_place_queue *queue);
 
-/* Of a world without a hierarchy it is empty. */
+/* It is empty in a world without a hierarchy. */
 static inline void np_place_queue_start(np_place_queue *queue, const np_instances *clouds, np_dvec3 origin,
                                         np_vec3 direction, double distance_end) {
   queue->places = clouds->places;
