@@ -122,6 +122,7 @@ typedef enum np_axis_up { NP_UP_Z, NP_UP_Y } np_axis_up;
 typedef struct np_scene_emission {
   bool is_enabled;
   char *temperature, *flame; /* names of grids; "none"; NULL: the usual name, a flame only where there is one */
+  char *color;               /* of radiances; "none"; NULL: the usual names */
   double kelvin_per_value, offset_k;
   double absorption_per_m; /* where the flame's grid holds 1 */
   double strength;
@@ -144,6 +145,7 @@ typedef struct np_scene_cloud {
   char *grid;                       /* NULL: chosen by neph_volume_load */
   char *velocity;                   /* name of the grid of velocities; "none"; NULL: the usual names */
   double velocity_scale;
+  char *color; /* name of the grid of colours; "none"; NULL: the usual names */
   neph_import_policy policy;
   double level_set_voxels;
   neph_volume_ramp ramp;
@@ -336,9 +338,7 @@ neph_result np_scene_check(const neph_scene *scene);
 bool np_scene_cloud_is_sequence(const np_scene_cloud *cloud);
 
 /* Whether all files of a sequence place and scale each of them. */
-static inline bool np_scene_cloud_goes_by_all(const np_scene_cloud *cloud) {
-  return isinf(cloud->reference_frame);
-}
+static inline bool np_scene_cloud_goes_by_all(const np_scene_cloud *cloud) { return isinf(cloud->reference_frame); }
 
 /* The greatest of the factors by which a cloud is enlarged. */
 double np_scene_cloud_get_scale(const np_scene_cloud *cloud);
