@@ -61,6 +61,10 @@ neph_result np_volume_read_header(neph_context *context, const char *path, const
 neph_result np_volume_load_field(neph_context *context, const char *path, const neph_volume_load_desc *desc,
                                  bool is_required, bool *out_is_in_file, neph_volume **out_volume);
 
+/* The grid of such a field; nothing where it is not in the file. The caller clears it, whatever the outcome. */
+neph_result np_volume_load_field_grid(neph_context *context, const char *path, const neph_volume_load_desc *desc,
+                                      np_sparse_grid *out_grid, bool *out_has_content);
+
 /* Vectors that a file has beside its density. */
 typedef enum np_vector_role {
   NP_VECTOR_VELOCITY, /* vel, v or velocity: lengths of the file a second */
