@@ -49,6 +49,7 @@ typedef struct np_packet {
   float color_weight[3][NP_BAND_COUNT]; /* by which each band adds to the picture's R, G and B */
   neph_atmosphere *atmosphere;
   np_instance *placed;          /* the clouds that hold anything */
+  np_places places;             /* of all of them, where some stand in several; else none */
   np_emission emission;         /* of all clouds; without emitters where there is none */
   np_emission *emission_groups; /* of each cloud of the scene, for groups of lights; NULL: none are asked for */
   np_cloud_gain *gains;         /* of each of `placed`; NULL: no approximation, or the scene has a gain for it */
@@ -60,8 +61,10 @@ typedef struct np_packet {
 
 /* Volume and media made from a cloud of the scene. */
 typedef struct np_cloud_parts {
-  neph_volume *volume;        /* NULL: it holds nothing */
-  np_instance placed;         /* as the scene has it; each packet has its own */
+  neph_volume *volume; /* NULL: it holds nothing */
+  np_instance placed;  /* as the scene has it, in its first place; each packet has its own */
+  np_instance *copies; /* the same in each of its places; NULL: it has one */
+  unsigned copy_count;
   np_cloud_emission emission; /* most often nothing */
   np_phase_table phase_table; /* empty where its phase function is none */
 } np_cloud_parts;
@@ -132,8 +135,8 @@ np_black_body np_packet_make_black_body(const np_packet *packet, const np_assemb
 np_spectrum np_packet_convert_radiance(const np_packet *packet, const np_assembly *assembly,
                                        const double reference[NP_BAND_COUNT]);
 
-/* Places the parts of a cloud with their albedos in a packet, of one without matter the place alone; returns how many.
- */
+/* Puts the parts of a cloud with their albedos in a packet into its first place, of one without matter the place alone;
+ * returns how many. */
 unsigned np_packet_place(const np_packet *packet, const neph_scene *scene, const np_assembly *assembly, unsigned cloud,
                          np_instance out[NP_TINT_PARTS_MAX]);
 
