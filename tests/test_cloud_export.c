@@ -221,7 +221,8 @@ static void pictures_of_fields_are_those_of_the_scene(void **state) {
     neph_scene *again = load(f, "march", cloud), *both[] = {scene, again};
     for (int k = 0; k < 2; k++) {
       assert_int_equal(neph_scene_set(both[k], "render.samples", "4"), NEPH_OK);
-      assert_int_equal(neph_scene_set(both[k], "camera.motion_blur", "{}"), NEPH_OK);
+      assert_int_equal(neph_scene_set(both[k], "environment.planet", "none"), NEPH_OK); /* no ground to light by it */
+      if (i) assert_int_equal(neph_scene_set(both[k], "camera.motion_blur", "{}"), NEPH_OK);
     }
     neph_image *before = render(scene), *after = render(again);
     assert_true(compute_difference(before, after) < 2e-3);
