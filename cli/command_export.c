@@ -55,6 +55,16 @@ static cli_exit check_source(const export_job *job, unsigned cloud, int frame, c
 
 /* ---- Clouds ---- */
 
+/* Names of the grids beside the density. */
+static void print_fields(const neph_exported_cloud *cloud, const char *before, const char *quote) {
+  static const char *const names[] = {"vel", "Cd", "Ce", "temperature", "flame"};
+  for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
+    if (!(cloud->fields >> i & 1u)) continue;
+    printf("%s%s%s%s", before, quote, names[i], quote);
+    before = ", ";
+  }
+}
+
 static void print_done(const export_job *job, const neph_exported_cloud *cloud) {
   const double *a = cloud->bounds_min_m, *b = cloud->bounds_max_m;
   if (job->session->options->is_json) {
@@ -63,14 +73,18 @@ static void print_done(const export_job *job, const neph_exported_cloud *cloud) 
     printf(", \"file\": ");
     cli_print_json_text(cloud->path);
     printf(", \"frame\": %d, \"empty\": %s, \"bounds_m\": [[%.9g, %.9g, %.9g], [%.9g, %.9g, %.9g]], "
-           "\"extinction_per_value\": %.9g}\n",
+           "\"extinction_per_value\": %.9g, \"fields\": [",
            cloud->frame, cloud->is_empty ? "true" : "false", a[0], a[1], a[2], b[0], b[1], b[2],
            cloud->extinction_per_value);
+    print_fields(cloud, "", "\"");
+    printf("]}\n");
   } else if (cloud->is_empty) {
     printf("%s: empty in frame %d\n", cloud->name, cloud->frame);
   } else {
-    printf("%s: %s, %.4g x %.4g x %.4g m, extinction of a value of 1: %.9g 1/m\n", cloud->name, cloud->path,
-           b[0] - a[0], b[1] - a[1], b[2] - a[2], cloud->extinction_per_value);
+    printf("%s: %s, %.4g x %.4g x %.4g m, extinction of a value of 1: %.9g 1/m", cloud->name, cloud->path, b[0] - a[0],
+           b[1] - a[1], b[2] - a[2], cloud->extinction_per_value);
+    print_fields(cloud, ", with ", "");
+    printf("\n");
   }
   fflush(stdout);
 }
@@ -152,8 +166,10 @@ const cli_verb cli_verb_export = {
     .exits = CLI_MAY(CLI_BAD_SCENE) | CLI_MAY(CLI_NOT_FOUND) | CLI_MAY(CLI_LIMIT),
     .description = "Writes each cloud of a scene, read from its file or baked, as one fog volume `density`: in the "
                    "world's place, z up, in metres, its values the extinction in 1/m. Transforms, units, ramps, sums "
-                   "of grids and repairs that the scene asks for are done. Files go by the cloud's name and .vdb into "
-                   "the current folder.",
+                   "of grids and repairs that the scene asks for are done. Velocities (`vel`) and colours (`Cd`) of "
+                   "its file go with it, turned and in m/s, and, where the cloud has `emission`, `temperature` in K, "
+                   "`flame` and emitted light (`Ce`) in the units of the keys' defaults. Files go by the cloud's name "
+                   "and .vdb into the current folder.",
     .options = {{"--output", "write to FILE, a .vdb, where the scene has one cloud, or into the folder FILE",
                  .files = "vdb"},
                 {"--usd", "write a layer with a Volume for each cloud to FILE, a .usda"},

@@ -177,6 +177,11 @@ static void bits_are_those_of_any_threads(void **state) {
 
 /* ---- Files ---- */
 
+static neph_result load_velocity(const test_fixture *f, const char *name, np_sparse_grid out[3], bool *out_is_found) {
+  const np_vector_request request = {NP_VECTOR_VELOCITY, name, NEPH_IMPORT_REFUSE};
+  return np_volume_load_vector(f->context, f->path, &request, NULL, out, out_is_found);
+}
+
 static void names_that_are_found(void **state) {
   test_fixture *f = *state;
   static const char *const names[][3] = {{"vel"},
@@ -191,8 +196,7 @@ static void names_that_are_found(void **state) {
     test_velocity_write(f->context, f->path, &v);
     np_sparse_grid velocity[3];
     bool is_found;
-    assert_int_equal(np_volume_load_velocity(f->context, f->path, NULL, NEPH_IMPORT_REFUSE, NULL, velocity, &is_found),
-                     NEPH_OK);
+    assert_int_equal(load_velocity(f, NULL, velocity, &is_found), NEPH_OK);
     assert_true(is_found);
     for (int a = 0; a < 3; a++) {
       np_grid_extent extent;
@@ -210,12 +214,10 @@ static void a_name_that_is_not_there(void **state) {
   test_velocity_write(f->context, f->path, &still);
   np_sparse_grid velocity[3];
   bool is_found;
-  assert_int_equal(np_volume_load_velocity(f->context, f->path, NULL, NEPH_IMPORT_REFUSE, NULL, velocity, &is_found),
-                   NEPH_OK);
+  assert_int_equal(load_velocity(f, NULL, velocity, &is_found), NEPH_OK);
   assert_false(is_found);
   test_log_clear(&f->log);
-  assert_int_equal(np_volume_load_velocity(f->context, f->path, "speed", NEPH_IMPORT_REFUSE, NULL, velocity, &is_found),
-                   NEPH_ERROR_BAD_FILE);
+  assert_int_equal(load_velocity(f, "speed", velocity, &is_found), NEPH_ERROR_BAD_FILE);
   assert_non_null(strstr(f->log.text, "no grid 'speed' of vectors"));
 }
 

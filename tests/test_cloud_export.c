@@ -10,6 +10,7 @@
 #include "core/alloc.h"
 #include "core/file.h"
 #include "test_box_files.h"
+#include "test_color_files.h"
 
 /* Two boxes, so that no turn goes unseen. */
 static const test_box boxes[] = {{{8, 8, 8}, {24, 20, 16}, 1.0f}, {{24, 10, 9}, {30, 14, 12}, 0.3f}};
@@ -135,6 +136,176 @@ static void baked_clouds_are_exported_too(void **state) {
   free(path);
 }
 
+/* ---- Beside the density ---- */
+
+static float get_lump(const int32_t at[3]) {
+  bool is_inside = true;
+  for (int a = 0; a < 3; a++) is_inside = is_inside && at[a] >= 6 && at[a] < 12 + 4 * a;
+  return is_inside ? 0.5f : 0.0f;
+}
+
+static void get_color(const int32_t at[3], float out[3]) {
+  for (int c = 0; c < 3; c++) out[c] = at[c] < 9 ? 0.25f : 0.75f;
+}
+
+static void get_light(const int32_t at[3], float out[3]) {
+  for (int c = 0; c < 3; c++) out[c] = at[0] < 9 ? 0.125f * (float)c : 0.5f;
+}
+
+static void get_flow(const int32_t at[3], float out[3]) {
+  for (int c = 0; c < 3; c++) out[c] = (float)(1 + c) * (at[2] < 9 ? 1.0f : -2.0f);
+}
+
+static void write_colored(const test_fixture *f) {
+  const test_color_file file = {
+      get_lump, {{{"v"}, get_flow}, {{"color_r", "color_g", "color_b"}, get_color}, {{"emission"}, get_light}}};
+  test_color_write(f->context, f->path, &file);
+}
+
+static const char colored[] =
+    "vdb: b.vdb, up: y, voxel: 3 m, scale: [1, -1, 1.5], rotation: 30 deg, tilt: [10 deg, -5 deg], "
+    "position: [5 m, 10 m, 30 m], optical_depth: 6, velocity_scale: 2, emission: {strength: 0.01}";
+
+/* Vectors turn, grow and are mirrored with the cloud: at the world's place of a voxel it is the linear part of the map
+ * of places, times velocity_scale, times the velocity. Colours and light stay what they are. */
+static void fields_go_with_the_cloud(void **state) {
+  test_fixture *f = *state;
+  char *path = test_path(f->folder, "out.vdb");
+  write_colored(f);
+  neph_scene *scene = load(f, "march", colored);
+  const neph_exported_cloud out = export_cloud(f, scene, 1, NEPH_PRECISION_FLOAT, path);
+  assert_int_equal(out.fields, NEPH_EXPORT_VELOCITY | NEPH_EXPORT_COLOR | NEPH_EXPORT_LIGHT);
+  np_sparse_grid before[3], after[3];
+  const np_vector_request requests[] = {{NP_VECTOR_VELOCITY, NULL, NEPH_IMPORT_REFUSE},
+                                        {NP_VECTOR_COLOR, NULL, NEPH_IMPORT_REFUSE},
+                                        {NP_VECTOR_EMISSION, NULL, NEPH_IMPORT_REFUSE}};
+  for (int role = 0; role < 3; role++) {
+    bool is_found;
+    assert_int_equal(np_volume_load_vector(f->context, f->path, &requests[role], NULL, before, &is_found), NEPH_OK);
+    assert_int_equal(np_volume_load_vector(f->context, path, &requests[role], NULL, after, &is_found), NEPH_OK);
+    assert_true(is_found);
+    const np_affine *map = &after[0].index_to_world; /* that of the file is the identity */
+    uint64_t active = 0;
+    for (size_t i = 0; i < after[0].leaf_count; i++)
+      for (int n = 0; n < NP_LEAF_SIZE; n++) {
+        if (!(after[0].leaves[i].active[n / 64] >> (n % 64) & 1u)) continue;
+        active++;
+        for (int a = 0; a < 3; a++) {
+          double expected = 0.01 * (double)before[a].leaves[i].values[n];
+          if (role == 1) expected = (double)before[a].leaves[i].values[n];
+          for (int b = 0; b < 3 && role == 0; b++)
+            expected = (b ? expected : 0.0) + 2.0 * map->m[a][b] * (double)before[b].leaves[i].values[n];
+          assert_near((double)after[a].leaves[i].values[n], expected, 1e-5); /* floats of up to 60 */
+        }
+      }
+    assert_int_equal(active, 6 * 10 * 14);
+    for (int a = 0; a < 3; a++) {
+      np_sparse_grid_clear(&before[a]);
+      np_sparse_grid_clear(&after[a]);
+    }
+  }
+  neph_scene_destroy(scene);
+  free(path);
+}
+
+/* Halves of bricks, 2⁻¹² of a value each, of a cloud and of what its corners have of it. What a scene leaves out is not
+ * exported. */
+static void pictures_of_fields_are_those_of_the_scene(void **state) {
+  test_fixture *f = *state;
+  char *path = test_path(f->folder, "out.vdb"), cloud[200];
+  write_colored(f);
+  for (int i = 0; i < 2; i++) {
+    neph_scene *scene = load(f, "march", colored);
+    const neph_exported_cloud out = export_cloud(f, scene, 1, i ? NEPH_PRECISION_HALF : NEPH_PRECISION_FLOAT, path);
+    (void)snprintf(cloud, sizeof cloud, "vdb: out.vdb, extinction: %.9g 1/m, emission: {}", out.extinction_per_value);
+    neph_scene *again = load(f, "march", cloud), *both[] = {scene, again};
+    for (int k = 0; k < 2; k++) {
+      assert_int_equal(neph_scene_set(both[k], "render.samples", "4"), NEPH_OK);
+      assert_int_equal(neph_scene_set(both[k], "environment.planet", "none"), NEPH_OK); /* no ground to light by it */
+      if (i) assert_int_equal(neph_scene_set(both[k], "camera.motion_blur", "{}"), NEPH_OK);
+    }
+    neph_image *before = render(scene), *after = render(again);
+    assert_true(compute_difference(before, after) < 2e-3);
+    neph_image_destroy(before);
+    neph_image_destroy(after);
+    neph_scene_destroy(again);
+    assert_int_equal(neph_scene_set(scene, "clouds[0].color", "none"), NEPH_OK);
+    assert_int_equal(neph_scene_set(scene, "clouds[0].velocity", "none"), NEPH_OK);
+    assert_int_equal(export_cloud(f, scene, 1, NEPH_PRECISION_FLOAT, path).fields, NEPH_EXPORT_LIGHT);
+    neph_scene_destroy(scene);
+  }
+  free(path);
+}
+
+/* Temperatures in kelvin and flames in 1/m: what kelvin, offset, absorption and strength say is done. */
+static void fire_is_exported_in_units(void **state) {
+  test_fixture *f = *state;
+  char *path = test_path(f->folder, "out.vdb");
+  static const char *const names[] = {"density", "heat", "flames"};
+  np_sparse_grid grids[3];
+  np_vdb_write_grid outputs[3] = {{0}};
+  const test_color_file file = {.get_density = get_lump};
+  for (int g = 0; g < 3; g++) {
+    test_color_fill(f->context, names[g], &(test_color_source){&file, -1, 0}, &grids[g]);
+    outputs[g].grid = &grids[g];
+  }
+  assert_int_equal(np_volume_save_grids(f->context, f->path, outputs, 3, NULL), NEPH_OK);
+  for (int g = 0; g < 3; g++) np_sparse_grid_clear(&grids[g]);
+  neph_scene *scene =
+      load(f, "march",
+           "vdb: b.vdb, extinction: 1 1/m, emission: {temperature: heat, kelvin: 1800 K, offset: 300 K, "
+           "flame: flames, absorption: 3 1/m, strength: 5}");
+  assert_int_equal(export_cloud(f, scene, 1, NEPH_PRECISION_FLOAT, path).fields,
+                   NEPH_EXPORT_TEMPERATURE | NEPH_EXPORT_FLAME);
+  static const struct {
+    const char *name;
+    double value;
+  } expected[] = {{"temperature", 300.0 + 1800.0 * 0.5}, {"flame", 3.0 * 5.0 * 0.5}};
+  for (int i = 0; i < 2; i++) {
+    neph_volume_load_desc load_desc = NEPH_VOLUME_LOAD_DESC_DEFAULT;
+    neph_volume *volume;
+    const double inside[3] = {8.0, 8.0, 8.0};
+    float value;
+    load_desc.grid = expected[i].name;
+    load_desc.precision = NEPH_PRECISION_FLOAT;
+    load_desc.policy = NEPH_IMPORT_REPAIR; /* a field's background may be warm */
+    assert_int_equal(neph_volume_load(f->context, path, &load_desc, &volume), NEPH_OK);
+    neph_volume_sample(volume, 1, inside, &value);
+    assert_near((double)value, expected[i].value, 1e-4);
+    neph_volume_release(volume);
+  }
+  neph_scene_destroy(scene);
+  free(path);
+}
+
+static void layers_name_the_fields(void **state) {
+  test_fixture *f = *state;
+  char *path = test_path(f->folder, "out.vdb"), *layer = test_path(f->folder, "out.usda");
+  static const char *const lines[] = {"rel field:density = </World/b_1/density>",
+                                      "rel field:vel = </World/b_1/vel>",
+                                      "rel field:Cd = </World/b_1/Cd>",
+                                      "def OpenVDBAsset \"Ce\"",
+                                      "token fieldName = \"vel\"\n      token fieldDataType = \"half3\"\n      token "
+                                      "vectorDataRoleHint = \"Vector\"",
+                                      "token vectorDataRoleHint = \"Color\""};
+  void *text;
+  size_t size;
+  write_colored(f);
+  neph_scene *scene = load(f, "march", colored);
+  const neph_exported_cloud out = export_cloud(f, scene, 1, NEPH_PRECISION_HALF, path);
+  assert_int_equal(neph_scene_save_volumes_usd(scene, &out, 1, layer), NEPH_OK);
+  assert_int_equal(np_file_read(f->context, layer, &text, &size), NEPH_OK);
+  char *copy = strndup(text, size);
+  np_alloc_free(f->context, text);
+  for (size_t i = 0; i < sizeof lines / sizeof *lines; i++)
+    if (!strstr(copy, lines[i])) fail_msg("%s is not in\n%s", lines[i], copy);
+  assert_null(strstr(copy, "flame"));
+  free(copy);
+  free(layer);
+  free(path);
+  neph_scene_destroy(scene);
+}
+
 /* ---- USD ---- */
 
 static void assert_has(const char *text, const char *line) {
@@ -214,8 +385,11 @@ static void what_cannot_be_exported_is_refused(void **state) {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, test_tear_down)
 
 int main(void) {
-  const struct CMUnitTest tests[] = {TEST(values_stand_in_the_world), TEST(pictures_are_those_of_the_scene),
-                                     TEST(baked_clouds_are_exported_too), TEST(layers_have_time_samples),
-                                     TEST(what_cannot_be_exported_is_refused)};
+  const struct CMUnitTest tests[] = {
+      TEST(values_stand_in_the_world),         TEST(pictures_are_those_of_the_scene),
+      TEST(baked_clouds_are_exported_too),     TEST(layers_have_time_samples),
+      TEST(fields_go_with_the_cloud),          TEST(pictures_of_fields_are_those_of_the_scene),
+      TEST(fire_is_exported_in_units),         TEST(layers_name_the_fields),
+      TEST(what_cannot_be_exported_is_refused)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -348,6 +348,15 @@ typedef struct neph_export_desc {
     .progress_user = NULL                                                                                              \
   }
 
+/** Grids that an exported file has beside its density; bits. */
+typedef enum neph_export_fields {
+  NEPH_EXPORT_VELOCITY = 1,    /**< `vel`, a vector in m/s */
+  NEPH_EXPORT_COLOR = 2,       /**< `Cd`, a vector: factor on the albedo in red, green and blue */
+  NEPH_EXPORT_LIGHT = 4,       /**< `Ce`, a vector: emitted light in W m⁻³ sr⁻¹ nm⁻¹ */
+  NEPH_EXPORT_TEMPERATURE = 8, /**< `temperature` in K */
+  NEPH_EXPORT_FLAME = 16       /**< `flame`: absorption of what burns, 1/m */
+} neph_export_fields;
+
 /** A cloud as it was exported. */
 typedef struct neph_exported_cloud {
   size_t struct_size;
@@ -358,6 +367,7 @@ typedef struct neph_exported_cloud {
   bool is_half;                            /**< values are halves */
   double bounds_min_m[3], bounds_max_m[3]; /**< world box of its active voxels */
   double extinction_per_value;             /**< 1/m where the file holds 1: 1 in floats, a power of two in halves */
+  unsigned fields;                         /**< of neph_export_fields: what the file has beside */
 } neph_exported_cloud;
 
 #define NEPH_EXPORTED_CLOUD_DEFAULT                                                                                    \
@@ -365,7 +375,9 @@ typedef struct neph_exported_cloud {
 
 /** Writes a cloud of a scene to a .vdb file as it stands in a frame: one fog volume "density" in the world's place, z
  * up, in metres, of the extinction in 1/m. Its units, and what a value of 1 is, go with it (`units`,
- * `nephos:extinction_per_value`). Halves are scaled by a power of two that puts the largest in [1, 2).
+ * `nephos:extinction_per_value`). Halves are scaled by a power of two that puts the largest in [1, 2). The velocities
+ * and colours of its file go with it, and, where the cloud has emission, temperature, flame and emitted light, in the
+ * world and in the units of the keys' defaults.
  *
  * @param desc       NULL for the defaults.
  * @param out_cloud  starts from NEPH_EXPORTED_CLOUD_DEFAULT.

@@ -62,6 +62,7 @@ static void add_emitter(np_hash *hash, const np_emitter *g) {
   add_bricks(hash, g->bricks);
   NP_HASH_ADD(hash, g->world_to_index);
   NP_HASH_ADD(hash, g->absorption_per_value);
+  NP_HASH_ADD(hash, g->has_no_body);
   NP_HASH_ADD(hash, g->kelvin_per_value);
   NP_HASH_ADD(hash, g->offset_k);
   if (!g->temperature) return;

@@ -60,10 +60,11 @@ static neph_result save(const np_bake *bake, const bake_grids *grids, const char
   size_t count = 0;
   const int is_half = desc->file_precision == NEPH_PRECISION_HALF;
   for (unsigned i = 0; i < desc->level_count; i++)
-    out[count++] = (np_vdb_write_grid){&grids->levels[i], is_half, of_density, ATTRIBUTES, NULL, NULL};
+    out[count++] = (np_vdb_write_grid){&grids->levels[i], is_half, of_density, ATTRIBUTES, NULL, NULL, false};
   const np_sparse_grid *velocity = grids->velocity;
   if (desc->has_velocity)
-    out[count++] = (np_vdb_write_grid){&velocity[0], is_half, of_velocity, ATTRIBUTES - 1, &velocity[1], &velocity[2]};
+    out[count++] =
+        (np_vdb_write_grid){&velocity[0], is_half, of_velocity, ATTRIBUTES - 1, &velocity[1], &velocity[2], false};
   result = np_volume_save_grids(bake->context, path, out, count, bake->monitor);
   np_alloc_free(bake->context, params);
   return result;

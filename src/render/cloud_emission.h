@@ -8,9 +8,12 @@
 
 typedef struct np_cloud_emission {
   bool is_enabled;
+  bool has_body;                    /* the cloud or its flames emit as a black body */
   neph_volume *temperature, *flame; /* NULL: none */
-  np_emitter emitter;               /* but for what it absorbs, which depends on the band */
-  float flame_absorption_per_m;     /* of a value of 1; 0: the cloud itself emits */
+  neph_volume *color[3];            /* of red, green and blue light; NULL: none, or nothing of it */
+  np_emitter emitter;               /* of the body, but for what it absorbs, which depends on the band */
+  np_emitter color_emitter[3];
+  float flame_absorption_per_m; /* of a value of 1; 0: the cloud itself emits */
   float strength;
 } np_cloud_emission;
 
@@ -28,7 +31,15 @@ typedef struct np_cloud_emission_source {
 neph_result np_cloud_emission_load(const np_cloud_emission_source *source, np_cloud_emission *out_emission);
 void np_cloud_emission_clear(np_cloud_emission *emission);
 
-/* The emitter for one packet's albedo of the cloud, which may be NULL for a flame. */
-np_emitter np_cloud_emission_get(const np_cloud_emission *emission, const np_instance *cloud);
+/* The parts of a cloud with the albedo of one packet, and what one unit of each component of a colour is there. */
+typedef struct np_emission_matter {
+  const np_instance *parts; /* one at least */
+  unsigned part_count;
+  np_spectrum color[3];
+} np_emission_matter;
+
+/* Lists the emitters of a cloud in one packet; returns how many, at most NP_CLOUD_EMITTERS_MAX. */
+unsigned np_cloud_emission_list(const np_cloud_emission *emission, const np_emission_matter *matter,
+                                np_emitter out[NP_CLOUD_EMITTERS_MAX]);
 
 #endif

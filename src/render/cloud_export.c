@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "core/alloc.h"
+#include "render/export_fields.h"
 #include "render/plan.h"
 #include "render/reference_frame.h"
 #include "scene/cloud_file.h"
@@ -21,6 +22,8 @@ typedef struct cloud_export {
   np_cloud_file source;
   np_sparse_grid grid;
   np_placement placement;
+  np_anchor anchor;
+  np_export_fields fields;
   neph_exported_cloud out;
 } cloud_export;
 
@@ -53,14 +56,13 @@ static void compute_bounds(const np_affine *index_to_world, const neph_volume *v
 
 static neph_result place(cloud_export *e, neph_volume *volume) {
   np_stores *stores;
-  np_anchor anchor;
   bool is_known;
   neph_volume_load_desc load = np_cloud_file_describe_load(e->cloud);
   neph_result result = np_stores_get(e->scene, &stores);
   if (result) return result;
   const np_frame_cloud of = {&stores->references, e->scene, e->index, e->source.number, volume, &load, e->monitor};
-  result = np_reference_frame_get_anchor(&of, &anchor, &is_known);
-  if (!result) result = np_placement_make(e->cloud, &anchor, volume, e->monitor, &e->placement);
+  result = np_reference_frame_get_anchor(&of, &e->anchor, &is_known);
+  if (!result) result = np_placement_make(e->cloud, &e->anchor, volume, e->monitor, &e->placement);
   if (!result) compute_bounds(&e->placement.index_to_world, volume, &e->out);
   return result;
 }
@@ -99,8 +101,18 @@ static neph_result save(cloud_export *e, double value_max) {
   grid->index_to_world = e->placement.index_to_world;
   const np_vdb_attribute attributes[] = {
       {.name = "units", .text = "1/m"}, {.name = "nephos:extinction_per_value", .number = e->out.extinction_per_value}};
-  const np_vdb_write_grid out = {grid, e->out.is_half, attributes, sizeof attributes / sizeof *attributes, NULL, NULL};
-  return np_volume_save_grids(e->scene->context, e->path, &out, 1, e->monitor);
+  np_vdb_write_grid outputs[1 + NP_EXPORT_FIELDS_MAX] = {{.grid = grid,
+                                                          .is_half = e->out.is_half,
+                                                          .attributes = attributes,
+                                                          .attribute_count = sizeof attributes / sizeof *attributes}};
+  const size_t count = 1 + np_export_fields_list(&e->fields, e->out.is_half, outputs + 1);
+  e->out.fields = np_export_fields_get_kinds(&e->fields);
+  return np_volume_save_grids(e->scene->context, e->path, outputs, count, e->monitor);
+}
+
+static neph_result load_fields(cloud_export *e) {
+  const np_export_source source = {e->cloud, e->source.path, &e->anchor.file_to_world, e->monitor};
+  return e->cloud->is_baked ? NEPH_OK : np_export_fields_load(e->scene->context, &source, &e->fields);
 }
 
 static neph_result place_and_save(cloud_export *e) {
@@ -110,7 +122,9 @@ static neph_result place_and_save(cloud_export *e) {
   if (result) return result;
   e->out.is_empty = !(volume->value_max > 0.0f);
   if (!e->out.is_empty) result = place(e, volume);
+  if (!result && !e->out.is_empty) result = load_fields(e);
   if (!result && !e->out.is_empty) result = save(e, (double)volume->value_max);
+  np_export_fields_clear(&e->fields);
   neph_volume_release(volume);
   return result;
 }

@@ -55,31 +55,36 @@ void np_copies_clear(neph_context *context, np_cloud_parts *parts) {
 
 /* ---- The hierarchy ---- */
 
-/* All places of the clouds that hold anything; 0: each has one. */
+/* All places of the parts of clouds that hold anything; 0: each has one. */
 static size_t count_places(const np_assembly *a) {
   size_t count = 0, copies = 0;
   for (unsigned i = 0; i < a->cloud_count; i++) {
     if (!a->clouds[i].volume) continue;
-    count += a->clouds[i].copies ? a->clouds[i].copy_count : 1;
+    count += np_volume_count_parts(a->clouds[i].volume) * (size_t)(a->clouds[i].copies ? a->clouds[i].copy_count : 1);
     copies += a->clouds[i].copy_count;
   }
   return copies > 0 ? count : 0;
 }
 
-/* Each cloud as the packet has it, in each of its places. */
+/* Each part of a cloud as the packet has it, in each of its places; returns the end of what it fills. */
+static np_instance *fill_part(const np_cloud_parts *parts, const np_instance *placed, unsigned index,
+                              np_instance *out) {
+  for (unsigned k = 0; k < (parts->copies ? parts->copy_count : 1); k++, out++) {
+    const np_instance *at = parts->copies ? &parts->copies[k] : placed;
+    *out = *placed;
+    out->index = index;
+    out->world_to_index = at->world_to_index;
+    out->bottom_m = at->bottom_m;
+    out->top_m = at->top_m;
+  }
+  return out;
+}
+
 static void fill_places(const np_assembly *a, const np_packet *packet, np_instance *out) {
   for (unsigned i = 0, index = 0; i < a->cloud_count; i++) {
     const np_cloud_parts *parts = &a->clouds[i];
-    if (!parts->volume) continue;
-    for (unsigned k = 0; k < (parts->copies ? parts->copy_count : 1); k++, out++) {
-      const np_instance *at = parts->copies ? &parts->copies[k] : &packet->placed[index];
-      *out = packet->placed[index];
-      out->index = index;
-      out->world_to_index = at->world_to_index;
-      out->bottom_m = at->bottom_m;
-      out->top_m = at->top_m;
-    }
-    index++;
+    const unsigned count = parts->volume ? np_volume_count_parts(parts->volume) : 0;
+    for (unsigned k = 0; k < count; k++, index++) out = fill_part(parts, &packet->placed[index], index, out);
   }
 }
 

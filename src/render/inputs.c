@@ -76,10 +76,19 @@ static neph_result open_field(const cloud_file *file, const char *name, const ch
   return result;
 }
 
+/* The same of colours. */
+static neph_result open_colors(const cloud_file *file, np_vector_role role, const char *name, bool *out_is_found) {
+  *out_is_found = false;
+  if (name && !strcmp(name, "none")) return NEPH_OK;
+  return np_volume_search_vector(file->scene->context, file->path, role, name, out_is_found);
+}
+
 static neph_result open_emission(const cloud_file *file) {
   const np_scene_emission *emission = &file->scene->clouds[file->index].emission;
+  bool has_colors;
   if (!emission->is_enabled) return NEPH_OK;
-  neph_result result = open_field(file, emission->temperature, "temperature", true);
+  neph_result result = open_colors(file, NP_VECTOR_EMISSION, emission->color, &has_colors);
+  if (!result) result = open_field(file, emission->temperature, "temperature", !has_colors);
   return result ? result : open_field(file, emission->flame, "flame", false);
 }
 

@@ -76,8 +76,8 @@ static void move_cloud(const np_motion *m, unsigned index, double time, np_moved
     const np_affine to_frame = mix_affines(&own->to_frame[at.pose], &own->to_frame[at.pose + 1], at.share);
     cloud->world_to_index = np_affine_compose(&cloud->world_to_index, &to_frame);
   }
-  if (own->density)
-    cloud->bricks = move_bricks(own->density, time * own->velocity_s, &out->bricks[index], &out->motions[index]);
+  const np_moving_bricks *part = own->parts[cloud->part] ? own->parts[cloud->part] : own->density;
+  if (part) cloud->bricks = move_bricks(part, time * own->velocity_s, &out->bricks[index], &out->motions[index]);
   if (own->is_rigid || own->density) cloud->index_to_frame = &own->index_to_frame;
 }
 
@@ -94,7 +94,7 @@ static void move_emitter(const np_motion *m, unsigned index, double time, np_mov
     emitter->world_to_temperature = np_affine_compose(&emitter->world_to_temperature, &to_frame);
   }
   const double time_s = time * own->velocity_s;
-  const np_moving_bricks *field = own->flame ? own->flame : own->density;
+  const np_moving_bricks *field = own->parts[emitter->part] ? own->parts[emitter->part] : own->density;
   if (field) emitter->bricks = move_bricks(field, time_s, &out->emitting[index][0], &out->emitting_motions[index][0]);
   if (own->temperature && emitter->temperature)
     emitter->temperature =
@@ -131,8 +131,8 @@ void np_motion_destroy(np_motion *motion) {
   if (!motion) return;
   for (unsigned i = 0; motion->clouds && i < motion->cloud_count; i++) {
     np_moving_bricks_destroy(motion->clouds[i].density);
-    np_moving_bricks_destroy(motion->clouds[i].flame);
     np_moving_bricks_destroy(motion->clouds[i].temperature);
+    for (int k = 0; k < NP_CLOUD_EMITTERS_MAX; k++) np_moving_bricks_destroy(motion->clouds[i].parts[k]);
   }
   np_alloc_free(motion->context, motion->clouds);
   np_alloc_free(motion->context, motion);

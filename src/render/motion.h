@@ -21,7 +21,8 @@ typedef struct np_cloud_motion {
   double velocity_s;                   /* of its velocities, to a frame */
   np_affine index_to_frame;            /* of its density */
   np_affine world_to_index;
-  np_moving_bricks *density, *flame, *temperature; /* NULL: without velocities */
+  np_moving_bricks *density, *temperature;        /* NULL: without velocities */
+  np_moving_bricks *parts[NP_CLOUD_EMITTERS_MAX]; /* of each colour, where there are several, and of what emits */
 } np_cloud_motion;
 
 typedef struct np_motion {

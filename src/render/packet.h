@@ -12,6 +12,7 @@
 #include "render/schedule.h"
 #include "render/star_field.h"
 #include "scene/camera.h"
+#include "volume/volume_tint.h"
 
 enum { NP_LIGHTS_MAX = NP_LIGHT_GROUPS_MAX }; /* sun and moon, or groups of lights */
 
@@ -83,7 +84,7 @@ typedef struct np_assembly {
   np_schedule schedule;  /* done but for the pixels once it is built */
   np_camera camera;
   unsigned cloud_count;  /* of the scene */
-  unsigned volume_count; /* of the clouds that hold anything in the frame */
+  unsigned volume_count; /* of the clouds that hold anything in the frame, each counted by its colours */
   np_cloud_parts *clouds;
   struct np_motion *motion;        /* of camera and clouds about the frame; NULL when not needed */
   np_dvec3 clouds_min, clouds_max; /* world box of all that the clouds hold */
@@ -130,15 +131,14 @@ np_spectrum np_packet_convert_albedo(const np_packet *packet, const np_assembly 
 /* The law of black bodies in a packet's bands; in those that colours are fitted by, such that a body has its colour. */
 np_black_body np_packet_make_black_body(const np_packet *packet, const np_assembly *assembly);
 
-/* A cloud in its first place with the albedo of a packet. */
-static inline np_instance np_packet_place(const np_packet *packet, const neph_scene *scene, const np_assembly *assembly,
-                                          unsigned cloud) {
-  np_instance placed = assembly->clouds[cloud].placed;
-  placed.number = cloud;
-  placed.is_held_out = scene->clouds[cloud].is_held_out;
-  placed.albedo = np_packet_convert_albedo(packet, assembly, scene->clouds[cloud].albedo);
-  return placed;
-}
+/* A scene's radiance in a packet's bands. In those that colours are fitted by, such that it has its colour. */
+np_spectrum np_packet_convert_radiance(const np_packet *packet, const np_assembly *assembly,
+                                       const double reference[NP_BAND_COUNT]);
+
+/* Puts the parts of a cloud with their albedos in a packet into its first place, of one without matter the place alone;
+ * returns how many. */
+unsigned np_packet_place(const np_packet *packet, const neph_scene *scene, const np_assembly *assembly, unsigned cloud,
+                         np_instance out[NP_TINT_PARTS_MAX]);
 
 /* Adds what a packet's three bands are to a colour of the picture. */
 static inline np_spectrum np_packet_add_color(const np_packet *packet, np_spectrum color, np_spectrum bands) {

@@ -7,6 +7,7 @@
 #include "core/frame_name.h"
 #include "core/hash.h"
 #include "render/sequence_scan.h"
+#include "scene/cloud_file.h"
 #include "scene/scene_apply.h"
 #include "volume/volume_private.h"
 
@@ -18,15 +19,8 @@ static neph_result compute_key(const np_frame_cloud *of, const np_reference *ref
   NP_HASH_ADD(hash, reference->sequence);
   NP_HASH_ADD(hash, number);
   np_hash_add_file(hash, path);
-  NP_HASH_ADD(hash, cloud->policy);
-  NP_HASH_ADD(hash, cloud->level_set_voxels);
-  NP_HASH_ADD(hash, cloud->ramp);
-  NP_HASH_ADD(hash, cloud->precision);
-  NP_HASH_ADD(hash, cloud->scale);
+  np_cloud_file_add_to_hash(hash, cloud);
   NP_HASH_ADD(hash, cloud->voxel_m);
-  NP_HASH_ADD(hash, cloud->up);
-  NP_HASH_ADD(hash, cloud->tilt_rad);
-  NP_HASH_ADD(hash, cloud->rotation_rad);
   NP_HASH_ADD(hash, cloud->has_position);
   NP_HASH_ADD(hash, cloud->position_m);
   NP_HASH_ADD(hash, cloud->pivot);

@@ -7,6 +7,7 @@
 #include "core/alloc.h"
 #include "core/disk_cache.h"
 #include "core/frame_name.h"
+#include "scene/cloud_file.h"
 #include "volume/volume_private.h"
 
 static const char kind[] = "sequence";
@@ -17,14 +18,7 @@ static void add_cloud(np_hash *hash, const np_scene_cloud *cloud) {
   const bool has_column = cloud->density_unit == NP_DENSITY_OPTICAL_DEPTH;
   np_hash_add_text(hash, cloud->vdb);
   np_hash_add_text(hash, cloud->grid);
-  NP_HASH_ADD(hash, cloud->policy);
-  NP_HASH_ADD(hash, cloud->level_set_voxels);
-  NP_HASH_ADD(hash, cloud->ramp);
-  NP_HASH_ADD(hash, cloud->precision);
-  NP_HASH_ADD(hash, cloud->scale);
-  NP_HASH_ADD(hash, cloud->up);
-  NP_HASH_ADD(hash, cloud->tilt_rad);
-  NP_HASH_ADD(hash, cloud->rotation_rad);
+  np_cloud_file_add_to_hash(hash, cloud);
   NP_HASH_ADD(hash, has_column);
 }
 

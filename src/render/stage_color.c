@@ -151,6 +151,19 @@ np_spectrum np_packet_convert_albedo(const np_packet *packet, const np_assembly 
   return own;
 }
 
+np_spectrum np_packet_convert_radiance(const np_packet *packet, const np_assembly *assembly,
+                                       const double reference[NP_BAND_COUNT]) {
+  np_spectrum own = np_packet_convert(packet, NP_BAND_LINEAR, reference);
+  np_wavelengths cells;
+  double xyz[3], x[NP_BAND_COUNT];
+  if (!assembly->color.is_fitted) return own;
+  np_color_fit_choose_cells(&cells);
+  np_band_set_compute_xyz(&cells, NP_BAND_LINEAR, reference, xyz);
+  if (!np_color_weights_invert(&assembly->color.weights, xyz, x)) return own;
+  for (int b = 0; b < NP_BAND_COUNT; b++) own.band[b] = (float)fmax(x[b] * packet->bands.shape[NP_BAND_SUN][b], 0.0);
+  return own;
+}
+
 /* X, Y, Z of a body over many wavelengths, as bands that have them. */
 static void set_factors(const np_assembly *a, const np_band_set *bands, const np_wavelengths *cells, int knot,
                         np_black_body *body) {

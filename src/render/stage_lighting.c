@@ -57,13 +57,32 @@ static void add_group(const np_stage_part *in, np_world *world) {
     world->emission = get_emission(&packet->emission_groups[light->group - NP_LIGHT_GROUP_EMISSION]);
 }
 
+unsigned np_packet_place(const np_packet *packet, const neph_scene *scene, const np_assembly *assembly, unsigned cloud,
+                         np_instance out[NP_TINT_PARTS_MAX]) {
+  const np_cloud_parts *parts = &assembly->clouds[cloud];
+  const np_tint *tint = parts->volume ? parts->volume->tint : NULL;
+  const unsigned count = tint ? tint->count : 1;
+  for (unsigned k = 0; k < count; k++) {
+    double albedo[NP_BAND_COUNT];
+    for (int b = 0; b < NP_BAND_COUNT; b++)
+      albedo[b] = scene->clouds[cloud].albedo[b] * (tint ? tint->parts[k].color[b] : 1.0);
+    out[k] = parts->placed;
+    out[k].number = cloud;
+    out[k].part = k;
+    if (parts->volume) out[k].bricks = &np_volume_get_part(parts->volume, k)->bricks;
+    out[k].is_held_out = scene->clouds[cloud].is_held_out;
+    out[k].albedo = np_packet_convert_albedo(packet, assembly, albedo);
+  }
+  return count;
+}
+
 /* The clouds that hold anything, with the albedo of a packet. */
 neph_result np_stage_build_instances(const np_stage_part *in) {
   const np_assembly *a = in->made;
   np_instance *placed = in->packet->placed = np_alloc(a->context, a->volume_count, sizeof *placed);
   if (!placed) return NEPH_ERROR_OUT_OF_MEMORY;
   for (unsigned i = 0; i < a->cloud_count; i++)
-    if (a->clouds[i].volume) *placed++ = np_packet_place(in->packet, in->scene, a, i);
+    if (a->clouds[i].volume) placed += np_packet_place(in->packet, in->scene, a, i, placed);
   return np_copies_build_places(a, in->packet);
 }
 
@@ -330,8 +349,8 @@ neph_result np_stage_build_approximation(const np_stage_part *in) {
   if (!out->gains) return NEPH_ERROR_OUT_OF_MEMORY;
   const np_cloud_gain *first = out == a->packets ? NULL : a->packets[0].gains;
   for (unsigned i = 0; i < a->volume_count; i++) {
-    const np_instance *cloud = &out->placed[i];
-    np_cloud_gain_fill(method, cloud, first ? first[i].depth : np_cloud_gain_compute_depth(cloud), &out->gains[i]);
+    const np_instance *cloud = &out->placed[i], *whole = &a->clouds[cloud->number].placed;
+    np_cloud_gain_fill(method, cloud, first ? first[i].depth : np_cloud_gain_compute_depth(whole), &out->gains[i]);
   }
   return NEPH_OK;
 }

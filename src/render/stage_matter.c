@@ -14,7 +14,7 @@
 #include "render/stage_decisions.h"
 #include "render/stage_part.h"
 #include "scene/cloud_file.h"
-#include "volume/volume_private.h"
+#include "volume/volume_tint.h"
 #include "terrain/heightfield_files.h"
 
 /* ---- Keys of sources ---- */
@@ -32,6 +32,7 @@ static void add_file(np_hash *hash, const np_plan *plan, const np_scene_cloud *c
   NP_HASH_ADD(hash, cloud->policy);
   NP_HASH_ADD(hash, cloud->level_set_voxels);
   NP_HASH_ADD(hash, cloud->ramp);
+  np_hash_add_text(hash, cloud->color);
   const neph_precision precision = np_plan_get_precision(plan, cloud);
   NP_HASH_ADD(hash, precision);
 }
@@ -226,6 +227,15 @@ static neph_result obtain_baked(const np_stage_part *in, const np_scene_cloud *c
   return NEPH_OK;
 }
 
+/* Gives a cloud from a file the colours that it has there. */
+static neph_result add_colors(const np_stage_part *in, const np_scene_cloud *cloud, const char *path,
+                              neph_volume *volume) {
+  if (cloud->is_baked || !volume || (cloud->color && !strcmp(cloud->color, "none"))) return NEPH_OK;
+  const neph_volume_load_desc load = describe_load(in, cloud);
+  const np_tint_source source = {path, cloud->color, &load, volume};
+  return np_tint_create(in->scene->context, &source, in->monitor, &volume->tint);
+}
+
 /* A cloud of one frame: read when it is on disk, else baked, to disk where the scene names a file. NULL where it holds
  * nothing. */
 static neph_result load_or_bake(const np_stage_part *in, const np_scene_cloud *cloud, const char *path,
@@ -240,7 +250,12 @@ static neph_result load_or_bake(const np_stage_part *in, const np_scene_cloud *c
   if (source != NP_CLOUD_SOURCE_FILE) result = bake(in, cloud, path, NULL);
   np_monitor_set_part(in->monitor, whole, source != NP_CLOUD_SOURCE_FILE ? 0.8 : 0.0, 1.0);
   const neph_volume_load_desc desc = describe_load(in, cloud);
-  return result ? result : np_volume_load_density(in->scene->context, path, &desc, out_volume);
+  if (!result) result = np_volume_load_density(in->scene->context, path, &desc, out_volume);
+  if (!result) result = add_colors(in, cloud, path, *out_volume);
+  if (!result || !*out_volume) return result;
+  neph_volume_release(*out_volume);
+  *out_volume = NULL;
+  return result;
 }
 
 neph_result np_stage_get_cloud_file(const np_stage_part *in, np_cloud_file *out_file) {
@@ -337,7 +352,12 @@ static neph_result place_volume(cloud_build *c) {
   neph_result result = np_placement_make(c->cloud, &c->anchor, c->parts->volume, c->in->monitor, &placement);
   if (result) return result;
   c->parts->placed = placement.world;
-  c->in->made->volume_count++;
+  c->in->made->volume_count += np_volume_count_parts(c->parts->volume);
+  if (c->in->made->volume_count > NP_INSTANCES_MAX)
+    return np_fail(c->in->made->context, NEPH_ERROR_LIMIT,
+                   "cloud %s: the clouds are %u with one for each of their colours, must be at most %d: set "
+                   "clouds[].color to none where it counts least",
+                   c->cloud->name, c->in->made->volume_count, (int)NP_INSTANCES_MAX);
   if (c->cloud->place_count > 0)
     result = np_copies_make(c->in->made->context, c->cloud, &placement, c->parts, &c->low, &c->high);
   else
@@ -347,6 +367,12 @@ static neph_result place_volume(cloud_build *c) {
 
 static bool has_emission(const cloud_build *c) {
   return c->file.path && c->cloud->emission.is_enabled && np_plan_needs(c->in->plan, NP_STAGE_EMISSION);
+}
+
+static void include_emitter(cloud_build *c, const np_emitter *emitter, const neph_volume *field) {
+  np_dvec3 low, high;
+  np_placement_compute_bounds(&emitter->index_to_world, field, &low, &high);
+  include_box(&c->low, &c->high, low, high);
 }
 
 /* Emission of a cloud's file. */
@@ -364,10 +390,10 @@ static neph_result build_emission(cloud_build *c) {
   const np_cloud_emission_source source = {context,          c->cloud, c->file.path, &c->anchor.file_to_world,
                                            c->parts->volume, &load};
   neph_result result = np_cloud_emission_load(&source, emission);
-  if (result || !emission->flame) return result;
-  np_dvec3 low, high;
-  np_placement_compute_bounds(&emission->emitter.index_to_world, emission->flame, &low, &high);
-  include_box(&c->low, &c->high, low, high);
+  if (result) return result;
+  if (emission->flame) include_emitter(c, &emission->emitter, emission->flame);
+  for (int k = 0; k < 3; k++)
+    if (emission->color[k]) include_emitter(c, &emission->color_emitter[k], emission->color[k]);
   return NEPH_OK;
 }
 
@@ -427,36 +453,66 @@ neph_result np_stage_revise_volumes(const np_assembly *made, const neph_scene *s
   return made->volume_count > 0 ? NEPH_OK : np_plan_leave_out_clouds(scene, plan);
 }
 
+/* Emitters of all clouds; those of one are next to each other. */
+typedef struct emitter_list {
+  np_emitter at[NP_INSTANCES_MAX];
+  unsigned count, cloud_begin[NP_INSTANCES_MAX + 1];
+} emitter_list;
+
+static neph_result list_emitters(const np_stage_part *in, emitter_list *out) {
+  const np_assembly *a = in->made;
+  np_emitter own[NP_CLOUD_EMITTERS_MAX];
+  np_instance placed[NP_TINT_PARTS_MAX];
+  np_emission_matter matter = {.parts = placed};
+  out->count = 0;
+  for (int c = 0; c < 3; c++) {
+    double unit[NP_BAND_COUNT] = {0.0, 0.0, 0.0};
+    unit[c] = 1.0;
+    matter.color[c] = np_packet_convert_radiance(in->packet, a, unit);
+  }
+  for (unsigned i = 0; i < a->cloud_count; i++) {
+    out->cloud_begin[i] = out->count;
+    if (!a->clouds[i].emission.is_enabled) continue;
+    matter.part_count = np_packet_place(in->packet, in->scene, a, i, placed);
+    const unsigned count = np_cloud_emission_list(&a->clouds[i].emission, &matter, own);
+    if (out->count + count > NP_INSTANCES_MAX)
+      return np_fail(a->context, NEPH_ERROR_LIMIT,
+                     "cloud %s: its emission is of %u grids, and those before it of %u, must be at most %d together: "
+                     "set clouds[].emission.color to none where it counts least",
+                     in->scene->clouds[i].name, count, out->count, (int)NP_INSTANCES_MAX);
+    memcpy(&out->at[out->count], own, count * sizeof *own);
+    out->count += count;
+  }
+  out->cloud_begin[a->cloud_count] = out->count;
+  return NEPH_OK;
+}
+
 /* The emission of each cloud by itself, for groups of lights. */
-static neph_result build_emission_groups(const np_stage_part *in, const np_emitter *emitters, const unsigned *clouds,
-                                         unsigned count) {
+static neph_result build_emission_groups(const np_stage_part *in, const emitter_list *list) {
   const np_assembly *a = in->made;
   np_packet *out = in->packet;
   out->emission_groups = np_alloc(a->context, a->cloud_count, sizeof *out->emission_groups);
   const np_black_body body = np_packet_make_black_body(out, a);
   neph_result result = out->emission_groups ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
-  for (unsigned i = 0; !result && i < count; i++)
-    result = np_emission_build(a->context, &emitters[i], 1, &body, in->monitor, &out->emission_groups[clouds[i]]);
+  for (unsigned i = 0; !result && i < a->cloud_count; i++) {
+    const unsigned begin = list->cloud_begin[i], count = list->cloud_begin[i + 1] - begin;
+    if (count)
+      result = np_emission_build(a->context, &list->at[begin], count, &body, in->monitor, &out->emission_groups[i]);
+  }
   return result;
 }
 
 /* Emission of the clouds, for the packet's wavelengths. */
 neph_result np_stage_build_emission(const np_stage_part *in) {
   const np_assembly *a = in->made;
-  np_emitter emitters[NP_INSTANCES_MAX];
-  unsigned clouds[NP_INSTANCES_MAX], count = 0;
-  for (unsigned i = 0; i < a->cloud_count; i++) {
-    const np_instance placed = np_packet_place(in->packet, in->scene, a, i);
-    if (!a->clouds[i].emission.is_enabled) continue;
-    clouds[count] = i;
-    emitters[count++] = np_cloud_emission_get(&a->clouds[i].emission, &placed);
-  }
-  if (count == 0) return NEPH_OK;
+  emitter_list list;
+  neph_result result = list_emitters(in, &list);
+  if (result || list.count == 0) return result;
   np_monitor_set_stage(in->monitor, "listing emitters");
-  neph_result result = a->has_light_groups ? build_emission_groups(in, emitters, clouds, count) : NEPH_OK;
+  result = a->has_light_groups ? build_emission_groups(in, &list) : NEPH_OK;
   if (result) return result;
   const np_black_body body = np_packet_make_black_body(in->packet, a);
-  return np_emission_build(a->context, emitters, count, &body, in->monitor, &in->packet->emission);
+  return np_emission_build(a->context, list.at, list.count, &body, in->monitor, &in->packet->emission);
 }
 
 void np_stage_clear_emission(const np_stage_part *in) {

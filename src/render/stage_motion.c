@@ -10,7 +10,7 @@
 #include "render/stage_decisions.h"
 #include "render/stage_part.h"
 #include "scene/scene_pose.h"
-#include "volume/volume_private.h"
+#include "volume/volume_tint.h"
 
 /* ---- Decision ---- */
 
@@ -217,6 +217,20 @@ static neph_result move_volume(const moving_cloud *c, const np_sparse_grid veloc
   return np_moving_bricks_build(m->context, &desc, c->in->monitor, out);
 }
 
+/* Its colours, and its own grids of what emits. */
+static neph_result move_parts(const moving_cloud *c, const np_sparse_grid velocity[3]) {
+  const np_cloud_emission *emission = &c->parts->emission;
+  const neph_volume *cloud = c->parts->volume;
+  const unsigned count = np_volume_count_parts(cloud);
+  neph_result result = NEPH_OK;
+  for (unsigned k = 0; k < count && count > 1 && !result; k++)
+    result = move_volume(c, velocity, np_volume_get_part(cloud, k), &c->out->parts[k]);
+  if (!result) result = move_volume(c, velocity, emission->flame, &c->out->parts[NP_EMITTER_FLAME]);
+  for (int k = 0; k < 3 && !result; k++)
+    result = move_volume(c, velocity, emission->color[k], &c->out->parts[NP_EMITTER_COLOR + k]);
+  return result;
+}
+
 static void describe_velocity(const moving_cloud *c) {
   if (!(c->in->scene->frame_rate > 0.0))
     np_log(c->motion->context, NEPH_LOG_WARNING,
@@ -230,14 +244,13 @@ static void describe_velocity(const moving_cloud *c) {
 static neph_result build_velocity(moving_cloud *c, const char *path) {
   np_sparse_grid velocity[3];
   bool is_found = false;
-  neph_result result = np_volume_load_velocity(c->motion->context, path, c->cloud->velocity, c->cloud->policy,
-                                               c->in->monitor, velocity, &is_found);
-  const np_cloud_emission *emission = &c->parts->emission;
+  const np_vector_request request = {NP_VECTOR_VELOCITY, c->cloud->velocity, c->cloud->policy};
+  neph_result result = np_volume_load_vector(c->motion->context, path, &request, c->in->monitor, velocity, &is_found);
   if (!result && is_found && c->cloud->places) result = refuse_places(c, "its file has velocities");
   if (!result && is_found) {
     result = move_volume(c, velocity, c->parts->volume, &c->out->density);
-    if (!result) result = move_volume(c, velocity, emission->flame, &c->out->flame);
-    if (!result) result = move_volume(c, velocity, emission->temperature, &c->out->temperature);
+    if (!result) result = move_volume(c, velocity, c->parts->emission.temperature, &c->out->temperature);
+    if (!result) result = move_parts(c, velocity);
   }
   for (int a = 0; a < 3; a++) np_sparse_grid_clear(&velocity[a]);
   if (!result && c->out->density) describe_velocity(c);

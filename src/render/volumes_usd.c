@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Exported clouds as a USD layer (UsdVol): a Volume with one OpenVDBAsset for each, Z up, in metres. Several frames are
- * time samples; a frame without a file is blocked by None. Asset paths below the layer's folder begin with "./", which
- * anchors them to the layer; others are absolute. */
+/* Exported clouds as a USD layer (UsdVol): a Volume with one OpenVDBAsset for each of its grids, Z up, in metres.
+ * Several frames are time samples; a frame without a file is blocked by None. Asset paths below the layer's folder
+ * begin with "./", which anchors them to the layer; others are absolute. */
 #include <ctype.h>
 #include <limits.h>
 #include <stdio.h>
@@ -120,6 +120,36 @@ static void add_files(np_text *out, const volume_list *list, const neph_exported
   np_text_add(out, "      }\n");
 }
 
+/* Grids of a file, the density first, which each has. */
+static const struct field {
+  unsigned kind;                      /* 0: it is in every file */
+  const char *name, *types[2], *role; /* of floats, of halves */
+} fields[] = {
+    {0, "density", {"float", "half"}, NULL},
+    {NEPH_EXPORT_VELOCITY, "vel", {"float3", "half3"}, "Vector"},
+    {NEPH_EXPORT_COLOR, "Cd", {"float3", "half3"}, "Color"},
+    {NEPH_EXPORT_LIGHT, "Ce", {"float3", "half3"}, "Color"},
+    {NEPH_EXPORT_TEMPERATURE, "temperature", {"float", "half"}, NULL},
+    {NEPH_EXPORT_FLAME, "flame", {"float", "half"}, NULL},
+};
+
+enum { FIELDS = sizeof fields / sizeof *fields };
+
+static bool has_field(const neph_exported_cloud *cloud, const struct field *field) {
+  return !field->kind || cloud->fields & field->kind;
+}
+
+static void add_field(np_text *out, const volume_list *list, const neph_exported_cloud *first,
+                      const struct field *field) {
+  np_text_add(out, "\n    def OpenVDBAsset \"%s\"\n    {\n", field->name);
+  add_files(out, list, first);
+  np_text_add(out, "      token fieldName = \"%s\"\n", field->name);
+  if (!field->role) np_text_add(out, "      token fieldClass = \"fogVolume\"\n");
+  np_text_add(out, "      token fieldDataType = \"%s\"\n", field->types[first->is_half]);
+  if (field->role) np_text_add(out, "      token vectorDataRoleHint = \"%s\"\n", field->role);
+  np_text_add(out, "    }\n");
+}
+
 /* A cloud that holds nothing in any frame is left out. */
 static void add_volume(np_text *out, const volume_list *list, size_t index) {
   const neph_exported_cloud *first = get_first_filled(list, list->clouds[index].name);
@@ -129,11 +159,12 @@ static void add_volume(np_text *out, const volume_list *list, size_t index) {
   np_text_add(out, "  def Volume \"%s\"\n  {\n", name);
   add_extents(out, list, first);
   np_text_add(out, "    custom float nephos:extinctionPerValue = %.9g\n", first->extinction_per_value);
-  np_text_add(out, "    rel field:density = </World/%s/density>\n\n", name);
-  np_text_add(out, "    def OpenVDBAsset \"density\"\n    {\n");
-  add_files(out, list, first);
-  np_text_add(out, "      token fieldName = \"density\"\n      token fieldClass = \"fogVolume\"\n");
-  np_text_add(out, "      token fieldDataType = \"%s\"\n    }\n  }\n", first->is_half ? "half" : "float");
+  for (int i = 0; i < FIELDS; i++)
+    if (has_field(first, &fields[i]))
+      np_text_add(out, "    rel field:%s = </World/%s/%s>\n", fields[i].name, name, fields[i].name);
+  for (int i = 0; i < FIELDS; i++)
+    if (has_field(first, &fields[i])) add_field(out, list, first, &fields[i]);
+  np_text_add(out, "  }\n");
 }
 
 /* ---- Layer ---- */

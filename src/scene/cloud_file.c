@@ -60,6 +60,17 @@ neph_volume_load_desc np_cloud_file_describe_load(const np_scene_cloud *cloud) {
   return desc;
 }
 
+void np_cloud_file_add_to_hash(np_hash *hash, const np_scene_cloud *cloud) {
+  NP_HASH_ADD(hash, cloud->policy);
+  NP_HASH_ADD(hash, cloud->level_set_voxels);
+  NP_HASH_ADD(hash, cloud->ramp);
+  NP_HASH_ADD(hash, cloud->precision);
+  NP_HASH_ADD(hash, cloud->scale);
+  NP_HASH_ADD(hash, cloud->up);
+  NP_HASH_ADD(hash, cloud->tilt_rad);
+  NP_HASH_ADD(hash, cloud->rotation_rad);
+}
+
 void np_cloud_file_warn(neph_context *context, const np_scene_cloud *cloud, int frame, const np_cloud_file *file) {
   const char *slash = strrchr(cloud->vdb, '/');
   np_log(context, NEPH_LOG_WARNING,

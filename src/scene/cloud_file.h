@@ -3,6 +3,7 @@
 #ifndef NP_SCENE_CLOUD_FILE_H
 #define NP_SCENE_CLOUD_FILE_H
 
+#include "core/hash.h"
 #include "scene/scene_private.h"
 
 typedef struct np_cloud_file {
@@ -16,6 +17,9 @@ neph_result np_cloud_file_get(neph_context *context, const np_scene_cloud *cloud
 
 /* Describes by the keys of a cloud how its density is read. */
 neph_volume_load_desc np_cloud_file_describe_load(const np_scene_cloud *cloud);
+
+/* Adds to a key the keys by which a file is read, scaled and turned upright. */
+void np_cloud_file_add_to_hash(np_hash *hash, const np_scene_cloud *cloud);
 
 /* Warns of a frame without a file. */
 void np_cloud_file_warn(neph_context *context, const np_scene_cloud *cloud, int frame, const np_cloud_file *file);

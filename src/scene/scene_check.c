@@ -170,8 +170,9 @@ static neph_result check_emission(const neph_scene *scene, unsigned index, const
   if (cloud->is_baked)
     return np_scene_fail_at(problems, emission, "clouds[%u].emission goes with vdb alone: a baked cloud has no fire",
                             index);
-  const char *temperature = cloud->emission.temperature;
-  if (!temperature || strcmp(temperature, "none") != 0 || cloud->emission.offset_k > 0.0) return NEPH_OK;
+  const char *temperature = cloud->emission.temperature, *color = cloud->emission.color;
+  const bool is_cold = temperature && !strcmp(temperature, "none") && !(cloud->emission.offset_k > 0.0);
+  if (!is_cold || (color && strcmp(color, "none") != 0)) return NEPH_OK;
   return np_scene_fail_at(problems, emission,
                           "clouds[%u].emission.offset is %g K, must be above 0 where emission.temperature is none",
                           index, cloud->emission.offset_k);

@@ -75,8 +75,8 @@ static const np_ignore_rule rules[] = {
     {.keys = {"stars.map_radiance"}, .counts = {"stars.map", BUT(NP_GIVEN_NOT)},
      .reason = "the picture whose values it scales"},
 
-    {.keys = {"clouds[].grid", "clouds[].velocity", "clouds[].velocity_scale", "clouds[].import", "clouds[].level_set",
-              RAMP_KEYS},
+    {.keys = {"clouds[].grid", "clouds[].velocity", "clouds[].velocity_scale", "clouds[].color",
+              "clouds[].import", "clouds[].level_set", RAMP_KEYS},
      .counts = {"clouds[].vdb", BUT(NP_GIVEN_NOT)}, .reason = "which names their file"},
     {.keys = {SEQUENCE_KEYS}, .counts = {"clouds[].bake", ONLY(NP_GIVEN_NOT)}, .reason = "from whose time frames go"},
     {.keys = {SEQUENCE_KEYS}, .counts = {"clouds[].vdb", ONLY(NP_GIVEN_NUMBERED)},

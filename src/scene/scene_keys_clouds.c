@@ -53,6 +53,9 @@ static const np_key keys[] = {
     {.path = "clouds[].velocity_scale", .type = NP_KEY_REAL, .field = CLOUD(velocity_scale),
      .range = WITHIN(-1e6, 1e6), .fallback = "1",
      .meaning = "factor on velocities, which are in the file's lengths, metres, a second"},
+    {.path = "clouds[].color", .type = NP_KEY_TEXT, .field = CLOUD(color),
+     .meaning = "name of its grid of colours, by which the albedo is multiplied: a vector, or three floats that end in "
+                "r, g and b; without it, Cd, color or albedo, where one is there; none: it has none"},
     {.path = "clouds[].level_set", .type = NP_KEY_REAL, .field = CLOUD(level_set_voxels), .range = WITHIN(0, 1000),
      .fallback = "0",
      .meaning = "voxels below its surface at which a level set is 1, rising from 0 at it; 0: level sets are refused"},
@@ -154,6 +157,10 @@ static const np_key keys[] = {
     {.path = "clouds[].emission.absorption", .type = NP_KEY_REAL, .unit = NP_UNIT_PER_METRE,
      .field = CLOUD(emission.absorption_per_m), .range = WITHIN(0, 1e6), .fallback = "1 1/m",
      .meaning = "absorption of a flame of 1, by which it emits; it hides nothing"},
+    {.path = "clouds[].emission.color", .type = NP_KEY_TEXT, .field = CLOUD(emission.color),
+     .meaning = "name of the grid of emitted light, W m⁻² sr⁻¹ nm⁻¹ a metre in red, green and blue: a vector, or three "
+                "floats that end in r, g and b; without it, Ce, emission or emit, where one is there; none: no colours "
+                "are emitted"},
     {.path = "clouds[].emission.strength", .type = NP_KEY_REAL, .field = CLOUD(emission.strength),
      .range = WITHIN(0, 1e12), .fallback = "1", .meaning = "factor on the emission"},
 

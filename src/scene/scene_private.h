@@ -122,6 +122,7 @@ typedef enum np_axis_up { NP_UP_Z, NP_UP_Y } np_axis_up;
 typedef struct np_scene_emission {
   bool is_enabled;
   char *temperature, *flame; /* names of grids; "none"; NULL: the usual name, a flame only where there is one */
+  char *color;               /* of radiances; "none"; NULL: the usual names */
   double kelvin_per_value, offset_k;
   double absorption_per_m; /* where the flame's grid holds 1 */
   double strength;
@@ -149,6 +150,7 @@ typedef struct np_scene_cloud {
   char *grid;                       /* NULL: chosen by neph_volume_load */
   char *velocity;                   /* name of the grid of velocities; "none"; NULL: the usual names */
   double velocity_scale;
+  char *color; /* name of the grid of colours; "none"; NULL: the usual names */
   neph_import_policy policy;
   double level_set_voxels;
   neph_volume_ramp ramp;

@@ -39,40 +39,14 @@ void np_velocity_field_get_bound(const np_velocity_field *field, double out[3]) 
 
 /* ---- One voxel ---- */
 
-/* Active corners alone count; false where there are none, and the value is then the background. */
-static bool read_between(np_grid_reader *reader, np_dvec3 at, float *out) {
-  const double position[3] = {at.x, at.y, at.z};
-  int32_t low[3];
-  double fraction[3], sum = 0.0, weight = 0.0;
-  for (int a = 0; a < 3; a++) {
-    const double nearest = round(position[a]);
-    const double whole = fabs(position[a] - nearest) < 1e-4 ? nearest : floor(position[a]);
-    low[a] = (int32_t)whole;
-    fraction[a] = fabs(position[a] - whole) < 1e-4 ? 0.0 : position[a] - whole;
-  }
-  for (int corner = 0; corner < 8; corner++) {
-    double share = 1.0;
-    int32_t voxel[3];
-    for (int a = 0; a < 3; a++) {
-      share *= corner >> a & 1 ? fraction[a] : 1.0 - fraction[a];
-      voxel[a] = low[a] + (corner >> a & 1);
-    }
-    float value;
-    if (!(share > 0.0) || !np_grid_read(reader, voxel, &value)) continue;
-    sum += share * (double)value;
-    weight += share;
-  }
-  *out = weight > 0.0 ? (float)(sum / weight) : reader->grid->background;
-  return weight > 0.0;
-}
-
 static bool read_voxel(const np_velocity_field *field, np_grid_reader readers[3], const int32_t voxel[3],
                        float out[3]) {
   const np_dvec3 index = np_dvec3_make(voxel[0], voxel[1], voxel[2]);
   float file[3];
   bool is_active = true;
   for (int a = 0; a < 3; a++)
-    is_active = read_between(&readers[a], np_affine_point(&field->index_to_grid[a], index), &file[a]) && is_active;
+    is_active =
+        np_grid_read_between(&readers[a], np_affine_point(&field->index_to_grid[a], index), &file[a]) && is_active;
   for (int a = 0; a < 3; a++) {
     double sum = 0.0;
     for (int b = 0; b < 3; b++) sum += field->to_index[a][b] * (double)file[b];

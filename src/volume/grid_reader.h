@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Values of authored grids by their voxels: the three components of a velocity, which may differ in topology. */
+/* Values of authored grids by their voxels: the three components of a vector, which may differ in topology. */
 #ifndef NP_VOLUME_GRID_READER_H
 #define NP_VOLUME_GRID_READER_H
 
@@ -60,6 +60,34 @@ static inline bool np_grid_read(np_grid_reader *reader, const int32_t voxel[3], 
     return tile->is_active;
   }
   return false;
+}
+
+/* The value between the voxels around an index position. Active corners alone count; false where there are none, and
+ * the value is then the background. */
+static inline bool np_grid_read_between(np_grid_reader *reader, np_dvec3 at, float *out) {
+  const double position[3] = {at.x, at.y, at.z};
+  int32_t low[3];
+  double fraction[3], sum = 0.0, weight = 0.0;
+  for (int a = 0; a < 3; a++) {
+    const double nearest = round(position[a]);
+    const double whole = fabs(position[a] - nearest) < 1e-4 ? nearest : floor(position[a]);
+    low[a] = (int32_t)whole;
+    fraction[a] = fabs(position[a] - whole) < 1e-4 ? 0.0 : position[a] - whole;
+  }
+  for (int corner = 0; corner < 8; corner++) {
+    double share = 1.0;
+    int32_t voxel[3];
+    for (int a = 0; a < 3; a++) {
+      share *= corner >> a & 1 ? fraction[a] : 1.0 - fraction[a];
+      voxel[a] = low[a] + (corner >> a & 1);
+    }
+    float value;
+    if (!(share > 0.0) || !np_grid_read(reader, voxel, &value)) continue;
+    sum += share * (double)value;
+    weight += share;
+  }
+  *out = weight > 0.0 ? (float)(sum / weight) : reader->grid->background;
+  return weight > 0.0;
 }
 
 #endif

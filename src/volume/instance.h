@@ -20,6 +20,7 @@ typedef struct np_instance {
   np_phase phase;
   double bottom_m, top_m;          /* of its bounds, in the world */
   unsigned number;                 /* among the scene's clouds */
+  unsigned part;                   /* of that cloud, which has one for each of its colours (volume_tint.h) */
   unsigned index;                  /* of a place: its cloud's among those of the world */
   bool is_held_out;                /* it hides what is behind it from the camera, and does not show */
   const np_affine *index_to_frame; /* of one that moves, at its place at the frame's time; NULL: it is there */

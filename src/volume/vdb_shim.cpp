@@ -446,7 +446,7 @@ openvdb::GridBase::Ptr make_velocity(const np_vdb_write_grid &output) {
   auto grid =
       openvdb::Vec3SGrid::create(openvdb::Vec3s(output.grid->background, output.y->background, output.z->background));
   grid->setGridClass(openvdb::GRID_UNKNOWN); /* which also says: not staggered */
-  grid->setVectorType(openvdb::VEC_CONTRAVARIANT_RELATIVE);
+  grid->setVectorType(output.is_invariant ? openvdb::VEC_INVARIANT : openvdb::VEC_CONTRAVARIANT_RELATIVE);
   grid->setIsInWorldSpace(true);
   return grid;
 }

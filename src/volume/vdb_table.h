@@ -12,7 +12,7 @@
 extern "C" {
 #endif
 
-#define NP_VDB_MODULE_VERSION 6u
+#define NP_VDB_MODULE_VERSION 7u
 
 /* Name of the module's file and of the function in it. */
 #define NP_VDB_MODULE_FILE "nephos_vdb.so"
@@ -110,6 +110,7 @@ typedef struct np_vdb_write_grid {
   size_t attribute_count;
   const np_sparse_grid *y, *z; /* NULL: a scalar, a fog volume; else `grid` is the x of a velocity, and these its other
                                   components, of the same leaves, without tiles */
+  int is_invariant;               /* a vector's components are no direction: they are those of a colour */
 } np_vdb_write_grid;
 
 /* Functions that can fail return a neph_result, the same as in `error`, and throw nothing. */

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "core/alloc.h"
+#include "volume/volume_tint.h"
 
 enum { DENSE_EDGE_MAX = 1 << 24 };
 
@@ -11,6 +12,7 @@ enum { DENSE_EDGE_MAX = 1 << 24 };
 
 static void destroy(neph_volume *volume) {
   neph_context *context = volume->context;
+  np_tint_destroy(volume->tint);
   np_bricks_clear(&volume->bricks);
   np_alloc_free(context, volume->name);
   np_alloc_free(context, volume);

@@ -301,6 +301,16 @@ neph_result np_volume_load_grid(neph_context *context, const char *path, const n
   return result;
 }
 
+neph_result np_volume_load_field_grid(neph_context *context, const char *path, const neph_volume_load_desc *desc,
+                                      np_sparse_grid *out_grid, bool *out_has_content) {
+  np_monitor monitor;
+  load_job job = {.context = context, .path = path, .is_field = true};
+  const neph_result result = load_grid(&job, desc, &monitor, out_has_content);
+  *out_grid = job.grid;
+  out_grid->file = NULL;
+  return result;
+}
+
 neph_result np_volume_load_field(neph_context *context, const char *path, const neph_volume_load_desc *desc,
                                  bool is_required, bool *out_is_in_file, neph_volume **out_volume) {
   *out_volume = NULL;

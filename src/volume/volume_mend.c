@@ -35,7 +35,8 @@ static bool is_field(const char *name) {
   static const char *const names[] = {"temperature", "temp",     "heat",       "flame", "flames", "fuel",
                                       "burn",        "pressure", "divergence", "speed", "age"};
   return is_one_of(name, names, sizeof names / sizeof *names) || begins_with(name, "color") ||
-         begins_with(name, "Cd") || begins_with(name, "rest") || begins_with(name, "emission");
+         begins_with(name, "Cd") || begins_with(name, "Ce_") || begins_with(name, "Ce.") ||
+         begins_with(name, "albedo") || begins_with(name, "rest") || begins_with(name, "emi");
 }
 
 static np_vdb_grid_info describe(const np_volume_file *file, size_t index) {

@@ -15,6 +15,7 @@ struct neph_volume {
   char *name;
   np_affine index_to_world, world_to_index;
   np_bricks bricks;
+  struct np_tint *tint;                 /* NULL: it has no colours, or is not to show them */
   int32_t active_min[3], active_max[3]; /* index box of the active samples, both ends inside it */
   float value_min, value_max;           /* over the active samples */
   uint64_t active_voxel_count, grid_bytes;
@@ -60,11 +61,30 @@ neph_result np_volume_read_header(neph_context *context, const char *path, const
 neph_result np_volume_load_field(neph_context *context, const char *path, const neph_volume_load_desc *desc,
                                  bool is_required, bool *out_is_in_file, neph_volume **out_volume);
 
-/* Reads the velocities of a file, three components, sorted: a grid of vectors, or three of floats, called `name`; NULL:
- * vel, v or velocity, whichever is there, and else `*out_is_found` is false. The caller clears the grids, whatever the
- * outcome. */
-neph_result np_volume_load_velocity(neph_context *context, const char *path, const char *name,
-                                    neph_import_policy policy, np_monitor *monitor, np_sparse_grid out_velocity[3],
+/* The grid of such a field; nothing where it is not in the file. The caller clears it, whatever the outcome. */
+neph_result np_volume_load_field_grid(neph_context *context, const char *path, const neph_volume_load_desc *desc,
+                                      np_sparse_grid *out_grid, bool *out_has_content);
+
+/* Vectors that a file has beside its density. */
+typedef enum np_vector_role {
+  NP_VECTOR_VELOCITY, /* vel, v or velocity: lengths of the file a second */
+  NP_VECTOR_COLOR,    /* Cd, color or albedo: the share of the cloud's albedo */
+  NP_VECTOR_EMISSION  /* Ce, emission or emit: radiance a metre */
+} np_vector_role;
+
+typedef struct np_vector_request {
+  np_vector_role role;
+  const char *name; /* of the grid, or of three before what they end in; NULL: the usual ones */
+  neph_import_policy policy;
+} np_vector_request;
+
+/* Reads a vector, three components, sorted: a grid of vectors, or three of floats. Without a name, and where none of
+ * the usual ones is there, `*out_is_found` is false. The caller clears the grids, whatever the outcome. */
+neph_result np_volume_load_vector(neph_context *context, const char *path, const np_vector_request *request,
+                                  np_monitor *monitor, np_sparse_grid out_vector[3], bool *out_is_found);
+
+/* The same without its values. */
+neph_result np_volume_search_vector(neph_context *context, const char *path, np_vector_role role, const char *name,
                                     bool *out_is_found);
 
 /* Builds a volume from a grid whose values are a cloud's: finite, not negative, background 0. The grid stays the

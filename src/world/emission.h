@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Emission of the clouds: black bodies of a temperature that varies from place to place.
+/* Emission of the clouds: black bodies of a temperature that varies from place to place, or light as a grid has it.
  *
  * An emitter emits j = κ·B(λ, T), per volume, direction and wavelength (W m⁻³ sr⁻¹ nm⁻¹), with B Planck's law and κ in
  * 1/m by Kirchhoff's law the absorption of the emitting matter. Either that is the cloud itself, κ = (1−ϖ)·σ; or it is
- * a flame with a grid of its own, whose κ counts for emission alone, so that there is light where there is no cloud.
+ * a flame with a grid of its own, whose κ counts for emission alone, so that there is light where there is no cloud. Of
+ * a grid of colours each component is an emitter whose j is the value times one spectrum.
  *
  * For next-event estimation each emitter is a grid of even cells: one is drawn by its power, a point in it evenly, and
  * what counts is the direction to that point; all emission along it is then added up (Simon, Hanika, Zirr and
@@ -18,14 +19,19 @@
 #include "optics/black_body.h"
 #include "volume/bricks.h"
 
+/* Parts of a cloud that emit, beside those that it is made of: a flame, and red, green and blue. */
+enum { NP_EMITTER_FLAME = 8, NP_EMITTER_COLOR, NP_CLOUD_EMITTERS_MAX = NP_EMITTER_COLOR + 3 };
+
 typedef struct np_emitter {
   const np_bricks *bricks; /* κ is proportional to their value: a flame's, or the cloud's own */
   np_affine world_to_index, index_to_world;
-  np_spectrum absorption_per_value; /* 1/m where the value is 1, times the emitter's strength */
+  np_spectrum absorption_per_value; /* 1/m where the value is 1, times the emitter's strength; without a body, its j */
+  bool has_no_body;                 /* it emits whatever its temperature */
   const np_bricks *temperature;     /* NULL: `offset_k` everywhere */
   np_affine world_to_temperature;
   float kelvin_per_value, offset_k;
   unsigned number;  /* of its cloud among the scene's */
+  unsigned part;    /* of the cloud, whose matter it is; NP_EMITTER_FLAME and on: grids of its own */
   bool is_held_out; /* the camera does not see it */
 } np_emitter;
 
@@ -72,6 +78,7 @@ static inline float np_emitter_temperature(const np_emitter *emitter, np_dvec3 p
 static inline np_spectrum np_emitter_eval(const np_emission *emission, const np_emitter *emitter, np_dvec3 position,
                                           float value) {
   if (!(value > 0.0f)) return np_spectrum_grey(0.0f);
+  if (emitter->has_no_body) return np_spectrum_scale(emitter->absorption_per_value, value);
   const np_spectrum body = np_black_body_eval(&emission->black_body, np_emitter_temperature(emitter, position));
   return np_spectrum_scale(np_spectrum_multiply(emitter->absorption_per_value, body), value);
 }

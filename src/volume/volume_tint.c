@@ -1,0 +1,344 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "volume/volume_tint.h"
+
+#include <string.h>
+
+#include "core/alloc.h"
+#include "volume/grid_reader.h"
+
+enum { BLOCKS_MAX = 1 << 20, CORNERS = NP_TINT_PARTS_MAX };
+
+/* Colours nearer to each other than halves tell are one; shares below go to the largest. */
+static const float least_share = 0x1p-11f;
+
+/* Counts and range of a thread's voxels. */
+typedef struct color_tally {
+  uint64_t voxels, clamped, outside;
+  float low[3], high[3];
+  unsigned corners; /* bits of those that are used */
+} color_tally;
+
+/* A block of 8³ voxels that holds cloud. */
+typedef struct color_block {
+  int32_t cell[3]; /* in brick coordinates */
+  float color[3][NP_LEAF_SIZE];
+} color_block;
+
+typedef struct tint_build {
+  neph_context *context;
+  const np_tint_source *source;
+  np_monitor *monitor;
+  const np_bricks *density;
+  np_sparse_grid color[3];
+  np_affine to_color[3]; /* from index positions of the density */
+  size_t block_count;
+  color_block *blocks;
+  color_tally *tallies; /* of each thread */
+  color_tally all;
+} tint_build;
+
+/* ---- Blocks ---- */
+
+static void add_block(tint_build *b, const int32_t node[3], const int32_t at[3]) {
+  const np_bricks *bricks = b->density;
+  int32_t inside[3];
+  for (int a = 0; a < 3; a++) {
+    inside[a] = node[a] * NP_BRICK_NODE_EDGE + at[a] - bricks->lead[a];
+    if (inside[a] < 0 || inside[a] >= bricks->size[a]) return;
+  }
+  const np_brick_place place = np_bricks_get_place(bricks, inside);
+  if (np_brick_range_is_zero(np_bricks_get_range(bricks, &place, 0))) return;
+  if (b->blocks)
+    for (int a = 0; a < 3; a++) b->blocks[b->block_count].cell[a] = bricks->origin[a] + inside[a];
+  b->block_count++;
+}
+
+static void add_node(tint_build *b, const int32_t node[3]) {
+  int32_t at[3];
+  for (at[0] = 0; at[0] < NP_BRICK_NODE_EDGE; at[0]++)
+    for (at[1] = 0; at[1] < NP_BRICK_NODE_EDGE; at[1]++)
+      for (at[2] = 0; at[2] < NP_BRICK_NODE_EDGE; at[2]++) add_block(b, node, at);
+}
+
+/* Lists the cells that hold anything; without room for them, counts them. */
+static void list_blocks(tint_build *b) {
+  const np_bricks *bricks = b->density;
+  int32_t node[3];
+  size_t entry = 0;
+  b->block_count = 0;
+  for (node[0] = 0; node[0] < bricks->table_size[0]; node[0]++)
+    for (node[1] = 0; node[1] < bricks->table_size[1]; node[1]++)
+      for (node[2] = 0; node[2] < bricks->table_size[2]; node[2]++, entry++) {
+        const bool is_constant = bricks->table[entry] == NP_BRICK_NONE;
+        if (is_constant && np_brick_range_is_zero(bricks->table_ranges[entry])) continue;
+        add_node(b, node);
+      }
+}
+
+static neph_result make_blocks(tint_build *b) {
+  list_blocks(b);
+  if (b->block_count > BLOCKS_MAX)
+    return np_fail(b->context, NEPH_ERROR_LIMIT,
+                   "%s: it has colours, and %zu blocks of 8³ voxels hold cloud, must be at most %d: lower its "
+                   "resolution, or set clouds[].color to none",
+                   b->source->path, b->block_count, (int)BLOCKS_MAX);
+  b->blocks = np_alloc(b->context, b->block_count, sizeof *b->blocks);
+  if (!b->blocks) return NEPH_ERROR_OUT_OF_MEMORY;
+  list_blocks(b);
+  return NEPH_OK;
+}
+
+/* ---- Colours ---- */
+
+static float get_density(const tint_build *b, const color_block *block, int n) {
+  const int32_t at[3] = {n >> 6, n >> 3 & 7, n & 7};
+  np_dvec3 index;
+  index.x = (double)block->cell[0] * NP_BRICK_EDGE + at[0];
+  index.y = (double)block->cell[1] * NP_BRICK_EDGE + at[1];
+  index.z = (double)block->cell[2] * NP_BRICK_EDGE + at[2];
+  return np_bricks_sample(b->density, index);
+}
+
+static void read_color(const tint_build *b, np_grid_reader readers[3], color_block *block, int n, color_tally *tally) {
+  bool is_inside = true, is_clamped = false;
+  for (int c = 0; c < 3; c++) {
+    const np_dvec3 index = np_dvec3_make((double)block->cell[0] * NP_BRICK_EDGE + (n >> 6),
+                                         (double)block->cell[1] * NP_BRICK_EDGE + (n >> 3 & 7),
+                                         (double)block->cell[2] * NP_BRICK_EDGE + (n & 7));
+    float value;
+    is_inside = np_grid_read_between(&readers[c], np_affine_point(&b->to_color[c], index), &value) && is_inside;
+    block->color[c][n] = np_clampf(value, 0.0f, 1.0f);
+    is_clamped = is_clamped || block->color[c][n] != value;
+    tally->low[c] = fminf(tally->low[c], block->color[c][n]);
+    tally->high[c] = fmaxf(tally->high[c], block->color[c][n]);
+  }
+  tally->voxels++;
+  tally->clamped += is_clamped;
+  tally->outside += !is_inside;
+}
+
+static neph_result read_blocks(void *user, size_t begin, size_t end, unsigned thread) {
+  const tint_build *b = user;
+  np_grid_reader readers[3] = {{.grid = &b->color[0]}, {.grid = &b->color[1]}, {.grid = &b->color[2]}};
+  for (size_t i = begin; i < end; i++)
+    for (int n = 0; n < NP_LEAF_SIZE; n++)
+      if (get_density(b, &b->blocks[i], n) > 0.0f) read_color(b, readers, &b->blocks[i], n, &b->tallies[thread]);
+  return NEPH_OK;
+}
+
+static void unite_tallies(tint_build *b) {
+  for (unsigned i = 0; i < b->context->thread_count; i++) {
+    const color_tally *t = &b->tallies[i];
+    b->all.voxels += t->voxels;
+    b->all.clamped += t->clamped;
+    b->all.outside += t->outside;
+    b->all.corners |= t->corners;
+    for (int c = 0; c < 3 && t->voxels; c++) {
+      b->all.low[c] = fminf(b->all.low[c], t->low[c]);
+      b->all.high[c] = fmaxf(b->all.high[c], t->high[c]);
+    }
+  }
+}
+
+static void warn(const tint_build *b) {
+  const color_tally *t = &b->all;
+  const np_sparse_grid *c = b->color;
+  if (t->clamped)
+    np_log(b->context, NEPH_LOG_WARNING,
+           "%s: grid '%s': the colours of %llu voxels are not in [0, 1], as a share of the albedo must be; clamped",
+           b->source->path, c->name, (unsigned long long)t->clamped);
+  if (t->outside)
+    np_log(b->context, NEPH_LOG_WARNING,
+           "%s: grid '%s' ends before the cloud: %llu of %llu voxels have its background, (%g, %g, %g)",
+           b->source->path, c->name, (unsigned long long)t->outside, (unsigned long long)t->voxels,
+           (double)c[0].background, (double)c[1].background, (double)c[2].background);
+}
+
+static neph_result start_tallies(tint_build *b) {
+  const color_tally none = {.low = {1.0f, 1.0f, 1.0f}};
+  b->tallies = np_alloc(b->context, b->context->thread_count, sizeof *b->tallies);
+  if (!b->tallies) return NEPH_ERROR_OUT_OF_MEMORY;
+  b->all = none;
+  for (unsigned i = 0; i < b->context->thread_count; i++) b->tallies[i] = none;
+  return NEPH_OK;
+}
+
+static neph_result read_colors(tint_build *b) {
+  const neph_volume *density = b->source->density;
+  for (int c = 0; c < 3; c++) {
+    np_affine to_index;
+    if (!np_affine_invert(&b->color[c].index_to_world, &to_index))
+      return np_fail(b->context, NEPH_ERROR_BAD_FILE, "%s: grid '%s': its transform cannot be inverted",
+                     b->source->path, b->color[c].name);
+    b->to_color[c] = np_affine_compose(&to_index, &density->index_to_world);
+  }
+  neph_result result = start_tallies(b);
+  if (!result) result = np_parallel_for(b->context, b->monitor, b->block_count, 16, read_blocks, b);
+  if (result) return result;
+  unite_tallies(b);
+  warn(b);
+  for (int c = 0; c < 3; c++)
+    if (b->all.high[c] - b->all.low[c] < least_share)
+      b->all.low[c] = b->all.high[c] = 0.5f * (b->all.low[c] + b->all.high[c]);
+  return NEPH_OK;
+}
+
+/* ---- Shares ---- */
+
+/* The shares of the corners of the tetrahedron that a colour is in: of the whole box, and, channel by channel in the
+ * order of their places, of what is left. A corner's bits are the channels that are high. */
+static void compute_shares(const tint_build *b, const color_block *block, int n, float out[CORNERS]) {
+  float place[3];
+  int order[3] = {0, 1, 2};
+  for (int c = 0; c < 3; c++) {
+    const float low = b->all.low[c], range = b->all.high[c] - low;
+    place[c] = range > 0.0f ? (block->color[c][n] - low) / range : 0.0f;
+  }
+  for (int i = 1; i < 3; i++)
+    for (int k = i; k > 0 && place[order[k]] > place[order[k - 1]]; k--) {
+      const int other = order[k];
+      order[k] = order[k - 1];
+      order[k - 1] = other;
+    }
+  memset(out, 0, CORNERS * sizeof *out);
+  unsigned corner = 0, largest = 0;
+  float before = 1.0f;
+  for (int i = 0; i <= 3; i++) {
+    const float after = i < 3 ? place[order[i]] : 0.0f;
+    out[corner] += before - after;
+    before = after;
+    if (out[corner] > out[largest]) largest = corner;
+    if (i < 3) corner |= 1u << order[i];
+  }
+  for (unsigned k = 0; k < CORNERS; k++)
+    if (k != largest && out[k] < least_share) {
+      out[largest] += out[k];
+      out[k] = 0.0f;
+    }
+}
+
+static neph_result note_corners(void *user, size_t begin, size_t end, unsigned thread) {
+  const tint_build *b = user;
+  float shares[CORNERS];
+  for (size_t i = begin; i < end; i++)
+    for (int n = 0; n < NP_LEAF_SIZE; n++) {
+      if (!(get_density(b, &b->blocks[i], n) > 0.0f)) continue;
+      compute_shares(b, &b->blocks[i], n, shares);
+      for (unsigned k = 0; k < CORNERS; k++)
+        if (shares[k] > 0.0f) b->tallies[thread].corners |= 1u << k;
+    }
+  return NEPH_OK;
+}
+
+/* ---- Parts ---- */
+
+/* False where a block has nothing of a corner. */
+static bool fill_leaf(const tint_build *b, const color_block *block, unsigned corner, np_leaf *leaf) {
+  bool is_filled = false;
+  float shares[CORNERS];
+  memset(leaf, 0, sizeof *leaf);
+  for (int a = 0; a < 3; a++) leaf->origin[a] = block->cell[a] * NP_LEAF_EDGE;
+  for (int n = 0; n < NP_LEAF_SIZE; n++) {
+    const float density = get_density(b, block, n);
+    if (!(density > 0.0f)) continue;
+    compute_shares(b, block, n, shares);
+    if (!(shares[corner] > 0.0f)) continue;
+    leaf->values[n] = shares[corner] * density;
+    leaf->active[n >> 6] |= UINT64_C(1) << (n & 63);
+    is_filled = true;
+  }
+  return is_filled;
+}
+
+static neph_result fill_part(const tint_build *b, unsigned corner, np_sparse_grid *grid) {
+  np_leaf leaf;
+  grid->index_to_world = b->source->density->index_to_world;
+  for (size_t i = 0; i < b->block_count; i++) {
+    if (!fill_leaf(b, &b->blocks[i], corner, &leaf)) continue;
+    np_leaf *added = np_sparse_grid_add_leaf(grid, leaf.origin);
+    if (!added) return NEPH_ERROR_OUT_OF_MEMORY;
+    *added = leaf;
+  }
+  np_sparse_grid_sort(grid);
+  return NEPH_OK;
+}
+
+static neph_result build_part(const tint_build *b, unsigned corner, np_tint *out) {
+  np_tint_part *part = &out->parts[out->count];
+  for (int c = 0; c < 3; c++) part->color[c] = (double)(corner >> c & 1 ? b->all.high[c] : b->all.low[c]);
+  if (b->all.corners == 1u << corner) {
+    out->count++;
+    return NEPH_OK;
+  }
+  np_sparse_grid grid;
+  neph_result result = np_sparse_grid_init(b->context, b->source->density->name, &grid);
+  if (!result) result = fill_part(b, corner, &grid);
+  if (!result)
+    result = np_volume_create_from_grid(b->context, &grid, b->source->load->precision, b->monitor, &part->volume);
+  np_sparse_grid_clear(&grid);
+  out->count += !result;
+  return result;
+}
+
+static neph_result build_parts(tint_build *b, np_tint *out) {
+  neph_result result = np_parallel_for(b->context, b->monitor, b->block_count, 16, note_corners, b);
+  unite_tallies(b);
+  for (unsigned k = 0; k < CORNERS && !result; k++)
+    if (b->all.corners >> k & 1u) result = build_part(b, k, out);
+  return result;
+}
+
+/* ---- Entry ---- */
+
+static bool is_empty(const tint_build *b) {
+  bool is_empty = true;
+  for (int c = 0; c < 3; c++) is_empty = is_empty && np_sparse_grid_count_active(&b->color[c]) == 0;
+  if (is_empty)
+    np_log(b->context, NEPH_LOG_WARNING, "%s: grid '%s' is empty: it has no active voxels", b->source->path,
+           b->color[0].name);
+  return is_empty;
+}
+
+static neph_result build(tint_build *b, np_tint *out) {
+  neph_result result = make_blocks(b);
+  if (!result) result = read_colors(b);
+  if (!result && b->all.voxels > 0) result = build_parts(b, out);
+  if (!result)
+    np_log(b->context, NEPH_LOG_INFO, "%s: grid '%s': colours from (%.3g, %.3g, %.3g) to (%.3g, %.3g, %.3g), as %u %s",
+           b->source->path, b->color[0].name, (double)b->all.low[0], (double)b->all.low[1], (double)b->all.low[2],
+           (double)b->all.high[0], (double)b->all.high[1], (double)b->all.high[2], out->count,
+           out->count == 1 ? "cloud" : "clouds of one colour each");
+  np_alloc_free(b->context, b->tallies);
+  np_alloc_free(b->context, b->blocks);
+  return result;
+}
+
+static neph_result create(tint_build *b, np_tint **out_tint) {
+  np_tint *tint = np_alloc(b->context, 1, sizeof *tint);
+  if (!tint) return NEPH_ERROR_OUT_OF_MEMORY;
+  tint->context = b->context;
+  const neph_result result = build(b, tint);
+  if (!result && tint->count > 0)
+    *out_tint = tint;
+  else
+    np_tint_destroy(tint);
+  return result;
+}
+
+neph_result np_tint_create(neph_context *context, const np_tint_source *source, np_monitor *monitor,
+                           np_tint **out_tint) {
+  tint_build b = {.context = context, .source = source, .monitor = monitor, .density = &source->density->bricks};
+  const np_vector_request request = {NP_VECTOR_COLOR, source->color, source->load->policy};
+  bool is_found;
+  *out_tint = NULL;
+  neph_result result = np_volume_load_vector(context, source->path, &request, monitor, b.color, &is_found);
+  if (!result && is_found && !is_empty(&b)) result = create(&b, out_tint);
+  for (int c = 0; c < 3; c++) np_sparse_grid_clear(&b.color[c]);
+  return result;
+}
+
+void np_tint_destroy(np_tint *tint) {
+  if (!tint) return;
+  for (unsigned i = 0; i < tint->count; i++) neph_volume_release(tint->parts[i].volume);
+  np_alloc_free(tint->context, tint);
+}

@@ -1,0 +1,51 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Clouds of one colour each that a cloud of many colours is made of.
+ *
+ * The colours that occur are in a box of red, green and blue. Each is a mixture of at most four of the box's eight
+ * corners, those of the tetrahedron of its order, and the density of a voxel is shared among them (Kasson, Nin, Plouffe
+ * and Hafner 1995, "Performing color space conversions with three-dimensional linear interpolation"). Overlapping
+ * clouds add up, so that together they have the density, and at each place the colour. Each is a volume of one albedo:
+ * whoever renders, solves or caches knows of no colours. Between voxels colours are mixed by density, so that there is
+ * no fringe where a cloud ends.
+ */
+#ifndef NP_VOLUME_VOLUME_TINT_H
+#define NP_VOLUME_VOLUME_TINT_H
+
+#include "volume/volume_private.h"
+
+enum { NP_TINT_PARTS_MAX = 8 };
+
+typedef struct np_tint_part {
+  neph_volume *volume; /* NULL: the cloud itself, where it has one colour alone */
+  double color[3];     /* in [0, 1] */
+} np_tint_part;
+
+typedef struct np_tint {
+  neph_context *context; /* borrowed */
+  unsigned count;
+  np_tint_part parts[NP_TINT_PARTS_MAX];
+} np_tint;
+
+typedef struct np_tint_source {
+  const char *path;
+  const char *color;                 /* name of the grid; NULL: the usual ones, where one is there */
+  const neph_volume_load_desc *load; /* of the density */
+  const neph_volume *density;        /* as it was loaded */
+} np_tint_source;
+
+/* Shares a density among the colours that its file has; NULL where there are none. */
+neph_result np_tint_create(neph_context *context, const np_tint_source *source, np_monitor *monitor,
+                           np_tint **out_tint);
+void np_tint_destroy(np_tint *tint); /* NULL is allowed */
+
+/* Volumes that a cloud is made of: itself, unless it has colours. */
+static inline unsigned np_volume_count_parts(const neph_volume *volume) {
+  return volume->tint ? volume->tint->count : 1;
+}
+
+static inline const neph_volume *np_volume_get_part(const neph_volume *volume, unsigned part) {
+  const neph_volume *own = volume->tint ? volume->tint->parts[part].volume : NULL;
+  return own ? own : volume;
+}
+
+#endif

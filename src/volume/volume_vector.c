@@ -1,0 +1,198 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Velocities and colours of a file: a grid of vectors, or three of floats, by the names that Houdini (vel, v, Cd, Ce),
+ * Blender and EmberGen (velocity, color, emission) give them. */
+#include <stdio.h>
+#include <string.h>
+
+#include "core/alloc.h"
+#include "volume/volume_file.h"
+
+enum { USUAL_NAMES_MAX = 3, ENDINGS_MAX = 3 };
+
+/* A kind of vector: its usual names, and the ends of the names of its components, as one word each. */
+typedef struct vector_row {
+  const char *purpose;
+  const char *names[USUAL_NAMES_MAX];
+  const char *endings[ENDINGS_MAX];
+} vector_row;
+
+static const vector_row rows[] = {
+    [NP_VECTOR_VELOCITY] = {"velocity", {"vel", "v", "velocity"}, {"xyz"}},
+    [NP_VECTOR_COLOR] = {"color", {"Cd", "color", "albedo"}, {"rgb", "RGB", "xyz"}},
+    [NP_VECTOR_EMISSION] = {"emission.color", {"Ce", "emission", "emit"}, {"rgb", "RGB", "xyz"}},
+};
+
+static const char *const separators[] = {"", ".", "_"};
+
+enum { SEPARATORS = sizeof separators / sizeof *separators };
+
+/* The grids of one vector, and the component of each. */
+typedef struct vector_choice {
+  const char *name; /* borrowed; NULL: none is there */
+  size_t grid[3];
+  int component[3];
+} vector_choice;
+
+typedef struct vector_load {
+  neph_context *context;
+  const char *path, *name;
+  const vector_row *row;
+  np_monitor *monitor;
+  vector_choice choice;
+  np_sparse_grid *out;
+} vector_load;
+
+/* ---- Choice ---- */
+
+static bool search_grid(const np_volume_file *file, const char *name, bool is_vector, size_t *out_index) {
+  const size_t count = file->module->count(file->vdb);
+  for (size_t i = 0; i < count; i++) {
+    np_vdb_grid_info info;
+    file->module->describe(file->vdb, i, &info);
+    if ((is_vector ? info.is_vector : info.is_scalar) && !strcmp(info.name, name)) return *out_index = i, true;
+  }
+  return false;
+}
+
+static bool choose_vector(const np_volume_file *file, const char *name, vector_choice *out) {
+  if (!search_grid(file, name, true, &out->grid[0])) return false;
+  for (int a = 0; a < 3; a++) {
+    out->grid[a] = out->grid[0];
+    out->component[a] = a;
+  }
+  return true;
+}
+
+static bool choose_components(const np_volume_file *file, const char *name, const char *separator, const char *endings,
+                              vector_choice *out) {
+  bool is_whole = true;
+  for (int a = 0; a < 3 && is_whole; a++) {
+    char component[128];
+    (void)snprintf(component, sizeof component, "%s%s%c", name, separator, endings[a]);
+    is_whole = search_grid(file, component, false, &out->grid[a]);
+    out->component[a] = 0;
+  }
+  return is_whole;
+}
+
+static bool choose_by_name(const np_volume_file *file, const vector_row *row, const char *name, vector_choice *out) {
+  out->name = name;
+  if (choose_vector(file, name, out)) return true;
+  for (int e = 0; e < ENDINGS_MAX && row->endings[e]; e++)
+    for (int s = 0; s < SEPARATORS; s++)
+      if (choose_components(file, name, separators[s], row->endings[e], out)) return true;
+  out->name = NULL;
+  return false;
+}
+
+static neph_result choose(const np_volume_file *file, const vector_row *row, const char *name, vector_choice *out) {
+  const char *ends = row->endings[0];
+  out->name = NULL;
+  for (int n = 0; !name && n < USUAL_NAMES_MAX; n++)
+    if (choose_by_name(file, row, row->names[n], out)) return NEPH_OK;
+  if (!name || choose_by_name(file, row, name, out)) return NEPH_OK;
+  return np_fail(file->context, NEPH_ERROR_BAD_FILE,
+                 "%s: no grid '%s' of vectors, and no three of floats, '%s.%c', '%s.%c' and '%s.%c': it is the %s that "
+                 "the scene names",
+                 file->path, name, name, ends[0], name, ends[1], name, ends[2], row->purpose);
+}
+
+neph_result np_volume_search_vector(neph_context *context, const char *path, np_vector_role role, const char *name,
+                                    bool *out_is_found) {
+  np_volume_file file;
+  vector_choice choice = {.name = NULL};
+  *out_is_found = false;
+  neph_result result = np_volume_file_open(context, path, NULL, &file);
+  if (result) return result;
+  result = choose(&file, &rows[role], name, &choice);
+  *out_is_found = choice.name != NULL;
+  np_volume_file_close(&file);
+  return result;
+}
+
+/* ---- Values ---- */
+
+/* NaN and infinity become 0; returns how many there are. */
+static uint64_t repair(float *values, size_t count) {
+  uint64_t broken = 0;
+  for (size_t n = 0; n < count; n++) {
+    if (isfinite(values[n])) continue;
+    values[n] = 0.0f;
+    broken++;
+  }
+  return broken;
+}
+
+static neph_result check_values(const vector_load *job, np_sparse_grid *grid, neph_import_policy policy) {
+  uint64_t broken = repair(&grid->background, 1);
+  for (size_t i = 0; i < grid->leaf_count; i++) broken += repair(grid->leaves[i].values, NP_LEAF_SIZE);
+  for (size_t i = 0; i < grid->tile_count; i++) broken += repair(&grid->tiles[i].value, 1);
+  if (!broken) return NEPH_OK;
+  if (policy == NEPH_IMPORT_REFUSE)
+    return np_fail(job->context, NEPH_ERROR_BAD_FILE,
+                   "%s: grid '%s': %llu values are NaN or infinite, must be finite, or be imported with repair",
+                   job->path, grid->name, (unsigned long long)broken);
+  np_log(job->context, NEPH_LOG_WARNING, "%s: grid '%s': %llu values are NaN or infinite; taken as 0", job->path,
+         grid->name, (unsigned long long)broken);
+  return NEPH_OK;
+}
+
+/* ---- Load ---- */
+
+/* The components of a staggered grid are on the low faces of its voxels. */
+static void place_staggered(int axis, np_sparse_grid *grid) {
+  for (int row = 0; row < 3; row++) grid->index_to_world.m[row][3] -= 0.5 * grid->index_to_world.m[row][axis];
+}
+
+static neph_result read_component(const vector_load *job, const np_volume_file *file, int axis) {
+  np_vdb_grid_info info;
+  uint64_t bytes;
+  const size_t index = job->choice.grid[axis];
+  file->module->describe(file->vdb, index, &info);
+  if (!info.is_affine)
+    return np_fail(job->context, NEPH_ERROR_UNSUPPORTED,
+                   "%s: grid '%s' has a frustum transform: resample it to one that is affine", job->path, info.name);
+  const bool is_staggered =
+      job->row == &rows[NP_VECTOR_VELOCITY] && info.is_vector && !strcmp(info.grid_class, "staggered");
+  const neph_result result =
+      np_volume_file_read_component(file, index, job->choice.component[axis], &job->out[axis], &bytes);
+  if (!result && is_staggered) place_staggered(axis, &job->out[axis]);
+  return result;
+}
+
+static neph_result run(void *user) {
+  vector_load *job = user;
+  np_volume_file file;
+  neph_result result = np_volume_file_open(job->context, job->path, job->monitor, &file);
+  if (result) return result;
+  result = choose(&file, job->row, job->name, &job->choice);
+  for (int a = 0; a < 3 && job->choice.name && !result; a++) result = read_component(job, &file, a);
+  np_volume_file_close(&file);
+  return result;
+}
+
+/* Colours are named after what they are for, whatever the file calls them. */
+static void note_choice(const vector_load *job) {
+  if (job->row != &rows[NP_VECTOR_VELOCITY] && !job->name)
+    np_log(job->context, NEPH_LOG_INFO, "%s: its grid '%s' is taken as clouds[].%s (none: it is not)", job->path,
+           job->choice.name, job->row->purpose);
+}
+
+neph_result np_volume_load_vector(neph_context *context, const char *path, const np_vector_request *request,
+                                  np_monitor *monitor, np_sparse_grid out_vector[3], bool *out_is_found) {
+  vector_load job = {.context = context,
+                     .path = path,
+                     .name = request->name,
+                     .row = &rows[request->role],
+                     .monitor = monitor,
+                     .out = out_vector};
+  for (int a = 0; a < 3; a++) out_vector[a] = (np_sparse_grid){.context = NULL};
+  neph_result result = np_parallel_run(context, monitor, run, &job);
+  *out_is_found = !result && job.choice.name;
+  for (int a = 0; a < 3 && *out_is_found && !result; a++) {
+    result = check_values(&job, &out_vector[a], request->policy);
+    out_vector[a].file = path;
+  }
+  if (*out_is_found && !result) note_choice(&job);
+  return result;
+}
