@@ -19,6 +19,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "cloud/cloud_kinds.h"
 #include "cloud/thermals.h"
 #include "core/math.h"
 
@@ -216,6 +217,11 @@ void np_cloud_model_eval(const np_cloud_model *model, const np_cloud_points *poi
   memset(out_extinction_per_m, 0, points->count * sizeof *out_extinction_per_m);
   if (model->is_empty) return;
   if (model->rain_depth_m > 0.0f) add_rain(model, points, out_extinction_per_m);
+  const np_cloud_kind *kind = np_cloud_kind_get(model->desc.model);
+  if (kind) {
+    np_kind_eval(kind, model, points, out_extinction_per_m);
+    return;
+  }
   if (np_cloud_model_has_thermals(model)) {
     np_thermals_eval(model, points, out_extinction_per_m);
     return;

@@ -66,6 +66,22 @@ static const preset presets[] = {
       .thickness_m = 1100, .coverage = 0.5, .cell_m = 5000, .billow_m = 420, .billowiness = 0.5,
       .erosion = 0.9, .turbulence = 0.5,
       .softness = 1, .stretch = 12, .skew_m = {4500, 1400}, .wind_m_s = {28, 9}, .extinction_per_m = 2.5e-3}},
+    {"fog",
+     {.model = NEPH_CLOUD_MODEL_FOG, .extent_m = {8000, 8000}, .voxel_m = 20, .base_altitude_m = 0,
+      .thickness_m = 240, .coverage = 0.9, .cell_m = 2600, .billow_m = 260, .billowiness = 0.35,
+      .erosion = 0.55, .softness = 0.55, .stretch = 1.6, .wind_m_s = {1.5, 0.5}, .extinction_per_m = 0.02}},
+    {"valley_stratus",
+     {.model = NEPH_CLOUD_MODEL_FOG, .extent_m = {16e3, 16e3}, .voxel_m = 40, .base_altitude_m = 100,
+      .thickness_m = 700, .coverage = 1, .cell_m = 5000, .billow_m = 620, .billowiness = 0.4,
+      .erosion = 0.4, .softness = 0.3, .stretch = 1.5, .wind_m_s = {3, 1}, .extinction_per_m = 0.04}},
+    {"altocumulus_lenticularis",
+     {.model = NEPH_CLOUD_MODEL_LENSES, .extent_m = {24e3, 24e3}, .voxel_m = 40, .base_altitude_m = 4200,
+      .thickness_m = 1500, .coverage = 0.14, .cell_m = 7500, .billow_m = 1300, .erosion = 0.35,
+      .softness = 0.25, .sublayers = 4, .skew_m = {900, 0}, .wind_m_s = {24, 0}, .extinction_per_m = 0.02}},
+    {"contrail",
+     {.model = NEPH_CLOUD_MODEL_TRAILS, .extent_m = {20e3, 20e3}, .voxel_m = 25, .base_altitude_m = 9800,
+      .thickness_m = 900, .coverage = 0.07, .cell_m = 9000, .billow_m = 900, .erosion = 0.6, .age = 0.6, .trails = 4,
+      .skew_m = {700, 500}, .wind_m_s = {20, 8}, .extinction_per_m = 4e-3}},
 };
 /* clang-format on */
 
@@ -97,7 +113,9 @@ neph_result neph_cloud_get_preset(neph_context *context, const char *name, neph_
   neph_cloud_desc desc = found->desc;
   desc.struct_size = sizeof desc;
   desc.lifetime_s = defaults.lifetime_s;
-  desc.age = defaults.age;
+  if (desc.age == 0) desc.age = defaults.age;
+  if (desc.trails == 0) desc.trails = defaults.trails;
+  desc.trail_direction_rad = defaults.trail_direction_rad;
   if (desc.sublayers == 0) desc.sublayers = defaults.sublayers;
   if (desc.stretch == 0) desc.stretch = defaults.stretch;
   memcpy(desc.profile, defaults.profile, sizeof desc.profile);
