@@ -199,7 +199,7 @@ static const np_key keys[] = {
      .meaning = "extinction in the core of the cloud"},
     {.path = "clouds[].bake.model", .type = NP_KEY_CHOICE, .choices = models, .field = CLOUD(bake.model),
      .fallback = "cells",
-     .meaning = "thermals are cumulus, heaps of balls over a base; cells tower likewise, of noise; a slab is a "
+     .meaning = "thermals are cumulus, balls on balls above a base; cells are towers of noise; a slab is a "
                 "sheet with soft edges, and cheap; a hero is one cloud of thermals; fog fills the ground to its top; "
                 "lenses stand on the waves of a ridge; trails are contrails"},
     {.path = "clouds[].bake.sublayers", .type = NP_KEY_INTEGER, .field = CLOUD(bake.sublayers),
