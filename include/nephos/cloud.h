@@ -17,7 +17,9 @@ typedef enum neph_cloud_model {
   NEPH_CLOUD_MODEL_THERMALS, /**< cumulus: thermals over a flat base, heaps of balls that stand on each other */
   NEPH_CLOUD_MODEL_FOG,      /**< fills the ground below its top: fog, and stratus in valleys */
   NEPH_CLOUD_MODEL_LENSES,   /**< stacked lenses on the waves that a ridge makes in the wind: lenticularis */
-  NEPH_CLOUD_MODEL_TRAILS    /**< lines of aircraft, which age and spread: contrails */
+  NEPH_CLOUD_MODEL_TRAILS,   /**< lines of aircraft, which age and spread: contrails */
+  NEPH_CLOUD_MODEL_DECK,     /**< closed cells and rolls with narrow gaps: stratocumulus */
+  NEPH_CLOUD_MODEL_STREAKS   /**< heads of ice, with fall streaks that the skew draws out to hooks: cirrus */
 } neph_cloud_model;
 
 /** Quantity that a picture gives for each place. Its values, from 0 to 1, are shares of that of the description. */

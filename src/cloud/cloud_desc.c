@@ -94,16 +94,16 @@ static neph_result check_profile(neph_context *context, const neph_cloud_desc *d
 static const char *const models[] = {
     [NEPH_CLOUD_MODEL_CELLS] = "cells",       [NEPH_CLOUD_MODEL_SLAB] = "slab", [NEPH_CLOUD_MODEL_HERO] = "hero",
     [NEPH_CLOUD_MODEL_THERMALS] = "thermals", [NEPH_CLOUD_MODEL_FOG] = "fog",   [NEPH_CLOUD_MODEL_LENSES] = "lenses",
-    [NEPH_CLOUD_MODEL_TRAILS] = "trails"};
+    [NEPH_CLOUD_MODEL_TRAILS] = "trails",     [NEPH_CLOUD_MODEL_DECK] = "deck", [NEPH_CLOUD_MODEL_STREAKS] = "streaks"};
 
 enum { MODEL_COUNT = sizeof models / sizeof *models };
 
 static neph_result check_model(neph_context *context, const neph_cloud_desc *desc) {
   if ((unsigned)desc->model >= MODEL_COUNT)
-    return np_fail(
-        context, NEPH_ERROR_INVALID_ARGUMENT,
-        "%s.model is %d, must be cells (0), slab (1), hero (2), thermals (3), fog (4), lenses (5) or trails (6)",
-        np_cloud_desc_name(desc), (int)desc->model);
+    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
+                   "%s.model is %d, must be cells (0), slab (1), hero (2), thermals (3), fog (4), lenses (5), trails "
+                   "(6), deck (7) or streaks (8)",
+                   np_cloud_desc_name(desc), (int)desc->model);
   if (desc->trails < 1 || desc->trails > NEPH_CLOUD_TRAILS_MAX)
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "%s.trails is %u, must be in [1, %d]",
                    np_cloud_desc_name(desc), desc->trails, (int)NEPH_CLOUD_TRAILS_MAX);

@@ -6,10 +6,12 @@
 #include "core/math.h"
 
 const np_cloud_kind *np_cloud_kind_get(neph_cloud_model model) {
-  return model == NEPH_CLOUD_MODEL_FOG      ? &np_fog_kind
-         : model == NEPH_CLOUD_MODEL_LENSES ? &np_lens_kind
-         : model == NEPH_CLOUD_MODEL_TRAILS ? &np_trail_kind
-                                            : NULL;
+  return model == NEPH_CLOUD_MODEL_FOG       ? &np_fog_kind
+         : model == NEPH_CLOUD_MODEL_LENSES  ? &np_lens_kind
+         : model == NEPH_CLOUD_MODEL_TRAILS  ? &np_trail_kind
+         : model == NEPH_CLOUD_MODEL_DECK    ? &np_deck_kind
+         : model == NEPH_CLOUD_MODEL_STREAKS ? &np_streak_kind
+                                             : NULL;
 }
 
 np_noise_lattice np_kind_make_lattice(const neph_cloud_desc *desc, unsigned stream) {

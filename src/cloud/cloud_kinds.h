@@ -36,7 +36,7 @@ typedef struct np_cloud_kind {
 /* NULL: the model is none of these. */
 const np_cloud_kind *np_cloud_kind_get(neph_cloud_model model);
 
-extern const np_cloud_kind np_fog_kind, np_lens_kind, np_trail_kind;
+extern const np_cloud_kind np_fog_kind, np_lens_kind, np_trail_kind, np_deck_kind, np_streak_kind;
 
 void np_kind_eval(const np_cloud_kind *kind, const np_cloud_model *model, const np_cloud_points *points,
                   float *out_extinction_per_m);
@@ -51,7 +51,18 @@ np_noise_points np_kind_scale(const np_cloud_model *model, np_kind_points *point
 /* Octaves from a size to two voxels. */
 unsigned np_kind_count_octaves(const neph_cloud_desc *desc, float size_m);
 
+/* ---- Anvils on thermals: anvil.c ---- */
+
+/* The most that noise adds to the depth of an anvil. */
+float np_anvil_get_gain(void);
+
+/* Raises extinction to that of the anvils of the model's map. */
+void np_anvil_eval(const np_cloud_model *model, const np_cloud_points *points, float *out_extinction_per_m);
+
 /* ---- Columns: cloud_column.c ---- */
+
+/* Depth in a column's anvil at a height; −INFINITY outside the column. */
+float np_cloud_column_eval_anvil(const np_cloud_column *column, float height_m);
 
 /* False: no cloud is possible for its border or heights. */
 bool np_cloud_column_bound(const np_cloud_model *model, const np_cloud_box *box, np_kind_box *out_box);

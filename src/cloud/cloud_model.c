@@ -189,12 +189,13 @@ static neph_result search_shadow(np_monitor *monitor, np_cloud_model *model, dou
 /* The waterline of thermals is found by the shadow of their stacks, a few times over: what the census of all that
  * stands on them makes of it corrects the shadow that is wanted. */
 static neph_result search_thermals(neph_context *context, np_monitor *monitor, np_cloud_model *model) {
-  enum { CORRECTIONS = 3, CENSUS_LEVELS = 3 };
+  enum { CENSUS_LEVELS = 3 };
+  const int corrections = model->map.anvils ? 8 : 3; /* anvils are not in the shadow */
   const unsigned levels = np_thermals_count_levels(model);
   double wanted = model->map.coverage;
   if (model->is_empty) return NEPH_OK;
   neph_result result = search_shadow(monitor, model, wanted);
-  for (int n = 0; n < CORRECTIONS && !result; n++) {
+  for (int n = 0; n < corrections && !result; n++) {
     double fraction = 0;
     result = np_thermals_build(model, monitor, levels < CENSUS_LEVELS ? levels : CENSUS_LEVELS);
     if (!result) result = count_field(context, monitor, model, &fraction);

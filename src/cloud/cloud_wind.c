@@ -59,10 +59,12 @@ void np_cloud_wind_carry(const np_cloud_model *model, float height_m, float out_
     out_m[a] = wind->at_m[k][a] + t * (wind->gain_m[k][a] + 0.5f * t * (wind->gain_m[k + 1][a] - wind->gain_m[k][a]));
 }
 
-/* Share of the skew at a height: streaks that fall from a slab trail ever more, towers lean evenly. */
+/* Share of the skew at a height: streaks that fall from a slab trail ever more, those of ice fall into ever slower air
+ * and hook, towers and rain lean evenly. */
 static float compute_skew_share(const np_cloud_model *model, float height_m) {
-  const float t = height_m / (float)model->desc.thickness_m;
-  return model->desc.model == NEPH_CLOUD_MODEL_SLAB ? t * fabsf(t) : t;
+  const float t = height_m / (float)model->desc.thickness_m, held = np_clampf(t, 0.0f, 1.0f);
+  if (model->desc.model == NEPH_CLOUD_MODEL_STREAKS) return held * (2.0f - held);
+  return model->desc.model == NEPH_CLOUD_MODEL_SLAB && t > 0.0f ? t * t : t;
 }
 
 void np_cloud_wind_shift(const np_cloud_model *model, float height_m, float out_m[2]) {

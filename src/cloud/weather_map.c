@@ -107,7 +107,7 @@ static void apply_coverage(np_weather_map *map, double coverage) {
 static neph_result allocate(np_weather_map *map, const neph_cloud_desc *desc, const np_weather_picture *picture) {
   const size_t texel_count = count_texels(map);
   bool is_done = (map->values = np_alloc(map->context, texel_count, sizeof *map->values)) != NULL;
-  if (is_done && desc->anvil > 0 && desc->model == NEPH_CLOUD_MODEL_CELLS)
+  if (is_done && desc->anvil > 0 && (desc->model == NEPH_CLOUD_MODEL_CELLS || desc->model == NEPH_CLOUD_MODEL_THERMALS))
     is_done = (map->anvils = np_alloc(map->context, texel_count, sizeof *map->anvils)) != NULL;
   for (int q = 0; q < NEPH_CLOUD_MAP_QUANTITY_COUNT && is_done; q++)
     if (picture->values[q] || (q == NEPH_CLOUD_MAP_BASE && desc->ground_lift > 0 && np_cloud_desc_has_ground(desc)))

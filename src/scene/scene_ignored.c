@@ -21,7 +21,9 @@
   "atmosphere.ozone_center", "atmosphere.ozone_width"
 #define IN_PERSPECTIVE {"camera.kind", ONLY(NEPH_CAMERA_PERSPECTIVE)}
 #define WITH_PLANET {"environment.planet", ONLY(1)}
-#define OWN_MODELS (ONLY(NEPH_CLOUD_MODEL_FOG) | ONLY(NEPH_CLOUD_MODEL_LENSES) | ONLY(NEPH_CLOUD_MODEL_TRAILS))
+#define OWN_MODELS                                                                                                     \
+  (ONLY(NEPH_CLOUD_MODEL_FOG) | ONLY(NEPH_CLOUD_MODEL_LENSES) | ONLY(NEPH_CLOUD_MODEL_TRAILS) |                        \
+   ONLY(NEPH_CLOUD_MODEL_DECK) | ONLY(NEPH_CLOUD_MODEL_STREAKS))
 #define IN_TOWERS {"clouds[].bake.model", BUT(NEPH_CLOUD_MODEL_SLAB) & ~OWN_MODELS}
 #define IN_MARCH {"render.integrator", ONLY(NEPH_INTEGRATOR_MARCH)}
 #define IN_PATHS {"render.integrator", ONLY(NEPH_INTEGRATOR_PATH)}
@@ -87,8 +89,8 @@ static const np_ignore_rule rules[] = {
      .reason = "so that the offset is the temperature everywhere"},
     {.keys = {"clouds[].emission.absorption"}, .counts = {"clouds[].emission.flame", BUT(NP_GIVEN_NONE)},
      .reason = "so that the cloud glows by its own"},
-    {.keys = {"clouds[].bake.type", "clouds[].bake.map.type", "clouds[].bake.billowiness", "clouds[].bake.wispiness"},
-     .counts = IN_TOWERS, .reason = "which has no towers and no billows"},
+    {.keys = {"clouds[].bake.type", "clouds[].bake.map.type", "clouds[].bake.wispiness"},
+     .counts = IN_TOWERS, .reason = "which has no towers"},
     {.keys = {"clouds[].bake.type", "clouds[].bake.map.type"},
      .counts = {"clouds[].bake.profile", ONLY(NP_GIVEN_NOT)},
      .reason = "which says in its place how high a cell grows", .applies = IN_TOWERS},
@@ -96,12 +98,17 @@ static const np_ignore_rule rules[] = {
      .counts = {"clouds[].bake.model", ONLY(NEPH_CLOUD_MODEL_SLAB) | ONLY(NEPH_CLOUD_MODEL_LENSES)},
      .reason = "and only a slab and lenses have them"},
     {.keys = {"clouds[].bake.stretch"},
-     .counts = {"clouds[].bake.model", ONLY(NEPH_CLOUD_MODEL_SLAB) | ONLY(NEPH_CLOUD_MODEL_FOG)},
-     .reason = "and only a slab and fog have it"},
+     .counts = {"clouds[].bake.model", ONLY(NEPH_CLOUD_MODEL_SLAB) | ONLY(NEPH_CLOUD_MODEL_FOG) |
+                                           ONLY(NEPH_CLOUD_MODEL_DECK) | ONLY(NEPH_CLOUD_MODEL_STREAKS)},
+     .reason = "which has no pattern along the wind"},
+    {.keys = {"clouds[].bake.billowiness"},
+     .counts = {"clouds[].bake.model", BUT(NEPH_CLOUD_MODEL_SLAB) & BUT(NEPH_CLOUD_MODEL_LENSES) &
+                                           BUT(NEPH_CLOUD_MODEL_TRAILS) & BUT(NEPH_CLOUD_MODEL_STREAKS)},
+     .reason = "which has no billows"},
     {.keys = {"clouds[].bake.trails", "clouds[].bake.trail_direction"},
      .counts = {"clouds[].bake.model", ONLY(NEPH_CLOUD_MODEL_TRAILS)}, .reason = "and only trails have them"},
-    {.keys = {"clouds[].bake.anvil"}, .counts = {"clouds[].bake.model", ONLY(NEPH_CLOUD_MODEL_CELLS)},
-     .reason = "and only cells spread to anvils"},
+    {.keys = {"clouds[].bake.anvil"}, .counts = {"clouds[].bake.model", ONLY(NEPH_CLOUD_MODEL_CELLS) | ONLY(NEPH_CLOUD_MODEL_THERMALS)},
+     .reason = "and only cells and thermals spread to anvils"},
     {.keys = {"clouds[].bake.age"},
      .counts = {"clouds[].bake.model", ONLY(NEPH_CLOUD_MODEL_THERMALS) | ONLY(NEPH_CLOUD_MODEL_HERO) |
                                            ONLY(NEPH_CLOUD_MODEL_TRAILS)},
