@@ -83,8 +83,12 @@ static const np_key keys[] = {
      .range = WITHIN(-360, 360), .fallback = "0 deg",
      .meaning = "about the vertical, counter-clockwise seen from above, after that"},
     {.path = "clouds[].position", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = CLOUD(position_m),
-     .tag = CLOUD(has_position), .tag_value = true, .range = ANYWHERE,
+     .tag = CLOUD(has_position), .tag_value = true, .range = ANYWHERE, .group = GROUP_PLACE, .alternative = 1,
      .meaning = "place of the pivot; without it, as the file has it"},
+    {.path = "clouds[].places", .type = NP_KEY_FILE, .is_input = true, .field = CLOUD(places),
+     .group = GROUP_PLACE, .alternative = 2,
+     .meaning = "CSV of the places of many copies: x_m, y_m and z_m of the pivot; rotation_deg and scale, which come "
+                "after the cloud's own"},
     {.path = "clouds[].pivot", .type = NP_KEY_REAL, .field = CLOUD(pivot_point), .range = WITHIN(-1e9, 1e9),
      .choices = pivots, .tag = CLOUD(pivot), .tag_value = NP_PIVOT_POINT, .fallback = "base",
      .meaning = "point of the cloud that stands at its position: base, the middle of the bottom of its box; center, "
