@@ -108,7 +108,8 @@ static const np_ignore_rule rules[] = {
      .reason = "which has no billows"},
     {.keys = {"clouds[].bake.trails", "clouds[].bake.trail_direction"},
      .counts = {"clouds[].bake.model", ONLY(NEPH_CLOUD_MODEL_TRAILS)}, .reason = "and only trails have them"},
-    {.keys = {"clouds[].bake.anvil"}, .counts = {"clouds[].bake.model", ONLY(NEPH_CLOUD_MODEL_CELLS) | ONLY(NEPH_CLOUD_MODEL_THERMALS)},
+    {.keys = {"clouds[].bake.anvil"},
+     .counts = {"clouds[].bake.model", ONLY(NEPH_CLOUD_MODEL_CELLS) | ONLY(NEPH_CLOUD_MODEL_THERMALS)},
      .reason = "and only cells and thermals spread to anvils"},
     {.keys = {"clouds[].bake.age"},
      .counts = {"clouds[].bake.model", ONLY(NEPH_CLOUD_MODEL_THERMALS) | ONLY(NEPH_CLOUD_MODEL_HERO) |

@@ -206,14 +206,15 @@ static const np_key keys[] = {
      .fallback = "cells",
      .meaning = "thermals are cumulus, balls on balls above a base; cells are towers of noise; a slab is a "
                 "sheet with soft edges, and cheap; a hero is one cloud of thermals; fog fills the ground to its top; "
-                "lenses stand on the waves of a ridge; trails are contrails; a deck has closed cells and rolls; streaks "
-                "are cirrus"},
+                "lenses stand on the waves of a ridge; trails are contrails; a deck has closed cells and rolls; "
+                "streaks are cirrus"},
     {.path = "clouds[].bake.sublayers", .type = NP_KEY_INTEGER, .field = CLOUD(bake.sublayers),
      .range = WITHIN(1, 16), .fallback = "1", .meaning = "sheets over each other that a slab is made of, or lenses"},
     {.path = "clouds[].bake.softness", .type = NP_KEY_REAL, .field = CLOUD(bake.softness), .range = WITHIN(0, 1),
      .fallback = "0", .meaning = "softness of edges, from crisp, 0, to a fade over the whole cloud, 1"},
     {.path = "clouds[].bake.stretch", .type = NP_KEY_REAL, .field = CLOUD(bake.stretch), .range = WITHIN(1, 100),
-     .fallback = "1", .meaning = "factor on the pattern of slab, fog, deck and streaks along the wind, or along x in calm"},
+     .fallback = "1",
+     .meaning = "factor on the pattern of slab, fog, deck and streaks along the wind, or along x in calm"},
     {.path = "clouds[].bake.anvil", .type = NP_KEY_REAL, .field = CLOUD(bake.anvil), .range = WITHIN(0, 1),
      .fallback = "0", .meaning = "spread of the tops of the largest cells"},
     {.path = "clouds[].bake.age", .type = NP_KEY_REAL, .field = CLOUD(bake.age), .range = WITHIN(0, 1),
