@@ -28,7 +28,11 @@ nimbostratus         16  0.3 1.5  18  5   2     24
 altocumulus_floccus  3.5 1.5 3.7  5   2.8 3.7   10
 altostratus          9   0.2 3.6  19  6.5 4     26
 cumulonimbus         36  1   5.5  36  1   5.5   42
-cirrus               12  0.1 9    12  0.1 9     34
+cirrus               6   0.1 8.4  9   0.1 8.4   22
+fog                  3   0.5 0.1  5   1.2 0.1   9
+valley_stratus       9   1.5 0.6  11  2.5 0.6   18
+altocumulus_lenticularis 14 0.3 4.6 16 2 5      28
+contrail             8   0.1 9.6  12  3   9.9   26
 '
 echo "$cameras" | while read -r preset front front_z front_at side side_z side_at above; do
   case " ${*:-$preset} " in *" $preset "*) ;; *) continue ;; esac

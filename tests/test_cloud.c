@@ -324,7 +324,11 @@ static void bad_parameters_are_named(void **state) {
   desc = good, desc.wind_m_s[0] = -300, assert_refused(context, &log, &desc, "wind[0] is", "-300");
   desc = good, desc.time_s = 1e7, assert_refused(context, &log, &desc, "time is", "1e+07");
   desc = good, desc.lifetime_s = 0, assert_refused(context, &log, &desc, "lifetime is", "0");
-  desc = good, desc.model = (neph_cloud_model)4, assert_refused(context, &log, &desc, "model is", "4");
+  desc = good, desc.model = (neph_cloud_model)9, assert_refused(context, &log, &desc, "model is", "9");
+  desc = good, desc.trails = 65, assert_refused(context, &log, &desc, "trails is", "65");
+  desc = good, desc.ground_lift = -1, assert_refused(context, &log, &desc, "ground_lift is", "-1");
+  desc = good, desc.ground_cover = 2, assert_refused(context, &log, &desc, "ground_cover is", "2");
+  desc = good, desc.trail_direction_rad = 9, assert_refused(context, &log, &desc, "trail_direction is", "9");
   desc = good, desc.sublayers = 17, assert_refused(context, &log, &desc, "sublayers is", "17");
   desc = good, desc.anvil = 2, assert_refused(context, &log, &desc, "anvil is", "2");
   desc = good, desc.precipitation = -1, assert_refused(context, &log, &desc, "precipitation is", "-1");

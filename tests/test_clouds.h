@@ -13,8 +13,9 @@
 #include "volume/volume_private.h"
 
 static const char *const test_presets[] = {
-    "cumulus_humilis", "cumulus_mediocris",   "cumulus_congestus", "stratocumulus", "stratus",
-    "nimbostratus",    "altocumulus_floccus", "altostratus",       "cumulonimbus",  "cirrus"};
+    "cumulus_humilis",          "cumulus_mediocris", "cumulus_congestus", "stratocumulus", "stratus", "nimbostratus",
+    "altocumulus_floccus",      "altostratus",       "cumulonimbus",      "cirrus",        "fog",     "valley_stratus",
+    "altocumulus_lenticularis", "contrail"};
 
 enum { TEST_PRESET_COUNT = sizeof test_presets / sizeof *test_presets };
 

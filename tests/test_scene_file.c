@@ -331,7 +331,7 @@ static void test_incomplete_scenes(void **state) {
        "1:13: atmosphere.mie_extinction is 4.44e-06 1/m, must not be below mie_scattering, 1 1/m\n"},
       {"sun: {time: 2026-06-21T16:00Z}", "1:13: sun.time needs a place, must come with place or terrain"},
       {"output: {scale: 3}", "1:17: output.scale is 3, must be a power of two; the nearest below is 2\n"},
-      {"clouds: [{bake: {preset: fog}}]", "1:26: clouds[0].bake.preset is fog, must be one of cumulus_humilis"},
+      {"clouds: [{bake: {preset: dew}}]", "1:26: clouds[0].bake.preset is dew, must be one of cumulus_humilis"},
       {"clouds: [{bake: {map: {coverage: R}}}]", "1:23: clouds[0].bake.map has no image, must name an EXR or PNG"},
       {"clouds: [{bake: {map: {image: a.png}}}]",
        "1:23: clouds[0].bake.map uses no channel of its image, must have one of coverage, type, base, thickness"},

@@ -14,7 +14,12 @@ typedef enum neph_cloud_model {
   NEPH_CLOUD_MODEL_CELLS,   /**< cells that tower over a flat base: Perlin-Worley billows, Worley erosion, curl */
   NEPH_CLOUD_MODEL_SLAB,    /**< a sheet with soft edges, of value noise: cheap, for decks, veils and streaks */
   NEPH_CLOUD_MODEL_HERO,    /**< one cloud in the middle of the field, otherwise like thermals: needs no weather map */
-  NEPH_CLOUD_MODEL_THERMALS /**< cumulus: thermals over a flat base, heaps of balls that stand on each other */
+  NEPH_CLOUD_MODEL_THERMALS, /**< cumulus: thermals over a flat base, heaps of balls that stand on each other */
+  NEPH_CLOUD_MODEL_FOG,      /**< fills the ground below its top: fog, and stratus in valleys */
+  NEPH_CLOUD_MODEL_LENSES,   /**< stacked lenses on the waves that a ridge makes in the wind: lenticularis */
+  NEPH_CLOUD_MODEL_TRAILS,   /**< lines of aircraft, which age and spread: contrails */
+  NEPH_CLOUD_MODEL_DECK,     /**< closed cells and rolls with narrow gaps: stratocumulus */
+  NEPH_CLOUD_MODEL_STREAKS   /**< heads of ice, with fall streaks that the skew draws out to hooks: cirrus */
 } neph_cloud_model;
 
 /** Quantity that a picture gives for each place. Its values, from 0 to 1, are shares of that of the description. */
@@ -27,7 +32,10 @@ typedef enum neph_cloud_map_quantity {
   NEPH_CLOUD_MAP_QUANTITY_COUNT
 } neph_cloud_map_quantity;
 
-enum { NEPH_CLOUD_PROFILE_POINTS = 5 };
+enum { NEPH_CLOUD_PROFILE_POINTS = 5, NEPH_CLOUD_TRAILS_MAX = 64 };
+
+/** Height of the ground above the sphere, in metres, at a place of the world; called from several threads at once. */
+typedef double (*neph_height_fn)(void *user, double x_m, double y_m);
 
 /** A procedural cloud: a weather map, a height profile, and noise, by its model. Altitudes are above sea level. */
 typedef struct neph_cloud_desc {
@@ -67,12 +75,20 @@ typedef struct neph_cloud_desc {
   bool has_map_size;    /**< the picture is as large as said below, not as the extent (default false) */
   double map_size_m[2]; /**< of the picture along x and y, centred like the field; > 0 (default 8 km × 8 km) */
   bool is_map_tiling;   /**< the picture repeats; else its border goes on beyond it (default false) */
-  double age;           /**< of thermals, from fresh and crisp, 0, to frayed and dissolving, 1 (default 0.5) */
+  double age;           /**< of thermals, from crisp, 0, to dissolving, 1; of trails, fresh to spread (default 0.5) */
   bool has_winds;       /**< the winds below carry what rises off the base (default false) */
   /** Speed, 0 to 200, and azimuth that it comes from, of the wind at 0, ¼, ½, ¾ and 1 of the thickness (default 0;
    * 3π/2, the west). */
   double wind_speed_m_s[NEPH_CLOUD_PROFILE_POINTS], wind_direction_rad[NEPH_CLOUD_PROFILE_POINTS];
   const char *name; /**< of this description in messages, borrowed; NULL: cloud (default NULL) */
+  neph_height_fn ground_height; /**< of the ground below the field; NULL: none is known (default NULL) */
+  void *ground_user;            /**< passed to it (default NULL) */
+  const char *ground_id; /**< stands for the ground in files and keys of caches, borrowed; NULL: a hash of its heights
+                              does (default NULL) */
+  double ground_lift;    /**< share of the ground's height above its lowest by which bases rise, 0 to 1 (default 0) */
+  double ground_cover;   /**< clouds over high ground, 1, or over low ground, -1; 0: wherever (default 0) */
+  unsigned trails;       /**< lines of trails, 1 to NEPH_CLOUD_TRAILS_MAX; the first through the middle (default 1) */
+  double trail_direction_rad; /**< azimuth that the first of them goes to; ±7 (default π/2, the east) */
 } neph_cloud_desc;
 
 #define NEPH_CLOUD_DESC_DEFAULT                                                                                        \
@@ -87,7 +103,8 @@ typedef struct neph_cloud_desc {
     .wind_speed_m_s = {0, 0, 0, 0, 0},                                                                                 \
     .wind_direction_rad = {4.71238898038468986, 4.71238898038468986, 4.71238898038468986, 4.71238898038468986,         \
                            4.71238898038468986},                                                                       \
-    .name = NULL                                                                                                       \
+    .name = NULL, .ground_height = NULL, .ground_user = NULL, .ground_id = NULL, .ground_lift = 0, .ground_cover = 0,  \
+    .trails = 1, .trail_direction_rad = 1.57079632679489662                                                            \
   }
 
 /** Fills a description from a named preset ("cumulus_mediocris", …); fails listing the names there are.

@@ -202,6 +202,13 @@ static neph_result compare_grids(const np_volume_file *file, const bake_grids *g
   return result;
 }
 
+static neph_result refuse_ground(const np_volume_file *file) {
+  return np_fail(file->context, NEPH_ERROR_INVALID_ARGUMENT,
+                 "%s: was shaped by a ground that it does not hold, cannot be baked from it alone: bake its scene to "
+                 "another file and compare the two",
+                 file->path);
+}
+
 static neph_result verify(const np_volume_file *file, bake_record *record, neph_bake_desc *desc, bool *out_is_same) {
   char name[256];
   neph_cloud_desc cloud;
@@ -211,7 +218,7 @@ static neph_result verify(const np_volume_file *file, bake_record *record, neph_
   neph_result result = read_record(file, record);
   if (!result) result = np_cloud_desc_from_json(file->context, file->path, record->params, &cloud, desc);
   if (result) return result;
-  result = read_layout(file, name, desc);
+  result = cloud.ground_id ? refuse_ground(file) : read_layout(file, name, desc);
   if (!result) result = np_bake_start_checked(file->context, &cloud, desc, NP_BAKE_FOR_FILE, &monitor, &bake);
   if (!result) {
     result = make_grids(&bake, name, &grids);

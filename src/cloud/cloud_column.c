@@ -11,6 +11,7 @@
  */
 #include <math.h>
 
+#include "cloud/cloud_kinds.h"
 #include "cloud/thermals.h"
 #include "core/math.h"
 
@@ -154,6 +155,12 @@ np_cloud_state np_cloud_column_eval(const np_cloud_model *model, const np_cloud_
   return s;
 }
 
+float np_cloud_column_eval_anvil(const np_cloud_column *column, float height_m) {
+  const float above_m = height_m - column->base_m;
+  if (!(above_m > 0.0f && above_m < column->thickness_m)) return -INFINITY;
+  return column->anvil - eval_anvil(above_m / column->thickness_m);
+}
+
 /* It thins as it evaporates, unless it reaches the sea. */
 float np_cloud_column_eval_rain(const np_cloud_model *model, const np_cloud_column *column, float height_m) {
   const float fallen = (column->base_m - height_m) / (column->base_m + model->rain_depth_m);
@@ -227,13 +234,43 @@ static bool is_dry(const np_cloud_model *model, const np_cloud_box *box) {
   return strength - rain_column < -bound_margin;
 }
 
+bool np_cloud_column_bound(const np_cloud_model *model, const np_cloud_box *box, np_kind_box *out_box) {
+  const float top_m = (float)model->desc.thickness_m;
+  const columns c = compute_columns(model, box, fmaxf(box->min_m[2], 0.0f), fminf(box->max_m[2], top_m));
+  const np_interval base = bound_plane(model, NEPH_CLOUD_MAP_BASE, &c, 0.0f);
+  *out_box = (np_kind_box){.box = *box, .base_m = {top_m * base.low, top_m * base.high}};
+  for (int a = 0; a < 2; a++) {
+    out_box->field_min_m[a] = c.min_m[a];
+    out_box->field_max_m[a] = c.max_m[a];
+  }
+  out_box->strength.high = fminf(bound_strength(model, model->map.values, &c), bound_border(model, box));
+  out_box->ground_m = (np_interval){-INFINITY, -INFINITY};
+  if (model->map.ground_m)
+    out_box->ground_m = np_weather_map_get_range(&model->map, model->map.ground_m, c.min_m, c.max_m);
+  return box->max_m[2] > out_box->base_m.low;
+}
+
+/* Anvils on thermals. */
+static bool has_no_anvil(const np_cloud_model *model, const np_cloud_box *box) {
+  const float top_m = (float)model->desc.thickness_m;
+  if (!model->map.anvils || box->max_m[2] <= 0.0f || box->min_m[2] >= top_m) return true;
+  const float low_m = fmaxf(box->min_m[2], 0.0f), high_m = fminf(box->max_m[2], top_m);
+  const columns c = compute_columns(model, box, low_m, high_m);
+  np_interval shares;
+  if (!bound_shares(model, &c, low_m, high_m, &shares)) return true;
+  const float strength = fminf(bound_strength(model, model->map.anvils, &c), bound_border(model, box));
+  return scale_anvil(strength) - bound_anvil(shares.low, shares.high) + np_anvil_get_gain() < -bound_margin;
+}
+
 /* Depth is at most that of the best map value, of the most favourable height and of the point farthest from the border,
  * with all that noise can add. */
 bool np_cloud_model_is_empty(const np_cloud_model *model, const np_cloud_box *box) {
   const float top_m = (float)model->desc.thickness_m;
   if (model->is_empty) return true;
   if (!is_dry(model, box)) return false;
-  if (np_cloud_model_has_thermals(model)) return np_thermals_is_empty(model, box);
+  const np_cloud_kind *kind = np_cloud_kind_get(model->desc.model);
+  if (kind) return np_kind_is_empty(kind, model, box);
+  if (np_cloud_model_has_thermals(model)) return np_thermals_is_empty(model, box) && has_no_anvil(model, box);
   if (box->max_m[2] <= 0.0f || box->min_m[2] >= top_m) return true;
   const float low_m = fmaxf(box->min_m[2], 0.0f), high_m = fminf(box->max_m[2], top_m);
   const columns c = compute_columns(model, box, low_m, high_m);

@@ -19,6 +19,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "cloud/cloud_kinds.h"
 #include "cloud/thermals.h"
 #include "core/math.h"
 
@@ -31,6 +32,10 @@ static const float anvil_thinness = 0.8f;
 /* Heavy rain, of the order of 50 mm an hour. */
 static const float rain_extinction_per_m = 4e-3f;
 static const float rain_streak_m = 260.0f, rain_streak_stretch = 14.0f;
+static const float shaft_m = 2600.0f; /* shafts of rain, and dry air between them */
+
+/* Scraps below the base of a slab that rains: pannus. */
+static const float scrap_m = 420.0f, scrap_depth_m = 520.0f, scrap_share = 0.5f;
 
 static const float slab_contrast = 2.2f; /* of value noise in octaves, whose range is seldom filled */
 
@@ -175,7 +180,40 @@ static void subtract_detail(const np_cloud_model *model, work *w, float *out_ext
   }
 }
 
-/* Rain below the base, in streaks. */
+/* Strength of the shafts in which rain falls; the rain's positions are stretched already. */
+static void eval_shafts(const np_cloud_model *model, work *w, float *out_shaft) {
+  static const np_noise_octaves octaves = {.count = 3, .gain = 0.5f};
+  const np_noise_points positions = scale_positions(w, 1.0f / shaft_m, 0.3f * model->turnover);
+  model->noise->value_fbm(&model->base.lattice, &octaves, &positions, out_shaft);
+  for (size_t i = 0; i < w->count; i++) out_shaft[i] = 0.05f + 0.95f * np_smoothstepf((out_shaft[i] - 0.38f) * 4.0f);
+}
+
+/* Ragged clouds in the rain, close below the base. */
+static void add_scraps(const np_cloud_model *model, const np_cloud_points *points, work *w,
+                       float *out_extinction_per_m) {
+  const np_noise_octaves octaves = {.count = model->sheet_octave_count + 1, .gain = 0.6f};
+  size_t kept = 0;
+  for (size_t i = 0; i < w->count; i++) {
+    const float height_m = points->height_m[w->index[i]];
+    if (height_m < -scrap_depth_m) continue;
+    w->index[kept] = w->index[i];
+    w->x_m[kept] = w->x_m[i];
+    w->y_m[kept] = w->y_m[i];
+    w->height_m[kept++] = height_m;
+  }
+  w->count = kept;
+  const np_noise_points positions = scale_positions(w, 1.0f / scrap_m, model->turnover);
+  for (size_t i = 0; i < w->count; i++) w->sz[i] *= 2.0f; /* flat */
+  model->noise->value_fbm(&model->rain, &octaves, &positions, w->noise);
+  for (size_t i = 0; i < w->count; i++) {
+    const float deep = -w->height_m[i] / scrap_depth_m, threshold = 0.5f + 0.2f * fabsf(2.0f * deep - 0.6f);
+    const float body = scrap_share * np_smoothstepf((w->noise[i] - threshold) * 6.0f);
+    float *out = &out_extinction_per_m[w->index[i]];
+    *out = np_maxf(*out, (float)model->desc.extinction_per_m * body);
+  }
+}
+
+/* Rain below the base, in streaks and shafts. */
 static void add_rain(const np_cloud_model *model, const np_cloud_points *points, float *out_extinction_per_m) {
   static const np_noise_octaves octaves = {.count = 3, .gain = 0.5f};
   float rain[NP_CLOUD_BLOCK];
@@ -196,12 +234,15 @@ static void add_rain(const np_cloud_model *model, const np_cloud_points *points,
   }
   if (w.count == 0) return;
   const np_noise_points positions = scale_positions(&w, 1.0f / rain_streak_m, -2.0f * model->turnover);
+  float shaft[NP_CLOUD_BLOCK];
   model->noise->value_fbm(&model->rain, &octaves, &positions, w.noise);
+  eval_shafts(model, &w, shaft);
   for (size_t i = 0; i < w.count; i++) {
-    const float streak = 0.15f + 1.7f * np_smoothstepf((w.noise[i] - 0.3f) * 2.5f);
-    const float extinction = rain_extinction_per_m * rain[i] * streak;
+    const float streak = 0.45f + 1.1f * np_smoothstepf((w.noise[i] - 0.3f) * 2.5f);
+    const float extinction = rain_extinction_per_m * rain[i] * streak * shaft[i];
     out_extinction_per_m[w.index[i]] = extinction > 1e-5f ? extinction : 0.0f;
   }
+  if (is_slab(model)) add_scraps(model, points, &w, out_extinction_per_m);
 }
 
 static void add_cells(const np_cloud_model *model, work *w, float *out_extinction_per_m) {
@@ -216,8 +257,14 @@ void np_cloud_model_eval(const np_cloud_model *model, const np_cloud_points *poi
   memset(out_extinction_per_m, 0, points->count * sizeof *out_extinction_per_m);
   if (model->is_empty) return;
   if (model->rain_depth_m > 0.0f) add_rain(model, points, out_extinction_per_m);
+  const np_cloud_kind *kind = np_cloud_kind_get(model->desc.model);
+  if (kind) {
+    np_kind_eval(kind, model, points, out_extinction_per_m);
+    return;
+  }
   if (np_cloud_model_has_thermals(model)) {
     np_thermals_eval(model, points, out_extinction_per_m);
+    if (model->map.anvils) np_anvil_eval(model, points, out_extinction_per_m);
     return;
   }
   start_work(model, points, &w);

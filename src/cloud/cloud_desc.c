@@ -3,7 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "cloud/cloud_private.h"
+#include "cloud/cloud_kinds.h"
 #include "core/alloc.h"
 #include "core/json.h"
 
@@ -50,10 +50,13 @@ static const real_field fields[] = {
     FIELD(age, "age", "", 1, 0, 1, INCLUSIVE),
     FIELD(wind_speed_m_s, "wind_speed", " m/s", NEPH_CLOUD_PROFILE_POINTS, 0, 200, INCLUSIVE),
     FIELD(wind_direction_rad, "wind_direction", " rad", NEPH_CLOUD_PROFILE_POINTS, -7, 7, INCLUSIVE),
+    FIELD(ground_lift, "ground_lift", "", 1, 0, 1, INCLUSIVE),
+    FIELD(ground_cover, "ground_cover", "", 1, -1, 1, INCLUSIVE),
+    FIELD(trail_direction_rad, "trail_direction", " rad", 1, -7, 7, INCLUSIVE),
 };
 
 /* Files may lack the fields from `age` on, which then have their defaults. */
-enum { FIELD_COUNT = sizeof fields / sizeof *fields, FIELD_AGE = FIELD_COUNT - 3 };
+enum { FIELD_COUNT = sizeof fields / sizeof *fields, FIELD_AGE = FIELD_COUNT - 6 };
 
 static const double *get_values(const neph_cloud_desc *desc, const real_field *field) {
   return (const double *)(const void *)((const char *)desc + field->offset);
@@ -88,18 +91,22 @@ static neph_result check_profile(neph_context *context, const neph_cloud_desc *d
                  np_cloud_desc_name(desc));
 }
 
-static const char *const models[] = {[NEPH_CLOUD_MODEL_CELLS] = "cells",
-                                     [NEPH_CLOUD_MODEL_SLAB] = "slab",
-                                     [NEPH_CLOUD_MODEL_HERO] = "hero",
-                                     [NEPH_CLOUD_MODEL_THERMALS] = "thermals"};
+static const char *const models[] = {
+    [NEPH_CLOUD_MODEL_CELLS] = "cells",       [NEPH_CLOUD_MODEL_SLAB] = "slab", [NEPH_CLOUD_MODEL_HERO] = "hero",
+    [NEPH_CLOUD_MODEL_THERMALS] = "thermals", [NEPH_CLOUD_MODEL_FOG] = "fog",   [NEPH_CLOUD_MODEL_LENSES] = "lenses",
+    [NEPH_CLOUD_MODEL_TRAILS] = "trails",     [NEPH_CLOUD_MODEL_DECK] = "deck", [NEPH_CLOUD_MODEL_STREAKS] = "streaks"};
 
 enum { MODEL_COUNT = sizeof models / sizeof *models };
 
 static neph_result check_model(neph_context *context, const neph_cloud_desc *desc) {
   if ((unsigned)desc->model >= MODEL_COUNT)
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
-                   "%s.model is %d, must be cells (0), slab (1), hero (2) or thermals (3)", np_cloud_desc_name(desc),
-                   (int)desc->model);
+                   "%s.model is %d, must be cells (0), slab (1), hero (2), thermals (3), fog (4), lenses (5), trails "
+                   "(6), deck (7) or streaks (8)",
+                   np_cloud_desc_name(desc), (int)desc->model);
+  if (desc->trails < 1 || desc->trails > NEPH_CLOUD_TRAILS_MAX)
+    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "%s.trails is %u, must be in [1, %d]",
+                   np_cloud_desc_name(desc), desc->trails, (int)NEPH_CLOUD_TRAILS_MAX);
   if (desc->sublayers >= 1 && desc->sublayers <= 16) return NEPH_OK;
   return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "%s.sublayers is %u, must be in [1, 16]",
                  np_cloud_desc_name(desc), desc->sublayers);
@@ -150,6 +157,14 @@ static neph_result put_map(neph_context *context, np_json *json, const neph_clou
   return NEPH_OK;
 }
 
+static neph_result put_ground(neph_context *context, np_json *json, const neph_cloud_desc *desc) {
+  char id[33];
+  if (!np_cloud_desc_has_ground(desc)) return NEPH_OK;
+  const neph_result result = np_ground_map_identify(context, desc, id);
+  if (!result) np_json_put_text(json, "ground", id);
+  return result;
+}
+
 neph_result np_cloud_desc_to_json(neph_context *context, const neph_cloud_desc *desc, const neph_bake_desc *bake,
                                   char **out_text) {
   np_json *json = np_json_create(context);
@@ -159,11 +174,13 @@ neph_result np_cloud_desc_to_json(neph_context *context, const neph_cloud_desc *
   np_json_put_text(json, "seed", seed); /* as text: JSON's numbers lose the last bits of 64 */
   np_json_put_text(json, "model", models[desc->model]);
   np_json_put_integer(json, "sublayers", desc->sublayers);
+  np_json_put_integer(json, "trails", desc->trails);
   np_json_put_bool(json, "has_profile", desc->has_profile);
   np_json_put_bool(json, "has_map_size", desc->has_map_size);
   np_json_put_bool(json, "has_winds", desc->has_winds);
   np_json_put_bool(json, "is_map_tiling", desc->is_map_tiling);
   neph_result result = put_map(context, json, desc);
+  if (!result) result = put_ground(context, json, desc);
   if (result) {
     np_json_destroy(json);
     return result;
@@ -197,6 +214,7 @@ static bool read_values(const np_json_value *json, neph_cloud_desc *desc, neph_b
   if (!text || sscanf(text, "%" SCNu64, &desc->seed) != 1 || !read_model(json, desc)) return false;
   if (!np_json_get_reals(json, "sublayers", &number, 1)) return false;
   desc->sublayers = (unsigned)number;
+  if (np_json_get_reals(json, "trails", &number, 1)) desc->trails = (unsigned)number;
   for (int i = 0; i < FIELD_COUNT; i++) {
     double *values = (double *)(void *)((char *)desc + fields[i].offset);
     if (!np_json_get_reals(json, fields[i].name, values, (size_t)fields[i].count) && i < FIELD_AGE) return false;
@@ -214,7 +232,9 @@ static bool read_values(const np_json_value *json, neph_cloud_desc *desc, neph_b
 
 /* The texts are the description's own. */
 static neph_result read_map(neph_context *context, const np_json_value *json, neph_cloud_desc *desc) {
-  const char *text = np_json_get_text(json, "map_file");
+  const char *text = np_json_get_text(json, "ground");
+  if (text && !(desc->ground_id = np_alloc_text(context, text))) return NEPH_ERROR_OUT_OF_MEMORY;
+  text = np_json_get_text(json, "map_file");
   if (!text) return NEPH_OK;
   if (!(desc->map_file = np_alloc_text(context, text))) return NEPH_ERROR_OUT_OF_MEMORY;
   for (int q = 0; q < NEPH_CLOUD_MAP_QUANTITY_COUNT; q++) {
@@ -232,6 +252,7 @@ static void free_text(neph_context *context, const char **text) {
 }
 
 void np_cloud_desc_clear(neph_context *context, neph_cloud_desc *desc) {
+  free_text(context, &desc->ground_id);
   free_text(context, &desc->map_file);
   for (int q = 0; q < NEPH_CLOUD_MAP_QUANTITY_COUNT; q++) free_text(context, &desc->map_channels[q]);
 }

@@ -3,6 +3,7 @@
  * waterline that gives the coverage asked for. */
 #include <math.h>
 
+#include "cloud/cloud_kinds.h"
 #include "cloud/thermals.h"
 
 /* Mean and largest of the noises, from noise.h. */
@@ -62,7 +63,7 @@ static void set_waterline(np_cloud_model *model, float waterline) {
                 soft_edge * (float)(desc->softness * desc->softness);
   if (is_slab(model))
     set_sheet(model);
-  else if (!np_cloud_model_has_thermals(model))
+  else if (!np_cloud_kind_get(desc->model) && !np_cloud_model_has_thermals(model))
     set_billows(model);
 }
 
@@ -100,7 +101,10 @@ static void choose_noises(np_cloud_model *model) {
   model->curl_frequency_per_m = 1.0f / ((slab ? sheet_curl_size : curl_size) * billow_m);
   model->curl_distance_m = (slab ? sheet_curl_reach : curl_reach) * billow_m * (float)model->desc.turbulence;
   model->rain = make_lattice(model, NP_CLOUD_STREAM_RAIN);
-  if (slab)
+  const np_cloud_kind *kind = np_cloud_kind_get(model->desc.model);
+  if (kind)
+    kind->set(model);
+  else if (slab)
     model->sheet_octave_count = count_sheet_octaves(model);
   else if (np_cloud_model_has_thermals(model))
     np_thermals_set_noises(model);
@@ -185,12 +189,13 @@ static neph_result search_shadow(np_monitor *monitor, np_cloud_model *model, dou
 /* The waterline of thermals is found by the shadow of their stacks, a few times over: what the census of all that
  * stands on them makes of it corrects the shadow that is wanted. */
 static neph_result search_thermals(neph_context *context, np_monitor *monitor, np_cloud_model *model) {
-  enum { CORRECTIONS = 3, CENSUS_LEVELS = 3 };
+  enum { CENSUS_LEVELS = 3 };
+  const int corrections = model->map.anvils ? 8 : 3; /* anvils are not in the shadow */
   const unsigned levels = np_thermals_count_levels(model);
   double wanted = model->map.coverage;
   if (model->is_empty) return NEPH_OK;
   neph_result result = search_shadow(monitor, model, wanted);
-  for (int n = 0; n < CORRECTIONS && !result; n++) {
+  for (int n = 0; n < corrections && !result; n++) {
     double fraction = 0;
     result = np_thermals_build(model, monitor, levels < CENSUS_LEVELS ? levels : CENSUS_LEVELS);
     if (!result) result = count_field(context, monitor, model, &fraction);

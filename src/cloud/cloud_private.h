@@ -130,8 +130,10 @@ typedef struct np_weather_map {
   float *values;                                /* x fastest */
   float *anvils;                                /* NULL: none */
   float *planes[NEPH_CLOUD_MAP_QUANTITY_COUNT]; /* from a picture; NULL: not */
-  float quantiles[NP_WEATHER_QUANTILES + 1];    /* of the landscape, when a picture says the coverage */
-  double coverage;                              /* of the whole field, wanted */
+  float *ground_m;                              /* above the base altitude; NULL: it has no part */
+  float ground_low_m, ground_high_m;
+  float quantiles[NP_WEATHER_QUANTILES + 1]; /* of the landscape, when a picture says the coverage */
+  double coverage;                           /* of the whole field, wanted */
 } np_weather_map;
 
 typedef struct np_interval {
@@ -189,6 +191,21 @@ typedef struct np_thermal_noises {
   float gain_max_m, loss_max_m; /* the most that noise moves the surface out and in */
 } np_thermal_noises;
 
+/* Noises of the kinds with a shape of their own (cloud_kinds.h). */
+typedef struct np_kind_noises {
+  np_noise_lattice coarse, medium, fine;
+  float fine_m, edge_m; /* size of the fine noise; softness of the surface */
+  unsigned fine_octaves;
+} np_kind_noises;
+
+/* A contrail: its direction, the offset of its line from the field's middle, and its age where it is oldest. */
+typedef struct np_trail {
+  float along[2], offset_m, half_m, age, width_max_m;
+  float drop; /* of its level, in thicknesses */
+} np_trail;
+
+np_trail np_trail_make(const neph_cloud_desc *desc, unsigned index);
+
 typedef struct np_cloud_model {
   neph_cloud_desc desc;
   np_weather_map map;
@@ -210,6 +227,8 @@ typedef struct np_cloud_model {
   np_ball_heap balls; /* of thermals and their billows; none in other models */
   np_thermal_noises thermals;
   np_cloud_wind wind;
+  np_kind_noises kind;
+  np_trail trails[NEPH_CLOUD_TRAILS_MAX];
   bool is_empty; /* coverage 0 */
 } np_cloud_model;
 
@@ -218,6 +237,9 @@ typedef struct np_cloud_model {
 neph_result np_cloud_model_build(neph_context *context, const neph_cloud_desc *desc, np_monitor *monitor,
                                  np_cloud_model *out_model);
 void np_cloud_model_clear(np_cloud_model *model); /* a zeroed model is allowed */
+
+/* Sine and cosine of an angle, the same on every machine. */
+void np_cloud_compute_direction(double angle_rad, double out_sine_cosine[2]);
 
 /* From the description. */
 void np_cloud_wind_set(np_cloud_model *model);

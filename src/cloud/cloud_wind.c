@@ -15,7 +15,7 @@ enum { LAYERS = NEPH_CLOUD_PROFILE_POINTS - 1 };
 static const double rises = 6.0; /* of a thermal through the thickness, in a lifetime */
 
 /* Sine and cosine of an angle, by their series within 45° of a quarter turn: the same on every machine. */
-static void compute_direction(double angle_rad, double out_sine_cosine[2]) {
+void np_cloud_compute_direction(double angle_rad, double out_sine_cosine[2]) {
   const double quarter = 0.5 * 3.14159265358979323846, quarters = floor(angle_rad / quarter + 0.5);
   const double x = angle_rad - quarter * quarters;
   const double x2 = x * x;
@@ -35,7 +35,7 @@ void np_cloud_wind_set(np_cloud_model *model) {
   const double layer_s = desc->lifetime_s / (rises * LAYERS);
   for (int k = 0; k <= LAYERS; k++) {
     double from[2];
-    compute_direction(desc->wind_direction_rad[k], from);
+    np_cloud_compute_direction(desc->wind_direction_rad[k], from);
     for (int a = 0; a < 2; a++) wind->gain_m[k][a] = (float)(-desc->wind_speed_m_s[k] * from[a] * layer_s);
   }
   for (int a = 0; a < 2; a++) {
@@ -59,10 +59,12 @@ void np_cloud_wind_carry(const np_cloud_model *model, float height_m, float out_
     out_m[a] = wind->at_m[k][a] + t * (wind->gain_m[k][a] + 0.5f * t * (wind->gain_m[k + 1][a] - wind->gain_m[k][a]));
 }
 
-/* Share of the skew at a height: streaks that fall from a slab trail ever more, towers lean evenly. */
+/* Share of the skew at a height: streaks that fall from a slab trail ever more, those of ice fall into ever slower air
+ * and hook, towers and rain lean evenly. */
 static float compute_skew_share(const np_cloud_model *model, float height_m) {
-  const float t = height_m / (float)model->desc.thickness_m;
-  return model->desc.model == NEPH_CLOUD_MODEL_SLAB ? t * fabsf(t) : t;
+  const float t = height_m / (float)model->desc.thickness_m, held = np_clampf(t, 0.0f, 1.0f);
+  if (model->desc.model == NEPH_CLOUD_MODEL_STREAKS) return held * (2.0f - held);
+  return model->desc.model == NEPH_CLOUD_MODEL_SLAB && t > 0.0f ? t * t : t;
 }
 
 void np_cloud_wind_shift(const np_cloud_model *model, float height_m, float out_m[2]) {

@@ -10,7 +10,7 @@
  */
 #include <math.h>
 
-#include "cloud/cloud_private.h"
+#include "cloud/cloud_kinds.h"
 #include "core/math.h"
 #include "core/random.h"
 
@@ -220,7 +220,7 @@ void np_landscape_eval(const np_landscape *land, size_t count, const float *x_m,
     out->air_x_m[i] = b.air_x[i] * land->cell_m;
     out->air_y_m[i] = b.air_y[i] * land->cell_m;
   }
-  if (land->model == NEPH_CLOUD_MODEL_SLAB)
+  if (land->model == NEPH_CLOUD_MODEL_SLAB || np_cloud_kind_get(land->model))
     fill_sheet(land, &b, out->height);
   else if (land->model == NEPH_CLOUD_MODEL_HERO)
     fill_hero(land, &b, out->height);

@@ -32,10 +32,9 @@ static const preset presets[] = {
       .erosion = 0.50, .wispiness = 0.25, .turbulence = 0.25,
       .extinction_per_m = 0.15}},
     {"stratocumulus",
-     {.extent_m = {8000, 8000}, .voxel_m = 20, .base_altitude_m = 900, .thickness_m = 450, .coverage = 0.88,
-      .cell_m = 1300, .type = 0.35, .billow_m = 380, .billowiness = 0.5,
-      .erosion = 0.45, .wispiness = 0.35, .turbulence = 0.35,
-      .extinction_per_m = 0.06}},
+     {.model = NEPH_CLOUD_MODEL_DECK, .extent_m = {8000, 8000}, .voxel_m = 20, .base_altitude_m = 900,
+      .thickness_m = 420, .coverage = 0.78, .cell_m = 1500, .billow_m = 150, .billowiness = 0.5,
+      .erosion = 0.5, .turbulence = 0.6, .stretch = 2.2, .wind_m_s = {7, 3}, .extinction_per_m = 0.06}},
     {"stratus",
      {.model = NEPH_CLOUD_MODEL_SLAB, .extent_m = {20e3, 20e3}, .voxel_m = 50, .base_altitude_m = 300,
       .thickness_m = 400, .coverage = 1, .cell_m = 4000, .billow_m = 600, .billowiness = 0.5,
@@ -44,28 +43,46 @@ static const preset presets[] = {
     {"nimbostratus",
      {.model = NEPH_CLOUD_MODEL_SLAB, .extent_m = {24e3, 24e3}, .voxel_m = 80, .base_altitude_m = 800,
       .thickness_m = 2800, .coverage = 1, .cell_m = 6000, .billow_m = 1400, .billowiness = 0.5,
-      .erosion = 0.35, .turbulence = 0.4,
+      .erosion = 0.35, .turbulence = 0.4, .skew_m = {1400, 500},
       .softness = 0.45, .precipitation = 0.85, .extinction_per_m = 0.05}},
     {"altocumulus_floccus",
      {.extent_m = {8000, 8000}, .voxel_m = 20, .base_altitude_m = 3600, .thickness_m = 380, .coverage = 0.35,
-      .cell_m = 560, .type = 0.5, .billow_m = 190, .billowiness = 0.5,
-      .erosion = 0.75, .wispiness = 0.75, .turbulence = 0.7,
-      .softness = 0.25, .extinction_per_m = 0.03}},
+      .cell_m = 560, .type = 0.6, .billow_m = 170, .billowiness = 0.6,
+      .erosion = 0.75, .wispiness = 0.75, .turbulence = 0.7, .precipitation = 0.2,
+      .skew_m = {160, 60}, .softness = 0.1, .extinction_per_m = 0.04}},
     {"altostratus",
      {.model = NEPH_CLOUD_MODEL_SLAB, .extent_m = {30e3, 30e3}, .voxel_m = 80, .base_altitude_m = 3600,
-      .thickness_m = 1400, .coverage = 1, .cell_m = 7000, .billow_m = 1100, .billowiness = 0.5,
-      .erosion = 0.35, .turbulence = 0.4,
-      .softness = 0.7, .stretch = 3, .wind_m_s = {14, 6}, .extinction_per_m = 0.008}},
+      .thickness_m = 1400, .coverage = 1, .cell_m = 7000, .billow_m = 700, .billowiness = 0.5,
+      .erosion = 0.5, .turbulence = 0.5,
+      .softness = 0.8, .stretch = 7, .wind_m_s = {14, 6}, .extinction_per_m = 3.5e-3}},
     {"cumulonimbus",
-     {.extent_m = {30e3, 30e3}, .voxel_m = 90, .base_altitude_m = 900, .thickness_m = 10500, .coverage = 0.45,
-      .cell_m = 9500, .type = 1.0, .billow_m = 2600, .billowiness = 0.5,
+     {.model = NEPH_CLOUD_MODEL_THERMALS,
+      .extent_m = {30e3, 30e3}, .voxel_m = 90, .base_altitude_m = 900, .thickness_m = 10500, .coverage = 0.45,
+      .cell_m = 9500, .type = 1.0, .billow_m = 2200, .billowiness = 0.5,
       .erosion = 0.5, .wispiness = 0.20, .turbulence = 0.25,
-      .anvil = 0.8, .precipitation = 1, .skew_m = {2200, 500}, .extinction_per_m = 0.15}},
+      .anvil = 0.8, .precipitation = 1, .skew_m = {2200, 500}, .wind_m_s = {9, 2},
+      .has_profile = true, .profile = {0, 0.08, 0.2, 0.36, 0.7}, .extinction_per_m = 0.15}},
     {"cirrus",
-     {.model = NEPH_CLOUD_MODEL_SLAB, .extent_m = {30e3, 30e3}, .voxel_m = 60, .base_altitude_m = 8800,
-      .thickness_m = 1100, .coverage = 0.5, .cell_m = 5000, .billow_m = 420, .billowiness = 0.5,
+     {.model = NEPH_CLOUD_MODEL_STREAKS, .extent_m = {14e3, 14e3}, .voxel_m = 25, .base_altitude_m = 8800,
+      .thickness_m = 1100, .coverage = 0.45, .cell_m = 4200, .billow_m = 420, .billowiness = 0.5,
       .erosion = 0.9, .turbulence = 0.5,
-      .softness = 1, .stretch = 12, .skew_m = {4500, 1400}, .wind_m_s = {28, 9}, .extinction_per_m = 2.5e-3}},
+      .softness = 0.5, .stretch = 12, .skew_m = {4500, 1400}, .wind_m_s = {28, 9}, .extinction_per_m = 4e-3}},
+    {"fog",
+     {.model = NEPH_CLOUD_MODEL_FOG, .extent_m = {8000, 8000}, .voxel_m = 20, .base_altitude_m = 0,
+      .thickness_m = 240, .coverage = 0.9, .cell_m = 2600, .billow_m = 260, .billowiness = 0.35,
+      .erosion = 0.55, .softness = 0.55, .stretch = 1.6, .wind_m_s = {1.5, 0.5}, .extinction_per_m = 0.02}},
+    {"valley_stratus",
+     {.model = NEPH_CLOUD_MODEL_FOG, .extent_m = {16e3, 16e3}, .voxel_m = 40, .base_altitude_m = 100,
+      .thickness_m = 700, .coverage = 1, .cell_m = 5000, .billow_m = 620, .billowiness = 0.4,
+      .erosion = 0.4, .softness = 0.3, .stretch = 1.5, .wind_m_s = {3, 1}, .extinction_per_m = 0.04}},
+    {"altocumulus_lenticularis",
+     {.model = NEPH_CLOUD_MODEL_LENSES, .extent_m = {24e3, 24e3}, .voxel_m = 40, .base_altitude_m = 4200,
+      .thickness_m = 1500, .coverage = 0.14, .cell_m = 7500, .billow_m = 1300, .erosion = 0.35,
+      .softness = 0.25, .sublayers = 4, .skew_m = {900, 0}, .wind_m_s = {24, 0}, .extinction_per_m = 0.02}},
+    {"contrail",
+     {.model = NEPH_CLOUD_MODEL_TRAILS, .extent_m = {20e3, 20e3}, .voxel_m = 25, .base_altitude_m = 9800,
+      .thickness_m = 900, .coverage = 0.07, .cell_m = 9000, .billow_m = 900, .erosion = 0.6, .age = 0.6, .trails = 4,
+      .skew_m = {700, 500}, .wind_m_s = {20, 8}, .extinction_per_m = 4e-3}},
 };
 /* clang-format on */
 
@@ -97,10 +114,12 @@ neph_result neph_cloud_get_preset(neph_context *context, const char *name, neph_
   neph_cloud_desc desc = found->desc;
   desc.struct_size = sizeof desc;
   desc.lifetime_s = defaults.lifetime_s;
-  desc.age = defaults.age;
+  if (desc.age == 0) desc.age = defaults.age;
+  if (desc.trails == 0) desc.trails = defaults.trails;
+  desc.trail_direction_rad = defaults.trail_direction_rad;
   if (desc.sublayers == 0) desc.sublayers = defaults.sublayers;
   if (desc.stretch == 0) desc.stretch = defaults.stretch;
-  memcpy(desc.profile, defaults.profile, sizeof desc.profile);
+  if (!desc.has_profile) memcpy(desc.profile, defaults.profile, sizeof desc.profile);
   memcpy(desc.wind_direction_rad, defaults.wind_direction_rad, sizeof desc.wind_direction_rad);
   memcpy(desc.map_size_m, defaults.map_size_m, sizeof desc.map_size_m);
   return np_desc_write(context, "neph_cloud_desc", &desc, sizeof desc, out_desc);

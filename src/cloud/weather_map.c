@@ -9,7 +9,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "cloud/cloud_private.h"
+#include "cloud/cloud_kinds.h"
 #include "core/alloc.h"
 #include "core/math.h"
 
@@ -28,7 +28,7 @@ static size_t count_texels(const np_weather_map *map) { return (size_t)map->size
 static void sample_picture(const map_job *job, size_t first, size_t count, const np_landscape_out *at) {
   for (int q = 0; q < NEPH_CLOUD_MAP_QUANTITY_COUNT; q++) {
     float *plane = job->map->planes[q];
-    for (size_t i = 0; plane && i < count; i++)
+    for (size_t i = 0; plane && job->picture->values[q] && i < count; i++)
       plane[first + i] = np_weather_picture_sample(job->picture, q, at->air_x_m[i], at->air_y_m[i]);
   }
 }
@@ -107,10 +107,10 @@ static void apply_coverage(np_weather_map *map, double coverage) {
 static neph_result allocate(np_weather_map *map, const neph_cloud_desc *desc, const np_weather_picture *picture) {
   const size_t texel_count = count_texels(map);
   bool is_done = (map->values = np_alloc(map->context, texel_count, sizeof *map->values)) != NULL;
-  if (is_done && desc->anvil > 0 && desc->model == NEPH_CLOUD_MODEL_CELLS)
+  if (is_done && desc->anvil > 0 && (desc->model == NEPH_CLOUD_MODEL_CELLS || desc->model == NEPH_CLOUD_MODEL_THERMALS))
     is_done = (map->anvils = np_alloc(map->context, texel_count, sizeof *map->anvils)) != NULL;
   for (int q = 0; q < NEPH_CLOUD_MAP_QUANTITY_COUNT && is_done; q++)
-    if (picture->values[q])
+    if (picture->values[q] || (q == NEPH_CLOUD_MAP_BASE && desc->ground_lift > 0 && np_cloud_desc_has_ground(desc)))
       is_done = (map->planes[q] = np_alloc(map->context, texel_count, sizeof *map->planes[q])) != NULL;
   return is_done ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
@@ -134,6 +134,11 @@ static neph_result fill(np_weather_map *map, const neph_cloud_desc *desc, const 
   map_job job = {map, picture, np_landscape_make(np_noise_get_table(map->context->isa), desc)};
   neph_result result = np_parallel_for(map->context, monitor, (size_t)map->size[1], 4, fill_rows, &job);
   if (result) return result;
+  result = np_ground_map_fill(map->context, desc, monitor, map);
+  if (!result) result = np_mountain_wave_fill(map->context, desc, monitor, map);
+  if (result) return result;
+  np_ground_map_cover(desc, map);
+  np_ground_map_lift(desc, map);
   compute_range(map);
   map->radius_m = job.landscape.radius_m;
   map->coverage = desc->coverage;
@@ -165,6 +170,7 @@ neph_result np_weather_map_build(neph_context *context, const neph_cloud_desc *d
 void np_weather_map_clear(np_weather_map *map) {
   for (int q = 0; q < NEPH_CLOUD_MAP_QUANTITY_COUNT && map->context; q++) np_alloc_free(map->context, map->planes[q]);
   if (map->context) {
+    np_alloc_free(map->context, map->ground_m);
     np_alloc_free(map->context, map->anvils);
     np_alloc_free(map->context, map->values);
   }
@@ -172,7 +178,7 @@ void np_weather_map_clear(np_weather_map *map) {
 }
 
 double np_weather_map_count_bytes(const np_weather_map *map) {
-  int count = map->anvils ? 2 : 1;
+  int count = 1 + (map->anvils != NULL) + (map->ground_m != NULL);
   for (int q = 0; q < NEPH_CLOUD_MAP_QUANTITY_COUNT; q++) count += map->planes[q] != NULL;
   return (double)count_texels(map) * sizeof(float) * count;
 }

@@ -6,6 +6,7 @@
 
 #include "core/parallel.h"
 #include "image/image_private.h"
+#include "render/cloud_ground.h"
 #include "render/frame.h"
 #include "render/part_check.h"
 #include "render/plan.h"
@@ -125,7 +126,13 @@ neph_result neph_scene_bake_file(neph_scene *scene, unsigned cloud_index, int fr
   result = np_scene_set_frame(scene, frame);
   if (result) return result;
   const np_scene_cloud *cloud = &scene->clouds[cloud_index];
-  const neph_cloud_desc at_frame = np_scene_cloud_get_frame(cloud, frame);
+  neph_cloud_desc at_frame = np_scene_cloud_get_frame(cloud, frame);
+  np_cloud_ground ground;
+  neph_terrain *terrain;
   bake.planet_radius_m = scene->atmosphere.planet_radius_m;
-  return neph_cloud_bake_file(scene->context, &at_frame, &bake, "density", path);
+  result = np_cloud_ground_make(scene, &at_frame, &terrain);
+  if (!result) result = np_cloud_ground_give(scene, terrain, &at_frame, &ground);
+  if (!result) result = neph_cloud_bake_file(scene->context, &at_frame, &bake, "density", path);
+  neph_terrain_release(terrain);
+  return result;
 }

@@ -9,6 +9,7 @@
 #include "core/alloc.h"
 #include "core/file.h"
 #include "core/units.h"
+#include "render/cloud_ground.h"
 #include "render/plan_choices.h"
 #include "render/plan_detail.h"
 #include "scene/cloud_file.h"
@@ -85,10 +86,12 @@ neph_result np_plan_choose_source(const neph_scene *scene, const np_scene_cloud 
   *out_source = file ? NP_CLOUD_SOURCE_FILE : cloud->volume ? NP_CLOUD_SOURCE_GIVEN : NP_CLOUD_SOURCE_BAKE;
   if (!file || !cloud->is_baked) return NEPH_OK;
   if (!np_file_exists(file)) return *out_source = NP_CLOUD_SOURCE_BAKE, NEPH_OK;
-  const neph_cloud_desc at_frame = np_scene_cloud_get_frame(cloud, frame);
-  bool is_current;
-  neph_result result =
-      np_cloud_file_is_current(scene->context, file, &at_frame, scene->atmosphere.planet_radius_m, &is_current);
+  neph_cloud_desc at_frame = np_scene_cloud_get_frame(cloud, frame);
+  np_cloud_ground ground;
+  bool is_current = true;
+  neph_result result = np_cloud_ground_name(scene, &at_frame, &ground);
+  if (!result)
+    result = np_cloud_file_is_current(scene->context, file, &at_frame, scene->atmosphere.planet_radius_m, &is_current);
   if (!result && !is_current) *out_source = NP_CLOUD_SOURCE_REBAKE;
   return result;
 }

@@ -8,14 +8,15 @@
 #include "core/hash.h"
 #include "render/copies.h"
 #include "render/placement.h"
+#include "render/cloud_ground.h"
 #include "render/plan.h"
 #include "render/plan_detail.h"
 #include "render/reference_frame.h"
 #include "render/stage_decisions.h"
 #include "render/stage_part.h"
 #include "scene/cloud_file.h"
+#include "volume/volume_private.h"
 #include "volume/volume_tint.h"
-#include "terrain/heightfield_files.h"
 
 /* ---- Keys of sources ---- */
 
@@ -40,9 +41,16 @@ static void add_file(np_hash *hash, const np_plan *plan, const np_scene_cloud *c
 static neph_result add_bake(np_hash *hash, const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud) {
   neph_bake_desc desc = NEPH_BAKE_DESC_DEFAULT;
   desc.planet_radius_m = scene->atmosphere.planet_radius_m;
-  const neph_cloud_desc at_frame = np_plan_get_bake(plan, scene, cloud);
+  neph_cloud_desc at_frame = np_plan_get_bake(plan, scene, cloud);
+  np_cloud_ground ground;
   char *text;
-  neph_result result = np_cloud_desc_to_json(scene->context, &at_frame, &desc, &text);
+  neph_result result = np_cloud_ground_name(scene, &at_frame, &ground);
+  if (result) return result;
+  if (at_frame.ground_id) { /* made mountains may be coarser than the scene's own */
+    const neph_ridges_desc ridges = np_plan_get_ridges(plan, scene);
+    NP_HASH_ADD(hash, ridges.sample_count);
+  }
+  result = np_cloud_desc_to_json(scene->context, &at_frame, &desc, &text);
   if (result) return result;
   np_hash_add_text(hash, text);
   const neph_precision precision = np_plan_get_precision(plan, cloud);
@@ -66,74 +74,12 @@ static neph_result compute_key(const np_stage_part *in, const char *path, source
   return result ? result : finished;
 }
 
-static void add_cover(np_hash *hash, const neph_terrain_desc *desc) {
-  NP_HASH_ADD(hash, desc->ground_albedo);
-  NP_HASH_ADD(hash, desc->has_rock);
-  NP_HASH_ADD(hash, desc->rock_albedo);
-  NP_HASH_ADD(hash, desc->rock_slope_rad);
-  NP_HASH_ADD(hash, desc->has_snow);
-  NP_HASH_ADD(hash, desc->snow_albedo);
-  NP_HASH_ADD(hash, desc->snow_slope_rad);
-  NP_HASH_ADD(hash, desc->snow_level_m);
-  np_hash_add_file(hash, desc->albedo_image);
-}
-
-/* The meaning of a file's samples, and each of the files. */
-static neph_result add_heights(np_hash *hash, neph_context *context, const np_scene_terrain *terrain) {
-  const neph_terrain_desc *desc = &terrain->desc;
-  np_height_files files = {.count = 0};
-  NP_HASH_ADD(hash, desc->has_width);
-  NP_HASH_ADD(hash, desc->edge);
-  NP_HASH_ADD(hash, desc->unit);
-  NP_HASH_ADD(hash, desc->encoding);
-  NP_HASH_ADD(hash, desc->raw_size);
-  NP_HASH_ADD(hash, desc->raw_type);
-  NP_HASH_ADD(hash, desc->raw_is_big_endian);
-  np_hash_add_text(hash, desc->crs);
-  np_hash_add_file(hash, terrain->heightfield);
-  if (!terrain->heightfield || !np_height_files_is_pattern(terrain->heightfield)) return NEPH_OK;
-  neph_result result = np_height_files_list(context, terrain->heightfield, &files);
-  for (size_t i = 0; i < files.count; i++) np_hash_add_file(hash, files.paths[i]);
-  np_height_files_clear(context, &files);
-  return result;
-}
-
-static void add_mesh(np_hash *hash, const np_scene_terrain *terrain) {
-  const neph_mesh_desc *mesh = &terrain->mesh;
-  np_hash_add_file(hash, terrain->mesh_file);
-  NP_HASH_ADD(hash, mesh->up);
-  NP_HASH_ADD(hash, mesh->unit_m);
-  NP_HASH_ADD(hash, mesh->rotation_rad);
-  NP_HASH_ADD(hash, mesh->has_position);
-  NP_HASH_ADD(hash, mesh->position_m);
-  NP_HASH_ADD(hash, mesh->pivot);
-  NP_HASH_ADD(hash, mesh->normals);
-}
+/* ---- Terrain ---- */
 
 static neph_result compute_terrain_key(const np_plan *plan, const neph_scene *scene, char out_key[33]) {
-  const np_scene_terrain *terrain = &scene->terrain;
   const neph_ridges_desc ridges = np_plan_get_ridges(plan, scene);
-  np_hash *hash = np_hash_create(scene->context);
-  NP_HASH_ADD(hash, terrain->kind);
-  NP_HASH_ADD(hash, terrain->desc.planet_radius_m);
-  NP_HASH_ADD(hash, terrain->desc.has_place);
-  NP_HASH_ADD(hash, terrain->desc.latitude_rad);
-  NP_HASH_ADD(hash, terrain->desc.longitude_rad);
-  NP_HASH_ADD(hash, terrain->desc.width_m);
-  NP_HASH_ADD(hash, terrain->desc.height_min_m);
-  NP_HASH_ADD(hash, terrain->desc.height_max_m);
-  add_cover(hash, &terrain->desc);
-  if (terrain->mesh_file) add_mesh(hash, terrain);
-  NP_HASH_ADD(hash, ridges.seed);
-  NP_HASH_ADD(hash, ridges.sample_count);
-  NP_HASH_ADD(hash, ridges.relief_m);
-  NP_HASH_ADD(hash, ridges.ridge_m);
-  const neph_result result = add_heights(hash, scene->context, terrain);
-  const neph_result finished = np_hash_finish(hash, out_key);
-  return result ? result : finished;
+  return np_terrain_key_compute(scene, &ridges, NP_TERRAIN_KEY_OF_ALL, out_key);
 }
-
-/* ---- Terrain ---- */
 
 static neph_result get_terrain_key(const np_stage_part *in, void **out_key) {
   if (in->scene->terrain.given) return NEPH_OK;
@@ -203,7 +149,10 @@ static neph_result bake(const np_stage_part *in, const np_scene_cloud *cloud, co
   desc.progress = np_monitor_relay;
   desc.progress_user = in->monitor;
   neph_context *context = in->scene->context;
-  const neph_cloud_desc at_frame = np_plan_get_bake(in->plan, in->scene, cloud);
+  neph_cloud_desc at_frame = np_plan_get_bake(in->plan, in->scene, cloud);
+  np_cloud_ground ground;
+  neph_result result = np_cloud_ground_give(in->scene, in->made->terrain, &at_frame, &ground);
+  if (result) return result;
   if (!path) return neph_cloud_bake(context, &at_frame, &desc, out_volume);
   return neph_cloud_bake_file(context, &at_frame, &desc, "density", path);
 }

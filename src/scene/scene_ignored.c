@@ -21,7 +21,10 @@
   "atmosphere.ozone_center", "atmosphere.ozone_width"
 #define IN_PERSPECTIVE {"camera.kind", ONLY(NEPH_CAMERA_PERSPECTIVE)}
 #define WITH_PLANET {"environment.planet", ONLY(1)}
-#define IN_TOWERS {"clouds[].bake.model", BUT(NEPH_CLOUD_MODEL_SLAB)}
+#define OWN_MODELS                                                                                                     \
+  (ONLY(NEPH_CLOUD_MODEL_FOG) | ONLY(NEPH_CLOUD_MODEL_LENSES) | ONLY(NEPH_CLOUD_MODEL_TRAILS) |                        \
+   ONLY(NEPH_CLOUD_MODEL_DECK) | ONLY(NEPH_CLOUD_MODEL_STREAKS))
+#define IN_TOWERS {"clouds[].bake.model", BUT(NEPH_CLOUD_MODEL_SLAB) & ~OWN_MODELS}
 #define IN_MARCH {"render.integrator", ONLY(NEPH_INTEGRATOR_MARCH)}
 #define IN_PATHS {"render.integrator", ONLY(NEPH_INTEGRATOR_PATH)}
 #define RAMP_KEYS                                                                                                      \
@@ -87,19 +90,31 @@ static const np_ignore_rule rules[] = {
      .reason = "so that the offset is the temperature everywhere"},
     {.keys = {"clouds[].emission.absorption"}, .counts = {"clouds[].emission.flame", BUT(NP_GIVEN_NONE)},
      .reason = "so that the cloud glows by its own"},
-    {.keys = {"clouds[].bake.type", "clouds[].bake.map.type", "clouds[].bake.billowiness", "clouds[].bake.wispiness"},
-     .counts = IN_TOWERS, .reason = "which has no towers and no billows"},
+    {.keys = {"clouds[].bake.type", "clouds[].bake.map.type", "clouds[].bake.wispiness"},
+     .counts = IN_TOWERS, .reason = "which has no towers"},
     {.keys = {"clouds[].bake.type", "clouds[].bake.map.type"},
      .counts = {"clouds[].bake.profile", ONLY(NP_GIVEN_NOT)},
      .reason = "which says in its place how high a cell grows", .applies = IN_TOWERS},
-    {.keys = {"clouds[].bake.sublayers", "clouds[].bake.stretch"},
-     .counts = {"clouds[].bake.model", ONLY(NEPH_CLOUD_MODEL_SLAB)}, .reason = "and only a slab has them"},
-    {.keys = {"clouds[].bake.anvil"}, .counts = {"clouds[].bake.model", ONLY(NEPH_CLOUD_MODEL_CELLS)},
-     .reason = "and only cells spread to anvils"},
-    {.keys = {"clouds[].bake.age"}, .counts = {"clouds[].bake.model", BUT(NEPH_CLOUD_MODEL_CELLS)},
-     .reason = "and only thermals age"},
-    {.keys = {"clouds[].bake.age"}, .counts = {"clouds[].bake.model", BUT(NEPH_CLOUD_MODEL_SLAB)},
-     .reason = "and only thermals age"},
+    {.keys = {"clouds[].bake.sublayers"},
+     .counts = {"clouds[].bake.model", ONLY(NEPH_CLOUD_MODEL_SLAB) | ONLY(NEPH_CLOUD_MODEL_LENSES)},
+     .reason = "and only a slab and lenses have them"},
+    {.keys = {"clouds[].bake.stretch"},
+     .counts = {"clouds[].bake.model", ONLY(NEPH_CLOUD_MODEL_SLAB) | ONLY(NEPH_CLOUD_MODEL_FOG) |
+                                           ONLY(NEPH_CLOUD_MODEL_DECK) | ONLY(NEPH_CLOUD_MODEL_STREAKS)},
+     .reason = "which has no pattern along the wind"},
+    {.keys = {"clouds[].bake.billowiness"},
+     .counts = {"clouds[].bake.model", BUT(NEPH_CLOUD_MODEL_SLAB) & BUT(NEPH_CLOUD_MODEL_LENSES) &
+                                           BUT(NEPH_CLOUD_MODEL_TRAILS) & BUT(NEPH_CLOUD_MODEL_STREAKS)},
+     .reason = "which has no billows"},
+    {.keys = {"clouds[].bake.trails", "clouds[].bake.trail_direction"},
+     .counts = {"clouds[].bake.model", ONLY(NEPH_CLOUD_MODEL_TRAILS)}, .reason = "and only trails have them"},
+    {.keys = {"clouds[].bake.anvil"},
+     .counts = {"clouds[].bake.model", ONLY(NEPH_CLOUD_MODEL_CELLS) | ONLY(NEPH_CLOUD_MODEL_THERMALS)},
+     .reason = "and only cells and thermals spread to anvils"},
+    {.keys = {"clouds[].bake.age"},
+     .counts = {"clouds[].bake.model", ONLY(NEPH_CLOUD_MODEL_THERMALS) | ONLY(NEPH_CLOUD_MODEL_HERO) |
+                                           ONLY(NEPH_CLOUD_MODEL_TRAILS)},
+     .reason = "and only thermals and trails age"},
 
     {.keys = {"clouds[].bake.wind_direction"}, .counts = {"clouds[].bake.wind_speed", BUT(NP_GIVEN_NOT)},
      .reason = "so that there is no wind to come from it"},

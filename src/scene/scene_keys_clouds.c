@@ -17,11 +17,11 @@ static const np_choice missing[] = {{"empty", NP_MISSING_EMPTY},
                                     {NULL, 0}};
 static const np_choice precisions[] = {{"half", NEPH_PRECISION_HALF}, {"float", NEPH_PRECISION_FLOAT}, {NULL, 0}};
 static const np_choice phases[] = {{"rayleigh", NP_PHASE_RAYLEIGH}, {"isotropic", NP_PHASE_ISOTROPIC}, {NULL, 0}};
-static const np_choice models[] = {{"cells", NEPH_CLOUD_MODEL_CELLS},
-                                   {"slab", NEPH_CLOUD_MODEL_SLAB},
-                                   {"hero", NEPH_CLOUD_MODEL_HERO},
-                                   {"thermals", NEPH_CLOUD_MODEL_THERMALS},
-                                   {NULL, 0}};
+static const np_choice models[] = {{"cells", NEPH_CLOUD_MODEL_CELLS},   {"slab", NEPH_CLOUD_MODEL_SLAB},
+                                   {"hero", NEPH_CLOUD_MODEL_HERO},     {"thermals", NEPH_CLOUD_MODEL_THERMALS},
+                                   {"fog", NEPH_CLOUD_MODEL_FOG},       {"lenses", NEPH_CLOUD_MODEL_LENSES},
+                                   {"trails", NEPH_CLOUD_MODEL_TRAILS}, {"deck", NEPH_CLOUD_MODEL_DECK},
+                                   {"streaks", NEPH_CLOUD_MODEL_STREAKS}, {NULL, 0}};
 
 /* clang-format off */
 static const np_key keys[] = {
@@ -212,17 +212,33 @@ static const np_key keys[] = {
     {.path = "clouds[].bake.model", .type = NP_KEY_CHOICE, .choices = models, .field = CLOUD(bake.model),
      .fallback = "cells",
      .meaning = "thermals are cumulus, balls on balls above a base; cells are towers of noise; a slab is a "
-                "sheet with soft edges, and cheap; a hero is one cloud of thermals"},
+                "sheet with soft edges, and cheap; a hero is one cloud of thermals; fog fills the ground to its top; "
+                "lenses stand on the waves of a ridge; trails are contrails; a deck has closed cells and rolls; "
+                "streaks are cirrus"},
     {.path = "clouds[].bake.sublayers", .type = NP_KEY_INTEGER, .field = CLOUD(bake.sublayers),
-     .range = WITHIN(1, 16), .fallback = "1", .meaning = "sheets over each other that a slab is made of"},
+     .range = WITHIN(1, 16), .fallback = "1", .meaning = "sheets over each other that a slab is made of, or lenses"},
     {.path = "clouds[].bake.softness", .type = NP_KEY_REAL, .field = CLOUD(bake.softness), .range = WITHIN(0, 1),
      .fallback = "0", .meaning = "softness of edges, from crisp, 0, to a fade over the whole cloud, 1"},
     {.path = "clouds[].bake.stretch", .type = NP_KEY_REAL, .field = CLOUD(bake.stretch), .range = WITHIN(1, 100),
-     .fallback = "1", .meaning = "factor on a slab's pattern along the wind, or along x in calm"},
+     .fallback = "1",
+     .meaning = "factor on the pattern of slab, fog, deck and streaks along the wind, or along x in calm"},
     {.path = "clouds[].bake.anvil", .type = NP_KEY_REAL, .field = CLOUD(bake.anvil), .range = WITHIN(0, 1),
      .fallback = "0", .meaning = "spread of the tops of the largest cells"},
     {.path = "clouds[].bake.age", .type = NP_KEY_REAL, .field = CLOUD(bake.age), .range = WITHIN(0, 1),
-     .fallback = "0.5", .meaning = "age of thermals: 0 fresh and crisp, 1 frayed and dissolving"},
+     .fallback = "0.5", .meaning = "age of thermals: 0 fresh and crisp, 1 frayed and dissolving; of trails: 0 "
+                "narrow, 1 spread"},
+    {.path = "clouds[].bake.trails", .type = NP_KEY_INTEGER, .field = CLOUD(bake.trails),
+     .range = WITHIN(1, NEPH_CLOUD_TRAILS_MAX), .fallback = "1",
+     .meaning = "number of trails, the first through the middle of the field, the others about it"},
+    {.path = "clouds[].bake.trail_direction", .type = NP_KEY_REAL, .unit = NP_UNIT_DEGREE,
+     .field = CLOUD(bake.trail_direction_rad), .range = WITHIN(-360, 360), .fallback = "90 deg",
+     .meaning = "azimuth that the first trail goes to, clockwise from the north"},
+    {.path = "clouds[].bake.ground_lift", .type = NP_KEY_REAL, .field = CLOUD(bake.ground_lift),
+     .range = WITHIN(0, 1), .fallback = "0",
+     .meaning = "share of the terrain's height above its lowest by which bases rise; tops stay below the field's"},
+    {.path = "clouds[].bake.ground_cover", .type = NP_KEY_REAL, .field = CLOUD(bake.ground_cover),
+     .range = WITHIN(-1, 1), .fallback = "0",
+     .meaning = "where clouds stand: 1 over high terrain, -1 over low terrain, 0 wherever"},
     {.path = "clouds[].bake.precipitation", .type = NP_KEY_REAL, .field = CLOUD(bake.precipitation),
      .range = WITHIN(0, 1), .fallback = "0", .meaning = "rain below the base: 1 reaches sea level, less evaporates"},
     {.path = "clouds[].bake.profile", .type = NP_KEY_REAL, .field = CLOUD(bake.profile),

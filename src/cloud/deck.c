@@ -1,0 +1,100 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Decks of closed cells and rolls: stratocumulus.
+ *
+ * Cells of Worley noise, drawn out along the wind by `stretch`, with smaller ones in them. A cell is thick in its
+ * heart, where its top bulges, and thins to its rim, where its base rises: where rims of neighbours do not meet there
+ * is a gap, narrow and bright. Billows of fine Worley noise stand on tops and rims; bases are smooth. Liquid water
+ * grows with the height above the base.
+ */
+#include <math.h>
+
+#include "cloud/cloud_kinds.h"
+#include "core/math.h"
+
+static const float cell_share = 0.55f;  /* of the cells of the pattern, in cells of the weather map */
+static const float lobe_size = 0.37f;   /* of the smaller cells, in those */
+static const float lobe_share = 0.42f;  /* of their height */
+static const float pattern_top = 1.0f;  /* of the pattern, what a strength of 1 leaves of its depth */
+static const float rim_base = 0.42f;    /* of the thickness, by which the base rises at a rim */
+static const float billow_reach = 0.9f; /* of billows at billowiness 1, in their own size */
+static const float fray_reach = 0.55f;  /* of the next ones at erosion 1, the same */
+static const float extinction_floor = 0.004f;
+static const float warp_size = 1.1f, warp_reach = 0.16f; /* in cells of the pattern */
+
+static float get_cell_m(const neph_cloud_desc *desc) { return cell_share * (float)desc->cell_m; }
+
+static void set_deck(np_cloud_model *model) {
+  const neph_cloud_desc *desc = &model->desc;
+  np_kind_noises *k = &model->kind;
+  k->coarse = np_kind_make_lattice(desc, NP_CLOUD_STREAM_BASE);
+  k->medium = np_kind_make_lattice(desc, NP_CLOUD_STREAM_SMALL_CELLS);
+  k->fine = np_kind_make_lattice(desc, NP_CLOUD_STREAM_DETAIL);
+  k->fine_m = np_maxf((float)desc->billow_m, 3.0f * (float)desc->voxel_m);
+  k->fine_octaves = np_kind_count_octaves(desc, k->fine_m);
+  k->edge_m =
+      np_maxf((0.08f + (float)(desc->softness * desc->softness)) * (float)desc->billow_m, 1.2f * (float)desc->voxel_m);
+}
+
+/* The pattern of the cells: 0 in their hearts. */
+static void compute_pattern(const np_cloud_model *model, np_kind_points *p, float *out) {
+  const neph_cloud_desc *desc = &model->desc;
+  const np_kind_noises *k = &model->kind;
+  const float cell_m = get_cell_m(desc), reach = warp_reach * (float)desc->turbulence;
+  float dx[NP_CLOUD_BLOCK], dy[NP_CLOUD_BLOCK];
+  np_noise_points points = np_kind_scale(model, p, warp_size * cell_m, 1.0f);
+  for (size_t i = 0; i < p->count; i++) p->sz[i] = 0.31f + 0.3f * model->turnover;
+  model->noise->swirl(&model->curl, &points, dx, dy);
+  points = np_kind_scale(model, p, cell_m, (float)desc->stretch);
+  for (size_t i = 0; i < p->count; i++) {
+    p->sx[i] += reach * dx[i];
+    p->sy[i] += reach * dy[i];
+    p->sz[i] = 0.37f + 0.3f * model->turnover;
+  }
+  model->noise->worley(&k->coarse, &points, out);
+  for (size_t i = 0; i < p->count; i++) {
+    p->sx[i] /= lobe_size;
+    p->sy[i] /= lobe_size;
+    p->sz[i] = 0.61f + 0.5f * model->turnover;
+  }
+  model->noise->worley(&k->medium, &points, p->noise);
+  for (size_t i = 0; i < p->count; i++) out[i] = out[i] + lobe_share * (p->noise[i] - 0.3f);
+}
+
+static void compute_billows(const np_cloud_model *model, np_kind_points *p, float *out_billow_m) {
+  const neph_cloud_desc *desc = &model->desc;
+  const np_kind_noises *k = &model->kind;
+  const np_noise_octaves octaves = {.count = k->fine_octaves, .gain = 0.45f * (0.5f + (float)desc->erosion)};
+  const float reach_m =
+      (billow_reach * (float)desc->billowiness + fray_reach * (float)desc->erosion) * (float)desc->billow_m;
+  const np_noise_points points = np_kind_scale(model, p, k->fine_m, 1.0f);
+  model->noise->worley_fbm(&k->fine, &octaves, &points, out_billow_m);
+  for (size_t i = 0; i < p->count; i++) out_billow_m[i] = reach_m * (1.0f - out_billow_m[i]);
+}
+
+static void eval_deck(const np_cloud_model *model, np_kind_points *p, float *out_extinction_per_m) {
+  const neph_cloud_desc *desc = &model->desc;
+  const float top_m = (float)desc->thickness_m;
+  float pattern[NP_CLOUD_BLOCK], billow_m[NP_CLOUD_BLOCK];
+  compute_pattern(model, p, pattern);
+  compute_billows(model, p, billow_m);
+  for (size_t i = 0; i < p->count; i++) {
+    const float full = np_clampf(pattern_top * 1.6f * p->strength[i] - pattern[i], 0.0f, 1.0f);
+    const float bulge = full * (2.0f - full), high_m = top_m * np_mixf(0.35f, 1.0f, bulge);
+    const float low_m = top_m * rim_base * (1.0f - bulge) * (1.0f - bulge);
+    const float above_m = p->height_m[i] - low_m;
+    const float up = np_smoothstepf(above_m / (0.45f * top_m)); /* billows belong to tops */
+    const float rim_m = full * 0.9f * get_cell_m(desc);
+    const float depth_m =
+        np_minf(np_minf(high_m - p->height_m[i], rim_m) - billow_m[i] * np_mixf(0.25f, 1.0f, up), above_m);
+    const float share = np_smoothstepf(depth_m / model->kind.edge_m) * (0.35f + 0.75f * p->height_m[i] / top_m);
+    if (share > extinction_floor) out_extinction_per_m[p->index[i]] = (float)desc->extinction_per_m * share;
+  }
+}
+
+static bool is_deck_empty(const np_cloud_model *model, const np_kind_box *box) {
+  const float full = np_clampf(1.6f * pattern_top * (box->strength.high + 1e-4f) + 0.3f * lobe_share, 0.0f, 1.0f);
+  const float high_m = (float)model->desc.thickness_m * np_mixf(0.35f, 1.0f, full * (2.0f - full));
+  return !(full > 0.0f) || box->box.min_m[2] - box->base_m.high > high_m + 0.01f;
+}
+
+const np_cloud_kind np_deck_kind = {set_deck, eval_deck, is_deck_empty};

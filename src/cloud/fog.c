@@ -1,0 +1,97 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Fog, and stratus that lies in valleys: all below its top, down to the ground.
+ *
+ * The top is a swell under rolls of billows, and lies lower where the weather map is weak. Depth below it, in metres,
+ * is what decides: fine noise frays the uppermost part, and extinction grows with it over a soft edge. Where the ground
+ * comes near the top the fog thins out, as cold air drains off slopes. A base above the ground is ragged.
+ */
+#include <math.h>
+
+#include "cloud/cloud_kinds.h"
+#include "core/math.h"
+
+static const float swell_size = 4.1f;                       /* in billows */
+static const float top_share_max = 0.4f;                    /* of the thickness, that swell and billows take at most */
+static const float swell_reach = 0.35f, roll_reach = 0.65f; /* of that relief */
+static const float fray_size = 0.55f;                       /* of the fine noise, in billows */
+static const float fray_share_max = 0.5f;                   /* of the thickness, that it takes at most at erosion 1 */
+static const float patch_strength = 0.12f;                  /* of the map, at which patches are full */
+static const float patch_sink = 0.6f, shore_sink = 0.16f;   /* of the thickness */
+static const float shore_share = 0.35f;                     /* of it, over which fog deepens off a slope */
+static const float extinction_floor = 0.004f;
+static const float base_edge_m = 90.0f;
+static const float texel_rise = 1.0f; /* slope of ground that texels may miss */
+
+static float get_relief_m(const neph_cloud_desc *desc) {
+  return np_minf((float)(desc->billowiness * desc->billow_m), top_share_max * (float)desc->thickness_m);
+}
+
+static void set_fog(np_cloud_model *model) {
+  const neph_cloud_desc *desc = &model->desc;
+  np_kind_noises *k = &model->kind;
+  k->coarse = np_kind_make_lattice(desc, NP_CLOUD_STREAM_SHEET);
+  k->medium = np_kind_make_lattice(desc, NP_CLOUD_STREAM_BASE);
+  k->fine = np_kind_make_lattice(desc, NP_CLOUD_STREAM_DETAIL);
+  k->fine_m = np_maxf(fray_size * (float)desc->billow_m, 3.0f * (float)desc->voxel_m);
+  k->fine_octaves = np_kind_count_octaves(desc, k->fine_m);
+  k->edge_m = np_maxf((0.06f + 1.2f * (float)(desc->softness * desc->softness)) * (float)desc->billow_m,
+                      1.5f * (float)desc->voxel_m);
+}
+
+/* Depth below the top, before fine noise. */
+static void compute_depths(const np_cloud_model *model, np_kind_points *p, float *out_depth_m) {
+  static const np_noise_octaves octaves = {.count = 2, .gain = 0.45f};
+  const neph_cloud_desc *desc = &model->desc;
+  const np_kind_noises *k = &model->kind;
+  const float top_m = (float)desc->thickness_m, relief_m = get_relief_m(desc), billow_m = (float)desc->billow_m;
+  np_noise_points points = np_kind_scale(model, p, swell_size * billow_m, 1.0f);
+  for (size_t i = 0; i < p->count; i++) p->sz[i] = 0.43f - 0.4f * model->turnover;
+  model->noise->value_fbm(&k->coarse, &octaves, &points, p->noise);
+  for (size_t i = 0; i < p->count; i++)
+    out_depth_m[i] = top_m - p->height_m[i] - swell_reach * relief_m * (1.0f - p->noise[i]);
+  points = np_kind_scale(model, p, billow_m, (float)desc->stretch);
+  model->noise->worley_fbm(&k->medium, &octaves, &points, p->noise);
+  for (size_t i = 0; i < p->count; i++) out_depth_m[i] -= roll_reach * relief_m * (1.0f - p->noise[i]);
+}
+
+/* Share of the full depth at a point, by the map and by the ground. */
+static float compute_fullness(const np_cloud_model *model, const np_kind_points *p, size_t i, float *out_sunk_m) {
+  const float top_m = (float)model->desc.thickness_m, patch = np_smoothstepf(p->strength[i] / patch_strength);
+  const float column_m = top_m - np_maxf(p->ground_m[i], 0.0f);
+  const float shore = np_smoothstepf(column_m / (shore_share * top_m));
+  *out_sunk_m = top_m * (patch_sink * (1.0f - patch) + shore_sink * (1.0f - shore));
+  return patch * np_mixf(0.3f, 1.0f, shore);
+}
+
+static void eval_fog(const np_cloud_model *model, np_kind_points *p, float *out_extinction_per_m) {
+  const neph_cloud_desc *desc = &model->desc;
+  const np_kind_noises *k = &model->kind;
+  const np_noise_octaves octaves = {.count = k->fine_octaves, .gain = 0.55f};
+  const float margin_m = texel_rise * model->map.step_m + 2.0f * (float)desc->voxel_m;
+  const float fray_m = (float)desc->erosion * np_minf(2.2f * k->fine_m, fray_share_max * (float)desc->thickness_m);
+  float depth_m[NP_CLOUD_BLOCK];
+  compute_depths(model, p, depth_m);
+  const np_noise_points points = np_kind_scale(model, p, k->fine_m, 1.4f);
+  model->noise->value_fbm(&k->fine, &octaves, &points, p->noise);
+  for (size_t i = 0; i < p->count; i++) {
+    float sunk_m;
+    const float fullness = compute_fullness(model, p, i, &sunk_m);
+    const float noise = np_clampf(2.2f * (p->noise[i] - 0.5f) + 0.5f, 0.0f, 1.0f);
+    if (p->height_m[i] < p->ground_m[i] - margin_m) continue;
+    const float body = np_smoothstepf((depth_m[i] - sunk_m - fray_m * noise) / k->edge_m);
+    const float base =
+        p->ground_m[i] > 0.0f ? 1.0f : np_smoothstepf((p->height_m[i] - base_edge_m * (1.0f - noise)) / base_edge_m);
+    const float share = body * base * fullness * np_mixf(0.75f, 1.1f, p->height_m[i] / (float)desc->thickness_m);
+    if (share > extinction_floor) out_extinction_per_m[p->index[i]] = (float)desc->extinction_per_m * share;
+  }
+}
+
+static bool is_fog_empty(const np_cloud_model *model, const np_kind_box *box) {
+  const float margin_m = texel_rise * model->map.step_m + 2.0f * (float)model->desc.voxel_m;
+  if (box->box.max_m[2] < box->ground_m.low - margin_m - 0.01f) return true;
+  /* A patch sinks by at least as much as its strongest column. */
+  const float weak = 1.0f - np_smoothstepf((box->strength.high + 1e-4f) / patch_strength);
+  return box->box.min_m[2] - box->base_m.high > (float)model->desc.thickness_m * (1.0f - patch_sink * weak) + 0.01f;
+}
+
+const np_cloud_kind np_fog_kind = {set_fog, eval_fog, is_fog_empty};

@@ -1,0 +1,111 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Lenticular clouds: where moist layers of air are lifted over the crests of mountain waves, a pile of lenses.
+ *
+ * The weather map is the height to which the waves lift the air (mountain_wave.c), 0 at the condensation level. In each
+ * layer its strength s gives a lens: a lower face that is arched by the wave, and an upper one s·(3 − s)/2 above it, so
+ * that rims are sharp. Layers differ in moisture, thus in the size of their lenses, and are laminated; noise along the
+ * wind gives them fibres.
+ */
+#include <math.h>
+
+#include "cloud/cloud_kinds.h"
+#include "core/math.h"
+#include "core/random.h"
+
+/* In pitches of the layers. */
+static const float lowest = 0.1f, arch = 0.25f, thickest = 1.15f;
+static const float drier_max = 0.42f;    /* of the strength, that the driest layer lacks */
+static const float swell_reach = 0.22f;  /* of the strength, at erosion 1 */
+static const float lamina_reach = 0.18f; /* the same */
+static const float fibre_reach = 0.20f;  /* of the pitch, the same */
+static const float lamina_share = 0.14f; /* thickness of laminae, in pitches */
+static const float lamina_stretch = 40.0f;
+static const float fibre_stretch = 7.0f;
+static const float extinction_floor = 0.004f;
+
+static float get_pitch_m(const neph_cloud_desc *desc) {
+  return (float)(desc->thickness_m / ((double)desc->sublayers + 0.5));
+}
+
+/* Strength that a layer lacks. */
+static float compute_lack(const neph_cloud_desc *desc, unsigned layer) {
+  const uint64_t bits = np_random_absorb(np_random_absorb(desc->seed, NP_CLOUD_STREAM_SHEET), layer);
+  const float middle = fabsf((float)layer + 0.5f - 0.5f * (float)desc->sublayers) / (0.5f * (float)desc->sublayers);
+  return drier_max * (0.55f * (float)(bits >> 40) * 0x1p-24f + 0.45f * middle);
+}
+
+static void set_lenses(np_cloud_model *model) {
+  const neph_cloud_desc *desc = &model->desc;
+  np_kind_noises *k = &model->kind;
+  const float pitch_m = get_pitch_m(desc), voxel_m = (float)desc->voxel_m;
+  k->coarse = np_kind_make_lattice(desc, NP_CLOUD_STREAM_BASE);
+  k->medium = np_kind_make_lattice(desc, NP_CLOUD_STREAM_DETAIL);
+  k->fine = np_kind_make_lattice(desc, NP_CLOUD_STREAM_WISPS);
+  k->fine_m = np_maxf(0.25f * (float)desc->billow_m, 3.0f * voxel_m);
+  k->fine_octaves = np_kind_count_octaves(desc, k->fine_m);
+  k->edge_m = np_maxf((0.06f + 0.5f * (float)(desc->softness * desc->softness)) * pitch_m, 1.2f * voxel_m);
+}
+
+/* Strength with the unevenness of the layers; `out_fibre`: in [−½, ½]. */
+static void compute_strengths(const np_cloud_model *model, np_kind_points *p, float *out_strength, float *out_fibre) {
+  const neph_cloud_desc *desc = &model->desc;
+  const np_kind_noises *k = &model->kind;
+  const np_noise_octaves octaves = {.count = k->fine_octaves, .gain = 0.5f};
+  const float erosion = (float)desc->erosion,
+              lamina_m = np_maxf(lamina_share * get_pitch_m(desc), 2.0f * (float)desc->voxel_m);
+  np_noise_points points = np_kind_scale(model, p, 2.5f * (float)desc->billow_m, 1.0f);
+  model->noise->value(&k->coarse, &points, p->noise);
+  for (size_t i = 0; i < p->count; i++)
+    out_strength[i] = p->strength[i] + 2.0f * swell_reach * erosion * (p->noise[i] - 0.5f);
+  points = np_kind_scale(model, p, lamina_m, lamina_stretch);
+  for (size_t i = 0; i < p->count; i++) p->sy[i] /= lamina_stretch;
+  model->noise->value(&k->medium, &points, p->noise);
+  for (size_t i = 0; i < p->count; i++) out_strength[i] += 2.0f * lamina_reach * erosion * (p->noise[i] - 0.5f);
+  points = np_kind_scale(model, p, k->fine_m, fibre_stretch);
+  model->noise->value_fbm(&k->fine, &octaves, &points, out_fibre);
+  for (size_t i = 0; i < p->count; i++) out_fibre[i] -= 0.5f;
+}
+
+/* Depth inside the lens of a layer; negative outside. */
+static float compute_depth(float pitch_m, unsigned layer, float lack, float strength, float height_m) {
+  const float s = np_minf((strength - lack) / (1.0f - lack), 1.0f);
+  if (!(s > 0.0f)) return -1.0f;
+  const float low_m = pitch_m * ((float)layer + lowest + arch * s);
+  const float high_m = low_m + pitch_m * thickest * s * (1.5f - 0.5f * s);
+  return np_minf(height_m - low_m, high_m - height_m);
+}
+
+static void eval_lenses(const np_cloud_model *model, np_kind_points *p, float *out_extinction_per_m) {
+  const neph_cloud_desc *desc = &model->desc;
+  const float pitch_m = get_pitch_m(desc), fibre_m = 2.0f * fibre_reach * (float)desc->erosion * pitch_m;
+  float strength[NP_CLOUD_BLOCK], fibre[NP_CLOUD_BLOCK], depth_m[NP_CLOUD_BLOCK];
+  compute_strengths(model, p, strength, fibre);
+  for (size_t i = 0; i < p->count; i++) depth_m[i] = -1.0f;
+  for (unsigned layer = 0; layer < desc->sublayers; layer++) {
+    const float lack = compute_lack(desc, layer);
+    for (size_t i = 0; i < p->count; i++)
+      depth_m[i] = np_maxf(depth_m[i], compute_depth(pitch_m, layer, lack, strength[i], p->height_m[i]));
+  }
+  for (size_t i = 0; i < p->count; i++) {
+    if (!(depth_m[i] > 0.0f)) continue;
+    const float body = np_smoothstepf((depth_m[i] + fibre_m * np_minf(fibre[i], 0.0f)) / model->kind.edge_m);
+    if (body > extinction_floor) out_extinction_per_m[p->index[i]] = (float)desc->extinction_per_m * body;
+  }
+}
+
+static bool is_lens_empty(const np_cloud_model *model, const np_kind_box *box) {
+  const neph_cloud_desc *desc = &model->desc;
+  const float pitch_m = get_pitch_m(desc), gain = (swell_reach + lamina_reach) * (float)desc->erosion + 1e-3f;
+  const float low_m = box->box.min_m[2] - box->base_m.high, high_m = box->box.max_m[2] - box->base_m.low;
+  for (unsigned layer = 0; layer < desc->sublayers; layer++) {
+    const float lack = compute_lack(desc, layer);
+    const float s = np_minf((box->strength.high + gain - lack) / (1.0f - lack), 1.0f);
+    if (!(s > 0.0f)) continue;
+    const float bottom_m = pitch_m * ((float)layer + lowest);
+    if (high_m > bottom_m - 0.01f && low_m < bottom_m + pitch_m * s * (arch + thickest * (1.5f - 0.5f * s)) + 0.01f)
+      return false;
+  }
+  return true;
+}
+
+const np_cloud_kind np_lens_kind = {set_lenses, eval_lenses, is_lens_empty};

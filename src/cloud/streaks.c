@@ -1,0 +1,68 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Fall streaks of ice: cirrus.
+ *
+ * Ice forms in small heads at the top and falls out of them. In air that the skew has not moved yet a streak hangs
+ * upright below its head, the fainter the deeper; the wind, weaker below, draws it out to a hook (the shift grows with
+ * the square of the height). A streak is a bundle of fibres: noise across it down to two voxels, hardly any along it.
+ */
+#include <math.h>
+
+#include "cloud/cloud_kinds.h"
+#include "core/math.h"
+
+static const float head_share = 0.16f;    /* of the thickness */
+static const float bundle_stretch = 3.5f; /* along the wind at `stretch` 12, as its square root elsewhere */
+static const float fibre_size = 0.3f;     /* in billows */
+static const float fall_size = 2.3f;      /* of the noise that says how far ice falls, in billows */
+static const float fibre_upright = 0.04f; /* of the fibres' change over their height, against across */
+static const float group_strength = 0.5f; /* of the map, at which heads stand as close as can be */
+static const float extinction_floor = 0.01f;
+
+static void set_streaks(np_cloud_model *model) {
+  const neph_cloud_desc *desc = &model->desc;
+  np_kind_noises *k = &model->kind;
+  k->coarse = np_kind_make_lattice(desc, NP_CLOUD_STREAM_SHEET);
+  k->medium = np_kind_make_lattice(desc, NP_CLOUD_STREAM_BASE);
+  k->fine = np_kind_make_lattice(desc, NP_CLOUD_STREAM_WISPS);
+  k->fine_m = np_maxf(fibre_size * (float)desc->billow_m, 2.5f * (float)desc->voxel_m);
+  k->fine_octaves = np_kind_count_octaves(desc, k->fine_m);
+  k->edge_m = 0.0f;
+}
+
+static float get_stretch(const neph_cloud_desc *desc) { return bundle_stretch * sqrtf((float)desc->stretch / 12.0f); }
+
+static void eval_streaks(const np_cloud_model *model, np_kind_points *p, float *out_extinction_per_m) {
+  const neph_cloud_desc *desc = &model->desc;
+  const np_kind_noises *k = &model->kind;
+  const np_noise_octaves two = {.count = 2, .gain = 0.45f}, all = {.count = k->fine_octaves, .gain = 0.6f};
+  const float billow_m = (float)desc->billow_m, top_m = (float)desc->thickness_m;
+  float fall[NP_CLOUD_BLOCK], fibre[NP_CLOUD_BLOCK];
+  np_noise_points points = np_kind_scale(model, p, fall_size * billow_m, get_stretch(desc));
+  for (size_t i = 0; i < p->count; i++) p->sz[i] = 0.37f + 0.2f * model->turnover;
+  model->noise->value_fbm(&k->coarse, &two, &points, fall);
+  points = np_kind_scale(model, p, k->fine_m, get_stretch(desc));
+  for (size_t i = 0; i < p->count; i++) p->sz[i] *= fibre_upright;
+  model->noise->value_fbm(&k->fine, &all, &points, fibre);
+  points = np_kind_scale(model, p, billow_m, get_stretch(desc));
+  for (size_t i = 0; i < p->count; i++) p->sz[i] *= fibre_upright;
+  model->noise->value_fbm(&k->medium, &two, &points, p->noise);
+  for (size_t i = 0; i < p->count; i++) {
+    const float group = np_smoothstepf(p->strength[i] / group_strength), s = p->height_m[i] / top_m;
+    const float fallen = np_clampf((1.0f - head_share - s) / (1.0f - head_share), 0.0f, 1.0f);
+    const float depth = np_clampf(1.2f * fall[i] - 0.1f, 0.05f, 1.0f);
+    const float tail = 1.0f - np_smoothstepf(fallen / depth);
+    const float roof = 1.0f - np_smoothstepf((s - 1.0f + head_share) / head_share);
+    const float frayed =
+        p->noise[i] + (float)desc->erosion * (fibre[i] - 0.5f) - np_mixf(0.75f, 0.36f, group) - 0.14f * fallen;
+    const float body = np_smoothstepf(frayed / (0.12f + 0.3f * (float)desc->softness)) * tail * roof;
+    const float share = body * np_mixf(1.0f, 0.3f, fallen) * group;
+    if (share > extinction_floor) out_extinction_per_m[p->index[i]] = (float)desc->extinction_per_m * share;
+  }
+}
+
+static bool is_streak_empty(const np_cloud_model *model, const np_kind_box *box) {
+  (void)model, (void)box; /* wherever the map has any strength there may be some */
+  return box->strength.high < -1e-4f;
+}
+
+const np_cloud_kind np_streak_kind = {set_streaks, eval_streaks, is_streak_empty};

@@ -1,0 +1,231 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Fog, lenses and trails, and clouds over ground that a caller gives. */
+#include "test_clouds.h"
+#include "test_scenes.h"
+
+/* A ridge along y, 600 m high, 1 km east of the middle; half a kilometre off it the ground is flat. */
+static double get_ridge_m(void *user, double x_m, double y_m) {
+  const double off = fabs(x_m - 1000) / 500;
+  (void)y_m;
+  if (user) ++*(atomic_int *)user;
+  return off < 1 ? 600 * (1 - off) : 0;
+}
+
+static double get_nothing_m(void *user, double x_m, double y_m) {
+  (void)user, (void)x_m, (void)y_m;
+  return (double)NAN;
+}
+
+static neph_cloud_desc make_kind(neph_context *context, const char *preset) {
+  neph_cloud_desc desc = NEPH_CLOUD_DESC_DEFAULT;
+  assert_int_equal(neph_cloud_get_preset(context, preset, &desc), NEPH_OK);
+  desc.extent_m[0] = desc.extent_m[1] = 6000;
+  desc.voxel_m = 50;
+  return desc;
+}
+
+/* Sums of extinction and of extinction times x, the lowest and the highest voxel, between two x. */
+typedef struct slice {
+  double sum, moment, base_m, top_m;
+} slice;
+
+static slice sum_slice(const np_sparse_grid *grid, const neph_cloud_desc *desc, double low_m, double high_m) {
+  slice s = {0, 0, INFINITY, -INFINITY};
+  for (size_t l = 0; l < grid->leaf_count; l++)
+    for (int n = 0; n < NP_LEAF_SIZE; n++) {
+      const np_leaf *leaf = &grid->leaves[l];
+      const double x_m = grid->index_to_world.m[0][3] + desc->voxel_m * (leaf->origin[0] + n / 64);
+      if (!(leaf->values[n] > 0) || x_m < low_m || x_m >= high_m) continue;
+      s.sum += (double)leaf->values[n];
+      s.moment += (double)leaf->values[n] * x_m;
+      const double z_m = grid->index_to_world.m[2][3] + desc->voxel_m * (leaf->origin[2] + n % 8);
+      s.base_m = fmin(s.base_m, z_m);
+      s.top_m = fmax(s.top_m, z_m);
+    }
+  return s;
+}
+
+static void fog_fills_low_ground_to_its_top(void **state) {
+  (void)state;
+  neph_context *context = test_context_create(2, NULL);
+  neph_cloud_desc desc = make_kind(context, "fog");
+  desc.thickness_m = 400;
+  desc.coverage = 1;
+  desc.ground_height = get_ridge_m;
+  np_sparse_grid grid = test_bake(context, &desc);
+  const slice low = sum_slice(&grid, &desc, -1000, 0), high = sum_slice(&grid, &desc, 900, 1100);
+  assert_true(low.sum > 0);
+  assert_true(low.top_m > 250 && low.top_m < 400);
+  assert_true(high.sum == 0); /* 480 m and more, above the top */
+  np_sparse_grid_clear(&grid);
+  neph_context_destroy(context);
+}
+
+/* The first crest lies over the ridge, the wind's side first: the middle of the cloud within a third of a wavelength.
+ */
+static void lenses_stand_over_the_ridge(void **state) {
+  (void)state;
+  neph_context *context = test_context_create(2, NULL);
+  neph_cloud_desc desc = make_kind(context, "altocumulus_lenticularis");
+  desc.ground_height = get_ridge_m;
+  desc.skew_m[0] = 0;
+  desc.cell_m = 3000;
+  desc.thickness_m = 600;
+  desc.voxel_m = 40;
+  np_sparse_grid grid = test_bake(context, &desc);
+  const slice all = sum_slice(&grid, &desc, -1e4, 1e4);
+  assert_true(all.sum > 0);
+  assert_near(all.moment / all.sum, 1000, 1000);
+  np_sparse_grid_clear(&grid);
+  neph_context_destroy(context);
+}
+
+static void trails_spread_with_age(void **state) {
+  (void)state;
+  neph_context *context = test_context_create(2, NULL);
+  double before = 0;
+  for (int i = 0; i <= 4; i++) {
+    neph_cloud_desc desc = make_kind(context, "contrail");
+    desc.coverage = 1; /* no gaps */
+    desc.trails = 1;
+    desc.voxel_m = 30;
+    desc.age = 0.25 * i;
+    const double covered = test_compute_covered(context, &desc);
+    assert_true(covered > 1.05 * before);
+    before = covered;
+  }
+  assert_true(before > 0.1 && before < 0.6);
+  neph_context_destroy(context);
+}
+
+/* Cumulus, once with bases that follow the ground, once over high and once over low ground alone. */
+static void ground_lifts_and_draws_clouds(void **state) {
+  (void)state;
+  neph_context *context = test_context_create(2, NULL);
+  neph_cloud_desc desc = make_kind(context, "cumulus_mediocris");
+  desc.ground_height = get_ridge_m;
+  desc.cell_m = 700;
+  desc.billow_m = 200;
+  desc.coverage = 0.2;
+  double share[3];
+  for (int i = 0; i < 3; i++) {
+    desc.ground_cover = i - 1;
+    np_sparse_grid grid = test_bake(context, &desc);
+    share[i] = sum_slice(&grid, &desc, 600, 1400).sum / sum_slice(&grid, &desc, -1e4, 1e4).sum;
+    np_sparse_grid_clear(&grid);
+  }
+  assert_true(share[0] < 0.5 * share[1]);
+  assert_true(share[2] > 0.7 && share[2] > 2 * share[1]);
+  desc.ground_lift = 1;
+  np_sparse_grid grid = test_bake(context, &desc);
+  /* 480 m of ground and more lift bases there by as much; noise of the base and the planet's curve take less than 50 m.
+   */
+  assert_true(sum_slice(&grid, &desc, 900, 1100).base_m > desc.base_altitude_m + 430);
+  np_sparse_grid_clear(&grid);
+  neph_context_destroy(context);
+}
+
+static void threads_and_levels_give_the_same_bits_over_ground(void **state) {
+  (void)state;
+  static const char *const presets[] = {"fog", "altocumulus_lenticularis"};
+  neph_context *context = test_context_create(1, NULL);
+  for (int i = 0; i < 2; i++) {
+    neph_cloud_desc desc = make_kind(context, presets[i]);
+    char hash[33];
+    desc.ground_height = get_ridge_m;
+    desc.time_s = 200;
+    np_sparse_grid grid = test_bake(context, &desc);
+    assert_int_equal(np_sparse_grid_hash_all(&(const np_sparse_grid *){&grid}, 1, false, hash), NEPH_OK);
+    np_sparse_grid_clear(&grid);
+    for (neph_isa isa = NEPH_ISA_X86_64; isa <= NEPH_ISA_X86_64_V4; isa++) test_check_hash(2, isa, &desc, hash);
+  }
+  neph_context_destroy(context);
+}
+
+/* A ground counts by its heights, or by the text that stands for it, and not at all where it has no part. */
+static void a_ground_is_part_of_the_parameters(void **state) {
+  (void)state;
+  test_log log;
+  test_log_start(&log);
+  neph_context *context = test_context_create(2, &log);
+  char *folder = test_folder_create(), *path = test_path(folder, "fog.vdb");
+  neph_cloud_desc desc = make_kind(context, "fog");
+  bool is_same;
+  desc.voxel_m = 100;
+  desc.ground_height = get_ridge_m;
+  assert_int_equal(neph_cloud_bake_file(context, &desc, NULL, "density", path), NEPH_OK);
+  assert_int_equal(np_cloud_file_is_current(context, path, &desc, 6360e3, &is_same), NEPH_OK);
+  assert_true(is_same);
+  desc.ground_id = "another";
+  assert_int_equal(np_cloud_file_is_current(context, path, &desc, 6360e3, &is_same), NEPH_OK);
+  assert_false(is_same);
+  assert_int_equal(neph_cloud_verify_file(context, path, NULL, NULL, &is_same), NEPH_ERROR_INVALID_ARGUMENT);
+  assert_one_error(&log, "fog.vdb", "ground", "bake its scene");
+  test_log_clear(&log);
+  desc.ground_height = get_nothing_m;
+  neph_volume *volume;
+  assert_int_equal(neph_cloud_bake(context, &desc, NULL, &volume), NEPH_ERROR_INVALID_ARGUMENT);
+  assert_one_error(&log, "ground_height gives nan", "must be");
+  atomic_int calls = 0;
+  desc = make_kind(context, "stratocumulus");
+  desc.ground_height = get_ridge_m;
+  desc.ground_user = &calls;
+  np_sparse_grid grid = test_bake(context, &desc);
+  assert_int_equal(calls, 0);
+  np_sparse_grid_clear(&grid);
+  assert_int_equal(remove(path), 0);
+  free(path);
+  test_folder_destroy(folder);
+  neph_context_destroy(context);
+}
+
+static const char valley[] =
+    "{camera: {position: [0, -4 km, 2 km], look_at: [0, 0, 200 m], resolution: [12, 8]}, terrain: {ridges: {relief: "
+    "900 m, ridge: 3 km, samples: 65}, width: 8 km}, sun: {elevation: 40 deg}, clouds: [{name: fog, bake: {preset: "
+    "valley_stratus, extent: [5 km, 5 km], voxel: 100 m, base: 0 m, top: 500 m}}], render: {samples: 1}}";
+
+static double sum_clouds(neph_image *image) {
+  const float *alpha = neph_image_get_channel(image, "A");
+  double sum = 0;
+  assert_non_null(alpha);
+  for (int i = 0; i < 12 * 8; i++) sum += (double)alpha[i];
+  return sum;
+}
+
+/* By both integrators; a bake by the scene is that of the render; higher mountains are another ground. */
+static void a_scene_bakes_over_its_terrain(void **state) {
+  fixture *f = *state;
+  char *folder = test_folder_create(), *path = test_path(folder, "fog.vdb");
+  for (int i = 0; i < 2; i++) {
+    neph_image *image = NULL;
+    set(f, "render.integrator", i ? "path" : "march");
+    if (neph_render_image(f->scene, NULL, &image)) fail_msg("%s", f->log.text);
+    assert_true(sum_clouds(image) > 0);
+    neph_image_destroy(image);
+  }
+  if (neph_scene_bake_file(f->scene, 0, 1, NULL, path)) fail_msg("%s", f->log.text);
+  set(f, "render.integrator", "march");
+  set(f, "clouds[0].vdb", path);
+  render_changed(f, "render.samples", "1");
+  assert_null(strstr(f->log.text, "rebaked"));
+  render_changed(f, "terrain.ridges.relief", "700 m");
+  assert_non_null(strstr(f->log.text, "rebaked"));
+  assert_int_equal(remove(path), 0);
+  free(path);
+  test_folder_destroy(folder);
+}
+
+static int set_up(void **state) { return set_up_scene(state, 2, valley); }
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(fog_fills_low_ground_to_its_top),
+      cmocka_unit_test(lenses_stand_over_the_ridge),
+      cmocka_unit_test(trails_spread_with_age),
+      cmocka_unit_test(ground_lifts_and_draws_clouds),
+      cmocka_unit_test(threads_and_levels_give_the_same_bits_over_ground),
+      cmocka_unit_test(a_ground_is_part_of_the_parameters),
+      cmocka_unit_test_setup_teardown(a_scene_bakes_over_its_terrain, set_up, tear_down),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
