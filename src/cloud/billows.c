@@ -8,6 +8,7 @@
  * go to 0 at every limit, so that none appears at once.
  */
 #include "cloud/ball_rows.h"
+#include "cloud/shape.h"
 #include "cloud/thermals.h"
 
 #include "core/math.h"
@@ -175,7 +176,9 @@ neph_result np_thermals_build(np_cloud_model *model, np_monitor *monitor, unsign
   const float billow_m = model->thermals.billow_m;
   np_ball_heap_cut(&model->balls, 0);
   if (model->is_empty) return NEPH_OK;
-  neph_result result = np_thermals_add_stacks(model, monitor, thermal_blend * billow_m, 0.5f * billow_m);
+  const bool has_shape = np_cloud_desc_has_shape(&model->desc);
+  neph_result result = (has_shape ? np_shape_add_balls
+                                  : np_thermals_add_stacks)(model, monitor, thermal_blend * billow_m, 0.5f * billow_m);
   for (unsigned level = 1; level < level_count && !result; level++) result = add_billows(model, monitor, level);
   return result;
 }

@@ -3,7 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "cloud/cloud_private.h"
+#include "cloud/shape.h"
 #include "core/alloc.h"
 #include "core/json.h"
 
@@ -127,6 +127,7 @@ neph_result np_cloud_desc_read(neph_context *context, const neph_cloud_desc *des
   if (!result) result = check_model(context, out_desc);
   if (!result && out_desc->has_profile) result = check_profile(context, out_desc);
   if (!result) result = check_map(context, out_desc);
+  if (!result) result = np_shape_check(context, out_desc);
   return result;
 }
 
@@ -164,6 +165,7 @@ neph_result np_cloud_desc_to_json(neph_context *context, const neph_cloud_desc *
   np_json_put_bool(json, "has_winds", desc->has_winds);
   np_json_put_bool(json, "is_map_tiling", desc->is_map_tiling);
   neph_result result = put_map(context, json, desc);
+  if (!result) result = np_shape_put_json(context, json, desc);
   if (result) {
     np_json_destroy(json);
     return result;
@@ -232,6 +234,7 @@ static void free_text(neph_context *context, const char **text) {
 }
 
 void np_cloud_desc_clear(neph_context *context, neph_cloud_desc *desc) {
+  np_shape_clear_desc(context, desc);
   free_text(context, &desc->map_file);
   for (int q = 0; q < NEPH_CLOUD_MAP_QUANTITY_COUNT; q++) free_text(context, &desc->map_channels[q]);
 }
@@ -244,6 +247,7 @@ neph_result np_cloud_desc_from_json(neph_context *context, const char *file, con
   if (!json || !read_values(json, out_desc, bake))
     result = np_fail(context, NEPH_ERROR_BAD_FILE, "%s: nephos:params is not what this version of nephos writes", file);
   if (!result) result = read_map(context, json, out_desc);
+  if (!result) result = np_shape_read_json(context, json, out_desc);
   np_json_value_destroy(json);
   if (result) np_cloud_desc_clear(context, out_desc);
   return result;

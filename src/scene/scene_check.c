@@ -141,6 +141,28 @@ static neph_result check_map(const neph_scene *scene, unsigned index, const np_n
                           index);
 }
 
+/* Contents of its files are seen when they are read. */
+static neph_result check_shape(const neph_scene *scene, unsigned index, const np_node *node,
+                               np_scene_problems *problems) {
+  const neph_cloud_desc *desc = &scene->clouds[index].bake;
+  const np_node *bake = np_node_search(node, "bake"), *shape = bake ? np_node_search(bake, "shape") : NULL;
+  if (!shape || shape->kind != NP_NODE_MAPPING) return NEPH_OK;
+  const np_node *mesh = np_node_search(shape, "mesh"), *heights = np_node_search(shape, "height_map");
+  if (mesh && !desc->shape.mesh_file)
+    return np_scene_fail_at(problems, mesh, "clouds[%u].bake.shape.mesh has no file, must name a closed mesh", index);
+  if (heights && !desc->shape.height_map)
+    return np_scene_fail_at(problems, heights, "clouds[%u].bake.shape.height_map has no image, must name an EXR or PNG",
+                            index);
+  if (!shape->first)
+    return np_scene_fail_at(problems, shape,
+                            "clouds[%u].bake.shape is empty, must have spheres, curves, mesh or height_map", index);
+  if (desc->model == NEPH_CLOUD_MODEL_THERMALS || desc->model == NEPH_CLOUD_MODEL_HERO) return NEPH_OK;
+  return np_scene_fail_at(problems, shape,
+                          "clouds[%u].bake.shape goes with model: thermals or hero, whose billows stand on it: set "
+                          "clouds[%u].bake.model",
+                          index, index);
+}
+
 static neph_result check_top(const neph_scene *scene, unsigned index, const np_node *node,
                              np_scene_problems *problems) {
   const np_scene_cloud *cloud = &scene->clouds[index];
@@ -179,7 +201,7 @@ static neph_result check_emission(const neph_scene *scene, unsigned index, const
 
 static neph_result check_clouds(const neph_scene *scene, np_scene_problems *problems) {
   static neph_result (*const cloud_checks[])(const neph_scene *, unsigned, const np_node *, np_scene_problems *) = {
-      check_source, check_reference_frame, check_scale,   check_name, check_map,
+      check_source, check_reference_frame, check_scale,   check_name, check_map, check_shape,
       check_top,    check_profile,         check_emission};
   const np_node *list = np_node_search(scene->document, "clouds");
   const np_node *node = list ? list->first : NULL;
