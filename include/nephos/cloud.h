@@ -25,10 +25,11 @@ typedef enum neph_cloud_map_quantity {
   NEPH_CLOUD_MAP_BASE,          /**< of the thickness, by which the base lies higher; tops keep below the field's */
   NEPH_CLOUD_MAP_THICKNESS,     /**< of the thickness */
   NEPH_CLOUD_MAP_PRECIPITATION, /**< of the precipitation */
+  NEPH_CLOUD_MAP_AGE,           /**< of the age of thermals */
   NEPH_CLOUD_MAP_QUANTITY_COUNT
 } neph_cloud_map_quantity;
 
-enum { NEPH_CLOUD_PROFILE_POINTS = 5 };
+enum { NEPH_CLOUD_PROFILE_POINTS = 5, NEPH_CLOUD_PARTS = 3 };
 
 /** A point of a shape, with the radius that the shape has there. */
 typedef struct neph_cloud_point {
@@ -108,8 +109,11 @@ typedef struct neph_cloud_desc {
   /** Speed, 0 to 200, and azimuth that it comes from, of the wind at 0, ¼, ½, ¾ and 1 of the thickness (default 0;
    * 3π/2, the west). */
   double wind_speed_m_s[NEPH_CLOUD_PROFILE_POINTS], wind_direction_rad[NEPH_CLOUD_PROFILE_POINTS];
-  neph_cloud_shape shape; /**< of models hero and thermals (default none) */
-  const char *name;       /**< of this description in messages, borrowed; NULL: cloud (default NULL) */
+  neph_cloud_shape shape;                  /**< of models hero and thermals (default none) */
+  double billow_amounts[NEPH_CLOUD_PARTS]; /**< of thermals: factors on billowiness at tops, flanks, base; 0 to 2 (1) */
+  double billow_frequencies[NEPH_CLOUD_PARTS]; /**< of the largest billows there; 1 to 8 (default 1) */
+  double wisp_amounts[NEPH_CLOUD_PARTS];       /**< factors on wispiness there; 0 to 2 (default 0, 0, 1) */
+  const char *name; /**< of this description in messages, borrowed; NULL: cloud (default NULL) */
 } neph_cloud_desc;
 
 #define NEPH_CLOUD_DESC_DEFAULT                                                                                        \
@@ -124,7 +128,8 @@ typedef struct neph_cloud_desc {
     .wind_speed_m_s = {0, 0, 0, 0, 0},                                                                                 \
     .wind_direction_rad = {4.71238898038468986, 4.71238898038468986, 4.71238898038468986, 4.71238898038468986,         \
                            4.71238898038468986},                                                                       \
-    .shape = {.mesh_unit_m = 1, .height_size_m = {8000, 8000}, .height_m = 1200}, .name = NULL                         \
+    .shape = {.mesh_unit_m = 1, .height_size_m = {8000, 8000}, .height_m = 1200}, .billow_amounts = {1, 1, 1},         \
+    .billow_frequencies = {1, 1, 1}, .wisp_amounts = {0, 0, 1}, .name = NULL                                           \
   }
 
 /** Fills a description from a named preset ("cumulus_mediocris", …); fails listing the names there are.

@@ -50,10 +50,13 @@ static const real_field fields[] = {
     FIELD(age, "age", "", 1, 0, 1, INCLUSIVE),
     FIELD(wind_speed_m_s, "wind_speed", " m/s", NEPH_CLOUD_PROFILE_POINTS, 0, 200, INCLUSIVE),
     FIELD(wind_direction_rad, "wind_direction", " rad", NEPH_CLOUD_PROFILE_POINTS, -7, 7, INCLUSIVE),
+    FIELD(billow_amounts, "billow_amounts", "", NEPH_CLOUD_PARTS, 0, 2, INCLUSIVE),
+    FIELD(billow_frequencies, "billow_frequencies", "", NEPH_CLOUD_PARTS, 1, 8, INCLUSIVE),
+    FIELD(wisp_amounts, "wisp_amounts", "", NEPH_CLOUD_PARTS, 0, 2, INCLUSIVE),
 };
 
 /* Files may lack the fields from `age` on, which then have their defaults. */
-enum { FIELD_COUNT = sizeof fields / sizeof *fields, FIELD_AGE = FIELD_COUNT - 3 };
+enum { FIELD_COUNT = sizeof fields / sizeof *fields, FIELD_AGE = FIELD_COUNT - 6 };
 
 static const double *get_values(const neph_cloud_desc *desc, const real_field *field) {
   return (const double *)(const void *)((const char *)desc + field->offset);
@@ -111,7 +114,8 @@ static neph_result check_map(neph_context *context, const neph_cloud_desc *desc)
   while (q < NEPH_CLOUD_MAP_QUANTITY_COUNT && !desc->map_channels[q]) q++;
   if (desc->map_file && q == NEPH_CLOUD_MAP_QUANTITY_COUNT)
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
-                   "%s.map uses no channel of %s, must have one for coverage, type, base, thickness or precipitation",
+                   "%s.map uses no channel of %s, must have one for coverage, type, base, thickness, precipitation "
+                   "or age",
                    np_cloud_desc_name(desc), desc->map_file);
   if (!desc->map_file && q < NEPH_CLOUD_MAP_QUANTITY_COUNT)
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,

@@ -239,7 +239,7 @@ void np_cloud_wind_bound(const np_cloud_model *model, float low_m, float high_m,
 typedef struct np_cloud_column {
   float x_m, y_m;        /* where it stands at the base: freed from the skew */
   float strength, anvil; /* of the tower and of the anvil, in depth: 1 in the heart of the largest cell */
-  float base_m, thickness_m, type, rain; /* of this column; `rain` is a share */
+  float base_m, thickness_m, type, rain, age; /* of this column; `rain` is a share */
 } np_cloud_column;
 
 /* The column that runs through a position of the field. */

@@ -18,7 +18,8 @@ static const char *const quantity_names[NEPH_CLOUD_MAP_QUANTITY_COUNT] = {[NEPH_
                                                                           [NEPH_CLOUD_MAP_BASE] = "base",
                                                                           [NEPH_CLOUD_MAP_THICKNESS] = "thickness",
                                                                           [NEPH_CLOUD_MAP_PRECIPITATION] =
-                                                                              "precipitation"};
+                                                                              "precipitation",
+                                                                          [NEPH_CLOUD_MAP_AGE] = "age"};
 
 const char *np_cloud_map_quantity_get_name(neph_cloud_map_quantity quantity) { return quantity_names[quantity]; }
 

@@ -128,7 +128,7 @@ static neph_result check_name(const neph_scene *scene, unsigned index, const np_
 static neph_result check_map(const neph_scene *scene, unsigned index, const np_node *node,
                              np_scene_problems *problems) {
   (void)scene;
-  static const char *const quantities[] = {"coverage", "type", "base", "thickness", "precipitation"};
+  static const char *const quantities[] = {"coverage", "type", "base", "thickness", "precipitation", "age"};
   const np_node *bake = np_node_search(node, "bake"), *map = bake ? np_node_search(bake, "map") : NULL;
   if (!map || map->kind != NP_NODE_MAPPING) return NEPH_OK;
   if (!np_node_search(map, "image"))
@@ -137,7 +137,7 @@ static neph_result check_map(const neph_scene *scene, unsigned index, const np_n
     if (np_node_search(map, quantities[i])) return NEPH_OK;
   return np_scene_fail_at(problems, map,
                           "clouds[%u].bake.map uses no channel of its image, must have one of coverage, type, base, "
-                          "thickness, precipitation",
+                          "thickness, precipitation, age",
                           index);
 }
 
