@@ -57,6 +57,16 @@ neph_result np_cloud_places_read(neph_context *context, np_scene_cloud *cloud) {
   return result;
 }
 
+neph_result np_cloud_places_check(const neph_scene *scene) {
+  for (unsigned i = 0; i < scene->cloud_count; i++) {
+    const char *path = scene->clouds[i].places, *reason;
+    const neph_result result = path ? np_file_probe(path, &reason) : NEPH_OK;
+    if (result)
+      return np_fail(scene->context, result, "clouds[%u].places is %s, which cannot be read: %s", i, path, reason);
+  }
+  return NEPH_OK;
+}
+
 void np_cloud_places_clear(neph_context *context, np_scene_cloud *cloud) {
   np_alloc_free(context, cloud->place);
   cloud->place = NULL;

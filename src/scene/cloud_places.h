@@ -9,6 +9,10 @@
  * which they move it. NEPH_ERROR_BAD_FILE, with line and column, for a place that is none, and for a file without any.
  */
 neph_result np_cloud_places_read(neph_context *context, np_scene_cloud *cloud);
+
+/* Fails where some cloud's file of places is not there. */
+neph_result np_cloud_places_check(const neph_scene *scene);
+
 void np_cloud_places_clear(neph_context *context, np_scene_cloud *cloud);
 
 /* The way from a cloud with its pivot at the origin to one of its places. */
