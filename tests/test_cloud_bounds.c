@@ -96,7 +96,7 @@ static void no_box_called_empty_holds_cloud(void **state) {
 /* A picture of random values in each quantity's own channel, from black to white. */
 static void write_picture(neph_context *context, const char *path) {
   enum { SIDE = 9 };
-  static const char *const names[NEPH_CLOUD_MAP_QUANTITY_COUNT] = {"A", "B", "G", "R", "Y"};
+  static const char *const names[NEPH_CLOUD_MAP_QUANTITY_COUNT] = {"A", "B", "G", "R", "Y", "Z"};
   neph_image *image = NULL;
   np_random random = np_random_start(2, 0, 0, 0, 0);
   assert_int_equal(neph_image_create(context, SIDE, SIDE, NEPH_CLOUD_MAP_QUANTITY_COUNT, names, &image), NEPH_OK);
@@ -124,6 +124,7 @@ static void no_box_called_empty_holds_cloud_under_a_map(void **state) {
   desc.map_channels[NEPH_CLOUD_MAP_BASE] = "G";
   desc.map_channels[NEPH_CLOUD_MAP_THICKNESS] = "R";
   desc.map_channels[NEPH_CLOUD_MAP_PRECIPITATION] = "Y";
+  desc.map_channels[NEPH_CLOUD_MAP_AGE] = "Z";
   for (int i = 0; i < 3; i++) {
     desc.model = i == 2 ? NEPH_CLOUD_MODEL_SLAB : NEPH_CLOUD_MODEL_CELLS;
     desc.sublayers = 3;

@@ -15,15 +15,33 @@ typedef struct slider {
   size_t offset;
   size_t statistic; /* of a slider_view */
   int sign;         /* 1: it rises */
+  bool is_of_shape; /* else of a field, whose base is wider */
 } slider;
 
 #define SLIDER(field, statistic, sign)                                                                                 \
-  { #field, offsetof(neph_cloud_desc, field), offsetof(slider_view, statistic), sign }
+  { #field, offsetof(neph_cloud_desc, field), offsetof(slider_view, statistic), sign, false }
+#define PART(field, part, statistic, is_of_shape)                                                                      \
+  {                                                                                                                    \
+#field "[" #part "]", offsetof(neph_cloud_desc, field) + part * sizeof(double), offsetof(slider_view, statistic),  \
+        1, is_of_shape                                                                                                 \
+  }
 
 static const slider sliders[] = {
-    SLIDER(coverage, covered, 1), SLIDER(type, top, -1),      SLIDER(billowiness, volume, 1),
-    SLIDER(erosion, volume, -1),  SLIDER(wispiness, thin, 1), SLIDER(turbulence, rugged, 1),
-    SLIDER(softness, thin, 1),    SLIDER(age, depth, -1),     SLIDER(precipitation, depth_below, 1),
+    SLIDER(coverage, covered, 1),
+    SLIDER(type, top, -1),
+    SLIDER(billowiness, volume, 1),
+    SLIDER(erosion, volume, -1),
+    SLIDER(wispiness, thin, 1),
+    SLIDER(turbulence, rugged, 1),
+    SLIDER(softness, thin, 1),
+    SLIDER(age, depth, -1),
+    SLIDER(precipitation, depth_below, 1),
+    PART(billow_amounts, 0, volume, true),
+    PART(billow_amounts, 1, volume, true),
+    PART(billow_amounts, 2, volume, true),
+    PART(wisp_amounts, 0, thin, true),
+    PART(wisp_amounts, 1, thin, true),
+    PART(wisp_amounts, 2, thin, false),
 };
 
 static neph_cloud_desc make_desc(void) {
@@ -38,6 +56,15 @@ static neph_cloud_desc make_desc(void) {
   desc.coverage = 0.25;
   desc.erosion = 0.6;
   return desc;
+}
+
+/* A given shape, whose volume no coverage makes up for. */
+static void set_shape(neph_cloud_desc *desc) {
+  static const neph_cloud_point spheres[] = {
+      {-600, 0, 300, 500}, {100, 200, 600, 560}, {700, -200, 350, 450}, {0, -300, 250, 400}};
+  desc->shape.spheres = (neph_cloud_points){spheres, sizeof spheres / sizeof *spheres, NULL, 0};
+  desc->wispiness = desc->billowiness = 1;
+  desc->age = 0;
 }
 
 typedef struct field_sums {
@@ -105,6 +132,8 @@ static void each_slider_changes_the_picture_steadily(void **state) {
     for (int step = 0; step < STEPS; step++) {
       neph_cloud_desc desc = make_desc();
       if (sliders[s].offset == offsetof(neph_cloud_desc, coverage)) desc.billow_m = 300;
+      if (sliders[s].is_of_shape) set_shape(&desc);
+      if (!strncmp(sliders[s].name, "wisp_amounts", strlen("wisp_amounts"))) desc.wispiness = 1;
       *(double *)(void *)((char *)&desc + sliders[s].offset) = step / (double)(STEPS - 1);
       compute_view(context, &desc, &views[step]);
       statistic[step] = *(const double *)(const void *)((const char *)&views[step] + sliders[s].statistic);

@@ -195,6 +195,12 @@ static void choose_value(const np_key *key, char *out, size_t size) {
   case NP_KEY_ROWS:
     snprintf(out, size, "[[0 m, 0.25], [2 km, 1]]");
     return;
+  case NP_KEY_POINTS:
+    snprintf(out, size, "[[1 m, 2 m, 3 m, 4 m], [1.5 km, -2 m, 3 m, 4 m]]");
+    return;
+  case NP_KEY_CURVES:
+    snprintf(out, size, "[[[1 m, 2 m, 3 m, 4 m], [1.5 km, -2 m, 3 m, 4 m]]]");
+    return;
   case NP_KEY_SECTION:
     snprintf(out, size, "%s", key->choices[0].name);
     return;
@@ -220,6 +226,10 @@ static const char *get_companion(const np_key *key) {
   const np_key *parent = np_key_get_parent(key);
   if (!parent) return "";
   if (!strcmp(parent->path, "terrain.mesh")) return strcmp(np_key_get_name(key), "file") ? ", file: a.obj" : "";
+  if (!strcmp(parent->path, "clouds[].bake.shape.mesh"))
+    return strcmp(np_key_get_name(key), "file") ? ", file: a.obj" : "";
+  if (!strcmp(parent->path, "clouds[].bake.shape.height_map"))
+    return strcmp(np_key_get_name(key), "image") ? ", image: a.png" : "";
   if (!strcmp(parent->path, "clouds[].bake.map"))
     return !strcmp(np_key_get_name(key), "image")      ? ", coverage: Y"
            : !strcmp(np_key_get_name(key), "coverage") ? ", image: a.png"
@@ -239,6 +249,7 @@ static void write_document(const np_key *key, const char *value, char *out, size
   const bool needs_ridges = !strncmp(key->path, "terrain.rock.", strlen("terrain.rock.")) ||
                             !strncmp(key->path, "terrain.snow.", strlen("terrain.snow.")) ||
                             !strncmp(key->path, "terrain.raw.", strlen("terrain.raw."));
+  const bool is_of_shape = !strncmp(key->path, "clouds[].bake.shape.", strlen("clouds[].bake.shape."));
   const char *source = has_file ? ", vdb: a.#.vdb, extinction: 1" : ", bake: {}";
   snprintf(inner, sizeof inner, "%s: %s%s", np_key_get_name(key), value, get_companion(key));
   for (const np_key *section = np_key_get_parent(key); section; section = np_key_get_parent(section)) {
@@ -248,7 +259,9 @@ static void write_document(const np_key *key, const char *value, char *out, size
       snprintf(outer, sizeof outer, "%s: [{%.300s%s}]", name, inner, is_complete ? "" : source);
     else
       snprintf(outer, sizeof outer, "%s: {%.300s%s}", name, inner,
-               needs_ridges && !strcmp(name, "terrain") ? ", ridges: {}" : "");
+               needs_ridges && !strcmp(name, "terrain")                 ? ", ridges: {}"
+               : !strcmp(section->path, "clouds[].bake") && is_of_shape ? ", model: thermals"
+                                                                        : "");
     snprintf(inner, sizeof inner, "%s", outer);
   }
   const bool needs_place = key->type == NP_KEY_TIME || !strncmp(key->path, "stars.", strlen("stars."));

@@ -85,6 +85,8 @@ static const companion companions[] = {
     {"clouds[].reference_frame", "all", "clouds[0].vdb", "cloud.####.vdb"},
     {"clouds[].reference_frame", NULL, "clouds[0].position", "[0 m, 0 m, 900 m]"},
     {"clouds[].bake.map", NULL, "clouds[1].bake.map", "{image: map.exr, coverage: R, size: 300 m}"},
+    {"clouds[].bake.shape", NULL, "clouds[1].bake.model", "thermals"},
+    {"clouds[].bake.shape.mesh", NULL, "clouds[1].bake.shape", "{mesh: {file: peak.gltf}}"},
     {"terrain.rock", NULL, "terrain.rock", "{slope: 5 deg}"},
     {"terrain.snow", NULL, "terrain.snow", "{level: 100 m}"},
     {"terrain.edge", NULL, "terrain", "{heightfield: field.r16, raw: {size: [9, 9]}, width: 2 km}"},
@@ -404,25 +406,36 @@ static void write_fields(const test_fixture *f) {
   assert_int_equal(fclose(shorts) + fclose(floats) + fclose(text), 0);
 }
 
-/* A pyramid 800 m wide, in hundreds of metres: as OBJ, and as glTF, which says what is up. */
-static void write_meshes(const test_fixture *f) {
-  FILE *obj = open_file(f, "hill.obj"), *gltf = open_file(f, "hill.gltf");
-  assert_true(fputs("v -4 0 -4\nv 4 0 -4\nv 4 0 4\nv -4 0 4\nv 0 12 0\nf 5 1 2\nf 5 2 3\nf 5 3 4\nf 5 4 1\n", obj) > 0);
+/* Its triangles are four. */
+static void write_gltf(const test_fixture *f, const char *name, int vertex_count, const char *base64) {
+  FILE *file = open_file(f, name);
   assert_true(
-      fputs("{\"asset\": {\"version\": \"2.0\"}, \"scene\": 0, \"scenes\": [{\"nodes\": [0]}], \"nodes\": [{\"mesh\": "
-            "0}],"
-            "\"meshes\": [{\"primitives\": [{\"attributes\": {\"POSITION\": 0}, \"indices\": 1}]}],"
-            "\"accessors\": [{\"bufferView\": 0, \"componentType\": 5126, \"count\": 5, \"type\": \"VEC3\","
-            "\"min\": [-4, 0, -4], \"max\": [4, 12, 4]}, {\"bufferView\": 1, \"componentType\": 5123, \"count\": 12,"
-            "\"type\": \"SCALAR\"}],"
-            "\"bufferViews\": [{\"buffer\": 0, \"byteLength\": 60}, {\"buffer\": 0, \"byteOffset\": 60, "
-            "\"byteLength\": 24}],"
-            "\"buffers\": [{\"byteLength\": 84, \"uri\": \"data:application/octet-stream;base64,"
-            "AACAwAAAAAAAAIDAAACAQAAAAAAAAIDAAACAQAAAAAAAAIBAAACAwAAAAAAAAIBAAAAAAAAAQEEAAAAA"
-            "BAAAAAEABAABAAIABAACAAMABAADAAAA"
-            "\"}]}\n",
-            gltf) > 0);
-  assert_int_equal(fclose(obj) + fclose(gltf), 0);
+      fprintf(
+          file,
+          "{\"asset\": {\"version\": \"2.0\"}, \"scene\": 0, \"scenes\": [{\"nodes\": [0]}], \"nodes\": [{\"mesh\": "
+          "0}],"
+          "\"meshes\": [{\"primitives\": [{\"attributes\": {\"POSITION\": 0}, \"indices\": 1}]}],"
+          "\"accessors\": [{\"bufferView\": 0, \"componentType\": 5126, \"count\": %d, \"type\": \"VEC3\","
+          "\"min\": [-4, 0, -4], \"max\": [4, 12, 5]}, {\"bufferView\": 1, \"componentType\": 5123, \"count\": 12,"
+          "\"type\": \"SCALAR\"}],"
+          "\"bufferViews\": [{\"buffer\": 0, \"byteLength\": %d}, {\"buffer\": 0, \"byteOffset\": %d, "
+          "\"byteLength\": 24}],"
+          "\"buffers\": [{\"byteLength\": %d, \"uri\": \"data:application/octet-stream;base64,%s\"}]}\n",
+          vertex_count, 12 * vertex_count, 12 * vertex_count, 12 * vertex_count + 24, base64) > 0);
+  assert_int_equal(fclose(file), 0);
+}
+
+/* A pyramid 800 m wide, in hundreds of metres: as OBJ, and as glTF, which says what is up; and a closed one on three
+ * sides. */
+static void write_meshes(const test_fixture *f) {
+  FILE *obj = open_file(f, "hill.obj");
+  assert_true(fputs("v -4 0 -4\nv 4 0 -4\nv 4 0 4\nv -4 0 4\nv 0 12 0\nf 5 1 2\nf 5 2 3\nf 5 3 4\nf 5 4 1\n", obj) > 0);
+  assert_int_equal(fclose(obj), 0);
+  write_gltf(f, "hill.gltf", 5,
+             "AACAwAAAAAAAAIDAAACAQAAAAAAAAIDAAACAQAAAAAAAAIBAAACAwAAAAAAAAIBAAAAAAAAAQEEAAAAA"
+             "BAAAAAEABAABAAIABAACAAMABAADAAAA");
+  write_gltf(f, "peak.gltf", 4,
+             "AACAwAAAAAAAAIDAAACAQAAAAAAAAIDAAAAAAAAAAAAAAKBAAAAAAAAAEEEAAAAAAAABAAIAAAADAAEAAQADAAIAAgADAAAA");
 }
 
 static int set_up(void **state) {

@@ -3,6 +3,7 @@
 #ifndef NEPHOS_CLOUD_H
 #define NEPHOS_CLOUD_H
 
+#include <nephos/terrain.h>
 #include <nephos/volume.h>
 
 #ifdef __cplusplus
@@ -11,9 +12,9 @@ extern "C" {
 
 /** Model of the shape of a cloud. */
 typedef enum neph_cloud_model {
-  NEPH_CLOUD_MODEL_CELLS,   /**< cells that tower over a flat base: Perlin-Worley billows, Worley erosion, curl */
-  NEPH_CLOUD_MODEL_SLAB,    /**< a sheet with soft edges, of value noise: cheap, for decks, veils and streaks */
-  NEPH_CLOUD_MODEL_HERO,    /**< one cloud in the middle of the field, otherwise like thermals: needs no weather map */
+  NEPH_CLOUD_MODEL_CELLS,    /**< cells that tower over a flat base: Perlin-Worley billows, Worley erosion, curl */
+  NEPH_CLOUD_MODEL_SLAB,     /**< a sheet with soft edges, of value noise: cheap, for decks, veils and streaks */
+  NEPH_CLOUD_MODEL_HERO,     /**< one cloud in the middle of the field, otherwise like thermals: needs no weather map */
   NEPH_CLOUD_MODEL_THERMALS, /**< cumulus: thermals over a flat base, heaps of balls that stand on each other */
   NEPH_CLOUD_MODEL_FOG,      /**< fills the ground below its top: fog, and stratus in valleys */
   NEPH_CLOUD_MODEL_LENSES,   /**< stacked lenses on the waves that a ridge makes in the wind: lenticularis */
@@ -29,13 +30,49 @@ typedef enum neph_cloud_map_quantity {
   NEPH_CLOUD_MAP_BASE,          /**< of the thickness, by which the base lies higher; tops keep below the field's */
   NEPH_CLOUD_MAP_THICKNESS,     /**< of the thickness */
   NEPH_CLOUD_MAP_PRECIPITATION, /**< of the precipitation */
+  NEPH_CLOUD_MAP_AGE,           /**< of the age of thermals */
   NEPH_CLOUD_MAP_QUANTITY_COUNT
 } neph_cloud_map_quantity;
 
-enum { NEPH_CLOUD_PROFILE_POINTS = 5, NEPH_CLOUD_TRAILS_MAX = 64 };
+enum { NEPH_CLOUD_PROFILE_POINTS = 5, NEPH_CLOUD_TRAILS_MAX = 64, NEPH_CLOUD_PARTS = 3 };
 
 /** Height of the ground above the sphere, in metres, at a place of the world; called from several threads at once. */
 typedef double (*neph_height_fn)(void *user, double x_m, double y_m);
+
+/** A point of a shape, with the radius that the shape has there. */
+typedef struct neph_cloud_point {
+  double x_m, y_m, z_m; /**< from the middle of the field's base; ±1e6 */
+  double radius_m;      /**< above 0 and at most 1e6 */
+} neph_cloud_point;
+
+/** Points, of curves or each by itself. */
+typedef struct neph_cloud_points {
+  const neph_cloud_point *points; /**< borrowed */
+  size_t count;                   /**< at most NEPH_CLOUD_POINTS_MAX */
+  const size_t *ends;             /**< of curves: number of points up to the end of each, rising to `count`, borrowed */
+  size_t curve_count;             /**< 0 where points are of no curve */
+} neph_cloud_points;
+
+enum { NEPH_CLOUD_POINTS_MAX = 100000 };
+
+/** Shape that takes the place of a cloud's thermals, and on which its billows stand: the union of all that is given.
+ * Below the base it is cut. */
+typedef struct neph_cloud_shape {
+  neph_cloud_points spheres;  /**< (default none) */
+  neph_cloud_points curves;   /**< Catmull-Rom splines through points, tapered by their radii (default none) */
+  const char *mesh_file;      /**< closed mesh, read by Assimp, borrowed; NULL: none (default NULL) */
+  neph_mesh_up mesh_up;       /**< default NEPH_MESH_UP_FILE */
+  bool has_mesh_unit;         /**< else the mesh is scaled to fill the field (default false) */
+  double mesh_unit_m;         /**< length of the file's unit; > 0 (default 1) */
+  double mesh_rotation_rad;   /**< about the vertical, counter-clockwise seen from above (default 0) */
+  double mesh_position_m[3];  /**< of the middle of its bottom, from the middle of the field's base (default 0) */
+  const char *height_map;     /**< EXR or PNG of tops, from 0 to 1, borrowed; NULL: none (default NULL) */
+  const char *height_channel; /**< of it, borrowed; NULL: its first (default NULL) */
+  bool has_height_size;       /**< else it fills the field (default false) */
+  double height_size_m[2];    /**< of the picture along x and y; > 0 (default 8 km × 8 km) */
+  bool has_height;            /**< else white reaches the top of the field, less room for billows (default false) */
+  double height_m;            /**< height of white above the base; > 0 (default 1200) */
+} neph_cloud_shape;
 
 /** A procedural cloud: a weather map, a height profile, and noise, by its model. Altitudes are above sea level. */
 typedef struct neph_cloud_desc {
@@ -80,7 +117,11 @@ typedef struct neph_cloud_desc {
   /** Speed, 0 to 200, and azimuth that it comes from, of the wind at 0, ¼, ½, ¾ and 1 of the thickness (default 0;
    * 3π/2, the west). */
   double wind_speed_m_s[NEPH_CLOUD_PROFILE_POINTS], wind_direction_rad[NEPH_CLOUD_PROFILE_POINTS];
-  const char *name; /**< of this description in messages, borrowed; NULL: cloud (default NULL) */
+  neph_cloud_shape shape;                  /**< of models hero and thermals (default none) */
+  double billow_amounts[NEPH_CLOUD_PARTS]; /**< of thermals: factors on billowiness at tops, flanks, base; 0 to 2 (1) */
+  double billow_frequencies[NEPH_CLOUD_PARTS]; /**< of the largest billows there; 1 to 8 (default 1) */
+  double wisp_amounts[NEPH_CLOUD_PARTS];       /**< factors on wispiness there; 0 to 2 (default 0, 0, 1) */
+  const char *name;             /**< of this description in messages, borrowed; NULL: cloud (default NULL) */
   neph_height_fn ground_height; /**< of the ground below the field; NULL: none is known (default NULL) */
   void *ground_user;            /**< passed to it (default NULL) */
   const char *ground_id; /**< stands for the ground in files and keys of caches, borrowed; NULL: a hash of its heights
@@ -103,8 +144,10 @@ typedef struct neph_cloud_desc {
     .wind_speed_m_s = {0, 0, 0, 0, 0},                                                                                 \
     .wind_direction_rad = {4.71238898038468986, 4.71238898038468986, 4.71238898038468986, 4.71238898038468986,         \
                            4.71238898038468986},                                                                       \
-    .name = NULL, .ground_height = NULL, .ground_user = NULL, .ground_id = NULL, .ground_lift = 0, .ground_cover = 0,  \
-    .trails = 1, .trail_direction_rad = 1.57079632679489662                                                            \
+    .shape = {.mesh_unit_m = 1, .height_size_m = {8000, 8000}, .height_m = 1200}, .billow_amounts = {1, 1, 1},         \
+    .billow_frequencies = {1, 1, 1}, .wisp_amounts = {0, 0, 1}, .name = NULL, .ground_height = NULL,                   \
+    .ground_user = NULL, .ground_id = NULL, .ground_lift = 0, .ground_cover = 0, .trails = 1,                          \
+    .trail_direction_rad = 1.57079632679489662                                                                         \
   }
 
 /** Fills a description from a named preset ("cumulus_mediocris", …); fails listing the names there are.

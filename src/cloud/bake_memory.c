@@ -108,8 +108,9 @@ static bool add_level(const np_bake *bake, const np_bake_marks *marks, int level
 }
 
 static bool compute_need(const np_bake *bake, const np_bake_marks *marks, memory_need *need) {
-  const double model_bytes =
-      np_weather_map_count_bytes(&bake->model.map) + np_ball_heap_count_bytes(&bake->model.balls);
+  const double model_bytes = np_weather_map_count_bytes(&bake->model.map) +
+                             np_ball_heap_count_bytes(&bake->model.balls) +
+                             (bake->model.shape ? np_shape_grid_count_bytes(bake->model.shape) : 0);
   *need = (memory_need){.leaves = (double)marks->cloudy_count * sizeof(np_leaf),
                         .work = (double)np_bake_count_box(bake) + BATCH_BYTES + model_bytes};
   if (bake->use == NP_BAKE_FOR_BRICKS) need->bricks = count_brick_bytes(bake, marks, bake->desc.precision);

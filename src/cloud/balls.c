@@ -166,7 +166,15 @@ static bin_run get_run(const np_ball_level *level, const bin_range *range, int32
                    level->bin_begin[compute_bin_index(level, high) + 1]};
 }
 
+/* The same of the shape below all levels. */
+static float compute_shape_reach(const np_ball_heap *heap, float reach_m) {
+  float reach = reach_m;
+  for (unsigned l = 0; l < heap->level_count; l++) reach += heap->levels[l].blend_m;
+  return reach * 1.001f;
+}
+
 bool np_ball_heap_is_near(const np_ball_heap *heap, const float min_m[3], const float max_m[3], float reach_m) {
+  if (heap->shape && np_shape_grid_is_near(heap->shape, min_m, max_m, compute_shape_reach(heap, reach_m))) return true;
   for (unsigned l = 0; l < heap->level_count; l++) {
     const np_ball_level *level = &heap->levels[l];
     const float reach = compute_level_reach(heap, l, reach_m);
@@ -267,6 +275,19 @@ static void join_level(ball_search *s, const np_ball_level *level, const np_ball
   }
 }
 
+/* The shape below all levels. */
+static void take_shape(const np_shape_grid *shape, const np_ball_points *points, const np_ball_surface *out) {
+  for (size_t i = 0; i < points->count; i++) {
+    const float at_m[3] = {points->x_m[i], points->y_m[i], points->z_m[i]};
+    float normal[3];
+    out->distance_m[i] = np_shape_grid_sample(shape, at_m, out->radius_m ? normal : NULL);
+    if (out->age) out->age[i] = np_shape_compute_age(shape->age, at_m[2], shape->thickness_m);
+    if (!out->radius_m) continue;
+    out->radius_m[i] = np_shape_grid_compute_radius(shape, at_m, out->distance_m[i], normal);
+    for (int a = 0; a < 3; a++) out->normal[a][i] = normal[a];
+  }
+}
+
 static void compute_box(ball_search *s) {
   const float *at_m[3] = {s->points->x_m, s->points->y_m, s->points->z_m};
   for (int a = 0; a < 3; a++) {
@@ -291,6 +312,10 @@ bool np_ball_heap_search(const np_ball_heap *heap, const np_ball_points *points,
   for (int v = 0; v < 5; v++)
     if (values[v]) memset(values[v], 0, points->count * sizeof **values);
   compute_box(&s);
+  if (heap->shape && np_shape_grid_is_near(heap->shape, s.min_m, s.max_m, compute_shape_reach(heap, reach_m))) {
+    take_shape(heap->shape, points, out);
+    is_any = true;
+  }
   for (unsigned l = 0; l < heap->level_count; l++) {
     if (!search_level(&s, &heap->levels[l], compute_level_reach(heap, l, reach_m))) continue;
     join_level(&s, &heap->levels[l], out);

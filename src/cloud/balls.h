@@ -4,6 +4,7 @@
 #ifndef NP_CLOUD_BALLS_H
 #define NP_CLOUD_BALLS_H
 
+#include "cloud/shape_grid.h"
 #include "core/isa.h"
 #include "core/parallel.h"
 
@@ -66,6 +67,7 @@ const np_ball_table *np_ball_get_table(neph_isa isa);
 typedef struct np_ball_heap {
   neph_context *context; /* borrowed */
   const np_ball_table *kernels;
+  const np_shape_grid *shape; /* that the levels stand on, borrowed; NULL: none */
   unsigned level_count;
   np_ball_level levels[NP_BALL_LEVELS];
 } np_ball_heap;

@@ -8,6 +8,7 @@
  * go to 0 at every limit, so that none appears at once.
  */
 #include "cloud/ball_rows.h"
+#include "cloud/shape.h"
 #include "cloud/thermals.h"
 
 #include "core/math.h"
@@ -35,7 +36,8 @@ typedef struct billow_rows {
   const np_cloud_model *model;
   unsigned level;
   float spacing_m, rise_m;
-  int32_t first[3], count[3]; /* blocks of EDGE³ cells */
+  float amounts[NEPH_CLOUD_PARTS], octaves[NEPH_CLOUD_PARTS]; /* by which the largest billows are smaller */
+  int32_t first[3], count[3];                                 /* blocks of EDGE³ cells */
 } billow_rows;
 
 /* Points of a block, with a hash for each. */
@@ -81,35 +83,56 @@ static void move_to_surface(const billow_rows *rows, point_block *b) {
   rows->model->noise->perlin(&lattice, &(np_noise_points){BLOCK_POINTS, x, y, z}, b->patch);
 }
 
+/* A value of tops, flanks and base at a point of the surface. */
+static float blend_parts(const billow_rows *rows, const point_block *b, int n, const float parts[NEPH_CLOUD_PARTS]) {
+  const float top = np_smoothstepf((b->normal[2][n] - 0.1f) / 0.5f);
+  const float base = 1.0f - np_smoothstepf((b->z_m[n] / rows->model->thermals.billow_m - 0.1f) / 0.5f);
+  return np_mixf(np_mixf(parts[1], parts[0], top), parts[2], base);
+}
+
+/* Amount and billowiness of the billows at a point, and their level, counted from the largest that are not left out. */
+typedef struct billow_kind {
+  float amount, billowiness, level;
+} billow_kind;
+
+static billow_kind choose_kind(const billow_rows *rows, const point_block *b, int n) {
+  const float amount = blend_parts(rows, b, n, rows->amounts);
+  return (billow_kind){np_minf(4.0f * amount, 1.0f), (float)rows->model->desc.billowiness * amount,
+                       (float)rows->level - blend_parts(rows, b, n, rows->octaves)};
+}
+
 /* Radius, of a spacing; 0 at each limit. */
-static float compute_radius(const billow_rows *rows, const point_block *b, int n, float off_m, float up) {
+static float compute_radius(const billow_rows *rows, const point_block *b, int n, float off_m, float up,
+                            const billow_kind *kind) {
   const float spacing_m = rows->spacing_m, drawn = take(b->hash[n], 0), old = rows->level > 1 ? 0.6f * b->age[n] : 0.0f;
-  const float billowiness = (float)rows->model->desc.billowiness;
   float radius =
       0.88f * (0.34f + 0.48f * drawn * drawn * drawn) * np_mixf(0.55f, 1.0f, up) * (1.0f + 0.5f * b->patch[n]);
-  radius *= (n % CELL_POINTS ? 0.62f : 1.0f) * (1.0f - old) * (0.6f + 0.8f * billowiness);
+  radius *= (n % CELL_POINTS ? 0.62f : 1.0f) * (1.0f - old) * (0.6f + 0.8f * kind->billowiness);
   radius = np_minf(radius, 0.72f * b->radius_m[n] / spacing_m);
   radius *= 1.0f - np_smoothstepf((fabsf(off_m) / spacing_m - 0.40f) / (search_depth - 0.40f));
   radius *= np_smoothstepf((b->z_m[n] / spacing_m + 0.1f) / 0.25f);
+  radius *= np_clampf(kind->level, 0.0f, 1.0f) * kind->amount;
   return radius * np_smoothstepf((radius - 0.08f) / 0.08f);
 }
 
 /* Distance of the centre outside the surface, in radii. */
-static float compute_protrusion(const billow_rows *rows, const point_block *b, int n, float up) {
+static float compute_protrusion(const point_block *b, int n, float up, const billow_kind *kind) {
   const uint64_t hash = b->hash[n];
   float out = 0.75f * (0.2f + 1.6f * take(hash, 1)) * np_mixf(0.2f, 1.0f, up) * (1.0f - b->age[n]);
-  if (rows->level == 1) out += 0.30f * np_mixf(0.35f, 1.0f, up) * (0.5f + take(hash, 2));
-  out -= 0.85f * (float)(rows->level - 1) / 3.0f * (0.6f + 0.8f * take(hash, 3));
-  return np_minf(out * (0.5f + (float)rows->model->desc.billowiness), 0.68f);
+  const float level = np_maxf(kind->level, 1.0f), first = np_maxf(2.0f - level, 0.0f);
+  out += first * 0.30f * np_mixf(0.35f, 1.0f, up) * (0.5f + take(hash, 2));
+  out -= 0.85f * (level - 1.0f) / 3.0f * (0.6f + 0.8f * take(hash, 3));
+  return np_minf(out * (0.5f + kind->billowiness), 0.68f);
 }
 
 static neph_result add_billow(const billow_rows *rows, const point_block *b, int n, float off_m, np_ball_list *list) {
   const neph_cloud_desc *desc = &rows->model->desc;
-  if (rows->level > 2 && take(np_random_mix(b->hash[n]), 0) >= 0.35f) return NEPH_OK;
+  const billow_kind kind = choose_kind(rows, b, n);
+  if (kind.level > 2.0f && take(np_random_mix(b->hash[n]), 0) >= 0.35f) return NEPH_OK;
   const float up = np_smoothstepf((b->normal[2][n] + 0.75f) / 1.1f);
-  const float radius_m = rows->spacing_m * compute_radius(rows, b, n, off_m, up);
+  const float radius_m = rows->spacing_m * compute_radius(rows, b, n, off_m, up, &kind);
   if (!(radius_m > 0.02f * rows->spacing_m)) return NEPH_OK;
-  const float out_m = radius_m * compute_protrusion(rows, b, n, up);
+  const float out_m = radius_m * compute_protrusion(b, n, up, &kind);
   const float lift_m = rows->level < 3 ? 0.1f * radius_m * up : 0.0f;
   const float aging = 0.12f * (take(np_random_mix(b->hash[n]), 1) - 0.5f) * (float)desc->age;
   const np_ball ball = {.x_m = b->x_m[n] + out_m * b->normal[0][n],
@@ -155,10 +178,21 @@ static neph_result add_row(const void *user, size_t row, np_ball_list *list) {
   return result;
 }
 
+/* Octaves of a frequency: its logarithm to base 2, straight between the powers. */
+static float compute_octaves(double frequency) {
+  float octaves = 0.0f;
+  for (; frequency >= 2; frequency *= 0.5) octaves += 1.0f;
+  return octaves + (float)frequency - 1.0f;
+}
+
 static neph_result add_billows(np_cloud_model *model, np_monitor *monitor, unsigned level) {
   const neph_cloud_desc *desc = &model->desc;
   const float spacing_m = compute_spacing_m(model, level), block_m = EDGE * spacing_m;
   billow_rows rows = {.model = model, .level = level, .spacing_m = spacing_m};
+  for (int p = 0; p < NEPH_CLOUD_PARTS; p++) {
+    rows.amounts[p] = (float)desc->billow_amounts[p];
+    rows.octaves[p] = compute_octaves(desc->billow_frequencies[p]);
+  }
   rows.rise_m = model->turnover * model->thermals.billow_m;
   const float low_m[3] = {-0.5f * (float)desc->extent_m[0] - model->drift_m[0],
                           -0.5f * (float)desc->extent_m[1] - model->drift_m[1], -spacing_m - rows.rise_m};
@@ -175,7 +209,9 @@ neph_result np_thermals_build(np_cloud_model *model, np_monitor *monitor, unsign
   const float billow_m = model->thermals.billow_m;
   np_ball_heap_cut(&model->balls, 0);
   if (model->is_empty) return NEPH_OK;
-  neph_result result = np_thermals_add_stacks(model, monitor, thermal_blend * billow_m, 0.5f * billow_m);
+  const bool has_shape = np_cloud_desc_has_shape(&model->desc);
+  neph_result result = (has_shape ? np_shape_add_balls
+                                  : np_thermals_add_stacks)(model, monitor, thermal_blend * billow_m, 0.5f * billow_m);
   for (unsigned level = 1; level < level_count && !result; level++) result = add_billows(model, monitor, level);
   return result;
 }

@@ -121,6 +121,7 @@ np_cloud_column np_cloud_column_compute(const np_cloud_model *model, float x_m, 
   c.base_m = top_m * sample_plane(model, NEPH_CLOUD_MAP_BASE, c.x_m, c.y_m, 0.0f);
   c.thickness_m = np_minf(top_m * sample_plane(model, NEPH_CLOUD_MAP_THICKNESS, c.x_m, c.y_m, 1.0f), top_m - c.base_m);
   c.type = (float)desc->type * sample_plane(model, NEPH_CLOUD_MAP_TYPE, c.x_m, c.y_m, 1.0f);
+  c.age = (float)desc->age * sample_plane(model, NEPH_CLOUD_MAP_AGE, c.x_m, c.y_m, 1.0f);
   c.rain = sample_plane(model, NEPH_CLOUD_MAP_PRECIPITATION, c.x_m, c.y_m, 1.0f);
   return c;
 }

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "cloud/cloud_kinds.h"
+#include "cloud/shape.h"
 #include "core/alloc.h"
 #include "core/json.h"
 
@@ -53,6 +54,9 @@ static const real_field fields[] = {
     FIELD(ground_lift, "ground_lift", "", 1, 0, 1, INCLUSIVE),
     FIELD(ground_cover, "ground_cover", "", 1, -1, 1, INCLUSIVE),
     FIELD(trail_direction_rad, "trail_direction", " rad", 1, -7, 7, INCLUSIVE),
+    FIELD(billow_amounts, "billow_amounts", "", NEPH_CLOUD_PARTS, 0, 2, INCLUSIVE),
+    FIELD(billow_frequencies, "billow_frequencies", "", NEPH_CLOUD_PARTS, 1, 8, INCLUSIVE),
+    FIELD(wisp_amounts, "wisp_amounts", "", NEPH_CLOUD_PARTS, 0, 2, INCLUSIVE),
 };
 
 /* Files may lack the fields from `age` on, which then have their defaults. */
@@ -118,7 +122,8 @@ static neph_result check_map(neph_context *context, const neph_cloud_desc *desc)
   while (q < NEPH_CLOUD_MAP_QUANTITY_COUNT && !desc->map_channels[q]) q++;
   if (desc->map_file && q == NEPH_CLOUD_MAP_QUANTITY_COUNT)
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
-                   "%s.map uses no channel of %s, must have one for coverage, type, base, thickness or precipitation",
+                   "%s.map uses no channel of %s, must have one for coverage, type, base, thickness, precipitation "
+                   "or age",
                    np_cloud_desc_name(desc), desc->map_file);
   if (!desc->map_file && q < NEPH_CLOUD_MAP_QUANTITY_COUNT)
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
@@ -134,6 +139,7 @@ neph_result np_cloud_desc_read(neph_context *context, const neph_cloud_desc *des
   if (!result) result = check_model(context, out_desc);
   if (!result && out_desc->has_profile) result = check_profile(context, out_desc);
   if (!result) result = check_map(context, out_desc);
+  if (!result) result = np_shape_check(context, out_desc);
   return result;
 }
 
@@ -181,6 +187,7 @@ neph_result np_cloud_desc_to_json(neph_context *context, const neph_cloud_desc *
   np_json_put_bool(json, "is_map_tiling", desc->is_map_tiling);
   neph_result result = put_map(context, json, desc);
   if (!result) result = put_ground(context, json, desc);
+  if (!result) result = np_shape_put_json(context, json, desc);
   if (result) {
     np_json_destroy(json);
     return result;
@@ -253,6 +260,7 @@ static void free_text(neph_context *context, const char **text) {
 
 void np_cloud_desc_clear(neph_context *context, neph_cloud_desc *desc) {
   free_text(context, &desc->ground_id);
+  np_shape_clear_desc(context, desc);
   free_text(context, &desc->map_file);
   for (int q = 0; q < NEPH_CLOUD_MAP_QUANTITY_COUNT; q++) free_text(context, &desc->map_channels[q]);
 }
@@ -265,6 +273,7 @@ neph_result np_cloud_desc_from_json(neph_context *context, const char *file, con
   if (!json || !read_values(json, out_desc, bake))
     result = np_fail(context, NEPH_ERROR_BAD_FILE, "%s: nephos:params is not what this version of nephos writes", file);
   if (!result) result = read_map(context, json, out_desc);
+  if (!result) result = np_shape_read_json(context, json, out_desc);
   np_json_value_destroy(json);
   if (result) np_cloud_desc_clear(context, out_desc);
   return result;

@@ -4,7 +4,9 @@
 #include <math.h>
 
 #include "cloud/cloud_kinds.h"
+#include "cloud/shape.h"
 #include "cloud/thermals.h"
+#include "core/alloc.h"
 
 /* Mean and largest of the noises, from noise.h. */
 static const float base_mean = 0.85f, erosion_mean = 0.30f, sheet_mean = 0.5f;
@@ -242,18 +244,24 @@ static neph_result build_maps(neph_context *context, const np_weather_picture *p
   return NEPH_OK;
 }
 
+static neph_result build_map_and_waterline(neph_context *context, np_monitor *monitor, np_cloud_model *model) {
+  np_weather_picture picture;
+  if (np_cloud_desc_has_shape(&model->desc)) return np_shape_build(model, monitor);
+  neph_result result = np_weather_picture_load(context, &model->desc, &picture);
+  if (!result) result = build_maps(context, &picture, monitor, model);
+  np_weather_picture_clear(&picture);
+  return result;
+}
+
 neph_result np_cloud_model_build(neph_context *context, const neph_cloud_desc *desc, np_monitor *monitor,
                                  np_cloud_model *out_model) {
   np_cloud_model model = {.desc = *desc, .noise = np_noise_get_table(context->isa)};
   model.balls = (np_ball_heap){.context = context, .kernels = np_ball_get_table(context->isa)};
   model.lives_per_s = 1.0 / desc->lifetime_s;
-  np_weather_picture picture;
   np_cloud_desc_compute_heading(desc, model.heading);
   np_cloud_wind_set(&model);
   choose_noises(&model);
-  neph_result result = np_weather_picture_load(context, desc, &picture);
-  if (!result) result = build_maps(context, &picture, monitor, &model);
-  np_weather_picture_clear(&picture);
+  neph_result result = build_map_and_waterline(context, monitor, &model);
   set_time(&model);
   if (!result && np_cloud_model_has_thermals(&model))
     result = np_thermals_build(&model, monitor, np_thermals_count_levels(&model));
@@ -261,6 +269,7 @@ neph_result np_cloud_model_build(neph_context *context, const neph_cloud_desc *d
     np_cloud_model_clear(&model);
     return result;
   }
+  if (np_cloud_desc_has_shape(desc)) np_shape_check_billows(&model);
   model.rain_depth_m = (float)(desc->precipitation * fmax(desc->base_altitude_m, 0));
   *out_model = model;
   return NEPH_OK;
@@ -268,6 +277,11 @@ neph_result np_cloud_model_build(neph_context *context, const neph_cloud_desc *d
 
 void np_cloud_model_clear(np_cloud_model *model) {
   np_ball_heap_cut(&model->balls, 0);
+  if (model->shape) {
+    neph_context *context = model->balls.context;
+    np_shape_grid_clear(model->shape);
+    np_alloc_free(context, model->shape);
+  }
   np_weather_map_clear(&model->map);
   *model = (np_cloud_model){0};
 }

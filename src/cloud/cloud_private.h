@@ -73,6 +73,10 @@ typedef struct np_weather_picture {
 /* Weather map of a description; empty without a picture. */
 neph_result np_weather_picture_load(neph_context *context, const neph_cloud_desc *desc,
                                     np_weather_picture *out_picture);
+
+/* The height map of a shape, as the thickness. */
+neph_result np_weather_picture_load_heights(neph_context *context, const neph_cloud_shape *shape,
+                                            np_weather_picture *out_picture);
 void np_weather_picture_clear(np_weather_picture *picture); /* a zeroed picture is allowed */
 
 /* Bilinear; of a quantity that the picture has. The picture's middle lies at 0, 0, its first row in the north. */
@@ -224,7 +228,8 @@ typedef struct np_cloud_model {
   float heading[2];
   float rain_depth_m; /* below the lowest base */
   double lives_per_s;
-  np_ball_heap balls; /* of thermals and their billows; none in other models */
+  np_ball_heap balls;   /* of thermals and their billows; none in other models */
+  np_shape_grid *shape; /* of a mesh or a height map; NULL: none */
   np_thermal_noises thermals;
   np_cloud_wind wind;
   np_kind_noises kind;
@@ -256,7 +261,7 @@ void np_cloud_wind_bound(const np_cloud_model *model, float low_m, float high_m,
 typedef struct np_cloud_column {
   float x_m, y_m;        /* where it stands at the base: freed from the skew */
   float strength, anvil; /* of the tower and of the anvil, in depth: 1 in the heart of the largest cell */
-  float base_m, thickness_m, type, rain; /* of this column; `rain` is a share */
+  float base_m, thickness_m, type, rain, age; /* of this column; `rain` is a share */
 } np_cloud_column;
 
 /* The column that runs through a position of the field. */

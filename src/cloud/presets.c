@@ -121,6 +121,10 @@ neph_result neph_cloud_get_preset(neph_context *context, const char *name, neph_
   if (desc.stretch == 0) desc.stretch = defaults.stretch;
   if (!desc.has_profile) memcpy(desc.profile, defaults.profile, sizeof desc.profile);
   memcpy(desc.wind_direction_rad, defaults.wind_direction_rad, sizeof desc.wind_direction_rad);
+  desc.shape = defaults.shape;
+  memcpy(desc.billow_amounts, defaults.billow_amounts, sizeof desc.billow_amounts);
+  memcpy(desc.billow_frequencies, defaults.billow_frequencies, sizeof desc.billow_frequencies);
+  memcpy(desc.wisp_amounts, defaults.wisp_amounts, sizeof desc.wisp_amounts);
   memcpy(desc.map_size_m, defaults.map_size_m, sizeof desc.map_size_m);
   return np_desc_write(context, "neph_cloud_desc", &desc, sizeof desc, out_desc);
 }

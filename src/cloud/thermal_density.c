@@ -147,11 +147,28 @@ static void raise_base(const np_cloud_model *model, thermal_work *w) {
 
 /* Old near the base, where the cloud evaporates at its rim. */
 static void age_base(const np_cloud_model *model, thermal_work *w) {
-  const float wanted = (float)model->desc.wispiness, wispiness = wanted * (2.0f - wanted),
-              billow_m = model->thermals.billow_m;
+  const float wanted = np_minf((float)(model->desc.wispiness * model->desc.wisp_amounts[2]), 1.0f);
+  const float wispiness = wanted * (2.0f - wanted), billow_m = model->thermals.billow_m;
   for (size_t i = 0; i < w->count; i++) {
     const float low = 1.0f - np_smoothstepf((w->above_m[i] / billow_m - 0.06f) / 0.35f);
     w->age[i] = np_maxf(w->age[i], wispiness * low);
+  }
+}
+
+/* Old where tops and flanks are to have wisps. */
+static void age_parts(const np_cloud_model *model, thermal_work *w, float reach_m) {
+  const neph_cloud_desc *desc = &model->desc;
+  const float top = np_minf((float)(desc->wispiness * desc->wisp_amounts[0]), 1.0f);
+  const float flank = np_minf((float)(desc->wispiness * desc->wisp_amounts[1]), 1.0f);
+  float distance_m[NP_CLOUD_BLOCK], age[NP_CLOUD_BLOCK], radius_m[NP_CLOUD_BLOCK], normal[3][NP_CLOUD_BLOCK];
+  const np_ball_points points = {w->count, w->x_m, w->y_m, w->z_m};
+  const np_ball_surface surface = {distance_m, age, radius_m, {normal[0], normal[1], normal[2]}};
+  if (!(top > 0.0f) && !(flank > 0.0f)) return;
+  if (!np_ball_heap_search(&model->balls, &points, reach_m, &surface)) return;
+  for (size_t i = 0; i < w->count; i++) {
+    const float up = np_smoothstepf((normal[2][i] - 0.1f) / 0.5f);
+    const float high = np_smoothstepf((w->above_m[i] / model->thermals.billow_m - 0.1f) / 0.5f);
+    w->age[i] += (1.0f - w->age[i]) * np_mixf(flank, top, up) * high;
   }
 }
 
@@ -263,6 +280,7 @@ static void eval_run(const np_cloud_model *model, thermal_work *w, float *out_ex
   const np_ball_points points = {w->count, w->x_m, w->y_m, w->z_m};
   const np_ball_surface surface = {.distance_m = w->distance_m, .age = w->age};
   if (!np_ball_heap_search(&model->balls, &points, gain_m + warp_m, &surface)) return;
+  age_parts(model, w, gain_m + warp_m);
   size_t kept = 0;
   for (size_t i = 0; i < w->count; i++)
     if (w->distance_m[i] < gain_m + warp_m) keep(w, i, kept++);

@@ -76,13 +76,12 @@ typedef struct life {
   float vigour, age;
 } life;
 
-static life compute_life(const np_cloud_model *model, np_random *random) {
+static life compute_life(const np_cloud_model *model, float wanted, np_random *random) {
   const double lives = model->desc.time_s * model->lives_per_s;
   const double phase = (double)take(random) + (0.35 + 0.3 * (double)take(random)) * lives;
   const float turn = (float)(phase - floor(phase));
   const float grown = np_smoothstepf(turn / 0.35f) * (1.0f - np_smoothstepf((turn - 0.6f) / 0.4f));
   const float aged = np_smoothstepf((turn - 0.35f) / 0.45f) * (1.0f - np_smoothstepf((turn - 0.88f) / 0.12f));
-  const float wanted = (float)model->desc.age;
   return (life){grown,
                 np_clampf(aged * np_minf(2.0f * wanted, 1.0f) + np_maxf(2.0f * wanted - 1.0f, 0.0f), 0.0f, 1.0f)};
 }
@@ -91,6 +90,7 @@ typedef struct thermal {
   const thermal_kind *kind;
   const np_cloud_model *model;
   float x_m, y_m, base_m, top_m, head_m, age;
+  float aging;          /* of the foot against the top */
   float lean_x, lean_y; /* of the top */
   np_random random;
 } thermal;
@@ -129,7 +129,7 @@ static bool draw_thermal(const np_cloud_model *model, const thermal_kind *kind, 
       np_minf(compute_border(model, t.x_m, t.y_m), compute_border(model, t.x_m + shift_m[0], t.y_m + shift_m[1]));
   const float presence = compute_presence(kind, column.strength) * border;
   if (!(presence > 0.02f)) return false;
-  const life l = compute_life(model, &random);
+  const life l = compute_life(model, column.age, &random);
   const float drawn = take(&random);
   const float vigour =
       np_mixf(l.vigour * (0.35f + 0.65f * drawn), 1.0f, np_smoothstepf((column.strength - 0.7f) / 0.3f));
@@ -139,8 +139,9 @@ static bool draw_thermal(const np_cloud_model *model, const thermal_kind *kind, 
   t.head_m = np_minf(t.head_m, 0.5f * ceiling_m);
   t.base_m = column.base_m;
   t.top_m = np_maxf(height * ceiling_m, 1.5f * t.head_m);
-  const float fresh = np_smoothstepf((height - 0.35f) / 0.3f) * (1.0f - (float)desc->age);
-  t.age = kind->outline > 0.0f ? l.age * (1.0f - 0.8f * fresh) : np_maxf(l.age, 0.6f * (float)desc->age + 0.3f);
+  const float fresh = np_smoothstepf((height - 0.35f) / 0.3f) * (1.0f - column.age);
+  t.age = kind->outline > 0.0f ? l.age * (1.0f - 0.8f * fresh) : np_maxf(l.age, 0.6f * column.age + 0.3f);
+  t.aging = 0.15f * column.age;
   draw_direction(&random, &t.lean_x, &t.lean_y);
   t.lean_x = 0.08f * t.top_m * (t.lean_x + model->heading[0]);
   t.lean_y = 0.08f * t.top_m * (t.lean_y + model->heading[1]);
@@ -195,8 +196,7 @@ static neph_result add_thermal(np_ball_list *list, thermal *t) {
     head.x_m = t->lean_x * s * s + stray_m * (take(&t->random) - 0.5f);
     head.y_m = t->lean_y * s * s + stray_m * (take(&t->random) - 0.5f);
     head.z_m = foot_m + s * rise_m;
-    result = add_ball(list, t, head.x_m, head.y_m, head.z_m, radius_m,
-                      t->age + 0.15f * (float)t->model->desc.age * (1.0f - s));
+    result = add_ball(list, t, head.x_m, head.y_m, head.z_m, radius_m, t->age + t->aging * (1.0f - s));
   }
   return result || !t->kind->has_crown ? result : add_crown(list, t, &head);
 }

@@ -18,7 +18,8 @@ static const char *const quantity_names[NEPH_CLOUD_MAP_QUANTITY_COUNT] = {[NEPH_
                                                                           [NEPH_CLOUD_MAP_BASE] = "base",
                                                                           [NEPH_CLOUD_MAP_THICKNESS] = "thickness",
                                                                           [NEPH_CLOUD_MAP_PRECIPITATION] =
-                                                                              "precipitation"};
+                                                                              "precipitation",
+                                                                          [NEPH_CLOUD_MAP_AGE] = "age"};
 
 const char *np_cloud_map_quantity_get_name(neph_cloud_map_quantity quantity) { return quantity_names[quantity]; }
 
@@ -31,39 +32,42 @@ static void list_channels(const neph_image *image, char *out, size_t size) {
 
 /* Values that are no share of anything are named with their place, counted from the top left. */
 static neph_result check_values(neph_context *context, const char *file, const char *channel, const float *values,
-                                const neph_image *image) {
+                                const neph_image *image, const char *purpose) {
   const size_t width = neph_image_get_width(image), count = width * neph_image_get_height(image);
   for (size_t i = 0; i < count; i++)
     if (!(values[i] >= 0.0f && values[i] <= 1.0f))
       return np_fail(context, NEPH_ERROR_BAD_FILE,
-                     "%s: channel %s is %g at column %zu, row %zu, must be in [0, 1] in a weather map", file, channel,
-                     (double)values[i], i % width, i / width);
+                     "%s: channel %s is %g at column %zu, row %zu, must be in [0, 1] in a %s", file, channel,
+                     (double)values[i], i % width, i / width, purpose);
   return NEPH_OK;
+}
+
+/* `purpose` is that of the picture, `quantity` that of the channel. */
+static neph_result choose_channel(neph_context *context, const char *file, const char *channel, const char *purpose,
+                                  const char *quantity, neph_image *image, const float **out_values) {
+  *out_values = neph_image_get_channel(image, channel);
+  if (*out_values) return check_values(context, file, channel, *out_values, image, purpose);
+  char list[512] = "";
+  list_channels(image, list, sizeof list);
+  return np_fail(context, NEPH_ERROR_BAD_FILE, "%s: has no channel %s for the %s's %s, must be one of %s", file,
+                 channel, purpose, quantity, list);
 }
 
 static neph_result choose_channels(neph_context *context, const neph_cloud_desc *desc, np_weather_picture *picture) {
-  for (int q = 0; q < NEPH_CLOUD_MAP_QUANTITY_COUNT; q++) {
-    const char *channel = desc->map_channels[q];
-    if (!channel) continue;
-    picture->values[q] = neph_image_get_channel(picture->image, channel);
-    if (!picture->values[q]) {
-      char list[512] = "";
-      list_channels(picture->image, list, sizeof list);
-      return np_fail(context, NEPH_ERROR_BAD_FILE, "%s: has no channel %s for the weather map's %s, must be one of %s",
-                     desc->map_file, channel, quantity_names[q], list);
-    }
-    neph_result result = check_values(context, desc->map_file, channel, picture->values[q], picture->image);
-    if (result) return result;
-  }
-  return NEPH_OK;
+  neph_result result = NEPH_OK;
+  for (int q = 0; q < NEPH_CLOUD_MAP_QUANTITY_COUNT && !result; q++)
+    if (desc->map_channels[q])
+      result = choose_channel(context, desc->map_file, desc->map_channels[q], "weather map", quantity_names[q],
+                              picture->image, &picture->values[q]);
+  return result;
 }
 
-static neph_result load_image(neph_context *context, const char *file, neph_image **out_image) {
+static neph_result load_image(neph_context *context, const char *file, const char *purpose, neph_image **out_image) {
   const char *slash = strrchr(file, '/'), *name = slash ? slash + 1 : file, *ending = strrchr(name, '.');
   if (!np_file_exists(file)) return np_fail(context, NEPH_ERROR_NOT_FOUND, "%s: no such file", file);
   if (ending && !strcasecmp(ending, ".png")) return neph_image_load_png(context, file, out_image);
   if (ending && !strcasecmp(ending, ".exr")) return neph_image_load_exr(context, file, out_image);
-  return np_fail(context, NEPH_ERROR_UNSUPPORTED, "%s: weather maps are read from .exr and .png, not from \"%s\"", file,
+  return np_fail(context, NEPH_ERROR_UNSUPPORTED, "%s: %ss are read from .exr and .png, not from \"%s\"", file, purpose,
                  ending ? ending : name);
 }
 
@@ -71,7 +75,7 @@ neph_result np_weather_picture_load(neph_context *context, const neph_cloud_desc
                                     np_weather_picture *out_picture) {
   *out_picture = (np_weather_picture){.is_tiling = desc->is_map_tiling};
   if (!desc->map_file) return NEPH_OK;
-  neph_result result = load_image(context, desc->map_file, &out_picture->image);
+  neph_result result = load_image(context, desc->map_file, "weather map", &out_picture->image);
   if (!result) result = choose_channels(context, desc, out_picture);
   if (result) {
     np_weather_picture_clear(out_picture);
@@ -79,6 +83,19 @@ neph_result np_weather_picture_load(neph_context *context, const neph_cloud_desc
   }
   for (int i = 0; i < 2; i++) out_picture->size_m[i] = desc->has_map_size ? desc->map_size_m[i] : desc->extent_m[i];
   return NEPH_OK;
+}
+
+neph_result np_weather_picture_load_heights(neph_context *context, const neph_cloud_shape *shape,
+                                            np_weather_picture *out_picture) {
+  const float **values = &out_picture->values[NEPH_CLOUD_MAP_THICKNESS];
+  *out_picture = (np_weather_picture){.size_m = {shape->height_size_m[0], shape->height_size_m[1]}};
+  neph_result result = load_image(context, shape->height_map, "height map", &out_picture->image);
+  if (result) return result;
+  const char *channel =
+      shape->height_channel ? shape->height_channel : neph_image_get_channel_name(out_picture->image, 0);
+  result = choose_channel(context, shape->height_map, channel, "height map", "heights", out_picture->image, values);
+  if (result) np_weather_picture_clear(out_picture);
+  return result;
 }
 
 void np_weather_picture_clear(np_weather_picture *picture) {

@@ -151,7 +151,11 @@ static neph_result note_reference(const neph_scene *scene, unsigned index, const
 static neph_result open_cloud(const neph_scene *scene, unsigned index, np_plan *plan) {
   const np_scene_cloud *cloud = &scene->clouds[index];
   neph_result result = open_phase_table(scene, cloud);
-  if (result || cloud->is_baked || cloud->volume) return result ? result : open_picture(scene, cloud->bake.map_file);
+  if (!result && (cloud->is_baked || cloud->volume)) {
+    result = open_picture(scene, cloud->bake.map_file);
+    return result ? result : open_picture(scene, cloud->bake.shape.height_map);
+  }
+  if (result) return result;
   np_grid_state state;
   double number;
   result = open_frame(scene, index, plan->desc.frame, &number, &state);

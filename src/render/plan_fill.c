@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "cloud/shape.h"
 #include "core/alloc.h"
 #include "core/hash.h"
 #include "render/placement.h"
@@ -47,6 +48,7 @@ static neph_result compute_key(const neph_scene *scene, const np_plan *plan, cha
     if (!scene->clouds[i].is_baked) continue;
     neph_cloud_desc bake = np_scene_cloud_get_frame(&scene->clouds[i], plan->desc.frame);
     np_hash_add_file(hash, bake.map_file);
+    np_shape_add_hash(hash, &bake.shape);
     for (int m = 0; m < NEPH_CLOUD_MAP_QUANTITY_COUNT; m++) {
       np_hash_add_text(hash, bake.map_channels[m]);
       bake.map_channels[m] = NULL;

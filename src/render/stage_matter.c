@@ -254,6 +254,8 @@ static bool add_volumes_key(const np_stage_part *in, np_hash *key) {
   if (!cloud->is_baked || own->source != NP_CLOUD_SOURCE_BAKE || !own->hash[0]) return false;
   np_hash_add_text(key, own->hash);
   np_hash_add_file(key, cloud->bake.map_file);
+  np_hash_add_file(key, cloud->bake.shape.mesh_file);
+  np_hash_add_file(key, cloud->bake.shape.height_map);
   return true;
 }
 

@@ -10,6 +10,7 @@
 #include "core/file.h"
 #include "core/path_map.h"
 #include "scene/cloud_places.h"
+#include "scene/scene_points.h"
 #include "scene/sequence.h"
 #include "volume/instance.h"
 #include "terrain/terrain_private.h"
@@ -216,6 +217,9 @@ static neph_result apply_value(key_applier *applier, const np_key *key, void *ba
     return apply_preset(applier, key, base, node);
   case NP_KEY_ROWS:
     return np_scene_air_read_rows(applier->problems, applier->path, key, node, get_rows_field(key, base));
+  case NP_KEY_POINTS:
+  case NP_KEY_CURVES:
+    return np_scene_points_read(applier->problems, applier->path, key, node, np_scene_points_get(key, base));
   case NP_KEY_TRACKS:
     return NEPH_OK;
   case NP_KEY_SECTION:
@@ -480,11 +484,13 @@ neph_result np_scene_apply(neph_scene *scene, np_scene_problems *problems) {
   return result;
 }
 
-/* The texts of a list's element, or, for NULL, of the scene itself. */
+/* The texts and points of a list's element, or, for NULL, of the scene itself. */
 static void clear_texts(neph_context *context, const np_key *list, void *base) {
   for (size_t i = 0; i < np_key_count(); i++) {
     const np_key *key = np_key_get(i);
-    if (!np_key_is_text(key) || np_key_get_list(key) != list) continue;
+    if (np_key_get_list(key) != list) continue;
+    if (np_key_is_points(key)) np_scene_points_clear(context, np_scene_points_get(key, base));
+    if (!np_key_is_text(key)) continue;
     np_alloc_free(context, *get_text_field(key, base));
     *get_text_field(key, base) = NULL;
   }

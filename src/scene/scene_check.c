@@ -128,7 +128,7 @@ static neph_result check_name(const neph_scene *scene, unsigned index, const np_
 static neph_result check_map(const neph_scene *scene, unsigned index, const np_node *node,
                              np_scene_problems *problems) {
   (void)scene;
-  static const char *const quantities[] = {"coverage", "type", "base", "thickness", "precipitation"};
+  static const char *const quantities[] = {"coverage", "type", "base", "thickness", "precipitation", "age"};
   const np_node *bake = np_node_search(node, "bake"), *map = bake ? np_node_search(bake, "map") : NULL;
   if (!map || map->kind != NP_NODE_MAPPING) return NEPH_OK;
   if (!np_node_search(map, "image"))
@@ -137,8 +137,30 @@ static neph_result check_map(const neph_scene *scene, unsigned index, const np_n
     if (np_node_search(map, quantities[i])) return NEPH_OK;
   return np_scene_fail_at(problems, map,
                           "clouds[%u].bake.map uses no channel of its image, must have one of coverage, type, base, "
-                          "thickness, precipitation",
+                          "thickness, precipitation, age",
                           index);
+}
+
+/* Contents of its files are seen when they are read. */
+static neph_result check_shape(const neph_scene *scene, unsigned index, const np_node *node,
+                               np_scene_problems *problems) {
+  const neph_cloud_desc *desc = &scene->clouds[index].bake;
+  const np_node *bake = np_node_search(node, "bake"), *shape = bake ? np_node_search(bake, "shape") : NULL;
+  if (!shape || shape->kind != NP_NODE_MAPPING) return NEPH_OK;
+  const np_node *mesh = np_node_search(shape, "mesh"), *heights = np_node_search(shape, "height_map");
+  if (mesh && !desc->shape.mesh_file)
+    return np_scene_fail_at(problems, mesh, "clouds[%u].bake.shape.mesh has no file, must name a closed mesh", index);
+  if (heights && !desc->shape.height_map)
+    return np_scene_fail_at(problems, heights, "clouds[%u].bake.shape.height_map has no image, must name an EXR or PNG",
+                            index);
+  if (!shape->first)
+    return np_scene_fail_at(problems, shape,
+                            "clouds[%u].bake.shape is empty, must have spheres, curves, mesh or height_map", index);
+  if (desc->model == NEPH_CLOUD_MODEL_THERMALS || desc->model == NEPH_CLOUD_MODEL_HERO) return NEPH_OK;
+  return np_scene_fail_at(problems, shape,
+                          "clouds[%u].bake.shape goes with model: thermals or hero, whose billows stand on it: set "
+                          "clouds[%u].bake.model",
+                          index, index);
 }
 
 static neph_result check_top(const neph_scene *scene, unsigned index, const np_node *node,
@@ -191,7 +213,7 @@ static neph_result check_places(const neph_scene *scene, unsigned index, const n
 
 static neph_result check_clouds(const neph_scene *scene, np_scene_problems *problems) {
   static neph_result (*const cloud_checks[])(const neph_scene *, unsigned, const np_node *, np_scene_problems *) = {
-      check_source, check_reference_frame, check_scale,    check_name,  check_map,
+      check_source, check_reference_frame, check_scale,    check_name,  check_map, check_shape,
       check_top,    check_profile,         check_emission, check_places};
   const np_node *list = np_node_search(scene->document, "clouds");
   const np_node *node = list ? list->first : NULL;

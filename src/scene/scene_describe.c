@@ -6,6 +6,7 @@
 #include "core/alloc.h"
 #include "core/json.h"
 #include "scene/scene_apply.h"
+#include "scene/scene_points.h"
 #include "scene/text_builder.h"
 
 /* ---- Which keys are in force ---- */
@@ -74,6 +75,7 @@ static bool is_in_force(const np_key *key, const void *base) {
   if (np_key_is_text(key)) return load_text(key, base);
   if (key->type == NP_KEY_SECTION) return is_word_for_section(key, base);
   if (key->type == NP_KEY_LIST || key->type == NP_KEY_TRACKS) return false;
+  if (np_key_is_points(key)) return np_scene_points_get(key, base)->count;
   if (key->type == NP_KEY_FLAGS) return load_unsigned(base, key->field);
   if (key->group && key->tag.size) return is_tag_set(key, base);
   if (key->group && is_excluded_by_text(key, base)) return false;
@@ -166,6 +168,10 @@ static void add_value(np_text *out, const np_key *key, const void *base) {
     return;
   case NP_KEY_ROWS:
     add_rows(out, base, key);
+    return;
+  case NP_KEY_POINTS:
+  case NP_KEY_CURVES:
+    np_scene_points_add(out, np_scene_points_get(key, base));
     return;
   case NP_KEY_TIME:
     np_text_add(out, "%s", load_text(key, base));

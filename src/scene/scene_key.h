@@ -19,6 +19,8 @@ typedef enum np_key_type {
   NP_KEY_TIME,    /* ISO 8601 */
   NP_KEY_PRESET,  /* names a description that fills its whole section before any other key does */
   NP_KEY_ROWS,    /* np_scene_rows: a list of pairs */
+  NP_KEY_POINTS,  /* neph_cloud_points: a list of points with radii */
+  NP_KEY_CURVES,  /* the same: a list of such lists */
   NP_KEY_TRACKS   /* animate: read before any other key (animation.h) */
 } np_key_type;
 

@@ -62,6 +62,8 @@ const np_key *np_key_get_list(const np_key *key) {
   return NULL;
 }
 
+bool np_key_is_points(const np_key *key) { return key->type == NP_KEY_POINTS || key->type == NP_KEY_CURVES; }
+
 bool np_key_is_text(const np_key *key) {
   return key->type == NP_KEY_TEXT || key->type == NP_KEY_FILE || key->type == NP_KEY_TIME || key->type == NP_KEY_PRESET;
 }
@@ -86,6 +88,8 @@ unsigned np_key_count_values(const np_key *key) {
   case NP_KEY_TIME:
   case NP_KEY_PRESET:
   case NP_KEY_ROWS:
+  case NP_KEY_POINTS:
+  case NP_KEY_CURVES:
   case NP_KEY_TRACKS:
     break;
   }

@@ -20,12 +20,24 @@
   { -0.999999, 0.999999 }
 
 /* Groups of keys that exclude each other. */
-enum { GROUP_SUN = 1, GROUP_DENSITY, GROUP_PHASE, GROUP_TERRAIN, GROUP_PROFILE, GROUP_TOP, GROUP_ALBEDO, GROUP_PLACE };
+enum {
+  GROUP_SUN = 1,
+  GROUP_DENSITY,
+  GROUP_PHASE,
+  GROUP_TERRAIN,
+  GROUP_PROFILE,
+  GROUP_TOP,
+  GROUP_ALBEDO,
+  GROUP_PLACE,
+  GROUP_SHAPE
+};
 
 extern const np_choice np_booleans[]; /* false, true */
+extern const np_choice np_mesh_ups[];
 
 np_key_table np_keys_get_camera(void);
 np_key_table np_keys_get_clouds(void);
+np_key_table np_keys_get_shape(void);
 np_key_table np_keys_get_quality(void);
 np_key_table np_keys_get_output(void);
 np_key_table np_keys_get_frames(void);

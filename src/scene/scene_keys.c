@@ -33,7 +33,7 @@ static const np_choice height_encodings[] = {{"values", NEPH_HEIGHT_ENCODING_VAL
 static const np_choice raw_types[] = {
     {"uint16", NEPH_RAW_TYPE_UINT16}, {"int16", NEPH_RAW_TYPE_INT16}, {"float32", NEPH_RAW_TYPE_FLOAT32}, {NULL, 0}};
 static const np_choice byte_orders[] = {{"little", 0}, {"big", 1}, {NULL, 0}};
-static const np_choice mesh_ups[] = {
+const np_choice np_mesh_ups[] = {
     {"file", NEPH_MESH_UP_FILE}, {"y", NEPH_MESH_UP_Y}, {"z", NEPH_MESH_UP_Z}, {NULL, 0}};
 static const np_choice mesh_pivots[] = {{"base", NEPH_MESH_PIVOT_BASE},
                                         {"center", NEPH_MESH_PIVOT_CENTER},
@@ -291,7 +291,7 @@ static const np_key last_keys[] = {
      .meaning = "triangles beside the height field or the ridges, or alone"},
     {.path = "terrain.mesh.file", .type = NP_KEY_FILE, .is_input = true, .field = SCENE(terrain.mesh_file),
      .meaning = "glTF, OBJ, PLY, STL, FBX or COLLADA, by Assimp"},
-    {.path = "terrain.mesh.up", .type = NP_KEY_CHOICE, .choices = mesh_ups, .field = SCENE(terrain.mesh.up),
+    {.path = "terrain.mesh.up", .type = NP_KEY_CHOICE, .choices = np_mesh_ups, .field = SCENE(terrain.mesh.up),
      .fallback = "file",
      .meaning = "axis of the file that points up; file: y in glTF, others do not say it and ask for this key. With y, "
                 "the file's -z is north"},
@@ -452,17 +452,18 @@ size_t np_key_rename_count(void) { return sizeof renames / sizeof *renames; }
 const np_key_rename *np_key_rename_at(size_t index) { return &renames[index]; }
 
 /* The order of the schema. */
-enum { TABLES = 8 };
+enum { TABLES = 9 };
 
 static void fill_tables(np_key_table out[TABLES]) {
   out[0] = (np_key_table){first_keys, sizeof first_keys / sizeof *first_keys};
   out[1] = np_keys_get_camera();
   out[2] = (np_key_table){sky_keys, sizeof sky_keys / sizeof *sky_keys};
   out[3] = np_keys_get_clouds();
-  out[4] = (np_key_table){last_keys, sizeof last_keys / sizeof *last_keys};
-  out[5] = np_keys_get_quality();
-  out[6] = np_keys_get_output();
-  out[7] = np_keys_get_frames();
+  out[4] = np_keys_get_shape();
+  out[5] = (np_key_table){last_keys, sizeof last_keys / sizeof *last_keys};
+  out[6] = np_keys_get_quality();
+  out[7] = np_keys_get_output();
+  out[8] = np_keys_get_frames();
 }
 
 size_t np_key_count(void) {

@@ -159,6 +159,7 @@ typedef struct np_scene_cloud {
   char *preset; /* of the bake; NULL: none */
   neph_cloud_desc bake;
   char bake_name[24]; /* its key, for messages: "clouds[0].bake" */
+  bool has_mesh_shape, has_height_shape;
   bool has_top;       /* then the thickness of the bake follows from it */
   double top_m;
   bool has_frame_time; /* given: else by the frame rate */

@@ -113,6 +113,20 @@ static void describe_numbers(const np_key *key, char *out, size_t size) {
     append(out, size, key->word);
 }
 
+/* Values of keys whose types alone decide them; NULL of others. */
+static const char *get_values_of_type(np_key_type type) {
+  static const char *const values[] = {
+      [NP_KEY_SEED] = "a whole number from 0 to 18446744073709551615",
+      [NP_KEY_TEXT] = "a text",
+      [NP_KEY_FILE] = "a file name",
+      [NP_KEY_TIME] = "a time such as 2026-06-21T16:00Z",
+      [NP_KEY_POINTS] = "a list of points, each [x, y, z, radius], lengths in m",
+      [NP_KEY_CURVES] = "a list of curves, each a list of at least 2 points [x, y, z, radius], lengths in m",
+      [NP_KEY_TRACKS] = "a mapping from keys to lists of [frame, value]",
+  };
+  return values[type];
+}
+
 void np_key_describe_values(const np_key *key, char *out, size_t size) {
   switch (key->type) {
   case NP_KEY_SECTION:
@@ -125,26 +139,20 @@ void np_key_describe_values(const np_key *key, char *out, size_t size) {
   case NP_KEY_INTEGER:
     describe_numbers(key, out, size);
     return;
-  case NP_KEY_SEED:
-    snprintf(out, size, "a whole number from 0 to 18446744073709551615");
-    return;
   case NP_KEY_CHOICE:
     out[0] = '\0';
     break;
   case NP_KEY_FLAGS:
     snprintf(out, size, "a list of: ");
     break;
+  case NP_KEY_SEED:
   case NP_KEY_TEXT:
-    snprintf(out, size, "a text");
-    return;
   case NP_KEY_FILE:
-    snprintf(out, size, "a file name");
-    return;
   case NP_KEY_TIME:
-    snprintf(out, size, "a time such as 2026-06-21T16:00Z");
-    return;
+  case NP_KEY_POINTS:
+  case NP_KEY_CURVES:
   case NP_KEY_TRACKS:
-    snprintf(out, size, "a mapping from keys to lists of [frame, value]");
+    snprintf(out, size, "%s", get_values_of_type(key->type));
     return;
   case NP_KEY_ROWS:
     snprintf(out, size, "a list of at least 2 pairs of an altitude in m and a density in [%g, %g]", key->range.min,
@@ -270,7 +278,7 @@ static const char *get_type_name(np_key_type type) {
       [NP_KEY_INTEGER] = "integer", [NP_KEY_SEED] = "integer",  [NP_KEY_CHOICE] = "choice",
       [NP_KEY_FLAGS] = "flags",     [NP_KEY_TEXT] = "text",     [NP_KEY_FILE] = "file",
       [NP_KEY_TIME] = "time",       [NP_KEY_PRESET] = "preset", [NP_KEY_ROWS] = "rows",
-      [NP_KEY_TRACKS] = "tracks",
+      [NP_KEY_POINTS] = "points",   [NP_KEY_CURVES] = "curves", [NP_KEY_TRACKS] = "tracks",
   };
   return names[type];
 }

@@ -2,32 +2,16 @@
 #include "terrain/mesh_ground.h"
 
 #include <float.h>
-#include <strings.h>
 
 #include "core/alloc.h"
 #include "core/file.h"
 #include "core/units.h"
-#include "terrain/heightfield_files.h"
+#include "mesh/mesh_format.h"
 
 /* Beyond this from the world's origin nothing of a mesh would be seen. */
 static const double distance_max_m = 1e6;
 
 /* ---- Description ---- */
-
-static bool is_gltf(const char *path) {
-  const char *ending = np_height_files_get_ending(path);
-  return !strcasecmp(ending, ".gltf") || !strcasecmp(ending, ".glb");
-}
-
-/* Assimp reads more formats, and trusts what is in them. */
-static neph_result check_ending(neph_context *context, const char *path) {
-  static const char *const endings[] = {".gltf", ".glb", ".obj", ".ply", ".stl", ".fbx", ".dae"};
-  const char *ending = np_height_files_get_ending(path);
-  for (size_t i = 0; i < sizeof endings / sizeof *endings; i++)
-    if (!strcasecmp(ending, endings[i])) return NEPH_OK;
-  return np_fail(context, NEPH_ERROR_UNSUPPORTED,
-                 "%s: a mesh must be .gltf, .glb, .obj, .ply, .stl, .fbx or .dae: convert it", path);
-}
 
 static neph_result check_desc(neph_context *context, const char *path, const neph_mesh_desc *desc) {
   if (!(desc->unit_m > 0.0 && desc->unit_m <= 1e9))
@@ -42,9 +26,7 @@ static neph_result check_desc(neph_context *context, const char *path, const nep
     if (!(fabs(desc->position_m[axis]) <= 1e9))
       return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "terrain.mesh.position[%d] is %g m, must be within 1e9",
                      axis, desc->position_m[axis]);
-  if (desc->up != NEPH_MESH_UP_FILE || is_gltf(path)) return NEPH_OK;
-  return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
-                 "%s: the format does not say which axis points up: set terrain.mesh.up to y or z", path);
+  return np_mesh_format_check_up(context, path, desc->up, "terrain.mesh.up");
 }
 
 static neph_result read_desc(neph_context *context, const neph_terrain_desc *desc, neph_mesh_desc *out) {
@@ -52,7 +34,7 @@ static neph_result read_desc(neph_context *context, const neph_terrain_desc *des
   if (!desc->mesh_file)
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "terrain mesh_file is NULL, must name a file");
   neph_result result = np_desc_read(context, "neph_mesh_desc", &defaults, sizeof defaults, desc->mesh, out);
-  if (!result) result = check_ending(context, desc->mesh_file);
+  if (!result) result = np_mesh_format_check(context, desc->mesh_file);
   return result ? result : check_desc(context, desc->mesh_file, out);
 }
 
@@ -75,15 +57,6 @@ static np_dvec3 get_vertex(const np_mesh *mesh, size_t vertex) {
 static void set_vertex(np_mesh *mesh, size_t vertex, np_dvec3 position) {
   const np_vec3 p = np_dvec3_to_float(position);
   memcpy(mesh->positions + 3 * vertex, &p, sizeof p);
-}
-
-/* Upright, in metres, turned about the vertical. */
-static np_affine make_turn(const neph_mesh_desc *desc, const char *path) {
-  const double c = desc->unit_m * cos(desc->rotation_rad), s = desc->unit_m * sin(desc->rotation_rad);
-  const np_affine turn = {{{c, -s, 0, 0}, {s, c, 0, 0}, {0, 0, desc->unit_m, 0}}};
-  const np_affine y_to_z = {{{1, 0, 0, 0}, {0, 0, -1, 0}, {0, 1, 0, 0}}};
-  const bool is_y = desc->up == NEPH_MESH_UP_Y || (desc->up == NEPH_MESH_UP_FILE && is_gltf(path));
-  return is_y ? np_affine_compose(&turn, &y_to_z) : turn;
 }
 
 static void include_point(np_dvec3 p, np_dvec3 *low, np_dvec3 *high) {
@@ -165,7 +138,7 @@ neph_result np_mesh_ground_load(neph_context *context, const neph_terrain_desc *
   if (result) return result;
   result = np_mesh_file_load(context, desc->mesh_file, read.normals == NEPH_MESH_NORMALS_SMOOTH, &out->file);
   if (result) return result;
-  const np_affine turn = make_turn(&read, desc->mesh_file);
+  const np_affine turn = np_mesh_format_make_turn(desc->mesh_file, read.up, read.unit_m, read.rotation_rad);
   for (size_t i = 0; i < out->file.place_count; i++)
     out->file.places[i].to_file = np_affine_compose(&turn, &out->file.places[i].to_file);
   result = check_places(out, desc->mesh_file);

@@ -13,7 +13,7 @@ noise:
 volume: optics
 image:
 mesh:
-cloud: optics noise volume image
+cloud: optics noise volume image mesh
 terrain: noise image mesh
 atmosphere: optics image
 world: optics noise volume atmosphere terrain

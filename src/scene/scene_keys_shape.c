@@ -1,0 +1,52 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Keys of a cloud's given shape. */
+#include "scene/scene_key_rows.h"
+
+#define CLOUD(member)                                                                                                  \
+  { offsetof(np_scene_cloud, member), sizeof(((np_scene_cloud *)0)->member) }
+
+/* clang-format off */
+static const np_key keys[] = {
+    {.path = "clouds[].bake.shape", .type = NP_KEY_SECTION,
+     .meaning = "a shape in place of thermals, on which billows stand; below the base it is cut"},
+    {.path = "clouds[].bake.shape.spheres", .type = NP_KEY_POINTS, .unit = NP_UNIT_METRE,
+     .field = CLOUD(bake.shape.spheres),
+     .meaning = "spheres, each [x, y, z, radius]: x and y from the middle of the field, z above the base"},
+    {.path = "clouds[].bake.shape.curves", .type = NP_KEY_CURVES, .unit = NP_UNIT_METRE,
+     .field = CLOUD(bake.shape.curves),
+     .meaning = "curves, each a list of such points: a smooth line through them, as thick as their radii say"},
+    {.path = "clouds[].bake.shape.mesh", .type = NP_KEY_SECTION, .tag = CLOUD(has_mesh_shape), .tag_value = true,
+     .group = GROUP_SHAPE, .alternative = 1, .meaning = "a closed mesh"},
+    {.path = "clouds[].bake.shape.mesh.file", .type = NP_KEY_FILE, .is_input = true,
+     .field = CLOUD(bake.shape.mesh_file), .meaning = "glTF, OBJ, PLY, STL, FBX or COLLADA"},
+    {.path = "clouds[].bake.shape.mesh.up", .type = NP_KEY_CHOICE, .choices = np_mesh_ups,
+     .field = CLOUD(bake.shape.mesh_up), .fallback = "file",
+     .meaning = "axis of the file that points up; file: as glTF says, other formats do not say"},
+    {.path = "clouds[].bake.shape.mesh.unit", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE,
+     .field = CLOUD(bake.shape.mesh_unit_m), .tag = CLOUD(bake.shape.has_mesh_unit), .tag_value = true, .range = SIZE,
+     .meaning = "length of the file's unit; without it, the mesh fills the field, with room for billows"},
+    {.path = "clouds[].bake.shape.mesh.rotation", .type = NP_KEY_REAL, .unit = NP_UNIT_DEGREE,
+     .field = CLOUD(bake.shape.mesh_rotation_rad), .range = WITHIN(-360, 360), .fallback = "0 deg",
+     .meaning = "about the vertical, counter-clockwise seen from above"},
+    {.path = "clouds[].bake.shape.mesh.position", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE,
+     .field = CLOUD(bake.shape.mesh_position_m), .range = WITHIN(-1e6, 1e6), .fallback = "0 m, 0 m, 0 m",
+     .meaning = "place of the middle of its bottom, from the middle of the field's base"},
+    {.path = "clouds[].bake.shape.height_map", .type = NP_KEY_SECTION, .tag = CLOUD(has_height_shape),
+     .tag_value = true, .group = GROUP_SHAPE, .alternative = 2,
+     .meaning = "a picture of tops: 0 is clear sky, 1 the highest"},
+    {.path = "clouds[].bake.shape.height_map.image", .type = NP_KEY_FILE, .is_input = true,
+     .field = CLOUD(bake.shape.height_map), .meaning = "EXR or PNG, north up"},
+    {.path = "clouds[].bake.shape.height_map.channel", .type = NP_KEY_TEXT, .field = CLOUD(bake.shape.height_channel),
+     .meaning = "its channel; without it, the first"},
+    {.path = "clouds[].bake.shape.height_map.size", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE,
+     .field = CLOUD(bake.shape.height_size_m), .tag = CLOUD(bake.shape.has_height_size), .tag_value = true,
+     .is_grey_allowed = true, .range = WITHIN(1e-6, 1e7),
+     .meaning = "size of the picture along x and y, in the middle of the field; without it, it fills the field"},
+    {.path = "clouds[].bake.shape.height_map.height", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE,
+     .field = CLOUD(bake.shape.height_m), .tag = CLOUD(bake.shape.has_height), .tag_value = true,
+     .range = WITHIN(1e-6, 1e5),
+     .meaning = "height of 1 above the base; without it, the thickness less room for billows"},
+};
+/* clang-format on */
+
+np_key_table np_keys_get_shape(void) { return (np_key_table){keys, sizeof keys / sizeof *keys}; }
