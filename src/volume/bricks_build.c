@@ -18,10 +18,95 @@ enum { SLABS = NP_BRICK_NODE_EDGE, SLAB_CELLS = NP_BRICK_NODE_CELLS / SLABS, SLA
  * at most 9 · 2⁻²⁴ of the largest magnitude. */
 static const float rounding_margin = 0x1p-20f;
 
+/* ---- Leaves ---- */
+
+enum { ROW = NP_LEAF_EDGE, ROWS = NP_LEAF_SIZE / ROW, LEAVES_PER_PIECE = 64 };
+
+/* Bounds of rows of values, one for each place in a row. */
+typedef struct row_bounds {
+  float min[ROW], max[ROW];
+} row_bounds;
+
+static void start_rows(row_bounds *r, const float row[ROW]) {
+  memcpy(r->min, row, sizeof r->min);
+  memcpy(r->max, row, sizeof r->max);
+}
+
+static void add_row(row_bounds *r, const float row[ROW]) {
+  for (int k = 0; k < ROW; k++) r->min[k] = row[k] < r->min[k] ? row[k] : r->min[k];
+  for (int k = 0; k < ROW; k++) r->max[k] = row[k] > r->max[k] ? row[k] : r->max[k];
+}
+
+static np_brick_range unite(np_brick_range a, np_brick_range b) {
+  return (np_brick_range){a.min < b.min ? a.min : b.min, a.max > b.max ? a.max : b.max};
+}
+
+static np_brick_range get_first(const row_bounds *r) { return (np_brick_range){r->min[0], r->max[0]}; }
+
+static np_brick_range get_all(const row_bounds *r) {
+  np_brick_range range = get_first(r);
+  for (int k = 1; k < ROW; k++) range = unite(range, (np_brick_range){r->min[k], r->max[k]});
+  return range;
+}
+
+/* Magnitudes of floats are ordered as their bits are, with infinities and NaN on top. */
+static uint32_t get_magnitude_bits(float value) {
+  uint32_t bits;
+  memcpy(&bits, &value, sizeof bits);
+  return bits & 0x7fffffffu;
+}
+
+static uint32_t get_magnitude_max(const float values[NP_LEAF_SIZE]) {
+  int32_t max[ROW] = {0}; /* signed ones compare in vectors of any instruction set */
+  for (int row = 0; row < ROWS; row++)
+    for (int k = 0; k < ROW; k++) {
+      const int32_t bits = (int32_t)get_magnitude_bits(values[row * ROW + k]);
+      max[k] = bits > max[k] ? bits : max[k];
+    }
+  for (int k = 1; k < ROW; k++) max[0] = max[k] > max[0] ? max[k] : max[0];
+  return (uint32_t)max[0];
+}
+
+/* A window has all of its own leaf, and the first layer, line or value of those beyond. */
+static np_leaf_bounds bound_leaf(const float values[NP_LEAF_SIZE]) {
+  row_bounds all, first_x, first_y, line;
+  start_rows(&all, values);
+  start_rows(&first_x, values);
+  start_rows(&first_y, values);
+  start_rows(&line, values);
+  for (int row = 1; row < ROWS; row++) add_row(&all, values + row * ROW);
+  for (int row = 1; row < ROW; row++) add_row(&first_x, values + row * ROW);
+  for (int row = ROW; row < ROWS; row += ROW) add_row(&first_y, values + row * ROW);
+  return (np_leaf_bounds){{get_all(&all), get_first(&all), get_all(&first_y), get_first(&first_y), get_all(&first_x),
+                           get_first(&first_x), get_all(&line), get_first(&line)},
+                          get_magnitude_max(values)};
+}
+
+static neph_result bound_leaves(void *user, size_t begin, size_t end, unsigned thread) {
+  const np_bricks_builder *b = user;
+  (void)thread;
+  for (size_t i = begin; i < end; i++) b->bounds[i] = bound_leaf(b->grid->leaves[i].values);
+  return NEPH_OK;
+}
+
 /* ---- Windows ---- */
 
-/* Copies what one block contributes: along each axis its 8 samples, or, for a block beyond the cell, its first. */
-static void gather_block(const np_sparse_grid *grid, uint32_t block, const int beyond[3], float *window) {
+/* Copies what the cell's own block contributes. */
+static void gather_own(const np_sparse_grid *grid, uint32_t block, float *window) {
+  if (!np_block_is_leaf(block)) {
+    const float constant = np_block_get_constant(grid, block);
+    for (int n = 0; n < NP_BRICK_VOLUME; n++) window[n] = constant;
+    return;
+  }
+  const float *row = grid->leaves[block].values;
+  for (int i = 0; i < NP_BRICK_EDGE; i++)
+    for (int j = 0; j < NP_BRICK_EDGE; j++, row += ROW)
+      memcpy(window + i * NP_BRICK_STRIDE_X + j * NP_BRICK_SAMPLES, row, ROW * sizeof *row);
+}
+
+/* Copies what one block beyond the cell contributes: along each axis its 8 samples, or, where it lies beyond, its
+ * first. */
+static void gather_beyond(const np_sparse_grid *grid, uint32_t block, const int beyond[3], float *window) {
   int count[3];
   for (int a = 0; a < 3; a++) count[a] = beyond[a] ? 1 : NP_BRICK_EDGE;
   float *first = window + NP_BRICK_EDGE * (beyond[0] * NP_BRICK_STRIDE_X + beyond[1] * NP_BRICK_SAMPLES + beyond[2]);
@@ -34,20 +119,23 @@ static void gather_block(const np_sparse_grid *grid, uint32_t block, const int b
     }
 }
 
-/* The window's samples as they will be read back. */
-static void gather_window(const np_bricks_builder *b, const uint32_t blocks[8], float window[NP_BRICK_VOLUME]) {
-  for (int n = 0; n < 8; n++) gather_block(b->grid, blocks[n], (const int[3]){n >> 2, n >> 1 & 1, n & 1}, window);
-  if (b->is_half)
-    for (int n = 0; n < NP_BRICK_VOLUME; n++) window[n] = np_bricks_round(b, window[n]);
+static void gather_window(const np_sparse_grid *grid, const uint32_t blocks[8], float window[NP_BRICK_VOLUME]) {
+  gather_own(grid, blocks[0], window);
+  for (int n = 1; n < 8; n++) gather_beyond(grid, blocks[n], (const int[3]){n >> 2, n >> 1 & 1, n & 1}, window);
 }
 
-static np_brick_range compute_range(const float window[NP_BRICK_VOLUME]) {
-  np_brick_range range = {window[0], window[0]};
-  for (int n = 1; n < NP_BRICK_VOLUME; n++) {
-    range.min = window[n] < range.min ? window[n] : range.min;
-    range.max = window[n] > range.max ? window[n] : range.max;
+/* The range of a window's samples as they will be read back: rounding keeps their order. */
+static np_brick_range bound_window(const np_bricks_builder *b, const uint32_t blocks[8]) {
+  np_brick_range range = {INFINITY, -INFINITY};
+  for (int n = 0; n < 8; n++) {
+    if (np_block_is_leaf(blocks[n])) {
+      range = unite(range, b->bounds[blocks[n]].parts[n]);
+    } else {
+      const float constant = np_block_get_constant(b->grid, blocks[n]);
+      range = unite(range, (np_brick_range){constant, constant});
+    }
   }
-  return range;
+  return (np_brick_range){np_bricks_round(b, range.min), np_bricks_round(b, range.max)};
 }
 
 /* Rounding takes no interpolant of samples that are not negative below 0. */
@@ -55,10 +143,6 @@ static np_brick_range widen(np_brick_range range) {
   float margin = rounding_margin * fmaxf(fabsf(range.min), fabsf(range.max));
   float min = range.min - margin, max = range.max + margin;
   return (np_brick_range){range.min >= 0.0f && min < 0.0f ? 0.0f : min, range.max <= 0.0f && max > 0.0f ? 0.0f : max};
-}
-
-static np_brick_range unite(np_brick_range a, np_brick_range b) {
-  return (np_brick_range){a.min < b.min ? a.min : b.min, a.max > b.max ? a.max : b.max};
 }
 
 /* ---- Passes ---- */
@@ -96,9 +180,7 @@ static void classify_cell(const slab *s, int cell, uint32_t *out_brick, np_brick
     *out_range = np_bricks_get_constant_range(s->b, np_block_get_constant(grid, blocks[0]));
     return;
   }
-  float window[NP_BRICK_VOLUME];
-  gather_window(s->b, blocks, window);
-  *out_range = compute_range(window);
+  *out_range = bound_window(s->b, blocks);
   if (out_range->min == out_range->max) return;
   *out_range = widen(*out_range);
   *out_brick = 0;
@@ -139,7 +221,7 @@ static neph_result fill(void *user, size_t begin, size_t end, unsigned thread) {
       const uint32_t brick = s.node->brick[s.x * SLAB_CELLS + cell];
       if (brick == NP_BRICK_NONE) continue;
       list_blocks(&s, cell, blocks);
-      gather_window(s.b, blocks, window);
+      gather_window(s.b->grid, blocks, window);
       store_window(s.b, brick, window);
     }
   }
@@ -197,22 +279,13 @@ static neph_result allocate_bricks(np_bricks_builder *b) {
 
 /* ---- Scale ---- */
 
-/* Magnitudes of floats are ordered as their bits are, with infinities and NaN on top. */
-static uint32_t get_magnitude_bits(float value) {
-  uint32_t bits;
-  memcpy(&bits, &value, sizeof bits);
-  return bits & 0x7fffffffu;
-}
-
-static float compute_magnitude_max(const np_sparse_grid *grid) {
+static float compute_magnitude_max(const np_bricks_builder *b) {
+  const np_sparse_grid *grid = b->grid;
   uint32_t max = get_magnitude_bits(grid->background);
   for (size_t i = 0; i < grid->leaf_count; i++)
-    for (int n = 0; n < NP_LEAF_SIZE; n++) {
-      uint32_t bits = get_magnitude_bits(grid->leaves[i].values[n]);
-      max = bits > max ? bits : max;
-    }
+    max = b->bounds[i].magnitude_bits > max ? b->bounds[i].magnitude_bits : max;
   for (size_t i = 0; i < grid->tile_count; i++) {
-    uint32_t bits = get_magnitude_bits(grid->tiles[i].value);
+    const uint32_t bits = get_magnitude_bits(grid->tiles[i].value);
     max = bits > max ? bits : max;
   }
   float magnitude;
@@ -221,7 +294,7 @@ static float compute_magnitude_max(const np_sparse_grid *grid) {
 }
 
 static neph_result set_scale(np_bricks_builder *b) {
-  float max = compute_magnitude_max(b->grid);
+  float max = compute_magnitude_max(b);
   if (!isfinite(max))
     return np_fail(b->bricks->context, NEPH_ERROR_INVALID_ARGUMENT, "%s%sgrid '%s' holds values that are not finite",
                    NP_SPARSE_GRID_LABEL(b->grid));
@@ -234,11 +307,20 @@ static neph_result set_scale(np_bricks_builder *b) {
   return NEPH_OK;
 }
 
+static neph_result bound_all_leaves(np_bricks_builder *b, np_monitor *monitor) {
+  neph_context *context = b->bricks->context;
+  const size_t count = b->grid->leaf_count;
+  np_monitor_set_stage(monitor, "building bricks");
+  np_monitor_set_range(monitor, 0.0, 0.1);
+  b->bounds = np_alloc(context, count + 1, sizeof *b->bounds);
+  return b->bounds ? np_parallel_for(context, monitor, count, LEAVES_PER_PIECE, bound_leaves, b)
+                   : NEPH_ERROR_OUT_OF_MEMORY;
+}
+
 static neph_result build_nodes(np_bricks_builder *b, np_monitor *monitor) {
   np_bricks *bricks = b->bricks;
   const size_t slabs = bricks->node_count * SLABS;
-  np_monitor_set_stage(monitor, "building bricks");
-  np_monitor_set_range(monitor, 0.0, 0.5);
+  np_monitor_set_range(monitor, 0.1, 0.5);
   neph_result result = np_parallel_for(bricks->context, monitor, slabs, SLABS_PER_PIECE, classify, b);
   if (!result) number_bricks(bricks);
   if (!result) result = allocate_bricks(b);
@@ -256,11 +338,13 @@ neph_result np_bricks_build(neph_context *context, const np_sparse_grid *grid, n
     out_bricks->is_periodic[a] = period[a] != 0;
   }
   np_bricks_builder b = {.grid = grid, .bricks = out_bricks, .is_half = precision == NEPH_PRECISION_HALF};
-  neph_result result = set_scale(&b);
+  neph_result result = bound_all_leaves(&b, monitor);
+  if (!result) result = set_scale(&b);
   if (!result) result = np_bricks_build_table(&b);
   if (!result) result = build_nodes(&b, monitor);
   np_brick_lattice_clear(&b.lattice);
   np_alloc_free(context, b.place);
+  np_alloc_free(context, b.bounds);
   if (result) np_bricks_clear(out_bricks);
   return result;
 }

@@ -5,13 +5,21 @@
 
 #include "volume/brick_lattice.h"
 
+/* Bounds of a leaf's values: of what it contributes to the windows of the cells that lie before it by bits of the
+ * number, and of the bits of their magnitudes, which NaN and infinities have the largest of. */
+typedef struct np_leaf_bounds {
+  np_brick_range parts[8];
+  uint32_t magnitude_bits;
+} np_leaf_bounds;
+
 typedef struct np_bricks_builder {
   const np_sparse_grid *grid;
   np_bricks *bricks;
   bool is_half;
   float inverse_scale;
   np_brick_lattice lattice;
-  int32_t (*place)[3]; /* of each node, in the table: the first that looks like it */
+  int32_t (*place)[3];    /* of each node, in the table: the first that looks like it */
+  np_leaf_bounds *bounds; /* of each leaf */
 } np_bricks_builder;
 
 /* The value of a constant as it will be read back. */

@@ -108,21 +108,61 @@ uint64_t np_sparse_grid_count_active(const np_sparse_grid *grid) {
   return count;
 }
 
-static void extend(np_grid_extent *extent, const int32_t low[3], const int32_t high[3], float value) {
+static void extend_by_box(np_grid_extent *extent, const int32_t low[3], const int32_t high[3]) {
   for (int a = 0; a < 3; a++) {
-    if (low[a] < extent->min[a]) extent->min[a] = low[a];
-    if (high[a] > extent->max[a]) extent->max[a] = high[a];
+    extent->min[a] = low[a] < extent->min[a] ? low[a] : extent->min[a];
+    extent->max[a] = high[a] > extent->max[a] ? high[a] : extent->max[a];
   }
-  if (value < extent->value_min) extent->value_min = value;
-  if (value > extent->value_max) extent->value_max = value;
+}
+
+/* First and last of the eight bits that are set, of which there are some. */
+static void extend_by_bits(uint32_t bits, int32_t origin, int32_t *low, int32_t *high) {
+  *low = origin + __builtin_ctz(bits);
+  *high = origin + 31 - __builtin_clz(bits);
+}
+
+/* Box of the active voxels of a leaf; false where there are none. */
+static bool bound_mask(const np_leaf *leaf, int32_t low[3], int32_t high[3]) {
+  uint64_t all = 0;
+  uint32_t bits[3] = {0, 0, 0};
+  for (int i = 0; i < NP_LEAF_EDGE; i++) {
+    all |= leaf->active[i];
+    bits[0] |= (uint32_t)(leaf->active[i] != 0) << i;
+  }
+  for (int j = 0; j < NP_LEAF_EDGE; j++) {
+    const uint32_t row = (uint32_t)(all >> (8 * j)) & 0xffu;
+    bits[1] |= (uint32_t)(row != 0) << j;
+    bits[2] |= row;
+  }
+  for (int a = 0; a < 3 && all; a++) extend_by_bits(bits[a], leaf->origin[a], &low[a], &high[a]);
+  return all != 0;
+}
+
+/* In rows, which become vectors. */
+static void extend_by_values(np_grid_extent *extent, const np_leaf *leaf) {
+  static const uint32_t bit[NP_LEAF_EDGE] = {1, 2, 4, 8, 16, 32, 64, 128};
+  float min[NP_LEAF_EDGE], max[NP_LEAF_EDGE];
+  for (int k = 0; k < NP_LEAF_EDGE; k++) min[k] = INFINITY, max[k] = -INFINITY;
+  for (int row = 0; row < NP_LEAF_SIZE / NP_LEAF_EDGE; row++) {
+    const uint32_t active = (uint32_t)(leaf->active[row >> 3] >> (8 * (row & 7))) & 0xffu;
+    const float *values = leaf->values + row * NP_LEAF_EDGE;
+    for (int k = 0; k < NP_LEAF_EDGE; k++) {
+      const float low = active & bit[k] ? values[k] : INFINITY, high = active & bit[k] ? values[k] : -INFINITY;
+      min[k] = low < min[k] ? low : min[k];
+      max[k] = high > max[k] ? high : max[k];
+    }
+  }
+  for (int k = 0; k < NP_LEAF_EDGE; k++) {
+    extent->value_min = min[k] < extent->value_min ? min[k] : extent->value_min;
+    extent->value_max = max[k] > extent->value_max ? max[k] : extent->value_max;
+  }
 }
 
 static void extend_by_leaf(np_grid_extent *extent, const np_leaf *leaf) {
-  for (int n = 0; n < NP_LEAF_SIZE; n++) {
-    if (!(leaf->active[n >> 6] >> (n & 63) & 1u)) continue;
-    const int32_t at[3] = {leaf->origin[0] + (n >> 6), leaf->origin[1] + (n >> 3 & 7), leaf->origin[2] + (n & 7)};
-    extend(extent, at, at, leaf->values[n]);
-  }
+  int32_t low[3], high[3];
+  if (!bound_mask(leaf, low, high)) return;
+  extend_by_box(extent, low, high);
+  extend_by_values(extent, leaf);
 }
 
 bool np_sparse_grid_measure(const np_sparse_grid *grid, np_grid_extent *out_extent) {
@@ -132,7 +172,10 @@ bool np_sparse_grid_measure(const np_sparse_grid *grid, np_grid_extent *out_exte
     const np_tile *tile = &grid->tiles[i];
     int32_t last = tile->edge - 1;
     const int32_t high[3] = {tile->origin[0] + last, tile->origin[1] + last, tile->origin[2] + last};
-    if (tile->is_active) extend(&extent, tile->origin, high, tile->value);
+    if (!tile->is_active) continue;
+    extend_by_box(&extent, tile->origin, high);
+    extent.value_min = fminf(extent.value_min, tile->value);
+    extent.value_max = fmaxf(extent.value_max, tile->value);
   }
   bool is_any = extent.max[0] >= extent.min[0];
   *out_extent = is_any ? extent : (np_grid_extent){0};

@@ -19,6 +19,7 @@ typedef struct tally_job {
   bool is_repaired;
   float max; /* of the finite values */
   np_value_tally *tallies;
+  bool *is_plain; /* of each leaf: nothing in it is to be counted */
 } tally_job;
 
 static np_value_kind classify(float value, float max) {
@@ -35,15 +36,44 @@ static np_value_kind classify(float value, float max) {
 
 /* ---- Passes ---- */
 
+/* Bits of the least normal number and of infinity: those of plain values, which are good, are 0 or lie between. */
+static const int32_t normal_bits = 0x00800000, infinity_bits = 0x7f800000;
+
+/* Whether a leaf holds plain values alone, and their maximum. */
+static bool is_plain(const float values[NP_LEAF_SIZE], float *out_max) {
+  enum { LANES = 8 };
+  int32_t max[LANES] = {0}, odd[LANES] = {0};
+  for (int row = 0; row < NP_LEAF_SIZE; row += LANES)
+    for (int k = 0; k < LANES; k++) {
+      int32_t bits;
+      memcpy(&bits, &values[row + k], sizeof bits);
+      max[k] = bits > max[k] ? bits : max[k];
+      odd[k] |= (bits < normal_bits) & (bits != 0);
+    }
+  for (int k = 1; k < LANES; k++) {
+    max[0] = max[k] > max[0] ? max[k] : max[0];
+    odd[0] |= odd[k];
+  }
+  memcpy(out_max, &max[0], sizeof *out_max);
+  return !odd[0] && max[0] < infinity_bits;
+}
+
+static float get_finite_max(const float values[NP_LEAF_SIZE]) {
+  float max = 0.0f;
+  for (int n = 0; n < NP_LEAF_SIZE; n++)
+    if (values[n] > max && values[n] <= FLT_MAX) max = values[n];
+  return max;
+}
+
 static neph_result compute_max(void *user, size_t begin, size_t end, unsigned thread) {
   const tally_job *job = user;
-  float max = job->tallies[thread].max;
-  for (size_t leaf = begin; leaf < end; leaf++)
-    for (int n = 0; n < NP_LEAF_SIZE; n++) {
-      float value = job->grid->leaves[leaf].values[n];
-      if (value > max && value <= FLT_MAX) max = value;
-    }
-  job->tallies[thread].max = max;
+  for (size_t leaf = begin; leaf < end; leaf++) {
+    const float *values = job->grid->leaves[leaf].values;
+    float max;
+    job->is_plain[leaf] = is_plain(values, &max);
+    if (!job->is_plain[leaf]) max = get_finite_max(values);
+    job->tallies[thread].max = fmaxf(job->tallies[thread].max, max);
+  }
   return NEPH_OK;
 }
 
@@ -60,7 +90,7 @@ static void count_value(const tally_job *job, np_value_tally *t, float *value, u
 static neph_result count_leaves(void *user, size_t begin, size_t end, unsigned thread) {
   const tally_job *job = user;
   for (size_t leaf = begin; leaf < end; leaf++)
-    for (size_t n = 0; n < NP_LEAF_SIZE; n++)
+    for (size_t n = 0; n < NP_LEAF_SIZE && !job->is_plain[leaf]; n++)
       count_value(job, &job->tallies[thread], &job->grid->leaves[leaf].values[n], leaf * NP_LEAF_SIZE + n);
   return NEPH_OK;
 }
@@ -100,10 +130,11 @@ neph_result np_value_tally_count(np_sparse_grid *grid, bool is_repaired, np_moni
   tally_job job = {.grid = grid, .is_repaired = is_repaired};
   *out_tally = (np_value_tally){0};
   job.tallies = np_alloc(context, context->thread_count, sizeof *job.tallies);
-  if (!job.tallies) return NEPH_ERROR_OUT_OF_MEMORY;
-  neph_result result = count_all(&job, monitor);
-  for (unsigned n = 0; n < context->thread_count; n++) unite(out_tally, &job.tallies[n]);
+  job.is_plain = np_alloc(context, grid->leaf_count + 1, sizeof *job.is_plain);
+  neph_result result = job.tallies && job.is_plain ? count_all(&job, monitor) : NEPH_ERROR_OUT_OF_MEMORY;
+  for (unsigned n = 0; n < context->thread_count && job.tallies; n++) unite(out_tally, &job.tallies[n]);
   out_tally->max = job.max;
+  np_alloc_free(context, job.is_plain);
   np_alloc_free(context, job.tallies);
   return result;
 }
