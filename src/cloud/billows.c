@@ -18,6 +18,7 @@ enum { EDGE = 4, CELL_POINTS = 2, BLOCK_POINTS = EDGE * EDGE * EDGE * CELL_POINT
 
 static const float first_spacing = 0.71f, spacing_ratio = 0.5f;  /* of the lattices, the first in largest billows */
 static const float search_depth = 0.55f;                         /* from the surface, in spacings */
+static const float least_voxels = 0.5f;                          /* of a radius: less cannot be seen */
 static const float thermal_blend = 0.13f, billow_blend = 0.035f; /* in largest billows, and in spacings */
 
 static float compute_spacing_m(const np_cloud_model *model, unsigned level) {
@@ -106,21 +107,22 @@ static float compute_radius(const billow_rows *rows, const point_block *b, int n
                             const billow_kind *kind) {
   const float spacing_m = rows->spacing_m, drawn = take(b->hash[n], 0), old = rows->level > 1 ? 0.6f * b->age[n] : 0.0f;
   float radius =
-      0.88f * (0.34f + 0.48f * drawn * drawn * drawn) * np_mixf(0.55f, 1.0f, up) * (1.0f + 0.5f * b->patch[n]);
+      0.88f * (0.34f + 0.48f * drawn * drawn * drawn) * np_mixf(0.75f, 1.0f, up) * (1.0f + 0.5f * b->patch[n]);
   radius *= (n % CELL_POINTS ? 0.62f : 1.0f) * (1.0f - old) * (0.6f + 0.8f * kind->billowiness);
   radius = np_minf(radius, 0.72f * b->radius_m[n] / spacing_m);
   radius *= 1.0f - np_smoothstepf((fabsf(off_m) / spacing_m - 0.40f) / (search_depth - 0.40f));
   radius *= np_smoothstepf((b->z_m[n] / spacing_m + 0.1f) / 0.25f);
   radius *= np_clampf(kind->level, 0.0f, 1.0f) * kind->amount;
-  return radius * np_smoothstepf((radius - 0.08f) / 0.08f);
+  const float least = np_maxf(0.08f, least_voxels * (float)rows->model->desc.voxel_m / spacing_m);
+  return radius * np_smoothstepf((radius - least) / least);
 }
 
 /* Distance of the centre outside the surface, in radii. */
 static float compute_protrusion(const point_block *b, int n, float up, const billow_kind *kind) {
   const uint64_t hash = b->hash[n];
-  float out = 0.75f * (0.2f + 1.6f * take(hash, 1)) * np_mixf(0.2f, 1.0f, up) * (1.0f - b->age[n]);
+  float out = 0.75f * (0.2f + 1.6f * take(hash, 1)) * np_mixf(0.35f, 1.0f, up) * (1.0f - b->age[n]);
   const float level = np_maxf(kind->level, 1.0f), first = np_maxf(2.0f - level, 0.0f);
-  out += first * 0.30f * np_mixf(0.35f, 1.0f, up) * (0.5f + take(hash, 2));
+  out += first * 0.30f * np_mixf(0.5f, 1.0f, up) * (0.5f + take(hash, 2));
   out -= 0.85f * (level - 1.0f) / 3.0f * (0.6f + 0.8f * take(hash, 3));
   return np_minf(out * (0.5f + kind->billowiness), 0.68f);
 }

@@ -16,7 +16,8 @@
 
 /* In units of the cell spacing. */
 static const float cell_radius = 0.52f, swirl_size = 1.3f, swirl_reach = 0.14f, group_size = 4.3f;
-static const float group_height = 0.78f; /* times Perlin noise of standard deviation 0.17 */
+static const float cell_group_height = 0.78f; /* times Perlin noise of standard deviation 0.17 */
+static const float thermal_group_height = 1.3f, thermal_group_gain = 0.55f; /* … of many octaves */
 static const float small_spacing = 0.43f, small_height = 0.40f, turret_height = 0.22f;
 static const float shore_width = 0.35f, shore_depth = 1.2f; /* where the landscape sinks towards the field's border */
 static const float sheet_height = 2.45f;                    /* of a slab's noise, to make its range about 1 */
@@ -26,7 +27,7 @@ static const float anvil_from = 0.5f, anvil_spread = 4.0f, anvil_drag = 0.8f;
 
 /* Radius of a hero, in half the shorter side of its field. */
 static const float hero_radius = 0.8f, hero_reach = 0.62f;
-enum { HERO_PARTS = 11 };
+enum { HERO_PARTS = 11, THERMAL_GROUP_OCTAVES = 7 };
 
 typedef struct cell {
   float x, y, height;            /* centre, relative to the cell's corner */
@@ -135,10 +136,10 @@ static np_noise_lattice make_lattice(const np_landscape *land, np_cloud_stream s
                             {NP_NOISE_PERIOD_MAX, NP_NOISE_PERIOD_MAX, NP_NOISE_PERIOD_MAX}};
 }
 
-static void fill_noise(const np_landscape *land, np_cloud_stream stream, float size, unsigned octave_count,
+static void fill_noise(const np_landscape *land, np_cloud_stream stream, float size, unsigned octave_count, float gain,
                        const landscape_block *b, float *out) {
   const np_noise_lattice lattice = make_lattice(land, stream);
-  const np_noise_octaves octaves = {.count = octave_count, .gain = 0.5f};
+  const np_noise_octaves octaves = {.count = octave_count, .gain = gain};
   lattice_points at;
   const np_noise_points points = scale_points(land, b, size, &at);
   land->noise->perlin_fbm(&lattice, &octaves, &points, out);
@@ -167,7 +168,10 @@ static float compute_shore(const np_landscape *land, float x, float y) {
 
 static void fill_cells(const np_landscape *land, const landscape_block *b, float *out, float *out_anvils) {
   float group[NP_LANDSCAPE_BLOCK];
-  fill_noise(land, NP_CLOUD_STREAM_GROUPS, group_size, 2, b, group);
+  const bool has_thermals = land->model == NEPH_CLOUD_MODEL_THERMALS;
+  const float group_height = has_thermals ? thermal_group_height : cell_group_height;
+  fill_noise(land, NP_CLOUD_STREAM_GROUPS, group_size, has_thermals ? THERMAL_GROUP_OCTAVES : 2,
+             has_thermals ? thermal_group_gain : 0.5f, b, group);
   const float curvature = 1.0f / (cell_radius * cell_radius), wide = 1.0f / (1.0f + anvil_spread * land->anvil);
   const float drag = anvil_drag * land->anvil;
   const relief cells = {np_random_absorb(land->seed, NP_CLOUD_STREAM_CELLS), 1.0f, curvature, 0.0f};
@@ -194,7 +198,7 @@ static void fill_sheet(const np_landscape *land, const landscape_block *b, float
     turned.air_x[i] = (x * hx + y * hy) * (double)land->sheet_shrink;
     turned.air_y[i] = y * hx - x * hy;
   }
-  fill_noise(land, NP_CLOUD_STREAM_GROUPS, 1.0f, 4, &turned, out);
+  fill_noise(land, NP_CLOUD_STREAM_GROUPS, 1.0f, 4, 0.5f, &turned, out);
   for (size_t i = 0; i < b->count; i++) out[i] = sheet_height * out[i] - compute_shore(land, b->x[i], b->y[i]);
 }
 

@@ -19,16 +19,16 @@
 
 static const float warp_sizes[NP_THERMAL_WARPS] = {0.57f, 0.23f, 0.09f}; /* in largest billows */
 static const float warp_reach[NP_THERMAL_WARPS] = {0.085f, 0.055f,
-                                                   0.026f};   /* of the displacement, at full turbulence */
+                                                   0.018f};   /* of the displacement, at full turbulence */
 static const float warp_limit = 2.0f;                         /* of a component, over its root mean square */
 static const float detail_size = 0.19f, detail_ratio = 0.47f; /* of the first octave, in largest billows */
-static const float detail_reach = 0.30f;                      /* of an octave at erosion 1, in its own size */
-static const float crease_reach = 0.5f;                       /* of the first octave */
+static const float detail_reach = 0.45f;                      /* of an octave at erosion 1, in its own size */
+static const float crease_reach = 0.6f;                       /* of the first octave */
 static const float detail_mean = 0.30f;                       /* of Worley noise */
-static const float wisp_size = 0.27f, wisp_reach = 0.5f, wisp_outwards = 0.16f, wisp_inwards = 0.6f,
-                   wisp_offset = 0.06f;
-static const float wisp_stretch = 1.7f, wisp_lean = 0.35f; /* of the noise along the wind; by height */
-static const float crisp_edge = 0.016f, soft_edge = 0.13f; /* in largest billows */
+static const float wisp_size = 0.27f, wisp_reach = 0.5f, wisp_outwards = 0.10f, wisp_inwards = 0.6f,
+                   wisp_offset = 0.06f, wisp_gain = 0.5f;
+static const float wisp_stretch = 1.7f, wisp_lean = 0.35f;  /* of the noise along the wind; by height */
+static const float crisp_edge = 0.016f, soft_edge = 0.055f; /* in largest billows */
 static const float floor_share = 0.05f, floor_max_m = 40.0f, floor_size = 0.6f; /* of the base */
 static const float adiabatic_share = 0.4f, adiabatic_max = 1.25f; /* of the thickness, where extinction is the core's */
 static const float entrained = 0.55f;                             /* share that the oldest cloud has lost */
@@ -250,7 +250,7 @@ static void add_detail(const np_cloud_model *model, thermal_work *w) {
 /* Noise that leans with the height and is longer along the wind. */
 static void add_wisps(const np_cloud_model *model, thermal_work *w) {
   const np_thermal_noises *t = &model->thermals;
-  const np_noise_octaves octaves = {.count = t->wisp_octaves, .gain = 0.55f};
+  const np_noise_octaves octaves = {.count = t->wisp_octaves, .gain = wisp_gain};
   const np_noise_points points = scale_positions(model, w, t->wisp_size_m);
   const float *heading = model->heading;
   for (size_t i = 0; i < w->count; i++) {

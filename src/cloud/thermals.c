@@ -3,8 +3,10 @@
  *
  * The strength of the weather map at a thermal is how high its top may rise, a number of its own by how much it does,
  * and how old it is. From a broad foot it narrows to a waist and widens to a head with a crown of balls round it. Lower
- * ones between them fill the body of the cloud. Scraps, small and old, lie about the outline. Each number is a hash of
- * (seed, kind, cell, item), and radii go to 0 where a thermal ends: all of it changes steadily with time.
+ * ones between them fill the body of the cloud. Scraps stand about the outlines, the fewer the farther off: clumps of
+ * a few old balls, of which n(r) ∝ r^−2 have a radius r, as sizes of small clouds have (Neggers et al. 2003, Zhao and
+ * Di Girolamo 2007). Each number is a hash of (seed, kind, cell, item), and radii go to 0 where a thermal ends: all of
+ * it changes steadily with time.
  */
 #include "cloud/thermals.h"
 
@@ -12,7 +14,7 @@
 #include "core/random.h"
 #include "cloud/ball_rows.h"
 
-enum { STACK_MIN = 4, STACK_MAX = 14, CROWN = 5 };
+enum { STACK_MIN = 4, STACK_MAX = 14, CROWN = 5, SCRAP_MIN = 4, SCRAP_MAX = 8 };
 
 /* Lengths in largest billows. */
 typedef struct thermal_kind {
@@ -21,7 +23,7 @@ typedef struct thermal_kind {
   float radius, radius_grown; /* of the head: at the ground, and what a thermal of full height adds to it */
   float height, height_drawn; /* of the height that the map allows: at least, and at most that much more */
   float share;                /* of the cells that have one */
-  float outline;              /* strength at which it is full grown; negative: these live outside the outline */
+  float outline;              /* strength at which it is full grown; 0: these live outside the outline */
   bool has_crown;
 } thermal_kind;
 
@@ -46,19 +48,17 @@ static const thermal_kind kinds[] = {
      .share = 0.9f,
      .outline = 0.14f},
     {.stream = NP_CLOUD_STREAM_SCRAPS,
-     .spacing = 0.55f,
+     .spacing = 0.85f,
      .jitter = 0.9f,
-     .radius = 0.07f,
-     .radius_grown = 0.15f,
-     .height = 0.15f,
-     .height_drawn = 0.5f,
-     .share = 0.30f,
-     .outline = -0.05f},
+     .radius = 0.10f,
+     .radius_grown = 0.45f,
+     .share = 1.0f},
 };
 
 enum { KIND_COUNT = sizeof kinds / sizeof *kinds };
 
-static const float head_room = 0.30f; /* that billows take above a head, in largest billows */
+static const float scrap_reach = 1.2f, scrap_share = 0.8f; /* strength below the outline; of the cells at it */
+static const float head_room = 0.30f;                      /* that billows take above a head, in largest billows */
 
 static float take(np_random *random) { return np_random_float(random); }
 
@@ -103,22 +103,57 @@ static float compute_border(const np_cloud_model *model, float x_m, float y_m) {
   return np_smoothstepf((np_minf(dx, dy) - 0.15f * billow_m) / (0.75f * billow_m));
 }
 
-/* Share of the full size at a strength. */
-static float compute_presence(const thermal_kind *kind, float strength) {
-  if (kind->outline > 0.0f) return sqrtf(np_smoothstepf(strength / kind->outline));
-  const float off = (strength - 2.0f * kind->outline) / (-3.0f * kind->outline);
-  return np_smoothstepf(off * 2.0f) * (1.0f - np_smoothstepf((off - 0.5f) * 2.0f));
+static bool is_scrap(const thermal_kind *kind) { return !(kind->outline > 0.0f); }
+
+/* Share of the full size at a strength. Scraps come to a number of the cells, the more the nearer to the outline. */
+static float compute_presence(const thermal_kind *kind, float strength, float drawn) {
+  if (!is_scrap(kind)) return sqrtf(np_smoothstepf(strength / kind->outline));
+  const float near = np_smoothstepf(1.0f + strength / scrap_reach), wanted = scrap_share * near * near;
+  const float inside = np_smoothstepf(strength / 0.1f);
+  return np_smoothstepf(20.0f * (wanted - drawn)) * (1.0f - inside);
+}
+
+/* Radius of a scrap's balls together: n(r) ∝ r^−2 between two radii. */
+static float draw_scrap_radius(const thermal_kind *kind, float drawn) {
+  const float largest = kind->radius + kind->radius_grown;
+  return kind->radius / (1.0f - drawn * (1.0f - kind->radius / largest));
+}
+
+/* Height, radius and age of a thermal where the landscape has a strength; `share`: of the thickness that it allows. */
+static void grow_thermal(thermal *t, const np_cloud_column *column, float share, float presence) {
+  const np_cloud_model *model = t->model;
+  const thermal_kind *kind = t->kind;
+  const float billow_m = model->thermals.billow_m, wanted = column->age;
+  const float ceiling_m = np_maxf(column->thickness_m - head_room * billow_m, 0.6f * column->thickness_m);
+  const life l = compute_life(model, wanted, &t->random);
+  t->aging = 0.15f * wanted;
+  const float strong = np_smoothstepf((column->strength - 0.7f) / 0.3f);
+  const float vigour = np_mixf(l.vigour * (0.35f + 0.65f * take(&t->random)), 1.0f, strong);
+  const float height = share * (kind->height + kind->height_drawn * vigour), drawn = take(&t->random);
+  if (is_scrap(kind)) {
+    t->head_m = billow_m * presence * draw_scrap_radius(kind, drawn) * (0.4f + 0.6f * l.vigour);
+    t->head_m = np_minf(t->head_m, 0.5f * ceiling_m);
+    t->top_m = 1.5f * t->head_m;
+    t->age = np_maxf(l.age, 0.6f * wanted + 0.3f);
+    return;
+  }
+  const float fresh = np_smoothstepf((height - 0.35f) / 0.3f) * (1.0f - wanted);
+  t->head_m = billow_m * (kind->radius + kind->radius_grown * sqrtf(height)) * (0.85f + 0.3f * drawn) * presence;
+  t->head_m = np_minf(t->head_m, 0.5f * ceiling_m);
+  t->top_m = np_maxf(height * ceiling_m, 1.5f * t->head_m);
+  t->age = l.age * (1.0f - 0.8f * fresh);
 }
 
 /* False: there is none in this cell. */
 static bool draw_thermal(const np_cloud_model *model, const thermal_kind *kind, const int32_t at[2], thermal *out) {
   const neph_cloud_desc *desc = &model->desc;
-  const float billow_m = model->thermals.billow_m, spacing_m = kind->spacing * billow_m;
-  np_random random =
-      np_random_start(np_random_absorb(desc->seed, (uint64_t)kind->stream), 0, (uint32_t)at[0], (uint32_t)at[1], 0);
-  if (take(&random) >= kind->share) return false;
-  const float dx = kind->jitter * (take(&random) - 0.5f), dy = kind->jitter * (take(&random) - 0.5f);
+  const float spacing_m = kind->spacing * model->thermals.billow_m;
   thermal t = {.kind = kind, .model = model};
+  t.random =
+      np_random_start(np_random_absorb(desc->seed, (uint64_t)kind->stream), 0, (uint32_t)at[0], (uint32_t)at[1], 0);
+  const float drawn = take(&t.random);
+  if (drawn >= kind->share) return false;
+  const float dx = kind->jitter * (take(&t.random) - 0.5f), dy = kind->jitter * (take(&t.random) - 0.5f);
   t.x_m = ((float)at[0] + 0.5f + dx) * spacing_m + model->drift_m[0];
   t.y_m = ((float)at[1] + 0.5f + dy) * spacing_m + model->drift_m[1];
   const np_cloud_column column = np_cloud_column_compute(model, t.x_m, t.y_m, 0.0f);
@@ -127,25 +162,13 @@ static bool draw_thermal(const np_cloud_model *model, const thermal_kind *kind, 
   np_cloud_wind_shift(model, share * (float)desc->thickness_m, shift_m);
   const float border =
       np_minf(compute_border(model, t.x_m, t.y_m), compute_border(model, t.x_m + shift_m[0], t.y_m + shift_m[1]));
-  const float presence = compute_presence(kind, column.strength) * border;
+  const float presence = compute_presence(kind, column.strength, drawn) * border;
   if (!(presence > 0.02f)) return false;
-  const life l = compute_life(model, column.age, &random);
-  const float drawn = take(&random);
-  const float vigour =
-      np_mixf(l.vigour * (0.35f + 0.65f * drawn), 1.0f, np_smoothstepf((column.strength - 0.7f) / 0.3f));
-  const float height = share * (kind->height + kind->height_drawn * vigour);
-  t.head_m = billow_m * (kind->radius + kind->radius_grown * sqrtf(height)) * (0.85f + 0.3f * take(&random)) * presence;
-  const float ceiling_m = np_maxf(column.thickness_m - head_room * billow_m, 0.6f * column.thickness_m);
-  t.head_m = np_minf(t.head_m, 0.5f * ceiling_m);
   t.base_m = column.base_m;
-  t.top_m = np_maxf(height * ceiling_m, 1.5f * t.head_m);
-  const float fresh = np_smoothstepf((height - 0.35f) / 0.3f) * (1.0f - column.age);
-  t.age = kind->outline > 0.0f ? l.age * (1.0f - 0.8f * fresh) : np_maxf(l.age, 0.6f * column.age + 0.3f);
-  t.aging = 0.15f * column.age;
-  draw_direction(&random, &t.lean_x, &t.lean_y);
+  grow_thermal(&t, &column, share, presence);
+  draw_direction(&t.random, &t.lean_x, &t.lean_y);
   t.lean_x = 0.08f * t.top_m * (t.lean_x + model->heading[0]);
   t.lean_y = 0.08f * t.top_m * (t.lean_y + model->heading[1]);
-  t.random = random;
   *out = t;
   return true;
 }
@@ -180,11 +203,28 @@ static int count_stack(const np_cloud_model *model) {
   return (int)np_clampf((float)(desc->thickness_m / (0.3 * (double)model->thermals.billow_m)), STACK_MIN, STACK_MAX);
 }
 
+/* Balls of many sizes beside and on each other, flat together. */
+static neph_result add_scrap(np_ball_list *list, thermal *t) {
+  const int count = SCRAP_MIN + (int)(take(&t->random) * (SCRAP_MAX - SCRAP_MIN + 1));
+  const float rise = 1.4f - 0.6f * (float)t->model->desc.type; /* lower where strong cells alone are tall */
+  neph_result result = NEPH_OK;
+  for (int i = 0; i < count && !result; i++) {
+    float x, y;
+    draw_direction(&t->random, &x, &y);
+    const float drawn = take(&t->random), radius_m = t->head_m * (0.28f + 0.5f * drawn * drawn);
+    const float off_m = i ? t->head_m * (0.35f + 0.65f * take(&t->random)) : 0.0f;
+    const float z_m = t->model->thermals.floor_m + 0.5f * radius_m + rise * t->head_m * take(&t->random);
+    result = add_ball(list, t, x * off_m, y * off_m, z_m, radius_m, t->age);
+  }
+  return result;
+}
+
 /* From the foot to the head. */
 static neph_result add_thermal(np_ball_list *list, thermal *t) {
+  if (is_scrap(t->kind)) return add_scrap(list, t);
   const int count = count_stack(t->model);
   const float foot_m = 0.4f * t->head_m, rise_m = t->top_m - t->head_m - foot_m;
-  const float waist = t->kind->has_crown ? 0.70f : 0.95f, foot = t->kind->outline > 0.0f ? 1.12f : 0.8f;
+  const float waist = t->kind->has_crown ? 0.70f : 0.95f, foot = 1.12f;
   neph_result result = NEPH_OK;
   np_ball head = {.x_m = 0};
   for (int i = 0; i < count && !result; i++) {

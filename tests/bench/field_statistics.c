@@ -87,6 +87,17 @@ field_region *field_label_regions(int32_t width, int32_t height, const uint8_t *
 
 /* ---- Components of a volume ---- */
 
+/* Label of the cells beside a place of a plane, corners' too: of the whole ring, or of the half that comes before. */
+static int32_t join_around(const int32_t size[3], const int32_t *labels, int32_t j, int32_t k, bool is_whole, forest *f,
+                           int32_t label) {
+  for (int32_t n = 0; n < (is_whole ? 9 : 4); n++) {
+    const int32_t y = j - 1 + n / 3, z = k - 1 + n % 3;
+    if (y < 0 || z < 0 || y >= size[1] || z >= size[2]) continue;
+    label = join(f, label, labels[(size_t)y * (size_t)size[2] + (size_t)z]);
+  }
+  return label;
+}
+
 /* Labels of a plane of fixed x, from those of the one before. False: out of memory. */
 static bool label_plane(const int32_t size[3], const uint8_t *is_inside, const int32_t *before, forest *f,
                         int32_t *labels) {
@@ -95,7 +106,7 @@ static bool label_plane(const int32_t size[3], const uint8_t *is_inside, const i
       const size_t n = (size_t)j * (size_t)size[2] + (size_t)k;
       labels[n] = 0;
       if (!is_inside[n]) continue;
-      labels[n] = join(f, join(f, k ? labels[n - 1] : 0, j ? labels[n - (size_t)size[2]] : 0), before[n]);
+      labels[n] = join_around(size, labels, j, k, false, f, join_around(size, before, j, k, true, f, 0));
       if (!labels[n] && !(labels[n] = add_node(f))) return false;
     }
   return true;

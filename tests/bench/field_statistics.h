@@ -42,7 +42,8 @@ field_line field_fit_dimension(const field_region *regions, size_t count, double
 bool field_fit_spectrum(int32_t width, int32_t height, const float *values, double shortest, double longest,
                         field_line *out);
 
-/* Components of a volume, 6-connected, z fastest: cells and lowest height of each. NULL: out of memory. */
+/* Components of a volume, 26-connected as what is interpolated between its cells is; z fastest: cells and lowest height
+ * of each. NULL: out of memory. */
 typedef struct field_component {
   double volume;
   int32_t lowest;
