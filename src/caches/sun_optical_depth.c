@@ -110,6 +110,30 @@ static double bound_bytes(const np_world *world, double coarsening) {
   return bytes;
 }
 
+/* Cells of a table that any cloud may have, and for each of its bricks: large tiles, and boxes that are empty but for a
+ * stray voxel, have more. Where cells are then too coarse for the tolerance they are steep. */
+static const double cells_free = 0x1p20, cells_per_brick = 64.0;
+
+static bool has_too_many_cells(const np_world *world, double coarsening) {
+  bool has = false;
+  for (unsigned v = 0; v < world->clouds.count; v++) {
+    const np_instance *volume = &world->clouds.at[v];
+    np_sun_lattice lattice;
+    place(volume, world->to_sun, coarsening, &lattice);
+    has =
+        has || (double)count_cells(&lattice) > fmax(cells_free, cells_per_brick * (double)volume->bricks->brick_count);
+  }
+  return has;
+}
+
+static double choose_coarsening(const np_world *world, const np_sun_optical_depth_desc *desc) {
+  double coarsening = 1.0;
+  while (coarsening < 1e3 &&
+         (bound_bytes(world, coarsening) > (double)desc->bytes_max || has_too_many_cells(world, coarsening)))
+    coarsening *= 1.25;
+  return coarsening;
+}
+
 /* ---- Filling ---- */
 
 typedef struct lattice_fill {
@@ -301,8 +325,7 @@ neph_result np_sun_optical_depth_build(neph_context *context, const np_world *wo
                                        const np_sun_optical_depth_desc *desc, np_monitor *monitor,
                                        np_sun_optical_depth *out) {
   *out = (np_sun_optical_depth){.context = context, .depth_end = 16.0f / desc->rate};
-  double coarsening = 1.0;
-  while (bound_bytes(world, coarsening) > (double)desc->bytes_max && coarsening < 1e3) coarsening *= 1.25;
+  const double coarsening = choose_coarsening(world, desc);
   out->lattices = np_alloc(context, world->clouds.count, sizeof *out->lattices);
   if (!out->lattices) return NEPH_ERROR_OUT_OF_MEMORY;
   out->volume_count = world->clouds.count;
