@@ -19,12 +19,12 @@ static const char void_scene[] =
     "    albedo: 0.9\n"
     "    phase: {hg: 0.6}\n";
 
-static const char sky_scene[] =
-    "camera: {position: [0 m, -3 km, 1100 m], look_at: [0 m, 0 m, 1500 m], fov: 60 deg, resolution: [32, 18]}\n"
-    "sun: {elevation: 30 deg, azimuth: 200 deg}\n"
-    "clouds:\n"
-    "  - bake: {preset: cumulus_humilis, model: cells, seed: 4, extent: [3 km, 3 km], base: 1200 m,\n"
-    "           voxel: 90 m}\n";
+#define SKY_SCENE(bake)                                                                                                \
+  "camera: {position: [0 m, -3 km, 1100 m], look_at: [0 m, 0 m, 1500 m], fov: 60 deg, resolution: [32, 18]}\n"         \
+  "sun: {elevation: 30 deg, azimuth: 200 deg}\n"                                                                       \
+  "clouds: [{bake: {" bake ", seed: 4, extent: [3 km, 3 km], base: 1200 m, voxel: 90 m}}]\n"
+static const char sky_scene[] = SKY_SCENE("preset: cumulus_humilis, model: cells"),
+                  thermals_scene[] = SKY_SCENE("preset: cumulus_humilis");
 
 static const char even_scene[] = "camera: {position: [0, 0, 1 km], look_at: [0, 1 km, 1 km], resolution: [32, 18]}\n"
                                  "atmosphere: none\n"
@@ -145,18 +145,23 @@ static double measure_error(neph_context *context, neph_image *image, const char
   return sqrt(fmax(sum / count, 0.0));
 }
 
-/* The model of the bias is good to a factor of 1.8, one standard deviation; these pictures have 576 pixels. */
+/* The model of the bias is good to a factor of 1.8, one standard deviation; these pictures have 576 pixels. Thermals in
+ * voxels of a billow are its worst case: 2.0 and 2.3 times too much against 2048 samples a pixel; 3 is the promise. */
 static void stated_error_is_near_the_true_one(void **state) {
   (void)state;
-  static const wish rows[] = {
-      {sky_scene, NEPH_INTEGRATOR_MARCH, NEPH_MULTIPLE_SCATTERING_ORDINATES, 4, 2, 0, 3},
-      {void_scene, NEPH_INTEGRATOR_MARCH, NEPH_MULTIPLE_SCATTERING_OCTAVES, 4, 2, 0, 3},
+  static const struct {
+    wish w;
+    double factor;
+  } rows[] = {
+      {{sky_scene, NEPH_INTEGRATOR_MARCH, NEPH_MULTIPLE_SCATTERING_ORDINATES, 4, 2, 0, 3}, 2.2},
+      {{void_scene, NEPH_INTEGRATOR_MARCH, NEPH_MULTIPLE_SCATTERING_OCTAVES, 4, 2, 0, 3}, 2.2},
+      {{thermals_scene, NEPH_INTEGRATOR_MARCH, NEPH_MULTIPLE_SCATTERING_ORDINATES, 4, 2, 0, 3}, 3.0},
   };
   for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
     neph_context *context = test_context_create(2, NULL);
-    neph_image *image = render(context, &rows[i]);
-    const double stated = get_error(image).error.value, error = measure_error(context, image, rows[i].scene, 64);
-    assert_true(stated < 2.2 * error && error < 2.2 * stated);
+    neph_image *image = render(context, &rows[i].w);
+    const double stated = get_error(image).error.value, error = measure_error(context, image, rows[i].w.scene, 64);
+    assert_true(stated < rows[i].factor * error && error < rows[i].factor * stated);
     neph_image_destroy(image);
     neph_context_destroy(context);
   }

@@ -369,9 +369,10 @@ neph_result np_air_shadow_build(const np_air_visibility *visibility, const np_wo
   out->visible_fraction = np_alloc(out->context, count * PLANES, sizeof *out->visible_fraction);
   if (!out->visible_fraction) return NEPH_ERROR_OUT_OF_MEMORY;
   loss_job job = {visibility, world, ground_light, HUGE_VAL, -HUGE_VAL, out};
-  for (unsigned i = 0; i < world->clouds.count; i++) {
-    job.bottom_m = fmin(job.bottom_m, world->clouds.at[i].bottom_m);
-    job.top_m = fmax(job.top_m, world->clouds.at[i].top_m);
+  const np_instance *places = np_instances_get_places(&world->clouds);
+  for (unsigned i = 0; i < np_instances_count_places(&world->clouds); i++) {
+    job.bottom_m = fmin(job.bottom_m, places[i].bottom_m);
+    job.top_m = fmax(job.top_m, places[i].top_m);
   }
   np_monitor_set_range(monitor, 0.9, 1.0);
   neph_result result = np_parallel_for(out->context, monitor, count, 64, lose_nodes, &job);

@@ -78,10 +78,10 @@ static bool clip(const gather *g, np_dvec3 origin, np_vec3 direction, double *ou
 static float compute_source(const gather *g, const gather_direction *d, np_dvec3 position, np_spectrum *out_source) {
   const np_world *world = g->world;
   float extinction[NP_INSTANCES_MAX], scaled = 0.0f;
-  for (unsigned v = 0; v < world->clouds.count; v++) {
-    extinction[v] = np_instance_extinction(&world->clouds.at[v], position);
-    scaled += g->cache->fade[v] * extinction[v];
-  }
+  for (unsigned v = 0; v < world->clouds.count; v++)
+    extinction[v] = world->clouds.places ? 0.0f : np_instance_extinction(&world->clouds.at[v], position);
+  if (world->clouds.places) np_places_add_extinction(world->clouds.places, position, 1.0f, extinction);
+  for (unsigned v = 0; v < world->clouds.count; v++) scaled += g->cache->fade[v] * extinction[v];
   if (!(scaled > 0.0f)) return 0.0f;
   np_light_moments moments;
   np_scattering_field_gather(g->desc->scattering, position, &moments);
@@ -231,9 +231,10 @@ static void place(gather *g) {
 /* Two voxels of the finest cloud. */
 static double compute_step(const np_world *world) {
   double finest = INFINITY;
-  for (unsigned v = 0; v < world->clouds.count; v++)
+  const np_instance *places = np_instances_get_places(&world->clouds);
+  for (unsigned v = 0; v < np_instances_count_places(&world->clouds); v++)
     for (int a = 0; a < 3; a++) {
-      const double *row = world->clouds.at[v].world_to_index.m[a];
+      const double *row = places[v].world_to_index.m[a];
       finest = fmin(finest, 1.0 / np_dvec3_length(np_dvec3_make(row[0], row[1], row[2])));
     }
   return 2.0 * finest;

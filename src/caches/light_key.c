@@ -41,6 +41,14 @@ static void add_extinction(np_hash *hash, const np_instance *v) {
   NP_HASH_ADD(hash, v->extinction_per_value);
 }
 
+/* Places of clouds that stand in several. */
+static void add_places(np_hash *hash, const np_instances *clouds) {
+  for (unsigned i = 0; clouds->places && i < clouds->places->count; i++) {
+    NP_HASH_ADD(hash, clouds->places->at[i].index);
+    NP_HASH_ADD(hash, clouds->places->at[i].world_to_index);
+  }
+}
+
 /* A phase function is told by its moments: tables are loaded anew for every picture. */
 static void add_cloud(np_hash *hash, const np_instance *v) {
   double moments[64];
@@ -66,6 +74,7 @@ static neph_result compute_fingerprint(neph_context *context, const np_world *wo
   np_hash *hash = np_hash_create(context);
   neph_result result = np_scattering_desc_add_to_hash(context, world, desc, hash);
   for (unsigned v = 0; v < world->clouds.count; v++) add_cloud(hash, &world->clouds.at[v]);
+  add_places(hash, &world->clouds);
   if (world->emission) {
     NP_HASH_ADD(hash, world->emission->black_body);
     for (unsigned i = 0; i < world->emission->emitter_count; i++) add_emitter(hash, &world->emission->emitters[i]);
@@ -169,6 +178,7 @@ neph_result np_depth_key_make(neph_context *context, const np_world *world, cons
   *out = (np_depth_key){.to_sun = world->to_sun, .desc = *desc};
   np_hash *hash = np_hash_create(context);
   for (unsigned v = 0; v < world->clouds.count; v++) add_extinction(hash, &world->clouds.at[v]);
+  add_places(hash, &world->clouds);
   return np_hash_finish(hash, out->clouds);
 }
 

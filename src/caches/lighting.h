@@ -45,15 +45,19 @@ np_aerial_perspective np_lighting_camera_air(const np_lighting *lighting, const 
 /* Irradiance of sky and clouds on the ground, free of hills. */
 np_spectrum np_lighting_ground_irradiance(const np_lighting *lighting, const np_world *world, const np_ground_hit *hit);
 
-/* Optical depth of one cloud towards the sun: looked up where a cache knows it, else integrated for the query. */
-static inline float np_lighting_get_cloud_depth(const np_lighting *lighting, unsigned cloud, np_dvec3 position,
-                                                np_vec3 to_sun, const np_depth_query *query, float faded) {
-  const np_sun_optical_depth *cache = lighting->sun_optical_depths.cache;
-  const float known = cache ? np_sun_lattice_get(&cache->lattices[cloud], cache->depth_end, position, to_sun)
-                            : NP_SUN_OPTICAL_DEPTH_UNKNOWN;
+/* The clouds towards the sun. */
+static inline void np_lighting_start_depths(const np_lighting *lighting, np_dvec3 position, np_vec3 to_sun,
+                                            np_place_walk *out) {
+  np_place_walk_start(out, lighting->sun_optical_depths.clouds, position, to_sun, INFINITY);
+}
+
+/* Optical depth of one of them: looked up where a cache knows it, else integrated for the query. */
+static inline float np_lighting_get_cloud_depth(const np_lighting *lighting, const np_instance *volume,
+                                                np_dvec3 position, np_vec3 to_sun, const np_depth_query *query,
+                                                float faded) {
+  const float known = np_sun_optical_depths_get_known(&lighting->sun_optical_depths, volume, position, to_sun);
   if (known != NP_SUN_OPTICAL_DEPTH_UNKNOWN) return known;
-  return np_track_volume_depth(&lighting->sun_optical_depths.clouds->at[cloud], position, to_sun, INFINITY, query,
-                               faded);
+  return np_track_volume_depth(volume, position, to_sun, INFINITY, query, faded);
 }
 
 #endif

@@ -70,6 +70,11 @@ static void bound(const np_instance *volume, const np_affine *axes, double low[3
   }
 }
 
+/* The cloud that a lattice is of. */
+static const np_instance *get_volume(const np_sun_optical_depth *cache, const np_world *world, unsigned lattice) {
+  return cache->places ? &world->clouds.places->at[cache->stands[lattice]] : &world->clouds.at[lattice];
+}
+
 static bool has_lattice(const np_instance *volume) {
   return volume->bricks->value_max > 0.0f && !volume->bricks->is_periodic[0] && !volume->bricks->is_periodic[1];
 }
@@ -96,10 +101,10 @@ static size_t count_cells(const np_sun_lattice *l) {
 }
 
 /* At most: of the table, and of all nodes where the cloud has bricks, turned ones touching half as many again. */
-static double bound_bytes(const np_world *world, double coarsening) {
+static double bound_bytes(const np_sun_optical_depth *cache, const np_world *world, double coarsening) {
   double bytes = 0.0;
-  for (unsigned v = 0; v < world->clouds.count; v++) {
-    const np_instance *volume = &world->clouds.at[v];
+  for (unsigned v = 0; v < cache->volume_count; v++) {
+    const np_instance *volume = get_volume(cache, world, v);
     np_sun_lattice lattice;
     place(volume, world->to_sun, coarsening, &lattice);
     const double cells = 1.5 * (double)volume->bricks->brick_count / (coarsening * coarsening * coarsening);
@@ -114,10 +119,10 @@ static double bound_bytes(const np_world *world, double coarsening) {
  * stray voxel, have more. Where cells are then too coarse for the tolerance they are steep. */
 static const double cells_free = 0x1p20, cells_per_brick = 64.0;
 
-static bool has_too_many_cells(const np_world *world, double coarsening) {
+static bool has_too_many_cells(const np_sun_optical_depth *cache, const np_world *world, double coarsening) {
   bool has = false;
-  for (unsigned v = 0; v < world->clouds.count; v++) {
-    const np_instance *volume = &world->clouds.at[v];
+  for (unsigned v = 0; v < cache->volume_count; v++) {
+    const np_instance *volume = get_volume(cache, world, v);
     np_sun_lattice lattice;
     place(volume, world->to_sun, coarsening, &lattice);
     has =
@@ -126,10 +131,11 @@ static bool has_too_many_cells(const np_world *world, double coarsening) {
   return has;
 }
 
-static double choose_coarsening(const np_world *world, const np_sun_optical_depth_desc *desc) {
+static double choose_coarsening(const np_sun_optical_depth *cache, const np_world *world,
+                                const np_sun_optical_depth_desc *desc) {
   double coarsening = 1.0;
-  while (coarsening < 1e3 &&
-         (bound_bytes(world, coarsening) > (double)desc->bytes_max || has_too_many_cells(world, coarsening)))
+  while (coarsening < 1e3 && (bound_bytes(cache, world, coarsening) > (double)desc->bytes_max ||
+                              has_too_many_cells(cache, world, coarsening)))
     coarsening *= 1.25;
   return coarsening;
 }
@@ -149,7 +155,7 @@ typedef struct lattice_fill {
 
 static lattice_fill start_fill(np_sun_optical_depth *cache, const np_world *world, unsigned v,
                                const np_sun_optical_depth_desc *desc) {
-  return (lattice_fill){.volume = &world->clouds.at[v],
+  return (lattice_fill){.volume = get_volume(cache, world, v),
                         .desc = desc,
                         .cache = cache,
                         .lattice = &cache->lattices[v],
@@ -311,8 +317,8 @@ static void report(const np_sun_optical_depth *c) {
 static neph_result fill_lattices(np_sun_optical_depth *cache, const np_world *world,
                                  const np_sun_optical_depth_desc *desc, bool is_fine, np_monitor *monitor) {
   neph_result result = NEPH_OK;
-  const double share = 0.5 / world->clouds.count;
-  for (unsigned v = 0; !result && v < world->clouds.count; v++) {
+  const double share = 0.5 / cache->volume_count;
+  for (unsigned v = 0; !result && v < cache->volume_count; v++) {
     const double begin = is_fine ? 0.5 + share * v : share * v;
     np_monitor_set_range(monitor, begin, begin + share);
     result = (is_fine ? refine_lattice : fill_lattice)(cache, world, v, desc, monitor);
@@ -321,18 +327,28 @@ static neph_result fill_lattices(np_sun_optical_depth *cache, const np_world *wo
   return result;
 }
 
+/* Places the lattices, coarser where the memory wants it. */
+static neph_result place_all(np_sun_optical_depth *out, const np_world *world, const np_sun_optical_depth_desc *desc) {
+  unsigned count = world->clouds.count;
+  if (world->clouds.places) {
+    const neph_result result = np_sun_places_choose(world, out, &count);
+    if (result) return result;
+  }
+  out->lattices = np_alloc(out->context, count, sizeof *out->lattices);
+  if (!out->lattices) return NEPH_ERROR_OUT_OF_MEMORY;
+  out->volume_count = count;
+  const double coarsening = choose_coarsening(out, world, desc);
+  for (unsigned v = 0; v < count; v++) place(get_volume(out, world, v), world->to_sun, coarsening, &out->lattices[v]);
+  return NEPH_OK;
+}
+
 neph_result np_sun_optical_depth_build(neph_context *context, const np_world *world,
                                        const np_sun_optical_depth_desc *desc, np_monitor *monitor,
                                        np_sun_optical_depth *out) {
   *out = (np_sun_optical_depth){.context = context, .depth_end = 16.0f / desc->rate};
-  const double coarsening = choose_coarsening(world, desc);
-  out->lattices = np_alloc(context, world->clouds.count, sizeof *out->lattices);
-  if (!out->lattices) return NEPH_ERROR_OUT_OF_MEMORY;
-  out->volume_count = world->clouds.count;
-  for (unsigned v = 0; v < world->clouds.count; v++)
-    place(&world->clouds.at[v], world->to_sun, coarsening, &out->lattices[v]);
+  neph_result result = place_all(out, world, desc);
   np_monitor_set_stage(monitor, "computing sun optical depth");
-  neph_result result = fill_lattices(out, world, desc, false, monitor);
+  if (!result) result = fill_lattices(out, world, desc, false, monitor);
   const size_t fine_bytes = np_sun_level_count_nodes(0) * sizeof(float);
   if (!result && out->steep_cells > 0 && out->bytes + out->steep_cells * fine_bytes <= desc->bytes_max)
     result = fill_lattices(out, world, desc, true, monitor);
@@ -353,6 +369,8 @@ void np_sun_optical_depth_clear(np_sun_optical_depth *cache) {
     np_alloc_free(cache->context, l->cells);
   }
   np_alloc_free(cache->context, cache->lattices);
+  np_alloc_free(cache->context, cache->places);
+  np_alloc_free(cache->context, cache->stands);
   *cache = (np_sun_optical_depth){0};
 }
 
@@ -382,14 +400,14 @@ static float walk(const np_instance *volume, np_dvec3 position, np_vec3 to_sun, 
 
 static float compute_depth(const np_sun_optical_depths *depths, np_dvec3 position, np_vec3 to_sun, const float *fade,
                            float depth_max) {
-  const np_sun_optical_depth *cache = depths->cache;
   float depth = 0.0f;
-  for (unsigned v = 0; v < depths->clouds->count && depth < depth_max; v++) {
-    const float rate = fade ? fade[v] : 1.0f;
-    float own = cache ? np_sun_lattice_get(&cache->lattices[v], cache->depth_end, position, to_sun)
-                      : NP_SUN_OPTICAL_DEPTH_UNKNOWN;
-    if (own == NP_SUN_OPTICAL_DEPTH_UNKNOWN)
-      own = walk(&depths->clouds->at[v], position, to_sun, (depth_max - depth) / rate);
+  np_place_walk places;
+  const np_instance *volume;
+  np_place_walk_start(&places, depths->clouds, position, to_sun, INFINITY);
+  while (depth < depth_max && (volume = np_place_walk_next(&places, INFINITY))) {
+    const float rate = fade ? fade[np_instances_get_index(depths->clouds, volume)] : 1.0f;
+    float own = np_sun_optical_depths_get_known(depths, volume, position, to_sun);
+    if (own == NP_SUN_OPTICAL_DEPTH_UNKNOWN) own = walk(volume, position, to_sun, (depth_max - depth) / rate);
     depth += rate * own;
   }
   return depth;

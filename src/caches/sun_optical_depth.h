@@ -14,6 +14,9 @@
  * A ray that starts outside the cells runs to the first that is not empty, in its own direction; from there on the
  * middle of the sun's disk stands for it. Periodic clouds have no lattice and are walked for.
  *
+ * A cloud in many places has one lattice for those that the sun shines on from the same side of the cloud, whatever
+ * their size, and no more than NP_SUN_SIDES_MAX: places of the sides between take the nearest, by up to `side_rad`.
+ *
  * Depends on the clouds, their places and the sun's direction; not on wavelength, nor on the camera: a sequence keeps
  * it (light_key.h).
  */
@@ -21,9 +24,11 @@
 #define NP_CACHES_SUN_OPTICAL_DEPTH_H
 
 #include "core/disk_cache.h"
+#include "volume/places.h"
 #include "world/world.h"
 
 enum {
+  NP_SUN_SIDES_MAX = 64,
   NP_SUN_CELL_EDGE = 8,
   NP_SUN_CELL_NODES = 9,     /* along an edge */
   NP_SUN_FINE_EDGE = 16,     /* half steps along an edge */
@@ -53,6 +58,13 @@ typedef struct np_sun_lattice {
   float *all_nodes; /* of a lattice read from disk: those of all columns in one block; else NULL */
 } np_sun_lattice;
 
+/* A place of a cloud, by the lattice of another that the sun shines on from the same side. */
+typedef struct np_sun_place {
+  uint32_t lattice;
+  float scale;          /* of its depths over the lattice's */
+  np_affine to_lattice; /* from the world to where the lattice's own cloud stands */
+} np_sun_place;
+
 typedef struct np_sun_optical_depth_desc {
   float rate;       /* depth counts at least this much: what is lit is at most e^{−rate·depth} */
   float tolerance;  /* of e^{−x·depth}, for every x from `rate` to 1 */
@@ -66,7 +78,10 @@ typedef struct np_sun_optical_depth_desc {
 typedef struct np_sun_optical_depth {
   neph_context *context; /* borrowed */
   unsigned volume_count;
-  np_sun_lattice *lattices; /* of each cloud */
+  np_sun_lattice *lattices; /* of each cloud; of clouds in many places of each side that is shone on */
+  np_sun_place *places;     /* of each place of a hierarchy; NULL: there is none */
+  uint32_t *stands;         /* with places: of each lattice the place whose it is */
+  double side_rad;          /* most by which the sun is taken to stand elsewhere over a place */
   float depth_end;          /* where it is dark: 16/rate */
   size_t bytes;
   uint64_t level_cells[NP_SUN_CELL_LEVELS], steep_cells, dark_cells;
@@ -98,6 +113,10 @@ float np_sun_optical_depths_get(const np_sun_optical_depths *depths, np_dvec3 po
 /* The same with each cloud's depth counted `fade` times. */
 float np_sun_optical_depths_get_scaled(const np_sun_optical_depths *depths, np_dvec3 position, np_vec3 to_sun,
                                        const float fade[NP_INSTANCES_MAX], float depth_max);
+
+/* Chooses the places of a hierarchy whose lattices stand for all: `places`, `stands`, `side_rad`, and
+ * the number of lattices. */
+neph_result np_sun_places_choose(const np_world *world, np_sun_optical_depth *out, unsigned *out_count);
 
 /* np_sun_optical_depths_get(), for the modules below; `depths` is borrowed. */
 np_sun_optical_depth_source np_sun_optical_depths_get_source(const np_sun_optical_depths *depths);
@@ -175,6 +194,25 @@ static inline float np_sun_lattice_get(const np_sun_lattice *l, float depth_end,
                             (float)(v - (double)j * NP_SUN_CELL_EDGE), (float)(t - (double)k * NP_SUN_CELL_EDGE));
   }
   return 0.0f;
+}
+
+/* The same of a place, whose lattice may be another's. */
+static inline float np_sun_place_get(const np_sun_optical_depth *cache, const np_sun_place *place, np_dvec3 position,
+                                     np_vec3 to_sun) {
+  const np_dvec3 along = np_affine_vector(&place->to_lattice, np_vec3_to_double(to_sun));
+  const float depth = np_sun_lattice_get(&cache->lattices[place->lattice], cache->depth_end,
+                                         np_affine_point(&place->to_lattice, position), np_dvec3_to_float(along));
+  return depth == NP_SUN_OPTICAL_DEPTH_UNKNOWN ? depth : place->scale * depth;
+}
+
+/* Depth of one of the clouds, in its place, where a cache knows it; else NP_SUN_OPTICAL_DEPTH_UNKNOWN. */
+static inline float np_sun_optical_depths_get_known(const np_sun_optical_depths *depths, const np_instance *volume,
+                                                    np_dvec3 position, np_vec3 to_sun) {
+  const np_sun_optical_depth *cache = depths->cache;
+  if (!cache) return NP_SUN_OPTICAL_DEPTH_UNKNOWN;
+  const size_t number = (size_t)(volume - np_instances_get_places(depths->clouds));
+  if (cache->places) return np_sun_place_get(cache, &cache->places[number], position, to_sun);
+  return np_sun_lattice_get(&cache->lattices[number], cache->depth_end, position, to_sun);
 }
 
 #endif

@@ -89,8 +89,13 @@ static bool load_lattices(np_cache_entry *entry, np_sun_optical_depth *out) {
 bool np_sun_optical_depth_load(neph_context *context, const np_world *world, np_cache_entry *entry,
                                np_sun_optical_depth *out) {
   depths_header h;
+  unsigned count = world->clouds.count;
   *out = (np_sun_optical_depth){.context = context};
-  if (!NP_CACHE_READ(entry, h) || h.volume_count != world->clouds.count) return false;
+  const bool is_known = !world->clouds.places || !np_sun_places_choose(world, out, &count);
+  if (!is_known || !NP_CACHE_READ(entry, h) || h.volume_count != count) {
+    np_sun_optical_depth_clear(out);
+    return false;
+  }
   out->depth_end = h.depth_end;
   out->bytes = (size_t)h.bytes, out->steep_cells = h.steep_cells, out->dark_cells = h.dark_cells;
   for (unsigned level = 0; level < NP_SUN_CELL_LEVELS; level++) out->level_cells[level] = h.level_cells[level];

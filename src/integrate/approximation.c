@@ -94,11 +94,8 @@ static float get_powder_weight(const np_approximation *a, const np_instance *vol
 /* Fall of density from a place to one nearer the sun: 0 where it does not, 1 where nothing is there. */
 static float get_derivative_slope(const np_approximation *a, const np_world *world, np_dvec3 position, np_vec3 to_sun) {
   const double distance_m = (double)(float)a->derivative_distance_m;
-  float here = 0.0f, there = 0.0f;
-  for (unsigned v = 0; v < world->clouds.count; v++) {
-    here += np_instance_extinction(&world->clouds.at[v], position);
-    there += np_instance_extinction(&world->clouds.at[v], np_dvec3_along(position, to_sun, distance_m));
-  }
+  const float here = np_instances_extinction(&world->clouds, position);
+  const float there = np_instances_extinction(&world->clouds, np_dvec3_along(position, to_sun, distance_m));
   return here > 0.0f ? np_clampf(1.0f - there / here, 0.0f, 1.0f) : 0.0f;
 }
 

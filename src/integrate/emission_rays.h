@@ -163,9 +163,13 @@ static const float np_emission_opaque_step = 0.5f, np_emission_correction_max = 
 /* Each cloud's depth times its factor in a band; factors NULL: 1. */
 static inline np_spectrum np_emission_get_depth(const np_depth_cursors *clouds, const np_spectrum *factors) {
   np_spectrum depth = np_spectrum_grey(0.0f);
-  for (unsigned i = 0; i < clouds->count; i++)
-    depth =
-        np_spectrum_add_scaled(depth, (float)clouds->cursor[i].depth, factors ? factors[i] : np_spectrum_grey(1.0f));
+  for (unsigned i = 0; i < clouds->count; i++) {
+    const unsigned cloud = np_instances_get_index(clouds->clouds, clouds->cursor[i].volume);
+    depth = np_spectrum_add_scaled(depth, (float)clouds->cursor[i].depth,
+                                   factors ? factors[cloud] : np_spectrum_grey(1.0f));
+  }
+  for (unsigned i = 0; i < clouds->clouds->count && clouds->clouds->places; i++)
+    depth = np_spectrum_add_scaled(depth, (float)clouds->past[i], factors ? factors[i] : np_spectrum_grey(1.0f));
   return depth;
 }
 

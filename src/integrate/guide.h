@@ -108,7 +108,7 @@ static inline bool np_guide_make(const np_world *world, const np_scattering_fiel
   const np_vec3 d = direction, s = world->to_sun;
   np_guide_set_shape(out, &here);
   const np_scattering_medium *medium = np_scattering_field_get_medium(scattering);
-  np_guide_set_medium(out, &medium->clouds[volume - world->clouds.at], albedo);
+  np_guide_set_medium(out, &medium->clouds[np_instances_get_index(&world->clouds, volume)], albedo);
   out->light = here.mean * np_guide_outgoing(out, direction);
   out->noise = out->light * np_guide_estimate_noise(out, albedo) +
                np_guide_estimate_sun_noise(out, here.lit, np_vec3_versine(d, s));
@@ -118,14 +118,16 @@ static inline bool np_guide_make(const np_world *world, const np_scattering_fiel
 /* The same for a camera's ray, in the first cell of a cloud's that it meets. */
 static inline bool np_guide_make_entry(const np_world *world, const np_scattering_field *scattering, np_dvec3 origin,
                                        np_vec3 direction, np_guide *out) {
-  const np_instance *first = NULL;
+  const np_instance *first = NULL, *volume;
   double nearest = INFINITY, middle = 0.0;
-  for (unsigned i = 0; i < world->clouds.count; i++) {
+  np_place_walk places;
+  np_place_walk_start(&places, &world->clouds, origin, direction, INFINITY);
+  while ((volume = np_place_walk_next(&places, nearest))) {
     np_brick_walk walk;
     np_brick_span span;
-    np_track_start(&walk, &world->clouds.at[i], origin, direction, 0.0, nearest);
+    np_track_start(&walk, volume, origin, direction, 0.0, nearest);
     if (!np_brick_walk_next(&walk, &span) || !(span.t_begin < nearest)) continue;
-    first = &world->clouds.at[i];
+    first = volume;
     nearest = span.t_begin;
     middle = 0.5 * (span.t_begin + span.t_end);
   }

@@ -96,7 +96,8 @@ static void pass_piece(np_march *m, const np_ray_intervals *all, const np_ray_in
 /* Weight of one metre of a cloud of the view in a step's scaled extinction, over its extinction. */
 static float get_extinction_scale(const np_march *m, const np_instance *volume) {
   if (!m->medium) return 1.0f;
-  return np_scaled_cloud_get_scale(&m->medium->clouds[volume - m->world->clouds.at], volume->albedo);
+  return np_scaled_cloud_get_scale(&m->medium->clouds[np_instances_get_index(&m->world->clouds, volume)],
+                                   volume->albedo);
 }
 
 /* The same of all that is active in a stretch, at the densest points of its cells. */
@@ -197,9 +198,7 @@ static void cross(np_march *m, const np_ray_intervals *all, const np_ray_interva
 
 /* The longest step, m: of that cloud whose voxels are smallest. */
 static float compute_step_length(const np_march *m, const np_ray_intervals *all) {
-  float voxels_per_m = 0.0f;
-  for (unsigned i = 0; i < all->count; i++) voxels_per_m = np_maxf(voxels_per_m, all->instance[i].voxels_per_m);
-  return m->settings->step_voxels / voxels_per_m;
+  return m->settings->step_voxels / np_ray_intervals_get_finest(all);
 }
 
 static void start(np_march *m, const np_world *world, const np_lighting *lighting,

@@ -12,8 +12,11 @@ extern np_approximation_rows NP_KERNEL(np_approximation_rows);
 static float get_sun_optical_depth(const np_lighting *lighting, np_dvec3 position, np_vec3 to_sun,
                                    const np_depth_query *query) {
   float depth = 0.0f;
-  for (unsigned v = 0; v < lighting->sun_optical_depths.clouds->count && query->fade * depth < NP_TRACK_DEPTH_MAX; v++)
-    depth += np_lighting_get_cloud_depth(lighting, v, position, to_sun, query, query->fade * depth);
+  np_place_walk places;
+  const np_instance *volume;
+  np_lighting_start_depths(lighting, position, to_sun, &places);
+  while (query->fade * depth < NP_TRACK_DEPTH_MAX && (volume = np_place_walk_next(&places, INFINITY)))
+    depth += np_lighting_get_cloud_depth(lighting, volume, position, to_sun, query, query->fade * depth);
   return depth;
 }
 
@@ -33,10 +36,14 @@ float NP_KERNEL(np_march_shadow)(const np_world *world, const np_lighting *light
   if (!lighting->ground_light)
     return NP_KERNEL(np_march_sun_transmittance)(world, lighting, settings, position, to_sun, random);
   float faded = 0.0f;
-  for (unsigned v = 0; v < world->clouds.count && faded < NP_TRACK_DEPTH_MAX; v++) {
-    const float fade = lighting->ground_light->fade[v];
+  np_place_walk places;
+  const np_instance *volume;
+  np_lighting_start_depths(lighting, position, to_sun, &places);
+  while (faded < NP_TRACK_DEPTH_MAX && (volume = np_place_walk_next(&places, INFINITY))) {
+    const float fade =
+        lighting->ground_light->fade[np_instances_get_index(lighting->sun_optical_depths.clouds, volume)];
     const np_depth_query own = {fade, settings->tolerance};
-    faded += fade * np_lighting_get_cloud_depth(lighting, v, position, to_sun, &own, faded);
+    faded += fade * np_lighting_get_cloud_depth(lighting, volume, position, to_sun, &own, faded);
   }
   return np_transmittance(faded);
 }
@@ -116,7 +123,7 @@ static void add_sun(np_march *m, np_dvec3 position, np_dvec3 lit_place, const np
   }
   for (unsigned i = 0; i < s->count; i++) {
     const np_instance *volume = s->volume[i];
-    const np_march_terms *terms = &m->sun.terms[volume - m->world->clouds.at];
+    const np_march_terms *terms = &m->sun.terms[np_instances_get_index(&m->world->clouds, volume)];
     const float weight_here = m->method->get_weight ? m->method->get_weight(a, volume, position) : 1.0f;
     const np_spectrum light = np_spectrum_scale(sun, weight_here);
     add_terms(m, NP_COMPONENT_SUN, terms, transmittances, np_spectrum_multiply(light, share[i]));
@@ -170,8 +177,8 @@ static void add_surroundings(np_march *m, np_dvec3 position, const np_step *s, c
   float transmittances[NP_APPROXIMATION_TERMS_MAX];
   np_march_terms terms;
   fill_transmittances(m, position, direction, error, transmittances);
-  fill_terms(m, (unsigned)(s->volume[chosen] - m->world->clouds.at), false, np_vec3_versine(forward, direction),
-             &terms);
+  fill_terms(m, np_instances_get_index(&m->world->clouds, s->volume[chosen]), false,
+             np_vec3_versine(forward, direction), &terms);
   light = np_spectrum_scale(light, draw_weight / pdf);
   add_terms(m, is_ground ? NP_COMPONENT_GROUND : NP_COMPONENT_SKY, &terms, transmittances, light);
 }

@@ -39,12 +39,14 @@ typedef struct sun_optical_depths {
 static float track_depths(const np_march *m, np_dvec3 position, float error, sun_optical_depths *out) {
   *out = (sun_optical_depths){0};
   float faded = 0.0f;
-  for (unsigned v = 0; v < m->world->clouds.count && faded < NP_TRACK_DEPTH_MAX; v++) {
-    const np_instance *volume = &m->world->clouds.at[v];
-    const np_scaled_cloud *cloud = &m->medium->clouds[v];
+  np_place_walk places;
+  const np_instance *volume;
+  np_lighting_start_depths(m->lighting, position, m->to_sun, &places);
+  while (faded < NP_TRACK_DEPTH_MAX && (volume = np_place_walk_next(&places, INFINITY))) {
+    const np_scaled_cloud *cloud = &m->medium->clouds[np_instances_get_index(places.clouds, volume)];
     const float forward = cloud->forward, least_forward = cloud->least_forward;
     const np_depth_query query = {np_scaled_cloud_get_scale(cloud, volume->albedo), error};
-    const float own = np_lighting_get_cloud_depth(m->lighting, v, position, m->to_sun, &query, faded);
+    const float own = np_lighting_get_cloud_depth(m->lighting, volume, position, m->to_sun, &query, faded);
     faded += query.fade * own;
     for (int b = 0; b < NP_BAND_COUNT; b++) {
       const float scattering = own * volume->albedo.band[b];
@@ -87,7 +89,7 @@ static void add_sun(np_march *m, const np_step *s, const sunlight *sun, const np
                     np_spectrum leaving) {
   if (np_spectrum_is_zero(sun->irradiance)) return;
   for (unsigned i = 0; i < s->count; i++) {
-    const np_peak_column *column = &m->sun.peak[s->volume[i] - m->world->clouds.at].column;
+    const np_peak_column *column = &m->sun.peak[np_instances_get_index(&m->world->clouds, s->volume[i])].column;
     np_spectrum once, all;
     for (int b = 0; b < NP_BAND_COUNT; b++) {
       once.band[b] = sun->arriving.band[b] * leaving.band[b] * (column->broad + column->sharp);
@@ -151,7 +153,7 @@ static void add_solution(np_march *m, np_dvec3 position, const np_step *s, const
   sample_solution(m, s, position, &at);
   const np_spectrum detail = compute_detail(m, &at, sun);
   for (unsigned i = 0; i < s->count; i++) {
-    const unsigned cloud = (unsigned)(s->volume[i] - m->world->clouds.at);
+    const unsigned cloud = np_instances_get_index(&m->world->clouds, s->volume[i]);
     np_spectrum light = eval_solution(m, &at, cloud);
     light = np_spectrum_add_scaled(light, m->sun.peak[cloud].column.broad, detail);
     for (int b = 0; b < NP_BAND_COUNT; b++) light.band[b] = np_maxf(light.band[b], 0.0f);
@@ -180,7 +182,7 @@ static void compute_optics(const np_march *m, const np_step *s, step_optics *out
   out->depth = 0.0f;
   out->all_scattering = out->peak = np_spectrum_grey(0.0f);
   for (unsigned i = 0; i < s->count; i++) {
-    const float forward = m->medium->clouds[s->volume[i] - m->world->clouds.at].forward;
+    const float forward = m->medium->clouds[np_instances_get_index(&m->world->clouds, s->volume[i])].forward;
     out->scattering[i] = np_spectrum_scale(s->volume[i]->albedo, s->depth[i]);
     out->peak = np_spectrum_add_scaled(out->peak, forward, out->scattering[i]);
     out->all_scattering = np_spectrum_add(out->all_scattering, out->scattering[i]);

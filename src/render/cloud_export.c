@@ -141,6 +141,10 @@ static neph_result check(neph_scene *scene, unsigned index, int frame) {
     return np_fail(scene->context, NEPH_ERROR_INVALID_ARGUMENT,
                    "export: cloud %s is a volume that a call has added, must be of a file or baked",
                    scene->clouds[index].name);
+  if (scene->clouds[index].places)
+    np_log(scene->context, NEPH_LOG_WARNING,
+           "export: cloud %s: one copy is written, with its pivot at the origin; its places are in %s",
+           scene->clouds[index].name, scene->clouds[index].places);
   neph_result result = np_scene_check(scene);
   return result ? result : np_scene_set_frame(scene, frame);
 }

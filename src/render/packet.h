@@ -48,6 +48,7 @@ typedef struct np_packet {
   float color_weight[3][NP_BAND_COUNT]; /* by which each band adds to the picture's R, G and B */
   neph_atmosphere *atmosphere;
   np_instance *placed;          /* the clouds that hold anything */
+  np_places places;             /* of all of them, where some stand in several; else none */
   np_emission emission;         /* of all clouds; without emitters where there is none */
   np_emission *emission_groups; /* of each cloud of the scene, for groups of lights; NULL: none are asked for */
   np_cloud_gain *gains;         /* of each of `placed`; NULL: no approximation, or the scene has a gain for it */
@@ -59,8 +60,10 @@ typedef struct np_packet {
 
 /* Volume and media made from a cloud of the scene. */
 typedef struct np_cloud_parts {
-  neph_volume *volume;        /* NULL: it holds nothing */
-  np_instance placed;         /* as the scene has it; each packet has its own */
+  neph_volume *volume; /* NULL: it holds nothing */
+  np_instance placed;  /* as the scene has it, in its first place; each packet has its own */
+  np_instance *copies; /* the same in each of its places; NULL: it has one */
+  unsigned copy_count;
   np_cloud_emission emission; /* most often nothing */
   np_phase_table phase_table; /* empty where its phase function is none */
 } np_cloud_parts;
@@ -127,7 +130,7 @@ np_spectrum np_packet_convert_albedo(const np_packet *packet, const np_assembly 
 /* The law of black bodies in a packet's bands; in those that colours are fitted by, such that a body has its colour. */
 np_black_body np_packet_make_black_body(const np_packet *packet, const np_assembly *assembly);
 
-/* A cloud with the albedo of a packet. */
+/* A cloud in its first place with the albedo of a packet. */
 static inline np_instance np_packet_place(const np_packet *packet, const neph_scene *scene, const np_assembly *assembly,
                                           unsigned cloud) {
   np_instance placed = assembly->clouds[cloud].placed;

@@ -9,6 +9,7 @@
 #include "render/part_check.h"
 #include "render/plan_history.h"
 #include "render/stages.h"
+#include "scene/cloud_places.h"
 
 enum { SIZE_LIMIT = 65536 };
 
@@ -224,6 +225,7 @@ static neph_result begin(const neph_scene *scene, const neph_render_desc *desc, 
   plan->context = scene->context;
   plan->progress = np_monitor_whole;
   neph_result result = np_scene_check(scene);
+  if (!result) result = np_cloud_places_check(scene);
   if (!result) result = np_stores_get(scene, &plan->stores);
   if (!result) result = read_desc(scene, desc, &plan->desc);
   if (result) return result;

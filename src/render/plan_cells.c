@@ -6,6 +6,7 @@
 #include "core/alloc.h"
 #include "core/parallel.h"
 #include "render/plan_detail.h"
+#include "scene/cloud_places.h"
 #include "transport/scattering_field.h"
 
 /* The core's extinction grows with height, by this much at the most. */
@@ -19,12 +20,19 @@ static const double cells_per_voxel = 1.0 / 11.0;
 /* Until its box is read, a cloud from a file is taken to be so wide in the picture, and to fill this of it. */
 static const double usual_width = 0.6, usual_fill = 0.3;
 
+/* Places of a cloud in the mean. */
+static double count_copies(const neph_scene *scene) {
+  double count = 0.0;
+  for (unsigned i = 0; i < scene->cloud_count; i++) count += np_cloud_places_count(&scene->clouds[i]);
+  return count / fmax(scene->cloud_count, 1.0);
+}
+
 double np_plan_predict_cells(const np_plan *plan, const neph_scene *scene) {
-  const double boxed = plan->filled_share * plan->light_cell_count, detail_px = scene->render.light_detail_px;
+  const double boxed = plan->filled_share * plan->light_cell_count, detail_px = np_plan_get_light_detail(scene);
   if (boxed > 0.0) return boxed;
   const double across = detail_px > 0.0 ? usual_width * plan->desc.width / detail_px : HUGE_VAL;
   const double shown = plan->file_cell_count > 0.0 ? plan->file_cell_count : pow(across, 3.0);
-  return fmin(cells_per_voxel * plan->cloud_voxel_count, usual_fill * shown);
+  return fmin(cells_per_voxel * plan->cloud_voxel_count * count_copies(scene), usual_fill * shown);
 }
 
 double np_plan_predict_cell_bytes(const np_plan *plan, const neph_scene *scene) {
@@ -58,6 +66,11 @@ typedef struct outline {
   np_instance volumes[NP_INSTANCES_MAX];
 } outline;
 
+static void include_box(outline *o, np_dvec3 low, np_dvec3 high) {
+  o->low = np_dvec3_make(fmin(o->low.x, low.x), fmin(o->low.y, low.y), fmin(o->low.z, low.z));
+  o->high = np_dvec3_make(fmax(o->high.x, high.x), fmax(o->high.y, high.y), fmax(o->high.z, high.z));
+}
+
 static void add_cloud(outline *o, unsigned i, const np_scene_cloud *cloud, const neph_cloud_desc *bake) {
   const double low[3] = {bake->center_m[0] - 0.5 * bake->extent_m[0], bake->center_m[1] - 0.5 * bake->extent_m[1],
                          bake->base_altitude_m};
@@ -71,9 +84,15 @@ static void add_cloud(outline *o, unsigned i, const np_scene_cloud *cloud, const
     volume->world_to_index.m[a][a] = 1.0 / bake->voxel_m;
     volume->world_to_index.m[a][3] = -low[a] / bake->voxel_m;
   }
-  o->low = np_dvec3_make(fmin(o->low.x, low[0]), fmin(o->low.y, low[1]), fmin(o->low.z, low[2]));
-  o->high = np_dvec3_make(fmax(o->high.x, low[0] + size[0]), fmax(o->high.y, low[1] + size[1]),
-                          fmax(o->high.z, low[2] + size[2]));
+  if (cloud->place_count == 0)
+    include_box(o, np_dvec3_make(low[0], low[1], low[2]),
+                np_dvec3_make(low[0] + size[0], low[1] + size[1], low[2] + size[2]));
+  for (unsigned k = 0; k < cloud->place_count; k++) {
+    np_dvec3 own_low, own_high;
+    np_cloud_place_move_box(&cloud->place[k], np_dvec3_make(-0.5 * size[0], -0.5 * size[1], 0.0),
+                            np_dvec3_make(0.5 * size[0], 0.5 * size[1], size[2]), &own_low, &own_high);
+    include_box(o, own_low, own_high);
+  }
 }
 
 static neph_result place(const np_plan *plan, const neph_scene *scene, outline *o, np_cells_forecast *out) {

@@ -3,6 +3,8 @@
 
 #include <math.h>
 
+#include "scene/cloud_places.h"
+
 /* A camera among the clouds, or on the ground, is as far from them as this share of their extent. The edges of snow
  * beside dark ground show where heights are missing from twice as far. */
 static const double near_share = 1.0 / 16.0, terrain_near_share = 1.0 / 8.0, snow_near_share = 1.0 / 16.0;
@@ -29,10 +31,19 @@ static double compute_distance(const neph_scene *scene, np_dvec3 low, np_dvec3 h
 /* The largest power of √2 that is no more than a number, and no less than 1. */
 static double round_factor(double factor) { return exp2(0.5 * floor(2.0 * log2(fmax(factor, 1.0)) + 1e-9)); }
 
+/* From a cloud in its own place, or in the nearest of many. */
 static double compute_cloud_distance(const neph_scene *scene, const np_scene_cloud *cloud,
                                      const neph_cloud_desc *bake) {
   const double *at = cloud->position_m, scale = np_scene_cloud_get_scale(cloud);
   const double half[2] = {0.5 * scale * bake->extent_m[0], 0.5 * scale * bake->extent_m[1]};
+  double nearest = HUGE_VAL;
+  for (unsigned i = 0; i < cloud->place_count; i++) {
+    np_dvec3 low, high;
+    np_cloud_place_move_box(&cloud->place[i], np_dvec3_make(-half[0], -half[1], 0.0),
+                            np_dvec3_make(half[0], half[1], scale * bake->thickness_m), &low, &high);
+    nearest = fmin(nearest, compute_distance(scene, low, high) / cloud->place[i].scale);
+  }
+  if (cloud->place_count > 0) return nearest;
   const np_dvec3 middle = cloud->has_position
                               ? np_dvec3_make(at[0], at[1], at[2])
                               : np_dvec3_make(bake->center_m[0], bake->center_m[1], bake->base_altitude_m);
@@ -72,8 +83,14 @@ neph_ridges_desc np_plan_get_ridges(const np_plan *plan, const neph_scene *scene
   return ridges;
 }
 
+double np_plan_get_light_detail(const neph_scene *scene) {
+  bool has_places = false;
+  for (unsigned i = 0; i < scene->cloud_count; i++) has_places = has_places || scene->clouds[i].place_count > 0;
+  return fmax(scene->render.light_detail_px, has_places ? 1.0 : 0.0);
+}
+
 double np_plan_get_light_edge(const np_plan *plan, const neph_scene *scene, np_dvec3 low, np_dvec3 high) {
-  const double detail_px = scene->render.light_detail_px;
+  const double detail_px = np_plan_get_light_detail(scene);
   if (!(detail_px > 0.0) || !(low.x <= high.x)) return 0.0;
   return detail_px * get_pixel_rad(plan, scene) * compute_distance(scene, low, high);
 }

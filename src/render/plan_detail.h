@@ -22,4 +22,8 @@ double np_plan_get_light_edge(const np_plan *plan, const neph_scene *scene, np_d
 /* Rays of the whole picture that meet a world box, whatever stands before it. */
 double np_plan_count_rays_to(const np_plan *plan, const neph_scene *scene, np_dvec3 low, np_dvec3 high);
 
+/* Pixels that a cell of light covers at least: one where clouds stand in many places, since their number would go with
+ * that of the copies, however small those are in the picture. 0: as many cells as there are. */
+double np_plan_get_light_detail(const neph_scene *scene);
+
 #endif

@@ -9,6 +9,7 @@
 #include "render/plan.h"
 #include "render/plan_detail.h"
 #include "scene/cloud_file.h"
+#include "scene/cloud_places.h"
 #include "volume/volume_private.h"
 
 /* ---- Bakes ---- */
@@ -82,6 +83,21 @@ static neph_result place_box(const np_scene_cloud *cloud, const np_grid_header *
   return result;
 }
 
+/* Copies may be no larger than a few cells: one counts beyond a box on each side, and one that it begins in. */
+static double count_copied_cells(const neph_scene *scene, const np_plan *plan, const np_scene_cloud *cloud,
+                                 np_dvec3 low, np_dvec3 high) {
+  static const double beside = 3.0;
+  double cells = 0.0;
+  for (unsigned i = 0; i < cloud->place_count; i++) {
+    np_dvec3 own_low, own_high;
+    np_cloud_place_move_box(&cloud->place[i], low, high, &own_low, &own_high);
+    const np_dvec3 size = np_dvec3_subtract(own_high, own_low);
+    const double edge_m = np_plan_get_light_edge(plan, scene, own_low, own_high);
+    cells += (size.x / edge_m + beside) * (size.y / edge_m + beside) * (size.z / edge_m + beside);
+  }
+  return cells;
+}
+
 static neph_result count_file_cells(const neph_scene *scene, const np_plan *plan, const np_scene_cloud *cloud,
                                     double *cells) {
   const neph_volume_load_desc load = np_cloud_file_describe_load(cloud);
@@ -93,16 +109,18 @@ static neph_result count_file_cells(const neph_scene *scene, const np_plan *plan
   np_alloc_free(scene->context, file.path);
   if (result || !header.has_box || header.state != NP_GRID_FILLED) return result;
   result = place_box(cloud, &header, &low, &high);
+  if (cloud->place_count > 0) *cells += count_copied_cells(scene, plan, cloud, low, high);
+  if (cloud->place_count > 0 || result) return result;
   const double edge_m = np_plan_get_light_edge(plan, scene, low, high);
   *cells += (high.x - low.x) * (high.y - low.y) * (high.z - low.z) / pow(edge_m, 3.0);
-  return result;
+  return NEPH_OK;
 }
 
 /* Counts the cells where a picture's pixels limit them. */
 static neph_result measure_files(const neph_scene *scene, np_plan *plan) {
   double cells = 0.0;
   neph_result result = NEPH_OK;
-  if (!(scene->render.light_detail_px > 0.0)) return NEPH_OK;
+  if (!(np_plan_get_light_detail(scene) > 0.0)) return NEPH_OK;
   for (unsigned i = 0; !result && i < scene->cloud_count; i++) {
     const np_scene_cloud *cloud = &scene->clouds[i];
     if (!cloud->is_baked && !cloud->volume) result = count_file_cells(scene, plan, cloud, &cells);

@@ -7,6 +7,8 @@
 #include "core/units.h"
 #include "integrate/approximation.h"
 #include "integrate/approximation_gain.h"
+#include "render/copies.h"
+#include "volume/places.h"
 #include "render/integrator_choice.h"
 #include "render/stage_part.h"
 
@@ -62,10 +64,13 @@ neph_result np_stage_build_instances(const np_stage_part *in) {
   if (!placed) return NEPH_ERROR_OUT_OF_MEMORY;
   for (unsigned i = 0; i < a->cloud_count; i++)
     if (a->clouds[i].volume) *placed++ = np_packet_place(in->packet, in->scene, a, i);
-  return NEPH_OK;
+  return np_copies_build_places(a, in->packet);
 }
 
-void np_stage_clear_instances(const np_stage_part *in) { np_alloc_free(in->made->context, in->packet->placed); }
+void np_stage_clear_instances(const np_stage_part *in) {
+  np_places_clear(in->made->context, &in->packet->places);
+  np_alloc_free(in->made->context, in->packet->placed);
+}
 
 /* Rounds to a thousandth, to which albedos are rounded too; grey still stays grey. */
 static void round_basis(np_spectrum basis[NP_BAND_COUNT]) {
@@ -120,6 +125,7 @@ neph_result np_stage_build_world(const np_stage_part *in) {
   out->world = (np_world){
       .clouds.count = a->volume_count,
       .clouds.at = packet->placed,
+      .clouds.places = packet->places.count > 0 ? &packet->places : NULL,
       .to_sun = np_dvec3_to_float(out->direction),
       .sun_angular_radius_rad = (float)out->angular_radius_rad,
       .sun_irradiance = out->irradiance,

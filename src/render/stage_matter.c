@@ -6,6 +6,7 @@
 #include "cloud/cloud_private.h"
 #include "core/alloc.h"
 #include "core/hash.h"
+#include "render/copies.h"
 #include "render/placement.h"
 #include "render/plan.h"
 #include "render/plan_detail.h"
@@ -339,8 +340,11 @@ static neph_result place_volume(cloud_build *c) {
   if (result) return result;
   c->parts->placed = placement.world;
   c->in->made->volume_count++;
-  include_box(&c->low, &c->high, placement.bounds_min, placement.bounds_max);
-  return load_phase(c);
+  if (c->cloud->place_count > 0)
+    result = np_copies_make(c->in->made->context, c->cloud, &placement, c->parts, &c->low, &c->high);
+  else
+    include_box(&c->low, &c->high, placement.bounds_min, placement.bounds_max);
+  return result ? result : load_phase(c);
 }
 
 static bool has_emission(const cloud_build *c) {
@@ -416,6 +420,7 @@ neph_result np_stage_build_cloud(const np_stage_part *in) {
 }
 
 void np_stage_clear_cloud(const np_stage_part *in) {
+  np_copies_clear(in->made->context, &in->made->clouds[in->cloud]);
   np_phase_table_clear(&in->made->clouds[in->cloud].phase_table);
   np_cloud_emission_clear(&in->made->clouds[in->cloud].emission);
 }

@@ -169,12 +169,21 @@ static neph_result make_move(const moving_cloud *c, const np_cloud_pose *pose, d
   return NEPH_OK;
 }
 
+/* Copies stand still while the shutter is open. */
+static neph_result refuse_places(const moving_cloud *c, const char *reason) {
+  return np_fail(c->motion->context, NEPH_ERROR_BAD_SCENE,
+                 "cloud %s: it has places, which stand still during a frame, but %s: leave out places, or "
+                 "camera.motion_blur and the motion output, or set velocity: none",
+                 c->cloud->name, reason);
+}
+
 /* The moves of one pose; behind those of the exposure come the next frame's, and the previous one's. */
 static neph_result add_pose(const moving_cloud *c, const np_scene_pose *pose, double time, int number) {
   const np_affine still = np_affine_identity();
   np_affine move;
   const neph_result result = make_move(c, &pose->clouds[c->number], time, &move);
   if (result) return result;
+  if (c->cloud->places && memcmp(move.m, still.m, sizeof move.m) != 0) return refuse_places(c, "its keys are animated");
   if (number == NP_MOTION_POSES) c->out->next = move;
   if (number == NP_MOTION_POSES + 1) c->out->previous = move;
   if (number >= NP_MOTION_POSES) return NEPH_OK;
@@ -224,6 +233,7 @@ static neph_result build_velocity(moving_cloud *c, const char *path) {
   neph_result result = np_volume_load_velocity(c->motion->context, path, c->cloud->velocity, c->cloud->policy,
                                                c->in->monitor, velocity, &is_found);
   const np_cloud_emission *emission = &c->parts->emission;
+  if (!result && is_found && c->cloud->places) result = refuse_places(c, "its file has velocities");
   if (!result && is_found) {
     result = move_volume(c, velocity, c->parts->volume, &c->out->density);
     if (!result) result = move_volume(c, velocity, emission->flame, &c->out->flame);

@@ -9,6 +9,7 @@
 #include "core/alloc.h"
 #include "core/file.h"
 #include "core/path_map.h"
+#include "scene/cloud_places.h"
 #include "scene/sequence.h"
 #include "volume/instance.h"
 #include "terrain/terrain_private.h"
@@ -284,7 +285,7 @@ static neph_result apply_cloud(key_applier *applier, const np_key *list, unsigne
   cloud->bake.name = cloud->bake_name;
   if (cloud->has_top) cloud->bake.thickness_m = cloud->top_m - cloud->bake.base_altitude_m;
   cloud->phase = np_phase_make(&cloud->phase_source);
-  return cloud->name ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+  return cloud->name ? np_cloud_places_read(applier->context, cloud) : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
 static neph_result apply_clouds(key_applier *applier, const np_key *list, const np_node *node) {
@@ -491,7 +492,10 @@ static void clear_texts(neph_context *context, const np_key *list, void *base) {
 
 void np_scene_clear(neph_scene *scene) {
   const np_key *clouds = np_key_search(NULL, "clouds");
-  for (unsigned i = 0; i < scene->cloud_count; i++) clear_texts(scene->context, clouds, &scene->clouds[i]);
+  for (unsigned i = 0; i < scene->cloud_count; i++) {
+    clear_texts(scene->context, clouds, &scene->clouds[i]);
+    np_cloud_places_clear(scene->context, &scene->clouds[i]);
+  }
   np_alloc_free(scene->context, scene->clouds);
   np_scene_air_clear(scene);
   scene->clouds = NULL;

@@ -177,10 +177,21 @@ static neph_result check_emission(const neph_scene *scene, unsigned index, const
                           index, cloud->emission.offset_k);
 }
 
+/* Copies share one cloud's bricks; its fire would be one of theirs alone. */
+static neph_result check_places(const neph_scene *scene, unsigned index, const np_node *node,
+                                np_scene_problems *problems) {
+  const np_scene_cloud *cloud = &scene->clouds[index];
+  if (!cloud->places || !cloud->emission.is_enabled) return NEPH_OK;
+  return np_scene_fail_at(problems, np_node_search(node, "places"),
+                          "clouds[%u].places and clouds[%u].emission exclude each other: copies do not emit; leave one "
+                          "of them out, or give each cloud that burns an element of clouds",
+                          index, index);
+}
+
 static neph_result check_clouds(const neph_scene *scene, np_scene_problems *problems) {
   static neph_result (*const cloud_checks[])(const neph_scene *, unsigned, const np_node *, np_scene_problems *) = {
-      check_source, check_reference_frame, check_scale,   check_name, check_map,
-      check_top,    check_profile,         check_emission};
+      check_source, check_reference_frame, check_scale,    check_name,  check_map,
+      check_top,    check_profile,         check_emission, check_places};
   const np_node *list = np_node_search(scene->document, "clouds");
   const np_node *node = list ? list->first : NULL;
   neph_result result = NEPH_OK;

@@ -20,7 +20,7 @@
   { -0.999999, 0.999999 }
 
 /* Groups of keys that exclude each other. */
-enum { GROUP_SUN = 1, GROUP_DENSITY, GROUP_PHASE, GROUP_TERRAIN, GROUP_PROFILE, GROUP_TOP, GROUP_ALBEDO };
+enum { GROUP_SUN = 1, GROUP_DENSITY, GROUP_PHASE, GROUP_TERRAIN, GROUP_PROFILE, GROUP_TOP, GROUP_ALBEDO, GROUP_PLACE };
 
 extern const np_choice np_booleans[]; /* false, true */
 

@@ -83,8 +83,12 @@ static const np_key keys[] = {
      .range = WITHIN(-360, 360), .fallback = "0 deg",
      .meaning = "about the vertical, counter-clockwise seen from above, after that"},
     {.path = "clouds[].position", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = CLOUD(position_m),
-     .tag = CLOUD(has_position), .tag_value = true, .range = ANYWHERE,
+     .tag = CLOUD(has_position), .tag_value = true, .range = ANYWHERE, .group = GROUP_PLACE, .alternative = 1,
      .meaning = "place of the pivot; without it, as the file has it"},
+    {.path = "clouds[].places", .type = NP_KEY_FILE, .is_input = true, .field = CLOUD(places),
+     .group = GROUP_PLACE, .alternative = 2,
+     .meaning = "CSV of the places of many copies: x_m, y_m and z_m of the pivot; rotation_deg and scale, which come "
+                "after the cloud's own"},
     {.path = "clouds[].pivot", .type = NP_KEY_REAL, .field = CLOUD(pivot_point), .range = WITHIN(-1e9, 1e9),
      .choices = pivots, .tag = CLOUD(pivot), .tag_value = NP_PIVOT_POINT, .fallback = "base",
      .meaning = "point of the cloud that stands at its position: base, the middle of the bottom of its box; center, "
@@ -200,7 +204,7 @@ static const np_key keys[] = {
      .meaning = "extinction in the core of the cloud"},
     {.path = "clouds[].bake.model", .type = NP_KEY_CHOICE, .choices = models, .field = CLOUD(bake.model),
      .fallback = "cells",
-     .meaning = "thermals are cumulus, heaps of balls over a base; cells tower likewise, of noise; a slab is a "
+     .meaning = "thermals are cumulus, balls on balls above a base; cells are towers of noise; a slab is a "
                 "sheet with soft edges, and cheap; a hero is one cloud of thermals"},
     {.path = "clouds[].bake.sublayers", .type = NP_KEY_INTEGER, .field = CLOUD(bake.sublayers),
      .range = WITHIN(1, 16), .fallback = "1", .meaning = "sheets over each other that a slab is made of"},

@@ -133,6 +133,11 @@ typedef enum np_pivot { NP_PIVOT_BASE, NP_PIVOT_CENTER, NP_PIVOT_ORIGIN, NP_PIVO
 /* The meaning of a frame whose file a sequence lacks. */
 typedef enum np_missing { NP_MISSING_EMPTY, NP_MISSING_HOLD, NP_MISSING_LOOP, NP_MISSING_ERROR } np_missing;
 
+/* A place of a cloud: its pivot there, turned about it and enlarged. */
+typedef struct np_cloud_place {
+  double position_m[3], rotation_rad, scale;
+} np_cloud_place;
+
 typedef struct np_scene_cloud {
   char *name;
   neph_volume *volume;      /* given, the document's; NULL: from a file or baked */
@@ -163,6 +168,9 @@ typedef struct np_scene_cloud {
   double rotation_rad; /* about world z, counter-clockwise seen from above */
   bool has_position;
   double position_m[3]; /* of the pivot */
+  char *places;         /* file of many, resolved; NULL: it stands once */
+  unsigned place_count; /* as read from it: 0, it stands once */
+  np_cloud_place *place;
   np_pivot pivot;
   double pivot_point[3]; /* in the file's unit */
   np_density_unit density_unit;
@@ -336,9 +344,7 @@ neph_result np_scene_check(const neph_scene *scene);
 bool np_scene_cloud_is_sequence(const np_scene_cloud *cloud);
 
 /* Whether all files of a sequence place and scale each of them. */
-static inline bool np_scene_cloud_goes_by_all(const np_scene_cloud *cloud) {
-  return isinf(cloud->reference_frame);
-}
+static inline bool np_scene_cloud_goes_by_all(const np_scene_cloud *cloud) { return isinf(cloud->reference_frame); }
 
 /* The greatest of the factors by which a cloud is enlarged. */
 double np_scene_cloud_get_scale(const np_scene_cloud *cloud);

@@ -7,6 +7,7 @@
 #include "core/stable.h"
 #include "transport/first_collision.h"
 #include "volume/brick_walk.h"
+#include "volume/places.h"
 
 neph_result NP_KERNEL(np_first_rays_follow)(void *user, size_t begin, size_t end, unsigned thread);
 
@@ -37,7 +38,8 @@ typedef struct collision_ray {
   double power[NP_FIRST_MEDIA];   /* what is left of the ray in each medium */
   crossing crossing;
   unsigned cloud_count;
-  cloud clouds[NP_INSTANCES_MAX];
+  cloud clouds[NP_INSTANCES_MAX]; /* of a hierarchy those whose boxes the ray has entered */
+  np_place_queue ahead;
 } collision_ray;
 
 /* Steps that are looked up together; those from `count` on lie behind the exit. */
@@ -158,20 +160,26 @@ static double compute_offset(const collision_ray *r, int axis, double t) {
 
 /* --------------------------------------------------------------------------------------- what the steps run through */
 
+static void add_cloud(collision_ray *r, const np_instance *volume) {
+  const double *d = r->all->direction;
+  const unsigned v = np_instances_get_index(&r->all->world->clouds, volume);
+  cloud *c = &r->clouds[r->cloud_count];
+  c->volume = volume;
+  for (unsigned m = 0; m < NP_FIRST_MEDIA; m++) c->scale[m] = r->all->media[m].scale[v];
+  const np_affine *map = &c->volume->world_to_index;
+  np_brick_walk_start(&c->walk, c->volume->bricks,
+                      np_affine_point(map, np_dvec3_make(r->start[0], r->start[1], r->start[2])),
+                      np_affine_vector(map, np_dvec3_make(d[0], d[1], d[2])), 0.0, r->exit_m);
+  if (np_brick_walk_next(&c->walk, &c->span)) r->cloud_count++;
+}
+
 static void start_clouds(collision_ray *r) {
-  const np_world *world = r->all->world;
+  const np_instances *clouds = &r->all->world->clouds;
   const double *d = r->all->direction;
   r->cloud_count = 0;
-  for (unsigned v = 0; v < world->clouds.count; v++) {
-    cloud *c = &r->clouds[r->cloud_count];
-    c->volume = &world->clouds.at[v];
-    for (unsigned m = 0; m < NP_FIRST_MEDIA; m++) c->scale[m] = r->all->media[m].scale[v];
-    const np_affine *map = &c->volume->world_to_index;
-    np_brick_walk_start(&c->walk, c->volume->bricks,
-                        np_affine_point(map, np_dvec3_make(r->start[0], r->start[1], r->start[2])),
-                        np_affine_vector(map, np_dvec3_make(d[0], d[1], d[2])), 0.0, r->exit_m);
-    if (np_brick_walk_next(&c->walk, &c->span)) r->cloud_count++;
-  }
+  np_place_queue_start(&r->ahead, clouds, np_dvec3_make(r->start[0], r->start[1], r->start[2]),
+                       np_vec3_make((float)d[0], (float)d[1], (float)d[2]), r->exit_m);
+  for (unsigned v = 0; v < clouds->count && !clouds->places; v++) add_cloud(r, &clouds->at[v]);
 }
 
 /* Values of a cloud at the middles of the steps from `first` to before `end`, all in the cell that the walk is in. */
@@ -215,9 +223,29 @@ static void add_depths(cloud *c, const collision_block *b, float depth[NP_FIRST_
       depth[m][k] += c->scale[m] * c->volume->extinction_per_value * b->length_m[k] * value[k];
 }
 
+/* Adds the depths of clouds of a hierarchy that are entered before the block's end; those that end before it too are
+ * forgotten at once. */
+static void pass_places(collision_ray *r, const collision_block *b, float depth[NP_FIRST_MEDIA][STEPS]) {
+  const double end = b->count > 0 ? b->middle_m[b->count - 1] : -1.0;
+  for (unsigned i = 0; i < r->cloud_count;) {
+    if (isinf(r->clouds[i].span.t_begin))
+      r->clouds[i] = r->clouds[--r->cloud_count];
+    else
+      i++;
+  }
+  while (np_place_queue_get_next(&r->ahead) <= end && r->cloud_count < NP_INSTANCES_MAX) {
+    const unsigned before = r->cloud_count;
+    add_cloud(r, np_place_queue_take(&r->ahead));
+    if (r->cloud_count == before) continue;
+    add_depths(&r->clouds[before], b, depth);
+    if (isinf(r->clouds[before].span.t_begin)) r->cloud_count--;
+  }
+}
+
 static void compute_opacities(collision_ray *r, collision_block *b) {
   float depth[NP_FIRST_MEDIA][STEPS] = {{0.0f}};
   for (unsigned i = 0; i < r->cloud_count; i++) add_depths(&r->clouds[i], b, depth);
+  if (r->ahead.places) pass_places(r, b, depth);
   for (unsigned m = 0; m < NP_FIRST_MEDIA; m++)
 #pragma omp simd
     for (int k = 0; k < STEPS; k++) b->opacity[m][k] = np_opacity(depth[m][k]);

@@ -9,6 +9,12 @@
 
 /* ---- Averages ---- */
 
+/* Places of a hierarchy that reach into a cell. */
+typedef struct cell_places {
+  unsigned count; /* of which `at` holds as many as it can */
+  const np_instance *at[NP_INSTANCES_MAX];
+} cell_places;
+
 typedef struct grid_fill {
   const np_world *world;
   const np_scaled_phase *phases;
@@ -32,6 +38,27 @@ float np_transport_grid_average_emission(const np_transport_grid *grid, const st
       .band[band];
 }
 
+static unsigned list_places(const grid_fill *f, const double low[3], const double width[3], cell_places *out) {
+  const double high[3] = {low[0] + width[0], low[1] + width[1], low[2] + width[2]};
+  return out->count = np_places_list_in_box(f->world->clouds.places, low, high, NP_INSTANCES_MAX, out->at);
+}
+
+/* Adds the extinction of all clouds at a point of a cell: of `count` places of a hierarchy that reach into the cell, or
+ * of as many as there are where that is too many to list. */
+static void add_extinction(const grid_fill *f, const cell_places *in, np_dvec3 position, float weight,
+                           float *extinction) {
+  const np_instances *clouds = &f->world->clouds;
+  if (!clouds->places) {
+    for (unsigned v = 0; v < clouds->count; v++)
+      extinction[v] += weight * fmaxf(0.0f, np_instance_extinction(&clouds->at[v], position));
+  } else if (in->count > NP_INSTANCES_MAX) {
+    np_places_add_extinction(clouds->places, position, weight, extinction);
+  } else {
+    for (unsigned i = 0; i < in->count; i++)
+      extinction[in->at[i]->index] += weight * fmaxf(0.0f, np_instance_extinction(in->at[i], position));
+  }
+}
+
 /* Mean over a cell by the midpoint rule on the pieces between samples, where the interpolant is trilinear and the rule
  * exact; over large cells on a coarser lattice. */
 static void average_cell(const grid_fill *f, const int32_t at[3]) {
@@ -39,21 +66,23 @@ static void average_cell(const grid_fill *f, const int32_t at[3]) {
   const unsigned clouds = f->world->clouds.count;
   const size_t cell = np_transport_grid_join(g, at);
   float *extinction = f->extinction + cell * clouds;
-  double width[3];
+  double low[3], width[3];
   int32_t points[3];
+  cell_places in;
   for (int a = 0; a < 3; a++) {
+    low[a] = g->edge_m[a][at[a]];
     width[a] = np_transport_grid_width(g, a, at[a]);
     points[a] = (int32_t)np_clamp(ceil(width[a] / f->voxel_m[a] - 0.01), 1.0, 4.0);
   }
   const float weight = 1.0f / (float)(points[0] * points[1] * points[2]);
-  for (int32_t k = 0; k < points[2]; k++)
+  const bool is_empty = f->world->clouds.places && list_places(f, low, width, &in) == 0;
+  for (int32_t k = 0; k < points[2] && !is_empty; k++)
     for (int32_t j = 0; j < points[1]; j++)
       for (int32_t i = 0; i < points[0]; i++) {
         const np_dvec3 position = np_dvec3_make(g->edge_m[0][at[0]] + (i + 0.5) / points[0] * width[0],
                                                 g->edge_m[1][at[1]] + (j + 0.5) / points[1] * width[1],
                                                 g->edge_m[2][at[2]] + (k + 0.5) / points[2] * width[2]);
-        for (unsigned v = 0; v < clouds; v++)
-          extinction[v] += weight * fmaxf(0.0f, np_instance_extinction(&f->world->clouds.at[v], position));
+        add_extinction(f, &in, position, weight, extinction);
       }
   for (unsigned v = 0; v < clouds; v++) f->holds[cell] = f->holds[cell] || extinction[v] > 0.0f;
   if (f->world->emission)

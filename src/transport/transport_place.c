@@ -36,8 +36,9 @@ static int search_index_axis(const np_instance *volume, int world_axis) {
 
 double np_transport_get_voxel(const np_world *world, int axis) {
   double finest = INFINITY;
-  for (unsigned v = 0; v < world->clouds.count; v++) {
-    const double(*m)[4] = world->clouds.at[v].world_to_index.m;
+  const np_instance *places = np_instances_get_places(&world->clouds);
+  for (unsigned v = 0; v < np_instances_count_places(&world->clouds); v++) {
+    const double(*m)[4] = places[v].world_to_index.m;
     finest = fmin(finest, 1.0 / sqrt(m[0][axis] * m[0][axis] + m[1][axis] * m[1][axis] + m[2][axis] * m[2][axis]));
   }
   return finest;
@@ -55,7 +56,7 @@ static double compute_transport_extinction(const np_world *world) {
 }
 
 static bool is_wrapped_along(const np_world *world, int axis, double *out_period_m) {
-  if (world->clouds.count != 1) return false;
+  if (np_instances_count_places(&world->clouds) != 1) return false;
   const np_instance *volume = &world->clouds.at[0];
   const int a = search_index_axis(volume, axis);
   if (a < 0 || a > 1 || !volume->bricks->is_periodic[a]) return false;

@@ -3,6 +3,7 @@
 #ifndef NP_VOLUME_DEPTH_CURSOR_H
 #define NP_VOLUME_DEPTH_CURSOR_H
 
+#include "volume/places.h"
 #include "volume/tracking.h"
 
 /* One cloud's optical depth along a ray, as far as it has been asked for. */
@@ -14,20 +15,39 @@ typedef struct np_depth_cursor {
   bool is_past; /* behind the cloud */
 } np_depth_cursor;
 
+/* The clouds along a ray; of a hierarchy those whose boxes the ray has entered, and what lies behind it. */
 typedef struct np_depth_cursors {
+  const np_instances *clouds;
   unsigned count;
   np_depth_cursor cursor[NP_INSTANCES_MAX];
+  np_dvec3 origin;
+  np_vec3 direction;
+  double distance_end;
+  np_place_queue ahead;
+  double past[NP_INSTANCES_MAX]; /* with a hierarchy: of each cloud, in places that have been left */
 } np_depth_cursors;
+
+static inline void np_depth_cursors_add(np_depth_cursors *all, const np_instance *volume) {
+  np_depth_cursor *c = &all->cursor[all->count++];
+  c->volume = volume;
+  c->position = c->depth = 0.0;
+  np_track_start(&c->walk, c->volume, all->origin, all->direction, 0.0, all->distance_end);
+  c->is_past = !np_brick_walk_next(&c->walk, &c->span);
+}
 
 static inline void np_depth_cursors_start(np_depth_cursors *all, const np_instances *clouds, np_dvec3 origin,
                                           np_vec3 direction, double distance_end) {
-  all->count = clouds->count;
+  all->clouds = clouds;
+  all->count = 0;
+  all->origin = origin;
+  all->direction = direction;
+  all->distance_end = distance_end;
+  np_place_queue_start(&all->ahead, clouds, origin, direction, distance_end);
   for (unsigned i = 0; i < clouds->count; i++) {
-    np_depth_cursor *c = &all->cursor[i];
-    c->volume = &clouds->at[i];
-    c->position = c->depth = 0.0;
-    np_track_start(&c->walk, c->volume, origin, direction, 0.0, distance_end);
-    c->is_past = !np_brick_walk_next(&c->walk, &c->span);
+    if (clouds->places)
+      all->past[i] = 0.0;
+    else
+      np_depth_cursors_add(all, &clouds->at[i]);
   }
 }
 
@@ -51,13 +71,38 @@ static inline void np_depth_cursor_advance(np_depth_cursor *c, double distance) 
   }
 }
 
+/* Adds up the places that are left, and forgets them. */
+static inline void np_depth_cursors_leave(np_depth_cursors *all) {
+  for (unsigned i = 0; i < all->count;) {
+    const np_depth_cursor *c = &all->cursor[i];
+    if (!c->is_past) {
+      i++;
+      continue;
+    }
+    all->past[c->volume->index] += c->depth;
+    if (i != --all->count) all->cursor[i] = all->cursor[all->count];
+  }
+}
+
+/* The same through a hierarchy: to each place in turn as the ray enters it. */
+static inline void np_depth_cursors_pass(np_depth_cursors *all, double distance) {
+  while (np_place_queue_get_next(&all->ahead) < distance && all->count < NP_INSTANCES_MAX) {
+    const double enter = np_place_queue_get_next(&all->ahead);
+    for (unsigned i = 0; i < all->count; i++) np_depth_cursor_advance(&all->cursor[i], enter);
+    np_depth_cursors_leave(all);
+    np_depth_cursors_add(all, np_place_queue_take(&all->ahead));
+  }
+}
+
 static inline void np_depth_cursors_advance(np_depth_cursors *all, double distance) {
+  if (all->clouds->places) np_depth_cursors_pass(all, distance);
   for (unsigned i = 0; i < all->count; i++) np_depth_cursor_advance(&all->cursor[i], distance);
 }
 
 static inline double np_depth_cursors_sum(const np_depth_cursors *all) {
   double depth = 0.0;
   for (unsigned i = 0; i < all->count; i++) depth += all->cursor[i].depth;
+  for (unsigned i = 0; i < all->clouds->count && all->clouds->places; i++) depth += all->past[i];
   return depth;
 }
 

@@ -4,6 +4,7 @@
 #ifndef NP_VOLUME_RAY_INTERVALS_H
 #define NP_VOLUME_RAY_INTERVALS_H
 
+#include "volume/places.h"
 #include "volume/tracking.h"
 
 /* One cloud along the ray: its walk, and the cell that the walk is in or comes to next. */
@@ -14,11 +15,15 @@ typedef struct np_ray_instance {
   float voxels_per_m; /* along the ray */
 } np_ray_instance;
 
-/* The clouds along a ray, advanced together. */
+/* The clouds along a ray, advanced together; of a hierarchy those whose boxes the ray has entered. */
 typedef struct np_ray_intervals {
   unsigned count;
   double position;
   np_ray_instance instance[NP_INSTANCES_MAX];
+  np_dvec3 origin;
+  np_vec3 direction;
+  double distance_end;
+  np_place_queue ahead;
 } np_ray_intervals;
 
 /* A stretch of the ray in which every cloud stays in one cell. */
@@ -28,17 +33,58 @@ typedef struct np_ray_interval {
   unsigned active[NP_INSTANCES_MAX]; /* indices into np_ray_intervals.instance */
 } np_ray_interval;
 
+/* Lets a cloud in that the ray meets. */
+static inline void np_ray_intervals_add(np_ray_intervals *all, const np_instance *volume) {
+  np_ray_instance *m = &all->instance[all->count];
+  m->volume = volume;
+  m->voxels_per_m = np_track_voxels_per_m(m->volume, all->direction);
+  np_track_start(&m->walk, m->volume, all->origin, all->direction, 0.0, all->distance_end);
+  if (np_brick_walk_next(&m->walk, &m->span)) all->count++;
+}
+
+/* Distance at which the first of the clouds holds something. */
+static inline double np_ray_intervals_get_begin(const np_ray_intervals *all) {
+  double begin = INFINITY;
+  for (unsigned i = 0; i < all->count; i++) begin = fmin(begin, fmax(all->instance[i].span.t_begin, all->position));
+  return begin;
+}
+
+/* Lets those in that the ray enters before it is in any cloud, and returns where that is. No more can be over each
+ * other than there is room for (NP_PLACES_OVERLAP_MAX). */
+static inline double np_ray_intervals_admit(np_ray_intervals *all) {
+  double begin = np_ray_intervals_get_begin(all);
+  while (np_place_queue_get_next(&all->ahead) <= begin && all->ahead.next < all->ahead.count &&
+         all->count < NP_INSTANCES_MAX) {
+    np_ray_intervals_add(all, np_place_queue_take(&all->ahead));
+    begin = np_ray_intervals_get_begin(all);
+  }
+  return begin;
+}
+
 static inline void np_ray_intervals_start(np_ray_intervals *all, const np_instances *clouds, np_dvec3 origin,
                                           np_vec3 direction, double distance_end) {
   all->count = 0;
   all->position = 0.0;
-  for (unsigned i = 0; i < clouds->count; i++) {
-    np_ray_instance *m = &all->instance[all->count];
-    m->volume = &clouds->at[i];
-    m->voxels_per_m = np_track_voxels_per_m(m->volume, direction);
-    np_track_start(&m->walk, m->volume, origin, direction, 0.0, distance_end);
-    if (np_brick_walk_next(&m->walk, &m->span)) all->count++;
+  all->origin = origin;
+  all->direction = direction;
+  all->distance_end = distance_end;
+  np_place_queue_start(&all->ahead, clouds, origin, direction, distance_end);
+  if (clouds->places) {
+    np_ray_intervals_admit(all);
+    return;
   }
+  for (unsigned i = 0; i < clouds->count; i++) np_ray_intervals_add(all, &clouds->at[i]);
+}
+
+/* Voxels a metre along the ray of the finest cloud; of a hierarchy, of the first that it meets. */
+static inline float np_ray_intervals_get_finest(const np_ray_intervals *all) {
+  float finest = 0.0f;
+  for (unsigned i = 0; i < all->count; i++) finest = np_maxf(finest, all->instance[i].voxels_per_m);
+  for (unsigned i = all->ahead.next; i < all->ahead.count; i++) {
+    const np_instance *volume = &all->ahead.places->at[all->ahead.hits[i].place];
+    finest = np_maxf(finest, np_track_voxels_per_m(volume, all->direction));
+  }
+  return finest;
 }
 
 /* Drops clouds that the ray has left; moves the others on to their next cell. */
@@ -56,11 +102,10 @@ static inline void np_ray_intervals_advance(np_ray_intervals *all) {
 /* The next stretch with anything in it; false at the end. */
 static inline bool np_ray_intervals_next(np_ray_intervals *all, np_ray_interval *out) {
   np_ray_intervals_advance(all);
+  const double begin = np_ray_intervals_admit(all);
   if (all->count == 0) return false;
-  double begin = INFINITY;
-  for (unsigned i = 0; i < all->count; i++) begin = fmin(begin, fmax(all->instance[i].span.t_begin, all->position));
   out->begin = begin;
-  out->end = INFINITY;
+  out->end = np_place_queue_get_next(&all->ahead);
   out->count = 0;
   for (unsigned i = 0; i < all->count; i++) {
     const np_brick_span *span = &all->instance[i].span;

@@ -10,7 +10,7 @@
 
 #include "core/random.h"
 #include "core/stable.h"
-#include "volume/instance.h"
+#include "volume/places.h"
 #include "volume/voxel_walk.h"
 
 static inline void np_track_start(np_brick_walk *walk, const np_instance *volume, np_dvec3 origin, np_vec3 direction,
@@ -124,8 +124,11 @@ static inline float np_track_volume_depth(const np_instance *volume, np_dvec3 or
 static inline float np_track_depth(const np_instances *clouds, np_dvec3 origin, np_vec3 direction,
                                    const np_depth_query *query) {
   float depth = 0.0f;
-  for (unsigned i = 0; i < clouds->count && query->fade * depth < NP_TRACK_DEPTH_MAX; i++)
-    depth += np_track_volume_depth(&clouds->at[i], origin, direction, INFINITY, query, query->fade * depth);
+  np_place_walk places;
+  const np_instance *volume;
+  np_place_walk_start(&places, clouds, origin, direction, INFINITY);
+  while (query->fade * depth < NP_TRACK_DEPTH_MAX && (volume = np_place_walk_next(&places, INFINITY)))
+    depth += np_track_volume_depth(volume, origin, direction, INFINITY, query, query->fade * depth);
   return depth;
 }
 
@@ -188,8 +191,10 @@ static inline bool np_track_roulette(double *depth, double faint_depth, np_rando
 static inline float np_track_transmittance(const np_instances *clouds, np_dvec3 origin, np_vec3 direction,
                                            double distance_end, double faint_depth, np_random *random) {
   double depth = 0.0;
-  for (unsigned i = 0; i < clouds->count; i++) {
-    const np_instance *volume = &clouds->at[i];
+  np_place_walk places;
+  const np_instance *volume;
+  np_place_walk_start(&places, clouds, origin, direction, distance_end);
+  while ((volume = np_place_walk_next(&places, distance_end))) {
     np_brick_walk walk;
     np_brick_span span;
     np_track_start(&walk, volume, origin, direction, 0.0, distance_end);
@@ -214,8 +219,10 @@ static inline float np_flight_spare(const np_flight *flight, const np_brick_span
 static inline double np_flight_bound(const np_instances *clouds, np_dvec3 origin, np_vec3 direction,
                                      double distance_end, const np_flight *flight, double depth_end) {
   double depth = 0.0;
-  for (unsigned i = 0; i < clouds->count && depth < depth_end; i++) {
-    const np_instance *volume = &clouds->at[i];
+  np_place_walk places;
+  const np_instance *volume;
+  np_place_walk_start(&places, clouds, origin, direction, distance_end);
+  while (depth < depth_end && (volume = np_place_walk_next(&places, distance_end))) {
     np_brick_walk walk;
     np_brick_span span;
     np_track_start(&walk, volume, origin, direction, 0.0, distance_end);
@@ -300,8 +307,10 @@ static inline double np_track_collision(const np_instances *clouds, np_dvec3 ori
                                         double distance_end, np_flight *flight, np_random *random,
                                         const np_instance **out_volume) {
   double nearest = INFINITY;
-  for (unsigned i = 0; i < clouds->count; i++) {
-    const np_instance *volume = &clouds->at[i];
+  np_place_walk places;
+  const np_instance *volume;
+  np_place_walk_start(&places, clouds, origin, direction, distance_end);
+  while ((volume = np_place_walk_next(&places, nearest))) {
     np_brick_walk walk;
     np_brick_span span;
     np_track_start(&walk, volume, origin, direction, 0.0, fmin(distance_end, nearest));

@@ -111,6 +111,7 @@ void np_vdb_bytes_skip(np_vdb_bytes *bytes, uint64_t count) {
 }
 
 void np_vdb_bytes_read(np_vdb_bytes *bytes, void *out, uint64_t count) {
+  if (count == 0) return; /* `out` may be NULL */
   bool is_read = has_bytes(bytes, count);
   if (is_read && is_in_window(bytes, count))
     memcpy(out, bytes->window + (bytes->position - bytes->window_begin), count);

@@ -7,7 +7,8 @@
 #include "mesh/camera_file.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
-  static const char *const names[] = {"mesh.obj", "mesh.ply", "mesh.stl", "mesh.gltf", "mesh.glb"};
+  static const char *const names[] = {"mesh.obj", "mesh.ply", "mesh.stl", "mesh.gltf",
+                                      "mesh.glb", "mesh.dae", "mesh.fbx"};
   if (size == 0) return 0;
   neph_context *context = fuzz_get_context();
   const char *path = fuzz_write_file(names[data[0] % (sizeof names / sizeof *names)], data + 1, size - 1);
