@@ -155,7 +155,7 @@ static void levels_keep_the_optical_depth(void **state) {
   neph_context *context = test_context_create(2, NULL);
   const neph_cloud_desc desc = file_field();
   np_sparse_grid fine = bake_plain(context, &desc), coarse = {0};
-  assert_int_equal(np_cloud_halve_grid(context, &fine, "density", 2, &coarse), NEPH_OK);
+  assert_int_equal(np_sparse_grid_halve(&fine, "density_2", &coarse), NEPH_OK);
   assert_string_equal(coarse.name, "density_2");
   assert_near_relative(8 * sum_values(&coarse), sum_values(&fine), 1e-6);
   assert_true(coarse.leaf_count < fine.leaf_count);

@@ -107,9 +107,10 @@ typedef struct neph_render_desc {
   neph_eye eye;              /**< of a stereo camera; neph_scene_get_render_desc has its camera.stereo.eye, and the left
                                   one where that is both; others have NEPH_EYE_CENTRE */
   uint64_t memory_max_bytes; /**< a render that neph_render_estimate_memory predicts to need more has its volumes in
-                                  halves and its multiple scattering on coarser cells, with a warning and
-                                  `nephos:memorySavings`; where that is not enough it is refused, as are bakes within
-                                  it, with NEPH_ERROR_LIMIT (default NEPH_MEMORY_UNLIMITED) */
+                                  halves, its multiple scattering on coarser cells, and the voxels of files twice as
+                                  long, as far as that is needed, with a warning and `nephos:memorySavings`; where
+                                  that is not enough it is refused, as are bakes within it, with NEPH_ERROR_LIMIT
+                                  (default NEPH_MEMORY_UNLIMITED) */
   unsigned tile_index;       /**< of the crop's tiles, bands of whole rows from the top, from 0 (default 0) */
   unsigned tile_count;       /**< of them; 1 to the crop's rows (default 1) */
   uint32_t sample_begin;     /**< first of the samples that are taken, a multiple of 16 (default 0) */

@@ -31,23 +31,24 @@ typedef struct neph_volume_ramp {
 
 typedef struct neph_volume_load_desc {
   size_t struct_size;
-  const char *grid;            /**< name of a grid of numbers or marks, in letters of either case where none is just so,
-                                    "name[1]" for the second of that name, or "name + other" for the sum of up to 16;
-                                    NULL (default): "density" if there is one, else the only fog volume of floats */
-  neph_precision precision;    /**< default NEPH_PRECISION_HALF */
-  neph_import_policy policy;   /**< default NEPH_IMPORT_REFUSE */
-  double level_set_voxels;     /**< voxels below its surface at which a level set is 1, rising from 0 at it; default 0:
-                                    level sets are refused */
+  const char *grid;          /**< name of a grid of numbers or marks, in letters of either case where none is just so,
+                                  "name[1]" for the second of that name, or "name + other" for the sum of up to 16;
+                                  NULL (default): "density" if there is one, else the only fog volume of floats */
+  neph_precision precision;  /**< default NEPH_PRECISION_HALF */
+  neph_import_policy policy; /**< default NEPH_IMPORT_REFUSE */
+  double level_set_voxels;   /**< voxels below its surface at which a level set is 1, rising from 0 at it; default 0:
+                                  level sets are refused */
   neph_volume_ramp ramp;
-  neph_progress_fn progress;   /**< default NULL */
-  void *progress_user;         /**< default NULL */
+  neph_progress_fn progress; /**< default NULL */
+  void *progress_user;       /**< default NULL */
+  bool is_halved;            /**< voxels are twice as long, each the mean of eight (default false) */
 } neph_volume_load_desc;
 
 #define NEPH_VOLUME_LOAD_DESC_DEFAULT                                                                                  \
   {                                                                                                                    \
     .struct_size = sizeof(neph_volume_load_desc), .grid = NULL, .precision = NEPH_PRECISION_HALF,                      \
     .policy = NEPH_IMPORT_REFUSE, .level_set_voxels = 0.0, .ramp = {0.0, 0.0, 1.0, 1.0}, .progress = NULL,             \
-    .progress_user = NULL                                                                                              \
+    .progress_user = NULL, .is_halved = false                                                                          \
   }
 
 /** Reads one grid of a .vdb file.
@@ -60,13 +61,13 @@ NEPH_API neph_result neph_volume_load(neph_context *context, const char *path, c
 
 typedef struct neph_volume_dense_desc {
   size_t struct_size;
-  const char *name;              /**< default "density" */
-  unsigned size[3];              /**< samples along i, j, k; each ≥ 1 */
-  const float *values;           /**< size[0]·size[1]·size[2] of them, i fastest; finite, ≥ 0; copied */
-  double index_to_world[3][4];   /**< affine, invertible: index (i, j, k, 1) to metres; sample i sits at index i */
-  bool is_periodic_x;            /**< repeats along i (default false) */
-  bool is_periodic_y;            /**< repeats along j (default false) */
-  neph_precision precision;      /**< default NEPH_PRECISION_HALF */
+  const char *name;            /**< default "density" */
+  unsigned size[3];            /**< samples along i, j, k; each ≥ 1 */
+  const float *values;         /**< size[0]·size[1]·size[2] of them, i fastest; finite, ≥ 0; copied */
+  double index_to_world[3][4]; /**< affine, invertible: index (i, j, k, 1) to metres; sample i sits at index i */
+  bool is_periodic_x;          /**< repeats along i (default false) */
+  bool is_periodic_y;          /**< repeats along j (default false) */
+  neph_precision precision;    /**< default NEPH_PRECISION_HALF */
 } neph_volume_dense_desc;
 
 #define NEPH_VOLUME_DENSE_DESC_DEFAULT                                                                                 \
@@ -88,13 +89,13 @@ NEPH_API void neph_volume_release(neph_volume *volume);
 
 typedef struct neph_volume_info {
   size_t struct_size;
-  const char *name;             /**< of the grid; valid as long as the volume */
-  double index_to_world[3][4];  /**< index to metres */
+  const char *name;                        /**< of the grid; valid as long as the volume */
+  double index_to_world[3][4];             /**< index to metres */
   double bounds_min_m[3], bounds_max_m[3]; /**< world box of the active samples */
-  uint64_t active_voxel_count;  /**< active voxels of the authored grid, those in tiles included */
-  float value_min, value_max;   /**< over the active samples */
-  uint64_t grid_bytes;          /**< memory of the authored grid */
-  uint64_t brick_bytes;         /**< memory of the bricks that the renderer reads */
+  uint64_t active_voxel_count;             /**< active voxels of the authored grid, those in tiles included */
+  float value_min, value_max;              /**< over the active samples */
+  uint64_t grid_bytes;                     /**< memory of the authored grid */
+  uint64_t brick_bytes;                    /**< memory of the bricks that the renderer reads */
   uint64_t brick_count;
 } neph_volume_info;
 

@@ -115,6 +115,31 @@ static double bound_bytes(const np_sun_optical_depth *cache, const np_world *wor
   return bytes;
 }
 
+/* Cells of a table that any cloud may have, and for each of its bricks: large tiles, and boxes that are empty but for a
+ * stray voxel, have more. Where cells are then too coarse for the tolerance they are steep. */
+static const double cells_free = 0x1p20, cells_per_brick = 64.0;
+
+static bool has_too_many_cells(const np_sun_optical_depth *cache, const np_world *world, double coarsening) {
+  bool has = false;
+  for (unsigned v = 0; v < cache->volume_count; v++) {
+    const np_instance *volume = get_volume(cache, world, v);
+    np_sun_lattice lattice;
+    place(volume, world->to_sun, coarsening, &lattice);
+    has =
+        has || (double)count_cells(&lattice) > fmax(cells_free, cells_per_brick * (double)volume->bricks->brick_count);
+  }
+  return has;
+}
+
+static double choose_coarsening(const np_sun_optical_depth *cache, const np_world *world,
+                                const np_sun_optical_depth_desc *desc) {
+  double coarsening = 1.0;
+  while (coarsening < 1e3 && (bound_bytes(cache, world, coarsening) > (double)desc->bytes_max ||
+                              has_too_many_cells(cache, world, coarsening)))
+    coarsening *= 1.25;
+  return coarsening;
+}
+
 /* ---- Filling ---- */
 
 typedef struct lattice_fill {
@@ -312,8 +337,7 @@ static neph_result place_all(np_sun_optical_depth *out, const np_world *world, c
   out->lattices = np_alloc(out->context, count, sizeof *out->lattices);
   if (!out->lattices) return NEPH_ERROR_OUT_OF_MEMORY;
   out->volume_count = count;
-  double coarsening = 1.0;
-  while (bound_bytes(out, world, coarsening) > (double)desc->bytes_max && coarsening < 1e3) coarsening *= 1.25;
+  const double coarsening = choose_coarsening(out, world, desc);
   for (unsigned v = 0; v < count; v++) place(get_volume(out, world, v), world->to_sun, coarsening, &out->lattices[v]);
   return NEPH_OK;
 }

@@ -26,6 +26,15 @@ static neph_result measure(const np_bake *bake, np_sparse_grid *grid) {
   return result;
 }
 
+/* A level of detail, `name`_2, `name`_4 …, from the one before. */
+static neph_result make_level(const np_bake *bake, const char *name, unsigned level, np_sparse_grid *levels) {
+  char *level_name = np_alloc_printf(bake->context, "%s_%u", name, 1u << level);
+  const neph_result result =
+      level_name ? np_sparse_grid_halve(&levels[level - 1], level_name, &levels[level]) : NEPH_ERROR_OUT_OF_MEMORY;
+  np_alloc_free(bake->context, level_name);
+  return result;
+}
+
 /* The caller clears it whatever the outcome. */
 static neph_result make_grids(np_bake *bake, const char *name, bake_grids *out_grids) {
   np_sparse_grid *levels = out_grids->levels;
@@ -33,8 +42,7 @@ static neph_result make_grids(np_bake *bake, const char *name, bake_grids *out_g
   neph_result result = np_bake_make_grid(bake, name, &levels[0]);
   np_monitor_set_part(bake->monitor, np_monitor_whole, 0.6, 0.8);
   if (!result && bake->desc.error) result = measure(bake, &levels[0]);
-  for (unsigned i = 1; !result && i < bake->desc.level_count; i++)
-    result = np_cloud_halve_grid(bake->context, &levels[i - 1], name, 1u << i, &levels[i]);
+  for (unsigned i = 1; !result && i < bake->desc.level_count; i++) result = make_level(bake, name, i, levels);
   np_monitor_set_part(bake->monitor, np_monitor_whole, 0.8, 0.9);
   if (!result && bake->desc.has_velocity) result = np_bake_make_velocity(bake, &levels[0], out_grids->velocity);
   return result;

@@ -314,11 +314,4 @@ neph_result np_cloud_bake_desc_read(neph_context *context, const neph_bake_desc 
 neph_result np_cloud_file_is_current(neph_context *context, const char *path, const neph_cloud_desc *cloud,
                                      double planet_radius_m, bool *out_is_current);
 
-/* ---- Levels of detail: bake_levels.c ---- */
-
-/* A grid named `name`_`factor` of half the resolution; its transform is a bake's, without shear. On failure it is to be
- * cleared all the same. */
-neph_result np_cloud_halve_grid(neph_context *context, const np_sparse_grid *fine, const char *name, unsigned factor,
-                                np_sparse_grid *out_coarse);
-
 #endif

@@ -60,7 +60,8 @@ static double compute_lost(const np_frame *f) {
 
 static np_bias_model make_of_path(const np_frame *f, const np_plan *plan) {
   const double air = np_plan_has_air_light(plan) && !np_plan_traces_air(plan) ? np_bias_terms.air : 0.0;
-  return (np_bias_model){hypot(air, compute_lost(f)), 2.0};
+  const double voxels = plan->are_coarse ? plan->stages[NP_STAGE_VOLUMES].error : 0.0;
+  return (np_bias_model){hypot(hypot(air, voxels), compute_lost(f)), 2.0};
 }
 
 /* Bias of the stages that a finished picture says no more of than its plan. */

@@ -90,9 +90,14 @@ double np_stage_expect_sun_optical_depth(const np_plan *plan, const neph_scene *
   return is_march(plan) ? depths_share * (double)desc.tolerance : 0.0;
 }
 
-/* Bakes whose voxels are coarser than the scene's err by that. */
+/* Whether a cloud's voxels are those of a file. */
+static bool is_of_file(const np_scene_cloud *cloud) { return cloud->vdb && !cloud->volume; }
+
+/* Clouds whose voxels are coarser than the scene's err by that. */
 double np_stage_expect_volumes(const np_plan *plan, const neph_scene *scene) {
   double factor = 1.0;
+  for (unsigned i = 0; i < scene->cloud_count && plan->are_coarse; i++)
+    if (is_of_file(&scene->clouds[i])) factor = 2.0;
   for (unsigned i = 0; i < scene->cloud_count; i++)
     if (np_plan_is_coarsened(plan, scene, &scene->clouds[i]))
       factor = fmax(factor, np_plan_get_bake(plan, scene, &scene->clouds[i]).voxel_m / scene->clouds[i].bake.voxel_m);

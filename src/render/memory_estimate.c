@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Memory of a picture, predicted from its plan. */
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -100,6 +101,9 @@ static bool has_floats(const neph_scene *scene, const np_plan *plan) {
 /* Least share of its memory with which multiple scattering is solved for at all: cells four times as wide. */
 static const double light_share_min = 1.0 / 64.0;
 
+/* That of the fewest cells that there are, of 1.65 kB, eight along each axis. */
+static const double light_bytes_min = 1e6;
+
 /* Notes what is given up, and decides anew. */
 static neph_result give_up(const neph_scene *scene, np_plan *plan, const char *what, neph_memory_estimate *e) {
   const size_t length = strlen(plan->savings);
@@ -112,11 +116,17 @@ static neph_result fit_light(const neph_scene *scene, np_plan *plan, neph_memory
   const double light = plan->stages[NP_STAGE_ORDINATES].cost.bytes;
   const double left = light - ((double)e->total_bytes - (double)plan->desc.memory_max_bytes);
   char text[96];
-  if (!(left > light_share_min * light)) return NEPH_OK;
+  if (!(left > fmax(light_share_min * light, light_bytes_min))) return NEPH_OK;
   plan->light_bytes_max = left;
   snprintf(text, sizeof text, "multiple scattering is solved for on coarser cells, in %.3g of %.3g GB", 1e-9 * left,
            1e-9 * light);
   return give_up(scene, plan, text, e);
+}
+
+static bool has_file(const neph_scene *scene) {
+  for (unsigned i = 0; i < scene->cloud_count; i++)
+    if (scene->clouds[i].vdb && !scene->clouds[i].volume) return true;
+  return false;
 }
 
 static neph_result fit(const neph_scene *scene, np_plan *plan, neph_memory_estimate *e) {
@@ -126,6 +136,10 @@ static neph_result fit(const neph_scene *scene, np_plan *plan, neph_memory_estim
     plan->are_halves = true;
     result = give_up(scene, plan, "volumes are kept in halves instead of floats", e);
   }
+  if (!result && e->total_bytes > allowed) result = fit_light(scene, plan, e);
+  if (result || e->total_bytes <= allowed || !has_file(scene)) return result;
+  plan->are_coarse = true;
+  result = give_up(scene, plan, "voxels of files are twice as long", e);
   return result || e->total_bytes <= allowed ? result : fit_light(scene, plan, e);
 }
 

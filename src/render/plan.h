@@ -12,9 +12,9 @@ neph_result np_plan_make(const neph_scene *scene, const neph_render_desc *desc, 
 /* The same for a scene that is first made what it is in the description's frame. */
 neph_result np_plan_make_frame(neph_scene *scene, const neph_render_desc *desc, np_plan *out_plan);
 
-/* Chooses halves for volumes and, if that is not enough, coarser cells for multiple scattering, in a plan that is
- * predicted to need more memory than its description allows; says which in a warning and in `savings`.
- * NEPH_ERROR_LIMIT, with a message, when both are not enough. */
+/* Chooses halves for volumes and, as far as that is not enough, coarser cells for multiple scattering and longer voxels
+ * for files, in a plan that is predicted to need more memory than its description allows; says which in a warning and
+ * in `savings`. NEPH_ERROR_LIMIT, with a message, when all are not enough. */
 neph_result np_plan_fit_memory(const neph_scene *scene, np_plan *plan);
 
 /* Peak of the process while the plan is rendered. */

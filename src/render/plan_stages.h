@@ -130,7 +130,8 @@ typedef struct np_plan {
   bool is_fill_measured;
   double light_bytes_max;              /* of multiple scattering while it is solved for */
   bool are_halves;                     /* volumes in memory, whatever their clouds' precision */
-  char savings[160];                   /* what was given up to stay within the limit on memory; empty: nothing */
+  bool are_coarse;                     /* volumes of files: voxels twice as long */
+  char savings[240];                   /* what was given up to stay within the limit on memory; empty: nothing */
   double bias, noise;                  /* predicted of the picture: docs/error.md */
   double sample_mean;                  /* predicted samples a pixel; with a target error it is what that takes */
   double work_factor[NEPH_WORK_COUNT]; /* time of each kind of work, over that of the machine of the constants */

@@ -96,6 +96,9 @@ neph_result np_plan_choose_source(const neph_scene *scene, const np_scene_cloud 
   return result;
 }
 
+/* Leaves of voxels twice as long for each that there was: an eighth inside, a quarter along surfaces. */
+static const double coarse_share = 0.2;
+
 /* Voxels in bricks: those of a bake take 0.9 to 1.1 bytes on disk, other files' 1.4 to 3; bricks fill some two fifths
  * of the box of a bake. */
 static void count_cloud(np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud, np_cloud_source source,
@@ -103,7 +106,8 @@ static void count_cloud(np_plan *plan, const neph_scene *scene, const np_scene_c
   if (source == NP_CLOUD_SOURCE_GIVEN) { /* 8³ voxels a brick */
     plan->cloud_voxel_count += 512.0 * (double)cloud->volume->bricks.brick_count;
   } else if (source == NP_CLOUD_SOURCE_FILE) {
-    plan->cloud_voxel_count += (cloud->is_baked ? 1.0 : 0.5) * (double)np_file_get_size(file);
+    const double voxels = (cloud->is_baked ? 1.0 : 0.5) * (double)np_file_get_size(file);
+    plan->cloud_voxel_count += plan->are_coarse ? coarse_share * voxels : voxels;
   } else {
     const neph_cloud_desc bake = np_plan_get_bake(plan, scene, cloud);
     plan->bake_voxel_count += count_voxels(&bake);
@@ -136,6 +140,10 @@ static neph_result decide_cloud(np_plan *plan, const neph_scene *scene, const np
   if (!result)
     snprintf(out, size, "%s is %s%s%s", cloud->name, file || cloud->volume ? deeds[source] : "baked", file ? " " : "",
              file ? file : "");
+  if (!result && plan->are_coarse && file && source == NP_CLOUD_SOURCE_FILE) {
+    const size_t length = strlen(out);
+    snprintf(out + length, size - length, ", with voxels twice as long, by the limit on memory");
+  }
   if (!result && is_coarsened) describe_voxels(np_plan_get_bake(plan, scene, cloud).voxel_m, cloud, out, size);
   np_alloc_free(plan->context, file);
   return result;

@@ -36,6 +36,7 @@ static void add_file(np_hash *hash, const np_plan *plan, const np_scene_cloud *c
   np_hash_add_text(hash, cloud->color);
   const neph_precision precision = np_plan_get_precision(plan, cloud);
   NP_HASH_ADD(hash, precision);
+  NP_HASH_ADD(hash, plan->are_coarse);
 }
 
 static neph_result add_bake(np_hash *hash, const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud) {
@@ -160,6 +161,7 @@ static neph_result bake(const np_stage_part *in, const np_scene_cloud *cloud, co
 static neph_volume_load_desc describe_load(const np_stage_part *in, const np_scene_cloud *cloud) {
   neph_volume_load_desc desc = np_cloud_file_describe_load(cloud);
   desc.precision = np_plan_get_precision(in->plan, cloud);
+  desc.is_halved = in->plan->are_coarse;
   desc.progress = np_monitor_relay;
   desc.progress_user = in->monitor;
   return desc;

@@ -55,6 +55,10 @@ np_tile *np_sparse_grid_add_tile(np_sparse_grid *grid, const int32_t origin[3], 
 /* Sorts leaves and tiles by origin. */
 void np_sparse_grid_sort(np_sparse_grid *grid);
 
+/* A grid called `name` of half the resolution: each voxel is the mean of eight (sparse_grid_halve.c). The caller clears
+ * it, whatever the outcome. */
+neph_result np_sparse_grid_halve(const np_sparse_grid *fine, const char *name, np_sparse_grid *out_coarse);
+
 uint64_t np_sparse_grid_count_active(const np_sparse_grid *grid);
 
 /* Box of the active samples. */

@@ -242,6 +242,15 @@ static neph_result load_grid(load_job *job, const neph_volume_load_desc *desc, n
   return result;
 }
 
+/* Half the resolution, in place of the grid. */
+static neph_result halve(np_sparse_grid *grid) {
+  np_sparse_grid coarse = {0};
+  const neph_result result = np_sparse_grid_halve(grid, grid->name, &coarse);
+  np_sparse_grid_clear(result ? &coarse : grid);
+  if (!result) *grid = coarse;
+  return result;
+}
+
 /* Loads what `job` asks for; nothing if that is empty. */
 static neph_result load(load_job *job, const neph_volume_load_desc *desc, neph_volume **out_volume) {
   neph_context *context = job->context;
@@ -249,6 +258,7 @@ static neph_result load(load_job *job, const neph_volume_load_desc *desc, neph_v
   bool has_content;
   neph_result result = load_grid(job, desc, &monitor, &has_content);
   np_monitor_set_part(&monitor, np_monitor_whole, 0.7, 1.0);
+  if (has_content && !result && desc->is_halved) result = halve(&job->grid);
   if (has_content && !result)
     result = np_volume_create_from_grid(context, &job->grid, desc->precision, &monitor, out_volume);
   if (has_content && !result) (*out_volume)->grid_bytes = job->tree_bytes;
