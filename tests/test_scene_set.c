@@ -99,7 +99,7 @@ static void test_what_is_wrong_changes_nothing(void **state) {
   assert_refused(f, "camera.fov.x", "9", "camera.fov is a mapping of 1, must be an angle");
   assert_refused(f, "clouds[0].phase.hg", "1", "clouds[0].phase.hg is 1, must be a number in [-0.999999, 0.999999]\n");
   assert_refused(f, "clouds[5].name", "x", "clouds[5].name: clouds has 2 elements, the next is clouds[2]\n");
-  assert_refused(f, "clouds[0].bake", "{preset: fog}", "clouds[0].bake.preset is fog, must be");
+  assert_refused(f, "clouds[0].bake", "{preset: dew}", "clouds[0].bake.preset is dew, must be");
   assert_refused(f, "camera.position[0]", "4", "camera.position is a list of 1, must be a list of 3");
   assert_refused(f, "camera", "[", "camera: not valid YAML");
   assert_refused(f, "camera.fov", "", "camera.fov: nothing is here");
