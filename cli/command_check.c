@@ -1,10 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "verbs.h"
 
-static bool is_scene(const char *path) {
-  return cli_has_extension(path, ".yaml") || cli_has_extension(path, ".yml") || (path[0] == '-' && !path[1]);
-}
-
 /* Errors of the scene, and of settings, are findings; only a failure of another kind is one. */
 static neph_result check_scene(cli_session *session, neph_check *check, const char *path) {
   const cli_options *options = session->options;
@@ -19,7 +15,7 @@ static neph_result check_scene(cli_session *session, neph_check *check, const ch
 
 static cli_exit check_names(const cli_options *options) {
   for (size_t i = 0; i < options->file_count; i++)
-    if (!is_scene(options->files[i]) && !neph_check_is_file(options->files[i])) {
+    if (!cli_is_scene(options->files[i]) && !neph_check_is_file(options->files[i])) {
       cli_complain("%s is of no kind known by its name, must end in .vdb, .hgt, .tif, .asc, .bil, .flt, .dem, .img, "
                    ".dt2, .vrt, .zip, .r16, .raw, .exr, .png, .csv, .gltf, .glb, .obj, .ply, .stl, .fbx or .yaml",
                    options->files[i]);
@@ -43,8 +39,8 @@ static neph_result check_files(cli_session *session, neph_check *check) {
   const cli_options *options = session->options;
   neph_result result = NEPH_OK;
   for (size_t i = 0; !result && i < options->file_count; i++)
-    result = is_scene(options->files[i]) ? check_scene(session, check, options->files[i])
-                                         : neph_check_file(check, options->files[i]);
+    result = cli_is_scene(options->files[i]) ? check_scene(session, check, options->files[i])
+                                             : neph_check_file(check, options->files[i]);
   return result;
 }
 

@@ -32,11 +32,9 @@ static describe_fn choose_describer(const char *path) {
 static cli_exit describe_file(cli_session *session, const char *path, char **out_text) {
   describe_fn describe = choose_describer(path);
   if (describe) return cli_exit_of(describe(session->context, path, cli_text_format(session), out_text));
-  bool is_scene = cli_has_extension(path, ".yaml") || cli_has_extension(path, ".yml") || (path[0] == '-' && !path[1]);
-  if (is_scene) return describe_scene(session, path, out_text);
+  if (cli_is_scene(path)) return describe_scene(session, path, out_text);
   cli_complain("%s is of no kind known by its name, must end in .vdb, .hgt, .tif, .asc, .bil, .flt, .dem, .img, .dt2, "
-               ".vrt, .zip, .exr, "
-               ".png or .yaml",
+               ".vrt, .zip, .exr, .png or .yaml",
                path);
   return CLI_USAGE;
 }
@@ -72,9 +70,8 @@ const cli_verb cli_verb_info = {
     .exits = CLI_MAY(CLI_BAD_SCENE) | CLI_MAY(CLI_NOT_FOUND),
     .description =
         "Describes files, by their endings: .vdb grids, height fields (.hgt, .png, GeoTIFF and other rasters), .exr "
-        "pictures, scenes. Of "
-        "a scene it prints every key with its value, defaults and presets resolved, each as --set takes it. "
-        "The exit code is that of the first file that fails.",
+        "pictures, scenes. Of a scene it prints every key with its value, defaults and presets resolved, each as "
+        "--set takes it. The exit code is that of the first file that fails.",
     .options = {{"--set"}, {"--frame"}},
     .examples = {{"nephos info low.vdb frame.exr", "describe a cloud and a picture"},
                  {"nephos info scene.yaml --frame 57", "print a scene as it is in a frame"},

@@ -137,8 +137,7 @@ static cli_exit merge_scene(cli_session *session) {
 
 static cli_exit run_merge(cli_session *session) {
   const char *first = session->options->files[0];
-  const bool is_scene = cli_has_extension(first, ".yaml") || cli_has_extension(first, ".yml");
-  return is_scene ? merge_scene(session) : merge_files(session);
+  return cli_is_scene(first) ? merge_scene(session) : merge_files(session);
 }
 
 const cli_verb cli_verb_merge = {
@@ -152,8 +151,7 @@ const cli_verb cli_verb_merge = {
     .exits = CLI_MAY(CLI_BAD_SCENE) | CLI_MAY(CLI_NOT_FOUND) | CLI_MAY(CLI_SOME_FAILED),
     .description =
         "Joins parts of one picture: .npart files, which hold sums over samples, and .exr files of tiles. Every "
-        "channel "
-        "gets the bits that one render of the whole gives it. Parts of another scene, frame, seed, version or "
+        "channel gets the bits that one render of the whole gives it. Parts of another scene, frame, seed, version or "
         "instruction-set level are refused by the hash in their headers, and so are parts that overlap. Where some are "
         "missing, the message lists them by tile and range of samples, and the exit code is 4.\n\n"
         "With a scene, its tiles are joined for each frame, by the names of output.image, and previews are written.",

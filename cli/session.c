@@ -111,6 +111,10 @@ bool cli_has_extension(const char *path, const char *extension) {
   return length > tail && !strcasecmp(path + length - tail, extension);
 }
 
+bool cli_is_scene(const char *path) {
+  return cli_has_extension(path, ".yaml") || cli_has_extension(path, ".yml") || (path[0] == '-' && !path[1]);
+}
+
 bool cli_place_output(const char *path, const char *extension, const char **image, const char **preview) {
   const bool is_preview = cli_has_extension(path, ".png");
   const char **place = is_preview ? preview : image;

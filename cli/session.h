@@ -43,6 +43,9 @@ neph_text_format cli_text_format(const cli_session *session);
 /* Whether `path` ends in `extension`, such as ".exr", in letters of either case. */
 bool cli_has_extension(const char *path, const char *extension);
 
+/* Whether `path` ends as scene files do, or is "-", a scene on standard input. */
+bool cli_is_scene(const char *path);
+
 /* Puts a path of --output in its place: a preview, .png, or a picture, with `extension`. False: it is neither, or its
  * place is taken. */
 bool cli_place_output(const char *path, const char *extension, const char **image, const char **preview);

@@ -78,8 +78,70 @@ static void wind_moves_the_field(void **state) {
   neph_context_destroy(context);
 }
 
+/* ---- No popping: every preset ---- */
+
+enum { STEPS = 6, PROBES = 2048 };
+
+static neph_cloud_desc make_preset_field(neph_context *context, const char *preset) {
+  neph_cloud_desc desc = NEPH_CLOUD_DESC_DEFAULT;
+  assert_int_equal(neph_cloud_get_preset(context, preset, &desc), NEPH_OK);
+  desc.extent_m[0] = desc.extent_m[1] = fmin(desc.extent_m[0], 3000);
+  desc.wind_m_s[0] = desc.wind_m_s[1] = 0;
+  desc.seed = 3;
+  return desc;
+}
+
+static void evaluate_at(neph_context *context, neph_cloud_desc desc, double time_s, float values[PROBES]) {
+  np_cloud_model model;
+  desc.time_s = time_s;
+  assert_int_equal(np_cloud_model_build(context, &desc, NULL, &model), NEPH_OK);
+  np_random random = np_random_start(11, 0, 0, 0, 0);
+  for (int i = 0; i < PROBES; i++) {
+    const float x = (float)desc.extent_m[0] * 0.8f * (np_random_float(&random) - 0.5f);
+    const float y = (float)desc.extent_m[1] * 0.8f * (np_random_float(&random) - 0.5f);
+    const float height = (float)desc.thickness_m * np_random_float(&random);
+    np_cloud_model_eval(&model, &(np_cloud_points){1, &x, &y, &height}, &values[i]);
+  }
+  np_cloud_model_clear(&model);
+}
+
+static double compute_rms_difference(const float a[PROBES], const float b[PROBES]) {
+  double sum = 0;
+  for (int i = 0; i < PROBES; i++) sum += ((double)a[i] - (double)b[i]) * ((double)a[i] - (double)b[i]);
+  return sqrt(sum / PROBES);
+}
+
+static int compare_doubles(const void *a, const void *b) {
+  const double x = *(const double *)a, y = *(const double *)b;
+  return (x > y) - (x < y);
+}
+
+/* A ball or a cell that appeared at once would make one step's change stand out. The largest is 1.47 of the median, of
+ * cumulonimbus. */
+static void no_preset_pops(void **state) {
+  (void)state;
+  neph_context *context = test_context_create(2, NULL);
+  static float values[2][PROBES];
+  for (int p = 0; p < TEST_PRESET_COUNT; p++) {
+    const neph_cloud_desc desc = make_preset_field(context, test_presets[p]);
+    double changes[STEPS];
+    evaluate_at(context, desc, 0, values[0]);
+    for (int i = 0; i < STEPS; i++) {
+      evaluate_at(context, desc, 10 * (i + 1), values[(i + 1) % 2]);
+      changes[i] = compute_rms_difference(values[0], values[1]);
+    }
+    qsort(changes, STEPS, sizeof *changes, compare_doubles);
+    if (changes[STEPS / 2] <= 0) fail_msg("%s: stands still", test_presets[p]);
+    if (changes[STEPS - 1] > 2 * changes[STEPS / 2])
+      fail_msg("%s: largest change of 10 s %.2f of the median", test_presets[p],
+               changes[STEPS - 1] / changes[STEPS / 2]);
+  }
+  neph_context_destroy(context);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
+      cmocka_unit_test(no_preset_pops),
       cmocka_unit_test(clouds_change_steadily_with_time),
       cmocka_unit_test(wind_moves_the_field),
   };
