@@ -101,6 +101,7 @@ static cli_exit export_to(export_job *job, unsigned cloud, int frame, char *path
   if (options->is_dry_run) return printf("%s\n", path), CLI_DONE;
   neph_export_desc desc = NEPH_EXPORT_DESC_DEFAULT;
   desc.precision = options->is_half ? NEPH_PRECISION_HALF : NEPH_PRECISION_FLOAT;
+  if (options->level_count) desc.level_count = options->level_count;
   desc.progress = cli_progress_report;
   desc.progress_user = &job->session->progress;
   neph_result result = neph_scene_export_cloud(job->scene, cloud, frame, &desc, path, out);
@@ -177,6 +178,8 @@ const cli_verb cli_verb_export = {
                 {"--path-mapping"},
                 {"--frames", "export a file for each frame, its number in place of #"},
                 {"--half", "write values as halves, scaled by a power of two, which is printed"},
+                {"--levels", "write N levels of detail: beside cloud.vdb cloud.lod1.vdb, the whole cloud with voxels "
+                             "twice as long, cloud.lod2.vdb, …"},
                 {"--dry-run"},
                 {"--progress"}},
     .examples = {{"nephos export clouds.yaml -o hero.vdb --usd hero.usda", "export the only cloud of a scene"},

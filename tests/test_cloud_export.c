@@ -6,6 +6,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "core/alloc.h"
 #include "core/file.h"
@@ -132,6 +133,65 @@ static void baked_clouds_are_exported_too(void **state) {
   assert_int_equal(neph_volume_get_info(volume, &info), NEPH_OK);
   for (int a = 0; a < 3; a++) assert_near(info.bounds_min_m[a] - out.bounds_min_m[a], 25.0, 1e-6); /* half a voxel */
   neph_volume_release(volume);
+  neph_scene_destroy(scene);
+  free(path);
+}
+
+/* ---- Levels of detail ---- */
+
+enum { SIDE = 8 }; /* columns of the coarsest level that the boxes lie in, along x and along y */
+
+/* Mean vertical optical depth over columns of `edge`² voxels; the file's z is up. Returns the length of a voxel. */
+static double gather_depths(const test_fixture *f, const char *name, int edge, double depths[SIDE][SIDE]) {
+  char *path = test_path(f->folder, name);
+  const neph_volume_load_desc load_desc = NEPH_VOLUME_LOAD_DESC_DEFAULT;
+  np_sparse_grid grid;
+  bool has_content;
+  assert_int_equal(np_volume_load_grid(f->context, path, &load_desc, &grid, &has_content), NEPH_OK);
+  assert_true(has_content && grid.tile_count == 0);
+  const double voxel_m = grid.index_to_world.m[2][2];
+  memset(depths, 0, sizeof(double[SIDE][SIDE]));
+  for (size_t l = 0; l < grid.leaf_count; l++)
+    for (int n = 0; n < NP_LEAF_SIZE; n++) {
+      const double value = (double)grid.leaves[l].values[n];
+      const int i = grid.leaves[l].origin[0] + n / 64, j = grid.leaves[l].origin[1] + n / 8 % 8;
+      if (!(value > 0)) continue;
+      assert_in_range(i / edge, 0, SIDE - 1);
+      assert_in_range(j / edge, 0, SIDE - 1);
+      depths[i / edge][j / edge] += value * voxel_m / (edge * edge);
+    }
+  np_sparse_grid_clear(&grid);
+  free(path);
+  return voxel_m;
+}
+
+/* Levels are the same cloud with voxels of twice and four times the length: columns keep their optical depth. */
+static void levels_keep_the_optical_depth(void **state) {
+  test_fixture *f = *state;
+  char *path = test_path(f->folder, "out.vdb");
+  neph_export_desc desc = NEPH_EXPORT_DESC_DEFAULT;
+  neph_scene *scene = load(f, "march", "vdb: b.vdb, up: z, extinction: 0.25 1/m, position: [0, 0, 0], pivot: origin");
+  neph_exported_cloud out = NEPH_EXPORTED_CLOUD_DEFAULT;
+  double depths[3][SIDE][SIDE], whole = 0;
+  desc.level_count = 3;
+  assert_int_equal(neph_scene_export_cloud(scene, 0, 1, &desc, path, &out), NEPH_OK);
+  const double voxel_m = gather_depths(f, "out.vdb", 4, depths[0]);
+  assert_near(gather_depths(f, "out.lod1.vdb", 2, depths[1]), 2 * voxel_m, 1e-9);
+  assert_near(gather_depths(f, "out.lod2.vdb", 1, depths[2]), 4 * voxel_m, 1e-9);
+  for (int i = 0; i < SIDE; i++)
+    for (int j = 0; j < SIDE; j++) {
+      whole += depths[0][i][j];
+      for (int k = 1; k < 3; k++) assert_near(depths[k][i][j], depths[0][i][j], 1e-6); /* sums of floats */
+    }
+  assert_true(whole > 1);
+  char *third = test_path(f->folder, "out.lod3.vdb");
+  assert_int_equal(access(third, F_OK), -1);
+  free(third);
+  for (unsigned bad = 0; bad <= NEPH_BAKE_LEVELS_MAX + 1; bad += NEPH_BAKE_LEVELS_MAX + 1) {
+    desc.level_count = bad;
+    assert_int_equal(neph_scene_export_cloud(scene, 0, 1, &desc, path, &out), NEPH_ERROR_INVALID_ARGUMENT);
+    assert_one_error(&f->log, "level_count");
+  }
   neph_scene_destroy(scene);
   free(path);
 }
@@ -386,10 +446,10 @@ static void what_cannot_be_exported_is_refused(void **state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
-      TEST(values_stand_in_the_world),         TEST(pictures_are_those_of_the_scene),
-      TEST(baked_clouds_are_exported_too),     TEST(layers_have_time_samples),
-      TEST(fields_go_with_the_cloud),          TEST(pictures_of_fields_are_those_of_the_scene),
-      TEST(fire_is_exported_in_units),         TEST(layers_name_the_fields),
-      TEST(what_cannot_be_exported_is_refused)};
+      TEST(values_stand_in_the_world),     TEST(pictures_are_those_of_the_scene),
+      TEST(baked_clouds_are_exported_too), TEST(layers_have_time_samples),
+      TEST(fields_go_with_the_cloud),      TEST(pictures_of_fields_are_those_of_the_scene),
+      TEST(fire_is_exported_in_units),     TEST(layers_name_the_fields),
+      TEST(levels_keep_the_optical_depth), TEST(what_cannot_be_exported_is_refused)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -341,12 +341,13 @@ typedef struct neph_export_desc {
   neph_precision precision;  /**< of the values in the file (default NEPH_PRECISION_FLOAT) */
   neph_progress_fn progress; /**< default NULL */
   void *progress_user;       /**< default NULL */
+  unsigned level_count;      /**< levels of detail, 1 to NEPH_BAKE_LEVELS_MAX (default 1: `path` alone) */
 } neph_export_desc;
 
 #define NEPH_EXPORT_DESC_DEFAULT                                                                                       \
   {                                                                                                                    \
     .struct_size = sizeof(neph_export_desc), .precision = NEPH_PRECISION_FLOAT, .progress = NULL,                      \
-    .progress_user = NULL                                                                                              \
+    .progress_user = NULL, .level_count = 1                                                                            \
   }
 
 /** Grids that an exported file has beside its density; bits. */
@@ -379,6 +380,10 @@ typedef struct neph_exported_cloud {
  * `nephos:extinction_per_value`). Halves are scaled by a power of two that puts the largest in [1, 2). The velocities
  * and colours of its file go with it, and, where the cloud has emission, temperature, flame and emitted light, in the
  * world and in the units of the keys' defaults.
+ *
+ * Level k of detail, from 1, is a file of its own beside `path`, "cloud.lod1.vdb" beside "cloud.vdb", and holds the
+ * whole cloud: "density" alone, its voxels 2ᵏ times as long, each the mean of eight of the level before, so that optical
+ * depth is kept.
  *
  * @param desc       NULL for the defaults.
  * @param out_cloud  starts from NEPH_EXPORTED_CLOUD_DEFAULT.

@@ -2,6 +2,7 @@
 /* Clouds of a scene as files of their own: read or baked as for a picture, put in their places, in 1/m. */
 #include <math.h>
 #include <string.h>
+#include <strings.h>
 
 #include "core/alloc.h"
 #include "render/export_fields.h"
@@ -91,6 +92,28 @@ static neph_result rename_grid(np_sparse_grid *grid) {
   return NEPH_OK;
 }
 
+/* Level k is the whole cloud once more, in a file of its own: no program adds two by taking all grids of one. */
+static neph_result save_levels(cloud_export *e, const np_vdb_write_grid *as) {
+  neph_context *context = e->scene->context;
+  const size_t length = strlen(e->path);
+  const bool is_vdb = length > 4 && !strcasecmp(e->path + length - 4, ".vdb");
+  np_sparse_grid levels[2] = {{0}}; /* the one before, and the one that is made of it */
+  neph_result result = NEPH_OK;
+  for (unsigned k = 1; !result && k < e->desc->level_count; k++) {
+    np_sparse_grid *grid = &levels[k % 2];
+    np_sparse_grid_clear(grid);
+    result = np_sparse_grid_halve(k > 1 ? &levels[1 - k % 2] : &e->grid, e->grid.name, grid);
+    char *path = np_alloc_printf(context, "%.*s.lod%u.vdb", (int)(is_vdb ? length - 4 : length), e->path, k);
+    np_vdb_write_grid output = *as;
+    output.grid = grid;
+    if (!path) result = NEPH_ERROR_OUT_OF_MEMORY;
+    if (!result) result = np_volume_save_grids(context, path, &output, 1, e->monitor);
+    np_alloc_free(context, path);
+  }
+  for (int i = 0; i < 2; i++) np_sparse_grid_clear(&levels[i]);
+  return result;
+}
+
 static neph_result save(cloud_export *e, double value_max) {
   np_sparse_grid *grid = &e->grid;
   neph_result result = rename_grid(grid);
@@ -107,7 +130,8 @@ static neph_result save(cloud_export *e, double value_max) {
                                                           .attribute_count = sizeof attributes / sizeof *attributes}};
   const size_t count = 1 + np_export_fields_list(&e->fields, e->out.is_half, outputs + 1);
   e->out.fields = np_export_fields_get_kinds(&e->fields);
-  return np_volume_save_grids(e->scene->context, e->path, outputs, count, e->monitor);
+  result = np_volume_save_grids(e->scene->context, e->path, outputs, count, e->monitor);
+  return result ? result : save_levels(e, &outputs[0]);
 }
 
 static neph_result load_fields(cloud_export *e) {
@@ -172,6 +196,9 @@ neph_result neph_scene_export_cloud(neph_scene *scene, unsigned cloud_index, int
   cloud_export e = {.scene = scene, .index = cloud_index, .frame = frame, .desc = &d, .path = path, .out = empty};
   neph_result result = np_desc_read(scene->context, "neph_export_desc", &defaults, sizeof d, desc, &d);
   if (!result) result = check(scene, cloud_index, frame);
+  if (!result && (d.level_count < 1 || d.level_count > NEPH_BAKE_LEVELS_MAX))
+    result = np_fail(scene->context, NEPH_ERROR_INVALID_ARGUMENT, "export: level_count is %u, must be in [1, %d]",
+                     d.level_count, NEPH_BAKE_LEVELS_MAX);
   if (result) return result;
   e.cloud = &scene->clouds[cloud_index];
   e.monitor = &monitor;
