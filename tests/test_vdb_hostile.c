@@ -6,7 +6,7 @@
 #include <sys/resource.h>
 #include <time.h>
 
-#include <nephos/volume.h>
+#include <nephos/nephos.h>
 
 #include "core/alloc.h"
 #include "core/file.h"
@@ -218,6 +218,41 @@ static void a_large_tile_costs_little(void **state) {
   assert_within_bounds(kilobytes, start, 0);
 }
 
+/* Its light is solved for in cells as large as what varies, not as its voxels: 64000 of them, not four million. */
+static void a_large_tile_is_rendered(void **state) {
+  static const char *const integrators[] = {"march", "path"};
+  test_fixture *f = *state;
+  np_sparse_grid grid;
+  assert_int_equal(np_sparse_grid_init(f->context, "density", &grid), NEPH_OK);
+  (void)np_sparse_grid_add_tile(&grid, (const int32_t[3]){0, 0, 0}, 4096, 1.0f, true);
+  const np_vdb_write_grid output = {.grid = &grid};
+  assert_int_equal(np_volume_save_grids(f->context, f->path, &output, 1, NULL), NEPH_OK);
+  np_sparse_grid_clear(&grid);
+  for (int i = 0; i < 2; i++) {
+    char text[800];
+    (void)snprintf(text, sizeof text,
+                   "version: 1\n"
+                   "camera: {position: [0, -9 km, 1 km], look_at: [0, 0, 2 km], fov: 50 deg, resolution: [8, 5]}\n"
+                   "sun: {elevation: 35 deg, azimuth: 120 deg}\n"
+                   "atmosphere: none\n"
+                   "clouds: [{vdb: cloud.vdb, voxel: 1 m, optical_depth: 40}]\n"
+                   "render: {integrator: %s, samples: 1, sun_optical_depth: march}\n",
+                   integrators[i]);
+    neph_scene *scene = NULL;
+    neph_image *image = NULL;
+    char *path = test_path(f->folder, "scene.yaml");
+    const size_t before = f->context->allocated_bytes;
+    f->context->allocated_bytes_peak = before;
+    assert_int_equal(neph_scene_load_text(f->context, text, path, &scene), NEPH_OK);
+    assert_int_equal(neph_render_image(scene, NULL, &image), NEPH_OK);
+    print_message("%s: %zu MB\n", integrators[i], (f->context->allocated_bytes_peak - before) / 1000000);
+    assert_true(f->context->allocated_bytes_peak - before < 200000000);
+    neph_image_destroy(image);
+    neph_scene_destroy(scene);
+    free(path);
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test_setup_teardown(files_that_did_harm_are_refused, set_up, test_tear_down),
@@ -230,6 +265,7 @@ int main(void) {
       cmocka_unit_test_setup_teardown(a_message_is_one_line_whatever_a_grid_is_called, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(a_newer_format_is_a_warning, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(a_large_tile_costs_little, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(a_large_tile_is_rendered, set_up, test_tear_down),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -117,7 +117,7 @@ static double bound_bytes(const np_sun_optical_depth *cache, const np_world *wor
 
 /* Cells of a table that any cloud may have, and for each of its bricks: large tiles, and boxes that are empty but for a
  * stray voxel, have more. Where cells are then too coarse for the tolerance they are steep. */
-static const double cells_free = 0x1p20, cells_per_brick = 64.0;
+static const double cells_free = 0x1p16, cells_per_brick = 64.0;
 
 static bool has_too_many_cells(const np_sun_optical_depth *cache, const np_world *world, double coarsening) {
   bool has = false;

@@ -3,7 +3,7 @@
 
 #include "core/file.h"
 #include "core/module.h"
-#include "mesh/ply_header.h"
+#include "mesh/mesh_header.h"
 
 /* 22 MB of address space were measured. */
 static const np_module_kind assimp_kind = {.file = NP_ASSIMP_MODULE_FILE,
@@ -22,7 +22,7 @@ neph_result np_assimp_module_open(neph_context *context, const char *path, const
   *out_scene = NULL;
   neph_result result = np_file_probe(path, &reason);
   if (result) return np_fail(context, result, "%s: %s", path, reason);
-  result = np_ply_header_check(context, path);
+  result = np_mesh_header_check(context, path);
   if (!result) result = np_module_get(context, &assimp_kind, &table);
   if (result) return result;
   *out_module = table;

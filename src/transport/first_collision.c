@@ -151,17 +151,21 @@ static void clear_medium(const np_transport_grid *g, np_first_medium *m) {
   np_alloc_free(g->context, m->moment);
 }
 
+/* Steps see each voxel, but are no shorter than an eighth of a cell: of a cell of many voxels, a mean is wanted. */
 static void set_direction(np_first_rays *r, np_vec3 to_sun, double length) {
   r->direction[0] = -(double)to_sun.x / length;
   r->direction[1] = -(double)to_sun.y / length;
   r->direction[2] = -(double)to_sun.z / length;
+  double even_m = INFINITY;
   r->step_m = INFINITY;
   r->has_even_steps = true;
   for (int a = 0; a < 3; a++) {
     r->has_even_steps = r->has_even_steps && r->grid->even_m[a] > 0.0;
     r->step_m = fmin(r->step_m, 0.75 * np_transport_get_voxel(r->world, a));
-    if (!r->grid->is_wrapped[a] && r->grid->even_m[a] > 0.0) r->step_m = fmin(r->step_m, 0.5 * r->grid->even_m[a]);
+    if (!r->grid->is_wrapped[a] && r->grid->even_m[a] > 0.0) even_m = fmin(even_m, r->grid->even_m[a]);
   }
+  if (r->has_even_steps && isfinite(even_m)) r->step_m = fmax(r->step_m, 0.125 * even_m);
+  r->step_m = fmin(r->step_m, 0.5 * even_m);
 }
 
 neph_result np_transport_grid_light(const np_world *world, np_monitor *monitor, unsigned band, unsigned broad_degree,

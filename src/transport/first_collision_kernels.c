@@ -72,18 +72,18 @@ static int32_t search_cell(const np_transport_grid *g, int axis, double x, int32
   return near;
 }
 
-/* Step from `t` on where cells differ, at most half a cell long. */
+/* Step from `t` on where cells differ: at most half a cell long, and no shorter than an eighth of one for the sake of
+ * voxels. */
 static double choose_step(collision_ray *r, double t) {
   const np_transport_grid *g = r->all->grid;
-  double step = r->all->step_m;
+  double half = INFINITY;
   for (int a = 0; a < 3; a++) {
     const double speed = fabs(r->all->direction[a]);
-    if (g->even_m[a] > 0.0 || speed < 1e-9) continue;
+    if (speed < 1e-9) continue;
     r->near[a] = search_cell(g, a, r->start[a] + t * r->all->direction[a], r->near[a]);
-    const double half = 0.5 * np_transport_grid_width(g, a, r->near[a]);
-    if (half < step * speed) step = half / speed;
+    half = fmin(half, 0.5 * np_transport_grid_width(g, a, r->near[a]) / speed);
   }
-  return step;
+  return fmin(half, fmax(r->all->step_m, 0.25 * half));
 }
 
 /* Places the steps from `t` on, all of one length but the last; returns where they end. */

@@ -77,7 +77,7 @@ void np_transport_grid_restrict(const np_transport_grid *fine, const float *valu
 
 void np_transport_grid_clear(np_transport_grid *grid);
 
-/* Finest spacing of samples along a world axis. */
+/* Finest spacing along a world axis of the samples that light scattered many times sees. */
 double np_transport_get_voxel(const np_world *world, int axis);
 
 /* Scaled extinction over extinction, in one cloud, where a share `forward` of scattering goes straight on. */

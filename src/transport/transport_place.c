@@ -34,12 +34,24 @@ static int search_index_axis(const np_instance *volume, int world_axis) {
   return found;
 }
 
+/* Voxels of a cloud that count as one along each axis: a power of two that leaves `ACROSS_MAX` in its longest side.
+ * Light that is scattered many times does not see finer ones. Layers, which repeat, are resolved to their voxels. */
+static double count_joined(const np_bricks *bricks) {
+  enum { ACROSS_MAX = 512 };
+  double across = 0.0, joined = 1.0;
+  if (bricks->is_periodic[0] || bricks->is_periodic[1]) return joined;
+  for (int a = 0; a < 3; a++) across = fmax(across, (double)NP_BRICK_EDGE * bricks->size[a]);
+  while (across > ACROSS_MAX * joined) joined *= 2.0;
+  return joined;
+}
+
 double np_transport_get_voxel(const np_world *world, int axis) {
   double finest = INFINITY;
   const np_instance *places = np_instances_get_places(&world->clouds);
   for (unsigned v = 0; v < np_instances_count_places(&world->clouds); v++) {
     const double(*m)[4] = places[v].world_to_index.m;
-    finest = fmin(finest, 1.0 / sqrt(m[0][axis] * m[0][axis] + m[1][axis] * m[1][axis] + m[2][axis] * m[2][axis]));
+    const double per_m = sqrt(m[0][axis] * m[0][axis] + m[1][axis] * m[1][axis] + m[2][axis] * m[2][axis]);
+    finest = fmin(finest, count_joined(places[v].bricks) / per_m);
   }
   return finest;
 }

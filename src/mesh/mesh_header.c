@@ -1,0 +1,88 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "mesh/mesh_header.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "core/context_private.h"
+#include "core/file.h"
+
+typedef struct mesh_header {
+  neph_context *context;
+  const char *path;
+  FILE *file;
+  uint64_t byte_count; /* of the file */
+} mesh_header;
+
+/* ---- PLY: Turk, The PLY Polygon File Format (1994): lines "element NAME COUNT" up to "end_header" ---- */
+
+/* Headers of more lines are left to the reader. */
+enum { LINE_BYTES = 256, LINES_MAX = 1000 };
+
+static neph_result check_element(const mesh_header *h, const char *line) {
+  char name[64];
+  uint64_t count;
+  if (sscanf(line, " element %63s %" SCNu64, name, &count) != 2 || count <= h->byte_count) return NEPH_OK;
+  return np_fail(h->context, NEPH_ERROR_BAD_FILE,
+                 "%s: states %" PRIu64 " elements '%s', more than its %" PRIu64 " bytes: it is truncated or damaged",
+                 h->path, count, name, h->byte_count);
+}
+
+/* Reads lines to the end of the header, for which Assimp would search without end. */
+static neph_result check_ply(const mesh_header *h) {
+  static const char end[] = "end_header";
+  char line[LINE_BYTES];
+  neph_result result = NEPH_OK;
+  for (int n = 0; n < LINES_MAX && !result; n++) {
+    if (!fgets(line, sizeof line, h->file))
+      return np_fail(h->context, NEPH_ERROR_BAD_FILE, "%s: its header has no line '%s': it is truncated or damaged",
+                     h->path, end);
+    result = check_element(h, line);
+    line[strcspn(line, "\r\n")] = '\0';
+    if (!strcmp(line, end)) return result;
+  }
+  return result;
+}
+
+/* ---- GLB: Khronos, glTF 2.0 Specification (2021), section 4.4: a header of 12 bytes, then chunks ---- */
+
+/* Numbers of four bytes, the lowest first. */
+static uint64_t read_u32(FILE *file) {
+  unsigned char bytes[4] = {0};
+  if (fread(bytes, 1, sizeof bytes, file) != sizeof bytes) return 0;
+  return bytes[0] | (uint64_t)bytes[1] << 8 | (uint64_t)bytes[2] << 16 | (uint64_t)bytes[3] << 24;
+}
+
+static neph_result check_glb(const mesh_header *h) {
+  enum { VERSION_BYTE = 4, HEADER_BYTES = 12, CHUNK_HEADER_BYTES = 8 };
+  (void)fseek(h->file, VERSION_BYTE + 4, SEEK_SET);
+  uint64_t stated = read_u32(h->file), at = HEADER_BYTES;
+  while (stated <= h->byte_count && at + CHUNK_HEADER_BYTES <= h->byte_count) {
+    (void)fseek(h->file, (long)at, SEEK_SET);
+    stated = at += CHUNK_HEADER_BYTES + read_u32(h->file);
+  }
+  if (stated <= h->byte_count) return NEPH_OK;
+  return np_fail(h->context, NEPH_ERROR_BAD_FILE,
+                 "%s: states %" PRIu64 " bytes, and holds only %" PRIu64 ": it is truncated or damaged", h->path,
+                 stated, h->byte_count);
+}
+
+/* ---- Formats ---- */
+
+neph_result np_mesh_header_check(neph_context *context, const char *path) {
+  static const struct {
+    const char *magic;
+    neph_result (*check)(const mesh_header *header);
+  } formats[] = {{"ply", check_ply}, {"glTF", check_glb}};
+  char magic[5] = "";
+  neph_result result = NEPH_OK;
+  mesh_header h = {context, path, fopen(path, "rb"), np_file_get_size(path)};
+  if (!h.file) return NEPH_OK; /* which the reader reports */
+  (void)!fread(magic, 1, sizeof magic - 1, h.file);
+  rewind(h.file);
+  for (size_t i = 0; i < sizeof formats / sizeof *formats; i++)
+    if (!strncmp(magic, formats[i].magic, strlen(formats[i].magic))) result = formats[i].check(&h);
+  fclose(h.file);
+  return result;
+}
