@@ -382,8 +382,8 @@ typedef struct neph_exported_cloud {
  * world and in the units of the keys' defaults.
  *
  * Level k of detail, from 1, is a file of its own beside `path`, "cloud.lod1.vdb" beside "cloud.vdb", and holds the
- * whole cloud: "density" alone, its voxels 2ᵏ times as long, each the mean of eight of the level before, so that optical
- * depth is kept.
+ * whole cloud: "density" alone, its voxels twice as long as those of the level before, each the mean of eight, so that
+ * optical depth is kept.
  *
  * @param desc       NULL for the defaults.
  * @param out_cloud  starts from NEPH_EXPORTED_CLOUD_DEFAULT.
