@@ -29,7 +29,7 @@ cumulus_mediocris    7   0.05 1.7  3   1   1.8   10
 cumulus_congestus    10  0.05 2.7  5   1.2 2.6   13
 stratocumulus        3.5 0.05 1.0  4.6 1.7 1.1   9
 stratus              6   0.05 0.5  11  1.1 0.5   16
-nimbostratus         8   0.05 0.9  18  5   2     24
+nimbostratus         15  0.3  1.5  18  5   2     24
 altocumulus_floccus  4   0.05 3.6  2.2 2.9 3.8   10
 altostratus          9   0.05 3.6  19  6.5 4     26
 cumulonimbus         36  0.05 5.5  21  2   8     42
@@ -56,5 +56,5 @@ for preset in $(echo "$cameras" | awk '{print $1}'); do
     set -- "$@" -label "$label, $view" "$out/$preset.$view.png"
   done
 done
-montage -pointsize 11 "$@" -tile 6x -geometry 256x144+2+2 -strip -depth 8 "$out/presets.png"
+montage -pointsize 11 "$@" -tile 6x -geometry 200x112+2+2 -strip -depth 8 "$out/presets.png"
 ls -l "$out/presets.png"
