@@ -134,7 +134,7 @@ static void bases_are_not_one_plane(void **state) {
 static np_cloud_model blow(const np_cloud_model *calm) {
   np_cloud_model windy = *calm;
   set_winds(&windy.desc, 4);
-  np_cloud_wind_set(&windy);
+  windy.wind = np_cloud_wind_make(&windy.desc);
   windy.balls = (np_ball_heap){.context = calm->balls.context, .kernels = calm->balls.kernels};
   return windy;
 }

@@ -1,59 +1,95 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Anvils of ice on towers of thermals: a sheet below the top that flares down to the tower, striated along the shear,
- * with pouches, mammatus, on its lower face. */
+/* Anvils of ice on towers of thermals.
+ *
+ * Two faces bound the sheet, in shares of the thickness: the upper one rises from the rim to the heart, and into a dome
+ * over the strongest towers, which overshoot; the lower one flares down to the tower like a trumpet. So the sheet thins
+ * to its rim, where striations along the wind fray it. Pouches, mammatus, hang from the overhang's lower face.
+ */
 #include <math.h>
 
 #include "cloud/cloud_kinds.h"
 #include "core/math.h"
 
-static const float striation_size = 0.5f, striation_stretch = 8.0f, striation_reach = 0.62f; /* sizes in billows */
-static const float pouch_size = 0.26f, pouch_reach = 0.26f; /* reaches in depth of the anvil's column */
-static const float edge = 0.32f;                            /* in such depth too */
-static const float thinness = 0.13f;                        /* of ice against water */
+static const float rim = 0.80f, rise = 0.055f, rise_strength = 0.6f; /* upper face, and the strength where it is up */
+static const float dome = 0.05f, dome_from = 0.6f;                   /* over towers at least so strong */
+static const float flare = 0.44f;                                    /* lower face: rim − flare·strength³ */
+static const float striation_size = 0.36f, striation_stretch = 9.0f, striation_reach = 0.55f; /* sizes in billows */
+static const float pouch_size = 0.42f, pouch_reach = 0.060f;                                  /* the latter a share */
+static const float upper_edge = 0.010f, lower_edge = 0.016f;                                  /* shares too */
+static const float thinness = 0.13f, rim_thinness = 0.3f; /* of ice against water, and of the rim against that */
 static const float extinction_floor = 0.002f;
 
-/* The most that noise adds to the depth. */
-float np_anvil_get_gain(void) { return 0.5f * striation_reach + 0.3f * pouch_reach; }
+static float eval_upper(float anvil, float tower) {
+  return rim + rise * np_smoothstepf(anvil / rise_strength) + dome * np_smoothstepf((tower - dome_from) / 0.4f);
+}
 
-static void add_noise(const np_cloud_model *model, np_kind_points *p, float *depth) {
+static float eval_lower(float anvil) { return rim - flare * anvil * anvil * anvil; }
+
+/* Either strength raises the upper face, that of the anvil lowers the other. */
+bool np_anvil_is_possible(float anvil_max, float tower_max, const np_interval *shares) {
+  const float anvil = np_minf(anvil_max + 0.5f * striation_reach, 1.5f);
+  if (!(anvil > 0.0f)) return false;
+  return shares->low < eval_upper(anvil, tower_max) && shares->high > eval_lower(anvil) - pouch_reach;
+}
+
+/* Points of anvils: `strength` that of the anvil, `ground_m` that of the tower, `field_x_m` the share of the height. */
+static void collect(const np_cloud_model *model, const np_cloud_points *points, np_kind_points *p) {
+  p->count = 0;
+  for (size_t i = 0; i < points->count; i++) {
+    const float height_m = points->height_m[i];
+    if (!(height_m > 0.0f && height_m < (float)model->desc.thickness_m)) continue;
+    const np_cloud_column column = np_cloud_column_compute(model, points->x_m[i], points->y_m[i], height_m);
+    const float share = (height_m - column.base_m) / column.thickness_m;
+    if (!np_anvil_is_possible(column.anvil, column.strength, &(np_interval){share, share})) continue;
+    const size_t n = p->count++;
+    p->index[n] = (uint16_t)i;
+    p->x_m[n] = column.x_m - model->drift_m[0];
+    p->y_m[n] = column.y_m - model->drift_m[1];
+    p->height_m[n] = height_m;
+    p->strength[n] = column.anvil;
+    p->ground_m[n] = column.strength;
+    p->field_x_m[n] = share;
+  }
+}
+
+static void add_striations(const np_cloud_model *model, np_kind_points *p) {
   const neph_cloud_desc *desc = &model->desc;
-  const float size_m = striation_size * (float)desc->billow_m, pouch_m = pouch_size * (float)desc->billow_m;
-  const np_noise_octaves octaves = {.count = np_kind_count_octaves(desc, size_m), .gain = 0.55f};
-  const np_noise_lattice of_striations = np_kind_make_lattice(desc, NP_CLOUD_STREAM_SHEET);
-  const np_noise_lattice of_pouches = np_kind_make_lattice(desc, NP_CLOUD_STREAM_BASE);
-  np_noise_points points = np_kind_scale(model, p, size_m, striation_stretch);
-  model->noise->value_fbm(&of_striations, &octaves, &points, p->noise);
+  const float size_m = striation_size * (float)desc->billow_m;
+  const np_noise_octaves octaves = {.count = np_kind_count_octaves(desc, size_m), .gain = 0.6f};
+  const np_noise_lattice lattice = np_kind_make_lattice(desc, NP_CLOUD_STREAM_SHEET);
+  const np_noise_points points = np_kind_scale(model, p, size_m, striation_stretch);
+  for (size_t i = 0; i < p->count; i++) p->sz[i] *= 0.4f; /* streaks hang together over the height */
+  model->noise->value_fbm(&lattice, &octaves, &points, p->noise);
   for (size_t i = 0; i < p->count; i++)
-    depth[i] += striation_reach * np_clampf(1.8f * (p->noise[i] - 0.5f), -0.5f, 0.5f);
-  points = np_kind_scale(model, p, pouch_m, 1.0f);
-  for (size_t i = 0; i < p->count; i++) p->sz[i] *= 0.5f;
-  model->noise->worley(&of_pouches, &points, p->noise);
-  for (size_t i = 0; i < p->count; i++) /* `ground_m`: share of the lower face */
-    depth[i] += pouch_reach * p->ground_m[i] * (0.3f - p->noise[i]);
+    p->strength[i] += striation_reach * np_clampf(2.0f * (p->noise[i] - 0.5f), -0.5f, 0.5f);
+}
+
+/* Depth of the pouches, in [0, 1]. */
+static void compute_pouches(const np_cloud_model *model, np_kind_points *p) {
+  const np_noise_lattice lattice = np_kind_make_lattice(&model->desc, NP_CLOUD_STREAM_BASE);
+  const np_noise_points points = np_kind_scale(model, p, pouch_size * (float)model->desc.billow_m, 1.3f);
+  for (size_t i = 0; i < p->count; i++) p->sz[i] = 0.41f - model->turnover;
+  model->noise->worley(&lattice, &points, p->noise);
+  for (size_t i = 0; i < p->count; i++) p->noise[i] = 1.0f - np_minf(1.7f * p->noise[i], 1.0f);
 }
 
 void np_anvil_eval(const np_cloud_model *model, const np_cloud_points *points, float *out_extinction_per_m) {
-  const neph_cloud_desc *desc = &model->desc;
-  np_kind_points p = {.count = 0};
-  float depth[NP_CLOUD_BLOCK];
-  for (size_t i = 0; i < points->count; i++) {
-    const np_cloud_column column = np_cloud_column_compute(model, points->x_m[i], points->y_m[i], points->height_m[i]);
-    const float above = np_cloud_column_eval_anvil(&column, points->height_m[i]);
-    if (!(above + np_anvil_get_gain() > 0.0f)) continue;
-    const size_t n = p.count++;
-    const float share = (points->height_m[i] - column.base_m) / column.thickness_m;
-    p.index[n] = (uint16_t)i;
-    p.x_m[n] = column.x_m - model->drift_m[0];
-    p.y_m[n] = column.y_m - model->drift_m[1];
-    p.height_m[n] = points->height_m[i];
-    p.ground_m[n] = 1.0f - np_smoothstepf((share - 0.74f) / 0.1f);
-    depth[n] = above;
-  }
+  np_kind_points p;
+  const float voxel = (float)(model->desc.voxel_m / model->desc.thickness_m);
+  const float upper = np_maxf(upper_edge, 0.9f * voxel), lower = np_maxf(lower_edge, 0.9f * voxel);
+  collect(model, points, &p);
   if (p.count == 0) return;
-  add_noise(model, &p, depth);
+  add_striations(model, &p);
+  compute_pouches(model, &p);
   for (size_t i = 0; i < p.count; i++) {
+    const float anvil = np_minf(p.strength[i], 1.5f), share = p.field_x_m[i];
+    if (!(anvil > 0.0f)) continue;
+    const float hanging = np_smoothstepf((anvil - 0.04f) / 0.16f) * (1.0f - np_smoothstepf((anvil - 0.6f) / 0.35f));
+    const float above = share - eval_lower(anvil) + pouch_reach * hanging * p.noise[i];
+    const float below = eval_upper(anvil, p.ground_m[i]) - share;
+    const float body = np_smoothstepf(below / upper) * np_smoothstepf(above / lower) * thinness *
+                       np_mixf(rim_thinness, 1.0f, np_smoothstepf(anvil / 0.7f));
     float *out = &out_extinction_per_m[p.index[i]];
-    const float body = np_smoothstepf(depth[i] / edge) * thinness;
-    if (body > extinction_floor) *out = np_maxf(*out, (float)desc->extinction_per_m * body);
+    if (body > extinction_floor) *out = np_maxf(*out, (float)model->desc.extinction_per_m * body);
   }
 }

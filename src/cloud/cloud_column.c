@@ -19,6 +19,7 @@
  * the thickness; of columns at least this strong. */
 static const float anvil_center = 0.85f, anvil_above = 0.07f, anvil_flare = 0.40f, anvil_cut = 0.55f;
 static const float anvil_relief = 0.4f; /* share of the noise: ice is smooth */
+static const float anvil_border = 0.4f; /* of the depth that the border allows a tower: anvils thin out to it */
 
 static const float rain_column = 0.12f, rain_column_width = 0.35f; /* the columns that heavy rain falls from */
 
@@ -116,8 +117,9 @@ np_cloud_column np_cloud_column_compute(const np_cloud_model *model, float x_m, 
   c.strength =
       np_minf(scale_strength(model, np_weather_map_sample(&model->map, model->map.values, c.x_m, c.y_m)), border);
   if (model->map.anvils)
-    c.anvil = scale_anvil(
-        np_minf(scale_strength(model, np_weather_map_sample(&model->map, model->map.anvils, c.x_m, c.y_m)), border));
+    c.anvil =
+        scale_anvil(np_minf(scale_strength(model, np_weather_map_sample(&model->map, model->map.anvils, c.x_m, c.y_m)),
+                            anvil_border * border));
   c.base_m = top_m * sample_plane(model, NEPH_CLOUD_MAP_BASE, c.x_m, c.y_m, 0.0f);
   c.thickness_m = np_minf(top_m * sample_plane(model, NEPH_CLOUD_MAP_THICKNESS, c.x_m, c.y_m, 1.0f), top_m - c.base_m);
   c.type = (float)desc->type * sample_plane(model, NEPH_CLOUD_MAP_TYPE, c.x_m, c.y_m, 1.0f);
@@ -154,12 +156,6 @@ np_cloud_state np_cloud_column_eval(const np_cloud_model *model, const np_cloud_
   s.depth = np_maxf(anvil, s.depth);
   s.relief = np_mixf(s.relief, anvil_relief, s.ice);
   return s;
-}
-
-float np_cloud_column_eval_anvil(const np_cloud_column *column, float height_m) {
-  const float above_m = height_m - column->base_m;
-  if (!(above_m > 0.0f && above_m < column->thickness_m)) return -INFINITY;
-  return column->anvil - eval_anvil(above_m / column->thickness_m);
 }
 
 /* It thins as it evaporates, unless it reaches the sea. */
@@ -259,8 +255,11 @@ static bool has_no_anvil(const np_cloud_model *model, const np_cloud_box *box) {
   const columns c = compute_columns(model, box, low_m, high_m);
   np_interval shares;
   if (!bound_shares(model, &c, low_m, high_m, &shares)) return true;
-  const float strength = fminf(bound_strength(model, model->map.anvils, &c), bound_border(model, box));
-  return scale_anvil(strength) - bound_anvil(shares.low, shares.high) + np_anvil_get_gain() < -bound_margin;
+  const float border = bound_border(model, box), tower = bound_strength(model, model->map.values, &c);
+  const float anvil = scale_anvil(fminf(bound_strength(model, model->map.anvils, &c), anvil_border * border));
+  shares.low -= bound_margin;
+  shares.high += bound_margin;
+  return !np_anvil_is_possible(anvil + bound_margin, fminf(tower, border) + bound_margin, &shares);
 }
 
 /* Depth is at most that of the best map value, of the most favourable height and of the point farthest from the border,
@@ -282,7 +281,7 @@ bool np_cloud_model_is_empty(const np_cloud_model *model, const np_cloud_box *bo
   float depth =
       fminf(bound_strength(model, model->map.values, &c), border) - bound_profile(model, shares.low, shares.high, type);
   if (model->map.anvils)
-    depth = fmaxf(depth, scale_anvil(fminf(bound_strength(model, model->map.anvils, &c), border)) -
+    depth = fmaxf(depth, scale_anvil(fminf(bound_strength(model, model->map.anvils, &c), anvil_border * border)) -
                              bound_anvil(shares.low, shares.high));
   return depth + gain < -bound_margin;
 }

@@ -31,11 +31,23 @@ static const float anvil_thinness = 0.8f;
 
 /* Heavy rain, of the order of 50 mm an hour. */
 static const float rain_extinction_per_m = 4e-3f;
+static const float snow_gain = 3.0f, snow_from_m = 2000.0f,
+                   snow_full_m = 3500.0f; /* against rain; altitudes of bases */
 static const float rain_streak_m = 260.0f, rain_streak_stretch = 14.0f;
-static const float shaft_m = 2600.0f; /* shafts of rain, and dry air between them */
+static const float shaft_max_m = 2600.0f; /* shafts of rain, and dry air between them */
+static const float shaft_size = 1.5f;     /* the same in cells, where they are small: each has its own trail */
 
 /* Scraps below the base of a slab that rains: pannus. */
-static const float scrap_m = 420.0f, scrap_depth_m = 520.0f, scrap_share = 0.5f;
+static const float scrap_m = 520.0f, scrap_depth_m = 560.0f, scrap_share = 0.6f;
+
+/* Scud under a slab: finer noise that eats into the lower part of each sublayer. */
+static const float scud_size = 0.35f, scud_depth = 0.5f; /* in billows, and of a sublayer */
+static const float scud_reach = 0.7f;                    /* in depth */
+
+/* Fibres of a slab: of ice, where it is drawn out along the wind. */
+static const float fibre_size = 0.28f, fibre_draw = 3.5f; /* in billows; times `stretch` along the wind */
+static const float fibre_from = 2.0f, fibre_full = 6.0f;  /* in `stretch` */
+static const float fibre_least = 0.22f;                   /* of the extinction, between fibres */
 
 static const float slab_contrast = 2.2f; /* of value noise in octaves, whose range is seldom filled */
 
@@ -148,6 +160,45 @@ static void add_sheet(const np_cloud_model *model, work *w) {
   }
 }
 
+/* Share of ice in a slab, whose fibres the wind draws out; a veil has no scud. */
+static float compute_fibrous_share(const np_cloud_model *model) {
+  return np_smoothstepf(((float)model->desc.stretch - fibre_from) / (fibre_full - fibre_from));
+}
+
+/* Carves alone, so that bounds hold. */
+static void fray_base(const np_cloud_model *model, work *w) {
+  const np_noise_octaves octaves = {.count = model->sheet_octave_count, .gain = 0.6f};
+  const float sublayers = (float)model->desc.sublayers, water = 1.0f - compute_fibrous_share(model);
+  const float reach = water * scud_reach * (0.6f + (float)model->desc.erosion);
+  if (!(reach > 0.0f)) return;
+  const np_noise_points points = scale_positions(w, model->base.frequency_per_m / scud_size, model->turnover);
+  model->noise->value_fbm(&model->rain, &octaves, &points, w->noise);
+  for (size_t i = 0; i < w->count; i++) {
+    const float scaled = w->state[i].share * sublayers, place = scaled - (float)(int)scaled;
+    const float low = 1.0f - np_smoothstepf(place / scud_depth);
+    w->state[i].depth -= reach * low * np_clampf(0.5f + slab_contrast * (w->noise[i] - 0.5f), 0.0f, 1.0f);
+  }
+}
+
+/* Shares of the extinction in `noise`: fibres hang together over the height, so that they do not average out. */
+static void compute_fibres(const np_cloud_model *model, work *w) {
+  const np_noise_octaves octaves = {.count = model->sheet_octave_count, .gain = 0.6f};
+  const float stretch = (float)model->desc.stretch, *heading = model->heading;
+  const float strength = (1.0f - fibre_least) * compute_fibrous_share(model);
+  for (size_t i = 0; i < w->count; i++) w->noise[i] = 1.0f;
+  if (!(strength > 0.0f)) return;
+  const np_noise_points points = scale_positions(w, model->base.frequency_per_m / fibre_size, model->turnover);
+  for (size_t i = 0; i < w->count; i++) {
+    const float along = w->sx[i] * heading[0] + w->sy[i] * heading[1];
+    w->sy[i] = w->sy[i] * heading[0] - w->sx[i] * heading[1];
+    w->sx[i] = along / (fibre_draw * stretch);
+    w->sz[i] *= 0.12f;
+  }
+  model->noise->value_fbm(&model->rain, &octaves, &points, w->noise);
+  for (size_t i = 0; i < w->count; i++)
+    w->noise[i] = 1.0f - strength * np_smoothstepf(0.5f + 2.4f * (w->noise[i] - 0.5f));
+}
+
 /* More at the base, where the air turns over, than in the firm tops. */
 static void displace(const np_cloud_model *model, work *w) {
   float dx[NP_CLOUD_BLOCK], dy[NP_CLOUD_BLOCK], dz[NP_CLOUD_BLOCK];
@@ -183,6 +234,7 @@ static void subtract_detail(const np_cloud_model *model, work *w, float *out_ext
 /* Strength of the shafts in which rain falls; the rain's positions are stretched already. */
 static void eval_shafts(const np_cloud_model *model, work *w, float *out_shaft) {
   static const np_noise_octaves octaves = {.count = 3, .gain = 0.5f};
+  const float shaft_m = np_minf(shaft_max_m, shaft_size * (float)model->desc.cell_m);
   const np_noise_points positions = scale_positions(w, 1.0f / shaft_m, 0.3f * model->turnover);
   model->noise->value_fbm(&model->base.lattice, &octaves, &positions, out_shaft);
   for (size_t i = 0; i < w->count; i++) out_shaft[i] = 0.05f + 0.95f * np_smoothstepf((out_shaft[i] - 0.38f) * 4.0f);
@@ -206,8 +258,8 @@ static void add_scraps(const np_cloud_model *model, const np_cloud_points *point
   for (size_t i = 0; i < w->count; i++) w->sz[i] *= 2.0f; /* flat */
   model->noise->value_fbm(&model->rain, &octaves, &positions, w->noise);
   for (size_t i = 0; i < w->count; i++) {
-    const float deep = -w->height_m[i] / scrap_depth_m, threshold = 0.5f + 0.2f * fabsf(2.0f * deep - 0.6f);
-    const float body = scrap_share * np_smoothstepf((w->noise[i] - threshold) * 6.0f);
+    const float deep = -w->height_m[i] / scrap_depth_m, threshold = 0.47f + 0.2f * fabsf(2.0f * deep - 0.6f);
+    const float body = scrap_share * np_smoothstepf((w->noise[i] - threshold) * 10.0f);
     float *out = &out_extinction_per_m[w->index[i]];
     *out = np_maxf(*out, (float)model->desc.extinction_per_m * body);
   }
@@ -235,11 +287,13 @@ static void add_rain(const np_cloud_model *model, const np_cloud_points *points,
   if (w.count == 0) return;
   const np_noise_points positions = scale_positions(&w, 1.0f / rain_streak_m, -2.0f * model->turnover);
   float shaft[NP_CLOUD_BLOCK];
+  const float high = ((float)model->desc.base_altitude_m - snow_from_m) / (snow_full_m - snow_from_m);
+  const float heaviest_per_m = rain_extinction_per_m * np_mixf(1.0f, snow_gain, np_smoothstepf(high));
   model->noise->value_fbm(&model->rain, &octaves, &positions, w.noise);
   eval_shafts(model, &w, shaft);
   for (size_t i = 0; i < w.count; i++) {
     const float streak = 0.45f + 1.1f * np_smoothstepf((w.noise[i] - 0.3f) * 2.5f);
-    const float extinction = rain_extinction_per_m * rain[i] * streak * shaft[i];
+    const float extinction = heaviest_per_m * rain[i] * streak * shaft[i];
     out_extinction_per_m[w.index[i]] = extinction > 1e-5f ? extinction : 0.0f;
   }
   if (is_slab(model)) add_scraps(model, points, &w, out_extinction_per_m);
@@ -250,6 +304,15 @@ static void add_cells(const np_cloud_model *model, work *w, float *out_extinctio
   settle(model, w, model->detail_gain_max, model->detail_loss_max, out_extinction_per_m);
   displace(model, w);
   subtract_detail(model, w, out_extinction_per_m);
+}
+
+static void add_slab(const np_cloud_model *model, work *w, float *out_extinction_per_m) {
+  displace(model, w);
+  add_sheet(model, w);
+  fray_base(model, w);
+  compute_fibres(model, w);
+  for (size_t i = 0; i < w->count; i++)
+    out_extinction_per_m[w->index[i]] = w->noise[i] * compute_extinction(model, &w->state[i]);
 }
 
 void np_cloud_model_eval(const np_cloud_model *model, const np_cloud_points *points, float *out_extinction_per_m) {
@@ -270,10 +333,9 @@ void np_cloud_model_eval(const np_cloud_model *model, const np_cloud_points *poi
   start_work(model, points, &w);
   if (w.count == 0) return;
   if (is_slab(model)) {
-    displace(model, &w);
-    add_sheet(model, &w);
-  } else {
-    add_cells(model, &w, out_extinction_per_m);
+    add_slab(model, &w, out_extinction_per_m);
+    return;
   }
+  add_cells(model, &w, out_extinction_per_m);
   for (size_t i = 0; i < w.count; i++) out_extinction_per_m[w.index[i]] = compute_extinction(model, &w.state[i]);
 }

@@ -53,16 +53,13 @@ unsigned np_kind_count_octaves(const neph_cloud_desc *desc, float size_m);
 
 /* ---- Anvils on thermals: anvil.c ---- */
 
-/* The most that noise adds to the depth of an anvil. */
-float np_anvil_get_gain(void);
+/* False only if there is no ice at any of these shares of the thickness, in columns of these strengths at most. */
+bool np_anvil_is_possible(float anvil_max, float tower_max, const np_interval *shares);
 
 /* Raises extinction to that of the anvils of the model's map. */
 void np_anvil_eval(const np_cloud_model *model, const np_cloud_points *points, float *out_extinction_per_m);
 
 /* ---- Columns: cloud_column.c ---- */
-
-/* Depth in a column's anvil at a height; −INFINITY outside the column. */
-float np_cloud_column_eval_anvil(const np_cloud_column *column, float height_m);
 
 /* False: no cloud is possible for its border or heights. */
 bool np_cloud_column_bound(const np_cloud_model *model, const np_cloud_box *box, np_kind_box *out_box);

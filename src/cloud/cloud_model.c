@@ -259,7 +259,7 @@ neph_result np_cloud_model_build(neph_context *context, const neph_cloud_desc *d
   model.balls = (np_ball_heap){.context = context, .kernels = np_ball_get_table(context->isa)};
   model.lives_per_s = 1.0 / desc->lifetime_s;
   np_cloud_desc_compute_heading(desc, model.heading);
-  np_cloud_wind_set(&model);
+  model.wind = np_cloud_wind_make(desc);
   choose_noises(&model);
   neph_result result = build_map_and_waterline(context, monitor, &model);
   set_time(&model);

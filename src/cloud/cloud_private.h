@@ -177,7 +177,8 @@ typedef struct np_cloud_octave {
  * that it has been carried off there. */
 typedef struct np_cloud_wind {
   float gain_m[NEPH_CLOUD_PROFILE_POINTS][2], at_m[NEPH_CLOUD_PROFILE_POINTS][2], gain_max_m[2];
-  bool has_shift; /* else columns are upright */
+  float lag_per_m[2]; /* of rain, times the square of its way below the base */
+  bool has_shift;     /* else columns are upright */
 } np_cloud_wind;
 
 enum { NP_THERMAL_WARPS = 3 };
@@ -246,8 +247,7 @@ void np_cloud_model_clear(np_cloud_model *model); /* a zeroed model is allowed *
 /* Sine and cosine of an angle, the same on every machine. */
 void np_cloud_compute_direction(double angle_rad, double out_sine_cosine[2]);
 
-/* From the description. */
-void np_cloud_wind_set(np_cloud_model *model);
+np_cloud_wind np_cloud_wind_make(const neph_cloud_desc *desc);
 
 /* Displacement of the air at a height by the profile of the wind alone, and by the skew too. */
 void np_cloud_wind_carry(const np_cloud_model *model, float height_m, float out_m[2]);

@@ -4,6 +4,9 @@
  * What rises from the base is carried off by the difference of the wind there and at the heights that it passes:
  * D(h) = ∫₀ʰ (w(z) − w(0))/u dz, with a speed of rising u of six thicknesses in a lifetime. The profile is linear
  * between its five heights, D a parabola in each of their four layers.
+ *
+ * Below the base the wind is taken to fall evenly to nothing at sea level. Rain falls through it at a speed v and lags
+ * behind its cloud: D(h) = −w(0)·h²/(2·v·base).
  */
 #include <math.h>
 
@@ -13,6 +16,8 @@
 enum { LAYERS = NEPH_CLOUD_PROFILE_POINTS - 1 };
 
 static const double rises = 6.0; /* of a thermal through the thickness, in a lifetime */
+
+static const double falls_m_s = 5.0; /* of rain; drops of 1 to 2 mm fall at 4 to 6.5 m/s (Gunn and Kinzer 1949) */
 
 /* Sine and cosine of an angle, by their series within 45° of a quarter turn: the same on every machine. */
 void np_cloud_compute_direction(double angle_rad, double out_sine_cosine[2]) {
@@ -27,11 +32,7 @@ void np_cloud_compute_direction(double angle_rad, double out_sine_cosine[2]) {
   out_sine_cosine[1] = sines[(turn + 1) % 4];
 }
 
-void np_cloud_wind_set(np_cloud_model *model) {
-  const neph_cloud_desc *desc = &model->desc;
-  np_cloud_wind *wind = &model->wind;
-  *wind = (np_cloud_wind){.has_shift = desc->has_winds || desc->skew_m[0] != 0 || desc->skew_m[1] != 0};
-  if (!desc->has_winds) return;
+static void set_layers(const neph_cloud_desc *desc, np_cloud_wind *wind) {
   const double layer_s = desc->lifetime_s / (rises * LAYERS);
   for (int k = 0; k <= LAYERS; k++) {
     double from[2];
@@ -40,6 +41,8 @@ void np_cloud_wind_set(np_cloud_model *model) {
   }
   for (int a = 0; a < 2; a++) {
     const float base_m = wind->gain_m[0][a];
+    if (desc->base_altitude_m > 0)
+      wind->lag_per_m[a] = (float)((double)base_m / layer_s / (2 * falls_m_s * desc->base_altitude_m));
     for (int k = 0; k <= LAYERS; k++) {
       wind->gain_m[k][a] -= base_m;
       wind->gain_max_m[a] = fmaxf(wind->gain_max_m[a], fabsf(wind->gain_m[k][a]));
@@ -48,15 +51,23 @@ void np_cloud_wind_set(np_cloud_model *model) {
   }
 }
 
+np_cloud_wind np_cloud_wind_make(const neph_cloud_desc *desc) {
+  np_cloud_wind wind = {.has_shift = desc->has_winds || desc->skew_m[0] != 0 || desc->skew_m[1] != 0};
+  if (desc->has_winds) set_layers(desc, &wind);
+  return wind;
+}
+
 void np_cloud_wind_carry(const np_cloud_model *model, float height_m, float out_m[2]) {
   const np_cloud_wind *wind = &model->wind;
   out_m[0] = out_m[1] = 0.0f;
   if (!model->desc.has_winds) return;
+  const float below_m = np_minf(height_m, 0.0f);
   const float scaled = np_clampf(height_m / (float)model->desc.thickness_m, 0.0f, 1.0f) * LAYERS;
   const int k = scaled < LAYERS ? (int)scaled : LAYERS - 1;
   const float t = scaled - (float)k;
   for (int a = 0; a < 2; a++)
-    out_m[a] = wind->at_m[k][a] + t * (wind->gain_m[k][a] + 0.5f * t * (wind->gain_m[k + 1][a] - wind->gain_m[k][a]));
+    out_m[a] = wind->at_m[k][a] + t * (wind->gain_m[k][a] + 0.5f * t * (wind->gain_m[k + 1][a] - wind->gain_m[k][a])) -
+               wind->lag_per_m[a] * below_m * below_m;
 }
 
 /* Share of the skew at a height: streaks that fall from a slab trail ever more, those of ice fall into ever slower air
@@ -73,16 +84,20 @@ void np_cloud_wind_shift(const np_cloud_model *model, float height_m, float out_
   for (int a = 0; a < 2; a++) out_m[a] += (float)model->desc.skew_m[a] * share;
 }
 
-/* The skew has its extremes at the ends; the wind carries no farther in between than at its strongest. */
+/* The skew has its extremes at the ends, the lag of rain at the lower one and at the base; the wind carries no farther
+ * in between than at its strongest. */
 void np_cloud_wind_bound(const np_cloud_model *model, float low_m, float high_m, np_interval out_m[2]) {
-  float carried_m[2][2];
+  float carried_m[3][2];
   const float share[2] = {compute_skew_share(model, low_m), compute_skew_share(model, high_m)};
-  const float layers = LAYERS * (high_m - low_m) / (float)model->desc.thickness_m;
+  const float foot_m = np_clampf(0.0f, low_m, high_m), layer_m = (float)model->desc.thickness_m / LAYERS;
+  const float layers = np_maxf(high_m - np_maxf(low_m, 0.0f), 0.0f) / layer_m;
   np_cloud_wind_carry(model, low_m, carried_m[0]);
-  np_cloud_wind_carry(model, high_m, carried_m[1]);
+  np_cloud_wind_carry(model, foot_m, carried_m[1]);
+  np_cloud_wind_carry(model, high_m, carried_m[2]);
   for (int a = 0; a < 2; a++) {
     const float skew_m = (float)model->desc.skew_m[a], pad_m = 0.5001f * layers * model->wind.gain_max_m[a];
-    out_m[a].low = fminf(share[0] * skew_m, share[1] * skew_m) + fminf(carried_m[0][a], carried_m[1][a]) - pad_m;
-    out_m[a].high = fmaxf(share[0] * skew_m, share[1] * skew_m) + fmaxf(carried_m[0][a], carried_m[1][a]) + pad_m;
+    const float *low = carried_m[0], *foot = carried_m[1], *high = carried_m[2];
+    out_m[a].low = fminf(share[0] * skew_m, share[1] * skew_m) + fminf(low[a], fminf(foot[a], high[a])) - pad_m;
+    out_m[a].high = fmaxf(share[0] * skew_m, share[1] * skew_m) + fmaxf(low[a], fmaxf(foot[a], high[a])) + pad_m;
   }
 }

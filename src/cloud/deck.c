@@ -3,8 +3,8 @@
  *
  * Cells of Worley noise, drawn out along the wind by `stretch`, with smaller ones in them. A cell is thick in its
  * heart, where its top bulges, and thins to its rim, where its base rises: where rims of neighbours do not meet there
- * is a gap, narrow and bright. Billows of fine Worley noise stand on tops and rims; bases are smooth. Liquid water
- * grows with the height above the base.
+ * is a gap; thin bright slits run between rolls. Billows of fine Worley noise stand on tops and rims; bases are smooth.
+ * Liquid water grows with the height above the base.
  */
 #include <math.h>
 
@@ -19,7 +19,9 @@ static const float rim_base = 0.42f;    /* of the thickness, by which the base r
 static const float billow_reach = 0.9f; /* of billows at billowiness 1, in their own size */
 static const float fray_reach = 0.55f;  /* of the next ones at erosion 1, the same */
 static const float extinction_floor = 0.004f;
-static const float warp_size = 1.1f, warp_reach = 0.16f; /* in cells of the pattern */
+static const float slit_size = 0.8f, slit_stretch = 2.5f;  /* in cells; along the heading, times `stretch` */
+static const float slit_width = 0.075f, slit_depth = 1.1f; /* in noise and in depth of the pattern */
+static const float warp_size = 1.1f, warp_reach = 0.16f;   /* in cells of the pattern */
 
 static float get_cell_m(const neph_cloud_desc *desc) { return cell_share * (float)desc->cell_m; }
 
@@ -60,6 +62,21 @@ static void compute_pattern(const np_cloud_model *model, np_kind_points *p, floa
   for (size_t i = 0; i < p->count; i++) out[i] = out[i] + lobe_share * (p->noise[i] - 0.3f);
 }
 
+/* Slits along the rolls: where a noise crosses its mean, of a width that comes and goes with the cells. */
+static void cut_slits(const np_cloud_model *model, np_kind_points *p, float *pattern) {
+  static const np_noise_octaves octaves = {.count = 3, .gain = 0.45f};
+  const neph_cloud_desc *desc = &model->desc;
+  const np_noise_lattice lattice = np_kind_make_lattice(desc, NP_CLOUD_STREAM_SHEET);
+  const np_noise_points points =
+      np_kind_scale(model, p, slit_size * get_cell_m(desc), slit_stretch * (float)desc->stretch);
+  for (size_t i = 0; i < p->count; i++) p->sz[i] = 0.83f + 0.3f * model->turnover;
+  model->noise->value_fbm(&lattice, &octaves, &points, p->noise);
+  for (size_t i = 0; i < p->count; i++) {
+    const float width = slit_width * np_clampf(0.25f + 1.8f * pattern[i], 0.05f, 1.6f);
+    pattern[i] += slit_depth * (1.0f - np_smoothstepf(fabsf(p->noise[i] - 0.5f) / width));
+  }
+}
+
 static void compute_billows(const np_cloud_model *model, np_kind_points *p, float *out_billow_m) {
   const neph_cloud_desc *desc = &model->desc;
   const np_kind_noises *k = &model->kind;
@@ -76,6 +93,7 @@ static void eval_deck(const np_cloud_model *model, np_kind_points *p, float *out
   const float top_m = (float)desc->thickness_m;
   float pattern[NP_CLOUD_BLOCK], billow_m[NP_CLOUD_BLOCK];
   compute_pattern(model, p, pattern);
+  cut_slits(model, p, pattern);
   compute_billows(model, p, billow_m);
   for (size_t i = 0; i < p->count; i++) {
     const float full = np_clampf(pattern_top * 1.6f * p->strength[i] - pattern[i], 0.0f, 1.0f);

@@ -238,8 +238,21 @@ static void compute_direction(const double v[2], float fallback_x, float fallbac
   out[1] = length > 0 ? (float)(v[1] / length) : fallback_y;
 }
 
+/* In a calm that the wind by height shears: along the shear. */
 void np_cloud_desc_compute_heading(const neph_cloud_desc *desc, float out_heading[2]) {
-  compute_direction(desc->wind_m_s, 1.0f, 0.0f, out_heading);
+  const np_cloud_wind wind = np_cloud_wind_make(desc);
+  const float *top_m = wind.at_m[NEPH_CLOUD_PROFILE_POINTS - 1];
+  compute_direction((const double[2]){(double)top_m[0], (double)top_m[1]}, 1.0f, 0.0f, out_heading);
+  compute_direction(desc->wind_m_s, out_heading[0], out_heading[1], out_heading);
+}
+
+/* Direction in which anvils are blown: by the skew, and by the wind up to their height. */
+static void compute_shear(const neph_cloud_desc *desc, float out_shear[2]) {
+  enum { ANVIL_HEIGHT = NEPH_CLOUD_PROFILE_POINTS - 2 };
+  const np_cloud_wind wind = np_cloud_wind_make(desc);
+  const double carried_m[2] = {desc->skew_m[0] + (double)wind.at_m[ANVIL_HEIGHT][0],
+                               desc->skew_m[1] + (double)wind.at_m[ANVIL_HEIGHT][1]};
+  compute_direction(carried_m, 0.0f, 0.0f, out_shear);
 }
 
 np_landscape np_landscape_make(const np_noise_table *noise, const neph_cloud_desc *desc) {
@@ -253,7 +266,7 @@ np_landscape np_landscape_make(const np_noise_table *noise, const neph_cloud_des
                        .anvil = (float)desc->anvil,
                        .swirl = swirl_reach * (float)desc->turbulence};
   np_cloud_desc_compute_heading(desc, land.heading);
-  compute_direction(desc->skew_m, 0.0f, 0.0f, land.shear);
+  compute_shear(desc, land.shear);
   for (int i = 0; i < 2; i++) {
     land.drift[i] = desc->wind_m_s[i] * desc->time_s / desc->cell_m;
     land.half_extent[i] = (float)(0.5 * desc->extent_m[i] / desc->cell_m);

@@ -16,6 +16,7 @@ static const float fibre_size = 0.3f;     /* in billows */
 static const float fall_size = 2.3f;      /* of the noise that says how far ice falls, in billows */
 static const float fibre_upright = 0.04f; /* of the fibres' change over their height, against across */
 static const float group_strength = 0.5f; /* of the map, at which heads stand as close as can be */
+static const float roof_size = 5.0f, roof_drop = 0.42f; /* of the heads' level: in billows, and of the thickness */
 static const float extinction_floor = 0.01f;
 
 static void set_streaks(np_cloud_model *model) {
@@ -31,12 +32,23 @@ static void set_streaks(np_cloud_model *model) {
 
 static float get_stretch(const neph_cloud_desc *desc) { return bundle_stretch * sqrtf((float)desc->stretch / 12.0f); }
 
+/* Heads stand at the levels of layers that supply moisture: shares of the thickness below its top. */
+static void compute_roof(const np_cloud_model *model, np_kind_points *p, float *out_drop) {
+  static const np_noise_octaves octaves = {.count = 2, .gain = 0.5f};
+  const np_noise_points points = np_kind_scale(model, p, roof_size * (float)model->desc.billow_m, 2.0f);
+  for (size_t i = 0; i < p->count; i++) p->sz[i] = 0.29f + 0.2f * model->turnover;
+  model->noise->value_fbm(&model->kind.medium, &octaves, &points, out_drop);
+  for (size_t i = 0; i < p->count; i++)
+    out_drop[i] = roof_drop * np_clampf(0.5f + 1.8f * (out_drop[i] - 0.5f), 0.0f, 1.0f);
+}
+
 static void eval_streaks(const np_cloud_model *model, np_kind_points *p, float *out_extinction_per_m) {
   const neph_cloud_desc *desc = &model->desc;
   const np_kind_noises *k = &model->kind;
   const np_noise_octaves two = {.count = 2, .gain = 0.45f}, all = {.count = k->fine_octaves, .gain = 0.6f};
   const float billow_m = (float)desc->billow_m, top_m = (float)desc->thickness_m;
-  float fall[NP_CLOUD_BLOCK], fibre[NP_CLOUD_BLOCK];
+  float fall[NP_CLOUD_BLOCK], fibre[NP_CLOUD_BLOCK], drop[NP_CLOUD_BLOCK];
+  compute_roof(model, p, drop);
   np_noise_points points = np_kind_scale(model, p, fall_size * billow_m, get_stretch(desc));
   for (size_t i = 0; i < p->count; i++) p->sz[i] = 0.37f + 0.2f * model->turnover;
   model->noise->value_fbm(&k->coarse, &two, &points, fall);
@@ -47,7 +59,7 @@ static void eval_streaks(const np_cloud_model *model, np_kind_points *p, float *
   for (size_t i = 0; i < p->count; i++) p->sz[i] *= fibre_upright;
   model->noise->value_fbm(&k->medium, &two, &points, p->noise);
   for (size_t i = 0; i < p->count; i++) {
-    const float group = np_smoothstepf(p->strength[i] / group_strength), s = p->height_m[i] / top_m;
+    const float group = np_smoothstepf(p->strength[i] / group_strength), s = p->height_m[i] / top_m + drop[i];
     const float fallen = np_clampf((1.0f - head_share - s) / (1.0f - head_share), 0.0f, 1.0f);
     const float depth = np_clampf(1.2f * fall[i] - 0.1f, 0.05f, 1.0f);
     const float tail = 1.0f - np_smoothstepf(fallen / depth);

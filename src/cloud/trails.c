@@ -2,9 +2,10 @@
 /* Contrails: lines that begin as the two vortices of an aircraft's wake, break up by their mutual instability (Crow
  * 1970), sink, and spread to bands of ice that trail fall streaks.
  *
- * A trail is straight. Its age falls along it towards the aircraft. By age it goes from a pair of tubes that swing
- * about their axes to one elliptic band, wider than high, as faint as it is wide, with a tail below. The skew and the
- * profile of the wind shear it as they do columns; where the weather map is weak there is none of it.
+ * Age falls along a trail towards the aircraft. Eddies of the air bend it, the more the older. By age it goes from a
+ * pair of tubes that swing about their axes to one elliptic band, wider than high, as faint as it is wide, with a tail
+ * below. The skew and the profile of the wind shear it as they do columns; where the weather map is weak there is none
+ * of it.
  */
 #include <math.h>
 
@@ -22,7 +23,8 @@ static const float younger = 0.45f;        /* share of the age that is lost alon
 static const float level = 0.95f;          /* of the highest tops, in thicknesses */
 static const float patch_strength = 0.12f; /* of the map, at which trails are full */
 static const float fibre_stretch = 9.0f;
-static const float reach = 1.7f; /* of noise, over the widths */
+static const float reach = 1.7f;                              /* of noise, over the widths */
+static const float bend_size_m = 2600.0f, bend_share = 0.55f; /* of `billow`, by which eddies move a trail at age 1 */
 static const float extinction_floor = 0.004f;
 
 /* A number of a trail in [0, 1]. */
@@ -90,9 +92,13 @@ static float compute_band(const np_cloud_model *model, const trail_point *p, flo
   return 1.0f - x * x - up * up;
 }
 
+static float compute_age(const np_trail *t, float along_m) {
+  return t->age * (1.0f - younger * np_clampf(0.5f + 0.5f * along_m / t->half_m, 0.0f, 1.0f));
+}
+
 static float eval_trail(const np_cloud_model *model, const np_trail *t, const trail_point *p) {
   const neph_cloud_desc *desc = &model->desc;
-  const float age = t->age * (1.0f - younger * np_clampf(0.5f + 0.5f * p->along_m / t->half_m, 0.0f, 1.0f));
+  const float age = compute_age(t, p->along_m);
   const float width_m = fresh_width_m + age * age * (float)desc->billow_m;
   const float top_m = (float)desc->thickness_m * (level - t->drop - sink_share * age);
   const float old = np_smoothstepf((age - 0.08f) / 0.2f);
@@ -103,6 +109,16 @@ static float eval_trail(const np_cloud_model *model, const np_trail *t, const tr
     body += old * np_smoothstepf(frayed / np_mixf(0.5f, 1.1f, age)) / (1.0f + 5.0f * age);
   }
   return body;
+}
+
+/* Displacement by eddies across a trail of age 1, in metres. */
+static void compute_bends(const np_cloud_model *model, np_kind_points *p, float *out_bend_m) {
+  static const np_noise_octaves octaves = {.count = 3, .gain = 0.42f};
+  const np_noise_points points = np_kind_scale(model, p, bend_size_m, 1.0f);
+  const float reach_m = 2.0f * bend_share * (float)model->desc.billow_m;
+  for (size_t i = 0; i < p->count; i++) p->sz[i] = 0.47f + 0.3f * model->turnover;
+  model->noise->value_fbm(&model->kind.coarse, &octaves, &points, out_bend_m);
+  for (size_t i = 0; i < p->count; i++) out_bend_m[i] = reach_m * (out_bend_m[i] - 0.5f);
 }
 
 static void compute_noises(const np_cloud_model *model, np_kind_points *p, float *out_puff, float *out_fibre) {
@@ -121,14 +137,16 @@ static void compute_noises(const np_cloud_model *model, np_kind_points *p, float
 
 static void eval_trails(const np_cloud_model *model, np_kind_points *p, float *out_extinction_per_m) {
   const neph_cloud_desc *desc = &model->desc;
-  float puff[NP_CLOUD_BLOCK], fibre[NP_CLOUD_BLOCK];
+  float puff[NP_CLOUD_BLOCK], fibre[NP_CLOUD_BLOCK], bend_m[NP_CLOUD_BLOCK];
   compute_noises(model, p, puff, fibre);
+  compute_bends(model, p, bend_m);
   for (size_t i = 0; i < p->count; i++) {
     float body = 0.0f;
     for (unsigned n = 0; n < desc->trails; n++) {
       const np_trail *t = &model->trails[n];
       const float x = p->field_x_m[i], y = p->field_y_m[i];
-      const float across_m = y * t->along[0] - x * t->along[1] - t->offset_m;
+      const float straight_m = y * t->along[0] - x * t->along[1] - t->offset_m;
+      const float across_m = straight_m + compute_age(t, x * t->along[0] + y * t->along[1]) * bend_m[i];
       if (fabsf(across_m) > reach * (t->width_max_m + model->kind.edge_m)) continue;
       const trail_point at = {x * t->along[0] + y * t->along[1], across_m, p->height_m[i], puff[i], fibre[i]};
       body += eval_trail(model, t, &at);
@@ -148,7 +166,8 @@ static bool is_trail_empty(const np_cloud_model *model, const np_kind_box *box) 
     const np_trail *t = &model->trails[n];
     const float across_m = fabsf(y * t->along[0] - x * t->along[1] - t->offset_m);
     const float corner_m = half_x * fabsf(t->along[1]) + half_y * fabsf(t->along[0]);
-    if (across_m - corner_m < reach * (t->width_max_m + model->kind.edge_m) + 1.0f) return false;
+    const float bend_m = t->age * bend_share * (float)model->desc.billow_m;
+    if (across_m - corner_m < reach * (t->width_max_m + model->kind.edge_m) + bend_m + 1.0f) return false;
   }
   return true;
 }
