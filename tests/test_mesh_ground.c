@@ -367,6 +367,14 @@ static void bad_files_are_refused(void **state) {
   assert_one_error(&f->log, "one point");
   assert_int_equal(try_load(f, "v 0 0 0\nv 4e6 0 0\nv 0 5e6 0\nf 1 2 3\n", &z_up), NEPH_ERROR_BAD_FILE);
   assert_one_error(&f->log, "5000 km", "terrain.mesh.position", "terrain.mesh.unit");
+  static const char *const headers[][2] = {
+      {"ply\nformat ascii 1.0\nelement vertex 1000\nend_header\n0 0 0\n", "1000 elements 'vertex'"},
+      {"ply\nformat ascii 1.0\nelement vertex 1\nl ?t x\nend_header\n0 0 0\n", "line 4"},
+      {"ply\nformat ascii 1.0\nelement vertex 1\nend_header0 0 0\n", "no line 'end_header'"}};
+  for (size_t i = 0; i < sizeof headers / sizeof *headers; i++) {
+    assert_int_equal(try_load(f, headers[i][0], &z_up), NEPH_ERROR_BAD_FILE);
+    assert_one_error(&f->log, "ground.obj", headers[i][1]);
+  }
   assert_int_equal(try_load(f, bow_tie, NULL), NEPH_ERROR_INVALID_ARGUMENT);
   assert_one_error(&f->log, "terrain.mesh.up to y or z");
   char *path = f->path;

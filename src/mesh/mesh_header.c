@@ -29,7 +29,14 @@ static neph_result check_element(const mesh_header *h, const char *line) {
                  h->path, count, name, h->byte_count);
 }
 
-/* Reads lines to the end of the header, for which Assimp would search without end. */
+static bool is_ply_line(const char *line) {
+  static const char *const words[] = {"ply", "format ", "comment", "obj_info", "element ", "property ", "end_header"};
+  for (size_t i = 0; i < sizeof words / sizeof *words; i++)
+    if (!strncmp(line, words[i], strlen(words[i]))) return true;
+  return false;
+}
+
+/* Reads lines to the end of the header: Assimp would search for it without end, and stays at a line that is none. */
 static neph_result check_ply(const mesh_header *h) {
   static const char end[] = "end_header";
   char line[LINE_BYTES];
@@ -38,6 +45,9 @@ static neph_result check_ply(const mesh_header *h) {
     if (!fgets(line, sizeof line, h->file))
       return np_fail(h->context, NEPH_ERROR_BAD_FILE, "%s: its header has no line '%s': it is truncated or damaged",
                      h->path, end);
+    if (!is_ply_line(line))
+      return np_fail(h->context, NEPH_ERROR_BAD_FILE, "%s: line %d of its header is no line of a PLY: it is damaged",
+                     h->path, n + 1);
     result = check_element(h, line);
     line[strcspn(line, "\r\n")] = '\0';
     if (!strcmp(line, end)) return result;
