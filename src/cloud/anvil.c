@@ -19,8 +19,10 @@ static void add_noise(const np_cloud_model *model, np_kind_points *p, float *dep
   const neph_cloud_desc *desc = &model->desc;
   const float size_m = striation_size * (float)desc->billow_m, pouch_m = pouch_size * (float)desc->billow_m;
   const np_noise_octaves octaves = {.count = np_kind_count_octaves(desc, size_m), .gain = 0.55f};
-  const np_noise_lattice of_striations = np_kind_make_lattice(desc, NP_CLOUD_STREAM_SHEET);
-  const np_noise_lattice of_pouches = np_kind_make_lattice(desc, NP_CLOUD_STREAM_BASE);
+  np_noise_lattice of_striations = np_kind_make_lattice(desc, NP_CLOUD_STREAM_SHEET);
+  np_noise_lattice of_pouches = np_kind_make_lattice(desc, NP_CLOUD_STREAM_BASE);
+  of_striations = np_kind_wrap(model, &of_striations, size_m, striation_stretch);
+  of_pouches = np_kind_wrap(model, &of_pouches, pouch_m, 1.0f);
   np_noise_points points = np_kind_scale(model, p, size_m, striation_stretch);
   model->noise->value_fbm(&of_striations, &octaves, &points, p->noise);
   for (size_t i = 0; i < p->count; i++)

@@ -2,6 +2,7 @@
 /* Places of the voxels of a bake: samples sit in the middle of voxels, leaves of 8³ of them count from the index
  * origin, and a region cuts voxels off. */
 #include "cloud/bake_private.h"
+#include "cloud/repeat.h"
 
 #define BOX_LEAVES_MAX (UINT64_C(1) << 27) /* of the whole field, a byte each while their bounds are found */
 
@@ -122,12 +123,13 @@ static neph_result clip_extent(np_bake *bake) {
 
 neph_result np_bake_start(neph_context *context, const neph_cloud_desc *cloud, const neph_bake_desc *desc,
                           np_bake_use use, np_monitor *monitor, np_bake *out_bake) {
-  *out_bake = (np_bake){.context = context, .monitor = monitor, .desc = *desc, .use = use, .model = {.desc = *cloud}};
+  const neph_cloud_desc rounded = np_repeat_round(cloud);
+  *out_bake = (np_bake){.context = context, .monitor = monitor, .desc = *desc, .use = use, .model = {.desc = rounded}};
   neph_result result = compute_extent(out_bake);
   if (!result) result = clip_extent(out_bake);
   np_monitor_set_part(monitor, np_monitor_whole, 0.0, 0.05);
   np_monitor_set_stage(monitor, "preparing cloud");
-  return result ? result : np_cloud_model_build(context, cloud, monitor, &out_bake->model);
+  return result ? result : np_cloud_model_build(context, &rounded, monitor, &out_bake->model);
 }
 
 neph_result np_bake_start_checked(neph_context *context, const neph_cloud_desc *cloud, const neph_bake_desc *desc,

@@ -39,13 +39,16 @@ static void eval_streaks(const np_cloud_model *model, np_kind_points *p, float *
   float fall[NP_CLOUD_BLOCK], fibre[NP_CLOUD_BLOCK];
   np_noise_points points = np_kind_scale(model, p, fall_size * billow_m, get_stretch(desc));
   for (size_t i = 0; i < p->count; i++) p->sz[i] = 0.37f + 0.2f * model->turnover;
-  model->noise->value_fbm(&k->coarse, &two, &points, fall);
+  np_noise_lattice lattice = np_kind_wrap(model, &k->coarse, fall_size * billow_m, get_stretch(desc));
+  model->noise->value_fbm(&lattice, &two, &points, fall);
   points = np_kind_scale(model, p, k->fine_m, get_stretch(desc));
   for (size_t i = 0; i < p->count; i++) p->sz[i] *= fibre_upright;
-  model->noise->value_fbm(&k->fine, &all, &points, fibre);
+  lattice = np_kind_wrap(model, &k->fine, k->fine_m, get_stretch(desc));
+  model->noise->value_fbm(&lattice, &all, &points, fibre);
   points = np_kind_scale(model, p, billow_m, get_stretch(desc));
   for (size_t i = 0; i < p->count; i++) p->sz[i] *= fibre_upright;
-  model->noise->value_fbm(&k->medium, &two, &points, p->noise);
+  lattice = np_kind_wrap(model, &k->medium, billow_m, get_stretch(desc));
+  model->noise->value_fbm(&lattice, &two, &points, p->noise);
   for (size_t i = 0; i < p->count; i++) {
     const float group = np_smoothstepf(p->strength[i] / group_strength), s = p->height_m[i] / top_m;
     const float fallen = np_clampf((1.0f - head_share - s) / (1.0f - head_share), 0.0f, 1.0f);
