@@ -110,6 +110,7 @@ static neph_result clip_extent(np_bake *bake) {
   for (int a = 0; a < 3; a++) {
     bake->region_min[a] = bake->leaf_begin[a] * NP_LEAF_EDGE;
     bake->region_max[a] = (bake->leaf_begin[a] + bake->leaf_count[a]) * NP_LEAF_EDGE - 1;
+    if (a < 2 && bake->model.desc.repeat_m > 0) bake->region_max[a] = bake->voxels[a] - 1; /* the next tile's begin */
     const neph_result result = bake->desc.has_region ? clip_axis(bake, a) : NEPH_OK;
     if (result) return result;
     const int32_t begin = (int32_t)floor((double)bake->region_min[a] / NP_LEAF_EDGE);

@@ -135,7 +135,8 @@ static void add_sheet(const np_cloud_model *model, work *w) {
   const np_noise_octaves octaves = {.count = model->sheet_octave_count, .gain = 0.5f};
   const np_noise_points points = scale_positions(w, model->base.frequency_per_m, model->turnover);
   const float billow_m = (float)model->desc.billow_m, stretch = (float)model->desc.stretch;
-  const float *heading = model->heading, shrink = np_repeat_get_ratio(&model->desc, billow_m * stretch, billow_m, 1.0f / stretch);
+  const float *heading = model->heading;
+  const float shrink = np_repeat_get_ratio(&model->desc, billow_m, billow_m * stretch, 1.0f / stretch);
   const float sublayers = (float)model->desc.sublayers;
   for (size_t i = 0; i < w->count; i++) {
     float along = w->sx[i] * heading[0] + w->sy[i] * heading[1];

@@ -260,7 +260,7 @@ static void add_wisps(const np_cloud_model *model, thermal_work *w) {
   const np_noise_octaves octaves = {.count = t->wisp_octaves, .gain = wisp_gain};
   const np_noise_points points = scale_positions(model, w, t->wisp_size_m);
   const float *heading = model->heading, size_m = t->wisp_size_m;
-  const float stretch = np_repeat_get_ratio(&model->desc, size_m, size_m * wisp_stretch, wisp_stretch);
+  const float stretch = np_repeat_get_ratio(&model->desc, size_m * wisp_stretch, size_m, wisp_stretch);
   for (size_t i = 0; i < w->count; i++) {
     const float x = w->sx[i], y = w->sy[i], along = x * heading[0] + y * heading[1] - wisp_lean * w->sz[i];
     w->sy[i] = y * heading[0] - x * heading[1];
