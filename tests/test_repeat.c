@@ -169,7 +169,7 @@ static const char scene[] =
     "sun: {elevation: 40 deg, azimuth: 120 deg}\n"
     "clouds:\n"
     "  - bake: {model: deck, extent: 4 km, voxel: 100 m, coverage: 0.7, cell: 1 km, seed: 3, repeat: 16 km}\n"
-    "render: {integrator: path, samples: 4}\n";
+    "render: {integrator: path, samples: 4, light_memory: 400 MB}\n";
 
 static int set_up(void **state) { return set_up_scene(state, 2, scene); }
 
@@ -186,8 +186,8 @@ static double render(fixture *f, float out[PIXELS]) {
   return sum / PIXELS;
 }
 
-/* The march's own bias on a deck is some 5 %; 12 % holds it with the noise of 4 paths a pixel. A field that ends 2 km off
- * leaves the sky of this view clear. */
+/* The march's own bias on a deck is some 5 %; 12 % holds it with the noise of 4 paths a pixel. A field that ends 2 km
+ * off leaves the sky of this view clear. */
 static void both_integrators_render_tiles(void **state) {
   fixture *f = *state;
   float traced[PIXELS], marched[PIXELS], alone[PIXELS];
@@ -227,7 +227,8 @@ static void what_cannot_repeat_is_refused(void **state) {
     assert_int_equal(neph_scene_load_text(f->context, scene, "dir/scene.yaml", &other), NEPH_OK);
     test_log_clear(&f->log);
     neph_result result = NEPH_OK;
-    if (bad[i].message && strstr(bad[i].message, "at most")) result = neph_scene_set(other, "clouds[0].bake.repeat", "900 km");
+    if (bad[i].message && strstr(bad[i].message, "at most"))
+      result = neph_scene_set(other, "clouds[0].bake.repeat", "900 km");
     if (!result) result = neph_scene_set(other, bad[i].key, bad[i].value);
     if (!result && bad[i].message) result = neph_render_image(other, NULL, &image);
     if (bad[i].message && !result) fail_msg("%s: %s was taken", bad[i].key, bad[i].value);

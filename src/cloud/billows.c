@@ -73,7 +73,7 @@ static void draw_points(const billow_rows *rows, const int32_t at[3], point_bloc
 static void move_to_surface(const billow_rows *rows, point_block *b) {
   float x[BLOCK_POINTS], y[BLOCK_POINTS], z[BLOCK_POINTS];
   np_noise_lattice lattice = {np_noise_derive_seed(rows->model->desc.seed, NP_CLOUD_STREAM_PATCHES + rows->level),
-                                    {NP_NOISE_PERIOD_MAX, NP_NOISE_PERIOD_MAX, NP_NOISE_PERIOD_MAX}};
+                              {NP_NOISE_PERIOD_MAX, NP_NOISE_PERIOD_MAX, NP_NOISE_PERIOD_MAX}};
   const float size_m = 3.1f * rows->spacing_m, frequency_per_m = 1.0f / np_repeat_fit(&rows->model->desc, size_m);
   np_repeat_set_period(&rows->model->desc, size_m, 1.0f, &lattice);
   for (int n = 0; n < BLOCK_POINTS; n++) {

@@ -161,8 +161,7 @@ static void fill_noise(const np_landscape *land, np_cloud_stream stream, float s
 /* Displaces the air by low-frequency curl. */
 static void swirl(const np_landscape *land, landscape_block *b) {
   np_noise_lattice lattice = make_lattice(land, NP_CLOUD_STREAM_SWIRL);
-  const float size =
-      fit_size(land, land->model == NEPH_CLOUD_MODEL_SLAB ? 2.0f * swirl_size : swirl_size, &lattice);
+  const float size = fit_size(land, land->model == NEPH_CLOUD_MODEL_SLAB ? 2.0f * swirl_size : swirl_size, &lattice);
   float x[NP_LANDSCAPE_BLOCK], y[NP_LANDSCAPE_BLOCK];
   lattice_points at;
   const np_noise_points points = scale_points(land, b, size, &at);

@@ -19,7 +19,8 @@ static const char *search_obstacle(const neph_cloud_desc *desc) {
   if (desc->center_m[0] != 0 || desc->center_m[1] != 0) return "center must be 0 m, 0 m";
   if (desc->map_file) return "map.image must not be given: a picture does not meet itself at the border";
   if (np_cloud_desc_has_shape(desc)) return "shape must not be given: it stands once";
-  if (desc->ground_lift > 0 || desc->ground_cover != 0) return "ground_lift and ground_cover must be 0: tiles are alike";
+  if (desc->ground_lift > 0 || desc->ground_cover != 0)
+    return "ground_lift and ground_cover must be 0: tiles are alike";
   if (desc->precipitation > 0) return "precipitation must be 0";
   if (wind[0] != 0 && wind[1] != 0) return "wind must blow along x or y: turn the camera and the sun instead";
   return NULL;

@@ -14,7 +14,9 @@ neph_result np_repeat_check(neph_context *context, const neph_cloud_desc *desc);
 neph_cloud_desc np_repeat_round(const neph_cloud_desc *desc);
 
 /* Number of times that a size goes into an extent, at least 1. */
-static inline int32_t np_repeat_count(double extent, double size) { return (int32_t)fmax(floor(extent / size + 0.5), 1.0); }
+static inline int32_t np_repeat_count(double extent, double size) {
+  return (int32_t)fmax(floor(extent / size + 0.5), 1.0);
+}
 
 /* A number of a cell in [0, period); as it is for period 0. */
 static inline int32_t np_repeat_wrap(int32_t cell, int32_t period) {

@@ -152,8 +152,7 @@ static bool draw_thermal(const np_cloud_model *model, const thermal_kind *kind, 
   const float spacing_m = np_repeat_fit(desc, kind->spacing * model->thermals.billow_m);
   const int32_t period = desc->repeat_m > 0 ? np_repeat_count(desc->extent_m[0], (double)spacing_m) : 0;
   thermal t = {.kind = kind, .model = model};
-  t.random =
-      np_random_start(np_random_absorb(desc->seed, (uint64_t)kind->stream), 0,
+  t.random = np_random_start(np_random_absorb(desc->seed, (uint64_t)kind->stream), 0,
                              (uint32_t)np_repeat_wrap(at[0], period), (uint32_t)np_repeat_wrap(at[1], period), 0);
   const float drawn = take(&t.random);
   if (drawn >= kind->share) return false;
@@ -270,8 +269,8 @@ neph_result np_thermals_add_stacks(np_cloud_model *model, np_monitor *monitor, f
   const neph_cloud_desc *desc = &model->desc;
   grid_rows grid = {.model = model};
   for (int k = 0; k < KIND_COUNT; k++) {
-    const double fitted_m = (double)np_repeat_fit(desc, kinds[k].spacing * model->thermals.billow_m);
-    const double spacing_m = desc->repeat_m > 0 ? fitted_m : (double)kinds[k].spacing * (double)model->thermals.billow_m;
+    double spacing_m = (double)kinds[k].spacing * (double)model->thermals.billow_m;
+    if (desc->repeat_m > 0) spacing_m = (double)np_repeat_fit(desc, (float)spacing_m);
     for (int a = 0; a < 2; a++) {
       const double low_m = -0.5 * desc->extent_m[a] - (double)model->drift_m[a];
       grid.first[k][a] = (int32_t)floor(low_m / spacing_m) - 1;

@@ -183,7 +183,8 @@ static neph_result add_pose(const moving_cloud *c, const np_scene_pose *pose, do
   np_affine move;
   const neph_result result = make_move(c, &pose->clouds[c->number], time, &move);
   if (result) return result;
-  if (c->cloud->place_count > 0 && memcmp(move.m, still.m, sizeof move.m) != 0) return refuse_places(c, "its keys are animated");
+  if (c->cloud->place_count > 0 && memcmp(move.m, still.m, sizeof move.m) != 0)
+    return refuse_places(c, "its keys are animated");
   if (number == NP_MOTION_POSES) c->out->next = move;
   if (number == NP_MOTION_POSES + 1) c->out->previous = move;
   if (number >= NP_MOTION_POSES) return NEPH_OK;

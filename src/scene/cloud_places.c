@@ -74,7 +74,8 @@ static np_affine make_tilt(const double tilt_rad[2]) {
   const double angle = hypot(tilt_rad[0], tilt_rad[1]);
   if (!(angle > 0.0)) return np_affine_identity();
   const double x = tilt_rad[0] / angle, y = tilt_rad[1] / angle, c = cos(angle), s = sin(angle), d = 1.0 - c;
-  return (np_affine){{{c + d * x * x, d * x * y, s * y, 0}, {d * x * y, c + d * y * y, -s * x, 0}, {-s * y, s * x, c, 0}}};
+  return (np_affine){
+      {{c + d * x * x, d * x * y, s * y, 0}, {d * x * y, c + d * y * y, -s * x, 0}, {-s * y, s * x, c, 0}}};
 }
 
 /* A tile so far east and north along the sphere through the middle of the cloud: turned about the planet's centre,
