@@ -130,6 +130,11 @@ typedef struct neph_cloud_desc {
   double ground_cover;   /**< clouds over high ground, 1, or over low ground, -1; 0: wherever (default 0) */
   unsigned trails;       /**< lines of trails, 1 to NEPH_CLOUD_TRAILS_MAX; the first through the middle (default 1) */
   double trail_direction_rad; /**< azimuth that the first of them goes to; ±7 (default π/2, the east) */
+  /** The field repeats without a seam, as far as this from its middle in a scene: a tile as wide as `extent_m`, into
+   * which voxels and all lattices go a whole number of times; their sizes are rounded for that. 0 to 1e6; 0: it ends
+   * at its extent (default 0). Only for the models cells, slab, thermals, deck and streaks, square and in the middle,
+   * without a picture, ground, shape or precipitation; patterns along the wind need a wind along x or y. */
+  double repeat_m;
 } neph_cloud_desc;
 
 #define NEPH_CLOUD_DESC_DEFAULT                                                                                        \
@@ -147,7 +152,7 @@ typedef struct neph_cloud_desc {
     .shape = {.mesh_unit_m = 1, .height_size_m = {8000, 8000}, .height_m = 1200}, .billow_amounts = {1, 1, 1},         \
     .billow_frequencies = {1, 1, 1}, .wisp_amounts = {0, 0, 1}, .name = NULL, .ground_height = NULL,                   \
     .ground_user = NULL, .ground_id = NULL, .ground_lift = 0, .ground_cover = 0, .trails = 1,                          \
-    .trail_direction_rad = 1.57079632679489662                                                                         \
+    .trail_direction_rad = 1.57079632679489662, .repeat_m = 0                                                          \
   }
 
 /** Fills a description from a named preset ("cumulus_mediocris", …); fails listing the names there are.

@@ -56,7 +56,8 @@ static void add_striations(const np_cloud_model *model, np_kind_points *p) {
   const neph_cloud_desc *desc = &model->desc;
   const float size_m = striation_size * (float)desc->billow_m;
   const np_noise_octaves octaves = {.count = np_kind_count_octaves(desc, size_m), .gain = 0.6f};
-  const np_noise_lattice lattice = np_kind_make_lattice(desc, NP_CLOUD_STREAM_SHEET);
+  np_noise_lattice lattice = np_kind_make_lattice(desc, NP_CLOUD_STREAM_SHEET);
+  lattice = np_kind_wrap(model, &lattice, size_m, striation_stretch);
   const np_noise_points points = np_kind_scale(model, p, size_m, striation_stretch);
   for (size_t i = 0; i < p->count; i++) p->sz[i] *= 0.4f; /* streaks hang together over the height */
   model->noise->value_fbm(&lattice, &octaves, &points, p->noise);
@@ -66,8 +67,10 @@ static void add_striations(const np_cloud_model *model, np_kind_points *p) {
 
 /* Depth of the pouches, in [0, 1]. */
 static void compute_pouches(const np_cloud_model *model, np_kind_points *p) {
-  const np_noise_lattice lattice = np_kind_make_lattice(&model->desc, NP_CLOUD_STREAM_BASE);
-  const np_noise_points points = np_kind_scale(model, p, pouch_size * (float)model->desc.billow_m, 1.3f);
+  const float size_m = pouch_size * (float)model->desc.billow_m;
+  np_noise_lattice lattice = np_kind_make_lattice(&model->desc, NP_CLOUD_STREAM_BASE);
+  lattice = np_kind_wrap(model, &lattice, size_m, 1.3f);
+  const np_noise_points points = np_kind_scale(model, p, size_m, 1.3f);
   for (size_t i = 0; i < p->count; i++) p->sz[i] = 0.41f - model->turnover;
   model->noise->worley(&lattice, &points, p->noise);
   for (size_t i = 0; i < p->count; i++) p->noise[i] = 1.0f - np_minf(1.7f * p->noise[i], 1.0f);

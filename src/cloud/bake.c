@@ -83,7 +83,7 @@ static void finish_slice(const bake_job *job, const leaf_origin *origin, int32_t
   float *values = leaf->values + 64 * i;
   const uint64_t cloudy = compute_mask_above(values, 0.0f);
   uint64_t kept = compute_mask_above(values, job->prune_per_m);
-  if (job->bake->desc.has_region) kept &= compute_row_mask(job->bake, origin, i);
+  if (job->bake->desc.has_region || job->bake->model.desc.repeat_m > 0) kept &= compute_row_mask(job->bake, origin, i);
   for (int n = 0; n < 64 && kept != cloudy; n++) values[n] = kept >> n & 1u ? values[n] : 0.0f;
   leaf->active[i] = kept;
 }

@@ -2,6 +2,7 @@
 /* Places of the voxels of a bake: samples sit in the middle of voxels, leaves of 8³ of them count from the index
  * origin, and a region cuts voxels off. */
 #include "cloud/bake_private.h"
+#include "cloud/repeat.h"
 
 #define BOX_LEAVES_MAX (UINT64_C(1) << 27) /* of the whole field, a byte each while their bounds are found */
 
@@ -109,6 +110,7 @@ static neph_result clip_extent(np_bake *bake) {
   for (int a = 0; a < 3; a++) {
     bake->region_min[a] = bake->leaf_begin[a] * NP_LEAF_EDGE;
     bake->region_max[a] = (bake->leaf_begin[a] + bake->leaf_count[a]) * NP_LEAF_EDGE - 1;
+    if (a < 2 && bake->model.desc.repeat_m > 0) bake->region_max[a] = bake->voxels[a] - 1; /* the next tile's begin */
     const neph_result result = bake->desc.has_region ? clip_axis(bake, a) : NEPH_OK;
     if (result) return result;
     const int32_t begin = (int32_t)floor((double)bake->region_min[a] / NP_LEAF_EDGE);
@@ -122,12 +124,13 @@ static neph_result clip_extent(np_bake *bake) {
 
 neph_result np_bake_start(neph_context *context, const neph_cloud_desc *cloud, const neph_bake_desc *desc,
                           np_bake_use use, np_monitor *monitor, np_bake *out_bake) {
-  *out_bake = (np_bake){.context = context, .monitor = monitor, .desc = *desc, .use = use, .model = {.desc = *cloud}};
+  const neph_cloud_desc rounded = np_repeat_round(cloud);
+  *out_bake = (np_bake){.context = context, .monitor = monitor, .desc = *desc, .use = use, .model = {.desc = rounded}};
   neph_result result = compute_extent(out_bake);
   if (!result) result = clip_extent(out_bake);
   np_monitor_set_part(monitor, np_monitor_whole, 0.0, 0.05);
   np_monitor_set_stage(monitor, "preparing cloud");
-  return result ? result : np_cloud_model_build(context, cloud, monitor, &out_bake->model);
+  return result ? result : np_cloud_model_build(context, &rounded, monitor, &out_bake->model);
 }
 
 neph_result np_bake_start_checked(neph_context *context, const neph_cloud_desc *cloud, const neph_bake_desc *desc,

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Clouds in memory: what may be asked of a bake, volumes, and the model itself without a grid. */
 #include "cloud/bake_private.h"
+#include "cloud/repeat.h"
 #include "volume/volume_private.h"
 
 static neph_result check_region(neph_context *context, const neph_bake_desc *desc) {
@@ -76,7 +77,8 @@ static neph_result eval_blocks(void *user, size_t begin, size_t end, unsigned th
     points.count = 0;
     for (size_t i = first; i < job->count && i < first + NP_CLOUD_BLOCK; i++) {
       const double *p = job->positions_m + 3 * i;
-      const double offset_m[3] = {p[0] - cloud->center_m[0], p[1] - cloud->center_m[1], p[2] - cloud->base_altitude_m};
+      const double offset_m[3] = {np_repeat_fold(cloud, p[0] - cloud->center_m[0]),
+                                  np_repeat_fold(cloud, p[1] - cloud->center_m[1]), p[2] - cloud->base_altitude_m};
       np_bake_add_point(job->bake, offset_m, &points);
     }
     np_bake_eval(&job->bake->model, &points, job->out_extinction_per_m + first);

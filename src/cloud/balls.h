@@ -67,6 +67,7 @@ const np_ball_table *np_ball_get_table(neph_isa isa);
 typedef struct np_ball_heap {
   neph_context *context; /* borrowed */
   const np_ball_table *kernels;
+  float repeat_m, margin_m;   /* width of a field that repeats, and how far beyond it balls count; 0: it ends */
   const np_shape_grid *shape; /* that the levels stand on, borrowed; NULL: none */
   unsigned level_count;
   np_ball_level levels[NP_BALL_LEVELS];

@@ -8,6 +8,7 @@
  * go to 0 at every limit, so that none appears at once.
  */
 #include "cloud/ball_rows.h"
+#include "cloud/repeat.h"
 #include "cloud/shape.h"
 #include "cloud/thermals.h"
 
@@ -24,7 +25,7 @@ static const float thermal_blend = 0.13f, billow_blend = 0.035f; /* in largest b
 static float compute_spacing_m(const np_cloud_model *model, unsigned level) {
   float spacing_m = first_spacing * model->thermals.billow_m;
   for (unsigned l = 1; l < level; l++) spacing_m *= spacing_ratio;
-  return spacing_m;
+  return np_repeat_fit(&model->desc, EDGE * spacing_m) / EDGE; /* whole blocks go into a field that repeats */
 }
 
 unsigned np_thermals_count_levels(const np_cloud_model *model) {
@@ -39,6 +40,7 @@ typedef struct billow_rows {
   float spacing_m, rise_m;
   float amounts[NEPH_CLOUD_PARTS], octaves[NEPH_CLOUD_PARTS]; /* by which the largest billows are smaller */
   int32_t first[3], count[3];                                 /* blocks of EDGE³ cells */
+  int32_t period;                                             /* cells along a field that repeats; 0: it ends */
 } billow_rows;
 
 /* Points of a block, with a hash for each. */
@@ -56,8 +58,9 @@ static void draw_points(const billow_rows *rows, const int32_t at[3], point_bloc
   for (int n = 0; n < BLOCK_POINTS; n++) {
     const int32_t cell[3] = {at[0] * EDGE + n / (EDGE * EDGE * CELL_POINTS),
                              at[1] * EDGE + n / (EDGE * CELL_POINTS) % EDGE, at[2] * EDGE + n / CELL_POINTS % EDGE};
+    const int32_t i = np_repeat_wrap(cell[0], rows->period), j = np_repeat_wrap(cell[1], rows->period);
     const uint64_t seed = np_random_absorb(model->desc.seed, NP_CLOUD_STREAM_BILLOWS + rows->level);
-    uint64_t hash = np_random_absorb(seed, (uint64_t)(uint32_t)cell[0] << 32 | (uint32_t)cell[1]);
+    uint64_t hash = np_random_absorb(seed, (uint64_t)(uint32_t)i << 32 | (uint32_t)j);
     hash = np_random_absorb(hash, (uint64_t)(uint32_t)cell[2] << 1 | (uint64_t)(n % CELL_POINTS));
     b->hash[n] = np_random_mix(hash);
     b->x_m[n] = ((float)cell[0] + take(hash, 0)) * rows->spacing_m + model->drift_m[0];
@@ -69,9 +72,10 @@ static void draw_points(const billow_rows *rows, const int32_t at[3], point_bloc
 /* Moves points to the surface, and draws the patches in which billows are larger. */
 static void move_to_surface(const billow_rows *rows, point_block *b) {
   float x[BLOCK_POINTS], y[BLOCK_POINTS], z[BLOCK_POINTS];
-  const np_noise_lattice lattice = {np_noise_derive_seed(rows->model->desc.seed, NP_CLOUD_STREAM_PATCHES + rows->level),
-                                    {NP_NOISE_PERIOD_MAX, NP_NOISE_PERIOD_MAX, NP_NOISE_PERIOD_MAX}};
-  const float frequency_per_m = 1.0f / (3.1f * rows->spacing_m);
+  np_noise_lattice lattice = {np_noise_derive_seed(rows->model->desc.seed, NP_CLOUD_STREAM_PATCHES + rows->level),
+                              {NP_NOISE_PERIOD_MAX, NP_NOISE_PERIOD_MAX, NP_NOISE_PERIOD_MAX}};
+  const float size_m = 3.1f * rows->spacing_m, frequency_per_m = 1.0f / np_repeat_fit(&rows->model->desc, size_m);
+  np_repeat_set_period(&rows->model->desc, size_m, 1.0f, &lattice);
   for (int n = 0; n < BLOCK_POINTS; n++) {
     const float off_m = b->distance_m[n] < 2.0f * rows->spacing_m ? b->distance_m[n] : 0.0f;
     b->x_m[n] -= off_m * b->normal[0][n];
@@ -202,6 +206,11 @@ static neph_result add_billows(np_cloud_model *model, np_monitor *monitor, unsig
   for (int a = 0; a < 3; a++) {
     rows.first[a] = (int32_t)floorf(low_m[a] / block_m);
     rows.count[a] = (int32_t)floorf((low_m[a] + size_m[a]) / block_m) - rows.first[a] + 1;
+  }
+  if (desc->repeat_m > 0) {
+    rows.count[0] = rows.count[1] = np_repeat_count(desc->extent_m[0], (double)block_m);
+    rows.period = EDGE * rows.count[0];
+    model->balls.margin_m = np_maxf(3.2f * spacing_m, model->thermals.gain_max_m + 2.0f * model->thermals.warp_max_m);
   }
   return np_ball_rows_collect(&model->balls, monitor, (size_t)rows.count[0] * (size_t)rows.count[1], add_row, &rows,
                               billow_blend * spacing_m, np_maxf(0.8f * spacing_m, 8.0f * (float)desc->voxel_m));

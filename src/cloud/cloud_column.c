@@ -90,6 +90,7 @@ static float bound_anvil(float low, float high) {
 /* Depth allowed by the border of the field, so that no cloud is cut by a wall. */
 static float eval_border(const np_cloud_model *model, float x_m, float y_m) {
   const neph_cloud_desc *desc = &model->desc;
+  if (desc->repeat_m > 0) return INFINITY;
   const float dx = 0.5f * (float)desc->extent_m[0] - fabsf(x_m), dy = 0.5f * (float)desc->extent_m[1] - fabsf(y_m);
   return np_minf(dx, dy) * model->slope_per_m - model->base_gain_max * (1.0f - (float)desc->coverage);
 }

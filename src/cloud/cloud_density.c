@@ -20,6 +20,7 @@
 #include <string.h>
 
 #include "cloud/cloud_kinds.h"
+#include "cloud/repeat.h"
 #include "cloud/thermals.h"
 #include "core/math.h"
 
@@ -145,7 +146,9 @@ static void add_base(const np_cloud_model *model, work *w) {
 static void add_sheet(const np_cloud_model *model, work *w) {
   const np_noise_octaves octaves = {.count = model->sheet_octave_count, .gain = 0.5f};
   const np_noise_points points = scale_positions(w, model->base.frequency_per_m, model->turnover);
-  const float *heading = model->heading, shrink = 1.0f / (float)model->desc.stretch;
+  const float billow_m = (float)model->desc.billow_m, stretch = (float)model->desc.stretch;
+  const float *heading = model->heading;
+  const float shrink = np_repeat_get_ratio(&model->desc, billow_m, billow_m * stretch, 1.0f / stretch);
   const float sublayers = (float)model->desc.sublayers;
   for (size_t i = 0; i < w->count; i++) {
     float along = w->sx[i] * heading[0] + w->sy[i] * heading[1];
@@ -171,8 +174,11 @@ static void fray_base(const np_cloud_model *model, work *w) {
   const float sublayers = (float)model->desc.sublayers, water = 1.0f - compute_fibrous_share(model);
   const float reach = water * scud_reach * (0.6f + (float)model->desc.erosion);
   if (!(reach > 0.0f)) return;
-  const np_noise_points points = scale_positions(w, model->base.frequency_per_m / scud_size, model->turnover);
-  model->noise->value_fbm(&model->rain, &octaves, &points, w->noise);
+  const float size_m = np_repeat_fit(&model->desc, scud_size / model->base.frequency_per_m);
+  np_noise_lattice lattice = model->rain;
+  np_repeat_set_period(&model->desc, size_m, 1.0f, &lattice);
+  const np_noise_points points = scale_positions(w, 1.0f / size_m, model->turnover);
+  model->noise->value_fbm(&lattice, &octaves, &points, w->noise);
   for (size_t i = 0; i < w->count; i++) {
     const float scaled = w->state[i].share * sublayers, place = scaled - (float)(int)scaled;
     const float low = 1.0f - np_smoothstepf(place / scud_depth);
@@ -183,18 +189,22 @@ static void fray_base(const np_cloud_model *model, work *w) {
 /* Shares of the extinction in `noise`: fibres hang together over the height, so that they do not average out. */
 static void compute_fibres(const np_cloud_model *model, work *w) {
   const np_noise_octaves octaves = {.count = model->sheet_octave_count, .gain = 0.6f};
-  const float stretch = (float)model->desc.stretch, *heading = model->heading;
+  const float stretch = fibre_draw * (float)model->desc.stretch, *heading = model->heading;
+  const float size_m = np_repeat_fit(&model->desc, fibre_size / model->base.frequency_per_m);
+  const float shrink = np_repeat_get_ratio(&model->desc, size_m, size_m * stretch, 1.0f / stretch);
   const float strength = (1.0f - fibre_least) * compute_fibrous_share(model);
   for (size_t i = 0; i < w->count; i++) w->noise[i] = 1.0f;
   if (!(strength > 0.0f)) return;
-  const np_noise_points points = scale_positions(w, model->base.frequency_per_m / fibre_size, model->turnover);
+  np_noise_lattice lattice = model->rain;
+  np_repeat_set_period(&model->desc, size_m, stretch, &lattice);
+  const np_noise_points points = scale_positions(w, 1.0f / size_m, model->turnover);
   for (size_t i = 0; i < w->count; i++) {
     const float along = w->sx[i] * heading[0] + w->sy[i] * heading[1];
     w->sy[i] = w->sy[i] * heading[0] - w->sx[i] * heading[1];
-    w->sx[i] = along / (fibre_draw * stretch);
+    w->sx[i] = along * shrink;
     w->sz[i] *= 0.12f;
   }
-  model->noise->value_fbm(&model->rain, &octaves, &points, w->noise);
+  model->noise->value_fbm(&lattice, &octaves, &points, w->noise);
   for (size_t i = 0; i < w->count; i++)
     w->noise[i] = 1.0f - strength * np_smoothstepf(0.5f + 2.4f * (w->noise[i] - 0.5f));
 }

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "cloud/cloud_kinds.h"
+#include "cloud/repeat.h"
 #include "cloud/shape.h"
 #include "core/alloc.h"
 #include "core/json.h"
@@ -57,10 +58,11 @@ static const real_field fields[] = {
     FIELD(billow_amounts, "billow_amounts", "", NEPH_CLOUD_PARTS, 0, 2, INCLUSIVE),
     FIELD(billow_frequencies, "billow_frequencies", "", NEPH_CLOUD_PARTS, 1, 8, INCLUSIVE),
     FIELD(wisp_amounts, "wisp_amounts", "", NEPH_CLOUD_PARTS, 0, 2, INCLUSIVE),
+    FIELD(repeat_m, "repeat", " m", 1, 0, 1e6, INCLUSIVE),
 };
 
 /* Files may lack the fields from `age` on, which then have their defaults. */
-enum { FIELD_COUNT = sizeof fields / sizeof *fields, FIELD_AGE = FIELD_COUNT - 6 };
+enum { FIELD_COUNT = sizeof fields / sizeof *fields, FIELD_AGE = FIELD_COUNT - 7 };
 
 static const double *get_values(const neph_cloud_desc *desc, const real_field *field) {
   return (const double *)(const void *)((const char *)desc + field->offset);
@@ -140,6 +142,7 @@ neph_result np_cloud_desc_read(neph_context *context, const neph_cloud_desc *des
   if (!result && out_desc->has_profile) result = check_profile(context, out_desc);
   if (!result) result = check_map(context, out_desc);
   if (!result) result = np_shape_check(context, out_desc);
+  if (!result) result = np_repeat_check(context, out_desc);
   return result;
 }
 

@@ -3,6 +3,8 @@
 
 #include <math.h>
 
+#include "cloud/repeat.h"
+
 #include "core/math.h"
 
 const np_cloud_kind *np_cloud_kind_get(neph_cloud_model model) {
@@ -21,6 +23,17 @@ np_noise_lattice np_kind_make_lattice(const neph_cloud_desc *desc, unsigned stre
 
 np_noise_points np_kind_scale(const np_cloud_model *model, np_kind_points *points, float size_m, float stretch) {
   const float frequency_per_m = 1.0f / size_m, shrink = 1.0f / stretch, *heading = model->heading;
+  if (model->desc.repeat_m > 0) {
+    const float along = 1.0f / np_repeat_fit(&model->desc, size_m * stretch);
+    const float across = 1.0f / np_repeat_fit(&model->desc, size_m);
+    for (size_t i = 0; i < points->count; i++) {
+      const float x_m = points->x_m[i], y_m = points->y_m[i];
+      points->sx[i] = (x_m * heading[0] + y_m * heading[1]) * along;
+      points->sy[i] = (y_m * heading[0] - x_m * heading[1]) * across;
+      points->sz[i] = points->height_m[i] * frequency_per_m - model->turnover;
+    }
+    return (np_noise_points){points->count, points->sx, points->sy, points->sz};
+  }
   for (size_t i = 0; i < points->count; i++) {
     const float x = points->x_m[i] * frequency_per_m, y = points->y_m[i] * frequency_per_m;
     points->sx[i] = (x * heading[0] + y * heading[1]) * shrink;
@@ -28,6 +41,13 @@ np_noise_points np_kind_scale(const np_cloud_model *model, np_kind_points *point
     points->sz[i] = points->height_m[i] * frequency_per_m - model->turnover;
   }
   return (np_noise_points){points->count, points->sx, points->sy, points->sz};
+}
+
+np_noise_lattice np_kind_wrap(const np_cloud_model *model, const np_noise_lattice *lattice, float size_m,
+                              float stretch) {
+  np_noise_lattice wrapped = *lattice;
+  np_repeat_set_period(&model->desc, size_m, stretch, &wrapped);
+  return wrapped;
 }
 
 unsigned np_kind_count_octaves(const neph_cloud_desc *desc, float size_m) {

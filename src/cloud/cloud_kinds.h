@@ -48,6 +48,10 @@ np_noise_lattice np_kind_make_lattice(const neph_cloud_desc *desc, unsigned stre
 /* Positions in a noise's own size, turned so that x is along the heading and `stretch` times as long. */
 np_noise_points np_kind_scale(const np_cloud_model *model, np_kind_points *points, float size_m, float stretch);
 
+/* A lattice that repeats with the tile under positions that were scaled so; itself where the field ends. */
+np_noise_lattice np_kind_wrap(const np_cloud_model *model, const np_noise_lattice *lattice, float size_m,
+                              float stretch);
+
 /* Octaves from a size to two voxels. */
 unsigned np_kind_count_octaves(const neph_cloud_desc *desc, float size_m);
 

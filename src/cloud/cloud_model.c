@@ -4,6 +4,7 @@
 #include <math.h>
 
 #include "cloud/cloud_kinds.h"
+#include "cloud/repeat.h"
 #include "cloud/shape.h"
 #include "cloud/thermals.h"
 #include "core/alloc.h"
@@ -78,7 +79,8 @@ static np_noise_lattice make_lattice(const np_cloud_model *model, unsigned strea
 static void choose_detail(np_cloud_model *model, float size_m) {
   for (unsigned k = 0; k < NP_CLOUD_OCTAVES_MAX && size_m >= 2.0f * (float)model->desc.voxel_m; k++) {
     model->detail[k].lattice = make_lattice(model, NP_CLOUD_STREAM_DETAIL + k);
-    model->detail[k].frequency_per_m = 1.0f / size_m;
+    model->detail[k].frequency_per_m = 1.0f / np_repeat_fit(&model->desc, size_m);
+    np_repeat_set_period(&model->desc, size_m, 1.0f, &model->detail[k].lattice);
     model->detail[k].mean = erosion_mean;
     model->detail_count = k + 1;
     size_m *= octave_ratio;
@@ -97,10 +99,13 @@ static void choose_noises(np_cloud_model *model) {
   const float billow_m = (float)model->desc.billow_m;
   const bool slab = is_slab(model);
   model->base.lattice = make_lattice(model, slab ? NP_CLOUD_STREAM_SHEET : NP_CLOUD_STREAM_BASE);
-  model->base.frequency_per_m = 1.0f / billow_m;
+  model->base.frequency_per_m = 1.0f / np_repeat_fit(&model->desc, billow_m);
+  np_repeat_set_period(&model->desc, billow_m, slab ? (float)model->desc.stretch : 1.0f, &model->base.lattice);
   model->base.mean = slab ? sheet_mean : base_mean;
   model->curl = make_lattice(model, NP_CLOUD_STREAM_CURL);
-  model->curl_frequency_per_m = 1.0f / ((slab ? sheet_curl_size : curl_size) * billow_m);
+  const float curl_m = (slab ? sheet_curl_size : curl_size) * billow_m;
+  model->curl_frequency_per_m = 1.0f / np_repeat_fit(&model->desc, curl_m);
+  np_repeat_set_period(&model->desc, curl_m, 1.0f, &model->curl);
   model->curl_distance_m = (slab ? sheet_curl_reach : curl_reach) * billow_m * (float)model->desc.turbulence;
   model->rain = make_lattice(model, NP_CLOUD_STREAM_RAIN);
   const np_cloud_kind *kind = np_cloud_kind_get(model->desc.model);
@@ -255,8 +260,10 @@ static neph_result build_map_and_waterline(neph_context *context, np_monitor *mo
 
 neph_result np_cloud_model_build(neph_context *context, const neph_cloud_desc *desc, np_monitor *monitor,
                                  np_cloud_model *out_model) {
-  np_cloud_model model = {.desc = *desc, .noise = np_noise_get_table(context->isa)};
+  np_cloud_model model = {.desc = np_repeat_round(desc), .noise = np_noise_get_table(context->isa)};
   model.balls = (np_ball_heap){.context = context, .kernels = np_ball_get_table(context->isa)};
+  desc = &model.desc;
+  model.balls.repeat_m = desc->repeat_m > 0 ? (float)desc->extent_m[0] : 0.0f;
   model.lives_per_s = 1.0 / desc->lifetime_s;
   np_cloud_desc_compute_heading(desc, model.heading);
   model.wind = np_cloud_wind_make(desc);

@@ -102,6 +102,7 @@ typedef struct np_landscape {
   float radius_m; /* a lone cell is a − r²/radius²: its outline at waterline t is a circle of radius·√(a − t) */
   float shore_depth, sheet_shrink, anvil, swirl;
   float heading[2], shear[2]; /* unit vectors; `shear` is 0 without skew */
+  int32_t period, sheet_period; /* cells in a field that repeats, and those of a sheet along the wind; 0: it ends */
 } np_landscape;
 
 typedef struct np_landscape_out {
@@ -130,6 +131,7 @@ typedef struct np_weather_map {
   int32_t size[2];       /* texels along x, y */
   float origin_m[2];     /* of the first texel */
   float step_m, radius_m;
+  bool is_periodic; /* else the border's values go on beyond it */
   float lowest, highest;                        /* over all texels */
   float *values;                                /* x fastest */
   float *anvils;                                /* NULL: none */
@@ -152,7 +154,7 @@ void np_weather_map_clear(np_weather_map *map); /* a zeroed map is allowed */
 /* In memory. */
 double np_weather_map_count_bytes(const np_weather_map *map);
 
-/* Bilinear value of `values`, `anvils` or a plane; the border's value beyond it. */
+/* Bilinear value of `values`, `anvils` or a plane; beyond it the border's value, or the map again. */
 float np_weather_map_sample(const np_weather_map *map, const float *values, float x_m, float y_m);
 
 /* Every sample in the rectangle lies within, but for rounding. */
@@ -191,7 +193,7 @@ typedef struct np_thermal_noises {
   float warp_max_m;                                              /* of all, a length */
   unsigned wisp_octaves;
   float wisp_size_m, wisp_m;
-  float floor_m;                /* mean height of the base above the lowest */
+  float floor_m, floor_size_m;  /* mean height of the base above the lowest, and size of its noise */
   float crisp_m, soft_m;        /* edges, young and old */
   float gain_max_m, loss_max_m; /* the most that noise moves the surface out and in */
 } np_thermal_noises;

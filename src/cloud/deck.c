@@ -9,6 +9,7 @@
 #include <math.h>
 
 #include "cloud/cloud_kinds.h"
+#include "cloud/repeat.h"
 #include "core/math.h"
 
 static const float cell_share = 0.55f;  /* of the cells of the pattern, in cells of the weather map */
@@ -41,24 +42,30 @@ static void set_deck(np_cloud_model *model) {
 static void compute_pattern(const np_cloud_model *model, np_kind_points *p, float *out) {
   const neph_cloud_desc *desc = &model->desc;
   const np_kind_noises *k = &model->kind;
-  const float cell_m = get_cell_m(desc), reach = warp_reach * (float)desc->turbulence;
+  const float cell_m = get_cell_m(desc), stretch = (float)desc->stretch, reach = warp_reach * (float)desc->turbulence;
   float dx[NP_CLOUD_BLOCK], dy[NP_CLOUD_BLOCK];
   np_noise_points points = np_kind_scale(model, p, warp_size * cell_m, 1.0f);
   for (size_t i = 0; i < p->count; i++) p->sz[i] = 0.31f + 0.3f * model->turnover;
-  model->noise->swirl(&model->curl, &points, dx, dy);
-  points = np_kind_scale(model, p, cell_m, (float)desc->stretch);
+  np_noise_lattice lattice = np_kind_wrap(model, &model->curl, warp_size * cell_m, 1.0f);
+  model->noise->swirl(&lattice, &points, dx, dy);
+  points = np_kind_scale(model, p, cell_m, stretch);
   for (size_t i = 0; i < p->count; i++) {
     p->sx[i] += reach * dx[i];
     p->sy[i] += reach * dy[i];
     p->sz[i] = 0.37f + 0.3f * model->turnover;
   }
-  model->noise->worley(&k->coarse, &points, out);
+  lattice = np_kind_wrap(model, &k->coarse, cell_m, stretch);
+  model->noise->worley(&lattice, &points, out);
+  const float lobe_m = lobe_size * cell_m;
+  const float along = np_repeat_get_ratio(desc, lobe_m * stretch, cell_m * stretch, lobe_size);
+  const float across = np_repeat_get_ratio(desc, lobe_m, cell_m, lobe_size);
   for (size_t i = 0; i < p->count; i++) {
-    p->sx[i] /= lobe_size;
-    p->sy[i] /= lobe_size;
+    p->sx[i] /= along;
+    p->sy[i] /= across;
     p->sz[i] = 0.61f + 0.5f * model->turnover;
   }
-  model->noise->worley(&k->medium, &points, p->noise);
+  lattice = np_kind_wrap(model, &k->medium, lobe_m, stretch);
+  model->noise->worley(&lattice, &points, p->noise);
   for (size_t i = 0; i < p->count; i++) out[i] = out[i] + lobe_share * (p->noise[i] - 0.3f);
 }
 
@@ -66,9 +73,10 @@ static void compute_pattern(const np_cloud_model *model, np_kind_points *p, floa
 static void cut_slits(const np_cloud_model *model, np_kind_points *p, float *pattern) {
   static const np_noise_octaves octaves = {.count = 3, .gain = 0.45f};
   const neph_cloud_desc *desc = &model->desc;
-  const np_noise_lattice lattice = np_kind_make_lattice(desc, NP_CLOUD_STREAM_SHEET);
-  const np_noise_points points =
-      np_kind_scale(model, p, slit_size * get_cell_m(desc), slit_stretch * (float)desc->stretch);
+  const float size_m = slit_size * get_cell_m(desc), stretch = slit_stretch * (float)desc->stretch;
+  np_noise_lattice lattice = np_kind_make_lattice(desc, NP_CLOUD_STREAM_SHEET);
+  lattice = np_kind_wrap(model, &lattice, size_m, stretch);
+  const np_noise_points points = np_kind_scale(model, p, size_m, stretch);
   for (size_t i = 0; i < p->count; i++) p->sz[i] = 0.83f + 0.3f * model->turnover;
   model->noise->value_fbm(&lattice, &octaves, &points, p->noise);
   for (size_t i = 0; i < p->count; i++) {
@@ -84,7 +92,8 @@ static void compute_billows(const np_cloud_model *model, np_kind_points *p, floa
   const float reach_m =
       (billow_reach * (float)desc->billowiness + fray_reach * (float)desc->erosion) * (float)desc->billow_m;
   const np_noise_points points = np_kind_scale(model, p, k->fine_m, 1.0f);
-  model->noise->worley_fbm(&k->fine, &octaves, &points, out_billow_m);
+  const np_noise_lattice fine = np_kind_wrap(model, &k->fine, k->fine_m, 1.0f);
+  model->noise->worley_fbm(&fine, &octaves, &points, out_billow_m);
   for (size_t i = 0; i < p->count; i++) out_billow_m[i] = reach_m * (1.0f - out_billow_m[i]);
 }
 

@@ -11,6 +11,7 @@
 #include <math.h>
 
 #include "cloud/cloud_kinds.h"
+#include "cloud/repeat.h"
 #include "core/math.h"
 #include "core/random.h"
 
@@ -64,6 +65,7 @@ typedef struct relief {
   uint64_t seed;
   float height, curvature; /* curvature is 1/R² */
   float lowest_cell;       /* cells below it are left out */
+  int32_t period;          /* cells after which it repeats; 0: never */
 } relief;
 
 static const float below_all = -8.0f; /* lower than anything is asked about */
@@ -79,7 +81,7 @@ static float compute_highest(const relief *r, double lives, double x, double y) 
   float best = below_all;
   for (int32_t j = j0 - 2; j <= j0 + 2; j++)
     for (int32_t i = i0 - 2; i <= i0 + 2; i++) {
-      const cell c = draw_cell(r->seed, i, j, lives);
+      const cell c = draw_cell(r->seed, np_repeat_wrap(i, r->period), np_repeat_wrap(j, r->period), lives);
       if (c.height < r->lowest_cell) continue;
       best = np_maxf(best, raise(&c, r->height, r->curvature, (float)(x - i) - c.x, (float)(y - j) - c.y));
     }
@@ -112,6 +114,7 @@ static float compute_hero(const np_landscape *land, float x, float y) {
 
 typedef struct landscape_block {
   size_t count;
+  bool is_turned;                                              /* x along the heading */
   const float *x, *y;                                          /* in the field, in units of the cell spacing */
   double air_x[NP_LANDSCAPE_BLOCK], air_y[NP_LANDSCAPE_BLOCK]; /* in the air, which drifts and swirls */
 } landscape_block;
@@ -136,9 +139,19 @@ static np_noise_lattice make_lattice(const np_landscape *land, np_cloud_stream s
                             {NP_NOISE_PERIOD_MAX, NP_NOISE_PERIOD_MAX, NP_NOISE_PERIOD_MAX}};
 }
 
+/* A size in cells that goes into the period a whole number of times: as often as the lattice is told to repeat. */
+static float fit_size(const np_landscape *land, float size, np_noise_lattice *lattice) {
+  if (land->period == 0) return size;
+  const int32_t count = np_repeat_count((double)land->period, (double)size);
+  if (lattice) lattice->period[0] = lattice->period[1] = count;
+  return (float)land->period / (float)count;
+}
+
 static void fill_noise(const np_landscape *land, np_cloud_stream stream, float size, unsigned octave_count, float gain,
                        const landscape_block *b, float *out) {
-  const np_noise_lattice lattice = make_lattice(land, stream);
+  np_noise_lattice lattice = make_lattice(land, stream);
+  size = fit_size(land, size, &lattice);
+  if (land->period && b->is_turned) lattice.period[0] = land->sheet_period;
   const np_noise_octaves octaves = {.count = octave_count, .gain = gain};
   lattice_points at;
   const np_noise_points points = scale_points(land, b, size, &at);
@@ -147,8 +160,8 @@ static void fill_noise(const np_landscape *land, np_cloud_stream stream, float s
 
 /* Displaces the air by low-frequency curl. */
 static void swirl(const np_landscape *land, landscape_block *b) {
-  const np_noise_lattice lattice = make_lattice(land, NP_CLOUD_STREAM_SWIRL);
-  const float size = land->model == NEPH_CLOUD_MODEL_SLAB ? 2.0f * swirl_size : swirl_size;
+  np_noise_lattice lattice = make_lattice(land, NP_CLOUD_STREAM_SWIRL);
+  const float size = fit_size(land, land->model == NEPH_CLOUD_MODEL_SLAB ? 2.0f * swirl_size : swirl_size, &lattice);
   float x[NP_LANDSCAPE_BLOCK], y[NP_LANDSCAPE_BLOCK];
   lattice_points at;
   const np_noise_points points = scale_points(land, b, size, &at);
@@ -161,6 +174,7 @@ static void swirl(const np_landscape *land, landscape_block *b) {
 
 /* The landscape sinks towards the border, so that clouds end there of themselves; less the more of it is covered. */
 static float compute_shore(const np_landscape *land, float x, float y) {
+  if (land->period) return 0.0f;
   float dx = land->half_extent[0] - fabsf(x), dy = land->half_extent[1] - fabsf(y);
   float s = 1.0f - np_clampf(np_minf(dx, dy) / shore_width, 0.0f, 1.0f);
   return land->shore_depth * s * s;
@@ -172,14 +186,16 @@ static void fill_cells(const np_landscape *land, const landscape_block *b, float
   const float group_height = has_thermals ? thermal_group_height : cell_group_height;
   fill_noise(land, NP_CLOUD_STREAM_GROUPS, group_size, has_thermals ? THERMAL_GROUP_OCTAVES : 2,
              has_thermals ? thermal_group_gain : 0.5f, b, group);
+  const float spacing = fit_size(land, small_spacing, NULL);
   const float curvature = 1.0f / (cell_radius * cell_radius), wide = 1.0f / (1.0f + anvil_spread * land->anvil);
   const float drag = anvil_drag * land->anvil;
-  const relief cells = {np_random_absorb(land->seed, NP_CLOUD_STREAM_CELLS), 1.0f, curvature, 0.0f};
+  const relief cells = {np_random_absorb(land->seed, NP_CLOUD_STREAM_CELLS), 1.0f, curvature, 0.0f, land->period};
   const relief small = {np_random_absorb(land->seed, NP_CLOUD_STREAM_SMALL_CELLS), small_height,
-                        curvature * small_spacing * small_spacing, 0.0f};
-  const relief anvils = {cells.seed, 1.0f, curvature * wide * wide, anvil_from};
+                        curvature * spacing * spacing, 0.0f,
+                        land->period ? np_repeat_count((double)land->period, (double)spacing) : 0};
+  const relief anvils = {cells.seed, 1.0f, curvature * wide * wide, anvil_from, land->period};
   for (size_t i = 0; i < b->count; i++) {
-    const double x = b->air_x[i], y = b->air_y[i], s = (double)small_spacing;
+    const double x = b->air_x[i], y = b->air_y[i], s = (double)spacing;
     const float large = compute_highest(&cells, land->lives, x, y);
     const float between = compute_highest(&small, land->lives, x / s, y / s);
     const float raised = group_height * group[i] - compute_shore(land, b->x[i], b->y[i]);
@@ -192,7 +208,7 @@ static void fill_cells(const np_landscape *land, const landscape_block *b, float
 
 /* Longer along the heading. */
 static void fill_sheet(const np_landscape *land, const landscape_block *b, float *out) {
-  landscape_block turned = {.count = b->count};
+  landscape_block turned = {.count = b->count, .is_turned = true};
   for (size_t i = 0; i < b->count; i++) {
     const double x = b->air_x[i], y = b->air_y[i], hx = (double)land->heading[0], hy = (double)land->heading[1];
     turned.air_x[i] = (x * hx + y * hy) * (double)land->sheet_shrink;
@@ -267,12 +283,18 @@ np_landscape np_landscape_make(const np_noise_table *noise, const neph_cloud_des
                        .swirl = swirl_reach * (float)desc->turbulence};
   np_cloud_desc_compute_heading(desc, land.heading);
   compute_shear(desc, land.shear);
+  if (desc->repeat_m > 0) {
+    land.period = np_repeat_count(desc->extent_m[0], desc->cell_m);
+    land.cell_m = desc->extent_m[0] / land.period;
+    land.sheet_period = np_repeat_count((double)land.period, sqrt(desc->stretch));
+    land.sheet_shrink = (float)land.sheet_period / (float)land.period;
+  }
   for (int i = 0; i < 2; i++) {
-    land.drift[i] = desc->wind_m_s[i] * desc->time_s / desc->cell_m;
-    land.half_extent[i] = (float)(0.5 * desc->extent_m[i] / desc->cell_m);
+    land.drift[i] = desc->wind_m_s[i] * desc->time_s / land.cell_m;
+    land.half_extent[i] = (float)(0.5 * desc->extent_m[i] / land.cell_m);
   }
   const double shorter_m = fmin(desc->extent_m[0], desc->extent_m[1]);
   land.radius_m = desc->model == NEPH_CLOUD_MODEL_HERO ? (float)(0.5 * shorter_m * (double)hero_radius)
-                                                       : (float)(desc->cell_m * (double)cell_radius);
+                                                       : (float)(land.cell_m * (double)cell_radius);
   return land;
 }

@@ -35,9 +35,11 @@ static float get_stretch(const neph_cloud_desc *desc) { return bundle_stretch * 
 /* Heads stand at the levels of layers that supply moisture: shares of the thickness below its top. */
 static void compute_roof(const np_cloud_model *model, np_kind_points *p, float *out_drop) {
   static const np_noise_octaves octaves = {.count = 2, .gain = 0.5f};
-  const np_noise_points points = np_kind_scale(model, p, roof_size * (float)model->desc.billow_m, 2.0f);
+  const float size_m = roof_size * (float)model->desc.billow_m;
+  const np_noise_lattice lattice = np_kind_wrap(model, &model->kind.medium, size_m, 2.0f);
+  const np_noise_points points = np_kind_scale(model, p, size_m, 2.0f);
   for (size_t i = 0; i < p->count; i++) p->sz[i] = 0.29f + 0.2f * model->turnover;
-  model->noise->value_fbm(&model->kind.medium, &octaves, &points, out_drop);
+  model->noise->value_fbm(&lattice, &octaves, &points, out_drop);
   for (size_t i = 0; i < p->count; i++)
     out_drop[i] = roof_drop * np_clampf(0.5f + 1.8f * (out_drop[i] - 0.5f), 0.0f, 1.0f);
 }
@@ -51,13 +53,16 @@ static void eval_streaks(const np_cloud_model *model, np_kind_points *p, float *
   compute_roof(model, p, drop);
   np_noise_points points = np_kind_scale(model, p, fall_size * billow_m, get_stretch(desc));
   for (size_t i = 0; i < p->count; i++) p->sz[i] = 0.37f + 0.2f * model->turnover;
-  model->noise->value_fbm(&k->coarse, &two, &points, fall);
+  np_noise_lattice lattice = np_kind_wrap(model, &k->coarse, fall_size * billow_m, get_stretch(desc));
+  model->noise->value_fbm(&lattice, &two, &points, fall);
   points = np_kind_scale(model, p, k->fine_m, get_stretch(desc));
   for (size_t i = 0; i < p->count; i++) p->sz[i] *= fibre_upright;
-  model->noise->value_fbm(&k->fine, &all, &points, fibre);
+  lattice = np_kind_wrap(model, &k->fine, k->fine_m, get_stretch(desc));
+  model->noise->value_fbm(&lattice, &all, &points, fibre);
   points = np_kind_scale(model, p, billow_m, get_stretch(desc));
   for (size_t i = 0; i < p->count; i++) p->sz[i] *= fibre_upright;
-  model->noise->value_fbm(&k->medium, &two, &points, p->noise);
+  lattice = np_kind_wrap(model, &k->medium, billow_m, get_stretch(desc));
+  model->noise->value_fbm(&lattice, &two, &points, p->noise);
   for (size_t i = 0; i < p->count; i++) {
     const float group = np_smoothstepf(p->strength[i] / group_strength), s = p->height_m[i] / top_m + drop[i];
     const float fallen = np_clampf((1.0f - head_share - s) / (1.0f - head_share), 0.0f, 1.0f);

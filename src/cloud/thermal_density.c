@@ -14,6 +14,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "cloud/repeat.h"
 #include "cloud/thermals.h"
 #include "core/math.h"
 
@@ -53,7 +54,8 @@ static void set_detail(np_cloud_model *model) {
   model->detail_count = 0;
   for (unsigned k = 0; k < NP_CLOUD_OCTAVES_MAX && size_m >= 2.0f * (float)desc->voxel_m; k++, size_m *= detail_ratio) {
     model->detail[k].lattice = make_lattice(desc, NP_CLOUD_STREAM_DETAIL + k);
-    model->detail[k].frequency_per_m = 1.0f / size_m;
+    model->detail[k].frequency_per_m = 1.0f / np_repeat_fit(desc, size_m);
+    np_repeat_set_period(desc, size_m, 1.0f, &model->detail[k].lattice);
     model->detail[k].amplitude = (k ? detail_reach : crease_reach) * (float)desc->erosion * size_m;
     sum_m += model->detail[k].amplitude;
     model->detail_count = k + 1;
@@ -74,10 +76,15 @@ void np_thermals_set_noises(np_cloud_model *model) {
   set_detail(model);
   for (unsigned k = 0; k < NP_THERMAL_WARPS; k++) {
     t->warp[k] = make_lattice(desc, NP_CLOUD_STREAM_WARP + k);
-    t->warp_size_m[k] = warp_sizes[k] * billow_m;
+    t->warp_size_m[k] = np_repeat_fit(desc, warp_sizes[k] * billow_m);
+    np_repeat_set_period(desc, t->warp_size_m[k], 1.0f, &t->warp[k]);
     t->warp_m[k] = warp_reach[k] * billow_m * (float)desc->turbulence;
     t->warp_max_m += 1.7321f * warp_limit * t->warp_m[k] * 1.001f;
   }
+  t->wisp_size_m = np_repeat_fit(desc, t->wisp_size_m);
+  np_repeat_set_period(desc, t->wisp_size_m, wisp_stretch, &t->wisps);
+  t->floor_size_m = np_repeat_fit(desc, floor_size * billow_m);
+  np_repeat_set_period(desc, t->floor_size_m, 1.0f, &t->floor);
   t->wisp_octaves = 1;
   for (float size_m = 0.5f * t->wisp_size_m; size_m >= 2.0f * voxel_m && t->wisp_octaves < 5; size_m *= 0.5f)
     t->wisp_octaves++;
@@ -133,7 +140,7 @@ static void raise_base(const np_cloud_model *model, thermal_work *w) {
   bool is_low = false;
   for (size_t i = 0; i < w->count; i++) is_low = is_low || w->above_m[i] < 8.0f * floor_m;
   if (!is_low) return;
-  const np_noise_points points = scale_positions(model, w, floor_size * model->thermals.billow_m);
+  const np_noise_points points = scale_positions(model, w, model->thermals.floor_size_m);
   for (size_t i = 0; i < w->count; i++) w->sz[i] = 0.41f;
   model->noise->perlin_fbm(&model->thermals.floor, &octaves, &points, w->noise);
   for (size_t i = 0; i < w->count; i++) {
@@ -252,11 +259,12 @@ static void add_wisps(const np_cloud_model *model, thermal_work *w) {
   const np_thermal_noises *t = &model->thermals;
   const np_noise_octaves octaves = {.count = t->wisp_octaves, .gain = wisp_gain};
   const np_noise_points points = scale_positions(model, w, t->wisp_size_m);
-  const float *heading = model->heading;
+  const float *heading = model->heading, size_m = t->wisp_size_m;
+  const float stretch = np_repeat_get_ratio(&model->desc, size_m * wisp_stretch, size_m, wisp_stretch);
   for (size_t i = 0; i < w->count; i++) {
     const float x = w->sx[i], y = w->sy[i], along = x * heading[0] + y * heading[1] - wisp_lean * w->sz[i];
     w->sy[i] = y * heading[0] - x * heading[1];
-    w->sx[i] = along / wisp_stretch;
+    w->sx[i] = along / stretch;
   }
   model->noise->perlin_fbm(&t->wisps, &octaves, &points, w->noise);
   for (size_t i = 0; i < w->count; i++)

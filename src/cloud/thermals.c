@@ -13,6 +13,7 @@
 #include "core/math.h"
 #include "core/random.h"
 #include "cloud/ball_rows.h"
+#include "cloud/repeat.h"
 
 enum { STACK_MIN = 4, STACK_MAX = 14, CROWN = 5, SCRAP_MIN = 4, SCRAP_MAX = 8 };
 
@@ -98,6 +99,7 @@ typedef struct thermal {
 /* Share of the full size towards the field's border, where there must be no cloud any more. */
 static float compute_border(const np_cloud_model *model, float x_m, float y_m) {
   const neph_cloud_desc *desc = &model->desc;
+  if (desc->repeat_m > 0) return 1.0f;
   const float dx = 0.5f * (float)desc->extent_m[0] - fabsf(x_m), dy = 0.5f * (float)desc->extent_m[1] - fabsf(y_m);
   const float billow_m = model->thermals.billow_m;
   return np_smoothstepf((np_minf(dx, dy) - 0.15f * billow_m) / (0.75f * billow_m));
@@ -147,10 +149,11 @@ static void grow_thermal(thermal *t, const np_cloud_column *column, float share,
 /* False: there is none in this cell. */
 static bool draw_thermal(const np_cloud_model *model, const thermal_kind *kind, const int32_t at[2], thermal *out) {
   const neph_cloud_desc *desc = &model->desc;
-  const float spacing_m = kind->spacing * model->thermals.billow_m;
+  const float spacing_m = np_repeat_fit(desc, kind->spacing * model->thermals.billow_m);
+  const int32_t period = desc->repeat_m > 0 ? np_repeat_count(desc->extent_m[0], (double)spacing_m) : 0;
   thermal t = {.kind = kind, .model = model};
-  t.random =
-      np_random_start(np_random_absorb(desc->seed, (uint64_t)kind->stream), 0, (uint32_t)at[0], (uint32_t)at[1], 0);
+  t.random = np_random_start(np_random_absorb(desc->seed, (uint64_t)kind->stream), 0,
+                             (uint32_t)np_repeat_wrap(at[0], period), (uint32_t)np_repeat_wrap(at[1], period), 0);
   const float drawn = take(&t.random);
   if (drawn >= kind->share) return false;
   const float dx = kind->jitter * (take(&t.random) - 0.5f), dy = kind->jitter * (take(&t.random) - 0.5f);
@@ -266,14 +269,17 @@ neph_result np_thermals_add_stacks(np_cloud_model *model, np_monitor *monitor, f
   const neph_cloud_desc *desc = &model->desc;
   grid_rows grid = {.model = model};
   for (int k = 0; k < KIND_COUNT; k++) {
-    const double spacing_m = (double)kinds[k].spacing * (double)model->thermals.billow_m;
+    double spacing_m = (double)kinds[k].spacing * (double)model->thermals.billow_m;
+    if (desc->repeat_m > 0) spacing_m = (double)np_repeat_fit(desc, (float)spacing_m);
     for (int a = 0; a < 2; a++) {
       const double low_m = -0.5 * desc->extent_m[a] - (double)model->drift_m[a];
       grid.first[k][a] = (int32_t)floor(low_m / spacing_m) - 1;
-      grid.count[k][a] = (int32_t)ceil(desc->extent_m[a] / spacing_m) + 3;
+      grid.count[k][a] = desc->repeat_m > 0 ? np_repeat_count(desc->extent_m[a], spacing_m)
+                                            : (int32_t)ceil(desc->extent_m[a] / spacing_m) + 3;
     }
     grid.row_begin[k + 1] = grid.row_begin[k] + (size_t)grid.count[k][1];
   }
+  model->balls.margin_m = 3.6f * model->thermals.billow_m; /* blocks of billows reach so far beyond the field */
   return np_ball_rows_collect(&model->balls, monitor, grid.row_begin[KIND_COUNT], add_row, &grid, blend_m, bin_m);
 }
 

@@ -10,6 +10,7 @@
 #include <string.h>
 
 #include "cloud/cloud_kinds.h"
+#include "cloud/repeat.h"
 #include "core/alloc.h"
 #include "core/math.h"
 
@@ -116,15 +117,18 @@ static neph_result allocate(np_weather_map *map, const neph_cloud_desc *desc, co
 }
 
 static neph_result choose_texels(np_weather_map *map, const neph_cloud_desc *desc) {
+  map->is_periodic = desc->repeat_m > 0;
+  if (map->is_periodic) map->step_m = np_repeat_fit(desc, map->step_m);
   for (int i = 0; i < 2; i++) {
-    const double count = ceil(desc->extent_m[i] / (double)map->step_m) + 2;
+    const double count = map->is_periodic ? (double)np_repeat_count(desc->extent_m[i], (double)map->step_m)
+                                          : ceil(desc->extent_m[i] / (double)map->step_m) + 2;
     if (count > TEXELS_MAX)
       return np_fail(map->context, NEPH_ERROR_LIMIT,
                      "%s.extent[%d] is %g m, must be at most %g times cell, which is %g m: enlarge cell",
                      np_cloud_desc_name(desc), i, desc->extent_m[i], (double)(TEXELS_MAX - 2) / TEXELS_PER_CELL,
                      desc->cell_m);
     map->size[i] = (int32_t)count;
-    map->origin_m[i] = -0.5f * (float)(map->size[i] - 1) * map->step_m;
+    map->origin_m[i] = -0.5f * (float)(map->size[i] - (map->is_periodic ? 0 : 1)) * map->step_m;
   }
   return NEPH_OK;
 }
@@ -183,15 +187,22 @@ double np_weather_map_count_bytes(const np_weather_map *map) {
   return (double)count_texels(map) * sizeof(float) * count;
 }
 
-/* Texel coordinate held inside the map. */
+/* Texel coordinate held inside the map, or brought back into it. */
 static float compute_texel(const np_weather_map *map, int axis, float position_m) {
+  if (map->is_periodic) {
+    const float scaled = (position_m - map->origin_m[axis]) / map->step_m, count = (float)map->size[axis];
+    const float wrapped = scaled - count * floorf(scaled / count);
+    return wrapped < count ? wrapped : 0.0f;
+  }
   return np_clampf((position_m - map->origin_m[axis]) / map->step_m, 0.0f, (float)(map->size[axis] - 1));
 }
 
 float np_weather_map_sample(const np_weather_map *map, const float *values, float x_m, float y_m) {
   float x = compute_texel(map, 0, x_m), y = compute_texel(map, 1, y_m);
   int32_t i = (int32_t)x, j = (int32_t)y;
-  int32_t right = i + 1 < map->size[0] ? 1 : 0, up = j + 1 < map->size[1] ? map->size[0] : 0;
+  const int32_t back = map->is_periodic ? 1 : 0; /* to the first texel */
+  int32_t right = i + 1 < map->size[0] ? 1 : -i * back;
+  int32_t up = j + 1 < map->size[1] ? map->size[0] : -j * map->size[0] * back;
   const float *texel = values + (size_t)j * (size_t)map->size[0] + (size_t)i;
   float u = x - (float)i, v = y - (float)j;
   float low = texel[0] + u * (texel[right] - texel[0]), high = texel[up] + u * (texel[up + right] - texel[up]);
@@ -201,7 +212,12 @@ float np_weather_map_sample(const np_weather_map *map, const float *values, floa
 np_interval np_weather_map_get_range(const np_weather_map *map, const float *values, const float min_m[2],
                                      const float max_m[2]) {
   int32_t begin[2], end[2];
-  for (int a = 0; a < 2; a++) {
+  for (int a = 0; a < 2 && map->is_periodic; a++) {
+    begin[a] = (int32_t)floorf((min_m[a] - map->origin_m[a]) / map->step_m);
+    end[a] = (int32_t)floorf((max_m[a] - map->origin_m[a]) / map->step_m) + 1;
+    if (end[a] - begin[a] >= map->size[a]) end[a] = begin[a] + map->size[a] - 1;
+  }
+  for (int a = 0; a < 2 && !map->is_periodic; a++) {
     begin[a] = (int32_t)compute_texel(map, a, min_m[a]);
     end[a] = (int32_t)compute_texel(map, a, max_m[a]) + 1;
     if (end[a] > map->size[a] - 1) end[a] = map->size[a] - 1;
@@ -209,7 +225,9 @@ np_interval np_weather_map_get_range(const np_weather_map *map, const float *val
   np_interval range = {INFINITY, -INFINITY};
   for (int32_t j = begin[1]; j <= end[1]; j++)
     for (int32_t i = begin[0]; i <= end[0]; i++) {
-      const float value = values[(size_t)j * (size_t)map->size[0] + (size_t)i];
+      const int32_t row = map->is_periodic ? np_repeat_wrap(j, map->size[1]) : j;
+      const int32_t column = map->is_periodic ? np_repeat_wrap(i, map->size[0]) : i;
+      const float value = values[(size_t)row * (size_t)map->size[0] + (size_t)column];
       range.low = fminf(range.low, value);
       range.high = fmaxf(range.high, value);
     }

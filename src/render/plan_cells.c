@@ -89,9 +89,9 @@ static void add_cloud(outline *o, unsigned i, const np_scene_cloud *cloud, const
     include_box(o, np_dvec3_make(low[0], low[1], low[2]),
                 np_dvec3_make(low[0] + size[0], low[1] + size[1], low[2] + size[2]));
   for (unsigned k = 0; k < cloud->place_count; k++) {
-    np_dvec3 own_low, own_high;
-    np_cloud_place_move_box(&cloud->place[k], np_dvec3_make(-0.5 * size[0], -0.5 * size[1], 0.0),
-                            np_dvec3_make(0.5 * size[0], 0.5 * size[1], size[2]), &own_low, &own_high);
+    np_dvec3 box_low, box_high, own_low, own_high;
+    np_cloud_places_get_box(cloud, bake, 1.0, &box_low, &box_high);
+    np_cloud_place_move_box(&cloud->place[k], box_low, box_high, &own_low, &own_high);
     include_box(o, own_low, own_high);
   }
 }

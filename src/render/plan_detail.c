@@ -38,9 +38,9 @@ static double compute_cloud_distance(const neph_scene *scene, const np_scene_clo
   const double half[2] = {0.5 * scale * bake->extent_m[0], 0.5 * scale * bake->extent_m[1]};
   double nearest = HUGE_VAL;
   for (unsigned i = 0; i < cloud->place_count; i++) {
-    np_dvec3 low, high;
-    np_cloud_place_move_box(&cloud->place[i], np_dvec3_make(-half[0], -half[1], 0.0),
-                            np_dvec3_make(half[0], half[1], scale * bake->thickness_m), &low, &high);
+    np_dvec3 own_low, own_high, low, high;
+    np_cloud_places_get_box(cloud, bake, scale, &own_low, &own_high);
+    np_cloud_place_move_box(&cloud->place[i], own_low, own_high, &low, &high);
     nearest = fmin(nearest, compute_distance(scene, low, high) / cloud->place[i].scale);
   }
   if (cloud->place_count > 0) return nearest;

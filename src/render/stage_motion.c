@@ -183,7 +183,8 @@ static neph_result add_pose(const moving_cloud *c, const np_scene_pose *pose, do
   np_affine move;
   const neph_result result = make_move(c, &pose->clouds[c->number], time, &move);
   if (result) return result;
-  if (c->cloud->places && memcmp(move.m, still.m, sizeof move.m) != 0) return refuse_places(c, "its keys are animated");
+  if (c->cloud->place_count > 0 && memcmp(move.m, still.m, sizeof move.m) != 0)
+    return refuse_places(c, "its keys are animated");
   if (number == NP_MOTION_POSES) c->out->next = move;
   if (number == NP_MOTION_POSES + 1) c->out->previous = move;
   if (number >= NP_MOTION_POSES) return NEPH_OK;
@@ -246,7 +247,7 @@ static neph_result build_velocity(moving_cloud *c, const char *path) {
   bool is_found = false;
   const np_vector_request request = {NP_VECTOR_VELOCITY, c->cloud->velocity, c->cloud->policy};
   neph_result result = np_volume_load_vector(c->motion->context, path, &request, c->in->monitor, velocity, &is_found);
-  if (!result && is_found && c->cloud->places) result = refuse_places(c, "its file has velocities");
+  if (!result && is_found && c->cloud->place_count > 0) result = refuse_places(c, "its file has velocities");
   if (!result && is_found) {
     result = move_volume(c, velocity, c->parts->volume, &c->out->density);
     if (!result) result = move_volume(c, velocity, c->parts->emission.temperature, &c->out->temperature);

@@ -25,7 +25,7 @@ static neph_result read_place(const np_csv *csv, size_t row, const int column[CO
     if (column[i] != NP_CSV_NO_COLUMN)
       result = np_csv_get_real(csv, row, column[i], columns[i].min, columns[i].max, &v[i]);
   }
-  if (!result) *out = (np_cloud_place){{v[X], v[Y], v[Z]}, NP_DEGREE * v[ROTATION], v[SCALE]};
+  if (!result) *out = (np_cloud_place){{v[X], v[Y], v[Z]}, NP_DEGREE * v[ROTATION], v[SCALE], {0.0, 0.0}};
   return result;
 }
 
@@ -67,6 +67,58 @@ neph_result np_cloud_places_check(const neph_scene *scene) {
   return NEPH_OK;
 }
 
+/* ---- Tiles of a field that repeats ---- */
+
+/* Rotation about an axis in the plane of x and y, by the length of its vector. */
+static np_affine make_tilt(const double tilt_rad[2]) {
+  const double angle = hypot(tilt_rad[0], tilt_rad[1]);
+  if (!(angle > 0.0)) return np_affine_identity();
+  const double x = tilt_rad[0] / angle, y = tilt_rad[1] / angle, c = cos(angle), s = sin(angle), d = 1.0 - c;
+  return (np_affine){
+      {{c + d * x * x, d * x * y, s * y, 0}, {d * x * y, c + d * y * y, -s * x, 0}, {-s * y, s * x, c, 0}}};
+}
+
+/* A tile so far east and north along the sphere through the middle of the cloud: turned about the planet's centre,
+ * which lies below the origin. */
+static np_cloud_place make_tile(const neph_cloud_desc *bake, double planet_radius_m, double east_m, double north_m) {
+  const double radius_m = planet_radius_m + bake->base_altitude_m + 0.5 * bake->thickness_m;
+  const double far_m = hypot(east_m, north_m), angle = far_m / radius_m;
+  np_cloud_place place = {.scale = 1.0, .tilt_rad = {-north_m / radius_m, east_m / radius_m}};
+  if (!(far_m > 0.0)) return place;
+  const double half = sin(0.5 * angle);
+  place.position_m[0] = planet_radius_m * sin(angle) * east_m / far_m;
+  place.position_m[1] = planet_radius_m * sin(angle) * north_m / far_m;
+  place.position_m[2] = -2.0 * planet_radius_m * half * half;
+  return place;
+}
+
+neph_result np_cloud_places_repeat(neph_context *context, double planet_radius_m, np_scene_cloud *cloud) {
+  const neph_cloud_desc *bake = &cloud->bake;
+  const double width_m = bake->extent_m[0], range_m = bake->repeat_m;
+  if (!cloud->is_baked || !(range_m > 0.0) || cloud->places) return NEPH_OK;
+  const double reach = floor(range_m / width_m), side = 2.0 * reach + 1.0;
+  if (!(side * side <= PLACES_MAX))
+    return np_fail(context, NEPH_ERROR_BAD_SCENE,
+                   "%s.repeat is %g m, must be at most %g m, 499 times extent: lessen it, or enlarge extent",
+                   cloud->bake_name, range_m, 499.0 * width_m);
+  cloud->place = np_alloc(context, (size_t)(side * side), sizeof *cloud->place);
+  if (!cloud->place) return NEPH_ERROR_OUT_OF_MEMORY;
+  const int n = (int)reach;
+  for (int j = -n; j <= n; j++)
+    for (int i = -n; i <= n; i++)
+      if (hypot(i, j) * width_m <= range_m)
+        cloud->place[cloud->place_count++] = make_tile(bake, planet_radius_m, i * width_m, j * width_m);
+  return NEPH_OK;
+}
+
+void np_cloud_places_get_box(const np_scene_cloud *cloud, const neph_cloud_desc *bake, double scale, np_dvec3 *out_low,
+                             np_dvec3 *out_high) {
+  const double half[2] = {0.5 * scale * bake->extent_m[0], 0.5 * scale * bake->extent_m[1]};
+  const double low_m = cloud->places ? 0.0 : bake->base_altitude_m; /* at its pivot, or where it was baked */
+  *out_low = np_dvec3_make(-half[0], -half[1], low_m);
+  *out_high = np_dvec3_make(half[0], half[1], low_m + scale * bake->thickness_m);
+}
+
 void np_cloud_places_clear(neph_context *context, np_scene_cloud *cloud) {
   np_alloc_free(context, cloud->place);
   cloud->place = NULL;
@@ -76,7 +128,10 @@ void np_cloud_places_clear(neph_context *context, np_scene_cloud *cloud) {
 np_affine np_cloud_place_get_affine(const np_cloud_place *place) {
   const double c = place->scale * cos(place->rotation_rad), s = place->scale * sin(place->rotation_rad);
   const double *at = place->position_m;
-  return (np_affine){{{c, -s, 0, at[0]}, {s, c, 0, at[1]}, {0, 0, place->scale, at[2]}}};
+  const np_affine turn = {{{c, -s, 0, 0}, {s, c, 0, 0}, {0, 0, place->scale, 0}}}, tilt = make_tilt(place->tilt_rad);
+  np_affine way = np_affine_compose(&tilt, &turn);
+  for (int a = 0; a < 3; a++) way.m[a][3] = at[a];
+  return way;
 }
 
 void np_cloud_place_move_box(const np_cloud_place *place, np_dvec3 low, np_dvec3 high, np_dvec3 *out_low,

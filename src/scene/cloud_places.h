@@ -10,6 +10,14 @@
  */
 neph_result np_cloud_places_read(neph_context *context, np_scene_cloud *cloud);
 
+/* Gives a baked cloud that repeats a place for each tile within its range, tangent to the planet's sphere.
+ * NEPH_ERROR_BAD_SCENE where they are too many. */
+neph_result np_cloud_places_repeat(neph_context *context, double planet_radius_m, np_scene_cloud *cloud);
+
+/* Box of a baked cloud with places before it is moved to them. */
+void np_cloud_places_get_box(const np_scene_cloud *cloud, const neph_cloud_desc *bake, double scale, np_dvec3 *out_low,
+                             np_dvec3 *out_high);
+
 /* Fails where some cloud's file of places is not there. */
 neph_result np_cloud_places_check(const neph_scene *scene);
 
@@ -22,7 +30,7 @@ np_affine np_cloud_place_get_affine(const np_cloud_place *place);
 void np_cloud_place_move_box(const np_cloud_place *place, np_dvec3 low, np_dvec3 high, np_dvec3 *out_low,
                              np_dvec3 *out_high);
 
-/* Places of a cloud: one, its own, unless it has a file of them. */
+/* Places of a cloud: one, its own, unless it has a file of them or repeats. */
 static inline unsigned np_cloud_places_count(const np_scene_cloud *cloud) {
   return cloud->place_count > 0 ? cloud->place_count : 1;
 }

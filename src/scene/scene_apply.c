@@ -436,6 +436,13 @@ static void derive_frame_times(neph_scene *scene) {
     if (!scene->clouds[i].has_frame_time) scene->clouds[i].frame_time_s = 1.0 / scene->frame_rate;
 }
 
+static neph_result derive_repeats(neph_scene *scene) {
+  neph_result result = NEPH_OK;
+  for (unsigned i = 0; i < scene->cloud_count && !result; i++)
+    result = np_cloud_places_repeat(scene->context, scene->atmosphere.planet_radius_m, &scene->clouds[i]);
+  return result;
+}
+
 static neph_result apply_document(neph_scene *scene, np_scene_problems *problems) {
   key_applier applier = {.context = scene->context, .scene = scene, .problems = problems};
   const np_node *document = scene->document;
@@ -446,6 +453,7 @@ static neph_result apply_document(neph_scene *scene, np_scene_problems *problems
   if (!result) result = np_scene_air_derive(scene);
   if (!result) derive_terrain(scene);
   if (!result) derive_frame_times(scene);
+  if (!result) result = derive_repeats(scene);
   if (!result) np_scene_derive_reach(scene);
   return result;
 }

@@ -200,6 +200,26 @@ static neph_result check_emission(const neph_scene *scene, unsigned index, const
                           index, cloud->emission.offset_k);
 }
 
+/* Tiles meet where the bake puts them. */
+static neph_result check_repeat(const neph_scene *scene, unsigned index, const np_node *node,
+                                np_scene_problems *problems) {
+  const np_scene_cloud *cloud = &scene->clouds[index];
+  if (!cloud->is_baked || !(cloud->bake.repeat_m > 0.0)) return NEPH_OK;
+  const double *s = cloud->scale, *t = cloud->tilt_rad;
+  const char *key = cloud->places                               ? "places"
+                    : cloud->has_position                       ? "position"
+                    : cloud->emission.is_enabled                ? "emission"
+                    : s[0] != 1.0 || s[1] != 1.0 || s[2] != 1.0 ? "scale"
+                    : t[0] != 0.0 || t[1] != 0.0                ? "tilt"
+                    : cloud->rotation_rad != 0.0                ? "rotation"
+                                                                : NULL;
+  if (!key) return NEPH_OK;
+  return np_scene_fail_at(problems, np_node_search(node, key),
+                          "clouds[%u].%s and clouds[%u].bake.repeat exclude each other: tiles meet where the bake puts "
+                          "them; leave one of them out",
+                          index, key, index);
+}
+
 /* Copies share one cloud's bricks; its fire would be one of theirs alone. */
 static neph_result check_places(const neph_scene *scene, unsigned index, const np_node *node,
                                 np_scene_problems *problems) {
@@ -213,8 +233,8 @@ static neph_result check_places(const neph_scene *scene, unsigned index, const n
 
 static neph_result check_clouds(const neph_scene *scene, np_scene_problems *problems) {
   static neph_result (*const cloud_checks[])(const neph_scene *, unsigned, const np_node *, np_scene_problems *) = {
-      check_source, check_reference_frame, check_scale,    check_name,  check_map, check_shape,
-      check_top,    check_profile,         check_emission, check_places};
+      check_source, check_reference_frame, check_scale,    check_name,   check_map,   check_shape,
+      check_top,    check_profile,         check_emission, check_places, check_repeat};
   const np_node *list = np_node_search(scene->document, "clouds");
   const np_node *node = list ? list->first : NULL;
   neph_result result = NEPH_OK;

@@ -95,6 +95,8 @@ static const np_ignore_rule rules[] = {
     {.keys = {"clouds[].bake.type", "clouds[].bake.map.type"},
      .counts = {"clouds[].bake.profile", ONLY(NP_GIVEN_NOT)},
      .reason = "which says in its place how high a cell grows", .applies = IN_TOWERS},
+    {.keys = {"clouds[].bake.coverage", "clouds[].bake.cell"},
+     .counts = {"clouds[].bake.shape", ONLY(NP_GIVEN_NOT)}, .reason = "which stands in the place of the weather map"},
     {.keys = {"clouds[].bake.sublayers"},
      .counts = {"clouds[].bake.model", ONLY(NEPH_CLOUD_MODEL_SLAB) | ONLY(NEPH_CLOUD_MODEL_LENSES)},
      .reason = "and only a slab and lenses have them"},

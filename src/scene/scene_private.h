@@ -134,9 +134,10 @@ typedef enum np_pivot { NP_PIVOT_BASE, NP_PIVOT_CENTER, NP_PIVOT_ORIGIN, NP_PIVO
 /* The meaning of a frame whose file a sequence lacks. */
 typedef enum np_missing { NP_MISSING_EMPTY, NP_MISSING_HOLD, NP_MISSING_LOOP, NP_MISSING_ERROR } np_missing;
 
-/* A place of a cloud: its pivot there, turned about it and enlarged. */
+/* A place of a cloud: its pivot there, turned about it and enlarged; then tilted. */
 typedef struct np_cloud_place {
   double position_m[3], rotation_rad, scale;
+  double tilt_rad[2]; /* a rotation vector along x and y */
 } np_cloud_place;
 
 typedef struct np_scene_cloud {
