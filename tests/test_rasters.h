@@ -33,7 +33,8 @@ static inline char *write_text(const test_fixture *f, const char *name, const ch
 }
 
 /* A raster of 3 × 2 samples, 100 m apart, whose south-western one stands at the point of UTM zone 11 that is given. */
-static inline char *write_grid(const test_fixture *f, const char *name, double east_m, double north_m, const char *samples) {
+static inline char *write_grid(const test_fixture *f, const char *name, double east_m, double north_m,
+                               const char *samples) {
   return write_text(f, name, "ncols 3\nnrows 2\nxllcenter %.3f\nyllcenter %.3f\ncellsize 100\nNODATA_value -9999\n%s\n",
                     east_m, north_m, samples);
 }

@@ -243,7 +243,10 @@ neph_result mend_file(np_vdb_file *file, const np_vdb_mark *marks, const char *p
 /* ---- For tests and benchmarks ---- */
 
 neph_result read_alone(np_vdb_file *file, size_t index, np_vdb_error *error) noexcept {
-  return guarded(error, Direction::reading, [&] { read_unchecked(*file, file->entries[index], Part::tree); });
+  return guarded(error, Direction::reading, [&] {
+    const std::size_t owner = file->entries[index].owner;
+    read_unchecked(*file, file->entries[owner == no_owner ? index : owner], Part::tree);
+  });
 }
 
 neph_result sample_grid(const np_sparse_grid *source, size_t count, const double *positions, float *out_values,

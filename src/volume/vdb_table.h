@@ -156,7 +156,7 @@ typedef struct np_vdb_module {
   neph_result (*sample)(const np_sparse_grid *grid, size_t count, const double *positions, float *out_values,
                         np_vdb_error *error);
 
-  /* Reads a grid that stores its own voxels by OpenVDB alone, unchecked, and forgets it, for benchmarks. */
+  /* Reads a grid by OpenVDB alone, unchecked, and forgets it, for benchmarks. */
   neph_result (*read_alone)(np_vdb_file *file, size_t index, np_vdb_error *error);
 
   /* Holds TBB to a number of threads for as long as the handle lives; NULL, and no limit, when there is no memory. */
