@@ -84,10 +84,14 @@ static void tiny_and_huge_scales_are_inverted(void **state) {
 static void maps_without_an_inverse_are_refused(void **state) {
   (void)state;
   const np_affine flat = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 0, 0}}};
-  np_affine broken = np_affine_identity(), out = np_affine_identity();
+  const np_affine vast = {{{1e200, 0, 0, 0}, {0, 1e200, 0, 0}, {0, 0, 1, 0}}}; /* its determinant overflows */
+  np_affine broken = np_affine_identity(), endless = np_affine_identity(), out = np_affine_identity();
   broken.m[1][1] = (double)NAN;
+  endless.m[2][2] = -(double)INFINITY;
   assert_false(np_affine_invert(&flat, &out));
   assert_false(np_affine_invert(&broken, &out));
+  assert_false(np_affine_invert(&vast, &out));
+  assert_false(np_affine_invert(&endless, &out));
   const np_affine identity = np_affine_identity();
   assert_memory_equal(&out, &identity, sizeof out);
 }

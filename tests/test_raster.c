@@ -1,53 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Georeferenced rasters by GDAL: places and elevations that are known, and what is refused. Small rasters are texts:
+/* Georeferenced rasters by GDAL: places and elevations that are known. Small rasters are texts:
  * .asc, and .vrt where a header must say more. */
-#include "test_terrains.h"
+#include "test_rasters.h"
 
 #include <dlfcn.h>
-#include <stdarg.h>
 #include <string.h>
 #include <unistd.h>
 
 #include "core/alloc.h"
 #include "core/module.h"
-
-static neph_result load(test_fixture *f, const char *path, const neph_terrain_desc *desc, np_heightfield *out) {
-  const neph_terrain_desc defaults = NEPH_TERRAIN_DESC_DEFAULT;
-  return np_heightfield_load(f->context, NULL, path, desc ? desc : &defaults, out);
-}
-
-static float get_sample(const np_heightfield *field, unsigned column, unsigned row) {
-  return field->elevation_m[(size_t)row * field->width + column];
-}
-
-static char *write_text(const test_fixture *f, const char *name, const char *format, ...)
-    __attribute__((format(printf, 3, 4)));
-
-static char *write_text(const test_fixture *f, const char *name, const char *format, ...) {
-  char *path = test_path(f->folder, name);
-  FILE *file = fopen(path, "w");
-  assert_non_null(file);
-  va_list arguments;
-  va_start(arguments, format);
-  assert_true(vfprintf(file, format, arguments) > 0);
-  va_end(arguments);
-  assert_int_equal(fclose(file), 0);
-  return path;
-}
-
-/* A raster of 3 × 2 samples, 100 m apart, whose south-western one stands at the point of UTM zone 11 that is given. */
-static char *write_grid(const test_fixture *f, const char *name, double east_m, double north_m, const char *samples) {
-  return write_text(f, name, "ncols 3\nnrows 2\nxllcenter %.3f\nyllcenter %.3f\ncellsize 100\nNODATA_value -9999\n%s\n",
-                    east_m, north_m, samples);
-}
-
-static const char utm_11[] = "EPSG:32611";
-
-static neph_terrain_desc describe_utm(void) {
-  neph_terrain_desc desc = NEPH_TERRAIN_DESC_DEFAULT;
-  desc.crs = utm_11;
-  return desc;
-}
 
 /* ---- Need ---- */
 
@@ -154,9 +115,6 @@ static void distances_of_a_geotiff_are_those_of_the_ellipsoid(void **state) {
   free(path);
 }
 
-/* On the central meridian of a zone, at 34° N, whose northing is 0.9996 times the meridian's arc. */
-static const double northing_m = 3762155.9776;
-
 static void cells_of_a_projection_have_their_true_size(void **state) {
   test_fixture *f = *state;
   const neph_terrain_desc desc = describe_utm();
@@ -187,18 +145,6 @@ static void other_projections_and_oblong_cells_are_read(void **state) {
   np_heightfield_destroy(f->context, &field);
   free(path);
 }
-
-/* A .vrt around grid.asc with other members. */
-static char *write_header(const test_fixture *f, const char *name, const char *type, const char *members,
-                          const char *band) {
-  return write_text(f, name,
-                    "<VRTDataset rasterXSize=\"3\" rasterYSize=\"2\">%s<VRTRasterBand dataType=\"%s\" band=\"1\">%s"
-                    "<SimpleSource><SourceFilename relativeToVRT=\"1\">grid.asc</SourceFilename></SimpleSource>"
-                    "</VRTRasterBand></VRTDataset>",
-                    members, type, band);
-}
-
-static const char grid_members[] = "<SRS>EPSG:32611</SRS><GeoTransform>499850, 100, 0, 3762206, 0, -100</GeoTransform>";
 
 /* Rows run to the north-east, columns to the south-east: the first sample is the southern end of the western side. */
 static void a_rotated_grid_stands_as_it_is_turned(void **state) {
@@ -404,149 +350,6 @@ static void a_raster_without_a_place_is_laid_out_like_a_picture(void **state) {
   free(path);
 }
 
-/* ---- Refusals ---- */
-
-typedef struct refusal {
-  const char *type, *members, *band, *complaint, *remedy;
-} refusal;
-
-static void headers_that_cannot_be_meant_are_refused(void **state) {
-  test_fixture *f = *state;
-  static const refusal refusals[] = {
-      {"Byte", grid_members, "", "8-bit samples", "Int16 or Float32"},
-      {"CFloat32", grid_members, "", "CFloat32 samples", "Float32"},
-      {"Float32", "", "", "does not say where it lies", "terrain.width"},
-      {"Float32", "<SRS>EPSG:32611</SRS><GeoTransform>0, 1, 2, 0, 2, 4</GeoTransform>", "", "lie on a line",
-       "geotransform"},
-      {"Float32", "<SRS>LOCAL_CS[\"site\",UNIT[\"metre\",1]]</SRS><GeoTransform>0,1,0,0,0,-1</GeoTransform>", "",
-       "cannot be read", "site"},
-      {"Float32", grid_members, "</VRTRasterBand><VRTRasterBand dataType=\"Float32\" band=\"2\">", "2 bands",
-       "terrain.encoding"}};
-  char *grid = write_grid(f, "grid.asc", 499900, northing_m, "1 2 3\n4 5 6");
-  for (size_t i = 0; i < sizeof refusals / sizeof *refusals; i++) {
-    const refusal *r = &refusals[i];
-    char *path = write_header(f, "header.vrt", r->type, r->members, r->band);
-    np_heightfield field;
-    neph_result result = load(f, path, NULL, &field);
-    if (result != NEPH_ERROR_BAD_FILE) fail_msg("%s: result %d", r->complaint, (int)result);
-    assert_null(field.elevation_m);
-    if (i != 4) assert_one_error(&f->log, "header.vrt", r->complaint, r->remedy);
-    test_log_clear(&f->log);
-    free(path);
-  }
-  free(grid);
-}
-
-static void a_raster_of_voids_is_refused(void **state) {
-  test_fixture *f = *state;
-  const neph_terrain_desc desc = describe_utm();
-  char *path = write_grid(f, "grid.asc", 499900, northing_m, "-9999 -9999 -9999\n-9999 -9999 -9999");
-  np_heightfield field;
-  assert_int_equal(load(f, path, &desc, &field), NEPH_ERROR_BAD_FILE);
-  assert_one_error(&f->log, "grid.asc", "none of its 6 samples has a value");
-  free(path);
-}
-
-static void copy_file(const char *from, const char *to, size_t size_max) {
-  char *bytes = malloc(size_max);
-  FILE *in = fopen(from, "rb"), *out = fopen(to, "wb");
-  assert_true(bytes && in && out);
-  const size_t size = fread(bytes, 1, size_max, in);
-  assert_int_equal(fwrite(bytes, 1, size, out), size);
-  assert_int_equal(fclose(in) + fclose(out), 0);
-  free(bytes);
-}
-
-/* Cut short in its header, and in its samples; a text; a system that PROJ does not know. */
-static void damaged_files_are_refused(void **state) {
-  test_fixture *f = *state;
-  char *source = test_data_path("dem/srtm_bigtujunga30m_utm11.tif"), *path = test_path(f->folder, "cut.tif");
-  neph_terrain_desc desc = NEPH_TERRAIN_DESC_DEFAULT;
-  np_heightfield field;
-  for (size_t size = 100; size < 2000000; size *= 10000) {
-    copy_file(source, path, size);
-    assert_int_equal(load(f, path, NULL, &field), NEPH_ERROR_BAD_FILE);
-    assert_one_error(&f->log, "cut.tif: cannot be read: ");
-    assert_null(field.elevation_m);
-  }
-  free(path);
-  path = write_text(f, "text.tif", "no picture at all");
-  assert_int_equal(load(f, path, NULL, &field), NEPH_ERROR_BAD_FILE);
-  assert_one_error(&f->log, "text.tif: cannot be read: ");
-  desc.crs = "EPSG:none";
-  assert_int_equal(load(f, source, &desc, &field), NEPH_ERROR_BAD_FILE);
-  assert_one_error(&f->log, "srtm_bigtujunga30m_utm11.tif: cannot be read: ");
-  free(path);
-  free(source);
-}
-
-/* By their headers alone: 144 million samples are averaged, a million along a side are refused. */
-static void huge_rasters_are_averaged_or_refused(void **state) {
-  test_fixture *f = *state;
-  const neph_terrain_desc desc = NEPH_TERRAIN_DESC_DEFAULT;
-  static const char raster[] = "<VRTDataset rasterXSize=\"%d\" rasterYSize=\"%d\">%s"
-                               "<VRTRasterBand dataType=\"Int16\" band=\"1\"/></VRTDataset>";
-  unsigned size[2];
-  char *path = write_text(f, "huge.vrt", raster, 12000, 12000, grid_members);
-  assert_int_equal(np_heightfield_check(f->context, path, &desc, size), NEPH_OK);
-  assert_true(size[0] == 6000 && size[1] == 6000);
-  free(path);
-  path = write_text(f, "huge.vrt", raster, 10801, 10801, grid_members);
-  assert_int_equal(np_heightfield_check(f->context, path, &desc, size), NEPH_OK);
-  assert_true(size[0] == 10801 && size[1] == 10801);
-  free(path);
-  path = write_text(f, "huge.vrt", raster, 1000000, 1000000, grid_members);
-  assert_int_equal(np_heightfield_check(f->context, path, &desc, size), NEPH_ERROR_BAD_FILE);
-  assert_one_error(&f->log, "huge.vrt", "1000000 × 1000000", "200000", "gdal_translate -projwin");
-  free(path);
-}
-
-/* Averages of 2 × 2 samples stand in the middle of each four: 200 rows of 20,000 are too long, and their place stays.
- */
-static void averages_stand_in_the_middle(void **state) {
-  test_fixture *f = *state;
-  const neph_terrain_desc desc = NEPH_TERRAIN_DESC_DEFAULT;
-  char *slope = write_text(f, "slope.asc", "ncols 2\nnrows 2\nxllcenter 0\nyllcenter 0\ncellsize 1\n0 100\n0 100\n");
-  char *path = write_text(f, "long.vrt",
-                          "<VRTDataset rasterXSize=\"20000\" rasterYSize=\"4\"><SRS>EPSG:32611</SRS>"
-                          "<GeoTransform>490000, 1, 0, 3762156, 0, -1</GeoTransform>"
-                          "<VRTRasterBand dataType=\"Float32\" band=\"1\"><SimpleSource>"
-                          "<SourceFilename relativeToVRT=\"1\">slope.asc</SourceFilename>"
-                          "<SrcRect xOff=\"0\" yOff=\"0\" xSize=\"2\" ySize=\"2\"/>"
-                          "<DstRect xOff=\"0\" yOff=\"0\" xSize=\"20000\" ySize=\"4\"/>"
-                          "</SimpleSource></VRTRasterBand></VRTDataset>");
-  np_heightfield field;
-  assert_int_equal(load(f, path, &desc, &field), NEPH_OK);
-  assert_int_equal(field.width, 10000);
-  assert_int_equal(field.height, 2);
-  assert_non_null(strstr(f->log.text, "averaged in squares of 2 to 10000 × 2"));
-  assert_near(field.step_east_rad * radius_m, 2.0 / 0.9996, 1e-5);
-  assert_near(field.origin.longitude_rad / NP_DEGREE, -117.0, 1e-9); /* of the middle */
-  assert_true(get_sample(&field, 4999, 0) == 0.0f && get_sample(&field, 5000, 0) == 100.0f);
-  np_heightfield_destroy(f->context, &field);
-  free(path);
-  free(slope);
-}
-
-/* Each failed allocation ends the load with one message. GDAL's own memory is not the context's. */
-static neph_result load_tiles(neph_context *context, void *name) {
-  const neph_terrain_desc desc = describe_utm();
-  np_heightfield field;
-  neph_result result = np_heightfield_load(context, NULL, name, &desc, &field);
-  if (!result) np_heightfield_destroy(context, &field);
-  return result;
-}
-
-static void failed_allocations_are_survived(void **state) {
-  test_fixture *f = *state;
-  char *paths[] = {write_grid(f, "tile_a.asc", 499900, northing_m, "1 2 3\n7 8 9"),
-                   write_grid(f, "tile_b.asc", 500200, northing_m, "4 5 6\n10 11 12")};
-  char *name = test_path(f->folder, "tile_?.asc");
-  assert_survives_failed_allocations(load_tiles, name);
-  free(name);
-  for (int i = 0; i < 2; i++) free(paths[i]);
-}
-
 /* ---- Precision ---- */
 
 /* A plain of 200 km in UTM, 1234.5 m high, met 100 km from its middle by rays from 30 km above. Facets of 500 m are
@@ -595,12 +398,6 @@ int main(void) {
       TEST(tiles_are_joined),
       TEST(a_zipped_tile_is_read),
       TEST(a_raster_without_a_place_is_laid_out_like_a_picture),
-      TEST(headers_that_cannot_be_meant_are_refused),
-      TEST(a_raster_of_voids_is_refused),
-      TEST(damaged_files_are_refused),
-      TEST(huge_rasters_are_averaged_or_refused),
-      TEST(averages_stand_in_the_middle),
-      TEST(failed_allocations_are_survived),
       TEST(elevations_hold_within_5_cm_at_100_km),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -92,7 +92,7 @@ static inline double np_affine_determinant(const np_affine *a) {
 /* False when the map is singular or not finite; `out` is then untouched. */
 static inline bool np_affine_invert(const np_affine *a, np_affine *out) {
   double d = np_affine_determinant(a);
-  if (!(fabs(d) > 0) || !isfinite(1 / d)) return false;
+  if (!(fabs(d) > 0) || !isfinite(d) || !isfinite(1 / d)) return false;
   np_affine r;
   for (int i = 0; i < 3; i++)
     for (int j = 0; j < 3; j++) {

@@ -7,96 +7,21 @@
  */
 #include "volume/vdb_table.h"
 
-#include <algorithm>
-#include <cerrno>
-#include <cstdio>
 #include <cstring>
-#include <istream>
 #include <memory>
 #include <new>
-#include <ostream>
-#include <string>
-#include <type_traits>
 #include <vector>
 
-#include <openvdb/io/Archive.h>
 #include <openvdb/io/Compression.h>
-#include <openvdb/io/GridDescriptor.h>
-#include <openvdb/io/io.h>
-#include <openvdb/openvdb.h>
-#include <openvdb/tools/Composite.h>
 #include <openvdb/tools/Interpolation.h>
 #include <tbb/global_control.h>
 
-#include "volume/vdb_conversion.h"
 #include "volume/vdb_failure.h"
 #include "volume/vdb_mending.h"
-#include "volume/vdb_streams.h"
+#include "volume/vdb_reading.h"
+#include "volume/vdb_writing.h"
 
 using namespace np_vdb;
-
-namespace {
-
-/* ---- Grids ---- */
-
-/* A list of nodes for OpenVDB to fill, which deletes each. */
-template <typename NodeType> struct NodeDeleter {
-  using value_type = NodeType *;
-  void push_back(NodeType *node) { delete node; }
-};
-
-/* Deletes all voxels of a grid. OpenVDB's own destructor allocates a list of them first, and ends the process where
- * there is no memory for it. */
-template <typename GridType> void delete_tree(GridType &grid) noexcept {
-  NodeDeleter<typename GridType::TreeType::RootNodeType::ChildNodeType> deleter;
-  grid.tree().stealNodes(deleter);
-}
-
-/* A grid that can end without memory. Its type is compared here, because that allocates. */
-openvdb::GridBase::Ptr own(const openvdb::GridBase::Ptr &grid) {
-  openvdb::GridBase::Ptr owned;
-  grid->apply<openvdb::GridTypes>(
-      [&](auto &typed) { owned.reset(&typed, [grid, &typed](openvdb::GridBase *) { delete_tree(typed); }); });
-  return owned ? owned : grid;
-}
-
-/* ---- Files ---- */
-
-/* Opens the protected parts of OpenVDB's archive, which both its File and its Stream are made of: neither lets a caller
- * bring his own buffer and still read one grid alone. */
-class Archive : public openvdb::io::Archive {
-public:
-  using openvdb::io::Archive::readGrid;
-  using openvdb::io::Archive::readGridCompression;
-  using openvdb::io::Archive::write;
-};
-
-constexpr std::size_t no_owner = static_cast<std::size_t>(-1);
-
-struct Entry {
-  std::size_t index;
-  openvdb::io::GridDescriptor descriptor;
-  openvdb::GridBase::Ptr header; /* metadata and transform */
-  std::string name, value_type, grid_class, creator;
-  bool is_scalar, is_count, is_vector, is_affine;
-  double index_to_world[3][4]; /* where it is affine */
-  std::size_t owner;           /* index of the grid that stores its voxels; itself, but for an instance */
-};
-
-} /* namespace */
-
-struct np_vdb_file {
-  np_vdb_file(const np_vdb_source &source_, Canceller canceller_)
-      : source(source_), canceller(canceller_), buffer(source_, canceller_), stream(&buffer) {}
-
-  const np_vdb_source &source;
-  const Canceller canceller;
-  SourceBuffer buffer;
-  openvdb::io::StreamMetadata::Ptr metadata{
-      new openvdb::io::StreamMetadata}; /* the stream points at this very pointer */
-  std::istream stream;
-  std::vector<Entry> entries;
-};
 
 namespace {
 
@@ -125,17 +50,6 @@ void start_stream(np_vdb_file &file) {
   file.stream.exceptions(std::ios_base::failbit | std::ios_base::badbit);
 }
 
-/* Reads metadata and transform, which must end where the source says: else OpenVDB reads what was not checked. */
-void read_header(np_vdb_file &file, const np_vdb_grid_place &place, openvdb::GridBase &grid) {
-  file.stream.seekg(place.begin);
-  Archive::readGridCompression(file.stream);
-  grid.readMeta(file.stream);
-  grid.readTransform(file.stream);
-  if (file.stream.tellg() != std::streampos(place.topology))
-    throw Failure{NEPH_ERROR_BAD_FILE,
-                  "grid '" + grid.getName() + "' has metadata that OpenVDB reads differently: it is damaged"};
-}
-
 bool is_scalar(const openvdb::GridBase &grid) {
   return is_grid<openvdb::FloatGrid>(grid) || is_grid<openvdb::DoubleGrid>(grid);
 }
@@ -147,20 +61,6 @@ bool is_count(const openvdb::GridBase &grid) {
 
 bool is_vector(const openvdb::GridBase &grid) {
   return is_grid<openvdb::Vec3SGrid>(grid) || is_grid<openvdb::Vec3DGrid>(grid);
-}
-
-/* Whether the transform is affine, and its matrix: OpenVDB multiplies row vectors from the left, ours is the transpose.
- */
-bool get_affine(const openvdb::GridBase &grid, double out[3][4]) {
-  if (!grid.transform().isLinear()) return false;
-  try {
-    const openvdb::Mat4R matrix = grid.transform().baseMap()->getAffineMap()->getMat4();
-    for (int row = 0; row < 3; row++)
-      for (int column = 0; column < 4; column++) out[row][column] = matrix[column][row];
-    return true;
-  } catch (const openvdb::ArithmeticError &) { /* singular */
-    return false;
-  }
 }
 
 Entry read_entry(np_vdb_file &file, std::size_t index) {
@@ -238,129 +138,6 @@ neph_result visit_metadata(const np_vdb_file *file, size_t index, void (*visit)(
 
 /* ---- Reading ---- */
 
-enum class Part { topology, tree };
-
-openvdb::GridBase::Ptr read_tree(np_vdb_file &file, const Entry &instance, Part part) {
-  if (instance.owner == no_owner)
-    throw Failure{NEPH_ERROR_BAD_FILE,
-                  "grid '" + instance.name + "' shares the voxels of a grid that is missing or of another type"};
-  const Entry &entry = file.entries[instance.owner];
-  const np_vdb_grid_place &place = file.source.places[entry.index];
-  check_result(file.source.check_tree(file.source.user, entry.index, entry.header->saveFloatAsHalf()));
-  file.stream.clear();
-  const openvdb::GridBase::Ptr grid = own(openvdb::GridBase::createGrid(entry.descriptor.gridType()));
-  file.buffer.wait_until(place.buffers);
-  if (part == Part::tree) {
-    file.stream.seekg(place.begin);
-    Archive::readGrid(grid, entry.descriptor, file.stream);
-  } else {
-    read_header(file, place, *grid);
-    grid->readTopology(file.stream);
-  }
-  return grid;
-}
-
-template <typename Number> float get_component(const Number &value, int) { return static_cast<float>(value); }
-
-template <typename Number> float get_component(const openvdb::math::Vec3<Number> &value, int component) {
-  return static_cast<float>(value[component]);
-}
-
-template <typename LeafType> void copy_leaf(const LeafType &leaf, int component, const np_vdb_sink &sink) {
-  static_assert(LeafType::SIZE == NP_LEAF_SIZE, "leaves of 8³ voxels in the same order");
-  const openvdb::Coord origin = leaf.origin();
-  np_leaf *out = sink.add_leaf(sink.grid, origin.data());
-  check_room(out);
-  const auto *values = leaf.buffer().data();
-  for (int n = 0; n < NP_LEAF_SIZE; n++) out->values[n] = get_component(values[n], component);
-  for (openvdb::Index word = 0; word < 8; word++)
-    out->active[word] = leaf.getValueMask().template getWord<openvdb::Index64>(word);
-}
-
-bool is_same(float a, float b) { return a == b || (a != a && b != b); }
-
-template <typename TreeType>
-void copy_tree(const TreeType &tree, int component, const np_vdb_sink &sink, const Canceller &canceller) {
-  sink.grid->background = get_component(tree.background(), component);
-  check_result(sink.reserve(sink.grid, tree.leafCount(), 0));
-  for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf) {
-    canceller.poll();
-    copy_leaf(*leaf, component, sink);
-  }
-  auto value = tree.cbeginValueAll();
-  value.setMaxDepth(TreeType::ValueAllCIter::LEAF_DEPTH - 1);
-  for (; value; ++value) {
-    const float number = get_component(*value, component);
-    if (!value.isValueOn() && is_same(number, sink.grid->background)) continue;
-    canceller.poll();
-    const openvdb::CoordBBox box = value.getBoundingBox();
-    check_room(sink.add_tile(sink.grid, box.min().data(), box.dim().x(), number, value.isValueOn()));
-  }
-}
-
-template <typename GridType>
-void copy_if(const openvdb::GridBase::Ptr &grid, int component, const np_vdb_sink &sink, const Canceller &canceller) {
-  if (is_grid<GridType>(*grid)) copy_tree(openvdb::gridPtrCast<GridType>(grid)->tree(), component, sink, canceller);
-}
-
-void check_type(const Entry &entry) {
-  if (!entry.is_scalar && !entry.is_count && !entry.is_vector)
-    throw Failure{NEPH_ERROR_INVALID_ARGUMENT,
-                  "grid '" + entry.name + "' is of type " + entry.value_type + ", neither a scalar nor a vector"};
-}
-
-/* ---- Densities ---- */
-
-/* A grid as a density. */
-openvdb::FloatGrid::Ptr read_density(np_vdb_file &file, const Entry &entry, double level_set_voxels, double byte_max) {
-  openvdb::FloatGrid::Ptr grid = convert_to_floats(read_tree(file, entry, Part::tree));
-  grid->setTransform(entry.header->transform().copy()); /* an instance has its own */
-  if (level_set_voxels > 0.0 && entry.header->getGridClass() == openvdb::GRID_LEVEL_SET) {
-    convert_distances(*grid, level_set_voxels);
-  }
-  return entry.is_affine ? grid : resample(grid, make_lattice(*grid), byte_max, entry.name);
-}
-
-openvdb::FloatGrid::Ptr read_sum(np_vdb_file &file, const np_vdb_request &request, double byte_max) {
-  openvdb::FloatGrid::Ptr sum;
-  for (std::size_t i = 0; i < request.count; i++) {
-    const Entry &entry = file.entries[request.indices[i]];
-    openvdb::FloatGrid::Ptr grid = read_density(file, entry, request.level_set_voxels, byte_max);
-    if (sum && grid->transform() != sum->transform()) grid = resample(grid, sum->transformPtr(), byte_max, entry.name);
-    if (sum)
-      openvdb::tools::compSum(*sum, *grid);
-    else
-      sum = grid;
-  }
-  return sum;
-}
-
-/* A grid that stands in the file as a density would. */
-bool is_plain(const np_vdb_file &file, const np_vdb_request &request) {
-  const Entry &first = file.entries[request.indices[0]];
-  return request.count == 1 && first.is_scalar && first.is_affine &&
-         first.header->getGridClass() != openvdb::GRID_LEVEL_SET;
-}
-
-void read_converted(np_vdb_file &file, const np_vdb_request &request, const np_vdb_sink &sink,
-                    uint64_t *out_tree_bytes) {
-  const openvdb::FloatGrid::Ptr grid = read_sum(file, request, static_cast<double>(sink.grid->brick_bytes_max));
-  get_affine(*grid, sink.grid->index_to_world.m);
-  copy_tree(grid->tree(), 0, sink, file.canceller);
-  *out_tree_bytes = grid->memUsage();
-}
-
-void read_plain(np_vdb_file &file, const np_vdb_request &request, const np_vdb_sink &sink, uint64_t *out_tree_bytes) {
-  const Entry &entry = file.entries[request.indices[0]];
-  const openvdb::GridBase::Ptr grid = read_tree(file, entry, Part::tree);
-  if (entry.is_affine) std::memcpy(sink.grid->index_to_world.m, entry.index_to_world, sizeof entry.index_to_world);
-  copy_if<openvdb::FloatGrid>(grid, request.component, sink, file.canceller);
-  copy_if<openvdb::DoubleGrid>(grid, request.component, sink, file.canceller);
-  copy_if<openvdb::Vec3SGrid>(grid, request.component, sink, file.canceller);
-  copy_if<openvdb::Vec3DGrid>(grid, request.component, sink, file.canceller);
-  *out_tree_bytes = grid->memUsage();
-}
-
 neph_result read_grid(np_vdb_file *file, const np_vdb_request *request, const np_vdb_sink *sink,
                       uint64_t *out_tree_bytes, np_vdb_error *error) noexcept {
   return guarded(error, Direction::reading, [&] {
@@ -396,109 +173,6 @@ neph_result measure_grid(np_vdb_file *file, size_t index, np_vdb_grid_size *out_
 }
 
 /* ---- Writing ---- */
-
-openvdb::math::Transform::Ptr make_transform(const np_affine &affine) {
-  openvdb::Mat4R matrix = openvdb::Mat4R::identity();
-  for (int row = 0; row < 3; row++)
-    for (int column = 0; column < 4; column++) matrix[column][row] = affine.m[row][column];
-  const openvdb::math::AffineMap::Ptr map(new openvdb::math::AffineMap(matrix));
-  return openvdb::math::Transform::Ptr(new openvdb::math::Transform(openvdb::math::simplify(map)));
-}
-
-openvdb::Index get_tile_level(int32_t edge) { return edge == 8 ? 1u : edge == 128 ? 2u : 3u; }
-
-/* Adds a leaf of the topology of `from`, whose values `fill` sets. */
-template <typename TreeType, typename Fill> void add_leaf(TreeType &tree, const np_leaf &from, const Fill &fill) {
-  auto leaf = std::make_unique<typename TreeType::LeafNodeType>(openvdb::Coord(from.origin), tree.background(), false);
-  fill(leaf->buffer().data());
-  openvdb::util::NodeMask<3> mask;
-  for (openvdb::Index word = 0; word < 8; word++) mask.getWord<openvdb::Index64>(word) = from.active[word];
-  leaf->setValueMask(mask);
-  tree.addLeaf(leaf.release());
-}
-
-/* Copies tiles and leaves to a grid that has none. */
-void fill_scalar(const np_sparse_grid &source, const Canceller &canceller, openvdb::FloatGrid &grid) {
-  for (size_t i = 0; i < source.tile_count; i++) {
-    const np_tile &tile = source.tiles[i];
-    grid.tree().addTile(get_tile_level(tile.edge), openvdb::Coord(tile.origin), tile.value, tile.is_active);
-  }
-  for (size_t i = 0; i < source.leaf_count; i++) {
-    canceller.poll();
-    const np_leaf &from = source.leaves[i];
-    add_leaf(grid.tree(), from, [&](float *to) { std::copy(from.values, from.values + NP_LEAF_SIZE, to); });
-  }
-}
-
-void fill_velocity(const np_vdb_write_grid &output, const Canceller &canceller, openvdb::Vec3SGrid &grid) {
-  const np_sparse_grid &x = *output.grid, &y = *output.y, &z = *output.z;
-  for (size_t i = 0; i < x.leaf_count; i++) {
-    canceller.poll();
-    add_leaf(grid.tree(), x.leaves[i], [&](openvdb::Vec3s *to) {
-      for (int n = 0; n < NP_LEAF_SIZE; n++)
-        to[n] = openvdb::Vec3s(x.leaves[i].values[n], y.leaves[i].values[n], z.leaves[i].values[n]);
-    });
-  }
-}
-
-/* A velocity in world space at the voxels' centres, which turns with the grid when that is moved. */
-openvdb::GridBase::Ptr make_velocity(const np_vdb_write_grid &output) {
-  auto grid =
-      openvdb::Vec3SGrid::create(openvdb::Vec3s(output.grid->background, output.y->background, output.z->background));
-  grid->setGridClass(openvdb::GRID_UNKNOWN); /* which also says: not staggered */
-  grid->setVectorType(output.is_invariant ? openvdb::VEC_INVARIANT : openvdb::VEC_CONTRAVARIANT_RELATIVE);
-  grid->setIsInWorldSpace(true);
-  return grid;
-}
-
-openvdb::GridBase::Ptr make_fog(const np_sparse_grid &source) {
-  auto grid = openvdb::FloatGrid::create(source.background);
-  grid->setGridClass(openvdb::GRID_FOG_VOLUME);
-  return grid;
-}
-
-/* All of a grid but its voxels. */
-openvdb::GridBase::Ptr make_output(const np_vdb_write_grid &output) {
-  const openvdb::GridBase::Ptr grid = own(output.y ? make_velocity(output) : make_fog(*output.grid));
-  grid->setTransform(make_transform(output.grid->index_to_world));
-  grid->setName(output.grid->name);
-  grid->setSaveFloatAsHalf(output.is_half);
-  for (size_t i = 0; i < output.attribute_count; i++) {
-    const np_vdb_attribute &attribute = output.attributes[i];
-    if (attribute.text)
-      grid->insertMeta(attribute.name, openvdb::StringMetadata(attribute.text));
-    else
-      grid->insertMeta(attribute.name, openvdb::DoubleMetadata(attribute.number));
-  }
-  return grid;
-}
-
-void fill_output(const np_vdb_write_grid &output, const Canceller &canceller, openvdb::GridBase &grid) {
-  if (output.y)
-    fill_velocity(output, canceller, static_cast<openvdb::Vec3SGrid &>(grid));
-  else
-    fill_scalar(*output.grid, canceller, static_cast<openvdb::FloatGrid &>(grid));
-}
-
-/* Blosc does not survive a failed allocation, of which it makes some 100 kB on each of TBB's threads. */
-constexpr std::size_t compression_room_bytes = std::size_t(8) << 20;
-
-/* Throws where there is no such room. */
-void check_compression_room() { ::operator delete(::operator new(compression_room_bytes)); }
-
-void write_stream(const char *path, const openvdb::GridCPtrVec &outputs, const openvdb::MetaMap &metadata,
-                  const Canceller &canceller) {
-  errno = 0;
-  PolledFile buffer(canceller);
-  std::ostream stream(&buffer);
-  stream.exceptions(std::ios_base::failbit | std::ios_base::badbit);
-  if (!buffer.open(path, std::ios_base::out | std::ios_base::binary | std::ios_base::trunc))
-    throw Failure{NEPH_ERROR_IO, std::string("cannot write: ") + std::strerror(errno)};
-  check_compression_room();
-  Archive().write(stream, outputs, /*seekable=*/true, metadata);
-  stream.flush();
-  if (!buffer.close()) throw Failure{NEPH_ERROR_IO, std::string("cannot write: ") + std::strerror(errno)};
-}
 
 neph_result write_grids(const char *path, const np_vdb_write_grid *grids, size_t count, np_vdb_cancel_fn cancel,
                         void *cancel_user, np_vdb_error *error) noexcept {
@@ -566,7 +240,14 @@ neph_result mend_file(np_vdb_file *file, const np_vdb_mark *marks, const char *p
   });
 }
 
-/* ---- For tests ---- */
+/* ---- For tests and benchmarks ---- */
+
+neph_result read_alone(np_vdb_file *file, size_t index, np_vdb_error *error) noexcept {
+  return guarded(error, Direction::reading, [&] {
+    const std::size_t owner = file->entries[index].owner;
+    read_unchecked(*file, file->entries[owner == no_owner ? index : owner], Part::tree);
+  });
+}
 
 neph_result sample_grid(const np_sparse_grid *source, size_t count, const double *positions, float *out_values,
                         np_vdb_error *error) noexcept {
@@ -598,7 +279,8 @@ void unlimit_threads(void *handle) noexcept { delete static_cast<tbb::global_con
 const np_vdb_module module_table = {
     NP_VDB_MODULE_VERSION, try_chunk,      open_file,       close_file,   count_grids,
     describe_grid,         visit_metadata, read_grid,       measure_grid, diagnose_grid,
-    mend_file,             write_grids,    sample_grid,     limit_threads, unlimit_threads,
+    mend_file,             write_grids,    sample_grid,     read_alone,   limit_threads,
+    unlimit_threads,
 };
 
 } /* namespace */

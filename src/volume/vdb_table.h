@@ -12,7 +12,7 @@
 extern "C" {
 #endif
 
-#define NP_VDB_MODULE_VERSION 7u
+#define NP_VDB_MODULE_VERSION 8u
 
 /* Name of the module's file and of the function in it. */
 #define NP_VDB_MODULE_FILE "nephos_vdb.so"
@@ -155,6 +155,9 @@ typedef struct np_vdb_module {
   /* OpenVDB's own trilinear BoxSampler at index positions, for tests and benchmarks. */
   neph_result (*sample)(const np_sparse_grid *grid, size_t count, const double *positions, float *out_values,
                         np_vdb_error *error);
+
+  /* Reads a grid by OpenVDB alone, unchecked, and forgets it, for benchmarks. */
+  neph_result (*read_alone)(np_vdb_file *file, size_t index, np_vdb_error *error);
 
   /* Holds TBB to a number of threads for as long as the handle lives; NULL, and no limit, when there is no memory. */
   void *(*limit_threads)(unsigned thread_count);

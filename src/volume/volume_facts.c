@@ -195,7 +195,7 @@ static void set_transform(np_grid_facts *facts, const np_vdb_grid_info *info) {
   if (!info->is_affine) return;
   memcpy(affine.m, info->index_to_world, sizeof affine.m);
   memcpy(facts->index_to_world, affine.m, sizeof affine.m);
-  facts->is_invertible = np_affine_invert(&affine, &inverse) && isfinite(np_affine_determinant(&affine));
+  facts->is_invertible = np_affine_invert(&affine, &inverse);
   for (int a = 0; a < 3; a++)
     facts->voxel_m[a] = np_dvec3_length(np_dvec3_make(affine.m[0][a], affine.m[1][a], affine.m[2][a]));
 }

@@ -58,7 +58,7 @@ done
 
 # A pattern of headers, then the only files that may name them. The sun's file has a lock because libnova keeps results in
 # variables of its own.
-doors='openvdb/ src/volume/vdb_(shim.cpp|conversion.h|failure.h|mending.h)
+doors='openvdb/ src/volume/vdb_(shim.cpp|archive.h|conversion.h|failure.h|mending.h|reading.h|writing.h)
 tbb/ src/volume/vdb_shim.cpp
 embree src/terrain/terrain.c
 assimp/ src/mesh/assimp_reader.c

@@ -1,0 +1,114 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* An open file and its grids: owned so that they end without memory, and read up to their transforms. Part of
+ * vdb_shim.cpp. */
+#ifndef NP_VOLUME_VDB_ARCHIVE_H
+#define NP_VOLUME_VDB_ARCHIVE_H
+
+#include <istream>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <openvdb/io/Archive.h>
+#include <openvdb/io/GridDescriptor.h>
+#include <openvdb/io/io.h>
+#include <openvdb/openvdb.h>
+
+#include "volume/vdb_conversion.h"
+#include "volume/vdb_streams.h"
+
+namespace np_vdb {
+
+/* ---- Grids ---- */
+
+/* A list of nodes for OpenVDB to fill, which deletes each. */
+template <typename NodeType> struct NodeDeleter {
+  using value_type = NodeType *;
+  void push_back(NodeType *node) { delete node; }
+};
+
+/* Deletes all voxels of a grid. OpenVDB's own destructor allocates a list of them first, and ends the process where
+ * there is no memory for it. */
+template <typename GridType> void delete_tree(GridType &grid) noexcept {
+  NodeDeleter<typename GridType::TreeType::RootNodeType::ChildNodeType> deleter;
+  grid.tree().stealNodes(deleter);
+}
+
+/* A grid that can end without memory. Its type is compared here, because that allocates. */
+inline openvdb::GridBase::Ptr own(const openvdb::GridBase::Ptr &grid) {
+  openvdb::GridBase::Ptr owned;
+  grid->apply<openvdb::GridTypes>(
+      [&](auto &typed) { owned.reset(&typed, [grid, &typed](openvdb::GridBase *) { delete_tree(typed); }); });
+  return owned ? owned : grid;
+}
+
+/* ---- Files ---- */
+
+/* Opens the protected parts of OpenVDB's archive, which both its File and its Stream are made of: neither lets a caller
+ * bring his own buffer and still read one grid alone. */
+class Archive : public openvdb::io::Archive {
+public:
+  using openvdb::io::Archive::readGrid;
+  using openvdb::io::Archive::readGridCompression;
+  using openvdb::io::Archive::write;
+};
+
+constexpr std::size_t no_owner = static_cast<std::size_t>(-1);
+
+struct Entry {
+  std::size_t index;
+  openvdb::io::GridDescriptor descriptor;
+  openvdb::GridBase::Ptr header; /* metadata and transform */
+  std::string name, value_type, grid_class, creator;
+  bool is_scalar, is_count, is_vector, is_affine;
+  double index_to_world[3][4]; /* where it is affine */
+  std::size_t owner;           /* index of the grid that stores its voxels; itself, but for an instance */
+};
+
+} /* namespace np_vdb */
+
+struct np_vdb_file {
+  np_vdb_file(const np_vdb_source &source_, np_vdb::Canceller canceller_)
+      : source(source_), canceller(canceller_), buffer(source_, canceller_), stream(&buffer) {}
+
+  const np_vdb_source &source;
+  const np_vdb::Canceller canceller;
+  np_vdb::SourceBuffer buffer;
+  openvdb::io::StreamMetadata::Ptr metadata{
+      new openvdb::io::StreamMetadata}; /* the stream points at this very pointer */
+  std::istream stream;
+  std::vector<np_vdb::Entry> entries;
+};
+
+namespace np_vdb {
+
+/* ---- Headers ---- */
+
+/* Reads metadata and transform, which must end where the source says: else OpenVDB reads what was not checked. */
+inline void read_header(np_vdb_file &file, const np_vdb_grid_place &place, openvdb::GridBase &grid) {
+  file.stream.seekg(place.begin);
+  Archive::readGridCompression(file.stream);
+  grid.readMeta(file.stream);
+  grid.readTransform(file.stream);
+  if (file.stream.tellg() != std::streampos(place.topology))
+    throw Failure{NEPH_ERROR_BAD_FILE,
+                  "grid '" + grid.getName() + "' has metadata that OpenVDB reads differently: it is damaged"};
+}
+
+/* Whether the transform is affine, and its matrix: OpenVDB multiplies row vectors from the left, ours is the transpose.
+ */
+inline bool get_affine(const openvdb::GridBase &grid, double out[3][4]) {
+  if (!grid.transform().isLinear()) return false;
+  try {
+    const openvdb::Mat4R matrix = grid.transform().baseMap()->getAffineMap()->getMat4();
+    for (int row = 0; row < 3; row++)
+      for (int column = 0; column < 4; column++) out[row][column] = matrix[column][row];
+    return true;
+  } catch (const openvdb::ArithmeticError &) { /* singular */
+    return false;
+  }
+}
+
+} /* namespace np_vdb */
+
+#endif

@@ -1,0 +1,187 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Trees, and what they hold as leaves and tiles of a sparse grid. Part of vdb_shim.cpp. */
+#ifndef NP_VOLUME_VDB_READING_H
+#define NP_VOLUME_VDB_READING_H
+
+#include <type_traits>
+
+#include <openvdb/io/Compression.h>
+#include <openvdb/tools/Composite.h>
+
+#include "volume/vdb_archive.h"
+#include "volume/vdb_failure.h"
+
+namespace np_vdb {
+
+/* ---- Trees ---- */
+
+enum class Part { topology, tree };
+
+/* Reads a grid that stores its voxels itself, by OpenVDB alone. */
+inline openvdb::GridBase::Ptr read_unchecked(np_vdb_file &file, const Entry &entry, Part part) {
+  const np_vdb_grid_place &place = file.source.places[entry.index];
+  file.stream.clear();
+  const openvdb::GridBase::Ptr grid = own(openvdb::GridBase::createGrid(entry.descriptor.gridType()));
+  file.buffer.wait_until(place.buffers);
+  if (part == Part::tree) {
+    file.stream.seekg(place.begin);
+    Archive::readGrid(grid, entry.descriptor, file.stream);
+  } else {
+    read_header(file, place, *grid);
+    grid->readTopology(file.stream);
+  }
+  return grid;
+}
+
+inline openvdb::GridBase::Ptr read_tree(np_vdb_file &file, const Entry &instance, Part part) {
+  if (instance.owner == no_owner)
+    throw Failure{NEPH_ERROR_BAD_FILE,
+                  "grid '" + instance.name + "' shares the voxels of a grid that is missing or of another type"};
+  const Entry &entry = file.entries[instance.owner];
+  check_result(file.source.check_tree(file.source.user, entry.index, entry.header->saveFloatAsHalf()));
+  return read_unchecked(file, entry, part);
+}
+
+template <typename Number> float get_component(const Number &value, int) { return static_cast<float>(value); }
+
+template <typename Number> float get_component(const openvdb::math::Vec3<Number> &value, int component) {
+  return static_cast<float>(value[component]);
+}
+
+/* Adds a leaf without its values. */
+template <typename LeafType> np_leaf *add_leaf_to(const np_vdb_sink &sink, const LeafType &leaf) {
+  static_assert(LeafType::SIZE == NP_LEAF_SIZE, "leaves of 8³ voxels in the same order");
+  const openvdb::Coord origin = leaf.origin();
+  np_leaf *out = sink.add_leaf(sink.grid, origin.data());
+  check_room(out);
+  for (openvdb::Index word = 0; word < 8; word++)
+    out->active[word] = leaf.getValueMask().template getWord<openvdb::Index64>(word);
+  return out;
+}
+
+template <typename LeafType> void copy_leaf(const LeafType &leaf, int component, const np_vdb_sink &sink) {
+  const auto *values = leaf.buffer().data();
+  float *out = add_leaf_to(sink, leaf)->values;
+  for (int n = 0; n < NP_LEAF_SIZE; n++) out[n] = get_component(values[n], component);
+}
+
+inline bool is_same(float a, float b) { return a == b || (a != a && b != b); }
+
+/* Takes the background, and the tiles that differ from it. */
+template <typename TreeType>
+inline void copy_tiles(const TreeType &tree, int component, const np_vdb_sink &sink, const Canceller &canceller) {
+  sink.grid->background = get_component(tree.background(), component);
+  auto value = tree.cbeginValueAll();
+  value.setMaxDepth(TreeType::ValueAllCIter::LEAF_DEPTH - 1);
+  for (; value; ++value) {
+    const float number = get_component(*value, component);
+    if (!value.isValueOn() && is_same(number, sink.grid->background)) continue;
+    canceller.poll();
+    const openvdb::CoordBBox box = value.getBoundingBox();
+    check_room(sink.add_tile(sink.grid, box.min().data(), box.dim().x(), number, value.isValueOn()));
+  }
+}
+
+inline void copy_tree(const openvdb::FloatTree &tree, const np_vdb_sink &sink, const Canceller &canceller) {
+  check_result(sink.reserve(sink.grid, tree.leafCount(), 0));
+  for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf) {
+    canceller.poll();
+    copy_leaf(*leaf, 0, sink);
+  }
+  copy_tiles(tree, 0, sink, canceller);
+}
+
+/* Values go from the file to where they are wanted: the tree's own leaves have none. */
+template <typename LeafType>
+inline void read_leaf(std::istream &stream, const LeafType &leaf, bool is_half, int component, float *out) {
+  using Number = typename LeafType::ValueType;
+  leaf.getValueMask().seek(stream); /* which the topology has already */
+  if constexpr (std::is_same_v<Number, float>) {
+    openvdb::io::readCompressedValues(stream, out, NP_LEAF_SIZE, leaf.getValueMask(), is_half);
+  } else {
+    Number values[NP_LEAF_SIZE];
+    openvdb::io::readCompressedValues(stream, values, NP_LEAF_SIZE, leaf.getValueMask(), is_half);
+    for (int n = 0; n < NP_LEAF_SIZE; n++) out[n] = get_component(values[n], component);
+  }
+}
+
+/* Reads the buffers of a tree whose topology ends where the stream stands: they follow in the order of its leaves. */
+template <typename TreeType>
+inline void read_buffers(np_vdb_file &file, const TreeType &tree, bool is_half, int component,
+                         const np_vdb_sink &sink) {
+  check_result(sink.reserve(sink.grid, tree.leafCount(), 0));
+  for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf)
+    read_leaf(file.stream, *leaf, is_half, component, add_leaf_to(sink, *leaf)->values);
+}
+
+template <typename GridType>
+inline void read_if(np_vdb_file &file, const openvdb::GridBase::Ptr &grid, int component, const np_vdb_sink &sink) {
+  if (!is_grid<GridType>(*grid)) return;
+  const auto &tree = openvdb::gridPtrCast<GridType>(grid)->tree();
+  read_buffers(file, tree, grid->saveFloatAsHalf(), component, sink);
+  copy_tiles(tree, component, sink, file.canceller);
+}
+
+inline void check_type(const Entry &entry) {
+  if (!entry.is_scalar && !entry.is_count && !entry.is_vector)
+    throw Failure{NEPH_ERROR_INVALID_ARGUMENT,
+                  "grid '" + entry.name + "' is of type " + entry.value_type + ", neither a scalar nor a vector"};
+}
+
+/* ---- Densities ---- */
+
+/* A grid as a density. */
+inline openvdb::FloatGrid::Ptr read_density(np_vdb_file &file, const Entry &entry, double level_set_voxels,
+                                            double byte_max) {
+  openvdb::FloatGrid::Ptr grid = convert_to_floats(read_tree(file, entry, Part::tree));
+  grid->setTransform(entry.header->transform().copy()); /* an instance has its own */
+  if (level_set_voxels > 0.0 && entry.header->getGridClass() == openvdb::GRID_LEVEL_SET) {
+    convert_distances(*grid, level_set_voxels);
+  }
+  return entry.is_affine ? grid : resample(grid, make_lattice(*grid), byte_max, entry.name);
+}
+
+inline openvdb::FloatGrid::Ptr read_sum(np_vdb_file &file, const np_vdb_request &request, double byte_max) {
+  openvdb::FloatGrid::Ptr sum;
+  for (std::size_t i = 0; i < request.count; i++) {
+    const Entry &entry = file.entries[request.indices[i]];
+    openvdb::FloatGrid::Ptr grid = read_density(file, entry, request.level_set_voxels, byte_max);
+    if (sum && grid->transform() != sum->transform()) grid = resample(grid, sum->transformPtr(), byte_max, entry.name);
+    if (sum)
+      openvdb::tools::compSum(*sum, *grid);
+    else
+      sum = grid;
+  }
+  return sum;
+}
+
+/* A grid that stands in the file as a density would. */
+inline bool is_plain(const np_vdb_file &file, const np_vdb_request &request) {
+  const Entry &first = file.entries[request.indices[0]];
+  return request.count == 1 && first.is_scalar && first.is_affine &&
+         first.header->getGridClass() != openvdb::GRID_LEVEL_SET;
+}
+
+inline void read_converted(np_vdb_file &file, const np_vdb_request &request, const np_vdb_sink &sink,
+                           uint64_t *out_tree_bytes) {
+  const openvdb::FloatGrid::Ptr grid = read_sum(file, request, static_cast<double>(sink.grid->brick_bytes_max));
+  get_affine(*grid, sink.grid->index_to_world.m);
+  copy_tree(grid->tree(), sink, file.canceller);
+  *out_tree_bytes = grid->memUsage();
+}
+
+inline void read_plain(np_vdb_file &file, const np_vdb_request &request, const np_vdb_sink &sink,
+                       uint64_t *out_tree_bytes) {
+  const Entry &entry = file.entries[request.indices[0]];
+  const openvdb::GridBase::Ptr grid = read_tree(file, entry, Part::topology);
+  if (entry.is_affine) std::memcpy(sink.grid->index_to_world.m, entry.index_to_world, sizeof entry.index_to_world);
+  read_if<openvdb::FloatGrid>(file, grid, request.component, sink);
+  read_if<openvdb::DoubleGrid>(file, grid, request.component, sink);
+  read_if<openvdb::Vec3SGrid>(file, grid, request.component, sink);
+  read_if<openvdb::Vec3DGrid>(file, grid, request.component, sink);
+  *out_tree_bytes = grid->memUsage();
+}
+
+} /* namespace np_vdb */
+
+#endif
