@@ -81,7 +81,6 @@ static void add_cloud(outline *o, unsigned i, const np_scene_cloud *cloud, const
                           .extinction_per_value = (float)(core_gain_max * bake->extinction_per_m),
                           .phase = cloud->phase};
   for (int a = 0; a < 3; a++) {
-    o->bricks[i].size[a] = (int32_t)ceil(size[a] / (NP_BRICK_EDGE * bake->voxel_m));
     volume->world_to_index.m[a][a] = 1.0 / bake->voxel_m;
     volume->world_to_index.m[a][3] = -low[a] / bake->voxel_m;
   }

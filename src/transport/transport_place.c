@@ -34,14 +34,19 @@ static int search_index_axis(const np_instance *volume, int world_axis) {
   return found;
 }
 
-/* Voxels of a cloud that count as one along each axis: a power of two that leaves `ACROSS_MAX` in its longest side.
- * Light that is scattered many times does not see finer ones. Layers, which repeat, are resolved to their voxels. */
+/* Voxels of a cloud that count as one along each axis, a power of two: light does not see them where hardly any of the
+ * cloud's box has bricks, as in a large tile or around a stray voxel, beyond `ACROSS_MAX` of them in its longest side.
+ * Layers, which repeat, are resolved to their voxels. */
 static double count_joined(const np_bricks *bricks) {
-  enum { ACROSS_MAX = 512 };
-  double across = 0.0, joined = 1.0;
+  enum { ACROSS_MAX = 512, CELLS_PER_BRICK = 64 };
+  double across = 0.0, cells = 1.0, joined = 1.0;
   if (bricks->is_periodic[0] || bricks->is_periodic[1]) return joined;
-  for (int a = 0; a < 3; a++) across = fmax(across, (double)NP_BRICK_EDGE * bricks->size[a]);
-  while (across > ACROSS_MAX * joined) joined *= 2.0;
+  for (int a = 0; a < 3; a++) {
+    across = fmax(across, (double)NP_BRICK_EDGE * bricks->size[a]);
+    cells *= bricks->size[a];
+  }
+  const double enough = (double)CELLS_PER_BRICK * (double)bricks->brick_count;
+  while (across > ACROSS_MAX * joined && cells > enough * joined * joined * joined) joined *= 2.0;
   return joined;
 }
 
