@@ -27,7 +27,7 @@ for scene in samples/*.yaml; do
   echo "$scene:"
   if grep -q 'bake:' "$scene" && ! is_current "$base.vdb" "$scene"; then "$program" bake "$scene"; fi
   case $scene in
-    */hero_*) "$program" render "$scene" --resolution 480x270 --samples 2 ;;
+    */hero_* | */horizon.yaml) "$program" render "$scene" --resolution 480x270 --samples 2 ;;
     *) "$program" render "$scene" ;;
   esac
 done
