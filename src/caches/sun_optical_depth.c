@@ -117,7 +117,15 @@ static double bound_bytes(const np_sun_optical_depth *cache, const np_world *wor
 
 /* Cells of a table that any cloud may have, and for each of its bricks: large tiles, and boxes that are empty but for a
  * stray voxel, have more. Where cells are then too coarse for the tolerance they are steep. */
-static const double cells_free = 0x1p16, cells_per_brick = 64.0;
+static const double cells_free = 0x1p15, cells_per_brick = 64.0;
+
+/* The fewer of the cloud's cells have bricks, the fewer are worth a node. */
+static double count_cells_max(const np_instance *volume) {
+  const int32_t *size = volume->bricks->size;
+  const double box = (double)size[0] * size[1] * size[2];
+  const double enough = cells_per_brick * (double)volume->bricks->brick_count;
+  return fmax(cells_free, enough * sqrt(fmin(enough / box, 1.0)));
+}
 
 static bool has_too_many_cells(const np_sun_optical_depth *cache, const np_world *world, double coarsening) {
   bool has = false;
@@ -125,8 +133,7 @@ static bool has_too_many_cells(const np_sun_optical_depth *cache, const np_world
     const np_instance *volume = get_volume(cache, world, v);
     np_sun_lattice lattice;
     place(volume, world->to_sun, coarsening, &lattice);
-    has =
-        has || (double)count_cells(&lattice) > fmax(cells_free, cells_per_brick * (double)volume->bricks->brick_count);
+    has = has || (double)count_cells(&lattice) > count_cells_max(volume);
   }
   return has;
 }
