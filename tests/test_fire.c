@@ -272,6 +272,7 @@ static void fire_alone_lights_a_scene(void **state) {
     for (size_t c = 0; c < dark_count; c++) assert_true(compute_mean(image, dark[c]) == 0.0);
     neph_image_destroy(image);
     double means[2];
+    assert_int_equal(neph_scene_set(scene, "render.multiple_scattering", "none"), NEPH_OK);
     assert_int_equal(neph_scene_set(scene, "output.color_space", "rec709"), NEPH_OK);
     for (int n = 0; n < 2; n++) {
       assert_int_equal(neph_scene_set(scene, "render.wavelengths", n ? "30" : "6"), NEPH_OK);
@@ -297,6 +298,7 @@ static void fire_has_its_colour(void **state) {
       neph_scene *scene = load(f, emission, "refuse");
       assert_int_equal(neph_scene_set(scene, "render.samples", "1"), NEPH_OK);
       assert_int_equal(neph_scene_set(scene, "sun.irradiance", "0"), NEPH_OK);
+      assert_int_equal(neph_scene_set(scene, "render.multiple_scattering", "none"), NEPH_OK);
       assert_int_equal(neph_scene_set(scene, "output.color_space", "rec709"), NEPH_OK);
       assert_int_equal(neph_scene_set(scene, "render.wavelengths", n ? "60" : "3"), NEPH_OK);
       neph_image *image = render(scene, NEPH_INTEGRATOR_MARCH);

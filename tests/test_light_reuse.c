@@ -127,7 +127,7 @@ static neph_result build_thrice(neph_scene *scene) {
 static neph_result attempt(neph_context *context, void *user) {
   static const char text[] =
       "{camera: {resolution: [4, 4]}, atmosphere: none, sun: {elevation: 30 deg, azimuth: 120 deg},"
-      " clouds: [{name: a, extinction: 1 1/m, bake: {preset: cumulus_mediocris, seed: 1, extent: [400 m, 400 m],"
+      " clouds: [{name: a, extinction: 1 1/m, bake: {preset: stratus, seed: 1, extent: [400 m, 400 m],"
       " voxel: 100 m}}], render: {samples: 1, multiple_scattering: none, sun_optical_depth: volume}}";
   (void)user;
   neph_scene *scene;

@@ -343,12 +343,12 @@ static neph_result make_small_assets(neph_context *context, assets *a) {
 
 static neph_result build_once(neph_context *context, void *user) {
   (void)user;
-  assets a;
+  assets a = {.volume = NULL};
   neph_scene *scene = NULL;
-  neph_result result = make_small_assets(context, &a);
-  if (!result) result = neph_scene_create(context, &scene);
+  neph_result result = neph_scene_create(context, &scene);
   if (!result) result = neph_scene_set_camera(scene, NULL);
   if (!result) result = neph_scene_set_sun(scene, NULL);
+  if (!result) result = make_small_assets(context, &a);
   if (!result) result = neph_scene_set_atmosphere(scene, a.atmosphere);
   if (!result) result = neph_scene_set_terrain(scene, a.terrain);
   if (!result) result = neph_scene_add_volume(scene, a.volume, NULL, NULL);

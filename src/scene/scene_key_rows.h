@@ -35,11 +35,11 @@ enum {
 extern const np_choice np_booleans[]; /* false, true */
 extern const np_choice np_mesh_ups[];
 
-np_key_table np_keys_get_camera(void);
-np_key_table np_keys_get_clouds(void);
-np_key_table np_keys_get_shape(void);
-np_key_table np_keys_get_quality(void);
-np_key_table np_keys_get_output(void);
-np_key_table np_keys_get_frames(void);
+extern const np_key_table np_keys_camera;
+extern const np_key_table np_keys_clouds;
+extern const np_key_table np_keys_shape;
+extern const np_key_table np_keys_quality;
+extern const np_key_table np_keys_output;
+extern const np_key_table np_keys_frames;
 
 #endif

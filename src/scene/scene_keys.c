@@ -33,12 +33,9 @@ static const np_choice height_encodings[] = {{"values", NEPH_HEIGHT_ENCODING_VAL
 static const np_choice raw_types[] = {
     {"uint16", NEPH_RAW_TYPE_UINT16}, {"int16", NEPH_RAW_TYPE_INT16}, {"float32", NEPH_RAW_TYPE_FLOAT32}, {NULL, 0}};
 static const np_choice byte_orders[] = {{"little", 0}, {"big", 1}, {NULL, 0}};
-const np_choice np_mesh_ups[] = {
-    {"file", NEPH_MESH_UP_FILE}, {"y", NEPH_MESH_UP_Y}, {"z", NEPH_MESH_UP_Z}, {NULL, 0}};
-static const np_choice mesh_pivots[] = {{"base", NEPH_MESH_PIVOT_BASE},
-                                        {"center", NEPH_MESH_PIVOT_CENTER},
-                                        {"origin", NEPH_MESH_PIVOT_ORIGIN},
-                                        {NULL, 0}};
+const np_choice np_mesh_ups[] = {{"file", NEPH_MESH_UP_FILE}, {"y", NEPH_MESH_UP_Y}, {"z", NEPH_MESH_UP_Z}, {NULL, 0}};
+static const np_choice mesh_pivots[] = {
+    {"base", NEPH_MESH_PIVOT_BASE}, {"center", NEPH_MESH_PIVOT_CENTER}, {"origin", NEPH_MESH_PIVOT_ORIGIN}, {NULL, 0}};
 static const np_choice mesh_normals[] = {
     {"smooth", NEPH_MESH_NORMALS_SMOOTH}, {"flat", NEPH_MESH_NORMALS_FLAT}, {NULL, 0}};
 static const np_choice integrators[] = {{"march", NEPH_INTEGRATOR_MARCH}, {"path", NEPH_INTEGRATOR_PATH}, {NULL, 0}};
@@ -451,33 +448,23 @@ size_t np_key_rename_count(void) { return sizeof renames / sizeof *renames; }
 
 const np_key_rename *np_key_rename_at(size_t index) { return &renames[index]; }
 
-/* The order of the schema. */
-enum { TABLES = 9 };
+static const np_key_table first = {first_keys, sizeof first_keys / sizeof *first_keys},
+                          sky = {sky_keys, sizeof sky_keys / sizeof *sky_keys},
+                          last = {last_keys, sizeof last_keys / sizeof *last_keys};
 
-static void fill_tables(np_key_table out[TABLES]) {
-  out[0] = (np_key_table){first_keys, sizeof first_keys / sizeof *first_keys};
-  out[1] = np_keys_get_camera();
-  out[2] = (np_key_table){sky_keys, sizeof sky_keys / sizeof *sky_keys};
-  out[3] = np_keys_get_clouds();
-  out[4] = np_keys_get_shape();
-  out[5] = (np_key_table){last_keys, sizeof last_keys / sizeof *last_keys};
-  out[6] = np_keys_get_quality();
-  out[7] = np_keys_get_output();
-  out[8] = np_keys_get_frames();
-}
+/* The order of the schema. */
+static const np_key_table *const tables[] = {&first,           &np_keys_camera, &sky,
+                                             &np_keys_clouds,  &np_keys_shape,  &last,
+                                             &np_keys_quality, &np_keys_output, &np_keys_frames};
 
 size_t np_key_count(void) {
-  np_key_table tables[TABLES];
-  fill_tables(tables);
   size_t count = 0;
-  for (int t = 0; t < TABLES; t++) count += tables[t].count;
+  for (size_t t = 0; t < sizeof tables / sizeof *tables; t++) count += tables[t]->count;
   return count;
 }
 
 const np_key *np_key_get(size_t index) {
-  np_key_table tables[TABLES];
-  fill_tables(tables);
-  int t = 0;
-  for (; index >= tables[t].count; t++) index -= tables[t].count;
-  return &tables[t].keys[index];
+  const np_key_table *const *table = tables;
+  for (; index >= (*table)->count; table++) index -= (*table)->count;
+  return &(*table)->keys[index];
 }

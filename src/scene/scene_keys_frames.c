@@ -13,4 +13,4 @@ static const np_key keys[] = {
 };
 /* clang-format on */
 
-np_key_table np_keys_get_frames(void) { return (np_key_table){keys, sizeof keys / sizeof *keys}; }
+const np_key_table np_keys_frames = {keys, sizeof keys / sizeof *keys};

@@ -74,4 +74,4 @@ static const np_key keys[] = {
 };
 /* clang-format on */
 
-np_key_table np_keys_get_output(void) { return (np_key_table){keys, sizeof keys / sizeof *keys}; }
+const np_key_table np_keys_output = {keys, sizeof keys / sizeof *keys};

@@ -62,4 +62,4 @@ static const np_key keys[] = {
 };
 /* clang-format on */
 
-np_key_table np_keys_get_quality(void) { return (np_key_table){keys, sizeof keys / sizeof *keys}; }
+const np_key_table np_keys_quality = {keys, sizeof keys / sizeof *keys};
