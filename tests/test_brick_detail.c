@@ -262,8 +262,8 @@ static void tracking_is_unbiased(void **state) {
   np_random random = np_random_start(6, 0, 0, 0, 0);
   for (int ray = 0; ray < RAYS; ray++) {
     const np_vec3 direction = draw_direction(&random), side = np_vec3_make(direction.y, -direction.x, 0.0f);
-    const np_dvec3 middle = np_dvec3_along(np_dvec3_make(23.3, 23.3, 23.3), np_vec3_scale(side, 1.0f / np_vec3_length(side)),
-                                           13.0 + 0.4 * ray);
+    const np_vec3 aside = np_vec3_scale(side, 1.0f / np_vec3_length(side));
+    const np_dvec3 middle = np_dvec3_along(np_dvec3_make(23.3, 23.3, 23.3), aside, 13.0 + 0.4 * ray);
     const np_dvec3 origin = np_dvec3_along(middle, direction, -32.0);
     const double expected = exp(-integrate(&cloud, origin, direction));
     double sum = 0.0, squares = 0.0, passed = 0.0;
@@ -359,8 +359,8 @@ static void march_is_close_to_path(void **state) {
 
 static void bad_values_are_refused(void **state) {
   test_fixture *f = *state;
-  static const char *const bad[][2] = {{"strength", "-0.1"}, {"strength", "1.01"}, {"size", "0 m"},
-                                       {"size", "-3 m"},     {"seed", "-1"}};
+  static const char *const bad[][2] = {
+      {"strength", "-0.1"}, {"strength", "1.01"}, {"size", "0 m"}, {"size", "-3 m"}, {"seed", "-1"}};
   neph_scene *scene;
   assert_int_equal(neph_scene_load_text(f->context, scene_text, NULL, &scene), NEPH_OK);
   for (size_t n = 0; n < sizeof bad / sizeof *bad; n++) {
@@ -372,7 +372,7 @@ static void bad_values_are_refused(void **state) {
   neph_scene_destroy(scene);
 }
 
-/* What a placement says is what the keys say. */
+/* A placement's members are the keys. */
 static void placements_have_detail(void **state) {
   test_fixture *f = *state;
   neph_volume *volume = make_volume(f->context, sample_ball, false);

@@ -135,7 +135,7 @@ typedef struct neph_placement_desc {
   double draine_alpha;            /**< 0 is Henyey-Greenstein, 1 Cornette-Shanks (default 1) */
   double detail_strength;         /**< of billows at its edges finer than its voxels, added in the render, 0 to 1;
                                    *   0: none (default 0) */
-  double detail_size_m;           /**< of the largest of them, ≥ 0; 0: two of the largest edges of a voxel (default 0) */
+  double detail_size_m;           /**< of the largest of them, ≥ 0; 0: two voxels (default 0) */
   uint64_t detail_seed;           /**< another seed, other billows (default 0) */
 } neph_placement_desc;
 

@@ -32,13 +32,13 @@ static const double frequency[NP_DETAIL_LAYERS] = {0.79, 0.74, 2.1};
 /* Turns no two of which, nor their difference, takes axes near axes: as quaternions. */
 static const double quaternion[NP_DETAIL_LAYERS][4] = {{5, 2, -1, 3}, {4, -3, 2, -2}, {3, 2, 3, -1}};
 
-typedef struct builder {
+typedef struct detail_builder {
   neph_context *context;
   const np_bricks *source;
   np_detailed_bricks *out;
   int32_t (*place)[3];     /* of each node, in the table: the first that it stands in */
   float (*blocks)[BLOCKS]; /* largest sample of each brick's blocks */
-} builder;
+} detail_builder;
 
 /* ---- Noise ---- */
 
@@ -69,7 +69,7 @@ static void cut_brick(neph_context *context, const float *texture, size_t number
   np_half_encode(context->isa, samples, NP_BRICK_VOLUME, 1.0f, out);
 }
 
-static neph_result make_texture(builder *b, uint64_t seed) {
+static neph_result make_texture(detail_builder *b, uint64_t seed) {
   const size_t plane = (size_t)NOISE_EDGE * NOISE_EDGE;
   np_bricks *noise = &b->out->noise;
   *noise = (np_bricks){.context = b->context, .scale = 1.0f, .brick_count = NOISE_BRICKS, .value_max = 1.0f};
@@ -103,7 +103,7 @@ static int compare_floats(const void *a, const void *b) {
 }
 
 /* The noise's distribution, from places that are far apart in each of its layers: that of one volume as in another. */
-static neph_result rank_noise(builder *b, np_random *random) {
+static neph_result rank_noise(detail_builder *b, np_random *random) {
   np_brick_detail *detail = &b->out->detail;
   float *values = np_alloc(b->context, RANK_SAMPLES, sizeof *values);
   if (!values) return NEPH_ERROR_OUT_OF_MEMORY;
@@ -125,7 +125,7 @@ static neph_result rank_noise(builder *b, np_random *random) {
   return NEPH_OK;
 }
 
-static neph_result make_noise(builder *b, const np_brick_detail_desc *desc) {
+static neph_result make_noise(detail_builder *b, const np_brick_detail_desc *desc) {
   np_brick_detail *detail = &b->out->detail;
   np_random random = np_random_start(desc->seed, 0, 0, 0, 0);
   *detail = (np_brick_detail){.strength = desc->strength, .noise = &b->out->noise, .weight = fine_weight};
@@ -137,7 +137,7 @@ static neph_result make_noise(builder *b, const np_brick_detail_desc *desc) {
 
 /* ---- Cores ---- */
 
-static void find_places(const builder *b) {
+static void find_places(const detail_builder *b) {
   const np_bricks *source = b->source;
   const size_t count = np_bricks_count_table(source),
                slice = (size_t)source->table_size[1] * (size_t)source->table_size[2];
@@ -151,7 +151,7 @@ static void find_places(const builder *b) {
 }
 
 /* A cell counted from the table's first. */
-static void get_cell(const builder *b, size_t node, size_t number, int32_t out[3]) {
+static void get_cell(const detail_builder *b, size_t node, size_t number, int32_t out[3]) {
   const int32_t in_node[3] = {(int32_t)(number >> 8), (int32_t)(number >> 4 & 15), (int32_t)(number & 15)};
   for (int a = 0; a < 3; a++) out[a] = b->place[node][a] * NP_BRICK_NODE_EDGE + in_node[a] - b->source->lead[a];
 }
@@ -180,7 +180,7 @@ typedef struct core_bound {
 } core_bound;
 
 /* Takes in the block at a place in blocks from the table's first. */
-static void include_block(const builder *b, const int32_t at[3], core_bound *bound) {
+static void include_block(const detail_builder *b, const int32_t at[3], core_bound *bound) {
   const np_bricks *source = b->source;
   int32_t cell[3];
   float value = source->background;
@@ -205,7 +205,7 @@ static void include_block(const builder *b, const int32_t at[3], core_bound *bou
 
 /* c at one of the nodes of a cell's brick. Beside cells that are constant, which have no detail, it is not above
  * what they hold, so that there is none at their faces. */
-static float measure_core(const builder *b, const int32_t cell[3], const int node[3]) {
+static float measure_core(const detail_builder *b, const int32_t cell[3], const int node[3]) {
   core_bound bound = {-INFINITY, INFINITY};
   for (int k = 0; k < BLOCKS; k++) {
     const int32_t at[3] = {2 * cell[0] + node[0] - (k >> 2), 2 * cell[1] + node[1] - (k >> 1 & 1),
@@ -231,7 +231,7 @@ static np_brick_range bound_detail(np_brick_range range, float core, float stren
   return out;
 }
 
-static void fill_cell(const builder *b, size_t node, size_t number) {
+static void fill_cell(const detail_builder *b, size_t node, size_t number) {
   np_brick_node *own = &b->out->bricks.nodes[node];
   const uint32_t brick = own->brick[number];
   if (brick == NP_BRICK_NONE) return;
@@ -258,14 +258,14 @@ static void unite_ranges(np_brick_node *node) {
 
 static neph_result measure_bricks(void *user, size_t begin, size_t end, unsigned thread) {
   (void)thread;
-  const builder *b = user;
+  const detail_builder *b = user;
   for (size_t brick = begin; brick < end; brick++) measure_blocks(b->source, (uint32_t)brick, b->blocks[brick]);
   return NEPH_OK;
 }
 
 static neph_result fill_nodes(void *user, size_t begin, size_t end, unsigned thread) {
   (void)thread;
-  const builder *b = user;
+  const detail_builder *b = user;
   for (size_t node = begin; node < end; node++) {
     b->out->bricks.nodes[node] = b->source->nodes[node];
     for (size_t number = 0; number < NP_BRICK_NODE_CELLS; number++) fill_cell(b, node, number);
@@ -274,7 +274,7 @@ static neph_result fill_nodes(void *user, size_t begin, size_t end, unsigned thr
   return NEPH_OK;
 }
 
-static neph_result make_bricks(builder *b, np_monitor *monitor) {
+static neph_result make_bricks(detail_builder *b, np_monitor *monitor) {
   const np_bricks *source = b->source;
   np_detailed_bricks *out = b->out;
   out->bricks = *source;
@@ -294,7 +294,7 @@ static neph_result make_bricks(builder *b, np_monitor *monitor) {
 neph_result np_detailed_bricks_build(neph_context *context, const np_brick_detail_desc *desc, np_monitor *monitor,
                                      np_detailed_bricks **out) {
   *out = NULL;
-  builder b = {.context = context, .source = desc->source, .out = np_alloc(context, 1, sizeof *b.out)};
+  detail_builder b = {.context = context, .source = desc->source, .out = np_alloc(context, 1, sizeof *b.out)};
   if (!b.out) return NEPH_ERROR_OUT_OF_MEMORY;
   b.out->bricks.context = context;
   neph_result result = make_noise(&b, desc);

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Detail finer than the samples of bricks: its look-ups (brick_detail.h builds it). Part of bricks.h.
+/* Detail finer than the samples of bricks: its look-ups (brick_detail.h builds it). Part of bricks.h, which
+ * includes it behind what it builds on.
  *
  * The value v of a coarse grid at the edge of a cloud is a mean of what is full and what is empty there. Relative to
  * the largest of its neighbourhood, c, the share t = v/c says how much of a place is full, and a noise u, even in
@@ -7,8 +8,6 @@
  * Its mean over u is t for each t, so that the mean of v′ is v; and 0 ≤ S ≤ min(√(2t/w), 1), which bounds v′. */
 #ifndef NP_VOLUME_BRICK_DETAIL_SAMPLE_H
 #define NP_VOLUME_BRICK_DETAIL_SAMPLE_H
-
-#include "volume/bricks.h"
 
 enum {
   NP_DETAIL_LAYERS = 3,       /* of the noise */
@@ -87,7 +86,7 @@ static inline float np_brick_detail_get_step(float value, float core, float rank
   return core * np_clampf((np_brick_detail_get_edge(value / core) - rank) * (1.0f / NP_DETAIL_WIDTH), 0.0f, 1.0f);
 }
 
-/* Of the largest billows, in voxels along the axis where that is least. */
+/* Size of the largest billows, in voxels along the axis where that is least. */
 static inline float np_brick_detail_get_size(const np_brick_detail *detail) {
   return (float)fmin(fmin(detail->size_voxels[0], detail->size_voxels[1]), detail->size_voxels[2]);
 }

@@ -189,7 +189,7 @@ static inline np_flight np_flight_force(double bound, double stretch_fraction, n
 /* Probability density of what has happened over that with which it was drawn. */
 static inline float np_flight_weight(const np_flight *flight) { return (float)(flight->weight * exp(-flight->depth)); }
 
-/* Of a cell with detail −ln of an unbiased estimate of the transmittance, by residual ratio tracking (Novák, Selle and
+/* −ln of an unbiased estimate of the transmittance of a cell with detail, by residual ratio tracking (Novák, Selle and
  * Jarosz 2014) against the same without detail, which is integrated exactly, or against the minimum where it moves. */
 NP_BRICK_RARE static double np_track_detail_excess(const np_instance *volume, const np_brick_walk *walk,
                                                    const np_brick_span *span, np_random *random) {
