@@ -12,10 +12,10 @@ static inline float march_count_sample(const np_bricks *bricks, uint32_t brick, 
   return np_brick_sample(bricks, brick, local);
 }
 
-static inline void march_count_line(const np_bricks *bricks, uint32_t brick, np_vec3 begin, np_vec3 step, int count,
-                                    float out[NP_BRICK_LINE]) {
+static inline void march_count_line(const np_bricks *bricks, uint32_t brick, const int32_t cell[3], np_vec3 begin,
+                                    np_vec3 step, int count, float out[NP_BRICK_LINE]) {
   march_lookups += (unsigned long)count;
-  np_brick_sample_line(bricks, brick, begin, step, count, out);
+  np_brick_sample_line(bricks, brick, cell, begin, step, count, out);
 }
 
 static inline void march_count_along(const np_bricks *bricks, uint32_t brick, np_vec3 begin, np_vec3 along,

@@ -98,7 +98,7 @@ static void ranges_hold_all_values(void **state) {
         assert_near((double)np_bricks_sample(&bricks, np_dvec3_add(origin, np_dvec3_scale(direction, t))), 0.0, 0.0);
       for (int k = 0; k < 32 && span.brick != NP_BRICK_NONE; k++) {
         const double t = span.t_begin + (span.t_end - span.t_begin) * k / 32.0;
-        const float value = np_brick_eval(&bricks, span.brick, np_brick_walk_local(&walk, &span, t));
+        const float value = np_brick_eval(&bricks, span.brick, span.cell, np_brick_walk_local(&walk, &span, t));
         assert_true(value >= span.range.min && value <= span.range.max);
       }
       end = span.t_end;
@@ -146,9 +146,9 @@ static void means_are_close(void **state) {
                   along = np_vec3_make(8.0f * np_random_float(&random) - begin.x, 1.0f, 8.0f);
     double sum = 0.0;
     for (int k = 0; k < 1000; k++)
-      sum +=
-          (double)np_brick_eval(&bricks, brick, np_vec3_add(begin, np_vec3_scale(along, ((float)k + 0.5f) / 1000.0f)));
-    worst = fmax(worst, fabs((double)np_track_mean(&bricks, brick, begin, along) - sum / 1000.0));
+      sum += (double)np_brick_eval(&bricks, brick, motion.cells[brick],
+                                   np_vec3_add(begin, np_vec3_scale(along, ((float)k + 0.5f) / 1000.0f)));
+    worst = fmax(worst, fabs((double)np_track_mean(&bricks, brick, motion.cells[brick], begin, along) - sum / 1000.0));
   }
   assert_true(worst < 4e-3); /* of values up to 2 */
   clear_ball(&b);

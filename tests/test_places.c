@@ -85,7 +85,7 @@ static double sum_intervals(const crowd *c, np_dvec3 origin, np_vec3 direction, 
         const np_ray_instance *m = &all.instance[s.active[i]];
         const float at[NP_BRICK_LINE] = {(float)(t - s.begin)};
         float found[NP_BRICK_LINE];
-        np_ray_instance_fill_extinction(m, s.begin, at, 1, found);
+        np_ray_instance_fill_extinction(m, s.begin, 0.0f, at, 1, found);
         value = found[0];
         depth += (double)value * (s.end - s.begin) / 64.0;
       }

@@ -133,6 +133,10 @@ typedef struct neph_placement_desc {
   double second_asymmetry;        /**< g of the second lobe (default −0.25) */
   double second_weight;           /**< 0 to 1 (default 0.1) */
   double draine_alpha;            /**< 0 is Henyey-Greenstein, 1 Cornette-Shanks (default 1) */
+  double detail_strength;         /**< of billows at its edges finer than its voxels, added in the render, 0 to 1;
+                                   *   0: none (default 0) */
+  double detail_size_m;           /**< of the largest of them, ≥ 0; 0: two voxels (default 0) */
+  uint64_t detail_seed;           /**< another seed, other billows (default 0) */
 } neph_placement_desc;
 
 #define NEPH_PLACEMENT_DESC_DEFAULT                                                                                    \
@@ -140,7 +144,8 @@ typedef struct neph_placement_desc {
     .struct_size = sizeof(neph_placement_desc), .name = NULL, .has_position = false, .position_m = {0, 0, 0},          \
     .rotation_rad = 0, .scale = 1, .density_unit = NEPH_DENSITY_EXTINCTION, .density_value = 1,                        \
     .albedo = {0.999995, 0.999995, 0.999995}, .phase = NEPH_CLOUD_DROPLETS, .droplet_diameter_m = 20e-6,               \
-    .asymmetry = 0.85, .second_asymmetry = -0.25, .second_weight = 0.1, .draine_alpha = 1                              \
+    .asymmetry = 0.85, .second_asymmetry = -0.25, .second_weight = 0.1, .draine_alpha = 1, .detail_strength = 0,       \
+    .detail_size_m = 0, .detail_seed = 0                                                                               \
   }
 
 /** Adds a cloud that is a volume of the same context, which the scene retains.
@@ -168,7 +173,9 @@ typedef struct neph_water_desc {
 } neph_water_desc;
 
 #define NEPH_WATER_DESC_DEFAULT                                                                                        \
-  { .struct_size = sizeof(neph_water_desc), .level_m = 0, .wind_m_s = 5, .albedo = {0.002, 0.008, 0.02} }
+  {                                                                                                                    \
+    .struct_size = sizeof(neph_water_desc), .level_m = 0, .wind_m_s = 5, .albedo = { 0.002, 0.008, 0.02 }              \
+  }
 
 /** @param desc  NULL: no water. */
 NEPH_API neph_result neph_scene_set_water(neph_scene *scene, const neph_water_desc *desc) NEPH_NODISCARD;

@@ -56,7 +56,8 @@ static inline float np_lighting_get_cloud_depth(const np_lighting *lighting, con
                                                 np_dvec3 position, np_vec3 to_sun, const np_depth_query *query,
                                                 float faded) {
   const float known = np_sun_optical_depths_get_known(&lighting->sun_optical_depths, volume, position, to_sun);
-  if (known != NP_SUN_OPTICAL_DEPTH_UNKNOWN) return known;
+  if (known != NP_SUN_OPTICAL_DEPTH_UNKNOWN)
+    return volume->bricks->detail ? np_maxf(known + np_track_near_detail(volume, position, to_sun), 0.0f) : known;
   return np_track_volume_depth(volume, position, to_sun, INFINITY, query, faded);
 }
 

@@ -48,7 +48,7 @@ static inline bool np_emitter_walk_next(np_emitter_walk *w, double *out_begin, d
 /* j at a place of the present step. */
 static inline np_spectrum np_emitter_walk_eval(const np_emitter_walk *w, const np_emission *emission, double t) {
   const float value = w->span.brick == NP_BRICK_NONE ? w->span.range.min
-                                                     : np_brick_eval(w->emitter->bricks, w->span.brick,
+                                                     : np_brick_eval(w->emitter->bricks, w->span.brick, w->span.cell,
                                                                      np_brick_walk_local(&w->walk, &w->span, t));
   return np_emitter_eval(emission, w->emitter, np_dvec3_along(w->origin, w->direction, t), value);
 }

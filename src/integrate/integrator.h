@@ -74,6 +74,7 @@ typedef struct np_camera_ray {
   float choice;                 /* 0 to 1, even over all seeds: where the tracer looks first in the air */
   np_integrator_layers *layers; /* NULL: not asked for */
   float film[2];                /* place of the film, in pixels */
+  float spread_rad;             /* to the ray of the next pixel; 0: what is finer than a pixel is looked up as it is */
   double begin_m;               /* to the origin from the eye, between which there is air */
   bool has_end;                 /* beyond it, too, clouds and ground are not seen: */
   double end_m;                 /* from the origin */

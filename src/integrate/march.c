@@ -134,6 +134,29 @@ static int count_pieces(const np_march *m, const np_ray_intervals *all, const np
   return count > 1 ? count : 1;
 }
 
+/* Width of a pixel at the middle of a stretch. */
+static float get_pixel(const np_march *m, const np_ray_interval *s) {
+  return m->ray->spread_rad * (float)(m->ray->begin_m + 0.5 * (s->begin + s->end));
+}
+
+/* Transmittance below which detail is left out that the pieces are too long for. */
+static const float detail_carry_least = 0.05f;
+
+/* Pieces of a stretch that is worth more than one, at least two to the size of each cloud's detail which the pixel
+ * resolves. */
+static int refine_pieces(const np_march *m, const np_ray_intervals *all, const np_ray_interval *s, float pixel_m,
+                         int count) {
+  const float length = (float)(s->end - s->begin);
+  for (unsigned i = 0; i < s->count && count > 1 && m->carry > detail_carry_least; i++) {
+    const np_ray_instance *cloud = &all->instance[s->active[i]];
+    const np_brick_detail *detail = cloud->volume->bricks->detail;
+    if (!detail || !(np_brick_detail_get_share(detail, pixel_m * cloud->voxels_per_m) > 0.0f)) continue;
+    const int least = 1 + (int)np_minf(2.0f * length * cloud->voxels_per_m / np_brick_detail_get_size(detail), 1e3f);
+    count = count > least ? count : least;
+  }
+  return count;
+}
+
 /* Middles of the pieces from `first` on, as far as they are looked up together, in metres of `length` each; returns how
  * many. */
 static int fill_middles(int first, int count, float length, float middle[NP_BRICK_LINE]) {
@@ -178,8 +201,9 @@ static void cross(np_march *m, const np_ray_intervals *all, const np_ray_interva
   for (unsigned i = 0; i < s->count; i++) hiding[i] = get_extinction_scale(m, all->instance[s->active[i]].volume);
   if (!np_step_goes_on(&m->step, all, s)) break_step(m);
   const float bound = compute_bound(all, s, hiding);
-  const int count = count_pieces(m, all, s, hiding);
-  if (count > deep_count && s->count == 1) {
+  const float pixel_m = get_pixel(m, s);
+  const int count = refine_pieces(m, all, s, pixel_m, count_pieces(m, all, s, hiding));
+  if (count > deep_count && s->count == 1 && !all->instance[s->active[0]].volume->bricks->detail) {
     cross_deep(m, all, s, hiding[0]);
     return;
   }
@@ -187,7 +211,8 @@ static void cross(np_march *m, const np_ray_intervals *all, const np_ray_interva
   for (int first = 0; first < count && m->carry > 0.0f; first += NP_BRICK_LINE) {
     const int some = fill_middles(first, count, length, middle);
     for (unsigned i = 0; i < s->count; i++)
-      np_ray_instance_fill_extinction(&all->instance[s->active[i]], s->begin, middle, some, found[i]);
+      np_ray_instance_fill_extinction(&all->instance[s->active[i]], s->begin, np_maxf(length, pixel_m), middle, some,
+                                      found[i]);
     for (int k = 0; k < some && m->carry > 0.0f; k++) {
       float extinction[NP_INSTANCES_MAX], sum = 0.0f;
       for (unsigned i = 0; i < s->count; i++) sum += hiding[i] * (extinction[i] = found[i][k]);
@@ -311,7 +336,7 @@ static inline void fill_extinction(const np_ray_intervals *all, const np_ray_int
     extinction[k] = 0.0f;
   }
   for (unsigned i = 0; i < s->count; i++) {
-    np_ray_instance_fill_extinction(&all->instance[s->active[i]], s->begin, at, NP_BRICK_EDGE, own);
+    np_ray_instance_fill_extinction(&all->instance[s->active[i]], s->begin, length, at, NP_BRICK_EDGE, own);
     for (int k = 0; k < NP_BRICK_EDGE; k++) extinction[k] += own[k];
   }
 }

@@ -47,6 +47,8 @@ static void choose_integrator(np_frame *f, const np_plan *plan, const neph_scene
   const np_integrator_kernels *kernels = np_integrator_get_kernels(neph_context_get_isa(f->assembly->context));
   f->integrate = f->desc->integrator == NEPH_INTEGRATOR_PATH ? kernels->path : kernels->march;
   f->half_distance = kernels->half_distance;
+  const np_camera *camera = &f->assembly->camera;
+  f->spread_rad = (float)sqrt(np_camera_get_pixel_sr(camera, (int)camera->width / 2, (int)camera->height / 2));
   f->view_depth = kernels->view_depth;
   f->settings.monitor = f->monitor;
 }

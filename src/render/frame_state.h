@@ -53,6 +53,7 @@ typedef struct np_frame {
   np_integrator_fn integrate;
   np_half_distance_fn half_distance;
   np_view_depth_fn view_depth;
+  float spread_rad;          /* from a pixel in the middle to the next; 0 of parallel rays */
   const np_motion *exposure; /* in which camera or clouds move; NULL: nothing does */
   const np_motion *vectors;  /* by which the samples' motion is told; NULL: nobody asks */
   unsigned aovs;             /* of np_aov */

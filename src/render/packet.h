@@ -65,9 +65,13 @@ typedef struct np_cloud_parts {
   np_instance placed;  /* as the scene has it, in its first place; each packet has its own */
   np_instance *copies; /* the same in each of its places; NULL: it has one */
   unsigned copy_count;
-  np_cloud_emission emission; /* most often nothing */
-  np_phase_table phase_table; /* empty where its phase function is none */
+  np_cloud_emission emission;                            /* most often nothing */
+  np_phase_table phase_table;                            /* empty where its phase function is none */
+  struct np_detailed_bricks *details[NP_TINT_PARTS_MAX]; /* of each of its colours; NULL: it has no detail */
 } np_cloud_parts;
+
+/* Bricks of one of a cloud's colours, with its detail. */
+const np_bricks *np_cloud_parts_get_bricks(const np_cloud_parts *parts, unsigned k);
 
 /* The way from the bands of a picture in colour to X, Y and Z: fitted to the scene's light. */
 typedef struct np_picture_color {

@@ -24,11 +24,12 @@ static float turn(float offset, double step, unsigned index) {
 }
 
 /* Ray of the integrators from one of the lens; the clipping planes of the camera are its ends. */
-static np_camera_ray clip_ray(const np_film_ray *ray, const float film[2]) {
+static np_camera_ray clip_ray(const np_frame *f, const np_film_ray *ray, const float film[2]) {
   const bool is_near = ray->near_m > 0.0;
   return (np_camera_ray){.origin = is_near ? np_dvec3_along(ray->origin, ray->direction, ray->near_m) : ray->origin,
                          .direction = ray->direction,
                          .film = {film[0], film[1]},
+                         .spread_rad = f->spread_rad,
                          .begin_m = ray->near_m,
                          .has_end = isfinite(ray->far_m),
                          .end_m = ray->far_m - ray->near_m};
@@ -68,7 +69,7 @@ static bool make_ray(const np_frame *f, int x, int y, unsigned sample, const flo
   if (!np_camera_start_ray(move_camera(f, time, &moved), film[0], film[1], turn(offset[3], 0.8191725133961645, sample),
                            turn(offset[4], 0.6710436067037893, sample), &ray))
     return false;
-  *out = clip_ray(&ray, film);
+  *out = clip_ray(f, &ray, film);
   out->time = time;
   move_film(f, out);
   out->jitter = turn(np_blue_noise_get(x, y), 0.6180339887498949, sample);
@@ -86,7 +87,7 @@ static double compute_distance(const np_frame *f, int x, int y, np_vec3 *out_dir
   const bool has_ray = np_camera_start_ray(camera, film[0], film[1], 0.5f, 0.0f, &middle);
   *out_direction = middle.direction;
   if (!has_ray) return HUGE_VAL;
-  const np_camera_ray ray = clip_ray(&middle, film);
+  const np_camera_ray ray = clip_ray(f, &middle, film);
   np_ground_hit hit;
   const bool is_ground = np_camera_ray_intersect_ground(world, &ray, &hit);
   const double end = is_ground ? hit.distance_m : np_camera_ray_get_end(&ray);
@@ -100,7 +101,7 @@ np_pixel_guide np_frame_compute_guide(const np_frame *f, const int at[2]) {
   np_film_ray middle;
   if (!np_camera_start_ray(&f->assembly->camera, film[0], film[1], 0.5f, 0.0f, &middle))
     return (np_pixel_guide){.cloud_m = HUGE_VALF, .behind_m = HUGE_VALF, .half_m = HUGE_VALF};
-  const np_camera_ray ray = clip_ray(&middle, film);
+  const np_camera_ray ray = clip_ray(f, &middle, film);
   np_ground_hit hit;
   const bool is_ground = np_camera_ray_intersect_ground(world, &ray, &hit);
   const double end = is_ground ? hit.distance_m : np_camera_ray_get_end(&ray);

@@ -8,6 +8,7 @@
 #include "integrate/approximation.h"
 #include "integrate/approximation_gain.h"
 #include "render/copies.h"
+#include "volume/brick_detail.h"
 #include "volume/places.h"
 #include "render/integrator_choice.h"
 #include "render/stage_part.h"
@@ -57,6 +58,10 @@ static void add_group(const np_stage_part *in, np_world *world) {
     world->emission = get_emission(&packet->emission_groups[light->group - NP_LIGHT_GROUP_EMISSION]);
 }
 
+const np_bricks *np_cloud_parts_get_bricks(const np_cloud_parts *parts, unsigned k) {
+  return parts->details[k] ? &parts->details[k]->bricks : &np_volume_get_part(parts->volume, k)->bricks;
+}
+
 unsigned np_packet_place(const np_packet *packet, const neph_scene *scene, const np_assembly *assembly, unsigned cloud,
                          np_instance out[NP_TINT_PARTS_MAX]) {
   const np_cloud_parts *parts = &assembly->clouds[cloud];
@@ -69,7 +74,7 @@ unsigned np_packet_place(const np_packet *packet, const neph_scene *scene, const
     out[k] = parts->placed;
     out[k].number = cloud;
     out[k].part = k;
-    if (parts->volume) out[k].bricks = &np_volume_get_part(parts->volume, k)->bricks;
+    if (parts->volume) out[k].bricks = np_cloud_parts_get_bricks(parts, k);
     out[k].is_held_out = scene->clouds[cloud].is_held_out;
     out[k].albedo = np_packet_convert_albedo(packet, assembly, albedo);
   }

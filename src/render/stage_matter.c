@@ -15,6 +15,7 @@
 #include "render/stage_decisions.h"
 #include "render/stage_part.h"
 #include "scene/cloud_file.h"
+#include "volume/brick_detail.h"
 #include "volume/volume_private.h"
 #include "volume/volume_tint.h"
 
@@ -300,11 +301,31 @@ static neph_result load_phase(const cloud_build *c) {
   return result;
 }
 
+/* Detail of each of its colours, of one size in the world in its first place. */
+static neph_result build_details(const cloud_build *c, const np_affine *index_to_world) {
+  const np_scene_detail *detail = &c->cloud->detail;
+  const unsigned count = np_volume_count_parts(c->parts->volume);
+  const double size_m = detail->size_m > 0.0 ? detail->size_m : 2.0 * np_placement_get_voxel_edge(index_to_world);
+  np_brick_detail_desc desc = {.strength = (float)detail->strength, .seed = detail->seed};
+  for (int a = 0; a < 3; a++)
+    desc.size_voxels[a] = size_m / np_dvec3_length(np_dvec3_make(index_to_world->m[0][a], index_to_world->m[1][a],
+                                                                 index_to_world->m[2][a]));
+  neph_result result = NEPH_OK;
+  for (unsigned k = 0; k < count && !result; k++) {
+    desc.source = &np_volume_get_part(c->parts->volume, k)->bricks;
+    result = np_detailed_bricks_build(c->in->made->context, &desc, c->in->monitor, &c->parts->details[k]);
+  }
+  return result;
+}
+
 static neph_result place_volume(cloud_build *c) {
   np_placement placement;
   neph_result result = np_placement_make(c->cloud, &c->anchor, c->parts->volume, c->in->monitor, &placement);
   if (result) return result;
   c->parts->placed = placement.world;
+  if (c->cloud->detail.is_enabled && c->cloud->detail.strength > 0.0)
+    result = build_details(c, &placement.index_to_world);
+  if (result) return result;
   c->in->made->volume_count += np_volume_count_parts(c->parts->volume);
   if (c->in->made->volume_count > NP_INSTANCES_MAX)
     return np_fail(c->in->made->context, NEPH_ERROR_LIMIT,
@@ -398,6 +419,7 @@ neph_result np_stage_build_cloud(const np_stage_part *in) {
 
 void np_stage_clear_cloud(const np_stage_part *in) {
   np_copies_clear(in->made->context, &in->made->clouds[in->cloud]);
+  for (int k = 0; k < NP_TINT_PARTS_MAX; k++) np_detailed_bricks_destroy(in->made->clouds[in->cloud].details[k]);
   np_phase_table_clear(&in->made->clouds[in->cloud].phase_table);
   np_cloud_emission_clear(&in->made->clouds[in->cloud].emission);
 }

@@ -205,17 +205,21 @@ static neph_result add_poses(const np_stage_part *in, np_motion *m, const np_sce
 
 /* ---- Velocities ---- */
 
-static neph_result move_volume(const moving_cloud *c, const np_sparse_grid velocity[3], const neph_volume *volume,
-                               np_moving_bricks **out) {
-  if (!volume) return NEPH_OK;
+static neph_result move_bricks(const moving_cloud *c, const np_sparse_grid velocity[3], const neph_volume *volume,
+                               const np_bricks *rest, np_moving_bricks **out) {
   const np_motion *m = c->motion;
-  const np_brick_motion_desc desc = {.rest = &volume->bricks,
+  const np_brick_motion_desc desc = {.rest = rest,
                                      .index_to_file = volume->index_to_world,
                                      .velocity = velocity,
                                      .scale = c->cloud->velocity_scale,
                                      .begin_s = m->has_exposure ? m->open * c->out->velocity_s : 0.0,
                                      .end_s = m->has_exposure ? m->close * c->out->velocity_s : 0.0};
   return np_moving_bricks_build(m->context, &desc, c->in->monitor, out);
+}
+
+static neph_result move_volume(const moving_cloud *c, const np_sparse_grid velocity[3], const neph_volume *volume,
+                               np_moving_bricks **out) {
+  return volume ? move_bricks(c, velocity, volume, &volume->bricks, out) : NEPH_OK;
 }
 
 /* Its colours, and its own grids of what emits. */
@@ -225,7 +229,8 @@ static neph_result move_parts(const moving_cloud *c, const np_sparse_grid veloci
   const unsigned count = np_volume_count_parts(cloud);
   neph_result result = NEPH_OK;
   for (unsigned k = 0; k < count && count > 1 && !result; k++)
-    result = move_volume(c, velocity, np_volume_get_part(cloud, k), &c->out->parts[k]);
+    result = move_bricks(c, velocity, np_volume_get_part(cloud, k), np_cloud_parts_get_bricks(c->parts, k),
+                         &c->out->parts[k]);
   if (!result) result = move_volume(c, velocity, emission->flame, &c->out->parts[NP_EMITTER_FLAME]);
   for (int k = 0; k < 3 && !result; k++)
     result = move_volume(c, velocity, emission->color[k], &c->out->parts[NP_EMITTER_COLOR + k]);
@@ -249,7 +254,10 @@ static neph_result build_velocity(moving_cloud *c, const char *path) {
   neph_result result = np_volume_load_vector(c->motion->context, path, &request, c->in->monitor, velocity, &is_found);
   if (!result && is_found && c->cloud->place_count > 0) result = refuse_places(c, "its file has velocities");
   if (!result && is_found) {
-    result = move_volume(c, velocity, c->parts->volume, &c->out->density);
+    const neph_volume *volume = c->parts->volume;
+    const np_bricks *density =
+        np_volume_count_parts(volume) > 1 ? &volume->bricks : np_cloud_parts_get_bricks(c->parts, 0);
+    result = move_bricks(c, velocity, volume, density, &c->out->density);
     if (!result) result = move_volume(c, velocity, c->parts->emission.temperature, &c->out->temperature);
     if (!result) result = move_parts(c, velocity);
   }

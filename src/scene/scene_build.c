@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Typed calls that build a scene: each writes the keys that it stands for into the document, so that ranges, messages
  * and all that follows are those of a file. */
+#include <inttypes.h>
 #include <math.h>
 #include <nephos/scene_build.h>
 #include <stdio.h>
@@ -216,6 +217,14 @@ static void put_phase(section_writer *w, const neph_placement_desc *p) {
   }
 }
 
+static void put_detail(section_writer *w, const neph_placement_desc *p) {
+  char seed[24];
+  (void)snprintf(seed, sizeof seed, "%" PRIu64, p->detail_seed);
+  put_real(w, "detail.strength", p->detail_strength, "");
+  if (p->detail_size_m != 0.0) put_real(w, "detail.size", p->detail_size_m, "m");
+  put_word(w, "detail.seed", seed);
+}
+
 static void put_placement(section_writer *w, const neph_placement_desc *p) {
   if (p->name) put_text(w, "name", p->name);
   if (p->has_position) put_reals(w, "position", p->position_m, 3, "m");
@@ -224,6 +233,7 @@ static void put_placement(section_writer *w, const neph_placement_desc *p) {
   put_density(w, p);
   put_reals(w, "albedo", p->albedo, 3, "");
   put_phase(w, p);
+  if (p->detail_strength != 0.0) put_detail(w, p);
 }
 
 static neph_result read_placement(neph_context *context, const neph_placement_desc *desc, neph_placement_desc *out) {

@@ -17,10 +17,10 @@ static const np_choice missing[] = {{"empty", NP_MISSING_EMPTY},
                                     {NULL, 0}};
 static const np_choice precisions[] = {{"half", NEPH_PRECISION_HALF}, {"float", NEPH_PRECISION_FLOAT}, {NULL, 0}};
 static const np_choice phases[] = {{"rayleigh", NP_PHASE_RAYLEIGH}, {"isotropic", NP_PHASE_ISOTROPIC}, {NULL, 0}};
-static const np_choice models[] = {{"cells", NEPH_CLOUD_MODEL_CELLS},   {"slab", NEPH_CLOUD_MODEL_SLAB},
-                                   {"hero", NEPH_CLOUD_MODEL_HERO},     {"thermals", NEPH_CLOUD_MODEL_THERMALS},
-                                   {"fog", NEPH_CLOUD_MODEL_FOG},       {"lenses", NEPH_CLOUD_MODEL_LENSES},
-                                   {"trails", NEPH_CLOUD_MODEL_TRAILS}, {"deck", NEPH_CLOUD_MODEL_DECK},
+static const np_choice models[] = {{"cells", NEPH_CLOUD_MODEL_CELLS},     {"slab", NEPH_CLOUD_MODEL_SLAB},
+                                   {"hero", NEPH_CLOUD_MODEL_HERO},       {"thermals", NEPH_CLOUD_MODEL_THERMALS},
+                                   {"fog", NEPH_CLOUD_MODEL_FOG},         {"lenses", NEPH_CLOUD_MODEL_LENSES},
+                                   {"trails", NEPH_CLOUD_MODEL_TRAILS},   {"deck", NEPH_CLOUD_MODEL_DECK},
                                    {"streaks", NEPH_CLOUD_MODEL_STREAKS}, {NULL, 0}};
 
 /* clang-format off */
@@ -163,6 +163,15 @@ static const np_key keys[] = {
                 "are emitted"},
     {.path = "clouds[].emission.strength", .type = NP_KEY_REAL, .field = CLOUD(emission.strength),
      .range = WITHIN(0, 1e12), .fallback = "1", .meaning = "factor on the emission"},
+
+    {.path = "clouds[].detail", .type = NP_KEY_SECTION, .tag = CLOUD(detail.is_enabled), .tag_value = true,
+     .meaning = "billows at its edges finer than its voxels, added in the render"},
+    {.path = "clouds[].detail.strength", .type = NP_KEY_REAL, .field = CLOUD(detail.strength), .range = WITHIN(0, 1),
+     .fallback = "0.8", .meaning = "share of what is between empty and full that becomes either; 0: none"},
+    {.path = "clouds[].detail.size", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = CLOUD(detail.size_m),
+     .range = SIZE, .meaning = "size of the largest billows; without it, two of the largest edges of a voxel"},
+    {.path = "clouds[].detail.seed", .type = NP_KEY_SEED, .field = CLOUD(detail.seed), .fallback = "0",
+     .meaning = "seed of the noise: another seed, other billows"},
 
     {.path = "clouds[].holdout", .type = NP_KEY_CHOICE, .choices = np_booleans, .field = CLOUD(is_held_out),
      .fallback = "false",

@@ -128,6 +128,14 @@ typedef struct np_scene_emission {
   double strength;
 } np_scene_emission;
 
+/* Detail that a cloud's values do not hold. */
+typedef struct np_scene_detail {
+  bool is_enabled;
+  double strength;
+  double size_m; /* of its largest billows; 0: two of the largest edges of a voxel */
+  uint64_t seed;
+} np_scene_detail;
+
 /* The point of a cloud that stands at its position. */
 typedef enum np_pivot { NP_PIVOT_BASE, NP_PIVOT_CENTER, NP_PIVOT_ORIGIN, NP_PIVOT_POINT } np_pivot;
 
@@ -184,6 +192,7 @@ typedef struct np_scene_cloud {
   char *phase_table; /* file, resolved */
   np_phase phase;    /* of the source; isotropic for a table, until it is read */
   np_scene_emission emission;
+  np_scene_detail detail;
   bool is_held_out; /* hides, and does not show */
 } np_scene_cloud;
 

@@ -30,7 +30,7 @@ static np_brick_range measure_cell(const np_bricks *rest, const int32_t cell[3],
   const np_brick_place at = np_bricks_get_place(rest, inside);
   const uint32_t brick = np_bricks_get_brick(rest, &at);
   const np_brick_range range = np_bricks_get_range(rest, &at, 0);
-  if (is_whole || brick == NP_BRICK_NONE) return range;
+  if (is_whole || brick == NP_BRICK_NONE || rest->is_indirect) return range;
   const np_brick_range part = measure_brick(rest, brick, from, to);
   const float margin = 0x1p-20f * fmaxf(fabsf(part.min), fabsf(part.max));
   return (np_brick_range){fmaxf(part.min - margin, range.min), fminf(part.max + margin, range.max)};

@@ -277,8 +277,12 @@ static neph_result set_reach(builder *b) {
 static neph_result set_table(builder *b) {
   const np_bricks *rest = b->desc->rest;
   np_bricks *bricks = &b->out->bricks;
-  *bricks =
-      (np_bricks){.context = b->context, .scale = 1.0f, .background = rest->background, .value_max = rest->value_max};
+  *bricks = (np_bricks){.context = b->context,
+                        .scale = 1.0f,
+                        .background = rest->background,
+                        .value_max = rest->value_max,
+                        .detail = rest->detail,
+                        .is_indirect = true};
   for (int a = 0; a < 3; a++) {
     bricks->origin[a] = bricks->reach_low[a] = rest->origin[a] - b->reach[a];
     bricks->size[a] = rest->size[a] + 2 * b->reach[a] + 1; /* for the last samples of the last cell */

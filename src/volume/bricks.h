@@ -75,15 +75,17 @@ typedef struct np_bricks {
   size_t node_count;
   np_brick_node *nodes;
   size_t brick_count;
-  uint16_t *halves;                    /* samples divided by `scale`, when half */
-  float *floats;                       /* samples, when float */
-  const np_brick_motion *motion;       /* when they move; exactly one of the three is not NULL */
-  float scale;                         /* power of two that puts the largest magnitude in [1, 2); 1 when float */
-  bool is_periodic[2];                 /* along x, y: then the table covers whole periods, and `origin` is 0 there */
-  int32_t period[2];                   /* of the table in voxels, a multiple of 8, when periodic */
-  int32_t reach_low[3], reach_high[3]; /* brick coordinates that rays walk through: the table, or all periods */
-  float background;                    /* outside the table */
-  float value_max;                     /* bound of the interpolant anywhere */
+  uint16_t *halves;                     /* samples divided by `scale`, when half */
+  float *floats;                        /* samples, when float */
+  const np_brick_motion *motion;        /* when they move; exactly one of the three is not NULL */
+  const struct np_brick_detail *detail; /* finer than the samples (volume/brick_detail.h); NULL: none */
+  bool is_indirect;                     /* they move or have detail: a look-up is more than its samples */
+  float scale;                          /* power of two that puts the largest magnitude in [1, 2); 1 when float */
+  bool is_periodic[2];                  /* along x, y: then the table covers whole periods, and `origin` is 0 there */
+  int32_t period[2];                    /* of the table in voxels, a multiple of 8, when periodic */
+  int32_t reach_low[3], reach_high[3];  /* brick coordinates that rays walk through: the table, or all periods */
+  float background;                     /* outside the table */
+  float value_max;                      /* bound of the interpolant anywhere */
 } np_bricks;
 
 /* Builds bricks from a grid, in parallel. `period` NULL: not periodic; else voxels along x and y, multiples of 8, or 0
@@ -154,7 +156,7 @@ static inline float np_brick_mix_corners(const np_brick_corners *corners, __m128
   return _mm_cvtss_f32(np_brick_mix(z_0, z_1, z));
 }
 
-/* Functions for bricks that move, which are rare, are out of line: others pay nothing for them. */
+/* Functions for bricks that move or have detail, which are rare, are out of line: others pay nothing for them. */
 #if defined(__GNUC__)
 #define NP_BRICK_RARE __attribute__((noinline, unused))
 #else
@@ -163,10 +165,19 @@ static inline float np_brick_mix_corners(const np_brick_corners *corners, __m128
 
 enum { NP_BRICK_LINE = 16 }; /* places that are looked up together */
 
-NP_BRICK_RARE static float np_brick_sample_moving(const np_bricks *bricks, uint32_t brick, np_vec3 local);
-NP_BRICK_RARE static void np_brick_sample_along_moving(const np_bricks *bricks, uint32_t brick, np_vec3 begin,
-                                                       np_vec3 along, const float at[NP_BRICK_LINE], int count,
-                                                       float out[NP_BRICK_LINE]);
+/* A brick in its cell, in brick coordinates, not wrapped when periodic. */
+typedef struct np_brick_ref {
+  const np_bricks *bricks;
+  uint32_t brick;
+  const int32_t *cell;
+} np_brick_ref;
+
+NP_BRICK_RARE static float np_brick_sample_indirect(np_brick_ref ref, np_vec3 local);
+
+/* `footprint`: voxels across that one value stands for; detail finer than that is left out. */
+NP_BRICK_RARE static void np_brick_sample_along_indirect(np_brick_ref ref, np_vec3 begin, np_vec3 along,
+                                                         float footprint, const float at[NP_BRICK_LINE], int count,
+                                                         float out[NP_BRICK_LINE]);
 
 /* Value inside a known brick at rest; `local` in [0, 8]³ from the brick's first sample, and clamped to it. NaN becomes
  * 0. */
@@ -184,9 +195,10 @@ static inline float np_brick_sample(const np_bricks *bricks, uint32_t brick, np_
   return bricks->scale * np_brick_mix_corners(&corners, fraction);
 }
 
-/* The same at rest or not. */
-static inline float np_brick_eval(const np_bricks *bricks, uint32_t brick, np_vec3 local) {
-  return bricks->motion ? np_brick_sample_moving(bricks, brick, local) : np_brick_sample(bricks, brick, local);
+/* The same at rest or not, with detail where there is any. */
+static inline float np_brick_eval(const np_bricks *bricks, uint32_t brick, const int32_t cell[3], np_vec3 local) {
+  if (bricks->is_indirect) return np_brick_sample_indirect((np_brick_ref){bricks, brick, cell}, local);
+  return np_brick_sample(bricks, brick, local);
 }
 
 #if defined(__AVX2__)
@@ -305,12 +317,13 @@ static inline void np_brick_sample_along(const np_bricks *bricks, uint32_t brick
 #endif
 }
 
-/* Values at begin, begin + step, and so on, of bricks at rest or not. */
-static inline void np_brick_sample_line(const np_bricks *bricks, uint32_t brick, np_vec3 begin, np_vec3 step, int count,
-                                        float out[NP_BRICK_LINE]) {
+/* Values at begin, begin + step, and so on, of bricks at rest or not, with detail that the step resolves. */
+static inline void np_brick_sample_line(const np_bricks *bricks, uint32_t brick, const int32_t cell[3], np_vec3 begin,
+                                        np_vec3 step, int count, float out[NP_BRICK_LINE]) {
   static const float steps[NP_BRICK_LINE] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
-  if (bricks->motion)
-    np_brick_sample_along_moving(bricks, brick, begin, step, steps, count, out);
+  if (bricks->is_indirect)
+    np_brick_sample_along_indirect((np_brick_ref){bricks, brick, cell}, begin, step, np_vec3_length(step), steps, count,
+                                   out);
   else
     np_brick_sample_along(bricks, brick, begin, step, steps, count, out);
 }
@@ -379,7 +392,12 @@ static inline float np_bricks_sample(const np_bricks *bricks, np_dvec3 index_pos
   if (!np_bricks_locate(bricks, index_position, cell, &local)) return bricks->background;
   const np_brick_place at = np_bricks_get_place(bricks, cell);
   const uint32_t brick = np_bricks_get_brick(bricks, &at);
-  return brick == NP_BRICK_NONE ? np_bricks_get_range(bricks, &at, 0).min : np_brick_eval(bricks, brick, local);
+  if (brick == NP_BRICK_NONE) return np_bricks_get_range(bricks, &at, 0).min;
+  if (!bricks->is_indirect) return np_brick_sample(bricks, brick, local);
+  const double index[3] = {index_position.x - (double)local.x, index_position.y - (double)local.y,
+                           index_position.z - (double)local.z};
+  for (int a = 0; a < 3; a++) cell[a] = (int32_t)np_brick_floor(index[a] * (1.0 / NP_BRICK_EDGE) + 0.5);
+  return np_brick_sample_indirect((np_brick_ref){bricks, brick, cell}, local);
 }
 
 /* Voxels a second inside a brick that moves. */
@@ -401,7 +419,7 @@ static inline np_vec3 np_brick_get_velocity(const np_brick_motion *motion, uint3
 }
 
 /* Semi-Lagrangian: the value of x at the time t is that of x − v(x)·t at time 0. */
-static float np_brick_sample_moving(const np_bricks *bricks, uint32_t brick, np_vec3 local) {
+static inline float np_brick_sample_moving(const np_bricks *bricks, uint32_t brick, np_vec3 local) {
   const np_brick_motion *motion = bricks->motion;
   const int32_t *cell = motion->cells[brick];
   const np_vec3 moved = np_vec3_scale(np_brick_get_velocity(motion, brick, local), motion->time_s);
@@ -411,10 +429,21 @@ static float np_brick_sample_moving(const np_bricks *bricks, uint32_t brick, np_
   return np_bricks_sample(motion->rest, index);
 }
 
-static void np_brick_sample_along_moving(const np_bricks *bricks, uint32_t brick, np_vec3 begin, np_vec3 along,
-                                         const float at[NP_BRICK_LINE], int count, float out[NP_BRICK_LINE]) {
+#include "volume/brick_detail_sample.h"
+
+static float np_brick_sample_indirect(np_brick_ref ref, np_vec3 local) {
+  if (ref.bricks->motion) return np_brick_sample_moving(ref.bricks, ref.brick, local);
+  return np_brick_detail_sample(ref, local);
+}
+
+static void np_brick_sample_along_indirect(np_brick_ref ref, np_vec3 begin, np_vec3 along, float footprint,
+                                           const float at[NP_BRICK_LINE], int count, float out[NP_BRICK_LINE]) {
+  if (!ref.bricks->motion) {
+    np_brick_detail_sample_along(ref, begin, along, footprint, at, count, out);
+    return;
+  }
   for (int k = 0; k < count; k++)
-    out[k] = np_brick_sample_moving(bricks, brick, np_vec3_add(begin, np_vec3_scale(along, at[k])));
+    out[k] = np_brick_sample_moving(ref.bricks, ref.brick, np_vec3_add(begin, np_vec3_scale(along, at[k])));
 }
 
 #endif

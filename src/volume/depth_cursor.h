@@ -57,7 +57,7 @@ static inline double np_depth_cursor_integrate(const np_depth_cursor *c, double 
   if (c->span.brick != NP_BRICK_NONE) {
     const np_vec3 from = np_brick_walk_local(&c->walk, &c->span, begin),
                   to = np_brick_walk_local(&c->walk, &c->span, end);
-    mean = np_track_mean(c->volume->bricks, c->span.brick, from, np_vec3_subtract(to, from));
+    mean = np_track_mean(c->volume->bricks, c->span.brick, c->span.cell, from, np_vec3_subtract(to, from));
   }
   return (double)(c->volume->extinction_per_value * mean) * (end - begin);
 }

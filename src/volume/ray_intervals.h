@@ -122,9 +122,9 @@ static inline np_vec3 np_ray_instance_direction(const np_ray_instance *m) {
   return np_dvec3_to_float(np_dvec3_make(m->walk.direction[0], m->walk.direction[1], m->walk.direction[2]));
 }
 
-/* Extinction at `at[k]` metres behind t, as np_brick_sample_along(). */
-static inline void np_ray_instance_fill_extinction(const np_ray_instance *m, double t, const float at[NP_BRICK_LINE],
-                                                   int count, float out[NP_BRICK_LINE]) {
+/* Extinction at `at[k]` metres behind t, as np_brick_sample_along(): each for a stretch of `footprint_m`. */
+static inline void np_ray_instance_fill_extinction(const np_ray_instance *m, double t, float footprint_m,
+                                                   const float at[NP_BRICK_LINE], int count, float out[NP_BRICK_LINE]) {
   const float per_value = m->volume->extinction_per_value;
   if (m->span.brick == NP_BRICK_NONE) {
     for (int k = 0; k < count; k++) out[k] = per_value * m->span.range.min;
@@ -132,8 +132,9 @@ static inline void np_ray_instance_fill_extinction(const np_ray_instance *m, dou
   }
   const np_vec3 begin = np_brick_walk_local(&m->walk, &m->span, t), along = np_ray_instance_direction(m);
   const np_bricks *bricks = m->volume->bricks;
-  if (bricks->motion)
-    np_brick_sample_along_moving(bricks, m->span.brick, begin, along, at, count, out);
+  if (bricks->is_indirect)
+    np_brick_sample_along_indirect((np_brick_ref){bricks, m->span.brick, m->span.cell}, begin, along,
+                                   footprint_m * m->voxels_per_m, at, count, out);
   else
     np_brick_sample_along(bricks, m->span.brick, begin, along, at, count, out);
   for (int k = 0; k < count; k++) out[k] *= per_value;

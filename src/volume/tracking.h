@@ -51,13 +51,16 @@ static inline float np_track_mean_by(float (*sample)(const np_bricks *, uint32_t
   return sum;
 }
 
-/* The same of bricks that move, where two points are not exact, but as fine as the voxels. */
-NP_BRICK_RARE static float np_track_mean_moving(const np_bricks *bricks, uint32_t brick, np_vec3 begin, np_vec3 along) {
-  return np_track_mean_by(np_brick_sample_moving, bricks, brick, begin, along);
+/* The same of bricks that move, where two points are not exact, but as fine as the voxels; and of detail, which two
+ * points in each quarter of its size resolve. */
+NP_BRICK_RARE static float np_track_mean_indirect(np_brick_ref ref, np_vec3 begin, np_vec3 along) {
+  if (ref.bricks->motion) return np_track_mean_by(np_brick_sample_moving, ref.bricks, ref.brick, begin, along);
+  return np_brick_detail_mean(ref, begin, along);
 }
 
-static inline float np_track_mean(const np_bricks *bricks, uint32_t brick, np_vec3 begin, np_vec3 along) {
-  if (bricks->motion) return np_track_mean_moving(bricks, brick, begin, along);
+static inline float np_track_mean(const np_bricks *bricks, uint32_t brick, const int32_t cell[3], np_vec3 begin,
+                                  np_vec3 along) {
+  if (bricks->is_indirect) return np_track_mean_indirect((np_brick_ref){bricks, brick, cell}, begin, along);
   return np_track_mean_by(np_brick_sample, bricks, brick, begin, along);
 }
 
@@ -83,16 +86,20 @@ static inline float np_track_span_integral(const np_bricks *bricks, const np_bri
   const np_vec3 begin = np_brick_walk_local(walk, span, span->t_begin);
   const np_vec3 end = np_brick_walk_local(walk, span, span->t_end);
   const np_vec3 along = np_vec3_subtract(end, begin), step = np_vec3_scale(along, 1.0f / (float)count);
-  if ((float)count > np_track_mean_cost(along)) return length * np_track_mean(bricks, span->brick, begin, along);
+  if ((float)count > np_track_mean_cost(along))
+    return length * np_track_mean(bricks, span->brick, span->cell, begin, along);
   float sum = 0.0f, value[NP_BRICK_LINE];
   for (int first = 0; first < count; first += NP_BRICK_LINE) {
     const int some = count - first < NP_BRICK_LINE ? count - first : NP_BRICK_LINE;
     const np_vec3 from = np_vec3_add(begin, np_vec3_scale(step, (float)first + 0.5f));
-    np_brick_sample_line(bricks, span->brick, from, step, some, value);
+    np_brick_sample_line(bricks, span->brick, span->cell, from, step, some, value);
     for (int k = 0; k < some; k++) sum += value[k];
   }
   return sum * length / (float)count;
 }
+
+/* Look-ups to the size of detail on the way to a light. */
+static const float np_track_near_samples = 3.0f;
 
 /* Beyond this optical depth, as light fades by it, nothing is worth walking for. */
 #define NP_TRACK_DEPTH_MAX 16.0f
@@ -118,6 +125,25 @@ static inline float np_track_volume_depth(const np_instance *volume, np_dvec3 or
     faded += fading * np_track_span_integral(volume->bricks, &walk, &span, count);
   }
   return (faded - begin) / query->fade;
+}
+
+/* Optical depth that detail adds near a place on the way to a light, for a depth that is known without it: along as far
+ * as it casts shadows on itself, beyond which what it adds and takes cancel. */
+NP_BRICK_RARE static float np_track_near_detail(const np_instance *volume, np_dvec3 origin, np_vec3 direction) {
+  const np_brick_detail *detail = volume->bricks->detail;
+  const float size = np_brick_detail_get_size(detail), per_m = np_track_voxels_per_m(volume, direction);
+  const double spacing = (double)(size / (np_track_near_samples * per_m)), end = (double)((2.0f * size + 1.0f) / per_m);
+  float sum = 0.0f;
+  np_brick_walk walk;
+  np_brick_span span;
+  np_track_start(&walk, volume, origin, direction, 0.0, end);
+  while (np_brick_walk_next(&walk, &span)) {
+    const np_brick_ref ref = {volume->bricks, span.brick, span.cell};
+    if (span.brick == NP_BRICK_NONE) continue;
+    for (double k = ceil(span.t_begin / spacing - 0.5); (k + 0.5) * spacing < span.t_end; k++)
+      sum += np_brick_detail_get_excess(ref, np_brick_walk_local(&walk, &span, (k + 0.5) * spacing), 0.0f);
+  }
+  return volume->extinction_per_value * sum * (float)spacing;
 }
 
 /* The same of all clouds. */
@@ -163,13 +189,37 @@ static inline np_flight np_flight_force(double bound, double stretch_fraction, n
 /* Probability density of what has happened over that with which it was drawn. */
 static inline float np_flight_weight(const np_flight *flight) { return (float)(flight->weight * exp(-flight->depth)); }
 
-/* Optical depth of one cell beyond that of its minimum. */
-static inline double np_track_span_excess(const np_instance *volume, const np_brick_walk *walk,
-                                          const np_brick_span *span) {
-  if (span->brick == NP_BRICK_NONE) return 0.0;
+/* −ln of an unbiased estimate of the transmittance of a cell with detail, by residual ratio tracking (Novák, Selle and
+ * Jarosz 2014) against the same without detail, which is integrated exactly, or against the minimum where it moves. */
+NP_BRICK_RARE static double np_track_detail_excess(const np_instance *volume, const np_brick_walk *walk,
+                                                   const np_brick_span *span, np_random *random) {
+  const np_brick_ref ref = {volume->bricks, span->brick, span->cell};
   const np_vec3 begin = np_brick_walk_local(walk, span, span->t_begin);
   const np_vec3 end = np_brick_walk_local(walk, span, span->t_end);
-  const float mean = np_track_mean(volume->bricks, span->brick, begin, np_vec3_subtract(end, begin));
+  const bool is_moving = ref.bricks->motion;
+  const float mean =
+      is_moving ? span->range.min
+                : np_track_mean_by(np_brick_sample, ref.bricks, ref.brick, begin, np_vec3_subtract(end, begin));
+  const double extinction = (double)volume->extinction_per_value, gap = (double)(span->range.max - span->range.min);
+  double depth = extinction * (double)(mean - span->range.min) * (span->t_end - span->t_begin);
+  for (double t = span->t_begin + np_track_flight(random) / (extinction * gap); t < span->t_end;
+       t += np_track_flight(random) / (extinction * gap)) {
+    const np_vec3 local = np_brick_walk_local(walk, span, t);
+    const float excess = is_moving ? np_brick_sample_indirect(ref, local) - span->range.min
+                                   : np_brick_detail_get_excess(ref, local, 0.0f);
+    depth -= log1p(-fmin((double)excess / gap, 1.0));
+  }
+  return depth;
+}
+
+/* Optical depth of one cell beyond that of its minimum. */
+static inline double np_track_span_excess(const np_instance *volume, const np_brick_walk *walk,
+                                          const np_brick_span *span, np_random *random) {
+  if (span->brick == NP_BRICK_NONE) return 0.0;
+  if (volume->bricks->detail) return np_track_detail_excess(volume, walk, span, random);
+  const np_vec3 begin = np_brick_walk_local(walk, span, span->t_begin);
+  const np_vec3 end = np_brick_walk_local(walk, span, span->t_end);
+  const float mean = np_track_mean(volume->bricks, span->brick, span->cell, begin, np_vec3_subtract(end, begin));
   return (double)(volume->extinction_per_value * (mean - span->range.min)) * (span->t_end - span->t_begin);
 }
 
@@ -201,7 +251,7 @@ static inline float np_track_transmittance(const np_instances *clouds, np_dvec3 
     while (np_brick_walk_next(&walk, &span)) {
       depth += (double)(volume->extinction_per_value * span.range.min) * (span.t_end - span.t_begin);
       if (!np_track_roulette(&depth, faint_depth, random)) return 0.0f;
-      depth += np_track_span_excess(volume, &walk, &span);
+      depth += np_track_span_excess(volume, &walk, &span, random);
     }
   }
   return np_transmittance((float)depth);
@@ -237,9 +287,11 @@ static inline double np_flight_bound(const np_instances *clouds, np_dvec3 origin
 /* Null collisions in a cell above which its depth is inverted instead. */
 static const double np_track_null_max = 512.0;
 
-/* Whether tracking a cell against its maximum may take that many: it is deep, and may be thin where the ray passes. */
-static inline bool np_track_is_stiff(const np_brick_span *span, double depth) {
-  return depth > np_track_null_max && (double)span->range.max > np_track_null_max * (double)span->range.min;
+/* Whether tracking a cell against its maximum may take that many: it is deep, and may be thin where the ray passes.
+ * With detail it is no cubic from voxel to voxel, which could be inverted. */
+static inline bool np_track_is_stiff(const np_bricks *bricks, const np_brick_span *span, double depth) {
+  return depth > np_track_null_max && (double)span->range.max > np_track_null_max * (double)span->range.min &&
+         !bricks->detail;
 }
 
 /* Distance of a flight's collision inside one cell by its exact depth, voxel by voxel: what is left of a flight is
@@ -276,7 +328,7 @@ static inline double np_track_span_collision(const np_instance *volume, const np
   const double majorant = (double)(volume->extinction_per_value * bound);
   const double stretch_fraction = (double)(volume->extinction_per_value * spare);
   double t = span->t_begin;
-  if (np_track_is_stiff(span, majorant * (span->t_end - t)))
+  if (np_track_is_stiff(volume->bricks, span, majorant * (span->t_end - t)))
     return np_track_span_invert(volume, walk, span, flight, spare);
   while (flight->left < majorant * (span->t_end - t)) {
     const double step = flight->left / majorant;
@@ -288,7 +340,7 @@ static inline double np_track_span_collision(const np_instance *volume, const np
     if (is_sure && spare == 0.0f) return t;
     float value = span->range.min;
     if (span->brick != NP_BRICK_NONE)
-      value = np_brick_eval(volume->bricks, span->brick, np_brick_walk_local(walk, span, t));
+      value = np_brick_eval(volume->bricks, span->brick, span->cell, np_brick_walk_local(walk, span, t));
     if (!is_sure && !(threshold < value)) continue;
     if (spare != 0.0f) flight->weight *= (double)(value / (value - spare));
     return t;

@@ -11,7 +11,8 @@
 typedef struct np_voxel_walk {
   np_vec3 begin, along; /* of the part, in voxels from the brick's first sample */
   double t_begin, length;
-  double share; /* of it that has been passed */
+  double share;        /* of it that has been passed */
+  const int32_t *cell; /* of the span */
 } np_voxel_walk;
 
 /* One voxel's part, and the cubic over it: value Σ c·xⁿ, x from 0 to 1. */
@@ -28,6 +29,7 @@ static inline void np_voxel_walk_start(np_voxel_walk *walk, const np_brick_walk 
   walk->t_begin = t_begin;
   walk->length = t_end - t_begin;
   walk->share = 0.0;
+  walk->cell = span->cell;
 }
 
 /* Share of the span at the next face across an axis, past the present one by more than rounding. */
@@ -48,7 +50,8 @@ static inline bool np_voxel_walk_next(np_voxel_walk *walk, const np_bricks *bric
   double value[4];
   for (int k = 0; k < 4; k++) {
     const float at = (float)(walk->share + (end - walk->share) * k / 3.0);
-    value[k] = (double)np_brick_eval(bricks, brick, np_vec3_add(walk->begin, np_vec3_scale(walk->along, at)));
+    value[k] =
+        (double)np_brick_eval(bricks, brick, walk->cell, np_vec3_add(walk->begin, np_vec3_scale(walk->along, at)));
   }
   out->begin = walk->t_begin + walk->share * walk->length;
   out->length = (end - walk->share) * walk->length;

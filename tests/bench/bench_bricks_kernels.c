@@ -31,7 +31,8 @@ static double sum_span_by_lines(const np_brick_walk *walk, const np_brick_span *
   for (int k = 0; k < count; k += NP_BRICK_LINE) {
     float out[NP_BRICK_LINE];
     const int some = count - k < NP_BRICK_LINE ? count - k : NP_BRICK_LINE;
-    np_brick_sample_line(walk->bricks, span->brick, np_vec3_add(begin, np_vec3_scale(step, (float)k)), step, some, out);
+    np_brick_sample_line(walk->bricks, span->brick, span->cell, np_vec3_add(begin, np_vec3_scale(step, (float)k)), step,
+                         some, out);
     for (int i = 0; i < some; i++) sum += (double)out[i];
   }
   *lookups += count;

@@ -10,7 +10,7 @@ complain() { echo "$1" >&2; fail=1; }
 layers='core:
 optics:
 noise:
-volume: optics
+volume: optics noise
 image:
 mesh:
 cloud: optics noise volume image mesh

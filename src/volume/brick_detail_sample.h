@@ -1,0 +1,154 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Detail finer than the samples of bricks: its look-ups (brick_detail.h builds it). Part of bricks.h, which
+ * includes it behind what it builds on.
+ *
+ * The value v of a coarse grid at the edge of a cloud is a mean of what is full and what is empty there. Relative to
+ * the largest of its neighbourhood, c, the share t = v/c says how much of a place is full, and a noise u, even in
+ * [0, 1], says which: v′ = (1 − s)·v + s·c·S(t, u), where S rises from 0 to 1 as u falls below about t, over a width w.
+ * Its mean over u is t for each t, so that the mean of v′ is v; and 0 ≤ S ≤ min(√(2t/w), 1), which bounds v′. */
+#ifndef NP_VOLUME_BRICK_DETAIL_SAMPLE_H
+#define NP_VOLUME_BRICK_DETAIL_SAMPLE_H
+
+enum {
+  NP_DETAIL_LAYERS = 3,       /* of the noise */
+  NP_DETAIL_NOISE_BRICKS = 8, /* along an edge of its texture, which repeats */
+  NP_DETAIL_RANKS = 256,
+  NP_DETAIL_CORE_NODES = 3,  /* along an edge of a brick: each 4 samples */
+  NP_DETAIL_CORE_STRIDE = 32 /* 3³, and room for loads of four */
+};
+
+/* Width of the step in the noise's rank, of which the full change takes from 0.02 to 0.98 of it in the mean. */
+#define NP_DETAIL_WIDTH 0.35f
+
+typedef struct np_brick_detail {
+  float strength;
+  double size_voxels[3];                     /* of the largest billows, along each axis */
+  const np_bricks *noise;                    /* 8³ bricks of a texture that repeats */
+  double turn[NP_DETAIL_LAYERS][3][4];       /* from index positions to samples of the texture, of each layer */
+  float weight;                              /* of the last layer */
+  float rank_end, rank[NP_DETAIL_RANKS + 1]; /* share of the noise below k/256 of the largest */
+  const float *cores;                        /* of each brick, c at 3³ nodes, z fastest */
+} np_brick_detail;
+
+/* c at a place. */
+static inline float np_brick_detail_get_core(const np_brick_detail *detail, uint32_t brick, np_vec3 local) {
+  __m128 place = _mm_mul_ps(_mm_setr_ps(local.x, local.y, local.z, 0.0f), _mm_set1_ps(0.25f));
+  place = _mm_min_ps(_mm_max_ps(place, _mm_setzero_ps()), _mm_set1_ps((float)(NP_DETAIL_CORE_NODES - 1)));
+  const __m128i lower = _mm_cvttps_epi32(_mm_min_ps(place, _mm_set1_ps((float)(NP_DETAIL_CORE_NODES - 2))));
+  const __m128 fraction = _mm_sub_ps(place, _mm_cvtepi32_ps(lower));
+  int32_t at[4];
+  _mm_storeu_si128((__m128i *)(void *)at, lower);
+  const float *first = detail->cores + (size_t)brick * NP_DETAIL_CORE_STRIDE + at[0] * 9 + at[1] * 3 + at[2];
+  const np_brick_corners corners = {
+      {{_mm_loadu_ps(first), _mm_loadu_ps(first + 3)}, {_mm_loadu_ps(first + 9), _mm_loadu_ps(first + 12)}}};
+  return np_brick_mix_corners(&corners, fraction);
+}
+
+static inline float np_brick_detail_get_texture(const np_bricks *noise, const double turn[3][4], const double at[3]) {
+  enum { EDGE = NP_DETAIL_NOISE_BRICKS * NP_BRICK_EDGE };
+  float local[3];
+  uint32_t brick = 0;
+  for (int a = 0; a < 3; a++) {
+    double x = turn[a][0] * at[0] + turn[a][1] * at[1] + turn[a][2] * at[2] + turn[a][3];
+    x -= EDGE * np_brick_floor(x * (1.0 / EDGE));
+    const uint32_t cell = (uint32_t)x / NP_BRICK_EDGE & (NP_DETAIL_NOISE_BRICKS - 1);
+    local[a] = (float)(x - (double)cell * NP_BRICK_EDGE);
+    brick = brick * NP_DETAIL_NOISE_BRICKS + cell;
+  }
+  return np_brick_sample(noise, brick, np_vec3_make(local[0], local[1], local[2]));
+}
+
+/* Billows: squared distance to the nearest point of two sets, of which each repeats and both together do not, and a
+ * share of that to the points of a finer one. */
+static inline float np_brick_detail_get_noise(const np_brick_detail *detail, const double at[3]) {
+  float layer[NP_DETAIL_LAYERS];
+  for (int k = 0; k < NP_DETAIL_LAYERS; k++) layer[k] = np_brick_detail_get_texture(detail->noise, detail->turn[k], at);
+  return np_minf(layer[0], layer[1]) + detail->weight * layer[2];
+}
+
+/* The share of space in which the noise is less. */
+static inline float np_brick_detail_get_rank(const np_brick_detail *detail, float noise) {
+  const float place = np_clampf(noise / detail->rank_end, 0.0f, 1.0f) * NP_DETAIL_RANKS;
+  const int lower = place < NP_DETAIL_RANKS - 1 ? (int)place : NP_DETAIL_RANKS - 1;
+  return detail->rank[lower] + (place - (float)lower) * (detail->rank[lower + 1] - detail->rank[lower]);
+}
+
+/* The a for which the mean of clamp((a − u)/w, 0, 1) over u from 0 to 1 is t. */
+static inline float np_brick_detail_get_edge(float t) {
+  const float w = NP_DETAIL_WIDTH;
+  if (t < 0.5f * w) return sqrtf(2.0f * w * t);
+  if (t > 1.0f - 0.5f * w) return 1.0f + w - sqrtf(2.0f * w * np_maxf(1.0f - t, 0.0f));
+  return t + 0.5f * w;
+}
+
+/* c·S for the value and a rank. */
+static inline float np_brick_detail_get_step(float value, float core, float rank) {
+  return core * np_clampf((np_brick_detail_get_edge(value / core) - rank) * (1.0f / NP_DETAIL_WIDTH), 0.0f, 1.0f);
+}
+
+/* Size of the largest billows, in voxels along the axis where that is least. */
+static inline float np_brick_detail_get_size(const np_brick_detail *detail) {
+  return (float)fmin(fmin(detail->size_voxels[0], detail->size_voxels[1]), detail->size_voxels[2]);
+}
+
+/* Share of the detail that is left where one value stands for `footprint` voxels: all up to half its size, none
+ * from its whole size on. */
+static inline float np_brick_detail_get_share(const np_brick_detail *detail, float footprint) {
+  return np_clampf(2.0f - 2.0f * footprint / np_brick_detail_get_size(detail), 0.0f, 1.0f);
+}
+
+/* v′ − v, where v is known. */
+static inline float np_brick_detail_add(np_brick_ref ref, np_vec3 local, float value, float share) {
+  const np_brick_detail *detail = ref.bricks->detail;
+  if (!(value > 0.0f) || !(share > 0.0f)) return 0.0f;
+  const float core = np_brick_detail_get_core(detail, ref.brick, local);
+  if (!(value < core)) return 0.0f;
+  const double at[3] = {(double)ref.cell[0] * NP_BRICK_EDGE + (double)local.x,
+                        (double)ref.cell[1] * NP_BRICK_EDGE + (double)local.y,
+                        (double)ref.cell[2] * NP_BRICK_EDGE + (double)local.z};
+  const float rank = np_brick_detail_get_rank(detail, np_brick_detail_get_noise(detail, at));
+  return share * detail->strength * (np_brick_detail_get_step(value, core, rank) - value);
+}
+
+/* v′ − v at a place of bricks at rest. */
+static inline float np_brick_detail_get_excess(np_brick_ref ref, np_vec3 local, float footprint) {
+  const float value = np_brick_sample(ref.bricks, ref.brick, local);
+  return np_brick_detail_add(ref, local, value, np_brick_detail_get_share(ref.bricks->detail, footprint));
+}
+
+static inline float np_brick_detail_sample(np_brick_ref ref, np_vec3 local) {
+  const float value = np_brick_sample(ref.bricks, ref.brick, local);
+  return value + np_brick_detail_add(ref, local, value, 1.0f);
+}
+
+static inline void np_brick_detail_sample_along(np_brick_ref ref, np_vec3 begin, np_vec3 along, float footprint,
+                                                const float at[NP_BRICK_LINE], int count, float out[NP_BRICK_LINE]) {
+  const float share = np_brick_detail_get_share(ref.bricks->detail, footprint);
+  np_brick_sample_along(ref.bricks, ref.brick, begin, along, at, count, out);
+  for (int k = 0; k < count && share > 0.0f; k++)
+    out[k] += np_brick_detail_add(ref, np_vec3_add(begin, np_vec3_scale(along, at[k])), out[k], share);
+}
+
+/* Parts of a way that detail differs little over: quarters of its size. */
+static inline int np_brick_detail_count(const np_brick_detail *detail, np_vec3 along) {
+  const float delta[3] = {along.x, along.y, along.z};
+  float sum = 0.0f;
+  for (int a = 0; a < 3; a++) {
+    const float sizes = delta[a] / (float)detail->size_voxels[a];
+    sum += sizes * sizes;
+  }
+  return 1 + (int)np_minf(4.0f * sqrtf(sum), 4095.0f);
+}
+
+/* Mean of v′ from `begin` to begin + along, by two Gauss points in each part. */
+static inline float np_brick_detail_mean(np_brick_ref ref, np_vec3 begin, np_vec3 along) {
+  const int count = np_brick_detail_count(ref.bricks->detail, along);
+  float sum = 0.0f;
+  for (int k = 0; k < 2 * count; k++) {
+    const float at = ((float)(k / 2) + 0.5f + (k % 2 ? 0.28867513f : -0.28867513f)) / (float)count;
+    sum += np_brick_detail_sample(ref, np_vec3_add(begin, np_vec3_scale(along, at)));
+  }
+  return sum / (float)(2 * count);
+}
+
+#endif
