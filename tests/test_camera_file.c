@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "core/units.h"
-#include "mesh/assimp_module.h"
+#include "mesh/assimp_process.h"
 #include "mesh/camera_file.h"
 #include "scene/scene_private.h"
 #include "test_support.h"
@@ -126,7 +126,7 @@ static int set_up(void **state) {
   const int failed = test_set_up(state, 1, "shot.gltf");
   if (failed) return failed;
   test_fixture *f = *state;
-  if (np_assimp_module_is_present(f->context)) return 0;
+  if (np_assimp_is_present(f->context)) return 0;
   test_tear_down(state);
   *state = NULL;
   return 0;

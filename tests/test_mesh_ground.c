@@ -6,7 +6,7 @@
 #include <stdlib.h>
 
 #include "core/units.h"
-#include "mesh/assimp_module.h"
+#include "mesh/assimp_process.h"
 #include "mesh/mesh_file.h"
 #include "terrain/terrain_private.h"
 #include "test_support.h"
@@ -15,7 +15,7 @@ static int set_up(void **state) {
   const int failed = test_set_up(state, 2, "ground.obj");
   if (failed) return failed;
   test_fixture *f = *state;
-  if (np_assimp_module_is_present(f->context)) return 0;
+  if (np_assimp_is_present(f->context)) return 0;
   test_tear_down(state);
   *state = NULL;
   return 0;

@@ -44,7 +44,8 @@ typedef struct neph_context_desc {
   neph_log_level log_level_max;  /**< least urgent level delivered (default NEPH_LOG_INFO) */
   neph_reallocate_fn reallocate; /**< NULL (default): the C library's allocator */
   void *reallocate_user;         /**< handed to `reallocate` (default NULL) */
-  const char *module_dir;        /**< folder of nephos_vdb.so and nephos_gdal.so, searched last (default NULL) */
+  const char *module_dir;        /**< folder of nephos_vdb.so, nephos_gdal.so and nephos_assimp, searched last
+                                      (default NULL) */
   const char *cache_dir; /**< folder that keeps the light in clouds, bakes, mountains and tables of air from process
                               to process; made where it is missing (default NULL: none) */
   uint64_t cache_size_max_bytes; /**< of that folder's files; those not used for longest go first (default 4 GB) */
@@ -82,7 +83,7 @@ NEPH_API const char *neph_isa_get_name(neph_isa isa);
 typedef enum neph_feature {
   NEPH_FEATURE_VDB,   /**< .vdb files are read and written: nephos_vdb.so is found and can be loaded */
   NEPH_FEATURE_GDAL,  /**< GeoTIFF and other georeferenced height fields are read: so is nephos_gdal.so */
-  NEPH_FEATURE_ASSIMP /**< meshes are read: so is nephos_assimp.so */
+  NEPH_FEATURE_ASSIMP /**< meshes are read: the program nephos_assimp is found */
 } neph_feature;
 
 /** Whether a feature can be used; false for values outside the enumeration. Loads what the feature needs on first use,

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Searches and loads modules on first need: a program linked with OpenVDB or GDAL pays 22 ms and 31 MB before main.
+ * Programs that the library starts are in the same folders.
  *
  * The dynamic linker keeps a module and counts its users, so that nothing is remembered here; it is never unloaded, for
  * registries and threads of the libraries behind it do not survive that.
@@ -20,14 +21,21 @@ enum { TRIED_BYTES = 2048 };
 
 typedef struct search {
   const np_module_kind *kind;
-  const void *table;       /* NULL until found */
+  const void *table;       /* of the module; NULL until found */
+  char program[PATH_MAX];  /* its path; empty until found */
   bool has_no_room;        /* for the module, which was found */
+  bool is_over;
   char tried[TRIED_BYTES]; /* what was tried and how it failed, for the message */
 } search;
 
 static void note_failure(search *s, const char *path, const char *reason) {
   size_t used = strlen(s->tried);
   snprintf(s->tried + used, sizeof s->tried - used, "%s%s: %s", used ? "; " : "", path, reason);
+}
+
+static neph_result fail(neph_context *context, const search *s) {
+  return np_fail(context, NEPH_ERROR_UNSUPPORTED, "cannot load %s, which %s: %s", s->kind->file, s->kind->purpose,
+                 s->tried);
 }
 
 static uint64_t compute_need_bytes(const np_module_kind *kind) {
@@ -45,14 +53,9 @@ static void *open_module(search *s, const char *path) {
   return handle;
 }
 
-static void try_file(search *s, const char *path) {
-  if (s->table || s->has_no_room) return;
-  if (!np_file_exists(path)) {
-    note_failure(s, path, "not there");
-    return;
-  }
+static bool try_module(search *s, const char *path) {
   void *handle = open_module(s, path);
-  if (!handle) return;
+  if (!handle) return s->has_no_room;
   const uint32_t *(*get_table)(void) = NULL;
   void *symbol = dlsym(handle, s->kind->function);
   memcpy(&get_table, &symbol, sizeof get_table); /* ISO C has no cast from object to function pointers */
@@ -62,12 +65,23 @@ static void try_file(search *s, const char *path) {
   else
     note_failure(s, path, "of another version of nephos");
   dlclose(handle);
+  return s->table;
+}
+
+static bool try_program(search *s, const char *path) {
+  if (access(path, X_OK)) return note_failure(s, path, "cannot be run"), false;
+  memcpy(s->program, path, strlen(path) + 1);
+  return true;
 }
 
 static void try_folder(search *s, const char *folder, const char *below) {
   char path[PATH_MAX];
   int length = snprintf(path, sizeof path, "%s%s/%s", folder, below, s->kind->file);
-  if (length > 0 && (size_t)length < sizeof path) try_file(s, path);
+  if (s->is_over || length <= 0 || (size_t)length >= sizeof path) return;
+  if (np_file_exists(path))
+    s->is_over = s->kind->function ? try_module(s, path) : try_program(s, path);
+  else
+    note_failure(s, path, "not there");
 }
 
 /* The folder of the library, or program, that this function is part of. False when it cannot be told. */
@@ -82,7 +96,7 @@ static bool get_own_folder(char out_folder[PATH_MAX]) {
   return slash != NULL;
 }
 
-static search search_module(const neph_context *context, const np_module_kind *kind) {
+static search search_folders(const neph_context *context, const np_module_kind *kind) {
   search s = {.kind = kind};
   char folder[PATH_MAX];
   if (get_own_folder(folder)) {
@@ -95,11 +109,11 @@ static search search_module(const neph_context *context, const np_module_kind *k
 }
 
 bool np_module_is_present(neph_context *context, const np_module_kind *kind) {
-  return search_module(context, kind).table != NULL;
+  return search_folders(context, kind).table != NULL;
 }
 
 neph_result np_module_get(neph_context *context, const np_module_kind *kind, const void **out_table) {
-  const search s = search_module(context, kind);
+  const search s = search_folders(context, kind);
   *out_table = s.table;
   if (s.table) return NEPH_OK;
   if (s.has_no_room)
@@ -107,5 +121,15 @@ neph_result np_module_get(neph_context *context, const np_module_kind *kind, con
                    "out of memory: %s, which %s, needs %llu MB of address space, more than the process has left: raise "
                    "its limit (ulimit -v)",
                    kind->file, kind->purpose, (unsigned long long)(compute_need_bytes(kind) / 1000000));
-  return np_fail(context, NEPH_ERROR_UNSUPPORTED, "cannot load %s, which %s: %s", kind->file, kind->purpose, s.tried);
+  return fail(context, &s);
+}
+
+bool np_module_has_program(neph_context *context, const np_module_kind *kind) {
+  return search_folders(context, kind).program[0];
+}
+
+neph_result np_module_get_program(neph_context *context, const np_module_kind *kind, char out_path[PATH_MAX]) {
+  const search s = search_folders(context, kind);
+  memcpy(out_path, s.program, sizeof s.program);
+  return s.program[0] ? NEPH_OK : fail(context, &s);
 }

@@ -1,16 +1,18 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Modules: shared objects beside the library, each a table of functions over a foreign library that few scenes need. */
+/* Modules: shared objects beside the library, each a table of functions over a foreign library that few scenes need;
+ * and programs beside it, for a foreign library that is not safe within the process. */
 #ifndef NP_CORE_MODULE_H
 #define NP_CORE_MODULE_H
 
+#include <limits.h>
 #include <stdbool.h>
 #include <stdint.h>
 
 #include "core/context_private.h"
 
 typedef struct np_module_kind {
-  const char *file;     /* "nephos_NAME.so" */
-  const char *function; /* its only symbol, which returns the table */
+  const char *file;     /* "nephos_NAME.so", of a program "nephos_NAME" */
+  const char *function; /* its only symbol, which returns the table; NULL: a program */
   uint32_t version;     /* that the table must begin with */
   const char *purpose;  /* "reads and writes .vdb files" */
   /* Address space of the libraries that come with it, and the threads that they start when they are loaded. */
@@ -23,5 +25,9 @@ neph_result np_module_get(neph_context *context, const np_module_kind *kind, con
 
 /* Whether np_module_get has it to give; logs nothing. */
 bool np_module_is_present(neph_context *context, const np_module_kind *kind);
+
+/* Path of a program, searched as modules are; fails likewise. */
+neph_result np_module_get_program(neph_context *context, const np_module_kind *kind, char out_path[PATH_MAX]);
+bool np_module_has_program(neph_context *context, const np_module_kind *kind);
 
 #endif

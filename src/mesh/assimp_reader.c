@@ -1,15 +1,18 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Assimp's door. Cameras hang in a tree of nodes, each with a transform that keys may replace: positions and scalings
- * go along lines between keys, rotations along great circles. Assimp passes a glTF's keys on, and not how it
- * interpolates between them: steps, and splines, too, become lines. */
-#include "mesh/assimp_table.h"
+/* Assimp's door, a part of the program nephos_assimp. Cameras hang in a tree of nodes, each with a transform that keys
+ * may replace: positions and scalings go along lines between keys, rotations along great circles. Assimp passes a
+ * glTF's keys on, and not how it interpolates between them: steps, and splines, too, become lines. */
+#include "mesh/assimp_reader.h"
 
+#include <assimp/cfileio.h>
 #include <assimp/cimport.h>
 #include <assimp/scene.h>
 #include <assimp/version.h>
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 /* Ticks of an animation that does not say how many a second has. */
 static const double default_ticks_per_s = 25.0;
@@ -112,20 +115,75 @@ static const struct aiNode *get_node(const struct aiScene *scene, const struct a
 
 /* ---- Files ---- */
 
-/* Without any of Assimp's steps: their assertions, which packages leave in, end the program on damaged meshes. */
-static np_assimp_scene *open_file(const char *path, char *out_message, size_t message_size) {
-  const struct aiScene *scene = aiImportFile(path, 0);
-  if (!scene) (void)snprintf(out_message, message_size, "%s", aiGetErrorString());
-  return (np_assimp_scene *)(uintptr_t)scene;
+static FILE *get_stream(struct aiFile *file) { return (FILE *)(void *)file->UserData; }
+
+static size_t read_stream(struct aiFile *file, char *out, size_t size, size_t count) {
+  return fread(out, size, count, get_stream(file));
 }
 
-static void close_file(np_assimp_scene *scene) {
-  if (scene) aiReleaseImport(get_scene(scene));
+static size_t write_nothing(struct aiFile *file, const char *bytes, size_t size, size_t count) {
+  (void)file, (void)bytes, (void)size, (void)count;
+  return 0;
+}
+
+static void flush_nothing(struct aiFile *file) { (void)file; }
+
+static size_t tell(struct aiFile *file) {
+  const long at = ftell(get_stream(file));
+  return at > 0 ? (size_t)at : 0;
+}
+
+static size_t get_size(struct aiFile *file) {
+  struct stat facts;
+  return fstat(fileno(get_stream(file)), &facts) || facts.st_size < 0 ? 0 : (size_t)facts.st_size;
+}
+
+static enum aiReturn seek(struct aiFile *file, size_t offset, enum aiOrigin origin) {
+  static const int whence[] = {[aiOrigin_SET] = SEEK_SET, [aiOrigin_CUR] = SEEK_CUR, [aiOrigin_END] = SEEK_END};
+  return fseek(get_stream(file), (long)offset, whence[origin]) ? aiReturn_FAILURE : aiReturn_SUCCESS;
+}
+
+static void close_stream(struct aiFileIO *files, struct aiFile *file) {
+  (void)files;
+  if (file) fclose(get_stream(file));
+  free(file);
+}
+
+typedef struct file_access {
+  void (*note_bytes)(uint64_t bytes);
+} file_access;
+
+/* Regular files alone: another might never end. */
+static struct aiFile *open_stream(struct aiFileIO *files, const char *path, const char *mode) {
+  const file_access *access = (const void *)files->UserData;
+  struct stat facts;
+  if (strcspn(mode, "wa+") != strlen(mode) || stat(path, &facts) || !S_ISREG(facts.st_mode)) return NULL;
+  struct aiFile *file = malloc(sizeof *file);
+  FILE *stream = file ? fopen(path, mode) : NULL;
+  if (!stream) return free(file), NULL;
+  *file = (struct aiFile){.ReadProc = read_stream,
+                          .WriteProc = write_nothing,
+                          .TellProc = tell,
+                          .FileSizeProc = get_size,
+                          .SeekProc = seek,
+                          .FlushProc = flush_nothing,
+                          .UserData = (char *)stream};
+  access->note_bytes(get_size(file));
+  return file;
+}
+
+/* Without any of Assimp's steps: their assertions, which packages leave in, end the program on damaged meshes. */
+const np_assimp_scene *np_assimp_open(const char *path, void (*note_bytes)(uint64_t bytes), const char **out_message) {
+  file_access access = {note_bytes};
+  struct aiFileIO files = {open_stream, close_stream, (char *)&access};
+  const struct aiScene *scene = aiImportFileEx(path, 0, &files);
+  if (!scene) *out_message = aiGetErrorString();
+  return (const np_assimp_scene *)scene;
 }
 
 /* ---- Cameras ---- */
 
-static size_t count_cameras(const np_assimp_scene *scene) { return get_scene(scene)->mNumCameras; }
+size_t np_assimp_count_cameras(const np_assimp_scene *scene) { return get_scene(scene)->mNumCameras; }
 
 static void include_time(double ticks, double ticks_per_s, np_assimp_camera *out) {
   const double seconds = ticks / ticks_per_s;
@@ -147,10 +205,11 @@ static double get_vertical_fov(const struct aiCamera *camera) {
   return is_product ? fov / aspect : 2.0 * atan(tan(0.5 * fov) / aspect);
 }
 
-static void describe_camera(const np_assimp_scene *opened, size_t index, np_assimp_camera *out) {
+void np_assimp_describe_camera(const np_assimp_scene *opened, size_t index, np_assimp_camera *out) {
   const struct aiScene *scene = get_scene(opened);
   const struct aiCamera *camera = scene->mCameras[index];
-  *out = (np_assimp_camera){camera->mName.data, get_vertical_fov(camera), HUGE_VAL, -HUGE_VAL};
+  *out = (np_assimp_camera){get_vertical_fov(camera), HUGE_VAL, -HUGE_VAL, ""};
+  (void)snprintf(out->name, sizeof out->name, "%s", camera->mName.data);
   for (const struct aiNode *node = get_node(scene, camera); node; node = node->mParent) {
     const struct aiNodeAnim *keys = get_keys(scene, node);
     if (keys) include_keys(keys, get_ticks_per_s(scene), out);
@@ -159,47 +218,59 @@ static void describe_camera(const np_assimp_scene *opened, size_t index, np_assi
 }
 
 /* A direction of the camera in the world; false: it has no length. */
-static int turn_axis(const struct aiMatrix4x4 *m, const struct aiVector3D *v, double out[3]) {
+static bool turn_axis(const struct aiMatrix4x4 *m, const struct aiVector3D *v, double out[3]) {
   const double x = (double)v->x, y = (double)v->y, z = (double)v->z;
   out[0] = (double)m->a1 * x + (double)m->a2 * y + (double)m->a3 * z;
   out[1] = (double)m->b1 * x + (double)m->b2 * y + (double)m->b3 * z;
   out[2] = (double)m->c1 * x + (double)m->c2 * y + (double)m->c3 * z;
   const double length = sqrt(out[0] * out[0] + out[1] * out[1] + out[2] * out[2]);
-  if (!(length > 1e-12) || !isfinite(length)) return 0;
+  if (!(length > 1e-12) || !isfinite(length)) return false;
   for (int a = 0; a < 3; a++) out[a] /= length;
-  return 1;
+  return true;
 }
 
 /* A glTF's camera stands where its node does; Assimp's position of it is that of the node once more. */
-static int get_pose(const np_assimp_scene *opened, size_t index, double seconds, np_assimp_pose *out) {
+void np_assimp_get_pose(const np_assimp_scene *opened, size_t index, double seconds, np_assimp_pose *out) {
   const struct aiScene *scene = get_scene(opened);
   const struct aiCamera *camera = scene->mCameras[index];
   const struct aiMatrix4x4 m = get_to_world(scene, get_node(scene, camera), seconds * get_ticks_per_s(scene));
-  out->at[0] = (double)m.a4, out->at[1] = (double)m.b4, out->at[2] = (double)m.c4;
-  return turn_axis(&m, &camera->mLookAt, out->forward) && turn_axis(&m, &camera->mUp, out->up);
+  *out = (np_assimp_pose){.at = {(double)m.a4, (double)m.b4, (double)m.c4}};
+  if (!turn_axis(&m, &camera->mLookAt, out->forward) || !turn_axis(&m, &camera->mUp, out->up))
+    *out = (np_assimp_pose){0};
 }
 
 /* ---- Meshes ---- */
 
-static size_t count_meshes(const np_assimp_scene *scene) { return get_scene(scene)->mNumMeshes; }
+size_t np_assimp_count_meshes(const np_assimp_scene *scene) { return get_scene(scene)->mNumMeshes; }
 
 static unsigned count_triangles(const struct aiFace *face) {
   return face->mIndices && face->mNumIndices >= 3 ? face->mNumIndices - 2 : 0;
 }
 
-static void describe_mesh(const np_assimp_scene *scene, size_t index, np_assimp_mesh *out) {
+void np_assimp_describe_mesh(const np_assimp_scene *scene, size_t index, np_assimp_mesh *out) {
   const struct aiMesh *mesh = get_scene(scene)->mMeshes[index];
-  *out = (np_assimp_mesh){.vertex_count = mesh->mNumVertices};
+  *out = (np_assimp_mesh){0};
   if (!mesh->mVertices || !mesh->mFaces) return;
-  out->positions = &mesh->mVertices->x;
-  out->normals = mesh->mNormals ? &mesh->mNormals->x : NULL;
   for (unsigned i = 0; i < mesh->mNumFaces; i++) out->triangle_count += count_triangles(&mesh->mFaces[i]);
+  if (!out->triangle_count) return;
+  out->vertex_count = mesh->mNumVertices;
+  out->has_normals = mesh->mNormals != NULL;
 }
+
+const float *np_assimp_get_positions(const np_assimp_scene *scene, size_t index) {
+  return &get_scene(scene)->mMeshes[index]->mVertices->x;
+}
+
+const float *np_assimp_get_normals(const np_assimp_scene *scene, size_t index) {
+  return &get_scene(scene)->mMeshes[index]->mNormals->x;
+}
+
+enum { CORNERS_MAX = 64 };
 
 /* Corners of a polygon that are not cut off yet. */
 typedef struct open_polygon {
   const struct aiVector3D *positions;
-  uint32_t corners[64];
+  uint32_t corners[CORNERS_MAX];
   unsigned count;
   double normal[3]; /* by Newell's sum */
 } open_polygon;
@@ -267,60 +338,48 @@ static uint32_t *cut_polygon(open_polygon *p, uint32_t *out) {
 }
 
 static int can_be_cut(const struct aiMesh *mesh, const struct aiFace *face) {
-  int is_sound = face->mNumIndices > 3 && face->mNumIndices <= sizeof((open_polygon *)0)->corners / sizeof(uint32_t);
+  int is_sound = face->mNumIndices > 3 && face->mNumIndices <= CORNERS_MAX;
   for (unsigned k = 0; is_sound && k < face->mNumIndices; k++) is_sound = face->mIndices[k] < mesh->mNumVertices;
   return is_sound;
 }
 
 /* A triangle as it is; as a fan a polygon of very many corners, or one that names vertices that are not there. */
-static void fill_triangles(const np_assimp_scene *scene, size_t index, uint32_t *out) {
-  const struct aiMesh *mesh = get_scene(scene)->mMeshes[index];
-  for (unsigned i = 0; i < mesh->mNumFaces; i++) {
-    const struct aiFace *face = &mesh->mFaces[i];
-    open_polygon p;
-    if (can_be_cut(mesh, face)) {
-      start_polygon(mesh, face, &p);
-      out = cut_polygon(&p, out);
-      continue;
-    }
-    for (unsigned k = 0; k < count_triangles(face); k++, out += 3)
-      out[0] = face->mIndices[0], out[1] = face->mIndices[k + 1], out[2] = face->mIndices[k + 2];
+static void visit_face(const struct aiMesh *mesh, const struct aiFace *face, np_assimp_visit_triangles visit,
+                       void *user) {
+  open_polygon p;
+  uint32_t cut[3 * CORNERS_MAX];
+  if (can_be_cut(mesh, face)) {
+    start_polygon(mesh, face, &p);
+    visit(user, cut, (size_t)(cut_polygon(&p, cut) - cut));
+    return;
   }
+  for (unsigned k = 0; k < count_triangles(face); k++)
+    visit(user, (uint32_t[]){face->mIndices[0], face->mIndices[k + 1], face->mIndices[k + 2]}, 3);
 }
 
-typedef struct place_visit {
-  void (*visit)(void *user, size_t mesh, const double map[3][4]);
-  void *user;
-} place_visit;
+void np_assimp_visit_faces(const np_assimp_scene *scene, size_t index, np_assimp_visit_triangles visit, void *user) {
+  const struct aiMesh *mesh = get_scene(scene)->mMeshes[index];
+  for (unsigned i = 0; i < mesh->mNumFaces; i++) visit_face(mesh, &mesh->mFaces[i], visit, user);
+}
 
-static void visit_node(const place_visit *v, const struct aiNode *node, const struct aiMatrix4x4 *outer) {
+/* ---- Places ---- */
+
+static void visit_node(const struct aiNode *node, const struct aiMatrix4x4 *outer, np_assimp_visit_place visit,
+                       void *user) {
   struct aiMatrix4x4 m = *outer;
   aiMultiplyMatrix4(&m, &node->mTransformation);
-  const double map[3][4] = {{(double)m.a1, (double)m.a2, (double)m.a3, (double)m.a4},
-                            {(double)m.b1, (double)m.b2, (double)m.b3, (double)m.b4},
-                            {(double)m.c1, (double)m.c2, (double)m.c3, (double)m.c4}};
-  for (unsigned i = 0; i < node->mNumMeshes; i++) v->visit(v->user, node->mMeshes[i], map);
-  for (unsigned i = 0; i < node->mNumChildren; i++) visit_node(v, node->mChildren[i], &m);
+  np_assimp_place place = {0, {{(double)m.a1, (double)m.a2, (double)m.a3, (double)m.a4},
+                               {(double)m.b1, (double)m.b2, (double)m.b3, (double)m.b4},
+                               {(double)m.c1, (double)m.c2, (double)m.c3, (double)m.c4}}};
+  for (unsigned i = 0; i < node->mNumMeshes; i++) {
+    place.mesh = node->mMeshes[i];
+    visit(user, &place);
+  }
+  for (unsigned i = 0; i < node->mNumChildren; i++) visit_node(node->mChildren[i], &m, visit, user);
 }
 
-static void visit_places(const np_assimp_scene *scene, void (*visit)(void *user, size_t mesh, const double map[3][4]),
-                         void *user) {
+void np_assimp_visit_places(const np_assimp_scene *scene, np_assimp_visit_place visit, void *user) {
   struct aiMatrix4x4 identity;
   aiIdentityMatrix4(&identity);
-  const place_visit v = {visit, user};
-  if (get_scene(scene)->mRootNode) visit_node(&v, get_scene(scene)->mRootNode, &identity);
-}
-
-const np_assimp_module *nephos_assimp_module(void) {
-  static const np_assimp_module module = {.version = NP_ASSIMP_MODULE_VERSION,
-                                          .open = open_file,
-                                          .close = close_file,
-                                          .count_cameras = count_cameras,
-                                          .describe_camera = describe_camera,
-                                          .get_pose = get_pose,
-                                          .count_meshes = count_meshes,
-                                          .describe_mesh = describe_mesh,
-                                          .fill_triangles = fill_triangles,
-                                          .visit_places = visit_places};
-  return &module;
+  if (get_scene(scene)->mRootNode) visit_node(get_scene(scene)->mRootNode, &identity, visit, user);
 }

@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "mesh/camera_file.h"
 
+#include <inttypes.h>
 #include <stdio.h>
 #include <string.h>
 
 #include "core/alloc.h"
-#include "mesh/assimp_module.h"
+#include "mesh/assimp_process.h"
 
 enum { FRAMES_MAX = 1000000, LIST_BYTES = 256 };
 
@@ -13,39 +14,56 @@ typedef struct camera_load {
   neph_context *context;
   const char *path, *name;
   double frame_rate;
-  const np_assimp_module *module;
-  np_assimp_scene *scene;
   size_t index; /* of the camera */
   np_assimp_camera camera;
 } camera_load;
 
 /* ---- Choice ---- */
 
-static void list_names(const camera_load *l, char out[LIST_BYTES]) {
-  out[0] = '\0';
-  for (size_t i = 0; i < l->module->count_cameras(l->scene); i++) {
+typedef struct camera_list {
+  uint64_t count;
+  bool is_there; /* the wanted one */
+  char names[LIST_BYTES];
+} camera_list;
+
+static void list_camera(camera_load *l, size_t index, const np_assimp_camera *camera, camera_list *list) {
+  const size_t used = strlen(list->names);
+  (void)snprintf(list->names + used, LIST_BYTES - used, "%s%.*s", index ? ", " : "", (int)NP_ASSIMP_NAME_BYTES - 1,
+                 camera->name);
+  if (list->is_there || (l->name && strcmp(camera->name, l->name))) return;
+  list->is_there = true;
+  l->index = index;
+  l->camera = *camera;
+}
+
+static neph_result read_cameras(camera_load *l, camera_list *list) {
+  np_assimp_process process;
+  neph_result result = np_assimp_begin(l->context, l->path, (const char *[]){"cameras", NULL}, &process);
+  if (result) return result;
+  result = np_assimp_read(&process, &list->count, sizeof list->count);
+  for (uint64_t i = 0; !result && i < list->count; i++) {
     np_assimp_camera camera;
-    l->module->describe_camera(l->scene, i, &camera);
-    const size_t used = strlen(out);
-    (void)snprintf(out + used, LIST_BYTES - used, "%s%s", i ? ", " : "", camera.name);
+    result = np_assimp_read(&process, &camera, sizeof camera);
+    camera.name[NP_ASSIMP_NAME_BYTES - 1] = '\0';
+    if (!result) list_camera(l, i, &camera, list);
   }
+  np_assimp_end(&process);
+  return result;
 }
 
 static neph_result choose_camera(camera_load *l) {
-  const size_t count = l->module->count_cameras(l->scene);
-  char names[LIST_BYTES];
-  if (count == 0)
+  camera_list list = {0};
+  const neph_result result = read_cameras(l, &list);
+  if (result) return result;
+  if (list.count == 0)
     return np_fail(l->context, NEPH_ERROR_BAD_FILE, "%s: no camera is in it, must have at least one", l->path);
-  list_names(l, names);
-  if (!l->name && count > 1)
-    return np_fail(l->context, NEPH_ERROR_BAD_FILE, "%s: %zu cameras are in it: choose one by camera.motion.camera: %s",
-                   l->path, count, names);
-  for (l->index = 0; l->index < count; l->index++) {
-    l->module->describe_camera(l->scene, l->index, &l->camera);
-    if (!l->name || !strcmp(l->camera.name, l->name)) return NEPH_OK;
-  }
+  if (!l->name && list.count > 1)
+    return np_fail(l->context, NEPH_ERROR_BAD_FILE,
+                   "%s: %" PRIu64 " cameras are in it: choose one by camera.motion.camera: %s", l->path, list.count,
+                   list.names);
+  if (list.is_there) return NEPH_OK;
   return np_fail(l->context, NEPH_ERROR_BAD_FILE, "%s: no camera %s is in it, must be one of %s", l->path, l->name,
-                 names);
+                 list.names);
 }
 
 /* ---- Poses ---- */
@@ -56,14 +74,32 @@ static bool is_finite(const np_camera_pose *p) {
   return isfinite(np_dvec3_length(p->at)) && isfinite(np_dvec3_length(p->forward)) && isfinite(np_dvec3_length(p->up));
 }
 
-static neph_result fill_pose(const camera_load *l, double frame, double seconds, np_camera_pose *out) {
+static neph_result read_pose(const camera_load *l, np_assimp_process *process, double frame, double seconds,
+                             np_camera_pose *out) {
   np_assimp_pose pose;
-  const bool has_axes = l->module->get_pose(l->scene, l->index, seconds, &pose);
-  if (has_axes) *out = (np_camera_pose){frame, take(pose.at), take(pose.forward), take(pose.up)};
-  if (has_axes && is_finite(out)) return NEPH_OK;
+  const neph_result result = np_assimp_read(process, &pose, sizeof pose);
+  if (result) return result;
+  *out = (np_camera_pose){frame, take(pose.at), take(pose.forward), take(pose.up)};
+  if (is_finite(out) && np_dvec3_length(out->forward) > 0.0) return NEPH_OK;
   return np_fail(l->context, NEPH_ERROR_BAD_FILE,
                  "%s: camera %s has no direction at %.6g s: its scale is 0, or not finite", l->path, l->camera.name,
                  seconds);
+}
+
+static neph_result read_poses(const camera_load *l, double first, double rate, np_camera_file *out) {
+  char words[4][32];
+  np_assimp_process process;
+  (void)snprintf(words[0], sizeof *words, "%zu", l->index);
+  (void)snprintf(words[1], sizeof *words, "%.0f", first);
+  (void)snprintf(words[2], sizeof *words, "%zu", out->count);
+  (void)snprintf(words[3], sizeof *words, "%a", rate);
+  const char *const request[] = {"poses", words[0], words[1], words[2], words[3], NULL};
+  neph_result result = np_assimp_begin(l->context, l->path, request, &process);
+  if (result) return result;
+  for (size_t i = 0; i < out->count && !result; i++)
+    result = read_pose(l, &process, first + (double)i, (first + (double)i) / rate, &out->poses[i]);
+  np_assimp_end(&process);
+  return result;
 }
 
 static neph_result fill_poses(const camera_load *l, np_camera_file *out) {
@@ -82,29 +118,18 @@ static neph_result fill_poses(const camera_load *l, np_camera_file *out) {
   out->count = (size_t)(last - first) + 1;
   out->poses = np_alloc(l->context, out->count, sizeof *out->poses);
   if (!out->poses) return NEPH_ERROR_OUT_OF_MEMORY;
-  neph_result result = NEPH_OK;
-  for (size_t i = 0; i < out->count && !result; i++)
-    result = fill_pose(l, first + (double)i, (first + (double)i) / rate, &out->poses[i]);
-  return result;
-}
-
-static neph_result load_camera(camera_load *l, np_camera_file *out) {
-  neph_result result = choose_camera(l);
-  if (result) return result;
-  out->vertical_fov_rad = l->camera.vertical_fov_rad;
-  result = fill_poses(l, out);
-  if (result) np_camera_file_clear(out);
-  return result;
+  return read_poses(l, first, rate, out);
 }
 
 neph_result np_camera_file_load(neph_context *context, const char *path, const char *name, double frame_rate,
                                 np_camera_file *out_file) {
   *out_file = (np_camera_file){.context = context};
   camera_load l = {.context = context, .path = path, .name = name, .frame_rate = frame_rate};
-  neph_result result = np_assimp_module_open(context, path, &l.module, &l.scene);
+  neph_result result = choose_camera(&l);
   if (result) return result;
-  result = load_camera(&l, out_file);
-  l.module->close(l.scene);
+  out_file->vertical_fov_rad = l.camera.vertical_fov_rad;
+  result = fill_poses(&l, out_file);
+  if (result) np_camera_file_clear(out_file);
   return result;
 }
 

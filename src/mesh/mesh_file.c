@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "mesh/mesh_file.h"
 
+#include <inttypes.h>
+
 #include "core/alloc.h"
-#include "mesh/assimp_module.h"
+#include "mesh/assimp_process.h"
 #include "mesh/mesh_shape.h"
 
 /* Indices are of 32 bits, and Embree's buffers of fewer bytes than that counts. */
@@ -11,11 +13,9 @@ static const size_t vertices_max = (size_t)1 << 28, places_max = (size_t)1 << 20
 typedef struct mesh_load {
   neph_context *context;
   const char *path;
-  const np_assimp_module *module;
-  np_assimp_scene *scene;
+  np_assimp_process process;
   np_mesh_file *out;
   bool is_smooth;
-  size_t visited; /* places */
 } mesh_load;
 
 /* ---- Checks ---- */
@@ -23,8 +23,9 @@ typedef struct mesh_load {
 static neph_result check_size(const mesh_load *l, size_t index, const np_assimp_mesh *mesh) {
   if (mesh->vertex_count <= vertices_max && mesh->triangle_count <= vertices_max) return NEPH_OK;
   return np_fail(l->context, NEPH_ERROR_BAD_FILE,
-                 "%s: mesh %zu has %zu vertices and %zu triangles, may have %zu: thin it out, or part it", l->path,
-                 index, mesh->vertex_count, mesh->triangle_count, vertices_max);
+                 "%s: mesh %zu has %" PRIu64 " vertices and %" PRIu64
+                 " triangles, may have %zu: thin it out, or part it",
+                 l->path, index, mesh->vertex_count, mesh->triangle_count, vertices_max);
 }
 
 /* Far smaller than the largest float, so that squares of lengths stay finite. */
@@ -51,81 +52,87 @@ static neph_result check_triangles(const mesh_load *l, size_t index, const np_me
 
 /* ---- Meshes ---- */
 
-static neph_result copy_mesh(mesh_load *l, size_t index) {
+static neph_result read_triangles(mesh_load *l, const np_assimp_mesh *mesh, np_mesh *out) {
+  const size_t values = 3 * mesh->vertex_count, indices = 3 * mesh->triangle_count;
+  out->positions = np_alloc(l->context, values + 1, sizeof(float));
+  out->triangles = np_alloc(l->context, indices, sizeof(uint32_t));
+  if (mesh->has_normals) out->normals = np_alloc(l->context, values, sizeof(float));
+  if (!out->positions || !out->triangles || (mesh->has_normals && !out->normals)) return NEPH_ERROR_OUT_OF_MEMORY;
+  out->vertex_count = (uint32_t)mesh->vertex_count;
+  out->triangle_count = (uint32_t)mesh->triangle_count;
+  neph_result result = np_assimp_read(&l->process, out->positions, values * sizeof(float));
+  if (!result && mesh->has_normals) result = np_assimp_read(&l->process, out->normals, values * sizeof(float));
+  return result ? result : np_assimp_read(&l->process, out->triangles, indices * sizeof(uint32_t));
+}
+
+static void drop_normals(const mesh_load *l, np_mesh *mesh) {
+  np_alloc_free(l->context, mesh->normals);
+  mesh->normals = NULL;
+}
+
+static neph_result read_mesh(mesh_load *l, size_t index) {
   np_assimp_mesh mesh;
   np_mesh *out = &l->out->meshes[index];
-  l->module->describe_mesh(l->scene, index, &mesh);
-  if (!l->is_smooth) mesh.normals = NULL;
-  if (mesh.triangle_count == 0) return NEPH_OK;
-  neph_result result = check_size(l, index, &mesh);
-  if (result) return result;
-  const size_t values = 3 * mesh.vertex_count;
-  out->positions = np_alloc(l->context, values + 1, sizeof(float));
-  out->triangles = np_alloc(l->context, 3 * mesh.triangle_count, sizeof(uint32_t));
-  if (mesh.normals) out->normals = np_alloc(l->context, values, sizeof(float));
-  if (!out->positions || !out->triangles || (mesh.normals && !out->normals)) return NEPH_ERROR_OUT_OF_MEMORY;
-  out->vertex_count = (uint32_t)mesh.vertex_count;
-  out->triangle_count = (uint32_t)mesh.triangle_count;
-  memcpy(out->positions, mesh.positions, values * sizeof(float));
-  if (mesh.normals) memcpy(out->normals, mesh.normals, values * sizeof(float));
-  l->module->fill_triangles(l->scene, index, out->triangles);
-  result = check_positions(l, index, out);
+  neph_result result = np_assimp_read(&l->process, &mesh, sizeof mesh);
+  if (result || mesh.triangle_count == 0) return result;
+  result = check_size(l, index, &mesh);
+  if (!result) result = read_triangles(l, &mesh, out);
+  if (!l->is_smooth) drop_normals(l, out);
+  if (!result) result = check_positions(l, index, out);
   if (!result) result = check_triangles(l, index, out);
   if (!result) result = np_mesh_join(l->context, out);
   return result || !l->is_smooth || out->normals ? result : np_mesh_smooth(l->context, out);
 }
 
-static neph_result copy_meshes(mesh_load *l) {
-  l->out->mesh_count = l->module->count_meshes(l->scene);
-  l->out->meshes = np_alloc(l->context, l->out->mesh_count + 1, sizeof *l->out->meshes);
+static neph_result read_meshes(mesh_load *l, size_t count) {
+  l->out->meshes = np_alloc(l->context, count + 1, sizeof *l->out->meshes);
   if (!l->out->meshes) return NEPH_ERROR_OUT_OF_MEMORY;
+  l->out->mesh_count = count;
   neph_result result = NEPH_OK;
-  for (size_t i = 0; i < l->out->mesh_count && !result; i++) result = copy_mesh(l, i);
+  for (size_t i = 0; i < count && !result; i++) result = read_mesh(l, i);
   return result;
 }
 
 /* ---- Places ---- */
 
-static bool is_usable(const mesh_load *l, size_t mesh) {
-  return mesh < l->out->mesh_count && l->out->meshes[mesh].triangle_count > 0;
+static void add_place(np_mesh_file *file, const np_assimp_place *place) {
+  if (place->mesh >= file->mesh_count || file->meshes[place->mesh].triangle_count == 0) return;
+  np_mesh_place *out = &file->places[file->place_count++];
+  out->mesh = (uint32_t)place->mesh;
+  memcpy(out->to_file.m, place->map, sizeof out->to_file.m);
+  file->meshes[place->mesh].place_count++;
 }
 
-static void count_place(void *user, size_t mesh, const double map[3][4]) {
-  (void)map;
-  mesh_load *l = user;
-  if (is_usable(l, mesh)) l->out->place_count++;
-}
-
-static void add_place(void *user, size_t mesh, const double map[3][4]) {
-  mesh_load *l = user;
-  if (!is_usable(l, mesh)) return;
-  np_mesh_place *place = &l->out->places[l->visited++];
-  place->mesh = (uint32_t)mesh;
-  memcpy(place->to_file.m, map, sizeof place->to_file.m);
-  l->out->meshes[mesh].place_count++;
-}
-
-static neph_result copy_places(mesh_load *l) {
-  l->module->visit_places(l->scene, count_place, l);
-  if (l->out->place_count == 0)
-    return np_fail(l->context, NEPH_ERROR_BAD_FILE, "%s: no triangle is in it, must have at least one", l->path);
-  if (l->out->place_count > places_max)
-    return np_fail(l->context, NEPH_ERROR_BAD_FILE, "%s: its nodes place %zu meshes, may place %zu", l->path,
-                   l->out->place_count, places_max);
-  l->out->places = np_alloc(l->context, l->out->place_count, sizeof *l->out->places);
+static neph_result read_places(mesh_load *l, uint64_t count) {
+  if (count > places_max)
+    return np_fail(l->context, NEPH_ERROR_BAD_FILE, "%s: its nodes place %" PRIu64 " meshes, may place %zu", l->path,
+                   count, places_max);
+  l->out->places = np_alloc(l->context, count + 1, sizeof *l->out->places);
   if (!l->out->places) return NEPH_ERROR_OUT_OF_MEMORY;
-  l->module->visit_places(l->scene, add_place, l);
-  return NEPH_OK;
+  neph_result result = NEPH_OK;
+  for (uint64_t i = 0; i < count && !result; i++) {
+    np_assimp_place place;
+    result = np_assimp_read(&l->process, &place, sizeof place);
+    if (!result) add_place(l->out, &place);
+  }
+  if (result || l->out->place_count > 0) return result;
+  return np_fail(l->context, NEPH_ERROR_BAD_FILE, "%s: no triangle is in it, must have at least one", l->path);
+}
+
+static neph_result read_file(mesh_load *l) {
+  np_assimp_counts counts;
+  neph_result result = np_assimp_read(&l->process, &counts, sizeof counts);
+  if (!result) result = read_meshes(l, counts.mesh_count);
+  return result ? result : read_places(l, counts.place_count);
 }
 
 neph_result np_mesh_file_load(neph_context *context, const char *path, bool is_smooth, np_mesh_file *out_file) {
   *out_file = (np_mesh_file){.context = context};
   mesh_load l = {.context = context, .path = path, .out = out_file, .is_smooth = is_smooth};
-  neph_result result = np_assimp_module_open(context, path, &l.module, &l.scene);
+  neph_result result = np_assimp_begin(context, path, (const char *[]){"meshes", NULL}, &l.process);
   if (result) return result;
-  result = copy_meshes(&l);
-  if (!result) result = copy_places(&l);
-  l.module->close(l.scene);
+  result = read_file(&l);
+  np_assimp_end(&l.process);
   if (result) np_mesh_file_clear(out_file);
   return result;
 }

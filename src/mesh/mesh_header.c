@@ -4,6 +4,7 @@
 #include <inttypes.h>
 #include <stdio.h>
 #include <string.h>
+#include <strings.h>
 
 #include "core/context_private.h"
 #include "core/file.h"
@@ -32,7 +33,7 @@ static neph_result check_element(const mesh_header *h, const char *line) {
 static bool is_ply_line(const char *line) {
   static const char *const words[] = {"ply", "format ", "comment", "obj_info", "element ", "property ", "end_header"};
   for (size_t i = 0; i < sizeof words / sizeof *words; i++)
-    if (!strncmp(line, words[i], strlen(words[i]))) return true;
+    if (!strncasecmp(line, words[i], strlen(words[i]))) return true;
   return false;
 }
 
@@ -82,7 +83,7 @@ static neph_result check_glb(const mesh_header *h) {
 
 neph_result np_mesh_header_check(neph_context *context, const char *path) {
   static const struct {
-    const char *magic;
+    const char *magic; /* in either case, as Assimp takes it */
     neph_result (*check)(const mesh_header *header);
   } formats[] = {{"ply", check_ply}, {"glTF", check_glb}};
   char magic[5] = "";
@@ -92,7 +93,7 @@ neph_result np_mesh_header_check(neph_context *context, const char *path) {
   (void)!fread(magic, 1, sizeof magic - 1, h.file);
   rewind(h.file);
   for (size_t i = 0; i < sizeof formats / sizeof *formats; i++)
-    if (!strncmp(magic, formats[i].magic, strlen(formats[i].magic))) result = formats[i].check(&h);
+    if (!strncasecmp(magic, formats[i].magic, strlen(formats[i].magic))) result = formats[i].check(&h);
   fclose(h.file);
   return result;
 }

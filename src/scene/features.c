@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Parts of the library that an installation may lack. */
 #include "core/context_private.h"
-#include "mesh/assimp_module.h"
+#include "mesh/assimp_process.h"
 #include "terrain/gdal_module.h"
 #include "volume/volume_private.h"
 
 bool neph_feature_is_present(neph_context *context, neph_feature feature) {
   static bool (*const checks[])(neph_context * context) = {[NEPH_FEATURE_VDB] = np_vdb_module_is_present,
                                                            [NEPH_FEATURE_GDAL] = np_gdal_module_is_present,
-                                                           [NEPH_FEATURE_ASSIMP] = np_assimp_module_is_present};
+                                                           [NEPH_FEATURE_ASSIMP] = np_assimp_is_present};
   return (unsigned)feature < sizeof checks / sizeof *checks && checks[feature](context);
 }

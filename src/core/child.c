@@ -1,0 +1,96 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* posix_spawn, not fork: in a process of several threads a forked copy may hold locks that nobody opens. */
+#include "core/child.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <signal.h>
+#include <spawn.h>
+#include <stdint.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+extern char **environ;
+
+/* ---- Start ---- */
+
+/* Signals as a new process has them, whatever this thread blocks or ignores: the child is to end when nobody reads. */
+static int set_signals(posix_spawnattr_t *attributes) {
+  sigset_t none, all;
+  sigemptyset(&none);
+  sigfillset(&all);
+  int error = posix_spawnattr_setsigmask(attributes, &none);
+  if (!error) error = posix_spawnattr_setsigdefault(attributes, &all);
+  return error ? error : posix_spawnattr_setflags(attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
+}
+
+static int set_files(posix_spawn_file_actions_t *actions, int output) {
+  int error = posix_spawn_file_actions_adddup2(actions, output, STDOUT_FILENO);
+  if (!error) error = posix_spawn_file_actions_addopen(actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+  if (!error) error = posix_spawn_file_actions_addopen(actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
+  return error ? error : posix_spawn_file_actions_addclosefrom_np(actions, STDERR_FILENO + 1);
+}
+
+static int spawn(const char *program, const char *const words[], int output, pid_t *out_process) {
+  char *arguments[NP_CHILD_WORDS_MAX + 2] = {(char *)(uintptr_t)program};
+  for (int i = 0; i < NP_CHILD_WORDS_MAX && words[i]; i++) arguments[i + 1] = (char *)(uintptr_t)words[i];
+  posix_spawnattr_t attributes;
+  posix_spawn_file_actions_t actions;
+  int error = posix_spawnattr_init(&attributes);
+  if (error) return error;
+  error = posix_spawn_file_actions_init(&actions);
+  if (!error) {
+    error = set_signals(&attributes);
+    if (!error) error = set_files(&actions, output);
+    if (!error) error = posix_spawn(out_process, program, &actions, &attributes, arguments, environ);
+    posix_spawn_file_actions_destroy(&actions);
+  }
+  posix_spawnattr_destroy(&attributes);
+  return error;
+}
+
+int np_child_start(const char *program, const char *const words[], np_child *out_child) {
+  int ends[2];
+  *out_child = (np_child){.output = -1};
+  if (pipe2(ends, O_CLOEXEC)) return errno;
+  const int error = spawn(program, words, ends[1], &out_child->process);
+  close(ends[1]);
+  out_child->output = ends[0];
+  if (error) {
+    out_child->process = 0;
+    np_child_end(out_child);
+  }
+  return error;
+}
+
+/* ---- Output and end ---- */
+
+bool np_child_read(np_child *child, void *out_bytes, size_t count) {
+  char *to = out_bytes;
+  while (count > 0) {
+    const ssize_t got = read(child->output, to, count);
+    if (got < 0 && errno == EINTR) continue;
+    if (got <= 0) return false;
+    to += got;
+    count -= (size_t)got;
+  }
+  return true;
+}
+
+int np_child_wait(np_child *child) {
+  int status = -1;
+  pid_t waited = 0;
+  do
+    waited = child->process > 0 ? waitpid(child->process, &status, 0) : 0;
+  while (waited < 0 && errno == EINTR);
+  const bool is_known = waited > 0 && waited == child->process;
+  child->process = 0;
+  return is_known ? status : -1;
+}
+
+void np_child_end(np_child *child) {
+  if (child->output >= 0) close(child->output);
+  child->output = -1;
+  if (child->process > 0) kill(child->process, SIGKILL);
+  (void)np_child_wait(child);
+}

@@ -1,0 +1,154 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Files that crash Assimp or make it take all memory are refused with one message, and leave this process as it was:
+ * neither a file nor a child stays. */
+#include <nephos/nephos.h>
+
+#include <dirent.h>
+#include <errno.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <sys/wait.h>
+
+#include "core/child.h"
+#include "mesh/assimp_process.h"
+#include "mesh/camera_file.h"
+#include "mesh/mesh_file.h"
+#include "test_support.h"
+
+static int set_up(void **state) { return test_set_up(state, 2, "damaged.ply"); }
+
+static unsigned count_open_files(void) {
+  DIR *folder = opendir("/proc/self/fd");
+  unsigned count = 0;
+  assert_non_null(folder);
+  while (readdir(folder)) count++;
+  closedir(folder);
+  return count;
+}
+
+static void assert_no_child(void) {
+  errno = 0;
+  assert_int_equal(waitpid(-1, NULL, WNOHANG), -1);
+  assert_int_equal(errno, ECHILD);
+}
+
+/* ---- Children ---- */
+
+static void output_of_a_child_is_read(void **state) {
+  (void)state;
+  const unsigned files = count_open_files();
+  char text[6] = "";
+  np_child child;
+  /* It has the three files that every program has, and the folder in which it looks for them. */
+  const char *const words[] = {"-c", "set -- /proc/$$/fd/*; printf hello%s $#", NULL};
+  assert_int_equal(np_child_start("/bin/sh", words, &child), 0);
+  assert_true(np_child_read(&child, text, 5));
+  assert_string_equal(text, "hello");
+  memset(text, 0, sizeof text);
+  assert_true(np_child_read(&child, text, 1));
+  assert_string_equal(text, "4");
+  assert_false(np_child_read(&child, text, 1));
+  assert_int_equal(np_child_wait(&child), 0);
+  np_child_end(&child);
+  assert_int_equal(count_open_files(), files);
+  assert_no_child();
+}
+
+static void a_child_may_end_in_any_way(void **state) {
+  (void)state;
+  const unsigned files = count_open_files();
+  char byte;
+  np_child child;
+  assert_int_equal(np_child_start("/no/such/program", (const char *[]){NULL}, &child), ENOENT);
+  np_child_end(&child);
+  assert_int_equal(np_child_start("/bin/sh", (const char *[]){"-c", "kill -SEGV $$", NULL}, &child), 0);
+  assert_false(np_child_read(&child, &byte, 1));
+  const int status = np_child_wait(&child);
+  assert_true(WIFSIGNALED(status) && WTERMSIG(status) == SIGSEGV);
+  np_child_end(&child);
+  assert_int_equal(np_child_start("/bin/sleep", (const char *[]){"1000", NULL}, &child), 0);
+  np_child_end(&child);
+  assert_int_equal(count_open_files(), files);
+  assert_no_child();
+}
+
+/* ---- Files ---- */
+
+static const char ply_header[] =
+    "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n"
+    "property list uint int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n";
+
+static void write_ply(const char *path, const char *face) {
+  char text[500];
+  const int length = snprintf(text, sizeof text, "%s%s\n", ply_header, face);
+  test_file_write(path, text, (size_t)length);
+}
+
+static void assert_refused(test_fixture *f, const char *reason) {
+  const unsigned files = count_open_files();
+  np_mesh_file mesh;
+  np_camera_file camera;
+  assert_int_equal(np_mesh_file_load(f->context, f->path, true, &mesh), NEPH_ERROR_BAD_FILE);
+  assert_one_error(&f->log, f->path, reason, "Assimp", "it is damaged");
+  test_log_clear(&f->log);
+  assert_int_equal(np_camera_file_load(f->context, f->path, NULL, 24.0, &camera), NEPH_ERROR_BAD_FILE);
+  assert_one_error(&f->log, f->path, reason);
+  test_log_clear(&f->log);
+  assert_int_equal(count_open_files(), files);
+  assert_no_child();
+}
+
+/* A list of four thousand million vertices in a file of 200 bytes, for which Assimp makes room. */
+static void memory_beyond_the_file_is_refused(void **state) {
+  test_fixture *f = *state;
+  if (!np_assimp_is_present(f->context)) skip();
+  write_ply(f->path, "4000000000 0 1 2");
+  np_mesh_file mesh;
+  assert_int_equal(np_mesh_file_load(f->context, f->path, true, &mesh), NEPH_ERROR_BAD_FILE);
+  assert_one_error(&f->log, f->path, "Assimp", "it is damaged");
+  assert_no_child();
+}
+
+/* Brackets within brackets, which Assimp follows to the end of its stack. */
+static void a_crash_is_refused(void **state) {
+  enum { DEPTH = 200000 };
+  static const char start[] = "{\"asset\":{\"version\":\"2.0\"},\"scenes\":", end[] = "}";
+  test_fixture *f = *state;
+  if (!np_assimp_is_present(f->context)) skip();
+  free(f->path);
+  f->path = test_path(f->folder, "damaged.gltf");
+  FILE *file = fopen(f->path, "w");
+  assert_non_null(file);
+  (void)fputs(start, file);
+  for (int i = 0; i < 2 * DEPTH; i++) (void)fputc(i < DEPTH ? '[' : ']', file);
+  (void)fputs(end, file);
+  assert_int_equal(fclose(file), 0);
+  assert_refused(f, "");
+}
+
+/* A program may let the system forget its children: files are read all the same. */
+static void a_program_may_ignore_its_children(void **state) {
+  test_fixture *f = *state;
+  if (!np_assimp_is_present(f->context)) skip();
+  void (*const before)(int) = signal(SIGCHLD, SIG_IGN);
+  write_ply(f->path, "3 0 1 2");
+  np_mesh_file mesh;
+  assert_int_equal(np_mesh_file_load(f->context, f->path, true, &mesh), NEPH_OK);
+  assert_int_equal(mesh.meshes[0].triangle_count, 1);
+  np_mesh_file_clear(&mesh);
+  write_ply(f->path, "4000000000 0 1 2");
+  assert_int_equal(np_mesh_file_load(f->context, f->path, true, &mesh), NEPH_ERROR_BAD_FILE);
+  assert_one_error(&f->log, f->path, "Assimp", "it is damaged");
+  (void)signal(SIGCHLD, before);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(output_of_a_child_is_read),
+      cmocka_unit_test(a_child_may_end_in_any_way),
+      cmocka_unit_test_setup_teardown(memory_beyond_the_file_is_refused, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(a_crash_is_refused, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(a_program_may_ignore_its_children, set_up, test_tear_down),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
