@@ -6,10 +6,9 @@
 #include <string.h>
 
 #include "core/units.h"
-#include "mesh/assimp_process.h"
 #include "mesh/camera_file.h"
 #include "scene/scene_private.h"
-#include "test_support.h"
+#include "test_meshes.h"
 
 /* ---- Files ---- */
 
@@ -38,16 +37,6 @@ static size_t pack(const void *values, size_t width, bool has_tangents, unsigned
       used += width;
     }
   return used;
-}
-
-/* RFC 4648, of a multiple of three bytes. */
-static void encode_base64(const unsigned char *bytes, size_t count, char *out) {
-  static const char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  for (size_t i = 0; i < count; i += 3) {
-    const unsigned group = (unsigned)(bytes[i] << 16 | bytes[i + 1] << 8 | bytes[i + 2]);
-    for (int k = 0; k < 4; k++) *out++ = digits[group >> (18 - 6 * k) & 63u];
-  }
-  *out = '\0';
 }
 
 /* A camera "shot" that moves, held by a node of another place, and one, "still", that does not. */
@@ -98,7 +87,7 @@ static void write_shot(const char *path, file_kind kind) {
   const size_t moves = pack(keys.position, sizeof *keys.position, has_tangents, buffer + at), turns_at = at + moves;
   const size_t turns = pack(keys.rotation, sizeof *keys.rotation, has_tangents, buffer + turns_at);
   const size_t all = turns_at + turns;
-  encode_base64(buffer, all, base64);
+  test_encode_base64(buffer, all, base64);
   const char *start = kind.buffer ? ",\"uri\":\"" : ",\"uri\":\"data:application/octet-stream;base64,";
   const int values = has_tangents ? 3 * KEYS : KEYS;
   (void)snprintf(text, sizeof text, document, kind.has_second ? ",2" : "", kind.interpolation, kind.interpolation,
@@ -122,23 +111,7 @@ static void write_shot(const char *path, file_kind kind) {
   (void)fclose(file);
 }
 
-static int set_up(void **state) {
-  const int failed = test_set_up(state, 1, "shot.gltf");
-  if (failed) return failed;
-  test_fixture *f = *state;
-  if (np_assimp_is_present(f->context)) return 0;
-  test_tear_down(state);
-  *state = NULL;
-  return 0;
-}
-
-static int tear_down_file(void **state) { return *state ? test_tear_down(state) : 0; }
-
-/* Built without Assimp. */
-static test_fixture *get(void **state) {
-  if (!*state) skip();
-  return *state;
-}
+static int set_up(void **state) { return test_set_up_meshes(state, 1, "shot.gltf"); }
 
 /* ---- Poses ---- */
 
@@ -169,7 +142,7 @@ static void assert_shot(neph_context *context, const char *path, const char *nam
 /* Whatever the file says of the way between keys: Assimp passes values on alone. */
 static void poses_are_those_of_whole_frames(void **state) {
   static const char *const interpolations[] = {"LINEAR", "STEP", "CUBICSPLINE"};
-  test_fixture *f = get(state);
+  test_fixture *f = test_get_meshes(state);
   for (size_t i = 0; i < sizeof interpolations / sizeof *interpolations; i++) {
     write_shot(f->path, (file_kind){.interpolation = interpolations[i]});
     assert_shot(f->context, f->path, NULL);
@@ -181,7 +154,7 @@ static void poses_are_those_of_whole_frames(void **state) {
 }
 
 static void one_of_several_has_a_name(void **state) {
-  test_fixture *f = get(state);
+  test_fixture *f = test_get_meshes(state);
   np_camera_file file;
   write_shot(f->path, (file_kind){.interpolation = "LINEAR", .has_second = true});
   assert_int_equal(np_camera_file_load(f->context, f->path, "still", 0.0, &file), NEPH_OK);
@@ -199,7 +172,7 @@ static void one_of_several_has_a_name(void **state) {
 }
 
 static void what_is_no_gltf_is_refused(void **state) {
-  test_fixture *f = get(state);
+  test_fixture *f = test_get_meshes(state);
   np_camera_file file;
   assert_int_equal(np_camera_file_load(f->context, f->path, NULL, 24.0, &file), NEPH_ERROR_NOT_FOUND);
   assert_one_error(&f->log, "shot.gltf");
@@ -215,7 +188,7 @@ static void what_is_no_gltf_is_refused(void **state) {
 
 /* Its x is east, its y up, −z north; frame 1 is at the end of the first second of a film of one frame a second. */
 static void a_scene_looks_through_it(void **state) {
-  test_fixture *f = get(state);
+  test_fixture *f = test_get_meshes(state);
   char text[512];
   neph_scene *scene;
   write_shot(f->path, (file_kind){.interpolation = "LINEAR"});
@@ -243,7 +216,7 @@ static void compute_hash(test_fixture *f, char out[NEPH_HASH_SIZE]) {
 
 /* Keys that stand in a file beside it, whose name is written as a URI. */
 static void a_picture_follows_from_buffers_beside_it(void **state) {
-  test_fixture *f = get(state);
+  test_fixture *f = test_get_meshes(state);
   char first[NEPH_HASH_SIZE], second[NEPH_HASH_SIZE], again[NEPH_HASH_SIZE];
   static const char *const names[][2] = {{"shot.bin", "shot.bin"}, {"a%20shot.bin", "a shot.bin"}};
   for (int i = 0; i < 2; i++) {
@@ -269,7 +242,7 @@ static void a_picture_follows_from_buffers_beside_it(void **state) {
   }
 }
 
-#define FILE_TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down_file)
+#define FILE_TEST(name) cmocka_unit_test_setup_teardown(name, set_up, test_tear_down_meshes)
 
 int main(void) {
   const struct CMUnitTest tests[] = {FILE_TEST(poses_are_those_of_whole_frames), FILE_TEST(one_of_several_has_a_name),

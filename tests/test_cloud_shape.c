@@ -162,21 +162,12 @@ static void small_holes_are_closed_and_open_meshes_refused(void **state) {
 
 /* ---- Clouds ---- */
 
-static void check_bits(neph_context *context, const neph_cloud_desc *desc) {
-  np_sparse_grid grid = test_bake(context, desc);
-  char hash[33];
-  assert_true(grid.leaf_count > 50);
-  assert_int_equal(np_sparse_grid_hash_all(&(const np_sparse_grid *){&grid}, 1, false, hash), NEPH_OK);
-  np_sparse_grid_clear(&grid);
-  for (neph_isa isa = NEPH_ISA_X86_64; isa <= NEPH_ISA_X86_64_V4; isa++) test_check_hash(1, isa, desc, hash);
-}
-
 static void threads_and_levels_give_the_same_bits(void **state) {
   test_fixture *f = *state;
   const neph_cloud_desc torus = make_torus(f), curves = make_curves();
   write_torus(f->path, 0);
-  check_bits(f->context, &torus);
-  check_bits(f->context, &curves);
+  test_check_bits(2, &torus, 50);
+  test_check_bits(2, &curves, 50);
 }
 
 static bool has_cloud(const np_cloud_model *model, const np_cloud_box *box) {

@@ -91,20 +91,36 @@ static inline double test_count_voxels(const np_sparse_grid *grid, int32_t from,
   return (double)count;
 }
 
+/* Hash of a cloud's bake in a context that has its files; it has `leaf_min` leaves at least. */
+static inline void test_hash_bake(neph_context *context, const neph_cloud_desc *desc, size_t leaf_min, char out[33]) {
+  np_sparse_grid grid = test_bake(context, desc);
+  assert_true(grid.leaf_count >= leaf_min);
+  assert_int_equal(np_sparse_grid_hash_all(&(const np_sparse_grid *){&grid}, 1, false, out), NEPH_OK);
+  np_sparse_grid_clear(&grid);
+}
+
 /* With so many threads and at this level a cloud is baked to this hash. */
 static inline void test_check_hash(unsigned thread_count, neph_isa isa, const neph_cloud_desc *desc,
                                    const char *expected) {
   neph_context *context = NULL;
   neph_context_desc context_desc = NEPH_CONTEXT_DESC_DEFAULT;
+  char hash[33];
   context_desc.thread_count = thread_count;
   context_desc.isa_max = isa;
   assert_int_equal(neph_context_create(&context_desc, &context), NEPH_OK);
-  np_sparse_grid grid = test_bake(context, desc);
-  char hash[33];
-  assert_int_equal(np_sparse_grid_hash_all(&(const np_sparse_grid *){&grid}, 1, false, hash), NEPH_OK);
+  test_hash_bake(context, desc, 0, hash);
   assert_string_equal(hash, expected);
-  np_sparse_grid_clear(&grid);
   neph_context_destroy(context);
+}
+
+/* A cloud is baked to the same bits by one thread and by `thread_count`, at each level. */
+static inline void test_check_bits(unsigned thread_count, const neph_cloud_desc *desc, size_t leaf_min) {
+  neph_context *context = test_context_create(1, NULL);
+  char hash[33];
+  test_hash_bake(context, desc, leaf_min, hash);
+  neph_context_destroy(context);
+  for (neph_isa isa = NEPH_ISA_X86_64; isa <= NEPH_ISA_X86_64_V4; isa++)
+    test_check_hash(thread_count, isa, desc, hash);
 }
 
 #endif

@@ -5,6 +5,7 @@
 
 #include <nephos/nephos.h>
 
+#include "image/cryptomatte.h"
 #include "test_scenes.h"
 
 /* The right cloud stands before the left one; hills below, sky between and above. */
@@ -42,6 +43,23 @@ static inline double get_value(const neph_image *image, const char *channel, siz
   const float *values = neph_image_get_values(image, channel);
   if (!values) fail_msg("there is no channel %s", channel);
   return values ? (double)values[pixel] : 0.0;
+}
+
+static inline double get_mean(const neph_image *image, const char *channel) {
+  double sum = 0.0;
+  for (size_t p = 0; p < count_pixels(image); p++) sum += get_value(image, channel, p);
+  return sum / (double)count_pixels(image);
+}
+
+/* The coverage that a pixel's ranks give an identifier. */
+static inline double get_coverage(const neph_image *image, float id, size_t pixel) {
+  double sum = 0.0;
+  for (unsigned rank = 0; rank < NP_CRYPTOMATTE_RANKS; rank++) {
+    char name[2][32];
+    for (unsigned k = 0; k < 2; k++) np_cryptomatte_name_channel(2 * rank + k, name[k], sizeof name[k]);
+    if ((float)get_value(image, name[0], pixel) == id) sum += get_value(image, name[1], pixel);
+  }
+  return sum;
 }
 
 #endif

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Mattes by cloud, Cryptomatte and holdouts, in both integrators. */
 #include "core/json.h"
-#include "image/cryptomatte.h"
 #include "test_layers.h"
 
 /* Sums of floats of the size of the layers. */
@@ -50,17 +49,6 @@ static void identifiers_are_normal_numbers(void **state) {
     (void)snprintf(name, sizeof name, "cloud%d", i);
     assert_true(isnormal(np_cryptomatte_get_id(name)));
   }
-}
-
-/* The coverage that a pixel's ranks give an identifier. */
-static double get_coverage(const neph_image *image, float id, size_t pixel) {
-  double sum = 0.0;
-  for (unsigned rank = 0; rank < NP_CRYPTOMATTE_RANKS; rank++) {
-    char name[2][32];
-    for (unsigned k = 0; k < 2; k++) np_cryptomatte_name_channel(2 * rank + k, name[k], sizeof name[k]);
-    if ((float)get_value(image, name[0], pixel) == id) sum += get_value(image, name[1], pixel);
-  }
-  return sum;
 }
 
 static void check_ranks(const neph_image *image, size_t pixel) {
@@ -125,12 +113,6 @@ static void hold_out(fixture *f, bool left, bool right, bool ground) {
   set(f, "clouds[0].holdout", left ? "true" : "false");
   set(f, "clouds[1].holdout", right ? "true" : "false");
   set(f, "terrain.holdout", ground ? "true" : "false");
-}
-
-static double get_mean(const neph_image *image, const char *channel) {
-  double sum = 0.0;
-  for (size_t p = 0; p < count_pixels(image); p++) sum += get_value(image, channel, p);
-  return sum / (double)count_pixels(image);
 }
 
 /* Pictures in each of which all but one is held out add up: to the bit of rounding in the march, whose rays do not

@@ -10,12 +10,11 @@
 #include <sys/wait.h>
 
 #include "core/child.h"
-#include "mesh/assimp_process.h"
 #include "mesh/camera_file.h"
 #include "mesh/mesh_file.h"
-#include "test_support.h"
+#include "test_meshes.h"
 
-static int set_up(void **state) { return test_set_up(state, 2, "damaged.ply"); }
+static int set_up(void **state) { return test_set_up_meshes(state, 2, "damaged.ply"); }
 
 static unsigned count_open_files(void) {
   DIR *folder = opendir("/proc/self/fd");
@@ -100,8 +99,7 @@ static void assert_refused(test_fixture *f, const char *reason) {
 
 /* A list of four thousand million vertices in a file of 200 bytes, for which Assimp makes room. */
 static void memory_beyond_the_file_is_refused(void **state) {
-  test_fixture *f = *state;
-  if (!np_assimp_is_present(f->context)) skip();
+  test_fixture *f = test_get_meshes(state);
   write_ply(f->path, "4000000000 0 1 2");
   np_mesh_file mesh;
   assert_int_equal(np_mesh_file_load(f->context, f->path, true, &mesh), NEPH_ERROR_BAD_FILE);
@@ -113,8 +111,7 @@ static void memory_beyond_the_file_is_refused(void **state) {
 static void a_crash_is_refused(void **state) {
   enum { DEPTH = 200000 };
   static const char start[] = "{\"asset\":{\"version\":\"2.0\"},\"scenes\":", end[] = "}";
-  test_fixture *f = *state;
-  if (!np_assimp_is_present(f->context)) skip();
+  test_fixture *f = test_get_meshes(state);
   free(f->path);
   f->path = test_path(f->folder, "damaged.gltf");
   FILE *file = fopen(f->path, "w");
@@ -128,8 +125,7 @@ static void a_crash_is_refused(void **state) {
 
 /* A program may let the system forget its children: files are read all the same. */
 static void a_program_may_ignore_its_children(void **state) {
-  test_fixture *f = *state;
-  if (!np_assimp_is_present(f->context)) skip();
+  test_fixture *f = test_get_meshes(state);
   void (*const before)(int) = signal(SIGCHLD, SIG_IGN);
   write_ply(f->path, "3 0 1 2");
   np_mesh_file mesh;
@@ -146,9 +142,9 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(output_of_a_child_is_read),
       cmocka_unit_test(a_child_may_end_in_any_way),
-      cmocka_unit_test_setup_teardown(memory_beyond_the_file_is_refused, set_up, test_tear_down),
-      cmocka_unit_test_setup_teardown(a_crash_is_refused, set_up, test_tear_down),
-      cmocka_unit_test_setup_teardown(a_program_may_ignore_its_children, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(memory_beyond_the_file_is_refused, set_up, test_tear_down_meshes),
+      cmocka_unit_test_setup_teardown(a_crash_is_refused, set_up, test_tear_down_meshes),
+      cmocka_unit_test_setup_teardown(a_program_may_ignore_its_children, set_up, test_tear_down_meshes),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -6,28 +6,11 @@
 #include <stdlib.h>
 
 #include "core/units.h"
-#include "mesh/assimp_process.h"
 #include "mesh/mesh_file.h"
 #include "terrain/terrain_private.h"
-#include "test_support.h"
+#include "test_meshes.h"
 
-static int set_up(void **state) {
-  const int failed = test_set_up(state, 2, "ground.obj");
-  if (failed) return failed;
-  test_fixture *f = *state;
-  if (np_assimp_is_present(f->context)) return 0;
-  test_tear_down(state);
-  *state = NULL;
-  return 0;
-}
-
-static int tear_down_file(void **state) { return *state ? test_tear_down(state) : 0; }
-
-/* Built without Assimp. */
-static test_fixture *get(void **state) {
-  if (!*state) skip();
-  return *state;
-}
+static int set_up(void **state) { return test_set_up_meshes(state, 2, "ground.obj"); }
 
 static void write_text(const char *path, const char *text) {
   FILE *file = fopen(path, "w");
@@ -61,7 +44,7 @@ static np_terrain_hit hit_below(const neph_terrain *terrain, double x, double y)
 static const char bow_tie[] = "v -10 -10 7\nv 10 -10 7\nv 10 10 7\nv -10 10 7\nv 0 0 7\nf 1 2 5\nf 3 4 5\n";
 
 static void both_sides_are_ground_and_holes_are_open(void **state) {
-  test_fixture *f = get(state);
+  test_fixture *f = test_get_meshes(state);
   write_text(f->path, bow_tie);
   neph_terrain *terrain = load(f, &z_up);
   np_terrain_hit hit = hit_below(terrain, 1.0, 5.0);
@@ -78,7 +61,7 @@ static void both_sides_are_ground_and_holes_are_open(void **state) {
 
 /* A point of the file, [1, 2, −3], of a triangle around it. */
 static void axes_units_and_position_are_as_described(void **state) {
-  test_fixture *f = get(state);
+  test_fixture *f = test_get_meshes(state);
   write_text(f->path, "v 0 2 -4\nv 2 2 -4\nv 1 2 -1\nf 1 2 3\n");
   neph_mesh_desc desc = NEPH_MESH_DESC_DEFAULT;
   desc.up = NEPH_MESH_UP_Y;
@@ -107,7 +90,7 @@ static void axes_units_and_position_are_as_described(void **state) {
 /* An L of one polygon, in either sense: its notch is open. Vertices that faces share are stored once. */
 static void polygons_are_cut_into_triangles(void **state) {
   static const char *const faces[] = {"f 1 2 3 4 5 6\n", "f 6 5 4 3 2 1\n", "f 4 3 2 1 6 5\n"};
-  test_fixture *f = get(state);
+  test_fixture *f = test_get_meshes(state);
   for (size_t i = 0; i < sizeof faces / sizeof *faces; i++) {
     char text[200];
     np_mesh_file file;
@@ -164,7 +147,7 @@ static neph_terrain *make_ridges(test_fixture *f, const char *mesh_file, const n
 static double get_noise(unsigned i) { return fmod((i + 1) * 0.61803398874989485, 1.0); }
 
 static void a_mesh_is_met_where_its_height_field_is(void **state) {
-  test_fixture *f = get(state);
+  test_fixture *f = test_get_meshes(state);
   neph_terrain *field = make_ridges(f, NULL, NULL);
   write_field(f->path, field);
   neph_terrain *mesh = load(f, &z_up);
@@ -186,7 +169,7 @@ static void a_mesh_is_met_where_its_height_field_is(void **state) {
 
 /* A table over the mountains is met from above, and the mountains beside it. */
 static void a_mesh_stands_on_a_height_field(void **state) {
-  test_fixture *f = get(state);
+  test_fixture *f = test_get_meshes(state);
   write_text(f->path, "v -1000 -1000 3000\nv 1000 -1000 3000\nv 1000 1000 3000\nv -1000 1000 3000\nf 1 2 3 4\n");
   neph_terrain *field = make_ridges(f, NULL, NULL), *both = make_ridges(f, f->path, &z_up);
   assert_true(hit_below(both, 10.0, 20.0).is_of_mesh);
@@ -205,7 +188,7 @@ static void a_mesh_stands_on_a_height_field(void **state) {
  * plane through its float vertices. z = x/20 + y/50. */
 static void hits_are_exact_at_a_hundred_kilometres(void **state) {
   enum { SIDE = 21 };
-  test_fixture *f = get(state);
+  test_fixture *f = test_get_meshes(state);
   FILE *file = fopen(f->path, "w");
   assert_non_null(file);
   for (int r = 0; r < SIDE; r++)
@@ -235,41 +218,26 @@ static void hits_are_exact_at_a_hundred_kilometres(void **state) {
 
 /* ---- One mesh, many places ---- */
 
-/* A square of a metre, y up, in a grid of nodes 10 m apart, each turned and scaled. */
-static void write_places(const char *path, int side) {
+enum { SIDE = 30 };
+
+/* In a grid 10 m apart, each scaled. */
+static void write_place(FILE *file, int node) {
+  (void)fprintf(file, "{\"mesh\":0,\"translation\":[%d,%d,%d],\"scale\":[%d,1,2]}", 10 * (node % SIDE), node,
+                -10 * (node / SIDE), 1 + node % 3);
+}
+
+/* A square of a metre, y up. */
+static void write_places(const char *path) {
   static const float square[4][3] = {{-0.5f, 0, 0.5f}, {0.5f, 0, 0.5f}, {0.5f, 0, -0.5f}, {-0.5f, 0, -0.5f}};
   static const uint16_t corners[6] = {0, 1, 2, 0, 2, 3};
-  char *folder_end = strrchr(path, '/'), bin[512];
-  (void)snprintf(bin, sizeof bin, "%.*s/places.bin", (int)(folder_end - path), path);
-  FILE *file = fopen(bin, "wb");
-  assert_non_null(file);
-  assert_int_equal(fwrite(square, sizeof square, 1, file), 1);
-  assert_int_equal(fwrite(corners, sizeof corners, 1, file), 1);
-  assert_int_equal(fclose(file), 0);
-  file = fopen(path, "w");
-  assert_non_null(file);
-  (void)fprintf(file, "{\"asset\":{\"version\":\"2.0\"},\"scene\":0,\"nodes\":[");
-  for (int i = 0; i < side * side; i++)
-    (void)fprintf(file, "%s{\"mesh\":0,\"translation\":[%d,%d,%d],\"scale\":[%d,1,2]}", i ? "," : "", 10 * (i % side),
-                  i, -10 * (i / side), 1 + i % 3);
-  (void)fprintf(file, "],\"scenes\":[{\"nodes\":[0");
-  for (int i = 1; i < side * side; i++) (void)fprintf(file, ",%d", i);
-  (void)fprintf(file, "]}],\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0},\"indices\":1}]}],"
-                      "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":4,\"type\":\"VEC3\","
-                      "\"min\":[-0.5,0,-0.5],\"max\":[0.5,0,0.5]},"
-                      "{\"bufferView\":1,\"componentType\":5123,\"count\":6,\"type\":\"SCALAR\"}],"
-                      "\"bufferViews\":[{\"buffer\":0,\"byteOffset\":0,\"byteLength\":48},"
-                      "{\"buffer\":0,\"byteOffset\":48,\"byteLength\":12}],"
-                      "\"buffers\":[{\"uri\":\"places.bin\",\"byteLength\":60}]}");
-  assert_int_equal(fclose(file), 0);
+  test_write_gltf(path, &(const test_gltf){square, corners, 4, 6, "places.bin", SIDE * SIDE, write_place});
 }
 
 static void a_mesh_is_stored_once_for_all_places(void **state) {
-  enum { SIDE = 30 };
-  test_fixture *f = get(state);
+  test_fixture *f = test_get_meshes(state);
   free(f->path);
   f->path = test_path(f->folder, "places.gltf");
-  write_places(f->path, SIDE);
+  write_places(f->path);
   np_mesh_file file;
   assert_int_equal(np_mesh_file_load(f->context, f->path, true, &file), NEPH_OK);
   assert_int_equal(file.mesh_count, 1);
@@ -323,7 +291,7 @@ static double compute_mean(const neph_image *image, const char *channel) {
 static void level_ground_looks_like_the_sphere(void **state) {
   static const char *const integrators[] = {"march", "path"}, *const normals[] = {"smooth", "flat"},
                            *const ups[] = {"z", "y"};
-  test_fixture *f = get(state);
+  test_fixture *f = test_get_meshes(state);
   for (int i = 0; i < 2; i++) {
     neph_image *sphere = render(f, integrators[i], "{ridges: {relief: 0 m, samples: 65}, albedo: 0.4}");
     for (int n = 0; n < 2; n++) {
@@ -356,7 +324,7 @@ static neph_result try_load(test_fixture *f, const char *text, const neph_mesh_d
 }
 
 static void bad_files_are_refused(void **state) {
-  test_fixture *f = get(state);
+  test_fixture *f = test_get_meshes(state);
   assert_int_equal(try_load(f, "", &z_up), NEPH_ERROR_BAD_FILE);
   assert_one_error(&f->log, "ground.obj", "Assimp");
   assert_int_equal(try_load(f, "v 0 0 0\nv 1 0 0\nv 0 1 0\nl 1 2 3\n", &z_up), NEPH_ERROR_BAD_FILE);
@@ -390,7 +358,7 @@ static void bad_files_are_refused(void **state) {
 }
 
 static void doubtful_meshes_draw_warnings(void **state) {
-  test_fixture *f = get(state);
+  test_fixture *f = test_get_meshes(state);
   write_text(f->path, "v 0 0 -3\nv 9 0 -3\nv 0 9 5\nf 1 2 3\n");
   neph_terrain_release(load(f, &z_up));
   assert_one_warning(&f->log, "3 m below sea level", "terrain.mesh.position");
@@ -399,7 +367,7 @@ static void doubtful_meshes_draw_warnings(void **state) {
   assert_one_warning(&f->log, "0.09 m wide", "terrain.mesh.unit");
 }
 
-#define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down_file)
+#define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, test_tear_down_meshes)
 
 int main(void) {
   const struct CMUnitTest tests[] = {

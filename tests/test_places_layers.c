@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Copies of a cloud against clouds of their own in the same places: shadows on the ground, mattes and depths, copies
  * that are held out, and light that a cache on disk keeps. */
-#include "image/cryptomatte.h"
 #include "test_layers.h"
 
 enum { COPIES = 5 };
@@ -109,12 +108,6 @@ static double compare(const neph_image *a, const neph_image *b, const char *chan
   return most;
 }
 
-static double get_mean(const neph_image *image, const char *channel) {
-  double sum = 0.0;
-  for (size_t p = 0; p < count_pixels(image); p++) sum += get_value(image, channel, p);
-  return sum / (double)count_pixels(image);
-}
-
 static double get_least(const neph_image *image, const char *channel) {
   double least = INFINITY;
   for (size_t p = 0; p < count_pixels(image); p++) least = fmin(least, get_value(image, channel, p));
@@ -131,13 +124,6 @@ static void assert_same_mean(const couple *c, bool is_march) {
   assert_near_relative(get_mean(c->places, "G"), get_mean(c->rows, "G"), is_march ? 1e-3 : 0.02);
 }
 
-static couple render_couple(herd *h, const char *integrator, const char *aovs) {
-  const char *const keys[] = {"render.integrator", integrator, "output.aovs", aovs, NULL};
-  const couple c = {render_text(h, h->places, NULL, keys), render_text(h, h->rows, NULL, keys)};
-  assert_same_mean(&c, !strcmp(integrator, "march"));
-  return c;
-}
-
 static void couple_clear(couple *c) {
   neph_image_destroy(c->places);
   neph_image_destroy(c->rows);
@@ -145,27 +131,11 @@ static void couple_clear(couple *c) {
 
 /* Each march keeps its tolerance of 2 %, from other random offsets, since steps are cut where boxes are entered: the
  * mean of 576 pixels is a hundred times closer. Paths sum transmittances exactly. */
-static void copies_shade_the_ground(void **state) {
-  for (int i = 0; i < 2; i++) {
-    couple c = render_couple(*state, integrators[i], "[shadow]");
-    assert_true(get_least(c.rows, "shadow") < 0.3);
-    assert_true(get_mean(c.rows, "shadow") < 0.98);
-    assert_true(compare(c.places, c.rows, "shadow") <= (i ? rounding : 2 * 0.02));
-    assert_near(get_mean(c.places, "shadow"), get_mean(c.rows, "shadow"), i ? rounding : 4e-4);
-    couple_clear(&c);
-  }
-}
-
-/* Coverage of an identifier in the ranks of a pixel. */
-static double get_coverage(const neph_image *image, const char *name, size_t pixel) {
-  double sum = 0.0;
-  for (unsigned rank = 0; rank < NP_CRYPTOMATTE_RANKS; rank++) {
-    char channels[2][32];
-    for (unsigned k = 0; k < 2; k++) np_cryptomatte_name_channel(2 * rank + k, channels[k], sizeof channels[k]);
-    if ((float)get_value(image, channels[0], pixel) == np_cryptomatte_get_id(name))
-      sum += get_value(image, channels[1], pixel);
-  }
-  return sum;
+static void check_shadows(const couple *c, bool is_march) {
+  assert_true(get_least(c->rows, "shadow") < 0.3);
+  assert_true(get_mean(c->rows, "shadow") < 0.98);
+  assert_true(compare(c->places, c->rows, "shadow") <= (is_march ? 2 * 0.02 : rounding));
+  assert_near(get_mean(c->places, "shadow"), get_mean(c->rows, "shadow"), is_march ? 4e-4 : rounding);
 }
 
 static double sum_mattes(const neph_image *rows, size_t pixel) {
@@ -173,7 +143,7 @@ static double sum_mattes(const neph_image *rows, size_t pixel) {
   for (int c = 0; c < COPIES; c++) {
     char name[8];
     (void)snprintf(name, sizeof name, "c%d", c);
-    sum += get_coverage(rows, name, pixel);
+    sum += get_coverage(rows, np_cryptomatte_get_id(name), pixel);
   }
   return sum;
 }
@@ -181,34 +151,39 @@ static double sum_mattes(const neph_image *rows, size_t pixel) {
 /* Three thousandths: what the march's Russian roulette leaves of a ray. */
 static const double roulette = 3e-3;
 
-static void copies_have_one_matte(void **state) {
-  for (int i = 0; i < 2; i++) {
-    couple c = render_couple(*state, integrators[i], "[cryptomatte]");
-    double most = 0.0;
-    for (size_t p = 0; p < count_pixels(c.places); p++) {
-      const double sum = sum_mattes(c.rows, p);
-      assert_near(get_coverage(c.places, "herd", p), sum, i ? rounding : roulette);
-      most = fmax(most, sum);
-    }
-    assert_true(most > 0.8);
-    couple_clear(&c);
+static void check_mattes(const couple *c, bool is_march) {
+  double most = 0.0;
+  for (size_t p = 0; p < count_pixels(c->places); p++) {
+    const double sum = sum_mattes(c->rows, p);
+    assert_near(get_coverage(c->places, np_cryptomatte_get_id("herd"), p), sum, is_march ? roulette : rounding);
+    most = fmax(most, sum);
   }
+  assert_true(most > 0.8);
 }
 
 /* Z, where the transmittance falls below ½, is the same but where a ray is in several boxes, whose pieces are cut
  * elsewhere: in 6 pixels of 576, and by less than half a voxel. */
-static void copies_have_depths_of_their_own(void **state) {
+static void check_depths(const couple *c) {
+  unsigned apart = 0, near = 0;
+  for (size_t p = 0; p < count_pixels(c->places); p++) {
+    const double here = get_value(c->places, "Z", p), there = get_value(c->rows, "Z", p);
+    apart += !(here == there);
+    near += there < 5000.0;
+    assert_true(here == there || fabs(here - there) < 25.0);
+  }
+  assert_true(apart <= 2 * 6);
+  assert_true(near > count_pixels(c->places) / 20);
+}
+
+static void copies_are_clouds_of_their_own(void **state) {
+  herd *h = *state;
   for (int i = 0; i < 2; i++) {
-    couple c = render_couple(*state, integrators[i], "[depth]");
-    unsigned apart = 0, near = 0;
-    for (size_t p = 0; p < count_pixels(c.places); p++) {
-      const double here = get_value(c.places, "Z", p), there = get_value(c.rows, "Z", p);
-      apart += !(here == there);
-      near += there < 5000.0;
-      assert_true(here == there || fabs(here - there) < 25.0);
-    }
-    assert_true(apart <= 2 * 6);
-    assert_true(near > count_pixels(c.places) / 20);
+    const char *const keys[] = {"render.integrator", integrators[i], "output.aovs", "[shadow, cryptomatte]", NULL};
+    couple c = {render_text(h, h->places, NULL, keys), render_text(h, h->rows, NULL, keys)};
+    assert_same_mean(&c, !i);
+    check_shadows(&c, !i);
+    check_mattes(&c, !i);
+    check_depths(&c);
     couple_clear(&c);
   }
 }
@@ -260,9 +235,7 @@ static void caches_on_disk_keep_the_light_of_copies(void **state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
-      cmocka_unit_test(copies_shade_the_ground),
-      cmocka_unit_test(copies_have_one_matte),
-      cmocka_unit_test(copies_have_depths_of_their_own),
+      cmocka_unit_test(copies_are_clouds_of_their_own),
       cmocka_unit_test(copies_that_are_held_out_hide_the_ground),
       cmocka_unit_test(caches_on_disk_keep_the_light_of_copies),
   };

@@ -12,7 +12,7 @@
 
 #include "cloud/cloud_private.h"
 #include "scene/scene_keys.h"
-#include "test_support.h"
+#include "test_meshes.h"
 
 enum { WORDS_MAX = 40, WIDTH = 16, HEIGHT = 9 };
 
@@ -406,23 +406,14 @@ static void write_fields(const test_fixture *f) {
   assert_int_equal(fclose(shorts) + fclose(floats) + fclose(text), 0);
 }
 
-/* Its triangles are four. */
-static void write_gltf(const test_fixture *f, const char *name, int vertex_count, const char *base64) {
-  FILE *file = open_file(f, name);
-  assert_true(
-      fprintf(
-          file,
-          "{\"asset\": {\"version\": \"2.0\"}, \"scene\": 0, \"scenes\": [{\"nodes\": [0]}], \"nodes\": [{\"mesh\": "
-          "0}],"
-          "\"meshes\": [{\"primitives\": [{\"attributes\": {\"POSITION\": 0}, \"indices\": 1}]}],"
-          "\"accessors\": [{\"bufferView\": 0, \"componentType\": 5126, \"count\": %d, \"type\": \"VEC3\","
-          "\"min\": [-4, 0, -4], \"max\": [4, 12, 5]}, {\"bufferView\": 1, \"componentType\": 5123, \"count\": 12,"
-          "\"type\": \"SCALAR\"}],"
-          "\"bufferViews\": [{\"buffer\": 0, \"byteLength\": %d}, {\"buffer\": 0, \"byteOffset\": %d, "
-          "\"byteLength\": 24}],"
-          "\"buffers\": [{\"byteLength\": %d, \"uri\": \"data:application/octet-stream;base64,%s\"}]}\n",
-          vertex_count, 12 * vertex_count, 12 * vertex_count, 12 * vertex_count + 24, base64) > 0);
-  assert_int_equal(fclose(file), 0);
+static void write_node(FILE *file, int node) { (void)fprintf(file, "{\"mesh\":%d}", node); }
+
+static void write_gltf(const test_fixture *f, const char *name, test_gltf mesh) {
+  char *path = test_path(f->folder, name);
+  mesh.node_count = 1;
+  mesh.write_node = write_node;
+  test_write_gltf(path, &mesh);
+  free(path);
 }
 
 /* A pyramid 800 m wide, in hundreds of metres: as OBJ, and as glTF, which says what is up; and a closed one on three
@@ -431,11 +422,12 @@ static void write_meshes(const test_fixture *f) {
   FILE *obj = open_file(f, "hill.obj");
   assert_true(fputs("v -4 0 -4\nv 4 0 -4\nv 4 0 4\nv -4 0 4\nv 0 12 0\nf 5 1 2\nf 5 2 3\nf 5 3 4\nf 5 4 1\n", obj) > 0);
   assert_int_equal(fclose(obj), 0);
-  write_gltf(f, "hill.gltf", 5,
-             "AACAwAAAAAAAAIDAAACAQAAAAAAAAIDAAACAQAAAAAAAAIBAAACAwAAAAAAAAIBAAAAAAAAAQEEAAAAA"
-             "BAAAAAEABAABAAIABAACAAMABAADAAAA");
-  write_gltf(f, "peak.gltf", 4,
-             "AACAwAAAAAAAAIDAAACAQAAAAAAAAIDAAAAAAAAAAAAAAKBAAAAAAAAAEEEAAAAAAAABAAIAAAADAAEAAQADAAIAAgADAAAA");
+  static const float hill[5][3] = {{-4, 0, -4}, {4, 0, -4}, {4, 0, 4}, {-4, 0, 4}, {0, 12, 0}};
+  static const uint16_t sides[12] = {4, 0, 1, 4, 1, 2, 4, 2, 3, 4, 3, 0};
+  static const float peak[4][3] = {{-4, 0, -4}, {4, 0, -4}, {0, 0, 5}, {0, 9, 0}};
+  static const uint16_t faces[12] = {0, 1, 2, 0, 3, 1, 1, 3, 2, 2, 3, 0};
+  write_gltf(f, "hill.gltf", (test_gltf){.positions = hill, sides, 5, 12});
+  write_gltf(f, "peak.gltf", (test_gltf){.positions = peak, faces, 4, 12});
 }
 
 static int set_up(void **state) {

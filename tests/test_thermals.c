@@ -30,19 +30,12 @@ static void coverage_is_the_covered_fraction(void **state) {
 
 static void threads_and_levels_give_the_same_bits(void **state) {
   (void)state;
-  neph_context *context = test_context_create(1, NULL);
   neph_cloud_desc desc = thermal_field(9);
   desc.skew_m[0] = 200;
   desc.time_s = 300;
   desc.wind_m_s[1] = 5;
   set_winds(&desc, 6);
-  np_sparse_grid grid = test_bake(context, &desc);
-  assert_true(grid.leaf_count > 100);
-  char hash[33];
-  assert_int_equal(np_sparse_grid_hash_all(&(const np_sparse_grid *){&grid}, 1, false, hash), NEPH_OK);
-  np_sparse_grid_clear(&grid);
-  neph_context_destroy(context);
-  for (neph_isa isa = NEPH_ISA_X86_64; isa <= NEPH_ISA_X86_64_V4; isa++) test_check_hash(2, isa, &desc, hash);
+  test_check_bits(2, &desc, 100);
 }
 
 /* Points by the leaf and one by one: balls are gathered for the box of what is asked for, and must not show it. */
