@@ -18,8 +18,8 @@ typedef struct herd {
 static const struct {
   int x, y, turn;
   double scale;
-} copies[COPIES] = {{-1400, 300, 0, 0.8}, {-500, -200, 40, 1.0}, {200, 600, 130, 0.7}, {900, -100, 200, 0.9},
-                    {1150, 100, 300, 0.6}};
+} copies[COPIES] = {
+    {-1400, 300, 0, 0.8}, {-500, -200, 40, 1.0}, {200, 600, 130, 0.7}, {900, -100, 200, 0.9}, {1150, 100, 300, 0.6}};
 
 static const char head[] =
     "version: 1\n"

@@ -80,8 +80,7 @@ bool np_child_read(np_child *child, void *out_bytes, size_t count) {
 int np_child_wait(np_child *child) {
   int status = -1;
   pid_t waited = 0;
-  do
-    waited = child->process > 0 ? waitpid(child->process, &status, 0) : 0;
+  do waited = child->process > 0 ? waitpid(child->process, &status, 0) : 0;
   while (waited < 0 && errno == EINTR);
   const bool is_known = waited > 0 && waited == child->process;
   child->process = 0;

@@ -21,9 +21,9 @@ enum { TRIED_BYTES = 2048 };
 
 typedef struct search {
   const np_module_kind *kind;
-  const void *table;       /* of the module; NULL until found */
-  char program[PATH_MAX];  /* its path; empty until found */
-  bool has_no_room;        /* for the module, which was found */
+  const void *table;      /* of the module; NULL until found */
+  char program[PATH_MAX]; /* its path; empty until found */
+  bool has_no_room;       /* for the module, which was found */
   bool is_over;
   char tried[TRIED_BYTES]; /* what was tried and how it failed, for the message */
 } search;

@@ -368,9 +368,10 @@ static void visit_node(const struct aiNode *node, const struct aiMatrix4x4 *oute
                        void *user) {
   struct aiMatrix4x4 m = *outer;
   aiMultiplyMatrix4(&m, &node->mTransformation);
-  np_assimp_place place = {0, {{(double)m.a1, (double)m.a2, (double)m.a3, (double)m.a4},
-                               {(double)m.b1, (double)m.b2, (double)m.b3, (double)m.b4},
-                               {(double)m.c1, (double)m.c2, (double)m.c3, (double)m.c4}}};
+  np_assimp_place place = {0,
+                           {{(double)m.a1, (double)m.a2, (double)m.a3, (double)m.a4},
+                            {(double)m.b1, (double)m.b2, (double)m.b3, (double)m.b4},
+                            {(double)m.c1, (double)m.c2, (double)m.c3, (double)m.c4}}};
   for (unsigned i = 0; i < node->mNumMeshes; i++) {
     place.mesh = node->mMeshes[i];
     visit(user, &place);
