@@ -17,7 +17,7 @@ static cli_exit check_names(const cli_options *options) {
   for (size_t i = 0; i < options->file_count; i++)
     if (!cli_is_scene(options->files[i]) && !neph_check_is_file(options->files[i])) {
       cli_complain("%s is of no kind known by its name, must end in .vdb, .hgt, .tif, .asc, .bil, .flt, .dem, .img, "
-                   ".dt2, .vrt, .zip, .r16, .raw, .exr, .png, .csv, .gltf, .glb, .obj, .ply, .stl, .fbx or .yaml",
+                   ".dt2, .vrt, .zip, .r16, .raw, .exr, .png, .csv, .gltf, .glb, .obj, .ply, .stl, .fbx, .dae or .yaml",
                    options->files[i]);
       return CLI_USAGE;
     }

@@ -107,7 +107,7 @@ static const struct {
     {".bil", check_height_file}, {".flt", check_height_file}, {".dem", check_height_file},  {".img", check_height_file},
     {".dt0", check_height_file}, {".dt1", check_height_file}, {".dt2", check_height_file},  {".vrt", check_height_file},
     {".zip", check_height_file}, {".obj", np_check_mesh},     {".ply", np_check_mesh},      {".stl", np_check_mesh},
-    {".fbx", np_check_mesh},     {".r16", check_height_file}, {".raw", check_height_file},
+    {".fbx", np_check_mesh},     {".dae", np_check_mesh},     {".r16", check_height_file},  {".raw", check_height_file},
 };
 
 enum { KIND_COUNT = sizeof kinds / sizeof *kinds };
