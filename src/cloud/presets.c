@@ -118,6 +118,7 @@ neph_result neph_cloud_get_preset(neph_context *context, const char *name, neph_
   if (desc.trails == 0) desc.trails = defaults.trails;
   desc.trail_direction_rad = defaults.trail_direction_rad;
   if (desc.sublayers == 0) desc.sublayers = defaults.sublayers;
+  desc.cells_size_m = defaults.cells_size_m;
   if (desc.stretch == 0) desc.stretch = defaults.stretch;
   if (!desc.has_profile) memcpy(desc.profile, defaults.profile, sizeof desc.profile);
   memcpy(desc.wind_direction_rad, defaults.wind_direction_rad, sizeof desc.wind_direction_rad);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Statistics of baked fields as observers of nature give them: `bench_nature PRESET [KEY=VALUE…]`, keys seed, extent,
- * voxel, coverage, cell, billow, thickness, spacing in metres and shares, model (cells or thermals), deck (1: spectra).
+ * voxel, coverage, cell, billow, thickness in metres and shares, streets, cells (open or closed), cells_size, model (cells
+ * or thermals), deck (1: spectra).
  *
  * Columns of voxels are evaluated leaf by leaf and kept as their vertical optical depth, so that a field of 40 km takes
  * the memory of its map and a byte a voxel.
@@ -205,10 +206,11 @@ static bool set_value(neph_cloud_desc *desc, bool *is_deck, const char *argument
   struct {
     const char *key;
     double *value;
-  } keys[] = {{"voxel", &desc->voxel_m},          {"coverage", &desc->coverage},     {"cell", &desc->cell_m},
-              {"billow", &desc->billow_m},        {"thickness", &desc->thickness_m}, {"erosion", &desc->erosion},
-              {"wispiness", &desc->wispiness},    {"turbulence", &desc->turbulence}, {"age", &desc->age},
-              {"billowiness", &desc->billowiness}};
+  } keys[] = {
+      {"voxel", &desc->voxel_m},           {"coverage", &desc->coverage},     {"cell", &desc->cell_m},
+      {"billow", &desc->billow_m},         {"thickness", &desc->thickness_m}, {"erosion", &desc->erosion},
+      {"wispiness", &desc->wispiness},     {"turbulence", &desc->turbulence}, {"age", &desc->age},
+      {"billowiness", &desc->billowiness}, {"streets", &desc->streets},       {"cells_size", &desc->cells_size_m}};
   const char *value = strchr(argument, '=');
   if (!value) return false;
   const size_t length = (size_t)(value++ - argument);
@@ -219,6 +221,10 @@ static bool set_value(neph_cloud_desc *desc, bool *is_deck, const char *argument
     }
   if (!strncmp(argument, "extent=", 7)) return (desc->extent_m[0] = desc->extent_m[1] = strtod(value, NULL)) > 0;
   if (!strncmp(argument, "seed=", 5)) return (desc->seed = strtoull(value, NULL, 10)) || true;
+  if (!strncmp(argument, "cells=", 6)) {
+    desc->cells_kind = !strcmp(value, "open") ? NEPH_CLOUD_CELLS_OPEN : NEPH_CLOUD_CELLS_CLOSED;
+    return true;
+  }
   if (!strncmp(argument, "deck=", 5)) return (*is_deck = *value == '1') || true;
   if (strncmp(argument, "model=", 6)) return false;
   desc->model = !strcmp(value, "cells") ? NEPH_CLOUD_MODEL_CELLS : NEPH_CLOUD_MODEL_THERMALS;
