@@ -324,6 +324,9 @@ static void bad_parameters_are_named(void **state) {
   desc = good, desc.anvil = 2, assert_refused(context, &log, &desc, "anvil is", "2");
   desc = good, desc.precipitation = -1, assert_refused(context, &log, &desc, "precipitation is", "-1");
   desc = good, desc.stretch = 0.5, assert_refused(context, &log, &desc, "stretch is", "0.5");
+  desc = good, desc.streets = 1.5, assert_refused(context, &log, &desc, "streets is", "1.5");
+  desc = good, desc.cells_size_m = 0, assert_refused(context, &log, &desc, "cells.size is", "0");
+  desc = good, desc.cells_kind = (neph_cloud_cells)3, assert_refused(context, &log, &desc, "cells.kind is 3", "closed");
   desc = good, desc.sublayers = 0, assert_refused(context, &log, &desc, "sublayers is", "0");
   desc = good, desc.profile[2] = 1.5, assert_refused(context, &log, &desc, "profile[2] is", "1.5");
   neph_volume *none = NULL;

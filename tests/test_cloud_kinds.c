@@ -80,6 +80,77 @@ static void lenses_stand_over_the_ridge(void **state) {
   neph_context_destroy(context);
 }
 
+enum { FACE_SIDE = 220 };
+
+/* The lower face of ice over clear air, voxel by voxel; 0 where there is none, or a tower among it, which is denser. */
+static float *list_overhangs(const np_sparse_grid *grid, int32_t from, int32_t clear, float densest) {
+  float *face = calloc((size_t)FACE_SIDE * FACE_SIDE, sizeof *face);
+  int32_t *highest = calloc((size_t)FACE_SIDE * FACE_SIDE, sizeof *highest);
+  for (size_t l = 0; l < grid->leaf_count; l++)
+    for (int n = 0; n < NP_LEAF_SIZE; n++) {
+      const np_leaf *leaf = &grid->leaves[l];
+      const int32_t i = leaf->origin[0] + n / 64, j = leaf->origin[1] + n / 8 % 8, k = leaf->origin[2] + n % 8;
+      if (i < 0 || j < 0 || i >= FACE_SIDE || j >= FACE_SIDE || !(leaf->values[n] > 1e-3f)) continue;
+      float *at = &face[j * FACE_SIDE + i];
+      int32_t *below = &highest[j * FACE_SIDE + i];
+      if (k < from && k > *below) *below = k;
+      if (k >= from && leaf->values[n] > densest) *below = INT32_MAX / 2;
+      if (k >= from && (*at == 0 || (float)k < *at)) *at = (float)k;
+    }
+  for (int32_t n = 0; n < FACE_SIDE * FACE_SIDE; n++)
+    if (face[n] < (float)(highest[n] + clear) || face[n] <= (float)from + 1) face[n] = 0;
+  free(highest);
+  return face;
+}
+
+enum { POUCH_REACH = 3, POUCH_SIDE = 2 * POUCH_REACH + 1 };
+
+/* Depth of a place of the lower face below the mean around it, which slopes do not change; 0 near its border. */
+static float compute_bulge(const float *face, int32_t i, int32_t j) {
+  float sum = 0;
+  for (int n = 0; n < POUCH_SIDE * POUCH_SIDE; n++) {
+    const int32_t x = i + n % POUCH_SIDE - POUCH_REACH, y = j + n / POUCH_SIDE - POUCH_REACH;
+    if (x < 0 || y < 0 || x >= FACE_SIDE || y >= FACE_SIDE || !(face[y * FACE_SIDE + x] > 0)) return 0;
+    sum += face[y * FACE_SIDE + x];
+  }
+  return sum / (POUCH_SIDE * POUCH_SIDE) - face[j * FACE_SIDE + i];
+}
+
+/* Pouches under the overhang of an anvil bulge most within 270 m, and by more than a voxel. They are 400 to 800 m
+ * apart, as wide as mammatus at least are, and bulge by 100 to 500 m over their mean: lobes are half a kilometre long
+ * (Schultz et al. 2006). A face without pouches has bulges at its rim, 0.9 km apart. */
+static void anvils_carry_mammatus(void **state) {
+  (void)state;
+  neph_context *context = test_context_create(2, NULL);
+  neph_cloud_desc desc = make_kind(context, "cumulonimbus");
+  desc.extent_m[0] = desc.extent_m[1] = 18e3;
+  desc.voxel_m = 90;
+  desc.seed = 3;
+  desc.precipitation = 0;
+  np_sparse_grid grid = test_bake(context, &desc);
+  float *face =
+      list_overhangs(&grid, (int32_t)(0.5 * desc.thickness_m / desc.voxel_m), 10, 0.3f * (float)desc.extinction_per_m);
+  double pouches = 0, columns = 0, depth_m = 0;
+  for (int32_t j = 0; j < FACE_SIDE; j++)
+    for (int32_t i = 0; i < FACE_SIDE; i++) {
+      const float here = compute_bulge(face, i, j);
+      float most = 0;
+      for (int n = 0; n < POUCH_SIDE * POUCH_SIDE; n++)
+        most = fmaxf(most, compute_bulge(face, i + n % POUCH_SIDE - POUCH_REACH, j + n / POUCH_SIDE - POUCH_REACH));
+      columns += here != 0;
+      if (here == most && here > 1) pouches++, depth_m += (double)here * desc.voxel_m;
+    }
+  const double apart_m = desc.voxel_m * sqrt(columns / fmax(pouches, 1));
+  print_message("%g pouches under %g columns, %.0f m apart, %.0f m deep\n", pouches, columns, apart_m,
+                depth_m / pouches);
+  assert_true(pouches >= 20);
+  assert_true(apart_m > 400 && apart_m < 800);
+  assert_true(depth_m / pouches > 100 && depth_m / pouches < 500);
+  free(face);
+  np_sparse_grid_clear(&grid);
+  neph_context_destroy(context);
+}
+
 static void trails_spread_with_age(void **state) {
   (void)state;
   neph_context *context = test_context_create(2, NULL);
@@ -217,6 +288,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(fog_fills_low_ground_to_its_top),
       cmocka_unit_test(lenses_stand_over_the_ridge),
+      cmocka_unit_test(anvils_carry_mammatus),
       cmocka_unit_test(trails_spread_with_age),
       cmocka_unit_test(ground_lifts_and_draws_clouds),
       cmocka_unit_test(threads_and_levels_give_the_same_bits_over_ground),

@@ -25,6 +25,9 @@ static neph_cloud_desc make_tile(neph_context *context, const char *preset) {
   desc.wind_m_s[1] = 0;
   desc.time_s = 40;
   desc.repeat_m = 50e3;
+  desc.streets = 0.5;
+  desc.cells_kind = NEPH_CLOUD_CELLS_CLOSED;
+  desc.cells_size_m = 2500;
   return desc;
 }
 

@@ -104,6 +104,8 @@ static const ignored_case cases[] = {
     {"clouds: [{bake: {wind_direction: [0, 0, 0, 0, 0]}}]",
      "clouds[0].bake.wind_direction is ignored: clouds[0].bake.wind_speed is not given"},
     {"clouds: [{bake: {sublayers: 2}}]", "clouds[0].bake.sublayers is ignored: clouds[0].bake.model is cells"},
+    {"clouds: [{bake: {model: fog, streets: 1}}]", "clouds[0].bake.streets is ignored: clouds[0].bake.model is fog"},
+    {"clouds: [{bake: {cells: {size: 9 km}}}]", "clouds[0].bake.cells.size is ignored: clouds[0].bake.cells.kind is "},
     {"clouds: [{bake: {model: hero, stretch: 2}}]", "clouds[0].bake.stretch is ignored: clouds[0].bake.model is hero"},
     {"clouds: [{bake: {model: hero, anvil: 1}}]", "clouds[0].bake.anvil is ignored: clouds[0].bake.model is hero"},
     {"clouds: [{bake: {type: 0.2, billowiness: 0.2, anvil: 1}}, {bake: {model: slab, sublayers: 2, stretch: 3}}]",

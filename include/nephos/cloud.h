@@ -23,6 +23,13 @@ typedef enum neph_cloud_model {
   NEPH_CLOUD_MODEL_STREAKS   /**< heads of ice, with fall streaks that the skew draws out to hooks: cirrus */
 } neph_cloud_model;
 
+/** Cells of convection of tens of kilometres, of which clouds are parts. */
+typedef enum neph_cloud_cells {
+  NEPH_CLOUD_CELLS_NONE,
+  NEPH_CLOUD_CELLS_OPEN,  /**< clouds along the walls of cells with clear hearts */
+  NEPH_CLOUD_CELLS_CLOSED /**< cloudy hearts, parted by narrow clear walls */
+} neph_cloud_cells;
+
 /** Quantity that a picture gives for each place. Its values, from 0 to 1, are shares of that of the description. */
 typedef enum neph_cloud_map_quantity {
   NEPH_CLOUD_MAP_COVERAGE,      /**< of the coverage: 0 is clear sky */
@@ -135,6 +142,11 @@ typedef struct neph_cloud_desc {
    * at its extent (default 0). Only for the models cells, slab, thermals, deck and streaks, square and in the middle,
    * without a picture, ground, shape or precipitation; patterns along the wind need a wind along x or y. */
   double repeat_m;
+  /** From clouds in loose groups, 0, to streets and rolls along the wind, or x in calm, 1: twice `cell_m` apart, of the
+   * models cells, slab, thermals and deck (default 0). */
+  double streets;
+  neph_cloud_cells cells_kind; /**< of the same models (default NEPH_CLOUD_CELLS_NONE) */
+  double cells_size_m;         /**< mean distance of their hearts; > 0; in nature 10 to 40 km (default 12 km) */
 } neph_cloud_desc;
 
 #define NEPH_CLOUD_DESC_DEFAULT                                                                                        \
@@ -150,9 +162,9 @@ typedef struct neph_cloud_desc {
     .wind_direction_rad = {4.71238898038468986, 4.71238898038468986, 4.71238898038468986, 4.71238898038468986,         \
                            4.71238898038468986},                                                                       \
     .shape = {.mesh_unit_m = 1, .height_size_m = {8000, 8000}, .height_m = 1200}, .billow_amounts = {1, 1, 1},         \
-    .billow_frequencies = {1, 1, 1}, .wisp_amounts = {0, 0, 1}, .name = NULL, .ground_height = NULL,                   \
-    .ground_user = NULL, .ground_id = NULL, .ground_lift = 0, .ground_cover = 0, .trails = 1,                          \
-    .trail_direction_rad = 1.57079632679489662, .repeat_m = 0                                                          \
+    .billow_frequencies = {1, 1, 1}, .wisp_amounts = {0, 0, 1}, .streets = 0, .cells_kind = NEPH_CLOUD_CELLS_NONE,     \
+    .cells_size_m = 12000, .name = NULL, .ground_height = NULL, .ground_user = NULL, .ground_id = NULL,                \
+    .ground_lift = 0, .ground_cover = 0, .trails = 1, .trail_direction_rad = 1.57079632679489662, .repeat_m = 0        \
   }
 
 /** Fills a description from a named preset ("cumulus_mediocris", …); fails listing the names there are.

@@ -3,7 +3,8 @@
  *
  * Two faces bound the sheet, in shares of the thickness: the upper one rises from the rim to the heart, and into a dome
  * over the strongest towers, which overshoot; the lower one flares down to the tower like a trumpet. So the sheet thins
- * to its rim, where striations along the wind fray it. Pouches, mammatus, hang from the overhang's lower face.
+ * to its rim, whose outline is lobed, and which fibres along the wind fray, bent by eddies. Pouches, mammatus, hang
+ * from the overhang's lower face in groups: half balls, as wide as deep.
  */
 #include <math.h>
 
@@ -13,10 +14,14 @@
 static const float rim = 0.80f, rise = 0.055f, rise_strength = 0.6f; /* upper face, and the strength where it is up */
 static const float dome = 0.05f, dome_from = 0.6f;                   /* over towers at least so strong */
 static const float flare = 0.44f;                                    /* lower face: rim − flare·strength³ */
-static const float striation_size = 0.36f, striation_stretch = 9.0f, striation_reach = 0.55f; /* sizes in billows */
-static const float pouch_size = 0.42f, pouch_reach = 0.060f;                                  /* the latter a share */
-static const float upper_edge = 0.010f, lower_edge = 0.016f;                                  /* shares too */
-static const float thinness = 0.13f, rim_thinness = 0.3f; /* of ice against water, and of the rim against that */
+static const float lobe_size = 1.1f, lobe_reach = 0.75f;             /* sizes in billows, reaches in strength */
+static const float fibre_size = 0.30f, fibre_stretch = 6.0f, fibre_reach = 0.22f;
+static const float eddy_size = 2.3f, eddy_reach = 0.30f;     /* that bend fibres */
+static const float pouch_size = 0.34f, pouch_reach = 0.056f; /* the latter a share of the thickness */
+static const float pouch_thickness = 1.6f; /* of pouches against the heart: they carry most of the ice */
+static const float group_size = 2.6f;      /* of groups of pouches */
+static const float upper_edge = 0.010f, lower_edge = 0.008f; /* shares too */
+static const float thinness = 0.13f, rim_thinness = 0.3f;    /* of ice against water, and of the rim against that */
 static const float extinction_floor = 0.002f;
 
 static float eval_upper(float anvil, float tower) {
@@ -27,7 +32,7 @@ static float eval_lower(float anvil) { return rim - flare * anvil * anvil * anvi
 
 /* Either strength raises the upper face, that of the anvil lowers the other. */
 bool np_anvil_is_possible(float anvil_max, float tower_max, const np_interval *shares) {
-  const float anvil = np_minf(anvil_max + 0.5f * striation_reach, 1.5f);
+  const float anvil = np_minf(anvil_max + 0.5f * (lobe_reach + fibre_reach), 1.5f);
   if (!(anvil > 0.0f)) return false;
   return shares->low < eval_upper(anvil, tower_max) && shares->high > eval_lower(anvil) - pouch_reach;
 }
@@ -52,28 +57,53 @@ static void collect(const np_cloud_model *model, const np_cloud_points *points, 
   }
 }
 
-static void add_striations(const np_cloud_model *model, np_kind_points *p) {
+/* Value noise of the anvil, in [−0.5, 0.5]; `stretch` along the wind. */
+static void fill_noise(const np_cloud_model *model, np_kind_points *p, np_cloud_stream stream, float size,
+                       float stretch, float *out) {
   const neph_cloud_desc *desc = &model->desc;
-  const float size_m = striation_size * (float)desc->billow_m;
-  const np_noise_octaves octaves = {.count = np_kind_count_octaves(desc, size_m), .gain = 0.6f};
-  np_noise_lattice lattice = np_kind_make_lattice(desc, NP_CLOUD_STREAM_SHEET);
-  lattice = np_kind_wrap(model, &lattice, size_m, striation_stretch);
-  const np_noise_points points = np_kind_scale(model, p, size_m, striation_stretch);
-  for (size_t i = 0; i < p->count; i++) p->sz[i] *= 0.4f; /* streaks hang together over the height */
-  model->noise->value_fbm(&lattice, &octaves, &points, p->noise);
-  for (size_t i = 0; i < p->count; i++)
-    p->strength[i] += striation_reach * np_clampf(2.0f * (p->noise[i] - 0.5f), -0.5f, 0.5f);
+  const float size_m = size * (float)desc->billow_m;
+  const np_noise_octaves octaves = {.count = np_kind_count_octaves(desc, size_m), .gain = 0.55f};
+  np_noise_lattice lattice = np_kind_make_lattice(desc, stream);
+  lattice = np_kind_wrap(model, &lattice, size_m, stretch);
+  const np_noise_points points = np_kind_scale(model, p, size_m, stretch);
+  for (size_t i = 0; i < p->count; i++) p->sz[i] *= 0.4f; /* it hangs together over the height */
+  model->noise->value_fbm(&lattice, &octaves, &points, out);
+  for (size_t i = 0; i < p->count; i++) out[i] = np_clampf(2.0f * (out[i] - 0.5f), -0.5f, 0.5f);
+}
+
+/* The outline is lobed, and within it fibres are bent: straight ones would end as teeth of a comb. */
+static void add_striations(const np_cloud_model *model, np_kind_points *p) {
+  const float eddy_m = eddy_size * (float)model->desc.billow_m;
+  float lobes[NP_CLOUD_BLOCK], dx[NP_CLOUD_BLOCK], dy[NP_CLOUD_BLOCK];
+  fill_noise(model, p, NP_CLOUD_STREAM_ANVIL_LOBES, lobe_size, 1.5f, lobes);
+  np_noise_lattice lattice = np_kind_make_lattice(&model->desc, NP_CLOUD_STREAM_ANVIL_EDDIES);
+  lattice = np_kind_wrap(model, &lattice, eddy_m, 1.0f);
+  const np_noise_points points = np_kind_scale(model, p, eddy_m, 1.0f);
+  for (size_t i = 0; i < p->count; i++) p->sz[i] = 0.53f - 0.3f * model->turnover;
+  model->noise->swirl(&lattice, &points, dx, dy);
+  for (size_t i = 0; i < p->count; i++) {
+    p->x_m[i] += eddy_reach * eddy_m * (dx[i] * model->heading[0] - dy[i] * model->heading[1]);
+    p->y_m[i] += eddy_reach * eddy_m * (dx[i] * model->heading[1] + dy[i] * model->heading[0]);
+  }
+  fill_noise(model, p, NP_CLOUD_STREAM_SHEET, fibre_size, fibre_stretch, p->noise);
+  for (size_t i = 0; i < p->count; i++) {
+    const float at_rim = 1.0f - np_smoothstepf((p->strength[i] - 0.1f) / 0.5f);
+    p->strength[i] += at_rim * (lobe_reach * lobes[i] + fibre_reach * p->noise[i]);
+  }
 }
 
 /* Depth of the pouches, in [0, 1]. */
-static void compute_pouches(const np_cloud_model *model, np_kind_points *p) {
+static void compute_pouches(const np_cloud_model *model, np_kind_points *p, float *out) {
   const float size_m = pouch_size * (float)model->desc.billow_m;
+  float groups[NP_CLOUD_BLOCK];
+  fill_noise(model, p, NP_CLOUD_STREAM_ANVIL_GROUPS, group_size, 1.0f, groups);
   np_noise_lattice lattice = np_kind_make_lattice(&model->desc, NP_CLOUD_STREAM_BASE);
-  lattice = np_kind_wrap(model, &lattice, size_m, 1.3f);
-  const np_noise_points points = np_kind_scale(model, p, size_m, 1.3f);
+  lattice = np_kind_wrap(model, &lattice, size_m, 1.0f);
+  const np_noise_points points = np_kind_scale(model, p, size_m, 1.0f);
   for (size_t i = 0; i < p->count; i++) p->sz[i] = 0.41f - model->turnover;
-  model->noise->worley(&lattice, &points, p->noise);
-  for (size_t i = 0; i < p->count; i++) p->noise[i] = 1.0f - np_minf(1.7f * p->noise[i], 1.0f);
+  model->noise->worley(&lattice, &points, out);
+  for (size_t i = 0; i < p->count; i++)
+    out[i] = sqrtf(np_maxf(1.0f - 1.6f * out[i], 0.0f)) * np_smoothstepf(0.75f + 2.0f * groups[i]);
 }
 
 void np_anvil_eval(const np_cloud_model *model, const np_cloud_points *points, float *out_extinction_per_m) {
@@ -82,16 +112,17 @@ void np_anvil_eval(const np_cloud_model *model, const np_cloud_points *points, f
   const float upper = np_maxf(upper_edge, 0.9f * voxel), lower = np_maxf(lower_edge, 0.9f * voxel);
   collect(model, points, &p);
   if (p.count == 0) return;
+  float pouches[NP_CLOUD_BLOCK];
+  compute_pouches(model, &p, pouches);
   add_striations(model, &p);
-  compute_pouches(model, &p);
   for (size_t i = 0; i < p.count; i++) {
     const float anvil = np_minf(p.strength[i], 1.5f), share = p.field_x_m[i];
     if (!(anvil > 0.0f)) continue;
-    const float hanging = np_smoothstepf((anvil - 0.04f) / 0.16f) * (1.0f - np_smoothstepf((anvil - 0.6f) / 0.35f));
-    const float above = share - eval_lower(anvil) + pouch_reach * hanging * p.noise[i];
+    const float hanging = np_smoothstepf((anvil - 0.12f) / 0.2f) * (1.0f - np_smoothstepf((anvil - 0.6f) / 0.35f));
+    const float above = share - eval_lower(anvil) + pouch_reach * hanging * pouches[i];
     const float below = eval_upper(anvil, p.ground_m[i]) - share;
     const float body = np_smoothstepf(below / upper) * np_smoothstepf(above / lower) * thinness *
-                       np_mixf(rim_thinness, 1.0f, np_smoothstepf(anvil / 0.7f));
+                       np_maxf(np_mixf(rim_thinness, 1.0f, np_smoothstepf(anvil / 0.7f)), pouch_thickness * hanging);
     float *out = &out_extinction_per_m[p.index[i]];
     if (body > extinction_floor) *out = np_maxf(*out, (float)model->desc.extinction_per_m * body);
   }

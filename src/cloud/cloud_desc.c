@@ -59,10 +59,12 @@ static const real_field fields[] = {
     FIELD(billow_frequencies, "billow_frequencies", "", NEPH_CLOUD_PARTS, 1, 8, INCLUSIVE),
     FIELD(wisp_amounts, "wisp_amounts", "", NEPH_CLOUD_PARTS, 0, 2, INCLUSIVE),
     FIELD(repeat_m, "repeat", " m", 1, 0, 1e6, INCLUSIVE),
+    FIELD(streets, "streets", "", 1, 0, 1, INCLUSIVE),
+    FIELD(cells_size_m, "cells.size", " m", 1, 0, 1e6, ABOVE_LOW),
 };
 
 /* Files may lack the fields from `age` on, which then have their defaults. */
-enum { FIELD_COUNT = sizeof fields / sizeof *fields, FIELD_AGE = FIELD_COUNT - 7 };
+enum { FIELD_COUNT = sizeof fields / sizeof *fields, FIELD_AGE = FIELD_COUNT - 12 };
 
 static const double *get_values(const neph_cloud_desc *desc, const real_field *field) {
   return (const double *)(const void *)((const char *)desc + field->offset);
@@ -104,12 +106,21 @@ static const char *const models[] = {
 
 enum { MODEL_COUNT = sizeof models / sizeof *models };
 
+static const char *const cells_kinds[] = {
+    [NEPH_CLOUD_CELLS_NONE] = "none", [NEPH_CLOUD_CELLS_OPEN] = "open", [NEPH_CLOUD_CELLS_CLOSED] = "closed"};
+
+enum { CELLS_KIND_COUNT = sizeof cells_kinds / sizeof *cells_kinds };
+
 static neph_result check_model(neph_context *context, const neph_cloud_desc *desc) {
   if ((unsigned)desc->model >= MODEL_COUNT)
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
                    "%s.model is %d, must be cells (0), slab (1), hero (2), thermals (3), fog (4), lenses (5), trails "
                    "(6), deck (7) or streaks (8)",
                    np_cloud_desc_name(desc), (int)desc->model);
+  if ((unsigned)desc->cells_kind >= CELLS_KIND_COUNT)
+    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
+                   "%s.cells.kind is %d, must be none (0), open (1) or closed (2)", np_cloud_desc_name(desc),
+                   (int)desc->cells_kind);
   if (desc->trails < 1 || desc->trails > NEPH_CLOUD_TRAILS_MAX)
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "%s.trails is %u, must be in [1, %d]",
                    np_cloud_desc_name(desc), desc->trails, (int)NEPH_CLOUD_TRAILS_MAX);
@@ -182,6 +193,7 @@ neph_result np_cloud_desc_to_json(neph_context *context, const neph_cloud_desc *
   snprintf(seed, sizeof seed, "%llu", (unsigned long long)desc->seed);
   np_json_put_text(json, "seed", seed); /* as text: JSON's numbers lose the last bits of 64 */
   np_json_put_text(json, "model", models[desc->model]);
+  np_json_put_text(json, "cells_kind", cells_kinds[desc->cells_kind]);
   np_json_put_integer(json, "sublayers", desc->sublayers);
   np_json_put_integer(json, "trails", desc->trails);
   np_json_put_bool(json, "has_profile", desc->has_profile);
@@ -218,10 +230,20 @@ static bool read_model(const np_json_value *json, neph_cloud_desc *desc) {
   return text && i < MODEL_COUNT;
 }
 
+/* Files of before have none. */
+static bool read_cells_kind(const np_json_value *json, neph_cloud_desc *desc) {
+  const char *text = np_json_get_text(json, "cells_kind");
+  int i = 0;
+  while (text && i < CELLS_KIND_COUNT && strcmp(text, cells_kinds[i])) i++;
+  desc->cells_kind = (neph_cloud_cells)i;
+  return i < CELLS_KIND_COUNT;
+}
+
 static bool read_values(const np_json_value *json, neph_cloud_desc *desc, neph_bake_desc *bake) {
   double number;
   const char *text = np_json_get_text(json, "seed");
-  if (!text || sscanf(text, "%" SCNu64, &desc->seed) != 1 || !read_model(json, desc)) return false;
+  if (!text || sscanf(text, "%" SCNu64, &desc->seed) != 1 || !read_model(json, desc) || !read_cells_kind(json, desc))
+    return false;
   if (!np_json_get_reals(json, "sublayers", &number, 1)) return false;
   desc->sublayers = (unsigned)number;
   if (np_json_get_reals(json, "trails", &number, 1)) desc->trails = (unsigned)number;

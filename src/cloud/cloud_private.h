@@ -28,6 +28,13 @@ typedef enum np_cloud_stream {
   NP_CLOUD_STREAM_SCRAPS,
   NP_CLOUD_STREAM_FLOOR,
   NP_CLOUD_STREAM_WISPS,
+  NP_CLOUD_STREAM_STREETS = 24,
+  NP_CLOUD_STREAM_MESOSCALE,
+  NP_CLOUD_STREAM_MESOSCALE_X,
+  NP_CLOUD_STREAM_MESOSCALE_Y,
+  NP_CLOUD_STREAM_ANVIL_LOBES,
+  NP_CLOUD_STREAM_ANVIL_EDDIES,
+  NP_CLOUD_STREAM_ANVIL_GROUPS,
   NP_CLOUD_STREAM_BILLOWS = 40, /* one more for each level */
   NP_CLOUD_STREAM_PATCHES = 48, /* the same */
   NP_CLOUD_STREAM_WARP = 56     /* one more for each octave */
@@ -102,6 +109,8 @@ typedef struct np_landscape {
   float radius_m; /* a lone cell is a − r²/radius²: its outline at waterline t is a circle of radius·√(a − t) */
   float shore_depth, sheet_shrink, anvil, swirl;
   float heading[2], shear[2]; /* unit vectors; `shear` is 0 without skew */
+  float streets, cells_size;  /* mesoscale.c; the latter in cell spacings */
+  neph_cloud_cells cells_kind;
   int32_t period, sheet_period; /* cells in a field that repeats, and those of a sheet along the wind; 0: it ends */
 } np_landscape;
 
@@ -131,7 +140,7 @@ typedef struct np_weather_map {
   int32_t size[2];       /* texels along x, y */
   float origin_m[2];     /* of the first texel */
   float step_m, radius_m;
-  bool is_periodic; /* else the border's values go on beyond it */
+  bool is_periodic;                             /* else the border's values go on beyond it */
   float lowest, highest;                        /* over all texels */
   float *values;                                /* x fastest */
   float *anvils;                                /* NULL: none */

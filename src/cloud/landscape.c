@@ -11,6 +11,7 @@
 #include <math.h>
 
 #include "cloud/cloud_kinds.h"
+#include "cloud/mesoscale.h"
 #include "cloud/repeat.h"
 #include "core/math.h"
 #include "core/random.h"
@@ -183,9 +184,12 @@ static float compute_shore(const np_landscape *land, float x, float y) {
 static void fill_cells(const np_landscape *land, const landscape_block *b, float *out, float *out_anvils) {
   float group[NP_LANDSCAPE_BLOCK];
   const bool has_thermals = land->model == NEPH_CLOUD_MODEL_THERMALS;
-  const float group_height = has_thermals ? thermal_group_height : cell_group_height;
+  const float group_height =
+      (has_thermals ? thermal_group_height : cell_group_height) * np_mesoscale_get_ground_share(land);
   fill_noise(land, NP_CLOUD_STREAM_GROUPS, group_size, has_thermals ? THERMAL_GROUP_OCTAVES : 2,
              has_thermals ? thermal_group_gain : 0.5f, b, group);
+  for (size_t i = 0; i < b->count; i++) group[i] *= group_height;
+  np_mesoscale_add(land, b->count, b->air_x, b->air_y, group);
   const float spacing = fit_size(land, small_spacing, NULL);
   const float curvature = 1.0f / (cell_radius * cell_radius), wide = 1.0f / (1.0f + anvil_spread * land->anvil);
   const float drag = anvil_drag * land->anvil;
@@ -198,7 +202,7 @@ static void fill_cells(const np_landscape *land, const landscape_block *b, float
     const double x = b->air_x[i], y = b->air_y[i], s = (double)spacing;
     const float large = compute_highest(&cells, land->lives, x, y);
     const float between = compute_highest(&small, land->lives, x / s, y / s);
-    const float raised = group_height * group[i] - compute_shore(land, b->x[i], b->y[i]);
+    const float raised = group[i] - compute_shore(land, b->x[i], b->y[i]);
     out[i] = np_maxf(large + turret_height * np_maxf(between, 0.0f), between) + raised;
     if (out_anvils)
       out_anvils[i] = raised + compute_highest(&anvils, land->lives, x - (double)(drag * land->shear[0]),
@@ -215,7 +219,9 @@ static void fill_sheet(const np_landscape *land, const landscape_block *b, float
     turned.air_y[i] = y * hx - x * hy;
   }
   fill_noise(land, NP_CLOUD_STREAM_GROUPS, 1.0f, 4, 0.5f, &turned, out);
-  for (size_t i = 0; i < b->count; i++) out[i] = sheet_height * out[i] - compute_shore(land, b->x[i], b->y[i]);
+  const float height = sheet_height * np_mesoscale_get_ground_share(land);
+  for (size_t i = 0; i < b->count; i++) out[i] = height * out[i] - compute_shore(land, b->x[i], b->y[i]);
+  np_mesoscale_add(land, b->count, b->air_x, b->air_y, out);
 }
 
 static void fill_hero(const np_landscape *land, const landscape_block *b, float *out) {
@@ -283,6 +289,11 @@ np_landscape np_landscape_make(const np_noise_table *noise, const neph_cloud_des
                        .swirl = swirl_reach * (float)desc->turbulence};
   np_cloud_desc_compute_heading(desc, land.heading);
   compute_shear(desc, land.shear);
+  if (np_mesoscale_is_possible(desc->model)) {
+    land.streets = (float)desc->streets;
+    land.cells_kind = desc->cells_kind;
+    land.cells_size = (float)(desc->cells_size_m / desc->cell_m);
+  }
   if (desc->repeat_m > 0) {
     land.period = np_repeat_count(desc->extent_m[0], desc->cell_m);
     land.cell_m = desc->extent_m[0] / land.period;

@@ -37,7 +37,7 @@ static const preset presets[] = {
       .erosion = 0.5, .turbulence = 0.6, .stretch = 2.2, .wind_m_s = {7, 3}, .extinction_per_m = 0.06}},
     {"stratus",
      {.model = NEPH_CLOUD_MODEL_SLAB, .extent_m = {20e3, 20e3}, .voxel_m = 40, .base_altitude_m = 300,
-      .thickness_m = 400, .coverage = 1, .cell_m = 4000, .billow_m = 600, .billowiness = 0.5,
+      .thickness_m = 400, .coverage = 1, .cell_m = 4000, .billow_m = 800, .billowiness = 0.5,
       .erosion = 0.25, .turbulence = 0.3,
       .softness = 0.5, .extinction_per_m = 0.04}},
     {"nimbostratus",
@@ -118,6 +118,7 @@ neph_result neph_cloud_get_preset(neph_context *context, const char *name, neph_
   if (desc.trails == 0) desc.trails = defaults.trails;
   desc.trail_direction_rad = defaults.trail_direction_rad;
   if (desc.sublayers == 0) desc.sublayers = defaults.sublayers;
+  desc.cells_size_m = defaults.cells_size_m;
   if (desc.stretch == 0) desc.stretch = defaults.stretch;
   if (!desc.has_profile) memcpy(desc.profile, defaults.profile, sizeof desc.profile);
   memcpy(desc.wind_direction_rad, defaults.wind_direction_rad, sizeof desc.wind_direction_rad);

@@ -25,6 +25,9 @@
   (ONLY(NEPH_CLOUD_MODEL_FOG) | ONLY(NEPH_CLOUD_MODEL_LENSES) | ONLY(NEPH_CLOUD_MODEL_TRAILS) |                        \
    ONLY(NEPH_CLOUD_MODEL_DECK) | ONLY(NEPH_CLOUD_MODEL_STREAKS))
 #define IN_TOWERS {"clouds[].bake.model", BUT(NEPH_CLOUD_MODEL_SLAB) & ~OWN_MODELS}
+#define IN_WEATHER                                                                                                     \
+  {"clouds[].bake.model", ONLY(NEPH_CLOUD_MODEL_CELLS) | ONLY(NEPH_CLOUD_MODEL_SLAB) |                                 \
+                              ONLY(NEPH_CLOUD_MODEL_THERMALS) | ONLY(NEPH_CLOUD_MODEL_DECK)}
 #define IN_MARCH {"render.integrator", ONLY(NEPH_INTEGRATOR_MARCH)}
 #define IN_PATHS {"render.integrator", ONLY(NEPH_INTEGRATOR_PATH)}
 #define RAMP_KEYS                                                                                                      \
@@ -95,7 +98,7 @@ static const np_ignore_rule rules[] = {
     {.keys = {"clouds[].bake.type", "clouds[].bake.map.type"},
      .counts = {"clouds[].bake.profile", ONLY(NP_GIVEN_NOT)},
      .reason = "which says in its place how high a cell grows", .applies = IN_TOWERS},
-    {.keys = {"clouds[].bake.coverage", "clouds[].bake.cell"},
+    {.keys = {"clouds[].bake.coverage", "clouds[].bake.cell", "clouds[].bake.streets", "clouds[].bake.cells.kind"},
      .counts = {"clouds[].bake.shape", ONLY(NP_GIVEN_NOT)}, .reason = "which stands in the place of the weather map"},
     {.keys = {"clouds[].bake.sublayers"},
      .counts = {"clouds[].bake.model", ONLY(NEPH_CLOUD_MODEL_SLAB) | ONLY(NEPH_CLOUD_MODEL_LENSES)},
@@ -104,6 +107,10 @@ static const np_ignore_rule rules[] = {
      .counts = {"clouds[].bake.model", ONLY(NEPH_CLOUD_MODEL_SLAB) | ONLY(NEPH_CLOUD_MODEL_FOG) |
                                            ONLY(NEPH_CLOUD_MODEL_DECK) | ONLY(NEPH_CLOUD_MODEL_STREAKS)},
      .reason = "which has no pattern along the wind"},
+    {.keys = {"clouds[].bake.streets", "clouds[].bake.cells.kind", "clouds[].bake.cells.size"},
+     .counts = IN_WEATHER, .reason = "which has no streets or cells"},
+    {.keys = {"clouds[].bake.cells.size"}, .counts = {"clouds[].bake.cells.kind", BUT(NEPH_CLOUD_CELLS_NONE)},
+     .reason = "so that there are no cells", .applies = IN_WEATHER},
     {.keys = {"clouds[].bake.billowiness"},
      .counts = {"clouds[].bake.model", BUT(NEPH_CLOUD_MODEL_SLAB) & BUT(NEPH_CLOUD_MODEL_LENSES) &
                                            BUT(NEPH_CLOUD_MODEL_TRAILS) & BUT(NEPH_CLOUD_MODEL_STREAKS)},

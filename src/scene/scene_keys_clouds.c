@@ -17,6 +17,10 @@ static const np_choice missing[] = {{"empty", NP_MISSING_EMPTY},
                                     {NULL, 0}};
 static const np_choice precisions[] = {{"half", NEPH_PRECISION_HALF}, {"float", NEPH_PRECISION_FLOAT}, {NULL, 0}};
 static const np_choice phases[] = {{"rayleigh", NP_PHASE_RAYLEIGH}, {"isotropic", NP_PHASE_ISOTROPIC}, {NULL, 0}};
+static const np_choice cells[] = {{"none", NEPH_CLOUD_CELLS_NONE},
+                                  {"open", NEPH_CLOUD_CELLS_OPEN},
+                                  {"closed", NEPH_CLOUD_CELLS_CLOSED},
+                                  {NULL, 0}};
 static const np_choice models[] = {{"cells", NEPH_CLOUD_MODEL_CELLS},     {"slab", NEPH_CLOUD_MODEL_SLAB},
                                    {"hero", NEPH_CLOUD_MODEL_HERO},       {"thermals", NEPH_CLOUD_MODEL_THERMALS},
                                    {"fog", NEPH_CLOUD_MODEL_FOG},         {"lenses", NEPH_CLOUD_MODEL_LENSES},
@@ -243,6 +247,18 @@ static const np_key keys[] = {
     {.path = "clouds[].bake.stretch", .type = NP_KEY_REAL, .field = CLOUD(bake.stretch), .range = WITHIN(1, 100),
      .fallback = "1",
      .meaning = "factor on the pattern of slab, fog, deck and streaks along the wind, or along x in calm"},
+    {.path = "clouds[].bake.streets", .type = NP_KEY_REAL, .field = CLOUD(bake.streets), .range = WITHIN(0, 1),
+     .fallback = "0",
+     .meaning = "from loose groups, 0, to streets and rolls along the wind, 1, twice cell apart; along x in calm"},
+    {.path = "clouds[].bake.cells", .type = NP_KEY_SECTION,
+     .meaning = "cells of convection in which clouds are arranged, as over cold seas"},
+    {.path = "clouds[].bake.cells.kind", .type = NP_KEY_CHOICE, .choices = cells, .field = CLOUD(bake.cells_kind),
+     .fallback = "none",
+     .meaning = "open: clouds along the walls of cells with clear hearts; closed: cloudy hearts, parted by narrow "
+                "clear walls"},
+    {.path = "clouds[].bake.cells.size", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE,
+     .field = CLOUD(bake.cells_size_m), .range = SIZE, .fallback = "12 km",
+     .meaning = "mean distance of their hearts; in nature 10 to 40 km"},
     {.path = "clouds[].bake.anvil", .type = NP_KEY_REAL, .field = CLOUD(bake.anvil), .range = WITHIN(0, 1),
      .fallback = "0", .meaning = "spread of the tops of the largest cells"},
     {.path = "clouds[].bake.age", .type = NP_KEY_REAL, .field = CLOUD(bake.age), .range = WITHIN(0, 1),

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Statistics of baked fields as observers of nature give them: `bench_nature PRESET [KEY=VALUE…]`, keys seed, extent,
- * voxel, coverage, cell, billow, thickness, spacing in metres and shares, model (cells or thermals), deck (1: spectra).
+ * voxel, coverage, cell, billow, thickness in metres and shares, streets, cells (open or closed), cells_size, model
+ * (cells or thermals), deck (1: spectra). It fails where a field of cumulus, or with deck=1 the spectrum of a deck, is
+ * not as in nature.
  *
  * Columns of voxels are evaluated leaf by leaf and kept as their vertical optical depth, so that a field of 40 km takes
  * the memory of its map and a byte a voxel.
@@ -146,7 +148,22 @@ static void print_crumbs(const field *f) {
   free(components);
 }
 
-static void print_regions(const field *f) {
+/* A figure against the range of docs/results/nature.md. */
+static bool is_within(const char *name, double value, double low, double high) {
+  if (value >= low && value <= high) return true;
+  fprintf(stderr, "%s is %.3f, must be in [%g, %g]\n", name, value, low, high);
+  return false;
+}
+
+static bool check_regions(const field_power_law *law, const field_line *line) {
+  const bool are_many = is_within("number of clouds", (double)law->count, 500, 1e9);
+  const bool are_sized = is_within("exponent of sizes", -law->below, -2.3, -1.7);
+  return is_within("dimension", line->slope, 1.30, 1.40) && is_within("decades of area", line->decades, 2, 9) &&
+         are_many && are_sized;
+}
+
+/* False: clouds of a field that is no deck are not as in nature. */
+static bool print_regions(const field *f, bool is_deck) {
   const size_t columns = (size_t)f->size[0] * (size_t)f->size[1];
   const double voxel_m = f->model.desc.voxel_m;
   uint8_t *is_inside = malloc(columns);
@@ -173,14 +190,16 @@ static void print_regions(const field *f) {
   free(regions);
   free(labels);
   free(is_inside);
+  return is_deck || (is_fitted && check_regions(&law, &line));
 }
 
 /* The middle half of the field: borders, where clouds end, are not the deck's. */
-static void print_spectrum(const field *f) {
+static bool print_spectrum(const field *f) {
   const int32_t width = f->size[0] * 3 / 4, height = f->size[1] * 3 / 4;
   const float *corner = f->optical_depth + (size_t)(f->size[1] / 8) * (size_t)f->size[0] + f->size[0] / 8;
   float *values = malloc((size_t)width * (size_t)height * sizeof *values);
   field_line line = {0};
+  bool is_found = false;
   double mean = 0, squares = 0;
   for (int32_t j = 0; j < height; j++)
     for (int32_t i = 0; i < width; i++) {
@@ -191,12 +210,16 @@ static void print_spectrum(const field *f) {
     }
   const double count = (double)width * height, voxel_m = f->model.desc.voxel_m;
   for (double shortest = deck_shortest_cells; 2.5 * shortest * deck_decade <= width; shortest *= 2)
-    if (field_fit_spectrum(width, height, values, shortest, shortest * deck_decade, &line))
+    if (field_fit_spectrum(width, height, values, shortest, shortest * deck_decade, &line)) {
+      is_found = is_found || fabs(line.slope + 5.0 / 3) <= 0.2;
       printf("spectrum      %.2f ± %.2f from %.0f to %.0f m\n", line.slope, line.error, shortest * voxel_m,
              shortest * deck_decade * voxel_m);
+    }
   printf("depth         mean %.2f, std/mean %.2f\n", mean / count,
          sqrt(squares / count - mean * mean / count / count) / (mean / count));
   free(values);
+  if (!is_found) fprintf(stderr, "no decade has a slope within 0.2 of -5/3\n");
+  return is_found;
 }
 
 /* ---- Arguments ---- */
@@ -205,10 +228,11 @@ static bool set_value(neph_cloud_desc *desc, bool *is_deck, const char *argument
   struct {
     const char *key;
     double *value;
-  } keys[] = {{"voxel", &desc->voxel_m},          {"coverage", &desc->coverage},     {"cell", &desc->cell_m},
-              {"billow", &desc->billow_m},        {"thickness", &desc->thickness_m}, {"erosion", &desc->erosion},
-              {"wispiness", &desc->wispiness},    {"turbulence", &desc->turbulence}, {"age", &desc->age},
-              {"billowiness", &desc->billowiness}};
+  } keys[] = {
+      {"voxel", &desc->voxel_m},           {"coverage", &desc->coverage},     {"cell", &desc->cell_m},
+      {"billow", &desc->billow_m},         {"thickness", &desc->thickness_m}, {"erosion", &desc->erosion},
+      {"wispiness", &desc->wispiness},     {"turbulence", &desc->turbulence}, {"age", &desc->age},
+      {"billowiness", &desc->billowiness}, {"streets", &desc->streets},       {"cells_size", &desc->cells_size_m}};
   const char *value = strchr(argument, '=');
   if (!value) return false;
   const size_t length = (size_t)(value++ - argument);
@@ -219,6 +243,10 @@ static bool set_value(neph_cloud_desc *desc, bool *is_deck, const char *argument
     }
   if (!strncmp(argument, "extent=", 7)) return (desc->extent_m[0] = desc->extent_m[1] = strtod(value, NULL)) > 0;
   if (!strncmp(argument, "seed=", 5)) return (desc->seed = strtoull(value, NULL, 10)) || true;
+  if (!strncmp(argument, "cells=", 6)) {
+    desc->cells_kind = !strcmp(value, "open") ? NEPH_CLOUD_CELLS_OPEN : NEPH_CLOUD_CELLS_CLOSED;
+    return true;
+  }
   if (!strncmp(argument, "deck=", 5)) return (*is_deck = *value == '1') || true;
   if (strncmp(argument, "model=", 6)) return false;
   desc->model = !strcmp(value, "cells") ? NEPH_CLOUD_MODEL_CELLS : NEPH_CLOUD_MODEL_THERMALS;
@@ -229,7 +257,7 @@ int main(int argc, char **argv) {
   neph_cloud_desc desc = NEPH_CLOUD_DESC_DEFAULT;
   neph_context *context = NULL;
   field f = {0};
-  bool is_deck = false;
+  bool is_deck = false, is_natural = true;
   neph_result result = neph_context_create(NULL, &context);
   if (!result) result = neph_cloud_get_preset(context, argc > 1 ? argv[1] : "", &desc);
   for (int n = 2; n < argc && !result; n++)
@@ -239,11 +267,11 @@ int main(int argc, char **argv) {
     }
   if (!result) result = make_field(context, &desc, &f);
   if (!result) {
-    print_regions(&f);
+    const bool has_sizes = print_regions(&f, is_deck);
     print_crumbs(&f);
-    if (is_deck) print_spectrum(&f);
+    is_natural = is_deck ? print_spectrum(&f) : has_sizes;
   }
   clear_field(&f);
   neph_context_destroy(context);
-  return result ? EXIT_FAILURE : EXIT_SUCCESS;
+  return result || !is_natural ? EXIT_FAILURE : EXIT_SUCCESS;
 }

@@ -1,0 +1,182 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Patterns of the landscape wider than a cloud, which raise and sink what is there: rolls of the boundary layer, whose
+ * clouds stand in streets along the wind, and cells of convection, open or closed.
+ *
+ * Streets are a wave across the wind whose phase wanders. Cells are those of Voronoi's diagram of jittered points, the
+ * middles of hexagons; clouds of open cells stand on the walls, closed cells are clear there.
+ */
+#include "cloud/mesoscale.h"
+
+#include <math.h>
+
+#include "cloud/repeat.h"
+#include "core/math.h"
+#include "core/random.h"
+
+/* In cells of the landscape; about three depths of a boundary layer (AMS Glossary, horizontal convective rolls). */
+static const float street_spacing = 2.0f;
+static const float street_height = 0.75f;                                          /* of the wave, in the landscape's */
+static const float wander_along = 5.0f, wander_across = 1.5f, wander_reach = 1.0f; /* in spacings; of the phase */
+
+/* In their size. Walls between open cells are as wide as their clouds, those between closed ones are narrow. */
+static const float jitter = 0.62f, warp_size = 0.5f, warp_reach = 0.5f, open_width = 0.27f, closed_width = 0.15f;
+static const float column = 1.0f, row = 0.8660254f; /* of hexagons whose middles are 1 apart */
+static const float cells_height = 0.85f, open_spread = 2.0f, closed_spread = 0.35f; /* in the landscape's */
+
+/* Share of the landscape's own groups that a full pattern replaces. */
+static const float streets_share = 0.6f, cells_share = 0.25f;
+
+static void fill_perlin(const np_landscape *land, np_cloud_stream stream, const int32_t period[2], unsigned octaves,
+                        size_t count, const float *x, const float *y, float *out) {
+  float z[NP_LANDSCAPE_BLOCK];
+  const np_noise_lattice lattice = {
+      np_noise_derive_seed(land->seed, stream),
+      {period[0] ? period[0] : NP_NOISE_PERIOD_MAX, period[1] ? period[1] : NP_NOISE_PERIOD_MAX, NP_NOISE_PERIOD_MAX}};
+  for (size_t i = 0; i < count; i++) z[i] = 0.43f + 0.1f * (float)land->lives;
+  land->noise->perlin_fbm(&lattice, &(np_noise_octaves){.count = octaves, .gain = 0.5f},
+                          &(np_noise_points){count, x, y, z}, out);
+}
+
+/* A length that goes into the tile a whole number of times, and that number; 0 where the field ends. */
+static float fit(const np_landscape *land, float size, int32_t *out_count) {
+  *out_count = land->period ? np_repeat_count((double)land->period, (double)size) : 0;
+  return land->period ? (float)land->period / (float)*out_count : size;
+}
+
+/* ---- Streets ---- */
+
+/* 1 − 2S of a triangle: close to a cosine, of the same bits everywhere. */
+static float eval_wave(float phase) {
+  const float t = phase - floorf(phase);
+  return 1.0f - 2.0f * np_smoothstepf(1.0f - fabsf(2.0f * t - 1.0f));
+}
+
+static void add_streets(const np_landscape *land, size_t count, const double *air_x, const double *air_y,
+                        float *heights) {
+  float phase[NP_LANDSCAPE_BLOCK], x[NP_LANDSCAPE_BLOCK], y[NP_LANDSCAPE_BLOCK], wander[NP_LANDSCAPE_BLOCK];
+  int32_t streets, period[2];
+  const float spacing = fit(land, street_spacing, &streets);
+  const float along = fit(land, wander_along * spacing, &period[0]);
+  const float across = fit(land, wander_across * spacing, &period[1]);
+  for (size_t i = 0; i < count; i++) {
+    const double hx = (double)land->heading[0], hy = (double)land->heading[1];
+    const double u = air_x[i] * hx + air_y[i] * hy, v = air_y[i] * hx - air_x[i] * hy;
+    phase[i] = (float)(v / (double)spacing);
+    x[i] = (float)(u / (double)along);
+    y[i] = (float)(v / (double)across);
+  }
+  fill_perlin(land, NP_CLOUD_STREAM_STREETS, period, 3, count, x, y, wander);
+  for (size_t i = 0; i < count; i++)
+    heights[i] += land->streets * street_height * eval_wave(phase[i] + wander_reach * wander[i]);
+}
+
+/* ---- Cells ---- */
+
+typedef struct heart {
+  float x, y, height; /* the former in columns and in rows */
+} heart;
+
+/* Columns and rows of hexagons; rows are even in number where the field repeats, since every other one is shifted. */
+typedef struct hexagons {
+  float pitch[2]; /* in cells of the landscape */
+  int32_t period[2];
+} hexagons;
+
+static hexagons fit_hexagons(const np_landscape *land) {
+  hexagons h;
+  h.pitch[0] = fit(land, column * land->cells_size, &h.period[0]);
+  h.pitch[1] = 0.5f * fit(land, 2.0f * row * land->cells_size, &h.period[1]);
+  h.period[1] *= 2;
+  return h;
+}
+
+static heart draw_heart(const np_landscape *land, const hexagons *h, int32_t i, int32_t j) {
+  const uint64_t bits = np_random_absorb(np_random_absorb(land->seed, NP_CLOUD_STREAM_MESOSCALE),
+                                         (uint64_t)(uint32_t)np_repeat_wrap(i, h->period[0]) << 32 |
+                                             (uint32_t)np_repeat_wrap(j, h->period[1]));
+  const float u = (float)(bits & 0xffffu) * 0x1p-16f, v = (float)(bits >> 16 & 0xffffu) * 0x1p-16f;
+  return (heart){0.25f + 0.5f * (float)(j & 1) + jitter * (u - 0.5f), 0.5f + jitter * (v - 0.5f),
+                 (float)(bits >> 32 & 0xffffu) * 0x1p-16f};
+}
+
+enum { REACH = 2, SIDE = 2 * REACH + 1, AROUND = SIDE * SIDE };
+
+/* Hearts about a hexagon, which neighbouring points share; in the size of the cells, from its corner. */
+typedef struct neighbourhood {
+  int32_t i, j;
+  bool is_drawn;
+  heart hearts[AROUND];
+} neighbourhood;
+
+static void draw_neighbourhood(const np_landscape *land, const hexagons *h, int32_t i, int32_t j, neighbourhood *out) {
+  if (out->is_drawn && out->i == i && out->j == j) return;
+  *out = (neighbourhood){.i = i, .j = j, .is_drawn = true};
+  for (int n = 0; n < AROUND; n++) {
+    const int32_t di = n % SIDE - REACH, dj = n / SIDE - REACH;
+    heart at = draw_heart(land, h, i + di, j + dj);
+    at.x = (at.x + (float)di) * column;
+    at.y = (at.y + (float)dj) * row;
+    out->hearts[n] = at;
+  }
+}
+
+/* Distance to the nearest wall, in the size of the cells; the heart of the cell. */
+static float compute_wall(const neighbourhood *around, float x, float y, heart *out_heart) {
+  heart nearest = around->hearts[0];
+  float least = INFINITY, wall = INFINITY;
+  for (int n = 0; n < AROUND; n++) {
+    const float dx = around->hearts[n].x - x, dy = around->hearts[n].y - y, distance2 = dx * dx + dy * dy;
+    if (distance2 < least) least = distance2, nearest = around->hearts[n];
+  }
+  for (int n = 0; n < AROUND; n++) {
+    const heart *other = &around->hearts[n];
+    const float dx = other->x - nearest.x, dy = other->y - nearest.y, between2 = dx * dx + dy * dy;
+    const float off = (0.5f * (other->x + nearest.x) - x) * dx + (0.5f * (other->y + nearest.y) - y) * dy;
+    if (between2 > 0.0f) wall = np_minf(wall, off * off / between2);
+  }
+  *out_heart = nearest;
+  return sqrtf(wall);
+}
+
+static void add_cells(const np_landscape *land, size_t count, const double *air_x, const double *air_y,
+                      float *heights) {
+  float x[NP_LANDSCAPE_BLOCK], y[NP_LANDSCAPE_BLOCK], dx[NP_LANDSCAPE_BLOCK], dy[NP_LANDSCAPE_BLOCK];
+  int32_t eddies;
+  neighbourhood around = {.is_drawn = false};
+  const hexagons h = fit_hexagons(land);
+  const float eddy = fit(land, warp_size * land->cells_size, &eddies);
+  const bool is_open = land->cells_kind == NEPH_CLOUD_CELLS_OPEN;
+  for (size_t i = 0; i < count; i++) {
+    x[i] = (float)(air_x[i] / (double)eddy);
+    y[i] = (float)(air_y[i] / (double)eddy);
+  }
+  fill_perlin(land, NP_CLOUD_STREAM_MESOSCALE_X, (const int32_t[]){eddies, eddies}, 3, count, x, y, dx);
+  fill_perlin(land, NP_CLOUD_STREAM_MESOSCALE_Y, (const int32_t[]){eddies, eddies}, 3, count, x, y, dy);
+  for (size_t i = 0; i < count; i++) {
+    const double at_x = air_x[i] / (double)h.pitch[0] + (double)(warp_reach * dx[i]);
+    const double at_y = air_y[i] / (double)h.pitch[1] + (double)(warp_reach * dy[i]);
+    const int32_t i0 = (int32_t)floor(at_x), j0 = (int32_t)floor(at_y);
+    heart at;
+    draw_neighbourhood(land, &h, i0, j0, &around);
+    const float wall = compute_wall(&around, (float)(at_x - i0) * column, (float)(at_y - j0) * row, &at);
+    const float full = is_open ? 1.0f - np_smoothstepf(wall / open_width) : np_smoothstepf(wall / closed_width);
+    const float spread = is_open ? open_spread * dx[i] : closed_spread * (at.height - 0.5f);
+    heights[i] += cells_height * (2.0f * full - 1.0f) + full * spread;
+  }
+}
+
+bool np_mesoscale_is_possible(neph_cloud_model model) {
+  return model == NEPH_CLOUD_MODEL_CELLS || model == NEPH_CLOUD_MODEL_SLAB || model == NEPH_CLOUD_MODEL_THERMALS ||
+         model == NEPH_CLOUD_MODEL_DECK;
+}
+
+float np_mesoscale_get_ground_share(const np_landscape *land) {
+  const float cells = land->cells_kind != NEPH_CLOUD_CELLS_NONE ? cells_share : 0.0f;
+  return 1.0f - np_maxf(cells, streets_share * land->streets);
+}
+
+void np_mesoscale_add(const np_landscape *land, size_t count, const double *air_x, const double *air_y,
+                      float *heights) {
+  if (land->streets > 0.0f) add_streets(land, count, air_x, air_y, heights);
+  if (land->cells_kind != NEPH_CLOUD_CELLS_NONE) add_cells(land, count, air_x, air_y, heights);
+}
