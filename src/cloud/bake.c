@@ -88,7 +88,33 @@ static void finish_slice(const bake_job *job, const leaf_origin *origin, int32_t
   leaf->active[i] = kept;
 }
 
+/* Of a leaf that another level of detail has: the samples that the cells before it share with it, on its first planes.
+ * None of them is active. */
+static void eval_border(const bake_job *job, const leaf_origin *origin, np_leaf *leaf) {
+  np_bake_points points;
+  int voxel[NP_LEAF_SIZE];
+  float values[NP_LEAF_SIZE];
+  size_t count = 0;
+  list_points(job->bake, origin, &points);
+  for (int n = 0; n < NP_LEAF_SIZE; n++) {
+    if (n / 64 && n / 8 % 8 && n % 8) continue;
+    points.x_m[count] = points.x_m[n];
+    points.y_m[count] = points.y_m[n];
+    points.height_m[count] = points.height_m[n];
+    voxel[count++] = n;
+  }
+  points.count = count;
+  np_bake_eval(&job->bake->model, &points, values);
+  memset(leaf, 0, sizeof *leaf);
+  memcpy(leaf->origin, origin->index, sizeof leaf->origin);
+  for (size_t i = 0; i < count; i++) leaf->values[voxel[i]] = values[i];
+}
+
 static void eval_leaf(const bake_job *job, const leaf_origin *origin, np_leaf *leaf) {
+  if (job->bake->lod.count > 1 && !np_bake_owns_leaf(job->bake, origin->index)) {
+    eval_border(job, origin, leaf);
+    return;
+  }
   np_bake_points points;
   list_points(job->bake, origin, &points);
   np_bake_eval(&job->bake->model, &points, leaf->values);
@@ -96,9 +122,11 @@ static void eval_leaf(const bake_job *job, const leaf_origin *origin, np_leaf *l
   for (int32_t i = 0; i < NP_LEAF_EDGE; i++) finish_slice(job, origin, i, leaf);
 }
 
+/* Borders are not active, but hold values. */
 static bool has_any(const np_leaf *leaf) {
-  static const uint64_t none[NP_LEAF_EDGE] = {0};
-  return memcmp(leaf->active, none, sizeof none) != 0;
+  for (int i = 0; i < NP_LEAF_EDGE; i++)
+    if (leaf->active[i] || compute_mask_above(leaf->values + 64 * i, 0.0f)) return true;
+  return false;
 }
 
 static neph_result eval_leaves(void *user, size_t begin, size_t end, unsigned thread) {
@@ -145,7 +173,8 @@ static neph_result mark_leaves(void *user, size_t begin, size_t end, unsigned th
   for (size_t leaf = begin; leaf < end; leaf++) {
     const leaf_origin origin = compute_origin(job->bake, leaf);
     const np_cloud_box box = compute_box(job->bake, &origin);
-    job->marks.is_cloudy[leaf] = !np_cloud_model_is_empty(&job->bake->model, &box);
+    job->marks.is_cloudy[leaf] = (job->bake->lod.count == 1 || np_bake_needs_leaf(job->bake, origin.index)) &&
+                                 !np_cloud_model_is_empty(&job->bake->model, &box);
   }
   return NEPH_OK;
 }
@@ -178,8 +207,7 @@ static neph_result mark_all_cloudy(bake_job *job) {
         "%s: %zu leaves of 8³ voxels (%.1f GB) may hold cloud, must be at most %llu: enlarge voxel, which is "
         "%g m, or lessen extent",
         np_cloud_desc_name(&bake->model.desc), job->marks.cloudy_count,
-        (double)job->marks.cloudy_count * sizeof(np_leaf) * 1e-9, (unsigned long long)CLOUD_LEAVES_MAX,
-        bake->model.desc.voxel_m);
+        (double)job->marks.cloudy_count * sizeof(np_leaf) * 1e-9, (unsigned long long)CLOUD_LEAVES_MAX, bake->voxel_m);
   result = sample_share(job);
   return result ? result : np_bake_check_memory(bake, &job->marks);
 }
@@ -218,6 +246,7 @@ static neph_result bake_leaves(bake_job *job, np_sparse_grid *grid) {
 
 static neph_result fill_grid(const np_bake *bake, np_sparse_grid *grid) {
   neph_context *context = bake->context;
+  if (np_bake_count_box(bake) == 0) return NEPH_OK;
   bake_job job = {.bake = bake, .prune_per_m = bake->desc.error ? 0.0f : (float)bake->desc.prune_per_m};
   job.marks.is_cloudy = np_alloc(context, np_bake_count_box(bake), sizeof *job.marks.is_cloudy);
   job.origins = np_alloc(context, BATCH_LEAVES, sizeof *job.origins);
