@@ -88,38 +88,63 @@ static void finish_slice(const bake_job *job, const leaf_origin *origin, int32_t
   leaf->active[i] = kept;
 }
 
-/* Of a leaf that another level of detail has: the samples that the cells before it share with it, on its first planes.
- * None of them is active. */
-static void eval_border(const bake_job *job, const leaf_origin *origin, np_leaf *leaf) {
+/* Voxels of a leaf that are evaluated together. */
+typedef struct leaf_batch {
   np_bake_points points;
   int voxel[NP_LEAF_SIZE];
+} leaf_batch;
+
+static void eval_batch(const bake_job *job, const np_bake_points *of, leaf_batch *batch, np_leaf *leaf) {
   float values[NP_LEAF_SIZE];
-  size_t count = 0;
-  list_points(job->bake, origin, &points);
-  for (int n = 0; n < NP_LEAF_SIZE; n++) {
-    if (n / 64 && n / 8 % 8 && n % 8) continue;
-    points.x_m[count] = points.x_m[n];
-    points.y_m[count] = points.y_m[n];
-    points.height_m[count] = points.height_m[n];
-    voxel[count++] = n;
+  for (size_t i = 0; i < batch->points.count; i++) {
+    batch->points.x_m[i] = of->x_m[batch->voxel[i]];
+    batch->points.y_m[i] = of->y_m[batch->voxel[i]];
+    batch->points.height_m[i] = of->height_m[batch->voxel[i]];
   }
-  points.count = count;
-  np_bake_eval(&job->bake->model, &points, values);
+  np_bake_eval(&job->bake->model, &batch->points, values);
+  for (size_t i = 0; i < batch->points.count; i++) leaf->values[batch->voxel[i]] = values[i];
+}
+
+/* Of a leaf that another level of detail has: the samples that the cells before it share with it, on its first planes.
+ * None of them is active. */
+static void eval_border(const bake_job *job, const np_bake_points *points, np_leaf *leaf) {
+  leaf_batch batch;
+  size_t count = 0;
   memset(leaf, 0, sizeof *leaf);
-  memcpy(leaf->origin, origin->index, sizeof leaf->origin);
-  for (size_t i = 0; i < count; i++) leaf->values[voxel[i]] = values[i];
+  for (int n = 0; n < NP_LEAF_SIZE; n++)
+    if (n / 64 == 0 || n / 8 % 8 == 0 || n % 8 == 0) batch.voxel[count++] = n;
+  batch.points.count = count;
+  eval_batch(job, points, &batch, leaf);
+}
+
+/* The model of a level of detail is that of the finest, whose balls are many in a leaf of a coarse one: such a leaf is
+ * evaluated in blocks as large as one of the finest, to a quarter of its edge. */
+static void eval_blocks(const bake_job *job, const np_bake_points *points, np_leaf *leaf) {
+  const int edge = NP_LEAF_EDGE >> (job->bake->lod.level < 2 ? job->bake->lod.level : 2), side = NP_LEAF_EDGE / edge;
+  leaf_batch batch;
+  for (int block = 0; block < side * side * side; block++) {
+    const int first = (block / side / side * 64 + block / side % side * 8 + block % side) * edge;
+    size_t count = 0;
+    for (int n = 0; n < edge * edge * edge; n++)
+      batch.voxel[count++] = first + n / edge / edge * 64 + n / edge % edge * 8 + n % edge;
+    batch.points.count = count;
+    eval_batch(job, points, &batch, leaf);
+  }
 }
 
 static void eval_leaf(const bake_job *job, const leaf_origin *origin, np_leaf *leaf) {
-  if (job->bake->lod.count > 1 && !np_bake_owns_leaf(job->bake, origin->index)) {
-    eval_border(job, origin, leaf);
-    return;
-  }
   np_bake_points points;
   list_points(job->bake, origin, &points);
-  np_bake_eval(&job->bake->model, &points, leaf->values);
+  if (job->bake->lod.count > 1 && !np_bake_owns_leaf(job->bake, origin->index)) {
+    eval_border(job, &points, leaf);
+  } else {
+    if (job->bake->lod.level > 0)
+      eval_blocks(job, &points, leaf);
+    else
+      np_bake_eval(&job->bake->model, &points, leaf->values);
+    for (int32_t i = 0; i < NP_LEAF_EDGE; i++) finish_slice(job, origin, i, leaf);
+  }
   memcpy(leaf->origin, origin->index, sizeof leaf->origin);
-  for (int32_t i = 0; i < NP_LEAF_EDGE; i++) finish_slice(job, origin, i, leaf);
 }
 
 /* Borders are not active, but hold values. */
