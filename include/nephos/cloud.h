@@ -222,8 +222,9 @@ typedef struct neph_bake_desc {
   double region_min_m[3];        /**< of the world (default 0, 0, 0) */
   double region_max_m[3];        /**< greater (default 0, 0, 0) */
   unsigned lod_count;         /**< sizes of voxels that neph_cloud_bake uses: voxel_m near the viewer, 2, 4, … times
-                                   that farther away; each place is held at one size, and all sizes sample one
-                                   model; 1 to NEPH_BAKE_LODS_MAX; a file has one (default 1) */
+                                   that farther away, but none above an eighth of the thickness; each place is held
+                                   at one size, and all sample one model; 1 to NEPH_BAKE_LODS_MAX; 1 in a file
+                                   (default 1) */
   double lod_viewer_min_m[3]; /**< box of the world that holds all viewers (default 0, 0, 0) */
   double lod_viewer_max_m[3]; /**< no less (default 0, 0, 0) */
   double lod_angle_rad;       /**< that a voxel may span from the viewer before a smaller size is taken, while there

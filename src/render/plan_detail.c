@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "cloud/cloud_private.h"
 #include "scene/cloud_places.h"
 
 /* A camera among the clouds, or on the ground, is as far from them as this share of their extent. The edges of snow
@@ -98,7 +99,8 @@ static double compute_voxel_density(const neph_bake_desc *desc, double voxel_m, 
 double np_plan_count_bake_voxels(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud) {
   enum { COLUMNS = 64 };
   const neph_cloud_desc bake = np_plan_get_bake(plan, scene, cloud);
-  const neph_bake_desc desc = np_plan_get_bake_desc(plan, scene, cloud);
+  neph_bake_desc desc = np_plan_get_bake_desc(plan, scene, cloud);
+  desc.lod_count = np_bake_count_levels(&bake, &desc);
   double sum = 0.0;
   for (int n = 0; n < COLUMNS * COLUMNS; n++) {
     const double x_m = bake.center_m[0] + bake.extent_m[0] * ((n % COLUMNS + 0.5) / COLUMNS - 0.5);
