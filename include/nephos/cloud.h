@@ -188,7 +188,7 @@ NEPH_API neph_result neph_cloud_eval(neph_context *context, const neph_cloud_des
 /** For neph_bake_desc.memory_max_bytes. */
 #define NEPH_MEMORY_UNLIMITED UINT64_MAX
 
-enum { NEPH_BAKE_LEVELS_MAX = 8, NEPH_BAKE_ERROR_RAYS = 10000 };
+enum { NEPH_BAKE_LEVELS_MAX = 8, NEPH_BAKE_LODS_MAX = 6, NEPH_BAKE_ERROR_RAYS = 10000 };
 
 /** Differences from the model: of extinction at points, of optical depth along rays. */
 typedef struct neph_bake_loss {
@@ -233,17 +233,26 @@ typedef struct neph_bake_desc {
   bool has_region;               /**< bake only what lies in the box below (default false) */
   double region_min_m[3];        /**< of the world (default 0, 0, 0) */
   double region_max_m[3];        /**< greater (default 0, 0, 0) */
-  uint64_t memory_max_bytes;     /**< a bake that may need more is refused, as is one that may need more than the
-                                      machine has (default NEPH_MEMORY_UNLIMITED) */
-  neph_progress_fn progress;     /**< default NULL */
-  void *progress_user;           /**< default NULL */
+  unsigned lod_count;         /**< sizes of voxels that neph_cloud_bake uses: voxel_m near the viewer, 2, 4, … times
+                                   that farther away, but none above an eighth of the thickness; each place is held
+                                   at one size, and all sample one model; 1 to NEPH_BAKE_LODS_MAX; 1 in a file
+                                   (default 1) */
+  double lod_viewer_min_m[3]; /**< box of the world that holds all viewers (default 0, 0, 0) */
+  double lod_viewer_max_m[3]; /**< no less (default 0, 0, 0) */
+  double lod_angle_rad;       /**< that a voxel may span from the viewer before a smaller size is taken, while there
+                                   is one; > 0 (default 0.002) */
+  uint64_t memory_max_bytes;  /**< a bake that may need more is refused, as is one that may need more than the
+                                   machine has (default NEPH_MEMORY_UNLIMITED) */
+  neph_progress_fn progress;  /**< default NULL */
+  void *progress_user;        /**< default NULL */
 } neph_bake_desc;
 
 #define NEPH_BAKE_DESC_DEFAULT                                                                                         \
   {                                                                                                                    \
     .struct_size = sizeof(neph_bake_desc), .planet_radius_m = 6360000.0, .precision = NEPH_PRECISION_HALF,             \
     .file_precision = NEPH_PRECISION_FLOAT, .prune_per_m = 0, .level_count = 1, .has_velocity = false, .error = NULL,  \
-    .has_region = false, .region_min_m = {0, 0, 0}, .region_max_m = {0, 0, 0},                                         \
+    .has_region = false, .region_min_m = {0, 0, 0}, .region_max_m = {0, 0, 0}, .lod_count = 1,                         \
+    .lod_viewer_min_m = {0, 0, 0}, .lod_viewer_max_m = {0, 0, 0}, .lod_angle_rad = 0.002,                              \
     .memory_max_bytes = NEPH_MEMORY_UNLIMITED, .progress = NULL, .progress_user = NULL                                 \
   }
 

@@ -88,17 +88,70 @@ static void finish_slice(const bake_job *job, const leaf_origin *origin, int32_t
   leaf->active[i] = kept;
 }
 
+/* Voxels of a leaf that are evaluated together. */
+typedef struct leaf_batch {
+  np_bake_points points;
+  int voxel[NP_LEAF_SIZE];
+} leaf_batch;
+
+static void eval_batch(const bake_job *job, const np_bake_points *of, leaf_batch *batch, np_leaf *leaf) {
+  float values[NP_LEAF_SIZE];
+  for (size_t i = 0; i < batch->points.count; i++) {
+    batch->points.x_m[i] = of->x_m[batch->voxel[i]];
+    batch->points.y_m[i] = of->y_m[batch->voxel[i]];
+    batch->points.height_m[i] = of->height_m[batch->voxel[i]];
+  }
+  np_bake_eval(&job->bake->model, &batch->points, values);
+  for (size_t i = 0; i < batch->points.count; i++) leaf->values[batch->voxel[i]] = values[i];
+}
+
+/* Of a leaf that another level of detail has: the samples that the cells before it share with it, on its first planes.
+ * None of them is active. */
+static void eval_border(const bake_job *job, const np_bake_points *points, np_leaf *leaf) {
+  leaf_batch batch;
+  size_t count = 0;
+  memset(leaf, 0, sizeof *leaf);
+  for (int n = 0; n < NP_LEAF_SIZE; n++)
+    if (n / 64 == 0 || n / 8 % 8 == 0 || n % 8 == 0) batch.voxel[count++] = n;
+  batch.points.count = count;
+  eval_batch(job, points, &batch, leaf);
+}
+
+/* The model of a level of detail is that of the finest, whose balls are many in a leaf of a coarse one: such a leaf is
+ * evaluated in blocks as large as one of the finest, to a quarter of its edge. */
+static void eval_blocks(const bake_job *job, const np_bake_points *points, np_leaf *leaf) {
+  const int edge = NP_LEAF_EDGE >> (job->bake->lod.level < 2 ? job->bake->lod.level : 2), side = NP_LEAF_EDGE / edge;
+  leaf_batch batch;
+  for (int block = 0; block < side * side * side; block++) {
+    const int first = (block / side / side * 64 + block / side % side * 8 + block % side) * edge;
+    size_t count = 0;
+    for (int n = 0; n < edge * edge * edge; n++)
+      batch.voxel[count++] = first + n / edge / edge * 64 + n / edge % edge * 8 + n % edge;
+    batch.points.count = count;
+    eval_batch(job, points, &batch, leaf);
+  }
+}
+
 static void eval_leaf(const bake_job *job, const leaf_origin *origin, np_leaf *leaf) {
   np_bake_points points;
   list_points(job->bake, origin, &points);
-  np_bake_eval(&job->bake->model, &points, leaf->values);
+  if (job->bake->lod.count > 1 && !np_bake_owns_leaf(job->bake, origin->index)) {
+    eval_border(job, &points, leaf);
+  } else {
+    if (job->bake->lod.level > 0)
+      eval_blocks(job, &points, leaf);
+    else
+      np_bake_eval(&job->bake->model, &points, leaf->values);
+    for (int32_t i = 0; i < NP_LEAF_EDGE; i++) finish_slice(job, origin, i, leaf);
+  }
   memcpy(leaf->origin, origin->index, sizeof leaf->origin);
-  for (int32_t i = 0; i < NP_LEAF_EDGE; i++) finish_slice(job, origin, i, leaf);
 }
 
+/* Borders are not active, but hold values. */
 static bool has_any(const np_leaf *leaf) {
-  static const uint64_t none[NP_LEAF_EDGE] = {0};
-  return memcmp(leaf->active, none, sizeof none) != 0;
+  for (int i = 0; i < NP_LEAF_EDGE; i++)
+    if (leaf->active[i] || compute_mask_above(leaf->values + 64 * i, 0.0f)) return true;
+  return false;
 }
 
 static neph_result eval_leaves(void *user, size_t begin, size_t end, unsigned thread) {
@@ -145,7 +198,8 @@ static neph_result mark_leaves(void *user, size_t begin, size_t end, unsigned th
   for (size_t leaf = begin; leaf < end; leaf++) {
     const leaf_origin origin = compute_origin(job->bake, leaf);
     const np_cloud_box box = compute_box(job->bake, &origin);
-    job->marks.is_cloudy[leaf] = !np_cloud_model_is_empty(&job->bake->model, &box);
+    job->marks.is_cloudy[leaf] = (job->bake->lod.count == 1 || np_bake_needs_leaf(job->bake, origin.index)) &&
+                                 !np_cloud_model_is_empty(&job->bake->model, &box);
   }
   return NEPH_OK;
 }
@@ -178,8 +232,7 @@ static neph_result mark_all_cloudy(bake_job *job) {
         "%s: %zu leaves of 8³ voxels (%.1f GB) may hold cloud, must be at most %llu: enlarge voxel, which is "
         "%g m, or lessen extent",
         np_cloud_desc_name(&bake->model.desc), job->marks.cloudy_count,
-        (double)job->marks.cloudy_count * sizeof(np_leaf) * 1e-9, (unsigned long long)CLOUD_LEAVES_MAX,
-        bake->model.desc.voxel_m);
+        (double)job->marks.cloudy_count * sizeof(np_leaf) * 1e-9, (unsigned long long)CLOUD_LEAVES_MAX, bake->voxel_m);
   result = sample_share(job);
   return result ? result : np_bake_check_memory(bake, &job->marks);
 }
@@ -218,6 +271,7 @@ static neph_result bake_leaves(bake_job *job, np_sparse_grid *grid) {
 
 static neph_result fill_grid(const np_bake *bake, np_sparse_grid *grid) {
   neph_context *context = bake->context;
+  if (np_bake_count_box(bake) == 0) return NEPH_OK;
   bake_job job = {.bake = bake, .prune_per_m = bake->desc.error ? 0.0f : (float)bake->desc.prune_per_m};
   job.marks.is_cloudy = np_alloc(context, np_bake_count_box(bake), sizeof *job.marks.is_cloudy);
   job.origins = np_alloc(context, BATCH_LEAVES, sizeof *job.origins);

@@ -144,5 +144,5 @@ neph_result np_bake_check_memory(const np_bake *bake, const np_bake_marks *marks
                  "%s: the bake may need %.3g GB, must be at most %.3g GB%s: enlarge voxel, which is %g m, lessen "
                  "extent, or bake a region",
                  np_cloud_desc_name(cloud), bytes * 1e-9, fmin(machine, asked) * 1e-9,
-                 machine < asked ? ", which this machine has" : "", cloud->voxel_m);
+                 machine < asked ? ", which this machine has" : "", bake->voxel_m);
 }

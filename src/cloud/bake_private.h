@@ -13,13 +13,22 @@ typedef enum np_bake_use {
   NP_BAKE_FOR_FILE
 } np_bake_use;
 
+/* Levels of detail: cells as large as a leaf of the coarsest are held at one size of voxels each (bake_lod.c). */
+typedef struct np_bake_lod {
+  unsigned count, level;                   /* sizes; that of this bake, from 0, the finest */
+  double viewer_min_m[3], viewer_max_m[3]; /* offsets */
+  double cell_m, origin_m[3];              /* edge; of cell (0, 0, 0) */
+} np_bake_lod;
+
 typedef struct np_bake {
   neph_context *context; /* borrowed, as is the monitor */
   np_monitor *monitor;
   neph_bake_desc desc;
   np_bake_use use;
   np_cloud_model model;
-  int32_t voxels[2];                    /* of the field along x, y */
+  np_bake_lod lod;
+  double voxel_m;                       /* of the grid; the model may be of a finer one */
+  double shift[3];                      /* of the sample at index 0 from the field's centre and base, in voxels */
   int32_t leaf_begin[3], leaf_count[3]; /* the box to bake, in leaves */
   int32_t region_min[3], region_max[3]; /* voxels to bake, both ends inside */
 } np_bake;
@@ -42,8 +51,7 @@ void np_bake_compute_field(const np_bake *bake, double out_low_m[3], double out_
 
 /* World position of a voxel index, or of a place between two. */
 static inline double np_bake_compute_offset_m(const np_bake *bake, int axis, double index) {
-  const double voxel_m = bake->model.desc.voxel_m;
-  return axis == 2 ? (index + 0.5) * voxel_m : (index - 0.5 * (bake->voxels[axis] - 1)) * voxel_m;
+  return (index + bake->shift[axis]) * bake->voxel_m;
 }
 
 np_affine np_bake_compute_transform(const np_bake *bake);
@@ -64,6 +72,27 @@ static inline double np_bake_compute_height_m(const np_bake *bake, const double 
 
 void np_bake_add_point(const np_bake *bake, const double offset_m[3], np_bake_points *points);
 void np_bake_eval(const np_cloud_model *model, const np_bake_points *points, float *out_extinction_per_m);
+
+/* A level of detail of a bake that was started, which lends it the model. */
+neph_result np_bake_get_level(const np_bake *bake, unsigned level, np_bake *out_level);
+
+/* ---- bake_lod.c ---- */
+
+/* Edge of the voxels of a bake's finest level. */
+static inline double np_bake_get_finest_m(const np_bake *bake) { return ldexp(bake->voxel_m, -(int)bake->lod.level); }
+
+/* How near the viewers all of a level is; infinite of the coarsest. */
+double np_bake_get_reach_m(const np_bake *bake);
+
+/* Whether a leaf of the bake's grid is in the part of the field that its size of voxels holds. Levels share the samples
+ * of the finest lattice, so that cells of all of them end on the same planes. */
+bool np_bake_owns_leaf(const np_bake *bake, const int32_t origin[3]);
+
+/* Whether the samples of a leaf are needed: it is the bake's own, or beyond a face of one that is. */
+bool np_bake_needs_leaf(const np_bake *bake, const int32_t origin[3]);
+
+/* A volume in memory, of all levels where there are several, from a bake that was started for bricks. */
+neph_result np_bake_make_volume(np_bake *bake, neph_volume **out_volume);
 
 /* ---- bake.c ---- */
 

@@ -32,27 +32,33 @@ neph_result np_cloud_bake_desc_read(neph_context *context, const neph_bake_desc 
   if (out_desc->level_count < 1 || out_desc->level_count > NEPH_BAKE_LEVELS_MAX)
     return np_fail(context, bad, "cloud: level_count is %u, must be in [1, %d]", out_desc->level_count,
                    (int)NEPH_BAKE_LEVELS_MAX);
+  if (out_desc->lod_count < 1 || out_desc->lod_count > NEPH_BAKE_LODS_MAX)
+    return np_fail(context, bad, "cloud: lod_count is %u, must be in [1, %d]", out_desc->lod_count,
+                   (int)NEPH_BAKE_LODS_MAX);
+  if (!(out_desc->lod_angle_rad > 0 && out_desc->lod_angle_rad <= 1))
+    return np_fail(context, bad, "cloud: lod_angle_rad is %g, must be in (0, 1]", out_desc->lod_angle_rad);
+  for (int a = 0; a < 3; a++)
+    if (!(out_desc->lod_viewer_min_m[a] <= out_desc->lod_viewer_max_m[a]))
+      return np_fail(context, bad,
+                     "cloud: lod_viewer_max_m[%d] is %g, must be at least lod_viewer_min_m[%d], which is %g", a,
+                     out_desc->lod_viewer_max_m[a], a, out_desc->lod_viewer_min_m[a]);
+  if (out_desc->lod_count > 1 && out_desc->has_region)
+    return np_fail(context, bad, "cloud: has_region is true, must be false where lod_count is %u, above 1",
+                   out_desc->lod_count);
   return check_region(context, out_desc);
 }
 
 neph_result neph_cloud_bake(neph_context *context, const neph_cloud_desc *cloud, const neph_bake_desc *desc,
                             neph_volume **out_volume) {
   np_bake bake;
-  np_sparse_grid grid;
   np_monitor monitor;
   *out_volume = NULL;
   const unsigned mode = np_float_mode_enter();
   neph_result result = np_bake_start_checked(context, cloud, desc, NP_BAKE_FOR_BRICKS, &monitor, &bake);
   if (!result) {
     bake.desc.error = NULL;
-    np_monitor_set_part(&monitor, np_monitor_whole, 0.05, 0.85);
-    result = np_bake_make_grid(&bake, "density", &grid);
+    result = np_bake_make_volume(&bake, out_volume);
     np_bake_end(&bake);
-    if (!result) {
-      np_monitor_set_part(&monitor, np_monitor_whole, 0.85, 1.0);
-      result = np_volume_create_from_grid(context, &grid, bake.desc.precision, &monitor, out_volume);
-      np_sparse_grid_clear(&grid);
-    }
   }
   np_float_mode_leave(mode);
   return result;

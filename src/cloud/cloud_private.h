@@ -56,6 +56,9 @@ neph_result np_cloud_desc_to_json(neph_context *context, const neph_cloud_desc *
 neph_result np_cloud_desc_from_json(neph_context *context, const char *file, const char *text,
                                     neph_cloud_desc *out_desc, neph_bake_desc *bake);
 
+/* Levels of detail that a bake has: those asked for whose voxels the cloud is thick enough for. */
+unsigned np_bake_count_levels(const neph_cloud_desc *desc, const neph_bake_desc *bake);
+
 /* Frees the texts of a description that np_cloud_desc_from_json read. */
 void np_cloud_desc_clear(neph_context *context, neph_cloud_desc *desc);
 

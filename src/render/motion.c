@@ -78,7 +78,7 @@ static void move_cloud(const np_motion *m, unsigned index, double time, np_moved
   }
   const np_moving_bricks *part = own->parts[cloud->part] ? own->parts[cloud->part] : own->density;
   if (part) cloud->bricks = move_bricks(part, time * own->velocity_s, &out->bricks[index], &out->motions[index]);
-  if (own->is_rigid || own->density) cloud->index_to_frame = &own->index_to_frame;
+  if (own->is_rigid || own->density) cloud->index_to_frame = &own->part_to_frame[cloud->part];
 }
 
 static void move_emitter(const np_motion *m, unsigned index, double time, np_moved_light *out) {

@@ -21,6 +21,7 @@ typedef struct np_cloud_motion {
   double velocity_s;                   /* of its velocities, to a frame */
   np_affine index_to_frame;            /* of its density */
   np_affine world_to_index;
+  np_affine part_to_frame[NP_TINT_PARTS_MAX];     /* from the voxels of each of its colours or levels */
   np_moving_bricks *density, *temperature;        /* NULL: without velocities */
   np_moving_bricks *parts[NP_CLOUD_EMITTERS_MAX]; /* of each colour, where there are several, and of what emits */
 } np_cloud_motion;

@@ -2,7 +2,9 @@
 #include "render/plan_detail.h"
 
 #include <math.h>
+#include <string.h>
 
+#include "cloud/cloud_private.h"
 #include "scene/cloud_places.h"
 
 /* A camera among the clouds, or on the ground, is as far from them as this share of their extent. The edges of snow
@@ -18,14 +20,19 @@ static double get_pixel_rad(const np_plan *plan, const neph_scene *scene) {
   return np_scene_camera_get_pixel_rad(&scene->reach.narrowest, plan->desc.width, plan->desc.height);
 }
 
-/* Distance at which a box is seen nearest in any frame; parallel rays see all at that of their target. */
-static double compute_distance(const neph_scene *scene, np_dvec3 low, np_dvec3 high) {
+/* The same without regard to how large the box is. */
+static double compute_nearest(const neph_scene *scene, np_dvec3 low, np_dvec3 high) {
   const double *near = scene->reach.camera_min_m, *far = scene->reach.camera_max_m;
   const np_dvec3 outside = {fmax(fmax(low.x - far[0], near[0] - high.x), 0.0),
                             fmax(fmax(low.y - far[1], near[1] - high.y), 0.0),
                             fmax(fmax(low.z - far[2], near[2] - high.z), 0.0)};
   if (scene->camera.kind == NEPH_CAMERA_ORTHOGRAPHIC) return np_scene_camera_get_target_m(&scene->reach.narrowest);
-  return fmax(np_dvec3_length(outside), near_share * np_dvec3_length(np_dvec3_subtract(high, low)));
+  return np_dvec3_length(outside);
+}
+
+/* Distance at which a box is seen nearest in any frame; parallel rays see all at that of their target. */
+static double compute_distance(const neph_scene *scene, np_dvec3 low, np_dvec3 high) {
+  return fmax(compute_nearest(scene, low, high), near_share * np_dvec3_length(np_dvec3_subtract(high, low)));
 }
 
 /* The largest power of √2 that is no more than a number, and no less than 1. */
@@ -47,8 +54,9 @@ static double compute_cloud_distance(const neph_scene *scene, const np_scene_clo
   const np_dvec3 middle = cloud->has_position
                               ? np_dvec3_make(at[0], at[1], at[2])
                               : np_dvec3_make(bake->center_m[0], bake->center_m[1], bake->base_altitude_m);
-  return compute_distance(scene, np_dvec3_make(middle.x - half[0], middle.y - half[1], middle.z),
-                          np_dvec3_make(middle.x + half[0], middle.y + half[1], middle.z + scale * bake->thickness_m));
+  const np_dvec3 low = {middle.x - half[0], middle.y - half[1], middle.z};
+  const np_dvec3 high = {middle.x + half[0], middle.y + half[1], middle.z + scale * bake->thickness_m};
+  return cloud->level_count > 1 ? compute_nearest(scene, low, high) : compute_distance(scene, low, high);
 }
 
 static double compute_factor(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud,
@@ -64,6 +72,42 @@ neph_cloud_desc np_plan_get_bake(const np_plan *plan, const neph_scene *scene, c
   neph_cloud_desc bake = np_scene_cloud_get_frame(cloud, plan->desc.frame);
   bake.voxel_m *= compute_factor(plan, scene, cloud, &bake);
   return bake;
+}
+
+/* Parallel rays see all places at one scale: that of their target, wherever the camera is. */
+neph_bake_desc np_plan_get_bake_desc(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud) {
+  neph_bake_desc desc = NEPH_BAKE_DESC_DEFAULT;
+  desc.planet_radius_m = scene->atmosphere.planet_radius_m;
+  desc.precision = np_plan_get_precision(plan, cloud);
+  if (cloud->level_count < 2 || scene->camera.kind == NEPH_CAMERA_ORTHOGRAPHIC) return desc;
+  desc.lod_count = cloud->level_count;
+  desc.lod_angle_rad = fmin(fmax(cloud->level_px, scene->render.detail_px) * get_pixel_rad(plan, scene), 1.0);
+  memcpy(desc.lod_viewer_min_m, scene->reach.camera_min_m, sizeof desc.lod_viewer_min_m);
+  memcpy(desc.lod_viewer_max_m, scene->reach.camera_max_m, sizeof desc.lod_viewer_max_m);
+  return desc;
+}
+
+/* Voxels a cubic metre in a column of a field, by its distance from the viewers on the map. */
+static double compute_voxel_density(const neph_bake_desc *desc, double voxel_m, double x_m, double y_m) {
+  const double *low = desc->lod_viewer_min_m, *high = desc->lod_viewer_max_m;
+  const double away_m =
+      hypot(fmax(fmax(low[0] - x_m, x_m - high[0]), 0.0), fmax(fmax(low[1] - y_m, y_m - high[1]), 0.0));
+  for (unsigned k = 1; k < desc->lod_count && 2.0 * voxel_m <= away_m * desc->lod_angle_rad; k++) voxel_m *= 2.0;
+  return 1.0 / (voxel_m * voxel_m * voxel_m);
+}
+
+double np_plan_count_bake_voxels(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud) {
+  enum { COLUMNS = 64 };
+  const neph_cloud_desc bake = np_plan_get_bake(plan, scene, cloud);
+  neph_bake_desc desc = np_plan_get_bake_desc(plan, scene, cloud);
+  desc.lod_count = np_bake_count_levels(&bake, &desc);
+  double sum = 0.0;
+  for (int n = 0; n < COLUMNS * COLUMNS; n++) {
+    const double x_m = bake.center_m[0] + bake.extent_m[0] * ((n % COLUMNS + 0.5) / COLUMNS - 0.5);
+    const double y_m = bake.center_m[1] + bake.extent_m[1] * ((n / COLUMNS + 0.5) / COLUMNS - 0.5);
+    sum += compute_voxel_density(&desc, bake.voxel_m, x_m, y_m);
+  }
+  return sum / (COLUMNS * COLUMNS) * bake.extent_m[0] * bake.extent_m[1] * bake.thickness_m;
 }
 
 bool np_plan_is_coarsened(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud) {

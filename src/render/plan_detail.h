@@ -9,6 +9,13 @@
  * them. */
 neph_cloud_desc np_plan_get_bake(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud);
 
+/* How it is baked, but for what it may take and whom it tells. Levels of detail go by all that the camera ever is, so
+ * that they stay from frame to frame. */
+neph_bake_desc np_plan_get_bake_desc(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud);
+
+/* Voxels of the box of such a bake. */
+double np_plan_count_bake_voxels(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud);
+
 /* Whether those voxels are larger than the scene's: then the cloud is baked to memory, and its file left alone. */
 bool np_plan_is_coarsened(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud);
 

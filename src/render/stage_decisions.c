@@ -76,10 +76,6 @@ void np_stage_decide_terrain(np_decision *d, np_plan_stage *out) {
            has_mesh ? terrain->mesh_file : "");
 }
 
-static double count_voxels(const neph_cloud_desc *bake) {
-  return bake->extent_m[0] * bake->extent_m[1] * bake->thickness_m / (bake->voxel_m * bake->voxel_m * bake->voxel_m);
-}
-
 /* A cloud with a file and parameters is baked to that file unless it is there and holds this very cloud. */
 neph_result np_plan_choose_source(const neph_scene *scene, const np_scene_cloud *cloud, const char *file, int frame,
                                   np_cloud_source *out_source) {
@@ -109,9 +105,9 @@ static void count_cloud(np_plan *plan, const neph_scene *scene, const np_scene_c
     const double voxels = (cloud->is_baked ? 1.0 : 0.5) * (double)np_file_get_size(file);
     plan->cloud_voxel_count += plan->are_coarse ? coarse_share * voxels : voxels;
   } else {
-    const neph_cloud_desc bake = np_plan_get_bake(plan, scene, cloud);
-    plan->bake_voxel_count += count_voxels(&bake);
-    plan->cloud_voxel_count += plan->filled_share * count_voxels(&bake);
+    const double voxels = np_plan_count_bake_voxels(plan, scene, cloud);
+    plan->bake_voxel_count += voxels;
+    plan->cloud_voxel_count += plan->filled_share * voxels;
   }
 }
 

@@ -41,8 +41,7 @@ static void add_file(np_hash *hash, const np_plan *plan, const np_scene_cloud *c
 }
 
 static neph_result add_bake(np_hash *hash, const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud) {
-  neph_bake_desc desc = NEPH_BAKE_DESC_DEFAULT;
-  desc.planet_radius_m = scene->atmosphere.planet_radius_m;
+  const neph_bake_desc desc = np_plan_get_bake_desc(plan, scene, cloud);
   neph_cloud_desc at_frame = np_plan_get_bake(plan, scene, cloud);
   np_cloud_ground ground;
   char *text;
@@ -55,8 +54,13 @@ static neph_result add_bake(np_hash *hash, const np_plan *plan, const neph_scene
   result = np_cloud_desc_to_json(scene->context, &at_frame, &desc, &text);
   if (result) return result;
   np_hash_add_text(hash, text);
-  const neph_precision precision = np_plan_get_precision(plan, cloud);
-  NP_HASH_ADD(hash, precision);
+  NP_HASH_ADD(hash, desc.precision);
+  if (desc.lod_count > 1) {
+    NP_HASH_ADD(hash, desc.lod_count);
+    NP_HASH_ADD(hash, desc.lod_viewer_min_m);
+    NP_HASH_ADD(hash, desc.lod_viewer_max_m);
+    NP_HASH_ADD(hash, desc.lod_angle_rad);
+  }
   np_alloc_free(scene->context, text);
   return NEPH_OK;
 }
@@ -144,9 +148,7 @@ NP_STAGE_REUSE(terrain, in->made->terrain, NP_PER_PICTURE, false, adapt_source, 
 /* A bake reports, and is stopped, as a part of the picture. */
 static neph_result bake(const np_stage_part *in, const np_scene_cloud *cloud, const char *path,
                         neph_volume **out_volume) {
-  neph_bake_desc desc = NEPH_BAKE_DESC_DEFAULT;
-  desc.planet_radius_m = in->scene->atmosphere.planet_radius_m;
-  desc.precision = np_plan_get_precision(in->plan, cloud);
+  neph_bake_desc desc = np_plan_get_bake_desc(in->plan, in->scene, cloud);
   desc.memory_max_bytes = in->plan->desc.memory_max_bytes;
   desc.progress = np_monitor_relay;
   desc.progress_user = in->monitor;
@@ -302,17 +304,18 @@ static neph_result load_phase(const cloud_build *c) {
 }
 
 /* Detail of each of its colours, of one size in the world in its first place. */
-static neph_result build_details(const cloud_build *c, const np_affine *index_to_world) {
+static neph_result build_details(const cloud_build *c, const np_affine *file_to_world) {
   const np_scene_detail *detail = &c->cloud->detail;
   const unsigned count = np_volume_count_parts(c->parts->volume);
-  const double size_m = detail->size_m > 0.0 ? detail->size_m : 2.0 * np_placement_get_voxel_edge(index_to_world);
-  np_brick_detail_desc desc = {.strength = (float)detail->strength, .seed = detail->seed};
-  for (int a = 0; a < 3; a++)
-    desc.size_voxels[a] = size_m / np_dvec3_length(np_dvec3_make(index_to_world->m[0][a], index_to_world->m[1][a],
-                                                                 index_to_world->m[2][a]));
   neph_result result = NEPH_OK;
   for (unsigned k = 0; k < count && !result; k++) {
-    desc.source = &np_volume_get_part(c->parts->volume, k)->bricks;
+    const neph_volume *part = np_volume_get_part(c->parts->volume, k);
+    const np_affine to_world = np_affine_compose(file_to_world, &part->index_to_world);
+    const double size_m = detail->size_m > 0.0 ? detail->size_m : 2.0 * np_placement_get_voxel_edge(&to_world);
+    np_brick_detail_desc desc = {.source = &part->bricks, .strength = (float)detail->strength, .seed = detail->seed};
+    for (int a = 0; a < 3; a++)
+      desc.size_voxels[a] =
+          size_m / np_dvec3_length(np_dvec3_make(to_world.m[0][a], to_world.m[1][a], to_world.m[2][a]));
     result = np_detailed_bricks_build(c->in->made->context, &desc, c->in->monitor, &c->parts->details[k]);
   }
   return result;
@@ -324,13 +327,13 @@ static neph_result place_volume(cloud_build *c) {
   if (result) return result;
   c->parts->placed = placement.world;
   if (c->cloud->detail.is_enabled && c->cloud->detail.strength > 0.0)
-    result = build_details(c, &placement.index_to_world);
+    result = build_details(c, &c->anchor.file_to_world);
   if (result) return result;
   c->in->made->volume_count += np_volume_count_parts(c->parts->volume);
   if (c->in->made->volume_count > NP_INSTANCES_MAX)
     return np_fail(c->in->made->context, NEPH_ERROR_LIMIT,
-                   "cloud %s: the clouds are %u with one for each of their colours, must be at most %d: set "
-                   "clouds[].color to none where it counts least",
+                   "cloud %s: the clouds are %u with one for each of their colours and levels, must be at most %d: set "
+                   "clouds[].color to none, or lessen clouds[].bake.levels, where they count least",
                    c->cloud->name, c->in->made->volume_count, (int)NP_INSTANCES_MAX);
   if (c->cloud->place_count > 0)
     result = np_copies_make(c->in->made->context, c->cloud, &placement, c->parts, &c->low, &c->high);

@@ -200,23 +200,47 @@ static neph_result check_emission(const neph_scene *scene, unsigned index, const
                           index, cloud->emission.offset_k);
 }
 
+/* The first key that moves a bake, or makes several of it; NULL: none. */
+static const char *search_move(const np_scene_cloud *cloud) {
+  const double *s = cloud->scale, *t = cloud->tilt_rad;
+  return cloud->places                               ? "places"
+         : cloud->has_position                       ? "position"
+         : cloud->emission.is_enabled                ? "emission"
+         : s[0] != 1.0 || s[1] != 1.0 || s[2] != 1.0 ? "scale"
+         : t[0] != 0.0 || t[1] != 0.0                ? "tilt"
+         : cloud->rotation_rad != 0.0                ? "rotation"
+                                                     : NULL;
+}
+
 /* Tiles meet where the bake puts them. */
 static neph_result check_repeat(const neph_scene *scene, unsigned index, const np_node *node,
                                 np_scene_problems *problems) {
   const np_scene_cloud *cloud = &scene->clouds[index];
-  if (!cloud->is_baked || !(cloud->bake.repeat_m > 0.0)) return NEPH_OK;
-  const double *s = cloud->scale, *t = cloud->tilt_rad;
-  const char *key = cloud->places                               ? "places"
-                    : cloud->has_position                       ? "position"
-                    : cloud->emission.is_enabled                ? "emission"
-                    : s[0] != 1.0 || s[1] != 1.0 || s[2] != 1.0 ? "scale"
-                    : t[0] != 0.0 || t[1] != 0.0                ? "tilt"
-                    : cloud->rotation_rad != 0.0                ? "rotation"
-                                                                : NULL;
-  if (!key) return NEPH_OK;
+  const char *key = search_move(cloud);
+  if (!cloud->is_baked || !(cloud->bake.repeat_m > 0.0) || !key) return NEPH_OK;
   return np_scene_fail_at(problems, np_node_search(node, key),
                           "clouds[%u].%s and clouds[%u].bake.repeat exclude each other: tiles meet where the bake puts "
                           "them; leave one of them out",
+                          index, key, index);
+}
+
+/* Levels go by how far a place is from the camera, so that each place is one place. */
+static neph_result check_levels(const neph_scene *scene, unsigned index, const np_node *node,
+                                np_scene_problems *problems) {
+  const np_scene_cloud *cloud = &scene->clouds[index];
+  if (!cloud->is_baked || cloud->level_count < 2) return NEPH_OK;
+  const np_node *bake = np_node_search(node, "bake");
+  const char *move = search_move(cloud);
+  const char *key = move                                              ? move
+                    : cloud->vdb                                      ? "vdb"
+                    : cloud->voxel_m > 0.0                            ? "voxel"
+                    : cloud->density_unit == NP_DENSITY_OPTICAL_DEPTH ? "optical_depth"
+                    : cloud->bake.repeat_m > 0.0                      ? "bake.repeat"
+                                                                      : NULL;
+  if (!key) return NEPH_OK;
+  return np_scene_fail_at(problems, bake ? np_node_search(bake, "levels") : node,
+                          "clouds[%u].%s and clouds[%u].bake.levels exclude each other: levels go by the distance of "
+                          "each place from the camera, and stay in memory; leave one of them out",
                           index, key, index);
 }
 
@@ -233,8 +257,8 @@ static neph_result check_places(const neph_scene *scene, unsigned index, const n
 
 static neph_result check_clouds(const neph_scene *scene, np_scene_problems *problems) {
   static neph_result (*const cloud_checks[])(const neph_scene *, unsigned, const np_node *, np_scene_problems *) = {
-      check_source, check_reference_frame, check_scale,    check_name,   check_map,   check_shape,
-      check_top,    check_profile,         check_emission, check_places, check_repeat};
+      check_source, check_reference_frame, check_scale,    check_name,   check_map,    check_shape,
+      check_top,    check_profile,         check_emission, check_places, check_repeat, check_levels};
   const np_node *list = np_node_search(scene->document, "clouds");
   const np_node *node = list ? list->first : NULL;
   neph_result result = NEPH_OK;

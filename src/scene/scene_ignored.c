@@ -103,6 +103,8 @@ static const np_ignore_rule rules[] = {
     {.keys = {"clouds[].bake.sublayers"},
      .counts = {"clouds[].bake.model", ONLY(NEPH_CLOUD_MODEL_SLAB) | ONLY(NEPH_CLOUD_MODEL_LENSES)},
      .reason = "and only a slab and lenses have them"},
+    {.keys = {"clouds[].bake.level_pixels"}, .counts = {"clouds[].bake.levels", ONLY(NP_GIVEN)},
+     .reason = "so that all voxels are of one size"},
     {.keys = {"clouds[].bake.stretch"},
      .counts = {"clouds[].bake.model", ONLY(NEPH_CLOUD_MODEL_SLAB) | ONLY(NEPH_CLOUD_MODEL_FOG) |
                                            ONLY(NEPH_CLOUD_MODEL_DECK) | ONLY(NEPH_CLOUD_MODEL_STREAKS)},

@@ -169,7 +169,9 @@ typedef struct np_scene_cloud {
   neph_cloud_desc bake;
   char bake_name[24]; /* its key, for messages: "clouds[0].bake" */
   bool has_mesh_shape, has_height_shape;
-  bool has_top;       /* then the thickness of the bake follows from it */
+  unsigned level_count; /* of detail, of a bake in memory */
+  double level_px;      /* that a voxel covers at least where it is not the smallest */
+  bool has_top;         /* then the thickness of the bake follows from it */
   double top_m;
   bool has_frame_time; /* given: else by the frame rate */
   double frame_time_s; /* of the bake, from frame to frame */

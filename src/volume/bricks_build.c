@@ -169,12 +169,22 @@ static void list_blocks(const slab *s, int cell, uint32_t out_blocks[8]) {
   np_lattice_view_list_blocks(&s->view, (const int[3]){s->x, cell / SLABS, cell % SLABS}, out_blocks);
 }
 
+/* Whether the grid answers for a cell. */
+static bool is_in_region(const slab *s, int cell) {
+  const np_cell_region *region = &s->b->grid->region;
+  const np_bricks *bricks = s->b->bricks;
+  const int32_t *node = s->b->place[s->node - bricks->nodes], in_node[3] = {s->x, cell / SLABS, cell % SLABS};
+  int32_t at[3];
+  for (int a = 0; a < 3; a++) at[a] = bricks->origin[a] - bricks->lead[a] + node[a] * NP_BRICK_NODE_EDGE + in_node[a];
+  return !region->has_cell || region->has_cell(region->user, at);
+}
+
 static void classify_cell(const slab *s, int cell, uint32_t *out_brick, np_brick_range *out_range) {
   const np_sparse_grid *grid = s->b->grid;
   uint32_t blocks[8];
   *out_brick = NP_BRICK_NONE;
   *out_range = np_bricks_get_constant_range(s->b, grid->background);
-  if (!has_cell(s, cell)) return;
+  if (!has_cell(s, cell) || !is_in_region(s, cell)) return;
   list_blocks(s, cell, blocks);
   if (np_blocks_are_constant(grid, blocks)) {
     *out_range = np_bricks_get_constant_range(s->b, np_block_get_constant(grid, blocks[0]));

@@ -26,11 +26,18 @@ typedef struct np_tile {
   bool is_active;
 } np_tile;
 
+/* Cells of 8³ voxels that a grid answers for; outside of them it holds samples for the cells beside alone. */
+typedef struct np_cell_region {
+  bool (*has_cell)(const void *user, const int32_t cell[3]); /* NULL: it answers for all */
+  const void *user;                                          /* borrowed */
+} np_cell_region;
+
 typedef struct np_sparse_grid {
   neph_context *context;    /* borrowed */
   char *name;               /* owned */
   const char *file;         /* where it was read from, for messages; borrowed; NULL: from none */
   uint64_t brick_bytes_max; /* its bricks may take so many; 0: any number */
+  np_cell_region region;    /* until its bricks are built */
   np_affine index_to_world;
   float background;
   size_t leaf_count, leaf_capacity, tile_count, tile_capacity;

@@ -5,6 +5,7 @@
 #include "core/alloc.h"
 #include "core/disk_cache.h"
 #include "volume/volume_private.h"
+#include "volume/volume_tint.h"
 
 /* All but the blocks. */
 typedef struct volume_header {
@@ -17,7 +18,7 @@ typedef struct volume_header {
   char name[64];
 } volume_header;
 
-void np_volume_save_to_cache(const neph_volume *volume, np_cache_entry *entry) {
+static void save(const neph_volume *volume, np_cache_entry *entry) {
   const np_bricks *b = &volume->bricks;
   volume_header h;
   memset(&h, 0, sizeof h); /* its padding too: the same volume makes the same file */
@@ -46,6 +47,14 @@ void np_volume_save_to_cache(const neph_volume *volume, np_cache_entry *entry) {
   const size_t samples = b->brick_count * NP_BRICK_STRIDE;
   if (b->halves) np_cache_write(entry, b->halves, samples * sizeof *b->halves);
   if (b->floats) np_cache_write(entry, b->floats, samples * sizeof *b->floats);
+}
+
+/* Levels of detail follow. */
+void np_volume_save_to_cache(const neph_volume *volume, np_cache_entry *entry) {
+  const uint32_t level_count = volume->tint ? volume->tint->count : 1;
+  save(volume, entry);
+  NP_CACHE_WRITE(entry, level_count);
+  for (uint32_t k = 1; k < level_count; k++) save(volume->tint->parts[k].volume, entry);
 }
 
 static void take_header(const volume_header *h, neph_volume *volume) {
@@ -81,7 +90,7 @@ static bool load_blocks(const volume_header *h, np_cache_entry *entry, np_bricks
   return b->halves || b->floats;
 }
 
-neph_result np_volume_load_from_cache(neph_context *context, np_cache_entry *entry, neph_volume **out_volume) {
+static neph_result load(neph_context *context, np_cache_entry *entry, neph_volume **out_volume) {
   volume_header h;
   *out_volume = NULL;
   if (!NP_CACHE_READ(entry, h)) return NEPH_OK;
@@ -98,4 +107,28 @@ neph_result np_volume_load_from_cache(neph_context *context, np_cache_entry *ent
   else
     neph_volume_release(volume);
   return NEPH_OK;
+}
+
+static neph_result load_levels(np_cache_entry *entry, uint32_t count, neph_volume *volume, bool *out_has_all) {
+  neph_result result = np_tint_create_levels(volume->context, &volume->tint);
+  *out_has_all = count <= NP_TINT_PARTS_MAX;
+  for (uint32_t k = 1; k < count && !result && *out_has_all; k++) {
+    neph_volume *level;
+    result = load(volume->context, entry, &level);
+    *out_has_all = level != NULL;
+    if (level) np_tint_add_level(volume->tint, level);
+  }
+  return result;
+}
+
+neph_result np_volume_load_from_cache(neph_context *context, np_cache_entry *entry, neph_volume **out_volume) {
+  uint32_t level_count = 0;
+  neph_result result = load(context, entry, out_volume);
+  if (result || !*out_volume) return result;
+  bool has_all = NP_CACHE_READ(entry, level_count);
+  if (has_all && level_count > 1) result = load_levels(entry, level_count, *out_volume, &has_all);
+  if (!result && has_all) return NEPH_OK;
+  neph_volume_release(*out_volume);
+  *out_volume = NULL;
+  return result;
 }

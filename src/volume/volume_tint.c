@@ -337,6 +337,17 @@ neph_result np_tint_create(neph_context *context, const np_tint_source *source, 
   return result;
 }
 
+neph_result np_tint_create_levels(neph_context *context, np_tint **out_tint) {
+  np_tint *tint = *out_tint = np_alloc(context, 1, sizeof *tint);
+  if (!tint) return NEPH_ERROR_OUT_OF_MEMORY;
+  *tint = (np_tint){.context = context, .count = 1, .are_levels = true, .parts = {{NULL, {1, 1, 1}}}};
+  return NEPH_OK;
+}
+
+void np_tint_add_level(np_tint *tint, neph_volume *level) {
+  tint->parts[tint->count++] = (np_tint_part){level, {1, 1, 1}};
+}
+
 void np_tint_destroy(np_tint *tint) {
   if (!tint) return;
   for (unsigned i = 0; i < tint->count; i++) neph_volume_release(tint->parts[i].volume);

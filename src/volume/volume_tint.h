@@ -23,6 +23,7 @@ typedef struct np_tint_part {
 typedef struct np_tint {
   neph_context *context; /* borrowed */
   unsigned count;
+  bool are_levels; /* the parts are levels of detail, white, each with voxels of its own; the first may be empty */
   np_tint_part parts[NP_TINT_PARTS_MAX];
 } np_tint;
 
@@ -36,9 +37,14 @@ typedef struct np_tint_source {
 /* Shares a density among the colours that its file has; NULL where there are none. */
 neph_result np_tint_create(neph_context *context, const np_tint_source *source, np_monitor *monitor,
                            np_tint **out_tint);
+/* Of a cloud in levels of detail, of which it has the finest itself; the others, which have something, are given away
+ * to it. */
+neph_result np_tint_create_levels(neph_context *context, np_tint **out_tint);
+void np_tint_add_level(np_tint *tint, neph_volume *level);
+
 void np_tint_destroy(np_tint *tint); /* NULL is allowed */
 
-/* Volumes that a cloud is made of: itself, unless it has colours. */
+/* Volumes that a cloud is made of: itself, unless it has colours or levels of detail. */
 static inline unsigned np_volume_count_parts(const neph_volume *volume) {
   return volume->tint ? volume->tint->count : 1;
 }

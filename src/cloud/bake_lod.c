@@ -1,0 +1,127 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Levels of detail: a field in voxels that grow with the distance from its viewers.
+ *
+ * Cells as large as a leaf of the coarsest level each belong to the coarsest level whose voxel spans no more than the
+ * angle asked for, seen from the nearest of the viewers at the nearest point of the cell. Level k has every 2^k-th
+ * sample of the finest lattice, so that its leaves fill cells exactly, and all levels sample one model: what the field
+ * has in a region is the same on average, whatever its voxels. A level interpolates in its own cells alone
+ * (np_cell_region). Samples that lie in the next cell are baked with the level too, but are not active: active voxels
+ * of two levels never share a cell.
+ */
+#include <math.h>
+
+#include "cloud/bake_private.h"
+#include "core/alloc.h"
+#include "volume/volume_private.h"
+#include "volume/volume_tint.h"
+
+/* ---- Cells ---- */
+
+/* The level of a cell; a fixed order of sums and roots, the same bits everywhere. */
+static unsigned choose_level(const np_bake *bake, const int32_t cell[3]) {
+  const np_bake_lod *lod = &bake->lod;
+  double squared = 0;
+  for (int a = 0; a < 3; a++) {
+    const double low_m = lod->origin_m[a] + cell[a] * lod->cell_m, high_m = low_m + lod->cell_m;
+    const double beside_m = fmax(fmax(low_m - lod->viewer_max_m[a], lod->viewer_min_m[a] - high_m), 0.0);
+    squared += beside_m * beside_m;
+  }
+  const double voxel_max_m = sqrt(squared) * bake->desc.lod_angle_rad;
+  unsigned level = 0;
+  for (double m = 2 * np_bake_get_finest_m(bake); level + 1 < lod->count && m <= voxel_max_m; m *= 2) level++;
+  return level;
+}
+
+double np_bake_get_reach_m(const np_bake *bake) {
+  if (bake->lod.level + 1 == bake->lod.count) return INFINITY;
+  return 2 * bake->voxel_m / bake->desc.lod_angle_rad;
+}
+
+static bool owns_leaf(const np_bake *bake, const int32_t leaf[3]) {
+  const int shift = (int)(bake->lod.count - 1 - bake->lod.level); /* 2^shift leaves along a cell */
+  int32_t cell[3];
+  for (int a = 0; a < 3; a++) cell[a] = (int32_t)floor(ldexp(leaf[a], -shift));
+  return choose_level(bake, cell) == bake->lod.level;
+}
+
+static void find_leaf(const int32_t origin[3], int32_t out_leaf[3]) {
+  for (int a = 0; a < 3; a++) out_leaf[a] = origin[a] / NP_LEAF_EDGE; /* a multiple */
+}
+
+bool np_bake_owns_leaf(const np_bake *bake, const int32_t origin[3]) {
+  int32_t leaf[3];
+  find_leaf(origin, leaf);
+  return owns_leaf(bake, leaf);
+}
+
+bool np_bake_needs_leaf(const np_bake *bake, const int32_t origin[3]) {
+  int32_t leaf[3];
+  find_leaf(origin, leaf);
+  for (int n = 0; n < 8; n++) {
+    const int32_t before[3] = {leaf[0] - (n >> 2), leaf[1] - (n >> 1 & 1), leaf[2] - (n & 1)};
+    if (owns_leaf(bake, before)) return true;
+  }
+  return false;
+}
+
+static bool has_cell(const void *user, const int32_t cell[3]) { return owns_leaf(user, cell); }
+
+/* ---- Volumes ---- */
+
+/* The bake, or one level of it. */
+static neph_result make_level(np_bake *level, neph_volume **out_volume) {
+  const double count = level->lod.count, begin = level->lod.level / count, end = (level->lod.level + 1) / count;
+  np_sparse_grid grid;
+  np_monitor_set_part(level->monitor, np_monitor_whole, fmax(begin, 0.05), begin + 0.85 * (end - begin));
+  neph_result result = np_bake_make_grid(level, "density", &grid);
+  if (result) return result;
+  if (level->lod.count > 1) grid.region = (np_cell_region){has_cell, level};
+  np_monitor_set_part(level->monitor, np_monitor_whole, begin + 0.85 * (end - begin), end);
+  result = np_volume_create_from_grid(level->context, &grid, level->desc.precision, level->monitor, out_volume);
+  np_sparse_grid_clear(&grid);
+  return result;
+}
+
+/* The volume of the finest level stands for all: its box, in its own voxels, is around what any level holds. */
+static void include_level(neph_volume *whole, const neph_volume *level) {
+  const np_affine to_whole = np_affine_compose(&whole->world_to_index, &level->index_to_world);
+  double low[3], high[3];
+  np_volume_bound_box(&to_whole, level->active_min, level->active_max, low, high);
+  for (int a = 0; a < 3; a++) {
+    const int32_t from = (int32_t)floor(low[a]), to = (int32_t)ceil(high[a]);
+    const bool is_first = whole->active_voxel_count == 0;
+    whole->active_min[a] = is_first || from < whole->active_min[a] ? from : whole->active_min[a];
+    whole->active_max[a] = is_first || to > whole->active_max[a] ? to : whole->active_max[a];
+  }
+  whole->value_min = whole->active_voxel_count ? fminf(whole->value_min, level->value_min) : level->value_min;
+  whole->value_max = fmaxf(whole->value_max, level->value_max);
+  whole->active_voxel_count += level->active_voxel_count;
+  whole->grid_bytes += level->grid_bytes;
+}
+
+static neph_result add_level(const np_bake *bake, unsigned number, neph_volume *whole) {
+  np_bake level;
+  neph_volume *volume = NULL;
+  neph_result result = np_bake_get_level(bake, number, &level);
+  if (!result && np_bake_count_box(&level) > 0) result = make_level(&level, &volume);
+  if (volume && volume->active_voxel_count > 0) {
+    include_level(whole, volume);
+    np_tint_add_level(whole->tint, volume);
+  } else {
+    neph_volume_release(volume);
+  }
+  return result;
+}
+
+neph_result np_bake_make_volume(np_bake *bake, neph_volume **out_volume) {
+  neph_volume *whole = NULL;
+  neph_result result = make_level(bake, &whole);
+  if (result || bake->lod.count == 1) return *out_volume = whole, result;
+  result = np_tint_create_levels(bake->context, &whole->tint);
+  for (unsigned k = 1; k < bake->lod.count && !result; k++) result = add_level(bake, k, whole);
+  if (result)
+    neph_volume_release(whole);
+  else
+    *out_volume = whole;
+  return result;
+}
