@@ -37,7 +37,7 @@ static neph_volume *bake(neph_context *context, const neph_cloud_desc *cloud, co
   return volume;
 }
 
-/* What all levels have at a place. */
+/* Sum of all levels at a place. */
 static double sample(const neph_volume *volume, np_dvec3 position) {
   double sum = 0;
   for (unsigned k = 0; k < np_volume_count_parts(volume); k++) {

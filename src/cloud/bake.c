@@ -105,8 +105,8 @@ static void eval_batch(const bake_job *job, const np_bake_points *of, leaf_batch
   for (size_t i = 0; i < batch->points.count; i++) leaf->values[batch->voxel[i]] = values[i];
 }
 
-/* Of a leaf that another level of detail has: the samples that the cells before it share with it, on its first planes.
- * None of them is active. */
+/* Samples of a leaf that another level of detail has: those that the cells before it share with it, on its first
+ * planes. None of them is active. */
 static void eval_border(const bake_job *job, const np_bake_points *points, np_leaf *leaf) {
   leaf_batch batch;
   size_t count = 0;

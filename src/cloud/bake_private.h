@@ -81,7 +81,7 @@ neph_result np_bake_get_level(const np_bake *bake, unsigned level, np_bake *out_
 /* Edge of the voxels of a bake's finest level. */
 static inline double np_bake_get_finest_m(const np_bake *bake) { return ldexp(bake->voxel_m, -(int)bake->lod.level); }
 
-/* How near the viewers all of a level is; infinite of the coarsest. */
+/* Distance from the viewers within which all of a level is; infinite of the coarsest. */
 double np_bake_get_reach_m(const np_bake *bake);
 
 /* Whether a leaf of the bake's grid is in the part of the field that its size of voxels holds. Levels share the samples

@@ -9,8 +9,8 @@
  * them. */
 neph_cloud_desc np_plan_get_bake(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud);
 
-/* How it is baked, but for what it may take and whom it tells. Levels of detail go by all that the camera ever is, so
- * that they stay from frame to frame. */
+/* Description of its bake, without its limit of memory and its progress. Levels of detail go by all places where the
+ * camera ever is, so that they stay from frame to frame. */
 neph_bake_desc np_plan_get_bake_desc(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud);
 
 /* Voxels of the box of such a bake. */

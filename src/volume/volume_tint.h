@@ -37,8 +37,8 @@ typedef struct np_tint_source {
 /* Shares a density among the colours that its file has; NULL where there are none. */
 neph_result np_tint_create(neph_context *context, const np_tint_source *source, np_monitor *monitor,
                            np_tint **out_tint);
-/* Of a cloud in levels of detail, of which it has the finest itself; the others, which have something, are given away
- * to it. */
+/* Parts of a cloud in levels of detail, of which it is the finest itself; the others, which hold something, are given
+ * away to it. */
 neph_result np_tint_create_levels(neph_context *context, np_tint **out_tint);
 void np_tint_add_level(np_tint *tint, neph_volume *level);
 
