@@ -18,7 +18,7 @@ static const float lobe_size = 1.1f, lobe_reach = 0.75f;             /* sizes in
 static const float fibre_size = 0.30f, fibre_stretch = 6.0f, fibre_reach = 0.22f;
 static const float eddy_size = 2.3f, eddy_reach = 0.30f;     /* that bend fibres */
 static const float pouch_size = 0.34f, pouch_reach = 0.056f; /* the latter a share of the thickness */
-static const float pouch_thickness = 1.6f; /* of pouches against the heart: they carry most of the ice */
+static const float pouch_thickness = 1.2f; /* of pouches against the heart: they carry most of the ice */
 static const float group_size = 2.6f;      /* of groups of pouches */
 static const float upper_edge = 0.010f, lower_edge = 0.008f; /* shares too */
 static const float thinness = 0.13f, rim_thinness = 0.3f;    /* of ice against water, and of the rim against that */
@@ -118,7 +118,7 @@ void np_anvil_eval(const np_cloud_model *model, const np_cloud_points *points, f
   for (size_t i = 0; i < p.count; i++) {
     const float anvil = np_minf(p.strength[i], 1.5f), share = p.field_x_m[i];
     if (!(anvil > 0.0f)) continue;
-    const float hanging = np_smoothstepf((anvil - 0.12f) / 0.2f) * (1.0f - np_smoothstepf((anvil - 0.6f) / 0.35f));
+    const float hanging = np_smoothstepf((anvil - 0.3f) / 0.25f) * (1.0f - np_smoothstepf((anvil - 0.7f) / 0.35f));
     const float above = share - eval_lower(anvil) + pouch_reach * hanging * pouches[i];
     const float below = eval_upper(anvil, p.ground_m[i]) - share;
     const float body = np_smoothstepf(below / upper) * np_smoothstepf(above / lower) * thinness *
