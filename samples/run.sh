@@ -1,7 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
 # Installs what is missing, builds, and renders every scene of this folder into samples/out. A scene NAME.yaml names
-# out/NAME.exr as its picture and, when it bakes, out/NAME.vdb as its cloud; what is newer than its scene and the program stays.
+# out/NAME.exr as its picture; clouds that go to files are baked to them on the way. What is newer than its scene and
+# the program stays.
 # Scenes hero_NAME are rendered small: `nephos render` makes them at 1920×1080.
 set -eu
 cd "$(dirname "$0")/.."
@@ -25,7 +26,6 @@ for scene in samples/*.yaml; do
     continue
   fi
   echo "$scene:"
-  if grep -q 'bake:' "$scene" && ! is_current "$base.vdb" "$scene"; then "$program" bake "$scene"; fi
   case $scene in
     */hero_* | */horizon.yaml) "$program" render "$scene" --resolution 480x270 --samples 2 ;;
     *) "$program" render "$scene" ;;
