@@ -44,19 +44,19 @@ static bool owns_leaf(const np_bake *bake, const int32_t leaf[3]) {
   return choose_level(bake, cell) == bake->lod.level;
 }
 
-static void find_leaf(const int32_t origin[3], int32_t out_leaf[3]) {
+static void compute_leaf(const int32_t origin[3], int32_t out_leaf[3]) {
   for (int a = 0; a < 3; a++) out_leaf[a] = origin[a] / NP_LEAF_EDGE; /* a multiple */
 }
 
 bool np_bake_owns_leaf(const np_bake *bake, const int32_t origin[3]) {
   int32_t leaf[3];
-  find_leaf(origin, leaf);
+  compute_leaf(origin, leaf);
   return owns_leaf(bake, leaf);
 }
 
 bool np_bake_needs_leaf(const np_bake *bake, const int32_t origin[3]) {
   int32_t leaf[3];
-  find_leaf(origin, leaf);
+  compute_leaf(origin, leaf);
   for (int n = 0; n < 8; n++) {
     const int32_t before[3] = {leaf[0] - (n >> 2), leaf[1] - (n >> 1 & 1), leaf[2] - (n & 1)};
     if (owns_leaf(bake, before)) return true;

@@ -26,7 +26,7 @@ neph_result np_module_get(neph_context *context, const np_module_kind *kind, con
 /* Whether np_module_get has it to give; logs nothing. */
 bool np_module_is_present(neph_context *context, const np_module_kind *kind);
 
-/* Path of a program, searched as modules are; fails likewise. */
+/* Gets the path of a program from the folders of modules; the error names those that were tried. */
 neph_result np_module_get_program(neph_context *context, const np_module_kind *kind, char out_path[PATH_MAX]);
 bool np_module_has_program(neph_context *context, const np_module_kind *kind);
 

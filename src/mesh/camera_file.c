@@ -22,7 +22,7 @@ typedef struct camera_load {
 
 typedef struct camera_list {
   uint64_t count;
-  bool is_there; /* the wanted one */
+  bool is_found; /* the wanted one */
   char names[LIST_BYTES];
 } camera_list;
 
@@ -30,8 +30,8 @@ static void list_camera(camera_load *l, size_t index, const np_assimp_camera *ca
   const size_t used = strlen(list->names);
   (void)snprintf(list->names + used, LIST_BYTES - used, "%s%.*s", index ? ", " : "", (int)NP_ASSIMP_NAME_BYTES - 1,
                  camera->name);
-  if (list->is_there || (l->name && strcmp(camera->name, l->name))) return;
-  list->is_there = true;
+  if (list->is_found || (l->name && strcmp(camera->name, l->name))) return;
+  list->is_found = true;
   l->index = index;
   l->camera = *camera;
 }
@@ -61,7 +61,7 @@ static neph_result choose_camera(camera_load *l) {
     return np_fail(l->context, NEPH_ERROR_BAD_FILE,
                    "%s: %" PRIu64 " cameras are in it: choose one by camera.motion.camera: %s", l->path, list.count,
                    list.names);
-  if (list.is_there) return NEPH_OK;
+  if (list.is_found) return NEPH_OK;
   return np_fail(l->context, NEPH_ERROR_BAD_FILE, "%s: no camera %s is in it, must be one of %s", l->path, l->name,
                  list.names);
 }

@@ -62,7 +62,7 @@ const np_bricks *np_cloud_parts_get_bricks(const np_cloud_parts *parts, unsigned
   return parts->details[k] ? &parts->details[k]->bricks : &np_volume_get_part(parts->volume, k)->bricks;
 }
 
-/* A level of detail has voxels of its own: from the world to the cloud's, and on to its. */
+/* Levels of detail have voxels of their own. */
 np_affine np_cloud_parts_get_world_to_index(const np_cloud_parts *parts, unsigned k) {
   const neph_volume *level = parts->volume ? np_volume_get_part(parts->volume, k) : NULL;
   if (level == parts->volume || !parts->volume->tint->are_levels) return parts->placed.world_to_index;

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Clouds of one colour each that a cloud of many colours is made of.
+/* Parts of a cloud, which overlap and add up: clouds of one colour each of which a cloud of many colours is made, or
+ * levels of detail, which never hold the same place twice (cloud/bake_lod.c).
  *
  * The colours that occur are in a box of red, green and blue. Each is a mixture of at most four of the box's eight
  * corners, those of the tetrahedron of its order, and the density of a voxel is shared among them (Kasson, Nin, Plouffe
