@@ -62,7 +62,9 @@ static void a_file_is_verified_whatever_it_was_baked_with(void **state) {
 
 static bool is_current(neph_context *context, const char *path, const neph_cloud_desc *desc, double radius_m) {
   bool is_same = false;
-  assert_int_equal(np_cloud_file_is_current(context, path, desc, radius_m, &is_same), NEPH_OK);
+  neph_bake_desc bake = NEPH_BAKE_DESC_DEFAULT;
+  bake.planet_radius_m = radius_m;
+  assert_int_equal(np_cloud_file_is_current(context, path, desc, &bake, &is_same), NEPH_OK);
   return is_same;
 }
 

@@ -217,14 +217,15 @@ static void a_ground_is_part_of_the_parameters(void **state) {
   neph_context *context = test_context_create(2, &log);
   char *folder = test_folder_create(), *path = test_path(folder, "fog.vdb");
   neph_cloud_desc desc = make_kind(context, "fog");
+  const neph_bake_desc bake = NEPH_BAKE_DESC_DEFAULT;
   bool is_same;
   desc.voxel_m = 100;
   desc.ground_height = get_ridge_m;
   assert_int_equal(neph_cloud_bake_file(context, &desc, NULL, "density", path), NEPH_OK);
-  assert_int_equal(np_cloud_file_is_current(context, path, &desc, 6360e3, &is_same), NEPH_OK);
+  assert_int_equal(np_cloud_file_is_current(context, path, &desc, &bake, &is_same), NEPH_OK);
   assert_true(is_same);
   desc.ground_id = "another";
-  assert_int_equal(np_cloud_file_is_current(context, path, &desc, 6360e3, &is_same), NEPH_OK);
+  assert_int_equal(np_cloud_file_is_current(context, path, &desc, &bake, &is_same), NEPH_OK);
   assert_false(is_same);
   assert_int_equal(neph_cloud_verify_file(context, path, NULL, NULL, &is_same), NEPH_ERROR_INVALID_ARGUMENT);
   assert_one_error(&log, "fog.vdb", "ground", "bake its scene");

@@ -306,13 +306,13 @@ static void files_remember_their_shape(void **state) {
     assert_int_equal(neph_cloud_verify_file(f->context, path, NULL, NULL, &is_same), NEPH_OK);
     assert_true(is_same);
     const neph_bake_desc bake = NEPH_BAKE_DESC_DEFAULT;
-    assert_int_equal(np_cloud_file_is_current(f->context, path, &descs[i], bake.planet_radius_m, &is_current), NEPH_OK);
+    assert_int_equal(np_cloud_file_is_current(f->context, path, &descs[i], &bake, &is_current), NEPH_OK);
     assert_true(is_current);
     if (i == 0)
       write_torus(f->path, 1);
     else
       descs[i].shape.spheres.count = 1;
-    assert_int_equal(np_cloud_file_is_current(f->context, path, &descs[i], bake.planet_radius_m, &is_current), NEPH_OK);
+    assert_int_equal(np_cloud_file_is_current(f->context, path, &descs[i], &bake, &is_current), NEPH_OK);
     assert_false(is_current);
   }
   free(path);

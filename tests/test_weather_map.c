@@ -208,11 +208,12 @@ static void a_file_is_current_while_its_picture_is(void **state) {
   char *vdb = test_path(f->folder, "field.vdb");
   neph_cloud_desc desc = mapped_field(f, NEPH_CLOUD_MAP_COVERAGE);
   desc.voxel_m = 100;
+  const neph_bake_desc bake = NEPH_BAKE_DESC_DEFAULT;
   for (int i = 0; i < 2; i++) {
     bool is_current = i, is_same = i;
     write_map(f, 1, 1, (const float[]){0.5f + 0.25f * (float)i});
     if (i == 0) assert_int_equal(neph_cloud_bake_file(f->context, &desc, NULL, "density", vdb), NEPH_OK);
-    assert_int_equal(np_cloud_file_is_current(f->context, vdb, &desc, 6360e3, &is_current), NEPH_OK);
+    assert_int_equal(np_cloud_file_is_current(f->context, vdb, &desc, &bake, &is_current), NEPH_OK);
     assert_int_equal(neph_cloud_verify_file(f->context, vdb, NULL, NULL, &is_same), NEPH_OK);
     assert_int_equal(is_current, i == 0);
     assert_int_equal(is_same, i == 0);

@@ -233,10 +233,10 @@ typedef struct neph_bake_desc {
   bool has_region;               /**< bake only what lies in the box below (default false) */
   double region_min_m[3];        /**< of the world (default 0, 0, 0) */
   double region_max_m[3];        /**< greater (default 0, 0, 0) */
-  unsigned lod_count;         /**< sizes of voxels that neph_cloud_bake uses: voxel_m near the viewer, 2, 4, … times
-                                   that farther away, but none above an eighth of the thickness; each place is held
-                                   at one size, and all sample one model; 1 to NEPH_BAKE_LODS_MAX; 1 in a file
-                                   (default 1) */
+  unsigned lod_count;         /**< sizes of voxels: voxel_m near the viewer, 2, 4, … times that farther away, but none
+                                   above an eighth of the thickness; each place is held at one size, and all sample
+                                   one model; 1 to NEPH_BAKE_LODS_MAX; above 1 without region, velocity, error and
+                                   level_count (default 1) */
   double lod_viewer_min_m[3]; /**< box of the world that holds all viewers (default 0, 0, 0) */
   double lod_viewer_max_m[3]; /**< no less (default 0, 0, 0) */
   double lod_angle_rad;       /**< that a voxel may span from the viewer before a smaller size is taken, while there
@@ -260,7 +260,11 @@ typedef struct neph_bake_desc {
 NEPH_API neph_result neph_cloud_bake(neph_context *context, const neph_cloud_desc *cloud, const neph_bake_desc *desc,
                                      neph_volume **out_volume) NEPH_NODISCARD;
 
-/** Bakes a cloud straight to a .vdb file: a fog volume of extinction in 1/m, with its parameters, seed and hash. */
+/** Bakes a cloud straight to a .vdb file: a fog volume of extinction in 1/m, with its parameters, seed and hash.
+ *
+ * With desc->lod_count above 1 every size of voxels has a file of its own, which holds what no other holds:
+ * "cloud.lod1.vdb", "cloud.lod2.vdb", … beside "cloud.vdb", the smallest. neph_volume_load reads all of them as one
+ * volume by the name of the first. */
 NEPH_API neph_result neph_cloud_bake_file(neph_context *context, const neph_cloud_desc *cloud,
                                           const neph_bake_desc *desc, const char *name,
                                           const char *path) NEPH_NODISCARD;

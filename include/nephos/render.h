@@ -331,7 +331,8 @@ NEPH_API neph_result neph_render_sky_verify(neph_scene *scene, const neph_sky_ve
 /** Bakes one procedural cloud of a scene to a .vdb file, as it is in a frame: frame 1 is at the cloud's `time`, every
  * further one `frame_time` later.
  *
- * @param desc  NULL for the defaults; the planet is the scene's in any case.
+ * @param desc  NULL for the defaults; the planet and the levels of detail (lod_count and so on) are the scene's in any
+ *              case, the latter for its own resolution.
  */
 NEPH_API neph_result neph_scene_bake_file(neph_scene *scene, unsigned cloud_index, int frame,
                                           const neph_bake_desc *desc, const char *path) NEPH_NODISCARD;

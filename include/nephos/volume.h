@@ -51,7 +51,7 @@ typedef struct neph_volume_load_desc {
     .progress_user = NULL, .is_halved = false                                                                          \
   }
 
-/** Reads one grid of a .vdb file.
+/** Reads one grid of a .vdb file; of a bake in levels of detail, with the files beside it that hold its other levels.
  *
  * @param desc        NULL for the defaults.
  * @param out_volume  one reference, for the caller; NULL on failure.

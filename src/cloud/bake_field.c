@@ -195,8 +195,6 @@ neph_result np_bake_start_checked(neph_context *context, const neph_cloud_desc *
   neph_result result = np_cloud_desc_read(context, cloud, &checked);
   if (!result) result = np_cloud_bake_desc_read(context, desc, &bake);
   if (result) return result;
-  if (use == NP_BAKE_FOR_FILE && bake.lod_count > 1)
-    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "cloud: lod_count is %u, must be 1 in a file", bake.lod_count);
   np_monitor_start(monitor, context, bake.progress, bake.progress_user);
   return np_bake_start(context, &checked, &bake, use, monitor, out_bake);
 }

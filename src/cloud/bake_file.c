@@ -1,12 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Bakes as files: what they were baked from goes with them, so that anyone can bake them again and compare. */
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "cloud/bake_private.h"
 #include "core/alloc.h"
+#include "core/file.h"
 #include "volume/volume_file.h"
-#include "volume/volume_private.h"
+#include "volume/volume_levels.h"
 
 /* Grids of a file: levels of detail, and, behind them, the components of the velocity. */
 enum { GRIDS_MAX = NEPH_BAKE_LEVELS_MAX + 3 };
@@ -38,19 +40,21 @@ static neph_result make_level(const np_bake *bake, const char *name, unsigned le
 /* The caller clears it whatever the outcome. */
 static neph_result make_grids(np_bake *bake, const char *name, bake_grids *out_grids) {
   np_sparse_grid *levels = out_grids->levels;
-  np_monitor_set_part(bake->monitor, np_monitor_whole, 0.05, 0.6);
+  const np_monitor_part whole = np_monitor_get_part(bake->monitor);
+  np_monitor_set_part(bake->monitor, whole, 0.05, 0.6);
   neph_result result = np_bake_make_grid(bake, name, &levels[0]);
-  np_monitor_set_part(bake->monitor, np_monitor_whole, 0.6, 0.8);
+  np_monitor_set_part(bake->monitor, whole, 0.6, 0.8);
   if (!result && bake->desc.error) result = measure(bake, &levels[0]);
   for (unsigned i = 1; !result && i < bake->desc.level_count; i++) result = make_level(bake, name, i, levels);
-  np_monitor_set_part(bake->monitor, np_monitor_whole, 0.8, 0.9);
+  np_monitor_set_part(bake->monitor, whole, 0.8, 0.9);
   if (!result && bake->desc.has_velocity) result = np_bake_make_velocity(bake, &levels[0], out_grids->velocity);
   return result;
 }
 
 /* ---- Writing ---- */
 
-enum { ATTRIBUTES = 4 };
+/* Those of a velocity, of a density, and of a density in levels of detail, in this order. */
+enum { VELOCITY_ATTRIBUTES = 3, DENSITY_ATTRIBUTES = 4, LEVEL_ATTRIBUTES = 6 };
 
 /* Extinction says what a value of 1 is; a velocity needs no such thing. */
 static neph_result save(const np_bake *bake, const bake_grids *grids, const char *path) {
@@ -59,29 +63,62 @@ static neph_result save(const np_bake *bake, const bake_grids *grids, const char
   neph_result result = np_cloud_desc_to_json(bake->context, &bake->model.desc, desc, &params);
   if (result) return result;
   snprintf(seed, sizeof seed, "%llu", (unsigned long long)bake->model.desc.seed);
-  const np_vdb_attribute of_density[ATTRIBUTES] = {{.name = "nephos:params", .text = params},
-                                                   {.name = "nephos:seed", .text = seed},
-                                                   {.name = "units", .text = "1/m"},
-                                                   {.name = "nephos:extinction_per_value", .number = 1}};
-  const np_vdb_attribute of_velocity[ATTRIBUTES - 1] = {of_density[0], of_density[1], {.name = "units", .text = "m/s"}};
+  const np_vdb_attribute of_density[LEVEL_ATTRIBUTES] = {{.name = "nephos:params", .text = params},
+                                                         {.name = "nephos:seed", .text = seed},
+                                                         {.name = "units", .text = "1/m"},
+                                                         {.name = "nephos:extinction_per_value", .number = 1},
+                                                         {.name = "nephos:level", .number = bake->lod.level},
+                                                         {.name = "nephos:level_count", .number = bake->lod.count}};
+  const np_vdb_attribute of_velocity[VELOCITY_ATTRIBUTES] = {
+      of_density[0], of_density[1], {.name = "units", .text = "m/s"}};
+  const size_t attribute_count = bake->lod.count > 1 ? LEVEL_ATTRIBUTES : DENSITY_ATTRIBUTES;
   np_vdb_write_grid out[GRIDS_MAX];
   size_t count = 0;
   const int is_half = desc->file_precision == NEPH_PRECISION_HALF;
   for (unsigned i = 0; i < desc->level_count; i++)
-    out[count++] = (np_vdb_write_grid){&grids->levels[i], is_half, of_density, ATTRIBUTES, NULL, NULL, false};
+    out[count++] = (np_vdb_write_grid){&grids->levels[i], is_half, of_density, attribute_count, NULL, NULL, false};
   const np_sparse_grid *velocity = grids->velocity;
   if (desc->has_velocity)
     out[count++] =
-        (np_vdb_write_grid){&velocity[0], is_half, of_velocity, ATTRIBUTES - 1, &velocity[1], &velocity[2], false};
+        (np_vdb_write_grid){&velocity[0], is_half, of_velocity, VELOCITY_ATTRIBUTES, &velocity[1], &velocity[2], false};
   result = np_volume_save_grids(bake->context, path, out, count, bake->monitor);
   np_alloc_free(bake->context, params);
+  return result;
+}
+
+static neph_result make_file(np_bake *bake, const char *name, const char *path) {
+  bake_grids grids = {0};
+  const np_monitor_part whole = np_monitor_get_part(bake->monitor);
+  neph_result result = make_grids(bake, name, &grids);
+  np_monitor_set_part(bake->monitor, whole, 0.9, 1.0);
+  if (!result) result = save(bake, &grids, path);
+  clear_grids(&grids);
+  return result;
+}
+
+static neph_result make_level_file(const np_bake *bake, unsigned number, const char *name, const char *path) {
+  np_bake level;
+  char *level_path = np_volume_name_level(bake->context, path, number);
+  neph_result result = level_path ? np_bake_get_level(bake, number, &level) : NEPH_ERROR_OUT_OF_MEMORY;
+  if (!result) result = make_file(&level, name, level_path);
+  np_alloc_free(bake->context, level_path);
+  return result;
+}
+
+/* The coarsest first: the file that stands for all is there when all others are. */
+static neph_result make_files(const np_bake *bake, const char *name, const char *path) {
+  const double count = bake->lod.count;
+  neph_result result = NEPH_OK;
+  for (unsigned k = bake->lod.count; k-- > 0 && !result;) {
+    np_monitor_set_part(bake->monitor, np_monitor_whole, (count - 1 - k) / count, (count - k) / count);
+    result = make_level_file(bake, k, name, path);
+  }
   return result;
 }
 
 neph_result neph_cloud_bake_file(neph_context *context, const neph_cloud_desc *cloud, const neph_bake_desc *desc,
                                  const char *name, const char *path) {
   np_bake bake;
-  bake_grids grids = {0};
   np_monitor monitor;
   const np_vdb_module *module; /* before the work that it would write */
   neph_result result = np_vdb_module_get(context, &module);
@@ -89,10 +126,7 @@ neph_result neph_cloud_bake_file(neph_context *context, const neph_cloud_desc *c
   const unsigned mode = np_float_mode_enter();
   result = np_bake_start_checked(context, cloud, desc, NP_BAKE_FOR_FILE, &monitor, &bake);
   if (!result) {
-    result = make_grids(&bake, name, &grids);
-    np_monitor_set_part(&monitor, np_monitor_whole, 0.9, 1.0);
-    if (!result) result = save(&bake, &grids, path);
-    clear_grids(&grids);
+    result = make_files(&bake, name, path);
     np_bake_end(&bake);
   }
   np_float_mode_leave(mode);
@@ -107,32 +141,50 @@ enum { HASH_BYTES = 33 };
 typedef struct bake_record {
   neph_context *context;
   char *params;
+  unsigned level; /* of detail */
 } bake_record;
 
 static void take_attribute(void *user, const char *name, const char *text) {
   bake_record *record = user;
+  if (!strcmp(name, "nephos:level")) record->level = (unsigned)strtoul(text, NULL, 10);
   if (!strcmp(name, "nephos:params") && !record->params) record->params = np_alloc_text(record->context, text);
+}
+
+/* Whether all levels of detail are there. */
+static bool has_level_files(neph_context *context, const char *path, unsigned count) {
+  bool has_all = true;
+  for (unsigned k = 1; k < count && has_all; k++) {
+    char *level_path = np_volume_name_level(context, path, k);
+    has_all = level_path && np_file_exists(level_path);
+    np_alloc_free(context, level_path);
+  }
+  return has_all;
 }
 
 /* Parameters of a cloud, with the pruning and the region that the file has. */
 static neph_result compare_record(const bake_record *record, const char *path, const neph_cloud_desc *cloud,
-                                  double planet_radius_m, bool *out_is_same) {
+                                  const neph_bake_desc *bake, bool *out_is_same) {
   neph_cloud_desc recorded;
   neph_bake_desc desc = NEPH_BAKE_DESC_DEFAULT;
   char *text;
   neph_result result = np_cloud_desc_from_json(record->context, path, record->params, &recorded, &desc);
   if (result) return result;
   np_cloud_desc_clear(record->context, &recorded);
-  desc.planet_radius_m = planet_radius_m;
-  result = np_cloud_desc_to_json(record->context, cloud, &desc, &text);
+  neph_bake_desc wanted = *bake;
+  wanted.prune_per_m = desc.prune_per_m;
+  wanted.has_region = desc.has_region;
+  memcpy(wanted.region_min_m, desc.region_min_m, sizeof wanted.region_min_m);
+  memcpy(wanted.region_max_m, desc.region_max_m, sizeof wanted.region_max_m);
+  result = np_cloud_desc_to_json(record->context, cloud, &wanted, &text);
   if (result) return result;
-  *out_is_same = !strcmp(text, record->params);
+  *out_is_same =
+      !strcmp(text, record->params) && has_level_files(record->context, path, np_bake_count_levels(cloud, &wanted));
   np_alloc_free(record->context, text);
   return NEPH_OK;
 }
 
 neph_result np_cloud_file_is_current(neph_context *context, const char *path, const neph_cloud_desc *cloud,
-                                     double planet_radius_m, bool *out_is_current) {
+                                     const neph_bake_desc *bake, bool *out_is_current) {
   np_volume_file file;
   np_vdb_error error;
   bake_record record = {.context = context};
@@ -141,7 +193,7 @@ neph_result np_cloud_file_is_current(neph_context *context, const char *path, co
   if (result) return result;
   if (file.module->count(file.vdb) && file.module->visit_metadata(file.vdb, 0, take_attribute, &record, &error))
     result = np_volume_file_fail(&file, &error);
-  if (!result && record.params) result = compare_record(&record, path, cloud, planet_radius_m, out_is_current);
+  if (!result && record.params) result = compare_record(&record, path, cloud, bake, out_is_current);
   np_volume_file_close(&file);
   np_alloc_free(context, record.params);
   return result;
@@ -229,8 +281,10 @@ static neph_result verify(const np_volume_file *file, bake_record *record, neph_
   result = cloud.ground_id ? refuse_ground(file) : read_layout(file, name, desc);
   if (!result) result = np_bake_start_checked(file->context, &cloud, desc, NP_BAKE_FOR_FILE, &monitor, &bake);
   if (!result) {
-    result = make_grids(&bake, name, &grids);
-    if (!result) result = compare_grids(file, &grids, &bake.desc, out_is_same);
+    np_bake level;
+    result = np_bake_get_level(&bake, record->level, &level);
+    if (!result) result = make_grids(&level, name, &grids);
+    if (!result) result = compare_grids(file, &grids, &level.desc, out_is_same);
     clear_grids(&grids);
     np_bake_end(&bake);
   }

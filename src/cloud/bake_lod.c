@@ -12,7 +12,7 @@
 
 #include "cloud/bake_private.h"
 #include "core/alloc.h"
-#include "volume/volume_private.h"
+#include "volume/volume_levels.h"
 #include "volume/volume_tint.h"
 
 /* ---- Cells ---- */
@@ -57,6 +57,7 @@ bool np_bake_owns_leaf(const np_bake *bake, const int32_t origin[3]) {
 bool np_bake_needs_leaf(const np_bake *bake, const int32_t origin[3]) {
   int32_t leaf[3];
   compute_leaf(origin, leaf);
+  if (bake->use == NP_BAKE_FOR_FILE) return owns_leaf(bake, leaf);
   for (int n = 0; n < 8; n++) {
     const int32_t before[3] = {leaf[0] - (n >> 2), leaf[1] - (n >> 1 & 1), leaf[2] - (n & 1)};
     if (owns_leaf(bake, before)) return true;
@@ -82,34 +83,12 @@ static neph_result make_level(np_bake *level, neph_volume **out_volume) {
   return result;
 }
 
-/* The volume of the finest level stands for all: its box, in its own voxels, is around what any level holds. */
-static void include_level(neph_volume *whole, const neph_volume *level) {
-  const np_affine to_whole = np_affine_compose(&whole->world_to_index, &level->index_to_world);
-  double low[3], high[3];
-  np_volume_bound_box(&to_whole, level->active_min, level->active_max, low, high);
-  for (int a = 0; a < 3; a++) {
-    const int32_t from = (int32_t)floor(low[a]), to = (int32_t)ceil(high[a]);
-    const bool is_first = whole->active_voxel_count == 0;
-    whole->active_min[a] = is_first || from < whole->active_min[a] ? from : whole->active_min[a];
-    whole->active_max[a] = is_first || to > whole->active_max[a] ? to : whole->active_max[a];
-  }
-  whole->value_min = whole->active_voxel_count ? fminf(whole->value_min, level->value_min) : level->value_min;
-  whole->value_max = fmaxf(whole->value_max, level->value_max);
-  whole->active_voxel_count += level->active_voxel_count;
-  whole->grid_bytes += level->grid_bytes;
-}
-
 static neph_result add_level(const np_bake *bake, unsigned number, neph_volume *whole) {
   np_bake level;
   neph_volume *volume = NULL;
   neph_result result = np_bake_get_level(bake, number, &level);
   if (!result && np_bake_count_box(&level) > 0) result = make_level(&level, &volume);
-  if (volume && volume->active_voxel_count > 0) {
-    include_level(whole, volume);
-    np_tint_add_level(whole->tint, volume);
-  } else {
-    neph_volume_release(volume);
-  }
+  if (volume) np_volume_add_level(whole, volume);
   return result;
 }
 

@@ -88,7 +88,8 @@ double np_bake_get_reach_m(const np_bake *bake);
  * of the finest lattice, so that cells of all of them end on the same planes. */
 bool np_bake_owns_leaf(const np_bake *bake, const int32_t origin[3]);
 
-/* Whether the samples of a leaf are needed: it is the bake's own, or beyond a face of one that is. */
+/* Whether the samples of a leaf are needed: it is the bake's own, or, for bricks, beyond a face of one that is. Who
+ * reads a file takes those from the level there (volume/volume_levels.h). */
 bool np_bake_needs_leaf(const np_bake *bake, const int32_t origin[3]);
 
 /* A volume in memory, of all levels where there are several, from a bake that was started for bricks. */

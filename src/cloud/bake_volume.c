@@ -19,6 +19,18 @@ static neph_result check_radius(neph_context *context, double planet_radius_m) {
                  planet_radius_m);
 }
 
+/* Of levels of detail, each with voxels of its own. */
+static neph_result check_levels(neph_context *context, const neph_bake_desc *desc) {
+  const char *what = desc->has_region        ? "has_region is true, must be false"
+                     : desc->has_velocity    ? "has_velocity is true, must be false"
+                     : desc->error           ? "error is given, must be NULL"
+                     : desc->level_count > 1 ? "level_count is above 1, must be 1"
+                                             : NULL;
+  if (!what) return NEPH_OK;
+  return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "cloud: %s where lod_count is %u, above 1 (bake.levels)", what,
+                 desc->lod_count);
+}
+
 neph_result np_cloud_bake_desc_read(neph_context *context, const neph_bake_desc *desc, neph_bake_desc *out_desc) {
   static const neph_bake_desc defaults = NEPH_BAKE_DESC_DEFAULT;
   const neph_result bad = NEPH_ERROR_INVALID_ARGUMENT;
@@ -42,10 +54,8 @@ neph_result np_cloud_bake_desc_read(neph_context *context, const neph_bake_desc 
       return np_fail(context, bad,
                      "cloud: lod_viewer_max_m[%d] is %g, must be at least lod_viewer_min_m[%d], which is %g", a,
                      out_desc->lod_viewer_max_m[a], a, out_desc->lod_viewer_min_m[a]);
-  if (out_desc->lod_count > 1 && out_desc->has_region)
-    return np_fail(context, bad, "cloud: has_region is true, must be false where lod_count is %u, above 1",
-                   out_desc->lod_count);
-  return check_region(context, out_desc);
+  result = out_desc->lod_count > 1 ? check_levels(context, out_desc) : NEPH_OK;
+  return result ? result : check_region(context, out_desc);
 }
 
 neph_result neph_cloud_bake(neph_context *context, const neph_cloud_desc *cloud, const neph_bake_desc *desc,

@@ -185,6 +185,13 @@ static neph_result put_ground(neph_context *context, np_json *json, const neph_c
   return result;
 }
 
+static void put_levels(np_json *json, const neph_bake_desc *bake) {
+  np_json_put_integer(json, "lod_count", bake->lod_count);
+  np_json_put_reals(json, "lod_viewer_min_m", bake->lod_viewer_min_m, 3);
+  np_json_put_reals(json, "lod_viewer_max_m", bake->lod_viewer_max_m, 3);
+  np_json_put_real(json, "lod_angle_rad", bake->lod_angle_rad);
+}
+
 neph_result np_cloud_desc_to_json(neph_context *context, const neph_cloud_desc *desc, const neph_bake_desc *bake,
                                   char **out_text) {
   np_json *json = np_json_create(context);
@@ -219,6 +226,7 @@ neph_result np_cloud_desc_to_json(neph_context *context, const neph_cloud_desc *
   np_json_put_bool(json, "has_region", bake->has_region);
   np_json_put_reals(json, "region_min_m", bake->region_min_m, 3);
   np_json_put_reals(json, "region_max_m", bake->region_max_m, 3);
+  if (bake->lod_count > 1) put_levels(json, bake);
   return np_json_finish(json, out_text);
 }
 
@@ -237,6 +245,16 @@ static bool read_cells_kind(const np_json_value *json, neph_cloud_desc *desc) {
   while (text && i < CELLS_KIND_COUNT && strcmp(text, cells_kinds[i])) i++;
   desc->cells_kind = (neph_cloud_cells)i;
   return i < CELLS_KIND_COUNT;
+}
+
+/* A bake of one level has none. */
+static bool read_levels(const np_json_value *json, neph_bake_desc *bake) {
+  double count;
+  if (!np_json_get_reals(json, "lod_count", &count, 1)) return true;
+  bake->lod_count = (unsigned)count;
+  return np_json_get_reals(json, "lod_viewer_min_m", bake->lod_viewer_min_m, 3) &&
+         np_json_get_reals(json, "lod_viewer_max_m", bake->lod_viewer_max_m, 3) &&
+         np_json_get_reals(json, "lod_angle_rad", &bake->lod_angle_rad, 1);
 }
 
 static bool read_values(const np_json_value *json, neph_cloud_desc *desc, neph_bake_desc *bake) {
@@ -259,7 +277,7 @@ static bool read_values(const np_json_value *json, neph_cloud_desc *desc, neph_b
          np_json_get_reals(json, "prune_per_m", &bake->prune_per_m, 1) &&
          np_json_get_bool(json, "has_region", &bake->has_region) &&
          np_json_get_reals(json, "region_min_m", bake->region_min_m, 3) &&
-         np_json_get_reals(json, "region_max_m", bake->region_max_m, 3);
+         np_json_get_reals(json, "region_max_m", bake->region_max_m, 3) && read_levels(json, bake);
 }
 
 /* The texts are the description's own. */

@@ -2,15 +2,15 @@
 /* Clouds of a scene as files of their own: read or baked as for a picture, put in their places, in 1/m. */
 #include <math.h>
 #include <string.h>
-#include <strings.h>
 
 #include "core/alloc.h"
+#include "render/cloud_bake.h"
 #include "render/export_fields.h"
 #include "render/plan.h"
 #include "render/reference_frame.h"
 #include "scene/cloud_file.h"
 #include "scene/scene_apply.h"
-#include "volume/volume_private.h"
+#include "volume/volume_levels.h"
 
 typedef struct cloud_export {
   neph_scene *scene;
@@ -37,7 +37,8 @@ static neph_result obtain_source(cloud_export *e) {
   neph_bake_desc bake = NEPH_BAKE_DESC_DEFAULT;
   bake.file_precision = NEPH_PRECISION_FLOAT;
   e->source.path = np_alloc_text(context, e->path);
-  return e->source.path ? neph_scene_bake_file(e->scene, e->index, e->frame, &bake, e->path) : NEPH_ERROR_OUT_OF_MEMORY;
+  return e->source.path ? np_cloud_bake_to_file(e->scene, e->index, e->frame, &bake, NP_BAKE_LEVELS_NONE, e->path)
+                        : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
 /* ---- Place ---- */
@@ -95,15 +96,13 @@ static neph_result rename_grid(np_sparse_grid *grid) {
 /* Level k is the whole cloud once more, in a file of its own: no program adds two by taking all grids of one. */
 static neph_result save_levels(cloud_export *e, const np_vdb_write_grid *as) {
   neph_context *context = e->scene->context;
-  const size_t length = strlen(e->path);
-  const bool is_vdb = length > 4 && !strcasecmp(e->path + length - 4, ".vdb");
   np_sparse_grid levels[2] = {{0}}; /* the one before, and the one that is made of it */
   neph_result result = NEPH_OK;
   for (unsigned k = 1; !result && k < e->desc->level_count; k++) {
     np_sparse_grid *grid = &levels[k % 2];
     np_sparse_grid_clear(grid);
     result = np_sparse_grid_halve(k > 1 ? &levels[1 - k % 2] : &e->grid, e->grid.name, grid);
-    char *path = np_alloc_printf(context, "%.*s.lod%u.vdb", (int)(is_vdb ? length - 4 : length), e->path, k);
+    char *path = np_volume_name_level(context, e->path, k);
     np_vdb_write_grid output = *as;
     output.grid = grid;
     if (!path) result = NEPH_ERROR_OUT_OF_MEMORY;

@@ -70,10 +70,11 @@ static size_t count_places(const np_assembly *a) {
 static np_instance *fill_part(const np_cloud_parts *parts, const np_instance *placed, unsigned index,
                               np_instance *out) {
   for (unsigned k = 0; k < (parts->copies ? parts->copy_count : 1); k++, out++) {
-    const np_instance *at = parts->copies ? &parts->copies[k] : placed;
     *out = *placed;
     out->index = index;
-    out->world_to_index = at->world_to_index;
+    if (!parts->copies) continue;
+    const np_instance *at = &parts->copies[k];
+    out->world_to_index = np_cloud_parts_get_world_to_index(parts, placed->part, &at->world_to_index);
     out->bottom_m = at->bottom_m;
     out->top_m = at->top_m;
   }

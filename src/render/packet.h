@@ -73,8 +73,8 @@ typedef struct np_cloud_parts {
 /* Bricks of one of a cloud's colours, with its detail. */
 const np_bricks *np_cloud_parts_get_bricks(const np_cloud_parts *parts, unsigned k);
 
-/* From the world to the voxels of a part of a placed cloud, in its first place. */
-np_affine np_cloud_parts_get_world_to_index(const np_cloud_parts *parts, unsigned k);
+/* From the world to the voxels of a part of a cloud, in the place that `world_to_cloud`, of the whole, gives it. */
+np_affine np_cloud_parts_get_world_to_index(const np_cloud_parts *parts, unsigned k, const np_affine *world_to_cloud);
 
 /* The way from the bands of a picture in colour to X, Y and Z: fitted to the scene's light. */
 typedef struct np_picture_color {

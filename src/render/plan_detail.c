@@ -75,16 +75,27 @@ neph_cloud_desc np_plan_get_bake(const np_plan *plan, const neph_scene *scene, c
 }
 
 /* Parallel rays see all places at one scale: that of their target, wherever the camera is. */
+static void set_levels(const neph_scene *scene, const np_scene_cloud *cloud, double pixel_rad, neph_bake_desc *desc) {
+  if (cloud->level_count < 2 || scene->camera.kind == NEPH_CAMERA_ORTHOGRAPHIC) return;
+  desc->lod_count = cloud->level_count;
+  desc->lod_angle_rad = fmin(fmax(cloud->level_px, scene->render.detail_px) * pixel_rad, 1.0);
+  memcpy(desc->lod_viewer_min_m, scene->reach.camera_min_m, sizeof desc->lod_viewer_min_m);
+  memcpy(desc->lod_viewer_max_m, scene->reach.camera_max_m, sizeof desc->lod_viewer_max_m);
+}
+
 neph_bake_desc np_plan_get_bake_desc(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud) {
   neph_bake_desc desc = NEPH_BAKE_DESC_DEFAULT;
   desc.planet_radius_m = scene->atmosphere.planet_radius_m;
   desc.precision = np_plan_get_precision(plan, cloud);
-  if (cloud->level_count < 2 || scene->camera.kind == NEPH_CAMERA_ORTHOGRAPHIC) return desc;
-  desc.lod_count = cloud->level_count;
-  desc.lod_angle_rad = fmin(fmax(cloud->level_px, scene->render.detail_px) * get_pixel_rad(plan, scene), 1.0);
-  memcpy(desc.lod_viewer_min_m, scene->reach.camera_min_m, sizeof desc.lod_viewer_min_m);
-  memcpy(desc.lod_viewer_max_m, scene->reach.camera_max_m, sizeof desc.lod_viewer_max_m);
+  set_levels(scene, cloud, get_pixel_rad(plan, scene), &desc);
   return desc;
+}
+
+void np_plan_describe_file_bake(const neph_scene *scene, const np_scene_cloud *cloud, neph_bake_desc *desc) {
+  const np_scene_camera *camera = &scene->reach.narrowest;
+  desc->planet_radius_m = scene->atmosphere.planet_radius_m;
+  set_levels(scene, cloud,
+             np_scene_camera_get_pixel_rad(camera, scene->camera.resolution[0], scene->camera.resolution[1]), desc);
 }
 
 /* Voxels a cubic metre in a column of a field, by its distance from the viewers on the map. */

@@ -13,6 +13,10 @@ neph_cloud_desc np_plan_get_bake(const np_plan *plan, const neph_scene *scene, c
  * camera ever is, so that they stay from frame to frame. */
 neph_bake_desc np_plan_get_bake_desc(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud);
 
+/* The planet and the levels of detail of a bake to a file: those of the scene's own resolution, so that no picture of
+ * another size bakes it anew. */
+void np_plan_describe_file_bake(const neph_scene *scene, const np_scene_cloud *cloud, neph_bake_desc *desc);
+
 /* Voxels of the box of such a bake. */
 double np_plan_count_bake_voxels(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud);
 

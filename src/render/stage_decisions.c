@@ -86,8 +86,9 @@ neph_result np_plan_choose_source(const neph_scene *scene, const np_scene_cloud 
   np_cloud_ground ground;
   bool is_current = true;
   neph_result result = np_cloud_ground_name(scene, &at_frame, &ground);
-  if (!result)
-    result = np_cloud_file_is_current(scene->context, file, &at_frame, scene->atmosphere.planet_radius_m, &is_current);
+  neph_bake_desc bake = NEPH_BAKE_DESC_DEFAULT;
+  np_plan_describe_file_bake(scene, cloud, &bake);
+  if (!result) result = np_cloud_file_is_current(scene->context, file, &at_frame, &bake, &is_current);
   if (!result && !is_current) *out_source = NP_CLOUD_SOURCE_REBAKE;
   return result;
 }

@@ -63,11 +63,11 @@ const np_bricks *np_cloud_parts_get_bricks(const np_cloud_parts *parts, unsigned
 }
 
 /* Levels of detail have voxels of their own. */
-np_affine np_cloud_parts_get_world_to_index(const np_cloud_parts *parts, unsigned k) {
+np_affine np_cloud_parts_get_world_to_index(const np_cloud_parts *parts, unsigned k, const np_affine *world_to_cloud) {
   const neph_volume *level = parts->volume ? np_volume_get_part(parts->volume, k) : NULL;
-  if (level == parts->volume || !parts->volume->tint->are_levels) return parts->placed.world_to_index;
+  if (level == parts->volume || !parts->volume->tint->are_levels) return *world_to_cloud;
   const np_affine between = np_affine_compose(&level->world_to_index, &parts->volume->index_to_world);
-  return np_affine_compose(&between, &parts->placed.world_to_index);
+  return np_affine_compose(&between, world_to_cloud);
 }
 
 unsigned np_packet_place(const np_packet *packet, const neph_scene *scene, const np_assembly *assembly, unsigned cloud,
@@ -83,7 +83,7 @@ unsigned np_packet_place(const np_packet *packet, const neph_scene *scene, const
     out[k].number = cloud;
     out[k].part = k;
     if (parts->volume) out[k].bricks = np_cloud_parts_get_bricks(parts, k);
-    out[k].world_to_index = np_cloud_parts_get_world_to_index(parts, k);
+    out[k].world_to_index = np_cloud_parts_get_world_to_index(parts, k, &parts->placed.world_to_index);
     out[k].is_held_out = scene->clouds[cloud].is_held_out;
     out[k].albedo = np_packet_convert_albedo(packet, assembly, albedo);
   }

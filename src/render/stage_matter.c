@@ -55,12 +55,6 @@ static neph_result add_bake(np_hash *hash, const np_plan *plan, const neph_scene
   if (result) return result;
   np_hash_add_text(hash, text);
   NP_HASH_ADD(hash, desc.precision);
-  if (desc.lod_count > 1) {
-    NP_HASH_ADD(hash, desc.lod_count);
-    NP_HASH_ADD(hash, desc.lod_viewer_min_m);
-    NP_HASH_ADD(hash, desc.lod_viewer_max_m);
-    NP_HASH_ADD(hash, desc.lod_angle_rad);
-  }
   np_alloc_free(scene->context, text);
   return NEPH_OK;
 }
@@ -152,6 +146,7 @@ static neph_result bake(const np_stage_part *in, const np_scene_cloud *cloud, co
   desc.memory_max_bytes = in->plan->desc.memory_max_bytes;
   desc.progress = np_monitor_relay;
   desc.progress_user = in->monitor;
+  if (path) np_plan_describe_file_bake(in->scene, cloud, &desc);
   neph_context *context = in->scene->context;
   neph_cloud_desc at_frame = np_plan_get_bake(in->plan, in->scene, cloud);
   np_cloud_ground ground;
@@ -184,7 +179,7 @@ static neph_result obtain_baked(const np_stage_part *in, const np_scene_cloud *c
 /* Gives a cloud from a file the colours that it has there. */
 static neph_result add_colors(const np_stage_part *in, const np_scene_cloud *cloud, const char *path,
                               neph_volume *volume) {
-  if (cloud->is_baked || !volume || (cloud->color && !strcmp(cloud->color, "none"))) return NEPH_OK;
+  if (cloud->is_baked || !volume || volume->tint || (cloud->color && !strcmp(cloud->color, "none"))) return NEPH_OK;
   const neph_volume_load_desc load = describe_load(in, cloud);
   const np_tint_source source = {path, cloud->color, &load, volume};
   return np_tint_create(in->scene->context, &source, in->monitor, &volume->tint);

@@ -276,7 +276,7 @@ static neph_result add_velocity(const np_stage_part *in, np_motion *m, unsigned 
   c.out->world_to_index = c.parts->placed.world_to_index;
   (void)np_affine_invert(&c.out->world_to_index, &c.out->index_to_frame);
   for (unsigned k = 0; k < np_volume_count_parts(c.parts->volume); k++) {
-    const np_affine to_index = np_cloud_parts_get_world_to_index(c.parts, k);
+    const np_affine to_index = np_cloud_parts_get_world_to_index(c.parts, k, &c.parts->placed.world_to_index);
     (void)np_affine_invert(&to_index, &c.out->part_to_frame[k]);
   }
   if (!has_velocity(c.cloud)) return NEPH_OK;

@@ -232,7 +232,6 @@ static neph_result check_levels(const neph_scene *scene, unsigned index, const n
   const np_node *bake = np_node_search(node, "bake");
   const char *move = search_move(cloud);
   const char *key = move                                              ? move
-                    : cloud->vdb                                      ? "vdb"
                     : cloud->voxel_m > 0.0                            ? "voxel"
                     : cloud->density_unit == NP_DENSITY_OPTICAL_DEPTH ? "optical_depth"
                     : cloud->bake.repeat_m > 0.0                      ? "bake.repeat"
@@ -240,7 +239,7 @@ static neph_result check_levels(const neph_scene *scene, unsigned index, const n
   if (!key) return NEPH_OK;
   return np_scene_fail_at(problems, bake ? np_node_search(bake, "levels") : node,
                           "clouds[%u].%s and clouds[%u].bake.levels exclude each other: levels go by the distance of "
-                          "each place from the camera, and stay in memory; leave one of them out",
+                          "each place from the camera; leave one of them out",
                           index, key, index);
 }
 

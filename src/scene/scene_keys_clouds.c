@@ -195,7 +195,7 @@ static const np_key keys[] = {
      .meaning = "the field repeats without a seam as far as this, each tile tangent to the planet; 0: it ends"},
     {.path = "clouds[].bake.levels", .type = NP_KEY_INTEGER, .field = CLOUD(level_count),
      .range = WITHIN(1, NEPH_BAKE_LODS_MAX), .fallback = "1",
-     .meaning = "sizes of voxels: voxel near the camera, and 2, 4, … times that with distance; in memory alone"},
+     .meaning = "sizes of voxels: voxel near the camera, and 2, 4, … times that with distance"},
     {.path = "clouds[].bake.level_pixels", .type = NP_KEY_REAL, .field = CLOUD(level_px), .range = WITHIN(0.1, 100),
      .fallback = "2", .meaning = "pixels that a voxel covers at least where it is not the smallest"},
     {.path = "clouds[].bake.base", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = CLOUD(bake.base_altitude_m),

@@ -213,11 +213,17 @@ neph_result neph_volume_get_info(const neph_volume *volume, neph_volume_info *ou
   return np_desc_write(volume->context, "neph_volume_info", &info, sizeof info, out_info);
 }
 
+static float sample(const neph_volume *volume, np_dvec3 position) {
+  return np_bricks_sample(&volume->bricks, np_affine_point(&volume->world_to_index, position));
+}
+
 void neph_volume_sample(const neph_volume *volume, size_t count, const double *positions_m, float *out_values) {
   unsigned float_mode = np_float_mode_enter();
+  const unsigned level_count = volume->tint && volume->tint->are_levels ? volume->tint->count : 1;
   for (size_t i = 0; i < count; i++, positions_m += 3) {
-    np_dvec3 position = np_dvec3_make(positions_m[0], positions_m[1], positions_m[2]);
-    out_values[i] = np_bricks_sample(&volume->bricks, np_affine_point(&volume->world_to_index, position));
+    const np_dvec3 position = np_dvec3_make(positions_m[0], positions_m[1], positions_m[2]);
+    out_values[i] = sample(volume, position);
+    for (unsigned k = 1; k < level_count; k++) out_values[i] += sample(np_volume_get_part(volume, k), position);
   }
   np_float_mode_leave(float_mode);
 }

@@ -7,7 +7,11 @@
 #include <strings.h>
 
 #include "core/alloc.h"
+#include "core/file.h"
+#include "core/hash.h"
 #include "volume/volume_file.h"
+#include "volume/volume_levels.h"
+#include "volume/volume_tint.h"
 
 static np_vdb_grid_info describe(const np_volume_file *file, size_t index) {
   np_vdb_grid_info info;
@@ -177,6 +181,12 @@ static neph_result check_field(const np_volume_file *file, np_sparse_grid *grid,
 
 /* ---- Load ---- */
 
+/* What a grid says of itself, where it is a level of detail among several. */
+typedef struct level_mark {
+  unsigned number, count; /* from 0, the finest; count 0: it says nothing */
+  char bake[33];          /* fingerprint of what it was baked from */
+} level_mark;
+
 typedef struct load_job {
   neph_context *context;
   const char *path;
@@ -187,7 +197,38 @@ typedef struct load_job {
   bool is_in_file;            /* found */
   np_sparse_grid grid;
   uint64_t tree_bytes;
+  level_mark mark;
 } load_job;
+
+/* The first of several files, which stands for all. */
+static bool has_levels(const level_mark *mark) { return mark->count > 1 && mark->number == 0; }
+
+typedef struct mark_visit {
+  neph_context *context;
+  level_mark mark;
+  neph_result result;
+} mark_visit;
+
+static void read_mark_text(void *user, const char *name, const char *text) {
+  mark_visit *visit = user;
+  if (!strcmp(name, "nephos:level")) visit->mark.number = (unsigned)strtoul(text, NULL, 10);
+  if (!strcmp(name, "nephos:level_count")) visit->mark.count = (unsigned)strtoul(text, NULL, 10);
+  if (strcmp(name, "nephos:params") != 0) return;
+  np_hash *hash = np_hash_create(visit->context);
+  np_hash_add_text(hash, text);
+  visit->result = np_hash_finish(hash, visit->mark.bake);
+}
+
+static neph_result read_mark(const np_volume_file *file, size_t index, level_mark *out_mark) {
+  mark_visit visit = {.context = file->context};
+  np_vdb_error error;
+  if (file->module->visit_metadata(file->vdb, index, read_mark_text, &visit, &error))
+    return np_volume_file_fail(file, &error);
+  *out_mark = visit.mark;
+  if (visit.mark.count <= NP_TINT_PARTS_MAX) return visit.result;
+  return np_fail(file->context, NEPH_ERROR_BAD_FILE, "%s: nephos:level_count is %u, must be at most %d", file->path,
+                 visit.mark.count, (int)NP_TINT_PARTS_MAX);
+}
 
 static neph_result read_chosen(load_job *job, const np_volume_file *file) {
   np_volume_choice choice = {.level_set_voxels = job->is_field ? 0.0 : job->desc->level_set_voxels};
@@ -196,17 +237,18 @@ static neph_result read_chosen(load_job *job, const np_volume_file *file) {
   if (!job->is_in_file) return NEPH_OK;
   neph_result result = choose(file, name, &choice);
   if (!result) result = check_kinds(file, &choice);
+  if (!result && !job->is_field && choice.count == 1) result = read_mark(file, choice.indices[0], &job->mark);
   if (!result) result = np_volume_file_read_density(file, &choice, &job->grid, &job->tree_bytes);
   if (result) return result;
   if (job->is_field) return check_field(file, &job->grid, job->desc->policy);
   return np_volume_import_background(file->context, file->path, &job->grid, job->desc->policy);
 }
 
-/* An empty grid stands for nothing where that is allowed. */
+/* An empty grid stands for nothing where that is allowed; a level of detail may be where no cloud is. */
 static neph_result check_content(const load_job *job, bool *out_has_content) {
   static const char format[] = "%s: grid '%s' is empty: it has no active voxels";
   *out_has_content = np_sparse_grid_count_active(&job->grid) > 0;
-  if (*out_has_content || !job->is_in_file) return NEPH_OK;
+  if (*out_has_content || !job->is_in_file || job->mark.count > 1) return NEPH_OK;
   if (!job->is_field && !job->is_empty_allowed)
     return np_fail(job->context, NEPH_ERROR_BAD_FILE, format, job->path, job->grid.name);
   np_log(job->context, NEPH_LOG_WARNING, format, job->path, job->grid.name);
@@ -251,12 +293,75 @@ static neph_result halve(np_sparse_grid *grid) {
   return result;
 }
 
+/* ---- Levels of detail ---- */
+
+static neph_result check_mark(const load_job *first, unsigned number, const load_job *level) {
+  if (level->mark.number == number && level->mark.count == first->mark.count &&
+      !strcmp(level->mark.bake, first->mark.bake))
+    return NEPH_OK;
+  return np_fail(first->context, NEPH_ERROR_BAD_FILE,
+                 "%s: is not level of detail %u of %u of the bake that %s is of: bake all of them again", level->path,
+                 number, first->mark.count, first->path);
+}
+
+/* Reads the file of a level beside that of the first. */
+static neph_result load_level_at(const load_job *first, unsigned number, const char *path, np_sparse_grid *out_grid) {
+  load_job job = {.context = first->context, .path = path, .is_required = true, .is_empty_allowed = true};
+  bool has_content;
+  np_monitor monitor;
+  if (!np_file_exists(path))
+    return np_fail(job.context, NEPH_ERROR_NOT_FOUND,
+                   "%s: is not there, must be beside %s, which is the first of %u levels of detail", path, first->path,
+                   first->mark.count);
+  neph_result result = load_grid(&job, first->desc, &monitor, &has_content);
+  if (!result) result = check_mark(first, number, &job);
+  *out_grid = job.grid;
+  return result;
+}
+
+static neph_result load_level(const load_job *first, unsigned number, np_sparse_grid *out_grid) {
+  char *path = np_volume_name_level(first->context, first->path, number);
+  if (!path) return NEPH_ERROR_OUT_OF_MEMORY;
+  const neph_result result = load_level_at(first, number, path, out_grid);
+  out_grid->file = NULL;
+  np_alloc_free(first->context, path);
+  return result;
+}
+
+static neph_result refuse_halving(const load_job *job) {
+  return np_fail(job->context, NEPH_ERROR_LIMIT,
+                 "%s: is in levels of detail, which are not halved to save memory: bake them with a larger "
+                 "bake.level_pixels or voxel",
+                 job->path);
+}
+
+/* The whole cloud, of which `job` has read the finest level; NULL where no level holds anything. */
+static neph_result load_levels(load_job *job, np_monitor *monitor, neph_volume **out_volume) {
+  np_sparse_grid levels[NP_TINT_PARTS_MAX] = {job->grid};
+  uint64_t active_count = np_sparse_grid_count_active(&job->grid);
+  neph_result result = job->desc->is_halved ? refuse_halving(job) : NEPH_OK;
+  job->grid = (np_sparse_grid){0};
+  for (unsigned k = 1; k < job->mark.count && !result; k++) {
+    result = load_level(job, k, &levels[k]);
+    active_count += np_sparse_grid_count_active(&levels[k]);
+  }
+  np_monitor_set_part(monitor, np_monitor_whole, 0.7, 1.0);
+  if (!result && active_count > 0)
+    result =
+        np_volume_create_from_levels(job->context, levels, job->mark.count, job->desc->precision, monitor, out_volume);
+  for (unsigned k = 0; k < job->mark.count; k++) np_sparse_grid_clear(&levels[k]);
+  return result;
+}
+
+/* ---- Volumes ---- */
+
 /* Loads what `job` asks for; nothing if that is empty. */
 static neph_result load(load_job *job, const neph_volume_load_desc *desc, neph_volume **out_volume) {
   neph_context *context = job->context;
   np_monitor monitor;
   bool has_content;
   neph_result result = load_grid(job, desc, &monitor, &has_content);
+  if (!result && has_levels(&job->mark)) return load_levels(job, &monitor, out_volume);
   np_monitor_set_part(&monitor, np_monitor_whole, 0.7, 1.0);
   if (has_content && !result && desc->is_halved) result = halve(&job->grid);
   if (has_content && !result)
@@ -308,7 +413,12 @@ neph_result np_volume_load_grid(neph_context *context, const char *path, const n
   neph_result result = load_grid(&job, desc, &monitor, out_has_content);
   *out_grid = job.grid;
   out_grid->file = NULL;
-  return result;
+  if (result || !has_levels(&job.mark)) return result;
+  return np_fail(
+      context, NEPH_ERROR_BAD_FILE,
+      "%s: is the first of %u files, levels of detail of one cloud, which are no one grid: take all of them, "
+      "or bake without levels",
+      path, job.mark.count);
 }
 
 neph_result np_volume_load_field_grid(neph_context *context, const char *path, const neph_volume_load_desc *desc,
@@ -358,6 +468,8 @@ static bool read_corner(const char *text, int32_t out[3]) {
 static void read_metadata(void *user, const char *name, const char *text) {
   written_box *box = user;
   np_grid_header *header = box->header;
+  if (!strcmp(name, "nephos:level")) header->level = (unsigned)strtoul(text, NULL, 10);
+  if (!strcmp(name, "nephos:level_count")) header->level_count = (unsigned)strtoul(text, NULL, 10);
   if (!strcmp(name, "file_voxel_count") && !strcmp(text, "0")) header->state = NP_GRID_EMPTY;
   if (!strcmp(name, "file_bbox_min")) box->has_min = read_corner(text, header->active_min);
   if (!strcmp(name, "file_bbox_max")) box->has_max = read_corner(text, header->active_max);
@@ -388,13 +500,41 @@ static neph_result read_header(const np_volume_file *file, const neph_volume_loa
   return result;
 }
 
-neph_result np_volume_read_header(neph_context *context, const char *path, const neph_volume_load_desc *desc,
-                                  bool is_required, np_grid_header *out_header) {
+static neph_result read_file_header(neph_context *context, const char *path, const neph_volume_load_desc *desc,
+                                    bool is_required, np_grid_header *out_header) {
   np_volume_file file;
   *out_header = (np_grid_header){.state = NP_GRID_MISSING};
   neph_result result = np_volume_file_open(context, path, NULL, &file);
   if (result) return result;
   result = read_header(&file, desc, is_required, out_header);
   np_volume_file_close(&file);
+  return result;
+}
+
+/* The box of all levels, in voxels of the finest. */
+static void include_level(np_grid_header *whole, unsigned number, const np_grid_header *level) {
+  if (level->state != NP_GRID_FILLED) return;
+  const bool is_first = whole->state != NP_GRID_FILLED;
+  whole->state = NP_GRID_FILLED;
+  whole->has_box = level->has_box && (is_first || whole->has_box);
+  for (int a = 0; a < 3; a++) {
+    const int32_t low = level->active_min[a] << number, high = level->active_max[a] << number;
+    whole->active_min[a] = is_first || low < whole->active_min[a] ? low : whole->active_min[a];
+    whole->active_max[a] = is_first || high > whole->active_max[a] ? high : whole->active_max[a];
+  }
+}
+
+neph_result np_volume_read_header(neph_context *context, const char *path, const neph_volume_load_desc *desc,
+                                  bool is_required, np_grid_header *out_header) {
+  neph_result result = read_file_header(context, path, desc, is_required, out_header);
+  const unsigned count = !result && out_header->level == 0 ? out_header->level_count : 0;
+  for (unsigned k = 1; k < count && !result; k++) {
+    np_grid_header level = {.state = NP_GRID_MISSING};
+    char *level_path = np_volume_name_level(context, path, k);
+    if (!level_path) return NEPH_ERROR_OUT_OF_MEMORY;
+    result = read_file_header(context, level_path, desc, is_required, &level);
+    if (!result) include_level(out_header, k, &level);
+    np_alloc_free(context, level_path);
+  }
   return result;
 }

@@ -47,6 +47,7 @@ typedef struct np_grid_header {
   np_affine index_to_world;
   bool has_box; /* written down: OpenVDB does, others need not */
   int32_t active_min[3], active_max[3];
+  unsigned level, level_count; /* of detail; 0: it is in none */
 } np_grid_header;
 
 /* Opens a file and finds a grid in it, as neph_volume_load does, without reading its values; fails where loading

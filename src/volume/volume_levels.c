@@ -1,0 +1,364 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "volume/volume_levels.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+#include "core/alloc.h"
+#include "volume/volume_tint.h"
+
+char *np_volume_name_level(neph_context *context, const char *path, unsigned level) {
+  const size_t length = strlen(path);
+  const bool is_vdb = length > 4 && !strcasecmp(path + length - 4, ".vdb");
+  if (level == 0) return np_alloc_text(context, path);
+  return np_alloc_printf(context, "%.*s.lod%u.vdb", (int)(is_vdb ? length - 4 : length), path, level);
+}
+
+/* ---- Cells ---- */
+
+/* A cell, in units of its own edge, and the level that it belongs to. */
+typedef struct level_cell {
+  int32_t at[3];
+  unsigned level;
+} level_cell;
+
+typedef struct level_build {
+  neph_context *context;
+  np_monitor *monitor;
+  np_sparse_grid *grids;
+  unsigned count;
+  level_cell *cells; /* sorted */
+  size_t cell_count;
+} level_build;
+
+static int compare_places(const int32_t a[3], const int32_t b[3]) {
+  for (int i = 0; i < 3; i++)
+    if (a[i] != b[i]) return a[i] < b[i] ? -1 : 1;
+  return 0;
+}
+
+static int compare_cells(const void *a, const void *b) {
+  const level_cell *one = a, *other = b;
+  const int order = compare_places(one->at, other->at);
+  return order ? order : (one->level > other->level) - (one->level < other->level);
+}
+
+/* Of the first `count` cells, which are sorted. */
+static const level_cell *search_cell(const level_build *b, size_t count, const int32_t at[3]) {
+  size_t low = 0, high = count;
+  while (low < high) {
+    const size_t middle = (low + high) / 2;
+    if (compare_places(b->cells[middle].at, at) < 0)
+      low = middle + 1;
+    else
+      high = middle;
+  }
+  return low < count && !compare_places(b->cells[low].at, at) ? &b->cells[low] : NULL;
+}
+
+/* Leaves of a level along a cell are 1 << get_shift. */
+static int get_shift(const level_build *b, unsigned level) { return (int)(b->count - 1 - level); }
+
+/* The cell that a leaf, by its number along each axis, is in. */
+static level_cell locate_leaf(const level_build *b, unsigned level, const int32_t leaf[3]) {
+  level_cell cell = {.level = level};
+  for (int a = 0; a < 3; a++) cell.at[a] = leaf[a] >> get_shift(b, level);
+  return cell;
+}
+
+static bool has_voxels(const np_leaf *leaf) {
+  uint64_t any = 0;
+  for (int i = 0; i < NP_LEAF_EDGE; i++) any |= leaf->active[i];
+  return any != 0;
+}
+
+/* Keeps the first of cells at one place: that of the finest level. */
+static void sort_cells(level_build *b) {
+  size_t kept = 0;
+  if (b->cell_count > 1) qsort(b->cells, b->cell_count, sizeof *b->cells, compare_cells);
+  for (size_t i = 0; i < b->cell_count; i++)
+    if (kept == 0 || compare_places(b->cells[kept - 1].at, b->cells[i].at)) b->cells[kept++] = b->cells[i];
+  b->cell_count = kept;
+}
+
+/* Cells with voxels of a level, of which each leaf names its own. */
+static void list_cells(level_build *b, unsigned level) {
+  const np_sparse_grid *grid = &b->grids[level];
+  for (size_t i = 0; i < grid->leaf_count; i++) {
+    const int32_t *origin = grid->leaves[i].origin;
+    if (!has_voxels(&grid->leaves[i])) continue;
+    const int32_t leaf[3] = {origin[0] >> 3, origin[1] >> 3, origin[2] >> 3};
+    const level_cell cell = locate_leaf(b, level, leaf);
+    const level_cell *last = b->cell_count ? &b->cells[b->cell_count - 1] : NULL;
+    if (!last || compare_cells(last, &cell)) b->cells[b->cell_count++] = cell;
+  }
+}
+
+static neph_result check_disjoint(const level_build *b) {
+  for (size_t i = 1; i < b->cell_count; i++) {
+    const level_cell *one = &b->cells[i - 1], *other = &b->cells[i];
+    if (compare_places(one->at, other->at) || one->level == other->level) continue;
+    return np_fail(b->context, NEPH_ERROR_BAD_FILE,
+                   "%s%sgrid '%s': levels of detail %u and %u both have voxels in the cell from voxel (%d, %d, %d) of "
+                   "the latter on: each cell must be in one of them",
+                   NP_SPARSE_GRID_LABEL(&b->grids[other->level]), one->level, other->level,
+                   (other->at[0] << get_shift(b, other->level)) * NP_LEAF_EDGE,
+                   (other->at[1] << get_shift(b, other->level)) * NP_LEAF_EDGE,
+                   (other->at[2] << get_shift(b, other->level)) * NP_LEAF_EDGE);
+  }
+  return NEPH_OK;
+}
+
+/* Cells without voxels before those that have some. */
+static void claim_cells(level_build *b) {
+  const size_t count = b->cell_count;
+  for (size_t i = 0; i < count; i++)
+    for (int n = 1; n < 8; n++) {
+      const int32_t *at = b->cells[i].at;
+      const level_cell before = {{at[0] - (n >> 2), at[1] - (n >> 1 & 1), at[2] - (n & 1)}, b->cells[i].level};
+      if (!search_cell(b, count, before.at)) b->cells[b->cell_count++] = before;
+    }
+  sort_cells(b);
+}
+
+static neph_result make_cells(level_build *b) {
+  size_t leaf_count = 0;
+  for (unsigned k = 0; k < b->count; k++) leaf_count += b->grids[k].leaf_count;
+  b->cells = np_alloc(b->context, 8 * leaf_count, sizeof *b->cells);
+  if (leaf_count && !b->cells) return NEPH_ERROR_OUT_OF_MEMORY;
+  for (unsigned k = 0; k < b->count; k++) list_cells(b, k);
+  if (b->cell_count > 1) qsort(b->cells, b->cell_count, sizeof *b->cells, compare_cells);
+  neph_result result = check_disjoint(b);
+  if (result) return result;
+  sort_cells(b);
+  claim_cells(b);
+  return NEPH_OK;
+}
+
+/* ---- Samples beyond a level's cells ---- */
+
+static int compare_leaf_to_origin(const void *origin, const void *leaf) {
+  return compare_places(origin, ((const np_leaf *)leaf)->origin);
+}
+
+/* A sample of a grid; `last` is the leaf that was asked last. */
+static double get_sample(const np_sparse_grid *grid, const int32_t at[3], const np_leaf **last) {
+  const int32_t origin[3] = {at[0] & ~7, at[1] & ~7, at[2] & ~7};
+  if (!*last || compare_places(origin, (*last)->origin))
+    *last = bsearch(origin, grid->leaves, grid->leaf_count, sizeof *grid->leaves, compare_leaf_to_origin);
+  return *last ? (double)(*last)->values[(at[0] & 7) * 64 + (at[1] & 7) * 8 + (at[2] & 7)] : 0.0;
+}
+
+/* What a level has at a sample of the finest lattice, trilinear between its own. */
+static double interpolate(const level_build *b, unsigned level, const int32_t at[3], const np_leaf **last) {
+  const int32_t edge = INT32_C(1) << level;
+  double sum = 0.0;
+  for (int n = 0; n < 8; n++) {
+    int32_t index[3];
+    double weight = 1.0;
+    for (int a = 0; a < 3; a++) {
+      const int is_next = n >> a & 1;
+      const double part = (double)(at[a] & (edge - 1)) / edge;
+      index[a] = (at[a] >> level) + is_next;
+      weight *= is_next ? part : 1.0 - part;
+    }
+    if (weight > 0.0) sum += weight * get_sample(&b->grids[level], index, last);
+  }
+  return sum;
+}
+
+typedef struct border_job {
+  const level_build *b;
+  unsigned level;
+  np_leaf *leaves; /* beyond the level's cells, to be filled */
+  size_t count, capacity;
+} border_job;
+
+/* The samples of a leaf that cells before it share with it: those of its first planes. None of them is active. */
+static void fill_border(const border_job *job, np_leaf *leaf) {
+  const int32_t *origin = leaf->origin;
+  const np_leaf *last = NULL;
+  const int32_t number[3] = {origin[0] >> 3, origin[1] >> 3, origin[2] >> 3};
+  const level_cell place = locate_leaf(job->b, job->level, number);
+  const level_cell *cell = search_cell(job->b, job->b->cell_count, place.at);
+  for (int n = 0; n < NP_LEAF_SIZE && cell; n++) {
+    if (n / 64 != 0 && n / 8 % 8 != 0 && n % 8 != 0) continue;
+    const int32_t at[3] = {(origin[0] + n / 64) << job->level, (origin[1] + n / 8 % 8) << job->level,
+                           (origin[2] + n % 8) << job->level};
+    leaf->values[n] = (float)interpolate(job->b, cell->level, at, &last);
+  }
+}
+
+static neph_result fill_borders(void *user, size_t begin, size_t end, unsigned thread) {
+  const border_job *job = user;
+  (void)thread;
+  for (size_t i = begin; i < end; i++) fill_border(job, &job->leaves[i]);
+  return NEPH_OK;
+}
+
+static bool add_border(border_job *job, const int32_t leaf[3]) {
+  if (job->count == job->capacity) {
+    const size_t capacity = job->capacity ? 2 * job->capacity : 256;
+    np_leaf *grown = np_alloc_resize(job->b->context, job->leaves, capacity, sizeof *grown);
+    if (!grown) return false;
+    job->leaves = grown;
+    job->capacity = capacity;
+  }
+  np_leaf *added = &job->leaves[job->count++];
+  memset(added, 0, sizeof *added);
+  for (int a = 0; a < 3; a++) added->origin[a] = leaf[a] * NP_LEAF_EDGE;
+  return true;
+}
+
+/* Leaves right after a cell of the level, where another level is. */
+static bool list_borders(border_job *job, const level_cell *cell) {
+  const level_build *b = job->b;
+  const int32_t edge = INT32_C(1) << get_shift(b, job->level);
+  int32_t n[3];
+  for (n[0] = 0; n[0] <= edge; n[0]++)
+    for (n[1] = 0; n[1] <= edge; n[1]++)
+      for (n[2] = n[0] == edge || n[1] == edge ? 0 : edge; n[2] <= edge; n[2]++) {
+        const int32_t leaf[3] = {cell->at[0] * edge + n[0], cell->at[1] * edge + n[1], cell->at[2] * edge + n[2]};
+        const level_cell place = locate_leaf(b, job->level, leaf), *owner = search_cell(b, b->cell_count, place.at);
+        if (owner && owner->level != job->level && !add_border(job, leaf)) return false;
+      }
+  return true;
+}
+
+static int compare_leaves(const void *a, const void *b) {
+  return compare_places(((const np_leaf *)a)->origin, ((const np_leaf *)b)->origin);
+}
+
+static bool has_values(const np_leaf *leaf) {
+  for (int n = 0; n < NP_LEAF_SIZE; n++)
+    if (leaf->values[n] > 0.0f) return true;
+  return false;
+}
+
+/* Once each, where cells share them, and none that is clear. */
+static neph_result append_borders(const border_job *job, np_sparse_grid *grid) {
+  for (size_t i = 0; i < job->count; i++) {
+    const np_leaf *border = &job->leaves[i];
+    if ((i && !compare_leaves(border - 1, border)) || !has_values(border)) continue;
+    np_leaf *leaf = np_sparse_grid_add_leaf(grid, border->origin);
+    if (!leaf) return NEPH_ERROR_OUT_OF_MEMORY;
+    *leaf = *border;
+  }
+  np_sparse_grid_sort(grid);
+  return NEPH_OK;
+}
+
+static neph_result extend_level(const level_build *b, unsigned level) {
+  border_job job = {.b = b, .level = level};
+  neph_result result = NEPH_OK;
+  for (size_t i = 0; i < b->cell_count && !result; i++)
+    if (b->cells[i].level == level && !list_borders(&job, &b->cells[i])) result = NEPH_ERROR_OUT_OF_MEMORY;
+  if (!result && job.count > 1) qsort(job.leaves, job.count, sizeof *job.leaves, compare_leaves);
+  if (!result) result = np_parallel_for(b->context, b->monitor, job.count, 16, fill_borders, &job);
+  if (!result) result = append_borders(&job, &b->grids[level]);
+  np_alloc_free(b->context, job.leaves);
+  return result;
+}
+
+/* ---- Volumes ---- */
+
+void np_volume_add_level(neph_volume *whole, neph_volume *level) {
+  if (level->active_voxel_count == 0) {
+    neph_volume_release(level);
+    return;
+  }
+  const np_affine to_whole = np_affine_compose(&whole->world_to_index, &level->index_to_world);
+  double low[3], high[3];
+  np_volume_bound_box(&to_whole, level->active_min, level->active_max, low, high);
+  const bool is_first = whole->active_voxel_count == 0;
+  for (int a = 0; a < 3; a++) {
+    const int32_t from = (int32_t)floor(low[a]), to = (int32_t)ceil(high[a]);
+    whole->active_min[a] = is_first || from < whole->active_min[a] ? from : whole->active_min[a];
+    whole->active_max[a] = is_first || to > whole->active_max[a] ? to : whole->active_max[a];
+  }
+  whole->value_min = is_first ? level->value_min : fminf(whole->value_min, level->value_min);
+  whole->value_max = fmaxf(whole->value_max, level->value_max);
+  whole->active_voxel_count += level->active_voxel_count;
+  whole->grid_bytes += level->grid_bytes;
+  np_tint_add_level(whole->tint, level);
+}
+
+/* A level's region for the time in which its bricks are built. */
+typedef struct level_region {
+  const level_build *b;
+  unsigned level;
+} level_region;
+
+static bool has_cell(const void *user, const int32_t leaf[3]) {
+  const level_region *region = user;
+  const level_cell place = locate_leaf(region->b, region->level, leaf);
+  const level_cell *cell = search_cell(region->b, region->b->cell_count, place.at);
+  return cell && cell->level == region->level;
+}
+
+static neph_result make_level(const level_build *b, unsigned level, neph_precision precision,
+                              neph_volume **out_volume) {
+  const level_region region = {b, level};
+  np_sparse_grid *grid = &b->grids[level];
+  grid->region = (np_cell_region){has_cell, &region};
+  const neph_result result = np_volume_create_from_grid(b->context, grid, precision, b->monitor, out_volume);
+  np_sparse_grid_clear(grid);
+  return result;
+}
+
+static neph_result make_volume(const level_build *b, neph_precision precision, neph_volume **out_volume) {
+  neph_volume *whole = NULL;
+  neph_result result = make_level(b, 0, precision, &whole);
+  if (!result) result = np_tint_create_levels(b->context, &whole->tint);
+  for (unsigned k = 1; k < b->count && !result; k++) {
+    neph_volume *level;
+    result = make_level(b, k, precision, &level);
+    if (!result) np_volume_add_level(whole, level);
+  }
+  if (result)
+    neph_volume_release(whole);
+  else
+    *out_volume = whole;
+  return result;
+}
+
+/* ---- Checks ---- */
+
+/* Places may differ by a thousandth of a voxel of the finest level, as roundings of other programs do. */
+static neph_result check_lattice(const level_build *b, unsigned level) {
+  const np_affine *finest = &b->grids[0].index_to_world, *own = &b->grids[level].index_to_world;
+  const double edge = ldexp(1.0, (int)level);
+  for (int a = 0; a < 3; a++) {
+    const double voxel = hypot(hypot(finest->m[a][0], finest->m[a][1]), finest->m[a][2]);
+    double away = fabs(own->m[a][3] - finest->m[a][3]);
+    for (int i = 0; i < 3; i++) away = fmax(away, 1e3 * fabs(own->m[a][i] - edge * finest->m[a][i]));
+    if (away <= 1e-3 * voxel) continue;
+    return np_fail(b->context, NEPH_ERROR_BAD_FILE,
+                   "%s%sgrid '%s': its transform is not that of the finest level with voxels %g times as long",
+                   NP_SPARSE_GRID_LABEL(&b->grids[level]), edge);
+  }
+  return NEPH_OK;
+}
+
+static neph_result check_level(const level_build *b, unsigned level) {
+  const np_sparse_grid *grid = &b->grids[level];
+  if (grid->tile_count > 0)
+    return np_fail(b->context, NEPH_ERROR_BAD_FILE,
+                   "%s%sgrid '%s': a level of detail holds %zu constant tiles, must hold voxels alone, as it was baked",
+                   NP_SPARSE_GRID_LABEL(grid), grid->tile_count);
+  return check_lattice(b, level);
+}
+
+neph_result np_volume_create_from_levels(neph_context *context, np_sparse_grid *levels, unsigned count,
+                                         neph_precision precision, np_monitor *monitor, neph_volume **out_volume) {
+  level_build b = {.context = context, .monitor = monitor, .grids = levels, .count = count};
+  neph_result result = NEPH_OK;
+  for (unsigned k = 0; k < count && !result; k++) result = check_level(&b, k);
+  if (!result) result = make_cells(&b);
+  for (unsigned k = count; k-- > 0 && !result;) result = extend_level(&b, k); /* a coarser one is looked up */
+  if (!result) result = make_volume(&b, precision, out_volume);
+  np_alloc_free(context, b.cells);
+  return result;
+}

@@ -1,0 +1,348 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Levels of detail in files: a field of known values on all levels without a step between them, bakes that come back
+ * as they are in memory, and what is refused. */
+#include <stdlib.h>
+#include <unistd.h>
+
+#include "test_clouds.h"
+#include "test_scenes.h"
+
+#include "core/alloc.h"
+#include "core/random.h"
+#include "volume/volume_levels.h"
+#include "volume/volume_tint.h"
+
+/* ---- A linear field ---- */
+
+enum { LEVELS = 3, CELL = NP_LEAF_EDGE << (LEVELS - 1), CELLS = 3 };
+
+/* What interpolation gives back without an error. */
+static double eval_linear(const double at[3]) { return 1 + 0.01 * at[0] + 0.02 * at[1] + 0.005 * at[2]; }
+
+/* All pairs of levels meet along each axis. */
+static unsigned choose_level(const int32_t cell[3]) { return (unsigned)(cell[0] + 2 * cell[1] + cell[2]) % LEVELS; }
+
+static void fill_leaf(unsigned level, np_leaf *leaf) {
+  memset(leaf->active, 0xff, sizeof leaf->active);
+  for (int n = 0; n < NP_LEAF_SIZE; n++) {
+    const double at[3] = {ldexp(leaf->origin[0] + n / 64, (int)level), ldexp(leaf->origin[1] + n / 8 % 8, (int)level),
+                          ldexp(leaf->origin[2] + n % 8, (int)level)};
+    leaf->values[n] = (float)eval_linear(at);
+  }
+}
+
+static void make_linear(neph_context *context, np_sparse_grid levels[LEVELS]) {
+  for (unsigned k = 0; k < LEVELS; k++) {
+    assert_int_equal(np_sparse_grid_init(context, "density", &levels[k]), NEPH_OK);
+    levels[k].index_to_world = np_affine_identity();
+    for (int a = 0; a < 3; a++) levels[k].index_to_world.m[a][a] = ldexp(1, (int)k);
+    const int leaves = CELLS * CELL >> (3 + k), along = CELL >> (3 + k);
+    for (int n = 0; n < leaves * leaves * leaves; n++) {
+      const int32_t leaf[3] = {n / leaves / leaves, n / leaves % leaves, n % leaves};
+      const int32_t cell[3] = {leaf[0] / along, leaf[1] / along, leaf[2] / along};
+      if (choose_level(cell) != k) continue;
+      const int32_t origin[3] = {8 * leaf[0], 8 * leaf[1], 8 * leaf[2]};
+      fill_leaf(k, np_sparse_grid_add_leaf(&levels[k], origin));
+    }
+  }
+}
+
+static void clear(np_sparse_grid levels[LEVELS]) {
+  for (unsigned k = 0; k < LEVELS; k++) np_sparse_grid_clear(&levels[k]);
+}
+
+/* Floats round it; the last voxels of the field fade to nothing. */
+static void levels_meet_without_a_step(void **state) {
+  (void)state;
+  neph_context *context = test_context_create(2, NULL);
+  np_sparse_grid levels[LEVELS];
+  neph_volume *volume;
+  np_random random = np_random_start(3, 0, 0, 0, 0);
+  make_linear(context, levels);
+  assert_int_equal(np_volume_create_from_levels(context, levels, LEVELS, NEPH_PRECISION_FLOAT, NULL, &volume), NEPH_OK);
+  assert_int_equal(np_volume_count_parts(volume), LEVELS);
+  for (int n = 0; n < 20000; n++) {
+    double at[3];
+    float value;
+    for (int a = 0; a < 3; a++) at[a] = np_random_double(&random) * (CELLS * CELL - (1 << (LEVELS - 1)));
+    neph_volume_sample(volume, 1, at, &value);
+    assert_near((double)value, eval_linear(at), 1e-5);
+  }
+  neph_volume_release(volume);
+  clear(levels);
+  neph_context_destroy(context);
+}
+
+static void what_is_no_set_of_levels_is_refused(void **state) {
+  (void)state;
+  test_log log;
+  test_log_start(&log);
+  neph_context *context = test_context_create(1, &log);
+  static const char *const messages[] = {"both have voxels in the cell from voxel (0, 0, 0)", "holds 1 constant tiles",
+                                         "voxels 2 times as long"};
+  for (int n = 0; n < 3; n++) {
+    const int32_t origin[3] = {0, 0, 0};
+    np_sparse_grid levels[LEVELS];
+    neph_volume *volume;
+    make_linear(context, levels);
+    if (n == 0) fill_leaf(1, np_sparse_grid_add_leaf(&levels[1], origin));
+    if (n == 1) np_sparse_grid_add_tile(&levels[1], origin, 8, 1, true);
+    if (n == 2) levels[1].index_to_world.m[0][3] = 0.5;
+    test_log_clear(&log);
+    assert_int_equal(np_volume_create_from_levels(context, levels, LEVELS, NEPH_PRECISION_FLOAT, NULL, &volume),
+                     NEPH_ERROR_BAD_FILE);
+    if (!strstr(log.text, messages[n])) fail_msg("%d: %s", n, log.text);
+    clear(levels);
+  }
+  neph_context_destroy(context);
+}
+
+/* ---- Bakes ---- */
+
+typedef struct lod_files {
+  test_log log;
+  neph_context *context;
+  char *folder, *path;
+  neph_cloud_desc cloud;
+  neph_bake_desc desc;
+} lod_files;
+
+static int set_up_files(void **state) {
+  lod_files *f = calloc(1, sizeof *f);
+  test_log_start(&f->log);
+  f->context = test_context_create(2, &f->log);
+  f->folder = test_folder_create();
+  f->path = test_path(f->folder, "field.vdb");
+  f->cloud = test_small_field(3);
+  f->cloud.voxel_m = 20;
+  f->desc = (neph_bake_desc)NEPH_BAKE_DESC_DEFAULT;
+  f->desc.precision = NEPH_PRECISION_FLOAT;
+  f->desc.lod_count = LEVELS;
+  f->desc.lod_angle_rad = 0.04;
+  for (int a = 0; a < 3; a++) f->desc.lod_viewer_min_m[a] = f->desc.lod_viewer_max_m[a] = a < 2 ? -2500 : 1500;
+  assert_int_equal(neph_cloud_bake_file(f->context, &f->cloud, &f->desc, "density", f->path), NEPH_OK);
+  *state = f;
+  return 0;
+}
+
+static int tear_down_files(void **state) {
+  lod_files *f = *state;
+  free(f->path);
+  test_folder_destroy(f->folder);
+  neph_context_destroy(f->context);
+  free(f);
+  return 0;
+}
+
+static neph_result load(lod_files *f, neph_volume **out_volume) {
+  neph_volume_load_desc desc = NEPH_VOLUME_LOAD_DESC_DEFAULT;
+  desc.precision = NEPH_PRECISION_FLOAT;
+  test_log_clear(&f->log);
+  return neph_volume_load(f->context, f->path, &desc, out_volume);
+}
+
+/* The files hold each level's own voxels, to the bit. In the last voxel before a coarser level its samples are between
+ * those there, the bake's the model's: some hundredths of the places differ, and the mean by less than a thousandth. */
+static void files_are_the_field(void **state) {
+  lod_files *f = *state;
+  neph_volume *made, *loaded;
+  enum { POINTS = 50000 };
+  np_random random = np_random_start(5, 0, 0, 0, 0);
+  double sum = 0, loaded_sum = 0;
+  int differ = 0, cloudy = 0;
+  assert_int_equal(neph_cloud_bake(f->context, &f->cloud, &f->desc, &made), NEPH_OK);
+  assert_int_equal(load(f, &loaded), NEPH_OK);
+  assert_int_equal(np_volume_count_parts(loaded), LEVELS);
+  assert_memory_equal(made->active_min, loaded->active_min, sizeof made->active_min);
+  assert_memory_equal(made->active_max, loaded->active_max, sizeof made->active_max);
+  for (unsigned k = 0; k < LEVELS; k++) {
+    const uint64_t count = np_volume_get_part(made, k)->active_voxel_count; /* of the first: of all */
+    assert_true(count > 1000);
+    assert_int_equal(np_volume_get_part(loaded, k)->active_voxel_count, count);
+  }
+  for (int n = 0; n < POINTS; n++) {
+    double at[3];
+    float one, other;
+    for (int a = 0; a < 3; a++) at[a] = (np_random_double(&random) - 0.5) * 5000;
+    at[2] = f->cloud.base_altitude_m + f->cloud.thickness_m * np_random_double(&random);
+    neph_volume_sample(made, 1, at, &one);
+    neph_volume_sample(loaded, 1, at, &other);
+    cloudy += one > 0;
+    differ += one != other;
+    sum += (double)one;
+    loaded_sum += (double)other;
+  }
+  print_message("%d of %d cloudy places differ, mean by %.2g\n", differ, cloudy, loaded_sum / sum - 1);
+  assert_true(cloudy > POINTS / 100);
+  assert_true(differ < cloudy / 20);
+  assert_near(loaded_sum / sum, 1, 1e-3);
+  neph_volume_release(made);
+  neph_volume_release(loaded);
+}
+
+/* Each is a file of its own. */
+static void each_level_is_verified_and_read_alone(void **state) {
+  lod_files *f = *state;
+  uint64_t count = 0;
+  neph_volume *whole;
+  assert_int_equal(load(f, &whole), NEPH_OK);
+  for (unsigned k = 0; k < LEVELS; k++) {
+    char *path = np_volume_name_level(f->context, f->path, k);
+    bool is_same = false;
+    neph_volume *alone;
+    assert_int_equal(neph_cloud_verify_file(f->context, path, NULL, NULL, &is_same), NEPH_OK);
+    assert_true(is_same);
+    if (k > 0) {
+      assert_int_equal(neph_volume_load(f->context, path, NULL, &alone), NEPH_OK);
+      assert_int_equal(np_volume_count_parts(alone), 1);
+      count += alone->active_voxel_count;
+      neph_volume_release(alone);
+    }
+    np_alloc_free(f->context, path);
+  }
+  assert_true(count < whole->active_voxel_count); /* the rest is the finest level's, which stands for all */
+  neph_volume_release(whole);
+}
+
+static bool is_current(lod_files *f, const neph_bake_desc *desc) {
+  bool is_same = false;
+  assert_int_equal(np_cloud_file_is_current(f->context, f->path, &f->cloud, desc, &is_same), NEPH_OK);
+  return is_same;
+}
+
+static void a_level_that_is_missing_or_of_another_bake_is_refused(void **state) {
+  lod_files *f = *state;
+  neph_volume *volume;
+  neph_bake_desc other = f->desc;
+  np_grid_header header;
+  const neph_volume_load_desc load_desc = NEPH_VOLUME_LOAD_DESC_DEFAULT;
+  char *level = np_volume_name_level(f->context, f->path, 1), *kept = test_path(f->folder, "kept.vdb");
+  other.lod_viewer_min_m[0] = other.lod_viewer_max_m[0] = 900;
+  assert_true(is_current(f, &f->desc));
+  assert_false(is_current(f, &other));
+  assert_int_equal(rename(level, kept), 0);
+  assert_false(is_current(f, &f->desc));
+  assert_int_equal(load(f, &volume), NEPH_ERROR_NOT_FOUND);
+  assert_non_null(strstr(f->log.text, "field.lod1.vdb: is not there, must be beside "));
+  assert_int_not_equal(np_volume_read_header(f->context, f->path, &load_desc, true, &header), NEPH_OK);
+  assert_int_equal(neph_cloud_bake_file(f->context, &f->cloud, &other, "density", f->path), NEPH_OK);
+  assert_int_equal(np_volume_read_header(f->context, f->path, &load_desc, true, &header), NEPH_OK);
+  assert_int_equal(header.level_count, LEVELS);
+  assert_int_equal(rename(kept, level), 0);
+  assert_int_equal(load(f, &volume), NEPH_ERROR_BAD_FILE);
+  assert_non_null(strstr(f->log.text, "field.lod1.vdb: is not level of detail 1 of 3 of the bake that "));
+  free(kept);
+  np_alloc_free(f->context, level);
+}
+
+static void levels_are_neither_halved_nor_one_grid(void **state) {
+  lod_files *f = *state;
+  neph_volume *volume;
+  np_sparse_grid grid;
+  bool has_content;
+  neph_volume_load_desc desc = NEPH_VOLUME_LOAD_DESC_DEFAULT;
+  assert_int_equal(np_volume_load_grid(f->context, f->path, &desc, &grid, &has_content), NEPH_ERROR_BAD_FILE);
+  assert_non_null(strstr(f->log.text, "is the first of 3 files"));
+  np_sparse_grid_clear(&grid);
+  desc.is_halved = true;
+  assert_int_equal(neph_volume_load(f->context, f->path, &desc, &volume), NEPH_ERROR_LIMIT);
+  assert_non_null(strstr(f->log.text, "levels of detail, which are not halved"));
+}
+
+/* ---- Scenes ---- */
+
+static const char scene[] = "version: 1\n"
+                            "camera: {position: [0 m, -1500 m, 900 m], look_at: [0 m, 0 m, 1100 m], fov: 60 deg,\n"
+                            "  resolution: [48, 27]}\n"
+                            "sun: {elevation: 20 deg, azimuth: 12 deg}\n"
+                            "clouds:\n"
+                            "  - bake: {extent: 2400 m, cell: 600 m, billow: 200 m, base: 900 m, thickness: 800 m,\n"
+                            "      coverage: 0.6, voxel: 20 m, levels: 3, level_pixels: 1}\n"
+                            "render: {samples: 4, light_memory: 0.001 GB}\n";
+
+static double render_mean(fixture *f) {
+  neph_image *image;
+  test_log_clear(&f->log);
+  if (neph_render_image(f->scene, NULL, &image)) fail_msg("%s", f->log.text);
+  const float *red = neph_image_get_values(image, "R");
+  double sum = 0;
+  for (int i = 0; i < 48 * 27; i++) sum += (double)red[i];
+  neph_image_destroy(image);
+  return sum / (48 * 27);
+}
+
+/* A scene bakes to its file once, and again when its camera has moved. A thousandth: what differs between the file and
+ * memory, and noise of what follows. */
+static void a_scene_bakes_its_levels_to_files(void **state) {
+  static const char *const integrators[] = {"march", "path"};
+  char *folder = test_folder_create(), *path = test_path(folder, "field.vdb"),
+       *last = test_path(folder, "field.lod2.vdb");
+  for (int i = 0; i < 2; i++) {
+    assert_int_equal(set_up_scene(state, 2, scene), 0);
+    fixture *f = *state;
+    set(f, "render.integrator", integrators[i]);
+    const double expected = render_mean(f);
+    set(f, "clouds[0].vdb", path);
+    const double baked = render_mean(f), loaded = render_mean(f);
+    assert_int_equal(access(last, R_OK), 0);
+    assert_null(strstr(f->log.text, "rebaked"));
+    print_message("%-5s %.5g in memory, %.5g of files\n", integrators[i], expected, loaded);
+    assert_near(baked / loaded, 1, 1e-6);
+    assert_near(loaded / expected, 1, i ? 5e-3 : 1e-3);
+    set(f, "camera.position", "[0 m, -1400 m, 900 m]");
+    render_mean(f);
+    assert_non_null(strstr(f->log.text, "rebaked"));
+    set(f, "camera.position", "[0 m, -1500 m, 900 m]");
+    render_mean(f);
+    assert_int_equal(tear_down(state), 0);
+  }
+  free(last);
+  free(path);
+  test_folder_destroy(folder);
+}
+
+/* A copy of such a cloud keeps its levels; its light is solved apart. */
+static void copies_have_levels(void **state) {
+  lod_files *f = *state;
+  char text[2048], *list = test_path(f->folder, "places.csv");
+  double means[2];
+  FILE *file = fopen(list, "w");
+  assert_non_null(file);
+  fprintf(file, "x_m,y_m,z_m\n0,0,1200\n");
+  assert_int_equal(fclose(file), 0);
+  snprintf(text, sizeof text,
+           "version: 1\n"
+           "camera: {position: [0 m, -9 km, 1500 m], look_at: [0 m, 0 m, 1500 m], fov: 50 deg, resolution: [48, 27]}\n"
+           "sun: {elevation: 40 deg, azimuth: 180 deg}\n"
+           "clouds: [{vdb: %s, extinction: 1 1/m}]\n"
+           "render: {samples: 4, light_memory: 0.001 GB}\n",
+           f->path);
+  for (int n = 0; n < 2; n++) {
+    void *own = NULL;
+    assert_int_equal(set_up_scene(&own, 2, text), 0);
+    if (n == 0)
+      set(own, "clouds[0].position", "[0 m, 0 m, 1200 m]");
+    else
+      set(own, "clouds[0].places", list);
+    means[n] = render_mean(own);
+    assert_int_equal(tear_down(&own), 0);
+  }
+  print_message("a copy %.6g for %.6g\n", means[1], means[0]);
+  assert_near(means[1] / means[0], 1, 0.01);
+  free(list);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(levels_meet_without_a_step),
+      cmocka_unit_test(what_is_no_set_of_levels_is_refused),
+      cmocka_unit_test_setup_teardown(files_are_the_field, set_up_files, tear_down_files),
+      cmocka_unit_test_setup_teardown(each_level_is_verified_and_read_alone, set_up_files, tear_down_files),
+      cmocka_unit_test_setup_teardown(a_level_that_is_missing_or_of_another_bake_is_refused, set_up_files,
+                                      tear_down_files),
+      cmocka_unit_test_setup_teardown(levels_are_neither_halved_nor_one_grid, set_up_files, tear_down_files),
+      cmocka_unit_test(a_scene_bakes_its_levels_to_files),
+      cmocka_unit_test_setup_teardown(copies_have_levels, set_up_files, tear_down_files),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
