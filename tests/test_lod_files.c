@@ -16,7 +16,7 @@
 
 enum { LEVELS = 3, CELL = NP_LEAF_EDGE << (LEVELS - 1), CELLS = 3 };
 
-/* What interpolation gives back without an error. */
+/* A field that interpolation gives back without an error. */
 static double eval_linear(const double at[3]) { return 1 + 0.01 * at[0] + 0.02 * at[1] + 0.005 * at[2]; }
 
 /* All pairs of levels meet along each axis. */

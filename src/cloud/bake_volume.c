@@ -19,7 +19,7 @@ static neph_result check_radius(neph_context *context, double planet_radius_m) {
                  planet_radius_m);
 }
 
-/* Of levels of detail, each with voxels of its own. */
+/* Levels of detail have voxels of their own each, so that no box, velocity or error is that of all. */
 static neph_result check_levels(neph_context *context, const neph_bake_desc *desc) {
   const char *what = desc->has_region        ? "has_region is true, must be false"
                      : desc->has_velocity    ? "has_velocity is true, must be false"

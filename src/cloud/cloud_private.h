@@ -323,8 +323,9 @@ neph_result np_cloud_bake_grid(neph_context *context, const neph_cloud_desc *clo
 /* Copies a caller's description (NULL: the defaults) and checks it. */
 neph_result np_cloud_bake_desc_read(neph_context *context, const neph_bake_desc *desc, neph_bake_desc *out_desc);
 
-/* Whether a file was baked from this cloud for this planet and in these levels of detail, all of which are there, as its
- * nephos:params say; it may have been pruned, or be of a region. Files without them, not ours, are taken to be. */
+/* Whether a file was baked from this cloud for this planet and in these levels of detail, as its nephos:params say, and
+ * all levels are there; it may have been pruned, or be of a region. Files without parameters, not ours, are taken to
+ * be. */
 neph_result np_cloud_file_is_current(neph_context *context, const char *path, const neph_cloud_desc *cloud,
                                      const neph_bake_desc *bake, bool *out_is_current);
 

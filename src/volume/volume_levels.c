@@ -45,7 +45,7 @@ static int compare_cells(const void *a, const void *b) {
   return order ? order : (one->level > other->level) - (one->level < other->level);
 }
 
-/* Of the first `count` cells, which are sorted. */
+/* Searches the first `count` cells, which are sorted. */
 static const level_cell *search_cell(const level_build *b, size_t count, const int32_t at[3]) {
   size_t low = 0, high = count;
   while (low < high) {
@@ -151,7 +151,7 @@ static double get_sample(const np_sparse_grid *grid, const int32_t at[3], const 
   return *last ? (double)(*last)->values[(at[0] & 7) * 64 + (at[1] & 7) * 8 + (at[2] & 7)] : 0.0;
 }
 
-/* What a level has at a sample of the finest lattice, trilinear between its own. */
+/* Value of a level at a sample of the finest lattice, trilinear between its own. */
 static double interpolate(const level_build *b, unsigned level, const int32_t at[3], const np_leaf **last) {
   const int32_t edge = INT32_C(1) << level;
   double sum = 0.0;

@@ -181,7 +181,7 @@ static neph_result check_field(const np_volume_file *file, np_sparse_grid *grid,
 
 /* ---- Load ---- */
 
-/* What a grid says of itself, where it is a level of detail among several. */
+/* Place of a grid among several levels of detail, as its metadata say. */
 typedef struct level_mark {
   unsigned number, count; /* from 0, the finest; count 0: it says nothing */
   char bake[33];          /* fingerprint of what it was baked from */
