@@ -38,38 +38,70 @@ static void threads_and_levels_give_the_same_bits(void **state) {
   test_check_bits(2, &desc, 100);
 }
 
+/* A point alone and with its leaf: extinction, and distance to the balls and age as far as they count. */
+static bool check_alone(const np_cloud_model *model, const float at_m[3], float extinction, float distance_m,
+                        float age) {
+  const float reach_m = model->thermals.gain_max_m + model->thermals.warp_max_m;
+  float extinction_alone, distance_alone_m, age_alone;
+  np_cloud_model_eval(model, &(np_cloud_points){1, &at_m[0], &at_m[1], &at_m[2]}, &extinction_alone);
+  if (memcmp(&extinction_alone, &extinction, sizeof extinction))
+    fail_msg("%.9g alone, %.9g together", (double)extinction_alone, (double)extinction);
+  const np_ball_points point = {1, &at_m[0], &at_m[1], &at_m[2]};
+  (void)np_ball_heap_search(&model->balls, &point, reach_m, &(np_ball_surface){&distance_alone_m, .age = &age_alone});
+  if (distance_m < reach_m && (memcmp(&distance_alone_m, &distance_m, sizeof distance_m) || age_alone != age))
+    fail_msg("%.9g m, age %.9g alone, %.9g m, %.9g together", (double)distance_alone_m, (double)age_alone,
+             (double)distance_m, (double)age);
+  return extinction > 0;
+}
+
+static size_t check_leaf(const np_cloud_model *model, const float corner_m[3], float step_m, int first) {
+  float x[NP_CLOUD_BLOCK], y[NP_CLOUD_BLOCK], z[NP_CLOUD_BLOCK], extinction[NP_CLOUD_BLOCK];
+  float distance_m[NP_CLOUD_BLOCK], age[NP_CLOUD_BLOCK];
+  for (int n = 0; n < NP_CLOUD_BLOCK; n++) {
+    x[n] = corner_m[0] + step_m * (float)(n / 64);
+    y[n] = corner_m[1] + step_m * (float)(n / 8 % 8);
+    z[n] = corner_m[2] + step_m * (float)(n % 8);
+  }
+  np_cloud_model_eval(model, &(np_cloud_points){NP_CLOUD_BLOCK, x, y, z}, extinction);
+  const float reach_m = model->thermals.gain_max_m + model->thermals.warp_max_m;
+  (void)np_ball_heap_search(&model->balls, &(np_ball_points){NP_CLOUD_BLOCK, x, y, z}, reach_m,
+                            &(np_ball_surface){distance_m, .age = age});
+  size_t cloudy = 0;
+  for (int n = first; n < NP_CLOUD_BLOCK; n += 16)
+    cloudy += check_alone(model, (const float[3]){x[n], y[n], z[n]}, extinction[n], distance_m[n], age[n]);
+  return cloudy;
+}
+
 /* Points by the leaf and one by one: balls are gathered for the box of what is asked for, and must not show it. */
-static void a_value_does_not_depend_on_its_neighbours(void **state) {
-  (void)state;
+static void check_neighbours(neph_context *context, const neph_cloud_desc *desc) {
   enum { LEAVES = 300 };
-  neph_context *context = test_context_create(2, NULL);
-  neph_cloud_desc desc = thermal_field(5);
   np_cloud_model model;
   np_random random = np_random_start(1, 0, 0, 0, 0);
-  desc.turbulence = 1;
-  desc.coverage = 0.5;
-  assert_int_equal(np_cloud_model_build(context, &desc, NULL, &model), NEPH_OK);
+  assert_int_equal(np_cloud_model_build(context, desc, NULL, &model), NEPH_OK);
   size_t cloudy = 0;
   for (int leaf = 0; leaf < LEAVES; leaf++) {
-    float x[NP_CLOUD_BLOCK], y[NP_CLOUD_BLOCK], z[NP_CLOUD_BLOCK], together[NP_CLOUD_BLOCK];
-    const float corner[3] = {4000 * (np_random_float(&random) - 0.5f), 3000 * (np_random_float(&random) - 0.5f),
-                             700 * np_random_float(&random)};
-    for (int n = 0; n < NP_CLOUD_BLOCK; n++) {
-      x[n] = corner[0] + 25 * (float)(n / 64);
-      y[n] = corner[1] + 25 * (float)(n / 8 % 8);
-      z[n] = corner[2] + 25 * (float)(n % 8);
-    }
-    np_cloud_model_eval(&model, &(np_cloud_points){NP_CLOUD_BLOCK, x, y, z}, together);
-    for (int n = leaf % 16; n < NP_CLOUD_BLOCK; n += 16) {
-      float alone;
-      np_cloud_model_eval(&model, &(np_cloud_points){1, x + n, y + n, z + n}, &alone);
-      if (memcmp(&alone, &together[n], sizeof alone))
-        fail_msg("%.9g alone, %.9g together", (double)alone, (double)together[n]);
-      cloudy += alone > 0;
-    }
+    const float corner_m[3] = {0.7f * (float)desc->extent_m[0] * (np_random_float(&random) - 0.5f),
+                               0.7f * (float)desc->extent_m[1] * (np_random_float(&random) - 0.5f),
+                               0.6f * (float)desc->thickness_m * np_random_float(&random)};
+    cloudy += check_leaf(&model, corner_m, 0.6f * (float)desc->voxel_m, leaf % 16);
   }
+  print_message("%zu points in cloud\n", cloudy);
   assert_true(cloudy > 500);
   np_cloud_model_clear(&model);
+}
+
+static void a_value_does_not_depend_on_its_neighbours(void **state) {
+  (void)state;
+  neph_context *context = test_context_create(2, NULL);
+  neph_cloud_desc desc = thermal_field(5);
+  desc.turbulence = 1;
+  desc.coverage = 0.5;
+  check_neighbours(context, &desc);
+  assert_int_equal(neph_cloud_get_preset(context, "cumulonimbus", &desc), NEPH_OK);
+  desc.extent_m[0] = desc.extent_m[1] = 18e3;
+  desc.turbulence = 0;
+  set_winds(&desc, 6);
+  check_neighbours(context, &desc);
   neph_context_destroy(context);
 }
 

@@ -116,11 +116,12 @@ double np_ball_heap_count_bytes(const np_ball_heap *heap) {
 
 /* ---- Boxes ---- */
 
-/* The distance at which a level's balls may count for distances up to reach_m: its own two blends, and those of the
- * levels after it, can take off that much. */
+/* The distance at which a level's balls may count for distances up to reach_m: its own two blends can take off that
+ * much; it counts as far as the blend of a finer level beyond that level's distance, from which that blend and the
+ * finest ones take off a quarter of their widths. */
 static float compute_level_reach(const np_ball_heap *heap, unsigned l, float reach_m) {
   float reach = reach_m + 1.5f * heap->levels[l].blend_m;
-  for (unsigned finer = l + 1; finer < heap->level_count; finer++) reach += 0.5f * heap->levels[finer].blend_m;
+  for (unsigned finer = l + 1; finer < heap->level_count; finer++) reach += 1.25f * heap->levels[finer].blend_m;
   return reach * 1.001f;
 }
 
@@ -237,9 +238,15 @@ static void compute_normal(const ball_search *s, const np_ball *ball, size_t i, 
   out[2] = z * scale;
 }
 
+/* All of the second is the second to the bit, whatever the first: it may come from balls too far off to count, which
+ * are there or not with the points that a position is evaluated with. */
+static float mix_value(float first, float second, float share) {
+  return share < 1.0f ? np_mixf(first, second, share) : second;
+}
+
 static void add_share(const np_ball_surface *out, size_t i, float share, const float *values) {
   float *targets[] = {out->radius_m, out->normal[0], out->normal[1], out->normal[2]};
-  for (int t = 0; t < 4; t++) targets[t][i] = np_mixf(targets[t][i], values[t], share);
+  for (int t = 0; t < 4; t++) targets[t][i] = mix_value(targets[t][i], values[t], share);
 }
 
 /* Radius and normal at a point, of the nearest two balls of a level. */
@@ -259,7 +266,7 @@ static void join_ages(const ball_search *s, const np_ball_level *level, float *a
     if (!(n->level_share[i] > 0.0f)) continue;
     const float one = level->balls[n->nearest[i]].age, share = n->second_share[i];
     const float own = share > 0.0f ? np_mixf(one, level->balls[n->second[i]].age, share) : one;
-    age[i] = np_mixf(age[i], own, n->level_share[i]);
+    age[i] = mix_value(age[i], own, n->level_share[i]);
   }
 }
 
