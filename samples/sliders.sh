@@ -10,54 +10,78 @@ program=${NEPHOS:-build/release/bin/nephos}
 out=samples/out/sliders
 mkdir -p "$out"
 
-# Each slider: its name, its key, and the value with % in the place of the number. Amounts are those of top, flank, base,
-# on a given shape, whose volume no coverage makes up for.
+# Each slider: its name, its view, its key, and the value with % in the place of the number. Amounts are those of top,
+# flank, base, on a given shape, whose volume no coverage makes up for.
 sliders='
-coverage coverage %
-type type %
-billowiness billowiness %
-erosion erosion %
-wispiness wispiness %
-turbulence turbulence %
-softness softness %
-age age %
-precipitation precipitation %
-streets streets %
-billow_top billow_amounts [%,0.5,0.5]
-billow_flank billow_amounts [0.5,%,0.5]
-billow_base billow_amounts [0.5,0.5,%]
-wisp_top wisp_amounts [%,0.5,0.5]
-wisp_flank wisp_amounts [0.5,%,0.5]
-wisp_base wisp_amounts [0.5,0.5,%]
+coverage wide coverage %
+type side type %
+billowiness side billowiness %
+erosion side erosion %
+wispiness flank wispiness %
+turbulence side turbulence %
+softness side softness %
+age side age %
+precipitation below precipitation %
+streets above streets %
+billow_top side billow_amounts [%,0.5,0.5]
+billow_flank flank billow_amounts [0.5,%,0.5]
+billow_base below billow_amounts [0.5,0.5,%]
+wisp_top side wisp_amounts [%,0.5,0.5]
+wisp_flank flank wisp_amounts [0.5,%,0.5]
+wisp_base below wisp_amounts [0.5,0.5,%]
 '
 shape='{spheres: [[-600 m, 0 m, 300 m, 500 m], [100 m, 200 m, 600 m, 560 m], [700 m, -200 m, 350 m, 450 m]]}'
 
-# show SLIDER KEY VALUE NUMBER
+# look_from VIEW: sets `position`, `target` and `fov`.
+look_from() {
+  fov='46 deg'
+  case $1 in
+  wide) position='0 km, -5.2 km, 300 m' target='0 km, 0 km, 1700 m' ;;
+  side) position='0 km, -2.9 km, 1000 m' target='0 km, 0 km, 1500 m' ;;
+  flank) position='0.6 km, -1.9 km, 1500 m' target='0.3 km, 0 km, 1400 m' ;;
+  below) position='0 km, -3 km, 60 m' target='0 km, 0 km, 800 m' ;;
+  above) position='0 km, -5 km, 9 km' target='0 km, 0 km, 1700 m' ;;
+  esac
+}
+
+# show SLIDER VIEW KEY VALUE NUMBER
 show() {
-  [ -e "$out/$1.$4.png" ] && return 0
-  at=$(echo "$3" | sed "s/%/$4/")
+  [ -e "$out/$1.$5.png" ] && return 0
+  at=$(echo "$4" | sed "s/%/$5/")
+  look_from "$2"
   case $1 in
   *_*)
-    set -- "$1" "$2" "$3" "$4" --set "clouds[0].bake.shape=$shape" --set clouds[0].bake.wispiness=1 \
+    set -- "$1" "$3" "$5" --set "clouds[0].bake.shape=$shape" --set clouds[0].bake.wispiness=1 \
       --set clouds[0].bake.billowiness=1
     ;;
   streets)
-    set -- "$1" "$2" "$3" "$4" --set "clouds[0].bake.extent=16 km" --set "clouds[0].bake.voxel=40 m" \
-      --set "clouds[0].bake.wind=[0 m/s, 8 m/s]" --set "camera.position=[0 km, -5 km, 9 km]"
+    set -- "$1" "$3" "$5" --set "clouds[0].bake.extent=16 km" --set "clouds[0].bake.voxel=40 m" \
+      --set "clouds[0].bake.wind=[0 m/s, 8 m/s]"
     ;;
+  *) set -- "$1" "$3" "$5" ;;
   esac
-  name=$1 key=$2 number=$4
-  shift 4
-  "$program" render samples/sliders.yaml --quiet --set "clouds[0].bake.$key=$at" "$@" -o "$out/$name.$number.png"
+  name=$1 key=$2 number=$3
+  shift 3
+  "$program" render samples/sliders.yaml --quiet --set "camera.position=[$position]" --set "camera.look_at=[$target]" \
+    --set "camera.fov=$fov" --set "clouds[0].bake.$key=$at" "$@" -o "$out/$name.$number.png"
 }
 
-echo "$sliders" | while read -r name key value; do
+echo "$sliders" | while read -r name view key value; do
   case " ${*:-$name} " in *" $name "*) ;; *) continue ;; esac
   [ -n "$name" ] || continue
-  for number in 0 0.25 0.5 0.75 1; do show "$name" "$key" "$value" "$number"; done
+  for number in 0 0.25 0.5 0.75 1; do show "$name" "$view" "$key" "$value" "$number"; done
 done
 
 command -v montage >/dev/null || exit 0
+
+# Root mean square of the change from 0 to 1 over the mean at 0, of the 8-bit pictures.
+for name in $(echo "$sliders" | awk '{print $1}'); do
+  [ -e "$out/$name.0.png" ] && [ -e "$out/$name.1.png" ] || continue
+  mean=$(convert "$out/$name.0.png" -colorspace gray -format '%[fx:mean]' info:)
+  change=$(compare -metric RMSE "$out/$name.0.png" "$out/$name.1.png" null: 2>&1 | sed 's/.*(\(.*\))/\1/') || true
+  awk -v name="$name" -v change="$change" -v mean="$mean" 'BEGIN {printf "%-14s %5.1f %%\n", name, 100 * change / mean}'
+done
+
 set --
 for name in $(echo "$sliders" | awk '{print $1}'); do
   for number in 0 0.25 0.5 0.75 1; do
