@@ -59,7 +59,7 @@ static const preset presets[] = {
      {.model = NEPH_CLOUD_MODEL_THERMALS,
       .extent_m = {30e3, 30e3}, .voxel_m = 90, .base_altitude_m = 900, .thickness_m = 10500, .coverage = 0.45,
       .cell_m = 9500, .type = 1.0, .billow_m = 2200, .billowiness = 0.5,
-      .erosion = 0.5, .wispiness = 0.20, .turbulence = 0.25,
+      .erosion = 0.5, .wispiness = 0.20, .turbulence = 0.25, .softness = 0.25,
       .anvil = 0.8, .precipitation = 1, .skew_m = {2200, 500}, .wind_m_s = {9, 2},
       .has_profile = true, .profile = {0, 0.08, 0.2, 0.36, 0.7}, .extinction_per_m = 0.15}},
     {"cirrus",
