@@ -25,7 +25,7 @@ show() {
 # one, from the west; and the height of the view from above.
 cameras='
 cumulus_humilis      5.5 0.05 1.3  2.2 0.7 1.2   9
-cumulus_mediocris    7   0.05 1.7  3   1   1.8   10
+cumulus_mediocris    7   0.05 1.7  4.8 1.1 1.8   10
 cumulus_congestus    10  0.05 2.7  5   1.2 2.6   13
 stratocumulus        3.5 0.05 1.0  4.6 1.7 1.1   9
 stratus              6   0.05 0.5  11  1.1 0.5   16

@@ -80,6 +80,73 @@ static void lenses_stand_over_the_ridge(void **state) {
   neph_context_destroy(context);
 }
 
+/* Mean extinction of a few heights in a column of the field. */
+static double compute_column(const np_cloud_model *model, double x_m, double y_m) {
+  enum { HEIGHTS = 40 };
+  float x[HEIGHTS], y[HEIGHTS], height[HEIGHTS], extinction[HEIGHTS];
+  double sum = 0;
+  for (int k = 0; k < HEIGHTS; k++) {
+    x[k] = (float)x_m, y[k] = (float)y_m;
+    height[k] = ((float)k + 0.5f) / HEIGHTS * (float)model->desc.thickness_m;
+  }
+  np_cloud_model_eval(model, &(np_cloud_points){HEIGHTS, x, y, height}, extinction);
+  for (int k = 0; k < HEIGHTS; k++) sum += (double)extinction[k] / HEIGHTS;
+  return sum;
+}
+
+/* From the border inwards, in shares of the field: no wall, but a rim that thickens. */
+static void fog_thins_out_to_the_border(void **state) {
+  (void)state;
+  static const double insets[] = {0.005, 0.02, 0.05, 0.09, 0.2};
+  enum { INSETS = sizeof insets / sizeof *insets, ROWS = 60 };
+  neph_context *context = test_context_create(2, NULL);
+  neph_cloud_desc desc = make_kind(context, "valley_stratus");
+  np_cloud_model model;
+  assert_int_equal(np_cloud_model_build(context, &desc, NULL, &model), NEPH_OK);
+  double means[INSETS] = {0};
+  for (int i = 0; i < INSETS; i++)
+    for (int row = 0; row < ROWS; row++)
+      means[i] += compute_column(&model, (insets[i] - 0.5) * desc.extent_m[0],
+                                 (0.5 * (row + 0.5) / ROWS - 0.25) * desc.extent_m[1]);
+  for (int i = 0; i < INSETS; i++) print_message("%g of the field: %.3f\n", insets[i], means[i] / means[INSETS - 1]);
+  assert_true(means[0] < 0.02 * means[INSETS - 1]);
+  for (int i = 1; i < INSETS; i++) assert_true(means[i] > 1.2 * means[i - 1]);
+  np_cloud_model_clear(&model);
+  neph_context_destroy(context);
+}
+
+/* Between rows across the wind the lee outline of the first crest moves more than the other one. */
+static void lenses_are_ragged_on_the_lee(void **state) {
+  (void)state;
+  enum { ROWS = 80, STEPS = 120 };
+  neph_context *context = test_context_create(2, NULL);
+  neph_cloud_desc desc = NEPH_CLOUD_DESC_DEFAULT;
+  assert_int_equal(neph_cloud_get_preset(context, "altocumulus_lenticularis", &desc), NEPH_OK);
+  np_cloud_model model;
+  desc.skew_m[0] = 0;
+  assert_int_equal(np_cloud_model_build(context, &desc, NULL, &model), NEPH_OK);
+  double moved[2] = {0, 0};
+  int before[2] = {0, 0};
+  for (int row = 0; row < ROWS; row++) {
+    int ends[2] = {-1, -1};
+    for (int i = 0; i < STEPS; i++) {
+      if (!(compute_column(&model, (0.9 * i / STEPS - 0.6) * desc.cell_m, (0.4 * row / ROWS - 0.2) * desc.cell_m) > 0))
+        continue;
+      if (ends[0] < 0) ends[0] = i;
+      ends[1] = i;
+    }
+    assert_true(ends[0] >= 0);
+    for (int e = 0; e < 2; e++) {
+      if (row > 0) moved[e] += abs(ends[e] - before[e]);
+      before[e] = ends[e];
+    }
+  }
+  print_message("outline moves by %g before the ridge, %g behind it\n", moved[0], moved[1]);
+  assert_true(moved[1] > 2 * moved[0]);
+  np_cloud_model_clear(&model);
+  neph_context_destroy(context);
+}
+
 enum { FACE_SIDE = 220 };
 
 /* The lower face of ice over clear air, voxel by voxel; 0 where there is none, or a tower among it, which is denser. */
@@ -289,6 +356,8 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(fog_fills_low_ground_to_its_top),
       cmocka_unit_test(lenses_stand_over_the_ridge),
+      cmocka_unit_test(fog_thins_out_to_the_border),
+      cmocka_unit_test(lenses_are_ragged_on_the_lee),
       cmocka_unit_test(anvils_carry_mammatus),
       cmocka_unit_test(trails_spread_with_age),
       cmocka_unit_test(ground_lifts_and_draws_clouds),

@@ -19,7 +19,8 @@
  * the thickness; of columns at least this strong. */
 static const float anvil_center = 0.85f, anvil_above = 0.07f, anvil_flare = 0.40f, anvil_cut = 0.55f;
 static const float anvil_relief = 0.4f; /* share of the noise: ice is smooth */
-static const float anvil_border = 0.4f; /* of the depth that the border allows a tower: anvils thin out to it */
+static const float anvil_border = 0.3f; /* of the depth that the border allows a tower: anvils thin out to it */
+static const float anvil_corner = 0.4f; /* radius of the border's corners for anvils, in shorter sides of the field */
 
 static const float rain_column = 0.12f, rain_column_width = 0.35f; /* the columns that heavy rain falls from */
 
@@ -87,12 +88,26 @@ static float bound_anvil(float low, float high) {
 
 /* ---- Columns ---- */
 
+/* Distance inside the field's border, whose corners are rounded by a radius; grows with either distance to a side. */
+static float compute_inset_m(const neph_cloud_desc *desc, float x_m, float y_m, float corner_m) {
+  const float dx = 0.5f * (float)desc->extent_m[0] - fabsf(x_m), dy = 0.5f * (float)desc->extent_m[1] - fabsf(y_m);
+  if (!(dx < corner_m && dy < corner_m)) return np_minf(dx, dy);
+  return corner_m - sqrtf((corner_m - dx) * (corner_m - dx) + (corner_m - dy) * (corner_m - dy));
+}
+
 /* Depth allowed by the border of the field, so that no cloud is cut by a wall. */
-static float eval_border(const np_cloud_model *model, float x_m, float y_m) {
+static float eval_border(const np_cloud_model *model, float x_m, float y_m, float corner_m) {
   const neph_cloud_desc *desc = &model->desc;
   if (desc->repeat_m > 0) return INFINITY;
-  const float dx = 0.5f * (float)desc->extent_m[0] - fabsf(x_m), dy = 0.5f * (float)desc->extent_m[1] - fabsf(y_m);
-  return np_minf(dx, dy) * model->slope_per_m - model->base_gain_max * (1.0f - (float)desc->coverage);
+  return compute_inset_m(desc, x_m, y_m, corner_m) * model->slope_per_m -
+         model->base_gain_max * (1.0f - (float)desc->coverage);
+}
+
+/* The same of anvils, which reach farther than their towers and show the border: a rectangle would give them corners.
+ */
+static float eval_anvil_border(const np_cloud_model *model, float x_m, float y_m) {
+  const float shorter_m = (float)fmin(model->desc.extent_m[0], model->desc.extent_m[1]);
+  return anvil_border * eval_border(model, x_m, y_m, anvil_corner * shorter_m);
 }
 
 /* Growth since time 0 stays below the top. */
@@ -111,7 +126,7 @@ static float sample_plane(const np_cloud_model *model, neph_cloud_map_quantity q
 np_cloud_column np_cloud_column_compute(const np_cloud_model *model, float x_m, float y_m, float height_m) {
   const neph_cloud_desc *desc = &model->desc;
   const float top_m = (float)desc->thickness_m;
-  const float border = eval_border(model, x_m, y_m);
+  const float border = eval_border(model, x_m, y_m, 0.0f);
   float shift_m[2];
   np_cloud_wind_shift(model, height_m, shift_m);
   np_cloud_column c = {.x_m = x_m - shift_m[0], .y_m = y_m - shift_m[1]};
@@ -120,7 +135,7 @@ np_cloud_column np_cloud_column_compute(const np_cloud_model *model, float x_m, 
   if (model->map.anvils)
     c.anvil =
         scale_anvil(np_minf(scale_strength(model, np_weather_map_sample(&model->map, model->map.anvils, c.x_m, c.y_m)),
-                            anvil_border * border));
+                            eval_anvil_border(model, x_m, y_m)));
   c.base_m = top_m * sample_plane(model, NEPH_CLOUD_MAP_BASE, c.x_m, c.y_m, 0.0f);
   c.thickness_m = np_minf(top_m * sample_plane(model, NEPH_CLOUD_MAP_THICKNESS, c.x_m, c.y_m, 1.0f), top_m - c.base_m);
   c.type = (float)desc->type * sample_plane(model, NEPH_CLOUD_MAP_TYPE, c.x_m, c.y_m, 1.0f);
@@ -198,12 +213,12 @@ static np_interval bound_plane(const np_cloud_model *model, neph_cloud_map_quant
   return (np_interval){range.low - 1e-6f, range.high + 1e-6f}; /* the blend of equal texels may round */
 }
 
-/* The most that the border allows anywhere in the box. */
-static float bound_border(const np_cloud_model *model, const np_cloud_box *box) {
+/* The most that the border allows anywhere in the box, a tower or an anvil: at its point nearest to the middle. */
+static float bound_border(const np_cloud_model *model, const np_cloud_box *box, bool is_anvil) {
   float nearest[2];
   for (int i = 0; i < 2; i++)
     nearest[i] = box->min_m[i] > 0.0f ? box->min_m[i] : box->max_m[i] < 0.0f ? box->max_m[i] : 0.0f;
-  return eval_border(model, nearest[0], nearest[1]);
+  return is_anvil ? eval_anvil_border(model, nearest[0], nearest[1]) : eval_border(model, nearest[0], nearest[1], 0.0f);
 }
 
 /* Heights above the columns' bases over their thicknesses, held to [0, 1]. False: no height of the box is inside. */
@@ -228,7 +243,7 @@ static bool is_dry(const np_cloud_model *model, const np_cloud_box *box) {
   const columns c = compute_columns(model, box, low_m, high_m);
   const float base_m = (float)model->desc.thickness_m * bound_plane(model, NEPH_CLOUD_MAP_BASE, &c, 0.0f).high;
   if (box->min_m[2] > base_m) return true;
-  const float strength = fminf(bound_strength(model, model->map.values, &c), bound_border(model, box));
+  const float strength = fminf(bound_strength(model, model->map.values, &c), bound_border(model, box, false));
   return strength - rain_column < -bound_margin;
 }
 
@@ -241,7 +256,7 @@ bool np_cloud_column_bound(const np_cloud_model *model, const np_cloud_box *box,
     out_box->field_min_m[a] = c.min_m[a];
     out_box->field_max_m[a] = c.max_m[a];
   }
-  out_box->strength.high = fminf(bound_strength(model, model->map.values, &c), bound_border(model, box));
+  out_box->strength.high = fminf(bound_strength(model, model->map.values, &c), bound_border(model, box, false));
   out_box->ground_m = (np_interval){-INFINITY, -INFINITY};
   if (model->map.ground_m)
     out_box->ground_m = np_weather_map_get_range(&model->map, model->map.ground_m, c.min_m, c.max_m);
@@ -256,8 +271,8 @@ static bool has_no_anvil(const np_cloud_model *model, const np_cloud_box *box) {
   const columns c = compute_columns(model, box, low_m, high_m);
   np_interval shares;
   if (!bound_shares(model, &c, low_m, high_m, &shares)) return true;
-  const float border = bound_border(model, box), tower = bound_strength(model, model->map.values, &c);
-  const float anvil = scale_anvil(fminf(bound_strength(model, model->map.anvils, &c), anvil_border * border));
+  const float border = bound_border(model, box, false), tower = bound_strength(model, model->map.values, &c);
+  const float anvil = scale_anvil(fminf(bound_strength(model, model->map.anvils, &c), bound_border(model, box, true)));
   shares.low -= bound_margin;
   shares.high += bound_margin;
   return !np_anvil_is_possible(anvil + bound_margin, fminf(tower, border) + bound_margin, &shares);
@@ -275,14 +290,15 @@ bool np_cloud_model_is_empty(const np_cloud_model *model, const np_cloud_box *bo
   if (box->max_m[2] <= 0.0f || box->min_m[2] >= top_m) return true;
   const float low_m = fmaxf(box->min_m[2], 0.0f), high_m = fminf(box->max_m[2], top_m);
   const columns c = compute_columns(model, box, low_m, high_m);
-  const float border = bound_border(model, box), gain = model->base_gain_max + model->detail_gain_max;
+  const float border = bound_border(model, box, false), gain = model->base_gain_max + model->detail_gain_max;
   np_interval shares;
   if (!bound_shares(model, &c, low_m, high_m, &shares)) return true;
   const float type = (float)model->desc.type * bound_plane(model, NEPH_CLOUD_MAP_TYPE, &c, 1.0f).low;
   float depth =
       fminf(bound_strength(model, model->map.values, &c), border) - bound_profile(model, shares.low, shares.high, type);
   if (model->map.anvils)
-    depth = fmaxf(depth, scale_anvil(fminf(bound_strength(model, model->map.anvils, &c), anvil_border * border)) -
-                             bound_anvil(shares.low, shares.high));
+    depth =
+        fmaxf(depth, scale_anvil(fminf(bound_strength(model, model->map.anvils, &c), bound_border(model, box, true))) -
+                         bound_anvil(shares.low, shares.high));
   return depth + gain < -bound_margin;
 }

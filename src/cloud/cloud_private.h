@@ -35,6 +35,7 @@ typedef enum np_cloud_stream {
   NP_CLOUD_STREAM_ANVIL_LOBES,
   NP_CLOUD_STREAM_ANVIL_EDDIES,
   NP_CLOUD_STREAM_ANVIL_GROUPS,
+  NP_CLOUD_STREAM_SHELVES,
   NP_CLOUD_STREAM_BILLOWS = 40, /* one more for each level */
   NP_CLOUD_STREAM_PATCHES = 48, /* the same */
   NP_CLOUD_STREAM_WARP = 56     /* one more for each octave */

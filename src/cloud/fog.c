@@ -18,6 +18,9 @@ static const float fray_share_max = 0.5f;                   /* of the thickness,
 static const float patch_strength = 0.12f;                  /* of the map, at which patches are full */
 static const float patch_sink = 0.6f, shore_sink = 0.16f;   /* of the thickness */
 static const float shore_share = 0.35f;                     /* of it, over which fog deepens off a slope */
+static const float feather_share = 0.12f; /* of the shorter side of the field, over which fog thins out to its border */
+static const float feather_sink = 0.2f;   /* of the thickness, there: more would leave the rim uncovered */
+static const float feather_fray = 0.5f;   /* of that way, by which noise moves it */
 static const float extinction_floor = 0.004f;
 static const float base_edge_m = 90.0f;
 static const float texel_rise = 1.0f; /* slope of ground that texels may miss */
@@ -54,13 +57,26 @@ static void compute_depths(const np_cloud_model *model, np_kind_points *p, float
   for (size_t i = 0; i < p->count; i++) out_depth_m[i] -= roll_reach * relief_m * (1.0f - p->noise[i]);
 }
 
-/* Share of the full depth at a point, by the map and by the ground. */
-static float compute_fullness(const np_cloud_model *model, const np_kind_points *p, size_t i, float *out_sunk_m) {
-  const float top_m = (float)model->desc.thickness_m, patch = np_smoothstepf(p->strength[i] / patch_strength);
+/* Share that the border of the field leaves, so that fog does not end there as a wall; `noise` in [0, 1]. */
+static float compute_feather(const neph_cloud_desc *desc, const np_kind_points *p, size_t i, float noise) {
+  if (desc->repeat_m > 0) return 1.0f;
+  const float inverse = 1.0f / (feather_share * (float)fmin(desc->extent_m[0], desc->extent_m[1]));
+  const float dx = (0.5f * (float)desc->extent_m[0] - fabsf(p->field_x_m[i])) * inverse;
+  const float dy = (0.5f * (float)desc->extent_m[1] - fabsf(p->field_y_m[i])) * inverse;
+  const float stretch = 1.0f + feather_fray * (noise - 0.5f);
+  return np_smoothstepf(dx * stretch) * np_smoothstepf(dy * stretch);
+}
+
+/* Share of the full depth at a point, by the map, the border and the ground. */
+static float compute_fullness(const np_cloud_model *model, const np_kind_points *p, size_t i, float noise,
+                              float *out_sunk_m) {
+  const float top_m = (float)model->desc.thickness_m;
+  const float patch = np_smoothstepf(p->strength[i] / patch_strength);
+  const float feather = compute_feather(&model->desc, p, i, noise);
   const float column_m = top_m - np_maxf(p->ground_m[i], 0.0f);
   const float shore = np_smoothstepf(column_m / (shore_share * top_m));
-  *out_sunk_m = top_m * (patch_sink * (1.0f - patch) + shore_sink * (1.0f - shore));
-  return patch * np_mixf(0.3f, 1.0f, shore);
+  *out_sunk_m = top_m * (patch_sink * (1.0f - patch) + shore_sink * (1.0f - shore) + feather_sink * (1.0f - feather));
+  return patch * feather * np_mixf(0.3f, 1.0f, shore);
 }
 
 static void eval_fog(const np_cloud_model *model, np_kind_points *p, float *out_extinction_per_m) {
@@ -75,8 +91,8 @@ static void eval_fog(const np_cloud_model *model, np_kind_points *p, float *out_
   model->noise->value_fbm(&k->fine, &octaves, &points, p->noise);
   for (size_t i = 0; i < p->count; i++) {
     float sunk_m;
-    const float fullness = compute_fullness(model, p, i, &sunk_m);
     const float noise = np_clampf(2.2f * (p->noise[i] - 0.5f) + 0.5f, 0.0f, 1.0f);
+    const float fullness = compute_fullness(model, p, i, noise, &sunk_m);
     if (p->height_m[i] < p->ground_m[i] - margin_m) continue;
     const float body = np_smoothstepf((depth_m[i] - sunk_m - fray_m * noise) / k->edge_m);
     const float base =

@@ -4,7 +4,7 @@
  * The weather map is the height to which the waves lift the air (mountain_wave.c), 0 at the condensation level. In each
  * layer its strength s gives a lens: a lower face that is arched by the wave, and an upper one s·(3 − s)/2 above it, so
  * that rims are sharp. Layers differ in moisture, thus in the size of their lenses, and are laminated; noise along the
- * wind gives them fibres.
+ * wind gives them fibres. On the lee, where the air sinks and mixes, that noise eats into the rims.
  */
 #include <math.h>
 
@@ -21,6 +21,9 @@ static const float fibre_reach = 0.20f;  /* of the pitch, the same */
 static const float lamina_share = 0.14f; /* thickness of laminae, in pitches */
 static const float lamina_stretch = 40.0f;
 static const float fibre_stretch = 7.0f;
+static const float lee_way = 0.07f;  /* upwind, in wavelengths, where the air was higher if this is the lee */
+static const float lee_fall = 0.15f; /* of the strength on that way, at which it is all lee */
+static const float lee_reach = 1.1f; /* of the strength that noise takes from the lee, at erosion 1 */
 static const float extinction_floor = 0.004f;
 
 static float get_pitch_m(const neph_cloud_desc *desc) {
@@ -66,6 +69,19 @@ static void compute_strengths(const np_cloud_model *model, np_kind_points *p, fl
   for (size_t i = 0; i < p->count; i++) out_fibre[i] -= 0.5f;
 }
 
+/* Ragged rims on the lee side: takes from the strength only, so that bounds hold. */
+static void fray_lee(const np_cloud_model *model, const np_kind_points *p, const float *fibre, float *strength) {
+  const np_weather_map *map = &model->map;
+  const float way_m = lee_way * (float)model->desc.cell_m, *heading = model->heading;
+  for (size_t i = 0; i < p->count; i++) {
+    const float x_m = p->field_x_m[i], y_m = p->field_y_m[i];
+    const float here = np_weather_map_sample(map, map->values, x_m, y_m);
+    const float upwind = np_weather_map_sample(map, map->values, x_m - way_m * heading[0], y_m - way_m * heading[1]);
+    const float lee = np_smoothstepf((upwind - here) * model->depth_scale / lee_fall);
+    strength[i] -= lee_reach * (float)model->desc.erosion * lee * np_clampf(0.5f + 3.0f * fibre[i], 0.0f, 1.0f);
+  }
+}
+
 /* Depth inside the lens of a layer; negative outside. */
 static float compute_depth(float pitch_m, unsigned layer, float lack, float strength, float height_m) {
   const float s = np_minf((strength - lack) / (1.0f - lack), 1.0f);
@@ -80,6 +96,7 @@ static void eval_lenses(const np_cloud_model *model, np_kind_points *p, float *o
   const float pitch_m = get_pitch_m(desc), fibre_m = 2.0f * fibre_reach * (float)desc->erosion * pitch_m;
   float strength[NP_CLOUD_BLOCK], fibre[NP_CLOUD_BLOCK], depth_m[NP_CLOUD_BLOCK];
   compute_strengths(model, p, strength, fibre);
+  fray_lee(model, p, fibre, strength);
   for (size_t i = 0; i < p->count; i++) depth_m[i] = -1.0f;
   for (unsigned layer = 0; layer < desc->sublayers; layer++) {
     const float lack = compute_lack(desc, layer);

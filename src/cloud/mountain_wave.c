@@ -3,7 +3,7 @@
  *
  * Linear theory of trapped lee waves (Scorer 1949, "Theory of waves in the lee of mountains"): the ground along the
  * wind convolved with a wave that starts at the ridge and decays behind it. `cell_m` is the wavelength; ground narrower
- * than a fifth of it is smoothed away. Without ground there are three short ridges across the wind in the middle.
+ * than a fifth of it is smoothed away. Without ground there are five short ridges across the wind in the middle.
  */
 #include <math.h>
 #include <string.h>
@@ -73,7 +73,10 @@ static neph_result sum_rows(void *user, size_t begin, size_t end, unsigned threa
 }
 
 /* Parts of a ridge of its own: along and across the wind in wavelengths, and their height. */
-static const float ridge_parts[3][3] = {{-0.15f, 0.0f, 1.0f}, {0.05f, 0.75f, 0.62f}, {-0.3f, -0.8f, 0.5f}};
+enum { RIDGE_PARTS = 5 };
+
+static const float ridge_parts[RIDGE_PARTS][3] = {
+    {-0.15f, 0.0f, 1.0f}, {-0.02f, 0.52f, 0.8f}, {-0.24f, -0.58f, 0.75f}, {0.08f, 1.02f, 0.6f}, {-0.1f, -1.08f, 0.55f}};
 
 static void fill_ridge(const neph_cloud_desc *desc, const np_weather_map *map, float *out) {
   float heading[2];
@@ -84,10 +87,10 @@ static void fill_ridge(const neph_cloud_desc *desc, const np_weather_map *map, f
       const float y = (map->origin_m[1] + (float)j * map->step_m) / (float)desc->cell_m;
       float *value = &out[(size_t)j * (size_t)map->size[0] + (size_t)i];
       *value = 0.0f;
-      for (int part = 0; part < 3; part++) {
+      for (int part = 0; part < RIDGE_PARTS; part++) {
         const float along = x * heading[0] + y * heading[1] - ridge_parts[part][0];
         const float across = y * heading[0] - x * heading[1] - ridge_parts[part][1];
-        const float left = 1.0f - 22.0f * along * along - 3.2f * across * across;
+        const float left = 1.0f - 22.0f * along * along - 7.0f * across * across;
         *value += left > 0.0f ? ridge_parts[part][2] * left * left : 0.0f;
       }
     }

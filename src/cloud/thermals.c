@@ -25,6 +25,7 @@ typedef struct thermal_kind {
   float height, height_drawn; /* of the height that the map allows: at least, and at most that much more */
   float share;                /* of the cells that have one */
   float outline;              /* strength at which it is full grown; 0: these live outside the outline */
+  float shelf;                /* strength below the outline that these still live at, below anvils alone */
   bool has_crown;
 } thermal_kind;
 
@@ -54,11 +55,21 @@ static const thermal_kind kinds[] = {
      .radius = 0.10f,
      .radius_grown = 0.45f,
      .share = 1.0f},
+    {.stream = NP_CLOUD_STREAM_SHELVES,
+     .spacing = 0.42f,
+     .jitter = 0.9f,
+     .radius = 0.28f,
+     .radius_grown = 0.10f,
+     .height = 0.10f,
+     .share = 1.0f,
+     .outline = 0.10f,
+     .shelf = 0.22f},
 };
 
 enum { KIND_COUNT = sizeof kinds / sizeof *kinds };
 
 static const float scrap_reach = 1.2f, scrap_share = 0.8f; /* strength below the outline; of the cells at it */
+static const float shelf_anvil = 0.25f;                    /* strength of the anvil over a full shelf */
 static const float head_room = 0.30f;                      /* that billows take above a head, in largest billows */
 
 static float take(np_random *random) { return np_random_float(random); }
@@ -107,8 +118,12 @@ static float compute_border(const np_cloud_model *model, float x_m, float y_m) {
 
 static bool is_scrap(const thermal_kind *kind) { return !(kind->outline > 0.0f); }
 
-/* Share of the full size at a strength. Scraps come to a number of the cells, the more the nearer to the outline. */
-static float compute_presence(const thermal_kind *kind, float strength, float drawn) {
+/* Share of the full size in a column. Shelves join the bases of the towers below an anvil. Scraps come to a number of
+ * the cells, the more the nearer to the outline. */
+static float compute_presence(const thermal_kind *kind, const np_cloud_column *column, float drawn) {
+  const float strength = column->strength;
+  if (kind->shelf > 0.0f)
+    return sqrtf(np_smoothstepf((strength + kind->shelf) / kind->shelf) * np_smoothstepf(column->anvil / shelf_anvil));
   if (!is_scrap(kind)) return sqrtf(np_smoothstepf(strength / kind->outline));
   const float near = np_smoothstepf(1.0f + strength / scrap_reach), wanted = scrap_share * near * near;
   const float inside = np_smoothstepf(strength / 0.1f);
@@ -152,6 +167,7 @@ static bool draw_thermal(const np_cloud_model *model, const thermal_kind *kind, 
   const float spacing_m = np_repeat_fit(desc, kind->spacing * model->thermals.billow_m);
   const int32_t period = desc->repeat_m > 0 ? np_repeat_count(desc->extent_m[0], (double)spacing_m) : 0;
   thermal t = {.kind = kind, .model = model};
+  if (kind->shelf > 0.0f && !model->map.anvils) return false;
   t.random = np_random_start(np_random_absorb(desc->seed, (uint64_t)kind->stream), 0,
                              (uint32_t)np_repeat_wrap(at[0], period), (uint32_t)np_repeat_wrap(at[1], period), 0);
   const float drawn = take(&t.random);
@@ -165,7 +181,7 @@ static bool draw_thermal(const np_cloud_model *model, const thermal_kind *kind, 
   np_cloud_wind_shift(model, share * (float)desc->thickness_m, shift_m);
   const float border =
       np_minf(compute_border(model, t.x_m, t.y_m), compute_border(model, t.x_m + shift_m[0], t.y_m + shift_m[1]));
-  const float presence = compute_presence(kind, column.strength, drawn) * border;
+  const float presence = compute_presence(kind, &column, drawn) * border;
   if (!(presence > 0.02f)) return false;
   t.base_m = column.base_m;
   grow_thermal(&t, &column, share, presence);
@@ -225,7 +241,7 @@ static neph_result add_scrap(np_ball_list *list, thermal *t) {
 /* From the foot to the head. */
 static neph_result add_thermal(np_ball_list *list, thermal *t) {
   if (is_scrap(t->kind)) return add_scrap(list, t);
-  const int count = count_stack(t->model);
+  const int count = t->kind->shelf > 0.0f ? STACK_MIN : count_stack(t->model);
   const float foot_m = 0.4f * t->head_m, rise_m = t->top_m - t->head_m - foot_m;
   const float waist = t->kind->has_crown ? 0.70f : 0.95f, foot = 1.12f;
   neph_result result = NEPH_OK;
