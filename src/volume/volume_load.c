@@ -259,6 +259,7 @@ static neph_result load(load_job *job, const neph_volume_load_desc *desc, neph_v
   neph_result result = load_grid(job, desc, &monitor, &has_content);
   np_monitor_set_part(&monitor, np_monitor_whole, 0.7, 1.0);
   if (has_content && !result && desc->is_halved) result = halve(&job->grid);
+  job->grid.is_consumed = true;
   if (has_content && !result)
     result = np_volume_create_from_grid(context, &job->grid, desc->precision, &monitor, out_volume);
   if (has_content && !result) (*out_volume)->grid_bytes = job->tree_bytes;
