@@ -7,6 +7,7 @@
 #include <errno.h>
 #include <signal.h>
 #include <stdlib.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 
 #include "core/child.h"
@@ -123,6 +124,33 @@ static void a_crash_is_refused(void **state) {
   assert_refused(f, "");
 }
 
+/* The limit that this process hands on, 1 s, is lower than the reader's own. Each object's name is compared with those
+ * of all before it. */
+static void time_beyond_the_limit_is_refused(void **state) {
+  enum { OBJECTS = 100000 };
+  test_fixture *f = test_get_meshes(state);
+  free(f->path);
+  f->path = test_path(f->folder, "damaged.obj");
+  struct rlimit before, lower;
+  FILE *file = fopen(f->path, "w");
+  assert_non_null(file);
+  (void)fputs("v 0 0 0\nv 1 0 0\nv 0 1 0\n", file);
+  for (int i = 0; i < OBJECTS; i++) (void)fprintf(file, "o object_with_a_long_name_%06d\nf 1 2 3\n", i);
+  assert_int_equal(fclose(file), 0);
+  void (*const action)(int) = signal(SIGXCPU, SIG_IGN); /* for this process, which may have used it up */
+  assert_int_equal(getrlimit(RLIMIT_CPU, &before), 0);
+  lower = before;
+  lower.rlim_cur = 1;
+  assert_int_equal(setrlimit(RLIMIT_CPU, &lower), 0);
+  np_mesh_file mesh;
+  const neph_result result = np_mesh_file_load(f->context, f->path, true, &mesh);
+  assert_int_equal(setrlimit(RLIMIT_CPU, &before), 0);
+  (void)signal(SIGXCPU, action);
+  assert_int_equal(result, NEPH_ERROR_BAD_FILE);
+  assert_one_error(&f->log, f->path, "Assimp took more than", "1 s a megabyte");
+  assert_no_child();
+}
+
 /* A program may let the system forget its children: files are read all the same. */
 static void a_program_may_ignore_its_children(void **state) {
   test_fixture *f = test_get_meshes(state);
@@ -144,6 +172,7 @@ int main(void) {
       cmocka_unit_test(a_child_may_end_in_any_way),
       cmocka_unit_test_setup_teardown(memory_beyond_the_file_is_refused, set_up, test_tear_down_meshes),
       cmocka_unit_test_setup_teardown(a_crash_is_refused, set_up, test_tear_down_meshes),
+      cmocka_unit_test_setup_teardown(time_beyond_the_limit_is_refused, set_up, test_tear_down_meshes),
       cmocka_unit_test_setup_teardown(a_program_may_ignore_its_children, set_up, test_tear_down_meshes),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -259,6 +259,8 @@ static void what_is_no_density_is_refused(void **state) {
   char *empty = test_data_path("vdb/usd_smoke_000001.vdb");
   assert_load_fails(context, &log, points, NULL, NEPH_ERROR_BAD_FILE, "no fog volume of floats",
                     "'points' (ptdataidx32)");
+  assert_load_fails(context, &log, colour, NULL, NEPH_ERROR_BAD_FILE, "no density, only colours or velocities",
+                    "found 'Cd' (vec3s)");
   assert_load_fails(context, &log, colour, "Cd", NEPH_ERROR_BAD_FILE, "vec3s", "must hold numbers or marks");
   assert_load_fails(context, &log, empty, NULL, NEPH_ERROR_BAD_FILE, "density", "is empty");
   neph_context_destroy(context);

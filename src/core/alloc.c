@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
+#include <unistd.h>
 
 enum { ALIGNMENT = 64, HUGE_BYTES_MIN = 8 << 20 };
 
@@ -112,6 +113,16 @@ void np_alloc_free(neph_context *context, void *block) {
     free(header.raw);
   else
     context->reallocate(context->reallocate_user, header.raw, header.raw_bytes, 0);
+}
+
+void np_alloc_discard(neph_context *context, void *begin, size_t bytes) {
+#if defined(MADV_DONTNEED)
+  const size_t page = (size_t)sysconf(_SC_PAGESIZE), lead = (page - (uintptr_t)begin % page) % page;
+  if (context->reallocate || bytes < lead + page) return;
+  (void)madvise((char *)begin + lead, (bytes - lead) / page * page, MADV_DONTNEED);
+#else
+  (void)context, (void)begin, (void)bytes;
+#endif
 }
 
 char *np_alloc_text(neph_context *context, const char *text) {

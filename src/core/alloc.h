@@ -15,6 +15,10 @@ void *np_alloc_resize(neph_context *context, void *block, size_t count, size_t s
 /* NULL is allowed. */
 void np_alloc_free(neph_context *context, void *block);
 
+/* Gives memory back before its block is freed: `bytes` from `begin` on, which lie in a block and are not read again.
+ * Only whole pages go, and none of memory that the context's own allocator gave. */
+void np_alloc_discard(neph_context *context, void *begin, size_t bytes);
+
 /* A copy of a text, or NULL. `text` must not be NULL. */
 char *np_alloc_text(neph_context *context, const char *text);
 

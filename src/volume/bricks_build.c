@@ -12,7 +12,7 @@
 
 #include "core/alloc.h"
 
-enum { SLABS = NP_BRICK_NODE_EDGE, SLAB_CELLS = NP_BRICK_NODE_CELLS / SLABS, SLABS_PER_PIECE = 4 };
+enum { SLABS = NP_BRICK_NODE_EDGE, SLAB_CELLS = NP_BRICK_NODE_CELLS / SLABS, SLABS_PER_PIECE = 4, SLABS_PER_STEP = 4 };
 
 /* Widens the bounds of samples to bounds of what np_brick_sample computes from them: three nested a + t·(b − a) err by
  * at most 9 · 2⁻²⁴ of the largest magnitude. */
@@ -221,21 +221,79 @@ static void store_window(const np_bricks_builder *b, uint32_t brick, const float
     memcpy(b->bricks->floats + first, window, NP_BRICK_VOLUME * sizeof *window);
 }
 
-static neph_result fill(void *user, size_t begin, size_t end, unsigned thread) {
-  (void)thread;
+static void fill_slab(const slab *s) {
   float window[NP_BRICK_VOLUME];
   uint32_t blocks[8];
-  for (size_t number = begin; number < end; number++) {
-    const slab s = get_slab(user, number);
-    for (int cell = 0; cell < SLAB_CELLS; cell++) {
-      const uint32_t brick = s.node->brick[s.x * SLAB_CELLS + cell];
-      if (brick == NP_BRICK_NONE) continue;
-      list_blocks(&s, cell, blocks);
-      gather_window(s.b->grid, blocks, window);
-      store_window(s.b, brick, window);
-    }
+  for (int cell = 0; cell < SLAB_CELLS; cell++) {
+    const uint32_t brick = s->node->brick[s->x * SLAB_CELLS + cell];
+    if (brick == NP_BRICK_NONE) continue;
+    list_blocks(s, cell, blocks);
+    gather_window(s->b->grid, blocks, window);
+    store_window(s->b, brick, window);
+  }
+}
+
+/* Slabs of nodes that stand side by side across x, `count` of each from `x` on. */
+typedef struct layer {
+  const np_bricks_builder *b;
+  size_t first_node, node_end;
+  int x, count;
+} layer;
+
+static neph_result fill_layer(void *user, size_t begin, size_t end, unsigned thread) {
+  const layer *l = user;
+  (void)thread;
+  for (size_t n = begin; n < end; n++) {
+    const size_t node = l->first_node + n / (size_t)l->count;
+    const slab s = get_slab(l->b, node * SLABS + (size_t)l->x + n % (size_t)l->count);
+    fill_slab(&s);
   }
   return NEPH_OK;
+}
+
+/* First leaf, of `begin` and those behind it, whose x is at least `x`. */
+static size_t search_leaf(const np_sparse_grid *grid, size_t begin, int64_t x) {
+  size_t low = begin, high = grid->leaf_count;
+  while (low < high) {
+    const size_t middle = low + (high - low) / 2;
+    if (grid->leaves[middle].origin[0] < x)
+      low = middle + 1;
+    else
+      high = middle;
+  }
+  return low;
+}
+
+/* A cell reads its own leaf and the next along x: leaves of a layer whose cells are filled are not read again. */
+static void discard_leaves(const layer *l, size_t *gone) {
+  const np_bricks *bricks = l->b->bricks;
+  const np_sparse_grid *grid = l->b->grid;
+  const int64_t node = bricks->origin[0] - bricks->lead[0] + l->b->place[l->first_node][0] * NP_BRICK_NODE_EDGE;
+  const size_t end = search_leaf(grid, *gone, (node + l->x + l->count) * NP_BRICK_EDGE);
+  np_alloc_discard(bricks->context, grid->leaves + *gone, (end - *gone) * sizeof *grid->leaves);
+  *gone = end;
+}
+
+/* Layer by layer along x, in which leaves are sorted, so that those of a grid that is consumed go as bricks come. */
+static neph_result fill(const np_bricks_builder *b, np_monitor *monitor) {
+  const size_t count = b->bricks->node_count;
+  const bool is_consumed = b->grid->is_consumed && !b->bricks->is_periodic[0];
+  const double slabs = (double)(count * SLABS);
+  neph_result result = NEPH_OK;
+  size_t gone = 0;
+  for (layer l = {.b = b}; l.first_node < count && !result; l.first_node = l.node_end) {
+    for (l.node_end = l.first_node; l.node_end < count && b->place[l.node_end][0] == b->place[l.first_node][0];)
+      l.node_end++;
+    l.count = is_consumed ? SLABS_PER_STEP : SLABS;
+    for (l.x = 0; l.x < SLABS && !result; l.x += l.count) {
+      const size_t step = (l.node_end - l.first_node) * (size_t)l.count;
+      const double before = (double)(l.first_node * SLABS + (l.node_end - l.first_node) * (size_t)l.x);
+      np_monitor_set_range(monitor, 0.5 + 0.5 * before / slabs, 0.5 + 0.5 * (before + (double)step) / slabs);
+      result = np_parallel_for(b->bricks->context, monitor, step, 1, fill_layer, &l);
+      if (is_consumed && !result) discard_leaves(&l, &gone);
+    }
+  }
+  return result;
 }
 
 /* Bounds of a node over groups of cells, and over all, of those that there are. */
@@ -334,8 +392,7 @@ static neph_result build_nodes(np_bricks_builder *b, np_monitor *monitor) {
   neph_result result = np_parallel_for(bricks->context, monitor, slabs, SLABS_PER_PIECE, classify, b);
   if (!result) number_bricks(bricks);
   if (!result) result = allocate_bricks(b);
-  np_monitor_set_range(monitor, 0.5, 1.0);
-  if (!result) result = np_parallel_for(bricks->context, monitor, slabs, SLABS_PER_PIECE, fill, b);
+  if (!result) result = fill(b, monitor);
   if (!result) bound(b);
   return result;
 }

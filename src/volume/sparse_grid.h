@@ -38,6 +38,7 @@ typedef struct np_sparse_grid {
   const char *file;         /* where it was read from, for messages; borrowed; NULL: from none */
   uint64_t brick_bytes_max; /* its bricks may take so many; 0: any number */
   np_cell_region region;    /* until its bricks are built */
+  bool is_consumed;         /* by its bricks: its leaves' memory goes while they are built, which leaves no values */
   np_affine index_to_world;
   float background;
   size_t leaf_count, leaf_capacity, tile_count, tile_capacity;

@@ -67,12 +67,13 @@ static void set_extent(neph_volume *volume, const np_grid_extent *extent) {
 
 neph_result np_volume_create_from_grid(neph_context *context, const np_sparse_grid *grid, neph_precision precision,
                                        np_monitor *monitor, neph_volume **out_volume) {
+  np_grid_extent extent;
+  (void)np_sparse_grid_measure(grid, &extent); /* before its leaves go */
+  const uint64_t active_voxel_count = np_sparse_grid_count_active(grid);
   neph_result result = create(context, grid, precision, NULL, monitor, out_volume);
   if (result) return result;
-  np_grid_extent extent;
-  (void)np_sparse_grid_measure(grid, &extent);
   set_extent(*out_volume, &extent);
-  (*out_volume)->active_voxel_count = np_sparse_grid_count_active(grid);
+  (*out_volume)->active_voxel_count = active_voxel_count;
   (*out_volume)->grid_bytes = grid->leaf_count * sizeof *grid->leaves + grid->tile_count * sizeof *grid->tiles;
   return NEPH_OK;
 }

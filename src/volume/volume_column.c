@@ -5,7 +5,8 @@
  * active box, across the axis that is closest to vertical; where the lines are oblique the layer is widened by the
  * shear, so that they cover the whole shadow of the box. Between two crossings of integer planes the trilinear field
  * along a line is a cubic, which Gauss-Legendre quadrature with two points integrates exactly. Upright lines run along
- * samples: sums of those tell which are the densest, and only they are integrated.
+ * samples: sums of those tell which are the densest, and only they are integrated. Columns of nodes side by side that
+ * hold the same nodes, as those amid a large tile do, have the same sums, which are computed once.
  */
 #include "volume/volume_private.h"
 
@@ -136,11 +137,52 @@ static int32_t count_cells(const volume_columns *c, int n) {
 /* Calls back for the lines of one row of cells, with their sums. */
 typedef void (*line_fn)(const volume_columns *c, int32_t u, int32_t v, double sum, void *user);
 
+/* Sums of a column of nodes, by its cells along a row, for the columns beyond that hold the same nodes. */
+typedef struct node_sums {
+  size_t first; /* of the column's entries in the table */
+  bool is_known[NP_BRICK_NODE_EDGE];
+  double sums[NP_BRICK_NODE_EDGE][EDGE][EDGE];
+} node_sums;
+
+static bool is_same_entry(const np_bricks *b, size_t a, size_t other) {
+  if (b->table[a] != b->table[other]) return false;
+  return b->table[a] != NP_BRICK_NONE || b->table_ranges[a].min == b->table_ranges[other].min;
+}
+
+static bool is_same_column(const volume_columns *c, size_t a, size_t b, size_t stride) {
+  for (int32_t n = 0; n < c->bricks->table_size[c->axis]; n++)
+    if (!is_same_entry(c->bricks, a + (size_t)n * stride, b + (size_t)n * stride)) return false;
+  return true;
+}
+
+/* Turns to the column of nodes of a cell, and forgets sums that do not hold in it. Returns the cell's place in it. */
+static int turn_to_column(const volume_columns *c, const int32_t first[2], node_sums *known) {
+  const np_bricks *b = c->bricks;
+  const size_t strides[3] = {(size_t)b->table_size[1] * (size_t)b->table_size[2], (size_t)b->table_size[2], 1};
+  size_t entry = 0;
+  int32_t at = 0;
+  for (int n = 0; n < 2; n++) {
+    const int a = c->across[n];
+    at = first[n] - b->origin[a];
+    if (a < 2 && b->is_periodic[a]) at = np_brick_wrap(at, b->size[a]);
+    at += b->lead[a];
+    entry += (size_t)(at >> NP_BRICK_NODE_SHIFT) * strides[a];
+  }
+  if (entry != known->first && !is_same_column(c, known->first, entry, strides[c->axis]))
+    memset(known->is_known, 0, sizeof known->is_known);
+  known->first = entry;
+  return at & (NP_BRICK_NODE_EDGE - 1);
+}
+
+/* A row crosses columns of nodes at one cell of theirs. */
 static void visit_row(const volume_columns *c, int32_t row, line_fn visit, void *user) {
-  double sums[EDGE][EDGE];
+  node_sums known = {0};
   for (int32_t n = 0; n < count_cells(c, 1); n++) {
     const int32_t cell[2] = {get_first(c, 0) + row, get_first(c, 1) + n};
-    sum_lines(c, cell, sums);
+    const int place = turn_to_column(c, cell, &known);
+    double(*sums)[EDGE] = known.sums[place];
+    if (!known.is_known[place]) sum_lines(c, cell, sums);
+    known.is_known[place] = true;
     for (int32_t i = 0; i < EDGE; i++)
       for (int32_t j = 0; j < EDGE; j++) {
         const int32_t u = EDGE * cell[0] + i - c->low[0], v = EDGE * cell[1] + j - c->low[1];
@@ -152,7 +194,7 @@ static void visit_row(const volume_columns *c, int32_t row, line_fn visit, void 
 static void note_sum(const volume_columns *c, int32_t u, int32_t v, double sum, void *user) {
   (void)c, (void)u, (void)v;
   double *largest = user;
-  *largest = fmax(*largest, sum);
+  if (sum > *largest) *largest = sum;
 }
 
 static neph_result sum_rows(void *user, size_t begin, size_t end, unsigned thread) {

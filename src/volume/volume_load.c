@@ -107,6 +107,15 @@ static neph_result choose_by_name(const np_volume_file *file, const char *name, 
   return NEPH_OK;
 }
 
+/* Why a file without a fog volume of floats has no density to choose. */
+static const char *explain_no_fog(const np_volume_file *file) {
+  const size_t count = file->module->count(file->vdb);
+  bool are_vectors = count > 0;
+  for (size_t i = 0; i < count; i++) are_vectors = are_vectors && describe(file, i).is_vector;
+  return are_vectors ? "no density, only colours or velocities, which belong to a density of the same file"
+                     : "no fog volume of floats";
+}
+
 /* "density", else the only scalar, of which level sets count where they are wanted and no other is there. */
 static neph_result choose_usual(const np_volume_file *file, bool has_level_sets, size_t *out_index) {
   static const char usual[] = "density";
@@ -116,7 +125,7 @@ static neph_result choose_usual(const np_volume_file *file, bool has_level_sets,
   *out_index = found.index;
   if (found.count == 1) return NEPH_OK;
   return refuse_choice(file, np_alloc_text(file->context, found.count ? "no grid 'density', and several others"
-                                                                      : "no fog volume of floats"));
+                                                                      : explain_no_fog(file)));
 }
 
 static const char plus[] = " + ";
@@ -364,6 +373,7 @@ static neph_result load(load_job *job, const neph_volume_load_desc *desc, neph_v
   if (!result && has_levels(&job->mark)) return load_levels(job, &monitor, out_volume);
   np_monitor_set_part(&monitor, np_monitor_whole, 0.7, 1.0);
   if (has_content && !result && desc->is_halved) result = halve(&job->grid);
+  job->grid.is_consumed = true;
   if (has_content && !result)
     result = np_volume_create_from_grid(context, &job->grid, desc->precision, &monitor, out_volume);
   if (has_content && !result) (*out_volume)->grid_bytes = job->tree_bytes;

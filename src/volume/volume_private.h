@@ -89,7 +89,7 @@ neph_result np_volume_search_vector(neph_context *context, const char *path, np_
                                     bool *out_is_found);
 
 /* Builds a volume from a grid whose values are a cloud's: finite, not negative, background 0. The grid stays the
- * caller's. `monitor` may be NULL. */
+ * caller's, to be cleared at least where it is consumed. `monitor` may be NULL. */
 neph_result np_volume_create_from_grid(neph_context *context, const np_sparse_grid *grid, neph_precision precision,
                                        np_monitor *monitor, neph_volume **out_volume);
 
