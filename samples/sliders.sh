@@ -17,7 +17,7 @@ coverage wide coverage %
 type side type %
 billowiness side billowiness %
 erosion side erosion %
-wispiness flank wispiness %
+wispiness below wispiness %
 turbulence side turbulence %
 softness side softness %
 age side age %

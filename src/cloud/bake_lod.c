@@ -78,6 +78,7 @@ static neph_result make_level(np_bake *level, neph_volume **out_volume) {
   if (result) return result;
   if (level->lod.count > 1) grid.region = (np_cell_region){has_cell, level};
   np_monitor_set_part(level->monitor, np_monitor_whole, begin + 0.85 * (end - begin), end);
+  grid.is_consumed = true;
   result = np_volume_create_from_grid(level->context, &grid, level->desc.precision, level->monitor, out_volume);
   np_sparse_grid_clear(&grid);
   return result;

@@ -99,14 +99,13 @@ static void list_cells(level_build *b, unsigned level) {
 static neph_result check_disjoint(const level_build *b) {
   for (size_t i = 1; i < b->cell_count; i++) {
     const level_cell *one = &b->cells[i - 1], *other = &b->cells[i];
+    const int32_t edge = NP_LEAF_EDGE << get_shift(b, other->level);
     if (compare_places(one->at, other->at) || one->level == other->level) continue;
     return np_fail(b->context, NEPH_ERROR_BAD_FILE,
                    "%s%sgrid '%s': levels of detail %u and %u both have voxels in the cell from voxel (%d, %d, %d) of "
                    "the latter on: each cell must be in one of them",
-                   NP_SPARSE_GRID_LABEL(&b->grids[other->level]), one->level, other->level,
-                   (other->at[0] << get_shift(b, other->level)) * NP_LEAF_EDGE,
-                   (other->at[1] << get_shift(b, other->level)) * NP_LEAF_EDGE,
-                   (other->at[2] << get_shift(b, other->level)) * NP_LEAF_EDGE);
+                   NP_SPARSE_GRID_LABEL(&b->grids[other->level]), one->level, other->level, other->at[0] * edge,
+                   other->at[1] * edge, other->at[2] * edge);
   }
   return NEPH_OK;
 }
@@ -178,15 +177,14 @@ typedef struct border_job {
 
 /* The samples of a leaf that cells before it share with it: those of its first planes. None of them is active. */
 static void fill_border(const border_job *job, np_leaf *leaf) {
-  const int32_t *origin = leaf->origin;
+  const int32_t *origin = leaf->origin, edge = INT32_C(1) << job->level;
   const np_leaf *last = NULL;
   const int32_t number[3] = {origin[0] >> 3, origin[1] >> 3, origin[2] >> 3};
   const level_cell place = locate_leaf(job->b, job->level, number);
   const level_cell *cell = search_cell(job->b, job->b->cell_count, place.at);
   for (int n = 0; n < NP_LEAF_SIZE && cell; n++) {
     if (n / 64 != 0 && n / 8 % 8 != 0 && n % 8 != 0) continue;
-    const int32_t at[3] = {(origin[0] + n / 64) << job->level, (origin[1] + n / 8 % 8) << job->level,
-                           (origin[2] + n % 8) << job->level};
+    const int32_t at[3] = {(origin[0] + n / 64) * edge, (origin[1] + n / 8 % 8) * edge, (origin[2] + n % 8) * edge};
     leaf->values[n] = (float)interpolate(job->b, cell->level, at, &last);
   }
 }
@@ -303,6 +301,7 @@ static neph_result make_level(const level_build *b, unsigned level, neph_precisi
   const level_region region = {b, level};
   np_sparse_grid *grid = &b->grids[level];
   grid->region = (np_cell_region){has_cell, &region};
+  grid->is_consumed = true;
   const neph_result result = np_volume_create_from_grid(b->context, grid, precision, b->monitor, out_volume);
   np_sparse_grid_clear(grid);
   return result;

@@ -124,8 +124,8 @@ static neph_result choose_usual(const np_volume_file *file, bool has_level_sets,
   if (!found.count && has_level_sets) found = search_grids(file, ANY_SCALAR, NULL, 0, 0);
   *out_index = found.index;
   if (found.count == 1) return NEPH_OK;
-  return refuse_choice(file, np_alloc_text(file->context, found.count ? "no grid 'density', and several others"
-                                                                      : explain_no_fog(file)));
+  return refuse_choice(
+      file, np_alloc_text(file->context, found.count ? "no grid 'density', and several others" : explain_no_fog(file)));
 }
 
 static const char plus[] = " + ";
@@ -525,10 +525,11 @@ static neph_result read_file_header(neph_context *context, const char *path, con
 static void include_level(np_grid_header *whole, unsigned number, const np_grid_header *level) {
   if (level->state != NP_GRID_FILLED) return;
   const bool is_first = whole->state != NP_GRID_FILLED;
+  const int32_t edge = INT32_C(1) << number;
   whole->state = NP_GRID_FILLED;
   whole->has_box = level->has_box && (is_first || whole->has_box);
   for (int a = 0; a < 3; a++) {
-    const int32_t low = level->active_min[a] << number, high = level->active_max[a] << number;
+    const int32_t low = level->active_min[a] * edge, high = level->active_max[a] * edge;
     whole->active_min[a] = is_first || low < whole->active_min[a] ? low : whole->active_min[a];
     whole->active_max[a] = is_first || high > whole->active_max[a] ? high : whole->active_max[a];
   }
