@@ -330,6 +330,42 @@ static void paths_are_guided_by_night(void **state) {
   neph_scene_destroy(scene);
 }
 
+/* ---- Numbers of a bake ---- */
+
+/* Keys of a bake that are no words, on thermals: `on` draws other pixels than `off`. */
+static const struct {
+  const char *key, *off, *on;
+} bake_numbers[] = {
+    {"clouds[1].bake.billow_frequencies", "[1, 1, 1]", "[4, 4, 4]"},
+    {"clouds[1].bake.map", "{image: map.exr, coverage: R, size: 300 m}",
+     "{image: map.exr, coverage: R, age: R, size: 300 m}"},
+};
+
+static void numbers_of_a_bake_are_seen(void **state) {
+  test_fixture *f = *state;
+  for (size_t n = 0; n < sizeof bake_numbers / sizeof *bake_numbers; n++)
+    for (int path = 0; path < 2; path++) {
+      const setting s = {.is_path = path, .has_cloud = true};
+      uint64_t hashes[2];
+      for (int on = 0; on < 2; on++) {
+        char text[2048];
+        neph_scene *scene;
+        neph_image *image;
+        write_scene(s, text, sizeof text);
+        assert_int_equal(neph_scene_load_text(f->context, text, f->path, &scene), NEPH_OK);
+        set(f, scene, "clouds[1].bake.model", "thermals");
+        set(f, scene, "clouds[1].bake.voxel", "20 m");
+        set(f, scene, "clouds[1].bake.age", "1");
+        set(f, scene, bake_numbers[n].key, on ? bake_numbers[n].on : bake_numbers[n].off);
+        if (neph_render_image(scene, NULL, &image)) fail_msg("%s: %s", bake_numbers[n].key, f->log.text);
+        hashes[on] = check_picture(scene, image, bake_numbers[n].key);
+        neph_image_destroy(image);
+        neph_scene_destroy(scene);
+      }
+      if (hashes[0] == hashes[1]) fail_msg("%s: no pixel changes", bake_numbers[n].key);
+    }
+}
+
 /* ---- Set-up ---- */
 
 /* A cloud in a file, which values of 0.01 and 3 1/m make 0.03 1/m. */
@@ -446,6 +482,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(any_two_parts_of_a_scene_meet),
       cmocka_unit_test_setup_teardown(every_word_of_every_key_is_rendered, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(numbers_of_a_bake_are_seen, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(paths_are_guided_by_night, set_up, test_tear_down),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

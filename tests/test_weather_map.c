@@ -329,8 +329,51 @@ static void a_hero_stands_alone_in_the_middle(void **state) {
   }
 }
 
+/* ---- Types that meet ---- */
+
+enum { TYPES_SIDE = 152 };
+
+static void sum_columns(const np_sparse_grid *grid, double voxel_m, double (*depth)[TYPES_SIDE]) {
+  for (size_t l = 0; l < grid->leaf_count; l++)
+    for (int n = 0; n < NP_LEAF_SIZE; n++) {
+      const int i = grid->leaves[l].origin[0] + n / 64, j = grid->leaves[l].origin[1] + n / 8 % 8;
+      if (i < TYPES_SIDE && j < TYPES_SIDE) depth[i][j] += (double)grid->leaves[l].values[n] * voxel_m;
+    }
+}
+
+/* Three types in bands of a third of the field: optical depth jumps no more from column to column within two voxels of
+ * a border than it does inside the bands, whose billows have flanks as steep as any. */
+static void painted_types_meet_without_a_seam(void **state) {
+  test_fixture *f = *state;
+  write_map(f, 6, 1, (const float[]){0, 0, 0.5f, 0.5f, 1, 1});
+  neph_cloud_desc desc = mapped_field(f, NEPH_CLOUD_MAP_TYPE);
+  desc.model = NEPH_CLOUD_MODEL_THERMALS;
+  desc.type = 1;
+  desc.coverage = 0.7;
+  double(*depth)[TYPES_SIDE] = calloc(TYPES_SIDE, sizeof *depth), at_border = 0, inside = 0;
+  double border_sum = 0, sum = 0;
+  np_sparse_grid grid = test_bake(f->context, &desc);
+  sum_columns(&grid, desc.voxel_m, depth);
+  for (int i = 0; i + 1 < TYPES_SIDE; i++)
+    for (int j = 0; j < TYPES_SIDE; j++) {
+      const double jump = fabs(depth[i + 1][j] - depth[i][j]);
+      const bool is_border = abs(i - 50) <= 2 || abs(i - 100) <= 2; /* of 150 voxels */
+      *(is_border ? &at_border : &inside) = fmax(is_border ? at_border : inside, jump);
+      if (is_border) border_sum += depth[i][j];
+      sum += depth[i][j];
+    }
+  const double share = border_sum / 10 / (sum / 150); /* of the mean column, in the ten columns at borders */
+  print_message("largest jump %.1f at borders, %.1f inside; mean at borders %.2f of the field's\n", at_border, inside,
+                share);
+  assert_true(share > 0.5); /* there is cloud to jump */
+  assert_true(at_border <= inside);
+  free(depth);
+  np_sparse_grid_clear(&grid);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
+      TEST(painted_types_meet_without_a_seam),
       TEST(a_picture_lies_north_up_over_its_size),
       TEST(cloud_grows_where_the_picture_says),
       TEST(a_black_picture_is_a_clear_sky),
