@@ -257,7 +257,6 @@ static void levels_ignore_and_exclude(void **state) {
   } rows[] = {
       {"clouds[0].position", "[0 m, 0 m, 900 m]", "clouds[0].position and clouds[0].bake.levels exclude each other"},
       {"clouds[0].scale", "2", "clouds[0].scale and clouds[0].bake.levels exclude"},
-      {"clouds[0].bake.repeat", "20 km", "clouds[0].bake.repeat and clouds[0].bake.levels exclude"},
   };
   for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
     neph_scene *other;

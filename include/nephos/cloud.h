@@ -138,9 +138,10 @@ typedef struct neph_cloud_desc {
   unsigned trails;       /**< lines of trails, 1 to NEPH_CLOUD_TRAILS_MAX; the first through the middle (default 1) */
   double trail_direction_rad; /**< azimuth that the first of them goes to; ±7 (default π/2, the east) */
   /** The field repeats without a seam, as far as this from its middle in a scene: a tile as wide as `extent_m`, into
-   * which voxels and all lattices go a whole number of times; their sizes are rounded for that. 0 to 1e6; 0: it ends
-   * at its extent (default 0). Only for the models cells, slab, thermals, deck and streaks, square and in the middle,
-   * without a picture, ground, shape or precipitation; patterns along the wind need a wind along x or y. */
+   * which all lattices go a whole number of times, and voxels a multiple of eight times; their sizes are rounded for
+   * that. 0 to 1e6; 0: it ends at its extent (default 0). Only for the models cells, slab, thermals, deck and streaks,
+   * square and in the middle, without a picture, ground, shape or precipitation; patterns along the wind need a wind
+   * along x or y. */
   double repeat_m;
   /** From clouds in loose groups, 0, to streets and rolls along the wind, or x in calm, 1: twice `cell_m` apart, of the
    * models cells, slab, thermals and deck (default 0). */

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "cloud/bake_private.h"
+#include "cloud/repeat.h"
 #include "core/alloc.h"
 #include "core/file.h"
 #include "volume/volume_file.h"
@@ -170,12 +171,13 @@ static neph_result compare_record(const bake_record *record, const char *path, c
   neph_result result = np_cloud_desc_from_json(record->context, path, record->params, &recorded, &desc);
   if (result) return result;
   np_cloud_desc_clear(record->context, &recorded);
+  const neph_cloud_desc rounded = np_repeat_round(cloud); /* as the file has it */
   neph_bake_desc wanted = *bake;
   wanted.prune_per_m = desc.prune_per_m;
   wanted.has_region = desc.has_region;
   memcpy(wanted.region_min_m, desc.region_min_m, sizeof wanted.region_min_m);
   memcpy(wanted.region_max_m, desc.region_max_m, sizeof wanted.region_max_m);
-  result = np_cloud_desc_to_json(record->context, cloud, &wanted, &text);
+  result = np_cloud_desc_to_json(record->context, &rounded, &wanted, &text);
   if (result) return result;
   *out_is_same =
       !strcmp(text, record->params) && has_level_files(record->context, path, np_bake_count_levels(cloud, &wanted));

@@ -97,7 +97,7 @@ neph_result np_bake_make_volume(np_bake *bake, neph_volume **out_volume) {
   neph_volume *whole = NULL;
   neph_result result = make_level(bake, &whole);
   if (result || bake->lod.count == 1) return *out_volume = whole, result;
-  result = np_tint_create_levels(bake->context, &whole->tint);
+  result = np_tint_create_levels(bake->context, NP_PARTS_OF_CELLS, &whole->tint);
   for (unsigned k = 1; k < bake->lod.count && !result; k++) result = add_level(bake, k, whole);
   if (result)
     neph_volume_release(whole);

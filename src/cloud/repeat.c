@@ -2,6 +2,7 @@
 #include "cloud/repeat.h"
 
 #include "cloud/shape.h"
+#include "volume/sparse_grid.h"
 
 /* Why a model cannot repeat; NULL: it can. */
 static const char *const refusals[] = {
@@ -42,6 +43,8 @@ neph_result np_repeat_check(neph_context *context, const neph_cloud_desc *desc) 
 
 neph_cloud_desc np_repeat_round(const neph_cloud_desc *desc) {
   neph_cloud_desc rounded = *desc;
-  if (desc->repeat_m > 0) rounded.voxel_m = desc->extent_m[0] / np_repeat_count(desc->extent_m[0], desc->voxel_m);
+  const double leaf_m = NP_LEAF_EDGE * desc->voxel_m;
+  if (desc->repeat_m > 0)
+    rounded.voxel_m = desc->extent_m[0] / (NP_LEAF_EDGE * np_repeat_count(desc->extent_m[0], leaf_m));
   return rounded;
 }

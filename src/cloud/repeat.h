@@ -10,7 +10,8 @@
 /* Refuses what cannot repeat. */
 neph_result np_repeat_check(neph_context *context, const neph_cloud_desc *desc);
 
-/* The description; where it repeats with voxels of which a whole number goes into the tile. */
+/* The description; where it repeats with voxels of which a whole number of leaves goes into the tile, so that
+ * they can be halved three times. */
 neph_cloud_desc np_repeat_round(const neph_cloud_desc *desc);
 
 /* Number of times that a size goes into an extent, at least 1. */

@@ -26,8 +26,25 @@ static void include(np_dvec3 box_low, np_dvec3 box_high, np_dvec3 *low, np_dvec3
   *high = np_dvec3_make(fmax(high->x, box_high.x), fmax(high->y, box_high.y), fmax(high->z, box_high.z));
 }
 
+/* The level of a copy in a box: the coarsest whose voxels span no more than the angle, seen from the nearest viewer. */
+static unsigned choose_level(const np_cloud_parts *parts, const neph_bake_desc *levels, double voxel_m, np_dvec3 low,
+                             np_dvec3 high) {
+  const double from[3] = {low.x, low.y, low.z}, to[3] = {high.x, high.y, high.z};
+  double squared = 0.0;
+  if (!np_volume_has_parts(parts->volume, NP_PARTS_OF_COPIES)) return 0;
+  for (int a = 0; a < 3; a++) {
+    const double beside_m = fmax(fmax(from[a] - levels->lod_viewer_max_m[a], levels->lod_viewer_min_m[a] - to[a]), 0.0);
+    squared += beside_m * beside_m;
+  }
+  const double voxel_max_m = sqrt(squared) * levels->lod_angle_rad;
+  unsigned level = 0;
+  for (double m = 2.0 * voxel_m; level + 1 < np_volume_count_parts(parts->volume) && m <= voxel_max_m; m *= 2.0)
+    level++;
+  return level;
+}
+
 neph_result np_copies_make(neph_context *context, const np_scene_cloud *cloud, const np_placement *origin,
-                           np_cloud_parts *out, np_dvec3 *low, np_dvec3 *high) {
+                           const neph_bake_desc *levels, np_cloud_parts *out, np_dvec3 *low, np_dvec3 *high) {
   const np_bricks *bricks = origin->world.bricks;
   if (bricks->is_periodic[0] || bricks->is_periodic[1])
     return np_fail(context, NEPH_ERROR_BAD_SCENE,
@@ -36,11 +53,13 @@ neph_result np_copies_make(neph_context *context, const np_scene_cloud *cloud, c
   out->copies = np_alloc(context, cloud->place_count, sizeof *out->copies);
   if (!out->copies) return NEPH_ERROR_OUT_OF_MEMORY;
   out->copy_count = cloud->place_count;
+  const double voxel_m = np_placement_get_voxel_edge(&origin->index_to_world);
   neph_result result = NEPH_OK;
   for (unsigned i = 0; i < cloud->place_count && !result; i++) {
     np_dvec3 box_low, box_high;
     result = make_copy(context, cloud, origin, &cloud->place[i], &out->copies[i]);
     np_cloud_place_move_box(&cloud->place[i], origin->bounds_min, origin->bounds_max, &box_low, &box_high);
+    out->copies[i].part = choose_level(out, levels, voxel_m, box_low, box_high);
     include(box_low, box_high, low, high);
   }
   out->placed = out->copies[0];
@@ -60,23 +79,34 @@ static size_t count_places(const np_assembly *a) {
   size_t count = 0, copies = 0;
   for (unsigned i = 0; i < a->cloud_count; i++) {
     if (!a->clouds[i].volume) continue;
-    count += np_volume_count_parts(a->clouds[i].volume) * (size_t)(a->clouds[i].copies ? a->clouds[i].copy_count : 1);
+    const np_cloud_parts *parts = &a->clouds[i];
+    const unsigned each =
+        np_volume_has_parts(parts->volume, NP_PARTS_OF_COPIES) ? 1 : np_volume_count_parts(parts->volume);
+    count += each * (size_t)(parts->copies ? parts->copy_count : 1);
     copies += a->clouds[i].copy_count;
   }
   return copies > 0 ? count : 0;
 }
 
-/* Each part of a cloud as the packet has it, in each of its places; returns the end of what it fills. */
+/* Each part of a cloud as the packet has it, in each of the places where it stands; returns the end of what it fills.
+ */
 static np_instance *fill_part(const np_cloud_parts *parts, const np_instance *placed, unsigned index,
                               np_instance *out) {
-  for (unsigned k = 0; k < (parts->copies ? parts->copy_count : 1); k++, out++) {
+  const bool is_one_of_levels = np_volume_has_parts(parts->volume, NP_PARTS_OF_COPIES);
+  if (!parts->copies) {
     *out = *placed;
     out->index = index;
-    if (!parts->copies) continue;
+    return out + 1;
+  }
+  for (unsigned k = 0; k < parts->copy_count; k++) {
     const np_instance *at = &parts->copies[k];
+    if (is_one_of_levels && at->part != placed->part) continue;
+    *out = *placed;
+    out->index = index;
     out->world_to_index = np_cloud_parts_get_world_to_index(parts, placed->part, &at->world_to_index);
     out->bottom_m = at->bottom_m;
     out->top_m = at->top_m;
+    out++;
   }
   return out;
 }

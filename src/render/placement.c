@@ -95,7 +95,7 @@ static void log_extinction(const np_scene_cloud *cloud, const neph_volume *volum
 /* Extinction of a value of 1. The densest column is measured for who asks for it, or reads the log. */
 static neph_result compute_extinction(const np_scene_cloud *cloud, const neph_volume *volume,
                                       const np_affine *index_to_world, np_monitor *monitor, float *out_per_value) {
-  const bool has_levels = volume->tint && volume->tint->are_levels; /* of which a column would be in several */
+  const bool has_levels = np_volume_has_parts(volume, NP_PARTS_OF_CELLS); /* of which a column would be in several */
   const bool is_told = !has_levels && np_log_is_wanted(volume->context, NEPH_LOG_INFO);
   double extinction = cloud->density_value, column = 0.0;
   neph_result result = NEPH_OK;

@@ -75,7 +75,7 @@ neph_cloud_desc np_plan_get_bake(const np_plan *plan, const neph_scene *scene, c
 }
 
 /* Parallel rays see all places at one scale: that of their target, wherever the camera is. */
-static void set_levels(const neph_scene *scene, const np_scene_cloud *cloud, double pixel_rad, neph_bake_desc *desc) {
+static void set_viewers(const neph_scene *scene, const np_scene_cloud *cloud, double pixel_rad, neph_bake_desc *desc) {
   if (cloud->level_count < 2 || scene->camera.kind == NEPH_CAMERA_ORTHOGRAPHIC) return;
   desc->lod_count = cloud->level_count;
   desc->lod_angle_rad = fmin(fmax(cloud->level_px, scene->render.detail_px) * pixel_rad, 1.0);
@@ -87,15 +87,26 @@ neph_bake_desc np_plan_get_bake_desc(const np_plan *plan, const neph_scene *scen
   neph_bake_desc desc = NEPH_BAKE_DESC_DEFAULT;
   desc.planet_radius_m = scene->atmosphere.planet_radius_m;
   desc.precision = np_plan_get_precision(plan, cloud);
-  set_levels(scene, cloud, get_pixel_rad(plan, scene), &desc);
+  if (!(cloud->bake.repeat_m > 0.0)) set_viewers(scene, cloud, get_pixel_rad(plan, scene), &desc);
+  return desc;
+}
+
+neph_bake_desc np_plan_get_copy_levels(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud) {
+  neph_bake_desc desc = NEPH_BAKE_DESC_DEFAULT;
+  const neph_cloud_desc bake = np_plan_get_bake(plan, scene, cloud);
+  if (!cloud->is_baked || !(bake.repeat_m > 0.0)) return desc;
+  set_viewers(scene, cloud, get_pixel_rad(plan, scene), &desc);
+  desc.lod_count = np_bake_count_levels(&bake, &desc);
+  if (desc.lod_count > NP_COPY_LEVELS_MAX) desc.lod_count = NP_COPY_LEVELS_MAX;
   return desc;
 }
 
 void np_plan_describe_file_bake(const neph_scene *scene, const np_scene_cloud *cloud, neph_bake_desc *desc) {
   const np_scene_camera *camera = &scene->reach.narrowest;
   desc->planet_radius_m = scene->atmosphere.planet_radius_m;
-  set_levels(scene, cloud,
-             np_scene_camera_get_pixel_rad(camera, scene->camera.resolution[0], scene->camera.resolution[1]), desc);
+  if (cloud->bake.repeat_m > 0.0) return; /* copies are chosen among, not cells */
+  set_viewers(scene, cloud,
+              np_scene_camera_get_pixel_rad(camera, scene->camera.resolution[0], scene->camera.resolution[1]), desc);
 }
 
 /* Voxels a cubic metre in a column of a field, by its distance from the viewers on the map. */

@@ -5,6 +5,8 @@
 
 #include "render/plan_stages.h"
 
+enum { NP_COPY_LEVELS_MAX = 4 }; /* for as many halvings the voxels of a tile are rounded (cloud/repeat.h) */
+
 /* A cloud to bake, in the plan's frame. Voxels are enlarged by powers of √2, so that a moving camera seldom changes
  * them. */
 neph_cloud_desc np_plan_get_bake(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud);
@@ -12,6 +14,10 @@ neph_cloud_desc np_plan_get_bake(const np_plan *plan, const neph_scene *scene, c
 /* Description of its bake, without its limit of memory and its progress. Levels of detail go by all places where the
  * camera ever is, so that they stay from frame to frame. */
 neph_bake_desc np_plan_get_bake_desc(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud);
+
+/* Levels of detail of the copies of a field that repeats, of which each has one: lod_count, lod_viewer_* and
+ * lod_angle_rad of the description, for all places where the camera ever is. One level of other clouds. */
+neph_bake_desc np_plan_get_copy_levels(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud);
 
 /* The planet and the levels of detail of a bake to a file: those of the scene's own resolution, so that no picture of
  * another size bakes it anew. */

@@ -65,7 +65,7 @@ const np_bricks *np_cloud_parts_get_bricks(const np_cloud_parts *parts, unsigned
 /* Levels of detail have voxels of their own. */
 np_affine np_cloud_parts_get_world_to_index(const np_cloud_parts *parts, unsigned k, const np_affine *world_to_cloud) {
   const neph_volume *level = parts->volume ? np_volume_get_part(parts->volume, k) : NULL;
-  if (level == parts->volume || !parts->volume->tint->are_levels) return *world_to_cloud;
+  if (level == parts->volume || np_volume_has_parts(parts->volume, NP_PARTS_OF_COLORS)) return *world_to_cloud;
   const np_affine between = np_affine_compose(&level->world_to_index, &parts->volume->index_to_world);
   return np_affine_compose(&between, world_to_cloud);
 }

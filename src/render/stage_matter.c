@@ -16,6 +16,7 @@
 #include "render/stage_part.h"
 #include "scene/cloud_file.h"
 #include "volume/brick_detail.h"
+#include "volume/volume_coarser.h"
 #include "volume/volume_private.h"
 #include "volume/volume_tint.h"
 
@@ -70,6 +71,8 @@ static neph_result compute_key(const np_stage_part *in, const char *path, source
     np_hash_add_text(hash, "no file");
   else
     result = add_bake(hash, in->plan, in->scene, cloud);
+  const unsigned copy_levels = np_plan_get_copy_levels(in->plan, in->scene, cloud).lod_count;
+  NP_HASH_ADD(hash, copy_levels);
   const neph_result finished = np_hash_finish(hash, out_key->hash);
   return result ? result : finished;
 }
@@ -227,6 +230,13 @@ static neph_result get_volumes_key(const np_stage_part *in, void **out_key) {
   return result;
 }
 
+/* Coarser levels for copies that stand far away. */
+static neph_result add_copy_levels(const np_stage_part *in, const np_scene_cloud *cloud, neph_volume *volume) {
+  const unsigned count = np_plan_get_copy_levels(in->plan, in->scene, cloud).lod_count;
+  if (!volume || volume->tint || count < 2) return NEPH_OK;
+  return np_volume_add_coarser(volume, count, np_plan_get_precision(in->plan, cloud), in->monitor);
+}
+
 /* The key of a cloud that is baked to a file is that of the file once it is written. */
 static neph_result make_volumes(const np_stage_part *in) {
   const np_scene_cloud *cloud = &in->scene->clouds[in->cloud];
@@ -241,6 +251,7 @@ static neph_result make_volumes(const np_stage_part *in) {
     np_cloud_file_warn(in->scene->context, cloud, in->plan->desc.frame, &file);
   else if (!result)
     result = load_or_bake(in, cloud, file.path, key->source, out);
+  if (!result) result = add_copy_levels(in, cloud, *out);
   np_monitor_set_part(in->monitor, whole, 0.0, 1.0);
   if (!result && !key->hash[0]) result = compute_key(in, file.path, key);
   np_alloc_free(in->made->context, file.path);
@@ -330,8 +341,9 @@ static neph_result place_volume(cloud_build *c) {
                    "cloud %s: the clouds are %u with one for each of their colours and levels, must be at most %d: set "
                    "clouds[].color to none, or lessen clouds[].bake.levels, where they count least",
                    c->cloud->name, c->in->made->volume_count, (int)NP_INSTANCES_MAX);
+  const neph_bake_desc levels = np_plan_get_copy_levels(c->in->plan, c->in->scene, c->cloud);
   if (c->cloud->place_count > 0)
-    result = np_copies_make(c->in->made->context, c->cloud, &placement, c->parts, &c->low, &c->high);
+    result = np_copies_make(c->in->made->context, c->cloud, &placement, &levels, c->parts, &c->low, &c->high);
   else
     include_box(&c->low, &c->high, placement.bounds_min, placement.bounds_max);
   return result ? result : load_phase(c);

@@ -234,7 +234,6 @@ static neph_result check_levels(const neph_scene *scene, unsigned index, const n
   const char *key = move                                              ? move
                     : cloud->voxel_m > 0.0                            ? "voxel"
                     : cloud->density_unit == NP_DENSITY_OPTICAL_DEPTH ? "optical_depth"
-                    : cloud->bake.repeat_m > 0.0                      ? "bake.repeat"
                                                                       : NULL;
   if (!key) return NEPH_OK;
   return np_scene_fail_at(problems, bake ? np_node_search(bake, "levels") : node,

@@ -96,6 +96,9 @@ void np_bricks_clear(np_bricks *bricks);
 size_t np_bricks_get_bytes(const np_bricks *bricks);
 size_t np_bricks_count_table(const np_bricks *bricks);
 
+/* Lists the cells in which the interpolant is not 0, in brick coordinates; `out` NULL: counts them alone. */
+size_t np_bricks_list_cells(const np_bricks *bricks, int32_t (*out)[3]);
+
 /* The eight samples around a position, as four pairs along z, each in the lower two lanes. The upper lanes hold what
  * lies next in the brick, for which its stride leaves room: loading four and ignoring two spares all shuffling. */
 typedef struct np_brick_corners {

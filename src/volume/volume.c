@@ -220,7 +220,7 @@ static float sample(const neph_volume *volume, np_dvec3 position) {
 
 void neph_volume_sample(const neph_volume *volume, size_t count, const double *positions_m, float *out_values) {
   unsigned float_mode = np_float_mode_enter();
-  const unsigned level_count = volume->tint && volume->tint->are_levels ? volume->tint->count : 1;
+  const unsigned level_count = np_volume_has_parts(volume, NP_PARTS_OF_CELLS) ? volume->tint->count : 1;
   for (size_t i = 0; i < count; i++, positions_m += 3) {
     const np_dvec3 position = np_dvec3_make(positions_m[0], positions_m[1], positions_m[2]);
     out_values[i] = sample(volume, position);

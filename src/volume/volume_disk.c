@@ -52,8 +52,10 @@ static void save(const neph_volume *volume, np_cache_entry *entry) {
 /* Levels of detail follow. */
 void np_volume_save_to_cache(const neph_volume *volume, np_cache_entry *entry) {
   const uint32_t level_count = volume->tint ? volume->tint->count : 1;
+  const uint32_t kind = volume->tint ? volume->tint->kind : NP_PARTS_OF_CELLS;
   save(volume, entry);
   NP_CACHE_WRITE(entry, level_count);
+  NP_CACHE_WRITE(entry, kind);
   for (uint32_t k = 1; k < level_count; k++) save(volume->tint->parts[k].volume, entry);
 }
 
@@ -109,8 +111,9 @@ static neph_result load(neph_context *context, np_cache_entry *entry, neph_volum
   return NEPH_OK;
 }
 
-static neph_result load_levels(np_cache_entry *entry, uint32_t count, neph_volume *volume, bool *out_has_all) {
-  neph_result result = np_tint_create_levels(volume->context, &volume->tint);
+static neph_result load_levels(np_cache_entry *entry, np_volume_parts kind, uint32_t count, neph_volume *volume,
+                               bool *out_has_all) {
+  neph_result result = np_tint_create_levels(volume->context, kind, &volume->tint);
   *out_has_all = count <= NP_TINT_PARTS_MAX;
   for (uint32_t k = 1; k < count && !result && *out_has_all; k++) {
     neph_volume *level;
@@ -122,11 +125,12 @@ static neph_result load_levels(np_cache_entry *entry, uint32_t count, neph_volum
 }
 
 neph_result np_volume_load_from_cache(neph_context *context, np_cache_entry *entry, neph_volume **out_volume) {
-  uint32_t level_count = 0;
+  uint32_t level_count = 0, kind = 0;
   neph_result result = load(context, entry, out_volume);
   if (result || !*out_volume) return result;
-  bool has_all = NP_CACHE_READ(entry, level_count);
-  if (has_all && level_count > 1) result = load_levels(entry, level_count, *out_volume, &has_all);
+  bool has_all = NP_CACHE_READ(entry, level_count) && NP_CACHE_READ(entry, kind);
+  if (has_all && level_count > 1)
+    result = load_levels(entry, (np_volume_parts)kind, level_count, *out_volume, &has_all);
   if (!result && has_all) return NEPH_OK;
   neph_volume_release(*out_volume);
   *out_volume = NULL;

@@ -310,7 +310,7 @@ static neph_result make_level(const level_build *b, unsigned level, neph_precisi
 static neph_result make_volume(const level_build *b, neph_precision precision, neph_volume **out_volume) {
   neph_volume *whole = NULL;
   neph_result result = make_level(b, 0, precision, &whole);
-  if (!result) result = np_tint_create_levels(b->context, &whole->tint);
+  if (!result) result = np_tint_create_levels(b->context, NP_PARTS_OF_CELLS, &whole->tint);
   for (unsigned k = 1; k < b->count && !result; k++) {
     neph_volume *level;
     result = make_level(b, k, precision, &level);

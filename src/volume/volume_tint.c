@@ -39,53 +39,21 @@ typedef struct tint_build {
 
 /* ---- Blocks ---- */
 
-static void add_block(tint_build *b, const int32_t node[3], const int32_t at[3]) {
-  const np_bricks *bricks = b->density;
-  int32_t inside[3];
-  for (int a = 0; a < 3; a++) {
-    inside[a] = node[a] * NP_BRICK_NODE_EDGE + at[a] - bricks->lead[a];
-    if (inside[a] < 0 || inside[a] >= bricks->size[a]) return;
-  }
-  const np_brick_place place = np_bricks_get_place(bricks, inside);
-  if (np_brick_range_is_zero(np_bricks_get_range(bricks, &place, 0))) return;
-  if (b->blocks)
-    for (int a = 0; a < 3; a++) b->blocks[b->block_count].cell[a] = bricks->origin[a] + inside[a];
-  b->block_count++;
-}
-
-static void add_node(tint_build *b, const int32_t node[3]) {
-  int32_t at[3];
-  for (at[0] = 0; at[0] < NP_BRICK_NODE_EDGE; at[0]++)
-    for (at[1] = 0; at[1] < NP_BRICK_NODE_EDGE; at[1]++)
-      for (at[2] = 0; at[2] < NP_BRICK_NODE_EDGE; at[2]++) add_block(b, node, at);
-}
-
-/* Lists the cells that hold anything; without room for them, counts them. */
-static void list_blocks(tint_build *b) {
-  const np_bricks *bricks = b->density;
-  int32_t node[3];
-  size_t entry = 0;
-  b->block_count = 0;
-  for (node[0] = 0; node[0] < bricks->table_size[0]; node[0]++)
-    for (node[1] = 0; node[1] < bricks->table_size[1]; node[1]++)
-      for (node[2] = 0; node[2] < bricks->table_size[2]; node[2]++, entry++) {
-        const bool is_constant = bricks->table[entry] == NP_BRICK_NONE;
-        if (is_constant && np_brick_range_is_zero(bricks->table_ranges[entry])) continue;
-        add_node(b, node);
-      }
-}
-
 static neph_result make_blocks(tint_build *b) {
-  list_blocks(b);
+  b->block_count = np_bricks_list_cells(b->density, NULL);
   if (b->block_count > BLOCKS_MAX)
     return np_fail(b->context, NEPH_ERROR_LIMIT,
                    "%s: it has colours, and %zu blocks of 8³ voxels hold cloud, must be at most %d: lower its "
                    "resolution, or set clouds[].color to none",
                    b->source->path, b->block_count, (int)BLOCKS_MAX);
+  int32_t(*cells)[3] = np_alloc(b->context, b->block_count, sizeof *cells);
   b->blocks = np_alloc(b->context, b->block_count, sizeof *b->blocks);
-  if (!b->blocks) return NEPH_ERROR_OUT_OF_MEMORY;
-  list_blocks(b);
-  return NEPH_OK;
+  if (cells && b->blocks) np_bricks_list_cells(b->density, cells);
+  for (size_t i = 0; cells && b->blocks && i < b->block_count; i++)
+    memcpy(b->blocks[i].cell, cells[i], sizeof cells[i]);
+  const bool has_room = cells && b->blocks;
+  np_alloc_free(b->context, cells);
+  return has_room ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
 /* ---- Colours ---- */
@@ -337,10 +305,10 @@ neph_result np_tint_create(neph_context *context, const np_tint_source *source, 
   return result;
 }
 
-neph_result np_tint_create_levels(neph_context *context, np_tint **out_tint) {
+neph_result np_tint_create_levels(neph_context *context, np_volume_parts kind, np_tint **out_tint) {
   np_tint *tint = *out_tint = np_alloc(context, 1, sizeof *tint);
   if (!tint) return NEPH_ERROR_OUT_OF_MEMORY;
-  *tint = (np_tint){.context = context, .count = 1, .are_levels = true, .parts = {{NULL, {1, 1, 1}}}};
+  *tint = (np_tint){.context = context, .count = 1, .kind = kind, .parts = {{NULL, {1, 1, 1}}}};
   return NEPH_OK;
 }
 

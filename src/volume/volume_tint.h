@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Parts of a cloud, which overlap and add up: clouds of one colour each of which a cloud of many colours is made, or
- * levels of detail, which never hold the same place twice (cloud/bake_lod.c).
+ * levels of detail: those that never hold the same place twice (cloud/bake_lod.c), or the whole cloud in larger voxels
+ * again, of which each copy of the cloud takes one (volume_coarser.c).
  *
  * The colours that occur are in a box of red, green and blue. Each is a mixture of at most four of the box's eight
  * corners, those of the tetrahedron of its order, and the density of a voxel is shared among them (Kasson, Nin, Plouffe
@@ -16,6 +17,12 @@
 
 enum { NP_TINT_PARTS_MAX = 8 };
 
+typedef enum np_volume_parts {
+  NP_PARTS_OF_COLORS,
+  NP_PARTS_OF_CELLS, /* white levels of detail, each with voxels of its own; the first may be empty */
+  NP_PARTS_OF_COPIES /* the same, each of the whole cloud: they do not add up */
+} np_volume_parts;
+
 typedef struct np_tint_part {
   neph_volume *volume; /* NULL: the cloud itself, where it has one colour alone */
   double color[3];     /* in [0, 1] */
@@ -24,7 +31,7 @@ typedef struct np_tint_part {
 typedef struct np_tint {
   neph_context *context; /* borrowed */
   unsigned count;
-  bool are_levels; /* the parts are levels of detail, white, each with voxels of its own; the first may be empty */
+  np_volume_parts kind;
   np_tint_part parts[NP_TINT_PARTS_MAX];
 } np_tint;
 
@@ -38,12 +45,16 @@ typedef struct np_tint_source {
 /* Shares a density among the colours that its file has; NULL where there are none. */
 neph_result np_tint_create(neph_context *context, const np_tint_source *source, np_monitor *monitor,
                            np_tint **out_tint);
-/* Parts of a cloud in levels of detail, of which it is the finest itself; the others, which hold something, are given
- * away to it. */
-neph_result np_tint_create_levels(neph_context *context, np_tint **out_tint);
+/* Parts of a cloud in levels of detail of a kind, of which it is the finest itself; the others, which hold something,
+ * are given away to it. */
+neph_result np_tint_create_levels(neph_context *context, np_volume_parts kind, np_tint **out_tint);
 void np_tint_add_level(np_tint *tint, neph_volume *level);
 
 void np_tint_destroy(np_tint *tint); /* NULL is allowed */
+
+static inline bool np_volume_has_parts(const neph_volume *volume, np_volume_parts kind) {
+  return volume->tint && volume->tint->kind == kind;
+}
 
 /* Volumes that a cloud is made of: itself, unless it has colours or levels of detail. */
 static inline unsigned np_volume_count_parts(const neph_volume *volume) {
