@@ -64,7 +64,7 @@ static neph_cloud_desc make_curves(void) {
 static neph_result load_tree(neph_context *context, const char *path, np_mesh_tree *out_tree) {
   const np_affine identity = np_affine_identity();
   np_mesh_file file;
-  neph_result result = np_mesh_file_load(context, path, false, &file);
+  neph_result result = np_mesh_file_load(context, path, false, NULL, &file);
   if (result) return result;
   result = np_mesh_tree_collect(&file, &identity, out_tree);
   np_mesh_file_clear(&file);

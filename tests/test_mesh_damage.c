@@ -42,12 +42,12 @@ static void output_of_a_child_is_read(void **state) {
   /* It has the three files that every program has, and the folder in which it looks for them. */
   const char *const words[] = {"-c", "set -- /proc/$$/fd/*; printf hello%s $#", NULL};
   assert_int_equal(np_child_start("/bin/sh", words, &child), 0);
-  assert_true(np_child_read(&child, text, 5));
+  assert_int_equal(np_child_read(&child, NULL, text, 5), NEPH_OK);
   assert_string_equal(text, "hello");
   memset(text, 0, sizeof text);
-  assert_true(np_child_read(&child, text, 1));
+  assert_int_equal(np_child_read(&child, NULL, text, 1), NEPH_OK);
   assert_string_equal(text, "4");
-  assert_false(np_child_read(&child, text, 1));
+  assert_int_equal(np_child_read(&child, NULL, text, 1), NEPH_ERROR_BAD_FILE);
   assert_int_equal(np_child_wait(&child), 0);
   np_child_end(&child);
   assert_int_equal(count_open_files(), files);
@@ -62,7 +62,7 @@ static void a_child_may_end_in_any_way(void **state) {
   assert_int_equal(np_child_start("/no/such/program", (const char *[]){NULL}, &child), ENOENT);
   np_child_end(&child);
   assert_int_equal(np_child_start("/bin/sh", (const char *[]){"-c", "kill -SEGV $$", NULL}, &child), 0);
-  assert_false(np_child_read(&child, &byte, 1));
+  assert_int_equal(np_child_read(&child, NULL, &byte, 1), NEPH_ERROR_BAD_FILE);
   const int status = np_child_wait(&child);
   assert_true(WIFSIGNALED(status) && WTERMSIG(status) == SIGSEGV);
   np_child_end(&child);
@@ -88,7 +88,7 @@ static void assert_refused(test_fixture *f, const char *reason) {
   const unsigned files = count_open_files();
   np_mesh_file mesh;
   np_camera_file camera;
-  assert_int_equal(np_mesh_file_load(f->context, f->path, true, &mesh), NEPH_ERROR_BAD_FILE);
+  assert_int_equal(np_mesh_file_load(f->context, f->path, true, NULL, &mesh), NEPH_ERROR_BAD_FILE);
   assert_one_error(&f->log, f->path, reason, "Assimp", "it is damaged");
   test_log_clear(&f->log);
   assert_int_equal(np_camera_file_load(f->context, f->path, NULL, 24.0, &camera), NEPH_ERROR_BAD_FILE);
@@ -103,7 +103,7 @@ static void memory_beyond_the_file_is_refused(void **state) {
   test_fixture *f = test_get_meshes(state);
   write_ply(f->path, "4000000000 0 1 2");
   np_mesh_file mesh;
-  assert_int_equal(np_mesh_file_load(f->context, f->path, true, &mesh), NEPH_ERROR_BAD_FILE);
+  assert_int_equal(np_mesh_file_load(f->context, f->path, true, NULL, &mesh), NEPH_ERROR_BAD_FILE);
   assert_one_error(&f->log, f->path, "Assimp", "it is damaged");
   assert_no_child();
 }
@@ -124,31 +124,71 @@ static void a_crash_is_refused(void **state) {
   assert_refused(f, "");
 }
 
-/* The limit that this process hands on, 1 s, is lower than the reader's own. Each object's name is compared with those
- * of all before it. */
-static void time_beyond_the_limit_is_refused(void **state) {
+/* A file that takes Assimp longer than its limit: each object's name is compared with those of all before it. */
+static void write_slow_file(test_fixture *f) {
   enum { OBJECTS = 100000 };
-  test_fixture *f = test_get_meshes(state);
   free(f->path);
   f->path = test_path(f->folder, "damaged.obj");
-  struct rlimit before, lower;
   FILE *file = fopen(f->path, "w");
   assert_non_null(file);
   (void)fputs("v 0 0 0\nv 1 0 0\nv 0 1 0\n", file);
   for (int i = 0; i < OBJECTS; i++) (void)fprintf(file, "o object_with_a_long_name_%06d\nf 1 2 3\n", i);
   assert_int_equal(fclose(file), 0);
+}
+
+/* The limit that this process hands on, 1 s, is lower than the reader's own. */
+static void time_beyond_the_limit_is_refused(void **state) {
+  test_fixture *f = test_get_meshes(state);
+  struct rlimit before, lower;
+  write_slow_file(f);
   void (*const action)(int) = signal(SIGXCPU, SIG_IGN); /* for this process, which may have used it up */
   assert_int_equal(getrlimit(RLIMIT_CPU, &before), 0);
   lower = before;
   lower.rlim_cur = 1;
   assert_int_equal(setrlimit(RLIMIT_CPU, &lower), 0);
   np_mesh_file mesh;
-  const neph_result result = np_mesh_file_load(f->context, f->path, true, &mesh);
+  const neph_result result = np_mesh_file_load(f->context, f->path, true, NULL, &mesh);
   assert_int_equal(setrlimit(RLIMIT_CPU, &before), 0);
   (void)signal(SIGXCPU, action);
   assert_int_equal(result, NEPH_ERROR_BAD_FILE);
   assert_one_error(&f->log, f->path, "Assimp took more than", "1 s a megabyte");
   assert_no_child();
+}
+
+/* At the fourth report, when the reader is at work. */
+static bool cancel(void *user, const neph_progress *progress) {
+  unsigned *calls = user;
+  (void)progress;
+  return ++*calls < 4;
+}
+
+static double get_readers_s(void) {
+  struct rusage of_children;
+  assert_int_equal(getrusage(RUSAGE_CHILDREN, &of_children), 0);
+  return (double)of_children.ru_utime.tv_sec + 1e-6 * (double)of_children.ru_utime.tv_usec;
+}
+
+/* The reader would go on for 10 s and more; nothing of it stays, and its end is no error. Its own CPU time tells that
+ * nobody waited for it: 2 s for both leave room for a machine that is busy. */
+static void cancelling_ends_a_reader(void **state) {
+  test_fixture *f = test_get_meshes(state);
+  const unsigned files = count_open_files();
+  const double before_s = get_readers_s();
+  write_slow_file(f);
+  for (unsigned threads = 1; threads <= 2; threads++) {
+    neph_context *context = test_context_create(threads, &f->log);
+    np_monitor monitor;
+    np_mesh_file mesh;
+    unsigned calls = 0;
+    np_monitor_start(&monitor, context, cancel, &calls);
+    assert_int_equal(np_mesh_file_load(context, f->path, true, &monitor, &mesh), NEPH_ERROR_CANCELLED);
+    assert_string_equal(f->log.text, "");
+    neph_context_destroy(context);
+    assert_no_child();
+  }
+  print_message("readers took %.2f s\n", get_readers_s() - before_s);
+  assert_true(get_readers_s() - before_s < 2.0);
+  assert_int_equal(count_open_files(), files);
 }
 
 /* A program may let the system forget its children: files are read all the same. */
@@ -157,11 +197,11 @@ static void a_program_may_ignore_its_children(void **state) {
   void (*const before)(int) = signal(SIGCHLD, SIG_IGN);
   write_ply(f->path, "3 0 1 2");
   np_mesh_file mesh;
-  assert_int_equal(np_mesh_file_load(f->context, f->path, true, &mesh), NEPH_OK);
+  assert_int_equal(np_mesh_file_load(f->context, f->path, true, NULL, &mesh), NEPH_OK);
   assert_int_equal(mesh.meshes[0].triangle_count, 1);
   np_mesh_file_clear(&mesh);
   write_ply(f->path, "4000000000 0 1 2");
-  assert_int_equal(np_mesh_file_load(f->context, f->path, true, &mesh), NEPH_ERROR_BAD_FILE);
+  assert_int_equal(np_mesh_file_load(f->context, f->path, true, NULL, &mesh), NEPH_ERROR_BAD_FILE);
   assert_one_error(&f->log, f->path, "Assimp", "it is damaged");
   (void)signal(SIGCHLD, before);
 }
@@ -173,6 +213,7 @@ int main(void) {
       cmocka_unit_test_setup_teardown(memory_beyond_the_file_is_refused, set_up, test_tear_down_meshes),
       cmocka_unit_test_setup_teardown(a_crash_is_refused, set_up, test_tear_down_meshes),
       cmocka_unit_test_setup_teardown(time_beyond_the_limit_is_refused, set_up, test_tear_down_meshes),
+      cmocka_unit_test_setup_teardown(cancelling_ends_a_reader, set_up, test_tear_down_meshes),
       cmocka_unit_test_setup_teardown(a_program_may_ignore_its_children, set_up, test_tear_down_meshes),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

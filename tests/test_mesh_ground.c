@@ -96,7 +96,7 @@ static void polygons_are_cut_into_triangles(void **state) {
     np_mesh_file file;
     (void)snprintf(text, sizeof text, "v 0 0 1\nv 4 0 1\nv 4 1 1\nv 1 1 1\nv 1 4 1\nv 0 4 1\n%s", faces[i]);
     write_text(f->path, text);
-    assert_int_equal(np_mesh_file_load(f->context, f->path, true, &file), NEPH_OK);
+    assert_int_equal(np_mesh_file_load(f->context, f->path, true, NULL, &file), NEPH_OK);
     assert_int_equal(file.meshes[0].triangle_count, 4);
     assert_int_equal(file.meshes[0].vertex_count, 6);
     np_mesh_file_clear(&file);
@@ -239,7 +239,7 @@ static void a_mesh_is_stored_once_for_all_places(void **state) {
   f->path = test_path(f->folder, "places.gltf");
   write_places(f->path);
   np_mesh_file file;
-  assert_int_equal(np_mesh_file_load(f->context, f->path, true, &file), NEPH_OK);
+  assert_int_equal(np_mesh_file_load(f->context, f->path, true, NULL, &file), NEPH_OK);
   assert_int_equal(file.mesh_count, 1);
   assert_int_equal(file.place_count, SIDE * SIDE);
   np_mesh_file_clear(&file);

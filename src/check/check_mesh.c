@@ -68,7 +68,9 @@ static const struct {
 
 static neph_result load_mesh(neph_check *check, const char *path) {
   np_mesh_file file;
-  neph_result result = np_mesh_file_load(check->context, path, false, &file);
+  np_monitor monitor;
+  np_check_start_monitor(check, &monitor);
+  neph_result result = np_mesh_file_load(check->context, path, false, &monitor, &file);
   if (result) return result;
   const mesh_facts facts = measure_mesh(&file);
   for (size_t i = 0; i < sizeof mesh_rules / sizeof *mesh_rules; i++) {

@@ -209,7 +209,8 @@ static neph_result build_grid(np_cloud_model *model, np_monitor *monitor) {
   if (!file) return NEPH_OK;
   model->shape = np_alloc(model->map.context, 1, sizeof *model->shape);
   if (!model->shape) return NEPH_ERROR_OUT_OF_MEMORY;
-  neph_result result = desc->shape.mesh_file ? np_shape_load_mesh(model, &tree) : np_shape_load_heights(model, &tree);
+  neph_result result =
+      desc->shape.mesh_file ? np_shape_load_mesh(model, monitor, &tree) : np_shape_load_heights(model, &tree);
   if (!result) result = np_shape_measure(model, monitor, file, &tree, model->shape);
   np_mesh_tree_clear(&tree);
   model->shape->radius_max_m = model->thermals.billow_m;

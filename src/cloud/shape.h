@@ -42,7 +42,7 @@ void np_shape_check_billows(const np_cloud_model *model);
 /* ---- Meshes: shape_mesh.c ---- */
 
 /* Triangles in the field's coordinates, not sorted yet. */
-neph_result np_shape_load_mesh(const np_cloud_model *model, np_mesh_tree *out_tree);
+neph_result np_shape_load_mesh(const np_cloud_model *model, np_monitor *monitor, np_mesh_tree *out_tree);
 
 /* Triangles about the body below a height map; its bottom lies below the base. */
 neph_result np_shape_load_heights(const np_cloud_model *model, np_mesh_tree *out_tree);

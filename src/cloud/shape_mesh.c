@@ -64,14 +64,14 @@ static void place_mesh(const np_cloud_model *model, np_mesh_tree *tree) {
   move_triangles(tree, scale, by_m);
 }
 
-neph_result np_shape_load_mesh(const np_cloud_model *model, np_mesh_tree *out_tree) {
+neph_result np_shape_load_mesh(const np_cloud_model *model, np_monitor *monitor, np_mesh_tree *out_tree) {
   const neph_cloud_shape *shape = &model->desc.shape;
   neph_context *context = model->map.context;
   np_mesh_file file;
   neph_result result = np_mesh_format_check(context, shape->mesh_file);
   if (!result)
     result = np_mesh_format_check_up(context, shape->mesh_file, shape->mesh_up, "clouds[].bake.shape.mesh.up");
-  if (!result) result = np_mesh_file_load(context, shape->mesh_file, false, &file);
+  if (!result) result = np_mesh_file_load(context, shape->mesh_file, false, monitor, &file);
   if (result) return result;
   const np_affine turn = np_mesh_format_make_turn(
       shape->mesh_file, shape->mesh_up, shape->has_mesh_unit ? shape->mesh_unit_m : 1.0, shape->mesh_rotation_rad);

@@ -4,6 +4,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <poll.h>
 #include <signal.h>
 #include <spawn.h>
 #include <stdint.h>
@@ -14,14 +15,18 @@ extern char **environ;
 
 /* ---- Start ---- */
 
-/* Signals as a new process has them, whatever this thread blocks or ignores: the child is to end when nobody reads. */
+/* Signals as a new process has them, whatever this thread blocks or ignores: the child is to end when nobody reads. In
+ * a group of its own a terminal's Ctrl-C does not reach it: who reads from it ends it, and tells its end from a crash.
+ */
 static int set_signals(posix_spawnattr_t *attributes) {
   sigset_t none, all;
   sigemptyset(&none);
   sigfillset(&all);
   int error = posix_spawnattr_setsigmask(attributes, &none);
   if (!error) error = posix_spawnattr_setsigdefault(attributes, &all);
-  return error ? error : posix_spawnattr_setflags(attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
+  if (!error) error = posix_spawnattr_setpgroup(attributes, 0);
+  const short flags = POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP;
+  return error ? error : posix_spawnattr_setflags(attributes, flags);
 }
 
 static int set_files(posix_spawn_file_actions_t *actions, int output) {
@@ -65,16 +70,21 @@ int np_child_start(const char *program, const char *const words[], np_child *out
 
 /* ---- Output and end ---- */
 
-bool np_child_read(np_child *child, void *out_bytes, size_t count) {
+enum { PAUSE_MS = 50 };
+
+neph_result np_child_read(np_child *child, const np_monitor *monitor, void *out_bytes, size_t count) {
   char *to = out_bytes;
   while (count > 0) {
+    struct pollfd output = {.fd = child->output, .events = POLLIN};
+    if (np_monitor_is_cancelled(monitor)) return NEPH_ERROR_CANCELLED;
+    if (poll(&output, 1, PAUSE_MS) <= 0) continue; /* nothing yet, or a signal */
     const ssize_t got = read(child->output, to, count);
     if (got < 0 && errno == EINTR) continue;
-    if (got <= 0) return false;
+    if (got <= 0) return NEPH_ERROR_BAD_FILE;
     to += got;
     count -= (size_t)got;
   }
-  return true;
+  return NEPH_OK;
 }
 
 int np_child_wait(np_child *child) {

@@ -7,6 +7,8 @@
 #include <stddef.h>
 #include <sys/types.h>
 
+#include "core/parallel.h"
+
 typedef struct np_child {
   pid_t process; /* 0: none */
   int output;    /* of the child, to read from */
@@ -18,8 +20,9 @@ enum { NP_CHILD_WORDS_MAX = 8 };
  * open file of this process, whose threads may go on meanwhile. Returns 0, or a number of errno. */
 int np_child_start(const char *program, const char *const words[], np_child *out_child);
 
-/* Reads so many bytes of its output; false: it ended before. */
-bool np_child_read(np_child *child, void *out_bytes, size_t count);
+/* Reads so many bytes of its output. NEPH_ERROR_BAD_FILE: it ended before; NEPH_ERROR_CANCELLED: within 0.1 s of the
+ * monitor's (NULL: none). Neither is logged, and neither ends the child. */
+neph_result np_child_read(np_child *child, const np_monitor *monitor, void *out_bytes, size_t count);
 
 /* Waits for a child that ended by itself. Returns its status as of waitpid; −1: this process does not keep it. */
 int np_child_wait(np_child *child);

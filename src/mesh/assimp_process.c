@@ -75,9 +75,9 @@ static neph_result start_program(np_assimp_process *p, const char *const request
 }
 
 neph_result np_assimp_begin(neph_context *context, const char *path, const char *const request[],
-                            np_assimp_process *out_process) {
+                            const np_monitor *monitor, np_assimp_process *out_process) {
   const char *reason;
-  *out_process = (np_assimp_process){.context = context, .path = path, .child.output = -1};
+  *out_process = (np_assimp_process){.context = context, .path = path, .monitor = monitor, .child.output = -1};
   neph_result result = np_file_probe(path, &reason);
   if (result) return np_fail(context, result, "%s: %s", path, reason);
   result = np_mesh_header_check(context, path);
@@ -88,7 +88,8 @@ neph_result np_assimp_begin(neph_context *context, const char *path, const char 
 }
 
 neph_result np_assimp_read(np_assimp_process *process, void *out_bytes, size_t count) {
-  return np_child_read(&process->child, out_bytes, count) ? NEPH_OK : fail_by_end(process);
+  const neph_result result = np_child_read(&process->child, process->monitor, out_bytes, count);
+  return result == NEPH_ERROR_BAD_FILE ? fail_by_end(process) : result;
 }
 
 void np_assimp_end(np_assimp_process *process) { np_child_end(&process->child); }

@@ -11,6 +11,7 @@
 typedef struct np_assimp_process {
   neph_context *context; /* borrowed, as is the path */
   const char *path;
+  const np_monitor *monitor; /* that ends the reading; NULL: none does */
   np_child child;
 } np_assimp_process;
 
@@ -19,9 +20,9 @@ bool np_assimp_is_present(neph_context *context);
 
 /* Starts to read a file; `request` is words of assimp_stream.h, the last NULL. Ended by np_assimp_end. */
 neph_result np_assimp_begin(neph_context *context, const char *path, const char *const request[],
-                            np_assimp_process *out_process);
+                            const np_monitor *monitor, np_assimp_process *out_process);
 
-/* Reads the next bytes of the answer; fails where the process ended before. */
+/* Reads the next bytes of the answer; fails where the process ended before, or with NEPH_ERROR_CANCELLED. */
 neph_result np_assimp_read(np_assimp_process *process, void *out_bytes, size_t count);
 
 void np_assimp_end(np_assimp_process *process);

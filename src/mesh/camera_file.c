@@ -38,7 +38,7 @@ static void list_camera(camera_load *l, size_t index, const np_assimp_camera *ca
 
 static neph_result read_cameras(camera_load *l, camera_list *list) {
   np_assimp_process process;
-  neph_result result = np_assimp_begin(l->context, l->path, (const char *[]){"cameras", NULL}, &process);
+  neph_result result = np_assimp_begin(l->context, l->path, (const char *[]){"cameras", NULL}, NULL, &process);
   if (result) return result;
   result = np_assimp_read(&process, &list->count, sizeof list->count);
   for (uint64_t i = 0; !result && i < list->count; i++) {
@@ -94,7 +94,7 @@ static neph_result read_poses(const camera_load *l, double first, double rate, n
   (void)snprintf(words[2], sizeof *words, "%zu", out->count);
   (void)snprintf(words[3], sizeof *words, "%a", rate);
   const char *const request[] = {"poses", words[0], words[1], words[2], words[3], NULL};
-  neph_result result = np_assimp_begin(l->context, l->path, request, &process);
+  neph_result result = np_assimp_begin(l->context, l->path, request, NULL, &process);
   if (result) return result;
   for (size_t i = 0; i < out->count && !result; i++)
     result = read_pose(l, &process, first + (double)i, (first + (double)i) / rate, &out->poses[i]);

@@ -13,6 +13,7 @@ static const size_t vertices_max = (size_t)1 << 28, places_max = (size_t)1 << 20
 typedef struct mesh_load {
   neph_context *context;
   const char *path;
+  np_monitor *monitor;
   np_assimp_process process;
   np_mesh_file *out;
   bool is_smooth;
@@ -126,13 +127,21 @@ static neph_result read_file(mesh_load *l) {
   return result ? result : read_places(l, counts.place_count);
 }
 
-neph_result np_mesh_file_load(neph_context *context, const char *path, bool is_smooth, np_mesh_file *out_file) {
-  *out_file = (np_mesh_file){.context = context};
-  mesh_load l = {.context = context, .path = path, .out = out_file, .is_smooth = is_smooth};
-  neph_result result = np_assimp_begin(context, path, (const char *[]){"meshes", NULL}, &l.process);
+static neph_result load(void *user) {
+  mesh_load *l = user;
+  neph_result result = np_assimp_begin(l->context, l->path, (const char *[]){"meshes", NULL}, l->monitor, &l->process);
   if (result) return result;
-  result = read_file(&l);
-  np_assimp_end(&l.process);
+  result = read_file(l);
+  np_assimp_end(&l->process);
+  return result;
+}
+
+neph_result np_mesh_file_load(neph_context *context, const char *path, bool is_smooth, np_monitor *monitor,
+                              np_mesh_file *out_file) {
+  *out_file = (np_mesh_file){.context = context};
+  mesh_load l = {.context = context, .path = path, .monitor = monitor, .out = out_file, .is_smooth = is_smooth};
+  np_monitor_set_stage(monitor, "reading meshes");
+  const neph_result result = np_parallel_run(context, monitor, load, &l);
   if (result) np_mesh_file_clear(out_file);
   return result;
 }

@@ -3,6 +3,7 @@
 #ifndef NP_MESH_MESH_FILE_H
 #define NP_MESH_MESH_FILE_H
 
+#include "core/parallel.h"
 #include "mesh/mesh_shape.h"
 
 typedef struct np_mesh_place {
@@ -17,8 +18,9 @@ typedef struct np_mesh_file {
   np_mesh_place *places;
 } np_mesh_file;
 
-/* Loads all triangles; fails where there is none, or where a vertex is not finite. */
-neph_result np_mesh_file_load(neph_context *context, const char *path, bool is_smooth, np_mesh_file *out_file);
+/* Loads all triangles; fails where there is none, or where a vertex is not finite. `monitor` may be NULL. */
+neph_result np_mesh_file_load(neph_context *context, const char *path, bool is_smooth, np_monitor *monitor,
+                              np_mesh_file *out_file);
 void np_mesh_file_clear(np_mesh_file *file);
 
 #endif

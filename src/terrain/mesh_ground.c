@@ -132,11 +132,12 @@ static neph_result check_bounds(const np_mesh_ground *ground, const char *path) 
   return NEPH_OK;
 }
 
-neph_result np_mesh_ground_load(neph_context *context, const neph_terrain_desc *desc, np_mesh_ground *out) {
+neph_result np_mesh_ground_load(neph_context *context, const neph_terrain_desc *desc, np_monitor *monitor,
+                                np_mesh_ground *out) {
   neph_mesh_desc read;
   neph_result result = read_desc(context, desc, &read);
   if (result) return result;
-  result = np_mesh_file_load(context, desc->mesh_file, read.normals == NEPH_MESH_NORMALS_SMOOTH, &out->file);
+  result = np_mesh_file_load(context, desc->mesh_file, read.normals == NEPH_MESH_NORMALS_SMOOTH, monitor, &out->file);
   if (result) return result;
   const np_affine turn = np_mesh_format_make_turn(desc->mesh_file, read.up, read.unit_m, read.rotation_rad);
   for (size_t i = 0; i < out->file.place_count; i++)

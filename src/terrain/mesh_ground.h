@@ -19,7 +19,8 @@ typedef struct np_mesh_ground {
 neph_result np_mesh_ground_check(neph_context *context, const neph_terrain_desc *desc);
 
 /* Loads desc->mesh_file and puts it in its place. On failure nothing is left. */
-neph_result np_mesh_ground_load(neph_context *context, const neph_terrain_desc *desc, np_mesh_ground *out);
+neph_result np_mesh_ground_load(neph_context *context, const neph_terrain_desc *desc, np_monitor *monitor,
+                                np_mesh_ground *out);
 
 /* Moves vertices and places from the world to a point, about which rays then are. */
 void np_mesh_ground_set_anchor(np_mesh_ground *ground, np_dvec3 anchor);

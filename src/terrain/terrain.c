@@ -391,9 +391,9 @@ static neph_result place_field(neph_terrain *terrain, const neph_terrain_desc *d
   return result;
 }
 
-static neph_result place_mesh(neph_terrain *terrain, const neph_terrain_desc *desc) {
+static neph_result place_mesh(neph_terrain *terrain, const neph_terrain_desc *desc, np_monitor *monitor) {
   np_mesh_ground *mesh = &terrain->mesh;
-  neph_result result = np_mesh_ground_load(terrain->context, desc, mesh);
+  neph_result result = np_mesh_ground_load(terrain->context, desc, monitor, mesh);
   if (result) return result;
   if (!has_field(terrain)) terrain->anchor = np_dvec3_scale(np_dvec3_add(mesh->bounds_min, mesh->bounds_max), 0.5);
   np_mesh_ground_set_anchor(mesh, terrain->anchor);
@@ -412,7 +412,7 @@ static neph_result build_terrain(neph_terrain *terrain, const neph_terrain_desc 
   neph_result result = set_place(terrain, desc);
   if (!result) result = np_ground_cover_create(context, desc, monitor, &terrain->cover);
   if (!result && has_field(terrain)) result = place_field(terrain, desc, is_joined, monitor);
-  if (!result && desc->mesh_file) result = place_mesh(terrain, desc);
+  if (!result && desc->mesh_file) result = place_mesh(terrain, desc, monitor);
   if (result) return result;
   np_monitor_set_part(monitor, np_monitor_whole, 0.7, 1.0);
   np_monitor_set_stage(monitor, "building terrain");
