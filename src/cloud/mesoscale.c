@@ -23,6 +23,10 @@ static const float jitter = 0.62f, warp_size = 0.5f, warp_reach = 0.5f, open_wid
 static const float column = 1.0f, row = 0.8660254f; /* of hexagons whose middles are 1 apart */
 static const float cells_height = 0.85f, open_spread = 2.0f, closed_spread = 0.35f; /* in the landscape's */
 
+/* Places where walls of open cells meet, in the cells' size, and by how much clouds are taller there, in the landscape's
+ * height: walls break between them, so that optical depth is as skewed as in nature. */
+static const float knot_width = 0.18f, knot_height = 2.6f;
+
 /* Share of the landscape's own groups that a full pattern replaces. */
 static const float streets_share = 0.6f, cells_share = 0.25f;
 
@@ -120,10 +124,10 @@ static void draw_neighbourhood(const np_landscape *land, const hexagons *h, int3
   }
 }
 
-/* Distance to the nearest wall, in the size of the cells; the heart of the cell. */
-static float compute_wall(const neighbourhood *around, float x, float y, heart *out_heart) {
+/* Distances to the nearest two walls, which meet where both are 0, in the size of the cells; the heart of the cell. */
+static void compute_walls(const neighbourhood *around, float x, float y, float out_walls[2], heart *out_heart) {
   heart nearest = around->hearts[0];
-  float least = INFINITY, wall = INFINITY;
+  float least = INFINITY, squares[2] = {INFINITY, INFINITY};
   for (int n = 0; n < AROUND; n++) {
     const float dx = around->hearts[n].x - x, dy = around->hearts[n].y - y, distance2 = dx * dx + dy * dy;
     if (distance2 < least) least = distance2, nearest = around->hearts[n];
@@ -132,10 +136,13 @@ static float compute_wall(const neighbourhood *around, float x, float y, heart *
     const heart *other = &around->hearts[n];
     const float dx = other->x - nearest.x, dy = other->y - nearest.y, between2 = dx * dx + dy * dy;
     const float off = (0.5f * (other->x + nearest.x) - x) * dx + (0.5f * (other->y + nearest.y) - y) * dy;
-    if (between2 > 0.0f) wall = np_minf(wall, off * off / between2);
+    if (!(between2 > 0.0f)) continue;
+    const float square = off * off / between2;
+    squares[1] = np_minf(squares[1], np_maxf(squares[0], square));
+    squares[0] = np_minf(squares[0], square);
   }
   *out_heart = nearest;
-  return sqrtf(wall);
+  for (int k = 0; k < 2; k++) out_walls[k] = sqrtf(squares[k]);
 }
 
 static void add_cells(const np_landscape *land, size_t count, const double *air_x, const double *air_y,
@@ -158,9 +165,11 @@ static void add_cells(const np_landscape *land, size_t count, const double *air_
     const int32_t i0 = (int32_t)floor(at_x), j0 = (int32_t)floor(at_y);
     heart at;
     draw_neighbourhood(land, &h, i0, j0, &around);
-    const float wall = compute_wall(&around, (float)(at_x - i0) * column, (float)(at_y - j0) * row, &at);
-    const float full = is_open ? 1.0f - np_smoothstepf(wall / open_width) : np_smoothstepf(wall / closed_width);
-    const float spread = is_open ? open_spread * dx[i] : closed_spread * (at.height - 0.5f);
+    float walls[2];
+    compute_walls(&around, (float)(at_x - i0) * column, (float)(at_y - j0) * row, walls, &at);
+    const float full = is_open ? 1.0f - np_smoothstepf(walls[0] / open_width) : np_smoothstepf(walls[0] / closed_width);
+    const float knot = knot_height * (1.0f - np_smoothstepf(walls[1] / knot_width));
+    const float spread = is_open ? open_spread * dx[i] + knot : closed_spread * (at.height - 0.5f);
     heights[i] += cells_height * (2.0f * full - 1.0f) + full * spread;
   }
 }
