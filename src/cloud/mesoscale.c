@@ -23,7 +23,7 @@ static const float jitter = 0.62f, warp_size = 0.5f, warp_reach = 0.5f, open_wid
 static const float column = 1.0f, row = 0.8660254f; /* of hexagons whose middles are 1 apart */
 static const float cells_height = 0.85f, open_spread = 2.0f, closed_spread = 0.35f; /* in the landscape's */
 
-/* Places where walls of open cells meet, in the cells' size, and by how much clouds are taller there, in the landscape's
+/* Knots where walls of open cells meet, in the cells' size, and by how much clouds are taller there, in the landscape's
  * height: walls break between them, so that optical depth is as skewed as in nature. */
 static const float knot_width = 0.18f, knot_height = 2.6f;
 
