@@ -20,7 +20,7 @@ screw() {
   }'
 }
 
-# A ring that stands upright, 1 across the middle of its tube and 0.28 thick, as a closed mesh.
+# A ring that stands upright, 1 across from middle to middle of its tube, which is 0.34 thick: a closed mesh.
 ring() {
   awk -v sides=96 -v corners=32 'BEGIN {
     for (i = 0; i < sides; i++)

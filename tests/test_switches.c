@@ -142,16 +142,22 @@ static void name_key(const np_key *key, char *out, size_t size) {
     snprintf(out, size, "%s", key->path);
 }
 
+static neph_scene *load_setting(test_fixture *f, setting s) {
+  char text[2048];
+  neph_scene *scene;
+  write_scene(s, text, sizeof text);
+  assert_int_equal(neph_scene_load_text(f->context, text, f->path, &scene), NEPH_OK);
+  return scene;
+}
+
 static void set(test_fixture *f, neph_scene *scene, const char *key, const char *value) {
   if (neph_scene_set(scene, key, value)) fail_msg("%s: %s: %s", key, value, f->log.text);
 }
 
 /* `word` NULL: the scene that words are to make a difference to. */
 static neph_scene *create_scene(test_fixture *f, const np_key *key, const char *word, setting s) {
-  char text[2048], name[128], value[128];
-  neph_scene *scene;
-  write_scene(s, text, sizeof text);
-  assert_int_equal(neph_scene_load_text(f->context, text, f->path, &scene), NEPH_OK);
+  char name[128], value[128];
+  neph_scene *scene = load_setting(f, s);
   for (size_t i = 0; i < sizeof companions / sizeof *companions; i++) {
     const companion *c = &companions[i];
     const bool is_meant = !c->word || (word && strcmp(c->word, word) == 0);
@@ -316,11 +322,8 @@ static void every_word_of_every_key_is_rendered(void **state) {
 static void paths_are_guided_by_night(void **state) {
   test_fixture *f = *state;
   const setting s = {.is_path = true, .has_air = true, .has_cloud = true};
-  char text[2048];
-  neph_scene *scene;
+  neph_scene *scene = load_setting(f, s);
   neph_image *image;
-  write_scene(s, text, sizeof text);
-  assert_int_equal(neph_scene_load_text(f->context, text, f->path, &scene), NEPH_OK);
   set(f, scene, "sun.irradiance", "0");
   set(f, scene, "airglow", "{}");
   set(f, scene, "render.path_guiding", "adjoint");
@@ -348,11 +351,8 @@ static void numbers_of_a_bake_are_seen(void **state) {
       const setting s = {.is_path = path, .has_cloud = true};
       uint64_t hashes[2];
       for (int on = 0; on < 2; on++) {
-        char text[2048];
-        neph_scene *scene;
+        neph_scene *scene = load_setting(f, s);
         neph_image *image;
-        write_scene(s, text, sizeof text);
-        assert_int_equal(neph_scene_load_text(f->context, text, f->path, &scene), NEPH_OK);
         set(f, scene, "clouds[1].bake.model", "thermals");
         set(f, scene, "clouds[1].bake.voxel", "20 m");
         set(f, scene, "clouds[1].bake.age", "1");

@@ -128,8 +128,8 @@ static void clip_to_level(np_bake *bake) {
   const double leaf_m = bake->voxel_m * NP_LEAF_EDGE, reach_m = np_bake_get_reach_m(bake) + bake->lod.cell_m;
   for (int a = 0; a < 3 && isfinite(reach_m); a++) {
     const double first_m = np_bake_compute_offset_m(bake, a, 0);
-    const double low = floor((bake->lod.viewer_min_m[a] - reach_m - first_m) / leaf_m);
-    const double high = ceil((bake->lod.viewer_max_m[a] + reach_m - first_m) / leaf_m);
+    const double low = floor((bake->lod.viewers.min_m[a] - reach_m - first_m) / leaf_m);
+    const double high = ceil((bake->lod.viewers.max_m[a] + reach_m - first_m) / leaf_m);
     const double begin = fmax(bake->leaf_begin[a], low), end = fmin(bake->leaf_begin[a] + bake->leaf_count[a], high);
     bake->leaf_begin[a] = (int32_t)fmin(begin, bake->leaf_begin[a] + bake->leaf_count[a]);
     bake->leaf_count[a] = (int32_t)fmax(end - bake->leaf_begin[a], 0);
@@ -158,12 +158,12 @@ unsigned np_bake_count_levels(const neph_cloud_desc *cloud, const neph_bake_desc
 
 /* The finest level of detail; its box alone is not known yet. */
 static np_bake_lod make_lod(const neph_cloud_desc *cloud, const neph_bake_desc *desc) {
-  np_bake_lod lod = {.count = np_bake_count_levels(cloud, desc)};
+  np_bake_lod lod = {.count = np_bake_count_levels(cloud, desc), .viewers.angle_rad = desc->lod_angle_rad};
   lod.cell_m = ldexp(NP_LEAF_EDGE * cloud->voxel_m, (int)lod.count - 1);
   for (int a = 0; a < 3; a++) {
     const double origin_m = a == 2 ? cloud->base_altitude_m : cloud->center_m[a];
-    lod.viewer_min_m[a] = desc->lod_viewer_min_m[a] - origin_m;
-    lod.viewer_max_m[a] = desc->lod_viewer_max_m[a] - origin_m;
+    lod.viewers.min_m[a] = desc->lod_viewer_min_m[a] - origin_m;
+    lod.viewers.max_m[a] = desc->lod_viewer_max_m[a] - origin_m;
   }
   return lod;
 }

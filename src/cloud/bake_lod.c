@@ -17,24 +17,32 @@
 
 /* ---- Cells ---- */
 
-/* The level of a cell; a fixed order of sums and roots, the same bits everywhere. */
-static unsigned choose_level(const np_bake *bake, const int32_t cell[3]) {
-  const np_bake_lod *lod = &bake->lod;
+unsigned np_lod_choose(const np_lod_viewers *viewers, unsigned count, double voxel_m, const double low_m[3],
+                       const double high_m[3]) {
   double squared = 0;
   for (int a = 0; a < 3; a++) {
-    const double low_m = lod->origin_m[a] + cell[a] * lod->cell_m, high_m = low_m + lod->cell_m;
-    const double beside_m = fmax(fmax(low_m - lod->viewer_max_m[a], lod->viewer_min_m[a] - high_m), 0.0);
+    const double beside_m = fmax(fmax(low_m[a] - viewers->max_m[a], viewers->min_m[a] - high_m[a]), 0.0);
     squared += beside_m * beside_m;
   }
-  const double voxel_max_m = sqrt(squared) * bake->desc.lod_angle_rad;
+  const double voxel_max_m = sqrt(squared) * viewers->angle_rad;
   unsigned level = 0;
-  for (double m = 2 * np_bake_get_finest_m(bake); level + 1 < lod->count && m <= voxel_max_m; m *= 2) level++;
+  for (double m = 2 * voxel_m; level + 1 < count && m <= voxel_max_m; m *= 2) level++;
   return level;
+}
+
+static unsigned choose_level(const np_bake *bake, const int32_t cell[3]) {
+  const np_bake_lod *lod = &bake->lod;
+  double low_m[3], high_m[3];
+  for (int a = 0; a < 3; a++) {
+    low_m[a] = lod->origin_m[a] + cell[a] * lod->cell_m;
+    high_m[a] = low_m[a] + lod->cell_m;
+  }
+  return np_lod_choose(&lod->viewers, lod->count, np_bake_get_finest_m(bake), low_m, high_m);
 }
 
 double np_bake_get_reach_m(const np_bake *bake) {
   if (bake->lod.level + 1 == bake->lod.count) return INFINITY;
-  return 2 * bake->voxel_m / bake->desc.lod_angle_rad;
+  return 2 * bake->voxel_m / bake->lod.viewers.angle_rad;
 }
 
 static bool owns_leaf(const np_bake *bake, const int32_t leaf[3]) {

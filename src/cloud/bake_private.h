@@ -15,9 +15,9 @@ typedef enum np_bake_use {
 
 /* Levels of detail: cells as large as a leaf of the coarsest are held at one size of voxels each (bake_lod.c). */
 typedef struct np_bake_lod {
-  unsigned count, level;                   /* sizes; that of this bake, from 0, the finest */
-  double viewer_min_m[3], viewer_max_m[3]; /* offsets */
-  double cell_m, origin_m[3];              /* edge; of cell (0, 0, 0) */
+  unsigned count, level;      /* sizes; that of this bake, from 0, the finest */
+  np_lod_viewers viewers;     /* by offsets */
+  double cell_m, origin_m[3]; /* edge; of cell (0, 0, 0) */
 } np_bake_lod;
 
 typedef struct np_bake {

@@ -57,6 +57,17 @@ neph_result np_cloud_desc_to_json(neph_context *context, const neph_cloud_desc *
 neph_result np_cloud_desc_from_json(neph_context *context, const char *file, const char *text,
                                     neph_cloud_desc *out_desc, neph_bake_desc *bake);
 
+/* Those who look at levels of detail: a box that holds all, and the angle that a voxel may span before a smaller size
+ * is taken. */
+typedef struct np_lod_viewers {
+  double min_m[3], max_m[3], angle_rad;
+} np_lod_viewers;
+
+/* The coarsest of so many levels, from voxel_m on, whose voxels span no more than the angle, seen from the nearest of
+ * the viewers at the nearest point of a box; a fixed order of sums and roots, the same bits everywhere. */
+unsigned np_lod_choose(const np_lod_viewers *viewers, unsigned count, double voxel_m, const double low_m[3],
+                       const double high_m[3]);
+
 /* Levels of detail that a bake has: those asked for whose voxels the cloud is thick enough for. */
 unsigned np_bake_count_levels(const neph_cloud_desc *desc, const neph_bake_desc *bake);
 

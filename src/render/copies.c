@@ -26,25 +26,8 @@ static void include(np_dvec3 box_low, np_dvec3 box_high, np_dvec3 *low, np_dvec3
   *high = np_dvec3_make(fmax(high->x, box_high.x), fmax(high->y, box_high.y), fmax(high->z, box_high.z));
 }
 
-/* The level of a copy in a box: the coarsest whose voxels span no more than the angle, seen from the nearest viewer. */
-static unsigned choose_level(const np_cloud_parts *parts, const neph_bake_desc *levels, double voxel_m, np_dvec3 low,
-                             np_dvec3 high) {
-  const double from[3] = {low.x, low.y, low.z}, to[3] = {high.x, high.y, high.z};
-  double squared = 0.0;
-  if (!np_volume_has_parts(parts->volume, NP_PARTS_OF_COPIES)) return 0;
-  for (int a = 0; a < 3; a++) {
-    const double beside_m = fmax(fmax(from[a] - levels->lod_viewer_max_m[a], levels->lod_viewer_min_m[a] - to[a]), 0.0);
-    squared += beside_m * beside_m;
-  }
-  const double voxel_max_m = sqrt(squared) * levels->lod_angle_rad;
-  unsigned level = 0;
-  for (double m = 2.0 * voxel_m; level + 1 < np_volume_count_parts(parts->volume) && m <= voxel_max_m; m *= 2.0)
-    level++;
-  return level;
-}
-
 neph_result np_copies_make(neph_context *context, const np_scene_cloud *cloud, const np_placement *origin,
-                           const neph_bake_desc *levels, np_cloud_parts *out, np_dvec3 *low, np_dvec3 *high) {
+                           const np_lod_viewers *viewers, np_cloud_parts *out, np_dvec3 *low, np_dvec3 *high) {
   const np_bricks *bricks = origin->world.bricks;
   if (bricks->is_periodic[0] || bricks->is_periodic[1])
     return np_fail(context, NEPH_ERROR_BAD_SCENE,
@@ -54,12 +37,15 @@ neph_result np_copies_make(neph_context *context, const np_scene_cloud *cloud, c
   if (!out->copies) return NEPH_ERROR_OUT_OF_MEMORY;
   out->copy_count = cloud->place_count;
   const double voxel_m = np_placement_get_voxel_edge(&origin->index_to_world);
+  const unsigned level_count =
+      np_volume_has_parts(out->volume, NP_PARTS_OF_COPIES) ? np_volume_count_parts(out->volume) : 1;
   neph_result result = NEPH_OK;
   for (unsigned i = 0; i < cloud->place_count && !result; i++) {
     np_dvec3 box_low, box_high;
     result = make_copy(context, cloud, origin, &cloud->place[i], &out->copies[i]);
     np_cloud_place_move_box(&cloud->place[i], origin->bounds_min, origin->bounds_max, &box_low, &box_high);
-    out->copies[i].part = choose_level(out, levels, voxel_m, box_low, box_high);
+    const double from[3] = {box_low.x, box_low.y, box_low.z}, to[3] = {box_high.x, box_high.y, box_high.z};
+    out->copies[i].part = np_lod_choose(viewers, level_count, voxel_m, from, to);
     include(box_low, box_high, low, high);
   }
   out->placed = out->copies[0];

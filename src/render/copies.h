@@ -3,13 +3,14 @@
 #ifndef NP_RENDER_COPIES_H
 #define NP_RENDER_COPIES_H
 
+#include "cloud/cloud_private.h"
 #include "render/packet.h"
 #include "render/placement.h"
 
 /* Puts a cloud that is placed with its pivot at the origin into each of its places, and includes their boxes. Where it
- * has levels for its copies, each has that of `levels` (np_plan_get_copy_levels). */
+ * has levels for its copies, each has one by its distance from the viewers. */
 neph_result np_copies_make(neph_context *context, const np_scene_cloud *cloud, const np_placement *origin,
-                           const neph_bake_desc *levels, np_cloud_parts *out, np_dvec3 *low, np_dvec3 *high);
+                           const np_lod_viewers *viewers, np_cloud_parts *out, np_dvec3 *low, np_dvec3 *high);
 void np_copies_clear(neph_context *context, np_cloud_parts *parts);
 
 /* Builds the hierarchy over a packet's clouds, if some stand in several places. NEPH_ERROR_BAD_SCENE where too many lie

@@ -91,14 +91,23 @@ neph_bake_desc np_plan_get_bake_desc(const np_plan *plan, const neph_scene *scen
   return desc;
 }
 
-neph_bake_desc np_plan_get_copy_levels(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud) {
+unsigned np_plan_count_copy_levels(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud) {
   neph_bake_desc desc = NEPH_BAKE_DESC_DEFAULT;
   const neph_cloud_desc bake = np_plan_get_bake(plan, scene, cloud);
-  if (!cloud->is_baked || !(bake.repeat_m > 0.0)) return desc;
+  if (!cloud->is_baked || !(bake.repeat_m > 0.0)) return 1;
   set_viewers(scene, cloud, get_pixel_rad(plan, scene), &desc);
-  desc.lod_count = np_bake_count_levels(&bake, &desc);
-  if (desc.lod_count > NP_COPY_LEVELS_MAX) desc.lod_count = NP_COPY_LEVELS_MAX;
-  return desc;
+  const unsigned count = np_bake_count_levels(&bake, &desc);
+  return count < NP_COPY_LEVELS_MAX ? count : NP_COPY_LEVELS_MAX;
+}
+
+np_lod_viewers np_plan_get_viewers(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud) {
+  neph_bake_desc desc = NEPH_BAKE_DESC_DEFAULT;
+  np_lod_viewers viewers;
+  set_viewers(scene, cloud, get_pixel_rad(plan, scene), &desc);
+  memcpy(viewers.min_m, desc.lod_viewer_min_m, sizeof viewers.min_m);
+  memcpy(viewers.max_m, desc.lod_viewer_max_m, sizeof viewers.max_m);
+  viewers.angle_rad = desc.lod_angle_rad;
+  return viewers;
 }
 
 void np_plan_describe_file_bake(const neph_scene *scene, const np_scene_cloud *cloud, neph_bake_desc *desc) {

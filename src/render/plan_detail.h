@@ -3,6 +3,7 @@
 #ifndef NP_RENDER_PLAN_DETAIL_H
 #define NP_RENDER_PLAN_DETAIL_H
 
+#include "cloud/cloud_private.h"
 #include "render/plan_stages.h"
 
 enum { NP_COPY_LEVELS_MAX = 4 }; /* for as many halvings the voxels of a tile are rounded (cloud/repeat.h) */
@@ -15,9 +16,11 @@ neph_cloud_desc np_plan_get_bake(const np_plan *plan, const neph_scene *scene, c
  * camera ever is, so that they stay from frame to frame. */
 neph_bake_desc np_plan_get_bake_desc(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud);
 
-/* Levels of detail of the copies of a field that repeats, of which each has one: lod_count, lod_viewer_* and
- * lod_angle_rad of the description, for all places where the camera ever is. One level of other clouds. */
-neph_bake_desc np_plan_get_copy_levels(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud);
+/* Levels of detail that the copies of a field that repeats have, of which each has one; of other clouds 1. */
+unsigned np_plan_count_copy_levels(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud);
+
+/* Those who look at a cloud's levels: all places where the camera ever is. */
+np_lod_viewers np_plan_get_viewers(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud);
 
 /* The planet and the levels of detail of a bake to a file: those of the scene's own resolution, so that no picture of
  * another size bakes it anew. */

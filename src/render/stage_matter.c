@@ -71,7 +71,7 @@ static neph_result compute_key(const np_stage_part *in, const char *path, source
     np_hash_add_text(hash, "no file");
   else
     result = add_bake(hash, in->plan, in->scene, cloud);
-  const unsigned copy_levels = np_plan_get_copy_levels(in->plan, in->scene, cloud).lod_count;
+  const unsigned copy_levels = np_plan_count_copy_levels(in->plan, in->scene, cloud);
   NP_HASH_ADD(hash, copy_levels);
   const neph_result finished = np_hash_finish(hash, out_key->hash);
   return result ? result : finished;
@@ -232,7 +232,7 @@ static neph_result get_volumes_key(const np_stage_part *in, void **out_key) {
 
 /* Coarser levels for copies that stand far away. */
 static neph_result add_copy_levels(const np_stage_part *in, const np_scene_cloud *cloud, neph_volume *volume) {
-  const unsigned count = np_plan_get_copy_levels(in->plan, in->scene, cloud).lod_count;
+  const unsigned count = np_plan_count_copy_levels(in->plan, in->scene, cloud);
   if (!volume || volume->tint || count < 2) return NEPH_OK;
   return np_volume_add_coarser(volume, count, np_plan_get_precision(in->plan, cloud), in->monitor);
 }
@@ -341,9 +341,9 @@ static neph_result place_volume(cloud_build *c) {
                    "cloud %s: the clouds are %u with one for each of their colours and levels, must be at most %d: set "
                    "clouds[].color to none, or lessen clouds[].bake.levels, where they count least",
                    c->cloud->name, c->in->made->volume_count, (int)NP_INSTANCES_MAX);
-  const neph_bake_desc levels = np_plan_get_copy_levels(c->in->plan, c->in->scene, c->cloud);
+  const np_lod_viewers viewers = np_plan_get_viewers(c->in->plan, c->in->scene, c->cloud);
   if (c->cloud->place_count > 0)
-    result = np_copies_make(c->in->made->context, c->cloud, &placement, &levels, c->parts, &c->low, &c->high);
+    result = np_copies_make(c->in->made->context, c->cloud, &placement, &viewers, c->parts, &c->low, &c->high);
   else
     include_box(&c->low, &c->high, placement.bounds_min, placement.bounds_max);
   return result ? result : load_phase(c);

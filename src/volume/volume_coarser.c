@@ -47,8 +47,8 @@ static neph_result recover_grid(const neph_volume *volume, np_monitor *monitor, 
   out_grid->index_to_world = volume->index_to_world;
   if (!result) result = np_sparse_grid_reserve(out_grid, count, 0);
   if (!result && count) result = add_leaves(&volume->bricks, count, out_grid);
-  const sample_job job = {&volume->bricks, out_grid->leaves};
-  if (!result) result = np_parallel_for(volume->context, monitor, count, 64, fill_leaves, (void *)(uintptr_t)&job);
+  sample_job job = {&volume->bricks, out_grid->leaves};
+  if (!result) result = np_parallel_for(volume->context, monitor, count, 64, fill_leaves, &job);
   return result;
 }
 
