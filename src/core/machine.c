@@ -9,6 +9,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include "core/context_private.h"
 #include "core/parallel.h"
 
 /* ---- Control groups ---- */
@@ -124,6 +125,12 @@ bool np_memory_has_room(uint64_t bytes) {
   if (room == MAP_FAILED) return false;
   munmap(room, bytes);
   return true;
+}
+
+unsigned np_foreign_thread_count(const neph_context *context) {
+  struct rlimit limit;
+  const bool is_limited = !getrlimit(RLIMIT_AS, &limit) && limit.rlim_cur != RLIM_INFINITY;
+  return is_limited ? 1 : context->thread_count;
 }
 
 /* As glibc has it on x86-64: the limit on the stack, or 2 MiB where there is none; and a page to guard it. */

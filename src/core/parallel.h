@@ -105,6 +105,10 @@ uint64_t np_memory_size(void);
 /* Whether the process may map `bytes` more, as its limit on address space stands against what it has mapped. */
 bool np_memory_has_room(uint64_t bytes);
 
+/* Threads that a foreign library may use: those of the context, but one where the process has a limit on its address
+ * space. TBB ends the process where a thread's stack has no room. */
+unsigned np_foreign_thread_count(const neph_context *context);
+
 /* Address space of a thread's stack, where whoever starts it does not say. */
 uint64_t np_thread_stack_bytes(void);
 

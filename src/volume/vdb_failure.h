@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include <openvdb/Exceptions.h>
+#include <tbb/task_arena.h>
 
 #include "volume/vdb_streams.h"
 
@@ -33,10 +34,14 @@ inline neph_result report_stream(np_vdb_error *error, Direction direction) noexc
   return report(error, NEPH_ERROR_BAD_FILE, "%s", "the file ends before its data does: it is truncated or damaged");
 }
 
-/* Runs `work` and turns whatever it throws into a result and a message. */
-template <typename Work> neph_result guarded(np_vdb_error *error, Direction direction, const Work &work) noexcept {
+/* Runs `work` and turns whatever it throws into a result and a message. TBB ends the process where it cannot start a
+ * thread, at whatever moment it chooses: the arena asks for no more than it is allowed, and an arena of one for none.
+ */
+template <typename Work>
+neph_result guarded(np_vdb_error *error, Direction direction, unsigned thread_count, const Work &work) noexcept {
   try {
-    work();
+    tbb::task_arena arena(static_cast<int>(thread_count));
+    arena.execute(work);
     error->result = NEPH_OK;
     error->message[0] = 0;
     return NEPH_OK;

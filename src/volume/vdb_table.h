@@ -12,7 +12,7 @@
 extern "C" {
 #endif
 
-#define NP_VDB_MODULE_VERSION 8u
+#define NP_VDB_MODULE_VERSION 9u
 
 /* Name of the module's file and of the function in it. */
 #define NP_VDB_MODULE_FILE "nephos_vdb.so"
@@ -66,6 +66,7 @@ typedef struct np_vdb_source {
    * it cannot check, and they must not be read. */
   neph_result (*read)(void *user, int64_t position, void *out, size_t count);
   neph_result (*check_tree)(void *user, size_t index, int is_half);
+  unsigned thread_count; /* that OpenVDB may use for it; writing takes the calling one alone */
 } np_vdb_source;
 
 /* The grids that one is read from: of several, in lattices of which the first one's is taken, the sum. */
@@ -158,10 +159,6 @@ typedef struct np_vdb_module {
 
   /* Reads a grid by OpenVDB alone, unchecked, and forgets it, for benchmarks. */
   neph_result (*read_alone)(np_vdb_file *file, size_t index, np_vdb_error *error);
-
-  /* Holds TBB to a number of threads for as long as the handle lives; NULL, and no limit, when there is no memory. */
-  void *(*limit_threads)(unsigned thread_count);
-  void (*unlimit_threads)(void *handle); /* NULL is allowed */
 } np_vdb_module;
 
 /* The only exported symbol of nephos_vdb.so. */

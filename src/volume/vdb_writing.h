@@ -99,7 +99,7 @@ inline void fill_output(const np_vdb_write_grid &output, const Canceller &cancel
     fill_scalar(*output.grid, canceller, static_cast<openvdb::FloatGrid &>(grid));
 }
 
-/* Blosc does not survive a failed allocation, of which it makes some 100 kB on each of TBB's threads. */
+/* Blosc does not survive a failed allocation, of which it makes some 100 kB. */
 constexpr std::size_t compression_room_bytes = std::size_t(8) << 20;
 
 /* Throws where there is no such room. */

@@ -23,7 +23,6 @@ neph_result np_volume_file_open(neph_context *context, const char *path, np_moni
   neph_result result = np_vdb_module_get(context, &out_file->module);
   if (!result) result = np_vdb_layout_open(context, path, out_file->module, monitor, &out_file->layout);
   if (result) return result;
-  out_file->thread_limit = out_file->module->limit_threads(context->thread_count);
   np_vdb_error error;
   const np_vdb_source *source = np_vdb_layout_get_source(out_file->layout);
   if (!out_file->module->open(source, is_cancelled, monitor, &out_file->vdb, &error)) return NEPH_OK;
@@ -35,7 +34,6 @@ neph_result np_volume_file_open(neph_context *context, const char *path, np_moni
 void np_volume_file_close(np_volume_file *file) {
   if (!file->module) return;
   file->module->close(file->vdb);
-  file->module->unlimit_threads(file->thread_limit);
   np_vdb_layout_close(file->layout);
   *file = (np_volume_file){0};
 }
@@ -121,13 +119,9 @@ static neph_result add_attributes(const save_job *job, const np_vdb_write_grid *
   return NEPH_OK;
 }
 
-/* By one thread: OpenVDB writes with no more, and those that it would start only to count and to free voxels end the
- * process where they cannot be started. */
 static neph_result write_temporary(const save_job *job, const np_vdb_module *module, const char *temporary) {
   np_vdb_error error;
-  void *limit = module->limit_threads(1);
   neph_result result = module->write(temporary, job->grids, job->count, is_cancelled, job->monitor, &error);
-  module->unlimit_threads(limit);
   if (result && result != NEPH_ERROR_CANCELLED)
     return np_fail(job->context, result, "%s: %s", job->path, error.message);
   return result;

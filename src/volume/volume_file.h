@@ -14,7 +14,6 @@ typedef struct np_volume_file {
   const np_vdb_module *module;
   np_vdb_layout *layout; /* what `vdb` reads through */
   np_vdb_file *vdb;
-  void *thread_limit;
 } np_volume_file;
 
 /* Opens a file and reads what its grids are. `monitor` may be NULL; else it must live until the file is closed. */

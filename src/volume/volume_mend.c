@@ -79,9 +79,7 @@ static neph_result write_mended(const mend_job *job, const char *temporary) {
   if (!marks && count) return NEPH_ERROR_OUT_OF_MEMORY;
   for (size_t i = 0; i < count; i++) marks[i] = get_mark(file, i);
   np_vdb_error error;
-  void *limit = file->module->limit_threads(1); /* OpenVDB writes with no more */
   const neph_result result = file->module->mend(file->vdb, marks, temporary, &error);
-  file->module->unlimit_threads(limit);
   np_alloc_free(file->context, marks);
   return result ? np_volume_file_fail(file, &error) : NEPH_OK;
 }
