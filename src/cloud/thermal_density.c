@@ -30,7 +30,7 @@ static const float fray_size = 0.16f, fray_reach = 0.5f, fray_outwards = 0.10f, 
                    fray_offset = 0.06f, fray_gain = 0.65f;
 static const float fray_stretch = 1.5f, fray_lean = 0.35f;    /* of the noise along the wind; by height */
 static const float wisp_depth = 0.42f, wisp_outwards = 0.45f; /* in largest billows, at a wispiness of 1; of it */
-static const float wisp_bite = 16.0f;                          /* of the noise; of it against the depth */
+static const float wisp_bite = 16.0f;                         /* of the noise; of it against the depth */
 static const float wisp_thinness = 0.80f;                     /* share that wisps have lost at their outer end */
 static const float torn_share = 0.35f, torn_broad = 2.4f, torn_fine = 0.9f, strand_twist = 1.5f; /* of the noises */
 static const float wisp_base_max_m = 300.0f, rain_wisps = 0.8f; /* at the base; of its wisps, by precipitation */
