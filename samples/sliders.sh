@@ -28,8 +28,8 @@ billow_top side billow_amounts [%,0.5,0.5]
 billow_flank flank billow_amounts [0.5,%,0.5]
 billow_base below billow_amounts [0.5,0.5,%]
 wisp_top wide wisp_amounts [%,0,0]
-wisp_flank flank wisp_amounts [0,%,0]
-wisp_base below wisp_amounts [0,0,%]
+wisp_flank limb wisp_amounts [0,%,0]
+wisp_base rim wisp_amounts [0,0,%]
 '
 shape='{spheres: [[-600 m, 0 m, 300 m, 500 m], [100 m, 200 m, 600 m, 560 m], [700 m, -200 m, 350 m, 450 m]]}'
 
@@ -41,6 +41,8 @@ look_from() {
   side) position='0 km, -2.9 km, 1000 m' target='0 km, 0 km, 1500 m' ;;
   flank) position='-0.9 km, -2.6 km, 1100 m' target='-0.8 km, 0 km, 1400 m' fov='40 deg' ;;
   below) position='-0.4 km, -2.6 km, 500 m' target='-0.4 km, 0 km, 1050 m' fov='44 deg' ;;
+  limb) position='-1.2 km, -2.6 km, 1100 m' target='-1.3 km, 0 km, 1320 m' fov='17 deg' ;;
+  rim) position='-1.1 km, -2.6 km, 500 m' target='-1.15 km, 0 km, 1000 m' fov='21 deg' ;;
   under) position='1.6 km, 2.2 km, 60 m' target='-200 m, 0 km, 800 m' ;;
   above) position='0 km, -5 km, 9 km' target='0 km, 0 km, 1700 m' ;;
   esac

@@ -29,7 +29,7 @@ static const preset presets[] = {
      {.model = NEPH_CLOUD_MODEL_THERMALS,
       .extent_m = {8000, 8000}, .voxel_m = 20, .base_altitude_m = 1000, .thickness_m = 3600, .coverage = 0.30,
       .cell_m = 3600, .type = 1.0, .billow_m = 540, .billowiness = 0.6,
-      .erosion = 0.45, .wispiness = 0.25, .turbulence = 0.25,
+      .erosion = 0.40, .wispiness = 0.25, .turbulence = 0.25,
       .extinction_per_m = 0.15}},
     {"stratocumulus",
      {.model = NEPH_CLOUD_MODEL_DECK, .extent_m = {8000, 8000}, .voxel_m = 20, .base_altitude_m = 900,
