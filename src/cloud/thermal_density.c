@@ -2,11 +2,11 @@
 /* Density of a cumulus of thermals, from the distance to its balls.
  *
  * Positions are displaced by divergence-free noise, then the distance is displaced: by billows of Worley noise, the
- * fine ones where the cloud is young, by fBm where it is old, and more so near the base. Extinction rises from the
- * surface inwards over an edge, crisp or soft by age. In the core it follows an adiabatic parcel: liquid water grows
- * with the height above the base, the number of droplets does not, so that extinction is ∝ height^⅔ (Pruppacher and
- * Klett 1997, "Microphysics of Clouds and Precipitation", ch. 2). Entrained air thins an old cloud. The base is not a
- * plane: noise raises it.
+ * fine ones where the cloud is young, by fBm where it is old. Extinction rises from the surface inwards over an edge,
+ * crisp or soft by age, or over wisps: there noise decides by depth what is in a shred. In the core it follows an
+ * adiabatic parcel: liquid water grows with the height above the base, the number of droplets does not, so that
+ * extinction is ∝ height^⅔ (Pruppacher and Klett 1997, "Microphysics of Clouds and Precipitation", ch. 2). Entrained
+ * air thins an old cloud. The base is not a plane: noise raises it.
  *
  * Age and the depth inside are those of the position itself, only the distance that remains near the surface is that
  * of the displaced one; so no value depends on the points that it is evaluated with.
@@ -173,7 +173,7 @@ static void raise_base(const np_cloud_model *model, thermal_work *w) {
   w->count = kept;
 }
 
-/* How deep wisps reach: by the slope of the thermals, whose billows have tops of their own, and by the height. */
+/* Depth that wisps reach: by the slope of the thermals, whose billows have tops of their own, and by the height. */
 static void set_wisp_reach(const np_cloud_model *model, thermal_work *w) {
   const np_thermal_noises *t = &model->thermals;
   float distance_m[NP_CLOUD_BLOCK], age[NP_CLOUD_BLOCK], radius_m[NP_CLOUD_BLOCK], normal[3][NP_CLOUD_BLOCK];
