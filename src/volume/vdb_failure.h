@@ -3,6 +3,7 @@
 #ifndef NP_VOLUME_VDB_FAILURE_H
 #define NP_VOLUME_VDB_FAILURE_H
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -36,11 +37,11 @@ inline neph_result report_stream(np_vdb_error *error, Direction direction) noexc
 
 /* Runs `work` and turns whatever it throws into a result and a message. TBB ends the process where it cannot start a
  * thread, at whatever moment it chooses: the arena asks for no more than it is allowed, and an arena of one for none.
- */
+ * TBB prints a warning where more threads are asked for than there are processors. */
 template <typename Work>
 neph_result guarded(np_vdb_error *error, Direction direction, unsigned thread_count, const Work &work) noexcept {
   try {
-    tbb::task_arena arena(static_cast<int>(thread_count));
+    tbb::task_arena arena(std::min(static_cast<int>(thread_count), tbb::info::default_concurrency()));
     arena.execute(work);
     error->result = NEPH_OK;
     error->message[0] = 0;
