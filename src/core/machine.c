@@ -110,14 +110,20 @@ static uint64_t read_bytes(const char *path) {
   return fields == 1 ? bytes : UINT64_MAX;
 }
 
+/* UINT64_MAX: there is none. */
+static uint64_t get_limit(int resource) {
+  struct rlimit limit;
+  const bool is_limited = !getrlimit(resource, &limit) && limit.rlim_cur != RLIM_INFINITY;
+  return is_limited ? limit.rlim_cur : UINT64_MAX;
+}
+
 uint64_t np_memory_size(void) {
   const long pages = sysconf(_SC_PHYS_PAGES), page_bytes = sysconf(_SC_PAGESIZE);
   uint64_t size = pages > 0 && page_bytes > 0 ? (uint64_t)pages * (uint64_t)page_bytes : UINT64_MAX;
   const uint64_t quota = read_quota("memory.max", read_bytes);
-  struct rlimit limit;
+  const uint64_t limit = get_limit(RLIMIT_AS);
   if (quota < size) size = quota;
-  if (!getrlimit(RLIMIT_AS, &limit) && limit.rlim_cur != RLIM_INFINITY && limit.rlim_cur < size) size = limit.rlim_cur;
-  return size;
+  return limit < size ? limit : size;
 }
 
 bool np_memory_has_room(uint64_t bytes) {
@@ -128,15 +134,11 @@ bool np_memory_has_room(uint64_t bytes) {
 }
 
 unsigned np_foreign_thread_count(const neph_context *context) {
-  struct rlimit limit;
-  const bool is_limited = !getrlimit(RLIMIT_AS, &limit) && limit.rlim_cur != RLIM_INFINITY;
-  return is_limited ? 1 : context->thread_count;
+  return get_limit(RLIMIT_AS) < UINT64_MAX ? 1 : context->thread_count;
 }
 
 /* As glibc has it on x86-64: the limit on the stack, or 2 MiB where there is none; and a page to guard it. */
 uint64_t np_thread_stack_bytes(void) {
-  struct rlimit limit;
-  const uint64_t fallback = 2 << 20, guard = 4096;
-  const bool is_limited = !getrlimit(RLIMIT_STACK, &limit) && limit.rlim_cur != RLIM_INFINITY;
-  return (is_limited ? limit.rlim_cur : fallback) + guard;
+  const uint64_t limit = get_limit(RLIMIT_STACK), fallback = 2 << 20, guard = 4096;
+  return (limit < UINT64_MAX ? limit : fallback) + guard;
 }

@@ -68,10 +68,12 @@ struct Entry {
 } /* namespace np_vdb */
 
 struct np_vdb_file {
-  np_vdb_file(const np_vdb_source &source_, np_vdb::Canceller canceller_)
-      : source(source_), canceller(canceller_), buffer(source_, canceller_), stream(&buffer) {}
+  np_vdb_file(const np_vdb_source &source_, unsigned thread_count_, np_vdb::Canceller canceller_)
+      : source(source_), thread_count(thread_count_), canceller(canceller_), buffer(source_, canceller_),
+        stream(&buffer) {}
 
   const np_vdb_source &source;
+  const unsigned thread_count; /* that trees may be read with */
   const np_vdb::Canceller canceller;
   np_vdb::SourceBuffer buffer;
   openvdb::io::StreamMetadata::Ptr metadata{

@@ -35,9 +35,9 @@ inline neph_result report_stream(np_vdb_error *error, Direction direction) noexc
   return report(error, NEPH_ERROR_BAD_FILE, "%s", "the file ends before its data does: it is truncated or damaged");
 }
 
-/* Runs `work` and turns whatever it throws into a result and a message. TBB ends the process where it cannot start a
- * thread, at whatever moment it chooses: the arena asks for no more than it is allowed, and an arena of one for none.
- * TBB prints a warning where more threads are asked for than there are processors. */
+/* Runs `work`, by at most so many threads, and turns whatever it throws into a result and a message. TBB starts threads
+ * when it likes, and ends the process where it cannot; for an arena of one it starts none. It prints a warning where an
+ * arena is wider than there are processors. */
 template <typename Work>
 neph_result guarded(np_vdb_error *error, Direction direction, unsigned thread_count, const Work &work) noexcept {
   try {
@@ -66,6 +66,11 @@ neph_result guarded(np_vdb_error *error, Direction direction, unsigned thread_co
   } catch (...) {
     return report(error, NEPH_ERROR_INTERNAL, "%s", "OpenVDB failed without saying why");
   }
+}
+
+/* On the calling thread alone. */
+template <typename Work> neph_result guarded(np_vdb_error *error, Direction direction, const Work &work) noexcept {
+  return guarded(error, direction, 1, work);
 }
 
 } /* namespace np_vdb */

@@ -295,10 +295,7 @@ neph_result np_vdb_layout_open(neph_context *context, const char *path, const np
   if (!layout) return NEPH_ERROR_OUT_OF_MEMORY;
   layout->module = module;
   layout->monitor = monitor;
-  layout->source = (np_vdb_source){.user = layout,
-                                   .read = read_bytes,
-                                   .check_tree = check_stored_tree,
-                                   .thread_count = np_foreign_thread_count(context)};
+  layout->source = (np_vdb_source){.user = layout, .read = read_bytes, .check_tree = check_stored_tree};
   if (!np_vdb_bytes_open(context, path, &layout->bytes)) {
     layout->source.size = layout->bytes.size;
     read_file_header(layout);

@@ -28,7 +28,7 @@ namespace {
 
 neph_result try_chunk(uint32_t compression, const void *chunk, size_t chunk_bytes, size_t count) noexcept {
   np_vdb_error ignored;
-  return guarded(&ignored, Direction::reading, 1, [&] {
+  return guarded(&ignored, Direction::reading, [&] {
     MemoryBuffer buffer(chunk, chunk_bytes);
     std::istream stream(&buffer);
     stream.exceptions(std::ios_base::failbit | std::ios_base::badbit);
@@ -89,12 +89,12 @@ std::size_t search_owner(const std::vector<Entry> &entries, const Entry &entry) 
   return no_owner;
 }
 
-neph_result open_file(const np_vdb_source *source, np_vdb_cancel_fn cancel, void *cancel_user, np_vdb_file **out_file,
-                      np_vdb_error *error) noexcept {
+neph_result open_file(const np_vdb_source *source, unsigned thread_count, np_vdb_cancel_fn cancel, void *cancel_user,
+                      np_vdb_file **out_file, np_vdb_error *error) noexcept {
   *out_file = nullptr;
-  return guarded(error, Direction::reading, 1, [&] {
+  return guarded(error, Direction::reading, [&] {
     openvdb::initialize();
-    auto file = std::make_unique<np_vdb_file>(*source, Canceller{cancel, cancel_user});
+    auto file = std::make_unique<np_vdb_file>(*source, thread_count, Canceller{cancel, cancel_user});
     start_stream(*file);
     for (std::size_t i = 0; i < source->grid_count; i++) file->entries.push_back(read_entry(*file, i));
     for (Entry &entry : file->entries) entry.owner = search_owner(file->entries, entry);
@@ -127,7 +127,7 @@ void describe_grid(const np_vdb_file *file, size_t index, np_vdb_grid_info *out_
 
 neph_result visit_metadata(const np_vdb_file *file, size_t index, void (*visit)(void *, const char *, const char *),
                            void *user, np_vdb_error *error) noexcept {
-  return guarded(error, Direction::reading, 1, [&] {
+  return guarded(error, Direction::reading, [&] {
     const openvdb::GridBase &grid = *file->entries[index].header;
     for (auto item = grid.beginMeta(); item != grid.endMeta(); ++item)
       if (item->second && item->first != openvdb::GridBase::META_FILE_DELAYED_LOAD)
@@ -139,7 +139,7 @@ neph_result visit_metadata(const np_vdb_file *file, size_t index, void (*visit)(
 
 neph_result read_grid(np_vdb_file *file, const np_vdb_request *request, const np_vdb_sink *sink,
                       uint64_t *out_tree_bytes, np_vdb_error *error) noexcept {
-  return guarded(error, Direction::reading, file->source.thread_count, [&] {
+  return guarded(error, Direction::reading, file->thread_count, [&] {
     for (std::size_t i = 0; i < request->count; i++) check_type(file->entries[request->indices[i]]);
     if (!request->is_density || is_plain(*file, *request))
       read_plain(*file, *request, *sink, out_tree_bytes);
@@ -154,7 +154,7 @@ template <typename... GridTypes> std::size_t get_leaf_value_bytes(const openvdb:
 }
 
 neph_result measure_grid(np_vdb_file *file, size_t index, np_vdb_grid_size *out_size, np_vdb_error *error) noexcept {
-  return guarded(error, Direction::reading, file->source.thread_count, [&] {
+  return guarded(error, Direction::reading, file->thread_count, [&] {
     const openvdb::GridBase::Ptr grid = read_tree(*file, file->entries[index], Part::topology);
     const openvdb::CoordBBox box = grid->evalActiveVoxelBoundingBox();
     for (int axis = 0; axis < 3; axis++) {
@@ -175,7 +175,7 @@ neph_result measure_grid(np_vdb_file *file, size_t index, np_vdb_grid_size *out_
 
 neph_result write_grids(const char *path, const np_vdb_write_grid *grids, size_t count, np_vdb_cancel_fn cancel,
                         void *cancel_user, np_vdb_error *error) noexcept {
-  return guarded(error, Direction::writing, 1, [&] {
+  return guarded(error, Direction::writing, [&] {
     openvdb::initialize();
     const Canceller canceller{cancel, cancel_user};
     openvdb::GridPtrVec outputs;
@@ -191,7 +191,7 @@ neph_result write_grids(const char *path, const np_vdb_write_grid *grids, size_t
 
 neph_result diagnose_grid(np_vdb_file *file, size_t index, void (*visit)(void *, const char *), void *user,
                           np_vdb_error *error) noexcept {
-  return guarded(error, Direction::reading, file->source.thread_count, [&] {
+  return guarded(error, Direction::reading, file->thread_count, [&] {
     const openvdb::GridBase::Ptr grid = read_tree(*file, file->entries[index], Part::tree);
     const auto tell = [&](const std::string &text) { visit(user, text.c_str()); };
     diagnose_if<openvdb::FloatGrid>(*grid, tell);
@@ -224,7 +224,7 @@ openvdb::GridPtrVec read_all(np_vdb_file &file) {
 neph_result mend_file(np_vdb_file *file, const np_vdb_mark *marks, const char *path, np_vdb_error *error) noexcept {
   openvdb::GridPtrVec grids;
   openvdb::MetaMap metadata;
-  const neph_result result = guarded(error, Direction::reading, 1, [&] {
+  const neph_result result = guarded(error, Direction::reading, [&] {
     file->stream.seekg(file->source.metadata);
     metadata.readMeta(file->stream);
     grids = read_all(*file);
@@ -234,7 +234,7 @@ neph_result mend_file(np_vdb_file *file, const np_vdb_mark *marks, const char *p
     }
   });
   if (result) return result;
-  return guarded(error, Direction::writing, 1, [&] {
+  return guarded(error, Direction::writing, [&] {
     write_stream(path, openvdb::GridCPtrVec(grids.begin(), grids.end()), metadata, file->canceller);
   });
 }
@@ -242,7 +242,7 @@ neph_result mend_file(np_vdb_file *file, const np_vdb_mark *marks, const char *p
 /* ---- For tests and benchmarks ---- */
 
 neph_result read_alone(np_vdb_file *file, size_t index, np_vdb_error *error) noexcept {
-  return guarded(error, Direction::reading, file->source.thread_count, [&] {
+  return guarded(error, Direction::reading, file->thread_count, [&] {
     const std::size_t owner = file->entries[index].owner;
     read_unchecked(*file, file->entries[owner == no_owner ? index : owner], Part::tree);
   });
@@ -250,7 +250,7 @@ neph_result read_alone(np_vdb_file *file, size_t index, np_vdb_error *error) noe
 
 neph_result sample_grid(const np_sparse_grid *source, size_t count, const double *positions, float *out_values,
                         np_vdb_error *error) noexcept {
-  return guarded(error, Direction::writing, 1, [&] {
+  return guarded(error, Direction::writing, [&] {
     openvdb::initialize();
     const openvdb::FloatGrid::Ptr grid = openvdb::FloatGrid::create(source->background);
     grid->setTransform(make_transform(source->index_to_world));

@@ -66,7 +66,6 @@ typedef struct np_vdb_source {
    * it cannot check, and they must not be read. */
   neph_result (*read)(void *user, int64_t position, void *out, size_t count);
   neph_result (*check_tree)(void *user, size_t index, int is_half);
-  unsigned thread_count; /* that OpenVDB may use for it; writing takes the calling one alone */
 } np_vdb_source;
 
 /* The grids that one is read from: of several, in lattices of which the first one's is taken, the sum. */
@@ -121,9 +120,10 @@ typedef struct np_vdb_module {
   /* Tries to decompress a chunk, its length before it, to `count` bytes. */
   neph_result (*try_chunk)(uint32_t compression, const void *chunk, size_t chunk_bytes, size_t count);
 
-  /* Reads the headers of a file's grids. `source` and `cancel` are asked until the file is closed. */
-  neph_result (*open)(const np_vdb_source *source, np_vdb_cancel_fn cancel, void *cancel_user, np_vdb_file **out_file,
-                      np_vdb_error *error);
+  /* Reads the headers of a file's grids. `source` and `cancel` are asked until the file is closed. Its trees are read
+   * by `thread_count` threads; files are written by the calling one. */
+  neph_result (*open)(const np_vdb_source *source, unsigned thread_count, np_vdb_cancel_fn cancel, void *cancel_user,
+                      np_vdb_file **out_file, np_vdb_error *error);
   void (*close)(np_vdb_file *file); /* NULL is allowed */
   size_t (*count)(const np_vdb_file *file);
   void (*describe)(const np_vdb_file *file, size_t index, np_vdb_grid_info *out_info);

@@ -25,7 +25,8 @@ neph_result np_volume_file_open(neph_context *context, const char *path, np_moni
   if (result) return result;
   np_vdb_error error;
   const np_vdb_source *source = np_vdb_layout_get_source(out_file->layout);
-  if (!out_file->module->open(source, is_cancelled, monitor, &out_file->vdb, &error)) return NEPH_OK;
+  const unsigned thread_count = np_foreign_thread_count(context);
+  if (!out_file->module->open(source, thread_count, is_cancelled, monitor, &out_file->vdb, &error)) return NEPH_OK;
   result = np_volume_file_fail(out_file, &error);
   np_volume_file_close(out_file);
   return result;
