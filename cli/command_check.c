@@ -8,20 +8,27 @@ static neph_result check_scene(cli_session *session, neph_check *check, const ch
   neph_result result = neph_check_set_file(check, path[0] == '-' && !path[1] ? "standard input" : path);
   if (!result) result = cli_read_scene(session, path, &scene);
   if (result == NEPH_ERROR_OUT_OF_MEMORY || result == NEPH_ERROR_CANCELLED) return result;
+  if (!scene && neph_check_is_file(path)) return neph_check_file(check, path); /* the files that it names */
   result = scene ? neph_check_scene(check, scene, options->has_frame ? options->frame : 1) : NEPH_OK;
   neph_scene_destroy(scene);
   return result;
 }
 
 static cli_exit check_names(const cli_options *options) {
-  for (size_t i = 0; i < options->file_count; i++)
+  size_t scene_count = 0;
+  for (size_t i = 0; i < options->file_count; i++) {
+    scene_count += cli_is_scene(options->files[i]);
     if (!cli_is_scene(options->files[i]) && !neph_check_is_file(options->files[i])) {
-      cli_complain("%s is of no kind known by its name, must end in .vdb, .hgt, .tif, .asc, .bil, .flt, .dem, .img, "
-                   ".dt2, .vrt, .zip, .r16, .raw, .exr, .png, .csv, .gltf, .glb, .obj, .ply, .stl, .fbx, .dae or .yaml",
-                   options->files[i]);
+      cli_complain(
+          "%s is of no kind known by its name, must end in .vdb, .nvdb, .hgt, .tif, .asc, .bil, .flt, .dem, .img, "
+          ".dt2, .vrt, .zip, .r16, .raw, .exr, .png, .csv, .chan, .gltf, .glb, .obj, .ply, .stl, .fbx, .dae or .yaml",
+          options->files[i]);
       return CLI_USAGE;
     }
-  return CLI_DONE;
+  }
+  if (scene_count || (!options->setting_count && !options->has_frame)) return CLI_DONE;
+  cli_complain("%s of nephos check goes with a scene, and none is given", options->has_frame ? "--frame" : "--set");
+  return CLI_USAGE;
 }
 
 static cli_exit check_fix(const cli_session *session) {
@@ -56,8 +63,11 @@ static cli_exit report(cli_session *session, neph_check *check) {
 
 static cli_exit mend(const cli_session *session) {
   const cli_options *options = session->options;
-  const neph_result result = neph_check_mend_file(session->context, options->files[0], options->outputs[0]);
-  if (!result && !options->is_json) printf("%s: mended copy of %s\n", options->outputs[0], options->files[0]);
+  char *changes;
+  const neph_result result = neph_check_mend_file(session->context, options->files[0], options->outputs[0], &changes);
+  if (!result && !options->is_json)
+    printf("%s: mended copy of %s\n%s", options->outputs[0], options->files[0], changes);
+  neph_text_destroy(session->context, changes);
   return cli_exit_of(result);
 }
 
@@ -89,15 +99,18 @@ const cli_verb cli_verb_check = {
     .argument_min = 1,
     .argument_max = SIZE_MAX,
     .run = run_check,
-    .files = "vdb hgt tif tiff asc bil flt dem img dt0 dt1 dt2 vrt zip r16 raw exr png csv gltf glb obj ply stl fbx "
-             "yaml yml",
-    .exits = CLI_MAY(CLI_DIFFERENT),
+    .files =
+        "vdb hgt tif tiff asc bil flt dem img dt0 dt1 dt2 vrt zip r16 raw exr png csv chan gltf glb obj ply stl fbx "
+        "yaml yml",
+    .exits = CLI_MAY(CLI_DIFFERENT) | CLI_MAY(CLI_NOT_FOUND),
     .description =
         "Reads files, by their endings, and prints what is wrong with them: an error is what a render refuses, a "
         "warning what may not be meant, a note what is worth knowing. Each line has the file, the severity, the grid, "
         "the cause, the place, behind an arrow the key or option that mends it, and the name of the rule. A .vdb name "
         "with #### is a sequence: all its files are read, and compared from frame to frame. A scene is checked with "
         "all that it names, all errors at once.\n\n"
+        "With --fix a copy of a .vdb is written whose values a cloud can have, and what has changed in each grid is "
+        "printed; of a sequence, with #### in both names, each file is.\n\n"
         "The exit code is 7 where there are errors or warnings.",
     .options = {{"--fix"},
                 {"--output", "write the mended copy to FILE, a .vdb", .files = "vdb"},

@@ -18,12 +18,12 @@ static describe_fn choose_describer(const char *path) {
     const char *extension;
     describe_fn describe;
   } kinds[] = {
-      {".vdb", neph_volume_describe_file},  {".hgt", neph_terrain_describe_file},  {".png", neph_terrain_describe_file},
-      {".tif", neph_terrain_describe_file}, {".tiff", neph_terrain_describe_file}, {".asc", neph_terrain_describe_file},
-      {".bil", neph_terrain_describe_file}, {".flt", neph_terrain_describe_file},  {".dem", neph_terrain_describe_file},
-      {".img", neph_terrain_describe_file}, {".dt0", neph_terrain_describe_file},  {".dt1", neph_terrain_describe_file},
-      {".dt2", neph_terrain_describe_file}, {".vrt", neph_terrain_describe_file},  {".zip", neph_terrain_describe_file},
-      {".exr", neph_image_describe_file}};
+      {".vdb", neph_volume_describe_file},  {".nvdb", neph_volume_describe_file}, {".png", neph_terrain_describe_file},
+      {".hgt", neph_terrain_describe_file}, {".tif", neph_terrain_describe_file}, {".tiff", neph_terrain_describe_file},
+      {".asc", neph_terrain_describe_file}, {".bil", neph_terrain_describe_file}, {".flt", neph_terrain_describe_file},
+      {".dem", neph_terrain_describe_file}, {".img", neph_terrain_describe_file}, {".dt0", neph_terrain_describe_file},
+      {".dt1", neph_terrain_describe_file}, {".dt2", neph_terrain_describe_file}, {".vrt", neph_terrain_describe_file},
+      {".zip", neph_terrain_describe_file}, {".exr", neph_image_describe_file}};
   for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++)
     if (cli_has_extension(path, kinds[i].extension)) return kinds[i].describe;
   return NULL;

@@ -186,7 +186,7 @@ static void several_densities_are_found(void **state) {
   save(f, f->path, both, 2, false);
   neph_check *check = start(f);
   assert_int_equal(neph_check_file(check, f->path), NEPH_OK);
-  assert_non_null(strstr(search_rule(check, "file.densities").cause, "'low', 'high'"));
+  assert_non_null(strstr(search_rule(check, "file.no_density").cause, "'low' (float), 'high' (float)"));
   neph_check_destroy(check);
   np_sparse_grid_clear(&low);
   np_sparse_grid_clear(&high);
@@ -208,24 +208,29 @@ static void a_mended_copy_is_clean_and_keeps_the_rest(void **state) {
   save(f, f->path, both, 2, false);
   char copy[1200], *text;
   (void)snprintf(copy, sizeof copy, "%s.mended.vdb", f->path);
-  assert_int_equal(neph_check_mend_file(f->context, f->path, copy), NEPH_OK);
+  assert_int_equal(neph_check_mend_file(f->context, f->path, copy, &text), NEPH_OK);
+  assert_string_equal(text, "  grid 'density': 2 values mended, background made 0\n"
+                            "  grid 'temperature': 1 value mended\n");
+  neph_text_destroy(f->context, text);
   assert_clean(f, copy);
   assert_int_equal(neph_volume_describe_file(f->context, copy, NEPH_TEXT_PLAIN, &text), NEPH_OK);
   assert_non_null(strstr(text, "grid 'temperature'"));
   assert_non_null(strstr(text, "nephos:hash"));
   neph_text_destroy(f->context, text);
-  assert_int_equal(neph_check_mend_file(f->context, copy, copy), NEPH_ERROR_INVALID_ARGUMENT);
+  assert_int_equal(neph_check_mend_file(f->context, copy, copy, NULL), NEPH_ERROR_INVALID_ARGUMENT);
   assert_one_error(&f->log, "must be another");
   np_sparse_grid_clear(&density);
   np_sparse_grid_clear(&heat);
 }
 
-/* A repaired import has the values of the mended copy. */
+/* A repaired import has the values of the mended copy. Infinity is the largest of the others, 13/14, where a voxel is
+ * active: what was above all that a file holds is no hole. */
 static void repair_and_the_copy_agree(void **state) {
   test_fixture *f = *state;
   np_sparse_grid grid;
   make_grid(f, "density", &grid);
   grid.background = 0.25f;
+  grid.leaves[3].values[100] = INFINITY; /* at voxel (1, 4, 28) */
   grid.leaves[BAD_LEAF].values[BAD_VOXEL] = INFINITY;
   grid.leaves[BAD_LEAF].active[BAD_VOXEL / 64] &= ~(UINT64_C(1) << (BAD_VOXEL % 64));
   grid.leaves[2].values[9] = 0.25f;
@@ -233,13 +238,16 @@ static void repair_and_the_copy_agree(void **state) {
   save_one(f, &grid);
   char copy[1200];
   (void)snprintf(copy, sizeof copy, "%s.mended.vdb", f->path);
-  assert_int_equal(neph_check_mend_file(f->context, f->path, copy), NEPH_OK);
+  assert_int_equal(neph_check_mend_file(f->context, f->path, copy, NULL), NEPH_OK);
   neph_volume_load_desc desc = NEPH_VOLUME_LOAD_DESC_DEFAULT;
   neph_volume *repaired, *mended;
   assert_int_equal(neph_volume_load(f->context, copy, &desc, &mended), NEPH_OK);
   desc.policy = NEPH_IMPORT_REPAIR;
   assert_int_equal(neph_volume_load(f->context, f->path, &desc, &repaired), NEPH_OK);
-  double at[3];
+  double at[3] = {10.0, 40.0, 380.0};
+  float largest;
+  neph_volume_sample(repaired, 1, at, &largest);
+  assert_near((double)largest, 0.5 + 6.0 / 14.0, 1e-3); /* of a half */
   for (int i = -2; i < 40; i++) {
     float values[2];
     at[0] = 10.0 * i, at[1] = 7.0 * i, at[2] = 100.0 + 11.0 * i;
@@ -250,6 +258,57 @@ static void repair_and_the_copy_agree(void **state) {
   neph_volume_release(repaired);
   neph_volume_release(mended);
   np_sparse_grid_clear(&grid);
+}
+
+/* Distances to a surface are not cut off at 0 for want of a class. */
+static void a_level_set_without_its_class_is_kept(void **state) {
+  test_fixture *f = *state;
+  np_sparse_grid grid;
+  make_grid(f, "density", &grid);
+  grid.background = 3.0f;
+  for (int n = 0; n < NP_LEAF_SIZE; n++) grid.leaves[0].values[n] = (float)n / 100.0f - 2.9f;
+  const np_vdb_write_grid output = {.grid = &grid};
+  assert_int_equal(np_volume_save_grids(f->context, f->path, &output, 1, NULL), NEPH_OK);
+  assert_int_equal(test_file_replace(f->path, "fog volume", "unknown   ", sizeof "fog volume" - 1), 1);
+  neph_check *check = start(f);
+  assert_int_equal(neph_check_file(check, f->path), NEPH_OK);
+  assert_int_equal(search_rule(check, "grid.unmarked_level_set").severity, NEPH_SEVERITY_WARNING);
+  neph_check_destroy(check);
+  char copy[1200], *text;
+  (void)snprintf(copy, sizeof copy, "%s.mended.vdb", f->path);
+  assert_int_equal(neph_check_mend_file(f->context, f->path, copy, &text), NEPH_OK);
+  assert_string_equal(text, "  grid 'density': 0 values mended, unchanged\n");
+  assert_non_null(strstr(f->log.text, "kept as it is: it looks like a level set"));
+  neph_text_destroy(f->context, text);
+  np_sparse_grid_clear(&grid);
+}
+
+/* NaN in a velocity is found, and made 0 in a copy. */
+static void vectors_are_checked_and_mended(void **state) {
+  test_fixture *f = *state;
+  np_sparse_grid density, velocity[3];
+  make_grid(f, "density", &density);
+  for (int a = 0; a < 3; a++) make_grid(f, "vel", &velocity[a]);
+  velocity[1].leaves[BAD_LEAF].values[BAD_VOXEL] = NAN;
+  velocity[0].leaves[0].values[0] = -4.0f; /* as good as any */
+  const np_vdb_write_grid outputs[] = {{.grid = &density},
+                                       {.grid = &velocity[0], .y = &velocity[1], .z = &velocity[2]}};
+  assert_int_equal(np_volume_save_grids(f->context, f->path, outputs, 2, NULL), NEPH_OK);
+  neph_check *check = start(f);
+  assert_int_equal(neph_check_file(check, f->path), NEPH_OK);
+  const neph_finding finding = search_rule(check, "values.nan");
+  assert_string_equal(finding.grid, "vel");
+  assert_string_equal(finding.place, "voxel (9, 2, 3), (90, 20, 130)");
+  assert_int_equal(count_bad(check), 1);
+  neph_check_destroy(check);
+  char copy[1200], *text;
+  (void)snprintf(copy, sizeof copy, "%s.mended.vdb", f->path);
+  assert_int_equal(neph_check_mend_file(f->context, f->path, copy, &text), NEPH_OK);
+  assert_non_null(strstr(text, "grid 'vel': 1 value mended"));
+  neph_text_destroy(f->context, text);
+  assert_clean(f, copy);
+  np_sparse_grid_clear(&density);
+  for (int a = 0; a < 3; a++) np_sparse_grid_clear(&velocity[a]);
 }
 
 /* ---- Sequences ---- */
@@ -296,6 +355,26 @@ static void a_fault_of_all_frames_is_told_once(void **state) {
   assert_int_equal(neph_check_file(check, pattern), NEPH_OK);
   assert_int_equal(neph_check_count(check, NEPH_SEVERITY_ERROR), 1);
   assert_int_equal(search_rule(check, "values.negative").frame_count, 5);
+  neph_check_destroy(check);
+}
+
+/* Each file has its copy, under its own number. */
+static void a_sequence_is_mended_file_by_file(void **state) {
+  test_fixture *f = *state;
+  char pattern[1200], copies[1200], *text;
+  (void)snprintf(pattern, sizeof pattern, "%s.c.####.vdb", f->path);
+  (void)snprintf(copies, sizeof copies, "%s.d.####.vdb", f->path);
+  for (int i = 3; i <= 5; i++) save_frame(f, pattern, i, "density", i == 4 ? -1.0f : 1.0f);
+  assert_int_equal(neph_check_mend_file(f->context, pattern, f->path, NULL), NEPH_ERROR_INVALID_ARGUMENT);
+  assert_one_error(&f->log, "must be a sequence as well");
+  assert_int_equal(neph_check_mend_file(f->context, pattern, copies, &text), NEPH_OK);
+  assert_non_null(strstr(text, "d.0003.vdb:\n  grid 'density': 0 values mended, unchanged"));
+  assert_non_null(strstr(text, "d.0004.vdb:\n  grid 'density': 32768 values mended"));
+  neph_text_destroy(f->context, text);
+  neph_check *check = start(f);
+  assert_int_equal(neph_check_file(check, copies), NEPH_OK);
+  assert_int_equal(neph_check_count(check, NEPH_SEVERITY_ERROR), 0);
+  assert_string_equal(search_rule(check, "sequence.files").cause, "3 files, numbers 3 to 5");
   neph_check_destroy(check);
 }
 
@@ -377,6 +456,9 @@ int main(void) {
       cmocka_unit_test_setup_teardown(several_densities_are_found, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(a_mended_copy_is_clean_and_keeps_the_rest, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(repair_and_the_copy_agree, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(a_level_set_without_its_class_is_kept, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(vectors_are_checked_and_mended, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(a_sequence_is_mended_file_by_file, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(jumps_gaps_and_lost_grids_of_sequences_are_found, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(a_fault_of_all_frames_is_told_once, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(faults_of_heights_are_found, set_up, test_tear_down),

@@ -74,7 +74,7 @@ static void a_cloud_out_of_the_picture_is_named(void **state) {
     render_block(f, keys);
     assert_said(f, "cloud block: lies wholly outside the view, from (");
   }
-  assert_said(f, "from (-0.008, -0.208, 0) to (0.008, -0.192, 0.016) km: check position, voxel and up, and "
+  assert_said(f, "from (-0.008, -0.208, 0) to (0.008, -0.192, 0.016) km: check clouds[].position, voxel and up, and "
                  "camera.look_at");
 }
 
@@ -90,11 +90,11 @@ static void what_reaches_into_the_picture_is_not(void **state) {
 static void a_cloud_of_no_size_of_clouds_is_named(void **state) {
   test_fixture *f = *state;
   render_block(f, "position: [0, 0, 0], voxel: 0.5 m");
-  assert_said(f, "cloud block: is 8 m across, less than 10 m: check voxel and scale");
+  assert_said(f, "cloud block: is 8 m across, less than 10 m: check clouds[].voxel and scale");
   render_block(f, "position: [0, 0, 0], voxel: 0.7 m");
   assert_silent(f);
   render_block(f, "position: [0, 0, 0], voxel: 100 km");
-  assert_said(f, "cloud block: is 1600 km across, more than 1000 km: check voxel and scale");
+  assert_said(f, "cloud block: is 1600 km across, more than 1000 km: check clouds[].voxel and scale");
   render_block(f, "position: [0, 0, 0], voxel: 60 km");
   assert_silent(f);
 }
@@ -103,7 +103,8 @@ static void a_cloud_of_no_size_of_clouds_is_named(void **state) {
 static void a_cloud_below_the_ground_is_named(void **state) {
   test_fixture *f = *state;
   render_block(f, "position: [0, 0, -20 m]");
-  assert_said(f, "cloud block: lies wholly below the ground, its top 4 m or more: check position, voxel and up");
+  assert_said(f,
+              "cloud block: lies wholly below the ground, its top 4 m or more: check clouds[].position, voxel and up");
   render_block(f, "position: [0, 0, -15 m]");
   assert_silent(f);
 }
@@ -120,7 +121,7 @@ static void a_cloud_before_the_near_plane_is_named(void **state) {
 static void a_bake_is_told_of_its_own_keys(void **state) {
   test_fixture *f = *state;
   render(f, "bake: {extent: 200 m, voxel: 20 m, thickness: 100 m, base: 1 km, coverage: 1}");
-  assert_said(f, "check bake.center and bake.base, and camera.look_at");
+  assert_said(f, "check clouds[].bake.center and bake.base, and camera.look_at");
   render(f, "bake: {extent: 200 m, voxel: 20 m, thickness: 100 m, base: 1 km, coverage: 0}");
   assert_said(f, "cloud block: nothing of it was baked in frame 1: its coverage is 0");
 }

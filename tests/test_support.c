@@ -186,6 +186,19 @@ void test_file_write(const char *path, const void *bytes, size_t size) {
 
 void test_file_write_text(const char *path, const char *text) { test_file_write(path, text, strlen(text)); }
 
+unsigned test_file_replace(const char *path, const void *from, const void *to, size_t size) {
+  test_file file = test_file_read(path);
+  unsigned count = 0;
+  for (size_t i = 0; i + size <= file.size; i++)
+    if (!memcmp(file.bytes + i, from, size)) {
+      memcpy(file.bytes + i, to, size);
+      count++;
+    }
+  test_file_write(path, file.bytes, file.size);
+  free(file.bytes);
+  return count;
+}
+
 char *test_data_path(const char *relative) {
   char *path = *NEPHOS_TEST_DATA ? test_path(NEPHOS_TEST_DATA, relative) : NULL;
   if (path && !access(path, R_OK)) return path;
@@ -278,7 +291,7 @@ void test_check_near(double actual, double expected, double tolerance, const cha
 void test_check_near_relative(double actual, double expected, double tolerance, const char *what, const char *file,
                               int line) {
   if (fabs(actual - expected) <= tolerance * fabs(expected) || actual == expected) return;
-  print_error("%s is %.17g, not %.17g (off by %g of it, not %g)\n", what, actual, expected,
-              actual / expected - 1.0, tolerance);
+  print_error("%s is %.17g, not %.17g (off by %g of it, not %g)\n", what, actual, expected, actual / expected - 1.0,
+              tolerance);
   _fail(file, line);
 }

@@ -80,6 +80,9 @@ test_file test_file_read(const char *path);
 void test_file_write(const char *path, const void *bytes, size_t size);
 void test_file_write_text(const char *path, const char *text);
 
+/* Replaces bytes of a file wherever they stand. Returns how often. */
+unsigned test_file_replace(const char *path, const void *from, const void *to, size_t size);
+
 /* Path of a real file under the folder of test data, to be freed; skips the test, saying so, where there is none. */
 char *test_data_path(const char *relative);
 

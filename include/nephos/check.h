@@ -50,8 +50,9 @@ NEPH_API void neph_check_set_progress(neph_check *check, neph_progress_fn progre
 NEPH_API neph_result neph_check_set_file(neph_check *check, const char *path) NEPH_NODISCARD;
 
 /** Checks a file by its name's ending: .vdb, or a name with #### for all frames of a sequence; height fields; .exr and
- * .png pictures; .csv phase functions; .gltf and .glb cameras; scenes, .yaml and .yml. Faults are findings: a failure
- * is of memory, or of who cancels, or a name of no known kind. */
+ * .png pictures; .csv phase functions, places, cameras and star catalogues; .gltf and .glb cameras; meshes; scenes,
+ * .yaml and .yml, and where a key of one fails, the files that it names. Faults are findings: a failure is of memory,
+ * or of who cancels, or a name of no known kind. */
 NEPH_API neph_result neph_check_file(neph_check *check, const char *path) NEPH_NODISCARD;
 
 /** Whether neph_check_file knows files of that name. */
@@ -78,10 +79,16 @@ NEPH_API neph_result neph_check_get_finding(const neph_check *check, size_t inde
 NEPH_API neph_result neph_check_describe(const neph_check *check, neph_text_format format,
                                          char **out_text) NEPH_NODISCARD;
 
-/** Writes a mended copy of a .vdb file: scalar grids hold finite values that are not negative, densities end in 0 and
- * are fog volumes, values beyond halves are stored as floats. All other grids, but points, which are refused, and all
- * metadata are kept. `out_path` appears complete or not at all; the file itself is refused. */
-NEPH_API neph_result neph_check_mend_file(neph_context *context, const char *path, const char *out_path) NEPH_NODISCARD;
+/** Writes a mended copy of a .vdb file, or of each file of a sequence, where both names have ####: scalar grids hold
+ * finite values that are not negative, infinity becoming the largest finite value and all else 0, densities end in 0
+ * and are fog volumes, values beyond halves are stored as floats, velocities and colours are finite. All other grids,
+ * but points, which are refused, and all metadata are kept; so is a grid that looks like a level set without its class,
+ * with a warning. `out_path` appears complete or not at all; the file itself is refused.
+ *
+ * @param out_text  describes the changes of each grid, to be freed with neph_text_destroy; NULL: unwanted.
+ */
+NEPH_API neph_result neph_check_mend_file(neph_context *context, const char *path, const char *out_path,
+                                          char **out_text) NEPH_NODISCARD;
 
 #ifdef __cplusplus
 }

@@ -6,18 +6,50 @@
 
 #include <nephos/terrain.h>
 
+#include "atmosphere/stars.h"
 #include "check/check_heights.h"
 #include "check/check_mesh.h"
 #include "check/check_scene.h"
 #include "check/check_volume.h"
+#include "core/alloc.h"
+#include "core/csv.h"
+#include "core/file.h"
 #include "core/frame_name.h"
+#include "core/path_map.h"
 #include "image/image_private.h"
 #include "mesh/camera_file.h"
 #include "optics/phase_table.h"
+#include "scene/cloud_places.h"
+#include "scene/scene_node.h"
 
 typedef np_finding_draft draft;
 
 /* ---- Pictures ---- */
+
+static neph_result check_height_file(neph_check *check, const char *path) {
+  return np_check_heights(check, path, NULL);
+}
+
+/* Heights need 16 bits of grey: another picture is a weather map, or one of the ground. */
+static neph_result check_png(neph_check *check, const char *path) {
+  static const np_rule other = {"picture.kind", NEPH_SEVERITY_NOTE, NULL};
+  neph_image *image = NULL;
+  unsigned bits = 0;
+  bool is_grey = false;
+  draft out = {{0}, {0}};
+  neph_result result = neph_check_set_file(check, path);
+  if (!result) result = np_image_read_png_kind(check->context, path, &bits, &is_grey);
+  if (!result && bits == 16 && is_grey) return check_height_file(check, path);
+  if (!result) result = neph_image_load_png(check->context, path, &image);
+  neph_image_destroy(image);
+  if (result) return np_check_pass(result);
+  np_draft_set(&out,
+               "it has %u bits%s: taken for a picture, as a weather map or the colours of the ground, since heights "
+               "have 16 bits of grey, or a terrain.encoding",
+               bits, is_grey ? "" : " of colour");
+  np_check_add(check, &other, &out);
+  return NEPH_OK;
+}
 
 static void check_channel(neph_check *check, neph_image *image, const char *name) {
   static const np_rule bad = {"picture.values", NEPH_SEVERITY_WARNING, "render or export it anew"};
@@ -44,15 +76,75 @@ static neph_result check_exr(neph_check *check, const char *path) {
   return np_check_pass(result);
 }
 
-/* ---- Tables and cameras ---- */
+/* ---- Tables ---- */
 
-static neph_result check_phase_table(neph_check *check, const char *path) {
+static neph_result check_phase_table(neph_context *context, const char *path) {
   np_phase_table table;
-  neph_result result = neph_check_set_file(check, path);
-  if (!result) result = np_phase_table_load(check->context, path, &table);
+  const neph_result result = np_phase_table_load(context, path, &table);
   if (!result) np_phase_table_clear(&table);
-  return np_check_pass(result);
+  return result;
 }
+
+static neph_result check_places(neph_context *context, const char *path) {
+  char *copy = np_alloc_text(context, path), name[] = "of any name";
+  np_scene_cloud cloud = {.name = name, .places = copy};
+  const neph_result result = copy ? np_cloud_places_read(context, &cloud) : NEPH_ERROR_OUT_OF_MEMORY;
+  np_cloud_places_clear(context, &cloud);
+  return result;
+}
+
+static neph_result check_stars(neph_context *context, const char *path) {
+  static const double faintest = 40.0;
+  np_star_catalogue stars;
+  const neph_result result = np_star_catalogue_load(context, path, faintest, &stars);
+  if (!result) np_star_catalogue_clear(&stars);
+  return result;
+}
+
+static neph_result check_motion(neph_context *context, const char *path) {
+  neph_scene *scene;
+  neph_result result = neph_scene_create(context, &scene);
+  if (result) return result;
+  result = neph_scene_set(scene, "camera.motion.file", path);
+  if (!result) result = neph_scene_set_frame(scene, 1);
+  neph_scene_destroy(scene);
+  return result;
+}
+
+/* Kinds of tables by a column that they alone have. */
+static const struct {
+  const char *column;
+  neph_result (*check)(neph_context *context, const char *path);
+} tables[] = {{"value", check_phase_table}, {"x_m", check_places}, {"frame", check_motion},
+              {"v_mag", check_stars},       {"Vmag", check_stars}, {"V", check_stars}};
+
+enum { TABLES = sizeof tables / sizeof *tables };
+
+static size_t search_table(const np_csv *csv) {
+  size_t kind = 0;
+  while (kind < TABLES && np_csv_search_column(csv, tables[kind].column) == NP_CSV_NO_COLUMN) kind++;
+  return kind;
+}
+
+static neph_result check_table(neph_check *check, const char *path) {
+  static const np_rule unknown = {"table.kind", NEPH_SEVERITY_WARNING, NULL};
+  np_csv csv;
+  draft out = {{0}, {0}};
+  neph_result result = neph_check_set_file(check, path);
+  if (!result) result = np_csv_load(check->context, path, &csv);
+  if (result) return np_check_pass(result);
+  const size_t kind = search_table(&csv);
+  if (kind == TABLES && np_draft_set(&out,
+                                     "its columns, %s, are those of no phase function (angle_deg or cosine, "
+                                     "value), places (x_m, y_m, z_m), camera (frame, x, y, z) or star catalogue "
+                                     "(ra_deg, dec_deg, v_mag)",
+                                     csv.header.text))
+    np_check_add(check, &unknown, &out);
+  np_csv_clear(&csv);
+  return kind < TABLES ? np_check_pass(tables[kind].check(check->context, path)) : NEPH_OK;
+}
+
+/* ---- Cameras ---- */
 
 static neph_result check_camera(neph_check *check, const char *path) {
   static const double frame_rate = 24.0;
@@ -67,6 +159,11 @@ static neph_result check_camera(neph_check *check, const char *path) {
   return NEPH_OK;
 }
 
+static neph_result check_chan(neph_check *check, const char *path) {
+  const neph_result result = neph_check_set_file(check, path);
+  return np_check_pass(result ? result : check_motion(check->context, path));
+}
+
 /* A file of both kinds is a camera's; the complaint that it has none does not count where it has a mesh. */
 static neph_result check_gltf(neph_check *check, const char *path) {
   const size_t listed = check->listed, errors = check->counts[NEPH_SEVERITY_ERROR];
@@ -74,17 +171,55 @@ static neph_result check_gltf(neph_check *check, const char *path) {
   if (result || check->counts[NEPH_SEVERITY_ERROR] == errors) return result;
   check->listed = listed;
   check->counts[NEPH_SEVERITY_ERROR] = errors;
-  return np_check_mesh(check, path);
+  return np_check_mesh(check, path, NULL);
 }
 
-/* ---- Kinds ---- */
+/* ---- Clouds and scenes ---- */
+
+static bool has_ending(const char *path, const char *ending) {
+  const size_t length = strlen(path), tail = strlen(ending);
+  return length > tail && !strcasecmp(path + length - tail, ending);
+}
+
+static bool is_scene(const char *path) { return has_ending(path, ".yaml") || has_ending(path, ".yml"); }
 
 static neph_result check_vdb(neph_check *check, const char *path) {
-  return np_frame_name_is_pattern(path) ? np_check_sequence(check, path) : np_check_volume(check, path, true, NULL);
+  return np_frame_name_is_pattern(path) ? np_check_sequence(check, path, NULL)
+                                        : np_check_volume(check, path, true, NULL, NULL);
 }
 
-static neph_result check_height_file(neph_check *check, const char *path) {
-  return np_check_heights(check, path, NULL);
+static neph_result check_mesh(neph_check *check, const char *path) { return np_check_mesh(check, path, NULL); }
+
+/* Checks the files that the scalars of a scene name, and that are there. */
+static neph_result check_named_in(neph_check *check, const char *scene, const np_node *node) {
+  neph_result result = NEPH_OK;
+  for (const np_node *child = node->first; child && !result; child = child->next)
+    result = check_named_in(check, scene, child);
+  if (result || node->kind != NP_NODE_SCALAR || !neph_check_is_file(node->text) || is_scene(node->text)) return result;
+  char *path = np_path_map_resolve(check->context, scene, node->text);
+  if (!path) return NEPH_ERROR_OUT_OF_MEMORY;
+  if (np_frame_name_is_pattern(path) || np_file_exists(path)) result = neph_check_file(check, path);
+  np_alloc_free(check->context, path);
+  return result;
+}
+
+/* A scene whose keys fail is none: its files are checked each by itself, but for those that it writes. */
+static neph_result check_named_files(neph_check *check, const char *path) {
+  void *bytes;
+  size_t size;
+  np_node *document, *output;
+  neph_result result = np_file_read(check->context, path, &bytes, &size);
+  if (result) return result;
+  result = np_scene_parse(check->context, bytes, size, path, false, &document);
+  np_alloc_free(check->context, bytes);
+  if (result) return result;
+  while ((output = np_node_search(document, "output"))) {
+    np_node_remove(document, output);
+    np_node_destroy(check->context, output);
+  }
+  result = check_named_in(check, path, document);
+  np_node_destroy(check->context, document);
+  return result;
 }
 
 static neph_result check_scene_file(neph_check *check, const char *path) {
@@ -92,33 +227,33 @@ static neph_result check_scene_file(neph_check *check, const char *path) {
   neph_result result = neph_check_set_file(check, path);
   if (!result) result = neph_scene_load(check->context, path, &scene);
   if (!result) result = neph_scene_check(scene);
-  if (!result) result = np_check_scene_frame(check, scene, path, 1);
+  result = result ? check_named_files(check, path) : np_check_scene_frame(check, scene, path, 1);
   neph_scene_destroy(scene);
   return np_check_pass(result);
 }
+
+/* ---- Kinds ---- */
 
 static const struct {
   const char *ending;
   neph_result (*check)(neph_check *check, const char *path);
 } kinds[] = {
-    {".vdb", check_vdb},         {".yaml", check_scene_file}, {".yml", check_scene_file},   {".exr", check_exr},
-    {".csv", check_phase_table}, {".gltf", check_gltf},       {".glb", check_gltf},         {".hgt", check_height_file},
-    {".png", check_height_file}, {".tif", check_height_file}, {".tiff", check_height_file}, {".asc", check_height_file},
-    {".bil", check_height_file}, {".flt", check_height_file}, {".dem", check_height_file},  {".img", check_height_file},
-    {".dt0", check_height_file}, {".dt1", check_height_file}, {".dt2", check_height_file},  {".vrt", check_height_file},
-    {".zip", check_height_file}, {".obj", np_check_mesh},     {".ply", np_check_mesh},      {".stl", np_check_mesh},
-    {".fbx", np_check_mesh},     {".dae", np_check_mesh},     {".r16", check_height_file},  {".raw", check_height_file},
+    {".vdb", check_vdb},         {".nvdb", check_vdb},        {".yaml", check_scene_file}, {".yml", check_scene_file},
+    {".exr", check_exr},         {".csv", check_table},       {".gltf", check_gltf},       {".glb", check_gltf},
+    {".hgt", check_height_file}, {".png", check_png},         {".tif", check_height_file}, {".tiff", check_height_file},
+    {".asc", check_height_file}, {".bil", check_height_file}, {".flt", check_height_file}, {".dem", check_height_file},
+    {".img", check_height_file}, {".dt0", check_height_file}, {".dt1", check_height_file}, {".dt2", check_height_file},
+    {".vrt", check_height_file}, {".zip", check_height_file}, {".obj", check_mesh},        {".ply", check_mesh},
+    {".stl", check_mesh},        {".fbx", check_mesh},        {".dae", check_mesh},        {".r16", check_height_file},
+    {".raw", check_height_file}, {".chan", check_chan},
 };
 
 enum { KIND_COUNT = sizeof kinds / sizeof *kinds };
 
 static size_t search_kind(const char *path) {
-  const size_t length = strlen(path);
-  for (size_t i = 0; i < KIND_COUNT; i++) {
-    const size_t tail = strlen(kinds[i].ending);
-    if (length > tail && !strcasecmp(path + length - tail, kinds[i].ending)) return i;
-  }
-  return KIND_COUNT;
+  size_t kind = 0;
+  while (kind < KIND_COUNT && !has_ending(path, kinds[kind].ending)) kind++;
+  return kind;
 }
 
 bool neph_check_is_file(const char *path) { return search_kind(path) < KIND_COUNT; }
@@ -134,6 +269,44 @@ neph_result neph_check_file(neph_check *check, const char *path) {
   return result;
 }
 
-neph_result neph_check_mend_file(neph_context *context, const char *path, const char *out_path) {
-  return np_volume_mend_file(context, path, out_path, NULL);
+/* Each file of a sequence, to the same number of another. */
+static neph_result mend_sequence(neph_context *context, const char *pattern, const char *out_pattern, char **out_text) {
+  np_frame_numbers there;
+  neph_result result = np_frame_name_list(context, pattern, &there);
+  if (!result && !there.count)
+    result = np_fail(context, NEPH_ERROR_NOT_FOUND, "%s: no file has a name of this pattern", pattern);
+  *out_text = np_alloc_text(context, "");
+  for (size_t i = 0; !result && i < there.count; i++) {
+    char *path = np_frame_name_make(context, pattern, there.numbers[i]), *changes = NULL;
+    char *out_path = np_frame_name_make(context, out_pattern, there.numbers[i]);
+    result = path && out_path && *out_text ? np_volume_mend_file(context, path, out_path, NULL, &changes)
+                                           : NEPH_ERROR_OUT_OF_MEMORY;
+    char *longer = result ? NULL : np_alloc_printf(context, "%s%s:\n%s", *out_text, out_path, changes);
+    if (!result) {
+      np_alloc_free(context, *out_text);
+      *out_text = longer;
+    }
+    np_alloc_free(context, changes);
+    np_alloc_free(context, out_path);
+    np_alloc_free(context, path);
+  }
+  np_alloc_free(context, there.numbers);
+  return !result && !*out_text ? NEPH_ERROR_OUT_OF_MEMORY : result;
+}
+
+neph_result neph_check_mend_file(neph_context *context, const char *path, const char *out_path, char **out_text) {
+  char *text = NULL;
+  const bool is_sequence = np_frame_name_is_pattern(path);
+  neph_result result = NEPH_OK;
+  if (out_text) *out_text = NULL;
+  if (is_sequence != np_frame_name_is_pattern(out_path))
+    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "%s: a mended copy of %s must be %s", out_path, path,
+                   is_sequence ? "a sequence as well, with #### in its name" : "one file, without a number's place");
+  result = is_sequence ? mend_sequence(context, path, out_path, &text)
+                       : np_volume_mend_file(context, path, out_path, NULL, &text);
+  if (out_text && !result)
+    *out_text = text;
+  else
+    np_alloc_free(context, text);
+  return result;
 }

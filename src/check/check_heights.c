@@ -68,13 +68,17 @@ static bool has_ending(const char *path, const char *ending) {
   return length > tail && !strcasecmp(path + length - tail, ending);
 }
 
-static neph_result measure(neph_check *check, const char *path, const neph_terrain_desc *desc, bool has_desc,
+/* A raster alone need not say where it lies: a scene lays it around its place. */
+static neph_result measure(neph_check *check, const char *path, neph_terrain_desc *desc, bool has_desc,
                            height_facts *f) {
   np_monitor monitor;
+  neph_result result = NEPH_OK;
   np_check_start_monitor(check, &monitor);
-  neph_result result = np_heightfield_load(check->context, &monitor, path, desc, &f->field);
-  if (!result && np_heightfield_is_raster(path))
+  if (np_heightfield_is_raster(path)) {
     result = np_heightfield_describe_raster(check->context, path, desc, &f->raster);
+    desc->has_width = desc->has_width || (!has_desc && !f->raster.has_place);
+  }
+  if (!result) result = np_heightfield_load(check->context, &monitor, path, desc, &f->field);
   if (result) return result;
   f->has_unit = has_desc || !has_ending(path, ".png");
   f->level_count = count_levels(&f->field);

@@ -12,6 +12,7 @@ typedef np_finding_draft draft;
 typedef struct mesh_facts {
   size_t triangle_count, flat_count;
   np_dvec3 low, high;
+  const neph_mesh_desc *desc; /* NULL: none */
 } mesh_facts;
 
 static np_dvec3 get_vertex(const np_mesh *mesh, uint32_t index) {
@@ -53,9 +54,10 @@ static bool has_flat(const mesh_facts *facts, draft *out) {
 
 static bool has_odd_size(const mesh_facts *facts, draft *out) {
   const np_dvec3 size = np_dvec3_subtract(facts->high, facts->low);
-  const double size_m = fmax(fmax(size.x, size.y), size.z);
+  const double unit_m = facts->desc ? facts->desc->unit_m : 1.0;
+  const double size_m = unit_m * fmax(fmax(size.x, size.y), size.z);
   return (size_m < 10.0 || size_m > 1e6) &&
-         np_draft_set(out, "it is %.4g m across where a unit of the file is a metre", size_m);
+         np_draft_set(out, "it is %.4g m across where a unit of the file is %g m", size_m, unit_m);
 }
 
 static const struct {
@@ -66,13 +68,14 @@ static const struct {
     {{"mesh.size", NEPH_SEVERITY_WARNING, "terrain.mesh.unit"}, has_odd_size},
 };
 
-static neph_result load_mesh(neph_check *check, const char *path) {
+static neph_result load_mesh(neph_check *check, const char *path, const neph_mesh_desc *desc) {
   np_mesh_file file;
   np_monitor monitor;
   np_check_start_monitor(check, &monitor);
   neph_result result = np_mesh_file_load(check->context, path, false, &monitor, &file);
   if (result) return result;
-  const mesh_facts facts = measure_mesh(&file);
+  mesh_facts facts = measure_mesh(&file);
+  facts.desc = desc;
   for (size_t i = 0; i < sizeof mesh_rules / sizeof *mesh_rules; i++) {
     draft out = {{0}, {0}};
     if (mesh_rules[i].is_broken(&facts, &out)) np_check_add(check, &mesh_rules[i].rule, &out);
@@ -81,7 +84,7 @@ static neph_result load_mesh(neph_check *check, const char *path) {
   return NEPH_OK;
 }
 
-neph_result np_check_mesh(neph_check *check, const char *path) {
+neph_result np_check_mesh(neph_check *check, const char *path, const neph_mesh_desc *desc) {
   const neph_result result = neph_check_set_file(check, path);
-  return result ? result : np_check_pass(load_mesh(check, path));
+  return result ? result : np_check_pass(load_mesh(check, path, desc));
 }

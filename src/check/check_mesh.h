@@ -3,8 +3,11 @@
 #ifndef NP_CHECK_CHECK_MESH_H
 #define NP_CHECK_CHECK_MESH_H
 
+#include <nephos/terrain.h>
+
 #include "check/findings.h"
 
-neph_result np_check_mesh(neph_check *check, const char *path);
+/* `desc` is a scene's; NULL: none says what a unit of the file is. */
+neph_result np_check_mesh(neph_check *check, const char *path, const neph_mesh_desc *desc);
 
 #endif

@@ -4,9 +4,11 @@
 #include "check/check_scene.h"
 
 #include "check/check_heights.h"
+#include "check/check_mesh.h"
 #include "check/check_volume.h"
 #include "cloud/cloud_private.h"
 #include "core/alloc.h"
+#include "core/file.h"
 #include "render/plan.h"
 #include "render/reference_frame.h"
 #include "scene/cloud_file.h"
@@ -38,17 +40,39 @@ static neph_result check_plan(const scene_check *c) {
 static neph_result check_terrain(scene_check *c) {
   const np_scene_terrain *terrain = &c->scene->terrain;
   const np_terrain_source source = np_scene_terrain_get_source(terrain);
-  const neph_terrain_desc desc = terrain->desc;
+  const neph_terrain_desc desc = np_scene_terrain_get_desc(terrain);
   if (terrain->given || terrain->kind == NP_TERRAIN_NONE) {
     c->terrain = neph_terrain_retain(terrain->given);
     return NEPH_OK;
   }
   neph_result result = terrain->heightfield ? np_check_heights(c->check, terrain->heightfield, &desc) : NEPH_OK;
+  if (!result && terrain->mesh_file) result = np_check_mesh(c->check, terrain->mesh_file, &terrain->mesh);
+  if (!result) result = neph_check_set_file(c->check, c->name);
   if (!result) result = np_terrain_create(c->check->context, &source, &desc, &c->terrain);
   return np_check_pass(result);
 }
 
 /* ---- Clouds ---- */
+
+/* Bounds of a cloud, and faults of its place and size. */
+static void add_faults(const scene_check *c, const np_scene_cloud *cloud, const np_placement *placement) {
+  static const np_rule bounds = {"cloud.bounds", NEPH_SEVERITY_NOTE, NULL};
+  const bool has_planet = c->scene->environment.has_planet;
+  const np_dvec3 low = placement->bounds_min, high = placement->bounds_max;
+  const np_placement_view view = {&c->camera, has_planet ? c->scene->atmosphere.planet_radius_m : 0.0, c->terrain};
+  np_placement_fault faults[NP_PLACEMENT_FAULTS_MAX];
+  const unsigned count = np_placement_list_faults(cloud, &view, low, high, faults);
+  np_finding_draft out = {{0}, {0}};
+  np_draft_set_place(&out, "cloud %s", cloud->name);
+  np_draft_set(&out, "the cloud reaches from (%.6g, %.6g, %.6g) to (%.6g, %.6g, %.6g) m", low.x, low.y, low.z, high.x,
+               high.y, high.z);
+  np_check_add(c->check, &bounds, &out);
+  for (unsigned i = 0; i < count; i++) {
+    const np_rule rule = {faults[i].rule, NEPH_SEVERITY_WARNING, faults[i].keys};
+    np_draft_set(&out, "the cloud %s", faults[i].cause);
+    np_check_add(c->check, &rule, &out);
+  }
+}
 
 /* The place of a cloud's volume. */
 static neph_result check_placement(const scene_check *c, unsigned index, double number, neph_volume *volume) {
@@ -65,22 +89,22 @@ static neph_result check_placement(const scene_check *c, unsigned index, double 
   const np_frame_cloud of = {result ? NULL : &stores->references, c->scene, index, number, volume, &load, &monitor};
   if (!result) result = np_reference_frame_get_anchor(&of, &anchor, &is_known);
   if (!result && is_known) result = np_placement_make(cloud, &anchor, volume, &monitor, &placement);
-  if (result || !is_known) return result;
-  const bool has_planet = c->scene->environment.has_planet;
-  const np_placement_view view = {&c->camera, has_planet ? c->scene->atmosphere.planet_radius_m : 0.0, c->terrain};
-  np_placement_check(c->check->context, cloud, &view, placement.bounds_min, placement.bounds_max);
-  return NEPH_OK;
+  if (!result && is_known) add_faults(c, cloud, &placement);
+  return result;
 }
 
+/* Places the file of the frame, whose values have been put to their rules. */
 static neph_result place_file(const scene_check *c, unsigned index) {
   const np_scene_cloud *cloud = &c->scene->clouds[index];
   const neph_volume_load_desc load = np_cloud_file_describe_load(cloud);
   np_cloud_file file;
   neph_volume *volume = NULL;
+  c->check->is_lenient = true;
   neph_result result = np_cloud_file_get(c->check->context, cloud, c->frame, &file);
   if (!result) result = neph_check_set_file(c->check, file.path);
   if (!result && file.path) result = np_volume_load_density(c->check->context, file.path, &load, &volume);
   if (!result && volume) result = check_placement(c, index, file.number, volume);
+  c->check->is_lenient = false;
   neph_volume_release(volume);
   np_alloc_free(c->check->context, file.path);
   return np_check_pass(result);
@@ -94,14 +118,19 @@ static neph_result check_map(const scene_check *c, const np_scene_cloud *cloud) 
   return np_check_pass(result);
 }
 
-/* A baked cloud's file is written by a render. */
+/* A baked cloud's file is written by a render. The plan says which files are not there. What has errors is not placed.
+ */
 static neph_result check_cloud(const scene_check *c, unsigned index) {
   const np_scene_cloud *cloud = &c->scene->clouds[index];
+  const size_t errors = c->check->counts[NEPH_SEVERITY_ERROR];
   if (cloud->volume) return NEPH_OK;
   if (cloud->is_baked) return cloud->bake.map_file ? check_map(c, cloud) : NEPH_OK;
-  neph_result result = np_scene_cloud_is_sequence(cloud) ? np_check_sequence(c->check, cloud->vdb)
-                                                         : np_check_volume(c->check, cloud->vdb, true, NULL);
-  return result ? result : place_file(c, index);
+  if (!np_scene_cloud_is_sequence(cloud) && !np_file_exists(cloud->vdb)) return NEPH_OK;
+  const np_file_use use = np_cloud_file_describe_use(c->scene, cloud);
+  const neph_result result = np_scene_cloud_is_sequence(cloud)
+                                 ? np_check_sequence(c->check, cloud->vdb, &use)
+                                 : np_check_volume(c->check, cloud->vdb, true, &use, NULL);
+  return result || c->check->counts[NEPH_SEVERITY_ERROR] > errors ? result : place_file(c, index);
 }
 
 static neph_result check_all(scene_check *c) {
@@ -119,9 +148,7 @@ static neph_result check_all(scene_check *c) {
 
 neph_result np_check_scene_frame(neph_check *check, neph_scene *scene, const char *name, int frame) {
   scene_check c = {.check = check, .scene = scene, .name = name, .frame = frame};
-  check->has_place = true;
   const neph_result result = check_all(&c);
-  check->has_place = false;
   neph_terrain_release(c.terrain);
   return result;
 }

@@ -46,7 +46,7 @@ static double get_size(const np_grid_facts *f) {
 /* The middle moves by more than half the box, or its size by a factor. */
 static bool has_jumping_box(const grid_pair *p, draft *out) {
   static const double factor = 2.0;
-  if (!has_both(p) || p->now->role == NP_GRID_VELOCITY) return false;
+  if (!has_both(p) || p->now->role == NP_GRID_VECTOR) return false;
   const double now = get_size(p->now), before = get_size(p->before);
   double way = 0.0;
   for (int a = 0; a < 3; a++)
@@ -149,10 +149,17 @@ static void check_gaps(neph_check *check, const np_frame_numbers *there) {
 
 /* ---- The sequence ---- */
 
-static neph_result check_frame(neph_check *check, const char *pattern, bool is_first, frame_pair *frames) {
-  char *path = np_frame_name_make(check->context, pattern, frames->number);
+typedef struct sequence {
+  neph_check *check;
+  const char *pattern;
+  const np_file_use *use;
+} sequence;
+
+static neph_result check_frame(const sequence *of, bool is_first, frame_pair *frames) {
+  neph_check *check = of->check;
+  char *path = np_frame_name_make(check->context, of->pattern, frames->number);
   neph_result result = path ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
-  if (!result) result = np_check_volume(check, path, is_first, &frames->now);
+  if (!result) result = np_check_volume(check, path, is_first, of->use, &frames->now);
   np_alloc_free(check->context, path);
   if (result || is_first || !frames->now.count || !frames->before.count) return result;
   compare_grids(check, frames);
@@ -160,13 +167,13 @@ static neph_result check_frame(neph_check *check, const char *pattern, bool is_f
   return NEPH_OK;
 }
 
-static neph_result check_frames(neph_check *check, const char *pattern, const np_frame_numbers *there) {
+static neph_result check_frames(const sequence *of, const np_frame_numbers *there) {
   frame_pair frames = {.number = 0.0};
   neph_result result = NEPH_OK;
   for (size_t i = 0; !result && i < there->count; i++) {
     frames.number_before = frames.number;
     frames.number = there->numbers[i];
-    result = check_frame(check, pattern, i == 0, &frames);
+    result = check_frame(of, i == 0, &frames);
     np_file_facts_clear(&frames.before);
     frames.before = frames.now;
   }
@@ -174,17 +181,27 @@ static neph_result check_frames(neph_check *check, const char *pattern, const np
   return result;
 }
 
-neph_result np_check_sequence(neph_check *check, const char *pattern) {
-  static const np_rule none = {"sequence.none", NEPH_SEVERITY_ERROR, NULL};
+/* The number of files, so that a wrong pattern shows. */
+static void add_count(neph_check *check, const np_frame_numbers *there) {
+  static const np_rule rule = {"sequence.files", NEPH_SEVERITY_NOTE, NULL};
+  draft out = {{0}, {0}};
+  np_draft_set(&out, "%zu files, numbers %g to %g", there->count, there->numbers[0], there->numbers[there->count - 1]);
+  np_check_add(check, &rule, &out);
+}
+
+neph_result np_check_sequence(neph_check *check, const char *pattern, const np_file_use *use) {
+  static const np_rule none = {"sequence.none", NEPH_SEVERITY_ERROR,
+                               "#### stands for the number, %04d, $F4 and $F too"};
   np_frame_numbers there;
   draft out = {{0}, {0}};
   neph_result result = neph_check_set_file(check, pattern);
   if (!result) result = np_frame_name_list(check->context, pattern, &there);
   if (result) return np_check_pass(result);
   if (!there.count && np_draft_set(&out, "no file has a name of this pattern")) np_check_add(check, &none, &out);
+  if (there.count) add_count(check, &there);
   check_gaps(check, &there);
   check->sequence = ++check->sequence_count;
-  result = check_frames(check, pattern, &there);
+  result = check_frames(&(sequence){check, pattern, use}, &there);
   check->sequence = 0;
   np_alloc_free(check->context, there.numbers);
   return result;

@@ -11,6 +11,8 @@ typedef np_finding_draft draft;
 
 static bool is_light(const facts *f) { return f->role == NP_GRID_DENSITY || f->role == NP_GRID_FIELD; }
 
+static bool is_used(const facts *f) { return f->role != NP_GRID_OTHER; }
+
 /* Count and first place of values. */
 static bool set_values(draft *out, const np_value_count *values, const char *what) {
   const np_value_place *at = &values->first;
@@ -22,15 +24,15 @@ static bool set_values(draft *out, const np_value_count *values, const char *wha
 }
 
 static bool has_nan(const facts *f, draft *out) {
-  return is_light(f) && set_values(out, &f->kinds[NP_VALUE_NAN], "NaN");
+  return is_used(f) && set_values(out, &f->kinds[NP_VALUE_NAN], "NaN");
 }
 
 static bool has_infinite(const facts *f, draft *out) {
-  return is_light(f) && !f->is_half_on_disk && set_values(out, &f->kinds[NP_VALUE_INFINITE], "infinite");
+  return is_used(f) && !f->is_half_on_disk && set_values(out, &f->kinds[NP_VALUE_INFINITE], "infinite");
 }
 
 static bool has_half_overflow(const facts *f, draft *out) {
-  return is_light(f) && f->is_half_on_disk &&
+  return is_used(f) && f->is_half_on_disk &&
          set_values(out, &f->kinds[NP_VALUE_INFINITE],
                     "infinite in a file of halves, which end at 65504: they were above that when it was written");
 }
@@ -86,11 +88,20 @@ static bool is_empty_field(const facts *f, draft *out) {
 }
 
 static bool is_level_set(const facts *f, draft *out) {
-  return f->is_level_set && np_draft_set(out, "it is a level set, which holds distances, not a density");
+  return f->is_level_set && f->role != NP_GRID_DENSITY &&
+         np_draft_set(out, "it is a level set, which holds distances, not a density");
+}
+
+static bool is_unmarked_level_set(const facts *f, draft *out) {
+  return f->role == NP_GRID_DENSITY && f->has_values &&
+         np_volume_is_unmarked_level_set(f->grid_class, f->background, f->value_min) &&
+         np_draft_set(
+             out, "it looks like a level set whose class is not set: its values reach from %g to a background of %g",
+             (double)f->value_min, (double)f->background);
 }
 
 static bool has_wrong_class(const facts *f, draft *out) {
-  return f->role == NP_GRID_DENSITY && strcmp(f->grid_class, "fog volume") != 0 &&
+  return f->role == NP_GRID_DENSITY && f->is_scalar && !f->is_level_set && strcmp(f->grid_class, "fog volume") != 0 &&
          np_draft_set(out, "its class is %s, not fog volume: other programs may draw it as something else",
                       f->grid_class[0] ? f->grid_class : "unknown");
 }
@@ -148,39 +159,50 @@ static bool is_large(const facts *f, draft *out) { return has_voxel_size(f, 1e6,
 #define MEND "clouds[].import: repair, or nephos check --fix -o COPY.vdb"
 #define SIZE "clouds[].voxel, the edge of a voxel in metres, or clouds[].scale"
 
+/* Exceptions of a rule where a scene says more than the file. */
+typedef enum rule_kind {
+  PLAIN,
+  OF_SIZE,   /* a scene says how large the cloud is */
+  REPAIRABLE /* a scene may repair it */
+} rule_kind;
+
 typedef struct grid_rule {
   np_rule rule;
   bool (*is_broken)(const facts *f, draft *out);
-  bool is_of_size; /* a scene says how large the cloud is */
+  rule_kind kind;
 } grid_rule;
 
 static const grid_rule grid_rules[] = {
-    {{"grid.empty", NEPH_SEVERITY_WARNING, "clouds[].grid names another grid"}, is_empty, false},
-    {{"grid.empty_field", NEPH_SEVERITY_NOTE, NULL}, is_empty_field, false},
-    {{"grid.level_set", NEPH_SEVERITY_NOTE, "clouds[].level_set makes it fog"}, is_level_set, false},
-    {{"grid.class", NEPH_SEVERITY_NOTE, "nephos check --fix -o COPY.vdb"}, has_wrong_class, false},
-    {{"grid.points", NEPH_SEVERITY_NOTE, NULL}, is_points, false},
+    {{"grid.empty", NEPH_SEVERITY_WARNING, "clouds[].grid names another grid"}, is_empty, PLAIN},
+    {{"grid.empty_field", NEPH_SEVERITY_NOTE, NULL}, is_empty_field, PLAIN},
+    {{"grid.level_set", NEPH_SEVERITY_NOTE, "clouds[].level_set makes it fog"}, is_level_set, PLAIN},
+    {{"grid.unmarked_level_set", NEPH_SEVERITY_WARNING,
+      "export it with its class, level set; then clouds[].level_set makes it fog"},
+     is_unmarked_level_set,
+     PLAIN},
+    {{"grid.class", NEPH_SEVERITY_NOTE, "nephos check --fix -o COPY.vdb"}, has_wrong_class, PLAIN},
+    {{"grid.points", NEPH_SEVERITY_NOTE, NULL}, is_points, PLAIN},
     {{"transform.degenerate", NEPH_SEVERITY_ERROR, "export it anew, with voxels that have a volume"},
      is_degenerate,
-     false},
-    {{"transform.frustum", NEPH_SEVERITY_NOTE, NULL}, is_frustum, false},
-    {{"transform.mirrored", NEPH_SEVERITY_NOTE, "clouds[].scale takes negative numbers by axis"}, is_mirrored, false},
-    {{"size.small", NEPH_SEVERITY_WARNING, SIZE}, is_small, true},
-    {{"size.large", NEPH_SEVERITY_WARNING, SIZE}, is_large, true},
+     PLAIN},
+    {{"transform.frustum", NEPH_SEVERITY_NOTE, NULL}, is_frustum, PLAIN},
+    {{"transform.mirrored", NEPH_SEVERITY_NOTE, "clouds[].scale takes negative numbers by axis"}, is_mirrored, PLAIN},
+    {{"size.small", NEPH_SEVERITY_WARNING, SIZE}, is_small, OF_SIZE},
+    {{"size.large", NEPH_SEVERITY_WARNING, SIZE}, is_large, OF_SIZE},
     {{"grid.stray", NEPH_SEVERITY_WARNING, "clip or prune it before; clouds[].pivot places it by another point"},
      has_stray,
-     false},
-    {{"values.nan", NEPH_SEVERITY_ERROR, MEND}, has_nan, false},
-    {{"values.infinite", NEPH_SEVERITY_ERROR, MEND}, has_infinite, false},
-    {{"values.half_overflow", NEPH_SEVERITY_ERROR, "export floats; or " MEND}, has_half_overflow, false},
-    {{"values.negative", NEPH_SEVERITY_ERROR, MEND}, has_negative, false},
-    {{"values.rounding", NEPH_SEVERITY_NOTE, NULL}, has_rounding, false},
-    {{"values.subnormal", NEPH_SEVERITY_NOTE, NULL}, has_subnormal, false},
-    {{"values.beyond_half", NEPH_SEVERITY_NOTE, "keep floats on disk"}, is_beyond_half, false},
-    {{"values.absurd", NEPH_SEVERITY_WARNING, "clouds[].ramp; or export without the outliers"}, is_absurd, false},
-    {{"values.none", NEPH_SEVERITY_WARNING, "clouds[].grid names another grid"}, has_no_density, false},
-    {{"values.background", NEPH_SEVERITY_ERROR, MEND}, has_background, false},
-    {{"values.field_background", NEPH_SEVERITY_ERROR, MEND}, has_field_background, false},
+     PLAIN},
+    {{"values.nan", NEPH_SEVERITY_ERROR, MEND}, has_nan, REPAIRABLE},
+    {{"values.infinite", NEPH_SEVERITY_ERROR, MEND}, has_infinite, REPAIRABLE},
+    {{"values.half_overflow", NEPH_SEVERITY_ERROR, "export floats; or " MEND}, has_half_overflow, REPAIRABLE},
+    {{"values.negative", NEPH_SEVERITY_ERROR, MEND}, has_negative, REPAIRABLE},
+    {{"values.rounding", NEPH_SEVERITY_NOTE, NULL}, has_rounding, PLAIN},
+    {{"values.subnormal", NEPH_SEVERITY_NOTE, NULL}, has_subnormal, PLAIN},
+    {{"values.beyond_half", NEPH_SEVERITY_NOTE, "keep floats on disk"}, is_beyond_half, PLAIN},
+    {{"values.absurd", NEPH_SEVERITY_WARNING, "clouds[].ramp; or export without the outliers"}, is_absurd, PLAIN},
+    {{"values.none", NEPH_SEVERITY_WARNING, "clouds[].grid names another grid"}, has_no_density, PLAIN},
+    {{"values.background", NEPH_SEVERITY_ERROR, MEND}, has_background, REPAIRABLE},
+    {{"values.field_background", NEPH_SEVERITY_ERROR, MEND}, has_field_background, REPAIRABLE},
 };
 
 static const np_rule openvdb_rule = {"openvdb", NEPH_SEVERITY_NOTE, NULL};
@@ -192,14 +214,21 @@ static void add_diagnosis(neph_check *check, const char *text) {
   np_check_add(check, &openvdb_rule, &out);
 }
 
-/* Files of a sequence have the first one's. */
-static void check_grid(neph_check *check, const facts *f, bool is_first) {
-  check->grid = f->name;
-  for (size_t i = 0; i < sizeof grid_rules / sizeof *grid_rules; i++) {
-    draft out = {{0}, {0}};
-    if (check->has_place && grid_rules[i].is_of_size) continue;
-    if (grid_rules[i].is_broken(f, &out)) np_check_add(check, &grid_rules[i].rule, &out);
+static void put_to_rule(neph_check *check, const grid_rule *row, const facts *f, const np_file_use *use) {
+  draft out = {{0}, {0}};
+  np_rule rule = row->rule;
+  if ((use && row->kind == OF_SIZE) || !row->is_broken(f, &out)) return;
+  if (use && row->kind == REPAIRABLE && use->load.policy == NEPH_IMPORT_REPAIR) {
+    rule.severity = NEPH_SEVERITY_NOTE;
+    rule.remedy = "mended by the scene's import: repair";
   }
+  np_check_add(check, &rule, &out);
+}
+
+/* Files of a sequence have the first one's. */
+static void check_grid(neph_check *check, const facts *f, bool is_first, const np_file_use *use) {
+  check->grid = f->name;
+  for (size_t i = 0; i < sizeof grid_rules / sizeof *grid_rules; i++) put_to_rule(check, &grid_rules[i], f, use);
   for (unsigned d = 0; is_first && d < f->diagnosis_count; d++) add_diagnosis(check, f->diagnoses[d]);
   check->grid = NULL;
 }
@@ -210,26 +239,16 @@ static bool has_no_grid(const np_file_facts *file, draft *out) {
   return !file->count && np_draft_set(out, "it holds no grid");
 }
 
-static size_t count_densities(const np_file_facts *file, bool is_named) {
-  size_t count = 0;
-  for (size_t i = 0; i < file->count; i++)
-    count += file->grids[i].role == NP_GRID_DENSITY && (!is_named || !strcasecmp(file->grids[i].name, "density"));
-  return count;
-}
-
 static bool lacks_density(const np_file_facts *file, draft *out) {
-  return file->count && !count_densities(file, false) &&
-         np_draft_set(out, "no grid of it is a fog volume of floats or doubles");
+  return file->count && file->refusal && np_draft_set(out, "%s", file->refusal);
 }
 
-static bool has_several(const np_file_facts *file, draft *out) {
-  const size_t count = count_densities(file, false);
-  if (count < 2 || count_densities(file, true)) return false;
-  char names[400] = "";
+/* A density by being the only grid of numbers. */
+static bool has_odd_density(const np_file_facts *file, draft *out) {
   for (size_t i = 0; i < file->count; i++)
-    if (file->grids[i].role == NP_GRID_DENSITY && strlen(names) + strlen(file->grids[i].name) + 6 < sizeof names)
-      strcat(strcat(strcat(names, names[0] ? ", '" : "'"), file->grids[i].name), "'");
-  return np_draft_set(out, "%zu grids may be its density, and none is called so: %s", count, names);
+    if (file->grids[i].is_odd_density)
+      return np_draft_set(out, "its density is grid '%s', the only one that is a scalar", file->grids[i].name);
+  return false;
 }
 
 static bool has_twins(const np_file_facts *file, draft *out) {
@@ -243,30 +262,32 @@ static bool has_twins(const np_file_facts *file, draft *out) {
 static const struct {
   np_rule rule;
   bool (*is_broken)(const np_file_facts *file, draft *out);
+  bool is_refused; /* by a scene that asks for its density */
 } file_rules[] = {
-    {{"file.no_grid", NEPH_SEVERITY_WARNING, NULL}, has_no_grid},
-    {{"file.no_density", NEPH_SEVERITY_WARNING,
-      "clouds[].grid and clouds[].level_set, where a grid of another kind is meant"},
-     lacks_density},
-    {{"file.densities", NEPH_SEVERITY_WARNING, "clouds[].grid names one, or \"a + b\" their sum"}, has_several},
-    {{"file.same_names", NEPH_SEVERITY_NOTE, "clouds[].grid: \"name[0]\" names the first"}, has_twins},
+    {{"file.no_grid", NEPH_SEVERITY_WARNING, NULL}, has_no_grid, true},
+    {{"file.no_density", NEPH_SEVERITY_WARNING, NULL}, lacks_density, true},
+    {{"file.odd_density", NEPH_SEVERITY_WARNING, "clouds[].grid, where it is meant"}, has_odd_density, false},
+    {{"file.same_names", NEPH_SEVERITY_NOTE, "clouds[].grid: \"name[0]\" names the first"}, has_twins, false},
 };
 
-static void check_facts(neph_check *check, const np_file_facts *file, bool is_first) {
+static void check_facts(neph_check *check, const np_file_facts *file, bool is_first, const np_file_use *use) {
   for (size_t i = 0; i < sizeof file_rules / sizeof *file_rules; i++) {
     draft out = {{0}, {0}};
-    if (file_rules[i].is_broken(file, &out)) np_check_add(check, &file_rules[i].rule, &out);
+    np_rule rule = file_rules[i].rule;
+    if (use && file_rules[i].is_refused) rule.severity = NEPH_SEVERITY_ERROR;
+    if (file_rules[i].is_broken(file, &out)) np_check_add(check, &rule, &out);
   }
-  for (size_t i = 0; i < file->count; i++) check_grid(check, &file->grids[i], is_first);
+  for (size_t i = 0; i < file->count; i++) check_grid(check, &file->grids[i], is_first, use);
 }
 
-neph_result np_check_volume(neph_check *check, const char *path, bool is_first, np_file_facts *out_facts) {
+neph_result np_check_volume(neph_check *check, const char *path, bool is_first, const np_file_use *use,
+                            np_file_facts *out_facts) {
   np_file_facts file = {.context = check->context};
   np_monitor monitor;
   neph_result result = neph_check_set_file(check, path);
   np_check_start_monitor(check, &monitor);
-  if (!result) result = np_file_facts_measure(check->context, path, &monitor, &file);
-  if (!result) check_facts(check, &file, is_first);
+  if (!result) result = np_file_facts_measure(check->context, path, use, &monitor, &file);
+  if (!result) check_facts(check, &file, is_first, use);
   if (out_facts)
     *out_facts = file;
   else

@@ -6,11 +6,13 @@
 #include "check/findings.h"
 #include "volume/volume_facts.h"
 
-/* Measures a file and puts it to the rules. What OpenVDB says of it is told if it is the first of a sequence, or of
- * none. `out_facts` gets its measures, which the caller clears; NULL: unwanted. */
-neph_result np_check_volume(neph_check *check, const char *path, bool is_first, np_file_facts *out_facts);
+/* Measures a file and puts it to the rules. `use` is what a scene takes of it; NULL: there is none. OpenVDB's own
+ * checks are listed if it is the first of a sequence, or of none. `out_facts` gets its measures, which the caller
+ * clears; NULL: unwanted. */
+neph_result np_check_volume(neph_check *check, const char *path, bool is_first, const np_file_use *use,
+                            np_file_facts *out_facts);
 
 /* Checks all files of a pattern, each by itself and against the one before. */
-neph_result np_check_sequence(neph_check *check, const char *pattern);
+neph_result np_check_sequence(neph_check *check, const char *pattern, const np_file_use *use);
 
 #endif

@@ -25,32 +25,41 @@ void np_draft_set_place(np_finding_draft *draft, const char *format, ...) {
 
 static bool is_same_text(const char *a, const char *b) { return a == b || (a && b && !strcmp(a, b)); }
 
-/* Whether a message is another one behind the name of its file. */
+/* Whether a message is another one, alone or behind the name of its file. */
 static bool ends_so(const char *message, const char *ending) {
   const size_t length = strlen(message), tail = strlen(ending);
-  return length > tail && !strcmp(message + length - tail, ending) && message[length - tail - 1] == ' ';
+  if (length < tail || strcmp(message + length - tail, ending) != 0) return false;
+  return length == tail || message[length - tail - 1] == ' ';
 }
 
+static bool is_message(const np_finding *finding) { return !strcmp(finding->rule, "read"); }
+
 static bool is_same_message(const np_finding *a, const np_finding *b) {
-  return !strcmp(a->rule, "read") && (ends_so(a->cause, b->cause) || ends_so(b->cause, a->cause));
+  return (is_message(a) && ends_so(a->cause, b->cause)) || (is_message(b) && ends_so(b->cause, a->cause));
 }
 
 /* A finding is met again in another frame of a sequence, or word for word, or by who opens a file of a scene. */
 static np_finding *search_same(neph_check *check, const np_finding *wanted) {
   for (size_t i = 0; i < check->listed; i++) {
     np_finding *f = &check->findings[i];
-    if (strcmp(f->rule, wanted->rule) != 0 || strcmp(f->grid, wanted->grid) != 0) continue;
-    if (f->sequence && f->sequence == wanted->sequence && f->file != wanted->file && strcmp(f->rule, "read") != 0)
-      return f;
     if (is_same_message(f, wanted)) return f;
+    if (strcmp(f->rule, wanted->rule) != 0 || strcmp(f->grid, wanted->grid) != 0) continue;
+    if (f->sequence && f->sequence == wanted->sequence && f->file != wanted->file && !is_message(f)) return f;
     if (is_same_text(f->file, wanted->file) && !strcmp(f->cause, wanted->cause) && !strcmp(f->place, wanted->place))
       return f;
   }
   return NULL;
 }
 
+/* A rule says more than a message. */
 static void list(neph_check *check, const np_finding *finding) {
   np_finding *same = search_same(check, finding);
+  if (same && is_message(same) && !is_message(finding)) {
+    check->counts[same->severity]--;
+    check->counts[finding->severity]++;
+    *same = *finding;
+    return;
+  }
   if (same) {
     same->frame_count += same->sequence && same->last_file != finding->file;
     same->last_file = finding->file;
@@ -117,7 +126,7 @@ static void take_message(void *user, neph_log_level level, const char *message) 
     if (check->log_level_max > NEPH_LOG_INFO) check->log(check->log_user, level, message);
     return;
   }
-  if (is_count(message)) return;
+  if (is_count(message) || (check->is_lenient && level == NEPH_LOG_WARNING)) return;
   np_finding finding = start_finding(check, &complaints[level]);
   const char *cause = split_place(check->file, message, finding.place, sizeof finding.place);
   snprintf(finding.cause, sizeof finding.cause, "%s", cause);

@@ -95,6 +95,9 @@ typedef struct np_image_exr_info {
 /* Width and height of an .exr or .png, from its header. */
 neph_result np_image_read_size(neph_context *context, const char *path, unsigned out_size[2]);
 
+/* Bits of a sample of a .png, and whether its pixels are grey, from its header. */
+neph_result np_image_read_png_kind(neph_context *context, const char *path, unsigned *out_bits, bool *out_is_grey);
+
 /* Reads an OpenEXR header into an image without values. */
 neph_result np_image_read_exr_header(neph_context *context, const char *path, np_image_exr_info *out_info,
                                      neph_image **out_image);

@@ -1,28 +1,42 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The size of a picture, from its header alone. */
+/* The size and the kind of a picture, from its header alone. */
 #include <stdio.h>
 #include <string.h>
 #include <strings.h>
 
 #include "image/image_private.h"
 
-/* Signature, then the chunk IHDR, which begins with width and height in big-endian order (ISO/IEC 15948, 5.2, 11.2.2).
- */
-enum { PNG_HEAD = 24, PNG_TYPE_AT = 12, PNG_SIZE_AT = 16 };
+/* Signature, then the chunk IHDR, which begins with width and height in big-endian order, bits of a sample and kind of
+ * colour (ISO/IEC 15948, 5.2, 11.2.2). */
+enum { PNG_HEAD = 26, PNG_TYPE_AT = 12, PNG_SIZE_AT = 16, PNG_BITS_AT = 24, PNG_COLOR_AT = 25 };
 
 static unsigned read_big_endian(const unsigned char *bytes) {
   return (unsigned)bytes[0] << 24 | (unsigned)bytes[1] << 16 | (unsigned)bytes[2] << 8 | bytes[3];
 }
 
-static neph_result read_png_size(neph_context *context, const char *path, unsigned out_size[2]) {
+static neph_result read_png_head(neph_context *context, const char *path, unsigned char out_head[PNG_HEAD]) {
   static const unsigned char signature[] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
-  unsigned char head[PNG_HEAD] = {0};
   FILE *file = fopen(path, "rb");
-  const size_t count = file ? fread(head, 1, sizeof head, file) : 0;
+  const size_t count = file ? fread(out_head, 1, PNG_HEAD, file) : 0;
   if (file) fclose(file);
-  if (count < sizeof head || memcmp(head, signature, sizeof signature) || memcmp(head + PNG_TYPE_AT, "IHDR", 4))
-    return np_fail(context, NEPH_ERROR_BAD_FILE, "%s: is not a PNG, or cut short", path);
-  for (int i = 0; i < 2; i++) out_size[i] = read_big_endian(head + PNG_SIZE_AT + 4 * (size_t)i);
+  if (count == PNG_HEAD && !memcmp(out_head, signature, sizeof signature) && !memcmp(out_head + PNG_TYPE_AT, "IHDR", 4))
+    return NEPH_OK;
+  return np_fail(context, NEPH_ERROR_BAD_FILE, "%s: is not a PNG, or cut short", path);
+}
+
+static neph_result read_png_size(neph_context *context, const char *path, unsigned out_size[2]) {
+  unsigned char head[PNG_HEAD];
+  const neph_result result = read_png_head(context, path, head);
+  for (int i = 0; i < 2 && !result; i++) out_size[i] = read_big_endian(head + PNG_SIZE_AT + 4 * (size_t)i);
+  return result;
+}
+
+neph_result np_image_read_png_kind(neph_context *context, const char *path, unsigned *out_bits, bool *out_is_grey) {
+  unsigned char head[PNG_HEAD];
+  const neph_result result = read_png_head(context, path, head);
+  if (result) return result;
+  *out_bits = head[PNG_BITS_AT];
+  *out_is_grey = head[PNG_COLOR_AT] == 0;
   return NEPH_OK;
 }
 

@@ -62,34 +62,39 @@ typedef struct cloud_file {
   const char *path;
 } cloud_file;
 
-/* A grid of a cloud's emission; `name` is "none" where the scene wants none, and NULL for `usual`. */
-static neph_result open_field(const cloud_file *file, const char *name, const char *usual, bool is_required) {
+/* A grid of a cloud's emission, which must be there where the scene names it. */
+static neph_result open_field(const cloud_file *file, const char *grid, bool is_required) {
   neph_context *context = file->scene->context;
   np_grid_header header;
-  if (name && !strcmp(name, "none")) return NEPH_OK;
-  const char *grid = name ? name : usual;
-  neph_volume_load_desc load = NEPH_VOLUME_LOAD_DESC_DEFAULT;
-  load.grid = grid;
-  neph_result result = np_volume_read_header(context, file->path, &load, is_required || name, &header);
+  if (!grid) return NEPH_OK;
+  neph_result result = np_volume_read_field_header(context, file->path, grid, is_required, &header);
   if (!result && header.state == NP_GRID_EMPTY)
     np_log(context, NEPH_LOG_WARNING, "%s: grid '%s' is empty: it has no active voxels", file->path, grid);
   return result;
 }
 
-/* The same of colours. */
-static neph_result open_colors(const cloud_file *file, np_vector_role role, const char *name, bool *out_is_found) {
-  *out_is_found = false;
-  if (name && !strcmp(name, "none")) return NEPH_OK;
-  return np_volume_search_vector(file->scene->context, file->path, role, name, out_is_found);
+/* Colours and velocities; those that the scene names must be there. */
+static neph_result open_vectors(const cloud_file *file, const np_file_use *use, bool *out_has_emission) {
+  neph_result result = NEPH_OK;
+  *out_has_emission = false;
+  for (unsigned v = 0; v < use->vector_count && !result; v++) {
+    const np_vector_request *wanted = &use->vectors[v];
+    bool is_found = false;
+    if (wanted->name || wanted->role == NP_VECTOR_EMISSION)
+      result = np_volume_search_vector(file->scene->context, file->path, wanted->role, wanted->name, &is_found);
+    *out_has_emission = *out_has_emission || (is_found && wanted->role == NP_VECTOR_EMISSION);
+  }
+  return result;
 }
 
-static neph_result open_emission(const cloud_file *file) {
-  const np_scene_emission *emission = &file->scene->clouds[file->index].emission;
+static neph_result open_fields(const cloud_file *file) {
+  const np_scene_cloud *cloud = &file->scene->clouds[file->index];
+  const np_scene_emission *emission = &cloud->emission;
+  const np_file_use use = np_cloud_file_describe_use(file->scene, cloud);
   bool has_colors;
-  if (!emission->is_enabled) return NEPH_OK;
-  neph_result result = open_colors(file, NP_VECTOR_EMISSION, emission->color, &has_colors);
-  if (!result) result = open_field(file, emission->temperature, "temperature", !has_colors);
-  return result ? result : open_field(file, emission->flame, "flame", false);
+  neph_result result = open_vectors(file, &use, &has_colors);
+  if (!result) result = open_field(file, use.fields[0], emission->temperature || !has_colors);
+  return result ? result : open_field(file, use.fields[1], emission->flame != NULL);
 }
 
 static neph_result open_density(const cloud_file *file, np_grid_state *out_state) {
@@ -97,7 +102,7 @@ static neph_result open_density(const cloud_file *file, np_grid_state *out_state
   neph_result result = np_scene_check_cloud_file(file->scene, file->index, file->path);
   const neph_volume_load_desc load = np_cloud_file_describe_load(cloud);
   np_grid_header header = {.state = *out_state};
-  if (!result) result = np_volume_read_header(file->scene->context, file->path, &load, true, &header);
+  if (!result) result = np_volume_read_header(file->scene->context, file->path, &load, &header);
   *out_state = header.state;
   if (!result && *out_state == NP_GRID_EMPTY)
     np_log(file->scene->context, NEPH_LOG_WARNING, "%s: cloud %s is empty: its grid has no active voxels", file->path,
@@ -115,7 +120,7 @@ static neph_result open_frame(const neph_scene *scene, unsigned index, int frame
   if (!result && !of_frame.path) np_cloud_file_warn(scene->context, cloud, frame, &of_frame);
   const cloud_file file = {scene, index, of_frame.path};
   if (!result && file.path) result = open_density(&file, out_state);
-  if (!result && file.path) result = open_emission(&file);
+  if (!result && file.path) result = open_fields(&file);
   np_alloc_free(scene->context, of_frame.path);
   *out_number = of_frame.number;
   return result;
@@ -130,6 +135,16 @@ static neph_result open_reference(const neph_scene *scene, unsigned index) {
   return result;
 }
 
+/* A frame rendered by another task may go by another file. */
+static void warn_of_choice(const neph_scene *scene, unsigned index, np_reference *reference) {
+  if (scene->clouds[index].has_reference_frame || !reference->has_frame || reference->is_told) return;
+  reference->is_told = true;
+  np_log(scene->context, NEPH_LOG_WARNING,
+         "cloud %s: frame %.10g, the first asked for that holds anything, places and scales all of its sequence: tasks "
+         "that begin with another frame will place it otherwise, unless clouds[%u].reference_frame is a frame, or all",
+         scene->clouds[index].name, reference->number, index);
+}
+
 /* The file that a sequence goes by, told by the headers; none as long as all of those asked for are empty. `filled` is
  * the number of the frame's own; NULL: it is empty. */
 static neph_result note_reference(const neph_scene *scene, unsigned index, const double *filled, np_plan *plan) {
@@ -142,6 +157,7 @@ static neph_result note_reference(const neph_scene *scene, unsigned index, const
     reference->has_frame = true;
     reference->number = *filled;
   }
+  warn_of_choice(scene, index, reference);
   np_plan_reference *note = &plan->references[plan->reference_count++];
   note->cloud = cloud->name;
   note->is_known = np_reference_get_number(cloud, reference, &note->number);

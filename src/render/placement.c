@@ -2,6 +2,7 @@
 #include "render/placement.h"
 
 #include <float.h>
+#include <stdio.h>
 
 #include "volume/volume_private.h"
 #include "volume/volume_tint.h"
@@ -85,6 +86,20 @@ static void move_to(const np_scene_cloud *cloud, const neph_volume *volume, np_a
   np_placement_move_box(cloud, low, high, file_to_world);
 }
 
+/* One value may be most of the densest column, by which all others are then scaled away. */
+static void check_column(const np_scene_cloud *cloud, const neph_volume *volume, const np_affine *index_to_world,
+                         double column) {
+  static const double share_max = 0.9;
+  const double largest = (double)volume->value_max * np_placement_get_voxel_edge(index_to_world);
+  const int32_t height = volume->active_max[2] - volume->active_min[2];
+  if (height < 8 || largest < share_max * column) return;
+  np_log(
+      volume->context, NEPH_LOG_WARNING,
+      "cloud %s: one voxel of value %.4g holds %.3g %% of the densest column, which optical_depth scales: all others "
+      "become thin; nephos check shows where it is, clouds[].ramp cuts it",
+      cloud->name, (double)volume->value_max, 100.0 * fmin(largest / column, 1.0));
+}
+
 static void log_extinction(const np_scene_cloud *cloud, const neph_volume *volume, double extinction, double column) {
   const double densest = extinction * (double)volume->value_max;
   np_log(volume->context, NEPH_LOG_INFO,
@@ -115,6 +130,7 @@ static neph_result compute_extinction(const np_scene_cloud *cloud, const neph_vo
     if (!(column > 0.0))
       return np_fail(volume->context, NEPH_ERROR_BAD_SCENE,
                      "cloud %s: optical_depth is %g, but its grid holds no value above 0", cloud->name, extinction);
+    check_column(cloud, volume, index_to_world, column);
     extinction /= column;
     break;
   }
@@ -163,43 +179,44 @@ neph_result np_placement_make(const np_scene_cloud *cloud, const np_anchor *anch
 static const double smallest_m = 10.0, largest_m = 1e6;
 
 typedef struct cloud_box {
-  neph_context *context;
   const np_scene_cloud *cloud;
+  const np_placement_view *view;
   np_dvec3 low, high;
 } cloud_box;
 
-static const char *get_place_keys(const np_scene_cloud *cloud) {
-  return cloud->is_baked ? "bake.center and bake.base" : "position, voxel and up";
-}
-
-static void check_view(const cloud_box *box, const np_placement_view *view) {
-  const np_dvec3 low = box->low, high = box->high;
-  if (np_camera_sees_box(view->camera, low, high)) return;
-  np_log(box->context, NEPH_LOG_WARNING,
-         "cloud %s: lies wholly outside the view, from (%.3g, %.3g, %.3g) to (%.3g, %.3g, %.3g) km: check %s, and "
-         "camera.look_at",
-         box->cloud->name, 1e-3 * low.x, 1e-3 * low.y, 1e-3 * low.z, 1e-3 * high.x, 1e-3 * high.y, 1e-3 * high.z,
-         get_place_keys(box->cloud));
-}
-
-static void check_size(const cloud_box *box, const np_placement_view *view) {
-  (void)view;
+static double get_size(const cloud_box *box) {
   const np_dvec3 size = np_dvec3_subtract(box->high, box->low);
-  const double size_m = fmax(fmax(size.x, size.y), size.z);
-  const char *keys = box->cloud->is_baked ? "bake.extent and scale" : "voxel and scale";
-  if (size_m < smallest_m)
-    np_log(box->context, NEPH_LOG_WARNING, "cloud %s: is %.3g m across, less than %g m: check %s", box->cloud->name,
-           size_m, smallest_m, keys);
-  else if (size_m > largest_m)
-    np_log(box->context, NEPH_LOG_WARNING, "cloud %s: is %.4g km across, more than %g km: check %s", box->cloud->name,
-           1e-3 * size_m, 1e-3 * largest_m, keys);
+  return fmax(fmax(size.x, size.y), size.z);
+}
+
+static bool is_small(const cloud_box *box, np_placement_fault *out) {
+  const double size_m = get_size(box);
+  if (!(size_m < smallest_m)) return false;
+  (void)snprintf(out->cause, sizeof out->cause, "is %.3g m across, less than %g m", size_m, smallest_m);
+  return true;
+}
+
+static bool is_large(const cloud_box *box, np_placement_fault *out) {
+  const double size_m = get_size(box);
+  if (!(size_m > largest_m)) return false;
+  (void)snprintf(out->cause, sizeof out->cause, "is %.4g km across, more than %g km", 1e-3 * size_m, 1e-3 * largest_m);
+  return true;
+}
+
+static bool is_out_of_view(const cloud_box *box, np_placement_fault *out) {
+  const np_dvec3 low = box->low, high = box->high;
+  if (np_camera_sees_box(box->view->camera, low, high)) return false;
+  (void)snprintf(out->cause, sizeof out->cause,
+                 "lies wholly outside the view, from (%.3g, %.3g, %.3g) to (%.3g, %.3g, %.3g) km", 1e-3 * low.x,
+                 1e-3 * low.y, 1e-3 * low.z, 1e-3 * high.x, 1e-3 * high.y, 1e-3 * high.z);
+  return true;
 }
 
 /* Deepest corner of a box. */
-static double get_depth(const cloud_box *box, const np_camera *camera) {
+static double get_depth(const cloud_box *box) {
   double deepest_m = -HUGE_VAL, depth_m, film[2];
   for (int corner = 0; corner < 8; corner++) {
-    (void)np_camera_project(camera,
+    (void)np_camera_project(box->view->camera,
                             np_dvec3_make(corner & 1 ? box->high.x : box->low.x, corner & 2 ? box->high.y : box->low.y,
                                           corner & 4 ? box->high.z : box->low.z),
                             film, &depth_m);
@@ -208,13 +225,12 @@ static double get_depth(const cloud_box *box, const np_camera *camera) {
   return deepest_m;
 }
 
-static void check_near(const cloud_box *box, const np_placement_view *view) {
-  const double depth_m = get_depth(box, view->camera);
-  if (!(depth_m > 0.0) || depth_m >= view->camera->near_m) return;
-  np_log(
-      box->context, NEPH_LOG_WARNING,
-      "cloud %s: ends %.4g m before the camera, whose near plane, %.4g m away, cuts it off: check camera.near, and %s",
-      box->cloud->name, depth_m, view->camera->near_m, get_place_keys(box->cloud));
+static bool is_before_near(const cloud_box *box, np_placement_fault *out) {
+  const double depth_m = get_depth(box), near_m = box->view->camera->near_m;
+  if (!(depth_m > 0.0) || depth_m >= near_m) return false;
+  (void)snprintf(out->cause, sizeof out->cause,
+                 "ends %.4g m before the camera, whose near plane, %.4g m away, cuts it off", depth_m, near_m);
+  return true;
 }
 
 /* Depth of a place below the sphere, or the terrain over it. */
@@ -228,25 +244,49 @@ static double get_depth_below_ground(const np_placement_view *view, np_dvec3 p) 
 }
 
 /* The top is below the ground at each of 25 places. */
-static void check_ground(const cloud_box *box, const np_placement_view *view) {
+static bool is_below_ground(const cloud_box *box, np_placement_fault *out) {
   enum { PLACES = 5 };
   double least_m = HUGE_VAL;
-  if (!(view->planet_radius_m > 0.0)) return;
+  if (!(box->view->planet_radius_m > 0.0)) return false;
   for (int i = 0; i < PLACES * PLACES; i++) {
     const double u = (double)(i % PLACES) / (PLACES - 1), v = (double)(i / PLACES) / (PLACES - 1);
     const np_dvec3 p = np_dvec3_make(box->low.x + u * (box->high.x - box->low.x),
                                      box->low.y + v * (box->high.y - box->low.y), box->high.z);
-    least_m = fmin(least_m, get_depth_below_ground(view, p));
-    if (!(least_m > 0.0)) return;
+    least_m = fmin(least_m, get_depth_below_ground(box->view, p));
+    if (!(least_m > 0.0)) return false;
   }
-  np_log(box->context, NEPH_LOG_WARNING, "cloud %s: lies wholly below the ground, its top %.4g m or more: check %s",
-         box->cloud->name, least_m, get_place_keys(box->cloud));
+  (void)snprintf(out->cause, sizeof out->cause, "lies wholly below the ground, its top %.4g m or more", least_m);
+  return true;
+}
+
+unsigned np_placement_list_faults(const np_scene_cloud *cloud, const np_placement_view *view, np_dvec3 low,
+                                  np_dvec3 high, np_placement_fault out_faults[NP_PLACEMENT_FAULTS_MAX]) {
+  static const struct {
+    const char *rule;
+    bool (*is_broken)(const cloud_box *box, np_placement_fault *out);
+    const char *file_keys, *bake_keys;
+  } rules[NP_PLACEMENT_FAULTS_MAX] = {
+      {"cloud.small", is_small, "clouds[].voxel and scale", "clouds[].bake.extent and scale"},
+      {"cloud.large", is_large, "clouds[].voxel and scale", "clouds[].bake.extent and scale"},
+      {"cloud.out_of_view", is_out_of_view, "clouds[].position, voxel and up, and camera.look_at",
+       "clouds[].bake.center and bake.base, and camera.look_at"},
+      {"cloud.before_near", is_before_near, "camera.near, and clouds[].position, voxel and up",
+       "camera.near, and clouds[].bake.center and bake.base"},
+      {"cloud.below_ground", is_below_ground, "clouds[].position, voxel and up", "clouds[].bake.center and bake.base"}};
+  const cloud_box box = {cloud, view, low, high};
+  unsigned count = 0;
+  for (size_t i = 0; i < NP_PLACEMENT_FAULTS_MAX; i++) {
+    out_faults[count].rule = rules[i].rule;
+    out_faults[count].keys = cloud->is_baked ? rules[i].bake_keys : rules[i].file_keys;
+    count += rules[i].is_broken(&box, &out_faults[count]);
+  }
+  return count;
 }
 
 void np_placement_check(neph_context *context, const np_scene_cloud *cloud, const np_placement_view *view, np_dvec3 low,
                         np_dvec3 high) {
-  static void (*const checks[])(const cloud_box *box, const np_placement_view *view) = {check_size, check_view,
-                                                                                        check_near, check_ground};
-  const cloud_box box = {context, cloud, low, high};
-  for (size_t i = 0; i < sizeof checks / sizeof *checks; i++) checks[i](&box, view);
+  np_placement_fault faults[NP_PLACEMENT_FAULTS_MAX];
+  const unsigned count = np_placement_list_faults(cloud, view, low, high, faults);
+  for (unsigned i = 0; i < count; i++)
+    np_log(context, NEPH_LOG_WARNING, "cloud %s: %s: check %s", cloud->name, faults[i].cause, faults[i].keys);
 }

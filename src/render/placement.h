@@ -47,8 +47,21 @@ typedef struct np_placement_view {
   const neph_terrain *terrain; /* NULL: the sphere alone */
 } np_placement_view;
 
-/* Warns of a cloud whose world box is wholly outside the camera's view, before its near plane or below the ground,
- * under 10 m or over 1000 km across. What stands before it does not count. */
+/* A place or a size that cannot be meant. */
+typedef struct np_placement_fault {
+  const char *rule; /* "cloud.out_of_view" */
+  char cause[200];  /* behind the cloud's name: "is 3 m across, less than 10 m" */
+  const char *keys; /* by which it is placed */
+} np_placement_fault;
+
+enum { NP_PLACEMENT_FAULTS_MAX = 5 };
+
+/* Lists what is wrong with a cloud whose world box is wholly outside the camera's view, before its near plane or below
+ * the ground, under 10 m or over 1000 km across. What stands before it does not count. Returns their number. */
+unsigned np_placement_list_faults(const np_scene_cloud *cloud, const np_placement_view *view, np_dvec3 low,
+                                  np_dvec3 high, np_placement_fault out_faults[NP_PLACEMENT_FAULTS_MAX]);
+
+/* Warns of them. */
 void np_placement_check(neph_context *context, const np_scene_cloud *cloud, const np_placement_view *view, np_dvec3 low,
                         np_dvec3 high);
 

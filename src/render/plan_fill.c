@@ -107,7 +107,7 @@ static neph_result count_file_cells(const neph_scene *scene, const np_plan *plan
   np_grid_header header = {.has_box = false};
   np_dvec3 low, high;
   neph_result result = np_cloud_file_get(scene->context, cloud, plan->desc.frame, &file);
-  if (!result && file.path) result = np_volume_read_header(scene->context, file.path, &load, true, &header);
+  if (!result && file.path) result = np_volume_read_header(scene->context, file.path, &load, &header);
   np_alloc_free(scene->context, file.path);
   if (result || !header.has_box || header.state != NP_GRID_FILLED) return result;
   result = place_box(cloud, &header, &low, &high);

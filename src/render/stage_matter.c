@@ -410,6 +410,8 @@ static neph_result place_cloud(cloud_build *c) {
   if (!result && has_emission(c)) result = build_emission(c);
   if (result || c->low.x > c->high.x) return result;
   include_box(&a->clouds_min, &a->clouds_max, c->low, c->high);
+  np_log(a->context, NEPH_LOG_INFO, "cloud %s: from (%.6g, %.6g, %.6g) to (%.6g, %.6g, %.6g) m", c->cloud->name,
+         c->low.x, c->low.y, c->low.z, c->high.x, c->high.y, c->high.z);
   const np_placement_view view = {&a->camera, get_ground_radius(c->in), a->terrain};
   np_placement_check(a->context, c->cloud, &view, c->low, c->high);
   return NEPH_OK;

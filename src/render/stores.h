@@ -20,6 +20,7 @@ typedef struct np_reference {
   char sequence[33]; /* fingerprint of the files that it is a frame of; empty: none yet */
   bool has_frame;    /* the first asked for that holds anything is known */
   double number;     /* of its file */
+  bool is_told;      /* that it was chosen so, in a warning */
   char key[33];      /* fingerprint of all that the anchor depends on; empty: not computed yet */
   np_anchor anchor;
 } np_reference;

@@ -60,6 +60,28 @@ neph_volume_load_desc np_cloud_file_describe_load(const np_scene_cloud *cloud) {
   return desc;
 }
 
+static bool is_none(const char *name) { return name && !strcmp(name, "none"); }
+
+static void add_vector(np_file_use *use, np_vector_role role, const char *name) {
+  if (is_none(name)) return;
+  use->vectors[use->vector_count++] = (np_vector_request){role, name, use->load.policy};
+}
+
+static const char *get_field(const char *name, const char *usual) { return is_none(name) ? NULL : name ? name : usual; }
+
+np_file_use np_cloud_file_describe_use(const neph_scene *scene, const np_scene_cloud *cloud) {
+  const np_scene_emission *emission = &cloud->emission;
+  np_file_use use = {.load = np_cloud_file_describe_load(cloud)};
+  add_vector(&use, NP_VECTOR_COLOR, cloud->color);
+  if (scene->motion_blur.is_enabled || scene->output.aovs & NP_AOV_MOTION)
+    add_vector(&use, NP_VECTOR_VELOCITY, cloud->velocity);
+  if (!emission->is_enabled) return use;
+  add_vector(&use, NP_VECTOR_EMISSION, emission->color);
+  use.fields[0] = get_field(emission->temperature, "temperature");
+  use.fields[1] = get_field(emission->flame, "flame");
+  return use;
+}
+
 void np_cloud_file_add_to_hash(np_hash *hash, const np_scene_cloud *cloud) {
   NP_HASH_ADD(hash, cloud->policy);
   NP_HASH_ADD(hash, cloud->level_set_voxels);

@@ -5,6 +5,7 @@
 
 #include "core/hash.h"
 #include "scene/scene_private.h"
+#include "volume/volume_facts.h"
 
 typedef struct np_cloud_file {
   char *path;    /* owned; NULL: the sequence has no file there, and the frame is empty */
@@ -17,6 +18,9 @@ neph_result np_cloud_file_get(neph_context *context, const np_scene_cloud *cloud
 
 /* Describes by the keys of a cloud how its density is read. */
 neph_volume_load_desc np_cloud_file_describe_load(const np_scene_cloud *cloud);
+
+/* The grids that a scene takes of a cloud's file. */
+np_file_use np_cloud_file_describe_use(const neph_scene *scene, const np_scene_cloud *cloud);
 
 /* Adds to a key the keys by which a file is read, scaled and turned upright. */
 void np_cloud_file_add_to_hash(np_hash *hash, const np_scene_cloud *cloud);

@@ -17,10 +17,8 @@ static const np_choice missing[] = {{"empty", NP_MISSING_EMPTY},
                                     {NULL, 0}};
 static const np_choice precisions[] = {{"half", NEPH_PRECISION_HALF}, {"float", NEPH_PRECISION_FLOAT}, {NULL, 0}};
 static const np_choice phases[] = {{"rayleigh", NP_PHASE_RAYLEIGH}, {"isotropic", NP_PHASE_ISOTROPIC}, {NULL, 0}};
-static const np_choice cells[] = {{"none", NEPH_CLOUD_CELLS_NONE},
-                                  {"open", NEPH_CLOUD_CELLS_OPEN},
-                                  {"closed", NEPH_CLOUD_CELLS_CLOSED},
-                                  {NULL, 0}};
+static const np_choice cells[] = {
+    {"none", NEPH_CLOUD_CELLS_NONE}, {"open", NEPH_CLOUD_CELLS_OPEN}, {"closed", NEPH_CLOUD_CELLS_CLOSED}, {NULL, 0}};
 static const np_choice models[] = {{"cells", NEPH_CLOUD_MODEL_CELLS},     {"slab", NEPH_CLOUD_MODEL_SLAB},
                                    {"hero", NEPH_CLOUD_MODEL_HERO},       {"thermals", NEPH_CLOUD_MODEL_THERMALS},
                                    {"fog", NEPH_CLOUD_MODEL_FOG},         {"lenses", NEPH_CLOUD_MODEL_LENSES},
@@ -74,7 +72,8 @@ static const np_key keys[] = {
     {.path = "clouds[].ramp.gamma", .type = NP_KEY_REAL, .field = CLOUD(ramp.gamma), .range = WITHIN(0.01, 100),
      .fallback = "1", .meaning = "exponent of the sum"},
     {.path = "clouds[].import", .type = NP_KEY_CHOICE, .choices = policies, .field = CLOUD(policy),
-     .fallback = "refuse", .meaning = "policy for values that no cloud has, such as NaN; repair takes them as 0"},
+     .fallback = "refuse", .meaning = "policy for values that no cloud has, such as NaN; repair takes them as 0, and infinity as the "
+ "largest finite one"},
     {.path = "clouds[].precision", .type = NP_KEY_CHOICE, .choices = precisions, .field = CLOUD(precision),
      .fallback = "half", .meaning = "precision of the values in memory"},
     {.path = "clouds[].up", .type = NP_KEY_CHOICE, .choices = axes, .field = CLOUD(up), .fallback = "z",

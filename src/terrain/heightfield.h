@@ -68,6 +68,7 @@ neph_result np_heightfield_check_raw(neph_context *context, const char *path, co
 /* A raster as its header has it. */
 typedef struct np_raster_summary {
   char format[40], sample_type[20], crs[120], unit[40]; /* unit "": none stated */
+  bool has_place;                                       /* else terrain.width lays it around the scene's place */
   size_t file_count;
 } np_raster_summary;
 

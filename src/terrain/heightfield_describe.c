@@ -30,10 +30,12 @@ static neph_result describe_place(neph_context *context, const np_heightfield *f
 }
 
 static neph_result describe_summary(neph_context *context, const np_raster_summary *raster, char **out_text) {
-  *out_text = raster->format[0] ? np_alloc_printf(context, "format      %s, %s\nsystem      %s\nunit        %s\n",
-                                                  raster->format, raster->sample_type, raster->crs,
-                                                  raster->unit[0] ? raster->unit : "none stated, taken for metres")
-                                : np_alloc_text(context, "");
+  *out_text = raster->format[0]
+                  ? np_alloc_printf(context, "format      %s, %s\nsystem      %s\nunit        %s\n", raster->format,
+                                    raster->sample_type,
+                                    raster->crs[0] ? raster->crs : "none stated: terrain.crs or terrain.width place it",
+                                    raster->unit[0] ? raster->unit : "none stated, taken for metres")
+                  : np_alloc_text(context, "");
   return *out_text ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
@@ -84,12 +86,15 @@ neph_result neph_terrain_describe_file(neph_context *context, const char *path, 
   desc.height_max_m = 1.0; /* PNG values as they are */
   np_heightfield field;
   np_raster_summary raster = {.file_count = 0};
-  neph_result result = np_heightfield_load(context, NULL, path, &desc, &field);
+  neph_result result = NEPH_OK;
+  if (np_heightfield_is_raster(path)) {
+    result = np_heightfield_describe_raster(context, path, &desc, &raster);
+    desc.has_width = !raster.has_place;
+  }
+  if (!result) result = np_heightfield_load(context, NULL, path, &desc, &field);
   if (result) return result;
-  if (np_heightfield_is_raster(path)) result = np_heightfield_describe_raster(context, path, &desc, &raster);
-  if (!result)
-    result = format == NEPH_TEXT_JSON ? describe_json(context, &field, &raster, path, out_text)
-                                      : describe_plain(context, &field, &raster, path, out_text);
+  result = format == NEPH_TEXT_JSON ? describe_json(context, &field, &raster, path, out_text)
+                                    : describe_plain(context, &field, &raster, path, out_text);
   np_heightfield_destroy(context, &field);
   return result;
 }

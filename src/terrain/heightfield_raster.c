@@ -32,6 +32,7 @@ typedef struct raster_reader {
   np_gdal_info info;
   unsigned factor, width, height; /* samples averaged along each side, and those that remain */
   bool is_northern_first;         /* in the file; else rows go from south to north */
+  bool is_described;              /* alone: its place need not be known */
   np_heightfield *field;
 } raster_reader;
 
@@ -84,7 +85,7 @@ static neph_result check_grid(const raster_reader *r) {
                    "%s: its coordinate system (%s) says how wide it is: leave out terrain.width", r->name, r->info.crs);
   if (has_place(r) && !(fabs(area) > 0.0 && isfinite(area)))
     return np_fail(r->context, NEPH_ERROR_BAD_FILE, "%s: its samples lie on a line, by its geotransform", r->name);
-  if (has_place(r) || r->desc->has_width) return NEPH_OK;
+  if (has_place(r) || r->desc->has_width || r->is_described) return NEPH_OK;
   if (!r->info.has_grid)
     return np_fail(r->context, NEPH_ERROR_BAD_FILE,
                    "%s: does not say where it lies: give terrain.width, its width along x, to lay it around the "
@@ -392,13 +393,14 @@ neph_result np_heightfield_check_raster(neph_context *context, const char *path,
 
 neph_result np_heightfield_describe_raster(neph_context *context, const char *path, const neph_terrain_desc *desc,
                                            np_raster_summary *out) {
-  raster_reader r = {.context = context, .desc = desc};
+  raster_reader r = {.context = context, .desc = desc, .is_described = true};
   neph_result result = open_reader(&r, path);
   if (result) return result;
   snprintf(out->format, sizeof out->format, "%s", r.info.driver);
   snprintf(out->sample_type, sizeof out->sample_type, "%s", r.info.sample_type);
   snprintf(out->crs, sizeof out->crs, "%s", r.info.crs);
   snprintf(out->unit, sizeof out->unit, "%s", r.info.unit);
+  out->has_place = has_place(&r);
   out->file_count = r.files.count;
   close_reader(&r);
   return NEPH_OK;

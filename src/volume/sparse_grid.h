@@ -40,6 +40,7 @@ typedef struct np_sparse_grid {
   np_cell_region region;    /* until its bricks are built */
   bool is_consumed;         /* by its bricks: its leaves' memory goes while they are built, which leaves no values */
   np_affine index_to_world;
+  double level_set_voxels; /* depth below the surface of a level set at which it is 1; 0: it was none */
   float background;
   size_t leaf_count, leaf_capacity, tile_count, tile_capacity;
   np_leaf *leaves;

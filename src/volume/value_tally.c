@@ -77,27 +77,37 @@ static neph_result compute_max(void *user, size_t begin, size_t end, unsigned th
   return NEPH_OK;
 }
 
-static void count_value(const tally_job *job, np_value_tally *t, float *value, uint64_t place) {
+/* Infinite values were above what the file could hold. */
+static float repair(const tally_job *job, np_value_kind kind, float value, bool is_active) {
+  return kind == NP_VALUE_INFINITE && value > 0.0f && is_active ? job->max : 0.0f;
+}
+
+static void count_value(const tally_job *job, np_value_tally *t, float *value, bool is_active, uint64_t place) {
   const np_value_kind k = classify(*value, job->max);
   if (k == NP_VALUE_GOOD) return;
   if (!t->counts[k]++ || place < t->first[k]) {
     t->first[k] = place;
     t->first_value[k] = *value;
   }
-  if (job->is_repaired) *value = 0.0f;
+  if (job->is_repaired) *value = repair(job, k, *value, is_active);
 }
 
 static neph_result count_leaves(void *user, size_t begin, size_t end, unsigned thread) {
   const tally_job *job = user;
-  for (size_t leaf = begin; leaf < end; leaf++)
-    for (size_t n = 0; n < NP_LEAF_SIZE && !job->is_plain[leaf]; n++)
-      count_value(job, &job->tallies[thread], &job->grid->leaves[leaf].values[n], leaf * NP_LEAF_SIZE + n);
+  for (size_t i = begin; i < end; i++) {
+    np_leaf *leaf = &job->grid->leaves[i];
+    for (size_t n = 0; n < NP_LEAF_SIZE && !job->is_plain[i]; n++)
+      count_value(job, &job->tallies[thread], &leaf->values[n], leaf->active[n / 64] >> (n % 64) & 1u,
+                  i * NP_LEAF_SIZE + n);
+  }
   return NEPH_OK;
 }
 
 static void count_tiles(const tally_job *job) {
-  for (size_t n = 0; n < job->grid->tile_count; n++)
-    count_value(job, &job->tallies[0], &job->grid->tiles[n].value, job->grid->leaf_count * NP_LEAF_SIZE + n);
+  for (size_t n = 0; n < job->grid->tile_count; n++) {
+    np_tile *tile = &job->grid->tiles[n];
+    count_value(job, &job->tallies[0], &tile->value, tile->is_active, job->grid->leaf_count * NP_LEAF_SIZE + n);
+  }
 }
 
 static void unite(np_value_tally *all, const np_value_tally *t) {

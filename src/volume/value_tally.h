@@ -27,7 +27,8 @@ typedef struct np_value_tally {
   float first_value[NP_VALUE_KINDS];
 } np_value_tally;
 
-/* Counts the values of leaves and tiles; what is counted becomes 0 where they are repaired. `monitor` may be NULL. */
+/* Counts the values of leaves and tiles. Where they are repaired, active ones of positive infinity become the largest
+ * finite value, and all others that are counted 0. `monitor` may be NULL. */
 neph_result np_value_tally_count(np_sparse_grid *grid, bool is_repaired, np_monitor *monitor,
                                  np_value_tally *out_tally);
 

@@ -3,6 +3,7 @@
 #ifndef NP_VOLUME_VDB_CONVERSION_H
 #define NP_VOLUME_VDB_CONVERSION_H
 
+#include <algorithm>
 #include <string>
 
 #include <openvdb/openvdb.h>
@@ -43,12 +44,14 @@ inline openvdb::FloatGrid::Ptr convert_to_floats(const openvdb::GridBase::Ptr &g
   return out;
 }
 
-/* From distances to a density that rises from the surface to 1 at a depth, at most that of the narrow band. OpenVDB
- * goes on rising below it where the band is wider. */
-inline void convert_distances(openvdb::FloatGrid &grid, double depth_voxels) {
-  openvdb::tools::sdfToFogVolume(grid, static_cast<float>(depth_voxels * grid.voxelSize()[0]));
+/* From distances to a density that rises from the surface to 1 at a depth, at most that of the narrow band, which is
+ * returned. OpenVDB goes on rising below it where the band is wider. */
+inline double convert_distances(openvdb::FloatGrid &grid, double depth_voxels) {
+  const double voxel = grid.voxelSize()[0], band_voxels = static_cast<double>(grid.background()) / voxel;
+  openvdb::tools::sdfToFogVolume(grid, static_cast<float>(depth_voxels * voxel));
   for (auto value = grid.beginValueOn(); value; ++value)
     if (*value > 1.0f) value.setValue(1.0f);
+  return std::min(depth_voxels, band_voxels);
 }
 
 /* Resampling fills what lies between active voxels: this many bytes of it are allowed. */

@@ -3,7 +3,10 @@
 #ifndef NP_VOLUME_VDB_MENDING_H
 #define NP_VOLUME_VDB_MENDING_H
 
+#include <algorithm>
+#include <cmath>
 #include <cstring>
+#include <limits>
 #include <string>
 
 #include <openvdb/openvdb.h>
@@ -38,30 +41,81 @@ inline bool is_good(float value) {
 /* Positive doubles that floats cannot tell from 0, or hold, are none of a cloud's. */
 inline bool is_good(double value) { return value == 0.0 || (value > 0.0 && is_good(static_cast<float>(value))); }
 
-/* Makes what a cloud cannot hold 0. Returns whether a value is beyond halves. */
-template <typename TreeType> bool mend_values(TreeType &tree) {
-  bool is_beyond_half = false;
+inline bool is_good(int32_t value) { return value >= 0; }
+
+inline bool is_good(int64_t value) { return value >= 0; }
+
+/* The largest value that a cloud can hold; 0 where there is none. */
+template <typename TreeType> typename TreeType::ValueType get_good_max(const TreeType &tree) {
+  typename TreeType::ValueType largest = 0;
+  for (auto value = tree.cbeginValueAll(); value; ++value)
+    if (is_good(*value)) largest = std::max(largest, *value);
+  return largest;
+}
+
+/* Infinite values were above what the file could hold; doubles may be above what floats can. */
+template <typename Number> bool is_above_all(Number value) {
+  return static_cast<double>(value) > static_cast<double>(std::numeric_limits<float>::max());
+}
+
+/* Makes active values above all that floats hold the largest that is good, and others that a cloud cannot hold 0.
+ * Returns their number. */
+template <typename TreeType> uint64_t mend_values(TreeType &tree, bool &is_beyond_half) {
+  const typename TreeType::ValueType largest = get_good_max(tree);
+  uint64_t count = 0;
   for (auto value = tree.beginValueAll(); value; ++value) {
-    if (!is_good(*value)) value.setValue(0);
-    is_beyond_half = is_beyond_half || static_cast<double>(*value) > half_max;
+    if (is_good(*value)) continue;
+    value.setValue(is_above_all(*value) && value.isValueOn() ? largest : 0);
+    count++;
   }
-  return is_beyond_half;
+  is_beyond_half = static_cast<double>(largest) > half_max;
+  return count;
 }
 
 /* NaN is not equal to itself, which changing the background would need. */
-template <typename TreeType> void mend_background(TreeType &tree) {
+template <typename TreeType> bool mend_background(TreeType &tree) {
+  if (tree.background() == 0) return false;
   if (tree.background() == tree.background())
     openvdb::tools::changeBackground(tree, 0);
   else
     tree.root().setBackground(0, /*updateChildNodes=*/true);
+  return true;
 }
 
-template <typename GridType> void mend_if(openvdb::GridBase &grid, np_vdb_mark mark) {
-  if (mark == NP_VDB_KEEP || !is_grid<GridType>(grid)) return;
+template <typename GridType> void mend_if(openvdb::GridBase &grid, np_vdb_mending &mending) {
+  const bool is_density = mending.mark == NP_VDB_MEND_DENSITY;
+  bool is_beyond_half = false;
+  if ((!is_density && mending.mark != NP_VDB_MEND_VALUES) || !is_grid<GridType>(grid)) return;
   auto &tree = static_cast<GridType &>(grid).tree();
-  if (mark == NP_VDB_MEND_DENSITY) mend_background(tree);
-  if (mend_values(tree)) grid.setSaveFloatAsHalf(false);
-  if (mark == NP_VDB_MEND_DENSITY) grid.setGridClass(openvdb::GRID_FOG_VOLUME);
+  if (is_density) mending.has_new_background = mend_background(tree);
+  mending.value_count = mend_values(tree, is_beyond_half);
+  if (is_beyond_half) grid.setSaveFloatAsHalf(false);
+  if (!is_density) return;
+  mending.has_new_class = grid.getGridClass() != openvdb::GRID_FOG_VOLUME;
+  grid.setGridClass(openvdb::GRID_FOG_VOLUME);
+}
+
+template <typename Number> bool make_finite(Number &value) {
+  if (std::isfinite(value)) return false;
+  value = 0;
+  return true;
+}
+
+template <typename Number> bool make_finite(openvdb::math::Vec3<Number> &value) {
+  const bool are_mended[3] = {make_finite(value[0]), make_finite(value[1]), make_finite(value[2])};
+  return are_mended[0] || are_mended[1] || are_mended[2];
+}
+
+/* Makes NaN and infinity 0, of a vector or a component of one. */
+template <typename GridType> void make_finite_if(openvdb::GridBase &grid, np_vdb_mending &mending) {
+  if (mending.mark != NP_VDB_MAKE_FINITE || !is_grid<GridType>(grid)) return;
+  auto &tree = static_cast<GridType &>(grid).tree();
+  for (auto value = tree.beginValueAll(); value; ++value) {
+    typename GridType::ValueType number = *value;
+    if (!make_finite(number)) continue;
+    value.setValue(number);
+    mending.value_count++;
+  }
 }
 
 } /* namespace np_vdb */

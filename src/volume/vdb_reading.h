@@ -130,22 +130,26 @@ inline void check_type(const Entry &entry) {
 
 /* ---- Densities ---- */
 
-/* A grid as a density. */
-inline openvdb::FloatGrid::Ptr read_density(np_vdb_file &file, const Entry &entry, double level_set_voxels,
-                                            double byte_max) {
+/* A grid as a density. Of level sets `level_set_voxels` becomes the depth that they have. */
+inline openvdb::FloatGrid::Ptr read_density(np_vdb_file &file, const Entry &entry, double byte_max,
+                                            double &level_set_voxels) {
   openvdb::FloatGrid::Ptr grid = convert_to_floats(read_tree(file, entry, Part::tree));
   grid->setTransform(entry.header->transform().copy()); /* an instance has its own */
-  if (level_set_voxels > 0.0 && entry.header->getGridClass() == openvdb::GRID_LEVEL_SET) {
-    convert_distances(*grid, level_set_voxels);
-  }
+  if (level_set_voxels > 0.0 && entry.header->getGridClass() == openvdb::GRID_LEVEL_SET)
+    level_set_voxels = convert_distances(*grid, level_set_voxels);
+  else
+    level_set_voxels = 0.0;
   return entry.is_affine ? grid : resample(grid, make_lattice(*grid), byte_max, entry.name);
 }
 
-inline openvdb::FloatGrid::Ptr read_sum(np_vdb_file &file, const np_vdb_request &request, double byte_max) {
+inline openvdb::FloatGrid::Ptr read_sum(np_vdb_file &file, const np_vdb_request &request, np_sparse_grid &out) {
+  const double byte_max = static_cast<double>(out.brick_bytes_max);
   openvdb::FloatGrid::Ptr sum;
   for (std::size_t i = 0; i < request.count; i++) {
     const Entry &entry = file.entries[request.indices[i]];
-    openvdb::FloatGrid::Ptr grid = read_density(file, entry, request.level_set_voxels, byte_max);
+    double depth_voxels = request.level_set_voxels;
+    openvdb::FloatGrid::Ptr grid = read_density(file, entry, byte_max, depth_voxels);
+    if (depth_voxels > 0.0) out.level_set_voxels = depth_voxels;
     if (sum && grid->transform() != sum->transform()) grid = resample(grid, sum->transformPtr(), byte_max, entry.name);
     if (sum)
       openvdb::tools::compSum(*sum, *grid);
@@ -164,7 +168,7 @@ inline bool is_plain(const np_vdb_file &file, const np_vdb_request &request) {
 
 inline void read_converted(np_vdb_file &file, const np_vdb_request &request, const np_vdb_sink &sink,
                            uint64_t *out_tree_bytes) {
-  const openvdb::FloatGrid::Ptr grid = read_sum(file, request, static_cast<double>(sink.grid->brick_bytes_max));
+  const openvdb::FloatGrid::Ptr grid = read_sum(file, request, *sink.grid);
   get_affine(*grid, sink.grid->index_to_world.m);
   copy_tree(grid->tree(), sink, file.canceller);
   *out_tree_bytes = grid->memUsage();

@@ -221,17 +221,25 @@ openvdb::GridPtrVec read_all(np_vdb_file &file) {
   return grids;
 }
 
-neph_result mend_file(np_vdb_file *file, const np_vdb_mark *marks, const char *path, np_vdb_error *error) noexcept {
+void mend_grid(openvdb::GridBase &grid, np_vdb_mending &mending) {
+  mend_if<openvdb::FloatGrid>(grid, mending);
+  mend_if<openvdb::DoubleGrid>(grid, mending);
+  mend_if<openvdb::Int32Grid>(grid, mending);
+  mend_if<openvdb::Int64Grid>(grid, mending);
+  make_finite_if<openvdb::FloatGrid>(grid, mending);
+  make_finite_if<openvdb::DoubleGrid>(grid, mending);
+  make_finite_if<openvdb::Vec3SGrid>(grid, mending);
+  make_finite_if<openvdb::Vec3DGrid>(grid, mending);
+}
+
+neph_result mend_file(np_vdb_file *file, np_vdb_mending *mendings, const char *path, np_vdb_error *error) noexcept {
   openvdb::GridPtrVec grids;
   openvdb::MetaMap metadata;
   const neph_result result = guarded(error, Direction::reading, [&] {
     file->stream.seekg(file->source.metadata);
     metadata.readMeta(file->stream);
     grids = read_all(*file);
-    for (size_t i = 0; i < grids.size(); i++) {
-      mend_if<openvdb::FloatGrid>(*grids[i], marks[i]);
-      mend_if<openvdb::DoubleGrid>(*grids[i], marks[i]);
-    }
+    for (size_t i = 0; i < grids.size(); i++) mend_grid(*grids[i], mendings[i]);
   });
   if (result) return result;
   return guarded(error, Direction::writing, [&] {

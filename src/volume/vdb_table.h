@@ -12,7 +12,7 @@
 extern "C" {
 #endif
 
-#define NP_VDB_MODULE_VERSION 9u
+#define NP_VDB_MODULE_VERSION 10u
 
 /* Name of the module's file and of the function in it. */
 #define NP_VDB_MODULE_FILE "nephos_vdb.so"
@@ -91,9 +91,18 @@ typedef struct np_vdb_sink {
 /* Changes to a grid that is copied. */
 typedef enum np_vdb_mark {
   NP_VDB_KEEP,
-  NP_VDB_MEND_VALUES, /* of floats or doubles: those that are not finite, negative or subnormal become 0 */
+  NP_VDB_MAKE_FINITE, /* of floats, doubles and vectors of them: NaN and infinity become 0 */
+  NP_VDB_MEND_VALUES, /* of numbers: those that are not finite, negative or subnormal become 0, but infinity, where it
+                         is active, the largest of the others */
   NP_VDB_MEND_DENSITY /* the same; the background becomes 0, and the class fog volume */
 } np_vdb_mark;
+
+/* The mark of a grid, and what it changed. */
+typedef struct np_vdb_mending {
+  np_vdb_mark mark;
+  uint64_t value_count;
+  bool has_new_background, has_new_class;
+} np_vdb_mending;
 
 /* Asked during long work; non-zero stops it with NEPH_ERROR_CANCELLED. */
 typedef int (*np_vdb_cancel_fn)(void *user);
@@ -110,7 +119,7 @@ typedef struct np_vdb_write_grid {
   size_t attribute_count;
   const np_sparse_grid *y, *z; /* NULL: a scalar, a fog volume; else `grid` is the x of a velocity, and these its other
                                   components, of the same leaves, without tiles */
-  int is_invariant;               /* a vector's components are no direction: they are those of a colour */
+  int is_invariant;            /* a vector's components are no direction: they are those of a colour */
 } np_vdb_write_grid;
 
 /* Functions that can fail return a neph_result, the same as in `error`, and throw nothing. */
@@ -145,9 +154,9 @@ typedef struct np_vdb_module {
   neph_result (*diagnose)(np_vdb_file *file, size_t index, void (*visit)(void *user, const char *text), void *user,
                           np_vdb_error *error);
 
-  /* Writes all grids and metadata of a file to `path`, which is a temporary name, mended as `marks` say, one a grid.
-   * Grids of points are refused. */
-  neph_result (*mend)(np_vdb_file *file, const np_vdb_mark *marks, const char *path, np_vdb_error *error);
+  /* Writes all grids and metadata of a file to `path`, which is a temporary name, mended as `mendings` say, one a grid,
+   * which get their outcomes. Grids of points are refused. */
+  neph_result (*mend)(np_vdb_file *file, np_vdb_mending *mendings, const char *path, np_vdb_error *error);
 
   /* Writes grids to `path`, which is a temporary name: the caller renames it. */
   neph_result (*write)(const char *path, const np_vdb_write_grid *grids, size_t count, np_vdb_cancel_fn cancel,

@@ -100,8 +100,8 @@ static void try_chunk(walk *w, uint64_t count, uint64_t chunk_bytes) {
   if (bytes->result) return;
   const neph_result tried = w->module->try_chunk(w->storage.compression, w->chunk, chunk_bytes, count);
   if (tried == NEPH_ERROR_OUT_OF_MEMORY)
-    bytes->result = np_fail(bytes->context, tried, "out of memory: no room to decompress %llu bytes",
-                            (unsigned long long)count);
+    bytes->result =
+        np_fail(bytes->context, tried, "out of memory: no room to decompress %llu bytes", (unsigned long long)count);
   else if (tried)
     np_vdb_bytes_fail(bytes, "a compressed chunk cannot be decompressed to %llu bytes", (unsigned long long)count);
 }

@@ -6,7 +6,7 @@
 #include <strings.h>
 
 #include "core/alloc.h"
-#include "volume/volume_file.h"
+#include "volume/volume_choice.h"
 
 static const float half_max = 65504.0f;
 
@@ -122,11 +122,15 @@ static neph_result measure_stray(const np_sparse_grid *grid, np_grid_facts *fact
 
 /* ---- Grids ---- */
 
+/* Adds the counts of a grid, or of a component. */
 static void set_kinds(np_grid_facts *facts, const np_sparse_grid *grid, const np_value_tally *tally) {
   for (int k = 0; k < NP_VALUE_KINDS; k++) {
-    facts->kinds[k].count = tally->counts[k];
-    facts->kinds[k].first_value = (double)tally->first_value[k];
-    if (tally->counts[k]) np_value_tally_locate(grid, tally->first[k], &facts->kinds[k].first);
+    np_value_count *kind = &facts->kinds[k];
+    if (tally->counts[k] && !kind->count) {
+      kind->first_value = (double)tally->first_value[k];
+      np_value_tally_locate(grid, tally->first[k], &kind->first);
+    }
+    kind->count += tally->counts[k];
   }
 }
 
@@ -150,8 +154,10 @@ static neph_result measure_values(np_sparse_grid *grid, np_monitor *monitor, np_
 
 typedef struct measure_job {
   np_volume_file *file;
+  const np_file_use *use; /* NULL: by names */
   np_monitor *monitor;
   np_file_facts *facts;
+  double level_set_voxels;
 } measure_job;
 
 typedef struct diagnosis_list {
@@ -166,20 +172,27 @@ static void add_diagnosis(void *user, const char *text) {
   if (copy) facts->diagnoses[facts->diagnosis_count++] = copy;
 }
 
+/* Frustums of densities are resampled, whole numbers and marks become floats, level sets fog. */
+static neph_result read_scalar(const measure_job *job, size_t index, np_grid_role role, np_sparse_grid *out_grid) {
+  const np_volume_choice choice = {{index}, 1, job->level_set_voxels};
+  uint64_t tree_bytes;
+  return role == NP_GRID_DENSITY ? np_volume_file_read_density(job->file, &choice, out_grid, &tree_bytes)
+                                 : np_volume_file_read(job->file, index, out_grid, &tree_bytes);
+}
+
 static neph_result measure_scalar(const measure_job *job, size_t index, np_grid_facts *facts) {
   np_sparse_grid grid = {0};
-  uint64_t tree_bytes;
-  neph_result result = np_volume_file_read(job->file, index, &grid, &tree_bytes);
+  neph_result result = read_scalar(job, index, facts->role, &grid);
   if (!result) result = measure_values(&grid, job->monitor, facts);
   np_sparse_grid_clear(&grid);
-  if (result || facts->role == NP_GRID_VELOCITY || facts->role == NP_GRID_OTHER) return result;
+  if (result || (facts->role != NP_GRID_DENSITY && facts->role != NP_GRID_FIELD)) return result;
   np_vdb_error error;
   diagnosis_list list = {job->file->context, facts};
   result = job->file->module->diagnose(job->file->vdb, index, add_diagnosis, &list, &error);
   return result ? np_volume_file_fail(job->file, &error) : NEPH_OK;
 }
 
-static neph_result measure_other(const measure_job *job, size_t index, np_grid_facts *facts) {
+static neph_result measure_size(const measure_job *job, size_t index, np_grid_facts *facts) {
   np_vdb_error error;
   np_vdb_grid_size size;
   if (job->file->module->measure(job->file->vdb, index, &size, &error)) return np_volume_file_fail(job->file, &error);
@@ -187,6 +200,23 @@ static neph_result measure_other(const measure_job *job, size_t index, np_grid_f
   memcpy(facts->active_min, size.active_min, sizeof size.active_min);
   memcpy(facts->active_max, size.active_max, sizeof size.active_max);
   return NEPH_OK;
+}
+
+static neph_result add_component(const measure_job *job, size_t index, int component, np_grid_facts *facts) {
+  np_sparse_grid grid = {0};
+  np_value_tally tally;
+  uint64_t tree_bytes;
+  neph_result result = np_volume_file_read_component(job->file, index, component, &grid, &tree_bytes);
+  if (!result) result = np_value_tally_count(&grid, false, job->monitor, &tally);
+  if (!result) set_kinds(facts, &grid, &tally);
+  np_sparse_grid_clear(&grid);
+  return result;
+}
+
+static neph_result measure_vector(const measure_job *job, size_t index, np_grid_facts *facts) {
+  neph_result result = measure_size(job, index, facts);
+  for (int component = 0; component < 3 && !result; component++) result = add_component(job, index, component, facts);
+  return result;
 }
 
 static void set_transform(np_grid_facts *facts, const np_vdb_grid_info *info) {
@@ -200,6 +230,14 @@ static void set_transform(np_grid_facts *facts, const np_vdb_grid_info *info) {
     facts->voxel_m[a] = np_dvec3_length(np_dvec3_make(affine.m[0][a], affine.m[1][a], affine.m[2][a]));
 }
 
+static void clear_grid(neph_context *context, np_grid_facts *grid) {
+  np_alloc_free(context, grid->name);
+  np_alloc_free(context, grid->value_type);
+  np_alloc_free(context, grid->grid_class);
+  for (unsigned d = 0; d < grid->diagnosis_count; d++) np_alloc_free(context, grid->diagnoses[d]);
+  *grid = (np_grid_facts){0};
+}
+
 static neph_result set_texts(neph_context *context, np_grid_facts *facts, const np_vdb_grid_info *info) {
   facts->name = np_alloc_text(context, info->name);
   facts->value_type = np_alloc_text(context, info->value_type);
@@ -207,17 +245,23 @@ static neph_result set_texts(neph_context *context, np_grid_facts *facts, const 
   return facts->name && facts->value_type && facts->grid_class ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
+static neph_result measure_content(const measure_job *job, size_t index, const np_vdb_grid_info *info,
+                                   np_grid_facts *facts) {
+  if (facts->role == NP_GRID_OTHER) return measure_size(job, index, facts);
+  return info->is_vector ? measure_vector(job, index, facts) : measure_scalar(job, index, facts);
+}
+
 static neph_result measure_grid(const measure_job *job, size_t index, np_grid_facts *facts) {
   const np_vdb_grid_info info = describe(job->file, index);
-  facts->role = np_volume_file_get_role(job->file, &info);
   facts->is_scalar = info.is_scalar;
+  facts->is_count = info.is_count;
   facts->is_vector = info.is_vector;
   facts->is_level_set = info.is_level_set;
   facts->is_half_on_disk = info.is_half_on_disk;
   facts->is_instance = info.owner != index;
   set_transform(facts, &info);
   neph_result result = set_texts(job->file->context, facts, &info);
-  if (!result) result = info.is_scalar ? measure_scalar(job, index, facts) : measure_other(job, index, facts);
+  if (!result) result = measure_content(job, index, &info, facts);
   if (result || !facts->active_count || !facts->is_affine) return result;
   np_affine affine;
   memcpy(affine.m, facts->index_to_world, sizeof affine.m);
@@ -225,38 +269,88 @@ static neph_result measure_grid(const measure_job *job, size_t index, np_grid_fa
   return NEPH_OK;
 }
 
+/* ---- Purposes ---- */
+
+/* A scalar that might have been the density, and is not chosen, is a field. */
+static void set_named_roles(const measure_job *job, bool has_density) {
+  for (size_t i = 0; i < job->facts->count; i++) {
+    const np_vdb_grid_info info = describe(job->file, i);
+    const np_grid_role role = np_volume_get_role(job->file, &info);
+    job->facts->grids[i].role = role == NP_GRID_DENSITY && has_density ? NP_GRID_FIELD : role;
+  }
+}
+
+static void set_used_roles(const measure_job *job) {
+  const np_file_use *use = job->use;
+  np_grid_facts *grids = job->facts->grids;
+  size_t parts[3];
+  for (size_t i = 0; i < job->facts->count; i++) {
+    const np_vdb_grid_info info = describe(job->file, i);
+    grids[i].role = NP_GRID_OTHER;
+    for (size_t f = 0; f < sizeof use->fields / sizeof *use->fields; f++)
+      if (use->fields[f] && info.is_scalar && !strcasecmp(info.name, use->fields[f])) grids[i].role = NP_GRID_FIELD;
+  }
+  for (unsigned v = 0; v < use->vector_count; v++)
+    if (np_volume_file_search_vector(job->file, use->vectors[v].role, use->vectors[v].name, parts))
+      for (int a = 0; a < 3; a++) grids[parts[a]].role = NP_GRID_VECTOR;
+}
+
+static neph_result set_roles(measure_job *job) {
+  const np_grid_wish wish = {.grid = job->use ? job->use->load.grid : NULL, .level_set_voxels = job->level_set_voxels};
+  np_volume_choice choice;
+  const neph_result result = np_volume_choose(job->file, &wish, &choice, &job->facts->refusal);
+  if (result) return result;
+  if (job->use)
+    set_used_roles(job);
+  else
+    set_named_roles(job, !job->facts->refusal);
+  for (size_t i = 0; i < choice.count && !job->facts->refusal; i++) {
+    const np_vdb_grid_info info = describe(job->file, choice.indices[i]);
+    const np_grid_role named = np_volume_get_role(job->file, &info);
+    job->facts->grids[choice.indices[i]].role = NP_GRID_DENSITY;
+    job->facts->grids[choice.indices[i]].is_odd_density =
+        !wish.grid && (named == NP_GRID_FIELD || named == NP_GRID_VECTOR);
+  }
+  return NEPH_OK;
+}
+
 static neph_result run_measure(void *user) {
-  const measure_job *job = user;
+  measure_job *job = user;
   const size_t count = job->file->module->count(job->file->vdb);
   job->facts->grids = np_alloc(job->file->context, count, sizeof *job->facts->grids);
-  neph_result result = job->facts->grids || !count ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
-  for (size_t i = 0; !result && i < count; i++) {
-    result = measure_grid(job, i, &job->facts->grids[i]);
-    job->facts->count = i + 1;
+  if (!job->facts->grids && count) return NEPH_ERROR_OUT_OF_MEMORY;
+  job->facts->count = count;
+  neph_result result = set_roles(job);
+  size_t measured = 0;
+  while (!result && measured < count) {
+    result = measure_grid(job, measured, &job->facts->grids[measured]);
+    measured += !result;
   }
+  for (size_t i = measured; i < count; i++) clear_grid(job->file->context, &job->facts->grids[i]);
+  job->facts->count = measured;
   return result;
 }
 
-neph_result np_file_facts_measure(neph_context *context, const char *path, np_monitor *monitor,
+neph_result np_file_facts_measure(neph_context *context, const char *path, const np_file_use *use, np_monitor *monitor,
                                   np_file_facts *out_facts) {
   np_volume_file file;
   *out_facts = (np_file_facts){.context = context};
   neph_result result = np_volume_file_open(context, path, monitor, &file);
   if (result) return result;
-  measure_job job = {&file, monitor, out_facts};
+  measure_job job = {&file, use, monitor, out_facts, use ? use->load.level_set_voxels : 0.0};
   result = np_parallel_run(context, monitor, run_measure, &job);
   np_volume_file_close(&file);
   return result;
 }
 
 void np_file_facts_clear(np_file_facts *facts) {
-  for (size_t i = 0; i < facts->count; i++) {
-    np_grid_facts *grid = &facts->grids[i];
-    np_alloc_free(facts->context, grid->name);
-    np_alloc_free(facts->context, grid->value_type);
-    np_alloc_free(facts->context, grid->grid_class);
-    for (unsigned d = 0; d < grid->diagnosis_count; d++) np_alloc_free(facts->context, grid->diagnoses[d]);
-  }
+  for (size_t i = 0; i < facts->count; i++) clear_grid(facts->context, &facts->grids[i]);
   np_alloc_free(facts->context, facts->grids);
+  np_alloc_free(facts->context, facts->refusal);
   *facts = (np_file_facts){0};
+}
+
+bool np_volume_is_unmarked_level_set(const char *grid_class, float background, float value_min) {
+  return !strcmp(grid_class, "unknown") && background > 0.0f && value_min <= -0.5f * background &&
+         value_min >= -1.001f * background;
 }

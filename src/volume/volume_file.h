@@ -39,8 +39,9 @@ typedef struct np_volume_choice {
 neph_result np_volume_file_read_density(const np_volume_file *file, const np_volume_choice *choice,
                                         np_sparse_grid *out_grid, uint64_t *out_tree_bytes);
 
-/* The purpose of a grid of the file. */
-np_grid_role np_volume_file_get_role(const np_volume_file *file, const np_vdb_grid_info *info);
+/* Searches the grids of a vector's three components; `name` NULL: the usual ones. */
+bool np_volume_file_search_vector(const np_volume_file *file, np_vector_role role, const char *name,
+                                  size_t out_grids[3]);
 
 /* Reports what the module said, under the file's name. */
 neph_result np_volume_file_fail(const np_volume_file *file, const np_vdb_error *error);

@@ -8,10 +8,11 @@ static void report(neph_context *context, neph_log_level level, const char *path
   np_value_place at;
   np_value_tally_locate(grid, t->first[k], &at);
   np_log(context, level,
-         "%s: grid '%s': %llu values are %s, the first (%g) at voxel (%d, %d, %d), (%.6g, %.6g, %.6g) in the file's "
+         "%s: grid '%s': %llu value%s %s, the first (%g) at voxel (%d, %d, %d), (%.6g, %.6g, %.6g) in the file's "
          "units; %s",
-         path, grid->name, (unsigned long long)t->counts[k], np_value_kind_names[k], (double)t->first_value[k],
-         at.voxel[0], at.voxel[1], at.voxel[2], at.world_m[0], at.world_m[1], at.world_m[2], consequence);
+         path, grid->name, (unsigned long long)t->counts[k], t->counts[k] == 1 ? " is" : "s are",
+         np_value_kind_names[k], (double)t->first_value[k], at.voxel[0], at.voxel[1], at.voxel[2], at.world_m[0],
+         at.world_m[1], at.world_m[2], consequence);
 }
 
 /* One error for the first kind that is refused; one warning for each kind that is repaired. */
@@ -19,11 +20,14 @@ static neph_result decide(neph_context *context, const char *path, const np_spar
                           neph_import_policy policy) {
   for (np_value_kind k = NP_VALUE_NAN; k <= NP_VALUE_NEGATIVE; k++)
     if (t->counts[k] && policy == NEPH_IMPORT_REFUSE) {
-      report(context, NEPH_LOG_ERROR, path, grid, t, k, "must be finite and not negative, or be imported with repair");
+      report(context, NEPH_LOG_ERROR, path, grid, t, k,
+             "must be finite and not negative: clouds[].import: repair mends them");
       return NEPH_ERROR_BAD_FILE;
     }
   for (np_value_kind k = NP_VALUE_NAN; k < NP_VALUE_KINDS; k++)
-    if (t->counts[k]) report(context, NEPH_LOG_WARNING, path, grid, t, k, "taken as 0");
+    if (t->counts[k])
+      report(context, NEPH_LOG_WARNING, path, grid, t, k,
+             k == NP_VALUE_INFINITE ? "those above 0 are taken as the largest finite value" : "taken as 0");
   return NEPH_OK;
 }
 
@@ -54,9 +58,10 @@ neph_result np_volume_import_background(neph_context *context, const char *path,
                                         neph_import_policy policy) {
   if (grid->background == 0.0f) return NEPH_OK;
   if (policy == NEPH_IMPORT_REFUSE)
-    return np_fail(context, NEPH_ERROR_BAD_FILE,
-                   "%s: grid '%s' has background %g: a cloud has 0 where it ends, or is imported with repair", path,
-                   grid->name, (double)grid->background);
+    return np_fail(
+        context, NEPH_ERROR_BAD_FILE,
+        "%s: grid '%s' has background %g, must be 0, where a cloud ends: clouds[].import: repair takes it as 0", path,
+        grid->name, (double)grid->background);
   np_log(context, NEPH_LOG_WARNING, "%s: grid '%s' has background %g, taken as 0", path, grid->name,
          (double)grid->background);
   clear_background(grid);

@@ -4,12 +4,11 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 
 #include "core/alloc.h"
 #include "core/file.h"
 #include "core/hash.h"
-#include "volume/volume_file.h"
+#include "volume/volume_choice.h"
 #include "volume/volume_levels.h"
 #include "volume/volume_tint.h"
 
@@ -21,164 +20,18 @@ static np_vdb_grid_info describe(const np_volume_file *file, size_t index) {
 
 /* ---- Choice ---- */
 
-/* "'density' (float), 'v' (vec3s)", to be freed; NULL when there is no memory. */
-static char *list_grids(const np_volume_file *file) {
-  size_t count = file->module->count(file->vdb);
-  char *list = np_alloc_text(file->context, count ? "" : "nothing");
-  for (size_t i = 0; i < count && list; i++) {
-    np_vdb_grid_info info = describe(file, i);
-    char *longer = np_alloc_printf(file->context, "%s%s'%s' (%s%s)", list, i ? ", " : "", info.name, info.value_type,
-                                   info.is_level_set ? ", a level set" : "");
-    np_alloc_free(file->context, list);
-    list = longer;
-  }
-  return list;
-}
-
-/* Takes `reason`, which np_alloc_printf made. */
-static neph_result refuse_choice(const np_volume_file *file, char *reason) {
-  char *list = list_grids(file);
-  neph_result result = NEPH_ERROR_OUT_OF_MEMORY;
-  if (list && reason)
-    result = np_fail(file->context, NEPH_ERROR_BAD_FILE, "%s: %s: found %s", file->path, reason, list);
-  np_alloc_free(file->context, list);
-  np_alloc_free(file->context, reason);
+/* Fails where no grid is what `desc` asks for. */
+static neph_result choose(const np_volume_file *file, const neph_volume_load_desc *desc, bool is_field,
+                          np_volume_choice *out_choice) {
+  const np_grid_wish wish = {desc->grid, is_field ? 0.0 : desc->level_set_voxels, is_field};
+  char *refusal;
+  neph_result result = np_volume_choose(file, &wish, out_choice, &refusal);
+  if (!result && refusal) result = np_fail(file->context, NEPH_ERROR_BAD_FILE, "%s: %s", file->path, refusal);
+  np_alloc_free(file->context, refusal);
   return result;
 }
 
-/* Grids that may be meant, by number among all. */
-typedef struct matches {
-  size_t count, index; /* of those that match, and the wanted one among all grids */
-} matches;
-
-/* Kinds of names, from the strictest on. */
-typedef enum likeness { SAME_NAME, SAME_LETTERS, ANY_FOG, ANY_SCALAR } likeness;
-
-static bool is_alike(const np_vdb_grid_info *info, likeness wanted, const char *name, size_t length) {
-  if (wanted == ANY_SCALAR) return info->is_scalar;
-  if (wanted == ANY_FOG) return info->is_scalar && !info->is_level_set;
-  if (strlen(info->name) != length) return false;
-  return wanted == SAME_NAME ? !memcmp(info->name, name, length) : !strncasecmp(info->name, name, length);
-}
-
-/* Grids like a name; `index` is that of number `wanted` among them. */
-static matches search_grids(const np_volume_file *file, likeness like, const char *name, size_t length, size_t wanted) {
-  matches found = {0, SIZE_MAX};
-  const size_t count = file->module->count(file->vdb);
-  for (size_t i = 0; i < count; i++) {
-    const np_vdb_grid_info info = describe(file, i);
-    if (is_alike(&info, like, name, length) && found.count++ == wanted) found.index = i;
-  }
-  return found;
-}
-
-/* A name as it stands, or in letters of either case where none is so. */
-static matches search_name(const np_volume_file *file, const char *name, size_t length, size_t wanted) {
-  const matches found = search_grids(file, SAME_NAME, name, length, wanted);
-  return found.count ? found : search_grids(file, SAME_LETTERS, name, length, wanted);
-}
-
-/* Splits "name[2]" into the length of its name and 2. False when it does not have that form. */
-static bool split_number(const char *text, size_t length, size_t *out_length, size_t *out_number) {
-  const char *end = text + length, *bracket = end;
-  if (length < sizeof "a[0]" - 1 || end[-1] != ']') return false;
-  while (bracket > text && *bracket != '[') bracket--;
-  char *digits_end;
-  *out_number = strtoul(bracket + 1, &digits_end, 10);
-  *out_length = (size_t)(bracket - text);
-  return bracket[1] >= '0' && bracket[1] <= '9' && digits_end == end - 1;
-}
-
-static neph_result choose_by_name(const np_volume_file *file, const char *name, size_t length, size_t *out_index) {
-  size_t bare, number;
-  matches found = search_name(file, name, length, 0);
-  if (!found.count && split_number(name, length, &bare, &number)) {
-    found = search_name(file, name, bare, number);
-    found.count = found.index != SIZE_MAX;
-  }
-  *out_index = found.index;
-  const int width = (int)length;
-  if (found.count > 1)
-    return refuse_choice(file,
-                         np_alloc_printf(file->context, "%zu grids are named '%.*s': ask for '%.*s[0]' to '%.*s[%zu]'",
-                                         found.count, width, name, width, name, width, name, found.count - 1));
-  if (found.index == SIZE_MAX)
-    return refuse_choice(file, np_alloc_printf(file->context, "no grid '%.*s'", width, name));
-  return NEPH_OK;
-}
-
-/* Why a file without a fog volume of floats has no density to choose. */
-static const char *explain_no_fog(const np_volume_file *file) {
-  const size_t count = file->module->count(file->vdb);
-  bool are_vectors = count > 0;
-  for (size_t i = 0; i < count; i++) are_vectors = are_vectors && describe(file, i).is_vector;
-  return are_vectors ? "no density, only colours or velocities, which belong to a density of the same file"
-                     : "no fog volume of floats";
-}
-
-/* "density", else the only scalar, of which level sets count where they are wanted and no other is there. */
-static neph_result choose_usual(const np_volume_file *file, bool has_level_sets, size_t *out_index) {
-  static const char usual[] = "density";
-  if (search_name(file, usual, strlen(usual), 0).count) return choose_by_name(file, usual, strlen(usual), out_index);
-  matches found = search_grids(file, ANY_FOG, NULL, 0, 0);
-  if (!found.count && has_level_sets) found = search_grids(file, ANY_SCALAR, NULL, 0, 0);
-  *out_index = found.index;
-  if (found.count == 1) return NEPH_OK;
-  return refuse_choice(
-      file, np_alloc_text(file->context, found.count ? "no grid 'density', and several others" : explain_no_fog(file)));
-}
-
-static const char plus[] = " + ";
-
-static bool is_sum(const np_volume_file *file, const char *name) {
-  return strstr(name, plus) && !search_name(file, name, strlen(name), 0).count;
-}
-
-/* "density + fuel": each of them. */
-static neph_result choose_sum(const np_volume_file *file, const char *names, np_volume_choice *out_choice) {
-  neph_result result = NEPH_OK;
-  for (const char *name = names; name && !result;) {
-    const char *end = strstr(name, plus);
-    if (out_choice->count == NP_VOLUME_GRIDS_MAX)
-      return np_fail(file->context, NEPH_ERROR_INVALID_ARGUMENT, "%s: '%s' are too many grids, must be at most %d",
-                     file->path, names, NP_VOLUME_GRIDS_MAX);
-    result = choose_by_name(file, name, end ? (size_t)(end - name) : strlen(name),
-                            &out_choice->indices[out_choice->count++]);
-    name = end ? end + strlen(plus) : NULL;
-  }
-  return result;
-}
-
-static neph_result choose(const np_volume_file *file, const char *name, np_volume_choice *out_choice) {
-  if (name && is_sum(file, name)) return choose_sum(file, name, out_choice);
-  out_choice->count = 1;
-  return name ? choose_by_name(file, name, strlen(name), out_choice->indices)
-              : choose_usual(file, out_choice->level_set_voxels > 0.0, out_choice->indices);
-}
-
-/* ---- Checks ---- */
-
-/* Level sets have a density by the depth at which they are solid alone. */
-static neph_result check_kind(const np_volume_file *file, const np_vdb_grid_info *info, double level_set_voxels) {
-  if (!info->is_scalar && !info->is_count)
-    return np_fail(file->context, NEPH_ERROR_BAD_FILE, "%s: grid '%s' holds %s, must hold numbers or marks", file->path,
-                   info->name, info->value_type);
-  if (info->is_level_set && !(level_set_voxels > 0.0))
-    return np_fail(file->context, NEPH_ERROR_BAD_FILE,
-                   "%s: grid '%s' is a level set, which holds distances, not a density: say by level_set how many "
-                   "voxels below its surface it is 1",
-                   file->path, info->name);
-  return NEPH_OK;
-}
-
-static neph_result check_kinds(const np_volume_file *file, const np_volume_choice *choice) {
-  neph_result result = NEPH_OK;
-  for (size_t i = 0; i < choice->count && !result; i++) {
-    const np_vdb_grid_info info = describe(file, choice->indices[i]);
-    result = check_kind(file, &info, choice->level_set_voxels);
-  }
-  return result;
-}
+/* ---- Load ---- */
 
 /* Trailing text of a field may be anything that is a number. */
 static neph_result check_field(const np_volume_file *file, np_sparse_grid *grid, neph_import_policy policy) {
@@ -187,8 +40,6 @@ static neph_result check_field(const np_volume_file *file, np_sparse_grid *grid,
   return np_fail(file->context, NEPH_ERROR_BAD_FILE, "%s: grid '%s' has background %g, must be finite", file->path,
                  grid->name, (double)grid->background);
 }
-
-/* ---- Load ---- */
 
 /* Place of a grid among several levels of detail, as its metadata say. */
 typedef struct level_mark {
@@ -239,16 +90,30 @@ static neph_result read_mark(const np_volume_file *file, size_t index, level_mar
                  visit.mark.count, (int)NP_TINT_PARTS_MAX);
 }
 
+/* Says how deep the fog of a level set rises to 1. */
+static void describe_fog(const load_job *job) {
+  const double asked = job->desc->level_set_voxels, got = job->grid.level_set_voxels;
+  if (!(got > 0.0)) return;
+  if (got < 0.999 * asked)
+    np_log(job->context, NEPH_LOG_WARNING,
+           "%s: grid '%s' is a level set known to %.3g voxels below its surface: it is 1 from there on, not from the "
+           "%.3g voxels of clouds[].level_set",
+           job->path, job->grid.name, got, asked);
+  else
+    np_log(job->context, NEPH_LOG_INFO,
+           "%s: grid '%s' is a level set, taken as fog: 0 at its surface, 1 from %.3g voxels below it on", job->path,
+           job->grid.name, got);
+}
+
 static neph_result read_chosen(load_job *job, const np_volume_file *file) {
-  np_volume_choice choice = {.level_set_voxels = job->is_field ? 0.0 : job->desc->level_set_voxels};
-  const char *name = job->desc->grid;
-  job->is_in_file = job->is_required || search_name(file, name, strlen(name), 0).count > 0;
+  np_volume_choice choice;
+  job->is_in_file = job->is_required || np_volume_has_grid(file, job->desc->grid);
   if (!job->is_in_file) return NEPH_OK;
-  neph_result result = choose(file, name, &choice);
-  if (!result) result = check_kinds(file, &choice);
+  neph_result result = choose(file, job->desc, job->is_field, &choice);
   if (!result && !job->is_field && choice.count == 1) result = read_mark(file, choice.indices[0], &job->mark);
   if (!result) result = np_volume_file_read_density(file, &choice, &job->grid, &job->tree_bytes);
   if (result) return result;
+  describe_fog(job);
   if (job->is_field) return check_field(file, &job->grid, job->desc->policy);
   return np_volume_import_background(file->context, file->path, &job->grid, job->desc->policy);
 }
@@ -497,28 +362,38 @@ static neph_result describe_header(const np_volume_file *file, size_t index, np_
   return NEPH_OK;
 }
 
-static neph_result read_header(const np_volume_file *file, const neph_volume_load_desc *desc, bool is_required,
-                               np_grid_header *out_header) {
-  np_volume_choice choice = {.level_set_voxels = desc->level_set_voxels};
-  const char *grid = desc->grid;
-  if (!is_required && !search_name(file, grid, strlen(grid), 0).count) return NEPH_OK;
-  neph_result result = choose(file, grid, &choice);
-  if (!result) result = check_kinds(file, &choice);
+/* A header that is asked for. */
+typedef struct header_wish {
+  const neph_volume_load_desc *desc;
+  bool is_field, is_required; /* a density always is */
+} header_wish;
+
+static neph_result read_header(const np_volume_file *file, const header_wish *wish, np_grid_header *out_header) {
+  np_volume_choice choice;
+  if (!wish->is_required && !np_volume_has_grid(file, wish->desc->grid)) return NEPH_OK;
+  neph_result result = choose(file, wish->desc, wish->is_field, &choice);
   out_header->state = result ? out_header->state : NP_GRID_EMPTY;
   for (size_t i = 0; i < choice.count && !result && out_header->state == NP_GRID_EMPTY; i++)
     result = describe_header(file, choice.indices[i], out_header);
   return result;
 }
 
-static neph_result read_file_header(neph_context *context, const char *path, const neph_volume_load_desc *desc,
-                                    bool is_required, np_grid_header *out_header) {
+static neph_result read_file_header(neph_context *context, const char *path, const header_wish *wish,
+                                    np_grid_header *out_header) {
   np_volume_file file;
   *out_header = (np_grid_header){.state = NP_GRID_MISSING};
   neph_result result = np_volume_file_open(context, path, NULL, &file);
   if (result) return result;
-  result = read_header(&file, desc, is_required, out_header);
+  result = read_header(&file, wish, out_header);
   np_volume_file_close(&file);
   return result;
+}
+
+neph_result np_volume_read_field_header(neph_context *context, const char *path, const char *grid, bool is_required,
+                                        np_grid_header *out_header) {
+  neph_volume_load_desc desc = NEPH_VOLUME_LOAD_DESC_DEFAULT;
+  desc.grid = grid;
+  return read_file_header(context, path, &(header_wish){&desc, true, is_required}, out_header);
 }
 
 /* The box of all levels, in voxels of the finest. */
@@ -536,14 +411,15 @@ static void include_level(np_grid_header *whole, unsigned number, const np_grid_
 }
 
 neph_result np_volume_read_header(neph_context *context, const char *path, const neph_volume_load_desc *desc,
-                                  bool is_required, np_grid_header *out_header) {
-  neph_result result = read_file_header(context, path, desc, is_required, out_header);
+                                  np_grid_header *out_header) {
+  const header_wish wish = {desc, false, true};
+  neph_result result = read_file_header(context, path, &wish, out_header);
   const unsigned count = !result && out_header->level == 0 ? out_header->level_count : 0;
   for (unsigned k = 1; k < count && !result; k++) {
     np_grid_header level = {.state = NP_GRID_MISSING};
     char *level_path = np_volume_name_level(context, path, k);
     if (!level_path) return NEPH_ERROR_OUT_OF_MEMORY;
-    result = read_file_header(context, level_path, desc, is_required, &level);
+    result = read_file_header(context, level_path, &wish, &level);
     if (!result) include_level(out_header, k, &level);
     np_alloc_free(context, level_path);
   }

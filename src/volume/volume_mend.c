@@ -1,86 +1,58 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Purposes of grids by their names, and copies of files that hold what these ask for. */
-#include <string.h>
-#include <strings.h>
-
+/* Copies of files whose grids hold what a cloud can. */
 #include "core/alloc.h"
 #include "core/file.h"
+#include "volume/volume_choice.h"
 #include "volume/volume_facts.h"
-#include "volume/volume_file.h"
-
-/* ---- Roles ---- */
-
-static bool begins_with(const char *text, const char *beginning) {
-  return !strncasecmp(text, beginning, strlen(beginning));
-}
-
-static bool is_one_of(const char *text, const char *const *words, size_t count) {
-  for (size_t i = 0; i < count; i++)
-    if (!strcasecmp(text, words[i])) return true;
-  return false;
-}
-
-/* "vel.x", "velocity_y", "v.z": a base and an axis. */
-static bool is_velocity(const char *name) {
-  static const char *const bases[] = {"velocity", "vel", "v"};
-  for (size_t i = 0; i < sizeof bases / sizeof *bases; i++) {
-    const char *rest = name + strlen(bases[i]);
-    if (begins_with(name, bases[i]) && (!*rest || ((*rest == '.' || *rest == '_' || *rest == '[') && rest[1])))
-      return true;
-  }
-  return false;
-}
-
-static bool is_field(const char *name) {
-  static const char *const names[] = {"temperature", "temp",     "heat",       "flame", "flames", "fuel",
-                                      "burn",        "pressure", "divergence", "speed", "age"};
-  return is_one_of(name, names, sizeof names / sizeof *names) || begins_with(name, "color") ||
-         begins_with(name, "Cd") || begins_with(name, "Ce_") || begins_with(name, "Ce.") ||
-         begins_with(name, "albedo") || begins_with(name, "rest") || begins_with(name, "emi");
-}
-
-static np_vdb_grid_info describe(const np_volume_file *file, size_t index) {
-  np_vdb_grid_info info;
-  file->module->describe(file->vdb, index, &info);
-  return info;
-}
-
-static bool has_density(const np_volume_file *file) {
-  for (size_t i = 0; i < file->module->count(file->vdb); i++)
-    if (!strcasecmp(describe(file, i).name, "density")) return true;
-  return false;
-}
-
-np_grid_role np_volume_file_get_role(const np_volume_file *file, const np_vdb_grid_info *info) {
-  if (!info->is_scalar || info->is_level_set) return NP_GRID_OTHER;
-  if (!strcasecmp(info->name, "density")) return NP_GRID_DENSITY;
-  if (is_velocity(info->name)) return NP_GRID_VELOCITY;
-  return has_density(file) || is_field(info->name) ? NP_GRID_FIELD : NP_GRID_DENSITY;
-}
-
-/* ---- Mending ---- */
 
 typedef struct mend_job {
   np_volume_file *file;
   const char *out_path;
+  np_vdb_mending *mendings; /* one for each grid; owned */
+  size_t count;
 } mend_job;
 
-/* Marks as the module takes them. */
-static np_vdb_mark get_mark(const np_volume_file *file, size_t index) {
-  const np_vdb_grid_info info = describe(file, index);
-  const np_grid_role role = np_volume_file_get_role(file, &info);
-  return role == NP_GRID_DENSITY ? NP_VDB_MEND_DENSITY : role == NP_GRID_FIELD ? NP_VDB_MEND_VALUES : NP_VDB_KEEP;
+/* ---- Marks ---- */
+
+/* Grids without a class are read, and those that look like level sets kept. */
+static neph_result keep_level_set(const mend_job *job, size_t index, const np_vdb_grid_info *info) {
+  np_sparse_grid grid = {0};
+  np_grid_extent extent;
+  uint64_t tree_bytes;
+  neph_result result = np_volume_file_read(job->file, index, &grid, &tree_bytes);
+  if (!result && np_sparse_grid_measure(&grid, &extent) &&
+      np_volume_is_unmarked_level_set(info->grid_class, grid.background, extent.value_min)) {
+    job->mendings[index].mark = NP_VDB_KEEP;
+    np_log(job->file->context, NEPH_LOG_WARNING,
+           "%s: grid '%s' is kept as it is: it looks like a level set whose class is not set, with values from %g to a "
+           "background of %g",
+           job->file->path, info->name, (double)extent.value_min, (double)grid.background);
+  }
+  np_sparse_grid_clear(&grid);
+  return result;
 }
+
+static neph_result set_mark(const mend_job *job, size_t index) {
+  static const np_vdb_mark marks[] = {[NP_GRID_DENSITY] = NP_VDB_MEND_DENSITY,
+                                      [NP_GRID_FIELD] = NP_VDB_MEND_VALUES,
+                                      [NP_GRID_VECTOR] = NP_VDB_MAKE_FINITE,
+                                      [NP_GRID_OTHER] = NP_VDB_KEEP};
+  np_vdb_grid_info info;
+  job->file->module->describe(job->file->vdb, index, &info);
+  const np_grid_role role = np_volume_get_role(job->file, &info);
+  job->mendings[index].mark = marks[role];
+  return role == NP_GRID_DENSITY && info.is_scalar ? keep_level_set(job, index, &info) : NEPH_OK;
+}
+
+/* ---- Mending ---- */
 
 static neph_result write_mended(const mend_job *job, const char *temporary) {
   const np_volume_file *file = job->file;
-  const size_t count = file->module->count(file->vdb);
-  np_vdb_mark *marks = np_alloc(file->context, count, sizeof *marks);
-  if (!marks && count) return NEPH_ERROR_OUT_OF_MEMORY;
-  for (size_t i = 0; i < count; i++) marks[i] = get_mark(file, i);
+  neph_result result = NEPH_OK;
+  for (size_t i = 0; i < job->count && !result; i++) result = set_mark(job, i);
+  if (result) return result;
   np_vdb_error error;
-  const neph_result result = file->module->mend(file->vdb, marks, temporary, &error);
-  np_alloc_free(file->context, marks);
+  result = file->module->mend(file->vdb, job->mendings, temporary, &error);
   return result ? np_volume_file_fail(file, &error) : NEPH_OK;
 }
 
@@ -95,15 +67,41 @@ static neph_result run_mend(void *user) {
   return result;
 }
 
-neph_result np_volume_mend_file(neph_context *context, const char *path, const char *out_path, np_monitor *monitor) {
+/* Appends a grid's line to a text; NULL when there is no memory. */
+static char *add_line(const mend_job *job, size_t index, char *text) {
+  const np_vdb_mending *m = &job->mendings[index];
+  np_vdb_grid_info info;
+  job->file->module->describe(job->file->vdb, index, &info);
+  const bool is_changed = m->value_count || m->has_new_background || m->has_new_class;
+  char *longer = np_alloc_printf(job->file->context, "%s  grid '%s': %llu value%s mended%s%s%s\n", text, info.name,
+                                 (unsigned long long)m->value_count, m->value_count == 1 ? "" : "s",
+                                 m->has_new_background ? ", background made 0" : "",
+                                 m->has_new_class ? ", class made fog volume" : "", is_changed ? "" : ", unchanged");
+  np_alloc_free(job->file->context, text);
+  return longer;
+}
+
+static neph_result describe_changes(const mend_job *job, char **out_text) {
+  char *text = np_alloc_text(job->file->context, "");
+  for (size_t i = 0; i < job->count && text; i++) text = add_line(job, i, text);
+  *out_text = text;
+  return text ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+}
+
+neph_result np_volume_mend_file(neph_context *context, const char *path, const char *out_path, np_monitor *monitor,
+                                char **out_text) {
   np_volume_file file;
+  *out_text = NULL;
   if (np_file_is_same(path, out_path))
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
                    "%s: is the file that would be mended, must be another: a mended copy is made beside it", out_path);
   neph_result result = np_volume_file_open(context, path, monitor, &file);
   if (result) return result;
-  mend_job job = {&file, out_path};
-  result = np_parallel_run(context, monitor, run_mend, &job);
+  mend_job job = {.file = &file, .out_path = out_path, .count = file.module->count(file.vdb)};
+  job.mendings = np_alloc(context, job.count + 1, sizeof *job.mendings);
+  result = job.mendings ? np_parallel_run(context, monitor, run_mend, &job) : NEPH_ERROR_OUT_OF_MEMORY;
+  if (!result) result = describe_changes(&job, out_text);
+  np_alloc_free(context, job.mendings);
   np_volume_file_close(&file);
   return result;
 }

@@ -31,12 +31,12 @@ neph_result np_volume_load_density(neph_context *context, const char *path, cons
 neph_result np_volume_load_grid(neph_context *context, const char *path, const neph_volume_load_desc *desc,
                                 np_sparse_grid *out_grid, bool *out_has_content);
 
-/* Purposes that grids have by their names and kinds. */
+/* Purposes of grids: those that a scene gives them, or else those of their names and kinds. */
 typedef enum np_grid_role {
-  NP_GRID_DENSITY,  /* "density", in letters of either case, or, where none is so called, any scalar of fog */
-  NP_GRID_FIELD,    /* another scalar, such as a temperature: not negative, and of any background */
-  NP_GRID_VELOCITY, /* a component of one: any number */
-  NP_GRID_OTHER     /* level sets, vectors, points, counts */
+  NP_GRID_DENSITY, /* "density", in letters of either case, or, where none is so called, any scalar of fog */
+  NP_GRID_FIELD,   /* another scalar, such as a temperature: not negative, and of any background */
+  NP_GRID_VECTOR,  /* a velocity, a colour, or a component of one: any finite number */
+  NP_GRID_OTHER    /* level sets, points, and what is not used */
 } np_grid_role;
 
 /* Description of a grid by the file's header. */
@@ -54,7 +54,11 @@ typedef struct np_grid_header {
  * would for want of a file or a grid, or for a grid's kind. Of several grids the first that holds anything is
  * described. */
 neph_result np_volume_read_header(neph_context *context, const char *path, const neph_volume_load_desc *desc,
-                                  bool is_required, np_grid_header *out_header);
+                                  np_grid_header *out_header);
+
+/* The same of a grid that is no density; NP_GRID_MISSING where it is not required, and not in the file. */
+neph_result np_volume_read_field_header(neph_context *context, const char *path, const char *grid, bool is_required,
+                                        np_grid_header *out_header);
 
 /* Reads a grid, named by `desc`, that is no density: where it ends it may have any value, and one that holds nothing,
  * which draws a warning, or that is not required and not in the file, makes `*out_volume` NULL. `out_is_in_file` tells

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "core/alloc.h"
+#include "volume/value_tally.h"
 #include "volume/volume_file.h"
 
 enum { USUAL_NAMES_MAX = 3, ENDINGS_MAX = 3 };
@@ -85,12 +86,25 @@ static bool choose_by_name(const np_volume_file *file, const vector_row *row, co
   return false;
 }
 
+static bool search(const np_volume_file *file, const vector_row *row, const char *name, vector_choice *out) {
+  out->name = NULL;
+  if (name) return choose_by_name(file, row, name, out);
+  for (int n = 0; n < USUAL_NAMES_MAX; n++)
+    if (choose_by_name(file, row, row->names[n], out)) return true;
+  return false;
+}
+
+bool np_volume_file_search_vector(const np_volume_file *file, np_vector_role role, const char *name,
+                                  size_t out_grids[3]) {
+  vector_choice choice;
+  const bool is_found = search(file, &rows[role], name, &choice);
+  for (int a = 0; a < 3 && is_found; a++) out_grids[a] = choice.grid[a];
+  return is_found;
+}
+
 static neph_result choose(const np_volume_file *file, const vector_row *row, const char *name, vector_choice *out) {
   const char *ends = row->endings[0];
-  out->name = NULL;
-  for (int n = 0; !name && n < USUAL_NAMES_MAX; n++)
-    if (choose_by_name(file, row, row->names[n], out)) return NEPH_OK;
-  if (!name || choose_by_name(file, row, name, out)) return NEPH_OK;
+  if (search(file, row, name, out) || !name) return NEPH_OK;
   return np_fail(file->context, NEPH_ERROR_BAD_FILE,
                  "%s: no grid '%s' of vectors, and no three of floats, '%s.%c', '%s.%c' and '%s.%c': it is the %s that "
                  "the scene names",
@@ -112,29 +126,37 @@ neph_result np_volume_search_vector(neph_context *context, const char *path, np_
 
 /* ---- Values ---- */
 
-/* NaN and infinity become 0; returns how many there are. */
-static uint64_t repair(float *values, size_t count) {
-  uint64_t broken = 0;
+/* Those that are NaN or infinite, and the first of them. */
+typedef struct broken_values {
+  uint64_t count, first; /* number, as np_value_tally_locate takes it */
+} broken_values;
+
+/* Makes them 0. */
+static void repair(float *values, size_t count, uint64_t number, broken_values *broken) {
   for (size_t n = 0; n < count; n++) {
     if (isfinite(values[n])) continue;
     values[n] = 0.0f;
-    broken++;
+    if (!broken->count++) broken->first = number + n;
   }
-  return broken;
 }
 
 static neph_result check_values(const vector_load *job, np_sparse_grid *grid, neph_import_policy policy) {
-  uint64_t broken = repair(&grid->background, 1);
-  for (size_t i = 0; i < grid->leaf_count; i++) broken += repair(grid->leaves[i].values, NP_LEAF_SIZE);
-  for (size_t i = 0; i < grid->tile_count; i++) broken += repair(&grid->tiles[i].value, 1);
-  if (!broken) return NEPH_OK;
-  if (policy == NEPH_IMPORT_REFUSE)
-    return np_fail(job->context, NEPH_ERROR_BAD_FILE,
-                   "%s: grid '%s': %llu values are NaN or infinite, must be finite, or be imported with repair",
-                   job->path, grid->name, (unsigned long long)broken);
-  np_log(job->context, NEPH_LOG_WARNING, "%s: grid '%s': %llu values are NaN or infinite; taken as 0", job->path,
-         grid->name, (unsigned long long)broken);
-  return NEPH_OK;
+  const size_t leaf_end = grid->leaf_count * NP_LEAF_SIZE;
+  broken_values broken = {0, 0};
+  np_value_place at;
+  if (!isfinite(grid->background)) grid->background = 0.0f;
+  for (size_t i = 0; i < grid->leaf_count; i++) repair(grid->leaves[i].values, NP_LEAF_SIZE, i * NP_LEAF_SIZE, &broken);
+  for (size_t i = 0; i < grid->tile_count; i++) repair(&grid->tiles[i].value, 1, leaf_end + i, &broken);
+  if (!broken.count) return NEPH_OK;
+  np_value_tally_locate(grid, broken.first, &at);
+  const bool is_refused = policy == NEPH_IMPORT_REFUSE;
+  np_log(job->context, is_refused ? NEPH_LOG_ERROR : NEPH_LOG_WARNING,
+         "%s: grid '%s': %llu value%s NaN or infinite, the first at voxel (%d, %d, %d), (%.6g, %.6g, %.6g) in the "
+         "file's units; %s",
+         job->path, grid->name, (unsigned long long)broken.count, broken.count == 1 ? " is" : "s are", at.voxel[0],
+         at.voxel[1], at.voxel[2], at.world_m[0], at.world_m[1], at.world_m[2],
+         is_refused ? "must be finite: clouds[].import: repair takes them as 0" : "taken as 0");
+  return is_refused ? NEPH_ERROR_BAD_FILE : NEPH_OK;
 }
 
 /* ---- Load ---- */

@@ -11,7 +11,7 @@
 #include <unistd.h>
 
 #include "core/alloc.h"
-#include "volume/volume_file.h"
+#include "volume/volume_choice.h"
 
 typedef neph_result (*step)(neph_context *context, const char *path);
 
@@ -20,7 +20,7 @@ static int search_density(const np_volume_file *file) {
   for (size_t i = 0; i < file->module->count(file->vdb); i++) {
     np_vdb_grid_info info;
     file->module->describe(file->vdb, i, &info);
-    if (np_volume_file_get_role(file, &info) == NP_GRID_DENSITY) return (int)i;
+    if (np_volume_get_role(file, &info) == NP_GRID_DENSITY) return (int)i;
   }
   return -1;
 }

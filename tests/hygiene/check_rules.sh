@@ -1,13 +1,13 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# Each rule of a check, a row of a table in src/check, is on the page of rules, and each of the page is broken by a test,
+# Each rule of a check, a row of a table in src/check or of places, is on the page of rules, and each of the page is broken by a test,
 # which names it. Usage: check_rules.sh SOURCE_DIR
 set -u
 cd "$1" || exit 2
 
 status=0
 quoted='"[a-z]*\.[a-z_]*"\|"openvdb"\|"read"'
-rows=$(grep -hoE '\{"[a-z]+(\.[a-z_]+)?", NEPH_SEVERITY' src/check/*.c | grep -o "$quoted" | tr -d '"' | sort -u)
+rows=$(grep -hoE '\{"[a-z]+(\.[a-z_]+)?", (NEPH_SEVERITY|is_)' src/check/*.c src/render/placement.c | grep -o "$quoted" | tr -d '"' | sort -u)
 page=$(sed -n 's/^| \(`[^|]*`\) |.*/\1/p' docs/check.md | tr ',' '\n' | tr -d '` ' | sort -u)
 [ "$(echo "$rows" | wc -l)" -ge 40 ] || { echo "fewer than 40 rules are found in src/check"; status=1; }
 for rule in $rows; do

@@ -1,0 +1,269 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "volume/volume_choice.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+#include "core/alloc.h"
+
+static np_vdb_grid_info describe(const np_volume_file *file, size_t index) {
+  np_vdb_grid_info info;
+  file->module->describe(file->vdb, index, &info);
+  return info;
+}
+
+/* ---- Purposes ---- */
+
+static bool begins_with(const char *text, const char *beginning) {
+  return !strncasecmp(text, beginning, strlen(beginning));
+}
+
+static bool is_one_of(const char *text, const char *const *words, size_t count) {
+  for (size_t i = 0; i < count; i++)
+    if (!strcasecmp(text, words[i])) return true;
+  return false;
+}
+
+/* "vel.x", "velocity_y", "v.z": a base and an axis. */
+static bool is_velocity(const char *name) {
+  static const char *const bases[] = {"velocity", "vel", "v"};
+  for (size_t i = 0; i < sizeof bases / sizeof *bases; i++) {
+    const char *rest = name + strlen(bases[i]);
+    if (begins_with(name, bases[i]) && (!*rest || ((*rest == '.' || *rest == '_' || *rest == '[') && rest[1])))
+      return true;
+  }
+  return false;
+}
+
+static bool is_field(const char *name) {
+  static const char *const names[] = {"temperature", "temp",     "heat",       "flame", "flames", "fuel",
+                                      "burn",        "pressure", "divergence", "speed", "age"};
+  return is_one_of(name, names, sizeof names / sizeof *names) || begins_with(name, "color") ||
+         begins_with(name, "Cd") || begins_with(name, "Ce_") || begins_with(name, "Ce.") ||
+         begins_with(name, "albedo") || begins_with(name, "rest") || begins_with(name, "emi");
+}
+
+np_grid_role np_volume_get_role(const np_volume_file *file, const np_vdb_grid_info *info) {
+  if (info->is_vector) return NP_GRID_VECTOR;
+  if ((!info->is_scalar && !info->is_count) || info->is_level_set) return NP_GRID_OTHER;
+  if (!strcasecmp(info->name, "density")) return NP_GRID_DENSITY;
+  if (is_velocity(info->name)) return NP_GRID_VECTOR;
+  if (is_field(info->name)) return NP_GRID_FIELD;
+  if (!np_volume_has_grid(file, "density")) return NP_GRID_DENSITY;
+  return info->is_scalar ? NP_GRID_FIELD : NP_GRID_OTHER;
+}
+
+/* ---- Refusals ---- */
+
+/* "'density' (float), 'v' (vec3s)", to be freed; NULL when there is no memory. */
+static char *list_grids(const np_volume_file *file) {
+  const size_t count = file->module->count(file->vdb);
+  char *list = np_alloc_text(file->context, count ? "" : "nothing");
+  for (size_t i = 0; i < count && list; i++) {
+    const np_vdb_grid_info info = describe(file, i);
+    char *longer = np_alloc_printf(file->context, "%s%s'%s' (%s%s)", list, i ? ", " : "", info.name, info.value_type,
+                                   info.is_level_set ? ", a level set" : "");
+    np_alloc_free(file->context, list);
+    list = longer;
+  }
+  return list;
+}
+
+/* Takes `reason`, which np_alloc_printf made. */
+static neph_result refuse(const np_volume_file *file, const np_grid_wish *wish, char *reason, char **out_refusal) {
+  char *list = list_grids(file);
+  if (list && reason)
+    *out_refusal = np_alloc_printf(file->context, "%s: found %s%s", reason, list,
+                                   wish->is_field ? "" : "; clouds[].grid names one, or \"a + b\" a sum");
+  np_alloc_free(file->context, list);
+  np_alloc_free(file->context, reason);
+  return *out_refusal ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+}
+
+/* The same without a list of the grids. */
+static neph_result refuse_plainly(char *reason, char **out_refusal) {
+  *out_refusal = reason;
+  return reason ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+}
+
+/* ---- Choice by name ---- */
+
+/* Grids that may be meant, by number among all. */
+typedef struct matches {
+  size_t count, index; /* of those that match, and the wanted one among all grids */
+} matches;
+
+static matches search_exact(const np_volume_file *file, const char *name, size_t length, size_t wanted, bool is_exact) {
+  matches found = {0, SIZE_MAX};
+  const size_t count = file->module->count(file->vdb);
+  for (size_t i = 0; i < count; i++) {
+    const char *other = describe(file, i).name;
+    const bool is_alike =
+        strlen(other) == length && (is_exact ? !memcmp(other, name, length) : !strncasecmp(other, name, length));
+    if (is_alike && found.count++ == wanted) found.index = i;
+  }
+  return found;
+}
+
+/* A name as it stands, or in letters of either case where none is so; `index` is that of number `wanted` among them. */
+static matches search_name(const np_volume_file *file, const char *name, size_t length, size_t wanted) {
+  const matches found = search_exact(file, name, length, wanted, true);
+  return found.count ? found : search_exact(file, name, length, wanted, false);
+}
+
+bool np_volume_has_grid(const np_volume_file *file, const char *name) {
+  return search_name(file, name, strlen(name), 0).count > 0;
+}
+
+/* Splits "name[2]" into the length of its name and 2. False when it does not have that form. */
+static bool split_number(const char *text, size_t length, size_t *out_length, size_t *out_number) {
+  const char *end = text + length, *bracket = end;
+  if (length < sizeof "a[0]" - 1 || end[-1] != ']') return false;
+  while (bracket > text && *bracket != '[') bracket--;
+  char *digits_end;
+  *out_number = strtoul(bracket + 1, &digits_end, 10);
+  *out_length = (size_t)(bracket - text);
+  return bracket[1] >= '0' && bracket[1] <= '9' && digits_end == end - 1;
+}
+
+static neph_result choose_by_name(const np_volume_file *file, const np_grid_wish *wish, const char *name, size_t length,
+                                  size_t *out_index, char **out_refusal) {
+  size_t bare, number;
+  matches found = search_name(file, name, length, 0);
+  if (!found.count && split_number(name, length, &bare, &number)) {
+    found = search_name(file, name, bare, number);
+    found.count = found.index != SIZE_MAX;
+  }
+  *out_index = found.index;
+  const int width = (int)length;
+  if (found.count > 1)
+    return refuse(file, wish,
+                  np_alloc_printf(file->context, "%zu grids are named '%.*s': ask for '%.*s[0]' to '%.*s[%zu]'",
+                                  found.count, width, name, width, name, width, name, found.count - 1),
+                  out_refusal);
+  if (found.index == SIZE_MAX)
+    return refuse(file, wish, np_alloc_printf(file->context, "no grid '%.*s'", width, name), out_refusal);
+  return NEPH_OK;
+}
+
+/* ---- The usual one ---- */
+
+/* Kinds of grids that may be a density without being called so, the likeliest first. */
+typedef enum likeness { FOG, NUMBERS, COUNTS, FIELDS, LEVEL_SETS } likeness;
+
+static bool is_like(const np_vdb_grid_info *info, likeness like) {
+  const bool is_other = is_velocity(info->name) || is_field(info->name),
+             is_fog = info->is_scalar && !info->is_level_set;
+  switch (like) {
+  case FOG:
+    return is_fog && !is_other && !strcmp(info->grid_class, "fog volume");
+  case NUMBERS:
+    return is_fog && !is_other;
+  case COUNTS:
+    return info->is_count && !is_other;
+  case FIELDS:
+    return is_fog;
+  case LEVEL_SETS:
+    return info->is_scalar;
+  }
+  return false;
+}
+
+static matches search_like(const np_volume_file *file, likeness like) {
+  matches found = {0, SIZE_MAX};
+  const size_t count = file->module->count(file->vdb);
+  for (size_t i = 0; i < count; i++) {
+    const np_vdb_grid_info info = describe(file, i);
+    if (is_like(&info, like) && !found.count++) found.index = i;
+  }
+  return found;
+}
+
+/* Why a file has no density to choose. */
+static const char *explain_none(const np_volume_file *file) {
+  const size_t count = file->module->count(file->vdb);
+  bool are_vectors = count > 0;
+  for (size_t i = 0; i < count; i++) are_vectors = are_vectors && describe(file, i).is_vector;
+  return are_vectors ? "no density, only colours or velocities, which belong to a density of the same file"
+                     : "no fog volume";
+}
+
+static neph_result choose_usual(const np_volume_file *file, const np_grid_wish *wish, size_t *out_index,
+                                char **out_refusal) {
+  static const char usual[] = "density";
+  if (np_volume_has_grid(file, usual)) return choose_by_name(file, wish, usual, strlen(usual), out_index, out_refusal);
+  matches found = {0, SIZE_MAX};
+  const likeness last = wish->level_set_voxels > 0.0 ? LEVEL_SETS : FIELDS;
+  for (likeness like = FOG; like <= last && !found.count; like++) found = search_like(file, like);
+  *out_index = found.index;
+  if (found.count == 1) return NEPH_OK;
+  return refuse(
+      file, wish,
+      np_alloc_text(file->context, found.count ? "no grid 'density', and several others" : explain_none(file)),
+      out_refusal);
+}
+
+/* ---- Sums ---- */
+
+/* Length of a name without the blanks around it; moves its beginning. */
+static size_t trim(const char **name, size_t length) {
+  while (length > 0 && **name == ' ') (*name)++, length--;
+  while (length > 0 && (*name)[length - 1] == ' ') length--;
+  return length;
+}
+
+/* "density + fuel": each of them. */
+static neph_result choose_sum(const np_volume_file *file, const np_grid_wish *wish, np_volume_choice *out_choice,
+                              char **out_refusal) {
+  neph_result result = NEPH_OK;
+  for (const char *name = wish->grid; name && !result && !*out_refusal;) {
+    const char *end = strchr(name, '+');
+    if (out_choice->count == NP_VOLUME_GRIDS_MAX)
+      return refuse_plainly(np_alloc_printf(file->context, "'%s' are too many grids, must be at most %d", wish->grid,
+                                            NP_VOLUME_GRIDS_MAX),
+                            out_refusal);
+    const size_t length = trim(&name, end ? (size_t)(end - name) : strlen(name));
+    result = choose_by_name(file, wish, name, length, &out_choice->indices[out_choice->count++], out_refusal);
+    name = end ? end + 1 : NULL;
+  }
+  return result;
+}
+
+/* ---- Kinds ---- */
+
+/* Level sets have a density by the depth at which they are solid alone. */
+static neph_result check_kind(const np_volume_file *file, const np_grid_wish *wish, const np_vdb_grid_info *info,
+                              char **out_refusal) {
+  if (!info->is_scalar && !info->is_count)
+    return refuse_plainly(
+        np_alloc_printf(file->context, "grid '%s' holds %s, must hold numbers or marks", info->name, info->value_type),
+        out_refusal);
+  if (info->is_level_set && !(wish->level_set_voxels > 0.0))
+    return refuse_plainly(np_alloc_printf(file->context,
+                                          "grid '%s' is a level set, which holds distances, not a density: "
+                                          "clouds[].level_set says how many voxels below its surface it is 1",
+                                          info->name),
+                          out_refusal);
+  return NEPH_OK;
+}
+
+neph_result np_volume_choose(const np_volume_file *file, const np_grid_wish *wish, np_volume_choice *out_choice,
+                             char **out_refusal) {
+  const char *name = wish->grid;
+  neph_result result;
+  *out_choice = (np_volume_choice){.level_set_voxels = wish->level_set_voxels};
+  *out_refusal = NULL;
+  if (name && strchr(name, '+') && !np_volume_has_grid(file, name)) {
+    result = choose_sum(file, wish, out_choice, out_refusal);
+  } else {
+    out_choice->count = 1;
+    result = name ? choose_by_name(file, wish, name, strlen(name), out_choice->indices, out_refusal)
+                  : choose_usual(file, wish, out_choice->indices, out_refusal);
+  }
+  for (size_t i = 0; i < out_choice->count && !result && !*out_refusal; i++) {
+    const np_vdb_grid_info info = describe(file, out_choice->indices[i]);
+    result = check_kind(file, wish, &info, out_refusal);
+  }
+  return result;
+}
