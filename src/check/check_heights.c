@@ -74,10 +74,8 @@ static neph_result measure(neph_check *check, const char *path, neph_terrain_des
   np_monitor monitor;
   neph_result result = NEPH_OK;
   np_check_start_monitor(check, &monitor);
-  if (np_heightfield_is_raster(path)) {
-    result = np_heightfield_describe_raster(check->context, path, desc, &f->raster);
-    desc->has_width = desc->has_width || (!has_desc && !f->raster.has_place);
-  }
+  if (np_heightfield_is_raster(path)) result = np_heightfield_describe_raster(check->context, path, desc, &f->raster);
+  desc->has_width = desc->has_width || (!has_desc && !f->raster.has_place);
   if (!result) result = np_heightfield_load(check->context, &monitor, path, desc, &f->field);
   if (result) return result;
   f->has_unit = has_desc || !has_ending(path, ".png");
@@ -146,7 +144,7 @@ static const struct {
 } rules[] = {
     {{"heights.voids", NEPH_SEVERITY_WARNING, "fill them before, or take another source"}, has_voids},
     {{"heights.few_voids", NEPH_SEVERITY_NOTE, NULL}, has_few_voids},
-    {{"heights.absurd", NEPH_SEVERITY_WARNING, "terrain.vertical_unit, or terrain.height_min and height_max"},
+    {{"heights.absurd", NEPH_SEVERITY_WARNING, "terrain.vertical_unit; of a .png, terrain.height_min and height_max"},
      is_absurd},
     {{"heights.flat", NEPH_SEVERITY_WARNING, NULL}, is_flat},
     {{"heights.spike", NEPH_SEVERITY_WARNING, "mark voids (gdal_translate -a_nodata VALUE)"}, has_spike},

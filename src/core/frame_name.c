@@ -30,9 +30,11 @@ static bool read_hashes(const char *text, number_place *out) {
   return length > 0;
 }
 
+static bool is_integer(char c) { return c == 'd' || c == 'i'; }
+
 static bool read_percent(const char *text, number_place *out) {
-  const bool is_padded = text[0] == '%' && text[1] == '0' && is_digit(text[2]) && text[3] == 'd';
-  const bool is_plain = text[0] == '%' && text[1] == 'd' && is_end(text[2]);
+  const bool is_padded = text[0] == '%' && text[1] == '0' && is_digit(text[2]) && is_integer(text[3]);
+  const bool is_plain = text[0] == '%' && is_integer(text[1]) && is_end(text[2]);
   *out = (number_place){text, text + (is_padded ? 4 : 2), is_padded ? text[2] - '0' : 1, false};
   return is_padded || is_plain;
 }

@@ -10,6 +10,7 @@
 #include "image/image_private.h"
 #include "optics/phase_table.h"
 #include "render/placement.h"
+#include "render/reference_frame.h"
 #include "scene/cloud_file.h"
 #include "terrain/ground_cover.h"
 #include "volume/volume_private.h"
@@ -129,20 +130,23 @@ static neph_result open_frame(const neph_scene *scene, unsigned index, int frame
 static neph_result open_reference(const neph_scene *scene, unsigned index) {
   char *path = np_frame_name_make(scene->context, scene->clouds[index].vdb, scene->clouds[index].reference_frame);
   const cloud_file file = {scene, index, path};
-  np_grid_state state;
+  np_grid_state state = NP_GRID_EMPTY;
   neph_result result = path ? open_density(&file, &state) : NEPH_ERROR_OUT_OF_MEMORY;
   np_alloc_free(scene->context, path);
-  return result;
+  if (result || state == NP_GRID_FILLED) return result;
+  return np_reference_frame_fail_empty(scene, index, scene->clouds[index].reference_frame);
 }
 
 /* A frame rendered by another task may go by another file. */
 static void warn_of_choice(const neph_scene *scene, unsigned index, np_reference *reference) {
-  if (scene->clouds[index].has_reference_frame || !reference->has_frame || reference->is_told) return;
+  const np_scene_cloud *cloud = &scene->clouds[index];
+  const bool is_given = cloud->has_reference_frame || np_scene_cloud_goes_by_all(cloud);
+  if (is_given || !reference->has_frame || reference->is_told) return;
   reference->is_told = true;
   np_log(scene->context, NEPH_LOG_WARNING,
          "cloud %s: frame %.10g, the first asked for that holds anything, places and scales all of its sequence: tasks "
          "that begin with another frame will place it otherwise, unless clouds[%u].reference_frame is a frame, or all",
-         scene->clouds[index].name, reference->number, index);
+         cloud->name, reference->number, index);
 }
 
 /* The file that a sequence goes by, told by the headers; none as long as all of those asked for are empty. `filled` is

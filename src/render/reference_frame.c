@@ -31,19 +31,21 @@ static neph_result compute_key(const np_frame_cloud *of, const np_reference *ref
   return np_hash_finish(hash, out_hex);
 }
 
+neph_result np_reference_frame_fail_empty(const neph_scene *scene, unsigned index, double number) {
+  return np_fail(scene->context, NEPH_ERROR_BAD_SCENE,
+                 "cloud %s: its reference frame %.10g holds nothing, must be one that holds cloud: set "
+                 "clouds[%u].reference_frame",
+                 scene->clouds[index].name, number, index);
+}
+
 /* The reference frame's own volume: the one at hand, or read. */
 static neph_result obtain_volume(const np_frame_cloud *of, double number, const char *path, neph_volume **out_volume) {
-  const np_scene_cloud *cloud = &of->scene->clouds[of->index];
   neph_result result = NEPH_OK;
   if (of->volume && number == of->number)
     *out_volume = neph_volume_retain(of->volume);
   else
     result = np_volume_load_density(of->scene->context, path, of->load, out_volume);
-  if (result || *out_volume) return result;
-  return np_fail(of->scene->context, NEPH_ERROR_BAD_SCENE,
-                 "cloud %s: its reference frame %.10g holds nothing, must be one that holds cloud: set "
-                 "clouds[%u].reference_frame",
-                 cloud->name, number, of->index);
+  return result || *out_volume ? result : np_reference_frame_fail_empty(of->scene, of->index, number);
 }
 
 static neph_result compute_anchor(const np_frame_cloud *of, double number, const char *path, np_anchor *out_anchor) {

@@ -25,4 +25,7 @@ typedef struct np_frame_cloud {
  * `*out_is_known` is false where no frame that holds anything was met yet by which to place them. */
 neph_result np_reference_frame_get_anchor(const np_frame_cloud *of, np_anchor *out_anchor, bool *out_is_known);
 
+/* Reports that a reference frame holds nothing. */
+neph_result np_reference_frame_fail_empty(const neph_scene *scene, unsigned index, double number);
+
 #endif

@@ -18,9 +18,11 @@ static neph_result check_file(const neph_scene *scene, const np_node *node, cons
   if (np_height_files_is_pattern(path)) return NEPH_OK; /* of several files */
   neph_result result = np_file_probe(path, &reason);
   if (!result) return result;
-  if (!node->line) return np_fail(scene->context, result, "%s is %s, which cannot be read: %s", key, path, reason);
-  return np_fail(scene->context, result, "%s:%u:%u: %s is %s, which cannot be read: %s",
-                 scene->file ? scene->file : "scene", node->line, node->column, key, path, reason);
+  const char *hint = strpbrk(path, "@<%") ? " (a number is ####, %04d, $F4 or $F)" : "";
+  if (!node->line)
+    return np_fail(scene->context, result, "%s is %s, which cannot be read: %s%s", key, path, reason, hint);
+  return np_fail(scene->context, result, "%s:%u:%u: %s is %s, which cannot be read: %s%s",
+                 scene->file ? scene->file : "scene", node->line, node->column, key, path, reason, hint);
 }
 
 neph_result np_scene_check_cloud_file(const neph_scene *scene, unsigned index, const char *path) {

@@ -98,14 +98,20 @@ static int is_readable(const char *name) {
   return file != NULL;
 }
 
-/* The name by which GDAL opens a file; of an archive, its first member of heights. To be freed with CPLFree. */
+/* The name by which GDAL opens a file; of an archive, its only member of heights. To be freed with CPLFree. */
 static char *name_raster(const char *path) {
   if (!has_ending(path, ".zip")) return CPLStrdup(path);
   char *name = NULL;
   char **members = VSIReadDirRecursive(CPLSPrintf("/vsizip/%s", path));
-  for (int i = 0; members && members[i] && !name; i++)
-    if (get_driver(members[i])) name = CPLStrdup(CPLSPrintf("/vsizip/%s/%s", path, members[i]));
+  int count = 0;
+  for (int i = 0; members && members[i]; i++)
+    if (get_driver(members[i]) && !count++) name = CPLStrdup(CPLSPrintf("/vsizip/%s/%s", path, members[i]));
   CSLDestroy(members);
+  if (count > 1) {
+    CPLError(CE_Failure, CPLE_OpenFailed, "the archive holds %d rasters: unpack it, and name one, or a list", count);
+    CPLFree(name);
+    return NULL;
+  }
   if (!name) CPLError(CE_Failure, CPLE_OpenFailed, "no raster of heights in the archive");
   if (!name || is_readable(name)) return name;
   CPLError(CE_Failure, CPLE_OpenFailed, "the archive is damaged");
@@ -257,14 +263,16 @@ static neph_result open_raster(const np_gdal_source *source, np_gdal_raster **ou
   if (!raster) return end_calls(error, NEPH_ERROR_OUT_OF_MEMORY, "no memory for the raster");
   register_drivers();
   raster->dataset = open_dataset(source);
-  int is_open = raster->dataset && GDALGetRasterCount(raster->dataset) > 0;
-  if (is_open) {
-    raster->has_grid = GDALGetGeoTransform(raster->dataset, raster->to_crs) == CE_None;
-    is_open = read_crs(raster, source->crs);
-  }
-  if (!is_open) {
+  if (!raster->dataset || GDALGetRasterCount(raster->dataset) == 0) {
     close_raster(raster);
     return end_calls(error, NEPH_ERROR_BAD_FILE, "it holds no raster");
+  }
+  raster->has_grid = GDALGetGeoTransform(raster->dataset, raster->to_crs) == CE_None;
+  if (!read_crs(raster, source->crs)) {
+    close_raster(raster);
+    snprintf(error->message, sizeof error->message,
+             "terrain.crs is \"%.80s\", must be a coordinate system that is known, as EPSG:32611", source->crs);
+    return end_calls(error, NEPH_ERROR_BAD_SCENE, "");
   }
   read_unit(raster);
   *out_raster = raster;

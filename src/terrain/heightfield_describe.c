@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Description of a height-field file, in words or in JSON. */
+#include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "core/alloc.h"
@@ -13,18 +15,29 @@ static const char *get_unit(const np_heightfield *field, const char *path) {
   return !field->has_place && ending && (ending[1] == 'p' || ending[1] == 'P') ? "full scale" : "m";
 }
 
-/* Spacing from south to north: an angle on a graticule of the planet, else a length. */
-static double get_spacing(const np_heightfield *field) {
+/* Spacing: an angle on a graticule of the planet, else a length. */
+static double get_spacing(const np_heightfield *field, double step_rad) {
   const neph_terrain_desc desc = NEPH_TERRAIN_DESC_DEFAULT;
-  return field->has_chart ? field->step_north_rad * desc.planet_radius_m : field->step_north_rad / NP_DEGREE * 3600.0;
+  return field->has_chart ? step_rad * desc.planet_radius_m : step_rad / NP_DEGREE * 3600.0;
+}
+
+/* "30", or "30 x 20", from west to east and south to north, where those differ. */
+static void print_spacing(const np_heightfield *field, char *out, size_t size) {
+  const double east = get_spacing(field, field->step_east_rad), north = get_spacing(field, field->step_north_rad);
+  if (fabs(east - north) > 1e-3 * north)
+    (void)snprintf(out, size, "%.6g x %.6g", east, north);
+  else
+    (void)snprintf(out, size, "%.6g", north);
 }
 
 static neph_result describe_place(neph_context *context, const np_heightfield *field, char **out_text) {
   const np_geographic middle = np_heightfield_get_middle(field);
+  char spacing[64];
+  print_spacing(field, spacing, sizeof spacing);
   *out_text = field->has_place
-                  ? np_alloc_printf(context, "center      %.6g, %.6g deg (latitude, longitude)\nspacing     %.6g %s\n",
-                                    middle.latitude_rad / NP_DEGREE, middle.longitude_rad / NP_DEGREE,
-                                    get_spacing(field), field->has_chart ? "m" : "arc seconds")
+                  ? np_alloc_printf(context, "center      %.6g, %.6g deg (latitude, longitude)\nspacing     %s %s\n",
+                                    middle.latitude_rad / NP_DEGREE, middle.longitude_rad / NP_DEGREE, spacing,
+                                    field->has_chart ? "m" : "arc seconds")
                   : np_alloc_text(context, "");
   return *out_text ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
@@ -68,7 +81,10 @@ static neph_result describe_json(neph_context *context, const np_heightfield *fi
     const np_geographic middle = np_heightfield_get_middle(field);
     np_json_put_real(json, "center_latitude_deg", middle.latitude_rad / NP_DEGREE);
     np_json_put_real(json, "center_longitude_deg", middle.longitude_rad / NP_DEGREE);
-    np_json_put_real(json, field->has_chart ? "spacing_m" : "spacing_arcsec", get_spacing(field));
+    np_json_put_real(json, field->has_chart ? "spacing_m" : "spacing_arcsec",
+                     get_spacing(field, field->step_north_rad));
+    np_json_put_real(json, field->has_chart ? "spacing_east_m" : "spacing_east_arcsec",
+                     get_spacing(field, field->step_east_rad));
   }
   if (raster->format[0]) {
     np_json_put_text(json, "format", raster->format);
@@ -87,10 +103,8 @@ neph_result neph_terrain_describe_file(neph_context *context, const char *path, 
   np_heightfield field;
   np_raster_summary raster = {.file_count = 0};
   neph_result result = NEPH_OK;
-  if (np_heightfield_is_raster(path)) {
-    result = np_heightfield_describe_raster(context, path, &desc, &raster);
-    desc.has_width = !raster.has_place;
-  }
+  if (np_heightfield_is_raster(path)) result = np_heightfield_describe_raster(context, path, &desc, &raster);
+  desc.has_width = !raster.has_place;
   if (!result) result = np_heightfield_load(context, NULL, path, &desc, &field);
   if (result) return result;
   result = format == NEPH_TEXT_JSON ? describe_json(context, &field, &raster, path, out_text)

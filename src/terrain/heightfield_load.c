@@ -295,10 +295,23 @@ neph_result np_heightfield_check(neph_context *context, const char *path, const 
   return format ? format->check(context, path, desc, out_size) : NEPH_ERROR_UNSUPPORTED;
 }
 
+/* Where they are many, much of the ground is made up. */
 static void log_voids(neph_context *context, const char *path, const np_heightfield *field) {
+  static const double many = 0.05, most = 0.5;
+  const size_t count = (size_t)field->width * field->height;
+  const double share = (double)field->void_count / (double)count;
   if (field->void_count == 0) return;
-  np_log(context, NEPH_LOG_INFO, "%s: %zu of %zu samples have no value and are filled from those around them", path,
-         field->void_count, (size_t)field->width * field->height);
+  np_log(context, share > many ? NEPH_LOG_WARNING : NEPH_LOG_INFO,
+         "%s: %zu of %zu samples have no value and are filled from those around them%s", path, field->void_count, count,
+         share > most && np_height_files_is_pattern(path) ? ": its files lie far apart" : "");
+}
+
+/* Pictures do not say how wide they are. */
+static void log_width(neph_context *context, const char *path, const neph_terrain_desc *desc,
+                      const np_heightfield *field) {
+  if (field->has_place || desc->has_width) return;
+  np_log(context, NEPH_LOG_WARNING, "%s: is laid %.4g km wide: it does not say how wide it is, nor does terrain.width",
+         path, 1e-3 * desc->width_m);
 }
 
 neph_result np_heightfield_load(neph_context *context, np_monitor *monitor, const char *path,
@@ -311,6 +324,7 @@ neph_result np_heightfield_load(neph_context *context, np_monitor *monitor, cons
   neph_result result = format->load(context, monitor, path, desc, out_field);
   if (!result) result = np_heightfield_finish(context, path, out_field);
   if (!result) log_voids(context, path, out_field);
+  if (!result) log_width(context, path, desc, out_field);
   if (result) np_heightfield_destroy(context, out_field);
   return result;
 }

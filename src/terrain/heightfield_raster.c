@@ -36,7 +36,10 @@ typedef struct raster_reader {
   np_heightfield *field;
 } raster_reader;
 
+/* An error of the scene is none of the file. */
 static neph_result fail_gdal(const raster_reader *r, const np_gdal_error *error) {
+  if (error->result == NEPH_ERROR_BAD_SCENE)
+    return np_fail(r->context, error->result, "%s: %s", r->name, error->message);
   return np_fail(r->context, error->result, "%s: cannot be read: %s", r->name, error->message);
 }
 

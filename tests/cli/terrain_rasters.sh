@@ -41,3 +41,15 @@ dry --set terrain.heightfield=field.r16 --set terrain.raw.size=[3,3]
 dry --set terrain.heightfield=field.r16 --set terrain.raw.size=[3,4]
 try render scene.yaml -q --set terrain.heightfield=voids.asc --set terrain.crs=EPSG:32611
 try render scene.yaml -q --set terrain.heightfield=?.asc --set terrain.crs=EPSG:32611 --set terrain.vertical_unit=foot
+
+# Ground of another place, or in no file
+here='place={latitude: 34.3 deg, longitude: -118.2 deg}'
+dry --set terrain.crs=bogus
+try render scene.yaml -q --set terrain.crs=EPSG:32611 --set "$here"
+try render scene.yaml -q --set terrain.crs=EPSG:32633 --set "$here"
+write_grid far.asc 492000 '700.5 800 900
+300 400 500'
+try render scene.yaml -q --set 'terrain.heightfield=./{a,far}.asc' --set terrain.crs=EPSG:32611
+python3 -c 'import zipfile; z = zipfile.ZipFile("two.zip", "w"); z.write("a.asc"); z.write("b.asc")'
+dry --set terrain.heightfield=two.zip --set terrain.crs=EPSG:32611
+dry --set terrain.heightfield=frame.%04k.asc
