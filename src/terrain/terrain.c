@@ -335,7 +335,7 @@ static neph_result build_scene(void *user) {
   neph_terrain *terrain = job->terrain;
   neph_result result = NEPH_OK;
   char config[32];
-  snprintf(config, sizeof config, "threads=%u", terrain->context->thread_count);
+  snprintf(config, sizeof config, "threads=%u", np_foreign_thread_count(terrain->context));
   terrain->device = rtcNewDevice(config);
   if (!terrain->device) return fail_embree(terrain->context, rtcGetDeviceError(NULL));
   terrain->scene = create_scene(job);
