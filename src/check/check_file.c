@@ -6,20 +6,17 @@
 
 #include <nephos/terrain.h>
 
-#include "atmosphere/stars.h"
 #include "check/check_heights.h"
 #include "check/check_mesh.h"
 #include "check/check_scene.h"
+#include "check/check_table.h"
 #include "check/check_volume.h"
 #include "core/alloc.h"
-#include "core/csv.h"
 #include "core/file.h"
 #include "core/frame_name.h"
 #include "core/path_map.h"
 #include "image/image_private.h"
 #include "mesh/camera_file.h"
-#include "optics/phase_table.h"
-#include "scene/cloud_places.h"
 #include "scene/scene_node.h"
 
 typedef np_finding_draft draft;
@@ -76,74 +73,6 @@ static neph_result check_exr(neph_check *check, const char *path) {
   return np_check_pass(result);
 }
 
-/* ---- Tables ---- */
-
-static neph_result check_phase_table(neph_context *context, const char *path) {
-  np_phase_table table;
-  const neph_result result = np_phase_table_load(context, path, &table);
-  if (!result) np_phase_table_clear(&table);
-  return result;
-}
-
-static neph_result check_places(neph_context *context, const char *path) {
-  char *copy = np_alloc_text(context, path), name[] = "of any name";
-  np_scene_cloud cloud = {.name = name, .places = copy};
-  const neph_result result = copy ? np_cloud_places_read(context, &cloud) : NEPH_ERROR_OUT_OF_MEMORY;
-  np_cloud_places_clear(context, &cloud);
-  return result;
-}
-
-static neph_result check_stars(neph_context *context, const char *path) {
-  static const double faintest = 40.0;
-  np_star_catalogue stars;
-  const neph_result result = np_star_catalogue_load(context, path, faintest, &stars);
-  if (!result) np_star_catalogue_clear(&stars);
-  return result;
-}
-
-static neph_result check_motion(neph_context *context, const char *path) {
-  neph_scene *scene;
-  neph_result result = neph_scene_create(context, &scene);
-  if (result) return result;
-  result = neph_scene_set(scene, "camera.motion.file", path);
-  if (!result) result = neph_scene_set_frame(scene, 1);
-  neph_scene_destroy(scene);
-  return result;
-}
-
-/* Kinds of tables by a column that they alone have. */
-static const struct {
-  const char *column;
-  neph_result (*check)(neph_context *context, const char *path);
-} tables[] = {{"value", check_phase_table}, {"x_m", check_places}, {"frame", check_motion},
-              {"v_mag", check_stars},       {"Vmag", check_stars}, {"V", check_stars}};
-
-enum { TABLES = sizeof tables / sizeof *tables };
-
-static size_t search_table(const np_csv *csv) {
-  size_t kind = 0;
-  while (kind < TABLES && np_csv_search_column(csv, tables[kind].column) == NP_CSV_NO_COLUMN) kind++;
-  return kind;
-}
-
-static neph_result check_table(neph_check *check, const char *path) {
-  static const np_rule unknown = {"table.kind", NEPH_SEVERITY_WARNING, NULL};
-  np_csv csv;
-  draft out = {{0}, {0}};
-  neph_result result = neph_check_set_file(check, path);
-  if (!result) result = np_csv_load(check->context, path, &csv);
-  if (result) return np_check_pass(result);
-  const size_t kind = search_table(&csv);
-  if (kind == TABLES && np_draft_set(&out,
-                                     "its columns, %s, are those of no phase function (angle_deg or cosine, "
-                                     "value), places (x_m, y_m, z_m), camera (frame, x, y, z) or star catalogue "
-                                     "(ra_deg, dec_deg, v_mag)",
-                                     csv.header.text))
-    np_check_add(check, &unknown, &out);
-  np_csv_clear(&csv);
-  return kind < TABLES ? np_check_pass(tables[kind].check(check->context, path)) : NEPH_OK;
-}
-
 /* ---- Cameras ---- */
 
 static neph_result check_camera(neph_check *check, const char *path) {
@@ -157,11 +86,6 @@ static neph_result check_camera(neph_check *check, const char *path) {
   if (file.count == 1 && np_draft_set(&out, "its camera stands still")) np_check_add(check, &still, &out);
   np_camera_file_clear(&file);
   return NEPH_OK;
-}
-
-static neph_result check_chan(neph_check *check, const char *path) {
-  const neph_result result = neph_check_set_file(check, path);
-  return np_check_pass(result ? result : check_motion(check->context, path));
 }
 
 /* A file of both kinds is a camera's; the complaint that it has none does not count where it has a mesh. */
@@ -238,14 +162,16 @@ static const struct {
   const char *ending;
   neph_result (*check)(neph_check *check, const char *path);
 } kinds[] = {
-    {".vdb", check_vdb},         {".nvdb", check_vdb},        {".yaml", check_scene_file}, {".yml", check_scene_file},
-    {".exr", check_exr},         {".csv", check_table},       {".gltf", check_gltf},       {".glb", check_gltf},
-    {".hgt", check_height_file}, {".png", check_png},         {".tif", check_height_file}, {".tiff", check_height_file},
-    {".asc", check_height_file}, {".bil", check_height_file}, {".flt", check_height_file}, {".dem", check_height_file},
-    {".img", check_height_file}, {".dt0", check_height_file}, {".dt1", check_height_file}, {".dt2", check_height_file},
-    {".vrt", check_height_file}, {".zip", check_height_file}, {".obj", check_mesh},        {".ply", check_mesh},
-    {".stl", check_mesh},        {".fbx", check_mesh},        {".dae", check_mesh},        {".r16", check_height_file},
-    {".raw", check_height_file}, {".chan", check_chan},
+    {".vdb", check_vdb},         {".nvdb", check_vdb},        {".yaml", check_scene_file},
+    {".yml", check_scene_file},  {".exr", check_exr},         {".csv", np_check_table},
+    {".gltf", check_gltf},       {".glb", check_gltf},        {".hgt", check_height_file},
+    {".png", check_png},         {".tif", check_height_file}, {".tiff", check_height_file},
+    {".asc", check_height_file}, {".bil", check_height_file}, {".flt", check_height_file},
+    {".dem", check_height_file}, {".img", check_height_file}, {".dt0", check_height_file},
+    {".dt1", check_height_file}, {".dt2", check_height_file}, {".vrt", check_height_file},
+    {".zip", check_height_file}, {".obj", check_mesh},        {".ply", check_mesh},
+    {".stl", check_mesh},        {".fbx", check_mesh},        {".dae", check_mesh},
+    {".r16", check_height_file}, {".raw", check_height_file}, {".chan", np_check_camera_table},
 };
 
 enum { KIND_COUNT = sizeof kinds / sizeof *kinds };
@@ -266,47 +192,5 @@ neph_result neph_check_file(neph_check *check, const char *path) {
   const neph_result result = kinds[kind].check(check, path);
   np_float_mode_leave(float_mode);
   check->file = NULL;
-  return result;
-}
-
-/* Each file of a sequence, to the same number of another. */
-static neph_result mend_sequence(neph_context *context, const char *pattern, const char *out_pattern, char **out_text) {
-  np_frame_numbers there;
-  neph_result result = np_frame_name_list(context, pattern, &there);
-  if (!result && !there.count)
-    result = np_fail(context, NEPH_ERROR_NOT_FOUND, "%s: no file has a name of this pattern", pattern);
-  *out_text = np_alloc_text(context, "");
-  for (size_t i = 0; !result && i < there.count; i++) {
-    char *path = np_frame_name_make(context, pattern, there.numbers[i]), *changes = NULL;
-    char *out_path = np_frame_name_make(context, out_pattern, there.numbers[i]);
-    result = path && out_path && *out_text ? np_volume_mend_file(context, path, out_path, NULL, &changes)
-                                           : NEPH_ERROR_OUT_OF_MEMORY;
-    char *longer = result ? NULL : np_alloc_printf(context, "%s%s:\n%s", *out_text, out_path, changes);
-    if (!result) {
-      np_alloc_free(context, *out_text);
-      *out_text = longer;
-    }
-    np_alloc_free(context, changes);
-    np_alloc_free(context, out_path);
-    np_alloc_free(context, path);
-  }
-  np_alloc_free(context, there.numbers);
-  return !result && !*out_text ? NEPH_ERROR_OUT_OF_MEMORY : result;
-}
-
-neph_result neph_check_mend_file(neph_context *context, const char *path, const char *out_path, char **out_text) {
-  char *text = NULL;
-  const bool is_sequence = np_frame_name_is_pattern(path);
-  neph_result result = NEPH_OK;
-  if (out_text) *out_text = NULL;
-  if (is_sequence != np_frame_name_is_pattern(out_path))
-    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "%s: a mended copy of %s must be %s", out_path, path,
-                   is_sequence ? "a sequence as well, with #### in its name" : "one file, without a number's place");
-  result = is_sequence ? mend_sequence(context, path, out_path, &text)
-                       : np_volume_mend_file(context, path, out_path, NULL, &text);
-  if (out_text && !result)
-    *out_text = text;
-  else
-    np_alloc_free(context, text);
   return result;
 }

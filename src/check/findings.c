@@ -25,17 +25,17 @@ void np_draft_set_place(np_finding_draft *draft, const char *format, ...) {
 
 static bool is_same_text(const char *a, const char *b) { return a == b || (a && b && !strcmp(a, b)); }
 
-/* Whether a message is another one, alone or behind the name of its file. */
-static bool ends_so(const char *message, const char *ending) {
-  const size_t length = strlen(message), tail = strlen(ending);
-  if (length < tail || strcmp(message + length - tail, ending) != 0) return false;
-  return length == tail || message[length - tail - 1] == ' ';
+/* Whether a message is another one, behind the name of its file or, of one file, alone. */
+static bool has_message(const np_finding *longer, const np_finding *shorter) {
+  const size_t length = strlen(longer->cause), tail = strlen(shorter->cause);
+  if (length < tail || strcmp(longer->cause + length - tail, shorter->cause) != 0) return false;
+  return length == tail ? is_same_text(longer->file, shorter->file) : longer->cause[length - tail - 1] == ' ';
 }
 
 static bool is_message(const np_finding *finding) { return !strcmp(finding->rule, "read"); }
 
 static bool is_same_message(const np_finding *a, const np_finding *b) {
-  return (is_message(a) && ends_so(a->cause, b->cause)) || (is_message(b) && ends_so(b->cause, a->cause));
+  return (is_message(a) && has_message(a, b)) || (is_message(b) && has_message(b, a));
 }
 
 /* A finding is met again in another frame of a sequence, or word for word, or by who opens a file of a scene. */

@@ -1,0 +1,14 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Checks of tables of numbers. */
+#ifndef NP_CHECK_CHECK_TABLE_H
+#define NP_CHECK_CHECK_TABLE_H
+
+#include "check/findings.h"
+
+/* Checks a .csv of the kind that its columns tell: a phase function, places, a camera, or a star catalogue. */
+neph_result np_check_table(neph_check *check, const char *path);
+
+/* Checks a camera by frame: a .chan has no columns to tell it by. */
+neph_result np_check_camera_table(neph_check *check, const char *path);
+
+#endif
