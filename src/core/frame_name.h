@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Names of files of a sequence, one for each frame.
  *
- * A pattern holds the place of the number: "####", "%04d", "%04i" or "$F4", padded with zeros to 4 digits, "%d", "%i" or
- * "$F", not padded, "$FF", with the decimals of frames between two. Of several the last counts. */
+ * A pattern holds the place of the number: "####", "%04d", "%04i" or "$F4", padded with zeros to 4 digits, "%d", "%i"
+ * or "$F", not padded, "$FF", with the decimals of frames between two. Of several the last counts. */
 #ifndef NP_CORE_FRAME_NAME_H
 #define NP_CORE_FRAME_NAME_H
 

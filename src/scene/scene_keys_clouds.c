@@ -72,8 +72,9 @@ static const np_key keys[] = {
     {.path = "clouds[].ramp.gamma", .type = NP_KEY_REAL, .field = CLOUD(ramp.gamma), .range = WITHIN(0.01, 100),
      .fallback = "1", .meaning = "exponent of the sum"},
     {.path = "clouds[].import", .type = NP_KEY_CHOICE, .choices = policies, .field = CLOUD(policy),
-     .fallback = "refuse", .meaning = "policy for values that no cloud has, such as NaN; repair takes them as 0, and infinity as the "
- "largest finite one"},
+     .fallback = "refuse",
+     .meaning = "policy for values that no cloud has, such as NaN; repair takes them as 0, and infinity as the "
+                "largest finite one"},
     {.path = "clouds[].precision", .type = NP_KEY_CHOICE, .choices = precisions, .field = CLOUD(precision),
      .fallback = "half", .meaning = "precision of the values in memory"},
     {.path = "clouds[].up", .type = NP_KEY_CHOICE, .choices = axes, .field = CLOUD(up), .fallback = "z",

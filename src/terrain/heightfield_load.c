@@ -295,7 +295,7 @@ neph_result np_heightfield_check(neph_context *context, const char *path, const 
   return format ? format->check(context, path, desc, out_size) : NEPH_ERROR_UNSUPPORTED;
 }
 
-/* Where they are many, much of the ground is made up. */
+/* Much of the ground is made up where they are many. */
 static void log_voids(neph_context *context, const char *path, const np_heightfield *field) {
   static const double many = 0.05, most = 0.5;
   const size_t count = (size_t)field->width * field->height;

@@ -6,7 +6,7 @@
 
 #include "volume/volume_file.h"
 
-/* What is asked of a file. */
+/* A grid as it is asked for. */
 typedef struct np_grid_wish {
   const char *grid;        /* a name, "name[i]", or several with "+" between them; NULL: the usual */
   double level_set_voxels; /* 0: level sets are refused */

@@ -30,7 +30,7 @@ typedef struct np_grid_facts {
   int32_t active_min[3], active_max[3]; /* index box of the active samples, both ends inside it */
   double world_min[3], world_max[3];    /* the same, in the file's units */
   np_value_count kinds[NP_VALUE_KINDS]; /* of vectors, over all components */
-  /* Of scalars: */
+  /* Scalars alone: */
   bool has_values;
   float background, value_min, value_max; /* the range of the active samples */
   double sum;                             /* of the finite active samples */
