@@ -308,11 +308,12 @@ static void describe_ordinates(np_decision *d, char *out, size_t size) {
   np_cells_forecast f;
   d->result = np_plan_forecast_cells(d->plan, d->scene, &f);
   d->plan->light_cell_count = f.cells.cell_count;
-  d->plan->light_error = f.is_known
+  d->plan->light_share = f.share;
+  d->plan->light_error = f.are_errors_known
                              ? f.cells.errors[1]
                              : error_of_files * pow(fmax(d->scene->render.light_depth / 0.35, 1.0), files_exponent);
   const char *what = "solved for once while clouds and lights stay, within render.light_memory";
-  if (f.is_known)
+  if (f.are_errors_known)
     snprintf(out, size, "%s; expected error %.2g %% near the camera, %.2g %% in the largest cells", what,
              100.0 * f.cells.errors[0], 100.0 * f.cells.errors[1]);
   else

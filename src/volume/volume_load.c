@@ -481,6 +481,7 @@ static void read_metadata(void *user, const char *name, const char *text) {
   if (!strcmp(name, "nephos:level")) header->level = (unsigned)strtoul(text, NULL, 10);
   if (!strcmp(name, "nephos:level_count")) header->level_count = (unsigned)strtoul(text, NULL, 10);
   if (!strcmp(name, "file_voxel_count") && !strcmp(text, "0")) header->state = NP_GRID_EMPTY;
+  if (!strcmp(name, "file_voxel_count")) header->voxel_count = fmax(strtod(text, NULL), 0.0);
   if (!strcmp(name, "file_bbox_min")) box->has_min = read_corner(text, header->active_min);
   if (!strcmp(name, "file_bbox_max")) box->has_max = read_corner(text, header->active_max);
 }
@@ -528,6 +529,7 @@ static void include_level(np_grid_header *whole, unsigned number, const np_grid_
   const int32_t edge = INT32_C(1) << number;
   whole->state = NP_GRID_FILLED;
   whole->has_box = level->has_box && (is_first || whole->has_box);
+  whole->voxel_count += level->voxel_count;
   for (int a = 0; a < 3; a++) {
     const int32_t low = level->active_min[a] * edge, high = level->active_max[a] * edge;
     whole->active_min[a] = is_first || low < whole->active_min[a] ? low : whole->active_min[a];
