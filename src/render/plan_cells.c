@@ -105,14 +105,13 @@ static double compute_voxel_share(const np_plan_file *file) {
   return fmin(file->voxel_count / ((double)file->size[0] * file->size[1] * file->size[2]), 1.0);
 }
 
-/* Extinction at the densest point of a file, 1/m. Of an optical depth it is that of its densest column, as if that were
- * filled as the box is; else values up to 1 are taken, which most files have. */
+/* Optical depth of clouds whose scale goes by values that are not read yet: a cumulus'. */
+static const double depth_unread = 40.0;
+
+/* Extinction at the densest point of a file, 1/m: of its densest column, as if that were filled as the box is. */
 static double guess_extinction(const np_scene_cloud *cloud, const np_plan_file *file) {
-  const double value = cloud->density_value;
-  if (cloud->density_unit == NP_DENSITY_EXTINCTION) return value;
-  if (cloud->density_unit == NP_DENSITY_MEAN_FREE_PATH) return 1.0 / value;
-  if (cloud->density_unit == NP_DENSITY_LIQUID_WATER) return 1.5e-6 / value;
-  return value / ((file->high.z - file->low.z) * fmax(compute_voxel_share(file), 0.25));
+  const double depth = cloud->density_unit == NP_DENSITY_OPTICAL_DEPTH ? cloud->density_value : depth_unread;
+  return depth / ((file->high.z - file->low.z) * fmax(compute_voxel_share(file), 0.25));
 }
 
 /* Bricks along the faces, edges and corners of a large tile, of which each is there once for all that are alike. */

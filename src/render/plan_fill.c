@@ -84,6 +84,7 @@ static neph_result place_box(const np_scene_cloud *cloud, const np_grid_header *
   np_placement_compute_bounds(&out->index_to_world, &outline, &out->low, &out->high);
   for (int a = 0; a < 3; a++) out->size[a] = header->active_max[a] - header->active_min[a] + 1;
   out->voxel_count = header->voxel_count;
+  out->level_count = header->level_count;
   out->is_known = !result && header->voxel_count > 0.0;
   return result;
 }

@@ -100,6 +100,7 @@ typedef struct np_plan_file {
   int32_t size[3];          /* of the box of active voxels */
   np_dvec3 low, high;       /* of that box in the world */
   double voxel_count;       /* active ones */
+  unsigned level_count;     /* files of levels of detail; 0: it is in none */
 } np_plan_file;
 
 typedef struct np_plan {

@@ -337,18 +337,11 @@ static neph_result load_level(const load_job *first, unsigned number, np_sparse_
   return result;
 }
 
-static neph_result refuse_halving(const load_job *job) {
-  return np_fail(job->context, NEPH_ERROR_LIMIT,
-                 "%s: is in levels of detail, which are not halved to save memory: bake them with a larger "
-                 "bake.level_pixels or voxel",
-                 job->path);
-}
-
 /* The whole cloud, of which `job` has read the finest level; NULL where no level holds anything. */
 static neph_result load_levels(load_job *job, np_monitor *monitor, neph_volume **out_volume) {
   np_sparse_grid levels[NP_TINT_PARTS_MAX] = {job->grid};
   uint64_t active_count = np_sparse_grid_count_active(&job->grid);
-  neph_result result = job->desc->is_halved ? refuse_halving(job) : NEPH_OK;
+  neph_result result = NEPH_OK;
   job->grid = (np_sparse_grid){0};
   for (unsigned k = 1; k < job->mark.count && !result; k++) {
     result = load_level(job, k, &levels[k]);
@@ -356,8 +349,8 @@ static neph_result load_levels(load_job *job, np_monitor *monitor, neph_volume *
   }
   np_monitor_set_part(monitor, np_monitor_whole, 0.7, 1.0);
   if (!result && active_count > 0)
-    result =
-        np_volume_create_from_levels(job->context, levels, job->mark.count, job->desc->precision, monitor, out_volume);
+    result = np_volume_create_from_levels(job->context, levels, job->mark.count, job->desc->is_halved,
+                                          job->desc->precision, monitor, out_volume);
   for (unsigned k = 0; k < job->mark.count; k++) np_sparse_grid_clear(&levels[k]);
   return result;
 }
