@@ -268,13 +268,13 @@ typedef struct join_job {
 } join_job;
 
 /* Cell and leaves that were looked up last. */
-typedef struct lookup {
+typedef struct level_lookup {
   const level_build *b;
   const level_cell *cell;
   const np_leaf *leaf[NP_TINT_PARTS_MAX];
-} lookup;
+} level_lookup;
 
-static const level_cell *get_cell(lookup *l, const int32_t at[3]) {
+static const level_cell *get_cell(level_lookup *l, const int32_t at[3]) {
   const int32_t leaf[3] = {at[0] >> 3, at[1] >> 3, at[2] >> 3};
   const level_cell place = locate_leaf(l->b, 0, leaf);
   if (!l->cell || compare_places(l->cell->at, place.at)) l->cell = search_cell(l->b, l->b->cell_count, place.at);
@@ -283,7 +283,7 @@ static const level_cell *get_cell(lookup *l, const int32_t at[3]) {
 
 /* Value of the cloud at a sample of the finest lattice: of the level that is there, between its samples where it has
  * none, and of those beyond its cell between those of a coarser one that is there. */
-static double get_value(lookup *l, const int32_t at[3]) {
+static double get_value(level_lookup *l, const int32_t at[3]) {
   const level_cell *cell = get_cell(l, at);
   if (!cell) return 0.0;
   const unsigned level = cell->level;
@@ -305,7 +305,7 @@ static double get_value(lookup *l, const int32_t at[3]) {
 }
 
 /* Mean around every second sample, weighted by a quarter, half and a quarter along each axis. */
-static double average(lookup *l, const int32_t at[3]) {
+static double average(level_lookup *l, const int32_t at[3]) {
   double sum = 0.0;
   for (int n = 0; n < 27; n++) {
     const int32_t step[3] = {n / 9 - 1, n / 3 % 3 - 1, n % 3 - 1};
@@ -321,7 +321,7 @@ static neph_result fill_joined(void *user, size_t begin, size_t end, unsigned th
   (void)thread;
   for (size_t i = begin; i < end; i++) {
     np_leaf *leaf = &job->leaves[i];
-    lookup l = {.b = job->b};
+    level_lookup l = {.b = job->b};
     for (int n = 0; n < NP_LEAF_SIZE; n++) {
       const int32_t at[3] = {leaf->origin[0] + n / 64, leaf->origin[1] + n / 8 % 8, leaf->origin[2] + n % 8};
       leaf->values[n] = (float)average(&l, at);
