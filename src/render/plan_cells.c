@@ -143,6 +143,7 @@ static neph_result place(const np_plan *plan, const neph_scene *scene, outline *
   const double *near = scene->reach.camera_min_m, *far = scene->reach.camera_max_m;
   o->low = np_dvec3_make(HUGE_VAL, HUGE_VAL, HUGE_VAL);
   o->high = np_dvec3_make(-HUGE_VAL, -HUGE_VAL, -HUGE_VAL);
+  bool has_bakes = false;
   out->are_errors_known = true;
   for (unsigned i = 0; i < scene->cloud_count; i++) {
     const neph_cloud_desc bake = np_plan_get_bake(plan, scene, &scene->clouds[i]);
@@ -151,6 +152,7 @@ static neph_result place(const np_plan *plan, const neph_scene *scene, outline *
     else
       add_file(plan, o, i, &scene->clouds[i]);
     out->are_errors_known = out->are_errors_known && scene->clouds[i].is_baked;
+    has_bakes = has_bakes || scene->clouds[i].is_baked;
   }
   np_plan_choose_cells(plan, scene, o->low, o->high, &desc);
   desc.cells.has_viewer = scene->camera.kind != NEPH_CAMERA_ORTHOGRAPHIC;
@@ -160,7 +162,8 @@ static neph_result place(const np_plan *plan, const neph_scene *scene, outline *
   const neph_result result = np_scattering_desc_forecast(scene->context, &world, &desc, &out->cells);
   out->is_known = !result;
   out->are_errors_known = out->are_errors_known && !result;
-  out->share = o->filled_m3 / o->box_m3;
+  /* Shares of bakes were measured on all cells; a file's is of its box, which cells go beyond. */
+  out->share = o->filled_m3 / (has_bakes || result ? o->box_m3 : fmax(out->cells.volume_m3, o->box_m3));
   return result;
 }
 

@@ -124,6 +124,21 @@ static double count_file_cells(const neph_scene *scene, const np_plan *plan, con
   return size.x * size.y * size.z / pow(np_plan_get_light_edge(plan, scene, file->low, file->high), 3.0);
 }
 
+/* Share of the picture's rays that meet the clouds of files: those that meet the box of each, times the share of its
+ * shadow that a cloud fills, with as much of it along each axis. 0 where there are other clouds, or copies. */
+static double measure_cover(const neph_scene *scene, const np_plan *plan) {
+  const double all = (double)plan->desc.width * plan->desc.height * plan->desc.sample_count;
+  double clear = 1.0;
+  for (unsigned i = 0; i < scene->cloud_count && i < NP_INSTANCES_MAX; i++) {
+    const np_plan_file *file = &plan->files[i];
+    if (!file->is_known || scene->clouds[i].place_count > 0) return 0.0;
+    const double voxels = file->voxel_count / ((double)file->size[0] * file->size[1] * file->size[2]);
+    const double met = np_plan_count_rays_to(plan, scene, file->low, file->high) / all;
+    clear *= 1.0 - met * pow(fmin(voxels, 1.0), 2.0 / 3.0);
+  }
+  return 1.0 - clear;
+}
+
 /* Reads headers, and counts the cells where a picture's pixels limit them. */
 static neph_result measure_files(const neph_scene *scene, np_plan *plan) {
   const bool is_limited = np_plan_get_light_detail(scene) > 0.0;
@@ -137,6 +152,7 @@ static neph_result measure_files(const neph_scene *scene, np_plan *plan) {
     plan->file_voxel_count += file->voxel_count;
     if (is_limited) plan->file_cell_count += count_file_cells(scene, plan, cloud, file);
   }
+  plan->file_cover = measure_cover(scene, plan);
   return result;
 }
 

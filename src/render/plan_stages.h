@@ -130,14 +130,16 @@ typedef struct np_plan {
   np_plan_stage stages[NP_STAGE_COUNT];
   unsigned reference_count; /* noted where the inputs are opened */
   np_plan_reference references[NP_INSTANCES_MAX];
-  uint64_t ray_count;       /* of the camera: pixels of the crop times samples */
-  uint64_t film_bytes;      /* of the film's channels in float */
-  unsigned air_ray_spacing; /* pixels between rays along which shadows in the air are looked for; 0: none */
-  double bake_voxel_count;  /* in the boxes of the clouds to bake: an upper bound of what is kept */
-  double cloud_voxel_count; /* that hold cloud: a guess, by which work is judged */
-  double filled_share;      /* of the boxes of clouds that are baked: two fifths, or as measured */
-  double file_cell_count;   /* of light, in the boxes of files, as far as pixels limit them; 0: not measured */
-  double file_voxel_count;  /* active ones of all files, by their headers; 0: not measured */
+  uint64_t ray_count;        /* of the camera: pixels of the crop times samples */
+  uint64_t film_bytes;       /* of the film's channels in float */
+  unsigned air_ray_spacing;  /* pixels between rays along which shadows in the air are looked for; 0: none */
+  double bake_voxel_count;   /* in the boxes of the clouds to bake: an upper bound of what is kept */
+  double cloud_voxel_count;  /* that hold cloud: a guess, by which work is judged */
+  double detail_voxel_count; /* of those of clouds with detail finer than voxels */
+  double filled_share;       /* of the boxes of clouds that are baked: two fifths, or as measured */
+  double file_cell_count;    /* of light, in the boxes of files, as far as pixels limit them; 0: not measured */
+  double file_cover; /* share of the picture's rays that meet files, where there are no other clouds; 0: not known */
+  double file_voxel_count;              /* active ones of all files, by their headers; 0: not measured */
   np_plan_file files[NP_INSTANCES_MAX]; /* of each cloud that has one, once it is measured */
   bool is_fill_measured;
   double light_bytes_max;              /* of multiple scattering while it is solved for */

@@ -153,7 +153,10 @@ static neph_result decide_cloud(np_plan *plan, const neph_scene *scene, const np
     return snprintf(out, size, "%s has no file in this frame", cloud->name), NEPH_OK;
   np_cloud_source source;
   if (!result) result = np_plan_choose_source(scene, cloud, file, plan->desc.frame, &source);
+  const double before = plan->cloud_voxel_count;
   if (!result) result = count_cloud(plan, scene, cloud, source, file);
+  if (cloud->detail.is_enabled && cloud->detail.strength > 0.0)
+    plan->detail_voxel_count += plan->cloud_voxel_count - before;
   if (!result)
     snprintf(out, size, "%s is %s%s%s", cloud->name, file || cloud->volume ? deeds[source] : "baked", file ? " " : "",
              file ? file : "");
