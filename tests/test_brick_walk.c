@@ -127,7 +127,32 @@ static void spans_join_where_nothing_is_empty(void **state) {
   neph_context_destroy(context);
 }
 
-/* The cell of a span is where its middle lies. */
+/* A filled block of 1024 voxels, and its rim, of which cells are interpolated: a ray through the middle meets as many
+ * spans as nodes of 128, and in the first and the last of them a brick each and the cells up to the next group of four
+ * and of sixteen; cell by cell there were 130. */
+static void a_constant_is_passed_in_blocks(void **state) {
+  (void)state;
+  neph_context *context = test_context_create(1, NULL);
+  np_sparse_grid grid;
+  np_bricks bricks;
+  np_brick_walk walk;
+  np_brick_span span;
+  int count = 0;
+  double depth = 0.0;
+  assert_int_equal(np_sparse_grid_init(context, "block", &grid), NEPH_OK);
+  (void)np_sparse_grid_add_tile(&grid, (const int32_t[3]){0, 0, 0}, 1024, 2.0f, true);
+  assert_int_equal(np_bricks_build(context, &grid, NEPH_PRECISION_FLOAT, NULL, NULL, &bricks), NEPH_OK);
+  np_brick_walk_start(&walk, &bricks, np_dvec3_make(-100, 500.5, 500.5), np_dvec3_make(1, 0, 0), 0.0, 2000.0);
+  for (; np_brick_walk_next(&walk, &span); count++)
+    if (span.brick == NP_BRICK_NONE) depth += (double)span.range.min * (span.t_end - span.t_begin);
+  assert_in_range(count, 10, 30);
+  assert_true(depth == 2.0 * 1016.0); /* all but the last cell, which a brick answers for */
+  np_bricks_clear(&bricks);
+  np_sparse_grid_clear(&grid);
+  neph_context_destroy(context);
+}
+
+/* The cell of a span is where its middle lies; that of a constant, which may fill many, where it begins. */
 static void spans_lie_in_their_cells(void **state) {
   (void)state;
   static np_brick_span spans[SPANS_MAX];
@@ -139,7 +164,9 @@ static void spans_lie_in_their_cells(void **state) {
     np_brick_walk walk;
     int count = walk_ray(&walk, &m.bricks, &r, spans);
     for (int s = 0; s < count; s++) {
-      np_vec3 local = np_brick_walk_local(&walk, &spans[s], 0.5 * (spans[s].t_begin + spans[s].t_end));
+      const double middle = 0.5 * (spans[s].t_begin + spans[s].t_end);
+      const double t = spans[s].brick == NP_BRICK_NONE ? spans[s].t_begin : middle;
+      np_vec3 local = np_brick_walk_local(&walk, &spans[s], t);
       const float place[3] = {local.x, local.y, local.z};
       for (int a = 0; a < 3; a++) assert_true(place[a] > -1e-5f && place[a] < 8.00001f);
     }
@@ -296,10 +323,15 @@ static void endless_rays_in_periodic_volumes_end(void **state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
-      cmocka_unit_test(spans_tile_every_ray),     cmocka_unit_test(spans_join_where_nothing_is_empty),
-      cmocka_unit_test(spans_lie_in_their_cells), cmocka_unit_test(nothing_is_lost_far_from_the_origin),
-      cmocka_unit_test(every_walk_ends),          cmocka_unit_test(what_is_not_a_number_makes_a_walk_empty),
-      cmocka_unit_test(periodic_volumes_repeat),  cmocka_unit_test(endless_rays_in_periodic_volumes_end),
+      cmocka_unit_test(spans_tile_every_ray),
+      cmocka_unit_test(spans_join_where_nothing_is_empty),
+      cmocka_unit_test(a_constant_is_passed_in_blocks),
+      cmocka_unit_test(spans_lie_in_their_cells),
+      cmocka_unit_test(nothing_is_lost_far_from_the_origin),
+      cmocka_unit_test(every_walk_ends),
+      cmocka_unit_test(what_is_not_a_number_makes_a_walk_empty),
+      cmocka_unit_test(periodic_volumes_repeat),
+      cmocka_unit_test(endless_rays_in_periodic_volumes_end),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

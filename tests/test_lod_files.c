@@ -8,6 +8,7 @@
 #include "test_scenes.h"
 
 #include "core/alloc.h"
+#include "core/file.h"
 #include "core/random.h"
 #include "volume/volume_levels.h"
 #include "volume/volume_tint.h"
@@ -59,12 +60,38 @@ static void levels_meet_without_a_step(void **state) {
   neph_volume *volume;
   np_random random = np_random_start(3, 0, 0, 0, 0);
   make_linear(context, levels);
-  assert_int_equal(np_volume_create_from_levels(context, levels, LEVELS, NEPH_PRECISION_FLOAT, NULL, &volume), NEPH_OK);
+  assert_int_equal(np_volume_create_from_levels(context, levels, LEVELS, false, NEPH_PRECISION_FLOAT, NULL, &volume),
+                   NEPH_OK);
   assert_int_equal(np_volume_count_parts(volume), LEVELS);
   for (int n = 0; n < 20000; n++) {
     double at[3];
     float value;
     for (int a = 0; a < 3; a++) at[a] = np_random_double(&random) * (CELLS * CELL - (1 << (LEVELS - 1)));
+    neph_volume_sample(volume, 1, at, &value);
+    assert_near((double)value, eval_linear(at), 1e-5);
+  }
+  neph_volume_release(volume);
+  clear(levels);
+  neph_context_destroy(context);
+}
+
+/* Within a limit on memory the finest level goes into the next, by weights that keep a linear field: but for its first
+ * samples, at 0, which have nothing before them, for those next to the last voxels, which fade, and for voxels of four
+ * at either, which reach as far. */
+static void the_finest_level_goes_into_the_next(void **state) {
+  (void)state;
+  neph_context *context = test_context_create(2, NULL);
+  np_sparse_grid levels[LEVELS];
+  neph_volume *volume;
+  np_random random = np_random_start(4, 0, 0, 0, 0);
+  make_linear(context, levels);
+  assert_int_equal(np_volume_create_from_levels(context, levels, LEVELS, true, NEPH_PRECISION_FLOAT, NULL, &volume),
+                   NEPH_OK);
+  assert_int_equal(np_volume_count_parts(volume), LEVELS - 1);
+  for (int n = 0; n < 20000; n++) {
+    double at[3];
+    float value;
+    for (int a = 0; a < 3; a++) at[a] = 4.0 + np_random_double(&random) * (CELLS * CELL - 12);
     neph_volume_sample(volume, 1, at, &value);
     assert_near((double)value, eval_linear(at), 1e-5);
   }
@@ -89,7 +116,7 @@ static void what_is_no_set_of_levels_is_refused(void **state) {
     if (n == 1) np_sparse_grid_add_tile(&levels[1], origin, 8, 1, true);
     if (n == 2) levels[1].index_to_world.m[0][3] = 0.5;
     test_log_clear(&log);
-    assert_int_equal(np_volume_create_from_levels(context, levels, LEVELS, NEPH_PRECISION_FLOAT, NULL, &volume),
+    assert_int_equal(np_volume_create_from_levels(context, levels, LEVELS, false, NEPH_PRECISION_FLOAT, NULL, &volume),
                      NEPH_ERROR_BAD_FILE);
     if (!strstr(log.text, messages[n])) fail_msg("%d: %s", n, log.text);
     clear(levels);
@@ -235,18 +262,46 @@ static void a_level_that_is_missing_or_of_another_bake_is_refused(void **state) 
   np_alloc_free(f->context, level);
 }
 
-static void levels_are_neither_halved_nor_one_grid(void **state) {
+/* Two levels of three, of fewer voxels, with the matter of all: means keep it but for the last voxels before a cell
+ * that is in no level, and roundings of floats. */
+static void files_are_read_without_the_finest_level(void **state) {
   lod_files *f = *state;
-  neph_volume *volume;
+  neph_volume *whole, *halved;
+  neph_volume_load_desc desc = NEPH_VOLUME_LOAD_DESC_DEFAULT;
+  double sums[2] = {0, 0};
+  np_random random = np_random_start(6, 0, 0, 0, 0);
+  assert_int_equal(load(f, &whole), NEPH_OK);
+  desc.precision = NEPH_PRECISION_FLOAT;
+  desc.is_halved = true;
+  assert_int_equal(neph_volume_load(f->context, f->path, &desc, &halved), NEPH_OK);
+  assert_int_equal(np_volume_count_parts(halved), LEVELS - 1);
+  print_message("%llu voxels, halved %llu\n", (unsigned long long)whole->active_voxel_count,
+                (unsigned long long)halved->active_voxel_count);
+  assert_true(halved->active_voxel_count < whole->active_voxel_count);
+  for (int n = 0; n < 200000; n++) {
+    double at[3];
+    for (int a = 0; a < 3; a++) at[a] = (np_random_double(&random) - 0.5) * 5000;
+    at[2] = f->cloud.base_altitude_m + f->cloud.thickness_m * np_random_double(&random);
+    for (int k = 0; k < 2; k++) {
+      float value;
+      neph_volume_sample(k ? halved : whole, 1, at, &value);
+      sums[k] += (double)value;
+    }
+  }
+  print_message("matter %.4g of the whole\n", sums[1] / sums[0]);
+  assert_near(sums[1] / sums[0], 1.0, 0.01);
+  neph_volume_release(whole);
+  neph_volume_release(halved);
+}
+
+static void levels_are_no_one_grid(void **state) {
+  lod_files *f = *state;
   np_sparse_grid grid;
   bool has_content;
   neph_volume_load_desc desc = NEPH_VOLUME_LOAD_DESC_DEFAULT;
   assert_int_equal(np_volume_load_grid(f->context, f->path, &desc, &grid, &has_content), NEPH_ERROR_BAD_FILE);
   assert_non_null(strstr(f->log.text, "is the first of 3 files"));
   np_sparse_grid_clear(&grid);
-  desc.is_halved = true;
-  assert_int_equal(neph_volume_load(f->context, f->path, &desc, &volume), NEPH_ERROR_LIMIT);
-  assert_non_null(strstr(f->log.text, "levels of detail, which are not halved"));
 }
 
 /* ---- Scenes ---- */
@@ -332,6 +387,70 @@ static void copies_have_levels(void **state) {
   free(list);
 }
 
+static neph_memory_estimate estimate(fixture *f) {
+  neph_memory_estimate e = NEPH_MEMORY_ESTIMATE_DEFAULT;
+  assert_int_equal(neph_render_estimate_memory(f->scene, NULL, &e), NEPH_OK);
+  return e;
+}
+
+/* Mean of a picture within a limit on memory, and what was given up for it. */
+static double render_within(fixture *f, uint64_t bytes, char savings[240]) {
+  neph_render_desc desc = NEPH_RENDER_DESC_DEFAULT;
+  neph_image *image;
+  double mean;
+  assert_int_equal(neph_scene_get_render_desc(f->scene, &desc), NEPH_OK);
+  desc.memory_max_bytes = bytes;
+  test_log_clear(&f->log);
+  if (neph_render_image(f->scene, &desc, &image)) fail_msg("%s", f->log.text);
+  const char *text = neph_image_get_attribute(image, "nephos:memorySavings");
+  (void)snprintf(savings, 240, "%s", text ? text : "");
+  assert_int_equal(sscanf(neph_image_get_attribute(image, "nephos:mean"), "%lf", &mean), 1);
+  neph_image_destroy(image);
+  return mean;
+}
+
+/* Files of levels that another scene baked: all of them count, and a limit takes the finest level, where halves and
+ * coarser cells of light are not enough. Both pictures have the coarsest cells, of 1 MB: what is left is the finest
+ * level, which moves the mean by half a per cent; paths add a noise of 2 %. */
+static void levels_keep_within_memory(void **state) {
+  lod_files *files = *state;
+  static const char *const integrators[] = {"march", "path"};
+  char text[1024];
+  snprintf(text, sizeof text,
+           "version: 1\n"
+           "camera: {position: [0 m, -9 km, 1500 m], look_at: [0 m, 0 m, 1500 m], fov: 50 deg, resolution: [48, 27]}\n"
+           "sun: {elevation: 40 deg, azimuth: 180 deg}\n"
+           "atmosphere: none\n"
+           "clouds: [{vdb: %s, extinction: 1 1/m}]\n"
+           "render: {samples: 4}\n",
+           files->path);
+  for (int i = 0; i < 2; i++) {
+    char whole[240], coarse[240];
+    void *own = NULL;
+    assert_int_equal(set_up_scene(&own, 2, text), 0);
+    fixture *f = own;
+    set(f, "render.integrator", integrators[i]);
+    const neph_memory_estimate e = estimate(f);
+    const double cells = i ? 0.0 : 1e6, light = i ? 0.0 : (double)e.light_bytes;
+    double bytes = 0;
+    for (unsigned k = 0; k < LEVELS; k++) { /* of halves, of a voxel a byte, in bricks of 729 samples for 512 */
+      char *path = np_volume_name_level(files->context, files->path, k);
+      bytes += (double)np_file_get_size(path) * 2.0 * 729.0 / 512.0;
+      np_alloc_free(files->context, path);
+    }
+    assert_near_relative((double)e.volume_bytes, bytes, 1e-3);
+    const double least = (double)e.total_bytes - light + cells;
+    const uint64_t limit = (uint64_t)(least - 0.02 * (double)e.volume_bytes);
+    const double mean = render_within(f, (uint64_t)(least + 0.2 * cells), whole);
+    const double less = render_within(f, limit, coarse);
+    print_message("%-5s %.5g, within memory %.5g: %s\n", integrators[i], mean, less, coarse);
+    assert_null(strstr(whole, "voxels"));
+    assert_non_null(strstr(coarse, "voxels of files, of levels of detail those of the finest, are twice as long"));
+    assert_near(less / mean, 1, i ? 0.04 : 0.01);
+    assert_int_equal(tear_down(&own), 0);
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(levels_meet_without_a_step),
@@ -340,7 +459,10 @@ int main(void) {
       cmocka_unit_test_setup_teardown(each_level_is_verified_and_read_alone, set_up_files, tear_down_files),
       cmocka_unit_test_setup_teardown(a_level_that_is_missing_or_of_another_bake_is_refused, set_up_files,
                                       tear_down_files),
-      cmocka_unit_test_setup_teardown(levels_are_neither_halved_nor_one_grid, set_up_files, tear_down_files),
+      cmocka_unit_test(the_finest_level_goes_into_the_next),
+      cmocka_unit_test_setup_teardown(files_are_read_without_the_finest_level, set_up_files, tear_down_files),
+      cmocka_unit_test_setup_teardown(levels_are_no_one_grid, set_up_files, tear_down_files),
+      cmocka_unit_test_setup_teardown(levels_keep_within_memory, set_up_files, tear_down_files),
       cmocka_unit_test(a_scene_bakes_its_levels_to_files),
       cmocka_unit_test_setup_teardown(copies_have_levels, set_up_files, tear_down_files),
   };

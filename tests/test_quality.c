@@ -6,10 +6,12 @@
 #include <string.h>
 
 #include "render/plan.h"
+#include "render/plan_choices.h"
 #include "render/plan_detail.h"
 #include "scene/quality.h"
 #include "scene/scene_keys.h"
 #include "scene/scene_private.h"
+#include "volume/volume_private.h"
 
 static int set_up(void **state) { return test_set_up(state, 1, NULL); }
 
@@ -149,6 +151,27 @@ static void test_cells_in_files_follow_pixels(void **state) {
   }
 }
 
+/* A filled block of 4096³ in 627 bytes: its cells go by the voxels and the box in its header, not by its bytes, which
+ * would be 28 cells. test_vdb_hostile's has 36³ in cloud: whole cells, where the share is of the box. */
+static void test_cells_in_a_tile_follow_its_box(void **state) {
+  test_fixture *f = *state;
+  np_sparse_grid grid;
+  assert_int_equal(np_sparse_grid_init(f->context, "density", &grid), NEPH_OK);
+  (void)np_sparse_grid_add_tile(&grid, (const int32_t[3]){0, 0, 0}, 4096, 1.0f, true);
+  const np_vdb_write_grid output = {.grid = &grid};
+  assert_int_equal(np_volume_save_grids(f->context, f->path, &output, 1, NULL), NEPH_OK);
+  np_sparse_grid_clear(&grid);
+  char text[256];
+  (void)snprintf(text, sizeof text, "clouds: [{vdb: %s, voxel: 1 m, optical_depth: 40}]", f->path);
+  neph_scene *scene = load(f, text);
+  np_plan plan;
+  assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
+  assert_int_equal(np_plan_measure_fill(scene, &plan), NEPH_OK);
+  assert_near_relative(plan.file_voxel_count, 4096.0 * 4096.0 * 4096.0, 1e-9);
+  assert_in_range((uint64_t)np_plan_predict_cells(&plan, scene), 46656 * 2 / 3, 46656 * 3 / 2);
+  neph_scene_destroy(scene);
+}
+
 static int set_up_file(void **state) { return test_set_up(state, 1, "box.vdb"); }
 
 int main(void) {
@@ -161,6 +184,7 @@ int main(void) {
       cmocka_unit_test_setup_teardown(test_voxels_follow_pixels, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_heights_follow_pixels, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_cells_in_files_follow_pixels, set_up_file, test_tear_down),
+      cmocka_unit_test_setup_teardown(test_cells_in_a_tile_follow_its_box, set_up_file, test_tear_down),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -41,7 +41,8 @@ typedef struct neph_volume_load_desc {
   neph_volume_ramp ramp;
   neph_progress_fn progress; /**< default NULL */
   void *progress_user;       /**< default NULL */
-  bool is_halved;            /**< voxels are twice as long, each the mean of eight (default false) */
+  bool is_halved;            /**< voxels are twice as long, each the mean of eight; of levels of detail the finest
+                                  goes into the next (default false) */
 } neph_volume_load_desc;
 
 #define NEPH_VOLUME_LOAD_DESC_DEFAULT                                                                                  \

@@ -117,7 +117,7 @@ static double bound_bytes(const np_sun_optical_depth *cache, const np_world *wor
 
 /* Cells of a table that any cloud may have, and for each of its bricks: large tiles, and boxes that are empty but for a
  * stray voxel, have more. Where cells are then too coarse for the tolerance they are steep. */
-static const double cells_free = 0x1p15, cells_per_brick = 64.0;
+static const double cells_free = 0x1p14, cells_per_brick = 64.0;
 
 /* The fewer of the cloud's cells have bricks, the fewer are worth a node. */
 static double count_cells_max(const np_instance *volume) {
@@ -393,10 +393,11 @@ static float walk(const np_instance *volume, np_dvec3 position, np_vec3 to_sun, 
   np_brick_walk_start(&walk, volume->bricks, np_affine_point(&volume->world_to_index, position), along, 0.0, 1e7);
   while (depth < depth_end && np_brick_walk_next(&walk, &span)) {
     const double length = span.t_end - span.t_begin;
-    const int count = (int)fmin(fmax(ceil(length / step), 1.0), 64.0);
+    const bool is_constant = span.brick == NP_BRICK_NONE;
+    const int count = is_constant ? 1 : (int)fmin(fmax(ceil(length / step), 1.0), 64.0);
     float sum = 0.0f;
     for (int k = 0; k < count; k++)
-      sum += span.brick == NP_BRICK_NONE
+      sum += is_constant
                  ? span.range.min
                  : np_brick_sample(volume->bricks, span.brick,
                                    np_brick_walk_local(&walk, &span, span.t_begin + length * (k + 0.5) / count));

@@ -43,6 +43,18 @@ static int cut_span(const sun_ray *r, const np_brick_span *span, double t, float
   return count;
 }
 
+/* A span of constant density, in which the depth is linear. */
+static void follow_constant(sun_ray *r, const np_brick_span *span) {
+  const double rate = (double)(r->volume->extinction_per_value * span->range.min);
+  const double depth = (double)r->depth - rate * span->t_begin;
+  size_t end = (size_t)(span->t_end / r->spacing) + 1;
+  end = end < r->count ? end : r->count;
+  while (end > r->next && (double)(end - 1) * r->spacing > span->t_end) end--;
+  for (size_t n = r->next; n < end; n++) r->out[n] = (float)(depth + rate * ((double)n * r->spacing));
+  r->next = end > r->next ? end : r->next;
+  r->depth += (float)(rate * (span->t_end - span->t_begin));
+}
+
 static void follow_span(sun_ray *r, const np_brick_walk *walk, const np_brick_span *span) {
   const np_bricks *bricks = r->volume->bricks;
   const np_vec3 begin = np_brick_walk_local(walk, span, span->t_begin);
@@ -51,11 +63,7 @@ static void follow_span(sun_ray *r, const np_brick_walk *walk, const np_brick_sp
   double end[NP_BRICK_LINE];
   for (double t = span->t_begin; t < span->t_end;) {
     const int count = cut_span(r, span, t, middle, length, end);
-    if (span->brick == NP_BRICK_NONE) {
-      for (int k = 0; k < count; k++) value[k] = span->range.min;
-    } else {
-      np_brick_sample_along(bricks, span->brick, begin, along, middle, count, value);
-    }
+    np_brick_sample_along(bricks, span->brick, begin, along, middle, count, value);
     for (int k = 0; k < count; k++) {
       r->depth += r->volume->extinction_per_value * value[k] * length[k];
       keep_until(r, end[k]);
@@ -75,7 +83,10 @@ static void follow_ray(const np_sun_column *c, double u, double v, double spacin
                       (double)(r.count - 1) * r.spacing);
   while (r.depth < c->depth_end && np_brick_walk_next(&walk, &span)) {
     keep_until(&r, span.t_begin);
-    follow_span(&r, &walk, &span);
+    if (span.brick == NP_BRICK_NONE)
+      follow_constant(&r, &span);
+    else
+      follow_span(&r, &walk, &span);
   }
   while (r.next < r.count) out[r.next++] = r.depth;
 }

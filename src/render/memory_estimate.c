@@ -129,6 +129,16 @@ static bool has_file(const neph_scene *scene) {
   return false;
 }
 
+static bool has_levels(const neph_scene *scene, const np_plan *plan) {
+  bool has = false;
+  for (unsigned i = 0; i < scene->cloud_count && i < NP_INSTANCES_MAX; i++)
+    has = has || (scene->clouds[i].vdb && scene->clouds[i].level_count > 1) || plan->files[i].level_count > 1;
+  return has;
+}
+
+static const char coarse_files[] = "voxels of files are twice as long",
+                  coarse_levels[] = "voxels of files, of levels of detail those of the finest, are twice as long";
+
 static neph_result fit(const neph_scene *scene, np_plan *plan, neph_memory_estimate *e) {
   const uint64_t allowed = plan->desc.memory_max_bytes;
   neph_result result = NEPH_OK;
@@ -139,7 +149,7 @@ static neph_result fit(const neph_scene *scene, np_plan *plan, neph_memory_estim
   if (!result && e->total_bytes > allowed) result = fit_light(scene, plan, e);
   if (result || e->total_bytes <= allowed || !has_file(scene)) return result;
   plan->are_coarse = true;
-  result = give_up(scene, plan, "voxels of files are twice as long", e);
+  result = give_up(scene, plan, has_levels(scene, plan) ? coarse_levels : coarse_files, e);
   return result || e->total_bytes <= allowed ? result : fit_light(scene, plan, e);
 }
 

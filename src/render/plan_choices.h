@@ -28,11 +28,15 @@ struct np_scattering_desc;
 void np_plan_choose_cells(const np_plan *plan, const neph_scene *scene, np_dvec3 low, np_dvec3 high,
                           struct np_scattering_desc *out);
 
-/* Expected cells. Unknown where clouds or their phase functions are files that have not been read. */
+/* Expected cells. Unknown where clouds are files whose headers have not been read, or phase functions are files. */
 typedef struct np_cells_forecast {
-  bool is_known;
+  bool is_known, are_errors_known; /* errors of no files, whose densest values are not read */
   np_scattering_forecast cells;
+  double share; /* of the cells, those with cloud */
 } np_cells_forecast;
+
+/* Cells hold cloud where any of their voxels does: of voxels a share f, of cells f to this power (plan_fill.c). */
+extern const double np_plan_cell_exponent;
 
 neph_result np_plan_forecast_cells(const np_plan *plan, const neph_scene *scene, np_cells_forecast *out);
 

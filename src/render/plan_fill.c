@@ -8,6 +8,7 @@
 #include "core/hash.h"
 #include "render/placement.h"
 #include "render/plan.h"
+#include "render/plan_choices.h"
 #include "render/plan_detail.h"
 #include "scene/cloud_file.h"
 #include "scene/cloud_places.h"
@@ -17,7 +18,7 @@
 
 /* Cells and bricks hold cloud where any of their voxels does: a share of f^0.6 where voxels are f, to a quarter in
  * a hero and three fields of f from 0.1 to 0.16, and a deck. */
-static const double cell_exponent = 0.6;
+const double np_plan_cell_exponent = 0.6;
 
 /* Voxels of a trial bake: a tenth of a second or less. */
 static const double trial_voxels = 4e5;
@@ -64,15 +65,14 @@ static neph_result measure(const neph_scene *scene, const np_plan *plan, double 
   neph_result result = NEPH_OK;
   for (unsigned i = 0; !result && i < scene->cloud_count; i++)
     if (scene->clouds[i].is_baked) result = measure_bake(scene, plan, &scene->clouds[i], &box_voxels, &filled_voxels);
-  if (!result && box_voxels > 0.0) *out_share = pow(fmin(filled_voxels / box_voxels, 1.0), cell_exponent);
+  if (!result && box_voxels > 0.0) *out_share = pow(fmin(filled_voxels / box_voxels, 1.0), np_plan_cell_exponent);
   return result;
 }
 
 /* ---- Files ---- */
 
 /* World box of a file's grid, placed by the grid's own box whatever frame the scene refers to. */
-static neph_result place_box(const np_scene_cloud *cloud, const np_grid_header *header, np_dvec3 *out_low,
-                             np_dvec3 *out_high) {
+static neph_result place_box(const np_scene_cloud *cloud, const np_grid_header *header, np_plan_file *out) {
   neph_volume outline = {.index_to_world = header->index_to_world};
   memcpy(outline.active_min, header->active_min, sizeof outline.active_min);
   memcpy(outline.active_max, header->active_max, sizeof outline.active_max);
@@ -80,8 +80,12 @@ static neph_result place_box(const np_scene_cloud *cloud, const np_grid_header *
   hollow.density_unit = NP_DENSITY_EXTINCTION; /* whatever its optical depth */
   np_anchor anchor;
   const neph_result result = np_placement_anchor(&hollow, &outline, NULL, &anchor);
-  const np_affine index_to_world = np_affine_compose(&anchor.file_to_world, &outline.index_to_world);
-  np_placement_compute_bounds(&index_to_world, &outline, out_low, out_high);
+  out->index_to_world = np_affine_compose(&anchor.file_to_world, &outline.index_to_world);
+  np_placement_compute_bounds(&out->index_to_world, &outline, &out->low, &out->high);
+  for (int a = 0; a < 3; a++) out->size[a] = header->active_max[a] - header->active_min[a] + 1;
+  out->voxel_count = header->voxel_count;
+  out->level_count = header->level_count;
+  out->is_known = !result && header->voxel_count > 0.0;
   return result;
 }
 
@@ -100,34 +104,55 @@ static double count_copied_cells(const neph_scene *scene, const np_plan *plan, c
   return cells;
 }
 
-static neph_result count_file_cells(const neph_scene *scene, const np_plan *plan, const np_scene_cloud *cloud,
-                                    double *cells) {
+static neph_result read_header(const neph_scene *scene, const np_plan *plan, const np_scene_cloud *cloud,
+                               np_plan_file *out) {
   const neph_volume_load_desc load = np_cloud_file_describe_load(cloud);
   np_cloud_file file;
   np_grid_header header = {.has_box = false};
-  np_dvec3 low, high;
+  *out = (np_plan_file){.is_known = false};
   neph_result result = np_cloud_file_get(scene->context, cloud, plan->desc.frame, &file);
   if (!result && file.path) result = np_volume_read_header(scene->context, file.path, &load, &header);
   np_alloc_free(scene->context, file.path);
   if (result || !header.has_box || header.state != NP_GRID_FILLED) return result;
-  result = place_box(cloud, &header, &low, &high);
-  if (cloud->place_count > 0) *cells += count_copied_cells(scene, plan, cloud, low, high);
-  if (cloud->place_count > 0 || result) return result;
-  const double edge_m = np_plan_get_light_edge(plan, scene, low, high);
-  *cells += (high.x - low.x) * (high.y - low.y) * (high.z - low.z) / pow(edge_m, 3.0);
-  return NEPH_OK;
+  return place_box(cloud, &header, out);
 }
 
-/* Counts the cells where a picture's pixels limit them. */
-static neph_result measure_files(const neph_scene *scene, np_plan *plan) {
-  double cells = 0.0;
-  neph_result result = NEPH_OK;
-  if (!(np_plan_get_light_detail(scene) > 0.0)) return NEPH_OK;
-  for (unsigned i = 0; !result && i < scene->cloud_count; i++) {
-    const np_scene_cloud *cloud = &scene->clouds[i];
-    if (!cloud->is_baked && !cloud->volume) result = count_file_cells(scene, plan, cloud, &cells);
+static double count_file_cells(const neph_scene *scene, const np_plan *plan, const np_scene_cloud *cloud,
+                               const np_plan_file *file) {
+  if (cloud->place_count > 0) return count_copied_cells(scene, plan, cloud, file->low, file->high);
+  const np_dvec3 size = np_dvec3_subtract(file->high, file->low);
+  return size.x * size.y * size.z / pow(np_plan_get_light_edge(plan, scene, file->low, file->high), 3.0);
+}
+
+/* Share of the picture's rays that meet the clouds of files: those that meet the box of each, times the share of its
+ * shadow that a cloud fills, with as much of it along each axis. 0 where there are other clouds, or copies. */
+static double measure_cover(const neph_scene *scene, const np_plan *plan) {
+  const double all = (double)plan->desc.width * plan->desc.height * plan->desc.sample_count;
+  double clear = 1.0;
+  for (unsigned i = 0; i < scene->cloud_count && i < NP_INSTANCES_MAX; i++) {
+    const np_plan_file *file = &plan->files[i];
+    if (!file->is_known || scene->clouds[i].place_count > 0) return 0.0;
+    const double voxels = file->voxel_count / ((double)file->size[0] * file->size[1] * file->size[2]);
+    const double met = np_plan_count_rays_to(plan, scene, file->low, file->high) / all;
+    clear *= 1.0 - met * pow(fmin(voxels, 1.0), 2.0 / 3.0);
   }
-  plan->file_cell_count = cells;
+  return 1.0 - clear;
+}
+
+/* Reads headers, and counts the cells where a picture's pixels limit them. */
+static neph_result measure_files(const neph_scene *scene, np_plan *plan) {
+  const bool is_limited = np_plan_get_light_detail(scene) > 0.0;
+  neph_result result = NEPH_OK;
+  plan->file_cell_count = plan->file_voxel_count = 0.0;
+  for (unsigned i = 0; !result && i < scene->cloud_count && i < NP_INSTANCES_MAX; i++) {
+    const np_scene_cloud *cloud = &scene->clouds[i];
+    np_plan_file *file = &plan->files[i];
+    if (!cloud->is_baked && !cloud->volume) result = read_header(scene, plan, cloud, file);
+    if (result || !file->is_known) continue;
+    plan->file_voxel_count += file->voxel_count;
+    if (is_limited) plan->file_cell_count += count_file_cells(scene, plan, cloud, file);
+  }
+  plan->file_cover = measure_cover(scene, plan);
   return result;
 }
 
@@ -144,7 +169,7 @@ neph_result np_plan_measure_fill(const neph_scene *scene, np_plan *plan) {
   }
   if (!result) result = measure_files(scene, plan);
   plan->is_fill_measured = true;
-  if (result || (stored->share == plan->filled_share && !(plan->file_cell_count > 0.0))) return result;
+  if (result || (stored->share == plan->filled_share && !(plan->file_voxel_count > 0.0))) return result;
   plan->filled_share = stored->share;
   return np_plan_revise(scene, plan);
 }

@@ -93,6 +93,16 @@ typedef struct np_light_span {
   double share;  /* of the second, by the way of the light from one to the other */
 } np_light_span;
 
+/* A cloud's file by its header. */
+typedef struct np_plan_file {
+  bool is_known;
+  np_affine index_to_world; /* as placed */
+  int32_t size[3];          /* of the box of active voxels */
+  np_dvec3 low, high;       /* of that box in the world */
+  double voxel_count;       /* active ones */
+  unsigned level_count;     /* files of levels of detail; 0: it is in none */
+} np_plan_file;
+
 typedef struct np_plan {
   neph_context *context;        /* borrowed */
   np_stores *stores;            /* borrowed: from what earlier pictures left; the scene's own, unless set to others */
@@ -120,13 +130,17 @@ typedef struct np_plan {
   np_plan_stage stages[NP_STAGE_COUNT];
   unsigned reference_count; /* noted where the inputs are opened */
   np_plan_reference references[NP_INSTANCES_MAX];
-  uint64_t ray_count;       /* of the camera: pixels of the crop times samples */
-  uint64_t film_bytes;      /* of the film's channels in float */
-  unsigned air_ray_spacing; /* pixels between rays along which shadows in the air are looked for; 0: none */
-  double bake_voxel_count;  /* in the boxes of the clouds to bake: an upper bound of what is kept */
-  double cloud_voxel_count; /* that hold cloud: a guess, by which work is judged */
-  double filled_share;      /* of the boxes of clouds that are baked: two fifths, or as measured */
-  double file_cell_count;   /* of light, in the boxes of files, as far as pixels limit them; 0: not measured */
+  uint64_t ray_count;        /* of the camera: pixels of the crop times samples */
+  uint64_t film_bytes;       /* of the film's channels in float */
+  unsigned air_ray_spacing;  /* pixels between rays along which shadows in the air are looked for; 0: none */
+  double bake_voxel_count;   /* in the boxes of the clouds to bake: an upper bound of what is kept */
+  double cloud_voxel_count;  /* that hold cloud: a guess, by which work is judged */
+  double detail_voxel_count; /* of those of clouds with detail finer than voxels */
+  double filled_share;       /* of the boxes of clouds that are baked: two fifths, or as measured */
+  double file_cell_count;    /* of light, in the boxes of files, as far as pixels limit them; 0: not measured */
+  double file_cover; /* share of the picture's rays that meet files, where there are no other clouds; 0: not known */
+  double file_voxel_count;              /* active ones of all files, by their headers; 0: not measured */
+  np_plan_file files[NP_INSTANCES_MAX]; /* of each cloud that has one, once it is measured */
   bool is_fill_measured;
   double light_bytes_max;              /* of multiple scattering while it is solved for */
   bool are_halves;                     /* volumes in memory, whatever their clouds' precision */
@@ -140,7 +154,9 @@ typedef struct np_plan {
   np_light_span light_span;
   np_light_checkpoints light_checkpoints;
   double light_error;      /* expected of the largest cells of multiple scattering; 0: it is not solved */
-  double light_cell_count; /* in the box of clouds that are baked, where multiple scattering is solved for; else 0 */
+  double light_cell_count; /* in the box of clouds of which one is known, where multiple scattering is solved for; else
+                              0 */
+  double light_share;      /* of them, those with cloud */
 } np_plan;
 
 static inline uint64_t np_plan_count_pixels(const np_plan *plan) {

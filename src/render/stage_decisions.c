@@ -13,6 +13,7 @@
 #include "render/plan_choices.h"
 #include "render/plan_detail.h"
 #include "scene/cloud_file.h"
+#include "volume/volume_levels.h"
 #include "volume/volume_private.h"
 
 static void decide(np_plan_stage *out, bool is_needed, const char *reason) {
@@ -96,20 +97,39 @@ neph_result np_plan_choose_source(const neph_scene *scene, const np_scene_cloud 
 /* Leaves of voxels twice as long for each that there was: an eighth inside, a quarter along surfaces. */
 static const double coarse_share = 0.2;
 
+/* Files of levels of detail that a cloud has: of one that is not baked here once its header is read. */
+static unsigned count_levels(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud) {
+  const size_t index = (size_t)(cloud - scene->clouds);
+  if (cloud->is_baked) return cloud->bake.repeat_m > 0.0 ? 1 : cloud->level_count;
+  return index < NP_INSTANCES_MAX ? plan->files[index].level_count : 1;
+}
+
 /* Voxels in bricks: those of a bake take 0.9 to 1.1 bytes on disk, other files' 1.4 to 3; bricks fill some two fifths
- * of the box of a bake. */
-static void count_cloud(np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud, np_cloud_source source,
-                        const char *file) {
+ * of the box of a bake. Within a limit on memory the finest of several levels goes into the next. */
+static neph_result count_files(np_plan *plan, bool is_baked, unsigned levels, const char *file) {
+  const double voxels_per_byte = is_baked || levels > 1 ? 1.0 : 0.5;
+  for (unsigned k = 0; k == 0 || k < levels; k++) {
+    char *path = np_volume_name_level(plan->context, file, k);
+    if (!path) return NEPH_ERROR_OUT_OF_MEMORY;
+    const double voxels = voxels_per_byte * (double)np_file_get_size(path);
+    plan->cloud_voxel_count += plan->are_coarse && k == 0 ? coarse_share * voxels : voxels;
+    np_alloc_free(plan->context, path);
+  }
+  return NEPH_OK;
+}
+
+static neph_result count_cloud(np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud,
+                               np_cloud_source source, const char *file) {
   if (source == NP_CLOUD_SOURCE_GIVEN) { /* 8³ voxels a brick */
     plan->cloud_voxel_count += 512.0 * (double)cloud->volume->bricks.brick_count;
   } else if (source == NP_CLOUD_SOURCE_FILE) {
-    const double voxels = (cloud->is_baked ? 1.0 : 0.5) * (double)np_file_get_size(file);
-    plan->cloud_voxel_count += plan->are_coarse ? coarse_share * voxels : voxels;
+    return count_files(plan, cloud->is_baked, count_levels(plan, scene, cloud), file);
   } else {
     const double voxels = np_plan_count_bake_voxels(plan, scene, cloud);
     plan->bake_voxel_count += voxels;
     plan->cloud_voxel_count += plan->filled_share * voxels;
   }
+  return NEPH_OK;
 }
 
 /* A coarse bake stays in memory. */
@@ -133,13 +153,17 @@ static neph_result decide_cloud(np_plan *plan, const neph_scene *scene, const np
     return snprintf(out, size, "%s has no file in this frame", cloud->name), NEPH_OK;
   np_cloud_source source;
   if (!result) result = np_plan_choose_source(scene, cloud, file, plan->desc.frame, &source);
-  if (!result) count_cloud(plan, scene, cloud, source, file);
+  const double before = plan->cloud_voxel_count;
+  if (!result) result = count_cloud(plan, scene, cloud, source, file);
+  if (cloud->detail.is_enabled && cloud->detail.strength > 0.0)
+    plan->detail_voxel_count += plan->cloud_voxel_count - before;
   if (!result)
     snprintf(out, size, "%s is %s%s%s", cloud->name, file || cloud->volume ? deeds[source] : "baked", file ? " " : "",
              file ? file : "");
   if (!result && plan->are_coarse && file && source == NP_CLOUD_SOURCE_FILE) {
     const size_t length = strlen(out);
-    snprintf(out + length, size - length, ", with voxels twice as long, by the limit on memory");
+    snprintf(out + length, size - length, ", with voxels%s twice as long, by the limit on memory",
+             count_levels(plan, scene, cloud) > 1 ? " of its finest level" : "");
   }
   if (!result && is_coarsened) describe_voxels(np_plan_get_bake(plan, scene, cloud).voxel_m, cloud, out, size);
   np_alloc_free(plan->context, file);
@@ -308,11 +332,12 @@ static void describe_ordinates(np_decision *d, char *out, size_t size) {
   np_cells_forecast f;
   d->result = np_plan_forecast_cells(d->plan, d->scene, &f);
   d->plan->light_cell_count = f.cells.cell_count;
-  d->plan->light_error = f.is_known
+  d->plan->light_share = f.share;
+  d->plan->light_error = f.are_errors_known
                              ? f.cells.errors[1]
                              : error_of_files * pow(fmax(d->scene->render.light_depth / 0.35, 1.0), files_exponent);
   const char *what = "solved for once while clouds and lights stay, within render.light_memory";
-  if (f.is_known)
+  if (f.are_errors_known)
     snprintf(out, size, "%s; expected error %.2g %% near the camera, %.2g %% in the largest cells", what,
              100.0 * f.cells.errors[0], 100.0 * f.cells.errors[1]);
   else

@@ -309,6 +309,18 @@ static neph_result load_phase(const cloud_build *c) {
   return result;
 }
 
+/* Billows that are smaller than this share of a voxel look crumbled: an edge is a voxel wide. */
+static const double detail_share_min = 0.5;
+
+static void warn_of_small_detail(const np_scene_cloud *cloud, neph_context *context, double size_m, double voxel_m) {
+  if (size_m >= detail_share_min * voxel_m) return;
+  np_log(
+      context, NEPH_LOG_WARNING,
+      "cloud %s: detail.size is %.3g m, and its voxels are %.3g m: below %.3g m, half a voxel, detail looks crumbled; "
+      "set clouds[].detail.size to %.3g m, or leave it out",
+      cloud->name, size_m, voxel_m, detail_share_min * voxel_m, 2.0 * voxel_m);
+}
+
 /* Detail of each of its colours, of one size in the world in its first place. */
 static neph_result build_details(const cloud_build *c, const np_affine *file_to_world) {
   const np_scene_detail *detail = &c->cloud->detail;
@@ -317,7 +329,9 @@ static neph_result build_details(const cloud_build *c, const np_affine *file_to_
   for (unsigned k = 0; k < count && !result; k++) {
     const neph_volume *part = np_volume_get_part(c->parts->volume, k);
     const np_affine to_world = np_affine_compose(file_to_world, &part->index_to_world);
-    const double size_m = detail->size_m > 0.0 ? detail->size_m : 2.0 * np_placement_get_voxel_edge(&to_world);
+    const double voxel_m = np_placement_get_voxel_edge(&to_world);
+    const double size_m = detail->size_m > 0.0 ? detail->size_m : 2.0 * voxel_m;
+    if (k == 0) warn_of_small_detail(c->cloud, c->in->made->context, size_m, voxel_m);
     np_brick_detail_desc desc = {.source = &part->bricks, .strength = (float)detail->strength, .seed = detail->seed};
     for (int a = 0; a < 3; a++)
       desc.size_voxels[a] =

@@ -62,10 +62,12 @@ neph_result np_scattering_desc_forecast(neph_context *context, const np_world *w
   np_transport_grid grid;
   neph_result result = np_transport_grid_place(context, world, &desc->cells, &grid);
   if (result) return result;
-  double least, most;
+  double least, most, volume_m3 = 1.0;
   np_transport_grid_compute_depths(world, &grid, &least, &most);
   *out = (np_scattering_forecast){.errors = {np_transport_expect_error(least), np_transport_expect_error(most)},
                                   .cell_count = (double)grid.size[0] * grid.size[1] * grid.size[2]};
+  for (int a = 0; a < 3; a++) volume_m3 *= np_transport_grid_length(&grid, a);
+  out->volume_m3 = volume_m3;
   np_transport_grid_clear(&grid);
   return NEPH_OK;
 }

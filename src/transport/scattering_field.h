@@ -65,10 +65,12 @@ void np_scattering_desc_set_rays(np_scattering_desc *desc, double rays);
 
 typedef struct np_scattering_forecast {
   double errors[2];  /* of a picture, as shares of its light: from the smallest cells and from the largest */
-  double cell_count; /* in the box of the clouds */
+  double cell_count; /* in the box of the clouds, and around it */
+  double volume_m3;  /* of all of them */
 } np_scattering_forecast;
 
-/* Forecasts the cells that a description chooses for these clouds. Of their bricks only `value_max` is read. */
+/* Forecasts the cells that a description chooses for these clouds. Of their bricks `value_max`, `size` and
+ * `brick_count` are read. */
 neph_result np_scattering_desc_forecast(neph_context *context, const np_world *world, const np_scattering_desc *desc,
                                         np_scattering_forecast *out);
 

@@ -34,29 +34,13 @@ static int search_index_axis(const np_instance *volume, int world_axis) {
   return found;
 }
 
-/* Voxels of a cloud that count as one along each axis, a power of two: light does not see them where hardly any of the
- * cloud's box has bricks, as in a large tile or around a stray voxel, beyond `ACROSS_MAX` of them in its longest side.
- * Layers, which repeat, are resolved to their voxels. */
-static double count_joined(const np_bricks *bricks) {
-  enum { ACROSS_MAX = 512, CELLS_PER_BRICK = 64 };
-  double across = 0.0, cells = 1.0, joined = 1.0;
-  if (bricks->is_periodic[0] || bricks->is_periodic[1]) return joined;
-  for (int a = 0; a < 3; a++) {
-    across = fmax(across, (double)NP_BRICK_EDGE * bricks->size[a]);
-    cells *= bricks->size[a];
-  }
-  const double enough = (double)CELLS_PER_BRICK * (double)bricks->brick_count;
-  while (across > ACROSS_MAX * joined && cells > enough * joined * joined * joined) joined *= 2.0;
-  return joined;
-}
-
 double np_transport_get_voxel(const np_world *world, int axis) {
   double finest = INFINITY;
   const np_instance *places = np_instances_get_places(&world->clouds);
   for (unsigned v = 0; v < np_instances_count_places(&world->clouds); v++) {
     const double(*m)[4] = places[v].world_to_index.m;
     const double per_m = sqrt(m[0][axis] * m[0][axis] + m[1][axis] * m[1][axis] + m[2][axis] * m[2][axis]);
-    finest = fmin(finest, count_joined(places[v].bricks) / per_m);
+    finest = fmin(finest, np_bricks_count_joined(places[v].bricks) / per_m);
   }
   return finest;
 }
@@ -144,13 +128,23 @@ static double enlarge_edge(const np_world *world, const np_transport_desc *desc,
   return edge;
 }
 
+/* Voxels beyond which an edge does not grow further, however thin the clouds are: their shapes would be lost, but those
+ * of clouds whose voxels are joined. */
+static double get_edge_max(const np_world *world) {
+  const np_instance *places = np_instances_get_places(&world->clouds);
+  bool are_joined = true;
+  for (unsigned v = 0; v < np_instances_count_places(&world->clouds); v++)
+    are_joined = are_joined && np_bricks_count_joined(places[v].bricks) > 1.0;
+  return are_joined ? 16.0 : 8.0;
+}
+
 /* Edge in voxels that the clouds want; within `cell_count_max` where there is nobody to be near to. */
 static double choose_edge(const np_world *world, const np_transport_desc *desc, bool *out_is_fine) {
   even_axis axes[3];
   const double voxel_depth = compute_voxel_depth(world), cells = compute_even_axes(world, desc, 1.0, axes);
   *out_is_fine = cells > (double)desc->cell_count_cheap && cells <= (double)desc->cell_count_fine;
   double edge = cells <= (double)desc->cell_count_cheap || *out_is_fine ? 1.0 : 2.0;
-  while (edge < 8.0 && 1.5 * edge * voxel_depth <= 0.5 * desc->cell_depth_max) edge *= 1.5;
+  while (edge < get_edge_max(world) && 1.5 * edge * voxel_depth <= 0.5 * desc->cell_depth_max) edge *= 1.5;
   while (edge > 0.1 && edge * voxel_depth > 3.5 * desc->cell_depth_max) edge *= 0.5;
   const double enlarged = enlarge_edge(world, desc, edge);
   if (enlarged > edge) *out_is_fine = false;

@@ -10,12 +10,13 @@
 /* The part of a ray inside one cell. */
 typedef struct np_brick_span {
   double t_begin, t_end; /* half-open, t_begin < t_end */
-  uint32_t brick;        /* or NP_BRICK_NONE: constant `range.min` */
+  uint32_t brick;        /* or NP_BRICK_NONE: constant `range.min`, in this cell and maybe others behind it */
   int32_t cell[3];       /* brick coordinates: index positions 8·cell to 8·cell + 8; not wrapped when periodic */
   np_brick_range range;
 } np_brick_span;
 
-/* A walk along a ray through the cells of the table in order, leaving out those whose range is [0, 0].
+/* A walk along a ray through the cells of the table in order, leaving out those whose range is [0, 0], and taking
+ * blocks that are one constant as one.
  *
  * Amanatides and Woo 1987 on three levels, but nothing is accumulated: the plane at which a cell is left is computed
  * from the ray each time, so that spans join exactly. No coordinate ever steps back, which bounds the walk by the
@@ -70,14 +71,18 @@ static inline void np_brick_walk_start(np_brick_walk *walk, const np_bricks *bri
   }
 }
 
-/* The largest block of cells around the walk's cell that is of one kind: one cell that holds something, or a block of a
- * coarser level that holds nothing. */
+/* The largest block of cells around the walk's cell that is of one kind: a brick, or a block of a coarser level that
+ * holds one constant. */
 typedef struct np_brick_block {
-  int32_t low[3], high[3]; /* in brick coordinates, not wrapped; high is outside */
+  int32_t low[3], high[3]; /* in brick coordinates, not wrapped; high is outside; of a cell not set */
   np_brick_range range;
   uint32_t brick;
-  bool is_empty;
+  bool is_empty, is_cell;
 } np_brick_block;
+
+static inline bool np_brick_range_is(np_brick_range range, float value) {
+  return range.min == value && range.max == value;
+}
 
 static inline void np_brick_walk_get_block(const np_brick_walk *walk, np_brick_block *out_block) {
   const np_bricks *bricks = walk->bricks;
@@ -90,12 +95,12 @@ static inline void np_brick_walk_get_block(const np_brick_walk *walk, np_brick_b
   out_block->range = np_bricks_get_range(bricks, &at, 0);
   out_block->brick = np_bricks_get_brick(bricks, &at);
   out_block->is_empty = np_brick_range_is_zero(out_block->range);
-  if (!out_block->is_empty) {
-    for (int a = 0; a < 3; a++) out_block->high[a] = (out_block->low[a] = walk->cell[a]) + 1;
-    return;
-  }
+  out_block->is_cell = !out_block->is_empty && out_block->brick != NP_BRICK_NONE;
+  if (out_block->is_cell) return;
+  const float value = out_block->range.min;
   int level = NP_BRICK_LEVELS - 1;
-  while (level > 0 && !np_brick_range_is_zero(np_bricks_get_range(bricks, &at, level))) level--;
+  while (level > 0 && !np_brick_range_is(np_bricks_get_range(bricks, &at, level), value)) level--;
+  out_block->is_cell = level == 0 && !out_block->is_empty;
   const int shift = level * NP_BRICK_LEVEL_SHIFT;
   for (int a = 0; a < 3; a++) {
     int32_t low = ((inside[a] + bricks->lead[a]) >> shift << shift) - bricks->lead[a], high = low + (1 << shift);
@@ -106,7 +111,7 @@ static inline void np_brick_walk_get_block(const np_brick_walk *walk, np_brick_b
   }
 }
 
-/* Moves the walk to where it leaves an empty block. */
+/* Moves the walk to where it leaves a block. */
 static inline void np_brick_walk_leave(np_brick_walk *walk, const np_brick_block *block) {
   double t_exit = walk->t_end;
   int axis = -1;
@@ -163,12 +168,11 @@ static inline bool np_brick_walk_next(np_brick_walk *walk, np_brick_span *out_sp
     np_brick_walk_get_block(walk, &block);
     double t_begin = walk->t;
     for (int a = 0; a < 3; a++) out_span->cell[a] = walk->cell[a];
-    if (block.is_empty) {
+    if (block.is_cell)
+      np_brick_walk_leave_cell(walk);
+    else
       np_brick_walk_leave(walk, &block);
-      continue;
-    }
-    np_brick_walk_leave_cell(walk);
-    if (!(t_begin < walk->t)) continue;
+    if (block.is_empty || !(t_begin < walk->t)) continue;
     out_span->t_begin = t_begin;
     out_span->t_end = walk->t;
     out_span->brick = block.brick;

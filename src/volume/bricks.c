@@ -23,6 +23,19 @@ size_t np_bricks_get_bytes(const np_bricks *bricks) {
          bricks->node_count * sizeof *bricks->nodes + bricks->brick_count * NP_BRICK_STRIDE * sample_bytes;
 }
 
+double np_bricks_count_joined(const np_bricks *bricks) {
+  enum { ACROSS_MAX = 512, CELLS_PER_BRICK = 64 };
+  double across = 0.0, cells = 1.0, joined = 1.0;
+  if (bricks->is_periodic[0] || bricks->is_periodic[1]) return joined;
+  for (int a = 0; a < 3; a++) {
+    across = fmax(across, (double)NP_BRICK_EDGE * bricks->size[a]);
+    cells *= bricks->size[a];
+  }
+  const double enough = (double)CELLS_PER_BRICK * (double)bricks->brick_count;
+  while (across > ACROSS_MAX * joined && cells > enough * joined * joined * joined) joined *= 2.0;
+  return joined;
+}
+
 /* ---- Cells ---- */
 
 typedef struct cell_list {

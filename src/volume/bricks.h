@@ -96,6 +96,11 @@ void np_bricks_clear(np_bricks *bricks);
 size_t np_bricks_get_bytes(const np_bricks *bricks);
 size_t np_bricks_count_table(const np_bricks *bricks);
 
+/* Voxels that count as one along each axis where light is followed, a power of two: light does not see them where
+ * hardly any of the box has bricks, as in a large tile or around a stray voxel, beyond 512 of them in its longest side.
+ * Layers, which repeat, are resolved to their voxels. */
+double np_bricks_count_joined(const np_bricks *bricks);
+
 /* Lists the cells in which the interpolant is not 0, in brick coordinates; `out` NULL: counts them alone. */
 size_t np_bricks_list_cells(const np_bricks *bricks, int32_t (*out)[3]);
 

@@ -76,13 +76,18 @@ static inline void np_ray_intervals_start(np_ray_intervals *all, const np_instan
   for (unsigned i = 0; i < clouds->count; i++) np_ray_intervals_add(all, &clouds->at[i]);
 }
 
-/* Voxels a metre along the ray of the finest cloud; of a hierarchy, of the first that it meets. */
+/* Voxels a metre along the ray of the finest cloud, joined where light is followed over several; of a hierarchy, of the
+ * first that it meets. */
 static inline float np_ray_intervals_get_finest(const np_ray_intervals *all) {
   float finest = 0.0f;
-  for (unsigned i = 0; i < all->count; i++) finest = np_maxf(finest, all->instance[i].voxels_per_m);
+  for (unsigned i = 0; i < all->count; i++) {
+    const float joined = (float)np_bricks_count_joined(all->instance[i].volume->bricks);
+    finest = np_maxf(finest, all->instance[i].voxels_per_m / joined);
+  }
   for (unsigned i = all->ahead.next; i < all->ahead.count; i++) {
     const np_instance *volume = &all->ahead.places->at[all->ahead.hits[i].place];
-    finest = np_maxf(finest, np_track_voxels_per_m(volume, all->direction));
+    const float joined = (float)np_bricks_count_joined(volume->bricks);
+    finest = np_maxf(finest, np_track_voxels_per_m(volume, all->direction) / joined);
   }
   return finest;
 }

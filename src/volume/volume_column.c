@@ -197,11 +197,32 @@ static void note_sum(const volume_columns *c, int32_t u, int32_t v, double sum, 
   if (sum > *largest) *largest = sum;
 }
 
+/* Whether a row of cells runs through the same nodes as the row a node before it, as amid a large tile. The first and
+ * the last row may have fewer lines, and periods end anywhere. */
+static bool is_repeated(const volume_columns *c, int32_t row) {
+  const np_bricks *b = c->bricks;
+  const size_t strides[3] = {(size_t)b->table_size[1] * (size_t)b->table_size[2], (size_t)b->table_size[2], 1};
+  const int a = c->across[0];
+  if (row <= NP_BRICK_NODE_EDGE || row + 1 >= count_cells(c, 0) || b->is_periodic[0] || b->is_periodic[1]) return false;
+  const size_t node = (size_t)((get_first(c, 0) + row - b->origin[a] + b->lead[a]) >> NP_BRICK_NODE_SHIFT);
+  const size_t first = node * strides[a], across = strides[c->across[1]];
+  for (int32_t n = 0; n < b->table_size[c->across[1]]; n++)
+    if (!is_same_column(c, first + (size_t)n * across, first - strides[a] + (size_t)n * across, strides[c->axis]))
+      return false;
+  return true;
+}
+
 static neph_result sum_rows(void *user, size_t begin, size_t end, unsigned thread) {
   (void)thread;
   const volume_columns *c = user;
-  for (size_t row = begin; row < end; row++) visit_row(c, (int32_t)row, note_sum, &c->row_max[row]);
+  for (size_t row = begin; row < end; row++)
+    if (!is_repeated(c, (int32_t)row)) visit_row(c, (int32_t)row, note_sum, &c->row_max[row]);
   return NEPH_OK;
+}
+
+static void repeat_rows(const volume_columns *c) {
+  for (int32_t row = 0; row < count_cells(c, 0); row++)
+    if (is_repeated(c, row)) c->row_max[row] = c->row_max[row - NP_BRICK_NODE_EDGE];
 }
 
 typedef struct densest {
@@ -230,6 +251,7 @@ static neph_result measure_upright(volume_columns *c, neph_context *context, np_
   c->row_max = np_alloc(context, (size_t)count_cells(c, 0), sizeof *c->row_max);
   if (!c->row_max) return NEPH_ERROR_OUT_OF_MEMORY;
   const neph_result result = np_parallel_for(context, monitor, (size_t)count_cells(c, 0), 1, sum_rows, c);
+  if (!result) repeat_rows(c);
   if (!result) *out_value_m = integrate_densest(c);
   np_alloc_free(context, c->row_max);
   return result;

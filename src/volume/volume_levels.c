@@ -260,6 +260,116 @@ static neph_result extend_level(const level_build *b, unsigned level) {
   return result;
 }
 
+/* ---- The finest level, joined to the next ---- */
+
+typedef struct join_job {
+  const level_build *b;
+  np_leaf *leaves; /* of the next level, where the finest has cells */
+} join_job;
+
+/* Cell and leaves that were looked up last. */
+typedef struct level_lookup {
+  const level_build *b;
+  const level_cell *cell;
+  const np_leaf *leaf[NP_TINT_PARTS_MAX];
+} level_lookup;
+
+static const level_cell *get_cell(level_lookup *l, const int32_t at[3]) {
+  const int32_t leaf[3] = {at[0] >> 3, at[1] >> 3, at[2] >> 3};
+  const level_cell place = locate_leaf(l->b, 0, leaf);
+  if (!l->cell || compare_places(l->cell->at, place.at)) l->cell = search_cell(l->b, l->b->cell_count, place.at);
+  return l->cell;
+}
+
+/* Value of the cloud at a sample of the finest lattice: of the level that is there, between its samples where it has
+ * none, and of those beyond its cell between those of a coarser one that is there. */
+static double get_value(level_lookup *l, const int32_t at[3]) {
+  const level_cell *cell = get_cell(l, at);
+  if (!cell) return 0.0;
+  const unsigned level = cell->level;
+  const int32_t edge = INT32_C(1) << level;
+  double sum = 0.0;
+  for (int n = 0; n < 8; n++) {
+    int32_t corner[3];
+    double weight = 1.0;
+    for (int a = 0; a < 3; a++) {
+      const double part = (double)(at[a] & (edge - 1)) / edge;
+      corner[a] = (at[a] & -edge) + (n >> a & 1) * edge;
+      weight *= n >> a & 1 ? part : 1.0 - part;
+    }
+    const int32_t index[3] = {at[0] >> level, at[1] >> level, at[2] >> level};
+    if (weight == 1.0) return get_sample(&l->b->grids[level], index, &l->leaf[level]);
+    if (weight > 0.0) sum += weight * get_value(l, corner);
+  }
+  return sum;
+}
+
+/* Mean around every second sample, weighted by a quarter, half and a quarter along each axis. */
+static double average(level_lookup *l, const int32_t at[3]) {
+  double sum = 0.0;
+  for (int n = 0; n < 27; n++) {
+    const int32_t step[3] = {n / 9 - 1, n / 3 % 3 - 1, n % 3 - 1};
+    const int32_t near[3] = {2 * at[0] + step[0], 2 * at[1] + step[1], 2 * at[2] + step[2]};
+    const int away = (step[0] != 0) + (step[1] != 0) + (step[2] != 0);
+    sum += ldexp(get_value(l, near), -3 - away);
+  }
+  return sum;
+}
+
+static neph_result fill_joined(void *user, size_t begin, size_t end, unsigned thread) {
+  const join_job *job = user;
+  (void)thread;
+  for (size_t i = begin; i < end; i++) {
+    np_leaf *leaf = &job->leaves[i];
+    level_lookup l = {.b = job->b};
+    for (int n = 0; n < NP_LEAF_SIZE; n++) {
+      const int32_t at[3] = {leaf->origin[0] + n / 64, leaf->origin[1] + n / 8 % 8, leaf->origin[2] + n % 8};
+      leaf->values[n] = (float)average(&l, at);
+      leaf->active[n / 64] |= (uint64_t)(leaf->values[n] > 0.0f) << n % 64;
+    }
+  }
+  return NEPH_OK;
+}
+
+/* Leaves of the next level in the cells of the finest, in which a cell has as many as it has voxels to an edge. */
+static neph_result add_joined(const level_build *b) {
+  const int32_t along = INT32_C(1) << get_shift(b, 1);
+  for (size_t i = 0; i < b->cell_count; i++)
+    for (int32_t n = 0; n < along * along * along && b->cells[i].level == 0; n++) {
+      const int32_t in[3] = {n / along / along, n / along % along, n % along};
+      int32_t origin[3];
+      for (int a = 0; a < 3; a++) origin[a] = (b->cells[i].at[a] * along + in[a]) * NP_LEAF_EDGE;
+      if (!np_sparse_grid_add_leaf(&b->grids[1], origin)) return NEPH_ERROR_OUT_OF_MEMORY;
+    }
+  return NEPH_OK;
+}
+
+/* Leaves without voxels are left out. */
+static void drop_clear_leaves(np_sparse_grid *grid, size_t first) {
+  size_t kept = first;
+  for (size_t i = first; i < grid->leaf_count; i++)
+    if (has_voxels(&grid->leaves[i])) memmove(&grid->leaves[kept++], &grid->leaves[i], sizeof *grid->leaves);
+  grid->leaf_count = kept;
+}
+
+static neph_result join_finest(level_build *b) {
+  np_sparse_grid *next = &b->grids[1];
+  const size_t first = next->leaf_count;
+  neph_result result = add_joined(b);
+  join_job job = {b, next->leaves + first};
+  const size_t count = next->leaf_count - first;
+  next->leaf_count = first; /* what is there already is looked up while the rest is filled */
+  if (!result) result = np_parallel_for(b->context, b->monitor, count, 16, fill_joined, &job);
+  next->leaf_count = first + count;
+  drop_clear_leaves(next, first);
+  np_sparse_grid_sort(next);
+  for (size_t i = 0; i < b->cell_count; i++) b->cells[i].level -= b->cells[i].level > 0;
+  np_sparse_grid_clear(b->grids);
+  b->grids++;
+  b->count--;
+  return result;
+}
+
 /* ---- Volumes ---- */
 
 void np_volume_add_level(neph_volume *whole, neph_volume *level) {
@@ -350,13 +460,14 @@ static neph_result check_level(const level_build *b, unsigned level) {
   return check_lattice(b, level);
 }
 
-neph_result np_volume_create_from_levels(neph_context *context, np_sparse_grid *levels, unsigned count,
+neph_result np_volume_create_from_levels(neph_context *context, np_sparse_grid *levels, unsigned count, bool is_halved,
                                          neph_precision precision, np_monitor *monitor, neph_volume **out_volume) {
   level_build b = {.context = context, .monitor = monitor, .grids = levels, .count = count};
   neph_result result = NEPH_OK;
   for (unsigned k = 0; k < count && !result; k++) result = check_level(&b, k);
   if (!result) result = make_cells(&b);
-  for (unsigned k = count; k-- > 0 && !result;) result = extend_level(&b, k); /* a coarser one is looked up */
+  if (!result && is_halved && count > 1) result = join_finest(&b);
+  for (unsigned k = b.count; k-- > 0 && !result;) result = extend_level(&b, k); /* a coarser one is looked up */
   if (!result) result = make_volume(&b, precision, out_volume);
   np_alloc_free(context, b.cells);
   return result;

@@ -17,10 +17,15 @@
 /* Path of a level's file, to be freed: `path` itself of level 0. NULL when there is no memory. */
 char *np_volume_name_level(neph_context *context, const char *path, unsigned level);
 
+/* Files of levels are read within a limit on memory without the finest: its cells go into the next level, of which each
+ * sample is the mean of the trilinear field over a voxel as long as its own on either side. A level's matter is kept,
+ * and a linear field as well. */
+
 /* One volume of sorted grids, from the finest on; they get samples beyond their cells, and their regions, which are
  * valid as long as the call. Fails where two grids have voxels in one cell, where they hold tiles, and where their
- * lattices are not one. The caller clears the grids, whatever the outcome. */
-neph_result np_volume_create_from_levels(neph_context *context, np_sparse_grid *levels, unsigned count,
+ * lattices are not one. `is_halved`: the finest goes into the next. The caller clears the grids, whatever the outcome.
+ */
+neph_result np_volume_create_from_levels(neph_context *context, np_sparse_grid *levels, unsigned count, bool is_halved,
                                          neph_precision precision, np_monitor *monitor, neph_volume **out_volume);
 
 /* Gives a coarser level away to the finest one, which stands for all: its box, in its own voxels, is around what any

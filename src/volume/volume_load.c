@@ -202,18 +202,11 @@ static neph_result load_level(const load_job *first, unsigned number, np_sparse_
   return result;
 }
 
-static neph_result refuse_halving(const load_job *job) {
-  return np_fail(job->context, NEPH_ERROR_LIMIT,
-                 "%s: is in levels of detail, which are not halved to save memory: bake them with a larger "
-                 "bake.level_pixels or voxel",
-                 job->path);
-}
-
 /* The whole cloud, of which `job` has read the finest level; NULL where no level holds anything. */
 static neph_result load_levels(load_job *job, np_monitor *monitor, neph_volume **out_volume) {
   np_sparse_grid levels[NP_TINT_PARTS_MAX] = {job->grid};
   uint64_t active_count = np_sparse_grid_count_active(&job->grid);
-  neph_result result = job->desc->is_halved ? refuse_halving(job) : NEPH_OK;
+  neph_result result = NEPH_OK;
   job->grid = (np_sparse_grid){0};
   for (unsigned k = 1; k < job->mark.count && !result; k++) {
     result = load_level(job, k, &levels[k]);
@@ -221,8 +214,8 @@ static neph_result load_levels(load_job *job, np_monitor *monitor, neph_volume *
   }
   np_monitor_set_part(monitor, np_monitor_whole, 0.7, 1.0);
   if (!result && active_count > 0)
-    result =
-        np_volume_create_from_levels(job->context, levels, job->mark.count, job->desc->precision, monitor, out_volume);
+    result = np_volume_create_from_levels(job->context, levels, job->mark.count, job->desc->is_halved,
+                                          job->desc->precision, monitor, out_volume);
   for (unsigned k = 0; k < job->mark.count; k++) np_sparse_grid_clear(&levels[k]);
   return result;
 }
@@ -346,6 +339,7 @@ static void read_metadata(void *user, const char *name, const char *text) {
   if (!strcmp(name, "nephos:level")) header->level = (unsigned)strtoul(text, NULL, 10);
   if (!strcmp(name, "nephos:level_count")) header->level_count = (unsigned)strtoul(text, NULL, 10);
   if (!strcmp(name, "file_voxel_count") && !strcmp(text, "0")) header->state = NP_GRID_EMPTY;
+  if (!strcmp(name, "file_voxel_count")) header->voxel_count = fmax(strtod(text, NULL), 0.0);
   if (!strcmp(name, "file_bbox_min")) box->has_min = read_corner(text, header->active_min);
   if (!strcmp(name, "file_bbox_max")) box->has_max = read_corner(text, header->active_max);
 }
@@ -403,6 +397,7 @@ static void include_level(np_grid_header *whole, unsigned number, const np_grid_
   const int32_t edge = INT32_C(1) << number;
   whole->state = NP_GRID_FILLED;
   whole->has_box = level->has_box && (is_first || whole->has_box);
+  whole->voxel_count += level->voxel_count;
   for (int a = 0; a < 3; a++) {
     const int32_t low = level->active_min[a] * edge, high = level->active_max[a] * edge;
     whole->active_min[a] = is_first || low < whole->active_min[a] ? low : whole->active_min[a];

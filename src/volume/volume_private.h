@@ -47,6 +47,7 @@ typedef struct np_grid_header {
   np_affine index_to_world;
   bool has_box; /* written down: OpenVDB does, others need not */
   int32_t active_min[3], active_max[3];
+  double voxel_count;          /* active ones, tiles with all that they fill; 0: not written down */
   unsigned level, level_count; /* of detail; 0: it is in none */
 } np_grid_header;
 
