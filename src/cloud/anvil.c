@@ -21,6 +21,8 @@ static const float pouch_size = 0.34f, pouch_reach = 0.056f; /* the latter a sha
 static const float pouch_thickness = 1.2f; /* of pouches against the heart: they carry most of the ice */
 static const float group_size = 2.6f;      /* of groups of pouches */
 static const float upper_edge = 0.010f, lower_edge = 0.008f; /* shares too */
+static const float rim_edge = 0.040f;                        /* of both faces at the rim, where ice sublimes */
+static const float ridge_reach = 0.030f, streak = 1.5f;      /* of fibres: on both faces, and in the ice */
 static const float thinness = 0.13f, rim_thinness = 0.3f;    /* of ice against water, and of the rim against that */
 static const float extinction_floor = 0.002f;
 
@@ -34,7 +36,8 @@ static float eval_lower(float anvil) { return rim - flare * anvil * anvil * anvi
 bool np_anvil_is_possible(float anvil_max, float tower_max, const np_interval *shares) {
   const float anvil = np_minf(anvil_max + 0.5f * (lobe_reach + fibre_reach), 1.5f);
   if (!(anvil > 0.0f)) return false;
-  return shares->low < eval_upper(anvil, tower_max) && shares->high > eval_lower(anvil) - pouch_reach;
+  const float ridge = 0.5f * ridge_reach;
+  return shares->low < eval_upper(anvil, tower_max) + ridge && shares->high > eval_lower(anvil) - pouch_reach - ridge;
 }
 
 /* Points of anvils: `strength` that of the anvil, `ground_m` that of the tower, `field_x_m` the share of the height. */
@@ -119,9 +122,12 @@ void np_anvil_eval(const np_cloud_model *model, const np_cloud_points *points, f
     const float anvil = np_minf(p.strength[i], 1.5f), share = p.field_x_m[i];
     if (!(anvil > 0.0f)) continue;
     const float hanging = np_smoothstepf((anvil - 0.3f) / 0.25f) * (1.0f - np_smoothstepf((anvil - 0.7f) / 0.35f));
-    const float above = share - eval_lower(anvil) + pouch_reach * hanging * pouches[i];
-    const float below = eval_upper(anvil, p.ground_m[i]) - share;
-    const float body = np_smoothstepf(below / upper) * np_smoothstepf(above / lower) * thinness *
+    const float fibre = ridge_reach * p.noise[i], ice = np_maxf(1.0f + streak * p.noise[i], 0.0f);
+    const float above = share - eval_lower(anvil) + pouch_reach * hanging * pouches[i] + fibre;
+    const float below = eval_upper(anvil, p.ground_m[i]) - share + fibre;
+    const float softness = rim_edge * (1.0f - np_smoothstepf(anvil / 0.6f));
+    const float body = np_smoothstepf(below / np_maxf(upper, softness)) *
+                       np_smoothstepf(above / np_maxf(lower, softness)) * thinness * ice *
                        np_maxf(np_mixf(rim_thinness, 1.0f, np_smoothstepf(anvil / 0.7f)), pouch_thickness * hanging);
     float *out = &out_extinction_per_m[p.index[i]];
     if (body > extinction_floor) *out = np_maxf(*out, (float)model->desc.extinction_per_m * body);

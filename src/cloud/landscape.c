@@ -24,8 +24,10 @@ static const float small_spacing = 0.43f, small_height = 0.40f, turret_height = 
 static const float shore_width = 0.35f, shore_depth = 1.2f; /* where the landscape sinks towards the field's border */
 static const float sheet_height = 2.45f;                    /* of a slab's noise, to make its range about 1 */
 
-/* Anvils: of cells at least this high, this much wider at anvil 1, and blown off their towers by so much of it. */
-static const float anvil_from = 0.5f, anvil_spread = 4.0f, anvil_drag = 0.8f;
+/* Anvils: of cells at least this high, this much wider at anvil 1; of that so much before the tower, in the shear, and
+ * so much behind it, where they widen with the distance like a plume. */
+static const float anvil_from = 0.5f, anvil_spread = 4.0f;
+static const float anvil_upwind = 0.55f, anvil_downwind = 1.9f, anvil_plume = 0.30f;
 
 /* Radius of a hero, in half the shorter side of its field. */
 static const float hero_radius = 0.8f, hero_reach = 0.62f;
@@ -67,6 +69,7 @@ typedef struct relief {
   float height, curvature; /* curvature is 1/R² */
   float lowest_cell;       /* cells below it are left out */
   int32_t period;          /* cells after which it repeats; 0: never */
+  const float *shear;      /* of anvils, their direction; NULL: it is one of cells */
 } relief;
 
 static const float below_all = -8.0f; /* lower than anything is asked about */
@@ -76,15 +79,27 @@ static float raise(const cell *c, float height, float curvature, float dx, float
   return height * c->height - curvature * (along * along + across * across);
 }
 
+/* The same of an anvil, blown along `shear`. */
+static float raise_anvil(const cell *c, float height, float curvature, const float shear[2], float dx, float dy) {
+  const bool is_calm = shear[0] == 0.0f && shear[1] == 0.0f;
+  if (is_calm) return raise(c, height, curvature, dx, dy);
+  float along = dx * shear[0] + dy * shear[1], across = dy * shear[0] - dx * shear[1];
+  across /= 1.0f + anvil_plume * sqrtf(curvature) * np_maxf(along, 0.0f);
+  along /= along > 0.0f ? anvil_downwind : anvil_upwind;
+  return height * c->height - curvature * (along * along + across * across);
+}
+
 /* Highest paraboloid at (x, y), in units of this grid's spacing. */
 static float compute_highest(const relief *r, double lives, double x, double y) {
-  const int32_t i0 = (int32_t)floor(x), j0 = (int32_t)floor(y);
+  const int32_t i0 = (int32_t)floor(x), j0 = (int32_t)floor(y), reach = r->shear ? 5 : 2;
   float best = below_all;
-  for (int32_t j = j0 - 2; j <= j0 + 2; j++)
-    for (int32_t i = i0 - 2; i <= i0 + 2; i++) {
+  for (int32_t j = j0 - reach; j <= j0 + reach; j++)
+    for (int32_t i = i0 - reach; i <= i0 + reach; i++) {
       const cell c = draw_cell(r->seed, np_repeat_wrap(i, r->period), np_repeat_wrap(j, r->period), lives);
+      const float dx = (float)(x - i) - c.x, dy = (float)(y - j) - c.y;
       if (c.height < r->lowest_cell) continue;
-      best = np_maxf(best, raise(&c, r->height, r->curvature, (float)(x - i) - c.x, (float)(y - j) - c.y));
+      best = np_maxf(best, r->shear ? raise_anvil(&c, r->height, r->curvature, r->shear, dx, dy)
+                                    : raise(&c, r->height, r->curvature, dx, dy));
     }
   return best;
 }
@@ -192,21 +207,21 @@ static void fill_cells(const np_landscape *land, const landscape_block *b, float
   np_mesoscale_add(land, b->count, b->air_x, b->air_y, group);
   const float spacing = fit_size(land, small_spacing, NULL);
   const float curvature = 1.0f / (cell_radius * cell_radius), wide = 1.0f / (1.0f + anvil_spread * land->anvil);
-  const float drag = anvil_drag * land->anvil;
-  const relief cells = {np_random_absorb(land->seed, NP_CLOUD_STREAM_CELLS), 1.0f, curvature, 0.0f, land->period};
-  const relief small = {np_random_absorb(land->seed, NP_CLOUD_STREAM_SMALL_CELLS), small_height,
-                        curvature * spacing * spacing, 0.0f,
-                        land->period ? np_repeat_count((double)land->period, (double)spacing) : 0};
-  const relief anvils = {cells.seed, 1.0f, curvature * wide * wide, anvil_from, land->period};
+  const relief cells = {np_random_absorb(land->seed, NP_CLOUD_STREAM_CELLS), 1.0f, curvature, 0.0f, land->period, NULL};
+  const relief small = {np_random_absorb(land->seed, NP_CLOUD_STREAM_SMALL_CELLS),
+                        small_height,
+                        curvature * spacing * spacing,
+                        0.0f,
+                        land->period ? np_repeat_count((double)land->period, (double)spacing) : 0,
+                        NULL};
+  const relief anvils = {cells.seed, 1.0f, curvature * wide * wide, anvil_from, land->period, land->shear};
   for (size_t i = 0; i < b->count; i++) {
     const double x = b->air_x[i], y = b->air_y[i], s = (double)spacing;
     const float large = compute_highest(&cells, land->lives, x, y);
     const float between = compute_highest(&small, land->lives, x / s, y / s);
     const float raised = group[i] - compute_shore(land, b->x[i], b->y[i]);
     out[i] = np_maxf(large + turret_height * np_maxf(between, 0.0f), between) + raised;
-    if (out_anvils)
-      out_anvils[i] = raised + compute_highest(&anvils, land->lives, x - (double)(drag * land->shear[0]),
-                                               y - (double)(drag * land->shear[1]));
+    if (out_anvils) out_anvils[i] = raised + compute_highest(&anvils, land->lives, x, y);
   }
 }
 
