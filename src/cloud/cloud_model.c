@@ -126,17 +126,22 @@ static void set_time(np_cloud_model *model) {
   model->turnover = (float)(desc->time_s / desc->lifetime_s) * turnovers;
 }
 
-enum { CENSUS_COLUMNS = 64, CENSUS_HEIGHTS_MAX = 24, CENSUS_STEPS = 14 };
+enum { CENSUS_COLUMNS = 64, CENSUS_HEIGHTS = 24, CENSUS_HEIGHTS_MAX = 48, CENSUS_STEPS = 14 };
 
 typedef struct census {
   const np_cloud_model *model;
   atomic_size_t covered;
 } census;
 
-/* Heights to look at: those of the voxels, if they are not too many. Above this share of it a dome covers no more. */
+static const double census_heights_per_billow = 6; /* of thermals, or what stands out between two is missed */
+
+/* Heights to look at: those of the voxels, if they are not too many. */
 static int count_heights(const neph_cloud_desc *desc) {
   const double voxels = ceil(desc->thickness_m / desc->voxel_m);
-  return voxels < CENSUS_HEIGHTS_MAX ? (int)voxels : CENSUS_HEIGHTS_MAX;
+  double heights = CENSUS_HEIGHTS;
+  if (desc->model == NEPH_CLOUD_MODEL_THERMALS || desc->model == NEPH_CLOUD_MODEL_HERO)
+    heights = fmax(heights, ceil(census_heights_per_billow * desc->thickness_m / desc->billow_m));
+  return (int)fmin(voxels, fmin(heights, CENSUS_HEIGHTS_MAX));
 }
 
 /* Counts the columns of one row of the field in which there is any cloud. */

@@ -17,10 +17,8 @@ static const np_choice missing[] = {{"empty", NP_MISSING_EMPTY},
                                     {NULL, 0}};
 static const np_choice precisions[] = {{"half", NEPH_PRECISION_HALF}, {"float", NEPH_PRECISION_FLOAT}, {NULL, 0}};
 static const np_choice phases[] = {{"rayleigh", NP_PHASE_RAYLEIGH}, {"isotropic", NP_PHASE_ISOTROPIC}, {NULL, 0}};
-static const np_choice cells[] = {{"none", NEPH_CLOUD_CELLS_NONE},
-                                  {"open", NEPH_CLOUD_CELLS_OPEN},
-                                  {"closed", NEPH_CLOUD_CELLS_CLOSED},
-                                  {NULL, 0}};
+static const np_choice cells[] = {
+    {"none", NEPH_CLOUD_CELLS_NONE}, {"open", NEPH_CLOUD_CELLS_OPEN}, {"closed", NEPH_CLOUD_CELLS_CLOSED}, {NULL, 0}};
 static const np_choice models[] = {{"cells", NEPH_CLOUD_MODEL_CELLS},     {"slab", NEPH_CLOUD_MODEL_SLAB},
                                    {"hero", NEPH_CLOUD_MODEL_HERO},       {"thermals", NEPH_CLOUD_MODEL_THERMALS},
                                    {"fog", NEPH_CLOUD_MODEL_FOG},         {"lenses", NEPH_CLOUD_MODEL_LENSES},
@@ -222,7 +220,7 @@ static const np_key keys[] = {
     {.path = "clouds[].bake.erosion", .type = NP_KEY_REAL, .field = CLOUD(bake.erosion), .range = WITHIN(0, 1),
      .fallback = "0.4", .meaning = "depth to which detail eats into the shape"},
     {.path = "clouds[].bake.wispiness", .type = NP_KEY_REAL, .field = CLOUD(bake.wispiness), .range = WITHIN(0, 1),
-     .fallback = "0.3", .meaning = "share of wispy rather than billowy detail at the base"},
+     .fallback = "0.3", .meaning = "depth to which wisps tear flanks and base; of cells at the base alone"},
     {.path = "clouds[].bake.billow_amounts", .type = NP_KEY_REAL, .field = CLOUD(bake.billow_amounts),
      .range = WITHIN(0, 2), .fallback = "1, 1, 1",
      .meaning = "factors on billowiness at tops, flanks and base of thermals"},
@@ -230,7 +228,7 @@ static const np_key keys[] = {
      .range = WITHIN(1, 8), .fallback = "1, 1, 1",
      .meaning = "frequency of the largest billows at tops, flanks and base of thermals: 2 leaves out the largest"},
     {.path = "clouds[].bake.wisp_amounts", .type = NP_KEY_REAL, .field = CLOUD(bake.wisp_amounts),
-     .range = WITHIN(0, 2), .fallback = "0, 0, 1",
+     .range = WITHIN(0, 2), .fallback = "0, 0.5, 1",
      .meaning = "factors on wispiness at tops, flanks and base of thermals"},
     {.path = "clouds[].bake.turbulence", .type = NP_KEY_REAL, .field = CLOUD(bake.turbulence), .range = WITHIN(0, 1),
      .fallback = "0.3", .meaning = "strength of the curls of detail"},
