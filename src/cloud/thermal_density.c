@@ -378,6 +378,28 @@ static float compute_base_m(const np_cloud_model *model, float x_m, float y_m) {
   return np_cloud_column_compute(model, x_m, y_m, 0.0f).base_m;
 }
 
+/* Octants of their box one after the other: searches take neighbours together. */
+static void sort_by_octant(thermal_work *w, const float min_m[3], const float max_m[3]) {
+  const thermal_work from = *w;
+  uint8_t octants[NP_CLOUD_BLOCK];
+  size_t begin[9] = {0};
+  for (size_t i = 0; i < w->count; i++) {
+    octants[i] =
+        (uint8_t)((w->x_m[i] > 0.5f * (min_m[0] + max_m[0])) << 2 | (w->y_m[i] > 0.5f * (min_m[1] + max_m[1])) << 1 |
+                  (w->z_m[i] > 0.5f * (min_m[2] + max_m[2])));
+    begin[octants[i] + 1]++;
+  }
+  for (int o = 0; o < 8; o++) begin[o + 1] += begin[o];
+  for (size_t i = 0; i < w->count; i++) {
+    const size_t to = begin[octants[i]]++;
+    w->index[to] = from.index[i];
+    w->x_m[to] = from.x_m[i];
+    w->y_m[to] = from.y_m[i];
+    w->z_m[to] = from.z_m[i];
+    w->above_m[to] = from.above_m[i];
+  }
+}
+
 void np_thermals_eval(const np_cloud_model *model, const np_cloud_points *points, float *out_extinction_per_m) {
   const float edge_max_m = np_maxf(9.0f * (float)model->desc.voxel_m, 0.2f * model->thermals.billow_m);
   thermal_work w;
@@ -396,6 +418,7 @@ void np_thermals_eval(const np_cloud_model *model, const np_cloud_points *points
       w.z_m[k] = at_m[2];
       w.above_m[k] = at_m[2] - compute_base_m(model, at_m[0], at_m[1]);
     }
+    if (w.count > 64) sort_by_octant(&w, min_m, max_m);
     set_air(model, &w);
     if (w.count) eval_run(model, &w, out_extinction_per_m);
   }
