@@ -221,6 +221,8 @@ typedef struct np_thermal_noises {
   float floor_m, floor_size_m;                /* mean height of the base above the lowest, and size of its noise */
   float crisp_m, soft_m;                      /* edges, young and old */
   float gain_max_m, loss_max_m;               /* the most that noise moves the surface out and in */
+  float fray_gain_max_m, fray_loss_max_m;     /* of those, by fraying */
+  float reach_max_m;                          /* of gain and wisps, outwards */
 } np_thermal_noises;
 
 /* Noises of the kinds with a shape of their own (cloud_kinds.h). */

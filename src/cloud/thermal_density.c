@@ -81,6 +81,8 @@ static void set_wisps(np_cloud_model *model) {
   t->wisp_max_m = np_maxf(np_maxf(t->wisp_m[0], t->wisp_m[1]), t->wisp_m[2]);
 }
 
+static float compute_warp_max_m(float warp_m) { return 1.7321f * warp_limit * warp_m * 1.001f; }
+
 void np_thermals_set_noises(np_cloud_model *model) {
   const neph_cloud_desc *desc = &model->desc;
   const float billow_m = compute_billow_m(desc), voxel_m = (float)desc->voxel_m;
@@ -97,7 +99,7 @@ void np_thermals_set_noises(np_cloud_model *model) {
     t->warp_size_m[k] = np_repeat_fit(desc, warp_sizes[k] * billow_m);
     np_repeat_set_period(desc, t->warp_size_m[k], 1.0f, &t->warp[k]);
     t->warp_m[k] = warp_reach[k] * billow_m * (float)desc->turbulence;
-    t->warp_max_m += 1.7321f * warp_limit * t->warp_m[k] * 1.001f;
+    t->warp_max_m += compute_warp_max_m(t->warp_m[k]);
   }
   t->wisp_size_m = np_repeat_fit(desc, t->wisp_size_m);
   np_repeat_set_period(desc, t->wisp_size_m, fray_stretch, &t->wisps);
@@ -110,9 +112,11 @@ void np_thermals_set_noises(np_cloud_model *model) {
   const float softness = (float)desc->softness;
   t->crisp_m = np_maxf(crisp_edge * billow_m, 0.75f * voxel_m) + 0.25f * softness * softness * billow_m;
   t->soft_m = np_maxf(soft_edge * billow_m, t->crisp_m);
-  t->gain_max_m += np_maxf(fray_outwards * t->fray_m - fray_offset * billow_m, 0.0f);
-  t->gain_max_m += wisp_outwards * t->wisp_max_m;
-  t->loss_max_m += fray_inwards * t->fray_m + fray_offset * billow_m;
+  t->fray_gain_max_m = np_maxf(fray_outwards * t->fray_m - fray_offset * billow_m, 0.0f);
+  t->fray_loss_max_m = fray_inwards * t->fray_m + fray_offset * billow_m;
+  t->gain_max_m += t->fray_gain_max_m;
+  t->loss_max_m += t->fray_loss_max_m;
+  t->reach_max_m = t->gain_max_m + wisp_outwards * t->wisp_max_m;
 }
 
 /* ---- Points ---- */
@@ -125,11 +129,13 @@ typedef struct thermal_work {
   float above_m[NP_CLOUD_BLOCK];                          /* the base */
   float air_x_m[NP_CLOUD_BLOCK], air_y_m[NP_CLOUD_BLOCK]; /* where the air was that the wind has carried here */
   float distance_m[NP_CLOUD_BLOCK], age[NP_CLOUD_BLOCK];
-  float reach_m[NP_CLOUD_BLOCK]; /* of wisps, from the surface inwards */
+  float reach_m[NP_CLOUD_BLOCK];    /* of wisps, from the surface inwards */
+  float moved_m[3][NP_CLOUD_BLOCK]; /* displacement by the warps so far */
   float sx[NP_CLOUD_BLOCK], sy[NP_CLOUD_BLOCK], sz[NP_CLOUD_BLOCK], noise[NP_CLOUD_BLOCK]; /* scratch */
 } thermal_work;
 
 static void keep(thermal_work *w, size_t from, size_t to) {
+  if (from == to) return;
   w->index[to] = w->index[from];
   w->x_m[to] = w->x_m[from];
   w->y_m[to] = w->y_m[from];
@@ -140,6 +146,11 @@ static void keep(thermal_work *w, size_t from, size_t to) {
   w->distance_m[to] = w->distance_m[from];
   w->age[to] = w->age[from];
   w->reach_m[to] = w->reach_m[from];
+  for (int a = 0; a < 3; a++) w->moved_m[a][to] = w->moved_m[a][from];
+  w->sx[to] = w->sx[from];
+  w->sy[to] = w->sy[from];
+  w->sz[to] = w->sz[from];
+  w->noise[to] = w->noise[from];
 }
 
 /* Positions in the air, in a noise's own size. */
@@ -176,47 +187,15 @@ static void raise_base(const np_cloud_model *model, thermal_work *w) {
 /* Depth that wisps reach: by the slope of the thermals, whose billows have tops of their own, and by the height. */
 static void set_wisp_reach(const np_cloud_model *model, thermal_work *w) {
   const np_thermal_noises *t = &model->thermals;
-  float distance_m[NP_CLOUD_BLOCK], age[NP_CLOUD_BLOCK], radius_m[NP_CLOUD_BLOCK], normal[3][NP_CLOUD_BLOCK];
   const np_ball_points points = {w->count, w->x_m, w->y_m, w->z_m};
-  const np_ball_surface surface = {distance_m, age, radius_m, {normal[0], normal[1], normal[2]}};
-  const float search_m = t->gain_max_m + t->warp_max_m + t->billow_m;
-  np_ball_heap stacks = model->balls;
-  bool has_slope = t->wisp_m[0] != t->wisp_m[1];
-  if (stacks.level_count > 1) stacks.level_count = 1;
-  has_slope = has_slope && np_ball_heap_search(&stacks, &points, search_m, &surface);
+  float normal_z[NP_CLOUD_BLOCK];
+  const bool has_slope = w->count > 0 && t->wisp_m[0] != t->wisp_m[1];
+  if (has_slope) np_thermals_eval_slope(model, &points, normal_z);
   for (size_t i = 0; i < w->count; i++) {
     const float low = 1.0f - np_smoothstepf((w->above_m[i] / t->billow_m - 0.06f) / 0.45f);
-    const bool is_known = has_slope && distance_m[i] < search_m;
-    const float up = is_known ? np_smoothstepf((normal[2][i] - 0.1f) / 0.6f) : 0.0f;
+    const float up = has_slope ? np_smoothstepf((normal_z[i] - 0.1f) / 0.6f) : 0.0f;
     w->reach_m[i] = np_mixf(np_mixf(t->wisp_m[1], t->wisp_m[0], up), t->wisp_m[2], low);
   }
-}
-
-static float clip_warp(float value) { return np_clampf(value, -warp_limit, warp_limit); }
-
-static void displace(const np_cloud_model *model, thermal_work *w) {
-  const np_thermal_noises *t = &model->thermals;
-  float dx[NP_CLOUD_BLOCK], dy[NP_CLOUD_BLOCK], dz[NP_CLOUD_BLOCK];
-  float to[3][NP_CLOUD_BLOCK];
-  if (!(t->warp_max_m > 0.0f)) return;
-  memset(to, 0, sizeof to);
-  for (unsigned k = 0; k < NP_THERMAL_WARPS; k++) {
-    const np_noise_points points = scale_positions(model, w, t->warp_size_m[k]);
-    model->noise->curl(&t->warp[k], &points, dx, dy, dz);
-    for (size_t i = 0; i < w->count; i++) {
-      to[0][i] += t->warp_m[k] * clip_warp(dx[i]);
-      to[1][i] += t->warp_m[k] * clip_warp(dy[i]);
-      to[2][i] += t->warp_m[k] * clip_warp(dz[i]);
-    }
-  }
-  for (size_t i = 0; i < w->count; i++) {
-    w->sx[i] = w->x_m[i] + to[0][i];
-    w->sy[i] = w->y_m[i] + to[1][i];
-    w->sz[i] = w->z_m[i] + to[2][i];
-  }
-  const np_ball_points points = {w->count, w->sx, w->sy, w->sz};
-  const np_ball_surface surface = {.distance_m = w->distance_m};
-  (void)np_ball_heap_search(&model->balls, &points, t->gain_max_m, &surface);
 }
 
 /* ---- Extinction ---- */
@@ -258,19 +237,54 @@ static float compute_extinction(const np_cloud_model *model, const thermal_work 
   return share > extinction_floor ? (float)desc->extinction_per_m * share : 0.0f;
 }
 
-/* Drops points that no gain can bring into the cloud, and settles those so deep that no loss reaches them. */
-static void settle(const np_cloud_model *model, thermal_work *w, float gain_m, float loss_m,
+/* Drops points that no gain can bring into the cloud, and settles those so deep that no loss reaches them. The surface
+ * may still move by gain, loss and warps: no more than a position moves does the distance to it change. */
+static void settle(const np_cloud_model *model, thermal_work *w, float gain_m, float loss_m, float warp_m,
                    float *out_extinction_per_m) {
   size_t kept = 0;
   for (size_t i = 0; i < w->count; i++) {
-    if (!(w->distance_m[i] < gain_m)) continue;
-    if (compute_wisp_depth(model, w, i, loss_m) > 1.0f)
+    const float x = w->moved_m[0][i], y = w->moved_m[1][i], z = w->moved_m[2][i];
+    const float stray_m = warp_m + 1.001f * sqrtf(x * x + y * y + z * z);
+    if (!(compute_wisp_depth(model, w, i, -(gain_m + stray_m)) > 0.0f)) continue;
+    if (compute_wisp_depth(model, w, i, loss_m + stray_m) > 1.0f)
       out_extinction_per_m[w->index[i]] = compute_extinction(model, w, i, 0.0f);
     else
       keep(w, i, kept++);
   }
   w->count = kept;
 }
+
+/* ---- Displacement ---- */
+
+static float clip_warp(float value) { return np_clampf(value, -warp_limit, warp_limit); }
+
+/* Moves positions by one noise after the other, and settles those that no later one can bring to the surface. */
+static void displace(const np_cloud_model *model, thermal_work *w, float *out_extinction_per_m) {
+  const np_thermal_noises *t = &model->thermals;
+  float dx[NP_CLOUD_BLOCK], dy[NP_CLOUD_BLOCK], dz[NP_CLOUD_BLOCK], rest_m = t->warp_max_m;
+  for (unsigned k = 0; k < NP_THERMAL_WARPS && w->count; k++) {
+    const np_noise_points points = scale_positions(model, w, t->warp_size_m[k]);
+    model->noise->curl(&t->warp[k], &points, dx, dy, dz);
+    for (size_t i = 0; i < w->count; i++) {
+      w->moved_m[0][i] += t->warp_m[k] * clip_warp(dx[i]);
+      w->moved_m[1][i] += t->warp_m[k] * clip_warp(dy[i]);
+      w->moved_m[2][i] += t->warp_m[k] * clip_warp(dz[i]);
+    }
+    rest_m -= compute_warp_max_m(t->warp_m[k]);
+    settle(model, w, t->gain_max_m, t->loss_max_m, np_maxf(rest_m, 0.0f), out_extinction_per_m);
+  }
+  for (size_t i = 0; i < w->count; i++) {
+    w->sx[i] = w->x_m[i] + w->moved_m[0][i];
+    w->sy[i] = w->y_m[i] + w->moved_m[1][i];
+    w->sz[i] = w->z_m[i] + w->moved_m[2][i];
+    w->moved_m[0][i] = w->moved_m[1][i] = w->moved_m[2][i] = 0.0f;
+  }
+  const np_ball_points points = {w->count, w->sx, w->sy, w->sz};
+  const np_ball_surface surface = {.distance_m = w->distance_m};
+  (void)np_ball_heap_search(&model->balls, &points, t->reach_max_m, &surface);
+}
+
+/* ---- Detail ---- */
 
 static void add_detail(const np_cloud_model *model, thermal_work *w) {
   for (unsigned k = 0; k < model->detail_count; k++) {
@@ -330,32 +344,42 @@ static void set_air(const np_cloud_model *model, thermal_work *w) {
   }
 }
 
+/* Distance and age at the points, without noise; drops those that no noise brings near the cloud. False: all. */
+static bool search_surface(const np_cloud_model *model, thermal_work *w) {
+  const np_ball_points points = {w->count, w->x_m, w->y_m, w->z_m};
+  const np_ball_surface surface = {.distance_m = w->distance_m, .age = w->age};
+  const float reach_m = model->thermals.reach_max_m + model->thermals.warp_max_m;
+  size_t kept = 0;
+  if (!np_ball_heap_search(&model->balls, &points, reach_m, &surface)) return false;
+  for (size_t i = 0; i < w->count; i++) {
+    w->reach_m[i] = model->thermals.wisp_max_m;
+    w->moved_m[0][i] = w->moved_m[1][i] = w->moved_m[2][i] = 0.0f;
+    if (w->distance_m[i] < reach_m) keep(w, i, kept++);
+  }
+  w->count = kept;
+  return kept > 0;
+}
+
 /* Points near each other. */
 static void eval_run(const np_cloud_model *model, thermal_work *w, float *out_extinction_per_m) {
   const np_thermal_noises *t = &model->thermals;
   const float gain_m = t->gain_max_m, loss_m = t->loss_max_m, warp_m = t->warp_max_m;
-  const np_ball_points points = {w->count, w->x_m, w->y_m, w->z_m};
-  const np_ball_surface surface = {.distance_m = w->distance_m, .age = w->age};
-  if (!np_ball_heap_search(&model->balls, &points, gain_m + warp_m, &surface)) return;
-  size_t kept = 0;
-  for (size_t i = 0; i < w->count; i++)
-    if (w->distance_m[i] < gain_m + warp_m) keep(w, i, kept++);
-  w->count = kept;
+  float torn[NP_CLOUD_BLOCK];
+  if (!search_surface(model, w)) return;
   raise_base(model, w);
+  settle(model, w, gain_m, loss_m, warp_m, out_extinction_per_m);
   set_wisp_reach(model, w);
-  settle(model, w, gain_m + warp_m, loss_m + warp_m, out_extinction_per_m);
-  if (w->count == 0) return;
-  displace(model, w);
-  settle(model, w, gain_m, loss_m, out_extinction_per_m);
+  settle(model, w, gain_m, loss_m, warp_m, out_extinction_per_m);
+  if (warp_m > 0.0f && w->count) displace(model, w, out_extinction_per_m);
+  settle(model, w, gain_m, loss_m, 0.0f, out_extinction_per_m);
   if (w->count == 0) return;
   add_detail(model, w);
+  settle(model, w, t->fray_gain_max_m, t->fray_loss_max_m, 0.0f, out_extinction_per_m);
   sample_wisps(model, w);
   add_fray(model, w);
-  float torn[NP_CLOUD_BLOCK];
-  if (t->wisp_max_m > 0.0f)
-    tear_wisps(model, w, torn);
-  else
-    memset(torn, 0, w->count * sizeof *torn);
+  settle(model, w, 0.0f, 0.0f, 0.0f, out_extinction_per_m);
+  memset(torn, 0, w->count * sizeof *torn);
+  if (t->wisp_max_m > 0.0f) tear_wisps(model, w, torn);
   for (size_t i = 0; i < w->count; i++) out_extinction_per_m[w->index[i]] = compute_extinction(model, w, i, torn[i]);
 }
 
@@ -427,5 +451,5 @@ void np_thermals_eval(const np_cloud_model *model, const np_cloud_points *points
 bool np_thermals_is_empty(const np_cloud_model *model, const np_cloud_box *box) {
   if (box->max_m[2] <= 0.0f || box->min_m[2] >= (float)model->desc.thickness_m) return true;
   return !np_ball_heap_is_near(&model->balls, box->min_m, box->max_m,
-                               model->thermals.gain_max_m + model->thermals.warp_max_m);
+                               model->thermals.reach_max_m + model->thermals.warp_max_m);
 }
