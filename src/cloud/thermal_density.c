@@ -38,6 +38,7 @@ static const float crisp_edge = 0.016f, soft_edge = 0.055f;     /* in largest bi
 static const float floor_share = 0.05f, floor_max_m = 40.0f, floor_size = 0.6f; /* of the base */
 static const float adiabatic_share = 0.4f, adiabatic_max = 1.25f; /* of the thickness, where extinction is the core's */
 static const float entrained = 0.55f;                             /* share that the oldest cloud has lost */
+static const float run_edge = 0.5f; /* of points that are evaluated together, in largest billows */
 static const double billow_voxels = 4;
 static const double billow_share = 0.18;      /* of the shorter side of a field */
 static const float extinction_floor = 0.002f; /* of the core's: less is nothing */
@@ -425,7 +426,7 @@ static void sort_by_octant(thermal_work *w, const float min_m[3], const float ma
 }
 
 void np_thermals_eval(const np_cloud_model *model, const np_cloud_points *points, float *out_extinction_per_m) {
-  const float edge_max_m = np_maxf(9.0f * (float)model->desc.voxel_m, 0.2f * model->thermals.billow_m);
+  const float edge_max_m = np_maxf(9.0f * (float)model->desc.voxel_m, run_edge * model->thermals.billow_m);
   thermal_work w;
   for (size_t n = 0; n < points->count;) {
     float min_m[3] = {INFINITY, INFINITY, INFINITY}, max_m[3] = {-INFINITY, -INFINITY, -INFINITY};
