@@ -26,7 +26,7 @@ static const float detail_size = 0.42f, detail_ratio = 0.46f; /* of the first oc
 static const float detail_reach = 0.5f;                       /* of an octave at erosion 1, in its own size */
 static const float crease_reach = 0.95f;                      /* of the first octave */
 static const float detail_mean = 0.33f;                       /* of Worley noise */
-static const float fray_size = 0.16f, fray_reach = 0.5f, fray_outwards = 0.10f, fray_inwards = 0.6f,
+static const float fray_size = 0.24f, fray_reach = 0.5f, fray_outwards = 0.10f, fray_inwards = 0.6f,
                    fray_offset = 0.06f, fray_gain = 0.65f;
 static const float fray_stretch = 1.5f, fray_lean = 0.35f;    /* of the noise along the wind; by height */
 static const float wisp_depth = 0.42f, wisp_outwards = 0.45f; /* in largest billows, at a wispiness of 1; of it */
