@@ -63,8 +63,8 @@ static void numbers_follow_the_spread(void **state) {
 
 /* ---- Pictures ---- */
 
-/* A small cumulus in the void; cells of multiple scattering are coarse. */
-#define SCENE(width, height, integrator, radiance)                                                                     \
+/* A cloud in the void; cells of multiple scattering are coarse. */
+#define SCENE_OF(bake, width, height, integrator, radiance)                                                            \
   "camera: {position: [0 m, -3 km, 1100 m], look_at: [0 m, 0 m, 1500 m], fov: 60 deg, resolution: [" width ", " height \
   "]}\n"                                                                                                               \
   "sun: {elevation: 50 deg, azimuth: 110 deg}\n"                                                                       \
@@ -72,11 +72,20 @@ static void numbers_follow_the_spread(void **state) {
   "environment: {planet: none, radiance: " radiance "}\n"                                                              \
   "clouds:\n"                                                                                                          \
   "  - name: cumulus\n"                                                                                                \
-  "    bake: {preset: cumulus_mediocris, seed: 4, extent: [3 km, 3 km], base: 1200 m, voxel: 90 m, coverage: 0.6}\n"   \
+  "    bake: {" bake "}\n"                                                                                             \
   "    albedo: 0.9\n"                                                                                                  \
   "    phase: {hg: 0.6}\n"                                                                                             \
   "render: {samples: 1, integrator: " integrator ", multiple_scattering: octaves}\n"                                   \
   "output: {aovs: [sample_count]}\n"
+
+#define SCENE(width, height, integrator, radiance)                                                                     \
+  SCENE_OF("preset: cumulus_mediocris, seed: 4, extent: [3 km, 3 km], base: 1200 m, voxel: 90 m, coverage: 0.6",       \
+           width, height, integrator, radiance)
+
+/* A ball without billows or wisps, with sky about it on all sides. */
+#define BALL                                                                                                           \
+  "model: thermals, extent: [3 km, 3 km], base: 1100 m, thickness: 900 m, voxel: 90 m, extinction: 0.1 1/m, "          \
+  "billowiness: 0, erosion: 0, wispiness: 0, turbulence: 0, shape: {spheres: [[0 m, 0 m, 400 m, 400 m]]}"
 
 typedef struct order {
   double target;
@@ -219,8 +228,8 @@ static void tiles_and_threads_change_no_bit(void **state) {
  * theirs. */
 static void samples_go_where_noise_is(void **state) {
   test_fixture *f = *state;
-  neph_scene *scene = load(f->context, SCENE("64", "48", "march", "0.02"));
-  neph_image *image = render(scene, &(order){.target = 0.03, .seed = 1});
+  neph_scene *scene = load(f->context, SCENE_OF(BALL, "64", "48", "march", "0.02"));
+  neph_image *image = render(scene, &(order){.target = 0.01, .seed = 1});
   const float *counts = neph_image_get_channel(image, "sample_count"), *alpha = neph_image_get_channel(image, "A");
   double least = HUGE_VAL, most = 0.0, sum = 0.0, clear = 0.0, alone = 0.0;
   for (size_t i = 0; i < 64 * 48; i++) {

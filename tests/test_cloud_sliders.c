@@ -7,7 +7,7 @@ enum { SIDE = 110, STEPS = 5 };
 
 typedef struct slider_view {
   double transmittance[2][SIDE][SIDE];
-  double covered, top, volume, rugged, thin, depth, depth_below;
+  double covered, top, volume, rugged, thin, depth, depth_below, creased;
 } slider_view;
 
 typedef struct slider {
@@ -30,8 +30,8 @@ static const slider sliders[] = {
     SLIDER(coverage, covered, 1),
     SLIDER(type, top, -1),
     SLIDER(billowiness, volume, 1),
-    SLIDER(erosion, volume, -1),
-    SLIDER(wispiness, thin, 1),
+    {"erosion", offsetof(neph_cloud_desc, erosion), offsetof(slider_view, creased), 1, true},
+    SLIDER(wispiness, rugged, 1),
     SLIDER(turbulence, rugged, 1),
     SLIDER(softness, thin, 1),
     SLIDER(age, depth, -1),
@@ -39,9 +39,9 @@ static const slider sliders[] = {
     PART(billow_amounts, 0, volume, true),
     PART(billow_amounts, 1, volume, true),
     PART(billow_amounts, 2, volume, true),
-    PART(wisp_amounts, 0, thin, true),
-    PART(wisp_amounts, 1, thin, true),
-    PART(wisp_amounts, 2, thin, false),
+    PART(wisp_amounts, 0, rugged, true),
+    PART(wisp_amounts, 1, rugged, true),
+    PART(wisp_amounts, 2, rugged, false),
 };
 
 static neph_cloud_desc make_desc(void) {
@@ -54,7 +54,7 @@ static neph_cloud_desc make_desc(void) {
   desc.cell_m = 2400;
   desc.billow_m = 760;
   desc.coverage = 0.25;
-  desc.erosion = 0.6;
+  desc.erosion = 0.4;
   return desc;
 }
 
@@ -89,6 +89,20 @@ static void add_leaf(const np_leaf *leaf, const neph_cloud_desc *desc, slider_vi
   }
 }
 
+/* Mean bend of the surface of tops over four voxels: of billows and the creases between them. */
+static double compute_bend(const field_sums *f) {
+  enum { REACH = 2 };
+  double sum = 0, count = 0;
+  for (int i = REACH; i < SIDE - REACH; i++)
+    for (int j = REACH; j < SIDE - REACH; j++) {
+      const int32_t low = f->top[i - REACH][j], high = f->top[i + REACH][j], here = f->top[i][j];
+      if (!(low > 0 && high > 0 && here > 0)) continue;
+      sum += abs(low + high - 2 * here);
+      count++;
+    }
+  return sum / fmax(count, 1);
+}
+
 static void compute_view(neph_context *context, const neph_cloud_desc *desc, slider_view *view) {
   np_sparse_grid grid = test_bake(context, desc);
   field_sums *f = calloc(1, sizeof *f);
@@ -104,6 +118,7 @@ static void compute_view(neph_context *context, const neph_cloud_desc *desc, sli
   view->covered = f->columns;
   view->rugged = f->change / fmax(f->sum, 1e-9);
   view->thin = f->thin / fmax(f->active, 1);
+  view->creased = compute_bend(f);
   view->depth = f->sum / fmax(f->active, 1);
   free(f);
   np_sparse_grid_clear(&grid);
@@ -133,6 +148,7 @@ static void each_slider_changes_the_picture_steadily(void **state) {
       neph_cloud_desc desc = make_desc();
       if (sliders[s].offset == offsetof(neph_cloud_desc, coverage)) desc.billow_m = 300;
       if (sliders[s].is_of_shape) set_shape(&desc);
+      if (!strcmp(sliders[s].name, "erosion")) desc.billowiness = desc.wispiness = 0; /* both bend it, too */
       if (!strncmp(sliders[s].name, "wisp_amounts", strlen("wisp_amounts"))) desc.wispiness = 1;
       *(double *)(void *)((char *)&desc + sliders[s].offset) = step / (double)(STEPS - 1);
       compute_view(context, &desc, &views[step]);

@@ -150,8 +150,8 @@ static void glint_is_the_same_in_both_integrators(void **state) {
 }
 
 /* A sea under clouds, sky and sun, with an island: clouds, sky and land are mirrored. The march's air takes the sea for
- * Lambert's, lit by all of the sun, and its reflection has no shadows in the air: 3.4 % here, with noise.
- */
+ * Lambert's, lit by all of the sun, and its reflection has no shadows in the air: 0.9 % of red here, and 1.0 % with
+ * 1024 samples, where the path's noise is less. */
 static void march_is_near_the_path_over_a_sea(void **state) {
   test_fixture *f = *state;
   static const char text[] =
@@ -163,14 +163,14 @@ static void march_is_near_the_path_over_a_sea(void **state) {
       "      cell: 1800 m, type: 0.6, billow: 430 m, billowiness: 0.5, erosion: 0.7, wispiness: 0.3, turbulence: 0.3}\n"
       "terrain: {ridges: {samples: 65, relief: 300 m}, width: 3 km}\n"
       "water: {level: 60 m}\n"
-      "render: {samples: 64}\n"
+      "render: {samples: 512}\n"
       "output: {pixel_type: float, color_space: bands}\n";
   static const char *const channels[3] = {"R", "G", "B"};
   neph_image *march = render(f->context, text, "march"), *path = render(f->context, text, "path");
   for (int c = 0; c < 3; c++) {
     const double a = compute_mean(march, channels[c]), b = compute_mean(path, channels[c]);
     print_message("sea, %s: march %.5f, path %.5f, %+.2f %%\n", channels[c], a, b, 100.0 * (a / b - 1.0));
-    assert_near_relative(a, b, 0.04);
+    assert_near_relative(a, b, 0.03);
   }
   neph_image_destroy(march);
   neph_image_destroy(path);

@@ -96,7 +96,7 @@ typedef struct neph_cloud_desc {
   double billow_m;         /**< size of the largest billows; > 0 (default 450) */
   double billowiness;      /**< how far they stand out of the shape, 0 to 1; not of a slab (default 0.5) */
   double erosion;          /**< how far detail eats into the shape, 0 to 1 (default 0.4) */
-  double wispiness;        /**< share of wispy rather than billowy detail at the base, 0 to 1 (default 0.3) */
+  double wispiness;        /**< how deep wisps tear flanks and base, 0 to 1; of cells at the base alone (default 0.3) */
   double turbulence;       /**< curl distortion of detail and weather map, 0 to 1 (default 0.3) */
   double skew_m[2];        /**< displacement of the top against the base by wind, x and y (default 0, 0) */
   double extinction_per_m; /**< in the core of the cloud; > 0 (default 0.06) */
@@ -127,7 +127,7 @@ typedef struct neph_cloud_desc {
   neph_cloud_shape shape;                  /**< of models hero and thermals (default none) */
   double billow_amounts[NEPH_CLOUD_PARTS]; /**< of thermals: factors on billowiness at tops, flanks, base; 0 to 2 (1) */
   double billow_frequencies[NEPH_CLOUD_PARTS]; /**< of the largest billows there; 1 to 8 (default 1) */
-  double wisp_amounts[NEPH_CLOUD_PARTS];       /**< factors on wispiness there; 0 to 2 (default 0, 0, 1) */
+  double wisp_amounts[NEPH_CLOUD_PARTS];       /**< factors on wispiness there; 0 to 2 (default 0, 0.5, 1) */
   const char *name;             /**< of this description in messages, borrowed; NULL: cloud (default NULL) */
   neph_height_fn ground_height; /**< of the ground below the field; NULL: none is known (default NULL) */
   void *ground_user;            /**< passed to it (default NULL) */
@@ -163,7 +163,7 @@ typedef struct neph_cloud_desc {
     .wind_direction_rad = {4.71238898038468986, 4.71238898038468986, 4.71238898038468986, 4.71238898038468986,         \
                            4.71238898038468986},                                                                       \
     .shape = {.mesh_unit_m = 1, .height_size_m = {8000, 8000}, .height_m = 1200}, .billow_amounts = {1, 1, 1},         \
-    .billow_frequencies = {1, 1, 1}, .wisp_amounts = {0, 0, 1}, .streets = 0, .cells_kind = NEPH_CLOUD_CELLS_NONE,     \
+    .billow_frequencies = {1, 1, 1}, .wisp_amounts = {0, 0.5, 1}, .streets = 0, .cells_kind = NEPH_CLOUD_CELLS_NONE,   \
     .cells_size_m = 12000, .name = NULL, .ground_height = NULL, .ground_user = NULL, .ground_id = NULL,                \
     .ground_lift = 0, .ground_cover = 0, .trails = 1, .trail_direction_rad = 1.57079632679489662, .repeat_m = 0        \
   }

@@ -118,9 +118,9 @@ static void eval_border(const bake_job *job, const np_bake_points *points, np_le
 }
 
 /* The model of a level of detail is that of the finest, whose balls are many in a leaf of a coarse one: such a leaf is
- * evaluated in blocks as large as one of the finest, to a quarter of its edge. */
+ * evaluated in blocks, whose points are near each other. */
 static void eval_blocks(const bake_job *job, const np_bake_points *points, np_leaf *leaf) {
-  const int edge = NP_LEAF_EDGE >> (job->bake->lod.level < 2 ? job->bake->lod.level : 2), side = NP_LEAF_EDGE / edge;
+  const int edge = NP_LEAF_EDGE / 2, side = NP_LEAF_EDGE / edge;
   leaf_batch batch;
   for (int block = 0; block < side * side * side; block++) {
     const int first = (block / side / side * 64 + block / side % side * 8 + block % side) * edge;

@@ -6,13 +6,38 @@
 
 extern const np_ball_table NP_KERNEL(np_ball_kernels);
 
-static void take_ball(const np_ball *ball, int32_t index, size_t count, const float *x_m, const float *y_m,
-                      const float *z_m, np_ball_nearest *n) {
-  const float bx = ball->x_m, by = ball->y_m, bz = ball->z_m, radius_m = ball->radius_m;
+/* Numbers of the balls that may count for a slice. Returns how many. */
+static size_t choose_balls(const np_ball_chunk *chunk, float blend_m, np_ball_slice *slice, uint16_t *out) {
+  float middle_m[NP_BALL_CHUNK], nearest_m = INFINITY;
+  const float cx = slice->center_m[0], cy = slice->center_m[1], cz = slice->center_m[2];
+#pragma omp simd reduction(min : nearest_m)
+  for (size_t b = 0; b < chunk->count; b++) {
+    const float dx = cx - chunk->x_m[b], dy = cy - chunk->y_m[b], dz = cz - chunk->z_m[b];
+    const float distance_m = sqrtf(dx * dx + dy * dy + dz * dz) - chunk->radius_m[b];
+    middle_m[b] = distance_m;
+    nearest_m = distance_m < nearest_m ? distance_m : nearest_m;
+  }
+  nearest_m += slice->radius_m;
+  if (nearest_m < slice->nearest_max_m) slice->nearest_max_m = nearest_m;
+  const float blended_m = slice->nearest_max_m + blend_m;
+  const float limit_m = (blended_m < slice->reach_m ? blended_m : slice->reach_m) + slice->radius_m;
+  size_t count = 0;
+  for (size_t b = 0; b < chunk->count; b++) {
+    out[count] = (uint16_t)b;
+    count += middle_m[b] <= limit_m;
+  }
+  return count;
+}
+
+static void take_ball(const np_ball_chunk *chunk, size_t b, const np_ball_points *points, const np_ball_slice *slice,
+                      np_ball_nearest *n) {
+  const float bx = chunk->x_m[b], by = chunk->y_m[b], bz = chunk->z_m[b], radius_m = chunk->radius_m[b];
+  const float *x_m = points->x_m, *y_m = points->y_m, *z_m = points->z_m;
+  const int32_t index = chunk->index[b];
   float *nearest_m = n->nearest_m, *second_m = n->second_m;
   int32_t *nearest = n->nearest, *second = n->second;
 #pragma omp simd
-  for (size_t i = 0; i < count; i++) {
+  for (size_t i = slice->begin; i < slice->end; i++) {
     const float dx = x_m[i] - bx, dy = y_m[i] - by, dz = z_m[i] - bz;
     const float distance_m = sqrtf(dx * dx + dy * dy + dz * dz) - radius_m;
     const float before_m = nearest_m[i], after_m = second_m[i];
@@ -25,9 +50,11 @@ static void take_ball(const np_ball *ball, int32_t index, size_t count, const fl
   }
 }
 
-static void take_chunk(const np_ball_chunk *chunk, size_t count, const float *x_m, const float *y_m, const float *z_m,
+static void take_chunk(const np_ball_chunk *chunk, float blend_m, const np_ball_points *points, np_ball_slice *slice,
                        np_ball_nearest *nearest) {
-  for (size_t b = 0; b < chunk->count; b++) take_ball(&chunk->balls[b], chunk->index[b], count, x_m, y_m, z_m, nearest);
+  uint16_t chosen[NP_BALL_CHUNK];
+  const size_t count = choose_balls(chunk, blend_m, slice, chosen);
+  for (size_t b = 0; b < count; b++) take_ball(chunk, chosen[b], points, slice, nearest);
 }
 
 /* Share of the greater of two distances in their blend, which is at most a quarter of its width below the

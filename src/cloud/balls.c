@@ -193,18 +193,46 @@ bool np_ball_heap_is_near(const np_ball_heap *heap, const float min_m[3], const 
 
 /* ---- Search ---- */
 
+enum { SLICE_POINTS_MIN = 24, SLICE_POINTS_MAX = 64, SLICES_MAX = NP_BALL_BLOCK / SLICE_POINTS_MIN + 1 };
+
 typedef struct ball_search {
   const np_ball_heap *heap;
   const np_ball_points *points;
-  float min_m[3], max_m[3];
+  float min_m[3], max_m[3], slack_m; /* of all points; of roundings */
+  size_t slice_count;
+  np_ball_slice slices[SLICES_MAX];
   np_ball_chunk chunk;
   np_ball_nearest nearest;
 } ball_search;
 
-static void flush(ball_search *s) {
-  const np_ball_points *p = s->points;
-  s->heap->kernels->take_chunk(&s->chunk, p->count, p->x_m, p->y_m, p->z_m, &s->nearest);
+static void flush(ball_search *s, const np_ball_level *level) {
+  for (size_t n = 0; n < s->slice_count; n++)
+    s->heap->kernels->take_chunk(&s->chunk, level->blend_m + s->slack_m, s->points, &s->slices[n], &s->nearest);
   s->chunk.count = 0;
+}
+
+static void add_candidate(np_ball_chunk *chunk, const np_ball *ball, uint32_t index) {
+  const size_t n = chunk->count++;
+  chunk->x_m[n] = ball->x_m;
+  chunk->y_m[n] = ball->y_m;
+  chunk->z_m[n] = ball->z_m;
+  chunk->radius_m[n] = ball->radius_m;
+  chunk->index[n] = (int32_t)index;
+}
+
+/* Balls of a level count as far as its blend with the levels before, whose distances are known. Returns the greatest
+ * of all slices' reach. */
+static float limit_reach(ball_search *s, const np_ball_level *level, float reach_m, const float *before_m) {
+  float largest_m = -INFINITY;
+  for (size_t n = 0; n < s->slice_count; n++) {
+    np_ball_slice *slice = &s->slices[n];
+    float most_m = -INFINITY;
+    for (size_t i = slice->begin; i < slice->end; i++) most_m = np_maxf(most_m, before_m[i]);
+    slice->nearest_max_m = INFINITY;
+    slice->reach_m = np_minf(reach_m, most_m + 2.25f * level->blend_m + s->slack_m);
+    largest_m = np_maxf(largest_m, slice->reach_m);
+  }
+  return largest_m;
 }
 
 /* The two nearest balls of a level. False: none is near. */
@@ -220,12 +248,11 @@ static bool search_level(ball_search *s, const np_ball_level *level, float reach
         if (!is_any)
           for (size_t k = 0; k < s->points->count; k++) s->nearest.nearest_m[k] = s->nearest.second_m[k] = INFINITY;
         is_any = true;
-        s->chunk.balls[s->chunk.count] = level->balls[n];
-        s->chunk.index[s->chunk.count++] = (int32_t)n;
-        if (s->chunk.count == NP_BALL_CHUNK) flush(s);
+        add_candidate(&s->chunk, &level->balls[n], n);
+        if (s->chunk.count == NP_BALL_CHUNK) flush(s, level);
       }
     }
-  if (s->chunk.count) flush(s);
+  if (s->chunk.count) flush(s, level);
   return is_any;
 }
 
@@ -295,15 +322,59 @@ static void take_shape(const np_shape_grid *shape, const np_ball_points *points,
   }
 }
 
-static void compute_box(ball_search *s) {
-  const float *at_m[3] = {s->points->x_m, s->points->y_m, s->points->z_m};
+/* A box about points. */
+typedef struct point_box {
+  float min_m[3], max_m[3];
+} point_box;
+
+static point_box grow_box(const point_box *box, const np_ball_points *points, size_t i) {
+  const float at_m[3] = {points->x_m[i], points->y_m[i], points->z_m[i]};
+  point_box grown;
   for (int a = 0; a < 3; a++) {
-    s->min_m[a] = s->max_m[a] = at_m[a][0];
-    for (size_t i = 1; i < s->points->count; i++) {
-      s->min_m[a] = np_minf(s->min_m[a], at_m[a][i]);
-      s->max_m[a] = np_maxf(s->max_m[a], at_m[a][i]);
-    }
+    grown.min_m[a] = np_minf(box->min_m[a], at_m[a]);
+    grown.max_m[a] = np_maxf(box->max_m[a], at_m[a]);
   }
+  return grown;
+}
+
+static float compute_edge(const point_box *box) {
+  return np_maxf(np_maxf(box->max_m[0] - box->min_m[0], box->max_m[1] - box->min_m[1]), box->max_m[2] - box->min_m[2]);
+}
+
+static const point_box no_box = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
+
+/* Points from `begin` on that lie within half the edge of all. */
+static np_ball_slice cut_slice(const np_ball_points *points, size_t begin, float edge_max_m) {
+  np_ball_slice slice = {.begin = begin, .end = begin};
+  point_box box = no_box;
+  float diagonal2 = 0.0f;
+  for (; slice.end < points->count && slice.end < begin + SLICE_POINTS_MAX; slice.end++) {
+    const point_box grown = grow_box(&box, points, slice.end);
+    if (slice.end >= begin + SLICE_POINTS_MIN && compute_edge(&grown) > edge_max_m) break;
+    box = grown;
+  }
+  for (int a = 0; a < 3; a++) {
+    slice.center_m[a] = 0.5f * (box.min_m[a] + box.max_m[a]);
+    diagonal2 += (box.max_m[a] - box.min_m[a]) * (box.max_m[a] - box.min_m[a]);
+  }
+  slice.radius_m = 0.5f * sqrtf(diagonal2);
+  return slice;
+}
+
+static void cut_slices(ball_search *s) {
+  point_box box = no_box;
+  float largest_m = 0.0f;
+  for (size_t i = 0; i < s->points->count; i++) box = grow_box(&box, s->points, i);
+  for (int a = 0; a < 3; a++) {
+    s->min_m[a] = box.min_m[a];
+    s->max_m[a] = box.max_m[a];
+    largest_m = np_maxf(largest_m, np_maxf(fabsf(box.min_m[a]), fabsf(box.max_m[a])));
+  }
+  const float edge_m = compute_edge(&box);
+  s->slack_m = 2e-6f * (largest_m + edge_m);
+  s->slice_count = 0;
+  for (size_t begin = 0; begin < s->points->count; begin = s->slices[s->slice_count++].end)
+    s->slices[s->slice_count] = cut_slice(s->points, begin, 0.5f * edge_m);
 }
 
 bool np_ball_heap_search(const np_ball_heap *heap, const np_ball_points *points, float reach_m,
@@ -318,14 +389,16 @@ bool np_ball_heap_search(const np_ball_heap *heap, const np_ball_points *points,
   float *const values[] = {out->age, out->radius_m, out->normal[0], out->normal[1], out->normal[2]};
   for (int v = 0; v < 5; v++)
     if (values[v]) memset(values[v], 0, points->count * sizeof **values);
-  compute_box(&s);
+  cut_slices(&s);
   if (heap->shape && np_shape_grid_is_near(heap->shape, s.min_m, s.max_m, compute_shape_reach(heap, reach_m))) {
     take_shape(heap->shape, points, out);
     is_any = true;
   }
   for (unsigned l = 0; l < heap->level_count; l++) {
-    if (!search_level(&s, &heap->levels[l], compute_level_reach(heap, l, reach_m))) continue;
-    join_level(&s, &heap->levels[l], out);
+    const np_ball_level *level = &heap->levels[l];
+    const float level_reach_m = limit_reach(&s, level, compute_level_reach(heap, l, reach_m), out->distance_m);
+    if (!search_level(&s, level, level_reach_m)) continue;
+    join_level(&s, level, out);
     is_any = true;
   }
   return is_any;

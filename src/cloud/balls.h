@@ -38,6 +38,20 @@ typedef struct np_ball_level {
   float blend_m; /* over which the distances of two balls, and of this level and those before, are blended */
 } np_ball_level;
 
+/* At most NP_BALL_BLOCK points. */
+typedef struct np_ball_points {
+  size_t count;
+  const float *x_m, *y_m, *z_m;
+} np_ball_points;
+
+/* Points that follow each other and are near each other: the sphere about them, the distance to which balls count, and
+ * one that no point's nearest ball exceeds. */
+typedef struct np_ball_slice {
+  size_t begin, end;
+  float center_m[3], radius_m;
+  float reach_m, nearest_max_m;
+} np_ball_slice;
+
 /* Balls of one level, or of none: the distances to the nearest two, and their numbers; a point for each lane. */
 typedef struct np_ball_nearest {
   float nearest_m[NP_BALL_BLOCK], second_m[NP_BALL_BLOCK];
@@ -47,15 +61,16 @@ typedef struct np_ball_nearest {
 
 typedef struct np_ball_chunk {
   size_t count;
-  np_ball balls[NP_BALL_CHUNK];
+  float x_m[NP_BALL_CHUNK], y_m[NP_BALL_CHUNK], z_m[NP_BALL_CHUNK], radius_m[NP_BALL_CHUNK];
   int32_t index[NP_BALL_CHUNK];
 } np_ball_chunk;
 
 /* The functions of one instruction-set level. */
 typedef struct np_ball_table {
-  /* Takes a chunk of balls into the nearest two of each point. Of equal distances the ball that came first is nearer.
+  /* Takes a chunk of balls into the nearest two of each point of a slice, and bounds the nearest. Balls that are out of
+   * reach, or farther by blend_m than the nearest, are left out. Of equal distances the ball that came first is nearer.
    */
-  void (*take_chunk)(const np_ball_chunk *chunk, size_t count, const float *x_m, const float *y_m, const float *z_m,
+  void (*take_chunk)(const np_ball_chunk *chunk, float blend_m, const np_ball_points *points, np_ball_slice *slice,
                      np_ball_nearest *nearest);
 
   /* Blends the distances of the nearest two, and them with those of the levels before. */
@@ -80,12 +95,6 @@ neph_result np_ball_heap_add_level(np_ball_heap *heap, const np_ball_list *lists
 /* Drops the levels from `level_count` on. */
 void np_ball_heap_cut(np_ball_heap *heap, unsigned level_count);
 double np_ball_heap_count_bytes(const np_ball_heap *heap); /* in memory */
-
-/* At most NP_BALL_BLOCK points. */
-typedef struct np_ball_points {
-  size_t count;
-  const float *x_m, *y_m, *z_m;
-} np_ball_points;
 
 /* Signed distance at points, negative inside; age and radius of the nearest balls, and the gradient of the distance.
  * All are blended between balls that are about as near. Age may be NULL, and then radius and normals are; radius and

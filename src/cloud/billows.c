@@ -210,7 +210,7 @@ static neph_result add_billows(np_cloud_model *model, np_monitor *monitor, unsig
   if (desc->repeat_m > 0) {
     rows.count[0] = rows.count[1] = np_repeat_count(desc->extent_m[0], (double)block_m);
     rows.period = EDGE * rows.count[0];
-    model->balls.margin_m = np_maxf(3.2f * spacing_m, model->thermals.gain_max_m + 2.0f * model->thermals.warp_max_m);
+    model->balls.margin_m = np_maxf(3.2f * spacing_m, model->thermals.reach_max_m + 2.0f * model->thermals.warp_max_m);
   }
   return np_ball_rows_collect(&model->balls, monitor, (size_t)rows.count[0] * (size_t)rows.count[1], add_row, &rows,
                               billow_blend * spacing_m, np_maxf(0.8f * spacing_m, 8.0f * (float)desc->voxel_m));

@@ -30,8 +30,8 @@ static const float extinction_floor = 0.002f; /* of the core's: less is nothing 
 static const float anvil_edge = 14.0f; /* times the edge of the tower */
 static const float anvil_thinness = 0.8f;
 
-/* Heavy rain, of the order of 50 mm an hour. */
-static const float rain_extinction_per_m = 4e-3f;
+/* Heavy rain, of the order of 50 mm an hour, and what a cloudburst from thermals, of the order of 110, has more. */
+static const float rain_extinction_per_m = 4e-3f, cloudburst_gain = 0.75f;
 static const float snow_gain = 3.0f, snow_from_m = 2000.0f,
                    snow_full_m = 3500.0f; /* against rain; altitudes of bases */
 static const float rain_streak_m = 260.0f, rain_streak_stretch = 14.0f;
@@ -247,7 +247,9 @@ static void eval_shafts(const np_cloud_model *model, work *w, float *out_shaft) 
   const float shaft_m = np_minf(shaft_max_m, shaft_size * (float)model->desc.cell_m);
   const np_noise_points positions = scale_positions(w, 1.0f / shaft_m, 0.3f * model->turnover);
   model->noise->value_fbm(&model->base.lattice, &octaves, &positions, out_shaft);
-  for (size_t i = 0; i < w->count; i++) out_shaft[i] = 0.05f + 0.95f * np_smoothstepf((out_shaft[i] - 0.38f) * 4.0f);
+  const float least = np_mixf(0.35f, 0.05f, np_smoothstepf(((float)model->desc.cell_m - shaft_max_m) / shaft_max_m));
+  for (size_t i = 0; i < w->count; i++)
+    out_shaft[i] = least + (1.0f - least) * np_smoothstepf((out_shaft[i] - 0.38f) * 4.0f);
 }
 
 /* Ragged clouds in the rain, close below the base. */
@@ -298,7 +300,9 @@ static void add_rain(const np_cloud_model *model, const np_cloud_points *points,
   const np_noise_points positions = scale_positions(&w, 1.0f / rain_streak_m, -2.0f * model->turnover);
   float shaft[NP_CLOUD_BLOCK];
   const float high = ((float)model->desc.base_altitude_m - snow_from_m) / (snow_full_m - snow_from_m);
-  const float heaviest_per_m = rain_extinction_per_m * np_mixf(1.0f, snow_gain, np_smoothstepf(high));
+  const float precipitation = np_cloud_model_has_thermals(model) ? (float)model->desc.precipitation : 0.0f;
+  const float heaviest_per_m = rain_extinction_per_m * (1.0f + cloudburst_gain * precipitation * precipitation) *
+                               np_mixf(1.0f, snow_gain, np_smoothstepf(high));
   model->noise->value_fbm(&model->rain, &octaves, &positions, w.noise);
   eval_shafts(model, &w, shaft);
   for (size_t i = 0; i < w.count; i++) {

@@ -126,38 +126,66 @@ static void set_time(np_cloud_model *model) {
   model->turnover = (float)(desc->time_s / desc->lifetime_s) * turnovers;
 }
 
-enum { CENSUS_COLUMNS = 64, CENSUS_HEIGHTS_MAX = 24, CENSUS_STEPS = 14 };
+enum { CENSUS_COLUMNS = 64, CENSUS_HEIGHTS = 24, CENSUS_HEIGHTS_MAX = 48, CENSUS_STEPS = 14 };
 
 typedef struct census {
   const np_cloud_model *model;
   atomic_size_t covered;
 } census;
 
-/* Heights to look at: those of the voxels, if they are not too many. Above this share of it a dome covers no more. */
+static const double census_heights_per_billow = 6; /* of thermals, or what stands out between two is missed */
+
+/* Heights to look at: those of the voxels, if they are not too many. */
 static int count_heights(const neph_cloud_desc *desc) {
   const double voxels = ceil(desc->thickness_m / desc->voxel_m);
-  return voxels < CENSUS_HEIGHTS_MAX ? (int)voxels : CENSUS_HEIGHTS_MAX;
+  double heights = CENSUS_HEIGHTS;
+  if (desc->model == NEPH_CLOUD_MODEL_THERMALS || desc->model == NEPH_CLOUD_MODEL_HERO)
+    heights = fmax(heights, ceil(census_heights_per_billow * desc->thickness_m / desc->billow_m));
+  return (int)fmin(voxels, fmin(heights, CENSUS_HEIGHTS_MAX));
+}
+
+/* Columns that are evaluated together, the points of each one after the other. */
+typedef struct census_block {
+  size_t columns;
+  float x_m[NP_CLOUD_BLOCK], y_m[NP_CLOUD_BLOCK], height_m[NP_CLOUD_BLOCK];
+} census_block;
+
+static void add_column(const np_cloud_model *model, float x_m, float y_m, int heights, census_block *block) {
+  const size_t first = block->columns++ * (size_t)heights;
+  for (size_t i = 0; i < (size_t)heights; i++) {
+    block->x_m[first + i] = x_m;
+    block->y_m[first + i] = y_m;
+    block->height_m[first + i] = ((float)i + 0.5f) * ((float)model->desc.thickness_m / (float)heights);
+  }
+}
+
+static size_t count_block(const np_cloud_model *model, const census_block *block, int heights) {
+  float extinction[NP_CLOUD_BLOCK];
+  const np_cloud_points points = {block->columns * (size_t)heights, block->x_m, block->y_m, block->height_m};
+  size_t covered = 0;
+  np_cloud_model_eval(model, &points, extinction);
+  for (size_t c = 0; c < block->columns; c++) {
+    float deepest = 0.0f;
+    for (size_t i = 0; i < (size_t)heights; i++) deepest = fmaxf(deepest, extinction[c * (size_t)heights + i]);
+    covered += deepest > 0.0f;
+  }
+  return covered;
 }
 
 /* Counts the columns of one row of the field in which there is any cloud. */
 static size_t count_covered(const np_cloud_model *model, size_t row) {
   const neph_cloud_desc *desc = &model->desc;
-  float x[CENSUS_COLUMNS], y[CENSUS_COLUMNS], height[CENSUS_COLUMNS], extinction[CENSUS_COLUMNS];
-  float deepest[CENSUS_COLUMNS] = {0};
   const float cell[2] = {(float)desc->extent_m[0] / CENSUS_COLUMNS, (float)desc->extent_m[1] / CENSUS_COLUMNS};
-  const np_cloud_points points = {CENSUS_COLUMNS, x, y, height};
-  const int levels = count_heights(desc);
-  for (int level = 0; level < levels; level++) {
-    for (int i = 0; i < CENSUS_COLUMNS; i++) {
-      x[i] = ((float)i + 0.5f - 0.5f * CENSUS_COLUMNS) * cell[0];
-      y[i] = ((float)row + 0.5f - 0.5f * CENSUS_COLUMNS) * cell[1];
-      height[i] = ((float)level + 0.5f) * ((float)desc->thickness_m / (float)levels);
-    }
-    np_cloud_model_eval(model, &points, extinction);
-    for (int i = 0; i < CENSUS_COLUMNS; i++) deepest[i] = fmaxf(deepest[i], extinction[i]);
-  }
+  const float y_m = ((float)row + 0.5f - 0.5f * CENSUS_COLUMNS) * cell[1];
+  const int heights = count_heights(desc);
+  census_block block = {.columns = 0};
   size_t covered = 0;
-  for (int i = 0; i < CENSUS_COLUMNS; i++) covered += deepest[i] > 0.0f;
+  for (int i = 0; i < CENSUS_COLUMNS; i++) {
+    add_column(model, ((float)i + 0.5f - 0.5f * CENSUS_COLUMNS) * cell[0], y_m, heights, &block);
+    if ((block.columns + 1) * (size_t)heights <= NP_CLOUD_BLOCK && i + 1 < CENSUS_COLUMNS) continue;
+    covered += count_block(model, &block, heights);
+    block.columns = 0;
+  }
   return covered;
 }
 

@@ -216,10 +216,13 @@ typedef struct np_thermal_noises {
   float warp_size_m[NP_THERMAL_WARPS], warp_m[NP_THERMAL_WARPS]; /* root mean square of each component */
   float warp_max_m;                                              /* of all, a length */
   unsigned wisp_octaves;
-  float wisp_size_m, wisp_m;
-  float floor_m, floor_size_m;  /* mean height of the base above the lowest, and size of its noise */
-  float crisp_m, soft_m;        /* edges, young and old */
-  float gain_max_m, loss_max_m; /* the most that noise moves the surface out and in */
+  float wisp_size_m, fray_m;
+  float wisp_m[NEPH_CLOUD_PARTS], wisp_max_m; /* depth of wisps at tops, flanks and base */
+  float floor_m, floor_size_m;                /* mean height of the base above the lowest, and size of its noise */
+  float crisp_m, soft_m;                      /* edges, young and old */
+  float gain_max_m, loss_max_m;               /* the most that noise moves the surface out and in */
+  float fray_gain_max_m, fray_loss_max_m;     /* of those, by fraying */
+  float reach_max_m;                          /* of gain and wisps, outwards */
 } np_thermal_noises;
 
 /* Noises of the kinds with a shape of their own (cloud_kinds.h). */

@@ -2,11 +2,11 @@
 /* Density of a cumulus of thermals, from the distance to its balls.
  *
  * Positions are displaced by divergence-free noise, then the distance is displaced: by billows of Worley noise, the
- * fine ones where the cloud is young, by fBm where it is old, and more so near the base. Extinction rises from the
- * surface inwards over an edge, crisp or soft by age. In the core it follows an adiabatic parcel: liquid water grows
- * with the height above the base, the number of droplets does not, so that extinction is ∝ height^⅔ (Pruppacher and
- * Klett 1997, "Microphysics of Clouds and Precipitation", ch. 2). Entrained air thins an old cloud. The base is not a
- * plane: noise raises it.
+ * fine ones where the cloud is young, by fBm where it is old. Extinction rises from the surface inwards over an edge,
+ * crisp or soft by age, or over wisps: there noise decides by depth what is in a shred. In the core it follows an
+ * adiabatic parcel: liquid water grows with the height above the base, the number of droplets does not, so that
+ * extinction is ∝ height^⅔ (Pruppacher and Klett 1997, "Microphysics of Clouds and Precipitation", ch. 2). Entrained
+ * air thins an old cloud. The base is not a plane: noise raises it.
  *
  * Age and the depth inside are those of the position itself, only the distance that remains near the surface is that
  * of the displaced one; so no value depends on the points that it is evaluated with.
@@ -22,17 +22,23 @@ static const float warp_sizes[NP_THERMAL_WARPS] = {0.57f, 0.23f, 0.09f}; /* in l
 static const float warp_reach[NP_THERMAL_WARPS] = {0.085f, 0.055f,
                                                    0.018f};   /* of the displacement, at full turbulence */
 static const float warp_limit = 2.0f;                         /* of a component, over its root mean square */
-static const float detail_size = 0.19f, detail_ratio = 0.47f; /* of the first octave, in largest billows */
-static const float detail_reach = 0.45f;                      /* of an octave at erosion 1, in its own size */
-static const float crease_reach = 0.6f;                       /* of the first octave */
-static const float detail_mean = 0.30f;                       /* of Worley noise */
-static const float wisp_size = 0.27f, wisp_reach = 0.5f, wisp_outwards = 0.10f, wisp_inwards = 0.6f,
-                   wisp_offset = 0.06f, wisp_gain = 0.5f;
-static const float wisp_stretch = 1.7f, wisp_lean = 0.35f;  /* of the noise along the wind; by height */
-static const float crisp_edge = 0.016f, soft_edge = 0.055f; /* in largest billows */
+static const float detail_size = 0.42f, detail_ratio = 0.46f; /* of the first octave, in largest billows */
+static const float detail_reach = 0.5f;                       /* of an octave at erosion 1, in its own size */
+static const float crease_reach = 0.95f;                      /* of the first octave */
+static const float detail_mean = 0.33f;                       /* of Worley noise */
+static const float fray_size = 0.24f, fray_reach = 0.5f, fray_outwards = 0.10f, fray_inwards = 0.6f,
+                   fray_offset = 0.06f, fray_gain = 0.65f;
+static const float fray_stretch = 1.5f, fray_lean = 0.35f;    /* of the noise along the wind; by height */
+static const float wisp_depth = 0.42f, wisp_outwards = 0.45f; /* in largest billows, at a wispiness of 1; of it */
+static const float wisp_bite = 16.0f;                         /* of the noise; of it against the depth */
+static const float wisp_thinness = 0.80f;                     /* share that wisps have lost at their outer end */
+static const float torn_share = 0.35f, torn_broad = 2.4f, torn_fine = 0.9f, strand_twist = 1.5f; /* of the noises */
+static const float wisp_base_max_m = 300.0f, rain_wisps = 0.8f; /* at the base; of its wisps, by precipitation */
+static const float crisp_edge = 0.016f, soft_edge = 0.055f;     /* in largest billows */
 static const float floor_share = 0.05f, floor_max_m = 40.0f, floor_size = 0.6f; /* of the base */
 static const float adiabatic_share = 0.4f, adiabatic_max = 1.25f; /* of the thickness, where extinction is the core's */
 static const float entrained = 0.55f;                             /* share that the oldest cloud has lost */
+static const float run_edge = 0.5f; /* of points that are evaluated together, in largest billows */
 static const double billow_voxels = 4;
 static const double billow_share = 0.18;      /* of the shorter side of a field */
 static const float extinction_floor = 0.002f; /* of the core's: less is nothing */
@@ -64,6 +70,20 @@ static void set_detail(np_cloud_model *model) {
   model->thermals.loss_max_m = sum_m * (1.0f - detail_mean);
 }
 
+/* Rain tears the base, too. */
+static void set_wisps(np_cloud_model *model) {
+  const neph_cloud_desc *desc = &model->desc;
+  np_thermal_noises *t = &model->thermals;
+  float shares[NEPH_CLOUD_PARTS];
+  for (int p = 0; p < NEPH_CLOUD_PARTS; p++) shares[p] = (float)fmin(desc->wispiness * desc->wisp_amounts[p], 1);
+  shares[2] += (1.0f - shares[2]) * rain_wisps * (float)desc->precipitation;
+  for (int p = 0; p < NEPH_CLOUD_PARTS; p++) t->wisp_m[p] = wisp_depth * t->billow_m * shares[p];
+  t->wisp_m[2] = np_minf(t->wisp_m[2], wisp_base_max_m * shares[2]);
+  t->wisp_max_m = np_maxf(np_maxf(t->wisp_m[0], t->wisp_m[1]), t->wisp_m[2]);
+}
+
+static float compute_warp_max_m(float warp_m) { return 1.7321f * warp_limit * warp_m * 1.001f; }
+
 void np_thermals_set_noises(np_cloud_model *model) {
   const neph_cloud_desc *desc = &model->desc;
   const float billow_m = compute_billow_m(desc), voxel_m = (float)desc->voxel_m;
@@ -71,18 +91,19 @@ void np_thermals_set_noises(np_cloud_model *model) {
   *t = (np_thermal_noises){.billow_m = billow_m,
                            .floor = make_lattice(desc, NP_CLOUD_STREAM_FLOOR),
                            .wisps = make_lattice(desc, NP_CLOUD_STREAM_WISPS),
-                           .wisp_size_m = wisp_size * billow_m,
-                           .wisp_m = wisp_reach * billow_m * (0.3f + (float)desc->erosion)};
+                           .wisp_size_m = fray_size * billow_m,
+                           .fray_m = fray_reach * billow_m * (0.3f + 1.3f * (float)desc->erosion)};
   set_detail(model);
+  set_wisps(model);
   for (unsigned k = 0; k < NP_THERMAL_WARPS; k++) {
     t->warp[k] = make_lattice(desc, NP_CLOUD_STREAM_WARP + k);
     t->warp_size_m[k] = np_repeat_fit(desc, warp_sizes[k] * billow_m);
     np_repeat_set_period(desc, t->warp_size_m[k], 1.0f, &t->warp[k]);
     t->warp_m[k] = warp_reach[k] * billow_m * (float)desc->turbulence;
-    t->warp_max_m += 1.7321f * warp_limit * t->warp_m[k] * 1.001f;
+    t->warp_max_m += compute_warp_max_m(t->warp_m[k]);
   }
   t->wisp_size_m = np_repeat_fit(desc, t->wisp_size_m);
-  np_repeat_set_period(desc, t->wisp_size_m, wisp_stretch, &t->wisps);
+  np_repeat_set_period(desc, t->wisp_size_m, fray_stretch, &t->wisps);
   t->floor_size_m = np_repeat_fit(desc, floor_size * billow_m);
   np_repeat_set_period(desc, t->floor_size_m, 1.0f, &t->floor);
   t->wisp_octaves = 1;
@@ -92,8 +113,11 @@ void np_thermals_set_noises(np_cloud_model *model) {
   const float softness = (float)desc->softness;
   t->crisp_m = np_maxf(crisp_edge * billow_m, 0.75f * voxel_m) + 0.25f * softness * softness * billow_m;
   t->soft_m = np_maxf(soft_edge * billow_m, t->crisp_m);
-  t->gain_max_m += np_maxf(wisp_outwards * t->wisp_m - wisp_offset * billow_m, 0.0f);
-  t->loss_max_m = np_maxf(t->loss_max_m, wisp_inwards * t->wisp_m + wisp_offset * billow_m);
+  t->fray_gain_max_m = np_maxf(fray_outwards * t->fray_m - fray_offset * billow_m, 0.0f);
+  t->fray_loss_max_m = fray_inwards * t->fray_m + fray_offset * billow_m;
+  t->gain_max_m += t->fray_gain_max_m;
+  t->loss_max_m += t->fray_loss_max_m;
+  t->reach_max_m = t->gain_max_m + wisp_outwards * t->wisp_max_m;
 }
 
 /* ---- Points ---- */
@@ -106,10 +130,13 @@ typedef struct thermal_work {
   float above_m[NP_CLOUD_BLOCK];                          /* the base */
   float air_x_m[NP_CLOUD_BLOCK], air_y_m[NP_CLOUD_BLOCK]; /* where the air was that the wind has carried here */
   float distance_m[NP_CLOUD_BLOCK], age[NP_CLOUD_BLOCK];
+  float reach_m[NP_CLOUD_BLOCK];    /* of wisps, from the surface inwards */
+  float moved_m[3][NP_CLOUD_BLOCK]; /* displacement by the warps so far */
   float sx[NP_CLOUD_BLOCK], sy[NP_CLOUD_BLOCK], sz[NP_CLOUD_BLOCK], noise[NP_CLOUD_BLOCK]; /* scratch */
 } thermal_work;
 
 static void keep(thermal_work *w, size_t from, size_t to) {
+  if (from == to) return;
   w->index[to] = w->index[from];
   w->x_m[to] = w->x_m[from];
   w->y_m[to] = w->y_m[from];
@@ -119,6 +146,12 @@ static void keep(thermal_work *w, size_t from, size_t to) {
   w->air_y_m[to] = w->air_y_m[from];
   w->distance_m[to] = w->distance_m[from];
   w->age[to] = w->age[from];
+  w->reach_m[to] = w->reach_m[from];
+  for (int a = 0; a < 3; a++) w->moved_m[a][to] = w->moved_m[a][from];
+  w->sx[to] = w->sx[from];
+  w->sy[to] = w->sy[from];
+  w->sz[to] = w->sz[from];
+  w->noise[to] = w->noise[from];
 }
 
 /* Positions in the air, in a noise's own size. */
@@ -152,58 +185,18 @@ static void raise_base(const np_cloud_model *model, thermal_work *w) {
   w->count = kept;
 }
 
-/* Old near the base, where the cloud evaporates at its rim. */
-static void age_base(const np_cloud_model *model, thermal_work *w) {
-  const float wanted = np_minf((float)(model->desc.wispiness * model->desc.wisp_amounts[2]), 1.0f);
-  const float wispiness = wanted * (2.0f - wanted), billow_m = model->thermals.billow_m;
-  for (size_t i = 0; i < w->count; i++) {
-    const float low = 1.0f - np_smoothstepf((w->above_m[i] / billow_m - 0.06f) / 0.35f);
-    w->age[i] = np_maxf(w->age[i], wispiness * low);
-  }
-}
-
-/* Old where tops and flanks are to have wisps. */
-static void age_parts(const np_cloud_model *model, thermal_work *w, float reach_m) {
-  const neph_cloud_desc *desc = &model->desc;
-  const float top = np_minf((float)(desc->wispiness * desc->wisp_amounts[0]), 1.0f);
-  const float flank = np_minf((float)(desc->wispiness * desc->wisp_amounts[1]), 1.0f);
-  float distance_m[NP_CLOUD_BLOCK], age[NP_CLOUD_BLOCK], radius_m[NP_CLOUD_BLOCK], normal[3][NP_CLOUD_BLOCK];
-  const np_ball_points points = {w->count, w->x_m, w->y_m, w->z_m};
-  const np_ball_surface surface = {distance_m, age, radius_m, {normal[0], normal[1], normal[2]}};
-  if (!(top > 0.0f) && !(flank > 0.0f)) return;
-  if (!np_ball_heap_search(&model->balls, &points, reach_m, &surface)) return;
-  for (size_t i = 0; i < w->count; i++) {
-    const float up = np_smoothstepf((normal[2][i] - 0.1f) / 0.5f);
-    const float high = np_smoothstepf((w->above_m[i] / model->thermals.billow_m - 0.1f) / 0.5f);
-    w->age[i] += (1.0f - w->age[i]) * np_mixf(flank, top, up) * high;
-  }
-}
-
-static float clip_warp(float value) { return np_clampf(value, -warp_limit, warp_limit); }
-
-static void displace(const np_cloud_model *model, thermal_work *w) {
+/* Depth that wisps reach: by the slope of the thermals, whose billows have tops of their own, and by the height. */
+static void set_wisp_reach(const np_cloud_model *model, thermal_work *w) {
   const np_thermal_noises *t = &model->thermals;
-  float dx[NP_CLOUD_BLOCK], dy[NP_CLOUD_BLOCK], dz[NP_CLOUD_BLOCK];
-  float to[3][NP_CLOUD_BLOCK];
-  if (!(t->warp_max_m > 0.0f)) return;
-  memset(to, 0, sizeof to);
-  for (unsigned k = 0; k < NP_THERMAL_WARPS; k++) {
-    const np_noise_points points = scale_positions(model, w, t->warp_size_m[k]);
-    model->noise->curl(&t->warp[k], &points, dx, dy, dz);
-    for (size_t i = 0; i < w->count; i++) {
-      to[0][i] += t->warp_m[k] * clip_warp(dx[i]);
-      to[1][i] += t->warp_m[k] * clip_warp(dy[i]);
-      to[2][i] += t->warp_m[k] * clip_warp(dz[i]);
-    }
-  }
+  const np_ball_points points = {w->count, w->x_m, w->y_m, w->z_m};
+  float normal_z[NP_CLOUD_BLOCK];
+  const bool has_slope = w->count > 0 && t->wisp_m[0] != t->wisp_m[1];
+  if (has_slope) np_thermals_eval_slope(model, &points, normal_z);
   for (size_t i = 0; i < w->count; i++) {
-    w->sx[i] = w->x_m[i] + to[0][i];
-    w->sy[i] = w->y_m[i] + to[1][i];
-    w->sz[i] = w->z_m[i] + to[2][i];
+    const float low = 1.0f - np_smoothstepf((w->above_m[i] / t->billow_m - 0.06f) / 0.45f);
+    const float up = has_slope ? np_smoothstepf((normal_z[i] - 0.1f) / 0.6f) : 0.0f;
+    w->reach_m[i] = np_mixf(np_mixf(t->wisp_m[1], t->wisp_m[0], up), t->wisp_m[2], low);
   }
-  const np_ball_points points = {w->count, w->sx, w->sy, w->sz};
-  const np_ball_surface surface = {.distance_m = w->distance_m};
-  (void)np_ball_heap_search(&model->balls, &points, t->gain_max_m, &surface);
 }
 
 /* ---- Extinction ---- */
@@ -221,28 +214,78 @@ static float compute_edge(const np_cloud_model *model, float age) {
   return np_mixf(model->thermals.crisp_m, model->thermals.soft_m, age * age);
 }
 
-static float compute_extinction(const np_cloud_model *model, const thermal_work *w, size_t i) {
+/* Depth below the surface, and above the base, over that of edge and wisps: 1 where no wisp reaches. */
+static float compute_wisp_depth(const np_cloud_model *model, const thermal_work *w, size_t i, float loss_m) {
+  const float reach_m = w->reach_m[i], depth_m = -w->distance_m[i] - loss_m + wisp_outwards * reach_m;
+  const float edge_m = compute_edge(model, w->age[i]);
+  return (reach_m > 0.0f ? np_minf(depth_m, w->above_m[i]) : depth_m) / (edge_m + reach_m);
+}
+
+/* Share of the core's extinction: an edge, which wisps widen and noise, from 0 to 1, tears. */
+static float compute_body(const np_cloud_model *model, const thermal_work *w, size_t i, float noise) {
+  const float reach_m = w->reach_m[i], deep = compute_wisp_depth(model, w, i, 0.0f);
+  const float edge_m = compute_edge(model, w->age[i]), share = reach_m / (edge_m + reach_m);
+  const float bite = np_minf(wisp_bite * share, reach_m / edge_m); /* shreds are no crisper than the edge */
+  const float torn = deep + bite * (deep - noise);
+  const float thinness = wisp_thinness * share * (1.0f - np_clampf(deep, 0.0f, 1.0f));
+  return np_smoothstepf(torn) * (1.0f - thinness) * (1.0f - entrained * w->age[i]);
+}
+
+static float compute_extinction(const np_cloud_model *model, const thermal_work *w, size_t i, float noise) {
   const neph_cloud_desc *desc = &model->desc;
   const float height = w->above_m[i] / (adiabatic_share * (float)desc->thickness_m);
-  const float body =
-      np_smoothstepf(-w->distance_m[i] / compute_edge(model, w->age[i])) * (1.0f - entrained * w->age[i]);
-  const float share = body * compute_two_thirds(np_minf(height + 0.004f, adiabatic_max));
+  const float share = compute_body(model, w, i, noise) * compute_two_thirds(np_minf(height + 0.004f, adiabatic_max));
   return share > extinction_floor ? (float)desc->extinction_per_m * share : 0.0f;
 }
 
-/* Drops points that no gain can bring into the cloud, and settles those so deep that no loss reaches them. */
-static void settle(const np_cloud_model *model, thermal_work *w, float gain_m, float loss_m,
+/* Drops points that no gain can bring into the cloud, and settles those so deep that no loss reaches them. The surface
+ * may still move by gain, loss and warps: no more than a position moves does the distance to it change. */
+static void settle(const np_cloud_model *model, thermal_work *w, float gain_m, float loss_m, float warp_m,
                    float *out_extinction_per_m) {
   size_t kept = 0;
   for (size_t i = 0; i < w->count; i++) {
-    if (!(w->distance_m[i] < gain_m)) continue;
-    if (w->distance_m[i] + loss_m < -compute_edge(model, w->age[i]))
-      out_extinction_per_m[w->index[i]] = compute_extinction(model, w, i);
+    const float x = w->moved_m[0][i], y = w->moved_m[1][i], z = w->moved_m[2][i];
+    const float stray_m = warp_m + 1.001f * sqrtf(x * x + y * y + z * z);
+    if (!(compute_wisp_depth(model, w, i, -(gain_m + stray_m)) > 0.0f)) continue;
+    if (compute_wisp_depth(model, w, i, loss_m + stray_m) > 1.0f)
+      out_extinction_per_m[w->index[i]] = compute_extinction(model, w, i, 0.0f);
     else
       keep(w, i, kept++);
   }
   w->count = kept;
 }
+
+/* ---- Displacement ---- */
+
+static float clip_warp(float value) { return np_clampf(value, -warp_limit, warp_limit); }
+
+/* Moves positions by one noise after the other, and settles those that no later one can bring to the surface. */
+static void displace(const np_cloud_model *model, thermal_work *w, float *out_extinction_per_m) {
+  const np_thermal_noises *t = &model->thermals;
+  float dx[NP_CLOUD_BLOCK], dy[NP_CLOUD_BLOCK], dz[NP_CLOUD_BLOCK], rest_m = t->warp_max_m;
+  for (unsigned k = 0; k < NP_THERMAL_WARPS && w->count; k++) {
+    const np_noise_points points = scale_positions(model, w, t->warp_size_m[k]);
+    model->noise->curl(&t->warp[k], &points, dx, dy, dz);
+    for (size_t i = 0; i < w->count; i++) {
+      w->moved_m[0][i] += t->warp_m[k] * clip_warp(dx[i]);
+      w->moved_m[1][i] += t->warp_m[k] * clip_warp(dy[i]);
+      w->moved_m[2][i] += t->warp_m[k] * clip_warp(dz[i]);
+    }
+    rest_m -= compute_warp_max_m(t->warp_m[k]);
+    settle(model, w, t->gain_max_m, t->loss_max_m, np_maxf(rest_m, 0.0f), out_extinction_per_m);
+  }
+  for (size_t i = 0; i < w->count; i++) {
+    w->sx[i] = w->x_m[i] + w->moved_m[0][i];
+    w->sy[i] = w->y_m[i] + w->moved_m[1][i];
+    w->sz[i] = w->z_m[i] + w->moved_m[2][i];
+    w->moved_m[0][i] = w->moved_m[1][i] = w->moved_m[2][i] = 0.0f;
+  }
+  const np_ball_points points = {w->count, w->sx, w->sy, w->sz};
+  const np_ball_surface surface = {.distance_m = w->distance_m};
+  (void)np_ball_heap_search(&model->balls, &points, t->reach_max_m, &surface);
+}
+
+/* ---- Detail ---- */
 
 static void add_detail(const np_cloud_model *model, thermal_work *w) {
   for (unsigned k = 0; k < model->detail_count; k++) {
@@ -255,21 +298,42 @@ static void add_detail(const np_cloud_model *model, thermal_work *w) {
 }
 
 /* Noise that leans with the height and is longer along the wind. */
-static void add_wisps(const np_cloud_model *model, thermal_work *w) {
+static void sample_wisps(const np_cloud_model *model, thermal_work *w) {
   const np_thermal_noises *t = &model->thermals;
-  const np_noise_octaves octaves = {.count = t->wisp_octaves, .gain = wisp_gain};
+  const np_noise_octaves octaves = {.count = t->wisp_octaves, .gain = fray_gain};
   const np_noise_points points = scale_positions(model, w, t->wisp_size_m);
   const float *heading = model->heading, size_m = t->wisp_size_m;
-  const float stretch = np_repeat_get_ratio(&model->desc, size_m * wisp_stretch, size_m, wisp_stretch);
+  const float stretch = np_repeat_get_ratio(&model->desc, size_m * fray_stretch, size_m, fray_stretch);
   for (size_t i = 0; i < w->count; i++) {
-    const float x = w->sx[i], y = w->sy[i], along = x * heading[0] + y * heading[1] - wisp_lean * w->sz[i];
+    const float x = w->sx[i], y = w->sy[i], along = x * heading[0] + y * heading[1] - fray_lean * w->sz[i];
     w->sy[i] = y * heading[0] - x * heading[1];
     w->sx[i] = along / stretch;
   }
   model->noise->perlin_fbm(&t->wisps, &octaves, &points, w->noise);
+}
+
+/* From 0, where strands are, to 1. The broad noise twists the fine one, whose sheets lie where it is 0. */
+static void tear_wisps(const np_cloud_model *model, thermal_work *w, float *out_torn) {
+  const np_thermal_noises *t = &model->thermals;
+  const np_noise_octaves octaves = {.count = t->wisp_octaves > 1 ? t->wisp_octaves - 1 : 1, .gain = 0.6f};
+  const np_noise_points points = {w->count, w->sx, w->sy, w->sz};
+  for (size_t i = 0; i < w->count; i++) {
+    out_torn[i] = w->noise[i];
+    w->sx[i] = 2.0f * w->sx[i] + strand_twist * w->noise[i];
+    w->sy[i] = 2.0f * w->sy[i] - strand_twist * w->noise[i];
+    w->sz[i] = 2.0f * w->sz[i] + strand_twist * w->noise[i];
+  }
+  model->noise->perlin_fbm(&t->wisps, &octaves, &points, w->noise);
   for (size_t i = 0; i < w->count; i++)
-    w->distance_m[i] += w->age[i] * (t->wisp_m * np_clampf(w->noise[i], -wisp_outwards, wisp_inwards) +
-                                     wisp_offset * model->thermals.billow_m);
+    out_torn[i] = np_clampf(torn_share + torn_broad * out_torn[i] + torn_fine * fabsf(w->noise[i]), 0.0f, 1.0f);
+}
+
+/* Old surfaces fray. */
+static void add_fray(const np_cloud_model *model, thermal_work *w) {
+  const np_thermal_noises *t = &model->thermals;
+  for (size_t i = 0; i < w->count; i++)
+    w->distance_m[i] +=
+        w->age[i] * (t->fray_m * np_clampf(w->noise[i], -fray_outwards, fray_inwards) + fray_offset * t->billow_m);
 }
 
 static void set_air(const np_cloud_model *model, thermal_work *w) {
@@ -281,28 +345,43 @@ static void set_air(const np_cloud_model *model, thermal_work *w) {
   }
 }
 
+/* Distance and age at the points, without noise; drops those that no noise brings near the cloud. False: all. */
+static bool search_surface(const np_cloud_model *model, thermal_work *w) {
+  const np_ball_points points = {w->count, w->x_m, w->y_m, w->z_m};
+  const np_ball_surface surface = {.distance_m = w->distance_m, .age = w->age};
+  const float reach_m = model->thermals.reach_max_m + model->thermals.warp_max_m;
+  size_t kept = 0;
+  if (!np_ball_heap_search(&model->balls, &points, reach_m, &surface)) return false;
+  for (size_t i = 0; i < w->count; i++) {
+    w->reach_m[i] = model->thermals.wisp_max_m;
+    w->moved_m[0][i] = w->moved_m[1][i] = w->moved_m[2][i] = 0.0f;
+    if (w->distance_m[i] < reach_m) keep(w, i, kept++);
+  }
+  w->count = kept;
+  return kept > 0;
+}
+
 /* Points near each other. */
 static void eval_run(const np_cloud_model *model, thermal_work *w, float *out_extinction_per_m) {
   const np_thermal_noises *t = &model->thermals;
   const float gain_m = t->gain_max_m, loss_m = t->loss_max_m, warp_m = t->warp_max_m;
-  const np_ball_points points = {w->count, w->x_m, w->y_m, w->z_m};
-  const np_ball_surface surface = {.distance_m = w->distance_m, .age = w->age};
-  if (!np_ball_heap_search(&model->balls, &points, gain_m + warp_m, &surface)) return;
-  age_parts(model, w, gain_m + warp_m);
-  size_t kept = 0;
-  for (size_t i = 0; i < w->count; i++)
-    if (w->distance_m[i] < gain_m + warp_m) keep(w, i, kept++);
-  w->count = kept;
+  float torn[NP_CLOUD_BLOCK];
+  if (!search_surface(model, w)) return;
   raise_base(model, w);
-  age_base(model, w);
-  settle(model, w, gain_m + warp_m, loss_m + warp_m, out_extinction_per_m);
-  if (w->count == 0) return;
-  displace(model, w);
-  settle(model, w, gain_m, loss_m, out_extinction_per_m);
+  settle(model, w, gain_m, loss_m, warp_m, out_extinction_per_m);
+  set_wisp_reach(model, w);
+  settle(model, w, gain_m, loss_m, warp_m, out_extinction_per_m);
+  if (warp_m > 0.0f && w->count) displace(model, w, out_extinction_per_m);
+  settle(model, w, gain_m, loss_m, 0.0f, out_extinction_per_m);
   if (w->count == 0) return;
   add_detail(model, w);
-  add_wisps(model, w);
-  for (size_t i = 0; i < w->count; i++) out_extinction_per_m[w->index[i]] = compute_extinction(model, w, i);
+  settle(model, w, t->fray_gain_max_m, t->fray_loss_max_m, 0.0f, out_extinction_per_m);
+  sample_wisps(model, w);
+  add_fray(model, w);
+  settle(model, w, 0.0f, 0.0f, 0.0f, out_extinction_per_m);
+  memset(torn, 0, w->count * sizeof *torn);
+  if (t->wisp_max_m > 0.0f) tear_wisps(model, w, torn);
+  for (size_t i = 0; i < w->count; i++) out_extinction_per_m[w->index[i]] = compute_extinction(model, w, i, torn[i]);
 }
 
 /* Grows a box to take a point in. False: it would be too large. */
@@ -324,8 +403,30 @@ static float compute_base_m(const np_cloud_model *model, float x_m, float y_m) {
   return np_cloud_column_compute(model, x_m, y_m, 0.0f).base_m;
 }
 
+/* Octants of their box one after the other: searches take neighbours together. */
+static void sort_by_octant(thermal_work *w, const float min_m[3], const float max_m[3]) {
+  const thermal_work from = *w;
+  uint8_t octants[NP_CLOUD_BLOCK];
+  size_t begin[9] = {0};
+  for (size_t i = 0; i < w->count; i++) {
+    octants[i] =
+        (uint8_t)((w->x_m[i] > 0.5f * (min_m[0] + max_m[0])) << 2 | (w->y_m[i] > 0.5f * (min_m[1] + max_m[1])) << 1 |
+                  (w->z_m[i] > 0.5f * (min_m[2] + max_m[2])));
+    begin[octants[i] + 1]++;
+  }
+  for (int o = 0; o < 8; o++) begin[o + 1] += begin[o];
+  for (size_t i = 0; i < w->count; i++) {
+    const size_t to = begin[octants[i]]++;
+    w->index[to] = from.index[i];
+    w->x_m[to] = from.x_m[i];
+    w->y_m[to] = from.y_m[i];
+    w->z_m[to] = from.z_m[i];
+    w->above_m[to] = from.above_m[i];
+  }
+}
+
 void np_thermals_eval(const np_cloud_model *model, const np_cloud_points *points, float *out_extinction_per_m) {
-  const float edge_max_m = np_maxf(9.0f * (float)model->desc.voxel_m, 0.2f * model->thermals.billow_m);
+  const float edge_max_m = np_maxf(9.0f * (float)model->desc.voxel_m, run_edge * model->thermals.billow_m);
   thermal_work w;
   for (size_t n = 0; n < points->count;) {
     float min_m[3] = {INFINITY, INFINITY, INFINITY}, max_m[3] = {-INFINITY, -INFINITY, -INFINITY};
@@ -342,6 +443,7 @@ void np_thermals_eval(const np_cloud_model *model, const np_cloud_points *points
       w.z_m[k] = at_m[2];
       w.above_m[k] = at_m[2] - compute_base_m(model, at_m[0], at_m[1]);
     }
+    if (w.count > 64) sort_by_octant(&w, min_m, max_m);
     set_air(model, &w);
     if (w.count) eval_run(model, &w, out_extinction_per_m);
   }
@@ -350,5 +452,5 @@ void np_thermals_eval(const np_cloud_model *model, const np_cloud_points *points
 bool np_thermals_is_empty(const np_cloud_model *model, const np_cloud_box *box) {
   if (box->max_m[2] <= 0.0f || box->min_m[2] >= (float)model->desc.thickness_m) return true;
   return !np_ball_heap_is_near(&model->balls, box->min_m, box->max_m,
-                               model->thermals.gain_max_m + model->thermals.warp_max_m);
+                               model->thermals.reach_max_m + model->thermals.warp_max_m);
 }

@@ -21,6 +21,12 @@ neph_result np_thermals_count_shadow(np_cloud_model *model, np_monitor *monitor,
 /* Makes the first `level_count` levels of the model's heap anew, from its map, waterline and time. */
 neph_result np_thermals_build(np_cloud_model *model, np_monitor *monitor, unsigned level_count);
 
+/* ---- Slope: thermal_slope.c ---- */
+
+/* Vertical component of the normal of the stacks near points that are at most 9 voxels apart along each axis. What it
+ * gives for a position depends on nothing else. */
+void np_thermals_eval_slope(const np_cloud_model *model, const np_ball_points *points, float *out_normal_z);
+
 /* ---- Density: thermal_density.c ---- */
 
 /* Amplitudes of the noises and how far they reach, from the description. */

@@ -111,10 +111,10 @@ static const np_noise_table watched = {.value = value,
 
 static const np_ball_table *watched_balls;
 
-static void take_chunk(const np_ball_chunk *chunk, size_t count, const float *x_m, const float *y_m, const float *z_m,
+static void take_chunk(const np_ball_chunk *chunk, float blend_m, const np_ball_points *points, np_ball_slice *slice,
                        np_ball_nearest *nearest) {
   const double start_s = read_seconds();
-  watched_balls->take_chunk(chunk, count, x_m, y_m, z_m, nearest);
+  watched_balls->take_chunk(chunk, blend_m, points, slice, nearest);
   watch.ball_seconds += read_seconds() - start_s;
 }
 
