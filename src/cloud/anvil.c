@@ -13,8 +13,8 @@
 
 static const float rim = 0.80f, rise = 0.055f, rise_strength = 0.6f; /* upper face, and the strength where it is up */
 static const float dome = 0.05f, dome_from = 0.6f;                   /* over towers at least so strong */
-static const float flare = 0.44f;                                    /* lower face: rim − flare·strength³ */
-static const float lobe_size = 1.1f, lobe_reach = 0.75f;             /* sizes in billows, reaches in strength */
+static const float sheet = 0.11f, flare = 0.33f; /* lower face: rim − sheet·anvil − flare·anvil·tower² */
+static const float lobe_size = 1.1f, lobe_reach = 0.75f; /* sizes in billows, reaches in strength */
 static const float fibre_size = 0.30f, fibre_stretch = 6.0f, fibre_reach = 0.22f;
 static const float eddy_size = 2.3f, eddy_reach = 0.30f;     /* that bend fibres */
 static const float pouch_size = 0.34f, pouch_reach = 0.056f; /* the latter a share of the thickness */
@@ -30,14 +30,18 @@ static float eval_upper(float anvil, float tower) {
   return rim + rise * np_smoothstepf(anvil / rise_strength) + dome * np_smoothstepf((tower - dome_from) / 0.4f);
 }
 
-static float eval_lower(float anvil) { return rim - flare * anvil * anvil * anvil; }
+static float eval_lower(float anvil, float tower) {
+  const float near = np_clampf(tower, 0.0f, 1.0f);
+  return rim - (sheet + flare * near * near) * anvil;
+}
 
 /* Either strength raises the upper face, that of the anvil lowers the other. */
 bool np_anvil_is_possible(float anvil_max, float tower_max, const np_interval *shares) {
   const float anvil = np_minf(anvil_max + 0.5f * (lobe_reach + fibre_reach), 1.5f);
   if (!(anvil > 0.0f)) return false;
   const float ridge = 0.5f * ridge_reach;
-  return shares->low < eval_upper(anvil, tower_max) + ridge && shares->high > eval_lower(anvil) - pouch_reach - ridge;
+  return shares->low < eval_upper(anvil, tower_max) + ridge &&
+         shares->high > eval_lower(anvil, tower_max) - pouch_reach - ridge;
 }
 
 /* Points of anvils: `strength` that of the anvil, `ground_m` that of the tower, `field_x_m` the share of the height. */
@@ -123,7 +127,7 @@ void np_anvil_eval(const np_cloud_model *model, const np_cloud_points *points, f
     if (!(anvil > 0.0f)) continue;
     const float hanging = np_smoothstepf((anvil - 0.3f) / 0.25f) * (1.0f - np_smoothstepf((anvil - 0.7f) / 0.35f));
     const float fibre = ridge_reach * p.noise[i], ice = np_maxf(1.0f + streak * p.noise[i], 0.0f);
-    const float above = share - eval_lower(anvil) + pouch_reach * hanging * pouches[i] + fibre;
+    const float above = share - eval_lower(anvil, p.ground_m[i]) + pouch_reach * hanging * pouches[i] + fibre;
     const float below = eval_upper(anvil, p.ground_m[i]) - share + fibre;
     const float softness = rim_edge * (1.0f - np_smoothstepf(anvil / 0.6f));
     const float body = np_smoothstepf(below / np_maxf(upper, softness)) *
