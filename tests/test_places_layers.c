@@ -32,7 +32,7 @@ static const char head[] =
 
 static const char bake[] =
     "bake: {preset: cumulus_humilis, seed: 3, extent: 700 m, base: 500 m, thickness: 350 m, voxel: 50 m, coverage: 1,"
-    " extinction: 0.02 1/m}";
+    " extinction: 0.02 1/m, wispiness: 0, erosion: 0.2}";
 
 static char *make_rows(void) {
   char text[4096];
