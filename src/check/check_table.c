@@ -23,6 +23,7 @@ static neph_result check_places(neph_context *context, const char *path) {
   np_scene_cloud cloud = {.name = name, .places = copy};
   const neph_result result = copy ? np_cloud_places_read(context, &cloud) : NEPH_ERROR_OUT_OF_MEMORY;
   np_cloud_places_clear(context, &cloud);
+  np_alloc_free(context, copy);
   return result;
 }
 
