@@ -50,4 +50,15 @@ static inline void test_boxes_write(neph_context *context, const char *path, con
   np_sparse_grid_clear(&grid);
 }
 
+/* A file of one tile of 4096³ voxels of 1 m, some 600 bytes. */
+static inline void test_tile_write(neph_context *context, const char *path) {
+  np_sparse_grid grid;
+  assert_int_equal(np_sparse_grid_init(context, "density", &grid), NEPH_OK);
+  grid.index_to_world = np_affine_identity();
+  (void)np_sparse_grid_add_tile(&grid, (const int32_t[3]){0, 0, 0}, 4096, 1.0f, true);
+  const np_vdb_write_grid output = {.grid = &grid};
+  assert_int_equal(np_volume_save_grids(context, path, &output, 1, NULL), NEPH_OK);
+  np_sparse_grid_clear(&grid);
+}
+
 #endif

@@ -99,22 +99,38 @@ static void spans_tile_every_ray(void **state) {
   clear(&m);
 }
 
+/* One tile in bricks. */
+typedef struct tile_made {
+  neph_context *context;
+  np_sparse_grid grid;
+  np_bricks bricks;
+} tile_made;
+
+static tile_made make_tile(int32_t origin, int32_t edge, float value, float background) {
+  tile_made m = {.context = test_context_create(1, NULL)};
+  assert_int_equal(np_sparse_grid_init(m.context, "tile", &m.grid), NEPH_OK);
+  m.grid.background = background;
+  (void)np_sparse_grid_add_tile(&m.grid, (const int32_t[3]){origin, origin, origin}, edge, value, true);
+  assert_int_equal(np_bricks_build(m.context, &m.grid, NEPH_PRECISION_FLOAT, NULL, NULL, &m.bricks), NEPH_OK);
+  return m;
+}
+
+static void clear_tile(tile_made *m) {
+  np_bricks_clear(&m->bricks);
+  np_sparse_grid_clear(&m->grid);
+  neph_context_destroy(m->context);
+}
+
 /* A full grid has nothing to skip: spans join without a gap and add up to the way through the table. */
 static void spans_join_where_nothing_is_empty(void **state) {
   (void)state;
-  neph_context *context = test_context_create(1, NULL);
-  np_sparse_grid grid;
-  np_bricks bricks;
+  tile_made m = make_tile(-128, 128, 1.0f, 0.5f);
   np_brick_walk walk;
   np_brick_span span;
-  assert_int_equal(np_sparse_grid_init(context, "full", &grid), NEPH_OK);
-  grid.background = 0.5f;
-  (void)np_sparse_grid_add_tile(&grid, (const int32_t[3]){-128, -128, -128}, 128, 1.0f, true);
-  assert_int_equal(np_bricks_build(context, &grid, NEPH_PRECISION_FLOAT, NULL, NULL, &bricks), NEPH_OK);
   np_random random = np_random_start(5, 0, 0, 0, 0);
   for (int i = 0; i < RAYS; i++) {
     ray r = make_ray(&random, i);
-    np_brick_walk_start(&walk, &bricks, r.origin, r.direction, r.t_begin, r.t_end);
+    np_brick_walk_start(&walk, &m.bricks, r.origin, r.direction, r.t_begin, r.t_end);
     double t = walk.t, t_end = walk.t_end;
     while (np_brick_walk_next(&walk, &span)) {
       assert_true(span.t_begin == t);
@@ -122,9 +138,7 @@ static void spans_join_where_nothing_is_empty(void **state) {
     }
     assert_true(t == t_end);
   }
-  np_bricks_clear(&bricks);
-  np_sparse_grid_clear(&grid);
-  neph_context_destroy(context);
+  clear_tile(&m);
 }
 
 /* A filled block of 1024 voxels, and its rim, of which cells are interpolated: a ray through the middle meets as many
@@ -132,24 +146,17 @@ static void spans_join_where_nothing_is_empty(void **state) {
  * and of sixteen; cell by cell there were 130. */
 static void a_constant_is_passed_in_blocks(void **state) {
   (void)state;
-  neph_context *context = test_context_create(1, NULL);
-  np_sparse_grid grid;
-  np_bricks bricks;
+  tile_made m = make_tile(0, 1024, 2.0f, 0.0f);
   np_brick_walk walk;
   np_brick_span span;
   int count = 0;
   double depth = 0.0;
-  assert_int_equal(np_sparse_grid_init(context, "block", &grid), NEPH_OK);
-  (void)np_sparse_grid_add_tile(&grid, (const int32_t[3]){0, 0, 0}, 1024, 2.0f, true);
-  assert_int_equal(np_bricks_build(context, &grid, NEPH_PRECISION_FLOAT, NULL, NULL, &bricks), NEPH_OK);
-  np_brick_walk_start(&walk, &bricks, np_dvec3_make(-100, 500.5, 500.5), np_dvec3_make(1, 0, 0), 0.0, 2000.0);
+  np_brick_walk_start(&walk, &m.bricks, np_dvec3_make(-100, 500.5, 500.5), np_dvec3_make(1, 0, 0), 0.0, 2000.0);
   for (; np_brick_walk_next(&walk, &span); count++)
     if (span.brick == NP_BRICK_NONE) depth += (double)span.range.min * (span.t_end - span.t_begin);
   assert_in_range(count, 10, 30);
   assert_true(depth == 2.0 * 1016.0); /* all but the last cell, which a brick answers for */
-  np_bricks_clear(&bricks);
-  np_sparse_grid_clear(&grid);
-  neph_context_destroy(context);
+  clear_tile(&m);
 }
 
 /* The cell of a span is where its middle lies; that of a constant, which may fill many, where it begins. */

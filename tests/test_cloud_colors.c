@@ -304,7 +304,7 @@ static void broken_colors_are_refused_or_repaired(void **state) {
   neph_scene *scene = load(f, &(look){.cloud = ""}, NEPH_INTEGRATOR_MARCH);
   test_log_clear(&f->log);
   assert_int_equal(neph_render_image(scene, NULL, &image), NEPH_ERROR_BAD_FILE);
-  assert_one_error(&f->log, "grid 'Cd'", "NaN or infinite", "repair");
+  assert_one_error(&f->log, "grid 'Cd'", "NaN, the first (nan) at voxel", "must be finite: clouds[].import: repair");
   assert_int_equal(neph_scene_set(scene, "clouds[0].import", "repair"), NEPH_OK);
   assert_int_equal(neph_render_image(scene, NULL, &image), NEPH_OK);
   neph_image_destroy(image);

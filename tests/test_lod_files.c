@@ -52,27 +52,32 @@ static void clear(np_sparse_grid levels[LEVELS]) {
   for (unsigned k = 0; k < LEVELS; k++) np_sparse_grid_clear(&levels[k]);
 }
 
-/* Floats round it; the last voxels of the field fade to nothing. */
-static void levels_meet_without_a_step(void **state) {
-  (void)state;
+/* A linear field in levels keeps its values from `low` on along each axis to `rim` voxels before the last. */
+static void check_linear(uint64_t seed, bool is_halved, unsigned part_count, double low, double rim) {
   neph_context *context = test_context_create(2, NULL);
   np_sparse_grid levels[LEVELS];
   neph_volume *volume;
-  np_random random = np_random_start(3, 0, 0, 0, 0);
+  np_random random = np_random_start(seed, 0, 0, 0, 0);
   make_linear(context, levels);
-  assert_int_equal(np_volume_create_from_levels(context, levels, LEVELS, false, NEPH_PRECISION_FLOAT, NULL, &volume),
-                   NEPH_OK);
-  assert_int_equal(np_volume_count_parts(volume), LEVELS);
+  assert_int_equal(
+      np_volume_create_from_levels(context, levels, LEVELS, is_halved, NEPH_PRECISION_FLOAT, NULL, &volume), NEPH_OK);
+  assert_int_equal(np_volume_count_parts(volume), part_count);
   for (int n = 0; n < 20000; n++) {
     double at[3];
     float value;
-    for (int a = 0; a < 3; a++) at[a] = np_random_double(&random) * (CELLS * CELL - (1 << (LEVELS - 1)));
+    for (int a = 0; a < 3; a++) at[a] = low + np_random_double(&random) * (CELLS * CELL - low - rim);
     neph_volume_sample(volume, 1, at, &value);
-    assert_near((double)value, eval_linear(at), 1e-5);
+    assert_near((double)value, eval_linear(at), 1e-5); /* floats round it */
   }
   neph_volume_release(volume);
   clear(levels);
   neph_context_destroy(context);
+}
+
+/* The last voxels of the field fade to nothing. */
+static void levels_meet_without_a_step(void **state) {
+  (void)state;
+  check_linear(3, false, LEVELS, 0.0, 1 << (LEVELS - 1));
 }
 
 /* Within a limit on memory the finest level goes into the next, by weights that keep a linear field: but for its first
@@ -80,24 +85,7 @@ static void levels_meet_without_a_step(void **state) {
  * at either, which reach as far. */
 static void the_finest_level_goes_into_the_next(void **state) {
   (void)state;
-  neph_context *context = test_context_create(2, NULL);
-  np_sparse_grid levels[LEVELS];
-  neph_volume *volume;
-  np_random random = np_random_start(4, 0, 0, 0, 0);
-  make_linear(context, levels);
-  assert_int_equal(np_volume_create_from_levels(context, levels, LEVELS, true, NEPH_PRECISION_FLOAT, NULL, &volume),
-                   NEPH_OK);
-  assert_int_equal(np_volume_count_parts(volume), LEVELS - 1);
-  for (int n = 0; n < 20000; n++) {
-    double at[3];
-    float value;
-    for (int a = 0; a < 3; a++) at[a] = 4.0 + np_random_double(&random) * (CELLS * CELL - 12);
-    neph_volume_sample(volume, 1, at, &value);
-    assert_near((double)value, eval_linear(at), 1e-5);
-  }
-  neph_volume_release(volume);
-  clear(levels);
-  neph_context_destroy(context);
+  check_linear(4, true, LEVELS - 1, 4.0, 8.0);
 }
 
 static void what_is_no_set_of_levels_is_refused(void **state) {

@@ -30,6 +30,9 @@ static const char head[] =
     "output: {pixel_type: float}\n"
     "clouds:\n";
 
+/* Crisp: paths through the thin edges of several copies end by roulette, whose random numbers go by the order in which
+ * the copies are met, that of a hierarchy or of a list. Over 200 seeds mattes of frayed ones differ by -0.018 ± 0.014
+ * of a pixel a picture, the mean of shadows by (2.4 ± 1.2)e-5. */
 static const char bake[] =
     "bake: {preset: cumulus_humilis, seed: 3, extent: 700 m, base: 500 m, thickness: 350 m, voxel: 50 m, coverage: 1,"
     " extinction: 0.02 1/m, wispiness: 0, erosion: 0.2}";

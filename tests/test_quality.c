@@ -155,12 +155,7 @@ static void test_cells_in_files_follow_pixels(void **state) {
  * would be 28 cells. test_vdb_hostile's has 36³ in cloud: whole cells, where the share is of the box. */
 static void test_cells_in_a_tile_follow_its_box(void **state) {
   test_fixture *f = *state;
-  np_sparse_grid grid;
-  assert_int_equal(np_sparse_grid_init(f->context, "density", &grid), NEPH_OK);
-  (void)np_sparse_grid_add_tile(&grid, (const int32_t[3]){0, 0, 0}, 4096, 1.0f, true);
-  const np_vdb_write_grid output = {.grid = &grid};
-  assert_int_equal(np_volume_save_grids(f->context, f->path, &output, 1, NULL), NEPH_OK);
-  np_sparse_grid_clear(&grid);
+  test_tile_write(f->context, f->path);
   char text[256];
   (void)snprintf(text, sizeof text, "clouds: [{vdb: %s, voxel: 1 m, optical_depth: 40}]", f->path);
   neph_scene *scene = load(f, text);

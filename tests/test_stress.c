@@ -424,7 +424,7 @@ static void refuse_fields(test_log *log, neph_context *context, stress_field fie
   test_page_add_refusal(&page, input, log);
   np_sparse_grid grid;
   stress_fill_grid(context, field, &grid);
-  assert_int_equal(np_volume_import_values(context, "stress.vdb", &grid, NEPH_IMPORT_REFUSE, NULL),
+  assert_int_equal(np_volume_import_values(context, "stress.vdb", &grid, NP_VALUES_OF_CLOUD, NEPH_IMPORT_REFUSE, NULL),
                    NEPH_ERROR_BAD_FILE);
   np_sparse_grid_clear(&grid);
   (void)snprintf(input, sizeof input, "file, %s", stress_field_names[field]);

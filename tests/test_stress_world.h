@@ -98,7 +98,8 @@ static inline neph_volume *stress_create_volume(neph_context *context, stress_fi
   }
   np_sparse_grid grid;
   stress_fill_grid(context, field, &grid);
-  assert_int_equal(np_volume_import_values(context, "stress.vdb", &grid, NEPH_IMPORT_REPAIR, NULL), NEPH_OK);
+  assert_int_equal(np_volume_import_values(context, "stress.vdb", &grid, NP_VALUES_OF_CLOUD, NEPH_IMPORT_REPAIR, NULL),
+                   NEPH_OK);
   assert_int_equal(np_volume_create_from_grid(context, &grid, NEPH_PRECISION_FLOAT, NULL, &volume), NEPH_OK);
   np_sparse_grid_clear(&grid);
   return volume;

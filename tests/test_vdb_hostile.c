@@ -10,6 +10,7 @@
 
 #include "core/alloc.h"
 #include "core/file.h"
+#include "test_box_files.h"
 #include "test_grids.h"
 #include "volume/volume_private.h"
 
@@ -205,12 +206,7 @@ static void a_newer_format_is_a_warning(void **state) {
  * gigabytes. */
 static void a_large_tile_costs_little(void **state) {
   test_fixture *f = *state;
-  np_sparse_grid grid;
-  assert_int_equal(np_sparse_grid_init(f->context, "density", &grid), NEPH_OK);
-  (void)np_sparse_grid_add_tile(&grid, (const int32_t[3]){0, 0, 0}, 4096, 1.0f, true);
-  const np_vdb_write_grid output = {.grid = &grid};
-  assert_int_equal(np_volume_save_grids(f->context, f->path, &output, 1, NULL), NEPH_OK);
-  np_sparse_grid_clear(&grid);
+  test_tile_write(f->context, f->path);
   const long kilobytes = get_peak_kilobytes();
   const clock_t start = clock();
   assert_int_equal(describe(f->context, f->path, NEPH_TEXT_PLAIN), NEPH_OK);
@@ -223,12 +219,7 @@ static void a_large_tile_costs_little(void **state) {
 static void a_large_tile_is_rendered(void **state) {
   static const char *const integrators[] = {"march", "path"};
   test_fixture *f = *state;
-  np_sparse_grid grid;
-  assert_int_equal(np_sparse_grid_init(f->context, "density", &grid), NEPH_OK);
-  (void)np_sparse_grid_add_tile(&grid, (const int32_t[3]){0, 0, 0}, 4096, 1.0f, true);
-  const np_vdb_write_grid output = {.grid = &grid};
-  assert_int_equal(np_volume_save_grids(f->context, f->path, &output, 1, NULL), NEPH_OK);
-  np_sparse_grid_clear(&grid);
+  test_tile_write(f->context, f->path);
   for (int i = 0; i < 2; i++) {
     char text[800];
     (void)snprintf(text, sizeof text,

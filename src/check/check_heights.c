@@ -7,6 +7,7 @@
 #include <strings.h>
 
 #include "core/alloc.h"
+#include "core/file.h"
 #include "core/units.h"
 #include "terrain/heightfield.h"
 
@@ -63,11 +64,6 @@ static void measure_steps(height_facts *f) {
     }
 }
 
-static bool has_ending(const char *path, const char *ending) {
-  const size_t length = strlen(path), tail = strlen(ending);
-  return length > tail && !strcasecmp(path + length - tail, ending);
-}
-
 /* A raster alone need not say where it lies: a scene lays it around its place. */
 static neph_result measure(neph_check *check, const char *path, neph_terrain_desc *desc, bool has_desc,
                            height_facts *f) {
@@ -78,7 +74,7 @@ static neph_result measure(neph_check *check, const char *path, neph_terrain_des
   desc->has_width = desc->has_width || (!has_desc && !f->raster.has_place);
   if (!result) result = np_heightfield_load(check->context, &monitor, path, desc, &f->field);
   if (result) return result;
-  f->has_unit = has_desc || !has_ending(path, ".png");
+  f->has_unit = has_desc || !np_file_has_ending(path, ".png");
   f->level_count = count_levels(&f->field);
   f->cell_m = desc->planet_radius_m * f->field.step_north_rad;
   measure_steps(f);
@@ -124,7 +120,7 @@ static bool has_spike(const height_facts *f, draft *out) {
 
 static bool has_terraces(const height_facts *f, draft *out) {
   const double range = (double)f->field.elevation_max_m - (double)f->field.elevation_min_m;
-  const bool is_whole = !has_ending(f->raster.sample_type, "Float32") && f->has_unit && range < LEVELS_MAX;
+  const bool is_whole = !np_file_has_ending(f->raster.sample_type, "Float32") && f->has_unit && range < LEVELS_MAX;
   return f->level_count > 1 && f->level_count < LEVELS_MAX && !is_whole &&
          np_draft_set(out, "its samples have %zu different heights: 8 bits spread over 16 make terraces",
                       f->level_count);

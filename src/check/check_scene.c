@@ -9,9 +9,12 @@
 #include "cloud/cloud_private.h"
 #include "core/alloc.h"
 #include "core/file.h"
+#include "core/frame_name.h"
+#include "core/path_map.h"
 #include "render/plan.h"
 #include "render/reference_frame.h"
 #include "scene/cloud_file.h"
+#include "scene/scene_node.h"
 #include "volume/volume_private.h"
 
 typedef struct scene_check {
@@ -55,7 +58,7 @@ static neph_result check_terrain(scene_check *c) {
 /* ---- Clouds ---- */
 
 /* Bounds of a cloud, and faults of its place and size. */
-static void add_faults(const scene_check *c, const np_scene_cloud *cloud, const np_placement *placement) {
+static void add_placement(const scene_check *c, const np_scene_cloud *cloud, const np_placement *placement) {
   static const np_rule bounds = {"cloud.bounds", NEPH_SEVERITY_NOTE, NULL};
   const bool has_planet = c->scene->environment.has_planet;
   const np_dvec3 low = placement->bounds_min, high = placement->bounds_max;
@@ -89,7 +92,7 @@ static neph_result check_placement(const scene_check *c, unsigned index, double 
   const np_frame_cloud of = {result ? NULL : &stores->references, c->scene, index, number, volume, &load, &monitor};
   if (!result) result = np_reference_frame_get_anchor(&of, &anchor, &is_known);
   if (!result && is_known) result = np_placement_make(cloud, &anchor, volume, &monitor, &placement);
-  if (!result && is_known) add_faults(c, cloud, &placement);
+  if (!result && is_known) add_placement(c, cloud, &placement);
   return result;
 }
 
@@ -99,12 +102,12 @@ static neph_result place_file(const scene_check *c, unsigned index) {
   const neph_volume_load_desc load = np_cloud_file_describe_load(cloud);
   np_cloud_file file;
   neph_volume *volume = NULL;
-  c->check->is_lenient = true;
+  c->check->are_warnings_muted = true;
   neph_result result = np_cloud_file_get(c->check->context, cloud, c->frame, &file);
   if (!result) result = neph_check_set_file(c->check, file.path);
   if (!result && file.path) result = np_volume_load_density(c->check->context, file.path, &load, &volume);
   if (!result && volume) result = check_placement(c, index, file.number, volume);
-  c->check->is_lenient = false;
+  c->check->are_warnings_muted = false;
   neph_volume_release(volume);
   np_alloc_free(c->check->context, file.path);
   return np_check_pass(result);
@@ -146,11 +149,57 @@ static neph_result check_all(scene_check *c) {
   return result;
 }
 
-neph_result np_check_scene_frame(neph_check *check, neph_scene *scene, const char *name, int frame) {
+static neph_result check_scene_frame(neph_check *check, neph_scene *scene, const char *name, int frame) {
   scene_check c = {.check = check, .scene = scene, .name = name, .frame = frame};
   const neph_result result = check_all(&c);
   neph_terrain_release(c.terrain);
   return result;
+}
+
+/* ---- Files ---- */
+
+static bool is_scene(const char *path) { return np_file_has_ending(path, ".yaml") || np_file_has_ending(path, ".yml"); }
+
+/* Checks the files that the scalars of a scene name, and that are there. */
+static neph_result check_named_in(neph_check *check, const char *scene, const np_node *node) {
+  neph_result result = NEPH_OK;
+  for (const np_node *child = node->first; child && !result; child = child->next)
+    result = check_named_in(check, scene, child);
+  if (result || node->kind != NP_NODE_SCALAR || !neph_check_is_file(node->text) || is_scene(node->text)) return result;
+  char *path = np_path_map_resolve(check->context, scene, node->text);
+  if (!path) return NEPH_ERROR_OUT_OF_MEMORY;
+  if (np_frame_name_is_pattern(path) || np_file_exists(path)) result = neph_check_file(check, path);
+  np_alloc_free(check->context, path);
+  return result;
+}
+
+/* A scene whose keys fail is none: its files are checked each by itself, but for those that it writes. */
+static neph_result check_named_files(neph_check *check, const char *path) {
+  void *bytes;
+  size_t size;
+  np_node *document, *output;
+  neph_result result = np_file_read(check->context, path, &bytes, &size);
+  if (result) return result;
+  result = np_scene_parse(check->context, bytes, size, path, false, &document);
+  np_alloc_free(check->context, bytes);
+  if (result) return result;
+  while ((output = np_node_search(document, "output"))) {
+    np_node_remove(document, output);
+    np_node_destroy(check->context, output);
+  }
+  result = check_named_in(check, path, document);
+  np_node_destroy(check->context, document);
+  return result;
+}
+
+neph_result np_check_scene_file(neph_check *check, const char *path) {
+  neph_scene *scene = NULL;
+  neph_result result = neph_check_set_file(check, path);
+  if (!result) result = neph_scene_load(check->context, path, &scene);
+  if (!result) result = neph_scene_check(scene);
+  result = result ? check_named_files(check, path) : check_scene_frame(check, scene, path, 1);
+  neph_scene_destroy(scene);
+  return np_check_pass(result);
 }
 
 neph_result neph_check_scene(neph_check *check, neph_scene *scene, int frame) {
@@ -158,7 +207,7 @@ neph_result neph_check_scene(neph_check *check, neph_scene *scene, int frame) {
     return np_fail(check->context, NEPH_ERROR_INVALID_ARGUMENT,
                    "the scene belongs to another context than the check: make it in the check's");
   const unsigned float_mode = np_float_mode_enter();
-  const neph_result result = np_check_scene_frame(check, scene, scene->file ? scene->file : "scene", frame);
+  const neph_result result = check_scene_frame(check, scene, scene->file ? scene->file : "scene", frame);
   np_float_mode_leave(float_mode);
   return result;
 }

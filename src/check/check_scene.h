@@ -5,7 +5,7 @@
 
 #include "check/findings.h"
 
-/* Checks a scene, whose keys have passed, in a frame. `name` stands for its file in findings. */
-neph_result np_check_scene_frame(neph_check *check, neph_scene *scene, const char *name, int frame);
+/* Checks a scene of a file, in frame 1; where a key of it fails, the files that it names, each by itself. */
+neph_result np_check_scene_file(neph_check *check, const char *path);
 
 #endif

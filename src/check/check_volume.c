@@ -73,7 +73,7 @@ static bool has_background(const facts *f, draft *out) {
 }
 
 static bool has_field_background(const facts *f, draft *out) {
-  if (f->role != NP_GRID_FIELD || !f->has_values || isfinite(f->background)) return false;
+  if (!is_used(f) || f->role == NP_GRID_DENSITY || isfinite(f->background)) return false;
   return np_draft_set(out, "its background is %g, must be finite", (double)f->background);
 }
 

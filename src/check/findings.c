@@ -126,7 +126,7 @@ static void take_message(void *user, neph_log_level level, const char *message) 
     if (check->log_level_max > NEPH_LOG_INFO) check->log(check->log_user, level, message);
     return;
   }
-  if (is_count(message) || (check->is_lenient && level == NEPH_LOG_WARNING)) return;
+  if (is_count(message) || (check->are_warnings_muted && level == NEPH_LOG_WARNING)) return;
   np_finding finding = start_finding(check, &complaints[level]);
   const char *cause = split_place(check->file, message, finding.place, sizeof finding.place);
   snprintf(finding.cause, sizeof finding.cause, "%s", cause);

@@ -33,7 +33,7 @@ struct neph_check {
   size_t file_count, file_capacity;
   const char *file, *grid;           /* being checked; NULL: none */
   unsigned sequence, sequence_count; /* being checked, and so far */
-  bool is_lenient;                   /* warnings of others are no findings: what they warn of is one already */
+  bool are_warnings_muted;           /* warnings of others are no findings: what they warn of is one already */
   size_t counts[3], listed;
   np_finding *findings;
 };

@@ -31,6 +31,7 @@ static const float anvil_upwind = 0.55f, anvil_downwind = 1.9f, anvil_plume = 0.
 
 /* Radius of a hero, in half the shorter side of its field. */
 static const float hero_radius = 0.8f, hero_reach = 0.62f;
+enum { CELL_REACH = 2, ANVIL_REACH = 5 }; /* cells on each side in which one that counts may be */
 enum { HERO_PARTS = 11, THERMAL_GROUP_OCTAVES = 7 };
 
 typedef struct cell {
@@ -79,10 +80,9 @@ static float raise(const cell *c, float height, float curvature, float dx, float
   return height * c->height - curvature * (along * along + across * across);
 }
 
-/* The same of an anvil, blown along `shear`. */
+/* The same of an anvil, blown along `shear`, which is 0 in a calm. */
 static float raise_anvil(const cell *c, float height, float curvature, const float shear[2], float dx, float dy) {
-  const bool is_calm = shear[0] == 0.0f && shear[1] == 0.0f;
-  if (is_calm) return raise(c, height, curvature, dx, dy);
+  if (shear[0] == 0.0f && shear[1] == 0.0f) return raise(c, height, curvature, dx, dy);
   float along = dx * shear[0] + dy * shear[1], across = dy * shear[0] - dx * shear[1];
   across /= 1.0f + anvil_plume * sqrtf(curvature) * np_maxf(along, 0.0f);
   along /= along > 0.0f ? anvil_downwind : anvil_upwind;
@@ -91,7 +91,7 @@ static float raise_anvil(const cell *c, float height, float curvature, const flo
 
 /* Highest paraboloid at (x, y), in units of this grid's spacing. */
 static float compute_highest(const relief *r, double lives, double x, double y) {
-  const int32_t i0 = (int32_t)floor(x), j0 = (int32_t)floor(y), reach = r->shear ? 5 : 2;
+  const int32_t i0 = (int32_t)floor(x), j0 = (int32_t)floor(y), reach = r->shear ? ANVIL_REACH : CELL_REACH;
   float best = below_all;
   for (int32_t j = j0 - reach; j <= j0 + reach; j++)
     for (int32_t i = i0 - reach; i <= i0 + reach; i++) {

@@ -7,6 +7,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 #include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
@@ -15,6 +16,11 @@
 #include "core/random.h"
 
 enum { LINKS_MAX = 40 }; /* as many as the kernel follows */
+
+bool np_file_has_ending(const char *path, const char *ending) {
+  const size_t length = strlen(path), tail = strlen(ending);
+  return length > tail && !strcasecmp(path + length - tail, ending);
+}
 
 /* ---- Reading ---- */
 

@@ -14,6 +14,9 @@ typedef struct np_file_write {
   char *temporary;   /* ".name.XXXXXX" in the same folder; foreign libraries write to this path themselves */
 } np_file_write;
 
+/* Whether a name is longer than an ending, and ends so in letters of either case. */
+bool np_file_has_ending(const char *path, const char *ending);
+
 /* Reads a whole file. The block has one more byte, zero, behind its end. NEPH_ERROR_NOT_FOUND if there is none. */
 neph_result np_file_read(neph_context *context, const char *path, void **out_bytes, size_t *out_size);
 

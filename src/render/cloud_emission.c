@@ -8,8 +8,6 @@
 /* Hotter than lightning: a unit has been taken for another. Below the other end no emission is visible. */
 static const double hottest_k = 1e5, coldest_k = 600.0;
 
-static bool is_none(const char *name) { return name && strcmp(name, "none") == 0; }
-
 static neph_result check_temperature(const np_scene_cloud *cloud, const neph_volume *temperature) {
   const np_scene_emission *e = &cloud->emission;
   const double top = (double)fmaxf(temperature->value_max, temperature->bricks.background);
@@ -35,7 +33,7 @@ static bool has_color(const np_cloud_emission *emission) {
 /* Half a kelvin at 1000 K, which is how finely halves tell values there, is 1 % of the radiance at 680 nm. */
 static neph_result load_temperature(const np_cloud_emission_source *source, np_cloud_emission *emission) {
   const char *name = source->cloud->emission.temperature;
-  if (is_none(name)) return NEPH_OK;
+  if (np_scene_is_none(name)) return NEPH_OK;
   neph_volume_load_desc exact = *source->load;
   exact.precision = NEPH_PRECISION_FLOAT;
   exact.grid = name ? name : "temperature";
@@ -49,7 +47,7 @@ static neph_result load_flame(const np_cloud_emission_source *source, np_cloud_e
                               bool *out_is_in_file) {
   const char *name = source->cloud->emission.flame;
   *out_is_in_file = false;
-  if (is_none(name)) return NEPH_OK;
+  if (np_scene_is_none(name)) return NEPH_OK;
   neph_volume_load_desc flame = *source->load;
   flame.grid = name ? name : "flame";
   neph_result result =
@@ -73,7 +71,7 @@ static bool is_emitting(const np_cloud_emission_source *source, const np_cloud_e
 /* A file of colours may have no temperatures, and then nothing of it is hot. */
 static bool has_heat(const np_cloud_emission_source *source, const np_cloud_emission *emission) {
   const np_scene_emission *e = &source->cloud->emission;
-  return emission->temperature || !has_color(emission) || (is_none(e->temperature) && e->offset_k > 0.0);
+  return emission->temperature || !has_color(emission) || (np_scene_is_none(e->temperature) && e->offset_k > 0.0);
 }
 
 /* ---- Places ---- */
@@ -140,7 +138,7 @@ static neph_result load_colors(const np_cloud_emission_source *source, np_cloud_
   const np_vector_request request = {NP_VECTOR_EMISSION, source->cloud->emission.color, source->load->policy};
   np_sparse_grid grids[3];
   bool is_found;
-  if (is_none(request.name)) return NEPH_OK;
+  if (np_scene_is_none(request.name)) return NEPH_OK;
   neph_result result = np_volume_load_vector(source->context, source->path, &request, NULL, grids, &is_found);
   for (int c = 0; c < 3 && is_found && !result; c++) result = make_color(source, &grids[c], &out->color[c]);
   for (int c = 0; c < 3; c++) np_sparse_grid_clear(&grids[c]);

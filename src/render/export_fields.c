@@ -10,8 +10,6 @@
 /* Leaves that the tiles of a vector may become. */
 enum { LEAVES_MAX = 1 << 20 };
 
-static bool is_none(const char *name) { return name && !strcmp(name, "none"); }
-
 /* ---- Scalars ---- */
 
 /* gain·v + offset, where the grid ends too. */
@@ -43,7 +41,7 @@ static neph_result load_scalar(neph_context *context, const np_export_source *so
   bool has_content;
   load.grid = wanted->key ? wanted->key : wanted->name;
   load.policy = source->cloud->policy;
-  if (is_none(wanted->key)) return NEPH_OK;
+  if (np_scene_is_none(wanted->key)) return NEPH_OK;
   neph_result result = np_volume_load_field_grid(context, source->path, &load, &field->components[0], &has_content);
   field->component_count = 1;
   field->kind = wanted->kind;
@@ -156,7 +154,7 @@ static neph_result load_vector(neph_context *context, const np_export_source *so
   const np_vector_request request = {wanted->role, wanted->key, source->cloud->policy};
   np_sparse_grid read[3];
   bool is_found;
-  if (is_none(wanted->key)) return NEPH_OK;
+  if (np_scene_is_none(wanted->key)) return NEPH_OK;
   neph_result result = np_volume_load_vector(context, source->path, &request, source->monitor, read, &is_found);
   if (!result && is_found) {
     np_export_field *field = &out->list[out->count++];

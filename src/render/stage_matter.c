@@ -182,7 +182,7 @@ static neph_result obtain_baked(const np_stage_part *in, const np_scene_cloud *c
 /* Gives a cloud from a file the colours that it has there. */
 static neph_result add_colors(const np_stage_part *in, const np_scene_cloud *cloud, const char *path,
                               neph_volume *volume) {
-  if (cloud->is_baked || !volume || volume->tint || (cloud->color && !strcmp(cloud->color, "none"))) return NEPH_OK;
+  if (cloud->is_baked || !volume || volume->tint || np_scene_is_none(cloud->color)) return NEPH_OK;
   const neph_volume_load_desc load = describe_load(in, cloud);
   const np_tint_source source = {path, cloud->color, &load, volume};
   return np_tint_create(in->scene->context, &source, in->monitor, &volume->tint);

@@ -15,7 +15,7 @@
 /* ---- Decision ---- */
 
 static bool has_velocity(const np_scene_cloud *cloud) {
-  return cloud->vdb && !cloud->is_baked && !(cloud->velocity && !strcmp(cloud->velocity, "none"));
+  return cloud->vdb && !cloud->is_baked && !np_scene_is_none(cloud->velocity);
 }
 
 static bool has_wind(const np_scene_cloud *cloud) {

@@ -60,14 +60,14 @@ neph_volume_load_desc np_cloud_file_describe_load(const np_scene_cloud *cloud) {
   return desc;
 }
 
-static bool is_none(const char *name) { return name && !strcmp(name, "none"); }
-
 static void add_vector(np_file_use *use, np_vector_role role, const char *name) {
-  if (is_none(name)) return;
+  if (np_scene_is_none(name)) return;
   use->vectors[use->vector_count++] = (np_vector_request){role, name, use->load.policy};
 }
 
-static const char *get_field(const char *name, const char *usual) { return is_none(name) ? NULL : name ? name : usual; }
+static const char *get_field(const char *name, const char *usual) {
+  return np_scene_is_none(name) ? NULL : name ? name : usual;
+}
 
 np_file_use np_cloud_file_describe_use(const neph_scene *scene, const np_scene_cloud *cloud) {
   const np_scene_emission *emission = &cloud->emission;

@@ -60,6 +60,20 @@ static neph_result fail_embree(neph_context *context, enum RTCError error) {
   return np_fail(context, NEPH_ERROR_INTERNAL, "terrain: Embree failed with error %d", (int)error);
 }
 
+/* Ground beyond the horizon is that of another place, or of another coordinate system than was meant. */
+static void warn_of_distance(const neph_terrain *terrain, const neph_terrain_desc *desc, double distance_m) {
+  static const double far_m = 300e3;
+  const np_heightfield *field = &terrain->field;
+  const double across_rad = hypot(field->step_east_rad * field->width, field->step_north_rad * field->height);
+  if (distance_m - 0.5 * across_rad * desc->planet_radius_m <= far_m) return;
+  np_log(terrain->context, NEPH_LOG_WARNING,
+         "the middle of the height field lies %.0f km from the place (latitude %g, longitude %g deg), and nothing of "
+         "it is "
+         "seen from there: check place%s",
+         distance_m / NP_KILOMETRE, desc->latitude_rad / NP_DEGREE, desc->longitude_rad / NP_DEGREE,
+         desc->crs ? " and terrain.crs" : "");
+}
+
 /* Height fields on their own graticule have the world's origin in its middle, wherever the scene takes place. */
 static neph_result set_place(neph_terrain *terrain, const neph_terrain_desc *desc) {
   const np_heightfield *field = &terrain->field;
@@ -76,7 +90,7 @@ static neph_result set_place(neph_terrain *terrain, const neph_terrain_desc *des
   terrain->anchor = np_heightfield_to_world(
       field, &terrain->globe, (np_field_position){0.5 * (field->width - 1), 0.5 * (field->height - 1)}, 0);
   const double distance_m = np_dvec3_length(terrain->anchor);
-  if (distance_m <= place_distance_max_m) return NEPH_OK;
+  if (distance_m <= place_distance_max_m) return warn_of_distance(terrain, desc, distance_m), NEPH_OK;
   return np_fail(terrain->context, NEPH_ERROR_INVALID_ARGUMENT,
                  "the place (latitude %g, longitude %g deg) is %.0f km from the middle of the height field, must be "
                  "within %.0f km",

@@ -103,32 +103,6 @@ static neph_result read_desc(neph_context *context, const neph_terrain_desc *des
   return result ? result : check_desc(context, out);
 }
 
-/* Angle between the scene's place, which is a chart's origin, and the middle of a field. */
-static double get_angle(const np_heightfield *field, const neph_terrain_desc *desc) {
-  if (field->has_chart) {
-    const np_field_position core = {0.5 * field->chart.columns, 0.5 * field->chart.rows};
-    const np_chart_direction middle = np_field_chart_eval(&field->chart, core);
-    return asin(fmin(hypot(middle.east, middle.north), 1.0));
-  }
-  const np_geographic middle = np_heightfield_get_middle(field);
-  const double c = sin(middle.latitude_rad) * sin(desc->latitude_rad) +
-                   cos(middle.latitude_rad) * cos(desc->latitude_rad) * cos(middle.longitude_rad - desc->longitude_rad);
-  return acos(np_clamp(c, -1.0, 1.0));
-}
-
-/* Ground beyond the horizon is that of another place, or of another coordinate system than was meant. */
-static void warn_of_distance(neph_context *context, const np_terrain_source *source, const neph_terrain_desc *desc,
-                             const np_heightfield *field) {
-  static const double far_m = 300e3;
-  if (!desc->has_place || !field->has_place) return;
-  const double half_rad = 0.5 * hypot(field->step_east_rad * field->width, field->step_north_rad * field->height);
-  const double distance_m = desc->planet_radius_m * (get_angle(field, desc) - half_rad);
-  if (distance_m > far_m)
-    np_log(context, NEPH_LOG_WARNING,
-           "%s: lies %.3g km from the scene's place, and is not seen from there: check place%s", source->file,
-           1e-3 * distance_m, desc->crs ? " and terrain.crs" : "");
-}
-
 neph_result np_terrain_create(neph_context *context, const np_terrain_source *source, const neph_terrain_desc *desc,
                               neph_terrain **out_terrain) {
   *out_terrain = NULL;
@@ -141,7 +115,6 @@ neph_result np_terrain_create(neph_context *context, const np_terrain_source *so
   np_heightfield field;
   if (read.mesh_file) result = np_mesh_ground_check(context, &read);
   if (!result) result = np_terrain_rows[source->kind].make_field(context, &monitor, source, &read, &field);
-  if (!result) warn_of_distance(context, source, &read, &field);
   if (!result) result = np_terrain_create_from_field(context, &field, &read, false, &monitor, out_terrain);
   np_float_mode_leave(float_mode);
   return result;

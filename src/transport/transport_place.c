@@ -143,8 +143,9 @@ static double choose_edge(const np_world *world, const np_transport_desc *desc, 
   even_axis axes[3];
   const double voxel_depth = compute_voxel_depth(world), cells = compute_even_axes(world, desc, 1.0, axes);
   *out_is_fine = cells > (double)desc->cell_count_cheap && cells <= (double)desc->cell_count_fine;
+  const double edge_max = get_edge_max(world);
   double edge = cells <= (double)desc->cell_count_cheap || *out_is_fine ? 1.0 : 2.0;
-  while (edge < get_edge_max(world) && 1.5 * edge * voxel_depth <= 0.5 * desc->cell_depth_max) edge *= 1.5;
+  while (edge < edge_max && 1.5 * edge * voxel_depth <= 0.5 * desc->cell_depth_max) edge *= 1.5;
   while (edge > 0.1 && edge * voxel_depth > 3.5 * desc->cell_depth_max) edge *= 0.5;
   const double enlarged = enlarge_edge(world, desc, edge);
   if (enlarged > edge) *out_is_fine = false;

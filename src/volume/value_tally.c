@@ -16,19 +16,20 @@ const char *const np_value_kind_names[NP_VALUE_KINDS] = {"NaN", "infinite", "neg
 
 typedef struct tally_job {
   np_sparse_grid *grid; /* changed where it is repaired */
+  np_value_rule rule;
   bool is_repaired;
   float max; /* of the finite values */
   np_value_tally *tallies;
   bool *is_plain; /* of each leaf: nothing in it is to be counted */
 } tally_job;
 
-static np_value_kind classify(float value, float max) {
+static np_value_kind classify(np_value_rule rule, float value, float max) {
   uint32_t bits, magnitude;
   memcpy(&bits, &value, sizeof bits);
   magnitude = bits & 0x7fffffffu;
   if (magnitude > 0x7f800000u) return NP_VALUE_NAN;
   if (magnitude == 0x7f800000u) return NP_VALUE_INFINITE;
-  if (magnitude == 0) return NP_VALUE_GOOD;
+  if (magnitude == 0 || rule == NP_VALUES_OF_VECTOR) return NP_VALUE_GOOD;
   if (magnitude < 0x00800000u) return NP_VALUE_SUBNORMAL;
   if (value > 0.0f) return NP_VALUE_GOOD;
   return value < -rounding_of_max * max ? NP_VALUE_NEGATIVE : NP_VALUE_ROUNDING;
@@ -79,11 +80,12 @@ static neph_result compute_max(void *user, size_t begin, size_t end, unsigned th
 
 /* Infinite values were above what the file could hold. */
 static float repair(const tally_job *job, np_value_kind kind, float value, bool is_active) {
-  return kind == NP_VALUE_INFINITE && value > 0.0f && is_active ? job->max : 0.0f;
+  const bool is_above_all = kind == NP_VALUE_INFINITE && value > 0.0f && job->rule == NP_VALUES_OF_CLOUD;
+  return is_above_all && is_active ? job->max : 0.0f;
 }
 
 static void count_value(const tally_job *job, np_value_tally *t, float *value, bool is_active, uint64_t place) {
-  const np_value_kind k = classify(*value, job->max);
+  const np_value_kind k = classify(job->rule, *value, job->max);
   if (k == NP_VALUE_GOOD) return;
   if (!t->counts[k]++ || place < t->first[k]) {
     t->first[k] = place;
@@ -134,10 +136,10 @@ static neph_result count_all(tally_job *job, np_monitor *monitor) {
   return result;
 }
 
-neph_result np_value_tally_count(np_sparse_grid *grid, bool is_repaired, np_monitor *monitor,
+neph_result np_value_tally_count(np_sparse_grid *grid, np_value_rule rule, bool is_repaired, np_monitor *monitor,
                                  np_value_tally *out_tally) {
   neph_context *context = grid->context;
-  tally_job job = {.grid = grid, .is_repaired = is_repaired};
+  tally_job job = {.grid = grid, .rule = rule, .is_repaired = is_repaired};
   *out_tally = (np_value_tally){0};
   job.tallies = np_alloc(context, context->thread_count, sizeof *job.tallies);
   job.is_plain = np_alloc(context, grid->leaf_count + 1, sizeof *job.is_plain);

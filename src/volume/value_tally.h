@@ -17,6 +17,12 @@ typedef enum np_value_kind {
   NP_VALUE_GOOD
 } np_value_kind;
 
+/* The values that a grid may have. */
+typedef enum np_value_rule {
+  NP_VALUES_OF_CLOUD, /* finite and not negative */
+  NP_VALUES_OF_VECTOR /* finite */
+} np_value_rule;
+
 /* "NaN", "infinite" … */
 extern const char *const np_value_kind_names[NP_VALUE_KINDS];
 
@@ -27,9 +33,9 @@ typedef struct np_value_tally {
   float first_value[NP_VALUE_KINDS];
 } np_value_tally;
 
-/* Counts the values of leaves and tiles. Where they are repaired, active ones of positive infinity become the largest
- * finite value, and all others that are counted 0. `monitor` may be NULL. */
-neph_result np_value_tally_count(np_sparse_grid *grid, bool is_repaired, np_monitor *monitor,
+/* Counts the values of leaves and tiles that break a rule. Where they are repaired they become 0, but a cloud's active
+ * ones of positive infinity the largest finite value. `monitor` may be NULL. */
+neph_result np_value_tally_count(np_sparse_grid *grid, np_value_rule rule, bool is_repaired, np_monitor *monitor,
                                  np_value_tally *out_tally);
 
 typedef struct np_value_place {

@@ -7,12 +7,6 @@
 
 #include "core/alloc.h"
 
-static np_vdb_grid_info describe(const np_volume_file *file, size_t index) {
-  np_vdb_grid_info info;
-  file->module->describe(file->vdb, index, &info);
-  return info;
-}
-
 /* ---- Purposes ---- */
 
 static bool begins_with(const char *text, const char *beginning) {
@@ -61,7 +55,7 @@ static char *list_grids(const np_volume_file *file) {
   const size_t count = file->module->count(file->vdb);
   char *list = np_alloc_text(file->context, count ? "" : "nothing");
   for (size_t i = 0; i < count && list; i++) {
-    const np_vdb_grid_info info = describe(file, i);
+    const np_vdb_grid_info info = np_volume_file_describe(file, i);
     char *longer = np_alloc_printf(file->context, "%s%s'%s' (%s%s)", list, i ? ", " : "", info.name, info.value_type,
                                    info.is_level_set ? ", a level set" : "");
     np_alloc_free(file->context, list);
@@ -98,7 +92,7 @@ static matches search_exact(const np_volume_file *file, const char *name, size_t
   matches found = {0, SIZE_MAX};
   const size_t count = file->module->count(file->vdb);
   for (size_t i = 0; i < count; i++) {
-    const char *other = describe(file, i).name;
+    const char *other = np_volume_file_describe(file, i).name;
     const bool is_alike =
         strlen(other) == length && (is_exact ? !memcmp(other, name, length) : !strncasecmp(other, name, length));
     if (is_alike && found.count++ == wanted) found.index = i;
@@ -174,7 +168,7 @@ static matches search_like(const np_volume_file *file, likeness like) {
   matches found = {0, SIZE_MAX};
   const size_t count = file->module->count(file->vdb);
   for (size_t i = 0; i < count; i++) {
-    const np_vdb_grid_info info = describe(file, i);
+    const np_vdb_grid_info info = np_volume_file_describe(file, i);
     if (is_like(&info, like) && !found.count++) found.index = i;
   }
   return found;
@@ -184,7 +178,7 @@ static matches search_like(const np_volume_file *file, likeness like) {
 static const char *explain_none(const np_volume_file *file) {
   const size_t count = file->module->count(file->vdb);
   bool are_vectors = count > 0;
-  for (size_t i = 0; i < count; i++) are_vectors = are_vectors && describe(file, i).is_vector;
+  for (size_t i = 0; i < count; i++) are_vectors = are_vectors && np_volume_file_describe(file, i).is_vector;
   return are_vectors ? "no density, only colours or velocities, which belong to a density of the same file"
                      : "no fog volume";
 }
@@ -262,7 +256,7 @@ neph_result np_volume_choose(const np_volume_file *file, const np_grid_wish *wis
                   : choose_usual(file, wish, out_choice->indices, out_refusal);
   }
   for (size_t i = 0; i < out_choice->count && !result && !*out_refusal; i++) {
-    const np_vdb_grid_info info = describe(file, out_choice->indices[i]);
+    const np_vdb_grid_info info = np_volume_file_describe(file, out_choice->indices[i]);
     result = check_kind(file, wish, &info, out_refusal);
   }
   return result;

@@ -10,12 +10,6 @@
 
 static const float half_max = 65504.0f;
 
-static np_vdb_grid_info describe(const np_volume_file *file, size_t index) {
-  np_vdb_grid_info info;
-  file->module->describe(file->vdb, index, &info);
-  return info;
-}
-
 /* ---- Values ---- */
 
 static void add_value(np_grid_facts *facts, const np_sparse_grid *grid, float value, bool is_active, uint64_t number,
@@ -135,9 +129,10 @@ static void set_kinds(np_grid_facts *facts, const np_sparse_grid *grid, const np
 }
 
 static neph_result measure_values(np_sparse_grid *grid, np_monitor *monitor, np_grid_facts *facts) {
+  const np_value_rule rule = facts->role == NP_GRID_VECTOR ? NP_VALUES_OF_VECTOR : NP_VALUES_OF_CLOUD;
   np_grid_extent extent;
   np_value_tally tally;
-  const neph_result result = np_value_tally_count(grid, false, monitor, &tally);
+  const neph_result result = np_value_tally_count(grid, rule, false, monitor, &tally);
   if (result) return result;
   set_kinds(facts, grid, &tally);
   add_values(facts, grid);
@@ -207,8 +202,9 @@ static neph_result add_component(const measure_job *job, size_t index, int compo
   np_value_tally tally;
   uint64_t tree_bytes;
   neph_result result = np_volume_file_read_component(job->file, index, component, &grid, &tree_bytes);
-  if (!result) result = np_value_tally_count(&grid, false, job->monitor, &tally);
+  if (!result) result = np_value_tally_count(&grid, NP_VALUES_OF_VECTOR, false, job->monitor, &tally);
   if (!result) set_kinds(facts, &grid, &tally);
+  if (!isfinite(grid.background)) facts->background = grid.background;
   np_sparse_grid_clear(&grid);
   return result;
 }
@@ -252,7 +248,7 @@ static neph_result measure_content(const measure_job *job, size_t index, const n
 }
 
 static neph_result measure_grid(const measure_job *job, size_t index, np_grid_facts *facts) {
-  const np_vdb_grid_info info = describe(job->file, index);
+  const np_vdb_grid_info info = np_volume_file_describe(job->file, index);
   facts->is_scalar = info.is_scalar;
   facts->is_count = info.is_count;
   facts->is_vector = info.is_vector;
@@ -274,38 +270,47 @@ static neph_result measure_grid(const measure_job *job, size_t index, np_grid_fa
 /* A scalar that might have been the density, and is not chosen, is a field. */
 static void set_named_roles(const measure_job *job, bool has_density) {
   for (size_t i = 0; i < job->facts->count; i++) {
-    const np_vdb_grid_info info = describe(job->file, i);
+    const np_vdb_grid_info info = np_volume_file_describe(job->file, i);
     const np_grid_role role = np_volume_get_role(job->file, &info);
     job->facts->grids[i].role = role == NP_GRID_DENSITY && has_density ? NP_GRID_FIELD : role;
   }
 }
 
-static void set_used_roles(const measure_job *job) {
+/* A field that is not in the file has none. */
+static neph_result set_field_role(const measure_job *job, const char *name) {
+  const np_grid_wish wish = {.grid = name, .is_field = true};
+  np_volume_choice choice;
+  char *refusal = NULL;
+  const neph_result result = np_volume_choose(job->file, &wish, &choice, &refusal);
+  if (!result && !refusal) job->facts->grids[choice.indices[0]].role = NP_GRID_FIELD;
+  np_alloc_free(job->file->context, refusal);
+  return result;
+}
+
+static neph_result set_used_roles(const measure_job *job) {
+  enum { FIELDS = sizeof job->use->fields / sizeof *job->use->fields };
   const np_file_use *use = job->use;
   np_grid_facts *grids = job->facts->grids;
   size_t parts[3];
-  for (size_t i = 0; i < job->facts->count; i++) {
-    const np_vdb_grid_info info = describe(job->file, i);
-    grids[i].role = NP_GRID_OTHER;
-    for (size_t f = 0; f < sizeof use->fields / sizeof *use->fields; f++)
-      if (use->fields[f] && info.is_scalar && !strcasecmp(info.name, use->fields[f])) grids[i].role = NP_GRID_FIELD;
-  }
+  neph_result result = NEPH_OK;
+  for (size_t i = 0; i < job->facts->count; i++) grids[i].role = NP_GRID_OTHER;
+  for (size_t f = 0; f < FIELDS && !result; f++)
+    if (use->fields[f]) result = set_field_role(job, use->fields[f]);
   for (unsigned v = 0; v < use->vector_count; v++)
     if (np_volume_file_search_vector(job->file, use->vectors[v].role, use->vectors[v].name, parts))
       for (int a = 0; a < 3; a++) grids[parts[a]].role = NP_GRID_VECTOR;
+  return result;
 }
 
 static neph_result set_roles(measure_job *job) {
   const np_grid_wish wish = {.grid = job->use ? job->use->load.grid : NULL, .level_set_voxels = job->level_set_voxels};
   np_volume_choice choice;
-  const neph_result result = np_volume_choose(job->file, &wish, &choice, &job->facts->refusal);
+  neph_result result = np_volume_choose(job->file, &wish, &choice, &job->facts->refusal);
+  if (!result && job->use) result = set_used_roles(job);
   if (result) return result;
-  if (job->use)
-    set_used_roles(job);
-  else
-    set_named_roles(job, !job->facts->refusal);
+  if (!job->use) set_named_roles(job, !job->facts->refusal);
   for (size_t i = 0; i < choice.count && !job->facts->refusal; i++) {
-    const np_vdb_grid_info info = describe(job->file, choice.indices[i]);
+    const np_vdb_grid_info info = np_volume_file_describe(job->file, choice.indices[i]);
     const np_grid_role named = np_volume_get_role(job->file, &info);
     job->facts->grids[choice.indices[i]].role = NP_GRID_DENSITY;
     job->facts->grids[choice.indices[i]].is_odd_density =

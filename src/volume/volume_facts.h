@@ -30,14 +30,15 @@ typedef struct np_grid_facts {
   int32_t active_min[3], active_max[3]; /* index box of the active samples, both ends inside it */
   double world_min[3], world_max[3];    /* the same, in the file's units */
   np_value_count kinds[NP_VALUE_KINDS]; /* of vectors, over all components */
+  float background;                     /* of a vector's components one that is not finite, or 0 */
   /* Scalars alone: */
   bool has_values;
-  float background, value_min, value_max; /* the range of the active samples */
-  double sum;                             /* of the finite active samples */
-  np_value_count beyond_half;             /* finite, and above the largest half */
-  double stray_ratio;                     /* size of the box over that of all but a thousandth of its voxels */
-  np_value_place stray;                   /* the block farthest from those */
-  char *diagnoses[NP_DIAGNOSES_MAX];      /* OpenVDB's own complaints */
+  float value_min, value_max;        /* the range of the active samples */
+  double sum;                        /* of the finite active samples */
+  np_value_count beyond_half;        /* finite, and above the largest half */
+  double stray_ratio;                /* size of the box over that of all but a thousandth of its voxels */
+  np_value_place stray;              /* the block farthest from those */
+  char *diagnoses[NP_DIAGNOSES_MAX]; /* OpenVDB's own complaints */
   unsigned diagnosis_count;
 } np_grid_facts;
 

@@ -3,6 +3,7 @@
 #ifndef NP_VOLUME_VOLUME_FILE_H
 #define NP_VOLUME_VOLUME_FILE_H
 
+#include "volume/value_tally.h"
 #include "volume/vdb_layout.h"
 #include "volume/volume_private.h"
 
@@ -19,6 +20,12 @@ typedef struct np_volume_file {
 /* Opens a file and reads what its grids are. `monitor` may be NULL; else it must live until the file is closed. */
 neph_result np_volume_file_open(neph_context *context, const char *path, np_monitor *monitor, np_volume_file *out_file);
 void np_volume_file_close(np_volume_file *file); /* a zeroed file is allowed */
+
+static inline np_vdb_grid_info np_volume_file_describe(const np_volume_file *file, size_t index) {
+  np_vdb_grid_info info;
+  file->module->describe(file->vdb, index, &info);
+  return info;
+}
 
 /* Reads a scalar grid, sorted. The caller clears the grid, whatever the outcome. */
 neph_result np_volume_file_read(const np_volume_file *file, size_t index, np_sparse_grid *out_grid,
@@ -46,14 +53,18 @@ bool np_volume_file_search_vector(const np_volume_file *file, np_vector_role rol
 /* Reports what the module said, under the file's name. */
 neph_result np_volume_file_fail(const np_volume_file *file, const np_vdb_error *error);
 
-/* Checks the values of a grid just read, and repairs what is rounding, or, where the policy says so, what is not: NaN,
- * infinite, negative. Fails or warns with counts and the first voxel. */
-neph_result np_volume_import_values(neph_context *context, const char *path, np_sparse_grid *grid,
+/* Checks the values of a grid just read by a rule, and repairs what is rounding, or, where the policy says so, what is
+ * not: NaN, infinite, and of a cloud negative. Fails or warns with counts and the first voxel. */
+neph_result np_volume_import_values(neph_context *context, const char *path, np_sparse_grid *grid, np_value_rule rule,
                                     neph_import_policy policy, np_monitor *monitor);
 
 /* Checks that a grid just read is 0 where it ends, and makes it so where the policy says so. */
 neph_result np_volume_import_background(neph_context *context, const char *path, np_sparse_grid *grid,
                                         neph_import_policy policy);
+
+/* The same of a field or a vector, which may end in any finite number. */
+neph_result np_volume_import_finite_background(neph_context *context, const char *path, np_sparse_grid *grid,
+                                               neph_import_policy policy);
 
 /* Puts the values of a density, which are finite and not negative, through a ramp. */
 neph_result np_volume_apply_ramp(neph_context *context, np_sparse_grid *grid, const neph_volume_ramp *ramp,

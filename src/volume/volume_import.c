@@ -15,27 +15,34 @@ static void report(neph_context *context, neph_log_level level, const char *path
          at.world_m[1], at.world_m[2], consequence);
 }
 
+/* Ends of messages about values that are refused, and about infinite ones that are repaired. */
+static const struct {
+  const char *refusal, *infinite;
+} words[] = {
+    [NP_VALUES_OF_CLOUD] = {"must be finite and not negative: clouds[].import: repair mends them",
+                            "those above 0 are taken as the largest finite value"},
+    [NP_VALUES_OF_VECTOR] = {"must be finite: clouds[].import: repair takes them as 0", "taken as 0"},
+};
+
 /* One error for the first kind that is refused; one warning for each kind that is repaired. */
-static neph_result decide(neph_context *context, const char *path, const np_sparse_grid *grid, const np_value_tally *t,
-                          neph_import_policy policy) {
+static neph_result decide(neph_context *context, const char *path, const np_sparse_grid *grid, np_value_rule rule,
+                          const np_value_tally *t, neph_import_policy policy) {
   for (np_value_kind k = NP_VALUE_NAN; k <= NP_VALUE_NEGATIVE; k++)
     if (t->counts[k] && policy == NEPH_IMPORT_REFUSE) {
-      report(context, NEPH_LOG_ERROR, path, grid, t, k,
-             "must be finite and not negative: clouds[].import: repair mends them");
+      report(context, NEPH_LOG_ERROR, path, grid, t, k, words[rule].refusal);
       return NEPH_ERROR_BAD_FILE;
     }
   for (np_value_kind k = NP_VALUE_NAN; k < NP_VALUE_KINDS; k++)
     if (t->counts[k])
-      report(context, NEPH_LOG_WARNING, path, grid, t, k,
-             k == NP_VALUE_INFINITE ? "those above 0 are taken as the largest finite value" : "taken as 0");
+      report(context, NEPH_LOG_WARNING, path, grid, t, k, k == NP_VALUE_INFINITE ? words[rule].infinite : "taken as 0");
   return NEPH_OK;
 }
 
-neph_result np_volume_import_values(neph_context *context, const char *path, np_sparse_grid *grid,
+neph_result np_volume_import_values(neph_context *context, const char *path, np_sparse_grid *grid, np_value_rule rule,
                                     neph_import_policy policy, np_monitor *monitor) {
   np_value_tally tally;
-  const neph_result result = np_value_tally_count(grid, true, monitor, &tally);
-  return result ? result : decide(context, path, grid, &tally, policy);
+  const neph_result result = np_value_tally_count(grid, rule, true, monitor, &tally);
+  return result ? result : decide(context, path, grid, rule, &tally, policy);
 }
 
 /* ---- Background ---- */
@@ -66,4 +73,13 @@ neph_result np_volume_import_background(neph_context *context, const char *path,
          (double)grid->background);
   clear_background(grid);
   return NEPH_OK;
+}
+
+neph_result np_volume_import_finite_background(neph_context *context, const char *path, np_sparse_grid *grid,
+                                               neph_import_policy policy) {
+  if (isfinite(grid->background)) return NEPH_OK;
+  if (policy == NEPH_IMPORT_REPAIR) return np_volume_import_background(context, path, grid, policy);
+  return np_fail(context, NEPH_ERROR_BAD_FILE,
+                 "%s: grid '%s' has background %g, must be finite: clouds[].import: repair takes it as 0", path,
+                 grid->name, (double)grid->background);
 }

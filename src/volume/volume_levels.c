@@ -150,20 +150,32 @@ static double get_sample(const np_sparse_grid *grid, const int32_t at[3], const 
   return *last ? (double)(*last)->values[(at[0] & 7) * 64 + (at[1] & 7) * 8 + (at[2] & 7)] : 0.0;
 }
 
+/* Weight of one of the eight samples of a lattice of voxels `edge` long around a sample of the finest, and its place in
+ * the finest. */
+static double weigh_corner(const int32_t at[3], int32_t edge, int n, int32_t out_corner[3]) {
+  double weight = 1.0;
+  for (int a = 0; a < 3; a++) {
+    const int is_next = n >> a & 1;
+    const double part = (double)(at[a] & (edge - 1)) / edge;
+    out_corner[a] = (at[a] & -edge) + is_next * edge;
+    weight *= is_next ? part : 1.0 - part;
+  }
+  return weight;
+}
+
+static double get_level_sample(const level_build *b, unsigned level, const int32_t at[3], const np_leaf **last) {
+  const int32_t index[3] = {at[0] >> level, at[1] >> level, at[2] >> level};
+  return get_sample(&b->grids[level], index, last);
+}
+
 /* Value of a level at a sample of the finest lattice, trilinear between its own. */
 static double interpolate(const level_build *b, unsigned level, const int32_t at[3], const np_leaf **last) {
   const int32_t edge = INT32_C(1) << level;
   double sum = 0.0;
   for (int n = 0; n < 8; n++) {
-    int32_t index[3];
-    double weight = 1.0;
-    for (int a = 0; a < 3; a++) {
-      const int is_next = n >> a & 1;
-      const double part = (double)(at[a] & (edge - 1)) / edge;
-      index[a] = (at[a] >> level) + is_next;
-      weight *= is_next ? part : 1.0 - part;
-    }
-    if (weight > 0.0) sum += weight * get_sample(&b->grids[level], index, last);
+    int32_t corner[3];
+    const double weight = weigh_corner(at, edge, n, corner);
+    if (weight > 0.0) sum += weight * get_level_sample(b, level, corner, last);
   }
   return sum;
 }
@@ -291,14 +303,8 @@ static double get_value(level_lookup *l, const int32_t at[3]) {
   double sum = 0.0;
   for (int n = 0; n < 8; n++) {
     int32_t corner[3];
-    double weight = 1.0;
-    for (int a = 0; a < 3; a++) {
-      const double part = (double)(at[a] & (edge - 1)) / edge;
-      corner[a] = (at[a] & -edge) + (n >> a & 1) * edge;
-      weight *= n >> a & 1 ? part : 1.0 - part;
-    }
-    const int32_t index[3] = {at[0] >> level, at[1] >> level, at[2] >> level};
-    if (weight == 1.0) return get_sample(&l->b->grids[level], index, &l->leaf[level]);
+    const double weight = weigh_corner(at, edge, n, corner);
+    if (weight == 1.0) return get_level_sample(l->b, level, at, &l->leaf[level]);
     if (weight > 0.0) sum += weight * get_value(l, corner);
   }
   return sum;

@@ -12,12 +12,6 @@
 #include "volume/volume_levels.h"
 #include "volume/volume_tint.h"
 
-static np_vdb_grid_info describe(const np_volume_file *file, size_t index) {
-  np_vdb_grid_info info;
-  file->module->describe(file->vdb, index, &info);
-  return info;
-}
-
 /* ---- Choice ---- */
 
 /* Fails where no grid is what `desc` asks for. */
@@ -32,14 +26,6 @@ static neph_result choose(const np_volume_file *file, const neph_volume_load_des
 }
 
 /* ---- Load ---- */
-
-/* Trailing text of a field may be anything that is a number. */
-static neph_result check_field(const np_volume_file *file, np_sparse_grid *grid, neph_import_policy policy) {
-  if (isfinite(grid->background)) return NEPH_OK;
-  if (policy == NEPH_IMPORT_REPAIR) return np_volume_import_background(file->context, file->path, grid, policy);
-  return np_fail(file->context, NEPH_ERROR_BAD_FILE, "%s: grid '%s' has background %g, must be finite", file->path,
-                 grid->name, (double)grid->background);
-}
 
 /* Place of a grid among several levels of detail, as its metadata say. */
 typedef struct level_mark {
@@ -114,7 +100,8 @@ static neph_result read_chosen(load_job *job, const np_volume_file *file) {
   if (!result) result = np_volume_file_read_density(file, &choice, &job->grid, &job->tree_bytes);
   if (result) return result;
   describe_fog(job);
-  if (job->is_field) return check_field(file, &job->grid, job->desc->policy);
+  if (job->is_field)
+    return np_volume_import_finite_background(file->context, file->path, &job->grid, job->desc->policy);
   return np_volume_import_background(file->context, file->path, &job->grid, job->desc->policy);
 }
 
@@ -152,7 +139,8 @@ static neph_result load_grid(load_job *job, const neph_volume_load_desc *desc, n
   neph_result result = np_parallel_run(context, monitor, run_load, job);
   if (!result) result = check_content(job, out_has_content);
   np_monitor_set_part(monitor, np_monitor_whole, 0.5, 0.7);
-  if (*out_has_content) result = np_volume_import_values(context, job->path, &job->grid, desc->policy, monitor);
+  if (*out_has_content)
+    result = np_volume_import_values(context, job->path, &job->grid, NP_VALUES_OF_CLOUD, desc->policy, monitor);
   if (*out_has_content && !result && !job->is_field)
     result = np_volume_apply_ramp(context, &job->grid, &desc->ramp, monitor);
   return result;
@@ -345,7 +333,7 @@ static void read_metadata(void *user, const char *name, const char *text) {
 }
 
 static neph_result describe_header(const np_volume_file *file, size_t index, np_grid_header *out_header) {
-  const np_vdb_grid_info info = describe(file, index);
+  const np_vdb_grid_info info = np_volume_file_describe(file, index);
   written_box box = {.header = out_header};
   np_vdb_error error;
   *out_header = (np_grid_header){.state = NP_GRID_FILLED};

@@ -37,8 +37,7 @@ static neph_result set_mark(const mend_job *job, size_t index) {
                                       [NP_GRID_FIELD] = NP_VDB_MEND_VALUES,
                                       [NP_GRID_VECTOR] = NP_VDB_MAKE_FINITE,
                                       [NP_GRID_OTHER] = NP_VDB_KEEP};
-  np_vdb_grid_info info;
-  job->file->module->describe(job->file->vdb, index, &info);
+  const np_vdb_grid_info info = np_volume_file_describe(job->file, index);
   const np_grid_role role = np_volume_get_role(job->file, &info);
   job->mendings[index].mark = marks[role];
   return role == NP_GRID_DENSITY && info.is_scalar ? keep_level_set(job, index, &info) : NEPH_OK;
@@ -70,8 +69,7 @@ static neph_result run_mend(void *user) {
 /* Appends a grid's line to a text; NULL when there is no memory. */
 static char *add_line(const mend_job *job, size_t index, char *text) {
   const np_vdb_mending *m = &job->mendings[index];
-  np_vdb_grid_info info;
-  job->file->module->describe(job->file->vdb, index, &info);
+  const np_vdb_grid_info info = np_volume_file_describe(job->file, index);
   const bool is_changed = m->value_count || m->has_new_background || m->has_new_class;
   char *longer = np_alloc_printf(job->file->context, "%s  grid '%s': %llu value%s mended%s%s%s\n", text, info.name,
                                  (unsigned long long)m->value_count, m->value_count == 1 ? "" : "s",

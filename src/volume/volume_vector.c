@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "core/alloc.h"
-#include "volume/value_tally.h"
 #include "volume/volume_file.h"
 
 enum { USUAL_NAMES_MAX = 3, ENDINGS_MAX = 3 };
@@ -48,8 +47,7 @@ typedef struct vector_load {
 static bool search_grid(const np_volume_file *file, const char *name, bool is_vector, size_t *out_index) {
   const size_t count = file->module->count(file->vdb);
   for (size_t i = 0; i < count; i++) {
-    np_vdb_grid_info info;
-    file->module->describe(file->vdb, i, &info);
+    const np_vdb_grid_info info = np_volume_file_describe(file, i);
     if ((is_vector ? info.is_vector : info.is_scalar) && !strcmp(info.name, name)) return *out_index = i, true;
   }
   return false;
@@ -124,41 +122,6 @@ neph_result np_volume_search_vector(neph_context *context, const char *path, np_
   return result;
 }
 
-/* ---- Values ---- */
-
-/* Those that are NaN or infinite, and the first of them. */
-typedef struct broken_values {
-  uint64_t count, first; /* number, as np_value_tally_locate takes it */
-} broken_values;
-
-/* Makes them 0. */
-static void repair(float *values, size_t count, uint64_t number, broken_values *broken) {
-  for (size_t n = 0; n < count; n++) {
-    if (isfinite(values[n])) continue;
-    values[n] = 0.0f;
-    if (!broken->count++) broken->first = number + n;
-  }
-}
-
-static neph_result check_values(const vector_load *job, np_sparse_grid *grid, neph_import_policy policy) {
-  const size_t leaf_end = grid->leaf_count * NP_LEAF_SIZE;
-  broken_values broken = {0, 0};
-  np_value_place at;
-  if (!isfinite(grid->background)) grid->background = 0.0f;
-  for (size_t i = 0; i < grid->leaf_count; i++) repair(grid->leaves[i].values, NP_LEAF_SIZE, i * NP_LEAF_SIZE, &broken);
-  for (size_t i = 0; i < grid->tile_count; i++) repair(&grid->tiles[i].value, 1, leaf_end + i, &broken);
-  if (!broken.count) return NEPH_OK;
-  np_value_tally_locate(grid, broken.first, &at);
-  const bool is_refused = policy == NEPH_IMPORT_REFUSE;
-  np_log(job->context, is_refused ? NEPH_LOG_ERROR : NEPH_LOG_WARNING,
-         "%s: grid '%s': %llu value%s NaN or infinite, the first at voxel (%d, %d, %d), (%.6g, %.6g, %.6g) in the "
-         "file's units; %s",
-         job->path, grid->name, (unsigned long long)broken.count, broken.count == 1 ? " is" : "s are", at.voxel[0],
-         at.voxel[1], at.voxel[2], at.world_m[0], at.world_m[1], at.world_m[2],
-         is_refused ? "must be finite: clouds[].import: repair takes them as 0" : "taken as 0");
-  return is_refused ? NEPH_ERROR_BAD_FILE : NEPH_OK;
-}
-
 /* ---- Load ---- */
 
 /* The components of a staggered grid are on the low faces of its voxels. */
@@ -167,10 +130,9 @@ static void place_staggered(int axis, np_sparse_grid *grid) {
 }
 
 static neph_result read_component(const vector_load *job, const np_volume_file *file, int axis) {
-  np_vdb_grid_info info;
   uint64_t bytes;
   const size_t index = job->choice.grid[axis];
-  file->module->describe(file->vdb, index, &info);
+  const np_vdb_grid_info info = np_volume_file_describe(file, index);
   if (!info.is_affine)
     return np_fail(job->context, NEPH_ERROR_UNSUPPORTED,
                    "%s: grid '%s' has a frustum transform: resample it to one that is affine", job->path, info.name);
@@ -212,8 +174,10 @@ neph_result np_volume_load_vector(neph_context *context, const char *path, const
   neph_result result = np_parallel_run(context, monitor, run, &job);
   *out_is_found = !result && job.choice.name;
   for (int a = 0; a < 3 && *out_is_found && !result; a++) {
-    result = check_values(&job, &out_vector[a], request->policy);
-    out_vector[a].file = path;
+    np_sparse_grid *grid = &out_vector[a];
+    result = np_volume_import_finite_background(context, path, grid, request->policy);
+    if (!result) result = np_volume_import_values(context, path, grid, NP_VALUES_OF_VECTOR, request->policy, monitor);
+    grid->file = path;
   }
   if (*out_is_found && !result) note_choice(&job);
   return result;
