@@ -22,8 +22,9 @@ static const float pouch_thickness = 1.2f; /* of pouches against the heart: they
 static const float group_size = 2.6f;      /* of groups of pouches */
 static const float upper_edge = 0.010f, lower_edge = 0.008f; /* shares too */
 static const float rim_edge = 0.040f;                        /* of both faces at the rim, where ice sublimes */
-static const float ridge_reach = 0.030f, streak = 1.5f;      /* of fibres: on both faces, and in the ice */
-static const float thinness = 0.13f, rim_thinness = 0.3f;    /* of ice against water, and of the rim against that */
+static const float ridge_size = 0.45f, ridge_reach = 0.024f,
+                   streak = 1.2f;                         /* of fibres on both faces, and in the ice */
+static const float thinness = 0.13f, rim_thinness = 0.3f; /* of ice against water, and of the rim against that */
 static const float extinction_floor = 0.002f;
 
 static float eval_upper(float anvil, float tower) {
@@ -78,11 +79,13 @@ static void fill_noise(const np_cloud_model *model, np_kind_points *p, np_cloud_
   for (size_t i = 0; i < p->count; i++) out[i] = np_clampf(2.0f * (out[i] - 0.5f), -0.5f, 0.5f);
 }
 
-/* The outline is lobed, and within it fibres are bent: straight ones would end as teeth of a comb. */
-static void add_striations(const np_cloud_model *model, np_kind_points *p) {
+/* The outline is lobed, and within it fibres are bent: straight ones would end as teeth of a comb. Those of the faces,
+ * `out_ridges`, are straight: bent ones would look like marble from above. */
+static void add_striations(const np_cloud_model *model, np_kind_points *p, float *out_ridges) {
   const float eddy_m = eddy_size * (float)model->desc.billow_m;
   float lobes[NP_CLOUD_BLOCK], dx[NP_CLOUD_BLOCK], dy[NP_CLOUD_BLOCK];
   fill_noise(model, p, NP_CLOUD_STREAM_ANVIL_LOBES, lobe_size, 1.5f, lobes);
+  fill_noise(model, p, NP_CLOUD_STREAM_SHEET, ridge_size, fibre_stretch, out_ridges);
   np_noise_lattice lattice = np_kind_make_lattice(&model->desc, NP_CLOUD_STREAM_ANVIL_EDDIES);
   lattice = np_kind_wrap(model, &lattice, eddy_m, 1.0f);
   const np_noise_points points = np_kind_scale(model, p, eddy_m, 1.0f);
@@ -119,16 +122,16 @@ void np_anvil_eval(const np_cloud_model *model, const np_cloud_points *points, f
   const float upper = np_maxf(upper_edge, 0.9f * voxel), lower = np_maxf(lower_edge, 0.9f * voxel);
   collect(model, points, &p);
   if (p.count == 0) return;
-  float pouches[NP_CLOUD_BLOCK];
+  float pouches[NP_CLOUD_BLOCK], ridges[NP_CLOUD_BLOCK];
   compute_pouches(model, &p, pouches);
-  add_striations(model, &p);
+  add_striations(model, &p, ridges);
   for (size_t i = 0; i < p.count; i++) {
     const float anvil = np_minf(p.strength[i], 1.5f), share = p.field_x_m[i];
     if (!(anvil > 0.0f)) continue;
     const float hanging = np_smoothstepf((anvil - 0.3f) / 0.25f) * (1.0f - np_smoothstepf((anvil - 0.7f) / 0.35f));
-    const float fibre = ridge_reach * p.noise[i], ice = np_maxf(1.0f + streak * p.noise[i], 0.0f);
-    const float above = share - eval_lower(anvil, p.ground_m[i]) + pouch_reach * hanging * pouches[i] + fibre;
-    const float below = eval_upper(anvil, p.ground_m[i]) - share + fibre;
+    const float ridge = ridge_reach * ridges[i], ice = np_maxf(1.0f + streak * ridges[i], 0.0f);
+    const float above = share - eval_lower(anvil, p.ground_m[i]) + pouch_reach * hanging * pouches[i] + ridge;
+    const float below = eval_upper(anvil, p.ground_m[i]) - share + ridge;
     const float softness = rim_edge * (1.0f - np_smoothstepf(anvil / 0.6f));
     const float body = np_smoothstepf(below / np_maxf(upper, softness)) *
                        np_smoothstepf(above / np_maxf(lower, softness)) * thinness * ice *
