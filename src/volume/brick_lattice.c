@@ -127,11 +127,17 @@ np_lattice_view np_brick_lattice_get_view(const np_brick_lattice *l, const int32
   return out;
 }
 
-void np_lattice_view_list_blocks(const np_lattice_view *view, const int cell[3], uint32_t out_blocks[8]) {
-  for (int n = 0; n < 8; n++) {
-    const int32_t at[3] = {cell[0] + (n >> 2), cell[1] + (n >> 1 & 1), cell[2] + (n & 1)};
-    const int node =
-        at[0] >> NP_BRICK_NODE_SHIFT << 2 | at[1] >> NP_BRICK_NODE_SHIFT << 1 | at[2] >> NP_BRICK_NODE_SHIFT;
-    out_blocks[n] = view->cells[node] ? view->cells[node][get_offset(at)] : view->block[node];
+/* Blocks of the cells of a node along z, from `first` on. */
+static void read_cells(const np_lattice_view *view, int node, size_t first, int count, uint32_t *out) {
+  const uint32_t *cells = view->cells[node];
+  for (int z = 0; z < count; z++) out[z] = cells ? cells[first + (size_t)z] : view->block[node];
+}
+
+void np_lattice_view_read_row(const np_lattice_view *view, int x, int y, np_lattice_row *out_row) {
+  for (int n = 0; n < 4; n++) {
+    const int32_t at[3] = {x + (n >> 1), y + (n & 1), 0};
+    const int node = at[0] >> NP_BRICK_NODE_SHIFT << 2 | at[1] >> NP_BRICK_NODE_SHIFT << 1;
+    read_cells(view, node, get_offset(at), NP_BRICK_NODE_EDGE, out_row->blocks[n]);
+    read_cells(view, node | 1, get_offset(at), 1, out_row->blocks[n] + NP_BRICK_NODE_EDGE);
   }
 }

@@ -43,7 +43,17 @@ typedef struct np_lattice_view {
 
 np_lattice_view np_brick_lattice_get_view(const np_brick_lattice *lattice, const int32_t node[3]);
 
-/* The eight blocks that the window of a view's cell reaches into; the first is the cell's own. */
-void np_lattice_view_list_blocks(const np_lattice_view *view, const int cell[3], uint32_t out_blocks[8]);
+/* Blocks of a view along z, and of those one further along y (bit 0), and along x (bit 1): all that the windows of a
+ * row of cells reach into. */
+typedef struct np_lattice_row {
+  uint32_t blocks[4][NP_BRICK_NODE_EDGE + 1];
+} np_lattice_row;
+
+void np_lattice_view_read_row(const np_lattice_view *view, int x, int y, np_lattice_row *out_row);
+
+/* The eight blocks that the window of a row's cell reaches into; the first is the cell's own. */
+static inline void np_lattice_row_list_blocks(const np_lattice_row *row, int z, uint32_t out_blocks[8]) {
+  for (int n = 0; n < 8; n++) out_blocks[n] = row->blocks[n >> 1][z + (n & 1)];
+}
 
 #endif

@@ -12,7 +12,7 @@
 
 #include "core/alloc.h"
 
-enum { SLABS = NP_BRICK_NODE_EDGE, SLAB_CELLS = NP_BRICK_NODE_CELLS / SLABS, SLABS_PER_PIECE = 4, SLABS_PER_STEP = 4 };
+enum { SLABS = NP_BRICK_NODE_EDGE, SLABS_PER_PIECE = 4, SLABS_PER_STEP = 4 };
 
 /* Widens the bounds of samples to bounds of what np_brick_sample computes from them: three nested a + t·(b − a) err by
  * at most 9 · 2⁻²⁴ of the largest magnitude. */
@@ -163,29 +163,23 @@ static slab get_slab(const np_bricks_builder *b, size_t number) {
   return s;
 }
 
-static bool has_cell(const slab *s, int cell) { return s->x < s->end[0] && cell / SLABS < s->end[1]; }
+static bool has_row(const slab *s, int y) { return s->x < s->end[0] && y < s->end[1]; }
 
-static void list_blocks(const slab *s, int cell, uint32_t out_blocks[8]) {
-  np_lattice_view_list_blocks(&s->view, (const int[3]){s->x, cell / SLABS, cell % SLABS}, out_blocks);
-}
+static int get_cell(const slab *s, int y, int z) { return (s->x * SLABS + y) * SLABS + z; }
 
 /* Whether the grid answers for a cell. */
-static bool is_in_region(const slab *s, int cell) {
+static bool is_in_region(const slab *s, int y, int z) {
   const np_cell_region *region = &s->b->grid->region;
   const np_bricks *bricks = s->b->bricks;
-  const int32_t *node = s->b->place[s->node - bricks->nodes], in_node[3] = {s->x, cell / SLABS, cell % SLABS};
+  const int32_t *node = s->b->place[s->node - bricks->nodes], in_node[3] = {s->x, y, z};
   int32_t at[3];
   for (int a = 0; a < 3; a++) at[a] = bricks->origin[a] - bricks->lead[a] + node[a] * NP_BRICK_NODE_EDGE + in_node[a];
   return !region->has_cell || region->has_cell(region->user, at);
 }
 
-static void classify_cell(const slab *s, int cell, uint32_t *out_brick, np_brick_range *out_range) {
+static void classify_cell(const slab *s, const uint32_t blocks[8], uint32_t *out_brick, np_brick_range *out_range) {
   const np_sparse_grid *grid = s->b->grid;
-  uint32_t blocks[8];
   *out_brick = NP_BRICK_NONE;
-  *out_range = np_bricks_get_constant_range(s->b, grid->background);
-  if (!has_cell(s, cell) || !is_in_region(s, cell)) return;
-  list_blocks(s, cell, blocks);
   if (np_blocks_are_constant(grid, blocks)) {
     *out_range = np_bricks_get_constant_range(s->b, np_block_get_constant(grid, blocks[0]));
     return;
@@ -196,13 +190,28 @@ static void classify_cell(const slab *s, int cell, uint32_t *out_brick, np_brick
   *out_brick = 0;
 }
 
+static void classify_row(const slab *s, int y) {
+  const np_brick_range outside = np_bricks_get_constant_range(s->b, s->b->grid->background);
+  const bool is_there = has_row(s, y);
+  np_lattice_row row;
+  if (is_there) np_lattice_view_read_row(&s->view, s->x, y, &row);
+  for (int z = 0; z < SLABS; z++) {
+    const int cell = get_cell(s, y, z);
+    uint32_t *brick = &s->node->brick[cell], blocks[8];
+    np_brick_range *range = &s->node->range[cell];
+    *brick = NP_BRICK_NONE;
+    *range = outside;
+    if (!is_there || !is_in_region(s, y, z)) continue;
+    np_lattice_row_list_blocks(&row, z, blocks);
+    classify_cell(s, blocks, brick, range);
+  }
+}
+
 static neph_result classify(void *user, size_t begin, size_t end, unsigned thread) {
   (void)thread;
   for (size_t number = begin; number < end; number++) {
     const slab s = get_slab(user, number);
-    const int first = s.x * SLAB_CELLS;
-    for (int cell = 0; cell < SLAB_CELLS; cell++)
-      classify_cell(&s, cell, &s.node->brick[first + cell], &s.node->range[first + cell]);
+    for (int y = 0; y < SLABS; y++) classify_row(&s, y);
   }
   return NEPH_OK;
 }
@@ -221,13 +230,15 @@ static void store_window(const np_bricks_builder *b, uint32_t brick, const float
     memcpy(b->bricks->floats + first, window, NP_BRICK_VOLUME * sizeof *window);
 }
 
-static void fill_slab(const slab *s) {
+static void fill_row(const slab *s, int y) {
   float window[NP_BRICK_VOLUME];
   uint32_t blocks[8];
-  for (int cell = 0; cell < SLAB_CELLS; cell++) {
-    const uint32_t brick = s->node->brick[s->x * SLAB_CELLS + cell];
+  np_lattice_row row;
+  np_lattice_view_read_row(&s->view, s->x, y, &row);
+  for (int z = 0; z < SLABS; z++) {
+    const uint32_t brick = s->node->brick[get_cell(s, y, z)];
     if (brick == NP_BRICK_NONE) continue;
-    list_blocks(s, cell, blocks);
+    np_lattice_row_list_blocks(&row, z, blocks);
     gather_window(s->b->grid, blocks, window);
     store_window(s->b, brick, window);
   }
@@ -246,7 +257,7 @@ static neph_result fill_layer(void *user, size_t begin, size_t end, unsigned thr
   for (size_t n = begin; n < end; n++) {
     const size_t node = l->first_node + n / (size_t)l->count;
     const slab s = get_slab(l->b, node * SLABS + (size_t)l->x + n % (size_t)l->count);
-    fill_slab(&s);
+    for (int y = 0; y < SLABS; y++) fill_row(&s, y);
   }
   return NEPH_OK;
 }

@@ -138,23 +138,19 @@ static bool bound_mask(const np_leaf *leaf, int32_t low[3], int32_t high[3]) {
   return all != 0;
 }
 
-/* Rows become vectors of any instruction set: inactive values turn to infinities by their bits. */
+/* Most rows of a cloud are active as a whole, or not at all. */
 static void extend_by_row(float min[NP_LEAF_EDGE], float max[NP_LEAF_EDGE], const float values[NP_LEAF_EDGE],
-                          int32_t active) {
-  static const int32_t bit[NP_LEAF_EDGE] = {1, 2, 4, 8, 16, 32, 64, 128};
-  static const int32_t infinity = 0x7f800000, minus_infinity = -0x00800000;
-  int32_t bits[NP_LEAF_EDGE], low_bits[NP_LEAF_EDGE], high_bits[NP_LEAF_EDGE];
-  float low[NP_LEAF_EDGE], high[NP_LEAF_EDGE];
-  memcpy(bits, values, sizeof bits);
-  for (int k = 0; k < NP_LEAF_EDGE; k++) {
-    const int32_t mask = -((active & bit[k]) == bit[k]);
-    low_bits[k] = (bits[k] & mask) | (infinity & ~mask);
-    high_bits[k] = (bits[k] & mask) | (minus_infinity & ~mask);
+                          uint32_t active) {
+  if (active == 0xffu) {
+    for (int k = 0; k < NP_LEAF_EDGE; k++) min[k] = values[k] < min[k] ? values[k] : min[k];
+    for (int k = 0; k < NP_LEAF_EDGE; k++) max[k] = values[k] > max[k] ? values[k] : max[k];
+    return;
   }
-  memcpy(low, low_bits, sizeof low);
-  memcpy(high, high_bits, sizeof high);
-  for (int k = 0; k < NP_LEAF_EDGE; k++) min[k] = low[k] < min[k] ? low[k] : min[k];
-  for (int k = 0; k < NP_LEAF_EDGE; k++) max[k] = high[k] > max[k] ? high[k] : max[k];
+  for (; active; active &= active - 1) {
+    const int k = __builtin_ctz(active);
+    min[k] = values[k] < min[k] ? values[k] : min[k];
+    max[k] = values[k] > max[k] ? values[k] : max[k];
+  }
 }
 
 static void extend_by_values(np_grid_extent *extent, const np_leaf *leaf) {
@@ -162,7 +158,7 @@ static void extend_by_values(np_grid_extent *extent, const np_leaf *leaf) {
   for (int k = 0; k < NP_LEAF_EDGE; k++) min[k] = INFINITY, max[k] = -INFINITY;
   for (int row = 0; row < NP_LEAF_SIZE / NP_LEAF_EDGE; row++)
     extend_by_row(min, max, leaf->values + row * NP_LEAF_EDGE,
-                  (int32_t)(leaf->active[row >> 3] >> (8 * (row & 7)) & 0xffu));
+                  (uint32_t)(leaf->active[row >> 3] >> (8 * (row & 7)) & 0xffu));
   for (int k = 0; k < NP_LEAF_EDGE; k++) {
     extent->value_min = min[k] < extent->value_min ? min[k] : extent->value_min;
     extent->value_max = max[k] > extent->value_max ? max[k] : extent->value_max;
