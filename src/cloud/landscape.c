@@ -89,17 +89,39 @@ static float raise_anvil(const cell *c, float height, float curvature, const flo
   return height * c->height - curvature * (along * along + across * across);
 }
 
+/* The cells that count at positions in one of them, drawn once for all such positions. */
+typedef struct patch {
+  const relief *relief;
+  bool is_drawn;
+  int32_t i, j; /* of the cell in the middle */
+  cell cells[(2 * ANVIL_REACH + 1) * (2 * ANVIL_REACH + 1)];
+} patch;
+
+static int32_t get_reach(const relief *r) { return r->shear ? ANVIL_REACH : CELL_REACH; }
+
+static void draw_patch(patch *p, double lives, int32_t i, int32_t j) {
+  const int32_t reach = get_reach(p->relief), period = p->relief->period;
+  cell *next = p->cells;
+  if (p->is_drawn && p->i == i && p->j == j) return;
+  p->is_drawn = true, p->i = i, p->j = j;
+  for (int32_t b = j - reach; b <= j + reach; b++)
+    for (int32_t a = i - reach; a <= i + reach; a++)
+      *next++ = draw_cell(p->relief->seed, np_repeat_wrap(a, period), np_repeat_wrap(b, period), lives);
+}
+
 /* Highest paraboloid at (x, y), in units of this grid's spacing. */
-static float compute_highest(const relief *r, double lives, double x, double y) {
-  const int32_t i0 = (int32_t)floor(x), j0 = (int32_t)floor(y), reach = r->shear ? ANVIL_REACH : CELL_REACH;
+static float compute_highest(patch *p, double lives, double x, double y) {
+  const relief *r = p->relief;
+  const int32_t i0 = (int32_t)floor(x), j0 = (int32_t)floor(y), reach = get_reach(r);
   float best = below_all;
+  draw_patch(p, lives, i0, j0);
+  const cell *c = p->cells;
   for (int32_t j = j0 - reach; j <= j0 + reach; j++)
-    for (int32_t i = i0 - reach; i <= i0 + reach; i++) {
-      const cell c = draw_cell(r->seed, np_repeat_wrap(i, r->period), np_repeat_wrap(j, r->period), lives);
-      const float dx = (float)(x - i) - c.x, dy = (float)(y - j) - c.y;
-      if (c.height < r->lowest_cell) continue;
-      best = np_maxf(best, r->shear ? raise_anvil(&c, r->height, r->curvature, r->shear, dx, dy)
-                                    : raise(&c, r->height, r->curvature, dx, dy));
+    for (int32_t i = i0 - reach; i <= i0 + reach; i++, c++) {
+      const float dx = (float)(x - i) - c->x, dy = (float)(y - j) - c->y;
+      if (c->height < r->lowest_cell) continue;
+      best = np_maxf(best, r->shear ? raise_anvil(c, r->height, r->curvature, r->shear, dx, dy)
+                                    : raise(c, r->height, r->curvature, dx, dy));
     }
   return best;
 }
@@ -215,13 +237,14 @@ static void fill_cells(const np_landscape *land, const landscape_block *b, float
                         land->period ? np_repeat_count((double)land->period, (double)spacing) : 0,
                         NULL};
   const relief anvils = {cells.seed, 1.0f, curvature * wide * wide, anvil_from, land->period, land->shear};
+  patch cell_patch = {.relief = &cells}, small_patch = {.relief = &small}, anvil_patch = {.relief = &anvils};
   for (size_t i = 0; i < b->count; i++) {
     const double x = b->air_x[i], y = b->air_y[i], s = (double)spacing;
-    const float large = compute_highest(&cells, land->lives, x, y);
-    const float between = compute_highest(&small, land->lives, x / s, y / s);
+    const float large = compute_highest(&cell_patch, land->lives, x, y);
+    const float between = compute_highest(&small_patch, land->lives, x / s, y / s);
     const float raised = group[i] - compute_shore(land, b->x[i], b->y[i]);
     out[i] = np_maxf(large + turret_height * np_maxf(between, 0.0f), between) + raised;
-    if (out_anvils) out_anvils[i] = raised + compute_highest(&anvils, land->lives, x, y);
+    if (out_anvils) out_anvils[i] = raised + compute_highest(&anvil_patch, land->lives, x, y);
   }
 }
 

@@ -161,6 +161,8 @@ static void grow_thermal(thermal *t, const np_cloud_column *column, float share,
   t->age = l.age * (1.0f - 0.8f * fresh);
 }
 
+static const float presence_min = 0.02f; /* of a thermal that is drawn at all */
+
 /* False: there is none in this cell. */
 static bool draw_thermal(const np_cloud_model *model, const thermal_kind *kind, const int32_t at[2], thermal *out) {
   const neph_cloud_desc *desc = &model->desc;
@@ -176,13 +178,13 @@ static bool draw_thermal(const np_cloud_model *model, const thermal_kind *kind, 
   t.x_m = ((float)at[0] + 0.5f + dx) * spacing_m + model->drift_m[0];
   t.y_m = ((float)at[1] + 0.5f + dy) * spacing_m + model->drift_m[1];
   const np_cloud_column column = np_cloud_column_compute(model, t.x_m, t.y_m, 0.0f);
+  float shift_m[2], presence = compute_presence(kind, &column, drawn);
+  if (!(presence > presence_min)) return false;
   const float share = np_cloud_column_compute_top(model, &column);
-  float shift_m[2];
   np_cloud_wind_shift(model, share * (float)desc->thickness_m, shift_m);
-  const float border =
+  presence *=
       np_minf(compute_border(model, t.x_m, t.y_m), compute_border(model, t.x_m + shift_m[0], t.y_m + shift_m[1]));
-  const float presence = compute_presence(kind, &column, drawn) * border;
-  if (!(presence > 0.02f)) return false;
+  if (!(presence > presence_min)) return false;
   t.base_m = column.base_m;
   grow_thermal(&t, &column, share, presence);
   draw_direction(&t.random, &t.lean_x, &t.lean_y);
