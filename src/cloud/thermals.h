@@ -5,8 +5,12 @@
 
 #include "cloud/cloud_private.h"
 
+static inline bool np_cloud_desc_has_thermals(const neph_cloud_desc *desc) {
+  return desc->model == NEPH_CLOUD_MODEL_THERMALS || desc->model == NEPH_CLOUD_MODEL_HERO;
+}
+
 static inline bool np_cloud_model_has_thermals(const np_cloud_model *model) {
-  return model->desc.model == NEPH_CLOUD_MODEL_THERMALS || model->desc.model == NEPH_CLOUD_MODEL_HERO;
+  return np_cloud_desc_has_thermals(&model->desc);
 }
 
 /* Levels of balls, from the thermals to billows of two voxels. */

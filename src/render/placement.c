@@ -107,32 +107,35 @@ static void log_extinction(const np_scene_cloud *cloud, const neph_volume *volum
          densest, 1.0 / densest, extinction * column);
 }
 
+double np_placement_get_extinction(const np_scene_cloud *cloud) {
+  switch (cloud->density_unit) {
+  case NP_DENSITY_MEAN_FREE_PATH:
+    return 1.0 / cloud->density_value;
+  case NP_DENSITY_LIQUID_WATER:
+    return 1.5e-6 / cloud->density_value; /* 1.5·LWC[g/m³]/r_eff[µm] */
+  case NP_DENSITY_EXTINCTION:
+  case NP_DENSITY_OPTICAL_DEPTH:
+    break;
+  }
+  return cloud->density_value;
+}
+
 /* Extinction of a value of 1. The densest column is measured for who asks for it, or reads the log. */
 static neph_result compute_extinction(const np_scene_cloud *cloud, const neph_volume *volume,
                                       const np_affine *index_to_world, np_monitor *monitor, float *out_per_value) {
   const bool has_levels = np_volume_has_parts(volume, NP_PARTS_OF_CELLS); /* of which a column would be in several */
   const bool is_told = !has_levels && np_log_is_wanted(volume->context, NEPH_LOG_INFO);
-  double extinction = cloud->density_value, column = 0.0;
+  const bool is_scaled = cloud->density_unit == NP_DENSITY_OPTICAL_DEPTH;
+  double extinction = np_placement_get_extinction(cloud), column = 0.0;
   neph_result result = NEPH_OK;
-  if (is_told || cloud->density_unit == NP_DENSITY_OPTICAL_DEPTH)
-    result = np_volume_get_column_max(volume, index_to_world, monitor, &column);
+  if (is_told || is_scaled) result = np_volume_get_column_max(volume, index_to_world, monitor, &column);
   if (result) return result;
-  switch (cloud->density_unit) {
-  case NP_DENSITY_EXTINCTION:
-    break;
-  case NP_DENSITY_MEAN_FREE_PATH:
-    extinction = 1.0 / cloud->density_value;
-    break;
-  case NP_DENSITY_LIQUID_WATER:
-    extinction = 1.5e-6 / cloud->density_value;
-    break; /* 1.5·LWC[g/m³]/r_eff[µm] */
-  case NP_DENSITY_OPTICAL_DEPTH:
-    if (!(column > 0.0))
-      return np_fail(volume->context, NEPH_ERROR_BAD_SCENE,
-                     "cloud %s: optical_depth is %g, but its grid holds no value above 0", cloud->name, extinction);
+  if (is_scaled && !(column > 0.0))
+    return np_fail(volume->context, NEPH_ERROR_BAD_SCENE,
+                   "cloud %s: optical_depth is %g, but its grid holds no value above 0", cloud->name, extinction);
+  if (is_scaled) {
     check_column(cloud, volume, index_to_world, column);
     extinction /= column;
-    break;
   }
   *out_per_value = (float)extinction;
   if (is_told) log_extinction(cloud, volume, extinction, column);

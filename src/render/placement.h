@@ -28,6 +28,9 @@ np_affine np_placement_make_turn(const np_scene_cloud *cloud, double scale);
 /* Moves a cloud's pivot to its position, where it has one; `low` and `high` are the box that the files fill. */
 void np_placement_move_box(const np_scene_cloud *cloud, np_dvec3 low, np_dvec3 high, np_affine *file_to_world);
 
+/* Extinction, 1/m, of a value of 1; or the optical depth, by which it is scaled. */
+double np_placement_get_extinction(const np_scene_cloud *cloud);
+
 /* Whether a cloud's voxel, position or optical_depth go by what a volume holds. */
 bool np_placement_needs_reference(const np_scene_cloud *cloud);
 

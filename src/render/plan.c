@@ -264,7 +264,8 @@ neph_result np_plan_make_frame(neph_scene *scene, const neph_render_desc *desc, 
 neph_result np_plan_revise(const neph_scene *scene, np_plan *plan) {
   const np_scene_facts facts = compute_facts(scene, plan);
   memset(plan->stages, 0, sizeof plan->stages);
-  plan->bake_voxel_count = plan->cloud_voxel_count = plan->detail_voxel_count = plan->light_cell_count = 0.0;
+  plan->bake_voxel_count = plan->cloud_voxel_count = plan->billow_voxel_count = plan->detail_voxel_count =
+      plan->light_cell_count = 0.0;
   return decide_stages(plan, scene, &facts);
 }
 

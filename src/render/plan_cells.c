@@ -5,6 +5,7 @@
 
 #include "core/alloc.h"
 #include "core/parallel.h"
+#include "render/placement.h"
 #include "render/plan_detail.h"
 #include "scene/cloud_places.h"
 #include "transport/scattering_field.h"
@@ -105,13 +106,11 @@ static double compute_voxel_share(const np_plan_file *file) {
   return fmin(file->voxel_count / ((double)file->size[0] * file->size[1] * file->size[2]), 1.0);
 }
 
-/* Optical depth of clouds whose scale goes by values that are not read yet: a cumulus'. */
-static const double depth_unread = 40.0;
-
-/* Extinction at the densest point of a file, 1/m: of its densest column, as if that were filled as the box is. */
+/* Extinction at the densest point of a file, 1/m, whose values are not read yet: the largest is taken as 1, and the
+ * densest column as filled as the box is. */
 static double guess_extinction(const np_scene_cloud *cloud, const np_plan_file *file) {
-  const double depth = cloud->density_unit == NP_DENSITY_OPTICAL_DEPTH ? cloud->density_value : depth_unread;
-  return depth / ((file->high.z - file->low.z) * fmax(compute_voxel_share(file), 0.25));
+  if (cloud->density_unit != NP_DENSITY_OPTICAL_DEPTH) return np_placement_get_extinction(cloud);
+  return cloud->density_value / ((file->high.z - file->low.z) * fmax(compute_voxel_share(file), 0.25));
 }
 
 /* Bricks along the faces, edges and corners of a large tile, of which each is there once for all that are alike. */

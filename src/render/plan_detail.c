@@ -4,7 +4,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "cloud/cloud_private.h"
+#include "cloud/thermals.h"
 #include "scene/cloud_places.h"
 
 /* A camera among the clouds, or on the ground, is as far from them as this share of their extent. The edges of snow
@@ -118,27 +118,32 @@ void np_plan_describe_file_bake(const neph_scene *scene, const np_scene_cloud *c
               np_scene_camera_get_pixel_rad(camera, scene->camera.resolution[0], scene->camera.resolution[1]), desc);
 }
 
-/* Voxels a cubic metre in a column of a field, by its distance from the viewers on the map. */
-static double compute_voxel_density(const neph_bake_desc *desc, double voxel_m, double x_m, double y_m) {
+/* Voxels in a column of a field, by its distance from the viewers on the map. */
+static double compute_column_voxel(const neph_bake_desc *desc, double voxel_m, double x_m, double y_m) {
   const double *low = desc->lod_viewer_min_m, *high = desc->lod_viewer_max_m;
   const double away_m =
       hypot(fmax(fmax(low[0] - x_m, x_m - high[0]), 0.0), fmax(fmax(low[1] - y_m, y_m - high[1]), 0.0));
   for (unsigned k = 1; k < desc->lod_count && 2.0 * voxel_m <= away_m * desc->lod_angle_rad; k++) voxel_m *= 2.0;
-  return 1.0 / (voxel_m * voxel_m * voxel_m);
+  return voxel_m;
 }
 
-double np_plan_count_bake_voxels(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud) {
+np_bake_voxels np_plan_count_bake_voxels(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud) {
   enum { COLUMNS = 64 };
   const neph_cloud_desc bake = np_plan_get_bake(plan, scene, cloud);
   neph_bake_desc desc = np_plan_get_bake_desc(plan, scene, cloud);
   desc.lod_count = np_bake_count_levels(&bake, &desc);
-  double sum = 0.0;
+  const double column_m3 = bake.extent_m[0] * bake.extent_m[1] * bake.thickness_m / (COLUMNS * COLUMNS);
+  const bool has_billows = np_cloud_desc_has_thermals(&bake);
+  np_bake_voxels count = {.box = 0.0};
   for (int n = 0; n < COLUMNS * COLUMNS; n++) {
     const double x_m = bake.center_m[0] + bake.extent_m[0] * ((n % COLUMNS + 0.5) / COLUMNS - 0.5);
     const double y_m = bake.center_m[1] + bake.extent_m[1] * ((n / COLUMNS + 0.5) / COLUMNS - 0.5);
-    sum += compute_voxel_density(&desc, bake.voxel_m, x_m, y_m);
+    const double voxel_m = compute_column_voxel(&desc, bake.voxel_m, x_m, y_m);
+    const double voxels = column_m3 / (voxel_m * voxel_m * voxel_m);
+    count.box += voxels;
+    if (has_billows) count.along_billows += voxels * fmin(voxel_m / bake.billow_m, 1.0);
   }
-  return sum / (COLUMNS * COLUMNS) * bake.extent_m[0] * bake.extent_m[1] * bake.thickness_m;
+  return count;
 }
 
 bool np_plan_is_coarsened(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud) {

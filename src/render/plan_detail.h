@@ -26,8 +26,13 @@ np_lod_viewers np_plan_get_viewers(const np_plan *plan, const neph_scene *scene,
  * another size bakes it anew. */
 void np_plan_describe_file_bake(const neph_scene *scene, const np_scene_cloud *cloud, neph_bake_desc *desc);
 
-/* Voxels of the box of such a bake. */
-double np_plan_count_bake_voxels(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud);
+/* Voxels of the box of a bake, and of those the ones along its billows: of each as many as it is billows long, of
+ * thermals alone. */
+typedef struct np_bake_voxels {
+  double box, along_billows;
+} np_bake_voxels;
+
+np_bake_voxels np_plan_count_bake_voxels(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud);
 
 /* Whether those voxels are larger than the scene's: then the cloud is baked to memory, and its file left alone. */
 bool np_plan_is_coarsened(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud);

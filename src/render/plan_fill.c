@@ -109,11 +109,15 @@ static neph_result read_header(const neph_scene *scene, const np_plan *plan, con
   const neph_volume_load_desc load = np_cloud_file_describe_load(cloud);
   np_cloud_file file;
   np_grid_header header = {.has_box = false};
+  bool has_colors = false;
   *out = (np_plan_file){.is_known = false};
   neph_result result = np_cloud_file_get(scene->context, cloud, plan->desc.frame, &file);
   if (!result && file.path) result = np_volume_read_header(scene->context, file.path, &load, &header);
+  if (!result && file.path && !np_scene_is_none(cloud->color))
+    result = np_volume_search_vector(scene->context, file.path, NP_VECTOR_COLOR, cloud->color, &has_colors);
   np_alloc_free(scene->context, file.path);
   if (result || !header.has_box || header.state != NP_GRID_FILLED) return result;
+  out->has_colors = has_colors;
   return place_box(cloud, &header, out);
 }
 

@@ -101,6 +101,7 @@ typedef struct np_plan_file {
   np_dvec3 low, high;       /* of that box in the world */
   double voxel_count;       /* active ones */
   unsigned level_count;     /* files of levels of detail; 0: it is in none */
+  bool has_colors;          /* voxel by voxel, which are shown */
 } np_plan_file;
 
 typedef struct np_plan {
@@ -135,6 +136,7 @@ typedef struct np_plan {
   unsigned air_ray_spacing;  /* pixels between rays along which shadows in the air are looked for; 0: none */
   double bake_voxel_count;   /* in the boxes of the clouds to bake: an upper bound of what is kept */
   double cloud_voxel_count;  /* that hold cloud: a guess, by which work is judged */
+  double billow_voxel_count; /* of those baked, along billows (plan_detail.h) */
   double detail_voxel_count; /* of those of clouds with detail finer than voxels */
   double filled_share;       /* of the boxes of clouds that are baked: two fifths, or as measured */
   double file_cell_count;    /* of light, in the boxes of files, as far as pixels limit them; 0: not measured */

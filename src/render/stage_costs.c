@@ -48,8 +48,11 @@ np_stage_cost np_stage_predict_terrain(const np_plan *plan, const neph_scene *sc
 /* Samples of a brick for each voxel that it answers for. */
 static const double samples_per_voxel = 729.0 / 512.0;
 
-/* A bake's weather map and columns; a voxel of its box; one that holds cloud, baked or read. */
-static const double bake_s = 0.22, box_voxel_s = 2.8e-8, baked_voxel_s = 7e-8, read_voxel_s = 1e-7;
+/* A bake's weather map and columns; a voxel of its box; one that holds cloud, baked or read; and one along billows,
+ * which are searched for. Of all presets with voxels of one to four times the usual they predict 0.4 to 1.7 times what
+ * bakes take (docs/results/bake.md). */
+static const double bake_s = 0.08, box_voxel_s = 1.2e-8, baked_voxel_s = 8.5e-8, read_voxel_s = 1e-7,
+                    billow_voxel_s = 8e-6;
 
 /* Detail of a cloud: the texture of its noise, made and ranked; and of a voxel, cores of its brick, and cells of a node
  * of its own, a quarter of which have bricks. */
@@ -72,8 +75,10 @@ np_stage_cost np_stage_predict_volumes(const np_plan *plan, const neph_scene *sc
     if (np_plan_get_precision(plan, &scene->clouds[i]) == NEPH_PRECISION_FLOAT) sample_bytes = sizeof(float);
   }
   const bool is_made = plan->bake_voxel_count > 0.0;
-  return (np_stage_cost){.seconds = (is_made ? bake_s * bakes : 0.02) + box_voxel_s * plan->bake_voxel_count +
-                                    (is_made ? baked_voxel_s : read_voxel_s) * plan->cloud_voxel_count + detail.seconds,
+  const double made_s = bake_s * bakes + box_voxel_s * plan->bake_voxel_count +
+                        baked_voxel_s * plan->cloud_voxel_count + billow_voxel_s * plan->billow_voxel_count;
+  const double read_s = 0.02 + read_voxel_s * plan->cloud_voxel_count;
+  return (np_stage_cost){.seconds = (is_made ? made_s : read_s) + detail.seconds,
                          .bytes = samples_per_voxel * (double)sample_bytes * plan->cloud_voxel_count + detail.bytes};
 }
 
@@ -96,7 +101,9 @@ static const double cell_sweep_s = 6.5e-7, cell_s = 3e-6, resolved_cell_s = 5.5e
 static double count_sweeps(double residual) { return fmax(8.5 + 6.25 * log10(0.03 / residual), 3.0); }
 
 /* Bands of which none is a multiple of another are solved for one by one. */
-static unsigned count_bands(const neph_scene *scene) {
+static unsigned count_bands(const np_plan *plan, const neph_scene *scene) {
+  for (unsigned i = 0; i < scene->cloud_count && i < NP_INSTANCES_MAX; i++)
+    if (plan->files[i].has_colors) return NP_BAND_COUNT;
   for (unsigned i = 0; i < scene->cloud_count; i++)
     for (unsigned b = 1; b < NP_BAND_COUNT; b++)
       if (scene->clouds[i].albedo[b] != scene->clouds[i].albedo[0]) return NP_BAND_COUNT;
@@ -106,8 +113,8 @@ static unsigned count_bands(const neph_scene *scene) {
 np_stage_cost np_stage_predict_ordinates(const np_plan *plan, const neph_scene *scene) {
   const double once_s = scene->render.light_degree > 3 ? resolved_cell_s : cell_s;
   const double per_cell_s = once_s + cell_sweep_s * count_sweeps(scene->render.light_residual);
-  return (np_stage_cost){.seconds =
-                             count_worlds(plan) * count_bands(scene) * np_plan_predict_cells(plan, scene) * per_cell_s,
+  return (np_stage_cost){.seconds = count_worlds(plan) * count_bands(plan, scene) * np_plan_predict_cells(plan, scene) *
+                                    per_cell_s,
                          .bytes = np_plan_predict_cell_bytes(plan, scene)};
 }
 

@@ -125,9 +125,10 @@ static neph_result count_cloud(np_plan *plan, const neph_scene *scene, const np_
   } else if (source == NP_CLOUD_SOURCE_FILE) {
     return count_files(plan, cloud->is_baked, count_levels(plan, scene, cloud), file);
   } else {
-    const double voxels = np_plan_count_bake_voxels(plan, scene, cloud);
-    plan->bake_voxel_count += voxels;
-    plan->cloud_voxel_count += plan->filled_share * voxels;
+    const np_bake_voxels voxels = np_plan_count_bake_voxels(plan, scene, cloud);
+    plan->bake_voxel_count += voxels.box;
+    plan->cloud_voxel_count += plan->filled_share * voxels.box;
+    plan->billow_voxel_count += plan->filled_share * voxels.along_billows;
   }
   return NEPH_OK;
 }
