@@ -86,6 +86,7 @@ static cli_exit check_task(cli_session *session, const farm_job *job, const cli_
     cli_complain("%s has no output.image: tiles are merged by it", job->scene);
     exit = CLI_USAGE;
   }
+  if (!exit && job->frame_count > job->chunk_size) neph_scene_warn_of_tasks(render.scene);
   neph_scene_destroy(render.scene);
   return exit;
 }

@@ -154,6 +154,11 @@ typedef struct neph_render_desc {
  */
 NEPH_API neph_result neph_scene_get_render_desc(const neph_scene *scene, neph_render_desc *out_desc) NEPH_NODISCARD;
 
+/** Warns of what makes frames that are rendered apart, as by the tasks of a farm, differ from those of one batch:
+ * imported sequences that are placed or scaled by a frame, and do not say by which (clouds[].reference_frame).
+ */
+NEPH_API void neph_scene_warn_of_tasks(const neph_scene *scene);
+
 /** Settings that a target error or a time limit chose, and a prediction of the picture by them. */
 typedef struct neph_effort {
   size_t struct_size;

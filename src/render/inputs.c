@@ -137,11 +137,28 @@ static neph_result open_reference(const neph_scene *scene, unsigned index) {
   return np_reference_frame_fail_empty(scene, index, scene->clouds[index].reference_frame);
 }
 
+/* Whether a file of its sequence gives all others place or scale. */
+static bool has_reference(const np_scene_cloud *cloud) {
+  return np_scene_cloud_is_sequence(cloud) && np_placement_needs_reference(cloud);
+}
+
+static bool is_reference_given(const np_scene_cloud *cloud) {
+  return cloud->has_reference_frame || np_scene_cloud_goes_by_all(cloud);
+}
+
+void neph_scene_warn_of_tasks(const neph_scene *scene) {
+  for (unsigned i = 0; i < scene->cloud_count; i++)
+    if (has_reference(&scene->clouds[i]) && !is_reference_given(&scene->clouds[i]))
+      np_log(scene->context, NEPH_LOG_WARNING,
+             "cloud %s: each task places and scales its sequence by the first of its own frames that holds anything, "
+             "unless clouds[%u].reference_frame is a frame, or all",
+             scene->clouds[i].name, i);
+}
+
 /* A frame rendered by another task may go by another file. */
 static void warn_of_choice(const neph_scene *scene, unsigned index, np_reference *reference) {
   const np_scene_cloud *cloud = &scene->clouds[index];
-  const bool is_given = cloud->has_reference_frame || np_scene_cloud_goes_by_all(cloud);
-  if (is_given || !reference->has_frame || reference->is_told) return;
+  if (is_reference_given(cloud) || !reference->has_frame || reference->is_told) return;
   reference->is_told = true;
   np_log(scene->context, NEPH_LOG_WARNING,
          "cloud %s: frame %.10g, the first asked for that holds anything, places and scales all of its sequence: tasks "
@@ -153,7 +170,7 @@ static void warn_of_choice(const neph_scene *scene, unsigned index, np_reference
  * the number of the frame's own; NULL: it is empty. */
 static neph_result note_reference(const neph_scene *scene, unsigned index, const double *filled, np_plan *plan) {
   const np_scene_cloud *cloud = &scene->clouds[index];
-  if (!np_scene_cloud_is_sequence(cloud) || !np_placement_needs_reference(cloud)) return NEPH_OK;
+  if (!has_reference(cloud)) return NEPH_OK;
   np_reference *reference;
   neph_result result = np_reference_store_get(&plan->stores->references, scene, index, &reference);
   if (result) return result;

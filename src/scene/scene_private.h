@@ -358,10 +358,10 @@ neph_result np_scene_check(const neph_scene *scene);
 /* Whether a cloud has a file of its own for each frame, and is not baked to it. */
 bool np_scene_cloud_is_sequence(const np_scene_cloud *cloud);
 
-/* Whether all files of a sequence place and scale each of them. */
 /* Whether a key that names a grid says that there is none. */
 static inline bool np_scene_is_none(const char *name) { return name && !strcmp(name, "none"); }
 
+/* Whether all files of a sequence place and scale each of them. */
 static inline bool np_scene_cloud_goes_by_all(const np_scene_cloud *cloud) { return isinf(cloud->reference_frame); }
 
 /* The greatest of the factors by which a cloud is enlarged. */

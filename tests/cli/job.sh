@@ -22,3 +22,10 @@ nephos job slurm "shots/dawn 2.yaml" -- --tile 1/2 || echo "exit $?"
 nephos job slurm "shots/dawn 2.yaml" -- --sample 3 || echo "exit $?"
 nephos job openjd "shots/dawn 2.yaml" --frames 1-4000 --chunk 3 || echo "exit $?"
 nephos job openjd "shots/dawn 2.yaml" -- --set 'output.preview=a{{x}}.####.png' || echo "exit $?"
+cat >sequence.yaml <<'YAML'
+clouds: [{name: smoke, vdb: "smoke.####.vdb", position: [0, 0, 1 km], optical_depth: 10}]
+output: {image: "a.####.exr"}
+YAML
+nephos job parallel sequence.yaml --frames 1-3 >several.txt
+nephos job parallel sequence.yaml --frames 1-3 --chunk 3 >one.txt
+nephos job parallel sequence.yaml --frames 1-3 -- --set 'clouds[0].reference_frame=1' >given.txt
