@@ -296,6 +296,16 @@ static void a_raster_need_not_say_where_it_lies(void **state) {
   assert_findings(f, "h.asc", 1, "heights.place"); /* and terraces, of 81 heights */
 }
 
+/* Whole numbers over a low range have few heights of themselves; fractions do not. */
+static void few_heights_of_floats_are_terraces(void **state) {
+  test_fixture *f = *state;
+  if (!neph_feature_is_present(f->context, NEPH_FEATURE_GDAL)) return;
+  char text[4096] = "ncols 9\nnrows 9\nxllcorner 0\nyllcorner 0\ncellsize 30\n";
+  for (int i = 0; i < 81; i++) (void)snprintf(text + strlen(text), sizeof text - strlen(text), "%d.5\n", 100 + i % 20);
+  write_text(f, "h.asc", text);
+  assert_findings(f, "h.asc", 1, "heights.terraces");
+}
+
 #define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, test_tear_down)
 
 int main(void) {
@@ -305,6 +315,7 @@ int main(void) {
                                      TEST(files_are_checked_beside_errors_of_keys),
                                      TEST(tables_are_told_apart),
                                      TEST(a_picture_of_8_bits_is_no_height_field),
-                                     TEST(a_raster_need_not_say_where_it_lies)};
+                                     TEST(a_raster_need_not_say_where_it_lies),
+                                     TEST(few_heights_of_floats_are_terraces)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -4,7 +4,6 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 
 #include "core/alloc.h"
 #include "core/file.h"
@@ -120,7 +119,8 @@ static bool has_spike(const height_facts *f, draft *out) {
 
 static bool has_terraces(const height_facts *f, draft *out) {
   const double range = (double)f->field.elevation_max_m - (double)f->field.elevation_min_m;
-  const bool is_whole = !np_file_has_ending(f->raster.sample_type, "Float32") && f->has_unit && range < LEVELS_MAX;
+  const bool is_whole =
+      strncmp(f->raster.sample_type, "Float", strlen("Float")) != 0 && f->has_unit && range < LEVELS_MAX;
   return f->level_count > 1 && f->level_count < LEVELS_MAX && !is_whole &&
          np_draft_set(out, "its samples have %zu different heights: 8 bits spread over 16 make terraces",
                       f->level_count);
