@@ -95,7 +95,7 @@ typedef struct neph_cloud_desc {
   double type;             /**< 0 humilis (flat), 1 congestus (tall): lower and raise tops (default 0.5) */
   double billow_m;         /**< size of the largest billows; > 0 (default 450) */
   double billowiness;      /**< how far they stand out of the shape, 0 to 1; not of a slab (default 0.5) */
-  double erosion;          /**< how far detail eats into the shape, 0 to 1 (default 0.4) */
+  double erosion;          /**< how deep detail carves the shape, 0 to 1 (default 0.4) */
   double wispiness;        /**< how deep wisps tear flanks and base, 0 to 1; of cells at the base alone (default 0.3) */
   double turbulence;       /**< curl distortion of detail and weather map, 0 to 1 (default 0.3) */
   double skew_m[2];        /**< displacement of the top against the base by wind, x and y (default 0, 0) */

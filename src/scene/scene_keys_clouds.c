@@ -220,7 +220,7 @@ static const np_key keys[] = {
      .range = WITHIN(0, 1), .fallback = "0.5",
      .meaning = "reach of the largest billows beyond the shape; not of a slab"},
     {.path = "clouds[].bake.erosion", .type = NP_KEY_REAL, .field = CLOUD(bake.erosion), .range = WITHIN(0, 1),
-     .fallback = "0.4", .meaning = "depth to which detail eats into the shape"},
+     .fallback = "0.4", .meaning = "depth to which detail carves the shape"},
     {.path = "clouds[].bake.wispiness", .type = NP_KEY_REAL, .field = CLOUD(bake.wispiness), .range = WITHIN(0, 1),
      .fallback = "0.3", .meaning = "depth to which wisps tear flanks and base; of cells at the base alone"},
     {.path = "clouds[].bake.billow_amounts", .type = NP_KEY_REAL, .field = CLOUD(bake.billow_amounts),
