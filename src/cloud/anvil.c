@@ -12,7 +12,8 @@
 #include "core/math.h"
 
 static const float rim = 0.80f, rise = 0.055f, rise_strength = 0.6f; /* upper face, and the strength where it is up */
-static const float dome = 0.05f, dome_from = 0.6f;                   /* over towers at least so strong */
+static const float dome = 0.120f, dome_from = 0.15f,
+                   dome_width = 0.7f;            /* over towers from a strength on, and up over so much more */
 static const float sheet = 0.11f, flare = 0.33f; /* lower face: rim − sheet·anvil − flare·anvil·tower² */
 static const float lobe_size = 1.1f, lobe_reach = 0.75f; /* sizes in billows, reaches in strength */
 static const float fibre_size = 0.30f, fibre_stretch = 6.0f, fibre_reach = 0.22f;
@@ -22,13 +23,13 @@ static const float pouch_thickness = 1.2f; /* of pouches against the heart: they
 static const float group_size = 2.6f;      /* of groups of pouches */
 static const float upper_edge = 0.010f, lower_edge = 0.008f; /* shares too */
 static const float rim_edge = 0.040f;                        /* of both faces at the rim, where ice sublimes */
-static const float ridge_size = 0.45f, ridge_reach = 0.024f,
+static const float ridge_size = 0.45f, ridge_reach = 0.036f,
                    streak = 1.2f;                         /* of fibres on both faces, and in the ice */
 static const float thinness = 0.13f, rim_thinness = 0.3f; /* of ice against water, and of the rim against that */
 static const float extinction_floor = 0.002f;
 
 static float eval_upper(float anvil, float tower) {
-  return rim + rise * np_smoothstepf(anvil / rise_strength) + dome * np_smoothstepf((tower - dome_from) / 0.4f);
+  return rim + rise * np_smoothstepf(anvil / rise_strength) + dome * np_smoothstepf((tower - dome_from) / dome_width);
 }
 
 static float eval_lower(float anvil, float tower) {
