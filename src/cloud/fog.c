@@ -20,7 +20,8 @@ static const float patch_sink = 0.6f, shore_sink = 0.16f;   /* of the thickness 
 static const float shore_share = 0.35f;                     /* of it, over which fog deepens off a slope */
 static const float feather_share = 0.12f; /* of the shorter side of the field, over which fog thins out to its border */
 static const float feather_sink = 0.2f;   /* of the thickness, there: more would leave the rim uncovered */
-static const float feather_fray = 0.5f;   /* of that way, by which noise moves it */
+static const float feather_fray = 0.5f;   /* of that way, by which fine noise moves it */
+static const float feather_wander = 0.9f; /* … and by which the swell moves it inwards */
 static const float extinction_floor = 0.004f;
 static const float base_edge_m = 90.0f;
 static const float texel_rise = 1.0f; /* slope of ground that texels may miss */
@@ -41,34 +42,42 @@ static void set_fog(np_cloud_model *model) {
                       1.5f * (float)desc->voxel_m);
 }
 
-/* Depth below the top, before fine noise. */
-static void compute_depths(const np_cloud_model *model, np_kind_points *p, float *out_depth_m) {
+/* Value noise drawn out over [0, 1]. */
+static float spread(float noise) { return np_clampf(2.2f * (noise - 0.5f) + 0.5f, 0.0f, 1.0f); }
+
+/* Depth below the top, before fine noise, and the noise of the swell. */
+static void compute_depths(const np_cloud_model *model, np_kind_points *p, float *out_depth_m, float *out_swell) {
   static const np_noise_octaves octaves = {.count = 2, .gain = 0.45f};
   const neph_cloud_desc *desc = &model->desc;
   const np_kind_noises *k = &model->kind;
   const float top_m = (float)desc->thickness_m, relief_m = get_relief_m(desc), billow_m = (float)desc->billow_m;
   np_noise_points points = np_kind_scale(model, p, swell_size * billow_m, 1.0f);
   for (size_t i = 0; i < p->count; i++) p->sz[i] = 0.43f - 0.4f * model->turnover;
-  model->noise->value_fbm(&k->coarse, &octaves, &points, p->noise);
+  model->noise->value_fbm(&k->coarse, &octaves, &points, out_swell);
   for (size_t i = 0; i < p->count; i++)
-    out_depth_m[i] = top_m - p->height_m[i] - swell_reach * relief_m * (1.0f - p->noise[i]);
+    out_depth_m[i] = top_m - p->height_m[i] - swell_reach * relief_m * (1.0f - out_swell[i]);
   points = np_kind_scale(model, p, billow_m, (float)desc->stretch);
   model->noise->worley_fbm(&k->medium, &octaves, &points, p->noise);
   for (size_t i = 0; i < p->count; i++) out_depth_m[i] -= roll_reach * relief_m * (1.0f - p->noise[i]);
 }
 
-/* Share that the border of the field leaves, so that fog does not end there as a wall; `noise` in [0, 1]. */
-static float compute_feather(const neph_cloud_desc *desc, const np_kind_points *p, size_t i, float noise) {
+/* Fine noise and that of the swell at a point, in [0, 1]. */
+typedef struct point_noise {
+  float fine, swell;
+} point_noise;
+
+/* Share that the border of the field leaves, so that fog does not end there as a wall, nor along a line. */
+static float compute_feather(const neph_cloud_desc *desc, const np_kind_points *p, size_t i, point_noise noise) {
   if (desc->repeat_m > 0) return 1.0f;
   const float inverse = 1.0f / (feather_share * (float)fmin(desc->extent_m[0], desc->extent_m[1]));
   const float dx = (0.5f * (float)desc->extent_m[0] - fabsf(p->field_x_m[i])) * inverse;
   const float dy = (0.5f * (float)desc->extent_m[1] - fabsf(p->field_y_m[i])) * inverse;
-  const float stretch = 1.0f + feather_fray * (noise - 0.5f);
-  return np_smoothstepf(dx * stretch) * np_smoothstepf(dy * stretch);
+  const float stretch = 1.0f + feather_fray * (noise.fine - 0.5f), inwards = feather_wander * noise.swell;
+  return np_smoothstepf(dx * stretch - inwards) * np_smoothstepf(dy * stretch - inwards);
 }
 
 /* Share of the full depth at a point, by the map, the border and the ground. */
-static float compute_fullness(const np_cloud_model *model, const np_kind_points *p, size_t i, float noise,
+static float compute_fullness(const np_cloud_model *model, const np_kind_points *p, size_t i, point_noise noise,
                               float *out_sunk_m) {
   const float top_m = (float)model->desc.thickness_m;
   const float patch = np_smoothstepf(p->strength[i] / patch_strength);
@@ -85,14 +94,14 @@ static void eval_fog(const np_cloud_model *model, np_kind_points *p, float *out_
   const np_noise_octaves octaves = {.count = k->fine_octaves, .gain = 0.55f};
   const float margin_m = texel_rise * model->map.step_m + 2.0f * (float)desc->voxel_m;
   const float fray_m = (float)desc->erosion * np_minf(2.2f * k->fine_m, fray_share_max * (float)desc->thickness_m);
-  float depth_m[NP_CLOUD_BLOCK];
-  compute_depths(model, p, depth_m);
+  float depth_m[NP_CLOUD_BLOCK], swell[NP_CLOUD_BLOCK];
+  compute_depths(model, p, depth_m, swell);
   const np_noise_points points = np_kind_scale(model, p, k->fine_m, 1.4f);
   model->noise->value_fbm(&k->fine, &octaves, &points, p->noise);
   for (size_t i = 0; i < p->count; i++) {
     float sunk_m;
-    const float noise = np_clampf(2.2f * (p->noise[i] - 0.5f) + 0.5f, 0.0f, 1.0f);
-    const float fullness = compute_fullness(model, p, i, noise, &sunk_m);
+    const float noise = spread(p->noise[i]);
+    const float fullness = compute_fullness(model, p, i, (point_noise){noise, spread(swell[i])}, &sunk_m);
     if (p->height_m[i] < p->ground_m[i] - margin_m) continue;
     const float body = np_smoothstepf((depth_m[i] - sunk_m - fray_m * noise) / k->edge_m);
     const float base =
