@@ -272,15 +272,29 @@ static void a_level_set_without_its_class_is_kept(void **state) {
   assert_int_equal(test_file_replace(f->path, "fog volume", "unknown   ", sizeof "fog volume" - 1), 1);
   neph_check *check = start(f);
   assert_int_equal(neph_check_file(check, f->path), NEPH_OK);
-  assert_int_equal(search_rule(check, "grid.unmarked_level_set").severity, NEPH_SEVERITY_WARNING);
+  assert_int_equal(search_rule(check, "grid.unmarked_level_set").severity, NEPH_SEVERITY_ERROR);
   neph_check_destroy(check);
   char copy[1200], *text;
   (void)snprintf(copy, sizeof copy, "%s.mended.vdb", f->path);
   assert_int_equal(neph_check_mend_file(f->context, f->path, copy, &text), NEPH_OK);
   assert_string_equal(text, "  grid 'density': 0 values mended, unchanged\n");
-  assert_non_null(strstr(f->log.text, "kept as it is: it looks like a level set"));
+  assert_non_null(strstr(f->log.text, "kept as it is: it is a level set"));
   neph_text_destroy(f->context, text);
   np_sparse_grid_clear(&grid);
+  neph_volume_load_desc load = NEPH_VOLUME_LOAD_DESC_DEFAULT;
+  neph_volume *volume;
+  load.policy = NEPH_IMPORT_REPAIR; /* would leave a shell */
+  assert_int_equal(neph_volume_load(f->context, f->path, &load, &volume), NEPH_ERROR_BAD_FILE);
+  load.level_set_voxels = 2.0;
+  test_log_clear(&f->log);
+  if (neph_volume_load(f->context, f->path, &load, &volume)) fail_msg("%s", f->log.text);
+  const double inside[3] = {0.0, 0.0, 100.0}, outside[3] = {100.0, 0.0, 100.0};
+  float value;
+  neph_volume_sample(volume, 1, inside, &value);
+  assert_true(value > 0.9f);
+  neph_volume_sample(volume, 1, outside, &value);
+  assert_true(value == 0.0f);
+  neph_volume_release(volume);
 }
 
 /* NaN in a velocity is found, and made 0 in a copy. */

@@ -55,7 +55,8 @@ static void assert_refused(test_fixture *f, const char *name, const char *grid, 
 static void a_level_set_is_fog_below_its_surface(void **state) {
   test_fixture *f = *state;
   neph_volume_load_desc desc = of_grid(NULL);
-  assert_refused(f, "ball.vdb", NULL, NEPH_ERROR_BAD_FILE, "no fog volume: found 'surface' (float, a level set)");
+  assert_refused(f, "ball.vdb", NULL, NEPH_ERROR_BAD_FILE,
+                 "a level set is one by clouds[].level_set alone: found 'surface' (float, a level set)");
   assert_refused(f, "ball.vdb", "surface", NEPH_ERROR_BAD_FILE, "'surface' is a level set, which holds distances");
   desc.level_set_voxels = 2.0;
   assert_true(sample(f, "ball.vdb", desc, 0, 0, 0) == 1.0);

@@ -14,7 +14,9 @@
 #include "render/plan.h"
 #include "render/reference_frame.h"
 #include "scene/cloud_file.h"
+#include "scene/cloud_places.h"
 #include "scene/scene_node.h"
+#include "terrain/heightfield_files.h"
 #include "volume/volume_private.h"
 
 typedef struct scene_check {
@@ -40,6 +42,13 @@ static neph_result check_plan(const scene_check *c) {
   return np_check_pass(result);
 }
 
+/* The plan says which are not there. */
+static bool has_terrain_files(const np_scene_terrain *terrain) {
+  const char *heights = terrain->heightfield, *mesh = terrain->mesh_file;
+  return (!heights || np_height_files_is_pattern(heights) || np_file_exists(heights)) &&
+         (!mesh || np_file_exists(mesh));
+}
+
 static neph_result check_terrain(scene_check *c) {
   const np_scene_terrain *terrain = &c->scene->terrain;
   const np_terrain_source source = np_scene_terrain_get_source(terrain);
@@ -48,6 +57,7 @@ static neph_result check_terrain(scene_check *c) {
     c->terrain = neph_terrain_retain(terrain->given);
     return NEPH_OK;
   }
+  if (!has_terrain_files(terrain)) return NEPH_OK;
   neph_result result = terrain->heightfield ? np_check_heights(c->check, terrain->heightfield, &desc) : NEPH_OK;
   if (!result && terrain->mesh_file) result = np_check_mesh(c->check, terrain->mesh_file, &terrain->mesh);
   if (!result) result = neph_check_set_file(c->check, c->name);
@@ -61,7 +71,8 @@ static neph_result check_terrain(scene_check *c) {
 static void add_placement(const scene_check *c, const np_scene_cloud *cloud, const np_placement *placement) {
   static const np_rule bounds = {"cloud.bounds", NEPH_SEVERITY_NOTE, NULL};
   const bool has_planet = c->scene->environment.has_planet;
-  const np_dvec3 low = placement->bounds_min, high = placement->bounds_max;
+  np_dvec3 low, high;
+  np_cloud_places_bound(cloud, placement->bounds_min, placement->bounds_max, &low, &high);
   const np_placement_view view = {&c->camera, has_planet ? c->scene->atmosphere.planet_radius_m : 0.0, c->terrain};
   np_placement_fault faults[NP_PLACEMENT_FAULTS_MAX];
   const unsigned count = np_placement_list_faults(cloud, &view, low, high, faults);

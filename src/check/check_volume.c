@@ -23,6 +23,11 @@ static bool set_values(draft *out, const np_value_count *values, const char *wha
                       values->count == 1 ? " is" : "s are", what, values->first_value);
 }
 
+/* A level set that is no density by its class. */
+static bool holds_distances(const facts *f) {
+  return f->role == NP_GRID_DENSITY && f->has_values && np_values_are_distances(f->background, f->value_min);
+}
+
 static bool has_nan(const facts *f, draft *out) {
   return is_used(f) && set_values(out, &f->kinds[NP_VALUE_NAN], "NaN");
 }
@@ -38,7 +43,7 @@ static bool has_half_overflow(const facts *f, draft *out) {
 }
 
 static bool has_negative(const facts *f, draft *out) {
-  return is_light(f) && set_values(out, &f->kinds[NP_VALUE_NEGATIVE], "negative");
+  return is_light(f) && !holds_distances(f) && set_values(out, &f->kinds[NP_VALUE_NEGATIVE], "negative");
 }
 
 static bool has_rounding(const facts *f, draft *out) {
@@ -68,7 +73,7 @@ static bool has_no_density(const facts *f, draft *out) {
 }
 
 static bool has_background(const facts *f, draft *out) {
-  if (f->role != NP_GRID_DENSITY || !f->has_values || f->background == 0.0f) return false;
+  if (f->role != NP_GRID_DENSITY || !f->has_values || f->background == 0.0f || holds_distances(f)) return false;
   return np_draft_set(out, "its background is %g: a cloud has 0 where it ends", (double)f->background);
 }
 
@@ -93,11 +98,10 @@ static bool is_level_set(const facts *f, draft *out) {
 }
 
 static bool is_unmarked_level_set(const facts *f, draft *out) {
-  return f->role == NP_GRID_DENSITY && f->has_values &&
-         np_volume_is_unmarked_level_set(f->grid_class, f->background, f->value_min) &&
-         np_draft_set(
-             out, "it looks like a level set whose class is not set: its values reach from %g to a background of %g",
-             (double)f->value_min, (double)f->background);
+  return holds_distances(f) && np_draft_set(out,
+                                            "it is a level set whose class is not set: its values reach from %g to a "
+                                            "background of %g",
+                                            (double)f->value_min, (double)f->background);
 }
 
 static bool has_wrong_class(const facts *f, draft *out) {
@@ -176,10 +180,7 @@ static const grid_rule grid_rules[] = {
     {{"grid.empty", NEPH_SEVERITY_WARNING, "clouds[].grid names another grid"}, is_empty, PLAIN},
     {{"grid.empty_field", NEPH_SEVERITY_NOTE, NULL}, is_empty_field, PLAIN},
     {{"grid.level_set", NEPH_SEVERITY_NOTE, "clouds[].level_set makes it fog"}, is_level_set, PLAIN},
-    {{"grid.unmarked_level_set", NEPH_SEVERITY_WARNING,
-      "export it with its class, level set; then clouds[].level_set makes it fog"},
-     is_unmarked_level_set,
-     PLAIN},
+    {{"grid.unmarked_level_set", NEPH_SEVERITY_ERROR, "clouds[].level_set makes it fog"}, is_unmarked_level_set, PLAIN},
     {{"grid.class", NEPH_SEVERITY_NOTE, "nephos check --fix -o COPY.vdb"}, has_wrong_class, PLAIN},
     {{"grid.points", NEPH_SEVERITY_NOTE, NULL}, is_points, PLAIN},
     {{"transform.degenerate", NEPH_SEVERITY_ERROR, "export it anew, with voxels that have a volume"},

@@ -42,6 +42,15 @@ static inline np_dvec3 np_dvec3_add(np_dvec3 a, np_dvec3 b) { return np_dvec3_ma
 static inline np_dvec3 np_dvec3_subtract(np_dvec3 a, np_dvec3 b) {
   return np_dvec3_make(a.x - b.x, a.y - b.y, a.z - b.z);
 }
+
+/* By components. */
+static inline np_dvec3 np_dvec3_min(np_dvec3 a, np_dvec3 b) {
+  return np_dvec3_make(fmin(a.x, b.x), fmin(a.y, b.y), fmin(a.z, b.z));
+}
+
+static inline np_dvec3 np_dvec3_max(np_dvec3 a, np_dvec3 b) {
+  return np_dvec3_make(fmax(a.x, b.x), fmax(a.y, b.y), fmax(a.z, b.z));
+}
 static inline np_dvec3 np_dvec3_scale(np_dvec3 a, double s) { return np_dvec3_make(a.x * s, a.y * s, a.z * s); }
 static inline double np_dvec3_dot(np_dvec3 a, np_dvec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 static inline np_dvec3 np_dvec3_cross(np_dvec3 a, np_dvec3 b) {

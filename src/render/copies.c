@@ -22,8 +22,8 @@ static neph_result make_copy(neph_context *context, const np_scene_cloud *cloud,
 }
 
 static void include(np_dvec3 box_low, np_dvec3 box_high, np_dvec3 *low, np_dvec3 *high) {
-  *low = np_dvec3_make(fmin(low->x, box_low.x), fmin(low->y, box_low.y), fmin(low->z, box_low.z));
-  *high = np_dvec3_make(fmax(high->x, box_high.x), fmax(high->y, box_high.y), fmax(high->z, box_high.z));
+  *low = np_dvec3_min(*low, box_low);
+  *high = np_dvec3_max(*high, box_high);
 }
 
 neph_result np_copies_make(neph_context *context, const np_scene_cloud *cloud, const np_placement *origin,

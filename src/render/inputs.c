@@ -6,6 +6,7 @@
 #include "atmosphere/sphere_map.h"
 #include "atmosphere/stars.h"
 #include "core/alloc.h"
+#include "core/file.h"
 #include "core/frame_name.h"
 #include "image/image_private.h"
 #include "optics/phase_table.h"
@@ -18,8 +19,8 @@
 /* ---- Tables and pictures ---- */
 
 static neph_result open_phase_table(const neph_scene *scene, const np_scene_cloud *cloud) {
-  if (cloud->phase_source.kind != NP_PHASE_TABLE) return NEPH_OK;
   np_phase_table table;
+  if (cloud->phase_source.kind != NP_PHASE_TABLE) return NEPH_OK;
   neph_result result = np_phase_table_load(scene->context, cloud->phase_table, &table);
   if (!result) np_phase_table_clear(&table);
   return result;
@@ -38,8 +39,24 @@ static neph_result open_picture(const neph_scene *scene, const char *path) {
   return path ? np_image_read_size(scene->context, path, size) : NEPH_OK;
 }
 
-static neph_result open_sphere_map(const neph_scene *scene, const char *what, const char *path) {
-  return path ? np_sphere_map_check(scene->context, what, path) : NEPH_OK;
+static neph_result open_star_map(const neph_scene *scene) {
+  return scene->stars.map ? np_sphere_map_check(scene->context, "stars.map", scene->stars.map) : NEPH_OK;
+}
+
+static neph_result open_moon_map(const neph_scene *scene) {
+  return scene->moon.map ? np_sphere_map_check(scene->context, "moon.map", scene->moon.map) : NEPH_OK;
+}
+
+static neph_result open_cloud_tables(const neph_scene *scene) {
+  neph_result result = NEPH_OK;
+  for (unsigned i = 0; i < scene->cloud_count && !result; i++) {
+    const np_scene_cloud *cloud = &scene->clouds[i];
+    const bool is_made = cloud->is_baked || cloud->volume;
+    result = open_phase_table(scene, cloud);
+    if (!result && is_made) result = open_picture(scene, cloud->bake.map_file);
+    if (!result && is_made) result = open_picture(scene, cloud->bake.shape.height_map);
+  }
+  return result;
 }
 
 static neph_result open_terrain(const neph_scene *scene) {
@@ -131,7 +148,12 @@ static neph_result open_reference(const neph_scene *scene, unsigned index) {
   char *path = np_frame_name_make(scene->context, scene->clouds[index].vdb, scene->clouds[index].reference_frame);
   const cloud_file file = {scene, index, path};
   np_grid_state state = NP_GRID_EMPTY;
-  neph_result result = path ? open_density(&file, &state) : NEPH_ERROR_OUT_OF_MEMORY;
+  neph_result result = path ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+  if (!result && !np_file_exists(path))
+    result = np_fail(scene->context, NEPH_ERROR_NOT_FOUND,
+                     "clouds[%u].reference_frame is %.10g, must be the number of a file that is there: %s is not",
+                     index, scene->clouds[index].reference_frame, path);
+  if (!result) result = open_density(&file, &state);
   np_alloc_free(scene->context, path);
   if (result || state == NP_GRID_FILLED) return result;
   return np_reference_frame_fail_empty(scene, index, scene->clouds[index].reference_frame);
@@ -187,24 +209,29 @@ static neph_result note_reference(const neph_scene *scene, unsigned index, const
 
 static neph_result open_cloud(const neph_scene *scene, unsigned index, np_plan *plan) {
   const np_scene_cloud *cloud = &scene->clouds[index];
-  neph_result result = open_phase_table(scene, cloud);
-  if (!result && (cloud->is_baked || cloud->volume)) {
-    result = open_picture(scene, cloud->bake.map_file);
-    return result ? result : open_picture(scene, cloud->bake.shape.height_map);
-  }
-  if (result) return result;
   np_grid_state state;
   double number;
-  result = open_frame(scene, index, plan->desc.frame, &number, &state);
+  if (cloud->is_baked || cloud->volume) return NEPH_OK;
+  const neph_result result = open_frame(scene, index, plan->desc.frame, &number, &state);
   return result ? result : note_reference(scene, index, state == NP_GRID_FILLED ? &number : NULL, plan);
 }
 
+/* ---- All ---- */
+
+static neph_result (*const openers[])(const neph_scene *scene) = {open_terrain, open_stars, open_star_map,
+                                                                  open_moon_map, open_cloud_tables};
+
+/* Opens all, whatever fails, so that everything is told at once; but what is not there is told once. */
 neph_result np_inputs_open(const neph_scene *scene, np_plan *plan) {
-  neph_result result = neph_scene_check_files(scene);
-  if (!result) result = open_terrain(scene);
-  if (!result) result = open_stars(scene);
-  if (!result) result = open_sphere_map(scene, "stars.map", scene->stars.map);
-  if (!result) result = open_sphere_map(scene, "moon.map", scene->moon.map);
-  for (unsigned i = 0; !result && i < scene->cloud_count; i++) result = open_cloud(scene, i, plan);
-  return result;
+  neph_result first = neph_scene_check_files(scene);
+  const bool are_there = !first;
+  for (size_t i = 0; i < sizeof openers / sizeof *openers && are_there; i++) {
+    const neph_result result = openers[i](scene);
+    if (!first) first = result;
+  }
+  for (unsigned i = 0; i < scene->cloud_count; i++) {
+    const neph_result result = open_cloud(scene, i, plan);
+    if (!first) first = result;
+  }
+  return first;
 }

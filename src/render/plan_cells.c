@@ -70,8 +70,8 @@ typedef struct outline {
 } outline;
 
 static void include_box(outline *o, np_dvec3 low, np_dvec3 high) {
-  o->low = np_dvec3_make(fmin(o->low.x, low.x), fmin(o->low.y, low.y), fmin(o->low.z, low.z));
-  o->high = np_dvec3_make(fmax(o->high.x, high.x), fmax(o->high.y, high.y), fmax(o->high.z, high.z));
+  o->low = np_dvec3_min(o->low, low);
+  o->high = np_dvec3_max(o->high, high);
 }
 
 static void add_bake(const np_plan *plan, outline *o, unsigned i, const np_scene_cloud *cloud,

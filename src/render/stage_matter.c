@@ -297,8 +297,8 @@ typedef struct cloud_build {
 } cloud_build;
 
 static void include_box(np_dvec3 *low, np_dvec3 *high, np_dvec3 box_low, np_dvec3 box_high) {
-  *low = np_dvec3_make(fmin(low->x, box_low.x), fmin(low->y, box_low.y), fmin(low->z, box_low.z));
-  *high = np_dvec3_make(fmax(high->x, box_high.x), fmax(high->y, box_high.y), fmax(high->z, box_high.z));
+  *low = np_dvec3_min(*low, box_low);
+  *high = np_dvec3_max(*high, box_high);
 }
 
 static neph_result load_phase(const cloud_build *c) {

@@ -142,7 +142,19 @@ void np_cloud_place_move_box(const np_cloud_place *place, np_dvec3 low, np_dvec3
   for (int corner = 0; corner < 8; corner++) {
     const np_dvec3 p = np_affine_point(
         &way, np_dvec3_make(corner & 1 ? high.x : low.x, corner & 2 ? high.y : low.y, corner & 4 ? high.z : low.z));
-    *out_low = np_dvec3_make(fmin(out_low->x, p.x), fmin(out_low->y, p.y), fmin(out_low->z, p.z));
-    *out_high = np_dvec3_make(fmax(out_high->x, p.x), fmax(out_high->y, p.y), fmax(out_high->z, p.z));
+    *out_low = np_dvec3_min(*out_low, p);
+    *out_high = np_dvec3_max(*out_high, p);
+  }
+}
+
+void np_cloud_places_bound(const np_scene_cloud *cloud, np_dvec3 low, np_dvec3 high, np_dvec3 *out_low,
+                           np_dvec3 *out_high) {
+  *out_low = low;
+  *out_high = high;
+  for (unsigned i = 0; i < cloud->place_count; i++) {
+    np_dvec3 own_low, own_high;
+    np_cloud_place_move_box(&cloud->place[i], low, high, &own_low, &own_high);
+    *out_low = i == 0 ? own_low : np_dvec3_min(*out_low, own_low);
+    *out_high = i == 0 ? own_high : np_dvec3_max(*out_high, own_high);
   }
 }

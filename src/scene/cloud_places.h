@@ -30,6 +30,10 @@ np_affine np_cloud_place_get_affine(const np_cloud_place *place);
 void np_cloud_place_move_box(const np_cloud_place *place, np_dvec3 low, np_dvec3 high, np_dvec3 *out_low,
                              np_dvec3 *out_high);
 
+/* World box of a cloud in all of its places, of its box before it is moved to them. */
+void np_cloud_places_bound(const np_scene_cloud *cloud, np_dvec3 low, np_dvec3 high, np_dvec3 *out_low,
+                           np_dvec3 *out_high);
+
 /* Places of a cloud: one, its own, unless it has a file of them or repeats. */
 static inline unsigned np_cloud_places_count(const np_scene_cloud *cloud) {
   return cloud->place_count > 0 ? cloud->place_count : 1;

@@ -60,8 +60,8 @@ static void set_vertex(np_mesh *mesh, size_t vertex, np_dvec3 position) {
 }
 
 static void include_point(np_dvec3 p, np_dvec3 *low, np_dvec3 *high) {
-  *low = np_dvec3_make(fmin(low->x, p.x), fmin(low->y, p.y), fmin(low->z, p.z));
-  *high = np_dvec3_make(fmax(high->x, p.x), fmax(high->y, p.y), fmax(high->z, p.z));
+  *low = np_dvec3_min(*low, p);
+  *high = np_dvec3_max(*high, p);
 }
 
 static void compute_bounds(np_mesh_ground *ground) {

@@ -165,10 +165,9 @@ static void include_mesh(neph_terrain *terrain) {
     lowest = fmin(lowest, np_altitude(np_dvec3_make(x, y, low.z), radius));
     highest = fmax(highest, np_altitude(np_dvec3_make(x, y, high.z), radius));
   }
-  const np_dvec3 a = terrain->bounds_min, b = terrain->bounds_max;
   const bool is_first = !has_field(terrain);
-  terrain->bounds_min = is_first ? low : np_dvec3_make(fmin(a.x, low.x), fmin(a.y, low.y), fmin(a.z, low.z));
-  terrain->bounds_max = is_first ? high : np_dvec3_make(fmax(b.x, high.x), fmax(b.y, high.y), fmax(b.z, high.z));
+  terrain->bounds_min = is_first ? low : np_dvec3_min(terrain->bounds_min, low);
+  terrain->bounds_max = is_first ? high : np_dvec3_max(terrain->bounds_max, high);
   terrain->elevation_min_m = is_first ? lowest : fmin(lowest, terrain->elevation_min_m);
   terrain->elevation_max_m = is_first ? highest : fmax(highest, terrain->elevation_max_m);
 }

@@ -35,6 +35,10 @@ static np_value_kind classify(np_value_rule rule, float value, float max) {
   return value < -rounding_of_max * max ? NP_VALUE_NEGATIVE : NP_VALUE_ROUNDING;
 }
 
+bool np_values_are_distances(float background, float value_min) {
+  return background > 0.0f && value_min <= -0.5f * background && value_min >= -1.001f * background;
+}
+
 /* ---- Passes ---- */
 
 /* Bits of the least normal number and of infinity: those of plain values, which are good, are 0 or lie between. */

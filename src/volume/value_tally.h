@@ -33,6 +33,10 @@ typedef struct np_value_tally {
   float first_value[NP_VALUE_KINDS];
 } np_value_tally;
 
+/* Whether the values of a grid are those of a level set, whatever its class: as far below 0 as its background is above
+ * it. */
+bool np_values_are_distances(float background, float value_min);
+
 /* Counts the values of leaves and tiles that break a rule. Where they are repaired they become 0, but a cloud's active
  * ones of positive infinity the largest finite value. `monitor` may be NULL. */
 neph_result np_value_tally_count(np_sparse_grid *grid, np_value_rule rule, bool is_repaired, np_monitor *monitor,

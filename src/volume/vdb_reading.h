@@ -130,12 +130,17 @@ inline void check_type(const Entry &entry) {
 
 /* ---- Densities ---- */
 
+/* A level set by its class, or by its background, the width of its band: a density has 0 there. */
+inline bool is_level_set(const Entry &entry, const openvdb::FloatGrid &grid) {
+  return entry.header->getGridClass() == openvdb::GRID_LEVEL_SET || grid.background() > 0.0f;
+}
+
 /* A grid as a density. Of level sets `level_set_voxels` becomes the depth that they have. */
 inline openvdb::FloatGrid::Ptr read_density(np_vdb_file &file, const Entry &entry, double byte_max,
                                             double &level_set_voxels) {
   openvdb::FloatGrid::Ptr grid = convert_to_floats(read_tree(file, entry, Part::tree));
   grid->setTransform(entry.header->transform().copy()); /* an instance has its own */
-  if (level_set_voxels > 0.0 && entry.header->getGridClass() == openvdb::GRID_LEVEL_SET)
+  if (level_set_voxels > 0.0 && is_level_set(entry, *grid))
     level_set_voxels = convert_distances(*grid, level_set_voxels);
   else
     level_set_voxels = 0.0;
@@ -162,7 +167,7 @@ inline openvdb::FloatGrid::Ptr read_sum(np_vdb_file &file, const np_vdb_request 
 /* A grid that stands in the file as a density would. */
 inline bool is_plain(const np_vdb_file &file, const np_vdb_request &request) {
   const Entry &first = file.entries[request.indices[0]];
-  return request.count == 1 && first.is_scalar && first.is_affine &&
+  return request.count == 1 && first.is_scalar && first.is_affine && !(request.level_set_voxels > 0.0) &&
          first.header->getGridClass() != openvdb::GRID_LEVEL_SET;
 }
 

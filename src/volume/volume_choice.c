@@ -177,10 +177,14 @@ static matches search_like(const np_volume_file *file, likeness like) {
 /* Why a file has no density to choose. */
 static const char *explain_none(const np_volume_file *file) {
   const size_t count = file->module->count(file->vdb);
-  bool are_vectors = count > 0;
-  for (size_t i = 0; i < count; i++) are_vectors = are_vectors && np_volume_file_describe(file, i).is_vector;
-  return are_vectors ? "no density, only colours or velocities, which belong to a density of the same file"
-                     : "no fog volume";
+  bool are_vectors = count > 0, has_level_set = false;
+  for (size_t i = 0; i < count; i++) {
+    const np_vdb_grid_info info = np_volume_file_describe(file, i);
+    are_vectors = are_vectors && info.is_vector;
+    has_level_set = has_level_set || info.is_level_set;
+  }
+  if (are_vectors) return "no density, only colours or velocities, which belong to a density of the same file";
+  return has_level_set ? "no fog volume, and a level set is one by clouds[].level_set alone" : "no fog volume";
 }
 
 static neph_result choose_usual(const np_volume_file *file, const np_grid_wish *wish, size_t *out_index,

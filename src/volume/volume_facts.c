@@ -354,8 +354,3 @@ void np_file_facts_clear(np_file_facts *facts) {
   np_alloc_free(facts->context, facts->refusal);
   *facts = (np_file_facts){0};
 }
-
-bool np_volume_is_unmarked_level_set(const char *grid_class, float background, float value_min) {
-  return !strcmp(grid_class, "unknown") && background > 0.0f && value_min <= -0.5f * background &&
-         value_min >= -1.001f * background;
-}

@@ -64,9 +64,6 @@ neph_result np_file_facts_measure(neph_context *context, const char *path, const
                                   np_file_facts *out_facts);
 void np_file_facts_clear(np_file_facts *facts);
 
-/* Whether a grid without a class has the values of a level set: as far below 0 as its background is above it. */
-bool np_volume_is_unmarked_level_set(const char *grid_class, float background, float value_min);
-
 /* Writes a copy of a file in which scalar grids hold a cloud's values, finite and not negative, densities end in a
  * background of 0 and are called fog volumes, those beyond halves are stored as floats, and vectors are finite; with
  * all other grids, and all metadata. Refuses files of points, which cannot be copied. `out_path` appears complete or

@@ -60,10 +60,23 @@ static void clear_background(np_sparse_grid *grid) {
   grid->background = 0.0f;
 }
 
+/* Refuses what would become a shell: the band of a level set outside of its surface, cut off at 0 inside. */
+static neph_result check_distances(neph_context *context, const char *path, const np_sparse_grid *grid) {
+  np_grid_extent extent;
+  if (!np_sparse_grid_measure(grid, &extent) || !np_values_are_distances(grid->background, extent.value_min))
+    return NEPH_OK;
+  return np_fail(context, NEPH_ERROR_BAD_FILE,
+                 "%s: grid '%s' holds distances, from %g to a background of %g, without the class of a level set: "
+                 "clouds[].level_set says how many voxels below its surface it is 1",
+                 path, grid->name, (double)extent.value_min, (double)grid->background);
+}
+
 /* Inactive tiles that are already 0 differed from a background that was not. */
 neph_result np_volume_import_background(neph_context *context, const char *path, np_sparse_grid *grid,
                                         neph_import_policy policy) {
   if (grid->background == 0.0f) return NEPH_OK;
+  const neph_result result = check_distances(context, path, grid);
+  if (result) return result;
   if (policy == NEPH_IMPORT_REFUSE)
     return np_fail(
         context, NEPH_ERROR_BAD_FILE,

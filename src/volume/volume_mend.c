@@ -20,11 +20,10 @@ static neph_result keep_level_set(const mend_job *job, size_t index, const np_vd
   np_grid_extent extent;
   uint64_t tree_bytes;
   neph_result result = np_volume_file_read(job->file, index, &grid, &tree_bytes);
-  if (!result && np_sparse_grid_measure(&grid, &extent) &&
-      np_volume_is_unmarked_level_set(info->grid_class, grid.background, extent.value_min)) {
+  if (!result && np_sparse_grid_measure(&grid, &extent) && np_values_are_distances(grid.background, extent.value_min)) {
     job->mendings[index].mark = NP_VDB_KEEP;
     np_log(job->file->context, NEPH_LOG_WARNING,
-           "%s: grid '%s' is kept as it is: it looks like a level set whose class is not set, with values from %g to a "
+           "%s: grid '%s' is kept as it is: it is a level set whose class is not set, with values from %g to a "
            "background of %g",
            job->file->path, info->name, (double)extent.value_min, (double)grid.background);
   }
