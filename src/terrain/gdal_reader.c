@@ -295,8 +295,10 @@ static void describe_raster(const np_gdal_raster *raster, np_gdal_info *out) {
                         .has_grid = raster->has_grid,
                         .crs = raster->crs_name,
                         .is_geographic = raster->crs && OSRIsGeographic(raster->crs),
+                        .is_geocentric = raster->crs && OSRIsGeocentric(raster->crs),
                         .unit_m = raster->unit_m,
                         .unit = raster->unit};
+  if (out->is_geographic) out->angle_rad = OSRGetAngularUnits(raster->crs, NULL);
   memcpy(out->to_crs, raster->to_crs, sizeof out->to_crs);
   describe_ellipsoid(raster, out);
   (void)end_calls(&unheard, NEPH_OK, "");
