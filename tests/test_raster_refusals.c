@@ -55,7 +55,7 @@ static void coordinates_that_are_none_of_the_system_are_refused(void **state) {
                 391000, 3796000},
                {"EPSG:4267", "reaches latitude 290 deg, must be within ±90", 0, 190},
                {"EPSG:4326", "reaches longitude 3.91e+05 deg, must be within ±540", 391000, -50},
-               {"EPSG:4978", "(WGS 84) counts from the planet's centre", 391000, 3796000}};
+               {"EPSG:4978", "(WGS 84) is geocentric, must be projected or geographic", 391000, 3796000}};
   neph_terrain_desc desc = NEPH_TERRAIN_DESC_DEFAULT;
   np_heightfield field;
   unsigned size[2];
@@ -95,6 +95,34 @@ static void the_whole_globe_is_taken(void **state) {
   free(path);
 }
 
+/* In degrees and in a map projection: told by the header, as by the load. */
+static void a_place_far_away_is_refused(void **state) {
+  test_fixture *f = *state;
+  static const struct {
+    const char *crs;
+    double east, north;
+  } cases[] = {{"EPSG:32611", 499900, 3762156}, {"EPSG:4326", -117, 34}};
+  neph_terrain_desc desc = NEPH_TERRAIN_DESC_DEFAULT;
+  np_heightfield field;
+  unsigned size[2];
+  desc.has_place = true;
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    char *path = write_text(f, "grid.asc", "ncols 2\nnrows 2\nxllcenter %g\nyllcenter %g\ncellsize 0.01\n1 2 3 4\n",
+                            cases[i].east, cases[i].north);
+    desc.crs = cases[i].crs;
+    desc.latitude_rad = 46.0 * NP_DEGREE;
+    desc.longitude_rad = 8.0 * NP_DEGREE;
+    assert_int_equal(load(f, path, &desc, &field), NEPH_ERROR_INVALID_ARGUMENT);
+    assert_one_error(&f->log, "latitude 46, longitude 8 deg", "km from the middle", "must be within 1000 km");
+    assert_int_equal(np_heightfield_check(f->context, path, &desc, size), NEPH_ERROR_INVALID_ARGUMENT);
+    assert_one_error(&f->log, "latitude 46, longitude 8 deg", "km from the middle", "must be within 1000 km");
+    desc.latitude_rad = 34.0 * NP_DEGREE;
+    desc.longitude_rad = -117.0 * NP_DEGREE;
+    assert_int_equal(np_heightfield_check(f->context, path, &desc, size), NEPH_OK);
+    free(path);
+  }
+}
+
 static void copy_file(const char *from, const char *to, size_t size_max) {
   char *bytes = malloc(size_max);
   FILE *in = fopen(from, "rb"), *out = fopen(to, "wb");
@@ -103,6 +131,21 @@ static void copy_file(const char *from, const char *to, size_t size_max) {
   assert_int_equal(fwrite(bytes, 1, size, out), size);
   assert_int_equal(fclose(in) + fclose(out), 0);
   free(bytes);
+}
+
+static void samples_without_their_header_are_refused(void **state) {
+  test_fixture *f = *state;
+  static const char header[] = "nrows 2\nncols 2\nnbits 16\nulxmap 500000\nulymap 3762156\nxdim 100\nydim 100\n";
+  const neph_terrain_desc desc = describe_utm();
+  np_heightfield field;
+  char *path = write_text(f, "dem.bil", "abcdefgh");
+  assert_int_equal(load(f, path, &desc, &field), NEPH_ERROR_BAD_FILE);
+  assert_one_error(&f->log, "dem.bil: cannot be read: its header dem.hdr is missing beside it");
+  char *beside = write_text(f, "dem.Hdr", header);
+  assert_int_equal(load(f, path, &desc, &field), NEPH_OK);
+  np_heightfield_destroy(f->context, &field);
+  free(beside);
+  free(path);
 }
 
 /* Cut short in its header, and in its samples; a text; a system that PROJ does not know. */
@@ -201,6 +244,8 @@ int main(void) {
       TEST(a_raster_of_voids_is_refused),
       TEST(coordinates_that_are_none_of_the_system_are_refused),
       TEST(the_whole_globe_is_taken),
+      TEST(a_place_far_away_is_refused),
+      TEST(samples_without_their_header_are_refused),
       TEST(damaged_files_are_refused),
       TEST(huge_rasters_are_averaged_or_refused),
       TEST(averages_stand_in_the_middle),

@@ -228,13 +228,14 @@ static neph_result load_exr(neph_context *context, np_monitor *monitor, const ch
 
 static neph_result check_hgt(neph_context *context, const char *path, const neph_terrain_desc *desc,
                              unsigned out_size[2]) {
-  (void)desc;
   np_heightfield field;
   neph_result result = read_tile_corner(context, path, &field);
   const size_t size = (size_t)np_file_get_size(path);
   if (!result) result = check_tile_size(context, path, size);
-  if (!result) out_size[0] = out_size[1] = get_tile_side(size);
-  return result;
+  if (result) return result;
+  out_size[0] = out_size[1] = get_tile_side(size);
+  const np_geographic middle = {field.south_rad + 0.5 * NP_DEGREE, field.west_rad + 0.5 * NP_DEGREE};
+  return np_heightfield_check_middle(context, desc, middle);
 }
 
 static neph_result load_tile(neph_context *context, np_monitor *monitor, const char *path,

@@ -119,9 +119,7 @@ static neph_result check_system(const raster_reader *r) {
   char text[300];
   if (r->info.is_geographic) return check_degrees(r);
   if (!r->info.is_geocentric) return NEPH_OK;
-  snprintf(text, sizeof text,
-           "its coordinate system (%.120s) counts from the planet's centre, must be of a map or of "
-           "longitude and latitude",
+  snprintf(text, sizeof text, "its coordinate system (%.120s) is geocentric, must be projected or geographic",
            r->info.crs);
   return fail_crs(r, text);
 }
@@ -173,12 +171,39 @@ static void choose_factor(raster_reader *r) {
   r->is_northern_first = !has_place(r) || r->info.to_crs[1] * r->info.to_crs[5] < r->info.to_crs[2] * r->info.to_crs[4];
 }
 
+/* In the file, position of a position among the samples that are kept. */
+static void convert_position(const raster_reader *r, np_field_position kept, double out[2]) {
+  const double row = r->is_northern_first ? r->height - 1 - kept.row : kept.row;
+  out[0] = (kept.column + 0.5) * r->factor - 0.5;
+  out[1] = (row + 0.5) * r->factor - 0.5;
+}
+
+static neph_result locate(const raster_reader *r, const np_field_position *positions, size_t count,
+                          np_geographic *out) {
+  double places[NP_CHART_NODES][2];
+  np_gdal_error error;
+  for (size_t i = 0; i < count; i++) convert_position(r, positions[i], places[i]);
+  if (r->module->locate(r->raster, count, places, &error)) return fail_gdal(r, &error);
+  for (size_t i = 0; i < count; i++) out[i] = (np_geographic){places[i][1], places[i][0]};
+  return NEPH_OK;
+}
+
+/* Before its samples are read, and before a chart tells that it reaches too far. */
+static neph_result check_place(const raster_reader *r) {
+  const np_field_position middle = {0.5 * (r->width - 1), 0.5 * (r->height - 1)};
+  np_geographic at;
+  if (!has_place(r) || !r->desc->has_place) return NEPH_OK;
+  const neph_result result = locate(r, &middle, 1, &at);
+  return result ? result : np_heightfield_check_middle(r->context, r->desc, at);
+}
+
 static neph_result check_raster(raster_reader *r) {
   neph_result result = check_samples(r);
   choose_factor(r);
   if (!result) result = check_size(r);
   if (!result) result = check_grid(r);
-  return result ? result : check_unit(r);
+  if (!result) result = check_unit(r);
+  return result ? result : check_place(r);
 }
 
 static void close_reader(raster_reader *r) {
@@ -199,23 +224,6 @@ static neph_result open_reader(raster_reader *r, const char *path) {
 }
 
 /* ---- Places ---- */
-
-/* In the file, position of a position among the samples that are kept. */
-static void convert_position(const raster_reader *r, np_field_position kept, double out[2]) {
-  const double row = r->is_northern_first ? r->height - 1 - kept.row : kept.row;
-  out[0] = (kept.column + 0.5) * r->factor - 0.5;
-  out[1] = (row + 0.5) * r->factor - 0.5;
-}
-
-static neph_result locate(const raster_reader *r, const np_field_position *positions, size_t count,
-                          np_geographic *out) {
-  double places[NP_CHART_NODES][2];
-  np_gdal_error error;
-  for (size_t i = 0; i < count; i++) convert_position(r, positions[i], places[i]);
-  if (r->module->locate(r->raster, count, places, &error)) return fail_gdal(r, &error);
-  for (size_t i = 0; i < count; i++) out[i] = (np_geographic){places[i][1], places[i][0]};
-  return NEPH_OK;
-}
 
 static bool is_graticule(const raster_reader *r) {
   const double *g = r->info.to_crs;
