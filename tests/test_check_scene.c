@@ -235,18 +235,28 @@ static void files_are_checked_beside_errors_of_keys(void **state) {
 
 /* ---- Tables and pictures alone ---- */
 
-static void assert_findings(test_fixture *f, const char *name, size_t bad, const char *rule) {
+static size_t count_bad(const neph_check *check) {
+  return neph_check_count(check, NEPH_SEVERITY_ERROR) + neph_check_count(check, NEPH_SEVERITY_WARNING);
+}
+
+/* The findings of a file, as text, and how many are errors or warnings. */
+static char *describe_findings(test_fixture *f, const char *name, size_t *out_bad) {
   neph_check *check;
   char *path = test_path(f->folder, name), *text = NULL;
   assert_int_equal(neph_check_create(f->context, &check), NEPH_OK);
   assert_int_equal(neph_check_file(check, path), NEPH_OK);
   assert_int_equal(neph_check_describe(check, NEPH_TEXT_PLAIN, &text), NEPH_OK);
-  if (neph_check_count(check, NEPH_SEVERITY_ERROR) + neph_check_count(check, NEPH_SEVERITY_WARNING) != bad ||
-      (rule && !strstr(text, rule)))
-    fail_msg("%s:\n%s", name, text);
-  neph_text_destroy(f->context, text);
+  *out_bad = count_bad(check);
   neph_check_destroy(check);
   free(path);
+  return text;
+}
+
+static void assert_findings(test_fixture *f, const char *name, size_t bad, const char *rule) {
+  size_t count;
+  char *text = describe_findings(f, name, &count);
+  if (count != bad || (rule && !strstr(text, rule))) fail_msg("%s:\n%s", name, text);
+  neph_text_destroy(f->context, text);
 }
 
 static void write_text(test_fixture *f, const char *name, const char *text) {
@@ -293,7 +303,7 @@ static void a_raster_need_not_say_where_it_lies(void **state) {
   char text[4096] = "ncols 9\nnrows 9\nxllcorner 0\nyllcorner 0\ncellsize 30\n";
   for (int i = 0; i < 81; i++) (void)snprintf(text + strlen(text), sizeof text - strlen(text), "%d.5\n", 100 + i * i);
   write_text(f, "h.asc", text);
-  assert_findings(f, "h.asc", 1, "heights.place"); /* and terraces, of 81 heights */
+  assert_findings(f, "h.asc", 0, "heights.place");
 }
 
 /* Whole numbers over a low range have few heights of themselves; fractions do not. */
@@ -301,9 +311,27 @@ static void few_heights_of_floats_are_terraces(void **state) {
   test_fixture *f = *state;
   if (!neph_feature_is_present(f->context, NEPH_FEATURE_GDAL)) return;
   char text[4096] = "ncols 9\nnrows 9\nxllcorner 0\nyllcorner 0\ncellsize 30\n";
-  for (int i = 0; i < 81; i++) (void)snprintf(text + strlen(text), sizeof text - strlen(text), "%d.5\n", 100 + i % 20);
+  for (int i = 0; i < 81; i++) (void)snprintf(text + strlen(text), sizeof text - strlen(text), "%d.5\n", 100 + i % 10);
   write_text(f, "h.asc", text);
   assert_findings(f, "h.asc", 1, "heights.terraces");
+}
+
+/* A field of a few samples has few heights, and one whose unit the scene gives needs none of its own. */
+static void rules_of_heights_know_their_limits(void **state) {
+  test_fixture *f = *state;
+  static const char *const units[] = {"", ", vertical_unit: metre", ", vertical_unit: foot"};
+  if (!neph_feature_is_present(f->context, NEPH_FEATURE_GDAL)) return;
+  write_text(f, "h.asc", "ncols 3\nnrows 3\nxllcorner 0\nyllcorner 0\ncellsize 30\n1.5 2 3\n400 5 6\n7 8 9\n");
+  for (size_t i = 0; i < sizeof units / sizeof *units; i++) {
+    char scene[200];
+    size_t bad;
+    (void)snprintf(scene, sizeof scene, "version: 1\nterrain: {heightfield: h.asc, width: 1 km%s}\n", units[i]);
+    write_text(f, "scene.yaml", scene);
+    char *text = describe_findings(f, "scene.yaml", &bad);
+    assert_non_null(strstr(text, "heights.place"));
+    if (!strstr(text, "heights.unit") != (i > 0) || strstr(text, "heights.terraces")) fail_msg("%s", text);
+    neph_text_destroy(f->context, text);
+  }
 }
 
 #define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, test_tear_down)
@@ -316,6 +344,7 @@ int main(void) {
                                      TEST(tables_are_told_apart),
                                      TEST(a_picture_of_8_bits_is_no_height_field),
                                      TEST(a_raster_need_not_say_where_it_lies),
-                                     TEST(few_heights_of_floats_are_terraces)};
+                                     TEST(few_heights_of_floats_are_terraces),
+                                     TEST(rules_of_heights_know_their_limits)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

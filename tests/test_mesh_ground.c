@@ -8,6 +8,7 @@
 #include "core/units.h"
 #include "mesh/mesh_file.h"
 #include "terrain/terrain_private.h"
+#include "terrain/terrain_source.h"
 #include "test_meshes.h"
 
 static int set_up(void **state) { return test_set_up_meshes(state, 2, "ground.obj"); }
@@ -326,7 +327,7 @@ static neph_result try_load(test_fixture *f, const char *text, const neph_mesh_d
 static void bad_files_are_refused(void **state) {
   test_fixture *f = test_get_meshes(state);
   assert_int_equal(try_load(f, "", &z_up), NEPH_ERROR_BAD_FILE);
-  assert_one_error(&f->log, "ground.obj", "Assimp");
+  assert_one_error(&f->log, "ground.obj", "no triangle");
   assert_int_equal(try_load(f, "v 0 0 0\nv 1 0 0\nv 0 1 0\nl 1 2 3\n", &z_up), NEPH_ERROR_BAD_FILE);
   assert_one_error(&f->log, "ground.obj", "no triangle");
   assert_int_equal(try_load(f, "v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n", &z_up), NEPH_ERROR_BAD_FILE);
@@ -369,6 +370,26 @@ static void doubtful_meshes_draw_warnings(void **state) {
 
 #define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, test_tear_down_meshes)
 
+/* Without a run of Assimp: a GLB that is cut short, and vertices alone. */
+static void headers_refuse_files_without_triangles(void **state) {
+  test_fixture *f = test_get_meshes(state);
+  static const char glb[] = "glTF\2\1\1\1\377\1\1\1JSON";
+  neph_terrain_desc desc = NEPH_TERRAIN_DESC_DEFAULT;
+  char *path = test_path(f->folder, "ground.glb");
+  desc.mesh = &z_up;
+  desc.mesh_file = path;
+  write_text(path, glb);
+  assert_int_equal(np_terrain_check_mesh(f->context, &desc), NEPH_ERROR_BAD_FILE);
+  assert_one_error(&f->log, "ground.glb", "truncated or damaged");
+  desc.mesh_file = f->path;
+  write_text(f->path, "# of\nv 0 0 0\nv 1 0 0\nvn 0 0 1\nl 1 2\n");
+  assert_int_equal(np_terrain_check_mesh(f->context, &desc), NEPH_ERROR_BAD_FILE);
+  assert_one_error(&f->log, "ground.obj", "no triangle");
+  write_text(f->path, bow_tie);
+  assert_int_equal(np_terrain_check_mesh(f->context, &desc), NEPH_OK);
+  free(path);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       TEST(both_sides_are_ground_and_holes_are_open),
@@ -380,6 +401,7 @@ int main(void) {
       TEST(a_mesh_is_stored_once_for_all_places),
       TEST(level_ground_looks_like_the_sphere),
       TEST(bad_files_are_refused),
+      TEST(headers_refuse_files_without_triangles),
       TEST(doubtful_meshes_draw_warnings),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -45,6 +45,84 @@ static void a_raster_of_voids_is_refused(void **state) {
   free(path);
 }
 
+/* A system of degrees over a grid of metres, by the scene and by the file itself; one around the planet's centre. */
+static void coordinates_that_are_none_of_the_system_are_refused(void **state) {
+  test_fixture *f = *state;
+  static const struct {
+    const char *crs, *complaint;
+    double east, north;
+  } cases[] = {{"EPSG:4326", "reaches latitude 3.8e+06 deg, must be within ±90: its coordinates are not degrees",
+                391000, 3796000},
+               {"EPSG:4267", "reaches latitude 290 deg, must be within ±90", 0, 190},
+               {"EPSG:4326", "reaches longitude 3.91e+05 deg, must be within ±540", 391000, -50},
+               {"EPSG:4978", "(WGS 84) is geocentric, must be projected or geographic", 391000, 3796000}};
+  neph_terrain_desc desc = NEPH_TERRAIN_DESC_DEFAULT;
+  np_heightfield field;
+  unsigned size[2];
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    char *path = write_grid(f, "grid.asc", cases[i].east, cases[i].north, "1 2 3\n4 5 6");
+    desc.crs = cases[i].crs;
+    assert_int_equal(load(f, path, &desc, &field), NEPH_ERROR_BAD_SCENE);
+    assert_one_error(&f->log, "grid.asc: ", cases[i].complaint, "check terrain.crs");
+    assert_int_equal(np_heightfield_check(f->context, path, &desc, size), NEPH_ERROR_BAD_SCENE);
+    test_log_clear(&f->log);
+    free(path);
+  }
+  char *projection = write_text(f, "grid.prj",
+                                "GEOGCS[\"GCS_WGS_1984\",DATUM[\"D_WGS_1984\",SPHEROID[\"WGS_1984\",6378137.0,"
+                                "298.257223563]],PRIMEM[\"Greenwich\",0.0],UNIT[\"Degree\",0.0174532925199433]]");
+  char *path = write_grid(f, "grid.asc", 391000, 3796000, "1 2 3\n4 5 6");
+  assert_int_equal(load(f, path, NULL, &field), NEPH_ERROR_BAD_FILE);
+  assert_one_error(&f->log, "reaches latitude 3.8e+06 deg", "give the right system with terrain.crs");
+  free(path);
+  free(projection);
+}
+
+/* Samples on both poles and on one meridian twice, whose header rounds the step; too wide by one more. */
+static void the_whole_globe_is_taken(void **state) {
+  test_fixture *f = *state;
+  static const char globe[] = "<VRTDataset rasterXSize=\"%d\" rasterYSize=\"181\"><SRS>EPSG:4326</SRS>"
+                              "<GeoTransform>-180.5, 1.00001, 0, 90.5, 0, -1.00001</GeoTransform>"
+                              "<VRTRasterBand dataType=\"Int16\" band=\"1\"/></VRTDataset>";
+  const neph_terrain_desc desc = NEPH_TERRAIN_DESC_DEFAULT;
+  unsigned size[2];
+  char *path = write_text(f, "globe.vrt", globe, 361);
+  assert_int_equal(np_heightfield_check(f->context, path, &desc, size), NEPH_OK);
+  free(path);
+  path = write_text(f, "globe.vrt", globe, 362);
+  assert_int_equal(np_heightfield_check(f->context, path, &desc, size), NEPH_ERROR_BAD_FILE);
+  assert_one_error(&f->log, "globe.vrt: is 361 deg wide, must be at most 360");
+  free(path);
+}
+
+/* In degrees and in a map projection: told by the header, as by the load. */
+static void a_place_far_away_is_refused(void **state) {
+  test_fixture *f = *state;
+  static const struct {
+    const char *crs;
+    double east, north;
+  } cases[] = {{"EPSG:32611", 499900, 3762156}, {"EPSG:4326", -117, 34}};
+  neph_terrain_desc desc = NEPH_TERRAIN_DESC_DEFAULT;
+  np_heightfield field;
+  unsigned size[2];
+  desc.has_place = true;
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    char *path = write_text(f, "grid.asc", "ncols 2\nnrows 2\nxllcenter %g\nyllcenter %g\ncellsize 0.01\n1 2 3 4\n",
+                            cases[i].east, cases[i].north);
+    desc.crs = cases[i].crs;
+    desc.latitude_rad = 46.0 * NP_DEGREE;
+    desc.longitude_rad = 8.0 * NP_DEGREE;
+    assert_int_equal(load(f, path, &desc, &field), NEPH_ERROR_INVALID_ARGUMENT);
+    assert_one_error(&f->log, "latitude 46, longitude 8 deg", "km from the middle", "must be within 1000 km");
+    assert_int_equal(np_heightfield_check(f->context, path, &desc, size), NEPH_ERROR_INVALID_ARGUMENT);
+    assert_one_error(&f->log, "latitude 46, longitude 8 deg", "km from the middle", "must be within 1000 km");
+    desc.latitude_rad = 34.0 * NP_DEGREE;
+    desc.longitude_rad = -117.0 * NP_DEGREE;
+    assert_int_equal(np_heightfield_check(f->context, path, &desc, size), NEPH_OK);
+    free(path);
+  }
+}
+
 static void copy_file(const char *from, const char *to, size_t size_max) {
   char *bytes = malloc(size_max);
   FILE *in = fopen(from, "rb"), *out = fopen(to, "wb");
@@ -53,6 +131,21 @@ static void copy_file(const char *from, const char *to, size_t size_max) {
   assert_int_equal(fwrite(bytes, 1, size, out), size);
   assert_int_equal(fclose(in) + fclose(out), 0);
   free(bytes);
+}
+
+static void samples_without_their_header_are_refused(void **state) {
+  test_fixture *f = *state;
+  static const char header[] = "nrows 2\nncols 2\nnbits 16\nulxmap 500000\nulymap 3762156\nxdim 100\nydim 100\n";
+  const neph_terrain_desc desc = describe_utm();
+  np_heightfield field;
+  char *path = write_text(f, "dem.bil", "abcdefgh");
+  assert_int_equal(load(f, path, &desc, &field), NEPH_ERROR_BAD_FILE);
+  assert_one_error(&f->log, "dem.bil: cannot be read: its header dem.hdr is missing beside it");
+  char *beside = write_text(f, "dem.Hdr", header);
+  assert_int_equal(load(f, path, &desc, &field), NEPH_OK);
+  np_heightfield_destroy(f->context, &field);
+  free(beside);
+  free(path);
 }
 
 /* Cut short in its header, and in its samples; a text; a system that PROJ does not know. */
@@ -149,6 +242,10 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       TEST(headers_that_cannot_be_meant_are_refused),
       TEST(a_raster_of_voids_is_refused),
+      TEST(coordinates_that_are_none_of_the_system_are_refused),
+      TEST(the_whole_globe_is_taken),
+      TEST(a_place_far_away_is_refused),
+      TEST(samples_without_their_header_are_refused),
       TEST(damaged_files_are_refused),
       TEST(huge_rasters_are_averaged_or_refused),
       TEST(averages_stand_in_the_middle),

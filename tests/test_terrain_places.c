@@ -65,6 +65,9 @@ static void the_place_is_the_middle_or_as_given(void **state) {
   assert_int_equal(neph_terrain_load(f->context, path, &desc, &terrain), NEPH_ERROR_INVALID_ARGUMENT);
   assert_one_error(&f->log, "latitude -44.5", "must be within 1000 km");
   assert_null(terrain);
+  unsigned size[2];
+  assert_int_equal(np_heightfield_check(f->context, path, &desc, size), NEPH_ERROR_INVALID_ARGUMENT);
+  assert_one_error(&f->log, "latitude -44.5", "must be within 1000 km");
   free(path);
 }
 

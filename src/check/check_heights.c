@@ -17,6 +17,7 @@ typedef struct height_facts {
   np_heightfield field;
   np_raster_summary raster;       /* format "" where GDAL has not read it */
   bool has_unit;                  /* elevations are metres: of pictures the caller says which */
+  bool is_unit_given;             /* by the scene: its unit, or an encoding in metres */
   size_t level_count;             /* different elevations; at most LEVELS_MAX */
   double step_m;                  /* the largest between neighbours */
   unsigned step_column, step_row; /* of the file, its northern row first */
@@ -73,6 +74,7 @@ static neph_result measure(neph_check *check, const char *path, neph_terrain_des
   desc->has_width = desc->has_width || (!has_desc && !f->raster.has_place);
   if (!result) result = np_heightfield_load(check->context, &monitor, path, desc, &f->field);
   if (result) return result;
+  f->is_unit_given = desc->unit != NEPH_HEIGHT_UNIT_FILE || desc->encoding != NEPH_HEIGHT_ENCODING_VALUES;
   f->has_unit = has_desc || !np_file_has_ending(path, ".png");
   f->level_count = count_levels(&f->field);
   f->cell_m = desc->planet_radius_m * f->field.step_north_rad;
@@ -117,17 +119,21 @@ static bool has_spike(const height_facts *f, draft *out) {
   return np_draft_set(out, "it rises by %.5g m between neighbours: a void that the file does not mark?", f->step_m);
 }
 
+/* A small field has few heights in any case: each must stand for several samples. */
 static bool has_terraces(const height_facts *f, draft *out) {
+  const size_t samples_per_level = 8, count = (size_t)f->field.width * f->field.height;
   const double range = (double)f->field.elevation_max_m - (double)f->field.elevation_min_m;
   const bool is_whole =
       strncmp(f->raster.sample_type, "Float", strlen("Float")) != 0 && f->has_unit && range < LEVELS_MAX;
-  return f->level_count > 1 && f->level_count < LEVELS_MAX && !is_whole &&
+  return f->level_count > 1 && f->level_count < LEVELS_MAX && f->level_count * samples_per_level <= count &&
+         !is_whole &&
          np_draft_set(out, "its samples have %zu different heights: 8 bits spread over 16 make terraces",
                       f->level_count);
 }
 
 static bool lacks_unit(const height_facts *f, draft *out) {
-  return f->raster.format[0] && !f->raster.unit[0] && np_draft_set(out, "it states no unit: taken for metres");
+  return f->raster.format[0] && !f->raster.unit[0] && !f->is_unit_given &&
+         np_draft_set(out, "it states no unit: taken for metres");
 }
 
 static bool lacks_place(const height_facts *f, draft *out) {

@@ -206,9 +206,8 @@ static void check_size(png_reader *reader, unsigned channel_count) {
 
 /* Before the transforms. */
 static const char *name_samples(const png_reader *reader) {
-  static const char *const names[] = {[1] = "1-bit", [2] = "2-bit", [4] = "4-bit", [8] = "8-bit", [16] = "16-bit"};
-  if (png_get_color_type(reader->png, reader->info) == PNG_COLOR_TYPE_PALETTE) return "palette";
-  return names[png_get_bit_depth(reader->png, reader->info)];
+  return np_image_name_png_samples(png_get_bit_depth(reader->png, reader->info),
+                                   png_get_color_type(reader->png, reader->info) == PNG_COLOR_TYPE_PALETTE);
 }
 
 /* Palettes become colour, 1 to 4 bits become 8, a transparent colour becomes alpha; samples of 16 bits come in the

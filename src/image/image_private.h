@@ -92,6 +92,12 @@ typedef struct np_image_exr_info {
   unsigned tile_width, tile_height; /* 0 for scan lines */
 } np_image_exr_info;
 
+/* Header of an .exr or .png: an image without values, whose channels say how they are stored. */
+neph_result np_image_read_header(neph_context *context, const char *path, neph_image **out_image);
+
+/* Samples of a .png, as np_image_channel has them; NULL: it cannot have so many bits. */
+const char *np_image_name_png_samples(unsigned bits, bool is_palette);
+
 /* Width and height of an .exr or .png, from its header. */
 neph_result np_image_read_size(neph_context *context, const char *path, unsigned out_size[2]);
 

@@ -79,6 +79,24 @@ static neph_result check_glb(const mesh_header *h) {
                  stated, h->byte_count);
 }
 
+/* ---- OBJ: Wavefront, Advanced Visualizer, appendix B1 (1993): a line for each vertex, face and so on ---- */
+
+/* Whether a line begins a face; longer files are left to the reader. */
+static bool may_have_face(const mesh_header *h) {
+  enum { BYTES_MAX = 1 << 24 };
+  bool is_begin = true;
+  for (int i = 0, c; (c = getc_unlocked(h->file)) != EOF; i++) {
+    if ((is_begin && c == 'f') || i == BYTES_MAX) return true;
+    is_begin = c == '\n' || c == '\r' || (is_begin && (c == ' ' || c == '\t'));
+  }
+  return false;
+}
+
+static neph_result check_obj(const mesh_header *h) {
+  if (may_have_face(h)) return NEPH_OK;
+  return np_fail(h->context, NEPH_ERROR_BAD_FILE, "%s: no triangle is in it, must have at least one", h->path);
+}
+
 /* ---- Formats ---- */
 
 neph_result np_mesh_header_check(neph_context *context, const char *path) {
@@ -92,8 +110,12 @@ neph_result np_mesh_header_check(neph_context *context, const char *path) {
   if (!h.file) return NEPH_OK; /* which the reader reports */
   (void)!fread(magic, 1, sizeof magic - 1, h.file);
   rewind(h.file);
-  for (size_t i = 0; i < sizeof formats / sizeof *formats; i++)
-    if (!strncasecmp(magic, formats[i].magic, strlen(formats[i].magic))) result = formats[i].check(&h);
+  bool is_known = false;
+  for (size_t i = 0; i < sizeof formats / sizeof *formats && !is_known; i++) {
+    is_known = !strncasecmp(magic, formats[i].magic, strlen(formats[i].magic));
+    if (is_known) result = formats[i].check(&h);
+  }
+  if (!is_known && np_file_has_ending(path, ".obj")) result = check_obj(&h);
   fclose(h.file);
   return result;
 }

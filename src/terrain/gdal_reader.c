@@ -84,11 +84,31 @@ static const char *get_driver(const char *name) {
   return NULL;
 }
 
+/* Name of the file that must lie beside one of plain samples, when it does not; else NULL. */
+static const char *get_missing_header(const char *name, const char *driver) {
+  static const char *const endings[] = {"HDR", "hdr"};
+  VSIStatBufL status;
+  const char *header = NULL;
+  if (strcmp(driver, "EHdr")) return NULL;
+  for (size_t i = 0; i < sizeof endings / sizeof *endings; i++) {
+    header = CPLResetExtension(name, endings[i]);
+    if (!VSIStatL(header, &status)) return NULL;
+  }
+  return CPLGetFilename(header);
+}
+
+/* A missing header is told after the attempt: its ending may be written in another way. */
 static GDALDatasetH open_file(const char *name, unsigned flags) {
   const char *const drivers[] = {get_driver(name), NULL};
-  if (drivers[0]) return GDALOpenEx(name, GDAL_OF_RASTER | flags, drivers, NULL, NULL);
-  CPLError(CE_Failure, CPLE_OpenFailed, "its ending is that of no raster of heights");
-  return NULL;
+  if (!drivers[0]) {
+    CPLError(CE_Failure, CPLE_OpenFailed, "its ending is that of no raster of heights");
+    return NULL;
+  }
+  const int is_bare = get_missing_header(name, drivers[0]) != NULL;
+  GDALDatasetH dataset = GDALOpenEx(name, GDAL_OF_RASTER | (is_bare ? 0 : flags), drivers, NULL, NULL);
+  if (!dataset && is_bare)
+    CPLError(CE_Failure, CPLE_OpenFailed, "its header %s is missing beside it", get_missing_header(name, drivers[0]));
+  return dataset;
 }
 
 /* Whether a member can be opened: GDAL 3.6 reads from a tile of SRTM even where it cannot, and crashes. */
@@ -295,8 +315,10 @@ static void describe_raster(const np_gdal_raster *raster, np_gdal_info *out) {
                         .has_grid = raster->has_grid,
                         .crs = raster->crs_name,
                         .is_geographic = raster->crs && OSRIsGeographic(raster->crs),
+                        .is_geocentric = raster->crs && OSRIsGeocentric(raster->crs),
                         .unit_m = raster->unit_m,
                         .unit = raster->unit};
+  if (out->is_geographic) out->angle_rad = OSRGetAngularUnits(raster->crs, NULL);
   memcpy(out->to_crs, raster->to_crs, sizeof out->to_crs);
   describe_ellipsoid(raster, out);
   (void)end_calls(&unheard, NEPH_OK, "");

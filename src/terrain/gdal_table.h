@@ -8,7 +8,7 @@
 
 #include <nephos/context.h>
 
-#define NP_GDAL_MODULE_VERSION 1u
+#define NP_GDAL_MODULE_VERSION 2u
 
 /* Name of the module's file and of the function in it. */
 #define NP_GDAL_MODULE_FILE "nephos_gdal.so"
@@ -39,6 +39,8 @@ typedef struct np_gdal_info {
   double to_crs[6];                /* GDAL's geotransform: x = [0] + [1]·column + [2]·row, y by [3] to [5] */
   const char *crs;                 /* name of the coordinate system; "" when there is none */
   int is_geographic;               /* longitude and latitude */
+  double angle_rad;                /* the unit of these; 0 unless geographic */
+  int is_geocentric;               /* x, y and z from the planet's centre */
   double semi_major_m, flattening; /* of the ellipsoid that `locate` uses */
   double unit_m;                   /* metres in the unit of its values; 1 where none is stated, 0 for an unknown one */
   const char *unit;                /* as stated; "" */

@@ -47,6 +47,12 @@ typedef struct np_heightfield {
 neph_result np_heightfield_load(neph_context *context, np_monitor *monitor, const char *path,
                                 const neph_terrain_desc *desc, np_heightfield *out_field);
 
+/* Refuses a field whose middle is as far from the description's place as nothing of it would be seen. */
+neph_result np_heightfield_check_distance(neph_context *context, const neph_terrain_desc *desc, double distance_m);
+
+/* The same, by the middle; a description without a place lets every field pass. */
+neph_result np_heightfield_check_middle(neph_context *context, const neph_terrain_desc *desc, np_geographic middle);
+
 /* Whether files are a height field, by their names, sizes or headers alone, and the samples from west to east and from
  * south to north that a load of them gives. */
 neph_result np_heightfield_check(neph_context *context, const char *path, const neph_terrain_desc *desc,

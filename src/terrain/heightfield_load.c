@@ -94,13 +94,18 @@ static neph_result load_hgt(neph_context *context, const char *path, np_heightfi
   return result;
 }
 
+static bool has_channel(const neph_image *image, const char *name) {
+  for (unsigned i = 0; i < neph_image_get_channel_count(image); i++)
+    if (!strcmp(neph_image_get_channel_name(image, i), name)) return true;
+  return false;
+}
+
 /* The channel that holds heights: Y, else Z, of at most two, or the only one. NULL: the picture is of other things. */
-static const float *choose_heights(neph_image *image) {
+static const char *choose_heights(const neph_image *image) {
   const unsigned count = neph_image_get_channel_count(image);
-  const float *values = neph_image_get_channel(image, "Y");
-  if (!values) values = neph_image_get_channel(image, "Z");
-  if (!values && count == 1) values = neph_image_get_channel(image, neph_image_get_channel_name(image, 0));
-  return count <= 2 ? values : NULL;
+  const char *name = has_channel(image, "Y") ? "Y" : has_channel(image, "Z") ? "Z" : NULL;
+  if (!name && count == 1) name = neph_image_get_channel_name(image, 0);
+  return count <= 2 ? name : NULL;
 }
 
 static neph_result fail_channels(neph_context *context, const char *path, const neph_image *image) {
@@ -133,8 +138,7 @@ static neph_result check_picture_size(neph_context *context, const char *path, u
 /* Elevations from a loaded picture: `low_m` for value 0, `scale_m` more for value 1. */
 static neph_result read_picture(neph_context *context, const char *path, neph_image *image, double low_m,
                                 double scale_m, const neph_terrain_desc *desc, np_heightfield *out_field) {
-  const float *heights = choose_heights(image);
-  if (!heights) return fail_channels(context, path, image);
+  const float *heights = neph_image_get_channel(image, choose_heights(image));
   const unsigned width = neph_image_get_width(image), height = neph_image_get_height(image);
   neph_result result = check_picture_size(context, path, width, height);
   if (!result) result = np_heightfield_create_flat(context, width, height, desc, out_field);
@@ -159,20 +163,34 @@ float np_height_decode_color(neph_height_encoding encoding, float red, float gre
   return (float)(-10000.0 + 0.1 * (65536.0 * r + 256.0 * g + b));
 }
 
-static neph_result check_colors(neph_context *context, const char *path, neph_image *image) {
+static neph_result check_colors(neph_context *context, const char *path, const neph_image *image) {
   const char *stored = image->channels[0].stored;
-  if (!strcmp(stored, "8-bit") && neph_image_get_channel(image, "R")) return NEPH_OK;
+  if (!strcmp(stored, "8-bit") && has_channel(image, "R")) return NEPH_OK;
   return np_fail(context, NEPH_ERROR_BAD_FILE,
                  "%s: is a PNG of %s %s samples, terrain.encoding needs 8-bit colours: leave the key out", path, stored,
-                 neph_image_get_channel(image, "R") ? "colour" : "grey");
+                 has_channel(image, "R") ? "colour" : "grey");
+}
+
+static bool is_encoded(const char *path, const neph_terrain_desc *desc) {
+  return np_file_has_ending(path, ".png") && desc->encoding != NEPH_HEIGHT_ENCODING_VALUES;
+}
+
+/* Samples and channels of a picture, of which the header alone may be read. */
+static neph_result check_kind(neph_context *context, const char *path, const neph_image *image,
+                              const neph_terrain_desc *desc) {
+  if (is_encoded(path, desc)) return check_colors(context, path, image);
+  if (np_file_has_ending(path, ".png")) {
+    const neph_result result = check_png_samples(context, path, image);
+    if (result) return result;
+  }
+  return choose_heights(image) ? NEPH_OK : fail_channels(context, path, image);
 }
 
 /* Colours that stand for heights; north is on top. */
 static neph_result read_colors(neph_context *context, const char *path, neph_image *image,
                                const neph_terrain_desc *desc, np_heightfield *out_field) {
   const unsigned width = neph_image_get_width(image), height = neph_image_get_height(image);
-  neph_result result = check_colors(context, path, image);
-  if (!result) result = check_picture_size(context, path, width, height);
+  neph_result result = check_picture_size(context, path, width, height);
   if (!result) result = np_heightfield_create_flat(context, width, height, desc, out_field);
   if (result) return result;
   const float *red = neph_image_get_channel(image, "R"), *green = neph_image_get_channel(image, "G");
@@ -187,12 +205,11 @@ static neph_result load_png(neph_context *context, np_monitor *monitor, const ch
                             np_heightfield *out_field) {
   neph_image *image = NULL;
   neph_result result = np_image_load_png(context, path, monitor, &image);
-  const bool is_encoded = desc->encoding != NEPH_HEIGHT_ENCODING_VALUES;
-  if (!result && is_encoded) result = read_colors(context, path, image, desc, out_field);
-  if (!result && !is_encoded) result = check_png_samples(context, path, image);
-  if (!result && !is_encoded)
-    result = read_picture(context, path, image, desc->height_min_m, desc->height_max_m - desc->height_min_m, desc,
-                          out_field);
+  if (!result) result = check_kind(context, path, image, desc);
+  if (!result)
+    result = is_encoded(path, desc) ? read_colors(context, path, image, desc, out_field)
+                                    : read_picture(context, path, image, desc->height_min_m,
+                                                   desc->height_max_m - desc->height_min_m, desc, out_field);
   neph_image_destroy(image);
   return result;
 }
@@ -201,6 +218,7 @@ static neph_result load_exr(neph_context *context, np_monitor *monitor, const ch
                             np_heightfield *out_field) {
   neph_image *image = NULL;
   neph_result result = np_image_load_exr(context, path, monitor, &image);
+  if (!result) result = check_kind(context, path, image, desc);
   if (!result) result = read_picture(context, path, image, 0.0, 1.0, desc, out_field);
   neph_image_destroy(image);
   return result;
@@ -210,13 +228,14 @@ static neph_result load_exr(neph_context *context, np_monitor *monitor, const ch
 
 static neph_result check_hgt(neph_context *context, const char *path, const neph_terrain_desc *desc,
                              unsigned out_size[2]) {
-  (void)desc;
   np_heightfield field;
   neph_result result = read_tile_corner(context, path, &field);
   const size_t size = (size_t)np_file_get_size(path);
   if (!result) result = check_tile_size(context, path, size);
-  if (!result) out_size[0] = out_size[1] = get_tile_side(size);
-  return result;
+  if (result) return result;
+  out_size[0] = out_size[1] = get_tile_side(size);
+  const np_geographic middle = {field.south_rad + 0.5 * NP_DEGREE, field.west_rad + 0.5 * NP_DEGREE};
+  return np_heightfield_check_middle(context, desc, middle);
 }
 
 static neph_result load_tile(neph_context *context, np_monitor *monitor, const char *path,
@@ -227,9 +246,15 @@ static neph_result load_tile(neph_context *context, np_monitor *monitor, const c
 
 static neph_result check_picture(neph_context *context, const char *path, const neph_terrain_desc *desc,
                                  unsigned out_size[2]) {
-  (void)desc;
-  neph_result result = np_image_read_size(context, path, out_size);
-  return result ? result : check_picture_size(context, path, out_size[0], out_size[1]);
+  neph_image *image = NULL;
+  neph_result result = np_image_read_header(context, path, &image);
+  if (result) return result;
+  out_size[0] = neph_image_get_width(image);
+  out_size[1] = neph_image_get_height(image);
+  result = check_kind(context, path, image, desc);
+  if (!result) result = check_picture_size(context, path, out_size[0], out_size[1]);
+  neph_image_destroy(image);
+  return result;
 }
 
 typedef struct height_format {

@@ -21,6 +21,25 @@ np_dvec3 np_globe_to_world(const np_globe *globe, double latitude_rad, double lo
                         np_globe_angle_make(longitude_rad - globe->longitude_rad), elevation_m);
 }
 
+/* ---- The description's place ---- */
+
+neph_result np_heightfield_check_distance(neph_context *context, const neph_terrain_desc *desc, double distance_m) {
+  static const double distance_max_m = 1e6; /* a place beyond it is a mistake */
+  if (distance_m <= distance_max_m) return NEPH_OK;
+  return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
+                 "the place (latitude %g, longitude %g deg) is %.0f km from the middle of the height field, must be "
+                 "within %.0f km",
+                 desc->latitude_rad / NP_DEGREE, desc->longitude_rad / NP_DEGREE, distance_m / NP_KILOMETRE,
+                 distance_max_m / NP_KILOMETRE);
+}
+
+neph_result np_heightfield_check_middle(neph_context *context, const neph_terrain_desc *desc, np_geographic middle) {
+  if (!desc->has_place) return NEPH_OK;
+  const np_globe globe = np_globe_make(desc->planet_radius_m, desc->latitude_rad, desc->longitude_rad);
+  const np_dvec3 at = np_globe_to_world(&globe, middle.latitude_rad, middle.longitude_rad, 0.0);
+  return np_heightfield_check_distance(context, desc, np_dvec3_length(at));
+}
+
 /* ---- Margins ---- */
 
 static double get_offset_m(const np_field_margin *margin, double index) {

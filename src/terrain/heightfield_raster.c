@@ -81,6 +81,49 @@ static neph_result check_samples(const raster_reader *r) {
   return NEPH_OK;
 }
 
+/* Coordinates that are none of a system show a wrong one: an error of the scene if that names it. */
+static neph_result fail_crs(const raster_reader *r, const char *problem) {
+  const bool is_given = r->desc->crs != NULL;
+  return np_fail(r->context, is_given ? NEPH_ERROR_BAD_SCENE : NEPH_ERROR_BAD_FILE, "%s: %s%s", r->name, problem,
+                 is_given ? ", check terrain.crs" : ", give the right system with terrain.crs");
+}
+
+/* Centres of samples may pass the poles by `slack`: headers round the sizes of cells. */
+static neph_result check_degrees(const raster_reader *r) {
+  static const double slack = 0.01, longitude_max = 540.0;
+  const double *g = r->info.to_crs, degrees = r->info.angle_rad / NP_DEGREE;
+  double west = INFINITY, east = -INFINITY, latitude = 0.0, longitude = 0.0;
+  char problem[200];
+  for (int corner = 0; corner < 4; corner++) {
+    const double column = (corner & 1 ? r->info.width : 1) - 0.5, row = (corner & 2 ? r->info.height : 1) - 0.5;
+    const double x = degrees * (g[0] + g[1] * column + g[2] * row), y = degrees * (g[3] + g[4] * column + g[5] * row);
+    if (!(fabs(y) <= fabs(latitude))) latitude = y;
+    if (!(fabs(x) <= fabs(longitude))) longitude = x;
+    west = fmin(west, x);
+    east = fmax(east, x);
+  }
+  if (!(fabs(latitude) <= 90.0 + slack))
+    snprintf(problem, sizeof problem, "reaches latitude %.3g deg, must be within ±90", latitude);
+  else if (!(east - west <= 360.0 + slack))
+    snprintf(problem, sizeof problem, "is %.3g deg wide, must be at most 360", east - west);
+  else if (!(fabs(longitude) <= longitude_max))
+    snprintf(problem, sizeof problem, "reaches longitude %.3g deg, must be within ±%g", longitude, longitude_max);
+  else
+    return NEPH_OK;
+  char text[300];
+  snprintf(text, sizeof text, "%s: its coordinates are not degrees", problem);
+  return fail_crs(r, text);
+}
+
+static neph_result check_system(const raster_reader *r) {
+  char text[300];
+  if (r->info.is_geographic) return check_degrees(r);
+  if (!r->info.is_geocentric) return NEPH_OK;
+  snprintf(text, sizeof text, "its coordinate system (%.120s) is geocentric, must be projected or geographic",
+           r->info.crs);
+  return fail_crs(r, text);
+}
+
 static neph_result check_grid(const raster_reader *r) {
   const double *g = r->info.to_crs, area = g[1] * g[5] - g[2] * g[4];
   if (has_place(r) && r->desc->has_width)
@@ -88,7 +131,8 @@ static neph_result check_grid(const raster_reader *r) {
                    "%s: its coordinate system (%s) says how wide it is: leave out terrain.width", r->name, r->info.crs);
   if (has_place(r) && !(fabs(area) > 0.0 && isfinite(area)))
     return np_fail(r->context, NEPH_ERROR_BAD_FILE, "%s: its samples lie on a line, by its geotransform", r->name);
-  if (has_place(r) || r->desc->has_width || r->is_described) return NEPH_OK;
+  if (has_place(r)) return check_system(r);
+  if (r->desc->has_width || r->is_described) return NEPH_OK;
   if (!r->info.has_grid)
     return np_fail(r->context, NEPH_ERROR_BAD_FILE,
                    "%s: does not say where it lies: give terrain.width, its width along x, to lay it around the "
@@ -127,12 +171,39 @@ static void choose_factor(raster_reader *r) {
   r->is_northern_first = !has_place(r) || r->info.to_crs[1] * r->info.to_crs[5] < r->info.to_crs[2] * r->info.to_crs[4];
 }
 
+/* In the file, position of a position among the samples that are kept. */
+static void convert_position(const raster_reader *r, np_field_position kept, double out[2]) {
+  const double row = r->is_northern_first ? r->height - 1 - kept.row : kept.row;
+  out[0] = (kept.column + 0.5) * r->factor - 0.5;
+  out[1] = (row + 0.5) * r->factor - 0.5;
+}
+
+static neph_result locate(const raster_reader *r, const np_field_position *positions, size_t count,
+                          np_geographic *out) {
+  double places[NP_CHART_NODES][2];
+  np_gdal_error error;
+  for (size_t i = 0; i < count; i++) convert_position(r, positions[i], places[i]);
+  if (r->module->locate(r->raster, count, places, &error)) return fail_gdal(r, &error);
+  for (size_t i = 0; i < count; i++) out[i] = (np_geographic){places[i][1], places[i][0]};
+  return NEPH_OK;
+}
+
+/* Before its samples are read, and before a chart tells that it reaches too far. */
+static neph_result check_place(const raster_reader *r) {
+  const np_field_position middle = {0.5 * (r->width - 1), 0.5 * (r->height - 1)};
+  np_geographic at;
+  if (!has_place(r) || !r->desc->has_place) return NEPH_OK;
+  const neph_result result = locate(r, &middle, 1, &at);
+  return result ? result : np_heightfield_check_middle(r->context, r->desc, at);
+}
+
 static neph_result check_raster(raster_reader *r) {
   neph_result result = check_samples(r);
   choose_factor(r);
   if (!result) result = check_size(r);
   if (!result) result = check_grid(r);
-  return result ? result : check_unit(r);
+  if (!result) result = check_unit(r);
+  return result ? result : check_place(r);
 }
 
 static void close_reader(raster_reader *r) {
@@ -153,23 +224,6 @@ static neph_result open_reader(raster_reader *r, const char *path) {
 }
 
 /* ---- Places ---- */
-
-/* In the file, position of a position among the samples that are kept. */
-static void convert_position(const raster_reader *r, np_field_position kept, double out[2]) {
-  const double row = r->is_northern_first ? r->height - 1 - kept.row : kept.row;
-  out[0] = (kept.column + 0.5) * r->factor - 0.5;
-  out[1] = (row + 0.5) * r->factor - 0.5;
-}
-
-static neph_result locate(const raster_reader *r, const np_field_position *positions, size_t count,
-                          np_geographic *out) {
-  double places[NP_CHART_NODES][2];
-  np_gdal_error error;
-  for (size_t i = 0; i < count; i++) convert_position(r, positions[i], places[i]);
-  if (r->module->locate(r->raster, count, places, &error)) return fail_gdal(r, &error);
-  for (size_t i = 0; i < count; i++) out[i] = (np_geographic){places[i][1], places[i][0]};
-  return NEPH_OK;
-}
 
 static bool is_graticule(const raster_reader *r) {
   const double *g = r->info.to_crs;

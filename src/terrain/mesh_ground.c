@@ -7,6 +7,7 @@
 #include "core/file.h"
 #include "core/units.h"
 #include "mesh/mesh_format.h"
+#include "mesh/mesh_header.h"
 
 /* Beyond this from the world's origin nothing of a mesh would be seen. */
 static const double distance_max_m = 1e6;
@@ -44,7 +45,8 @@ neph_result np_mesh_ground_check(neph_context *context, const neph_terrain_desc 
   neph_result result = read_desc(context, desc, &read);
   if (result) return result;
   result = np_file_probe(desc->mesh_file, &reason);
-  return result ? np_fail(context, result, "%s: %s", desc->mesh_file, reason) : NEPH_OK;
+  if (result) return np_fail(context, result, "%s: %s", desc->mesh_file, reason);
+  return np_mesh_header_check(context, desc->mesh_file);
 }
 
 /* ---- Places ---- */

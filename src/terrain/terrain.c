@@ -20,9 +20,6 @@
 #include "terrain/heightfield.h"
 #include "terrain/mesh_ground.h"
 
-/* A place farther than this from its height field is a mistake: nothing would be seen of it. */
-static const double place_distance_max_m = 1e6;
-
 struct neph_terrain {
   neph_context *context;
   atomic_size_t references;
@@ -90,12 +87,9 @@ static neph_result set_place(neph_terrain *terrain, const neph_terrain_desc *des
   terrain->anchor = np_heightfield_to_world(
       field, &terrain->globe, (np_field_position){0.5 * (field->width - 1), 0.5 * (field->height - 1)}, 0);
   const double distance_m = np_dvec3_length(terrain->anchor);
-  if (distance_m <= place_distance_max_m) return warn_of_distance(terrain, desc, distance_m), NEPH_OK;
-  return np_fail(terrain->context, NEPH_ERROR_INVALID_ARGUMENT,
-                 "the place (latitude %g, longitude %g deg) is %.0f km from the middle of the height field, must be "
-                 "within %.0f km",
-                 desc->latitude_rad / NP_DEGREE, desc->longitude_rad / NP_DEGREE, distance_m / NP_KILOMETRE,
-                 place_distance_max_m / NP_KILOMETRE);
+  neph_result result = np_heightfield_check_distance(terrain->context, desc, distance_m);
+  if (!result) warn_of_distance(terrain, desc, distance_m);
+  return result;
 }
 
 typedef struct raise_job {

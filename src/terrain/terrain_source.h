@@ -40,7 +40,7 @@ extern const np_terrain_row np_terrain_rows[NP_TERRAIN_KIND_COUNT];
 neph_result np_terrain_create(neph_context *context, const np_terrain_source *source, const neph_terrain_desc *desc,
                               neph_terrain **out_terrain);
 
-/* Whether a description's mesh is sound, and its file there. */
+/* Whether a description's mesh is sound, and its file there and, by its header, whole. */
 neph_result np_terrain_check_mesh(neph_context *context, const neph_terrain_desc *desc);
 
 /* The ground of heights that were kept on disk (np_heightfield_save_to_cache); NULL where the entry holds less. */

@@ -45,6 +45,11 @@ try render scene.yaml -q --set terrain.heightfield=?.asc --set terrain.crs=EPSG:
 # Ground of another place, or in no file
 here='place={latitude: 34.3 deg, longitude: -118.2 deg}'
 dry --set terrain.crs=bogus
+dry --set terrain.crs=EPSG:4326
+dry --set terrain.crs=EPSG:4978
+dry --set terrain.crs=EPSG:32633 --set "$here"
+cp field.r16 bare.bil
+dry --set terrain.heightfield=bare.bil
 try render scene.yaml -q --set terrain.crs=EPSG:32611 --set "$here"
 try render scene.yaml -q --set terrain.crs=EPSG:32633 --set "$here"
 write_grid far.asc 492000 '700.5 800 900
