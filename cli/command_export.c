@@ -98,15 +98,18 @@ static cli_exit export_to(export_job *job, unsigned cloud, int frame, char *path
   cli_exit exit = cli_check_target(job->session, path);
   if (!exit) exit = check_source(job, cloud, frame, path);
   if (exit) return exit;
-  if (options->is_dry_run) return printf("%s\n", path), CLI_DONE;
   neph_export_desc desc = NEPH_EXPORT_DESC_DEFAULT;
   desc.precision = options->is_half ? NEPH_PRECISION_HALF : NEPH_PRECISION_FLOAT;
   if (options->level_count) desc.level_count = options->level_count;
+  desc.is_dry_run = options->is_dry_run;
   desc.progress = cli_progress_report;
   desc.progress_user = &job->session->progress;
   neph_result result = neph_scene_export_cloud(job->scene, cloud, frame, &desc, path, out);
   cli_progress_finish(&job->session->progress);
-  if (!result) print_done(job, out);
+  if (!result && options->is_dry_run)
+    printf("%s\n", path);
+  else if (!result)
+    print_done(job, out);
   return cli_exit_of(result);
 }
 

@@ -338,6 +338,29 @@ static void fire_is_exported_in_units(void **state) {
   free(path);
 }
 
+/* As a render does, and a dry run of it. */
+static void missing_grids_are_refused(void **state) {
+  static const char *const emissions[][2] = {{"temperature: heat", "no grid 'heat'"},
+                                             {"", "no grid 'temperature'"},
+                                             {"temperature: density, flame: fire", "no grid 'fire'"},
+                                             {"color: glow", "no grid 'glow'"}};
+  test_fixture *f = *state;
+  char *path = test_path(f->folder, "out.vdb"), cloud[200];
+  for (size_t i = 0; i < sizeof emissions / sizeof *emissions; i++)
+    for (int is_dry = 0; is_dry < 2; is_dry++) {
+      (void)snprintf(cloud, sizeof cloud, "vdb: b.vdb, extinction: 1 1/m, emission: {%s}", emissions[i][0]);
+      neph_scene *scene = load(f, "march", cloud);
+      neph_export_desc desc = NEPH_EXPORT_DESC_DEFAULT;
+      neph_exported_cloud out = NEPH_EXPORTED_CLOUD_DEFAULT;
+      desc.is_dry_run = is_dry;
+      assert_int_equal(neph_scene_export_cloud(scene, 0, 1, &desc, path, &out), NEPH_ERROR_BAD_FILE);
+      assert_one_error(&f->log, emissions[i][1]);
+      assert_int_equal(access(path, F_OK), -1);
+      neph_scene_destroy(scene);
+    }
+  free(path);
+}
+
 static void layers_name_the_fields(void **state) {
   test_fixture *f = *state;
   char *path = test_path(f->folder, "out.vdb"), *layer = test_path(f->folder, "out.usda");
@@ -446,10 +469,11 @@ static void what_cannot_be_exported_is_refused(void **state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
-      TEST(values_stand_in_the_world),     TEST(pictures_are_those_of_the_scene),
-      TEST(baked_clouds_are_exported_too), TEST(layers_have_time_samples),
-      TEST(fields_go_with_the_cloud),      TEST(pictures_of_fields_are_those_of_the_scene),
-      TEST(fire_is_exported_in_units),     TEST(layers_name_the_fields),
-      TEST(levels_keep_the_optical_depth), TEST(what_cannot_be_exported_is_refused)};
+      TEST(values_stand_in_the_world),         TEST(pictures_are_those_of_the_scene),
+      TEST(baked_clouds_are_exported_too),     TEST(layers_have_time_samples),
+      TEST(fields_go_with_the_cloud),          TEST(pictures_of_fields_are_those_of_the_scene),
+      TEST(fire_is_exported_in_units),         TEST(layers_name_the_fields),
+      TEST(missing_grids_are_refused),         TEST(levels_keep_the_optical_depth),
+      TEST(what_cannot_be_exported_is_refused)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

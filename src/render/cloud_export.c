@@ -206,7 +206,7 @@ neph_result neph_scene_export_cloud(neph_scene *scene, unsigned cloud_index, int
   e.out.frame = frame;
   const unsigned mode = np_float_mode_enter();
   np_monitor_start(&monitor, scene->context, d.progress, d.progress_user);
-  result = run(&e);
+  result = d.is_dry_run ? np_inputs_open_cloud(scene, cloud_index, frame) : run(&e);
   np_float_mode_leave(mode);
   if (result) return result;
   return np_desc_write(scene->context, "neph_exported_cloud", &e.out, sizeof e.out, out_cloud);

@@ -66,10 +66,13 @@ static char *list_grids(const np_volume_file *file) {
 
 /* Takes `reason`, which np_alloc_printf made. */
 static neph_result refuse(const np_volume_file *file, const np_grid_wish *wish, char *reason, char **out_refusal) {
+  const char *key = wish->is_field ? wish->key : "clouds[].grid";
   char *list = list_grids(file);
   if (list && reason)
-    *out_refusal = np_alloc_printf(file->context, "%s: found %s%s", reason, list,
-                                   wish->is_field ? "" : "; clouds[].grid names one, or \"a + b\" a sum");
+    *out_refusal = np_alloc_printf(file->context, "%s: found %s%s%s%s", reason, list, key ? "; " : "", key ? key : "",
+                                   !key             ? ""
+                                   : wish->is_field ? " names one"
+                                                    : " names one, or \"a + b\" a sum");
   np_alloc_free(file->context, list);
   np_alloc_free(file->context, reason);
   return *out_refusal ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;

@@ -11,6 +11,7 @@ typedef struct np_grid_wish {
   const char *grid;        /* a name, "name[i]", or several with "+" between them; NULL: the usual */
   double level_set_voxels; /* 0: level sets are refused */
   bool is_field;           /* of no density: its values may be any numbers */
+  const char *key;         /* of the scene, by which a field is named, for messages; NULL: none */
 } np_grid_wish;
 
 /* Chooses the grids to be read: by exact name, else by its letters in either case; without a name "density", else the
