@@ -361,6 +361,34 @@ static void missing_grids_are_refused(void **state) {
   free(path);
 }
 
+/* By an export, a render and the plan of one, unless the scene names the grid. */
+static void densities_by_odd_names_are_told(void **state) {
+  test_fixture *f = *state;
+  char *path = test_path(f->folder, "out.vdb"), *plan;
+  const test_color_file file = {.get_density = get_lump};
+  np_sparse_grid grid;
+  test_color_fill(f->context, "heat", &(test_color_source){&file, -1, 0}, &grid);
+  const np_vdb_write_grid output = {.grid = &grid};
+  assert_int_equal(np_volume_save_grids(f->context, f->path, &output, 1, NULL), NEPH_OK);
+  np_sparse_grid_clear(&grid);
+  for (int is_named = 0; is_named < 2; is_named++) {
+    neph_scene *scene =
+        load(f, "march", is_named ? "vdb: b.vdb, grid: heat, extinction: 1 1/m" : "vdb: b.vdb, extinction: 1 1/m");
+    for (int i = 0; i < 3; i++) {
+      test_log_clear(&f->log);
+      if (i == 0) (void)export_cloud(f, scene, 1, NEPH_PRECISION_FLOAT, path);
+      if (i == 1) neph_image_destroy(render(scene));
+      if (i == 2) assert_int_equal(neph_render_explain(scene, NULL, NEPH_TEXT_PLAIN, &plan), NEPH_OK);
+      if (i == 2) neph_text_destroy(f->context, plan);
+      const char *warning = strstr(f->log.text, "its density is grid 'heat'");
+      assert_int_equal(warning != NULL, !is_named);
+      assert_null(warning ? strstr(warning + 1, "its density is") : NULL);
+    }
+    neph_scene_destroy(scene);
+  }
+  free(path);
+}
+
 static void layers_name_the_fields(void **state) {
   test_fixture *f = *state;
   char *path = test_path(f->folder, "out.vdb"), *layer = test_path(f->folder, "out.usda");
@@ -469,11 +497,11 @@ static void what_cannot_be_exported_is_refused(void **state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
-      TEST(values_stand_in_the_world),         TEST(pictures_are_those_of_the_scene),
-      TEST(baked_clouds_are_exported_too),     TEST(layers_have_time_samples),
-      TEST(fields_go_with_the_cloud),          TEST(pictures_of_fields_are_those_of_the_scene),
-      TEST(fire_is_exported_in_units),         TEST(layers_name_the_fields),
-      TEST(missing_grids_are_refused),         TEST(levels_keep_the_optical_depth),
-      TEST(what_cannot_be_exported_is_refused)};
+      TEST(values_stand_in_the_world),     TEST(pictures_are_those_of_the_scene),
+      TEST(baked_clouds_are_exported_too), TEST(layers_have_time_samples),
+      TEST(fields_go_with_the_cloud),      TEST(pictures_of_fields_are_those_of_the_scene),
+      TEST(fire_is_exported_in_units),     TEST(layers_name_the_fields),
+      TEST(missing_grids_are_refused),     TEST(densities_by_odd_names_are_told),
+      TEST(levels_keep_the_optical_depth), TEST(what_cannot_be_exported_is_refused)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

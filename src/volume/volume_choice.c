@@ -48,6 +48,11 @@ np_grid_role np_volume_get_role(const np_volume_file *file, const np_vdb_grid_in
   return info->is_scalar ? NP_GRID_FIELD : NP_GRID_OTHER;
 }
 
+bool np_volume_is_odd_density(const np_volume_file *file, const np_grid_wish *wish, const np_vdb_grid_info *info) {
+  const np_grid_role named = np_volume_get_role(file, info);
+  return !wish->grid && (named == NP_GRID_FIELD || named == NP_GRID_VECTOR);
+}
+
 /* ---- Refusals ---- */
 
 /* "'density' (float), 'v' (vec3s)", to be freed; NULL when there is no memory. */

@@ -340,10 +340,8 @@ static neph_result set_roles(measure_job *job) {
   if (!job->use) set_named_roles(job, !job->facts->refusal);
   for (size_t i = 0; i < choice.count && !job->facts->refusal; i++) {
     const np_vdb_grid_info info = np_volume_file_describe(job->file, choice.indices[i]);
-    const np_grid_role named = np_volume_get_role(job->file, &info);
     job->facts->grids[choice.indices[i]].role = NP_GRID_DENSITY;
-    job->facts->grids[choice.indices[i]].is_odd_density =
-        !wish.grid && (named == NP_GRID_FIELD || named == NP_GRID_VECTOR);
+    job->facts->grids[choice.indices[i]].is_odd_density = np_volume_is_odd_density(job->file, &wish, &info);
   }
   return NEPH_OK;
 }
