@@ -5,11 +5,16 @@
 #include "cloud_target.h"
 #include "verbs.h"
 
+enum { FAILED_LISTED = 16 };
+
 typedef struct export_job {
   cli_session *session;
   neph_scene *scene;
   neph_exported_cloud *done; /* with paths that are freed with it */
   size_t count;
+  bool is_cloud_failed; /* while it was read or written; else what fails ends the export */
+  unsigned frame_count, failed_count;
+  int failed[FAILED_LISTED];
 } export_job;
 
 /* ---- Checks ---- */
@@ -98,15 +103,20 @@ static cli_exit export_to(export_job *job, unsigned cloud, int frame, char *path
   cli_exit exit = cli_check_target(job->session, path);
   if (!exit) exit = check_source(job, cloud, frame, path);
   if (exit) return exit;
-  if (options->is_dry_run) return printf("%s\n", path), CLI_DONE;
   neph_export_desc desc = NEPH_EXPORT_DESC_DEFAULT;
   desc.precision = options->is_half ? NEPH_PRECISION_HALF : NEPH_PRECISION_FLOAT;
   if (options->level_count) desc.level_count = options->level_count;
+  desc.is_dry_run = options->is_dry_run;
   desc.progress = cli_progress_report;
   desc.progress_user = &job->session->progress;
   neph_result result = neph_scene_export_cloud(job->scene, cloud, frame, &desc, path, out);
   cli_progress_finish(&job->session->progress);
-  if (!result) print_done(job, out);
+  job->is_cloud_failed = result != NEPH_OK;
+  if (result) free((char *)(uintptr_t)job->done[--job->count].path);
+  if (!result && options->is_dry_run)
+    printf("%s\n", path);
+  else if (!result)
+    print_done(job, out);
   return cli_exit_of(result);
 }
 
@@ -130,18 +140,46 @@ static cli_exit export_cloud(export_job *job, unsigned cloud, int frame) {
   return export_to(job, cloud, frame, path);
 }
 
-static cli_exit export_frames(export_job *job) {
-  const cli_options *options = job->session->options;
+/* A frame that fails, of more than one, lets the rest go on. */
+static cli_exit export_frame(export_job *job, int frame) {
   const unsigned count = neph_scene_get_cloud_count(job->scene);
-  cli_frame_walk walk = {0};
-  cli_exit exit = check_outputs(job->session, count);
-  for (int frame; !exit && cli_next_frame(options, &walk, &frame);)
-    for (unsigned i = 0; !exit && i < count; i++) exit = export_cloud(job, i, frame);
-  if (exit || !options->usd_path) return exit;
+  cli_exit exit = CLI_DONE;
+  job->is_cloud_failed = false;
+  job->frame_count++;
+  for (unsigned i = 0; !exit && i < count; i++) exit = export_cloud(job, i, frame);
+  const bool is_ended = !job->is_cloud_failed || exit == CLI_INTERRUPTED || cli_is_single_frame(job->session->options);
+  if (!exit || is_ended) return exit;
+  if (job->failed_count < FAILED_LISTED) job->failed[job->failed_count] = frame;
+  job->failed_count++;
+  return CLI_DONE;
+}
+
+static cli_exit save_usd(const export_job *job) {
+  const cli_options *options = job->session->options;
+  cli_exit exit = CLI_DONE;
+  if (!options->usd_path || !job->count) return exit;
   if (!options->is_dry_run)
     exit = cli_exit_of(neph_scene_save_volumes_usd(job->scene, job->done, job->count, options->usd_path));
   if (!exit && !options->is_json) printf("%s\n", options->usd_path);
   return exit;
+}
+
+static cli_exit end_frames(const export_job *job) {
+  char list[12 * FAILED_LISTED + 8] = "";
+  if (!job->failed_count) return CLI_DONE;
+  for (unsigned i = 0; i < job->failed_count && i < FAILED_LISTED; i++)
+    snprintf(list + strlen(list), sizeof list - strlen(list), "%s%d", i ? ", " : "", job->failed[i]);
+  cli_complain("%u of %u frames failed: %s%s", job->failed_count, job->frame_count, list,
+               job->failed_count > FAILED_LISTED ? ", ..." : "");
+  return CLI_SOME_FAILED;
+}
+
+static cli_exit export_frames(export_job *job) {
+  cli_frame_walk walk = {0};
+  cli_exit exit = check_outputs(job->session, neph_scene_get_cloud_count(job->scene));
+  for (int frame; !exit && cli_next_frame(job->session->options, &walk, &frame);) exit = export_frame(job, frame);
+  if (!exit) exit = save_usd(job);
+  return exit ? exit : end_frames(job);
 }
 
 static cli_exit run_export(cli_session *session) {
@@ -164,7 +202,7 @@ const cli_verb cli_verb_export = {
     .argument_max = 1,
     .run = run_export,
     .files = "yaml yml",
-    .exits = CLI_MAY(CLI_BAD_SCENE) | CLI_MAY(CLI_NOT_FOUND) | CLI_MAY(CLI_LIMIT),
+    .exits = CLI_MAY(CLI_BAD_SCENE) | CLI_MAY(CLI_NOT_FOUND) | CLI_MAY(CLI_LIMIT) | CLI_MAY(CLI_SOME_FAILED),
     .description = "Writes each cloud of a scene, read from its file or baked, as one fog volume `density`: in the "
                    "world's place, z up, in metres, its values the extinction in 1/m. Transforms, units, ramps, sums "
                    "of grids and repairs that the scene asks for are done. Velocities (`vel`) and colours (`Cd`) of "

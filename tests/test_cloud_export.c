@@ -338,6 +338,57 @@ static void fire_is_exported_in_units(void **state) {
   free(path);
 }
 
+/* As a render does, and a dry run of it. */
+static void missing_grids_are_refused(void **state) {
+  static const char *const emissions[][2] = {{"temperature: heat", "no grid 'heat'"},
+                                             {"", "no grid 'temperature'"},
+                                             {"temperature: density, flame: fire", "no grid 'fire'"},
+                                             {"color: glow", "no grid 'glow'"}};
+  test_fixture *f = *state;
+  char *path = test_path(f->folder, "out.vdb"), cloud[200];
+  for (size_t i = 0; i < sizeof emissions / sizeof *emissions; i++)
+    for (int is_dry = 0; is_dry < 2; is_dry++) {
+      (void)snprintf(cloud, sizeof cloud, "vdb: b.vdb, extinction: 1 1/m, emission: {%s}", emissions[i][0]);
+      neph_scene *scene = load(f, "march", cloud);
+      neph_export_desc desc = NEPH_EXPORT_DESC_DEFAULT;
+      neph_exported_cloud out = NEPH_EXPORTED_CLOUD_DEFAULT;
+      desc.is_dry_run = is_dry;
+      assert_int_equal(neph_scene_export_cloud(scene, 0, 1, &desc, path, &out), NEPH_ERROR_BAD_FILE);
+      assert_one_error(&f->log, emissions[i][1]);
+      assert_int_equal(access(path, F_OK), -1);
+      neph_scene_destroy(scene);
+    }
+  free(path);
+}
+
+/* By an export, a render and the plan of one, unless the scene names the grid. */
+static void densities_by_odd_names_are_told(void **state) {
+  test_fixture *f = *state;
+  char *path = test_path(f->folder, "out.vdb"), *plan;
+  const test_color_file file = {.get_density = get_lump};
+  np_sparse_grid grid;
+  test_color_fill(f->context, "heat", &(test_color_source){&file, -1, 0}, &grid);
+  const np_vdb_write_grid output = {.grid = &grid};
+  assert_int_equal(np_volume_save_grids(f->context, f->path, &output, 1, NULL), NEPH_OK);
+  np_sparse_grid_clear(&grid);
+  for (int is_named = 0; is_named < 2; is_named++) {
+    neph_scene *scene =
+        load(f, "march", is_named ? "vdb: b.vdb, grid: heat, extinction: 1 1/m" : "vdb: b.vdb, extinction: 1 1/m");
+    for (int i = 0; i < 3; i++) {
+      test_log_clear(&f->log);
+      if (i == 0) (void)export_cloud(f, scene, 1, NEPH_PRECISION_FLOAT, path);
+      if (i == 1) neph_image_destroy(render(scene));
+      if (i == 2) assert_int_equal(neph_render_explain(scene, NULL, NEPH_TEXT_PLAIN, &plan), NEPH_OK);
+      if (i == 2) neph_text_destroy(f->context, plan);
+      const char *warning = strstr(f->log.text, "its density is grid 'heat'");
+      assert_int_equal(warning != NULL, !is_named);
+      assert_null(warning ? strstr(warning + 1, "its density is") : NULL);
+    }
+    neph_scene_destroy(scene);
+  }
+  free(path);
+}
+
 static void layers_name_the_fields(void **state) {
   test_fixture *f = *state;
   char *path = test_path(f->folder, "out.vdb"), *layer = test_path(f->folder, "out.usda");
@@ -450,6 +501,7 @@ int main(void) {
       TEST(baked_clouds_are_exported_too), TEST(layers_have_time_samples),
       TEST(fields_go_with_the_cloud),      TEST(pictures_of_fields_are_those_of_the_scene),
       TEST(fire_is_exported_in_units),     TEST(layers_name_the_fields),
+      TEST(missing_grids_are_refused),     TEST(densities_by_odd_names_are_told),
       TEST(levels_keep_the_optical_depth), TEST(what_cannot_be_exported_is_refused)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

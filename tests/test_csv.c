@@ -36,6 +36,30 @@ static void fields_lines_and_comments(void **state) {
   np_csv_clear(&csv);
 }
 
+/* As spreadsheets write "CSV UTF-8". */
+static void marks_and_blanks_are_passed_over(void **state) {
+  static const char *const texts[] = {"\xef\xbb\xbfx_m, y m ,z\t\r\n1,2 ,3\r\n",
+                                      "\xef\xbb\xbf# comment\n\"x_m\" , \" y m\",\"z\"\n1, 2,3\n",
+                                      "\xef\xbb\xbf\n x_m,\"y m\", z\n\"1\", \"2\" ,3\n"};
+  static const char *const names[] = {"x_m", "y m", "z"};
+  test_fixture *f = *state;
+  for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
+    np_csv csv;
+    int columns[3];
+    assert_int_equal(load(f, texts[i], &csv), NEPH_OK);
+    assert_int_equal(np_csv_search_columns(&csv, names, 3, 7u, columns), NEPH_OK);
+    for (int c = 0; c < 3; c++) {
+      double value;
+      assert_int_equal(np_csv_get_real(&csv, 0, columns[c], 0.0, 9.0, &value), NEPH_OK);
+      assert_near(value, c + 1.0, 0.0);
+    }
+    np_csv_clear(&csv);
+  }
+  np_csv csv;
+  assert_int_equal(load(f, "\xef\xbb\xbf", &csv), NEPH_ERROR_BAD_FILE);
+  assert_one_error(&f->log, "no line that names the columns");
+}
+
 static void columns_are_found_and_needed(void **state) {
   test_fixture *f = *state;
   static const char *const names[] = {"x", "missing", "y"};
@@ -102,6 +126,7 @@ static void failed_allocations_leave_nothing(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test_setup_teardown(fields_lines_and_comments, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(marks_and_blanks_are_passed_over, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(columns_are_found_and_needed, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(numbers_are_checked, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(damaged_files_are_refused, set_up, test_tear_down),

@@ -60,10 +60,32 @@ static void folder_is_no_file(void **state) {
   test_fixture *f = *state;
   void *bytes = NULL;
   size_t size = 0;
-  assert_int_equal(np_file_read(f->context, f->folder, &bytes, &size), NEPH_ERROR_IO);
-  assert_one_error(&f->log, f->folder, "directory");
+  assert_int_equal(np_file_read(f->context, f->folder, &bytes, &size), NEPH_ERROR_BAD_FILE);
+  assert_one_error(&f->log, f->folder, "it is a folder");
   assert_int_equal(np_file_write_all(f->context, f->folder, "x", 1), NEPH_ERROR_IO);
   assert_one_error(&f->log, f->folder, "a folder");
+}
+
+/* Nobody writes into the pipe: whoever opened it to read would wait. */
+static void pipes_and_devices_are_not_opened(void **state) {
+  test_fixture *f = *state;
+  void *bytes = NULL;
+  size_t size = 0;
+  const char *reason;
+  assert_int_equal(mkfifo(f->path, 0600), 0);
+  const char *const paths[] = {f->path, "/dev/zero"};
+  for (size_t i = 0; i < sizeof paths / sizeof *paths; i++) {
+    assert_int_equal(np_file_read(f->context, paths[i], &bytes, &size), NEPH_ERROR_BAD_FILE);
+    assert_null(bytes);
+    assert_one_error(&f->log, paths[i], "a device, a pipe or a socket");
+    assert_int_equal(np_file_probe(paths[i], &reason), NEPH_ERROR_BAD_FILE);
+    assert_string_equal(reason, "it is a device, a pipe or a socket");
+    assert_null(np_file_open_stream(paths[i]));
+    np_file_read_ahead(paths[i]);
+  }
+  assert_int_equal(np_file_read_any(f->context, "/dev/null", &bytes, &size), NEPH_OK);
+  assert_int_equal(size, 0);
+  np_alloc_free(f->context, bytes);
 }
 
 /* ---- Writing ---- */
@@ -326,6 +348,7 @@ int main(void) {
       FILE_TEST(file_without_a_size_is_read_to_its_end),
       FILE_TEST(missing_file_is_not_found),
       FILE_TEST(folder_is_no_file),
+      FILE_TEST(pipes_and_devices_are_not_opened),
       FILE_TEST(target_is_untouched_until_the_end),
       FILE_TEST(abandoned_write_leaves_nothing),
       FILE_TEST(lost_temporary_file_is_an_error),

@@ -367,7 +367,8 @@ static void bad_values_are_refused_or_repaired(void **state) {
 static void missing_grids_are_named(void **state) {
   fixture *f = *state;
   assert_refused(f, "temperature: heat", "no grid 'heat': found 'density' (float), 'flame' (float), 'temperature'");
-  assert_refused(f, "flame: fire", "no grid 'fire'");
+  assert_refused(f, "temperature: heat", "; clouds[].emission.temperature names one");
+  assert_refused(f, "flame: fire", "; clouds[].emission.flame names one");
   const recipe alone[] = {smoke};
   write_grids(f->context, f->path, alone, 1);
   assert_refused(f, "", "no grid 'temperature'");

@@ -382,8 +382,8 @@ static void missing_file_is_not_found(void **state) {
   assert_one_error(&f->log, f->path, "No such file");
   assert_int_equal(neph_image_describe_file(f->context, f->path, NEPH_TEXT_PLAIN, &text), NEPH_ERROR_NOT_FOUND);
   assert_one_error(&f->log, f->path);
-  assert_int_equal(neph_image_load_exr(f->context, f->folder, &image), NEPH_ERROR_IO);
-  assert_one_error(&f->log, "Is a directory");
+  assert_int_equal(neph_image_load_exr(f->context, f->folder, &image), NEPH_ERROR_BAD_FILE);
+  assert_one_error(&f->log, "it is a folder");
 }
 
 static test_file make_valid_file(test_fixture *f) {

@@ -348,12 +348,14 @@ typedef struct neph_export_desc {
   neph_progress_fn progress; /**< default NULL */
   void *progress_user;       /**< default NULL */
   unsigned level_count;      /**< levels of detail, 1 to NEPH_BAKE_LEVELS_MAX (default 1: `path` alone) */
+  bool is_dry_run;           /**< open the cloud's file, check that it has the grids that the scene requires, and write
+                                  nothing (default false) */
 } neph_export_desc;
 
 #define NEPH_EXPORT_DESC_DEFAULT                                                                                       \
   {                                                                                                                    \
     .struct_size = sizeof(neph_export_desc), .precision = NEPH_PRECISION_FLOAT, .progress = NULL,                      \
-    .progress_user = NULL, .level_count = 1                                                                            \
+    .progress_user = NULL, .level_count = 1, .is_dry_run = false                                                       \
   }
 
 /** Grids that an exported file has beside its density; bits. */
@@ -392,7 +394,7 @@ typedef struct neph_exported_cloud {
  * optical depth is kept.
  *
  * @param desc       NULL for the defaults.
- * @param out_cloud  starts from NEPH_EXPORTED_CLOUD_DEFAULT.
+ * @param out_cloud  starts from NEPH_EXPORTED_CLOUD_DEFAULT; of a dry run it gets name, path and frame alone.
  */
 NEPH_API neph_result neph_scene_export_cloud(neph_scene *scene, unsigned cloud_index, int frame,
                                              const neph_export_desc *desc, const char *path,

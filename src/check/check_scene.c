@@ -189,7 +189,7 @@ static neph_result check_named_files(neph_check *check, const char *path) {
   void *bytes;
   size_t size;
   np_node *document, *output;
-  neph_result result = np_file_read(check->context, path, &bytes, &size);
+  neph_result result = np_file_read_any(check->context, path, &bytes, &size);
   if (result) return result;
   result = np_scene_parse(check->context, bytes, size, path, false, &document);
   np_alloc_free(check->context, bytes);

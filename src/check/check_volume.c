@@ -13,12 +13,15 @@ static bool is_light(const facts *f) { return f->role == NP_GRID_DENSITY || f->r
 
 static bool is_used(const facts *f) { return f->role != NP_GRID_OTHER; }
 
-/* Count and first place of values. */
-static bool set_values(draft *out, const np_value_count *values, const char *what) {
-  const np_value_place *at = &values->first;
-  if (!values->count) return false;
+static void set_place(draft *out, const np_value_place *at) {
   np_draft_set_place(out, "voxel (%d, %d, %d), (%.6g, %.6g, %.6g)", at->voxel[0], at->voxel[1], at->voxel[2],
                      at->world_m[0], at->world_m[1], at->world_m[2]);
+}
+
+/* Count and first place of values. */
+static bool set_values(draft *out, const np_value_count *values, const char *what) {
+  if (!values->count) return false;
+  set_place(out, &values->first);
   return np_draft_set(out, "%llu value%s %s, the first %g", (unsigned long long)values->count,
                       values->count == 1 ? " is" : "s are", what, values->first_value);
 }
@@ -62,8 +65,9 @@ static bool is_beyond_half(const facts *f, draft *out) {
 static bool is_absurd(const facts *f, draft *out) {
   static const double value_max = 1e6, ratio_max = 1e5;
   if (!is_light(f) || !f->has_values || f->active_count < 2 || !isfinite(f->value_max)) return false;
-  const double largest = (double)f->value_max, mean = (f->sum - largest) / ((double)f->active_count - 1.0);
+  const double largest = (double)f->value_max, mean = f->sum_of_others / ((double)f->active_count - 1.0);
   if (largest < value_max && !(mean > 0.0 && largest > ratio_max * mean)) return false;
+  set_place(out, &f->largest);
   return np_draft_set(out, "the largest value is %g, and the mean of the others %.3g", largest, mean);
 }
 
@@ -136,12 +140,10 @@ static bool is_mirrored(const facts *f, draft *out) {
 /* A few voxels far from all others cost memory, and make its box, by which it is placed. */
 static bool has_stray(const facts *f, draft *out) {
   static const double ratio_max = 4.0, size_min = 200.0; /* voxels */
-  const np_value_place *at = &f->stray;
   double size = 0.0;
   for (int a = 0; a < 3; a++) size = fmax(size, (double)f->active_max[a] - f->active_min[a]);
   if (!is_light(f) || f->stray_ratio < ratio_max || size < size_min) return false;
-  np_draft_set_place(out, "voxel (%d, %d, %d), (%.6g, %.6g, %.6g)", at->voxel[0], at->voxel[1], at->voxel[2],
-                     at->world_m[0], at->world_m[1], at->world_m[2]);
+  set_place(out, &f->stray);
   return np_draft_set(out, "its box is %.3g times that of all but a thousandth of its voxels, for a few far away",
                       f->stray_ratio);
 }

@@ -12,9 +12,9 @@
 /* Takes the quotes from the field at `text`, in place, and ends it. Behind the field: `*out_next`, NULL at the end of
  * the line. False when a quote does not close. */
 static bool cut_field(char *text, char **out_next) {
-  char *from = text, *to = text;
+  char *from = text + strspn(text, " \t"), *to = text;
   bool is_quoted = *from == '"';
-  if (is_quoted) from++;
+  from = is_quoted ? from + 1 : text;
   for (; *from; from++) {
     if (is_quoted && from[0] == '"' && from[1] == '"') {
       from++;
@@ -42,10 +42,20 @@ static neph_result cut_line(const np_csv *csv, const np_csv_row *row, size_t max
   return NEPH_OK;
 }
 
+/* Takes the blanks around a column's name, in place. */
+static void trim_name(char *name) {
+  const size_t before = strspn(name, " \t");
+  size_t length = strlen(name + before);
+  while (length && strchr(" \t", name[before + length - 1])) length--;
+  memmove(name, name + before, length);
+  name[length] = '\0';
+}
+
 static neph_result cut_rows(np_csv *csv) {
   size_t count;
   neph_result result = cut_line(csv, &csv->header, csv->column_count, &count);
   csv->column_count = count;
+  for (size_t i = 0; !result && i < count; i++) trim_name(csv->fields + (csv->field_list[i] - csv->fields));
   for (size_t i = 0; !result && i < csv->row_count; i++) {
     csv->rows[i].first_field = (i + 1) * csv->column_count;
     result = cut_line(csv, &csv->rows[i], csv->column_count, &count);
@@ -66,10 +76,12 @@ static char *end_line(char *text) {
   return next;
 }
 
-/* The first line that is no comment is the header; empty lines are passed over. */
+/* The first line that is no comment is the header; empty lines are passed over, and so is a byte-order mark. */
 static void list_lines(np_csv *csv) {
+  static const char mark[] = "\xef\xbb\xbf";
+  const size_t skipped = strncmp(csv->lines, mark, strlen(mark)) ? 0 : strlen(mark);
   unsigned line = 0;
-  for (char *text = csv->lines, *next; text; text = next) {
+  for (char *text = csv->lines + skipped, *next; text; text = next) {
     next = end_line(text);
     line++;
     if (*text == '#' || !*text) continue;
@@ -157,7 +169,7 @@ neph_result np_csv_get_real(const np_csv *csv, size_t row, int column, double mi
   const char *text = np_csv_get_field(csv, row, column);
   char *end;
   *out_value = strtod(text, &end);
-  if (end != text && !*end && *out_value >= min && *out_value <= max) return NEPH_OK;
+  if (end != text && !end[strspn(end, " \t")] && *out_value >= min && *out_value <= max) return NEPH_OK;
   return np_fail(csv->context, NEPH_ERROR_BAD_FILE, "%s:%u: %s is '%s', must be a number in [%g, %g]", csv->path,
                  csv->rows[row].line, csv->field_list[column], text, min, max);
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Tables of comma-separated values (RFC 4180, fields within one line): lines that begin with '#' are comments, the
- * first other line names the columns, and every line after it is a row. */
+ * first other line names the columns, and every line after it is a row. A byte-order mark, and blanks around names and
+ * quotes, are left out. */
 #ifndef NP_CORE_CSV_H
 #define NP_CORE_CSV_H
 

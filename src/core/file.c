@@ -22,6 +22,43 @@ bool np_file_has_ending(const char *path, const char *ending) {
   return length > tail && !strcasecmp(path + length - tail, ending);
 }
 
+/* ---- Opening ---- */
+
+/* Reason why what stands at a path is not read; NULL: it is a regular file. */
+static const char *name_kind(mode_t mode) {
+  if (S_ISREG(mode)) return NULL;
+  return S_ISDIR(mode) ? "it is a folder" : "it is a device, a pipe or a socket";
+}
+
+static neph_result give_reason(int error, const char **out_reason) {
+  *out_reason = strerror(error);
+  return error == ENOENT || error == ENOTDIR ? NEPH_ERROR_NOT_FOUND : NEPH_ERROR_IO;
+}
+
+/* Before it is opened, since that would end a pipe's writer; and after, when it may be another file. */
+neph_result np_file_open(const char *path, int *out_file, const char **out_reason) {
+  struct stat status;
+  *out_file = -1;
+  if (stat(path, &status)) return give_reason(errno, out_reason);
+  if ((*out_reason = name_kind(status.st_mode))) return NEPH_ERROR_BAD_FILE;
+  const int file = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  if (file < 0) return give_reason(errno, out_reason);
+  const int error = fstat(file, &status) ? errno : 0;
+  *out_reason = error ? NULL : name_kind(status.st_mode);
+  if (!error && !*out_reason) return *out_file = file, NEPH_OK;
+  close(file);
+  return error ? give_reason(error, out_reason) : NEPH_ERROR_BAD_FILE;
+}
+
+FILE *np_file_open_stream(const char *path) {
+  const char *reason;
+  int file;
+  if (np_file_open(path, &file, &reason)) return NULL;
+  FILE *stream = fdopen(file, "rb");
+  if (!stream) close(file);
+  return stream;
+}
+
 /* ---- Reading ---- */
 
 static neph_result fail_open(neph_context *context, const char *path) {
@@ -72,17 +109,32 @@ static neph_result read_open_file(neph_context *context, const char *path, int f
   return NEPH_OK;
 }
 
-neph_result np_file_read(neph_context *context, const char *path, void **out_bytes, size_t *out_size) {
-  *out_bytes = NULL;
-  *out_size = 0;
-  const int file = open(path, O_RDONLY | O_CLOEXEC);
-  if (file < 0) return fail_open(context, path);
+/* Takes the file. */
+static neph_result read_and_close(neph_context *context, const char *path, int file, void **out_bytes,
+                                  size_t *out_size) {
   struct stat status;
   size_t expected = 0;
   if (!fstat(file, &status) && S_ISREG(status.st_mode)) expected = (size_t)status.st_size;
   neph_result result = read_open_file(context, path, file, expected, out_bytes, out_size);
   close(file);
   return result;
+}
+
+neph_result np_file_read(neph_context *context, const char *path, void **out_bytes, size_t *out_size) {
+  const char *reason;
+  int file;
+  *out_bytes = NULL;
+  *out_size = 0;
+  const neph_result result = np_file_open(path, &file, &reason);
+  if (result) return np_fail(context, result, "%s: cannot be read: %s", path, reason);
+  return read_and_close(context, path, file, out_bytes, out_size);
+}
+
+neph_result np_file_read_any(neph_context *context, const char *path, void **out_bytes, size_t *out_size) {
+  *out_bytes = NULL;
+  *out_size = 0;
+  const int file = open(path, O_RDONLY | O_CLOEXEC);
+  return file < 0 ? fail_open(context, path) : read_and_close(context, path, file, out_bytes, out_size);
 }
 
 /* ---- Writing ---- */
@@ -274,14 +326,10 @@ char *np_file_resolve(neph_context *context, const char *base_file, const char *
 }
 
 neph_result np_file_probe(const char *path, const char **out_reason) {
-  struct stat status;
-  const int file = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK), error = errno;
-  const bool is_folder = file >= 0 && !fstat(file, &status) && S_ISDIR(status.st_mode);
+  int file;
+  const neph_result result = np_file_open(path, &file, out_reason);
   if (file >= 0) close(file);
-  *out_reason = is_folder ? "it is a folder" : strerror(error);
-  if (is_folder) return NEPH_ERROR_BAD_FILE;
-  if (file >= 0) return NEPH_OK;
-  return error == ENOENT || error == ENOTDIR ? NEPH_ERROR_NOT_FOUND : NEPH_ERROR_IO;
+  return result;
 }
 
 bool np_file_exists(const char *path) {
@@ -290,8 +338,9 @@ bool np_file_exists(const char *path) {
 }
 
 void np_file_read_ahead(const char *path) {
-  const int file = open(path, O_RDONLY | O_CLOEXEC);
-  if (file < 0) return;
+  const char *reason;
+  int file;
+  if (np_file_open(path, &file, &reason)) return;
   (void)posix_fadvise(file, 0, 0, POSIX_FADV_WILLNEED);
   (void)close(file);
 }

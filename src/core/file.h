@@ -3,6 +3,8 @@
 #ifndef NP_CORE_FILE_H
 #define NP_CORE_FILE_H
 
+#include <stdio.h>
+
 #include "core/context_private.h"
 
 /* A file being written under a temporary name beside its target. */
@@ -17,8 +19,19 @@ typedef struct np_file_write {
 /* Whether a name is longer than an ending, and ends so in letters of either case. */
 bool np_file_has_ending(const char *path, const char *ending);
 
-/* Reads a whole file. The block has one more byte, zero, behind its end. NEPH_ERROR_NOT_FOUND if there is none. */
+/* Opens a regular file for reading, without waiting. Else -1, without a message: NEPH_ERROR_NOT_FOUND, NEPH_ERROR_IO,
+ * or NEPH_ERROR_BAD_FILE for a folder, a device, a pipe or a socket, with the reason. */
+neph_result np_file_open(const char *path, int *out_file, const char **out_reason);
+
+/* The same; NULL where it fails, for which np_file_probe gives the reason. */
+FILE *np_file_open_stream(const char *path);
+
+/* Reads a whole regular file. The block has one more byte, zero, behind its end. Fails as np_file_open does, with a
+ * message. */
 neph_result np_file_read(neph_context *context, const char *path, void **out_bytes, size_t *out_size);
+
+/* The same of pipes and devices as well, once and to their end: for a file that a command line names. */
+neph_result np_file_read_any(neph_context *context, const char *path, void **out_bytes, size_t *out_size);
 
 /* Whether a file can be written at `path`: fails, with a message, as beginning to write there does, and makes none. */
 neph_result np_file_check_target(neph_context *context, const char *path);
@@ -45,8 +58,7 @@ bool np_file_exists(const char *path);
 /* Whether two names are of the same file, which is there. */
 bool np_file_is_same(const char *path, const char *other);
 
-/* Whether a file can be read; else NEPH_ERROR_NOT_FOUND, NEPH_ERROR_IO, or NEPH_ERROR_BAD_FILE for a folder, with the
- * reason and without a message. */
+/* Whether np_file_open can open a file; fails as it does. */
 neph_result np_file_probe(const char *path, const char **out_reason);
 
 /* Asks the system to read a file into its page cache while the caller goes on. Does nothing for one that is missing. */

@@ -1,7 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Reading OpenEXR: scan lines and tiles of the first part. Chunks are decompressed on the context's threads. */
-#include <errno.h>
-#include <fcntl.h>
 #include <stdio.h>
 #include <string.h>
 #include <unistd.h>
@@ -9,6 +7,7 @@
 #include <openexr_decode.h>
 
 #include "core/alloc.h"
+#include "core/file.h"
 #include "core/parallel.h"
 #include "image/image_exr.h"
 
@@ -46,10 +45,9 @@ static neph_result fail_read(np_exr_file *file, exr_result_t code) {
 /* ---- Reading the header ---- */
 
 static neph_result open_file(np_exr_file *file) {
-  file->descriptor = open(file->path, O_RDONLY | O_CLOEXEC);
-  if (file->descriptor < 0)
-    return np_fail(file->context, errno == ENOENT || errno == ENOTDIR ? NEPH_ERROR_NOT_FOUND : NEPH_ERROR_IO,
-                   "%s: cannot be read: %s", file->path, strerror(errno));
+  const char *reason;
+  const neph_result result = np_file_open(file->path, &file->descriptor, &reason);
+  if (result) return np_fail(file->context, result, "%s: cannot be read: %s", file->path, reason);
   exr_context_initializer_t initializer = EXR_DEFAULT_CONTEXT_INITIALIZER;
   initializer.error_handler_fn = keep_complaint;
   initializer.user_data = file;

@@ -16,7 +16,10 @@ static unsigned read_big_endian(const unsigned char *bytes) {
 
 static neph_result read_png_head(neph_context *context, const char *path, unsigned char out_head[PNG_HEAD]) {
   static const unsigned char signature[] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
-  FILE *file = fopen(path, "rb");
+  const char *reason;
+  const neph_result result = np_file_probe(path, &reason);
+  if (result) return np_fail(context, result, "%s: cannot be read: %s", path, reason);
+  FILE *file = np_file_open_stream(path);
   const size_t count = file ? fread(out_head, 1, PNG_HEAD, file) : 0;
   if (file) fclose(file);
   if (count == PNG_HEAD && !memcmp(out_head, signature, sizeof signature) && !memcmp(out_head + PNG_TYPE_AT, "IHDR", 4))

@@ -106,7 +106,7 @@ neph_result np_mesh_header_check(neph_context *context, const char *path) {
   } formats[] = {{"ply", check_ply}, {"glTF", check_glb}};
   char magic[5] = "";
   neph_result result = NEPH_OK;
-  mesh_header h = {context, path, fopen(path, "rb"), np_file_get_size(path)};
+  mesh_header h = {context, path, np_file_open_stream(path), np_file_get_size(path)};
   if (!h.file) return NEPH_OK; /* which the reader reports */
   (void)!fread(magic, 1, sizeof magic - 1, h.file);
   rewind(h.file);

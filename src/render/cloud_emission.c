@@ -38,8 +38,9 @@ static neph_result load_temperature(const np_cloud_emission_source *source, np_c
   exact.precision = NEPH_PRECISION_FLOAT;
   exact.grid = name ? name : "temperature";
   bool is_in_file;
-  neph_result result = np_volume_load_field(source->context, source->path, &exact, name || !has_color(emission),
-                                            &is_in_file, &emission->temperature);
+  neph_result result = np_volume_load_field(source->context, source->path, &exact,
+                                            name || !has_color(emission) ? NP_TEMPERATURE_KEY : NULL, &is_in_file,
+                                            &emission->temperature);
   return result || !emission->temperature ? result : check_temperature(source->cloud, emission->temperature);
 }
 
@@ -50,8 +51,8 @@ static neph_result load_flame(const np_cloud_emission_source *source, np_cloud_e
   if (np_scene_is_none(name)) return NEPH_OK;
   neph_volume_load_desc flame = *source->load;
   flame.grid = name ? name : "flame";
-  neph_result result =
-      np_volume_load_field(source->context, source->path, &flame, name != NULL, out_is_in_file, &emission->flame);
+  neph_result result = np_volume_load_field(source->context, source->path, &flame, name ? NP_FLAME_KEY : NULL,
+                                            out_is_in_file, &emission->flame);
   if (emission->flame) emission->flame_absorption_per_m = (float)source->cloud->emission.absorption_per_m;
   return result;
 }

@@ -11,6 +11,7 @@
 #include "scene/cloud_file.h"
 #include "scene/scene_apply.h"
 #include "volume/volume_levels.h"
+#include "volume/volume_odd_density.h"
 
 typedef struct cloud_export {
   neph_scene *scene;
@@ -159,7 +160,8 @@ static neph_result run(cloud_export *e) {
   if (!result && !e->source.path) np_cloud_file_warn(context, e->cloud, e->frame, &e->source);
   if (!result && e->source.path) {
     const neph_volume_load_desc load = np_cloud_file_describe_load(e->cloud);
-    result = np_volume_load_grid(context, e->source.path, &load, &e->grid, &has_content);
+    result = e->cloud->is_baked ? NEPH_OK : np_volume_warn_of_odd_density(context, e->source.path, &load);
+    if (!result) result = np_volume_load_grid(context, e->source.path, &load, &e->grid, &has_content);
   }
   e->out.is_empty = !has_content;
   if (!result && has_content) result = place_and_save(e);
@@ -206,7 +208,7 @@ neph_result neph_scene_export_cloud(neph_scene *scene, unsigned cloud_index, int
   e.out.frame = frame;
   const unsigned mode = np_float_mode_enter();
   np_monitor_start(&monitor, scene->context, d.progress, d.progress_user);
-  result = run(&e);
+  result = d.is_dry_run ? np_inputs_open_cloud(scene, cloud_index, frame) : run(&e);
   np_float_mode_leave(mode);
   if (result) return result;
   return np_desc_write(scene->context, "neph_exported_cloud", &e.out, sizeof e.out, out_cloud);

@@ -30,7 +30,8 @@ static neph_result rename_grid(np_sparse_grid *grid, const char *name) {
 
 typedef struct scalar_field {
   neph_export_fields kind;
-  const char *key, *name; /* the scene's name, and the usual one, which it gets */
+  const char *required_by; /* a key; NULL: it need not be there */
+  const char *key, *name;  /* the scene's name, and the usual one, which it gets */
   double gain, offset;
 } scalar_field;
 
@@ -42,7 +43,8 @@ static neph_result load_scalar(neph_context *context, const np_export_source *so
   load.grid = wanted->key ? wanted->key : wanted->name;
   load.policy = source->cloud->policy;
   if (np_scene_is_none(wanted->key)) return NEPH_OK;
-  neph_result result = np_volume_load_field_grid(context, source->path, &load, &field->components[0], &has_content);
+  neph_result result =
+      np_volume_load_field_grid(context, source->path, &load, wanted->required_by, &field->components[0], &has_content);
   field->component_count = 1;
   field->kind = wanted->kind;
   if (result || !has_content) {
@@ -189,19 +191,24 @@ static neph_result load_color(neph_context *context, const np_export_source *sou
   return load_vector(context, source, &wanted, out);
 }
 
-/* Temperatures in kelvin; flames by their absorption, in 1/m, times their strength; light in W m⁻³ sr⁻¹ nm⁻¹. */
+/* Temperatures in kelvin, which must be there without emitted light; flames by their absorption, in 1/m, times their
+ * strength; light in W m⁻³ sr⁻¹ nm⁻¹. */
 static neph_result load_emission(neph_context *context, const np_export_source *source, np_export_fields *out) {
   const np_scene_emission *e = &source->cloud->emission;
-  const scalar_field temperature = {NEPH_EXPORT_TEMPERATURE, e->temperature, "temperature", e->kelvin_per_value,
-                                    e->offset_k};
-  const scalar_field flame = {NEPH_EXPORT_FLAME, e->flame, "flame", e->absorption_per_m * e->strength, 0.0};
+  const scalar_field flame = {NEPH_EXPORT_FLAME, e->flame ? NP_FLAME_KEY : NULL,    e->flame,
+                              "flame",           e->absorption_per_m * e->strength, 0.0};
   const double s = e->strength;
   const vector_field light = {
       NEPH_EXPORT_LIGHT, NP_VECTOR_EMISSION, e->color, "Ce", {{s, 0.0, 0.0}, {0.0, s, 0.0}, {0.0, 0.0, s}}};
+  const unsigned count = out->count;
   if (!e->is_enabled) return NEPH_OK;
-  neph_result result = load_scalar(context, source, &temperature, out);
-  if (!result) result = load_scalar(context, source, &flame, out);
-  return result ? result : load_vector(context, source, &light, out);
+  neph_result result = load_vector(context, source, &light, out);
+  const bool is_required = e->temperature || out->count == count;
+  const scalar_field temperature = {NEPH_EXPORT_TEMPERATURE, is_required ? NP_TEMPERATURE_KEY : NULL,
+                                    e->temperature,          "temperature",
+                                    e->kelvin_per_value,     e->offset_k};
+  if (!result) result = load_scalar(context, source, &temperature, out);
+  return result ? result : load_scalar(context, source, &flame, out);
 }
 
 neph_result np_export_fields_load(neph_context *context, const np_export_source *source, np_export_fields *out) {

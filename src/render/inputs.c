@@ -14,6 +14,7 @@
 #include "render/reference_frame.h"
 #include "scene/cloud_file.h"
 #include "terrain/ground_cover.h"
+#include "volume/volume_odd_density.h"
 #include "volume/volume_private.h"
 
 /* ---- Tables and pictures ---- */
@@ -80,12 +81,12 @@ typedef struct cloud_file {
   const char *path;
 } cloud_file;
 
-/* A grid of a cloud's emission, which must be there where the scene names it. */
-static neph_result open_field(const cloud_file *file, const char *grid, bool is_required) {
+/* A grid of a cloud's emission, which must be there where a key requires it. */
+static neph_result open_field(const cloud_file *file, const char *grid, const char *required_by) {
   neph_context *context = file->scene->context;
   np_grid_header header;
   if (!grid) return NEPH_OK;
-  neph_result result = np_volume_read_field_header(context, file->path, grid, is_required, &header);
+  neph_result result = np_volume_read_field_header(context, file->path, grid, required_by, &header);
   if (!result && header.state == NP_GRID_EMPTY)
     np_log(context, NEPH_LOG_WARNING, "%s: grid '%s' is empty: it has no active voxels", file->path, grid);
   return result;
@@ -111,8 +112,9 @@ static neph_result open_fields(const cloud_file *file) {
   const np_file_use use = np_cloud_file_describe_use(file->scene, cloud);
   bool has_colors;
   neph_result result = open_vectors(file, &use, &has_colors);
-  if (!result) result = open_field(file, use.fields[0], emission->temperature || !has_colors);
-  return result ? result : open_field(file, use.fields[1], emission->flame != NULL);
+  const bool is_temperature_required = emission->temperature || !has_colors;
+  if (!result) result = open_field(file, use.fields[0], is_temperature_required ? NP_TEMPERATURE_KEY : NULL);
+  return result ? result : open_field(file, use.fields[1], emission->flame ? NP_FLAME_KEY : NULL);
 }
 
 static neph_result open_density(const cloud_file *file, np_grid_state *out_state) {
@@ -121,6 +123,7 @@ static neph_result open_density(const cloud_file *file, np_grid_state *out_state
   const neph_volume_load_desc load = np_cloud_file_describe_load(cloud);
   np_grid_header header = {.state = *out_state};
   if (!result) result = np_volume_read_header(file->scene->context, file->path, &load, &header);
+  if (!result) result = np_volume_warn_of_odd_density(file->scene->context, file->path, &load);
   *out_state = header.state;
   if (!result && *out_state == NP_GRID_EMPTY)
     np_log(file->scene->context, NEPH_LOG_WARNING, "%s: cloud %s is empty: its grid has no active voxels", file->path,
@@ -142,6 +145,12 @@ static neph_result open_frame(const neph_scene *scene, unsigned index, int frame
   np_alloc_free(scene->context, of_frame.path);
   *out_number = of_frame.number;
   return result;
+}
+
+neph_result np_inputs_open_cloud(const neph_scene *scene, unsigned index, int frame) {
+  np_grid_state state;
+  double number;
+  return scene->clouds[index].is_baked ? NEPH_OK : open_frame(scene, index, frame, &number, &state);
 }
 
 static neph_result open_reference(const neph_scene *scene, unsigned index) {

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "core/alloc.h"
+#include "core/file.h"
 #include "render/render_header.h"
 #include "render/scene_hash.h"
 
@@ -78,7 +79,7 @@ static neph_result read_tile(np_merge_part *p) {
 static bool is_exr(const char *path) {
   static const unsigned char magic[4] = {0x76, 0x2f, 0x31, 0x01};
   unsigned char bytes[4] = {0};
-  FILE *file = fopen(path, "rb");
+  FILE *file = np_file_open_stream(path);
   const bool is_read = file && fread(bytes, sizeof bytes, 1, file) == 1;
   if (file) fclose(file);
   return is_read && !memcmp(bytes, magic, sizeof magic);

@@ -175,11 +175,12 @@ static neph_result read_tiles(np_part_file *f) {
 }
 
 static neph_result open_part(np_part_file *f) {
-  f->file = fopen(f->path, "rb");
-  if (!f->file)
-    return np_fail(f->context, errno == ENOENT ? NEPH_ERROR_NOT_FOUND : NEPH_ERROR_IO, "%s: cannot be read: %s",
-                   f->path, strerror(errno));
-  neph_result result = read_header(f);
+  const char *reason;
+  neph_result result = np_file_probe(f->path, &reason);
+  if (result) return np_fail(f->context, result, "%s: cannot be read: %s", f->path, reason);
+  f->file = np_file_open_stream(f->path);
+  if (!f->file) return np_fail(f->context, NEPH_ERROR_IO, "%s: cannot be read: %s", f->path, strerror(errno));
+  result = read_header(f);
   if (result) return result;
   f->grid = np_part_grid_make(&f->header);
   return read_tiles(f);

@@ -42,4 +42,7 @@ neph_result np_plan_describe(const neph_scene *scene, const np_plan *plan, neph_
  * that are empty by their headers. */
 neph_result np_inputs_open(const neph_scene *scene, np_plan *plan);
 
+/* The file of one cloud in a frame, in the same way. */
+neph_result np_inputs_open_cloud(const neph_scene *scene, unsigned index, int frame);
+
 #endif

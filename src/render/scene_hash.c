@@ -31,7 +31,7 @@ static neph_result add_contents(neph_context *context, np_hash *hash, const char
   enum { BLOCK = 1 << 18 };
   const uint64_t size = np_file_get_size(path);
   NP_HASH_ADD(hash, size);
-  FILE *file = fopen(path, "rb");
+  FILE *file = np_file_open_stream(path);
   char *block = file ? np_alloc(context, 1, BLOCK) : NULL;
   size_t count = 0;
   while (block && (count = fread(block, 1, BLOCK, file)) > 0) np_hash_add(hash, block, count);
@@ -85,7 +85,8 @@ static void add_buffers(hash_writer *w, const char *path) {
   const char *dot = strrchr(path, '.');
   void *text = NULL;
   size_t size;
-  if (!dot || strcasecmp(dot, ".gltf") != 0 || w->result || !np_file_exists(path)) return;
+  const char *reason;
+  if (!dot || strcasecmp(dot, ".gltf") != 0 || w->result || np_file_probe(path, &reason)) return;
   w->result = np_file_read(w->scene->context, path, &text, &size);
   np_json_value *json = text ? np_json_read(text) : NULL;
   const np_json_value *buffer = json ? np_json_get_element(json, "buffers", 0) : NULL;

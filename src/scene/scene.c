@@ -67,7 +67,7 @@ neph_result neph_scene_load(neph_context *context, const char *path, neph_scene 
   void *text;
   size_t size;
   *out_scene = NULL;
-  neph_result result = np_file_read(context, is_standard_input ? "/dev/stdin" : path, &text, &size);
+  neph_result result = np_file_read_any(context, is_standard_input ? "/dev/stdin" : path, &text, &size);
   if (result) return result;
   result = load_bytes(context, text, size, is_standard_input ? "standard input" : path, out_scene);
   np_alloc_free(context, text);

@@ -128,6 +128,10 @@ typedef struct np_scene_emission {
   double strength;
 } np_scene_emission;
 
+/* For messages about a file that lacks what they name. */
+#define NP_TEMPERATURE_KEY "clouds[].emission.temperature"
+#define NP_FLAME_KEY "clouds[].emission.flame"
+
 /* Detail that a cloud's values do not hold. */
 typedef struct np_scene_detail {
   bool is_enabled;

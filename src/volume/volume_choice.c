@@ -48,6 +48,11 @@ np_grid_role np_volume_get_role(const np_volume_file *file, const np_vdb_grid_in
   return info->is_scalar ? NP_GRID_FIELD : NP_GRID_OTHER;
 }
 
+bool np_volume_is_odd_density(const np_volume_file *file, const np_grid_wish *wish, const np_vdb_grid_info *info) {
+  const np_grid_role named = np_volume_get_role(file, info);
+  return !wish->grid && (named == NP_GRID_FIELD || named == NP_GRID_VECTOR);
+}
+
 /* ---- Refusals ---- */
 
 /* "'density' (float), 'v' (vec3s)", to be freed; NULL when there is no memory. */
@@ -66,10 +71,13 @@ static char *list_grids(const np_volume_file *file) {
 
 /* Takes `reason`, which np_alloc_printf made. */
 static neph_result refuse(const np_volume_file *file, const np_grid_wish *wish, char *reason, char **out_refusal) {
+  const char *key = wish->is_field ? wish->key : "clouds[].grid";
   char *list = list_grids(file);
   if (list && reason)
-    *out_refusal = np_alloc_printf(file->context, "%s: found %s%s", reason, list,
-                                   wish->is_field ? "" : "; clouds[].grid names one, or \"a + b\" a sum");
+    *out_refusal = np_alloc_printf(file->context, "%s: found %s%s%s%s", reason, list, key ? "; " : "", key ? key : "",
+                                   !key             ? ""
+                                   : wish->is_field ? " names one"
+                                                    : " names one, or \"a + b\" a sum");
   np_alloc_free(file->context, list);
   np_alloc_free(file->context, reason);
   return *out_refusal ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;

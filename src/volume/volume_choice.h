@@ -11,6 +11,7 @@ typedef struct np_grid_wish {
   const char *grid;        /* a name, "name[i]", or several with "+" between them; NULL: the usual */
   double level_set_voxels; /* 0: level sets are refused */
   bool is_field;           /* of no density: its values may be any numbers */
+  const char *key;         /* of the scene, by which a field is named, for messages; NULL: none */
 } np_grid_wish;
 
 /* Chooses the grids to be read: by exact name, else by its letters in either case; without a name "density", else the
@@ -25,5 +26,8 @@ bool np_volume_has_grid(const np_volume_file *file, const char *name);
 
 /* Purposes by names and kinds alone, where no scene says them. */
 np_grid_role np_volume_get_role(const np_volume_file *file, const np_vdb_grid_info *info);
+
+/* Whether a grid chosen as a density is called as a field or a velocity, and the wish does not name it. */
+bool np_volume_is_odd_density(const np_volume_file *file, const np_grid_wish *wish, const np_vdb_grid_info *info);
 
 #endif

@@ -12,23 +12,43 @@ static const float half_max = 65504.0f;
 
 /* ---- Values ---- */
 
+/* The largest of the finite active samples so far. */
+typedef struct largest_value {
+  bool is_known;
+  float value;
+  uint64_t number;
+} largest_value;
+
+/* Sums the others alone: a value of 1e30 taken from a sum would leave nothing of them. */
+static void add_active(np_grid_facts *facts, float value, uint64_t number, double weight, largest_value *largest) {
+  facts->sum += weight * (double)value;
+  if (largest->is_known && value <= largest->value) {
+    facts->sum_of_others += weight * (double)value;
+    return;
+  }
+  facts->sum_of_others += (weight - 1.0) * (double)value + (largest->is_known ? (double)largest->value : 0.0);
+  *largest = (largest_value){true, value, number};
+}
+
 static void add_value(np_grid_facts *facts, const np_sparse_grid *grid, float value, bool is_active, uint64_t number,
-                      double weight) {
+                      double weight, largest_value *largest) {
   if (!isfinite(value)) return;
-  if (is_active) facts->sum += weight * (double)value;
+  if (is_active) add_active(facts, value, number, weight, largest);
   if (fabsf(value) <= half_max || facts->beyond_half.count++) return;
   facts->beyond_half.first_value = (double)value;
   np_value_tally_locate(grid, number, &facts->beyond_half.first);
 }
 
 static void add_values(np_grid_facts *facts, const np_sparse_grid *grid) {
+  largest_value largest = {.is_known = false};
   for (size_t i = 0; i < grid->leaf_count; i++)
     for (size_t n = 0; n < NP_LEAF_SIZE; n++)
       add_value(facts, grid, grid->leaves[i].values[n], grid->leaves[i].active[n / 64] >> (n % 64) & 1u,
-                i * NP_LEAF_SIZE + n, 1.0);
+                i * NP_LEAF_SIZE + n, 1.0, &largest);
   for (size_t i = 0; i < grid->tile_count; i++)
     add_value(facts, grid, grid->tiles[i].value, grid->tiles[i].is_active, grid->leaf_count * NP_LEAF_SIZE + i,
-              pow(grid->tiles[i].edge, 3));
+              pow(grid->tiles[i].edge, 3), &largest);
+  if (largest.is_known) np_value_tally_locate(grid, largest.number, &facts->largest);
 }
 
 /* ---- Stray voxels ---- */
@@ -116,12 +136,21 @@ static neph_result measure_stray(const np_sparse_grid *grid, np_grid_facts *fact
 
 /* ---- Grids ---- */
 
+/* A float as a double, by its bits where it is subnormal: this thread takes those as 0. */
+static double widen(float value) {
+  uint32_t bits;
+  memcpy(&bits, &value, sizeof bits);
+  if (bits & 0x7f800000u) return (double)value;
+  const double size = ldexp((double)(bits & 0x7fffffu), -149);
+  return bits >> 31 ? -size : size;
+}
+
 /* Adds the counts of a grid, or of a component. */
 static void set_kinds(np_grid_facts *facts, const np_sparse_grid *grid, const np_value_tally *tally) {
   for (int k = 0; k < NP_VALUE_KINDS; k++) {
     np_value_count *kind = &facts->kinds[k];
     if (tally->counts[k] && !kind->count) {
-      kind->first_value = (double)tally->first_value[k];
+      kind->first_value = widen(tally->first_value[k]);
       np_value_tally_locate(grid, tally->first[k], &kind->first);
     }
     kind->count += tally->counts[k];
@@ -311,10 +340,8 @@ static neph_result set_roles(measure_job *job) {
   if (!job->use) set_named_roles(job, !job->facts->refusal);
   for (size_t i = 0; i < choice.count && !job->facts->refusal; i++) {
     const np_vdb_grid_info info = np_volume_file_describe(job->file, choice.indices[i]);
-    const np_grid_role named = np_volume_get_role(job->file, &info);
     job->facts->grids[choice.indices[i]].role = NP_GRID_DENSITY;
-    job->facts->grids[choice.indices[i]].is_odd_density =
-        !wish.grid && (named == NP_GRID_FIELD || named == NP_GRID_VECTOR);
+    job->facts->grids[choice.indices[i]].is_odd_density = np_volume_is_odd_density(job->file, &wish, &info);
   }
   return NEPH_OK;
 }

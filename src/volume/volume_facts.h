@@ -33,8 +33,10 @@ typedef struct np_grid_facts {
   float background;                     /* of a vector's components one that is not finite, or 0 */
   /* Scalars alone: */
   bool has_values;
-  float value_min, value_max;        /* the range of the active samples */
-  double sum;                        /* of the finite active samples */
+  float value_min, value_max; /* the range of the active samples */
+  double sum;                 /* of the finite active samples */
+  double sum_of_others;       /* of all of them but one of the largest value */
+  np_value_place largest;
   np_value_count beyond_half;        /* finite, and above the largest half */
   double stray_ratio;                /* size of the box over that of all but a thousandth of its voxels */
   np_value_place stray;              /* the block farthest from those */

@@ -15,9 +15,9 @@
 /* ---- Choice ---- */
 
 /* Fails where no grid is what `desc` asks for. */
-static neph_result choose(const np_volume_file *file, const neph_volume_load_desc *desc, bool is_field,
+static neph_result choose(const np_volume_file *file, const neph_volume_load_desc *desc, bool is_field, const char *key,
                           np_volume_choice *out_choice) {
-  const np_grid_wish wish = {desc->grid, is_field ? 0.0 : desc->level_set_voxels, is_field};
+  const np_grid_wish wish = {desc->grid, is_field ? 0.0 : desc->level_set_voxels, is_field, key};
   char *refusal;
   neph_result result = np_volume_choose(file, &wish, out_choice, &refusal);
   if (!result && refusal) result = np_fail(file->context, NEPH_ERROR_BAD_FILE, "%s: %s", file->path, refusal);
@@ -39,6 +39,7 @@ typedef struct load_job {
   const neph_volume_load_desc *desc;
   np_monitor *monitor;
   bool is_field, is_required; /* a density always is */
+  const char *key;            /* of a field that is required, for messages */
   bool is_empty_allowed;      /* a field always is */
   bool is_in_file;            /* found */
   np_sparse_grid grid;
@@ -95,7 +96,7 @@ static neph_result read_chosen(load_job *job, const np_volume_file *file) {
   np_volume_choice choice;
   job->is_in_file = job->is_required || np_volume_has_grid(file, job->desc->grid);
   if (!job->is_in_file) return NEPH_OK;
-  neph_result result = choose(file, job->desc, job->is_field, &choice);
+  neph_result result = choose(file, job->desc, job->is_field, job->key, &choice);
   if (!result && !job->is_field && choice.count == 1) result = read_mark(file, choice.indices[0], &job->mark);
   if (!result) result = np_volume_file_read_density(file, &choice, &job->grid, &job->tree_bytes);
   if (result) return result;
@@ -278,9 +279,10 @@ neph_result np_volume_load_grid(neph_context *context, const char *path, const n
 }
 
 neph_result np_volume_load_field_grid(neph_context *context, const char *path, const neph_volume_load_desc *desc,
-                                      np_sparse_grid *out_grid, bool *out_has_content) {
+                                      const char *required_by, np_sparse_grid *out_grid, bool *out_has_content) {
   np_monitor monitor;
-  load_job job = {.context = context, .path = path, .is_field = true};
+  load_job job = {
+      .context = context, .path = path, .is_field = true, .is_required = required_by != NULL, .key = required_by};
   const neph_result result = load_grid(&job, desc, &monitor, out_has_content);
   *out_grid = job.grid;
   out_grid->file = NULL;
@@ -288,9 +290,10 @@ neph_result np_volume_load_field_grid(neph_context *context, const char *path, c
 }
 
 neph_result np_volume_load_field(neph_context *context, const char *path, const neph_volume_load_desc *desc,
-                                 bool is_required, bool *out_is_in_file, neph_volume **out_volume) {
+                                 const char *required_by, bool *out_is_in_file, neph_volume **out_volume) {
   *out_volume = NULL;
-  load_job job = {.context = context, .path = path, .is_field = true, .is_required = is_required};
+  load_job job = {
+      .context = context, .path = path, .is_field = true, .is_required = required_by != NULL, .key = required_by};
   neph_result result = load(&job, desc, out_volume);
   if (out_is_in_file) *out_is_in_file = job.is_in_file;
   return result;
@@ -348,12 +351,13 @@ static neph_result describe_header(const np_volume_file *file, size_t index, np_
 typedef struct header_wish {
   const neph_volume_load_desc *desc;
   bool is_field, is_required; /* a density always is */
+  const char *key;            /* of a field that is required, for messages */
 } header_wish;
 
 static neph_result read_header(const np_volume_file *file, const header_wish *wish, np_grid_header *out_header) {
   np_volume_choice choice;
   if (!wish->is_required && !np_volume_has_grid(file, wish->desc->grid)) return NEPH_OK;
-  neph_result result = choose(file, wish->desc, wish->is_field, &choice);
+  neph_result result = choose(file, wish->desc, wish->is_field, wish->key, &choice);
   out_header->state = result ? out_header->state : NP_GRID_EMPTY;
   for (size_t i = 0; i < choice.count && !result && out_header->state == NP_GRID_EMPTY; i++)
     result = describe_header(file, choice.indices[i], out_header);
@@ -371,11 +375,11 @@ static neph_result read_file_header(neph_context *context, const char *path, con
   return result;
 }
 
-neph_result np_volume_read_field_header(neph_context *context, const char *path, const char *grid, bool is_required,
-                                        np_grid_header *out_header) {
+neph_result np_volume_read_field_header(neph_context *context, const char *path, const char *grid,
+                                        const char *required_by, np_grid_header *out_header) {
   neph_volume_load_desc desc = NEPH_VOLUME_LOAD_DESC_DEFAULT;
   desc.grid = grid;
-  return read_file_header(context, path, &(header_wish){&desc, true, is_required}, out_header);
+  return read_file_header(context, path, &(header_wish){&desc, true, required_by != NULL, required_by}, out_header);
 }
 
 /* The box of all levels, in voxels of the finest. */
@@ -395,7 +399,7 @@ static void include_level(np_grid_header *whole, unsigned number, const np_grid_
 
 neph_result np_volume_read_header(neph_context *context, const char *path, const neph_volume_load_desc *desc,
                                   np_grid_header *out_header) {
-  const header_wish wish = {desc, false, true};
+  const header_wish wish = {desc, false, true, NULL};
   neph_result result = read_file_header(context, path, &wish, out_header);
   const unsigned count = !result && out_header->level == 0 ? out_header->level_count : 0;
   for (unsigned k = 1; k < count && !result; k++) {

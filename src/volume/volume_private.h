@@ -57,19 +57,21 @@ typedef struct np_grid_header {
 neph_result np_volume_read_header(neph_context *context, const char *path, const neph_volume_load_desc *desc,
                                   np_grid_header *out_header);
 
-/* The same of a grid that is no density; NP_GRID_MISSING where it is not required, and not in the file. */
-neph_result np_volume_read_field_header(neph_context *context, const char *path, const char *grid, bool is_required,
-                                        np_grid_header *out_header);
+/* The same of a grid that is no density. `required_by` is the key of the scene for which it must be there; NULL: it
+ * need not, and NP_GRID_MISSING says that it is not. */
+neph_result np_volume_read_field_header(neph_context *context, const char *path, const char *grid,
+                                        const char *required_by, np_grid_header *out_header);
 
 /* Reads a grid, named by `desc`, that is no density: where it ends it may have any value, and one that holds nothing,
  * which draws a warning, or that is not required and not in the file, makes `*out_volume` NULL. `out_is_in_file` tells
  * which, and may be NULL where the grid is required. All else as neph_volume_load. */
 neph_result np_volume_load_field(neph_context *context, const char *path, const neph_volume_load_desc *desc,
-                                 bool is_required, bool *out_is_in_file, neph_volume **out_volume);
+                                 const char *required_by, bool *out_is_in_file, neph_volume **out_volume);
 
-/* The grid of such a field; nothing where it is not in the file. The caller clears it, whatever the outcome. */
+/* The grid of such a field; nothing where it is not required, and not in the file. The caller clears it, whatever the
+ * outcome. */
 neph_result np_volume_load_field_grid(neph_context *context, const char *path, const neph_volume_load_desc *desc,
-                                      np_sparse_grid *out_grid, bool *out_has_content);
+                                      const char *required_by, np_sparse_grid *out_grid, bool *out_has_content);
 
 /* Vectors that a file has beside its density. */
 typedef enum np_vector_role {
