@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Checks of scenes heed what a scene asks of its files: they have an error where a render fails, and none where it does
  * not. */
+#include <sys/stat.h>
+
 #include <nephos/nephos.h>
 
 #include "test_tools.h"
@@ -142,6 +144,27 @@ static void checks_agree_with_renders(void **state) {
     neph_scene *scene = load_scene(f, f->path, cases[i].cloud);
     if (cases[i].is_open) assert_int_equal(neph_scene_set(scene, "camera.motion_blur.shutter", "0.5"), NEPH_OK);
     compare(f, scene, cases[i].rule, cases[i].is_rendered);
+    neph_scene_destroy(scene);
+  }
+}
+
+/* A grid that the scene does not use is not read. */
+static void damage_of_unused_grids_is_no_fault(void **state) {
+  static const struct {
+    const char *cloud;
+    bool is_rendered;
+  } cases[] = {{"", true}, {", emission: {temperature: heat}", false}};
+  test_fixture *f = *state;
+  struct stat status;
+  write_blocks(f, (const block[GRIDS_MAX]){{"density", 0.5f, 0.5f, false}, {"heat", 2.0f, 3.0f, false}});
+  assert_int_equal(stat(f->path, &status), 0);
+  FILE *file = fopen(f->path, "r+b"); /* the last quarter holds the heat */
+  fseek(file, status.st_size / 4 * 3, SEEK_SET);
+  for (off_t n = status.st_size / 4 * 3; n < status.st_size - 8; n++) fputc(0xff, file);
+  fclose(file);
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    neph_scene *scene = load_scene(f, f->path, cases[i].cloud);
+    compare(f, scene, NULL, cases[i].is_rendered);
     neph_scene_destroy(scene);
   }
 }
@@ -338,6 +361,7 @@ static void rules_of_heights_know_their_limits(void **state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {TEST(checks_agree_with_renders),
+                                     TEST(damage_of_unused_grids_is_no_fault),
                                      TEST(grids_of_other_kinds_agree_too),
                                      TEST(places_have_rules),
                                      TEST(files_are_checked_beside_errors_of_keys),

@@ -449,7 +449,7 @@ static void the_plan_opens_every_frame(void **state) {
   assert_int_equal(neph_scene_set(scene, "clouds[0].reference_frame", "9"), NEPH_OK);
   test_log_clear(&f->log);
   assert_null(explain(scene, 1, NEPH_TEXT_PLAIN, NEPH_ERROR_NOT_FOUND));
-  assert_one_error(&f->log, "b.0009.vdb, which cannot be read");
+  assert_one_error(&f->log, "clouds[0].reference_frame is 9, must be the number of a file that is there");
   free(path);
   neph_scene_destroy(scene);
 }

@@ -93,7 +93,8 @@ static bool is_empty(const facts *f, draft *out) {
 }
 
 static bool is_empty_field(const facts *f, draft *out) {
-  return f->role != NP_GRID_DENSITY && !f->active_count && np_draft_set(out, "it is empty: it has no active voxels");
+  return f->role != NP_GRID_DENSITY && !f->is_unread && !f->active_count &&
+         np_draft_set(out, "it is empty: it has no active voxels");
 }
 
 static bool is_level_set(const facts *f, draft *out) {

@@ -18,10 +18,10 @@ static const float fray_share_max = 0.5f;                   /* of the thickness,
 static const float patch_strength = 0.12f;                  /* of the map, at which patches are full */
 static const float patch_sink = 0.6f, shore_sink = 0.16f;   /* of the thickness */
 static const float shore_share = 0.35f;                     /* of it, over which fog deepens off a slope */
-static const float feather_share = 0.12f; /* of the shorter side of the field, over which fog thins out to its border */
+static const float feather_share = 0.15f; /* of the shorter side of the field, over which fog thins out to its border */
 static const float feather_sink = 0.2f;   /* of the thickness, there: more would leave the rim uncovered */
 static const float feather_fray = 0.5f;   /* of that way, by which fine noise moves it */
-static const float feather_wander = 0.9f; /* … and by which the swell moves it inwards */
+static const float feather_wander = 1.0f; /* … and by which the swell moves it */
 static const float extinction_floor = 0.004f;
 static const float base_edge_m = 90.0f;
 static const float texel_rise = 1.0f; /* slope of ground that texels may miss */
@@ -72,8 +72,8 @@ static float compute_feather(const neph_cloud_desc *desc, const np_kind_points *
   const float inverse = 1.0f / (feather_share * (float)fmin(desc->extent_m[0], desc->extent_m[1]));
   const float dx = (0.5f * (float)desc->extent_m[0] - fabsf(p->field_x_m[i])) * inverse;
   const float dy = (0.5f * (float)desc->extent_m[1] - fabsf(p->field_y_m[i])) * inverse;
-  const float stretch = 1.0f + feather_fray * (noise.fine - 0.5f), inwards = feather_wander * noise.swell;
-  return np_smoothstepf(dx * stretch - inwards) * np_smoothstepf(dy * stretch - inwards);
+  const float stretch = 1.0f + feather_fray * (noise.fine - 0.5f) + feather_wander * (noise.swell - 0.5f);
+  return np_smoothstepf(dx * stretch) * np_smoothstepf(dy * stretch);
 }
 
 /* Share of the full depth at a point, by the map, the border and the ground. */

@@ -106,11 +106,16 @@ static double compute_voxel_share(const np_plan_file *file) {
   return fmin(file->voxel_count / ((double)file->size[0] * file->size[1] * file->size[2]), 1.0);
 }
 
-/* Extinction at the densest point of a file, 1/m, whose values are not read yet: the largest is taken as 1, and the
- * densest column as filled as the box is. */
+/* Optical depth of clouds whose scale goes by values that are not read yet, at the most: a cumulus'. */
+static const double depth_unread = 40.0;
+
+/* Extinction at the densest point of a file, 1/m: of its densest column, as if that were filled as the box is. The
+ * largest value, which is not read yet, is taken as 1 where that makes no denser a cloud. */
 static double guess_extinction(const np_scene_cloud *cloud, const np_plan_file *file) {
-  if (cloud->density_unit != NP_DENSITY_OPTICAL_DEPTH) return np_placement_get_extinction(cloud);
-  return cloud->density_value / ((file->high.z - file->low.z) * fmax(compute_voxel_share(file), 0.25));
+  const bool is_scaled = cloud->density_unit == NP_DENSITY_OPTICAL_DEPTH;
+  const double depth = is_scaled ? cloud->density_value : depth_unread;
+  const double of_depth = depth / ((file->high.z - file->low.z) * fmax(compute_voxel_share(file), 0.25));
+  return is_scaled ? of_depth : fmin(of_depth, np_placement_get_extinction(cloud));
 }
 
 /* Bricks along the faces, edges and corners of a large tile, of which each is there once for all that are alike. */

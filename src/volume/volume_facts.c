@@ -272,6 +272,8 @@ static neph_result set_texts(neph_context *context, np_grid_facts *facts, const 
 
 static neph_result measure_content(const measure_job *job, size_t index, const np_vdb_grid_info *info,
                                    np_grid_facts *facts) {
+  facts->is_unread = job->use && facts->role == NP_GRID_OTHER;
+  if (facts->is_unread) return NEPH_OK;
   if (facts->role == NP_GRID_OTHER) return measure_size(job, index, facts);
   return info->is_vector ? measure_vector(job, index, facts) : measure_scalar(job, index, facts);
 }

@@ -21,6 +21,7 @@ typedef struct np_grid_facts {
   char *name, *value_type, *grid_class;
   np_grid_role role;
   bool is_odd_density; /* one for being the only scalar: its name is that of another purpose */
+  bool is_unread;      /* of no use: its header alone is known */
   bool is_scalar, is_count, is_vector, is_level_set, is_half_on_disk, is_instance;
   bool is_affine;     /* else a frustum, or a transform that cannot be inverted */
   bool is_invertible; /* of those that are affine */
