@@ -197,11 +197,9 @@ static void grids_of_other_kinds_agree_too(void **state) {
 static void places_have_rules(void **state) {
   static const struct {
     const char *cloud, *rule;
-  } cases[] = {{"position: [0, 0, 0], voxel: 1 cm", "cloud.small"},
-               {"voxel: 1000 km", "cloud.large"},
-               {"position: [0, -9 km, 0]", "cloud.out_of_view"},
-               {"position: [0, -300 m, 0]", "cloud.before_near"},
-               {"position: [0, 0, -900 m]", "cloud.below_ground"}};
+  } cases[] = {{"position: [0, 0, 0], voxel: 1 cm", "cloud.small"}, {"voxel: 1000 km", "cloud.large"},
+               {"position: [0, -9 km, 0]", "cloud.out_of_view"},    {"position: [0, -300 m, 0]", "cloud.before_near"},
+               {"position: [0, 900 m, 0]", "cloud.beyond_far"},     {"position: [0, 0, -900 m]", "cloud.below_ground"}};
   static const char bounds[] = "the cloud reaches from (-0.035, -0.035, 0) to (0.035, 0.035, 0.07) m";
   unsigned bound_count = 0;
   test_fixture *f = *state;
@@ -212,7 +210,7 @@ static void places_have_rules(void **state) {
     neph_check *check;
     bool is_found = false;
     (void)snprintf(text, sizeof text,
-                   "camera: {position: [0, -300 m, 40 m], look_at: [0, 0, 40 m], fov: 60 deg, near: 200 m}\n"
+                   "camera: {position: [0, -300 m, 40 m], look_at: [0, 0, 40 m], fov: 60 deg, near: 200 m, far: 1 km}\n"
                    "clouds: [{name: low, vdb: \"%s\", extinction: 0.1 1/m, %s}]\n",
                    f->path, cases[i].cloud);
     assert_int_equal(neph_scene_load_text(f->context, text, "scene.yaml", &scene), NEPH_OK);

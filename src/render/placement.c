@@ -215,24 +215,38 @@ static bool is_out_of_view(const cloud_box *box, np_placement_fault *out) {
   return true;
 }
 
-/* Deepest corner of a box. */
-static double get_depth(const cloud_box *box) {
-  double deepest_m = -HUGE_VAL, depth_m, film[2];
+/* Depths of the nearest corner of a box, and of the farthest. */
+static void compute_depths(const cloud_box *box, double *nearest_m, double *farthest_m) {
+  double depth_m, film[2];
+  *nearest_m = HUGE_VAL;
+  *farthest_m = -HUGE_VAL;
   for (int corner = 0; corner < 8; corner++) {
     (void)np_camera_project(box->view->camera,
                             np_dvec3_make(corner & 1 ? box->high.x : box->low.x, corner & 2 ? box->high.y : box->low.y,
                                           corner & 4 ? box->high.z : box->low.z),
                             film, &depth_m);
-    deepest_m = fmax(deepest_m, depth_m);
+    *nearest_m = fmin(*nearest_m, depth_m);
+    *farthest_m = fmax(*farthest_m, depth_m);
   }
-  return deepest_m;
 }
 
 static bool is_before_near(const cloud_box *box, np_placement_fault *out) {
-  const double depth_m = get_depth(box), near_m = box->view->camera->near_m;
-  if (!(depth_m > 0.0) || depth_m >= near_m) return false;
+  const double near_m = box->view->camera->near_m;
+  double nearest_m, farthest_m;
+  compute_depths(box, &nearest_m, &farthest_m);
+  if (!(farthest_m > 0.0) || farthest_m >= near_m) return false;
   (void)snprintf(out->cause, sizeof out->cause,
-                 "ends %.4g m before the camera, whose near plane, %.4g m away, cuts it off", depth_m, near_m);
+                 "ends %.4g m before the camera, whose near plane, %.4g m away, cuts it off", farthest_m, near_m);
+  return true;
+}
+
+static bool is_beyond_far(const cloud_box *box, np_placement_fault *out) {
+  const double far_m = box->view->camera->far_m;
+  double nearest_m, farthest_m;
+  compute_depths(box, &nearest_m, &farthest_m);
+  if (!(nearest_m > far_m)) return false;
+  (void)snprintf(out->cause, sizeof out->cause,
+                 "begins %.4g m before the camera, whose far plane, %.4g m away, cuts it off", nearest_m, far_m);
   return true;
 }
 
@@ -275,6 +289,8 @@ unsigned np_placement_list_faults(const np_scene_cloud *cloud, const np_placemen
        "clouds[].bake.center and bake.base, and camera.look_at"},
       {"cloud.before_near", is_before_near, "camera.near, and clouds[].position, voxel and up",
        "camera.near, and clouds[].bake.center and bake.base"},
+      {"cloud.beyond_far", is_beyond_far, "camera.far, and clouds[].position, voxel and up",
+       "camera.far, and clouds[].bake.center and bake.base"},
       {"cloud.below_ground", is_below_ground, "clouds[].position, voxel and up", "clouds[].bake.center and bake.base"}};
   const cloud_box box = {cloud, view, low, high};
   unsigned count = 0;

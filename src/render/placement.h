@@ -57,10 +57,11 @@ typedef struct np_placement_fault {
   const char *keys; /* by which it is placed */
 } np_placement_fault;
 
-enum { NP_PLACEMENT_FAULTS_MAX = 5 };
+enum { NP_PLACEMENT_FAULTS_MAX = 6 };
 
-/* Lists what is wrong with a cloud whose world box is wholly outside the camera's view, before its near plane or below
- * the ground, under 10 m or over 1000 km across. What stands before it does not count. Returns their number. */
+/* Lists what is wrong with a cloud whose world box is wholly outside the camera's view, before its near plane, beyond
+ * its far plane or below the ground, under 10 m or over 1000 km across. What stands before it does not count. Returns
+ * their number. */
 unsigned np_placement_list_faults(const np_scene_cloud *cloud, const np_placement_view *view, np_dvec3 low,
                                   np_dvec3 high, np_placement_fault out_faults[NP_PLACEMENT_FAULTS_MAX]);
 

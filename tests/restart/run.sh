@@ -50,7 +50,9 @@ while [ $kills -lt "$count" ]; do
     second=$!
   fi
   sleep "$(awk -v seed="$(od -An -N4 -tu4 /dev/urandom)" -v most="$seconds" 'BEGIN { srand(seed); print 0.6 * most * rand() }')"
-  for process in $(cat /proc/$first/task/$first/children 2>/dev/null) $first $second; do kill -9 "$process" 2>/dev/null; done
+  for shell in $first $second; do
+    for process in $(cat "/proc/$shell/task/$shell/children" 2>/dev/null) "$shell"; do kill -9 "$process" 2>/dev/null; done
+  done
   wait 2>/dev/null
   check_finished $kills
   # All frames done: begin again, so that every kill has something to stop.
