@@ -3,9 +3,8 @@
 #include <string.h>
 
 #include "cloud_target.h"
+#include "failures.h"
 #include "verbs.h"
-
-enum { FAILED_LISTED = 16 };
 
 typedef struct export_job {
   cli_session *session;
@@ -13,8 +12,8 @@ typedef struct export_job {
   neph_exported_cloud *done; /* with paths that are freed with it */
   size_t count;
   bool is_cloud_failed; /* while it was read or written; else what fails ends the export */
-  unsigned frame_count, failed_count;
-  int failed[FAILED_LISTED];
+  unsigned frame_count;
+  cli_failures failures;
 } export_job;
 
 /* ---- Checks ---- */
@@ -149,8 +148,7 @@ static cli_exit export_frame(export_job *job, int frame) {
   for (unsigned i = 0; !exit && i < count; i++) exit = export_cloud(job, i, frame);
   const bool is_ended = !job->is_cloud_failed || exit == CLI_INTERRUPTED || cli_is_single_frame(job->session->options);
   if (!exit || is_ended) return exit;
-  if (job->failed_count < FAILED_LISTED) job->failed[job->failed_count] = frame;
-  job->failed_count++;
+  cli_failures_add(&job->failures, frame);
   return CLI_DONE;
 }
 
@@ -164,22 +162,14 @@ static cli_exit save_usd(const export_job *job) {
   return exit;
 }
 
-static cli_exit end_frames(const export_job *job) {
-  char list[12 * FAILED_LISTED + 8] = "";
-  if (!job->failed_count) return CLI_DONE;
-  for (unsigned i = 0; i < job->failed_count && i < FAILED_LISTED; i++)
-    snprintf(list + strlen(list), sizeof list - strlen(list), "%s%d", i ? ", " : "", job->failed[i]);
-  cli_complain("%u of %u frames failed: %s%s", job->failed_count, job->frame_count, list,
-               job->failed_count > FAILED_LISTED ? ", ..." : "");
-  return CLI_SOME_FAILED;
-}
-
 static cli_exit export_frames(export_job *job) {
   cli_frame_walk walk = {0};
   cli_exit exit = check_outputs(job->session, neph_scene_get_cloud_count(job->scene));
   for (int frame; !exit && cli_next_frame(job->session->options, &walk, &frame);) exit = export_frame(job, frame);
   if (!exit) exit = save_usd(job);
-  return exit ? exit : end_frames(job);
+  if (exit || !job->failures.count) return exit;
+  cli_failures_complain(&job->failures, &job->session->progress, job->frame_count, "");
+  return CLI_SOME_FAILED;
 }
 
 static cli_exit run_export(cli_session *session) {

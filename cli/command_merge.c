@@ -99,7 +99,7 @@ static cli_exit merge_frame(render_job *job) {
   const cli_exit exit = render_job_for_each_eye(job, merge_picture);
   job->batch.count++;
   if (!exit) return CLI_DONE;
-  job->batch.failed_count++;
+  job->batch.failures.count++;
   return cli_is_single_frame(job->session->options) ? exit : CLI_DONE;
 }
 
@@ -112,8 +112,8 @@ static cli_exit merge_frames(render_job *job) {
   }
   render_job_choose_exposure(job, false);
   exit = render_job_for_each_frame(job, merge_frame);
-  if (exit || !job->batch.failed_count) return exit;
-  cli_complain("%u of %u frames were not merged", job->batch.failed_count, job->batch.count);
+  if (exit || !job->batch.failures.count) return exit;
+  cli_complain("%u of %u frames were not merged", job->batch.failures.count, job->batch.count);
   return CLI_SOME_FAILED;
 }
 

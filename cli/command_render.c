@@ -167,9 +167,7 @@ static neph_result predict_times(render_job *job) {
 static cli_exit check_eyes(render_job *job) { return render_job_for_each_eye(job, render_job_check_targets); }
 
 static void note_failure(render_job *job, cli_exit exit) {
-  frame_batch *b = &job->batch;
-  if (b->failed_count < FAILED_LISTED) b->failed[b->failed_count] = job->desc.frame;
-  b->failed_count++;
+  cli_failures_add(&job->batch.failures, job->desc.frame);
   render_job_print_failed(job, exit);
 }
 
@@ -195,12 +193,8 @@ static cli_exit render_eyes(render_job *job) {
 /* Says which frames failed. `exit` is of what ended the batch before its last frame. */
 static cli_exit end_batch(const render_job *job, cli_exit exit) {
   const frame_batch *b = &job->batch;
-  char list[12 * FAILED_LISTED + 8] = "";
-  if (!b->failed_count) return exit;
-  for (unsigned i = 0; i < b->failed_count && i < FAILED_LISTED; i++)
-    snprintf(list + strlen(list), sizeof list - strlen(list), "%s%d", i ? ", " : "", b->failed[i]);
-  cli_progress_complain(&job->session->progress, "%u of %u frames failed: %s%s%s", b->failed_count, b->count, list,
-                        b->failed_count > FAILED_LISTED ? ", ..." : "",
+  if (!b->failures.count) return exit;
+  cli_failures_complain(&b->failures, &job->session->progress, b->count,
                         b->is_stopped ? "; those after it were not begun" : "");
   return exit ? exit : CLI_SOME_FAILED;
 }

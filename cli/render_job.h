@@ -3,6 +3,7 @@
 #ifndef NEPHOS_CLI_RENDER_JOB_H
 #define NEPHOS_CLI_RENDER_JOB_H
 
+#include "failures.h"
 #include "session.h"
 
 /* The files of one frame; NULL: not wanted. */
@@ -12,14 +13,12 @@ typedef struct render_targets {
   char *checkpoint, *snapshot; /* NULL: none is kept; none can be taken */
 } render_targets;
 
-enum { FAILED_LISTED = 20 };
-
 /* The frames of a batch. */
 typedef struct frame_batch {
-  unsigned count, begun_count, failed_count;
-  double first_s, next_s;    /* predicted, of the first frame, and of those that follow it */
-  int failed[FAILED_LISTED]; /* numbers of the first of them */
-  bool is_stopped;           /* the rest would fail as well: what is done cannot be written */
+  unsigned count, begun_count;
+  double first_s, next_s; /* predicted, of the first frame, and of those that follow it */
+  cli_failures failures;
+  bool is_stopped; /* the rest would fail as well: what is done cannot be written */
 } frame_batch;
 
 /* A frame that is done. */

@@ -267,11 +267,12 @@ static const struct {
   np_rule rule;
   bool (*is_broken)(const np_file_facts *file, draft *out);
   bool is_refused; /* by a scene that asks for its density */
+  bool is_planned; /* the plan of a scene warns of it */
 } file_rules[] = {
-    {{"file.no_grid", NEPH_SEVERITY_WARNING, NULL}, has_no_grid, true},
-    {{"file.no_density", NEPH_SEVERITY_WARNING, NULL}, lacks_density, true},
-    {{"file.odd_density", NEPH_SEVERITY_WARNING, "clouds[].grid, where it is meant"}, has_odd_density, false},
-    {{"file.same_names", NEPH_SEVERITY_NOTE, "clouds[].grid: \"name[0]\" names the first"}, has_twins, false},
+    {{"file.no_grid", NEPH_SEVERITY_WARNING, NULL}, has_no_grid, true, false},
+    {{"file.no_density", NEPH_SEVERITY_WARNING, NULL}, lacks_density, true, false},
+    {{"file.odd_density", NEPH_SEVERITY_WARNING, "clouds[].grid, where it is meant"}, has_odd_density, false, true},
+    {{"file.same_names", NEPH_SEVERITY_NOTE, "clouds[].grid: \"name[0]\" names the first"}, has_twins, false, false},
 };
 
 static void check_facts(neph_check *check, const np_file_facts *file, bool is_first, const np_file_use *use) {
@@ -279,6 +280,7 @@ static void check_facts(neph_check *check, const np_file_facts *file, bool is_fi
     draft out = {{0}, {0}};
     np_rule rule = file_rules[i].rule;
     if (use && file_rules[i].is_refused) rule.severity = NEPH_SEVERITY_ERROR;
+    if (use && file_rules[i].is_planned) continue;
     if (file_rules[i].is_broken(file, &out)) np_check_add(check, &rule, &out);
   }
   for (size_t i = 0; i < file->count; i++) check_grid(check, &file->grids[i], is_first, use);

@@ -11,7 +11,6 @@
 #include "scene/cloud_file.h"
 #include "scene/scene_apply.h"
 #include "volume/volume_levels.h"
-#include "volume/volume_odd_density.h"
 
 typedef struct cloud_export {
   neph_scene *scene;
@@ -160,8 +159,7 @@ static neph_result run(cloud_export *e) {
   if (!result && !e->source.path) np_cloud_file_warn(context, e->cloud, e->frame, &e->source);
   if (!result && e->source.path) {
     const neph_volume_load_desc load = np_cloud_file_describe_load(e->cloud);
-    result = e->cloud->is_baked ? NEPH_OK : np_volume_warn_of_odd_density(context, e->source.path, &load);
-    if (!result) result = np_volume_load_grid(context, e->source.path, &load, &e->grid, &has_content);
+    result = np_volume_load_grid(context, e->source.path, &load, &e->grid, &has_content);
   }
   e->out.is_empty = !has_content;
   if (!result && has_content) result = place_and_save(e);

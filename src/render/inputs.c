@@ -14,7 +14,7 @@
 #include "render/reference_frame.h"
 #include "scene/cloud_file.h"
 #include "terrain/ground_cover.h"
-#include "volume/volume_odd_density.h"
+#include "volume/volume_choice.h"
 #include "volume/volume_private.h"
 
 /* ---- Tables and pictures ---- */
@@ -123,8 +123,8 @@ static neph_result open_density(const cloud_file *file, np_grid_state *out_state
   const neph_volume_load_desc load = np_cloud_file_describe_load(cloud);
   np_grid_header header = {.state = *out_state};
   if (!result) result = np_volume_read_header(file->scene->context, file->path, &load, &header);
-  if (!result) result = np_volume_warn_of_odd_density(file->scene->context, file->path, &load);
   *out_state = header.state;
+  if (!result && header.is_odd_density) np_volume_warn_of_odd_density(file->scene->context, file->path, header.name);
   if (!result && *out_state == NP_GRID_EMPTY)
     np_log(file->scene->context, NEPH_LOG_WARNING, "%s: cloud %s is empty: its grid has no active voxels", file->path,
            cloud->name);

@@ -50,8 +50,8 @@ void np_placement_compute_bounds(const np_affine *index_to_world, const neph_vol
                                          corner & 2 ? volume->active_max[1] : volume->active_min[1],
                                          corner & 4 ? volume->active_max[2] : volume->active_min[2]);
     const np_dvec3 p = np_affine_point(index_to_world, index);
-    *out_min = np_dvec3_make(fmin(out_min->x, p.x), fmin(out_min->y, p.y), fmin(out_min->z, p.z));
-    *out_max = np_dvec3_make(fmax(out_max->x, p.x), fmax(out_max->y, p.y), fmax(out_max->z, p.z));
+    *out_min = np_dvec3_min(*out_min, p);
+    *out_max = np_dvec3_max(*out_max, p);
   }
 }
 

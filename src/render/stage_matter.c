@@ -17,7 +17,6 @@
 #include "scene/cloud_file.h"
 #include "volume/brick_detail.h"
 #include "volume/volume_coarser.h"
-#include "volume/volume_odd_density.h"
 #include "volume/volume_private.h"
 #include "volume/volume_tint.h"
 
@@ -203,7 +202,6 @@ static neph_result load_or_bake(const np_stage_part *in, const np_scene_cloud *c
   if (source != NP_CLOUD_SOURCE_FILE) result = bake(in, cloud, path, NULL);
   np_monitor_set_part(in->monitor, whole, source != NP_CLOUD_SOURCE_FILE ? 0.8 : 0.0, 1.0);
   const neph_volume_load_desc desc = describe_load(in, cloud);
-  if (!result && !cloud->is_baked) result = np_volume_warn_of_odd_density(in->scene->context, path, &desc);
   if (!result) result = np_volume_load_density(in->scene->context, path, &desc, out_volume);
   if (!result) result = add_colors(in, cloud, path, *out_volume);
   if (!result || !*out_volume) return result;

@@ -65,8 +65,7 @@ static void warn_of_distance(const neph_terrain *terrain, const neph_terrain_des
   if (distance_m - 0.5 * across_rad * desc->planet_radius_m <= far_m) return;
   np_log(terrain->context, NEPH_LOG_WARNING,
          "the middle of the height field lies %.0f km from the place (latitude %g, longitude %g deg), and nothing of "
-         "it is "
-         "seen from there: check place%s",
+         "it is seen from there: check place%s",
          distance_m / NP_KILOMETRE, desc->latitude_rad / NP_DEGREE, desc->longitude_rad / NP_DEGREE,
          desc->crs ? " and terrain.crs" : "");
 }

@@ -192,16 +192,16 @@ static void classify_cell(const slab *s, const uint32_t blocks[8], uint32_t *out
 
 static void classify_row(const slab *s, int y) {
   const np_brick_range outside = np_bricks_get_constant_range(s->b, s->b->grid->background);
-  const bool is_there = has_row(s, y);
+  const bool has_cells = has_row(s, y);
   np_lattice_row row;
-  if (is_there) np_lattice_view_read_row(&s->view, s->x, y, &row);
+  if (has_cells) np_lattice_view_read_row(&s->view, s->x, y, &row);
   for (int z = 0; z < SLABS; z++) {
     const int cell = get_cell(s, y, z);
     uint32_t *brick = &s->node->brick[cell], blocks[8];
     np_brick_range *range = &s->node->range[cell];
     *brick = NP_BRICK_NONE;
     *range = outside;
-    if (!is_there || !is_in_region(s, y, z)) continue;
+    if (!has_cells || !is_in_region(s, y, z)) continue;
     np_lattice_row_list_blocks(&row, z, blocks);
     classify_cell(s, blocks, brick, range);
   }

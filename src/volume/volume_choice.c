@@ -53,6 +53,12 @@ bool np_volume_is_odd_density(const np_volume_file *file, const np_grid_wish *wi
   return !wish->grid && (named == NP_GRID_FIELD || named == NP_GRID_VECTOR);
 }
 
+void np_volume_warn_of_odd_density(neph_context *context, const char *path, const char *name) {
+  np_log(context, NEPH_LOG_WARNING,
+         "%s: its density is grid '%s', the only one that is a scalar: clouds[].grid names it, where it is meant", path,
+         name);
+}
+
 /* ---- Refusals ---- */
 
 /* "'density' (float), 'v' (vec3s)", to be freed; NULL when there is no memory. */

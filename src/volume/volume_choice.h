@@ -27,7 +27,9 @@ bool np_volume_has_grid(const np_volume_file *file, const char *name);
 /* Purposes by names and kinds alone, where no scene says them. */
 np_grid_role np_volume_get_role(const np_volume_file *file, const np_vdb_grid_info *info);
 
-/* Whether a grid chosen as a density is called as a field or a velocity, and the wish does not name it. */
+/* Whether a grid chosen as a density is called as a field or a velocity, and the wish does not name it; and a warning
+ * of that. */
 bool np_volume_is_odd_density(const np_volume_file *file, const np_grid_wish *wish, const np_vdb_grid_info *info);
+void np_volume_warn_of_odd_density(neph_context *context, const char *path, const char *name);
 
 #endif

@@ -25,6 +25,12 @@ static neph_result choose(const np_volume_file *file, const neph_volume_load_des
   return result;
 }
 
+static bool is_odd_density(const np_volume_file *file, const neph_volume_load_desc *desc, bool is_field,
+                           const np_volume_choice *choice) {
+  const np_vdb_grid_info info = np_volume_file_describe(file, choice->indices[0]);
+  return !is_field && np_volume_is_odd_density(file, &(np_grid_wish){.grid = desc->grid}, &info);
+}
+
 /* ---- Load ---- */
 
 /* Place of a grid among several levels of detail, as its metadata say. */
@@ -100,6 +106,8 @@ static neph_result read_chosen(load_job *job, const np_volume_file *file) {
   if (!result && !job->is_field && choice.count == 1) result = read_mark(file, choice.indices[0], &job->mark);
   if (!result) result = np_volume_file_read_density(file, &choice, &job->grid, &job->tree_bytes);
   if (result) return result;
+  if (is_odd_density(file, job->desc, job->is_field, &choice))
+    np_volume_warn_of_odd_density(job->context, job->path, job->grid.name);
   describe_fog(job);
   if (job->is_field)
     return np_volume_import_finite_background(file->context, file->path, &job->grid, job->desc->policy);
@@ -340,6 +348,7 @@ static neph_result describe_header(const np_volume_file *file, size_t index, np_
   written_box box = {.header = out_header};
   np_vdb_error error;
   *out_header = (np_grid_header){.state = NP_GRID_FILLED};
+  snprintf(out_header->name, sizeof out_header->name, "%s", info.name);
   memcpy(out_header->index_to_world.m, info.index_to_world, sizeof info.index_to_world);
   if (file->module->visit_metadata(file->vdb, index, read_metadata, &box, &error))
     return np_volume_file_fail(file, &error);
@@ -361,6 +370,7 @@ static neph_result read_header(const np_volume_file *file, const header_wish *wi
   out_header->state = result ? out_header->state : NP_GRID_EMPTY;
   for (size_t i = 0; i < choice.count && !result && out_header->state == NP_GRID_EMPTY; i++)
     result = describe_header(file, choice.indices[i], out_header);
+  if (!result) out_header->is_odd_density = is_odd_density(file, wish->desc, wish->is_field, &choice);
   return result;
 }
 

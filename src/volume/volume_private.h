@@ -49,6 +49,8 @@ typedef struct np_grid_header {
   int32_t active_min[3], active_max[3];
   double voxel_count;          /* active ones, tiles with all that they fill; 0: not written down */
   unsigned level, level_count; /* of detail; 0: it is in none */
+  bool is_odd_density;         /* a density that is named after another purpose */
+  char name[64];               /* as much of it as fits */
 } np_grid_header;
 
 /* Opens a file and finds a grid in it, as neph_volume_load does, without reading its values; fails where loading
