@@ -137,9 +137,11 @@ neph_result np_scene_set_document(neph_scene *scene, np_node *document) {
   return result;
 }
 
-/* Reads the camera's file, when a frame is first asked for. */
+/* Reads the camera's file, when a frame is first asked for. Without it there is no scene: all files that are missing
+ * are named then. */
 static neph_result read_motion(neph_scene *scene) {
   if (!scene->motion.file || scene->motion.is_read) return NEPH_OK;
+  if (!np_file_exists(scene->motion.file)) return neph_scene_check_files(scene);
   if (!scene->animation) scene->animation = np_alloc(scene->context, 1, sizeof *scene->animation);
   if (!scene->animation) return NEPH_ERROR_OUT_OF_MEMORY;
   const neph_result result = np_camera_motion_load(scene, scene->animation);

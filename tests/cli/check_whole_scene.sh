@@ -9,6 +9,13 @@ output: {image: x.exr}
 YAML
 nephos check missing.yaml || echo "exit $?"
 nephos render missing.yaml -n || echo "exit $?"
+cat >without_camera.yaml <<'YAML'
+camera: {motion: {file: none.chan}}
+clouds: [{bake: {extent: 1 km}, phase: {table: none.csv}}]
+terrain: {heightfield: hills.hgt}
+output: {image: x.exr}
+YAML
+nephos check without_camera.yaml || echo "exit $?"
 cat >field.yaml <<'YAML'
 clouds: [{bake: {model: hero, extent: 600 m, voxel: 30 m}}]
 YAML
