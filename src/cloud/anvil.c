@@ -13,19 +13,21 @@
 
 static const float rim = 0.80f, rise = 0.055f, rise_strength = 0.6f; /* upper face, and the strength where it is up */
 static const float dome = 0.120f, dome_from = 0.15f,
-                   dome_width = 0.7f;            /* over towers from a strength on, and up over so much more */
-static const float sheet = 0.11f, flare = 0.33f; /* lower face: rim − sheet·anvil − flare·anvil·tower² */
-static const float lobe_size = 1.1f, lobe_reach = 0.75f; /* sizes in billows, reaches in strength */
-static const float fibre_size = 0.30f, fibre_stretch = 6.0f, fibre_reach = 0.22f;
+                   dome_width = 0.7f;                   /* over towers from a strength on, and up over so much more */
+static const float sheet = 0.11f, flare = 0.33f;        /* lower face: rim − sheet·anvil − flare·anvil·tower² */
+static const float lobe_size = 1.1f, lobe_reach = 0.6f; /* sizes in billows, reaches in strength */
+static const float fibre_size = 0.24f, fibre_stretch = 9.0f, fibre_reach = 0.22f;
 static const float eddy_size = 2.3f, eddy_reach = 0.30f;     /* that bend fibres */
 static const float pouch_size = 0.34f, pouch_reach = 0.056f; /* the latter a share of the thickness */
 static const float pouch_thickness = 1.2f; /* of pouches against the heart: they carry most of the ice */
 static const float group_size = 2.6f;      /* of groups of pouches */
 static const float upper_edge = 0.010f, lower_edge = 0.008f; /* shares too */
-static const float rim_edge = 0.040f;                        /* of both faces at the rim, where ice sublimes */
-static const float ridge_size = 0.45f, ridge_reach = 0.036f,
-                   streak = 1.2f;                         /* of fibres on both faces, and in the ice */
-static const float thinness = 0.13f, rim_thinness = 0.3f; /* of ice against water, and of the rim against that */
+static const float rim_edge = 0.060f;                        /* of both faces at the rim, where ice sublimes */
+static const float ridge_size = 0.36f, ridge_reach = 0.045f,
+                   streak = 1.7f;                          /* of fibres on both faces, and in the ice */
+static const float thinness = 0.13f, rim_thinness = 0.05f; /* of ice against water, and of the rim against that */
+static const float rim_width = 0.9f; /* in strength: within it ice thickens from the rim's to the heart's */
+static const float layering = 1.3f;  /* of noise, widths over heights: ice lies in layers, which show from the side */
 static const float extinction_floor = 0.002f;
 
 static float eval_upper(float anvil, float tower) {
@@ -75,7 +77,7 @@ static void fill_noise(const np_cloud_model *model, np_kind_points *p, np_cloud_
   np_noise_lattice lattice = np_kind_make_lattice(desc, stream);
   lattice = np_kind_wrap(model, &lattice, size_m, stretch);
   const np_noise_points points = np_kind_scale(model, p, size_m, stretch);
-  for (size_t i = 0; i < p->count; i++) p->sz[i] *= 0.4f; /* it hangs together over the height */
+  for (size_t i = 0; i < p->count; i++) p->sz[i] *= layering;
   model->noise->value_fbm(&lattice, &octaves, &points, out);
   for (size_t i = 0; i < p->count; i++) out[i] = np_clampf(2.0f * (out[i] - 0.5f), -0.5f, 0.5f);
 }
@@ -134,9 +136,9 @@ void np_anvil_eval(const np_cloud_model *model, const np_cloud_points *points, f
     const float above = share - eval_lower(anvil, p.ground_m[i]) + pouch_reach * hanging * pouches[i] + ridge;
     const float below = eval_upper(anvil, p.ground_m[i]) - share + ridge;
     const float softness = rim_edge * (1.0f - np_smoothstepf(anvil / 0.6f));
-    const float body = np_smoothstepf(below / np_maxf(upper, softness)) *
-                       np_smoothstepf(above / np_maxf(lower, softness)) * thinness * ice *
-                       np_maxf(np_mixf(rim_thinness, 1.0f, np_smoothstepf(anvil / 0.7f)), pouch_thickness * hanging);
+    const float body =
+        np_smoothstepf(below / np_maxf(upper, softness)) * np_smoothstepf(above / np_maxf(lower, softness)) * thinness *
+        ice * np_maxf(np_mixf(rim_thinness, 1.0f, np_smoothstepf(anvil / rim_width)), pouch_thickness * hanging);
     float *out = &out_extinction_per_m[p.index[i]];
     if (body > extinction_floor) *out = np_maxf(*out, (float)model->desc.extinction_per_m * body);
   }

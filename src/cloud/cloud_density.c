@@ -50,7 +50,9 @@ static const float fibre_size = 0.28f, fibre_draw = 3.5f; /* in billows; times `
 static const float fibre_from = 2.0f, fibre_full = 6.0f;  /* in `stretch` */
 static const float fibre_least = 0.22f;                   /* of the extinction, between fibres */
 
-static const float slab_contrast = 2.2f; /* of value noise in octaves, whose range is seldom filled */
+/* Of value noise in octaves, whose range is seldom filled: of scud, and of relief, which ends smoothly at both ends, or
+ * its plateaus would show as patches from above. */
+static const float slab_contrast = 2.2f, slab_swing = 1.5f;
 
 static bool is_slab(const np_cloud_model *model) { return model->desc.model == NEPH_CLOUD_MODEL_SLAB; }
 
@@ -158,8 +160,8 @@ static void add_sheet(const np_cloud_model *model, work *w) {
   }
   model->noise->value_fbm(&model->base.lattice, &octaves, &points, w->noise);
   for (size_t i = 0; i < w->count; i++) {
-    const float centred = np_clampf((w->noise[i] - model->base.mean) * slab_contrast, -0.5f, 0.5f);
-    w->state[i].depth += 2.0f * model->base.amplitude * centred;
+    const float filled = np_smoothstepf(0.5f + slab_swing * (w->noise[i] - model->base.mean));
+    w->state[i].depth += 2.0f * model->base.amplitude * (filled - 0.5f);
   }
 }
 

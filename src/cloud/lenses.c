@@ -20,10 +20,10 @@ static const float lamina_reach = 0.18f; /* the same */
 static const float fibre_reach = 0.20f;  /* of the pitch, the same */
 static const float lamina_share = 0.14f; /* thickness of laminae, in pitches */
 static const float lamina_stretch = 40.0f;
-static const float fibre_stretch = 7.0f;
+static const float fibre_stretch = 2.2f;
 static const float lee_way = 0.07f;  /* upwind, in wavelengths, where the air was higher if this is the lee */
 static const float lee_fall = 0.15f; /* of the strength on that way, at which it is all lee */
-static const float lee_reach = 1.1f; /* of the strength that noise takes from the lee, at erosion 1 */
+static const float lee_reach = 0.9f; /* of the strength that noise takes from the lee, at erosion 1 */
 static const float extinction_floor = 0.004f;
 
 static float get_pitch_m(const neph_cloud_desc *desc) {
@@ -44,7 +44,7 @@ static void set_lenses(np_cloud_model *model) {
   k->coarse = np_kind_make_lattice(desc, NP_CLOUD_STREAM_BASE);
   k->medium = np_kind_make_lattice(desc, NP_CLOUD_STREAM_DETAIL);
   k->fine = np_kind_make_lattice(desc, NP_CLOUD_STREAM_WISPS);
-  k->fine_m = np_maxf(0.25f * (float)desc->billow_m, 3.0f * voxel_m);
+  k->fine_m = np_maxf(0.55f * (float)desc->billow_m, 3.0f * voxel_m);
   k->fine_octaves = np_kind_count_octaves(desc, k->fine_m);
   k->edge_m = np_maxf((0.06f + 0.5f * (float)(desc->softness * desc->softness)) * pitch_m, 1.2f * voxel_m);
 }
@@ -53,7 +53,7 @@ static void set_lenses(np_cloud_model *model) {
 static void compute_strengths(const np_cloud_model *model, np_kind_points *p, float *out_strength, float *out_fibre) {
   const neph_cloud_desc *desc = &model->desc;
   const np_kind_noises *k = &model->kind;
-  const np_noise_octaves octaves = {.count = k->fine_octaves, .gain = 0.5f};
+  const np_noise_octaves octaves = {.count = k->fine_octaves, .gain = 0.6f};
   const float erosion = (float)desc->erosion,
               lamina_m = np_maxf(lamina_share * get_pitch_m(desc), 2.0f * (float)desc->voxel_m);
   np_noise_points points = np_kind_scale(model, p, 2.5f * (float)desc->billow_m, 1.0f);

@@ -3,7 +3,7 @@
  *
  * Linear theory of trapped lee waves (Scorer 1949, "Theory of waves in the lee of mountains"): the ground along the
  * wind convolved with a wave that starts at the ridge and decays behind it. `cell_m` is the wavelength; ground narrower
- * than a fifth of it is smoothed away. Without ground there are five short ridges across the wind in the middle.
+ * than a fifth of it is smoothed away. Without ground a chain of mounts stands across the wind in the middle.
  */
 #include <math.h>
 #include <string.h>
@@ -11,6 +11,7 @@
 #include "cloud/cloud_kinds.h"
 #include "core/alloc.h"
 #include "core/math.h"
+#include "core/random.h"
 
 enum { STEPS_PER_WAVE = 20, WAVES = 3, SMOOTHINGS = 3 };
 
@@ -72,27 +73,56 @@ static neph_result sum_rows(void *user, size_t begin, size_t end, unsigned threa
   return NEPH_OK;
 }
 
-/* Parts of a ridge of its own: along and across the wind in wavelengths, and their height. */
-enum { RIDGE_PARTS = 5 };
+/* A ridge of its own: a chain of mounts across the wind, each of a size, a height and a place of its own, the highest
+ * in the middle. In wavelengths. */
+enum { MOUNTS = 7 };
 
-static const float ridge_parts[RIDGE_PARTS][3] = {
-    {-0.15f, 0.0f, 1.0f}, {-0.02f, 0.52f, 0.8f}, {-0.24f, -0.58f, 0.75f}, {0.08f, 1.02f, 0.6f}, {-0.1f, -1.08f, 0.55f}};
+static const float mount_spacing = 0.36f, mount_stray = 0.12f;         /* across the wind, along it thrice the stray */
+static const float mount_width = 0.2f;                                 /* half of it, along the wind */
+static const float mount_length_min = 0.26f, mount_length_max = 0.75f; /* the same across it */
+static const float mount_height_min = 0.4f;                            /* of the highest */
+
+typedef struct mount {
+  float along, across, length, height;
+} mount;
+
+static float draw(uint64_t seed, int number, unsigned what) {
+  const uint64_t bits = np_random_absorb(np_random_absorb(seed, (uint64_t)number), what);
+  return (float)(bits >> 40) * 0x1p-24f;
+}
+
+static mount draw_mount(const neph_cloud_desc *desc, int number) {
+  const uint64_t seed = np_random_absorb(desc->seed, NP_CLOUD_STREAM_SHEET);
+  const bool is_highest = number == MOUNTS / 2;
+  return (mount){.along = 3.0f * mount_stray * (2.0f * draw(seed, number, 0) - 1.0f) - 0.1f,
+                 .across =
+                     mount_spacing * (float)(number - MOUNTS / 2) + mount_stray * (2.0f * draw(seed, number, 1) - 1.0f),
+                 .length = np_mixf(mount_length_min, mount_length_max, is_highest ? 0.8f : draw(seed, number, 2)),
+                 .height = is_highest ? 1.0f : np_mixf(mount_height_min, 1.0f, draw(seed, number, 3))};
+}
+
+/* Where mounts meet the higher one counts, or their sum would be a third. */
+static float compute_ridge(const mount mounts[MOUNTS], float along, float across) {
+  float highest = 0.0f;
+  for (int i = 0; i < MOUNTS; i++) {
+    const float x = (along - mounts[i].along) / mount_width, y = (across - mounts[i].across) / mounts[i].length;
+    const float left = np_maxf(1.0f - x * x - y * y, 0.0f);
+    highest = np_maxf(highest, mounts[i].height * left * left);
+  }
+  return highest;
+}
 
 static void fill_ridge(const neph_cloud_desc *desc, const np_weather_map *map, float *out) {
   float heading[2];
+  mount mounts[MOUNTS];
   np_cloud_desc_compute_heading(desc, heading);
+  for (int i = 0; i < MOUNTS; i++) mounts[i] = draw_mount(desc, i);
   for (int32_t j = 0; j < map->size[1]; j++)
     for (int32_t i = 0; i < map->size[0]; i++) {
       const float x = (map->origin_m[0] + (float)i * map->step_m) / (float)desc->cell_m;
       const float y = (map->origin_m[1] + (float)j * map->step_m) / (float)desc->cell_m;
-      float *value = &out[(size_t)j * (size_t)map->size[0] + (size_t)i];
-      *value = 0.0f;
-      for (int part = 0; part < RIDGE_PARTS; part++) {
-        const float along = x * heading[0] + y * heading[1] - ridge_parts[part][0];
-        const float across = y * heading[0] - x * heading[1] - ridge_parts[part][1];
-        const float left = 1.0f - 22.0f * along * along - 7.0f * across * across;
-        *value += left > 0.0f ? ridge_parts[part][2] * left * left : 0.0f;
-      }
+      out[(size_t)j * (size_t)map->size[0] + (size_t)i] =
+          compute_ridge(mounts, x * heading[0] + y * heading[1], y * heading[0] - x * heading[1]);
     }
 }
 

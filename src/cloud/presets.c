@@ -39,7 +39,7 @@ static const preset presets[] = {
      {.model = NEPH_CLOUD_MODEL_SLAB, .extent_m = {20e3, 20e3}, .voxel_m = 40, .base_altitude_m = 300,
       .thickness_m = 400, .coverage = 1, .cell_m = 4000, .billow_m = 800, .billowiness = 0.5,
       .erosion = 0.25, .turbulence = 0.3,
-      .softness = 0.5, .extinction_per_m = 0.04}},
+      .softness = 0.5, .stretch = 1.7, .wind_m_s = {6, 2}, .extinction_per_m = 0.04}},
     {"nimbostratus",
      {.model = NEPH_CLOUD_MODEL_SLAB, .extent_m = {24e3, 24e3}, .voxel_m = 80, .base_altitude_m = 800,
       .thickness_m = 2800, .coverage = 1, .cell_m = 6000, .billow_m = 1400, .billowiness = 0.5,
