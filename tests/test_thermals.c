@@ -181,12 +181,12 @@ static void wind_by_height_carries_thermals_off(void **state) {
     assert_int_equal(np_thermals_build(&windy, NULL, 1), NEPH_OK);
     size_t compared = 0;
     for (size_t i = 0; i < calm.balls.levels[0].count; i++) {
-      const np_ball *ball = &calm.balls.levels[0].balls[i];
-      const float carried_m = compute_carried_m(ball->z_m / 1200);
+      const np_ball ball = np_ball_level_get(&calm.balls.levels[0], i);
+      const float carried_m = compute_carried_m(ball.z_m / 1200);
       for (size_t k = 0; k < windy.balls.levels[0].count; k++) {
-        const np_ball *other = &windy.balls.levels[0].balls[k];
-        if (other->z_m != ball->z_m || other->radius_m != ball->radius_m || other->y_m != ball->y_m) continue;
-        assert_near((double)(other->x_m - ball->x_m), (double)carried_m, 0.01);
+        const np_ball other = np_ball_level_get(&windy.balls.levels[0], k);
+        if (other.z_m != ball.z_m || other.radius_m != ball.radius_m || other.y_m != ball.y_m) continue;
+        assert_near((double)(other.x_m - ball.x_m), (double)carried_m, 0.01);
         compared++;
       }
     }

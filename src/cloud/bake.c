@@ -117,31 +117,13 @@ static void eval_border(const bake_job *job, const np_bake_points *points, np_le
   eval_batch(job, points, &batch, leaf);
 }
 
-/* The model of a level of detail is that of the finest, whose balls are many in a leaf of a coarse one: such a leaf is
- * evaluated in blocks, whose points are near each other. */
-static void eval_blocks(const bake_job *job, const np_bake_points *points, np_leaf *leaf) {
-  const int edge = NP_LEAF_EDGE / 2, side = NP_LEAF_EDGE / edge;
-  leaf_batch batch;
-  for (int block = 0; block < side * side * side; block++) {
-    const int first = (block / side / side * 64 + block / side % side * 8 + block % side) * edge;
-    size_t count = 0;
-    for (int n = 0; n < edge * edge * edge; n++)
-      batch.voxel[count++] = first + n / edge / edge * 64 + n / edge % edge * 8 + n % edge;
-    batch.points.count = count;
-    eval_batch(job, points, &batch, leaf);
-  }
-}
-
 static void eval_leaf(const bake_job *job, const leaf_origin *origin, np_leaf *leaf) {
   np_bake_points points;
   list_points(job->bake, origin, &points);
   if (job->bake->lod.count > 1 && !np_bake_owns_leaf(job->bake, origin->index)) {
     eval_border(job, &points, leaf);
   } else {
-    if (job->bake->lod.level > 0)
-      eval_blocks(job, &points, leaf);
-    else
-      np_bake_eval(&job->bake->model, &points, leaf->values);
+    np_bake_eval(&job->bake->model, &points, leaf->values);
     for (int32_t i = 0; i < NP_LEAF_EDGE; i++) finish_slice(job, origin, i, leaf);
   }
   memcpy(leaf->origin, origin->index, sizeof leaf->origin);

@@ -6,6 +6,32 @@
 
 extern const np_ball_table NP_KERNEL(np_ball_kernels);
 
+/* Squared width of the gap between a coordinate and a side of the box. */
+static inline __attribute__((always_inline)) float compute_gap2(float at_m, float min_m, float max_m) {
+  const float below_m = min_m - at_m, above_m = at_m - max_m, outside_m = below_m > above_m ? below_m : above_m;
+  return outside_m > 0.0f ? outside_m * outside_m : 0.0f;
+}
+
+static size_t choose_near(const np_ball_columns *balls, size_t first, size_t count, const np_ball_box *box,
+                          float reach_m, uint32_t *out) {
+  const float *x_m = balls->x_m + first, *y_m = balls->y_m + first, *z_m = balls->z_m + first;
+  const float *radius_m = balls->radius_m + first, *min_m = box->min_m, *max_m = box->max_m;
+  int32_t is_near[NP_BALL_RUN];
+#pragma omp simd
+  for (size_t b = 0; b < count; b++) {
+    const float gap2 = compute_gap2(x_m[b], min_m[0], max_m[0]) + compute_gap2(y_m[b], min_m[1], max_m[1]) +
+                       compute_gap2(z_m[b], min_m[2], max_m[2]);
+    const float limit_m = radius_m[b] + reach_m;
+    is_near[b] = (limit_m > 0.0f) & (gap2 <= limit_m * limit_m);
+  }
+  size_t chosen = 0;
+  for (size_t b = 0; b < count; b++) {
+    out[chosen] = (uint32_t)(first + b);
+    chosen += (size_t)is_near[b];
+  }
+  return chosen;
+}
+
 /* Numbers of the balls that may count for a slice. Returns how many. */
 static size_t choose_balls(const np_ball_chunk *chunk, float blend_m, np_ball_slice *slice, uint16_t *out) {
   float middle_m[NP_BALL_CHUNK], nearest_m = INFINITY;
@@ -57,8 +83,7 @@ static void take_chunk(const np_ball_chunk *chunk, float blend_m, const np_ball_
   for (size_t b = 0; b < count; b++) take_ball(chunk, chosen[b], points, slice, nearest);
 }
 
-/* Share of the greater of two distances in their blend, which is at most a quarter of its width below the
-          lesser. */
+/* Share of the greater of two distances in their blend, which is at most a quarter of its width below the lesser. */
 static inline __attribute__((always_inline)) float compute_overlap(float difference_m, float width_inverse) {
   const float w = 1.0f - difference_m * width_inverse;
   return w > 0.0f ? w : 0.0f;
@@ -81,4 +106,4 @@ static void join_level(size_t count, float blend_m, np_ball_nearest *n, float *d
   }
 }
 
-const np_ball_table NP_KERNEL(np_ball_kernels) = {.take_chunk = take_chunk, .join_level = join_level};
+const np_ball_table NP_KERNEL(np_ball_kernels) = {choose_near, take_chunk, join_level};

@@ -71,6 +71,19 @@ static size_t choose_bins(np_ball_level *level, const np_ball_list *lists, size_
   return bin_count;
 }
 
+static void put_ball(const np_ball_columns *to, size_t n, const np_ball *ball) {
+  to->x_m[n] = ball->x_m;
+  to->y_m[n] = ball->y_m;
+  to->z_m[n] = ball->z_m;
+  to->radius_m[n] = ball->radius_m;
+  to->age[n] = ball->age;
+}
+
+np_ball np_ball_level_get(const np_ball_level *level, size_t n) {
+  const np_ball_columns *b = &level->balls;
+  return (np_ball){b->x_m[n], b->y_m[n], b->z_m[n], b->radius_m[n], b->age[n]};
+}
+
 /* Counting sort: balls of a bin keep their order. */
 static void sort_balls(np_ball_level *level, const np_ball_list *lists, size_t list_count, size_t bin_count) {
   for (size_t l = 0; l < list_count; l++)
@@ -78,19 +91,26 @@ static void sort_balls(np_ball_level *level, const np_ball_list *lists, size_t l
   for (size_t bin = 0; bin < bin_count; bin++) level->bin_begin[bin + 1] += level->bin_begin[bin];
   for (size_t l = 0; l < list_count; l++)
     for (size_t i = 0; i < lists[l].count; i++)
-      level->balls[level->bin_begin[choose_bin(level, &lists[l].balls[i])]++] = lists[l].balls[i];
+      put_ball(&level->balls, level->bin_begin[choose_bin(level, &lists[l].balls[i])]++, &lists[l].balls[i]);
   for (size_t bin = bin_count; bin > 0; bin--) level->bin_begin[bin] = level->bin_begin[bin - 1];
   level->bin_begin[0] = 0;
+}
+
+static neph_result make_columns(neph_context *context, size_t count, np_ball_columns *out) {
+  float *block = np_alloc(context, count, 5 * sizeof *block);
+  if (!block) return NEPH_ERROR_OUT_OF_MEMORY;
+  *out = (np_ball_columns){block, block + count, block + 2 * count, block + 3 * count, block + 4 * count};
+  return NEPH_OK;
 }
 
 neph_result np_ball_heap_add_level(np_ball_heap *heap, const np_ball_list *lists, size_t list_count, float blend_m,
                                    float bin_min_m) {
   np_ball_level level = {.blend_m = blend_m};
   const size_t bin_count = choose_bins(&level, lists, list_count, bin_min_m);
-  level.balls = np_alloc(heap->context, level.count, sizeof *level.balls);
+  const neph_result result = make_columns(heap->context, level.count, &level.balls);
   level.bin_begin = np_alloc(heap->context, bin_count + 2, sizeof *level.bin_begin);
   heap->levels[heap->level_count++] = level;
-  if (!level.balls || !level.bin_begin) return NEPH_ERROR_OUT_OF_MEMORY;
+  if (result || !level.bin_begin) return NEPH_ERROR_OUT_OF_MEMORY;
   sort_balls(&heap->levels[heap->level_count - 1], lists, list_count, bin_count);
   return NEPH_OK;
 }
@@ -98,7 +118,7 @@ neph_result np_ball_heap_add_level(np_ball_heap *heap, const np_ball_list *lists
 void np_ball_heap_cut(np_ball_heap *heap, unsigned level_count) {
   while (heap->level_count > level_count) {
     np_ball_level *level = &heap->levels[--heap->level_count];
-    np_alloc_free(heap->context, level->balls);
+    np_alloc_free(heap->context, level->balls.x_m);
     np_alloc_free(heap->context, level->bin_begin);
     *level = (np_ball_level){0};
   }
@@ -108,7 +128,7 @@ double np_ball_heap_count_bytes(const np_ball_heap *heap) {
   double bytes = 0;
   for (unsigned l = 0; l < heap->level_count; l++) {
     const np_ball_level *level = &heap->levels[l];
-    bytes += (double)level->count * sizeof *level->balls;
+    bytes += (double)level->count * sizeof(np_ball);
     bytes += (double)level->bins[0] * level->bins[1] * level->bins[2] * sizeof *level->bin_begin;
   }
   return bytes;
@@ -125,33 +145,17 @@ static float compute_level_reach(const np_ball_heap *heap, unsigned l, float rea
   return reach * 1.001f;
 }
 
-static float compute_gap2(const float min_m[3], const float max_m[3], const np_ball *ball) {
-  const float at_m[3] = {ball->x_m, ball->y_m, ball->z_m};
-  float gap2 = 0.0f;
-  for (int a = 0; a < 3; a++) {
-    const float gap_m = np_maxf(np_maxf(min_m[a] - at_m[a], at_m[a] - max_m[a]), 0.0f);
-    gap2 += gap_m * gap_m;
-  }
-  return gap2;
-}
-
-static bool is_ball_near(const float min_m[3], const float max_m[3], const np_ball *ball, float reach_m) {
-  const float limit_m = ball->radius_m + reach_m;
-  return limit_m > 0.0f && compute_gap2(min_m, max_m, ball) <= limit_m * limit_m;
-}
-
 typedef struct bin_range {
   int32_t low[3], high[3];
 } bin_range;
 
-static bool compute_range(const np_ball_level *level, const float min_m[3], const float max_m[3], float reach_m,
-                          bin_range *out) {
+static bool compute_range(const np_ball_level *level, const np_ball_box *box, float reach_m, bin_range *out) {
   const float pad_m = level->radius_max_m + reach_m;
   for (int a = 0; a < 3; a++) {
     const float end_m = level->origin_m[a] + (float)level->bins[a] * level->bin_m;
-    if (max_m[a] + pad_m < level->origin_m[a] || min_m[a] - pad_m > end_m) return false;
-    out->low[a] = compute_bin(level, a, min_m[a] - pad_m);
-    out->high[a] = compute_bin(level, a, max_m[a] + pad_m);
+    if (box->max_m[a] + pad_m < level->origin_m[a] || box->min_m[a] - pad_m > end_m) return false;
+    out->low[a] = compute_bin(level, a, box->min_m[a] - pad_m);
+    out->high[a] = compute_bin(level, a, box->max_m[a] + pad_m);
   }
   return level->count > 0;
 }
@@ -174,18 +178,28 @@ static float compute_shape_reach(const np_ball_heap *heap, float reach_m) {
   return reach * 1.001f;
 }
 
+static bool is_run_near(const np_ball_heap *heap, const np_ball_level *level, const bin_run *run,
+                        const np_ball_box *box, float reach_m) {
+  uint32_t near[NP_BALL_RUN];
+  for (size_t n = run->first; n < run->end; n += NP_BALL_RUN) {
+    const size_t count = run->end - n < NP_BALL_RUN ? run->end - n : NP_BALL_RUN;
+    if (heap->kernels->choose_near(&level->balls, n, count, box, reach_m, near)) return true;
+  }
+  return false;
+}
+
 bool np_ball_heap_is_near(const np_ball_heap *heap, const float min_m[3], const float max_m[3], float reach_m) {
   if (heap->shape && np_shape_grid_is_near(heap->shape, min_m, max_m, compute_shape_reach(heap, reach_m))) return true;
+  const np_ball_box box = {{min_m[0], min_m[1], min_m[2]}, {max_m[0], max_m[1], max_m[2]}};
   for (unsigned l = 0; l < heap->level_count; l++) {
     const np_ball_level *level = &heap->levels[l];
     const float reach = compute_level_reach(heap, l, reach_m);
     bin_range range;
-    if (!compute_range(level, min_m, max_m, reach, &range)) continue;
+    if (!compute_range(level, &box, reach, &range)) continue;
     for (int32_t i = range.low[0]; i <= range.high[0]; i++)
       for (int32_t j = range.low[1]; j <= range.high[1]; j++) {
         const bin_run run = get_run(level, &range, i, j);
-        for (uint32_t n = run.first; n < run.end; n++)
-          if (is_ball_near(min_m, max_m, &level->balls[n], reach)) return true;
+        if (is_run_near(heap, level, &run, &box, reach)) return true;
       }
   }
   return false;
@@ -198,7 +212,8 @@ enum { SLICE_POINTS_MIN = 24, SLICE_POINTS_MAX = 64, SLICES_MAX = NP_BALL_BLOCK 
 typedef struct ball_search {
   const np_ball_heap *heap;
   const np_ball_points *points;
-  float min_m[3], max_m[3], slack_m; /* of all points; of roundings */
+  np_ball_box box; /* about all points */
+  float slack_m;   /* of roundings */
   size_t slice_count;
   np_ball_slice slices[SLICES_MAX];
   np_ball_chunk chunk;
@@ -211,13 +226,15 @@ static void flush(ball_search *s, const np_ball_level *level) {
   s->chunk.count = 0;
 }
 
-static void add_candidate(np_ball_chunk *chunk, const np_ball *ball, uint32_t index) {
-  const size_t n = chunk->count++;
-  chunk->x_m[n] = ball->x_m;
-  chunk->y_m[n] = ball->y_m;
-  chunk->z_m[n] = ball->z_m;
-  chunk->radius_m[n] = ball->radius_m;
-  chunk->index[n] = (int32_t)index;
+static void add_candidates(np_ball_chunk *chunk, const np_ball_columns *balls, const uint32_t *numbers, size_t count) {
+  for (size_t k = 0; k < count; k++) {
+    const size_t n = chunk->count++, from = numbers[k];
+    chunk->x_m[n] = balls->x_m[from];
+    chunk->y_m[n] = balls->y_m[from];
+    chunk->z_m[n] = balls->z_m[from];
+    chunk->radius_m[n] = balls->radius_m[from];
+    chunk->index[n] = (int32_t)from;
+  }
 }
 
 /* Balls of a level count as far as its blend with the levels before, whose distances are known. Returns the greatest
@@ -235,22 +252,30 @@ static float limit_reach(ball_search *s, const np_ball_level *level, float reach
   return largest_m;
 }
 
+/* Returns whether any ball of a run may be near. */
+static bool search_run(ball_search *s, const np_ball_level *level, const bin_run *run, float reach_m) {
+  uint32_t near[NP_BALL_RUN];
+  bool is_any = false;
+  for (size_t n = run->first; n < run->end; n += NP_BALL_RUN) {
+    const size_t count = run->end - n < NP_BALL_RUN ? run->end - n : NP_BALL_RUN;
+    const size_t near_count = s->heap->kernels->choose_near(&level->balls, n, count, &s->box, reach_m, near);
+    if (s->chunk.count + near_count > NP_BALL_CHUNK) flush(s, level);
+    add_candidates(&s->chunk, &level->balls, near, near_count);
+    is_any = is_any || near_count;
+  }
+  return is_any;
+}
+
 /* The two nearest balls of a level. False: none is near. */
 static bool search_level(ball_search *s, const np_ball_level *level, float reach_m) {
   bin_range range;
   bool is_any = false;
-  if (!compute_range(level, s->min_m, s->max_m, reach_m, &range)) return false;
+  if (!compute_range(level, &s->box, reach_m, &range)) return false;
+  for (size_t k = 0; k < s->points->count; k++) s->nearest.nearest_m[k] = s->nearest.second_m[k] = INFINITY;
   for (int32_t i = range.low[0]; i <= range.high[0]; i++)
     for (int32_t j = range.low[1]; j <= range.high[1]; j++) {
       const bin_run run = get_run(level, &range, i, j);
-      for (uint32_t n = run.first; n < run.end; n++) {
-        if (!is_ball_near(s->min_m, s->max_m, &level->balls[n], reach_m)) continue;
-        if (!is_any)
-          for (size_t k = 0; k < s->points->count; k++) s->nearest.nearest_m[k] = s->nearest.second_m[k] = INFINITY;
-        is_any = true;
-        add_candidate(&s->chunk, &level->balls[n], n);
-        if (s->chunk.count == NP_BALL_CHUNK) flush(s, level);
-      }
+      if (search_run(s, level, &run, reach_m)) is_any = true;
     }
   if (s->chunk.count) flush(s, level);
   return is_any;
@@ -278,12 +303,12 @@ static void add_share(const np_ball_surface *out, size_t i, float share, const f
 
 /* Radius and normal at a point, of the nearest two balls of a level. */
 static void blend_values(const ball_search *s, const np_ball_level *level, size_t i, float share, float *values) {
-  const np_ball *one = &level->balls[s->nearest.nearest[i]], *other = one;
-  if (share > 0.0f) other = &level->balls[s->nearest.second[i]];
+  const np_ball one = np_ball_level_get(level, (size_t)s->nearest.nearest[i]);
+  const np_ball other = share > 0.0f ? np_ball_level_get(level, (size_t)s->nearest.second[i]) : one;
   float normal[2][3];
-  compute_normal(s, one, i, normal[0]);
-  compute_normal(s, other, i, normal[1]);
-  values[0] = np_mixf(one->radius_m, other->radius_m, share);
+  compute_normal(s, &one, i, normal[0]);
+  compute_normal(s, &other, i, normal[1]);
+  values[0] = np_mixf(one.radius_m, other.radius_m, share);
   for (int a = 0; a < 3; a++) values[1 + a] = np_mixf(normal[0][a], normal[1][a], share);
 }
 
@@ -291,8 +316,8 @@ static void join_ages(const ball_search *s, const np_ball_level *level, float *a
   const np_ball_nearest *n = &s->nearest;
   for (size_t i = 0; i < s->points->count; i++) {
     if (!(n->level_share[i] > 0.0f)) continue;
-    const float one = level->balls[n->nearest[i]].age, share = n->second_share[i];
-    const float own = share > 0.0f ? np_mixf(one, level->balls[n->second[i]].age, share) : one;
+    const float *ages = level->balls.age, one = ages[n->nearest[i]], share = n->second_share[i];
+    const float own = share > 0.0f ? np_mixf(one, ages[n->second[i]], share) : one;
     age[i] = mix_value(age[i], own, n->level_share[i]);
   }
 }
@@ -322,14 +347,9 @@ static void take_shape(const np_shape_grid *shape, const np_ball_points *points,
   }
 }
 
-/* A box about points. */
-typedef struct point_box {
-  float min_m[3], max_m[3];
-} point_box;
-
-static point_box grow_box(const point_box *box, const np_ball_points *points, size_t i) {
+static np_ball_box grow_box(const np_ball_box *box, const np_ball_points *points, size_t i) {
   const float at_m[3] = {points->x_m[i], points->y_m[i], points->z_m[i]};
-  point_box grown;
+  np_ball_box grown;
   for (int a = 0; a < 3; a++) {
     grown.min_m[a] = np_minf(box->min_m[a], at_m[a]);
     grown.max_m[a] = np_maxf(box->max_m[a], at_m[a]);
@@ -337,19 +357,19 @@ static point_box grow_box(const point_box *box, const np_ball_points *points, si
   return grown;
 }
 
-static float compute_edge(const point_box *box) {
+static float compute_edge(const np_ball_box *box) {
   return np_maxf(np_maxf(box->max_m[0] - box->min_m[0], box->max_m[1] - box->min_m[1]), box->max_m[2] - box->min_m[2]);
 }
 
-static const point_box no_box = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
+static const np_ball_box no_box = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
 
 /* Points from `begin` on that lie within half the edge of all. */
 static np_ball_slice cut_slice(const np_ball_points *points, size_t begin, float edge_max_m) {
   np_ball_slice slice = {.begin = begin, .end = begin};
-  point_box box = no_box;
+  np_ball_box box = no_box;
   float diagonal2 = 0.0f;
   for (; slice.end < points->count && slice.end < begin + SLICE_POINTS_MAX; slice.end++) {
-    const point_box grown = grow_box(&box, points, slice.end);
+    const np_ball_box grown = grow_box(&box, points, slice.end);
     if (slice.end >= begin + SLICE_POINTS_MIN && compute_edge(&grown) > edge_max_m) break;
     box = grown;
   }
@@ -362,15 +382,14 @@ static np_ball_slice cut_slice(const np_ball_points *points, size_t begin, float
 }
 
 static void cut_slices(ball_search *s) {
-  point_box box = no_box;
+  np_ball_box box = no_box;
   float largest_m = 0.0f;
   for (size_t i = 0; i < s->points->count; i++) box = grow_box(&box, s->points, i);
   for (int a = 0; a < 3; a++) {
-    s->min_m[a] = box.min_m[a];
-    s->max_m[a] = box.max_m[a];
     largest_m = np_maxf(largest_m, np_maxf(fabsf(box.min_m[a]), fabsf(box.max_m[a])));
   }
   const float edge_m = compute_edge(&box);
+  s->box = box;
   s->slack_m = 2e-6f * (largest_m + edge_m);
   s->slice_count = 0;
   for (size_t begin = 0; begin < s->points->count; begin = s->slices[s->slice_count++].end)
@@ -390,7 +409,7 @@ bool np_ball_heap_search(const np_ball_heap *heap, const np_ball_points *points,
   for (int v = 0; v < 5; v++)
     if (values[v]) memset(values[v], 0, points->count * sizeof **values);
   cut_slices(&s);
-  if (heap->shape && np_shape_grid_is_near(heap->shape, s.min_m, s.max_m, compute_shape_reach(heap, reach_m))) {
+  if (heap->shape && np_shape_grid_is_near(heap->shape, s.box.min_m, s.box.max_m, compute_shape_reach(heap, reach_m))) {
     take_shape(heap->shape, points, out);
     is_any = true;
   }

@@ -11,7 +11,8 @@
 enum {
   NP_BALL_LEVELS = 5,
   NP_BALL_BLOCK = 512, /* points of a search */
-  NP_BALL_CHUNK = 256  /* balls of a call of a kernel */
+  NP_BALL_CHUNK = 256, /* balls of a call of take_chunk */
+  NP_BALL_RUN = 64     /* of choose_near, at most */
 };
 
 typedef struct np_ball {
@@ -27,9 +28,19 @@ typedef struct np_ball_list {
 
 neph_result np_ball_list_add(neph_context *context, np_ball_list *list, const np_ball *ball);
 
+/* A box, or one about points. */
+typedef struct np_ball_box {
+  float min_m[3], max_m[3];
+} np_ball_box;
+
+/* Balls by columns. */
+typedef struct np_ball_columns {
+  float *x_m, *y_m, *z_m, *radius_m, *age;
+} np_ball_columns;
+
 /* Balls sorted by the bin that holds their centre. */
 typedef struct np_ball_level {
-  np_ball *balls;
+  np_ball_columns balls; /* one block of memory, which begins with x_m */
   size_t count;
   uint32_t *bin_begin; /* one more than there are bins, x slowest */
   int32_t bins[3];
@@ -67,6 +78,10 @@ typedef struct np_ball_chunk {
 
 /* The functions of one instruction-set level. */
 typedef struct np_ball_table {
+  /* Numbers from `first` of those of `count` balls that may be as near to a box as reach_m. Returns how many. */
+  size_t (*choose_near)(const np_ball_columns *balls, size_t first, size_t count, const np_ball_box *box, float reach_m,
+                        uint32_t *out);
+
   /* Takes a chunk of balls into the nearest two of each point of a slice, and bounds the nearest. Balls that are out of
    * reach, or farther by blend_m than the nearest, are left out. Of equal distances the ball that came first is nearer.
    */
@@ -91,6 +106,8 @@ typedef struct np_ball_heap {
 /* Adds a level of at most 2³¹ balls, taken from lists in their order; its bins are no smaller than bin_min_m. */
 neph_result np_ball_heap_add_level(np_ball_heap *heap, const np_ball_list *lists, size_t list_count, float blend_m,
                                    float bin_min_m);
+
+np_ball np_ball_level_get(const np_ball_level *level, size_t number);
 
 /* Drops the levels from `level_count` on. */
 void np_ball_heap_cut(np_ball_heap *heap, unsigned level_count);

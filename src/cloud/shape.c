@@ -114,7 +114,10 @@ static void include_ball(const np_ball *ball, shape_box *box) {
 static shape_box measure_balls(const np_cloud_model *model, unsigned first_level) {
   shape_box box = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
   for (unsigned l = first_level; l < model->balls.level_count; l++)
-    for (size_t i = 0; i < model->balls.levels[l].count; i++) include_ball(&model->balls.levels[l].balls[i], &box);
+    for (size_t i = 0; i < model->balls.levels[l].count; i++) {
+      const np_ball ball = np_ball_level_get(&model->balls.levels[l], i);
+      include_ball(&ball, &box);
+    }
   return box;
 }
 

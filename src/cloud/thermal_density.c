@@ -38,7 +38,7 @@ static const float crisp_edge = 0.016f, soft_edge = 0.055f;     /* in largest bi
 static const float floor_share = 0.05f, floor_max_m = 40.0f, floor_size = 0.6f; /* of the base */
 static const float adiabatic_share = 0.4f, adiabatic_max = 1.25f; /* of the thickness, where extinction is the core's */
 static const float entrained = 0.55f;                             /* share that the oldest cloud has lost */
-static const float run_edge = 0.5f; /* of points that are evaluated together, in largest billows */
+static const float run_edge = 1.25f; /* of points that are evaluated together, in largest billows */
 static const double billow_voxels = 4;
 static const double billow_share = 0.18;      /* of the shorter side of a field */
 static const float extinction_floor = 0.002f; /* of the core's: less is nothing */
@@ -384,69 +384,94 @@ static void eval_run(const np_cloud_model *model, thermal_work *w, float *out_ex
   for (size_t i = 0; i < w->count; i++) out_extinction_per_m[w->index[i]] = compute_extinction(model, w, i, torn[i]);
 }
 
-/* Grows a box to take a point in. False: it would be too large. */
-static bool grow_box(float min_m[3], float max_m[3], const float at_m[3], float edge_max_m) {
-  float low_m[3], high_m[3];
-  for (int a = 0; a < 3; a++) {
-    low_m[a] = np_minf(min_m[a], at_m[a]);
-    high_m[a] = np_maxf(max_m[a], at_m[a]);
-    if (high_m[a] - low_m[a] > edge_max_m) return false;
-  }
-  memcpy(min_m, low_m, sizeof low_m);
-  memcpy(max_m, high_m, sizeof high_m);
-  return true;
-}
-
 /* Bases of columns differ under a picture alone. */
 static float compute_base_m(const np_cloud_model *model, float x_m, float y_m) {
   if (!model->map.planes[NEPH_CLOUD_MAP_BASE]) return 0.0f;
   return np_cloud_column_compute(model, x_m, y_m, 0.0f).base_m;
 }
 
-/* Octants of their box one after the other: searches take neighbours together. */
-static void sort_by_octant(thermal_work *w, const float min_m[3], const float max_m[3]) {
-  const thermal_work from = *w;
+/* ---- Runs: points near each other ---- */
+
+static np_ball_box compute_box(const np_cloud_points *points, const uint16_t *numbers, size_t count) {
+  np_ball_box box = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
+  for (size_t i = 0; i < count; i++) {
+    const float at_m[3] = {points->x_m[numbers[i]], points->y_m[numbers[i]], points->height_m[numbers[i]]};
+    for (int a = 0; a < 3; a++) {
+      box.min_m[a] = np_minf(box.min_m[a], at_m[a]);
+      box.max_m[a] = np_maxf(box.max_m[a], at_m[a]);
+    }
+  }
+  return box;
+}
+
+static bool is_wider(const np_ball_box *box, float edge_m) {
+  return box->max_m[0] - box->min_m[0] > edge_m || box->max_m[1] - box->min_m[1] > edge_m ||
+         box->max_m[2] - box->min_m[2] > edge_m;
+}
+
+enum { OCTANTS = 8 };
+
+/* Octants of the points' box one after the other; out_begin has one more than there are. */
+static void sort_by_octant(const np_cloud_points *points, const np_ball_box *box, uint16_t *numbers, size_t count,
+                           size_t *out_begin) {
+  uint16_t from[NP_CLOUD_BLOCK], end[OCTANTS] = {0};
   uint8_t octants[NP_CLOUD_BLOCK];
-  size_t begin[9] = {0};
-  for (size_t i = 0; i < w->count; i++) {
-    octants[i] =
-        (uint8_t)((w->x_m[i] > 0.5f * (min_m[0] + max_m[0])) << 2 | (w->y_m[i] > 0.5f * (min_m[1] + max_m[1])) << 1 |
-                  (w->z_m[i] > 0.5f * (min_m[2] + max_m[2])));
-    begin[octants[i] + 1]++;
+  float middle_m[3];
+  for (int a = 0; a < 3; a++) middle_m[a] = 0.5f * (box->min_m[a] + box->max_m[a]);
+  memcpy(from, numbers, count * sizeof *from);
+  for (size_t i = 0; i < count; i++) {
+    const uint16_t n = from[i];
+    octants[i] = (uint8_t)((points->x_m[n] > middle_m[0]) << 2 | (points->y_m[n] > middle_m[1]) << 1 |
+                           (points->height_m[n] > middle_m[2]));
+    end[octants[i]]++;
   }
-  for (int o = 0; o < 8; o++) begin[o + 1] += begin[o];
-  for (size_t i = 0; i < w->count; i++) {
-    const size_t to = begin[octants[i]]++;
-    w->index[to] = from.index[i];
-    w->x_m[to] = from.x_m[i];
-    w->y_m[to] = from.y_m[i];
-    w->z_m[to] = from.z_m[i];
-    w->above_m[to] = from.above_m[i];
+  out_begin[0] = 0;
+  for (int o = 0; o < OCTANTS; o++) {
+    out_begin[o + 1] = out_begin[o] + end[o];
+    end[o] = (uint16_t)out_begin[o];
   }
+  for (size_t i = 0; i < count; i++) numbers[end[octants[i]]++] = from[i];
+}
+
+static void eval_run_of(const np_cloud_model *model, const np_cloud_points *points, const uint16_t *numbers,
+                        size_t count, float *out_extinction_per_m) {
+  thermal_work w;
+  w.count = count;
+  for (size_t i = 0; i < count; i++) {
+    const uint16_t n = w.index[i] = numbers[i];
+    w.x_m[i] = points->x_m[n];
+    w.y_m[i] = points->y_m[n];
+    w.z_m[i] = points->height_m[n];
+    w.above_m[i] = w.z_m[i] - compute_base_m(model, w.x_m[i], w.y_m[i]);
+  }
+  set_air(model, &w);
+  eval_run(model, &w, out_extinction_per_m);
+}
+
+/* Searches take neighbours together: points are in the order of octants, and where they are too far apart for one run,
+ * each octant is evaluated by itself. */
+static void eval_box(const np_cloud_model *model, const np_cloud_points *points, uint16_t *numbers, size_t count,
+                     float *out_extinction_per_m) {
+  const float edge_max_m = np_maxf(9.0f * (float)model->desc.voxel_m, run_edge * model->thermals.billow_m);
+  const np_ball_box box = compute_box(points, numbers, count);
+  size_t begin[OCTANTS + 1];
+  sort_by_octant(points, &box, numbers, count, begin);
+  if (!is_wider(&box, edge_max_m)) {
+    eval_run_of(model, points, numbers, count, out_extinction_per_m);
+    return;
+  }
+  for (int o = 0; o < OCTANTS; o++)
+    if (begin[o + 1] > begin[o])
+      eval_box(model, points, numbers + begin[o], begin[o + 1] - begin[o], out_extinction_per_m);
 }
 
 void np_thermals_eval(const np_cloud_model *model, const np_cloud_points *points, float *out_extinction_per_m) {
-  const float edge_max_m = np_maxf(9.0f * (float)model->desc.voxel_m, run_edge * model->thermals.billow_m);
-  thermal_work w;
-  for (size_t n = 0; n < points->count;) {
-    float min_m[3] = {INFINITY, INFINITY, INFINITY}, max_m[3] = {-INFINITY, -INFINITY, -INFINITY};
-    w.count = 0;
-    for (; n < points->count; n++) {
-      const float at_m[3] = {points->x_m[n], points->y_m[n], points->height_m[n]};
-      if (!(at_m[2] > 0.0f && at_m[2] < (float)model->desc.thickness_m)) continue;
-      if (w.count && !grow_box(min_m, max_m, at_m, edge_max_m)) break;
-      if (!w.count) (void)grow_box(min_m, max_m, at_m, INFINITY);
-      const size_t k = w.count++;
-      w.index[k] = (uint16_t)n;
-      w.x_m[k] = at_m[0];
-      w.y_m[k] = at_m[1];
-      w.z_m[k] = at_m[2];
-      w.above_m[k] = at_m[2] - compute_base_m(model, at_m[0], at_m[1]);
-    }
-    if (w.count > 64) sort_by_octant(&w, min_m, max_m);
-    set_air(model, &w);
-    if (w.count) eval_run(model, &w, out_extinction_per_m);
-  }
+  uint16_t numbers[NP_CLOUD_BLOCK];
+  size_t count = 0;
+  for (size_t n = 0; n < points->count; n++)
+    if (points->height_m[n] > 0.0f && points->height_m[n] < (float)model->desc.thickness_m)
+      numbers[count++] = (uint16_t)n;
+  if (count) eval_box(model, points, numbers, count, out_extinction_per_m);
 }
 
 bool np_thermals_is_empty(const np_cloud_model *model, const np_cloud_box *box) {

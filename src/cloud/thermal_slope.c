@@ -11,7 +11,7 @@
 #include "core/math.h"
 
 static const float node_step = 0.25f;       /* in largest billows */
-static const float node_voxels_min = 2.25f; /* a run of points, 9 voxels wide, is within 6 steps */
+static const float node_voxels_min = 2.25f; /* a run of points, 9 voxels or 5 node_steps wide, is within 6 steps */
 
 /* Nodes about a run of points. */
 typedef struct slope_nodes {

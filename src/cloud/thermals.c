@@ -324,8 +324,10 @@ neph_result np_thermals_count_shadow(np_cloud_model *model, np_monitor *monitor,
   uint8_t is_covered[SHADOW_EDGE * SHADOW_EDGE] = {0};
   neph_result result = np_thermals_build(model, monitor, 1);
   for (unsigned l = 0; l < model->balls.level_count; l++)
-    for (size_t i = 0; i < model->balls.levels[l].count && !result; i++)
-      cast_shadow(&model->desc, &model->balls.levels[l].balls[i], is_covered);
+    for (size_t i = 0; i < model->balls.levels[l].count && !result; i++) {
+      const np_ball ball = np_ball_level_get(&model->balls.levels[l], i);
+      cast_shadow(&model->desc, &ball, is_covered);
+    }
   size_t count = 0;
   for (int i = 0; i < SHADOW_EDGE * SHADOW_EDGE; i++) count += is_covered[i];
   *out_fraction = (double)count / (SHADOW_EDGE * SHADOW_EDGE);

@@ -27,8 +27,8 @@ neph_result np_thermals_build(np_cloud_model *model, np_monitor *monitor, unsign
 
 /* ---- Slope: thermal_slope.c ---- */
 
-/* Vertical component of the normal of the stacks near points that are at most 9 voxels apart along each axis. What it
- * gives for a position depends on nothing else. */
+/* Vertical component of the normal of the stacks near points that are at most 9 voxels or 1.25 billows apart along each
+ * axis, whichever is more. What it gives for a position depends on nothing else. */
 void np_thermals_eval_slope(const np_cloud_model *model, const np_ball_points *points, float *out_normal_z);
 
 /* ---- Density: thermal_density.c ---- */
