@@ -50,8 +50,8 @@ static const float fibre_size = 0.28f, fibre_draw = 3.5f; /* in billows; times `
 static const float fibre_from = 2.0f, fibre_full = 6.0f;  /* in `stretch` */
 static const float fibre_least = 0.22f;                   /* of the extinction, between fibres */
 
-/* Of value noise in octaves, whose range is seldom filled: of scud, and of relief, which ends smoothly at both ends, or
- * its plateaus would show as patches from above. */
+/* Gains of value noise in octaves, whose range is seldom filled: of scud, and of relief, which ends smoothly at both
+ * ends, or its plateaus would show as patches from above. */
 static const float slab_contrast = 2.2f, slab_swing = 1.5f;
 
 static bool is_slab(const np_cloud_model *model) { return model->desc.model == NEPH_CLOUD_MODEL_SLAB; }

@@ -101,7 +101,7 @@ static mount draw_mount(const neph_cloud_desc *desc, int number) {
                  .height = is_highest ? 1.0f : np_mixf(mount_height_min, 1.0f, draw(seed, number, 3))};
 }
 
-/* Where mounts meet the higher one counts, or their sum would be a third. */
+/* Height of the ridge: that of the higher one where two mounts meet, as their sum would be a third. */
 static float compute_ridge(const mount mounts[MOUNTS], float along, float across) {
   float highest = 0.0f;
   for (int i = 0; i < MOUNTS; i++) {
