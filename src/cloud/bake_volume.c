@@ -21,8 +21,7 @@ static neph_result check_radius(neph_context *context, double planet_radius_m) {
 
 /* Levels of detail have voxels of their own each, so that no box, velocity or error is that of all. */
 static neph_result check_levels(neph_context *context, const neph_bake_desc *desc) {
-  const char *what = desc->has_velocity      ? "has_velocity is true, must be false"
-                     : desc->error           ? "error is given, must be NULL"
+  const char *what = desc->error             ? "error is given, must be NULL"
                      : desc->level_count > 1 ? "level_count is above 1, must be 1"
                                              : NULL;
   if (!what) return NEPH_OK;
