@@ -323,7 +323,7 @@ static void bad_levels_are_refused(void **state) {
   desc = make_bake(2);
   desc.level_count = 2;
   assert_int_equal(neph_cloud_bake_file(context, &cloud, &desc, "density", "never.vdb"), NEPH_ERROR_INVALID_ARGUMENT);
-  assert_non_null(strstr(log.text, "level_count is above 1, must be 1 where lod_count is 2, above 1"));
+  assert_non_null(strstr(log.text, "level_count is 2, must be 1 where lod_count is 2, above 1"));
   desc.lod_angle_rad = 0;
   assert_int_equal(neph_cloud_bake(context, &cloud, &desc, &volume), NEPH_ERROR_INVALID_ARGUMENT);
   assert_non_null(strstr(log.text, "lod_angle_rad is 0, must be in (0, 1]"));

@@ -310,7 +310,8 @@ void np_bake_prune(const np_bake *bake, np_sparse_grid *grid) {
   for (size_t i = 0; i < grid->leaf_count; i++) {
     np_leaf *leaf = &grid->leaves[i];
     for (int n = 0; n < NP_LEAF_SIZE; n++) {
-      if (leaf->values[n] > prune_per_m) continue;
+      const bool is_active = leaf->active[n / 64] >> n % 64 & 1u;
+      if (is_active && leaf->values[n] > prune_per_m) continue;
       leaf->values[n] = 0.0f;
       leaf->active[n / 64] &= ~(UINT64_C(1) << (n % 64));
     }

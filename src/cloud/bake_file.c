@@ -24,7 +24,7 @@ static void clear_grids(bake_grids *grids) {
 }
 
 static neph_result measure(const np_bake *bake, np_sparse_grid *grid) {
-  neph_result result = np_bake_measure_error(bake, grid, bake->desc.error);
+  neph_result result = np_bake_meter_add(bake->meter, bake, grid);
   if (!result) np_bake_prune(bake, grid);
   return result;
 }
@@ -45,7 +45,7 @@ static neph_result make_grids(np_bake *bake, const char *name, bake_grids *out_g
   np_monitor_set_part(bake->monitor, whole, 0.05, 0.6);
   neph_result result = np_bake_make_grid(bake, name, &levels[0]);
   np_monitor_set_part(bake->monitor, whole, 0.6, 0.8);
-  if (!result && bake->desc.error) result = measure(bake, &levels[0]);
+  if (!result && bake->meter) result = measure(bake, &levels[0]);
   for (unsigned i = 1; !result && i < bake->desc.level_count; i++) result = make_level(bake, name, i, levels);
   np_monitor_set_part(bake->monitor, whole, 0.8, 0.9);
   if (!result && bake->desc.has_velocity) result = np_bake_make_velocity(bake, &levels[0], out_grids->velocity);
@@ -119,6 +119,20 @@ static neph_result make_files(const np_bake *bake, const char *name, const char 
   return result;
 }
 
+/* The same, and the error of all, which is told once all are there. */
+static neph_result make_measured_files(np_bake *bake, const char *name, const char *path) {
+  np_bake_meter meter;
+  np_monitor_set_part(bake->monitor, np_monitor_whole, 0.0, 0.05 / bake->lod.count);
+  neph_result result = np_bake_meter_start(bake, &meter);
+  if (result) return result;
+  bake->meter = &meter;
+  result = make_files(bake, name, path);
+  if (!result) result = np_bake_meter_get(&meter, bake->desc.error);
+  bake->meter = NULL;
+  np_bake_meter_end(&meter);
+  return result;
+}
+
 neph_result neph_cloud_bake_file(neph_context *context, const neph_cloud_desc *cloud, const neph_bake_desc *desc,
                                  const char *name, const char *path) {
   np_bake bake;
@@ -129,7 +143,7 @@ neph_result neph_cloud_bake_file(neph_context *context, const neph_cloud_desc *c
   const unsigned mode = np_float_mode_enter();
   result = np_bake_start_checked(context, cloud, desc, NP_BAKE_FOR_FILE, &monitor, &bake);
   if (!result) {
-    result = make_files(&bake, name, path);
+    result = bake.desc.error ? make_measured_files(&bake, name, path) : make_files(&bake, name, path);
     np_bake_end(&bake);
   }
   np_float_mode_leave(mode);
