@@ -345,6 +345,8 @@ neph_result np_bake_meter_add(np_bake_meter *meter, const np_bake *level, const 
   return result;
 }
 
+double np_bake_meter_count_bytes(void) { return 2.0 * NEPH_BAKE_ERROR_RAYS * sizeof(ray_sums); }
+
 neph_result np_bake_meter_get(const np_bake_meter *meter, neph_bake_error *out_error) {
   neph_bake_error error;
   sum_rays(meter->rays, &error);

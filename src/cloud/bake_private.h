@@ -138,6 +138,7 @@ neph_result np_bake_meter_start(const np_bake *bake, np_bake_meter *out_meter);
 
 /* Adds the error of a level, or of a bake without levels, whose grid is not pruned yet, before and after pruning. */
 neph_result np_bake_meter_add(np_bake_meter *meter, const np_bake *level, const np_sparse_grid *grid);
+double np_bake_meter_count_bytes(void); /* of sums, besides the model */
 neph_result np_bake_meter_get(const np_bake_meter *meter, neph_bake_error *out_error);
 void np_bake_meter_end(np_bake_meter *meter);
 
