@@ -225,8 +225,8 @@ static void levels_lose_what_their_voxels_lose(void **state) {
   neph_context_destroy(context);
 }
 
-/* Where the finest level has all, its samples beyond its cells included, the error is that without levels, to the
- * order of sums; and so it is in a region. */
+/* A finest level that has all, its samples beyond its cells included, errs as a bake without levels, to the bit; and so
+ * it does in a region. */
 static void levels_that_are_one_lose_the_same(void **state) {
   (void)state;
   neph_context *context = test_context_create(2, NULL);

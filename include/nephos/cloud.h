@@ -275,7 +275,8 @@ NEPH_API neph_result neph_cloud_bake(neph_context *context, const neph_cloud_des
  *
  * With desc->lod_count above 1 every size of voxels has a file of its own, which holds what no other holds:
  * "cloud.lod1.vdb", "cloud.lod2.vdb", … beside "cloud.vdb", the smallest. neph_volume_load reads all of them as one
- * volume by the name of the first. */
+ * volume by the name of the first. Region, velocity and error are of all of them; files of regions that meet have the
+ * voxels of the whole, level by level. */
 NEPH_API neph_result neph_cloud_bake_file(neph_context *context, const neph_cloud_desc *cloud,
                                           const neph_bake_desc *desc, const char *name,
                                           const char *path) NEPH_NODISCARD;

@@ -174,8 +174,8 @@ static void add_point(const float fields[FIELD_COUNT], double step_m, ray_sums *
   }
 }
 
-/* Of a region what lies between its outermost samples, so that nothing is measured where it cuts cells in two; a region
- * of one sample has half a voxel around it. */
+/* A region is measured between its outermost samples, so that nothing is where it cuts cells in two; a region of one
+ * sample has half a voxel around it. */
 static double get_region_end_m(const np_bake *bake, int axis, bool is_high) {
   const double pad = bake->region_min[axis] < bake->region_max[axis] ? 0 : 0.5;
   return np_bake_compute_offset_m(bake, axis, is_high ? bake->region_max[axis] + pad : bake->region_min[axis] - pad);

@@ -48,7 +48,7 @@ static np_dvec3 rewind_point(const np_motion *m, const np_cloud_motion *cloud, n
   return np_dvec3_add(a, np_dvec3_scale(np_dvec3_subtract(b, a), at - pose));
 }
 
-/* How far a place of the frame's time moves within a frame, by the velocities of what is there: levels of detail hold
+/* The way of a place of the frame's time within a frame, by the velocities of what is there: levels of detail hold
  * different places. */
 static np_dvec3 compute_step(const np_cloud_motion *cloud, np_dvec3 point) {
   np_dvec3 step = np_dvec3_make(0.0, 0.0, 0.0);

@@ -52,7 +52,7 @@ static bool read_level(const np_velocity_field *field, np_grid_reader *readers, 
   return is_active;
 }
 
-/* Of the finest level that is active there, so that all levels of a cloud move alike; else the background. */
+/* Velocity of the finest level that is active there, so that all levels of a cloud move alike; else the background. */
 static bool read_voxel(const np_velocity_field *field, np_grid_reader *readers, const int32_t voxel[3], float out[3]) {
   const np_dvec3 index = np_dvec3_make(voxel[0], voxel[1], voxel[2]);
   float file[3] = {0.0f, 0.0f, 0.0f};

@@ -215,7 +215,7 @@ neph_result np_volume_load_vector(neph_context *context, const char *path, const
 
 /* ---- Levels of detail ---- */
 
-/* Of a coarser level, which has velocities where the finest has. */
+/* Velocities of a coarser level, which has some where the finest has. */
 static neph_result load_level(const vector_load *finest, const np_vector_request *request, unsigned number,
                               np_sparse_grid *out) {
   char *path = np_volume_name_level(finest->context, finest->path, number);
