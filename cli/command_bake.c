@@ -49,17 +49,46 @@ static void list_losses(const neph_bake_error *error, loss_row out_rows[LOSS_COU
   memcpy(out_rows, rows, sizeof rows);
 }
 
+static void print_loss(const char *meaning, const neph_bake_loss *loss) {
+  printf("%-20s%14.3g%11.3g%12.3g%10.3g\n", meaning, loss->density_rms_per_m, loss->density_max_per_m, loss->depth_rms,
+         loss->depth_max);
+}
+
+static void print_lods(const neph_bake_error *error) {
+  for (size_t k = 0; k < error->lod_count; k++) {
+    char meaning[40];
+    snprintf(meaning, sizeof meaning, "  in voxels of %g m", error->lods[k].voxel_m);
+    print_loss(meaning, &error->lods[k].total);
+  }
+}
+
 static void print_error(const neph_bake_error *error) {
   loss_row rows[LOSS_COUNT];
   list_losses(error, rows);
   printf("%-20s%25s%22s\n%-20s%14s%11s%12s%10s\n", "lost", "density, 1/m", "optical depth", "", "rms", "max", "rms",
          "max");
-  for (int i = 0; i < LOSS_COUNT; i++)
-    printf("%-20s%14.3g%11.3g%12.3g%10.3g\n", rows[i].meaning, rows[i].loss->density_rms_per_m,
-           rows[i].loss->density_max_per_m, rows[i].loss->depth_rms, rows[i].loss->depth_max);
+  for (int i = 0; i < LOSS_COUNT; i++) print_loss(rows[i].meaning, rows[i].loss);
+  print_lods(error);
   printf("%-20s%14.3g%23.3g\n", "of the model's", error->density_rms_per_m, error->depth_rms);
   printf("at %llu points in the cloud, along the %llu of %d rays that meet it\n",
          (unsigned long long)error->point_count, (unsigned long long)error->ray_count, (int)NEPH_BAKE_ERROR_RAYS);
+}
+
+static void print_json_loss(const char *key, const neph_bake_loss *loss) {
+  printf(", \"%s\": {\"density_rms_per_m\": %.6g, \"density_max_per_m\": %.6g, \"depth_rms\": %.6g, "
+         "\"depth_max\": %.6g}",
+         key, loss->density_rms_per_m, loss->density_max_per_m, loss->depth_rms, loss->depth_max);
+}
+
+static void print_json_lods(const neph_bake_error *error) {
+  for (size_t k = 0; k < error->lod_count; k++) {
+    const neph_bake_lod_error *lod = &error->lods[k];
+    printf("%s{\"voxel_m\": %.6g, \"rays\": %llu, \"points\": %llu, \"density_rms_per_m\": %.6g, \"depth_rms\": %.6g",
+           k ? ", " : ", \"levels\": [", lod->voxel_m, (unsigned long long)lod->ray_count,
+           (unsigned long long)lod->point_count, lod->density_rms_per_m, lod->depth_rms);
+    print_json_loss("total", &lod->total);
+    printf("}%s", k + 1 == error->lod_count ? "]" : "");
+  }
 }
 
 static void print_json_error(const neph_bake_error *error) {
@@ -68,11 +97,8 @@ static void print_json_error(const neph_bake_error *error) {
   printf(", \"error\": {\"rays\": %llu, \"points\": %llu, \"density_rms_per_m\": %.6g, \"depth_rms\": %.6g",
          (unsigned long long)error->ray_count, (unsigned long long)error->point_count, error->density_rms_per_m,
          error->depth_rms);
-  for (int i = 0; i < LOSS_COUNT; i++)
-    printf(", \"%s\": {\"density_rms_per_m\": %.6g, \"density_max_per_m\": %.6g, \"depth_rms\": %.6g, "
-           "\"depth_max\": %.6g}",
-           rows[i].key, rows[i].loss->density_rms_per_m, rows[i].loss->density_max_per_m, rows[i].loss->depth_rms,
-           rows[i].loss->depth_max);
+  for (int i = 0; i < LOSS_COUNT; i++) print_json_loss(rows[i].key, rows[i].loss);
+  print_json_lods(error);
   printf("}");
 }
 

@@ -147,6 +147,126 @@ static void measuring_does_not_change_the_file(void **state) {
   neph_context_destroy(context);
 }
 
+/* ---- Levels of detail ---- */
+
+/* In voxels of 25, 50 and 100 m, seen from above a corner; `angle_rad` says how far away each begins. */
+static neph_bake_desc level_bake(double angle_rad) {
+  neph_bake_desc desc = NEPH_BAKE_DESC_DEFAULT;
+  desc.lod_count = 3;
+  desc.lod_angle_rad = angle_rad;
+  for (int a = 0; a < 3; a++) desc.lod_viewer_min_m[a] = desc.lod_viewer_max_m[a] = a < 2 ? -1000 : 1500;
+  return desc;
+}
+
+static neph_cloud_desc level_field(void) {
+  neph_cloud_desc cloud = smooth_field();
+  cloud.voxel_m = 25;
+  cloud.thickness_m = 900;
+  return cloud;
+}
+
+/* Bakes files, which are those of a bake that is not measured. */
+static neph_bake_error measure_files(neph_context *context, const neph_cloud_desc *cloud, const neph_bake_desc *desc) {
+  static const char *const names[] = {"cloud.vdb", "cloud.lod1.vdb", "cloud.lod2.vdb"};
+  char *folder = test_folder_create(), *path = test_path(folder, names[0]);
+  neph_bake_desc with_error = *desc;
+  neph_bake_error error = NEPH_BAKE_ERROR_DEFAULT;
+  with_error.error = &error;
+  assert_int_equal(neph_cloud_bake_file(context, cloud, &with_error, "density", path), NEPH_OK);
+  for (unsigned k = 0; k < desc->lod_count; k++) {
+    char *level = test_path(folder, names[k]);
+    bool is_same;
+    assert_int_equal(neph_cloud_verify_file(context, level, NULL, NULL, &is_same), NEPH_OK);
+    assert_true(is_same);
+    free(level);
+  }
+  free(path);
+  test_folder_destroy(folder);
+  return error;
+}
+
+/* Each point is measured in one level: their sums are those of the whole, and points and rays those of a bake without
+ * levels. Larger voxels lose more. */
+static void levels_lose_what_their_voxels_lose(void **state) {
+  (void)state;
+  neph_context *context = test_context_create(2, NULL);
+  const neph_cloud_desc cloud = level_field();
+  neph_bake_desc desc = level_bake(0.07), fine = NEPH_BAKE_DESC_DEFAULT;
+  fine.prune_per_m = desc.prune_per_m = 0.001;
+  fine.file_precision = desc.file_precision = NEPH_PRECISION_HALF;
+  const neph_bake_error plain = measure_files(context, &cloud, &fine), error = measure_files(context, &cloud, &desc);
+  double squares = 0, max_per_m = 0;
+  uint64_t points = 0;
+  assert_int_equal(plain.lod_count, 0);
+  assert_int_equal(error.lod_count, 3);
+  for (unsigned k = 0; k < 3; k++) {
+    const neph_bake_lod_error *lod = &error.lods[k];
+    print_message("%g m: %llu points, density %.3g of %.3g 1/m, depth %.3g of %.3g\n", lod->voxel_m,
+                  (unsigned long long)lod->point_count, lod->total.density_rms_per_m, lod->density_rms_per_m,
+                  lod->total.depth_rms, lod->depth_rms);
+    assert_near(lod->voxel_m, ldexp(cloud.voxel_m, (int)k), 0);
+    assert_true(lod->point_count > 1000 && lod->ray_count > 100);
+    points += lod->point_count;
+    squares += (double)lod->point_count * lod->total.density_rms_per_m * lod->total.density_rms_per_m;
+    max_per_m = fmax(max_per_m, lod->total.density_max_per_m);
+    if (k == 0) continue;
+    assert_true(lod->total.density_rms_per_m / lod->density_rms_per_m >
+                1.2 * lod[-1].total.density_rms_per_m / lod[-1].density_rms_per_m);
+  }
+  assert_int_equal(points, error.point_count);
+  assert_int_equal(points, plain.point_count);
+  assert_int_equal(error.ray_count, plain.ray_count);
+  assert_near_relative(sqrt(squares / (double)points), error.total.density_rms_per_m, 1e-12); /* sums of doubles */
+  assert_near(error.total.density_max_per_m, max_per_m, 0);
+  assert_near_relative(error.density_rms_per_m, plain.density_rms_per_m, 1e-12);
+  assert_near_relative(error.depth_rms, plain.depth_rms, 1e-12);
+  assert_near_relative(error.detail.density_rms_per_m, plain.detail.density_rms_per_m, 1e-12); /* one model */
+  assert_true(error.sampling.density_rms_per_m > 1.5 * plain.sampling.density_rms_per_m);
+  neph_context_destroy(context);
+}
+
+/* A finest level that has all, its samples beyond its cells included, errs as a bake without levels, to the bit; and so
+ * it does in a region. */
+static void levels_that_are_one_lose_the_same(void **state) {
+  (void)state;
+  neph_context *context = test_context_create(2, NULL);
+  const neph_cloud_desc cloud = level_field();
+  neph_bake_desc desc = level_bake(1e-6), fine = NEPH_BAKE_DESC_DEFAULT;
+  for (int i = 0; i < 2; i++) {
+    const neph_bake_error plain = measure_files(context, &cloud, &fine), error = measure_files(context, &cloud, &desc);
+    assert_int_equal(error.lods[0].point_count, plain.point_count);
+    assert_int_equal(error.lods[2].point_count, 0);
+    assert_memory_equal(&error.total, &plain.total, sizeof error.total);
+    assert_memory_equal(&error.lods[0].total, &plain.total, sizeof error.total);
+    desc.has_region = fine.has_region = true;
+    for (int a = 0; a < 3; a++) desc.region_min_m[a] = fine.region_min_m[a] = a < 2 ? -313.7 : 0;
+    for (int a = 0; a < 3; a++) desc.region_max_m[a] = fine.region_max_m[a] = a < 2 ? 501.2 : 9e3;
+  }
+  neph_context_destroy(context);
+}
+
+/* A region that cuts cells of all levels loses no more than the whole does: nothing is measured beyond the samples. */
+static void a_region_of_levels_is_measured_between_samples(void **state) {
+  (void)state;
+  neph_context *context = test_context_create(2, NULL);
+  const neph_cloud_desc cloud = level_field();
+  neph_bake_desc desc = level_bake(0.07);
+  const neph_bake_error whole = measure_files(context, &cloud, &desc);
+  desc.has_region = true;
+  for (int a = 0; a < 3; a++) desc.region_min_m[a] = a < 2 ? -613.7 : 0;
+  for (int a = 0; a < 3; a++) desc.region_max_m[a] = a < 2 ? 851.2 : 9e3;
+  const neph_bake_error part = measure_files(context, &cloud, &desc);
+  for (unsigned k = 0; k < 3; k++) {
+    const neph_bake_lod_error *a = &part.lods[k], *b = &whole.lods[k];
+    print_message("%g m: %.3g in the region, %.3g in all\n", a->voxel_m,
+                  a->total.density_rms_per_m / a->density_rms_per_m, b->total.density_rms_per_m / b->density_rms_per_m);
+    assert_true(a->point_count > 100);
+    assert_true(a->total.density_rms_per_m / a->density_rms_per_m <
+                1.3 * b->total.density_rms_per_m / b->density_rms_per_m);
+  }
+  neph_context_destroy(context);
+}
+
 /* A clear sky has lost nothing. */
 static void no_cloud_is_no_error(void **state) {
   (void)state;
@@ -199,6 +319,9 @@ int main(void) {
       cmocka_unit_test(smaller_voxels_lose_less),
       cmocka_unit_test(threads_and_kernels_do_not_change_the_figures),
       cmocka_unit_test(measuring_does_not_change_the_file),
+      cmocka_unit_test(levels_lose_what_their_voxels_lose),
+      cmocka_unit_test(levels_that_are_one_lose_the_same),
+      cmocka_unit_test(a_region_of_levels_is_measured_between_samples),
       cmocka_unit_test(no_cloud_is_no_error),
       cmocka_unit_test(the_model_can_be_asked_without_a_grid),
   };

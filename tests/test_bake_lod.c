@@ -4,6 +4,7 @@
 #include "test_clouds.h"
 #include "test_scenes.h"
 
+#include "cloud/bake_private.h"
 #include "core/random.h"
 #include "volume/volume_tint.h"
 
@@ -177,6 +178,138 @@ static void a_far_field_has_no_fine_level(void **state) {
   neph_context_destroy(context);
 }
 
+/* ---- Regions ---- */
+
+/* A level of a bake to a file, as a grid. */
+static np_sparse_grid bake_level(neph_context *context, const neph_cloud_desc *cloud, const neph_bake_desc *desc,
+                                 unsigned number) {
+  np_bake bake, level;
+  np_monitor monitor;
+  np_sparse_grid grid;
+  assert_int_equal(np_bake_start_checked(context, cloud, desc, NP_BAKE_FOR_FILE, &monitor, &bake), NEPH_OK);
+  assert_int_equal(np_bake_get_level(&bake, number, &level), NEPH_OK);
+  assert_int_equal(np_bake_make_grid(&level, "density", &grid), NEPH_OK);
+  np_bake_end(&bake);
+  return grid;
+}
+
+/* The leaf of a grid where another one has its own; NULL: none. */
+static np_leaf *search_leaf(const np_sparse_grid *grid, const int32_t origin[3]) {
+  for (size_t i = 0; i < grid->leaf_count; i++)
+    if (!memcmp(grid->leaves[i].origin, origin, sizeof grid->leaves[i].origin)) return &grid->leaves[i];
+  return NULL;
+}
+
+/* Takes a part out of the whole: its voxels are the whole's, to the bit, and are not taken twice. */
+static void take_part(np_sparse_grid *whole, const np_sparse_grid *part) {
+  assert_memory_equal(&part->index_to_world, &whole->index_to_world, sizeof part->index_to_world);
+  for (size_t i = 0; i < part->leaf_count; i++) {
+    const np_leaf *leaf = &part->leaves[i];
+    np_leaf *of = search_leaf(whole, leaf->origin);
+    assert_non_null(of);
+    for (int n = 0; n < NP_LEAF_SIZE; n++) {
+      const uint64_t bit = leaf->active[n / 64] & UINT64_C(1) << n % 64;
+      if (!bit) continue;
+      assert_true(of->active[n / 64] & bit);
+      assert_memory_equal(&leaf->values[n], &of->values[n], sizeof leaf->values[n]);
+      of->active[n / 64] &= ~bit;
+    }
+  }
+}
+
+/* Four regions that meet in the middle of cells, and between samples of all levels. */
+static void regions_add_up_to_the_whole(void **state) {
+  (void)state;
+  neph_context *context = test_context_create(2, NULL);
+  const neph_cloud_desc cloud = make_field(context, "cumulus_mediocris");
+  const double cuts_m[2] = {-1003.7, -871.3};
+  for (unsigned k = 0; k < LEVELS; k++) {
+    neph_bake_desc desc = make_bake(LEVELS);
+    np_sparse_grid whole = bake_level(context, &cloud, &desc, k);
+    const uint64_t count = np_sparse_grid_count_active(&whole);
+    uint64_t sum = 0;
+    desc.has_region = true;
+    for (int n = 0; n < 4; n++) {
+      for (int a = 0; a < 3; a++) desc.region_min_m[a] = -9e3, desc.region_max_m[a] = 9e3;
+      for (int a = 0; a < 2; a++) *(n >> a & 1 ? &desc.region_min_m[a] : &desc.region_max_m[a]) = cuts_m[a];
+      np_sparse_grid part = bake_level(context, &cloud, &desc, k);
+      sum += np_sparse_grid_count_active(&part);
+      take_part(&whole, &part);
+      np_sparse_grid_clear(&part);
+    }
+    print_message("level %u: %llu voxels in four regions\n", k, (unsigned long long)sum);
+    assert_true(count > 1000);
+    assert_int_equal(sum, count);
+    assert_int_equal(np_sparse_grid_count_active(&whole), 0);
+    np_sparse_grid_clear(&whole);
+  }
+  neph_context_destroy(context);
+}
+
+/* Nearer the border of the region than a voxel the volume fades; farther away it is the whole, and nothing beyond. */
+static void a_region_in_memory_is_the_whole_inside(void **state) {
+  (void)state;
+  neph_context *context = test_context_create(2, NULL);
+  const neph_cloud_desc cloud = make_field(context, "cumulus_mediocris");
+  neph_bake_desc desc = make_bake(LEVELS);
+  const double rim_m = ldexp(cloud.voxel_m, LEVELS - 1);
+  neph_volume *whole = bake(context, &cloud, &desc);
+  desc.has_region = true;
+  for (int a = 0; a < 3; a++) {
+    desc.region_min_m[a] = a < 2 ? -1703.7 : 0;
+    desc.region_max_m[a] = a < 2 ? -103.7 : 9e3;
+  }
+  neph_volume *part = bake(context, &cloud, &desc);
+  np_random random = np_random_start(8, 0, 0, 0, 0);
+  int cloudy = 0;
+  for (int n = 0; n < 50000; n++) {
+    double low_m = INFINITY, at_m[3]; /* from the nearest border, inwards */
+    for (int a = 0; a < 2; a++) {
+      at_m[a] = desc.region_min_m[a] + (1.2 * np_random_double(&random) - 0.1) * 1600;
+      low_m = fmin(low_m, fmin(at_m[a] - desc.region_min_m[a], desc.region_max_m[a] - at_m[a]));
+    }
+    at_m[2] = cloud.base_altitude_m + np_random_double(&random) * cloud.thickness_m;
+    const np_dvec3 p = np_dvec3_make(at_m[0], at_m[1], at_m[2]);
+    const double expected = sample(whole, p);
+    if (low_m < -rim_m) assert_true(sample(part, p) == 0);
+    if (low_m > rim_m) assert_true(sample(part, p) == expected);
+    cloudy += low_m > rim_m && expected > 0;
+  }
+  assert_true(cloudy > 1000);
+  neph_volume_release(part);
+  neph_volume_release(whole);
+  neph_context_destroy(context);
+}
+
+/* Between two samples of the coarsest level, but on one of the finest. */
+static void a_thin_region_is_in_fine_levels_alone(void **state) {
+  (void)state;
+  test_log log;
+  test_log_start(&log);
+  neph_context *context = test_context_create(2, &log);
+  const neph_cloud_desc cloud = make_field(context, "cumulus_mediocris");
+  neph_bake_desc desc = make_bake(LEVELS);
+  neph_volume *volume;
+  np_sparse_grid whole = bake_level(context, &cloud, &desc, 0);
+  const np_dvec3 at = np_affine_point(&whole.index_to_world, np_dvec3_make(whole.leaves[0].origin[0] + 1, 0, 0));
+  np_sparse_grid_clear(&whole);
+  desc.has_region = true;
+  for (int a = 0; a < 3; a++) desc.region_min_m[a] = -9e3, desc.region_max_m[a] = 9e3;
+  desc.region_min_m[0] = at.x - 0.4 * cloud.voxel_m;
+  desc.region_max_m[0] = at.x + 0.4 * cloud.voxel_m;
+  for (unsigned k = 0; k < LEVELS; k++) {
+    np_sparse_grid grid = bake_level(context, &cloud, &desc, k);
+    assert_int_equal(grid.leaf_count > 0, k == 0);
+    np_sparse_grid_clear(&grid);
+  }
+  desc.region_max_m[0] = at.x - 0.3 * cloud.voxel_m;
+  assert_int_equal(neph_cloud_bake(context, &cloud, &desc, &volume), NEPH_ERROR_INVALID_ARGUMENT);
+  assert_one_error(&log, "the region runs from ", "must meet a voxel of the cloud's box");
+  neph_context_destroy(context);
+}
+
+/* ---- Refusals ---- */
+
 static void bad_levels_are_refused(void **state) {
   (void)state;
   test_log log;
@@ -188,9 +321,9 @@ static void bad_levels_are_refused(void **state) {
   assert_int_equal(neph_cloud_bake(context, &cloud, &desc, &volume), NEPH_ERROR_INVALID_ARGUMENT);
   assert_non_null(strstr(log.text, "lod_count is 7, must be in [1, 6]"));
   desc = make_bake(2);
-  desc.has_velocity = true;
+  desc.level_count = 2;
   assert_int_equal(neph_cloud_bake_file(context, &cloud, &desc, "density", "never.vdb"), NEPH_ERROR_INVALID_ARGUMENT);
-  assert_non_null(strstr(log.text, "has_velocity is true, must be false where lod_count is 2, above 1"));
+  assert_non_null(strstr(log.text, "level_count is 2, must be 1 where lod_count is 2, above 1"));
   desc.lod_angle_rad = 0;
   assert_int_equal(neph_cloud_bake(context, &cloud, &desc, &volume), NEPH_ERROR_INVALID_ARGUMENT);
   assert_non_null(strstr(log.text, "lod_angle_rad is 0, must be in (0, 1]"));
@@ -276,6 +409,9 @@ int main(void) {
       cmocka_unit_test(optical_depth_is_kept),
       cmocka_unit_test(threads_do_not_matter),
       cmocka_unit_test(a_far_field_has_no_fine_level),
+      cmocka_unit_test(regions_add_up_to_the_whole),
+      cmocka_unit_test(a_region_in_memory_is_the_whole_inside),
+      cmocka_unit_test(a_thin_region_is_in_fine_levels_alone),
       cmocka_unit_test(bad_levels_are_refused),
       cmocka_unit_test_setup_teardown(pictures_are_those_of_fine_voxels, set_up, tear_down),
       cmocka_unit_test_setup_teardown(levels_ignore_and_exclude, set_up, tear_down),

@@ -30,6 +30,7 @@ static void make_ball(neph_context *context, const test_velocity *recipe, moving
   const np_brick_motion_desc desc = {.rest = &out->volume->bricks,
                                      .index_to_file = out->volume->index_to_world,
                                      .velocity = &out->grids[1],
+                                     .level_count = 1,
                                      .scale = 1.0,
                                      .begin_s = -exposure_s,
                                      .end_s = exposure_s};
@@ -232,6 +233,7 @@ static void too_fast_is_refused(void **state) {
   const np_brick_motion_desc desc = {.rest = &b.volume->bricks,
                                      .index_to_file = b.volume->index_to_world,
                                      .velocity = &b.grids[1],
+                                     .level_count = 1,
                                      .scale = 1.0,
                                      .end_s = 1.0};
   assert_int_equal(np_moving_bricks_build(f->context, &desc, NULL, &b.moving), NEPH_ERROR_BAD_SCENE);

@@ -10,6 +10,7 @@
 #include "core/alloc.h"
 #include "core/file.h"
 #include "core/random.h"
+#include "volume/brick_motion.h"
 #include "volume/volume_levels.h"
 #include "volume/volume_tint.h"
 
@@ -282,6 +283,129 @@ static void files_are_read_without_the_finest_level(void **state) {
   neph_volume_release(halved);
 }
 
+/* ---- Velocities ---- */
+
+enum { WIND_M_S = 8 };
+
+/* Carried by the wind alone, and cut on one side. */
+static int set_up_velocities(void **state) {
+  set_up_files(state);
+  lod_files *f = *state;
+  f->cloud.wind_m_s[0] = WIND_M_S;
+  f->cloud.lifetime_s = 1e7; /* growth of under a micrometre a second */
+  f->desc.has_velocity = f->desc.has_region = true;
+  f->desc.file_precision = NEPH_PRECISION_HALF;
+  for (int a = 0; a < 3; a++) f->desc.region_min_m[a] = -9e3, f->desc.region_max_m[a] = a == 0 ? 1503.7 : 9e3;
+  assert_int_equal(neph_cloud_bake_file(f->context, &f->cloud, &f->desc, "density", f->path), NEPH_OK);
+  return 0;
+}
+
+static unsigned load_velocities(lod_files *f, np_sparse_grid grids[3 * NP_TINT_PARTS_MAX]) {
+  const np_vector_request request = {NP_VECTOR_VELOCITY, NULL, NEPH_IMPORT_REFUSE};
+  unsigned count;
+  memset(grids, 0, 3 * NP_TINT_PARTS_MAX * sizeof *grids);
+  assert_int_equal(np_volume_load_velocities(f->context, f->path, &request, NULL, grids, &count), NEPH_OK);
+  return count;
+}
+
+static void clear_velocities(np_sparse_grid grids[3 * NP_TINT_PARTS_MAX]) {
+  for (int g = 0; g < 3 * NP_TINT_PARTS_MAX; g++) np_sparse_grid_clear(&grids[g]);
+}
+
+/* The wind, at the voxels of each level's density and everywhere else; 8 and 0 m/s are halves. */
+static void each_level_has_the_wind(void **state) {
+  lod_files *f = *state;
+  np_sparse_grid grids[3 * NP_TINT_PARTS_MAX];
+  neph_volume *volume;
+  assert_int_equal(load_velocities(f, grids), LEVELS);
+  assert_int_equal(load(f, &volume), NEPH_OK);
+  uint64_t count = 0;
+  for (unsigned k = 0; k < LEVELS; k++) {
+    for (int a = 0; a < 3; a++) {
+      const np_sparse_grid *grid = &grids[3 * k + (unsigned)a];
+      const float wind_m_s = a == 0 ? WIND_M_S : 0;
+      assert_near(grid->index_to_world.m[a][a], ldexp(f->cloud.voxel_m, (int)k), 1e-9);
+      assert_near(grid->background, wind_m_s, 0);
+      for (size_t i = 0; i < grid->leaf_count; i++)
+        for (int n = 0; n < NP_LEAF_SIZE; n++) assert_near(grid->leaves[i].values[n], wind_m_s, 1e-5);
+    }
+    const uint64_t active = np_sparse_grid_count_active(&grids[3 * k]);
+    assert_true(active > 500);
+    if (k > 0) assert_int_equal(active, np_volume_get_part(volume, k)->active_voxel_count);
+    count += active;
+  }
+  assert_int_equal(count, volume->active_voxel_count);
+  neph_volume_release(volume);
+  clear_velocities(grids);
+}
+
+/* All levels move by all velocities: what is at a place was upwind of it, in whichever level. Velocities are halves, of
+ * which 8 is one; positions of look-ups are floats, of some hundred voxels. */
+static void levels_move_as_one(void **state) {
+  lod_files *f = *state;
+  np_sparse_grid grids[3 * NP_TINT_PARTS_MAX];
+  neph_volume *volume;
+  np_moving_bricks *moving[LEVELS];
+  np_random random = np_random_start(9, 0, 0, 0, 0);
+  const double time_s = 10;
+  int cloudy = 0, crossed = 0;
+  const unsigned level_count = load_velocities(f, grids);
+  assert_int_equal(load(f, &volume), NEPH_OK);
+  for (unsigned k = 0; k < LEVELS; k++) {
+    const neph_volume *level = np_volume_get_part(volume, k);
+    const np_brick_motion_desc desc = {&level->bricks, level->index_to_world, grids, level_count, 1, 0, time_s};
+    assert_int_equal(np_moving_bricks_build(f->context, &desc, NULL, &moving[k]), NEPH_OK);
+  }
+  for (int n = 0; n < 50000; n++) {
+    double at[3], was[3], sum = 0;
+    float expected;
+    unsigned own = LEVELS, other = LEVELS;
+    for (int a = 0; a < 3; a++) was[a] = at[a] = (np_random_double(&random) - 0.5) * 3000;
+    was[2] = at[2] = f->cloud.base_altitude_m + f->cloud.thickness_m * np_random_double(&random);
+    was[0] -= time_s * WIND_M_S;
+    neph_volume_sample(volume, 1, was, &expected);
+    for (unsigned k = 0; k < LEVELS; k++) {
+      const neph_volume *level = np_volume_get_part(volume, k);
+      np_brick_motion motion = moving[k]->motion;
+      np_bricks bricks = moving[k]->bricks;
+      const np_dvec3 index = np_affine_point(&level->world_to_index, np_dvec3_make(at[0], at[1], at[2]));
+      motion.time_s = (float)time_s;
+      bricks.motion = &motion;
+      sum += (double)np_bricks_sample(&bricks, index);
+      if (np_bricks_sample(&level->bricks, index) > 0) own = k;
+      if (np_bricks_sample(&bricks, index) > 0) other = k;
+    }
+    cloudy += expected > 0;
+    crossed += own < LEVELS && other < LEVELS && own != other;
+    assert_near(sum, (double)expected, 1e-3 * f->cloud.extinction_per_m);
+  }
+  print_message("%d cloudy places, %d with cloud of another level\n", cloudy, crossed);
+  assert_true(cloudy > 1000 && crossed > 10);
+  for (unsigned k = 0; k < LEVELS; k++) np_moving_bricks_destroy(moving[k]);
+  neph_volume_release(volume);
+  clear_velocities(grids);
+}
+
+/* A level that was baked again without is no part of a cloud with velocities. */
+static void a_level_without_velocities_is_refused(void **state) {
+  lod_files *f = *state;
+  const np_vector_request request = {NP_VECTOR_VELOCITY, NULL, NEPH_IMPORT_REFUSE};
+  np_sparse_grid grids[3 * NP_TINT_PARTS_MAX] = {0};
+  unsigned count;
+  char *level = np_volume_name_level(f->context, f->path, 1), *other = test_path(f->folder, "other.vdb"),
+       *other_level = np_volume_name_level(f->context, other, 1);
+  f->desc.has_velocity = false;
+  assert_int_equal(neph_cloud_bake_file(f->context, &f->cloud, &f->desc, "density", other), NEPH_OK);
+  assert_int_equal(rename(other_level, level), 0);
+  test_log_clear(&f->log);
+  assert_int_equal(np_volume_load_velocities(f->context, f->path, &request, NULL, grids, &count), NEPH_ERROR_BAD_FILE);
+  assert_one_error(&f->log, "field.lod1.vdb: has no velocity", "bake all of them again");
+  clear_velocities(grids);
+  np_alloc_free(f->context, other_level);
+  np_alloc_free(f->context, level);
+  free(other);
+}
+
 static void levels_are_no_one_grid(void **state) {
   lod_files *f = *state;
   np_sparse_grid grid;
@@ -342,6 +466,47 @@ static void a_scene_bakes_its_levels_to_files(void **state) {
   free(last);
   free(path);
   test_folder_destroy(folder);
+}
+
+/* The cloud moves by the wind in each pixel, whatever its level: by one frame's way over its depth, in focal lengths of
+ * 48 pixels. A pixel that blends places is off by what their depths differ, their mean by far less. */
+static void motion_vectors_are_of_all_levels(void **state) {
+  lod_files *f = *state;
+  char text[1024];
+  void *own = NULL;
+  neph_image *image;
+  double sum = 0;
+  int count = 0, far_count = 0;
+  snprintf(text, sizeof text,
+           "version: 1\n"
+           "frame_rate: 1\n"
+           "camera: {position: [-1000 m, -2800 m, 1500 m], look_at: [-1000 m, 0 m, 1500 m], fov: 53.1301 deg,\n"
+           "  resolution: [48, 27]}\n"
+           "sun: {elevation: 40 deg, azimuth: 180 deg}\n"
+           "atmosphere: none\n"
+           "clouds: [{vdb: %s, extinction: 1 1/m}]\n"
+           "render: {samples: 4, light_memory: 0.001 GB}\n"
+           "output: {aovs: [motion, position, transmittance], pixel_type: float}\n",
+           f->path);
+  assert_int_equal(set_up_scene(&own, 2, text), 0);
+  if (neph_render_image(((fixture *)own)->scene, NULL, &image)) fail_msg("%s", ((fixture *)own)->log.text);
+  const float *shift = neph_image_get_channel(image, "forward.u"), *y = neph_image_get_channel(image, "position.Y"),
+              *clear = neph_image_get_channel(image, "transmittance");
+  assert_non_null(shift);
+  for (int i = 0; i < 48 * 27; i++) {
+    if (clear[i] > 0.01f) continue;
+    const double depth_m = (double)y[i] + 2800;
+    const double share = (double)shift[i] * depth_m / (48 * WIND_M_S);
+    assert_near(share, 1, 0.5);
+    sum += share;
+    count++;
+    far_count += depth_m > 1300; /* beyond the finest level */
+  }
+  print_message("%d pixels of cloud, %d of them far away, mean %.4f\n", count, far_count, sum / count);
+  assert_true(count > 30 && far_count > 10);
+  assert_near(sum / count, 1, 0.02);
+  neph_image_destroy(image);
+  assert_int_equal(tear_down(&own), 0);
 }
 
 /* A copy of such a cloud keeps its levels; its light is solved apart. */
@@ -445,6 +610,11 @@ int main(void) {
       cmocka_unit_test(what_is_no_set_of_levels_is_refused),
       cmocka_unit_test_setup_teardown(files_are_the_field, set_up_files, tear_down_files),
       cmocka_unit_test_setup_teardown(each_level_is_verified_and_read_alone, set_up_files, tear_down_files),
+      cmocka_unit_test_setup_teardown(each_level_is_verified_and_read_alone, set_up_velocities, tear_down_files),
+      cmocka_unit_test_setup_teardown(each_level_has_the_wind, set_up_velocities, tear_down_files),
+      cmocka_unit_test_setup_teardown(levels_move_as_one, set_up_velocities, tear_down_files),
+      cmocka_unit_test_setup_teardown(a_level_without_velocities_is_refused, set_up_velocities, tear_down_files),
+      cmocka_unit_test_setup_teardown(motion_vectors_are_of_all_levels, set_up_velocities, tear_down_files),
       cmocka_unit_test_setup_teardown(a_level_that_is_missing_or_of_another_bake_is_refused, set_up_files,
                                       tear_down_files),
       cmocka_unit_test(the_finest_level_goes_into_the_next),

@@ -197,11 +197,20 @@ typedef struct neph_bake_loss {
   double depth_rms, depth_max;
 } neph_bake_loss;
 
+/** Error of one level of detail, at the points and along the parts of rays that are in its cells. */
+typedef struct neph_bake_lod_error {
+  double voxel_m;                      /**< edge of its voxels */
+  uint64_t ray_count, point_count;     /**< that meet the model's cloud there */
+  double density_rms_per_m, depth_rms; /**< of the model's own, there */
+  neph_bake_loss total;                /**< by all causes */
+} neph_bake_lod_error;
+
 /** Error of a bake against its model evaluated directly, with all its detail.
  *
  * Found along NEPH_BAKE_ERROR_RAYS random lines through the cloud's box, as likely to pass through one point as another
  * and in one direction as another, in steps of half a voxel; between voxels the grid is trilinear. Squares are summed
- * over all points and rays, and divided by the number of those that meet the model's cloud. */
+ * over all points and rays, and divided by the number of those that meet the model's cloud. Of levels of detail the
+ * rays are the same, in steps of half of the smallest voxel, and each point is looked up in the level that has it. */
 typedef struct neph_bake_error {
   size_t struct_size;
   uint64_t ray_count;       /**< that meet the model's cloud */
@@ -213,7 +222,9 @@ typedef struct neph_bake_error {
   neph_bake_loss sampling;  /**< what is left, on voxels with straight lines between them */
   neph_bake_loss half;      /**< by halves in the file */
   neph_bake_loss pruning;
-  neph_bake_loss total; /**< by all of these */
+  neph_bake_loss total;                         /**< by all of these */
+  size_t lod_count;                             /**< levels of detail; 0: it is a bake without */
+  neph_bake_lod_error lods[NEPH_BAKE_LODS_MAX]; /**< of each, from the finest on */
 } neph_bake_error;
 
 #define NEPH_BAKE_ERROR_DEFAULT                                                                                        \
@@ -236,8 +247,7 @@ typedef struct neph_bake_desc {
   double region_max_m[3];        /**< greater (default 0, 0, 0) */
   unsigned lod_count;         /**< sizes of voxels: voxel_m near the viewer, 2, 4, … times that farther away, but none
                                    above an eighth of the thickness; each place is held at one size, and all sample
-                                   one model; 1 to NEPH_BAKE_LODS_MAX; above 1 without region, velocity, error and
-                                   level_count (default 1) */
+                                   one model; 1 to NEPH_BAKE_LODS_MAX; above 1 with a level_count of 1 (default 1) */
   double lod_viewer_min_m[3]; /**< box of the world that holds all viewers (default 0, 0, 0) */
   double lod_viewer_max_m[3]; /**< no less (default 0, 0, 0) */
   double lod_angle_rad;       /**< that a voxel may span from the viewer before a smaller size is taken, while there
@@ -265,7 +275,8 @@ NEPH_API neph_result neph_cloud_bake(neph_context *context, const neph_cloud_des
  *
  * With desc->lod_count above 1 every size of voxels has a file of its own, which holds what no other holds:
  * "cloud.lod1.vdb", "cloud.lod2.vdb", … beside "cloud.vdb", the smallest. neph_volume_load reads all of them as one
- * volume by the name of the first. */
+ * volume by the name of the first. Region, velocity and error are of all of them; files of regions that meet have the
+ * voxels of the whole, level by level. */
 NEPH_API neph_result neph_cloud_bake_file(neph_context *context, const neph_cloud_desc *cloud,
                                           const neph_bake_desc *desc, const char *name,
                                           const char *path) NEPH_NODISCARD;

@@ -78,13 +78,20 @@ static uint64_t compute_mask_above(const float *values, float limit) {
   return above;
 }
 
+/* Whether voxels of a leaf may be outside what is baked. */
+static bool is_cut(const np_bake *bake) { return bake->desc.has_region || bake->model.desc.repeat_m > 0; }
+
+static void clear_values(float *values, uint64_t kept) {
+  for (int n = 0; n < 64; n++) values[n] = kept >> n & 1u ? values[n] : 0.0f;
+}
+
 /* One slice of a leaf: what is kept of it is active, all else 0. */
 static void finish_slice(const bake_job *job, const leaf_origin *origin, int32_t i, np_leaf *leaf) {
   float *values = leaf->values + 64 * i;
   const uint64_t cloudy = compute_mask_above(values, 0.0f);
   uint64_t kept = compute_mask_above(values, job->prune_per_m);
-  if (job->bake->desc.has_region || job->bake->model.desc.repeat_m > 0) kept &= compute_row_mask(job->bake, origin, i);
-  for (int n = 0; n < 64 && kept != cloudy; n++) values[n] = kept >> n & 1u ? values[n] : 0.0f;
+  if (is_cut(job->bake)) kept &= compute_row_mask(job->bake, origin, i);
+  if (kept != cloudy) clear_values(values, kept);
   leaf->active[i] = kept;
 }
 
@@ -107,7 +114,7 @@ static void eval_batch(const bake_job *job, const np_bake_points *of, leaf_batch
 
 /* Samples of a leaf that another level of detail has: those that the cells before it share with it, on its first
  * planes. None of them is active. */
-static void eval_border(const bake_job *job, const np_bake_points *points, np_leaf *leaf) {
+static void eval_border(const bake_job *job, const leaf_origin *origin, const np_bake_points *points, np_leaf *leaf) {
   leaf_batch batch;
   size_t count = 0;
   memset(leaf, 0, sizeof *leaf);
@@ -115,13 +122,15 @@ static void eval_border(const bake_job *job, const np_bake_points *points, np_le
     if (n / 64 == 0 || n / 8 % 8 == 0 || n % 8 == 0) batch.voxel[count++] = n;
   batch.points.count = count;
   eval_batch(job, points, &batch, leaf);
+  for (int32_t i = 0; i < NP_LEAF_EDGE && is_cut(job->bake); i++)
+    clear_values(leaf->values + 64 * i, compute_row_mask(job->bake, origin, i));
 }
 
 static void eval_leaf(const bake_job *job, const leaf_origin *origin, np_leaf *leaf) {
   np_bake_points points;
   list_points(job->bake, origin, &points);
   if (job->bake->lod.count > 1 && !np_bake_owns_leaf(job->bake, origin->index)) {
-    eval_border(job, &points, leaf);
+    eval_border(job, origin, &points, leaf);
   } else {
     np_bake_eval(&job->bake->model, &points, leaf->values);
     for (int32_t i = 0; i < NP_LEAF_EDGE; i++) finish_slice(job, origin, i, leaf);
@@ -283,7 +292,8 @@ void np_bake_prune(const np_bake *bake, np_sparse_grid *grid) {
   for (size_t i = 0; i < grid->leaf_count; i++) {
     np_leaf *leaf = &grid->leaves[i];
     for (int n = 0; n < NP_LEAF_SIZE; n++) {
-      if (leaf->values[n] > prune_per_m) continue;
+      const bool is_active = leaf->active[n / 64] >> n % 64 & 1u;
+      if (is_active && leaf->values[n] > prune_per_m) continue;
       leaf->values[n] = 0.0f;
       leaf->active[n / 64] &= ~(UINT64_C(1) << (n % 64));
     }

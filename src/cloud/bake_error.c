@@ -46,17 +46,16 @@ static const cause causes[] = {
 enum { CAUSE_COUNT = sizeof causes / sizeof *causes };
 
 /* Sums over the points of one ray. */
-typedef struct ray_sums {
+typedef struct np_bake_ray_sums {
   uint64_t point_count;
   double depth[FIELD_COUNT];
   double density2, difference2[CAUSE_COUNT], difference_max[CAUSE_COUNT];
 } ray_sums;
 
 typedef struct error_job {
-  const np_bake *bake;
-  const np_cloud_model *detailed;
+  const np_bake *bake; /* the level */
+  const np_bake_meter *meter;
   const np_bricks *bricks;
-  double low_m[3], high_m[3]; /* the box */
   double step_m;
   bool is_half;
   float prune_per_m;
@@ -74,11 +73,11 @@ static bool clip_ray(const error_job *job, error_ray *r) {
   double begin = -INFINITY, end = INFINITY;
   for (int a = 0; a < 3; a++) {
     if (r->direction[a] == 0) {
-      if (r->origin_m[a] < job->low_m[a] || r->origin_m[a] > job->high_m[a]) return false;
+      if (r->origin_m[a] < job->meter->low_m[a] || r->origin_m[a] > job->meter->high_m[a]) return false;
       continue;
     }
-    const double one = (job->low_m[a] - r->origin_m[a]) / r->direction[a];
-    const double other = (job->high_m[a] - r->origin_m[a]) / r->direction[a];
+    const double one = (job->meter->low_m[a] - r->origin_m[a]) / r->direction[a];
+    const double other = (job->meter->high_m[a] - r->origin_m[a]) / r->direction[a];
     begin = fmax(begin, fmin(one, other));
     end = fmin(end, fmax(one, other));
   }
@@ -96,13 +95,14 @@ static bool draw_ray(const error_job *job, np_random *random, error_ray *out_ray
   np_vec3 tangent, bitangent;
   np_frame_around(direction, &tangent, &bitangent);
   double diagonal2 = 0;
-  for (int a = 0; a < 3; a++) diagonal2 += (job->high_m[a] - job->low_m[a]) * (job->high_m[a] - job->low_m[a]);
+  for (int a = 0; a < 3; a++)
+    diagonal2 += (job->meter->high_m[a] - job->meter->low_m[a]) * (job->meter->high_m[a] - job->meter->low_m[a]);
   const double radius = 0.5 * sqrt(diagonal2 * np_random_double(random));
   const np_vec3 offset = np_vec3_add(np_vec3_scale(tangent, (float)(radius * cos(turn))),
                                      np_vec3_scale(bitangent, (float)(radius * sin(turn))));
   *out_ray =
       (error_ray){.origin_m = {offset.x, offset.y, offset.z}, .direction = {direction.x, direction.y, direction.z}};
-  for (int a = 0; a < 3; a++) out_ray->origin_m[a] += 0.5 * (job->low_m[a] + job->high_m[a]);
+  for (int a = 0; a < 3; a++) out_ray->origin_m[a] += 0.5 * (job->meter->low_m[a] + job->meter->high_m[a]);
   return clip_ray(job, out_ray);
 }
 
@@ -143,7 +143,7 @@ static float interpolate(const float corners[8], const float place[3]) {
 }
 
 static void read_grid(const error_job *job, const double offset_m[3], float out_fields[FIELD_COUNT]) {
-  const double voxel_m = job->bake->model.desc.voxel_m;
+  const double voxel_m = job->bake->voxel_m;
   double index[3];
   for (int a = 0; a < 3; a++) index[a] = (offset_m[a] - np_bake_compute_offset_m(job->bake, a, 0)) / voxel_m;
   float corners[8], half[8], pruned[8], written[8], place[3];
@@ -174,17 +174,34 @@ static void add_point(const float fields[FIELD_COUNT], double step_m, ray_sums *
   }
 }
 
-/* Offsets of up to a block of points of a ray, from number `first` on. */
+/* A region is measured between its outermost samples, so that nothing is where it cuts cells in two; a region of one
+ * sample has half a voxel around it. */
+static double get_region_end_m(const np_bake *bake, int axis, bool is_high) {
+  const double pad = bake->region_min[axis] < bake->region_max[axis] ? 0 : 0.5;
+  return np_bake_compute_offset_m(bake, axis, is_high ? bake->region_max[axis] + pad : bake->region_min[axis] - pad);
+}
+
+/* Whether a level has a point: it is in one of its cells, and in the region between samples of its own. */
+static bool has_point(const np_bake *bake, const double offset_m[3]) {
+  if (bake->lod.count == 1) return true;
+  for (int a = 0; a < 3 && bake->desc.has_region; a++)
+    if (offset_m[a] < get_region_end_m(bake, a, false) || offset_m[a] > get_region_end_m(bake, a, true)) return false;
+  return np_bake_owns_point(bake, offset_m);
+}
+
+/* Offsets of the level's points among up to a block of points of a ray, from number `first` on; the count of all. */
 static size_t compute_points(const error_job *job, const error_ray *r, double start, double step_m, size_t first,
                              double (*out_offsets_m)[3], np_bake_points *points) {
+  size_t n = 0;
   points->count = 0;
-  for (size_t n = 0; n < NP_CLOUD_BLOCK; n++) {
+  for (; n < NP_CLOUD_BLOCK; n++) {
     const double t = ((double)(first + n) + start) * step_m;
+    double *offset_m = out_offsets_m[points->count];
     if (!(t < r->length_m)) break;
-    for (int a = 0; a < 3; a++) out_offsets_m[n][a] = r->origin_m[a] + t * r->direction[a];
-    np_bake_add_point(job->bake, out_offsets_m[n], points);
+    for (int a = 0; a < 3; a++) offset_m[a] = r->origin_m[a] + t * r->direction[a];
+    if (has_point(job->bake, offset_m)) np_bake_add_point(job->bake, offset_m, points);
   }
-  return points->count;
+  return n;
 }
 
 static void measure_ray(const error_job *job, const error_ray *r, double start, ray_sums *sums) {
@@ -194,9 +211,9 @@ static void measure_ray(const error_job *job, const error_ray *r, double start, 
   np_bake_points points;
   size_t first = 0, count;
   while ((count = compute_points(job, r, start, step_m, first, offsets_m, &points))) {
-    np_bake_eval(job->detailed, &points, model);
+    np_bake_eval(&job->meter->detailed, &points, model);
     np_bake_eval(&job->bake->model, &points, limited);
-    for (size_t n = 0; n < count; n++) {
+    for (size_t n = 0; n < points.count; n++) {
       float fields[FIELD_COUNT] = {[FIELD_MODEL] = model[n], [FIELD_LIMITED] = limited[n]};
       read_grid(job, offsets_m[n], fields);
       add_point(fields, step_m, sums);
@@ -249,61 +266,102 @@ static void take_roots(neph_bake_error *error) {
   }
 }
 
-/* ---- The measurement ---- */
-
-/* The field, so that voxels of any size meet the same rays; but of a region what lies between its outermost samples, so
- * that nothing is measured where it cuts cells in two. A region of one sample has half a voxel around it. */
-static void set_box(error_job *job) {
-  const np_bake *bake = job->bake;
-  np_bake_compute_field(bake, job->low_m, job->high_m);
-  for (int a = 0; a < 3 && bake->desc.has_region; a++) {
-    const double pad = bake->region_min[a] < bake->region_max[a] ? 0 : 0.5;
-    job->low_m[a] = fmax(job->low_m[a], np_bake_compute_offset_m(bake, a, bake->region_min[a] - pad));
-    job->high_m[a] = fmin(job->high_m[a], np_bake_compute_offset_m(bake, a, bake->region_max[a] + pad));
+static void add_rays(const ray_sums *rays, ray_sums *to) {
+  for (size_t i = 0; i < NEPH_BAKE_ERROR_RAYS; i++) {
+    to[i].point_count += rays[i].point_count;
+    to[i].density2 += rays[i].density2;
+    for (int f = 0; f < FIELD_COUNT; f++) to[i].depth[f] += rays[i].depth[f];
+    for (int c = 0; c < CAUSE_COUNT; c++) {
+      to[i].difference2[c] += rays[i].difference2[c];
+      to[i].difference_max[c] = fmax(to[i].difference_max[c], rays[i].difference_max[c]);
+    }
   }
 }
 
-static neph_result measure(error_job *job, const np_sparse_grid *grid, neph_bake_error *out_error) {
-  neph_context *context = job->bake->context;
-  np_bricks bricks;
-  const np_monitor_part whole = np_monitor_get_part(job->bake->monitor);
-  np_monitor_set_part(job->bake->monitor, whole, 0.0, 0.2);
-  neph_result result = np_bricks_build(context, grid, NEPH_PRECISION_FLOAT, NULL, job->bake->monitor, &bricks);
-  if (result) return result;
-  job->bricks = &bricks;
-  job->rays = np_alloc(context, NEPH_BAKE_ERROR_RAYS, sizeof *job->rays);
-  result = job->rays ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
-  np_monitor_set_part(job->bake->monitor, whole, 0.2, 1.0);
-  np_monitor_set_stage(job->bake->monitor, "measuring the error");
-  if (!result) result = np_parallel_for(context, job->bake->monitor, NEPH_BAKE_ERROR_RAYS, 8, measure_rays, job);
-  if (!result) {
-    neph_bake_error error;
-    sum_rays(job->rays, &error);
-    take_roots(&error);
-    result = np_desc_write(context, "neph_bake_error", &error, sizeof error, out_error);
+/* ---- The measurement ---- */
+
+/* The field, so that voxels of any size meet the same rays; but of a region no more than the finest level has. */
+static void set_box(np_bake_meter *meter) {
+  const np_bake *bake = meter->bake;
+  np_bake_compute_field(bake, meter->low_m, meter->high_m);
+  for (int a = 0; a < 3 && bake->desc.has_region; a++) {
+    meter->low_m[a] = fmax(meter->low_m[a], get_region_end_m(bake, a, false));
+    meter->high_m[a] = fmin(meter->high_m[a], get_region_end_m(bake, a, true));
   }
-  np_alloc_free(context, job->rays);
+}
+
+neph_result np_bake_meter_start(const np_bake *bake, np_bake_meter *out_meter) {
+  neph_cloud_desc cloud = bake->model.desc;
+  cloud.voxel_m = fmin(cloud.voxel_m, 1e-3 * cloud.billow_m); /* finer than any of its features */
+  *out_meter = (np_bake_meter){.bake = bake, .lod_count = bake->lod.count > 1 ? bake->lod.count : 0};
+  set_box(out_meter);
+  out_meter->rays = np_alloc(bake->context, NEPH_BAKE_ERROR_RAYS, sizeof *out_meter->rays);
+  if (!out_meter->rays) return NEPH_ERROR_OUT_OF_MEMORY;
+  np_monitor_set_stage(bake->monitor, "preparing the error");
+  const neph_result result = np_cloud_model_build(bake->context, &cloud, bake->monitor, &out_meter->detailed);
+  if (result) np_alloc_free(bake->context, out_meter->rays);
+  return result;
+}
+
+void np_bake_meter_end(np_bake_meter *meter) {
+  np_cloud_model_clear(&meter->detailed);
+  np_alloc_free(meter->bake->context, meter->rays);
+}
+
+static void add_level(np_bake_meter *meter, const np_bake *level, const ray_sums *rays) {
+  neph_bake_error own;
+  add_rays(rays, meter->rays);
+  sum_rays(rays, &own);
+  take_roots(&own);
+  meter->lods[level->lod.level] = (neph_bake_lod_error){.voxel_m = level->voxel_m,
+                                                        .ray_count = own.ray_count,
+                                                        .point_count = own.point_count,
+                                                        .density_rms_per_m = own.density_rms_per_m,
+                                                        .depth_rms = own.depth_rms,
+                                                        .total = own.total};
+}
+
+neph_result np_bake_meter_add(np_bake_meter *meter, const np_bake *level, const np_sparse_grid *grid) {
+  neph_context *context = level->context;
+  np_bricks bricks;
+  const np_monitor_part whole = np_monitor_get_part(level->monitor);
+  np_monitor_set_part(level->monitor, whole, 0.0, 0.2);
+  neph_result result = np_bricks_build(context, grid, NEPH_PRECISION_FLOAT, NULL, level->monitor, &bricks);
+  if (result) return result;
+  error_job job = {.bake = level,
+                   .meter = meter,
+                   .bricks = &bricks,
+                   .step_m = 0.5 * level->model.desc.voxel_m,
+                   .is_half = level->desc.file_precision == NEPH_PRECISION_HALF,
+                   .prune_per_m = (float)level->desc.prune_per_m,
+                   .rays = np_alloc(context, NEPH_BAKE_ERROR_RAYS, sizeof *job.rays)};
+  result = job.rays ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+  np_monitor_set_part(level->monitor, whole, 0.2, 1.0);
+  np_monitor_set_stage(level->monitor, "measuring the error");
+  if (!result) result = np_parallel_for(context, level->monitor, NEPH_BAKE_ERROR_RAYS, 8, measure_rays, &job);
+  if (!result) add_level(meter, level, job.rays);
+  np_alloc_free(context, job.rays);
   np_bricks_clear(&bricks);
   return result;
 }
 
+double np_bake_meter_count_bytes(void) { return 2.0 * NEPH_BAKE_ERROR_RAYS * sizeof(ray_sums); }
+
+neph_result np_bake_meter_get(const np_bake_meter *meter, neph_bake_error *out_error) {
+  neph_bake_error error;
+  sum_rays(meter->rays, &error);
+  take_roots(&error);
+  error.lod_count = meter->lod_count;
+  for (size_t k = 0; k < meter->lod_count; k++) error.lods[k] = meter->lods[k];
+  return np_desc_write(meter->bake->context, "neph_bake_error", &error, sizeof error, out_error);
+}
+
 neph_result np_bake_measure_error(const np_bake *bake, const np_sparse_grid *grid, neph_bake_error *out_error) {
-  neph_cloud_desc cloud = bake->model.desc;
-  np_cloud_model detailed;
-  cloud.voxel_m = fmin(cloud.voxel_m, 1e-3 * cloud.billow_m); /* finer than any of its features */
-  const np_monitor_part whole = np_monitor_get_part(bake->monitor);
-  np_monitor_set_part(bake->monitor, whole, 0.0, 0.2);
-  np_monitor_set_stage(bake->monitor, "preparing the error");
-  neph_result result = np_cloud_model_build(bake->context, &cloud, bake->monitor, &detailed);
+  np_bake_meter meter;
+  neph_result result = np_bake_meter_start(bake, &meter);
   if (result) return result;
-  error_job job = {.bake = bake,
-                   .detailed = &detailed,
-                   .step_m = 0.5 * bake->model.desc.voxel_m,
-                   .is_half = bake->desc.file_precision == NEPH_PRECISION_HALF,
-                   .prune_per_m = (float)bake->desc.prune_per_m};
-  set_box(&job);
-  np_monitor_set_part(bake->monitor, whole, 0.2, 1.0);
-  result = measure(&job, grid, out_error);
-  np_cloud_model_clear(&detailed);
+  result = np_bake_meter_add(&meter, bake, grid);
+  if (!result) result = np_bake_meter_get(&meter, out_error);
+  np_bake_meter_end(&meter);
   return result;
 }

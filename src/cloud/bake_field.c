@@ -93,18 +93,26 @@ static neph_result compute_extent(np_bake *bake) {
 }
 
 /* Cuts off along one axis what lies outside the region. */
-static neph_result clip_axis(np_bake *bake, int a) {
+static void clip_axis(np_bake *bake, int a) {
   const neph_cloud_desc *cloud = &bake->model.desc;
-  const double region_min_m = bake->desc.region_min_m[a], region_max_m = bake->desc.region_max_m[a];
   const double first_m = (a == 2 ? cloud->base_altitude_m : cloud->center_m[a]) + np_bake_compute_offset_m(bake, a, 0);
-  const double low = ceil((region_min_m - first_m) / bake->voxel_m);
-  const double high = floor((region_max_m - first_m) / bake->voxel_m);
+  const double low = ceil((bake->desc.region_min_m[a] - first_m) / bake->voxel_m);
+  const double high = floor((bake->desc.region_max_m[a] - first_m) / bake->voxel_m);
   if (low > bake->region_min[a]) bake->region_min[a] = (int32_t)fmin(low, bake->region_max[a] + 1);
   if (high < bake->region_max[a]) bake->region_max[a] = (int32_t)fmax(high, bake->region_min[a] - 1);
-  if (bake->region_min[a] <= bake->region_max[a]) return NEPH_OK;
+}
+
+/* A region without a sample of the finest level holds nothing; one without a sample of another does not hold that. */
+static neph_result clip_leaves(np_bake *bake, int a) {
+  const bool is_empty = bake->region_min[a] > bake->region_max[a];
+  const int32_t begin = (int32_t)floor((double)bake->region_min[a] / NP_LEAF_EDGE);
+  bake->leaf_count[a] = is_empty ? 0 : (int32_t)floor((double)bake->region_max[a] / NP_LEAF_EDGE) - begin + 1;
+  bake->leaf_begin[a] = begin;
+  if (!is_empty || bake->lod.level > 0) return NEPH_OK;
   return np_fail(bake->context, NEPH_ERROR_INVALID_ARGUMENT,
                  "%s: the region runs from %g to %g m along %c, must meet a voxel of the cloud's box",
-                 np_cloud_desc_name(cloud), region_min_m, region_max_m, "xyz"[a]);
+                 np_cloud_desc_name(&bake->model.desc), bake->desc.region_min_m[a], bake->desc.region_max_m[a],
+                 "xyz"[a]);
 }
 
 /* Clips the box of leaves to those that hold voxels of the region. */
@@ -114,11 +122,9 @@ static neph_result clip_extent(np_bake *bake) {
     bake->region_max[a] = (bake->leaf_begin[a] + bake->leaf_count[a]) * NP_LEAF_EDGE - 1;
     if (a < 2 && bake->model.desc.repeat_m > 0) /* the next tile's begin */
       bake->region_max[a] = (int32_t)round(-2 * bake->shift[a]);
-    const neph_result result = bake->desc.has_region ? clip_axis(bake, a) : NEPH_OK;
+    if (bake->desc.has_region) clip_axis(bake, a);
+    const neph_result result = clip_leaves(bake, a);
     if (result) return result;
-    const int32_t begin = (int32_t)floor((double)bake->region_min[a] / NP_LEAF_EDGE);
-    bake->leaf_count[a] = (int32_t)floor((double)bake->region_max[a] / NP_LEAF_EDGE) - begin + 1;
-    bake->leaf_begin[a] = begin;
   }
   return NEPH_OK;
 }
@@ -138,10 +144,9 @@ static void clip_to_level(np_bake *bake) {
 
 static neph_result set_box(np_bake *bake) {
   neph_result result = compute_extent(bake);
-  if (result) return result;
-  if (bake->lod.count == 1) return clip_extent(bake);
-  clip_to_level(bake);
-  return NEPH_OK;
+  if (!result) result = clip_extent(bake);
+  if (!result && bake->lod.count > 1) clip_to_level(bake);
+  return result;
 }
 
 /* ---- Start ---- */

@@ -24,7 +24,7 @@ static void clear_grids(bake_grids *grids) {
 }
 
 static neph_result measure(const np_bake *bake, np_sparse_grid *grid) {
-  neph_result result = np_bake_measure_error(bake, grid, bake->desc.error);
+  neph_result result = np_bake_meter_add(bake->meter, bake, grid);
   if (!result) np_bake_prune(bake, grid);
   return result;
 }
@@ -45,7 +45,7 @@ static neph_result make_grids(np_bake *bake, const char *name, bake_grids *out_g
   np_monitor_set_part(bake->monitor, whole, 0.05, 0.6);
   neph_result result = np_bake_make_grid(bake, name, &levels[0]);
   np_monitor_set_part(bake->monitor, whole, 0.6, 0.8);
-  if (!result && bake->desc.error) result = measure(bake, &levels[0]);
+  if (!result && bake->meter) result = measure(bake, &levels[0]);
   for (unsigned i = 1; !result && i < bake->desc.level_count; i++) result = make_level(bake, name, i, levels);
   np_monitor_set_part(bake->monitor, whole, 0.8, 0.9);
   if (!result && bake->desc.has_velocity) result = np_bake_make_velocity(bake, &levels[0], out_grids->velocity);
@@ -54,8 +54,8 @@ static neph_result make_grids(np_bake *bake, const char *name, bake_grids *out_g
 
 /* ---- Writing ---- */
 
-/* Those of a velocity, of a density, and of a density in levels of detail, in this order. */
-enum { VELOCITY_ATTRIBUTES = 3, DENSITY_ATTRIBUTES = 4, LEVEL_ATTRIBUTES = 6 };
+/* Those of a velocity, of a density, and, behind either, of levels of detail. */
+enum { VELOCITY_ATTRIBUTES = 3, DENSITY_ATTRIBUTES = 4, LEVEL_ATTRIBUTES = 2 };
 
 /* Extinction says what a value of 1 is; a velocity needs no such thing. */
 static neph_result save(const np_bake *bake, const bake_grids *grids, const char *path) {
@@ -64,24 +64,26 @@ static neph_result save(const np_bake *bake, const bake_grids *grids, const char
   neph_result result = np_cloud_desc_to_json(bake->context, &bake->model.desc, desc, &params);
   if (result) return result;
   snprintf(seed, sizeof seed, "%llu", (unsigned long long)bake->model.desc.seed);
-  const np_vdb_attribute of_density[LEVEL_ATTRIBUTES] = {{.name = "nephos:params", .text = params},
-                                                         {.name = "nephos:seed", .text = seed},
-                                                         {.name = "units", .text = "1/m"},
-                                                         {.name = "nephos:extinction_per_value", .number = 1},
-                                                         {.name = "nephos:level", .number = bake->lod.level},
-                                                         {.name = "nephos:level_count", .number = bake->lod.count}};
-  const np_vdb_attribute of_velocity[VELOCITY_ATTRIBUTES] = {
-      of_density[0], of_density[1], {.name = "units", .text = "m/s"}};
-  const size_t attribute_count = bake->lod.count > 1 ? LEVEL_ATTRIBUTES : DENSITY_ATTRIBUTES;
+  const np_vdb_attribute of_density[DENSITY_ATTRIBUTES + LEVEL_ATTRIBUTES] = {
+      {.name = "nephos:params", .text = params},
+      {.name = "nephos:seed", .text = seed},
+      {.name = "units", .text = "1/m"},
+      {.name = "nephos:extinction_per_value", .number = 1},
+      {.name = "nephos:level", .number = bake->lod.level},
+      {.name = "nephos:level_count", .number = bake->lod.count}};
+  const np_vdb_attribute of_velocity[VELOCITY_ATTRIBUTES + LEVEL_ATTRIBUTES] = {
+      of_density[0], of_density[1], {.name = "units", .text = "m/s"}, of_density[4], of_density[5]};
+  const size_t level_attributes = bake->lod.count > 1 ? LEVEL_ATTRIBUTES : 0;
   np_vdb_write_grid out[GRIDS_MAX];
   size_t count = 0;
   const int is_half = desc->file_precision == NEPH_PRECISION_HALF;
   for (unsigned i = 0; i < desc->level_count; i++)
-    out[count++] = (np_vdb_write_grid){&grids->levels[i], is_half, of_density, attribute_count, NULL, NULL, false};
+    out[count++] = (np_vdb_write_grid){
+        &grids->levels[i], is_half, of_density, DENSITY_ATTRIBUTES + level_attributes, NULL, NULL, false};
   const np_sparse_grid *velocity = grids->velocity;
   if (desc->has_velocity)
-    out[count++] =
-        (np_vdb_write_grid){&velocity[0], is_half, of_velocity, VELOCITY_ATTRIBUTES, &velocity[1], &velocity[2], false};
+    out[count++] = (np_vdb_write_grid){&velocity[0], is_half,      of_velocity, VELOCITY_ATTRIBUTES + level_attributes,
+                                       &velocity[1], &velocity[2], false};
   result = np_volume_save_grids(bake->context, path, out, count, bake->monitor);
   np_alloc_free(bake->context, params);
   return result;
@@ -117,6 +119,20 @@ static neph_result make_files(const np_bake *bake, const char *name, const char 
   return result;
 }
 
+/* The same, and the error of all, which is told once all are there. */
+static neph_result make_measured_files(np_bake *bake, const char *name, const char *path) {
+  np_bake_meter meter;
+  np_monitor_set_part(bake->monitor, np_monitor_whole, 0.0, 0.05 / bake->lod.count);
+  neph_result result = np_bake_meter_start(bake, &meter);
+  if (result) return result;
+  bake->meter = &meter;
+  result = make_files(bake, name, path);
+  if (!result) result = np_bake_meter_get(&meter, bake->desc.error);
+  bake->meter = NULL;
+  np_bake_meter_end(&meter);
+  return result;
+}
+
 neph_result neph_cloud_bake_file(neph_context *context, const neph_cloud_desc *cloud, const neph_bake_desc *desc,
                                  const char *name, const char *path) {
   np_bake bake;
@@ -127,7 +143,7 @@ neph_result neph_cloud_bake_file(neph_context *context, const neph_cloud_desc *c
   const unsigned mode = np_float_mode_enter();
   result = np_bake_start_checked(context, cloud, desc, NP_BAKE_FOR_FILE, &monitor, &bake);
   if (!result) {
-    result = make_files(&bake, name, path);
+    result = bake.desc.error ? make_measured_files(&bake, name, path) : make_files(&bake, name, path);
     np_bake_end(&bake);
   }
   np_float_mode_leave(mode);

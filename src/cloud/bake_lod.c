@@ -62,10 +62,16 @@ bool np_bake_owns_leaf(const np_bake *bake, const int32_t origin[3]) {
   return owns_leaf(bake, leaf);
 }
 
+bool np_bake_owns_point(const np_bake *bake, const double offset_m[3]) {
+  int32_t cell[3];
+  for (int a = 0; a < 3; a++) cell[a] = (int32_t)floor((offset_m[a] - bake->lod.origin_m[a]) / bake->lod.cell_m);
+  return choose_level(bake, cell) == bake->lod.level;
+}
+
 bool np_bake_needs_leaf(const np_bake *bake, const int32_t origin[3]) {
   int32_t leaf[3];
   compute_leaf(origin, leaf);
-  if (bake->use == NP_BAKE_FOR_FILE) return owns_leaf(bake, leaf);
+  if (bake->use == NP_BAKE_FOR_FILE && !bake->desc.error) return owns_leaf(bake, leaf);
   for (int n = 0; n < 8; n++) {
     const int32_t before[3] = {leaf[0] - (n >> 2), leaf[1] - (n >> 1 & 1), leaf[2] - (n & 1)};
     if (owns_leaf(bake, before)) return true;

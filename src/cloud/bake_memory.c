@@ -27,7 +27,13 @@ enum { BATCH_BYTES = 2048 * (sizeof(np_leaf) + 12) }; /* of the bake's buffer of
 
 typedef struct memory_need {
   double leaves, tree, bricks, work;
+  double meter; /* all the time */
 } memory_need;
+
+static double count_model_bytes(const np_cloud_model *model) {
+  return np_weather_map_count_bytes(&model->map) + np_ball_heap_count_bytes(&model->balls) +
+         (model->shape ? np_shape_grid_count_bytes(model->shape) : 0);
+}
 
 /* Cells of `edge` leaves that hold a marked leaf; cells are aligned to leaf 0. Negative: there is no memory. */
 static double count_cells(const np_bake *bake, const np_bake_marks *marks, int32_t edge) {
@@ -108,9 +114,7 @@ static bool add_level(const np_bake *bake, const np_bake_marks *marks, int level
 }
 
 static bool compute_need(const np_bake *bake, const np_bake_marks *marks, memory_need *need) {
-  const double model_bytes = np_weather_map_count_bytes(&bake->model.map) +
-                             np_ball_heap_count_bytes(&bake->model.balls) +
-                             (bake->model.shape ? np_shape_grid_count_bytes(bake->model.shape) : 0);
+  const double model_bytes = count_model_bytes(&bake->model);
   *need = (memory_need){.leaves = (double)marks->cloudy_count * sizeof(np_leaf),
                         .work = (double)np_bake_count_box(bake) + BATCH_BYTES + model_bytes};
   if (bake->use == NP_BAKE_FOR_BRICKS) need->bricks = count_brick_bytes(bake, marks, bake->desc.precision);
@@ -118,6 +122,7 @@ static bool compute_need(const np_bake *bake, const np_bake_marks *marks, memory
   need->leaves = 0;
   need->tree = vdb_library_bytes;
   if (bake->desc.error) need->bricks = count_brick_bytes(bake, marks, NEPH_PRECISION_FLOAT);
+  if (bake->meter) need->meter = count_model_bytes(&bake->meter->detailed) + np_bake_meter_count_bytes();
   if (bake->desc.has_velocity) need->work += 2 * model_bytes;
   for (unsigned level = 0; level < bake->desc.level_count; level++)
     if (!add_level(bake, marks, (int)level, need)) return false;
@@ -130,10 +135,10 @@ static const double told_bytes = 1e7;
 neph_result np_bake_check_memory(const np_bake *bake, const np_bake_marks *marks) {
   memory_need need;
   if (!compute_need(bake, marks, &need)) return NEPH_ERROR_OUT_OF_MEMORY;
-  const double at_a_time = fmax(need.work, fmax(need.tree, need.bricks)), bytes = need.leaves + at_a_time;
+  const double at_a_time = fmax(need.work, fmax(need.tree, need.bricks)), bytes = need.meter + need.leaves + at_a_time;
   const double library = fmin(need.tree, vdb_library_bytes), share = marks->share;
-  const double likely =
-      share * need.leaves + fmax(need.work, fmax(library + share * (need.tree - library), share * need.bricks));
+  const double likely = need.meter + share * need.leaves +
+                        fmax(need.work, fmax(library + share * (need.tree - library), share * need.bricks));
   const neph_cloud_desc *cloud = &bake->model.desc;
   if (bytes > told_bytes)
     np_log(bake->context, NEPH_LOG_INFO, "%s: needs about %.2g GB of memory, at most %.2g GB",

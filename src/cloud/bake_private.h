@@ -20,6 +20,8 @@ typedef struct np_bake_lod {
   double cell_m, origin_m[3]; /* edge; of cell (0, 0, 0) */
 } np_bake_lod;
 
+typedef struct np_bake_meter np_bake_meter;
+
 typedef struct np_bake {
   neph_context *context; /* borrowed, as is the monitor */
   np_monitor *monitor;
@@ -27,6 +29,7 @@ typedef struct np_bake {
   np_bake_use use;
   np_cloud_model model;
   np_bake_lod lod;
+  np_bake_meter *meter;                 /* borrowed; NULL: the error is not asked for */
   double voxel_m;                       /* of the grid; the model may be of a finer one */
   double shift[3];                      /* of the sample at index 0 from the field's centre and base, in voxels */
   int32_t leaf_begin[3], leaf_count[3]; /* the box to bake, in leaves */
@@ -88,8 +91,11 @@ double np_bake_get_reach_m(const np_bake *bake);
  * of the finest lattice, so that cells of all of them end on the same planes. */
 bool np_bake_owns_leaf(const np_bake *bake, const int32_t origin[3]);
 
-/* Whether the samples of a leaf are needed: it is the bake's own, or, for bricks, beyond a face of one that is. Who
- * reads a file takes those from the level there (volume/volume_levels.h). */
+/* The same of a place, by its offset. */
+bool np_bake_owns_point(const np_bake *bake, const double offset_m[3]);
+
+/* Whether the samples of a leaf are needed: it is the bake's own, or, for bricks and an error, beyond a face of one
+ * that is. Who reads a file takes those from the level there (volume/volume_levels.h). */
 bool np_bake_needs_leaf(const np_bake *bake, const int32_t origin[3]);
 
 /* A volume in memory, of all levels where there are several, from a bake that was started for bricks. */
@@ -100,7 +106,7 @@ neph_result np_bake_make_volume(np_bake *bake, neph_volume **out_volume);
 /* The grid, pruned as asked for unless its error is wanted too. On failure the grid is left cleared. */
 neph_result np_bake_make_grid(np_bake *bake, const char *name, np_sparse_grid *out_grid);
 
-/* Takes out what is at most the bake's prune_per_m. */
+/* Takes out what is at most the bake's prune_per_m, and what is not active. */
 void np_bake_prune(const np_bake *bake, np_sparse_grid *grid);
 
 /* ---- bake_memory.c ---- */
@@ -117,7 +123,26 @@ neph_result np_bake_check_memory(const np_bake *bake, const np_bake_marks *marks
 
 /* ---- bake_error.c ---- */
 
-/* Error of a grid not pruned yet against the model, before and after pruning. */
+/* A measurement of a bake's error, level by level. */
+struct np_bake_meter {
+  const np_bake *bake;           /* borrowed */
+  np_cloud_model detailed;       /* with all its detail */
+  double low_m[3], high_m[3];    /* the box of its rays */
+  struct np_bake_ray_sums *rays; /* over the levels so far */
+  size_t lod_count;              /* 0: without levels */
+  neph_bake_lod_error lods[NEPH_BAKE_LODS_MAX];
+};
+
+/* From a bake that was started. Nothing is to be ended on failure. */
+neph_result np_bake_meter_start(const np_bake *bake, np_bake_meter *out_meter);
+
+/* Adds the error of a level, or of a bake without levels, whose grid is not pruned yet, before and after pruning. */
+neph_result np_bake_meter_add(np_bake_meter *meter, const np_bake *level, const np_sparse_grid *grid);
+double np_bake_meter_count_bytes(void); /* of sums, besides the model */
+neph_result np_bake_meter_get(const np_bake_meter *meter, neph_bake_error *out_error);
+void np_bake_meter_end(np_bake_meter *meter);
+
+/* The error of a bake without levels. */
 neph_result np_bake_measure_error(const np_bake *bake, const np_sparse_grid *grid, neph_bake_error *out_error);
 
 /* ---- bake_velocity.c ---- */

@@ -19,15 +19,11 @@ static neph_result check_radius(neph_context *context, double planet_radius_m) {
                  planet_radius_m);
 }
 
-/* Levels of detail have voxels of their own each, so that no box, velocity or error is that of all. */
+/* Coarser grids of a level would stand where another level is. */
 static neph_result check_levels(neph_context *context, const neph_bake_desc *desc) {
-  const char *what = desc->has_region        ? "has_region is true, must be false"
-                     : desc->has_velocity    ? "has_velocity is true, must be false"
-                     : desc->error           ? "error is given, must be NULL"
-                     : desc->level_count > 1 ? "level_count is above 1, must be 1"
-                                             : NULL;
-  if (!what) return NEPH_OK;
-  return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "cloud: %s where lod_count is %u, above 1 (bake.levels)", what,
+  if (desc->lod_count == 1 || desc->level_count == 1) return NEPH_OK;
+  return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
+                 "cloud: level_count is %u, must be 1 where lod_count is %u, above 1 (bake.levels)", desc->level_count,
                  desc->lod_count);
 }
 
@@ -54,7 +50,7 @@ neph_result np_cloud_bake_desc_read(neph_context *context, const neph_bake_desc 
       return np_fail(context, bad,
                      "cloud: lod_viewer_max_m[%d] is %g, must be at least lod_viewer_min_m[%d], which is %g", a,
                      out_desc->lod_viewer_max_m[a], a, out_desc->lod_viewer_min_m[a]);
-  result = out_desc->lod_count > 1 ? check_levels(context, out_desc) : NEPH_OK;
+  result = check_levels(context, out_desc);
   return result ? result : check_region(context, out_desc);
 }
 

@@ -15,13 +15,12 @@
 enum { NP_MOTION_SPANS = 32, NP_MOTION_POSES = NP_MOTION_SPANS + 1 };
 
 typedef struct np_cloud_motion {
-  bool is_rigid;                       /* it moves as a whole */
-  np_affine to_frame[NP_MOTION_POSES]; /* from the world at a pose to that of the frame's time */
-  np_affine next, previous;            /* from that to the world a frame later and earlier */
-  double velocity_s;                   /* of its velocities, to a frame */
-  np_affine index_to_frame;            /* of its density */
-  np_affine world_to_index;
-  np_affine part_to_frame[NP_TINT_PARTS_MAX];     /* from the voxels of each of its colours or levels */
+  bool is_rigid;                                  /* it moves as a whole */
+  np_affine to_frame[NP_MOTION_POSES];            /* from the world at a pose to that of the frame's time */
+  np_affine next, previous;                       /* from that to the world a frame later and earlier */
+  double velocity_s;                              /* of its velocities, to a frame */
+  np_affine part_to_frame[NP_TINT_PARTS_MAX];     /* from the voxels of each of its colours or levels, … */
+  np_affine frame_to_part[NP_TINT_PARTS_MAX];     /* … and to them */
   np_moving_bricks *density, *temperature;        /* NULL: without velocities */
   np_moving_bricks *parts[NP_CLOUD_EMITTERS_MAX]; /* of each colour, where there are several, and of what emits */
 } np_cloud_motion;

@@ -48,17 +48,29 @@ static np_dvec3 rewind_point(const np_motion *m, const np_cloud_motion *cloud, n
   return np_dvec3_add(a, np_dvec3_scale(np_dvec3_subtract(b, a), at - pose));
 }
 
+/* The way of a place of the frame's time within a frame, by the velocities of what is there: levels of detail hold
+ * different places. */
+static np_dvec3 compute_step(const np_cloud_motion *cloud, np_dvec3 point) {
+  np_dvec3 step = np_dvec3_make(0.0, 0.0, 0.0);
+  for (unsigned k = 0; k < NP_TINT_PARTS_MAX && np_dvec3_length(step) == 0.0; k++) {
+    const np_moving_bricks *part = k == 0 ? cloud->density : cloud->parts[k];
+    if (!part) continue;
+    const np_dvec3 index = np_affine_point(&cloud->frame_to_part[k], point);
+    const np_dvec3 voxels = np_brick_motion_get_velocity(&part->bricks, &part->motion, index);
+    step = np_affine_vector(&cloud->part_to_frame[k], np_dvec3_scale(voxels, cloud->velocity_s));
+  }
+  return step;
+}
+
 static void add_cloud(const np_motion *m, vector_sums *sums, double weight, unsigned number, np_dvec3 point,
                       double time) {
   const np_cloud_motion *cloud = &m->clouds[number];
   np_dvec3 now = rewind_point(m, cloud, point, time), ahead = now, behind = now;
   if (cloud->density) {
-    const np_dvec3 index = np_affine_point(&cloud->world_to_index, now);
-    const np_dvec3 step = np_dvec3_scale(
-        np_brick_motion_get_velocity(&cloud->density->bricks, &cloud->density->motion, index), cloud->velocity_s);
-    now = np_affine_point(&cloud->index_to_frame, np_dvec3_add(index, np_dvec3_scale(step, -time)));
-    ahead = np_affine_point(&cloud->index_to_frame, np_dvec3_add(index, np_dvec3_scale(step, 1.0 - time)));
-    behind = np_affine_point(&cloud->index_to_frame, np_dvec3_add(index, np_dvec3_scale(step, -1.0 - time)));
+    const np_dvec3 step = compute_step(cloud, now), here = now;
+    now = np_dvec3_add(here, np_dvec3_scale(step, -time));
+    ahead = np_dvec3_add(here, np_dvec3_scale(step, 1.0 - time));
+    behind = np_dvec3_add(here, np_dvec3_scale(step, -1.0 - time));
   }
   add_points(m, sums, weight, now, np_affine_point(&cloud->next, ahead), np_affine_point(&cloud->previous, behind));
 }

@@ -113,6 +113,12 @@ static void describe_camera(const np_stage_part *in, const np_motion *m) {
 
 /* ---- Clouds ---- */
 
+/* Three grids of each level of detail, from the finest on; nothing of a cloud without velocities. */
+typedef struct cloud_velocity {
+  np_sparse_grid grids[NP_VELOCITY_GRIDS_MAX];
+  unsigned level_count;
+} cloud_velocity;
+
 typedef struct moving_cloud {
   const np_stage_part *in;
   np_motion *motion;
@@ -120,6 +126,7 @@ typedef struct moving_cloud {
   const np_scene_cloud *cloud;
   const np_cloud_parts *parts;
   np_cloud_motion *out;
+  cloud_velocity velocity;
 } moving_cloud;
 
 /* From the file to the world in a pose. Files of a sequence go by the box of another frame: they are moved, not turned.
@@ -197,7 +204,12 @@ static neph_result add_poses(const np_stage_part *in, np_motion *m, const np_sce
                              int number) {
   neph_result result = NEPH_OK;
   for (unsigned i = 0; i < m->cloud_count && !result; i++) {
-    const moving_cloud c = {in, m, i, &in->scene->clouds[i], &in->made->clouds[i], &m->clouds[i]};
+    const moving_cloud c = {.in = in,
+                            .motion = m,
+                            .number = i,
+                            .cloud = &in->scene->clouds[i],
+                            .parts = &in->made->clouds[i],
+                            .out = &m->clouds[i]};
     if (c.parts->volume) result = add_pose(&c, pose, time, number);
   }
   return result;
@@ -205,35 +217,34 @@ static neph_result add_poses(const np_stage_part *in, np_motion *m, const np_sce
 
 /* ---- Velocities ---- */
 
-static neph_result move_bricks(const moving_cloud *c, const np_sparse_grid velocity[3], const neph_volume *volume,
-                               const np_bricks *rest, np_moving_bricks **out) {
+static neph_result move_bricks(const moving_cloud *c, const neph_volume *volume, const np_bricks *rest,
+                               np_moving_bricks **out) {
   const np_motion *m = c->motion;
   const np_brick_motion_desc desc = {.rest = rest,
                                      .index_to_file = volume->index_to_world,
-                                     .velocity = velocity,
+                                     .velocity = c->velocity.grids,
+                                     .level_count = c->velocity.level_count,
                                      .scale = c->cloud->velocity_scale,
                                      .begin_s = m->has_exposure ? m->open * c->out->velocity_s : 0.0,
                                      .end_s = m->has_exposure ? m->close * c->out->velocity_s : 0.0};
   return np_moving_bricks_build(m->context, &desc, c->in->monitor, out);
 }
 
-static neph_result move_volume(const moving_cloud *c, const np_sparse_grid velocity[3], const neph_volume *volume,
-                               np_moving_bricks **out) {
-  return volume ? move_bricks(c, velocity, volume, &volume->bricks, out) : NEPH_OK;
+static neph_result move_volume(const moving_cloud *c, const neph_volume *volume, np_moving_bricks **out) {
+  return volume ? move_bricks(c, volume, &volume->bricks, out) : NEPH_OK;
 }
 
-/* Its colours, and its own grids of what emits. */
-static neph_result move_parts(const moving_cloud *c, const np_sparse_grid velocity[3]) {
+/* Its colours or levels, and its own grids of what emits. */
+static neph_result move_parts(const moving_cloud *c) {
   const np_cloud_emission *emission = &c->parts->emission;
   const neph_volume *cloud = c->parts->volume;
   const unsigned count = np_volume_count_parts(cloud);
   neph_result result = NEPH_OK;
   for (unsigned k = 0; k < count && count > 1 && !result; k++)
-    result = move_bricks(c, velocity, np_volume_get_part(cloud, k), np_cloud_parts_get_bricks(c->parts, k),
-                         &c->out->parts[k]);
-  if (!result) result = move_volume(c, velocity, emission->flame, &c->out->parts[NP_EMITTER_FLAME]);
+    result = move_bricks(c, np_volume_get_part(cloud, k), np_cloud_parts_get_bricks(c->parts, k), &c->out->parts[k]);
+  if (!result) result = move_volume(c, emission->flame, &c->out->parts[NP_EMITTER_FLAME]);
   for (int k = 0; k < 3 && !result; k++)
-    result = move_volume(c, velocity, emission->color[k], &c->out->parts[NP_EMITTER_COLOR + k]);
+    result = move_volume(c, emission->color[k], &c->out->parts[NP_EMITTER_COLOR + k]);
   return result;
 }
 
@@ -248,20 +259,21 @@ static void describe_velocity(const moving_cloud *c) {
 }
 
 static neph_result build_velocity(moving_cloud *c, const char *path) {
-  np_sparse_grid velocity[3];
-  bool is_found = false;
+  cloud_velocity *velocity = &c->velocity;
   const np_vector_request request = {NP_VECTOR_VELOCITY, c->cloud->velocity, c->cloud->policy};
-  neph_result result = np_volume_load_vector(c->motion->context, path, &request, c->in->monitor, velocity, &is_found);
+  neph_result result = np_volume_load_velocities(c->motion->context, path, &request, c->in->monitor, velocity->grids,
+                                                 &velocity->level_count);
+  const bool is_found = velocity->level_count > 0;
   if (!result && is_found && c->cloud->place_count > 0) result = refuse_places(c, "its file has velocities");
   if (!result && is_found) {
     const neph_volume *volume = c->parts->volume;
     const np_bricks *density =
         np_volume_count_parts(volume) > 1 ? &volume->bricks : np_cloud_parts_get_bricks(c->parts, 0);
-    result = move_bricks(c, velocity, volume, density, &c->out->density);
-    if (!result) result = move_volume(c, velocity, c->parts->emission.temperature, &c->out->temperature);
-    if (!result) result = move_parts(c, velocity);
+    result = move_bricks(c, volume, density, &c->out->density);
+    if (!result) result = move_volume(c, c->parts->emission.temperature, &c->out->temperature);
+    if (!result) result = move_parts(c);
   }
-  for (int a = 0; a < 3; a++) np_sparse_grid_clear(&velocity[a]);
+  for (int g = 0; g < NP_VELOCITY_GRIDS_MAX; g++) np_sparse_grid_clear(&velocity->grids[g]);
   if (!result && c->out->density) describe_velocity(c);
   return result;
 }
@@ -269,15 +281,19 @@ static neph_result build_velocity(moving_cloud *c, const char *path) {
 static neph_result add_velocity(const np_stage_part *in, np_motion *m, unsigned number) {
   np_stage_part part = *in;
   part.cloud = number;
-  moving_cloud c = {&part, m, number, &in->scene->clouds[number], &in->made->clouds[number], &m->clouds[number]};
+  moving_cloud c = {.in = &part,
+                    .motion = m,
+                    .number = number,
+                    .cloud = &in->scene->clouds[number],
+                    .parts = &in->made->clouds[number],
+                    .out = &m->clouds[number]};
   c.out->velocity_s = np_scene_get_frame_s(in->scene);
   if (np_scene_cloud_is_sequence(c.cloud)) c.out->velocity_s *= c.cloud->frame_speed;
   if (!c.parts->volume) return NEPH_OK;
-  c.out->world_to_index = c.parts->placed.world_to_index;
-  (void)np_affine_invert(&c.out->world_to_index, &c.out->index_to_frame);
   for (unsigned k = 0; k < np_volume_count_parts(c.parts->volume); k++) {
-    const np_affine to_index = np_cloud_parts_get_world_to_index(c.parts, k, &c.parts->placed.world_to_index);
-    (void)np_affine_invert(&to_index, &c.out->part_to_frame[k]);
+    np_affine *to_index = &c.out->frame_to_part[k];
+    *to_index = np_cloud_parts_get_world_to_index(c.parts, k, &c.parts->placed.world_to_index);
+    (void)np_affine_invert(to_index, &c.out->part_to_frame[k]);
   }
   if (!has_velocity(c.cloud)) return NEPH_OK;
   np_cloud_file file;

@@ -8,14 +8,15 @@
 /* ---- The grids ---- */
 
 neph_result np_velocity_field_make(neph_context *context, const np_brick_motion_desc *desc, np_velocity_field *out) {
-  *out = (np_velocity_field){.grids = desc->velocity};
+  *out = (np_velocity_field){.grids = desc->velocity, .grid_count = 3 * desc->level_count};
   np_affine file_to_index = np_affine_identity(), file_to_grid = np_affine_identity();
   bool is_sound = np_affine_invert(&desc->index_to_file, &file_to_index);
-  for (int a = 0; a < 3 && is_sound; a++) {
-    is_sound = np_affine_invert(&desc->velocity[a].index_to_world, &file_to_grid);
-    out->index_to_grid[a] = np_affine_compose(&file_to_grid, &desc->index_to_file);
-    for (int b = 0; b < 3; b++) out->to_index[a][b] = desc->scale * file_to_index.m[a][b];
+  for (unsigned g = 0; g < out->grid_count && is_sound; g++) {
+    is_sound = np_affine_invert(&desc->velocity[g].index_to_world, &file_to_grid);
+    out->index_to_grid[g] = np_affine_compose(&file_to_grid, &desc->index_to_file);
   }
+  for (int a = 0; a < 3; a++)
+    for (int b = 0; b < 3; b++) out->to_index[a][b] = desc->scale * file_to_index.m[a][b];
   if (is_sound) return NEPH_OK;
   return np_fail(context, NEPH_ERROR_BAD_FILE, "%s%sgrid '%s': its transform cannot be inverted",
                  NP_SPARSE_GRID_LABEL(&desc->velocity[0]));
@@ -31,22 +32,33 @@ static float get_largest(const np_sparse_grid *grid) {
 
 void np_velocity_field_get_bound(const np_velocity_field *field, double out[3]) {
   for (int a = 0; a < 3; a++) out[a] = 0.0;
-  for (int b = 0; b < 3; b++) {
-    const double largest = (double)get_largest(&field->grids[b]);
+  for (unsigned b = 0; b < 3; b++) {
+    double largest = 0.0;
+    for (unsigned g = b; g < field->grid_count; g += 3) largest = fmax(largest, (double)get_largest(&field->grids[g]));
     for (int a = 0; a < 3; a++) out[a] += fabs(field->to_index[a][b]) * largest;
   }
 }
 
 /* ---- One voxel ---- */
 
-static bool read_voxel(const np_velocity_field *field, np_grid_reader readers[3], const int32_t voxel[3],
+/* In lengths of the file. */
+static bool read_level(const np_velocity_field *field, np_grid_reader *readers, unsigned first, np_dvec3 index,
                        float out[3]) {
-  const np_dvec3 index = np_dvec3_make(voxel[0], voxel[1], voxel[2]);
-  float file[3];
   bool is_active = true;
-  for (int a = 0; a < 3; a++)
-    is_active =
-        np_grid_read_between(&readers[a], np_affine_point(&field->index_to_grid[a], index), &file[a]) && is_active;
+  for (unsigned a = 0; a < 3; a++) {
+    const np_dvec3 at = np_affine_point(&field->index_to_grid[first + a], index);
+    is_active = np_grid_read_between(&readers[first + a], at, &out[a]) && is_active;
+  }
+  return is_active;
+}
+
+/* Velocity of the finest level that is active there, so that all levels of a cloud move alike; else the background. */
+static bool read_voxel(const np_velocity_field *field, np_grid_reader *readers, const int32_t voxel[3], float out[3]) {
+  const np_dvec3 index = np_dvec3_make(voxel[0], voxel[1], voxel[2]);
+  float file[3] = {0.0f, 0.0f, 0.0f};
+  bool is_active = false;
+  for (unsigned first = 0; first < field->grid_count && !is_active; first += 3)
+    is_active = read_level(field, readers, first, index, file);
   for (int a = 0; a < 3; a++) {
     double sum = 0.0;
     for (int b = 0; b < 3; b++) sum += field->to_index[a][b] * (double)file[b];
@@ -58,7 +70,8 @@ static bool read_voxel(const np_velocity_field *field, np_grid_reader readers[3]
 /* ---- Blocks ---- */
 
 bool np_velocity_field_fill(const np_velocity_field *field, const int32_t cell[3], np_velocity_block *out) {
-  np_grid_reader readers[3] = {{.grid = &field->grids[0]}, {.grid = &field->grids[1]}, {.grid = &field->grids[2]}};
+  np_grid_reader readers[NP_VELOCITY_GRIDS_MAX];
+  for (unsigned g = 0; g < field->grid_count; g++) readers[g] = (np_grid_reader){.grid = &field->grids[g]};
   bool are_active = true;
   for (int n = 0; n < NP_LEAF_SIZE; n++) {
     const int32_t voxel[3] = {cell[0] * NP_LEAF_EDGE + (n >> 6), cell[1] * NP_LEAF_EDGE + (n >> 3 & 7),

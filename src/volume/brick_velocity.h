@@ -5,14 +5,19 @@
 
 #include "volume/bricks.h"
 #include "volume/grid_reader.h"
+#include "volume/volume_tint.h"
 
 /* Layers of voxels beyond a grid's active ones that velocities are continued into, at most. */
 enum { NP_VELOCITY_LAYERS_MAX = 64 };
 
+enum { NP_VELOCITY_GRIDS_MAX = 3 * NP_TINT_PARTS_MAX };
+
 typedef struct np_brick_motion_desc {
   const np_bricks *rest;          /* must outlive the bricks that move */
   np_affine index_to_file;        /* of the bricks at rest */
-  const np_sparse_grid *velocity; /* x, y and z, each with its own transform, sorted; in lengths of the file a second */
+  const np_sparse_grid *velocity; /* x, y and z, each with its own transform, sorted; in lengths of the file a second;
+                                     of levels of detail those of each, from the finest on */
+  unsigned level_count;           /* of the velocity, from 1 */
   double scale;                   /* on velocities */
   double begin_s, end_s;          /* of the exposure, from time 0 */
 } np_brick_motion_desc;
@@ -25,9 +30,10 @@ typedef struct np_velocity_block {
 } np_velocity_block;
 
 typedef struct np_velocity_field {
-  const np_sparse_grid *grids; /* x, y and z */
-  np_affine index_to_grid[3];  /* from the bricks' voxels to each grid's */
-  double to_index[3][3];       /* from lengths of the file to voxels, times the scale */
+  const np_sparse_grid *grids; /* x, y and z, of each level of detail */
+  unsigned grid_count;
+  np_affine index_to_grid[NP_VELOCITY_GRIDS_MAX]; /* from the bricks' voxels to each grid's */
+  double to_index[3][3];                          /* from lengths of the file to voxels, times the scale */
 } np_velocity_field;
 
 /* Fails where transforms cannot be inverted. */

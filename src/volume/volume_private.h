@@ -93,6 +93,11 @@ typedef struct np_vector_request {
 neph_result np_volume_load_vector(neph_context *context, const char *path, const np_vector_request *request,
                                   np_monitor *monitor, np_sparse_grid out_vector[3], bool *out_is_found);
 
+/* The velocities of a cloud: of levels of detail those of each file, three grids a level, from the finest on; there is
+ * room for as many as there may be. `*out_level_count` is 0 where there are none. */
+neph_result np_volume_load_velocities(neph_context *context, const char *path, const np_vector_request *request,
+                                      np_monitor *monitor, np_sparse_grid *out_vectors, unsigned *out_level_count);
+
 /* The same without its values. */
 neph_result np_volume_search_vector(neph_context *context, const char *path, np_vector_role role, const char *name,
                                     bool *out_is_found);

@@ -2,10 +2,13 @@
 /* Velocities and colours of a file: a grid of vectors, or three of floats, by the names that Houdini (vel, v, Cd, Ce),
  * Blender and EmberGen (velocity, color, emission) give them. */
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "core/alloc.h"
 #include "volume/volume_file.h"
+#include "volume/volume_levels.h"
+#include "volume/volume_tint.h"
 
 enum { USUAL_NAMES_MAX = 3, ENDINGS_MAX = 3 };
 
@@ -40,6 +43,7 @@ typedef struct vector_load {
   np_monitor *monitor;
   vector_choice choice;
   np_sparse_grid *out;
+  unsigned level, level_count; /* of detail, as the file says; 0 where it says nothing */
 } vector_load;
 
 /* ---- Choice ---- */
@@ -144,12 +148,26 @@ static neph_result read_component(const vector_load *job, const np_volume_file *
   return result;
 }
 
+static void take_level(void *user, const char *name, const char *text) {
+  vector_load *job = user;
+  if (!strcmp(name, "nephos:level")) job->level = (unsigned)strtoul(text, NULL, 10);
+  if (!strcmp(name, "nephos:level_count")) job->level_count = (unsigned)strtoul(text, NULL, 10);
+}
+
+static neph_result read_level(vector_load *job, const np_volume_file *file) {
+  np_vdb_error error;
+  if (file->module->visit_metadata(file->vdb, job->choice.grid[0], take_level, job, &error))
+    return np_volume_file_fail(file, &error);
+  return NEPH_OK;
+}
+
 static neph_result run(void *user) {
   vector_load *job = user;
   np_volume_file file;
   neph_result result = np_volume_file_open(job->context, job->path, job->monitor, &file);
   if (result) return result;
   result = choose(&file, job->row, job->name, &job->choice);
+  if (!result && job->choice.name) result = read_level(job, &file);
   for (int a = 0; a < 3 && job->choice.name && !result; a++) result = read_component(job, &file, a);
   np_volume_file_close(&file);
   return result;
@@ -162,23 +180,67 @@ static void note_choice(const vector_load *job) {
            job->choice.name, job->row->purpose);
 }
 
+static neph_result load(vector_load *job, neph_import_policy policy) {
+  for (int a = 0; a < 3; a++) job->out[a] = (np_sparse_grid){.context = NULL};
+  neph_result result = np_parallel_run(job->context, job->monitor, run, job);
+  const bool is_found = !result && job->choice.name;
+  for (int a = 0; a < 3 && is_found && !result; a++) {
+    np_sparse_grid *grid = &job->out[a];
+    result = np_volume_import_finite_background(job->context, job->path, grid, policy);
+    if (!result)
+      result = np_volume_import_values(job->context, job->path, grid, NP_VALUES_OF_VECTOR, policy, job->monitor);
+    grid->file = job->path;
+  }
+  if (is_found && !result) note_choice(job);
+  return result;
+}
+
+static vector_load make_load(neph_context *context, const char *path, const np_vector_request *request,
+                             np_monitor *monitor, np_sparse_grid *out) {
+  return (vector_load){.context = context,
+                       .path = path,
+                       .name = request->name,
+                       .row = &rows[request->role],
+                       .monitor = monitor,
+                       .out = out};
+}
+
 neph_result np_volume_load_vector(neph_context *context, const char *path, const np_vector_request *request,
                                   np_monitor *monitor, np_sparse_grid out_vector[3], bool *out_is_found) {
-  vector_load job = {.context = context,
-                     .path = path,
-                     .name = request->name,
-                     .row = &rows[request->role],
-                     .monitor = monitor,
-                     .out = out_vector};
-  for (int a = 0; a < 3; a++) out_vector[a] = (np_sparse_grid){.context = NULL};
-  neph_result result = np_parallel_run(context, monitor, run, &job);
+  vector_load job = make_load(context, path, request, monitor, out_vector);
+  const neph_result result = load(&job, request->policy);
   *out_is_found = !result && job.choice.name;
-  for (int a = 0; a < 3 && *out_is_found && !result; a++) {
-    np_sparse_grid *grid = &out_vector[a];
-    result = np_volume_import_finite_background(context, path, grid, request->policy);
-    if (!result) result = np_volume_import_values(context, path, grid, NP_VALUES_OF_VECTOR, request->policy, monitor);
-    grid->file = path;
+  return result;
+}
+
+/* ---- Levels of detail ---- */
+
+/* Velocities of a coarser level, which has some where the finest has. */
+static neph_result load_level(const vector_load *finest, const np_vector_request *request, unsigned number,
+                              np_sparse_grid *out) {
+  char *path = np_volume_name_level(finest->context, finest->path, number);
+  if (!path) return NEPH_ERROR_OUT_OF_MEMORY;
+  vector_load job = make_load(finest->context, path, request, finest->monitor, out);
+  neph_result result = load(&job, request->policy);
+  for (int a = 0; a < 3; a++) out[a].file = NULL;
+  if (!result && !job.choice.name)
+    result = np_fail(finest->context, NEPH_ERROR_BAD_FILE,
+                     "%s: has no velocity, but %s has, which is the first of %u levels of detail: bake all of them "
+                     "again, or set clouds[].velocity: none",
+                     path, finest->path, finest->level_count);
+  np_alloc_free(finest->context, path);
+  return result;
+}
+
+neph_result np_volume_load_velocities(neph_context *context, const char *path, const np_vector_request *request,
+                                      np_monitor *monitor, np_sparse_grid *out_vectors, unsigned *out_level_count) {
+  vector_load finest = make_load(context, path, request, monitor, out_vectors);
+  neph_result result = load(&finest, request->policy);
+  *out_level_count = !result && finest.choice.name;
+  if (!*out_level_count || finest.level > 0) return result;
+  for (unsigned k = 1; k < finest.level_count && k < NP_TINT_PARTS_MAX && !result; k++) {
+    result = load_level(&finest, request, k, &out_vectors[3 * (size_t)k]);
+    *out_level_count = k + 1;
   }
-  if (*out_is_found && !result) note_choice(&job);
   return result;
 }
