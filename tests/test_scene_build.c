@@ -325,22 +325,28 @@ static void a_terrain_of_another_planet_is_refused(void **state) {
 }
 
 /* Assets that cost next to nothing. */
-static neph_result make_small_assets(neph_context *context, assets *a) {
+static neph_result make_small_volume(neph_context *context, neph_volume **out) {
   static const float values[8] = {1, 1, 1, 1, 1, 1, 1, 1};
   neph_volume_dense_desc dense = NEPH_VOLUME_DENSE_DESC_DEFAULT;
-  neph_ridges_desc ridges = NEPH_RIDGES_DESC_DEFAULT;
-  neph_atmosphere_desc air = NEPH_ATMOSPHERE_DESC_DEFAULT;
-  *a = (assets){.volume = NULL};
   for (int i = 0; i < 3; i++) dense.size[i] = 2;
   dense.values = values;
-  ridges.sample_count = 17;
-  air.layer_count = 0;
-  air.tolerance = 0.1;
-  neph_result result = neph_volume_create_dense(context, &dense, &a->volume);
-  if (!result) result = neph_terrain_create_ridges(context, &ridges, NULL, &a->terrain);
-  return result ? result : neph_atmosphere_create(context, &air, &a->atmosphere);
+  return neph_volume_create_dense(context, &dense, out);
 }
 
+static neph_result make_small_terrain(neph_context *context, neph_terrain **out) {
+  neph_ridges_desc ridges = NEPH_RIDGES_DESC_DEFAULT;
+  ridges.sample_count = 17;
+  return neph_terrain_create_ridges(context, &ridges, NULL, out);
+}
+
+static neph_result make_small_atmosphere(neph_context *context, neph_atmosphere **out) {
+  neph_atmosphere_desc air = NEPH_ATMOSPHERE_DESC_DEFAULT;
+  air.layer_count = 0;
+  air.tolerance = 0.1;
+  return neph_atmosphere_create(context, &air, out);
+}
+
+/* The longest last: all is made again for each allocation behind it. */
 static neph_result build_once(neph_context *context, void *user) {
   (void)user;
   assets a = {.volume = NULL};
@@ -348,11 +354,13 @@ static neph_result build_once(neph_context *context, void *user) {
   neph_result result = neph_scene_create(context, &scene);
   if (!result) result = neph_scene_set_camera(scene, NULL);
   if (!result) result = neph_scene_set_sun(scene, NULL);
-  if (!result) result = make_small_assets(context, &a);
-  if (!result) result = neph_scene_set_atmosphere(scene, a.atmosphere);
-  if (!result) result = neph_scene_set_terrain(scene, a.terrain);
+  if (!result) result = make_small_volume(context, &a.volume);
   if (!result) result = neph_scene_add_volume(scene, a.volume, NULL, NULL);
   if (!result) result = neph_scene_set_placement(scene, 0, NULL);
+  if (!result) result = make_small_terrain(context, &a.terrain);
+  if (!result) result = neph_scene_set_terrain(scene, a.terrain);
+  if (!result) result = make_small_atmosphere(context, &a.atmosphere);
+  if (!result) result = neph_scene_set_atmosphere(scene, a.atmosphere);
   neph_scene_destroy(scene);
   release_assets(&a);
   return result;

@@ -59,11 +59,8 @@ static void drop_message(void *user, neph_log_level level, const char *message) 
   (void)user, (void)level, (void)message;
 }
 
-neph_context *test_context_create(unsigned thread_count, test_log *log) {
-  return test_context_create_counted(thread_count, log, NULL);
-}
-
-neph_context *test_context_create_counted(unsigned thread_count, test_log *log, test_allocator *allocator) {
+static neph_context *create_context(unsigned thread_count, test_log *log, test_allocator *allocator,
+                                    const char *cache_dir) {
   neph_context_desc desc = NEPH_CONTEXT_DESC_DEFAULT;
   desc.thread_count = thread_count;
   desc.log = log ? test_log_receive : drop_message;
@@ -72,9 +69,19 @@ neph_context *test_context_create_counted(unsigned thread_count, test_log *log, 
   desc.reallocate = allocator ? test_allocator_reallocate : NULL;
   desc.reallocate_user = allocator;
   desc.module_dir = NEPHOS_TEST_MODULE_DIR;
+  desc.cache_dir = cache_dir;
+  desc.cache_size_max_bytes = UINT64_C(300000000);
   neph_context *context = NULL;
   assert_int_equal(neph_context_create(&desc, &context), NEPH_OK);
   return context;
+}
+
+neph_context *test_context_create(unsigned thread_count, test_log *log) {
+  return create_context(thread_count, log, NULL, NULL);
+}
+
+neph_context *test_context_create_counted(unsigned thread_count, test_log *log, test_allocator *allocator) {
+  return create_context(thread_count, log, allocator, NULL);
 }
 
 /* ---- Memory ---- */
@@ -225,13 +232,27 @@ char *test_hgt_write(const char *folder, const char *name, unsigned side,
 
 /* ---- Fixture ---- */
 
-int test_set_up(void **state, unsigned thread_count, const char *file) {
+static test_fixture *create_fixture(const char *file) {
   test_fixture *f = calloc(1, sizeof *f);
   assert_non_null(f);
   test_log_start(&f->log);
-  f->context = test_context_create(thread_count, &f->log);
   f->folder = test_folder_create();
   f->path = file ? test_path(f->folder, file) : NULL;
+  return f;
+}
+
+int test_set_up(void **state, unsigned thread_count, const char *file) {
+  test_fixture *f = create_fixture(file);
+  f->context = test_context_create(thread_count, &f->log);
+  *state = f;
+  return 0;
+}
+
+int test_set_up_cached(void **state, unsigned thread_count, const char *file) {
+  test_fixture *f = create_fixture(file);
+  char *cache = test_path(f->folder, "cache");
+  f->context = create_context(thread_count, &f->log, NULL, cache);
+  free(cache);
   *state = f;
   return 0;
 }

@@ -101,6 +101,8 @@ typedef struct test_fixture {
 
 /* Called by a test's set-up; `file` names the path, NULL: none. */
 int test_set_up(void **state, unsigned thread_count, const char *file);
+/* The same with a cache on disk, for many pictures alike: of each stage each input is built once. */
+int test_set_up_cached(void **state, unsigned thread_count, const char *file);
 int test_tear_down(void **state);
 
 /* Calls `save` with writes to the fixture's path cut at a number of bytes, as on a full disk: at 0, and on in steps up

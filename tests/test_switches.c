@@ -2,6 +2,9 @@
 /* Every word that a key of a scene takes, rendered: no value of an enumerated key crashes, fails or leaves a pixel that
  * is not a number, whatever integrator, air, terrain and clouds it meets.
  *
+ * A cache on disk spares what a word does not change: each table, bake and solution is built for each of its inputs
+ * once. A word left out of a cache's key would be seen as one that changes no picture.
+ *
  * Keys and words are those of the key table: a word that is added there is rendered here. What a key needs beside it to
  * take effect is in `companions`; a key that changes no picture at all is an error unless `unseen` says why. */
 #include <stdlib.h>
@@ -467,7 +470,7 @@ static void write_meshes(const test_fixture *f) {
 }
 
 static int set_up(void **state) {
-  if (test_set_up(state, 2, "scene.yaml")) return -1;
+  if (test_set_up_cached(state, 2, "scene.yaml")) return -1;
   write_fields(*state);
   write_meshes(*state);
   write_motion(*state);

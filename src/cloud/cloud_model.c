@@ -144,48 +144,56 @@ static int count_heights(const neph_cloud_desc *desc) {
   return (int)fmin(voxels, fmin(heights, CENSUS_HEIGHTS_MAX));
 }
 
-/* Columns that are evaluated together, the points of each one after the other. */
-typedef struct census_block {
-  size_t columns;
+/* Columns of a row, and points of those that are not known to be covered. */
+typedef struct census_row {
+  const np_cloud_model *model;
+  bool is_covered[CENSUS_COLUMNS];
+  size_t count;
+  uint8_t column[NP_CLOUD_BLOCK];
   float x_m[NP_CLOUD_BLOCK], y_m[NP_CLOUD_BLOCK], height_m[NP_CLOUD_BLOCK];
-} census_block;
+} census_row;
 
-static void add_column(const np_cloud_model *model, float x_m, float y_m, int heights, census_block *block) {
-  const size_t first = block->columns++ * (size_t)heights;
-  for (size_t i = 0; i < (size_t)heights; i++) {
-    block->x_m[first + i] = x_m;
-    block->y_m[first + i] = y_m;
-    block->height_m[first + i] = ((float)i + 0.5f) * ((float)model->desc.thickness_m / (float)heights);
-  }
-}
-
-static size_t count_block(const np_cloud_model *model, const census_block *block, int heights) {
+static void eval_points(census_row *row) {
   float extinction[NP_CLOUD_BLOCK];
-  const np_cloud_points points = {block->columns * (size_t)heights, block->x_m, block->y_m, block->height_m};
-  size_t covered = 0;
-  np_cloud_model_eval(model, &points, extinction);
-  for (size_t c = 0; c < block->columns; c++) {
-    float deepest = 0.0f;
-    for (size_t i = 0; i < (size_t)heights; i++) deepest = fmaxf(deepest, extinction[c * (size_t)heights + i]);
-    covered += deepest > 0.0f;
-  }
-  return covered;
+  const np_cloud_points points = {row->count, row->x_m, row->y_m, row->height_m};
+  np_cloud_model_eval(row->model, &points, extinction);
+  for (size_t n = 0; n < row->count; n++)
+    if (extinction[n] > 0.0f) row->is_covered[row->column[n]] = true;
+  row->count = 0;
 }
 
-/* Counts the columns of one row of the field in which there is any cloud. */
-static size_t count_covered(const np_cloud_model *model, size_t row) {
+/* Adds the heights of a column from `first` on in steps. */
+static void add_column(census_row *row, int column, float x_m, float y_m, int heights, int first, int step) {
+  if (row->count + (size_t)heights > NP_CLOUD_BLOCK) eval_points(row);
+  for (int i = first; i < heights; i += step) {
+    const size_t n = row->count++;
+    row->column[n] = (uint8_t)column;
+    row->x_m[n] = x_m;
+    row->y_m[n] = y_m;
+    row->height_m[n] = ((float)i + 0.5f) * ((float)row->model->desc.thickness_m / (float)heights);
+  }
+}
+
+/* Counts the columns of one row of the field in which there is any cloud: a few heights find most of them, and the
+ * others are looked at where those have found none. Of thermals all are looked at together: a search for balls takes
+ * neighbours. */
+static size_t count_covered(const np_cloud_model *model, size_t y) {
+  static const int first[] = {1, 3, 0, 2};
+  const int passes = np_cloud_model_has_thermals(model) ? 1 : (int)(sizeof first / sizeof *first);
   const neph_cloud_desc *desc = &model->desc;
   const float cell[2] = {(float)desc->extent_m[0] / CENSUS_COLUMNS, (float)desc->extent_m[1] / CENSUS_COLUMNS};
-  const float y_m = ((float)row + 0.5f - 0.5f * CENSUS_COLUMNS) * cell[1];
+  const float y_m = ((float)y + 0.5f - 0.5f * CENSUS_COLUMNS) * cell[1];
   const int heights = count_heights(desc);
-  census_block block = {.columns = 0};
+  census_row row = {.model = model};
   size_t covered = 0;
-  for (int i = 0; i < CENSUS_COLUMNS; i++) {
-    add_column(model, ((float)i + 0.5f - 0.5f * CENSUS_COLUMNS) * cell[0], y_m, heights, &block);
-    if ((block.columns + 1) * (size_t)heights <= NP_CLOUD_BLOCK && i + 1 < CENSUS_COLUMNS) continue;
-    covered += count_block(model, &block, heights);
-    block.columns = 0;
+  for (int pass = 0; pass < passes; pass++) {
+    for (int i = 0; i < CENSUS_COLUMNS; i++)
+      if (!row.is_covered[i])
+        add_column(&row, i, ((float)i + 0.5f - 0.5f * CENSUS_COLUMNS) * cell[0], y_m, heights,
+                   passes > 1 ? first[pass] : 0, passes);
+    if (row.count) eval_points(&row);
   }
+  for (int i = 0; i < CENSUS_COLUMNS; i++) covered += row.is_covered[i];
   return covered;
 }
 

@@ -5,8 +5,8 @@ cat >scene.yaml <<'YAML'
 clouds:
   - {name: low, bake: {preset: cumulus_mediocris, seed: 7, extent: 2 km, voxel: 40 m}}
 YAML
-# Large enough that the bar is drawn while the file is written.
-large='--set clouds[0].bake.voxel=7m'
+# Large enough that the bar is drawn while the file is written: a sheet has many voxels that are baked in little time.
+large='--set clouds[0].bake.preset=altostratus --set clouds[0].bake.voxel=10m'
 check() { nephos bake --verify low.vdb -q && rm low.vdb; }
 nephos bake scene.yaml $large --progress bar 2>&-
 check
