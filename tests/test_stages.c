@@ -198,7 +198,7 @@ static void fingerprint(const building *b, np_stage stage, char out_hex[33]) {
   if (stage == NP_STAGE_VOLUMES) np_hash_add(hash, &a->clouds_max, sizeof a->clouds_max);
   if (stage == NP_STAGE_MOTION) {
     np_hash_add(hash, &a->motion->next.origin, sizeof a->motion->next.origin);
-    np_hash_add(hash, &a->motion->clouds->world_to_index, sizeof a->motion->clouds->world_to_index);
+    np_hash_add(hash, &a->motion->clouds->frame_to_part[0], sizeof *a->motion->clouds->frame_to_part);
   }
   if (stage == NP_STAGE_SUN_OPTICAL_DEPTH)
     np_hash_add(hash, a->lights[0].sun_optical_depth->level_cells, sizeof(uint64_t));
