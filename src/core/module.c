@@ -8,6 +8,7 @@
 #include "core/module.h"
 
 #include <dlfcn.h>
+#include <execinfo.h>
 #include <limits.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -42,6 +43,13 @@ static uint64_t compute_need_bytes(const np_module_kind *kind) {
   return kind->library_bytes + kind->library_threads * np_thread_stack_bytes();
 }
 
+/* Has the C library load its unwinder while there is room: it would do so when an exception of a module first passes
+ * through one of its functions, and end the process where it cannot. */
+static void load_unwinder(void) {
+  void *frame;
+  (void)backtrace(&frame, 1);
+}
+
 /* NULL, with the reason noted, when it cannot be loaded. */
 static void *open_module(search *s, const char *path) {
   enum { MODE = RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE };
@@ -49,7 +57,10 @@ static void *open_module(search *s, const char *path) {
   if (handle) return handle;
   s->has_no_room = !np_memory_has_room(compute_need_bytes(s->kind));
   if (!s->has_no_room) handle = dlopen(path, MODE);
-  if (!handle) note_failure(s, path, s->has_no_room ? "no room" : dlerror());
+  if (handle)
+    load_unwinder();
+  else
+    note_failure(s, path, s->has_no_room ? "no room" : dlerror());
   return handle;
 }
 
