@@ -278,4 +278,11 @@ const np_vdb_module module_table = {
 
 } /* namespace */
 
-const np_vdb_module *nephos_vdb_module(void) { return &module_table; }
+/* Initialises OpenVDB as soon as it is loaded, while there is room: its compressor does not check that it got memory.
+ * What goes wrong is told by the call that needs it. */
+const np_vdb_module *nephos_vdb_module(void) {
+  try {
+    openvdb::initialize();
+  } catch (...) {}
+  return &module_table;
+}
