@@ -343,6 +343,7 @@ static const struct {
   const char *key, *off, *on;
 } bake_numbers[] = {
     {"clouds[1].bake.billow_frequencies", "[1, 1, 1]", "[4, 4, 4]"},
+    {"clouds[1].bake.wisp_frequencies", "[1, 1, 1]", "[4, 4, 4]"},
     {"clouds[1].bake.map", "{image: map.exr, coverage: R, size: 300 m}",
      "{image: map.exr, coverage: R, age: R, size: 300 m}"},
 };

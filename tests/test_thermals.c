@@ -247,6 +247,64 @@ static void even_wind_changes_nothing(void **state) {
   neph_context_destroy(context);
 }
 
+enum { ROWS = 40, ROW_POINTS = NP_CLOUD_BLOCK };
+
+/* Extinctions along rows 100 m apart, in steps of a voxel. */
+static void eval_rows(const np_cloud_model *model, float height_m, float (*out)[ROW_POINTS]) {
+  for (int row = 0; row < ROWS; row++) {
+    float x[ROW_POINTS], y[ROW_POINTS], z[ROW_POINTS];
+    for (int i = 0; i < ROW_POINTS; i++) {
+      x[i] = 100 * ((float)row - 0.5f * ROWS);
+      y[i] = (float)model->desc.voxel_m * ((float)i - 0.5f * ROW_POINTS);
+      z[i] = height_m;
+    }
+    np_cloud_model_eval(model, &(np_cloud_points){ROW_POINTS, x, y, z}, out[row]);
+  }
+}
+
+/* Change from point to point over the sum: the finer, the more. */
+static double compute_ruggedness(float (*rows)[ROW_POINTS]) {
+  double change = 0, sum = 0;
+  for (int row = 0; row < ROWS; row++)
+    for (int i = 1; i < ROW_POINTS; i++) {
+      change += fabs((double)(rows[row][i] - rows[row][i - 1]));
+      sum += (double)rows[row][i];
+    }
+  return change / sum;
+}
+
+/* Wisps of the base, which reaches half a billow up and is at most 80 m uneven, are finer and finer there, and the same
+ * bits above. A given shape has no coverage to keep, for which all would move. */
+static void wisps_are_finer_where_asked(void **state) {
+  (void)state;
+  static float low[ROWS][ROW_POINTS], high[ROWS][ROW_POINTS], high_before[ROWS][ROW_POINTS];
+  neph_context *context = test_context_create(2, NULL);
+  neph_cloud_desc desc = thermal_field(4);
+  static const neph_cloud_point spheres[] = {{-900, 0, 200, 600}, {300, 500, 300, 700}, {900, -600, 100, 500}};
+  double before = 0;
+  desc.shape.spheres = (neph_cloud_points){spheres, sizeof spheres / sizeof *spheres, NULL, 0};
+  desc.voxel_m = 8;
+  desc.wispiness = 1;
+  for (int k = 0; k < 4; k++) {
+    np_cloud_model model;
+    desc.wisp_frequencies[2] = 1 + 0.75 * k;
+    assert_int_equal(np_cloud_model_build(context, &desc, NULL, &model), NEPH_OK);
+    eval_rows(&model, 0.15f * (float)desc.billow_m, low);
+    eval_rows(&model, 0.8f * (float)desc.billow_m, high);
+    np_cloud_model_clear(&model);
+    const double rugged = compute_ruggedness(low);
+    print_message("frequency %.3g: ruggedness %.4g\n", desc.wisp_frequencies[2], rugged);
+    if (k > 0) {
+      assert_true(rugged > before);
+      assert_memory_equal(high, high_before, sizeof high);
+    }
+    before = rugged;
+    memcpy(high_before, high, sizeof high);
+  }
+  assert_true(compute_ruggedness(high) > 0);
+  neph_context_destroy(context);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(coverage_is_the_covered_fraction),
@@ -257,6 +315,7 @@ int main(void) {
       cmocka_unit_test(wind_by_height_carries_thermals_off),
       cmocka_unit_test(columns_are_displaced_whole),
       cmocka_unit_test(even_wind_changes_nothing),
+      cmocka_unit_test(wisps_are_finer_where_asked),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

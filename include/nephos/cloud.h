@@ -148,6 +148,7 @@ typedef struct neph_cloud_desc {
   double streets;
   neph_cloud_cells cells_kind; /**< of the same models (default NEPH_CLOUD_CELLS_NONE) */
   double cells_size_m;         /**< mean distance of their hearts; > 0; in nature 10 to 40 km (default 12 km) */
+  double wisp_frequencies[NEPH_CLOUD_PARTS]; /**< of wisps of thermals at tops, flanks, base; 1 to 8 (default 1) */
 } neph_cloud_desc;
 
 #define NEPH_CLOUD_DESC_DEFAULT                                                                                        \
@@ -163,9 +164,10 @@ typedef struct neph_cloud_desc {
     .wind_direction_rad = {4.71238898038468986, 4.71238898038468986, 4.71238898038468986, 4.71238898038468986,         \
                            4.71238898038468986},                                                                       \
     .shape = {.mesh_unit_m = 1, .height_size_m = {8000, 8000}, .height_m = 1200}, .billow_amounts = {1, 1, 1},         \
-    .billow_frequencies = {1, 1, 1}, .wisp_amounts = {0, 0.5, 1}, .streets = 0, .cells_kind = NEPH_CLOUD_CELLS_NONE,   \
-    .cells_size_m = 12000, .name = NULL, .ground_height = NULL, .ground_user = NULL, .ground_id = NULL,                \
-    .ground_lift = 0, .ground_cover = 0, .trails = 1, .trail_direction_rad = 1.57079632679489662, .repeat_m = 0        \
+    .billow_frequencies = {1, 1, 1}, .wisp_amounts = {0, 0.5, 1}, .wisp_frequencies = {1, 1, 1}, .streets = 0,         \
+    .cells_kind = NEPH_CLOUD_CELLS_NONE, .cells_size_m = 12000, .name = NULL, .ground_height = NULL,                   \
+    .ground_user = NULL, .ground_id = NULL, .ground_lift = 0, .ground_cover = 0, .trails = 1,                          \
+    .trail_direction_rad = 1.57079632679489662, .repeat_m = 0                                                          \
   }
 
 /** Fills a description from a named preset ("cumulus_mediocris", …); fails listing the names there are.

@@ -184,20 +184,13 @@ static neph_result add_row(const void *user, size_t row, np_ball_list *list) {
   return result;
 }
 
-/* Octaves of a frequency: its logarithm to base 2, straight between the powers. */
-static float compute_octaves(double frequency) {
-  float octaves = 0.0f;
-  for (; frequency >= 2; frequency *= 0.5) octaves += 1.0f;
-  return octaves + (float)frequency - 1.0f;
-}
-
 static neph_result add_billows(np_cloud_model *model, np_monitor *monitor, unsigned level) {
   const neph_cloud_desc *desc = &model->desc;
   const float spacing_m = compute_spacing_m(model, level), block_m = EDGE * spacing_m;
   billow_rows rows = {.model = model, .level = level, .spacing_m = spacing_m};
   for (int p = 0; p < NEPH_CLOUD_PARTS; p++) {
     rows.amounts[p] = (float)desc->billow_amounts[p];
-    rows.octaves[p] = compute_octaves(desc->billow_frequencies[p]);
+    rows.octaves[p] = np_thermals_count_octaves(desc->billow_frequencies[p]);
   }
   rows.rise_m = model->turnover * model->thermals.billow_m;
   const float low_m[3] = {-0.5f * (float)desc->extent_m[0] - model->drift_m[0],

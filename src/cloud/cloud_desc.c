@@ -61,10 +61,11 @@ static const real_field fields[] = {
     FIELD(repeat_m, "repeat", " m", 1, 0, 1e6, INCLUSIVE),
     FIELD(streets, "streets", "", 1, 0, 1, INCLUSIVE),
     FIELD(cells_size_m, "cells.size", " m", 1, 0, 1e6, ABOVE_LOW),
+    FIELD(wisp_frequencies, "wisp_frequencies", "", NEPH_CLOUD_PARTS, 1, 8, INCLUSIVE),
 };
 
 /* Files may lack the fields from `age` on, which then have their defaults. */
-enum { FIELD_COUNT = sizeof fields / sizeof *fields, FIELD_AGE = FIELD_COUNT - 12 };
+enum { FIELD_COUNT = sizeof fields / sizeof *fields, FIELD_AGE = FIELD_COUNT - 13 };
 
 static const double *get_values(const neph_cloud_desc *desc, const real_field *field) {
   return (const double *)(const void *)((const char *)desc + field->offset);

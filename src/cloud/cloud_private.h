@@ -218,6 +218,7 @@ typedef struct np_thermal_noises {
   unsigned wisp_octaves;
   float wisp_size_m, fray_m;
   float wisp_m[NEPH_CLOUD_PARTS], wisp_max_m; /* depth of wisps at tops, flanks and base */
+  float wisp_fineness[NEPH_CLOUD_PARTS];      /* octaves by which they are finer there */
   float floor_m, floor_size_m;                /* mean height of the base above the lowest, and size of its noise */
   float crisp_m, soft_m;                      /* edges, young and old */
   float gain_max_m, loss_max_m;               /* the most that noise moves the surface out and in */

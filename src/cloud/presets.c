@@ -126,6 +126,7 @@ neph_result neph_cloud_get_preset(neph_context *context, const char *name, neph_
   memcpy(desc.billow_amounts, defaults.billow_amounts, sizeof desc.billow_amounts);
   memcpy(desc.billow_frequencies, defaults.billow_frequencies, sizeof desc.billow_frequencies);
   memcpy(desc.wisp_amounts, defaults.wisp_amounts, sizeof desc.wisp_amounts);
+  memcpy(desc.wisp_frequencies, defaults.wisp_frequencies, sizeof desc.wisp_frequencies);
   memcpy(desc.map_size_m, defaults.map_size_m, sizeof desc.map_size_m);
   return np_desc_write(context, "neph_cloud_desc", &desc, sizeof desc, out_desc);
 }

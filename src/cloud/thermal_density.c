@@ -33,12 +33,12 @@ static const float wisp_depth = 0.42f, wisp_outwards = 0.45f; /* in largest bill
 static const float wisp_bite = 16.0f;                         /* of the noise; of it against the depth */
 static const float wisp_thinness = 0.80f;                     /* share that wisps have lost at their outer end */
 static const float torn_share = 0.35f, torn_broad = 2.4f, torn_fine = 0.9f, strand_twist = 1.5f; /* of the noises */
+enum { FINENESS_MAX = 3 };                                      /* of wisps: frequencies are at most 8 */
 static const float wisp_base_max_m = 300.0f, rain_wisps = 0.8f; /* at the base; of its wisps, by precipitation */
 static const float crisp_edge = 0.016f, soft_edge = 0.055f;     /* in largest billows */
 static const float floor_share = 0.05f, floor_max_m = 40.0f, floor_size = 0.6f; /* of the base */
 static const float adiabatic_share = 0.4f, adiabatic_max = 1.25f; /* of the thickness, where extinction is the core's */
 static const float entrained = 0.55f;                             /* share that the oldest cloud has lost */
-static const float run_edge = 1.25f; /* of points that are evaluated together, in largest billows */
 static const double billow_voxels = 4;
 static const double billow_share = 0.18;      /* of the shorter side of a field */
 static const float extinction_floor = 0.002f; /* of the core's: less is nothing */
@@ -70,7 +70,13 @@ static void set_detail(np_cloud_model *model) {
   model->thermals.loss_max_m = sum_m * (1.0f - detail_mean);
 }
 
-/* Rain tears the base, too. */
+float np_thermals_count_octaves(double frequency) {
+  float octaves = 0.0f;
+  for (; frequency >= 2; frequency *= 0.5) octaves += 1.0f;
+  return octaves + (float)frequency - 1.0f;
+}
+
+/* Rain tears the base, too. Wisps are no finer than two voxels. */
 static void set_wisps(np_cloud_model *model) {
   const neph_cloud_desc *desc = &model->desc;
   np_thermal_noises *t = &model->thermals;
@@ -80,6 +86,8 @@ static void set_wisps(np_cloud_model *model) {
   for (int p = 0; p < NEPH_CLOUD_PARTS; p++) t->wisp_m[p] = wisp_depth * t->billow_m * shares[p];
   t->wisp_m[2] = np_minf(t->wisp_m[2], wisp_base_max_m * shares[2]);
   t->wisp_max_m = np_maxf(np_maxf(t->wisp_m[0], t->wisp_m[1]), t->wisp_m[2]);
+  for (int p = 0; p < NEPH_CLOUD_PARTS; p++)
+    t->wisp_fineness[p] = np_minf(np_thermals_count_octaves(desc->wisp_frequencies[p]), (float)(t->wisp_octaves - 1));
 }
 
 static float compute_warp_max_m(float warp_m) { return 1.7321f * warp_limit * warp_m * 1.001f; }
@@ -94,7 +102,6 @@ void np_thermals_set_noises(np_cloud_model *model) {
                            .wisp_size_m = fray_size * billow_m,
                            .fray_m = fray_reach * billow_m * (0.3f + 1.3f * (float)desc->erosion)};
   set_detail(model);
-  set_wisps(model);
   for (unsigned k = 0; k < NP_THERMAL_WARPS; k++) {
     t->warp[k] = make_lattice(desc, NP_CLOUD_STREAM_WARP + k);
     t->warp_size_m[k] = np_repeat_fit(desc, warp_sizes[k] * billow_m);
@@ -109,6 +116,7 @@ void np_thermals_set_noises(np_cloud_model *model) {
   t->wisp_octaves = 1;
   for (float size_m = 0.5f * t->wisp_size_m; size_m >= 2.0f * voxel_m && t->wisp_octaves < 5; size_m *= 0.5f)
     t->wisp_octaves++;
+  set_wisps(model);
   t->floor_m = np_minf(floor_share * (float)desc->thickness_m, floor_max_m);
   const float softness = (float)desc->softness;
   t->crisp_m = np_maxf(crisp_edge * billow_m, 0.75f * voxel_m) + 0.25f * softness * softness * billow_m;
@@ -131,6 +139,7 @@ typedef struct thermal_work {
   float air_x_m[NP_CLOUD_BLOCK], air_y_m[NP_CLOUD_BLOCK]; /* where the air was that the wind has carried here */
   float distance_m[NP_CLOUD_BLOCK], age[NP_CLOUD_BLOCK];
   float reach_m[NP_CLOUD_BLOCK];    /* of wisps, from the surface inwards */
+  float fineness[NP_CLOUD_BLOCK];   /* of wisps, in octaves */
   float moved_m[3][NP_CLOUD_BLOCK]; /* displacement by the warps so far */
   float sx[NP_CLOUD_BLOCK], sy[NP_CLOUD_BLOCK], sz[NP_CLOUD_BLOCK], noise[NP_CLOUD_BLOCK]; /* scratch */
 } thermal_work;
@@ -147,6 +156,7 @@ static void keep(thermal_work *w, size_t from, size_t to) {
   w->distance_m[to] = w->distance_m[from];
   w->age[to] = w->age[from];
   w->reach_m[to] = w->reach_m[from];
+  w->fineness[to] = w->fineness[from];
   for (int a = 0; a < 3; a++) w->moved_m[a][to] = w->moved_m[a][from];
   w->sx[to] = w->sx[from];
   w->sy[to] = w->sy[from];
@@ -185,17 +195,23 @@ static void raise_base(const np_cloud_model *model, thermal_work *w) {
   w->count = kept;
 }
 
+/* A value of tops, flanks and base. */
+static float blend_parts(const float parts[NEPH_CLOUD_PARTS], float up, float low) {
+  return np_mixf(np_mixf(parts[1], parts[0], up), parts[2], low);
+}
+
 /* Depth that wisps reach: by the slope of the thermals, whose billows have tops of their own, and by the height. */
 static void set_wisp_reach(const np_cloud_model *model, thermal_work *w) {
   const np_thermal_noises *t = &model->thermals;
   const np_ball_points points = {w->count, w->x_m, w->y_m, w->z_m};
   float normal_z[NP_CLOUD_BLOCK];
-  const bool has_slope = w->count > 0 && t->wisp_m[0] != t->wisp_m[1];
+  const bool has_slope = w->count > 0 && (t->wisp_m[0] != t->wisp_m[1] || t->wisp_fineness[0] != t->wisp_fineness[1]);
   if (has_slope) np_thermals_eval_slope(model, &points, normal_z);
   for (size_t i = 0; i < w->count; i++) {
     const float low = 1.0f - np_smoothstepf((w->above_m[i] / t->billow_m - 0.06f) / 0.45f);
     const float up = has_slope ? np_smoothstepf((normal_z[i] - 0.1f) / 0.6f) : 0.0f;
-    w->reach_m[i] = np_mixf(np_mixf(t->wisp_m[1], t->wisp_m[0], up), t->wisp_m[2], low);
+    w->reach_m[i] = blend_parts(t->wisp_m, up, low);
+    w->fineness[i] = blend_parts(t->wisp_fineness, up, low);
   }
 }
 
@@ -312,20 +328,48 @@ static void sample_wisps(const np_cloud_model *model, thermal_work *w) {
   model->noise->perlin_fbm(&t->wisps, &octaves, &points, w->noise);
 }
 
-/* From 0, where strands are, to 1. The broad noise twists the fine one, whose sheets lie where it is 0. */
-static void tear_wisps(const np_cloud_model *model, thermal_work *w, float *out_torn) {
+/* Share that wisps finer by so many octaves have at a point: linear between whole numbers. */
+static float compute_fine_share(const thermal_work *w, size_t i, unsigned finer) {
+  return np_maxf(1.0f - fabsf(w->fineness[i] - (float)finer), 0.0f);
+}
+
+static np_noise_octaves count_octaves(const np_thermal_noises *t, unsigned finer, float gain) {
+  return (np_noise_octaves){.count = t->wisp_octaves > finer ? t->wisp_octaves - finer : 1, .gain = gain};
+}
+
+/* Adds what wisps finer by so many octaves tear, from 0, where strands are, to 1. The broad noise, which is at hand for
+ * the coarsest, twists the fine one, whose sheets lie where it is 0. */
+static void add_tears(const np_cloud_model *model, thermal_work *w, unsigned finer, float *torn) {
   const np_thermal_noises *t = &model->thermals;
-  const np_noise_octaves octaves = {.count = t->wisp_octaves > 1 ? t->wisp_octaves - 1 : 1, .gain = 0.6f};
-  const np_noise_points points = {w->count, w->sx, w->sy, w->sz};
+  const np_noise_octaves broad_octaves = count_octaves(t, finer, fray_gain);
+  const np_noise_octaves fine_octaves = count_octaves(t, finer + 1, 0.6f);
+  const float scale = (float)(1u << finer);
+  float x[NP_CLOUD_BLOCK], y[NP_CLOUD_BLOCK], z[NP_CLOUD_BLOCK], broad[NP_CLOUD_BLOCK], fine[NP_CLOUD_BLOCK];
+  const np_noise_points points = {w->count, x, y, z};
   for (size_t i = 0; i < w->count; i++) {
-    out_torn[i] = w->noise[i];
-    w->sx[i] = 2.0f * w->sx[i] + strand_twist * w->noise[i];
-    w->sy[i] = 2.0f * w->sy[i] - strand_twist * w->noise[i];
-    w->sz[i] = 2.0f * w->sz[i] + strand_twist * w->noise[i];
+    x[i] = scale * w->sx[i];
+    y[i] = scale * w->sy[i];
+    z[i] = scale * w->sz[i];
+    broad[i] = w->noise[i];
   }
-  model->noise->perlin_fbm(&t->wisps, &octaves, &points, w->noise);
+  if (finer > 0) model->noise->perlin_fbm(&t->wisps, &broad_octaves, &points, broad);
+  for (size_t i = 0; i < w->count; i++) {
+    x[i] = 2.0f * x[i] + strand_twist * broad[i];
+    y[i] = 2.0f * y[i] - strand_twist * broad[i];
+    z[i] = 2.0f * z[i] + strand_twist * broad[i];
+  }
+  model->noise->perlin_fbm(&t->wisps, &fine_octaves, &points, fine);
   for (size_t i = 0; i < w->count; i++)
-    out_torn[i] = np_clampf(torn_share + torn_broad * out_torn[i] + torn_fine * fabsf(w->noise[i]), 0.0f, 1.0f);
+    torn[i] += compute_fine_share(w, i, finer) *
+               np_clampf(torn_share + torn_broad * broad[i] + torn_fine * fabsf(fine[i]), 0.0f, 1.0f);
+}
+
+static void tear_wisps(const np_cloud_model *model, thermal_work *w, float *torn) {
+  for (unsigned finer = 0; finer <= FINENESS_MAX; finer++) {
+    bool is_any = false;
+    for (size_t i = 0; i < w->count && !is_any; i++) is_any = compute_fine_share(w, i, finer) > 0.0f;
+    if (is_any) add_tears(model, w, finer, torn);
+  }
 }
 
 /* Old surfaces fray. */
@@ -354,6 +398,7 @@ static bool search_surface(const np_cloud_model *model, thermal_work *w) {
   if (!np_ball_heap_search(&model->balls, &points, reach_m, &surface)) return false;
   for (size_t i = 0; i < w->count; i++) {
     w->reach_m[i] = model->thermals.wisp_max_m;
+    w->fineness[i] = 0.0f;
     w->moved_m[0][i] = w->moved_m[1][i] = w->moved_m[2][i] = 0.0f;
     if (w->distance_m[i] < reach_m) keep(w, i, kept++);
   }
@@ -390,51 +435,8 @@ static float compute_base_m(const np_cloud_model *model, float x_m, float y_m) {
   return np_cloud_column_compute(model, x_m, y_m, 0.0f).base_m;
 }
 
-/* ---- Runs: points near each other ---- */
-
-static np_ball_box compute_box(const np_cloud_points *points, const uint16_t *numbers, size_t count) {
-  np_ball_box box = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
-  for (size_t i = 0; i < count; i++) {
-    const float at_m[3] = {points->x_m[numbers[i]], points->y_m[numbers[i]], points->height_m[numbers[i]]};
-    for (int a = 0; a < 3; a++) {
-      box.min_m[a] = np_minf(box.min_m[a], at_m[a]);
-      box.max_m[a] = np_maxf(box.max_m[a], at_m[a]);
-    }
-  }
-  return box;
-}
-
-static bool is_wider(const np_ball_box *box, float edge_m) {
-  return box->max_m[0] - box->min_m[0] > edge_m || box->max_m[1] - box->min_m[1] > edge_m ||
-         box->max_m[2] - box->min_m[2] > edge_m;
-}
-
-enum { OCTANTS = 8 };
-
-/* Octants of the points' box one after the other; out_begin has one more than there are. */
-static void sort_by_octant(const np_cloud_points *points, const np_ball_box *box, uint16_t *numbers, size_t count,
-                           size_t *out_begin) {
-  uint16_t from[NP_CLOUD_BLOCK], end[OCTANTS] = {0};
-  uint8_t octants[NP_CLOUD_BLOCK];
-  float middle_m[3];
-  for (int a = 0; a < 3; a++) middle_m[a] = 0.5f * (box->min_m[a] + box->max_m[a]);
-  memcpy(from, numbers, count * sizeof *from);
-  for (size_t i = 0; i < count; i++) {
-    const uint16_t n = from[i];
-    octants[i] = (uint8_t)((points->x_m[n] > middle_m[0]) << 2 | (points->y_m[n] > middle_m[1]) << 1 |
-                           (points->height_m[n] > middle_m[2]));
-    end[octants[i]]++;
-  }
-  out_begin[0] = 0;
-  for (int o = 0; o < OCTANTS; o++) {
-    out_begin[o + 1] = out_begin[o] + end[o];
-    end[o] = (uint16_t)out_begin[o];
-  }
-  for (size_t i = 0; i < count; i++) numbers[end[octants[i]]++] = from[i];
-}
-
-static void eval_run_of(const np_cloud_model *model, const np_cloud_points *points, const uint16_t *numbers,
-                        size_t count, float *out_extinction_per_m) {
+void np_thermals_eval_run(const np_cloud_model *model, const np_cloud_points *points, const uint16_t *numbers,
+                          size_t count, float *out_extinction_per_m) {
   thermal_work w;
   w.count = count;
   for (size_t i = 0; i < count; i++) {
@@ -446,32 +448,6 @@ static void eval_run_of(const np_cloud_model *model, const np_cloud_points *poin
   }
   set_air(model, &w);
   eval_run(model, &w, out_extinction_per_m);
-}
-
-/* Searches take neighbours together: points are in the order of octants, and where they are too far apart for one run,
- * each octant is evaluated by itself. */
-static void eval_box(const np_cloud_model *model, const np_cloud_points *points, uint16_t *numbers, size_t count,
-                     float *out_extinction_per_m) {
-  const float edge_max_m = np_maxf(9.0f * (float)model->desc.voxel_m, run_edge * model->thermals.billow_m);
-  const np_ball_box box = compute_box(points, numbers, count);
-  size_t begin[OCTANTS + 1];
-  sort_by_octant(points, &box, numbers, count, begin);
-  if (!is_wider(&box, edge_max_m)) {
-    eval_run_of(model, points, numbers, count, out_extinction_per_m);
-    return;
-  }
-  for (int o = 0; o < OCTANTS; o++)
-    if (begin[o + 1] > begin[o])
-      eval_box(model, points, numbers + begin[o], begin[o + 1] - begin[o], out_extinction_per_m);
-}
-
-void np_thermals_eval(const np_cloud_model *model, const np_cloud_points *points, float *out_extinction_per_m) {
-  uint16_t numbers[NP_CLOUD_BLOCK];
-  size_t count = 0;
-  for (size_t n = 0; n < points->count; n++)
-    if (points->height_m[n] > 0.0f && points->height_m[n] < (float)model->desc.thickness_m)
-      numbers[count++] = (uint16_t)n;
-  if (count) eval_box(model, points, numbers, count, out_extinction_per_m);
 }
 
 bool np_thermals_is_empty(const np_cloud_model *model, const np_cloud_box *box) {

@@ -33,12 +33,21 @@ void np_thermals_eval_slope(const np_cloud_model *model, const np_ball_points *p
 
 /* ---- Density: thermal_density.c ---- */
 
+/* Octaves of a frequency of 1 and more: its logarithm to base 2, straight between the powers. */
+float np_thermals_count_octaves(double frequency);
+
 /* Amplitudes of the noises and how far they reach, from the description. */
 void np_thermals_set_noises(np_cloud_model *model);
 
-void np_thermals_eval(const np_cloud_model *model, const np_cloud_points *points, float *out_extinction_per_m);
+/* Evaluates those of the points that are numbered, which are between base and top, and near each other. */
+void np_thermals_eval_run(const np_cloud_model *model, const np_cloud_points *points, const uint16_t *numbers,
+                          size_t count, float *out_extinction_per_m);
 
 /* True only if there is no cloud anywhere in the box, rain aside. */
 bool np_thermals_is_empty(const np_cloud_model *model, const np_cloud_box *box);
+
+/* ---- Runs: thermal_runs.c ---- */
+
+void np_thermals_eval(const np_cloud_model *model, const np_cloud_points *points, float *out_extinction_per_m);
 
 #endif
