@@ -80,7 +80,7 @@ static void wind_moves_the_field(void **state) {
 
 /* ---- No popping: every preset ---- */
 
-enum { STEPS = 6, PROBES = 2048 };
+enum { STEPS = 6, PROBES = 16384 };
 
 static neph_cloud_desc make_preset_field(neph_context *context, const char *preset) {
   neph_cloud_desc desc = NEPH_CLOUD_DESC_DEFAULT;
@@ -116,8 +116,8 @@ static int compare_doubles(const void *a, const void *b) {
   return (x > y) - (x < y);
 }
 
-/* A ball or a cell that appeared at once would make one step's change stand out. The largest is 1.47 of the median, of
- * cumulonimbus. */
+/* A ball or a cell that appeared at once would make one step's change stand out. The largest is 1.30 of the median, of
+ * lenses, which few of the probes meet. */
 static void no_preset_pops(void **state) {
   (void)state;
   neph_context *context = test_context_create(2, NULL);
@@ -132,7 +132,7 @@ static void no_preset_pops(void **state) {
     }
     qsort(changes, STEPS, sizeof *changes, compare_doubles);
     if (changes[STEPS / 2] <= 0) fail_msg("%s: stands still", test_presets[p]);
-    if (changes[STEPS - 1] > 2 * changes[STEPS / 2])
+    if (changes[STEPS - 1] > 1.6 * changes[STEPS / 2])
       fail_msg("%s: largest change of 10 s %.2f of the median", test_presets[p],
                changes[STEPS - 1] / changes[STEPS / 2]);
   }
