@@ -358,7 +358,7 @@ static void numbers_of_a_bake_are_seen(void **state) {
         neph_scene *scene = load_setting(f, s);
         neph_image *image;
         set(f, scene, "clouds[1].bake.model", "thermals");
-        set(f, scene, "clouds[1].bake.voxel", "20 m");
+        set(f, scene, "clouds[1].bake.voxel", "6 m"); /* which shows wisps of 13 m */
         set(f, scene, "clouds[1].bake.age", "1");
         set(f, scene, bake_numbers[n].key, on ? bake_numbers[n].on : bake_numbers[n].off);
         if (neph_render_image(scene, NULL, &image)) fail_msg("%s: %s", bake_numbers[n].key, f->log.text);
