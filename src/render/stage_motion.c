@@ -126,8 +126,12 @@ typedef struct moving_cloud {
   const np_scene_cloud *cloud;
   const np_cloud_parts *parts;
   np_cloud_motion *out;
-  cloud_velocity velocity;
+  const cloud_velocity *velocity; /* NULL: none has been read */
 } moving_cloud;
+
+static moving_cloud choose_cloud(const np_stage_part *in, np_motion *m, unsigned number) {
+  return (moving_cloud){in, m, number, &in->scene->clouds[number], &in->made->clouds[number], &m->clouds[number], NULL};
+}
 
 /* From the file to the world in a pose. Files of a sequence go by the box of another frame: they are moved, not turned.
  */
@@ -204,12 +208,7 @@ static neph_result add_poses(const np_stage_part *in, np_motion *m, const np_sce
                              int number) {
   neph_result result = NEPH_OK;
   for (unsigned i = 0; i < m->cloud_count && !result; i++) {
-    const moving_cloud c = {.in = in,
-                            .motion = m,
-                            .number = i,
-                            .cloud = &in->scene->clouds[i],
-                            .parts = &in->made->clouds[i],
-                            .out = &m->clouds[i]};
+    const moving_cloud c = choose_cloud(in, m, i);
     if (c.parts->volume) result = add_pose(&c, pose, time, number);
   }
   return result;
@@ -222,8 +221,8 @@ static neph_result move_bricks(const moving_cloud *c, const neph_volume *volume,
   const np_motion *m = c->motion;
   const np_brick_motion_desc desc = {.rest = rest,
                                      .index_to_file = volume->index_to_world,
-                                     .velocity = c->velocity.grids,
-                                     .level_count = c->velocity.level_count,
+                                     .velocity = c->velocity->grids,
+                                     .level_count = c->velocity->level_count,
                                      .scale = c->cloud->velocity_scale,
                                      .begin_s = m->has_exposure ? m->open * c->out->velocity_s : 0.0,
                                      .end_s = m->has_exposure ? m->close * c->out->velocity_s : 0.0};
@@ -259,11 +258,12 @@ static void describe_velocity(const moving_cloud *c) {
 }
 
 static neph_result build_velocity(moving_cloud *c, const char *path) {
-  cloud_velocity *velocity = &c->velocity;
+  cloud_velocity velocity = {.level_count = 0};
   const np_vector_request request = {NP_VECTOR_VELOCITY, c->cloud->velocity, c->cloud->policy};
-  neph_result result = np_volume_load_velocities(c->motion->context, path, &request, c->in->monitor, velocity->grids,
-                                                 &velocity->level_count);
-  const bool is_found = velocity->level_count > 0;
+  neph_result result = np_volume_load_velocities(c->motion->context, path, &request, c->in->monitor, velocity.grids,
+                                                 &velocity.level_count);
+  const bool is_found = velocity.level_count > 0;
+  c->velocity = &velocity;
   if (!result && is_found && c->cloud->place_count > 0) result = refuse_places(c, "its file has velocities");
   if (!result && is_found) {
     const neph_volume *volume = c->parts->volume;
@@ -273,7 +273,8 @@ static neph_result build_velocity(moving_cloud *c, const char *path) {
     if (!result) result = move_volume(c, c->parts->emission.temperature, &c->out->temperature);
     if (!result) result = move_parts(c);
   }
-  for (int g = 0; g < NP_VELOCITY_GRIDS_MAX; g++) np_sparse_grid_clear(&velocity->grids[g]);
+  for (int g = 0; g < NP_VELOCITY_GRIDS_MAX; g++) np_sparse_grid_clear(&velocity.grids[g]);
+  c->velocity = NULL;
   if (!result && c->out->density) describe_velocity(c);
   return result;
 }
@@ -281,12 +282,7 @@ static neph_result build_velocity(moving_cloud *c, const char *path) {
 static neph_result add_velocity(const np_stage_part *in, np_motion *m, unsigned number) {
   np_stage_part part = *in;
   part.cloud = number;
-  moving_cloud c = {.in = &part,
-                    .motion = m,
-                    .number = number,
-                    .cloud = &in->scene->clouds[number],
-                    .parts = &in->made->clouds[number],
-                    .out = &m->clouds[number]};
+  moving_cloud c = choose_cloud(&part, m, number);
   c.out->velocity_s = np_scene_get_frame_s(in->scene);
   if (np_scene_cloud_is_sequence(c.cloud)) c.out->velocity_s *= c.cloud->frame_speed;
   if (!c.parts->volume) return NEPH_OK;
