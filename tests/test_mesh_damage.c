@@ -8,7 +8,9 @@
 #include <signal.h>
 #include <stdlib.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include "core/child.h"
 #include "mesh/camera_file.h"
@@ -124,6 +126,39 @@ static void a_crash_is_refused(void **state) {
   assert_refused(f, "");
 }
 
+/* A buffer above the mesh's folder, and one that a link leads to. */
+static void files_outside_the_folder_are_refused(void **state) {
+  static const char *const names[] = {"../out.bin", "link.bin"};
+  static const unsigned char triangle[44] = {0};
+  test_fixture *f = test_get_meshes(state);
+  char *outside = test_path(f->folder, "out.bin"), *inside = test_path(f->folder, "in"),
+       *link = test_path(f->folder, "in/link.bin");
+  assert_int_equal(mkdir(inside, 0777) + symlink("../out.bin", link), 0);
+  test_file_write(outside, triangle, sizeof triangle);
+  free(f->path);
+  f->path = test_path(f->folder, "in/mesh.gltf");
+  for (size_t i = 0; i < 2; i++) {
+    char text[700];
+    const int length = snprintf(
+        text, sizeof text,
+        "{\"asset\":{\"version\":\"2.0\"},\"scene\":0,\"scenes\":[{\"nodes\":[0]}],"
+        "\"nodes\":[{\"mesh\":0}],\"meshes\":[{"
+        "\"primitives\":[{\"attributes\":{\"POSITION\":0}}]}],\"buffers\":[{\"uri\":\"%s\",\"byteLength\":44}],"
+        "\"bufferViews\":[{\"buffer\":0,\"byteLength\":36}],\"accessors\":[{\"bufferView\":0,\"componentType\":5126,"
+        "\"count\":3,\"type\":\"VEC3\"}]}",
+        names[i]);
+    np_mesh_file mesh;
+    test_file_write(f->path, text, (size_t)length);
+    assert_int_equal(np_mesh_file_load(f->context, f->path, true, NULL, &mesh), NEPH_ERROR_BAD_FILE);
+    assert_one_error(&f->log, f->path, names[i], "a mesh may name files in its own folder and below it alone");
+    test_log_clear(&f->log);
+  }
+  assert_no_child();
+  free(link);
+  free(inside);
+  free(outside);
+}
+
 /* A file that takes Assimp longer than its limit: each object's name is compared with those of all before it. */
 static void write_slow_file(test_fixture *f) {
   enum { OBJECTS = 100000 };
@@ -212,6 +247,7 @@ int main(void) {
       cmocka_unit_test(a_child_may_end_in_any_way),
       cmocka_unit_test_setup_teardown(memory_beyond_the_file_is_refused, set_up, test_tear_down_meshes),
       cmocka_unit_test_setup_teardown(a_crash_is_refused, set_up, test_tear_down_meshes),
+      cmocka_unit_test_setup_teardown(files_outside_the_folder_are_refused, set_up, test_tear_down_meshes),
       cmocka_unit_test_setup_teardown(time_beyond_the_limit_is_refused, set_up, test_tear_down_meshes),
       cmocka_unit_test_setup_teardown(cancelling_ends_a_reader, set_up, test_tear_down_meshes),
       cmocka_unit_test_setup_teardown(a_program_may_ignore_its_children, set_up, test_tear_down_meshes),

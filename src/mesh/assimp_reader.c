@@ -8,6 +8,7 @@
 #include <assimp/cimport.h>
 #include <assimp/scene.h>
 #include <assimp/version.h>
+#include <limits.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -150,14 +151,33 @@ static void close_stream(struct aiFileIO *files, struct aiFile *file) {
 }
 
 typedef struct file_access {
+  const char *path; /* of the mesh */
   void (*note_bytes)(uint64_t bytes);
+  char message[256]; /* of a file that is refused; empty: none was */
 } file_access;
+
+/* Whether a file is the mesh itself, or below its folder with all links followed. */
+static bool is_allowed(const file_access *access, const char *path) {
+  char folder[PATH_MAX], root[PATH_MAX], real[PATH_MAX];
+  const char *slash = strrchr(access->path, '/');
+  if (!strcmp(path, access->path)) return true;
+  const int length = slash ? (int)(slash - access->path) + 1 : 2;
+  (void)snprintf(folder, sizeof folder, "%.*s", length, slash ? access->path : "./");
+  if (!realpath(folder, root) || !realpath(path, real)) return false;
+  const size_t count = strcmp(root, "/") ? strlen(root) : 0;
+  return !strncmp(real, root, count) && real[count] == '/';
+}
 
 /* Regular files alone: another might never end. */
 static struct aiFile *open_stream(struct aiFileIO *files, const char *path, const char *mode) {
-  const file_access *access = (const void *)files->UserData;
+  file_access *access = (void *)files->UserData;
   struct stat facts;
   if (strcspn(mode, "wa+") != strlen(mode) || stat(path, &facts) || !S_ISREG(facts.st_mode)) return NULL;
+  if (!is_allowed(access, path)) {
+    (void)snprintf(access->message, sizeof access->message,
+                   "it names %.100s: a mesh may name files in its own folder and below it alone", path);
+    return NULL;
+  }
   struct aiFile *file = malloc(sizeof *file);
   FILE *stream = file ? fopen(path, mode) : NULL;
   if (!stream) return free(file), NULL;
@@ -174,10 +194,11 @@ static struct aiFile *open_stream(struct aiFileIO *files, const char *path, cons
 
 /* Without any of Assimp's steps: their assertions, which packages leave in, end the program on damaged meshes. */
 const np_assimp_scene *np_assimp_open(const char *path, void (*note_bytes)(uint64_t bytes), const char **out_message) {
-  file_access access = {note_bytes};
+  static file_access access;
+  access = (file_access){path, note_bytes, ""};
   struct aiFileIO files = {open_stream, close_stream, (char *)&access};
   const struct aiScene *scene = aiImportFileEx(path, 0, &files);
-  if (!scene) *out_message = aiGetErrorString();
+  if (!scene) *out_message = access.message[0] ? access.message : aiGetErrorString();
   return (const np_assimp_scene *)scene;
 }
 

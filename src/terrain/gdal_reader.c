@@ -2,7 +2,9 @@
 /* The module nephos_gdal.so: rasters of heights through GDAL's C functions.
  *
  * Drivers are those of formats that hold heights, and no others: what is not registered cannot be reached by a damaged
- * file. GDAL reports through a handler of the calling thread, which keeps the first failure for the caller's message.
+ * file. Files are opened through gdal_files.c alone, and what they name is checked before (gdal_references.c). PROJ's
+ * network is switched off, for the whole process. GDAL reports through a handler of the calling thread, which keeps the
+ * first failure for the caller's message.
  */
 #include "terrain/gdal_table.h"
 
@@ -21,6 +23,9 @@
 #include <gdal/gdal_utils.h>
 #include <gdal/ogr_srs_api.h>
 
+#include "terrain/gdal_files.h"
+#include "terrain/gdal_references.h"
+
 struct np_gdal_raster {
   GDALDatasetH dataset;
   OGRSpatialReferenceH crs; /* NULL: none */
@@ -37,12 +42,14 @@ static void CPL_STDCALL keep_failure(CPLErr severity, CPLErrorNum number, const 
   np_gdal_error *error = CPLGetErrorHandlerUserData();
   if (severity < CE_Failure || error->message[0]) return;
   snprintf(error->message, sizeof error->message, "%s", message);
+  np_gdal_files_clean_message(error->message);
   for (char *line = error->message; (line = strpbrk(line, "\n\r"));) *line = ' ';
 }
 
 static void begin_calls(np_gdal_error *error) {
   *error = (np_gdal_error){.result = NEPH_OK};
   CPLPushErrorHandlerEx(keep_failure, error);
+  if (OSRGetPROJEnableNetwork()) OSRSetPROJEnableNetwork(0);
 }
 
 /* With a message of its own where GDAL had none. */
@@ -54,11 +61,6 @@ static neph_result end_calls(np_gdal_error *error, neph_result result, const cha
 }
 
 /* ---- Opening ---- */
-
-/* Endings, and the driver of each. EHdr would take any file beside an .hdr of its name for raw samples. */
-static const char *const formats[][2] = {
-    {".tif", "GTiff"},   {".tiff", "GTiff"},  {".vrt", "VRT"}, {".asc", "AAIGrid"}, {".bil", "EHdr"}, {".flt", "EHdr"},
-    {".hgt", "SRTMHGT"}, {".dem", "USGSDEM"}, {".img", "HFA"}, {".dt0", "DTED"},    {".dt1", "DTED"}, {".dt2", "DTED"}};
 
 /* EHdr, which takes what others leave, is the last. */
 static void register_drivers(void) {
@@ -72,45 +74,6 @@ static void register_drivers(void) {
   GDALRegister_EHdr();
 }
 
-static int has_ending(const char *path, const char *ending) {
-  const size_t length = strlen(path), count = strlen(ending);
-  return length >= count && !strcasecmp(path + length - count, ending);
-}
-
-/* The driver of a name by its ending; NULL: it is none of heights. */
-static const char *get_driver(const char *name) {
-  for (size_t i = 0; i < sizeof formats / sizeof *formats; i++)
-    if (has_ending(name, formats[i][0])) return formats[i][1];
-  return NULL;
-}
-
-/* Name of the file that must lie beside one of plain samples, when it does not; else NULL. */
-static const char *get_missing_header(const char *name, const char *driver) {
-  static const char *const endings[] = {"HDR", "hdr"};
-  VSIStatBufL status;
-  const char *header = NULL;
-  if (strcmp(driver, "EHdr")) return NULL;
-  for (size_t i = 0; i < sizeof endings / sizeof *endings; i++) {
-    header = CPLResetExtension(name, endings[i]);
-    if (!VSIStatL(header, &status)) return NULL;
-  }
-  return CPLGetFilename(header);
-}
-
-/* A missing header is told after the attempt: its ending may be written in another way. */
-static GDALDatasetH open_file(const char *name, unsigned flags) {
-  const char *const drivers[] = {get_driver(name), NULL};
-  if (!drivers[0]) {
-    CPLError(CE_Failure, CPLE_OpenFailed, "its ending is that of no raster of heights");
-    return NULL;
-  }
-  const int is_bare = get_missing_header(name, drivers[0]) != NULL;
-  GDALDatasetH dataset = GDALOpenEx(name, GDAL_OF_RASTER | (is_bare ? 0 : flags), drivers, NULL, NULL);
-  if (!dataset && is_bare)
-    CPLError(CE_Failure, CPLE_OpenFailed, "its header %s is missing beside it", get_missing_header(name, drivers[0]));
-  return dataset;
-}
-
 /* Whether a member can be opened: GDAL 3.6 reads from a tile of SRTM even where it cannot, and crashes. */
 static int is_readable(const char *name) {
   VSILFILE *file = VSIFOpenL(name, "rb");
@@ -118,14 +81,14 @@ static int is_readable(const char *name) {
   return file != NULL;
 }
 
-/* The name by which GDAL opens a file; of an archive, its only member of heights. To be freed with CPLFree. */
-static char *name_raster(const char *path) {
-  if (!has_ending(path, ".zip")) return CPLStrdup(path);
+/* The only member of heights of an archive. A .vrt in it is none: its parts would be members too. */
+static char *choose_member(const char *archive) {
   char *name = NULL;
-  char **members = VSIReadDirRecursive(CPLSPrintf("/vsizip/%s", path));
+  char **members = VSIReadDirRecursive(archive);
   int count = 0;
   for (int i = 0; members && members[i]; i++)
-    if (get_driver(members[i]) && !count++) name = CPLStrdup(CPLSPrintf("/vsizip/%s/%s", path, members[i]));
+    if (np_gdal_get_driver(members[i]) && !np_gdal_has_ending(members[i], ".vrt") && !count++)
+      name = CPLStrdup(CPLSPrintf("%s/%s", archive, members[i]));
   CSLDestroy(members);
   if (count > 1) {
     CPLError(CE_Failure, CPLE_OpenFailed, "the archive holds %d rasters: unpack it, and name one, or a list", count);
@@ -139,30 +102,53 @@ static char *name_raster(const char *path) {
   return NULL;
 }
 
+/* The name by which GDAL opens a file; of an archive, its only member of heights. To be freed with CPLFree. */
+static char *name_raster(const char *path) {
+  char *file = np_gdal_files_name(path, np_gdal_has_ending(path, ".vrt"));
+  const char *reason = file ? np_gdal_files_get_refusal(file) : NULL;
+  if (reason) CPLError(CE_Failure, CPLE_OpenFailed, "%s", reason);
+  if (file && !reason && !np_gdal_has_ending(path, ".zip")) return file;
+  char *archive = file && !reason ? CPLStrdup(CPLSPrintf("/vsizip/%s", file)) : NULL;
+  char *member = archive ? choose_member(archive) : NULL;
+  CPLFree(archive);
+  CPLFree(file);
+  return member;
+}
+
 /* A value for what no tile covers, where the tiles have none of their own. */
-static const char *choose_void(const char *name) {
-  GDALDatasetH first = open_file(name, 0);
-  GDALRasterBandH band = first ? GDALGetRasterBand(first, 1) : NULL;
+static const char *choose_void(GDALDatasetH first) {
+  GDALRasterBandH band = GDALGetRasterBand(first, 1);
   int has_value = 1;
-  const char *value = NULL;
   if (band) GDALGetRasterNoDataValue(band, &has_value);
-  if (!has_value) value = GDALGetRasterDataType(band) == GDT_UInt16 ? "65535" : "-32768";
-  if (first) GDALClose(first);
-  return value;
+  if (has_value) return NULL;
+  return GDALGetRasterDataType(band) == GDT_UInt16 ? "65535" : "-32768";
 }
 
 /* One raster of several that lie side by side. Text without a decimal point is of whole numbers for GDAL, which does
  * not put them beside others. */
-static GDALDatasetH open_mosaic(char **names, int count) {
+static GDALDatasetH build_mosaic(char **names, const char *empty) {
   char **arguments = CSLAddString(NULL, "-strict");
-  if (has_ending(names[0], ".asc")) arguments = CSLAddString(CSLAddString(arguments, "-oo"), "DATATYPE=Float32");
-  const char *empty = choose_void(names[0]);
+  if (np_gdal_has_ending(names[0], ".asc"))
+    arguments = CSLAddString(CSLAddString(arguments, "-oo"), "DATATYPE=Float32");
   if (empty) arguments = CSLAddString(CSLAddString(arguments, "-vrtnodata"), empty);
   GDALBuildVRTOptions *options = GDALBuildVRTOptionsNew(arguments, NULL);
   CSLDestroy(arguments);
-  GDALDatasetH mosaic = options ? GDALBuildVRT("", count, NULL, (const char *const *)names, options, NULL) : NULL;
+  GDALDatasetH mosaic =
+      options ? GDALBuildVRT("", CSLCount(names), NULL, (const char *const *)names, options, NULL) : NULL;
   GDALBuildVRTOptionsFree(options);
   return mosaic;
+}
+
+/* GDAL opens each tile by its name once more. */
+static GDALDatasetH open_mosaic(char **names) {
+  const char *empty = NULL;
+  for (int i = 0; names[i]; i++) {
+    GDALDatasetH tile = np_gdal_open_checked(names[i]);
+    if (!tile) return NULL;
+    if (i == 0) empty = choose_void(tile);
+    GDALClose(tile);
+  }
+  return build_mosaic(names, empty);
 }
 
 static GDALDatasetH open_dataset(const np_gdal_source *source) {
@@ -174,8 +160,7 @@ static GDALDatasetH open_dataset(const np_gdal_source *source) {
   }
   GDALDatasetH dataset = NULL;
   if (CSLCount(names) == (int)source->path_count)
-    dataset =
-        source->path_count == 1 ? open_file(names[0], GDAL_OF_VERBOSE_ERROR) : open_mosaic(names, CSLCount(names));
+    dataset = source->path_count == 1 ? np_gdal_open_checked(names[0]) : open_mosaic(names);
   CSLDestroy(names);
   return dataset;
 }
@@ -220,19 +205,39 @@ static void read_unit(np_gdal_raster *raster) {
   snprintf(raster->unit, sizeof raster->unit, "%s", name);
 }
 
-static int read_crs(np_gdal_raster *raster, const char *text) {
+/* The scene's system, in place of the file's. */
+static neph_result set_crs(np_gdal_raster *raster, const char *text) {
+  if (!np_gdal_check_crs("terrain.crs", text)) return NEPH_ERROR_BAD_SCENE;
+  raster->crs = OSRNewSpatialReference(NULL);
+  CPLPushErrorHandler(CPLQuietErrorHandler); /* what PROJ says of it names neither the key nor what is allowed */
+  const OGRErr failure = OSRSetFromUserInput(raster->crs, text);
+  CPLPopErrorHandler();
+  if (failure == OGRERR_NONE) return NEPH_OK;
+  CPLError(CE_Failure, CPLE_AppDefined,
+           "terrain.crs is \"%.80s\", must be a coordinate system that is known, as EPSG:32611", text);
+  return NEPH_ERROR_BAD_SCENE;
+}
+
+/* A system may name a file of a grid, which PROJ would open. */
+static neph_result copy_crs(np_gdal_raster *raster) {
+  static const char *const options[] = {"FORMAT=WKT2", NULL};
   OGRSpatialReferenceH given = GDALGetSpatialRef(raster->dataset);
-  if (text) {
-    raster->crs = OSRNewSpatialReference(NULL);
-    if (OSRSetFromUserInput(raster->crs, text) != OGRERR_NONE) return 0;
-  } else if (given) {
-    raster->crs = OSRClone(given);
-  }
-  if (!raster->crs) return 1;
+  char *text = NULL;
+  if (!given) return NEPH_OK;
+  raster->crs = OSRClone(given);
+  (void)OSRExportToWktEx(given, &text, options);
+  const int is_safe = !text || np_gdal_check_crs("its coordinate system", text);
+  CPLFree(text);
+  return is_safe ? NEPH_OK : NEPH_ERROR_BAD_FILE;
+}
+
+static neph_result read_crs(np_gdal_raster *raster, const char *text) {
+  const neph_result result = text ? set_crs(raster, text) : copy_crs(raster);
+  if (result || !raster->crs) return result;
   OSRSetAxisMappingStrategy(raster->crs, OAMS_TRADITIONAL_GIS_ORDER);
   const char *name = OSRGetName(raster->crs);
   snprintf(raster->crs_name, sizeof raster->crs_name, "%s", name && name[0] ? name : "unnamed");
-  return 1;
+  return NEPH_OK;
 }
 
 static OGRSpatialReferenceH create_geographic(const np_gdal_raster *raster, int is_own) {
@@ -288,11 +293,10 @@ static neph_result open_raster(const np_gdal_source *source, np_gdal_raster **ou
     return end_calls(error, NEPH_ERROR_BAD_FILE, "it holds no raster");
   }
   raster->has_grid = GDALGetGeoTransform(raster->dataset, raster->to_crs) == CE_None;
-  if (!read_crs(raster, source->crs)) {
+  const neph_result result = read_crs(raster, source->crs);
+  if (result) {
     close_raster(raster);
-    snprintf(error->message, sizeof error->message,
-             "terrain.crs is \"%.80s\", must be a coordinate system that is known, as EPSG:32611", source->crs);
-    return end_calls(error, NEPH_ERROR_BAD_SCENE, "");
+    return end_calls(error, result, "its coordinate system cannot be read");
   }
   read_unit(raster);
   *out_raster = raster;
