@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
-#include "job.h"
-#include "render_job.h"
+#include "job_forecast.h"
 #include "verbs.h"
 
 #define ADDRESS(name) &farm_##name,
@@ -38,12 +38,25 @@ static cli_exit list_frames(const cli_options *options, farm_job *job) {
   return CLI_DONE;
 }
 
-/* "shots/dawn 2.yaml" is "dawn_2". */
-static void name_job(farm_job *job) {
-  const char *slash = strrchr(job->scene, '/'), *stem = slash ? slash + 1 : job->scene, *dot = strrchr(stem, '.');
-  snprintf(job->name, sizeof job->name, "%.*s", dot && dot > stem ? (int)(dot - stem) : (int)strlen(stem), stem);
-  for (char *c = job->name; *c; c++)
-    if (!strchr("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_", *c)) *c = '_';
+/* The scene as tasks name it, wherever they start; links on the way stay, as names in the scene start from its folder.
+ */
+static cli_exit place_scene(const farm *chosen, farm_job *job, char **out_folder, char **out_scene) {
+  const char *folder = "", *slash = "";
+  if (!strcmp(job->given, "-")) {
+    cli_complain("a job reads its scene in each task: give a file, not standard input");
+    return CLI_USAGE;
+  }
+  *out_folder = getcwd(NULL, 0);
+  if (!*out_folder) {
+    cli_complain("the working folder has no name any more: start from another");
+    return CLI_IO;
+  }
+  if (!chosen->maps_scene && *job->given != '/') folder = *out_folder, slash = strcmp(folder, "/") ? "/" : "";
+  if (chosen->maps_scene && *job->given == '-') folder = ".", slash = "/";
+  if (asprintf(out_scene, "%s%s%s", folder, slash, job->given) < 0) *out_scene = NULL;
+  job->folder = *out_folder;
+  job->scene = *out_scene;
+  return *out_scene ? CLI_DONE : CLI_INTERNAL;
 }
 
 /* ---- A trial ---- */
@@ -68,25 +81,43 @@ static cli_exit read_task(const cli_session *session, const farm_job *job, cli_o
   return CLI_DONE;
 }
 
-/* Refuses what every task would refuse: options, scene, names. */
-static cli_exit check_task(cli_session *session, const farm_job *job, const cli_options *task) {
+static cli_exit check_options(const cli_options *task) {
   if (task->given[cli_option_get("--frames", strlen("--frames")) - cli_option_at(0)] || task->output_count ||
       task->tile_count || task->has_sample_range || task->is_dry_run || task->wants_plan || task->has_time_limit) {
     cli_complain("behind -- may not be --frames, --output, --tile, --sample-range, --time-limit, --explain or "
                  "--dry-run: frames and tiles are the job's, names the scene's");
     return CLI_USAGE;
   }
-  cli_session trial = {.options = task, .context = session->context, .progress = session->progress};
-  render_job render = {.session = &trial, .output = NEPH_OUTPUT_DEFAULT};
-  cli_exit exit = cli_load_scene(&trial, job->scene, &render.scene);
-  if (exit) return exit;
-  exit = cli_exit_of(neph_scene_get_output(render.scene, &render.output));
-  if (!exit) exit = render_job_choose_outputs(&render);
-  if (!exit && job->tile_count > 1 && !render.output.image) {
-    cli_complain("%s has no output.image: tiles are merged by it", job->scene);
+  if (!task->has_ended) return CLI_DONE;
+  cli_complain("behind -- may not be another --: the task's own options follow");
+  return CLI_USAGE;
+}
+
+static cli_exit check_outputs(const farm_job *job, render_job *render) {
+  cli_exit exit = cli_exit_of(neph_scene_get_output(render->scene, &render->output));
+  if (!exit) exit = render_job_choose_outputs(render);
+  if (!exit && job->tile_count > 1 && !render->output.image) {
+    cli_complain("%s has no output.image: tiles are merged by it", job->given);
     exit = CLI_USAGE;
   }
-  if (!exit && job->frame_count > job->chunk_size) neph_scene_warn_of_tasks(render.scene);
+  if (!exit && job->frame_count > job->chunk_size) neph_scene_warn_of_tasks(render->scene);
+  return exit;
+}
+
+/* Refuses what every task would refuse: options, scene, names. Predicts the task, where its farm requires that. */
+static cli_exit check_task(cli_session *session, const farm *chosen, farm_job *job, const cli_options *task) {
+  cli_exit exit = check_options(task);
+  if (exit) return exit;
+  cli_session trial = {.options = task, .context = session->context, .progress = session->progress};
+  render_job render = {.session = &trial,
+                       .desc = NEPH_RENDER_DESC_DEFAULT,
+                       .machine = NEPH_MACHINE_DEFAULT,
+                       .output = NEPH_OUTPUT_DEFAULT};
+  exit = cli_load_scene(&trial, job->given, &render.scene);
+  if (exit) return exit;
+  exit = check_outputs(job, &render);
+  if (!exit && chosen->has_demands) exit = render_job_choose_settings(&render);
+  if (!exit && chosen->has_demands) exit = farm_job_forecast(job, &render);
   neph_scene_destroy(render.scene);
   return exit;
 }
@@ -104,13 +135,13 @@ static cli_exit collect_settings(const cli_options *task, farm_job *job) {
 
 /* ---- The verb ---- */
 
-static cli_exit prepare_job(cli_session *session, farm_job *job) {
+static cli_exit prepare_job(cli_session *session, const farm *chosen, farm_job *job) {
   cli_options task;
   cli_exit exit = list_frames(session->options, job);
   if (exit) return exit;
-  name_job(job);
+  farm_job_set_name(job);
   exit = read_task(session, job, &task);
-  if (!exit) exit = check_task(session, job, &task);
+  if (!exit) exit = check_task(session, chosen, job, &task);
   if (!exit) exit = collect_settings(&task, job);
   cli_options_clear(&task);
   return exit;
@@ -124,20 +155,22 @@ static cli_exit check_chunks(const farm *chosen, const farm_job *job) {
   return CLI_USAGE;
 }
 
-static cli_exit check_arguments(const farm *chosen, const farm_job *job) {
-  for (size_t i = 0; chosen->reserved && i < job->argument_count; i++) {
-    if (!strstr(job->arguments[i], chosen->reserved)) continue;
-    cli_complain("%s replaces what %s begins, which %s has: set it in the scene", chosen->name, chosen->reserved,
-                 job->arguments[i]);
-    return CLI_USAGE;
-  }
-  return CLI_DONE;
-}
-
 static void clear_job(farm_job *job) {
   for (size_t i = 0; i < job->setting_count; i++) free((char *)(uintptr_t)job->settings[i]);
   free(job->settings);
   free(job->frames);
+}
+
+static cli_exit print_job(cli_session *session, const farm *chosen, farm_job *job) {
+  char *folder = NULL, *scene = NULL;
+  cli_exit exit = place_scene(chosen, job, &folder, &scene);
+  if (!exit && !farm_job_check_texts(job, chosen)) exit = CLI_USAGE;
+  if (!exit) exit = prepare_job(session, chosen, job);
+  if (!exit) exit = check_chunks(chosen, job);
+  if (!exit) chosen->print(job);
+  free(folder);
+  free(scene);
+  return exit;
 }
 
 static cli_exit run_job(cli_session *session) {
@@ -145,17 +178,15 @@ static cli_exit run_job(cli_session *session) {
   const farm *chosen = choose_farm(options->files[0]);
   if (!chosen) return CLI_USAGE;
   const bool has_threads = options->given[cli_option_get("--threads", strlen("--threads")) - cli_option_at(0)];
-  farm_job job = {.scene = options->files[1],
+  farm_job job = {.out = stdout,
+                  .given = options->files[1],
                   .chunk_size = options->chunk_size ? options->chunk_size : 1,
                   .tile_count = options->shard_count ? options->shard_count : 1,
                   .thread_count = has_threads ? options->thread_count : 0,
                   .checkpoint = options->checkpoint ? options->checkpoint : "60s",
                   .arguments = options->files + 2,
                   .argument_count = options->file_count - 2};
-  cli_exit exit = prepare_job(session, &job);
-  if (!exit) exit = check_chunks(chosen, &job);
-  if (!exit) exit = check_arguments(chosen, &job);
-  if (!exit) chosen->print(&job);
+  const cli_exit exit = print_job(session, chosen, &job);
   clear_job(&job);
   return exit;
 }
@@ -175,6 +206,8 @@ const cli_verb cli_verb_job = {
         "a template of Open Job Description (openjd), or a specification of OpenCue (opencue). Each task renders a "
         "chunk of frames, or a tile of them, with --checkpoint, --resume and --skip-existing, so that it goes on where "
         "it was when it is started again. Where there are tiles, each chunk is merged once all of its tiles are done. "
+        "Tasks of Slurm ask for 1.5 times the memory that is predicted and 256 MB, and for 4 times the time and 10 "
+        "minutes. Names and options that a farm cannot hold, such as a line break, are refused. "
         "Options behind -- are those of nephos render for every task. Scene and options are checked.",
     .options = {{"--frames", "frames to render"},
                 {"--tiles", "tiles of each frame, which are merged"},

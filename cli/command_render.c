@@ -56,6 +56,25 @@ static cli_exit choose_pixels(render_job *job) {
   return CLI_DONE;
 }
 
+static neph_result set_resolution(const cli_options *options, neph_scene *scene) {
+  char value[32];
+  if (!options->has_resolution) return NEPH_OK;
+  snprintf(value, sizeof value, "[%u, %u]", options->resolution[0], options->resolution[1]);
+  const neph_result result = neph_scene_set(scene, "camera.resolution", value);
+  /* A wrong value of an option is the command line's fault, not the scene's. */
+  return result == NEPH_ERROR_BAD_SCENE ? NEPH_ERROR_INVALID_ARGUMENT : result;
+}
+
+cli_exit render_job_choose_settings(render_job *job) {
+  neph_result result = set_resolution(job->session->options, job->scene);
+  if (!result) result = neph_scene_get_render_desc(job->scene, &job->desc);
+  job->desc.progress = cli_progress_report;
+  job->desc.progress_user = &job->session->progress;
+  cli_exit exit = result ? cli_exit_of(result) : choose_pixels(job);
+  if (!exit) exit = cli_exit_of(cli_calibration_load(job->session, &job->machine));
+  return exit ? exit : cli_exit_of(choose_effort(job));
+}
+
 /* ---- Frames ---- */
 
 static neph_result save_frame(const render_job *job, const neph_image *image, const render_targets *t) {
@@ -213,9 +232,7 @@ static bool is_part(const neph_render_desc *desc) {
 
 static cli_exit run(render_job *job) {
   const cli_options *options = job->session->options;
-  cli_exit exit = choose_pixels(job);
-  if (!exit) exit = cli_exit_of(cli_calibration_load(job->session, &job->machine));
-  if (!exit) exit = cli_exit_of(choose_effort(job));
+  cli_exit exit = render_job_choose_settings(job);
   if (!exit && options->wants_plan) return render_batch(job);
   /* The scene's texts are those of its settings, which the effort has changed. */
   if (!exit) exit = cli_exit_of(neph_scene_get_output(job->scene, &job->output));
@@ -225,15 +242,6 @@ static cli_exit run(render_job *job) {
   return exit ? exit : render_batch(job);
 }
 
-static neph_result set_resolution(const cli_options *options, neph_scene *scene) {
-  char value[32];
-  if (!options->has_resolution) return NEPH_OK;
-  snprintf(value, sizeof value, "[%u, %u]", options->resolution[0], options->resolution[1]);
-  const neph_result result = neph_scene_set(scene, "camera.resolution", value);
-  /* A wrong value of an option is the command line's fault, not the scene's. */
-  return result == NEPH_ERROR_BAD_SCENE ? NEPH_ERROR_INVALID_ARGUMENT : result;
-}
-
 static cli_exit run_render(cli_session *session) {
   render_job job = {.session = session,
                     .desc = NEPH_RENDER_DESC_DEFAULT,
@@ -241,13 +249,9 @@ static cli_exit run_render(cli_session *session) {
                     .output = NEPH_OUTPUT_DEFAULT};
   cli_exit exit = cli_load_scene(session, session->options->files[0], &job.scene);
   if (exit) return exit;
-  neph_result result = set_resolution(session->options, job.scene);
-  if (!result) result = neph_scene_get_render_desc(job.scene, &job.desc);
-  job.desc.progress = cli_progress_report;
-  job.desc.progress_user = &session->progress;
   cli_catch_interrupts();
   cli_catch_snapshots();
-  exit = result ? cli_exit_of(result) : run(&job);
+  exit = run(&job);
   exit = render_job_end_restart(&job, exit);
   neph_scene_destroy(job.scene);
   return exit;

@@ -3,17 +3,24 @@
 #ifndef NEPHOS_CLI_JOB_H
 #define NEPHOS_CLI_JOB_H
 
-#include <stdbool.h>
-#include <stddef.h>
-#include <stdio.h>
+#include "job_text.h"
 
 #define CLI_FARMS(ROW) ROW(slurm) ROW(openjd) ROW(opencue) ROW(parallel)
 
+/* Memory and time of a task, which some farms require before it starts. */
+typedef struct farm_demand {
+  double predicted_bytes, predicted_s; /* as nephos render --explain predicts them, for the threads of a task */
+  unsigned long long memory_mib, minutes;
+} farm_demand;
+
 /* A job. Its tasks are the chunks of frames times the tiles; chunks of frames are merged where there are tiles. */
 typedef struct farm_job {
-  const char *scene;
-  char name[64]; /* the scene's, without folder and ending; letters, digits, - and _ */
-  int *frames;   /* in order, each once */
+  FILE *out;
+  const char *scene;  /* as the tasks name it */
+  const char *given;  /* the same, as the command line names it */
+  const char *folder; /* absolute; names that are relative start from it */
+  char name[64];      /* the scene's, without folder and ending; letters, digits, - and _ */
+  int *frames;        /* in order, each once */
   size_t frame_count;
   unsigned chunk_size, tile_count;
   unsigned thread_count;  /* of a task; 0: what the farm gives */
@@ -22,12 +29,15 @@ typedef struct farm_job {
   size_t argument_count;
   const char **settings; /* of those, KEY=VALUE, which nephos merge takes too */
   size_t setting_count;
+  farm_demand render, merge; /* of a task of each */
 } farm_job;
 
 typedef struct farm {
   const char *name;
-  size_t chunk_max;     /* 0: any number of chunks */
-  const char *reserved; /* begins what the farm replaces, and is in no argument of a user; NULL: nothing */
+  size_t chunk_max;  /* 0: any number of chunks */
+  bool maps_scene;   /* the farm itself knows the scene's path on each machine; else it is absolute */
+  bool has_demands;  /* tasks say how much memory and time they take */
+  farm_text_rule text;
   void (*print)(const farm_job *job);
 } farm;
 
@@ -35,7 +45,13 @@ typedef struct farm {
 CLI_FARMS(CLI_DECLARE_FARM)
 #undef CLI_DECLARE_FARM
 
+/* Names the job by its scene: "shots/dawn 2.yaml" is "dawn_2". */
+void farm_job_set_name(farm_job *job);
+
 size_t farm_job_count_chunks(const farm_job *job);
+
+/* Frames of the longest chunk. */
+size_t farm_job_get_chunk_length(const farm_job *job);
 
 /* Prints frames begin, …, end - 1 of the list as nephos, OpenCue and, with ':' for `step`, OpenJD read them:
  * "1-99x2,120". */
@@ -44,8 +60,8 @@ void farm_job_print_frames(const farm_job *job, size_t begin, size_t end, char s
 /* Prints the frames of a chunk. */
 void farm_job_print_chunk(const farm_job *job, size_t chunk);
 
-/* One argument of a command. */
-typedef void farm_print_fn(const char *argument);
+/* One argument of a command. `is_template`: it is the farm's own, with a text that the farm replaces. */
+typedef void farm_print_fn(const farm_job *job, const char *argument, bool is_template);
 
 /* Calls `print` for each argument of a task behind "nephos", with `frames` and `tile`, which stand for those of the
  * task, and `style`, of progress; of its number of threads, where it has one; and of its merging. */
@@ -54,10 +70,10 @@ void farm_job_print_render(const farm_job *job, const char *frames, const char *
 void farm_job_print_threads(const farm_job *job, farm_print_fn *print);
 void farm_job_print_merge(const farm_job *job, const char *frames, farm_print_fn *print);
 
-/* Prints a blank, and an argument for a shell, quoted where it has to be. */
-void farm_print_shell_argument(const char *argument);
-
 /* Prints a comment: the command line that makes the job, behind `mark`. */
 void farm_job_print_origin(const farm_job *job, const char *mark, const farm *of);
+
+/* Whether the farm can hold all texts of the job; false after a message that names the character and its place. */
+bool farm_job_check_texts(const farm_job *job, const farm *of);
 
 #endif

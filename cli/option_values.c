@@ -63,8 +63,8 @@ bool cli_read_duration(const char *text, double *out_s) {
     double seconds;
   } units[] = {{"", 1.0}, {"s", 1.0}, {"m", 60.0}, {"h", 3600.0}};
   char *end;
-  const double number = strtod(text, &end);
-  if (end == text || !(number > 0.0 && number <= 1e9)) return false;
+  const double number = strtod(text, &end); /* which would skip blanks */
+  if (strchr(" \t\n\v\f\r", *text) || end == text || !(number > 0.0 && number <= 1e9)) return false;
   for (size_t i = 0; i < sizeof units / sizeof *units; i++)
     if (!strcmp(end, units[i].name)) return *out_s = number * units[i].seconds, true;
   return false;

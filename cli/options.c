@@ -113,12 +113,11 @@ static bool allocate_lists(cli_options *out, int argc, char **argv, char **out_s
 
 /* The verb is the first argument that is no option. */
 static cli_exit read_arguments(cli_options *out, int argc, char **argv) {
-  bool has_ended = false;
   for (int i = 1; i < argc; i++) {
     cli_exit exit = CLI_DONE;
-    if (!has_ended && !strcmp(argv[i], "--"))
-      has_ended = true;
-    else if (!has_ended && argv[i][0] == '-' && argv[i][1])
+    if (!out->has_ended && !strcmp(argv[i], "--"))
+      out->has_ended = true;
+    else if (!out->has_ended && argv[i][0] == '-' && argv[i][1])
       exit = take_option(out, argc, argv, &i);
     else if (!out->verb)
       exit = take_verb(out, argv[i]);

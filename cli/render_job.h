@@ -39,6 +39,9 @@ typedef struct render_job {
   const char *snapshot; /* of the frame under way; NULL: none can be taken */
 } render_job;
 
+/* Resolution, pixels, machine and effort, by the scene and the options. */
+cli_exit render_job_choose_settings(render_job *job);
+
 /* Output files, by --output or the scene, whose names tell eyes and frames apart; CLI_USAGE, after a message, where
  * there is none, or they do not. */
 cli_exit render_job_choose_outputs(render_job *job);
