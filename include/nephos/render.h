@@ -83,7 +83,7 @@ typedef struct neph_render_desc {
   unsigned width, height;                       /**< of the whole picture, pixels, 1 to 65536 */
   unsigned crop_min[2];                         /**< first pixel to render, from the top left (default 0, 0) */
   unsigned crop_max[2];                         /**< one past the last; 0 < crop_max ≤ size */
-  unsigned sample_count;                        /**< per pixel, ≥ 1; with a target error: at least */
+  unsigned sample_count;                        /**< per pixel, 1 to 2²⁴; with a target error: at least */
   unsigned sample_count_max;                    /**< with a target error: at most; ≥ 16 (default 65536) */
   double target_error;                          /**< of the picture, error a pixel (docs/error.md): its noise is what
                                                      the expected bias leaves of it, by numbers of samples that differ

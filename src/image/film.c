@@ -96,11 +96,13 @@ bool np_film_accumulator_add_node(np_film_accumulator *accumulator, const np_fil
   return true;
 }
 
+static const uint32_t node_max = (uint32_t)NP_FILM_LEAF_SAMPLES << (NP_FILM_LEVELS - 1);
+
 unsigned np_film_list_nodes(uint32_t begin, uint32_t end, np_film_node out[NP_FILM_NODES_MAX]) {
   unsigned count = 0;
   while (begin < end) {
     uint32_t samples = NP_FILM_LEAF_SAMPLES, left = end - begin;
-    while (begin % (2 * samples) == 0 && left / 2 >= samples) samples *= 2;
+    while (samples < node_max && begin % (2 * samples) == 0 && left / 2 >= samples) samples *= 2;
     if (samples > left) samples = left;
     out[count++] = (np_film_node){begin, samples, NULL};
     begin += samples;

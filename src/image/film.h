@@ -18,6 +18,7 @@
 
 enum {
   NP_FILM_LEAF_SAMPLES = 16,
+  NP_FILM_SAMPLES_MAX = 1 << 24, /* of a pixel */
   NP_FILM_CHANNELS_MAX = 528,
   NP_FILM_LEVELS = 28,                       /* a node of the last holds 2³¹ samples */
   NP_FILM_NODES_MAX = 2 * NP_FILM_LEVELS + 1 /* a left and a right one of each level, and a ragged leaf */

@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "image/cryptomatte.h"
 #include "render/channel_mattes.h"
 
 /* ---- What a sample adds ---- */
@@ -166,20 +167,23 @@ static double finish_count(const np_channels *c, const np_channel *channel, cons
 
 /* ---- Names of the rules ---- */
 
+enum { ANY = NP_CHANNELS_MAX };
+
 static const struct {
   const char *name;
   np_channel_finish_fn finish;
-} finishes[] = {{"mean", np_channel_finish_mean},
-                {"coverage", finish_coverage},
-                {"over opacity", finish_opaque},
-                {"distance over opacity", finish_opaque_distance},
-                {"share over opacity", finish_opaque_share},
-                {"depth", finish_depth},
-                {"distance", finish_distance},
-                {"variance", finish_variance},
-                {"standard error", finish_error},
-                {"sample count", finish_count},
-                {"rank", np_channel_finish_rank}};
+  np_channel_finish_needs needs;
+} finishes[] = {{"mean", np_channel_finish_mean, {.part_count = ANY}},
+                {"coverage", finish_coverage, {.part_count = ANY}},
+                {"over opacity", finish_opaque, {.part_count = ANY, .opacity = true}},
+                {"distance over opacity", finish_opaque_distance, {.part_count = ANY, .opacity = true}},
+                {"share over opacity", finish_opaque_share, {.part_count = ANY, .opacity = true}},
+                {"depth", finish_depth, {.part_count = ANY}},
+                {"distance", finish_distance, {.part_count = ANY}},
+                {"variance", finish_variance, {.part_count = NP_BAND_COUNT}},
+                {"standard error", finish_error, {.part_count = NP_BAND_COUNT}},
+                {"sample count", finish_count, {.part_count = ANY}},
+                {"rank", np_channel_finish_rank, {.part_count = NP_CRYPTOMATTE_CHANNELS, .mattes = true}}};
 
 enum { FINISH_COUNT = sizeof finishes / sizeof *finishes };
 
@@ -193,6 +197,12 @@ const char *np_channel_finish_get_name(np_channel_finish_fn finish) {
   for (unsigned i = 0; i < FINISH_COUNT; i++)
     if (finishes[i].finish == finish) return finishes[i].name;
   return "";
+}
+
+np_channel_finish_needs np_channel_finish_get_needs(np_channel_finish_fn finish) {
+  for (unsigned i = 0; i < FINISH_COUNT; i++)
+    if (finishes[i].finish == finish) return finishes[i].needs;
+  return (np_channel_finish_needs){.part_count = 0};
 }
 
 /* ---- Which there are ---- */

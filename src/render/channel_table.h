@@ -14,4 +14,13 @@ typedef double (*np_channel_finish_fn)(const np_channels *channels, const np_cha
 np_channel_finish_fn np_channel_finish_get(const char *name);
 const char *np_channel_finish_get_name(np_channel_finish_fn finish);
 
+/* Numbers that a rule reads beside the channel's own sum. */
+typedef struct np_channel_finish_needs {
+  unsigned part_count; /* parts that a channel may be: below it */
+  bool opacity, mattes;
+} np_channel_finish_needs;
+
+/* Nothing may be a part where there is no such rule. */
+np_channel_finish_needs np_channel_finish_get_needs(np_channel_finish_fn finish);
+
 #endif

@@ -8,7 +8,9 @@
 #include "core/alloc.h"
 #include "core/parallel.h"
 #include "render/merge_cover.h"
-#include "render/merge_error.h"
+#include "render/merge_header.h"
+#include "render/merge_part.h"
+#include "render/merge_tile.h"
 #include "render/render_header.h"
 
 typedef struct merging {
@@ -42,40 +44,6 @@ static const np_merge_part *choose_model(const merging *m) {
   return &m->parts[0];
 }
 
-static neph_result copy_attribute(neph_image *image, const np_image_attribute *a) {
-  static const char *const own[] = {NP_HEADER_TILE, NP_HEADER_WHOLE, NP_HEADER_RANGE, "software"};
-  for (size_t i = 0; i < sizeof own / sizeof *own; i++)
-    if (!strcmp(a->name, own[i]) || np_merge_error_has(a->name)) return NEPH_OK;
-  if (a->type == NP_IMAGE_INTEGER) return np_image_set_integer(image, a->name, (int32_t)a->number);
-  if (a->type == NP_IMAGE_REAL) return np_image_set_real(image, a->name, a->number);
-  return neph_image_set_attribute(image, a->name, a->value);
-}
-
-static neph_result set_render_time(const merging *m) {
-  double seconds = 0.0;
-  for (size_t i = 0; i < m->count; i++) {
-    const np_image_attribute *time = np_image_search_attribute(m->parts[i].header.image, "renderTime");
-    seconds += time ? time->number : 0.0;
-  }
-  return np_image_set_real(m->image, "renderTime", seconds);
-}
-
-static neph_result copy_header(merging *m, const np_merge_part *model) {
-  neph_image *image = m->image;
-  image->header = model->header.image->header;
-  image->header.has_window = true;
-  for (int k = 0; k < 2; k++) {
-    image->header.data_min[k] = model->header.whole_min[k];
-    image->header.data_max[k] = model->header.whole_max[k] - 1;
-  }
-  neph_result result = NEPH_OK;
-  for (unsigned a = 0; a < model->header.image->attribute_count && !result; a++)
-    result = copy_attribute(image, &model->header.image->attributes[a]);
-  if (!result) result = neph_image_set_attribute(image, "nephos:sceneHash", model->header.hash);
-  if (!result) result = np_merge_error_write(m->parts, m->count, image);
-  return result ? result : set_render_time(m);
-}
-
 static neph_result create_image(merging *m, const np_merge_part *model) {
   const neph_image *of = model->header.image;
   const char **names = np_alloc(m->context, of->channel_count, sizeof *names);
@@ -85,7 +53,7 @@ static neph_result create_image(merging *m, const np_merge_part *model) {
       m->context, (unsigned)(model->header.whole_max[0] - model->header.whole_min[0]),
       (unsigned)(model->header.whole_max[1] - model->header.whole_min[1]), of->channel_count, names, &m->image);
   np_alloc_free(m->context, names);
-  return result ? result : copy_header(m, model);
+  return result ? result : np_merge_header_write(m->parts, m->count, model, m->image);
 }
 
 static neph_result create_frame(merging *m, const np_merge_part *model) {
@@ -117,34 +85,6 @@ static neph_result create_frame(merging *m, const np_merge_part *model) {
 }
 
 /* ---- Pixels of tiles ---- */
-
-static void read_triple(const neph_image *image, const char *name, double out[NP_BAND_COUNT]) {
-  const char *text = neph_image_get_attribute(image, name);
-  memset(out, 0, NP_BAND_COUNT * sizeof *out);
-  if (text) (void)sscanf(text, "%lf %lf %lf", &out[0], &out[1], &out[2]);
-}
-
-static double read_real(const neph_image *image, const char *name) {
-  const np_image_attribute *attribute = np_image_search_attribute(image, name);
-  return attribute ? attribute->number : 0.0;
-}
-
-/* The header of a finished tile has what its pixels add to the picture's. */
-static void add_tile_totals(const np_merge_part *part, np_tile_total *total) {
-  const double pixels = (double)part->tile->width * part->tile->height;
-  double mean[NP_BAND_COUNT], error[NP_BAND_COUNT], lost[NP_BAND_COUNT];
-  read_triple(part->tile, "nephos:mean", mean);
-  read_triple(part->tile, "nephos:meanStandardError", error);
-  read_triple(part->tile, "nephos:lostMean", lost);
-  for (int b = 0; b < NP_BAND_COUNT; b++) {
-    total->sum[b] += mean[b] * pixels;
-    total->variance[b] += error[b] * pixels * error[b] * pixels;
-    total->lost[b] += lost[b] * pixels;
-  }
-  const double pixel_error = read_real(part->tile, "nephos:pixelError");
-  total->samples += (uint64_t)(read_real(part->tile, "nephos:samples") * pixels + 0.5);
-  total->squares += pixel_error * pixel_error * pixels;
-}
 
 static void copy_row(const merging *m, const np_merge_part *part, int y) {
   for (unsigned c = 0; c < m->image->channel_count; c++) {
@@ -205,7 +145,7 @@ static neph_result merge(merging *m) {
   if (!result) result = create_frame(m, model);
   for (int y = model->header.whole_min[1]; y < model->header.whole_max[1] && !result; y++) result = merge_row(m, y);
   for (size_t i = 0; i < m->count && !result; i++)
-    if (m->parts[i].tile) add_tile_totals(&m->parts[i], &m->frame->totals[0]);
+    if (m->parts[i].tile) np_merge_tile_add_totals(&m->parts[i], &m->frame->totals[0]);
   return result ? result : np_frame_describe(m->frame, m->image);
 }
 

@@ -29,15 +29,8 @@ static int compare_samples(const void *a, const void *b) {
   return p->header.min[1] < q->header.min[1] ? -1 : p->header.min[1] > q->header.min[1];
 }
 
-/* First row of a tile, of the picture without its overscan, as plan.c cuts them. */
 static int get_tile_begin(const cover *c, unsigned tile) {
-  const np_merge_part *part = &c->parts[0];
-  const np_image_header *h = &part->header.image->header;
-  if (tile == 0) return part->header.whole_min[1];
-  if (tile == c->tile_count) return part->header.whole_max[1];
-  const int begin = part->header.whole_min[1] > h->display_min[1] ? part->header.whole_min[1] : h->display_min[1];
-  const int end = part->header.whole_max[1] < h->display_max[1] + 1 ? part->header.whole_max[1] : h->display_max[1] + 1;
-  return begin + (int)((int64_t)(end - begin) * tile / c->tile_count);
+  return np_part_get_tile_row(&c->parts[0].header, tile, c->tile_count);
 }
 
 static void name_band(const cover *c, band rows, char *out, size_t size) {

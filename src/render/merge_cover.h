@@ -3,7 +3,7 @@
 #ifndef NP_RENDER_MERGE_COVER_H
 #define NP_RENDER_MERGE_COVER_H
 
-#include "render/merge_part.h"
+#include "render/merge_state.h"
 
 /* NEPH_ERROR_INVALID_ARGUMENT where parts overlap, NEPH_ERROR_NOT_FOUND where some are missing, with a message that
  * lists them. Leaves the parts in the order of their samples. */

@@ -6,14 +6,16 @@
 
 #include "core/alloc.h"
 #include "core/file.h"
-#include "render/render_header.h"
-#include "render/scene_hash.h"
+#include "render/merge_error.h"
+#include "render/merge_tile.h"
 
 /* ---- Files of parts ---- */
 
 static neph_result read_part(np_merge_part *p) {
-  neph_result result = np_part_file_open(p->context, p->path, &p->file);
-  if (result) return result;
+  np_part_fault fault = {.context = p->context};
+  if (!np_part_file_open(p->context, p->path, &fault, &p->file) ||
+      !np_merge_error_check(np_part_file_get_header(p->file)->image, &fault))
+    return np_part_fault_fail(&fault, p->path);
   const np_part_header *h = np_part_file_get_header(p->file);
   p->header = *h;
   p->grid = np_part_grid_make(h);
@@ -24,53 +26,6 @@ static neph_result read_part(np_merge_part *p) {
                    100.0 * (double)done / (double)count);
   p->rows = np_alloc(p->context, (size_t)p->grid.width * NP_TILE_EDGE, np_part_header_count_reals(h) * sizeof *p->rows);
   return p->rows ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
-}
-
-/* ---- Files of tiles ---- */
-
-static neph_result fail_tile(const np_merge_part *p, const char *problem) {
-  return np_fail(p->context, NEPH_ERROR_INVALID_ARGUMENT, "%s: %s", p->path, problem);
-}
-
-static neph_result check_tile(const np_merge_part *p) {
-  if (!neph_image_get_attribute(p->tile, NP_SCENE_HASH))
-    return fail_tile(p, "it has no attribute " NP_SCENE_HASH ", by which parts of one picture are known: must be a "
-                        "finished picture of this version of nephos");
-  if (neph_image_get_attribute(p->tile, NP_HEADER_RANGE))
-    return fail_tile(p, "it is the picture of a range of samples, which cannot be merged: give the part's own file");
-  if (neph_image_get_attribute(p->tile, "nephos:sampling"))
-    return fail_tile(p, "its samples were cut by a time limit, which no other part repeats: render it without");
-  return NEPH_OK;
-}
-
-static void read_window(np_merge_part *p) {
-  const np_image_header *h = &p->tile->header;
-  const char *tile = neph_image_get_attribute(p->tile, NP_HEADER_TILE);
-  const char *whole = neph_image_get_attribute(p->tile, NP_HEADER_WHOLE);
-  const unsigned size[2] = {p->tile->width, p->tile->height};
-  for (int k = 0; k < 2; k++) {
-    p->header.min[k] = p->header.whole_min[k] = h->has_window ? h->data_min[k] : 0;
-    p->header.max[k] = p->header.whole_max[k] = p->header.min[k] + (int)size[k];
-  }
-  p->header.tile_count = 1;
-  if (!tile || !whole || sscanf(tile, "%u/%u", &p->header.tile_index, &p->header.tile_count) != 2) return;
-  (void)sscanf(whole, "%d %d %d %d", &p->header.whole_min[0], &p->header.whole_min[1], &p->header.whole_max[0],
-               &p->header.whole_max[1]);
-  p->header.tile_index--;
-}
-
-static neph_result read_tile(np_merge_part *p) {
-  neph_result result = np_image_load_exr(p->context, p->path, NULL, &p->tile);
-  if (!result) result = check_tile(p);
-  if (result) return result;
-  p->header.image = p->tile;
-  p->header.is_complete = true;
-  const char *software = neph_image_get_attribute(p->tile, "software");
-  if (software && !strncmp(software, "nephos ", 7))
-    (void)snprintf(p->header.version, sizeof p->header.version, "%s", software + 7);
-  (void)snprintf(p->header.hash, sizeof p->header.hash, "%s", neph_image_get_attribute(p->tile, NP_SCENE_HASH));
-  read_window(p);
-  return NEPH_OK;
 }
 
 /* ---- Both ---- */
@@ -87,7 +42,7 @@ static bool is_exr(const char *path) {
 
 neph_result np_merge_part_open(neph_context *context, const char *path, np_merge_part *out_part) {
   *out_part = (np_merge_part){.context = context, .path = path, .row = -1};
-  return is_exr(path) ? read_tile(out_part) : read_part(out_part);
+  return is_exr(path) ? np_merge_tile_read(out_part) : read_part(out_part);
 }
 
 void np_merge_part_close(np_merge_part *part) {
@@ -107,6 +62,24 @@ static neph_result compare_attribute(const np_merge_part *part, const np_merge_p
                  "%s: its %s is %s, that of %s is %s: parts must be of one "
                  "picture",
                  part->path, meaning, a ? a : "none", first->path, b ? b : "none");
+}
+
+/* Fields that only files of parts have. */
+static neph_result compare_fields(const np_merge_part *part, const np_merge_part *first) {
+  const char *field = part->file && first->file ? np_part_header_compare(&part->header, &first->header) : NULL;
+  if (!field) return NEPH_OK;
+  return np_fail(part->context, NEPH_ERROR_INVALID_ARGUMENT,
+                 "%s: its field '%s' is not that of %s: parts must be of one picture", part->path, field, first->path);
+}
+
+/* Pictures with a target error have other numbers in each tile. */
+static neph_result compare_samples(const np_merge_part *part, const np_merge_part *first) {
+  const bool has_target = neph_image_get_attribute(part->header.image, "nephos:targetNoise") ||
+                          neph_image_get_attribute(first->header.image, "nephos:targetNoise");
+  if (has_target || part->header.sample_count == first->header.sample_count) return NEPH_OK;
+  return np_fail(part->context, NEPH_ERROR_INVALID_ARGUMENT,
+                 "%s: its samples are %u a pixel, those of %s are %u: parts must be of one picture", part->path,
+                 part->header.sample_count, first->path, first->header.sample_count);
 }
 
 static neph_result compare_windows(const np_merge_part *part, const np_merge_part *first) {
@@ -152,6 +125,8 @@ neph_result np_merge_part_compare(const np_merge_part *part, const np_merge_part
                      "%s: its scene, input files or settings are others than those of %s: the hash is %s, not %s",
                      part->path, first->path, part->header.hash, first->header.hash);
   if (!result) result = compare_channels(part, first);
+  if (!result) result = compare_samples(part, first);
+  if (!result) result = compare_fields(part, first);
   if (!result) result = compare_attribute(part, first, "nephos:lightResidual", "residual of multiple scattering");
   return result ? result : compare_attribute(part, first, "nephos:lightError", "error of multiple scattering");
 }
@@ -165,12 +140,13 @@ neph_result np_merge_part_load_row(np_merge_part *part, int y) {
   const size_t first_tile = (size_t)row * part->grid.across;
   size_t pixels;
   const size_t first = np_part_grid_get_first(&part->grid, first_tile, &pixels);
-  neph_result result = NEPH_OK;
-  for (size_t tile = first_tile; tile < first_tile + part->grid.across && !result; tile++)
-    result = np_part_file_read_tile(part->file, tile,
-                                    part->rows + (np_part_grid_get_first(&part->grid, tile, &pixels) - first) * reals);
-  part->row = result ? -1 : row;
-  return result;
+  np_part_fault fault = {.context = part->context};
+  bool is_read = true;
+  for (size_t tile = first_tile; tile < first_tile + part->grid.across && is_read; tile++)
+    is_read = np_part_file_read_tile(part->file, tile, &fault,
+                                     part->rows + (np_part_grid_get_first(&part->grid, tile, &pixels) - first) * reals);
+  part->row = is_read ? row : -1;
+  return is_read ? NEPH_OK : np_part_fault_fail(&fault, part->path);
 }
 
 const double *np_merge_part_get_record(const np_merge_part *part, int x, int y) {

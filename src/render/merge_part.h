@@ -1,23 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* One part of a picture to be merged: the file of a part, or the OpenEXR file of a tile. */
+/* Parts of a picture to be merged: opened, compared, read row by row. */
 #ifndef NP_RENDER_MERGE_PART_H
 #define NP_RENDER_MERGE_PART_H
 
-#include "render/frame_state.h"
-#include "render/part_file.h"
+#include "render/merge_state.h"
 
-typedef struct np_merge_part {
-  neph_context *context;
-  const char *path;      /* borrowed */
-  np_part_file *file;    /* NULL: */
-  neph_image *tile;      /* finished pixels */
-  np_part_header header; /* of a tile: as far as its picture tells */
-  np_part_grid grid;
-  double *rows; /* records of one row of tiles of a file */
-  int row;      /* number of that row; -1: none yet */
-} np_merge_part;
-
-/* Opens a part; refuses one that is not finished, or was cut by a time limit. */
+/* Opens a part, and checks what it claims; refuses one that is not finished, or was cut by a time limit. */
 neph_result np_merge_part_open(neph_context *context, const char *path, np_merge_part *out_part);
 void np_merge_part_close(np_merge_part *part);
 

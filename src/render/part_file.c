@@ -4,11 +4,13 @@
 #include <errno.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/stat.h>
 
 #include "core/alloc.h"
 #include "core/file.h"
 #include "core/hash.h"
-#include "render/frame_state.h"
+#include "render/part_code.h"
+#include "render/part_rules.h"
 
 enum { FORMAT_VERSION = 1, HEADER_MAX = 1 << 26 };
 
@@ -19,33 +21,6 @@ typedef struct preamble {
 } preamble;
 
 static const char magic[8] = {'n', 'e', 'p', 'h', 'p', 'a', 'r', 't'};
-
-/* ---- Tiles ---- */
-
-static unsigned min(unsigned a, unsigned b) { return a < b ? a : b; }
-
-np_part_grid np_part_grid_make(const np_part_header *header) {
-  np_part_grid grid = {(unsigned)(header->max[0] - header->min[0]), (unsigned)(header->max[1] - header->min[1]), 0, 0};
-  grid.across = (grid.width + NP_TILE_EDGE - 1) / NP_TILE_EDGE;
-  grid.down = (grid.height + NP_TILE_EDGE - 1) / NP_TILE_EDGE;
-  return grid;
-}
-
-size_t np_part_grid_get_first(const np_part_grid *grid, size_t tile, size_t *out_count) {
-  const unsigned x = (unsigned)(tile % grid->across) * NP_TILE_EDGE;
-  const unsigned y = (unsigned)(tile / grid->across) * NP_TILE_EDGE;
-  const unsigned rows = min(NP_TILE_EDGE, grid->height - y);
-  *out_count = (size_t)min(NP_TILE_EDGE, grid->width - x) * rows;
-  return (size_t)y * grid->width + (size_t)x * rows;
-}
-
-size_t np_part_grid_get_index(const np_part_grid *grid, unsigned x, unsigned y) {
-  size_t count;
-  const size_t first =
-      np_part_grid_get_first(grid, (size_t)(y / NP_TILE_EDGE) * grid->across + x / NP_TILE_EDGE, &count);
-  const unsigned across = min(NP_TILE_EDGE, grid->width - x / NP_TILE_EDGE * NP_TILE_EDGE);
-  return first + (size_t)(y % NP_TILE_EDGE) * across + x % NP_TILE_EDGE;
-}
 
 /* ---- Writing ---- */
 
@@ -76,7 +51,7 @@ static neph_result write_to(neph_context *context, const char *path, const char 
                             const np_part_header *header, const unsigned char *present, const double *records) {
   char *bytes = NULL;
   size_t size = 0;
-  neph_result result = np_part_header_encode(context, header, &bytes, &size);
+  neph_result result = np_part_code_encode(context, header, &bytes, &size);
   if (result) return result;
   FILE *file = fopen(temporary, "wb");
   bool is_written = file && put_header(file, bytes, size) && put_tiles(file, header, present, records);
@@ -113,6 +88,8 @@ struct np_part_file {
   neph_context *context;
   char *path;
   FILE *file;
+  uint64_t size;        /* of the file */
+  np_part_fault *fault; /* of the call */
   np_part_header header;
   neph_image *image; /* of the header */
   np_part_grid grid;
@@ -121,83 +98,119 @@ struct np_part_file {
   size_t present_count;
 };
 
-static neph_result fail_file(const np_part_file *f, const char *problem) {
-  return np_fail(f->context, NEPH_ERROR_BAD_FILE, "%s: %s: render this part again", f->path, problem);
+static uint64_t get_position(const np_part_file *f) {
+  const off_t at = ftello(f->file);
+  return at < 0 ? f->size : (uint64_t)at;
 }
 
 static bool get(np_part_file *f, void *bytes, size_t size) { return !size || fread(bytes, size, 1, f->file) == 1; }
 
-static neph_result read_header_block(np_part_file *f, const preamble *p, char *bytes) {
-  if (!get(f, bytes, p->header_size)) return fail_file(f, "the part is cut short in its header");
-  if (np_hash_block(bytes, p->header_size) != p->header_sum)
-    return fail_file(f, "the part's header is damaged: its checksum is wrong");
-  if (np_part_header_decode(f->context, bytes, p->header_size, &f->header, &f->image)) return NEPH_OK;
-  return fail_file(f, "the part's header is damaged, or was written by another build of nephos");
+/* Whether the file goes on for so many bytes: before memory is taken for them. */
+static bool has_bytes(np_part_file *f, const char *name, uint64_t size) {
+  const uint64_t at = get_position(f);
+  if (size <= f->size - at) return true;
+  return np_part_fault_set(f->fault,
+                           "the part is cut short in its %s: the file has %llu bytes, must have at least %llu", name,
+                           (unsigned long long)f->size, (unsigned long long)(at + size));
 }
 
-static neph_result read_header(np_part_file *f) {
+static bool fail_read(np_part_file *f) {
+  return np_part_fault_set_file(f->fault, NEPH_ERROR_IO, "it cannot be read to its end: %s",
+                                ferror(f->file) ? strerror(errno) : "it is cut short while it is read");
+}
+
+static bool read_header_block(np_part_file *f, const preamble *p, char *bytes) {
+  if (!get(f, bytes, p->header_size)) return fail_read(f);
+  if (np_hash_block(bytes, p->header_size) != p->header_sum)
+    return np_part_fault_set(f->fault, "the part's header is damaged: its checksum is wrong");
+  return np_part_code_decode(f->context, bytes, p->header_size, f->fault, &f->header, &f->image);
+}
+
+static bool read_header(np_part_file *f) {
   preamble p;
   if (!get(f, &p, sizeof p) || memcmp(p.magic, magic, sizeof magic))
-    return np_fail(f->context, NEPH_ERROR_BAD_FILE,
-                   "%s: it is no part of a picture: must be a file that nephos render --sample-range, or --checkpoint, "
-                   "has written",
-                   f->path);
+    return np_part_fault_set_file(f->fault, NEPH_ERROR_BAD_FILE,
+                                  "it is no part of a picture: must be a file that nephos render --sample-range, or "
+                                  "--checkpoint, has written");
   if (p.version != FORMAT_VERSION)
-    return np_fail(f->context, NEPH_ERROR_BAD_FILE,
-                   "%s: the part's format is %u, must be %d: merge it with the nephos that wrote it", f->path,
-                   p.version, (int)FORMAT_VERSION);
-  if (p.header_size > HEADER_MAX) return fail_file(f, "the part's header is damaged: it claims to be too long");
+    return np_part_fault_set_file(f->fault, NEPH_ERROR_BAD_FILE,
+                                  "the part's format is %u, must be %d: merge it with the nephos that wrote it",
+                                  p.version, (int)FORMAT_VERSION);
+  if (p.header_size > HEADER_MAX)
+    return np_part_fault_set(f->fault, "its field 'header size' is %u, must be at most %d", p.header_size,
+                             (int)HEADER_MAX);
+  if (!has_bytes(f, "header", p.header_size)) return false;
   char *bytes = np_alloc(f->context, (size_t)p.header_size + 1, 1);
-  if (!bytes) return NEPH_ERROR_OUT_OF_MEMORY;
-  neph_result result = read_header_block(f, &p, bytes);
+  if (!bytes) return np_part_fault_set_memory(f->fault);
+  const bool is_read = read_header_block(f, &p, bytes);
   np_alloc_free(f->context, bytes);
-  return result;
+  return is_read;
+}
+
+static bool read_present(np_part_file *f, size_t count) {
+  uint64_t sum;
+  if (!get(f, f->present, count) || !get(f, &sum, sizeof sum)) return fail_read(f);
+  if (sum != np_hash_block(f->present, count))
+    return np_part_fault_set(f->fault, "the part's list of tiles is damaged: its checksum is wrong");
+  for (size_t tile = 0; tile < count; tile++)
+    if (f->present[tile] > 1)
+      return np_part_fault_set(f->fault, "its field 'tiles' is %u at tile %zu of %zu, must be 0 or 1", f->present[tile],
+                               tile, count);
+  return true;
 }
 
 /* Offsets of the tiles, and that the file is as long as they say. */
-static neph_result read_tiles(np_part_file *f) {
+static bool read_tiles(np_part_file *f) {
   const size_t count = np_part_grid_count(&f->grid), reals = np_part_header_count_reals(&f->header);
-  uint64_t sum;
+  if (!has_bytes(f, "list of tiles", count + sizeof(uint64_t))) return false;
   f->present = np_alloc(f->context, count, 1);
   f->offsets = np_alloc(f->context, count, sizeof *f->offsets);
-  if (!f->present || !f->offsets) return NEPH_ERROR_OUT_OF_MEMORY;
-  if (!get(f, f->present, count) || !get(f, &sum, sizeof sum)) return fail_file(f, "the part is cut short");
-  if (sum != np_hash_block(f->present, count)) return fail_file(f, "the part's list of tiles is damaged");
-  uint64_t at = (uint64_t)ftello(f->file);
+  if (!f->present || !f->offsets) return np_part_fault_set_memory(f->fault);
+  if (!read_present(f, count)) return false;
+  uint64_t at = get_position(f);
   for (size_t tile = 0; tile < count; tile++) {
     size_t pixels;
     (void)np_part_grid_get_first(&f->grid, tile, &pixels);
     f->offsets[tile] = at;
-    f->present_count += f->present[tile] != 0;
-    if (f->present[tile]) at += pixels * reals * sizeof(double) + sizeof sum;
+    f->present_count += f->present[tile];
+    if (f->present[tile]) at += pixels * reals * sizeof(double) + sizeof(uint64_t);
   }
-  return np_file_get_size(f->path) == at ? NEPH_OK : fail_file(f, "the part is cut short, or has grown");
+  if (f->size == at) return true;
+  return np_part_fault_set(
+      f->fault,
+      "the part is cut short, or has grown: it has %llu bytes, must have %llu for %zu of %zu tiles "
+      "of %u x %u pixels with %zu sums each",
+      (unsigned long long)f->size, (unsigned long long)at, f->present_count, count, f->grid.width, f->grid.height,
+      reals);
 }
 
-static neph_result open_part(np_part_file *f) {
+static bool open_part(np_part_file *f) {
   const char *reason;
-  neph_result result = np_file_probe(f->path, &reason);
-  if (result) return np_fail(f->context, result, "%s: cannot be read: %s", f->path, reason);
+  const neph_result result = np_file_probe(f->path, &reason);
+  if (result) return np_part_fault_set_file(f->fault, result, "cannot be read: %s", reason);
   f->file = np_file_open_stream(f->path);
-  if (!f->file) return np_fail(f->context, NEPH_ERROR_IO, "%s: cannot be read: %s", f->path, strerror(errno));
-  result = read_header(f);
-  if (result) return result;
+  struct stat status;
+  if (!f->file || fstat(fileno(f->file), &status))
+    return np_part_fault_set_file(f->fault, NEPH_ERROR_IO, "cannot be read: %s", strerror(errno));
+  f->size = (uint64_t)status.st_size;
+  if (!read_header(f)) return false;
   f->grid = np_part_grid_make(&f->header);
   return read_tiles(f);
 }
 
-neph_result np_part_file_open(neph_context *context, const char *path, np_part_file **out_file) {
+bool np_part_file_open(neph_context *context, const char *path, np_part_fault *fault, np_part_file **out_file) {
   *out_file = NULL;
   np_part_file *f = np_alloc(context, 1, sizeof *f);
-  if (!f) return NEPH_ERROR_OUT_OF_MEMORY;
+  if (!f) return np_part_fault_set_memory(fault);
   f->context = context;
+  f->fault = fault;
   f->path = np_alloc_text(context, path);
-  neph_result result = f->path ? open_part(f) : NEPH_ERROR_OUT_OF_MEMORY;
-  if (result)
-    np_part_file_close(f);
-  else
+  const bool is_open = f->path ? open_part(f) : np_part_fault_set_memory(fault);
+  if (is_open)
     *out_file = f;
-  return result;
+  else
+    np_part_file_close(f);
+  return is_open;
 }
 
 void np_part_file_close(np_part_file *f) {
@@ -218,13 +231,17 @@ bool np_part_file_has_tile(const np_part_file *f, size_t tile) { return f->prese
 
 size_t np_part_file_count_tiles(const np_part_file *f) { return f->present_count; }
 
-neph_result np_part_file_read_tile(np_part_file *f, size_t tile, double *out_records) {
+bool np_part_file_read_tile(np_part_file *f, size_t tile, np_part_fault *fault, double *out_records) {
+  f->fault = fault;
   size_t pixels;
   (void)np_part_grid_get_first(&f->grid, tile, &pixels);
-  const size_t size = pixels * np_part_header_count_reals(&f->header) * sizeof *out_records;
+  const size_t reals = np_part_header_count_reals(&f->header), size = pixels * reals * sizeof *out_records;
   uint64_t sum;
   if (fseeko(f->file, (off_t)f->offsets[tile], SEEK_SET) || !get(f, out_records, size) || !get(f, &sum, sizeof sum))
-    return fail_file(f, "the part cannot be read to its end");
-  return sum == np_hash_block(out_records, size) ? NEPH_OK
-                                                 : fail_file(f, "the part is damaged: the checksum of a tile is wrong");
+    return fail_read(f);
+  if (sum != np_hash_block(out_records, size))
+    return np_part_fault_set(f->fault, "the part is damaged: the checksum of tile %zu is wrong", tile);
+  for (size_t i = 0; i < pixels; i++)
+    if (!np_part_rules_check_record(&f->header, out_records + i * reals, f->fault)) return false;
+  return true;
 }

@@ -6,22 +6,8 @@
 
 #include <stdatomic.h>
 
-#include "render/part_header.h"
-
-/* Tiles of a part: squares of pixels from its upper left corner on. */
-typedef struct np_part_grid {
-  unsigned width, height, across, down;
-} np_part_grid;
-
-np_part_grid np_part_grid_make(const np_part_header *header);
-
-static inline size_t np_part_grid_count(const np_part_grid *grid) { return (size_t)grid->across * grid->down; }
-
-/* Number of a tile's first record, where records follow tile by tile, and how many it has. */
-size_t np_part_grid_get_first(const np_part_grid *grid, size_t tile, size_t *out_count);
-
-/* Number of a pixel's record; its place in the part, not in the picture. */
-size_t np_part_grid_get_index(const np_part_grid *grid, unsigned x, unsigned y);
+#include "render/part_fault.h"
+#include "render/part_grid.h"
 
 /* Writes a part, atomically. Only tiles of `done` are read from `records`; others may change under the call. */
 neph_result np_part_file_write(neph_context *context, const char *path, const np_part_header *header,
@@ -29,9 +15,9 @@ neph_result np_part_file_write(neph_context *context, const char *path, const np
 
 typedef struct np_part_file np_part_file;
 
-/* Opens a part and checks all but its records. NEPH_ERROR_BAD_FILE, with a message, where it is damaged, cut short, or
- * of another version. */
-neph_result np_part_file_open(neph_context *context, const char *path, np_part_file **out_file);
+/* Opens a part and checks all but its records, each claim before memory is taken for it. False, with the fault, where
+ * it is damaged, cut short, forged, of another version, or cannot be read. */
+bool np_part_file_open(neph_context *context, const char *path, np_part_fault *fault, np_part_file **out_file);
 void np_part_file_close(np_part_file *file); /* NULL is allowed */
 
 const char *np_part_file_get_path(const np_part_file *file);
@@ -39,7 +25,7 @@ const np_part_header *np_part_file_get_header(const np_part_file *file);
 bool np_part_file_has_tile(const np_part_file *file, size_t tile);
 size_t np_part_file_count_tiles(const np_part_file *file); /* that are there */
 
-/* The records of a tile that is there; NEPH_ERROR_BAD_FILE, with a message, where they are damaged. */
-neph_result np_part_file_read_tile(np_part_file *file, size_t tile, double *out_records);
+/* The records of a tile that is there; false, with the fault, where they are damaged or forged. */
+bool np_part_file_read_tile(np_part_file *file, size_t tile, np_part_fault *fault, double *out_records);
 
 #endif

@@ -5,6 +5,7 @@
 
 #include "core/alloc.h"
 #include "core/file.h"
+#include "core/set_aside.h"
 #include "render/part_check.h"
 #include "render/part_file.h"
 
@@ -42,6 +43,7 @@ static void fill_header(const neph_scene *scene, const np_plan *plan, const np_f
   memcpy(h->max, plan->window_max, sizeof h->max);
   memcpy(h->whole_min, plan->whole_min, sizeof h->whole_min);
   memcpy(h->whole_max, plan->whole_max, sizeof h->whole_max);
+  np_part_header_set_display(h, &f->image->header);
 }
 
 static neph_result allocate(np_part_film *film) {
@@ -55,43 +57,58 @@ static neph_result allocate(np_part_film *film) {
 
 /* ---- Resuming ---- */
 
-static bool is_same_part(const np_part_header *a, const np_part_header *b) {
-  return !strcmp(a->hash, b->hash) && !memcmp(a->min, b->min, sizeof a->min) &&
-         !memcmp(a->max, b->max, sizeof a->max) && a->sample_begin == b->sample_begin &&
-         a->sample_end == b->sample_end && a->channels.sum_count == b->channels.sum_count &&
-         a->is_complete == b->is_complete;
+/* Name of the first field in which a header is not of this part; NULL: there is none. */
+static const char *compare_part(const np_part_header *own, const np_part_header *other) {
+  const char *field = np_part_header_compare(own, other);
+  if (field) return field;
+  if (own->sample_begin != other->sample_begin || own->sample_end != other->sample_end) return "samples";
+  return own->tile_index != other->tile_index || own->tile_count != other->tile_count ? "tile" : NULL;
 }
 
-/* A tile that is damaged is rendered again. */
-static void load_tiles(np_part_film *film, np_part_file *file) {
+static bool check_same_part(const np_part_header *own, const np_part_header *other, np_part_fault *fault) {
+  if (strcmp(own->hash, other->hash) != 0)
+    return np_part_fault_set(
+        fault,
+        "it is of another scene, other settings or another version of nephos: its hash is %s, must "
+        "be %s",
+        other->hash, own->hash);
+  const char *field = compare_part(own, other);
+  return !field || np_part_fault_set(fault, "its field '%s' is not that of this picture", field);
+}
+
+static bool load_tiles(np_part_film *film, np_part_file *file, np_part_fault *fault) {
   const size_t count = np_part_grid_count(&film->grid);
-  size_t loaded = 0;
   for (size_t tile = 0; tile < count; tile++) {
     if (!np_part_file_has_tile(file, tile)) continue;
     size_t pixels;
     double *first = film->records + np_part_grid_get_first(&film->grid, tile, &pixels) * film->reals;
-    if (np_part_file_read_tile(file, tile, first))
-      memset(first, 0, pixels * film->reals * sizeof *first);
-    else
-      loaded++, np_part_film_mark(film, tile);
+    if (!np_part_file_read_tile(file, tile, fault, first)) return false;
+    np_part_film_mark(film, tile);
   }
   np_log(film->context, NEPH_LOG_INFO, "%s: resumed with %.3g %% of the picture's pixels rendered",
-         np_part_file_get_path(file), 100.0 * (double)loaded / (double)count);
+         np_part_file_get_path(file), 100.0 * (double)np_part_file_count_tiles(file) / (double)count);
+  return true;
+}
+
+static void free_records(np_part_film *film) {
+  np_alloc_free(film->context, film->records);
+  np_alloc_free(film->context, film->done);
 }
 
 /* A checkpoint never stands in the way: a frame that cannot go on from it begins anew. */
-static void resume(np_part_film *film) {
-  np_part_file *file;
-  if (!film->checkpoint_path || !np_file_exists(film->checkpoint_path)) return;
-  if (np_part_file_open(film->context, film->checkpoint_path, &file)) return;
-  if (is_same_part(&film->header, np_part_file_get_header(file)))
-    load_tiles(film, file);
-  else
-    np_log(film->context, NEPH_LOG_WARNING,
-           "%s: the checkpoint is of another scene, other settings or another version of nephos: it is not taken up, "
-           "and will be replaced",
-           film->checkpoint_path);
+static neph_result resume(np_part_film *film) {
+  np_part_file *file = NULL;
+  np_part_fault fault = {.context = film->context};
+  if (!film->checkpoint_path || !np_file_exists(film->checkpoint_path)) return NEPH_OK;
+  const bool is_loaded = np_part_file_open(film->context, film->checkpoint_path, &fault, &file) &&
+                         check_same_part(&film->header, np_part_file_get_header(file), &fault) &&
+                         load_tiles(film, file, &fault);
   np_part_file_close(file);
+  if (is_loaded) return NEPH_OK;
+  np_file_set_aside(film->context, film->checkpoint_path, np_part_fault_get_reason(&fault), "the frame begins anew");
+  np_part_fault_clear(&fault);
+  free_records(film);
+  return allocate(film);
 }
 
 neph_result np_part_film_open(const neph_scene *scene, const np_plan *plan, const np_frame *f,
@@ -109,7 +126,7 @@ neph_result np_part_film_open(const neph_scene *scene, const np_plan *plan, cons
   film->last_s = np_monitor_get_seconds(f->monitor);
   fill_header(scene, plan, f, &film->header);
   neph_result result = allocate(film);
-  if (!result && d->is_resumed) resume(film);
+  if (!result && d->is_resumed) result = resume(film);
   if (result)
     np_part_film_close(film);
   else
@@ -119,8 +136,7 @@ neph_result np_part_film_open(const neph_scene *scene, const np_plan *plan, cons
 
 void np_part_film_close(np_part_film *film) {
   if (!film) return;
-  np_alloc_free(film->context, film->records);
-  np_alloc_free(film->context, film->done);
+  free_records(film);
   np_alloc_free(film->context, film);
 }
 

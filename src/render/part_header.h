@@ -18,6 +18,7 @@ typedef struct np_part_header {
   char hash[33];          /* of the whole picture (scene_hash.h) */
   int32_t min[2], max[2]; /* pixels; max is one past the last */
   int32_t whole_min[2], whole_max[2];
+  int32_t display_min[2], display_max[2];          /* the picture without overscan; those of `image` */
   uint32_t tile_index, tile_count;                 /* from 0; of 1: all */
   uint32_t sample_begin, sample_end, sample_count; /* of the part; of the whole */
   uint32_t is_complete;                            /* records have all samples of a pixel in one set of numbers */
@@ -37,13 +38,11 @@ void np_part_record_begin(const np_part_header *header, np_film_accumulator *acc
 /* Adds the nodes of a record of a range; false where they do not follow those before. */
 bool np_part_record_add(const np_part_header *header, const double *record, np_film_accumulator *accumulator);
 
-/* The header as a block, to be freed with np_alloc_free. */
-neph_result np_part_header_encode(neph_context *context, const np_part_header *header, char **out_bytes,
-                                  size_t *out_size);
+/* Name of the first field in which two parts are not of one picture, whatever their tiles and ranges of samples; NULL:
+ * there is none. */
+const char *np_part_header_compare(const np_part_header *a, const np_part_header *b);
 
-/* Back from the block; `out_image`, owned by the caller, has no values. False, and nothing to free, where it is none.
- */
-bool np_part_header_decode(neph_context *context, char *bytes, size_t size, np_part_header *out_header,
-                           neph_image **out_image);
+/* Takes the display window of an image. */
+void np_part_header_set_display(np_part_header *header, const np_image_header *image);
 
 #endif

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "core/parallel.h"
+#include "image/film.h"
 #include "render/part_check.h"
 #include "render/plan_history.h"
 #include "render/stages.h"
@@ -38,13 +39,15 @@ static neph_result check_desc(neph_context *context, const neph_render_desc *des
   if (desc->tile_index >= desc->tile_count || desc->tile_count > max[1] - min[1])
     return np_fail(context, bad, "tile %u of %u is asked for, must be one of 1 to %u, the rows of the crop",
                    desc->tile_index + 1, desc->tile_count, max[1] - min[1]);
-  if (desc->sample_count < 1) return np_fail(context, bad, "samples is 0, must be at least 1");
+  if (desc->sample_count < 1 || desc->sample_count > NP_FILM_SAMPLES_MAX)
+    return np_fail(context, bad, "samples is %u, must be 1 to %d", desc->sample_count, (int)NP_FILM_SAMPLES_MAX);
   if (!(desc->target_error > 0.0))
     return np_fail(context, bad, "target_error is %g, must be above 0", desc->target_error);
   if (!(desc->time_limit_s >= 0.0))
     return np_fail(context, bad, "time_limit_s is %g, must be at least 0", desc->time_limit_s);
-  if (desc->sample_count_max < 16)
-    return np_fail(context, bad, "sample_count_max is %u, must be at least 16", desc->sample_count_max);
+  if (desc->sample_count_max < 16 || desc->sample_count_max > NP_FILM_SAMPLES_MAX)
+    return np_fail(context, bad, "sample_count_max is %u, must be 16 to %d", desc->sample_count_max,
+                   (int)NP_FILM_SAMPLES_MAX);
   if (!np_multiple_scattering_get_row(desc->multiple_scattering))
     return np_fail(context, bad, "multiple_scattering is %d, must be a neph_multiple_scattering, of:" NAMES,
                    (int)desc->multiple_scattering);

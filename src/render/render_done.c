@@ -32,9 +32,18 @@ static neph_result check_picture(const np_plan *plan, const char *path, bool *ou
   return NEPH_OK;
 }
 
+/* A file that is no part is replaced. */
+static neph_result refuse_part(np_part_fault *fault, const char *path) {
+  if (fault->result != NEPH_ERROR_OUT_OF_MEMORY)
+    np_log(fault->context, NEPH_LOG_WARNING, "%s: %s: it is rendered again", path, np_part_fault_get_reason(fault));
+  np_part_fault_clear(fault);
+  return NEPH_OK;
+}
+
 static neph_result check_part(const np_plan *plan, const char *path, bool *out_is_done) {
   np_part_file *file;
-  if (np_part_file_open(plan->context, path, &file)) return NEPH_OK; /* after a message; it is replaced */
+  np_part_fault fault = {.context = plan->context};
+  if (!np_part_file_open(plan->context, path, &fault, &file)) return refuse_part(&fault, path);
   const np_part_header *h = np_part_file_get_header(file);
   const np_part_grid grid = np_part_grid_make(h);
   *out_is_done = !strcmp(h->hash, plan->hash) && !memcmp(h->min, plan->window_min, sizeof h->min) &&

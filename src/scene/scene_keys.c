@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "scene/scene_keys.h"
 
+#include "image/film.h"
 #include "image/wavelengths.h"
 #include "scene/scene_key_rows.h"
 
@@ -362,14 +363,14 @@ static const np_key last_keys[] = {
      .meaning = "a multiple of 3; three are bands from which colours follow by a matrix that is fitted to the scene's "
                 "light, more are added up as the eye does"},
     {.path = "render.samples", .type = NP_KEY_INTEGER, .field = SCENE(render.sample_count),
-     .range = WITHIN(1, 16777216),
+     .range = WITHIN(1, NP_FILM_SAMPLES_MAX),
      .fallback = "4", .meaning = "samples for each pixel"},
     {.path = "render.target_error", .type = NP_KEY_REAL, .field = SCENE(render.target_error),
      .range = WITHIN(1e-6, 10), .fallback = "none", .word = "none", .word_value = INFINITY,
      .meaning = "error a pixel that the picture is to have: noise takes what the march's expected bias leaves of "
                 "it, by numbers of samples that differ from pixel to pixel, render.samples at least"},
     {.path = "render.max_samples", .type = NP_KEY_INTEGER, .field = SCENE(render.sample_count_max),
-     .range = WITHIN(16, 16777216), .fallback = "65536",
+     .range = WITHIN(16, NP_FILM_SAMPLES_MAX), .fallback = "65536",
      .meaning = "most samples for a pixel, whatever the target error"},
     {.path = "render.time_limit", .type = NP_KEY_REAL, .unit = NP_UNIT_SECOND, .field = SCENE(render.time_limit_s),
      .range = WITHIN(0, 1e9), .fallback = "none", .word = "none", .word_value = INFINITY,
