@@ -19,8 +19,8 @@ static const struct {
     {CLI_LIMIT, false, "a limit was reached, and there is no result"},
     {CLI_DIFFERENT, false, "a difference was found"},
     {CLI_SOME_FAILED, false, "some frames of a batch failed; the others are there"},
-    {CLI_STOPPED, false, "stopped by SIGTERM at a checkpoint, from which --resume goes on"},
-    {CLI_INTERRUPTED, true, "interrupted by SIGINT, SIGTERM, SIGHUP or a closed standard output"},
+    {CLI_STOPPED, false, "stopped by SIGTERM or SIGXCPU at a checkpoint, from which --resume goes on"},
+    {CLI_INTERRUPTED, true, "interrupted by SIGINT, SIGTERM, SIGHUP, SIGXCPU or a closed standard output"},
 };
 
 /* Codes beyond the bits have one of their own. */

@@ -29,7 +29,7 @@ static void note_snapshot(int signal_number) {
 
 static void catch_signal(int number) {
   struct sigaction inherited, action = {.sa_handler = note_interrupt, .sa_flags = SA_RESTART};
-  if (number != SIGPIPE) action.sa_flags |= (int)SA_RESETHAND;
+  if (number != SIGPIPE && number != SIGXCPU) action.sa_flags |= (int)SA_RESETHAND;
   sigemptyset(&action.sa_mask);
   if (!sigaction(number, NULL, &inherited) && inherited.sa_handler != SIG_IGN) sigaction(number, &action, NULL);
 }
@@ -37,13 +37,15 @@ static void catch_signal(int number) {
 void cli_ignore_size_signal(void) { signal(SIGXFSZ, SIG_IGN); }
 
 void cli_catch_interrupts(void) {
-  static const int numbers[] = {SIGINT, SIGTERM, SIGHUP, SIGPIPE};
+  static const int numbers[] = {SIGINT, SIGTERM, SIGHUP, SIGPIPE, SIGXCPU};
   for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++) catch_signal(numbers[i]);
 }
 
 bool cli_is_interrupted(void) { return interrupted_by; }
 
-bool cli_is_terminated(void) { return interrupted_by == SIGTERM; }
+const char *cli_get_terminator(void) {
+  return interrupted_by == SIGTERM ? "SIGTERM" : interrupted_by == SIGXCPU ? "SIGXCPU, the limit on CPU time" : NULL;
+}
 
 void cli_catch_snapshots(void) {
   struct sigaction action = {.sa_handler = note_snapshot, .sa_flags = SA_RESTART};

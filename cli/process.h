@@ -13,12 +13,13 @@ bool cli_open_streams(void);
 /* Ignores SIGXFSZ: a file that would exceed the limit on its size is a failed write, as on a full disk. */
 void cli_ignore_size_signal(void);
 
-/* From here on SIGINT, SIGTERM, SIGHUP and SIGPIPE stop work at the next report. A second one of a kind ends the
- * process at once, but for SIGPIPE, which comes with each message that nobody reads. Signals that the process was
- * started to ignore, as under nohup, stay ignored. */
+/* From here on SIGINT, SIGTERM, SIGHUP, SIGXCPU and SIGPIPE stop work at the next report. A second one of a kind ends
+ * the process at once, but for SIGPIPE, which comes with each message that has no reader, and SIGXCPU, which comes with
+ * each second above the soft limit while a checkpoint is written. Signals that the process was started to ignore, as
+ * under nohup, stay ignored. */
 void cli_catch_interrupts(void);
 bool cli_is_interrupted(void);
-bool cli_is_terminated(void); /* by SIGTERM */
+const char *cli_get_terminator(void); /* SIGTERM or SIGXCPU, for a message; NULL: neither has stopped the work */
 
 /* From here on SIGUSR1 asks for a snapshot; whether one was asked for since the last call. */
 void cli_catch_snapshots(void);

@@ -55,7 +55,8 @@ neph_result render_job_check_done(const render_job *job, const render_targets *t
 }
 
 cli_exit render_job_end_restart(const render_job *job, cli_exit exit) {
-  if (exit != CLI_INTERRUPTED || !cli_is_terminated() || !keeps_checkpoints(job->session->options)) return exit;
-  cli_progress_complain(&job->session->progress, "stopped by SIGTERM: --resume goes on");
+  const char *signal = cli_get_terminator();
+  if (exit != CLI_INTERRUPTED || !signal || !keeps_checkpoints(job->session->options)) return exit;
+  cli_progress_complain(&job->session->progress, "stopped by %s: --resume goes on", signal);
   return CLI_STOPPED;
 }
