@@ -4,6 +4,7 @@
 #include <time.h>
 
 #include "cloud_target.h"
+#include "command_files.h"
 #include "verbs.h"
 
 static unsigned count_baked(const neph_scene *scene) {
@@ -31,6 +32,7 @@ typedef struct cloud_job {
   neph_scene *scene;
   unsigned cloud;
   int frame;
+  neph_files *files; /* the table to add the file to; NULL: it is baked */
 } cloud_job;
 
 /* The losses of the file, by cause; `key` is of JSON. */
@@ -165,6 +167,14 @@ static cli_exit bake_to(const cloud_job *job, const char *path) {
   return cli_exit_of(result);
 }
 
+/* Bakes to a path, or adds it to the table of files. */
+static cli_exit take_path(const cloud_job *job, const char *path) {
+  if (!job->files) return bake_to(job, path);
+  char role[32];
+  snprintf(role, sizeof role, "clouds[%u].vdb", job->cloud);
+  return cli_files_add_output(job->session, job->files, role, path);
+}
+
 static cli_exit bake_frame(const cloud_job *job, const char *pattern) {
   if (!neph_frame_is_numbered(pattern) && !cli_is_single_frame(job->session->options)) {
     cli_complain("%s would be written for every frame: put # where the number goes", pattern);
@@ -173,7 +183,7 @@ static cli_exit bake_frame(const cloud_job *job, const char *pattern) {
   char *path;
   neph_result result = neph_frame_get_path(job->session->context, pattern, job->frame, &path);
   if (result) return cli_exit_of(result);
-  cli_exit exit = bake_to(job, path);
+  cli_exit exit = take_path(job, path);
   neph_text_destroy(job->session->context, path);
   return exit;
 }
@@ -186,15 +196,25 @@ static cli_exit bake_cloud(const cloud_job *job) {
   return exit;
 }
 
-static cli_exit bake_clouds(cli_session *session, neph_scene *scene) {
+static cli_exit walk_clouds(cli_session *session, neph_scene *scene, neph_files *files) {
   cli_frame_walk walk = {0};
-  cli_exit exit = check_output(session->options, count_baked(scene));
+  cli_exit exit = CLI_DONE;
   for (int frame; !exit && cli_next_frame(session->options, &walk, &frame);)
     for (unsigned i = 0; !exit && i < neph_scene_get_cloud_count(scene); i++) {
-      const cloud_job job = {session, scene, i, frame};
+      const cloud_job job = {session, scene, i, frame, files};
       exit = bake_cloud(&job);
     }
   return exit;
+}
+
+static cli_exit bake_clouds(cli_session *session, neph_scene *scene) {
+  neph_files *files;
+  cli_exit exit = check_output(session->options, count_baked(scene));
+  if (exit) return exit;
+  exit = cli_files_begin(session, &files);
+  if (!exit) exit = walk_clouds(session, scene, files);
+  exit = cli_files_end(files, scene, exit);
+  return exit ? exit : walk_clouds(session, scene, NULL);
 }
 
 static cli_exit verify_file(cli_session *session) {

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
+#include "command_files.h"
 #include "verbs.h"
 
 /* Errors of the scene, and of settings, are findings; only a failure of another kind is one. */
@@ -36,7 +37,10 @@ static cli_exit check_fix(const cli_session *session) {
   if (!options->is_fixed && !options->output_count) return CLI_DONE;
   const bool is_one = options->output_count == 1 && cli_has_extension(options->outputs[0], ".vdb") &&
                       options->file_count == 1 && cli_has_extension(options->files[0], ".vdb");
-  if (options->is_fixed && is_one) return cli_check_target(session, options->outputs[0]);
+  if (options->is_fixed && is_one) {
+    const cli_exit exit = cli_check_target(session, options->outputs[0]);
+    return exit ? exit : cli_files_check_output(session);
+  }
   cli_complain(options->is_fixed ? "--fix of nephos check takes one .vdb, and --output for its mended copy, a .vdb"
                                  : "--output of nephos check goes with --fix");
   return CLI_USAGE;

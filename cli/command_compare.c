@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
 
+#include "command_files.h"
 #include "verbs.h"
 
 /* One line for each measure; the JSON names are those of neph_image_difference. */
@@ -99,11 +100,16 @@ static neph_result save_difference(cli_session *session, const neph_image *image
   return result;
 }
 
+static cli_exit check_target(const cli_session *session) {
+  const cli_exit exit = cli_check_target(session, session->options->outputs[0]);
+  return exit ? exit : cli_files_check_output(session);
+}
+
 static cli_exit check_output(const cli_session *session) {
   const cli_options *options = session->options;
   if (!options->output_count) return CLI_DONE;
   if (options->output_count == 1 && cli_has_extension(options->outputs[0], ".exr"))
-    return cli_check_target(session, options->outputs[0]);
+    return check_target(session);
   cli_complain("--output of nephos compare must be one .exr");
   return CLI_USAGE;
 }

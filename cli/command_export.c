@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "cloud_target.h"
+#include "command_files.h"
 #include "failures.h"
 #include "verbs.h"
 
@@ -11,6 +12,7 @@ typedef struct export_job {
   neph_scene *scene;
   neph_exported_cloud *done; /* with paths that are freed with it */
   size_t count;
+  neph_files *files;    /* the table to add files to; NULL: they are written */
   bool is_cloud_failed; /* while it was read or written; else what fails ends the export */
   unsigned frame_count;
   cli_failures failures;
@@ -37,24 +39,6 @@ static cli_exit check_outputs(cli_session *session, unsigned cloud_count) {
     return CLI_USAGE;
   }
   return cli_check_target(session, options->usd_path);
-}
-
-/* A cloud is not written over the file that it is read from. */
-static cli_exit check_source(const export_job *job, unsigned cloud, int frame, const char *path) {
-  neph_context *context = job->session->context;
-  const char *pattern = neph_scene_get_cloud_file(job->scene, cloud);
-  char *source = NULL;
-  if (!pattern) return CLI_DONE;
-  neph_result result = neph_frame_get_path(context, pattern, frame, &source);
-  if (result) return cli_exit_of(result);
-  char *from = realpath(source, NULL), *to = realpath(path, NULL);
-  const bool is_same = from && to && !strcmp(from, to);
-  free(from);
-  free(to);
-  neph_text_destroy(context, source);
-  if (!is_same) return CLI_DONE;
-  cli_complain("%s is the cloud's own file: give another --output", path);
-  return CLI_USAGE;
 }
 
 /* ---- Clouds ---- */
@@ -93,14 +77,23 @@ static void print_done(const export_job *job, const neph_exported_cloud *cloud) 
   fflush(stdout);
 }
 
+static cli_exit add_path(const export_job *job, unsigned cloud, char *path) {
+  const cli_exit exit =
+      cli_files_add_output(job->session, job->files, neph_scene_get_cloud_name(job->scene, cloud), path);
+  free(path);
+  return exit;
+}
+
 /* Takes `path`, which malloc made. */
 static cli_exit export_to(export_job *job, unsigned cloud, int frame, char *path) {
   const cli_options *options = job->session->options;
+  neph_exported_cloud *grown = realloc(job->done, (job->count + 1) * sizeof *grown);
+  if (!grown) return free(path), CLI_INTERNAL;
+  job->done = grown;
   neph_exported_cloud *out = &job->done[job->count++];
   *out = (neph_exported_cloud)NEPH_EXPORTED_CLOUD_DEFAULT;
   out->path = path;
   cli_exit exit = cli_check_target(job->session, path);
-  if (!exit) exit = check_source(job, cloud, frame, path);
   if (exit) return exit;
   neph_export_desc desc = NEPH_EXPORT_DESC_DEFAULT;
   desc.precision = options->is_half ? NEPH_PRECISION_HALF : NEPH_PRECISION_FLOAT;
@@ -119,11 +112,9 @@ static cli_exit export_to(export_job *job, unsigned cloud, int frame, char *path
   return cli_exit_of(result);
 }
 
+/* Exports a cloud, or adds its file to the table. */
 static cli_exit export_cloud(export_job *job, unsigned cloud, int frame) {
   const cli_options *options = job->session->options;
-  neph_exported_cloud *grown = realloc(job->done, (job->count + 1) * sizeof *grown);
-  if (!grown) return CLI_INTERNAL;
-  job->done = grown;
   char *pattern = cli_get_cloud_target(options, job->scene, cloud, false), *numbered = NULL;
   if (!pattern) return CLI_INTERNAL;
   cli_exit exit = CLI_DONE;
@@ -136,7 +127,7 @@ static cli_exit export_cloud(export_job *job, unsigned cloud, int frame) {
   neph_text_destroy(job->session->context, numbered);
   free(pattern);
   if (exit || !path) return exit ? exit : CLI_INTERNAL;
-  return export_to(job, cloud, frame, path);
+  return job->files ? add_path(job, cloud, path) : export_to(job, cloud, frame, path);
 }
 
 /* A frame that fails, of more than one, lets the rest go on. */
@@ -162,9 +153,20 @@ static cli_exit save_usd(const export_job *job) {
   return exit;
 }
 
+static cli_exit check_files(export_job *job) {
+  cli_frame_walk walk = {0};
+  cli_exit exit = cli_files_begin(job->session, &job->files);
+  for (int frame; !exit && cli_next_frame(job->session->options, &walk, &frame);)
+    for (unsigned i = 0; !exit && i < neph_scene_get_cloud_count(job->scene); i++) exit = export_cloud(job, i, frame);
+  exit = cli_files_end(job->files, job->scene, exit);
+  job->files = NULL;
+  return exit;
+}
+
 static cli_exit export_frames(export_job *job) {
   cli_frame_walk walk = {0};
   cli_exit exit = check_outputs(job->session, neph_scene_get_cloud_count(job->scene));
+  if (!exit) exit = check_files(job);
   for (int frame; !exit && cli_next_frame(job->session->options, &walk, &frame);) exit = export_frame(job, frame);
   if (!exit) exit = save_usd(job);
   if (exit || !job->failures.count) return exit;

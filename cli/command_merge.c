@@ -2,6 +2,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "command_files.h"
 #include "render_job.h"
 #include "verbs.h"
 
@@ -54,6 +55,7 @@ static cli_exit merge_files(cli_session *session) {
   if (!exit) exit = read_outputs(session, &image, &preview);
   if (!exit) exit = cli_check_target(session, image);
   if (!exit && preview) exit = cli_check_target(session, preview);
+  if (!exit) exit = cli_files_check_output(session);
   return exit ? exit : cli_exit_of(merge_parts(session, options->files, options->file_count, image, preview, &desc));
 }
 
@@ -94,6 +96,30 @@ static cli_exit merge_picture(render_job *job) {
   return cli_exit_of(result);
 }
 
+static cli_exit add_picture(render_job *job) {
+  const unsigned count = job->session->options->shard_count;
+  char **names = calloc(count, sizeof *names);
+  render_targets whole;
+  if (!names) return CLI_INTERNAL;
+  neph_result result = render_job_name_targets(job, &whole);
+  if (!result) result = name_tiles(job, names, count);
+  for (unsigned i = 0; !result && i < count; i++)
+    result = neph_files_add(job->files, NEPH_FILE_READ, "a tile", names[i]);
+  const cli_exit exit = result ? cli_exit_of(result) : render_job_add_targets(job, &whole);
+  for (unsigned i = 0; i < count; i++) neph_text_destroy(job->session->context, names[i]);
+  free(names);
+  render_job_free_targets(job, &whole);
+  return exit;
+}
+
+static cli_exit add_frame(render_job *job) { return render_job_for_each_eye(job, add_picture); }
+
+static cli_exit check_files(render_job *job) {
+  cli_exit exit = cli_files_begin(job->session, &job->files);
+  if (!exit) exit = render_job_for_each_frame(job, add_frame);
+  return cli_files_end(job->files, job->scene, exit);
+}
+
 /* A frame whose tiles are not there, of more than one, lets the rest go on. */
 static cli_exit merge_frame(render_job *job) {
   const cli_exit exit = render_job_for_each_eye(job, merge_picture);
@@ -111,6 +137,8 @@ static cli_exit merge_frames(render_job *job) {
     return CLI_USAGE;
   }
   render_job_choose_exposure(job, false);
+  exit = check_files(job);
+  if (exit) return exit;
   exit = render_job_for_each_frame(job, merge_frame);
   if (exit || !job->batch.failures.count) return exit;
   cli_complain("%u of %u frames were not merged", job->batch.failures.count, job->batch.count);

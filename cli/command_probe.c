@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "command_files.h"
 #include "verbs.h"
 
 static const char *const integrators[] = {[NEPH_INTEGRATOR_MARCH] = "march", [NEPH_INTEGRATOR_PATH] = "path", NULL};
@@ -56,11 +57,16 @@ static cli_exit fill_desc(cli_session *session, neph_probe_desc *desc) {
   return exit;
 }
 
+static cli_exit check_target(const cli_session *session) {
+  const cli_exit exit = cli_check_target(session, session->options->outputs[0]);
+  return exit ? exit : cli_files_check_output(session);
+}
+
 static cli_exit check_output(const cli_session *session) {
   const cli_options *options = session->options;
   if (!options->output_count) return CLI_DONE;
   if (options->output_count == 1 && cli_has_extension(options->outputs[0], ".csv"))
-    return cli_check_target(session, options->outputs[0]);
+    return check_target(session);
   cli_complain("--output of nephos probe must be one .csv");
   return CLI_USAGE;
 }

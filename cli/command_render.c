@@ -6,6 +6,7 @@
 #include <time.h>
 
 #include "calibration.h"
+#include "command_files.h"
 #include "render_job.h"
 #include "verbs.h"
 
@@ -185,6 +186,12 @@ static neph_result predict_times(render_job *job) {
 
 static cli_exit check_eyes(render_job *job) { return render_job_for_each_eye(job, render_job_check_targets); }
 
+static cli_exit check_files(render_job *job) {
+  cli_exit exit = cli_files_begin(job->session, &job->files);
+  if (!exit) exit = render_job_for_each_frame(job, check_eyes);
+  return cli_files_end(job->files, job->scene, exit);
+}
+
 static void note_failure(render_job *job, cli_exit exit) {
   cli_failures_add(&job->batch.failures, job->desc.frame);
   render_job_print_failed(job, exit);
@@ -238,7 +245,7 @@ static cli_exit run(render_job *job) {
   if (!exit) exit = cli_exit_of(neph_scene_get_output(job->scene, &job->output));
   if (!exit) exit = render_job_choose_outputs(job);
   if (!exit) render_job_choose_exposure(job, is_part(&job->desc));
-  if (!exit) exit = render_job_for_each_frame(job, check_eyes);
+  if (!exit) exit = check_files(job);
   return exit ? exit : render_batch(job);
 }
 

@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include "calibration.h"
+#include "command_files.h"
 #include "verbs.h"
 
 static const double budget_s = 600.0, quick_budget_s = 60.0;
@@ -41,12 +42,22 @@ static cli_exit make_folder(report_job *job) {
   return CLI_DONE;
 }
 
-static cli_exit check_folder(const report_job *job) {
+static cli_exit check_page(const report_job *job, neph_files *files, const char *name) {
   char *page;
-  if (asprintf(&page, "%s/report.html", job->folder) < 0) return CLI_INTERNAL;
-  const cli_exit exit = cli_check_target(job->session, page);
+  if (asprintf(&page, "%s/%s", job->folder, name) < 0) return CLI_INTERNAL;
+  cli_exit exit = cli_check_target(job->session, page);
+  if (!exit) exit = cli_files_add_output(job->session, files, name, page);
   free(page);
   return exit;
+}
+
+/* Files that the scene names are none of a report's: its folder has been made for it. */
+static cli_exit check_folder(const report_job *job) {
+  static const char *const names[] = {"report.html", "report.csv", "report.json"};
+  neph_files *files;
+  cli_exit exit = cli_files_begin(job->session, &files);
+  for (size_t i = 0; !exit && i < sizeof names / sizeof *names; i++) exit = check_page(job, files, names[i]);
+  return cli_files_end(files, NULL, exit);
 }
 
 /* ---- The report ---- */

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "command_files.h"
 #include "verbs.h"
 
 static cli_exit check_output(const cli_session *session) {
@@ -189,6 +190,26 @@ static cli_exit run(cli_session *session, neph_scene *scene) {
   return cli_exit_of(result);
 }
 
+static cli_exit add_tables(const cli_session *session, neph_files *files) {
+  const char *folder = session->options->table_folder;
+  cli_exit exit = CLI_DONE;
+  for (int i = 0; !exit && folder && i < 2 * NEPH_SKY_TABLE_COUNT; i++) {
+    char *path = join_path(folder, neph_sky_table_get_name((neph_sky_table)(i / 2)), i % 2 ? ".png" : ".exr");
+    exit = path ? cli_exit_of(neph_files_add(files, NEPH_FILE_WRITTEN, "--tables", path)) : CLI_INTERNAL;
+    free(path);
+  }
+  return exit;
+}
+
+static cli_exit check_files(const cli_session *session, const neph_scene *scene) {
+  neph_files *files;
+  cli_exit exit = cli_files_begin(session, &files);
+  if (!exit && session->options->output_count)
+    exit = cli_files_add_output(session, files, "--output", session->options->outputs[0]);
+  if (!exit) exit = add_tables(session, files);
+  return cli_files_end(files, scene, exit);
+}
+
 static cli_exit run_sky(cli_session *session) {
   neph_scene *scene;
   cli_exit exit = check_output(session);
@@ -196,7 +217,8 @@ static cli_exit run_sky(cli_session *session) {
   if (!exit) exit = cli_load_scene(session, session->options->files[0], &scene);
   if (exit) return exit;
   cli_catch_interrupts();
-  exit = run(session, scene);
+  exit = check_files(session, scene);
+  if (!exit) exit = run(session, scene);
   neph_scene_destroy(scene);
   return exit;
 }

@@ -24,12 +24,25 @@ void cli_complain(const char *format, ...) {
 
 /* ---- Options ---- */
 
-static cli_exit fail_unknown_option(const char *text) {
+/* The option nearest to a name, of those that the verb takes, or of all where it is not known yet. Dashes, which all
+ * have, do not count as letters in common. */
+static const char *suggest_option(const cli_options *out, const char *name) {
   const char **names = calloc(cli_option_count(), sizeof *names);
-  for (size_t i = 0; names && i < cli_option_count(); i++) names[i] = cli_option_at(i)->name;
-  const char *guess = names ? cli_suggest(text, names, cli_option_count()) : NULL;
-  cli_complain("%s is not an option%s%s%s", text, guess ? ", did you mean " : "", guess ? guess : "", guess ? "?" : "");
+  size_t count = 0;
+  for (size_t i = 0; names && i < cli_option_count(); i++)
+    if (!out->verb || cli_verb_takes(out->verb, cli_option_at(i))) names[count++] = cli_option_at(i)->name + 2;
+  const char *guess = names ? cli_suggest(name + strspn(name, "-"), names, count) : NULL;
   free(names);
+  return guess ? guess - 2 : NULL;
+}
+
+/* `length` letters of `text` are the option. */
+static cli_exit fail_unknown_option(const cli_options *out, const char *text, size_t length) {
+  char *name = strndup(text, length);
+  const char *guess = name ? suggest_option(out, name) : NULL;
+  cli_complain("%s is not an option%s%s%s", name ? name : text, guess ? ", did you mean " : "", guess ? guess : "",
+               guess ? "?" : "");
+  free(name);
   return CLI_USAGE;
 }
 
@@ -50,7 +63,7 @@ static cli_exit take_option(cli_options *out, int argc, char **argv, int *index)
   bool is_long = text[1] == '-';
   size_t length = is_long ? strcspn(text, "=") : 2;
   const cli_option *option = is_long ? cli_option_get(text, length) : cli_option_get_by_letter(text[1]);
-  if (!option) return fail_unknown_option(text);
+  if (!option) return fail_unknown_option(out, text, is_long ? length : strlen(text));
   out->given[option - cli_option_at(0)] = true;
   if (text[length]) value = text + length + (is_long ? 1 : 0);
   if (value && !option->argument) {
@@ -78,7 +91,9 @@ static cli_exit take_verb(cli_options *out, const char *text) {
 static cli_exit check_options(const cli_options *out) {
   for (size_t i = 0; i < cli_option_count(); i++) {
     if (!out->given[i] || cli_verb_takes(out->verb, cli_option_at(i))) continue;
-    cli_complain("%s is not an option of nephos %s", cli_option_at(i)->name, out->verb->name);
+    const char *name = cli_option_at(i)->name, *guess = suggest_option(out, name);
+    cli_complain("%s is not an option of nephos %s%s%s%s", name, out->verb->name, guess ? ", did you mean " : "",
+                 guess ? guess : "", guess ? "?" : "");
     return CLI_USAGE;
   }
   return CLI_DONE;

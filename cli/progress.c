@@ -5,6 +5,7 @@
 #include <math.h>
 #include <stdarg.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <time.h>
 
 #include "process.h"
@@ -18,17 +19,32 @@ static double get_clock_s(void) {
 
 static double get_elapsed_s(const cli_progress *progress) { return get_clock_s() - progress->start_s; }
 
-bool cli_progress_start(cli_progress *progress, const cli_options *options) {
+/* A log goes on behind its last line; a file of another kind, such as an input, stays as it is. */
+static bool check_log(const char *path) {
+  int year, month, day;
+  struct stat status;
+  if (stat(path, &status) || !S_ISREG(status.st_mode) || !status.st_size) return true;
+  char start[32] = "";
+  FILE *file = fopen(path, "re");
+  const bool is_read = file && fgets(start, sizeof start, file);
+  if (file) fclose(file);
+  if (is_read && sscanf(start, "%4d-%2d-%2dT", &year, &month, &day) == 3) return true;
+  cli_complain("--log is %s, which is a file of another kind: give a log of nephos, or a new name", path);
+  return false;
+}
+
+cli_exit cli_progress_start(cli_progress *progress, const cli_options *options) {
   *progress = (cli_progress){.style = cli_progress_style_get(options->progress),
                              .level = options->log_level,
                              .call_end = 1.0,
                              .frame = {.end = 1.0},
                              .start_s = get_clock_s()};
-  if (!options->log_path) return true;
+  if (!options->log_path) return CLI_DONE;
+  if (!check_log(options->log_path)) return CLI_USAGE;
   progress->log = fopen(options->log_path, "ae");
-  if (progress->log) return true;
+  if (progress->log) return CLI_DONE;
   cli_complain("%s: the log cannot be opened: %s", options->log_path, strerror(errno));
-  return false;
+  return CLI_IO;
 }
 
 void cli_progress_end(cli_progress *progress) {

@@ -47,8 +47,8 @@ typedef struct cli_progress {
   double timed_s;
 } cli_progress;
 
-/* False, after a message, when the log file cannot be opened. */
-bool cli_progress_start(cli_progress *progress, const cli_options *options);
+/* Fails, after a message, where the log file cannot be opened, or is a file of another kind. */
+cli_exit cli_progress_start(cli_progress *progress, const cli_options *options);
 
 /* Closes the log file. */
 void cli_progress_end(cli_progress *progress);

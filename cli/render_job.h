@@ -36,6 +36,7 @@ typedef struct render_job {
   neph_machine machine; /* what time is predicted by */
   neph_output output;
   frame_batch batch;
+  neph_files *files;    /* while they are checked: the table that a check of targets adds to */
   const char *snapshot; /* of the frame under way; NULL: none can be taken */
 } render_job;
 
@@ -75,7 +76,14 @@ void render_job_print_frame(render_job *job, const render_targets *t, const fram
 void render_job_print_skipped(render_job *job, const render_targets *t);
 void render_job_print_failed(render_job *job, cli_exit exit);
 
-/* Whether the files of the job's frame can be written, and of its clouds that are baked to files. */
+/* Adds the files of a frame to the table. */
+cli_exit render_job_add_targets(const render_job *job, const render_targets *t);
+
+/* Names the checkpoint and the snapshot, where they are kept. */
+neph_result render_job_name_restart(const render_job *job, render_targets *t);
+
+/* Whether the files of the job's frame can be written, and of its clouds that are baked to files. Adds them to the
+ * table. */
 cli_exit render_job_check_targets(render_job *job);
 
 #endif

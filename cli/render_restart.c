@@ -24,14 +24,20 @@ static bool save_snapshot(void *user, const neph_tile *tile) {
   return true;
 }
 
+neph_result render_job_name_restart(const render_job *job, render_targets *t) {
+  const cli_options *options = job->session->options;
+  t->is_part = t->image && cli_has_extension(t->image, ".npart");
+  if (keeps_checkpoints(options)) t->checkpoint = t->is_part ? strdup(t->image) : name_beside(t, ".npart");
+  t->snapshot = name_beside(t, ".snapshot.exr");
+  return t->snapshot && (t->checkpoint || !keeps_checkpoints(options)) ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+}
+
 neph_result render_job_set_restart(render_job *job, render_targets *t) {
   const cli_options *options = job->session->options;
   neph_render_desc *desc = &job->desc;
   const bool has_limit = desc->time_limit_s < NEPH_UNLIMITED;
-  t->is_part = t->image && cli_has_extension(t->image, ".npart");
-  if (keeps_checkpoints(options)) t->checkpoint = t->is_part ? strdup(t->image) : name_beside(t, ".npart");
-  t->snapshot = name_beside(t, ".snapshot.exr");
-  if (!t->snapshot || (keeps_checkpoints(options) && !t->checkpoint)) return NEPH_ERROR_OUT_OF_MEMORY;
+  const neph_result result = render_job_name_restart(job, t);
+  if (result) return result;
   desc->part_path = t->is_part ? t->image : NULL;
   desc->checkpoint_path = t->checkpoint;
   desc->checkpoint_interval_s = options->checkpoint_s > 0.0 ? options->checkpoint_s : NEPH_UNLIMITED;

@@ -4,6 +4,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "command_files.h"
 #include "render_job.h"
 
 /* Stands for the eye's name, as in Nuke. */
@@ -112,18 +113,37 @@ static cli_exit check_cloud(const render_job *job, unsigned index) {
   if (!pattern || !neph_scene_is_cloud_baked(job->scene, index)) return CLI_DONE;
   char *path;
   cli_exit exit = cli_exit_of(neph_frame_get_path(job->session->context, pattern, job->desc.frame, &path));
-  if (!exit && access(path, F_OK)) exit = cli_check_target(job->session, path);
+  const bool is_written = !exit && access(path, F_OK); /* else it is read */
+  char role[32];
+  snprintf(role, sizeof role, "clouds[%u].vdb", index);
+  if (is_written) exit = cli_check_target(job->session, path);
+  const neph_file_use use = is_written ? NEPH_FILE_WRITTEN : NEPH_FILE_READ;
+  if (!exit) exit = cli_exit_of(neph_files_add(job->files, use, role, path));
   neph_text_destroy(job->session->context, path);
   return exit;
+}
+
+cli_exit render_job_add_targets(const render_job *job, const render_targets *t) {
+  const struct {
+    const char *key, *path;
+  } rows[] = {{"output.image", t->image}, {"output.preview", t->preview}, {"output.deep", t->deep}};
+  cli_exit exit = CLI_DONE;
+  for (size_t i = 0; !exit && i < sizeof rows / sizeof *rows; i++)
+    exit = cli_files_add_output(job->session, job->files, rows[i].key, rows[i].path);
+  const char *checkpoint = t->is_part ? NULL : t->checkpoint;
+  if (!exit) exit = cli_exit_of(neph_files_add(job->files, NEPH_FILE_WRITTEN, "the checkpoint", checkpoint));
+  return exit ? exit : cli_exit_of(neph_files_add(job->files, NEPH_FILE_WRITTEN, "the snapshot", t->snapshot));
 }
 
 cli_exit render_job_check_targets(render_job *job) {
   render_targets t;
   neph_result result = render_job_name_targets(job, &t);
+  if (!result) result = render_job_name_restart(job, &t);
   cli_exit exit = cli_exit_of(result);
   if (!exit && t.image) exit = cli_check_target(job->session, t.image);
   if (!exit && t.preview) exit = cli_check_target(job->session, t.preview);
   if (!exit && t.deep) exit = cli_check_target(job->session, t.deep);
+  if (!exit) exit = render_job_add_targets(job, &t);
   for (unsigned i = 0; !exit && i < neph_scene_get_cloud_count(job->scene); i++) exit = check_cloud(job, i);
   render_job_free_targets(job, &t);
   return exit;

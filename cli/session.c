@@ -31,7 +31,8 @@ cli_exit cli_exit_of(neph_result result) {
 
 cli_exit cli_session_start(const cli_options *options, cli_session *session) {
   *session = (cli_session){.options = options};
-  if (!cli_progress_start(&session->progress, options)) return CLI_IO;
+  const cli_exit exit = cli_progress_start(&session->progress, options);
+  if (exit) return exit;
   neph_context_desc desc = NEPH_CONTEXT_DESC_DEFAULT;
   desc.thread_count = options->thread_count;
   desc.isa_max = options->isa;

@@ -26,6 +26,7 @@
 #include <nephos/cloud.h>
 #include <nephos/context.h>
 #include <nephos/ephemeris.h>
+#include <nephos/files.h>
 #include <nephos/image.h>
 #include <nephos/machine.h>
 #include <nephos/noise_texture.h>

@@ -3,6 +3,8 @@
  * kinds, and its clouds are put in their places. */
 #include "check/check_scene.h"
 
+#include <nephos/files.h>
+
 #include "check/check_heights.h"
 #include "check/check_mesh.h"
 #include "check/check_volume.h"
@@ -39,6 +41,32 @@ static neph_result check_plan(const scene_check *c) {
   desc.frame = c->frame;
   if (!result) result = neph_render_explain(c->scene, &desc, NEPH_TEXT_PLAIN, &text);
   neph_text_destroy(c->check->context, text);
+  return np_check_pass(result);
+}
+
+static neph_result add_outputs(const scene_check *c, neph_files *files) {
+  const np_scene_output *output = &c->scene->output;
+  const struct {
+    const char *key, *pattern;
+  } rows[] = {{"output.image", output->image}, {"output.preview", output->preview}, {"output.deep", output->deep}};
+  neph_result result = NEPH_OK;
+  for (size_t i = 0; !result && i < sizeof rows / sizeof *rows; i++) {
+    char *path = rows[i].pattern ? np_frame_name_make(c->check->context, rows[i].pattern, c->frame) : NULL;
+    if (rows[i].pattern && !path) result = NEPH_ERROR_OUT_OF_MEMORY;
+    if (!result) result = neph_files_add(files, NEPH_FILE_WRITTEN, rows[i].key, path);
+    np_alloc_free(c->check->context, path);
+  }
+  return result;
+}
+
+/* Says whether an output is written over another, or over an input. */
+static neph_result check_outputs(const scene_check *c) {
+  neph_files *files;
+  neph_result result = neph_files_create(c->check->context, &files);
+  if (!result) result = add_outputs(c, files);
+  if (!result) result = neph_files_add_scene(files, c->scene);
+  if (!result) result = neph_files_check(files);
+  neph_files_destroy(files);
   return np_check_pass(result);
 }
 
@@ -155,6 +183,7 @@ static neph_result check_all(scene_check *c) {
                             &c->camera);
   if (result) return np_check_pass(result);
   result = check_plan(c);
+  if (!result) result = check_outputs(c);
   if (!result) result = check_terrain(c);
   for (unsigned i = 0; !result && i < c->scene->cloud_count; i++) result = check_cloud(c, i);
   return result;

@@ -80,28 +80,43 @@ static ssize_t read_fully(int file, char *bytes, size_t size) {
   return (ssize_t)done;
 }
 
-/* Reads to the end, whatever the size said: pipes have none, and files grow. */
-static neph_result read_open_file(neph_context *context, const char *path, int file, size_t expected, void **out_bytes,
-                                  size_t *out_size) {
-  size_t capacity = expected + 1, size = 0;
-  char *bytes = np_alloc(context, capacity + 1, 1);
-  if (!bytes) return NEPH_ERROR_OUT_OF_MEMORY;
+static neph_result fail_size(neph_context *context, const char *path, size_t size_max) {
+  return np_fail(context, NEPH_ERROR_BAD_FILE, "%s: has more than %zu MB, must be a text of at most that", path,
+                 size_max / 1000000);
+}
+
+/* A file being read, of at most so many bytes. */
+typedef struct open_file {
+  const char *path;
+  int file;
+  size_t expected, size_max;
+} open_file;
+
+/* Reads on behind `*size` bytes, in a block that is made larger as far as is needed. */
+static neph_result read_rest(neph_context *context, const open_file *from, char **bytes, size_t *size) {
+  size_t capacity = from->expected + 1;
   for (;;) {
-    ssize_t count = read_fully(file, bytes + size, capacity - size);
-    if (count < 0) {
-      neph_result result = fail_open(context, path);
-      np_alloc_free(context, bytes);
-      return result;
-    }
-    size += (size_t)count;
-    if (size < capacity) break;
+    const ssize_t count = read_fully(from->file, *bytes + *size, capacity - *size);
+    if (count < 0) return fail_open(context, from->path);
+    *size += (size_t)count;
+    if (*size > from->size_max) return fail_size(context, from->path, from->size_max);
+    if (*size < capacity) return NEPH_OK;
     capacity *= 2;
-    char *larger = np_alloc_resize(context, bytes, capacity + 1, 1);
-    if (!larger) {
-      np_alloc_free(context, bytes);
-      return NEPH_ERROR_OUT_OF_MEMORY;
-    }
-    bytes = larger;
+    char *larger = np_alloc_resize(context, *bytes, capacity + 1, 1);
+    if (!larger) return NEPH_ERROR_OUT_OF_MEMORY;
+    *bytes = larger;
+  }
+}
+
+/* Reads to the end, whatever the size said: pipes have none, and files grow. */
+static neph_result read_open_file(neph_context *context, const open_file *from, void **out_bytes, size_t *out_size) {
+  size_t size = 0;
+  if (from->expected > from->size_max) return fail_size(context, from->path, from->size_max);
+  char *bytes = np_alloc(context, from->expected + 2, 1);
+  neph_result result = bytes ? read_rest(context, from, &bytes, &size) : NEPH_ERROR_OUT_OF_MEMORY;
+  if (result) {
+    np_alloc_free(context, bytes);
+    return result;
   }
   bytes[size] = '\0';
   *out_bytes = bytes;
@@ -110,31 +125,41 @@ static neph_result read_open_file(neph_context *context, const char *path, int f
 }
 
 /* Takes the file. */
-static neph_result read_and_close(neph_context *context, const char *path, int file, void **out_bytes,
+static neph_result read_and_close(neph_context *context, const char *path, int file, size_t size_max, void **out_bytes,
                                   size_t *out_size) {
   struct stat status;
-  size_t expected = 0;
-  if (!fstat(file, &status) && S_ISREG(status.st_mode)) expected = (size_t)status.st_size;
-  neph_result result = read_open_file(context, path, file, expected, out_bytes, out_size);
+  open_file from = {.path = path, .file = file, .size_max = size_max};
+  if (!fstat(file, &status) && S_ISREG(status.st_mode)) from.expected = (size_t)status.st_size;
+  neph_result result = read_open_file(context, &from, out_bytes, out_size);
   close(file);
   return result;
 }
 
-neph_result np_file_read(neph_context *context, const char *path, void **out_bytes, size_t *out_size) {
+static neph_result read_regular(neph_context *context, const char *path, size_t size_max, void **out_bytes,
+                                size_t *out_size) {
   const char *reason;
   int file;
   *out_bytes = NULL;
   *out_size = 0;
   const neph_result result = np_file_open(path, &file, &reason);
   if (result) return np_fail(context, result, "%s: cannot be read: %s", path, reason);
-  return read_and_close(context, path, file, out_bytes, out_size);
+  return read_and_close(context, path, file, size_max, out_bytes, out_size);
+}
+
+neph_result np_file_read(neph_context *context, const char *path, void **out_bytes, size_t *out_size) {
+  return read_regular(context, path, SIZE_MAX, out_bytes, out_size);
+}
+
+neph_result np_file_read_text(neph_context *context, const char *path, void **out_bytes, size_t *out_size) {
+  return read_regular(context, path, NP_FILE_TEXT_MAX, out_bytes, out_size);
 }
 
 neph_result np_file_read_any(neph_context *context, const char *path, void **out_bytes, size_t *out_size) {
   *out_bytes = NULL;
   *out_size = 0;
   const int file = open(path, O_RDONLY | O_CLOEXEC);
-  return file < 0 ? fail_open(context, path) : read_and_close(context, path, file, out_bytes, out_size);
+  if (file < 0) return fail_open(context, path);
+  return read_and_close(context, path, file, NP_FILE_TEXT_MAX, out_bytes, out_size);
 }
 
 /* ---- Writing ---- */

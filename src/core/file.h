@@ -30,7 +30,12 @@ FILE *np_file_open_stream(const char *path);
  * message. */
 neph_result np_file_read(neph_context *context, const char *path, void **out_bytes, size_t *out_size);
 
-/* The same of pipes and devices as well, once and to their end: for a file that a command line names. */
+enum { NP_FILE_TEXT_MAX = 64000000 }; /* bytes */
+
+/* The same of a text, of at most NP_FILE_TEXT_MAX: for lists and rules that a command line names. */
+neph_result np_file_read_text(neph_context *context, const char *path, void **out_bytes, size_t *out_size);
+
+/* The same of pipes and devices as well, once and to their end: for a scene that a command line names. */
 neph_result np_file_read_any(neph_context *context, const char *path, void **out_bytes, size_t *out_size);
 
 /* Whether a file can be written at `path`: fails, with a message, as beginning to write there does, and makes none. */

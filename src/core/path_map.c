@@ -65,7 +65,7 @@ neph_result np_path_map_load(neph_context *context, const char *path, np_path_ma
   void *bytes;
   size_t size;
   *out_map = NULL;
-  neph_result result = np_file_read_any(context, path, &bytes, &size);
+  neph_result result = np_file_read_text(context, path, &bytes, &size);
   if (result) return result;
   np_path_map *map = np_alloc(context, 1, sizeof *map);
   result = map ? parse(context, path, bytes, map) : NEPH_ERROR_OUT_OF_MEMORY;

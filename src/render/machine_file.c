@@ -81,7 +81,7 @@ neph_result neph_machine_load(neph_context *context, const char *path, neph_mach
   void *bytes = NULL;
   size_t size;
   neph_result result = np_desc_check_size(context, "neph_machine", out_machine, sizeof machine);
-  if (!result) result = np_file_read(context, path, &bytes, &size);
+  if (!result) result = np_file_read_text(context, path, &bytes, &size);
   if (result) return result;
   np_json_value *json = np_json_read(bytes);
   result = read_values(context, path, json, &machine);

@@ -48,8 +48,8 @@ static bool is_numeric(const np_key *key) {
 }
 
 static neph_result fail_unknown(const track_reader *r, const np_key *section, const char *name) {
-  char hint[HINT_SIZE];
-  np_key_describe_hint(section, name, hint, sizeof hint);
+  char hint[HINT_SIZE] = "";
+  if (np_scene_would_list(r->problems, r->entry)) np_key_describe_hint(section, name, hint, sizeof hint);
   return np_scene_fail_key(r->problems, r->entry, "animate: %.60s is not a key%s", r->entry->key, hint);
 }
 

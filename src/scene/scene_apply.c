@@ -67,9 +67,9 @@ static neph_result fail_item(const key_applier *applier, const np_key *key, cons
 }
 
 static neph_result fail_unknown(const key_applier *applier, const np_key *section, const np_node *node) {
-  char name[SHOWN_SIZE], hint[HINT_SIZE];
+  char name[SHOWN_SIZE], hint[HINT_SIZE] = "";
   copy_printable(node->key, name, sizeof name);
-  np_key_describe_hint(section, node->key, hint, sizeof hint);
+  if (np_scene_would_list(applier->problems, node)) np_key_describe_hint(section, node->key, hint, sizeof hint);
   return np_scene_fail_key(applier->problems, node, "%s%s%s is not a key%s", applier->path, *applier->path ? "." : "",
                            name, hint);
 }
@@ -369,10 +369,10 @@ static neph_result check_siblings(const key_applier *applier, const np_key *sect
                                   const np_key *key, const np_node *node) {
   const char *path = applier->path, *dot = *path ? "." : "";
   for (const np_node *other = parent->first; other != node; other = other->next) {
-    const np_key *other_key = np_key_search(section, other->key);
-    if (other_key == key)
+    if (!strcmp(other->key, node->key))
       return np_scene_fail_key(applier->problems, node, "%s%s%s is given twice, first on line %u", path, dot, node->key,
                                other->key_line);
+    const np_key *other_key = key->group ? np_key_search(section, other->key) : NULL;
     if (other_key && np_key_excludes(key, other_key))
       return np_scene_fail_key(applier->problems, node, "%s%s%s and %s%s%s exclude each other", path, dot, node->key,
                                path, dot, other->key);

@@ -11,6 +11,11 @@ static bool is_before(unsigned line, unsigned column, const np_scene_problem *ot
   return line < other->line || (line == other->line && column < other->column);
 }
 
+bool np_scene_would_list(const np_scene_problems *problems, const np_node *node) {
+  return problems->count < NP_SCENE_PROBLEMS_MAX ||
+         is_before(node->key_line, node->key_column, &problems->listed[NP_SCENE_PROBLEMS_MAX - 1]);
+}
+
 /* A place for an error in the order of the file, behind those of the same line and column; NULL: all are before it. */
 static np_scene_problem *insert(np_scene_problems *problems, unsigned line, unsigned column) {
   unsigned count = problems->count++;

@@ -23,6 +23,10 @@ typedef struct np_scene_problems {
   np_scene_problem listed[NP_SCENE_PROBLEMS_MAX];
 } np_scene_problems;
 
+/* Whether an error at a node's key would be listed: no text need be made of others, of which a file may have thousands.
+ */
+bool np_scene_would_list(const np_scene_problems *problems, const np_node *node);
+
 /* Adds an error at a node's value; without a place where the node has none or is NULL. Returns NEPH_ERROR_BAD_SCENE. */
 neph_result np_scene_fail_at(np_scene_problems *problems, const np_node *node, const char *format, ...)
     __attribute__((format(printf, 3, 4)));

@@ -1,11 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "scene/scene_private.h"
 
+#include <nephos/files.h>
+
 #include <stdio.h>
 #include <string.h>
 
 #include "core/alloc.h"
 #include "core/file.h"
+#include "core/frame_name.h"
 #include "core/path_map.h"
 #include "scene/scene_keys.h"
 #include "terrain/heightfield_files.h"
@@ -32,53 +35,116 @@ neph_result np_scene_check_cloud_file(const neph_scene *scene, unsigned index, c
   return check_file(scene, np_node_search(cloud, "vdb"), key, path);
 }
 
-/* A key being looked up in the document, element by element of the lists on the way. */
-typedef struct lookup {
-  const neph_scene *scene;
-  char path[PATH_SIZE]; /* of `node`, as --set takes it */
-} lookup;
+/* ---- Files of keys ---- */
 
-static neph_result check_node(const lookup *l, const np_node *node) {
+typedef struct lookup lookup;
+
+/* Visits a file, named by a node. */
+typedef neph_result visit_fn(const lookup *l, const np_node *node, const char *file);
+
+/* A key being looked up in the document, element by element of the lists on the way. */
+struct lookup {
+  const neph_scene *scene;
+  visit_fn *visit;
+  neph_files *files;    /* to which a visit adds; NULL: none */
+  char path[PATH_SIZE]; /* of `node`, as --set takes it */
+};
+
+static neph_result visit_node(const lookup *l, const np_node *node) {
   if (node->kind != NP_NODE_SCALAR) return NEPH_OK;
   char *file = np_path_map_resolve(l->scene->context, l->scene->file, node->text);
-  neph_result result = file ? check_file(l->scene, node, l->path, file) : NEPH_ERROR_OUT_OF_MEMORY;
+  neph_result result = file ? l->visit(l, node, file) : NEPH_ERROR_OUT_OF_MEMORY;
   np_alloc_free(l->scene->context, file);
   return result;
 }
 
-static neph_result check_below(lookup *l, const np_node *node, const char *rest);
+static neph_result visit_below(lookup *l, const np_node *node, const char *rest);
 
-static neph_result check_elements(lookup *l, const np_node *list, const char *rest) {
+static neph_result visit_elements(lookup *l, const np_node *list, const char *rest) {
   const size_t length = strlen(l->path);
   unsigned index = 0;
   neph_result result = NEPH_OK;
   for (const np_node *item = list->first; item; item = item->next) {
     snprintf(l->path + length, sizeof l->path - length, "[%u].", index++);
-    const neph_result of_item = check_below(l, item, rest);
+    const neph_result of_item = visit_below(l, item, rest);
     if (!result) result = of_item;
   }
   return result;
 }
 
 /* `rest` is what of the key's path in the table lies below `node`: "clouds[].phase.table". */
-static neph_result check_below(lookup *l, const np_node *node, const char *rest) {
+static neph_result visit_below(lookup *l, const np_node *node, const char *rest) {
   const size_t length = strlen(l->path), count = strcspn(rest, ".[");
   snprintf(l->path + length, sizeof l->path - length, "%.*s", (int)count, rest);
   const np_node *child = node->kind == NP_NODE_MAPPING ? np_node_search(node, l->path + length) : NULL;
   if (!child) return NEPH_OK;
-  if (rest[count] == '[') return check_elements(l, child, rest + count + strlen("[]."));
-  if (rest[count] == '\0') return check_node(l, child);
+  if (rest[count] == '[') return visit_elements(l, child, rest + count + strlen("[]."));
+  if (rest[count] == '\0') return visit_node(l, child);
   snprintf(l->path + length + count, sizeof l->path - length - count, ".");
-  return check_below(l, child, rest + count + 1);
+  return visit_below(l, child, rest + count + 1);
 }
 
-neph_result neph_scene_check_files(const neph_scene *scene) {
+/* All files are visited, whatever fails. */
+static neph_result visit_files(const neph_scene *scene, visit_fn *visit, neph_files *files) {
   neph_result result = NEPH_OK;
   for (size_t i = 0; i < np_key_count(); i++) {
-    lookup l = {.scene = scene};
+    lookup l = {.scene = scene, .visit = visit, .files = files};
     const neph_result of_key =
-        np_key_get(i)->is_input ? check_below(&l, scene->document, np_key_get(i)->path) : NEPH_OK;
+        np_key_get(i)->is_input ? visit_below(&l, scene->document, np_key_get(i)->path) : NEPH_OK;
     if (!result) result = of_key;
   }
+  return result;
+}
+
+static neph_result check_visited(const lookup *l, const np_node *node, const char *file) {
+  return check_file(l->scene, node, l->path, file);
+}
+
+neph_result neph_scene_check_files(const neph_scene *scene) { return visit_files(scene, check_visited, NULL); }
+
+/* ---- The table of files ---- */
+
+static neph_result add_heights(const lookup *l, const char *pattern) {
+  np_height_files list = {NULL, 0};
+  neph_result result = np_height_files_list(l->scene->context, pattern, &list);
+  for (size_t i = 0; !result && i < list.count; i++)
+    result = neph_files_add(l->files, NEPH_FILE_READ, l->path, list.paths[i]);
+  np_height_files_clear(l->scene->context, &list);
+  return result;
+}
+
+/* Adds the files of a sequence that are there. */
+static neph_result add_sequence(const lookup *l, const char *pattern) {
+  neph_context *context = l->scene->context;
+  np_frame_numbers list = {NULL, 0};
+  neph_result result = np_frame_name_list(context, pattern, &list);
+  for (size_t i = 0; !result && i < list.count; i++) {
+    char *path = np_frame_name_make(context, pattern, list.numbers[i]);
+    result = path ? neph_files_add(l->files, NEPH_FILE_READ, l->path, path) : NEPH_ERROR_OUT_OF_MEMORY;
+    np_alloc_free(context, path);
+  }
+  np_alloc_free(context, list.numbers);
+  return result;
+}
+
+static neph_result add_visited(const lookup *l, const np_node *node, const char *file) {
+  (void)node;
+  if (np_height_files_is_pattern(file)) return add_heights(l, file);
+  if (np_frame_name_is_pattern(file) && !np_file_exists(file)) return add_sequence(l, file);
+  return neph_files_add(l->files, NEPH_FILE_READ, l->path, file);
+}
+
+static neph_result add_cloud(const neph_scene *scene, unsigned index, neph_files *files) {
+  const np_scene_cloud *cloud = &scene->clouds[index];
+  lookup l = {.scene = scene, .files = files};
+  snprintf(l.path, sizeof l.path, "clouds[%u].vdb", index);
+  if (!cloud->vdb || cloud->volume || cloud->is_baked) return NEPH_OK;
+  return add_visited(&l, NULL, cloud->vdb);
+}
+
+neph_result neph_files_add_scene(neph_files *files, const neph_scene *scene) {
+  neph_result result = neph_files_add(files, NEPH_FILE_READ, "the scene", scene->file);
+  if (!result) result = visit_files(scene, add_visited, files);
+  for (unsigned i = 0; !result && i < scene->cloud_count; i++) result = add_cloud(scene, i, files);
   return result;
 }

@@ -31,3 +31,10 @@ for text in '[]' 'rules' '{"version": "pathmapping-9"}' '{"path_mapping_rules": 
   nephos render scene.yaml -n --path-mapping bad.json || echo "exit $?"
 done
 nephos render scene.yaml -n --path-mapping missing.json || echo "exit $?"
+
+# Rules are a regular file, and a text ends.
+nephos render scene.yaml -n --path-mapping /dev/zero || echo "exit $?"
+ln -s /dev/zero zero.yaml
+nephos info zero.yaml || echo "exit $?"
+truncate -s 65M rules.json
+nephos render scene.yaml -n --path-mapping rules.json || echo "exit $?"

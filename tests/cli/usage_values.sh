@@ -15,3 +15,7 @@ try --tile 5/4
 try --progress loud
 try --set camera.fov
 try --set =3
+nephos sky scene.yaml --frames 3 || echo "exit $?" >&2
+nephos render scene.yaml --sampels=3 || echo "exit $?" >&2
+nephos render scene.yaml --path-maping=x || echo "exit $?" >&2
+nephos render scene.yaml --xyzzy || echo "exit $?" >&2

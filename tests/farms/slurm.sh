@@ -62,7 +62,7 @@ SlurmdSpoolDir=$work/spool
 SchedulerParameters=batch_sched_delay=0,sched_min_interval=100000
 MinJobAge=3600
 KillWait=30
-NodeName=farm NodeAddr=10.73.1.1 CPUs=2 State=UNKNOWN
+NodeName=farm NodeAddr=10.73.1.1 CPUs=2 RealMemory=1000 State=UNKNOWN
 PartitionName=all Nodes=farm Default=YES MaxTime=INFINITE State=UP
 CONF
 export SLURM_CONF="$work/slurm.conf"
@@ -113,7 +113,7 @@ echo "a node was drained, and is back"
 
 # A task is killed once it has a checkpoint: the one of frame 3, tile 2.
 until_is 120 test -e a.0003.tile2of2.npart
-task=$(pgrep -f "^$program render scene.yaml --frames 3 --tile 2/2")
+task=$(pgrep -f "^$program render [^ ]*/scene.yaml --frames 3 --tile 2/2")
 kill -9 $task
 echo "a task was killed"
 

@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: Apache-2.0
+# An output that is another output, or an input, is refused before anything is written.
+cat >scene.yaml <<'YAML'
+camera: {resolution: [16, 9]}
+atmosphere: none
+environment: {radiance: 0.1}
+output: {image: a.exr}
+YAML
+refused() { nephos "$@" -q >out || echo "exit $?"; [ ! -s out ] || cat out; }
+untouched() { # FILE: is as it was
+  [ "$(cat "$1")" = "as it was" ] || echo "$1 has changed"
+}
+
+echo "== two outputs of a frame"
+mkdir -p folder
+ln -s a.exr link.png
+refused render scene.yaml --set output.preview=link.png
+refused render scene.yaml -n --set output.preview=link.png
+refused render scene.yaml --set output.deep=folder/../a.exr
+refused render scene.yaml --set output.deep=./a.exr --frames 1-2 --set output.image=a.0002.exr --set output.deep=a.####.exr
+refused render scene.yaml --set output.image=a.snapshot.exr --set output.preview=a.snapshot.exr.png \
+  --set output.deep=a.snapshot.snapshot.exr
+refused render scene.yaml -o log.npart --log log.npart
+ls
+printf 'as it was' >kept.exr
+ln kept.exr hard.exr
+refused render scene.yaml --set output.image=kept.exr --set output.deep=hard.exr
+untouched kept.exr
+
+echo "== an output and an input"
+cp scene.yaml copy.yaml
+ln -s scene.yaml scene.exr
+refused render scene.yaml -o scene.exr
+cmp scene.yaml copy.yaml
+printf 'as it was' >weather.0001.png
+refused render scene.yaml --set 'clouds=[{bake: {extent: 1 km, map: {image: weather.0001.png, coverage: R}}}]' \
+  -o 'weather.####.png'
+untouched weather.0001.png
+printf 'as it was' >smoke.0007.vdb
+ln smoke.0007.vdb b.0002.exr
+refused render scene.yaml --set 'clouds=[{vdb: smoke.####.vdb, optical_depth: 1}]' --frames 1-3 -o 'b.####.exr'
+untouched smoke.0007.vdb
+for kind in bake: export:; do
+  printf 'as it was' >weather.png
+  ln -sf weather.png cloud.vdb
+  refused ${kind%:} scene.yaml --set 'clouds=[{bake: {extent: 1 km, map: {image: weather.png, coverage: R}}}]' -o cloud.vdb
+  untouched weather.png
+done
+refused export scene.yaml --set 'clouds=[{vdb: smoke.0007.vdb, optical_depth: 1}]' -o smoke.0007.vdb
+untouched smoke.0007.vdb
+
+echo "== merge, compare, sky, probe, check"
+nephos render scene.yaml -q -o 1.npart --tile 1/2 >out
+nephos render scene.yaml -q -o 2.npart --tile 2/2 >out
+cp 1.npart before
+ln -s 1.npart merged.exr
+refused merge 1.npart 2.npart -o merged.exr
+cmp 1.npart before
+rm merged.exr
+nephos merge 1.npart 2.npart -o merged.exr >out
+cp merged.exr before
+refused compare merged.exr ./merged.exr -o folder/../merged.exr
+cmp merged.exr before
+ln -s sky.exr sky.usda
+refused sky scene.yaml -o sky.exr --usd sky.usda
+printf 'as it was' >slab.csv
+ln -s slab.csv answer.csv
+refused probe slab slab.csv -o answer.csv
+untouched slab.csv
+refused check smoke.0007.vdb --fix -o smoke.0007.vdb
+untouched smoke.0007.vdb
+nephos check scene.yaml --set output.deep=a.exr || echo "exit $?"
+
+echo "== a log"
+for file in scene.yaml merged.exr; do
+  cp $file before
+  refused info scene.yaml --log $file
+  cmp $file before
+done
+nephos info scene.yaml --log new.log >out
+nephos info scene.yaml --log new.log >out
+wc -l <new.log
+
+echo "== files of their own"
+nephos render scene.yaml -q --set output.preview=a.png --checkpoint 60s >out
+nephos render scene.yaml -q --frames 1-3 -o 'a.####.exr' -o 'a.####.png' >out
+nephos render scene.yaml -q -o part.npart --resume >out
+ls a.*
