@@ -12,6 +12,9 @@ enum { NP_CRYPTOMATTE_RANKS = 6, NP_CRYPTOMATTE_CHANNELS = 2 * NP_CRYPTOMATTE_RA
 /* The name of a matte; its channels are named by it and the number of the layer: "CryptoObject00.R". */
 extern const char np_cryptomatte_name[];
 
+/* Name of the ground's matte; the others have those of the clouds. */
+#define NP_GROUND_MATTE "ground"
+
 /* MurmurHash3_x86_32 with seed 0 (Appleby 2011, public domain). */
 uint32_t np_murmur_hash(const char *text);
 

@@ -5,12 +5,10 @@
 
 #include "image/cryptomatte.h"
 
-static const char ground_name[] = "ground";
-
 static unsigned count_mattes(const neph_scene *scene) { return scene->cloud_count + 1; }
 
 static const char *get_name(const neph_scene *scene, unsigned matte) {
-  return matte < scene->cloud_count ? scene->clouds[matte].name : ground_name;
+  return matte < scene->cloud_count ? scene->clouds[matte].name : NP_GROUND_MATTE;
 }
 
 /* ---- Mattes ---- */

@@ -4,6 +4,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "image/aov.h"
+#include "image/cryptomatte.h"
 #include "scene/scene_apply.h"
 #include "scene/scene_check_camera.h"
 #include "terrain/terrain_private.h"
@@ -110,6 +112,27 @@ static neph_result check_scale(const neph_scene *scene, unsigned index, const np
                           index, scale[0], scale[1], scale[2]);
 }
 
+/* A name that channels of an AOV have beside those of clouds. */
+typedef struct reserved_name {
+  const char *name, *aov;
+  unsigned aovs;       /* any of a set */
+  bool is_of_emission; /* where the cloud has emission */
+} reserved_name;
+
+static const reserved_name *search_reserved(const neph_scene *scene, unsigned index) {
+  static const reserved_name rows[] = {
+      {NP_GROUND_MATTE, "mattes or cryptomatte", NP_AOV_MATTES | NP_AOV_CRYPTOMATTE, false},
+      {"sun", "lights", NP_AOV_LIGHTS, true},
+      {"sky", "lights", NP_AOV_LIGHTS, true},
+      {"moon", "lights", NP_AOV_LIGHTS, true}};
+  const np_scene_cloud *cloud = &scene->clouds[index];
+  for (size_t i = 0; i < sizeof rows / sizeof *rows; i++)
+    if (!strcmp(cloud->name, rows[i].name) && (scene->output.aovs & rows[i].aovs) &&
+        (cloud->emission.is_enabled || !rows[i].is_of_emission))
+      return &rows[i];
+  return NULL;
+}
+
 static neph_result check_name(const neph_scene *scene, unsigned index, const np_node *node,
                               np_scene_problems *problems) {
   const char *name = scene->clouds[index].name;
@@ -117,6 +140,12 @@ static neph_result check_name(const neph_scene *scene, unsigned index, const np_
   if (strchr(name, '/'))
     return np_scene_fail_at(problems, name_node,
                             "clouds[%u].name is %.64s, must not hold a slash: files are named by it", index, name);
+  const reserved_name *reserved = search_reserved(scene, index);
+  if (reserved)
+    return np_scene_fail_at(problems, name_node ? name_node : node,
+                            "clouds[%u].name is %s, which is a channel's already: with %s in output.aovs a cloud%s must "
+                            "have another name",
+                            index, name, reserved->aov, reserved->is_of_emission ? " with emission" : "");
   for (unsigned i = 0; i < index; i++)
     if (!strcmp(scene->clouds[i].name, name))
       return np_scene_fail_at(problems, name_node ? name_node : node,
