@@ -322,11 +322,11 @@ static void test_incomplete_scenes(void **state) {
       {"clouds: [{vdb: x, liquid_water: {}}]", "1:33: clouds[0].liquid_water has no r_eff"},
       {"clouds: [{bake: {}}, {bake: {}, name: cloud0}]", "1:39: clouds[1].name is cloud0, the name of clouds[0] too\n"},
       {"clouds: [{bake: {}, name: ground}]\noutput: {aovs: [mattes]}",
-       "1:27: clouds[0].name is ground, which is a channel's already: with mattes or cryptomatte in output.aovs a cloud "
-       "must have another name\n"},
+       "1:27: clouds[0].name is ground, which is a channel's already: with mattes or cryptomatte in output.aovs a "
+       "cloud must have another name\n"},
       {"clouds: [{vdb: a.vdb, extinction: 1, emission: {}, name: sky}]\noutput: {aovs: [lights]}",
-       "1:58: clouds[0].name is sky, which is a channel's already: with lights in output.aovs a cloud with emission must "
-       "have another name\n"},
+       "1:58: clouds[0].name is sky, which is a channel's already: with lights in output.aovs a cloud with emission "
+       "must have another name\n"},
       {"clouds: [{bake: {}, name: a/b}]", "1:27: clouds[0].name is a/b, must not hold a slash"},
       {"terrain: {albedo: 0.1}", "1:10: terrain has no source, must have heightfield, a file, mesh, a file of "
                                  "triangles, or ridges, parameters\n"},

@@ -143,8 +143,8 @@ static neph_result check_name(const neph_scene *scene, unsigned index, const np_
   const reserved_name *reserved = search_reserved(scene, index);
   if (reserved)
     return np_scene_fail_at(problems, name_node ? name_node : node,
-                            "clouds[%u].name is %s, which is a channel's already: with %s in output.aovs a cloud%s must "
-                            "have another name",
+                            "clouds[%u].name is %s, which is a channel's already: with %s in output.aovs a cloud%s "
+                            "must have another name",
                             index, name, reserved->aov, reserved->is_of_emission ? " with emission" : "");
   for (unsigned i = 0; i < index; i++)
     if (!strcmp(scene->clouds[i].name, name))
