@@ -22,6 +22,7 @@ typedef struct png_picture {
   const neph_image *image;
   const neph_preview_desc *desc;
   uint16_t *rgb;
+  double exposure_ev; /* of values to display light */
 } png_picture;
 
 /* A row as it stands in the file: 16 bits with the high byte first. */
@@ -34,6 +35,23 @@ static void pack_row(const png_picture *picture, const uint16_t *rgb, uint8_t *o
       out[2 * i] = (uint8_t)(rgb[i] >> 8), out[2 * i + 1] = (uint8_t)rgb[i];
 }
 
+/* Texts by which the file is known for a preview. */
+static void put_texts(png_structp png, png_infop info, const png_picture *picture) {
+  char exposure[32];
+  snprintf(exposure, sizeof exposure, "%+.2f", picture->exposure_ev);
+  const struct {
+    const char *key, *value;
+  } rows[] = {{NP_PREVIEW_VIEW, np_preview_name_view(picture->desc->view)},
+              {NP_PREVIEW_EXPOSURE, exposure},
+              {NP_PREVIEW_FRAME, neph_image_get_attribute(picture->image, "nephos:frame")}};
+  for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+    png_text text = {.compression = PNG_TEXT_COMPRESSION_NONE,
+                     .key = (png_charp)(uintptr_t)rows[i].key,
+                     .text = (png_charp)(uintptr_t)rows[i].value};
+    if (rows[i].value) png_set_text(png, info, &text, 1);
+  }
+}
+
 static void write_header(png_structp png, png_infop info, const png_picture *picture) {
   const neph_image *image = picture->image;
   png_set_IHDR(png, info, image->width, image->height, (int)picture->desc->bits, PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
@@ -42,6 +60,7 @@ static void write_header(png_structp png, png_infop info, const png_picture *pic
     png_set_gAMA(png, info, 1.0);
   else
     png_set_sRGB_gAMA_and_cHRM(png, info, PNG_sRGB_INTENT_PERCEPTUAL);
+  put_texts(png, info, picture);
   png_write_info(png, info);
 }
 
@@ -106,9 +125,9 @@ neph_result neph_image_save_png(const neph_image *image, const char *path, const
   neph_preview_desc wanted;
   neph_result result = np_desc_read(image->context, "neph_preview_desc", &defaults, sizeof defaults, desc, &wanted);
   if (result) return result;
-  png_picture picture = {image, &wanted, np_alloc(image->context, (size_t)image->width * image->height, 6)};
+  png_picture picture = {image, &wanted, np_alloc(image->context, (size_t)image->width * image->height, 6), 0.0};
   if (!picture.rgb) return NEPH_ERROR_OUT_OF_MEMORY;
-  result = np_preview_render(image, &wanted, picture.rgb);
+  result = np_preview_render(image, &wanted, picture.rgb, &picture.exposure_ev);
   if (!result) result = write_file(&picture, path);
   np_alloc_free(image->context, picture.rgb);
   return result;
@@ -133,9 +152,9 @@ static neph_result encode(const png_picture *picture, void **out_bytes, size_t *
 neph_result np_image_encode_png(const neph_image *image, const neph_preview_desc *desc, void **out_bytes,
                                 size_t *out_size) {
   *out_bytes = NULL;
-  png_picture picture = {image, desc, np_alloc(image->context, (size_t)image->width * image->height, 6)};
+  png_picture picture = {image, desc, np_alloc(image->context, (size_t)image->width * image->height, 6), 0.0};
   if (!picture.rgb) return NEPH_ERROR_OUT_OF_MEMORY;
-  neph_result result = np_preview_render(image, desc, picture.rgb);
+  neph_result result = np_preview_render(image, desc, picture.rgb, &picture.exposure_ev);
   if (!result) result = encode(&picture, out_bytes, out_size);
   np_alloc_free(image->context, picture.rgb);
   return result;

@@ -52,11 +52,12 @@ typedef struct view_row {
   void (*map)(const float exposed[3], float out_display[3]);
   float (*encode)(float linear);
   bool is_for_display; /* exposed, and in Rec.709 */
+  const char *name;
 } view_row;
 
-static const view_row views[] = {[NEPH_VIEW_FILMIC] = {np_preview_map_tone, encode_srgb, true},
-                                 [NEPH_VIEW_STANDARD] = {clip, encode_srgb, true},
-                                 [NEPH_VIEW_RAW] = {clip, encode_linear, false}};
+static const view_row views[] = {[NEPH_VIEW_FILMIC] = {np_preview_map_tone, encode_srgb, true, "filmic"},
+                                 [NEPH_VIEW_STANDARD] = {clip, encode_srgb, true, "standard"},
+                                 [NEPH_VIEW_RAW] = {clip, encode_linear, false, "raw"}};
 
 enum { VIEW_COUNT = sizeof views / sizeof *views };
 
@@ -157,7 +158,10 @@ static neph_result choose_factor(const neph_image *image, const neph_preview_des
   return result;
 }
 
-neph_result np_preview_render(const neph_image *image, const neph_preview_desc *desc, uint16_t *out_rgb) {
+const char *np_preview_name_view(neph_view view) { return views[view].name; }
+
+neph_result np_preview_render(const neph_image *image, const neph_preview_desc *desc, uint16_t *out_rgb,
+                              double *out_exposure_ev) {
   double exposure;
   neph_result result = check_desc(image->context, desc);
   if (result) return result;
@@ -166,6 +170,7 @@ neph_result np_preview_render(const neph_image *image, const neph_preview_desc *
   if (!np_preview_get_planes(image, desc->pixel_type, &job.planes))
     return np_fail(image->context, NEPH_ERROR_INVALID_ARGUMENT, "a preview needs the channels R, G and B, or Y");
   result = choose_factor(image, desc, &exposure);
+  *out_exposure_ev = result ? 0.0 : log2(exposure);
   for (int c = 0; c < 3; c++)
     job.planes.factor[c] = (float)(job.view->is_for_display ? exposure / desc->white[c] : exposure);
   if (!result) result = np_parallel_for(image->context, NULL, image->height, 8, render_rows, &job);

@@ -7,6 +7,7 @@
 #include "core/alloc.h"
 #include "core/json.h"
 #include "core/units.h"
+#include "image/preview.h"
 #include "terrain/heightfield.h"
 
 /* Pictures say neither where they lie nor how wide they are: PNG is shown in shares of its full scale. */
@@ -97,12 +98,12 @@ static neph_result describe_json(neph_context *context, const np_heightfield *fi
 
 neph_result neph_terrain_describe_file(neph_context *context, const char *path, neph_text_format format,
                                        char **out_text) {
-  *out_text = NULL;
+  neph_result result = np_preview_describe_file(context, path, format, out_text);
+  if (result || *out_text) return result; /* a picture of nephos is no height field */
   neph_terrain_desc desc = NEPH_TERRAIN_DESC_DEFAULT;
   desc.height_max_m = 1.0; /* PNG values as they are */
   np_heightfield field;
   np_raster_summary raster = {.file_count = 0};
-  neph_result result = NEPH_OK;
   if (np_heightfield_is_raster(path)) result = np_heightfield_describe_raster(context, path, &desc, &raster);
   desc.has_width = !raster.has_place;
   if (!result) result = np_heightfield_load(context, NULL, path, &desc, &field);
