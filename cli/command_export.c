@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "cloud_target.h"
 #include "command_files.h"
@@ -77,9 +78,34 @@ static void print_done(const export_job *job, const neph_exported_cloud *cloud) 
   fflush(stdout);
 }
 
-static cli_exit add_path(const export_job *job, unsigned cloud, char *path) {
-  const cli_exit exit =
-      cli_files_add_output(job->session, job->files, neph_scene_get_cloud_name(job->scene, cloud), path);
+/* Adds the file that a cloud has been baked to: it is read where it is there. */
+static cli_exit add_source(const export_job *job, unsigned cloud, int frame) {
+  const char *pattern = neph_scene_get_cloud_file(job->scene, cloud);
+  char *path, role[32];
+  if (!pattern) return CLI_DONE;
+  neph_result result = neph_frame_get_path(job->session->context, pattern, frame, &path);
+  snprintf(role, sizeof role, "clouds[%u].vdb", cloud);
+  if (!result && !access(path, F_OK)) result = neph_files_add(job->files, NEPH_FILE_READ, role, path);
+  neph_text_destroy(job->session->context, path);
+  return cli_exit_of(result);
+}
+
+/* Adds level `level` of detail, which stands in a file beside the cloud's own. */
+static cli_exit add_level(const export_job *job, const char *role, const char *path, unsigned level) {
+  const size_t length = strlen(path) - strlen(".vdb");
+  char *beside;
+  if (asprintf(&beside, "%.*s.lod%u.vdb", (int)length, path, level) < 0) return CLI_INTERNAL;
+  const cli_exit exit = cli_files_add_output(job->session, job->files, role, beside);
+  free(beside);
+  return exit;
+}
+
+/* Adds the files of a cloud to the table. Takes `path`. */
+static cli_exit add_path(const export_job *job, unsigned cloud, int frame, char *path) {
+  const char *role = neph_scene_get_cloud_name(job->scene, cloud);
+  cli_exit exit = add_source(job, cloud, frame);
+  if (!exit) exit = cli_files_add_output(job->session, job->files, role, path);
+  for (unsigned i = 1; !exit && i < job->session->options->level_count; i++) exit = add_level(job, role, path, i);
   free(path);
   return exit;
 }
@@ -127,7 +153,7 @@ static cli_exit export_cloud(export_job *job, unsigned cloud, int frame) {
   neph_text_destroy(job->session->context, numbered);
   free(pattern);
   if (exit || !path) return exit ? exit : CLI_INTERNAL;
-  return job->files ? add_path(job, cloud, path) : export_to(job, cloud, frame, path);
+  return job->files ? add_path(job, cloud, frame, path) : export_to(job, cloud, frame, path);
 }
 
 /* A frame that fails, of more than one, lets the rest go on. */

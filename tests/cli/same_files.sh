@@ -49,6 +49,13 @@ done
 refused export scene.yaml --set 'clouds=[{vdb: smoke.0007.vdb, optical_depth: 1}]' -o smoke.0007.vdb
 untouched smoke.0007.vdb
 
+printf 'as it was' >own.lod1.vdb
+refused export scene.yaml --set 'clouds=[{vdb: own.lod1.vdb, optical_depth: 1}]' -o own.vdb --levels 2
+untouched own.lod1.vdb
+printf 'as it was' >baked.vdb
+refused export scene.yaml --set 'clouds=[{vdb: baked.vdb, bake: {extent: 1 km}}]' -o baked.vdb
+untouched baked.vdb
+
 echo "== merge, compare, sky, probe, check"
 nephos render scene.yaml -q -o 1.npart --tile 1/2 >out
 nephos render scene.yaml -q -o 2.npart --tile 2/2 >out
