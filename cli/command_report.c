@@ -16,6 +16,7 @@ typedef struct report_job {
   cli_session *session;
   char *folder; /* owned */
   bool is_made; /* the folder, by this run */
+  bool are_files_checked;
   neph_report *report;
 } report_job;
 
@@ -51,20 +52,26 @@ static cli_exit check_page(const report_job *job, neph_files *files, const char 
   return exit;
 }
 
-/* Files that the scene names are none of a report's: its folder has been made for it. */
-static cli_exit check_folder(const report_job *job) {
+static cli_exit check_files(const report_job *job, const neph_scene *scene) {
   static const char *const names[] = {"report.html", "report.csv", "report.json"};
   neph_files *files;
   cli_exit exit = cli_files_begin(job->session, &files);
   for (size_t i = 0; !exit && i < sizeof names / sizeof *names; i++) exit = check_page(job, files, names[i]);
-  return cli_files_end(files, NULL, exit);
+  return cli_files_end(files, scene, exit);
 }
 
 /* ---- The report ---- */
 
+/* With the first scene its files are known, before anything is rendered. */
 static neph_result load_scene(void *user, neph_scene **out_scene) {
-  const report_job *job = user;
-  return cli_read_scene(job->session, job->session->options->files[0], out_scene);
+  report_job *job = user;
+  neph_result result = cli_read_scene(job->session, job->session->options->files[0], out_scene);
+  if (result || job->are_files_checked) return result;
+  job->are_files_checked = true;
+  if (!check_files(job, *out_scene)) return NEPH_OK;
+  neph_scene_destroy(*out_scene);
+  *out_scene = NULL;
+  return NEPH_ERROR_INVALID_ARGUMENT;
 }
 
 static neph_result create(report_job *job) {
@@ -133,7 +140,7 @@ static cli_exit run_scene(cli_session *session) {
   report_job job = {.session = session, .folder = name_folder(session->options)};
   if (!job.folder) return CLI_INTERNAL;
   cli_exit exit = make_folder(&job);
-  if (!exit) exit = check_folder(&job);
+  if (!exit) exit = check_files(&job, NULL);
   if (!exit) exit = cli_exit_of(run(&job));
   if (exit && job.is_made) (void)rmdir(job.folder); /* does nothing to one that holds anything */
   neph_report_destroy(job.report);

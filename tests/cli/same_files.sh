@@ -56,6 +56,13 @@ printf 'as it was' >baked.vdb
 refused export scene.yaml --set 'clouds=[{vdb: baked.vdb, bake: {extent: 1 km}}]' -o baked.vdb
 untouched baked.vdb
 
+mkdir report
+printf 'x_m,y_m,z_m\n0,0,1000\n' >report/report.csv
+cp report/report.csv before
+refused report scene.yaml --quick --budget 1s -o report --set 'clouds=[{bake: {extent: 1 km}, places: report/report.csv}]'
+cmp report/report.csv before
+ls report
+
 echo "== merge, compare, sky, probe, check"
 nephos render scene.yaml -q -o 1.npart --tile 1/2 >out
 nephos render scene.yaml -q -o 2.npart --tile 2/2 >out
