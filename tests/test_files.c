@@ -83,7 +83,7 @@ static void others_stand(void **state) {
   assert_apart(f, &image, &loop);
 }
 
-/* Of several faults the first file's is told; a table of thousands is sorted. */
+/* The first file is told, where several have faults; a table of thousands is sorted. */
 static void first_fault_of_many_is_told(void **state) {
   test_fixture *f = *state;
   neph_files *files;

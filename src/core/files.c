@@ -145,7 +145,7 @@ static const file_row *search_fault(file_row *const *run, size_t count, const fi
   return NULL;
 }
 
-/* Of several faults, that of the file which was added first is told. */
+/* The first file that was added is told, where several have faults. */
 neph_result neph_files_check(const neph_files *files) {
   const file_row *written = NULL, *other = NULL;
   file_row **sorted = np_alloc(files->context, files->count, sizeof *sorted);
