@@ -14,4 +14,8 @@ cmake --preset release -DNEPHOS_TEST_DATA="$data"
 cmake --build --preset release
 # Tools that this script installs are there: their tests are never skipped.
 if command -v apt-get >/dev/null; then export NEPHOS_REQUIRE_TOOLS=1; fi
+# Nothing of this machine or its user passes or fails a test: folders of their own are empty (CMakePresets.json, "bare").
+rm -rf build/release/bare
+mkdir -p build/release/bare/home build/release/bare/tmp
+umask 077
 exec ctest --preset release --label-exclude long --parallel 2

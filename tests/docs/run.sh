@@ -13,8 +13,11 @@ trap 'rm -rf "$work"' EXIT
 mkdir "$work/bin"
 ln -s "$program" "$work/bin/nephos"
 PATH=$work/bin:$PATH
-XDG_CACHE_HOME=$work/cache # no calibration of this machine
-export PATH XDG_CACHE_HOME
+HOME=$work/home XDG_CACHE_HOME=$work/cache # no calibration of this machine
+export PATH HOME XDG_CACHE_HOME
+unset XDG_CONFIG_HOME XDG_DATA_HOME XDG_STATE_HOME XDG_RUNTIME_DIR TZ
+mkdir "$work/home"
+umask 077
 
 # Splits a page into steps: NNN.file with NNN.name, or NNN.command with NNN.expected.
 split_page() {
