@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Keys by frame: known values between key frames, and frames that are the same alone and in a sequence. */
+#include <limits.h>
+
 #include <nephos/nephos.h>
 
 #include "scene/scene_lights.h"
@@ -114,6 +116,24 @@ static neph_result load_camera(fixture *f, const char *name, const char *text, c
   free(path);
   test_folder_destroy(folder);
   return result;
+}
+
+/* Frames are counted on, and divided into blocks: at the ends of int there is no room for that. */
+static void frames_at_the_ends_of_int_are_refused(void **state) {
+  fixture *f = *state;
+  static const int frames[] = {INT_MAX, INT_MIN, 1000000001};
+  for (size_t i = 0; i < sizeof frames / sizeof *frames; i++) {
+    neph_render_desc desc = NEPH_RENDER_DESC_DEFAULT;
+    neph_image *image;
+    assert_int_equal(neph_scene_set_frame(f->scene, frames[i]), NEPH_ERROR_INVALID_ARGUMENT);
+    assert_one_error(&f->log, "frame is ", "must be in [-1000000000, 1000000000]");
+    assert_int_equal(neph_scene_get_render_desc(f->scene, &desc), NEPH_OK);
+    desc.frame = frames[i];
+    assert_int_equal(neph_render_image(f->scene, &desc, &image), NEPH_ERROR_INVALID_ARGUMENT);
+    assert_one_error(&f->log, "frame is ", "must be in [-1000000000, 1000000000]");
+  }
+  assert_int_equal(neph_scene_set_frame(f->scene, -1000000000), NEPH_OK);
+  assert_int_equal(neph_scene_set_frame(f->scene, 1), NEPH_OK);
 }
 
 static void assert_vector(const double v[3], double x, double y, double z) {
@@ -277,6 +297,7 @@ int main(void) {
       cmocka_unit_test(values_between_key_frames),
       cmocka_unit_test(smooth_values_do_not_overshoot),
       cmocka_unit_test_setup_teardown(a_scene_is_what_it_is_in_a_frame, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(frames_at_the_ends_of_int_are_refused, set_up, tear_down),
       cmocka_unit_test_setup_teardown(time_goes_by_frames, set_up, tear_down),
       cmocka_unit_test_setup_teardown(a_chan_moves_the_camera, set_up, tear_down),
       cmocka_unit_test_setup_teardown(rotations_have_an_order, set_up, tear_down),

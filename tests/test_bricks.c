@@ -275,6 +275,28 @@ static void what_is_too_large_is_refused_before_it_is_allocated(void **state) {
   neph_context_destroy(context);
 }
 
+/* A box at the end of 32 bits has a size, and is too far away for lengths around it to fit. */
+static void what_is_too_far_is_refused(void **state) {
+  (void)state;
+  test_log log;
+  np_sparse_grid grid;
+  np_grid_extent extent;
+  np_bricks bricks;
+  test_log_start(&log);
+  neph_context *context = test_context_create(1, &log);
+  assert_int_equal(np_sparse_grid_init(context, "far", &grid), NEPH_OK);
+  np_leaf *leaf = np_sparse_grid_add_leaf(&grid, (const int32_t[3]){INT32_MAX - 7, 0, INT32_MIN});
+  assert_non_null(leaf);
+  memset(leaf->active, 0xff, sizeof leaf->active);
+  assert_true(np_sparse_grid_measure(&grid, &extent));
+  assert_int_equal(extent.max[0], INT32_MAX);
+  assert_int_equal(extent.min[2], INT32_MIN);
+  assert_int_equal(np_bricks_build(context, &grid, NEPH_PRECISION_HALF, NULL, NULL, &bricks), NEPH_ERROR_LIMIT);
+  assert_one_error(&log, "far", "2147483647", "lie farther than 536870912 from index 0");
+  np_sparse_grid_clear(&grid);
+  neph_context_destroy(context);
+}
+
 static void what_is_not_finite_is_refused(void **state) {
   (void)state;
   built b;
@@ -311,6 +333,7 @@ int main(void) {
       cmocka_unit_test(halves_are_scaled_by_a_power_of_two),
       cmocka_unit_test(bits_do_not_depend_on_threads),
       cmocka_unit_test(what_is_too_large_is_refused_before_it_is_allocated),
+      cmocka_unit_test(what_is_too_far_is_refused),
       cmocka_unit_test(what_is_not_finite_is_refused),
       cmocka_unit_test(positions_that_are_nowhere_give_the_background),
   };

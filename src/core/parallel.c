@@ -6,6 +6,7 @@
 #include <pthread.h>
 #include <signal.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <time.h>
 
 #include "core/alloc.h"
@@ -14,6 +15,11 @@ enum {
   REPORT_INTERVAL_NS = 30000000, /* a cancel must be heard within half a second, a bar should move smoothly */
   SECOND_NS = 1000000000
 };
+
+/* Stack of each thread of a pool, of which a picture takes 0.6 MB; and the least that a process may have for its first
+ * thread, and for those of Embree and OpenVDB, which get as much. */
+static const size_t worker_stack_bytes = (size_t)4 << 20;
+static const rlim_t stack_min_bytes = 1 << 20;
 
 /* A loop under way; lives on its caller's stack. */
 typedef struct loop {
@@ -350,17 +356,35 @@ static bool initialize_pool(np_pool *pool) {
   return has_conditions;
 }
 
+static neph_result check_stack(neph_context *context) {
+  struct rlimit stack;
+  if (getrlimit(RLIMIT_STACK, &stack) || stack.rlim_cur >= stack_min_bytes) return NEPH_OK;
+  return np_fail(context, NEPH_ERROR_LIMIT,
+                 "the stack of a thread is limited to %llu kB, must be at least %llu kB: raise it before the program "
+                 "is started (ulimit -s %llu)",
+                 (unsigned long long)stack.rlim_cur / 1024, (unsigned long long)stack_min_bytes / 1024,
+                 (unsigned long long)stack_min_bytes / 1024);
+}
+
+static int start_worker(np_pool *pool, const pthread_attr_t *attributes) {
+  worker *w = &pool->workers[pool->worker_count];
+  *w = (worker){.pool = pool, .index = pool->worker_count};
+  const int error = pthread_create(&w->thread, attributes, run_worker, w);
+  if (!error) pool->worker_count++;
+  return error;
+}
+
 /* Signals are the program's, not the library's: its threads take none. */
 static neph_result start_workers(neph_context *context, np_pool *pool, unsigned count) {
   sigset_t all, saved;
+  pthread_attr_t attributes;
   sigfillset(&all);
   pthread_sigmask(SIG_SETMASK, &all, &saved);
-  int error = 0;
-  while (!error && pool->worker_count < count) {
-    worker *w = &pool->workers[pool->worker_count];
-    *w = (worker){.pool = pool, .index = pool->worker_count};
-    error = pthread_create(&w->thread, NULL, run_worker, w);
-    if (!error) pool->worker_count++;
+  int error = pthread_attr_init(&attributes);
+  if (!error) {
+    error = pthread_attr_setstacksize(&attributes, worker_stack_bytes);
+    while (!error && pool->worker_count < count) error = start_worker(pool, &attributes);
+    (void)pthread_attr_destroy(&attributes);
   }
   pthread_sigmask(SIG_SETMASK, &saved, NULL);
   if (!error) return NEPH_OK;
@@ -376,7 +400,8 @@ neph_result np_pool_create(neph_context *context, unsigned thread_count, np_pool
     np_alloc_free(context, pool);
     return np_fail(context, NEPH_ERROR_INTERNAL, "cannot make the lock of the thread pool");
   }
-  neph_result result = start_workers(context, pool, thread_count);
+  neph_result result = check_stack(context);
+  if (!result) result = start_workers(context, pool, thread_count);
   if (result)
     np_pool_destroy(context, pool);
   else

@@ -91,8 +91,8 @@ static void check_column(const np_scene_cloud *cloud, const neph_volume *volume,
                          double column) {
   static const double share_max = 0.9;
   const double largest = (double)volume->value_max * np_placement_get_voxel_edge(index_to_world);
-  const int32_t height = volume->active_max[2] - volume->active_min[2];
-  if (height < 8 || largest < share_max * column) return;
+  const double height = (double)volume->active_max[2] - volume->active_min[2];
+  if (height < 8.0 || largest < share_max * column) return;
   np_log(
       volume->context, NEPH_LOG_WARNING,
       "cloud %s: one voxel of value %.4g holds %.3g %% of the densest column, which optical_depth scales: all others "

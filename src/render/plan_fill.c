@@ -71,6 +71,12 @@ static neph_result measure(const neph_scene *scene, const np_plan *plan, double 
 
 /* ---- Files ---- */
 
+/* A file's box is as its writer had it: of any numbers. */
+static int32_t count_voxels(int32_t first, int32_t last) {
+  const int64_t count = (int64_t)last - first + 1;
+  return count < 0 ? 0 : count > INT32_MAX ? INT32_MAX : (int32_t)count;
+}
+
 /* World box of a file's grid, placed by the grid's own box whatever frame the scene refers to. */
 static neph_result place_box(const np_scene_cloud *cloud, const np_grid_header *header, np_plan_file *out) {
   neph_volume outline = {.index_to_world = header->index_to_world};
@@ -82,7 +88,7 @@ static neph_result place_box(const np_scene_cloud *cloud, const np_grid_header *
   const neph_result result = np_placement_anchor(&hollow, &outline, NULL, &anchor);
   out->index_to_world = np_affine_compose(&anchor.file_to_world, &outline.index_to_world);
   np_placement_compute_bounds(&out->index_to_world, &outline, &out->low, &out->high);
-  for (int a = 0; a < 3; a++) out->size[a] = header->active_max[a] - header->active_min[a] + 1;
+  for (int a = 0; a < 3; a++) out->size[a] = count_voxels(header->active_min[a], header->active_max[a]);
   out->voxel_count = header->voxel_count;
   out->level_count = header->level_count;
   out->is_known = !result && header->voxel_count > 0.0;

@@ -151,9 +151,18 @@ static neph_result read_motion(neph_scene *scene) {
   return scene->source ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
+/* Frames may be counted on, and divided into blocks, without leaving the range of int. */
+static neph_result check_frame(const neph_scene *scene, double frame) {
+  static const double frame_max = 1e9;
+  if (frame >= -frame_max && frame <= frame_max) return NEPH_OK;
+  return np_fail(scene->context, NEPH_ERROR_INVALID_ARGUMENT, "frame is %.10g, must be in [%.0f, %.0f]", frame,
+                 -frame_max, frame_max);
+}
+
 neph_result np_scene_set_frame(neph_scene *scene, double frame) {
   const bool is_to_read = scene->motion.file && !scene->motion.is_read;
-  neph_result result = read_motion(scene);
+  neph_result result = check_frame(scene, frame);
+  if (!result) result = read_motion(scene);
   if (result) return result;
   if (!scene->animation || (scene->frame == frame && !is_to_read)) return scene->frame = frame, NEPH_OK;
   neph_scene changed = {.context = scene->context,
@@ -267,7 +276,7 @@ double np_scene_cloud_get_scale(const np_scene_cloud *cloud) {
 
 neph_cloud_desc np_scene_cloud_get_frame(const np_scene_cloud *cloud, int frame) {
   neph_cloud_desc desc = cloud->bake;
-  desc.time_s += cloud->frame_time_s * (frame - 1);
+  desc.time_s += cloud->frame_time_s * (frame - 1.0);
   return desc;
 }
 

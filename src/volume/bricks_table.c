@@ -12,6 +12,9 @@
 /* A table of more nodes is a mistake in the file, or needs a coarser voxel: it would take half a gigabyte. */
 static const uint64_t table_count_max = UINT64_C(1) << 24;
 
+/* Cells from index 0 as far as lengths of boxes, and what is around them, fit 32 bits. */
+static const int64_t far_cells = INT64_C(1) << 26;
+
 /* Numbers of nodes by the constants of their eight blocks. */
 typedef struct alike_nodes {
   uint32_t *slots;
@@ -61,6 +64,21 @@ static neph_result refuse_size(const np_bricks_builder *b, const int64_t low[3],
                  (unsigned long long)table_count_max);
 }
 
+static neph_result refuse_far(const np_bricks_builder *b, const int64_t low[3], const int64_t high[3]) {
+  return np_fail(b->bricks->context, b->grid->file ? NEPH_ERROR_BAD_FILE : NEPH_ERROR_LIMIT,
+                 "%s%sgrid '%s': voxels from (%lld, %lld, %lld) to (%lld, %lld, %lld) lie farther than %lld from index "
+                 "0 along an axis: damaged, or to be moved by the grid's transform instead",
+                 NP_SPARSE_GRID_LABEL(b->grid), (long long)low[0] * 8, (long long)low[1] * 8, (long long)low[2] * 8,
+                 (long long)high[0] * 8 + 7, (long long)high[1] * 8 + 7, (long long)high[2] * 8 + 7,
+                 (long long)far_cells * 8);
+}
+
+static bool is_far(const int64_t low[3], const int64_t high[3]) {
+  for (int a = 0; a < 3; a++)
+    if (low[a] <= -far_cells || high[a] >= far_cells) return true;
+  return false;
+}
+
 static neph_result set_size(np_bricks_builder *b) {
   np_bricks *bricks = b->bricks;
   int64_t low[3], high[3];
@@ -80,7 +98,8 @@ static neph_result set_size(np_bricks_builder *b) {
     bricks->reach_high[a] = is_periodic ? (int32_t)(NP_BRICK_FAR / NP_BRICK_EDGE) : (int32_t)(first + size);
     bricks->reach_low[a] = is_periodic ? -bricks->reach_high[a] : (int32_t)first;
   }
-  return count > table_count_max ? refuse_size(b, low, high) : NEPH_OK;
+  if (count > table_count_max) return refuse_size(b, low, high);
+  return is_far(low, high) ? refuse_far(b, low, high) : NEPH_OK;
 }
 
 static neph_result allocate_table(np_bricks *bricks) {

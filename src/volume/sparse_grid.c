@@ -118,7 +118,7 @@ static void extend_by_box(np_grid_extent *extent, const int32_t low[3], const in
 /* First and last of the eight bits that are set, of which there are some. */
 static void extend_by_bits(uint32_t bits, int32_t origin, int32_t *low, int32_t *high) {
   *low = origin + __builtin_ctz(bits);
-  *high = origin + 31 - __builtin_clz(bits);
+  *high = origin + (31 - __builtin_clz(bits)); /* no overflow at the end of 32 bits */
 }
 
 /* Box of the active voxels of a leaf; false where there are none. */
