@@ -4,8 +4,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 #include <unistd.h>
+
+#include "make_folder.h"
 
 static const char file_name[] = "nephos/machine.json";
 
@@ -28,16 +29,6 @@ neph_result cli_calibration_load(cli_session *session, neph_machine *out_machine
     result = neph_machine_load(session->context, given ? given : path, out_machine);
   free(path);
   return result;
-}
-
-/* Makes the folders of a path, as far as they are missing. */
-static void make_folders(char *path) {
-  for (char *at = path + 1; *at; at++) {
-    if (*at != '/') continue;
-    *at = '\0';
-    (void)mkdir(path, 0777); /* what is wrong with it is said when the file is written */
-    *at = '/';
-  }
 }
 
 static void print(const cli_session *session, const neph_machine *machine, const char *path) {
@@ -76,7 +67,7 @@ cli_exit cli_calibration_run(cli_session *session) {
     cli_complain("neither XDG_CACHE_HOME nor HOME names a folder for the calibration: give a file by --output");
     return CLI_USAGE;
   }
-  if (!options->output_count) make_folders(path);
+  if (!options->output_count) cli_folder_make_parents(path);
   const cli_exit exit = measure(session, path);
   free(path);
   return exit;

@@ -1,13 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include "calibration.h"
 #include "command_files.h"
+#include "make_folder.h"
 #include "verbs.h"
 
 static const double budget_s = 600.0, quick_budget_s = 60.0;
@@ -33,14 +32,7 @@ static char *name_folder(const cli_options *options) {
 }
 
 static cli_exit make_folder(report_job *job) {
-  struct stat status;
-  if (!stat(job->folder, &status) && S_ISDIR(status.st_mode)) return CLI_DONE;
-  if (mkdir(job->folder, 0777)) {
-    cli_complain("%s: the folder cannot be made: %s", job->folder, strerror(errno));
-    return CLI_IO;
-  }
-  job->is_made = true;
-  return CLI_DONE;
+  return cli_folder_make(job->folder, &job->is_made) ? CLI_DONE : CLI_IO;
 }
 
 static cli_exit check_page(const report_job *job, neph_files *files, const char *name) {

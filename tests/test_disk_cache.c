@@ -1,55 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Entries on disk: what is read is what was written; the folder stays within its size. Damage, killed writers and
- * several processes: tests/cli/render_cache.sh. */
-#include "test_support.h"
-
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
-#include "core/alloc.h"
-#include "core/cache_lock.h"
-#include "core/disk_cache.h"
-
-enum { SIZE = 1000 };
-
-static const char *const keys[] = {"00000000000000000000000000000000", "11111111111111111111111111111111",
-                                   "22222222222222222222222222222222"};
-
-static int set_up(void **state) { return test_set_up(state, 1, NULL); }
-
-/* A cache of `entries` entries of SIZE bytes, in a folder that is not there yet. */
-static void open_cache(test_fixture *f, unsigned entries) {
-  char *folder = test_path(f->folder, "cache");
-  np_disk_cache_close(f->context, f->context->disk_cache);
-  assert_int_equal(np_disk_cache_open(f->context, folder, entries * (SIZE + 200), f->context->disk_cache), NEPH_OK);
-  free(folder);
-}
-
-static void write_entry(test_fixture *f, const char *key, unsigned char value) {
-  unsigned char bytes[SIZE];
-  np_cache_entry entry;
-  memset(bytes, value, sizeof bytes);
-  np_cache_write_begin(f->context, "test", key, &entry);
-  np_cache_write(&entry, bytes, SIZE / 2);
-  np_cache_write(&entry, bytes, SIZE / 2);
-  np_cache_write_commit(&entry);
-  usleep(20000); /* file systems tell times apart by some milliseconds */
-}
-
-static bool has_entry(test_fixture *f, const char *key, unsigned char value) {
-  unsigned char bytes[SIZE];
-  np_cache_entry entry;
-  if (!np_cache_read_begin(f->context, "test", key, &entry)) return false;
-  assert_true(np_cache_read(&entry, bytes, SIZE));
-  assert_int_equal(bytes[0], value);
-  assert_memory_equal(bytes, bytes + 1, SIZE - 1);
-  assert_true(np_cache_read_end(&entry));
-  usleep(20000);
-  return true;
-}
+ * several processes: tests/cli/render_cache.sh; forged entries: fuzz/fuzz_cache.c. */
+#include "test_cache_entries.h"
 
 static void test_written_is_read(void **state) {
   test_fixture *f = *state;
@@ -102,7 +54,7 @@ static void test_abandoned_leaves_nothing(void **state) {
   np_cache_write(&entry, keys, sizeof keys);
   np_cache_write_abandon(&entry);
   assert_false(has_entry(f, keys[0], 1));
-  assert_int_equal(rmdir(f->context->disk_cache->folder), 0); /* it is empty */
+  assert_int_equal(test_folder_count(f->context->disk_cache->folder), 1); /* its tag */
 }
 
 /* As two processes would: a lock is of an open file. */
@@ -127,6 +79,63 @@ static void test_locks_wait_and_give_up(void **state) {
   np_cache_lock_release(&third);
 }
 
+/* Its last page is gone while it is read. */
+static void test_entry_that_shrinks_is_cut_short(void **state) {
+  enum { LARGE = 1 << 20 };
+  test_fixture *f = *state;
+  np_cache_entry entry;
+  unsigned char *bytes = calloc(1, LARGE);
+  assert_int_equal(reopen(f, f->folder), NEPH_OK);
+  f->context->disk_cache->size_max_bytes = 4 * LARGE;
+  np_cache_write_begin(f->context, "test", keys[0], &entry);
+  np_cache_write(&entry, bytes, LARGE);
+  np_cache_write_commit(&entry);
+  char *path = get_entry(f, keys[0]);
+  assert_true(np_cache_read_begin(f->context, "test", keys[0], &entry));
+  assert_true(np_cache_read(&entry, bytes, LARGE / 4));
+  assert_int_equal(truncate(path, LARGE / 2), 0);
+  assert_null(np_cache_read_block(&entry, LARGE / 2, 1));
+  assert_false(np_cache_read_end(&entry));
+  assert_one_warning(&f->log, path, "removed, and computed again: it is cut short");
+  free(path);
+  free(bytes);
+}
+
+static void test_changed_entry_has_a_wrong_checksum(void **state) {
+  test_fixture *f = *state;
+  np_cache_entry entry;
+  unsigned char bytes[SIZE];
+  open_cache(f, 3);
+  for (int is_verified = 0; is_verified < 2; is_verified++) {
+    write_entry(f, keys[0], 1);
+    char *path = get_entry(f, keys[0]);
+    test_file file = test_file_read(path);
+    file.bytes[file.size - 1] ^= 1;
+    test_file_write(path, file.bytes, file.size);
+    assert_true(np_cache_read_begin(f->context, "test", keys[0], &entry));
+    if (is_verified) assert_false(np_cache_read_verify(&entry));
+    if (!is_verified) assert_true(np_cache_read(&entry, bytes, SIZE));
+    if (!is_verified) assert_false(np_cache_read_end(&entry));
+    assert_one_warning(&f->log, path, "removed, and computed again: its checksum is wrong");
+    free(file.bytes);
+    free(path);
+  }
+}
+
+static void test_verified_entry_is_read_from_its_place(void **state) {
+  test_fixture *f = *state;
+  np_cache_entry entry;
+  unsigned char bytes[SIZE];
+  open_cache(f, 3);
+  write_entry(f, keys[0], 5);
+  assert_true(np_cache_read_begin(f->context, "test", keys[0], &entry));
+  assert_true(np_cache_read(&entry, bytes, 10));
+  assert_true(np_cache_read_verify(&entry));
+  assert_true(np_cache_peek(&entry, bytes, SIZE - 10));
+  assert_true(np_cache_read(&entry, bytes, SIZE - 10));
+  assert_true(np_cache_read_end(&entry));
+}
+
 int main(void) {
   static const struct CMUnitTest tests[] = {
       cmocka_unit_test_setup_teardown(test_written_is_read, set_up, test_tear_down),
@@ -134,6 +143,9 @@ int main(void) {
       cmocka_unit_test_setup_teardown(test_other_contents_are_refused, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_abandoned_leaves_nothing, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_locks_wait_and_give_up, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(test_entry_that_shrinks_is_cut_short, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(test_changed_entry_has_a_wrong_checksum, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(test_verified_entry_is_read_from_its_place, set_up, test_tear_down),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -46,9 +46,9 @@ typedef struct neph_context_desc {
   void *reallocate_user;         /**< handed to `reallocate` (default NULL) */
   const char *module_dir;        /**< folder of nephos_vdb.so, nephos_gdal.so and nephos_assimp, searched last
                                       (default NULL) */
-  const char *cache_dir; /**< folder that keeps the light in clouds, bakes, mountains and tables of air from process
-                              to process; made where it is missing (default NULL: none) */
-  uint64_t cache_size_max_bytes; /**< of that folder's files; those not used for longest go first (default 4 GB) */
+  const char *cache_dir; /**< folder whose "nephos-cache" keeps light in clouds, bakes, mountains and tables of air from
+                              process to process; made with parents where it is missing (default NULL: none) */
+  uint64_t cache_size_max_bytes; /**< of the files there; those not used for longest go first (default 4 GB) */
   const char *path_mapping;      /**< rules for names of files in scenes: a JSON file of Open Job Description,
                                       "pathmapping-1.0" (default NULL: none) */
 } neph_context_desc;

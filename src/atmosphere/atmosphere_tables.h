@@ -86,6 +86,9 @@ neph_result np_sky_tables_build(neph_sky *sky);
 
 /* One table of a sky whose tables are there, in this order. */
 neph_result np_sky_gather_build(neph_sky *sky);
+
+/* Whether skies that are not dark have a gather. */
+static inline bool np_sky_has_gather(const neph_atmosphere *a) { return a->order_max > 1 && a->medium.aerosol_count; }
 neph_result np_sky_view_build(neph_sky *sky);
 neph_result np_sky_aerial_build(neph_sky *sky);
 void np_sky_tables_free(neph_sky *sky);

@@ -18,7 +18,7 @@ static const float ratio_max = 0.9f;
 /* The disk for which the table is built; its size matters only at the horizon, and there little. */
 static const double disk_angular_radius_rad = 0.00467396;
 
-static np_sun_scale make_sun_scale(const np_medium *medium, int columns) {
+np_sun_scale np_sun_scale_make(const np_medium *medium, int columns) {
   /* The Earth's twilight, 0.1753, is covered by suns down to −0.4 with center −0.04 and spread 0.3. */
   const float scale = (float)(np_twilight_scale(medium) / 0.1753);
   np_sun_scale sun = {np_maxf(-1.0f, -0.4f * scale), -0.04f * scale, 0.3f * scale, 0.0f, columns, 0.0f};
@@ -151,7 +151,8 @@ neph_result np_moment_table_build(neph_context *context, const np_depth_table *d
                                   unsigned order_max, bool has_point_sun, np_monitor *monitor,
                                   np_moment_table *out_table) {
   const np_medium *medium = depths->medium;
-  *out_table = (np_moment_table){.medium = medium, .sun = make_sun_scale(medium, sizes->columns), .rows = sizes->rows};
+  const np_sun_scale sun = np_sun_scale_make(medium, sizes->columns);
+  *out_table = (np_moment_table){.medium = medium, .sun = sun, .rows = sizes->rows};
   if (!allocate_table(context, out_table)) return NEPH_ERROR_OUT_OF_MEMORY;
   np_moment_builder *b = np_alloc(context, 1, sizeof *b);
   if (!b) return NEPH_ERROR_OUT_OF_MEMORY;

@@ -47,6 +47,9 @@ typedef struct np_moment_table {
 
 void np_moment_table_free(neph_context *context, np_moment_table *table);
 
+/* The scale of so many columns. */
+np_sun_scale np_sun_scale_make(const np_medium *medium, int columns);
+
 /* Cosine of the sun at a place, 0 to 1, of the columns. */
 float np_sun_scale_cosine(const np_sun_scale *sun, double fraction);
 

@@ -237,7 +237,7 @@ static double gather_spread(const np_medium *medium, const np_sky_frame *frame) 
 
 neph_result np_sky_gather_build(neph_sky *sky) {
   const neph_atmosphere *a = sky->atmosphere;
-  if (a->order_max <= 1 || !a->medium.aerosol_count) return NEPH_OK;
+  if (!np_sky_has_gather(a)) return NEPH_OK;
   const np_moment_table *dome = a->order_max == NP_ORDERS_ALL ? &a->moments
                                 : a->order_max > 2            ? &a->dome_moments
                                                               : NULL;

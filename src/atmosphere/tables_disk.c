@@ -2,6 +2,8 @@
 /* Tables of air and sky kept on disk. Kernels and shells, which take no time, are made anew. */
 #include "atmosphere/tables_disk.h"
 
+#include <string.h>
+
 #include "core/alloc.h"
 #include "core/disk_cache.h"
 
@@ -69,10 +71,13 @@ static void write_depths(np_cache_entry *entry, const np_depth_table *t) {
   np_cache_write(entry, t->level, (size_t)t->levels * sizeof *t->level);
 }
 
-static bool read_depths(np_cache_entry *entry, const np_medium *medium, np_depth_table *out) {
+static bool read_depths(np_cache_entry *entry, const neph_atmosphere *a, np_depth_table *out) {
+  const np_depth_sizes *wanted = &a->sizes.depth;
   int32_t size[3];
-  if (!NP_CACHE_READ(entry, size)) return false;
-  *out = (np_depth_table){.medium = medium, .rows = size[0], .columns = size[1], .levels = size[2]};
+  const bool has_size = NP_CACHE_READ(entry, size) && size[0] == wanted->rows && size[1] == wanted->columns &&
+                        size[2] == wanted->levels;
+  if (!np_cache_read_check(entry, has_size)) return false;
+  *out = (np_depth_table){.medium = &a->medium, .rows = size[0], .columns = size[1], .levels = size[2]};
   out->texels = np_cache_read_block(entry, (size_t)size[0] * (size_t)size[1], sizeof *out->texels);
   out->level = np_cache_read_block(entry, (size_t)size[2], sizeof *out->level);
   return out->texels && out->level;
@@ -92,11 +97,15 @@ static void write_moments(np_cache_entry *entry, const np_moment_table *t) {
   np_cache_write(entry, t->irradiance, (size_t)t->sun.columns * sizeof *t->irradiance);
 }
 
-static bool read_moments(np_cache_entry *entry, const np_medium *medium, np_moment_table *out) {
+static bool read_moments(np_cache_entry *entry, const neph_atmosphere *a, bool is_wanted, np_moment_table *out) {
+  const np_moment_sizes *wanted = &a->sizes.moments;
+  const np_sun_scale sun = np_sun_scale_make(&a->medium, wanted->columns);
   int32_t rows;
-  if (!NP_CACHE_READ(entry, rows) || !rows) return entry->is_good;
-  *out = (np_moment_table){.medium = medium, .rows = rows};
-  if (!NP_CACHE_READ(entry, out->sun)) return false;
+  const bool has_rows = NP_CACHE_READ(entry, rows) && rows == (is_wanted ? wanted->rows : 0);
+  if (!np_cache_read_check(entry, has_rows) || !is_wanted) return has_rows;
+  *out = (np_moment_table){.medium = &a->medium, .rows = rows};
+  const bool has_sun = NP_CACHE_READ(entry, out->sun) && !memcmp(&out->sun, &sun, sizeof sun);
+  if (!np_cache_read_check(entry, has_sun)) return false;
   out->moments = np_cache_read_block(entry, count_moments(out), sizeof *out->moments);
   out->irradiance = np_cache_read_block(entry, (size_t)out->sun.columns, sizeof *out->irradiance);
   return out->moments && out->irradiance;
@@ -117,8 +126,9 @@ bool np_atmosphere_load_tables(neph_atmosphere *a) {
   char key[33];
   np_cache_entry entry;
   if (!compute_key(a, NULL, key) || !np_cache_read_begin(a->context, air_kind, key, &entry)) return false;
-  const bool has_all = read_depths(&entry, &a->medium, &a->depths) && read_moments(&entry, &a->medium, &a->moments) &&
-                       read_moments(&entry, &a->medium, &a->dome_moments);
+  const bool has_dome = a->order_max != NP_ORDERS_ALL && a->order_max > 2;
+  const bool has_all = read_depths(&entry, a, &a->depths) && read_moments(&entry, a, a->order_max > 1, &a->moments) &&
+                       read_moments(&entry, a, has_dome, &a->dome_moments);
   if (np_cache_read_end(&entry) && has_all) return true;
   np_moment_table_free(a->context, &a->moments);
   np_moment_table_free(a->context, &a->dome_moments);
@@ -161,6 +171,13 @@ void np_sky_save_tables(neph_sky *sky) {
   np_cache_write_commit(&entry);
 }
 
+/* Suns as many as a gather may have, where there is one. */
+static bool has_sun_count(const neph_sky *sky) {
+  const int count = sky->gather.sun_count;
+  if (!sky->view || !np_sky_has_gather(sky->atmosphere)) return count == 0;
+  return count >= 2 && count <= NP_GATHER_SUNS_MAX;
+}
+
 bool np_sky_load_tables(neph_sky *sky) {
   char key[33];
   np_cache_entry entry;
@@ -168,8 +185,11 @@ bool np_sky_load_tables(neph_sky *sky) {
   neph_context *context = sky->atmosphere->context;
   if (!compute_key(sky->atmosphere, sky, key) || !np_cache_read_begin(context, sky_kind, key, &entry)) return false;
   bool has_all = NP_CACHE_READ(&entry, sky->gather.sun_count);
+  has_all = np_cache_read_check(&entry, has_all && has_sun_count(sky));
   list_blocks(sky, blocks);
   for (int i = 0; i < 6 && has_all; i++) has_all = np_cache_read(&entry, blocks[i].bytes, blocks[i].size);
+  const bool is_loaded = np_cache_read_end(&entry) && has_all;
+  if (!is_loaded) sky->gather.sun_count = 0;
   if (sky->gather.sun_count) sky->gather.kernel = &sky->atmosphere->kernel;
-  return np_cache_read_end(&entry) && has_all;
+  return is_loaded;
 }

@@ -276,13 +276,19 @@ void np_ground_light_save(const np_ground_light *cache, np_cache_entry *entry) {
   np_cache_write(entry, cache->points, count_points(cache) * sizeof *cache->points);
 }
 
+/* A look-up lies between two points along each axis. */
+static bool is_sound(const np_ground_light *cache) {
+  for (int a = 0; a < 2; a++)
+    if (cache->size[a] < 2 || cache->size[a] > POINTS_MAX + 1 || !isfinite(cache->origin_m[a])) return false;
+  return cache->spacing_m > 0.0 && isfinite(cache->spacing_m) && np_cache_are_finite(cache->fade, NP_INSTANCES_MAX);
+}
+
 bool np_ground_light_load(neph_context *context, np_cache_entry *entry, np_ground_light *out) {
   *out = (np_ground_light){.context = context};
   if (!NP_CACHE_READ(entry, out->size) || !NP_CACHE_READ(entry, out->origin_m) ||
       !NP_CACHE_READ(entry, out->spacing_m) || !NP_CACHE_READ(entry, out->fade))
     return false;
-  if (out->size[0] < 1 || out->size[0] > POINTS_MAX + 1 || out->size[1] < 1 || out->size[1] > POINTS_MAX + 1)
-    return false;
+  if (!np_cache_read_check(entry, is_sound(out))) return false;
   out->points = np_cache_read_block(entry, count_points(out), sizeof *out->points);
   return out->points;
 }

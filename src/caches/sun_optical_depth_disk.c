@@ -17,6 +17,13 @@ typedef struct lattice_header {
   int32_t size[3], padding;
 } lattice_header;
 
+/* Affine maps of finite numbers; a lattice of as many cells as an entry can hold. */
+static bool is_sound(const lattice_header *h) {
+  return np_cache_are_doubles_finite(&h->world_to_lattice.m[0][0], 12) &&
+         np_cache_are_doubles_finite(&h->lattice_to_world.m[0][0], 12) && isfinite(h->spacing_m) &&
+         h->spacing_m > 0.0 && np_cache_count_cells(h->size) > 0;
+}
+
 static size_t count_columns(const np_sun_lattice *l) { return (size_t)l->size[0] * (size_t)l->size[1]; }
 
 /* Floats of a column, up to the last node of its cells. */
@@ -54,14 +61,25 @@ void np_sun_optical_depth_save(const np_sun_optical_depth *cache, np_cache_entry
   for (unsigned v = 0; v < cache->volume_count; v++) save_lattice(&cache->lattices[v], entry);
 }
 
+/* Cells that keep nodes do so on a level that there is. */
+static bool are_levels_known(const uint32_t *cells, size_t count) {
+  uint32_t highest = 0;
+  for (size_t i = 0; i < count; i++) {
+    const uint32_t level = np_sun_cell_keeps(cells[i]) ? np_sun_cell_get_level(cells[i]) : 0;
+    highest = level > highest ? level : highest;
+  }
+  return highest < NP_SUN_CELL_LEVELS;
+}
+
 static bool load_columns(neph_context *context, np_cache_entry *entry, np_sun_lattice *l) {
-  const size_t columns = count_columns(l);
-  l->cells = np_cache_read_block(entry, columns * (size_t)l->size[2], sizeof *l->cells);
-  l->nodes = l->cells ? np_alloc(context, columns, sizeof *l->nodes) : NULL;
+  const size_t columns = count_columns(l), cells = columns * (size_t)l->size[2];
+  l->cells = np_cache_read_block(entry, cells, sizeof *l->cells);
+  if (!l->cells || !np_cache_read_check(entry, are_levels_known(l->cells, cells))) return false;
+  l->nodes = np_alloc(context, columns, sizeof *l->nodes);
   if (!l->nodes) return false;
   size_t all = 0;
   for (size_t n = 0; n < columns; n++) all += count_column_nodes(l, n);
-  float *next = l->all_nodes = np_cache_read_block(entry, all, sizeof *next);
+  float *next = l->all_nodes = np_cache_read_floats(entry, all);
   for (size_t n = 0; n < columns && next; n++) {
     const size_t count = count_column_nodes(l, n);
     l->nodes[n] = count > 0 ? next : NULL;
@@ -77,7 +95,7 @@ static bool load_lattice(neph_context *context, np_cache_entry *entry, np_sun_la
   l->spacing_m = h.spacing_m;
   for (int a = 0; a < 3; a++) l->size[a] = h.size[a];
   if (h.size[0] == 0) return true;
-  return h.size[0] > 0 && h.size[1] > 0 && h.size[2] > 0 && load_columns(context, entry, l);
+  return np_cache_read_check(entry, is_sound(&h)) && load_columns(context, entry, l);
 }
 
 static bool load_lattices(np_cache_entry *entry, np_sun_optical_depth *out) {
@@ -92,7 +110,8 @@ bool np_sun_optical_depth_load(neph_context *context, const np_world *world, np_
   unsigned count = world->clouds.count;
   *out = (np_sun_optical_depth){.context = context};
   const bool is_known = !world->clouds.places || !np_sun_places_choose(world, out, &count);
-  if (!is_known || !NP_CACHE_READ(entry, h) || h.volume_count != count) {
+  const bool is_read = is_known && NP_CACHE_READ(entry, h);
+  if (!is_read || !np_cache_read_check(entry, h.volume_count == count && h.depth_end > 0.0f && isfinite(h.depth_end))) {
     np_sun_optical_depth_clear(out);
     return false;
   }

@@ -73,6 +73,7 @@ bool np_viewer_light_load(neph_context *context, const np_scattering_field *fiel
                           np_cache_entry *entry, np_viewer_light *out) {
   *out = make_empty(context, field, viewer);
   if (!NP_CACHE_READ(entry, out->distance_min)) return false;
+  if (!np_cache_read_check(entry, isfinite(out->distance_min))) return false;
   out->outgoing = np_cache_read_block(entry, count_values(out, field), sizeof *out->outgoing);
   return out->outgoing;
 }

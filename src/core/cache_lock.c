@@ -4,6 +4,7 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -52,10 +53,20 @@ static neph_result wait_for_lock(void *user) {
   return NEPH_OK;
 }
 
+/* A lock takes a file that may be written: every user of a shared folder may write to this one. */
 static int open_file(neph_context *context) {
-  char *path = np_alloc_printf(context, "%s/%s", context->disk_cache->folder, file_name);
-  const int file = path ? open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0666) : -1;
-  np_alloc_free(context, path);
+  const np_disk_cache *cache = context->disk_cache;
+  const int flags = O_CREAT | O_EXCL | O_RDWR | O_CLOEXEC | O_NOFOLLOW;
+  const int created = openat(cache->file, file_name, flags, 0666);
+  if (created >= 0 && cache->is_shared) (void)fchmod(created, 0660);
+  if (created >= 0) return created;
+  const char *reason;
+  const int file = np_cache_folder_open_file(cache, cache->file, file_name, O_RDWR, &reason);
+  if (reason) {
+    np_log(context, NEPH_LOG_WARNING, "%s/%s: removed: %s: processes may compute the same now", cache->folder,
+           file_name, reason);
+    (void)unlinkat(cache->file, file_name, 0);
+  }
   return file;
 }
 

@@ -1,38 +1,34 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Results kept on disk, from process to process, under a key of all that they depend on.
  *
- * An entry is a file of the cache's folder: a header with a format number, the size and a checksum, then the bytes of
- * the result. It is written under a temporary name, synced and renamed, so that it is there whole or not at all,
- * whatever ends the process. Processes may share a folder: each writes files of its own, and one that reads an entry
- * keeps it open when another removes it. A damaged entry is none, with a warning. Nothing that goes wrong with a cache
- * stops a render.
+ * An entry is a file of the cache's folder (cache_folder.h): a header with a format number, the size and a checksum,
+ * then the bytes of the result. It is written under a temporary name, synced and renamed, so that it is there whole or
+ * not at all, whatever ends the process. Processes may share a folder: each writes files of its own, and one that reads
+ * an entry keeps it open when another removes it. A bad entry is removed, with a warning, and computed again. Nothing
+ * that goes wrong with a cache stops a render.
+ *
+ * Entries are read, not mapped: one that shrinks meanwhile is cut short, and no more. The checksum is known at the end
+ * alone, and has no secret: a reader checks each number of an entry that it goes by.
  */
 #ifndef NP_CORE_DISK_CACHE_H
 #define NP_CORE_DISK_CACHE_H
 
-#include "core/context_private.h"
+#include "core/cache_folder.h"
 #include "core/hash.h"
 
-typedef struct np_disk_cache {
-  char *folder; /* NULL: none is wanted */
-  uint64_t size_max_bytes;
-} np_disk_cache;
-
-/* Makes the folder where it is missing; fails where files cannot be written to it. Removes what writers that were
- * killed have left. A NULL folder is none. */
-neph_result np_disk_cache_open(neph_context *context, const char *folder, uint64_t size_max_bytes,
+/* Opens the folder of a cache, and brings it to its size. A NULL `parent` is none. */
+neph_result np_disk_cache_open(neph_context *context, const char *parent, uint64_t size_max_bytes,
                                np_disk_cache *out_cache);
 void np_disk_cache_close(neph_context *context, np_disk_cache *cache);
 
 /* An entry being read or written. Calls after a failure do nothing. */
 typedef struct np_cache_entry {
   neph_context *context;
-  char *path, *temporary; /* the latter of one that is written */
-  char key[40];
-  bool is_outside; /* of the cache's folder: it is not counted in its size */
+  const np_disk_cache *cache; /* NULL: it stands outside, and is not counted in its size */
+  char *path, *temporary;     /* as they are printed; the latter of one that is written */
+  char key[40], sum[40];      /* the latter is the checksum of one that is read, as its header gives it */
   int file;
-  unsigned char *bytes; /* of one that is read: all of the file */
-  size_t size, at;
+  size_t size, at; /* bytes of the file, or, of one that is written, those behind its header */
   np_hash *hash;
   bool is_good;
 } np_cache_entry;
@@ -62,11 +58,31 @@ void np_cache_remove(neph_context *context, const char *kind, const char *key);
 /* The next bytes. False: there are not so many. */
 bool np_cache_read(np_cache_entry *entry, void *out_bytes, size_t size);
 
+/* The same, to be read again. */
+bool np_cache_peek(np_cache_entry *entry, void *out_bytes, size_t size);
+
 /* The next `count` elements in memory of their own, to be freed with np_alloc_free; NULL: there are not so many, or no
  * memory. */
 void *np_cache_read_block(np_cache_entry *entry, size_t count, size_t size);
 
-/* True if all of it was read, and nothing failed. Else the entry is removed, with a warning. */
+/* The same of floats, all of which must be finite. */
+float *np_cache_read_floats(np_cache_entry *entry, size_t count);
+bool np_cache_are_finite(const float *values, size_t count);
+bool np_cache_are_doubles_finite(const double *values, size_t count);
+
+/* The same of halves. */
+uint16_t *np_cache_read_halves(np_cache_entry *entry, size_t count);
+
+/* Product of three sides; 0 where one is below 1, or it is beyond all that an entry may hold. */
+size_t np_cache_count_cells(const int32_t size[3]);
+
+/* Reads all of an entry for its checksum, for one that is used before its end. False: the entry is removed. */
+bool np_cache_read_verify(np_cache_entry *entry);
+
+/* Refuses an entry whose numbers are none that a result can have. Returns whether it is still good. */
+bool np_cache_read_check(np_cache_entry *entry, bool is_right);
+
+/* True if all of it was read, its checksum is right, and nothing failed. Else the entry is removed, with a warning. */
 bool np_cache_read_end(np_cache_entry *entry);
 
 /* Whether the context keeps results. */

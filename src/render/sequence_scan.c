@@ -101,10 +101,21 @@ static neph_result measure(const scanner *s) {
 
 /* ---- On disk ---- */
 
+/* Numbers that files can have; boxes only if one of them holds anything. */
+static bool is_sound(const np_sequence_scan *scan) {
+  const double all[] = {scan->low.x,  scan->low.y,  scan->low.z, scan->high.x,  scan->high.y,
+                        scan->high.z, scan->voxel, scan->column, scan->densest};
+  if (!np_cache_are_doubles_finite(all, sizeof all / sizeof *all)) return false;
+  if (scan->filled_count > scan->file_count) return false;
+  if (scan->filled_count == 0) return true;
+  return scan->low.x <= scan->high.x && scan->low.y <= scan->high.y && scan->low.z <= scan->high.z &&
+         scan->voxel > 0.0 && scan->column >= 0.0;
+}
+
 static bool load_scan(neph_context *context, const char *key, np_sequence_scan *out_scan) {
   np_cache_entry entry;
   if (!np_disk_cache_is_wanted(context) || !np_cache_read_begin(context, kind, key, &entry)) return false;
-  (void)NP_CACHE_READ(&entry, *out_scan);
+  if (NP_CACHE_READ(&entry, *out_scan)) (void)np_cache_read_check(&entry, is_sound(out_scan));
   return np_cache_read_end(&entry);
 }
 

@@ -4,6 +4,9 @@
 #include "core/disk_cache.h"
 #include "transport/scattering_field_private.h"
 
+/* Cells of any solution: each takes hundreds of bytes while it is solved for. */
+static const size_t cells_max = (size_t)1 << 28;
+
 /* All but the blocks. */
 typedef struct field_header {
   int32_t size[3];
@@ -73,6 +76,22 @@ static void take_header(const field_header *h, np_scattering_field *field) {
   }
 }
 
+/* Axes of ascending planes, of as many cells as the memory holds; harmonics and bands that there are. */
+static bool is_sound(const field_header *h) {
+  const size_t count = np_cache_count_cells(h->size);
+  if (count == 0 || count > cells_max || h->active_count > count) return false;
+  return h->degree >= 1 && h->degree <= NP_DEGREE_MAX && (h->band_count == 1 || h->band_count == NP_BAND_COUNT) &&
+         np_cache_are_doubles_finite(h->even_m, 3) && h->even_m[0] >= 0.0 && h->even_m[1] >= 0.0 &&
+         h->even_m[2] >= 0.0 && np_cache_are_finite(h->colour, NP_BAND_COUNT) &&
+         np_cache_are_finite(h->scale, NP_BAND_COUNT);
+}
+
+static bool are_ascending(const double *edge_m, int32_t cells) {
+  bool are = true;
+  for (int32_t i = 0; i < cells; i++) are = are && edge_m[i + 1] > edge_m[i];
+  return are && np_cache_are_doubles_finite(edge_m, (size_t)cells + 1);
+}
+
 /* Numbers of the active cells, by the cells that they are. */
 static bool number_cells(np_transport_grid *g) {
   const size_t count = np_transport_grid_count(g);
@@ -91,13 +110,13 @@ static bool load_blocks(const field_header *h, np_cache_entry *entry, np_scatter
   const size_t cells = g->active_count, bands = field->medium.band_count;
   for (int a = 0; a < 3; a++) {
     g->edge_m[a] = np_cache_read_block(entry, (size_t)g->size[a] + 1, sizeof *g->edge_m[a]);
-    if (!g->edge_m[a]) return false;
+    if (!g->edge_m[a] || !np_cache_read_check(entry, are_ascending(g->edge_m[a], g->size[a]))) return false;
   }
   g->cell = np_cache_read_block(entry, cells, sizeof *g->cell);
-  if (!g->cell || !number_cells(g)) return false;
-  field->moments = np_cache_read_block(entry, count_moments(field), sizeof *field->moments);
+  if (!g->cell || !np_cache_read_check(entry, number_cells(g))) return false;
+  field->moments = np_cache_read_halves(entry, count_moments(field));
   if (h->has_delta_m_residual)
-    field->delta_m_residual = np_cache_read_block(entry, cells * bands, sizeof *field->delta_m_residual);
+    field->delta_m_residual = np_cache_read_floats(entry, cells * bands);
   if (h->has_importance) field->importance = np_cache_read_block(entry, cells, sizeof *field->importance);
   return field->moments && (field->delta_m_residual || !h->has_delta_m_residual) &&
          (field->importance || !h->has_importance);
@@ -107,7 +126,7 @@ neph_result np_scattering_field_load(neph_context *context, const np_world *worl
                                      np_scattering_field **out_field) {
   field_header h;
   *out_field = NULL;
-  if (!NP_CACHE_READ(entry, h) || h.degree > NP_DEGREE_MAX || h.band_count > NP_BAND_COUNT) return NEPH_OK;
+  if (!NP_CACHE_READ(entry, h) || !np_cache_read_check(entry, is_sound(&h))) return NEPH_OK;
   np_scattering_field *field = np_scattering_field_create(context);
   if (!field) return NEPH_ERROR_OUT_OF_MEMORY;
   take_header(&h, field);

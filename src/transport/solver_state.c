@@ -59,7 +59,7 @@ static void write_solution(np_scattering_solver *s, unsigned step, bool has_hist
   transfer_bands(s, entry, write_block);
 }
 
-/* The header was read when the entry was opened, to learn its step. */
+/* The header was looked at when the entry was opened, to learn its step. */
 static void read_solution(np_scattering_solver *s) {
   np_solver_state *state = &s->state;
   np_cache_entry *entry = &state->entry;
@@ -157,12 +157,11 @@ void np_solver_state_open(np_scattering_solver *s) {
   if (!state->keeper) return;
   state->last_s = np_monitor_get_seconds(s->monitor);
   if (state->is_anew || !state->keeper->read_begin(state->keeper->user, &state->entry)) return;
-  const size_t start = state->entry.at;
-  if (NP_CACHE_READ(&state->entry, h) && h.step > 0)
+  if (!np_cache_read_verify(&state->entry)) return;
+  if (np_cache_peek(&state->entry, &h, sizeof h) && np_cache_read_check(&state->entry, h.step > 0))
     state->resumed = h.step;
   else
     (void)np_cache_read_end(&state->entry);
-  state->entry.at = start;
 }
 
 bool np_solver_state_begin(np_scattering_solver *s, np_step_kind kind) {

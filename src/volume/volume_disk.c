@@ -4,6 +4,7 @@
 
 #include "core/alloc.h"
 #include "core/disk_cache.h"
+#include "volume/bricks_check.h"
 #include "volume/volume_private.h"
 #include "volume/volume_tint.h"
 
@@ -78,6 +79,27 @@ static void take_header(const volume_header *h, neph_volume *volume) {
   b->brick_count = (size_t)h->brick_count, b->node_count = (size_t)h->node_count;
 }
 
+static bool is_box_inside(const neph_volume *volume) {
+  const np_bricks *b = &volume->bricks;
+  for (int a = 0; a < 3; a++) {
+    const int64_t low = (int64_t)b->origin[a] * NP_BRICK_EDGE, high = low + (int64_t)b->size[a] * NP_BRICK_EDGE;
+    const bool is_inside = volume->active_min[a] >= low && volume->active_min[a] <= volume->active_max[a] &&
+                           volume->active_max[a] < high;
+    if (!is_inside && volume->active_voxel_count > 0) return false;
+  }
+  return true;
+}
+
+/* A volume has one place, given twice, and its voxels are among its bricks. */
+static bool is_sound(const neph_volume *volume) {
+  np_affine inverse;
+  if (!np_affine_invert(&volume->index_to_world, &inverse)) return false;
+  if (memcmp(&inverse, &volume->world_to_index, sizeof inverse) != 0) return false;
+  if (!np_bricks_check_shape(&volume->bricks) || !is_box_inside(volume)) return false;
+  const float values[] = {volume->value_min, volume->value_max};
+  return np_cache_are_finite(values, 2);
+}
+
 static bool load_blocks(const volume_header *h, np_cache_entry *entry, np_bricks *b) {
   const size_t entries = np_bricks_count_table(b);
   b->table = np_cache_read_block(entry, entries, sizeof *b->table);
@@ -86,10 +108,10 @@ static bool load_blocks(const volume_header *h, np_cache_entry *entry, np_bricks
   if (!b->nodes) return false;
   const size_t samples = b->brick_count * NP_BRICK_STRIDE;
   if (h->is_half)
-    b->halves = np_cache_read_block(entry, samples, sizeof *b->halves);
+    b->halves = np_cache_read_halves(entry, samples);
   else
-    b->floats = np_cache_read_block(entry, samples, sizeof *b->floats);
-  return b->halves || b->floats;
+    b->floats = np_cache_read_floats(entry, samples);
+  return (b->halves || b->floats) && np_cache_read_check(entry, np_bricks_check_content(b));
 }
 
 static neph_result load(neph_context *context, np_cache_entry *entry, neph_volume **out_volume) {
@@ -103,7 +125,8 @@ static neph_result load(neph_context *context, np_cache_entry *entry, neph_volum
   volume->context = volume->bricks.context = context;
   volume->name = np_alloc_printf(context, "%.64s", h.name);
   take_header(&h, volume);
-  const bool has_all = volume->name && load_blocks(&h, entry, &volume->bricks);
+  const bool has_all =
+      volume->name && np_cache_read_check(entry, is_sound(volume)) && load_blocks(&h, entry, &volume->bricks);
   if (has_all)
     *out_volume = volume;
   else
@@ -114,7 +137,7 @@ static neph_result load(neph_context *context, np_cache_entry *entry, neph_volum
 static neph_result load_levels(np_cache_entry *entry, np_volume_parts kind, uint32_t count, neph_volume *volume,
                                bool *out_has_all) {
   neph_result result = np_tint_create_levels(volume->context, kind, &volume->tint);
-  *out_has_all = count <= NP_TINT_PARTS_MAX;
+  *out_has_all = true;
   for (uint32_t k = 1; k < count && !result && *out_has_all; k++) {
     neph_volume *level;
     result = load(volume->context, entry, &level);
@@ -128,7 +151,9 @@ neph_result np_volume_load_from_cache(neph_context *context, np_cache_entry *ent
   uint32_t level_count = 0, kind = 0;
   neph_result result = load(context, entry, out_volume);
   if (result || !*out_volume) return result;
-  bool has_all = NP_CACHE_READ(entry, level_count) && NP_CACHE_READ(entry, kind);
+  bool has_all = NP_CACHE_READ(entry, level_count) && NP_CACHE_READ(entry, kind) &&
+                 np_cache_read_check(entry, level_count >= 1 && level_count <= NP_TINT_PARTS_MAX &&
+                                                (kind == NP_PARTS_OF_CELLS || kind == NP_PARTS_OF_COPIES));
   if (has_all && level_count > 1)
     result = load_levels(entry, (np_volume_parts)kind, level_count, *out_volume, &has_all);
   if (!result && has_all) return NEPH_OK;

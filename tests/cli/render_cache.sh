@@ -21,7 +21,7 @@ stages $moved -o moved.exr
 same cold.exr alone.exr
 same warm.exr alone.exr
 same moved.exr moved_alone.exr
-ls c | sed 's/-.*//' | sort -u
+ls c c/nephos-cache | sed 's/-[0-9a-f]\{32\}.*//' | sort -u
 
 echo 'tiles share what is gathered of the light'
 for tile in 1 2; do
@@ -34,13 +34,13 @@ echo 'another sun'
 stages --set sun.elevation=20deg -o sun.exr
 
 echo 'damaged'
-for n in c/*; do head -c 4000 "$n" >cut && mv cut "$n"; done
+for n in c/nephos-cache/*.cache; do head -c 4000 "$n" >cut && mv cut "$n"; done
 quietly --cache c -o cut.exr 2>err && sed 's/-[0-9a-f]\{32\}//' err | sort -u
 same cut.exr alone.exr
-for n in c/*; do printf x | dd of="$n" bs=1 seek=3000 conv=notrunc 2>dd.err; done
+for n in c/nephos-cache/*.cache; do printf x | dd of="$n" bs=1 seek=3000 conv=notrunc 2>dd.err; done
 quietly --cache c -o flipped.exr 2>err && sed 's/-[0-9a-f]\{32\}//' err | sort -u
 same flipped.exr alone.exr
-for n in c/*; do : >"$n"; done
+for n in c/nephos-cache/*.cache; do : >"$n"; done
 quietly --cache c -o empty.exr 2>err && sed 's/-[0-9a-f]\{32\}//' err | sort -u
 same empty.exr alone.exr
 
@@ -64,9 +64,9 @@ same after.exr alone.exr
 
 echo 'bounded'
 nephos render scene.yaml --progress none --cache small --cache-size 0.00001 -o small.exr 2>&1 | grep kept | sed -E 's/-[0-9a-f]{32}//; s/takes [0-9.e-]+/takes N/' | sort -u
-ls small
+ls small/nephos-cache
 same small.exr alone.exr
 
 echo 'no folder'
 nephos render scene.yaml -q --cache scene.yaml -o no.exr || echo $?
-nephos render scene.yaml -q --cache none/such -o no.exr || echo $?
+nephos render scene.yaml -q --cache scene.yaml/such -o no.exr || echo $?

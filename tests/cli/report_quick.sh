@@ -24,8 +24,8 @@ has_plots = len(page.getElementsByTagName("svg")) > 0
 print("pictures", len(images) >= 3, "plots", has_plots == (measured > 1), report["reference"]["given"])
 P
 python3 check.py scene.report
-nephos report scene.yaml -q --quick --budget 1.2s --reference scene.report/reference.exr -o again >/dev/null
-python3 check.py again
+nephos report scene.yaml -q --quick --budget 1.2s --reference scene.report/reference.exr -o deep/er/again >/dev/null
+python3 check.py deep/er/again
 mkdir bare && ln -s "$(command -v nephos)" bare/nephos
 PATH=$PWD/bare nephos report scene.yaml -q --quick --budget 1.2s --reference scene.report/reference.exr -o plain >/dev/null
 grep -c 'gnuplot was not found' plain/report.html
@@ -33,7 +33,7 @@ try nephos report scene.yaml -q --quick --reference scene.report/reference.exr -
 try nephos report scene.yaml -q --reference nowhere.exr
 try nephos report scene.yaml -q --budget soon
 try nephos report - -q
-try nephos report scene.yaml -q -o nowhere/report
+try nephos report scene.yaml -q -o scene.yaml/report
 try nephos report scene.yaml -q --set render.samples=0
 # Stopped: nothing is left of a part of a reference; what was measured is, marked.
 # stop STAGE OPTION...: a report that is stopped in a stage.

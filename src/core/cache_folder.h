@@ -1,0 +1,51 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The folder of a cache: `nephos-cache` inside the folder that the caller names.
+ *
+ * It carries a tag, CACHEDIR.TAG (bford.info/cachedir), with a line of its own. Entries stand in no other folder, and
+ * nothing else is ever removed. A folder of that name without the tag is refused unless it is empty.
+ *
+ * Files are trusted that belong to the process's user. A folder whose group may write to it, whose others may not, and
+ * whose group the process is in, is shared: files of that group are trusted as well, since none but its members could
+ * put them there. Links are not followed, and pipes and devices are not opened.
+ */
+#ifndef NP_CORE_CACHE_FOLDER_H
+#define NP_CORE_CACHE_FOLDER_H
+
+#include <sys/stat.h>
+
+#include "core/context_private.h"
+
+typedef struct np_disk_cache {
+  char *folder; /* its path; NULL: none is wanted */
+  int file;     /* the folder, opened */
+  bool is_shared;
+  gid_t group; /* its group, when shared */
+  uint64_t size_max_bytes;
+} np_disk_cache;
+
+/* Makes the folder and its parents, where they are missing, and opens it; fails, with a message, where it is not one of
+ * nephos's own, of another user, or cannot be written. A new one in a folder that its group shares is shared too. */
+neph_result np_cache_folder_open(neph_context *context, const char *parent, np_disk_cache *out_cache);
+void np_cache_folder_close(neph_context *context, np_disk_cache *cache);
+
+/* Reason why a file is not one of the cache's; NULL: it is regular and trusted. A NULL cache trusts all owners. */
+const char *np_cache_folder_check(const np_disk_cache *cache, const struct stat *status);
+
+/* Opens a regular, trusted file without waiting and without following a link; else -1 with the reason, which is NULL
+ * where there is no file. `flags` as open takes them. */
+int np_cache_folder_open_file(const np_disk_cache *cache, int folder, const char *name, int flags,
+                              const char **out_reason);
+
+/* Creates a file under a name that none has: the six characters at the end of `name` are replaced. Its permissions are
+ * those that the umask leaves. -1 with errno: it failed. */
+int np_cache_folder_create_file(int folder, char *name);
+
+/* Removes entries that were not used for longest, as long as all of them take more bytes than the cache may have, and
+ * files that killed writers have left. */
+void np_cache_folder_trim(neph_context *context, const np_disk_cache *cache);
+
+/* Start of a file that is being written, and end of an entry's name. */
+#define NP_CACHE_TEMPORARY ".writing."
+#define NP_CACHE_ENDING ".cache"
+
+#endif
