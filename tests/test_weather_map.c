@@ -163,10 +163,10 @@ static void a_png_is_read_too(void **state) {
   assert_true(png_image_write_to_file(&picture, path, 0, (const png_uint_16[]){0, 65535}, 0, NULL));
   neph_cloud_desc desc = mapped_field(f, NEPH_CLOUD_MAP_COVERAGE);
   desc.map_file = path;
-  desc.coverage = 0.8;
+  desc.coverage = 0.8; /* the picture takes its place */
   np_sparse_grid grid = test_bake(f->context, &desc);
   const test_columns c = test_gather_columns(&grid, &desc);
-  assert_near(c.covered, 0.4, 0.05);
+  assert_near(c.covered, 0.5, 0.05);
   assert_true(compute_covered_between(&c, 0, 0.5) < 0.5 * compute_covered_between(&c, 0.5, 1));
   free(c.lowest);
   np_sparse_grid_clear(&grid);
@@ -262,13 +262,41 @@ static void values_that_are_no_share_are_named_with_their_place(void **state) {
   }
 }
 
-static void a_map_needs_a_picture_and_a_channel(void **state) {
+/* Writes channels of 2 × 1 values each. */
+static void write_channels(const test_fixture *f, unsigned count, const char *const *names, const float (*values)[2]) {
+  neph_image *image = NULL;
+  assert_int_equal(neph_image_create(f->context, 2, 1, count, names, &image), NEPH_OK);
+  for (unsigned c = 0; c < count; c++) memcpy(neph_image_get_channel(image, names[c]), values[c], sizeof *values);
+  assert_int_equal(neph_image_save_exr(image, f->path, NEPH_PIXEL_FLOAT), NEPH_OK);
+  neph_image_destroy(image);
+}
+
+/* Without names: the only channel, a grey picture in colours, and what is beside an alpha of 1. */
+static void a_grey_picture_needs_no_channel(void **state) {
+  test_fixture *f = *state;
+  static const float values[4][2] = {{0.25f, 0.75f}, {0.25f, 0.75f}, {0.25f, 0.75f}, {1, 1}};
+  static const struct {
+    unsigned first, count;
+    const char *names[4];
+  } rows[] = {{0, 1, {"Y"}}, {0, 1, {"R"}}, {0, 1, {"A"}}, {0, 3, {"R", "G", "B"}}, {0, 4, {"R", "G", "B", "A"}}};
+  neph_cloud_desc desc = test_small_field(3);
+  desc.map_file = f->path;
+  for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+    np_weather_picture picture;
+    write_channels(f, rows[i].count, rows[i].names, values);
+    assert_int_equal(np_weather_picture_load(f->context, &desc, &picture), NEPH_OK);
+    assert_near(np_weather_picture_sample(&picture, NEPH_CLOUD_MAP_COVERAGE, 1e4, 0), 0.75, 1e-6);
+    np_weather_picture_clear(&picture);
+  }
+  static const float colours[3][2] = {{0, 1}, {1, 0}, {0, 0}};
+  write_channels(f, 3, (const char *const[]){"R", "G", "B"}, colours);
+  assert_refused(f, &desc, NEPH_ERROR_BAD_FILE);
+  assert_one_error(&f->log, f->path, "names no channel of", "{image: FILE, coverage: ");
+}
+
+static void a_channel_needs_a_picture(void **state) {
   test_fixture *f = *state;
   neph_cloud_desc desc = test_small_field(0);
-  desc.map_file = f->path;
-  assert_refused(f, &desc, NEPH_ERROR_INVALID_ARGUMENT);
-  assert_one_error(&f->log, "cloud.map uses no channel of", f->path, "coverage");
-  desc.map_file = NULL;
   desc.map_channels[NEPH_CLOUD_MAP_TYPE] = "R";
   assert_refused(f, &desc, NEPH_ERROR_INVALID_ARGUMENT);
   assert_one_error(&f->log, "cloud.map.type is channel R of no picture");
@@ -385,7 +413,7 @@ int main(void) {
       TEST(a_file_is_current_while_its_picture_is),
       TEST(pictures_that_say_nothing_are_refused),
       TEST(values_that_are_no_share_are_named_with_their_place),
-      TEST(a_map_needs_a_picture_and_a_channel),
+      TEST(a_channel_needs_a_picture), TEST(a_grey_picture_needs_no_channel),
       TEST(a_failed_allocation_leaves_nothing_behind),
       TEST(a_hero_stands_alone_in_the_middle),
   };

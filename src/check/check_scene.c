@@ -160,13 +160,21 @@ static neph_result check_map(const scene_check *c, const np_scene_cloud *cloud) 
   return np_check_pass(result);
 }
 
+static neph_result check_bake(const scene_check *c, const np_scene_cloud *cloud) {
+  neph_cloud_desc at_frame = np_scene_cloud_get_frame(cloud, c->frame);
+  neph_result result = cloud->bake.map_file ? check_map(c, cloud) : NEPH_OK;
+  /* The ground moves bases and clouds, not what their voxels lose. */
+  at_frame.ground_lift = at_frame.ground_cover = 0;
+  return result ? result : np_check_pass(np_cloud_check_voxel(c->check->context, &at_frame));
+}
+
 /* A baked cloud's file is written by a render. The plan says which files are not there. What has errors is not placed.
  */
 static neph_result check_cloud(const scene_check *c, unsigned index) {
   const np_scene_cloud *cloud = &c->scene->clouds[index];
   const size_t errors = c->check->counts[NEPH_SEVERITY_ERROR];
   if (cloud->volume) return NEPH_OK;
-  if (cloud->is_baked) return cloud->bake.map_file ? check_map(c, cloud) : NEPH_OK;
+  if (cloud->is_baked) return check_bake(c, cloud);
   if (!np_scene_cloud_is_sequence(cloud) && !np_file_exists(cloud->vdb)) return NEPH_OK;
   const np_file_use use = np_cloud_file_describe_use(c->scene, cloud);
   const neph_result result = np_scene_cloud_is_sequence(cloud)

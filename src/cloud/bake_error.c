@@ -291,7 +291,7 @@ static void set_box(np_bake_meter *meter) {
 }
 
 neph_result np_bake_meter_start(const np_bake *bake, np_bake_meter *out_meter) {
-  neph_cloud_desc cloud = bake->model.desc;
+  neph_cloud_desc cloud = np_cloud_model_get_desc(&bake->model);
   cloud.voxel_m = fmin(cloud.voxel_m, 1e-3 * cloud.billow_m); /* finer than any of its features */
   *out_meter = (np_bake_meter){.bake = bake, .lod_count = bake->lod.count > 1 ? bake->lod.count : 0};
   set_box(out_meter);
@@ -331,7 +331,7 @@ neph_result np_bake_meter_add(np_bake_meter *meter, const np_bake *level, const 
   error_job job = {.bake = level,
                    .meter = meter,
                    .bricks = &bricks,
-                   .step_m = 0.5 * level->model.desc.voxel_m,
+                   .step_m = 0.5 * np_bake_get_finest_m(level),
                    .is_half = level->desc.file_precision == NEPH_PRECISION_HALF,
                    .prune_per_m = (float)level->desc.prune_per_m,
                    .rays = np_alloc(context, NEPH_BAKE_ERROR_RAYS, sizeof *job.rays)};

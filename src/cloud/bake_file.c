@@ -60,8 +60,9 @@ enum { VELOCITY_ATTRIBUTES = 3, DENSITY_ATTRIBUTES = 4, LEVEL_ATTRIBUTES = 2 };
 /* Extinction says what a value of 1 is; a velocity needs no such thing. */
 static neph_result save(const np_bake *bake, const bake_grids *grids, const char *path) {
   const neph_bake_desc *desc = &bake->desc;
+  const neph_cloud_desc cloud = np_cloud_model_get_desc(&bake->model);
   char *params, seed[24];
-  neph_result result = np_cloud_desc_to_json(bake->context, &bake->model.desc, desc, &params);
+  neph_result result = np_cloud_desc_to_json(bake->context, &cloud, desc, &params);
   if (result) return result;
   snprintf(seed, sizeof seed, "%llu", (unsigned long long)bake->model.desc.seed);
   const np_vdb_attribute of_density[DENSITY_ATTRIBUTES + LEVEL_ATTRIBUTES] = {

@@ -145,6 +145,22 @@ void np_bake_meter_end(np_bake_meter *meter);
 /* The error of a bake without levels. */
 neph_result np_bake_measure_error(const np_bake *bake, const np_sparse_grid *grid, neph_bake_error *out_error);
 
+/* ---- bake_loss.c ---- */
+
+/* Shares that are lost to the size of voxels, 0 where it may be chance, and the means that they are of. */
+typedef struct np_bake_losses {
+  double of_depth, of_coverage, of_map;
+  double depth, finer_depth; /* mean optical depths, in voxels and of the model at half its grain */
+  double covered, wanted;    /* shares of the sky */
+} np_bake_losses;
+
+neph_result np_bake_measure_losses(neph_context *context, const np_cloud_model *model, np_monitor *monitor,
+                                   np_bake_losses *out_losses);
+bool np_bake_loses(const np_bake_losses *losses); /* more than is tolerated */
+
+/* Warns of what is lost, with the voxel that keeps it, for which models of finer voxels are built. */
+neph_result np_bake_warn_of_losses(neph_context *context, const np_cloud_model *model, np_monitor *monitor);
+
 /* ---- bake_velocity.c ---- */
 
 /* The velocity "vel" in m/s at the active voxels of a grid: x, y and z, each a grid of its leaves. On failure all three

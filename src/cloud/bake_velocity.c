@@ -51,7 +51,7 @@ static void eval_block(const velocity_job *job, const np_cloud_model *model, con
 
 /* Half of each difference over twice the distance: of time along the wind, and of space. */
 static void compute_differences(const velocity_job *job, const int32_t origin[3], float (*out)[BLOCK_SIZE]) {
-  const double *wind_m_s = job->bake->model.desc.wind_m_s, half_m = 0.5 * job->bake->model.desc.voxel_m;
+  const double *wind_m_s = job->bake->model.desc.wind_m_s, half_m = 0.5 * np_bake_get_finest_m(job->bake);
   float low[BLOCK_SIZE];
   for (int c = 0; c < 4; c++) {
     double shift_m[3] = {0, 0, 0};
@@ -147,13 +147,13 @@ static neph_result make_grids(const np_bake *bake, const np_sparse_grid *density
 }
 
 static neph_result build_moment(const velocity_job *job, double time_s, np_cloud_model *out_model) {
-  neph_cloud_desc cloud = job->bake->model.desc;
+  neph_cloud_desc cloud = np_cloud_model_get_desc(&job->bake->model);
   cloud.time_s = time_s;
   return np_cloud_model_build(job->bake->context, &cloud, job->bake->monitor, out_model);
 }
 
 neph_result np_bake_make_velocity(const np_bake *bake, const np_sparse_grid *density, np_sparse_grid out_velocity[3]) {
-  const neph_cloud_desc *cloud = &bake->model.desc;
+  const neph_cloud_desc own = np_cloud_model_get_desc(&bake->model), *cloud = &own;
   velocity_job job = {.bake = bake, .density = density, .velocity = out_velocity};
   /* The fastest, a billow in a third of its life, rises by half a voxel and more in this time; what seems to move
    * two voxels does not move, but comes and goes. */

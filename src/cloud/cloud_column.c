@@ -100,7 +100,7 @@ static float eval_border(const np_cloud_model *model, float x_m, float y_m, floa
   const neph_cloud_desc *desc = &model->desc;
   if (desc->repeat_m > 0) return INFINITY;
   return compute_inset_m(desc, x_m, y_m, corner_m) * model->slope_per_m -
-         model->base_gain_max * (1.0f - (float)desc->coverage);
+         model->base_gain_max * (1.0f - (float)np_cloud_desc_get_coverage(desc));
 }
 
 /* The same of anvils, which reach farther than their towers and show the border: a rectangle would give them corners.
@@ -113,6 +113,13 @@ static float eval_anvil_border(const np_cloud_model *model, float x_m, float y_m
 /* Growth since time 0 stays below the top. */
 static float scale_strength(const np_cloud_model *model, float value) {
   return np_minf(value * model->depth_scale + model->depth_offset, 1.0f);
+}
+
+/* Strength of the air that a column carries, at a place of the picture. */
+static float sample_strength(const np_cloud_model *model, const float *values, const np_cloud_column *c, float x_m,
+                             float y_m) {
+  const float height = np_weather_map_sample(&model->map, values, c->x_m, c->y_m), *levels = model->map.levels;
+  return scale_strength(model, levels ? height - np_weather_map_sample(&model->map, levels, x_m, y_m) : height);
 }
 
 static float scale_anvil(float strength) { return (strength - anvil_cut) / (1.0f - anvil_cut); }
@@ -130,12 +137,10 @@ np_cloud_column np_cloud_column_compute(const np_cloud_model *model, float x_m, 
   float shift_m[2];
   np_cloud_wind_shift(model, height_m, shift_m);
   np_cloud_column c = {.x_m = x_m - shift_m[0], .y_m = y_m - shift_m[1]};
-  c.strength =
-      np_minf(scale_strength(model, np_weather_map_sample(&model->map, model->map.values, c.x_m, c.y_m)), border);
+  c.strength = np_minf(sample_strength(model, model->map.values, &c, x_m, y_m), border);
   if (model->map.anvils)
-    c.anvil =
-        scale_anvil(np_minf(scale_strength(model, np_weather_map_sample(&model->map, model->map.anvils, c.x_m, c.y_m)),
-                            eval_anvil_border(model, x_m, y_m)));
+    c.anvil = scale_anvil(np_minf(sample_strength(model, model->map.anvils, &c, x_m, y_m),
+                                  eval_anvil_border(model, x_m, y_m)));
   c.base_m = top_m * sample_plane(model, NEPH_CLOUD_MAP_BASE, c.x_m, c.y_m, 0.0f);
   c.thickness_m = np_minf(top_m * sample_plane(model, NEPH_CLOUD_MAP_THICKNESS, c.x_m, c.y_m, 1.0f), top_m - c.base_m);
   c.type = (float)desc->type * sample_plane(model, NEPH_CLOUD_MAP_TYPE, c.x_m, c.y_m, 1.0f);
@@ -201,8 +206,12 @@ static columns compute_columns(const np_cloud_model *model, const np_cloud_box *
   return c;
 }
 
-static float bound_strength(const np_cloud_model *model, const float *values, const columns *c) {
-  return scale_strength(model, np_weather_map_get_range(&model->map, values, c->min_m, c->max_m).high);
+static float bound_strength(const np_cloud_model *model, const float *values, const columns *c,
+                            const np_cloud_box *box) {
+  const float highest = np_weather_map_get_range(&model->map, values, c->min_m, c->max_m).high;
+  const float *levels = model->map.levels;
+  const float lowest = levels ? np_weather_map_get_range(&model->map, levels, box->min_m, box->max_m).low : 0.0f;
+  return scale_strength(model, highest - lowest);
 }
 
 static np_interval bound_plane(const np_cloud_model *model, neph_cloud_map_quantity quantity, const columns *c,
@@ -243,7 +252,7 @@ static bool is_dry(const np_cloud_model *model, const np_cloud_box *box) {
   const columns c = compute_columns(model, box, low_m, high_m);
   const float base_m = (float)model->desc.thickness_m * bound_plane(model, NEPH_CLOUD_MAP_BASE, &c, 0.0f).high;
   if (box->min_m[2] > base_m) return true;
-  const float strength = fminf(bound_strength(model, model->map.values, &c), bound_border(model, box, false));
+  const float strength = fminf(bound_strength(model, model->map.values, &c, box), bound_border(model, box, false));
   return strength - rain_column < -bound_margin;
 }
 
@@ -256,7 +265,7 @@ bool np_cloud_column_bound(const np_cloud_model *model, const np_cloud_box *box,
     out_box->field_min_m[a] = c.min_m[a];
     out_box->field_max_m[a] = c.max_m[a];
   }
-  out_box->strength.high = fminf(bound_strength(model, model->map.values, &c), bound_border(model, box, false));
+  out_box->strength.high = fminf(bound_strength(model, model->map.values, &c, box), bound_border(model, box, false));
   out_box->ground_m = (np_interval){-INFINITY, -INFINITY};
   if (model->map.ground_m)
     out_box->ground_m = np_weather_map_get_range(&model->map, model->map.ground_m, c.min_m, c.max_m);
@@ -271,8 +280,8 @@ static bool has_no_anvil(const np_cloud_model *model, const np_cloud_box *box) {
   const columns c = compute_columns(model, box, low_m, high_m);
   np_interval shares;
   if (!bound_shares(model, &c, low_m, high_m, &shares)) return true;
-  const float border = bound_border(model, box, false), tower = bound_strength(model, model->map.values, &c);
-  const float anvil = scale_anvil(fminf(bound_strength(model, model->map.anvils, &c), bound_border(model, box, true)));
+  const float border = bound_border(model, box, false), tower = bound_strength(model, model->map.values, &c, box);
+  const float anvil = scale_anvil(fminf(bound_strength(model, model->map.anvils, &c, box), bound_border(model, box, true)));
   shares.low -= bound_margin;
   shares.high += bound_margin;
   return !np_anvil_is_possible(anvil + bound_margin, fminf(tower, border) + bound_margin, &shares);
@@ -280,7 +289,7 @@ static bool has_no_anvil(const np_cloud_model *model, const np_cloud_box *box) {
 
 /* Depth is at most that of the best map value, of the most favourable height and of the point farthest from the border,
  * with all that noise can add. */
-bool np_cloud_model_is_empty(const np_cloud_model *model, const np_cloud_box *box) {
+static bool has_no_points(const np_cloud_model *model, const np_cloud_box *box) {
   const float top_m = (float)model->desc.thickness_m;
   if (model->is_empty) return true;
   if (!is_dry(model, box)) return false;
@@ -295,10 +304,19 @@ bool np_cloud_model_is_empty(const np_cloud_model *model, const np_cloud_box *bo
   if (!bound_shares(model, &c, low_m, high_m, &shares)) return true;
   const float type = (float)model->desc.type * bound_plane(model, NEPH_CLOUD_MAP_TYPE, &c, 1.0f).low;
   float depth =
-      fminf(bound_strength(model, model->map.values, &c), border) - bound_profile(model, shares.low, shares.high, type);
+      fminf(bound_strength(model, model->map.values, &c, box), border) - bound_profile(model, shares.low, shares.high, type);
   if (model->map.anvils)
     depth =
-        fmaxf(depth, scale_anvil(fminf(bound_strength(model, model->map.anvils, &c), bound_border(model, box, true))) -
+        fmaxf(depth, scale_anvil(fminf(bound_strength(model, model->map.anvils, &c, box), bound_border(model, box, true))) -
                          bound_anvil(shares.low, shares.high));
   return depth + gain < -bound_margin;
+}
+
+/* Values are means over the height of a voxel. */
+bool np_cloud_model_is_empty(const np_cloud_model *model, const np_cloud_box *box) {
+  const float beyond_m = 0.5f * (float)(model->sample_count - 1) * (float)model->desc.voxel_m;
+  np_cloud_box raised = *box;
+  raised.min_m[2] -= beyond_m;
+  raised.max_m[2] += beyond_m;
+  return has_no_points(model, &raised);
 }

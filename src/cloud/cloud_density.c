@@ -27,6 +27,8 @@
 static const float wisp_height = 0.18f;       /* of the thickness, over which wisps give way to billows */
 static const float extinction_floor = 0.002f; /* of the core's: less is nothing */
 
+static const float black_share = 0.002f; /* of a picture's coverage: below it, clouds fade */
+
 static const float anvil_edge = 14.0f; /* times the edge of the tower */
 static const float anvil_thinness = 0.8f;
 
@@ -331,10 +333,8 @@ static void add_slab(const np_cloud_model *model, work *w, float *out_extinction
     out_extinction_per_m[w->index[i]] = w->noise[i] * compute_extinction(model, &w->state[i]);
 }
 
-void np_cloud_model_eval(const np_cloud_model *model, const np_cloud_points *points, float *out_extinction_per_m) {
+static void eval_points(const np_cloud_model *model, const np_cloud_points *points, float *out_extinction_per_m) {
   work w;
-  memset(out_extinction_per_m, 0, points->count * sizeof *out_extinction_per_m);
-  if (model->is_empty) return;
   if (model->rain_depth_m > 0.0f) add_rain(model, points, out_extinction_per_m);
   const np_cloud_kind *kind = np_cloud_kind_get(model->desc.model);
   if (kind) {
@@ -354,4 +354,22 @@ void np_cloud_model_eval(const np_cloud_model *model, const np_cloud_points *poi
   }
   add_cells(model, &w, out_extinction_per_m);
   for (size_t i = 0; i < w.count; i++) out_extinction_per_m[w.index[i]] = compute_extinction(model, &w.state[i]);
+}
+
+/* Clears the sky where a picture is black, whatever noise, wind or a neighbour's billows bring there. */
+static void keep_to_picture(const np_cloud_model *model, const np_cloud_points *points, float *extinction_per_m) {
+  const float *shares = model->map.planes[NEPH_CLOUD_MAP_COVERAGE];
+  for (size_t i = 0; shares && i < points->count; i++) {
+    if (!(extinction_per_m[i] > 0.0f)) continue;
+    const float share = np_weather_map_sample(&model->map, shares, points->x_m[i], points->y_m[i]);
+    extinction_per_m[i] *= np_smoothstepf(share / black_share);
+  }
+}
+
+void np_cloud_model_eval_points(const np_cloud_model *model, const np_cloud_points *points,
+                                float *out_extinction_per_m) {
+  memset(out_extinction_per_m, 0, points->count * sizeof *out_extinction_per_m);
+  if (model->is_empty) return;
+  eval_points(model, points, out_extinction_per_m);
+  keep_to_picture(model, points, out_extinction_per_m);
 }

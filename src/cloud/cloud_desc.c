@@ -130,15 +130,10 @@ static neph_result check_model(neph_context *context, const neph_cloud_desc *des
                  np_cloud_desc_name(desc), desc->sublayers);
 }
 
-/* A picture and its channels come together. */
+/* Channels come with a picture. */
 static neph_result check_map(neph_context *context, const neph_cloud_desc *desc) {
   int q = 0;
   while (q < NEPH_CLOUD_MAP_QUANTITY_COUNT && !desc->map_channels[q]) q++;
-  if (desc->map_file && q == NEPH_CLOUD_MAP_QUANTITY_COUNT)
-    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
-                   "%s.map uses no channel of %s, must have one for coverage, type, base, thickness, precipitation "
-                   "or age",
-                   np_cloud_desc_name(desc), desc->map_file);
   if (!desc->map_file && q < NEPH_CLOUD_MAP_QUANTITY_COUNT)
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
                    "%s.map.%s is channel %s of no picture, must come with an EXR or PNG", np_cloud_desc_name(desc),

@@ -55,19 +55,25 @@ static void set_billows(np_cloud_model *model) {
   model->base_ramp_inverse = (float)desc->thickness_m / (base_ramp_size * billow_m);
 }
 
-/* Sets the waterline and what follows from it. */
-static void set_waterline(np_cloud_model *model, float waterline) {
+/* Sets what follows from the slope at outlines. */
+static void set_edges(np_cloud_model *model) {
   const neph_cloud_desc *desc = &model->desc;
-  const float range = model->map.highest - waterline;
-  model->depth_scale = 1.0f / range;
-  model->depth_offset = -waterline / range;
-  model->slope_per_m = 2.0f / (model->map.radius_m * sqrtf(range));
   model->edge = model->slope_per_m * fmaxf(edge_size * (float)desc->billow_m, 0.75f * (float)desc->voxel_m) +
                 soft_edge * (float)(desc->softness * desc->softness);
   if (is_slab(model))
     set_sheet(model);
   else if (!np_cloud_kind_get(desc->model) && !np_cloud_model_has_thermals(model))
     set_billows(model);
+}
+
+/* Sets the waterline and what follows from it. */
+static void set_waterline(np_cloud_model *model, float waterline) {
+  const float range = model->map.highest - waterline;
+  model->waterline = waterline;
+  model->depth_scale = 1.0f / range;
+  model->depth_offset = -waterline / range;
+  model->slope_per_m = 2.0f / (model->map.radius_m * sqrtf(range));
+  set_edges(model);
 }
 
 static np_noise_lattice make_lattice(const np_cloud_model *model, unsigned stream) {
@@ -126,11 +132,14 @@ static void set_time(np_cloud_model *model) {
   model->turnover = (float)(desc->time_s / desc->lifetime_s) * turnovers;
 }
 
-enum { CENSUS_COLUMNS = 64, CENSUS_HEIGHTS = 24, CENSUS_HEIGHTS_MAX = 48, CENSUS_STEPS = 14 };
+enum { CENSUS_COLUMNS_MAX = 64, CENSUS_HEIGHTS = 24, CENSUS_HEIGHTS_MAX = 48, CENSUS_STEPS = 14 };
+enum { CENSUS_WHITE = 1024 };
 
 typedef struct census {
   const np_cloud_model *model;
-  atomic_size_t covered;
+  int columns[2], heights; /* columns along each axis */
+  float cell_m[2], step_m; /* distances between those */
+  atomic_size_t covered, wanted;
 } census;
 
 static const double census_heights_per_billow = 6; /* of thermals, or what stands out between two is missed */
@@ -144,10 +153,28 @@ static int count_heights(const neph_cloud_desc *desc) {
   return (int)fmin(voxels, fmin(heights, CENSUS_HEIGHTS_MAX));
 }
 
+/* Where voxels are coarser than the model, the census looks at their own columns, all of them if they are few, and at
+ * each grain: a choice of others would miss by chance. */
+static census make_census(const np_cloud_model *model) {
+  const neph_cloud_desc *desc = &model->desc;
+  census c = {.model = model, .heights = count_heights(desc)};
+  c.step_m = (float)desc->thickness_m / (float)c.heights;
+  for (int a = 0; a < 2; a++) {
+    const double voxel_m = desc->voxel_m * model->sample_count, voxels = fmax(round(desc->extent_m[a] / voxel_m), 1);
+    const bool is_all = model->sample_count > 1 && voxels <= CENSUS_COLUMNS_MAX;
+    c.columns[a] = is_all ? (int)voxels : CENSUS_COLUMNS_MAX;
+    c.cell_m[a] = is_all ? (float)voxel_m : (float)desc->extent_m[a] / CENSUS_COLUMNS_MAX;
+  }
+  if (model->sample_count == 1) return c;
+  c.heights = (int)fmin(ceil(desc->thickness_m / desc->voxel_m), NP_CLOUD_BLOCK);
+  c.step_m = (float)desc->voxel_m;
+  return c;
+}
+
 /* Columns of a row, and points of those that are not known to be covered. */
 typedef struct census_row {
-  const np_cloud_model *model;
-  bool is_covered[CENSUS_COLUMNS];
+  const census *census;
+  bool is_covered[CENSUS_COLUMNS_MAX];
   size_t count;
   uint8_t column[NP_CLOUD_BLOCK];
   float x_m[NP_CLOUD_BLOCK], y_m[NP_CLOUD_BLOCK], height_m[NP_CLOUD_BLOCK];
@@ -156,62 +183,90 @@ typedef struct census_row {
 static void eval_points(census_row *row) {
   float extinction[NP_CLOUD_BLOCK];
   const np_cloud_points points = {row->count, row->x_m, row->y_m, row->height_m};
-  np_cloud_model_eval(row->model, &points, extinction);
+  np_cloud_model_eval_points(row->census->model, &points, extinction);
   for (size_t n = 0; n < row->count; n++)
     if (extinction[n] > 0.0f) row->is_covered[row->column[n]] = true;
   row->count = 0;
 }
 
+static float compute_place_m(const census *c, int axis, size_t i) {
+  return ((float)i + 0.5f - 0.5f * (float)c->columns[axis]) * c->cell_m[axis];
+}
+
 /* Adds the heights of a column from `first` on in steps. */
-static void add_column(census_row *row, int column, float x_m, float y_m, int heights, int first, int step) {
-  if (row->count + (size_t)heights > NP_CLOUD_BLOCK) eval_points(row);
-  for (int i = first; i < heights; i += step) {
+static void add_column(census_row *row, int column, float y_m, int first, int step) {
+  const census *c = row->census;
+  if (row->count + (size_t)c->heights > NP_CLOUD_BLOCK) eval_points(row);
+  for (int i = first; i < c->heights; i += step) {
     const size_t n = row->count++;
     row->column[n] = (uint8_t)column;
-    row->x_m[n] = x_m;
+    row->x_m[n] = compute_place_m(c, 0, (size_t)column);
     row->y_m[n] = y_m;
-    row->height_m[n] = ((float)i + 0.5f) * ((float)row->model->desc.thickness_m / (float)heights);
+    row->height_m[n] = ((float)i + 0.5f) * c->step_m;
   }
+}
+
+/* Share of the sky that is to be covered at a place, in whole numbers, whose sum does not depend on threads. */
+static size_t get_share(const np_cloud_model *model, float x_m, float y_m) {
+  if (!model->map.levels) return (size_t)(model->map.coverage * CENSUS_WHITE + 0.5);
+  const float *shares = model->map.planes[NEPH_CLOUD_MAP_COVERAGE];
+  return (size_t)(np_weather_map_sample(&model->map, shares, x_m, y_m) * (float)CENSUS_WHITE + 0.5f);
 }
 
 /* Counts the columns of one row of the field in which there is any cloud: a few heights find most of them, and the
  * others are looked at where those have found none. Of thermals all are looked at together: a search for balls takes
  * neighbours. */
-static size_t count_covered(const np_cloud_model *model, size_t y) {
+static void count_covered(census *c, size_t y) {
   static const int first[] = {1, 3, 0, 2};
-  const int passes = np_cloud_model_has_thermals(model) ? 1 : (int)(sizeof first / sizeof *first);
-  const neph_cloud_desc *desc = &model->desc;
-  const float cell[2] = {(float)desc->extent_m[0] / CENSUS_COLUMNS, (float)desc->extent_m[1] / CENSUS_COLUMNS};
-  const float y_m = ((float)y + 0.5f - 0.5f * CENSUS_COLUMNS) * cell[1];
-  const int heights = count_heights(desc);
-  census_row row = {.model = model};
-  size_t covered = 0;
+  const int passes = np_cloud_model_has_thermals(c->model) ? 1 : (int)(sizeof first / sizeof *first);
+  census_row row = {.census = c};
+  size_t covered = 0, wanted = 0;
   for (int pass = 0; pass < passes; pass++) {
-    for (int i = 0; i < CENSUS_COLUMNS; i++)
-      if (!row.is_covered[i])
-        add_column(&row, i, ((float)i + 0.5f - 0.5f * CENSUS_COLUMNS) * cell[0], y_m, heights,
-                   passes > 1 ? first[pass] : 0, passes);
+    for (int i = 0; i < c->columns[0]; i++)
+      if (!row.is_covered[i]) add_column(&row, i, compute_place_m(c, 1, y), passes > 1 ? first[pass] : 0, passes);
     if (row.count) eval_points(&row);
   }
-  for (int i = 0; i < CENSUS_COLUMNS; i++) covered += row.is_covered[i];
-  return covered;
+  for (int i = 0; i < c->columns[0]; i++) {
+    const size_t share = get_share(c->model, compute_place_m(c, 0, (size_t)i), compute_place_m(c, 1, y));
+    const size_t weight = c->model->map.levels ? share : 1;
+    covered += row.is_covered[i] ? weight * CENSUS_WHITE : 0;
+    wanted += weight * share;
+  }
+  atomic_fetch_add(&c->covered, covered);
+  atomic_fetch_add(&c->wanted, wanted);
 }
 
 static neph_result count_rows(void *user, size_t begin, size_t end, unsigned thread) {
   census *c = user;
   (void)thread;
-  for (size_t row = begin; row < end; row++) atomic_fetch_add(&c->covered, count_covered(c->model, row));
+  for (size_t row = begin; row < end; row++) count_covered(c, row);
   return NEPH_OK;
 }
 
-/* Share of the field's sky that is covered. */
+/* Share of the field's sky that is covered. Of a picture columns count by how white it is there, so that its borders,
+ * which are grey, do not make up for clear sky within them. */
 static neph_result count_field(neph_context *context, np_monitor *monitor, const np_cloud_model *model,
                                double *out_fraction) {
-  census c = {.model = model};
+  census c = make_census(model);
   atomic_init(&c.covered, 0);
-  neph_result result = np_parallel_for(context, monitor, CENSUS_COLUMNS, 1, count_rows, &c);
-  *out_fraction = (double)atomic_load(&c.covered) / (CENSUS_COLUMNS * CENSUS_COLUMNS);
+  atomic_init(&c.wanted, 0);
+  neph_result result = np_parallel_for(context, monitor, (size_t)c.columns[1], 1, count_rows, &c);
+  const double covered = (double)atomic_load(&c.covered), wanted = (double)atomic_load(&c.wanted);
+  *out_fraction = model->map.levels && wanted > 0
+                      ? model->map.coverage * covered / wanted
+                      : covered / ((double)CENSUS_WHITE * c.columns[0] * c.columns[1]);
   return result;
+}
+
+/* A waterline that was tried, and by how much the coverage misses the one that is asked for. */
+typedef struct waterline {
+  float value;
+  double miss;
+} waterline;
+
+static void keep_better(const np_cloud_model *model, double fraction, waterline *best) {
+  const double miss = fabs(fraction - model->map.coverage);
+  if (miss < best->miss) *best = (waterline){model->waterline, miss};
 }
 
 static neph_result search_shadow(np_monitor *monitor, np_cloud_model *model, double wanted) {
@@ -229,23 +284,37 @@ static neph_result search_shadow(np_monitor *monitor, np_cloud_model *model, dou
   return NEPH_OK;
 }
 
+/* Whether the best of all waterlines tried is taken: of few columns many change at a time, of a picture's clouds the
+ * borders are not in the shadow. */
+static bool is_searched_well(const np_cloud_model *model) { return model->sample_count > 1 || model->map.levels; }
+
+/* Corrections of the shadow that are tried at most. Anvils are not in it. */
+static int count_corrections(const np_cloud_model *model) {
+  enum { CORRECTIONS = 3, CORRECTIONS_MAX = 8 };
+  return model->map.anvils || is_searched_well(model) ? CORRECTIONS_MAX : CORRECTIONS;
+}
+
 /* The waterline of thermals is found by the shadow of their stacks, a few times over: what the census of all that
  * stands on them makes of it corrects the shadow that is wanted. */
 static neph_result search_thermals(neph_context *context, np_monitor *monitor, np_cloud_model *model) {
   enum { CENSUS_LEVELS = 3 };
-  const int corrections = model->map.anvils ? 8 : 3; /* anvils are not in the shadow */
+  const int corrections = count_corrections(model);
   const unsigned levels = np_thermals_count_levels(model);
+  const double tolerance = model->map.levels ? 0.01 * model->map.coverage : 0.01;
   double wanted = model->map.coverage;
+  waterline best = {.miss = INFINITY};
   if (model->is_empty) return NEPH_OK;
   neph_result result = search_shadow(monitor, model, wanted);
   for (int n = 0; n < corrections && !result; n++) {
     double fraction = 0;
     result = np_thermals_build(model, monitor, levels < CENSUS_LEVELS ? levels : CENSUS_LEVELS);
     if (!result) result = count_field(context, monitor, model, &fraction);
-    if (result || fabs(fraction - model->map.coverage) < 0.01) break;
+    keep_better(model, fraction, &best);
+    if (result || best.miss < tolerance) break;
     wanted *= fmin(fmax(model->map.coverage / fmax(fraction, 1e-3), 0.3), 2.0);
     result = search_shadow(monitor, model, fmin(wanted, 1));
   }
+  if (is_searched_well(model)) set_waterline(model, best.value);
   return result;
 }
 
@@ -255,15 +324,17 @@ static neph_result search_waterline(neph_context *context, np_monitor *monitor, 
   const float spread = model->map.highest - model->map.lowest;
   if (np_cloud_model_has_thermals(model)) return search_thermals(context, monitor, model);
   float low = model->map.lowest - 0.5f * spread, high = model->map.highest - 0.01f * spread;
+  waterline best = {.miss = INFINITY};
   for (int step = 0; step < CENSUS_STEPS; step++) {
     double fraction = 0;
     const float middle = 0.5f * (low + high);
     set_waterline(model, middle);
     neph_result result = count_field(context, monitor, model, &fraction);
     if (result) return result;
+    keep_better(model, fraction, &best);
     *(fraction > model->map.coverage ? &low : &high) = middle;
   }
-  set_waterline(model, 0.5f * (low + high));
+  set_waterline(model, is_searched_well(model) ? best.value : 0.5f * (low + high));
   return NEPH_OK;
 }
 
@@ -297,6 +368,8 @@ static neph_result build_map_and_waterline(neph_context *context, np_monitor *mo
 neph_result np_cloud_model_build(neph_context *context, const neph_cloud_desc *desc, np_monitor *monitor,
                                  np_cloud_model *out_model) {
   np_cloud_model model = {.desc = np_repeat_round(desc), .noise = np_noise_get_table(context->isa)};
+  model.sample_count = np_cloud_grain_count(&model.desc);
+  model.desc.voxel_m /= model.sample_count;
   model.balls = (np_ball_heap){.context = context, .kernels = np_ball_get_table(context->isa)};
   desc = &model.desc;
   model.balls.repeat_m = desc->repeat_m > 0 ? (float)desc->extent_m[0] : 0.0f;
@@ -316,6 +389,15 @@ neph_result np_cloud_model_build(neph_context *context, const neph_cloud_desc *d
   model.rain_depth_m = (float)(desc->precipitation * fmax(desc->base_altitude_m, 0));
   *out_model = model;
   return NEPH_OK;
+}
+
+np_cloud_model np_cloud_model_refine(const np_cloud_model *model, double share) {
+  np_cloud_model refined = *model;
+  refined.desc.voxel_m *= share;
+  refined.sample_count = 1;
+  choose_noises(&refined);
+  set_edges(&refined);
+  return refined;
 }
 
 void np_cloud_model_clear(np_cloud_model *model) {

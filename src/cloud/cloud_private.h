@@ -141,6 +141,10 @@ np_landscape np_landscape_make(const np_noise_table *noise, const neph_cloud_des
 void np_landscape_eval(const np_landscape *land, size_t count, const float *x_m, const float *y_m,
                        const np_landscape_out *out);
 
+/* Whether a picture says the coverage, and the coverage of what it leaves open: 1 with such a picture. */
+bool np_cloud_desc_maps_coverage(const neph_cloud_desc *desc);
+double np_cloud_desc_get_coverage(const neph_cloud_desc *desc);
+
 /* Along the wind, or along x in a calm. */
 void np_cloud_desc_compute_heading(const neph_cloud_desc *desc, float out_heading[2]);
 
@@ -156,9 +160,10 @@ typedef struct np_weather_map {
   float origin_m[2];     /* of the first texel */
   float step_m, radius_m;
   bool is_periodic;                             /* else the border's values go on beyond it */
-  float lowest, highest;                        /* over all texels */
+  float lowest, highest;                        /* over all texels, above their levels */
   float *values;                                /* x fastest */
   float *anvils;                                /* NULL: none */
+  float *levels;                                /* heights at which a picture's clouds begin; NULL: 0 */
   float *planes[NEPH_CLOUD_MAP_QUANTITY_COUNT]; /* from a picture; NULL: not */
   float *ground_m;                              /* above the base altitude; NULL: it has no part */
   float ground_low_m, ground_high_m;
@@ -242,9 +247,11 @@ typedef struct np_trail {
 np_trail np_trail_make(const neph_cloud_desc *desc, unsigned index);
 
 typedef struct np_cloud_model {
-  neph_cloud_desc desc;
+  neph_cloud_desc desc; /* its voxel is the grain: the bake's, or a whole part of it */
+  unsigned sample_count; /* grains over the height of a voxel, of which a value is the mean */
   np_weather_map map;
   const np_noise_table *noise;
+  float waterline;                 /* of the map */
   float depth_scale, depth_offset; /* map value to depth: 0 at the outline, 1 in the heart of the largest cell */
   float slope_per_m;               /* of depth, at the outline of the largest cell */
   float edge;                      /* depth over which extinction rises from nothing to the core's */
@@ -273,6 +280,10 @@ typedef struct np_cloud_model {
 neph_result np_cloud_model_build(neph_context *context, const neph_cloud_desc *desc, np_monitor *monitor,
                                  np_cloud_model *out_model);
 void np_cloud_model_clear(np_cloud_model *model); /* a zeroed model is allowed */
+
+/* The model with detail down to this share of its grain, as far as that needs no other balls and no other waterline;
+ * the model lends it all that is to be cleared. */
+np_cloud_model np_cloud_model_refine(const np_cloud_model *model, double share);
 
 /* Sine and cosine of an angle, the same on every machine. */
 void np_cloud_compute_direction(double angle_rad, double out_sine_cosine[2]);
@@ -327,14 +338,30 @@ typedef struct np_cloud_points {
   const float *x_m, *y_m, *height_m;
 } np_cloud_points;
 
-/* Extinction in 1/m. What it gives for a position depends on nothing else: not on neighbours, threads or kernels. */
+/* Extinction in 1/m, the mean over the height of a voxel. It depends on the position alone: not on neighbours, threads
+ * or kernels. */
 void np_cloud_model_eval(const np_cloud_model *model, const np_cloud_points *points, float *out_extinction_per_m);
+
+/* Extinction at the positions themselves. */
+void np_cloud_model_eval_points(const np_cloud_model *model, const np_cloud_points *points,
+                                float *out_extinction_per_m);
+
+/* ---- Grain: cloud_grain.c ---- */
+
+/* Number of grains over the height of the description's voxel: 1 where its own size loses nothing. */
+unsigned np_cloud_grain_count(const neph_cloud_desc *desc);
+
+/* The description that a model was built from. */
+neph_cloud_desc np_cloud_model_get_desc(const np_cloud_model *model);
 
 /* ---- Bake: bake.c ---- */
 
 /* Evaluates the model on a grid named `name`. On failure the grid is left cleared. */
 neph_result np_cloud_bake_grid(neph_context *context, const neph_cloud_desc *cloud, const neph_bake_desc *desc,
                                const char *name, np_monitor *monitor, np_sparse_grid *out_grid);
+
+/* Warns of what a bake in the description's voxels would lose. */
+neph_result np_cloud_check_voxel(neph_context *context, const neph_cloud_desc *cloud);
 
 /* Copies a caller's description (NULL: the defaults) and checks it. */
 neph_result np_cloud_bake_desc_read(neph_context *context, const neph_bake_desc *desc, neph_bake_desc *out_desc);

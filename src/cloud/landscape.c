@@ -279,11 +279,11 @@ void np_landscape_eval(const np_landscape *land, size_t count, const float *x_m,
     b.air_x[i] = (double)x[i] - land->drift[0];
     b.air_y[i] = (double)y[i] - land->drift[1];
   }
-  swirl(land, &b);
   for (size_t i = 0; i < count; i++) {
     out->air_x_m[i] = b.air_x[i] * land->cell_m;
     out->air_y_m[i] = b.air_y[i] * land->cell_m;
   }
+  swirl(land, &b);
   if (land->model == NEPH_CLOUD_MODEL_SLAB || np_cloud_kind_get(land->model))
     fill_sheet(land, &b, out->height);
   else if (land->model == NEPH_CLOUD_MODEL_HERO)
@@ -321,7 +321,7 @@ np_landscape np_landscape_make(const np_noise_table *noise, const neph_cloud_des
                        .seed = desc->seed,
                        .cell_m = desc->cell_m,
                        .lives = desc->time_s / desc->lifetime_s,
-                       .shore_depth = shore_depth * (float)(1.0 - desc->coverage),
+                       .shore_depth = shore_depth * (float)(1.0 - np_cloud_desc_get_coverage(desc)),
                        .sheet_shrink = (float)(1.0 / sqrt(desc->stretch)),
                        .anvil = (float)desc->anvil,
                        .swirl = swirl_reach * (float)desc->turbulence};

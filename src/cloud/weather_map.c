@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The weather map: the landscape of cells in texels, with what a picture says laid over it.
  *
- * A picture's coverage c is a share of the sky in the neighbourhood. So the landscape is measured from its own
- * quantile there: what rises above the height that a share 1 − c of all texels stay below is cloud. What remains for
- * the census is one waterline near 0. Other channels become planes of texels, whose extremes over a rectangle bound
- * what the model makes of them.
+ * A picture's coverage c is the share of the sky that is covered in the neighbourhood. So the landscape is measured
+ * from its own quantile there, a level: what rises above the height that a share 1 − c of all texels stay below is
+ * cloud. What remains for the census is one waterline near 0. Levels lie where the picture was painted, at every height
+ * of a sheared column. Other channels become planes of texels, whose extremes over a rectangle bound what the model
+ * makes of them.
  */
 #include <math.h>
 #include <string.h>
@@ -61,8 +62,9 @@ static void compute_range(np_weather_map *map) {
   map->lowest = INFINITY;
   map->highest = -INFINITY;
   for (size_t i = 0; i < count_texels(map); i++) {
-    map->lowest = fminf(map->lowest, map->values[i]);
-    map->highest = fmaxf(map->highest, map->values[i]);
+    const float height = map->values[i] - (map->levels ? map->levels[i] : 0.0f);
+    map->lowest = fminf(map->lowest, height);
+    map->highest = fmaxf(map->highest, height);
   }
 }
 
@@ -91,16 +93,13 @@ static float eval_quantile(const np_weather_map *map, float share) {
   return np_mixf(map->quantiles[i], map->quantiles[i + 1], scaled - (float)i);
 }
 
-/* Heights become heights above the picture's own waterline. */
-static void apply_coverage(np_weather_map *map, double coverage) {
-  const float *shares = map->planes[NEPH_CLOUD_MAP_COVERAGE];
+/* The picture's own waterlines. */
+static void apply_coverage(np_weather_map *map) {
+  const float *shares = map->planes[NEPH_CLOUD_MAP_COVERAGE], clear = map->highest - clear_sky;
   double sum = 0;
   for (size_t i = 0; i < count_texels(map); i++) {
-    const float share = shares[i] * (float)coverage;
-    const float level = share > 0.0f ? eval_quantile(map, 1.0f - share) : map->highest - clear_sky;
-    sum += (double)share;
-    map->values[i] -= level;
-    if (map->anvils) map->anvils[i] -= level;
+    map->levels[i] = shares[i] > 0.0f ? eval_quantile(map, 1.0f - shares[i]) : clear;
+    sum += (double)shares[i];
   }
   map->coverage = sum / (double)count_texels(map);
 }
@@ -113,6 +112,8 @@ static neph_result allocate(np_weather_map *map, const neph_cloud_desc *desc, co
   for (int q = 0; q < NEPH_CLOUD_MAP_QUANTITY_COUNT && is_done; q++)
     if (picture->values[q] || (q == NEPH_CLOUD_MAP_BASE && desc->ground_lift > 0 && np_cloud_desc_has_ground(desc)))
       is_done = (map->planes[q] = np_alloc(map->context, texel_count, sizeof *map->planes[q])) != NULL;
+  if (is_done && picture->values[NEPH_CLOUD_MAP_COVERAGE])
+    is_done = (map->levels = np_alloc(map->context, texel_count, sizeof *map->levels)) != NULL;
   return is_done ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
@@ -152,7 +153,7 @@ static neph_result fill(np_weather_map *map, const neph_cloud_desc *desc, const 
   else
     result = compute_quantiles(map);
   if (result) return result;
-  apply_coverage(map, desc->coverage);
+  apply_coverage(map);
   compute_range(map);
   return NEPH_OK;
 }
@@ -174,6 +175,7 @@ neph_result np_weather_map_build(neph_context *context, const neph_cloud_desc *d
 void np_weather_map_clear(np_weather_map *map) {
   for (int q = 0; q < NEPH_CLOUD_MAP_QUANTITY_COUNT && map->context; q++) np_alloc_free(map->context, map->planes[q]);
   if (map->context) {
+    np_alloc_free(map->context, map->levels);
     np_alloc_free(map->context, map->ground_m);
     np_alloc_free(map->context, map->anvils);
     np_alloc_free(map->context, map->values);
@@ -182,7 +184,7 @@ void np_weather_map_clear(np_weather_map *map) {
 }
 
 double np_weather_map_count_bytes(const np_weather_map *map) {
-  int count = 1 + (map->anvils != NULL) + (map->ground_m != NULL);
+  int count = 1 + (map->anvils != NULL) + (map->levels != NULL) + (map->ground_m != NULL);
   for (int q = 0; q < NEPH_CLOUD_MAP_QUANTITY_COUNT; q++) count += map->planes[q] != NULL;
   return (double)count_texels(map) * sizeof(float) * count;
 }

@@ -53,8 +53,64 @@ static neph_result choose_channel(neph_context *context, const char *file, const
                  channel, purpose, quantity, list);
 }
 
+static bool has_channels(const neph_cloud_desc *desc) {
+  for (int q = 0; q < NEPH_CLOUD_MAP_QUANTITY_COUNT; q++)
+    if (desc->map_channels[q]) return true;
+  return false;
+}
+
+bool np_cloud_desc_maps_coverage(const neph_cloud_desc *desc) {
+  return desc->map_file && (desc->map_channels[NEPH_CLOUD_MAP_COVERAGE] || !has_channels(desc));
+}
+
+double np_cloud_desc_get_coverage(const neph_cloud_desc *desc) {
+  return np_cloud_desc_maps_coverage(desc) ? 1.0 : desc->coverage;
+}
+
+static bool is_same(const neph_image *image, const float *a, const float *b) {
+  const size_t count = (size_t)neph_image_get_width(image) * neph_image_get_height(image);
+  return a && b && !memcmp(a, b, count * sizeof *a);
+}
+
+static bool is_opaque(const neph_image *image, const float *alpha) {
+  const size_t count = (size_t)neph_image_get_width(image) * neph_image_get_height(image);
+  for (size_t i = 0; i < count; i++)
+    if (alpha[i] != 1.0f) return false;
+  return true;
+}
+
+/* The channel that holds all that a picture says: its only one, beside an alpha of 1, or R of a grey picture in
+ * colours. NULL: there are several. */
+static const char *choose_grey(neph_image *image) {
+  const unsigned count = neph_image_get_channel_count(image);
+  const float *alpha = neph_image_get_channel(image, "A"), *red = neph_image_get_channel(image, "R");
+  const unsigned told = count - (count > 1 && alpha && is_opaque(image, alpha));
+  if (told == 1) {
+    const char *first = neph_image_get_channel_name(image, 0);
+    return count == 1 || strcmp(first, "A") ? first : neph_image_get_channel_name(image, 1);
+  }
+  const bool is_grey = told == 3 && is_same(image, red, neph_image_get_channel(image, "G")) &&
+                       is_same(image, red, neph_image_get_channel(image, "B"));
+  return is_grey ? "R" : NULL;
+}
+
+/* A picture without named channels says the coverage. */
+static neph_result choose_coverage(neph_context *context, const neph_cloud_desc *desc, np_weather_picture *picture) {
+  const char *channel = choose_grey(picture->image);
+  if (channel)
+    return choose_channel(context, desc->map_file, channel, "weather map", quantity_names[NEPH_CLOUD_MAP_COVERAGE],
+                          picture->image, &picture->values[NEPH_CLOUD_MAP_COVERAGE]);
+  char list[512] = "";
+  list_channels(picture->image, list, sizeof list);
+  return np_fail(context, NEPH_ERROR_BAD_FILE,
+                 "%s: %s.map names no channel of %s, must name one for coverage, type, base, thickness, precipitation "
+                 "or age: {image: FILE, coverage: %s}; a picture of one channel needs none",
+                 desc->map_file, np_cloud_desc_name(desc), list, neph_image_get_channel_name(picture->image, 0));
+}
+
 static neph_result choose_channels(neph_context *context, const neph_cloud_desc *desc, np_weather_picture *picture) {
   neph_result result = NEPH_OK;
+  if (!has_channels(desc)) return choose_coverage(context, desc, picture);
   for (int q = 0; q < NEPH_CLOUD_MAP_QUANTITY_COUNT && !result; q++)
     if (desc->map_channels[q])
       result = choose_channel(context, desc->map_file, desc->map_channels[q], "weather map", quantity_names[q],

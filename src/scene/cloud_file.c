@@ -8,10 +8,8 @@
 #include "core/file.h"
 #include "core/frame_name.h"
 
-/* Frame 1 stays what it is at every speed. */
 static double compute_number(const np_scene_cloud *cloud, int frame) {
-  if (!np_scene_cloud_is_sequence(cloud)) return frame;
-  return 1.0 + cloud->frame_speed * (frame - 1.0) + cloud->frame_offset;
+  return np_scene_cloud_is_sequence(cloud) ? np_scene_cloud_get_number(cloud, frame) : frame;
 }
 
 /* The last number up to the wanted one, which may be wrapped around before; of those below the first, the first. */

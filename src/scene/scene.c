@@ -164,7 +164,10 @@ neph_result np_scene_set_frame(neph_scene *scene, double frame) {
   neph_result result = check_frame(scene, frame);
   if (!result) result = read_motion(scene);
   if (result) return result;
-  if (!scene->animation || (scene->frame == frame && !is_to_read)) return scene->frame = frame, NEPH_OK;
+  if (!scene->animation || (scene->frame == frame && !is_to_read)) {
+    scene->frame = frame;
+    return np_scene_name_maps(scene);
+  }
   neph_scene changed = {.context = scene->context,
                         .file = scene->file,
                         .source = scene->source,
@@ -268,6 +271,10 @@ const char *neph_scene_get_cloud_file(const neph_scene *scene, unsigned index) {
 
 bool np_scene_cloud_is_sequence(const np_scene_cloud *cloud) {
   return cloud->vdb && !cloud->is_baked && np_frame_name_is_pattern(cloud->vdb);
+}
+
+double np_scene_cloud_get_number(const np_scene_cloud *cloud, double frame) {
+  return 1.0 + cloud->frame_speed * (frame - 1.0) + cloud->frame_offset;
 }
 
 double np_scene_cloud_get_scale(const np_scene_cloud *cloud) {

@@ -8,6 +8,7 @@
 #include "cloud/cloud_private.h"
 #include "core/alloc.h"
 #include "core/file.h"
+#include "core/frame_name.h"
 #include "core/path_map.h"
 #include "scene/cloud_places.h"
 #include "scene/scene_points.h"
@@ -356,6 +357,8 @@ static neph_result apply_key(key_applier *applier, const np_key *key, void *base
     result = apply_value(applier, key, base, node);
   else if (is_mapping)
     result = apply_section(applier, key, base, node);
+  else if (key->shorthand && node->kind == NP_NODE_SCALAR)
+    result = apply_value(applier, np_key_search(key, key->shorthand), base, node);
   else
     result = key->choices ? apply_choice(applier, key, base, node) : fail_value(applier, key, node);
   /* "moon: none" says that there is no moon. */
@@ -443,6 +446,26 @@ static neph_result derive_repeats(neph_scene *scene) {
   return result;
 }
 
+/* The picture that a cloud has in the scene's frame. A name that stays is kept: descriptions lend it. */
+static neph_result name_map(neph_scene *scene, np_scene_cloud *cloud) {
+  const double number = np_scene_cloud_get_number(cloud, scene->frame);
+  char *file = cloud->map_image ? np_frame_name_make(scene->context, cloud->map_image, number) : NULL;
+  char *unused = file;
+  if (cloud->map_image && !file) return NEPH_ERROR_OUT_OF_MEMORY;
+  if (!file || !cloud->bake.map_file || strcmp(file, cloud->bake.map_file) != 0) {
+    unused = (char *)(uintptr_t)cloud->bake.map_file;
+    cloud->bake.map_file = file;
+  }
+  np_alloc_free(scene->context, unused);
+  return NEPH_OK;
+}
+
+neph_result np_scene_name_maps(neph_scene *scene) {
+  neph_result result = NEPH_OK;
+  for (unsigned i = 0; i < scene->cloud_count && !result; i++) result = name_map(scene, &scene->clouds[i]);
+  return result;
+}
+
 static neph_result apply_document(neph_scene *scene, np_scene_problems *problems) {
   key_applier applier = {.context = scene->context, .scene = scene, .problems = problems};
   const np_node *document = scene->document;
@@ -453,6 +476,7 @@ static neph_result apply_document(neph_scene *scene, np_scene_problems *problems
   if (!result) result = np_scene_air_derive(scene);
   if (!result) derive_terrain(scene);
   if (!result) derive_frame_times(scene);
+  if (!result) result = np_scene_name_maps(scene);
   if (!result) result = derive_repeats(scene);
   if (!result) np_scene_derive_reach(scene);
   return result;
@@ -508,6 +532,7 @@ void np_scene_clear(neph_scene *scene) {
   const np_key *clouds = np_key_search(NULL, "clouds");
   for (unsigned i = 0; i < scene->cloud_count; i++) {
     clear_texts(scene->context, clouds, &scene->clouds[i]);
+    np_alloc_free(scene->context, (void *)(uintptr_t)scene->clouds[i].bake.map_file);
     np_cloud_places_clear(scene->context, &scene->clouds[i]);
   }
   np_alloc_free(scene->context, scene->clouds);
@@ -517,22 +542,27 @@ void np_scene_clear(neph_scene *scene) {
   clear_texts(scene->context, NULL, scene);
 }
 
+static void swap_if_alike(const char **from, const char **to) {
+  const char *kept = *from;
+  if (!kept || !*to || strcmp(kept, *to) != 0) return;
+  *from = *to;
+  *to = kept;
+}
+
 /* Texts that two scenes have alike, in a list's element or, for NULL, the scenes themselves, change places. */
 static void swap_texts(const np_key *list, void *a, void *b) {
   for (size_t i = 0; i < np_key_count(); i++) {
     const np_key *key = np_key_get(i);
     if (!np_key_is_text(key) || np_key_get_list(key) != list) continue;
-    char **from = get_text_field(key, a), **to = get_text_field(key, b);
-    if (!*from || !*to || strcmp(*from, *to) != 0) continue;
-    char *kept = *from;
-    *from = *to;
-    *to = kept;
+    swap_if_alike((const char **)(void *)get_text_field(key, a), (const char **)(void *)get_text_field(key, b));
   }
 }
 
 void np_scene_keep_texts(neph_scene *from, neph_scene *to) {
   const np_key *clouds = np_key_search(NULL, "clouds");
   swap_texts(NULL, from, to);
-  for (unsigned i = 0; i < from->cloud_count && i < to->cloud_count; i++)
+  for (unsigned i = 0; i < from->cloud_count && i < to->cloud_count; i++) {
     swap_texts(clouds, &from->clouds[i], &to->clouds[i]);
+    swap_if_alike(&from->clouds[i].bake.map_file, &to->clouds[i].bake.map_file);
+  }
 }

@@ -25,6 +25,9 @@ neph_result np_scene_rename_keys(const neph_scene *scene);
  * nothing. */
 neph_result np_scene_set_document(neph_scene *scene, np_node *document);
 
+/* Names the weather maps of the scene's frame. */
+neph_result np_scene_name_maps(neph_scene *scene);
+
 /* Gives a scene the texts of another that are equal to its own, which callers may hold. */
 void np_scene_keep_texts(neph_scene *from, neph_scene *to);
 

@@ -45,6 +45,7 @@ typedef neph_result visit_fn(const lookup *l, const np_node *node, const char *f
 /* A key being looked up in the document, element by element of the lists on the way. */
 struct lookup {
   const neph_scene *scene;
+  const np_key *key;
   visit_fn *visit;
   neph_files *files;    /* to which a visit adds; NULL: none */
   char path[PATH_SIZE]; /* of `node`, as --set takes it */
@@ -52,6 +53,7 @@ struct lookup {
 
 static neph_result visit_node(const lookup *l, const np_node *node) {
   if (node->kind != NP_NODE_SCALAR) return NEPH_OK;
+  if (l->key->is_numbered && np_frame_name_is_pattern(node->text)) return NEPH_OK; /* by the frame's bake */
   char *file = np_path_map_resolve(l->scene->context, l->scene->file, node->text);
   neph_result result = file ? l->visit(l, node, file) : NEPH_ERROR_OUT_OF_MEMORY;
   np_alloc_free(l->scene->context, file);
@@ -72,6 +74,12 @@ static neph_result visit_elements(lookup *l, const np_node *list, const char *re
   return result;
 }
 
+/* Whether a text in place of the section stands for the key, which it has under this name. */
+static bool is_shorthand(const np_key *key, const char *name) {
+  const np_key *section = np_key_get_parent(key);
+  return section && section->shorthand && !strcmp(section->shorthand, name);
+}
+
 /* `rest` is what of the key's path in the table lies below `node`: "clouds[].phase.table". */
 static neph_result visit_below(lookup *l, const np_node *node, const char *rest) {
   const size_t length = strlen(l->path), count = strcspn(rest, ".[");
@@ -80,6 +88,7 @@ static neph_result visit_below(lookup *l, const np_node *node, const char *rest)
   if (!child) return NEPH_OK;
   if (rest[count] == '[') return visit_elements(l, child, rest + count + strlen("[]."));
   if (rest[count] == '\0') return visit_node(l, child);
+  if (child->kind == NP_NODE_SCALAR && is_shorthand(l->key, rest + count + 1)) return visit_node(l, child);
   snprintf(l->path + length + count, sizeof l->path - length - count, ".");
   return visit_below(l, child, rest + count + 1);
 }
@@ -88,7 +97,7 @@ static neph_result visit_below(lookup *l, const np_node *node, const char *rest)
 static neph_result visit_files(const neph_scene *scene, visit_fn *visit, neph_files *files) {
   neph_result result = NEPH_OK;
   for (size_t i = 0; i < np_key_count(); i++) {
-    lookup l = {.scene = scene, .visit = visit, .files = files};
+    lookup l = {.scene = scene, .key = np_key_get(i), .visit = visit, .files = files};
     const neph_result of_key =
         np_key_get(i)->is_input ? visit_below(&l, scene->document, np_key_get(i)->path) : NEPH_OK;
     if (!result) result = of_key;

@@ -51,6 +51,8 @@ typedef struct np_key {
   np_range range; /* of REAL and INTEGER */
   np_field field;
   bool is_input;        /* of FILE: the same in every frame, and read */
+  bool is_numbered;     /* of an input: its name may hold the number of the frame */
+  const char *shorthand; /* of SECTION: the key of it that one text stands for; NULL: none */
   bool is_air_preset;   /* of CHOICE and SECTION: an air that fills the section before any other key does */
   bool is_quality;      /* of CHOICE: its value chooses those of keys (quality.h) before any other key does */
   bool is_grey_allowed; /* one number may stand for the whole list */

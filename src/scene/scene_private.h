@@ -170,7 +170,8 @@ typedef struct np_scene_cloud {
   neph_precision precision;
   bool is_baked;
   char *preset; /* of the bake; NULL: none */
-  neph_cloud_desc bake;
+  neph_cloud_desc bake; /* its map_file is that of the scene's frame, owned */
+  char *map_image;      /* file pattern of its weather map, resolved; NULL: none */
   char bake_name[24]; /* its key, for messages: "clouds[0].bake" */
   bool has_mesh_shape, has_height_shape;
   unsigned level_count; /* of detail, of a bake in memory */
@@ -372,6 +373,9 @@ static inline bool np_scene_cloud_goes_by_all(const np_scene_cloud *cloud) { ret
 double np_scene_cloud_get_scale(const np_scene_cloud *cloud);
 
 /* The bake of a cloud as it is in a frame; 1 is at the bake's own time. */
+/* Number of the file of a sequence in a frame. Frame 1 stays what it is at every speed. */
+double np_scene_cloud_get_number(const np_scene_cloud *cloud, double frame);
+
 neph_cloud_desc np_scene_cloud_get_frame(const np_scene_cloud *cloud, int frame);
 
 /* Factor on radiances in pictures: unless it is given, 1 for bands and 2 for colours, by which a perfect diffuser in

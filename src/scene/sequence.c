@@ -4,12 +4,14 @@
 #include <math.h>
 #include <string.h>
 
+#include "core/frame_name.h"
 #include "scene/animation.h"
 
 static bool has_moving_clouds(const neph_scene *scene) {
   for (unsigned i = 0; i < scene->cloud_count; i++) {
     const np_scene_cloud *cloud = &scene->clouds[i];
     if (np_scene_cloud_is_sequence(cloud) || (cloud->is_baked && cloud->frame_time_s != 0.0)) return true;
+    if (cloud->is_baked && cloud->map_image && np_frame_name_is_pattern(cloud->map_image)) return true;
   }
   return false;
 }

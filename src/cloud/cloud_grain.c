@@ -1,0 +1,51 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Grain: the size of detail that a model is built for, where voxels are too coarse to build it for theirs.
+ *
+ * Edges, billows and creases no finer than a voxel would eat up small clouds: at four voxels a billow a cumulus has
+ * lost a third of its optical depth. A voxel of that size is cut into grains over its height, the model is built for
+ * grains, and a value is their mean. So a column of voxels has the optical depth of the model's column in its middle,
+ * and is clear where that is: mass and coverage are those of the columns, whatever the size of the voxels.
+ */
+#include <math.h>
+
+#include "cloud/cloud_private.h"
+
+static const double thermal_grains = 11, billow_grains = 7; /* across the largest billows, of thermals and of others */
+static const double thickness_grains = 8;                   /* over a sublayer */
+enum { GRAINS_MAX = 64 };
+
+unsigned np_cloud_grain_count(const neph_cloud_desc *desc) {
+  const bool has_thermals = desc->model == NEPH_CLOUD_MODEL_THERMALS || desc->model == NEPH_CLOUD_MODEL_HERO;
+  const double grains = has_thermals ? thermal_grains : billow_grains, layer_m = desc->thickness_m / desc->sublayers;
+  const double grain_m = fmin(desc->billow_m / grains, layer_m / thickness_grains);
+  return (unsigned)fmin(fmax(ceil(desc->voxel_m / grain_m), 1), GRAINS_MAX);
+}
+
+neph_cloud_desc np_cloud_model_get_desc(const np_cloud_model *model) {
+  neph_cloud_desc desc = model->desc;
+  desc.voxel_m *= model->sample_count;
+  return desc;
+}
+
+/* Heights of one grain of all voxels. */
+static void raise_points(const np_cloud_model *model, const np_cloud_points *points, unsigned sample, float *out_m) {
+  const float offset_m =
+      ((float)sample + 0.5f - 0.5f * (float)model->sample_count) * (float)model->desc.voxel_m;
+  for (size_t i = 0; i < points->count; i++) out_m[i] = points->height_m[i] + offset_m;
+}
+
+void np_cloud_model_eval(const np_cloud_model *model, const np_cloud_points *points, float *out_extinction_per_m) {
+  const float inverse = 1.0f / (float)model->sample_count;
+  float height_m[NP_CLOUD_BLOCK], sample[NP_CLOUD_BLOCK];
+  const np_cloud_points raised = {points->count, points->x_m, points->y_m, height_m};
+  if (model->sample_count == 1) {
+    np_cloud_model_eval_points(model, points, out_extinction_per_m);
+    return;
+  }
+  for (size_t i = 0; i < points->count; i++) out_extinction_per_m[i] = 0.0f;
+  for (unsigned s = 0; s < model->sample_count; s++) {
+    raise_points(model, points, s, height_m);
+    np_cloud_model_eval_points(model, &raised, sample);
+    for (size_t i = 0; i < points->count; i++) out_extinction_per_m[i] += inverse * sample[i];
+  }
+}
