@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "test_support.h"
 
+#include <fcntl.h>
 #include <stdlib.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -9,6 +10,7 @@
 #include "core/half.h"
 #include "core/random.h"
 #include "image/image_private.h"
+#include "image/picture_decoder.h"
 
 enum { WIDTH = 45, HEIGHT = 37 }; /* two chunks of 16 lines and a ragged one */
 
@@ -393,6 +395,11 @@ static test_file make_valid_file(test_fixture *f) {
   return test_file_read(f->path);
 }
 
+/* The decoder itself, in this process, where a sanitizer sees it. */
+static neph_result decode(neph_context *context, const char *path, neph_image **out_image) {
+  return np_image_decode_exr(context, open(path, O_RDONLY | O_CLOEXEC), path, out_image);
+}
+
 /* Every prefix of the header, and a step of 61 bytes through the pixels. */
 static void every_prefix_of_a_file_is_an_error(void **state) {
   test_fixture *f = *state;
@@ -400,11 +407,18 @@ static void every_prefix_of_a_file_is_an_error(void **state) {
   for (size_t size = 0; size < file.size; size += size < 1500 ? 1 : 61) {
     neph_image *image;
     test_file_write(f->path, file.bytes, size);
-    assert_int_equal(neph_image_load_exr(f->context, f->path, &image), NEPH_ERROR_BAD_FILE);
+    assert_int_equal(decode(f->context, f->path, &image), NEPH_ERROR_BAD_FILE);
     assert_null(image);
     assert_one_error(&f->log, f->path, "damaged, cut short");
   }
   free(file.bytes);
+}
+
+static neph_result decode_and_destroy(neph_context *context, const char *path) {
+  neph_image *image;
+  const neph_result result = decode(context, path, &image);
+  neph_image_destroy(image);
+  return result;
 }
 
 static neph_result load_and_destroy(neph_context *context, const char *path) {
@@ -418,8 +432,9 @@ static neph_result load_and_destroy(neph_context *context, const char *path) {
 static void flipped_bytes_are_survived(void **state) {
   test_fixture *f = *state;
   free(make_valid_file(f).bytes);
-  assert_survives_changed_bytes(f, SIZE_MAX, 1000, load_and_destroy);
-  assert_survives_changed_bytes(f, 1500, 1000, load_and_destroy);
+  assert_survives_changed_bytes(f, SIZE_MAX, 1000, decode_and_destroy);
+  assert_survives_changed_bytes(f, 1500, 1000, decode_and_destroy);
+  assert_survives_changed_bytes(f, 1500, 50, load_and_destroy);
 }
 
 static uint8_t *search_bytes(test_file file, const char *text) {

@@ -29,14 +29,21 @@ static int set_signals(posix_spawnattr_t *attributes) {
   return error ? error : posix_spawnattr_setflags(attributes, flags);
 }
 
-static int set_files(posix_spawn_file_actions_t *actions, int output) {
-  int error = posix_spawn_file_actions_adddup2(actions, output, STDOUT_FILENO);
-  if (!error) error = posix_spawn_file_actions_addopen(actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+/* Its input and output: none of them is one of the child's first three files, over which they are put. */
+typedef struct child_files {
+  int input, output; /* input −1: /dev/null */
+} child_files;
+
+static int set_files(posix_spawn_file_actions_t *actions, const child_files *files) {
+  int error = posix_spawn_file_actions_adddup2(actions, files->output, STDOUT_FILENO);
+  if (!error && files->input >= 0) error = posix_spawn_file_actions_adddup2(actions, files->input, STDIN_FILENO);
+  if (!error && files->input < 0)
+    error = posix_spawn_file_actions_addopen(actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
   if (!error) error = posix_spawn_file_actions_addopen(actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
   return error ? error : posix_spawn_file_actions_addclosefrom_np(actions, STDERR_FILENO + 1);
 }
 
-static int spawn(const char *program, const char *const words[], int output, pid_t *out_process) {
+static int spawn(const char *program, const char *const words[], const child_files *files, pid_t *out_process) {
   char *arguments[NP_CHILD_WORDS_MAX + 2] = {(char *)(uintptr_t)program};
   for (int i = 0; i < NP_CHILD_WORDS_MAX && words[i]; i++) arguments[i + 1] = (char *)(uintptr_t)words[i];
   posix_spawnattr_t attributes;
@@ -46,7 +53,7 @@ static int spawn(const char *program, const char *const words[], int output, pid
   error = posix_spawn_file_actions_init(&actions);
   if (!error) {
     error = set_signals(&attributes);
-    if (!error) error = set_files(&actions, output);
+    if (!error) error = set_files(&actions, files);
     if (!error) error = posix_spawn(out_process, program, &actions, &attributes, arguments, environ);
     posix_spawn_file_actions_destroy(&actions);
   }
@@ -54,18 +61,32 @@ static int spawn(const char *program, const char *const words[], int output, pid
   return error;
 }
 
-int np_child_start(const char *program, const char *const words[], np_child *out_child) {
+/* Room of a pipe: the usual 64 KB let one end wait for the other often. */
+enum { PIPE_BYTES = 1 << 20 };
+
+static int duplicate(int file) { return fcntl(file, F_DUPFD_CLOEXEC, STDERR_FILENO + 1); }
+
+int np_child_start_on(const char *program, const char *const words[], int input, np_child *out_child) {
   int ends[2];
   *out_child = (np_child){.output = -1};
   if (pipe2(ends, O_CLOEXEC)) return errno;
-  const int error = spawn(program, words, ends[1], &out_child->process);
+  (void)fcntl(ends[0], F_SETPIPE_SZ, PIPE_BYTES);
+  const child_files files = {input < 0 ? -1 : duplicate(input), duplicate(ends[1])};
+  int error = files.output < 0 || (input >= 0 && files.input < 0) ? errno : 0;
   close(ends[1]);
+  if (!error) error = spawn(program, words, &files, &out_child->process);
+  if (files.input >= 0) close(files.input);
+  if (files.output >= 0) close(files.output);
   out_child->output = ends[0];
   if (error) {
     out_child->process = 0;
     np_child_end(out_child);
   }
   return error;
+}
+
+int np_child_start(const char *program, const char *const words[], np_child *out_child) {
+  return np_child_start_on(program, words, -1, out_child);
 }
 
 /* ---- Output and end ---- */

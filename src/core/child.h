@@ -20,6 +20,9 @@ enum { NP_CHILD_WORDS_MAX = 8 };
  * open file of this process, whose threads may go on meanwhile. Returns 0, or a number of errno. */
 int np_child_start(const char *program, const char *const words[], np_child *out_child);
 
+/* The same with an open file of this process as its input, from its beginning. The file stays the caller's. */
+int np_child_start_on(const char *program, const char *const words[], int input, np_child *out_child);
+
 /* Reads so many bytes of its output. NEPH_ERROR_BAD_FILE: it ended before; NEPH_ERROR_CANCELLED: within 0.1 s of the
  * monitor's (NULL: none). Neither is logged, and neither ends the child. */
 neph_result np_child_read(np_child *child, const np_monitor *monitor, void *out_bytes, size_t count);

@@ -154,6 +154,12 @@ neph_result np_file_read_text(neph_context *context, const char *path, void **ou
   return read_regular(context, path, NP_FILE_TEXT_MAX, out_bytes, out_size);
 }
 
+neph_result np_file_read_rest(neph_context *context, const char *path, int file, void **out_bytes, size_t *out_size) {
+  *out_bytes = NULL;
+  *out_size = 0;
+  return read_and_close(context, path, file, SIZE_MAX, out_bytes, out_size);
+}
+
 neph_result np_file_read_any(neph_context *context, const char *path, void **out_bytes, size_t *out_size) {
   *out_bytes = NULL;
   *out_size = 0;

@@ -30,6 +30,9 @@ FILE *np_file_open_stream(const char *path);
  * message. */
 neph_result np_file_read(neph_context *context, const char *path, void **out_bytes, size_t *out_size);
 
+/* The rest of an open file in the same way. Closes it, whatever the outcome; `path` is for messages. */
+neph_result np_file_read_rest(neph_context *context, const char *path, int file, void **out_bytes, size_t *out_size);
+
 enum { NP_FILE_TEXT_MAX = 64000000 }; /* bytes */
 
 /* The same of a text, of at most NP_FILE_TEXT_MAX: for lists and rules that a command line names. */

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Reading OpenEXR: scan lines and tiles of the first part. Chunks are decompressed on the context's threads. */
+/* Reading OpenEXR: scan lines and tiles of the first part. Chunks are decompressed on the context's threads. Runs in the
+ * program nephos_pictures alone (picture_process.h). */
 #include <stdio.h>
 #include <string.h>
 #include <unistd.h>
@@ -7,9 +8,9 @@
 #include <openexr_decode.h>
 
 #include "core/alloc.h"
-#include "core/file.h"
 #include "core/parallel.h"
 #include "image/image_exr.h"
+#include "image/picture_decoder.h"
 
 /* ---- Errors ---- */
 
@@ -45,9 +46,6 @@ static neph_result fail_read(np_exr_file *file, exr_result_t code) {
 /* ---- Reading the header ---- */
 
 static neph_result open_file(np_exr_file *file) {
-  const char *reason;
-  const neph_result result = np_file_open(file->path, &file->descriptor, &reason);
-  if (result) return np_fail(file->context, result, "%s: cannot be read: %s", file->path, reason);
   exr_context_initializer_t initializer = EXR_DEFAULT_CONTEXT_INITIALIZER;
   initializer.error_handler_fn = keep_complaint;
   initializer.user_data = file;
@@ -212,10 +210,10 @@ static neph_result read_info(np_exr_file *file, np_image_exr_info *out_info) {
   return NEPH_OK;
 }
 
-neph_result np_image_read_exr_header(neph_context *context, const char *path, np_image_exr_info *out_info,
-                                     neph_image **out_image) {
+neph_result np_image_decode_exr_header(neph_context *context, int descriptor, const char *path,
+                                       np_image_exr_info *out_info, neph_image **out_image) {
   *out_image = NULL;
-  np_exr_file file = {.context = context, .path = path, .descriptor = -1};
+  np_exr_file file = {.context = context, .path = path, .descriptor = descriptor};
   neph_result result = open_file(&file);
   if (!result) result = read_info(&file, out_info);
   if (!result) result = read_header(&file, false, out_image);
@@ -327,14 +325,14 @@ static neph_result decode_chunks(void *user, size_t begin, size_t end, unsigned 
   return NEPH_OK;
 }
 
-static neph_result read_pixels(exr_reader *reader, np_monitor *monitor) {
+static neph_result read_pixels(exr_reader *reader) {
   np_exr_file *file = &reader->file;
   size_t count = (size_t)reader->columns * (size_t)reader->rows;
-  neph_result result = np_parallel_for(file->context, monitor, count, 1, decode_chunks, reader);
+  neph_result result = np_parallel_for(file->context, NULL, count, 1, decode_chunks, reader);
   return result && atomic_load(&file->worker_error) ? fail_read(file, atomic_load(&file->worker_error)) : result;
 }
 
-static neph_result read_file(exr_reader *reader, np_monitor *monitor) {
+static neph_result read_file(exr_reader *reader) {
   exr_chunk_info_t first;
   neph_result result = open_file(&reader->file);
   if (!result) result = check_kind(reader);
@@ -344,21 +342,17 @@ static neph_result read_file(exr_reader *reader, np_monitor *monitor) {
   exr_result_t code = read_chunk_info(reader, 0, 0, &first);
   if (code) return fail_read(&reader->file, code);
   result = read_header(&reader->file, true, &reader->image);
-  return result ? result : read_pixels(reader, monitor);
+  return result ? result : read_pixels(reader);
 }
 
-neph_result np_image_load_exr(neph_context *context, const char *path, np_monitor *monitor, neph_image **out_image) {
+neph_result np_image_decode_exr(neph_context *context, int descriptor, const char *path, neph_image **out_image) {
   *out_image = NULL;
-  exr_reader reader = {.file = {.context = context, .path = path, .descriptor = -1}};
-  neph_result result = read_file(&reader, monitor);
+  exr_reader reader = {.file = {.context = context, .path = path, .descriptor = descriptor}};
+  neph_result result = read_file(&reader);
   np_exr_close(&reader.file);
   if (!result)
     *out_image = reader.image;
   else
     neph_image_destroy(reader.image);
   return result;
-}
-
-neph_result neph_image_load_exr(neph_context *context, const char *path, neph_image **out_image) {
-  return np_image_load_exr(context, path, NULL, out_image);
 }

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* PNG through libpng: previews out, maps and height fields in. */
+/* PNG through libpng: previews out, maps and height fields in. Reading runs in the program nephos_pictures alone
+ * (picture_process.h). */
 #include <errno.h>
 #include <png.h>
 #include <setjmp.h>
@@ -10,6 +11,7 @@
 #include "core/alloc.h"
 #include "core/file.h"
 #include "core/parallel.h"
+#include "image/picture_decoder.h"
 #include "image/preview.h"
 
 /* ---- Writing ---- */
@@ -165,7 +167,6 @@ neph_result np_image_encode_png(const neph_image *image, const neph_preview_desc
 /* Everything that must outlive a jump out of libpng stands here, not in a register. */
 typedef struct png_reader {
   neph_context *context;
-  const np_monitor *monitor; /* may be NULL */
   const char *path;
   const uint8_t *bytes;
   size_t size, next;
@@ -187,7 +188,6 @@ static void fail_reading(png_reader *reader, neph_result result) {
 
 static void read_bytes(png_structp png, png_bytep out, size_t size) {
   png_reader *reader = png_get_io_ptr(png);
-  if (np_monitor_is_cancelled(reader->monitor)) fail_reading(reader, NEPH_ERROR_CANCELLED);
   if (size > reader->size - reader->next) png_error(png, "the file is cut short");
   memcpy(out, reader->bytes + reader->next, size);
   reader->next += size;
@@ -293,8 +293,7 @@ static neph_result fail_read(png_reader *reader) {
 }
 
 /* The only frame that libpng jumps to; all its state is behind `reader`. */
-static neph_result run_libpng(void *user) {
-  png_reader *reader = user;
+static neph_result run_libpng(png_reader *reader) {
   reader->png =
       png_create_read_struct_2(PNG_LIBPNG_VER_STRING, reader, jump_out, ignore_warning, reader, allocate, release);
   if (!reader->png) return NEPH_ERROR_OUT_OF_MEMORY;
@@ -305,14 +304,14 @@ static neph_result run_libpng(void *user) {
   return reader->result;
 }
 
-neph_result np_image_load_png(neph_context *context, const char *path, np_monitor *monitor, neph_image **out_image) {
+neph_result np_image_decode_png(neph_context *context, int descriptor, const char *path, neph_image **out_image) {
   void *bytes;
-  png_reader reader = {.context = context, .monitor = monitor, .path = path};
+  png_reader reader = {.context = context, .path = path};
   *out_image = NULL;
-  neph_result result = np_file_read(context, path, &bytes, &reader.size);
+  neph_result result = np_file_read_rest(context, path, descriptor, &bytes, &reader.size);
   if (result) return result;
   reader.bytes = bytes;
-  result = np_parallel_run(context, monitor, run_libpng, &reader);
+  result = run_libpng(&reader);
   png_destroy_read_struct(&reader.png, &reader.info, NULL);
   np_alloc_free(context, reader.pixels);
   np_alloc_free(context, reader.rows);
@@ -322,8 +321,4 @@ neph_result np_image_load_png(neph_context *context, const char *path, np_monito
   else
     neph_image_destroy(reader.image);
   return result;
-}
-
-neph_result neph_image_load_png(neph_context *context, const char *path, neph_image **out_image) {
-  return np_image_load_png(context, path, NULL, out_image);
 }
