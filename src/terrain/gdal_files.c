@@ -60,10 +60,14 @@ const char *np_gdal_files_get_refusal(const char *name) {
   return strncmp(name, prefix, length) ? NULL : get_refusal(name + length, 0);
 }
 
+/* The caller has named the raster: of a name within, its last part is enough. */
 void np_gdal_files_clean_message(char *message) {
-  const size_t prefix_length = strlen(prefix) - 1, mark_length = strlen(confined) - 1;
-  for (char *at = message; (at = strstr(at, prefix));) memmove(at, at + prefix_length, strlen(at + prefix_length) + 1);
-  for (char *at = message; (at = strstr(at, confined));) memmove(at, at + mark_length, strlen(at + mark_length) + 1);
+  for (char *at = message; (at = strstr(at, prefix));) {
+    char *last = at;
+    for (char *c = at; *c && !strchr("'\":\n", *c); c++)
+      if (*c == '/') last = c + 1;
+    memmove(at, last, strlen(last) + 1);
+  }
 }
 
 /* A .vrt stands where its links lead, another file in the folder that its name says. */

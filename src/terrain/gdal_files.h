@@ -12,7 +12,7 @@ char *np_gdal_files_name(const char *path, int is_confined);
 /* Why a name of this file system is not opened; NULL: it is. */
 const char *np_gdal_files_get_refusal(const char *name);
 
-/* Removes the door's prefix from a message of GDAL. */
+/* Leaves the last parts of names of this file system in a message of GDAL. */
 void np_gdal_files_clean_message(char *message);
 
 #endif
