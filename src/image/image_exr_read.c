@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Reading OpenEXR: scan lines and tiles of the first part. Chunks are decompressed on the context's threads. Runs in the
- * program nephos_pictures alone (picture_process.h). */
+/* Reading OpenEXR: scan lines and tiles of the first part. Chunks are decompressed on the context's threads. It runs in
+ * the program nephos_pictures alone (picture_process.h). */
 #include <stdio.h>
 #include <string.h>
 #include <unistd.h>
