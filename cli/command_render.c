@@ -100,7 +100,11 @@ static cli_exit render_to(render_job *job, render_targets *t) {
   frame_facts facts = {.seconds = cli_progress_get_frame_s(progress), .error = NEPH_IMAGE_ERROR_DEFAULT};
   if (!result) result = neph_image_get_error(image, &facts.error);
   facts.image = image;
+  facts.preview_stops = NAN;
+  if (!result && t->preview)
+    result = neph_image_compute_exposure(image, &job->output.preview_desc, &facts.preview_stops);
   if (!result) facts.hash = neph_image_get_attribute(image, "nephos:sceneHash");
+  if (!result) render_job_warn_of_lift(job, &facts);
   if (!result) render_job_print_frame(job, t, &facts);
   neph_image_destroy(image);
   fflush(stdout);

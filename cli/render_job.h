@@ -26,7 +26,8 @@ typedef struct frame_facts {
   double seconds;
   neph_image_error error;
   const neph_image *image;
-  const char *hash; /* of the picture; NULL: it has none */
+  const char *hash;     /* of the picture; NULL: it has none */
+  double preview_stops; /* of its exposure; NAN: there is no preview */
 } frame_facts;
 
 typedef struct render_job {
@@ -38,6 +39,8 @@ typedef struct render_job {
   frame_batch batch;
   neph_files *files;    /* while they are checked: the table that a check of targets adds to */
   const char *snapshot; /* of the frame under way; NULL: none can be taken */
+  const char *matched;  /* what the previews share an exposure of the meter with; NULL: it was not chosen for that */
+  bool is_lift_told;    /* that a preview is lifted, in a warning */
 } render_job;
 
 /* Resolution, pixels, machine and effort, by the scene and the options. */
@@ -70,6 +73,9 @@ neph_result render_job_check_done(const render_job *job, const render_targets *t
 
 /* The exit code of a run that keeps checkpoints, of one that may have been stopped. */
 cli_exit render_job_end_restart(const render_job *job, cli_exit exit);
+
+/* Warns once of a preview that shows the dark as bright. */
+void render_job_warn_of_lift(render_job *job, const frame_facts *facts);
 
 /* The line of a frame that is done, is there already, or failed, on standard output. */
 void render_job_print_frame(render_job *job, const render_targets *t, const frame_facts *facts);

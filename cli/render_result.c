@@ -1,9 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The line that each frame ends with: its files, time, memory and error, for people or as JSON. */
 #include <math.h>
+#include <stdlib.h>
 #include <sys/resource.h>
 
 #include "render_job.h"
+
+/* Attributes of a render, in degrees. */
+static const char sun_elevation[] = "nephos:sunElevation", sun_azimuth[] = "nephos:sunAzimuth";
 
 /* Most memory that the process has had so far. */
 static double get_memory_bytes(void) {
@@ -50,6 +54,33 @@ static void print_error(const neph_image_error *error) {
   print_bias(error);
 }
 
+static double get_number(const neph_image *image, const char *attribute) {
+  const char *text = neph_image_get_attribute(image, attribute);
+  return text ? strtod(text, NULL) : (double)NAN;
+}
+
+/* "; sun at elevation -17.5°, azimuth 26.4°" */
+static void print_sun(const neph_image *image) {
+  const double elevation = get_number(image, sun_elevation);
+  if (isnan(elevation)) return;
+  printf("; sun at elevation %.1f°, azimuth %.1f°", elevation, get_number(image, sun_azimuth));
+}
+
+static const char *get_exposure_name(const render_job *job) {
+  static const char *const names[] = {[NEPH_EXPOSURE_AUTO] = "auto",
+                                      [NEPH_EXPOSURE_METER] = "meter",
+                                      [NEPH_EXPOSURE_FIXED] = "fixed",
+                                      [NEPH_EXPOSURE_CAMERA] = "camera"};
+  return names[job->output.preview_desc.exposure];
+}
+
+/* "; preview +2.3 stops by meter, so that frames match" */
+static void print_exposure(const render_job *job, const frame_facts *facts) {
+  if (isnan(facts->preview_stops)) return;
+  printf("; preview %+.1f stops by %s", facts->preview_stops, get_exposure_name(job));
+  if (job->matched) printf(", so that %s match", job->matched);
+}
+
 static void print_json_bounded(const char *name, const neph_bounded *figure) {
   const struct {
     const char *ending;
@@ -83,7 +114,16 @@ static void print_json_text(const char *name, const char *text) {
   cli_print_json_text(text);
 }
 
-static void print_json_facts(const frame_facts *facts) {
+static void print_json_light(const render_job *job, const frame_facts *facts) {
+  const double elevation = get_number(facts->image, sun_elevation);
+  if (!isnan(elevation))
+    printf(", \"sun_elevation_deg\": %.4f, \"sun_azimuth_deg\": %.4f", elevation,
+           get_number(facts->image, sun_azimuth));
+  if (!isnan(facts->preview_stops))
+    printf(", \"preview_stops\": %.3f, \"preview_exposure\": \"%s\"", facts->preview_stops, get_exposure_name(job));
+}
+
+static void print_json_facts(const render_job *job, const frame_facts *facts) {
   static const char *const sources[] = {"null", "\"model\"", "\"measured\""};
   printf(", \"seconds\": %.3f, \"memory_bytes\": %.0f", facts->seconds, get_memory_bytes());
   print_json_bounded("error", &facts->error.error);
@@ -91,6 +131,7 @@ static void print_json_facts(const frame_facts *facts) {
   print_json_bounded("bias", &facts->error.bias);
   printf(", \"bias_source\": %s", sources[facts->error.bias_source]);
   print_json_predictions(facts->image);
+  print_json_light(job, facts);
   if (facts->hash) print_json_text("hash", facts->hash);
   printf("}\n");
 }
@@ -106,6 +147,8 @@ static void print_plain(const render_job *job, const render_targets *t, const fr
   printf(", %.2f s, ", facts->seconds);
   print_memory(get_memory_bytes());
   print_error(&facts->error);
+  print_sun(facts->image);
+  print_exposure(job, facts);
   printf("\n");
 }
 
@@ -114,11 +157,28 @@ static void print_json(const render_job *job, const render_targets *t, const fra
   if (t->image) print_json_text("image", t->image);
   if (t->preview) print_json_text("preview", t->preview);
   if (t->deep) print_json_text("deep", t->deep);
-  print_json_facts(facts);
+  print_json_facts(job, facts);
 }
 
 static const char *get_first_name(const render_targets *t) {
   return t->image ? t->image : t->preview ? t->preview : t->deep;
+}
+
+/* A perfect diffuser in the sun and sky of noon is near 1, at a scale of 2. */
+void render_job_warn_of_lift(render_job *job, const frame_facts *facts) {
+  static const double most_stops = 10.0, scale_of_noon = 2.0;
+  const double scale = get_number(facts->image, "nephos:scale"), elevation = get_number(facts->image, sun_elevation);
+  const double lift = facts->preview_stops - job->output.preview_desc.exposure_ev + log2(scale / scale_of_noon);
+  char text[400], sun[80] = "";
+  if (job->is_lift_told || job->output.preview_desc.exposure == NEPH_EXPOSURE_FIXED || !(lift > most_stops)) return;
+  if (!isnan(elevation)) (void)snprintf(sun, sizeof sun, " with the sun at elevation %.1f°", elevation);
+  (void)snprintf(
+      text, sizeof text,
+      "the preview is lifted by %.1f stops from the exposure of noon: the picture of frame %d is that dark%s; "
+      "set output.exposure to a number of stops to see it as it is",
+      lift, job->desc.frame, sun);
+  cli_progress_log(&job->session->progress, NEPH_LOG_WARNING, text);
+  job->is_lift_told = true;
 }
 
 void render_job_print_frame(render_job *job, const render_targets *t, const frame_facts *facts) {

@@ -153,6 +153,7 @@ void render_job_choose_exposure(render_job *job, bool is_part) {
   neph_preview_desc *preview = &job->output.preview_desc;
   const bool is_of_sequence = job->output.preview && neph_frame_is_numbered(job->output.preview);
   const bool is_of_pair = neph_scene_is_stereo(job->scene) || job->desc.eye != NEPH_EYE_CENTRE;
-  if ((is_part || is_of_sequence || is_of_pair) && preview->exposure == NEPH_EXPOSURE_AUTO)
-    preview->exposure = NEPH_EXPOSURE_METER;
+  if (preview->exposure != NEPH_EXPOSURE_AUTO) return;
+  job->matched = is_of_sequence ? "frames" : is_part ? "parts" : is_of_pair ? "eyes" : NULL;
+  if (job->matched) preview->exposure = NEPH_EXPOSURE_METER;
 }

@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "session.h"
 
+#include <stdlib.h>
 #include <string.h>
 #include <strings.h>
+#include <unistd.h>
 
 cli_exit cli_exit_of(neph_result result) {
   switch (result) {
@@ -42,7 +44,12 @@ cli_exit cli_session_start(const cli_options *options, cli_session *session) {
   desc.cache_dir = options->cache_dir;
   desc.path_mapping = options->path_mapping;
   desc.cache_size_max_bytes = options->cache_size_max_bytes;
-  return cli_exit_of(neph_context_create(&desc, &session->context));
+  neph_result result = neph_context_create(&desc, &session->context);
+  neph_names_desc names = NEPH_NAMES_DESC_DEFAULT;
+  names.variables = (const char *const *)environ;
+  names.time_zone_dir = getenv("TZDIR");
+  if (!result) result = neph_context_set_names(session->context, &names);
+  return cli_exit_of(result);
 }
 
 void cli_session_end(cli_session *session) {

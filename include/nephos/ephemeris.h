@@ -26,7 +26,8 @@ typedef struct neph_ephemeris {
 
 /** Finds sun, moon and stars.
  *
- * @param time           as in scenes: 2026-06-21T16:00Z, seconds optional, an offset such as +02:00 in place of Z.
+ * @param time           as in scenes: 2026-06-21T16:00Z, seconds optional; an offset such as +02:00, or a space and
+ *                       the name of a time zone such as America/New_York, in place of Z, or nothing, which is UTC.
  * @param latitude_rad   −π/2 to π/2, north positive.
  * @param longitude_rad  east positive.
  * @param out_ephemeris  starts from NEPH_EPHEMERIS_DEFAULT; unchanged on failure.

@@ -26,9 +26,11 @@
 #include <nephos/cloud.h>
 #include <nephos/context.h>
 #include <nephos/ephemeris.h>
+#include <nephos/exposure.h>
 #include <nephos/files.h>
 #include <nephos/image.h>
 #include <nephos/machine.h>
+#include <nephos/names.h>
 #include <nephos/noise_texture.h>
 #include <nephos/parts.h>
 #include <nephos/probe.h>

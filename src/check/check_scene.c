@@ -144,7 +144,8 @@ static neph_result place_file(const scene_check *c, unsigned index) {
   c->check->are_warnings_muted = true;
   neph_result result = np_cloud_file_get(c->check->context, cloud, c->frame, &file);
   if (!result) result = neph_check_set_file(c->check, file.path);
-  if (!result && file.path) result = np_volume_load_density(c->check->context, file.path, &load, &volume);
+  if (!result && file.path && np_file_exists(file.path))
+    result = np_volume_load_density(c->check->context, file.path, &load, &volume);
   if (!result && volume) result = check_placement(c, index, file.number, volume);
   c->check->are_warnings_muted = false;
   neph_volume_release(volume);
@@ -168,6 +169,15 @@ static neph_result check_bake(const scene_check *c, const np_scene_cloud *cloud)
   return result ? result : np_check_pass(np_cloud_check_voxel(c->check->context, &at_frame));
 }
 
+/* The one file of a cloud; the plan says whether it is there. */
+static neph_result check_still(const scene_check *c, const np_scene_cloud *cloud, const np_file_use *use) {
+  char *path = np_frame_name_make(c->check->context, cloud->vdb, c->frame);
+  if (!path) return NEPH_ERROR_OUT_OF_MEMORY;
+  const neph_result result = np_file_exists(path) ? np_check_volume(c->check, path, true, use, NULL) : NEPH_OK;
+  np_alloc_free(c->check->context, path);
+  return result;
+}
+
 /* A baked cloud's file is written by a render. The plan says which files are not there. What has errors is not placed.
  */
 static neph_result check_cloud(const scene_check *c, unsigned index) {
@@ -175,11 +185,9 @@ static neph_result check_cloud(const scene_check *c, unsigned index) {
   const size_t errors = c->check->counts[NEPH_SEVERITY_ERROR];
   if (cloud->volume) return NEPH_OK;
   if (cloud->is_baked) return check_bake(c, cloud);
-  if (!np_scene_cloud_is_sequence(cloud) && !np_file_exists(cloud->vdb)) return NEPH_OK;
   const np_file_use use = np_cloud_file_describe_use(c->scene, cloud);
-  const neph_result result = np_scene_cloud_is_sequence(cloud)
-                                 ? np_check_sequence(c->check, cloud->vdb, &use)
-                                 : np_check_volume(c->check, cloud->vdb, true, &use, NULL);
+  const neph_result result =
+      np_scene_cloud_is_sequence(cloud) ? np_check_sequence(c->check, cloud->vdb, &use) : check_still(c, cloud, &use);
   return result || c->check->counts[NEPH_SEVERITY_ERROR] > errors ? result : place_file(c, index);
 }
 
@@ -214,8 +222,10 @@ static neph_result check_named_in(neph_check *check, const char *scene, const np
   for (const np_node *child = node->first; child && !result; child = child->next)
     result = check_named_in(check, scene, child);
   if (result || node->kind != NP_NODE_SCALAR || !neph_check_is_file(node->text) || is_scene(node->text)) return result;
-  char *path = np_path_map_resolve(check->context, scene, node->text);
-  if (!path) return NEPH_ERROR_OUT_OF_MEMORY;
+  char *path, *problem;
+  result = np_path_map_resolve(check->context, scene, node->text, &path, &problem);
+  np_alloc_free(check->context, problem);
+  if (result) return result == NEPH_ERROR_BAD_SCENE ? NEPH_OK : result; /* the scene's own error says so */
   if (np_frame_name_is_pattern(path) || np_file_exists(path)) result = neph_check_file(check, path);
   np_alloc_free(check->context, path);
   return result;

@@ -46,9 +46,21 @@ static bool read_dollar(const char *text, number_place *out) {
   return is_end(*out->end);
 }
 
+/* "$#" or "$$" */
+static bool is_escape(const char *text) { return text[0] == '$' && (text[1] == '#' || text[1] == '$'); }
+
+size_t np_frame_name_count_dollar(const char *text) {
+  number_place place;
+  return read_dollar(text, &place) ? (size_t)(place.end - place.begin) : 0;
+}
+
 static number_place search_place(const char *pattern) {
   number_place last = {NULL, NULL, 0, false}, found;
   for (const char *at = pattern; *at;) {
+    if (is_escape(at)) {
+      at += 2;
+      continue;
+    }
     const bool is_found = read_hashes(at, &found) || read_percent(at, &found) || read_dollar(at, &found);
     if (is_found) last = found;
     at = is_found ? found.end : at + 1;
@@ -78,31 +90,48 @@ static void print_number(const number_place *at, double number, char out[NUMBER_
     (void)snprintf(out, NUMBER_SIZE, "%0*lld", at->digits, (long long)floor(number));
 }
 
+void np_frame_name_unescape(char *text) {
+  char *to = text;
+  for (const char *from = text; *from; from++, to++) {
+    from += is_escape(from);
+    *to = *from;
+  }
+  *to = '\0';
+}
+
 double np_frame_name_round(const char *pattern, double number) {
   return search_place(pattern).has_decimals ? round(1e3 * number) / 1e3 : floor(number);
 }
 
 char *np_frame_name_make(neph_context *context, const char *pattern, double number) {
   const number_place at = search_place(pattern);
-  if (!at.begin) return np_alloc_text(context, pattern);
-  char text[NUMBER_SIZE];
-  print_number(&at, number, text);
-  return np_alloc_printf(context, "%.*s%s%s", (int)(at.begin - pattern), pattern, text, at.end);
+  char text[NUMBER_SIZE] = "";
+  if (at.begin) print_number(&at, number, text);
+  char *name = at.begin ? np_alloc_printf(context, "%.*s%s%s", (int)(at.begin - pattern), pattern, text, at.end)
+                        : np_alloc_text(context, pattern);
+  if (name) np_frame_name_unescape(name);
+  return name;
 }
 
 /* ---- Files ---- */
 
+/* A pattern in its parts, with their literal signs. */
+typedef struct name_parts {
+  number_place at;
+  char *folder, *before, *after;
+} name_parts;
+
 /* The number in the name of a file, if the pattern gives that number this name. */
-static bool read_name(const number_place *at, const char *base, const char *name, double *out_number) {
+static bool read_name(const name_parts *p, const char *name, double *out_number) {
   char text[NUMBER_SIZE];
-  const size_t before = (size_t)(at->begin - base);
-  if (strncmp(name, base, before) != 0) return false;
+  const size_t before = strlen(p->before);
+  if (strncmp(name, p->before, before) != 0) return false;
   const char *number = name + before;
-  const size_t length = strspn(number, at->has_decimals ? "-0123456789." : "-0123456789");
+  const size_t length = strspn(number, p->at.has_decimals ? "-0123456789." : "-0123456789");
   for (size_t n = length; n > 0; n--) { /* "1." of "1.vdb" is no number */
-    if (strcmp(number + n, at->end) != 0) continue;
+    if (strcmp(number + n, p->after) != 0) continue;
     *out_number = strtod(number, NULL);
-    print_number(at, *out_number, text);
+    print_number(&p->at, *out_number, text);
     return strlen(text) == n && !memcmp(text, number, n);
   }
   return false;
@@ -123,19 +152,34 @@ static int compare_numbers(const void *a, const void *b) {
   return (first > second) - (first < second);
 }
 
+static char *copy_part(neph_context *context, const char *begin, const char *end) {
+  char *part = np_alloc_printf(context, "%.*s", (int)(end - begin), begin);
+  if (part) np_frame_name_unescape(part);
+  return part;
+}
+
+static neph_result read_folder(neph_context *context, const name_parts *p, np_frame_numbers *out_numbers) {
+  DIR *folder = opendir(p->folder);
+  neph_result result = NEPH_OK;
+  double number;
+  for (struct dirent *entry; !result && folder && (entry = readdir(folder));)
+    if (read_name(p, entry->d_name, &number)) result = add_number(context, out_numbers, number);
+  if (folder) closedir(folder);
+  if (out_numbers->count) qsort(out_numbers->numbers, out_numbers->count, sizeof(double), compare_numbers);
+  return result;
+}
+
 neph_result np_frame_name_list(neph_context *context, const char *pattern, np_frame_numbers *out_numbers) {
   *out_numbers = (np_frame_numbers){NULL, 0};
   const number_place at = search_place(pattern);
   const char *slash = strrchr(pattern, '/'), *base = slash ? slash + 1 : pattern;
   if (!at.begin || at.begin < base) return NEPH_OK;
-  char *folder_name = np_alloc_printf(context, "%.*s", slash ? (int)(base - pattern) : 1, slash ? pattern : ".");
-  DIR *folder = folder_name ? opendir(folder_name) : NULL;
-  neph_result result = folder_name ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
-  double number;
-  for (struct dirent *entry; !result && folder && (entry = readdir(folder));)
-    if (read_name(&at, base, entry->d_name, &number)) result = add_number(context, out_numbers, number);
-  if (folder) closedir(folder);
-  np_alloc_free(context, folder_name);
-  if (out_numbers->count) qsort(out_numbers->numbers, out_numbers->count, sizeof(double), compare_numbers);
+  const name_parts p = {at, slash ? copy_part(context, pattern, base) : np_alloc_text(context, "."),
+                        copy_part(context, base, at.begin), copy_part(context, at.end, at.end + strlen(at.end))};
+  const bool is_split = p.folder && p.before && p.after;
+  const neph_result result = is_split ? read_folder(context, &p, out_numbers) : NEPH_ERROR_OUT_OF_MEMORY;
+  np_alloc_free(context, p.folder);
+  np_alloc_free(context, p.before);
+  np_alloc_free(context, p.after);
   return result;
 }

@@ -2,7 +2,8 @@
 /* Names of files of a sequence, one for each frame.
  *
  * A pattern holds the place of the number: "####", "%04d", "%04i" or "$F4", padded with zeros to 4 digits, "%d", "%i"
- * or "$F", not padded, "$FF", with the decimals of frames between two. Of several the last counts. */
+ * or "$F", not padded, "$FF", with the decimals of frames between two. Of several the last counts. "$#" and "$$" stand
+ * for a literal # and $, in names that are no pattern too. */
 #ifndef NP_CORE_FRAME_NAME_H
 #define NP_CORE_FRAME_NAME_H
 
@@ -16,11 +17,17 @@ typedef struct np_frame_numbers {
 
 bool np_frame_name_is_pattern(const char *text);
 
+/* Letters of "$F", "$FF" or "$F4" at the start of a text; 0: it does not begin so. */
+size_t np_frame_name_count_dollar(const char *text);
+
 /* The number that a name holds: the whole one below, but with "$FF", which has three decimals. */
 double np_frame_name_round(const char *pattern, double number);
 
-/* The name of a number, so rounded. Copies a text that is no pattern. NULL: no memory. */
+/* The name of a number, so rounded; of a text that is no pattern, that text with its literal signs. NULL: no memory. */
 char *np_frame_name_make(neph_context *context, const char *pattern, double number);
+
+/* Gives a text that is no pattern, whatever it holds, its literal signs. */
+void np_frame_name_unescape(char *text);
 
 /* Numbers of the files that are there. A name belongs to the pattern if it is the one that its number has: of
  * a.####.vdb are a.0007.vdb and a.12345.vdb, not a.7.vdb or a.-old.vdb. None where the number is in the name of a

@@ -2,11 +2,13 @@
 #include "core/path_map.h"
 
 #include <ctype.h>
+#include <nephos/names.h>
 #include <string.h>
 
 #include "core/alloc.h"
 #include "core/file.h"
 #include "core/json.h"
+#include "core/path_variables.h"
 
 /* The texts are those of `rules`. */
 typedef struct path_rule {
@@ -16,9 +18,11 @@ typedef struct path_rule {
 } path_rule;
 
 struct np_path_map {
-  np_json_value *rules;
+  np_json_value *rules; /* NULL: none */
   path_rule *items;
   size_t count;
+  np_path_variables *variables; /* NULL: none is set */
+  char *time_zone_dir;          /* NULL: the usual one */
 };
 
 /* ---- Rules ---- */
@@ -77,8 +81,16 @@ neph_result np_path_map_load(neph_context *context, const char *path, np_path_ma
   return result;
 }
 
+static void clear_names(neph_context *context, np_path_map *map) {
+  np_path_variables_destroy(context, map->variables);
+  np_alloc_free(context, map->time_zone_dir);
+  map->variables = NULL;
+  map->time_zone_dir = NULL;
+}
+
 void np_path_map_destroy(neph_context *context, np_path_map *map) {
   if (!map) return;
+  clear_names(context, map);
   np_json_value_destroy(map->rules);
   np_alloc_free(context, map->items);
   np_alloc_free(context, map);
@@ -97,7 +109,7 @@ static bool applies(const path_rule *rule, const char *name) {
   return !name[rule->length] || is_slash(name[rule->length], rule->is_windows);
 }
 
-char *np_path_map_resolve(neph_context *context, const char *base_file, const char *name) {
+static char *map_name(neph_context *context, const char *base_file, const char *name) {
   const np_path_map *map = context->path_map;
   const path_rule *best = NULL;
   for (size_t i = 0; map && i < map->count; i++)
@@ -107,4 +119,44 @@ char *np_path_map_resolve(neph_context *context, const char *base_file, const ch
   for (char *c = mapped ? mapped + strlen(best->destination) : NULL; c && best->is_windows && *c; c++)
     if (*c == '\\') *c = '/';
   return mapped;
+}
+
+neph_result np_path_map_resolve(neph_context *context, const char *base_file, const char *name, char **out_path,
+                                char **out_problem) {
+  char *expanded;
+  *out_path = NULL;
+  neph_result result = np_path_variables_expand(context, context->path_map ? context->path_map->variables : NULL, name,
+                                                &expanded, out_problem);
+  if (result) return result;
+  *out_path = map_name(context, base_file, expanded);
+  np_alloc_free(context, expanded);
+  return *out_path ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+}
+
+char *np_path_map_resolve_again(neph_context *context, const char *base_file, const char *name) {
+  char *path, *problem;
+  (void)np_path_map_resolve(context, base_file, name, &path, &problem);
+  np_alloc_free(context, problem);
+  return path;
+}
+
+/* ---- Names that are set ---- */
+
+const char *np_path_map_get_time_zone_dir(const neph_context *context) {
+  return context->path_map ? context->path_map->time_zone_dir : NULL;
+}
+
+neph_result neph_context_set_names(neph_context *context, const neph_names_desc *desc) {
+  const neph_names_desc defaults = NEPH_NAMES_DESC_DEFAULT;
+  neph_names_desc wanted;
+  neph_result result = np_desc_read(context, "neph_names_desc", &defaults, sizeof defaults, desc, &wanted);
+  if (result) return result;
+  if (!context->path_map) context->path_map = np_alloc(context, 1, sizeof *context->path_map);
+  np_path_map *map = context->path_map;
+  if (!map) return NEPH_ERROR_OUT_OF_MEMORY;
+  clear_names(context, map);
+  if (wanted.variables) result = np_path_variables_create(context, wanted.variables, &map->variables);
+  if (result || !wanted.time_zone_dir) return result;
+  map->time_zone_dir = np_alloc_text(context, wanted.time_zone_dir);
+  return map->time_zone_dir ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }

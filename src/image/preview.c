@@ -8,6 +8,8 @@
  */
 #include "image/preview.h"
 
+#include <nephos/exposure.h>
+
 #include <math.h>
 #include <string.h>
 
@@ -154,7 +156,17 @@ static neph_result choose_factor(const neph_image *image, const neph_preview_des
   double base = 1.0;
   if (views[desc->view].is_for_display) result = np_exposure_choose(image, desc, &base);
   *out = base * exp2(desc->exposure_ev);
-  if (!result) np_log(image->context, NEPH_LOG_INFO, "preview: exposed by %+.2f EV", log2(*out));
+  return result;
+}
+
+neph_result neph_image_compute_exposure(const neph_image *image, const neph_preview_desc *desc, double *out_stops) {
+  const neph_preview_desc defaults = NEPH_PREVIEW_DESC_DEFAULT;
+  neph_preview_desc wanted;
+  double factor = 1.0;
+  neph_result result = np_desc_read(image->context, "neph_preview_desc", &defaults, sizeof defaults, desc, &wanted);
+  if (!result) result = check_desc(image->context, &wanted);
+  if (!result) result = choose_factor(image, &wanted, &factor);
+  if (!result) *out_stops = log2(factor);
   return result;
 }
 
@@ -171,6 +183,7 @@ neph_result np_preview_render(const neph_image *image, const neph_preview_desc *
     return np_fail(image->context, NEPH_ERROR_INVALID_ARGUMENT, "a preview needs the channels R, G and B, or Y");
   result = choose_factor(image, desc, &exposure);
   *out_exposure_ev = result ? 0.0 : log2(exposure);
+  if (!result) np_log(image->context, NEPH_LOG_INFO, "preview: exposed by %+.2f EV", log2(exposure));
   for (int c = 0; c < 3; c++)
     job.planes.factor[c] = (float)(job.view->is_for_display ? exposure / desc->white[c] : exposure);
   if (!result) result = np_parallel_for(image->context, NULL, image->height, 8, render_rows, &job);

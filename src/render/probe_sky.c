@@ -152,10 +152,13 @@ static neph_result load_earth(sky_probe *p, size_t row, const char *name) {
     return np_fail(p->context, NEPH_ERROR_BAD_SCENE,
                    "%s:%u: the cases name more than %d scenes, must be at most so many", p->csv.path,
                    p->csv.rows[row].line, EARTHS_MAX - NAMED_COUNT);
-  char *path = np_path_map_resolve(p->context, p->csv.path, name);
-  if (!path) return NEPH_ERROR_OUT_OF_MEMORY;
+  char *path, *problem;
   neph_scene *scene;
-  neph_result result = neph_scene_load(p->context, path, &scene);
+  neph_result result = np_path_map_resolve(p->context, p->csv.path, name, &path, &problem);
+  if (problem)
+    np_fail(p->context, result, "%s:%u: earth is '%s': %s", p->csv.path, p->csv.rows[row].line, name, problem);
+  if (!result) result = neph_scene_load(p->context, path, &scene);
+  np_alloc_free(p->context, problem);
   np_alloc_free(p->context, path);
   if (result) return result;
   p->scenes[p->scene_count++] = scene;

@@ -7,6 +7,7 @@
 #include "core/parallel.h"
 #include "image/image_private.h"
 #include "render/frame.h"
+#include "render/light_warnings.h"
 #include "render/part_check.h"
 #include "render/plan.h"
 #include "render/prediction.h"
@@ -27,6 +28,13 @@ static void warn_of_buried_camera(const np_assembly *a) {
          "camera.position is %.4g m below the ground, and sees nothing but ground: raise it by more than that", depth);
 }
 
+/* A place that no key gives is the terrain's. */
+static neph_result warn_of_lights(const neph_scene *scene, const np_plan *plan, const np_assembly *a) {
+  double latitude = scene->latitude_rad, longitude = scene->longitude_rad;
+  if (!scene->has_place && a->terrain) (void)np_terrain_get_place(a->terrain, &latitude, &longitude);
+  return np_light_warnings_log(scene, plan, np_assembly_get_lights(a, plan), longitude);
+}
+
 static neph_result fail_late(const neph_render_desc *desc, const np_monitor *monitor) {
   return np_fail(
       monitor->context, NEPH_ERROR_LIMIT,
@@ -43,10 +51,11 @@ static neph_result render(np_plan *plan, const neph_scene *scene, np_monitor *mo
   if (!result) result = np_assembly_build(scene, plan, monitor, &assembly);
   if (result) return result;
   warn_of_buried_camera(&assembly);
+  result = warn_of_lights(scene, plan, &assembly);
   np_read_ahead(scene, plan);
   np_schedule_begin(&assembly.schedule, monitor, NP_STAGE_INTEGRATOR, 0, 1);
   const double start_s = np_cpu_time_s();
-  result = np_frame_render(scene, plan, &assembly, monitor, out_image);
+  if (!result) result = np_frame_render(scene, plan, &assembly, monitor, out_image);
   plan->times->cpu_s[NP_STAGE_INTEGRATOR] = np_cpu_time_s() - start_s - plan->times->error_s;
   np_assembly_clear(&assembly);
   if (!result) result = np_prediction_end(plan, *out_image);
@@ -109,5 +118,7 @@ neph_result neph_render_explain(neph_scene *scene, const neph_render_desc *desc,
   if (!result) result = np_inputs_open(scene, &plan);
   if (!result) result = np_plan_measure_fill(scene, &plan);
   if (!result) result = np_plan_fit_memory(scene, &plan);
+  if (!result && plan.are_lights_known)
+    result = np_light_warnings_log(scene, &plan, &plan.lights, scene->longitude_rad);
   return result ? result : np_plan_describe(scene, &plan, format, out_text);
 }

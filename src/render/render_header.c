@@ -3,10 +3,12 @@
 
 #include <stdio.h>
 
+#include "core/units.h"
 #include "image/image_private.h"
 #include "render/camera_header.h"
 #include "render/color_header.h"
 #include "render/light_meter.h"
+#include "render/light_warnings.h"
 #include "render/part_check.h"
 
 static neph_result describe_render(const neph_scene *scene, const np_plan *plan, neph_image *image) {
@@ -77,6 +79,19 @@ static neph_result describe_light(const np_assembly *assembly, const neph_render
   return result || !q.is_cut ? result : describe_cut(desc, &q, image);
 }
 
+/* Nothing of a scene without sunlight, nor where no light was asked for and only the terrain has the place. */
+static neph_result describe_sun(const neph_scene *scene, const np_plan *plan, const np_assembly *assembly,
+                                neph_image *image) {
+  const double *irradiance = scene->sun.irradiance_w_m2_nm;
+  const np_scene_lights *lights = np_assembly_get_lights(assembly, plan);
+  if (!lights || irradiance[0] + irradiance[1] + irradiance[2] <= 0.0) return NEPH_OK;
+  const np_dvec3 to_sun = lights->to_sun;
+  const double azimuth = atan2(to_sun.x, to_sun.y) / NP_DEGREE;
+  neph_result result =
+      np_image_set_real(image, NP_HEADER_SUN_ELEVATION, asin(np_clamp(to_sun.z, -1.0, 1.0)) / NP_DEGREE);
+  return result ? result : np_image_set_real(image, NP_HEADER_SUN_AZIMUTH, azimuth < 0.0 ? azimuth + 360.0 : azimuth);
+}
+
 /* The part's place in the whole. */
 static neph_result describe_part(const np_plan *plan, neph_image *image) {
   const neph_render_desc *d = &plan->desc;
@@ -98,6 +113,7 @@ neph_result np_render_header_write(const neph_scene *scene, const np_plan *plan,
   neph_result result = np_camera_header_write(scene, &assembly->camera, plan->desc.eye, image);
   if (!result) result = np_color_header_write(plan, assembly, scale, image);
   if (!result) result = np_light_meter_write(assembly, scale, image);
+  if (!result) result = describe_sun(scene, plan, assembly, image);
   if (!result) result = describe_light(assembly, &plan->desc, image);
   if (!result) result = describe_render(scene, plan, image);
   return result ? result : describe_part(plan, image);

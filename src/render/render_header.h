@@ -10,6 +10,10 @@
 #define NP_HEADER_WHOLE "nephos:wholeWindow"
 #define NP_HEADER_RANGE "nephos:sampleRange"
 
+/* Degrees: above the horizontal at the world's origin, airless, and clockwise from north. */
+#define NP_HEADER_SUN_ELEVATION "nephos:sunElevation"
+#define NP_HEADER_SUN_AZIMUTH "nephos:sunAzimuth"
+
 neph_result np_render_header_write(const neph_scene *scene, const np_plan *plan, const np_assembly *assembly,
                                    neph_image *image);
 

@@ -99,13 +99,16 @@ static void add_buffers(hash_writer *w, const char *path) {
 }
 
 /* A file that is missing has no contents: the render says so. */
-static void add_file(hash_writer *w, const char *text) {
+static void add_file(hash_writer *w, const np_key *key, const char *text) {
   neph_context *context = w->scene->context;
-  char *path = np_path_map_resolve(context, w->scene->file, text);
-  char *named = path ? np_frame_name_make(context, path, w->frame) : NULL;
+  char *path = np_path_map_resolve_again(context, w->scene->file, text), *named = path;
+  if (path && (!key->is_input || key->is_numbered)) {
+    named = np_frame_name_make(context, path, w->frame);
+    np_alloc_free(context, path);
+  }
+  if (named && key->is_input && !key->is_numbered) np_frame_name_unescape(named);
   if (named) add_buffers(w, named);
   add_path(w, named);
-  np_alloc_free(context, path);
 }
 
 /* All files of a sequence. */
@@ -178,7 +181,7 @@ static void add_node(hash_writer *w, const np_node *node, const np_key *key) {
   const bool is_file = key && key->type == NP_KEY_FILE && node->text;
   const char *slash = is_file ? strrchr(node->text, '/') : NULL;
   np_hash_add_text(w->hash, slash ? slash + 1 : node->text);
-  if (is_file && strcmp(key->path, "clouds[].vdb") != 0) add_file(w, node->text);
+  if (is_file && strcmp(key->path, "clouds[].vdb") != 0) add_file(w, key, node->text);
 }
 
 static bool has_given_assets(const neph_scene *scene) {

@@ -7,8 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "atmosphere/celestial.h"
 #include "core/alloc.h"
+#include "core/time_text.h"
 #include "scene/scene_keys.h"
 
 enum { VALUES_SIZE = 256, HINT_SIZE = 768, SHOWN = 60 };
@@ -148,8 +148,19 @@ static neph_result fail_value(const track_reader *r, const np_node *node, bool i
 }
 
 static neph_result read_time(const track_reader *r, const np_node *node, double *out) {
-  if (node->kind != NP_NODE_SCALAR || !np_value_is_time(node->text)) return fail_value(r, node, false);
-  return np_celestial_parse_time(r->context, node->text, out);
+  char *problem, values[VALUES_SIZE];
+  np_time time;
+  if (node->kind != NP_NODE_SCALAR) return fail_value(r, node, false);
+  neph_result result = np_time_parse(r->context, node->text, &time, &problem);
+  np_key_describe_values(r->track->key, values, sizeof values);
+  if (problem)
+    result = np_scene_fail_at(r->problems, node, "animate: %.60s is %.*s, must be %s: %s", r->entry->key, SHOWN,
+                              node->text, values, problem);
+  np_alloc_free(r->context, problem);
+  if (result) return result;
+  r->track->lacks_zone = r->track->lacks_zone || !time.has_zone;
+  *out = time.unix_s;
+  return NEPH_OK;
 }
 
 static neph_result read_number(const track_reader *r, const np_node *node, double *out) {

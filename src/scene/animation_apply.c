@@ -3,30 +3,20 @@
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
-#include <time.h>
 
 #include "core/alloc.h"
+#include "core/time_text.h"
 #include "scene/animation.h"
 #include "scene/scene_edit.h"
 #include "scene/scene_keys.h"
 
-enum { VALUE_SIZE = 64 };
-
-/* A time to the millisecond: "2026-06-21T04:00:12.345Z". */
-static void format_time(double unix_s, char *out, size_t size) {
-  const double milliseconds = round(1e3 * unix_s), whole = floor(milliseconds / 1e3);
-  const time_t seconds = (time_t)whole;
-  struct tm date;
-  gmtime_r(&seconds, &date);
-  (void)snprintf(out, size, "%04d-%02d-%02dT%02d:%02d:%02d.%03dZ", date.tm_year + 1900, date.tm_mon + 1, date.tm_mday,
-                 date.tm_hour, date.tm_min, date.tm_sec, (int)(milliseconds - 1e3 * whole));
-}
+enum { VALUE_SIZE = NP_TIME_TEXT_SIZE };
 
 static np_node *make_number(neph_context *context, const np_track *track, unsigned index, double frame) {
   char text[VALUE_SIZE];
   const double value = np_track_eval(track, index, frame);
   if (track->key->type == NP_KEY_TIME)
-    format_time(value, text, sizeof text);
+    np_time_format(value, text);
   else if (track->key->type == NP_KEY_INTEGER)
     (void)snprintf(text, sizeof text, "%.0f", round(value));
   else

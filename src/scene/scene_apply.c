@@ -10,6 +10,7 @@
 #include "core/file.h"
 #include "core/frame_name.h"
 #include "core/path_map.h"
+#include "core/time_text.h"
 #include "scene/cloud_places.h"
 #include "scene/scene_points.h"
 #include "scene/sequence.h"
@@ -181,12 +182,46 @@ static np_scene_rows *get_rows_field(const np_key *key, void *base) {
   return (np_scene_rows *)(void *)((char *)base + key->field.offset);
 }
 
+/* Fails with the value, the values that are allowed, and the problem, which it frees. */
+static neph_result fail_time(const key_applier *applier, const np_key *key, const np_node *node, char *problem) {
+  char shown[SHOWN_SIZE], values[VALUES_SIZE];
+  show_value(node, shown, sizeof shown);
+  np_key_describe_values(key, values, sizeof values);
+  const neph_result result =
+      np_scene_fail_at(applier->problems, node, "%s is %s, must be %s: %s", applier->path, shown, values, problem);
+  np_alloc_free(applier->context, problem);
+  return result;
+}
+
+static neph_result apply_time(key_applier *applier, const np_key *key, void *base, const np_node *node) {
+  if (node->kind != NP_NODE_SCALAR || is_empty(node)) return fail_value(applier, key, node);
+  char **target = get_text_field(key, base);
+  np_time time;
+  char *problem;
+  neph_result result = np_time_parse(applier->context, node->text, &time, &problem);
+  if (problem) return fail_time(applier, key, node, problem);
+  if (result) return result;
+  *target = np_alloc_text(applier->context, node->text);
+  return *target ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+}
+
+/* A name that may hold a number keeps its literal signs until it does. */
+static neph_result apply_file(key_applier *applier, const np_key *key, const np_node *node, char **target) {
+  char *problem, shown[SHOWN_SIZE];
+  neph_result result = np_path_map_resolve(applier->context, applier->scene->file, node->text, target, &problem);
+  if (!result && key->is_input && !key->is_numbered) np_frame_name_unescape(*target);
+  if (!problem) return result;
+  show_value(node, shown, sizeof shown);
+  result = np_scene_fail_at(applier->problems, node, "%s is %s: %s", applier->path, shown, problem);
+  np_alloc_free(applier->context, problem);
+  return result;
+}
+
 static neph_result apply_text(key_applier *applier, const np_key *key, void *base, const np_node *node) {
   if (node->kind != NP_NODE_SCALAR || is_empty(node) || !*node->text) return fail_value(applier, key, node);
-  if (key->type == NP_KEY_TIME && !np_value_is_time(node->text)) return fail_value(applier, key, node);
   char **target = get_text_field(key, base);
-  *target = key->type == NP_KEY_FILE ? np_path_map_resolve(applier->context, applier->scene->file, node->text)
-                                     : np_alloc_text(applier->context, node->text);
+  if (key->type == NP_KEY_FILE) return apply_file(applier, key, node, target);
+  *target = np_alloc_text(applier->context, node->text);
   return *target ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
@@ -212,8 +247,9 @@ static neph_result apply_value(key_applier *applier, const np_key *key, void *ba
     return apply_flags(applier, key, base, node);
   case NP_KEY_TEXT:
   case NP_KEY_FILE:
-  case NP_KEY_TIME:
     return apply_text(applier, key, base, node);
+  case NP_KEY_TIME:
+    return apply_time(applier, key, base, node);
   case NP_KEY_PRESET:
     return apply_preset(applier, key, base, node);
   case NP_KEY_ROWS:

@@ -54,7 +54,8 @@ struct lookup {
 static neph_result visit_node(const lookup *l, const np_node *node) {
   if (node->kind != NP_NODE_SCALAR) return NEPH_OK;
   if (l->key->is_numbered && np_frame_name_is_pattern(node->text)) return NEPH_OK; /* by the frame's bake */
-  char *file = np_path_map_resolve(l->scene->context, l->scene->file, node->text);
+  char *file = np_path_map_resolve_again(l->scene->context, l->scene->file, node->text);
+  if (file) np_frame_name_unescape(file);
   neph_result result = file ? l->visit(l, node, file) : NEPH_ERROR_OUT_OF_MEMORY;
   np_alloc_free(l->scene->context, file);
   return result;

@@ -76,7 +76,7 @@ static const np_key sky_keys[] = {
      .range = WITHIN(-360, 360), .fallback = "120 deg", .group = GROUP_SUN, .alternative = 1,
      .meaning = "clockwise from north"},
     {.path = "sun.time", .type = NP_KEY_TIME, .field = SCENE(sun.time), .group = GROUP_SUN, .alternative = 2,
-     .meaning = "puts the sun where it stands at the scene's place; UTC unless an offset is given"},
+     .meaning = "puts the sun where it stands at the scene's place; UTC unless an offset or a time zone is given"},
     {.path = "sun.frame_time", .type = NP_KEY_REAL, .unit = NP_UNIT_SECOND, .field = SCENE(sun.frame_time_s),
      .range = WITHIN(-1e6, 1e6),
      .meaning = "time of sun, moon and stars from one frame to the next, with sun.time, which is that of frame 1"},

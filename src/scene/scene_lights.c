@@ -12,6 +12,7 @@
 #include "atmosphere/moon.h"
 #include "core/units.h"
 #include "scene/scene_private.h"
+#include "scene/scene_time.h"
 
 static const double sun_lux_outside_air = 128000.0, airglow_lux = 5e-4, star_lux = 2.54e-6, brightest_star = -1.46;
 static const double negligible = 1e-3, air_height_m = 8000.0;
@@ -52,9 +53,10 @@ static double compute_sun_factor(const neph_scene *scene, np_dvec3 to_sun) {
 static neph_result read_time(const neph_scene *scene, double *out_unix_s) {
   *out_unix_s = 0.0;
   if (!scene->sun.time) return NEPH_OK;
-  const neph_result result = np_celestial_parse_time(scene->context, scene->sun.time, out_unix_s);
-  *out_unix_s += scene->sun.frame_time_s * (scene->frame - 1.0);
-  return result ? NEPH_ERROR_BAD_SCENE : NEPH_OK;
+  np_time time;
+  const neph_result result = np_scene_time_read(scene, &time);
+  *out_unix_s = time.unix_s;
+  return result;
 }
 
 neph_result np_scene_lights_compute(const neph_scene *scene, double latitude_rad, double longitude_rad,

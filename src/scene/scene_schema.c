@@ -4,36 +4,12 @@
 #include <string.h>
 
 #include "cloud/cloud_private.h"
+#include "core/edit_distance.h"
 #include "core/json.h"
 #include "scene/scene_keys.h"
 #include "scene/text_builder.h"
 
 /* ---- Hints ---- */
-
-enum { NAME_MAX_LENGTH = 40 };
-
-static size_t min3(size_t a, size_t b, size_t c) {
-  size_t least = a < b ? a : b;
-  return least < c ? least : c;
-}
-
-/* Insertions, deletions, replacements and swaps of neighbours that lead from `a` to `b` (Damerau-Levenshtein, each
- * stretch edited once); SIZE_MAX when one of them is too long to be a slip. */
-static size_t compute_edit_distance(const char *a, const char *b) {
-  size_t m = strlen(a), n = strlen(b);
-  if (m > NAME_MAX_LENGTH || n > NAME_MAX_LENGTH) return SIZE_MAX;
-  size_t distance[NAME_MAX_LENGTH + 1][NAME_MAX_LENGTH + 1];
-  for (size_t i = 0; i <= m; i++) distance[i][0] = i;
-  for (size_t j = 0; j <= n; j++) distance[0][j] = j;
-  for (size_t i = 1; i <= m; i++)
-    for (size_t j = 1; j <= n; j++) {
-      distance[i][j] =
-          min3(distance[i - 1][j] + 1, distance[i][j - 1] + 1, distance[i - 1][j - 1] + (a[i - 1] != b[j - 1]));
-      bool is_swap = i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1];
-      if (is_swap && distance[i - 2][j - 2] + 1 < distance[i][j]) distance[i][j] = distance[i - 2][j - 2] + 1;
-    }
-  return distance[m][n];
-}
 
 static const np_key *guess_in_section(const np_key *section, const char *name) {
   const np_key *best = NULL;
@@ -41,7 +17,7 @@ static const np_key *guess_in_section(const np_key *section, const char *name) {
   for (size_t i = 0; i < np_key_count(); i++) {
     const np_key *key = np_key_get(i);
     if (np_key_get_parent(key) != section) continue;
-    size_t distance = compute_edit_distance(name, np_key_get_name(key));
+    size_t distance = np_edit_distance(name, np_key_get_name(key));
     if (distance >= best_distance) continue;
     best = key;
     best_distance = distance;
@@ -119,7 +95,7 @@ static const char *get_values_of_type(np_key_type type) {
       [NP_KEY_SEED] = "a whole number from 0 to 18446744073709551615",
       [NP_KEY_TEXT] = "a text",
       [NP_KEY_FILE] = "a file name",
-      [NP_KEY_TIME] = "a time such as 2026-06-21T16:00Z",
+      [NP_KEY_TIME] = "a time such as 2026-06-21T16:00Z or 2026-06-21 06:40 America/New_York",
       [NP_KEY_POINTS] = "a list of points, each [x, y, z, radius], lengths in m",
       [NP_KEY_CURVES] = "a list of curves, each a list of at least 2 points [x, y, z, radius], lengths in m",
       [NP_KEY_TRACKS] = "a mapping from keys to lists of [frame, value]",

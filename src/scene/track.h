@@ -24,6 +24,7 @@ typedef struct np_track {
   unsigned key_count;
   double *frames;        /* rising */
   double *values;        /* [key_count][value_count], in SI; of a time, seconds since 1970 */
+  bool lacks_zone;       /* a time was given without its zone, and taken as UTC */
   unsigned line, column; /* in the scene's file; 0: not from there */
 } np_track;
 

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 # Runs the cases of this folder: run.sh [--update] PROGRAM [CASE…]
 # A case is NAME.sh, run in an empty folder with `nephos` in the path; NAME.out, NAME.err and NAME.code are what it must
-# print and return (nothing and 0 where they are missing). Seconds are written as N, memory
-# and errors of frames are left out. --update writes them anew.
+# print and return (nothing and 0 where they are missing). Seconds are written as N, memory,
+# errors, sun and exposure of frames are left out. --update writes them anew.
 set -u
 update=
 if [ "${1:-}" = --update ]; then
@@ -46,7 +46,7 @@ for case in "$@"; do
   mkdir "$work/$name"
   (cd "$work/$name" && sh -eu "$cases/$name.sh" >"$work/out" 2>"$work/err" </dev/null)
   code=$?
-  sed -i -E 's/^(frame .*) [0-9.]+ s, [0-9.]+ [MG]B(; error .*)?$/\1 N s/; s/[0-9.]+ s$/N s/; s/[0-9.]+ s on [0-9]+ threads?$/N s on N threads/; s/, "memory_bytes": .*\}$/}/; s/"seconds": [0-9.]+/"seconds": N/' "$work/out"
+  sed -i -E 's/^(frame .*) [0-9.]+ s, [0-9.]+ [MG]B(; .*)?$/\1 N s/; s/[0-9.]+ s$/N s/; s/[0-9.]+ s on [0-9]+ threads?$/N s on N threads/; s/, "memory_bytes": .*\}$/}/; s/"seconds": [0-9.]+/"seconds": N/' "$work/out"
   if [ $code -ne 0 ]; then echo $code; fi >"$work/code"
   ok=yes
   expect "$cases/$name.out" "$work/out" || ok=

@@ -1,0 +1,12 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Distance of two names, for "did you mean". */
+#ifndef NP_CORE_EDIT_DISTANCE_H
+#define NP_CORE_EDIT_DISTANCE_H
+
+#include <stddef.h>
+
+/* Insertions, deletions, replacements and swaps of neighbours that lead from `a` to `b` (Damerau-Levenshtein, each
+ * stretch edited once); SIZE_MAX when one of them is longer than 40 letters. */
+size_t np_edit_distance(const char *a, const char *b);
+
+#endif
