@@ -25,7 +25,7 @@ printf 'x_m,y_m,z_m\n0,0,0\n' >'places#1.csv'
 for cloud in 'vdb: "fog$#1.vdb", extinction: 1' 'vdb: "fog$#1.####.vdb", extinction: 1, missing: hold' \
   'vdb: "fog$#1.vdb", extinction: 1, places: "places#1.csv"' \
   'vdb: "fog$#1.vdb", extinction: 1, places: "places$#1.csv"'; do
-  nephos render scene.yaml -q --samples 1 -o a.exr --set "clouds=[{$cloud}]" | sed 's/,.*//'
+  nephos render scene.yaml -q --samples 1 -o a.exr --set "clouds=[{$cloud}]" 2>&1 | sed 's/,.*//'
 done
 nephos check scene.yaml --set 'clouds=[{vdb: "fog$#1.vdb", extinction: 1}]' 2>/dev/null | tail -n 1
 
