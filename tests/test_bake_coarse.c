@@ -225,6 +225,7 @@ int main(void) {
       TEST(coverage_is_kept_down_to_two_voxels_a_cell), TEST(optical_depth_is_kept_in_coarse_voxels),
       TEST(fields_in_coarse_voxels_are_as_covered_as_asked), TEST(coarse_bakes_are_the_same_bits),
       TEST(no_leaf_with_cloud_is_left_out), TEST(a_bake_warns_of_what_its_voxels_lose),
-      TEST(a_bake_warns_of_a_picture_too_fine), cmocka_unit_test(losses_are_the_same_for_any_threads), TEST(a_painted_box_is_covered_and_nothing_else)};
+      TEST(a_bake_warns_of_a_picture_too_fine), cmocka_unit_test(losses_are_the_same_for_any_threads),
+      TEST(a_painted_box_is_covered_and_nothing_else)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

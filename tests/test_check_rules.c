@@ -69,7 +69,7 @@ static void files_of_other_grids_are_found(void **state) {
     float value;
     const char *rule;
     neph_severity severity;
-  } cases[] = {{"temperature", NULL, 300.0f, "file.odd_density", NEPH_SEVERITY_WARNING},
+  } cases[] = {{"temperature", NULL, 300.0f, "file.no_density", NEPH_SEVERITY_WARNING},
                {"temperature", "fuel", 300.0f, "file.no_density", NEPH_SEVERITY_WARNING},
                {"density", "density", 0.5f, "file.same_names", NEPH_SEVERITY_NOTE},
                {"density", "temperature", NAN, "grid.empty_field", NEPH_SEVERITY_NOTE},

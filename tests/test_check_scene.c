@@ -5,6 +5,7 @@
 
 #include <nephos/nephos.h>
 
+#include "test_frusta.h"
 #include "test_tools.h"
 
 #include "volume/volume_private.h"
@@ -355,10 +356,98 @@ static void rules_of_heights_know_their_limits(void **state) {
   }
 }
 
+/* Frustums: one that fits, one of which even voxels would take gigabytes, and one with voxels behind its eye. */
+static void frustums_are_told_as_they_are_rendered(void **state) {
+  test_fixture *f = *state;
+  static const struct {
+    test_frustum map;
+    int32_t origin[3], edge;
+    const char *rule;
+    bool is_rendered;
+  } cases[] = {{{{16, 16, 16}, 2.0, 4.0, 20.0, 0.0, {0, 0, 0}}, {0, 0, 8}, 8, "transform.frustum", true},
+               {{{128, 128, 128}, 0.5, 100.0, 1.0, 0.0, {0, 0, 0}}, {0, 0, 0}, 128, "transform.frustum_large", false},
+               {{{64, 64, 64}, 1.0, 2.0, 1.0, 0.0, {0, 0, 0}}, {0, 0, -72}, 8, "transform.frustum_point", false}};
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    np_sparse_grid grid;
+    assert_int_equal(np_sparse_grid_init(f->context, "density", &grid), NEPH_OK);
+    (void)np_sparse_grid_add_tile(&grid, cases[i].origin, cases[i].edge, 1.0f, true);
+    const np_vdb_write_grid output = {.grid = &grid};
+    test_frustum_write(f, &cases[i].map, &output, 1);
+    np_sparse_grid_clear(&grid);
+    neph_scene *scene = load_scene(f, f->path, "");
+    compare(f, scene, cases[i].rule, cases[i].is_rendered);
+    neph_scene_destroy(scene);
+  }
+}
+
+/* A sequence of which the first file has a temperature alone. */
+static void a_frame_without_its_density_is_told(void **state) {
+  test_fixture *f = *state;
+  char *const pattern = test_path(f->folder, "c.####.vdb"), *const own = f->path;
+  static const char *const names[] = {"temperature", "density"};
+  for (int n = 0; n < 2; n++) {
+    f->path = test_path(f->folder, n ? "c.0002.vdb" : "c.0001.vdb");
+    write_blocks(f, (const block[GRIDS_MAX]){{.name = names[n], .value = 0.5f, .odd_value = 0.5f}});
+    free(f->path);
+  }
+  f->path = own;
+  neph_scene *scene = load_scene(f, pattern, "");
+  compare(f, scene, "sequence.no_density", true);
+  neph_scene_destroy(scene);
+  free(pattern);
+}
+
+static void a_cloud_in_the_system_of_the_raster_is_told(void **state) {
+  test_fixture *f = *state;
+  char text[2048], *raster = test_path(f->folder, "ground.asc");
+  neph_scene *scene;
+  if (!neph_feature_is_present(f->context, NEPH_FEATURE_GDAL)) skip();
+  test_file_write_text(raster, "ncols 3\nnrows 2\nxllcenter 400000\nyllcenter 3762100\ncellsize 1000\n1 2 3\n4 5 6\n");
+  np_sparse_grid grid = make_grid(f, &(block){.name = "density", .value = 0.01f, .odd_value = 0.01f});
+  grid.index_to_world.m[0][3] = 401000.0, grid.index_to_world.m[1][3] = 3762600.0, grid.index_to_world.m[2][3] = 500.0;
+  const np_vdb_write_grid output = {.grid = &grid};
+  assert_int_equal(np_volume_save_grids(f->context, f->path, &output, 1, NULL), NEPH_OK);
+  np_sparse_grid_clear(&grid);
+  (void)snprintf(text, sizeof text,
+                 "camera: {position: [0, -300 m, 500 m], look_at: [0, 0, 500 m], resolution: [8, 6]}\n"
+                 "atmosphere: none\nrender: {samples: 1, multiple_scattering: none}\n"
+                 "terrain: {heightfield: \"%s\", crs: \"EPSG:32611\"}\n"
+                 "clouds: [{name: low, vdb: \"%s\", extinction: 0.1 1/m}]\n",
+                 raster, f->path);
+  assert_int_equal(neph_scene_load_text(f->context, text, "scene.yaml", &scene), NEPH_OK);
+  compare(f, scene, "cloud.georeferenced", true);
+  neph_scene_destroy(scene);
+  free(raster);
+}
+
+/* A block of 80 m, two thousand kilometres from hills of 200 m. */
+static void a_cloud_too_far_away_is_told(void **state) {
+  test_fixture *f = *state;
+  char text[2048];
+  static const char *const rules[] = {"cloud.below_pixel", "cloud.far_from_terrain"};
+  write_blocks(f, (const block[GRIDS_MAX]){{.name = "density", .value = 0.5f, .odd_value = 0.5f}});
+  (void)snprintf(text, sizeof text,
+                 "camera: {position: [0, -300 m, 40 m], look_at: [0, 0, 40 m], fov: 60 deg, resolution: [8, 6]}\n"
+                 "atmosphere: none\nrender: {samples: 1, multiple_scattering: none}\n"
+                 "terrain: {ridges: {samples: 17, relief: 1 m}, width: 200 m}\n"
+                 "clouds: [{name: low, vdb: \"%s\", position: [0, 2000 km, 10 m], extinction: 0.1 1/m}]\n",
+                 f->path);
+  for (int n = 0; n < 2; n++) {
+    neph_scene *scene;
+    assert_int_equal(neph_scene_load_text(f->context, text, "scene.yaml", &scene), NEPH_OK);
+    compare(f, scene, rules[n], true);
+    neph_scene_destroy(scene);
+  }
+}
+
 #define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, test_tear_down)
 
 int main(void) {
   const struct CMUnitTest tests[] = {TEST(checks_agree_with_renders),
+                                     TEST(frustums_are_told_as_they_are_rendered),
+                                     TEST(a_frame_without_its_density_is_told),
+                                     TEST(a_cloud_in_the_system_of_the_raster_is_told),
+                                     TEST(a_cloud_too_far_away_is_told),
                                      TEST(damage_of_unused_grids_is_no_fault),
                                      TEST(grids_of_other_kinds_agree_too),
                                      TEST(places_have_rules),

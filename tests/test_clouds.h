@@ -119,8 +119,7 @@ static inline void test_check_bits(unsigned thread_count, const neph_cloud_desc 
   char hash[33];
   test_hash_bake(context, desc, leaf_min, hash);
   neph_context_destroy(context);
-  for (neph_isa isa = NEPH_ISA_X86_64; isa <= NEPH_ISA_X86_64_V4; isa++)
-    test_check_hash(thread_count, isa, desc, hash);
+  for (neph_isa isa = NEPH_ISA_X86_64; isa <= NEPH_ISA_X86_64_V4; isa++) test_check_hash(thread_count, isa, desc, hash);
 }
 
 #endif

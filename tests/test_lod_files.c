@@ -142,9 +142,9 @@ static void a_level_that_is_missing_or_of_another_bake_is_refused(void **state) 
   assert_false(is_current(f, &f->desc));
   assert_int_equal(load(f, &volume), NEPH_ERROR_NOT_FOUND);
   assert_non_null(strstr(f->log.text, "field.lod1.vdb: is not there, must be beside "));
-  assert_int_not_equal(np_volume_read_header(f->context, f->path, &load_desc, &header), NEPH_OK);
+  assert_int_not_equal(np_volume_read_header(f->context, f->path, &load_desc, NULL, &header), NEPH_OK);
   assert_int_equal(neph_cloud_bake_file(f->context, &f->cloud, &other, "density", f->path), NEPH_OK);
-  assert_int_equal(np_volume_read_header(f->context, f->path, &load_desc, &header), NEPH_OK);
+  assert_int_equal(np_volume_read_header(f->context, f->path, &load_desc, NULL, &header), NEPH_OK);
   assert_int_equal(header.level_count, LEVELS);
   assert_int_equal(rename(kept, level), 0);
   assert_int_equal(load(f, &volume), NEPH_ERROR_BAD_FILE);
@@ -313,7 +313,7 @@ static void levels_are_no_one_grid(void **state) {
   np_sparse_grid grid;
   bool has_content;
   neph_volume_load_desc desc = NEPH_VOLUME_LOAD_DESC_DEFAULT;
-  assert_int_equal(np_volume_load_grid(f->context, f->path, &desc, &grid, &has_content), NEPH_ERROR_BAD_FILE);
+  assert_int_equal(np_volume_load_grid(f->context, f->path, &desc, NULL, &grid, &has_content), NEPH_ERROR_BAD_FILE);
   assert_non_null(strstr(f->log.text, "is the first of 3 files"));
   np_sparse_grid_clear(&grid);
 }

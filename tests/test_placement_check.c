@@ -29,7 +29,7 @@ static void render_text(test_fixture *f, const char *text) {
 static void render(test_fixture *f, const char *cloud) {
   char text[2048];
   (void)snprintf(text, sizeof text,
-                 "camera: {position: [0 m, -100 m, 2 m], look_at: [0 m, 0 m, 2 m], fov: 90 deg, resolution: [16, 9]}\n"
+                 "camera: {position: [0 m, -100 m, 2 m], look_at: [0 m, 0 m, 2 m], fov: 90 deg, resolution: [64, 36]}\n"
                  "atmosphere: none\n"
                  "render: {samples: 1, multiple_scattering: none}\n"
                  "clouds: [{name: block, %s}]\n",
@@ -46,7 +46,7 @@ static void render_block(test_fixture *f, const char *keys) {
 static void render_near(test_fixture *f, const char *near) {
   char text[2048];
   (void)snprintf(text, sizeof text,
-                 "camera: {position: [0 m, -100 m, 2 m], look_at: [0 m, 0 m, 2 m], fov: 90 deg, resolution: [16, 9], "
+                 "camera: {position: [0 m, -100 m, 2 m], look_at: [0 m, 0 m, 2 m], fov: 90 deg, resolution: [64, 36], "
                  "near: %s}\natmosphere: none\nrender: {samples: 1, multiple_scattering: none}\n"
                  "clouds: [{name: block, vdb: \"%s\", extinction: 0.01 1/m, position: [0, 0, 0]}]\n",
                  near, f->path);
@@ -55,7 +55,7 @@ static void render_near(test_fixture *f, const char *near) {
 
 static void assert_said(const test_fixture *f, const char *text) {
   if (!strstr(f->log.text, text)) fail_msg("\"%s\" is not in the log:\n%s", text, f->log.text);
-  assert_int_equal(f->log.counts[NEPH_LOG_WARNING], 1);
+  if (f->log.counts[NEPH_LOG_WARNING] != 1) fail_msg("the log has not one warning:\n%s", f->log.text);
 }
 
 static void assert_silent(const test_fixture *f) {
@@ -118,9 +118,40 @@ static void a_cloud_before_the_near_plane_is_named(void **state) {
   assert_silent(f);
 }
 
+/* Sixteen metres in a picture whose pixels are 12.5 m wide 400 m away, and 31 m a kilometre away. */
+static void a_cloud_below_a_pixel_is_named(void **state) {
+  test_fixture *f = *state;
+  render_block(f, "position: [0, 300 m, 0]");
+  assert_silent(f);
+  render_block(f, "position: [0, 900 m, 0]");
+  assert_said(f,
+              "cloud block: subtends 0.52 of a pixel, 1.008 km before the camera: check clouds[].position, voxel and "
+              "scale, and camera.fov");
+}
+
+/* Hills of two kilometres, and a cloud two thousand to the north. */
+static void a_cloud_far_from_the_terrain_is_named(void **state) {
+  test_fixture *f = *state;
+  char text[2048];
+  const char *const places[] = {"[0, 20 km, 0]", "[0, 2000 km, 0]"};
+  for (int n = 0; n < 2; n++) {
+    (void)snprintf(
+        text, sizeof text,
+        "camera: {position: [0 m, -100 m, 2 km], look_at: [0 m, 0 m, 2 km], fov: 1 deg, resolution: [64, 36]}\n"
+        "atmosphere: none\nrender: {samples: 1, multiple_scattering: none}\n"
+        "terrain: {ridges: {samples: 17, relief: 10 m}, width: 2 km}\n"
+        "clouds: [{name: block, vdb: \"%s\", extinction: 0.01 1/m, voxel: 40 m, position: %s, "
+        "pivot: center}]\n",
+        f->path, places[n]);
+    render_text(f, text);
+    const bool is_said = strstr(f->log.text, " km from the terrain, which is ") != NULL;
+    if (is_said != (n == 1)) fail_msg("%s", f->log.text);
+  }
+}
+
 static void a_bake_is_told_of_its_own_keys(void **state) {
   test_fixture *f = *state;
-  render(f, "bake: {extent: 200 m, voxel: 20 m, thickness: 100 m, base: 1 km, coverage: 1}");
+  render(f, "bake: {extent: 800 m, voxel: 20 m, thickness: 100 m, base: 1 km, coverage: 1}");
   assert_said(f, "check clouds[].bake.center and bake.base, and camera.look_at");
   render(f, "bake: {extent: 200 m, voxel: 20 m, thickness: 100 m, base: 1 km, coverage: 0}");
   assert_said(f, "cloud block: nothing of it was baked in frame 1: its coverage is 0");
@@ -152,6 +183,8 @@ int main(void) {
       cmocka_unit_test_setup_teardown(a_cloud_of_no_size_of_clouds_is_named, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(a_cloud_below_the_ground_is_named, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(a_cloud_before_the_near_plane_is_named, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(a_cloud_below_a_pixel_is_named, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(a_cloud_far_from_the_terrain_is_named, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(a_bake_is_told_of_its_own_keys, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(the_cloud_of_another_unit_is_named, set_up, test_tear_down),
   };

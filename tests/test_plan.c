@@ -379,10 +379,10 @@ static void test_incomplete_scenes_are_refused(void **state) {
   neph_scene *scene;
   np_plan plan;
   assert_int_equal(neph_scene_create(f->context, &scene), NEPH_OK);
-  assert_int_equal(neph_scene_set(scene, "clouds[0].vdb", "a.vdb"), NEPH_OK);
+  assert_int_equal(neph_scene_set(scene, "clouds[0].name", "a"), NEPH_OK);
   assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_ERROR_BAD_SCENE);
-  assert_one_error(&f->log, "clouds[0] has no unit", "mean_free_path");
-  assert_int_equal(neph_scene_set(scene, "clouds[0].extinction", "1 1/m"), NEPH_OK);
+  assert_one_error(&f->log, "clouds[0] has no source", "must have vdb");
+  assert_int_equal(neph_scene_set(scene, "clouds[0].vdb", "a.vdb"), NEPH_OK);
   assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
   neph_scene_destroy(scene);
 }

@@ -13,6 +13,7 @@
 #include "core/file.h"
 #include "core/frame_name.h"
 #include "core/path_map.h"
+#include "render/georeference.h"
 #include "render/plan.h"
 #include "render/reference_frame.h"
 #include "scene/cloud_file.h"
@@ -116,6 +117,19 @@ static void add_placement(const scene_check *c, const np_scene_cloud *cloud, con
   }
 }
 
+static neph_result add_georeference(const scene_check *c, const np_scene_cloud *cloud, const np_georeference *from) {
+  static const np_rule rule = {"cloud.georeferenced", NEPH_SEVERITY_NOTE, NULL};
+  np_finding_draft out = {{0}, {0}};
+  if (!from->is_applied) return NEPH_OK;
+  char *text = np_georeference_describe(c->check->context, from);
+  if (!text) return NEPH_ERROR_OUT_OF_MEMORY;
+  np_draft_set_place(&out, "cloud %s", cloud->name);
+  np_draft_set(&out, "the cloud %s", text);
+  np_check_add(c->check, &rule, &out);
+  np_alloc_free(c->check->context, text);
+  return NEPH_OK;
+}
+
 /* The place of a cloud's volume. */
 static neph_result check_placement(const scene_check *c, unsigned index, double number, neph_volume *volume) {
   const np_scene_cloud *cloud = &c->scene->clouds[index];
@@ -123,6 +137,7 @@ static neph_result check_placement(const scene_check *c, unsigned index, double 
   np_stores *stores;
   np_anchor anchor;
   np_placement placement;
+  np_georeference georeference;
   np_monitor monitor;
   bool is_known = false;
   np_check_start_monitor(c->check, &monitor);
@@ -130,6 +145,9 @@ static neph_result check_placement(const scene_check *c, unsigned index, double 
   if (!result) result = np_stores_get(c->scene, &stores);
   const np_frame_cloud of = {result ? NULL : &stores->references, c->scene, index, number, volume, &load, &monitor};
   if (!result) result = np_reference_frame_get_anchor(&of, &anchor, &is_known);
+  if (!result && is_known)
+    result = np_georeference_apply(c->scene, cloud, volume, &anchor.file_to_world, &georeference);
+  if (!result && is_known) result = add_georeference(c, cloud, &georeference);
   if (!result && is_known) result = np_placement_make(cloud, &anchor, volume, &monitor, &placement);
   if (!result && is_known) add_placement(c, cloud, &placement);
   return result;
@@ -139,13 +157,14 @@ static neph_result check_placement(const scene_check *c, unsigned index, double 
 static neph_result place_file(const scene_check *c, unsigned index) {
   const np_scene_cloud *cloud = &c->scene->clouds[index];
   const neph_volume_load_desc load = np_cloud_file_describe_load(cloud);
+  const char *sequence = np_cloud_file_get_sequence(cloud);
   np_cloud_file file;
   neph_volume *volume = NULL;
   c->check->are_warnings_muted = true;
   neph_result result = np_cloud_file_get(c->check->context, cloud, c->frame, &file);
   if (!result) result = neph_check_set_file(c->check, file.path);
   if (!result && file.path && np_file_exists(file.path))
-    result = np_volume_load_density(c->check->context, file.path, &load, &volume);
+    result = np_volume_load_density(c->check->context, file.path, &load, sequence, &volume);
   if (!result && volume) result = check_placement(c, index, file.number, volume);
   c->check->are_warnings_muted = false;
   neph_volume_release(volume);

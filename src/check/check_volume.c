@@ -126,8 +126,31 @@ static bool is_degenerate(const facts *f, draft *out) {
 }
 
 static bool is_frustum(const facts *f, draft *out) {
-  return !f->is_affine && is_light(f) &&
-         np_draft_set(out, "its voxels are those of a frustum: it is resampled to even ones");
+  const np_frustum_facts *own = &f->frustum;
+  if (!f->is_frustum) return !f->is_affine && is_light(f) && np_draft_set(out, "its voxels are those of a frustum");
+  return own->fits &&
+         np_draft_set(
+             out,
+             "its voxels are those of a frustum, from %.3g × %.3g × %.3g to %.3g × %.3g × %.3g: it is resampled "
+             "to %u level%s of even voxels that are nowhere larger, of at most %.3g MB",
+             own->edges[0][0], own->edges[0][1], own->edges[0][2], own->edges[1][0], own->edges[1][1], own->edges[1][2],
+             own->level_count, own->level_count > 1 ? "s" : "", 1e-6 * own->bytes);
+}
+
+static bool is_frustum_too_large(const facts *f, draft *out) {
+  const np_frustum_facts *own = &f->frustum;
+  return f->is_frustum && f->active_count && own->is_sound && !own->fits &&
+         np_draft_set(
+             out,
+             "voxels of its frustum would take %.3g MB as even ones that are nowhere larger, more than the %.3g "
+             "MB that a file of its size may",
+             1e-6 * own->bytes, 1e-6 * own->bytes_max);
+}
+
+static bool is_frustum_a_point(const facts *f, draft *out) {
+  return f->is_frustum && f->active_count && !f->frustum.is_sound &&
+         np_draft_set(out, "the voxels of its frustum narrow to a point, or widen more than a million times, within "
+                           "what it holds");
 }
 
 static bool is_mirrored(const facts *f, draft *out) {
@@ -164,6 +187,7 @@ static bool is_large(const facts *f, draft *out) { return has_voxel_size(f, 1e6,
 /* ---- Rules ---- */
 
 #define MEND "clouds[].import: repair, or nephos check --fix -o COPY.vdb"
+#define FRUSTUM "cut off what is nearest to its camera, or resample it to even voxels before"
 #define SIZE "clouds[].voxel, the edge of a voxel in metres, or clouds[].scale"
 
 /* Exceptions of a rule where a scene says more than the file. */
@@ -190,6 +214,8 @@ static const grid_rule grid_rules[] = {
      is_degenerate,
      PLAIN},
     {{"transform.frustum", NEPH_SEVERITY_NOTE, NULL}, is_frustum, PLAIN},
+    {{"transform.frustum_large", NEPH_SEVERITY_ERROR, FRUSTUM}, is_frustum_too_large, PLAIN},
+    {{"transform.frustum_point", NEPH_SEVERITY_ERROR, FRUSTUM}, is_frustum_a_point, PLAIN},
     {{"transform.mirrored", NEPH_SEVERITY_NOTE, "clouds[].scale takes negative numbers by axis"}, is_mirrored, PLAIN},
     {{"size.small", NEPH_SEVERITY_WARNING, SIZE}, is_small, OF_SIZE},
     {{"size.large", NEPH_SEVERITY_WARNING, SIZE}, is_large, OF_SIZE},
@@ -240,19 +266,15 @@ static void check_grid(neph_check *check, const facts *f, bool is_first, const n
 /* ---- The file as a whole ---- */
 
 static bool has_no_grid(const np_file_facts *file, draft *out) {
-  return !file->count && np_draft_set(out, "it holds no grid");
+  return !file->count && !file->absence && np_draft_set(out, "it holds no grid");
 }
 
 static bool lacks_density(const np_file_facts *file, draft *out) {
   return file->count && file->refusal && np_draft_set(out, "%s", file->refusal);
 }
 
-/* A density by being the only grid of numbers. */
-static bool has_odd_density(const np_file_facts *file, draft *out) {
-  for (size_t i = 0; i < file->count; i++)
-    if (file->grids[i].is_odd_density)
-      return np_draft_set(out, "its density is grid '%s', the only one that is a scalar", file->grids[i].name);
-  return false;
+static bool lacks_density_of_sequence(const np_file_facts *file, draft *out) {
+  return file->absence && np_draft_set(out, "%s", file->absence);
 }
 
 static bool has_twins(const np_file_facts *file, draft *out) {
@@ -267,12 +289,14 @@ static const struct {
   np_rule rule;
   bool (*is_broken)(const np_file_facts *file, draft *out);
   bool is_refused; /* by a scene that asks for its density */
-  bool is_planned; /* the plan of a scene warns of it */
 } file_rules[] = {
-    {{"file.no_grid", NEPH_SEVERITY_WARNING, NULL}, has_no_grid, true, false},
-    {{"file.no_density", NEPH_SEVERITY_WARNING, NULL}, lacks_density, true, false},
-    {{"file.odd_density", NEPH_SEVERITY_WARNING, "clouds[].grid, where it is meant"}, has_odd_density, false, true},
-    {{"file.same_names", NEPH_SEVERITY_NOTE, "clouds[].grid: \"name[0]\" names the first"}, has_twins, false, false},
+    {{"file.no_grid", NEPH_SEVERITY_WARNING, NULL}, has_no_grid, true},
+    {{"file.no_density", NEPH_SEVERITY_WARNING, NULL}, lacks_density, true},
+    {{"sequence.no_density", NEPH_SEVERITY_WARNING,
+      "export it in each frame; or clouds[].grid, where another is meant"},
+     lacks_density_of_sequence,
+     false},
+    {{"file.same_names", NEPH_SEVERITY_NOTE, "clouds[].grid: \"name[0]\" names the first"}, has_twins, false},
 };
 
 static void check_facts(neph_check *check, const np_file_facts *file, bool is_first, const np_file_use *use) {
@@ -280,7 +304,6 @@ static void check_facts(neph_check *check, const np_file_facts *file, bool is_fi
     draft out = {{0}, {0}};
     np_rule rule = file_rules[i].rule;
     if (use && file_rules[i].is_refused) rule.severity = NEPH_SEVERITY_ERROR;
-    if (use && file_rules[i].is_planned) continue;
     if (file_rules[i].is_broken(file, &out)) np_check_add(check, &rule, &out);
   }
   for (size_t i = 0; i < file->count; i++) check_grid(check, &file->grids[i], is_first, use);

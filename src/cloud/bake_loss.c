@@ -95,7 +95,9 @@ static neph_result measure_pairs(void *user, size_t begin, size_t end, unsigned 
 
 /* ---- Losses ---- */
 
-static bool is_all(const column_job *job) { return job->columns[0] == job->voxels[0] && job->columns[1] == job->voxels[1]; }
+static bool is_all(const column_job *job) {
+  return job->columns[0] == job->voxels[0] && job->columns[1] == job->voxels[1];
+}
 
 /* Share that is lost, 0 when it may be chance. */
 static double judge(double kept, double whole, double deviation) {

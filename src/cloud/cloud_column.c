@@ -139,8 +139,8 @@ np_cloud_column np_cloud_column_compute(const np_cloud_model *model, float x_m, 
   np_cloud_column c = {.x_m = x_m - shift_m[0], .y_m = y_m - shift_m[1]};
   c.strength = np_minf(sample_strength(model, model->map.values, &c, x_m, y_m), border);
   if (model->map.anvils)
-    c.anvil = scale_anvil(np_minf(sample_strength(model, model->map.anvils, &c, x_m, y_m),
-                                  eval_anvil_border(model, x_m, y_m)));
+    c.anvil = scale_anvil(
+        np_minf(sample_strength(model, model->map.anvils, &c, x_m, y_m), eval_anvil_border(model, x_m, y_m)));
   c.base_m = top_m * sample_plane(model, NEPH_CLOUD_MAP_BASE, c.x_m, c.y_m, 0.0f);
   c.thickness_m = np_minf(top_m * sample_plane(model, NEPH_CLOUD_MAP_THICKNESS, c.x_m, c.y_m, 1.0f), top_m - c.base_m);
   c.type = (float)desc->type * sample_plane(model, NEPH_CLOUD_MAP_TYPE, c.x_m, c.y_m, 1.0f);
@@ -281,7 +281,8 @@ static bool has_no_anvil(const np_cloud_model *model, const np_cloud_box *box) {
   np_interval shares;
   if (!bound_shares(model, &c, low_m, high_m, &shares)) return true;
   const float border = bound_border(model, box, false), tower = bound_strength(model, model->map.values, &c, box);
-  const float anvil = scale_anvil(fminf(bound_strength(model, model->map.anvils, &c, box), bound_border(model, box, true)));
+  const float anvil =
+      scale_anvil(fminf(bound_strength(model, model->map.anvils, &c, box), bound_border(model, box, true)));
   shares.low -= bound_margin;
   shares.high += bound_margin;
   return !np_anvil_is_possible(anvil + bound_margin, fminf(tower, border) + bound_margin, &shares);
@@ -303,12 +304,12 @@ static bool has_no_points(const np_cloud_model *model, const np_cloud_box *box) 
   np_interval shares;
   if (!bound_shares(model, &c, low_m, high_m, &shares)) return true;
   const float type = (float)model->desc.type * bound_plane(model, NEPH_CLOUD_MAP_TYPE, &c, 1.0f).low;
-  float depth =
-      fminf(bound_strength(model, model->map.values, &c, box), border) - bound_profile(model, shares.low, shares.high, type);
+  float depth = fminf(bound_strength(model, model->map.values, &c, box), border) -
+                bound_profile(model, shares.low, shares.high, type);
   if (model->map.anvils)
-    depth =
-        fmaxf(depth, scale_anvil(fminf(bound_strength(model, model->map.anvils, &c, box), bound_border(model, box, true))) -
-                         bound_anvil(shares.low, shares.high));
+    depth = fmaxf(
+        depth, scale_anvil(fminf(bound_strength(model, model->map.anvils, &c, box), bound_border(model, box, true))) -
+                   bound_anvil(shares.low, shares.high));
   return depth + gain < -bound_margin;
 }
 

@@ -153,8 +153,8 @@ static int count_heights(const neph_cloud_desc *desc) {
   return (int)fmin(voxels, fmin(heights, CENSUS_HEIGHTS_MAX));
 }
 
-/* Where voxels are coarser than the model, the census looks at their own columns, all of them if they are few, and at
- * each grain: a choice of others would miss by chance. */
+/* Census of the columns. Where voxels are coarser than the model it looks at the voxels' own columns, at all of them if
+ * they are few, and at each grain: a choice of others would miss by chance. */
 static census make_census(const np_cloud_model *model) {
   const neph_cloud_desc *desc = &model->desc;
   census c = {.model = model, .heights = count_heights(desc)};

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "core/alloc.h"
+#include "render/georeference.h"
 #include "render/cloud_bake.h"
 #include "render/export_fields.h"
 #include "render/plan.h"
@@ -63,7 +64,10 @@ static neph_result place(cloud_export *e, neph_volume *volume) {
   neph_result result = np_stores_get(e->scene, &stores);
   if (result) return result;
   const np_frame_cloud of = {&stores->references, e->scene, e->index, e->source.number, volume, &load, e->monitor};
+  np_georeference georeference;
   result = np_reference_frame_get_anchor(&of, &e->anchor, &is_known);
+  if (!result) result = np_scene_check_cloud_unit(e->scene, e->index, e->source.path, volume->extinction_per_value);
+  if (!result) result = np_georeference_apply(e->scene, e->cloud, volume, &e->anchor.file_to_world, &georeference);
   if (!result) result = np_placement_make(e->cloud, &e->anchor, volume, e->monitor, &e->placement);
   if (!result) compute_bounds(&e->placement.index_to_world, volume, &e->out);
   return result;
@@ -159,7 +163,8 @@ static neph_result run(cloud_export *e) {
   if (!result && !e->source.path) np_cloud_file_warn(context, e->cloud, e->frame, &e->source);
   if (!result && e->source.path) {
     const neph_volume_load_desc load = np_cloud_file_describe_load(e->cloud);
-    result = np_volume_load_grid(context, e->source.path, &load, &e->grid, &has_content);
+    result = np_volume_load_grid(context, e->source.path, &load, np_cloud_file_get_sequence(e->cloud), &e->grid,
+                                 &has_content);
   }
   e->out.is_empty = !has_content;
   if (!result && has_content) result = place_and_save(e);

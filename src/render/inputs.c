@@ -14,7 +14,6 @@
 #include "render/reference_frame.h"
 #include "scene/cloud_file.h"
 #include "terrain/ground_cover.h"
-#include "volume/volume_choice.h"
 #include "volume/volume_private.h"
 
 /* ---- Tables and pictures ---- */
@@ -121,10 +120,14 @@ static neph_result open_density(const cloud_file *file, np_grid_state *out_state
   const np_scene_cloud *cloud = &file->scene->clouds[file->index];
   neph_result result = np_scene_check_cloud_file(file->scene, file->index, file->path);
   const neph_volume_load_desc load = np_cloud_file_describe_load(cloud);
+  const char *sequence = np_cloud_file_get_sequence(cloud);
   np_grid_header header = {.state = *out_state};
-  if (!result) result = np_volume_read_header(file->scene->context, file->path, &load, &header);
+  if (!result) result = np_volume_read_header(file->scene->context, file->path, &load, sequence, &header);
   *out_state = header.state;
-  if (!result && header.is_odd_density) np_volume_warn_of_odd_density(file->scene->context, file->path, header.name);
+  if (!result && header.state == NP_GRID_FILLED)
+    result = np_scene_check_cloud_unit(file->scene, file->index, file->path, header.extinction_per_value);
+  if (!result && header.state == NP_GRID_MISSING)
+    np_volume_warn_of_absence(file->scene->context, cloud->name, file->path, &load, sequence);
   if (!result && *out_state == NP_GRID_EMPTY)
     np_log(file->scene->context, NEPH_LOG_WARNING, "%s: cloud %s is empty: its grid has no active voxels", file->path,
            cloud->name);

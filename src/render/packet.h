@@ -8,6 +8,7 @@
 #include "atmosphere/band_set.h"
 #include "caches/lighting.h"
 #include "image/color_fit.h"
+#include "render/georeference.h"
 #include "render/cloud_emission.h"
 #include "render/schedule.h"
 #include "render/star_field.h"
@@ -65,6 +66,7 @@ typedef struct np_cloud_parts {
   np_instance placed;  /* as the scene has it, in its first place; each packet has its own */
   np_instance *copies; /* the same in each of its places; NULL: it has one */
   unsigned copy_count;
+  np_georeference georeference;                          /* by which its file is placed */
   np_cloud_emission emission;                            /* most often nothing */
   np_phase_table phase_table;                            /* empty where its phase function is none */
   struct np_detailed_bricks *details[NP_TINT_PARTS_MAX]; /* of each of its colours; NULL: it has no detail */

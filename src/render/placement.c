@@ -107,12 +107,14 @@ static void log_extinction(const np_scene_cloud *cloud, const neph_volume *volum
          densest, 1.0 / densest, extinction * column);
 }
 
-double np_placement_get_extinction(const np_scene_cloud *cloud) {
+double np_placement_get_extinction(const np_scene_cloud *cloud, double of_file) {
   switch (cloud->density_unit) {
   case NP_DENSITY_MEAN_FREE_PATH:
     return 1.0 / cloud->density_value;
   case NP_DENSITY_LIQUID_WATER:
     return 1.5e-6 / cloud->density_value; /* 1.5·LWC[g/m³]/r_eff[µm] */
+  case NP_DENSITY_OF_FILE:
+    return of_file;
   case NP_DENSITY_EXTINCTION:
   case NP_DENSITY_OPTICAL_DEPTH:
     break;
@@ -126,7 +128,7 @@ static neph_result compute_extinction(const np_scene_cloud *cloud, const neph_vo
   const bool has_levels = np_volume_has_parts(volume, NP_PARTS_OF_CELLS); /* of which a column would be in several */
   const bool is_told = !has_levels && np_log_is_wanted(volume->context, NEPH_LOG_INFO);
   const bool is_scaled = cloud->density_unit == NP_DENSITY_OPTICAL_DEPTH;
-  double extinction = np_placement_get_extinction(cloud), column = 0.0;
+  double extinction = np_placement_get_extinction(cloud, volume->extinction_per_value), column = 0.0;
   neph_result result = NEPH_OK;
   if (is_told || is_scaled) result = np_volume_get_column_max(volume, index_to_world, monitor, &column);
   if (result) return result;
@@ -250,6 +252,50 @@ static bool is_beyond_far(const cloud_box *box, np_placement_fault *out) {
   return true;
 }
 
+static np_dvec3 get_corner(const cloud_box *box, int corner) {
+  return np_dvec3_make(corner & 1 ? box->high.x : box->low.x, corner & 2 ? box->high.y : box->low.y,
+                       corner & 4 ? box->high.z : box->low.z);
+}
+
+/* The box of its corners on the film is less than a pixel across, both ways. */
+static bool is_below_pixel(const cloud_box *box, np_placement_fault *out) {
+  double low[2] = {HUGE_VAL, HUGE_VAL}, high[2] = {-HUGE_VAL, -HUGE_VAL}, depth_m, film[2];
+  if (!np_camera_sees_box(box->view->camera, box->low, box->high)) return false;
+  for (int corner = 0; corner < 8; corner++) {
+    if (!np_camera_project(box->view->camera, get_corner(box, corner), film, &depth_m)) return false;
+    for (int a = 0; a < 2; a++) {
+      low[a] = fmin(low[a], film[a]);
+      high[a] = fmax(high[a], film[a]);
+    }
+  }
+  const double size_px = fmax(high[0] - low[0], high[1] - low[1]);
+  if (!(size_px < 1.0)) return false;
+  (void)snprintf(out->cause, sizeof out->cause, "subtends %.2g of a pixel, %.4g km before the camera", size_px,
+                 1e-3 * depth_m);
+  return true;
+}
+
+static double get_gap(double low, double high, double other_low, double other_high) {
+  return fmax(fmax(low - other_high, other_low - high), 0.0);
+}
+
+/* Further than their larger size and beyond a horizon, where no cloud of a picture of that terrain is. A terrain
+ * reaches as far as its border is continued. */
+static bool is_far_from_terrain(const cloud_box *box, np_placement_fault *out) {
+  static const double horizon_m = 1e5;
+  np_dvec3 low, high;
+  if (!box->view->terrain) return false;
+  np_terrain_get_bounds(box->view->terrain, &low, &high);
+  const double gap_m =
+      hypot(get_gap(box->low.x, box->high.x, low.x, high.x), get_gap(box->low.y, box->high.y, low.y, high.y));
+  const double terrain_m = fmax(high.x - low.x, high.y - low.y);
+  if (!(gap_m > fmax(horizon_m, fmax(terrain_m, get_size(box))))) return false;
+  (void)snprintf(out->cause, sizeof out->cause,
+                 "lies %.4g km from the terrain, which is %.4g km across: are its coordinates in another system?",
+                 1e-3 * gap_m, 1e-3 * terrain_m);
+  return true;
+}
+
 /* Depth of a place below the sphere, or the terrain over it. */
 static double get_depth_below_ground(const np_placement_view *view, np_dvec3 p) {
   static const double far_m = 2e5;
@@ -291,6 +337,10 @@ unsigned np_placement_list_faults(const np_scene_cloud *cloud, const np_placemen
        "camera.near, and clouds[].bake.center and bake.base"},
       {"cloud.beyond_far", is_beyond_far, "camera.far, and clouds[].position, voxel and up",
        "camera.far, and clouds[].bake.center and bake.base"},
+      {"cloud.below_pixel", is_below_pixel, "clouds[].position, voxel and scale, and camera.fov",
+       "clouds[].bake.center and bake.extent, and camera.fov"},
+      {"cloud.far_from_terrain", is_far_from_terrain, "clouds[].position, terrain.crs and place",
+       "clouds[].bake.center, and place"},
       {"cloud.below_ground", is_below_ground, "clouds[].position, voxel and up", "clouds[].bake.center and bake.base"}};
   const cloud_box box = {cloud, view, low, high};
   unsigned count = 0;

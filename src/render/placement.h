@@ -28,8 +28,9 @@ np_affine np_placement_make_turn(const np_scene_cloud *cloud, double scale);
 /* Moves a cloud's pivot to its position, where it has one; `low` and `high` are the box that the files fill. */
 void np_placement_move_box(const np_scene_cloud *cloud, np_dvec3 low, np_dvec3 high, np_affine *file_to_world);
 
-/* Extinction, 1/m, of a value of 1; or the optical depth, by which it is scaled. */
-double np_placement_get_extinction(const np_scene_cloud *cloud);
+/* Extinction, 1/m, of a value of 1; or the optical depth, by which it is scaled. `of_file` is the extinction that its
+ * file states, which counts where no key does. */
+double np_placement_get_extinction(const np_scene_cloud *cloud, double of_file);
 
 /* Whether a cloud's voxel, position or optical_depth go by what a volume holds. */
 bool np_placement_needs_reference(const np_scene_cloud *cloud);
@@ -57,11 +58,11 @@ typedef struct np_placement_fault {
   const char *keys; /* by which it is placed */
 } np_placement_fault;
 
-enum { NP_PLACEMENT_FAULTS_MAX = 6 };
+enum { NP_PLACEMENT_FAULTS_MAX = 8 };
 
 /* Lists what is wrong with a cloud whose world box is wholly outside the camera's view, before its near plane, beyond
- * its far plane or below the ground, under 10 m or over 1000 km across. What stands before it does not count. Returns
- * their number. */
+ * its far plane, smaller than a pixel, below the ground or far from the terrain, under 10 m or over 1000 km across.
+ * What stands before it does not count. Returns their number. */
 unsigned np_placement_list_faults(const np_scene_cloud *cloud, const np_placement_view *view, np_dvec3 low,
                                   np_dvec3 high, np_placement_fault out_faults[NP_PLACEMENT_FAULTS_MAX]);
 

@@ -115,7 +115,7 @@ static double guess_extinction(const np_scene_cloud *cloud, const np_plan_file *
   const bool is_scaled = cloud->density_unit == NP_DENSITY_OPTICAL_DEPTH;
   const double depth = is_scaled ? cloud->density_value : depth_unread;
   const double of_depth = depth / ((file->high.z - file->low.z) * fmax(compute_voxel_share(file), 0.25));
-  return is_scaled ? of_depth : fmin(of_depth, np_placement_get_extinction(cloud));
+  return is_scaled ? of_depth : fmin(of_depth, np_placement_get_extinction(cloud, file->extinction_per_value));
 }
 
 /* Bricks along the faces, edges and corners of a large tile, of which each is there once for all that are alike. */

@@ -6,6 +6,7 @@
 #include "cloud/shape.h"
 #include "core/alloc.h"
 #include "core/hash.h"
+#include "render/georeference.h"
 #include "render/placement.h"
 #include "render/plan.h"
 #include "render/plan_choices.h"
@@ -78,18 +79,22 @@ static int32_t count_voxels(int32_t first, int32_t last) {
 }
 
 /* World box of a file's grid, placed by the grid's own box whatever frame the scene refers to. */
-static neph_result place_box(const np_scene_cloud *cloud, const np_grid_header *header, np_plan_file *out) {
+static neph_result place_box(const neph_scene *scene, const np_scene_cloud *cloud, const np_grid_header *header,
+                             np_plan_file *out) {
   neph_volume outline = {.index_to_world = header->index_to_world};
   memcpy(outline.active_min, header->active_min, sizeof outline.active_min);
   memcpy(outline.active_max, header->active_max, sizeof outline.active_max);
   np_scene_cloud hollow = *cloud;
   hollow.density_unit = NP_DENSITY_EXTINCTION; /* whatever its optical depth */
   np_anchor anchor;
-  const neph_result result = np_placement_anchor(&hollow, &outline, NULL, &anchor);
+  np_georeference georeference;
+  neph_result result = np_placement_anchor(&hollow, &outline, NULL, &anchor);
+  if (!result) result = np_georeference_apply(scene, cloud, &outline, &anchor.file_to_world, &georeference);
   out->index_to_world = np_affine_compose(&anchor.file_to_world, &outline.index_to_world);
   np_placement_compute_bounds(&out->index_to_world, &outline, &out->low, &out->high);
   for (int a = 0; a < 3; a++) out->size[a] = count_voxels(header->active_min[a], header->active_max[a]);
   out->voxel_count = header->voxel_count;
+  out->extinction_per_value = header->extinction_per_value;
   out->level_count = header->level_count;
   out->is_known = !result && header->voxel_count > 0.0;
   return result;
@@ -118,13 +123,14 @@ static neph_result read_header(const neph_scene *scene, const np_plan *plan, con
   bool has_colors = false;
   *out = (np_plan_file){.is_known = false};
   neph_result result = np_cloud_file_get(scene->context, cloud, plan->desc.frame, &file);
-  if (!result && file.path) result = np_volume_read_header(scene->context, file.path, &load, &header);
+  if (!result && file.path)
+    result = np_volume_read_header(scene->context, file.path, &load, np_cloud_file_get_sequence(cloud), &header);
   if (!result && file.path && !np_scene_is_none(cloud->color))
     result = np_volume_search_vector(scene->context, file.path, NP_VECTOR_COLOR, cloud->color, &has_colors);
   np_alloc_free(scene->context, file.path);
   if (result || !header.has_box || header.state != NP_GRID_FILLED) return result;
   out->has_colors = has_colors;
-  return place_box(cloud, &header, out);
+  return place_box(scene, cloud, &header, out);
 }
 
 static double count_file_cells(const neph_scene *scene, const np_plan *plan, const np_scene_cloud *cloud,

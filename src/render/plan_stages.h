@@ -96,12 +96,13 @@ typedef struct np_light_span {
 /* A cloud's file by its header. */
 typedef struct np_plan_file {
   bool is_known;
-  np_affine index_to_world; /* as placed */
-  int32_t size[3];          /* of the box of active voxels */
-  np_dvec3 low, high;       /* of that box in the world */
-  double voxel_count;       /* active ones */
-  unsigned level_count;     /* files of levels of detail; 0: it is in none */
-  bool has_colors;          /* voxel by voxel, which are shown */
+  np_affine index_to_world;    /* as placed */
+  int32_t size[3];             /* of the box of active voxels */
+  np_dvec3 low, high;          /* of that box in the world */
+  double voxel_count;          /* active ones */
+  double extinction_per_value; /* 1/m, as the file states it; 0: it does not */
+  unsigned level_count;        /* files of levels of detail; 0: it is in none */
+  bool has_colors;             /* voxel by voxel, which are shown */
 } np_plan_file;
 
 typedef struct np_plan {

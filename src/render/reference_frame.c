@@ -44,7 +44,7 @@ static neph_result obtain_volume(const np_frame_cloud *of, double number, const 
   if (of->volume && number == of->number)
     *out_volume = neph_volume_retain(of->volume);
   else
-    result = np_volume_load_density(of->scene->context, path, of->load, out_volume);
+    result = np_volume_load_density(of->scene->context, path, of->load, of->scene->clouds[of->index].vdb, out_volume);
   return result || *out_volume ? result : np_reference_frame_fail_empty(of->scene, of->index, number);
 }
 

@@ -75,7 +75,8 @@ static neph_result add_volume(const scanner *s, const neph_volume *volume, doubl
 static neph_result add_file(const scanner *s, double number) {
   char *path = np_frame_name_make(s->context, s->cloud->vdb, number);
   neph_volume *volume = NULL;
-  neph_result result = path ? np_volume_load_density(s->context, path, s->load, &volume) : NEPH_ERROR_OUT_OF_MEMORY;
+  neph_result result =
+      path ? np_volume_load_density(s->context, path, s->load, s->cloud->vdb, &volume) : NEPH_ERROR_OUT_OF_MEMORY;
   if (!result && volume) result = add_volume(s, volume, number);
   neph_volume_release(volume);
   np_alloc_free(s->context, path);

@@ -179,10 +179,24 @@ static neph_result obtain_baked(const np_stage_part *in, const np_scene_cloud *c
   return NEPH_OK;
 }
 
+/* Levels of detail, as those of a frustum, are of one colour. */
+static neph_result warn_of_colors(const np_stage_part *in, const np_scene_cloud *cloud, const char *path) {
+  bool is_found = false;
+  const neph_result result =
+      np_volume_search_vector(in->scene->context, path, NP_VECTOR_COLOR, cloud->color, &is_found);
+  if (is_found)
+    np_log(in->scene->context, NEPH_LOG_WARNING,
+           "cloud %s: the colours of %s are left out: a cloud in levels of detail is of one colour; "
+           "clouds[].color: none says so",
+           cloud->name, path);
+  return result;
+}
+
 /* Gives a cloud from a file the colours that it has there. */
 static neph_result add_colors(const np_stage_part *in, const np_scene_cloud *cloud, const char *path,
                               neph_volume *volume) {
-  if (cloud->is_baked || !volume || volume->tint || np_scene_is_none(cloud->color)) return NEPH_OK;
+  if (cloud->is_baked || !volume || np_scene_is_none(cloud->color)) return NEPH_OK;
+  if (volume->tint) return warn_of_colors(in, cloud, path);
   const neph_volume_load_desc load = describe_load(in, cloud);
   const np_tint_source source = {path, cloud->color, &load, volume};
   return np_tint_create(in->scene->context, &source, in->monitor, &volume->tint);
@@ -202,7 +216,10 @@ static neph_result load_or_bake(const np_stage_part *in, const np_scene_cloud *c
   if (source != NP_CLOUD_SOURCE_FILE) result = bake(in, cloud, path, NULL);
   np_monitor_set_part(in->monitor, whole, source != NP_CLOUD_SOURCE_FILE ? 0.8 : 0.0, 1.0);
   const neph_volume_load_desc desc = describe_load(in, cloud);
-  if (!result) result = np_volume_load_density(in->scene->context, path, &desc, out_volume);
+  const char *sequence = np_cloud_file_get_sequence(cloud);
+  if (!result) result = np_volume_load_density(in->scene->context, path, &desc, sequence, out_volume);
+  if (!result && *out_volume)
+    result = np_scene_check_cloud_unit(in->scene, in->cloud, path, (*out_volume)->extinction_per_value);
   if (!result) result = add_colors(in, cloud, path, *out_volume);
   if (!result || !*out_volume) return result;
   neph_volume_release(*out_volume);
@@ -395,6 +412,18 @@ static neph_result build_emission(cloud_build *c) {
   return NEPH_OK;
 }
 
+/* Moves a file of the coordinate system of the terrain's raster to where the raster has its coordinates. */
+static neph_result georeference(cloud_build *c) {
+  neph_context *context = c->in->made->context;
+  np_georeference *out = &c->parts->georeference;
+  neph_result result = np_georeference_apply(c->in->scene, c->cloud, c->parts->volume, &c->anchor.file_to_world, out);
+  if (result || !out->is_applied) return result;
+  char *text = np_georeference_describe(context, out);
+  if (text) np_log(context, NEPH_LOG_WARNING, "cloud %s: %s", c->cloud->name, text);
+  np_alloc_free(context, text);
+  return text ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+}
+
 /* Nothing goes by the anchor of a cloud that holds nothing and does not emit. */
 static neph_result get_anchor(cloud_build *c) {
   neph_volume *volume = c->parts->volume;
@@ -403,7 +432,8 @@ static neph_result get_anchor(cloud_build *c) {
   const np_stage_part *in = c->in;
   const np_frame_cloud of = {
       &in->made->stores->references, in->scene, in->cloud, c->file.number, volume, &load, in->monitor};
-  return np_reference_frame_get_anchor(&of, &c->anchor, &c->is_anchored);
+  const neph_result result = np_reference_frame_get_anchor(&of, &c->anchor, &c->is_anchored);
+  return result || !volume || !c->is_anchored ? result : georeference(c);
 }
 
 /* 0 where no ground is known: there is no planet, or its terrain is not built. */

@@ -150,6 +150,8 @@ static neph_result place(const moving_cloud *c, const np_cloud_pose *pose, np_af
   np_anchor anchor;
   const neph_result result = np_placement_anchor(&moved, c->parts->volume, c->in->monitor, &anchor);
   *out = anchor.file_to_world;
+  const np_georeference *georeference = &c->parts->georeference;
+  if (georeference->is_applied) *out = np_affine_compose(&georeference->to_world, out);
   return result;
 }
 

@@ -58,6 +58,10 @@ neph_volume_load_desc np_cloud_file_describe_load(const np_scene_cloud *cloud) {
   return desc;
 }
 
+const char *np_cloud_file_get_sequence(const np_scene_cloud *cloud) {
+  return np_scene_cloud_is_sequence(cloud) ? cloud->vdb : NULL;
+}
+
 static void add_vector(np_file_use *use, np_vector_role role, const char *name) {
   if (np_scene_is_none(name)) return;
   use->vectors[use->vector_count++] = (np_vector_request){role, name, use->load.policy};
@@ -69,7 +73,7 @@ static const char *get_field(const char *name, const char *usual) {
 
 np_file_use np_cloud_file_describe_use(const neph_scene *scene, const np_scene_cloud *cloud) {
   const np_scene_emission *emission = &cloud->emission;
-  np_file_use use = {.load = np_cloud_file_describe_load(cloud)};
+  np_file_use use = {.load = np_cloud_file_describe_load(cloud), .sequence = np_cloud_file_get_sequence(cloud)};
   add_vector(&use, NP_VECTOR_COLOR, cloud->color);
   if (scene->motion_blur.is_enabled || scene->output.aovs & NP_AOV_MOTION)
     add_vector(&use, NP_VECTOR_VELOCITY, cloud->velocity);

@@ -19,6 +19,9 @@ neph_result np_cloud_file_get(neph_context *context, const np_scene_cloud *cloud
 /* Describes by the keys of a cloud how its density is read. */
 neph_volume_load_desc np_cloud_file_describe_load(const np_scene_cloud *cloud);
 
+/* Pattern of the files of a cloud that is a sequence; NULL: it has one file. */
+const char *np_cloud_file_get_sequence(const np_scene_cloud *cloud);
+
 /* The grids that a scene takes of a cloud's file. */
 np_file_use np_cloud_file_describe_use(const neph_scene *scene, const np_scene_cloud *cloud);
 

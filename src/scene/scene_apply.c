@@ -475,6 +475,23 @@ static void derive_frame_times(neph_scene *scene) {
     if (!scene->clouds[i].has_frame_time) scene->clouds[i].frame_time_s = 1.0 / scene->frame_rate;
 }
 
+static bool has_density_key(const np_node *cloud) {
+  static const char *const names[] = {"extinction", "mean_free_path", "optical_depth", "liquid_water"};
+  for (size_t i = 0; i < sizeof names / sizeof *names; i++)
+    if (np_node_search(cloud, names[i])) return true;
+  return false;
+}
+
+/* Files without a key for their unit have to state it. */
+static void derive_density_units(neph_scene *scene) {
+  const np_node *list = np_node_search(scene->document, "clouds");
+  for (unsigned i = 0; i < scene->cloud_count; i++) {
+    np_scene_cloud *cloud = &scene->clouds[i];
+    if (cloud->vdb && !cloud->is_baked && !cloud->volume && !has_density_key(np_node_get(list, i)))
+      cloud->density_unit = NP_DENSITY_OF_FILE;
+  }
+}
+
 static neph_result derive_repeats(neph_scene *scene) {
   neph_result result = NEPH_OK;
   for (unsigned i = 0; i < scene->cloud_count && !result; i++)
@@ -513,6 +530,7 @@ static neph_result apply_document(neph_scene *scene, np_scene_problems *problems
   if (!result) derive_terrain(scene);
   if (!result) derive_frame_times(scene);
   if (!result) result = np_scene_name_maps(scene);
+  if (!result) derive_density_units(scene);
   if (!result) result = derive_repeats(scene);
   if (!result) np_scene_derive_reach(scene);
   return result;

@@ -52,13 +52,6 @@ static neph_result check_stars(const neph_scene *scene, np_scene_problems *probl
                           "stars need the latitude, must come with place or terrain.heightfield");
 }
 
-static bool has_density(const np_node *cloud) {
-  static const char *const names[] = {"extinction", "mean_free_path", "optical_depth", "liquid_water"};
-  for (size_t i = 0; i < sizeof names / sizeof *names; i++)
-    if (np_node_search(cloud, names[i])) return true;
-  return false;
-}
-
 /* Keys that a volume that was given has no part in. */
 static neph_result check_volume(unsigned index, const np_node *node, np_scene_problems *problems) {
   static const char *const names[] = {"vdb", "grid", "import", "level_set", "ramp", "precision", "bake", "emission"};
@@ -76,11 +69,6 @@ static neph_result check_source(const neph_scene *scene, unsigned index, const n
   if (cloud->volume) return check_volume(index, node, problems);
   if (!cloud->vdb && !cloud->is_baked)
     return np_scene_fail_at(problems, node, "clouds[%u] has no source, must have vdb, a file, or bake, parameters",
-                            index);
-  if (!cloud->is_baked && !has_density(node))
-    return np_scene_fail_at(problems, node,
-                            "clouds[%u] has no unit for the values of its file, must have one of extinction, "
-                            "mean_free_path, optical_depth, liquid_water",
                             index);
   const np_node *water = np_node_search(node, "liquid_water");
   if (water && !np_node_search(water, "r_eff"))

@@ -35,6 +35,26 @@ neph_result np_scene_check_cloud_file(const neph_scene *scene, unsigned index, c
   return check_file(scene, np_node_search(cloud, "vdb"), key, path);
 }
 
+/* A node has no line where a call has set its key. */
+static char *name_node(const neph_scene *scene, const np_node *node) {
+  if (!node->line) return np_alloc_text(scene->context, "");
+  return np_alloc_printf(scene->context, "%s:%u:%u: ", scene->file ? scene->file : "scene", node->line, node->column);
+}
+
+neph_result np_scene_check_cloud_unit(const neph_scene *scene, unsigned index, const char *path,
+                                      double extinction_per_value) {
+  if (scene->clouds[index].density_unit != NP_DENSITY_OF_FILE || extinction_per_value > 0.0) return NEPH_OK;
+  char *place = name_node(scene, np_node_get(np_node_search(scene->document, "clouds"), index));
+  if (!place) return NEPH_ERROR_OUT_OF_MEMORY;
+  const neph_result result =
+      np_fail(scene->context, NEPH_ERROR_BAD_SCENE,
+              "%sclouds[%u] has no unit for the values of its file, must have one of extinction, mean_free_path, "
+              "optical_depth, liquid_water: %s states none (units: 1/m, and nephos:extinction_per_value above 0)",
+              place, index, path);
+  np_alloc_free(scene->context, place);
+  return result;
+}
+
 /* ---- Files of keys ---- */
 
 typedef struct lookup lookup;

@@ -113,7 +113,8 @@ typedef enum np_density_unit {
   NP_DENSITY_EXTINCTION,     /* density_value: 1/m for a value of 1 */
   NP_DENSITY_MEAN_FREE_PATH, /* m for a value of 1 */
   NP_DENSITY_OPTICAL_DEPTH,  /* of the densest world-vertical column */
-  NP_DENSITY_LIQUID_WATER    /* values in g/m³; density_value: effective radius in m */
+  NP_DENSITY_LIQUID_WATER,   /* values in g/m³; density_value: effective radius in m */
+  NP_DENSITY_OF_FILE         /* as each file states it: no key does */
 } np_density_unit;
 
 typedef enum np_axis_up { NP_UP_Z, NP_UP_Y } np_axis_up;
@@ -400,5 +401,10 @@ neph_result np_scene_sun_direction(const neph_scene *scene, double latitude_rad,
 /* Whether a cloud's file of one frame can be opened; fails at the cloud's vdb in the scene. neph_scene_check_files is
  * the same of the files that have one name in all frames. */
 neph_result np_scene_check_cloud_file(const neph_scene *scene, unsigned index, const char *path);
+
+/* Fails for a cloud without a key for the unit of its values where its file, `extinction_per_value` by its header, does
+ * not state one either. */
+neph_result np_scene_check_cloud_unit(const neph_scene *scene, unsigned index, const char *path,
+                                      double extinction_per_value);
 
 #endif

@@ -14,6 +14,7 @@
 #include "terrain/gdal_module.h"
 #include "terrain/heightfield.h"
 #include "terrain/heightfield_files.h"
+#include "terrain/raster_lattice.h"
 
 /* Samples that are kept: 3.9 GB with vertices and Embree's tree. Larger rasters are averaged in squares. */
 static const double sample_count_max = 1.2e8;
@@ -340,6 +341,11 @@ static neph_result set_chart(raster_reader *r) {
   return result;
 }
 
+static neph_result set_known_places(raster_reader *r) {
+  *r->field = (np_heightfield){.width = r->width, .height = r->height, .has_place = true};
+  return is_graticule(r) ? set_graticule(r) : set_chart(r);
+}
+
 static neph_result set_places(raster_reader *r) {
   np_heightfield *field = r->field;
   if (!has_place(r)) {
@@ -351,8 +357,7 @@ static neph_result set_places(raster_reader *r) {
     }
     return result;
   }
-  *field = (np_heightfield){.width = r->width, .height = r->height, .has_place = true};
-  neph_result result = is_graticule(r) ? set_graticule(r) : set_chart(r);
+  neph_result result = set_known_places(r);
   if (result) return result;
   field->elevation_m = np_alloc(r->context, (size_t)r->width * r->height, sizeof(float));
   return field->elevation_m ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
@@ -461,4 +466,46 @@ neph_result np_heightfield_describe_raster(neph_context *context, const char *pa
   out->file_count = r.files.count;
   close_reader(&r);
   return NEPH_OK;
+}
+
+/* ---- Coordinates of its system ---- */
+
+/* The inverse of the geotransform, and of convert_position. */
+static void set_positions(const raster_reader *r, np_raster_lattice *out) {
+  const double *g = r->info.to_crs, area = g[1] * g[5] - g[2] * g[4];
+  const double to_file[2][3] = {{g[5] / area, -g[2] / area, (g[2] * g[3] - g[5] * g[0]) / area},
+                                {-g[4] / area, g[1] / area, (g[4] * g[0] - g[1] * g[3]) / area}};
+  for (int axis = 0; axis < 2; axis++) {
+    for (int n = 0; n < 3; n++) out->to_position[axis][n] = to_file[axis][n] / r->factor;
+    out->to_position[axis][2] -= 0.5;
+  }
+  for (int n = 0; n < 3 && r->is_northern_first; n++) out->to_position[1][n] = -out->to_position[1][n];
+  if (r->is_northern_first) out->to_position[1][2] += r->height - 1;
+}
+
+neph_result np_raster_lattice_load(neph_context *context, const char *path, const neph_terrain_desc *desc,
+                                   np_raster_lattice *out) {
+  *out = (np_raster_lattice){.is_projected = false};
+  raster_reader r = {.context = context, .desc = desc, .field = &out->field};
+  neph_result result = open_reader(&r, path);
+  if (result) return result;
+  const bool is_projected = has_place(&r) && !r.info.is_geographic;
+  if (is_projected) result = set_known_places(&r);
+  if (is_projected && !result) {
+    out->is_projected = true;
+    (void)snprintf(out->crs, sizeof out->crs, "%s", r.info.crs);
+    out->globe = np_globe_make(desc->planet_radius_m, out->field.origin.latitude_rad, out->field.origin.longitude_rad);
+    set_positions(&r, out);
+  }
+  close_reader(&r);
+  return result;
+}
+
+np_field_position np_raster_lattice_locate(const np_raster_lattice *lattice, double x, double y) {
+  const double(*m)[3] = lattice->to_position;
+  return (np_field_position){m[0][0] * x + m[0][1] * y + m[0][2], m[1][0] * x + m[1][1] * y + m[1][2]};
+}
+
+np_dvec3 np_raster_lattice_place(const np_raster_lattice *lattice, double x, double y, double z_m) {
+  return np_heightfield_to_world(&lattice->field, &lattice->globe, np_raster_lattice_locate(lattice, x, y), z_m);
 }

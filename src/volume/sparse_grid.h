@@ -32,6 +32,14 @@ typedef struct np_cell_region {
   const void *user;                                          /* borrowed */
 } np_cell_region;
 
+/* Map of a grid whose voxels are those of a camera: index (i, j, k) to z = step·(k − k₀), and to x and y that are i −
+ * i₀ and j − j₀ times scale·(1 + growth·z); then to the world. OpenVDB's NonlinearFrustumMap. */
+typedef struct np_frustum {
+  bool is_enabled; /* else the grid is affine */
+  double origin[3], scale, growth, step;
+  np_affine local_to_world;
+} np_frustum;
+
 typedef struct np_sparse_grid {
   neph_context *context;    /* borrowed */
   char *name;               /* owned */
@@ -40,7 +48,9 @@ typedef struct np_sparse_grid {
   np_cell_region region;    /* until its bricks are built */
   bool is_consumed;         /* by its bricks: its leaves' memory goes while they are built, which leaves no values */
   np_affine index_to_world;
-  double level_set_voxels; /* depth below the surface of a level set at which it is 1; 0: it was none */
+  np_frustum frustum;          /* in place of index_to_world */
+  double extinction_per_value; /* 1/m, as its file states it; 0: it does not */
+  double level_set_voxels;     /* depth below the surface of a level set at which it is 1; 0: it was none */
   float background;
   size_t leaf_count, leaf_capacity, tile_count, tile_capacity;
   np_leaf *leaves;

@@ -109,6 +109,7 @@ neph_result np_sparse_grid_halve(const np_sparse_grid *fine, const char *name, n
   out_coarse->file = fine->file;
   out_coarse->brick_bytes_max = fine->brick_bytes_max;
   out_coarse->index_to_world = double_voxels(&fine->index_to_world);
+  out_coarse->extinction_per_value = fine->extinction_per_value;
   if (!result && count) result = fill_coarse(fine, origins, out_coarse);
   np_alloc_free(fine->context, origins);
   return result;

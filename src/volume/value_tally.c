@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "core/alloc.h"
+#include "volume/frustum.h"
 
 enum { LEAVES_PER_PIECE = 64 };
 
@@ -164,7 +165,8 @@ void np_value_tally_locate(const np_sparse_grid *grid, uint64_t place, np_value_
       is_tile ? grid->tiles[place - grid->leaf_count * NP_LEAF_SIZE].origin : grid->leaves[leaf].origin;
   const int32_t offset[3] = {(int32_t)(n >> 6), (int32_t)(n >> 3 & 7), (int32_t)(n & 7)};
   for (int a = 0; a < 3; a++) out_place->voxel[a] = origin[a] + (is_tile ? 0 : offset[a]);
-  const np_dvec3 at = np_affine_point(&grid->index_to_world,
-                                      np_dvec3_make(out_place->voxel[0], out_place->voxel[1], out_place->voxel[2]));
+  const np_dvec3 index = np_dvec3_make(out_place->voxel[0], out_place->voxel[1], out_place->voxel[2]);
+  const np_dvec3 at = grid->frustum.is_enabled ? np_frustum_map_point(&grid->frustum, index)
+                                               : np_affine_point(&grid->index_to_world, index);
   out_place->world_m[0] = at.x, out_place->world_m[1] = at.y, out_place->world_m[2] = at.z;
 }

@@ -62,7 +62,8 @@ struct Entry {
   std::string name, value_type, grid_class, creator;
   bool is_scalar, is_count, is_vector, is_affine;
   double index_to_world[3][4]; /* where it is affine */
-  std::size_t owner;           /* index of the grid that stores its voxels; itself, but for an instance */
+  np_frustum frustum{};
+  std::size_t owner; /* index of the grid that stores its voxels; itself, but for an instance */
 };
 
 } /* namespace np_vdb */
@@ -109,6 +110,25 @@ inline bool get_affine(const openvdb::GridBase &grid, double out[3][4]) {
   } catch (const openvdb::ArithmeticError &) { /* singular */
     return false;
   }
+}
+
+/* The map of a frustum; not enabled where it is none. */
+inline np_frustum get_frustum(const openvdb::GridBase &grid) {
+  np_frustum out{};
+  const auto map = grid.transform().constMap<openvdb::math::NonlinearFrustumMap>();
+  if (!map) return out;
+  const openvdb::BBoxd &box = map->getBBox();
+  const openvdb::Vec3d size = box.extents();
+  const double middle[3] = {0.5 * size.x(), 0.5 * size.y(), 0.0};
+  const openvdb::Mat4R matrix = map->secondMap().getMat4();
+  for (int axis = 0; axis < 3; axis++) out.origin[axis] = box.min()[axis] + middle[axis];
+  out.scale = 1.0 / size.x();
+  out.growth = map->getGamma();
+  out.step = map->getDepth() / size.z();
+  for (int row = 0; row < 3; row++)
+    for (int column = 0; column < 4; column++) out.local_to_world.m[row][column] = matrix[column][row];
+  out.is_enabled = true;
+  return out;
 }
 
 } /* namespace np_vdb */

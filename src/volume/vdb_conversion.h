@@ -76,12 +76,6 @@ inline openvdb::FloatGrid::Ptr resample(const openvdb::FloatGrid::Ptr &grid,
   return out;
 }
 
-/* Voxels as large as those in the middle of a frustum. */
-inline openvdb::math::Transform::Ptr make_lattice(const openvdb::FloatGrid &grid) {
-  const openvdb::Vec3d size = grid.transform().voxelSize(grid.evalActiveVoxelBoundingBox().getCenter());
-  return openvdb::math::Transform::createLinearTransform((size[0] + size[1] + size[2]) / 3.0);
-}
-
 } /* namespace np_vdb */
 
 #endif

@@ -136,15 +136,26 @@ inline bool is_level_set(const Entry &entry, const openvdb::FloatGrid &grid) {
 }
 
 /* A grid as a density. Of level sets `level_set_voxels` becomes the depth that they have. */
-inline openvdb::FloatGrid::Ptr read_density(np_vdb_file &file, const Entry &entry, double byte_max,
-                                            double &level_set_voxels) {
+inline openvdb::FloatGrid::Ptr read_density(np_vdb_file &file, const Entry &entry, double &level_set_voxels) {
   openvdb::FloatGrid::Ptr grid = convert_to_floats(read_tree(file, entry, Part::tree));
   grid->setTransform(entry.header->transform().copy()); /* an instance has its own */
   if (level_set_voxels > 0.0 && is_level_set(entry, *grid))
     level_set_voxels = convert_distances(*grid, level_set_voxels);
   else
     level_set_voxels = 0.0;
-  return entry.is_affine ? grid : resample(grid, make_lattice(*grid), byte_max, entry.name);
+  return grid;
+}
+
+/* Sums are of one lattice: affine grids are resampled to that of the first, frustums must share it. */
+inline openvdb::FloatGrid::Ptr match_lattice(const Entry &entry, const Entry &first,
+                                             const openvdb::FloatGrid::Ptr &grid, const openvdb::FloatGrid &sum,
+                                             double byte_max) {
+  if (grid->transform() == sum.transform()) return grid;
+  if (!entry.is_affine || !first.is_affine)
+    throw Failure{NEPH_ERROR_UNSUPPORTED, "grids '" + first.name + "' and '" + entry.name +
+                                              "' are not of one frustum, as grids of a sum must be: export both with " +
+                                              "one transform, or make each a cloud of its own"};
+  return resample(grid, sum.transform().copy(), byte_max, entry.name);
 }
 
 inline openvdb::FloatGrid::Ptr read_sum(np_vdb_file &file, const np_vdb_request &request, np_sparse_grid &out) {
@@ -153,11 +164,10 @@ inline openvdb::FloatGrid::Ptr read_sum(np_vdb_file &file, const np_vdb_request 
   for (std::size_t i = 0; i < request.count; i++) {
     const Entry &entry = file.entries[request.indices[i]];
     double depth_voxels = request.level_set_voxels;
-    openvdb::FloatGrid::Ptr grid = read_density(file, entry, byte_max, depth_voxels);
+    openvdb::FloatGrid::Ptr grid = read_density(file, entry, depth_voxels);
     if (depth_voxels > 0.0) out.level_set_voxels = depth_voxels;
-    if (sum && grid->transform() != sum->transform()) grid = resample(grid, sum->transformPtr(), byte_max, entry.name);
     if (sum)
-      openvdb::tools::compSum(*sum, *grid);
+      openvdb::tools::compSum(*sum, *match_lattice(entry, file.entries[request.indices[0]], grid, *sum, byte_max));
     else
       sum = grid;
   }
@@ -167,14 +177,14 @@ inline openvdb::FloatGrid::Ptr read_sum(np_vdb_file &file, const np_vdb_request 
 /* A grid that stands in the file as a density would. */
 inline bool is_plain(const np_vdb_file &file, const np_vdb_request &request) {
   const Entry &first = file.entries[request.indices[0]];
-  return request.count == 1 && first.is_scalar && first.is_affine && !(request.level_set_voxels > 0.0) &&
+  return request.count == 1 && first.is_scalar && !(request.level_set_voxels > 0.0) &&
          first.header->getGridClass() != openvdb::GRID_LEVEL_SET;
 }
 
 inline void read_converted(np_vdb_file &file, const np_vdb_request &request, const np_vdb_sink &sink,
                            uint64_t *out_tree_bytes) {
   const openvdb::FloatGrid::Ptr grid = read_sum(file, request, *sink.grid);
-  get_affine(*grid, sink.grid->index_to_world.m);
+  if (grid->transform().isLinear()) get_affine(*grid, sink.grid->index_to_world.m);
   copy_tree(grid->tree(), sink, file.canceller);
   *out_tree_bytes = grid->memUsage();
 }

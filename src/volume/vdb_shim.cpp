@@ -76,6 +76,7 @@ Entry read_entry(np_vdb_file &file, std::size_t index) {
   entry.is_count = is_count(*entry.header);
   entry.is_vector = is_vector(*entry.header);
   entry.is_affine = get_affine(*entry.header, entry.index_to_world);
+  entry.frustum = get_frustum(*entry.header);
   return entry;
 }
 
@@ -122,6 +123,7 @@ void describe_grid(const np_vdb_file *file, size_t index, np_vdb_grid_info *out_
   out_info->is_vector = entry.is_vector;
   out_info->is_level_set = entry.header->getGridClass() == openvdb::GRID_LEVEL_SET;
   out_info->is_affine = entry.is_affine;
+  out_info->frustum = entry.frustum;
   if (entry.is_affine) std::memcpy(out_info->index_to_world, entry.index_to_world, sizeof entry.index_to_world);
 }
 

@@ -12,7 +12,7 @@
 extern "C" {
 #endif
 
-#define NP_VDB_MODULE_VERSION 10u
+#define NP_VDB_MODULE_VERSION 11u
 
 /* Name of the module's file and of the function in it. */
 #define NP_VDB_MODULE_FILE "nephos_vdb.so"
@@ -37,8 +37,9 @@ typedef struct np_vdb_grid_info {
   int is_count;  /* whole numbers or marks, that is 0 or 1: so it does, */
   int is_vector; /* three floats, halves or doubles: so it does, component by component */
   int is_level_set;
-  int is_affine; /* transform is not a frustum */
+  int is_affine; /* transform is neither a frustum nor singular */
   double index_to_world[3][4];
+  np_frustum frustum;
 } np_vdb_grid_info;
 
 /* The size of any grid, from its topology. */
@@ -143,7 +144,7 @@ typedef struct np_vdb_module {
                                 np_vdb_error *error);
 
   /* Reads a scalar grid, their sum, or one component of a vector: transform, background, leaves, and tiles that differ
-   * from an inactive background. Frustums are resampled, with voxels of the size that they have in the middle. */
+   * from an inactive background. Frustums are read as they are stored: `describe` has their map. */
   neph_result (*read)(np_vdb_file *file, const np_vdb_request *request, const np_vdb_sink *sink,
                       uint64_t *out_tree_bytes, np_vdb_error *error);
 

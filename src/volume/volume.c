@@ -47,6 +47,7 @@ static neph_result create(neph_context *context, const np_sparse_grid *grid, nep
   if (!volume) return NEPH_ERROR_OUT_OF_MEMORY;
   np_context_retain(context);
   volume->context = context;
+  volume->extinction_per_value = grid->extinction_per_value;
   atomic_init(&volume->references, 1);
   volume->name = np_alloc_text(context, grid->name);
   neph_result result = volume->name ? set_transform(volume, grid) : NEPH_ERROR_OUT_OF_MEMORY;

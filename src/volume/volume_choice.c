@@ -6,6 +6,7 @@
 #include <strings.h>
 
 #include "core/alloc.h"
+#include "core/frame_name.h"
 
 /* ---- Purposes ---- */
 
@@ -31,8 +32,10 @@ static bool is_velocity(const char *name) {
 }
 
 static bool is_field(const char *name) {
-  static const char *const names[] = {"temperature", "temp",     "heat",       "flame", "flames", "fuel",
-                                      "burn",        "pressure", "divergence", "speed", "age"};
+  static const char *const names[] = {"temperature", "temp",     "heat",     "flame",      "flames",    "fuel",
+                                      "fire",        "burn",     "pressure", "divergence", "speed",     "age",
+                                      "react",       "reaction", "oxygen",   "humidity",   "viscosity", "vorticity",
+                                      "collision",   "obstacle", "source",   "sink",       "noise"};
   return is_one_of(name, names, sizeof names / sizeof *names) || begins_with(name, "color") ||
          begins_with(name, "Cd") || begins_with(name, "Ce_") || begins_with(name, "Ce.") ||
          begins_with(name, "albedo") || begins_with(name, "rest") || begins_with(name, "emi");
@@ -46,17 +49,6 @@ np_grid_role np_volume_get_role(const np_volume_file *file, const np_vdb_grid_in
   if (is_field(info->name)) return NP_GRID_FIELD;
   if (!np_volume_has_grid(file, "density")) return NP_GRID_DENSITY;
   return info->is_scalar ? NP_GRID_FIELD : NP_GRID_OTHER;
-}
-
-bool np_volume_is_odd_density(const np_volume_file *file, const np_grid_wish *wish, const np_vdb_grid_info *info) {
-  const np_grid_role named = np_volume_get_role(file, info);
-  return !wish->grid && (named == NP_GRID_FIELD || named == NP_GRID_VECTOR);
-}
-
-void np_volume_warn_of_odd_density(neph_context *context, const char *path, const char *name) {
-  np_log(context, NEPH_LOG_WARNING,
-         "%s: its density is grid '%s', the only one that is a scalar: clouds[].grid names it, where it is meant", path,
-         name);
 }
 
 /* ---- Refusals ---- */
@@ -150,15 +142,17 @@ static neph_result choose_by_name(const np_volume_file *file, const np_grid_wish
                   np_alloc_printf(file->context, "%zu grids are named '%.*s': ask for '%.*s[0]' to '%.*s[%zu]'",
                                   found.count, width, name, width, name, width, name, found.count - 1),
                   out_refusal);
-  if (found.index == SIZE_MAX)
+  if (found.index == SIZE_MAX && !wish->sequence)
     return refuse(file, wish, np_alloc_printf(file->context, "no grid '%.*s'", width, name), out_refusal);
   return NEPH_OK;
 }
 
 /* ---- The usual one ---- */
 
+static const char usual[] = "density";
+
 /* Kinds of grids that may be a density without being called so, the likeliest first. */
-typedef enum likeness { FOG, NUMBERS, COUNTS, FIELDS, LEVEL_SETS } likeness;
+typedef enum likeness { FOG, NUMBERS, COUNTS, LEVEL_SETS } likeness;
 
 static bool is_like(const np_vdb_grid_info *info, likeness like) {
   const bool is_other = is_velocity(info->name) || is_field(info->name),
@@ -170,10 +164,8 @@ static bool is_like(const np_vdb_grid_info *info, likeness like) {
     return is_fog && !is_other;
   case COUNTS:
     return info->is_count && !is_other;
-  case FIELDS:
-    return is_fog;
   case LEVEL_SETS:
-    return info->is_scalar;
+    return info->is_scalar && !is_other;
   }
   return false;
 }
@@ -191,22 +183,24 @@ static matches search_like(const np_volume_file *file, likeness like) {
 /* Why a file has no density to choose. */
 static const char *explain_none(const np_volume_file *file) {
   const size_t count = file->module->count(file->vdb);
-  bool are_vectors = count > 0, has_level_set = false;
+  bool are_vectors = count > 0, has_level_set = false, has_field = false;
   for (size_t i = 0; i < count; i++) {
     const np_vdb_grid_info info = np_volume_file_describe(file, i);
     are_vectors = are_vectors && info.is_vector;
     has_level_set = has_level_set || info.is_level_set;
+    has_field = has_field || (info.is_scalar && (is_velocity(info.name) || is_field(info.name)));
   }
   if (are_vectors) return "no density, only colours or velocities, which belong to a density of the same file";
-  return has_level_set ? "no fog volume, and a level set is one by clouds[].level_set alone" : "no fog volume";
+  if (has_level_set) return "no fog volume, and a level set is one by clouds[].level_set alone";
+  return has_field ? "no density, and a temperature, a velocity or the like is one by clouds[].grid alone"
+                   : "no fog volume";
 }
 
 static neph_result choose_usual(const np_volume_file *file, const np_grid_wish *wish, size_t *out_index,
                                 char **out_refusal) {
-  static const char usual[] = "density";
   if (np_volume_has_grid(file, usual)) return choose_by_name(file, wish, usual, strlen(usual), out_index, out_refusal);
   matches found = {0, SIZE_MAX};
-  const likeness last = wish->level_set_voxels > 0.0 ? LEVEL_SETS : FIELDS;
+  const likeness last = wish->level_set_voxels > 0.0 ? LEVEL_SETS : COUNTS;
   for (likeness like = FOG; like <= last && !found.count; like++) found = search_like(file, like);
   *out_index = found.index;
   if (found.count == 1) return NEPH_OK;
@@ -214,6 +208,65 @@ static neph_result choose_usual(const np_volume_file *file, const np_grid_wish *
       file, wish,
       np_alloc_text(file->context, found.count ? "no grid 'density', and several others" : explain_none(file)),
       out_refusal);
+}
+
+/* ---- The usual one of a sequence ---- */
+
+/* Files that are opened for the name of a density that is not called so. */
+enum { FILES_LOOKED_AT_MAX = 16 };
+
+/* Name of the density of a file by itself, to be freed, in place of the one known; left where it has none. */
+static neph_result name_density(const np_volume_file *file, const np_grid_wish *wish, char **name) {
+  const np_grid_wish alone = {.level_set_voxels = wish->level_set_voxels};
+  size_t index;
+  char *refusal = NULL;
+  neph_result result = choose_usual(file, &alone, &index, &refusal);
+  if (!result && !refusal && (!*name || np_volume_has_grid(file, usual))) {
+    np_alloc_free(file->context, *name);
+    *name = np_alloc_text(file->context, np_volume_file_describe(file, index).name);
+    result = *name ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+  }
+  np_alloc_free(file->context, refusal);
+  return result;
+}
+
+static neph_result name_density_at(neph_context *context, const np_grid_wish *wish, double number, char **name) {
+  np_volume_file file;
+  char *path = np_frame_name_make(context, wish->sequence, number);
+  neph_result result = path ? np_volume_file_open(context, path, NULL, &file) : NEPH_ERROR_OUT_OF_MEMORY;
+  if (!result) {
+    result = name_density(&file, wish, name);
+    np_volume_file_close(&file);
+  }
+  np_alloc_free(context, path);
+  return result;
+}
+
+/* One name for all files: "density" where one of the first has it, else the guess of the first that has a density. A
+ * frame that lacks the density is not taken for one of another grid. */
+static neph_result name_density_of_all(neph_context *context, const np_grid_wish *wish, char **out_name) {
+  np_frame_numbers there;
+  *out_name = NULL;
+  neph_result result = np_frame_name_list(context, wish->sequence, &there);
+  for (size_t i = 0; !result && i < there.count && i < FILES_LOOKED_AT_MAX; i++) {
+    if (*out_name && !strcasecmp(*out_name, usual)) break;
+    result = name_density_at(context, wish, there.numbers[i], out_name);
+  }
+  np_alloc_free(context, there.numbers);
+  return result;
+}
+
+static neph_result choose_of_sequence(const np_volume_file *file, const np_grid_wish *wish, size_t *out_index,
+                                      char **out_refusal) {
+  char *name = NULL;
+  if (np_volume_has_grid(file, usual)) return choose_by_name(file, wish, usual, strlen(usual), out_index, out_refusal);
+  neph_result result = name_density_of_all(file->context, wish, &name);
+  if (!result && name)
+    result = choose_by_name(file, wish, name, strlen(name), out_index, out_refusal);
+  else if (!result)
+    result = choose_usual(file, wish, out_index, out_refusal);
+  np_alloc_free(file->context, name);
+  return result;
 }
 
 /* ---- Sums ---- */
@@ -236,7 +289,9 @@ static neph_result choose_sum(const np_volume_file *file, const np_grid_wish *wi
                                             NP_VOLUME_GRIDS_MAX),
                             out_refusal);
     const size_t length = trim(&name, end ? (size_t)(end - name) : strlen(name));
-    result = choose_by_name(file, wish, name, length, &out_choice->indices[out_choice->count++], out_refusal);
+    size_t *index = &out_choice->indices[out_choice->count];
+    result = choose_by_name(file, wish, name, length, index, out_refusal);
+    out_choice->count += !result && *index != SIZE_MAX;
     name = end ? end + 1 : NULL;
   }
   return result;
@@ -269,13 +324,25 @@ neph_result np_volume_choose(const np_volume_file *file, const np_grid_wish *wis
   if (name && strchr(name, '+') && !np_volume_has_grid(file, name)) {
     result = choose_sum(file, wish, out_choice, out_refusal);
   } else {
-    out_choice->count = 1;
-    result = name ? choose_by_name(file, wish, name, strlen(name), out_choice->indices, out_refusal)
-                  : choose_usual(file, wish, out_choice->indices, out_refusal);
+    size_t *index = out_choice->indices;
+    *index = SIZE_MAX;
+    result = name             ? choose_by_name(file, wish, name, strlen(name), index, out_refusal)
+             : wish->sequence ? choose_of_sequence(file, wish, index, out_refusal)
+                              : choose_usual(file, wish, index, out_refusal);
+    out_choice->count = *index != SIZE_MAX;
   }
   for (size_t i = 0; i < out_choice->count && !result && !*out_refusal; i++) {
     const np_vdb_grid_info info = np_volume_file_describe(file, out_choice->indices[i]);
     result = check_kind(file, wish, &info, out_refusal);
   }
   return result;
+}
+
+char *np_volume_describe_absence(const np_volume_file *file, const np_grid_wish *wish) {
+  char *list = list_grids(file);
+  char *text = list ? np_alloc_printf(file->context, "it has no grid '%s', found %s: the cloud is empty in this frame",
+                                      wish->grid ? wish->grid : usual, list)
+                    : NULL;
+  np_alloc_free(file->context, list);
+  return text;
 }

@@ -15,6 +15,7 @@
 
 #include "core/alloc.h"
 #include "volume/brick_walk.h"
+#include "volume/volume_tint.h"
 
 typedef struct volume_columns {
   const np_bricks *bricks;
@@ -23,8 +24,11 @@ typedef struct volume_columns {
   double middle;       /* index of the layer along `axis` */
   int32_t low[2];      /* first line of the layer along `across` */
   int32_t size[2];
-  double *thread_max; /* the largest integral each thread has found */
-  double *row_max;    /* the largest sum of each row of cells of upright lines */
+  unsigned part_count; /* levels of detail, through all of which a line runs; 0: `bricks` alone */
+  const np_bricks *parts[NP_TINT_PARTS_MAX];
+  np_affine to_part[NP_TINT_PARTS_MAX]; /* from index positions of `bricks` */
+  double *thread_max;                   /* the largest integral each thread has found */
+  double *row_max;                      /* the largest sum of each row of cells of upright lines */
 } volume_columns;
 
 static double get_component(np_dvec3 v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
@@ -60,17 +64,25 @@ static double integrate_span(const np_brick_walk *walk, const np_brick_span *spa
   return sum;
 }
 
-static double integrate_column(const volume_columns *c, int32_t u, int32_t v) {
-  double origin[3];
-  origin[c->axis] = c->middle;
-  origin[c->across[0]] = c->low[0] + u;
-  origin[c->across[1]] = c->low[1] + v;
+static double integrate_line(const np_bricks *bricks, np_dvec3 origin, np_dvec3 step) {
   np_brick_walk walk;
   np_brick_span span;
   double sum = 0.0;
-  np_brick_walk_start(&walk, c->bricks, np_dvec3_make(origin[0], origin[1], origin[2]),
-                      np_dvec3_make(c->step[0], c->step[1], c->step[2]), -DBL_MAX, DBL_MAX);
+  np_brick_walk_start(&walk, bricks, origin, step, -DBL_MAX, DBL_MAX);
   while (np_brick_walk_next(&walk, &span)) sum += integrate_span(&walk, &span);
+  return sum;
+}
+
+static double integrate_column(const volume_columns *c, int32_t u, int32_t v) {
+  double at[3];
+  at[c->axis] = c->middle;
+  at[c->across[0]] = c->low[0] + u;
+  at[c->across[1]] = c->low[1] + v;
+  const np_dvec3 origin = np_dvec3_make(at[0], at[1], at[2]), step = np_dvec3_make(c->step[0], c->step[1], c->step[2]);
+  if (!c->part_count) return integrate_line(c->bricks, origin, step);
+  double sum = 0.0;
+  for (unsigned k = 0; k < c->part_count; k++)
+    sum += integrate_line(c->parts[k], np_affine_point(&c->to_part[k], origin), np_affine_vector(&c->to_part[k], step));
   return sum;
 }
 
@@ -302,20 +314,66 @@ static neph_result set_lines(volume_columns *c, const neph_volume *volume, const
   return NEPH_OK;
 }
 
+static neph_result integrate_all(volume_columns *c, neph_context *context, np_monitor *monitor, double *out_value_m) {
+  c->thread_max = np_alloc(context, context->thread_count, sizeof *c->thread_max);
+  if (!c->thread_max) return NEPH_ERROR_OUT_OF_MEMORY;
+  const neph_result result = np_parallel_for(context, monitor, (size_t)c->size[0], 1, integrate_rows, c);
+  for (unsigned i = 0; i < context->thread_count && !result; i++) *out_value_m = fmax(*out_value_m, c->thread_max[i]);
+  np_alloc_free(context, c->thread_max);
+  return result;
+}
+
+/* ---- Levels of detail ---- */
+
+/* A level's own box: the finest stands for all, and has the box of all. */
+static neph_volume make_outline(const neph_volume *level) {
+  const np_bricks *b = &level->bricks;
+  neph_volume outline = {.context = level->context, .name = level->name};
+  for (int a = 0; a < 3; a++) {
+    outline.active_min[a] = NP_BRICK_EDGE * b->origin[a];
+    outline.active_max[a] = NP_BRICK_EDGE * (b->origin[a] + b->size[a]);
+  }
+  return outline;
+}
+
+/* Lines through the samples of one level, integrated through all. */
+static neph_result measure_level(const neph_volume *volume, unsigned level, const np_affine *index_to_world,
+                                 np_monitor *monitor, double *out_value_m) {
+  const neph_volume *own = np_volume_get_part(volume, level);
+  const neph_volume outline = make_outline(own);
+  volume_columns c = {.bricks = &own->bricks, .part_count = np_volume_count_parts(volume)};
+  const np_affine to_whole = np_affine_compose(&volume->world_to_index, &own->index_to_world);
+  const np_affine to_world = np_affine_compose(index_to_world, &to_whole);
+  for (unsigned k = 0; k < c.part_count; k++) {
+    const neph_volume *part = np_volume_get_part(volume, k);
+    c.parts[k] = &part->bricks;
+    c.to_part[k] = np_affine_compose(&part->world_to_index, &own->index_to_world);
+  }
+  neph_result result = set_lines(&c, own, &to_world);
+  if (result || own->bricks.brick_count == 0) return result;
+  set_layer(&c, &outline);
+  return integrate_all(&c, volume->context, monitor, out_value_m);
+}
+
+static neph_result measure_levels(const neph_volume *volume, const np_affine *index_to_world, np_monitor *monitor,
+                                  double *out_value_m) {
+  neph_result result = NEPH_OK;
+  for (unsigned k = 0; k < np_volume_count_parts(volume) && !result; k++)
+    result = measure_level(volume, k, index_to_world, monitor, out_value_m);
+  return result;
+}
+
 neph_result np_volume_get_column_max(const neph_volume *volume, const np_affine *index_to_world, np_monitor *monitor,
                                      double *out_value_m) {
   neph_context *context = volume->context;
   volume_columns c = {.bricks = &volume->bricks};
   *out_value_m = 0.0;
+  if (np_volume_has_parts(volume, NP_PARTS_OF_CELLS))
+    return measure_levels(volume, index_to_world, monitor, out_value_m);
   neph_result result = set_lines(&c, volume, index_to_world);
   if (result) return result;
   set_layer(&c, volume);
   np_monitor_set_stage(monitor, "measuring columns");
   if (is_upright(&c)) return measure_upright(&c, context, monitor, out_value_m);
-  c.thread_max = np_alloc(context, context->thread_count, sizeof *c.thread_max);
-  if (!c.thread_max) return NEPH_ERROR_OUT_OF_MEMORY;
-  result = np_parallel_for(context, monitor, (size_t)c.size[0], 1, integrate_rows, &c);
-  for (unsigned i = 0; i < context->thread_count && !result; i++) *out_value_m = fmax(*out_value_m, c.thread_max[i]);
-  np_alloc_free(context, c.thread_max);
-  return result;
+  return integrate_all(&c, context, monitor, out_value_m);
 }

@@ -6,6 +6,7 @@
 
 #include "core/alloc.h"
 #include "core/json.h"
+#include "volume/frustum.h"
 #include "volume/volume_file.h"
 
 enum { NAME_COLUMNS = 13 };
@@ -17,7 +18,8 @@ typedef struct tree_measures {
   bool is_active;  /* anything at all */
   bool has_values; /* scalar: the range below is known */
   float value_min, value_max;
-  bool has_bricks; /* finite and scalar: built, in half */
+  bool has_bricks;          /* finite and scalar: built, in half */
+  np_frustum_facts frustum; /* of a frustum, by the transform of the grid that stores it; levels 0: none */
   uint64_t brick_count, brick_bytes;
 } tree_measures;
 
@@ -50,6 +52,10 @@ static neph_result measure_bricks(const np_sparse_grid *grid, np_monitor *monito
   return NEPH_OK;
 }
 
+static neph_result measure_frustum(np_sparse_grid *grid, tree_measures *tree) {
+  return tree->is_active && is_finite(grid) ? np_frustum_measure(grid, &tree->frustum) : NEPH_OK;
+}
+
 static neph_result measure_scalar(const np_volume_file *file, size_t index, np_monitor *monitor, tree_measures *tree) {
   np_sparse_grid grid = {0};
   np_grid_extent extent;
@@ -61,7 +67,7 @@ static neph_result measure_scalar(const np_volume_file *file, size_t index, np_m
     tree->value_min = extent.value_min;
     tree->value_max = extent.value_max;
     tree->size.active_voxel_count = np_sparse_grid_count_active(&grid);
-    result = measure_bricks(&grid, monitor, tree);
+    result = grid.frustum.is_enabled ? measure_frustum(&grid, tree) : measure_bricks(&grid, monitor, tree);
   }
   np_sparse_grid_clear(&grid);
   return result;
@@ -88,7 +94,11 @@ static neph_result take_portrait(const np_volume_file *file, size_t index, np_mo
   p->tree = *tree;
   np_affine affine;
   memcpy(affine.m, p->info.index_to_world, sizeof affine.m);
-  np_volume_bound_box(&affine, tree->size.active_min, tree->size.active_max, p->bounds_min_m, p->bounds_max_m);
+  if (p->info.frustum.is_enabled)
+    np_frustum_bound_box(&p->info.frustum, tree->size.active_min, tree->size.active_max, p->bounds_min_m,
+                         p->bounds_max_m);
+  else
+    np_volume_bound_box(&affine, tree->size.active_min, tree->size.active_max, p->bounds_min_m, p->bounds_max_m);
   for (int a = 0; a < 3; a++)
     p->voxel_m[a] = np_dvec3_length(np_dvec3_make(affine.m[0][a], affine.m[1][a], affine.m[2][a]));
   return NEPH_OK;
@@ -123,7 +133,11 @@ static void print_bytes(FILE *out, uint64_t bytes) {
 
 static void print_transform(FILE *out, const portrait *p) {
   if (!p->info.is_affine) {
-    fprintf(out, "  transform     frustum\n");
+    fprintf(out, "  transform     %s\n", p->info.frustum.is_enabled ? "frustum" : "singular");
+    if (p->tree.frustum.level_count)
+      fprintf(out, "  voxel         %.4g × %.4g × %.4g to %.4g × %.4g × %.4g m\n", p->tree.frustum.edges[0][0],
+              p->tree.frustum.edges[0][1], p->tree.frustum.edges[0][2], p->tree.frustum.edges[1][0],
+              p->tree.frustum.edges[1][1], p->tree.frustum.edges[1][2]);
     return;
   }
   fprintf(out, "  voxel         %.6g × %.6g × %.6g m\n", p->voxel_m[0], p->voxel_m[1], p->voxel_m[2]);
@@ -134,6 +148,8 @@ static void print_transform(FILE *out, const portrait *p) {
   }
 }
 
+static bool has_bounds(const portrait *p) { return p->info.is_affine || p->info.frustum.is_enabled; }
+
 static void print_content(FILE *out, const portrait *p) {
   const int32_t *low = p->tree.size.active_min, *high = p->tree.size.active_max;
   if (!p->tree.is_active) {
@@ -142,7 +158,7 @@ static void print_content(FILE *out, const portrait *p) {
   }
   fprintf(out, "  active        %llu voxels, index (%d, %d, %d) to (%d, %d, %d)\n",
           (unsigned long long)p->tree.size.active_voxel_count, low[0], low[1], low[2], high[0], high[1], high[2]);
-  if (p->info.is_affine)
+  if (has_bounds(p))
     fprintf(out, "  bounds        (%.6g, %.6g, %.6g) to (%.6g, %.6g, %.6g) m\n", p->bounds_min_m[0], p->bounds_min_m[1],
             p->bounds_min_m[2], p->bounds_max_m[0], p->bounds_max_m[1], p->bounds_max_m[2]);
   if (p->tree.has_values)
@@ -152,7 +168,12 @@ static void print_content(FILE *out, const portrait *p) {
 static void print_memory(FILE *out, const portrait *p) {
   fprintf(out, "  memory        tree ");
   print_bytes(out, p->tree.size.tree_bytes);
-  if (p->tree.has_bricks) {
+  if (p->tree.frustum.level_count) {
+    fprintf(out, ", even voxels of %u level%s ", p->tree.frustum.level_count,
+            p->tree.frustum.level_count > 1 ? "s" : "");
+    print_bytes(out, (uint64_t)p->tree.frustum.bytes);
+    if (!p->tree.frustum.fits) fprintf(out, ", more than a file of its size may take");
+  } else if (p->tree.has_bricks) {
     fprintf(out, ", bricks ");
     print_bytes(out, p->tree.brick_bytes);
     fprintf(out, " (%llu of halves)", (unsigned long long)p->tree.brick_count);
@@ -196,7 +217,7 @@ static void put_content(np_json *json, const portrait *p) {
   }
   np_json_put_reals(json, "index_min", low, 3);
   np_json_put_reals(json, "index_max", high, 3);
-  if (p->info.is_affine) {
+  if (has_bounds(p)) {
     np_json_put_reals(json, "bounds_min_m", p->bounds_min_m, 3);
     np_json_put_reals(json, "bounds_max_m", p->bounds_max_m, 3);
   }

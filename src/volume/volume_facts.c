@@ -204,10 +204,19 @@ static neph_result read_scalar(const measure_job *job, size_t index, np_grid_rol
                                  : np_volume_file_read(job->file, index, out_grid, &tree_bytes);
 }
 
+/* Values that are not finite are mended before a grid is resampled. */
+static neph_result measure_frustum(np_sparse_grid *grid, np_grid_facts *facts) {
+  facts->is_frustum = facts->role == NP_GRID_DENSITY;
+  if (!facts->is_frustum || !facts->active_count) return NEPH_OK;
+  np_frustum_bound_box(&grid->frustum, facts->active_min, facts->active_max, facts->world_min, facts->world_max);
+  return np_frustum_measure(grid, &facts->frustum);
+}
+
 static neph_result measure_scalar(const measure_job *job, size_t index, np_grid_facts *facts) {
   np_sparse_grid grid = {0};
   neph_result result = read_scalar(job, index, facts->role, &grid);
   if (!result) result = measure_values(&grid, job->monitor, facts);
+  if (!result && grid.frustum.is_enabled) result = measure_frustum(&grid, facts);
   np_sparse_grid_clear(&grid);
   if (result || (facts->role != NP_GRID_DENSITY && facts->role != NP_GRID_FIELD)) return result;
   np_vdb_error error;
@@ -334,17 +343,20 @@ static neph_result set_used_roles(const measure_job *job) {
 }
 
 static neph_result set_roles(measure_job *job) {
-  const np_grid_wish wish = {.grid = job->use ? job->use->load.grid : NULL, .level_set_voxels = job->level_set_voxels};
+  const np_grid_wish wish = {.grid = job->use ? job->use->load.grid : NULL,
+                             .level_set_voxels = job->level_set_voxels,
+                             .sequence = job->use ? job->use->sequence : NULL};
   np_volume_choice choice;
-  neph_result result = np_volume_choose(job->file, &wish, &choice, &job->facts->refusal);
+  np_file_facts *facts = job->facts;
+  neph_result result = np_volume_choose(job->file, &wish, &choice, &facts->refusal);
+  if (!result && !facts->refusal && !choice.count) {
+    facts->absence = np_volume_describe_absence(job->file, &wish);
+    result = facts->absence ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+  }
   if (!result && job->use) result = set_used_roles(job);
   if (result) return result;
-  if (!job->use) set_named_roles(job, !job->facts->refusal);
-  for (size_t i = 0; i < choice.count && !job->facts->refusal; i++) {
-    const np_vdb_grid_info info = np_volume_file_describe(job->file, choice.indices[i]);
-    job->facts->grids[choice.indices[i]].role = NP_GRID_DENSITY;
-    job->facts->grids[choice.indices[i]].is_odd_density = np_volume_is_odd_density(job->file, &wish, &info);
-  }
+  if (!job->use) set_named_roles(job, !facts->refusal);
+  for (size_t i = 0; i < choice.count && !facts->refusal; i++) facts->grids[choice.indices[i]].role = NP_GRID_DENSITY;
   return NEPH_OK;
 }
 
@@ -381,5 +393,6 @@ void np_file_facts_clear(np_file_facts *facts) {
   for (size_t i = 0; i < facts->count; i++) clear_grid(facts->context, &facts->grids[i]);
   np_alloc_free(facts->context, facts->grids);
   np_alloc_free(facts->context, facts->refusal);
+  np_alloc_free(facts->context, facts->absence);
   *facts = (np_file_facts){0};
 }

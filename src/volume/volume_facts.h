@@ -4,6 +4,7 @@
 #define NP_VOLUME_VOLUME_FACTS_H
 
 #include "core/parallel.h"
+#include "volume/frustum.h"
 #include "volume/value_tally.h"
 #include "volume/volume_private.h"
 
@@ -20,10 +21,11 @@ enum { NP_DIAGNOSES_MAX = 6 };
 typedef struct np_grid_facts {
   char *name, *value_type, *grid_class;
   np_grid_role role;
-  bool is_odd_density; /* one for being the only scalar: its name is that of another purpose */
-  bool is_unread;      /* of no use: its header alone is known */
+  bool is_unread; /* of no use: its header alone is known */
   bool is_scalar, is_count, is_vector, is_level_set, is_half_on_disk, is_instance;
-  bool is_affine;     /* else a frustum, or a transform that cannot be inverted */
+  bool is_affine;  /* else a frustum, or a transform that cannot be inverted */
+  bool is_frustum; /* whose facts are known of densities alone */
+  np_frustum_facts frustum;
   bool is_invertible; /* of those that are affine */
   double index_to_world[3][4];
   double voxel_m[3]; /* lengths of its edges, in the file's units */
@@ -50,11 +52,13 @@ typedef struct np_file_facts {
   np_grid_facts *grids;
   size_t count;
   char *refusal; /* owned; why no density can be read from it; NULL: one can */
+  char *absence; /* owned; of a file of a sequence that lacks its density; NULL: it does not */
 } np_file_facts;
 
 /* Grids of a file that a scene uses. */
 typedef struct np_file_use {
   neph_volume_load_desc load; /* of its density */
+  const char *sequence;       /* pattern of the files, of which some may lack a density; NULL: a file by itself */
   const char *fields[2];      /* names of further scalars; NULL: none */
   np_vector_request vectors[3];
   unsigned vector_count;

@@ -43,9 +43,10 @@ static neph_result read_request(const np_volume_file *file, const np_vdb_request
                                 uint64_t *out_tree_bytes) {
   np_vdb_error error;
   const np_vdb_sink sink = {out_grid, np_sparse_grid_reserve, np_sparse_grid_add_leaf, np_sparse_grid_add_tile};
-  const char *name = np_volume_file_describe(file, request->indices[0]).name;
-  neph_result result = np_sparse_grid_init(file->context, name, out_grid);
+  const np_vdb_grid_info info = np_volume_file_describe(file, request->indices[0]);
+  neph_result result = np_sparse_grid_init(file->context, info.name, out_grid);
   if (result) return result;
+  out_grid->frustum = info.frustum;
   out_grid->file = file->path;
   out_grid->brick_bytes_max = brick_bytes_free + brick_bytes_per_byte * np_vdb_layout_get_source(file->layout)->size;
   if (file->module->read(file->vdb, request, &sink, out_tree_bytes, &error)) return np_volume_file_fail(file, &error);

@@ -41,8 +41,8 @@ typedef struct np_volume_choice {
   double level_set_voxels;                    /* depth at which a level set is 1 */
 } np_volume_choice;
 
-/* The same of a density: whole numbers and marks become floats, level sets fog; frustums, and grids of a sum whose
- * lattice is not the first one's, are resampled. */
+/* The same of a density: whole numbers and marks become floats, level sets fog; grids of a sum whose lattice is not the
+ * first one's are resampled. Grids of a frustum stay in it: np_sparse_grid.frustum. */
 neph_result np_volume_file_read_density(const np_volume_file *file, const np_volume_choice *choice,
                                         np_sparse_grid *out_grid, uint64_t *out_tree_bytes);
 

@@ -8,16 +8,29 @@
 #include "core/alloc.h"
 #include "core/file.h"
 #include "core/hash.h"
+#include "volume/frustum.h"
 #include "volume/volume_choice.h"
 #include "volume/volume_levels.h"
 #include "volume/volume_tint.h"
 
 /* ---- Choice ---- */
 
-/* Fails where no grid is what `desc` asks for. */
-static neph_result choose(const np_volume_file *file, const neph_volume_load_desc *desc, bool is_field, const char *key,
-                          np_volume_choice *out_choice) {
-  const np_grid_wish wish = {desc->grid, is_field ? 0.0 : desc->level_set_voxels, is_field, key};
+/* A grid as a scene asks for it. */
+typedef struct load_wish {
+  const neph_volume_load_desc *desc;
+  bool is_field, is_required; /* a density is required, but in a file of a sequence */
+  const char *key;            /* of a field that is required, for messages */
+  const char *sequence;       /* pattern of the files of a density; NULL: a file by itself */
+} load_wish;
+
+static np_grid_wish describe_wish(const load_wish *load) {
+  const double depth_voxels = load->is_field ? 0.0 : load->desc->level_set_voxels;
+  return (np_grid_wish){load->desc->grid, depth_voxels, load->is_field, load->key, load->sequence};
+}
+
+/* Fails where no grid is what is asked for; chooses none where a file of a sequence lacks it. */
+static neph_result choose(const np_volume_file *file, const load_wish *load, np_volume_choice *out_choice) {
+  const np_grid_wish wish = describe_wish(load);
   char *refusal;
   neph_result result = np_volume_choose(file, &wish, out_choice, &refusal);
   if (!result && refusal) result = np_fail(file->context, NEPH_ERROR_BAD_FILE, "%s: %s", file->path, refusal);
@@ -25,10 +38,30 @@ static neph_result choose(const np_volume_file *file, const neph_volume_load_des
   return result;
 }
 
-static bool is_odd_density(const np_volume_file *file, const neph_volume_load_desc *desc, bool is_field,
-                           const np_volume_choice *choice) {
-  const np_vdb_grid_info info = np_volume_file_describe(file, choice->indices[0]);
-  return !is_field && np_volume_is_odd_density(file, &(np_grid_wish){.grid = desc->grid}, &info);
+static neph_result warn_of_absence(const np_volume_file *file, const load_wish *load) {
+  const np_grid_wish wish = describe_wish(load);
+  char *absence = np_volume_describe_absence(file, &wish);
+  if (absence) np_log(file->context, NEPH_LOG_WARNING, "%s: %s", file->path, absence);
+  np_alloc_free(file->context, absence);
+  return absence ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+}
+
+/* ---- Units ---- */
+
+/* Extinction that a value of 1 is, as baked and exported files state it. */
+typedef struct file_unit {
+  bool is_per_metre;
+  double extinction_per_value;
+} file_unit;
+
+static void read_unit_text(file_unit *unit, const char *name, const char *text) {
+  if (!strcmp(name, "units")) unit->is_per_metre = !strcmp(text, "1/m");
+  if (!strcmp(name, "nephos:extinction_per_value")) unit->extinction_per_value = strtod(text, NULL);
+}
+
+static double get_unit(const file_unit *unit) {
+  const double value = unit->extinction_per_value;
+  return unit->is_per_metre && value > 0.0 && isfinite(value) ? value : 0.0;
 }
 
 /* ---- Load ---- */
@@ -42,12 +75,10 @@ typedef struct level_mark {
 typedef struct load_job {
   neph_context *context;
   const char *path;
-  const neph_volume_load_desc *desc;
+  load_wish wish;
   np_monitor *monitor;
-  bool is_field, is_required; /* a density always is */
-  const char *key;            /* of a field that is required, for messages */
-  bool is_empty_allowed;      /* a field always is */
-  bool is_in_file;            /* found */
+  bool is_empty_allowed; /* a field always is */
+  bool is_in_file;       /* found */
   np_sparse_grid grid;
   uint64_t tree_bytes;
   level_mark mark;
@@ -59,6 +90,7 @@ static bool has_levels(const level_mark *mark) { return mark->count > 1 && mark-
 typedef struct mark_visit {
   neph_context *context;
   level_mark mark;
+  file_unit unit;
   neph_result result;
 } mark_visit;
 
@@ -66,18 +98,20 @@ static void read_mark_text(void *user, const char *name, const char *text) {
   mark_visit *visit = user;
   if (!strcmp(name, "nephos:level")) visit->mark.number = (unsigned)strtoul(text, NULL, 10);
   if (!strcmp(name, "nephos:level_count")) visit->mark.count = (unsigned)strtoul(text, NULL, 10);
+  read_unit_text(&visit->unit, name, text);
   if (strcmp(name, "nephos:params") != 0) return;
   np_hash *hash = np_hash_create(visit->context);
   np_hash_add_text(hash, text);
   visit->result = np_hash_finish(hash, visit->mark.bake);
 }
 
-static neph_result read_mark(const np_volume_file *file, size_t index, level_mark *out_mark) {
+static neph_result read_mark(const np_volume_file *file, size_t index, level_mark *out_mark, double *out_unit) {
   mark_visit visit = {.context = file->context};
   np_vdb_error error;
   if (file->module->visit_metadata(file->vdb, index, read_mark_text, &visit, &error))
     return np_volume_file_fail(file, &error);
   *out_mark = visit.mark;
+  *out_unit = get_unit(&visit.unit);
   if (visit.mark.count <= NP_TINT_PARTS_MAX) return visit.result;
   return np_fail(file->context, NEPH_ERROR_BAD_FILE, "%s: nephos:level_count is %u, must be at most %d", file->path,
                  visit.mark.count, (int)NP_TINT_PARTS_MAX);
@@ -85,7 +119,7 @@ static neph_result read_mark(const np_volume_file *file, size_t index, level_mar
 
 /* Says how deep the fog of a level set rises to 1. */
 static void describe_fog(const load_job *job) {
-  const double asked = job->desc->level_set_voxels, got = job->grid.level_set_voxels;
+  const double asked = job->wish.desc->level_set_voxels, got = job->grid.level_set_voxels;
   if (!(got > 0.0)) return;
   if (got < 0.999 * asked)
     np_log(job->context, NEPH_LOG_WARNING,
@@ -99,19 +133,22 @@ static void describe_fog(const load_job *job) {
 }
 
 static neph_result read_chosen(load_job *job, const np_volume_file *file) {
+  const load_wish *wish = &job->wish;
   np_volume_choice choice;
-  job->is_in_file = job->is_required || np_volume_has_grid(file, job->desc->grid);
+  double unit = 0.0;
+  job->is_in_file = wish->is_required || np_volume_has_grid(file, wish->desc->grid);
   if (!job->is_in_file) return NEPH_OK;
-  neph_result result = choose(file, job->desc, job->is_field, job->key, &choice);
-  if (!result && !job->is_field && choice.count == 1) result = read_mark(file, choice.indices[0], &job->mark);
+  neph_result result = choose(file, wish, &choice);
+  if (!result && !choice.count) result = warn_of_absence(file, wish);
+  if (result || !choice.count) return job->is_in_file = false, result;
+  if (!wish->is_field && choice.count == 1) result = read_mark(file, choice.indices[0], &job->mark, &unit);
   if (!result) result = np_volume_file_read_density(file, &choice, &job->grid, &job->tree_bytes);
+  job->grid.extinction_per_value = unit;
   if (result) return result;
-  if (is_odd_density(file, job->desc, job->is_field, &choice))
-    np_volume_warn_of_odd_density(job->context, job->path, job->grid.name);
   describe_fog(job);
-  if (job->is_field)
-    return np_volume_import_finite_background(file->context, file->path, &job->grid, job->desc->policy);
-  return np_volume_import_background(file->context, file->path, &job->grid, job->desc->policy);
+  if (wish->is_field)
+    return np_volume_import_finite_background(file->context, file->path, &job->grid, wish->desc->policy);
+  return np_volume_import_background(file->context, file->path, &job->grid, wish->desc->policy);
 }
 
 /* An empty grid stands for nothing where that is allowed; a level of detail may be where no cloud is. */
@@ -119,7 +156,7 @@ static neph_result check_content(const load_job *job, bool *out_has_content) {
   static const char format[] = "%s: grid '%s' is empty: it has no active voxels";
   *out_has_content = np_sparse_grid_count_active(&job->grid) > 0;
   if (*out_has_content || !job->is_in_file || job->mark.count > 1) return NEPH_OK;
-  if (!job->is_field && !job->is_empty_allowed)
+  if (!job->wish.is_field && !job->is_empty_allowed)
     return np_fail(job->context, NEPH_ERROR_BAD_FILE, format, job->path, job->grid.name);
   np_log(job->context, NEPH_LOG_WARNING, format, job->path, job->grid.name);
   return NEPH_OK;
@@ -142,7 +179,7 @@ static neph_result load_grid(load_job *job, const neph_volume_load_desc *desc, n
   np_monitor_start(monitor, context, desc->progress, desc->progress_user);
   np_monitor_set_part(monitor, np_monitor_whole, 0.0, 0.5);
   np_monitor_set_stage(monitor, "loading");
-  job->desc = desc;
+  job->wish.desc = desc;
   job->monitor = monitor;
   *out_has_content = false;
   neph_result result = np_parallel_run(context, monitor, run_load, job);
@@ -150,7 +187,7 @@ static neph_result load_grid(load_job *job, const neph_volume_load_desc *desc, n
   np_monitor_set_part(monitor, np_monitor_whole, 0.5, 0.7);
   if (*out_has_content)
     result = np_volume_import_values(context, job->path, &job->grid, NP_VALUES_OF_CLOUD, desc->policy, monitor);
-  if (*out_has_content && !result && !job->is_field)
+  if (*out_has_content && !result && !job->wish.is_field)
     result = np_volume_apply_ramp(context, &job->grid, &desc->ramp, monitor);
   return result;
 }
@@ -177,14 +214,14 @@ static neph_result check_mark(const load_job *first, unsigned number, const load
 
 /* Reads the file of a level beside that of the first. */
 static neph_result load_level_at(const load_job *first, unsigned number, const char *path, np_sparse_grid *out_grid) {
-  load_job job = {.context = first->context, .path = path, .is_required = true, .is_empty_allowed = true};
+  load_job job = {.context = first->context, .path = path, .wish.is_required = true, .is_empty_allowed = true};
   bool has_content;
   np_monitor monitor;
   if (!np_file_exists(path))
     return np_fail(job.context, NEPH_ERROR_NOT_FOUND,
                    "%s: is not there, must be beside %s, which is the first of %u levels of detail", path, first->path,
                    first->mark.count);
-  neph_result result = load_grid(&job, first->desc, &monitor, &has_content);
+  neph_result result = load_grid(&job, first->wish.desc, &monitor, &has_content);
   if (!result) result = check_mark(first, number, &job);
   *out_grid = job.grid;
   return result;
@@ -211,26 +248,34 @@ static neph_result load_levels(load_job *job, np_monitor *monitor, neph_volume *
   }
   np_monitor_set_part(monitor, np_monitor_whole, 0.7, 1.0);
   if (!result && active_count > 0)
-    result = np_volume_create_from_levels(job->context, levels, job->mark.count, job->desc->is_halved,
-                                          job->desc->precision, monitor, out_volume);
+    result = np_volume_create_from_levels(job->context, levels, job->mark.count, job->wish.desc->is_halved,
+                                          job->wish.desc->precision, monitor, out_volume);
   for (unsigned k = 0; k < job->mark.count; k++) np_sparse_grid_clear(&levels[k]);
   return result;
 }
 
 /* ---- Volumes ---- */
 
+static neph_result create(load_job *job, np_monitor *monitor, neph_volume **out_volume) {
+  const neph_volume_load_desc *desc = job->wish.desc;
+  np_sparse_grid *grid = &job->grid;
+  neph_result result = NEPH_OK;
+  if (grid->frustum.is_enabled && !job->wish.is_field)
+    return np_volume_create_from_frustum(job->context, grid, desc->is_halved, desc->precision, monitor, out_volume);
+  if (grid->frustum.is_enabled) result = np_frustum_flatten(grid, false, monitor);
+  if (!result && desc->is_halved) result = halve(grid);
+  grid->is_consumed = true;
+  return result ? result : np_volume_create_from_grid(job->context, grid, desc->precision, monitor, out_volume);
+}
+
 /* Loads what `job` asks for; nothing if that is empty. */
 static neph_result load(load_job *job, const neph_volume_load_desc *desc, neph_volume **out_volume) {
-  neph_context *context = job->context;
   np_monitor monitor;
   bool has_content;
   neph_result result = load_grid(job, desc, &monitor, &has_content);
   if (!result && has_levels(&job->mark)) return load_levels(job, &monitor, out_volume);
   np_monitor_set_part(&monitor, np_monitor_whole, 0.7, 1.0);
-  if (has_content && !result && desc->is_halved) result = halve(&job->grid);
-  job->grid.is_consumed = true;
-  if (has_content && !result)
-    result = np_volume_create_from_grid(context, &job->grid, desc->precision, &monitor, out_volume);
+  if (has_content && !result) result = create(job, &monitor, out_volume);
   if (has_content && !result) (*out_volume)->grid_bytes = job->tree_bytes;
   np_sparse_grid_clear(&job->grid);
   return result;
@@ -265,17 +310,23 @@ neph_result neph_volume_load(neph_context *context, const char *path, const neph
   if (!result) result = check_desc(context, &d);
   if (result) return result;
   unsigned float_mode = np_float_mode_enter();
-  load_job job = {.context = context, .path = path, .is_required = true};
+  load_job job = {.context = context, .path = path, .wish.is_required = true};
   result = load(&job, &d, out_volume);
   np_float_mode_leave(float_mode);
   return result;
 }
 
+static neph_result flatten(np_sparse_grid *grid, bool is_density, np_monitor *monitor) {
+  return grid->frustum.is_enabled ? np_frustum_flatten(grid, is_density, monitor) : NEPH_OK;
+}
+
 neph_result np_volume_load_grid(neph_context *context, const char *path, const neph_volume_load_desc *desc,
-                                np_sparse_grid *out_grid, bool *out_has_content) {
+                                const char *sequence, np_sparse_grid *out_grid, bool *out_has_content) {
   np_monitor monitor;
-  load_job job = {.context = context, .path = path, .is_required = true, .is_empty_allowed = true};
+  load_job job = {
+      .context = context, .path = path, .wish = {.is_required = true, .sequence = sequence}, .is_empty_allowed = true};
   neph_result result = load_grid(&job, desc, &monitor, out_has_content);
+  if (!result && *out_has_content) result = flatten(&job.grid, true, &monitor);
   *out_grid = job.grid;
   out_grid->file = NULL;
   if (result || !has_levels(&job.mark)) return result;
@@ -286,12 +337,16 @@ neph_result np_volume_load_grid(neph_context *context, const char *path, const n
       path, job.mark.count);
 }
 
+static load_wish wish_for_field(const char *required_by) {
+  return (load_wish){.is_field = true, .is_required = required_by != NULL, .key = required_by};
+}
+
 neph_result np_volume_load_field_grid(neph_context *context, const char *path, const neph_volume_load_desc *desc,
                                       const char *required_by, np_sparse_grid *out_grid, bool *out_has_content) {
   np_monitor monitor;
-  load_job job = {
-      .context = context, .path = path, .is_field = true, .is_required = required_by != NULL, .key = required_by};
-  const neph_result result = load_grid(&job, desc, &monitor, out_has_content);
+  load_job job = {.context = context, .path = path, .wish = wish_for_field(required_by)};
+  neph_result result = load_grid(&job, desc, &monitor, out_has_content);
+  if (!result && *out_has_content) result = flatten(&job.grid, false, &monitor);
   *out_grid = job.grid;
   out_grid->file = NULL;
   return result;
@@ -300,17 +355,17 @@ neph_result np_volume_load_field_grid(neph_context *context, const char *path, c
 neph_result np_volume_load_field(neph_context *context, const char *path, const neph_volume_load_desc *desc,
                                  const char *required_by, bool *out_is_in_file, neph_volume **out_volume) {
   *out_volume = NULL;
-  load_job job = {
-      .context = context, .path = path, .is_field = true, .is_required = required_by != NULL, .key = required_by};
+  load_job job = {.context = context, .path = path, .wish = wish_for_field(required_by)};
   neph_result result = load(&job, desc, out_volume);
   if (out_is_in_file) *out_is_in_file = job.is_in_file;
   return result;
 }
 
 neph_result np_volume_load_density(neph_context *context, const char *path, const neph_volume_load_desc *desc,
-                                   neph_volume **out_volume) {
+                                   const char *sequence, neph_volume **out_volume) {
   *out_volume = NULL;
-  load_job job = {.context = context, .path = path, .is_required = true, .is_empty_allowed = true};
+  load_job job = {
+      .context = context, .path = path, .wish = {.is_required = true, .sequence = sequence}, .is_empty_allowed = true};
   neph_result result = load(&job, desc, out_volume);
   if (result || !*out_volume || (*out_volume)->value_max > 0.0f) return result;
   np_log(context, NEPH_LOG_WARNING, "%s: grid '%s' is empty: no value in it is above 0", path, (*out_volume)->name);
@@ -325,6 +380,7 @@ neph_result np_volume_load_density(neph_context *context, const char *path, cons
 typedef struct written_box {
   np_grid_header *header;
   bool has_min, has_max;
+  file_unit unit;
 } written_box;
 
 static bool read_corner(const char *text, int32_t out[3]) {
@@ -341,6 +397,7 @@ static void read_metadata(void *user, const char *name, const char *text) {
   if (!strcmp(name, "file_voxel_count")) header->voxel_count = fmax(strtod(text, NULL), 0.0);
   if (!strcmp(name, "file_bbox_min")) box->has_min = read_corner(text, header->active_min);
   if (!strcmp(name, "file_bbox_max")) box->has_max = read_corner(text, header->active_max);
+  read_unit_text(&box->unit, name, text);
 }
 
 static neph_result describe_header(const np_volume_file *file, size_t index, np_grid_header *out_header) {
@@ -353,28 +410,23 @@ static neph_result describe_header(const np_volume_file *file, size_t index, np_
   if (file->module->visit_metadata(file->vdb, index, read_metadata, &box, &error))
     return np_volume_file_fail(file, &error);
   out_header->has_box = info.is_affine && box.has_min && box.has_max;
+  out_header->extinction_per_value = get_unit(&box.unit);
   return NEPH_OK;
 }
 
-/* A header that is asked for. */
-typedef struct header_wish {
-  const neph_volume_load_desc *desc;
-  bool is_field, is_required; /* a density always is */
-  const char *key;            /* of a field that is required, for messages */
-} header_wish;
-
-static neph_result read_header(const np_volume_file *file, const header_wish *wish, np_grid_header *out_header) {
+static neph_result read_header(const np_volume_file *file, const load_wish *wish, np_grid_header *out_header) {
   np_volume_choice choice;
   if (!wish->is_required && !np_volume_has_grid(file, wish->desc->grid)) return NEPH_OK;
-  neph_result result = choose(file, wish->desc, wish->is_field, wish->key, &choice);
-  out_header->state = result ? out_header->state : NP_GRID_EMPTY;
+  neph_result result = choose(file, wish, &choice);
+  if (result || !choice.count) return result;
+  out_header->state = NP_GRID_EMPTY;
   for (size_t i = 0; i < choice.count && !result && out_header->state == NP_GRID_EMPTY; i++)
     result = describe_header(file, choice.indices[i], out_header);
-  if (!result) out_header->is_odd_density = is_odd_density(file, wish->desc, wish->is_field, &choice);
+  if (choice.count > 1) out_header->extinction_per_value = 0.0;
   return result;
 }
 
-static neph_result read_file_header(neph_context *context, const char *path, const header_wish *wish,
+static neph_result read_file_header(neph_context *context, const char *path, const load_wish *wish,
                                     np_grid_header *out_header) {
   np_volume_file file;
   *out_header = (np_grid_header){.state = NP_GRID_MISSING};
@@ -389,7 +441,9 @@ neph_result np_volume_read_field_header(neph_context *context, const char *path,
                                         const char *required_by, np_grid_header *out_header) {
   neph_volume_load_desc desc = NEPH_VOLUME_LOAD_DESC_DEFAULT;
   desc.grid = grid;
-  return read_file_header(context, path, &(header_wish){&desc, true, required_by != NULL, required_by}, out_header);
+  load_wish wish = wish_for_field(required_by);
+  wish.desc = &desc;
+  return read_file_header(context, path, &wish, out_header);
 }
 
 /* The box of all levels, in voxels of the finest. */
@@ -408,8 +462,8 @@ static void include_level(np_grid_header *whole, unsigned number, const np_grid_
 }
 
 neph_result np_volume_read_header(neph_context *context, const char *path, const neph_volume_load_desc *desc,
-                                  np_grid_header *out_header) {
-  const header_wish wish = {desc, false, true, NULL};
+                                  const char *sequence, np_grid_header *out_header) {
+  const load_wish wish = {.desc = desc, .is_required = true, .sequence = sequence};
   neph_result result = read_file_header(context, path, &wish, out_header);
   const unsigned count = !result && out_header->level == 0 ? out_header->level_count : 0;
   for (unsigned k = 1; k < count && !result; k++) {
@@ -421,4 +475,16 @@ neph_result np_volume_read_header(neph_context *context, const char *path, const
     np_alloc_free(context, level_path);
   }
   return result;
+}
+
+void np_volume_warn_of_absence(neph_context *context, const char *cloud, const char *path,
+                               const neph_volume_load_desc *desc, const char *sequence) {
+  const load_wish load = {.desc = desc, .is_required = true, .sequence = sequence};
+  const np_grid_wish wish = describe_wish(&load);
+  np_volume_file file;
+  if (np_volume_file_open(context, path, NULL, &file)) return;
+  char *absence = np_volume_describe_absence(&file, &wish);
+  if (absence) np_log(context, NEPH_LOG_WARNING, "cloud %s: %s: %s", cloud, path, absence);
+  np_alloc_free(context, absence);
+  np_volume_file_close(&file);
 }

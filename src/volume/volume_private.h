@@ -18,18 +18,21 @@ struct neph_volume {
   struct np_tint *tint;                 /* NULL: it has no colours, or is not to show them */
   int32_t active_min[3], active_max[3]; /* index box of the active samples, both ends inside it */
   float value_min, value_max;           /* over the active samples */
+  double extinction_per_value;          /* 1/m, as its file states it; 0: it does not */
   uint64_t active_voxel_count, grid_bytes;
 };
 
 neph_context *np_volume_get_context(const neph_volume *volume);
 
-/* As neph_volume_load, but a grid that holds nothing makes `*out_volume` NULL, with a warning. */
+/* As neph_volume_load, but a grid that holds nothing makes `*out_volume` NULL, with a warning; so does a file of a
+ * sequence without its density. `sequence` is the pattern of its files; NULL: a file by itself, which
+ * must have it. */
 neph_result np_volume_load_density(neph_context *context, const char *path, const neph_volume_load_desc *desc,
-                                   neph_volume **out_volume);
+                                   const char *sequence, neph_volume **out_volume);
 
 /* The grid that such a volume is made of. The caller clears it, whatever the outcome. */
 neph_result np_volume_load_grid(neph_context *context, const char *path, const neph_volume_load_desc *desc,
-                                np_sparse_grid *out_grid, bool *out_has_content);
+                                const char *sequence, np_sparse_grid *out_grid, bool *out_has_content);
 
 /* Purposes of grids: those that a scene gives them, or else those of their names and kinds. */
 typedef enum np_grid_role {
@@ -49,17 +52,21 @@ typedef struct np_grid_header {
   int32_t active_min[3], active_max[3];
   double voxel_count;          /* active ones, tiles with all that they fill; 0: not written down */
   unsigned level, level_count; /* of detail; 0: it is in none */
-  bool is_odd_density;         /* a density that is named after another purpose */
+  double extinction_per_value; /* 1/m, as the file states it; 0: it does not */
   char name[64];               /* as much of it as fits */
 } np_grid_header;
 
-/* Opens a file and finds a grid in it, as neph_volume_load does, without reading its values; fails where loading
+/* Opens a file and finds a grid in it, as np_volume_load_density does, without reading its values; fails where loading
  * would for want of a file or a grid, or for a grid's kind. Of several grids the first that holds anything is
- * described. */
+ * described; NP_GRID_MISSING: a file of a sequence lacks it. */
 neph_result np_volume_read_header(neph_context *context, const char *path, const neph_volume_load_desc *desc,
-                                  np_grid_header *out_header);
+                                  const char *sequence, np_grid_header *out_header);
 
-/* The same of a grid that is no density. `required_by` is the key of the scene for which it must be there; NULL: it
+/* Warns of a file of a sequence that lacks the density, NP_GRID_MISSING, with the grids that it has. */
+void np_volume_warn_of_absence(neph_context *context, const char *cloud, const char *path,
+                               const neph_volume_load_desc *desc, const char *sequence);
+
+/* The header of a grid that is no density. `required_by` is the key of the scene for which it must be there; NULL: it
  * need not, and NP_GRID_MISSING says that it is not. */
 neph_result np_volume_read_field_header(neph_context *context, const char *path, const char *grid,
                                         const char *required_by, np_grid_header *out_header);

@@ -71,7 +71,7 @@ static neph_result load_file(neph_context *context, const char *path) {
   if (!name) return NEPH_ERROR_BAD_FILE;
   desc.grid = name;
   desc.policy = NEPH_IMPORT_REPAIR;
-  result = np_volume_load_density(context, path, &desc, &volume);
+  result = np_volume_load_density(context, path, &desc, NULL, &volume);
   neph_volume_release(volume);
   np_alloc_free(context, name);
   return result;
