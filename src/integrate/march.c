@@ -288,7 +288,7 @@ static void add_behind(np_march *m, const np_ground_hit *hit, np_spectrum peak) 
   if (hit && hit->water && m->lighting->reflection && !m->ray->is_reflected && is_seen) {
     water = march_reflection(m->lighting, m->settings, m->ray, hit, m->random);
     water = np_surroundings_water(m->world, m->lighting, m->settings, hit, np_vec3_scale(m->ray->direction, -1.0f),
-                                  water, NP_KERNEL(np_march_shadow), m->random);
+                                  water, NP_KERNEL(np_march_sun_transmittance), NP_KERNEL(np_march_shadow), m->random);
     behind.water = &water;
   }
   np_surroundings_add_behind(m->world, m->lighting, m->settings, m->ray, &behind, m->transmittance,

@@ -249,7 +249,9 @@ static void light(np_march *m, const np_step *s, step_optics *optics, const sunl
   const float hidden = m->transmittance * optics->opacity, shown = hidden * np_march_get_shown_share(m, s);
   m->out->held_out += hidden - shown;
   if (m->ray->layers) add_opacities(m, s, hidden / optics->depth);
-  np_march_add(m, NP_COMPONENT_AIR, shown, air.inscatter);
+  /* The rest of the ray is seen through the scaled transmittance with the air before this step in it. */
+  np_march_add(m, NP_COMPONENT_AIR, np_march_get_shown_share(m, s),
+               np_spectrum_multiply(np_spectrum_multiply(m->scaled, optics->scaled_opacity), air.inscatter));
   np_integrator_add_opaque(
       m->out, shown,
       &(np_opaque){.distance_m = middle,

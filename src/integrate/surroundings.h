@@ -53,12 +53,13 @@ static inline np_spectrum np_surroundings_ground(const np_world *world, const np
   return np_spectrum_scale(np_spectrum_multiply(irradiance, hit->albedo), 1.0f / NP_PI_F);
 }
 
-/* Radiance of water: the sun's glint under the clouds' shadow, light that has been in the water, and `reflected`,
- * what its waves reflect of all else. */
+/* Radiance of water: the sun's glint, light that has been in the water, and `reflected`, the waves' reflection of all
+ * else. `reflected` holds the glow of the clouds' forward peak around the sun, so the glint takes the `beam` alone;
+ * light enters the water from everywhere, and its `shadow` leaves the peak in the sunlight. */
 static inline np_spectrum np_surroundings_water(const np_world *world, const np_lighting *lighting,
                                                 const np_integrator_settings *settings, const np_ground_hit *hit,
-                                                np_vec3 to_viewer, np_spectrum reflected, np_cloud_shadow_fn shadow,
-                                                np_random *random) {
+                                                np_vec3 to_viewer, np_spectrum reflected, np_cloud_shadow_fn beam,
+                                                np_cloud_shadow_fn shadow, np_random *random) {
   const np_water *water = hit->water;
   np_spectrum irradiance = np_lighting_ground_irradiance(lighting, world, hit);
   if (world->emission)
@@ -71,8 +72,11 @@ static inline np_spectrum np_surroundings_water(const np_world *world, const np_
   if (np_spectrum_is_zero(glint.scattered)) return out;
   const np_spectrum sun = np_world_sunlight(world, hit->position, to_sun);
   if (np_spectrum_is_zero(sun)) return out;
-  const float passed = shadow(world, lighting, settings, hit->position, to_sun, random);
-  return np_spectrum_add_scaled(out, passed, np_spectrum_multiply(sun, glint.scattered));
+  const np_spectrum mirrored = np_spectrum_grey(glint.reflected);
+  out = np_spectrum_add_scaled(out, beam(world, lighting, settings, hit->position, to_sun, random),
+                               np_spectrum_multiply(sun, mirrored));
+  return np_spectrum_add_scaled(out, shadow(world, lighting, settings, hit->position, to_sun, random),
+                                np_spectrum_multiply(sun, np_spectrum_subtract(glint.scattered, mirrored)));
 }
 
 /* Radiance that arrives at a cloud from outside along `direction`, in the air and under the sky of one observer, the

@@ -60,11 +60,23 @@ typedef struct boundary_samples {
   double sums[NP_BAND_COUNT][ALL];
 } boundary_samples;
 
-/* Looks out once more, from places spread over the clouds' middle plane. */
-static void look(boundary_samples *o, np_vec3 towards, unsigned ordinate) {
+static const double clearance_m = 1.0; /* above ground, of places that hills would bury */
+
+/* The next of the places spread over the middle plane of the clouds' box, lifted out of hills: from within a hill, all
+ * directions but the steepest would see its dark inside. */
+static np_dvec3 choose_place(const boundary_samples *o) {
   const double u = fmod(0.7548776662466927 * o->taken, 1.0), v = fmod(0.5698402909980532 * o->taken, 1.0);
-  const np_dvec3 position =
-      np_dvec3_make(o->low.x + u * o->size.x, o->low.y + v * o->size.y, o->low.z + 0.5 * o->size.z);
+  np_dvec3 place = np_dvec3_make(o->low.x + u * o->size.x, o->low.y + v * o->size.y, o->low.z + 0.5 * o->size.z);
+  const double top = fmax(o->world->terrain_max.z, place.z) + clearance_m;
+  np_ground_hit hit;
+  if (o->world->terrain && np_world_intersect_ground(o->world, np_dvec3_make(place.x, place.y, top),
+                                                     np_vec3_make(0.0f, 0.0f, -1.0f), &hit))
+    place.z = fmax(place.z, hit.position.z + clearance_m);
+  return place;
+}
+
+static void sample_radiance(boundary_samples *o, np_vec3 towards, unsigned ordinate) {
+  const np_dvec3 position = choose_place(o);
   const np_spectrum radiance = np_boundary_radiance_compute(o->world, o->depths, position, towards);
   for (unsigned b = 0; b < NP_BAND_COUNT; b++) o->sums[b][ordinate] += (double)radiance.band[b];
   o->counts[ordinate]++;
@@ -78,7 +90,7 @@ static void sample_sphere(boundary_samples *o, const np_ordinates *ordinates) {
     const double z = 1.0 - (2.0 * i + 1.0) / count, azimuth = i * (NP_PI * (3.0 - sqrt(5.0)));
     const float r = (float)sqrt(1.0 - z * z);
     const np_vec3 towards = np_vec3_make(r * (float)cos(azimuth), r * (float)sin(azimuth), (float)z);
-    look(o, towards, search_nearest(ordinates, np_vec3_scale(towards, -1.0f)));
+    sample_radiance(o, towards, search_nearest(ordinates, np_vec3_scale(towards, -1.0f)));
   }
 }
 
@@ -87,7 +99,7 @@ static void sample_ordinates(boundary_samples *o, const np_ordinates *ordinates)
   for (unsigned octant = 0; octant < NP_OCTANT_COUNT; octant++)
     for (unsigned n = 0; n < ordinates->count; n++) {
       const np_vec3 d = np_ordinates_direction(ordinates, octant, n / NP_ORDINATE_LANES, n % NP_ORDINATE_LANES);
-      look(o, np_vec3_scale(d, -1.0f), octant * OCTANT + n);
+      sample_radiance(o, np_vec3_scale(d, -1.0f), octant * OCTANT + n);
     }
 }
 
