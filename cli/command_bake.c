@@ -5,6 +5,7 @@
 
 #include "cloud_target.h"
 #include "command_files.h"
+#include "print.h"
 #include "verbs.h"
 
 static unsigned count_baked(const neph_scene *scene) {
@@ -59,7 +60,7 @@ static void print_loss(const char *meaning, const neph_bake_loss *loss) {
 static void print_lods(const neph_bake_error *error) {
   for (size_t k = 0; k < error->lod_count; k++) {
     char meaning[40];
-    snprintf(meaning, sizeof meaning, "  in voxels of %g m", error->lods[k].voxel_m);
+    cli_print(meaning, sizeof meaning, "  in voxels of %g m", error->lods[k].voxel_m);
     print_loss(meaning, &error->lods[k].total);
   }
 }
@@ -171,7 +172,7 @@ static cli_exit bake_to(const cloud_job *job, const char *path) {
 static cli_exit take_path(const cloud_job *job, const char *path) {
   if (!job->files) return bake_to(job, path);
   char role[32];
-  snprintf(role, sizeof role, "clouds[%u].vdb", job->cloud);
+  cli_print(role, sizeof role, "clouds[%u].vdb", job->cloud);
   return cli_files_add_output(job->session, job->files, role, path);
 }
 

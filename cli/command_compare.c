@@ -51,11 +51,38 @@ static void print_bounded(bool is_json, const char *name, const char *label, con
     printf("%-22s %.3g %% (%.3g to %.3g)\n", label, 100.0 * figure->value, 100.0 * figure->min, 100.0 * figure->max);
 }
 
+/* Squares that noise leaves below 0 are shown as 0: the reason follows. */
+static void print_clamped(const neph_image_difference *difference) {
+  const bool is_clamped = difference->pixel_error.value == 0.0 || difference->pixel_bias.value == 0.0;
+  if (!is_clamped || !difference->differing_count) return;
+  const bool is_shared = difference->pixel_error.max == 0.0 || difference->pixel_bias.max == 0.0;
+  printf("%-22s %s\n", "0 %",
+         is_shared ? "the differences are less than the stated noise: the pictures share it, or it is overstated"
+                   : "the noise hides it: it is between the bounds");
+}
+
+/* Says of each measure whether the reference's noise is in it. */
+static void print_reference_noise(bool is_json, const neph_image_difference *difference) {
+  static const char *const names[] = {"null", "\"header\"", "\"pixel\""};
+  static const char *const origins[] = {"", "its header", "its standard errors"};
+  const neph_noise_source source = difference->reference_noise_source;
+  print_bounded(is_json, "reference_noise", "noise of the reference", &difference->reference_noise);
+  if (is_json)
+    printf("\"reference_noise_source\": %s, ", names[source]);
+  else if (source == NEPH_NOISE_UNKNOWN)
+    printf("%-22s in every measure; the bias below has it in its interval alone\n", "");
+  else
+    printf("%-22s by %s: taken off the errors a pixel, in the measures below; the bias has it in its interval alone\n",
+           "", origins[source]);
+}
+
 static void print_errors(const cli_session *session, const neph_image_difference *difference) {
   const bool is_json = session->options->is_json;
   print_bounded(is_json, "pixel_error", "error a pixel", &difference->pixel_error);
   print_bounded(is_json, "pixel_noise", "error a pixel: noise", &difference->pixel_noise);
   print_bounded(is_json, "pixel_bias", "error a pixel: bias", &difference->pixel_bias);
+  if (!is_json) print_clamped(difference);
+  print_reference_noise(is_json, difference);
   if (is_json) printf("\"pixel_count\": %llu, ", (unsigned long long)difference->pixel_count);
 }
 
@@ -153,9 +180,9 @@ const cli_verb cli_verb_compare = {
     .description =
         "Prints measures of the difference. The error a pixel is the relative rms difference of luminance over "
         "the pixels brighter than a hundredth of the mean, with 95 % bounds; noise and bias are told apart by "
-        "--second, by the picture's channels `standard_error.*`, or by its header. Where the reference has channels "
-        "`standard_error.*`, lines that "
-        "begin with `noise:` give the part of the differences that is its own noise.",
+        "--second, by the picture's channels `standard_error.*`, or by its header. The reference's own noise, by its "
+        "channels `standard_error.*` or its header, is taken off these three. The other measures have it in them; "
+        "lines that begin with `noise:` give its part.",
     .options = {{"--output", "write a picture of the difference to FILE, an .exr", .files = "exr"},
                 {"--second"},
                 {"--exact"},

@@ -6,6 +6,7 @@
 #include "cloud_target.h"
 #include "command_files.h"
 #include "failures.h"
+#include "print.h"
 #include "verbs.h"
 
 typedef struct export_job {
@@ -84,7 +85,7 @@ static cli_exit add_source(const export_job *job, unsigned cloud, int frame) {
   char *path, role[32];
   if (!pattern) return CLI_DONE;
   neph_result result = neph_frame_get_path(job->session->context, pattern, frame, &path);
-  snprintf(role, sizeof role, "clouds[%u].vdb", cloud);
+  cli_print(role, sizeof role, "clouds[%u].vdb", cloud);
   if (!result && !access(path, F_OK)) result = neph_files_add(job->files, NEPH_FILE_READ, role, path);
   neph_text_destroy(job->session->context, path);
   return cli_exit_of(result);

@@ -7,6 +7,7 @@
 
 #include "calibration.h"
 #include "command_files.h"
+#include "print.h"
 #include "render_job.h"
 #include "verbs.h"
 
@@ -60,7 +61,7 @@ static cli_exit choose_pixels(render_job *job) {
 static neph_result set_resolution(const cli_options *options, neph_scene *scene) {
   char value[32];
   if (!options->has_resolution) return NEPH_OK;
-  snprintf(value, sizeof value, "[%u, %u]", options->resolution[0], options->resolution[1]);
+  cli_print(value, sizeof value, "[%u, %u]", options->resolution[0], options->resolution[1]);
   const neph_result result = neph_scene_set(scene, "camera.resolution", value);
   /* A wrong value of an option is the command line's fault, not the scene's. */
   return result == NEPH_ERROR_BAD_SCENE ? NEPH_ERROR_INVALID_ARGUMENT : result;

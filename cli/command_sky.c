@@ -45,10 +45,8 @@ static const char *get_texture(const cli_options *options) {
 
 /* Folder, name and ending as one path, to be freed; NULL without memory. */
 static char *join_path(const char *folder, const char *name, const char *ending) {
-  const size_t size = strlen(folder) + strlen(name) + strlen(ending) + 2;
-  char *path = malloc(size);
-  if (path) (void)snprintf(path, size, "%s/%s%s", folder, name, ending);
-  return path;
+  char *path;
+  return asprintf(&path, "%s/%s%s", folder, name, ending) < 0 ? NULL : path;
 }
 
 static void print_plain(const char *label, const char *values, const char *bands, const char *space) {

@@ -4,6 +4,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "print.h"
+
 void cli_failures_add(cli_failures *failures, int frame) {
   if (failures->count < CLI_FAILURES_LISTED) failures->frames[failures->count] = frame;
   failures->count++;
@@ -14,7 +16,7 @@ void cli_failures_complain(const cli_failures *failures, cli_progress *progress,
   char list[12 * CLI_FAILURES_LISTED + 8] = "";
   if (!failures->count) return;
   for (unsigned i = 0; i < failures->count && i < CLI_FAILURES_LISTED; i++)
-    snprintf(list + strlen(list), sizeof list - strlen(list), "%s%d", i ? ", " : "", failures->frames[i]);
+    cli_print(list + strlen(list), sizeof list - strlen(list), "%s%d", i ? ", " : "", failures->frames[i]);
   cli_progress_complain(progress, "%u of %u frames failed: %s%s%s", failures->count, frame_count, list,
                         failures->count > CLI_FAILURES_LISTED ? ", ..." : "", consequence);
 }

@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-enum { TEXT_SIZE = 1024 };
+#include "print.h"
 
 static const struct {
   cli_exit code;
@@ -33,7 +33,7 @@ static void add_exits(const cli_page *page, unsigned wanted) {
   for (size_t i = 0; i < sizeof exits / sizeof *exits; i++) {
     const unsigned code = (unsigned)exits[i].code;
     char term[8];
-    snprintf(term, sizeof term, "%u", code);
+    cli_print(term, sizeof term, "%u", code);
     if (exits[i].is_common || (wanted & get_exit_bit((cli_exit)exits[i].code)))
       cli_page_add_item(page, term, exits[i].meaning);
   }
@@ -41,21 +41,15 @@ static void add_exits(const cli_page *page, unsigned wanted) {
 
 /* ---- Options ---- */
 
-static void append(char out[TEXT_SIZE], const char *before, const char *text) {
-  const size_t length = strlen(out);
-  snprintf(out + length, TEXT_SIZE - length, "%s%s", before, text);
-}
-
 /* One of the notes in brackets behind a meaning. */
-static void append_note(char out[TEXT_SIZE], bool *is_begun, const char *before, const char *text) {
-  append(out, *is_begun ? "; " : " (", before);
-  append(out, "", text);
+static void append_note(cli_text *out, bool *is_begun, const char *before, const char *text) {
+  cli_text_add(out, "%s%s%s", *is_begun ? "; " : " (", before, text);
   *is_begun = true;
 }
 
 /* The values of a key and its default, as `neph_schema_describe` has them: "key: VALUES\n    …; default DEFAULT". */
 static neph_result append_schema(neph_context *context, const char *key, bool has_range, bool has_default,
-                                 char out[TEXT_SIZE], bool *is_begun) {
+                                 cli_text *out, bool *is_begun) {
   char *schema;
   neph_result result = neph_schema_describe(context, key, NEPH_TEXT_PLAIN, &schema);
   if (result) return result;
@@ -71,34 +65,37 @@ static neph_result append_schema(neph_context *context, const char *key, bool ha
 }
 
 static neph_result describe_option(neph_context *context, const cli_option *option, const cli_verb_option *own,
-                                   bool has_scene, char out[TEXT_SIZE]) {
+                                   bool has_scene, cli_text *out) {
   const char *const *words = own->words ? own->words : option->words;
   const char *fallback = own->fallback ? own->fallback : option->fallback;
   char range[CLI_RANGE_SIZE];
   bool is_begun = false;
   neph_result result = NEPH_OK;
   cli_option_describe_words(words, range, sizeof range);
-  snprintf(out, TEXT_SIZE, "%s", own->meaning ? own->meaning : option->meaning);
+  cli_text_add(out, "%s", own->meaning ? own->meaning : option->meaning);
   if (words || option->range) append_note(out, &is_begun, "", words ? range : option->range);
   if (fallback) append_note(out, &is_begun, "default ", fallback);
   if (option->key) result = append_schema(context, option->key, words || option->range, fallback, out, &is_begun);
   if (option->key && has_scene) append_note(out, &is_begun, "key ", option->key);
-  if (is_begun) append(out, "", ")");
+  if (is_begun) cli_text_add(out, ")");
   return result;
 }
 
 /* `has_scene`: the option may set a key of the scene. */
 static neph_result add_option(const cli_page *page, neph_context *context, const cli_option *option,
                               const cli_verb_option *own, bool has_scene) {
-  char term[64], letter[8] = "", text[TEXT_SIZE];
+  char term[64], letter[8] = "";
+  cli_text text = {0};
   if (option->letter)
-    snprintf(letter, sizeof letter, "-%c, ", option->letter);
+    cli_print(letter, sizeof letter, "-%c, ", option->letter);
   else if (!page->is_man)
-    snprintf(letter, sizeof letter, "    ");
-  snprintf(term, sizeof term, "%s%s%s%s", letter, option->name, option->argument ? " " : "",
-           option->argument ? option->argument : "");
-  neph_result result = describe_option(context, option, own, has_scene, text);
-  if (!result) cli_page_add_item(page, term, text);
+    cli_print(letter, sizeof letter, "    ");
+  cli_print(term, sizeof term, "%s%s%s%s", letter, option->name, option->argument ? " " : "",
+            option->argument ? option->argument : "");
+  neph_result result = describe_option(context, option, own, has_scene, &text);
+  if (!result && text.has_failed) result = NEPH_ERROR_OUT_OF_MEMORY;
+  if (!result) cli_page_add_item(page, term, cli_text_get(&text));
+  cli_text_clear(&text);
   return result;
 }
 
@@ -124,15 +121,14 @@ static void add_verbs(const cli_page *page) {
 
 /* Other pages of the manual. */
 static void add_references(const cli_page *page) {
-  char text[TEXT_SIZE] = "nephos(1)";
   if (!page->is_man) return;
-  for (size_t i = 0; i < cli_verb_count(); i++) {
-    append(text, ", nephos-", cli_verb_at(i)->name);
-    append(text, "", "(1)");
-  }
-  append(text, ", ", "nephos-scene(5)");
+  cli_text text = {0};
+  cli_text_add(&text, "nephos(1)");
+  for (size_t i = 0; i < cli_verb_count(); i++) cli_text_add(&text, ", nephos-%s(1)", cli_verb_at(i)->name);
+  cli_text_add(&text, ", nephos-scene(5)");
   cli_page_add_section(page, "see also");
-  cli_page_add_text(page, text);
+  cli_page_add_text(page, cli_text_get(&text));
+  cli_text_clear(&text);
 }
 
 void cli_help_add_program(const cli_page *page) {
@@ -149,8 +145,8 @@ void cli_help_add_program(const cli_page *page) {
 
 cli_exit cli_help_add_verb(const cli_page *page, neph_context *context, const cli_verb *verb) {
   char command[32], arguments[64];
-  snprintf(command, sizeof command, "nephos %s", verb->name);
-  snprintf(arguments, sizeof arguments, "%s%s[options]", verb->arguments, *verb->arguments ? " " : "");
+  cli_print(command, sizeof command, "nephos %s", verb->name);
+  cli_print(arguments, sizeof arguments, "%s%s[options]", verb->arguments, *verb->arguments ? " " : "");
   cli_page_begin(page, command, 1, arguments, verb->summary);
   cli_page_add_text(page, verb->description);
   neph_result result = add_options(page, context, verb);
@@ -164,13 +160,15 @@ cli_exit cli_help_add_verb(const cli_page *page, neph_context *context, const cl
 
 /* A key of the schema: a line "key: values" and behind it, indented, its meaning and default. Returns the end. */
 static char *add_key(const cli_page *page, char *key) {
-  char *values = strstr(key, ": "), *meaning = strchr(key, '\n'), *end = strchr(meaning + 1, '\n'), text[TEXT_SIZE];
+  char *values = strstr(key, ": "), *meaning = strchr(key, '\n'), *end = strchr(meaning + 1, '\n');
   *values = *meaning = *end = '\0';
   char *fallback = strstr(meaning + 1, "; default ");
   if (fallback) *fallback = '\0';
-  snprintf(text, sizeof text, "%s (%s%s%s)", meaning + 1 + strspn(meaning + 1, " "), values + strlen(": "),
-           fallback ? "; " : "", fallback ? fallback + strlen("; ") : "");
-  cli_page_add_item(page, key, text);
+  cli_text text = {0};
+  cli_text_add(&text, "%s (%s%s%s)", meaning + 1 + strspn(meaning + 1, " "), values + strlen(": "),
+               fallback ? "; " : "", fallback ? fallback + strlen("; ") : "");
+  cli_page_add_item(page, key, cli_text_get(&text));
+  cli_text_clear(&text);
   return end + 1;
 }
 

@@ -5,10 +5,13 @@
 #include <string.h>
 
 #include "options.h"
+#include "print.h"
 
 void farm_job_set_name(farm_job *job) {
   const char *slash = strrchr(job->given, '/'), *stem = slash ? slash + 1 : job->given, *dot = strrchr(stem, '.');
-  snprintf(job->name, sizeof job->name, "%.*s", dot && dot > stem ? (int)(dot - stem) : (int)strlen(stem), stem);
+  const size_t length = dot && dot > stem ? (size_t)(dot - stem) : strlen(stem), most = sizeof job->name - 1;
+  memcpy(job->name, stem, length < most ? length : most);
+  job->name[length < most ? length : most] = '\0';
   for (char *c = job->name; *c; c++)
     if (!strchr("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_", *c)) *c = '_';
 }
@@ -75,13 +78,13 @@ void farm_job_print_render(const farm_job *job, const char *frames, const char *
 void farm_job_print_threads(const farm_job *job, farm_print_fn *print) {
   char count[16];
   if (!job->thread_count) return;
-  snprintf(count, sizeof count, "%u", job->thread_count);
+  cli_print(count, sizeof count, "%u", job->thread_count);
   print_option(job, "--threads", count, print);
 }
 
 void farm_job_print_merge(const farm_job *job, const char *frames, farm_print_fn *print) {
   char tiles[16];
-  snprintf(tiles, sizeof tiles, "%u", job->tile_count);
+  cli_print(tiles, sizeof tiles, "%u", job->tile_count);
   print(job, "merge", false);
   print(job, job->scene, false);
   print_template(job, "--frames", frames, print);

@@ -2,6 +2,7 @@
 /* OpenCue: a job specification in XML, of cjsl-1.12.dtd. A layer for each tile; merging follows frame by frame.
  * Commands start in a folder of the host, and so change to that of the job. */
 #include "job.h"
+#include "print.h"
 
 #include <pwd.h>
 #include <stdlib.h>
@@ -56,8 +57,8 @@ static void close_layer(const farm_job *job, unsigned cores) {
 
 static void print_tile(const farm_job *job, unsigned index) {
   char name[32], tile[32];
-  snprintf(name, sizeof name, "render_%u", index);
-  snprintf(tile, sizeof tile, "%u/%u", index, job->tile_count);
+  cli_print(name, sizeof name, "render_%u", index);
+  cli_print(tile, sizeof tile, "%u/%u", index, job->tile_count);
   open_layer(job, job->tile_count > 1 ? name : "render", "Render");
   farm_job_print_render(job, "#FRAMESPEC#", tile, "lines", print_argument);
   farm_job_print_threads(job, print_argument);

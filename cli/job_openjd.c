@@ -2,6 +2,7 @@
 /* Open Job Description, version 2023-09: a job template in YAML. Values are JSON, which YAML includes.
  * https://github.com/OpenJobDescription/openjd-specifications/blob/mainline/wiki/2023-09-Template-Schemas.md */
 #include "job.h"
+#include "print.h"
 
 enum { CHUNKS_MAX = 1024 }; /* elements of a list of values */
 
@@ -50,7 +51,7 @@ static void print_step(const farm_job *job, const char *name, const char *needs)
 
 static void print_render(const farm_job *job) {
   char tile[48];
-  snprintf(tile, sizeof tile, "{{Task.Param.Tile}}/%u", job->tile_count);
+  cli_print(tile, sizeof tile, "{{Task.Param.Tile}}/%u", job->tile_count);
   print_step(job, "render", NULL);
   if (job->tile_count > 1) fprintf(job->out, "        - {name: Tile, type: INT, range: \"1-%u\"}\n", job->tile_count);
   print_action(job);

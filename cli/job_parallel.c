@@ -3,6 +3,7 @@
  * a command of a shell in which parallel replaces {1} and {2}. Quotes behind every other { keep it from being replaced,
  * and a ::: within the argument begins no list. */
 #include "job.h"
+#include "print.h"
 
 #include <stdlib.h>
 
@@ -39,7 +40,7 @@ static void print_command(const farm_job *job, void (*print)(const farm_job *job
 
 static void print_render(const farm_job *job) {
   char tile[32];
-  snprintf(tile, sizeof tile, "{2}/%u", job->tile_count);
+  cli_print(tile, sizeof tile, "{2}/%u", job->tile_count);
   farm_job_print_render(job, "{1}", tile, "none", print_argument);
   farm_job_print_threads(job, print_argument);
 }

@@ -4,6 +4,8 @@
 #include <stdint.h>
 #include <string.h>
 
+#include "print.h"
+
 /* ---- Characters ---- */
 
 /* Reads the character of UTF-8 at `text`. Its length in bytes; 0: the byte begins none. */
@@ -34,13 +36,13 @@ static bool is_yaml_break(uint32_t code) { return code == 0x2028 || code == 0x20
 
 static void name_byte(unsigned char c, farm_text_fault *out) {
   if (c == '\n' || c == '\r' || c == '\t')
-    snprintf(out->name, sizeof out->name, "a %s (0x%02X)", c == '\n' ? "line break" : c == '\r' ? "return" : "tab", c);
+    cli_print(out->name, sizeof out->name, "a %s (0x%02X)", c == '\n' ? "line break" : c == '\r' ? "return" : "tab", c);
   else if (is_control(c))
-    snprintf(out->name, sizeof out->name, "a control character (0x%02X)", c);
+    cli_print(out->name, sizeof out->name, "a control character (0x%02X)", c);
   else if (c < 0x80)
-    snprintf(out->name, sizeof out->name, "the character %c", c);
+    cli_print(out->name, sizeof out->name, "the character %c", c);
   else
-    snprintf(out->name, sizeof out->name, "a byte that is not UTF-8 (0x%02X)", c);
+    cli_print(out->name, sizeof out->name, "a byte that is not UTF-8 (0x%02X)", c);
 }
 
 /* Whether the byte at `c` is refused by itself. */
@@ -55,7 +57,7 @@ static size_t check_character(const farm_text_rule *rule, const unsigned char *c
   if (!rule->is_unicode) return length ? length : 1;
   if (!length) name_byte(*c, out);
   if (!length || !is_foreign(code)) return length;
-  snprintf(out->name, sizeof out->name, "a control character (U+%04X)", (unsigned)code);
+  cli_print(out->name, sizeof out->name, "a control character (U+%04X)", (unsigned)code);
   return 0;
 }
 
@@ -64,7 +66,7 @@ bool farm_text_check(const farm_text_rule *rule, const char *text, bool is_optio
   for (const unsigned char *c = (const unsigned char *)text; *c;) {
     out->place = (size_t)(c - (const unsigned char *)text) + 1;
     if ((const char *)c == reserved) {
-      snprintf(out->name, sizeof out->name, "%s (which the farm replaces)", rule->reserved);
+      cli_print(out->name, sizeof out->name, "%s (which the farm replaces)", rule->reserved);
       return false;
     }
     if (is_refused(rule, *c)) {

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "option_values.h"
+#include "print.h"
 
 /* ---- Takers ---- */
 
@@ -381,7 +382,7 @@ void cli_option_describe_words(const char *const *words, char *out, size_t size)
   out[0] = '\0';
   for (size_t i = 0; words && words[i]; i++) {
     const size_t length = strlen(out);
-    snprintf(out + length, size - length, "%s%s", !i ? "" : words[i + 1] ? ", " : " or ", words[i]);
+    cli_print(out + length, size - length, "%s%s", !i ? "" : words[i + 1] ? ", " : " or ", words[i]);
   }
 }
 

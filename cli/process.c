@@ -4,6 +4,8 @@
 #include <fcntl.h>
 #include <signal.h>
 #include <stddef.h>
+#include <stdio.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 /* ---- Streams ---- */
@@ -57,4 +59,19 @@ bool cli_take_snapshot(void) {
   const bool wants = wants_snapshot;
   wants_snapshot = 0;
   return wants;
+}
+
+/* ---- Memory ---- */
+
+/* VmHWM begins anew with exec. ru_maxrss does not: it includes the parent's memory until then. */
+double cli_get_peak_memory_bytes(void) {
+  unsigned long long kilobytes = 0;
+  char line[256];
+  FILE *status = fopen("/proc/self/status", "r");
+  while (status && !kilobytes && fgets(line, sizeof line, status))
+    if (sscanf(line, "VmHWM: %llu kB", &kilobytes) != 1) kilobytes = 0;
+  if (status) fclose(status);
+  if (kilobytes) return 1024.0 * (double)kilobytes;
+  struct rusage usage; /* no /proc in this root */
+  return getrusage(RUSAGE_SELF, &usage) ? 0.0 : 1024.0 * (double)usage.ru_maxrss;
 }

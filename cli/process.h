@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The process among others: its standard streams, and the signals that stop it. */
+/* The process among others: its standard streams, the signals that stop it, and its memory. */
 #ifndef NEPHOS_CLI_PROCESS_H
 #define NEPHOS_CLI_PROCESS_H
 
@@ -24,5 +24,8 @@ const char *cli_get_terminator(void); /* SIGTERM or SIGXCPU, for a message; NULL
 /* From here on SIGUSR1 asks for a snapshot; whether one was asked for since the last call. */
 void cli_catch_snapshots(void);
 bool cli_take_snapshot(void);
+
+/* Most memory that the process has had so far; the memory of the program that started it is not included. */
+double cli_get_peak_memory_bytes(void);
 
 #endif

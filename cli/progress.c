@@ -4,10 +4,12 @@
 #include <errno.h>
 #include <math.h>
 #include <stdarg.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <time.h>
 
+#include "print.h"
 #include "process.h"
 #include "progress_styles.h"
 
@@ -51,6 +53,8 @@ void cli_progress_end(cli_progress *progress) {
   cli_progress_finish(progress);
   if (progress->log) fclose(progress->log);
   progress->log = NULL;
+  free(progress->message);
+  progress->message = NULL;
 }
 
 /* ---- The log file ---- */
@@ -67,12 +71,13 @@ static void write_log(cli_progress *progress, const char *kind, const char *text
 }
 
 void cli_progress_note(cli_progress *progress, const char *format, ...) {
-  char text[1024];
+  cli_text text = {0};
   va_list arguments;
   va_start(arguments, format);
-  vsnprintf(text, sizeof text, format, arguments);
+  cli_text_add_list(&text, format, arguments);
   va_end(arguments);
-  write_log(progress, "", text);
+  write_log(progress, "", cli_text_get(&text));
+  cli_text_clear(&text);
 }
 
 /* ---- Fractions and times ---- */
@@ -149,7 +154,7 @@ static void note_stage(cli_progress *progress, const cli_progress_state *state) 
     cli_progress_note(progress, "frame %d, %s: %.1f %%", state->frame.number, state->stage, 100.0 * state->fraction);
   else
     cli_progress_note(progress, "%s: %.1f %%", state->stage, 100.0 * state->fraction);
-  snprintf(progress->stage, sizeof progress->stage, "%s", state->stage);
+  cli_print(progress->stage, sizeof progress->stage, "%s", state->stage);
   progress->shown_frame = state->frame.number;
 }
 
@@ -187,7 +192,10 @@ void cli_progress_log(void *user, neph_log_level level, const char *message) {
   cli_progress *progress = user;
   const cli_progress_state state = {.stage = progress->stage, .frame = progress->frame};
   flockfile(stderr);
-  if (level == NEPH_LOG_ERROR) snprintf(progress->message, sizeof progress->message, "%s", message);
+  if (level == NEPH_LOG_ERROR) {
+    free(progress->message);
+    progress->message = strdup(message);
+  }
   if (level <= progress->level) {
     clear_bar(progress);
     progress->style->say(&state, level, message);
@@ -197,10 +205,11 @@ void cli_progress_log(void *user, neph_log_level level, const char *message) {
 }
 
 void cli_progress_complain(cli_progress *progress, const char *format, ...) {
-  char text[1024];
+  cli_text text = {0};
   va_list arguments;
   va_start(arguments, format);
-  vsnprintf(text, sizeof text, format, arguments);
+  cli_text_add_list(&text, format, arguments);
   va_end(arguments);
-  cli_progress_log(progress, NEPH_LOG_ERROR, text);
+  cli_progress_log(progress, NEPH_LOG_ERROR, cli_text_get(&text));
+  cli_text_clear(&text);
 }

@@ -38,7 +38,7 @@ typedef struct cli_progress {
   int shown_frame;        /* of this frame, */
   double shown_fraction;  /* this far, */
   double shown_elapsed_s; /* at this time */
-  char message[256];      /* the last error */
+  char *message;          /* the last error; owned; NULL: there was none */
   double start_s;         /* of the job, by the machine's clock */
   double call_end;        /* part of the frame that the library's call is; the rest is the program's */
   double fraction;        /* of the whole, reported last */

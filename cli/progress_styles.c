@@ -5,6 +5,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "print.h"
 #include "session.h"
 
 /* ---- Words ---- */
@@ -13,11 +14,11 @@
 static void describe_time(double seconds, char out[32]) {
   const unsigned long whole = seconds < 1e9 ? (unsigned long)(seconds + 0.5) : 1000000000ul;
   if (whole < 60)
-    snprintf(out, 32, "%.1f s", seconds);
+    cli_print(out, 32, "%.1f s", seconds);
   else if (whole < 3600)
-    snprintf(out, 32, "%lu min %lu s", whole / 60, whole % 60);
+    cli_print(out, 32, "%lu min %lu s", whole / 60, whole % 60);
   else
-    snprintf(out, 32, "%lu h %lu min", whole / 3600, whole % 3600 / 60);
+    cli_print(out, 32, "%lu h %lu min", whole / 3600, whole % 3600 / 60);
 }
 
 /* "12.3 s, 1 min 2 s left" */
@@ -26,18 +27,18 @@ static void describe_times(const cli_progress_state *state, char out[80]) {
   describe_time(state->elapsed_s, elapsed);
   describe_time(state->left_s, left);
   if (state->left_s < HUGE_VAL)
-    snprintf(out, 80, "%s, %s left", elapsed, left);
+    cli_print(out, 80, "%s, %s left", elapsed, left);
   else
-    snprintf(out, 80, "%s", elapsed);
+    cli_print(out, 80, "%s", elapsed);
 }
 
 /* "frame 12 (3 of 100), rendering" */
 static void describe_stage(const cli_progress_state *state, char out[96]) {
   const cli_progress_frame *frame = &state->frame;
   if (frame->count > 1)
-    snprintf(out, 96, "frame %d (%u of %u), %s", frame->number, frame->index + 1, frame->count, state->stage);
+    cli_print(out, 96, "frame %d (%u of %u), %s", frame->number, frame->index + 1, frame->count, state->stage);
   else
-    snprintf(out, 96, "%s", state->stage);
+    cli_print(out, 96, "%s", state->stage);
 }
 
 static void say_plainly(const cli_progress_state *state, neph_log_level level, const char *message) {
@@ -56,9 +57,9 @@ static void draw_bar(const cli_progress_state *state) {
   const int width = is_batch ? WIDTH / 2 : WIDTH, done = (int)(state->fraction * width);
   char stage[96], time[32];
   if (is_batch)
-    snprintf(stage, sizeof stage, "frame %d, %u/%u: %s", frame->number, frame->index + 1, frame->count, state->stage);
+    cli_print(stage, sizeof stage, "frame %d, %u/%u: %s", frame->number, frame->index + 1, frame->count, state->stage);
   else
-    snprintf(stage, sizeof stage, "%s", state->stage);
+    cli_print(stage, sizeof stage, "%s", state->stage);
   describe_time(state->left_s < HUGE_VAL ? state->left_s : state->elapsed_s, time);
   fprintf(stderr, "\r%-*.*s [%.*s%.*s] %3.0f %%  %s%s\033[K", is_batch ? 38 : 26, is_batch ? 38 : 26, stage, done, full,
           width - done, empty, floor(state->fraction * 100.0), time, state->left_s < HUGE_VAL ? " left" : "");

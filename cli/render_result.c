@@ -2,19 +2,12 @@
 /* The line that each frame ends with: its files, time, memory and error, for people or as JSON. */
 #include <math.h>
 #include <stdlib.h>
-#include <sys/resource.h>
 
+#include "print.h"
 #include "render_job.h"
 
 /* Attributes of a render, in degrees. */
 static const char sun_elevation[] = "nephos:sunElevation", sun_azimuth[] = "nephos:sunAzimuth";
-
-/* Most memory that the process has had so far. */
-static double get_memory_bytes(void) {
-  struct rusage usage;
-  getrusage(RUSAGE_SELF, &usage);
-  return 1024.0 * (double)usage.ru_maxrss;
-}
 
 /* "2.6", "12", "0.04": shares as per cent, to two digits. */
 static void print_percent(double share) {
@@ -125,7 +118,7 @@ static void print_json_light(const render_job *job, const frame_facts *facts) {
 
 static void print_json_facts(const render_job *job, const frame_facts *facts) {
   static const char *const sources[] = {"null", "\"model\"", "\"measured\""};
-  printf(", \"seconds\": %.3f, \"memory_bytes\": %.0f", facts->seconds, get_memory_bytes());
+  printf(", \"seconds\": %.3f, \"memory_bytes\": %.0f", facts->seconds, cli_get_peak_memory_bytes());
   print_json_bounded("error", &facts->error.error);
   print_json_bounded("noise", &facts->error.noise);
   print_json_bounded("bias", &facts->error.bias);
@@ -145,7 +138,7 @@ static void print_plain(const render_job *job, const render_targets *t, const fr
     join = ", ";
   }
   printf(", %.2f s, ", facts->seconds);
-  print_memory(get_memory_bytes());
+  print_memory(cli_get_peak_memory_bytes());
   print_error(&facts->error);
   print_sun(facts->image);
   print_exposure(job, facts);
@@ -171,8 +164,8 @@ void render_job_warn_of_lift(render_job *job, const frame_facts *facts) {
   const double lift = facts->preview_stops - job->output.preview_desc.exposure_ev + log2(scale / scale_of_noon);
   char text[400], sun[80] = "";
   if (job->is_lift_told || job->output.preview_desc.exposure == NEPH_EXPOSURE_FIXED || !(lift > most_stops)) return;
-  if (!isnan(elevation)) (void)snprintf(sun, sizeof sun, " with the sun at elevation %.1f°", elevation);
-  (void)snprintf(
+  if (!isnan(elevation)) cli_print(sun, sizeof sun, " with the sun at elevation %.1f°", elevation);
+  cli_print(
       text, sizeof text,
       "the preview is lifted by %.1f stops from the exposure of noon: the picture of frame %d is that dark%s; "
       "set output.exposure to a number of stops to see it as it is",
@@ -187,7 +180,7 @@ void render_job_print_frame(render_job *job, const render_targets *t, const fram
   else
     print_plain(job, t, facts);
   cli_progress_note(&job->session->progress, "frame %d: %s, %.2f s, %.0f MB", job->desc.frame, get_first_name(t),
-                    facts->seconds, 1e-6 * get_memory_bytes());
+                    facts->seconds, 1e-6 * cli_get_peak_memory_bytes());
 }
 
 void render_job_print_skipped(render_job *job, const render_targets *t) {
@@ -207,6 +200,6 @@ void render_job_print_failed(render_job *job, cli_exit exit) {
   cli_progress_note(&job->session->progress, "frame %d: failed, exit code %d", job->desc.frame, (int)exit);
   if (!job->session->options->is_json) return;
   printf("{\"frame\": %d, \"exit\": %d", job->desc.frame, (int)exit);
-  if (*message) print_json_text("message", message);
+  if (message) print_json_text("message", message);
   printf("}\n");
 }

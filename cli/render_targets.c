@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include "command_files.h"
+#include "print.h"
 #include "render_job.h"
 
 /* Stands for the eye's name, as in Nuke. */
@@ -73,9 +74,9 @@ static char *name_tile(const cli_options *options, const char *pattern) {
   if (is_whole || options->output_count || length <= ending) return strdup(pattern);
   char tile[48] = "", range[48] = "", *named;
   const int stem = (int)(length - ending);
-  if (options->tile_count) snprintf(tile, sizeof tile, ".tile%uof%u", options->tile_index, options->tile_count);
+  if (options->tile_count) cli_print(tile, sizeof tile, ".tile%uof%u", options->tile_index, options->tile_count);
   if (options->has_sample_range)
-    snprintf(range, sizeof range, ".samples%uto%u", options->sample_range[0], options->sample_range[1]);
+    cli_print(range, sizeof range, ".samples%uto%u", options->sample_range[0], options->sample_range[1]);
   const int printed = asprintf(&named, "%.*s%s%s%s", stem, pattern, tile, range, *range ? ".npart" : pattern + stem);
   return printed < 0 ? NULL : named;
 }
@@ -115,7 +116,7 @@ static cli_exit check_cloud(const render_job *job, unsigned index) {
   cli_exit exit = cli_exit_of(neph_frame_get_path(job->session->context, pattern, job->desc.frame, &path));
   const bool is_written = !exit && access(path, F_OK); /* else it is read */
   char role[32];
-  snprintf(role, sizeof role, "clouds[%u].vdb", index);
+  cli_print(role, sizeof role, "clouds[%u].vdb", index);
   if (is_written) exit = cli_check_target(job->session, path);
   const neph_file_use use = is_written ? NEPH_FILE_WRITTEN : NEPH_FILE_READ;
   if (!exit) exit = cli_exit_of(neph_files_add(job->files, use, role, path));

@@ -216,6 +216,54 @@ static void made_errors_come_back_within_their_bounds(void **state) {
   neph_image_destroy(reference);
 }
 
+/* A reference of 35 % of noise, by channels or by its header, and a picture of 3 % of bias; over the noisy pixel itself
+ * the bias would read as 50 % and more. 196,608 pixels leave 4e-4 of the squares' noise, which bounds a bias of 3 % by
+ * 0 and some 5 %. */
+static void noise_of_the_reference_is_no_bias(void **state) {
+  test_fixture *f = *state;
+  enum { SEEDS = 5 };
+  const made_picture large = {443, 0.03, 0.35};
+  neph_image *image, *by_pixel, *by_header;
+  assert_int_equal(neph_image_create(f->context, large.side, large.side, 3, rgb_with_errors, &image), NEPH_OK);
+  assert_int_equal(neph_image_create(f->context, large.side, large.side, 6, rgb_with_errors, &by_pixel), NEPH_OK);
+  assert_int_equal(neph_image_create(f->context, large.side, large.side, 3, rgb_with_errors, &by_header), NEPH_OK);
+  assert_int_equal(neph_image_set_attribute(by_header, "nephos:noise", "0.35"), NEPH_OK);
+  assert_int_equal(neph_image_set_attribute(by_header, "nephos:noiseMin", "0.345"), NEPH_OK);
+  assert_int_equal(neph_image_set_attribute(by_header, "nephos:noiseMax", "0.355"), NEPH_OK);
+  fill_made(&large, 0, large.bias, 0.0, image);
+  for (uint32_t seed = 1; seed <= SEEDS; seed++) {
+    fill_made(&large, seed, 0.0, large.noise, by_pixel);
+    for (int c = 0; c < 3; c++)
+      memcpy(by_header->channels[c].values, by_pixel->channels[c].values,
+             (size_t)large.side * large.side * sizeof(float));
+    const neph_image_difference d = compare(f, image, by_pixel), stated = compare(f, image, by_header);
+    assert_int_equal(d.reference_noise_source, NEPH_NOISE_BY_PIXEL);
+    assert_near_relative(d.reference_noise.value, large.noise, 0.1);
+    assert_true(holds(d.pixel_error, large.bias) && d.pixel_error.max < 0.06);
+    assert_int_equal(stated.reference_noise_source, NEPH_NOISE_BY_HEADER);
+    assert_near(stated.reference_noise.value, large.noise, 1e-12);
+    assert_true(holds(stated.pixel_error, large.bias)); /* ± 1.5 % of the stated noise are 8 % of its square's root */
+    assert_true(stated.pixel_error.max < 0.1);
+    assert_near_relative(stated.noise_rmse, d.noise_rmse, 0.02);
+  }
+  neph_image_destroy(image);
+  neph_image_destroy(by_pixel);
+  neph_image_destroy(by_header);
+}
+
+/* The stated noise of 5 % is more than all that differs, 2 %: 0, and no bound that another seed could reach. */
+static void overstated_noise_leaves_zero(void **state) {
+  test_fixture *f = *state;
+  neph_image *image = create_flat(f, 64, 64, 1.02f), *reference = create_flat(f, 64, 64, 1.0f);
+  assert_int_equal(neph_image_set_attribute(reference, "nephos:noise", "0.05"), NEPH_OK);
+  assert_int_equal(neph_image_set_attribute(reference, "nephos:noiseMin", "0.049"), NEPH_OK);
+  assert_int_equal(neph_image_set_attribute(reference, "nephos:noiseMax", "0.051"), NEPH_OK);
+  const neph_image_difference d = compare(f, image, reference);
+  assert_true(d.pixel_error.value == 0.0 && d.pixel_error.min == 0.0 && d.pixel_error.max == 0.0);
+  neph_image_destroy(reference);
+  neph_image_destroy(image);
+}
+
 /* Noise stated by the header, else nothing is known of it; pixels below a hundredth of the mean are left out. */
 static void noise_is_unknown_where_nothing_states_it(void **state) {
   test_fixture *f = *state;
@@ -369,6 +417,8 @@ int main(void) {
       COMPARE_TEST(block_rms_looks_past_the_noise_of_pixels),
       COMPARE_TEST(noise_of_the_reference_is_stated),
       COMPARE_TEST(made_errors_come_back_within_their_bounds),
+      COMPARE_TEST(noise_of_the_reference_is_no_bias),
+      COMPARE_TEST(overstated_noise_leaves_zero),
       COMPARE_TEST(noise_is_unknown_where_nothing_states_it),
       COMPARE_TEST(error_is_that_of_luminance),
       COMPARE_TEST(black_references_give_no_nan),

@@ -299,7 +299,6 @@ static void another_thread_cancels_within_half_a_second(void **state) {
   desc.sample_count = 1u << 24; /* hours */
   desc.progress = note_begin;
   desc.progress_user = &c;
-  neph_renderer_cancel(c.renderer); /* nothing is under way */
   assert_int_equal(pthread_create(&thread, NULL, cancel_soon, &c), 0);
   assert_int_equal(neph_renderer_render(c.renderer, f->scene, &desc, &image), NEPH_ERROR_CANCELLED);
   clock_gettime(CLOCK_MONOTONIC, &end);
@@ -308,6 +307,87 @@ static void another_thread_cancels_within_half_a_second(void **state) {
   assert_true((double)(end.tv_sec - c.at.tv_sec) + 1e-9 * (double)(end.tv_nsec - c.at.tv_nsec) < 0.5);
   assert_int_equal(f->log.counts[NEPH_LOG_ERROR], 0);
   neph_image_destroy(render(c.renderer, f->scene, NULL)); /* the next is not */
+  neph_renderer_destroy(c.renderer);
+}
+
+static void a_cancel_before_the_start_ends_the_next_picture_alone(void **state) {
+  fixture *f = *state;
+  canceller c = {.renderer = create(f)};
+  neph_render_desc desc = describe(f, 1);
+  neph_image *image;
+  desc.sample_count = 1u << 24; /* hours */
+  desc.progress = note_begin;
+  desc.progress_user = &c;
+  neph_renderer_cancel(c.renderer);
+  assert_int_equal(neph_renderer_render(c.renderer, f->scene, &desc, &image), NEPH_ERROR_CANCELLED);
+  assert_null(image);
+  assert_false(atomic_load(&c.has_begun));
+  assert_int_equal(f->log.counts[NEPH_LOG_ERROR], 0);
+  neph_image_destroy(render(c.renderer, f->scene, NULL));
+  neph_renderer_destroy(c.renderer);
+}
+
+static bool refuse(void *user, const neph_progress *progress) {
+  (void)progress;
+  ++*(unsigned *)user;
+  return false;
+}
+
+/* Before anything is baked, loaded or solved. */
+static void a_callback_may_cancel_at_once(void **state) {
+  fixture *f = *state;
+  neph_render_desc desc = describe(f, 1);
+  neph_image *image;
+  unsigned calls = 0;
+  desc.progress = refuse;
+  desc.progress_user = &calls;
+  test_log_clear(&f->log);
+  assert_int_equal(neph_render_image(f->scene, &desc, &image), NEPH_ERROR_CANCELLED);
+  assert_null(image);
+  assert_int_equal(calls, 1);
+  assert_string_equal(f->log.text, "");
+}
+
+/* ---- One picture at a time ---- */
+
+typedef struct second_call {
+  fixture *f;
+  neph_renderer *renderer;
+  neph_scene *scene;
+  neph_result result;
+  unsigned calls;
+} second_call;
+
+static void *render_too(void *user) {
+  second_call *c = user;
+  neph_image *image;
+  c->result = neph_renderer_render(c->renderer, c->scene, NULL, &image);
+  if (image) c->result = NEPH_OK;
+  return NULL;
+}
+
+static bool render_on_another_thread(void *user, const neph_progress *progress) {
+  second_call *c = user;
+  pthread_t thread;
+  (void)progress;
+  if (c->calls++) return true;
+  return !pthread_create(&thread, NULL, render_too, c) && !pthread_join(thread, NULL);
+}
+
+static void a_second_picture_at_the_same_time_is_refused(void **state) {
+  fixture *f = *state;
+  second_call c = {.f = f, .renderer = create(f), .scene = load(f), .result = NEPH_OK};
+  neph_render_desc desc = describe(f, 1);
+  desc.progress = render_on_another_thread;
+  desc.progress_user = &c;
+  test_log_clear(&f->log);
+  neph_image *first = render(c.renderer, f->scene, &desc), *alone;
+  assert_int_equal(c.result, NEPH_ERROR_INVALID_ARGUMENT);
+  assert_one_error(&f->log, "a picture under way", "one at a time");
+  assert_int_equal(neph_render_image(c.scene, NULL, &alone), NEPH_OK);
+  assert_same_bits(f->context, first, alone);            /* which it did not disturb */
+  neph_image_destroy(render(c.renderer, c.scene, NULL)); /* free again */
+  neph_scene_destroy(c.scene);
   neph_renderer_destroy(c.renderer);
 }
 
@@ -487,6 +567,9 @@ int main(void) {
       TEST(passes_under_a_time_limit_cover_each_pixel_once_each),
       TEST(a_tile_may_cancel),
       TEST(another_thread_cancels_within_half_a_second),
+      TEST(a_cancel_before_the_start_ends_the_next_picture_alone),
+      TEST(a_callback_may_cancel_at_once),
+      TEST(a_second_picture_at_the_same_time_is_refused),
       TEST(memory_goes_with_the_picture),
       TEST(memory_is_limited),
       cmocka_unit_test(memory_is_saved_where_that_is_enough),

@@ -14,6 +14,8 @@
 #include <nephos/nephos.h>
 
 #include "cloud/cloud_private.h"
+#include "core/alloc.h"
+#include "core/text.h"
 #include "scene/scene_keys.h"
 #include "test_meshes.h"
 
@@ -253,17 +255,20 @@ static void add_word(words *w, const char *word) {
   snprintf(w->word[w->count++], sizeof w->word[0], "%s", word);
 }
 
-static void add_presets(words *w) {
-  char list[1024];
-  np_cloud_list_presets(list, sizeof list);
+static void add_presets(neph_context *context, words *w) {
+  np_text names = {.context = context};
+  char *list;
+  np_cloud_list_presets(&names);
+  assert_int_equal(np_text_finish(&names, &list), NEPH_OK);
   for (char *word = strtok(list, ", "); word; word = strtok(NULL, ", ")) add_word(w, word);
+  np_alloc_free(context, list);
 }
 
 /* All that a key takes by name. */
-static words list_words(const np_key *key) {
+static words list_words(neph_context *context, const np_key *key) {
   words w = {0};
   for (const np_choice *choice = key->choices; choice && choice->name; choice++) add_word(&w, choice->name);
-  if (key->type == NP_KEY_PRESET) add_presets(&w);
+  if (key->type == NP_KEY_PRESET) add_presets(context, &w);
   if (key->word) add_word(&w, key->word);
   return w;
 }
@@ -310,7 +315,7 @@ static void every_word_of_every_key_is_rendered(void **state) {
   plain_pictures plain = {0};
   for (size_t k = 0; k < np_key_count(); k++) {
     const np_key *key = np_key_get(k);
-    const words w = list_words(key);
+    const words w = list_words(f->context, key);
     bool is_seen = w.count == 0;
     keys += w.count > 0;
     values += w.count;

@@ -157,6 +157,13 @@ typedef struct neph_image_error {
  */
 NEPH_API neph_result neph_image_get_error(const neph_image *image, neph_image_error *out_error) NEPH_NODISCARD;
 
+/** Origin of the noise of a reference. */
+typedef enum neph_noise_source {
+  NEPH_NOISE_UNKNOWN,   /**< nothing states it: it is part of every measure */
+  NEPH_NOISE_BY_HEADER, /**< its header, nephos:noise: the same share of every pixel */
+  NEPH_NOISE_BY_PIXEL   /**< its channels standard_error.* */
+} neph_noise_source;
+
 /** The difference of a picture from a reference, over the channels R, G, B (or all, where those are missing). L is the
  * reference, d the picture minus it. Values that are not finite in the reference are left out. */
 typedef struct neph_image_difference {
@@ -169,8 +176,8 @@ typedef struct neph_image_difference {
   double block_rms;       /**< √(Σ d² / Σ L²) over 8×8-pixel means */
   double p999_relative;   /**< 99.9th percentile of |d|/(|L| + ε) */
   double max_absolute;    /**< largest |d| */
-  double noise_rmse;      /**< the reference's own part in rmse, root of mean σ², from its channels standard_error.*;
-                               NaN, as all three are, where it lacks one */
+  double noise_rmse;      /**< the reference's own part in rmse, root of mean σ² (reference_noise_source); NaN, as all
+                               three are, where nothing states it */
   double noise_block_rms; /**< its own part in block_rms: the picture's is √(block_rms² − noise_block_rms²) */
   double noise_bias;      /**< standard error of bias that the reference brings, its channels taken as of the same
                                samples */
@@ -179,11 +186,14 @@ typedef struct neph_image_difference {
                                  pictures has differs everywhere */
   neph_bounded pixel_error; /**< relative rms difference of luminance from the reference's, over the pixels brighter
                                than a hundredth of its mean (docs/error.md); the reference's own noise is taken off
-                               where it has standard_error.* */
+                               where it is known. Where noise leaves no positive square, the value is 0 and `max` bounds
+                               it; where `max` is 0 too, the pictures share their noise, or it is overstated */
   neph_bounded pixel_noise; /**< its random part; NaN, as is the bias, where neither a second picture nor
                                  standard_error.* of the picture nor its header states it */
   neph_bounded pixel_bias;  /**< its part that stays with every seed: error² = noise² + bias² */
   uint64_t pixel_count;     /**< pixels that these three are of */
+  neph_noise_source reference_noise_source;
+  neph_bounded reference_noise; /**< the reference's own, a pixel, as pixel_error; NaN where it is unknown */
 } neph_image_difference;
 
 #define NEPH_IMAGE_DIFFERENCE_DEFAULT                                                                                  \

@@ -10,7 +10,8 @@ extern "C" {
 #endif
 
 /** The caches that pictures share, of one scene or of several: volumes and terrain while their files and settings are
- * the same, tables of air and sky, multiple scattering, sun optical depth. One owner; one picture at a time. */
+ * the same, tables of air and sky, multiple scattering, sun optical depth. One owner; one picture at a time: a call
+ * while another thread renders, or from a callback of a picture, returns NEPH_ERROR_INVALID_ARGUMENT. */
 typedef struct neph_renderer neph_renderer;
 
 NEPH_API neph_result neph_renderer_create(neph_context *context, neph_renderer **out_renderer) NEPH_NODISCARD;
@@ -32,7 +33,8 @@ NEPH_API neph_result neph_renderer_render(neph_renderer *renderer, neph_scene *s
                                           neph_image **out_image) NEPH_NODISCARD;
 
 /** Ends the picture under way, from any thread: neph_renderer_render then returns NEPH_ERROR_CANCELLED within half a
- * second. Does nothing while there is none. */
+ * second. Without one the next call of neph_renderer_render returns that at once, so that a cancel cannot come too
+ * early; the call behind it renders. */
 NEPH_API void neph_renderer_cancel(neph_renderer *renderer);
 
 #ifdef __cplusplus

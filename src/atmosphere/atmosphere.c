@@ -5,6 +5,7 @@
 #include "atmosphere/moment_builder.h"
 #include "atmosphere/tables_disk.h"
 #include "core/alloc.h"
+#include "core/given.h"
 #include "core/parallel.h"
 
 static neph_result compute_tables(neph_atmosphere *a, np_monitor *monitor) {
@@ -46,6 +47,7 @@ static neph_result copy_desc(neph_atmosphere *a, const neph_atmosphere_desc *des
 
 neph_result neph_atmosphere_create(neph_context *context, const neph_atmosphere_desc *desc,
                                    neph_atmosphere **out_atmosphere) {
+  if (NP_LACKS_OUT(context, out_atmosphere)) return NEPH_ERROR_INVALID_ARGUMENT;
   return np_atmosphere_create_orders(context, desc, NP_ORDERS_ALL, false, NULL, out_atmosphere);
 }
 
@@ -191,6 +193,9 @@ np_spectrum np_atmosphere_ground_irradiance(const neph_atmosphere *atmosphere, f
 
 void neph_atmosphere_get_transmittance(const neph_atmosphere *atmosphere, const double position_m[3],
                                        const double direction[3], double out_transmittance[3]) {
+  if (!out_transmittance) return;
+  memset(out_transmittance, 0, 3 * sizeof *out_transmittance);
+  if (!atmosphere || !position_m || !direction) return;
   const np_medium *medium = &atmosphere->medium;
   const np_dvec3 p = np_dvec3_make(position_m[0], position_m[1], position_m[2]);
   const double h = fmax(compute_altitude(medium, p), 0.0);

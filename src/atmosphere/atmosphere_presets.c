@@ -21,6 +21,7 @@
 #include <string.h>
 
 #include "core/context_private.h"
+#include "core/given.h"
 
 /* Properties that all airs of the Earth share. */
 #define EARTH_MOLECULES                                                                                                \
@@ -88,6 +89,7 @@ static const struct {
 
 neph_result neph_atmosphere_get_preset(neph_context *context, const char *name, neph_atmosphere_desc *out_desc,
                                        double *out_sun_distance_au) {
+  if (NP_LACKS(context, name, out_desc)) return NEPH_ERROR_INVALID_ARGUMENT;
   for (size_t i = 0; i < sizeof presets / sizeof *presets; i++) {
     if (strcmp(presets[i].name, name) != 0) continue;
     neph_atmosphere_desc desc = NEPH_ATMOSPHERE_DESC_DEFAULT;

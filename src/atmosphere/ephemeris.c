@@ -2,10 +2,12 @@
 #include <nephos/ephemeris.h>
 
 #include "atmosphere/moon.h"
+#include "core/given.h"
 #include "core/units.h"
 
 neph_result neph_ephemeris_compute(neph_context *context, const char *time, double latitude_rad, double longitude_rad,
                                    neph_ephemeris *out_ephemeris) {
+  if (NP_LACKS(context, time, out_ephemeris)) return NEPH_ERROR_INVALID_ARGUMENT;
   if (!(fabs(latitude_rad) <= 0.5 * NP_PI && fabs(longitude_rad) <= 2.0 * NP_PI))
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
                    "ephemeris: latitude is %g rad and longitude %g, must be in [-pi/2, pi/2] and [-2 pi, 2 pi]",

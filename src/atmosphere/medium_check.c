@@ -3,10 +3,10 @@
 
 #include <math.h>
 #include <stdbool.h>
-#include <stdio.h>
 #include <string.h>
 
 #include "core/context_private.h"
+#include "core/text.h"
 
 /* One number of a description and the interval it must lie in. */
 typedef struct bounded {
@@ -109,7 +109,7 @@ static neph_result check_phase(neph_context *context, const char *where, const n
 static neph_result check_layer(neph_context *context, const neph_atmosphere_desc *d, unsigned index) {
   const neph_atmosphere_layer *layer = &d->layers[index];
   char where[32];
-  snprintf(where, sizeof where, "layers[%u].", index);
+  np_print(where, sizeof where, "layers[%u].", index);
   neph_result result = check_profile(context, where, layer);
   if (!result) result = check_range(context, where, layer, d->top_altitude_m);
   for (int b = 0; !result && b < 3; b++) {

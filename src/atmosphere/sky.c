@@ -2,11 +2,11 @@
 /* A sky: one atmosphere, one light, one observer. */
 #include "atmosphere/atmosphere_tables.h"
 
-#include <stdio.h>
-
 #include "core/alloc.h"
+#include "core/given.h"
 #include "core/parallel.h"
 #include "core/stable.h"
+#include "core/text.h"
 
 static bool is_finite_vector(const double v[3]) { return isfinite(v[0]) && isfinite(v[1]) && isfinite(v[2]); }
 
@@ -76,6 +76,7 @@ static void set_light(neph_sky *sky, const neph_sky_desc *d) {
 }
 
 neph_result neph_sky_create(neph_atmosphere *atmosphere, const neph_sky_desc *desc, neph_sky **out_sky) {
+  if (NP_LACKS_OUT(NP_CONTEXT_OF(atmosphere), out_sky, desc)) return NEPH_ERROR_INVALID_ARGUMENT;
   return np_sky_create_monitored(atmosphere, desc, NULL, out_sky);
 }
 
@@ -145,13 +146,13 @@ bool np_sky_move(neph_sky *sky, const neph_sky_desc *desc, char *out_reason, siz
   const double climb = fabs(frame.altitude_m - sky->built.altitude_m);
   const double radius = (double)sky->built_angular_radius;
   if (turn > get_turn_max(a))
-    (void)snprintf(out_reason, reason_size, "the sun stands %.3g degrees higher or lower", turn / NP_DEGREE);
+    np_print(out_reason, reason_size, "the sun stands %.3g degrees higher or lower", turn / NP_DEGREE);
   else if (climb > get_climb_max(a, above))
-    (void)snprintf(out_reason, reason_size, "the observer stands %.3g m higher or lower", climb);
+    np_print(out_reason, reason_size, "the observer stands %.3g m higher or lower", climb);
   else if (fabs(desc->sun_angular_radius_rad - radius) > a->desc.tolerance * radius)
-    (void)snprintf(out_reason, reason_size, "the sun's size changed");
+    np_print(out_reason, reason_size, "the sun's size changed");
   else if (!sky->view && frame.twilight > 0.0f)
-    (void)snprintf(out_reason, reason_size, "night ends");
+    np_print(out_reason, reason_size, "night ends");
   else
     return set_light(sky, desc), true;
   return false;
@@ -228,17 +229,21 @@ static np_vec3 read_direction(const double direction[3]) {
   return np_dvec3_to_float(np_dvec3_normalize(np_dvec3_make(direction[0], direction[1], direction[2])));
 }
 
+/* NULL takes none. */
 static void write_spectrum(np_spectrum s, double out[3]) {
-  for (int i = 0; i < 3; i++) out[i] = (double)s.band[i];
+  for (int i = 0; out && i < 3; i++) out[i] = (double)s.band[i];
 }
 
 void neph_sky_get_radiance(const neph_sky *sky, const double direction[3], double out_radiance_w_m2_sr_nm[3]) {
-  write_spectrum(np_sky_radiance(sky, read_direction(direction)), out_radiance_w_m2_sr_nm);
+  const bool is_given = sky && direction;
+  write_spectrum(is_given ? np_sky_radiance(sky, read_direction(direction)) : np_spectrum_grey(0.0f),
+                 out_radiance_w_m2_sr_nm);
 }
 
 void neph_sky_get_aerial_perspective(const neph_sky *sky, const double direction[3], double distance_m,
                                      double out_transmittance[3], double out_inscatter_w_m2_sr_nm[3]) {
-  const np_aerial_perspective ap = np_sky_aerial_perspective(sky, read_direction(direction), distance_m);
+  np_aerial_perspective ap = {.transmittance = np_spectrum_grey(0.0f), .inscatter = np_spectrum_grey(0.0f)};
+  if (sky && direction) ap = np_sky_aerial_perspective(sky, read_direction(direction), distance_m);
   write_spectrum(ap.transmittance, out_transmittance);
   write_spectrum(ap.inscatter, out_inscatter_w_m2_sr_nm);
 }
@@ -268,6 +273,11 @@ static np_spectrum integrate_sky(const neph_sky *sky) {
 }
 
 void neph_sky_get_irradiance(const neph_sky *sky, double out_sun_w_m2_nm[3], double out_sky_w_m2_nm[3]) {
+  if (!sky) {
+    write_spectrum(np_spectrum_grey(0.0f), out_sun_w_m2_nm);
+    write_spectrum(np_spectrum_grey(0.0f), out_sky_w_m2_nm);
+    return;
+  }
   const np_spectrum transmittance =
       np_atmosphere_transmittance_to_sun(sky->atmosphere, sky->observer, sky->sun, sky->sun_angular_radius);
   const float cosine = np_maxf(sky->frame.sun_cosine, 0.0f);

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "caches/light_key.h"
 
-#include <stdio.h>
 #include <string.h>
 
 #include "core/alloc.h"
 #include "core/hash.h"
+#include "core/text.h"
 #include "core/units.h"
 #include "world/emission.h"
 
@@ -16,7 +16,7 @@ static const char clouds_changed[] = "the clouds changed";
 
 static void describe_turn(np_vec3 cached, np_vec3 wanted, char *out, size_t size) {
   const double turned = (double)np_vec3_length(np_vec3_subtract(cached, wanted));
-  (void)snprintf(out, size, "the light turned by %.3g degrees", turned / NP_DEGREE);
+  np_print(out, size, "the light turned by %.3g degrees", turned / NP_DEGREE);
 }
 
 static void add_bricks(np_hash *hash, const np_bricks *b) {
@@ -157,17 +157,16 @@ static void compare_light(const np_light_key *cached, const np_light_key *wanted
   const double solid_angle = 4.0 * NP_PI / np_ordinates_count(NP_DEGREE_MIN, false),
                all = sun_sum + solid_angle * around_sum;
   if (sun > limit * all)
-    (void)snprintf(reason, size, "sunlight on the clouds changed by %.3g %%", 100.0 * sun / all);
+    np_print(reason, size, "sunlight on the clouds changed by %.3g %%", 100.0 * sun / all);
   else if (solid_angle * around > limit * all)
-    (void)snprintf(reason, size, "sky and ground around the clouds changed by %.3g %%",
-                   100.0 * solid_angle * around / all);
+    np_print(reason, size, "sky and ground around the clouds changed by %.3g %%", 100.0 * solid_angle * around / all);
 }
 
 void np_light_key_compare(const np_light_key *cached, const np_light_key *wanted, bool is_exact, char *reason,
                           size_t size) {
   const double limit = is_exact ? 0.0 : tolerance;
   if (strcmp(cached->clouds, wanted->clouds) != 0)
-    (void)snprintf(reason, size, "%s", clouds_changed);
+    np_print(reason, size, "%s", clouds_changed);
   else if ((double)np_vec3_length(np_vec3_subtract(cached->to_sun, wanted->to_sun)) > limit)
     describe_turn(cached->to_sun, wanted->to_sun, reason, size);
   else
@@ -187,9 +186,9 @@ neph_result np_depth_key_make(neph_context *context, const np_world *world, cons
 void np_depth_key_compare(const np_depth_key *cached, const np_depth_key *wanted, char *reason, size_t size) {
   const np_sun_optical_depth_desc *a = &cached->desc, *b = &wanted->desc;
   if (strcmp(cached->clouds, wanted->clouds) != 0)
-    (void)snprintf(reason, size, "%s", clouds_changed);
+    np_print(reason, size, "%s", clouds_changed);
   else if (!np_vec3_is_equal(cached->to_sun, wanted->to_sun))
     describe_turn(cached->to_sun, wanted->to_sun, reason, size);
   else if (a->tolerance != b->tolerance || a->rate != b->rate || a->bytes_max != b->bytes_max)
-    (void)snprintf(reason, size, "what they may err by changed");
+    np_print(reason, size, "what they may err by changed");
 }

@@ -5,6 +5,7 @@
 
 #include "check/findings.h"
 #include "core/alloc.h"
+#include "core/given.h"
 #include "core/json.h"
 
 static const char *const severities[] = {"note", "warning", "error"};
@@ -87,6 +88,7 @@ static neph_result describe_json(const neph_check *check, char **out_text) {
 }
 
 neph_result neph_check_describe(const neph_check *check, neph_text_format format, char **out_text) {
+  if (NP_LACKS_OUT(NP_CONTEXT_OF(check), out_text)) return NEPH_ERROR_INVALID_ARGUMENT;
   *out_text = NULL;
   return format == NEPH_TEXT_JSON ? describe_json(check, out_text) : describe_plain(check, out_text);
 }

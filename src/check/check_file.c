@@ -13,6 +13,7 @@
 #include "check/check_volume.h"
 #include "core/file.h"
 #include "core/frame_name.h"
+#include "core/given.h"
 #include "image/image_private.h"
 #include "mesh/camera_file.h"
 
@@ -128,9 +129,10 @@ static size_t search_kind(const char *path) {
   return kind;
 }
 
-bool neph_check_is_file(const char *path) { return search_kind(path) < KIND_COUNT; }
+bool neph_check_is_file(const char *path) { return path && search_kind(path) < KIND_COUNT; }
 
 neph_result neph_check_file(neph_check *check, const char *path) {
+  if (NP_LACKS(NP_CONTEXT_OF(check), path)) return NEPH_ERROR_INVALID_ARGUMENT;
   const size_t kind = search_kind(path);
   if (kind == KIND_COUNT)
     return np_fail(check->context, NEPH_ERROR_INVALID_ARGUMENT, "%s is of no kind known by its name", path);

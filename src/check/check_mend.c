@@ -4,6 +4,7 @@
 
 #include "core/alloc.h"
 #include "core/frame_name.h"
+#include "core/given.h"
 #include "volume/volume_facts.h"
 
 /* Each file of a sequence, to the same number of another. */
@@ -32,10 +33,11 @@ static neph_result mend_sequence(neph_context *context, const char *pattern, con
 }
 
 neph_result neph_check_mend_file(neph_context *context, const char *path, const char *out_path, char **out_text) {
+  if (out_text) *out_text = NULL;
+  if (NP_LACKS(context, path, out_path)) return NEPH_ERROR_INVALID_ARGUMENT;
   char *text = NULL;
   const bool is_sequence = np_frame_name_is_pattern(path);
   neph_result result = NEPH_OK;
-  if (out_text) *out_text = NULL;
   if (is_sequence != np_frame_name_is_pattern(out_path))
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "%s: a mended copy of %s must be %s", out_path, path,
                    is_sequence ? "a sequence as well, with #### in its name" : "one file, without a number's place");

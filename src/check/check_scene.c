@@ -12,6 +12,7 @@
 #include "core/alloc.h"
 #include "core/file.h"
 #include "core/frame_name.h"
+#include "core/given.h"
 #include "core/path_map.h"
 #include "render/georeference.h"
 #include "render/plan.h"
@@ -280,6 +281,7 @@ neph_result np_check_scene_file(neph_check *check, const char *path) {
 }
 
 neph_result neph_check_scene(neph_check *check, neph_scene *scene, int frame) {
+  if (NP_LACKS(NP_CONTEXT_OF(check), scene)) return NEPH_ERROR_INVALID_ARGUMENT;
   if (scene->context != check->context)
     return np_fail(check->context, NEPH_ERROR_INVALID_ARGUMENT,
                    "the scene belongs to another context than the check: make it in the check's");

@@ -5,13 +5,15 @@
 #include <string.h>
 
 #include "core/alloc.h"
+#include "core/given.h"
+#include "core/text.h"
 
 /* ---- Findings ---- */
 
 bool np_draft_set(np_finding_draft *draft, const char *format, ...) {
   va_list arguments;
   va_start(arguments, format);
-  vsnprintf(draft->cause, sizeof draft->cause, format, arguments);
+  np_print_list(draft->cause, sizeof draft->cause, format, arguments);
   va_end(arguments);
   return true;
 }
@@ -19,7 +21,7 @@ bool np_draft_set(np_finding_draft *draft, const char *format, ...) {
 void np_draft_set_place(np_finding_draft *draft, const char *format, ...) {
   va_list arguments;
   va_start(arguments, format);
-  vsnprintf(draft->place, sizeof draft->place, format, arguments);
+  np_print_list(draft->place, sizeof draft->place, format, arguments);
   va_end(arguments);
 }
 
@@ -51,28 +53,41 @@ static np_finding *search_same(neph_check *check, const np_finding *wanted) {
   return NULL;
 }
 
-/* A rule says more than a message. */
-static void list(neph_check *check, const np_finding *finding) {
+/* A rule says more than a message. Returns the cause that the list does not keep, or NULL. */
+static char *list(neph_check *check, const np_finding *finding) {
   np_finding *same = search_same(check, finding);
   if (same && is_message(same) && !is_message(finding)) {
+    char *replaced = same->cause;
     check->counts[same->severity]--;
     check->counts[finding->severity]++;
     *same = *finding;
-    return;
+    return replaced;
   }
   if (same) {
     same->frame_count += same->sequence && same->last_file != finding->file;
     same->last_file = finding->file;
-    return;
+    return finding->cause;
   }
   check->counts[finding->severity]++;
-  if (check->listed < NP_FINDINGS_MAX) check->findings[check->listed++] = *finding;
+  if (check->listed == NP_FINDINGS_MAX) return finding->cause;
+  check->findings[check->listed++] = *finding;
+  return NULL;
 }
 
+/* Takes the finding's cause over; without memory for one there is nothing to list. */
 static void add(neph_check *check, const np_finding *finding) {
+  if (!finding->cause) return;
   while (atomic_flag_test_and_set_explicit(&check->is_listing, memory_order_acquire)) {}
-  list(check, finding);
+  char *left = list(check, finding);
   atomic_flag_clear_explicit(&check->is_listing, memory_order_release);
+  np_alloc_free(check->context, left);
+}
+
+/* Without memory a message would come back to this list. */
+static char *copy_cause(const neph_check *check, const char *cause) {
+  const size_t size = strlen(cause) + 1;
+  char *copy = np_alloc_quietly(check->context, size, 1);
+  return copy ? memcpy(copy, cause, size) : NULL;
 }
 
 static np_finding start_finding(const neph_check *check, const np_rule *rule) {
@@ -83,14 +98,14 @@ static np_finding start_finding(const neph_check *check, const np_rule *rule) {
                         .remedy = rule->remedy,
                         .sequence = check->sequence,
                         .frame_count = check->sequence > 0};
-  if (check->grid) snprintf(finding.grid, sizeof finding.grid, "%s", check->grid);
+  if (check->grid) np_print_short(finding.grid, sizeof finding.grid, check->grid);
   return finding;
 }
 
 void np_check_add(neph_check *check, const np_rule *rule, const np_finding_draft *draft) {
   np_finding finding = start_finding(check, rule);
   memcpy(finding.place, draft->place, sizeof finding.place);
-  memcpy(finding.cause, draft->cause, sizeof finding.cause);
+  finding.cause = copy_cause(check, draft->cause);
   add(check, &finding);
 }
 
@@ -103,7 +118,7 @@ static const char *split_place(const char *file, const char *message, char *out_
   unsigned line, column;
   int end = 0;
   if (sscanf(message + length, ":%u:%u:%n", &line, &column, &end) == 2 && end > 0)
-    snprintf(out_place, size, "%u:%u", line, column);
+    np_print(out_place, size, "%u:%u", line, column);
   else
     end = 1;
   message += length + (size_t)end;
@@ -129,7 +144,7 @@ static void take_message(void *user, neph_log_level level, const char *message) 
   if (is_count(message) || (check->are_warnings_muted && level == NEPH_LOG_WARNING)) return;
   np_finding finding = start_finding(check, &complaints[level]);
   const char *cause = split_place(check->file, message, finding.place, sizeof finding.place);
-  snprintf(finding.cause, sizeof finding.cause, "%s", cause);
+  finding.cause = copy_cause(check, cause);
   add(check, &finding);
 }
 
@@ -152,6 +167,7 @@ static void give_log_back(const neph_check *check) {
 /* ---- The check ---- */
 
 neph_result neph_check_create(neph_context *context, neph_check **out_check) {
+  if (NP_LACKS_OUT(context, out_check)) return NEPH_ERROR_INVALID_ARGUMENT;
   *out_check = NULL;
   neph_check *check = np_alloc(context, 1, sizeof *check);
   if (!check) return NEPH_ERROR_OUT_OF_MEMORY;
@@ -174,17 +190,20 @@ void neph_check_destroy(neph_check *check) {
   give_log_back(check);
   for (size_t i = 0; i < check->file_count; i++) np_alloc_free(context, check->files[i]);
   np_alloc_free(context, check->files);
+  for (size_t i = 0; i < check->listed; i++) np_alloc_free(context, check->findings[i].cause);
   np_alloc_free(context, check->findings);
   np_alloc_free(context, check);
   np_context_release(context);
 }
 
 void neph_check_set_progress(neph_check *check, neph_progress_fn progress, void *user) {
+  if (!check) return;
   check->progress = progress;
   check->progress_user = user;
 }
 
 neph_result neph_check_set_file(neph_check *check, const char *path) {
+  if (!check) return NEPH_ERROR_INVALID_ARGUMENT;
   check->file = check->grid = NULL;
   if (!path) return NEPH_OK;
   if (check->file_count == check->file_capacity) {
@@ -211,12 +230,13 @@ void np_check_start_monitor(const neph_check *check, np_monitor *monitor) {
 }
 
 size_t neph_check_count(const neph_check *check, neph_severity severity) {
-  return (unsigned)severity <= NEPH_SEVERITY_ERROR ? check->counts[severity] : 0;
+  return check && (unsigned)severity <= NEPH_SEVERITY_ERROR ? check->counts[severity] : 0;
 }
 
-size_t neph_check_get_finding_count(const neph_check *check) { return check->listed; }
+size_t neph_check_get_finding_count(const neph_check *check) { return check ? check->listed : 0; }
 
 neph_result neph_check_get_finding(const neph_check *check, size_t index, neph_finding *out_finding) {
+  if (NP_LACKS(NP_CONTEXT_OF(check), out_finding)) return NEPH_ERROR_INVALID_ARGUMENT;
   if (index >= check->listed)
     return np_fail(check->context, NEPH_ERROR_INVALID_ARGUMENT, "neph_check_get_finding: index %zu, must be below %zu",
                    index, check->listed);

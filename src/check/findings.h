@@ -15,7 +15,8 @@ typedef struct np_finding {
   neph_severity severity;
   const char *rule;             /* of a table */
   const char *file, *last_file; /* of the check's list: where it was met first, and last */
-  char grid[64], place[160], cause[700];
+  char grid[64], place[160];
+  char *cause;          /* owned by the list */
   const char *remedy;   /* of a table, or NULL */
   unsigned frame_count; /* 0: not of a sequence */
   unsigned sequence;    /* number of the sequence, from 1; 0: none */

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Bakes as files: what they were baked from goes with them, so that anyone can bake them again and compare. */
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -8,6 +7,8 @@
 #include "cloud/repeat.h"
 #include "core/alloc.h"
 #include "core/file.h"
+#include "core/given.h"
+#include "core/text.h"
 #include "volume/volume_file.h"
 #include "volume/volume_levels.h"
 
@@ -64,7 +65,7 @@ static neph_result save(const np_bake *bake, const bake_grids *grids, const char
   char *params, seed[24];
   neph_result result = np_cloud_desc_to_json(bake->context, &cloud, desc, &params);
   if (result) return result;
-  snprintf(seed, sizeof seed, "%llu", (unsigned long long)bake->model.desc.seed);
+  np_print(seed, sizeof seed, "%llu", (unsigned long long)bake->model.desc.seed);
   const np_vdb_attribute of_density[DENSITY_ATTRIBUTES + LEVEL_ATTRIBUTES] = {
       {.name = "nephos:params", .text = params},
       {.name = "nephos:seed", .text = seed},
@@ -136,6 +137,7 @@ static neph_result make_measured_files(np_bake *bake, const char *name, const ch
 
 neph_result neph_cloud_bake_file(neph_context *context, const neph_cloud_desc *cloud, const neph_bake_desc *desc,
                                  const char *name, const char *path) {
+  if (NP_LACKS(context, path)) return NEPH_ERROR_INVALID_ARGUMENT;
   np_bake bake;
   np_monitor monitor;
   const np_vdb_module *module; /* before the work that it would write */
@@ -262,7 +264,7 @@ static neph_result read_layout(const np_volume_file *file, char name[256], neph_
   desc->level_count = (unsigned)(count - desc->has_velocity);
   file->module->describe(file->vdb, 0, &info);
   desc->file_precision = info.is_half_on_disk ? NEPH_PRECISION_HALF : NEPH_PRECISION_FLOAT;
-  snprintf(name, 256, "%s", info.name);
+  np_print(name, 256, "%s", info.name);
   if (desc->level_count >= 1 && desc->level_count <= NEPH_BAKE_LEVELS_MAX) return NEPH_OK;
   return np_fail(file->context, NEPH_ERROR_BAD_FILE, "%s: holds %zu grids, must be a baked cloud of at most %d",
                  file->path, count, (int)NEPH_BAKE_LEVELS_MAX + 1);
@@ -313,6 +315,7 @@ static neph_result verify(const np_volume_file *file, bake_record *record, neph_
 
 neph_result neph_cloud_verify_file(neph_context *context, const char *path, neph_progress_fn progress,
                                    void *progress_user, bool *out_is_same) {
+  if (NP_LACKS(context, path, out_is_same)) return NEPH_ERROR_INVALID_ARGUMENT;
   np_volume_file file;
   np_monitor monitor;
   bake_record record = {.context = context};

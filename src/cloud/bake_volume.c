@@ -2,6 +2,7 @@
 /* Clouds in memory: what may be asked of a bake, volumes, and the model itself without a grid. */
 #include "cloud/bake_private.h"
 #include "cloud/repeat.h"
+#include "core/given.h"
 #include "volume/volume_private.h"
 
 static neph_result check_region(neph_context *context, const neph_bake_desc *desc) {
@@ -56,6 +57,7 @@ neph_result np_cloud_bake_desc_read(neph_context *context, const neph_bake_desc 
 
 neph_result neph_cloud_bake(neph_context *context, const neph_cloud_desc *cloud, const neph_bake_desc *desc,
                             neph_volume **out_volume) {
+  if (NP_LACKS_OUT(context, out_volume)) return NEPH_ERROR_INVALID_ARGUMENT;
   np_bake bake;
   np_monitor monitor;
   *out_volume = NULL;
@@ -100,6 +102,7 @@ static neph_result eval_blocks(void *user, size_t begin, size_t end, unsigned th
 
 neph_result neph_cloud_eval(neph_context *context, const neph_cloud_desc *cloud, double planet_radius_m, size_t count,
                             const double *positions_m, float *out_extinction_per_m) {
+  if (NP_LACKS(context, positions_m, out_extinction_per_m)) return NEPH_ERROR_INVALID_ARGUMENT;
   np_bake bake = {.context = context};
   np_monitor monitor;
   neph_cloud_desc checked;

@@ -8,6 +8,7 @@
 #include "cloud/shape.h"
 #include "core/alloc.h"
 #include "core/json.h"
+#include "core/text.h"
 
 typedef enum range_kind { INCLUSIVE, ABOVE_LOW } range_kind;
 
@@ -80,7 +81,7 @@ static neph_result check_field(neph_context *context, const neph_cloud_desc *des
   for (int i = 0; i < field->count; i++) {
     if (is_inside(field, values[i])) continue;
     char index[16] = "";
-    if (field->count > 1) snprintf(index, sizeof index, "[%d]", i);
+    if (field->count > 1) np_print(index, sizeof index, "[%d]", i);
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "%s.%s%s is %g%s, must be in %c%g, %g]%s",
                    np_cloud_desc_name(desc), field->key, index, values[i], field->unit,
                    field->kind == ABOVE_LOW ? '(' : '[', field->low, field->high, field->unit);
@@ -154,7 +155,7 @@ neph_result np_cloud_desc_read(neph_context *context, const neph_cloud_desc *des
 }
 
 static void name_channel(neph_cloud_map_quantity quantity, char *out, size_t size) {
-  snprintf(out, size, "map_channel_%s", np_cloud_map_quantity_get_name(quantity));
+  np_print(out, size, "map_channel_%s", np_cloud_map_quantity_get_name(quantity));
 }
 
 /* A picture counts by what is in it; its name is kept to find it again. */
@@ -193,7 +194,7 @@ neph_result np_cloud_desc_to_json(neph_context *context, const neph_cloud_desc *
   np_json *json = np_json_create(context);
   if (!json) return NEPH_ERROR_OUT_OF_MEMORY;
   char seed[24];
-  snprintf(seed, sizeof seed, "%llu", (unsigned long long)desc->seed);
+  np_print(seed, sizeof seed, "%llu", (unsigned long long)desc->seed);
   np_json_put_text(json, "seed", seed); /* as text: JSON's numbers lose the last bits of 64 */
   np_json_put_text(json, "model", models[desc->model]);
   np_json_put_text(json, "cells_kind", cells_kinds[desc->cells_kind]);

@@ -9,6 +9,7 @@
 
 #include "cloud/balls.h"
 #include "core/parallel.h"
+#include "core/text.h"
 #include "noise/noise.h"
 #include "volume/sparse_grid.h"
 
@@ -79,7 +80,7 @@ void np_cloud_desc_clear(neph_context *context, neph_cloud_desc *desc);
 bool np_cloud_has_preset(const char *name);
 
 /* Their names, parted by ", ". */
-void np_cloud_list_presets(char *out, size_t size);
+void np_cloud_list_presets(np_text *out);
 
 /* ---- A picture as weather map: weather_picture.c ---- */
 

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The ground below a field: a caller's heights in texels of the weather map, and clouds that they raise or draw. */
 #include <math.h>
-#include <stdio.h>
 
 #include "cloud/cloud_kinds.h"
 #include "core/alloc.h"
 #include "core/hash.h"
 #include "core/math.h"
+#include "core/text.h"
 
 static const float cover_height = 1.6f; /* of the landscape between low ground and high, at a cover of 1 */
 static const float lift_max = 0.9f;     /* of the thickness */
@@ -97,7 +97,7 @@ void np_ground_map_lift(const neph_cloud_desc *desc, np_weather_map *map) {
 
 neph_result np_ground_map_identify(neph_context *context, const neph_cloud_desc *desc, char out_id[33]) {
   if (desc->ground_id) {
-    snprintf(out_id, 33, "%s", desc->ground_id);
+    np_print(out_id, 33, "%s", desc->ground_id);
     return NEPH_OK;
   }
   np_hash *hash = np_hash_create(context);

@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Named clouds: a row each. Extinction is of the order that 1.5·LWC/r_eff gives for the water of each kind; it, lengths
  * and shapes were chosen by judgement, from rendered pictures. */
-#include <stdio.h>
 #include <string.h>
 
 #include "cloud/cloud_private.h"
+#include "core/given.h"
+#include "core/text.h"
 
 typedef struct preset {
   const char *name;
@@ -88,11 +89,8 @@ static const preset presets[] = {
 
 enum { PRESET_COUNT = sizeof presets / sizeof *presets };
 
-void np_cloud_list_presets(char *out, size_t size) {
-  size_t length = 0;
-  out[0] = '\0';
-  for (int i = 0; i < PRESET_COUNT && length < size; i++)
-    length += (size_t)snprintf(out + length, size - length, "%s%s", i ? ", " : "", presets[i].name);
+void np_cloud_list_presets(np_text *out) {
+  for (int i = 0; i < PRESET_COUNT; i++) np_text_add(out, "%s%s", i ? ", " : "", presets[i].name);
 }
 
 static const preset *search_preset(const char *name) {
@@ -104,12 +102,15 @@ static const preset *search_preset(const char *name) {
 bool np_cloud_has_preset(const char *name) { return search_preset(name) != NULL; }
 
 neph_result neph_cloud_get_preset(neph_context *context, const char *name, neph_cloud_desc *out_desc) {
+  if (NP_LACKS(context, name, out_desc)) return NEPH_ERROR_INVALID_ARGUMENT;
   static const neph_cloud_desc defaults = NEPH_CLOUD_DESC_DEFAULT;
   const preset *found = search_preset(name);
   if (!found) {
-    char list[512];
-    np_cloud_list_presets(list, sizeof list);
-    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "cloud: preset is \"%s\", must be one of %s", name, list);
+    np_text list = {.context = context};
+    np_cloud_list_presets(&list);
+    if (list.has_failed) return np_text_end(&list, NEPH_OK);
+    return np_text_end(&list, np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
+                                      "cloud: preset is \"%s\", must be one of %s", name, np_text_get(&list)));
   }
   neph_cloud_desc desc = found->desc;
   desc.struct_size = sizeof desc;

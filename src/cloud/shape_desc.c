@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 #include "cloud/shape.h"
 #include "core/alloc.h"
 #include "core/json.h"
+#include "core/text.h"
 
 /* ---- Checks ---- */
 
@@ -85,9 +85,9 @@ neph_result np_shape_check(neph_context *context, const neph_cloud_desc *desc) {
 
 static void put_points(np_json *json, const char *key, const neph_cloud_points *points) {
   char name[32];
-  snprintf(name, sizeof name, "shape_%s_count", key);
+  np_print(name, sizeof name, "shape_%s_count", key);
   np_json_put_integer(json, name, (int64_t)points->count);
-  snprintf(name, sizeof name, "shape_%s_m", key);
+  np_print(name, sizeof name, "shape_%s_m", key);
   np_json_put_reals(json, name, points->count ? &points->points->x_m : NULL, 4 * points->count);
 }
 
@@ -105,7 +105,7 @@ static neph_result put_file(neph_context *context, np_json *json, const char *ke
   neph_result result = np_cloud_map_hash(context, file, hash);
   if (result) return result;
   np_json_put_text(json, key, file);
-  snprintf(name, sizeof name, "%s_hash", key);
+  np_print(name, sizeof name, "%s_hash", key);
   np_json_put_text(json, name, hash);
   return NEPH_OK;
 }
@@ -140,11 +140,11 @@ static bool read_count(const np_json_value *json, const char *key, size_t *out_c
 static bool read_points(neph_context *context, const np_json_value *json, const char *key, neph_cloud_points *points) {
   char name[32];
   size_t count = 0;
-  snprintf(name, sizeof name, "shape_%s_count", key);
+  np_print(name, sizeof name, "shape_%s_count", key);
   if (!read_count(json, name, &count)) return false;
   neph_cloud_point *values = np_alloc(context, count + 1, sizeof *values);
   points->points = values;
-  snprintf(name, sizeof name, "shape_%s_m", key);
+  np_print(name, sizeof name, "shape_%s_m", key);
   if (!values || !np_json_get_reals(json, name, &values->x_m, 4 * count)) return false;
   points->count = count;
   return true;

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* A picture as weather map: a channel for each quantity, sampled in metres. */
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 #include <strings.h>
 
@@ -12,6 +11,7 @@
 #include "core/file.h"
 #include "core/hash.h"
 #include "core/math.h"
+#include "core/text.h"
 
 static const char *const quantity_names[NEPH_CLOUD_MAP_QUANTITY_COUNT] = {[NEPH_CLOUD_MAP_COVERAGE] = "coverage",
                                                                           [NEPH_CLOUD_MAP_TYPE] = "type",
@@ -23,11 +23,9 @@ static const char *const quantity_names[NEPH_CLOUD_MAP_QUANTITY_COUNT] = {[NEPH_
 
 const char *np_cloud_map_quantity_get_name(neph_cloud_map_quantity quantity) { return quantity_names[quantity]; }
 
-static void list_channels(const neph_image *image, char *out, size_t size) {
-  size_t length = 0;
-  for (unsigned i = 0; i < neph_image_get_channel_count(image) && length < size; i++)
-    length +=
-        (size_t)snprintf(out + length, size - length, "%s%s", i ? ", " : "", neph_image_get_channel_name(image, i));
+static void list_channels(const neph_image *image, np_text *out) {
+  for (unsigned i = 0; i < neph_image_get_channel_count(image); i++)
+    np_text_add(out, "%s%s", i ? ", " : "", neph_image_get_channel_name(image, i));
 }
 
 /* Values that are no share of anything are named with their place, counted from the top left. */
@@ -47,10 +45,12 @@ static neph_result choose_channel(neph_context *context, const char *file, const
                                   const char *quantity, neph_image *image, const float **out_values) {
   *out_values = neph_image_get_channel(image, channel);
   if (*out_values) return check_values(context, file, channel, *out_values, image, purpose);
-  char list[512] = "";
-  list_channels(image, list, sizeof list);
-  return np_fail(context, NEPH_ERROR_BAD_FILE, "%s: has no channel %s for the %s's %s, must be one of %s", file,
-                 channel, purpose, quantity, list);
+  np_text list = {.context = context};
+  list_channels(image, &list);
+  if (list.has_failed) return np_text_end(&list, NEPH_OK);
+  return np_text_end(&list,
+                     np_fail(context, NEPH_ERROR_BAD_FILE, "%s: has no channel %s for the %s's %s, must be one of %s",
+                             file, channel, purpose, quantity, np_text_get(&list)));
 }
 
 static bool has_channels(const neph_cloud_desc *desc) {
@@ -100,12 +100,16 @@ static neph_result choose_coverage(neph_context *context, const neph_cloud_desc 
   if (channel)
     return choose_channel(context, desc->map_file, channel, "weather map", quantity_names[NEPH_CLOUD_MAP_COVERAGE],
                           picture->image, &picture->values[NEPH_CLOUD_MAP_COVERAGE]);
-  char list[512] = "";
-  list_channels(picture->image, list, sizeof list);
-  return np_fail(context, NEPH_ERROR_BAD_FILE,
-                 "%s: %s.map names no channel of %s, must name one for coverage, type, base, thickness, precipitation "
-                 "or age: {image: FILE, coverage: %s}; a picture of one channel needs none",
-                 desc->map_file, np_cloud_desc_name(desc), list, neph_image_get_channel_name(picture->image, 0));
+  np_text list = {.context = context};
+  list_channels(picture->image, &list);
+  if (list.has_failed) return np_text_end(&list, NEPH_OK);
+  return np_text_end(
+      &list,
+      np_fail(context, NEPH_ERROR_BAD_FILE,
+              "%s: %s.map names no channel of %s, must name one for coverage, type, base, thickness, precipitation "
+              "or age: {image: FILE, coverage: %s}; a picture of one channel needs none",
+              desc->map_file, np_cloud_desc_name(desc), np_text_get(&list),
+              neph_image_get_channel_name(picture->image, 0)));
 }
 
 static neph_result choose_channels(neph_context *context, const neph_cloud_desc *desc, np_weather_picture *picture) {

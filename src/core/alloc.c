@@ -71,16 +71,19 @@ static void fail_out_of_memory(neph_context *context, size_t count, size_t size)
   (void)np_fail(context, NEPH_ERROR_OUT_OF_MEMORY, "out of memory: no room for %zu elements of %zu bytes", count, size);
 }
 
-void *np_alloc(neph_context *context, size_t count, size_t size) {
+void *np_alloc_quietly(neph_context *context, size_t count, size_t size) {
   size_t block_bytes, raw_bytes = compute_raw_bytes(count, size, &block_bytes);
   void *raw = raw_bytes ? allocate_raw(context, raw_bytes) : NULL;
-  if (!raw) {
-    fail_out_of_memory(context, count, size);
-    return NULL;
-  }
+  if (!raw) return NULL;
   void *block = align_block(raw);
   *get_header(block) = (block_header){raw, raw_bytes, block_bytes};
   count_bytes(context, raw_bytes, 0);
+  return block;
+}
+
+void *np_alloc(neph_context *context, size_t count, size_t size) {
+  void *block = np_alloc_quietly(context, count, size);
+  if (!block) fail_out_of_memory(context, count, size);
   return block;
 }
 
@@ -132,14 +135,20 @@ char *np_alloc_text(neph_context *context, const char *text) {
   return copy;
 }
 
-char *np_alloc_printf(neph_context *context, const char *format, ...) {
-  va_list arguments, again;
-  va_start(arguments, format);
+char *np_alloc_printf_list(neph_context *context, const char *format, va_list arguments) {
+  va_list again;
   va_copy(again, arguments);
-  int length = vsnprintf(NULL, 0, format, arguments);
+  const int length = vsnprintf(NULL, 0, format, arguments);
   char *text = length >= 0 ? np_alloc(context, (size_t)length + 1, 1) : NULL;
-  if (text) vsnprintf(text, (size_t)length + 1, format, again);
+  if (text && vsnprintf(text, (size_t)length + 1, format, again) != length) *text = '\0';
   va_end(again);
+  return text;
+}
+
+char *np_alloc_printf(neph_context *context, const char *format, ...) {
+  va_list arguments;
+  va_start(arguments, format);
+  char *text = np_alloc_printf_list(context, format, arguments);
   va_end(arguments);
   return text;
 }

@@ -9,6 +9,9 @@
  * A count of 0 gives a valid block. */
 void *np_alloc(neph_context *context, size_t count, size_t size);
 
+/* The same without a message. */
+void *np_alloc_quietly(neph_context *context, size_t count, size_t size);
+
 /* Changes the element count of a block, keeping what fits; new elements are zero. On failure NULL, `block` stays. */
 void *np_alloc_resize(neph_context *context, void *block, size_t count, size_t size);
 
@@ -24,5 +27,7 @@ char *np_alloc_text(neph_context *context, const char *text);
 
 /* A text printed into new memory, or NULL. */
 char *np_alloc_printf(neph_context *context, const char *format, ...) __attribute__((format(printf, 2, 3)));
+char *np_alloc_printf_list(neph_context *context, const char *format, va_list arguments)
+    __attribute__((format(printf, 2, 0)));
 
 #endif

@@ -13,6 +13,7 @@
 #include "core/alloc.h"
 #include "core/folder.h"
 #include "core/random.h"
+#include "core/text.h"
 
 static const char folder_name[] = "nephos-cache", tag_name[] = "CACHEDIR.TAG";
 
@@ -239,7 +240,7 @@ static void list_file(neph_context *context, const np_disk_cache *cache, const c
   *list = longer;
   listed *added = &longer[(*count)++];
   *added = (listed){.size = (uint64_t)status.st_size, .used_s = get_seconds(&status.st_mtim)};
-  (void)snprintf(added->name, sizeof added->name, "%s", name);
+  np_print(added->name, sizeof added->name, "%s", name);
 }
 
 /* Others may remove the same files meanwhile: it does not matter who does. */

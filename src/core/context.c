@@ -5,6 +5,7 @@
 #include "core/context_private.h"
 #include "core/disk_cache.h"
 #include "core/file.h"
+#include "core/given.h"
 #include "core/isa.h"
 #include "core/parallel.h"
 #include "core/path_map.h"
@@ -136,14 +137,20 @@ void neph_context_destroy(neph_context *context) {
   if (context) np_context_release(context);
 }
 
-unsigned neph_context_get_thread_count(const neph_context *context) { return context->thread_count; }
+unsigned neph_context_get_thread_count(const neph_context *context) { return context ? context->thread_count : 0; }
 
-neph_isa neph_context_get_isa(const neph_context *context) { return context->isa; }
+neph_isa neph_context_get_isa(const neph_context *context) { return context ? context->isa : NEPH_ISA_X86_64; }
 
-neph_result neph_target_check(neph_context *context, const char *path) { return np_file_check_target(context, path); }
+neph_result neph_target_check(neph_context *context, const char *path) {
+  if (NP_LACKS(context, path)) return NEPH_ERROR_INVALID_ARGUMENT;
+  return np_file_check_target(context, path);
+}
 
 neph_result neph_text_save(neph_context *context, const char *text, const char *path) {
+  if (NP_LACKS(context, text, path)) return NEPH_ERROR_INVALID_ARGUMENT;
   return np_file_write_all(context, path, text, strlen(text));
 }
 
-void neph_text_destroy(neph_context *context, char *text) { np_alloc_free(context, text); }
+void neph_text_destroy(neph_context *context, char *text) {
+  if (context) np_alloc_free(context, text);
+}

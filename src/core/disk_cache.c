@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include "core/alloc.h"
+#include "core/text.h"
 
 /* Raised with every change of what entries hold. */
 enum { FORMAT = 1 };
@@ -48,7 +49,7 @@ void np_cache_key_begin(neph_context *context, const char *kind, bool has_isa, n
 static void start_entry(neph_context *context, const np_disk_cache *cache, char *path, const char *key,
                         np_cache_entry *e) {
   *e = (np_cache_entry){.context = context, .cache = cache, .file = -1, .path = path};
-  (void)snprintf(e->key, sizeof e->key, "%.32s", key);
+  np_print(e->key, sizeof e->key, "%.32s", key);
 }
 
 static void close_entry(np_cache_entry *e) {

@@ -11,6 +11,7 @@
 
 #include "core/alloc.h"
 #include "core/file.h"
+#include "core/given.h"
 
 enum { LINKS_MAX = 40 }; /* as many as the kernel follows */
 
@@ -27,6 +28,7 @@ struct neph_files {
 };
 
 neph_result neph_files_create(neph_context *context, neph_files **out_files) {
+  if (NP_LACKS_OUT(context, out_files)) return NEPH_ERROR_INVALID_ARGUMENT;
   neph_files *files = *out_files = np_alloc(context, 1, sizeof *files);
   if (!files) return NEPH_ERROR_OUT_OF_MEMORY;
   files->context = context;
@@ -104,6 +106,7 @@ static bool grow(neph_files *files) {
 }
 
 neph_result neph_files_add(neph_files *files, neph_file_use use, const char *role, const char *path) {
+  if (!files) return NEPH_ERROR_INVALID_ARGUMENT;
   file_row row = {.use = use, .index = files->count};
   if (!path) return NEPH_OK;
   neph_result result = identify(files->context, path, &row.identity);
@@ -147,6 +150,7 @@ static const file_row *search_fault(file_row *const *run, size_t count, const fi
 
 /* The first file that was added is told, where several have faults. */
 neph_result neph_files_check(const neph_files *files) {
+  if (!files) return NEPH_ERROR_INVALID_ARGUMENT;
   const file_row *written = NULL, *other = NULL;
   file_row **sorted = np_alloc(files->context, files->count, sizeof *sorted);
   if (!sorted) return NEPH_ERROR_OUT_OF_MEMORY;

@@ -4,11 +4,11 @@
 #include <ctype.h>
 #include <dirent.h>
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "core/alloc.h"
+#include "core/text.h"
 
 /* ---- Patterns ---- */
 
@@ -76,7 +76,7 @@ enum { NUMBER_SIZE = 64, DECIMALS = 3 };
 
 /* "12.5", and "12" of 12.000. */
 static void print_decimals(double number, char out[NUMBER_SIZE]) {
-  (void)snprintf(out, NUMBER_SIZE, "%.*f", DECIMALS, number);
+  np_print(out, NUMBER_SIZE, "%.*f", DECIMALS, number);
   char *end = out + strlen(out);
   while (end[-1] == '0') end--;
   if (end[-1] == '.') end--;
@@ -87,7 +87,7 @@ static void print_number(const number_place *at, double number, char out[NUMBER_
   if (at->has_decimals)
     print_decimals(number, out);
   else
-    (void)snprintf(out, NUMBER_SIZE, "%0*lld", at->digits, (long long)floor(number));
+    np_print(out, NUMBER_SIZE, "%0*lld", at->digits, (long long)floor(number));
 }
 
 void np_frame_name_unescape(char *text) {

@@ -2,9 +2,11 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "core/alloc.h"
 #include "core/context_private.h"
 
-/* Room for two of the longest paths; what is longer ends in an ellipsis. Logging must work without memory. */
+/* Room for two of the longest paths. Logging must work without memory: a longer message needs some, and ends in "..."
+ * where there is none. */
 enum { MESSAGE_BYTES = 8704 };
 
 /* A message is one line of text, whatever the names in it hold that come from a file. */
@@ -16,11 +18,16 @@ static void replace_controls(char *message) {
 static void deliver(neph_context *context, neph_log_level level, const char *format, va_list arguments) {
   if (!context || !np_log_is_wanted(context, level)) return;
   char message[MESSAGE_BYTES];
-  int length = vsnprintf(message, sizeof message, format, arguments);
-  if (length < 0) return;
-  if ((size_t)length >= sizeof message) memcpy(message + sizeof message - 4, "...", 4);
-  replace_controls(message);
-  context->log(context->log_user, level, message);
+  va_list again;
+  va_copy(again, arguments);
+  const int length = vsnprintf(message, sizeof message, format, arguments);
+  char *longer = length < (int)sizeof message ? NULL : np_alloc_quietly(context, (size_t)length + 1, 1);
+  if (length >= (int)sizeof message && !(longer && vsnprintf(longer, (size_t)length + 1, format, again) == length))
+    memcpy(message + sizeof message - 4, "...", 4);
+  va_end(again);
+  replace_controls(longer ? longer : message);
+  if (length >= 0) context->log(context->log_user, level, longer ? longer : message);
+  np_alloc_free(context, longer);
 }
 
 void np_log_print(void *user, neph_log_level level, const char *message) {

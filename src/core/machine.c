@@ -11,6 +11,7 @@
 
 #include "core/context_private.h"
 #include "core/parallel.h"
+#include "core/text.h"
 
 /* ---- Control groups ---- */
 
@@ -23,7 +24,7 @@ static void read_group(char *group, size_t size) {
   while (fgets(line, sizeof line, file)) {
     if (strncmp(line, "0::/", 4)) continue;
     line[strcspn(line, "\n")] = '\0';
-    snprintf(group, size, "%s", line + 3);
+    np_print(group, size, "%s", line + 3);
   }
   fclose(file);
 }
@@ -34,7 +35,7 @@ static uint64_t read_quota(const char *name, uint64_t (*read)(const char *path))
   read_group(group, sizeof group);
   uint64_t least = UINT64_MAX;
   for (;;) {
-    snprintf(path, sizeof path, "/sys/fs/cgroup%s/%s", group, name);
+    np_print(path, sizeof path, "/sys/fs/cgroup%s/%s", group, name);
     const uint64_t quota = read(path);
     if (quota < least) least = quota;
     char *slash = strrchr(group, '/');
@@ -81,7 +82,7 @@ static void read_fact(const char *line, const char *key, char *out, size_t size)
   const size_t length = strlen(key);
   if (*out || !value || strncmp(line, key, length) || (line[length] != '\t' && line[length] != ' ')) return;
   value += 1 + strspn(value + 1, " ");
-  snprintf(out, size, "%.*s", (int)strcspn(value, "\n"), value);
+  np_print_short(out, size, value);
 }
 
 void np_cpu_name(char *out, size_t size) {
@@ -90,12 +91,13 @@ void np_cpu_name(char *out, size_t size) {
   FILE *file = fopen("/proc/cpuinfo", "r");
   if (!file) return;
   while (fgets(line, sizeof line, file) && !*step) {
+    line[strcspn(line, "\n")] = '\0';
     read_fact(line, "model name", name, sizeof name);
     read_fact(line, "model", model, sizeof model);
     read_fact(line, "stepping", step, sizeof step);
   }
   fclose(file);
-  if (*name) snprintf(out, size, "%s, model %s.%s", name, model, step);
+  if (*name) np_print(out, size, "%s, model %s.%s", name, model, step);
 }
 
 /* ---- Memory ---- */

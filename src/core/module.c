@@ -17,8 +17,7 @@
 
 #include "core/file.h"
 #include "core/parallel.h"
-
-enum { TRIED_BYTES = 2048 };
+#include "core/text.h"
 
 typedef struct search {
   const np_module_kind *kind;
@@ -26,17 +25,17 @@ typedef struct search {
   char program[PATH_MAX]; /* its path; empty until found */
   bool has_no_room;       /* for the module, which was found */
   bool is_over;
-  char tried[TRIED_BYTES]; /* what was tried and how it failed, for the message */
+  np_text *tried; /* paths and how each failed, for the message; NULL: there will be none */
 } search;
 
 static void note_failure(search *s, const char *path, const char *reason) {
-  size_t used = strlen(s->tried);
-  snprintf(s->tried + used, sizeof s->tried - used, "%s%s: %s", used ? "; " : "", path, reason);
+  if (s->tried) np_text_add(s->tried, "%s%s: %s", s->tried->length ? "; " : "", path, reason);
 }
 
 static neph_result fail(neph_context *context, const search *s) {
+  if (s->tried->has_failed) return NEPH_ERROR_OUT_OF_MEMORY;
   return np_fail(context, NEPH_ERROR_UNSUPPORTED, "cannot load %s, which %s: %s", s->kind->file, s->kind->purpose,
-                 s->tried);
+                 np_text_get(s->tried));
 }
 
 static uint64_t compute_need_bytes(const np_module_kind *kind) {
@@ -87,8 +86,12 @@ static bool try_program(search *s, const char *path) {
 
 static void try_folder(search *s, const char *folder, const char *below) {
   char path[PATH_MAX];
-  int length = snprintf(path, sizeof path, "%s%s/%s", folder, below, s->kind->file);
-  if (s->is_over || length <= 0 || (size_t)length >= sizeof path) return;
+  const int length = snprintf(path, sizeof path, "%s%s/%s", folder, below, s->kind->file);
+  if (s->is_over) return;
+  if (length <= 0 || (size_t)length >= sizeof path) {
+    note_failure(s, folder, "its name is too long");
+    return;
+  }
   if (np_file_exists(path))
     s->is_over = s->kind->function ? try_module(s, path) : try_program(s, path);
   else
@@ -107,8 +110,8 @@ static bool get_own_folder(char out_folder[PATH_MAX]) {
   return slash != NULL;
 }
 
-static search search_folders(const neph_context *context, const np_module_kind *kind) {
-  search s = {.kind = kind};
+static search search_folders(const neph_context *context, const np_module_kind *kind, np_text *tried) {
+  search s = {.kind = kind, .tried = tried};
   char folder[PATH_MAX];
   if (get_own_folder(folder)) {
     try_folder(&s, folder, "/nephos");
@@ -120,27 +123,29 @@ static search search_folders(const neph_context *context, const np_module_kind *
 }
 
 bool np_module_is_present(neph_context *context, const np_module_kind *kind) {
-  return search_folders(context, kind).table != NULL;
+  return search_folders(context, kind, NULL).table != NULL;
 }
 
 neph_result np_module_get(neph_context *context, const np_module_kind *kind, const void **out_table) {
-  const search s = search_folders(context, kind);
+  np_text tried = {.context = context};
+  const search s = search_folders(context, kind, &tried);
   *out_table = s.table;
+  if (s.table || s.has_no_room) (void)np_text_end(&tried, NEPH_OK);
   if (s.table) return NEPH_OK;
-  if (s.has_no_room)
-    return np_fail(context, NEPH_ERROR_OUT_OF_MEMORY,
-                   "out of memory: %s, which %s, needs %llu MB of address space, more than the process has left: raise "
-                   "its limit (ulimit -v)",
-                   kind->file, kind->purpose, (unsigned long long)(compute_need_bytes(kind) / 1000000));
-  return fail(context, &s);
+  if (!s.has_no_room) return np_text_end(&tried, fail(context, &s));
+  return np_fail(context, NEPH_ERROR_OUT_OF_MEMORY,
+                 "out of memory: %s, which %s, needs %llu MB of address space, more than the process has left: raise "
+                 "its limit (ulimit -v)",
+                 kind->file, kind->purpose, (unsigned long long)(compute_need_bytes(kind) / 1000000));
 }
 
 bool np_module_has_program(neph_context *context, const np_module_kind *kind) {
-  return search_folders(context, kind).program[0];
+  return search_folders(context, kind, NULL).program[0];
 }
 
 neph_result np_module_get_program(neph_context *context, const np_module_kind *kind, char out_path[PATH_MAX]) {
-  const search s = search_folders(context, kind);
+  np_text tried = {.context = context};
+  const search s = search_folders(context, kind, &tried);
   memcpy(out_path, s.program, sizeof s.program);
-  return s.program[0] ? NEPH_OK : fail(context, &s);
+  return np_text_end(&tried, s.program[0] ? NEPH_OK : fail(context, &s));
 }

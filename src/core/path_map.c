@@ -149,6 +149,7 @@ const char *np_path_map_get_time_zone_dir(const neph_context *context) {
 neph_result neph_context_set_names(neph_context *context, const neph_names_desc *desc) {
   const neph_names_desc defaults = NEPH_NAMES_DESC_DEFAULT;
   neph_names_desc wanted;
+  if (!context) return NEPH_ERROR_INVALID_ARGUMENT;
   neph_result result = np_desc_read(context, "neph_names_desc", &defaults, sizeof defaults, desc, &wanted);
   if (result) return result;
   if (!context->path_map) context->path_map = np_alloc(context, 1, sizeof *context->path_map);

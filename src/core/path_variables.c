@@ -4,7 +4,6 @@
 #include <string.h>
 
 #include "core/alloc.h"
-#include "core/format.h"
 #include "core/frame_name.h"
 
 struct np_path_variables {
@@ -61,7 +60,7 @@ static neph_result refuse(const expansion *e, const char *format, ...) __attribu
 static neph_result refuse(const expansion *e, const char *format, ...) {
   va_list arguments;
   va_start(arguments, format);
-  *e->out_problem = np_format(e->context, format, arguments);
+  *e->out_problem = np_alloc_printf_list(e->context, format, arguments);
   va_end(arguments);
   return *e->out_problem ? NEPH_ERROR_BAD_SCENE : NEPH_ERROR_OUT_OF_MEMORY;
 }

@@ -1,13 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
+#include "core/text.h"
 #include "core/time_text.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "core/alloc.h"
-#include "core/format.h"
 #include "core/calendar.h"
 #include "core/time_zone.h"
 
@@ -42,7 +41,7 @@ static neph_result refuse(const time_reader *r, const char *format, ...) __attri
 static neph_result refuse(const time_reader *r, const char *format, ...) {
   va_list arguments;
   va_start(arguments, format);
-  *r->out_problem = np_format(r->context, format, arguments);
+  *r->out_problem = np_alloc_printf_list(r->context, format, arguments);
   va_end(arguments);
   return *r->out_problem ? NEPH_ERROR_INVALID_ARGUMENT : NEPH_ERROR_OUT_OF_MEMORY;
 }
@@ -173,13 +172,13 @@ void np_time_format(double unix_s, char out[NP_TIME_TEXT_SIZE]) {
   const int64_t all_ms = llround(1e3 * unix_s), all_s = np_floor_divide(all_ms, 1000);
   const np_date date = np_date_of_day(np_floor_divide(all_s, NP_DAY_S));
   const int second = (int)(all_s - NP_DAY_S * np_floor_divide(all_s, NP_DAY_S)), ms = (int)(all_ms - 1000 * all_s);
-  (void)snprintf(out, NP_TIME_TEXT_SIZE, "%04d-%02d-%02dT%02d:%02d:%02d.%03dZ", (int)date.year, date.month, date.day,
+  np_print(out, NP_TIME_TEXT_SIZE, "%04d-%02d-%02dT%02d:%02d:%02d.%03dZ", (int)date.year, date.month, date.day,
                  second / 3600, second / 60 % 60, second % 60, ms);
 }
 
 void np_time_format_offset(int offset_s, char out[NP_TIME_TEXT_SIZE]) {
   const int size_s = abs(offset_s);
-  int length =
-      snprintf(out, NP_TIME_TEXT_SIZE, "%c%02d:%02d", offset_s < 0 ? '-' : '+', size_s / 3600, size_s / 60 % 60);
-  if (size_s % 60) (void)snprintf(out + length, (size_t)(NP_TIME_TEXT_SIZE - length), ":%02d", size_s % 60);
+  const size_t length =
+      np_print(out, NP_TIME_TEXT_SIZE, "%c%02d:%02d", offset_s < 0 ? '-' : '+', size_s / 3600, size_s / 60 % 60);
+  if (size_s % 60) np_print(out + length, NP_TIME_TEXT_SIZE - length, ":%02d", size_s % 60);
 }

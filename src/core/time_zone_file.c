@@ -2,15 +2,14 @@
 /* Names of time zones, and their files. */
 #include <ctype.h>
 #include <dirent.h>
-#include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
 
 #include "core/alloc.h"
 #include "core/edit_distance.h"
 #include "core/file.h"
-#include "core/format.h"
 #include "core/path_map.h"
+#include "core/text.h"
 #include "core/time_zone.h"
 
 enum { NAME_SIZE = 64, SHOWN = 60, DEPTH_MAX = 3 };
@@ -78,7 +77,7 @@ static void weigh_folder(zone_guess *g, neph_context *context, const char *folde
   DIR *list = path ? opendir(path) : NULL;
   for (struct dirent *entry; list && (entry = readdir(list));) {
     char name[2 * sizeof entry->d_name];
-    (void)snprintf(name, sizeof name, "%s%s%s", prefix, *prefix ? "/" : "", entry->d_name);
+    np_print(name, sizeof name, "%s%s%s", prefix, *prefix ? "/" : "", entry->d_name);
     weigh_entry(g, context, folder, name, depth);
   }
   if (list) closedir(list);
@@ -110,7 +109,7 @@ static neph_result refuse(const zone_request *q, const char *format, ...) __attr
 static neph_result refuse(const zone_request *q, const char *format, ...) {
   va_list arguments;
   va_start(arguments, format);
-  *q->out_problem = np_format(q->context, format, arguments);
+  *q->out_problem = np_alloc_printf_list(q->context, format, arguments);
   va_end(arguments);
   return *q->out_problem ? NEPH_ERROR_BAD_FILE : NEPH_ERROR_OUT_OF_MEMORY;
 }
@@ -134,9 +133,7 @@ static neph_result refuse_missing(const zone_request *q) {
 
 static neph_result refuse_name(const zone_request *q) {
   char shown[SHOWN + 1];
-  (void)snprintf(shown, sizeof shown, "%s", q->name);
-  for (char *c = shown; *c; c++)
-    if (iscntrl((unsigned char)*c)) *c = '?';
+  np_print_short(shown, sizeof shown, q->name);
   return refuse(q,
                 "\"%s\" at its end is no zone, must be Z, an offset such as +02:00, or the name of a time zone such as "
                 "America/New_York: letters, digits, _, + and - between slashes; nothing is UTC",

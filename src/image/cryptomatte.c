@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "image/cryptomatte.h"
 
-#include <stdio.h>
 #include <string.h>
 
 #include "core/alloc.h"
 #include "core/json.h"
+#include "core/text.h"
 
 const char np_cryptomatte_name[] = "CryptoObject";
 
@@ -44,15 +44,15 @@ float np_cryptomatte_get_id(const char *name) {
 }
 
 void np_cryptomatte_name_channel(unsigned channel, char *out, size_t size) {
-  (void)snprintf(out, size, "%s%02u.%c", np_cryptomatte_name, channel / 4, "RGBA"[channel % 4]);
+  np_print(out, size, "%s%02u.%c", np_cryptomatte_name, channel / 4, "RGBA"[channel % 4]);
 }
 
 /* ---- Header ---- */
 
 static neph_result set_attribute(neph_image *image, const char *name, const char *value) {
   char key[64], hash[9];
-  (void)snprintf(hash, sizeof hash, "%08x", np_murmur_hash(np_cryptomatte_name));
-  (void)snprintf(key, sizeof key, "cryptomatte/%.7s/%s", hash, name);
+  np_print(hash, sizeof hash, "%08x", np_murmur_hash(np_cryptomatte_name));
+  np_print(key, sizeof key, "cryptomatte/%.7s/%s", hash, name);
   return neph_image_set_attribute(image, key, value);
 }
 
@@ -76,7 +76,7 @@ static neph_result write_manifest(neph_image *image, const char *const *names, u
     uint32_t bits;
     char hex[9];
     memcpy(&bits, &id, sizeof bits);
-    (void)snprintf(hex, sizeof hex, "%08x", bits);
+    np_print(hex, sizeof hex, "%08x", bits);
     np_json_put_text(json, names[i], hex);
   }
   neph_result result = np_json_finish(json, &text);

@@ -29,4 +29,4 @@ void np_image_clear_deep(neph_image *image) {
   image->deep = NULL;
 }
 
-bool neph_image_has_deep(const neph_image *image) { return image->deep != NULL; }
+bool neph_image_has_deep(const neph_image *image) { return image && image->deep; }

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "core/alloc.h"
+#include "core/given.h"
 
 /* ---- Making and ending ---- */
 
@@ -69,6 +70,7 @@ neph_result np_image_create(neph_context *context, unsigned width, unsigned heig
 
 neph_result neph_image_create(neph_context *context, unsigned width, unsigned height, unsigned channel_count,
                               const char *const *channel_names, neph_image **out_image) {
+  if (NP_LACKS_OUT(context, out_image, channel_names)) return NEPH_ERROR_INVALID_ARGUMENT;
   return np_image_create(context, width, height, channel_count, channel_names, true, out_image);
 }
 
@@ -92,14 +94,14 @@ void neph_image_destroy(neph_image *image) {
 
 /* ---- Size and channels ---- */
 
-unsigned neph_image_get_width(const neph_image *image) { return image->width; }
+unsigned neph_image_get_width(const neph_image *image) { return image ? image->width : 0; }
 
-unsigned neph_image_get_height(const neph_image *image) { return image->height; }
+unsigned neph_image_get_height(const neph_image *image) { return image ? image->height : 0; }
 
-unsigned neph_image_get_channel_count(const neph_image *image) { return image->channel_count; }
+unsigned neph_image_get_channel_count(const neph_image *image) { return image ? image->channel_count : 0; }
 
 const char *neph_image_get_channel_name(const neph_image *image, unsigned index) {
-  return index < image->channel_count ? image->channels[index].name : NULL;
+  return image && index < image->channel_count ? image->channels[index].name : NULL;
 }
 
 /* channel_count when there is none of that name. */
@@ -110,11 +112,13 @@ static unsigned search_index(const neph_image *image, const char *name) {
 }
 
 float *neph_image_get_channel(neph_image *image, const char *name) {
+  if (!image || !name) return NULL;
   unsigned i = search_index(image, name);
   return i < image->channel_count ? image->channels[i].values : NULL;
 }
 
 const float *neph_image_get_values(const neph_image *image, const char *name) {
+  if (!image || !name) return NULL;
   unsigned i = search_index(image, name);
   return i < image->channel_count ? image->channels[i].values : NULL;
 }
@@ -153,7 +157,7 @@ const np_image_attribute *np_image_search_attribute(const neph_image *image, con
 }
 
 const char *neph_image_get_attribute(const neph_image *image, const char *name) {
-  const np_image_attribute *attribute = np_image_search_attribute(image, name);
+  const np_image_attribute *attribute = image && name ? np_image_search_attribute(image, name) : NULL;
   return attribute ? attribute->value : NULL;
 }
 
@@ -189,6 +193,7 @@ static neph_result set_attribute(neph_image *image, const char *name, char *valu
 }
 
 neph_result neph_image_set_attribute(neph_image *image, const char *name, const char *value) {
+  if (NP_LACKS(NP_CONTEXT_OF(image), name, value)) return NEPH_ERROR_INVALID_ARGUMENT;
   if (!*name || strlen(name) > NP_IMAGE_NAME_MAX)
     return np_fail(image->context, NEPH_ERROR_INVALID_ARGUMENT, "attribute name \"%s\" must have 1 to %d bytes", name,
                    NP_IMAGE_NAME_MAX);

@@ -2,10 +2,10 @@
 /* Difference of a picture from a reference: the measures that docs/accuracy.md speaks of. Sums run in double over
  * pixels in order, so that the figures repeat. */
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 #include "core/alloc.h"
+#include "core/given.h"
 #include "image/image_error.h"
 
 enum { BLOCK_PIXELS = 8 };
@@ -19,7 +19,9 @@ typedef struct comparison {
   unsigned width, height, channel_count;
   const char **names;
   const float **values, **reference;
-  const float **noise; /* standard errors of the reference; NULL where it states none */
+  const float **noise; /* standard errors of the reference; NULL where it has none */
+  bool has_channels;   /* of standard errors, all of them */
+  double noise_share;  /* of the reference's values, by its header, where it lacks one; NaN: unknown */
   double epsilon;
 } comparison;
 
@@ -40,12 +42,6 @@ static neph_result allocate_planes(comparison *pair, unsigned count) {
   return pair->names && pair->values && pair->reference && pair->noise ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
-static const float *get_noise(const neph_image *reference, const char *name) {
-  char channel[NP_IMAGE_NAME_MAX + 1];
-  const int length = snprintf(channel, sizeof channel, "standard_error.%s", name);
-  return length < (int)sizeof channel ? neph_image_get_values(reference, channel) : NULL;
-}
-
 static neph_result choose_planes(comparison *pair, const neph_image *image, const neph_image *reference) {
   neph_result result = allocate_planes(pair, reference->channel_count);
   unsigned *indices = result ? NULL : np_alloc(pair->context, reference->channel_count, sizeof *indices);
@@ -55,7 +51,7 @@ static neph_result choose_planes(comparison *pair, const neph_image *image, cons
     const np_image_channel *channel = &reference->channels[indices[c]];
     pair->names[c] = channel->name;
     pair->reference[c] = channel->values;
-    pair->noise[c] = get_noise(reference, channel->name);
+    pair->noise[c] = np_image_get_prefixed(reference, "standard_error.", channel->name);
     pair->values[c] = neph_image_get_values(image, channel->name);
     if (!pair->values[c])
       result = np_fail(pair->context, NEPH_ERROR_INVALID_ARGUMENT,
@@ -101,6 +97,14 @@ static double compute_epsilon(const comparison *pair) {
   return finite_count ? epsilon_of_mean * sum / (double)finite_count : 0;
 }
 
+/* Values have the noise in them too: E R² = L²(1 + n²). */
+static void choose_noise(comparison *pair, const neph_image *reference) {
+  const double noise = np_image_get_stated_noise(reference).value;
+  pair->has_channels = true;
+  for (unsigned c = 0; c < pair->channel_count; c++) pair->has_channels &= pair->noise[c] != NULL;
+  pair->noise_share = noise / sqrt(1.0 + noise * noise);
+}
+
 static neph_result begin_comparison(neph_context *context, const neph_image *image, const neph_image *reference,
                                     comparison *out) {
   *out = (comparison){.context = context, .width = reference->width, .height = reference->height};
@@ -110,6 +114,7 @@ static neph_result begin_comparison(neph_context *context, const neph_image *ima
                    image->height, reference->width, reference->height);
   neph_result result = check_spaces(context, image, reference);
   if (!result) result = choose_planes(out, image, reference);
+  if (!result) choose_noise(out, reference);
   if (!result) result = check_finite(out);
   if (!result) out->epsilon = compute_epsilon(out);
   return result;
@@ -247,10 +252,8 @@ typedef struct noise_sums {
   double squared, block_squared, bias_squared; /* over values, block means, and pixels' sums over channels */
 } noise_sums;
 
-static bool has_noise(const comparison *pair) {
-  for (unsigned c = 0; c < pair->channel_count; c++)
-    if (!pair->noise[c]) return false;
-  return true;
+static double get_noise_at(const comparison *pair, unsigned c, size_t i) {
+  return pair->has_channels ? (double)pair->noise[c][i] : pair->noise_share * fabs((double)pair->reference[c][i]);
 }
 
 /* Pixels are independent of each other, a pixel's channels not: they are summed up first. */
@@ -262,7 +265,7 @@ static void add_block_noise(const comparison *pair, unsigned left, unsigned top,
     for (unsigned y = top; y < top + BLOCK_PIXELS && y < pair->height; y++)
       for (unsigned x = left; x < left + BLOCK_PIXELS && x < pair->width; x++) {
         const size_t i = (size_t)y * pair->width + x;
-        const double noise = (double)pair->noise[c][i];
+        const double noise = get_noise_at(pair, c, i);
         if (!isfinite(pair->reference[c][i]) || !isfinite(noise)) continue;
         squared += noise * noise;
         bias_squared[(y - top) * BLOCK_PIXELS + (x - left)] += noise;
@@ -277,7 +280,7 @@ static void add_block_noise(const comparison *pair, unsigned left, unsigned top,
 static void measure_noise(const comparison *pair, const block_sums *blocks, uint64_t value_count,
                           neph_image_difference *out) {
   out->noise_rmse = out->noise_block_rms = out->noise_bias = (double)NAN;
-  if (!has_noise(pair)) return;
+  if (!pair->has_channels && isnan(pair->noise_share)) return;
   noise_sums sums = {0, 0, 0};
   for (unsigned top = 0; top < pair->height; top += BLOCK_PIXELS)
     for (unsigned left = 0; left < pair->width; left += BLOCK_PIXELS) add_block_noise(pair, left, top, &sums);
@@ -354,11 +357,13 @@ static neph_result compare(neph_context *context, const neph_image *image, const
 
 neph_result neph_image_compare(neph_context *context, const neph_image *image, const neph_image *reference,
                                neph_image_difference *out_difference) {
+  if (NP_LACKS(context, image, reference, out_difference)) return NEPH_ERROR_INVALID_ARGUMENT;
   return compare(context, image, NULL, reference, out_difference);
 }
 
 neph_result neph_image_compare_seeds(neph_context *context, const neph_image *image, const neph_image *second,
                                      const neph_image *reference, neph_image_difference *out_difference) {
+  if (NP_LACKS(context, image, second, reference, out_difference)) return NEPH_ERROR_INVALID_ARGUMENT;
   return compare(context, image, second, reference, out_difference);
 }
 
@@ -407,6 +412,7 @@ static void fill_difference(const comparison *pair, neph_image *image) {
 
 neph_result neph_image_create_difference(neph_context *context, const neph_image *image, const neph_image *reference,
                                          neph_image **out_image) {
+  if (NP_LACKS_OUT(context, out_image, image, reference)) return NEPH_ERROR_INVALID_ARGUMENT;
   comparison pair;
   *out_image = NULL;
   neph_result result = begin_comparison(context, image, reference, &pair);

@@ -1,53 +1,26 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Header of an OpenEXR file as text. */
-#include <stdio.h>
 #include <string.h>
 
 #include "core/alloc.h"
+#include "core/given.h"
 #include "core/json.h"
+#include "core/text.h"
 #include "image/image_private.h"
 
 /* ---- Plain ---- */
 
-/* A text that grows; a failure is remembered and reported at the end. */
-typedef struct growing_text {
-  neph_context *context;
-  char *text;
-  size_t length;
-  bool has_failed;
-} growing_text;
-
-static void append(growing_text *out, const char *format, ...) __attribute__((format(printf, 2, 3)));
-
-static void append(growing_text *out, const char *format, ...) {
-  va_list arguments, again;
-  va_start(arguments, format);
-  va_copy(again, arguments);
-  int length = vsnprintf(NULL, 0, format, arguments);
-  size_t size = out->length + (size_t)(length < 0 ? 0 : length) + 1;
-  char *longer = out->has_failed || length < 0 ? NULL : np_alloc_resize(out->context, out->text, size, 1);
-  if (longer) {
-    vsnprintf(longer + out->length, size - out->length, format, again);
-    out->text = longer;
-    out->length = size - 1;
-  } else {
-    out->has_failed = true;
-  }
-  va_end(again);
-  va_end(arguments);
+static void append_matrix(np_text *out, const char *name, const float m[16]) {
+  np_text_add(out, "  %-24s", name);
+  for (int i = 0; i < 16; i++) np_text_add(out, "%s%g", i == 0 ? "" : i % 4 ? " " : " / ", (double)m[i]);
+  np_text_add(out, "\n");
 }
 
-static void append_matrix(growing_text *out, const char *name, const float m[16]) {
-  append(out, "  %-24s", name);
-  for (int i = 0; i < 16; i++) append(out, "%s%g", i == 0 ? "" : i % 4 ? " " : " / ", (double)m[i]);
-  append(out, "\n");
+static void append_window(np_text *out, const char *name, const int min[2], const int max[2]) {
+  np_text_add(out, "  %-24s(%d, %d) to (%d, %d)\n", name, min[0], min[1], max[0], max[1]);
 }
 
-static void append_window(growing_text *out, const char *name, const int min[2], const int max[2]) {
-  append(out, "  %-24s(%d, %d) to (%d, %d)\n", name, min[0], min[1], max[0], max[1]);
-}
-
-static void append_header(growing_text *out, const np_image_header *header) {
+static void append_header(np_text *out, const np_image_header *header) {
   append_window(out, "data window", header->data_min, header->data_max);
   append_window(out, "display window", header->display_min, header->display_max);
   if (header->has_camera) {
@@ -55,31 +28,26 @@ static void append_header(growing_text *out, const np_image_header *header) {
     if (header->has_ndc) append_matrix(out, "worldToNDC", header->world_to_ndc);
   }
   if (!header->has_chromaticities) return;
-  append(out, "  %-24s", "chromaticities");
-  for (int i = 0; i < 8; i++) append(out, "%s%g", i ? " " : "", (double)header->chromaticities[i]);
-  append(out, "\n");
+  np_text_add(out, "  %-24s", "chromaticities");
+  for (int i = 0; i < 8; i++) np_text_add(out, "%s%g", i ? " " : "", (double)header->chromaticities[i]);
+  np_text_add(out, "\n");
 }
 
 static neph_result describe_plain(const char *path, const np_image_exr_info *info, const neph_image *image,
                                   char **out_text) {
-  growing_text out = {.context = image->context};
-  append(&out, "%s: OpenEXR, %u x %u pixels, %s, %s compression\n", path, image->width, image->height, info->storage,
-         info->compression);
-  if (info->tile_width) append(&out, "  %-24s%u x %u\n", "tile", info->tile_width, info->tile_height);
-  if (info->part_count != 1) append(&out, "  %-24s%d, the first is described\n", "parts", info->part_count);
-  append(&out, "  %-24s", "channels");
+  np_text out = {.context = image->context};
+  np_text_add(&out, "%s: OpenEXR, %u x %u pixels, %s, %s compression\n", path, image->width, image->height,
+              info->storage, info->compression);
+  if (info->tile_width) np_text_add(&out, "  %-24s%u x %u\n", "tile", info->tile_width, info->tile_height);
+  if (info->part_count != 1) np_text_add(&out, "  %-24s%d, the first is described\n", "parts", info->part_count);
+  np_text_add(&out, "  %-24s", "channels");
   for (unsigned c = 0; c < image->channel_count; c++)
-    append(&out, "%s%s (%s)", c ? ", " : "", image->channels[c].name, image->channels[c].stored);
-  append(&out, "\n");
+    np_text_add(&out, "%s%s (%s)", c ? ", " : "", image->channels[c].name, image->channels[c].stored);
+  np_text_add(&out, "\n");
   append_header(&out, &image->header);
   for (unsigned a = 0; a < image->attribute_count; a++)
-    append(&out, "  %-24s%s\n", image->attributes[a].name, image->attributes[a].value);
-  if (out.has_failed) {
-    np_alloc_free(image->context, out.text);
-    return NEPH_ERROR_OUT_OF_MEMORY;
-  }
-  *out_text = out.text;
-  return NEPH_OK;
+    np_text_add(&out, "  %-24s%s\n", image->attributes[a].name, image->attributes[a].value);
+  return np_text_finish(&out, out_text);
 }
 
 /* ---- JSON ---- */
@@ -160,6 +128,7 @@ static neph_result describe_json(const char *path, const np_image_exr_info *info
 
 neph_result neph_image_describe_file(neph_context *context, const char *path, neph_text_format format,
                                      char **out_text) {
+  if (NP_LACKS_OUT(context, out_text, path)) return NEPH_ERROR_INVALID_ARGUMENT;
   np_image_exr_info info;
   neph_image *image;
   *out_text = NULL;

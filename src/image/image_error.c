@@ -4,14 +4,15 @@
 #include "image/image_error.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "core/alloc.h"
+#include "core/given.h"
+#include "core/text.h"
 #include "image/color_space.h"
 
-enum { BLOCK_PIXELS = 8 };
+enum { BLOCK_PIXELS = 8, AROUND_PIXELS = 2 };
 
 static const double dim_of_mean = 0.01;
 static const double normal_quantile_975 = 1.959963984540054; /* of a two-sided 95 % interval */
@@ -48,14 +49,21 @@ static double get_weight(const luminance *l, unsigned c) {
   return is_weighted ? l->weights[c] : 1.0 / l->count;
 }
 
+const float *np_image_get_prefixed(const neph_image *image, const char *prefix, const char *name) {
+  const size_t length = strlen(prefix);
+  for (unsigned c = 0; c < image->channel_count; c++) {
+    const np_image_channel *channel = &image->channels[c];
+    if (!strncmp(channel->name, prefix, length) && !strcmp(channel->name + length, name)) return channel->values;
+  }
+  return NULL;
+}
+
 /* Adds weighted planes of `prefix` and the channels' names. False where one is missing. */
 static bool add_planes(const neph_image *image, const neph_image *reference, const luminance *l, const char *prefix,
                        double *out) {
   const size_t count = (size_t)reference->width * reference->height;
   for (unsigned c = 0; c < l->count; c++) {
-    char name[NP_IMAGE_NAME_MAX + 1];
-    const int length = snprintf(name, sizeof name, "%s%s", prefix, reference->channels[l->indices[c]].name);
-    const float *values = length < (int)sizeof name ? neph_image_get_values(image, name) : NULL;
+    const float *values = np_image_get_prefixed(image, prefix, reference->channels[l->indices[c]].name);
     if (!values) return false;
     const double weight = get_weight(l, c);
     for (size_t i = 0; i < count; i++) out[i] += weight * (double)values[i];
@@ -71,11 +79,14 @@ typedef struct planes {
   neph_context *context;
   unsigned width, height;
   double *picture, *second, *reference, *picture_error, *reference_error;
-  double dim; /* pixels below it are left out */
+  double *scale; /* that differences are relative to */
+  neph_noise_source source;
+  double noise_share; /* of the reference by its header; 0 with other sources */
+  double dim;         /* pixels below it are left out */
 } planes;
 
 static void free_planes(planes *p) {
-  double *const all[] = {p->picture, p->second, p->reference, p->picture_error, p->reference_error};
+  double *const all[] = {p->picture, p->second, p->reference, p->picture_error, p->reference_error, p->scale};
   for (size_t i = 0; i < sizeof all / sizeof *all; i++) np_alloc_free(p->context, all[i]);
 }
 
@@ -87,6 +98,61 @@ static neph_result fill_plane(const planes *p, const neph_image *image, const ne
   np_alloc_free(p->context, *out);
   *out = NULL;
   return NEPH_OK;
+}
+
+/* ---- Scale ---- */
+
+/* Mean of the pixels around one, its own left out; NaN where there is none. */
+static double average_around(const planes *p, unsigned x, unsigned y) {
+  const unsigned left = x > AROUND_PIXELS ? x - AROUND_PIXELS : 0, top = y > AROUND_PIXELS ? y - AROUND_PIXELS : 0;
+  double sum = 0.0, count = 0.0;
+  for (unsigned v = top; v <= y + AROUND_PIXELS && v < p->height; v++)
+    for (unsigned u = left; u <= x + AROUND_PIXELS && u < p->width; u++) {
+      const double value = p->reference[(size_t)v * p->width + u];
+      if (!isfinite(value) || (u == x && v == y)) continue;
+      sum += value;
+      count += 1.0;
+    }
+  return sum / count;
+}
+
+/* Standard error of a pixel of the reference whose luminance is about `mean`. */
+static double get_reference_error(const planes *p, size_t i, double mean) {
+  if (p->source == NEPH_NOISE_BY_HEADER) return p->noise_share * mean;
+  return p->reference_error && isfinite(p->reference_error[i]) ? p->reference_error[i] : 0.0;
+}
+
+/* Noise of the reference at which its pixel and those around it have the same weight in the scale. */
+static const double half_weight_noise = 0.05;
+
+/* Standard errors that an isolated bright pixel stands above those around it. */
+static const double highlight_errors = 4.0;
+
+/* A noisy pixel is no scale for its own difference: the two are correlated, and squares over its square are far too
+ * large where it is too dark (at noise of 35 % a bias of 3 % reads as 51 %). So noise moves the scale from the pixel to
+ * the mean of those around it, which are independent of it. */
+static double compute_scale(const planes *p, unsigned x, unsigned y) {
+  const size_t i = (size_t)y * p->width + x;
+  const double own = p->reference[i];
+  if (p->source == NEPH_NOISE_UNKNOWN || !isfinite(own)) return own;
+  const double around = average_around(p, x, y), error = get_reference_error(p, i, around);
+  if (!(around > 0.0)) return own;
+  const double noise = error / around / half_weight_noise, weight = 1.0 / (1.0 + noise * noise);
+  return fmax(weight * own + (1.0 - weight) * around, own - highlight_errors * error);
+}
+
+static neph_result fill_scale(planes *p) {
+  p->scale = np_alloc(p->context, (size_t)p->width * p->height, sizeof *p->scale);
+  for (unsigned y = 0; p->scale && y < p->height; y++)
+    for (unsigned x = 0; x < p->width; x++) p->scale[(size_t)y * p->width + x] = compute_scale(p, x, y);
+  return p->scale ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+}
+
+static void choose_source(planes *p, const neph_image *reference) {
+  const double stated = np_image_get_stated_noise(reference).value;
+  const bool is_stated = !p->reference_error && isfinite(stated);
+  p->source = p->reference_error ? NEPH_NOISE_BY_PIXEL : is_stated ? NEPH_NOISE_BY_HEADER : NEPH_NOISE_UNKNOWN;
+  p->noise_share = is_stated ? stated : 0.0;
 }
 
 static double compute_dim(const planes *p) {
@@ -107,6 +173,8 @@ static neph_result fill_planes(planes *p, const neph_image *image, const neph_im
   if (!result && second) result = fill_plane(p, second, reference, &l, "", &p->second);
   if (!result) result = fill_plane(p, image, reference, &l, "standard_error.", &p->picture_error);
   if (!result) result = fill_plane(p, reference, reference, &l, "standard_error.", &p->reference_error);
+  choose_source(p, reference);
+  if (!result) result = fill_scale(p);
   if (!result) p->dim = compute_dim(p);
   np_alloc_free(p->context, indices);
   return result;
@@ -114,18 +182,19 @@ static neph_result fill_planes(planes *p, const neph_image *image, const neph_im
 
 /* ---- Squares ---- */
 
-/* Σ over pixels of squares over that of the reference. */
+/* Σ over pixels of squares over that of the scale. */
 typedef struct squares {
-  double error, noise, bias;
+  double error, noise, bias, reference;
   uint64_t count;
 } squares;
 
 static void add_pixel(const planes *p, size_t i, squares *sums) {
-  const double reference = p->reference[i], difference = p->picture[i] - reference;
-  if (!isfinite(reference) || !(reference > p->dim)) return;
-  const double own = p->reference_error && isfinite(p->reference_error[i]) ? p->reference_error[i] : 0.0;
-  const double by = 1.0 / (reference * reference), error = (difference * difference - own * own) * by;
+  const double reference = p->reference[i], difference = p->picture[i] - reference, scale = p->scale[i];
+  if (!isfinite(reference) || !(scale > p->dim)) return;
+  const double own = get_reference_error(p, i, scale);
+  const double by = 1.0 / (scale * scale), error = (difference * difference - own * own) * by;
   sums->error += error;
+  sums->reference += own * own * by;
   sums->count++;
   if (p->second) {
     sums->noise += 0.5 * pow(p->picture[i] - p->second[i], 2.0) * by;
@@ -138,7 +207,7 @@ static void add_pixel(const planes *p, size_t i, squares *sums) {
 }
 
 static squares sum_block(const planes *p, unsigned left, unsigned top) {
-  squares sums = {0.0, 0.0, 0.0, 0};
+  squares sums = {0.0, 0.0, 0.0, 0.0, 0};
   for (unsigned y = top; y < top + BLOCK_PIXELS && y < p->height; y++)
     for (unsigned x = left; x < left + BLOCK_PIXELS && x < p->width; x++) add_pixel(p, (size_t)y * p->width + x, &sums);
   return sums;
@@ -178,7 +247,7 @@ static neph_bounded bound_root(moments m) {
 
 static double get_number(const neph_image *image, const char *name, const char *ending) {
   char full[32];
-  (void)snprintf(full, sizeof full, "%s%s", name, ending);
+  np_print(full, sizeof full, "%s%s", name, ending);
   const char *text = neph_image_get_attribute(image, full);
   return text ? strtod(text, NULL) : (double)NAN;
 }
@@ -194,6 +263,7 @@ static neph_bias_source get_bias_source(const neph_image *image) {
 }
 
 neph_result neph_image_get_error(const neph_image *image, neph_image_error *out_error) {
+  if (NP_LACKS(NP_CONTEXT_OF(image), out_error)) return NEPH_ERROR_INVALID_ARGUMENT;
   const neph_image_error error = {.struct_size = sizeof error,
                                   .error = get_bounded(image, "nephos:error"),
                                   .noise = get_bounded(image, "nephos:noise"),
@@ -202,8 +272,10 @@ neph_result neph_image_get_error(const neph_image *image, neph_image_error *out_
   return np_desc_write(image->context, "neph_image_error", &error, sizeof error, out_error);
 }
 
+neph_bounded np_image_get_stated_noise(const neph_image *image) { return get_bounded(image, "nephos:noise"); }
+
 static bool get_stated_noise(const neph_image *image, moments *out) {
-  const neph_bounded noise = get_bounded(image, "nephos:noise");
+  const neph_bounded noise = np_image_get_stated_noise(image);
   const double square = noise.value * noise.value;
   *out = (moments){square, pow((noise.max * noise.max - square) / normal_quantile_975, 2.0)};
   return isfinite(out->mean) && isfinite(out->variance);
@@ -211,7 +283,23 @@ static bool get_stated_noise(const neph_image *image, moments *out) {
 
 /* ---- Measures ---- */
 
-static neph_result measure(const planes *p, const neph_image *image, neph_image_difference *out) {
+static moments widen(moments m, double variance) { return (moments){m.mean, m.variance + variance}; }
+
+/* Fills the reference's own noise. Returns the variance of its square that its header leaves, 0 with other sources. */
+static double measure_reference(const planes *p, const neph_image *reference, const squares *blocks, size_t count,
+                                neph_image_difference *out) {
+  moments stated;
+  const bool is_stated = p->source == NEPH_NOISE_BY_HEADER && get_stated_noise(reference, &stated);
+  out->reference_noise_source = p->source;
+  out->reference_noise = unknown;
+  if (p->source == NEPH_NOISE_BY_HEADER) out->reference_noise = np_image_get_stated_noise(reference);
+  if (p->source == NEPH_NOISE_BY_PIXEL)
+    out->reference_noise = bound_root(compute_moments(blocks, count, offsetof(squares, reference)));
+  return is_stated ? stated.variance : 0.0;
+}
+
+static neph_result measure(const planes *p, const neph_image *image, const neph_image *reference,
+                           neph_image_difference *out) {
   const unsigned columns = (p->width + BLOCK_PIXELS - 1) / BLOCK_PIXELS;
   const size_t count = (size_t)columns * ((p->height + BLOCK_PIXELS - 1) / BLOCK_PIXELS);
   squares *blocks = np_alloc(p->context, count, sizeof *blocks);
@@ -220,13 +308,14 @@ static neph_result measure(const planes *p, const neph_image *image, neph_image_
     blocks[i] = sum_block(p, (unsigned)(i % columns) * BLOCK_PIXELS, (unsigned)(i / columns) * BLOCK_PIXELS);
     out->pixel_count += blocks[i].count;
   }
-  const moments error = compute_moments(blocks, count, offsetof(squares, error));
+  const double reference_variance = measure_reference(p, reference, blocks, count, out);
+  const moments error = widen(compute_moments(blocks, count, offsetof(squares, error)), reference_variance);
   moments stated;
   out->pixel_error = bound_root(error);
   out->pixel_noise = out->pixel_bias = unknown;
   if (p->second || p->picture_error) {
     out->pixel_noise = bound_root(compute_moments(blocks, count, offsetof(squares, noise)));
-    out->pixel_bias = bound_root(compute_moments(blocks, count, offsetof(squares, bias)));
+    out->pixel_bias = bound_root(widen(compute_moments(blocks, count, offsetof(squares, bias)), reference_variance));
   } else if (get_stated_noise(image, &stated)) {
     out->pixel_noise = bound_root(stated);
     out->pixel_bias = bound_root((moments){error.mean - stated.mean, error.variance + stated.variance});
@@ -240,7 +329,7 @@ neph_result np_image_measure_error(neph_context *context, const neph_image *imag
   planes p = {.context = context, .width = reference->width, .height = reference->height};
   out->pixel_count = 0;
   neph_result result = fill_planes(&p, image, second, reference);
-  if (!result) result = measure(&p, image, out);
+  if (!result) result = measure(&p, image, reference, out);
   free_planes(&p);
   return result;
 }

@@ -5,8 +5,14 @@
 
 #include "image/image_private.h"
 
-/* Fills pixel_error, pixel_noise, pixel_bias and pixel_count. `second` is the picture with another seed, or NULL; all
- * are of one size and have the reference's channels. */
+/* Values of the channel whose name is `prefix` and `name`; NULL: there is none. */
+const float *np_image_get_prefixed(const neph_image *image, const char *prefix, const char *name);
+
+/* Relative rms noise of a picture's pixels by its header, `nephos:noise`. NaN where it states none. */
+neph_bounded np_image_get_stated_noise(const neph_image *image);
+
+/* Fills pixel_error, pixel_noise, pixel_bias, pixel_count, and the reference's noise with its source. `second` is the
+ * picture with another seed, or NULL; all are of one size and have the reference's channels. */
 neph_result np_image_measure_error(neph_context *context, const neph_image *image, const neph_image *second,
                                    const neph_image *reference, neph_image_difference *out);
 

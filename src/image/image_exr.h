@@ -18,7 +18,7 @@ typedef struct np_exr_file {
   atomic_int stream_error; /* errno of the last failed read or write; 0: none failed */
   atomic_int worker_error; /* exr_result_t of a chunk that failed on a worker thread */
   atomic_bool has_complaint;
-  char complaint[256]; /* what the library said first, of a file that is read */
+  char complaint[1024]; /* what the library said first, of a file that is read */
 } np_exr_file;
 
 /* Streams as OpenEXRCore calls them; `user` is the np_exr_file. */

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "core/alloc.h"
+#include "core/given.h"
 #include "core/half.h"
 #include "image/deep.h"
 #include "image/image_exr_write.h"
@@ -139,6 +140,7 @@ static exr_result_t write_chunk(np_exr_writer *writer, int line, const np_exr_ch
 }
 
 neph_result neph_image_save_deep_exr(const neph_image *image, const char *path, neph_pixel_type pixel_type) {
+  if (NP_LACKS(NP_CONTEXT_OF(image), path)) return NEPH_ERROR_INVALID_ARGUMENT;
   static const np_exr_format deep = {EXR_STORAGE_DEEP_SCANLINE, EXR_COMPRESSION_ZIPS, add_channels, encode_chunk,
                                      write_chunk};
   if (image->deep) return np_exr_save(image, path, pixel_type, &deep);

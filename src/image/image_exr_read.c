@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Reading OpenEXR: scan lines and tiles of the first part. Chunks are decompressed on the context's threads. It runs in
  * the program nephos_pictures alone (picture_process.h). */
-#include <stdio.h>
 #include <string.h>
 #include <unistd.h>
 
@@ -9,6 +8,7 @@
 
 #include "core/alloc.h"
 #include "core/parallel.h"
+#include "core/text.h"
 #include "image/image_exr.h"
 #include "image/picture_decoder.h"
 
@@ -21,7 +21,7 @@ static void keep_complaint(exr_const_context_t exr, exr_result_t code, const cha
   void *user = NULL;
   if (!exr || exr_get_user_data(exr, &user) || !user) return;
   np_exr_file *file = user;
-  if (!atomic_exchange(&file->has_complaint, true)) snprintf(file->complaint, sizeof file->complaint, "%s", message);
+  if (!atomic_exchange(&file->has_complaint, true)) np_print_short(file->complaint, sizeof file->complaint, message);
 }
 
 /* The library begins each message with the name of the file. */

@@ -2,13 +2,14 @@
 /* Writing OpenEXR: one part of scan lines, ZIP, or of a format that its writer describes. */
 #include <errno.h>
 #include <fcntl.h>
-#include <stdio.h>
 #include <string.h>
 #include <unistd.h>
 
 #include "core/alloc.h"
 #include "core/file.h"
+#include "core/given.h"
 #include "core/parallel.h"
+#include "core/text.h"
 #include "image/image_exr_write.h"
 
 enum { ZIP_LEVEL = 4, SHORT_NAME_MAX = 31 };
@@ -87,7 +88,7 @@ static exr_result_t set_attribute(exr_context_t exr, const np_image_attribute *a
 
 static exr_result_t set_optional(exr_context_t exr, const neph_image *image) {
   char software[64];
-  snprintf(software, sizeof software, "nephos %s", neph_version_get_text());
+  np_print(software, sizeof software, "nephos %s", neph_version_get_text());
   exr_result_t code = exr_attr_set_string(exr, 0, "software", software);
   if (!code && image->header.has_camera) code = set_camera(exr, &image->header);
   if (!code && image->header.is_latlong) code = exr_attr_set_envmap(exr, 0, "envmap", EXR_ENVMAP_LATLONG);
@@ -253,5 +254,6 @@ neph_result np_exr_save(const neph_image *image, const char *path, neph_pixel_ty
 }
 
 neph_result neph_image_save_exr(const neph_image *image, const char *path, neph_pixel_type pixel_type) {
+  if (NP_LACKS(NP_CONTEXT_OF(image), path)) return NEPH_ERROR_INVALID_ARGUMENT;
   return np_exr_save(image, path, np_image_choose_pixel_type(image, path, pixel_type), &flat);
 }

@@ -10,7 +10,9 @@
 
 #include "core/alloc.h"
 #include "core/file.h"
+#include "core/given.h"
 #include "core/parallel.h"
+#include "core/text.h"
 #include "image/picture_decoder.h"
 #include "image/preview.h"
 
@@ -40,7 +42,7 @@ static void pack_row(const png_picture *picture, const uint16_t *rgb, uint8_t *o
 /* Texts by which the file is known for a preview. */
 static void put_texts(png_structp png, png_infop info, const png_picture *picture) {
   char exposure[32];
-  snprintf(exposure, sizeof exposure, "%+.2f", picture->exposure_ev);
+  np_print(exposure, sizeof exposure, "%+.2f", picture->exposure_ev);
   const struct {
     const char *key, *value;
   } rows[] = {{NP_PREVIEW_VIEW, np_preview_name_view(picture->desc->view)},
@@ -68,7 +70,7 @@ static void write_header(png_structp png, png_infop info, const png_picture *pic
 
 /* The message of an error that libpng left by its jump. */
 static void keep_message(png_structp png, png_const_charp message) {
-  snprintf(png_get_error_ptr(png), 128, "%s", message);
+  np_print_short(png_get_error_ptr(png), 128, message);
   png_longjmp(png, 1);
 }
 
@@ -123,6 +125,7 @@ static neph_result write_file(const png_picture *picture, const char *path) {
 }
 
 neph_result neph_image_save_png(const neph_image *image, const char *path, const neph_preview_desc *desc) {
+  if (NP_LACKS(NP_CONTEXT_OF(image), path)) return NEPH_ERROR_INVALID_ARGUMENT;
   const neph_preview_desc defaults = NEPH_PREVIEW_DESC_DEFAULT;
   neph_preview_desc wanted;
   neph_result result = np_desc_read(image->context, "neph_preview_desc", &defaults, sizeof defaults, desc, &wanted);
@@ -195,7 +198,7 @@ static void read_bytes(png_structp png, png_bytep out, size_t size) {
 
 static void jump_out(png_structp png, png_const_charp message) {
   png_reader *reader = png_get_error_ptr(png);
-  snprintf(reader->message, sizeof reader->message, "%s", message);
+  np_print_short(reader->message, sizeof reader->message, message);
   png_longjmp(png, 1);
 }
 

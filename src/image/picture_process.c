@@ -12,6 +12,8 @@
 #include "core/child.h"
 #include "core/file.h"
 #include "core/module.h"
+#include "core/given.h"
+#include "core/text.h"
 #include "image/picture_stream.h"
 
 static const np_module_kind picture_kind = {.file = NP_PICTURE_PROGRAM_FILE, .purpose = "reads OpenEXR and PNG"};
@@ -228,11 +230,11 @@ static neph_result start(picture_process *p, int file) {
   char program[PATH_MAX], threads[16];
   neph_result result = NEPH_OK;
   if (p->request->program)
-    (void)snprintf(program, sizeof program, "%s", p->request->program);
+    np_print(program, sizeof program, "%s", p->request->program);
   else
     result = np_module_get_program(p->context, &picture_kind, program);
   if (result) return result;
-  (void)snprintf(threads, sizeof threads, "%u", choose_threads(p));
+  np_print(threads, sizeof threads, "%u", choose_threads(p));
   const char *const words[] = {p->request->word, p->request->path, threads, NULL};
   const int error = np_child_start_on(program, words, file, &p->child);
   return error ? np_fail(p->context, NEPH_ERROR_UNSUPPORTED, "cannot start %s, which %s: %s", program,
@@ -288,9 +290,11 @@ neph_result np_image_read_exr_header(neph_context *context, const char *path, np
 }
 
 neph_result neph_image_load_exr(neph_context *context, const char *path, neph_image **out_image) {
+  if (NP_LACKS_OUT(context, out_image, path)) return NEPH_ERROR_INVALID_ARGUMENT;
   return np_image_load_exr(context, path, NULL, out_image);
 }
 
 neph_result neph_image_load_png(neph_context *context, const char *path, neph_image **out_image) {
+  if (NP_LACKS_OUT(context, out_image, path)) return NEPH_ERROR_INVALID_ARGUMENT;
   return np_image_load_png(context, path, NULL, out_image);
 }

@@ -11,6 +11,7 @@
 #include "image/picture_decoder.h"
 #include "image/picture_sandbox.h"
 #include "image/picture_stream.h"
+#include "core/text.h"
 
 /* ---- Answers ---- */
 
@@ -98,7 +99,7 @@ typedef struct request {
 
 static void keep_error(void *user, neph_log_level level, const char *message) {
   request *r = user;
-  if (level == NEPH_LOG_ERROR && !r->message[0]) (void)snprintf(r->message, sizeof r->message, "%s", message);
+  if (level == NEPH_LOG_ERROR && !r->message[0]) np_print_short(r->message, sizeof r->message, message);
 }
 
 static neph_result decode_exr(request *r, int file, np_image_exr_info *out_info, neph_image **out_image) {

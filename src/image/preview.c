@@ -14,6 +14,7 @@
 #include <string.h>
 
 #include "core/alloc.h"
+#include "core/given.h"
 #include "core/parallel.h"
 #include "core/random.h"
 #include "image/exposure.h"
@@ -163,6 +164,7 @@ neph_result neph_image_compute_exposure(const neph_image *image, const neph_prev
   const neph_preview_desc defaults = NEPH_PREVIEW_DESC_DEFAULT;
   neph_preview_desc wanted;
   double factor = 1.0;
+  if (NP_LACKS(NP_CONTEXT_OF(image), out_stops)) return NEPH_ERROR_INVALID_ARGUMENT;
   neph_result result = np_desc_read(image->context, "neph_preview_desc", &defaults, sizeof defaults, desc, &wanted);
   if (!result) result = check_desc(image->context, &wanted);
   if (!result) result = choose_factor(image, &wanted, &factor);

@@ -7,6 +7,7 @@
 #include "core/alloc.h"
 #include "core/file.h"
 #include "core/json.h"
+#include "core/text.h"
 #include "image/preview.h"
 
 enum { TEXT_MAX = 128, CHUNKS_MAX = 64 };
@@ -30,7 +31,7 @@ static void take_text(const char *chunk, preview_facts *out) {
   for (const char *c = value; *c; c++)
     if (*c < 0x20 || *c > 0x7e) return;
   for (size_t i = 0; i < sizeof rows / sizeof *rows; i++)
-    if (!strcmp(chunk, rows[i].key)) snprintf(rows[i].value, TEXT_MAX, "%s", value);
+    if (!strcmp(chunk, rows[i].key)) np_print(rows[i].value, TEXT_MAX, "%s", value);
 }
 
 /* Reads a chunk behind its length and type. False: pixels begin, or the file is none that is known. */

@@ -15,6 +15,8 @@
 #include <string.h>
 #include <sys/stat.h>
 
+#include "core/text_copy.h"
+
 /* Ticks of an animation that does not say how many a second has. */
 static const double default_ticks_per_s = 25.0;
 
@@ -162,8 +164,8 @@ static bool is_allowed(const file_access *access, const char *path) {
   const char *slash = strrchr(access->path, '/');
   if (!strcmp(path, access->path)) return true;
   const int length = slash ? (int)(slash - access->path) + 1 : 2;
-  (void)snprintf(folder, sizeof folder, "%.*s", length, slash ? access->path : "./");
-  if (!realpath(folder, root) || !realpath(path, real)) return false;
+  const int printed = snprintf(folder, sizeof folder, "%.*s", length, slash ? access->path : "./");
+  if (printed >= PATH_MAX || !realpath(folder, root) || !realpath(path, real)) return false;
   const size_t count = strcmp(root, "/") ? strlen(root) : 0;
   return !strncmp(real, root, count) && real[count] == '/';
 }
@@ -174,8 +176,11 @@ static struct aiFile *open_stream(struct aiFileIO *files, const char *path, cons
   struct stat facts;
   if (strcspn(mode, "wa+") != strlen(mode) || stat(path, &facts) || !S_ISREG(facts.st_mode)) return NULL;
   if (!is_allowed(access, path)) {
-    (void)snprintf(access->message, sizeof access->message,
-                   "it names %.100s: a mesh may name files in its own folder and below it alone", path);
+    char shown[104];
+    np_text_copy_short(shown, sizeof shown, path);
+    const int length = snprintf(access->message, sizeof access->message,
+                                "it names %s: a mesh may name files in its own folder and below it alone", shown);
+    if (length >= (int)sizeof access->message) np_text_end_short(access->message, sizeof access->message);
     return NULL;
   }
   struct aiFile *file = malloc(sizeof *file);
@@ -230,7 +235,7 @@ void np_assimp_describe_camera(const np_assimp_scene *opened, size_t index, np_a
   const struct aiScene *scene = get_scene(opened);
   const struct aiCamera *camera = scene->mCameras[index];
   *out = (np_assimp_camera){get_vertical_fov(camera), HUGE_VAL, -HUGE_VAL, ""};
-  (void)snprintf(out->name, sizeof out->name, "%s", camera->mName.data);
+  np_text_copy_short(out->name, sizeof out->name, camera->mName.data);
   for (const struct aiNode *node = get_node(scene, camera); node; node = node->mParent) {
     const struct aiNodeAnim *keys = get_keys(scene, node);
     if (keys) include_keys(keys, get_ticks_per_s(scene), out);

@@ -2,13 +2,13 @@
 #include "mesh/camera_file.h"
 
 #include <inttypes.h>
-#include <stdio.h>
 #include <string.h>
 
 #include "core/alloc.h"
+#include "core/text.h"
 #include "mesh/assimp_process.h"
 
-enum { FRAMES_MAX = 1000000, LIST_BYTES = 256 };
+enum { FRAMES_MAX = 1000000 };
 
 typedef struct camera_load {
   neph_context *context;
@@ -23,13 +23,11 @@ typedef struct camera_load {
 typedef struct camera_list {
   uint64_t count;
   bool is_found; /* the wanted one */
-  char names[LIST_BYTES];
+  np_text names;
 } camera_list;
 
 static void list_camera(camera_load *l, size_t index, const np_assimp_camera *camera, camera_list *list) {
-  const size_t used = strlen(list->names);
-  (void)snprintf(list->names + used, LIST_BYTES - used, "%s%.*s", index ? ", " : "", (int)NP_ASSIMP_NAME_BYTES - 1,
-                 camera->name);
+  np_text_add(&list->names, "%s%.*s", index ? ", " : "", (int)NP_ASSIMP_NAME_BYTES - 1, camera->name);
   if (list->is_found || (l->name && strcmp(camera->name, l->name))) return;
   list->is_found = true;
   l->index = index;
@@ -51,19 +49,23 @@ static neph_result read_cameras(camera_load *l, camera_list *list) {
   return result;
 }
 
-static neph_result choose_camera(camera_load *l) {
-  camera_list list = {0};
-  const neph_result result = read_cameras(l, &list);
-  if (result) return result;
-  if (list.count == 0)
+static neph_result check_choice(const camera_load *l, const camera_list *list) {
+  if (list->count == 0)
     return np_fail(l->context, NEPH_ERROR_BAD_FILE, "%s: no camera is in it, must have at least one", l->path);
-  if (!l->name && list.count > 1)
+  if (!l->name && list->count > 1)
     return np_fail(l->context, NEPH_ERROR_BAD_FILE,
-                   "%s: %" PRIu64 " cameras are in it: choose one by camera.motion.camera: %s", l->path, list.count,
-                   list.names);
-  if (list.is_found) return NEPH_OK;
+                   "%s: %" PRIu64 " cameras are in it: choose one by camera.motion.camera: %s", l->path, list->count,
+                   np_text_get(&list->names));
+  if (list->is_found) return NEPH_OK;
   return np_fail(l->context, NEPH_ERROR_BAD_FILE, "%s: no camera %s is in it, must be one of %s", l->path, l->name,
-                 list.names);
+                 np_text_get(&list->names));
+}
+
+static neph_result choose_camera(camera_load *l) {
+  camera_list list = {.names = {.context = l->context}};
+  neph_result result = read_cameras(l, &list);
+  if (!result && !list.names.has_failed) result = check_choice(l, &list);
+  return np_text_end(&list.names, result);
 }
 
 /* ---- Poses ---- */
@@ -89,10 +91,10 @@ static neph_result read_pose(const camera_load *l, np_assimp_process *process, d
 static neph_result read_poses(const camera_load *l, double first, double rate, np_camera_file *out) {
   char words[4][32];
   np_assimp_process process;
-  (void)snprintf(words[0], sizeof *words, "%zu", l->index);
-  (void)snprintf(words[1], sizeof *words, "%.0f", first);
-  (void)snprintf(words[2], sizeof *words, "%zu", out->count);
-  (void)snprintf(words[3], sizeof *words, "%a", rate);
+  np_print(words[0], sizeof *words, "%zu", l->index);
+  np_print(words[1], sizeof *words, "%.0f", first);
+  np_print(words[2], sizeof *words, "%zu", out->count);
+  np_print(words[3], sizeof *words, "%a", rate);
   const char *const request[] = {"poses", words[0], words[1], words[2], words[3], NULL};
   neph_result result = np_assimp_begin(l->context, l->path, request, NULL, &process);
   if (result) return result;

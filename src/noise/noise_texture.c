@@ -2,6 +2,7 @@
 #include <nephos/noise_texture.h>
 
 #include "core/alloc.h"
+#include "core/given.h"
 #include "core/math.h"
 #include "core/parallel.h"
 #include "noise/noise.h"
@@ -65,6 +66,7 @@ static neph_result fill(neph_context *context, neph_noise_texture_kind kind, uin
 
 neph_result neph_noise_texture_create(neph_context *context, neph_noise_texture_kind kind, uint64_t seed,
                                       neph_noise_texture **out_texture) {
+  if (NP_LACKS_OUT(context, out_texture)) return NEPH_ERROR_INVALID_ARGUMENT;
   *out_texture = NULL;
   if (kind != NEPH_NOISE_TEXTURE_BASE && kind != NEPH_NOISE_TEXTURE_DETAIL)
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "noise texture: kind is %d, must be base (0) or detail (1)",
@@ -93,9 +95,13 @@ void neph_noise_texture_destroy(neph_noise_texture *texture) {
   np_context_release(context);
 }
 
-unsigned neph_noise_texture_get_size(const neph_noise_texture *texture) { return (unsigned)texture->size; }
+unsigned neph_noise_texture_get_size(const neph_noise_texture *texture) {
+  return texture ? (unsigned)texture->size : 0;
+}
 
-const float *neph_noise_texture_get_values(const neph_noise_texture *texture) { return texture->values; }
+const float *neph_noise_texture_get_values(const neph_noise_texture *texture) {
+  return texture ? texture->values : NULL;
+}
 
 /* Texels on both sides of a coordinate, and the place between them. */
 typedef struct texel_axis {
@@ -112,6 +118,7 @@ static texel_axis compute_texels(const neph_noise_texture *texture, float x) {
 }
 
 float neph_noise_texture_sample(const neph_noise_texture *texture, float x, float y, float z) {
+  if (!texture) return 0.0f;
   const texel_axis u = compute_texels(texture, x), v = compute_texels(texture, y), w = compute_texels(texture, z);
   const size_t size = (size_t)texture->size;
   const float *low = texture->values + w.low * size * size, *high = texture->values + w.high * size * size;

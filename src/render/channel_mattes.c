@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "render/channel_mattes.h"
 
-#include <stdio.h>
-
+#include "core/text.h"
 #include "image/cryptomatte.h"
 
 static unsigned count_mattes(const neph_scene *scene) { return scene->cloud_count + 1; }
@@ -26,7 +25,7 @@ static void add_sums(np_channels *c, const neph_scene *scene, bool are_shown) {
   c->mattes = c->sum_count;
   c->matte_count = count_mattes(scene);
   for (unsigned i = 0; i < c->matte_count; i++) {
-    (void)snprintf(name, sizeof name, "matte.%s", get_name(scene, i));
+    np_print(name, sizeof name, "matte.%s", get_name(scene, i));
     np_channels_add(c, are_shown ? name : NULL, matte, i);
   }
 }

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "render/channel_table.h"
 
-#include <stdio.h>
 #include <string.h>
 
+#include "core/text.h"
 #include "image/cryptomatte.h"
 #include "render/channel_mattes.h"
 
@@ -254,7 +254,7 @@ static np_channel_kind choose_kind(const np_channels *c, const np_scene_output *
 static void add_group(np_channels *c, const char *group, unsigned number) {
   char name[NP_CHANNEL_NAME_MAX];
   for (unsigned band = 0; band < NP_BAND_COUNT; band++) {
-    (void)snprintf(name, sizeof name, "light_%s.%c", group, "RGB"[band]);
+    np_print(name, sizeof name, "light_%s.%c", group, "RGB"[band]);
     np_channels_add(c, name, (np_channel_kind){.read = read_group, .finish = np_channel_finish_mean, .group = number},
                     band);
   }
@@ -286,7 +286,7 @@ static void add_aov(np_channels *c, const neph_scene *scene, np_aov_index aov) {
   char name[NP_CHANNEL_NAME_MAX];
   if (!*row->parts) np_channels_add(c, row->name, kind, 0);
   for (unsigned part = 0; part < strlen(row->parts); part++) {
-    (void)snprintf(name, sizeof name, "%s.%c", row->name, row->parts[part]);
+    np_print(name, sizeof name, "%s.%c", row->name, row->parts[part]);
     np_channels_add(c, name, row->parts[part] == 'A' ? cloud_alpha : kind, part);
   }
 }

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "render/channels.h"
 
-#include <stdio.h>
+#include "core/text.h"
 
 void np_channels_add(np_channels *c, const char *name, np_channel_kind kind, unsigned part) {
   const unsigned index = c->sum_count++;
   c->channel[index] = (np_channel){.kind = kind, .part = part, .index = index};
   if (!name) return;
-  (void)snprintf(c->channel[index].name, sizeof c->channel[index].name, "%s", name);
+  np_print(c->channel[index].name, sizeof c->channel[index].name, "%s", name);
   c->count = c->sum_count;
 }
 

@@ -2,6 +2,7 @@
 #include "render/cloud_bake.h"
 
 #include "cloud/cloud_private.h"
+#include "core/given.h"
 #include "render/cloud_ground.h"
 #include "render/plan_detail.h"
 #include "scene/scene_apply.h"
@@ -33,5 +34,6 @@ neph_result np_cloud_bake_to_file(neph_scene *scene, unsigned cloud_index, int f
 
 neph_result neph_scene_bake_file(neph_scene *scene, unsigned cloud_index, int frame, const neph_bake_desc *desc,
                                  const char *path) {
+  if (NP_LACKS(NP_CONTEXT_OF(scene), path)) return NEPH_ERROR_INVALID_ARGUMENT;
   return np_cloud_bake_to_file(scene, cloud_index, frame, desc, NP_BAKE_LEVELS_OWN, path);
 }

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "core/alloc.h"
+#include "core/given.h"
 #include "render/georeference.h"
 #include "render/cloud_bake.h"
 #include "render/export_fields.h"
@@ -193,6 +194,7 @@ static neph_result check(neph_scene *scene, unsigned index, int frame) {
 
 neph_result neph_scene_export_cloud(neph_scene *scene, unsigned cloud_index, int frame, const neph_export_desc *desc,
                                     const char *path, neph_exported_cloud *out_cloud) {
+  if (NP_LACKS(NP_CONTEXT_OF(scene), path, out_cloud)) return NEPH_ERROR_INVALID_ARGUMENT;
   static const neph_export_desc defaults = NEPH_EXPORT_DESC_DEFAULT;
   static const neph_exported_cloud empty = NEPH_EXPORTED_CLOUD_DEFAULT;
   neph_export_desc d;

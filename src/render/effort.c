@@ -4,9 +4,10 @@
  * pixel follow from pilots when the picture is rendered. The search takes the best quality, and then turns one key
  * after another to what is better. */
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
+#include "core/given.h"
+#include "core/text.h"
 #include "render/error_forecast.h"
 #include "render/plan.h"
 #include "render/plan_choices.h"
@@ -149,14 +150,14 @@ static neph_result choose_quality(choice *c) {
 
 static void note_setting(neph_effort *e, const char *key, const char *value) {
   const size_t length = strlen(e->settings);
-  (void)snprintf(e->settings + length, sizeof e->settings - length, "%s%s=%s", length ? " " : "", key, value);
+  np_print(e->settings + length, sizeof e->settings - length, "%s%s=%s", length ? " " : "", key, value);
 }
 
 /* Tries the values of a key that is open, and sets the best. */
 static neph_result choose_value(choice *c, size_t key) {
   char path[48];
   const char *best = NULL;
-  (void)snprintf(path, sizeof path, "%s.%s", keys[key].section, keys[key].name);
+  np_print(path, sizeof path, "%s.%s", keys[key].section, keys[key].name);
   if (is_given(c->scene, keys[key].section, keys[key].name) || !np_plan_needs(&c->plan, keys[key].stage))
     return NEPH_OK;
   np_node *before = np_node_copy(c->scene->context, np_scene_get_source(c->scene));
@@ -179,7 +180,7 @@ static neph_result choose_value(choice *c, size_t key) {
 static neph_result set_samples(choice *c) {
   char text[16];
   if (!c->are_samples_open || isfinite(c->desc->target_error)) return NEPH_OK;
-  (void)snprintf(text, sizeof text, "%.0f", floor(c->best.samples));
+  np_print(text, sizeof text, "%.0f", floor(c->best.samples));
   return neph_scene_set(c->scene, "render.samples", text);
 }
 
@@ -217,6 +218,7 @@ static void report(const choice *c, const neph_effort *e) {
 }
 
 neph_result neph_scene_choose_effort(neph_scene *scene, const neph_render_desc *desc, neph_effort *out_effort) {
+  if (NP_LACKS(NP_CONTEXT_OF(scene), out_effort)) return NEPH_ERROR_INVALID_ARGUMENT;
   neph_render_desc wanted = NEPH_RENDER_DESC_DEFAULT;
   neph_result result = np_desc_check_size(scene->context, "neph_effort", out_effort, sizeof *out_effort);
   if (!result) result = neph_scene_get_render_desc(scene, &wanted);

@@ -2,9 +2,8 @@
 /* Noise from the samples' spread, corrected by pixels sampled again; bias from a model, and from pixels traced. */
 #include "render/error_estimate.h"
 
-#include <stdio.h>
-
 #include "core/alloc.h"
+#include "core/text.h"
 #include "image/image_private.h"
 #include "render/bias_model.h"
 #include "render/stages.h"
@@ -218,7 +217,7 @@ static neph_result write_bounded(neph_image *image, const char *name, const neph
   neph_result result = NEPH_OK;
   for (size_t i = 0; i < sizeof parts / sizeof *parts && !result; i++) {
     char full[32];
-    (void)snprintf(full, sizeof full, "%s%s", name, parts[i].ending);
+    np_print(full, sizeof full, "%s%s", name, parts[i].ending);
     if (isfinite(parts[i].value)) result = np_image_set_real(image, full, parts[i].value);
   }
   return result;

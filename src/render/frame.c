@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "core/alloc.h"
+#include "core/text.h"
 #include "image/deep.h"
 #include "image/image_private.h"
 #include "render/bias_model.h"
@@ -98,7 +98,7 @@ static neph_result create_image(np_frame *f, neph_image **out_image) {
 
 static neph_result set_triple(neph_image *image, const char *name, const double values[NP_BAND_COUNT]) {
   char text[96];
-  (void)snprintf(text, sizeof text, "%.6g %.6g %.6g", values[0], values[1], values[2]);
+  np_print(text, sizeof text, "%.6g %.6g %.6g", values[0], values[1], values[2]);
   return neph_image_set_attribute(image, name, text);
 }
 
@@ -162,9 +162,9 @@ static neph_result describe_loss(const np_frame *f, neph_image *image) {
 static neph_result describe_cut(const np_frame *f, double samples, neph_image *image) {
   char text[96];
   if (np_frame_has_target(f))
-    (void)snprintf(text, sizeof text, "cut at %.4g samples a pixel", samples);
+    np_print(text, sizeof text, "cut at %.4g samples a pixel", samples);
   else
-    (void)snprintf(text, sizeof text, "cut at %.4g of %u samples a pixel", samples, f->desc->sample_count);
+    np_print(text, sizeof text, "cut at %.4g of %u samples a pixel", samples, f->desc->sample_count);
   np_log(f->assembly->context, NEPH_LOG_INFO, "the time limit of %g s ended sampling, %s", f->desc->time_limit_s, text);
   return neph_image_set_attribute(image, "nephos:sampling", text);
 }
@@ -228,13 +228,13 @@ static void warn_of_target(const np_frame *f, const np_frame_error *e) {
   if (!np_frame_has_target(f) || isnan(e->total.value) || e->total.value <= target_slack * target) return;
   char why[128] = "";
   if (f->is_cut)
-    (void)snprintf(why, sizeof why, "the time limit of %g s came first", f->desc->time_limit_s);
+    np_print(why, sizeof why, "the time limit of %g s came first", f->desc->time_limit_s);
   else if (isfinite(f->desc->time_limit_s))
-    (void)snprintf(why, sizeof why, "the time limit of %g s allowed no better settings", f->desc->time_limit_s);
+    np_print(why, sizeof why, "the time limit of %g s allowed no better settings", f->desc->time_limit_s);
   else if (e->bias.value > target)
-    (void)snprintf(why, sizeof why, "the march errs by that much here: set render.integrator to path");
+    np_print(why, sizeof why, "the march errs by that much here: set render.integrator to path");
   else
-    (void)snprintf(why, sizeof why, "raise render.max_samples or lower the target");
+    np_print(why, sizeof why, "raise render.max_samples or lower the target");
   np_log(f->assembly->context, NEPH_LOG_WARNING,
          "the error reached is %.2g %% a pixel (noise %.2g, bias about %.2g), the target is %.2g %%: %s",
          100.0 * e->total.value, 100.0 * e->noise.value, 100.0 * e->bias.value, 100.0 * target, why);

@@ -181,7 +181,7 @@ static bool is_reference_given(const np_scene_cloud *cloud) {
 }
 
 void neph_scene_warn_of_tasks(const neph_scene *scene) {
-  for (unsigned i = 0; i < scene->cloud_count; i++)
+  for (unsigned i = 0; scene && i < scene->cloud_count; i++)
     if (has_reference(&scene->clouds[i]) && !is_reference_given(&scene->clouds[i]))
       np_log(scene->context, NEPH_LOG_WARNING,
              "cloud %s: each task places and scales its sequence by the first of its own frames that holds anything, "

@@ -106,6 +106,7 @@ static bool is_light_name(const char *rest) {
 
 /* Names are those of pictures of another scene too, that were never finished. */
 void neph_checkpoint_clear_light(const char *checkpoint_path) {
+  if (!checkpoint_path) return;
   const char *slash = strrchr(checkpoint_path, '/'), *name = slash ? slash + 1 : checkpoint_path;
   const size_t length = strlen(name);
   char folder_name[4096] = ".";

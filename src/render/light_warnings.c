@@ -3,6 +3,7 @@
 
 #include <stdio.h>
 
+#include "core/text.h"
 #include "core/units.h"
 #include "render/stores.h"
 #include "scene/animation.h"
@@ -25,9 +26,9 @@ static double get_azimuth_deg(const np_scene_lights *lights) {
 static void describe_sun(const neph_scene *scene, const np_scene_lights *lights, char out[SUN_SIZE]) {
   const double elevation = get_elevation_deg(lights);
   char frame[32] = "";
-  if (np_scene_is_sequence(scene)) (void)snprintf(frame, sizeof frame, "in frame %.6g ", scene->frame);
-  (void)snprintf(out, SUN_SIZE, "%sthe sun is %.1f° %s the horizon at azimuth %.1f°", frame, fabs(elevation),
-                 elevation < 0.0 ? "below" : "above", get_azimuth_deg(lights));
+  if (np_scene_is_sequence(scene)) np_print(frame, sizeof frame, "in frame %.6g ", scene->frame);
+  np_print(out, SUN_SIZE, "%sthe sun is %.1f° %s the horizon at azimuth %.1f°", frame, fabs(elevation),
+           elevation < 0.0 ? "below" : "above", get_azimuth_deg(lights));
 }
 
 /* ---- Times without a zone ---- */

@@ -1,15 +1,16 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The speed of a machine in a file: JSON, flat, a factor for each kind of work. */
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 #include <nephos/machine.h>
 
 #include "core/alloc.h"
 #include "core/file.h"
+#include "core/given.h"
 #include "core/json.h"
 #include "core/parallel.h"
+#include "core/text.h"
 #include "scene/scene_values.h"
 
 static const char format_name[] = "nephos machine", version_text[] = "1";
@@ -24,6 +25,7 @@ static const double factor_max = 1e3;
 const char *neph_work_get_name(neph_work work) { return (unsigned)work < NEPH_WORK_COUNT ? names[work] : NULL; }
 
 neph_result neph_machine_save(neph_context *context, const neph_machine *machine, const char *path) {
+  if (NP_LACKS(context, machine, path)) return NEPH_ERROR_INVALID_ARGUMENT;
   np_json *json = np_json_create(context);
   char *text = NULL;
   if (!json) return NEPH_ERROR_OUT_OF_MEMORY;
@@ -55,11 +57,11 @@ static neph_result read_values(neph_context *context, const char *path, const np
   if (!is_text(json, "version", version_text)) return fail_damaged(context, path, "its version is not 1");
   const char *cpu = np_json_get_text(json, "cpu");
   if (!cpu) return fail_damaged(context, path, "it names no cpu");
-  (void)snprintf(out->cpu, sizeof out->cpu, "%s", cpu);
+  np_print_short(out->cpu, sizeof out->cpu, cpu);
   for (int i = 0; i < NEPH_WORK_COUNT; i++) {
     char what[64];
     const bool has_factor = np_json_get_reals(json, names[i], &out->factor[i], 1);
-    (void)snprintf(what, sizeof what, "its factor of %s is missing or not in (0, %g]", names[i], factor_max);
+    np_print(what, sizeof what, "its factor of %s is missing or not in (0, %g]", names[i], factor_max);
     if (!has_factor || !(out->factor[i] > 0.0) || out->factor[i] > factor_max) return fail_damaged(context, path, what);
   }
   return NEPH_OK;
@@ -77,6 +79,7 @@ static void check_cpu(neph_context *context, const char *path, neph_machine *mac
 }
 
 neph_result neph_machine_load(neph_context *context, const char *path, neph_machine *out_machine) {
+  if (NP_LACKS(context, path, out_machine)) return NEPH_ERROR_INVALID_ARGUMENT;
   neph_machine machine = NEPH_MACHINE_DEFAULT;
   void *bytes = NULL;
   size_t size;

@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Memory of a picture, predicted from its plan. */
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 #include "core/file.h"
+#include "core/given.h"
+#include "core/text.h"
 #include "image/image_private.h"
 #include "render/plan.h"
 #include "render/plan_detail.h"
@@ -81,6 +82,7 @@ neph_result np_plan_predict_memory(const neph_scene *scene, const np_plan *plan,
 
 neph_result neph_render_estimate_memory(neph_scene *scene, const neph_render_desc *desc,
                                         neph_memory_estimate *out_estimate) {
+  if (NP_LACKS(NP_CONTEXT_OF(scene), out_estimate)) return NEPH_ERROR_INVALID_ARGUMENT;
   np_plan plan;
   neph_memory_estimate e;
   neph_result result = np_desc_check_size(scene->context, "neph_memory_estimate", out_estimate, sizeof *out_estimate);
@@ -107,7 +109,7 @@ static const double light_bytes_min = 1e6;
 /* Notes what is given up, and decides anew. */
 static neph_result give_up(const neph_scene *scene, np_plan *plan, const char *what, neph_memory_estimate *e) {
   const size_t length = strlen(plan->savings);
-  snprintf(plan->savings + length, sizeof plan->savings - length, "%s%s", length ? ", and " : "", what);
+  np_print(plan->savings + length, sizeof plan->savings - length, "%s%s", length ? ", and " : "", what);
   neph_result result = np_plan_revise(scene, plan);
   return result ? result : estimate(scene, plan, e);
 }
@@ -118,7 +120,7 @@ static neph_result fit_light(const neph_scene *scene, np_plan *plan, neph_memory
   char text[96];
   if (!(left > fmax(light_share_min * light, light_bytes_min))) return NEPH_OK;
   plan->light_bytes_max = left;
-  snprintf(text, sizeof text, "multiple scattering is solved for on coarser cells, in %.3g of %.3g GB", 1e-9 * left,
+  np_print(text, sizeof text, "multiple scattering is solved for on coarser cells, in %.3g of %.3g GB", 1e-9 * left,
            1e-9 * light);
   return give_up(scene, plan, text, e);
 }

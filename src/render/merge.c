@@ -6,6 +6,7 @@
 #include <nephos/parts.h>
 
 #include "core/alloc.h"
+#include "core/given.h"
 #include "core/parallel.h"
 #include "render/merge_cover.h"
 #include "render/merge_header.h"
@@ -167,6 +168,7 @@ static void clear(merging *m) {
 
 neph_result neph_parts_merge(neph_context *context, const char *const *paths, size_t path_count,
                              neph_pixel_type *out_pixel_type, neph_image **out_image) {
+  if (NP_LACKS_OUT(context, out_image, paths)) return NEPH_ERROR_INVALID_ARGUMENT;
   *out_image = NULL;
   if (path_count == 0) return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "no parts are given: must be one or more");
   merging m = {.context = context};

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "render/merge_cover.h"
 
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "core/alloc.h"
+#include "core/text.h"
 
 enum { LIST_SIZE = 1200 };
 
@@ -36,20 +36,20 @@ static int get_tile_begin(const cover *c, unsigned tile) {
 static void name_band(const cover *c, band rows, char *out, size_t size) {
   for (unsigned tile = 0; tile < c->tile_count && c->tile_count > 1; tile++)
     if (get_tile_begin(c, tile) == rows.begin && get_tile_begin(c, tile + 1) == rows.end) {
-      (void)snprintf(out, size, "tile %u/%u", tile + 1, c->tile_count);
+      np_print(out, size, "tile %u/%u", tile + 1, c->tile_count);
       return;
     }
-  (void)snprintf(out, size, "rows %d to %d", rows.begin, rows.end - 1);
+  np_print(out, size, "rows %d to %d", rows.begin, rows.end - 1);
 }
 
 /* Notes that a band lacks samples [begin, end), or, where both are 0, all. */
 static void note_missing(cover *c, band rows, uint32_t begin, uint32_t end) {
   char name[48], samples[48] = "";
   name_band(c, rows, name, sizeof name);
-  if (end > 0) (void)snprintf(samples, sizeof samples, ", samples %u-%u", begin, end);
+  if (end > 0) np_print(samples, sizeof samples, ", samples %u-%u", begin, end);
   if (c->length + strlen(name) + strlen(samples) + 8 > sizeof c->missing) return;
-  c->length += (size_t)snprintf(c->missing + c->length, sizeof c->missing - c->length, "%s%s%s", c->length ? "; " : "",
-                                name, samples);
+  c->length +=
+      np_print(c->missing + c->length, sizeof c->missing - c->length, "%s%s%s", c->length ? "; " : "", name, samples);
 }
 
 static bool has_rows(const np_merge_part *part, band rows) {

@@ -2,26 +2,14 @@
 #include "render/part_fault.h"
 
 #include <stdarg.h>
-#include <stdio.h>
 
 #include "core/alloc.h"
-
-/* Printed twice, first for its length. */
-static char *print(neph_context *context, const char *format, va_list arguments) {
-  va_list again;
-  va_copy(again, arguments);
-  const int length = vsnprintf(NULL, 0, format, arguments);
-  char *text = length < 0 ? NULL : np_alloc(context, (size_t)length + 1, 1);
-  if (text && vsnprintf(text, (size_t)length + 1, format, again) != length) text[0] = '\0';
-  va_end(again);
-  return text;
-}
 
 static void set(np_part_fault *fault, neph_result result, bool is_of_contents, const char *format, va_list arguments) {
   if (fault->result) return;
   fault->result = result;
   fault->is_of_contents = is_of_contents;
-  fault->reason = print(fault->context, format, arguments);
+  fault->reason = np_alloc_printf_list(fault->context, format, arguments);
 }
 
 bool np_part_fault_set(np_part_fault *fault, const char *format, ...) {

@@ -2,8 +2,8 @@
 #include "render/placement.h"
 
 #include <float.h>
-#include <stdio.h>
 
+#include "core/text.h"
 #include "volume/volume_private.h"
 #include "volume/volume_tint.h"
 
@@ -197,23 +197,23 @@ static double get_size(const cloud_box *box) {
 static bool is_small(const cloud_box *box, np_placement_fault *out) {
   const double size_m = get_size(box);
   if (!(size_m < smallest_m)) return false;
-  (void)snprintf(out->cause, sizeof out->cause, "is %.3g m across, less than %g m", size_m, smallest_m);
+  np_print(out->cause, sizeof out->cause, "is %.3g m across, less than %g m", size_m, smallest_m);
   return true;
 }
 
 static bool is_large(const cloud_box *box, np_placement_fault *out) {
   const double size_m = get_size(box);
   if (!(size_m > largest_m)) return false;
-  (void)snprintf(out->cause, sizeof out->cause, "is %.4g km across, more than %g km", 1e-3 * size_m, 1e-3 * largest_m);
+  np_print(out->cause, sizeof out->cause, "is %.4g km across, more than %g km", 1e-3 * size_m, 1e-3 * largest_m);
   return true;
 }
 
 static bool is_out_of_view(const cloud_box *box, np_placement_fault *out) {
   const np_dvec3 low = box->low, high = box->high;
   if (np_camera_sees_box(box->view->camera, low, high)) return false;
-  (void)snprintf(out->cause, sizeof out->cause,
-                 "lies wholly outside the view, from (%.3g, %.3g, %.3g) to (%.3g, %.3g, %.3g) km", 1e-3 * low.x,
-                 1e-3 * low.y, 1e-3 * low.z, 1e-3 * high.x, 1e-3 * high.y, 1e-3 * high.z);
+  np_print(out->cause, sizeof out->cause,
+           "lies wholly outside the view, from (%.3g, %.3g, %.3g) to (%.3g, %.3g, %.3g) km", 1e-3 * low.x, 1e-3 * low.y,
+           1e-3 * low.z, 1e-3 * high.x, 1e-3 * high.y, 1e-3 * high.z);
   return true;
 }
 
@@ -237,8 +237,8 @@ static bool is_before_near(const cloud_box *box, np_placement_fault *out) {
   double nearest_m, farthest_m;
   compute_depths(box, &nearest_m, &farthest_m);
   if (!(farthest_m > 0.0) || farthest_m >= near_m) return false;
-  (void)snprintf(out->cause, sizeof out->cause,
-                 "ends %.4g m before the camera, whose near plane, %.4g m away, cuts it off", farthest_m, near_m);
+  np_print(out->cause, sizeof out->cause, "ends %.4g m before the camera, whose near plane, %.4g m away, cuts it off",
+           farthest_m, near_m);
   return true;
 }
 
@@ -247,8 +247,8 @@ static bool is_beyond_far(const cloud_box *box, np_placement_fault *out) {
   double nearest_m, farthest_m;
   compute_depths(box, &nearest_m, &farthest_m);
   if (!(nearest_m > far_m)) return false;
-  (void)snprintf(out->cause, sizeof out->cause,
-                 "begins %.4g m before the camera, whose far plane, %.4g m away, cuts it off", nearest_m, far_m);
+  np_print(out->cause, sizeof out->cause, "begins %.4g m before the camera, whose far plane, %.4g m away, cuts it off",
+           nearest_m, far_m);
   return true;
 }
 
@@ -270,8 +270,8 @@ static bool is_below_pixel(const cloud_box *box, np_placement_fault *out) {
   }
   const double size_px = fmax(high[0] - low[0], high[1] - low[1]);
   if (!(size_px < 1.0)) return false;
-  (void)snprintf(out->cause, sizeof out->cause, "subtends %.2g of a pixel, %.4g km before the camera", size_px,
-                 1e-3 * depth_m);
+  np_print(out->cause, sizeof out->cause, "subtends %.2g of a pixel, %.4g km before the camera", size_px,
+           1e-3 * depth_m);
   return true;
 }
 
@@ -290,9 +290,9 @@ static bool is_far_from_terrain(const cloud_box *box, np_placement_fault *out) {
       hypot(get_gap(box->low.x, box->high.x, low.x, high.x), get_gap(box->low.y, box->high.y, low.y, high.y));
   const double terrain_m = fmax(high.x - low.x, high.y - low.y);
   if (!(gap_m > fmax(horizon_m, fmax(terrain_m, get_size(box))))) return false;
-  (void)snprintf(out->cause, sizeof out->cause,
-                 "lies %.4g km from the terrain, which is %.4g km across: are its coordinates in another system?",
-                 1e-3 * gap_m, 1e-3 * terrain_m);
+  np_print(out->cause, sizeof out->cause,
+           "lies %.4g km from the terrain, which is %.4g km across: are its coordinates in another system?",
+           1e-3 * gap_m, 1e-3 * terrain_m);
   return true;
 }
 
@@ -318,7 +318,7 @@ static bool is_below_ground(const cloud_box *box, np_placement_fault *out) {
     least_m = fmin(least_m, get_depth_below_ground(box->view, p));
     if (!(least_m > 0.0)) return false;
   }
-  (void)snprintf(out->cause, sizeof out->cause, "lies wholly below the ground, its top %.4g m or more", least_m);
+  np_print(out->cause, sizeof out->cause, "lies wholly below the ground, its top %.4g m or more", least_m);
   return true;
 }
 

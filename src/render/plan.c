@@ -2,10 +2,10 @@
 #include "render/plan.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 #include "core/parallel.h"
+#include "core/text.h"
 #include "image/film.h"
 #include "render/part_check.h"
 #include "render/plan_history.h"
@@ -77,9 +77,9 @@ static void compute_sun_facts(const neph_scene *scene, bool are_known, const np_
                               np_scene_facts *f) {
   f->has_sun = is_positive(scene->sun.irradiance_w_m2_nm) && !(are_known && levels->is_sun_dark);
   if (!is_positive(scene->sun.irradiance_w_m2_nm))
-    snprintf(f->no_sun, sizeof f->no_sun, "sun.irradiance is 0");
+    np_print(f->no_sun, sizeof f->no_sun, "sun.irradiance is 0");
   else
-    snprintf(f->no_sun, sizeof f->no_sun, "the sun is %.1f deg below the horizon seen, and from 19 on its sky is dark",
+    np_print(f->no_sun, sizeof f->no_sun, "the sun is %.1f deg below the horizon seen, and from 19 on its sky is dark",
              -levels->sun_height_deg);
 }
 
@@ -89,14 +89,14 @@ static void compute_moon_facts(const neph_scene *scene, bool are_known, const np
       scene->moon.is_enabled && scene->moon.brightness > 0 && is_positive(scene->sun.irradiance_w_m2_nm);
   f->has_moon = shines && !(are_known && levels->is_moon_outshone);
   if (!scene->moon.is_enabled)
-    snprintf(f->no_moon, sizeof f->no_moon, "the scene has no moon");
+    np_print(f->no_moon, sizeof f->no_moon, "the scene has no moon");
   else if (!shines)
-    snprintf(f->no_moon, sizeof f->no_moon, "moon.brightness or sun.irradiance is 0");
+    np_print(f->no_moon, sizeof f->no_moon, "moon.brightness or sun.irradiance is 0");
   else if (levels->moon_lux > 1e-3 * levels->sun_lux)
-    snprintf(f->no_moon, sizeof f->no_moon, "set: %.1f deg below the horizon seen, and from 6 on it is dark",
+    np_print(f->no_moon, sizeof f->no_moon, "set: %.1f deg below the horizon seen, and from 6 on it is dark",
              -levels->moon_height_deg);
   else
-    snprintf(f->no_moon, sizeof f->no_moon,
+    np_print(f->no_moon, sizeof f->no_moon,
              "outshone: %.2g lx against the sun's %.2g, of which it is less than a thousandth; its disk is seen",
              levels->moon_lux, levels->sun_lux);
 }
@@ -107,9 +107,9 @@ static void compute_night_facts(const neph_scene *scene, bool are_known, const n
   f->has_airglow = has_airglow && !(are_known && levels->is_airglow_outshone);
   f->has_stars = scene->stars.is_enabled && !(are_known && levels->are_stars_outshone);
   static const char outshone[] = "outshone: less than a thousandth of the sky's light at %.1f deg of sun";
-  snprintf(f->no_airglow, sizeof f->no_airglow,
+  np_print(f->no_airglow, sizeof f->no_airglow,
            has_airglow ? outshone : "the scene has no airglow and no map of the stars", levels->sun_height_deg);
-  snprintf(f->no_stars, sizeof f->no_stars, scene->stars.is_enabled ? outshone : "the scene has no stars",
+  np_print(f->no_stars, sizeof f->no_stars, scene->stars.is_enabled ? outshone : "the scene has no stars",
            levels->sun_height_deg);
 }
 
@@ -276,7 +276,7 @@ neph_result np_plan_leave_out_clouds(const neph_scene *scene, np_plan *plan) {
   np_scene_facts facts = compute_facts(scene, plan);
   facts.has_clouds = false;
   memset(plan->stages, 0, sizeof plan->stages);
-  snprintf(plan->stages[NP_STAGE_VOLUMES].reason, sizeof plan->stages->reason, "no cloud holds anything in this frame");
+  np_print(plan->stages[NP_STAGE_VOLUMES].reason, sizeof plan->stages->reason, "no cloud holds anything in this frame");
   return decide_stages(plan, scene, &facts);
 }
 

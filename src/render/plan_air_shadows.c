@@ -2,8 +2,8 @@
 /* Light that shadows in the air may take from a ray: the light that is scattered once along the stretch that lies in
  * them. */
 #include <math.h>
-#include <stdio.h>
 
+#include "core/text.h"
 #include "core/units.h"
 #include "render/plan_choices.h"
 #include "terrain/terrain_private.h"
@@ -75,24 +75,24 @@ unsigned np_plan_choose_air_spacing(const np_plan *plan, const neph_scene *scene
 bool np_plan_choose_air_shadows(const np_plan *plan, const neph_scene *scene, char *out_reason, size_t reason_size) {
   const np_air_shadows wanted = scene->render.air_shadows;
   if (wanted != NP_AIR_SHADOWS_AUTO) {
-    snprintf(out_reason, reason_size, "render.air_shadows is %s", wanted == NP_AIR_SHADOWS_TRUE ? "true" : "false");
+    np_print(out_reason, reason_size, "render.air_shadows is %s", wanted == NP_AIR_SHADOWS_TRUE ? "true" : "false");
     return wanted == NP_AIR_SHADOWS_TRUE;
   }
   if (!plan->are_lights_known) {
-    snprintf(out_reason, reason_size, "where the sun stands is not known yet: clouds or hills may shade the air");
+    np_print(out_reason, reason_size, "where the sun stands is not known yet: clouds or hills may shade the air");
     return true;
   }
   const double up = plan->has_sun ? plan->lights.to_sun.z : plan->lights.moon.direction.z;
   const double elevation = asin(fmin(fmax(up, -1.0), 1.0));
   if (elevation < elevation_least_rad) {
-    snprintf(out_reason, reason_size, "%.1f deg below the horizon the %s shines over clouds and hills",
+    np_print(out_reason, reason_size, "%.1f deg below the horizon the %s shines over clouds and hills",
              -elevation / NP_DEGREE, plan->has_sun ? "sun" : "moon");
     return false;
   }
   const double clouds = compute_cloud_shadow(scene), hills = compute_hill_shadow(scene, elevation);
   const double depth = compute_scattering(&scene->atmosphere) * fmax(clouds, hills);
   const double share = -expm1(-depth);
-  snprintf(out_reason, reason_size, "%s may shade air that scatters up to %.2g %% of a ray's light%s",
+  np_print(out_reason, reason_size, "%s may shade air that scatters up to %.2g %% of a ray's light%s",
            clouds >= hills ? "clouds" : "hills", 100.0 * share,
            share < share_least ? ", less than a two-hundredth" : "");
   return share >= share_least;

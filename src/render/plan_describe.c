@@ -4,10 +4,10 @@
 #include <string.h>
 
 #include "core/json.h"
+#include "core/text.h"
 #include "render/plan.h"
 #include "render/stages.h"
 #include "scene/scene_values.h"
-#include "scene/text_builder.h"
 
 static void add_references(np_text *text, const np_plan *plan) {
   if (plan->reference_count) np_text_add(text, "%-20s ", "reference frames");
@@ -85,6 +85,13 @@ static void add_prediction(np_text *text, const np_plan *plan, double peak_bytes
               np_plan_get_core_s(plan) * all.seconds, threads, threads == 1 ? "" : "s");
 }
 
+static neph_result add_reason(np_text *text, const neph_scene *scene, const np_plan *plan, np_stage stage) {
+  const np_stage_row *row = np_stage_get_row(stage);
+  if (row->describe && plan->stages[stage].is_needed) return row->describe(plan, scene, text);
+  np_text_add(text, "%s", plan->stages[stage].reason);
+  return NEPH_OK;
+}
+
 static neph_result describe_plain(const neph_scene *scene, const np_plan *plan, double peak_bytes, char **out_text) {
   const neph_render_desc *desc = &plan->desc;
   const int *min = plan->window_min, *max = plan->window_max;
@@ -98,17 +105,18 @@ static neph_result describe_plain(const neph_scene *scene, const np_plan *plan, 
   add_references(&text, plan);
   add_settings(&text, scene, plan);
   add_prediction(&text, plan, peak_bytes);
-  for (int i = 0; i < NP_STAGE_COUNT; i++) {
+  neph_result result = NEPH_OK;
+  for (int i = 0; i < NP_STAGE_COUNT && !result; i++) {
     const np_plan_stage *stage = &plan->stages[i];
-    np_text_add(&text, "%-20s %-3s  %s", np_stage_get_row((np_stage)i)->name, stage->is_needed ? "yes" : "no",
-                stage->reason);
+    np_text_add(&text, "%-20s %-3s  ", np_stage_get_row((np_stage)i)->name, stage->is_needed ? "yes" : "no");
+    result = add_reason(&text, scene, plan, (np_stage)i);
     if (stage->cost.seconds >= 0.01 || stage->error > 0.0) {
       np_text_add(&text, ";");
       add_cost(&text, &stage->cost, stage->error);
     }
     np_text_add(&text, "\n");
   }
-  return np_text_finish(&text, out_text);
+  return result ? np_text_end(&text, result) : np_text_finish(&text, out_text);
 }
 
 static void put_picture(np_json *json, const np_plan *plan) {
@@ -169,14 +177,29 @@ static void put_references(np_json *json, const np_plan *plan) {
 }
 
 /* Stages predicted to take next to nothing have no numbers. */
-static void put_stage(np_json *json, const np_plan_stage *stage, const np_stage_row *row) {
+static void put_stage(np_json *json, const np_plan_stage *stage, const np_stage_row *row, const char *reason) {
   np_json_put_text(json, "stage", row->name);
   np_json_put_bool(json, "needed", stage->is_needed);
-  np_json_put_text(json, "reason", stage->reason);
+  np_json_put_text(json, "reason", reason);
   if (stage->cost.seconds > 0.0) np_json_put_real(json, "seconds", stage->cost.seconds);
   if (stage->cost.bytes > 0.0) np_json_put_real(json, "bytes", stage->cost.bytes);
   if (stage->error > 0.0) np_json_put_real(json, "error", stage->error);
   if (stage->is_needed && row->reuse) np_json_put_text(json, "reused_while", row->reuse->reused_while);
+}
+
+static neph_result put_stages(np_json *json, const neph_scene *scene, const np_plan *plan) {
+  neph_result result = NEPH_OK;
+  np_json_begin_array(json, "stages");
+  for (int i = 0; i < NP_STAGE_COUNT && !result; i++) {
+    np_text reason = {.context = plan->context};
+    result = add_reason(&reason, scene, plan, (np_stage)i);
+    np_json_begin_object(json, NULL);
+    put_stage(json, &plan->stages[i], np_stage_get_row((np_stage)i), np_text_get(&reason));
+    np_json_end(json);
+    result = np_text_end(&reason, result);
+  }
+  np_json_end(json);
+  return result;
 }
 
 static neph_result describe_json(const neph_scene *scene, const np_plan *plan, double peak_bytes, char **out_text) {
@@ -192,14 +215,10 @@ static neph_result describe_json(const neph_scene *scene, const np_plan *plan, d
   put_settings(json, scene, plan);
   put_prediction(json, plan, peak_bytes);
   if (plan->reference_count) put_references(json, plan);
-  np_json_begin_array(json, "stages");
-  for (int i = 0; i < NP_STAGE_COUNT; i++) {
-    np_json_begin_object(json, NULL);
-    put_stage(json, &plan->stages[i], np_stage_get_row((np_stage)i));
-    np_json_end(json);
-  }
-  np_json_end(json);
-  return np_json_finish(json, out_text);
+  const neph_result result = put_stages(json, scene, plan);
+  if (!result) return np_json_finish(json, out_text);
+  np_json_destroy(json);
+  return result;
 }
 
 neph_result np_plan_describe(const neph_scene *scene, const np_plan *plan, neph_text_format format, char **out_text) {

@@ -2,9 +2,9 @@
 #include "render/plan_history.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
+#include "core/text.h"
 #include "render/history.h"
 #include "render/part_check.h"
 #include "render/reprojection.h"
@@ -79,14 +79,14 @@ void np_stage_decide_history(np_decision *d, np_plan_stage *out) {
   const int frame = d->plan->desc.frame, first = np_scene_get_history_first(d->scene, frame);
   out->is_needed = np_scene_has_history(d->scene);
   if (render->history == NP_HISTORY_NONE)
-    snprintf(out->reason, sizeof out->reason, "render.history is none");
+    np_print(out->reason, sizeof out->reason, "render.history is none");
   else if (!out->is_needed)
-    snprintf(out->reason, sizeof out->reason, "one frame: nothing in the scene changes from frame to frame");
+    np_print(out->reason, sizeof out->reason, "one frame: nothing in the scene changes from frame to frame");
   else if (frame == first)
-    snprintf(out->reason, sizeof out->reason, "frame %d begins a block of %u: it is rendered by itself, for the next",
+    np_print(out->reason, sizeof out->reason, "frame %d begins a block of %u: it is rendered by itself, for the next",
              frame, render->history_frames);
   else
-    snprintf(out->reason, sizeof out->reason,
+    np_print(out->reason, sizeof out->reason,
              "1 pixel in %u is rendered, the others are those of frame %d; a process without it renders from frame %d "
              "on",
              render->history_update, frame - 1, first);

@@ -6,10 +6,10 @@
  * it.
  */
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 #include "core/frame_name.h"
+#include "core/text.h"
 #include "core/units.h"
 #include "render/plan_choices.h"
 #include "render/plan_detail.h"
@@ -100,19 +100,19 @@ double np_plan_predict_filling(const np_plan *plan, const neph_scene *scene) {
 bool np_plan_choose_sun_volume(const np_plan *plan, const neph_scene *scene, char *out_reason, size_t reason_size) {
   const np_sun_optical_depth_method wanted = scene->render.sun_optical_depth;
   if (wanted != NP_SUN_OPTICAL_DEPTH_AUTO) {
-    snprintf(out_reason, reason_size, "render.sun_optical_depth is %s",
+    np_print(out_reason, reason_size, "render.sun_optical_depth is %s",
              wanted == NP_SUN_OPTICAL_DEPTH_VOLUME ? "volume" : "march");
     return wanted == NP_SUN_OPTICAL_DEPTH_VOLUME;
   }
   if (scene->sun.angular_radius_rad > disk_radius_max_rad) {
-    snprintf(out_reason, reason_size, "sun.angular_radius is above 1 deg: its disk is marched for");
+    np_print(out_reason, reason_size, "sun.angular_radius is above 1 deg: its disk is marched for");
     return false;
   }
   double voxel_s, ray_s;
   compute_costs(plan, scene, &voxel_s, &ray_s);
   const double filling = voxel_s * plan->cloud_voxel_count, saving = ray_s * count_rays(plan);
   const bool is_sequence = is_sequence_of_still_clouds(scene);
-  snprintf(out_reason, reason_size, "filling it takes some %.1g s of one core%s and spares some %.1g s of marching",
+  np_print(out_reason, reason_size, "filling it takes some %.1g s of one core%s and spares some %.1g s of marching",
            filling, is_sequence ? ", once for a sequence of frames," : "", saving);
   return filling / (is_sequence ? sequence_frames : 1.0) < saving;
 }

@@ -3,6 +3,8 @@
 
 #include <math.h>
 
+#include "core/alloc.h"
+#include "core/text.h"
 #include "image/image_private.h"
 #include "render/stages.h"
 
@@ -22,6 +24,24 @@ neph_result np_prediction_begin(const neph_scene *scene, const np_plan *plan) {
   return p->is_wanted ? np_plan_predict_memory(scene, plan, &p->bytes) : NEPH_OK;
 }
 
+static bool is_verbose(const np_plan *plan) { return np_log_is_wanted(plan->context, NEPH_LOG_DEBUG); }
+
+/* "; measured 1.2 s" where `measured_s` is not negative. */
+static neph_result log_whole(const neph_scene *scene, const np_plan *plan, double measured_s) {
+  double bytes;
+  char measured[40] = "";
+  const neph_result result = np_plan_predict_memory(scene, plan, &bytes);
+  if (result) return result;
+  if (measured_s >= 0.0) np_print(measured, sizeof measured, "; measured %.3g s", measured_s);
+  np_log(plan->context, NEPH_LOG_DEBUG, "prediction: %.3g s of one core, %.3g MB, error %.3g %%%s",
+         np_stages_count_cost(plan).seconds, 1e-6 * bytes, 100.0 * hypot(plan->bias, plan->noise), measured);
+  return NEPH_OK;
+}
+
+neph_result np_prediction_log(const neph_scene *scene, const np_plan *plan) {
+  return is_verbose(plan) ? log_whole(scene, plan, -1.0) : NEPH_OK;
+}
+
 static void log_stages(const np_plan *plan) {
   for (int i = 0; i < NP_STAGE_COUNT; i++) {
     const double predicted_s = plan->stages[i].cost.seconds, measured_s = plan->times->cpu_s[i];
@@ -30,6 +50,18 @@ static void log_stages(const np_plan *plan) {
              np_stage_get_row((np_stage)i)->name, predicted_s, measured_s);
   }
   np_log(plan->context, NEPH_LOG_DEBUG, "estimate of the error: measured %.3g s", plan->times->error_s);
+}
+
+/* By a copy of the plan that has measured what clouds fill, as `--explain` has: verbosity changes no picture. */
+static neph_result log_all(const neph_scene *scene, const np_plan *plan, double measured_s) {
+  np_plan *copy = np_alloc(plan->context, 1, sizeof *copy);
+  if (!copy) return NEPH_ERROR_OUT_OF_MEMORY;
+  *copy = *plan;
+  neph_result result = np_plan_measure_fill(scene, copy);
+  if (!result) log_stages(copy);
+  if (!result) result = log_whole(scene, copy, measured_s);
+  np_alloc_free(plan->context, copy);
+  return result;
 }
 
 /* All that was built is known by then. */
@@ -48,14 +80,12 @@ static neph_result write_pilots(const np_plan *plan, neph_image *image) {
   return result ? result : np_image_set_real(image, "nephos:pilotError", error);
 }
 
-neph_result np_prediction_end(const np_plan *plan, neph_image *image) {
+neph_result np_prediction_end(const neph_scene *scene, const np_plan *plan, neph_image *image) {
   const np_prediction *p = &plan->times->prediction;
   const double measured_s = np_cpu_time_s() - p->start_s;
-  log_stages(plan);
-  if (!p->is_wanted) return NEPH_OK;
-  np_log(plan->context, NEPH_LOG_DEBUG, "prediction: %.3g s of one core, %.3g MB, error %.3g %%; measured %.3g s",
-         p->seconds, 1e-6 * p->bytes, 100.0 * p->error, measured_s);
-  neph_result result = np_image_set_real(image, "nephos:predictedSeconds", p->seconds);
+  neph_result result = is_verbose(plan) ? log_all(scene, plan, measured_s) : NEPH_OK;
+  if (result || !p->is_wanted) return result;
+  result = np_image_set_real(image, "nephos:predictedSeconds", p->seconds);
   if (!result) result = np_image_set_real(image, "nephos:predictedBytes", p->bytes);
   if (!result) result = np_image_set_real(image, "nephos:predictedError", p->error);
   if (!result) result = np_image_set_real(image, "nephos:cpuSeconds", measured_s);

@@ -12,8 +12,12 @@ neph_result np_prediction_prepare(const neph_scene *scene, np_plan *plan);
 /* Notes what the plan predicts, in its times. */
 neph_result np_prediction_begin(const neph_scene *scene, const np_plan *plan);
 
-/* Predicted and measured time of each stage into the log; of the whole into the picture's header, of a picture with a
- * target error or a time limit. */
-neph_result np_prediction_end(const np_plan *plan, neph_image *image);
+/* Predicted and measured time of each stage, and of the whole with memory and error, into the log where it is verbose;
+ * of the whole into the picture's header, of a picture with a target error or a time limit. The log's numbers are those
+ * of np_prediction_log, also for a picture whose plan was made without measuring what clouds fill. */
+neph_result np_prediction_end(const neph_scene *scene, const np_plan *plan, neph_image *image);
+
+/* Seconds, memory and error of a plan that has measured what clouds fill, into the log where it is verbose. */
+neph_result np_prediction_log(const neph_scene *scene, const np_plan *plan);
 
 #endif

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "core/alloc.h"
+#include "core/given.h"
 #include "core/units.h"
 #include "render/probe_run.h"
 #include "render/probe_slab.h"
@@ -198,6 +199,7 @@ static const np_probe_kind slab_kind = {read_rows, answer_rows, print_rows};
 
 neph_result neph_probe_slab(neph_context *context, const char *cases_path, const neph_probe_desc *desc,
                             char **out_text) {
+  if (NP_LACKS_OUT(context, out_text, cases_path)) return NEPH_ERROR_INVALID_ARGUMENT;
   *out_text = NULL;
   const neph_probe_desc defaults = NEPH_PROBE_DESC_DEFAULT;
   slab_probe p = {.context = context};

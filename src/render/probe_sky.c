@@ -7,6 +7,7 @@
 #include "atmosphere/sky_query.h"
 #include "core/alloc.h"
 #include "core/file.h"
+#include "core/given.h"
 #include "core/path_map.h"
 #include "render/probe_run.h"
 #include "scene/scene_private.h"
@@ -280,6 +281,7 @@ static const np_probe_kind sky_kind = {read_rows, answer_rows, print_rows};
 
 neph_result neph_probe_sky(neph_context *context, const char *cases_path, const neph_probe_sky_desc *desc,
                            char **out_text) {
+  if (NP_LACKS_OUT(context, out_text, cases_path)) return NEPH_ERROR_INVALID_ARGUMENT;
   *out_text = NULL;
   const neph_probe_sky_desc defaults = NEPH_PROBE_SKY_DESC_DEFAULT;
   sky_probe p = {.context = context};

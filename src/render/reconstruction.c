@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "render/reconstruction.h"
 
-#include <stdio.h>
 #include <string.h>
 
 #include "core/alloc.h"
+#include "core/text.h"
 #include "image/image_private.h"
 #include "render/channel_table.h"
 #include "scene/sequence.h"
@@ -215,7 +215,7 @@ static neph_result describe_mean(const np_frame *f, neph_image *image) {
   if (!f->reconstruction->has_beauty) return NEPH_OK;
   for (int b = 0; b < NP_BAND_COUNT; b++)
     for (size_t i = 0; i < pixels; i++) mean[b] += (double)f->planes[b][i] / (double)pixels;
-  (void)snprintf(text, sizeof text, "%.6g %.6g %.6g", mean[0], mean[1], mean[2]);
+  np_print(text, sizeof text, "%.6g %.6g %.6g", mean[0], mean[1], mean[2]);
   return neph_image_set_attribute(image, "nephos:mean", text);
 }
 
@@ -223,10 +223,10 @@ neph_result np_reconstruction_describe(const np_frame *f, neph_image *image) {
   const np_reconstruction *r = f->reconstruction;
   const double percent = 100.0 / ((double)r->width * r->height), rendered = (double)r->source_counts[NP_PIXEL_RENDERED];
   char text[160];
-  (void)snprintf(text, sizeof text, "%.3g %% rendered, %.3g %% reprojected, %.3g %% interpolated%s", percent * rendered,
-                 percent * (double)r->source_counts[NP_PIXEL_REPROJECTED],
-                 percent * (double)r->source_counts[NP_PIXEL_INTERPOLATED],
-                 r->is_cut ? "; a cut: nothing was taken from the frame before" : "");
+  np_print(text, sizeof text, "%.3g %% rendered, %.3g %% reprojected, %.3g %% interpolated%s", percent * rendered,
+           percent * (double)r->source_counts[NP_PIXEL_REPROJECTED],
+           percent * (double)r->source_counts[NP_PIXEL_INTERPOLATED],
+           r->is_cut ? "; a cut: nothing was taken from the frame before" : "");
   np_log(r->context, NEPH_LOG_INFO, "pixels: %s", text);
   neph_result result = neph_image_set_attribute(image, "nephos:pixels", text);
   if (!result) result = np_image_set_real(image, "nephos:samples", 0.01 * percent * rendered * f->desc->sample_count);

@@ -4,6 +4,7 @@
 
 #include <nephos/parts.h>
 
+#include "core/given.h"
 #include "core/parallel.h"
 #include "image/image_private.h"
 #include "render/frame.h"
@@ -58,7 +59,7 @@ static neph_result render(np_plan *plan, const neph_scene *scene, np_monitor *mo
   if (!result) result = np_frame_render(scene, plan, &assembly, monitor, out_image);
   plan->times->cpu_s[NP_STAGE_INTEGRATOR] = np_cpu_time_s() - start_s - plan->times->error_s;
   np_assembly_clear(&assembly);
-  if (!result) result = np_prediction_end(plan, *out_image);
+  if (!result) result = np_prediction_end(scene, plan, *out_image);
   return result || !*plan->hash ? result : neph_image_set_attribute(*out_image, NP_SCENE_HASH, plan->hash);
 }
 
@@ -82,6 +83,7 @@ neph_result np_render_image(neph_scene *scene, np_plan *plan, np_monitor *monito
 }
 
 neph_result neph_render_compute_hash(neph_scene *scene, const neph_render_desc *desc, char out_hash[NEPH_HASH_SIZE]) {
+  if (NP_LACKS(NP_CONTEXT_OF(scene), out_hash)) return NEPH_ERROR_INVALID_ARGUMENT;
   out_hash[0] = '\0';
   np_plan plan;
   neph_result result = np_plan_make_frame(scene, desc, &plan);
@@ -97,8 +99,10 @@ static double count_run_up(const neph_scene *scene, const np_plan *plan) {
 
 neph_result neph_render_estimate_time(neph_scene *scene, const neph_render_desc *desc, double *out_seconds,
                                       double *out_next_seconds) {
+  if (NP_LACKS(NP_CONTEXT_OF(scene), out_seconds)) return NEPH_ERROR_INVALID_ARGUMENT;
   np_plan plan;
   neph_result result = np_plan_make(scene, desc, &plan);
+  if (!result) result = np_plan_measure_fill(scene, &plan);
   if (result) return result;
   /* All that depends on what moves is built again, unless the camera alone does. */
   const bool is_moving = !np_scene_has_still_light(scene);
@@ -112,6 +116,7 @@ neph_result neph_render_estimate_time(neph_scene *scene, const neph_render_desc 
 
 neph_result neph_render_explain(neph_scene *scene, const neph_render_desc *desc, neph_text_format format,
                                 char **out_text) {
+  if (NP_LACKS_OUT(NP_CONTEXT_OF(scene), out_text)) return NEPH_ERROR_INVALID_ARGUMENT;
   *out_text = NULL;
   np_plan plan;
   neph_result result = np_plan_make_frame(scene, desc, &plan);
@@ -120,5 +125,6 @@ neph_result neph_render_explain(neph_scene *scene, const neph_render_desc *desc,
   if (!result) result = np_plan_fit_memory(scene, &plan);
   if (!result && plan.are_lights_known)
     result = np_light_warnings_log(scene, &plan, &plan.lights, scene->longitude_rad);
+  if (!result) result = np_prediction_log(scene, &plan);
   return result ? result : np_plan_describe(scene, &plan, format, out_text);
 }

@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Whether a file is what a render would write. */
-#include <stdio.h>
 #include <string.h>
 
 #include <nephos/parts.h>
 
 #include "core/file.h"
+#include "core/given.h"
+#include "core/text.h"
 #include "image/image_private.h"
 #include "render/part_file.h"
 #include "render/plan.h"
@@ -25,7 +26,7 @@ static neph_result check_picture(const np_plan *plan, const char *path, bool *ou
   char tile[32] = "";
   neph_result result = np_image_read_exr_header(plan->context, path, &info, &image);
   if (result) return NEPH_OK; /* after a message; it is replaced */
-  if (d->tile_count > 1) (void)snprintf(tile, sizeof tile, "%u/%u", d->tile_index + 1, d->tile_count);
+  if (d->tile_count > 1) np_print(tile, sizeof tile, "%u/%u", d->tile_index + 1, d->tile_count);
   *out_is_done = is_attribute(image, NP_SCENE_HASH, plan->hash) && is_attribute(image, NP_HEADER_TILE, tile) &&
                  is_attribute(image, NP_HEADER_RANGE, "");
   neph_image_destroy(image);
@@ -54,6 +55,7 @@ static neph_result check_part(const np_plan *plan, const char *path, bool *out_i
 }
 
 neph_result neph_render_is_done(neph_scene *scene, const neph_render_desc *desc, const char *path, bool *out_is_done) {
+  if (NP_LACKS(NP_CONTEXT_OF(scene), path, out_is_done)) return NEPH_ERROR_INVALID_ARGUMENT;
   *out_is_done = false;
   np_plan plan;
   neph_result result = np_plan_make_frame(scene, desc, &plan);

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "render/render_header.h"
 
-#include <stdio.h>
-
+#include "core/text.h"
 #include "core/units.h"
 #include "image/image_private.h"
 #include "render/camera_header.h"
@@ -15,7 +14,7 @@ static neph_result describe_render(const neph_scene *scene, const np_plan *plan,
   const neph_render_desc *desc = &plan->desc;
   const bool is_path = desc->integrator == NEPH_INTEGRATOR_PATH;
   char seed[24];
-  (void)snprintf(seed, sizeof seed, "%llu", (unsigned long long)desc->seed);
+  np_print(seed, sizeof seed, "%llu", (unsigned long long)desc->seed);
   neph_result result = neph_image_set_attribute(image, "nephos:integrator", is_path ? "path" : "march");
   const bool is_traced = desc->atmosphere == NEPH_RENDER_ATMOSPHERE_TRACED;
   if (!result && is_path)
@@ -62,8 +61,8 @@ static light_quality compute_light_quality(const np_assembly *assembly) {
 
 static neph_result describe_cut(const neph_render_desc *desc, const light_quality *q, neph_image *image) {
   char where[48] = "", text[96];
-  if (q->cut_width > 1) (void)snprintf(where, sizeof where, " on cells %u times as wide", q->cut_width);
-  (void)snprintf(text, sizeof text, "cut at residual %.2g%s", q->cut_residual, where);
+  if (q->cut_width > 1) np_print(where, sizeof where, " on cells %u times as wide", q->cut_width);
+  np_print(text, sizeof text, "cut at residual %.2g%s", q->cut_residual, where);
   np_log(image->context, NEPH_LOG_WARNING,
          "the time limit of %g s ended the solution of the multiple scattering, %s: clouds may be too dark; allow more "
          "time, or set render.multiple_scattering to octaves, which takes none",
@@ -97,10 +96,10 @@ static neph_result describe_part(const np_plan *plan, neph_image *image) {
   const neph_render_desc *d = &plan->desc;
   char tile[32], window[64], range[48];
   neph_result result = NEPH_OK;
-  (void)snprintf(tile, sizeof tile, "%u/%u", d->tile_index + 1, d->tile_count);
-  (void)snprintf(window, sizeof window, "%d %d %d %d", plan->whole_min[0], plan->whole_min[1], plan->whole_max[0],
-                 plan->whole_max[1]);
-  (void)snprintf(range, sizeof range, "%u-%u/%u", d->sample_begin, d->sample_end, d->sample_count);
+  np_print(tile, sizeof tile, "%u/%u", d->tile_index + 1, d->tile_count);
+  np_print(window, sizeof window, "%d %d %d %d", plan->whole_min[0], plan->whole_min[1], plan->whole_max[0],
+           plan->whole_max[1]);
+  np_print(range, sizeof range, "%u-%u/%u", d->sample_begin, d->sample_end, d->sample_count);
   if (d->tile_count > 1) result = neph_image_set_attribute(image, NP_HEADER_TILE, tile);
   if (!result && d->tile_count > 1) result = neph_image_set_attribute(image, NP_HEADER_WHOLE, window);
   if (!result && np_part_is_range(d)) result = neph_image_set_attribute(image, NP_HEADER_RANGE, range);

@@ -2,7 +2,10 @@
 /* Pictures on behalf of a caller: whose stores they use, whom they tell, and who may stop them. */
 #include <nephos/renderer.h>
 
+#include <math.h>
+
 #include "core/alloc.h"
+#include "core/given.h"
 #include "render/frame.h"
 #include "render/history.h"
 #include "render/light_anchors.h"
@@ -12,7 +15,8 @@
 struct neph_renderer {
   neph_context *context; /* retained */
   np_stores stores;
-  atomic_bool is_cancelled; /* the picture under way */
+  atomic_bool is_busy;      /* a picture is under way */
+  atomic_bool is_cancelled; /* the picture under way; without one the next */
 };
 
 /* One picture under way. */
@@ -100,12 +104,14 @@ static neph_result render_picture(neph_scene *scene, picture_call *call, neph_im
   call->plan.feed = &call->feed;
   np_monitor monitor;
   np_monitor_start(&monitor, scene->context, tell, call);
+  if (!tell(call, &(neph_progress){.stage = "planning", .remaining_s = HUGE_VAL})) return NEPH_ERROR_CANCELLED;
   neph_result result = prepare_plan(scene, &call->plan);
   if (!result) result = prepare_history(scene, &call->plan, &monitor);
   return result ? result : render_planned(scene, &call->plan, &monitor, out_image);
 }
 
 neph_result neph_render_image(neph_scene *scene, const neph_render_desc *desc, neph_image **out_image) {
+  if (NP_LACKS_OUT(NP_CONTEXT_OF(scene), out_image)) return NEPH_ERROR_INVALID_ARGUMENT;
   picture_call call = {.is_cancelled = NULL};
   *out_image = NULL;
   neph_result result = np_plan_make_frame(scene, desc, &call.plan);
@@ -113,10 +119,12 @@ neph_result neph_render_image(neph_scene *scene, const neph_render_desc *desc, n
 }
 
 neph_result neph_renderer_create(neph_context *context, neph_renderer **out_renderer) {
+  if (NP_LACKS_OUT(context, out_renderer)) return NEPH_ERROR_INVALID_ARGUMENT;
   *out_renderer = np_alloc(context, 1, sizeof **out_renderer);
   if (!*out_renderer) return NEPH_ERROR_OUT_OF_MEMORY;
   np_context_retain(context);
   (*out_renderer)->context = context;
+  atomic_init(&(*out_renderer)->is_busy, false);
   atomic_init(&(*out_renderer)->is_cancelled, false);
   return NEPH_OK;
 }
@@ -129,7 +137,9 @@ void neph_renderer_destroy(neph_renderer *renderer) {
   np_context_release(context);
 }
 
-void neph_renderer_cancel(neph_renderer *renderer) { atomic_store(&renderer->is_cancelled, true); }
+void neph_renderer_cancel(neph_renderer *renderer) {
+  if (renderer) atomic_store(&renderer->is_cancelled, true);
+}
 
 /* A sequence goes by a frame that its scene chooses, not the renderer. */
 static neph_result render_from_stores(neph_renderer *renderer, neph_scene *scene, picture_call *call,
@@ -142,14 +152,26 @@ static neph_result render_from_stores(neph_renderer *renderer, neph_scene *scene
   return result;
 }
 
-neph_result neph_renderer_render(neph_renderer *renderer, neph_scene *scene, const neph_render_desc *desc,
-                                 neph_image **out_image) {
+static neph_result render_alone(neph_renderer *renderer, neph_scene *scene, const neph_render_desc *desc,
+                                neph_image **out_image) {
   picture_call call = {.is_cancelled = &renderer->is_cancelled};
-  *out_image = NULL;
-  atomic_store(&renderer->is_cancelled, false);
   if (scene->context != renderer->context)
     return np_fail(renderer->context, NEPH_ERROR_INVALID_ARGUMENT,
                    "the scene belongs to another context than the renderer: make it in the renderer's");
+  if (atomic_load(call.is_cancelled)) return NEPH_ERROR_CANCELLED;
   neph_result result = np_plan_make_frame(scene, desc, &call.plan);
   return result ? result : render_from_stores(renderer, scene, &call, out_image);
+}
+
+neph_result neph_renderer_render(neph_renderer *renderer, neph_scene *scene, const neph_render_desc *desc,
+                                 neph_image **out_image) {
+  if (NP_LACKS_OUT(NP_CONTEXT_OF(renderer), out_image, scene)) return NEPH_ERROR_INVALID_ARGUMENT;
+  if (atomic_exchange(&renderer->is_busy, true))
+    return np_fail(renderer->context, NEPH_ERROR_INVALID_ARGUMENT,
+                   "the renderer has a picture under way, must have one at a time: wait for it, or give each thread a "
+                   "renderer and a scene of its own");
+  const neph_result result = render_alone(renderer, scene, desc, out_image);
+  atomic_store(&renderer->is_cancelled, false);
+  atomic_store(&renderer->is_busy, false);
+  return result;
 }

@@ -8,20 +8,20 @@
  * has the irradiance of its colour; it shines along its −Z.
  */
 #include <nephos/render.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "core/alloc.h"
 #include "core/file.h"
+#include "core/given.h"
+#include "core/text.h"
 #include "core/units.h"
 #include "image/image_private.h"
 #include "scene/camera.h"
-#include "scene/text_builder.h"
 
 static bool read_numbers(const neph_image *sky, const char *light, const char *what, int count, double *out) {
   char key[48];
-  (void)snprintf(key, sizeof key, "nephos:%s%s", light, what);
+  np_print(key, sizeof key, "nephos:%s%s", light, what);
   const char *text = neph_image_get_attribute(sky, key);
   char *rest = NULL;
   for (int i = 0; text && i < count; i++, text = rest) out[i] = strtod(text, &rest);
@@ -115,6 +115,7 @@ static neph_result print_layer(const neph_scene *scene, const neph_image *sky, c
 }
 
 neph_result neph_scene_save_usd(const neph_scene *scene, const neph_image *sky, const char *texture, const char *path) {
+  if (NP_LACKS(NP_CONTEXT_OF(scene), sky, texture, path)) return NEPH_ERROR_INVALID_ARGUMENT;
   if (strpbrk(texture, "@\n"))
     return np_fail(scene->context, NEPH_ERROR_INVALID_ARGUMENT,
                    "texture is %.200s, must hold neither @ nor a line break", texture);

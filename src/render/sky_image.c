@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The sky alone, as a latitude-longitude picture with its irradiances. */
-#include <stdio.h>
-
+#include "core/given.h"
 #include "core/parallel.h"
+#include "core/text.h"
 #include "core/units.h"
 #include "render/color_header.h"
 #include "render/sky_harmonics.h"
@@ -109,8 +109,7 @@ static neph_result fill_rows(void *user, size_t begin, size_t end, unsigned thre
 
 static neph_result set_irradiance(neph_image *image, const char *name, np_spectrum color) {
   char text[128];
-  (void)snprintf(text, sizeof text, "%.6g %.6g %.6g", (double)color.band[0], (double)color.band[1],
-                 (double)color.band[2]);
+  np_print(text, sizeof text, "%.6g %.6g %.6g", (double)color.band[0], (double)color.band[1], (double)color.band[2]);
   return neph_image_set_attribute(image, name, text);
 }
 
@@ -158,8 +157,8 @@ static neph_result describe_harmonics(const np_assembly *assembly, neph_image *i
   char text[1024];
   size_t length = 0;
   for (int i = 0; i < NP_SKY_HARMONICS * NP_BAND_COUNT; i++)
-    length += (size_t)snprintf(text + length, sizeof text - length, i ? " %.6g" : "%.6g",
-                               harmonics[i / NP_BAND_COUNT][i % NP_BAND_COUNT]);
+    length += np_print(text + length, sizeof text - length, i ? " %.6g" : "%.6g",
+                       harmonics[i / NP_BAND_COUNT][i % NP_BAND_COUNT]);
   return neph_image_set_attribute(image, "nephos:skyHarmonics", text);
 }
 
@@ -175,12 +174,12 @@ static neph_result describe_light(const np_assembly *assembly, unsigned index, n
   }
   const char *name = first->group == NP_LIGHT_GROUP_MOON ? "moon" : "sun";
   char key[40], text[96];
-  (void)snprintf(key, sizeof key, "nephos:%sNormalIrradiance", name);
+  np_print(key, sizeof key, "nephos:%sNormalIrradiance", name);
   neph_result result = set_irradiance(image, key, color);
-  (void)snprintf(key, sizeof key, "nephos:%sAngularRadius", name);
+  np_print(key, sizeof key, "nephos:%sAngularRadius", name);
   if (!result) result = np_image_set_real(image, key, first->angular_radius_rad);
-  (void)snprintf(key, sizeof key, "nephos:%sDirection", name);
-  (void)snprintf(text, sizeof text, "%.9g %.9g %.9g", first->direction.x, first->direction.y, first->direction.z);
+  np_print(key, sizeof key, "nephos:%sDirection", name);
+  np_print(text, sizeof text, "%.9g %.9g %.9g", first->direction.x, first->direction.y, first->direction.z);
   return result ? result : neph_image_set_attribute(image, key, text);
 }
 
@@ -232,6 +231,7 @@ static neph_result render_sky(neph_scene *scene, const neph_sky_image_desc *desc
 }
 
 neph_result neph_render_sky(neph_scene *scene, const neph_sky_image_desc *desc, neph_image **out_image) {
+  if (NP_LACKS_OUT(NP_CONTEXT_OF(scene), out_image)) return NEPH_ERROR_INVALID_ARGUMENT;
   *out_image = NULL;
   const neph_sky_image_desc defaults = NEPH_SKY_IMAGE_DESC_DEFAULT;
   neph_sky_image_desc own;

@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "atmosphere/atmosphere_tables.h"
+#include "core/given.h"
 #include "core/parallel.h"
 #include "render/assembly.h"
 
@@ -158,6 +159,7 @@ static neph_result draw_table(const neph_scene *scene, const np_assembly *assemb
 }
 
 neph_result neph_render_sky_table(neph_scene *scene, neph_sky_table table, neph_image **out_image) {
+  if (NP_LACKS_OUT(NP_CONTEXT_OF(scene), out_image)) return NEPH_ERROR_INVALID_ARGUMENT;
   *out_image = NULL;
   if ((unsigned)table >= NEPH_SKY_TABLE_COUNT)
     return np_fail(scene->context, NEPH_ERROR_INVALID_ARGUMENT, "sky: table is %d, must be one of neph_sky_table",

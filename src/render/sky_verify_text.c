@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The errors of a scene's sky, measured and written down. */
 #include "atmosphere/sky_verify.h"
+#include "core/given.h"
 #include "render/assembly.h"
 #include "render/probe_run.h"
 
@@ -66,6 +67,7 @@ static neph_result verify(neph_scene *scene, const neph_sky_verify_desc *desc, r
 
 neph_result neph_render_sky_verify(neph_scene *scene, const neph_sky_verify_desc *desc, neph_text_format format,
                                    char **out_text) {
+  if (NP_LACKS_OUT(NP_CONTEXT_OF(scene), out_text)) return NEPH_ERROR_INVALID_ARGUMENT;
   *out_text = NULL;
   const neph_sky_verify_desc defaults = NEPH_SKY_VERIFY_DESC_DEFAULT;
   neph_sky_verify_desc own;

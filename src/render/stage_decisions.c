@@ -2,12 +2,12 @@
 #include "render/stage_decisions.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 #include "cloud/cloud_private.h"
 #include "core/alloc.h"
 #include "core/file.h"
+#include "core/text.h"
 #include "core/units.h"
 #include "render/cloud_ground.h"
 #include "render/plan_choices.h"
@@ -18,7 +18,7 @@
 
 static void decide(np_plan_stage *out, bool is_needed, const char *reason) {
   out->is_needed = is_needed;
-  snprintf(out->reason, sizeof out->reason, "%s", reason);
+  np_print(out->reason, sizeof out->reason, "%s", reason);
 }
 
 /* Not needed because of the first of these that is not NULL, else needed. */
@@ -51,10 +51,10 @@ void np_stage_decide_color(np_decision *d, np_plan_stage *out) {
   plan->packet_count = plan->wavelength_count / 3;
   decide(out, true, "the bands at 680, 550 and 440 nm are the picture's channels");
   if (plan->color_space != NP_COLOR_BANDS)
-    snprintf(out->reason, sizeof out->reason, "bands at 612, 538 and 448 nm, from which %s follows by a matrix",
+    np_print(out->reason, sizeof out->reason, "bands at 612, 538 and 448 nm, from which %s follows by a matrix",
              np_color_space_get_name(plan->color_space));
   if (plan->packet_count > 1)
-    snprintf(out->reason, sizeof out->reason,
+    np_print(out->reason, sizeof out->reason,
              "%u wavelengths, in %u packets of three, each with its own air and light, summed to %s",
              plan->wavelength_count, plan->packet_count, np_color_space_get_name(plan->color_space));
 }
@@ -71,10 +71,7 @@ void np_stage_decide_terrain(np_decision *d, np_plan_stage *out) {
   const np_scene_terrain *terrain = &d->scene->terrain;
   const np_terrain_row *row = &np_terrain_rows[terrain->kind];
   out->is_needed = terrain->kind != NP_TERRAIN_NONE;
-  const bool has_mesh = out->is_needed && !terrain->given && terrain->mesh_file;
-  snprintf(out->reason, sizeof out->reason, "%s%s%s%s%s", row->description, row->check ? terrain->heightfield : "",
-           has_mesh && row->make_field && *row->description ? ", " : "", has_mesh ? "mesh " : "",
-           has_mesh ? terrain->mesh_file : "");
+  np_print(out->reason, sizeof out->reason, "%s", *row->description ? row->description : "mesh");
 }
 
 /* A cloud with a file and parameters is baked to that file unless it is there and holds this very cloud. */
@@ -97,8 +94,7 @@ neph_result np_plan_choose_source(const neph_scene *scene, const np_scene_cloud 
 /* Leaves of voxels twice as long for each that there was: an eighth inside, a quarter along surfaces. */
 static const double coarse_share = 0.2;
 
-/* Files of levels of detail that a cloud has: of one that is not baked here once its header is read. */
-static unsigned count_levels(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud) {
+unsigned np_plan_count_levels(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud) {
   const size_t index = (size_t)(cloud - scene->clouds);
   if (cloud->is_baked) return cloud->bake.repeat_m > 0.0 ? 1 : cloud->level_count;
   return index < NP_INSTANCES_MAX ? plan->files[index].level_count : 1;
@@ -123,7 +119,7 @@ static neph_result count_cloud(np_plan *plan, const neph_scene *scene, const np_
   if (source == NP_CLOUD_SOURCE_GIVEN) { /* 8³ voxels a brick */
     plan->cloud_voxel_count += 512.0 * (double)cloud->volume->bricks.brick_count;
   } else if (source == NP_CLOUD_SOURCE_FILE) {
-    return count_files(plan, cloud->is_baked, count_levels(plan, scene, cloud), file);
+    return count_files(plan, cloud->is_baked, np_plan_count_levels(plan, scene, cloud), file);
   } else {
     const np_bake_voxels voxels = np_plan_count_bake_voxels(plan, scene, cloud);
     plan->bake_voxel_count += voxels.box;
@@ -133,53 +129,38 @@ static neph_result count_cloud(np_plan *plan, const neph_scene *scene, const np_
   return NEPH_OK;
 }
 
-/* A coarse bake stays in memory. */
-static void describe_voxels(double voxel_m, const np_scene_cloud *cloud, char *out, size_t size) {
-  snprintf(out, size, "%s is baked with voxels of %.3g m for %.3g, by render.detail", cloud->name, voxel_m,
-           cloud->bake.voxel_m);
-}
-
-static neph_result decide_cloud(np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud, char *out,
-                                size_t size) {
-  static const char *const deeds[] = {[NP_CLOUD_SOURCE_FILE] = "read from",
-                                      [NP_CLOUD_SOURCE_BAKE] = "baked to",
-                                      [NP_CLOUD_SOURCE_REBAKE] = "rebaked, because its parameters have changed, to",
-                                      [NP_CLOUD_SOURCE_GIVEN] = "given"};
-  const bool is_coarsened = np_plan_is_coarsened(plan, scene, cloud);
-  const char *vdb = is_coarsened ? NULL : cloud->vdb;
+neph_result np_plan_choose_cloud_file(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud,
+                                      np_plan_cloud_file *out) {
+  const char *vdb = np_plan_is_coarsened(plan, scene, cloud) ? NULL : cloud->vdb; /* a coarse bake stays in memory */
   np_cloud_file of_frame = {.path = NULL};
   neph_result result = vdb ? np_cloud_file_get(plan->context, cloud, plan->desc.frame, &of_frame) : NEPH_OK;
-  char *file = of_frame.path;
-  if (!result && !file && np_scene_cloud_is_sequence(cloud))
-    return snprintf(out, size, "%s has no file in this frame", cloud->name), NEPH_OK;
-  np_cloud_source source;
-  if (!result) result = np_plan_choose_source(scene, cloud, file, plan->desc.frame, &source);
-  const double before = plan->cloud_voxel_count;
-  if (!result) result = count_cloud(plan, scene, cloud, source, file);
-  if (cloud->detail.is_enabled && cloud->detail.strength > 0.0)
-    plan->detail_voxel_count += plan->cloud_voxel_count - before;
-  if (!result)
-    snprintf(out, size, "%s is %s%s%s", cloud->name, file || cloud->volume ? deeds[source] : "baked", file ? " " : "",
-             file ? file : "");
-  if (!result && plan->are_coarse && file && source == NP_CLOUD_SOURCE_FILE) {
-    const size_t length = strlen(out);
-    snprintf(out + length, size - length, ", with voxels%s twice as long, by the limit on memory",
-             count_levels(plan, scene, cloud) > 1 ? " of its finest level" : "");
-  }
-  if (!result && is_coarsened) describe_voxels(np_plan_get_bake(plan, scene, cloud).voxel_m, cloud, out, size);
-  np_alloc_free(plan->context, file);
+  *out = (np_plan_cloud_file){.path = of_frame.path};
+  out->is_missing = !result && !out->path && np_scene_cloud_is_sequence(cloud);
+  if (!result && !out->is_missing)
+    result = np_plan_choose_source(scene, cloud, out->path, plan->desc.frame, &out->source);
+  if (!result) return NEPH_OK;
+  np_alloc_free(plan->context, out->path);
+  out->path = NULL;
   return result;
 }
 
+static neph_result decide_cloud(np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud) {
+  np_plan_cloud_file file;
+  neph_result result = np_plan_choose_cloud_file(plan, scene, cloud, &file);
+  const double before = plan->cloud_voxel_count;
+  if (!result && !file.is_missing) result = count_cloud(plan, scene, cloud, file.source, file.path);
+  if (cloud->detail.is_enabled && cloud->detail.strength > 0.0)
+    plan->detail_voxel_count += plan->cloud_voxel_count - before;
+  np_alloc_free(plan->context, file.path);
+  return result;
+}
+
+/* np_stage_describe_volumes names each. */
 void np_stage_decide_volumes(np_decision *d, np_plan_stage *out) {
   const neph_scene *scene = d->scene;
-  decide(out, scene->cloud_count > 0, scene->cloud_count ? "" : "the scene has no clouds");
-  for (unsigned i = 0; !d->result && i < scene->cloud_count; i++) {
-    const size_t length = strlen(out->reason);
-    char text[160] = "";
-    d->result = decide_cloud(d->plan, scene, &scene->clouds[i], text, sizeof text);
-    snprintf(out->reason + length, sizeof out->reason - length, "%s%s", i ? "; " : "", text);
-  }
+  decide(out, scene->cloud_count > 0, scene->cloud_count ? "the scene has clouds" : "the scene has no clouds");
+  for (unsigned i = 0; !d->result && i < scene->cloud_count; i++)
+    d->result = decide_cloud(d->plan, scene, &scene->clouds[i]);
 }
 
 void np_stage_decide_emission(np_decision *d, np_plan_stage *out) {
@@ -252,12 +233,12 @@ void np_stage_decide_lights(np_decision *d, np_plan_stage *out) {
   const np_dvec3 to_sun = d->plan->lights.to_sun;
   decide(out, true, "where sun, moon and stars stand goes by the place of the height field");
   if (d->plan->are_lights_known)
-    snprintf(out->reason, sizeof out->reason, "the sun's elevation is %.3g deg, its azimuth %.3g deg",
+    np_print(out->reason, sizeof out->reason, "the sun's elevation is %.3g deg, its azimuth %.3g deg",
              asin(np_clamp(to_sun.z, -1.0, 1.0)) / NP_DEGREE,
              fmod(atan2(to_sun.x, to_sun.y) / NP_DEGREE + 360.0, 360.0));
   const size_t length = strlen(out->reason);
   if (d->plan->has_light_groups)
-    snprintf(out->reason + length, sizeof out->reason - length,
+    np_print(out->reason + length, sizeof out->reason - length,
              "; %u groups of lights, each solved for and traced apart", np_plan_count_lights(d->plan));
 }
 
@@ -339,10 +320,10 @@ static void describe_ordinates(np_decision *d, char *out, size_t size) {
                              : error_of_files * pow(fmax(d->scene->render.light_depth / 0.35, 1.0), files_exponent);
   const char *what = "solved for once while clouds and lights stay, within render.light_memory";
   if (f.are_errors_known)
-    snprintf(out, size, "%s; expected error %.2g %% near the camera, %.2g %% in the largest cells", what,
+    np_print(out, size, "%s; expected error %.2g %% near the camera, %.2g %% in the largest cells", what,
              100.0 * f.cells.errors[0], 100.0 * f.cells.errors[1]);
   else
-    snprintf(out, size, "%s; expected error 2 to 4 %%, more where that is little", what);
+    np_print(out, size, "%s; expected error 2 to 4 %%, more where that is little", what);
 }
 
 static const char endless[] = "paths scatter as often as it takes";
@@ -373,7 +354,7 @@ void np_stage_decide_ordinates(np_decision *d, np_plan_stage *out) {
   if (!against && !is_path(d) && !needs_of_method(d, NP_MULTIPLE_SCATTERING_NEEDS_SOLUTION)) against = get_chosen(d);
   char solved[sizeof out->reason] = "", why[sizeof out->reason];
   if (!against) describe_ordinates(d, solved, sizeof solved);
-  snprintf(why, sizeof why, "%s%s", is_path(d) ? "paths are guided by it; " : "", solved);
+  np_print(why, sizeof why, "%s%s", is_path(d) ? "paths are guided by it; " : "", solved);
   decide_unless(out, against, NULL, why);
 }
 
@@ -408,6 +389,6 @@ void np_stage_decide_integrator(np_decision *d, np_plan_stage *out) {
   const unsigned edge = d->scene->render.upsample, length = (unsigned)strlen(is_path(d) ? path : march);
   decide(out, true, is_path(d) ? path : march);
   if (edge > 1 && !d->plan->is_sky_alone)
-    snprintf(out->reason + length, sizeof out->reason - length, "; one pixel of %u x %u, the others by their depth",
+    np_print(out->reason + length, sizeof out->reason - length, "; one pixel of %u x %u, the others by their depth",
              edge, edge);
 }

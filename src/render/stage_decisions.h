@@ -3,6 +3,7 @@
 #ifndef NP_RENDER_STAGE_DECISIONS_H
 #define NP_RENDER_STAGE_DECISIONS_H
 
+#include "core/text.h"
 #include "render/plan_stages.h"
 
 typedef struct np_scene_facts {
@@ -27,6 +28,19 @@ typedef enum np_cloud_source {
 neph_result np_plan_choose_source(const neph_scene *scene, const np_scene_cloud *cloud, const char *file, int frame,
                                   np_cloud_source *out_source);
 
+/* The file of a cloud in the plan's frame. */
+typedef struct np_plan_cloud_file {
+  char *path; /* owned; NULL: the cloud has none */
+  np_cloud_source source;
+  bool is_missing; /* of a sequence, in this frame */
+} np_plan_cloud_file;
+
+neph_result np_plan_choose_cloud_file(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud,
+                                      np_plan_cloud_file *out);
+
+/* Files of levels of detail that a cloud has: of one that is not baked here once its header is read. */
+unsigned np_plan_count_levels(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud);
+
 typedef struct np_decision np_decision;
 
 struct np_decision {
@@ -48,6 +62,11 @@ np_stage_decide_fn np_stage_decide_color, np_stage_decide_terrain, np_stage_deci
     np_stage_decide_viewer_light, np_stage_decide_ground_clouds, np_stage_decide_air_shadows,
     np_stage_decide_approximation, np_stage_decide_motion, np_stage_decide_stars, np_stage_decide_lighting,
     np_stage_decide_history, np_stage_decide_integrator;
+
+/* Adds the reason of a stage that is needed in full: names of files and clouds, of any number and length. */
+typedef neph_result np_stage_describe_fn(const np_plan *plan, const neph_scene *scene, np_text *out);
+
+np_stage_describe_fn np_stage_describe_terrain, np_stage_describe_volumes;
 
 typedef np_stage_cost np_stage_predict_fn(const np_plan *plan, const neph_scene *scene);
 

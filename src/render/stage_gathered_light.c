@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Light gathered from the solution of the multiple scattering: towards the camera, and on the ground. Each picture
  * gathers its own; parts of one picture share it on disk. */
-#include <stdio.h>
 #include <string.h>
 
 #include "core/alloc.h"
 #include "core/hash.h"
+#include "core/text.h"
 #include "render/part_check.h"
 #include "render/stage_part.h"
 #include "scene/sequence.h"
@@ -40,8 +40,7 @@ static neph_result get_gathered_key(const np_stage_part *in, void **out_key) {
 static neph_result adapt_gathered(const np_stage_part *in, void *cached, const void *cached_key, char *out_reason) {
   (void)cached;
   const gathered_key *own = cached_key, *wanted = in->key;
-  if (strcmp(own->picture, wanted->picture) != 0)
-    (void)snprintf(out_reason, NP_REASON_SIZE, "it is of another picture");
+  if (strcmp(own->picture, wanted->picture) != 0) np_print(out_reason, NP_REASON_SIZE, "it is of another picture");
   return NEPH_OK;
 }
 

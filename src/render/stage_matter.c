@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Terrain and clouds: read or made, put in their places, and their emission. */
-#include <stdio.h>
 #include <string.h>
 
 #include "cloud/cloud_private.h"
 #include "core/alloc.h"
 #include "core/hash.h"
+#include "core/text.h"
 #include "render/copies.h"
 #include "render/placement.h"
 #include "render/cloud_ground.h"
@@ -93,7 +93,7 @@ static neph_result get_terrain_key(const np_stage_part *in, void **out_key) {
 static neph_result adapt_source(const np_stage_part *in, void *cached, const void *cached_key, char *out_reason) {
   (void)cached;
   if (strcmp(((const source_key *)cached_key)->hash, ((const source_key *)in->key)->hash) != 0)
-    (void)snprintf(out_reason, NP_REASON_SIZE, "its source changed");
+    np_print(out_reason, NP_REASON_SIZE, "its source changed");
   return NEPH_OK;
 }
 

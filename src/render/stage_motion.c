@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Motion of camera and clouds about the frame: poses by the scene's tracks, winds of baked clouds, velocities of files.
  */
-#include <stdio.h>
 #include <string.h>
 
 #include "core/alloc.h"
+#include "core/text.h"
 #include "render/motion.h"
 #include "render/placement.h"
 #include "render/stage_decisions.h"
@@ -41,7 +41,7 @@ static void describe_movers(const neph_scene *scene, char *out, size_t size) {
   for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
     if (!rows[i].is_moving) continue;
     const size_t length = strlen(out);
-    (void)snprintf(out + length, size - length, "%s%s", length ? ", " : "", rows[i].name);
+    np_print(out + length, size - length, "%s%s", length ? ", " : "", rows[i].name);
   }
 }
 
@@ -51,16 +51,15 @@ void np_stage_decide_motion(np_decision *d, np_plan_stage *out) {
   describe_movers(d->scene, movers, sizeof movers);
   out->is_needed = has_vectors || (is_open && movers[0]);
   if (!is_open && !has_vectors) {
-    (void)snprintf(out->reason, sizeof out->reason, "camera.motion_blur is none, and no output shows motion");
+    np_print(out->reason, sizeof out->reason, "camera.motion_blur is none, and no output shows motion");
   } else if (!movers[0]) {
-    (void)snprintf(out->reason, sizeof out->reason, "%snothing moves", has_vectors ? "for motion vectors: " : "");
+    np_print(out->reason, sizeof out->reason, "%snothing moves", has_vectors ? "for motion vectors: " : "");
   } else {
     double open, close;
     np_scene_get_exposure(d->scene, &open, &close);
     char exposure[80] = "for motion vectors";
-    if (is_open)
-      (void)snprintf(exposure, sizeof exposure, "the shutter is open from %+.4g to %+.4g frames", open, close);
-    (void)snprintf(out->reason, sizeof out->reason, "%s: %s", exposure, movers);
+    if (is_open) np_print(exposure, sizeof exposure, "the shutter is open from %+.4g to %+.4g frames", open, close);
+    np_print(out->reason, sizeof out->reason, "%s: %s", exposure, movers);
   }
 }
 

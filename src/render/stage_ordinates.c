@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Multiple scattering: solved for, or, in a sequence under a sun that moves, between two solutions. */
-#include <stdio.h>
-
 #include "core/alloc.h"
+#include "core/text.h"
 #include "render/light_anchors.h"
 #include "render/light_checkpoint.h"
 #include "render/plan_choices.h"
@@ -50,7 +49,7 @@ static neph_result get_ordinates_key(const np_stage_part *in, void **out_key) {
 /* A solution borrows the phase tables of its picture; those of the next, whose clouds are the same, are equal. */
 static neph_result adapt_solution(const np_stage_part *in, void *cached, const void *cached_key, char *out_reason) {
   if (np_scattering_field_get_quality(cached).is_cut)
-    (void)snprintf(out_reason, NP_REASON_SIZE, "a time limit cut it short");
+    np_print(out_reason, NP_REASON_SIZE, "a time limit cut it short");
   else
     np_light_key_compare(cached_key, in->key, np_scene_is_sequence(in->scene), out_reason, NP_REASON_SIZE);
   if (out_reason[0]) return NEPH_OK;

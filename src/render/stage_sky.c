@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The sky: where its lights stand, the air, the skies of sun and moon, and what else shines at night. */
-#include <stdio.h>
 #include <string.h>
 
 #include "atmosphere/atmosphere_tables.h"
 #include "atmosphere/moon.h"
 #include "core/alloc.h"
+#include "core/text.h"
 #include "render/stage_part.h"
 #include "scene/sequence.h"
 
@@ -131,13 +131,13 @@ static neph_result compare_air(const np_stage_part *in, const neph_atmosphere *c
   const double change = np_medium_compare(&wanted, &cached->medium, &what);
   np_medium_free(in->made->context, &wanted);
   if (cached->desc.tolerance != desc->tolerance)
-    (void)snprintf(out_reason, NP_REASON_SIZE, "its tolerance changed");
+    np_print(out_reason, NP_REASON_SIZE, "its tolerance changed");
   else if (cached->order_max < get_order_max(in))
-    (void)snprintf(out_reason, NP_REASON_SIZE, "what is asked of it changed");
+    np_print(out_reason, NP_REASON_SIZE, "what is asked of it changed");
   else if (!isfinite(change))
-    (void)snprintf(out_reason, NP_REASON_SIZE, "%s changed", what);
+    np_print(out_reason, NP_REASON_SIZE, "%s changed", what);
   else if (change > (np_scene_is_sequence(in->scene) ? 0.0 : medium_share * desc->tolerance))
-    (void)snprintf(out_reason, NP_REASON_SIZE, "%s changed by %.3g %%", what, 100.0 * change);
+    np_print(out_reason, NP_REASON_SIZE, "%s changed by %.3g %%", what, 100.0 * change);
   return NEPH_OK;
 }
 
@@ -154,7 +154,7 @@ static neph_result adapt_air(const np_stage_part *in, void *cached, const void *
   (void)cached_key;
   neph_atmosphere *given;
   neph_result result = get_given_air(in, &given);
-  if (given && given != cached) (void)snprintf(out_reason, NP_REASON_SIZE, "another was given");
+  if (given && given != cached) np_print(out_reason, NP_REASON_SIZE, "another was given");
   return result || out_reason[0] ? result : compare_air(in, cached, out_reason);
 }
 
@@ -225,9 +225,9 @@ static neph_result get_water_sky_key(const np_stage_part *in, void **out_key) {
 static neph_result adapt_sky(const np_stage_part *in, void *cached, const void *cached_key, char *out_reason) {
   const sky_key *own = cached_key, *wanted = in->key;
   if (((neph_sky *)cached)->atmosphere != in->packet->atmosphere)
-    (void)snprintf(out_reason, NP_REASON_SIZE, "the atmosphere was rebuilt");
+    np_print(out_reason, NP_REASON_SIZE, "the atmosphere was rebuilt");
   else if (np_scene_is_sequence(in->scene) && !is_same_place(&own->built, &wanted->built))
-    (void)snprintf(out_reason, NP_REASON_SIZE, "light or observer stand higher or lower");
+    np_print(out_reason, NP_REASON_SIZE, "light or observer stand higher or lower");
   else if (np_sky_move(cached, &wanted->desc, out_reason, NP_REASON_SIZE))
     out_reason[0] = '\0';
   return NEPH_OK;

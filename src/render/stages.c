@@ -2,8 +2,8 @@
 #include "render/stages.h"
 
 #include <math.h>
-#include <stdio.h>
 
+#include "core/text.h"
 #include "render/error_forecast.h"
 
 #define BIT(stage) (1u << NP_STAGE_##stage)
@@ -14,6 +14,7 @@
 
 /* Functions by the names of what they decide, predict, build and clear. */
 #define DECIDE(what) .decide = np_stage_decide_##what
+#define DESCRIBE(what) .describe = np_stage_describe_##what
 #define PREDICT(kind, what) .work = NEPH_WORK_##kind, .predict = np_stage_predict_##what
 #define SECONDS(kind, value) .work = NEPH_WORK_##kind, .part_seconds = value
 #define EXPECT(what) .expect = np_stage_expect_##what
@@ -24,13 +25,14 @@
 /* clang-format off */
 static const np_stage_row rows[NP_STAGE_COUNT] = {
   [NP_STAGE_COLOR] = {"colour", 0, .is_of_sky = true, DECIDE(color), BUILD_CLEAR(PICTURE, packets)},
-  [NP_STAGE_TERRAIN] = {"terrain", 0, DECIDE(terrain), PREDICT(TERRAIN, terrain), REUSE(terrain)},
+  [NP_STAGE_TERRAIN] = {"terrain", 0, DECIDE(terrain), DESCRIBE(terrain), PREDICT(TERRAIN, terrain), REUSE(terrain)},
   [NP_STAGE_MOON] = {"moon", 0, .is_of_sky = true, DECIDE(moon)},
   [NP_STAGE_LIGHTS] = {"lights", BIT(COLOR) | BIT(TERRAIN) | BIT(MOON), .is_of_sky = true, .is_of_probes = true,
     DECIDE(lights),
     BUILD_CLEAR(PICTURE, lights), BUILD(PACKET, packet_lights)},
-  [NP_STAGE_VOLUMES] = {"volumes", BIT(COLOR) | BIT(TERRAIN), DECIDE(volumes), PREDICT(BAKE, volumes),
-    EXPECT(volumes), REUSE(volumes), BUILD_CLEAR(CLOUD, cloud), .revise = np_stage_revise_volumes},
+  [NP_STAGE_VOLUMES] = {"volumes", BIT(COLOR) | BIT(TERRAIN), DECIDE(volumes), DESCRIBE(volumes),
+    PREDICT(BAKE, volumes), EXPECT(volumes), REUSE(volumes), BUILD_CLEAR(CLOUD, cloud),
+    .revise = np_stage_revise_volumes},
   [NP_STAGE_MOTION] = {"motion", BIT(VOLUMES), DECIDE(motion), BUILD_CLEAR(PICTURE, motion)},
   [NP_STAGE_ATMOSPHERE] = {"atmosphere", BIT(COLOR) | BIT(TERRAIN) | BIT(LIGHTS), .is_of_sky = true,
     .is_of_probes = true, DECIDE(atmosphere),
@@ -91,7 +93,7 @@ static const np_plan_stage *get(np_decision *d, np_stage stage) {
   if (!d->plan->is_sky_alone || rows[stage].is_of_sky)
     rows[stage].decide(d, out);
   else
-    snprintf(out->reason, sizeof out->reason, "only the sky is wanted");
+    np_print(out->reason, sizeof out->reason, "only the sky is wanted");
   return out;
 }
 

@@ -19,6 +19,7 @@ typedef struct np_stage_row {
   bool is_of_sky;    /* wanted for a sky alone, too */
   bool is_of_probes; /* built in the bands that colours are fitted by, too */
   np_stage_decide_fn *decide;
+  np_stage_describe_fn *describe; /* of the reason, where it is needed; NULL: as decided */
   neph_work work;               /* by which its time goes */
   double part_seconds;          /* predicted of one core for each time it is built, … */
   double part_bytes;            /* … with the memory that it takes */

@@ -4,7 +4,6 @@
  * begin with "./", which anchors them to the layer; others are absolute. */
 #include <ctype.h>
 #include <limits.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -12,8 +11,9 @@
 
 #include "core/alloc.h"
 #include "core/file.h"
+#include "core/given.h"
+#include "core/text.h"
 #include "scene/scene_private.h"
-#include "scene/text_builder.h"
 
 enum { NAME_BYTES = 64 };
 
@@ -46,11 +46,11 @@ static bool is_first(const volume_list *list, size_t index) {
 static void make_prim_name(const volume_list *list, size_t index, char out[NAME_BYTES + 24]) {
   char own[NAME_BYTES], other[NAME_BYTES];
   make_identifier(list->clouds[index].name, own);
-  (void)snprintf(out, NAME_BYTES + 24, "%s", own);
+  np_print(out, NAME_BYTES + 24, "%s", own);
   for (size_t i = 0; i < index; i++) {
     make_identifier(list->clouds[i].name, other);
     if (!strcmp(own, other) && strcmp(list->clouds[i].name, list->clouds[index].name) != 0)
-      (void)snprintf(out, NAME_BYTES + 24, "%s_%zu", own, index);
+      np_print(out, NAME_BYTES + 24, "%s_%zu", own, index);
   }
 }
 
@@ -194,6 +194,7 @@ static neph_result check(const volume_list *list) {
 
 neph_result neph_scene_save_volumes_usd(const neph_scene *scene, const neph_exported_cloud *clouds, size_t count,
                                         const char *path) {
+  if (NP_LACKS(NP_CONTEXT_OF(scene), clouds, path)) return NEPH_ERROR_INVALID_ARGUMENT;
   const volume_list list = {scene, clouds, count, path};
   char *text = NULL;
   neph_result result = check(&list);

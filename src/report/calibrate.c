@@ -6,6 +6,7 @@
 
 #include <nephos/machine.h>
 
+#include "core/given.h"
 #include "core/parallel.h"
 #include "render/frame.h"
 #include "render/stages.h"
@@ -93,6 +94,7 @@ static void compute_factors(const calibration *c, neph_machine *out) {
 
 neph_result neph_machine_calibrate(neph_context *context, neph_progress_fn progress, void *user,
                                    neph_machine *out_machine) {
+  if (NP_LACKS(context, out_machine)) return NEPH_ERROR_INVALID_ARGUMENT;
   calibration c = {.context = context};
   neph_machine machine = NEPH_MACHINE_DEFAULT;
   neph_result result = np_desc_check_size(context, "neph_machine", out_machine, sizeof machine);

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "core/alloc.h"
+#include "core/given.h"
 #include "image/image_private.h"
 #include "report/report_budget.h"
 #include "report/report_pages.h"
@@ -79,6 +80,7 @@ static neph_result prepare(neph_report *report) {
 }
 
 neph_result neph_report_create(neph_context *context, const neph_report_desc *desc, neph_report **out_report) {
+  if (NP_LACKS_OUT(context, out_report)) return NEPH_ERROR_INVALID_ARGUMENT;
   static const neph_report_desc defaults = NEPH_REPORT_DESC_DEFAULT;
   neph_report_desc wanted;
   *out_report = NULL;
@@ -167,6 +169,7 @@ static neph_result run_quietly(neph_report *report) {
 }
 
 neph_result neph_report_run(neph_report *report) {
+  if (!report) return NEPH_ERROR_INVALID_ARGUMENT;
   if (report->spent_s > 0.0)
     return np_fail(report->context, NEPH_ERROR_INVALID_ARGUMENT, "the report has run: create another");
   locale_t saved = np_values_enter();
@@ -183,9 +186,10 @@ neph_result neph_report_run(neph_report *report) {
 
 /* ---- Rows ---- */
 
-unsigned neph_report_get_row_count(const neph_report *report) { return report->setting_count; }
+unsigned neph_report_get_row_count(const neph_report *report) { return report ? report->setting_count : 0; }
 
 neph_result neph_report_get_row(const neph_report *report, unsigned index, neph_report_row *out_row) {
+  if (NP_LACKS(NP_CONTEXT_OF(report), out_row)) return NEPH_ERROR_INVALID_ARGUMENT;
   if (index >= report->setting_count)
     return np_fail(report->context, NEPH_ERROR_INVALID_ARGUMENT, "row %u of a report, must be below %u", index,
                    report->setting_count);

@@ -5,7 +5,7 @@
 
 #include <nephos/image.h>
 
-#include "scene/text_builder.h"
+#include "core/text.h"
 
 /* Stand on a light page and on a dark one; the page's legend has the same (report_style.h). */
 extern const char *const np_plot_colors[], np_plot_grey[];

@@ -10,7 +10,7 @@
 #include <unistd.h>
 
 #include "core/alloc.h"
-#include "scene/text_builder.h"
+#include "core/text.h"
 
 /* ---- The program ---- */
 

@@ -2,10 +2,10 @@
 #include "report/report_knobs.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/text.h"
 #include "render/stage_decisions.h"
 
 /* ---- The scene's own values ---- */
@@ -152,7 +152,7 @@ static size_t get_word_at(const char *list, unsigned index, const char **out_wor
 
 static np_knob_value make_value(const np_knob *knob, double number) {
   np_knob_value value = {.number = number};
-  (void)snprintf(value.text, sizeof value.text, "%.6g%s", number, knob->unit ? knob->unit : "");
+  np_print(value.text, sizeof value.text, "%.6g%s", number, knob->unit ? knob->unit : "");
   return value;
 }
 
@@ -165,7 +165,7 @@ bool np_knob_get_value(const np_knob *knob, const neph_scene *scene, const np_pl
   if (!is_quick) length = get_word_at(knob->more, index - few, &word, &more);
   if (!length) return false;
   np_knob_value value = {.number = (double)NAN};
-  (void)snprintf(value.text, sizeof value.text, "%.*s", (int)length, word);
+  np_print(value.text, sizeof value.text, "%.*s", (int)length, word);
   if (!knob->is_word)
     value = make_value(knob, strtod(word, NULL) * (knob->is_factor ? knob->get_number(scene, plan) : 1.0));
   value.is_quick = is_quick;
@@ -176,7 +176,7 @@ bool np_knob_get_value(const np_knob *knob, const neph_scene *scene, const np_pl
 np_knob_value np_knob_get_own(const np_knob *knob, const neph_scene *scene, const np_plan *plan) {
   if (!knob->is_word) return make_value(knob, knob->get_number(scene, plan));
   np_knob_value value = {.number = (double)NAN};
-  (void)snprintf(value.text, sizeof value.text, "%s", knob->get_word(scene, plan));
+  np_print(value.text, sizeof value.text, "%s", knob->get_word(scene, plan));
   return value;
 }
 
@@ -186,12 +186,12 @@ np_knob_value np_knob_get_own(const np_knob *knob, const neph_scene *scene, cons
 static neph_result set_cloud(const np_knob *knob, neph_scene *scene, unsigned index, const char *value) {
   static const char mark[] = "clouds[].";
   char key[64];
-  (void)snprintf(key, sizeof key, "clouds[%u].%s", index, knob->key + sizeof mark - 1);
+  np_print(key, sizeof key, "clouds[%u].%s", index, knob->key + sizeof mark - 1);
   if (strstr(key, ".bake.") && !scene->clouds[index].is_baked) return NEPH_OK;
   if (!knob->is_factor) return neph_scene_set(scene, key, value);
   char own[NP_KNOB_VALUE_SIZE]; /* each in proportion to the coarsest */
   const double share = scene->clouds[index].bake.voxel_m / get_bake_voxel_m(scene);
-  (void)snprintf(own, sizeof own, "%.9g%s", strtod(value, NULL) * share, knob->unit);
+  np_print(own, sizeof own, "%.9g%s", strtod(value, NULL) * share, knob->unit);
   return neph_scene_set(scene, key, own);
 }
 

@@ -4,7 +4,7 @@
 #define NP_REPORT_REPORT_PAGE_H
 
 #include "report/report_private.h"
-#include "scene/text_builder.h"
+#include "core/text.h"
 
 /* A text with the characters of HTML replaced. */
 void np_page_add_escaped(np_text *text, const char *characters);

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
-#include <stdio.h>
 
 #include "core/alloc.h"
+#include "core/text.h"
 #include "report/report_gnuplot.h"
 #include "report/report_page.h"
 #include "report/report_pictures.h"
@@ -67,7 +67,7 @@ static neph_result add_curve(np_text *text, const neph_report *report, unsigned 
   const np_curve *curve = &report->curves[index];
   char *script, name[24];
   bool is_drawn;
-  (void)snprintf(name, sizeof name, "curve%u", index);
+  np_print(name, sizeof name, "curve%u", index);
   neph_result result = np_plot_curve(report, curve, &script);
   if (result || !script) return result;
   np_text_add(text, "<figure class=\"plot\"><h3>%s</h3>", curve->knob->name);

@@ -4,7 +4,7 @@
 #define NP_REPORT_REPORT_PICTURES_H
 
 #include "report/report_private.h"
-#include "scene/text_builder.h"
+#include "core/text.h"
 
 /* Relative differences beyond this have its colour. */
 #define NP_REPORT_DIFFERENCE_MAX 0.2

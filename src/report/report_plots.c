@@ -2,9 +2,9 @@
 #include "report/report_plots.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
+#include "core/text.h"
 #include "report/report_axes.h"
 #include "report/report_targets.h"
 
@@ -14,15 +14,15 @@ void np_setting_print_label(const np_setting *setting, char *out, size_t size) {
   const np_knob *knob = setting->knob;
   const char *path = setting->integrator == NEPH_INTEGRATOR_PATH ? "path, " : "";
   if (!knob)
-    (void)snprintf(out, size, "%s", "as it is");
+    np_print(out, size, "%s", "as it is");
   else if (np_knob_is_of_samples(knob))
-    (void)snprintf(out, size, "%s%u sample%s", path, setting->sample_count, setting->sample_count == 1 ? "" : "s");
+    np_print(out, size, "%s%u sample%s", path, setting->sample_count, setting->sample_count == 1 ? "" : "s");
   else if (!strcmp(knob->key, "render.multiple_scattering"))
-    (void)snprintf(out, size, "%s", setting->value.text);
+    np_print(out, size, "%s", setting->value.text);
   else if (knob->is_word)
-    (void)snprintf(out, size, "%s %s", knob->name, setting->value.text);
+    np_print(out, size, "%s %s", knob->name, setting->value.text);
   else
-    (void)snprintf(out, size, "%s %.3g%s", knob->name, setting->value.number, knob->unit ? knob->unit : "");
+    np_print(out, size, "%s %.3g%s", knob->name, setting->value.number, knob->unit ? knob->unit : "");
   for (char *c = out; *c; c++)
     if (*c == '_') *c = ' ';
 }

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "core/alloc.h"
+#include "core/given.h"
 #include "report/report_pages.h"
 #include "scene/scene_values.h"
 
@@ -25,6 +26,7 @@ static neph_result save_reference(const neph_report *report, const char *folder)
 }
 
 neph_result neph_report_save(const neph_report *report, const char *folder) {
+  if (NP_LACKS(NP_CONTEXT_OF(report), folder)) return NEPH_ERROR_INVALID_ARGUMENT;
   locale_t saved = np_values_enter();
   neph_result result = save_reference(report, folder);
   if (!result) result = save_text(report, folder, "report.csv", np_report_to_csv);
@@ -35,6 +37,7 @@ neph_result neph_report_save(const neph_report *report, const char *folder) {
 }
 
 neph_result neph_report_describe(const neph_report *report, neph_text_format format, char **out_text) {
+  if (NP_LACKS_OUT(NP_CONTEXT_OF(report), out_text)) return NEPH_ERROR_INVALID_ARGUMENT;
   locale_t saved = np_values_enter();
   neph_result result =
       format == NEPH_TEXT_JSON ? np_report_to_json(report, out_text) : np_report_to_plain(report, out_text);

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The settings of a report: the scene's own, and each knob that matters turned by itself. */
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 #include "core/alloc.h"
+#include "core/text.h"
 #include "render/stages.h"
 #include "report/report_private.h"
 
@@ -29,7 +29,7 @@ static neph_result change(const neph_report *report, const np_setting *setting, 
     return np_fail(report->context, NEPH_ERROR_INVALID_ARGUMENT,
                    "the scene belongs to another context than the report: load it in the report's");
   char value[32];
-  (void)snprintf(value, sizeof value, "[%u, %u]", report->desc.width, report->desc.height);
+  np_print(value, sizeof value, "[%u, %u]", report->desc.width, report->desc.height);
   neph_result result = report->desc.width ? neph_scene_set(scene, "camera.resolution", value) : NEPH_OK;
   if (!result && setting && setting->knob) result = np_knob_set(setting->knob, scene, setting->value.text);
   strip(scene);
@@ -93,11 +93,11 @@ static neph_result predict(const neph_report *report, np_setting *setting) {
 static void name_setting(np_setting *setting) {
   const np_knob *knob = setting->knob;
   if (!knob)
-    (void)snprintf(setting->text, sizeof setting->text, "as it is");
+    np_print(setting->text, sizeof setting->text, "as it is");
   else if (setting->integrator == NEPH_INTEGRATOR_PATH)
-    (void)snprintf(setting->text, sizeof setting->text, "render.integrator=path %s=%s", knob->key, setting->value.text);
+    np_print(setting->text, sizeof setting->text, "render.integrator=path %s=%s", knob->key, setting->value.text);
   else
-    (void)snprintf(setting->text, sizeof setting->text, "%s=%s", knob->key, setting->value.text);
+    np_print(setting->text, sizeof setting->text, "%s=%s", knob->key, setting->value.text);
 }
 
 /* Room is for every value of every row, and for the scene's own. */

@@ -5,7 +5,7 @@
 #include "core/json.h"
 #include "report/report_pages.h"
 #include "report/report_words.h"
-#include "scene/text_builder.h"
+#include "core/text.h"
 
 /* ---- CSV ---- */
 

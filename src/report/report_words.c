@@ -5,6 +5,8 @@
 #include <string.h>
 #include <sys/utsname.h>
 
+#include "core/text.h"
+
 const char *np_setting_get_knob(const np_setting *setting) { return setting->knob ? setting->knob->name : "scene"; }
 
 const char *np_setting_get_integrator(const np_setting *setting) {
@@ -26,7 +28,8 @@ static void read_processor(char *out, size_t size) {
     const char *value = strchr(line, ':');
     if (strncmp(line, key, sizeof key - 1) || !value) continue;
     value += 1 + strspn(value + 1, " ");
-    (void)snprintf(out, size, "%.*s", (int)strcspn(value, "\n"), value);
+    line[strcspn(line, "\n")] = '\0';
+    np_print_short(out, size, value);
     break;
   }
   fclose(file);
@@ -37,6 +40,5 @@ void np_machine_describe(np_machine *out) {
   *out = (np_machine){"unknown processor", "unknown system"};
   read_processor(out->processor, sizeof out->processor);
   if (!uname(&system))
-    (void)snprintf(out->system, sizeof out->system, "%.30s %.40s %.16s", system.sysname, system.release,
-                   system.machine);
+    np_print(out->system, sizeof out->system, "%.30s %.40s %.16s", system.sysname, system.release, system.machine);
 }

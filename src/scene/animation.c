@@ -3,21 +3,22 @@
 #include "scene/animation.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "core/alloc.h"
+#include "core/text.h"
 #include "core/time_text.h"
 #include "scene/scene_keys.h"
 
-enum { VALUES_SIZE = 256, HINT_SIZE = 768, SHOWN = 60 };
+enum { SHOWN_SIZE = 64 };
 
 typedef struct track_reader {
   neph_context *context;
   np_scene_problems *problems;
   const np_node *document;
   const np_node *entry; /* of `animate` */
+  char key[SHOWN_SIZE]; /* of the entry, in messages */
   np_track *track;
 } track_reader;
 
@@ -48,14 +49,15 @@ static bool is_numeric(const np_key *key) {
 }
 
 static neph_result fail_unknown(const track_reader *r, const np_key *section, const char *name) {
-  char hint[HINT_SIZE] = "";
-  if (np_scene_would_list(r->problems, r->entry)) np_key_describe_hint(section, name, hint, sizeof hint);
-  return np_scene_fail_key(r->problems, r->entry, "animate: %.60s is not a key%s", r->entry->key, hint);
+  np_text hint = {.context = r->context};
+  if (np_scene_would_list(r->problems, r->entry)) np_key_describe_hint(section, name, &hint);
+  return np_text_end(
+      &hint, np_scene_fail_key(r->problems, r->entry, "animate: %s is not a key%s", r->key, np_text_get(&hint)));
 }
 
 static neph_result fail_kind(const track_reader *r, const np_key *key) {
   const char *why = is_numeric(key) ? "must be the same in all frames" : "is no number: numbers and times change";
-  return np_scene_fail_key(r->problems, r->entry, "animate: %.60s %s", r->entry->key, why);
+  return np_scene_fail_key(r->problems, r->entry, "animate: %s %s", r->key, why);
 }
 
 /* One part of a path: "clouds[0]". */
@@ -69,7 +71,7 @@ typedef struct path_part {
 static bool take_part(const char **path, path_part *out) {
   const size_t length = strcspn(*path, ".[");
   if (length == 0 || length >= sizeof out->name) return false;
-  (void)snprintf(out->name, sizeof out->name, "%.*s", (int)length, *path);
+  np_print(out->name, sizeof out->name, "%.*s", (int)length, *path);
   *path += length;
   out->has_index = **path == '[';
   if (out->has_index) {
@@ -87,8 +89,8 @@ static neph_result check_element(const track_reader *r, const path_part *p, cons
   const np_node *list = *at ? np_node_search(*at, p->name) : NULL;
   const size_t count = list && list->kind == NP_NODE_SEQUENCE ? np_node_count(list) : 0;
   if (p->index >= count)
-    return np_scene_fail_key(r->problems, r->entry, "animate: %.60s is of %s[%lu], but the scene has %zu of them",
-                             r->entry->key, p->name, p->index, count);
+    return np_scene_fail_key(r->problems, r->entry, "animate: %s is of %s[%lu], but the scene has %zu of them", r->key,
+                             p->name, p->index, count);
   *at = np_node_get(list, p->index);
   if ((*at)->kind != NP_NODE_MAPPING) *at = NULL;
   return NEPH_OK;
@@ -101,8 +103,8 @@ static neph_result take_component(const track_reader *r, const char *text) {
   char *end;
   const unsigned long component = strtoul(text, &end, 10);
   if (*end || text[0] < '0' || text[0] > '9' || component >= count || count == 1)
-    return np_scene_fail_key(r->problems, r->entry, "animate: %.60s: %.20s is no number of %s, which has %u",
-                             r->entry->key, text, t->key->path, count);
+    return np_scene_fail_key(r->problems, r->entry, "animate: %s: %s is no number of %s, which has %u", r->key, text,
+                             t->key->path, count);
   t->component = (int)component;
   return NEPH_OK;
 }
@@ -129,9 +131,8 @@ static neph_result read_path(const track_reader *r) {
     return t->key ? fail_kind(r, t->key) : fail_unknown(r, NULL, "");
   t->component = NP_TRACK_ALL;
   const size_t length = (size_t)(path - begin) - (*path ? 1 : 0);
-  if (length >= sizeof t->path)
-    return np_scene_fail_key(r->problems, r->entry, "animate: %.60s... is too long", r->entry->key);
-  (void)snprintf(t->path, sizeof t->path, "%.*s", (int)length, begin);
+  if (length >= sizeof t->path) return np_scene_fail_key(r->problems, r->entry, "animate: %s is too long", r->key);
+  np_print(t->path, sizeof t->path, "%.*s", (int)length, begin);
   if (*path) result = take_component(r, path);
   t->value_count = t->component == NP_TRACK_ALL ? np_key_count_values(t->key) : 1;
   return result;
@@ -139,23 +140,33 @@ static neph_result read_path(const track_reader *r) {
 
 /* ---- Values ---- */
 
+static const char *show(const np_node *node, char out[SHOWN_SIZE]) {
+  np_print_short(out, SHOWN_SIZE, node->kind == NP_NODE_SCALAR ? node->text : "a list");
+  return out;
+}
+
 static neph_result fail_value(const track_reader *r, const np_node *node, bool is_one) {
-  char values[VALUES_SIZE];
-  const np_key *key = r->track->key;
-  (is_one ? np_key_describe_item : np_key_describe_values)(key, values, sizeof values);
-  return np_scene_fail_at(r->problems, node, "animate: %.60s is %.*s, must be %s", r->entry->key, SHOWN,
-                          node->kind == NP_NODE_SCALAR ? node->text : "a list", values);
+  char shown[SHOWN_SIZE];
+  np_text values = {.context = r->context};
+  (is_one ? np_key_describe_item : np_key_describe_values)(r->track->key, &values);
+  return np_text_end(&values, np_scene_fail_at(r->problems, node, "animate: %s is %s, must be %s", r->key,
+                                               show(node, shown), np_text_get(&values)));
+}
+
+static neph_result fail_time(const track_reader *r, const np_node *node, const char *problem) {
+  char shown[SHOWN_SIZE];
+  np_text values = {.context = r->context};
+  np_key_describe_values(r->track->key, &values);
+  return np_text_end(&values, np_scene_fail_at(r->problems, node, "animate: %s is %s, must be %s: %s", r->key,
+                                               show(node, shown), np_text_get(&values), problem));
 }
 
 static neph_result read_time(const track_reader *r, const np_node *node, double *out) {
-  char *problem, values[VALUES_SIZE];
+  char *problem;
   np_time time;
   if (node->kind != NP_NODE_SCALAR) return fail_value(r, node, false);
   neph_result result = np_time_parse(r->context, node->text, &time, &problem);
-  np_key_describe_values(r->track->key, values, sizeof values);
-  if (problem)
-    result = np_scene_fail_at(r->problems, node, "animate: %.60s is %.*s, must be %s: %s", r->entry->key, SHOWN,
-                              node->text, values, problem);
+  if (problem) result = fail_time(r, node, problem);
   np_alloc_free(r->context, problem);
   if (result) return result;
   r->track->lacks_zone = r->track->lacks_zone || !time.has_zone;
@@ -192,22 +203,22 @@ static neph_result read_key(const track_reader *r, const np_node *pair, unsigned
   np_track *t = r->track;
   double *frame = &t->frames[at];
   if (pair->kind != NP_NODE_SEQUENCE || np_node_count(pair) != 2)
-    return np_scene_fail_at(r->problems, pair, "animate: %.60s: a key is not a pair, must be [frame, value]",
-                            r->entry->key);
+    return np_scene_fail_at(r->problems, pair, "animate: %s: a key is not a pair, must be [frame, value]", r->key);
+  char shown[SHOWN_SIZE];
   const np_node *first = pair->first;
   if (first->kind != NP_NODE_SCALAR || !np_value_parse_real(first->text, NP_UNIT_NONE, frame) || fabs(*frame) > 1e9)
-    return np_scene_fail_at(r->problems, first, "animate: %.60s: a frame is %.*s, must be a number in [-1e9, 1e9]",
-                            r->entry->key, SHOWN, first->kind == NP_NODE_SCALAR ? first->text : "a list");
+    return np_scene_fail_at(r->problems, first, "animate: %s: a frame is %s, must be a number in [-1e9, 1e9]", r->key,
+                            show(first, shown));
   if (at > 0 && !(*frame > t->frames[at - 1]))
-    return np_scene_fail_at(r->problems, first, "animate: %.60s: frame %.9g stands behind frame %.9g: frames must rise",
-                            r->entry->key, *frame, t->frames[at - 1]);
+    return np_scene_fail_at(r->problems, first, "animate: %s: frame %.9g stands behind frame %.9g: frames must rise",
+                            r->key, *frame, t->frames[at - 1]);
   return read_values(r, first->next, &t->values[at * t->value_count]);
 }
 
 static neph_result read_keys(const track_reader *r, const np_node *list) {
   if (!list || list->kind != NP_NODE_SEQUENCE || !list->first)
-    return np_scene_fail_key(r->problems, r->entry, "animate: %.60s has no keys, must have a list of [frame, value]",
-                             r->entry->key);
+    return np_scene_fail_key(r->problems, r->entry, "animate: %s has no keys, must have a list of [frame, value]",
+                             r->key);
   neph_result result = np_track_alloc(r->context, r->track, (unsigned)np_node_count(list));
   unsigned at = 0;
   for (const np_node *pair = list->first; pair && !result; pair = pair->next) result = read_key(r, pair, at++);
@@ -216,8 +227,9 @@ static neph_result read_keys(const track_reader *r, const np_node *list) {
 
 static neph_result read_interpolation(const track_reader *r, const np_node *node) {
   if (node->kind == NP_NODE_SCALAR && np_interpolation_get(node->text, &r->track->interpolation)) return NEPH_OK;
-  return np_scene_fail_at(r->problems, node, "animate: %.60s: interpolation is %.*s, must be step, linear or smooth",
-                          r->entry->key, SHOWN, node->kind == NP_NODE_SCALAR ? node->text : "a list");
+  char shown[SHOWN_SIZE];
+  return np_scene_fail_at(r->problems, node, "animate: %s: interpolation is %s, must be step, linear or smooth", r->key,
+                          show(node, shown));
 }
 
 /* The keys alone, or a mapping of interpolation and keys. */
@@ -232,8 +244,8 @@ static neph_result read_track(const track_reader *r) {
     if (!strcmp(child->key, "interpolation"))
       result = read_interpolation(r, child);
     else if (strcmp(child->key, "keys") != 0)
-      result = np_scene_fail_key(r->problems, child, "animate: %.60s.%.40s is not a key; it has interpolation and keys",
-                                 r->entry->key, child->key);
+      result = np_scene_fail_key(r->problems, child, "animate: %s.%s is not a key; it has interpolation and keys",
+                                 r->key, child->key);
   }
   return result ? result : read_keys(r, np_node_search(r->entry, "keys"));
 }
@@ -241,7 +253,7 @@ static neph_result read_track(const track_reader *r) {
 static neph_result check_twice(const track_reader *r, const np_node *animate) {
   for (const np_node *other = animate->first; other != r->entry; other = other->next)
     if (!strcmp(other->key, r->entry->key))
-      return np_scene_fail_key(r->problems, r->entry, "animate: %.60s is given twice, first on line %u", r->entry->key,
+      return np_scene_fail_key(r->problems, r->entry, "animate: %s is given twice, first on line %u", r->key,
                                other->key_line);
   return NEPH_OK;
 }
@@ -252,7 +264,12 @@ static neph_result read_tracks(neph_context *context, const np_node *document, c
   if (!out->tracks) return NEPH_ERROR_OUT_OF_MEMORY;
   neph_result result = NEPH_OK;
   for (const np_node *entry = animate->first; entry; entry = entry->next) {
-    const track_reader r = {context, problems, document, entry, &out->tracks[out->count++]};
+    track_reader r = {.context = context,
+                      .problems = problems,
+                      .document = document,
+                      .entry = entry,
+                      .track = &out->tracks[out->count++]};
+    np_print_short(r.key, sizeof r.key, entry->key);
     neph_result one = check_twice(&r, animate);
     if (!one) one = read_track(&r);
     if (!np_scene_goes_on(problems, one, &result)) break;

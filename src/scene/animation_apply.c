@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* A document in a frame: each track's value is put where --set would put it. */
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 #include "core/alloc.h"
+#include "core/text.h"
 #include "core/time_text.h"
 #include "scene/animation.h"
 #include "scene/scene_edit.h"
@@ -18,7 +18,7 @@ static np_node *make_number(neph_context *context, const np_track *track, unsign
   if (track->key->type == NP_KEY_TIME)
     np_time_format(value, text);
   else if (track->key->type == NP_KEY_INTEGER)
-    (void)snprintf(text, sizeof text, "%.0f", round(value));
+    np_print(text, sizeof text, "%.0f", round(value));
   else
     np_value_format_real(value, track->key->unit, text, sizeof text);
   np_node *node = np_node_create(context, NP_NODE_SCALAR, text, NULL);

@@ -9,7 +9,6 @@
 #include "scene/camera_motion.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
@@ -17,6 +16,7 @@
 #include "core/alloc.h"
 #include "core/csv.h"
 #include "core/file.h"
+#include "core/text.h"
 #include "core/units.h"
 #include "mesh/camera_file.h"
 #include "scene/scene_edit.h"
@@ -269,7 +269,7 @@ static neph_result fill_tracks(const shot *s, np_track tracks[TRACKS]) {
   for (int i = 0; i < TRACKS && !result; i++) {
     const np_key *key = np_key_search_path(paths[i]);
     tracks[i] = (np_track){.key = key, .component = NP_TRACK_ALL, .interpolation = NP_INTERPOLATION_LINEAR};
-    (void)snprintf(tracks[i].path, sizeof tracks[i].path, "%s", paths[i]);
+    np_print(tracks[i].path, sizeof tracks[i].path, "%s", paths[i]);
     tracks[i].value_count = np_key_count_values(key);
     result = np_track_alloc(s->scene->context, &tracks[i], s->count);
   }

@@ -9,5 +9,5 @@ bool neph_feature_is_present(neph_context *context, neph_feature feature) {
   static bool (*const checks[])(neph_context * context) = {[NEPH_FEATURE_VDB] = np_vdb_module_is_present,
                                                            [NEPH_FEATURE_GDAL] = np_gdal_module_is_present,
                                                            [NEPH_FEATURE_ASSIMP] = np_assimp_is_present};
-  return (unsigned)feature < sizeof checks / sizeof *checks && checks[feature](context);
+  return context && (unsigned)feature < sizeof checks / sizeof *checks && checks[feature](context);
 }

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include <stdio.h>
 #include <string.h>
 
 #include "core/alloc.h"
 #include "core/file.h"
 #include "core/frame_name.h"
+#include "core/given.h"
 #include "scene/camera_motion.h"
 #include "scene/scene_apply.h"
 #include "scene/scene_edit.h"
@@ -58,11 +58,13 @@ static neph_result load_bytes(neph_context *context, const char *text, size_t si
 }
 
 neph_result neph_scene_create(neph_context *context, neph_scene **out_scene) {
+  if (NP_LACKS_OUT(context, out_scene)) return NEPH_ERROR_INVALID_ARGUMENT;
   np_node *document = np_node_create(context, NP_NODE_MAPPING, NULL, NULL);
   return create_scene(context, NULL, document, false, out_scene);
 }
 
 neph_result neph_scene_load(neph_context *context, const char *path, neph_scene **out_scene) {
+  if (NP_LACKS_OUT(context, out_scene, path)) return NEPH_ERROR_INVALID_ARGUMENT;
   bool is_standard_input = !strcmp(path, "-");
   void *text;
   size_t size;
@@ -75,6 +77,7 @@ neph_result neph_scene_load(neph_context *context, const char *path, neph_scene 
 }
 
 neph_result neph_scene_load_text(neph_context *context, const char *text, const char *name, neph_scene **out_scene) {
+  if (NP_LACKS_OUT(context, out_scene, text, name)) return NEPH_ERROR_INVALID_ARGUMENT;
   *out_scene = NULL;
   return load_bytes(context, text, strlen(text), name ? name : "scene", out_scene);
 }
@@ -117,6 +120,7 @@ static neph_result edit_copy(const neph_scene *scene, const char *key, const cha
 }
 
 neph_result neph_scene_set(neph_scene *scene, const char *key, const char *value) {
+  if (NP_LACKS(NP_CONTEXT_OF(scene), key, value)) return NEPH_ERROR_INVALID_ARGUMENT;
   np_node *document;
   neph_result result = edit_copy(scene, key, value, &document);
   return result ? result : np_scene_set_document(scene, document);
@@ -186,10 +190,13 @@ neph_result np_scene_set_frame(neph_scene *scene, double frame) {
   return result;
 }
 
-neph_result neph_scene_set_frame(neph_scene *scene, int frame) { return np_scene_set_frame(scene, frame); }
+neph_result neph_scene_set_frame(neph_scene *scene, int frame) {
+  if (!scene) return NEPH_ERROR_INVALID_ARGUMENT;
+  return np_scene_set_frame(scene, frame);
+}
 
 bool neph_scene_is_animated(const neph_scene *scene) {
-  return (scene->animation && scene->animation->count > 0) || scene->motion.file;
+  return scene && ((scene->animation && scene->animation->count > 0) || scene->motion.file);
 }
 
 /* An older caller's preview description ends where its struct does. */
@@ -199,6 +206,7 @@ static size_t get_preview_size(const neph_output *output) {
 }
 
 neph_result neph_scene_get_output(const neph_scene *scene, neph_output *out_output) {
+  if (NP_LACKS(NP_CONTEXT_OF(scene), out_output)) return NEPH_ERROR_INVALID_ARGUMENT;
   const np_scene_output *output = &scene->output;
   const neph_preview_desc preview = NEPH_PREVIEW_DESC_DEFAULT;
   neph_output wanted = {
@@ -220,7 +228,7 @@ neph_result neph_scene_get_output(const neph_scene *scene, neph_output *out_outp
 }
 
 bool neph_scene_is_stereo(const neph_scene *scene) {
-  return scene->camera.is_stereo && scene->camera.eye == NEPH_EYE_CENTRE;
+  return scene && scene->camera.is_stereo && scene->camera.eye == NEPH_EYE_CENTRE;
 }
 
 static neph_eye get_eye(const np_scene_camera *camera) {
@@ -229,6 +237,7 @@ static neph_eye get_eye(const np_scene_camera *camera) {
 }
 
 neph_result neph_scene_get_render_desc(const neph_scene *scene, neph_render_desc *out_desc) {
+  if (NP_LACKS(NP_CONTEXT_OF(scene), out_desc)) return NEPH_ERROR_INVALID_ARGUMENT;
   const unsigned *resolution = scene->camera.resolution;
   const neph_render_desc desc = {
       .struct_size = sizeof desc,
@@ -255,18 +264,18 @@ neph_result neph_scene_get_render_desc(const neph_scene *scene, neph_render_desc
   return np_desc_write(scene->context, "neph_render_desc", &desc, sizeof desc, out_desc);
 }
 
-unsigned neph_scene_get_cloud_count(const neph_scene *scene) { return scene->cloud_count; }
+unsigned neph_scene_get_cloud_count(const neph_scene *scene) { return scene ? scene->cloud_count : 0; }
 
 const char *neph_scene_get_cloud_name(const neph_scene *scene, unsigned index) {
-  return index < scene->cloud_count ? scene->clouds[index].name : NULL;
+  return scene && index < scene->cloud_count ? scene->clouds[index].name : NULL;
 }
 
 bool neph_scene_is_cloud_baked(const neph_scene *scene, unsigned index) {
-  return index < scene->cloud_count && scene->clouds[index].is_baked;
+  return scene && index < scene->cloud_count && scene->clouds[index].is_baked;
 }
 
 const char *neph_scene_get_cloud_file(const neph_scene *scene, unsigned index) {
-  return index < scene->cloud_count ? scene->clouds[index].vdb : NULL;
+  return scene && index < scene->cloud_count ? scene->clouds[index].vdb : NULL;
 }
 
 bool np_scene_cloud_is_sequence(const np_scene_cloud *cloud) {
@@ -287,9 +296,10 @@ neph_cloud_desc np_scene_cloud_get_frame(const np_scene_cloud *cloud, int frame)
   return desc;
 }
 
-bool neph_frame_is_numbered(const char *pattern) { return np_frame_name_is_pattern(pattern); }
+bool neph_frame_is_numbered(const char *pattern) { return pattern && np_frame_name_is_pattern(pattern); }
 
 neph_result neph_frame_get_path(neph_context *context, const char *pattern, int frame, char **out_path) {
+  if (NP_LACKS_OUT(context, out_path, pattern)) return NEPH_ERROR_INVALID_ARGUMENT;
   *out_path = np_frame_name_make(context, pattern, frame);
   return *out_path ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }

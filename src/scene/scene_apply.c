@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "scene/scene_apply.h"
 
-#include <ctype.h>
-#include <stdio.h>
 #include <string.h>
 
 #include "cloud/cloud_private.h"
@@ -10,6 +8,7 @@
 #include "core/file.h"
 #include "core/frame_name.h"
 #include "core/path_map.h"
+#include "core/text.h"
 #include "core/time_text.h"
 #include "scene/cloud_places.h"
 #include "scene/scene_points.h"
@@ -17,7 +16,7 @@
 #include "volume/instance.h"
 #include "terrain/terrain_private.h"
 
-enum { PATH_SIZE = 160, SHOWN_SIZE = 64, VALUES_SIZE = 256, HINT_SIZE = 768 };
+enum { PATH_SIZE = 160, SHOWN_SIZE = 64 };
 
 typedef struct key_applier {
   neph_context *context;
@@ -31,15 +30,6 @@ static neph_result apply_quality(key_applier *applier);
 
 /* ---- Messages ---- */
 
-/* A short copy without line breaks, whatever the file holds. */
-static void copy_printable(const char *text, char *out, size_t size) {
-  size_t length = strlen(text);
-  snprintf(out, size, "%s", text);
-  for (char *c = out; *c; c++)
-    if (iscntrl((unsigned char)*c)) *c = '?';
-  if (length >= size) memcpy(out + size - 4, "...", 4);
-}
-
 static bool is_empty(const np_node *node) {
   const char *text = node->text;
   return node->kind == NP_NODE_SCALAR && !node->is_quoted && (!*text || !strcmp(text, "~") || !strcmp(text, "null"));
@@ -47,33 +37,38 @@ static bool is_empty(const np_node *node) {
 
 static void show_value(const np_node *node, char *out, size_t size) {
   if (is_empty(node) || (node->kind == NP_NODE_SCALAR && !*node->text))
-    snprintf(out, size, "empty");
+    np_print(out, size, "empty");
   else if (node->kind == NP_NODE_SCALAR)
-    copy_printable(node->text, out, size);
+    np_print_short(out, size, node->text);
   else
-    snprintf(out, size, "a %s of %zu", node->kind == NP_NODE_MAPPING ? "mapping" : "list", np_node_count(node));
+    np_print(out, size, "a %s of %zu", node->kind == NP_NODE_MAPPING ? "mapping" : "list", np_node_count(node));
 }
 
 static neph_result fail_value(const key_applier *applier, const np_key *key, const np_node *node) {
-  char shown[SHOWN_SIZE], values[VALUES_SIZE];
+  char shown[SHOWN_SIZE];
+  np_text values = {.context = applier->context};
   show_value(node, shown, sizeof shown);
-  np_key_describe_values(key, values, sizeof values);
-  return np_scene_fail_at(applier->problems, node, "%s is %s, must be %s", applier->path, shown, values);
+  np_key_describe_values(key, &values);
+  return np_text_end(&values, np_scene_fail_at(applier->problems, node, "%s is %s, must be %s", applier->path, shown,
+                                               np_text_get(&values)));
 }
 
 static neph_result fail_item(const key_applier *applier, const np_key *key, const np_node *item, unsigned index) {
-  char shown[SHOWN_SIZE], values[VALUES_SIZE];
+  char shown[SHOWN_SIZE];
+  np_text values = {.context = applier->context};
   show_value(item, shown, sizeof shown);
-  np_key_describe_item(key, values, sizeof values);
-  return np_scene_fail_at(applier->problems, item, "%s[%u] is %s, must be %s", applier->path, index, shown, values);
+  np_key_describe_item(key, &values);
+  return np_text_end(&values, np_scene_fail_at(applier->problems, item, "%s[%u] is %s, must be %s", applier->path,
+                                               index, shown, np_text_get(&values)));
 }
 
 static neph_result fail_unknown(const key_applier *applier, const np_key *section, const np_node *node) {
-  char name[SHOWN_SIZE], hint[HINT_SIZE] = "";
-  copy_printable(node->key, name, sizeof name);
-  if (np_scene_would_list(applier->problems, node)) np_key_describe_hint(section, node->key, hint, sizeof hint);
-  return np_scene_fail_key(applier->problems, node, "%s%s%s is not a key%s", applier->path, *applier->path ? "." : "",
-                           name, hint);
+  char name[SHOWN_SIZE];
+  np_text hint = {.context = applier->context};
+  np_print_short(name, sizeof name, node->key);
+  if (np_scene_would_list(applier->problems, node)) np_key_describe_hint(section, node->key, &hint);
+  return np_text_end(&hint, np_scene_fail_key(applier->problems, node, "%s%s%s is not a key%s", applier->path,
+                                              *applier->path ? "." : "", name, np_text_get(&hint)));
 }
 
 /* ---- Numbers and words ---- */
@@ -184,11 +179,13 @@ static np_scene_rows *get_rows_field(const np_key *key, void *base) {
 
 /* Fails with the value, the values that are allowed, and the problem, which it frees. */
 static neph_result fail_time(const key_applier *applier, const np_key *key, const np_node *node, char *problem) {
-  char shown[SHOWN_SIZE], values[VALUES_SIZE];
+  char shown[SHOWN_SIZE];
+  np_text values = {.context = applier->context};
   show_value(node, shown, sizeof shown);
-  np_key_describe_values(key, values, sizeof values);
-  const neph_result result =
-      np_scene_fail_at(applier->problems, node, "%s is %s, must be %s: %s", applier->path, shown, values, problem);
+  np_key_describe_values(key, &values);
+  neph_result result = np_scene_fail_at(applier->problems, node, "%s is %s, must be %s: %s", applier->path, shown,
+                                        np_text_get(&values), problem);
+  result = np_text_end(&values, result);
   np_alloc_free(applier->context, problem);
   return result;
 }
@@ -270,7 +267,7 @@ static neph_result apply_value(key_applier *applier, const np_key *key, void *ba
 static neph_result apply_text_value(key_applier *applier, const np_key *key, void *base, const char *text) {
   np_node *node = np_node_create_value(applier->context, text);
   if (!node) return NEPH_ERROR_OUT_OF_MEMORY;
-  snprintf(applier->path, sizeof applier->path, "%s", key->path);
+  np_print(applier->path, sizeof applier->path, "%s", key->path);
   neph_result result = apply_value(applier, key, base, node);
   np_node_destroy(applier->context, node);
   return result;
@@ -308,7 +305,7 @@ static neph_result apply_element(key_applier *applier, const np_key *list, unsig
                                  void *element) {
   neph_result result = apply_fallbacks(applier, list, element);
   if (result) return result;
-  snprintf(applier->path, sizeof applier->path, "%s[%u]", list->path, index);
+  np_print(applier->path, sizeof applier->path, "%s[%u]", list->path, index);
   if (node->kind == NP_NODE_MAPPING) return apply_section(applier, list, element, node);
   char shown[SHOWN_SIZE];
   show_value(node, shown, sizeof shown);
@@ -322,7 +319,7 @@ static neph_result apply_cloud(key_applier *applier, const np_key *list, unsigne
   neph_result result = apply_element(applier, list, index, node, cloud);
   if (!cloud->name) cloud->name = np_alloc_printf(applier->context, "cloud%u", index);
   if (result) return result;
-  snprintf(cloud->bake_name, sizeof cloud->bake_name, "%s[%u].bake", list->path, index);
+  np_print(cloud->bake_name, sizeof cloud->bake_name, "%s[%u].bake", list->path, index);
   cloud->bake.name = cloud->bake_name;
   if (cloud->has_top) cloud->bake.thickness_m = cloud->top_m - cloud->bake.base_altitude_m;
   cloud->phase = np_phase_make(&cloud->phase_source);
@@ -429,7 +426,7 @@ static neph_result apply_entry(key_applier *applier, const np_key *section, void
   neph_result result = check_siblings(applier, section, parent, key, node);
   if (result) return result;
   size_t length = strlen(applier->path);
-  snprintf(applier->path + length, sizeof applier->path - length, "%s%s", length ? "." : "", node->key);
+  np_print(applier->path + length, sizeof applier->path - length, "%s%s", length ? "." : "", node->key);
   result = apply_key(applier, key, base, node);
   applier->path[length] = '\0';
   return result;

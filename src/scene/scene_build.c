@@ -4,11 +4,12 @@
 #include <inttypes.h>
 #include <math.h>
 #include <nephos/scene_build.h>
-#include <stdio.h>
 #include <string.h>
 
 #include "atmosphere/atmosphere_private.h"
 #include "core/alloc.h"
+#include "core/given.h"
+#include "core/text.h"
 #include "scene/scene_apply.h"
 #include "scene/scene_edit.h"
 #include "terrain/terrain_private.h"
@@ -26,7 +27,7 @@ typedef struct section_writer {
 
 static void put_node(section_writer *w, const char *name, np_node *value) {
   char key[2 * KEY_SIZE];
-  (void)snprintf(key, sizeof key, "%s.%s", w->prefix, name);
+  np_print(key, sizeof key, "%s.%s", w->prefix, name);
   if (!value) w->result = NEPH_ERROR_OUT_OF_MEMORY;
   if (!w->result)
     w->result = np_scene_edit(w->context, w->document, key, value);
@@ -39,8 +40,8 @@ static void put_reals(section_writer *w, const char *name, const double *values,
   char text[3 * KEY_SIZE];
   size_t length = 0;
   for (unsigned i = 0; i < count; i++)
-    length += (size_t)snprintf(text + length, sizeof text - length, "%s%.17g%s%s", i ? ", " : "", values[i],
-                               *unit ? " " : "", unit);
+    length +=
+        np_print(text + length, sizeof text - length, "%s%.17g%s%s", i ? ", " : "", values[i], *unit ? " " : "", unit);
   put_node(w, name, np_node_create_value(w->context, text));
 }
 
@@ -74,7 +75,7 @@ static np_node *renew_section(section_writer *w) {
 /* Begins to change a scene. */
 static section_writer open_writer(const neph_scene *scene, const char *prefix) {
   section_writer w = {.context = scene->context, .document = np_node_copy(scene->context, np_scene_get_source(scene))};
-  (void)snprintf(w.prefix, sizeof w.prefix, "%s", prefix);
+  np_print(w.prefix, sizeof w.prefix, "%s", prefix);
   w.result = w.document ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
   return w;
 }
@@ -137,7 +138,7 @@ static void put_stereo(section_writer *w, const neph_camera_desc *camera) {
 static void put_camera(section_writer *w, const void *desc) {
   const neph_camera_desc *camera = desc;
   char resolution[KEY_SIZE];
-  (void)snprintf(resolution, sizeof resolution, "%u, %u", camera->resolution[0], camera->resolution[1]);
+  np_print(resolution, sizeof resolution, "%u, %u", camera->resolution[0], camera->resolution[1]);
   put_reals(w, "position", camera->position_m, 3, "m");
   put_reals(w, "look_at", camera->look_at_m, 3, "m");
   put_projection(w, camera);
@@ -147,6 +148,7 @@ static void put_camera(section_writer *w, const void *desc) {
 }
 
 neph_result neph_scene_set_camera(neph_scene *scene, const neph_camera_desc *desc) {
+  if (!scene) return NEPH_ERROR_INVALID_ARGUMENT;
   static const neph_camera_desc defaults = NEPH_CAMERA_DESC_DEFAULT;
   neph_camera_desc camera;
   neph_result result = np_desc_read(scene->context, "neph_camera_desc", &defaults, sizeof defaults, desc, &camera);
@@ -174,6 +176,7 @@ static neph_result convert_direction(const neph_scene *scene, neph_sun_desc *sun
 }
 
 neph_result neph_scene_set_sun(neph_scene *scene, const neph_sun_desc *desc) {
+  if (!scene) return NEPH_ERROR_INVALID_ARGUMENT;
   static const neph_sun_desc defaults = NEPH_SUN_DESC_DEFAULT;
   neph_sun_desc sun;
   neph_result result = np_desc_read(scene->context, "neph_sun_desc", &defaults, sizeof defaults, desc, &sun);
@@ -219,7 +222,7 @@ static void put_phase(section_writer *w, const neph_placement_desc *p) {
 
 static void put_detail(section_writer *w, const neph_placement_desc *p) {
   char seed[24];
-  (void)snprintf(seed, sizeof seed, "%" PRIu64, p->detail_seed);
+  np_print(seed, sizeof seed, "%" PRIu64, p->detail_seed);
   put_real(w, "detail.strength", p->detail_strength, "");
   if (p->detail_size_m != 0.0) put_real(w, "detail.size", p->detail_size_m, "m");
   put_word(w, "detail.seed", seed);
@@ -261,7 +264,7 @@ static np_node *open_clouds(section_writer *w) {
 /* Puts a cloud that is a volume at `index`, the next where there is none yet. */
 static neph_result set_cloud(neph_scene *scene, unsigned index, neph_volume *volume, const neph_placement_desc *p) {
   char prefix[KEY_SIZE];
-  (void)snprintf(prefix, sizeof prefix, "clouds[%u]", index);
+  np_print(prefix, sizeof prefix, "clouds[%u]", index);
   section_writer w = open_writer(scene, prefix);
   np_node *clouds = w.result ? NULL : open_clouds(&w);
   np_node *cloud = clouds ? np_node_create(w.context, NP_NODE_MAPPING, NULL, NULL) : NULL;
@@ -289,6 +292,7 @@ static neph_result check_context(const neph_scene *scene, const neph_context *co
 
 neph_result neph_scene_add_volume(neph_scene *scene, neph_volume *volume, const neph_placement_desc *desc,
                                   unsigned *out_index) {
+  if (NP_LACKS(NP_CONTEXT_OF(scene), volume)) return NEPH_ERROR_INVALID_ARGUMENT;
   neph_placement_desc placement;
   const unsigned index = scene->cloud_count;
   if (!volume) return np_fail(scene->context, NEPH_ERROR_INVALID_ARGUMENT, "neph_scene_add_volume: the volume is NULL");
@@ -300,6 +304,7 @@ neph_result neph_scene_add_volume(neph_scene *scene, neph_volume *volume, const 
 }
 
 neph_result neph_scene_set_placement(neph_scene *scene, unsigned index, const neph_placement_desc *desc) {
+  if (!scene) return NEPH_ERROR_INVALID_ARGUMENT;
   neph_placement_desc placement;
   neph_volume *volume = index < scene->cloud_count ? scene->clouds[index].volume : NULL;
   if (!volume)
@@ -327,6 +332,7 @@ static neph_result set_asset(neph_scene *scene, const char *name, np_node_assets
 }
 
 neph_result neph_scene_set_terrain(neph_scene *scene, neph_terrain *terrain) {
+  if (!scene) return NEPH_ERROR_INVALID_ARGUMENT;
   neph_result result = terrain ? check_context(scene, np_terrain_get_context(terrain), "terrain") : NEPH_OK;
   return result ? result : set_asset(scene, "terrain", (np_node_assets){.terrain = terrain});
 }
@@ -339,6 +345,7 @@ static void put_water(section_writer *w, const void *desc) {
 }
 
 neph_result neph_scene_set_water(neph_scene *scene, const neph_water_desc *desc) {
+  if (!scene) return NEPH_ERROR_INVALID_ARGUMENT;
   static const neph_water_desc defaults = NEPH_WATER_DESC_DEFAULT;
   neph_water_desc water;
   if (!desc) return set_asset(scene, "water", (np_node_assets){0});
@@ -347,6 +354,7 @@ neph_result neph_scene_set_water(neph_scene *scene, const neph_water_desc *desc)
 }
 
 neph_result neph_scene_set_atmosphere(neph_scene *scene, neph_atmosphere *atmosphere) {
+  if (!scene) return NEPH_ERROR_INVALID_ARGUMENT;
   neph_result result = atmosphere ? check_context(scene, np_atmosphere_get_context(atmosphere), "atmosphere") : NEPH_OK;
   return result ? result : set_asset(scene, "atmosphere", (np_node_assets){.atmosphere = atmosphere});
 }

@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Errors of keys together, which no single key has. */
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
+#include "core/given.h"
+#include "core/text.h"
 #include "image/aov.h"
 #include "image/cryptomatte.h"
 #include "scene/scene_apply.h"
@@ -83,7 +84,7 @@ static neph_result check_reference_frame(const neph_scene *scene, unsigned index
   const bool is_given = cloud->has_reference_frame || np_scene_cloud_goes_by_all(cloud);
   if (!is_given || np_scene_cloud_is_sequence(cloud)) return NEPH_OK;
   char number[32];
-  snprintf(number, sizeof number, "%.10g", cloud->reference_frame);
+  np_print(number, sizeof number, "%.10g", cloud->reference_frame);
   return np_scene_fail_at(problems, np_node_search(node, "reference_frame"),
                           "clouds[%u].reference_frame is %s, but %s: it goes with a vdb that has # for the frame",
                           index, np_scene_cloud_goes_by_all(cloud) ? "all" : number,
@@ -392,6 +393,7 @@ neph_result np_scene_check(const neph_scene *scene) {
 }
 
 neph_result neph_scene_check(const neph_scene *scene) {
+  if (!scene) return NEPH_ERROR_INVALID_ARGUMENT;
   const neph_result result = np_scene_check(scene);
   if (!result) np_scene_warn_of_ignored(scene);
   return result;

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* A scene's values, each as its key would be written: what --set takes. */
-#include <stdio.h>
 #include <string.h>
 
 #include "core/alloc.h"
+#include "core/given.h"
 #include "core/json.h"
+#include "core/text.h"
 #include "scene/scene_apply.h"
 #include "scene/scene_points.h"
-#include "scene/text_builder.h"
 
 /* ---- Which keys are in force ---- */
 
@@ -197,7 +197,7 @@ static void visit_element(const np_key *list, unsigned index, const void *elemen
     const np_key *key = np_key_get(i);
     if (np_key_get_list(key) != list || !is_in_force(key, element)) continue;
     char path[128];
-    snprintf(path, sizeof path, "%s[%u]%s", list->path, index, key->path + strlen(list->path) + strlen("[]"));
+    np_print(path, sizeof path, "%s[%u]%s", list->path, index, key->path + strlen(list->path) + strlen("[]"));
     visit(user, path, key, element);
   }
 }
@@ -261,6 +261,7 @@ static neph_result describe_json(const neph_scene *scene, char **out_text) {
 }
 
 neph_result neph_scene_describe(const neph_scene *scene, neph_text_format format, char **out_text) {
+  if (NP_LACKS_OUT(NP_CONTEXT_OF(scene), out_text)) return NEPH_ERROR_INVALID_ARGUMENT;
   *out_text = NULL;
   locale_t saved = np_values_enter();
   neph_result result = format == NEPH_TEXT_JSON ? describe_json(scene, out_text) : describe_plain(scene, out_text);

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "core/alloc.h"
+#include "core/text.h"
 #include "scene/scene_edit.h"
 #include "scene/scene_keys.h"
 
@@ -31,7 +32,7 @@ static neph_result fail_path(const path_editor *editor) {
 static bool take_step(const char **path, path_step *step) {
   size_t length = strcspn(*path, ".[");
   if (!length || length >= NAME_SIZE) return false;
-  snprintf(step->name, sizeof step->name, "%.*s", (int)length, *path);
+  np_print(step->name, sizeof step->name, "%.*s", (int)length, *path);
   *path += length;
   step->has_index = **path == '[';
   if (step->has_index) {
@@ -125,7 +126,7 @@ static void take_new_name(const path_editor *editor, const np_key *section, path
   const np_key_rename *rename = np_key_get_rename(section, step->name);
   if (!rename) return;
   np_log(editor->context, NEPH_LOG_WARNING, NP_RENAME_WARNING, rename->old_path, rename->path);
-  snprintf(step->name, sizeof step->name, "%s", np_path_get_name(rename->path));
+  np_print(step->name, sizeof step->name, "%s", np_path_get_name(rename->path));
 }
 
 /* ---- Tracks ---- */

@@ -2,8 +2,10 @@
 #include "scene/scene_fail.h"
 
 #include <stdarg.h>
-#include <stdio.h>
 #include <string.h>
+
+#include "core/alloc.h"
+#include "core/text.h"
 
 /* An error without a place comes last. */
 static bool is_before(unsigned line, unsigned column, const np_scene_problem *other) {
@@ -24,19 +26,23 @@ static np_scene_problem *insert(np_scene_problems *problems, unsigned line, unsi
   while (place && is_before(line, column, &problems->listed[place - 1])) place--;
   if (place == NP_SCENE_PROBLEMS_MAX) return NULL;
   np_scene_problem *problem = &problems->listed[place];
-  if (count == NP_SCENE_PROBLEMS_MAX) count--;
+  if (count == NP_SCENE_PROBLEMS_MAX) np_alloc_free(problems->context, problems->listed[--count].text);
   memmove(problem + 1, problem, (count - place) * sizeof *problem);
   return problem;
 }
 
 static neph_result add(np_scene_problems *problems, const np_node *node, unsigned line, unsigned column,
                        const char *format, va_list arguments) {
+  np_text text = {.context = problems->context};
+  char *characters;
+  np_text_add_list(&text, format, arguments);
+  neph_result result = np_text_finish(&text, &characters);
+  if (result) return result;
   np_scene_problem *problem = insert(problems, line, column);
-  if (!problem) return NEPH_ERROR_BAD_SCENE;
-  problem->node = node;
-  problem->line = line;
-  problem->column = column;
-  vsnprintf(problem->text, sizeof problem->text, format, arguments);
+  if (problem)
+    *problem = (np_scene_problem){node, line, column, characters};
+  else
+    np_alloc_free(problems->context, characters);
   return NEPH_ERROR_BAD_SCENE;
 }
 
@@ -76,6 +82,11 @@ bool np_scene_has_problem_in(const np_scene_problems *problems, const np_node *n
 
 static const char *get_file_name(const char *file) { return file ? file : "scene"; }
 
+static void free_texts(np_scene_problems *problems) {
+  for (unsigned i = 0; i < count_listed(problems); i++) np_alloc_free(problems->context, problems->listed[i].text);
+  problems->count = 0;
+}
+
 static void report_one(const np_scene_problems *problems, const np_scene_problem *problem) {
   if (problem->line)
     np_fail(problems->context, NEPH_ERROR_BAD_SCENE, "%s:%u:%u: %s", get_file_name(problems->file), problem->line,
@@ -84,8 +95,7 @@ static void report_one(const np_scene_problems *problems, const np_scene_problem
     np_fail(problems->context, NEPH_ERROR_BAD_SCENE, "%s", problem->text);
 }
 
-neph_result np_scene_report(const np_scene_problems *problems, neph_result result) {
-  if (result && result != NEPH_ERROR_BAD_SCENE) return result;
+static neph_result report_all(const np_scene_problems *problems, neph_result result) {
   const unsigned listed = count_listed(problems);
   const neph_result bad = listed ? NEPH_ERROR_BAD_SCENE : result;
   const char *file = get_file_name(problems->file);
@@ -96,15 +106,23 @@ neph_result np_scene_report(const np_scene_problems *problems, neph_result resul
   return listed > 1 ? np_fail(problems->context, bad, "%s has %u errors", file, listed) : bad;
 }
 
+neph_result np_scene_report(np_scene_problems *problems, neph_result result) {
+  if (!result || result == NEPH_ERROR_BAD_SCENE) result = report_all(problems, result);
+  free_texts(problems);
+  return result;
+}
+
 void np_scene_warn_key(const neph_scene *scene, const np_node *node, const char *format, ...) {
-  char text[NP_SCENE_PROBLEM_SIZE];
+  np_text text = {.context = scene->context};
   va_list arguments;
   va_start(arguments, format);
-  vsnprintf(text, sizeof text, format, arguments);
+  np_text_add_list(&text, format, arguments);
   va_end(arguments);
-  if (node->key_line)
+  const bool has_place = node->key_line;
+  if (!text.has_failed && has_place)
     np_log(scene->context, NEPH_LOG_WARNING, "%s:%u:%u: %s", get_file_name(scene->file), node->key_line,
-           node->key_column, text);
-  else
-    np_log(scene->context, NEPH_LOG_WARNING, "%s", text);
+           node->key_column, np_text_get(&text));
+  else if (!text.has_failed)
+    np_log(scene->context, NEPH_LOG_WARNING, "%s", np_text_get(&text));
+  (void)np_text_end(&text, NEPH_OK);
 }

@@ -6,12 +6,12 @@
 #include "scene/scene_node.h"
 #include "scene/scene_private.h"
 
-enum { NP_SCENE_PROBLEMS_MAX = 20, NP_SCENE_PROBLEM_SIZE = 1024 };
+enum { NP_SCENE_PROBLEMS_MAX = 20 };
 
 typedef struct np_scene_problem {
   const np_node *node;   /* NULL: of the scene as a whole */
   unsigned line, column; /* 0: without a place */
-  char text[NP_SCENE_PROBLEM_SIZE];
+  char *text;
 } np_scene_problem;
 
 /* The errors of one scene: the first NP_SCENE_PROBLEMS_MAX in the order of its file. */
@@ -27,7 +27,8 @@ typedef struct np_scene_problems {
  */
 bool np_scene_would_list(const np_scene_problems *problems, const np_node *node);
 
-/* Adds an error at a node's value; without a place where the node has none or is NULL. Returns NEPH_ERROR_BAD_SCENE. */
+/* Adds an error at a node's value; without a place where the node has none or is NULL. Returns NEPH_ERROR_BAD_SCENE;
+ * without memory for the text NEPH_ERROR_OUT_OF_MEMORY. */
 neph_result np_scene_fail_at(np_scene_problems *problems, const np_node *node, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
@@ -42,10 +43,10 @@ bool np_scene_goes_on(const np_scene_problems *problems, neph_result part, neph_
 /* Whether a node, or a node below it, has an error. NULL has none. */
 bool np_scene_has_problem_in(const np_scene_problems *problems, const np_node *node);
 
-/* Logs all errors, "file:line:column: text" each, and their number where there are several, and returns
+/* Logs all errors and frees them: "file:line:column: text" each, and their number where there are several, and returns
  * NEPH_ERROR_BAD_SCENE where there is any; but a `result` that ended the reading before its time is passed on: it has
  * its own message. */
-neph_result np_scene_report(const np_scene_problems *problems, neph_result result);
+neph_result np_scene_report(np_scene_problems *problems, neph_result result);
 
 /* Logs a warning at a node's key. */
 void np_scene_warn_key(const neph_scene *scene, const np_node *node, const char *format, ...)

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "scene/scene_node.h"
 
-#include <stdio.h>
 #include <string.h>
 #include <yaml.h>
 
 #include "core/alloc.h"
+#include "core/text.h"
 
 enum { DEPTH_MAX = 16 };
 
@@ -33,8 +33,8 @@ static neph_result fail_syntax(document_reader *reader) {
     return np_fail(reader->context, NEPH_ERROR_OUT_OF_MEMORY, "%s: out of memory while parsing", reader->name);
   char what[240], begun[120] = "";
   if (parser->context)
-    snprintf(begun, sizeof begun, " %s begun on line %zu", parser->context, parser->context_mark.line + 1);
-  snprintf(what, sizeof what, "not valid YAML: %s%s", parser->problem ? parser->problem : "unknown problem", begun);
+    np_print(begun, sizeof begun, " %s begun on line %zu", parser->context, parser->context_mark.line + 1);
+  np_print(what, sizeof what, "not valid YAML: %s%s", parser->problem ? parser->problem : "unknown problem", begun);
   /* Encoding errors have no mark of their own. */
   return fail_at(reader, parser->error == YAML_READER_ERROR ? parser->mark : parser->problem_mark, what);
 }

@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-
-#include <stdio.h>
 #include <string.h>
 #include <strings.h>
 
 #include "core/frame_name.h"
+#include "core/text.h"
 #include "scene/scene_apply.h"
 
 #define ONLY(value) (1u << (value))
@@ -190,7 +189,7 @@ static const np_node *search_node(const place *at, const char *path) {
   while (node && *path) {
     char name[32];
     const size_t length = strcspn(path, ".");
-    snprintf(name, sizeof name, "%.*s", (int)length, path);
+    np_print(name, sizeof name, "%.*s", (int)length, path);
     node = np_node_search(node, name);
     path += length + (path[length] == '.');
   }
@@ -200,9 +199,9 @@ static const np_node *search_node(const place *at, const char *path) {
 /* "clouds[2].bake.type" */
 static void write_path(const place *at, const char *path, char *out, size_t size) {
   if (is_of_cloud(path))
-    snprintf(out, size, "clouds[%u].%s", at->cloud, path + strlen(clouds_prefix));
+    np_print(out, size, "clouds[%u].%s", at->cloud, path + strlen(clouds_prefix));
   else
-    snprintf(out, size, "%s", path);
+    np_print(out, size, "%s", path);
 }
 
 static np_given get_given(const np_node *node) {
@@ -250,11 +249,11 @@ static void write_value(const place *at, const char *path, char *out, size_t siz
   if (key->type == NP_KEY_CHOICE) {
     const np_choice *choice = key->choices;
     while (choice->value != get_choice(at, key)) choice++;
-    snprintf(out, size, "%s", choice->name);
+    np_print(out, size, "%s", choice->name);
   } else if (node && node->kind == NP_NODE_SCALAR) {
-    snprintf(out, size, "%.100s", node->text);
+    np_print_short(out, size, node->text);
   } else {
-    snprintf(out, size, "%s", node ? "given" : "not given");
+    np_print(out, size, "%s", node ? "given" : "not given");
   }
 }
 

@@ -3,13 +3,14 @@
 
 #include <nephos/files.h>
 
-#include <stdio.h>
 #include <string.h>
 
 #include "core/alloc.h"
 #include "core/file.h"
 #include "core/frame_name.h"
+#include "core/given.h"
 #include "core/path_map.h"
+#include "core/text.h"
 #include "scene/scene_keys.h"
 #include "terrain/heightfield_files.h"
 
@@ -30,7 +31,7 @@ static neph_result check_file(const neph_scene *scene, const np_node *node, cons
 
 neph_result np_scene_check_cloud_file(const neph_scene *scene, unsigned index, const char *path) {
   char key[PATH_SIZE];
-  snprintf(key, sizeof key, "clouds[%u].vdb", index);
+  np_print(key, sizeof key, "clouds[%u].vdb", index);
   const np_node *cloud = np_node_get(np_node_search(scene->document, "clouds"), index);
   return check_file(scene, np_node_search(cloud, "vdb"), key, path);
 }
@@ -88,7 +89,7 @@ static neph_result visit_elements(lookup *l, const np_node *list, const char *re
   unsigned index = 0;
   neph_result result = NEPH_OK;
   for (const np_node *item = list->first; item; item = item->next) {
-    snprintf(l->path + length, sizeof l->path - length, "[%u].", index++);
+    np_print(l->path + length, sizeof l->path - length, "[%u].", index++);
     const neph_result of_item = visit_below(l, item, rest);
     if (!result) result = of_item;
   }
@@ -104,13 +105,13 @@ static bool is_shorthand(const np_key *key, const char *name) {
 /* `rest` is what of the key's path in the table lies below `node`: "clouds[].phase.table". */
 static neph_result visit_below(lookup *l, const np_node *node, const char *rest) {
   const size_t length = strlen(l->path), count = strcspn(rest, ".[");
-  snprintf(l->path + length, sizeof l->path - length, "%.*s", (int)count, rest);
+  np_print(l->path + length, sizeof l->path - length, "%.*s", (int)count, rest);
   const np_node *child = node->kind == NP_NODE_MAPPING ? np_node_search(node, l->path + length) : NULL;
   if (!child) return NEPH_OK;
   if (rest[count] == '[') return visit_elements(l, child, rest + count + strlen("[]."));
   if (rest[count] == '\0') return visit_node(l, child);
   if (child->kind == NP_NODE_SCALAR && is_shorthand(l->key, rest + count + 1)) return visit_node(l, child);
-  snprintf(l->path + length + count, sizeof l->path - length - count, ".");
+  np_print(l->path + length + count, sizeof l->path - length - count, ".");
   return visit_below(l, child, rest + count + 1);
 }
 
@@ -130,7 +131,9 @@ static neph_result check_visited(const lookup *l, const np_node *node, const cha
   return check_file(l->scene, node, l->path, file);
 }
 
-neph_result neph_scene_check_files(const neph_scene *scene) { return visit_files(scene, check_visited, NULL); }
+neph_result neph_scene_check_files(const neph_scene *scene) {
+  return scene ? visit_files(scene, check_visited, NULL) : NEPH_ERROR_INVALID_ARGUMENT;
+}
 
 /* ---- The table of files ---- */
 
@@ -167,12 +170,13 @@ static neph_result add_visited(const lookup *l, const np_node *node, const char 
 static neph_result add_cloud(const neph_scene *scene, unsigned index, neph_files *files) {
   const np_scene_cloud *cloud = &scene->clouds[index];
   lookup l = {.scene = scene, .files = files};
-  snprintf(l.path, sizeof l.path, "clouds[%u].vdb", index);
+  np_print(l.path, sizeof l.path, "clouds[%u].vdb", index);
   if (!cloud->vdb || cloud->volume || cloud->is_baked) return NEPH_OK;
   return add_visited(&l, NULL, cloud->vdb);
 }
 
 neph_result neph_files_add_scene(neph_files *files, const neph_scene *scene) {
+  if (!files || !scene) return NEPH_ERROR_INVALID_ARGUMENT;
   neph_result result = neph_files_add(files, NEPH_FILE_READ, "the scene", scene->file);
   if (!result) result = visit_files(scene, add_visited, files);
   for (unsigned i = 0; !result && i < scene->cloud_count; i++) result = add_cloud(scene, i, files);

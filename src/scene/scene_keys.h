@@ -4,6 +4,7 @@
 #ifndef NP_SCENE_SCENE_KEYS_H
 #define NP_SCENE_SCENE_KEYS_H
 
+#include "core/text.h"
 #include "scene/scene_key.h"
 
 /* A key that had another name, in the same section. */
@@ -49,12 +50,12 @@ unsigned np_key_count_values(const np_key *key);
 const np_key *np_key_guess(const np_key *section, const char *name);
 
 /* The values that a key takes: "a length in [1, 1e+07] m", "march or path". */
-void np_key_describe_values(const np_key *key, char *out, size_t size);
+void np_key_describe_values(const np_key *key, np_text *out);
 
 /* The values that one item of a list takes. */
-void np_key_describe_item(const np_key *key, char *out, size_t size);
+void np_key_describe_item(const np_key *key, np_text *out);
 
 /* The text behind "NAME is not a key": ", did you mean camera.fov? camera has position, look_at, …". */
-void np_key_describe_hint(const np_key *section, const char *name, char *out, size_t size);
+void np_key_describe_hint(const np_key *section, const char *name, np_text *out);
 
 #endif

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "scene/scene_points.h"
 
-#include <stdio.h>
 #include <string.h>
 
 #include "core/alloc.h"
+#include "core/text.h"
 
 static neph_result read_point(np_scene_problems *problems, const char *path, const np_node *node,
                               neph_cloud_point *out) {
@@ -31,7 +31,7 @@ static neph_result read_list(np_scene_problems *problems, const char *path, cons
   unsigned index = 0;
   for (const np_node *item = list->first; item && !result; item = item->next, index++) {
     char name[160];
-    snprintf(name, sizeof name, "%s[%u]", path, index);
+    np_print(name, sizeof name, "%s[%u]", path, index);
     result = read_point(problems, name, item, &points[(*count)++]);
   }
   return result;
@@ -45,7 +45,7 @@ static neph_result read_curves(np_scene_problems *problems, const char *path, co
   neph_result result = NEPH_OK;
   for (const np_node *curve = node->first; curve && !result; curve = curve->next) {
     char name[128];
-    snprintf(name, sizeof name, "%s[%zu]", path, out->curve_count);
+    np_print(name, sizeof name, "%s[%zu]", path, out->curve_count);
     result = read_list(problems, name, curve, points, &out->count);
     ends[out->curve_count++] = out->count;
   }

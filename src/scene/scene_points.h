@@ -5,7 +5,7 @@
 
 #include "scene/scene_fail.h"
 #include "scene/scene_key.h"
-#include "scene/text_builder.h"
+#include "core/text.h"
 
 static inline neph_cloud_points *np_scene_points_get(const np_key *key, const void *base) {
   return (neph_cloud_points *)(uintptr_t)((const char *)base + key->field.offset);

@@ -4,10 +4,12 @@
 #include <string.h>
 
 #include "cloud/cloud_private.h"
+#include "core/alloc.h"
 #include "core/edit_distance.h"
+#include "core/given.h"
 #include "core/json.h"
+#include "core/text.h"
 #include "scene/scene_keys.h"
-#include "scene/text_builder.h"
 
 /* ---- Hints ---- */
 
@@ -32,61 +34,49 @@ const np_key *np_key_guess(const np_key *section, const char *name) {
   return best;
 }
 
-/* Appends to a text of fixed size; what has no room is left out. */
-static void append(char *out, size_t size, const char *text) {
-  size_t length = strlen(out);
-  snprintf(out + length, size - length, "%s", text);
-}
-
 /* The names of a section's keys, parted by ", ". */
-static void list_names(const np_key *section, char *out, size_t size) {
-  out[0] = '\0';
+static void add_names(const np_key *section, np_text *out) {
+  const char *join = "";
   for (size_t i = 0; i < np_key_count(); i++) {
     const np_key *key = np_key_get(i);
     if (np_key_get_parent(key) != section) continue;
-    if (*out) append(out, size, ", ");
-    append(out, size, np_key_get_name(key));
+    np_text_add(out, "%s%s", join, np_key_get_name(key));
+    join = ", ";
   }
 }
 
-void np_key_describe_hint(const np_key *section, const char *name, char *out, size_t size) {
+void np_key_describe_hint(const np_key *section, const char *name, np_text *out) {
   const np_key *guess = np_key_guess(section, name);
-  char names[512];
-  list_names(section, names, sizeof names);
-  snprintf(out, size, "%s%s%s %s has %s", guess ? ", did you mean " : "", guess ? guess->path : "", guess ? "?" : ";",
-           section ? section->path : "a scene", names);
+  if (guess) np_text_add(out, ", did you mean %s", guess->path);
+  np_text_add(out, "%s %s has ", guess ? "?" : ";", section ? section->path : "a scene");
+  add_names(section, out);
 }
 
-static void append_choices(const np_key *key, const char *last_join, char *out, size_t size) {
+static void add_choices(const np_key *key, const char *last_join, np_text *out) {
   for (const np_choice *choice = key->choices; choice->name; choice++) {
-    if (choice != key->choices) append(out, size, choice[1].name ? ", " : last_join);
-    append(out, size, choice->name);
+    const char *join = choice == key->choices ? "" : choice[1].name ? ", " : last_join;
+    np_text_add(out, "%s%s", join, choice->name);
   }
 }
 
-static void describe_number(const np_key *key, char *out, size_t size) {
+static void describe_number(const np_key *key, np_text *out) {
   const char *quantity = key->type == NP_KEY_REAL ? np_unit_get_quantity(key->unit) : "a whole number";
   const char *unit = np_unit_get_name(key->unit);
-  snprintf(out, size, "%s in [%.9g, %.9g]%s%s", quantity, key->range.min, key->range.max, *unit ? " " : "", unit);
+  np_text_add(out, "%s in [%.9g, %.9g]%s%s", quantity, key->range.min, key->range.max, *unit ? " " : "", unit);
 }
 
-static void describe_numbers(const np_key *key, char *out, size_t size) {
-  unsigned count = np_key_count_values(key);
-  char one[128], list[32];
-  describe_number(key, one, sizeof one);
-  snprintf(list, sizeof list, "a list of %u", count);
-  if (count == 1)
-    snprintf(out, size, "%s", one);
-  else if (key->is_grey_allowed)
-    snprintf(out, size, "%s, or %s such", one, list);
-  else
-    snprintf(out, size, "%s, each %s", list, one);
+static void describe_numbers(const np_key *key, np_text *out) {
+  const unsigned count = np_key_count_values(key);
+  const bool is_each = count > 1 && !key->is_grey_allowed;
+  if (is_each) np_text_add(out, "a list of %u, each ", count);
+  describe_number(key, out);
+  if (count > 1 && !is_each) np_text_add(out, ", or a list of %u such", count);
   if (!key->word && !key->choices) return;
-  append(out, size, ", or ");
+  np_text_add(out, ", or ");
   if (key->choices)
-    append_choices(key, " or ", out, size);
+    add_choices(key, " or ", out);
   else
-    append(out, size, key->word);
+    np_text_add(out, "%s", key->word);
 }
 
 /* Values of keys whose types alone decide them; NULL of others. */
@@ -103,23 +93,22 @@ static const char *get_values_of_type(np_key_type type) {
   return values[type];
 }
 
-void np_key_describe_values(const np_key *key, char *out, size_t size) {
+void np_key_describe_values(const np_key *key, np_text *out) {
   switch (key->type) {
   case NP_KEY_SECTION:
-    snprintf(out, size, "a mapping");
+    np_text_add(out, "a mapping");
     break;
   case NP_KEY_LIST:
-    snprintf(out, size, "a list of mappings");
+    np_text_add(out, "a list of mappings");
     break;
   case NP_KEY_REAL:
   case NP_KEY_INTEGER:
-    describe_numbers(key, out, size);
+    describe_numbers(key, out);
     return;
   case NP_KEY_CHOICE:
-    out[0] = '\0';
     break;
   case NP_KEY_FLAGS:
-    snprintf(out, size, "a list of: ");
+    np_text_add(out, "a list of: ");
     break;
   case NP_KEY_SEED:
   case NP_KEY_TEXT:
@@ -128,33 +117,31 @@ void np_key_describe_values(const np_key *key, char *out, size_t size) {
   case NP_KEY_POINTS:
   case NP_KEY_CURVES:
   case NP_KEY_TRACKS:
-    snprintf(out, size, "%s", get_values_of_type(key->type));
+    np_text_add(out, "%s", get_values_of_type(key->type));
     return;
   case NP_KEY_ROWS:
-    snprintf(out, size, "a list of at least 2 pairs of an altitude in m and a density in [%g, %g]", key->range.min,
-             key->range.max);
+    np_text_add(out, "a list of at least 2 pairs of an altitude in m and a density in [%g, %g]", key->range.min,
+                key->range.max);
     return;
   case NP_KEY_PRESET:
-    snprintf(out, size, "one of ");
-    np_cloud_list_presets(out + strlen(out), size - strlen(out));
+    np_text_add(out, "one of ");
+    np_cloud_list_presets(out);
     return;
   }
-  if (key->type == NP_KEY_SECTION && key->choices) append(out, size, ", or ");
-  if (key->choices) append_choices(key, key->type == NP_KEY_FLAGS ? ", " : " or ", out, size);
+  if (key->type == NP_KEY_SECTION && key->choices) np_text_add(out, ", or ");
+  if (key->choices) add_choices(key, key->type == NP_KEY_FLAGS ? ", " : " or ", out);
 }
 
-void np_key_describe_item(const np_key *key, char *out, size_t size) {
-  if (key->type != NP_KEY_FLAGS) {
-    describe_number(key, out, size);
-    return;
-  }
-  out[0] = '\0';
-  append_choices(key, " or ", out, size);
+void np_key_describe_item(const np_key *key, np_text *out) {
+  if (key->type != NP_KEY_FLAGS)
+    describe_number(key, out);
+  else
+    add_choices(key, " or ", out);
 }
 
 /* ---- Schema ---- */
 
-enum { TEXT_SIZE = 256, PATH_SIZE = 128 };
+enum { PATH_SIZE = 128 };
 
 /* The keys to list: one and those below it, or all whose paths begin so. */
 typedef struct selection {
@@ -196,9 +183,11 @@ static const np_key *get_section(const char *path) {
 
 /* `path` is as it was asked for, `plain` without indices. */
 static neph_result fail_unknown(neph_context *context, const char *path, const char *plain) {
-  char hint[768];
-  np_key_describe_hint(get_section(plain), np_path_get_name(plain), hint, sizeof hint);
-  return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "%s is not a key%s", path, hint);
+  np_text hint = {.context = context};
+  np_key_describe_hint(get_section(plain), np_path_get_name(plain), &hint);
+  if (hint.has_failed) return np_text_end(&hint, NEPH_OK);
+  const neph_result bad = NEPH_ERROR_INVALID_ARGUMENT;
+  return np_text_end(&hint, np_fail(context, bad, "%s is not a key%s", path, np_text_get(&hint)));
 }
 
 static neph_result select_keys(neph_context *context, const char *path, selection *out) {
@@ -215,18 +204,18 @@ static neph_result select_keys(neph_context *context, const char *path, selectio
   return is_known ? NEPH_OK : fail_unknown(context, path, out->path);
 }
 
-static void print_default(const np_key *key, char *out, size_t size) {
+static void add_default(const np_key *key, np_text *out) {
   bool is_list = strchr(key->fallback, ',');
-  snprintf(out, size, "%s%s%s", is_list ? "[" : "", key->fallback, is_list ? "]" : "");
+  np_text_add(out, "%s%s%s", is_list ? "[" : "", key->fallback, is_list ? "]" : "");
 }
 
 static void print_key(np_text *text, const np_key *key) {
-  char values[TEXT_SIZE], fallback[TEXT_SIZE];
-  np_key_describe_values(key, values, sizeof values);
-  np_text_add(text, "%s: %s\n    %s", key->path, values, key->meaning);
+  np_text_add(text, "%s: ", key->path);
+  np_key_describe_values(key, text);
+  np_text_add(text, "\n    %s", key->meaning);
   if (key->fallback) {
-    print_default(key, fallback, sizeof fallback);
-    np_text_add(text, "; default %s", fallback);
+    np_text_add(text, "; default ");
+    add_default(key, text);
   }
   np_text_add(text, "\n");
 }
@@ -259,14 +248,20 @@ static const char *get_type_name(np_key_type type) {
   return names[type];
 }
 
-static void put_key(np_json *json, const np_key *key) {
-  char values[TEXT_SIZE], fallback[TEXT_SIZE];
+/* Puts what `describe` adds of a key to an empty text, `scratch`. */
+static void put_text(np_json *json, const char *name, const np_key *key, void (*describe)(const np_key *, np_text *),
+                     np_text *scratch) {
+  scratch->length = 0;
+  describe(key, scratch);
+  np_json_put_text(json, name, np_text_get(scratch));
+}
+
+static void put_key(np_json *json, const np_key *key, np_text *scratch) {
   bool is_number = key->type == NP_KEY_REAL || key->type == NP_KEY_INTEGER;
-  np_key_describe_values(key, values, sizeof values);
   np_json_begin_object(json, NULL);
   np_json_put_text(json, "key", key->path);
   np_json_put_text(json, "type", get_type_name(key->type));
-  np_json_put_text(json, "values", values);
+  put_text(json, "values", key, np_key_describe_values, scratch);
   np_json_put_text(json, "meaning", key->meaning);
   if (is_number) {
     np_json_put_integer(json, "count", np_key_count_values(key));
@@ -274,10 +269,7 @@ static void put_key(np_json *json, const np_key *key) {
     np_json_put_real(json, "min", key->range.min);
     np_json_put_real(json, "max", key->range.max);
   }
-  if (key->fallback) {
-    print_default(key, fallback, sizeof fallback);
-    np_json_put_text(json, "default", fallback);
-  }
+  if (key->fallback) put_text(json, "default", key, add_default, scratch);
   if (key->choices) {
     np_json_begin_array(json, "choices");
     for (const np_choice *choice = key->choices; choice->name; choice++) np_json_put_text(json, NULL, choice->name);
@@ -289,9 +281,10 @@ static void put_key(np_json *json, const np_key *key) {
 static neph_result describe_json(neph_context *context, const selection *wanted, char **out_text) {
   np_json *json = np_json_create(context);
   if (!json) return NEPH_ERROR_OUT_OF_MEMORY;
+  np_text scratch = {.context = context};
   np_json_begin_array(json, "keys");
   for (size_t i = 0; i < np_key_count(); i++)
-    if (is_selected(wanted, np_key_get(i)->path)) put_key(json, np_key_get(i));
+    if (is_selected(wanted, np_key_get(i)->path)) put_key(json, np_key_get(i), &scratch);
   np_json_end(json);
   np_json_begin_array(json, "deprecated");
   for (size_t i = 0; i < np_key_rename_count(); i++) {
@@ -303,10 +296,15 @@ static neph_result describe_json(neph_context *context, const selection *wanted,
     np_json_end(json);
   }
   np_json_end(json);
-  return np_json_finish(json, out_text);
+  neph_result result = np_json_finish(json, out_text);
+  if (!scratch.has_failed || result) return np_text_end(&scratch, result);
+  np_alloc_free(context, *out_text);
+  *out_text = NULL;
+  return np_text_end(&scratch, NEPH_OK);
 }
 
 neph_result neph_schema_describe(neph_context *context, const char *key, neph_text_format format, char **out_text) {
+  if (NP_LACKS_OUT(context, out_text)) return NEPH_ERROR_INVALID_ARGUMENT;
   *out_text = NULL;
   selection wanted;
   neph_result result = select_keys(context, key, &wanted);

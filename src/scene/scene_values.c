@@ -2,10 +2,10 @@
 #include "scene/scene_values.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/text.h"
 #include "core/units.h"
 
 typedef enum dimension {
@@ -192,7 +192,7 @@ bool np_value_is_time(const char *text) {
 /* The fewest digits that read back as the same value. */
 static void format_shortest(double value, double value_si, const unit_row *unit, char *out, size_t size) {
   for (int digits = 6; digits <= 17; digits++) {
-    snprintf(out, size, "%.*g", digits, value);
+    np_print(out, size, "%.*g", digits, value);
     if (convert_to_si(unit, strtod(out, NULL)) == value_si) return; /* NOLINT: the same bits are meant */
   }
 }
@@ -202,7 +202,7 @@ void np_value_format_real(double value_si, np_unit unit, char *out, size_t size)
   const unit_row *row = &units[is_long ? NP_UNIT_KILOMETRE : unit];
   char number[40];
   format_shortest(value_si * row->divisor / row->multiplier, value_si, row, number, sizeof number);
-  snprintf(out, size, "%s%s%s", number, *row->name ? " " : "", row->name);
+  np_print(out, size, "%s%s%s", number, *row->name ? " " : "", row->name);
 }
 
 /* glibc keeps one C locale for good: making it allocates nothing and cannot fail. */

@@ -32,7 +32,7 @@ static int is_inside(const char *path) {
   const char *mark = strstr(path, confined);
   char folder[PATH_MAX], root[PATH_MAX], real[PATH_MAX];
   if (!mark) return 1;
-  (void)snprintf(folder, sizeof folder, "%.*s/", (int)(mark - path), path);
+  if (snprintf(folder, sizeof folder, "%.*s/", (int)(mark - path), path) >= PATH_MAX) return 0;
   if (!realpath(folder, root) || !realpath(path, real)) return 0;
   const size_t length = strcmp(root, "/") ? strlen(root) : 0;
   return !strncmp(real, root, length) && real[length] == '/';
@@ -75,8 +75,8 @@ char *np_gdal_files_name(const char *path, int is_confined) {
   char real[PATH_MAX], folder[PATH_MAX];
   const char *slash = strrchr(path, '/');
   const int length = slash ? (int)(slash - path) + 1 : 0;
-  (void)snprintf(folder, sizeof folder, "%.*s", length ? length : 2, length ? path : "./");
-  if ((length >= PATH_MAX) || !realpath(is_confined ? path : folder, real)) {
+  const int printed = snprintf(folder, sizeof folder, "%.*s", length ? length : 2, length ? path : "./");
+  if (printed >= PATH_MAX || !realpath(is_confined ? path : folder, real)) {
     CPLError(CE_Failure, CPLE_OpenFailed, "its folder cannot be read");
     return NULL;
   }

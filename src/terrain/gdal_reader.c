@@ -23,6 +23,7 @@
 #include <gdal/gdal_utils.h>
 #include <gdal/ogr_srs_api.h>
 
+#include "core/text_copy.h"
 #include "terrain/gdal_files.h"
 #include "terrain/gdal_references.h"
 
@@ -41,7 +42,8 @@ static void CPL_STDCALL keep_failure(CPLErr severity, CPLErrorNum number, const 
   (void)number;
   np_gdal_error *error = CPLGetErrorHandlerUserData();
   if (severity < CE_Failure || error->message[0]) return;
-  snprintf(error->message, sizeof error->message, "%s", message);
+  const int length = snprintf(error->message, sizeof error->message, "%s", message);
+  if (length >= (int)sizeof error->message) np_text_end_short(error->message, sizeof error->message);
   np_gdal_files_clean_message(error->message);
   for (char *line = error->message; (line = strpbrk(line, "\n\r"));) *line = ' ';
 }
@@ -56,7 +58,7 @@ static void begin_calls(np_gdal_error *error) {
 static neph_result end_calls(np_gdal_error *error, neph_result result, const char *message) {
   CPLPopErrorHandler();
   error->result = result;
-  if (result && !error->message[0]) snprintf(error->message, sizeof error->message, "%s", message);
+  if (result && !error->message[0]) np_text_copy_short(error->message, sizeof error->message, message);
   return result;
 }
 
@@ -202,7 +204,7 @@ static void read_unit(np_gdal_raster *raster) {
     raster->unit_m = OSRGetTargetLinearUnits(raster->crs, "VERT_CS", &vertical);
     name = vertical ? vertical : "";
   }
-  snprintf(raster->unit, sizeof raster->unit, "%s", name);
+  np_text_copy_short(raster->unit, sizeof raster->unit, name);
 }
 
 /* The scene's system, in place of the file's. */
@@ -236,7 +238,7 @@ static neph_result read_crs(np_gdal_raster *raster, const char *text) {
   if (result || !raster->crs) return result;
   OSRSetAxisMappingStrategy(raster->crs, OAMS_TRADITIONAL_GIS_ORDER);
   const char *name = OSRGetName(raster->crs);
-  snprintf(raster->crs_name, sizeof raster->crs_name, "%s", name && name[0] ? name : "unnamed");
+  np_text_copy_short(raster->crs_name, sizeof raster->crs_name, name && name[0] ? name : "unnamed");
   return NEPH_OK;
 }
 

@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Description of a height-field file, in words or in JSON. */
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 #include "core/alloc.h"
+#include "core/given.h"
 #include "core/json.h"
+#include "core/text.h"
 #include "core/units.h"
 #include "image/preview.h"
 #include "terrain/heightfield.h"
@@ -26,9 +27,9 @@ static double get_spacing(const np_heightfield *field, double step_rad) {
 static void print_spacing(const np_heightfield *field, char *out, size_t size) {
   const double east = get_spacing(field, field->step_east_rad), north = get_spacing(field, field->step_north_rad);
   if (fabs(east - north) > 1e-3 * north)
-    (void)snprintf(out, size, "%.6g x %.6g", east, north);
+    np_print(out, size, "%.6g x %.6g", east, north);
   else
-    (void)snprintf(out, size, "%.6g", north);
+    np_print(out, size, "%.6g", north);
 }
 
 static neph_result describe_place(neph_context *context, const np_heightfield *field, char **out_text) {
@@ -98,6 +99,7 @@ static neph_result describe_json(neph_context *context, const np_heightfield *fi
 
 neph_result neph_terrain_describe_file(neph_context *context, const char *path, neph_text_format format,
                                        char **out_text) {
+  if (NP_LACKS_OUT(context, out_text, path)) return NEPH_ERROR_INVALID_ARGUMENT;
   neph_result result = np_preview_describe_file(context, path, format, out_text);
   if (result || *out_text) return result; /* a picture of nephos is no height field */
   neph_terrain_desc desc = NEPH_TERRAIN_DESC_DEFAULT;

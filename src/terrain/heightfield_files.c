@@ -2,11 +2,11 @@
 #include "terrain/heightfield_files.h"
 
 #include <glob.h>
-#include <stdio.h>
 #include <string.h>
 
 #include "core/alloc.h"
 #include "core/file.h"
+#include "core/text.h"
 
 /* The list in the first braces of a name; `begin` NULL: there is none. */
 typedef struct brace_list {
@@ -77,7 +77,7 @@ static neph_result add_list(neph_context *context, const char *path, brace_list 
   neph_result result = name ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
   for (const char *item = braces.begin + 1; !result && item <= braces.end;) {
     const size_t length = strcspn(item, ",}");
-    (void)snprintf(name, size, "%.*s%.*s%s", (int)(braces.begin - path), path, (int)length, item, braces.end + 1);
+    np_print(name, size, "%.*s%.*s%s", (int)(braces.begin - path), path, (int)length, item, braces.end + 1);
     result = add_name(context, name, out);
     item += length + 1;
   }
@@ -101,8 +101,8 @@ void np_height_files_clear(neph_context *context, np_height_files *files) {
 }
 
 void np_height_files_describe(const np_height_files *files, const char *path, char *out, size_t size) {
-  if (files->count > 1)
-    snprintf(out, size, "%s (%zu files)", path, files->count);
-  else
-    snprintf(out, size, "%s", path);
+  char count[32] = "";
+  if (files->count > 1) np_print(count, sizeof count, " (%zu files)", files->count);
+  const size_t length = np_print_short(out, size - strlen(count), path);
+  np_print(out + length, size - length, "%s", count);
 }

@@ -6,10 +6,10 @@
  * (field_chart.h). Without a coordinate system a raster is laid around the place like a picture.
  */
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 #include "core/alloc.h"
+#include "core/text.h"
 #include "core/units.h"
 #include "terrain/gdal_module.h"
 #include "terrain/heightfield.h"
@@ -20,7 +20,7 @@
 static const double sample_count_max = 1.2e8;
 
 /* Rasters beyond this along a side would be read for hours, to be averaged. */
-enum { SIDE_MAX = 200000, CHUNK_SAMPLES = 1 << 22, NAME_BYTES = 400 };
+enum { SIDE_MAX = 200000, CHUNK_SAMPLES = 1 << 22, NAME_BYTES = 4200 };
 
 typedef struct raster_reader {
   neph_context *context;
@@ -104,15 +104,15 @@ static neph_result check_degrees(const raster_reader *r) {
     east = fmax(east, x);
   }
   if (!(fabs(latitude) <= 90.0 + slack))
-    snprintf(problem, sizeof problem, "reaches latitude %.3g deg, must be within ±90", latitude);
+    np_print(problem, sizeof problem, "reaches latitude %.3g deg, must be within ±90", latitude);
   else if (!(east - west <= 360.0 + slack))
-    snprintf(problem, sizeof problem, "is %.3g deg wide, must be at most 360", east - west);
+    np_print(problem, sizeof problem, "is %.3g deg wide, must be at most 360", east - west);
   else if (!(fabs(longitude) <= longitude_max))
-    snprintf(problem, sizeof problem, "reaches longitude %.3g deg, must be within ±%g", longitude, longitude_max);
+    np_print(problem, sizeof problem, "reaches longitude %.3g deg, must be within ±%g", longitude, longitude_max);
   else
     return NEPH_OK;
   char text[300];
-  snprintf(text, sizeof text, "%s: its coordinates are not degrees", problem);
+  np_print(text, sizeof text, "%s: its coordinates are not degrees", problem);
   return fail_crs(r, text);
 }
 
@@ -120,7 +120,7 @@ static neph_result check_system(const raster_reader *r) {
   char text[300];
   if (r->info.is_geographic) return check_degrees(r);
   if (!r->info.is_geocentric) return NEPH_OK;
-  snprintf(text, sizeof text, "its coordinate system (%.120s) is geocentric, must be projected or geographic",
+  np_print(text, sizeof text, "its coordinate system (%.120s) is geocentric, must be projected or geographic",
            r->info.crs);
   return fail_crs(r, text);
 }
@@ -458,10 +458,10 @@ neph_result np_heightfield_describe_raster(neph_context *context, const char *pa
   raster_reader r = {.context = context, .desc = desc, .is_described = true};
   neph_result result = open_reader(&r, path);
   if (result) return result;
-  snprintf(out->format, sizeof out->format, "%s", r.info.driver);
-  snprintf(out->sample_type, sizeof out->sample_type, "%s", r.info.sample_type);
-  snprintf(out->crs, sizeof out->crs, "%s", r.info.crs);
-  snprintf(out->unit, sizeof out->unit, "%s", r.info.unit);
+  np_print(out->format, sizeof out->format, "%s", r.info.driver);
+  np_print(out->sample_type, sizeof out->sample_type, "%s", r.info.sample_type);
+  np_print(out->crs, sizeof out->crs, "%s", r.info.crs);
+  np_print(out->unit, sizeof out->unit, "%s", r.info.unit);
   out->has_place = has_place(&r);
   out->file_count = r.files.count;
   close_reader(&r);
@@ -493,7 +493,7 @@ neph_result np_raster_lattice_load(neph_context *context, const char *path, cons
   if (is_projected) result = set_known_places(&r);
   if (is_projected && !result) {
     out->is_projected = true;
-    (void)snprintf(out->crs, sizeof out->crs, "%s", r.info.crs);
+    np_print(out->crs, sizeof out->crs, "%s", r.info.crs);
     out->globe = np_globe_make(desc->planet_radius_m, out->field.origin.latitude_rad, out->field.origin.longitude_rad);
     set_positions(&r, out);
   }

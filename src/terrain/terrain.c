@@ -7,13 +7,13 @@
 #include "terrain/terrain_private.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 #include <embree3/rtcore.h>
 
 #include "core/alloc.h"
 #include "core/parallel.h"
+#include "core/text.h"
 #include "core/units.h"
 #include "terrain/field_facets.h"
 #include "terrain/ground_cover.h"
@@ -341,7 +341,7 @@ static neph_result build_scene(void *user) {
   neph_terrain *terrain = job->terrain;
   neph_result result = NEPH_OK;
   char config[32];
-  snprintf(config, sizeof config, "threads=%u", np_foreign_thread_count(terrain->context));
+  np_print(config, sizeof config, "threads=%u", np_foreign_thread_count(terrain->context));
   terrain->device = rtcNewDevice(config);
   if (!terrain->device) return fail_embree(terrain->context, rtcGetDeviceError(NULL));
   terrain->scene = create_scene(job);
@@ -485,6 +485,7 @@ double np_terrain_get_elevation_min_m(const neph_terrain *terrain) { return terr
 double np_terrain_get_elevation_max_m(const neph_terrain *terrain) { return terrain->elevation_max_m; }
 
 double neph_terrain_get_elevation_m(const neph_terrain *terrain, double x_m, double y_m) {
+  if (!terrain) return 0.0;
   np_field_position position;
   np_terrain_hit hit;
   const bool is_on_mesh = has_mesh(terrain) && hit_from_above(terrain, x_m, y_m, &hit) && hit.is_of_mesh;

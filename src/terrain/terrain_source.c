@@ -3,6 +3,7 @@
 
 #include <math.h>
 
+#include "core/given.h"
 #include "core/units.h"
 #include "terrain/mesh_ground.h"
 #include "terrain/terrain_private.h"
@@ -141,17 +142,20 @@ neph_result np_terrain_load_from_cache(neph_context *context, np_cache_entry *en
 
 neph_result neph_terrain_load(neph_context *context, const char *path, const neph_terrain_desc *desc,
                               neph_terrain **out_terrain) {
+  if (NP_LACKS_OUT(context, out_terrain, path)) return NEPH_ERROR_INVALID_ARGUMENT;
   const np_terrain_source source = {.kind = NP_TERRAIN_HEIGHTFIELD, .file = path};
   return np_terrain_create(context, &source, desc, out_terrain);
 }
 
 neph_result neph_terrain_create_ridges(neph_context *context, const neph_ridges_desc *ridges,
                                        const neph_terrain_desc *desc, neph_terrain **out_terrain) {
+  if (NP_LACKS_OUT(context, out_terrain)) return NEPH_ERROR_INVALID_ARGUMENT;
   const np_terrain_source source = {.kind = NP_TERRAIN_RIDGES, .ridges = ridges};
   return np_terrain_create(context, &source, desc, out_terrain);
 }
 
 neph_result neph_terrain_load_mesh(neph_context *context, const neph_terrain_desc *desc, neph_terrain **out_terrain) {
+  if (NP_LACKS_OUT(context, out_terrain)) return NEPH_ERROR_INVALID_ARGUMENT;
   const np_terrain_source source = {.kind = NP_TERRAIN_MESH};
   if (desc && desc->mesh_file) return np_terrain_create(context, &source, desc, out_terrain);
   *out_terrain = NULL;

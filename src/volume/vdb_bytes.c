@@ -3,10 +3,11 @@
 
 #include <errno.h>
 #include <fcntl.h>
-#include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
+
+#include "core/text.h"
 
 /* ---- Opening ---- */
 
@@ -42,15 +43,17 @@ void np_vdb_bytes_close(np_vdb_bytes *bytes) {
 /* ---- Failing ---- */
 
 void np_vdb_bytes_fail(np_vdb_bytes *bytes, const char *format, ...) {
-  char reason[256];
+  np_text reason = {.context = bytes->context};
   va_list arguments;
   if (bytes->result) return;
   va_start(arguments, format);
-  vsnprintf(reason, sizeof reason, format, arguments);
+  np_text_add_list(&reason, format, arguments);
   va_end(arguments);
-  bytes->result = np_fail(bytes->context, NEPH_ERROR_BAD_FILE, "%s: %s%s%s%s, at byte %lld of %lld: it is damaged",
-                          bytes->path, bytes->grid ? "grid '" : "", bytes->grid ? bytes->grid : "",
-                          bytes->grid ? "': " : "", reason, (long long)bytes->position, (long long)bytes->size);
+  bytes->result =
+      np_fail(bytes->context, NEPH_ERROR_BAD_FILE, "%s: %s%s%s%s, at byte %lld of %lld: it is damaged", bytes->path,
+              bytes->grid ? "grid '" : "", bytes->grid ? bytes->grid : "", bytes->grid ? "': " : "",
+              np_text_get(&reason), (long long)bytes->position, (long long)bytes->size);
+  bytes->result = np_text_end(&reason, bytes->result);
 }
 
 static void fail_at_end(np_vdb_bytes *bytes, uint64_t count) {

@@ -13,6 +13,7 @@
 #include <openvdb/Exceptions.h>
 #include <tbb/task_arena.h>
 
+#include "core/text_copy.h"
 #include "volume/vdb_streams.h"
 
 namespace np_vdb {
@@ -23,7 +24,8 @@ inline void check_room(const void *block) {
 
 inline neph_result report(np_vdb_error *error, neph_result result, const char *format, const char *text) noexcept {
   error->result = result;
-  std::snprintf(error->message, sizeof error->message, format, text);
+  const int length = std::snprintf(error->message, sizeof error->message, format, text);
+  if (length >= (int)sizeof error->message) np_text_end_short(error->message, sizeof error->message);
   return result;
 }
 

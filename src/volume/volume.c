@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "core/alloc.h"
+#include "core/given.h"
 #include "volume/volume_tint.h"
 
 enum { DENSE_EDGE_MAX = 1 << 24 };
@@ -174,6 +175,7 @@ static neph_result create_dense(neph_context *context, const neph_volume_dense_d
 
 neph_result neph_volume_create_dense(neph_context *context, const neph_volume_dense_desc *desc,
                                      neph_volume **out_volume) {
+  if (NP_LACKS_OUT(context, out_volume, desc)) return NEPH_ERROR_INVALID_ARGUMENT;
   static const neph_volume_dense_desc defaults = NEPH_VOLUME_DENSE_DESC_DEFAULT;
   neph_volume_dense_desc d;
   *out_volume = NULL;
@@ -201,6 +203,7 @@ void np_volume_bound_box(const np_affine *affine, const int32_t low[3], const in
 }
 
 neph_result neph_volume_get_info(const neph_volume *volume, neph_volume_info *out_info) {
+  if (NP_LACKS(NP_CONTEXT_OF(volume), out_info)) return NEPH_ERROR_INVALID_ARGUMENT;
   neph_volume_info info = {.struct_size = sizeof info,
                            .name = volume->name,
                            .active_voxel_count = volume->active_voxel_count,
@@ -220,6 +223,9 @@ static float sample(const neph_volume *volume, np_dvec3 position) {
 }
 
 void neph_volume_sample(const neph_volume *volume, size_t count, const double *positions_m, float *out_values) {
+  if (!positions_m || !out_values) return;
+  if (!volume) memset(out_values, 0, count * sizeof *out_values);
+  if (!volume) return;
   unsigned float_mode = np_float_mode_enter();
   const unsigned level_count = np_volume_has_parts(volume, NP_PARTS_OF_CELLS) ? volume->tint->count : 1;
   for (size_t i = 0; i < count; i++, positions_m += 3) {

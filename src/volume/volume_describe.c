@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "core/alloc.h"
+#include "core/given.h"
 #include "core/json.h"
 #include "volume/frustum.h"
 #include "volume/volume_file.h"
@@ -317,6 +318,7 @@ static neph_result describe_as_lines(describe_job *job, char **out_text) {
 
 neph_result neph_volume_describe_file(neph_context *context, const char *path, neph_text_format format,
                                       char **out_text) {
+  if (NP_LACKS_OUT(context, out_text, path)) return NEPH_ERROR_INVALID_ARGUMENT;
   np_monitor monitor;
   *out_text = NULL;
   np_monitor_start(&monitor, context, NULL, NULL);

@@ -1,9 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Volumes kept on disk as they are in memory, bricks and all. */
-#include <stdio.h>
-
 #include "core/alloc.h"
 #include "core/disk_cache.h"
+#include "core/text.h"
 #include "volume/bricks_check.h"
 #include "volume/volume_private.h"
 #include "volume/volume_tint.h"
@@ -39,7 +38,7 @@ static void save(const neph_volume *volume, np_cache_entry *entry) {
   for (int a = 0; a < 2; a++) h.is_periodic[a] = b->is_periodic[a];
   h.active_voxel_count = volume->active_voxel_count, h.grid_bytes = volume->grid_bytes;
   h.brick_count = b->brick_count, h.node_count = b->node_count;
-  (void)snprintf(h.name, sizeof h.name, "%s", volume->name);
+  np_print(h.name, sizeof h.name, "%s", volume->name);
   NP_CACHE_WRITE(entry, h);
   const size_t entries = np_bricks_count_table(b);
   np_cache_write(entry, b->table, entries * sizeof *b->table);

@@ -7,7 +7,9 @@
 
 #include "core/alloc.h"
 #include "core/file.h"
+#include "core/given.h"
 #include "core/hash.h"
+#include "core/text.h"
 #include "volume/frustum.h"
 #include "volume/volume_choice.h"
 #include "volume/volume_levels.h"
@@ -303,6 +305,7 @@ static neph_result check_desc(neph_context *context, const neph_volume_load_desc
 
 neph_result neph_volume_load(neph_context *context, const char *path, const neph_volume_load_desc *desc,
                              neph_volume **out_volume) {
+  if (NP_LACKS_OUT(context, out_volume, path)) return NEPH_ERROR_INVALID_ARGUMENT;
   static const neph_volume_load_desc defaults = NEPH_VOLUME_LOAD_DESC_DEFAULT;
   neph_volume_load_desc d;
   *out_volume = NULL;
@@ -405,7 +408,7 @@ static neph_result describe_header(const np_volume_file *file, size_t index, np_
   written_box box = {.header = out_header};
   np_vdb_error error;
   *out_header = (np_grid_header){.state = NP_GRID_FILLED};
-  snprintf(out_header->name, sizeof out_header->name, "%s", info.name);
+  np_print_short(out_header->name, sizeof out_header->name, info.name);
   memcpy(out_header->index_to_world.m, info.index_to_world, sizeof info.index_to_world);
   if (file->module->visit_metadata(file->vdb, index, read_metadata, &box, &error))
     return np_volume_file_fail(file, &error);

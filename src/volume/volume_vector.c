@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Velocities and colours of a file: a grid of vectors, or three of floats, by the names that Houdini (vel, v, Cd, Ce),
  * Blender and EmberGen (velocity, color, emission) give them. */
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "core/alloc.h"
+#include "core/text.h"
 #include "volume/volume_file.h"
 #include "volume/volume_levels.h"
 #include "volume/volume_tint.h"
@@ -71,7 +71,8 @@ static bool choose_components(const np_volume_file *file, const char *name, cons
   bool is_whole = true;
   for (int a = 0; a < 3 && is_whole; a++) {
     char component[128];
-    (void)snprintf(component, sizeof component, "%s%s%c", name, separator, endings[a]);
+    if (strlen(name) + strlen(separator) + 2 > sizeof component) return false;
+    np_print(component, sizeof component, "%s%s%c", name, separator, endings[a]);
     is_whole = search_grid(file, component, false, &out->grid[a]);
     out->component[a] = 0;
   }

@@ -12,6 +12,7 @@
 #include <string.h>
 #include <time.h>
 
+#include "core/alloc.h"
 #include "cloud/bake_private.h"
 
 /* Compiled for the benchmark alone, without vectors. */
@@ -244,14 +245,18 @@ static neph_result bench_kind(neph_context *context, const char *preset) {
 }
 
 static neph_result bench_kinds(void) {
-  char names[512];
+  char *names = NULL;
   neph_context_desc desc = NEPH_CONTEXT_DESC_DEFAULT;
   neph_context *context = NULL;
   desc.thread_count = 1;
   neph_result result = neph_context_create(&desc, &context);
-  np_cloud_list_presets(names, sizeof names);
+  np_text list = {.context = context};
+  np_cloud_list_presets(&list);
+  if (!result) result = np_text_finish(&list, &names);
   printf("%-26s%10s%12s%14s%12s\n", "preset", "voxel m", "M voxels", "ns/voxel", "prepare s");
-  for (char *name = strtok(names, ", "); name && !result; name = strtok(NULL, ", ")) result = bench_kind(context, name);
+  for (char *name = result ? NULL : strtok(names, ", "); name && !result; name = strtok(NULL, ", "))
+    result = bench_kind(context, name);
+  np_alloc_free(context, names);
   neph_context_destroy(context);
   return result;
 }

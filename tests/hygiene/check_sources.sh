@@ -35,6 +35,9 @@ complain 'comments that do not begin with what they are about' \
 complain 'marks of an unfinished merge' "$(grep -nE '^(<<<<<<<|>>>>>>>) ' $sources $scripts || true)"
 complain 'notes of unfinished work' "$(grep -nwE 'TODO|FIXME|XXX' $sources || true)"
 complain 'f() for f(void)' "$(grep -nE '^[a-z][a-z0-9_ *]*[a-z0-9_]+\(\) *[{;]' $(echo "$sources" | grep -v '\.cpp$') || true)"
+complain 'results of snprintf that are ignored: np_print, np_text_add, or cli_print and cli_text_add of the program' \
+  "$(grep -nE '(^|[;{)]|else|\(void\)|\(size_t\)) *(std::)?v?snprintf\(' $(echo "$sources" | grep -E '^(src|cli)/') |
+    grep -vE '(if|while) \(v?snprintf' || true)"
 complain 'environment variables in the library' "$(grep -rnwE 'getenv|secure_getenv' include src || true)"
 complain 'types that end in _t' "$(grep -rnE '^\} *np?e?p?h?_[a-z0-9_]+_t;' include src || true)"
 exit $fail

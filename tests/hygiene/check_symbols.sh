@@ -26,6 +26,9 @@ report() {
 report 'declared without NEPH_API' declared marked
 report 'declared, but the library does not define it' declared exported
 report 'exported, but no header declares it' exported declared
+nm -D --defined-only "$shared" | awk '$2 == "T" {print $3}' | sed 's/@.*//' | sort -u >"$folder/functions"
+grep -oE '\bneph_[a-z0-9_]+\b' "$source/tests/test_null_arguments.c" | sort -u >"$folder/called"
+report 'functions that tests/test_null_arguments.c does not call with NULL' functions called
 
 # Constant tables with addresses lie in .data.rel.ro and are fine. nova_lock guards the state that libnova has.
 state=$(objdump -t "$static" |

@@ -1,0 +1,45 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "print.h"
+
+#include <assert.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+void cli_text_add_list(cli_text *text, const char *format, va_list arguments) {
+  va_list again;
+  va_copy(again, arguments);
+  const int length = vsnprintf(NULL, 0, format, arguments);
+  const size_t size = text->length + (size_t)(length < 0 ? 0 : length) + 1;
+  char *longer = text->has_failed || length < 0 ? NULL : realloc(text->characters, size);
+  text->has_failed = !longer;
+  if (longer) text->characters = longer;
+  if (longer && vsnprintf(longer + text->length, size - text->length, format, again) == length) text->length = size - 1;
+  va_end(again);
+}
+
+void cli_text_add(cli_text *text, const char *format, ...) {
+  va_list arguments;
+  va_start(arguments, format);
+  cli_text_add_list(text, format, arguments);
+  va_end(arguments);
+}
+
+const char *cli_text_get(const cli_text *text) { return text->length ? text->characters : ""; }
+
+void cli_text_clear(cli_text *text) {
+  free(text->characters);
+  *text = (cli_text){0};
+}
+
+size_t cli_print(char *out, size_t size, const char *format, ...) {
+  static const char dots[] = "...";
+  va_list arguments;
+  va_start(arguments, format);
+  const int length = vsnprintf(out, size, format, arguments);
+  va_end(arguments);
+  const bool fits = length >= 0 && (size_t)length < size;
+  assert(fits);
+  if (!fits && size >= sizeof dots) memcpy(out + size - sizeof dots, dots, sizeof dots);
+  return fits ? (size_t)length : strlen(out);
+}

@@ -1,0 +1,30 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Texts that are printed to: they grow, or are as long as an array that is made for them. Nothing is cut unseen. */
+#ifndef NEPHOS_CLI_PRINT_H
+#define NEPHOS_CLI_PRINT_H
+
+#include <stdarg.h>
+#include <stdbool.h>
+#include <stddef.h>
+
+/* Begin with {0}; the characters are to be freed. Without memory the rest is left out, and has_failed says so. */
+typedef struct cli_text {
+  char *characters;
+  size_t length;
+  bool has_failed;
+} cli_text;
+
+void cli_text_add(cli_text *text, const char *format, ...) __attribute__((format(printf, 2, 3)));
+void cli_text_add_list(cli_text *text, const char *format, va_list arguments) __attribute__((format(printf, 2, 0)));
+
+/* The text so far, "" before the first character. */
+const char *cli_text_get(const cli_text *text);
+
+/* Frees the text, which is empty then. */
+void cli_text_clear(cli_text *text);
+
+/* Prints numbers, and names of the program's own, to an array that has room for the longest. Returns the length. A text
+ * that does not fit is a fault of the program: it ends in "..." and fails an assertion. */
+size_t cli_print(char *out, size_t size, const char *format, ...) __attribute__((format(printf, 3, 4)));
+
+#endif
