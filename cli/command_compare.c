@@ -17,7 +17,7 @@ static void print_measures(const cli_session *session, const measure *measures, 
   const unsigned long long values = difference->value_count, differing = difference->differing_count;
   for (size_t i = 0; i < count; i++) {
     const double value = measures[i].value;
-    if (!is_json && measures[i].is_optional && isnan(value)) continue;
+    if (!is_json && measures[i].is_optional && (isnan(value) || !differing)) continue;
     if (is_json && isfinite(value))
       printf("\"%s\": %.9g, ", measures[i].name, value);
     else if (is_json)
@@ -82,7 +82,7 @@ static void print_errors(const cli_session *session, const neph_image_difference
   print_bounded(is_json, "pixel_noise", "error a pixel: noise", &difference->pixel_noise);
   print_bounded(is_json, "pixel_bias", "error a pixel: bias", &difference->pixel_bias);
   if (!is_json) print_clamped(difference);
-  print_reference_noise(is_json, difference);
+  if (is_json || difference->differing_count) print_reference_noise(is_json, difference);
   if (is_json) printf("\"pixel_count\": %llu, ", (unsigned long long)difference->pixel_count);
 }
 

@@ -149,7 +149,7 @@ static void noise_is_the_one_asked_for(void **state) {
   assert_in_range((int)(1000.0 * measure_noise(f, SCENE("64", "48", "march", "0.02"), 0.06, 64)), 740, 1350);
   assert_in_range((int)(1000.0 * measure_noise(f, SCENE("64", "48", "march", "0.02"), 0.03, 64)), 740, 1350);
   assert_in_range((int)(1000.0 * measure_noise(f, SCENE("32", "24", "path", "0.02"), 0.4, 64)), 740, 1350);
-  assert_in_range((int)(1000.0 * measure_noise(f, SCENE("32", "24", "march", "0"), 0.06, 64)), 300, 1350);
+  assert_in_range((int)(1000.0 * measure_noise(f, SCENE("64", "48", "march", "0"), 0.06, 64)), 300, 1350);
 }
 
 enum { WIDTH = 16, HEIGHT = 10, PIXELS = WIDTH * HEIGHT, PICTURES = 16 };

@@ -12,7 +12,6 @@ static const double fall_m_s = 5.0; /* of rain, as clouds.md has it */
 static neph_cloud_desc make_windy(neph_context *context, const char *preset, double speed_m_s) {
   neph_cloud_desc desc = NEPH_CLOUD_DESC_DEFAULT;
   assert_int_equal(neph_cloud_get_preset(context, preset, &desc), NEPH_OK);
-  desc.voxel_m *= 3;   /* cheaper */
   desc.coverage = 0.5; /* a sheet without gaps has little to be moved */
   desc.skew_m[0] = desc.skew_m[1] = 0;
   desc.has_winds = true;

@@ -180,7 +180,7 @@ static void a_ridge_leaves_no_ghost(void **state) {
 static const char cumulus[] =
     "camera: {position: [0, -3 km, 400 m], look_at: [0, 0, 800 m], fov: 30 deg, " SIZE "}\n"
     "sun: {elevation: 30 deg, azimuth: 140 deg}\natmosphere: none\nenvironment: {radiance: 0.02}\n"
-    "clouds: [{name: a, extinction: 1 1/m, bake: {preset: cumulus_mediocris, model: hero, seed: 3,"
+    "clouds: [{name: a, extinction: 1 1/m, bake: {preset: cumulus_mediocris, model: hero, seed: 11,"
     " extent: [800 m, 800 m], voxel: 50 m}}]\n"
     "animate: {camera.position: {interpolation: step, keys: [[1, [0, -3 km, 400 m]], [41, [0, -3.2 km, 400 m]],"
     " [42, [3 km, 0, 400 m]]]}}\n"
@@ -214,7 +214,9 @@ static void sixteen_frames_renew_every_pixel(void **state) {
       neph_image *theirs = render(full, frame);
       unsigned same = 0;
       for (int place = 0; place < 16; place++) same |= is_same_at(image, theirs, place) ? 1u << place : 0u;
-      assert_true(same != 0 && !(same & (same - 1)) && !(same & places));
+      if (!same || (same & (same - 1)) || (same & places))
+        fail_msg("%s, frame %d: places %x are those of the full frame, %x were before", integrators[i], frame, same,
+                 places);
       places |= same;
       neph_image_destroy(theirs);
     }

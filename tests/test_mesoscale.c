@@ -155,7 +155,7 @@ static void cells_are_open_and_closed(void **state) {
   static const struct {
     neph_cloud_cells kind;
     double coverage;
-  } cases[] = {{NEPH_CLOUD_CELLS_OPEN, 0.35}, {NEPH_CLOUD_CELLS_CLOSED, 0.85}};
+  } cases[] = {{NEPH_CLOUD_CELLS_OPEN, 0.3}, {NEPH_CLOUD_CELLS_CLOSED, 0.85}};
   double skewness[2];
   for (int n = 0; n < 2; n++) {
     const neph_cloud_desc desc = make_cells(context, cases[n].kind, cases[n].coverage);

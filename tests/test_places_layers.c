@@ -34,8 +34,8 @@ static const char head[] =
  * the copies are met, that of a hierarchy or of a list. Over 200 seeds mattes of frayed ones differ by -0.018 ± 0.014
  * of a pixel a picture, the mean of shadows by (2.4 ± 1.2)e-5. */
 static const char bake[] =
-    "bake: {preset: cumulus_humilis, seed: 3, extent: 700 m, base: 500 m, thickness: 350 m, voxel: 50 m, coverage: 1,"
-    " extinction: 0.02 1/m, wispiness: 0, erosion: 0.2}";
+    "bake: {preset: cumulus_humilis, seed: 3, extent: 700 m, base: 500 m, thickness: 350 m, voxel: 43 m, coverage: 1,"
+    " extinction: 0.02 1/m, wispiness: 0, erosion: 0.2, billow: 480 m}";
 
 static char *make_rows(void) {
   char text[4096];

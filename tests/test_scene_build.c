@@ -292,7 +292,7 @@ static void strange_descriptions_are_refused(void **state) {
   assert_one_error(&f->log, "cloud 1 of 1");
   unsigned index = 77;
   assert_int_equal(neph_scene_add_volume(scene, NULL, NULL, &index), NEPH_ERROR_INVALID_ARGUMENT);
-  assert_one_error(&f->log, "the volume is NULL");
+  assert_one_error(&f->log, "volume is NULL, must be given");
   assert_int_equal(index, 77);
   neph_scene_destroy(scene);
 }

@@ -76,7 +76,7 @@ static void set_light(neph_sky *sky, const neph_sky_desc *d) {
 }
 
 neph_result neph_sky_create(neph_atmosphere *atmosphere, const neph_sky_desc *desc, neph_sky **out_sky) {
-  if (NP_LACKS_OUT(NP_CONTEXT_OF(atmosphere), out_sky, desc)) return NEPH_ERROR_INVALID_ARGUMENT;
+  if (NP_LACKS_OUT(NP_CONTEXT_OF(atmosphere), out_sky)) return NEPH_ERROR_INVALID_ARGUMENT;
   return np_sky_create_monitored(atmosphere, desc, NULL, out_sky);
 }
 

@@ -217,13 +217,13 @@ static void warn(neph_context *context, const neph_cloud_desc *cloud, const loss
   const char *name = np_cloud_desc_name(cloud);
   if (voxel_m > 0)
     np_log(context, NEPH_LOG_WARNING,
-           "%s: voxels of %.6g m lose %.0f %% of the %s, %.3g of %.3g is left: a voxel of %.10g m keeps it", name,
+           "%s: voxels of %.3g m lose %.0f %% of the %s, %.3g of %.3g is left: a voxel of %.10g m keeps it", name,
            cloud->voxel_m, 100 * row->share, row->name, row->kept, row->whole, voxel_m);
   else
-    np_log(context, NEPH_LOG_WARNING,
-           "%s: voxels of %.6g m lose %.0f %% of the %s, %.3g of %.3g is left, and no voxel down to a quarter of the "
-           "largest billows' grain keeps it: enlarge extent or billow",
-           name, cloud->voxel_m, 100 * row->share, row->name, row->kept, row->whole);
+    np_log(context, NEPH_LOG_INFO,
+           "%s: %.0f %% less %s than the model's, %.3g of %.3g, at voxels of %.3g m and at finer ones alike: enlarge "
+           "extent or billow",
+           name, 100 * row->share, row->name, row->kept, row->whole, cloud->voxel_m);
 }
 
 neph_result np_bake_warn_of_losses(neph_context *context, const np_cloud_model *model, np_monitor *monitor) {

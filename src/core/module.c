@@ -130,9 +130,8 @@ neph_result np_module_get(neph_context *context, const np_module_kind *kind, con
   np_text tried = {.context = context};
   const search s = search_folders(context, kind, &tried);
   *out_table = s.table;
-  if (s.table || s.has_no_room) (void)np_text_end(&tried, NEPH_OK);
-  if (s.table) return NEPH_OK;
-  if (!s.has_no_room) return np_text_end(&tried, fail(context, &s));
+  if (!s.has_no_room) return np_text_end(&tried, s.table ? NEPH_OK : fail(context, &s));
+  (void)np_text_end(&tried, NEPH_OK);
   return np_fail(context, NEPH_ERROR_OUT_OF_MEMORY,
                  "out of memory: %s, which %s, needs %llu MB of address space, more than the process has left: raise "
                  "its limit (ulimit -v)",

@@ -148,7 +148,18 @@ static neph_result fill_scale(planes *p) {
   return p->scale ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
+/* A picture compared with itself shares all of its noise, none of which is in the differences. */
+static bool is_same(const planes *p) {
+  return !memcmp(p->picture, p->reference, (size_t)p->width * p->height * sizeof *p->picture);
+}
+
 static void choose_source(planes *p, const neph_image *reference) {
+  if (is_same(p)) {
+    np_alloc_free(p->context, p->reference_error);
+    p->reference_error = NULL;
+    p->source = NEPH_NOISE_UNKNOWN;
+    return;
+  }
   const double stated = np_image_get_stated_noise(reference).value;
   const bool is_stated = !p->reference_error && isfinite(stated);
   p->source = p->reference_error ? NEPH_NOISE_BY_PIXEL : is_stated ? NEPH_NOISE_BY_HEADER : NEPH_NOISE_UNKNOWN;

@@ -77,7 +77,7 @@ neph_result neph_scene_load(neph_context *context, const char *path, neph_scene 
 }
 
 neph_result neph_scene_load_text(neph_context *context, const char *text, const char *name, neph_scene **out_scene) {
-  if (NP_LACKS_OUT(context, out_scene, text, name)) return NEPH_ERROR_INVALID_ARGUMENT;
+  if (NP_LACKS_OUT(context, out_scene, text)) return NEPH_ERROR_INVALID_ARGUMENT;
   *out_scene = NULL;
   return load_bytes(context, text, strlen(text), name ? name : "scene", out_scene);
 }

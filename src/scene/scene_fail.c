@@ -36,8 +36,8 @@ static neph_result add(np_scene_problems *problems, const np_node *node, unsigne
   np_text text = {.context = problems->context};
   char *characters;
   np_text_add_list(&text, format, arguments);
-  neph_result result = np_text_finish(&text, &characters);
-  if (result) return result;
+  const neph_result result = np_text_finish(&text, &characters);
+  if (result) return problems->failure = result;
   np_scene_problem *problem = insert(problems, line, column);
   if (problem)
     *problem = (np_scene_problem){node, line, column, characters};
@@ -107,6 +107,7 @@ static neph_result report_all(const np_scene_problems *problems, neph_result res
 }
 
 neph_result np_scene_report(np_scene_problems *problems, neph_result result) {
+  if (problems->failure) result = problems->failure;
   if (!result || result == NEPH_ERROR_BAD_SCENE) result = report_all(problems, result);
   free_texts(problems);
   return result;

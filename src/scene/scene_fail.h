@@ -21,6 +21,7 @@ typedef struct np_scene_problems {
   bool is_first_only; /* the first error that is met ends the reading */
   unsigned count;     /* of all errors */
   np_scene_problem listed[NP_SCENE_PROBLEMS_MAX];
+  neph_result failure; /* of a problem that could not be noted; NEPH_OK: none */
 } np_scene_problems;
 
 /* Whether an error at a node's key would be listed: no text need be made of others, of which a file may have thousands.

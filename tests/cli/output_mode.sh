@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # A new file has the permissions that the umask leaves; one that replaces another has those of the other.
 cat >scene.yaml <<'YAML'
-camera: {resolution: [4, 2]}
+camera: {resolution: [8, 4]}
 atmosphere: none
 environment: {planet: none, radiance: 0.1}
 clouds: [{name: low, bake: {preset: cumulus_mediocris, extent: 1 km, voxel: 100 m}, optical_depth: 1}]
