@@ -67,33 +67,6 @@ static void test_integers_are_digits(void **state) {
   for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) assert_false(np_value_parse_integer(wrong[i], &value));
 }
 
-static void test_times_are_iso_8601(void **state) {
-  (void)state;
-  static const char *const right[] = {
-      "2026-06-21T16:00Z",      "2026-06-21T16:00",  "2026-06-21T16:00:59Z", "2026-06-21T16:00:59.25+02:00",
-      "2026-12-31T00:00-11:30", "2024-02-29T12:00Z", "2000-02-29T12:00Z"};
-  static const char *const wrong[] = {"",
-                                      "2026-06-21",
-                                      "2026-06-21 16:00",
-                                      "2026-13-21T16:00Z",
-                                      "2026-06-32T16:00Z",
-                                      "2026-06-31T16:00Z",
-                                      "2025-02-29T12:00Z",
-                                      "1900-02-29T12:00Z",
-                                      "2026-06-21T24:00Z",
-                                      "2026-06-21T16:60Z",
-                                      "2026-06-21T16:00:60Z",
-                                      "2026-6-21T16:00Z",
-                                      "2026-06-21T16:00:00.Z",
-                                      "2026-06-21T16:00+2",
-                                      "2026-06-21T16:00ZZ",
-                                      "noon"};
-  for (size_t i = 0; i < sizeof right / sizeof *right; i++)
-    if (!np_value_is_time(right[i])) fail_msg("%s was refused", right[i]);
-  for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++)
-    if (np_value_is_time(wrong[i])) fail_msg("%s was taken", wrong[i]);
-}
-
 static void assert_formatted(double value_si, np_unit unit, const char *expected) {
   char text[64];
   np_value_format_real(value_si, unit, text, sizeof text);
@@ -130,7 +103,6 @@ int main(void) {
       cmocka_unit_test(test_plain_numbers_are_in_the_own_unit),
       cmocka_unit_test(test_what_is_no_quantity_is_refused),
       cmocka_unit_test(test_integers_are_digits),
-      cmocka_unit_test(test_times_are_iso_8601),
       cmocka_unit_test(test_values_are_written_shortly),
       cmocka_unit_test(test_what_is_written_reads_back),
   };

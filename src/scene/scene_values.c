@@ -136,57 +136,6 @@ bool np_value_parse_integer(const char *text, uint64_t *out_value) {
   return true;
 }
 
-/* Takes exactly `count` digits off the front of `*text`, as a number within [min, max]. */
-static bool take_number(const char **text, int count, int min, int max, int *out_value) {
-  int value = 0;
-  for (int i = 0; i < count; i++, (*text)++) {
-    if (**text < '0' || **text > '9') return false;
-    value = value * 10 + (**text - '0');
-  }
-  *out_value = value;
-  return value >= min && value <= max;
-}
-
-static bool take_digits(const char **text, int count, int min, int max) {
-  int value;
-  return take_number(text, count, min, max, &value);
-}
-
-static bool take_mark(const char **text, char mark) { return **text == mark && (*text)++; }
-
-static bool take_seconds(const char **text) {
-  if (!take_mark(text, ':')) return true;
-  if (!take_digits(text, 2, 0, 59)) return false;
-  if (!take_mark(text, '.')) return true;
-  const char *end = skip_digits(*text);
-  bool has_digits = end > *text;
-  *text = end;
-  return has_digits;
-}
-
-static bool take_offset(const char **text) {
-  if (!**text || take_mark(text, 'Z')) return true;
-  if (!take_mark(text, '+') && !take_mark(text, '-')) return false;
-  return take_digits(text, 2, 0, 14) && take_mark(text, ':') && take_digits(text, 2, 0, 59);
-}
-
-static bool is_day_of_month(int year, int month, int day) {
-  static const int days[] = {31, 28, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31};
-  const bool is_leap = (year % 4 == 0 && year % 100 != 0) || year % 400 == 0;
-  return day <= days[month - 1] + (month == 2 && is_leap);
-}
-
-static bool take_date(const char **text) {
-  int year, month, day;
-  return take_number(text, 4, 0, 9999, &year) && take_mark(text, '-') && take_number(text, 2, 1, 12, &month) &&
-         take_mark(text, '-') && take_number(text, 2, 1, 31, &day) && is_day_of_month(year, month, day);
-}
-
-bool np_value_is_time(const char *text) {
-  return take_date(&text) && take_mark(&text, 'T') && take_digits(&text, 2, 0, 23) && take_mark(&text, ':') &&
-         take_digits(&text, 2, 0, 59) && take_seconds(&text) && take_offset(&text) && !*text;
-}
-
 /* ---- Writing ---- */
 
 /* The fewest digits that read back as the same value. */

@@ -40,9 +40,6 @@ bool np_value_parse_real(const char *text, np_unit unit, double *out_value_si);
 /* Reads digits, without sign, point or exponent. */
 bool np_value_parse_integer(const char *text, uint64_t *out_value);
 
-/* Reads ISO 8601: 2026-06-21T16:00, seconds optional, then Z, an offset such as +02:00, or nothing, which is UTC. */
-bool np_value_is_time(const char *text);
-
 /* Writes the shortest number, with unit, that reads back as the same value. */
 void np_value_format_real(double value_si, np_unit unit, char *out, size_t size);
 
