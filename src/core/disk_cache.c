@@ -13,6 +13,7 @@
 #include <unistd.h>
 
 #include "core/alloc.h"
+#include "core/set_aside.h"
 
 /* Raised with every change of what entries hold. */
 enum { FORMAT = 1 };
@@ -243,9 +244,14 @@ static const char *check_entry(np_cache_entry *e) {
   return strncmp(hash, header.hash, sizeof header.hash) != 0 ? "its checksum is wrong" : NULL;
 }
 
+/* A file outside the cache is set aside: it may be one of others. */
 static void refuse(np_cache_entry *e, const char *reason) {
-  np_log(e->context, NEPH_LOG_WARNING, "%s: removed, and computed again: %s", e->path, reason);
-  (void)unlink(e->path);
+  if (e->is_outside) {
+    np_file_set_aside(e->context, e->path, reason, "its light is computed again");
+  } else {
+    np_log(e->context, NEPH_LOG_WARNING, "%s: removed, and computed again: %s", e->path, reason);
+    (void)unlink(e->path);
+  }
   close_entry(e);
 }
 

@@ -7,7 +7,7 @@
 #include <unistd.h>
 
 #include "core/alloc.h"
-#include "core/file.h"
+#include "core/set_aside.h"
 
 static const char ending[] = ".light";
 
@@ -19,9 +19,17 @@ typedef struct state_kind {
   uint64_t is_found; /* it holds a field, not the solver's state */
 } state_kind;
 
+/* A pipe, which would wait for its writer, a link or a folder is no light, and is set aside. */
+static bool has_file(const np_light_checkpoint *c) {
+  const char *reason;
+  if (np_file_is_own(c->path, &reason)) return true;
+  if (reason) np_file_set_aside(c->context, c->path, reason, "its light is computed again");
+  return false;
+}
+
 static bool begin_read(np_light_checkpoint *c, np_cache_entry *entry, bool is_found) {
   state_kind kind;
-  if (!c->is_resumed || (c->path && !np_file_exists(c->path))) return false;
+  if (!c->is_resumed || (c->path && !has_file(c))) return false;
   const bool is_open = c->path ? np_cache_read_begin_at(c->context, c->path, c->key, entry)
                                : np_cache_read_begin(c->context, NP_LIGHT_STATE_KIND, c->key, entry);
   if (!is_open) return false;
@@ -87,6 +95,15 @@ void np_light_checkpoint_close(np_light_checkpoint *c) {
   c->path = NULL;
 }
 
+/* Whether a name goes on with the ending and "BLOCK-SLOT", and ends there. */
+static bool is_light_name(const char *rest) {
+  static const char digits[] = "0123456789";
+  if (strncmp(rest, ending, sizeof ending - 1) != 0) return false;
+  const char *block = rest + sizeof ending - 1, *dash = block + strspn(block, digits);
+  const size_t slot_length = *dash == '-' ? strspn(dash + 1, digits) : 0;
+  return dash > block && slot_length > 0 && !dash[1 + slot_length];
+}
+
 /* Names are those of pictures of another scene too, that were never finished. */
 void neph_checkpoint_clear_light(const char *checkpoint_path) {
   const char *slash = strrchr(checkpoint_path, '/'), *name = slash ? slash + 1 : checkpoint_path;
@@ -96,7 +113,7 @@ void neph_checkpoint_clear_light(const char *checkpoint_path) {
   if (slash) memcpy(folder_name, checkpoint_path, (size_t)(name - checkpoint_path));
   DIR *folder = opendir(folder_name);
   for (const struct dirent *file = folder ? readdir(folder) : NULL; file; file = readdir(folder))
-    if (!strncmp(file->d_name, name, length) && !strncmp(file->d_name + length, ending, sizeof ending - 1))
+    if (!strncmp(file->d_name, name, length) && is_light_name(file->d_name + length))
       (void)unlinkat(dirfd(folder), file->d_name, 0);
   if (folder) (void)closedir(folder);
 }

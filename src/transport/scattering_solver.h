@@ -104,6 +104,9 @@ void np_solver_state_keep_last(np_scattering_solver *s);
 /* Whether the solution went on from an entry that holds something else. */
 bool np_solver_state_is_damaged(const np_scattering_solver *s);
 
+/* Refuses that entry, with its warning, so that no other solution meets it; NEPH_ERROR_BAD_FILE. */
+neph_result np_solver_state_refuse(np_scattering_solver *s);
+
 void np_solver_state_close(np_scattering_solver *s);
 
 /* Keeps iterations, with the solver as `user`. */

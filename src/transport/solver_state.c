@@ -13,12 +13,31 @@ typedef struct history_header {
   double residual, first, before, best;
 } history_header;
 
+typedef enum value_kind { FLOATS, HALVES } value_kind;
+
 /* Reads a block into its place, or writes it from there. */
-typedef void transfer_fn(np_cache_entry *entry, void *block, size_t size);
+typedef void transfer_fn(np_cache_entry *entry, void *block, size_t size, value_kind kind);
 
-static void read_block(np_cache_entry *entry, void *block, size_t size) { (void)np_cache_read(entry, block, size); }
+/* Exponents of infinities and of what is no number have all their bits set. */
+static bool are_finite(const void *block, size_t size, value_kind kind) {
+  const uint32_t *floats = block;
+  const uint16_t *halves = block;
+  bool are = true;
+  for (size_t i = 0; kind == FLOATS && i < size / sizeof *floats; i++)
+    are = are && (floats[i] & 0x7f800000u) != 0x7f800000u;
+  for (size_t i = 0; kind == HALVES && i < size / sizeof *halves; i++) are = are && (halves[i] & 0x7c00u) != 0x7c00u;
+  return are;
+}
 
-static void write_block(np_cache_entry *entry, void *block, size_t size) { np_cache_write(entry, block, size); }
+/* Light that is not finite, whatever the checksum says, is none. */
+static void read_block(np_cache_entry *entry, void *block, size_t size, value_kind kind) {
+  if (np_cache_read(entry, block, size) && !are_finite(block, size, kind)) entry->is_good = false;
+}
+
+static void write_block(np_cache_entry *entry, void *block, size_t size, value_kind kind) {
+  (void)kind;
+  np_cache_write(entry, block, size);
+}
 
 static size_t count_moments(const np_transport_grid *g) { return g->active_count * np_harmonics_count(g->degree); }
 
@@ -28,9 +47,9 @@ static void transfer_levels(np_scattering_solver *s, unsigned first, np_cache_en
   for (unsigned n = first; n < s->level_count; n++) {
     np_transport_level *l = &s->levels[n];
     const size_t size = count_moments(&l->grid) * sizeof *l->phi;
-    transfer(entry, l->phi, size);
-    if (l->first_phi) transfer(entry, l->first_phi, size);
-    if (l->change) transfer(entry, l->change, size);
+    transfer(entry, l->phi, size, FLOATS);
+    if (l->first_phi) transfer(entry, l->first_phi, size, FLOATS);
+    if (l->change) transfer(entry, l->change, size, FLOATS);
   }
 }
 
@@ -39,10 +58,11 @@ static void transfer_bands(np_scattering_solver *s, np_cache_entry *entry, trans
   np_scattering_field *out = s->out;
   const np_transport_grid *g = &s->levels[0].grid;
   if (s->turn == 0) return;
-  transfer(entry, out->moments, count_moments(g) * out->medium.band_count * sizeof *out->moments);
+  transfer(entry, out->moments, count_moments(g) * out->medium.band_count * sizeof *out->moments, HALVES);
   if (out->delta_m_residual)
-    transfer(entry, out->delta_m_residual, g->active_count * out->medium.band_count * sizeof *out->delta_m_residual);
-  if (out->importance) transfer(entry, out->importance, g->active_count * sizeof *out->importance);
+    transfer(entry, out->delta_m_residual, g->active_count * out->medium.band_count * sizeof *out->delta_m_residual,
+             FLOATS);
+  if (out->importance) transfer(entry, out->importance, g->active_count * sizeof *out->importance, FLOATS);
 }
 
 static void write_solution(np_scattering_solver *s, unsigned step, bool has_history, np_cache_entry *entry) {
@@ -59,13 +79,21 @@ static void write_solution(np_scattering_solver *s, unsigned step, bool has_hist
   transfer_bands(s, entry, write_block);
 }
 
+/* Whether a header is of the present band and of these levels, with a residual and scales that a solution may have. */
+static bool is_sound(const np_scattering_solver *s, const state_header *h) {
+  const unsigned iterated = np_scattering_solver_get_iterated(s);
+  bool is = h->turn == s->turn && h->level_count == s->level_count && h->first_level < h->level_count &&
+            (h->first_level == 0 || h->first_level == iterated) && isfinite(h->residual) && h->residual >= 0.0;
+  for (int b = 0; b < NP_BAND_COUNT; b++) is = is && isfinite(h->scale[b]) && h->scale[b] >= 0.0f;
+  return is;
+}
+
 /* The header was read when the entry was opened, to learn its step. */
 static void read_solution(np_scattering_solver *s) {
   np_solver_state *state = &s->state;
   np_cache_entry *entry = &state->entry;
   state_header h;
-  if (!NP_CACHE_READ(entry, h) || h.turn != s->turn || h.level_count != s->level_count ||
-      h.first_level >= s->level_count) {
+  if (!NP_CACHE_READ(entry, h) || !is_sound(s, &h)) {
     state->is_damaged = true;
     return;
   }
@@ -84,9 +112,22 @@ static void read_solution(np_scattering_solver *s) {
 static void transfer_history(const np_fixed_point_history *history, size_t count, np_cache_entry *entry,
                              transfer_fn *transfer) {
   for (unsigned j = 0; j < history->count; j++) {
-    transfer(entry, history->image[j], count * sizeof(float));
-    transfer(entry, history->residual[j], count * sizeof(float));
+    transfer(entry, history->image[j], count * sizeof(float), FLOATS);
+    transfer(entry, history->residual[j], count * sizeof(float), FLOATS);
   }
+}
+
+/* An iteration that goes on has calls left. */
+static bool is_history(const history_header *h, const np_fixed_point *problem) {
+  return h->depth >= 1 && h->depth <= problem->depth && h->count <= h->depth && h->calls < problem->calls_max &&
+         h->residual >= 0.0 && h->first >= 0.0 && h->before >= 0.0 && h->best >= 0.0 && h->is_stalled <= 1;
+}
+
+static bool is_gram(const np_fixed_point_history *history, unsigned count) {
+  bool is = true;
+  for (unsigned i = 0; i < count; i++)
+    for (unsigned j = 0; j < count; j++) is = is && isfinite(history->gram[i][j]);
+  return is;
 }
 
 bool np_solver_state_load_history(void *user, np_fixed_point *problem, np_fixed_point_history *history) {
@@ -95,8 +136,9 @@ bool np_solver_state_load_history(void *user, np_fixed_point *problem, np_fixed_
   history_header h;
   if (state->step != state->resumed || !state->has_history) return false;
   state->has_history = false;
-  const bool is_read = NP_CACHE_READ(&state->entry, h) && h.depth <= problem->depth && h.count <= h.depth &&
-                       NP_CACHE_READ(&state->entry, history->gram) && NP_CACHE_READ(&state->entry, history->relative);
+  const bool is_read = NP_CACHE_READ(&state->entry, h) && is_history(&h, problem) &&
+                       NP_CACHE_READ(&state->entry, history->gram) && NP_CACHE_READ(&state->entry, history->relative) &&
+                       is_gram(history, h.count);
   if (is_read) {
     history->depth = h.depth;
     history->count = h.count;
@@ -199,6 +241,15 @@ void np_solver_state_keep_last(np_scattering_solver *s) {
 /* Its step may be one that the solution does not have. */
 bool np_solver_state_is_damaged(const np_scattering_solver *s) {
   return s->state.is_damaged || s->state.step < s->state.resumed;
+}
+
+neph_result np_solver_state_refuse(np_scattering_solver *s) {
+  np_cache_entry *entry = &s->state.entry;
+  if (s->state.keeper && entry->path) {
+    entry->is_good = false;
+    (void)np_cache_read_end(entry);
+  }
+  return NEPH_ERROR_BAD_FILE;
 }
 
 void np_solver_state_close(np_scattering_solver *s) {

@@ -29,7 +29,8 @@ nephos merge seed.npart second.npart -o x.exr || echo "exit $?"
 nephos render scene.yaml -q --integrator path --isa x86-64 --tile 1/2 -o isa.npart >/dev/null
 nephos merge isa.npart second.npart -o x.exr 2>&1 | sed 's/x86-64-v[34]/BEST/'
 head -c 5000 second.npart >cut.npart
-nephos merge cut.npart -o x.exr || echo "exit $?"
+nephos merge cut.npart -o x.exr 2>message || echo "exit $?"
+sed 's/must have [0-9]* for/must have N for/' message >&2
 nephos merge scene.yaml -o x.exr || echo "exit $?"
 nephos merge second.npart -o x.png || echo "exit $?"
 nephos render scene.yaml --sample-range 0-16 -o x.exr || echo "exit $?"
