@@ -184,7 +184,7 @@ static neph_result fill_planes(planes *p, const neph_image *image, const neph_im
   if (!result && second) result = fill_plane(p, second, reference, &l, "", &p->second);
   if (!result) result = fill_plane(p, image, reference, &l, "standard_error.", &p->picture_error);
   if (!result) result = fill_plane(p, reference, reference, &l, "standard_error.", &p->reference_error);
-  choose_source(p, reference);
+  if (!result) choose_source(p, reference);
   if (!result) result = fill_scale(p);
   if (!result) p->dim = compute_dim(p);
   np_alloc_free(p->context, indices);
