@@ -9,14 +9,14 @@
 
 /* Memory and time of a task, which some farms require before it starts. */
 typedef struct farm_demand {
-  double predicted_bytes, predicted_s; /* as nephos render --explain predicts them, for the threads of a task */
+  double predicted_bytes, predicted_s; /* prediction of nephos render --explain, on the threads of a task */
   unsigned long long memory_mib, minutes;
 } farm_demand;
 
 /* A job. Its tasks are the chunks of frames times the tiles; chunks of frames are merged where there are tiles. */
 typedef struct farm_job {
   FILE *out;
-  const char *scene;  /* as the tasks name it */
+  const char *scene;  /* its name in the tasks */
   const char *given;  /* the same, as the command line names it */
   const char *folder; /* absolute; names that are relative start from it */
   char name[64];      /* the scene's, without folder and ending; letters, digits, - and _ */
@@ -29,7 +29,7 @@ typedef struct farm_job {
   size_t argument_count;
   const char **settings; /* of those, KEY=VALUE, which nephos merge takes too */
   size_t setting_count;
-  farm_demand render, merge; /* of a task of each */
+  farm_demand render, merge; /* demands of one task */
 } farm_job;
 
 typedef struct farm {

@@ -51,7 +51,7 @@ typedef struct cli_setting {
 typedef struct cli_options {
   const struct cli_verb *verb; /* NULL: none is given */
   bool wants_help, wants_version, wants_man;
-  bool has_ended; /* by "--": what follows is no option */
+  bool has_ended; /* "--" was met: no further word is an option */
   const char *shell; /* to complete in; NULL: not given */
   const char **files;
   size_t file_count;

@@ -27,7 +27,7 @@
 static const float wisp_height = 0.18f;       /* of the thickness, over which wisps give way to billows */
 static const float extinction_floor = 0.002f; /* of the core's: less is nothing */
 
-static const float black_share = 0.002f; /* of a picture's coverage: below it, clouds fade */
+static const float black_share = 0.002f; /* coverage of a picture below which clouds fade */
 
 static const float anvil_edge = 14.0f; /* times the edge of the tower */
 static const float anvil_thinness = 0.8f;
