@@ -130,6 +130,28 @@ static void test_pipes_outside_stay(void **state) {
   free(path);
 }
 
+/* A file outside the cache that is no entry, or one of another key, is renamed, with all that it holds. */
+static void test_files_outside_are_set_aside(void **state) {
+  test_fixture *f = *state;
+  np_cache_entry entry;
+  char *path = test_path(f->folder, "state"), *aside = test_path(f->folder, "state.bad");
+  test_file_write_text(path, "of others");
+  assert_false(np_cache_read_begin_at(f->context, path, keys[0], &entry));
+  assert_one_warning(&f->log, path, "it is cut short: it is renamed to ");
+  assert_int_not_equal(access(path, F_OK), 0);
+  test_file kept = test_file_read(aside);
+  assert_int_equal(kept.size, strlen("of others"));
+  assert_memory_equal(kept.bytes, "of others", kept.size);
+  np_cache_write_begin_at(f->context, path, keys[1], &entry);
+  np_cache_write_commit(&entry);
+  assert_false(np_cache_read_begin_at(f->context, path, keys[0], &entry));
+  assert_one_warning(&f->log, path, "or another version of nephos: it is renamed to ");
+  assert_int_equal(test_folder_count(f->folder), 1);
+  free(kept.bytes);
+  free(aside);
+  free(path);
+}
+
 static void test_lock_that_is_a_pipe_is_removed(void **state) {
   test_fixture *f = *state;
   np_cache_lock lock;
@@ -235,6 +257,7 @@ int main(void) {
       cmocka_unit_test_setup_teardown(test_folder_that_is_a_link_is_refused, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_pipes_links_and_folders_are_no_entries, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_pipes_outside_stay, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(test_files_outside_are_set_aside, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_lock_that_is_a_pipe_is_removed, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_entry_of_another_user_is_refused, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(test_group_shares_a_cache, set_up, test_tear_down),

@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include "core/alloc.h"
+#include "core/set_aside.h"
 #include "core/text.h"
 
 /* Raised with every change of what entries hold. */
@@ -174,20 +175,20 @@ void np_cache_write_abandon(np_cache_entry *e) {
 
 /* ---- Reading ---- */
 
-/* Whatever is outside the cache and no regular file is of others, and stays. */
-static bool is_removable(const np_cache_entry *e) {
+static bool is_regular_file(const char *path) {
   struct stat status;
-  return e->cache || (!lstat(e->path, &status) && S_ISREG(status.st_mode));
+  return !lstat(path, &status) && S_ISREG(status.st_mode);
 }
 
+/* Outside the cache a file is set aside, since it may be one of others, and all else stays. */
 static void refuse(np_cache_entry *e, const char *reason) {
-  const bool is_own = is_removable(e);
-  const bool is_removed = is_own && (!unlinkat(get_folder(e), e->path + get_start(e), 0) || errno == ENOENT);
-  if (is_removed)
+  if (!e->cache && is_regular_file(e->path))
+    np_file_set_aside(e->context, e->path, reason, "its result is computed again");
+  else if (e->cache && (!unlinkat(get_folder(e), e->path + get_start(e), 0) || errno == ENOENT))
     np_log(e->context, NEPH_LOG_WARNING, "%s: removed, and computed again: %s", e->path, reason);
   else
     np_log(e->context, NEPH_LOG_WARNING, "%s: not used, and computed again: %s%s%s", e->path, reason,
-           is_own ? "; it cannot be removed: " : "", is_own ? strerror(errno) : "");
+           e->cache ? "; it cannot be removed: " : "", e->cache ? strerror(errno) : "");
   close_entry(e);
 }
 

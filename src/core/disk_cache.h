@@ -4,8 +4,8 @@
  * An entry is a file of the cache's folder (cache_folder.h): a header with a format number, the size and a checksum,
  * then the bytes of the result. It is written under a temporary name, synced and renamed, so that it is there whole or
  * not at all, whatever ends the process. Processes may share a folder: each writes files of its own, and one that reads
- * an entry keeps it open when another removes it. A bad entry is removed, with a warning, and computed again. Nothing
- * that goes wrong with a cache stops a render.
+ * an entry keeps it open when another removes it. A bad entry is removed, or, outside the cache, set aside, with a
+ * warning, and computed again. Nothing that goes wrong with a cache stops a render.
  *
  * Entries are read, not mapped: one that shrinks meanwhile is cut short, and no more. The checksum is known at the end
  * alone, and has no secret: a reader checks each number of an entry that it goes by.
@@ -76,13 +76,13 @@ uint16_t *np_cache_read_halves(np_cache_entry *entry, size_t count);
 /* Product of three sides; 0 where one is below 1, or it is beyond all that an entry may hold. */
 size_t np_cache_count_cells(const int32_t size[3]);
 
-/* Reads all of an entry for its checksum, for one that is used before its end. False: the entry is removed. */
+/* Reads all of an entry for its checksum, for one that is used before its end. False: the entry is refused. */
 bool np_cache_read_verify(np_cache_entry *entry);
 
 /* Refuses an entry whose numbers are none that a result can have. Returns whether it is still good. */
 bool np_cache_read_check(np_cache_entry *entry, bool is_right);
 
-/* True if all of it was read, its checksum is right, and nothing failed. Else the entry is removed, with a warning. */
+/* True if all of it was read, its checksum is right, and nothing failed. Else the entry is refused, with a warning. */
 bool np_cache_read_end(np_cache_entry *entry);
 
 /* Whether the context keeps results. */

@@ -33,7 +33,8 @@ static bool begin_read(np_light_checkpoint *c, np_cache_entry *entry, bool is_fo
   const bool is_open = c->path ? np_cache_read_begin_at(c->context, c->path, c->key, entry)
                                : np_cache_read_begin(c->context, NP_LIGHT_STATE_KIND, c->key, entry);
   if (!is_open) return false;
-  if (NP_CACHE_READ(entry, kind) && !kind.is_found == !is_found) return true;
+  if (!NP_CACHE_READ(entry, kind) || !np_cache_read_check(entry, kind.is_found <= 1)) return np_cache_read_end(entry);
+  if (kind.is_found == is_found) return true;
   np_cache_read_close(entry);
   return false;
 }

@@ -353,7 +353,7 @@ static neph_result solve(np_scattering_solver *s) {
   np_solver_state_open(s);
   neph_result result = start(s);
   if (!result) result = solve_bands(s);
-  if (!result && np_solver_state_is_damaged(s)) result = NEPH_ERROR_BAD_FILE;
+  if (!result) result = np_solver_state_check(s);
   if (!result) finish(s);
   if (result == NEPH_ERROR_CANCELLED) np_solver_state_keep_last(s);
   np_solver_state_close(s);

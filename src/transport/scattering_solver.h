@@ -95,14 +95,16 @@ typedef enum np_step_kind {
   NP_STEP_FRAGILE      /* cut short, nothing can be begun again but what an iteration has kept */
 } np_step_kind;
 
-/* Begins a step, and keeps a state where one is due; false: the step is one of those that are left out. */
+/* Begins a step, and keeps a state where one is due; false: the step is left out, as those are before the state that
+ * the solution goes on from, and, once that is found to be damaged, all. */
 bool np_solver_state_begin(np_scattering_solver *s, np_step_kind kind);
 
 /* Keeps what was there when the last restartable step began, of a solution that was cancelled. */
 void np_solver_state_keep_last(np_scattering_solver *s);
 
-/* Whether the solution went on from an entry that holds something else. */
-bool np_solver_state_is_damaged(const np_scattering_solver *s);
+/* NEPH_ERROR_BAD_FILE where the solution went on from an entry that holds something else: it is refused, with its
+ * warning, so that no other solution meets it. */
+neph_result np_solver_state_check(np_scattering_solver *s);
 
 void np_solver_state_close(np_scattering_solver *s);
 
