@@ -70,7 +70,7 @@ if command -v convert >/dev/null; then
     --set "clouds[0].bake.shape={height_map: {image: out/shapes/heights.map.png, channel: R, size: 4 km, height: 1200 m}}"
   field="clouds[0].bake.extent=14 km"
   show coverage '0 km, -9 km, 12 km' '0 km, -0.9 km, 900 m' --set "$field" --set 'clouds[0].bake.voxel=30 m' \
-    --set 'clouds[0].bake.cell=800 m' --set 'clouds[0].bake.thickness=800 m' --set 'clouds[0].bake.coverage=1' \
+    --set 'clouds[0].bake.cell=800 m' --set 'clouds[0].bake.thickness=800 m' \
     --set 'camera.fov=46 deg' \
     --set 'clouds[0].bake.map={image: out/shapes/coverage.map.png, coverage: R, size: 9 km}'
   show type '0 km, -13 km, 900 m' '0 km, 0 km, 1700 m' --set "$field" --set 'clouds[0].bake.voxel=30 m' \

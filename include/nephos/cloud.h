@@ -30,9 +30,10 @@ typedef enum neph_cloud_cells {
   NEPH_CLOUD_CELLS_CLOSED /**< cloudy hearts, parted by narrow clear walls */
 } neph_cloud_cells;
 
-/** Quantity that a picture gives for each place. Its values, from 0 to 1, are shares of that of the description. */
+/** Quantity that a picture gives for each place, from 0 to 1: the coverage itself, of others shares of the
+ * description's. */
 typedef enum neph_cloud_map_quantity {
-  NEPH_CLOUD_MAP_COVERAGE,      /**< of the coverage: 0 is clear sky */
+  NEPH_CLOUD_MAP_COVERAGE,      /**< the coverage itself: 0 is clear sky, 1 is closed */
   NEPH_CLOUD_MAP_TYPE,          /**< of the type */
   NEPH_CLOUD_MAP_BASE,          /**< of the thickness, by which the base lies higher; tops keep below the field's */
   NEPH_CLOUD_MAP_THICKNESS,     /**< of the thickness */
@@ -90,7 +91,7 @@ typedef struct neph_cloud_desc {
   double base_altitude_m;  /**< of the flat cloud base (default 1200) */
   double thickness_m;      /**< from base to the highest top; > 0 (default 1200) */
   double voxel_m;          /**< edge of a voxel; > 0 (default 20) */
-  double coverage;         /**< fraction of the sky covered, 0 to 1 (default 0.35) */
+  double coverage;         /**< fraction of the sky covered, 0 to 1; none where a picture gives it (default 0.35) */
   double cell_m;           /**< typical spacing of cloud cells; > 0 (default 1800) */
   double type;             /**< 0 humilis (flat), 1 congestus (tall): lower and raise tops (default 0.5) */
   double billow_m;         /**< size of the largest billows; > 0 (default 450) */

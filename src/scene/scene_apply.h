@@ -63,7 +63,7 @@ typedef enum np_given {
   NP_GIVEN_EXR,
   NP_GIVEN_PNG,
   NP_GIVEN_RAW,
-  NP_GIVEN_NUMBERED /* .vdb for each frame */
+  NP_GIVEN_NUMBERED /* a file for each frame */
 } np_given;
 
 /* A key, and the values of it that are meant: bits, of a choice those of its words, else of np_given. */

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
+#include <stddef.h>
 #include <string.h>
 #include <strings.h>
 
@@ -31,7 +32,10 @@
 #define IN_PATHS {"render.integrator", ONLY(NEPH_INTEGRATOR_PATH)}
 #define RAMP_KEYS                                                                                                      \
   "clouds[].ramp.low_cut", "clouds[].ramp.offset", "clouds[].ramp.gain", "clouds[].ramp.gamma"
-#define SEQUENCE_KEYS "clouds[].missing", "clouds[].frame_offset", "clouds[].frame_speed"
+#define NUMBER_KEYS "clouds[].frame_offset", "clouds[].frame_speed"
+#define WITHOUT_SHAPE {"clouds[].bake.shape", ONLY(NP_GIVEN_NOT)}
+#define IN_HEAPS                                                                                                       \
+  {"clouds[].bake.model", ONLY(NEPH_CLOUD_MODEL_THERMALS) | ONLY(NEPH_CLOUD_MODEL_HERO)}
 #define LIGHT_KEYS                                                                                                     \
   "render.light_memory", "render.light_detail", "render.light_depth", "render.light_degree",                           \
       "render.light_residual", "render.light_reuse"
@@ -83,8 +87,11 @@ static const np_ignore_rule rules[] = {
     {.keys = {"clouds[].grid", "clouds[].velocity", "clouds[].velocity_scale", "clouds[].color",
               "clouds[].import", "clouds[].level_set", RAMP_KEYS},
      .counts = {"clouds[].vdb", BUT(NP_GIVEN_NOT)}, .reason = "which names their file"},
-    {.keys = {SEQUENCE_KEYS}, .counts = {"clouds[].bake", ONLY(NP_GIVEN_NOT)}, .reason = "from whose time frames go"},
-    {.keys = {SEQUENCE_KEYS}, .counts = {"clouds[].vdb", ONLY(NP_GIVEN_NUMBERED)},
+    {.keys = {"clouds[].missing"}, .counts = {"clouds[].bake", ONLY(NP_GIVEN_NOT)},
+     .reason = "from whose time frames go"},
+    {.keys = {NUMBER_KEYS}, .counts = {"clouds[].bake.map.image", ONLY(NP_GIVEN_NUMBERED)},
+     .reason = "so that frames go from the time of the bake alone", .applies = {"clouds[].bake", BUT(NP_GIVEN_NOT)}},
+    {.keys = {"clouds[].missing", NUMBER_KEYS}, .counts = {"clouds[].vdb", ONLY(NP_GIVEN_NUMBERED)},
      .reason = "the same file in every frame", .applies = {"clouds[].bake", ONLY(NP_GIVEN_NOT)}},
     {.keys = {"clouds[].pivot"}, .counts = {"clouds[].position", ONLY(NP_GIVEN)}, .reason = "at which it would stand",
      .applies = {"clouds[].places", ONLY(NP_GIVEN_NOT)}},
@@ -97,8 +104,16 @@ static const np_ignore_rule rules[] = {
     {.keys = {"clouds[].bake.type", "clouds[].bake.map.type"},
      .counts = {"clouds[].bake.profile", ONLY(NP_GIVEN_NOT)},
      .reason = "which says in its place how high a cell grows", .applies = IN_TOWERS},
-    {.keys = {"clouds[].bake.coverage", "clouds[].bake.cell", "clouds[].bake.streets", "clouds[].bake.cells.kind"},
-     .counts = {"clouds[].bake.shape", ONLY(NP_GIVEN_NOT)}, .reason = "which stands in the place of the weather map"},
+    {.keys = {"clouds[].bake.coverage", "clouds[].bake.cell", "clouds[].bake.streets", "clouds[].bake.cells.kind",
+              "clouds[].bake.map"},
+     .counts = WITHOUT_SHAPE, .reason = "which stands in the place of the weather map"},
+    {.keys = {"clouds[].bake.coverage"}, .counts = {"clouds[].bake.map.coverage", ONLY(NP_GIVEN_NOT)},
+     .reason = "the channel that is the coverage itself, white 1: remove bake.coverage, or darken the channel",
+     .applies = WITHOUT_SHAPE},
+    {.keys = {"clouds[].bake.coverage"}, .counts = {"clouds[].bake.map", BUT(NP_GIVEN_PNG) & BUT(NP_GIVEN_EXR)},
+     .reason = "a picture that is the coverage itself, white 1: remove bake.coverage, or darken the picture",
+     .applies = WITHOUT_SHAPE},
+    {.keys = {"clouds[].bake.map.age"}, .counts = IN_HEAPS, .reason = "and only thermals age by place"},
     {.keys = {"clouds[].bake.sublayers"},
      .counts = {"clouds[].bake.model", ONLY(NEPH_CLOUD_MODEL_SLAB) | ONLY(NEPH_CLOUD_MODEL_LENSES)},
      .reason = "and only a slab and lenses have them"},
@@ -181,17 +196,16 @@ static bool is_of_cloud(const char *path) { return !strncmp(path, clouds_prefix,
 
 /* The node that a path leads to; NULL when it is not given. */
 static const np_node *search_node(const place *at, const char *path) {
-  const np_node *node = at->scene->document;
-  if (is_of_cloud(path)) {
-    node = at->clouds_node;
-    path += strlen(clouds_prefix);
-  }
-  while (node && *path) {
+  const bool is_in_cloud = is_of_cloud(path);
+  const np_node *node = is_in_cloud ? at->clouds_node : at->scene->document;
+  size_t begin = is_in_cloud ? strlen(clouds_prefix) : 0;
+  while (node && path[begin]) {
     char name[32];
-    const size_t length = strcspn(path, ".");
-    np_print(name, sizeof name, "%.*s", (int)length, path);
+    const size_t length = strcspn(path + begin, ".");
+    np_print(name, sizeof name, "%.*s", (int)length, path + begin);
+    begin += length + (path[begin + length] == '.');
+    if (node->kind == NP_NODE_SCALAR && !path[begin] && np_key_is_shorthand(np_key_search_path(path))) return node;
     node = np_node_search(node, name);
-    path += length + (path[length] == '.');
   }
   return node;
 }
@@ -204,7 +218,7 @@ static void write_path(const place *at, const char *path, char *out, size_t size
     np_print(out, size, "%s", path);
 }
 
-static np_given get_given(const np_node *node) {
+static np_given get_given(const np_key *key, const np_node *node) {
   if (!node) return NP_GIVEN_NOT;
   if (node->kind != NP_NODE_SCALAR) return NP_GIVEN;
   if (!strcmp(node->text, "none")) return NP_GIVEN_NONE;
@@ -217,7 +231,8 @@ static np_given get_given(const np_node *node) {
                {".r16", NP_GIVEN_RAW},
                {".raw", NP_GIVEN_RAW}};
   const char *ending = strrchr(node->text, '.');
-  if (ending && !strcasecmp(ending, ".vdb") && np_frame_name_is_pattern(node->text)) return NP_GIVEN_NUMBERED;
+  const bool may_be_numbered = key->is_numbered || (ending && !strcasecmp(ending, ".vdb"));
+  if (may_be_numbered && np_frame_name_is_pattern(node->text)) return NP_GIVEN_NUMBERED;
   for (size_t i = 0; ending && i < sizeof kinds / sizeof *kinds; i++)
     if (!strcasecmp(ending, kinds[i].ending)) return kinds[i].given;
   return NP_GIVEN;
@@ -235,7 +250,7 @@ static unsigned get_choice(const place *at, const np_key *key) {
 
 static unsigned get_value(const place *at, const char *path) {
   const np_key *key = np_key_search_path(path);
-  return key->type == NP_KEY_CHOICE ? get_choice(at, key) : get_given(search_node(at, path));
+  return key->type == NP_KEY_CHOICE ? get_choice(at, key) : get_given(key, search_node(at, path));
 }
 
 static bool is_fulfilled(const place *at, const np_condition *condition) {
@@ -286,6 +301,37 @@ static void check_rule(const place *at, const np_ignore_rule *rule) {
   }
 }
 
+/* Channels of a map that are shares of a key, which may be 0; `applies`: no rule warns of the channel. */
+typedef struct map_share {
+  const char *key, *whole;
+  size_t whole_offset; /* in neph_cloud_desc */
+  np_condition applies[2];
+} map_share;
+
+static const map_share map_shares[] = {
+    {"clouds[].bake.map.type", "clouds[].bake.type", offsetof(neph_cloud_desc, type),
+     {IN_TOWERS, {"clouds[].bake.profile", ONLY(NP_GIVEN_NOT)}}},
+    {"clouds[].bake.map.precipitation", "clouds[].bake.precipitation", offsetof(neph_cloud_desc, precipitation), {{0}}},
+    {"clouds[].bake.map.age", "clouds[].bake.age", offsetof(neph_cloud_desc, age), {IN_HEAPS}},
+};
+
+static void check_share(const place *at, const map_share *share) {
+  const np_condition without_shape = WITHOUT_SHAPE;
+  const np_node *node = search_node(at, share->key);
+  double whole;
+  char key[96], whole_key[96];
+  memcpy(&whole, (const char *)&at->scene->clouds[at->cloud].bake + share->whole_offset, sizeof whole);
+  if (!node || whole != 0 || !is_fulfilled(at, &without_shape)) return;
+  if (!is_fulfilled(at, &share->applies[0]) || !is_fulfilled(at, &share->applies[1])) return;
+  write_path(at, share->key, key, sizeof key);
+  write_path(at, share->whole, whole_key, sizeof whole_key);
+  np_scene_warn_key(at->scene, node, "%s is ignored: it is a share of %s, which is 0: raise that", key, whole_key);
+}
+
+static void check_shares(const place *at) {
+  for (size_t i = 0; i < sizeof map_shares / sizeof *map_shares; i++) check_share(at, &map_shares[i]);
+}
+
 void np_scene_warn_of_ignored(const neph_scene *scene) {
   const np_node *list = np_node_search(scene->document, "clouds");
   for (size_t i = 0; i < RULE_COUNT; i++) {
@@ -297,4 +343,7 @@ void np_scene_warn_of_ignored(const neph_scene *scene) {
     for (; at.clouds_node && at.cloud < scene->cloud_count; at.cloud++, at.clouds_node = at.clouds_node->next)
       check_rule(&at, &rules[i]);
   }
+  place at = {.scene = scene, .clouds_node = list ? list->first : NULL};
+  for (; at.clouds_node && at.cloud < scene->cloud_count; at.cloud++, at.clouds_node = at.clouds_node->next)
+    check_shares(&at);
 }

@@ -96,12 +96,6 @@ static neph_result visit_elements(lookup *l, const np_node *list, const char *re
   return result;
 }
 
-/* Whether a text in place of the section stands for the key, which it has under this name. */
-static bool is_shorthand(const np_key *key, const char *name) {
-  const np_key *section = np_key_get_parent(key);
-  return section && section->shorthand && !strcmp(section->shorthand, name);
-}
-
 /* `rest` is what of the key's path in the table lies below `node`: "clouds[].phase.table". */
 static neph_result visit_below(lookup *l, const np_node *node, const char *rest) {
   const size_t length = strlen(l->path), count = strcspn(rest, ".[");
@@ -110,9 +104,10 @@ static neph_result visit_below(lookup *l, const np_node *node, const char *rest)
   if (!child) return NEPH_OK;
   if (rest[count] == '[') return visit_elements(l, child, rest + count + strlen("[]."));
   if (rest[count] == '\0') return visit_node(l, child);
-  if (child->kind == NP_NODE_SCALAR && is_shorthand(l->key, rest + count + 1)) return visit_node(l, child);
+  const char *below = rest + count + 1;
+  if (child->kind == NP_NODE_SCALAR && !strchr(below, '.') && np_key_is_shorthand(l->key)) return visit_node(l, child);
   np_print(l->path + length + count, sizeof l->path - length - count, ".");
-  return visit_below(l, child, rest + count + 1);
+  return visit_below(l, child, below);
 }
 
 /* All files are visited, whatever fails. */

@@ -41,6 +41,11 @@ const np_key *np_key_get_parent(const np_key *key) {
   return NULL;
 }
 
+bool np_key_is_shorthand(const np_key *key) {
+  const np_key *section = np_key_get_parent(key);
+  return section && section->shorthand && !strcmp(section->shorthand, np_key_get_name(key));
+}
+
 const np_key *np_key_search(const np_key *section, const char *name) {
   for (size_t i = 0; i < np_key_count(); i++)
     if (!strcmp(np_key_get_name(np_key_get(i)), name) && is_child(np_key_get(i), section)) return np_key_get(i);

@@ -30,6 +30,9 @@ const char *np_key_get_name(const np_key *key);
 /* The section that a key lies in; NULL for those at the top. */
 const np_key *np_key_get_parent(const np_key *key);
 
+/* Whether a text in place of the key's section stands for the key. */
+bool np_key_is_shorthand(const np_key *key);
+
 /* The key of a name in a section (NULL: at the top), or NULL. */
 const np_key *np_key_search(const np_key *section, const char *name);
 
