@@ -27,25 +27,36 @@ neph_cloud_desc np_cloud_model_get_desc(const np_cloud_model *model) {
   return desc;
 }
 
-/* Heights of one grain of all voxels. */
-static void raise_points(const np_cloud_model *model, const np_cloud_points *points, unsigned sample, float *out_m) {
-  const float offset_m =
-      ((float)sample + 0.5f - 0.5f * (float)model->sample_count) * (float)model->desc.voxel_m;
-  for (size_t i = 0; i < points->count; i++) out_m[i] = points->height_m[i] + offset_m;
+/* Means of as many voxels as a block has room for. Grains of a voxel, and voxels of a column, follow each other: what a
+ * column has in common is found once, and a search for balls takes neighbours. */
+static void eval_block(const np_cloud_model *model, const np_cloud_points *points, float *out_extinction_per_m) {
+  const unsigned grains = model->sample_count;
+  const float grain_m = (float)model->desc.voxel_m, inverse = 1.0f / (float)grains;
+  float x_m[NP_CLOUD_BLOCK], y_m[NP_CLOUD_BLOCK], height_m[NP_CLOUD_BLOCK], extinction_per_m[NP_CLOUD_BLOCK];
+  const np_cloud_points raised = {points->count * grains, x_m, y_m, height_m};
+  for (size_t n = 0; n < raised.count; n++) {
+    const size_t i = n / grains, s = n % grains;
+    x_m[n] = points->x_m[i];
+    y_m[n] = points->y_m[i];
+    height_m[n] = points->height_m[i] + ((float)s + 0.5f - 0.5f * (float)grains) * grain_m;
+  }
+  np_cloud_model_eval_points(model, &raised, extinction_per_m);
+  for (size_t i = 0; i < points->count; i++) {
+    out_extinction_per_m[i] = 0.0f;
+    for (size_t s = 0; s < grains; s++) out_extinction_per_m[i] += inverse * extinction_per_m[i * grains + s];
+  }
 }
 
 void np_cloud_model_eval(const np_cloud_model *model, const np_cloud_points *points, float *out_extinction_per_m) {
-  const float inverse = 1.0f / (float)model->sample_count;
-  float height_m[NP_CLOUD_BLOCK], sample[NP_CLOUD_BLOCK];
-  const np_cloud_points raised = {points->count, points->x_m, points->y_m, height_m};
+  const size_t room = NP_CLOUD_BLOCK / model->sample_count;
   if (model->sample_count == 1) {
     np_cloud_model_eval_points(model, points, out_extinction_per_m);
     return;
   }
-  for (size_t i = 0; i < points->count; i++) out_extinction_per_m[i] = 0.0f;
-  for (unsigned s = 0; s < model->sample_count; s++) {
-    raise_points(model, points, s, height_m);
-    np_cloud_model_eval_points(model, &raised, sample);
-    for (size_t i = 0; i < points->count; i++) out_extinction_per_m[i] += inverse * sample[i];
+  for (size_t first = 0; first < points->count; first += room) {
+    const size_t rest = points->count - first;
+    const np_cloud_points block = {rest < room ? rest : room, points->x_m + first, points->y_m + first,
+                                   points->height_m + first};
+    eval_block(model, &block, out_extinction_per_m + first);
   }
 }
