@@ -3,6 +3,7 @@
 #include <string.h>
 #include <time.h>
 
+#include "bake_map.h"
 #include "cloud_target.h"
 #include "command_files.h"
 #include "print.h"
@@ -211,10 +212,13 @@ static cli_exit walk_clouds(cli_session *session, neph_scene *scene, neph_files 
 static cli_exit bake_clouds(cli_session *session, neph_scene *scene) {
   neph_files *files;
   cli_exit exit = check_output(session->options, count_baked(scene));
+  if (!exit) exit = cli_maps_check(session, scene);
   if (exit) return exit;
   exit = cli_files_begin(session, &files);
   if (!exit) exit = walk_clouds(session, scene, files);
+  if (!exit) exit = cli_maps_add_files(session, scene, files);
   exit = cli_files_end(files, scene, exit);
+  if (!exit) exit = cli_maps_save(session, scene);
   return exit ? exit : walk_clouds(session, scene, NULL);
 }
 
@@ -267,11 +271,16 @@ const cli_verb cli_verb_bake = {
                  "refuse, with exit code 6, a bake that may need more, as one that may need more than the machine has"},
                 {"--velocity"},
                 {"--error"},
+                {"--preview-map",
+                 "write the weather map of the scene's cloud from above, north up, to FILE, a .png, before anything is "
+                 "baked; of several clouds with a map, into the folder FILE, as NAME.map.png",
+                 .files = "png /"},
                 {"--verify",
                  "rebake a .vdb from the parameters in it, and fail, with exit code 7, when a grid differs"},
                 {"--dry-run"},
                 {"--progress"}},
     .examples = {{"nephos bake clouds.yaml -o low.vdb", "bake the only cloud of a scene"},
                  {"nephos bake clouds.yaml -o . --half --levels 2", "bake into a folder, with a coarser grid"},
+                 {"nephos bake painted.yaml --preview-map map.png", "show how a painted map lies on the field"},
                  {"nephos bake --verify low.vdb", "bake the file again, and compare"}},
 };

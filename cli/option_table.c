@@ -295,6 +295,8 @@ static const cli_option options[] = {
      .meaning = "add a grid `vel`: velocities of the cloud by wind and growth, in m/s"},
     {.name = "--error", .take = take_flag, .field = INTO(wants_error),
      .meaning = "measure the losses of the file against the model evaluated directly"},
+    {.name = "--preview-map", .argument = "FILE", .take = take_text, .field = INTO(preview_map), .files = "png",
+     .meaning = "write the weather map from above to FILE, a .png, or into the folder FILE"},
     {.name = "--verify", .take = take_flag, .field = INTO(is_verifying),
      .meaning = "compare with a second computation"},
     {.name = "--tables", .argument = "DIR", .take = take_text, .field = INTO(table_folder), .files = "/",

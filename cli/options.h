@@ -93,7 +93,8 @@ typedef struct cli_options {
   const char *machine; /* file of a calibration; NULL: not given */
   bool has_relative_mse_max;
   double relative_mse_max;
-  const char *second; /* picture with another seed; NULL: not given */
+  const char *preview_map; /* file or folder for weather maps; NULL: not given */
+  const char *second;      /* picture with another seed; NULL: not given */
   bool is_half, has_region, has_memory_max, wants_velocity, wants_error, is_verifying;
   double prune_per_m, region_m[6];
   uint64_t memory_max_bytes, cache_size_max_bytes;

@@ -136,6 +136,7 @@ static void call_a_world_without_objects(void) {
                       FAILS(neph_cloud_eval, NULL, NULL, 0, 0, NULL, NULL),
                       FAILS(neph_cloud_bake, NULL, NULL, NULL, NULL),
                       FAILS(neph_cloud_bake_file, NULL, NULL, NULL, NULL, NULL),
+                      FAILS(neph_cloud_save_map, NULL, NULL, NULL, NULL),
                       FAILS(neph_cloud_verify_file, NULL, NULL, NULL, NULL, NULL)};
   check_rows(rows, sizeof rows / sizeof *rows, NULL);
 }
@@ -157,6 +158,7 @@ static void call_a_scene_without_objects(void) {
                       GIVES(neph_scene_get_cloud_count, NULL),
                       GIVES(neph_scene_get_cloud_name, NULL, 0),
                       GIVES(neph_scene_is_cloud_baked, NULL, 0),
+                      GIVES(neph_scene_get_cloud_map, NULL, 0),
                       GIVES(neph_scene_get_cloud_file, NULL, 0),
                       GIVES(neph_frame_is_numbered, NULL),
                       FAILS(neph_frame_get_path, NULL, NULL, 0, NULL),
@@ -195,6 +197,7 @@ static void call_a_render_without_objects(void) {
                       FAILS(neph_render_sky_table, NULL, (neph_sky_table)0, NULL),
                       FAILS(neph_render_sky_verify, NULL, NULL, (neph_text_format)0, NULL),
                       FAILS(neph_scene_bake_file, NULL, 0, 0, NULL, NULL),
+                      FAILS(neph_scene_save_map, NULL, 0, 0, NULL, NULL),
                       FAILS(neph_scene_export_cloud, NULL, 0, 0, NULL, NULL, NULL),
                       FAILS(neph_scene_save_volumes_usd, NULL, NULL, 0, NULL),
                       FAILS(neph_renderer_create, NULL, NULL),

@@ -291,6 +291,33 @@ NEPH_API neph_result neph_cloud_bake_file(neph_context *context, const neph_clou
 NEPH_API neph_result neph_cloud_verify_file(neph_context *context, const char *path, neph_progress_fn progress,
                                             void *progress_user, bool *out_is_same) NEPH_NODISCARD;
 
+/** A weather map from above, as neph_cloud_save_map shows it. Boxes are of the world, x and y. */
+typedef struct neph_map_picture {
+  size_t struct_size;
+  unsigned panel_count;                 /**< side by side, from the left, one for each quantity that the map gives */
+  unsigned panel_width, panel_height;   /**< pixels */
+  unsigned gap;                         /**< pixels between two panels */
+  double pixel_m;                       /**< edge of a pixel */
+  double panel_min_m[2], panel_max_m[2];
+  double field_min_m[2], field_max_m[2];     /**< of the field, which is outlined in red */
+  double painted_min_m[2], painted_max_m[2]; /**< of the picture; of one that repeats, of one repetition */
+  const char *quantities[NEPH_CLOUD_MAP_QUANTITY_COUNT]; /**< of the panels; valid for ever */
+} neph_map_picture;
+
+#define NEPH_MAP_PICTURE_DEFAULT                                                                                       \
+  { .struct_size = sizeof(neph_map_picture) }
+
+/** Writes a PNG of a cloud's weather map from above, north up: the picture where the wind has carried it at the cloud's
+ * time, in grey or a hue, the value v as 255·v of sRGB, dimmed beyond the field. A blue line shows where a picture
+ * ends that does not repeat.
+ *
+ * @param cloud        one with a map_file and no shape.
+ * @param path         NULL: the map is read, and nothing is written.
+ * @param out_picture  starts from NEPH_MAP_PICTURE_DEFAULT; NULL: not wanted.
+ */
+NEPH_API neph_result neph_cloud_save_map(neph_context *context, const neph_cloud_desc *cloud, const char *path,
+                                         neph_map_picture *out_picture) NEPH_NODISCARD;
+
 #ifdef __cplusplus
 }
 #endif

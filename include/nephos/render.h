@@ -342,6 +342,11 @@ NEPH_API neph_result neph_render_sky_verify(neph_scene *scene, const neph_sky_ve
 NEPH_API neph_result neph_scene_bake_file(neph_scene *scene, unsigned cloud_index, int frame,
                                           const neph_bake_desc *desc, const char *path) NEPH_NODISCARD;
 
+/** Writes the weather map of a procedural cloud of a scene from above, as it is in a frame, as neph_cloud_save_map
+ * does. */
+NEPH_API neph_result neph_scene_save_map(neph_scene *scene, unsigned cloud_index, int frame, const char *path,
+                                         neph_map_picture *out_picture) NEPH_NODISCARD;
+
 typedef struct neph_export_desc {
   size_t struct_size;
   neph_precision precision;  /**< of the values in the file (default NEPH_PRECISION_FLOAT) */

@@ -97,6 +97,10 @@ NEPH_API bool neph_scene_is_cloud_baked(const neph_scene *scene, unsigned index)
  * well. NULL when it has none, or when `index` is not below the count. */
 NEPH_API const char *neph_scene_get_cloud_file(const neph_scene *scene, unsigned index);
 
+/** Picture of a baked cloud's weather map, resolved, a pattern where it has one for each frame. NULL when there is
+ * none, or a shape in its place. */
+NEPH_API const char *neph_scene_get_cloud_map(const neph_scene *scene, unsigned index);
+
 /** Whether a name is a pattern, with a place for the number of a frame: "####", "%04d" or "$F4", padded with zeros to
  * 4 digits, "%d", "$F", or "$FF", which is for frames between two as well. */
 NEPH_API bool neph_frame_is_numbered(const char *pattern);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include <string.h>
 
+#include "cloud/shape.h"
 #include "core/alloc.h"
 #include "core/file.h"
 #include "core/frame_name.h"
@@ -276,6 +277,11 @@ bool neph_scene_is_cloud_baked(const neph_scene *scene, unsigned index) {
 
 const char *neph_scene_get_cloud_file(const neph_scene *scene, unsigned index) {
   return scene && index < scene->cloud_count ? scene->clouds[index].vdb : NULL;
+}
+
+const char *neph_scene_get_cloud_map(const neph_scene *scene, unsigned index) {
+  if (!neph_scene_is_cloud_baked(scene, index) || np_cloud_desc_has_shape(&scene->clouds[index].bake)) return NULL;
+  return scene->clouds[index].map_image;
 }
 
 bool np_scene_cloud_is_sequence(const np_scene_cloud *cloud) {
