@@ -21,11 +21,17 @@ static double get_clock_s(void) {
 
 static double get_elapsed_s(const cli_progress *progress) { return get_clock_s() - progress->start_s; }
 
-/* A log goes on behind its last line; a file of another kind, such as an input, stays as it is. */
+/* A log goes on behind its last line; a file of another kind, such as an input, stays as it is. A pipe would wait for
+ * its reader. */
 static bool check_log(const char *path) {
   int year, month, day;
   struct stat status;
-  if (stat(path, &status) || !S_ISREG(status.st_mode) || !status.st_size) return true;
+  if (stat(path, &status)) return true;
+  if (S_ISFIFO(status.st_mode) || S_ISSOCK(status.st_mode)) {
+    cli_complain("--log is %s, which is a pipe or a socket: give a file", path);
+    return false;
+  }
+  if (!S_ISREG(status.st_mode) || !status.st_size) return true;
   char start[32] = "";
   FILE *file = fopen(path, "re");
   const bool is_read = file && fgets(start, sizeof start, file);
@@ -35,17 +41,20 @@ static bool check_log(const char *path) {
   return false;
 }
 
-cli_exit cli_progress_start(cli_progress *progress, const cli_options *options) {
+void cli_progress_start(cli_progress *progress, const cli_options *options) {
   *progress = (cli_progress){.style = cli_progress_style_get(options->progress),
                              .level = options->log_level,
                              .call_end = 1.0,
                              .frame = {.end = 1.0},
                              .start_s = get_clock_s()};
-  if (!options->log_path) return CLI_DONE;
-  if (!check_log(options->log_path)) return CLI_USAGE;
-  progress->log = fopen(options->log_path, "ae");
+}
+
+cli_exit cli_progress_open_log(cli_progress *progress, const char *path) {
+  if (!check_log(path)) return CLI_USAGE;
+  progress->log_path = path;
+  progress->log = fopen(path, "ae");
   if (progress->log) return CLI_DONE;
-  cli_complain("%s: the log cannot be opened: %s", options->log_path, strerror(errno));
+  cli_complain("%s: the log cannot be opened: %s", path, strerror(errno));
   return CLI_IO;
 }
 
@@ -59,6 +68,18 @@ void cli_progress_end(cli_progress *progress) {
 
 /* ---- The log file ---- */
 
+/* Says once that lines are lost, as on a full disk; the next are tried all the same. */
+static void note_loss(cli_progress *progress) {
+  const int error = errno;
+  clearerr(progress->log);
+  if (progress->is_log_lost) return;
+  progress->is_log_lost = true;
+  cli_text text = {0};
+  cli_text_add(&text, "%s: the log cannot be written: %s: lines of it are lost", progress->log_path, strerror(error));
+  cli_progress_log(progress, NEPH_LOG_WARNING, cli_text_get(&text));
+  cli_text_clear(&text);
+}
+
 /* A line, with its time. The last line of a job that is killed is whole. */
 static void write_log(cli_progress *progress, const char *kind, const char *text) {
   struct tm utc;
@@ -66,8 +87,7 @@ static void write_log(cli_progress *progress, const char *kind, const char *text
   const time_t now = time(NULL);
   if (!progress->log) return;
   strftime(date, sizeof date, "%Y-%m-%dT%H:%M:%SZ", gmtime_r(&now, &utc));
-  fprintf(progress->log, "%s %s%s\n", date, kind, text);
-  fflush(progress->log);
+  if (fprintf(progress->log, "%s %s%s\n", date, kind, text) < 0 || fflush(progress->log)) note_loss(progress);
 }
 
 void cli_progress_note(cli_progress *progress, const char *format, ...) {

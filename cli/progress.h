@@ -33,6 +33,8 @@ typedef struct cli_progress {
   const struct cli_progress_style *style;
   neph_log_level level;   /* of messages on standard error */
   FILE *log;              /* NULL: none */
+  const char *log_path;   /* borrowed */
+  bool is_log_lost;       /* a line of it, which a message has said */
   bool is_bar_drawn;      /* the last line of the terminal is the bar */
   char stage[48];         /* shown last, */
   int shown_frame;        /* of this frame, */
@@ -47,8 +49,10 @@ typedef struct cli_progress {
   double timed_s;
 } cli_progress;
 
-/* Fails, after a message, where the log file cannot be opened, or is a file of another kind. */
-cli_exit cli_progress_start(cli_progress *progress, const cli_options *options);
+void cli_progress_start(cli_progress *progress, const cli_options *options);
+
+/* Opens a log file. Fails, after a message, where that cannot be, or it is a file of another kind. */
+cli_exit cli_progress_open_log(cli_progress *progress, const char *path);
 
 /* Closes the log file. */
 void cli_progress_end(cli_progress *progress);

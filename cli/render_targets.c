@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The files of a frame: named by the scene or --output, and checked before the first pixel. */
+#include <limits.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -124,16 +125,25 @@ static cli_exit check_cloud(const render_job *job, unsigned index) {
   return exit;
 }
 
+/* A snapshot whose name is too long can never be written, and refuses no picture. */
+static cli_exit add_snapshot(const render_job *job, const char *path) {
+  if (!path || strlen(basename(path)) > NAME_MAX) return CLI_DONE;
+  return cli_exit_of(neph_files_add(job->files, NEPH_FILE_WRITTEN, "the snapshot", path));
+}
+
 cli_exit render_job_add_targets(const render_job *job, const render_targets *t) {
-  const struct {
-    const char *key, *path;
-  } rows[] = {{"output.image", t->image}, {"output.preview", t->preview}, {"output.deep", t->deep}};
+  const struct { const char *key, *path; } rows[] = {{"output.image", t->image}, {"output.preview", t->preview}};
   cli_exit exit = CLI_DONE;
-  for (size_t i = 0; !exit && i < sizeof rows / sizeof *rows; i++)
-    exit = cli_files_add_output(job->session, job->files, rows[i].key, rows[i].path);
+  for (size_t i = 0; !exit && i < sizeof rows / sizeof *rows; i++) {
+    if (rows[i].path) exit = cli_check_target(job->session, rows[i].path);
+    if (!exit) exit = cli_files_add_output(job->session, job->files, rows[i].key, rows[i].path);
+  }
+  if (!exit && t->deep) exit = cli_check_target(job->session, t->deep);
+  if (!exit) exit = cli_exit_of(neph_files_add(job->files, NEPH_FILE_WRITTEN, "output.deep", t->deep));
   const char *checkpoint = t->is_part ? NULL : t->checkpoint;
+  if (!exit && checkpoint) exit = cli_check_target(job->session, checkpoint);
   if (!exit) exit = cli_exit_of(neph_files_add(job->files, NEPH_FILE_WRITTEN, "the checkpoint", checkpoint));
-  return exit ? exit : cli_exit_of(neph_files_add(job->files, NEPH_FILE_WRITTEN, "the snapshot", t->snapshot));
+  return exit ? exit : add_snapshot(job, t->snapshot);
 }
 
 cli_exit render_job_check_targets(render_job *job) {
@@ -141,9 +151,6 @@ cli_exit render_job_check_targets(render_job *job) {
   neph_result result = render_job_name_targets(job, &t);
   if (!result) result = render_job_name_restart(job, &t);
   cli_exit exit = cli_exit_of(result);
-  if (!exit && t.image) exit = cli_check_target(job->session, t.image);
-  if (!exit && t.preview) exit = cli_check_target(job->session, t.preview);
-  if (!exit && t.deep) exit = cli_check_target(job->session, t.deep);
   if (!exit) exit = render_job_add_targets(job, &t);
   for (unsigned i = 0; !exit && i < neph_scene_get_cloud_count(job->scene); i++) exit = check_cloud(job, i);
   render_job_free_targets(job, &t);

@@ -31,9 +31,32 @@ cli_exit cli_exit_of(neph_result result) {
   return CLI_INTERNAL;
 }
 
+/* Whether a log can stand there, by a context of its own: the session's writes to the log. */
+static cli_exit check_log_place(cli_session *session, const char *path) {
+  neph_context_desc desc = NEPH_CONTEXT_DESC_DEFAULT;
+  neph_context *context = NULL;
+  neph_files *files = NULL;
+  desc.thread_count = 1;
+  desc.log = cli_progress_log;
+  desc.log_user = &session->progress;
+  neph_result result = neph_context_create(&desc, &context);
+  if (!result) result = neph_files_create(context, &files);
+  if (!result) result = neph_files_add(files, NEPH_FILE_WRITTEN, "--log", path);
+  neph_files_destroy(files);
+  neph_context_destroy(context);
+  return cli_exit_of(result);
+}
+
+static cli_exit open_log(cli_session *session, const char *path) {
+  if (!path) return CLI_DONE;
+  const cli_exit exit = check_log_place(session, path);
+  return exit ? exit : cli_progress_open_log(&session->progress, path);
+}
+
 cli_exit cli_session_start(const cli_options *options, cli_session *session) {
   *session = (cli_session){.options = options};
-  const cli_exit exit = cli_progress_start(&session->progress, options);
+  cli_progress_start(&session->progress, options);
+  const cli_exit exit = open_log(session, options->log_path);
   if (exit) return exit;
   neph_context_desc desc = NEPH_CONTEXT_DESC_DEFAULT;
   desc.thread_count = options->thread_count;

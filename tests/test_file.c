@@ -219,6 +219,75 @@ static void link_to_nowhere_is_named(void **state) {
   free(link), free(loop);
 }
 
+/* ---- Places ---- */
+
+/* A name as long as a folder can hold is written, with its temporary one; a longer one, or too long a path, is refused
+ * beforehand. */
+static void names_are_as_long_as_a_folder_can_hold(void **state) {
+  test_fixture *f = *state;
+  static const size_t fitting[] = {1, 60, 64, 65, 240, 250, 254, 255}, too_long[] = {256, 300, 4096};
+  char name[4200];
+  for (size_t i = 0; i < sizeof fitting / sizeof *fitting; i++)
+    for (int is_wide = 0; is_wide < 2; is_wide++) { /* characters of UTF-8, which are not cut in two */
+      for (size_t k = 0; k < fitting[i]; k++) name[k] = is_wide && fitting[i] % 2 == 0 ? "\xc3\xa9"[k % 2] : 'a';
+      name[fitting[i]] = '\0';
+      char *path = test_path(f->folder, name);
+      assert_int_equal(np_file_check_target(f->context, path), NEPH_OK);
+      assert_int_equal(np_file_write_all(f->context, path, "x", 1), NEPH_OK);
+      assert_int_equal(unlink(path), 0);
+      free(path);
+    }
+  for (size_t i = 0; i < sizeof too_long / sizeof *too_long; i++) {
+    memset(name, 'a', too_long[i]);
+    name[too_long[i]] = '\0';
+    char *path = test_path(f->folder, name);
+    assert_int_equal(np_file_check_target(f->context, path), NEPH_ERROR_IO);
+    assert_one_error(&f->log, "bytes, must have at most");
+    free(path);
+  }
+  assert_int_equal(test_folder_count(f->folder), 0);
+}
+
+static void paths_leave_room_for_the_temporary_name(void **state) {
+  test_fixture *f = *state;
+  char path[4200];
+  for (size_t length = 4080; length <= 4100; length++) {
+    size_t at = (size_t)snprintf(path, sizeof path, "%s", f->folder);
+    while (at + 7 < length) path[at++] = '/', path[at++] = '.';
+    while (at + 6 < length) path[at++] = '/';
+    (void)snprintf(path + at, sizeof path - at, "/%.*s", (int)(length - at - 1), "a.exr");
+    const bool fits = strlen(path) + 8 < 4096;
+    assert_int_equal(np_file_check_target(f->context, path), fits ? NEPH_OK : NEPH_ERROR_IO);
+    if (!fits) assert_one_error(&f->log, "its path has", "must have at most 4087");
+    assert_int_equal(np_file_write_all(f->context, path, "x", 1), fits ? NEPH_OK : NEPH_ERROR_IO);
+    test_log_clear(&f->log);
+  }
+}
+
+/* By name, through a link, in a folder below it, and below one that is not there. */
+static void files_of_a_cache_are_its_own(void **state) {
+  test_fixture *f = *state;
+  char *cache = test_path(f->folder, "any-name"), *below = test_path(f->folder, "any-name/below");
+  char *tag = test_path(f->folder, "any-name/CACHEDIR.TAG"), *link = test_path(f->folder, "link");
+  static const char text[] = "Signature: 8a477f597d28d172789f06886806bc55\n# Cache of nephos.\n";
+  assert_int_equal(mkdir(cache, 0777) | mkdir(below, 0777), 0);
+  char *beside = test_path(f->folder, "any-name/x.exr");
+  assert_int_equal(np_file_check_target(f->context, beside), NEPH_OK);
+  test_file_write(tag, text, sizeof text - 1);
+  assert_int_equal(symlink("any-name/CACHEDIR.TAG", link), 0);
+  char *deep = test_path(f->folder, "any-name/below/x.exr"), *none = test_path(f->folder, "any-name/none/x.exr");
+  const char *const paths[] = {beside, tag, link, deep, none};
+  for (size_t i = 0; i < sizeof paths / sizeof *paths; i++) {
+    assert_int_equal(np_file_check_target(f->context, paths[i]), NEPH_ERROR_IO);
+    assert_one_error(&f->log, paths[i], "in a cache of nephos");
+    assert_int_equal(np_file_write_all(f->context, paths[i], "x", 1), NEPH_ERROR_IO);
+    assert_one_error(&f->log, paths[i], "in a cache of nephos");
+  }
+  assert_holds(f, tag, text);
+  write_text(f, "a folder beside a cache is none");
+  free(cache), free(below), free(tag), free(link), free(beside), free(deep), free(none);
+}
+
 static unsigned get_mode(const char *path) {
   struct stat status;
   assert_int_equal(stat(path, &status), 0);
@@ -359,6 +428,9 @@ int main(void) {
       FILE_TEST(link_stays_a_link),
       FILE_TEST(dangling_link_gets_its_target),
       FILE_TEST(link_to_nowhere_is_named),
+      FILE_TEST(names_are_as_long_as_a_folder_can_hold),
+      FILE_TEST(paths_leave_room_for_the_temporary_name),
+      FILE_TEST(files_of_a_cache_are_its_own),
       FILE_TEST(replaced_file_keeps_its_permissions),
       FILE_TEST(permissions_follow_the_umask),
       FILE_TEST(failed_allocations_leave_nothing),

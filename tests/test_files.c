@@ -3,6 +3,7 @@
 #include "test_support.h"
 
 #include <stdlib.h>
+#include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -83,6 +84,18 @@ static void others_stand(void **state) {
   assert_apart(f, &image, &loop);
 }
 
+/* A table refuses what no file can be written as, whatever folder is there; a file that is read may stand anywhere. */
+static void impossible_names_are_refused(void **state) {
+  test_fixture *f = *state;
+  char name[300];
+  memset(name, 'a', sizeof name - 1);
+  name[sizeof name - 1] = '\0';
+  const row written = {NEPH_FILE_WRITTEN, "output.deep", name}, read = {NEPH_FILE_READ, "clouds[0].vdb", name};
+  assert_int_equal(check(f->context, &image, &written), NEPH_ERROR_IO);
+  assert_one_error(&f->log, "its name has 299 bytes, must have at most 255");
+  assert_apart(f, &image, &read);
+}
+
 /* The first file is told, where several have faults; a table of thousands is sorted. */
 static void first_fault_of_many_is_told(void **state) {
   test_fixture *f = *state;
@@ -118,6 +131,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test_setup_teardown(names_of_one_file_are_found, set_up, tear_down),
       cmocka_unit_test_setup_teardown(others_stand, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(impossible_names_are_refused, set_up, tear_down),
       cmocka_unit_test_setup_teardown(first_fault_of_many_is_told, set_up, tear_down),
       cmocka_unit_test(failed_allocations_leave_nothing),
   };

@@ -23,7 +23,9 @@ NEPH_API neph_result neph_files_create(neph_context *context, neph_files **out_f
 /** NULL is allowed. */
 NEPH_API void neph_files_destroy(neph_files *files);
 
-/** Adds a file, which need not be there. Folders, devices, pipes, and a `path` of NULL add nothing.
+/** Adds a file, which need not be there. Folders, devices, pipes, and a `path` of NULL add nothing. Fails with
+ * NEPH_ERROR_IO, and one message, where a file that is written has a name or a path that is too long, or lies in the
+ * folder of a cache.
  *
  * @param role  the key or the option that names it, for messages; copied, as the path is.
  */

@@ -14,6 +14,7 @@
 #include "core/frame_name.h"
 #include "core/given.h"
 #include "core/path_map.h"
+#include "core/text.h"
 #include "render/georeference.h"
 #include "render/plan.h"
 #include "render/reference_frame.h"
@@ -46,17 +47,28 @@ static neph_result check_plan(const scene_check *c) {
   return np_check_pass(result);
 }
 
+/* Adds the name that a pattern gives the frame. NULL: none. */
+static neph_result add_output(const scene_check *c, neph_files *files, const char *key, const char *pattern) {
+  if (!pattern) return NEPH_OK;
+  char *path = np_frame_name_make(c->check->context, pattern, c->frame);
+  const neph_result result = path ? neph_files_add(files, NEPH_FILE_WRITTEN, key, path) : NEPH_ERROR_OUT_OF_MEMORY;
+  np_alloc_free(c->check->context, path);
+  return result;
+}
+
+/* Those of baked clouds are written by the first render. */
 static neph_result add_outputs(const scene_check *c, neph_files *files) {
   const np_scene_output *output = &c->scene->output;
   const struct {
     const char *key, *pattern;
   } rows[] = {{"output.image", output->image}, {"output.preview", output->preview}, {"output.deep", output->deep}};
   neph_result result = NEPH_OK;
-  for (size_t i = 0; !result && i < sizeof rows / sizeof *rows; i++) {
-    char *path = rows[i].pattern ? np_frame_name_make(c->check->context, rows[i].pattern, c->frame) : NULL;
-    if (rows[i].pattern && !path) result = NEPH_ERROR_OUT_OF_MEMORY;
-    if (!result) result = neph_files_add(files, NEPH_FILE_WRITTEN, rows[i].key, path);
-    np_alloc_free(c->check->context, path);
+  for (size_t i = 0; !result && i < sizeof rows / sizeof *rows; i++)
+    result = add_output(c, files, rows[i].key, rows[i].pattern);
+  for (unsigned i = 0; !result && i < c->scene->cloud_count; i++) {
+    char key[32];
+    np_print(key, sizeof key, "clouds[%u].vdb", i);
+    if (c->scene->clouds[i].is_baked) result = add_output(c, files, key, c->scene->clouds[i].vdb);
   }
   return result;
 }

@@ -84,15 +84,20 @@ int np_cache_folder_create_file(int folder, char *name) {
 
 /* ---- The folder ---- */
 
-static bool has_tag(const np_disk_cache *cache) {
+/* A NULL cache trusts tags of all owners. */
+static bool is_tagged(const np_disk_cache *cache, int folder) {
   char bytes[TAG_BYTES];
   const char *reason;
-  const int file = np_cache_folder_open_file(cache, cache->file, tag_name, O_RDONLY, &reason);
+  const int file = np_cache_folder_open_file(cache, folder, tag_name, O_RDONLY, &reason);
   if (file < 0) return false;
   const bool is_same = pread(file, bytes, sizeof bytes, 0) == TAG_BYTES && !memcmp(bytes, tag, sizeof bytes);
   (void)close(file);
   return is_same;
 }
+
+static bool has_tag(const np_disk_cache *cache) { return is_tagged(cache, cache->file); }
+
+bool np_cache_folder_is_one(int folder) { return is_tagged(NULL, folder); }
 
 static DIR *open_listing(const np_disk_cache *cache) {
   const int file = openat(cache->file, ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
@@ -173,12 +178,21 @@ static neph_result check_rights(neph_context *context, np_disk_cache *cache) {
   return NEPH_OK;
 }
 
+static bool is_link(const char *path) {
+  struct stat status;
+  return !lstat(path, &status) && S_ISLNK(status.st_mode);
+}
+
 static neph_result open_folder(neph_context *context, np_disk_cache *cache) {
   const bool is_new = !mkdir(cache->folder, 0775); /* never of all */
   if (!is_new && errno != EEXIST)
     return np_fail(context, NEPH_ERROR_IO, "%s: cannot make this folder for the cache: %s", cache->folder,
                    strerror(errno));
   cache->file = open(cache->folder, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+  if (cache->file < 0 && is_link(cache->folder))
+    return np_fail(context, NEPH_ERROR_IO,
+                   "%s: is a link, which a cache does not follow: remove it, or name the folder that it leads to",
+                   cache->folder);
   if (cache->file < 0)
     return np_fail(context, NEPH_ERROR_IO, "%s: is no folder that can be opened: the cache needs one: %s",
                    cache->folder, strerror(errno));
@@ -191,6 +205,9 @@ static neph_result open_folder(neph_context *context, np_disk_cache *cache) {
 neph_result np_cache_folder_open(neph_context *context, const char *parent, np_disk_cache *out_cache) {
   size_t length;
   out_cache->file = -1;
+  if (!*parent)
+    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
+                   "neph_context_desc.cache_dir is empty, must be a folder, or NULL, which is no cache");
   const int error = np_folder_make(parent, &length);
   if (error)
     return np_fail(context, NEPH_ERROR_IO, "%.*s: cannot make this folder for the cache: %s", (int)length, parent,

@@ -28,6 +28,9 @@ typedef struct np_disk_cache {
 neph_result np_cache_folder_open(neph_context *context, const char *parent, np_disk_cache *out_cache);
 void np_cache_folder_close(neph_context *context, np_disk_cache *cache);
 
+/* Whether an open folder is that of a cache: by its tag, whatever its name and owner. */
+bool np_cache_folder_is_one(int folder);
+
 /* Reason why a file is not one of the cache's; NULL: it is regular and trusted. A NULL cache trusts all owners. */
 const char *np_cache_folder_check(const np_disk_cache *cache, const struct stat *status);
 

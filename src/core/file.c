@@ -3,19 +3,15 @@
 
 #include <errno.h>
 #include <fcntl.h>
-#include <limits.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
 #include <sys/stat.h>
-#include <time.h>
 #include <unistd.h>
 
 #include "core/alloc.h"
-#include "core/random.h"
-
-enum { LINKS_MAX = 40 }; /* as many as the kernel follows */
+#include "core/file_target.h"
 
 bool np_file_has_ending(const char *path, const char *ending) {
   const size_t length = strlen(path), tail = strlen(ending);
@@ -180,30 +176,12 @@ static void free_names(np_file_write *write) {
   write->target = write->temporary = NULL;
 }
 
-/* Bytes of `path` up to and with its last slash. */
-static size_t compute_folder_length(const char *path) {
-  const char *slash = strrchr(path, '/');
-  return slash ? (size_t)(slash - path) + 1 : 0;
-}
-
-static char *name_temporary(neph_context *context, const char *target, unsigned attempt) {
-  static const char alphabet[] = "0123456789abcdefghijklmnopqrstuv";
-  struct timespec now;
-  clock_gettime(CLOCK_REALTIME, &now);
-  const uint64_t time = (uint64_t)now.tv_sec << 30 ^ (uint64_t)now.tv_nsec;
-  uint64_t bits = np_random_absorb((uint64_t)getpid() << 32 | attempt, time);
-  char suffix[7] = "";
-  for (int i = 0; i < 6; i++, bits >>= 5) suffix[i] = alphabet[bits & 31];
-  const int folder_length = (int)compute_folder_length(target);
-  return np_alloc_printf(context, "%.*s.%s.%s", folder_length, target, target + folder_length, suffix);
-}
-
 /* As mkstemp, but the file gets the permissions that the user's umask gives to any new file, or, where it replaces one,
  * no more than that has. */
 static neph_result create_temporary(np_file_write *write) {
   const mode_t mode = write->is_replacing ? write->mode | S_IRUSR | S_IWUSR : 0666;
   for (unsigned attempt = 0; attempt < 100; attempt++) {
-    write->temporary = name_temporary(write->context, write->target, attempt);
+    write->temporary = np_file_target_name_temporary(write->context, write->target, attempt);
     if (!write->temporary) return NEPH_ERROR_OUT_OF_MEMORY;
     const int file = open(write->temporary, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode);
     if (file >= 0) return close(file), NEPH_OK;
@@ -214,71 +192,18 @@ static neph_result create_temporary(np_file_write *write) {
   return fail_write(write->context, write->target, errno);
 }
 
-/* Final path of the file: behind symbolic links, whether or not there is a file at their end. */
-static neph_result follow_links(neph_context *context, const char *path, char **out_target) {
-  char link[PATH_MAX];
-  char *target = np_alloc_text(context, path);
-  for (int count = 0; target; count++) {
-    const ssize_t length = readlink(target, link, sizeof link - 1);
-    if (length < 0) break; /* no link */
-    if (count == LINKS_MAX) {
-      np_alloc_free(context, target);
-      return fail_write(context, path, ELOOP);
-    }
-    link[length] = '\0';
-    char *next = np_file_resolve(context, target, link);
-    np_alloc_free(context, target);
-    target = next;
-  }
-  *out_target = target;
-  return target ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
-}
-
-/* Only regular files are replaced, lest a device or a pipe become one. */
-static neph_result check_kind(np_file_write *write, const char *path) {
-  struct stat status;
-  if (stat(write->target, &status)) return NEPH_OK;
-  write->is_replacing = true;
-  write->mode = status.st_mode & 0777;
-  if (S_ISREG(status.st_mode)) return NEPH_OK;
-  return np_fail(write->context, NEPH_ERROR_IO, "%s: cannot be written: it is %s, not a regular file", path,
-                 S_ISDIR(status.st_mode) ? "a folder" : "a device, a pipe or a socket");
-}
-
-static neph_result check_folder(const np_file_write *write, const char *path) {
-  const size_t length = compute_folder_length(write->target);
-  char *folder = length ? np_alloc_printf(write->context, "%.*s", (int)length, write->target)
-                        : np_alloc_text(write->context, "./");
-  if (!folder) return NEPH_ERROR_OUT_OF_MEMORY;
-  const int error = faccessat(AT_FDCWD, folder, W_OK | X_OK, AT_EACCESS) ? errno : 0;
-  const bool is_link = strcmp(path, write->target);
-  neph_result result = NEPH_OK;
-  if (error)
-    result = np_fail(write->context, NEPH_ERROR_IO, "%s: cannot be written: %s%s%sfolder %s: %s", path,
-                     is_link ? "it is a link to " : "", is_link ? write->target : "", is_link ? ", " : "", folder,
-                     strerror(error));
-  np_alloc_free(write->context, folder);
-  return result;
-}
-
-/* The caller frees them by free_names, whatever the outcome. */
-static neph_result choose_target(neph_context *context, const char *path, np_file_write *out_write) {
-  *out_write = (np_file_write){.context = context};
-  neph_result result = follow_links(context, path, &out_write->target);
-  if (!result) result = check_kind(out_write, path);
-  if (!result) result = check_folder(out_write, path);
-  return result;
-}
-
 neph_result np_file_check_target(neph_context *context, const char *path) {
-  np_file_write write;
-  neph_result result = choose_target(context, path, &write);
-  free_names(&write);
+  np_file_target target;
+  const neph_result result = np_file_target_choose(context, path, &target);
+  np_alloc_free(context, target.path);
   return result;
 }
 
 neph_result np_file_write_begin(neph_context *context, const char *path, np_file_write *out_write) {
-  neph_result result = choose_target(context, path, out_write);
+  np_file_target target;
+  neph_result result = np_file_target_choose(context, path, &target);
+  *out_write = (np_file_write){
+      .context = context, .target = target.path, .is_replacing = target.is_replacing, .mode = target.mode};
   if (!result) result = create_temporary(out_write);
   if (result) free_names(out_write);
   return result;
@@ -295,7 +220,7 @@ static int sync_path(const char *path, int flags) {
 
 /* Best effort: some file systems cannot sync a folder, and the file is whole in any case. */
 static void sync_folder(char *path) {
-  const size_t length = compute_folder_length(path);
+  const size_t length = np_file_target_folder_length(path);
   const char kept = path[length];
   path[length] = '\0';
   (void)sync_path(length ? path : ".", O_RDONLY | O_DIRECTORY);
@@ -352,8 +277,7 @@ neph_result np_file_write_all(neph_context *context, const char *path, const voi
 /* ---- Names ---- */
 
 char *np_file_resolve(neph_context *context, const char *base_file, const char *relative) {
-  if (!base_file || relative[0] == '/') return np_alloc_text(context, relative);
-  return np_alloc_printf(context, "%.*s%s", (int)compute_folder_length(base_file), base_file, relative);
+  return np_file_target_resolve(context, base_file, relative);
 }
 
 neph_result np_file_probe(const char *path, const char **out_reason) {

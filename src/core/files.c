@@ -11,9 +11,8 @@
 
 #include "core/alloc.h"
 #include "core/file.h"
+#include "core/file_target.h"
 #include "core/given.h"
-
-enum { LINKS_MAX = 40 }; /* as many as the kernel follows */
 
 typedef struct file_row {
   char *role, *path, *identity;
@@ -50,19 +49,11 @@ void neph_files_destroy(neph_files *files) {
 
 /* ---- Identity ---- */
 
-/* Path behind the links at its end, which need not be there. NULL: no memory. */
+/* Path behind links, or, of a ring of links, as it is. NULL: no memory. */
 static char *follow_links(neph_context *context, const char *path) {
-  char link[PATH_MAX];
-  char *name = np_alloc_text(context, path);
-  for (int count = 0; name && count < LINKS_MAX; count++) {
-    const ssize_t length = readlink(name, link, sizeof link - 1);
-    if (length < 0) break; /* no link */
-    link[length] = '\0';
-    char *next = np_file_resolve(context, name, link);
-    np_alloc_free(context, name);
-    name = next;
-  }
-  return name;
+  int error;
+  char *target = np_file_target_follow(context, path, &error);
+  return target || !error ? target : np_alloc_text(context, path);
 }
 
 /* Name of a file that is not there, in the real path of its folder, where that is there. NULL: no memory. */
@@ -86,8 +77,8 @@ static neph_result identify(neph_context *context, const char *path, char **out_
   if (stat(path, &status))
     *out_identity = resolve_name(context, path);
   else if (S_ISREG(status.st_mode))
-    *out_identity = np_alloc_printf(context, "%llu:%llu", (unsigned long long)status.st_dev,
-                                    (unsigned long long)status.st_ino);
+    *out_identity =
+        np_alloc_printf(context, "%llu:%llu", (unsigned long long)status.st_dev, (unsigned long long)status.st_ino);
   else
     return NEPH_OK;
   return *out_identity ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
@@ -105,12 +96,25 @@ static bool grow(neph_files *files) {
   return true;
 }
 
+/* Fails, with a message, where no file can be written. */
+static neph_result check_place(neph_context *context, const char *path) {
+  char *target = follow_links(context, path);
+  const neph_result result = target ? np_file_target_check_place(context, path, target) : NEPH_ERROR_OUT_OF_MEMORY;
+  np_alloc_free(context, target);
+  return result;
+}
+
 neph_result neph_files_add(neph_files *files, neph_file_use use, const char *role, const char *path) {
   if (!files) return NEPH_ERROR_INVALID_ARGUMENT;
   file_row row = {.use = use, .index = files->count};
   if (!path) return NEPH_OK;
   neph_result result = identify(files->context, path, &row.identity);
   if (result || !row.identity) return result;
+  if (use == NEPH_FILE_WRITTEN) result = check_place(files->context, path);
+  if (result) {
+    clear_row(files->context, &row);
+    return result;
+  }
   row.role = np_alloc_text(files->context, role);
   row.path = np_alloc_text(files->context, path);
   if (!row.role || !row.path || !grow(files)) {

@@ -100,3 +100,4 @@ nephos render scene.yaml -q --set output.preview=a.png --checkpoint 60s >out
 nephos render scene.yaml -q --frames 1-3 -o 'a.####.exr' -o 'a.####.png' >out
 nephos render scene.yaml -q -o part.npart --resume >out
 ls a.*
+refused render scene.yaml -o deep.exr --set output.deep=deep.exr
