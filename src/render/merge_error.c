@@ -25,14 +25,30 @@ bool np_merge_error_has(const char *name) {
   return !strcmp(name, source_name);
 }
 
+static bool check_number(const np_image_attribute *a, np_part_fault *fault) {
+  if (!a || (a->type != NP_IMAGE_TEXT && a->number >= 0.0 && isfinite(a->number))) return true;
+  return np_part_fault_set(fault, "its attribute %s is \"%.64s\", must be a number that is not negative", a->name,
+                           a->value);
+}
+
+/* Whether a figure is not below another; one that is not stated is. */
+static bool check_order(const np_image_attribute *low, const np_image_attribute *high, np_part_fault *fault) {
+  if (!low || !high || low->number <= high->number) return true;
+  return np_part_fault_set(fault, "its attribute %s is %g, must be at most that of %s, %g", low->name, low->number,
+                           high->name, high->number);
+}
+
 bool np_merge_error_check(const neph_image *image, np_part_fault *fault) {
-  for (int f = 0; f < FIGURES; f++)
+  for (int f = 0; f < FIGURES; f++) {
+    const np_image_attribute *a[ENDINGS];
     for (int e = 0; e < ENDINGS; e++) {
-      const np_image_attribute *a = np_image_search_attribute(image, names[f][e]);
-      if (a && (a->type == NP_IMAGE_TEXT || !(a->number >= 0.0) || !isfinite(a->number)))
-        return np_part_fault_set(fault, "its attribute %s is \"%.64s\", must be a number that is not negative", a->name,
-                                 a->value);
+      a[e] = np_image_search_attribute(image, names[f][e]);
+      if (!check_number(a[e], fault)) return false;
     }
+    const np_image_attribute *value = a[0], *min = a[1], *max = a[2];
+    if (!check_order(min, value, fault) || !check_order(value, max, fault) || !check_order(min, max, fault))
+      return false;
+  }
   return true;
 }
 
@@ -68,17 +84,30 @@ static size_t average_squares(const np_merge_part *parts, size_t count, const ch
   return stating;
 }
 
+/* A bound that some of the parts that state the figure leave out is none of the whole. */
+static bool average_figure(const np_merge_part *parts, size_t count, int figure, int ending, double *out) {
+  const bool is_noise = figure == NOISE;
+  double unused;
+  const size_t stating = average_squares(parts, count, names[figure][ending], is_noise, out);
+  return stating && stating == average_squares(parts, count, names[figure][0], is_noise, &unused);
+}
+
+static void log_silent(const np_merge_part *parts, size_t count, neph_context *context) {
+  double noise;
+  const size_t stating = average_squares(parts, count, names[NOISE][0], true, &noise);
+  if (stating && stating < count)
+    np_log(context, NEPH_LOG_INFO, "the merged error is that of %zu of %zu parts: the others state none", stating,
+           count);
+}
+
 static neph_result write_figures(const np_merge_part *parts, size_t count, int ending, neph_image *image) {
   double noise, bias;
-  const size_t with_bias = average_squares(parts, count, names[BIAS][ending], false, &bias),
-               with_noise = average_squares(parts, count, names[NOISE][ending], true, &noise);
+  const bool has_bias = average_figure(parts, count, BIAS, ending, &bias),
+             has_noise = average_figure(parts, count, NOISE, ending, &noise);
   neph_result result = NEPH_OK;
-  if (with_bias) result = np_image_set_real(image, names[BIAS][ending], sqrt(bias));
-  if (!result && with_noise) result = np_image_set_real(image, names[NOISE][ending], sqrt(noise));
-  if (!result && with_noise && with_bias) result = np_image_set_real(image, names[ERROR][ending], sqrt(noise + bias));
-  if (ending == 0 && with_noise && with_noise < count)
-    np_log(image->context, NEPH_LOG_INFO, "the merged error is that of %zu of %zu parts: the others state none",
-           with_noise, count);
+  if (has_bias) result = np_image_set_real(image, names[BIAS][ending], sqrt(bias));
+  if (!result && has_noise) result = np_image_set_real(image, names[NOISE][ending], sqrt(noise));
+  if (!result && has_noise && has_bias) result = np_image_set_real(image, names[ERROR][ending], sqrt(noise + bias));
   return result;
 }
 
@@ -94,6 +123,7 @@ static neph_result write_source(const np_merge_part *parts, size_t count, neph_i
 
 neph_result np_merge_error_write(const np_merge_part *parts, size_t count, neph_image *image) {
   neph_result result = NEPH_OK;
+  log_silent(parts, count, image->context);
   for (int e = 0; e < ENDINGS && !result; e++) result = write_figures(parts, count, e, image);
   return result ? result : write_source(parts, count, image);
 }

@@ -7,6 +7,7 @@
 #include "core/alloc.h"
 #include "core/file.h"
 #include "render/merge_error.h"
+#include "render/merge_property.h"
 #include "render/merge_tile.h"
 
 /* ---- Files of parts ---- */
@@ -14,7 +15,8 @@
 static neph_result read_part(np_merge_part *p) {
   np_part_fault fault = {.context = p->context};
   if (!np_part_file_open(p->context, p->path, &fault, &p->file) ||
-      !np_merge_error_check(np_part_file_get_header(p->file)->image, &fault))
+      !np_merge_error_check(np_part_file_get_header(p->file)->image, &fault) ||
+      !np_merge_property_check(np_part_file_get_header(p->file)->image, &fault))
     return np_part_fault_fail(&fault, p->path);
   const np_part_header *h = np_part_file_get_header(p->file);
   p->header = *h;
@@ -127,6 +129,7 @@ neph_result np_merge_part_compare(const np_merge_part *part, const np_merge_part
   if (!result) result = compare_channels(part, first);
   if (!result) result = compare_samples(part, first);
   if (!result) result = compare_fields(part, first);
+  if (!result) result = np_merge_property_compare(part, first);
   if (!result) result = compare_attribute(part, first, "nephos:lightResidual", "residual of multiple scattering");
   return result ? result : compare_attribute(part, first, "nephos:lightError", "error of multiple scattering");
 }

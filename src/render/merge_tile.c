@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "render/merge_error.h"
+#include "render/merge_property.h"
 #include "render/part_rules.h"
 #include "render/render_header.h"
 #include "render/scene_hash.h"
@@ -72,7 +73,7 @@ static bool check_kind(const neph_image *image, np_part_fault *fault) {
 /* Figures that are added up; a mean may be infinite, as a pixel may. */
 static bool check_figures(const neph_image *image, np_part_fault *fault) {
   static const char *const triples[] = {"nephos:mean", "nephos:meanStandardError", "nephos:lostMean"};
-  const double samples = get_real(image, "nephos:samples"), error = get_real(image, "nephos:pixelError");
+  const double samples = get_real(image, "nephos:samples");
   double values[NP_BAND_COUNT];
   for (size_t i = 0; i < sizeof triples / sizeof *triples; i++)
     if (!parse_triple(image, triples[i], values))
@@ -81,8 +82,6 @@ static bool check_figures(const neph_image *image, np_part_fault *fault) {
   if (!(samples >= 1.0 && samples <= NP_FILM_SAMPLES_MAX))
     return np_part_fault_set(fault, "its attribute nephos:samples is %g, must be 1 to %d", samples,
                              (int)NP_FILM_SAMPLES_MAX);
-  if (error < 0.0)
-    return np_part_fault_set(fault, "its attribute nephos:pixelError is %g, must not be negative", error);
   return true;
 }
 
@@ -142,7 +141,7 @@ static void copy_text(char *to, size_t room, const char *text) {
 
 static bool read_header(np_part_header *h, const neph_image *image, np_part_fault *fault) {
   if (!check_kind(image, fault) || !check_figures(image, fault) || !np_merge_error_check(image, fault) ||
-      !read_place(h, image, fault))
+      !np_merge_property_check(image, fault) || !read_place(h, image, fault))
     return false;
   const char *software = neph_image_get_attribute(image, "software");
   if (software && !strncmp(software, "nephos ", 7)) copy_text(h->version, sizeof h->version, software + 7);
