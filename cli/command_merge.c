@@ -163,9 +163,15 @@ static cli_exit merge_scene(cli_session *session) {
   return exit;
 }
 
+/* A scene may have any name, as it may for nephos render: tiles are counted of scenes alone. */
+static bool is_scene(const cli_options *options) {
+  const char *first = options->files[0];
+  const bool is_picture = cli_has_extension(first, ".exr") || cli_has_extension(first, ".npart");
+  return cli_is_scene(first) || (options->shard_count && !is_picture);
+}
+
 static cli_exit run_merge(cli_session *session) {
-  const char *first = session->options->files[0];
-  return cli_is_scene(first) ? merge_scene(session) : merge_files(session);
+  return is_scene(session->options) ? merge_scene(session) : merge_files(session);
 }
 
 const cli_verb cli_verb_merge = {

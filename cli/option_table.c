@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include <nephos/cloud.h>
+#include <nephos/render.h>
 
 #include "option_table.h"
 
@@ -20,6 +21,18 @@ static char *copy_argument(cli_options *out, const char *argument) {
   return copy;
 }
 
+enum { FRAMES_MAX = 100000, THREADS_MAX = 1024 };
+
+/* More would be listed for minutes before the first is rendered. */
+static bool are_few(const cli_options *options) {
+  int64_t count = 0;
+  for (size_t i = 0; i < options->frame_range_count; i++) {
+    const cli_frame_range *range = &options->frames[i];
+    count += ((int64_t)range->last - range->first) / range->step + 1;
+  }
+  return count <= FRAMES_MAX;
+}
+
 static bool take_frames(cli_options *out, const cli_option *option, const char *text) {
   (void)option;
   size_t count = 1;
@@ -31,7 +44,7 @@ static bool take_frames(cli_options *out, const cli_option *option, const char *
     if (out->frame_range_count && *text++ != ',') return false;
     if (!cli_read_frame_range(&text, &out->frames[out->frame_range_count])) return false;
   }
-  return !*text;
+  return !*text && are_few(out);
 }
 
 static bool take_frame(cli_options *out, const cli_option *option, const char *text) {
@@ -73,7 +86,7 @@ static bool take_flag(cli_options *out, const cli_option *option, const char *ar
 
 static bool take_text(cli_options *out, const cli_option *option, const char *argument) {
   *(const char **)get_field(out, option) = argument;
-  return true;
+  return *argument;
 }
 
 /* One of the option's words, as it is. */
@@ -86,6 +99,10 @@ static bool take_choice(cli_options *out, const cli_option *option, const char *
 static bool take_count(cli_options *out, const cli_option *option, const char *argument) {
   unsigned *count = get_field(out, option);
   return cli_read_whole(argument, count) && *count >= 1;
+}
+
+static bool take_threads(cli_options *out, const cli_option *option, const char *argument) {
+  return take_count(out, option, argument) && out->thread_count <= THREADS_MAX;
 }
 
 /* No number of samples has none. */
@@ -101,7 +118,7 @@ static bool take_setting(cli_options *out, const cli_option *option, const char 
 static bool take_output(cli_options *out, const cli_option *option, const char *argument) {
   (void)option;
   out->outputs[out->output_count++] = argument;
-  return true;
+  return *argument;
 }
 
 static bool take_assignment(cli_options *out, const cli_option *option, const char *argument) {
@@ -124,7 +141,8 @@ static bool take_crop(cli_options *out, const cli_option *option, const char *ar
 static bool take_sample_range(cli_options *out, const cli_option *option, const char *argument) {
   (void)option;
   out->has_sample_range = true;
-  return cli_read_list(argument, '-', 2, out->sample_range) && out->sample_range[0] < out->sample_range[1];
+  const unsigned *range = out->sample_range;
+  return cli_read_list(argument, '-', 2, out->sample_range) && range[0] < range[1] && range[1] < NEPH_SAMPLES_ALL;
 }
 
 static bool take_checkpoint(cli_options *out, const cli_option *option, const char *argument) {
@@ -234,7 +252,7 @@ static const cli_option options[] = {
      .range = "a key as `nephos schema` lists them, = and its value",
      .meaning = "set a key of the scene as if the file had it; may be repeated"},
     {.name = "--frames", .argument = "LIST", .take = take_frames, .fallback = "1",
-     .range = "numbers, and ranges with or without a step, such as 1-100x2,120 or -10--1",
+     .range = "numbers, and ranges with or without a step, such as 1-100x2,120 or -10--1; at most 100000 frames",
      .meaning = "frames to compute"},
     {.name = "--frame", .argument = "N", .take = take_frame, .range = "a whole number", .fallback = "1",
      .meaning = "frame in which keys that change take their values"},
@@ -336,8 +354,8 @@ static const cli_option options[] = {
      .meaning = "print a script that completes the command line in a shell"},
     {.name = "--json", .take = take_flag, .field = INTO(is_json), .is_common = true,
      .meaning = "print results as JSON"},
-    {.name = "--threads", .letter = 't', .argument = "N", .take = take_count, .field = INTO(thread_count),
-     .is_common = true, .range = "a whole number from 1",
+    {.name = "--threads", .letter = 't', .argument = "N", .take = take_threads, .field = INTO(thread_count),
+     .is_common = true, .range = "a whole number from 1 to 1024",
      .fallback = "SLURM_CPUS_PER_TASK, or the CPUs that the process may use",
      .meaning = "threads to work with"},
     {.name = "--isa", .argument = "LEVEL", .take = take_word, .field = INTO(isa), .words = isa_levels,

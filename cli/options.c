@@ -48,11 +48,12 @@ static cli_exit fail_unknown_option(const cli_options *out, const char *text, si
 
 static cli_exit fail_value(const cli_option *option, const char *value) {
   char words[CLI_RANGE_SIZE];
+  const char *shown = *value ? value : "empty";
   cli_option_describe_words(option->words, words, sizeof words);
   if (option->words)
-    cli_complain("%s is %s, must be %s", option->name, value, words);
+    cli_complain("%s is %s, must be %s", option->name, shown, words);
   else
-    cli_complain("%s is %s, must be %s: %s", option->name, value, option->argument,
+    cli_complain("%s is %s, must be %s: %s", option->name, shown, option->argument,
                  option->range ? option->range : option->meaning);
   return CLI_USAGE;
 }

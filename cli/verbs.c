@@ -25,7 +25,8 @@ cli_exit cli_verb_fail_unknown(const char *name) {
   const char *names[VERB_COUNT];
   for (size_t i = 0; i < VERB_COUNT; i++) names[i] = verbs[i]->name;
   const char *guess = cli_suggest(name, names, VERB_COUNT);
-  cli_complain("%s is not a verb%s%s%s", name, guess ? ", did you mean " : "", guess ? guess : "", guess ? "?" : "");
+  cli_complain("%s is not a verb%s%s%s", *name ? name : "an empty argument", guess ? ", did you mean " : "",
+               guess ? guess : "", guess ? "?" : "");
   return CLI_USAGE;
 }
 

@@ -268,6 +268,10 @@ static void parts_that_cannot_be_kept_are_refused(void **state) {
   o.part = (part){0, 1, 16, 40};
   expect_refusal(f, o, "multiple of 16");
   o.part = (part){0, 1, 48, 64};
+  expect_refusal(f, o, "ends at 64, must end at 48 at most");
+  o.part = (part){0, 1, 0, 49};
+  expect_refusal(f, o, "ends at 49, must end at 48 at most");
+  o.part = (part){0, 1, 48, NEPH_SAMPLES_ALL};
   expect_refusal(f, o, "48 to 48 of 48");
   o.part = (part){18, 19, 0, NEPH_SAMPLES_ALL};
   expect_refusal(f, o, "1 to 18");

@@ -5,6 +5,9 @@
 
 static neph_result check_samples(neph_context *context, const neph_render_desc *d) {
   const neph_result bad = NEPH_ERROR_INVALID_ARGUMENT;
+  if (d->sample_end > d->sample_count)
+    return np_fail(context, bad, "the range of samples ends at %u, must end at %u at most, the picture's samples",
+                   d->sample_end, d->sample_count);
   if (!np_part_is_range(d)) return NEPH_OK;
   if (d->sample_begin >= d->sample_end || d->sample_begin % NP_FILM_LEAF_SAMPLES)
     return np_fail(context, bad,

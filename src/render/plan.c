@@ -65,7 +65,7 @@ static neph_result read_desc(const neph_scene *scene, const neph_render_desc *de
   neph_result result = neph_scene_get_render_desc(scene, &own);
   if (!result) result = np_desc_read(scene->context, "neph_render_desc", &own, sizeof own, desc, out_desc);
   if (!result) result = check_eye(scene, out_desc);
-  if (out_desc->sample_end > out_desc->sample_count) out_desc->sample_end = out_desc->sample_count;
+  if (out_desc->sample_end == NEPH_SAMPLES_ALL) out_desc->sample_end = out_desc->sample_count;
   return result ? result : check_desc(scene->context, out_desc);
 }
 

@@ -19,3 +19,10 @@ nephos sky scene.yaml --frames 3 || echo "exit $?" >&2
 nephos render scene.yaml --sampels=3 || echo "exit $?" >&2
 nephos render scene.yaml --path-maping=x || echo "exit $?" >&2
 nephos render scene.yaml --xyzzy || echo "exit $?" >&2
+try --frames 1-2147483647
+try --frames 1-100000,200000
+try --threads 1025
+try -o ''
+try --cache ''
+try --cache=
+nephos '' || echo "exit $?" >&2
