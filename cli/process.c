@@ -2,6 +2,7 @@
 #include "process.h"
 
 #include <fcntl.h>
+#include <malloc.h>
 #include <signal.h>
 #include <stddef.h>
 #include <stdio.h>
@@ -37,6 +38,13 @@ static void catch_signal(int number) {
 }
 
 void cli_ignore_size_signal(void) { signal(SIGXFSZ, SIG_IGN); }
+
+void cli_save_address_space(void) {
+#ifdef M_ARENA_MAX
+  struct rlimit limit;
+  if (!getrlimit(RLIMIT_AS, &limit) && limit.rlim_cur != RLIM_INFINITY) (void)mallopt(M_ARENA_MAX, 1);
+#endif
+}
 
 void cli_catch_interrupts(void) {
   static const int numbers[] = {SIGINT, SIGTERM, SIGHUP, SIGPIPE, SIGXCPU};

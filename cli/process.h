@@ -13,6 +13,10 @@ bool cli_open_streams(void);
 /* Ignores SIGXFSZ: a file that would exceed the limit on its size is a failed write, as on a full disk. */
 void cli_ignore_size_signal(void);
 
+/* Lets all threads allocate from one arena where address space is limited (ulimit -v): each arena of glibc takes 64 MB
+ * of it, whatever is in use. To be called before the first thread. */
+void cli_save_address_space(void);
+
 /* From here on SIGINT, SIGTERM, SIGHUP, SIGXCPU and SIGPIPE stop work at the next report. A second one of a kind ends
  * the process at once, but for SIGPIPE, which comes with each message that has no reader, and SIGXCPU, which comes with
  * each second above the soft limit while a checkpoint is written. Signals that the process was started to ignore, as
