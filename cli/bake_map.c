@@ -80,7 +80,7 @@ static cli_exit save_map(cli_session *session, neph_scene *scene, unsigned cloud
   if (!exit) exit = cli_exit_of(neph_scene_save_map(scene, cloud, frame, is_dry_run ? NULL : path, &picture));
   if (exit) return exit;
   if (is_dry_run)
-    printf("%s\n", path);
+    cli_say("%s", path);
   else if (session->options->is_json)
     print_json_map(name, path, &picture);
   else

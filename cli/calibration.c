@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include "make_folder.h"
+#include "print.h"
 
 static const char file_name[] = "nephos/machine.json";
 
@@ -39,7 +40,7 @@ static void print(const cli_session *session, const neph_machine *machine, const
     printf(", \"cpu\": ");
     cli_print_json_text(machine->cpu);
   } else {
-    printf("%s: %s\n", path, machine->cpu);
+    cli_say("%s: %s", path, machine->cpu);
   }
   for (int i = 0; i < NEPH_WORK_COUNT; i++)
     if (is_json)

@@ -110,7 +110,7 @@ static void print_json_error(const neph_bake_error *error) {
 static void print_done(const cli_session *session, const char *name, const char *path, double seconds,
                        const neph_bake_error *error) {
   if (!session->options->is_json) {
-    printf("%s: %s, %.2f s\n", name, path, seconds);
+    cli_say("%s: %s, %.2f s", name, path, seconds);
     if (error) print_error(error);
     return;
   }
@@ -148,7 +148,7 @@ static neph_bake_desc make_desc(cli_session *session) {
 /* Names what would be written. */
 static cli_exit rehearse(const cloud_job *job, const char *path) {
   neph_result result = neph_scene_check_files(job->scene);
-  if (!result) printf("%s\n", path);
+  if (!result) cli_say("%s", path);
   return cli_exit_of(result);
 }
 
@@ -232,7 +232,7 @@ static cli_exit verify_file(cli_session *session) {
   if (session->options->is_json)
     printf("{\"same\": %s}\n", is_same ? "true" : "false");
   else
-    printf("%s: %s\n", path, is_same ? "the same when rebaked" : "differs when rebaked");
+    cli_say("%s: %s", path, is_same ? "the same when rebaked" : "differs when rebaked");
   return is_same ? CLI_DONE : CLI_DIFFERENT;
 }
 

@@ -69,10 +69,13 @@ static void print_done(const export_job *job, const neph_exported_cloud *cloud) 
     print_fields(cloud, "", "\"");
     printf("]}\n");
   } else if (cloud->is_empty) {
-    printf("%s: empty in frame %d\n", cloud->name, cloud->frame);
+    cli_say("%s: empty in frame %d", cloud->name, cloud->frame);
   } else {
-    printf("%s: %s, %.4g x %.4g x %.4g m, extinction of a value of 1: %.9g 1/m", cloud->name, cloud->path, b[0] - a[0],
-           b[1] - a[1], b[2] - a[2], cloud->extinction_per_value);
+    cli_show(cloud->name);
+    printf(": ");
+    cli_show(cloud->path);
+    printf(", %.4g x %.4g x %.4g m, extinction of a value of 1: %.9g 1/m", b[0] - a[0], b[1] - a[1], b[2] - a[2],
+           cloud->extinction_per_value);
     print_fields(cloud, ", with ", "");
     printf("\n");
   }
@@ -133,7 +136,7 @@ static cli_exit export_to(export_job *job, unsigned cloud, int frame, char *path
   job->is_cloud_failed = result != NEPH_OK;
   if (result) free((char *)(uintptr_t)job->done[--job->count].path);
   if (!result && options->is_dry_run)
-    printf("%s\n", path);
+    cli_say("%s", path);
   else if (!result)
     print_done(job, out);
   return cli_exit_of(result);
@@ -176,7 +179,7 @@ static cli_exit save_usd(const export_job *job) {
   if (!options->usd_path || !job->count) return exit;
   if (!options->is_dry_run)
     exit = cli_exit_of(neph_scene_save_volumes_usd(job->scene, job->done, job->count, options->usd_path));
-  if (!exit && !options->is_json) printf("%s\n", options->usd_path);
+  if (!exit && !options->is_json) cli_say("%s", options->usd_path);
   return exit;
 }
 

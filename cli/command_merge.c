@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "command_files.h"
+#include "print.h"
 #include "render_job.h"
 #include "verbs.h"
 
@@ -22,7 +23,7 @@ static neph_result merge_parts(cli_session *session, const char *const *parts, s
     if (preview) printf(", \"preview\": "), cli_print_json_text(preview);
     printf(", \"parts\": %zu}\n", count);
   } else
-    printf("%s%s%s: merged from %zu part%s\n", path, preview ? ", " : "", preview ? preview : "", count,
+    cli_say("%s%s%s: merged from %zu part%s", path, preview ? ", " : "", preview ? preview : "", count,
            count == 1 ? "" : "s");
   return NEPH_OK;
 }

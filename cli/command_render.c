@@ -138,9 +138,9 @@ static cli_exit rehearse(render_job *job, const render_targets *t) {
   neph_result result = neph_render_explain(job->scene, &job->desc, NEPH_TEXT_PLAIN, &text);
   if (result) return cli_exit_of(result);
   neph_text_destroy(job->session->context, text);
-  if (t->image) printf("%s\n", t->image);
-  if (t->preview) printf("%s\n", t->preview);
-  if (t->deep) printf("%s\n", t->deep);
+  if (t->image) cli_say("%s", t->image);
+  if (t->preview) cli_say("%s", t->preview);
+  if (t->deep) cli_say("%s", t->deep);
   return CLI_DONE;
 }
 

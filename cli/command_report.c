@@ -7,6 +7,7 @@
 #include "calibration.h"
 #include "command_files.h"
 #include "make_folder.h"
+#include "print.h"
 #include "verbs.h"
 
 static const double budget_s = 600.0, quick_budget_s = 60.0;
@@ -94,7 +95,7 @@ static neph_result save(report_job *job) {
   if (!result) result = neph_report_describe(job->report, cli_text_format(job->session), &text);
   if (result) return result;
   cli_print_text(job->session, text);
-  if (!job->session->options->is_json) printf("%s/report.html\n", job->folder);
+  if (!job->session->options->is_json) cli_say("%s/report.html", job->folder);
   return NEPH_OK;
 }
 

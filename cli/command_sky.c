@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "command_files.h"
+#include "print.h"
 #include "verbs.h"
 
 static cli_exit check_output(const cli_session *session) {
@@ -137,7 +138,7 @@ static neph_result save_table(const cli_session *session, neph_scene *scene, nep
     if (!path) result = NEPH_ERROR_OUT_OF_MEMORY;
     if (!result)
       result = i ? neph_image_save_png(image, path, &preview) : neph_image_save_exr(image, path, NEPH_PIXEL_HALF);
-    if (!result && !session->options->is_json) printf("%s\n", path);
+    if (!result && !session->options->is_json) cli_say("%s", path);
     free(path);
   }
   neph_image_destroy(image);
@@ -166,8 +167,8 @@ static neph_result verify(cli_session *session, neph_scene *scene) {
 static cli_exit rehearse(const cli_options *options, const neph_scene *scene) {
   neph_result result = neph_scene_check_files(scene);
   if (result) return cli_exit_of(result);
-  if (options->output_count) printf("%s\n", options->outputs[0]);
-  if (options->usd_path) printf("%s\n", options->usd_path);
+  if (options->output_count) cli_say("%s", options->outputs[0]);
+  if (options->usd_path) cli_say("%s", options->usd_path);
   for (int i = 0; options->table_folder && i < NEPH_SKY_TABLE_COUNT; i++)
     printf("%s/%s.exr\n%s/%s.png\n", options->table_folder, neph_sky_table_get_name((neph_sky_table)i),
            options->table_folder, neph_sky_table_get_name((neph_sky_table)i));

@@ -8,6 +8,7 @@
 
 #include "option_table.h"
 #include "option_values.h"
+#include "print.h"
 #include "suggest.h"
 #include "verbs.h"
 
@@ -15,9 +16,7 @@ void cli_complain(const char *format, ...) {
   va_list arguments;
   va_start(arguments, format);
   flockfile(stderr);
-  fputs("nephos: ", stderr);
-  vfprintf(stderr, format, arguments);
-  fputc('\n', stderr);
+  cli_put_line(stderr, "nephos: ", format, arguments);
   funlockfile(stderr);
   va_end(arguments);
 }

@@ -6,6 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include <nephos/text.h>
+
 void cli_text_add_list(cli_text *text, const char *format, va_list arguments) {
   va_list again;
   va_copy(again, arguments);
@@ -30,6 +32,39 @@ const char *cli_text_get(const cli_text *text) { return text->length ? text->cha
 void cli_text_clear(cli_text *text) {
   free(text->characters);
   *text = (cli_text){0};
+}
+
+void cli_put_line(FILE *out, const char *before, const char *format, va_list arguments) {
+  cli_text text = {0};
+  cli_text_add_list(&text, format, arguments);
+  neph_text_clean(text.characters);
+  fprintf(out, "%s%s\n", before, cli_text_get(&text));
+  cli_text_clear(&text);
+}
+
+void cli_say(const char *format, ...) {
+  va_list arguments;
+  va_start(arguments, format);
+  cli_put_line(stdout, "", format, arguments);
+  va_end(arguments);
+}
+
+void cli_show(const char *name) {
+  cli_text text = {0};
+  cli_text_add(&text, "%s", name);
+  neph_text_clean(text.characters);
+  fputs(cli_text_get(&text), stdout);
+  cli_text_clear(&text);
+}
+
+void cli_clean_lines(char *text) {
+  for (char *line = text; *line;) {
+    char *end = line + strcspn(line, "\n\t"), mark = *end;
+    *end = '\0';
+    neph_text_clean(line);
+    *end = mark;
+    line = mark ? end + 1 : end;
+  }
 }
 
 size_t cli_print(char *out, size_t size, const char *format, ...) {

@@ -6,6 +6,7 @@
 #include <stdarg.h>
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdio.h>
 
 /* Begin with {0}; the characters are to be freed. Without memory the rest is left out, and has_failed says so. */
 typedef struct cli_text {
@@ -22,6 +23,19 @@ const char *cli_text_get(const cli_text *text);
 
 /* Frees the text, which is empty then. */
 void cli_text_clear(cli_text *text);
+
+/* Prints a line to a stream, clean (neph_text_clean), with `before` in front: names in it come from anywhere. */
+void cli_put_line(FILE *out, const char *before, const char *format, va_list arguments)
+    __attribute__((format(printf, 3, 0)));
+
+/* Prints a line of results, clean. */
+void cli_say(const char *format, ...) __attribute__((format(printf, 1, 2)));
+
+/* Prints a name among results, clean. */
+void cli_show(const char *name);
+
+/* Cleans a text line by line. */
+void cli_clean_lines(char *text);
 
 /* Prints numbers, and names of the program's own, to an array that has room for the longest. Returns the length. A text
  * that does not fit is a fault of the program: it ends in "..." and fails an assertion. */

@@ -9,6 +9,8 @@
 #include <sys/stat.h>
 #include <time.h>
 
+#include <nephos/text.h>
+
 #include "print.h"
 #include "process.h"
 #include "progress_styles.h"
@@ -76,6 +78,7 @@ static void note_loss(cli_progress *progress) {
   progress->is_log_lost = true;
   cli_text text = {0};
   cli_text_add(&text, "%s: the log cannot be written: %s: lines of it are lost", progress->log_path, strerror(error));
+  neph_text_clean(text.characters);
   cli_progress_log(progress, NEPH_LOG_WARNING, cli_text_get(&text));
   cli_text_clear(&text);
 }
@@ -230,6 +233,7 @@ void cli_progress_complain(cli_progress *progress, const char *format, ...) {
   va_start(arguments, format);
   cli_text_add_list(&text, format, arguments);
   va_end(arguments);
+  neph_text_clean(text.characters);
   cli_progress_log(progress, NEPH_LOG_ERROR, cli_text_get(&text));
   cli_text_clear(&text);
 }

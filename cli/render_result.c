@@ -134,7 +134,8 @@ static void print_plain(const render_job *job, const render_targets *t, const fr
   printf("frame %d: ", job->desc.frame);
   for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
     if (!names[i]) continue;
-    printf("%s%s", join, names[i]);
+    fputs(join, stdout);
+    cli_show(names[i]);
     join = ", ";
   }
   printf(", %.2f s, ", facts->seconds);
@@ -187,7 +188,7 @@ void render_job_print_skipped(render_job *job, const render_targets *t) {
   const char *name = get_first_name(t);
   cli_progress_note(&job->session->progress, "frame %d: %s is there", job->desc.frame, name);
   if (!job->session->options->is_json) {
-    printf("frame %d: %s is there\n", job->desc.frame, name);
+    cli_say("frame %d: %s is there", job->desc.frame, name);
     return;
   }
   printf("{\"frame\": %d", job->desc.frame);

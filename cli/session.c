@@ -6,6 +6,8 @@
 #include <strings.h>
 #include <unistd.h>
 
+#include "print.h"
+
 cli_exit cli_exit_of(neph_result result) {
   switch (result) {
   case NEPH_OK:
@@ -113,6 +115,7 @@ cli_exit cli_check_target(const cli_session *session, const char *path) {
 
 void cli_print_text(cli_session *session, char *text) {
   size_t length = strlen(text);
+  cli_clean_lines(text);
   fputs(text, stdout);
   if (length && text[length - 1] != '\n') putchar('\n');
   neph_text_destroy(session->context, text);

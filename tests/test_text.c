@@ -3,6 +3,8 @@
 
 #include <stdlib.h>
 
+#include <nephos/text.h>
+
 #include "core/alloc.h"
 #include "test_support.h"
 
@@ -82,12 +84,40 @@ static void messages_of_any_length_are_whole(void **state) {
   free(name);
 }
 
+/* Each byte of a control character, of one byte or two, and each that is no UTF-8: cut, overlong, a surrogate, or
+ * beyond the last character. */
+static void texts_are_cleaned(void **state) {
+  static const struct {
+    const char *text, *clean;
+  } rows[] = {{"", ""},
+              {"caf\xc3\xa9 \xe2\x82\xac \xf0\x9f\x8c\xa5", "caf\xc3\xa9 \xe2\x82\xac \xf0\x9f\x8c\xa5"},
+              {"\x1b]0;x\x07\nline\t\x7f", "?]0;x??line??"},
+              {"\xc2\x9b" "31m", "??31m"},
+              {"caf\xe9", "caf?"},
+              {"\xff\xfe", "??"},
+              {"\xe2\x82", "??"},
+              {"\xe2\x82z", "??z"},
+              {"\xc0\xaf\xe0\x80\xaf", "?????"},
+              {"\xed\xa0\x80", "???"},
+              {"\xf4\x90\x80\x80\xf5", "?????"},
+              {"\xf4\x8f\xbf\xbf", "\xf4\x8f\xbf\xbf"}};
+  (void)state;
+  neph_text_clean(NULL);
+  for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+    char text[32];
+    (void)snprintf(text, sizeof text, "%s", rows[i].text);
+    neph_text_clean(text);
+    assert_string_equal(text, rows[i].clean);
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test_setup_teardown(a_text_grows_and_is_never_cut, set_up, test_tear_down),
       cmocka_unit_test(a_text_survives_failed_allocations),
       cmocka_unit_test_setup_teardown(a_failed_text_ends_as_such, set_up, test_tear_down),
       cmocka_unit_test(short_copies_say_that_they_are),
+      cmocka_unit_test(texts_are_cleaned),
       cmocka_unit_test_setup_teardown(messages_of_any_length_are_whole, set_up, test_tear_down),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

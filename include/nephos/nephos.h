@@ -45,6 +45,7 @@
 #include <nephos/scene.h>
 #include <nephos/scene_build.h>
 #include <nephos/terrain.h>
+#include <nephos/text.h>
 #include <nephos/volume.h>
 
 #endif

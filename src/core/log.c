@@ -4,16 +4,11 @@
 
 #include "core/alloc.h"
 #include "core/context_private.h"
+#include "core/text_copy.h"
 
 /* Room for two of the longest paths. Logging must work without memory: a longer message needs some, and ends in "..."
  * where there is none. */
 enum { MESSAGE_BYTES = 8704 };
-
-/* A message is one line of text, whatever the names in it hold that come from a file. */
-static void replace_controls(char *message) {
-  for (char *c = message; *c; c++)
-    if ((unsigned char)*c < ' ' || *c == 127) *c = '?';
-}
 
 static void deliver(neph_context *context, neph_log_level level, const char *format, va_list arguments) {
   if (!context || !np_log_is_wanted(context, level)) return;
@@ -25,7 +20,7 @@ static void deliver(neph_context *context, neph_log_level level, const char *for
   if (length >= (int)sizeof message && !(longer && vsnprintf(longer, (size_t)length + 1, format, again) == length))
     memcpy(message + sizeof message - 4, "...", 4);
   va_end(again);
-  replace_controls(longer ? longer : message);
+  np_text_clean(longer ? longer : message); /* one line, whatever the names in it hold that come from a file */
   if (length >= 0) context->log(context->log_user, level, longer ? longer : message);
   np_alloc_free(context, longer);
 }

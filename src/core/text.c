@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "core/text.h"
 
+#include <nephos/text.h>
+
 #include <assert.h>
 #include <stdio.h>
 
@@ -73,3 +75,7 @@ size_t np_print(char *out, size_t size, const char *format, ...) {
 }
 
 size_t np_print_short(char *out, size_t size, const char *text) { return np_text_copy_short(out, size, text); }
+
+void neph_text_clean(char *text) {
+  if (text) np_text_clean(text);
+}

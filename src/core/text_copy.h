@@ -17,15 +17,39 @@ static inline size_t np_text_end_short(char *out, size_t size) {
   return end + sizeof NP_DOTS - 1;
 }
 
-/* Copies a text of any length, to show it in a message: control characters become '?', and a longer text ends in "...".
- * Returns the length. */
+/* Bytes of the character of UTF-8 at the start of a text, which is no control character; 0: there is none. Overlong
+ * forms, surrogates and what is beyond U+10FFFF are none. */
+static inline size_t np_text_measure(const unsigned char *c) {
+  static const unsigned least[] = {0, 0, 0x80, 0x800, 0x10000};
+  if (*c < 0x80) return *c >= ' ' && *c != 127;
+  const size_t length = *c >= 0xF0 ? 4 : *c >= 0xE0 ? 3 : 2;
+  if (*c < 0xC2 || *c > 0xF4) return 0;
+  unsigned code = *c & (0x7Fu >> length);
+  for (size_t i = 1; i < length; i++) {
+    if ((c[i] & 0xC0) != 0x80) return 0;
+    code = code << 6 | (c[i] & 0x3Fu);
+  }
+  const int is_surrogate = code >= 0xD800 && code < 0xE000, is_control = code < 0xA0;
+  return code >= least[length] && code <= 0x10FFFF && !is_surrogate && !is_control ? length : 0;
+}
+
+/* Puts '?' in the place of control characters, of one byte or two, and of bytes that are not UTF-8. */
+static inline void np_text_clean(char *text) {
+  for (unsigned char *c = (unsigned char *)text; *c;) {
+    const size_t length = np_text_measure(c);
+    if (!length) *c = '?';
+    c += length ? length : 1;
+  }
+}
+
+/* Copies a text of any length, to show it in a message: clean, and a longer text ends in "...". Returns the length. */
 static inline size_t np_text_copy_short(char *out, size_t size, const char *text) {
   const size_t length = strlen(text), copied = length < size ? length : size - 1;
   memcpy(out, text, copied);
   out[copied] = '\0';
-  for (unsigned char *c = (unsigned char *)out; *c; c++)
-    if (*c < ' ' || *c == 127) *c = '?';
-  return length < size ? length : np_text_end_short(out, size);
+  const size_t shown = length < size ? length : np_text_end_short(out, size);
+  np_text_clean(out);
+  return shown;
 }
 
 #endif

@@ -6,6 +6,7 @@
 #include "core/given.h"
 #include "core/json.h"
 #include "core/text.h"
+#include "core/text_copy.h"
 #include "image/image_private.h"
 
 /* ---- Plain ---- */
@@ -33,6 +34,15 @@ static void append_header(np_text *out, const np_image_header *header) {
   np_text_add(out, "\n");
 }
 
+/* A line of an attribute, whose name and value are anything. */
+static void append_attribute(np_text *out, const np_image_attribute *a) {
+  char *line = np_alloc_printf(out->context, "  %-24s%s", a->name, a->value);
+  if (line) np_text_clean(line);
+  np_text_add(out, "%s\n", line ? line : "");
+  out->has_failed = out->has_failed || !line;
+  np_alloc_free(out->context, line);
+}
+
 static neph_result describe_plain(const char *path, const np_image_exr_info *info, const neph_image *image,
                                   char **out_text) {
   np_text out = {.context = image->context};
@@ -46,7 +56,7 @@ static neph_result describe_plain(const char *path, const np_image_exr_info *inf
   np_text_add(&out, "\n");
   append_header(&out, &image->header);
   for (unsigned a = 0; a < image->attribute_count; a++)
-    np_text_add(&out, "  %-24s%s\n", image->attributes[a].name, image->attributes[a].value);
+    append_attribute(&out, &image->attributes[a]);
   return np_text_finish(&out, out_text);
 }
 
