@@ -65,7 +65,7 @@ static void read_file(const char *path, vdb_edit *out) {
 
 /* Values are random, so that they are stored as they are: compression does not shorten them. */
 static void make_file(bool is_half, bool is_frustum, vdb_edit *out) {
-  static const double map[8] = {0, 0, 0, 16, 16, 16, 0.25, 2.0};
+  static const double map[8] = {0, 0, 0, 16, 16, 16, 0.7, 2.0};
   static const double matrix[16] = {100, 0, 0, 0, 0, 100, 0, 0, 0, 0, 100, 0, 0, 0, 0, 1};
   np_random random = np_random_start(is_half, is_frustum, 0, 0, 0);
   np_sparse_grid grids[3];
@@ -171,7 +171,7 @@ static void change_metadata(vdb_edit *e, const vdb_edit_grid *grid, const change
 }
 
 static void change_transform(vdb_edit *e, size_t index, const change *c) {
-  static const double plain[8] = {0, 0, 0, 16, 16, 16, 0.25, 2.0};
+  static const double plain[8] = {0, 0, 0, 16, 16, 16, 0.7, 2.0};
   static const double matrix[16] = {50, 0, 0, 0, 0, 50, 0, 0, 0, 0, 50, 0, 0, 0, 0, 1};
   const vdb_span transform = e->grids[index].transform;
   const double number = get_number(c);
