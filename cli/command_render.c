@@ -180,13 +180,14 @@ static cli_exit count_frame(render_job *job) {
   return CLI_DONE;
 }
 
-/* Their ratio matters alone. */
-static neph_result predict_times(render_job *job) {
+/* Their ratio matters alone, where there are several. What cannot be predicted fails in its own frame. */
+static void predict_times(render_job *job) {
   frame_batch *b = &job->batch;
-  neph_result result = neph_render_estimate_time(job->scene, &job->desc, &b->first_s, &b->next_s);
+  b->first_s = b->next_s = 1.0;
+  if (b->count < 2 && !neph_scene_is_stereo(job->scene)) return;
+  if (neph_render_estimate_time(job->scene, &job->desc, &b->first_s, &b->next_s)) return;
   b->first_s = fmax(b->first_s, 1e-6);
   b->next_s = fmax(b->next_s, 1e-6);
-  return result;
 }
 
 static cli_exit check_eyes(render_job *job) { return render_job_for_each_eye(job, render_job_check_targets); }
@@ -232,7 +233,7 @@ static cli_exit end_batch(const render_job *job, cli_exit exit) {
 
 static cli_exit render_batch(render_job *job) {
   cli_exit exit = render_job_for_each_frame(job, count_frame);
-  if (!exit && !job->session->options->wants_plan) exit = cli_exit_of(predict_times(job));
+  if (!exit && !job->session->options->wants_plan) predict_times(job);
   if (!exit) exit = render_job_for_each_frame(job, render_eyes);
   return end_batch(job, exit);
 }

@@ -48,7 +48,7 @@ static void add_channels(lister *l) {
   add(l, "channels: scale", 4);
   add(l, "channels: matte identifiers", 4);
   l->at += sizeof(float) * NP_INSTANCES_MAX;
-  for (uint32_t c = 0; c < count; c++) {
+  for (uint32_t c = 0; c < count && l->at < l->size; c++) {
     const unsigned kept = l->count;
     add_text(l, "channels: name");
     add_text(l, "channels: rule");

@@ -5,6 +5,7 @@
 #include <nephos/check.h>
 
 #include "test_box_files.h"
+#include "vdb_edit.h"
 
 #include "core/file.h"
 #include "core/frame_name.h"
@@ -177,6 +178,76 @@ static void sizes_transforms_and_strays_are_found(void **state) {
   assert_non_null(strstr(search_rule(check, "grid.stray").place, "voxel (8000, 0, 0)"));
   neph_check_destroy(check);
   np_sparse_grid_clear(&grid);
+}
+
+/* ---- The axis that points up ---- */
+
+/* Puts a program's name in the place of the grid's creator, or with "" there into the file's metadata. */
+static void save_by(test_fixture *f, const char *of_grid, const char *of_file) {
+  np_sparse_grid grid;
+  make_grid(f, "density", &grid);
+  save_one(f, &grid);
+  np_sparse_grid_clear(&grid);
+  const test_file file = test_file_read(f->path);
+  vdb_edit edit = {.data = file.bytes, .size = file.size};
+  assert_true(vdb_edit_parse(&edit) && edit.grid_count == 1);
+  for (size_t i = 0; i < edit.grids[0].entry_count; i++) {
+    const vdb_entry *entry = &edit.grids[0].entries[i];
+    if (entry->name.count == strlen("creator") && !memcmp(edit.data + entry->name.at, "creator", entry->name.count))
+      assert_true(vdb_edit_replace_text(&edit, entry->value, of_grid));
+  }
+  assert_true(!of_file || vdb_edit_add_file_text(&edit, "creator", of_file));
+  test_file_write(f->path, edit.data, edit.size);
+  free(edit.data);
+}
+
+static bool has_rule(const neph_check *check, const char *rule) {
+  bool has = false;
+  for (size_t i = 0; i < neph_check_get_finding_count(check); i++)
+    has = has || !strcmp(get_finding(check, i).rule, rule);
+  return has;
+}
+
+/* Programs with y up name themselves in the grid or in the file; own files have z up. */
+static void files_with_y_up_are_noted(void **state) {
+  test_fixture *f = *state;
+  static const struct {
+    const char *of_grid, *of_file;
+    bool is_noted;
+  } cases[] = {{"nephos", NULL, false},
+               {"Houdini 20.5.654/GEO_VDBTranslator", NULL, true},
+               {"", "Houdini/SOP_OpenVDB_Write", true},
+               {"nephos", "Houdini/SOP_OpenVDB_Write", false},
+               {"Blender/Smoke", NULL, false}};
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    neph_check *check = start(f);
+    save_by(f, cases[i].of_grid, cases[i].of_file);
+    assert_int_equal(neph_check_file(check, f->path), NEPH_OK);
+    assert_int_equal(has_rule(check, "transform.y_up"), cases[i].is_noted);
+    assert_int_equal(count_bad(check), 0);
+    neph_check_destroy(check);
+  }
+}
+
+/* A scene that says which axis points up is not advised. */
+static void scenes_that_say_up_are_not_advised(void **state) {
+  test_fixture *f = *state;
+  save_by(f, "Houdini 20.5", NULL);
+  static const struct {
+    const char *up;
+    bool is_noted;
+  } cases[] = {{"", true}, {", up: y", false}, {", up: z", false}};
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    char text[1600];
+    neph_scene *scene = NULL;
+    neph_check *check = start(f);
+    (void)snprintf(text, sizeof text, "clouds: [{name: c, vdb: \"%s\", extinction: 0.1%s}]\n", f->path, cases[i].up);
+    assert_int_equal(neph_scene_load_text(f->context, text, "scene", &scene), NEPH_OK);
+    assert_int_equal(neph_check_scene(check, scene, 1), NEPH_OK);
+    assert_int_equal(has_rule(check, "transform.y_up"), cases[i].is_noted);
+    neph_scene_destroy(scene);
+    neph_check_destroy(check);
+  }
 }
 
 static void several_densities_are_found(void **state) {
@@ -469,6 +540,8 @@ int main(void) {
       cmocka_unit_test_setup_teardown(an_overflow_of_halves_is_told_from_infinity, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(backgrounds_and_emptiness_are_found, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(sizes_transforms_and_strays_are_found, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(files_with_y_up_are_noted, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(scenes_that_say_up_are_not_advised, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(several_densities_are_found, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(a_mended_copy_is_clean_and_keeps_the_rest, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(repair_and_the_copy_agree, set_up, test_tear_down),

@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { VDB_EDIT_GRIDS_MAX = 8, VDB_EDIT_ENTRIES_MAX = 24 };
+enum { VDB_EDIT_GRIDS_MAX = 8, VDB_EDIT_ENTRIES_MAX = 24, VDB_EDIT_METADATA_AT = 8 + 4 + 8 + 1 + 36 };
 
 /* A part of a file: of a text its letters, behind its length. */
 typedef struct vdb_span {
@@ -134,9 +134,8 @@ static inline void vdb_edit_read_grid(vdb_edit *e, vdb_edit_grid *grid) {
 
 /* Finds the parts again. False: it is no such file, or not any more. */
 static inline bool vdb_edit_parse(vdb_edit *e) {
-  enum { BEFORE_METADATA = 8 + 4 + 8 + 1 + 36 };
   e->is_broken = false;
-  e->position = BEFORE_METADATA;
+  e->position = VDB_EDIT_METADATA_AT;
   (void)vdb_edit_read_entries(e, NULL);
   const uint32_t count = vdb_edit_read_u32(e);
   e->grid_count = count < VDB_EDIT_GRIDS_MAX ? count : VDB_EDIT_GRIDS_MAX;
@@ -187,6 +186,20 @@ static inline size_t vdb_edit_put_text(uint8_t *out, const char *text) {
   memcpy(out, &length, 4);
   memcpy(out + 4, text, length);
   return 4 + length;
+}
+
+/* Adds a text to the file's own metadata, behind its header. */
+static inline bool vdb_edit_add_file_text(vdb_edit *e, const char *name, const char *text) {
+  uint8_t bytes[512];
+  uint32_t count;
+  memcpy(&count, e->data + VDB_EDIT_METADATA_AT, sizeof count);
+  count++;
+  memcpy(bytes, &count, sizeof count);
+  size_t size = sizeof count;
+  size += vdb_edit_put_text(bytes + size, name);
+  size += vdb_edit_put_text(bytes + size, "string");
+  size += vdb_edit_put_text(bytes + size, text);
+  return vdb_edit_replace(e, (vdb_span){VDB_EDIT_METADATA_AT, sizeof count}, bytes, size);
 }
 
 /* Makes a grid one of a frustum: its index box, its taper, near over far, its depth in near widths, and the matrix

@@ -184,6 +184,15 @@ static bool is_small(const facts *f, draft *out) { return has_voxel_size(f, 0.0,
 
 static bool is_large(const facts *f, draft *out) { return has_voxel_size(f, 1e6, HUGE_VAL, out); }
 
+/* Programs whose scenes have y up unless an artist turns them. */
+static bool is_y_up(const facts *f, draft *out) {
+  static const char *const programs[] = {"Houdini", "Maya", "Bifrost"};
+  for (size_t i = 0; i < sizeof programs / sizeof *programs; i++)
+    if (f->role == NP_GRID_DENSITY && strcasestr(f->creator, programs[i]))
+      return np_draft_set(out, "it was written by %s, whose scenes have y up, and z is taken as up", programs[i]);
+  return false;
+}
+
 /* ---- Rules ---- */
 
 #define MEND "clouds[].import: repair, or nephos check --fix -o COPY.vdb"
@@ -194,6 +203,7 @@ static bool is_large(const facts *f, draft *out) { return has_voxel_size(f, 1e6,
 typedef enum rule_kind {
   PLAIN,
   OF_SIZE,   /* a scene says how large the cloud is */
+  OF_UP,     /* a scene may say which axis points up */
   REPAIRABLE /* a scene may repair it */
 } rule_kind;
 
@@ -217,6 +227,9 @@ static const grid_rule grid_rules[] = {
     {{"transform.frustum_large", NEPH_SEVERITY_ERROR, FRUSTUM}, is_frustum_too_large, PLAIN},
     {{"transform.frustum_point", NEPH_SEVERITY_ERROR, FRUSTUM}, is_frustum_a_point, PLAIN},
     {{"transform.mirrored", NEPH_SEVERITY_NOTE, "clouds[].scale takes negative numbers by axis"}, is_mirrored, PLAIN},
+    {{"transform.y_up", NEPH_SEVERITY_NOTE, "clouds[].up: y; or up: z, if the cloud stands as it should"},
+     is_y_up,
+     OF_UP},
     {{"size.small", NEPH_SEVERITY_WARNING, SIZE}, is_small, OF_SIZE},
     {{"size.large", NEPH_SEVERITY_WARNING, SIZE}, is_large, OF_SIZE},
     {{"grid.stray", NEPH_SEVERITY_WARNING, "clip or prune it before; clouds[].pivot places it by another point"},
@@ -247,7 +260,8 @@ static void add_diagnosis(neph_check *check, const char *text) {
 static void put_to_rule(neph_check *check, const grid_rule *row, const facts *f, const np_file_use *use) {
   draft out = {{0}, {0}};
   np_rule rule = row->rule;
-  if ((use && row->kind == OF_SIZE) || !row->is_broken(f, &out)) return;
+  const bool is_said = use && (row->kind == OF_SIZE || (row->kind == OF_UP && use->has_up));
+  if (is_said || !row->is_broken(f, &out)) return;
   if (use && row->kind == REPAIRABLE && use->load.policy == NEPH_IMPORT_REPAIR) {
     rule.severity = NEPH_SEVERITY_NOTE;
     rule.remedy = "mended by the scene's import: repair";

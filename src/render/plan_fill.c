@@ -5,6 +5,7 @@
 
 #include "cloud/shape.h"
 #include "core/alloc.h"
+#include "core/file.h"
 #include "core/hash.h"
 #include "render/georeference.h"
 #include "render/placement.h"
@@ -123,9 +124,10 @@ static neph_result read_header(const neph_scene *scene, const np_plan *plan, con
   bool has_colors = false;
   *out = (np_plan_file){.is_known = false};
   neph_result result = np_cloud_file_get(scene->context, cloud, plan->desc.frame, &file);
-  if (!result && file.path)
+  const bool is_there = file.path && np_file_exists(file.path); /* else opening says that it is not */
+  if (!result && is_there)
     result = np_volume_read_header(scene->context, file.path, &load, np_cloud_file_get_sequence(cloud), &header);
-  if (!result && file.path && !np_scene_is_none(cloud->color))
+  if (!result && is_there && !np_scene_is_none(cloud->color))
     result = np_volume_search_vector(scene->context, file.path, NP_VECTOR_COLOR, cloud->color, &has_colors);
   np_alloc_free(scene->context, file.path);
   if (result || !header.has_box || header.state != NP_GRID_FILLED) return result;

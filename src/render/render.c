@@ -101,7 +101,8 @@ neph_result neph_render_estimate_time(neph_scene *scene, const neph_render_desc 
                                       double *out_next_seconds) {
   if (NP_LACKS(NP_CONTEXT_OF(scene), out_seconds)) return NEPH_ERROR_INVALID_ARGUMENT;
   np_plan plan;
-  neph_result result = np_plan_make(scene, desc, &plan);
+  neph_result result = np_plan_make_frame(scene, desc, &plan);
+  if (!result) result = np_plan_measure_fill(scene, &plan);
   if (result) return result;
   /* All that depends on what moves is built again, unless the camera alone does. */
   const bool is_moving = !np_scene_has_still_light(scene);

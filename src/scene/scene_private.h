@@ -181,6 +181,7 @@ typedef struct np_scene_cloud {
   double top_m;
   bool has_frame_time; /* given: else by the frame rate */
   double frame_time_s; /* of the bake, from frame to frame */
+  bool has_up; /* given: else z */
   np_axis_up up;
   double voxel_m;      /* largest edge; 0: the file's transform */
   double scale[3];     /* along east, north and up, before it is turned; below 0: mirrored */

@@ -62,6 +62,15 @@ bool is_vector(const openvdb::GridBase &grid) {
   return is_grid<openvdb::Vec3SGrid>(grid) || is_grid<openvdb::Vec3DGrid>(grid);
 }
 
+/* Houdini names itself in the file's metadata, other programs in each grid's. */
+std::string read_creator(np_vdb_file &file) {
+  openvdb::MetaMap metadata;
+  file.stream.seekg(file.source.metadata);
+  metadata.readMeta(file.stream);
+  const auto text = metadata.getMetadata<openvdb::StringMetadata>("creator");
+  return text ? text->value() : std::string();
+}
+
 Entry read_entry(np_vdb_file &file, std::size_t index) {
   Entry entry;
   entry.index = index;
@@ -97,7 +106,11 @@ neph_result open_file(const np_vdb_source *source, unsigned thread_count, np_vdb
     openvdb::initialize();
     auto file = std::make_unique<np_vdb_file>(*source, thread_count, Canceller{cancel, cancel_user});
     start_stream(*file);
-    for (std::size_t i = 0; i < source->grid_count; i++) file->entries.push_back(read_entry(*file, i));
+    const std::string creator = read_creator(*file);
+    for (std::size_t i = 0; i < source->grid_count; i++) {
+      file->entries.push_back(read_entry(*file, i));
+      if (file->entries[i].creator.empty()) file->entries[i].creator = creator;
+    }
     for (Entry &entry : file->entries) entry.owner = search_owner(file->entries, entry);
     *out_file = file.release();
   });

@@ -30,7 +30,7 @@ typedef struct np_vdb_grid_info {
   const char *name;       /* valid while the file is open */
   const char *value_type; /* "float", "vec3s", "ptdataidx32", … */
   const char *grid_class; /* "fog volume", "level set", "unknown", … */
-  const char *creator;
+  const char *creator; /* the grid's; else the file's; "": none */
   size_t owner; /* index of the grid that stores its voxels; itself, but for an instance */
   int is_half_on_disk;
   int is_scalar; /* float, half or double: np_vdb_module.read takes it, */

@@ -268,6 +268,7 @@ static void clear_grid(neph_context *context, np_grid_facts *grid) {
   np_alloc_free(context, grid->name);
   np_alloc_free(context, grid->value_type);
   np_alloc_free(context, grid->grid_class);
+  np_alloc_free(context, grid->creator);
   for (unsigned d = 0; d < grid->diagnosis_count; d++) np_alloc_free(context, grid->diagnoses[d]);
   *grid = (np_grid_facts){0};
 }
@@ -276,7 +277,8 @@ static neph_result set_texts(neph_context *context, np_grid_facts *facts, const 
   facts->name = np_alloc_text(context, info->name);
   facts->value_type = np_alloc_text(context, info->value_type);
   facts->grid_class = np_alloc_text(context, info->grid_class);
-  return facts->name && facts->value_type && facts->grid_class ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+  facts->creator = np_alloc_text(context, info->creator);
+  return facts->name && facts->value_type && facts->grid_class && facts->creator ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
 static neph_result measure_content(const measure_job *job, size_t index, const np_vdb_grid_info *info,

@@ -19,7 +19,7 @@ enum { NP_DIAGNOSES_MAX = 6 };
 
 /* Texts are owned. */
 typedef struct np_grid_facts {
-  char *name, *value_type, *grid_class;
+  char *name, *value_type, *grid_class, *creator;
   np_grid_role role;
   bool is_unread; /* of no use: its header alone is known */
   bool is_scalar, is_count, is_vector, is_level_set, is_half_on_disk, is_instance;
@@ -59,6 +59,7 @@ typedef struct np_file_facts {
 typedef struct np_file_use {
   neph_volume_load_desc load; /* of its density */
   const char *sequence;       /* pattern of the files, of which some may lack a density; NULL: a file by itself */
+  bool has_up;                /* the scene says which axis points up */
   const char *fields[2];      /* names of further scalars; NULL: none */
   np_vector_request vectors[3];
   unsigned vector_count;
