@@ -51,14 +51,15 @@ static void print_bounded(bool is_json, const char *name, const char *label, con
     printf("%-22s %.3g %% (%.3g to %.3g)\n", label, 100.0 * figure->value, 100.0 * figure->min, 100.0 * figure->max);
 }
 
-/* Squares that noise leaves below 0 are shown as 0: the reason follows. */
+/* The reason of a 0, or of an error or a bias that is unknown although the noise is known. */
 static void print_clamped(const neph_image_difference *difference) {
-  const bool is_clamped = difference->pixel_error.value == 0.0 || difference->pixel_bias.value == 0.0;
-  if (!is_clamped || !difference->differing_count) return;
-  const bool is_shared = difference->pixel_error.max == 0.0 || difference->pixel_bias.max == 0.0;
-  printf("%-22s %s\n", "0 %",
-         is_shared ? "the differences are less than the stated noise: the pictures share it, or it is overstated"
-                   : "the noise hides it: it is between the bounds");
+  const neph_bounded *error = &difference->pixel_error, *bias = &difference->pixel_bias;
+  if (!difference->differing_count) return;
+  if (isnan(error->value) || (isnan(bias->value) && !isnan(difference->pixel_noise.value)))
+    printf("%-22s %s\n", "unknown",
+           "the differences are less than the stated noise: pictures share it, or it is too large");
+  else if (error->value == 0.0 || bias->value == 0.0)
+    printf("%-22s %s\n", "0 %", "the noise hides it: it is between the bounds");
 }
 
 /* Says of each measure whether the reference's noise is in it. */
@@ -135,8 +136,7 @@ static cli_exit check_target(const cli_session *session) {
 static cli_exit check_output(const cli_session *session) {
   const cli_options *options = session->options;
   if (!options->output_count) return CLI_DONE;
-  if (options->output_count == 1 && cli_has_extension(options->outputs[0], ".exr"))
-    return check_target(session);
+  if (options->output_count == 1 && cli_has_extension(options->outputs[0], ".exr")) return check_target(session);
   cli_complain("--output of nephos compare must be one .exr");
   return CLI_USAGE;
 }

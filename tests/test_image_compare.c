@@ -251,15 +251,49 @@ static void noise_of_the_reference_is_no_bias(void **state) {
   neph_image_destroy(by_header);
 }
 
-/* The stated noise of 5 % is more than all that differs, 2 %: 0, and no bound that another seed could reach. */
-static void overstated_noise_leaves_zero(void **state) {
+/* The stated noise of 5 % is more than all that differs, 2 %, and no other seed could reach it: nothing is known. */
+static void overstated_noise_leaves_nothing_known(void **state) {
   test_fixture *f = *state;
   neph_image *image = create_flat(f, 64, 64, 1.02f), *reference = create_flat(f, 64, 64, 1.0f);
   assert_int_equal(neph_image_set_attribute(reference, "nephos:noise", "0.05"), NEPH_OK);
   assert_int_equal(neph_image_set_attribute(reference, "nephos:noiseMin", "0.049"), NEPH_OK);
   assert_int_equal(neph_image_set_attribute(reference, "nephos:noiseMax", "0.051"), NEPH_OK);
   const neph_image_difference d = compare(f, image, reference);
-  assert_true(d.pixel_error.value == 0.0 && d.pixel_error.min == 0.0 && d.pixel_error.max == 0.0);
+  assert_true(isnan(d.pixel_error.value) && isnan(d.pixel_error.min) && isnan(d.pixel_error.max));
+  neph_image_destroy(reference);
+  neph_image_destroy(image);
+}
+
+/* Channels of standard errors that are twice too large, as those of spread samples are, and a header that is right: the
+ * header's size is taken, of the reference and of the picture. An error is no less than its noise. */
+static void channels_take_the_size_that_the_header_states(void **state) {
+  test_fixture *f = *state;
+  static const double overstatement = 2.0;
+  const made_picture own = {128, 0.03, 0.04};
+  neph_image *image, *reference;
+  assert_int_equal(neph_image_create(f->context, own.side, own.side, 6, rgb_with_errors, &image), NEPH_OK);
+  assert_int_equal(neph_image_create(f->context, own.side, own.side, 6, rgb_with_errors, &reference), NEPH_OK);
+  fill_made(&own, 1, own.bias, own.noise, image);
+  fill_made(&own, 2, 0.0, own.noise, reference);
+  for (int k = 0; k < 2; k++) {
+    neph_image *each = k ? image : reference;
+    for (unsigned c = 3; c < 6; c++)
+      for (unsigned i = 0; i < own.side * own.side; i++) each->channels[c].values[i] *= (float)overstatement;
+  }
+  const neph_image_difference overstated = compare(f, image, reference);
+  assert_true(isnan(overstated.pixel_error.value) && isnan(overstated.pixel_bias.value));
+  for (int k = 0; k < 2; k++) {
+    neph_image *each = k ? image : reference;
+    assert_int_equal(neph_image_set_attribute(each, "nephos:noise", "0.04"), NEPH_OK);
+    assert_int_equal(neph_image_set_attribute(each, "nephos:noiseMin", "0.039"), NEPH_OK);
+    assert_int_equal(neph_image_set_attribute(each, "nephos:noiseMax", "0.041"), NEPH_OK);
+  }
+  const neph_image_difference d = compare(f, image, reference);
+  assert_int_equal(d.reference_noise_source, NEPH_NOISE_BY_PIXEL);
+  assert_near_relative(d.reference_noise.value, own.noise, 0.02); /* the scale is that of a noisy picture */
+  assert_near_relative(d.pixel_noise.value, own.noise, 0.02);
+  assert_true(holds(d.pixel_bias, own.bias) && holds(d.pixel_error, hypot(own.bias, own.noise)));
+  assert_near_relative(d.noise_rmse, overstated.noise_rmse / overstatement, 0.02);
   neph_image_destroy(reference);
   neph_image_destroy(image);
 }
@@ -418,7 +452,8 @@ int main(void) {
       COMPARE_TEST(noise_of_the_reference_is_stated),
       COMPARE_TEST(made_errors_come_back_within_their_bounds),
       COMPARE_TEST(noise_of_the_reference_is_no_bias),
-      COMPARE_TEST(overstated_noise_leaves_zero),
+      COMPARE_TEST(overstated_noise_leaves_nothing_known),
+      COMPARE_TEST(channels_take_the_size_that_the_header_states),
       COMPARE_TEST(noise_is_unknown_where_nothing_states_it),
       COMPARE_TEST(error_is_that_of_luminance),
       COMPARE_TEST(black_references_give_no_nan),

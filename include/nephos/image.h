@@ -161,7 +161,7 @@ NEPH_API neph_result neph_image_get_error(const neph_image *image, neph_image_er
 typedef enum neph_noise_source {
   NEPH_NOISE_UNKNOWN,   /**< nothing states it: it is part of every measure */
   NEPH_NOISE_BY_HEADER, /**< its header, nephos:noise: the same share of every pixel */
-  NEPH_NOISE_BY_PIXEL   /**< its channels standard_error.* */
+  NEPH_NOISE_BY_PIXEL   /**< its channels standard_error.*, scaled to nephos:noise where that is less */
 } neph_noise_source;
 
 /** The difference of a picture from a reference, over the channels R, G, B (or all, where those are missing). L is the
@@ -187,7 +187,8 @@ typedef struct neph_image_difference {
   neph_bounded pixel_error; /**< relative rms difference of luminance from the reference's, over the pixels brighter
                                than a hundredth of its mean (docs/error.md); the reference's own noise is taken off
                                where it is known. Where noise leaves no positive square, the value is 0 and `max` bounds
-                               it; where `max` is 0 too, the pictures share their noise, or it is overstated */
+                               it; NaN where none within the bounds is: the pictures share their noise, or it is
+                               overstated. Never less than pixel_noise */
   neph_bounded pixel_noise; /**< its random part; NaN, as is the bias, where neither a second picture nor
                                  standard_error.* of the picture nor its header states it */
   neph_bounded pixel_bias;  /**< its part that stays with every seed: error² = noise² + bias² */

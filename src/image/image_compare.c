@@ -21,6 +21,7 @@ typedef struct comparison {
   const float **values, **reference;
   const float **noise; /* standard errors of the reference; NULL where it has none */
   bool has_channels;   /* of standard errors, all of them */
+  double noise_factor; /* on these channels */
   double noise_share;  /* of the reference's values, by its header, where it lacks one; NaN: unknown */
   double epsilon;
 } comparison;
@@ -98,11 +99,12 @@ static double compute_epsilon(const comparison *pair) {
 }
 
 /* Values have the noise in them too: E R² = L²(1 + n²). */
-static void choose_noise(comparison *pair, const neph_image *reference) {
+static neph_result choose_noise(comparison *pair, const neph_image *reference) {
   const double noise = np_image_get_stated_noise(reference).value;
   pair->has_channels = true;
   for (unsigned c = 0; c < pair->channel_count; c++) pair->has_channels &= pair->noise[c] != NULL;
   pair->noise_share = noise / sqrt(1.0 + noise * noise);
+  return np_image_compute_noise_factor(pair->context, reference, &pair->noise_factor);
 }
 
 static neph_result begin_comparison(neph_context *context, const neph_image *image, const neph_image *reference,
@@ -114,7 +116,7 @@ static neph_result begin_comparison(neph_context *context, const neph_image *ima
                    image->height, reference->width, reference->height);
   neph_result result = check_spaces(context, image, reference);
   if (!result) result = choose_planes(out, image, reference);
-  if (!result) choose_noise(out, reference);
+  if (!result) result = choose_noise(out, reference);
   if (!result) result = check_finite(out);
   if (!result) out->epsilon = compute_epsilon(out);
   return result;
@@ -253,7 +255,8 @@ typedef struct noise_sums {
 } noise_sums;
 
 static double get_noise_at(const comparison *pair, unsigned c, size_t i) {
-  return pair->has_channels ? (double)pair->noise[c][i] : pair->noise_share * fabs((double)pair->reference[c][i]);
+  return pair->has_channels ? pair->noise_factor * (double)pair->noise[c][i]
+                            : pair->noise_share * fabs((double)pair->reference[c][i]);
 }
 
 /* Pixels are independent of each other, a pixel's channels not: they are summed up first. */

@@ -71,6 +71,49 @@ static bool add_planes(const neph_image *image, const neph_image *reference, con
   return true;
 }
 
+/* ---- Figures that the header states ---- */
+
+static double get_number(const neph_image *image, const char *name, const char *ending) {
+  char full[32];
+  np_print(full, sizeof full, "%s%s", name, ending);
+  const char *text = neph_image_get_attribute(image, full);
+  return text ? strtod(text, NULL) : (double)NAN;
+}
+
+static neph_bounded get_bounded(const neph_image *image, const char *name) {
+  return (neph_bounded){get_number(image, name, ""), get_number(image, name, "Min"), get_number(image, name, "Max")};
+}
+
+static neph_bias_source get_bias_source(const neph_image *image) {
+  const char *source = neph_image_get_attribute(image, "nephos:biasSource");
+  if (!source) return NEPH_BIAS_UNKNOWN;
+  return strcmp(source, "measured") ? NEPH_BIAS_BY_MODEL : NEPH_BIAS_MEASURED;
+}
+
+neph_result neph_image_get_error(const neph_image *image, neph_image_error *out_error) {
+  if (NP_LACKS(NP_CONTEXT_OF(image), out_error)) return NEPH_ERROR_INVALID_ARGUMENT;
+  const neph_image_error error = {.struct_size = sizeof error,
+                                  .error = get_bounded(image, "nephos:error"),
+                                  .noise = get_bounded(image, "nephos:noise"),
+                                  .bias = get_bounded(image, "nephos:bias"),
+                                  .bias_source = get_bias_source(image)};
+  return np_desc_write(image->context, "neph_image_error", &error, sizeof error, out_error);
+}
+
+neph_bounded np_image_get_stated_noise(const neph_image *image) { return get_bounded(image, "nephos:noise"); }
+
+/* A mean of squares, and its variance. */
+typedef struct moments {
+  double mean, variance;
+} moments;
+
+static bool get_stated_noise(const neph_image *image, moments *out) {
+  const neph_bounded noise = np_image_get_stated_noise(image);
+  const double square = noise.value * noise.value;
+  *out = (moments){square, pow((noise.max * noise.max - square) / normal_quantile_975, 2.0)};
+  return isfinite(out->mean) && isfinite(out->variance);
+}
+
 /* ---- Pixels ---- */
 
 /* Luminances, and their standard errors where the pictures state them: NULL where they do not. A pixel's channels are
@@ -81,8 +124,9 @@ typedef struct planes {
   double *picture, *second, *reference, *picture_error, *reference_error;
   double *scale; /* that differences are relative to */
   neph_noise_source source;
-  double noise_share; /* of the reference by its header; 0 with other sources */
-  double dim;         /* pixels below it are left out */
+  double noise_share;                          /* of the reference by its header; 0 with other sources */
+  double picture_variance, reference_variance; /* of the squared noise that the header's bounds leave; 0: not used */
+  double dim;                                  /* pixels below it are left out */
 } planes;
 
 static void free_planes(planes *p) {
@@ -158,6 +202,7 @@ static void choose_source(planes *p, const neph_image *reference) {
     np_alloc_free(p->context, p->reference_error);
     p->reference_error = NULL;
     p->source = NEPH_NOISE_UNKNOWN;
+    p->reference_variance = 0.0;
     return;
   }
   const double stated = np_image_get_stated_noise(reference).value;
@@ -174,6 +219,50 @@ static double compute_dim(const planes *p) {
   return finite_count ? dim_of_mean * fmax(sum / (double)finite_count, 0.0) : 0.0;
 }
 
+/* Σ over pixels of standard errors relative to the scale. */
+static double measure_channels(const planes *p) {
+  double sum = 0.0, count = 0.0;
+  for (size_t i = 0; i < (size_t)p->width * p->height; i++) {
+    if (!isfinite(p->reference[i]) || !isfinite(p->reference_error[i]) || !(p->scale[i] > p->dim)) continue;
+    sum += pow(p->reference_error[i] / p->scale[i], 2.0);
+    count += 1.0;
+  }
+  return sqrt(sum / count);
+}
+
+static neph_result fill_own_planes(planes *p, const neph_image *image) {
+  unsigned *indices = np_alloc(p->context, image->channel_count, sizeof *indices);
+  if (!indices) return NEPH_ERROR_OUT_OF_MEMORY;
+  const luminance l = choose_luminance(image, indices);
+  neph_result result = fill_plane(p, image, image, &l, "", &p->reference);
+  if (!result) result = fill_plane(p, image, image, &l, "standard_error.", &p->reference_error);
+  if (!result && p->reference_error) result = fill_scale(p);
+  if (!result) p->dim = compute_dim(p);
+  np_alloc_free(p->context, indices);
+  return result;
+}
+
+neph_result np_image_compute_noise_factor(neph_context *context, const neph_image *image, double *out_factor) {
+  planes p = {.context = context, .width = image->width, .height = image->height, .source = NEPH_NOISE_BY_PIXEL};
+  const double stated = np_image_get_stated_noise(image).value;
+  *out_factor = 1.0;
+  if (!isfinite(stated)) return NEPH_OK;
+  const neph_result result = fill_own_planes(&p, image);
+  const double measured = !result && p.reference_error ? measure_channels(&p) : 0.0;
+  if (measured > stated) *out_factor = stated / measured;
+  free_planes(&p);
+  return result;
+}
+
+static neph_result scale_errors(const planes *p, const neph_image *image, double *errors, double *out_variance) {
+  double factor = 1.0;
+  moments stated;
+  const neph_result result = errors ? np_image_compute_noise_factor(p->context, image, &factor) : NEPH_OK;
+  for (size_t i = 0; errors && i < (size_t)p->width * p->height; i++) errors[i] *= factor;
+  if (factor < 1.0 && get_stated_noise(image, &stated)) *out_variance = stated.variance;
+  return result;
+}
+
 static neph_result fill_planes(planes *p, const neph_image *image, const neph_image *second,
                                const neph_image *reference) {
   unsigned *indices = np_alloc(p->context, reference->channel_count, sizeof *indices);
@@ -184,6 +273,8 @@ static neph_result fill_planes(planes *p, const neph_image *image, const neph_im
   if (!result && second) result = fill_plane(p, second, reference, &l, "", &p->second);
   if (!result) result = fill_plane(p, image, reference, &l, "standard_error.", &p->picture_error);
   if (!result) result = fill_plane(p, reference, reference, &l, "standard_error.", &p->reference_error);
+  if (!result) result = scale_errors(p, image, p->picture_error, &p->picture_variance);
+  if (!result) result = scale_errors(p, reference, p->reference_error, &p->reference_variance);
   if (!result) choose_source(p, reference);
   if (!result) result = fill_scale(p);
   if (!result) p->dim = compute_dim(p);
@@ -226,10 +317,6 @@ static squares sum_block(const planes *p, unsigned left, unsigned top) {
 
 /* Mean of squares and the variance of that mean: a ratio of sums over blocks (Cochran 1977, "Sampling Techniques",
  * eq. 6.13, without the correction for a finite population). */
-typedef struct moments {
-  double mean, variance;
-} moments;
-
 static moments compute_moments(const squares *blocks, size_t count, size_t member) {
   double sum = 0.0, pixels = 0.0, residual2 = 0.0;
   size_t filled = 0;
@@ -249,54 +336,25 @@ static moments compute_moments(const squares *blocks, size_t count, size_t membe
 
 static double take_root(double square) { return isnan(square) ? square : sqrt(fmax(square, 0.0)); }
 
+/* Unknown where no square within the bounds is positive: more noise is stated than there is. */
 static neph_bounded bound_root(moments m) {
   const double half = normal_quantile_975 * sqrt(m.variance);
+  if (m.mean < 0.0 && !(m.mean + half > 0.0)) return unknown;
   return (neph_bounded){take_root(m.mean), take_root(m.mean - half), take_root(m.mean + half)};
-}
-
-/* ---- Figures that the header states ---- */
-
-static double get_number(const neph_image *image, const char *name, const char *ending) {
-  char full[32];
-  np_print(full, sizeof full, "%s%s", name, ending);
-  const char *text = neph_image_get_attribute(image, full);
-  return text ? strtod(text, NULL) : (double)NAN;
-}
-
-static neph_bounded get_bounded(const neph_image *image, const char *name) {
-  return (neph_bounded){get_number(image, name, ""), get_number(image, name, "Min"), get_number(image, name, "Max")};
-}
-
-static neph_bias_source get_bias_source(const neph_image *image) {
-  const char *source = neph_image_get_attribute(image, "nephos:biasSource");
-  if (!source) return NEPH_BIAS_UNKNOWN;
-  return strcmp(source, "measured") ? NEPH_BIAS_BY_MODEL : NEPH_BIAS_MEASURED;
-}
-
-neph_result neph_image_get_error(const neph_image *image, neph_image_error *out_error) {
-  if (NP_LACKS(NP_CONTEXT_OF(image), out_error)) return NEPH_ERROR_INVALID_ARGUMENT;
-  const neph_image_error error = {.struct_size = sizeof error,
-                                  .error = get_bounded(image, "nephos:error"),
-                                  .noise = get_bounded(image, "nephos:noise"),
-                                  .bias = get_bounded(image, "nephos:bias"),
-                                  .bias_source = get_bias_source(image)};
-  return np_desc_write(image->context, "neph_image_error", &error, sizeof error, out_error);
-}
-
-neph_bounded np_image_get_stated_noise(const neph_image *image) { return get_bounded(image, "nephos:noise"); }
-
-static bool get_stated_noise(const neph_image *image, moments *out) {
-  const neph_bounded noise = np_image_get_stated_noise(image);
-  const double square = noise.value * noise.value;
-  *out = (moments){square, pow((noise.max * noise.max - square) / normal_quantile_975, 2.0)};
-  return isfinite(out->mean) && isfinite(out->variance);
 }
 
 /* ---- Measures ---- */
 
+/* An error is no less than its random part. */
+static void raise(neph_bounded *error, const neph_bounded *noise) {
+  if (!(error->value < noise->value)) return;
+  error->value = noise->value;
+  if (error->max < noise->max) error->max = noise->max;
+}
+
 static moments widen(moments m, double variance) { return (moments){m.mean, m.variance + variance}; }
 
-/* Fills the reference's own noise. Returns the variance of its square that its header leaves, 0 with other sources. */
+/* Fills the reference's own noise. Returns the variance of its square that its header leaves. */
 static double measure_reference(const planes *p, const neph_image *reference, const squares *blocks, size_t count,
                                 neph_image_difference *out) {
   moments stated;
@@ -305,8 +363,9 @@ static double measure_reference(const planes *p, const neph_image *reference, co
   out->reference_noise = unknown;
   if (p->source == NEPH_NOISE_BY_HEADER) out->reference_noise = np_image_get_stated_noise(reference);
   if (p->source == NEPH_NOISE_BY_PIXEL)
-    out->reference_noise = bound_root(compute_moments(blocks, count, offsetof(squares, reference)));
-  return is_stated ? stated.variance : 0.0;
+    out->reference_noise =
+        bound_root(widen(compute_moments(blocks, count, offsetof(squares, reference)), p->reference_variance));
+  return is_stated ? stated.variance : p->reference_variance;
 }
 
 static neph_result measure(const planes *p, const neph_image *image, const neph_image *reference,
@@ -325,12 +384,15 @@ static neph_result measure(const planes *p, const neph_image *image, const neph_
   out->pixel_error = bound_root(error);
   out->pixel_noise = out->pixel_bias = unknown;
   if (p->second || p->picture_error) {
-    out->pixel_noise = bound_root(compute_moments(blocks, count, offsetof(squares, noise)));
-    out->pixel_bias = bound_root(widen(compute_moments(blocks, count, offsetof(squares, bias)), reference_variance));
+    const double own = p->second ? 0.0 : p->picture_variance;
+    out->pixel_noise = bound_root(widen(compute_moments(blocks, count, offsetof(squares, noise)), own));
+    out->pixel_bias =
+        bound_root(widen(compute_moments(blocks, count, offsetof(squares, bias)), own + reference_variance));
   } else if (get_stated_noise(image, &stated)) {
     out->pixel_noise = bound_root(stated);
     out->pixel_bias = bound_root((moments){error.mean - stated.mean, error.variance + stated.variance});
   }
+  raise(&out->pixel_error, &out->pixel_noise);
   np_alloc_free(p->context, blocks);
   return NEPH_OK;
 }

@@ -67,6 +67,12 @@ static void list_entries(void) {
   if (count >= 0) free(names);
 }
 
+static void forget_entries(void) {
+  for (unsigned i = 0; i < entry_count; i++) free(entries[i].bytes);
+  memset(entries, 0, sizeof entries);
+  entry_count = 0;
+}
+
 static void read_entries(void) {
   for (unsigned i = 0; i < entry_count; i++) {
     entry *e = &entries[i];
@@ -135,9 +141,10 @@ static void fill_cache(void) {
   if (light_state >= 0) {
     read_entries();
     state = entries[light_state];
+    entries[light_state].bytes = NULL;
   }
+  forget_entries();
   render(false);
-  entry_count = 0;
   light_state = -1;
   list_entries();
   read_entries();
