@@ -38,11 +38,12 @@ typedef struct wish {
   uint64_t seed;
 } wish;
 
-static neph_image *render(neph_context *context, const wish *w) {
+static neph_image *render_with(neph_context *context, const wish *w, const char *aovs) {
   neph_scene *scene;
   neph_image *image;
   neph_render_desc desc = NEPH_RENDER_DESC_DEFAULT;
   assert_int_equal(neph_scene_load_text(context, w->scene, "test.yaml", &scene), NEPH_OK);
+  assert_int_equal(neph_scene_set(scene, "output.aovs", aovs), NEPH_OK);
   assert_int_equal(neph_scene_get_render_desc(scene, &desc), NEPH_OK);
   desc.integrator = w->integrator;
   desc.multiple_scattering = w->method;
@@ -53,6 +54,8 @@ static neph_image *render(neph_context *context, const wish *w) {
   neph_scene_destroy(scene);
   return image;
 }
+
+static neph_image *render(neph_context *context, const wish *w) { return render_with(context, w, "[]"); }
 
 static neph_image_error get_error(const neph_image *image) {
   neph_image_error error = NEPH_IMAGE_ERROR_DEFAULT;
@@ -211,10 +214,33 @@ static void threads_do_not_change_the_estimate(void **state) {
   assert_true(one.bias_source == three.bias_source && one.bias.value == three.bias.value);
 }
 
+/* Two pictures by the tracer differ in noise alone. Whether the reference states it by pixel or in its header, what is
+ * left as bias may be 0, and the error is the noise of the picture within its bounds. */
+static void noise_of_a_traced_reference_is_no_bias(void **state) {
+  (void)state;
+  static const char *const scenes[] = {void_scene, thermals_scene}, *const aovs[] = {"[]", "[standard_error]"};
+  neph_context *context = test_context_create(2, NULL);
+  for (unsigned i = 0; i < 2; i++)
+    for (unsigned k = 0; k < 2; k++) {
+      const wish own = {scenes[i], NEPH_INTEGRATOR_PATH, NEPH_MULTIPLE_SCATTERING_NONE, 8, 2, 0, 20 + k},
+                 other = {scenes[i], NEPH_INTEGRATOR_PATH, NEPH_MULTIPLE_SCATTERING_NONE, 16, 2, 0, 40 + k};
+      neph_image *image = render_with(context, &own, aovs[k]), *reference = render_with(context, &other, aovs[k]);
+      neph_image_difference d = NEPH_IMAGE_DIFFERENCE_DEFAULT;
+      assert_int_equal(neph_image_compare(context, image, reference, &d), NEPH_OK);
+      assert_int_equal(d.reference_noise_source, k ? NEPH_NOISE_BY_PIXEL : NEPH_NOISE_BY_HEADER);
+      assert_true(d.pixel_bias.min == 0.0);
+      assert_true(d.pixel_error.min <= d.pixel_noise.max && d.pixel_noise.value <= d.pixel_error.value);
+      neph_image_destroy(reference);
+      neph_image_destroy(image);
+    }
+  neph_context_destroy(context);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(stated_noise_is_that_of_other_seeds),
       cmocka_unit_test(stated_error_is_near_the_true_one),
+      cmocka_unit_test(noise_of_a_traced_reference_is_no_bias),
       cmocka_unit_test(even_light_has_no_error),
       cmocka_unit_test(unknown_noise_is_not_stated),
       cmocka_unit_test(bias_follows_the_method),
