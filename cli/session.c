@@ -94,7 +94,7 @@ static neph_result apply_settings(const cli_options *options, neph_scene *scene)
 }
 
 neph_result cli_read_scene(cli_session *session, const char *path, neph_scene **out_scene) {
-  neph_result result = neph_scene_load(session->context, path, out_scene);
+  neph_result result = neph_scene_open(session->context, path, out_scene);
   if (result) return result;
   result = apply_settings(session->options, *out_scene);
   if (!result && session->options->has_frame) result = neph_scene_set_frame(*out_scene, session->options->frame);

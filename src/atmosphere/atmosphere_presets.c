@@ -101,5 +101,5 @@ neph_result neph_atmosphere_get_preset(neph_context *context, const char *name, 
     return result;
   }
   return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
-                 "there is no atmosphere named %.64s, must be earth, earth-hazy or mars", name);
+                 "there is no atmosphere named %s, must be earth, earth-hazy or mars", name);
 }

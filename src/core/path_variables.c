@@ -109,7 +109,7 @@ static neph_result add_home(expansion *e) {
   if (e->rest[0] != '~') return NEPH_OK;
   if (e->rest[1] && e->rest[1] != '/')
     return refuse(e,
-                  "~ is followed by %.40s: homes of other users are not expanded; write ~/, or ./~ for a file whose "
+                  "~ is followed by %s: homes of other users are not expanded; write ~/, or ./~ for a file whose "
                   "name begins so",
                   e->rest + 1);
   e->rest++;

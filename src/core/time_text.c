@@ -101,7 +101,7 @@ static neph_result read_offset(time_reader *r, double *out_offset_s) {
   }
   *out_offset_s = sign * offset_s;
   if (!*r->at) return NEPH_OK;
-  return refuse(r, "\"%.60s\" follows its offset, which must be its end", r->at);
+  return refuse(r, "\"%s\" follows its offset, which must be its end", r->at);
 }
 
 /* A local time that a zone's clock shows never, or twice. */

@@ -80,7 +80,7 @@ static neph_result check_spaces(neph_context *context, const neph_image *image, 
   const char *reference_space = neph_image_get_attribute(reference, "nephos:colorSpace");
   if (!space || !reference_space || !strcmp(space, reference_space)) return NEPH_OK;
   return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
-                 "the picture's colours are %.32s and the reference's %.32s, must be of one space: render both with "
+                 "the picture's colours are %s and the reference's %s, must be of one space: render both with "
                  "the same output.color_space",
                  space, reference_space);
 }

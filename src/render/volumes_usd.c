@@ -185,7 +185,7 @@ static neph_result check(const volume_list *list) {
     if (!list->clouds[i].name || (!list->clouds[i].is_empty && !list->clouds[i].path) ||
         (list->clouds[i].path && strpbrk(list->clouds[i].path, "@\n")))
       return np_fail(list->scene->context, NEPH_ERROR_INVALID_ARGUMENT,
-                     "cloud %zu of a USD layer has the name %s and the path %.200s: both must be there, the path "
+                     "cloud %zu of a USD layer has the name %s and the path %s: both must be there, the path "
                      "without @ and line breaks",
                      i, list->clouds[i].name ? list->clouds[i].name : "NULL",
                      list->clouds[i].path ? list->clouds[i].path : "NULL");

@@ -11,14 +11,11 @@
 #include "core/time_text.h"
 #include "scene/scene_keys.h"
 
-enum { SHOWN_SIZE = 64 };
-
 typedef struct track_reader {
   neph_context *context;
   np_scene_problems *problems;
   const np_node *document;
   const np_node *entry; /* of `animate` */
-  char key[SHOWN_SIZE]; /* of the entry, in messages */
   np_track *track;
 } track_reader;
 
@@ -52,12 +49,12 @@ static neph_result fail_unknown(const track_reader *r, const np_key *section, co
   np_text hint = {.context = r->context};
   if (np_scene_would_list(r->problems, r->entry)) np_key_describe_hint(section, name, &hint);
   return np_text_end(
-      &hint, np_scene_fail_key(r->problems, r->entry, "animate: %s is not a key%s", r->key, np_text_get(&hint)));
+      &hint, np_scene_fail_key(r->problems, r->entry, "animate: %s is not a key%s", r->entry->key, np_text_get(&hint)));
 }
 
 static neph_result fail_kind(const track_reader *r, const np_key *key) {
   const char *why = is_numeric(key) ? "must be the same in all frames" : "is no number: numbers and times change";
-  return np_scene_fail_key(r->problems, r->entry, "animate: %s %s", r->key, why);
+  return np_scene_fail_key(r->problems, r->entry, "animate: %s %s", r->entry->key, why);
 }
 
 /* One part of a path: "clouds[0]". */
@@ -89,8 +86,8 @@ static neph_result check_element(const track_reader *r, const path_part *p, cons
   const np_node *list = *at ? np_node_search(*at, p->name) : NULL;
   const size_t count = list && list->kind == NP_NODE_SEQUENCE ? np_node_count(list) : 0;
   if (p->index >= count)
-    return np_scene_fail_key(r->problems, r->entry, "animate: %s is of %s[%lu], but the scene has %zu of them", r->key,
-                             p->name, p->index, count);
+    return np_scene_fail_key(r->problems, r->entry, "animate: %s is of %s[%lu], but the scene has %zu of them",
+                             r->entry->key, p->name, p->index, count);
   *at = np_node_get(list, p->index);
   if ((*at)->kind != NP_NODE_MAPPING) *at = NULL;
   return NEPH_OK;
@@ -103,8 +100,8 @@ static neph_result take_component(const track_reader *r, const char *text) {
   char *end;
   const unsigned long component = strtoul(text, &end, 10);
   if (*end || text[0] < '0' || text[0] > '9' || component >= count || count == 1)
-    return np_scene_fail_key(r->problems, r->entry, "animate: %s: %s is no number of %s, which has %u", r->key, text,
-                             t->key->path, count);
+    return np_scene_fail_key(r->problems, r->entry, "animate: %s: %s is no number of %s, which has %u", r->entry->key,
+                             text, t->key->path, count);
   t->component = (int)component;
   return NEPH_OK;
 }
@@ -131,7 +128,8 @@ static neph_result read_path(const track_reader *r) {
     return t->key ? fail_kind(r, t->key) : fail_unknown(r, NULL, "");
   t->component = NP_TRACK_ALL;
   const size_t length = (size_t)(path - begin) - (*path ? 1 : 0);
-  if (length >= sizeof t->path) return np_scene_fail_key(r->problems, r->entry, "animate: %s is too long", r->key);
+  if (length >= sizeof t->path)
+    return np_scene_fail_key(r->problems, r->entry, "animate: %s is too long", r->entry->key);
   np_print(t->path, sizeof t->path, "%.*s", (int)length, begin);
   if (*path) result = take_component(r, path);
   t->value_count = t->component == NP_TRACK_ALL ? np_key_count_values(t->key) : 1;
@@ -140,25 +138,20 @@ static neph_result read_path(const track_reader *r) {
 
 /* ---- Values ---- */
 
-static const char *show(const np_node *node, char out[SHOWN_SIZE]) {
-  np_print_short(out, SHOWN_SIZE, node->kind == NP_NODE_SCALAR ? node->text : "a list");
-  return out;
-}
+static const char *show(const np_node *node) { return node->kind == NP_NODE_SCALAR ? node->text : "a list"; }
 
 static neph_result fail_value(const track_reader *r, const np_node *node, bool is_one) {
-  char shown[SHOWN_SIZE];
   np_text values = {.context = r->context};
   (is_one ? np_key_describe_item : np_key_describe_values)(r->track->key, &values);
-  return np_text_end(&values, np_scene_fail_at(r->problems, node, "animate: %s is %s, must be %s", r->key,
-                                               show(node, shown), np_text_get(&values)));
+  return np_text_end(&values, np_scene_fail_at(r->problems, node, "animate: %s is %s, must be %s", r->entry->key,
+                                               show(node), np_text_get(&values)));
 }
 
 static neph_result fail_time(const track_reader *r, const np_node *node, const char *problem) {
-  char shown[SHOWN_SIZE];
   np_text values = {.context = r->context};
   np_key_describe_values(r->track->key, &values);
-  return np_text_end(&values, np_scene_fail_at(r->problems, node, "animate: %s is %s, must be %s: %s", r->key,
-                                               show(node, shown), np_text_get(&values), problem));
+  return np_text_end(&values, np_scene_fail_at(r->problems, node, "animate: %s is %s, must be %s: %s", r->entry->key,
+                                               show(node), np_text_get(&values), problem));
 }
 
 static neph_result read_time(const track_reader *r, const np_node *node, double *out) {
@@ -203,22 +196,22 @@ static neph_result read_key(const track_reader *r, const np_node *pair, unsigned
   np_track *t = r->track;
   double *frame = &t->frames[at];
   if (pair->kind != NP_NODE_SEQUENCE || np_node_count(pair) != 2)
-    return np_scene_fail_at(r->problems, pair, "animate: %s: a key is not a pair, must be [frame, value]", r->key);
-  char shown[SHOWN_SIZE];
+    return np_scene_fail_at(r->problems, pair, "animate: %s: a key is not a pair, must be [frame, value]",
+                            r->entry->key);
   const np_node *first = pair->first;
   if (first->kind != NP_NODE_SCALAR || !np_value_parse_real(first->text, NP_UNIT_NONE, frame) || fabs(*frame) > 1e9)
-    return np_scene_fail_at(r->problems, first, "animate: %s: a frame is %s, must be a number in [-1e9, 1e9]", r->key,
-                            show(first, shown));
+    return np_scene_fail_at(r->problems, first, "animate: %s: a frame is %s, must be a number in [-1e9, 1e9]",
+                            r->entry->key, show(first));
   if (at > 0 && !(*frame > t->frames[at - 1]))
     return np_scene_fail_at(r->problems, first, "animate: %s: frame %.9g stands behind frame %.9g: frames must rise",
-                            r->key, *frame, t->frames[at - 1]);
+                            r->entry->key, *frame, t->frames[at - 1]);
   return read_values(r, first->next, &t->values[at * t->value_count]);
 }
 
 static neph_result read_keys(const track_reader *r, const np_node *list) {
   if (!list || list->kind != NP_NODE_SEQUENCE || !list->first)
     return np_scene_fail_key(r->problems, r->entry, "animate: %s has no keys, must have a list of [frame, value]",
-                             r->key);
+                             r->entry->key);
   neph_result result = np_track_alloc(r->context, r->track, (unsigned)np_node_count(list));
   unsigned at = 0;
   for (const np_node *pair = list->first; pair && !result; pair = pair->next) result = read_key(r, pair, at++);
@@ -227,9 +220,8 @@ static neph_result read_keys(const track_reader *r, const np_node *list) {
 
 static neph_result read_interpolation(const track_reader *r, const np_node *node) {
   if (node->kind == NP_NODE_SCALAR && np_interpolation_get(node->text, &r->track->interpolation)) return NEPH_OK;
-  char shown[SHOWN_SIZE];
-  return np_scene_fail_at(r->problems, node, "animate: %s: interpolation is %s, must be step, linear or smooth", r->key,
-                          show(node, shown));
+  return np_scene_fail_at(r->problems, node, "animate: %s: interpolation is %s, must be step, linear or smooth",
+                          r->entry->key, show(node));
 }
 
 /* The keys alone, or a mapping of interpolation and keys. */
@@ -245,7 +237,7 @@ static neph_result read_track(const track_reader *r) {
       result = read_interpolation(r, child);
     else if (strcmp(child->key, "keys") != 0)
       result = np_scene_fail_key(r->problems, child, "animate: %s.%s is not a key; it has interpolation and keys",
-                                 r->key, child->key);
+                                 r->entry->key, child->key);
   }
   return result ? result : read_keys(r, np_node_search(r->entry, "keys"));
 }
@@ -253,7 +245,7 @@ static neph_result read_track(const track_reader *r) {
 static neph_result check_twice(const track_reader *r, const np_node *animate) {
   for (const np_node *other = animate->first; other != r->entry; other = other->next)
     if (!strcmp(other->key, r->entry->key))
-      return np_scene_fail_key(r->problems, r->entry, "animate: %s is given twice, first on line %u", r->key,
+      return np_scene_fail_key(r->problems, r->entry, "animate: %s is given twice, first on line %u", r->entry->key,
                                other->key_line);
   return NEPH_OK;
 }
@@ -269,7 +261,6 @@ static neph_result read_tracks(neph_context *context, const np_node *document, c
                       .document = document,
                       .entry = entry,
                       .track = &out->tracks[out->count++]};
-    np_print_short(r.key, sizeof r.key, entry->key);
     neph_result one = check_twice(&r, animate);
     if (!one) one = read_track(&r);
     if (!np_scene_goes_on(problems, one, &result)) break;

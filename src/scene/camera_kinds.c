@@ -179,9 +179,7 @@ bool np_camera_project(const np_camera *camera, np_dvec3 point, double out_film[
   return camera->row->project(camera, p, false, out_film);
 }
 
-double np_camera_get_pixel_sr(const np_camera *camera, int x, int y) {
-  return camera->row->get_pixel_sr(camera, x, y);
-}
+double np_camera_get_pixel_sr(const np_camera *camera, int x, int y) { return camera->row->get_pixel_sr(camera, x, y); }
 
 bool np_camera_sees_box(const np_camera *camera, np_dvec3 low, np_dvec3 high) {
   return camera->row->sees_box(camera, low, high);

@@ -73,7 +73,8 @@ static const char *get_field(const char *name, const char *usual) {
 
 np_file_use np_cloud_file_describe_use(const neph_scene *scene, const np_scene_cloud *cloud) {
   const np_scene_emission *emission = &cloud->emission;
-  np_file_use use = {.load = np_cloud_file_describe_load(cloud), .sequence = np_cloud_file_get_sequence(cloud),
+  np_file_use use = {.load = np_cloud_file_describe_load(cloud),
+                     .sequence = np_cloud_file_get_sequence(cloud),
                      .has_up = cloud->has_up};
   add_vector(&use, NP_VECTOR_COLOR, cloud->color);
   if (scene->motion_blur.is_enabled || scene->output.aovs & NP_AOV_MOTION)

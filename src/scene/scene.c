@@ -30,21 +30,27 @@ static neph_result create_bare(neph_context *context, const char *file, np_node 
   return scene->file ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
-/* Fills a scene from its document; all errors of a whole one are logged together. */
-static neph_result read_document(neph_scene *scene, bool is_whole) {
+/* Documents by what may follow them. */
+typedef enum document_kind {
+  EMPTY, /* all keys */
+  OPEN,  /* keys that others need: its keys are checked together where one of them is wrong by itself */
+  WHOLE  /* nothing */
+} document_kind;
+
+/* Fills a scene from its document; all errors of a file are logged together. */
+static neph_result read_document(neph_scene *scene, document_kind kind) {
   np_scene_problems problems = {.context = scene->context, .file = scene->file};
   const neph_result result = np_scene_apply(scene, &problems);
-  const bool is_read = !result || result == NEPH_ERROR_BAD_SCENE;
-  if (is_read && is_whole && scene->document->kind == NP_NODE_MAPPING) np_scene_check_all(scene, &problems);
+  const bool is_checked = kind == WHOLE ? !result || result == NEPH_ERROR_BAD_SCENE : result == NEPH_ERROR_BAD_SCENE;
+  if (kind != EMPTY && is_checked && scene->document->kind == NP_NODE_MAPPING) np_scene_check_all(scene, &problems);
   return np_scene_report(&problems, result);
 }
 
-/* `is_whole`: the document is a file's, not yet to be completed. */
-static neph_result create_scene(neph_context *context, const char *file, np_node *document, bool is_whole,
+static neph_result create_scene(neph_context *context, const char *file, np_node *document, document_kind kind,
                                 neph_scene **out_scene) {
   *out_scene = NULL;
   neph_result result = create_bare(context, file, document, out_scene);
-  if (!result) result = read_document(*out_scene, is_whole);
+  if (!result) result = read_document(*out_scene, kind);
   if (!result) return NEPH_OK;
   neph_scene_destroy(*out_scene);
   *out_scene = NULL;
@@ -52,35 +58,44 @@ static neph_result create_scene(neph_context *context, const char *file, np_node
 }
 
 static neph_result load_bytes(neph_context *context, const char *text, size_t size, const char *name,
-                              neph_scene **out_scene) {
+                              document_kind kind, neph_scene **out_scene) {
   np_node *document;
   neph_result result = np_scene_parse(context, text, size, name, false, &document);
-  return result ? result : create_scene(context, name, document, true, out_scene);
+  return result ? result : create_scene(context, name, document, kind, out_scene);
 }
 
 neph_result neph_scene_create(neph_context *context, neph_scene **out_scene) {
   if (NP_LACKS_OUT(context, out_scene)) return NEPH_ERROR_INVALID_ARGUMENT;
   np_node *document = np_node_create(context, NP_NODE_MAPPING, NULL, NULL);
-  return create_scene(context, NULL, document, false, out_scene);
+  return create_scene(context, NULL, document, EMPTY, out_scene);
 }
 
-neph_result neph_scene_load(neph_context *context, const char *path, neph_scene **out_scene) {
-  if (NP_LACKS_OUT(context, out_scene, path)) return NEPH_ERROR_INVALID_ARGUMENT;
+static neph_result load_file(neph_context *context, const char *path, document_kind kind, neph_scene **out_scene) {
   bool is_standard_input = !strcmp(path, "-");
   void *text;
   size_t size;
   *out_scene = NULL;
   neph_result result = np_file_read_any(context, is_standard_input ? "/dev/stdin" : path, &text, &size);
   if (result) return result;
-  result = load_bytes(context, text, size, is_standard_input ? "standard input" : path, out_scene);
+  result = load_bytes(context, text, size, is_standard_input ? "standard input" : path, kind, out_scene);
   np_alloc_free(context, text);
   return result;
+}
+
+neph_result neph_scene_load(neph_context *context, const char *path, neph_scene **out_scene) {
+  if (NP_LACKS_OUT(context, out_scene, path)) return NEPH_ERROR_INVALID_ARGUMENT;
+  return load_file(context, path, WHOLE, out_scene);
+}
+
+neph_result neph_scene_open(neph_context *context, const char *path, neph_scene **out_scene) {
+  if (NP_LACKS_OUT(context, out_scene, path)) return NEPH_ERROR_INVALID_ARGUMENT;
+  return load_file(context, path, OPEN, out_scene);
 }
 
 neph_result neph_scene_load_text(neph_context *context, const char *text, const char *name, neph_scene **out_scene) {
   if (NP_LACKS_OUT(context, out_scene, text)) return NEPH_ERROR_INVALID_ARGUMENT;
   *out_scene = NULL;
-  return load_bytes(context, text, strlen(text), name ? name : "scene", out_scene);
+  return load_bytes(context, text, strlen(text), name ? name : "scene", WHOLE, out_scene);
 }
 
 static void destroy_documents(neph_scene *scene) {

@@ -35,40 +35,35 @@ static bool is_empty(const np_node *node) {
   return node->kind == NP_NODE_SCALAR && !node->is_quoted && (!*text || !strcmp(text, "~") || !strcmp(text, "null"));
 }
 
-static void show_value(const np_node *node, char *out, size_t size) {
-  if (is_empty(node) || (node->kind == NP_NODE_SCALAR && !*node->text))
-    np_print(out, size, "empty");
-  else if (node->kind == NP_NODE_SCALAR)
-    np_print_short(out, size, node->text);
-  else
-    np_print(out, size, "a %s of %zu", node->kind == NP_NODE_MAPPING ? "mapping" : "list", np_node_count(node));
+/* A scalar's own text, or `out`. */
+static const char *show_value(const np_node *node, char out[SHOWN_SIZE]) {
+  if (is_empty(node) || (node->kind == NP_NODE_SCALAR && !*node->text)) return "empty";
+  if (node->kind == NP_NODE_SCALAR) return node->text;
+  np_print(out, SHOWN_SIZE, "a %s of %zu", node->kind == NP_NODE_MAPPING ? "mapping" : "list", np_node_count(node));
+  return out;
 }
 
 static neph_result fail_value(const key_applier *applier, const np_key *key, const np_node *node) {
   char shown[SHOWN_SIZE];
   np_text values = {.context = applier->context};
-  show_value(node, shown, sizeof shown);
   np_key_describe_values(key, &values);
-  return np_text_end(&values, np_scene_fail_at(applier->problems, node, "%s is %s, must be %s", applier->path, shown,
-                                               np_text_get(&values)));
+  return np_text_end(&values, np_scene_fail_at(applier->problems, node, "%s is %s, must be %s", applier->path,
+                                               show_value(node, shown), np_text_get(&values)));
 }
 
 static neph_result fail_item(const key_applier *applier, const np_key *key, const np_node *item, unsigned index) {
   char shown[SHOWN_SIZE];
   np_text values = {.context = applier->context};
-  show_value(item, shown, sizeof shown);
   np_key_describe_item(key, &values);
   return np_text_end(&values, np_scene_fail_at(applier->problems, item, "%s[%u] is %s, must be %s", applier->path,
-                                               index, shown, np_text_get(&values)));
+                                               index, show_value(item, shown), np_text_get(&values)));
 }
 
 static neph_result fail_unknown(const key_applier *applier, const np_key *section, const np_node *node) {
-  char name[SHOWN_SIZE];
   np_text hint = {.context = applier->context};
-  np_print_short(name, sizeof name, node->key);
   if (np_scene_would_list(applier->problems, node)) np_key_describe_hint(section, node->key, &hint);
   return np_text_end(&hint, np_scene_fail_key(applier->problems, node, "%s%s%s is not a key%s", applier->path,
-                                              *applier->path ? "." : "", name, np_text_get(&hint)));
+                                              *applier->path ? "." : "", node->key, np_text_get(&hint)));
 }
 
 /* ---- Numbers and words ---- */
@@ -181,10 +176,9 @@ static np_scene_rows *get_rows_field(const np_key *key, void *base) {
 static neph_result fail_time(const key_applier *applier, const np_key *key, const np_node *node, char *problem) {
   char shown[SHOWN_SIZE];
   np_text values = {.context = applier->context};
-  show_value(node, shown, sizeof shown);
   np_key_describe_values(key, &values);
-  neph_result result = np_scene_fail_at(applier->problems, node, "%s is %s, must be %s: %s", applier->path, shown,
-                                        np_text_get(&values), problem);
+  neph_result result = np_scene_fail_at(applier->problems, node, "%s is %s, must be %s: %s", applier->path,
+                                        show_value(node, shown), np_text_get(&values), problem);
   result = np_text_end(&values, result);
   np_alloc_free(applier->context, problem);
   return result;
@@ -208,8 +202,7 @@ static neph_result apply_file(key_applier *applier, const np_key *key, const np_
   neph_result result = np_path_map_resolve(applier->context, applier->scene->file, node->text, target, &problem);
   if (!result && key->is_input && !key->is_numbered) np_frame_name_unescape(*target);
   if (!problem) return result;
-  show_value(node, shown, sizeof shown);
-  result = np_scene_fail_at(applier->problems, node, "%s is %s: %s", applier->path, shown, problem);
+  result = np_scene_fail_at(applier->problems, node, "%s is %s: %s", applier->path, show_value(node, shown), problem);
   np_alloc_free(applier->context, problem);
   return result;
 }
@@ -308,8 +301,8 @@ static neph_result apply_element(key_applier *applier, const np_key *list, unsig
   np_print(applier->path, sizeof applier->path, "%s[%u]", list->path, index);
   if (node->kind == NP_NODE_MAPPING) return apply_section(applier, list, element, node);
   char shown[SHOWN_SIZE];
-  show_value(node, shown, sizeof shown);
-  return np_scene_fail_at(applier->problems, node, "%s is %s, must be a mapping", applier->path, shown);
+  return np_scene_fail_at(applier->problems, node, "%s is %s, must be a mapping", applier->path,
+                          show_value(node, shown));
 }
 
 static neph_result apply_cloud(key_applier *applier, const np_key *list, unsigned index, const np_node *node) {

@@ -127,8 +127,8 @@ static neph_result check_name(const neph_scene *scene, unsigned index, const np_
   const char *name = scene->clouds[index].name;
   const np_node *name_node = np_node_search(node, "name");
   if (strchr(name, '/'))
-    return np_scene_fail_at(problems, name_node,
-                            "clouds[%u].name is %.64s, must not hold a slash: files are named by it", index, name);
+    return np_scene_fail_at(problems, name_node, "clouds[%u].name is %s, must not hold a slash: files are named by it",
+                            index, name);
   const reserved_name *reserved = search_reserved(scene, index);
   if (reserved)
     return np_scene_fail_at(problems, name_node ? name_node : node,
@@ -138,7 +138,7 @@ static neph_result check_name(const neph_scene *scene, unsigned index, const np_
   for (unsigned i = 0; i < index; i++)
     if (!strcmp(scene->clouds[i].name, name))
       return np_scene_fail_at(problems, name_node ? name_node : node,
-                              "clouds[%u].name is %.64s, the name of clouds[%u] too", index, name, i);
+                              "clouds[%u].name is %s, the name of clouds[%u] too", index, name, i);
   return NEPH_OK;
 }
 

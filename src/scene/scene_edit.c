@@ -24,8 +24,7 @@ typedef struct path_editor {
 
 static neph_result fail_path(const path_editor *editor) {
   return np_fail(editor->context, NEPH_ERROR_BAD_SCENE,
-                 "%.80s is not a key, must be names parted by dots, such as camera.fov or clouds[0].voxel",
-                 editor->key);
+                 "%s is not a key, must be names parted by dots, such as camera.fov or clouds[0].voxel", editor->key);
 }
 
 /* Takes "name" or "name[3]", and the dot behind it, off the front of `*path`. */
@@ -86,7 +85,7 @@ static neph_result put_value(neph_context *context, np_node *mapping, const char
 }
 
 static neph_result fail_index(const path_editor *editor, const path_step *step, size_t count) {
-  return np_fail(editor->context, NEPH_ERROR_BAD_SCENE, "%.80s: %s has %zu element%s, the next is %s[%zu]", editor->key,
+  return np_fail(editor->context, NEPH_ERROR_BAD_SCENE, "%s: %s has %zu element%s, the next is %s[%zu]", editor->key,
                  step->name, count, count == 1 ? "" : "s", step->name, count);
 }
 

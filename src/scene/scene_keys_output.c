@@ -8,8 +8,8 @@ static const np_choice alphas[] = {{"clouds", NP_ALPHA_CLOUDS},
                                    {"scene", NP_ALPHA_SCENE},
                                    {NULL, 0}};
 static const np_choice cloud_airs[] = {{"kept", NP_CLOUD_AIR_KEPT}, {"apart", NP_CLOUD_AIR_APART}, {NULL, 0}};
-static const np_choice exposures[] = {{"auto", NEPH_EXPOSURE_AUTO}, {"meter", NEPH_EXPOSURE_METER},
-                                       {"camera", NEPH_EXPOSURE_CAMERA}, {NULL, 0}};
+static const np_choice exposures[] = {
+    {"auto", NEPH_EXPOSURE_AUTO}, {"meter", NEPH_EXPOSURE_METER}, {"camera", NEPH_EXPOSURE_CAMERA}, {NULL, 0}};
 static const np_choice views[] = {
     {"filmic", NEPH_VIEW_FILMIC}, {"standard", NEPH_VIEW_STANDARD}, {"raw", NEPH_VIEW_RAW}, {NULL, 0}};
 static const np_choice preview_bits[] = {{"8", 8}, {"16", 16}, {NULL, 0}};

@@ -33,6 +33,16 @@ nephos render local.yaml -q --samples 1 -o a.exr --set "sun.time=2026-06-21T00:1
   --set place.longitude=-180 | sun
 sed '/place/d; s/06:40/06:40Z/' local.yaml >nowhere.yaml
 nephos render nowhere.yaml -q || echo "exit $?"
+nephos info nowhere.yaml --set "place={latitude: 42, longitude: -71}" | grep -c sun.time
+
+# The limit of 6° is that of the place, however far below it a high camera sees the horizon.
+echo twilight >&2
+for height in 0 10km; do
+  for elevation in -5.9 -6.1; do
+    nephos render local.yaml -q --samples 1 -o a.exr --set "sun={elevation: $elevation deg}" \
+      --set "camera.position=[0, 0, $height]" | sun
+  done
+done
 
 # Nothing is to be said where fire, moon or an even sky lights the night; nor of a dark preview that is kept dark.
 echo nights >&2

@@ -5,6 +5,12 @@ nephos schema output.aovs --json | grep -c '"values": ".*cryptomatte.*"'
 echo 'output: {aovs: [nothing]}' >wrong.yaml
 nephos info wrong.yaml 2>&1 | tr , '\n' | grep -c '[a-z]' >listed
 nephos schema output.aovs | sed -n 1p | tr , '\n' | grep -c '[a-z]' | cmp - listed
+# Values and keys in messages
+echo "version: 1" >right.yaml
+word=$(printf "%0400d" 7)
+nephos info right.yaml --set "sun.time=$word" 2>&1 | grep -c "sun.time is $word, must be"
+nephos info right.yaml --set "sun.$word=1" 2>&1 | grep -c "sun.$word is not a key"
+nephos info right.yaml --set "animate={sun.$word: [[1, 2]]}" 2>&1 | grep -c "sun.$word is not a key"
 long=$(printf '%0200d' 0)
 {
   echo 'clouds:'
