@@ -230,8 +230,8 @@ typedef struct neph_memory_estimate {
 NEPH_API neph_result neph_render_estimate_memory(neph_scene *scene, const neph_render_desc *desc,
                                                  neph_memory_estimate *out_estimate) NEPH_NODISCARD;
 
-/** Predicts the time of a render from its plan, headers of cloud files and trials of bakes, as `--explain` does: seconds
- * of one core, within a factor of two or three. Files that are not there count as no cloud.
+/** Predicts the time of a render from its plan, headers of cloud files and trials of bakes, as `--explain` does: in
+ * seconds of one core, within a factor of two or three. Files that are not there count as no cloud.
  *
  * @param desc              NULL: the scene's own settings.
  * @param out_seconds       of the picture by itself, with the frames that one with history is rendered from; unchanged

@@ -19,8 +19,8 @@ NEPH_API neph_result neph_scene_create(neph_context *context, neph_scene **out_s
  * are logged, in the order of its file, at most 20 and then their number; an error of the YAML ends the reading. */
 NEPH_API neph_result neph_scene_load(neph_context *context, const char *path, neph_scene **out_scene) NEPH_NODISCARD;
 
-/** Reads a scene file as neph_scene_load does, for keys that are set before it is used: they may bring what its own keys
- * need, so that only neph_scene_check checks keys together. */
+/** Reads a scene file as neph_scene_load does, for keys that are set before it is used: they may bring what its own
+ * keys need, so that only neph_scene_check checks keys together. */
 NEPH_API neph_result neph_scene_open(neph_context *context, const char *path, neph_scene **out_scene) NEPH_NODISCARD;
 
 /** Reads a scene from text; `name` stands for the file in messages and for relative paths. */
