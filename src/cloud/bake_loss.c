@@ -1,33 +1,53 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Losses of a cloud to the size of its voxels, measured before it is baked.
  *
- * Columns of voxels, spread evenly over the field, are compared with columns of the model at half its grain, drawn
- * within the footprints of the same voxels: mean optical depth, coverage, and the painted coverage beneath them. Both
- * are evaluated pointwise, so that no grid is needed: the losses of any other voxel are measured by the same code, and
- * the voxel of the warning is the first, halved and rounded down to three digits, whose own bake would not warn. Sums
- * are in the order of columns, and do not depend on threads. Losses count when they are beyond chance as well: columns
- * are a sample, of a field of few voxels all there are.
+ * A field of few voxels is compared at all its columns with the mean of columns drawn within their footprints: the
+ * voxels may miss clouds or exaggerate them. The waterline was set so that these very columns are covered as the key
+ * says, and that of another voxel will be: so the mean optical depth of covered columns is compared. Of more voxels
+ * some columns, spread evenly, are compared with the finer model at the same places. Grains of thermals are as fine as
+ * the model of any smaller voxel down to the grain, so that nothing is to be compared in them.
+ *
+ * All is evaluated pointwise, so that no grid is needed: the losses of any other voxel are measured by the same code,
+ * and the voxel of the warning is the first, halved and rounded down to three digits, whose own bake would not warn.
+ * Sums are in the order of columns, and do not depend on threads. Losses count when they are beyond chance as well:
+ * drawn columns are a sample, whose error is that of a ratio of sums over blocks or over halves of the draws (Cochran
+ * 1977, "Sampling Techniques", 6.4).
  */
 #include <math.h>
 
 #include "cloud/bake_private.h"
 #include "cloud/shape.h"
+#include "cloud/thermals.h"
 #include "core/alloc.h"
 #include "core/random.h"
 
-/* Columns along an axis: few first, so that a bake takes at most 5 % longer; more where these lose. */
-enum { COLUMNS_FEW = 22, COLUMNS_MANY = 32, FINE_HALVINGS = 3 };
+enum {
+  COLUMNS_ALL = 22, /* along an axis, of which all are compared */
+  BLOCK_COLUMNS = 4,
+  BLOCKS_MAX = 64,
+  FINE_HALVINGS = 3
+};
 
+/* Effort of a comparison: columns along an axis of a field of many, and columns drawn in one of few. */
+typedef struct column_effort {
+  size_t columns, draws;
+  double chance; /* standard errors within which nothing is lost */
+} column_effort;
+
+static const column_effort first_effort = {16, 484, 0}, second_effort = {32, 2304, 3}; /* where the first loses */
 static const double tolerated_share = 0.15;
-static const double chance = 3; /* standard errors */
-static const double finer = 0.5;
-static const double finer_step = 2; /* grains between the heights of a finer column, of which a mean alone is wanted */
+static const double finer = 0.5; /* of the grain */
 
-/* A column of voxels, and the mean of columns within its footprint. */
+/* Columns of the finer model: sums of their optical depth and number of those that are covered. */
+typedef struct drawn {
+  double depth, covered;
+} drawn;
+
+/* A column of voxels, and columns of the finer model at its place or within its footprint, in two halves. */
 typedef struct column_pair {
-  double depth, finer_depth, finer_depth2;
+  double depth, covered;
+  drawn halves[2];
   double painted, misplaced; /* coverage in the picture; difference between the two places */
-  bool is_covered;
 } column_pair;
 
 typedef struct column_job {
@@ -36,6 +56,7 @@ typedef struct column_job {
   np_cloud_model detailed; /* lends all from the model */
   double voxel_m;
   size_t voxels[2], columns[2], draws; /* voxels along the field, columns of them, finer columns for each */
+  bool is_all, has_detail;             /* all voxels are compared; the finer model is another */
   column_pair *pairs;
 } column_job;
 
@@ -77,29 +98,37 @@ static double sample_painted(const np_cloud_model *model, double x_m, double y_m
   return shares ? (double)np_weather_map_sample(&model->map, shares, (float)x_m, (float)y_m) : 0.0;
 }
 
-static void measure_pair(const column_job *job, size_t number, column_pair *out) {
+static void compute_place(const column_job *job, size_t number, double out_place_m[2]) {
   const size_t at[2] = {number % job->columns[0], number / job->columns[0]};
-  double place_m[2];
   for (int a = 0; a < 2; a++) {
     const double voxel = floor(((double)at[a] + 0.5) * (double)job->voxels[a] / (double)job->columns[a]);
-    place_m[a] = (voxel - 0.5 * (double)(job->voxels[a] - 1)) * job->voxel_m;
+    out_place_m[a] = (voxel - 0.5 * (double)(job->voxels[a] - 1)) * job->voxel_m;
   }
+}
+
+static void add_drawn(const np_cloud_model *model, double share, const double place_m[2], drawn *sums) {
+  const column_heights heights = {model->desc.voxel_m, share};
+  const double depth = measure_column(model, &heights, place_m[0], place_m[1]);
+  sums->depth += depth;
+  sums->covered += depth > 0;
+}
+
+static void measure_pair(const column_job *job, size_t number, column_pair *out) {
   np_random random = np_random_start(job->model->desc.seed, 0, (uint32_t)number, 0, 0);
-  const double grain_m = job->model->desc.voxel_m;
-  const column_heights grains = {grain_m, 0.5};
-  *out = (column_pair){.depth = measure_column(job->model, &grains, place_m[0], place_m[1])};
-  const double here = sample_painted(job->model, place_m[0], place_m[1]);
-  out->is_covered = out->depth > 0;
+  drawn here = {0};
+  double place_m[2];
+  compute_place(job, number, place_m);
+  if (job->is_all || job->has_detail) add_drawn(job->model, 0.5, place_m, &here);
+  *out = (column_pair){.depth = here.depth, .covered = here.covered};
+  if (!job->is_all && job->has_detail) add_drawn(&job->detailed, 0.5, place_m, &out->halves[0]);
+  const double painted_here = sample_painted(job->model, place_m[0], place_m[1]);
   for (size_t i = 0; i < job->draws; i++) {
-    const double x_m = place_m[0] + (np_random_double(&random) - 0.5) * job->voxel_m;
-    const double y_m = place_m[1] + (np_random_double(&random) - 0.5) * job->voxel_m;
-    const column_heights drawn = {finer_step * grain_m, np_random_double(&random)};
-    const double depth = measure_column(&job->detailed, &drawn, x_m, y_m);
-    const double painted = sample_painted(job->model, x_m, y_m);
-    out->finer_depth += depth / (double)job->draws;
-    out->finer_depth2 += depth * depth / (double)job->draws;
+    double drawn_m[2];
+    for (int a = 0; a < 2; a++) drawn_m[a] = place_m[a] + (np_random_double(&random) - 0.5) * job->voxel_m;
+    if (job->is_all) add_drawn(&job->detailed, np_random_double(&random), drawn_m, &out->halves[i % 2]);
+    const double painted = sample_painted(job->model, drawn_m[0], drawn_m[1]);
     out->painted += painted / (double)job->draws;
-    out->misplaced += fabs(painted - here) / (double)job->draws;
+    out->misplaced += fabs(painted - painted_here) / (double)job->draws;
   }
 }
 
@@ -112,46 +141,56 @@ static neph_result measure_pairs(void *user, size_t begin, size_t end, unsigned 
 
 /* ---- Losses ---- */
 
-static bool is_all(const column_job *job) {
-  return job->columns[0] == job->voxels[0] && job->columns[1] == job->voxels[1];
+/* Share that is lost, 0 when it is no more than `least`. */
+static double judge(double kept, double whole, double least) {
+  const double lost = whole > 0 ? 1 - kept / whole : 0;
+  return lost > least ? lost : 0;
 }
 
-/* Share that is lost, 0 when it may be chance. */
-static double judge(double kept, double whole, double deviation) {
-  const double lost = whole - kept;
-  return whole > 0 && lost > chance * deviation ? lost / whole : 0;
-}
+/* Sums over all pairs. */
+typedef struct pair_sums {
+  double depth, covered, painted, misplaced;
+  drawn finer;
+} pair_sums;
 
-/* Standard error of the difference of mean depths: of all voxels, that of the finer columns alone. */
-static double compute_deviation(const column_job *job, size_t count) {
-  double sum = 0, sum2 = 0;
+static pair_sums sum_pairs(const column_job *job, size_t count) {
+  pair_sums sums = {0};
   for (size_t i = 0; i < count; i++) {
     const column_pair *p = &job->pairs[i];
-    sum += is_all(job) ? p->finer_depth : p->finer_depth - p->depth;
-    sum2 += is_all(job) ? p->finer_depth2 : (p->finer_depth - p->depth) * (p->finer_depth - p->depth);
+    sums.depth += p->depth;
+    sums.covered += p->covered;
+    sums.painted += p->painted;
+    sums.misplaced += p->misplaced;
+    sums.finer.depth += p->halves[0].depth + p->halves[1].depth;
+    sums.finer.covered += p->halves[0].covered + p->halves[1].covered;
   }
-  const double n = (double)count, draws = n * (is_all(job) ? (double)job->draws : 1.0);
-  return sqrt(fmax(sum2 / n - (sum / n) * (sum / n), 0) / draws);
+  return sums;
 }
 
-static np_bake_losses sum_pairs(const column_job *job, size_t count) {
-  np_bake_losses losses = {0};
-  double finer_depth = 0, misplaced = 0, painted = 0;
+/* Relative variance of the mean depth of drawn columns: the halves of a footprint are independent. */
+static double compute_drawn_variance(const column_job *job, size_t count, const pair_sums *sums, bool by_cover) {
+  double variance = 0;
   for (size_t i = 0; i < count; i++) {
-    losses.depth += job->pairs[i].depth / (double)count;
-    losses.covered += (double)job->pairs[i].is_covered / (double)count;
-    finer_depth += job->pairs[i].finer_depth / (double)count;
-    misplaced += job->pairs[i].misplaced / (double)count;
-    painted += job->pairs[i].painted / (double)count;
+    const drawn *h = job->pairs[i].halves;
+    const double covered = by_cover ? (h[0].covered - h[1].covered) / sums->finer.covered : 0;
+    variance += pow((h[0].depth - h[1].depth) / sums->finer.depth - covered, 2);
   }
-  const np_cloud_model *model = job->model;
-  losses.wanted = model->map.levels ? painted : model->map.coverage;
-  const double by_chance = is_all(job) ? 0 : sqrt(losses.wanted * (1 - losses.wanted) / (double)count);
-  losses.of_depth = judge(losses.depth, finer_depth, compute_deviation(job, count));
-  losses.of_coverage = judge(losses.covered, losses.wanted, by_chance);
-  losses.of_map = painted > 0 ? 0.5 * misplaced / painted : 0;
-  losses.finer_depth = finer_depth;
-  return losses;
+  return variance;
+}
+
+/* Relative variance of the ratio of depths at the same places, over blocks of columns: those of a cloud are alike. */
+static double compute_block_variance(const column_job *job, size_t count, const pair_sums *sums) {
+  const size_t across = (job->columns[0] + BLOCK_COLUMNS - 1) / BLOCK_COLUMNS;
+  double residual[BLOCKS_MAX] = {0}, variance = 0;
+  size_t blocks = 0;
+  for (size_t i = 0; i < count; i++) {
+    const column_pair *p = &job->pairs[i];
+    const size_t block = i / job->columns[0] / BLOCK_COLUMNS * across + i % job->columns[0] / BLOCK_COLUMNS;
+    residual[block] += p->depth / sums->depth - p->halves[0].depth / sums->finer.depth;
+    if (block >= blocks) blocks = block + 1;
+  }
+  for (size_t b = 0; b < blocks; b++) variance += residual[b] * residual[b];
+  return blocks > 1 ? variance * (double)blocks / (double)(blocks - 1) : (double)INFINITY;
 }
 
 /* A given shape has none to keep, and lines do not fill a picture. */
@@ -160,37 +199,75 @@ static bool has_coverage(const np_cloud_model *model) {
   return !np_cloud_desc_has_shape(&model->desc) && !is_lines;
 }
 
-static void choose_columns(column_job *job, size_t most) {
-  const neph_cloud_desc *desc = &job->model->desc;
-  for (int a = 0; a < 2; a++) {
-    job->voxels[a] = (size_t)fmax(round(desc->extent_m[a] / job->voxel_m), 1);
-    job->columns[a] = job->voxels[a] < most ? job->voxels[a] : most;
-  }
-  job->draws = (most * most + job->columns[0] * job->columns[1] - 1) / (job->columns[0] * job->columns[1]);
+/* Optical depths in voxels and in a bake of finer ones, which covers as much as this one. */
+static void judge_depth(const column_job *job, size_t count, const pair_sums *sums, double chance,
+                        np_bake_losses *losses) {
+  const double n = (double)count, draws = job->is_all ? n * (double)job->draws : n;
+  const bool by_cover = job->is_all && has_coverage(job->model) && sums->covered > 0 && sums->finer.covered > 0;
+  losses->depth = sums->depth / n;
+  losses->finer_depth = sums->finer.depth / draws;
+  if (by_cover) losses->finer_depth *= sums->covered / n / (sums->finer.covered / draws);
+  if (!(sums->finer.depth > 0)) return;
+  double variance = 0;
+  if (job->is_all)
+    variance = compute_drawn_variance(job, count, sums, by_cover);
+  else if (sums->depth > 0)
+    variance = compute_block_variance(job, count, sums);
+  const double kept = losses->depth / losses->finer_depth;
+  losses->of_depth = judge(losses->depth, losses->finer_depth, chance > 0 ? chance * kept * sqrt(variance) : 0);
 }
 
-static neph_result measure_columns(neph_context *context, const np_cloud_model *model, size_t most,
+static np_bake_losses judge_pairs(const column_job *job, size_t count, double chance) {
+  const np_cloud_model *model = job->model;
+  const pair_sums sums = sum_pairs(job, count);
+  const double n = (double)count;
+  np_bake_losses losses = {.covered = sums.covered / n};
+  losses.wanted = model->map.levels ? sums.painted / n : model->map.coverage;
+  if (job->is_all || job->has_detail) judge_depth(job, count, &sums, chance, &losses);
+  if (job->is_all && has_coverage(model)) losses.of_coverage = judge(losses.covered, losses.wanted, 0);
+  losses.of_map = sums.painted > 0 ? 0.5 * sums.misplaced / sums.painted : 0;
+  return losses;
+}
+
+static void choose_columns(column_job *job, const column_effort *effort) {
+  const neph_cloud_desc *desc = &job->model->desc;
+  for (int a = 0; a < 2; a++) job->voxels[a] = (size_t)fmax(round(desc->extent_m[a] / job->voxel_m), 1);
+  job->is_all = job->voxels[0] <= COLUMNS_ALL && job->voxels[1] <= COLUMNS_ALL;
+  for (int a = 0; a < 2; a++)
+    job->columns[a] = job->is_all || job->voxels[a] < effort->columns ? job->voxels[a] : effort->columns;
+  const size_t count = job->columns[0] * job->columns[1];
+  job->draws = 2 * ((effort->draws + 2 * count - 1) / (2 * count));
+}
+
+/* Share of the grain that the finer model is of: of thermals the grain that any smaller voxel has as well. */
+static double choose_share(const np_cloud_model *model) {
+  const double grain_m = np_cloud_compute_grain_m(&model->desc);
+  return np_cloud_model_has_thermals(model) ? fmin(grain_m / model->desc.voxel_m, 1) : finer;
+}
+
+static neph_result measure_columns(neph_context *context, const np_cloud_model *model, const column_effort *effort,
                                    np_monitor *monitor, np_bake_losses *out_losses) {
   column_job job = {.context = context, .model = model, .voxel_m = model->desc.voxel_m * model->sample_count};
+  const double share = choose_share(model);
   *out_losses = (np_bake_losses){0};
   if (model->is_empty) return NEPH_OK;
-  choose_columns(&job, most);
-  job.detailed = np_cloud_model_refine(model, finer);
+  choose_columns(&job, effort);
+  job.has_detail = share < 1;
+  job.detailed = np_cloud_model_refine(model, share);
   const size_t count = job.columns[0] * job.columns[1];
   job.pairs = np_alloc(context, count, sizeof *job.pairs);
   if (!job.pairs) return NEPH_ERROR_OUT_OF_MEMORY;
   const neph_result result = np_parallel_for(context, monitor, count, 8, measure_pairs, &job);
-  if (!result) *out_losses = sum_pairs(&job, count);
-  if (!has_coverage(model)) out_losses->of_coverage = 0;
+  if (!result) *out_losses = judge_pairs(&job, count, effort->chance);
   np_alloc_free(context, job.pairs);
   return result;
 }
 
 neph_result np_bake_measure_losses(neph_context *context, const np_cloud_model *model, np_monitor *monitor,
                                    np_bake_losses *out_losses) {
-  const neph_result result = measure_columns(context, model, COLUMNS_FEW, monitor, out_losses);
+  const neph_result result = measure_columns(context, model, &first_effort, monitor, out_losses);
   return result || !np_bake_loses(out_losses) ? result
-                                              : measure_columns(context, model, COLUMNS_MANY, monitor, out_losses);
+                                              : measure_columns(context, model, &second_effort, monitor, out_losses);
 }
 
 bool np_bake_loses(const np_bake_losses *losses) {

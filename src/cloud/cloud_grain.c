@@ -14,11 +14,14 @@ static const double thermal_grains = 11, billow_grains = 7; /* across the larges
 static const double thickness_grains = 8;                   /* over a sublayer */
 enum { GRAINS_MAX = 64 };
 
-unsigned np_cloud_grain_count(const neph_cloud_desc *desc) {
+double np_cloud_compute_grain_m(const neph_cloud_desc *desc) {
   const bool has_thermals = desc->model == NEPH_CLOUD_MODEL_THERMALS || desc->model == NEPH_CLOUD_MODEL_HERO;
   const double grains = has_thermals ? thermal_grains : billow_grains, layer_m = desc->thickness_m / desc->sublayers;
-  const double grain_m = fmin(desc->billow_m / grains, layer_m / thickness_grains);
-  return (unsigned)fmin(fmax(ceil(desc->voxel_m / grain_m), 1), GRAINS_MAX);
+  return fmin(desc->billow_m / grains, layer_m / thickness_grains);
+}
+
+unsigned np_cloud_grain_count(const neph_cloud_desc *desc) {
+  return (unsigned)fmin(fmax(ceil(desc->voxel_m / np_cloud_compute_grain_m(desc)), 1), GRAINS_MAX);
 }
 
 neph_cloud_desc np_cloud_model_get_desc(const np_cloud_model *model) {

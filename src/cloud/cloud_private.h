@@ -349,6 +349,9 @@ void np_cloud_model_eval_points(const np_cloud_model *model, const np_cloud_poin
 
 /* ---- Grain: cloud_grain.c ---- */
 
+/* Size of detail that a model is built for in coarse voxels, before these are cut evenly. */
+double np_cloud_compute_grain_m(const neph_cloud_desc *desc);
+
 /* Number of grains over the height of the description's voxel: 1 where its own size loses nothing. */
 unsigned np_cloud_grain_count(const neph_cloud_desc *desc);
 
