@@ -174,7 +174,8 @@ static cli_exit take_path(const cloud_job *job, const char *path) {
   if (!job->files) return bake_to(job, path);
   char role[32];
   cli_print(role, sizeof role, "clouds[%u].vdb", job->cloud);
-  return cli_files_add_output(job->session, job->files, role, path);
+  if (job->session->options->output_count) cli_print(role, sizeof role, "--output");
+  return cli_exit_of(neph_files_add_bake(job->files, NEPH_FILE_WRITTEN, role, job->scene, job->cloud, path));
 }
 
 static cli_exit bake_frame(const cloud_job *job, const char *pattern) {

@@ -89,7 +89,8 @@ static cli_exit add_source(const export_job *job, unsigned cloud, int frame) {
   if (!pattern) return CLI_DONE;
   neph_result result = neph_frame_get_path(job->session->context, pattern, frame, &path);
   cli_print(role, sizeof role, "clouds[%u].vdb", cloud);
-  if (!result && !access(path, F_OK)) result = neph_files_add(job->files, NEPH_FILE_READ, role, path);
+  if (!result && !access(path, F_OK))
+    result = neph_files_add_bake(job->files, NEPH_FILE_READ, role, job->scene, cloud, path);
   neph_text_destroy(job->session->context, path);
   return cli_exit_of(result);
 }

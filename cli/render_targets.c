@@ -120,7 +120,7 @@ static cli_exit check_cloud(const render_job *job, unsigned index) {
   cli_print(role, sizeof role, "clouds[%u].vdb", index);
   if (is_written) exit = cli_check_target(job->session, path);
   const neph_file_use use = is_written ? NEPH_FILE_WRITTEN : NEPH_FILE_READ;
-  if (!exit) exit = cli_exit_of(neph_files_add(job->files, use, role, path));
+  if (!exit) exit = cli_exit_of(neph_files_add_bake(job->files, use, role, job->scene, index, path));
   neph_text_destroy(job->session->context, path);
   return exit;
 }
@@ -143,6 +143,7 @@ cli_exit render_job_add_targets(const render_job *job, const render_targets *t) 
   const char *checkpoint = t->is_part ? NULL : t->checkpoint;
   if (!exit && checkpoint) exit = cli_check_target(job->session, checkpoint);
   if (!exit) exit = cli_exit_of(neph_files_add(job->files, NEPH_FILE_WRITTEN, "the checkpoint", checkpoint));
+  if (!exit) exit = cli_exit_of(neph_files_add_light(job->files, t->checkpoint));
   return exit ? exit : add_snapshot(job, t->snapshot);
 }
 

@@ -55,6 +55,8 @@ static void call_a_core_without_objects(void) {
                       DOES(neph_files_destroy, NULL),
                       FAILS(neph_files_add, NULL, NEPH_FILE_READ, NULL, NULL),
                       FAILS(neph_files_add_scene, NULL, NULL),
+                      FAILS(neph_files_add_bake, NULL, NEPH_FILE_READ, NULL, NULL, 0, NULL),
+                      FAILS(neph_files_add_light, NULL, NULL),
                       FAILS(neph_files_check, NULL),
                       FAILS(neph_ephemeris_compute, NULL, NULL, 0, 0, NULL),
                       FAILS(neph_machine_calibrate, NULL, NULL, NULL, NULL),

@@ -33,8 +33,18 @@ NEPH_API neph_result neph_files_add(neph_files *files, neph_file_use use, const 
                                     const char *path) NEPH_NODISCARD;
 
 /** Adds all that a scene reads: its file, those that its keys name, and those of its clouds, with every file of a
- * sequence, but for files that clouds are baked to. */
+ * sequence, and the levels of detail beside them, but for files that clouds are baked to. */
 NEPH_API neph_result neph_files_add_scene(neph_files *files, const struct neph_scene *scene) NEPH_NODISCARD;
+
+/** Adds the file of a cloud that is baked, and the levels of detail beside it, "cloud.lod1.vdb", …: all that a bake
+ * writes, or, read, those that are there. */
+NEPH_API neph_result neph_files_add_bake(neph_files *files, neph_file_use use, const char *role,
+                                         const struct neph_scene *scene, unsigned cloud_index,
+                                         const char *path) NEPH_NODISCARD;
+
+/** Adds the light of sun and moon that a render keeps beside a checkpoint, "shot.npart.light0-0", …, and removes with
+ * it. A `checkpoint_path` of NULL adds nothing. */
+NEPH_API neph_result neph_files_add_light(neph_files *files, const char *checkpoint_path) NEPH_NODISCARD;
 
 /** NEPH_ERROR_INVALID_ARGUMENT, with one message, where a file that is written is one of the others as well: by device
  * and inode where it is there, else by its name behind links. */

@@ -2,12 +2,15 @@
 #include "render/light_checkpoint.h"
 
 #include <dirent.h>
+#include <limits.h>
+#include <nephos/files.h>
 #include <nephos/parts.h>
 #include <string.h>
 #include <unistd.h>
 
 #include "core/alloc.h"
 #include "core/set_aside.h"
+#include "core/text.h"
 
 static const char ending[] = ".light";
 
@@ -118,4 +121,21 @@ void neph_checkpoint_clear_light(const char *checkpoint_path) {
     if (!strncmp(file->d_name, name, length) && is_light_name(file->d_name + length))
       (void)unlinkat(dirfd(folder), file->d_name, 0);
   if (folder) (void)closedir(folder);
+}
+
+/* Names of the sun's and the moon's light in three bands: of the frame itself, and of both ends of its block. Light
+ * whose name is too long can never be written, and refuses no picture. */
+neph_result neph_files_add_light(neph_files *files, const char *checkpoint_path) {
+  enum { BLOCK_ENDS = 3, LIGHTS = 2, SUFFIX = 32 };
+  char path[4096];
+  if (!files) return NEPH_ERROR_INVALID_ARGUMENT;
+  if (!checkpoint_path || strlen(checkpoint_path) + SUFFIX > sizeof path) return NEPH_OK;
+  const char *slash = strrchr(checkpoint_path, '/'), *name = slash ? slash + 1 : checkpoint_path;
+  if (strlen(name) + strlen(ending) + strlen("0-0") > NAME_MAX) return NEPH_OK;
+  neph_result result = NEPH_OK;
+  for (unsigned i = 0; !result && i < BLOCK_ENDS * LIGHTS; i++) {
+    np_print(path, sizeof path, "%s%s%u-%u", checkpoint_path, ending, i / LIGHTS, i % LIGHTS);
+    result = neph_files_add(files, NEPH_FILE_WRITTEN, "light beside the checkpoint", path);
+  }
+  return result;
 }

@@ -13,6 +13,7 @@
 #include "core/text.h"
 #include "scene/scene_keys.h"
 #include "terrain/heightfield_files.h"
+#include "volume/volume_levels.h"
 
 enum { PATH_SIZE = 160 };
 
@@ -141,6 +142,28 @@ static neph_result add_heights(const lookup *l, const char *pattern) {
   return result;
 }
 
+/* Adds up to `count` levels of detail beside a cloud's file: as far as they are there, of one that is read. */
+static neph_result add_levels(neph_files *files, neph_file_use use, const char *role, const char *path, unsigned count,
+                              neph_context *context) {
+  neph_result result = NEPH_OK;
+  bool is_there = true;
+  for (unsigned k = 1; k < count && is_there && !result; k++) {
+    char *level = np_volume_name_level(context, path, k);
+    if (!level) return NEPH_ERROR_OUT_OF_MEMORY;
+    is_there = use == NEPH_FILE_WRITTEN || np_file_exists(level);
+    if (is_there) result = neph_files_add(files, use, role, level);
+    np_alloc_free(context, level);
+  }
+  return result;
+}
+
+/* Adds a file of a key, and of a cloud's file the levels that are read with it. */
+static neph_result add_file(const lookup *l, const char *path) {
+  const neph_result result = neph_files_add(l->files, NEPH_FILE_READ, l->path, path);
+  if (result || strncmp(l->path, "clouds", strlen("clouds")) != 0) return result;
+  return add_levels(l->files, NEPH_FILE_READ, l->path, path, NEPH_BAKE_LODS_MAX, l->scene->context);
+}
+
 /* Adds the files of a sequence that are there. */
 static neph_result add_sequence(const lookup *l, const char *pattern) {
   neph_context *context = l->scene->context;
@@ -148,7 +171,7 @@ static neph_result add_sequence(const lookup *l, const char *pattern) {
   neph_result result = np_frame_name_list(context, pattern, &list);
   for (size_t i = 0; !result && i < list.count; i++) {
     char *path = np_frame_name_make(context, pattern, list.numbers[i]);
-    result = path ? neph_files_add(l->files, NEPH_FILE_READ, l->path, path) : NEPH_ERROR_OUT_OF_MEMORY;
+    result = path ? add_file(l, path) : NEPH_ERROR_OUT_OF_MEMORY;
     np_alloc_free(context, path);
   }
   np_alloc_free(context, list.numbers);
@@ -159,7 +182,7 @@ static neph_result add_visited(const lookup *l, const np_node *node, const char 
   (void)node;
   if (np_height_files_is_pattern(file)) return add_heights(l, file);
   if (np_frame_name_is_pattern(file) && !np_file_exists(file)) return add_sequence(l, file);
-  return neph_files_add(l->files, NEPH_FILE_READ, l->path, file);
+  return add_file(l, file);
 }
 
 static neph_result add_cloud(const neph_scene *scene, unsigned index, neph_files *files) {
@@ -176,4 +199,14 @@ neph_result neph_files_add_scene(neph_files *files, const neph_scene *scene) {
   if (!result) result = visit_files(scene, add_visited, files);
   for (unsigned i = 0; !result && i < scene->cloud_count; i++) result = add_cloud(scene, i, files);
   return result;
+}
+
+neph_result neph_files_add_bake(neph_files *files, neph_file_use use, const char *role, const neph_scene *scene,
+                                unsigned cloud_index, const char *path) {
+  if (!files || !scene || !path || cloud_index >= scene->cloud_count) return NEPH_ERROR_INVALID_ARGUMENT;
+  const np_scene_cloud *cloud = &scene->clouds[cloud_index];
+  const unsigned written_count = cloud->bake.repeat_m > 0.0 ? 1 : cloud->level_count;
+  const unsigned count = use == NEPH_FILE_READ ? NEPH_BAKE_LODS_MAX : written_count;
+  const neph_result result = neph_files_add(files, use, role, path);
+  return result ? result : add_levels(files, use, role, path, count, scene->context);
 }

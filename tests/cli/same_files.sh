@@ -52,6 +52,17 @@ untouched smoke.0007.vdb
 printf 'as it was' >own.lod1.vdb
 refused export scene.yaml --set 'clouds=[{vdb: own.lod1.vdb, optical_depth: 1}]' -o own.vdb --levels 2
 untouched own.lod1.vdb
+ln -s weather.png field.lod1.vdb
+refused bake scene.yaml --set 'clouds=[{bake: {extent: 1 km, levels: 2, map: {image: weather.png, coverage: R}}}]' \
+  -o field.vdb
+refused render scene.yaml --set 'clouds=[{vdb: field.vdb, bake: {extent: 1 km, levels: 2, map: {image: weather.png, coverage: R}}}]'
+untouched weather.png
+rm field.lod1.vdb
+refused bake scene.yaml --set 'clouds=[{name: a, vdb: f.vdb, bake: {extent: 1 km, levels: 2}}, {name: b, vdb: f.lod1.vdb, bake: {extent: 1 km}}]'
+printf 'as it was' >levels.vdb
+printf 'as it was' >levels.lod1.vdb
+refused bake scene.yaml --set 'clouds=[{vdb: levels.vdb, optical_depth: 1}, {bake: {extent: 1 km}}]' -o levels.lod1.vdb
+untouched levels.lod1.vdb
 printf 'as it was' >baked.vdb
 refused export scene.yaml --set 'clouds=[{vdb: baked.vdb, bake: {extent: 1 km}}]' -o baked.vdb
 untouched baked.vdb
@@ -94,6 +105,17 @@ done
 nephos info scene.yaml --log new.log >out
 nephos info scene.yaml --log new.log >out
 wc -l <new.log
+
+echo "== light beside a checkpoint"
+refused render scene.yaml --checkpoint 60s --log a.npart.light0-0
+rm -f a.npart.light0-0
+ln -s weather.png a.npart.light2-1
+refused render scene.yaml --resume --set 'clouds=[{bake: {extent: 1 km, map: {image: weather.png, coverage: R}}}]'
+untouched weather.png
+rm a.npart.light2-1
+ln -s p.npart.light0-0 p.exr
+refused render scene.yaml -o p.npart --resume --set output.deep=p.exr
+rm p.exr
 
 echo "== files of their own"
 nephos render scene.yaml -q --set output.preview=a.png --checkpoint 60s >out
