@@ -164,12 +164,20 @@ static neph_result refuse(const neph_scene *scene, const np_plan *plan, const ne
       1e-9 * (double)e->terrain_bytes, 1e-9 * (double)e->film_bytes, 1e-9 * (double)plan->desc.memory_max_bytes);
 }
 
+/* A plan within the limit leaves the rest of it to light: clouds may turn out denser than their files' headers tell, and
+ * cells of light smaller. */
+static void hold_light(np_plan *plan, const neph_memory_estimate *e) {
+  const double rest = (double)plan->desc.memory_max_bytes - (double)e->total_bytes;
+  plan->light_bytes_max = fmin(plan->light_bytes_max, plan->stages[NP_STAGE_ORDINATES].cost.bytes + rest);
+}
+
 neph_result np_plan_fit_memory(const neph_scene *scene, np_plan *plan) {
   const uint64_t allowed = plan->desc.memory_max_bytes;
   if (allowed == NEPH_MEMORY_UNLIMITED) return NEPH_OK;
   neph_memory_estimate e, least;
   neph_result result = np_plan_measure_fill(scene, plan);
   if (!result) result = estimate(scene, plan, &e);
+  if (!result && e.total_bytes <= allowed) hold_light(plan, &e);
   if (result || e.total_bytes <= allowed) return result;
   least = e;
   result = fit(scene, plan, &least);

@@ -239,7 +239,8 @@ static neph_result begin(const neph_scene *scene, const neph_render_desc *desc, 
   plan->filled_share = 0.4;
   const neph_machine constants = NEPH_MACHINE_DEFAULT, *machine = plan->desc.machine;
   memcpy(plan->work_factor, (machine ? machine : &constants)->factor, sizeof plan->work_factor);
-  plan->light_bytes_max = isfinite(asked) ? asked : 0.25 * (double)np_memory_size();
+  plan->light_bytes_wanted = isfinite(asked) ? asked : 0.25 * (double)np_memory_size();
+  plan->light_bytes_max = plan->light_bytes_wanted;
   set_windows(plan, scene);
   return NEPH_OK;
 }

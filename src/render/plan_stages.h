@@ -146,6 +146,7 @@ typedef struct np_plan {
   np_plan_file files[NP_INSTANCES_MAX]; /* of each cloud that has one, once it is measured */
   bool is_fill_measured;
   double light_bytes_max;              /* of multiple scattering while it is solved for */
+  double light_bytes_wanted;           /* the same without memory_max_bytes */
   bool are_halves;                     /* volumes in memory, whatever their clouds' precision */
   bool are_coarse;                     /* volumes of files: voxels twice as long */
   char savings[240];                   /* what was given up to stay within the limit on memory; empty: nothing */

@@ -26,6 +26,22 @@ static void set_viewer(const neph_scene *scene, const np_assembly *a, np_transpo
   out->viewer_reach = np_dvec3_make(far[0] - near[0], far[1] - near[1], far[2] - near[2]);
 }
 
+/* Clouds of files may be denser than the plan expects, which has given up what it knew of. */
+static neph_result warn_of_limit(const np_stage_part *in, const np_scattering_desc *held) {
+  const np_plan *plan = in->plan;
+  np_scattering_desc wanted = *held;
+  np_scattering_forecast kept, whole;
+  if (!(plan->light_bytes_max < plan->light_bytes_wanted) || plan->savings[0]) return NEPH_OK;
+  np_scattering_desc_set_memory(&wanted, plan->light_bytes_wanted);
+  neph_result result = np_scattering_desc_forecast(in->made->context, &in->light->world, held, &kept);
+  if (!result) result = np_scattering_desc_forecast(in->made->context, &in->light->world, &wanted, &whole);
+  if (!result && kept.cell_count < whole.cell_count)
+    np_log(in->made->context, NEPH_LOG_WARNING,
+           "to stay within %.3g GB of memory, multiple scattering is solved for on %.3g of %.3g million cells",
+           1e-9 * (double)plan->desc.memory_max_bytes, 1e-6 * kept.cell_count, 1e-6 * whole.cell_count);
+  return result;
+}
+
 static neph_result make_light_key(const np_stage_part *in, np_light_key **out_key) {
   const np_assembly *a = in->made;
   np_light_key *key = *out_key = np_alloc(a->context, 1, sizeof *key);
@@ -36,7 +52,8 @@ static neph_result make_light_key(const np_stage_part *in, np_light_key **out_ke
   key->desc.has_importance = in->plan->desc.integrator == NEPH_INTEGRATOR_PATH;
   const np_sun_optical_depths depths = np_stage_get_depths(in, in->light);
   const np_sun_optical_depth_source source = np_sun_optical_depths_get_source(&depths);
-  return np_light_key_fill(a->context, &in->light->world, &source, key);
+  const neph_result result = warn_of_limit(in, &key->desc);
+  return result ? result : np_light_key_fill(a->context, &in->light->world, &source, key);
 }
 
 /* A solution between those of two other frames is of this one alone, and is not kept. */

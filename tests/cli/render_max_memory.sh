@@ -21,3 +21,16 @@ output: {image: b.exr}
 YAML
 nephos render cloud.yaml --max-memory 0.03 -q >/dev/null && nephos info b.exr | grep memorySavings
 nephos render cloud.yaml --max-memory 0.0142 -q || echo "exit $?"
+
+# A file that is denser than its header tells: its light is held to what is left of the limit.
+ln -s "$(dirname "$0")/../data" data
+cat >dense.yaml <<'YAML'
+camera: {position: [0, -6 km, 900 m], look_at: [0, 0, 1300 m], resolution: [32, 18]}
+atmosphere: none
+clouds: [{vdb: data/vdb/zipmask_half.vdb, extinction: 1 1/m, voxel: 50 m, position: [0, 0, 800 m]}]
+render: {samples: 1}
+output: {image: d.exr}
+YAML
+nephos render dense.yaml --max-memory 0.1 -q --json 2>message | grep -o '"memory_bytes": [0-9]*' |
+  awk '{print ($2 < 1e8 ? "within" : "above")}'
+sed 's/on [0-9.]* of [0-9.]* million/on N of M million/' message >&2
