@@ -164,8 +164,8 @@ static neph_result refuse(const neph_scene *scene, const np_plan *plan, const ne
       1e-9 * (double)e->terrain_bytes, 1e-9 * (double)e->film_bytes, 1e-9 * (double)plan->desc.memory_max_bytes);
 }
 
-/* A plan within the limit leaves the rest of it to light: clouds may turn out denser than their files' headers tell, and
- * cells of light smaller. */
+/* A plan within the limit leaves the rest of it to light: clouds may turn out denser than the headers of their files
+ * tell, and cells of light smaller. */
 static void hold_light(np_plan *plan, const neph_memory_estimate *e) {
   const double rest = (double)plan->desc.memory_max_bytes - (double)e->total_bytes;
   plan->light_bytes_max = fmin(plan->light_bytes_max, plan->stages[NP_STAGE_ORDINATES].cost.bytes + rest);
