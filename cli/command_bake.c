@@ -6,6 +6,7 @@
 #include "bake_map.h"
 #include "cloud_target.h"
 #include "command_files.h"
+#include "failures.h"
 #include "print.h"
 #include "verbs.h"
 
@@ -35,6 +36,7 @@ typedef struct cloud_job {
   unsigned cloud;
   int frame;
   neph_files *files; /* the table to add the file to; NULL: it is baked */
+  bool *is_stopped;  /* set where files cannot be written: the frames that follow cannot be baked either */
 } cloud_job;
 
 /* The losses of the file, by cause; `key` is of JSON. */
@@ -163,6 +165,7 @@ static cli_exit bake_to(const cloud_job *job, const char *path) {
   if (session->options->wants_error) desc.error = &error;
   neph_result result = neph_scene_bake_file(job->scene, job->cloud, job->frame, &desc, path);
   cli_progress_finish(&session->progress);
+  *job->is_stopped = result == NEPH_ERROR_IO;
   if (!result)
     print_done(session, neph_scene_get_cloud_name(job->scene, job->cloud), path, get_time_s() - start_s, desc.error);
   fflush(stdout);
@@ -199,14 +202,45 @@ static cli_exit bake_cloud(const cloud_job *job) {
   return exit;
 }
 
-static cli_exit walk_clouds(cli_session *session, neph_scene *scene, neph_files *files) {
+/* All of a frame's clouds, to files or to the table of files. */
+static cli_exit walk_frame(cli_session *session, neph_scene *scene, neph_files *files, int frame, bool *is_stopped) {
+  cli_exit exit = CLI_DONE;
+  for (unsigned i = 0; !exit && i < neph_scene_get_cloud_count(scene); i++) {
+    const cloud_job job = {session, scene, i, frame, files, is_stopped};
+    exit = bake_cloud(&job);
+  }
+  return exit;
+}
+
+static cli_exit check_frames(cli_session *session, neph_scene *scene, neph_files *files) {
   cli_frame_walk walk = {0};
   cli_exit exit = CLI_DONE;
   for (int frame; !exit && cli_next_frame(session->options, &walk, &frame);)
-    for (unsigned i = 0; !exit && i < neph_scene_get_cloud_count(scene); i++) {
-      const cloud_job job = {session, scene, i, frame, files};
-      exit = bake_cloud(&job);
-    }
+    exit = walk_frame(session, scene, files, frame, NULL);
+  return exit;
+}
+
+static void note_failure(const cli_session *session, cli_failures *failures, int frame, cli_exit exit) {
+  cli_failures_add(failures, frame);
+  if (session->options->is_json) printf("{\"frame\": %d, \"exit\": %d}\n", frame, (int)exit);
+  fflush(stdout);
+}
+
+/* A frame that fails, of more than one, lets the rest go on, unless files cannot be written. */
+static cli_exit bake_frames(cli_session *session, neph_scene *scene) {
+  cli_frame_walk walk = {0};
+  cli_failures failures = {0};
+  unsigned count = 0;
+  bool is_stopped = false;
+  cli_exit exit = CLI_DONE;
+  for (int frame; !exit && cli_next_frame(session->options, &walk, &frame); count++) {
+    exit = walk_frame(session, scene, NULL, frame, &is_stopped);
+    if (!exit || is_stopped || exit == CLI_INTERRUPTED || cli_is_single_frame(session->options)) continue;
+    note_failure(session, &failures, frame, exit);
+    exit = CLI_DONE;
+  }
+  if (!exit && failures.count) exit = CLI_SOME_FAILED;
+  cli_failures_complain(&failures, &session->progress, count, "");
   return exit;
 }
 
@@ -216,11 +250,11 @@ static cli_exit bake_clouds(cli_session *session, neph_scene *scene) {
   if (!exit) exit = cli_maps_check(session, scene);
   if (exit) return exit;
   exit = cli_files_begin(session, &files);
-  if (!exit) exit = walk_clouds(session, scene, files);
+  if (!exit) exit = check_frames(session, scene, files);
   if (!exit) exit = cli_maps_add_files(session, scene, files);
   exit = cli_files_end(files, scene, exit);
   if (!exit) exit = cli_maps_save(session, scene);
-  return exit ? exit : walk_clouds(session, scene, NULL);
+  return exit ? exit : bake_frames(session, scene);
 }
 
 static cli_exit verify_file(cli_session *session) {
@@ -256,14 +290,16 @@ const cli_verb cli_verb_bake = {
     .argument_max = 1,
     .run = run_bake,
     .files = "yaml yml vdb",
-    .exits = CLI_MAY(CLI_BAD_SCENE) | CLI_MAY(CLI_NOT_FOUND) | CLI_MAY(CLI_LIMIT) | CLI_MAY(CLI_DIFFERENT),
+    .exits = CLI_MAY(CLI_BAD_SCENE) | CLI_MAY(CLI_NOT_FOUND) | CLI_MAY(CLI_LIMIT) | CLI_MAY(CLI_DIFFERENT) |
+             CLI_MAY(CLI_SOME_FAILED),
     .description = "Bakes each procedural cloud of a scene: to the cloud's `vdb` if it has one, else to its name and "
                    ".vdb in the current folder.",
     .options = {{"--output", "write to FILE, a .vdb, where the scene bakes one cloud, or into the folder FILE",
                  .files = "vdb"},
                 {"--set"},
                 {"--path-mapping"},
-                {"--frames", "bake a file for each frame, its number in place of #"},
+                {"--frames",
+                 "bake a file for each frame, its number in place of #; one that fails lets the rest go on"},
                 {"--half"},
                 {"--prune"},
                 {"--levels"},
