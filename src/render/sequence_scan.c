@@ -102,15 +102,18 @@ static neph_result measure(const scanner *s) {
 
 /* ---- On disk ---- */
 
-/* Numbers that files can have; boxes only if one of them holds anything. */
+/* Numbers that files can have, and that stay finite when they are scaled; boxes only if one of them holds anything. */
 static bool is_sound(const np_sequence_scan *scan) {
-  const double all[] = {scan->low.x,  scan->low.y,  scan->low.z, scan->high.x,  scan->high.y,
+  static const double least = 1e-30, most = 1e30;
+  const double all[] = {scan->low.x,  scan->low.y, scan->low.z,  scan->high.x, scan->high.y,
                         scan->high.z, scan->voxel, scan->column, scan->densest};
   if (!np_cache_are_doubles_finite(all, sizeof all / sizeof *all)) return false;
   if (scan->filled_count > scan->file_count) return false;
   if (scan->filled_count == 0) return true;
+  for (int a = 0; a < 6; a++)
+    if (fabs(all[a]) > most) return false;
   return scan->low.x <= scan->high.x && scan->low.y <= scan->high.y && scan->low.z <= scan->high.z &&
-         scan->voxel > 0.0 && scan->column >= 0.0;
+         scan->voxel >= least && scan->voxel <= most && scan->column >= 0.0 && scan->column <= most;
 }
 
 static bool load_scan(neph_context *context, const char *key, np_sequence_scan *out_scan) {

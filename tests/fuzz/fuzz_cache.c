@@ -19,15 +19,19 @@
 #include <nephos/scene.h>
 
 #include "core/hash.h"
+#include "volume/volume_private.h"
 
 enum { ENTRIES_MAX = 16, HEADER = 112, HASH_AT = 32, PATCH = 6, PATCHES_MAX = 64 };
 
-static const char scene_text[] =
+/* One cloud is baked, one that of a sequence of files, all of which are scanned. */
+static const char scene_format[] =
     "version: 1\n"
     "camera: {position: [0, -2 km, 1200 m], look_at: [0, 0, 1600 m], fov: 50 deg, resolution: [4, 4]}\n"
     "sun: {elevation: 35 deg, azimuth: 120 deg}\n"
     "clouds:\n"
     "  - {name: one, bake: {preset: cumulus_humilis, seed: 7, base: 1500 m, voxel: 60 m, extent: 800 m}}\n"
+    "  - {name: two, vdb: \"%s/two.####.vdb\", optical_depth: 2, reference_frame: all, "
+    "position: [300, 0, 1500]}\n"
     "terrain: {ridges: {samples: 17, relief: 300 m}, width: 20 km}\n"
     "render: {integrator: march, samples: 1, sun_optical_depth: volume, multiple_scattering: ordinates}\n";
 
@@ -37,7 +41,7 @@ typedef struct entry {
   size_t size;
 } entry;
 
-static char folder[] = "/tmp/nephos-fuzz-cache-XXXXXX", checkpoint[64];
+static char folder[] = "/tmp/nephos-fuzz-cache-XXXXXX", checkpoint[64], scene_text[sizeof scene_format + 64];
 static entry entries[ENTRIES_MAX];
 static unsigned entry_count;
 static int light_state = -1, light = -1; /* the entries of these kinds */
@@ -131,11 +135,31 @@ static void render(bool is_stopped) {
   unlink(checkpoint);
 }
 
+/* A leaf of even voxels of 50 m, in the second file one beside it. */
+static void write_sequence(void) {
+  np_sparse_grid grid;
+  if (np_sparse_grid_init(fuzz_get_context(), "density", &grid)) abort();
+  for (int a = 0; a < 3; a++) grid.index_to_world.m[a][a] = 50.0;
+  for (int number = 1; number <= 2; number++) {
+    np_leaf *leaf = np_sparse_grid_add_leaf(&grid, (const int32_t[3]){8 * (number - 1), 0, 0});
+    char path[64];
+    if (!leaf) abort();
+    memset(leaf->active, 0xff, sizeof leaf->active);
+    for (int n = 0; n < NP_LEAF_SIZE; n++) leaf->values[n] = 1.0f;
+    const np_vdb_write_grid output = {.grid = &grid};
+    snprintf(path, sizeof path, "%s/two.%04d.vdb", folder, number);
+    if (np_volume_save_grids(fuzz_get_context(), path, &output, 1, NULL)) abort();
+  }
+  np_sparse_grid_clear(&grid);
+}
+
 /* All kinds of entries; that of light on its way goes when there is all of the light. */
 static void fill_cache(void) {
   if (!mkdtemp(folder)) abort();
   atexit(end);
   snprintf(checkpoint, sizeof checkpoint, "%s/picture.npart", folder);
+  snprintf(scene_text, sizeof scene_text, scene_format, folder);
+  write_sequence();
   render(true);
   entry state = {.size = 0};
   if (light_state >= 0) {
