@@ -104,10 +104,37 @@ static void plates_thinner_than_voxels_are_warned_of(void **state) {
   assert_true(coarse.depth < 0.9 * bake_depth(f, &desc, 60));
 }
 
+/* Clouds cover as much as coverage asks for, or a warning states both; covered columns of the bake are the answer. */
+static void coverage_that_is_not_reached_is_warned_of(void **state) {
+  test_fixture *f = *state;
+  static const struct {
+    const char *preset;
+    double extent_m, coverage;
+    bool is_reached;
+  } cases[] = {{"stratocumulus", 3000, 0.9, false},
+               {"stratocumulus", 8000, 0.98, false},
+               {"stratocumulus", 8000, 0.7, true},
+               {"cumulus_humilis", 6000, 0.3, true},
+               {"stratus", 8000, 0.9, true}};
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    neph_cloud_desc desc = get_field(f, cases[i].preset, cases[i].extent_m, cases[i].coverage);
+    desc.seed = 5;
+    desc.voxel_m = 100;
+    test_log_clear(&f->log);
+    assert_int_equal(np_cloud_check_voxel(f->context, &desc), NEPH_OK);
+    assert_int_equal(!strstr(f->log.text, "where coverage asks for"), cases[i].is_reached);
+    np_sparse_grid grid = test_bake(f->context, &desc);
+    const test_columns c = test_gather_columns(&grid, &desc);
+    assert_int_equal(fabs(c.covered - cases[i].coverage) < 0.04, cases[i].is_reached);
+    free(c.lowest);
+    np_sparse_grid_clear(&grid);
+  }
+}
+
 int main(void) {
-  const struct CMUnitTest tests[] = {TEST(small_tufts_are_not_warned_of),
-                                     TEST(clouds_that_fall_between_voxels_are_warned_of),
-                                     TEST(warnings_agree_with_finer_bakes),
-                                     TEST(plates_thinner_than_voxels_are_warned_of)};
+  const struct CMUnitTest tests[] = {
+      TEST(small_tufts_are_not_warned_of), TEST(clouds_that_fall_between_voxels_are_warned_of),
+      TEST(warnings_agree_with_finer_bakes), TEST(coverage_that_is_not_reached_is_warned_of),
+      TEST(plates_thinner_than_voxels_are_warned_of)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -327,9 +327,28 @@ static void warn(neph_context *context, const neph_cloud_desc *cloud, const loss
            name, 100 * row->share, row->name, row->kept, row->whole, cloud->voxel_m);
 }
 
+/* Thermals come and go as a whole: one cell more or less of them is chance. */
+static double get_coverage_tolerance(const np_cloud_model *model) {
+  static const double tolerated = 0.03;
+  const neph_cloud_desc *d = &model->desc;
+  const double cell = d->cell_m * d->cell_m / (d->extent_m[0] * d->extent_m[1]);
+  return np_cloud_model_has_thermals(model) ? fmax(tolerated, cell) : tolerated;
+}
+
+static void warn_of_coverage(neph_context *context, const np_cloud_model *model) {
+  const double wanted = model->map.coverage, covered = model->covered;
+  if (model->is_empty || model->map.levels || np_cloud_desc_has_shape(&model->desc)) return;
+  if (fabs(covered - wanted) <= get_coverage_tolerance(model)) return;
+  np_log(context, NEPH_LOG_WARNING, "%s: clouds cover %.2f of the field where coverage asks for %.2f: %s",
+         np_cloud_desc_name(&model->desc), covered, wanted,
+         covered < wanted ? "its edges and the gaps between clouds stay clear; enlarge extent, or take a stratus"
+                          : "clouds of this size cover no less; enlarge extent, or lessen cell");
+}
+
 neph_result np_bake_warn_of_losses(neph_context *context, const np_cloud_model *model, np_monitor *monitor) {
   np_bake_losses losses;
   double voxel_m;
+  warn_of_coverage(context, model);
   neph_result result = np_bake_measure_losses(context, model, monitor, &losses);
   if (result || !np_bake_loses(&losses)) return result;
   const neph_cloud_desc cloud = np_cloud_model_get_desc(model);

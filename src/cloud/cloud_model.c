@@ -252,9 +252,8 @@ static neph_result count_field(neph_context *context, np_monitor *monitor, const
   atomic_init(&c.wanted, 0);
   neph_result result = np_parallel_for(context, monitor, (size_t)c.columns[1], 1, count_rows, &c);
   const double covered = (double)atomic_load(&c.covered), wanted = (double)atomic_load(&c.wanted);
-  *out_fraction = model->map.levels && wanted > 0
-                      ? model->map.coverage * covered / wanted
-                      : covered / ((double)CENSUS_WHITE * c.columns[0] * c.columns[1]);
+  *out_fraction = model->map.levels && wanted > 0 ? model->map.coverage * covered / wanted
+                                                  : covered / ((double)CENSUS_WHITE * c.columns[0] * c.columns[1]);
   return result;
 }
 
@@ -264,9 +263,11 @@ typedef struct waterline {
   double miss;
 } waterline;
 
-static void keep_better(const np_cloud_model *model, double fraction, waterline *best) {
+static void keep_better(np_cloud_model *model, double fraction, waterline *best) {
   const double miss = fabs(fraction - model->map.coverage);
-  if (miss < best->miss) *best = (waterline){model->waterline, miss};
+  if (!(miss < best->miss)) return;
+  *best = (waterline){model->waterline, miss};
+  model->covered = fraction;
 }
 
 static neph_result search_shadow(np_monitor *monitor, np_cloud_model *model, double wanted) {

@@ -253,6 +253,7 @@ typedef struct np_cloud_model {
   np_weather_map map;
   const np_noise_table *noise;
   float waterline;                 /* of the map */
+  double covered;                  /* share of the field's sky, by the best waterline of all that were tried */
   float depth_scale, depth_offset; /* map value to depth: 0 at the outline, 1 in the heart of the largest cell */
   float slope_per_m;               /* of depth, at the outline of the largest cell */
   float edge;                      /* depth over which extinction rises from nothing to the core's */
