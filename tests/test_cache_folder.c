@@ -31,8 +31,8 @@ static void test_parent_that_is_a_file_is_refused(void **state) {
   test_file_write(file, "", 0);
   assert_int_equal(reopen(f, below), NEPH_ERROR_IO);
   assert_one_error(&f->log, file, "cannot make this folder for the cache", "Not a directory");
-  assert_int_equal(reopen(f, ""), NEPH_ERROR_IO);
-  assert_one_error(&f->log, "cannot make this folder for the cache");
+  assert_int_equal(reopen(f, ""), NEPH_ERROR_INVALID_ARGUMENT);
+  assert_one_error(&f->log, "empty");
   free(below);
   free(file);
 }
@@ -88,7 +88,7 @@ static void test_folder_that_is_a_link_is_refused(void **state) {
   assert_int_equal(mkdir(other, 0777), 0);
   assert_int_equal(symlink(other, folder), 0);
   assert_int_equal(reopen(f, f->folder), NEPH_ERROR_IO);
-  assert_one_error(&f->log, folder, "is no folder that can be opened");
+  assert_one_error(&f->log, folder, "is a link, which a cache does not follow");
   assert_int_equal(test_folder_count(other), 0);
   free(other);
   free(folder);

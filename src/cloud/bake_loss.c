@@ -193,17 +193,23 @@ static double compute_block_variance(const column_job *job, size_t count, const 
   return blocks > 1 ? variance * (double)blocks / (double)(blocks - 1) : (double)INFINITY;
 }
 
-/* A given shape has none to keep, and lines do not fill a picture. */
-static bool has_coverage(const np_cloud_model *model) {
-  const bool is_lines = model->desc.model == NEPH_CLOUD_MODEL_TRAILS && model->map.levels;
-  return !np_cloud_desc_has_shape(&model->desc) && !is_lines;
+/* Lines do not fill a picture. */
+static bool is_painted(const np_cloud_model *model) {
+  return model->map.levels && model->desc.model != NEPH_CLOUD_MODEL_TRAILS;
+}
+
+/* A bake of finer voxels has another waterline and the same coverage. Decks and fog, which thin out to the border of
+ * the field, may not reach it at any, and a given shape has none. */
+static bool is_of_coverage(const np_cloud_model *model) {
+  const neph_cloud_model kind = model->desc.model;
+  return kind != NEPH_CLOUD_MODEL_DECK && kind != NEPH_CLOUD_MODEL_FOG && !np_cloud_desc_has_shape(&model->desc);
 }
 
 /* Optical depths in voxels and in a bake of finer ones, which covers as much as this one. */
 static void judge_depth(const column_job *job, size_t count, const pair_sums *sums, double chance,
                         np_bake_losses *losses) {
   const double n = (double)count, draws = job->is_all ? n * (double)job->draws : n;
-  const bool by_cover = job->is_all && has_coverage(job->model) && sums->covered > 0 && sums->finer.covered > 0;
+  const bool by_cover = job->is_all && is_of_coverage(job->model) && sums->covered > 0 && sums->finer.covered > 0;
   losses->depth = sums->depth / n;
   losses->finer_depth = sums->finer.depth / draws;
   if (by_cover) losses->finer_depth *= sums->covered / n / (sums->finer.covered / draws);
@@ -224,7 +230,7 @@ static np_bake_losses judge_pairs(const column_job *job, size_t count, double ch
   np_bake_losses losses = {.covered = sums.covered / n};
   losses.wanted = model->map.levels ? sums.painted / n : model->map.coverage;
   if (job->is_all || job->has_detail) judge_depth(job, count, &sums, chance, &losses);
-  if (job->is_all && has_coverage(model)) losses.of_coverage = judge(losses.covered, losses.wanted, 0);
+  if (job->is_all && is_painted(model)) losses.of_coverage = judge(losses.covered, losses.wanted, 0);
   losses.of_map = sums.painted > 0 ? 0.5 * sums.misplaced / sums.painted : 0;
   return losses;
 }
@@ -239,10 +245,11 @@ static void choose_columns(column_job *job, const column_effort *effort) {
   job->draws = 2 * ((effort->draws + 2 * count - 1) / (2 * count));
 }
 
-/* Share of the grain that the finer model is of: of thermals the grain that any smaller voxel has as well. */
+/* Share of the grain that the finer model is of: of fields of thermals the grain that any smaller voxel has as well.
+ * A hero is one cloud, which half its grain shapes. */
 static double choose_share(const np_cloud_model *model) {
-  const double grain_m = np_cloud_compute_grain_m(&model->desc);
-  return np_cloud_model_has_thermals(model) ? fmin(grain_m / model->desc.voxel_m, 1) : finer;
+  const bool is_field = np_cloud_model_has_thermals(model) && model->desc.model != NEPH_CLOUD_MODEL_HERO;
+  return is_field ? fmin(np_cloud_compute_grain_m(&model->desc) / model->desc.voxel_m, 1) : finer;
 }
 
 static neph_result measure_columns(neph_context *context, const np_cloud_model *model, const column_effort *effort,
@@ -355,7 +362,7 @@ neph_result np_bake_warn_of_losses(neph_context *context, const np_cloud_model *
   result = search_voxel(context, &cloud, monitor, &voxel_m);
   const loss_line rows[] = {
       {"mean optical depth", losses.of_depth, losses.depth, losses.finer_depth},
-      {"coverage", losses.of_coverage, losses.covered, losses.wanted},
+      {"painted coverage", losses.of_coverage, losses.covered, losses.wanted},
       {"painted map", losses.of_map, (1 - losses.of_map) * losses.wanted, losses.wanted},
   };
   for (size_t i = 0; i < sizeof rows / sizeof *rows && !result; i++)

@@ -345,7 +345,7 @@ static neph_bounded bound_root(moments m) {
 
 /* ---- Measures ---- */
 
-/* An error is no less than its random part. */
+/* An error is no less than its random part, unless pictures share it. */
 static void raise(neph_bounded *error, const neph_bounded *noise) {
   if (!(error->value < noise->value)) return;
   error->value = noise->value;
@@ -392,7 +392,7 @@ static neph_result measure(const planes *p, const neph_image *image, const neph_
     out->pixel_noise = bound_root(stated);
     out->pixel_bias = bound_root((moments){error.mean - stated.mean, error.variance + stated.variance});
   }
-  raise(&out->pixel_error, &out->pixel_noise);
+  if (p->source != NEPH_NOISE_UNKNOWN) raise(&out->pixel_error, &out->pixel_noise);
   np_alloc_free(p->context, blocks);
   return NEPH_OK;
 }
