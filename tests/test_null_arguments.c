@@ -51,6 +51,7 @@ static void call_a_core_without_objects(void) {
                       FAILS(neph_target_check, NULL, NULL),
                       FAILS(neph_text_save, NULL, NULL, NULL),
                       DOES(neph_text_destroy, NULL, NULL),
+                      DOES(neph_text_clean, NULL),
                       FAILS(neph_files_create, NULL, NULL),
                       DOES(neph_files_destroy, NULL),
                       FAILS(neph_files_add, NULL, NEPH_FILE_READ, NULL, NULL),
