@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Parts of a picture: tiles and ranges of samples that merge to its bits, their files, and checkpoints. */
 #include <stdlib.h>
+#include <unistd.h>
 
 #include <nephos/nephos.h>
 
@@ -346,6 +347,13 @@ typedef struct stopper {
 
 static bool stop_at(void *user, const neph_tile *tile) { return tile->max[1] < ((stopper *)user)->rows; }
 
+/* A checkpoint that is not used is set aside, and the frame has the same bits. */
+static void assert_none_is_set_aside(const char *path) {
+  char bad[1200];
+  (void)snprintf(bad, sizeof bad, "%s.bad", path);
+  assert_int_not_equal(access(bad, F_OK), 0);
+}
+
 static void a_cancelled_frame_is_resumed_to_the_same_bits(void **state) {
   test_fixture *f = *state;
   char *path = test_path(f->folder, "check.npart");
@@ -365,6 +373,7 @@ static void a_cancelled_frame_is_resumed_to_the_same_bits(void **state) {
   o.tile = NULL;
   o.is_resumed = true;
   assert_int_equal(render(f, &o, &image), NEPH_OK);
+  assert_none_is_set_aside(path);
   assert_same_picture(image, whole);
   neph_image_destroy(image);
   neph_image_destroy(whole);
@@ -386,6 +395,7 @@ static void a_cancelled_range_is_resumed(void **state) {
   o.tile = NULL;
   o.is_resumed = true;
   assert_int_equal(render(f, &o, &image), NEPH_OK);
+  assert_none_is_set_aside(paths[0]);
   paths[1] = render_part(f, &plain, (part){0, 1, 0, 16}, 1);
   assert_int_equal(merge(f, paths, 2, &merged), NEPH_OK);
   assert_same_picture(merged, whole);

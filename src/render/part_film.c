@@ -57,9 +57,12 @@ static neph_result allocate(np_part_film *film) {
 
 /* ---- Resuming ---- */
 
-/* Name of the first field in which a header is not of this part; NULL: there is none. */
+/* Name of the first field in which a header is not of this part; NULL: there is none. What is dim is found by the
+ * samples that follow. */
 static const char *compare_part(const np_part_header *own, const np_part_header *other) {
-  const char *field = np_part_header_compare(own, other);
+  np_part_header expected = *own;
+  memcpy(expected.dim, other->dim, sizeof expected.dim);
+  const char *field = np_part_header_compare(&expected, other);
   if (field) return field;
   if (own->sample_begin != other->sample_begin || own->sample_end != other->sample_end) return "samples";
   return own->tile_index != other->tile_index || own->tile_count != other->tile_count ? "tile" : NULL;
