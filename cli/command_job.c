@@ -104,21 +104,29 @@ static cli_exit check_outputs(const farm_job *job, render_job *render) {
   return exit;
 }
 
-/* Refuses what every task would refuse: options, scene, names. Predicts the task, where its farm requires that. */
-static cli_exit check_task(cli_session *session, const farm *chosen, farm_job *job, const cli_options *task) {
-  cli_exit exit = check_options(task);
-  if (exit) return exit;
-  cli_session trial = {.options = task, .context = session->context, .progress = session->progress};
-  render_job render = {.session = &trial,
+/* Refuses what every task would refuse: scene, names. Predicts the task, where its farm requires that. */
+static cli_exit try_task(cli_session *session, const farm *chosen, farm_job *job) {
+  render_job render = {.session = session,
                        .desc = NEPH_RENDER_DESC_DEFAULT,
                        .machine = NEPH_MACHINE_DEFAULT,
                        .output = NEPH_OUTPUT_DEFAULT};
-  exit = cli_load_scene(&trial, job->given, &render.scene);
+  cli_exit exit = cli_load_scene(session, job->given, &render.scene);
   if (exit) return exit;
   exit = check_outputs(job, &render);
   if (!exit && chosen->has_demands) exit = render_job_choose_settings(&render);
   if (!exit && chosen->has_demands) exit = farm_job_forecast(job, &render);
   neph_scene_destroy(render.scene);
+  return exit;
+}
+
+/* The session has the task's options meanwhile. */
+static cli_exit check_task(cli_session *session, const farm *chosen, farm_job *job, const cli_options *task) {
+  const cli_options *own = session->options;
+  cli_exit exit = check_options(task);
+  if (exit) return exit;
+  session->options = task;
+  exit = try_task(session, chosen, job);
+  session->options = own;
   return exit;
 }
 
