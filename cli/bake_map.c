@@ -29,7 +29,7 @@ cli_exit cli_maps_check(const cli_session *session, const neph_scene *scene) {
   return CLI_USAGE;
 }
 
-/* With # for the number of several frames, to be freed. NULL: no memory. */
+/* Pattern of the names, with # where there are several frames, to be freed. NULL: no memory. */
 static char *make_pattern(const cli_options *options, const char *name) {
   const char *output = options->preview_map, *number = cli_is_single_frame(options) ? "" : ".####";
   char *pattern = NULL;

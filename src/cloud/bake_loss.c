@@ -36,7 +36,7 @@ typedef struct column_effort {
 
 static const column_effort first_effort = {16, 484, 0}, second_effort = {32, 2304, 3}; /* where the first loses */
 static const double tolerated_share = 0.15;
-static const double finer = 0.5; /* of the grain */
+static const double finer = 0.5; /* share of the grain */
 
 /* Columns of the finer model: sums of their optical depth and number of those that are covered. */
 typedef struct drawn {

@@ -149,7 +149,7 @@ neph_result np_bake_measure_error(const np_bake *bake, const np_sparse_grid *gri
 
 /* Shares that are lost to the size of voxels, 0 where it may be chance, and the means that they are of. */
 typedef struct np_bake_losses {
-  double of_depth, of_coverage, of_map; /* of coverage where it is painted: that of a key is in the model's census */
+  double of_depth, of_coverage, of_map; /* coverage if painted: a key's is in the census */
   double depth, finer_depth;            /* mean optical depths, in voxels and of the model at half its grain */
   double covered, wanted;               /* shares of the sky */
 } np_bake_losses;

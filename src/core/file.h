@@ -11,8 +11,8 @@
 typedef struct np_file_write {
   neph_context *context;
   char *target;      /* the wanted name, or the one that it is a link to */
-  bool is_replacing; /* a file stands there, */
-  unsigned mode;     /* of these permissions */
+  bool is_replacing; /* a file stands there */
+  unsigned mode;     /* permissions of that file */
   char *temporary;   /* ".name.XXXXXX" in the same folder; foreign libraries write to this path themselves */
 } np_file_write;
 

@@ -14,10 +14,10 @@
 #include "core/random.h"
 
 enum {
-  LINKS_MAX = 40,                                 /* as many as the kernel follows */
-  SUFFIX_LENGTH = 6,                              /* of temporary names */
+  LINKS_MAX = 40,                                 /* the limit of the kernel */
+  SUFFIX_LENGTH = 6,                              /* letters that make a temporary name unique */
   SHORT_NAME = 64,                                /* bytes; up to that length a temporary name holds the whole name */
-  FOLDER_FLAGS = O_PATH | O_DIRECTORY | O_CLOEXEC /* of folders that need not be readable */
+  FOLDER_FLAGS = O_PATH | O_DIRECTORY | O_CLOEXEC /* opens folders that cannot be read */
 };
 
 static neph_result fail_write(neph_context *context, const char *path, int error) {

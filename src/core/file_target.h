@@ -7,8 +7,8 @@
 
 typedef struct np_file_target {
   char *path;        /* owned */
-  bool is_replacing; /* a file stands there, */
-  unsigned mode;     /* of these permissions */
+  bool is_replacing; /* a file stands there */
+  unsigned mode;     /* permissions of that file */
 } np_file_target;
 
 /* Bytes of `path` up to and with its last slash. */

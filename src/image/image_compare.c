@@ -21,7 +21,7 @@ typedef struct comparison {
   const float **values, **reference;
   const float **noise; /* standard errors of the reference; NULL where it has none */
   bool has_channels;   /* of standard errors, all of them */
-  double noise_factor; /* on these channels */
+  double noise_factor; /* that these channels are multiplied by */
   double noise_share;  /* of the reference's values, by its header, where it lacks one; NaN: unknown */
   double epsilon;
 } comparison;

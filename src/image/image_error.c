@@ -124,7 +124,7 @@ typedef struct planes {
   double *picture, *second, *reference, *picture_error, *reference_error;
   double *scale; /* that differences are relative to */
   neph_noise_source source;
-  double noise_share;                          /* of the reference by its header; 0 with other sources */
+  double noise_share;                          /* noise of the reference by its header; 0 with other sources */
   double picture_variance, reference_variance; /* of the squared noise that the header's bounds leave; 0: not used */
   double dim;                                  /* pixels below it are left out */
 } planes;
@@ -219,7 +219,7 @@ static double compute_dim(const planes *p) {
   return finite_count ? dim_of_mean * fmax(sum / (double)finite_count, 0.0) : 0.0;
 }
 
-/* Σ over pixels of standard errors relative to the scale. */
+/* Root of the mean square of standard errors relative to the scale. */
 static double measure_channels(const planes *p) {
   double sum = 0.0, count = 0.0;
   for (size_t i = 0; i < (size_t)p->width * p->height; i++) {
@@ -346,7 +346,7 @@ static neph_bounded bound_root(moments m) {
 /* ---- Measures ---- */
 
 /* An error is no less than its random part, unless pictures share it. */
-static void raise(neph_bounded *error, const neph_bounded *noise) {
+static void floor_error(neph_bounded *error, const neph_bounded *noise) {
   if (!(error->value < noise->value)) return;
   error->value = noise->value;
   if (error->max < noise->max) error->max = noise->max;
@@ -392,7 +392,7 @@ static neph_result measure(const planes *p, const neph_image *image, const neph_
     out->pixel_noise = bound_root(stated);
     out->pixel_bias = bound_root((moments){error.mean - stated.mean, error.variance + stated.variance});
   }
-  if (p->source != NEPH_NOISE_UNKNOWN) raise(&out->pixel_error, &out->pixel_noise);
+  if (p->source != NEPH_NOISE_UNKNOWN) floor_error(&out->pixel_error, &out->pixel_noise);
   np_alloc_free(p->context, blocks);
   return NEPH_OK;
 }
