@@ -151,7 +151,7 @@ static void a_cloud_far_from_the_terrain_is_named(void **state) {
 
 static void a_bake_is_told_of_its_own_keys(void **state) {
   test_fixture *f = *state;
-  render(f, "bake: {extent: 800 m, voxel: 20 m, thickness: 100 m, base: 1 km, coverage: 1}");
+  render(f, "bake: {extent: 800 m, voxel: 20 m, thickness: 100 m, base: 1 km, coverage: 0.9}");
   assert_said(f, "check clouds[].bake.center and bake.base, and camera.look_at");
   render(f, "bake: {extent: 200 m, voxel: 20 m, thickness: 100 m, base: 1 km, coverage: 0}");
   assert_said(f, "cloud block: nothing of it was baked in frame 1: its coverage is 0");
