@@ -29,7 +29,7 @@ cli_exit cli_maps_check(const cli_session *session, const neph_scene *scene) {
   return CLI_USAGE;
 }
 
-/* Pattern of the names, with # where there are several frames, to be freed. NULL: no memory. */
+/* Pattern of the names of maps, with # where there are several frames; the caller frees it. NULL: no memory. */
 static char *make_pattern(const cli_options *options, const char *name) {
   const char *output = options->preview_map, *number = cli_is_single_frame(options) ? "" : ".####";
   char *pattern = NULL;
@@ -106,7 +106,7 @@ static cli_exit take_frame(cli_session *session, neph_scene *scene, unsigned clo
   return exit;
 }
 
-/* `files` NULL: pictures are saved. */
+/* `files` NULL saves the pictures; otherwise their names are added to it. */
 static cli_exit walk_maps(cli_session *session, neph_scene *scene, neph_files *files) {
   cli_frame_walk walk = {0};
   cli_exit exit = CLI_DONE;

@@ -5,15 +5,14 @@
 
 #include "session.h"
 
-/* $XDG_CACHE_HOME/nephos/machine.json, by default in ~/.cache; to be freed. NULL: there is no such folder, or no
- * memory.
- */
+/* $XDG_CACHE_HOME/nephos/machine.json, by default in ~/.cache; the caller frees it. NULL: no such folder, or no
+ * memory. */
 char *cli_calibration_get_path(void);
 
-/* By --machine, else by the file at that path where there is one. */
+/* Loads the calibration of --machine, or else of cli_calibration_get_path where that file exists. */
 neph_result cli_calibration_load(cli_session *session, neph_machine *out_machine);
 
-/* Measures this machine and writes the file, to --output or to that path. */
+/* Measures this machine and writes the calibration to --output, or else to cli_calibration_get_path. */
 cli_exit cli_calibration_run(cli_session *session);
 
 #endif

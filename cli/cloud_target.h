@@ -7,8 +7,8 @@
 
 bool cli_is_folder(const char *path);
 
-/* Path of a cloud, with # for the number of several frames, to be freed: --output's, else, where it is wanted, the
- * cloud's own file, else NAME.vdb. NULL: no memory. */
+/* Path for a cloud, with # for the number where there are several frames; the caller frees it: --output, else, if
+ * `is_own_file` allows it, the cloud's own file, else NAME.vdb. NULL: no memory. */
 char *cli_get_cloud_target(const cli_options *options, const neph_scene *scene, unsigned cloud, bool is_own_file);
 
 #endif

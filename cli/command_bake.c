@@ -35,11 +35,11 @@ typedef struct cloud_job {
   neph_scene *scene;
   unsigned cloud;
   int frame;
-  neph_files *files; /* the table to add the file to; NULL: it is baked */
-  bool *is_stopped;  /* set where files cannot be written: the frames that follow cannot be baked either */
+  neph_files *files; /* table to which the file is added; NULL: the cloud is baked */
+  bool *is_stopped;  /* set where files cannot be written, so that no later frame can be baked either */
 } cloud_job;
 
-/* The losses of the file, by cause; `key` is of JSON. */
+/* One cause of loss in a bake; `key` is its name in JSON. */
 typedef struct loss_row {
   const char *key, *meaning;
   const neph_bake_loss *loss;
@@ -108,7 +108,7 @@ static void print_json_error(const neph_bake_error *error) {
   printf("}");
 }
 
-/* `error` NULL: it was not asked for. */
+/* Prints the line of a finished file. `error` NULL: the error was not measured. */
 static void print_done(const cli_session *session, const char *name, const char *path, double seconds,
                        const neph_bake_error *error) {
   if (!session->options->is_json) {
@@ -147,7 +147,7 @@ static neph_bake_desc make_desc(cli_session *session) {
   return desc;
 }
 
-/* Names what would be written. */
+/* Prints the name of the file that a bake would write. */
 static cli_exit rehearse(const cloud_job *job, const char *path) {
   neph_result result = neph_scene_check_files(job->scene);
   if (!result) cli_say("%s", path);
@@ -172,7 +172,7 @@ static cli_exit bake_to(const cloud_job *job, const char *path) {
   return cli_exit_of(result);
 }
 
-/* Bakes to a path, or adds it to the table of files. */
+/* Bakes to a path, or adds the path to the table of files. */
 static cli_exit take_path(const cloud_job *job, const char *path) {
   if (!job->files) return bake_to(job, path);
   char role[32];
@@ -202,7 +202,7 @@ static cli_exit bake_cloud(const cloud_job *job) {
   return exit;
 }
 
-/* All of a frame's clouds, to files or to the table of files. */
+/* Bakes all clouds of a frame, or adds their files to the table. */
 static cli_exit walk_frame(cli_session *session, neph_scene *scene, neph_files *files, int frame, bool *is_stopped) {
   cli_exit exit = CLI_DONE;
   for (unsigned i = 0; !exit && i < neph_scene_get_cloud_count(scene); i++) {
@@ -226,7 +226,7 @@ static void note_failure(const cli_session *session, cli_failures *failures, int
   fflush(stdout);
 }
 
-/* A frame that fails, of more than one, lets the rest go on, unless files cannot be written. */
+/* Bakes all frames. A frame that fails does not end a batch, unless files cannot be written. */
 static cli_exit bake_frames(cli_session *session, neph_scene *scene) {
   cli_frame_walk walk = {0};
   cli_failures failures = {0};

@@ -2,14 +2,14 @@
 #include "command_files.h"
 #include "verbs.h"
 
-/* Errors of the scene, and of settings, are findings; only a failure of another kind is one. */
+/* Checks a scene. Errors of the scene and its settings become findings; other failures fail. */
 static neph_result check_scene(cli_session *session, neph_check *check, const char *path) {
   const cli_options *options = session->options;
   neph_scene *scene = NULL;
   neph_result result = neph_check_set_file(check, path[0] == '-' && !path[1] ? "standard input" : path);
   if (!result) result = cli_read_scene(session, path, &scene);
   if (result == NEPH_ERROR_OUT_OF_MEMORY || result == NEPH_ERROR_CANCELLED) return result;
-  if (!scene && neph_check_is_file(path)) return neph_check_file(check, path); /* the files that it names */
+  if (!scene && neph_check_is_file(path)) return neph_check_file(check, path);
   result = scene ? neph_check_scene(check, scene, options->has_frame ? options->frame : 1) : NEPH_OK;
   neph_scene_destroy(scene);
   return result;

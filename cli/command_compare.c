@@ -8,7 +8,7 @@
 typedef struct measure {
   const char *name, *label;
   double value;
-  bool is_optional; /* no line for NaN */
+  bool is_optional; /* NaN prints no line */
 } measure;
 
 static void print_measures(const cli_session *session, const measure *measures, size_t count,
@@ -31,7 +31,7 @@ static void print_measures(const cli_session *session, const measure *measures, 
     printf("%-22s %llu\n%-22s %llu\n", "values compared", values, "values that differ", differing);
 }
 
-/* A figure of a pixel with its bounds. */
+/* Prints the value of a figure with its bounds. */
 static void print_bounded(bool is_json, const char *name, const char *label, const neph_bounded *figure) {
   const struct {
     const char *ending;
@@ -51,7 +51,7 @@ static void print_bounded(bool is_json, const char *name, const char *label, con
     printf("%-22s %.3g %% (%.3g to %.3g)\n", label, 100.0 * figure->value, 100.0 * figure->min, 100.0 * figure->max);
 }
 
-/* The reason of a 0, or of an error or a bias that is unknown although the noise is known. */
+/* Explains a 0, or an error or bias that is unknown although the noise is known. */
 static void print_clamped(const neph_image_difference *difference) {
   const neph_bounded *error = &difference->pixel_error, *bias = &difference->pixel_bias;
   if (!difference->differing_count) return;
@@ -62,7 +62,7 @@ static void print_clamped(const neph_image_difference *difference) {
     printf("%-22s %s\n", "0 %", "the noise hides it: it is between the bounds");
 }
 
-/* Says of each measure whether the reference's noise is in it. */
+/* States for each measure whether the reference's noise is included. */
 static void print_reference_noise(bool is_json, const neph_image_difference *difference) {
   static const char *const names[] = {"null", "\"header\"", "\"pixel\""};
   static const char *const origins[] = {"", "its header", "its standard errors"};

@@ -12,10 +12,10 @@
 typedef struct export_job {
   cli_session *session;
   neph_scene *scene;
-  neph_exported_cloud *done; /* with paths that are freed with it */
+  neph_exported_cloud *done; /* exported clouds, which own their paths */
   size_t count;
-  neph_files *files;    /* the table to add files to; NULL: they are written */
-  bool is_cloud_failed; /* while it was read or written; else what fails ends the export */
+  neph_files *files;    /* table to which files are added; NULL: they are written */
+  bool is_cloud_failed; /* the last failure was in reading or writing a cloud; other failures end the export */
   unsigned frame_count;
   cli_failures failures;
 } export_job;
@@ -82,7 +82,7 @@ static void print_done(const export_job *job, const neph_exported_cloud *cloud) 
   fflush(stdout);
 }
 
-/* Adds the file that a cloud has been baked to: it is read where it is there. */
+/* Adds the file to which the cloud was baked, as one that is read if it exists. */
 static cli_exit add_source(const export_job *job, unsigned cloud, int frame) {
   const char *pattern = neph_scene_get_cloud_file(job->scene, cloud);
   char *path, role[32];
@@ -95,7 +95,7 @@ static cli_exit add_source(const export_job *job, unsigned cloud, int frame) {
   return cli_exit_of(result);
 }
 
-/* Adds level `level` of detail, which stands in a file beside the cloud's own. */
+/* Adds the file of level `level` of detail, beside the cloud's own. */
 static cli_exit add_level(const export_job *job, const char *role, const char *path, unsigned level) {
   const size_t length = strlen(path) - strlen(".vdb");
   char *beside;
@@ -105,7 +105,7 @@ static cli_exit add_level(const export_job *job, const char *role, const char *p
   return exit;
 }
 
-/* Adds the files of a cloud to the table. Takes `path`. */
+/* Adds the files of a cloud to the table. Takes ownership of `path`. */
 static cli_exit add_path(const export_job *job, unsigned cloud, int frame, char *path) {
   const char *role = neph_scene_get_cloud_name(job->scene, cloud);
   cli_exit exit = add_source(job, cloud, frame);
@@ -115,7 +115,7 @@ static cli_exit add_path(const export_job *job, unsigned cloud, int frame, char 
   return exit;
 }
 
-/* Takes `path`, which malloc made. */
+/* Exports a cloud to a path. Takes ownership of `path`, allocated by malloc. */
 static cli_exit export_to(export_job *job, unsigned cloud, int frame, char *path) {
   const cli_options *options = job->session->options;
   neph_exported_cloud *grown = realloc(job->done, (job->count + 1) * sizeof *grown);
@@ -161,7 +161,7 @@ static cli_exit export_cloud(export_job *job, unsigned cloud, int frame) {
   return job->files ? add_path(job, cloud, frame, path) : export_to(job, cloud, frame, path);
 }
 
-/* A frame that fails, of more than one, lets the rest go on. */
+/* Exports a frame. A failure does not end a batch of frames. */
 static cli_exit export_frame(export_job *job, int frame) {
   const unsigned count = neph_scene_get_cloud_count(job->scene);
   cli_exit exit = CLI_DONE;

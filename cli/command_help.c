@@ -5,9 +5,9 @@
 #include "completion.h"
 #include "help.h"
 
-static const char scene_topic[] = "scene"; /* beside the verbs */
+static const char scene_topic[] = "scene"; /* topic that is no verb */
 
-/* `topic` NULL: the program. */
+/* Adds the page of a topic; `topic` NULL: of the program. */
 static cli_exit add_topic(const cli_page *page, neph_context *context, const char *topic) {
   if (!topic) return cli_help_add_program(page), CLI_DONE;
   if (!strcmp(topic, scene_topic)) return cli_help_add_scene(page, context);

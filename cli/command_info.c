@@ -12,7 +12,7 @@ static cli_exit describe_scene(cli_session *session, const char *path, char **ou
 
 typedef neph_result (*describe_fn)(neph_context *context, const char *path, neph_text_format format, char **out_text);
 
-/* A PNG is described as the height field that it may be. */
+/* Chooses the description of a file by its ending. A PNG is described as a height field. */
 static describe_fn choose_describer(const char *path) {
   static const struct {
     const char *extension;
@@ -39,7 +39,7 @@ static cli_exit describe_file(cli_session *session, const char *path, char **out
   return CLI_USAGE;
 }
 
-/* Every file that can be read is described; the first failure is the exit code. */
+/* Describes every file that can be read; the first failure gives the exit code. */
 static cli_exit run_info(cli_session *session) {
   const cli_options *options = session->options;
   bool is_list = options->file_count > 1;

@@ -12,7 +12,7 @@ static const farm *const farms[] = {CLI_FARMS(ADDRESS)};
 
 enum { FARM_COUNT = sizeof farms / sizeof *farms };
 
-/* ---- What is asked for ---- */
+/* ---- Farm and frames ---- */
 
 static const farm *choose_farm(const char *name) {
   for (size_t i = 0; i < FARM_COUNT; i++)
@@ -26,7 +26,7 @@ static int compare_frames(const void *a, const void *b) {
   return (left > right) - (left < right);
 }
 
-/* All frames of the list, in order, each once. */
+/* Lists all frames in order, each once. */
 static cli_exit list_frames(const cli_options *options, farm_job *job) {
   size_t count = 0;
   int frame;
@@ -38,7 +38,8 @@ static cli_exit list_frames(const cli_options *options, farm_job *job) {
   return CLI_DONE;
 }
 
-/* The scene as tasks name it, wherever they start; links on the way stay, as names in the scene start from its folder.
+/* Path of the scene for tasks, which may start in any folder. Links in the path are kept, since names in the scene
+ * start from its folder.
  */
 static cli_exit place_scene(const farm *chosen, farm_job *job, char **out_folder, char **out_scene) {
   const char *folder = "", *slash = "";
@@ -59,9 +60,9 @@ static cli_exit place_scene(const farm *chosen, farm_job *job, char **out_folder
   return *out_scene ? CLI_DONE : CLI_INTERNAL;
 }
 
-/* ---- A trial ---- */
+/* ---- Check of a task ---- */
 
-/* The command line of a task, without its tile, which is read as nephos render reads it. */
+/* Parses the command line of a task, without its tile, with the parser of nephos render. */
 static cli_exit read_task(const cli_session *session, const farm_job *job, cli_options *out) {
   const cli_options *options = session->options;
   const char **words = calloc(job->argument_count + 4, sizeof *words);
@@ -104,7 +105,7 @@ static cli_exit check_outputs(const farm_job *job, render_job *render) {
   return exit;
 }
 
-/* Refuses what every task would refuse: scene, names. Predicts the task, where its farm requires that. */
+/* Fails where every task would fail: scene, names. Predicts the task's demands, where its farm requires them. */
 static cli_exit try_task(cli_session *session, const farm *chosen, farm_job *job) {
   render_job render = {.session = session,
                        .desc = NEPH_RENDER_DESC_DEFAULT,
@@ -119,7 +120,7 @@ static cli_exit try_task(cli_session *session, const farm *chosen, farm_job *job
   return exit;
 }
 
-/* The session has the task's options meanwhile. */
+/* Checks a task; during the call the session has the task's options. */
 static cli_exit check_task(cli_session *session, const farm *chosen, farm_job *job, const cli_options *task) {
   const cli_options *own = session->options;
   cli_exit exit = check_options(task);

@@ -7,7 +7,7 @@
 #include "render_job.h"
 #include "verbs.h"
 
-/* Merges, and writes a picture and, where `preview` is not NULL, a preview of it, in the pixel type of the parts. */
+/* Merges parts to a picture and, where `preview` is not NULL, a preview of it, in the pixel type of the parts. */
 static neph_result merge_parts(cli_session *session, const char *const *parts, size_t count, const char *path,
                                const char *preview, const neph_preview_desc *desc) {
   neph_image *image = NULL;
@@ -28,9 +28,9 @@ static neph_result merge_parts(cli_session *session, const char *const *parts, s
   return NEPH_OK;
 }
 
-/* ---- Parts by their names ---- */
+/* ---- Parts given by name ---- */
 
-/* One .exr, and perhaps a .png. */
+/* Reads the outputs: one .exr, and at most one .png. */
 static cli_exit read_outputs(const cli_session *session, const char **out_image, const char **out_preview) {
   const cli_options *options = session->options;
   bool is_placed = true;
@@ -62,7 +62,7 @@ static cli_exit merge_files(cli_session *session) {
 
 /* ---- Tiles of a scene ---- */
 
-/* Names of the picture's tiles, in order, each to be freed by neph_text_destroy. */
+/* Names of the picture's tiles, in order; the caller frees each by neph_text_destroy. */
 static neph_result name_tiles(const render_job *job, char **names, unsigned count) {
   cli_options tiled = *job->session->options;
   cli_session session = {.options = &tiled, .context = job->session->context};
@@ -121,7 +121,7 @@ static cli_exit check_files(render_job *job) {
   return cli_files_end(job->files, job->scene, exit);
 }
 
-/* A frame whose tiles are not there, of more than one, lets the rest go on. */
+/* Merges a frame. A frame without its tiles does not end a batch. */
 static cli_exit merge_frame(render_job *job) {
   const cli_exit exit = render_job_for_each_eye(job, merge_picture);
   job->batch.count++;
@@ -164,7 +164,7 @@ static cli_exit merge_scene(cli_session *session) {
   return exit;
 }
 
-/* A scene may have any name, as it may for nephos render: tiles are counted of scenes alone. */
+/* Whether the argument is a scene: any file with --tiles, as in nephos render. */
 static bool is_scene(const cli_options *options) {
   const char *first = options->files[0];
   const bool is_picture = cli_has_extension(first, ".exr") || cli_has_extension(first, ".npart");

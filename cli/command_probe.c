@@ -45,7 +45,8 @@ static cli_exit take_setting(const cli_setting *setting, neph_probe_desc *desc) 
   return refuse_option(option, "slab");
 }
 
-/* Options that stand for a scene's keys elsewhere describe the probe here: there is no scene. */
+/* Fills the description of a probe. Options that elsewhere set keys of a scene set its members, since there is no
+ * scene. */
 static cli_exit fill_desc(cli_session *session, neph_probe_desc *desc) {
   const cli_options *options = session->options;
   if (options->path_count) desc->path_count = options->path_count;
@@ -71,7 +72,7 @@ static cli_exit check_output(const cli_session *session) {
   return CLI_USAGE;
 }
 
-/* Prints what a probe found, or saves it. */
+/* Prints the result of a probe, or saves it. */
 static cli_exit deliver(cli_session *session, neph_result result, char *text) {
   const cli_options *options = session->options;
   cli_progress_finish(&session->progress);

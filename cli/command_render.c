@@ -11,9 +11,9 @@
 #include "render_job.h"
 #include "verbs.h"
 
-/* ---- How long ---- */
+/* ---- Target and limits ---- */
 
-/* Target, limit and memory of the command, and the settings that follow from the first two. */
+/* Chooses settings by the target error and the time limit of the command, and sets its memory limit. */
 static neph_result choose_effort(render_job *job) {
   const cli_options *options = job->session->options;
   neph_render_desc *desc = &job->desc, chosen = NEPH_RENDER_DESC_DEFAULT;
@@ -31,7 +31,7 @@ static neph_result choose_effort(render_job *job) {
   return NEPH_OK;
 }
 
-/* ---- Which pixels ---- */
+/* ---- Crop, tile and samples ---- */
 
 static cli_exit choose_pixels(render_job *job) {
   const cli_options *options = job->session->options;
@@ -63,7 +63,7 @@ static neph_result set_resolution(const cli_options *options, neph_scene *scene)
   if (!options->has_resolution) return NEPH_OK;
   cli_print(value, sizeof value, "[%u, %u]", options->resolution[0], options->resolution[1]);
   const neph_result result = neph_scene_set(scene, "camera.resolution", value);
-  /* A wrong value of an option is the command line's fault, not the scene's. */
+  /* A wrong value of an option is an error of the command line, not of the scene. */
   return result == NEPH_ERROR_BAD_SCENE ? NEPH_ERROR_INVALID_ARGUMENT : result;
 }
 
@@ -112,7 +112,7 @@ static cli_exit render_to(render_job *job, render_targets *t) {
   return cli_exit_of(result);
 }
 
-/* A frame that is there is skipped; its checkpoint has done its duty. */
+/* Renders a frame, unless it exists already: then it is skipped, and its checkpoint removed. */
 static cli_exit render_or_skip(render_job *job, render_targets *t) {
   bool is_done = false;
   neph_result result = render_job_set_restart(job, t);
@@ -132,7 +132,7 @@ static cli_exit explain(render_job *job) {
   return cli_exit_of(result);
 }
 
-/* A dry run refuses all that a render refuses before its first pixel. */
+/* A dry run, which fails wherever a render fails before its first pixel. */
 static cli_exit rehearse(render_job *job, const render_targets *t) {
   char *text;
   neph_result result = neph_render_explain(job->scene, &job->desc, NEPH_TEXT_PLAIN, &text);
@@ -180,7 +180,8 @@ static cli_exit count_frame(render_job *job) {
   return CLI_DONE;
 }
 
-/* Their ratio matters alone, where there are several. What cannot be predicted fails in its own frame. */
+/* Predicts the time of the frames; only ratios matter, where there are several. A frame without a prediction fails
+ * later by itself. */
 static void predict_times(render_job *job) {
   frame_batch *b = &job->batch;
   b->first_s = b->next_s = 1.0;
@@ -203,7 +204,7 @@ static void note_failure(render_job *job, cli_exit exit) {
   render_job_print_failed(job, exit);
 }
 
-/* The picture's part of the whole, by predicted time. */
+/* Renders a picture. Its share of the progress follows from predicted times. */
 static cli_exit render_picture(render_job *job) {
   frame_batch *b = &job->batch;
   const unsigned eyes = neph_scene_is_stereo(job->scene) ? 2 : 1, i = b->begun_count++;
@@ -214,7 +215,7 @@ static cli_exit render_picture(render_job *job) {
   return render_frame(job);
 }
 
-/* A frame that fails, of more than one, lets the rest go on. */
+/* Renders the picture of each eye of a frame. A failure does not end a batch of frames. */
 static cli_exit render_eyes(render_job *job) {
   const cli_exit exit = render_job_for_each_eye(job, render_picture);
   if (!exit || exit == CLI_INTERRUPTED || job->batch.count == 1) return exit;
@@ -222,7 +223,7 @@ static cli_exit render_eyes(render_job *job) {
   return job->batch.is_stopped ? exit : CLI_DONE;
 }
 
-/* Says which frames failed. `exit` is of what ended the batch before its last frame. */
+/* Reports failed frames. `exit` is the result of the step that ended the batch early. */
 static cli_exit end_batch(const render_job *job, cli_exit exit) {
   const frame_batch *b = &job->batch;
   if (!b->failures.count) return exit;
@@ -247,7 +248,7 @@ static cli_exit run(render_job *job) {
   const cli_options *options = job->session->options;
   cli_exit exit = render_job_choose_settings(job);
   if (!exit && options->wants_plan) return render_batch(job);
-  /* The scene's texts are those of its settings, which the effort has changed. */
+  /* Output texts belong to the scene's settings, which the effort has changed. */
   if (!exit) exit = cli_exit_of(neph_scene_get_output(job->scene, &job->output));
   if (!exit) exit = render_job_choose_outputs(job);
   if (!exit) render_job_choose_exposure(job, is_part(&job->desc));

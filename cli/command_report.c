@@ -14,15 +14,15 @@ static const double budget_s = 600.0, quick_budget_s = 60.0;
 
 typedef struct report_job {
   cli_session *session;
-  char *folder; /* owned */
-  bool is_made; /* the folder, by this run */
+  char *folder; /* folder of the report; owned */
+  bool is_made; /* whether this run created the folder */
   bool are_files_checked;
   neph_report *report;
 } report_job;
 
 /* ---- The folder ---- */
 
-/* "scene.report" of "dir/scene.yaml", in the current folder. */
+/* Folder of the report: "scene.report" in the current folder for "dir/scene.yaml". */
 static char *name_folder(const cli_options *options) {
   if (options->output_count) return strdup(options->outputs[0]);
   const char *path = options->files[0], *slash = strrchr(path, '/'), *name = slash ? slash + 1 : path;
@@ -55,7 +55,7 @@ static cli_exit check_files(const report_job *job, const neph_scene *scene) {
 
 /* ---- The report ---- */
 
-/* With the first scene its files are known, before anything is rendered. */
+/* Loads a scene of the report, and checks the files of the first, before anything is rendered. */
 static neph_result load_scene(void *user, neph_scene **out_scene) {
   report_job *job = user;
   neph_result result = cli_read_scene(job->session, job->session->options->files[0], out_scene);
@@ -83,7 +83,7 @@ static neph_result create(report_job *job) {
   return neph_report_create(job->session->context, &desc, &job->report);
 }
 
-/* A setting was measured at the least. */
+/* Whether at least one setting was measured. */
 static bool has_rows(const neph_report *report) {
   neph_report_row row = NEPH_REPORT_ROW_DEFAULT;
   return !neph_report_get_row(report, 0, &row) && row.run_count > 0;
@@ -99,7 +99,7 @@ static neph_result save(report_job *job) {
   return NEPH_OK;
 }
 
-/* A report that was cancelled is saved as far as it went, marked. */
+/* Runs the report. A cancelled report is saved as far as it went, and marked. */
 static neph_result run(report_job *job) {
   neph_result result = create(job);
   if (result) return result;
@@ -135,7 +135,7 @@ static cli_exit run_scene(cli_session *session) {
   cli_exit exit = make_folder(&job);
   if (!exit) exit = check_files(&job, NULL);
   if (!exit) exit = cli_exit_of(run(&job));
-  if (exit && job.is_made) (void)rmdir(job.folder); /* does nothing to one that holds anything */
+  if (exit && job.is_made) (void)rmdir(job.folder); /* rmdir leaves a folder with files */
   neph_report_destroy(job.report);
   free(job.folder);
   return exit;

@@ -16,7 +16,7 @@ static cli_exit check_output(const cli_session *session) {
   return CLI_USAGE;
 }
 
-/* The layer names the picture, and so wants one. */
+/* Checks the options of a USD layer, which needs a picture to name. */
 static cli_exit check_usd(const cli_session *session) {
   const cli_options *options = session->options;
   if (!options->usd_path) return CLI_DONE;
@@ -28,14 +28,15 @@ static cli_exit check_usd(const cli_session *session) {
   return cli_check_target(session, options->usd_path);
 }
 
-/* In a layer the sun is a light of its own, unless it is asked for. */
+/* Chooses the sun's disk: a layer has the sun as a light of its own, so its picture has no disk unless an option says
+ * so. */
 static neph_sky_disks choose_disks(const cli_options *options) {
   const char *disks = options->disks ? options->disks : options->usd_path ? "none" : "include";
   if (!strcmp(disks, "layer")) return NEPH_SKY_DISKS_LAYER;
   return !strcmp(disks, "none") ? NEPH_SKY_DISKS_NONE : NEPH_SKY_DISKS_INCLUDE;
 }
 
-/* The picture's name as seen from the layer's folder; its own where they are in different ones. */
+/* The picture's name relative to the layer's folder; its name alone where the folders differ. */
 static const char *get_texture(const cli_options *options) {
   const char *picture = options->outputs[0], *layer = options->usd_path;
   const char *picture_end = strrchr(picture, '/'), *layer_end = strrchr(layer, '/');
@@ -44,7 +45,7 @@ static const char *get_texture(const cli_options *options) {
   return folder == layer_folder && !strncmp(picture, layer, folder) ? picture + folder : picture;
 }
 
-/* Folder, name and ending as one path, to be freed; NULL without memory. */
+/* Folder, name and ending joined to a path; the caller frees it. NULL: no memory. */
 static char *join_path(const char *folder, const char *name, const char *ending) {
   char *path;
   return asprintf(&path, "%s/%s%s", folder, name, ending) < 0 ? NULL : path;
@@ -54,7 +55,7 @@ static void print_plain(const char *label, const char *values, const char *bands
   printf("%-15s %s W/m2/nm %s %s\n", label, values, bands ? "at" : "in", bands ? bands : space);
 }
 
-/* The next three of numbers parted by spaces, as the header has them, as a JSON array. */
+/* Prints the next three numbers of an attribute, separated by spaces, as a JSON array. Returns the rest. */
 static const char *print_triple(const char *values) {
   char *rest;
   double first = strtod(values, &rest), second = strtod(rest, &rest), third = strtod(rest, &rest);
@@ -163,7 +164,7 @@ static neph_result verify(cli_session *session, neph_scene *scene) {
   return result;
 }
 
-/* Names what would be written. */
+/* Prints the names of the files that would be written. */
 static cli_exit rehearse(const cli_options *options, const neph_scene *scene) {
   neph_result result = neph_scene_check_files(scene);
   if (result) return cli_exit_of(result);

@@ -9,7 +9,7 @@ static void print_verbs(void) {
   for (size_t i = 0; i < cli_verb_count(); i++) printf("%s%s", i ? " " : "", cli_verb_at(i)->name);
 }
 
-/* The keys of a schema, which are the lines that are not indented. */
+/* Prints the keys of a schema, its lines without indentation. */
 static void print_keys(const char *schema) {
   const char *gap = "";
   for (const char *line = schema; line; line = strchr(line, '\n')) {
@@ -21,7 +21,7 @@ static void print_keys(const char *schema) {
   }
 }
 
-/* The words that a verb's first argument may be. `schema` NULL: its lists are variables of the script. */
+/* Prints the allowed words of a verb's first argument. `schema` NULL: lists are variables of the script. */
 static void print_argument_words(const char *words, const char *schema) {
   for (; *words; words += strspn(words, " ")) {
     const size_t length = strcspn(words, " ");
@@ -89,14 +89,14 @@ static const char bash_words[] = "        [[ ${COMP_WORDS[i + 1]} == = ]] && ((i
                                  "    esac\n"
                                  "  done\n";
 
-/* The pattern of an option: "*:--output | *:-o". */
+/* Prints the pattern of an option: "*:--output | *:-o". */
 static void print_bash_pattern(const char *verb, const cli_option *option) {
   const char *mark = *verb ? ":" : "";
   printf("%s%s%s", verb, mark, option->name);
   if (option->letter) printf(" | %s%s-%c", verb, mark, option->letter);
 }
 
-/* The completion of an option's argument. */
+/* Prints the completion of an option's argument. */
 static void print_bash_value(const char *verb, const cli_option *option, const cli_verb_option *own) {
   const char *const *words = get_words(option, own);
   const char *files = get_files(option, own);
@@ -175,7 +175,7 @@ static void print_quoted(const char *text) {
   putchar('\'');
 }
 
-/* `verb` NULL: of every verb. */
+/* Prints the completion of an option; `verb` NULL: for every verb. */
 static void print_fish_option(const cli_verb *verb, const cli_option *option, const cli_verb_option *own) {
   const char *const *words = get_words(option, own);
   printf("complete -c nephos");
@@ -215,7 +215,7 @@ static void print_fish(const char *schema) {
 
 /* ---- zsh ---- */
 
-/* A text in brackets of a specification, itself in single quotes. */
+/* Prints a text within brackets of a specification, which is in single quotes. */
 static void print_zsh_text(const char *text) {
   for (; *text; text++) {
     if (*text == '\'')
@@ -225,7 +225,7 @@ static void print_zsh_text(const char *text) {
   }
 }
 
-/* The last part of a specification: words, files by their endings, folders. */
+/* Prints the last part of a specification: words, files by their endings, folders. */
 static void print_zsh_action(const char *const *words, const char *files) {
   if (words) {
     printf("("), print_words(words), printf(")");

@@ -7,7 +7,7 @@
 
 static const struct {
   cli_exit code;
-  bool is_common; /* any verb may end with it */
+  bool is_common; /* whether any verb may end with this code */
   const char *meaning;
 } exits[] = {
     {CLI_DONE, true, "done"},
@@ -23,7 +23,7 @@ static const struct {
     {CLI_INTERRUPTED, true, "interrupted by SIGINT, SIGTERM, SIGHUP, SIGXCPU or a closed standard output"},
 };
 
-/* Codes beyond the bits have one of their own. */
+/* Bit of an exit code. Codes beyond the bits share one. */
 static unsigned get_exit_bit(cli_exit code) {
   return code == CLI_STOPPED ? CLI_MAY_STOP : code < 31 ? CLI_MAY(code) : 0;
 }
@@ -41,13 +41,14 @@ static void add_exits(const cli_page *page, unsigned wanted) {
 
 /* ---- Options ---- */
 
-/* One of the notes in brackets behind a meaning. */
+/* Adds one of the notes in brackets after a meaning. */
 static void append_note(cli_text *out, bool *is_begun, const char *before, const char *text) {
   cli_text_add(out, "%s%s%s", *is_begun ? "; " : " (", before, text);
   *is_begun = true;
 }
 
-/* The values of a key and its default, as `neph_schema_describe` has them: "key: VALUES\n    …; default DEFAULT". */
+/* Adds the values of a key and its default from `neph_schema_describe`: "key: VALUES
+ * …; default DEFAULT". */
 static neph_result append_schema(neph_context *context, const char *key, bool has_range, bool has_default,
                                  cli_text *out, bool *is_begun) {
   char *schema;
@@ -81,7 +82,7 @@ static neph_result describe_option(neph_context *context, const cli_option *opti
   return result;
 }
 
-/* `has_scene`: the option may set a key of the scene. */
+/* Adds an option. `has_scene`: the option may set a key of the scene. */
 static neph_result add_option(const cli_page *page, neph_context *context, const cli_option *option,
                               const cli_verb_option *own, bool has_scene) {
   char term[64], letter[8] = "";
@@ -119,7 +120,7 @@ static void add_verbs(const cli_page *page) {
   for (size_t i = 0; i < cli_verb_count(); i++) cli_page_add_item(page, cli_verb_at(i)->name, cli_verb_at(i)->summary);
 }
 
-/* Other pages of the manual. */
+/* Adds the references to other pages of the manual. */
 static void add_references(const cli_page *page) {
   if (!page->is_man) return;
   cli_text text = {0};
@@ -158,7 +159,8 @@ cli_exit cli_help_add_verb(const cli_page *page, neph_context *context, const cl
   return cli_exit_of(result);
 }
 
-/* A key of the schema: a line "key: values" and behind it, indented, its meaning and default. Returns the end. */
+/* Adds a key of the schema from a line "key: values" and the indented lines after it, its meaning and default. Returns
+ * the end of these lines. */
 static char *add_key(const cli_page *page, char *key) {
   char *values = strstr(key, ": "), *meaning = strchr(key, '\n'), *end = strchr(meaning + 1, '\n');
   *values = *meaning = *end = '\0';

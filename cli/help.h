@@ -6,13 +6,13 @@
 #include "page.h"
 #include "verbs.h"
 
-/* On the program. */
+/* Adds the page of the program. */
 void cli_help_add_program(const cli_page *page);
 
-/* On a verb. Ranges and defaults of options that stand for a key come from the schema. */
+/* Adds the page of a verb. Ranges and defaults of options that set a key come from the schema. */
 cli_exit cli_help_add_verb(const cli_page *page, neph_context *context, const cli_verb *verb);
 
-/* On the keys of a scene. */
+/* Adds the page of a scene's keys. */
 cli_exit cli_help_add_scene(const cli_page *page, neph_context *context);
 
 #endif

@@ -24,7 +24,7 @@ size_t farm_job_get_chunk_length(const farm_job *job) {
   return job->chunk_size < job->frame_count ? job->chunk_size : job->frame_count;
 }
 
-/* Frames from `begin` on that follow each other by one step. */
+/* Number of frames from index `begin` on that have the same step. */
 static size_t count_run(const int *frames, size_t begin, size_t end) {
   size_t count = end - begin < 2 ? end - begin : 2;
   while (begin + count < end && frames[begin + count] - frames[begin + count - 1] == frames[begin + 1] - frames[begin])

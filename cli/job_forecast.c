@@ -3,15 +3,15 @@
 
 #include <math.h>
 
-/* Peaks that were measured are 0.48 to 1.25 times the prediction; the machine of the farm may have another C library
- * and more threads. */
+/* Margin on predicted memory: measured peaks are 0.48 to 1.25 times the prediction, and the machine of the farm may
+ * have another C library and more threads. */
 static const double memory_factor = 1.5, memory_more = 256e6;
 
-/* Times are predicted within a factor of two or three, for the speed of the machine that prints the job. A task that
- * reaches its limit goes on from its checkpoint. */
+/* Margin on predicted time, which is within a factor of two or three on the machine that prints the job. A task that
+ * reaches its limit resumes from its checkpoint. */
 static const double time_factor = 4.0, time_more_s = 600.0;
 
-/* A merging reads and writes, and holds the picture and its parts. */
+/* Demands of a merge, which reads and writes, and holds the picture and its parts. */
 static const double merge_films = 4.0, merge_frame_s = 60.0;
 
 static const double mib = 1048576.0, minutes_max = 525600.0;

@@ -21,7 +21,7 @@ static void print_text(const farm_job *job, const char *text) {
       putc(*c, job->out);
 }
 
-/* A word of the command, which a shell splits on the machine. */
+/* Prints a word of the command, which a shell on the machine splits. */
 static void print_word(const farm_job *job, const char *word) {
   char *quoted = NULL;
   size_t size;
@@ -102,9 +102,9 @@ static void print_spec(const farm_job *job) {
   fprintf(job->out, "</spec>\n");
 }
 
-/* Cuebot replaces #FRAMESPEC#, #JOB# and the like anywhere in a command: quotes part the # of other texts. Its hosts
- * pass the command to a shell, and those that start containers to a shell within double quotes. There $, ` and \\ keep
- * their meaning whatever the inner quotes are. */
+/* Cuebot replaces #FRAMESPEC#, #JOB# and similar texts anywhere in a command: quotes split # from the letters in other
+ * texts. Its hosts pass the command to a shell, and hosts that start containers pass it to a shell within double
+ * quotes, where $, ` and \ keep their meaning whatever the inner quotes are. */
 const farm farm_opencue = {.name = "opencue",
                            .text = {.has_tabs = true,
                                     .is_unicode = true,

@@ -4,7 +4,7 @@
 #include "job.h"
 #include "print.h"
 
-enum { CHUNKS_MAX = 1024 }; /* elements of a list of values */
+enum { CHUNKS_MAX = 1024 }; /* greatest number of elements in a list of values */
 
 static void print_argument(const farm_job *job, const char *argument, bool is_template) {
   (void)is_template;
@@ -13,7 +13,7 @@ static void print_argument(const farm_job *job, const char *argument, bool is_te
   putc('\n', job->out);
 }
 
-/* Chunks of one frame are numbers, by ranges; others are texts, one by one. */
+/* Prints the frames of tasks: chunks of one frame as ranges of numbers, others as a list of texts. */
 static void print_frames(const farm_job *job) {
   if (job->chunk_size == 1) {
     fprintf(job->out, "        - {name: Frames, type: INT, range: \"");
@@ -34,7 +34,7 @@ static void print_action(const farm_job *job) {
   fprintf(job->out, "    script:\n      actions:\n        onRun:\n          command: nephos\n          args:\n");
 }
 
-/* Names within the scene are mapped by the rules that those of parameters are. */
+/* Prints the mapping of names within the scene, by the same rules as parameters. */
 static void print_mapping(const farm_job *job) {
   print_argument(job, "--path-mapping", false);
   print_argument(job, "{{Session.PathMappingRulesFile}}", true);

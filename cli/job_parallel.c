@@ -7,7 +7,7 @@
 
 #include <stdlib.h>
 
-/* An argument within the command. */
+/* Prints an argument of the command. */
 static void print_argument(const farm_job *job, const char *argument, bool is_template) {
   putc(' ', job->out);
   if (is_template)
@@ -24,7 +24,7 @@ static void print_chunks(const farm_job *job) {
   }
 }
 
-/* Prints the command that `print` prints as one argument. */
+/* Prints as one argument the command that `print` prints. */
 static void print_command(const farm_job *job, void (*print)(const farm_job *job)) {
   farm_job inner = *job;
   char *command = NULL;

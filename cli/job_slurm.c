@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Slurm: a script that submits an array of tasks, and a merging that depends on it. A task asks for the memory and the
- * time that are predicted for it. The options of sbatch say the working folder, not a line of the task: in those lines
- * quotes are read otherwise than by a shell. */
+/* Slurm: a script that submits an array of tasks, and a merge that depends on it. A task requests its predicted memory
+ * and time. The working folder is an option of sbatch and not a line of the task, where quotes are read otherwise than
+ * by a shell. */
 #include "job.h"
 
 static void print_argument(const farm_job *job, const char *argument, bool is_template) {
@@ -38,7 +38,8 @@ static void print_submission(const farm_job *job, const char *step, const char *
   fprintf(job->out, " \"$@\" <<'TASK'\n#!/bin/sh\n");
 }
 
-/* The shell passes SIGTERM on, and waits for the checkpoint. What may succeed another time is queued again, thrice. */
+/* Prints the command of a task. The shell passes SIGTERM on, and waits for the checkpoint. Failures that may succeed
+ * another time are requeued up to three times. */
 static void print_render(const farm_job *job) {
   print_submission(job, "render", "");
   print_header(job, "render", "%A_%a.log");

@@ -8,7 +8,7 @@
 
 /* ---- Characters ---- */
 
-/* Reads the character of UTF-8 at `text`. Its length in bytes; 0: the byte begins none. */
+/* Decodes the UTF-8 character at `text`. Returns its length in bytes; 0: the byte begins no character. */
 static size_t read_character(const unsigned char *text, uint32_t *out_code) {
   static const uint32_t least[] = {0, 0, 0x80, 0x800, 0x10000};
   const unsigned char first = text[0];
@@ -24,12 +24,12 @@ static size_t read_character(const unsigned char *text, uint32_t *out_code) {
   return code < least[length] || code > 0x10ffff || (code >= 0xd800 && code < 0xe000) ? 0 : length;
 }
 
-/* Controls of Latin-1, and characters that XML or YAML does not have. */
+/* Whether a character is a control of Latin-1, or missing from XML or YAML. */
 static bool is_foreign(uint32_t code) { return (code >= 0x80 && code < 0xa0) || (code & 0xfffe) == 0xfffe; }
 
 static bool is_control(unsigned char c) { return c < 0x20 || c == 0x7f; }
 
-/* Line breaks of YAML, and its byte order mark. */
+/* Whether a character is a line break of YAML, or its byte order mark. */
 static bool is_yaml_break(uint32_t code) { return code == 0x2028 || code == 0x2029 || code == 0xfeff; }
 
 /* ---- Faults ---- */
@@ -50,7 +50,7 @@ static bool is_refused(const farm_text_rule *rule, unsigned char c) {
   return (is_control(c) && !(c == '\t' && rule->has_tabs)) || (rule->refused && strchr(rule->refused, c));
 }
 
-/* A character beyond ASCII. Its length; 0: it is refused. */
+/* Checks a character beyond ASCII. Returns its length; 0: it is refused. */
 static size_t check_character(const farm_text_rule *rule, const unsigned char *c, farm_text_fault *out) {
   uint32_t code;
   const size_t length = read_character(c, &code);
@@ -82,7 +82,7 @@ bool farm_text_check(const farm_text_rule *rule, const char *text, bool is_optio
 
 /* ---- Quoting ---- */
 
-/* Characters that no shell gives a meaning to, wherever they stand in a word. */
+/* Characters that have no meaning for a shell anywhere in a word. */
 static const char plain[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+./,:@%=";
 
 static bool is_split(const farm_text_rule *rule, const char *c) {

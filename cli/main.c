@@ -20,7 +20,7 @@ static cli_exit run(const cli_options *options) {
   return exit;
 }
 
-/* A result that did not reach its reader is none. */
+/* Closes standard output. Results that were not written completely are an error. */
 static cli_exit close_output(cli_exit exit) {
   bool has_failed = fflush(stdout) || ferror(stdout);
   if (!has_failed || exit) return exit;

@@ -12,7 +12,7 @@ void cli_folder_make_parents(const char *path) {
   char *prefix = strdup(path);
   for (char *at = prefix ? prefix + 1 : NULL; at && at[-1] && (at = strchr(at, '/')); at++) {
     *at = '\0';
-    (void)mkdir(prefix, 0777); /* the reason of a failure is given where the path itself is used */
+    (void)mkdir(prefix, 0777); /* A failure is reported where the path itself is used. */
     *at = '/';
   }
   free(prefix);

@@ -23,7 +23,7 @@ static char *copy_argument(cli_options *out, const char *argument) {
 
 enum { FRAMES_MAX = 100000, THREADS_MAX = 1024 };
 
-/* More would be listed for minutes before the first is rendered. */
+/* Whether few enough frames are listed: more would take minutes to list before the first is rendered. */
 static bool are_few(const cli_options *options) {
   int64_t count = 0;
   for (size_t i = 0; i < options->frame_range_count; i++) {
@@ -69,7 +69,7 @@ static bool add_setting(cli_options *out, const char *option, const char *key, c
   return true;
 }
 
-/* Splits KEY=VALUE in place; `text` is a copy of ours. */
+/* Splits KEY=VALUE in place; `text` is a copy owned by the options. */
 static bool add_assignment(cli_options *out, char *text) {
   char *mark = strchr(text, '=');
   if (!mark || mark == text) return false;
@@ -89,7 +89,7 @@ static bool take_text(cli_options *out, const cli_option *option, const char *ar
   return *argument;
 }
 
-/* One of the option's words, as it is. */
+/* Takes one of the option's words unchanged. */
 static bool take_choice(cli_options *out, const cli_option *option, const char *argument) {
   for (unsigned i = 0; option->words[i]; i++)
     if (!strcmp(argument, option->words[i])) return take_text(out, option, argument);
@@ -105,7 +105,7 @@ static bool take_threads(cli_options *out, const cli_option *option, const char 
   return take_count(out, option, argument) && out->thread_count <= THREADS_MAX;
 }
 
-/* No number of samples has none. */
+/* Takes a target error; one without a number stands for no target. */
 static bool take_target_error(cli_options *out, const cli_option *option, const char *argument) {
   (void)option;
   return cli_read_real(argument, &out->target_error) && out->target_error > 0.0;
@@ -207,7 +207,7 @@ static bool take_relative_mse(cli_options *out, const cli_option *option, const 
   return cli_read_real(argument, &out->relative_mse_max);
 }
 
-/* The index of a word, into an enumeration. */
+/* Takes a word as its index in an enumeration. */
 static bool take_word(cli_options *out, const cli_option *option, const char *argument) {
   for (unsigned i = 0; option->words[i]; i++)
     if (!strcmp(argument, option->words[i])) return *(unsigned *)get_field(out, option) = i, true;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The options: one row each. Which verb takes which is in the verb's own row. */
+/* The options, one row each. The row of a verb lists the options that it takes. */
 #ifndef NEPHOS_CLI_OPTION_TABLE_H
 #define NEPHOS_CLI_OPTION_TABLE_H
 
@@ -7,36 +7,36 @@
 
 struct cli_option;
 
-/* Takes an option, with its argument where it has one; false when the argument is not what the option takes. */
+/* Stores an option, with its argument where it has one; false when the argument is not valid for the option. */
 typedef bool (*cli_take_fn)(cli_options *out, const struct cli_option *option, const char *argument);
 
 typedef struct cli_option {
   const char *name;
   char letter;              /* 0: none */
-  const char *argument;     /* NULL: takes none */
-  const char *meaning;      /* unless the verb has its own */
-  const char *range;        /* of the argument; NULL: by `words` or `key`, or none */
-  const char *fallback;     /* the default, unless the verb has its own; NULL: by `key`, or none */
-  const char *const *words; /* all that the argument may be, up to a NULL; NULL: no words */
-  const char *files; /* endings of files that the argument names, parted by blanks, "/": folders; NULL: no file */
-  const char *key;   /* of the scene, for those that stand for one */
+  const char *argument;     /* name of the argument; NULL: the option has none */
+  const char *meaning;      /* meaning; a verb's row may replace it */
+  const char *range;        /* range of the argument; NULL: from `words` or `key`, or none */
+  const char *fallback;     /* default, which a verb's row may replace; NULL: from `key`, or none */
+  const char *const *words; /* all allowed arguments, the last NULL; NULL: any */
+  const char *files;        /* endings of files for the argument, separated by spaces, "/": folders; NULL: no file */
+  const char *key;          /* key of the scene that the option sets; NULL: none */
   cli_take_fn take;
-  size_t field;   /* of cli_options, for those that only fill one */
+  size_t field;   /* member of cli_options, for options that only fill one */
   bool is_common; /* every verb takes it */
 } cli_option;
 
 size_t cli_option_count(void);
 const cli_option *cli_option_at(size_t index);
 
-/* The option of a name, "--seed", of which `length` letters count; NULL: none. An old name is taken, with a warning. */
+/* The option with a name, "--seed", of `length` characters; NULL: none. An old name is accepted, with a warning. */
 const cli_option *cli_option_get(const char *name, size_t length);
 
 enum { CLI_RANGE_SIZE = 128 };
 
-/* "march or path"; nothing for NULL. */
+/* Prints words as "march or path"; nothing for NULL. */
 void cli_option_describe_words(const char *const *words, char *out, size_t size);
 
-/* The option of a letter; NULL: none. */
+/* The option with a letter; NULL: none. */
 const cli_option *cli_option_get_by_letter(char letter);
 
 #endif

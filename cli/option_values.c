@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Digits alone, at the start of `text`; `*end` is set behind them. */
+/* Reads digits at the start of `text`; `*end` is set to the first character after them. */
 static bool read_unsigned(const char *text, const char **end, unsigned *out_value) {
   if (*text < '0' || *text > '9') return false;
   char *stop;
@@ -22,7 +22,7 @@ bool cli_read_whole(const char *text, unsigned *out_value) {
   return read_unsigned(text, &end, out_value) && !*end;
 }
 
-/* `count` numbers parted by `mark`. */
+/* Reads `count` numbers separated by `mark`. */
 bool cli_read_list(const char *text, char mark, unsigned count, unsigned *out_values) {
   for (unsigned i = 0; i < count; i++) {
     if (i && *text++ != mark) return false;
@@ -31,7 +31,7 @@ bool cli_read_list(const char *text, char mark, unsigned count, unsigned *out_va
   return !*text;
 }
 
-/* A whole number, with a sign where it is below 0, at the start of `text`. */
+/* Reads an integer, with a sign where it is below 0, at the start of `text`. */
 static bool read_frame(const char **text, int *out_frame) {
   const bool is_negative = **text == '-';
   unsigned value;
@@ -63,7 +63,7 @@ bool cli_read_duration(const char *text, double *out_s) {
     double seconds;
   } units[] = {{"", 1.0}, {"s", 1.0}, {"m", 60.0}, {"h", 3600.0}};
   char *end;
-  const double number = strtod(text, &end); /* which would skip blanks */
+  const double number = strtod(text, &end); /* `text` begins with no space: strtod would skip it */
   if (strchr(" \t\n\v\f\r", *text) || end == text || !(number > 0.0 && number <= 1e9)) return false;
   for (size_t i = 0; i < sizeof units / sizeof *units; i++)
     if (!strcmp(end, units[i].name)) return *out_s = number * units[i].seconds, true;

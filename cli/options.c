@@ -23,7 +23,7 @@ void cli_complain(const char *format, ...) {
 
 /* ---- Options ---- */
 
-/* The option nearest to a name, of those that the verb takes, or of all where it is not known yet. Dashes, which all
+/* The option nearest to a name, among those of the verb, or of all verbs before one is known. Dashes, which all options
  * have, do not count as letters in common. */
 static const char *suggest_option(const cli_options *out, const char *name) {
   const char **names = calloc(cli_option_count(), sizeof *names);
@@ -35,7 +35,7 @@ static const char *suggest_option(const cli_options *out, const char *name) {
   return guess ? guess - 2 : NULL;
 }
 
-/* `length` letters of `text` are the option. */
+/* Reports an unknown option, the first `length` characters of `text`. */
 static cli_exit fail_unknown_option(const cli_options *out, const char *text, size_t length) {
   char *name = strndup(text, length);
   const char *guess = name ? suggest_option(out, name) : NULL;
@@ -57,7 +57,7 @@ static cli_exit fail_value(const cli_option *option, const char *value) {
   return CLI_USAGE;
 }
 
-/* Takes the option that begins argv[*index], with its argument, which may be the next. */
+/* Parses the option at argv[*index], with its argument, which may be the next word. */
 static cli_exit take_option(cli_options *out, int argc, char **argv, int *index) {
   const char *text = argv[*index], *value = NULL;
   bool is_long = text[1] == '-';
@@ -87,7 +87,7 @@ static cli_exit take_verb(cli_options *out, const char *text) {
   return out->verb ? CLI_DONE : cli_verb_fail_unknown(text);
 }
 
-/* Options may stand before the verb: only now is it known whether they are its own. */
+/* Checks that the verb has all options, which may stand before it. */
 static cli_exit check_options(const cli_options *out) {
   for (size_t i = 0; i < cli_option_count(); i++) {
     if (!out->given[i] || cli_verb_takes(out->verb, cli_option_at(i))) continue;
@@ -114,7 +114,7 @@ static cli_exit check_command(const cli_options *out) {
 
 /* ---- Command line ---- */
 
-/* Lists as long as the command line: no argument adds more than one element. */
+/* Allocates lists as long as the command line: each argument adds at most one element. */
 static bool allocate_lists(cli_options *out, int argc, char **argv, char **out_storage) {
   size_t count = (size_t)argc + 1, bytes = 1;
   for (int i = 0; i < argc; i++) bytes += strlen(argv[i]) + 1;
@@ -126,7 +126,7 @@ static bool allocate_lists(cli_options *out, int argc, char **argv, char **out_s
   return out->files && out->settings && out->outputs && out->given && out->storage;
 }
 
-/* The verb is the first argument that is no option. */
+/* Reads the arguments. The verb is the first that is no option. */
 static cli_exit read_arguments(cli_options *out, int argc, char **argv) {
   for (int i = 1; i < argc; i++) {
     cli_exit exit = CLI_DONE;
@@ -143,7 +143,7 @@ static cli_exit read_arguments(cli_options *out, int argc, char **argv) {
   return CLI_DONE;
 }
 
-/* A task of Slurm uses the CPUs that it has been given. */
+/* Number of threads: a task of Slurm uses its allocated CPUs. */
 static unsigned get_thread_count(void) {
   const char *text = getenv("SLURM_CPUS_PER_TASK");
   unsigned count;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The command line, read. */
+/* The parsed command line. */
 #ifndef NEPHOS_CLI_OPTIONS_H
 #define NEPHOS_CLI_OPTIONS_H
 
@@ -25,7 +25,7 @@ typedef enum cli_exit {
 
 struct cli_verb;
 
-/* progress_styles.c has a row for each. */
+/* Style of progress; progress_styles.c has a row for each. */
 typedef enum cli_progress_mode {
   CLI_PROGRESS_AUTO, /* a bar on a terminal, lines elsewhere */
   CLI_PROGRESS_BAR,
@@ -42,17 +42,17 @@ typedef struct cli_frame_range {
   int first, last, step;
 } cli_frame_range;
 
-/* One `key=value` for the scene, from --set or from an option that stands for a key. */
+/* One `key=value` for the scene, from --set or from an option that sets a key. */
 typedef struct cli_setting {
   const char *key, *value;
-  const char *option; /* the option that stands for the key; NULL: --set */
+  const char *option; /* the option that sets the key; NULL: --set */
 } cli_setting;
 
 typedef struct cli_options {
   const struct cli_verb *verb; /* NULL: none is given */
   bool wants_help, wants_version, wants_man;
-  bool has_ended; /* "--" was met: no further word is an option */
-  const char *shell; /* to complete in; NULL: not given */
+  bool has_ended; /* "--" has been read: no further word is an option */
+  const char *shell; /* shell of a completion script; NULL: not given */
   const char **files;
   size_t file_count;
   cli_setting *settings;
@@ -60,7 +60,7 @@ typedef struct cli_options {
   const char **outputs;
   size_t output_count;
   bool has_frame;
-  int frame; /* of a scene that is described */
+  int frame; /* frame of the scene to describe */
   cli_frame_range *frames;
   size_t frame_range_count;
   unsigned thread_count;
@@ -68,27 +68,27 @@ typedef struct cli_options {
   bool has_resolution, has_crop;
   unsigned resolution[2];          /* width, height */
   unsigned crop[4];                /* x0, y0, x1, y1 */
-  unsigned tile_index, tile_count; /* from 1; 0 of 0: no tile */
+  unsigned tile_index, tile_count; /* tile numbers; 1 is the first; 0 of 0: no tile */
   bool has_sample_range;
   unsigned sample_range[2]; /* the second excluded */
-  unsigned shard_count;     /* tiles of each frame of a job, or to merge; 0: not given */
-  unsigned chunk_size;      /* frames of a task of a job; 0: not given */
-  double checkpoint_s;      /* 0: none */
-  const char *checkpoint;   /* the same, as it is given */
+  unsigned shard_count;     /* tiles of each frame in a job, or to merge; 0: not given */
+  unsigned chunk_size;      /* frames in a task of a job; 0: not given */
+  double checkpoint_s;      /* seconds between checkpoints; 0: none */
+  const char *checkpoint;   /* argument of --checkpoint as given */
   bool is_resumed, skips_existing;
   bool is_json, is_fixed, is_exact, wants_plan, is_dry_run;
-  const char *method;       /* of a probe; NULL: not given */
-  const char *table_folder; /* of a sky; NULL: not given */
-  const char *disks;        /* of a sky; NULL: not given */
-  const char *usd_path;     /* of a sky; NULL: not given */
+  const char *method;       /* method of a probe; NULL: not given */
+  const char *table_folder; /* folder for the tables of a sky; NULL: not given */
+  const char *disks;        /* disks in the picture of a sky; NULL: not given */
+  const char *usd_path;     /* USD layer of a sky; NULL: not given */
   bool has_center;
   double center_deg;   /* azimuth in the middle of a sky's picture */
-  unsigned path_count; /* of a probe or a sky; 0: not given */
+  unsigned path_count; /* paths of a probe or a sky; 0: not given */
   double target_error; /* 0: not given */
   bool has_time_limit;
   double time_limit_s;
-  double budget_s;       /* of a report; 0: not given */
-  const char *reference; /* of a report; NULL: not given */
+  double budget_s;       /* budget of a report; 0: not given */
+  const char *reference; /* reference of a report; NULL: not given */
   bool is_quick, is_calibrating;
   const char *machine; /* file of a calibration; NULL: not given */
   bool has_relative_mse_max;
@@ -104,24 +104,24 @@ typedef struct cli_options {
   const char *log_path;     /* NULL: no log file */
   const char *path_mapping; /* rules for names of files; NULL: none */
   neph_log_level log_level;
-  bool *given;   /* for each option of the table, in its order */
-  char *storage; /* what settings point into */
+  bool *given;   /* whether each option of the table is given, in its order */
+  char *storage; /* memory to which settings point */
 } cli_options;
 
-/* Numbers each frame of --frames once, in the order in which it is named first; frame 1 where none is. Begins with 0,
- * and ends, false, behind the last. */
+/* Walk over the frames of --frames, each once, in the order of first mention; frame 1 where no frame is given. It
+ * begins as {0}, and returns false after the last frame. */
 typedef struct cli_frame_walk {
   size_t range;
-  int64_t next; /* of that range, as steps from its first frame */
+  int64_t next; /* next frame of the current range, counted in steps from its first */
 } cli_frame_walk;
 
 bool cli_next_frame(const cli_options *options, cli_frame_walk *walk, int *out_frame);
 
-/* Reads the command line. CLI_USAGE, after a message on standard error, when it is wrong. */
+/* Parses the command line. Returns CLI_USAGE, after a message on standard error, when it is wrong. */
 cli_exit cli_options_read(int argc, char **argv, cli_options *out_options);
 void cli_options_clear(cli_options *options);
 
-/* "nephos: …" and a line end on standard error. */
+/* Prints "nephos: …" and a line end on standard error. */
 void cli_complain(const char *format, ...) __attribute__((format(printf, 1, 2)));
 
 #endif

@@ -10,14 +10,14 @@ enum { WIDTH = 100, TERM_WIDTH = 28 };
 
 /* ---- Text for a terminal ---- */
 
-/* Letters of UTF-8 in `length` bytes. */
+/* Number of UTF-8 characters in `length` bytes. */
 static int count_letters(const char *text, int length) {
   int count = 0;
   for (int i = 0; i < length; i++) count += ((unsigned char)text[i] & 0xC0) != 0x80;
   return count;
 }
 
-/* Words up to a line end, in lines of WIDTH; the first begins in `column`, the others in `indent`. */
+/* Prints words up to a line end, in lines of WIDTH; the first begins in `column`, the others in `indent`. */
 static void wrap(FILE *out, const char *text, int column, int indent) {
   bool is_first = true;
   while (*text && *text != '\n') {
@@ -37,7 +37,7 @@ static void wrap(FILE *out, const char *text, int column, int indent) {
 
 /* ---- Roff ---- */
 
-/* The code point that begins `*text`, which moves behind it. */
+/* Decodes the code point at `*text`, and moves `*text` past it. */
 static unsigned take_code_point(const char **text) {
   const unsigned char *c = (const unsigned char *)*text;
   const int more = *c >= 0xF0 ? 3 : *c >= 0xE0 ? 2 : *c >= 0xC0 ? 1 : 0;
@@ -47,7 +47,7 @@ static unsigned take_code_point(const char **text) {
   return code;
 }
 
-/* Text of one line, whatever roff makes of its characters. */
+/* Prints text on one line, with all characters escaped that roff interprets. */
 static void put_roff(FILE *out, const char *text, bool is_upper) {
   if (*text == '.' || *text == '\'') fputs("\\&", out);
   while (*text && *text != '\n') {
@@ -71,7 +71,7 @@ static void put_roff_line(FILE *out, const char *before, const char *text, const
   fputs(behind, out);
 }
 
-/* "nephos render" as the name of a page: "nephos-render". */
+/* Prints the name of a command's page: "nephos-render" for "nephos render". */
 static void put_page_name(FILE *out, const char *command, bool is_upper) {
   for (; *command && *command != ' '; command++) fputc(is_upper ? toupper((unsigned char)*command) : *command, out);
   if (*command) fputs("\\-", out), put_roff(out, command + 1, is_upper);

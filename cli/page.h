@@ -13,21 +13,21 @@ typedef struct cli_page {
 
 /* The head of a page.
  *
- * command    "nephos render"; of a page about a file format its name.
+ * command    "nephos render", or the name of a file format for its page.
  * arguments  NULL: the page is about no command.
  */
 void cli_page_begin(const cli_page *page, const char *command, int section, const char *arguments, const char *summary);
 
-/* `title` in small letters. */
+/* Begins a section; `title` is in small letters. */
 void cli_page_add_section(const cli_page *page, const char *title);
 
-/* Paragraphs, parted by an empty line. */
+/* Adds paragraphs, separated by an empty line. */
 void cli_page_add_text(const cli_page *page, const char *text);
 
-/* A term, such as an option, and its meaning. */
+/* Adds a term, such as an option, and its meaning. */
 void cli_page_add_item(const cli_page *page, const char *term, const char *text);
 
-/* A line to type, and its meaning. */
+/* Adds a command line, and its meaning. */
 void cli_page_add_command(const cli_page *page, const char *command, const char *meaning);
 
 #endif

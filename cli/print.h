@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Texts that are printed to: they grow, or are as long as an array that is made for them. Nothing is cut unseen. */
+/* Texts for printing: growing ones, and arrays sized for the longest text. Nothing is cut silently. */
 #ifndef NEPHOS_CLI_PRINT_H
 #define NEPHOS_CLI_PRINT_H
 
@@ -8,7 +8,8 @@
 #include <stddef.h>
 #include <stdio.h>
 
-/* Begin with {0}; the characters are to be freed. Without memory the rest is left out, and has_failed says so. */
+/* A growing text. It begins as {0}; cli_text_clear frees it. Without memory the rest is left out, and has_failed is
+ * set. */
 typedef struct cli_text {
   char *characters;
   size_t length;
@@ -21,7 +22,7 @@ void cli_text_add_list(cli_text *text, const char *format, va_list arguments) __
 /* The text so far, "" before the first character. */
 const char *cli_text_get(const cli_text *text);
 
-/* Frees the text, which is empty then. */
+/* Frees the text, which is then empty. */
 void cli_text_clear(cli_text *text);
 
 /* Prints a line to a stream, clean (neph_text_clean), with `before` in front: names in it come from anywhere. */
@@ -37,8 +38,8 @@ void cli_show(const char *name);
 /* Cleans a text line by line. */
 void cli_clean_lines(char *text);
 
-/* Prints numbers, and names of the program's own, to an array that has room for the longest. Returns the length. A text
- * that does not fit is a fault of the program: it ends in "..." and fails an assertion. */
+/* Prints numbers and names from tables to an array with room for the longest. Returns the length. A text that does not
+ * fit is a programming error: it ends in "..." and fails an assertion. */
 size_t cli_print(char *out, size_t size, const char *format, ...) __attribute__((format(printf, 3, 4)));
 
 #endif

@@ -20,7 +20,7 @@ bool cli_open_streams(void) {
 
 /* ---- Signals ---- */
 
-/* The variables that outlive a call: a signal handler can reach no others. The first is the signal's number. */
+/* Variables that signal handlers set. The first is the number of the last signal. */
 static volatile sig_atomic_t interrupted_by, wants_snapshot;
 
 static void note_interrupt(int signal_number) { interrupted_by = signal_number; }
@@ -71,7 +71,7 @@ bool cli_take_snapshot(void) {
 
 /* ---- Memory ---- */
 
-/* VmHWM begins anew with exec. ru_maxrss does not: it includes the parent's memory until then. */
+/* Peak memory from VmHWM, which starts at 0 with exec. ru_maxrss includes the parent's memory until then. */
 double cli_get_peak_memory_bytes(void) {
   unsigned long long kilobytes = 0;
   char line[256];
@@ -80,6 +80,6 @@ double cli_get_peak_memory_bytes(void) {
     if (sscanf(line, "VmHWM: %llu kB", &kilobytes) != 1) kilobytes = 0;
   if (status) fclose(status);
   if (kilobytes) return 1024.0 * (double)kilobytes;
-  struct rusage usage; /* no /proc in this root */
+  struct rusage usage; /* fallback without /proc */
   return getrusage(RUSAGE_SELF, &usage) ? 0.0 : 1024.0 * (double)usage.ru_maxrss;
 }

@@ -23,8 +23,8 @@ static double get_clock_s(void) {
 
 static double get_elapsed_s(const cli_progress *progress) { return get_clock_s() - progress->start_s; }
 
-/* A log goes on behind its last line; a file of another kind, such as an input, stays as it is. A pipe would wait for
- * its reader. */
+/* Checks that a log can be appended to. A file of another kind, such as an input, stays as it is. A pipe would block
+ * until it has a reader. */
 static bool check_log(const char *path) {
   int year, month, day;
   struct stat status;
@@ -70,7 +70,7 @@ void cli_progress_end(cli_progress *progress) {
 
 /* ---- The log file ---- */
 
-/* Says once that lines are lost, as on a full disk; the next are tried all the same. */
+/* Warns once that lines of the log are lost, as on a full disk; later lines are still tried. */
 static void note_loss(cli_progress *progress) {
   const int error = errno;
   clearerr(progress->log);
@@ -83,7 +83,7 @@ static void note_loss(cli_progress *progress) {
   cli_text_clear(&text);
 }
 
-/* A line, with its time. The last line of a job that is killed is whole. */
+/* Writes a line with its time. The last line of a killed job is complete. */
 static void write_log(cli_progress *progress, const char *kind, const char *text) {
   struct tm utc;
   char date[32];
@@ -115,7 +115,7 @@ double cli_progress_get_frame_s(const cli_progress *progress) {
   return get_elapsed_s(progress) - progress->frame.start_s;
 }
 
-/* The first frame solves for what the others take over. */
+/* Ends a frame. The first frame is not timed for predictions: it solves what later frames reuse. */
 void cli_progress_end_frame(cli_progress *progress, bool is_timed) {
   const cli_progress_frame *frame = &progress->frame;
   if (is_timed && frame->index > 0) {
@@ -125,7 +125,8 @@ void cli_progress_end_frame(cli_progress *progress, bool is_timed) {
   progress->fraction = fmax(progress->fraction, frame->end);
 }
 
-/* By the mean of the frames that are done, where there are any, and else by the part of the whole that is done. */
+/* Remaining seconds, predicted by the mean time of finished frames, or before the first by the finished share of the
+ * whole. */
 static double predict_left(const cli_progress *progress, double frame_fraction, double elapsed_s) {
   const cli_progress_frame *frame = &progress->frame;
   if (progress->timed_count > 0 && frame->count > frame->index) {

@@ -10,7 +10,7 @@
 
 /* ---- Words ---- */
 
-/* "12.3 s", "4 min 5 s", "2 h 3 min" */
+/* Prints a duration: "12.3 s", "4 min 5 s", "2 h 3 min". */
 static void describe_time(double seconds, char out[32]) {
   const unsigned long whole = seconds < 1e9 ? (unsigned long)(seconds + 0.5) : 1000000000ul;
   if (whole < 60)
@@ -21,7 +21,7 @@ static void describe_time(double seconds, char out[32]) {
     cli_print(out, 32, "%lu h %lu min", whole / 3600, whole % 3600 / 60);
 }
 
-/* "12.3 s, 1 min 2 s left" */
+/* Prints the elapsed and the remaining time: "12.3 s, 1 min 2 s left". */
 static void describe_times(const cli_progress_state *state, char out[80]) {
   char elapsed[32], left[32];
   describe_time(state->elapsed_s, elapsed);
@@ -32,7 +32,7 @@ static void describe_times(const cli_progress_state *state, char out[80]) {
     cli_print(out, 80, "%s", elapsed);
 }
 
-/* "frame 12 (3 of 100), rendering" */
+/* Prints frame and stage: "frame 12 (3 of 100), rendering". */
 static void describe_stage(const cli_progress_state *state, char out[96]) {
   const cli_progress_frame *frame = &state->frame;
   if (frame->count > 1)
@@ -46,9 +46,9 @@ static void say_plainly(const cli_progress_state *state, neph_log_level level, c
   fprintf(stderr, "nephos: %s%s\n", level == NEPH_LOG_WARNING ? "warning: " : "", message);
 }
 
-/* ---- For people ---- */
+/* ---- Styles to read ---- */
 
-/* "frame 12, 3/100: rendering", and a bar beside it: both fit a line of 80 columns. */
+/* Draws "frame 12, 3/100: rendering" and a bar beside it, on one line of 80 columns. */
 static void draw_bar(const cli_progress_state *state) {
   enum { WIDTH = 24 };
   static const char full[WIDTH + 1] = "########################", empty[WIDTH + 1] = "........................";
@@ -73,7 +73,7 @@ static void print_line(const cli_progress_state *state) {
   fprintf(stderr, "nephos: %s %.0f %%, %s\n", stage, floor(state->fraction * 100.0), times);
 }
 
-/* ---- For programs ---- */
+/* ---- Styles to parse ---- */
 
 static void open_record(const cli_progress_state *state) {
   fputc('{', stderr);

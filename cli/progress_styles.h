@@ -7,14 +7,14 @@
 
 typedef struct cli_progress_style {
   const char *name;
-  /* A report, on standard error; NULL: none. */
+  /* Shows a report on standard error; NULL: reports are not shown. */
   void (*show)(const cli_progress_state *state);
-  /* A message, on standard error. */
+  /* Prints a message on standard error. */
   void (*say)(const cli_progress_state *state, neph_log_level level, const char *message);
-  bool is_bar;       /* a line that is drawn over */
-  bool has_stages;   /* the begin of a stage, or of a frame, is shown at once */
-  double interval_s; /* at the least, from one report to the next, */
-  double step;       /* and progress */
+  bool is_bar;       /* whether each report overwrites the last line */
+  bool has_stages;   /* the start of a stage or a frame is shown at once */
+  double interval_s; /* least seconds between reports */
+  double step;       /* least progress between reports */
 } cli_progress_style;
 
 const cli_progress_style *cli_progress_style_get(cli_progress_mode mode);

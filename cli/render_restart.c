@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Parts, checkpoints, snapshots, and frames that are there already. */
+/* Parts, checkpoints, snapshots, and frames that exist already. */
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
 #include "render_job.h"
 
-/* The frame's first name with another ending, to be freed. NULL: no memory. */
+/* The frame's first name with another ending; the caller frees it. NULL: no memory. */
 static char *name_beside(const render_targets *t, const char *ending) {
   const char *name = t->image ? t->image : t->preview ? t->preview : t->deep, *dot = strrchr(name, '.');
   char *named;
@@ -15,7 +15,7 @@ static char *name_beside(const render_targets *t, const char *ending) {
 
 static bool keeps_checkpoints(const cli_options *options) { return options->checkpoint_s > 0.0 || options->is_resumed; }
 
-/* Tiles that are not finished are black in a snapshot. */
+/* Saves a snapshot; unfinished tiles are black in it. */
 static bool save_snapshot(void *user, const neph_tile *tile) {
   const render_job *job = user;
   if (!cli_take_snapshot() || neph_image_save_exr(tile->image, job->snapshot, job->output.pixel_type)) return true;
@@ -43,7 +43,7 @@ neph_result render_job_set_restart(render_job *job, render_targets *t) {
   desc->checkpoint_interval_s = options->checkpoint_s > 0.0 ? options->checkpoint_s : NEPH_UNLIMITED;
   desc->is_resumed = options->is_resumed;
   job->snapshot = t->snapshot;
-  desc->tile = has_limit ? NULL : save_snapshot; /* passes would be shown to it, each of which takes time */
+  desc->tile = has_limit ? NULL : save_snapshot; /* passes of a time limit would each call it, which takes time */
   desc->tile_user = job;
   return NEPH_OK;
 }

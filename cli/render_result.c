@@ -1,15 +1,15 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The line that each frame ends with: its files, time, memory and error, for people or as JSON. */
+/* The line of a finished frame: its files, time, memory and error, as text or as JSON. */
 #include <math.h>
 #include <stdlib.h>
 
 #include "print.h"
 #include "render_job.h"
 
-/* Attributes of a render, in degrees. */
+/* Attributes of a rendered picture, in degrees. */
 static const char sun_elevation[] = "nephos:sunElevation", sun_azimuth[] = "nephos:sunAzimuth";
 
-/* "2.6", "12", "0.04": shares as per cent, to two digits. */
+/* Prints shares as per cent, to two digits: "2.6", "12", "0.04". */
 static void print_percent(double share) {
   const double percent = 100.0 * share;
   printf(percent >= 9.95 || percent == 0.0 ? "%.0f" : percent >= 0.995 ? "%.1f" : "%.2g", percent);
@@ -32,7 +32,7 @@ static void print_bias(const neph_image_error *error) {
   printf("%s%s)", isnan(error->error.value) ? " %" : "", error->bias_source == NEPH_BIAS_BY_MODEL ? " by model" : "");
 }
 
-/* "error 2.6 % a pixel (noise 1.1, bias about 2.4)" */
+/* Prints the error of a picture: "error 2.6 % a pixel (noise 1.1, bias about 2.4)". */
 static void print_error(const neph_image_error *error) {
   if (isnan(error->bias.value)) return;
   printf("; error ");
@@ -52,7 +52,7 @@ static double get_number(const neph_image *image, const char *attribute) {
   return text ? strtod(text, NULL) : (double)NAN;
 }
 
-/* "; sun at elevation -17.5°, azimuth 26.4°" */
+/* Prints the sun's position: "; sun at elevation -17.5°, azimuth 26.4°". */
 static void print_sun(const neph_image *image) {
   const double elevation = get_number(image, sun_elevation);
   if (isnan(elevation)) return;
@@ -67,7 +67,7 @@ static const char *get_exposure_name(const render_job *job) {
   return names[job->output.preview_desc.exposure];
 }
 
-/* "; preview +2.3 stops by meter, so that frames match" */
+/* Prints the exposure of a preview: "; preview +2.3 stops by meter, so that frames match". */
 static void print_exposure(const render_job *job, const frame_facts *facts) {
   if (isnan(facts->preview_stops)) return;
   printf("; preview %+.1f stops by %s", facts->preview_stops, get_exposure_name(job));
@@ -86,7 +86,8 @@ static void print_json_bounded(const char *name, const neph_bounded *figure) {
       printf(", \"%s%s\": %.4g", name, parts[i].ending, parts[i].value);
 }
 
-/* Predictions, and CPU time of one core, that the header has of a frame with a target error or a time limit. */
+/* Prints the predictions and the CPU time of one core from the header of a frame with a target error or a time
+ * limit. */
 static void print_json_predictions(const neph_image *image) {
   static const struct {
     const char *attribute, *name;
@@ -158,7 +159,7 @@ static const char *get_first_name(const render_targets *t) {
   return t->image ? t->image : t->preview ? t->preview : t->deep;
 }
 
-/* A perfect diffuser in the sun and sky of noon is near 1, at a scale of 2. */
+/* A perfect diffuser under the sun and sky of noon is near 1, at a scale of 2. */
 void render_job_warn_of_lift(render_job *job, const frame_facts *facts) {
   static const double most_stops = 10.0, scale_of_noon = 2.0;
   const double scale = get_number(facts->image, "nephos:scale"), elevation = get_number(facts->image, sun_elevation);

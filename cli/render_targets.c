@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The files of a frame: named by the scene or --output, and checked before the first pixel. */
+/* The files of a frame: their names by the scene or --output, and their check before the first pixel. */
 #include <limits.h>
 #include <stdlib.h>
 #include <string.h>
@@ -9,7 +9,7 @@
 #include "print.h"
 #include "render_job.h"
 
-/* Stands for the eye's name, as in Nuke. */
+/* Placeholder for the eye's name, as in Nuke. */
 static const char eye_mark[] = "%V";
 
 static cli_exit check_pattern(const render_job *job, const char *pattern) {
@@ -24,7 +24,8 @@ static cli_exit check_pattern(const render_job *job, const char *pattern) {
   return CLI_USAGE;
 }
 
-/* --output replaces what the scene says: once or twice, a picture and a preview. Deep pictures are the scene's alone.
+/* Chooses the outputs: --output, given once or twice, replaces the scene's picture and preview. Deep pictures are named
+ * in the scene alone.
  */
 static cli_exit choose_outputs(render_job *job) {
   const cli_options *options = job->session->options;
@@ -57,7 +58,7 @@ cli_exit render_job_choose_outputs(render_job *job) {
   return exit ? exit : check_pattern(job, job->output.deep);
 }
 
-/* Pattern, to be freed, with the name of the eye in the place of its mark. NULL: no memory. */
+/* The pattern with the eye's name in place of its mark; the caller frees it. NULL: no memory. */
 static char *name_eye(const render_job *job, const char *pattern) {
   const char *mark = strstr(pattern, eye_mark);
   if (!mark || job->desc.eye == NEPH_EYE_CENTRE) return strdup(pattern);
@@ -67,8 +68,8 @@ static char *name_eye(const render_job *job, const char *pattern) {
   return printed < 0 ? NULL : named;
 }
 
-/* Output path, to be freed: the pattern, or, for a tile, "out/frame.####.tile2of4.exr", and for a range of samples
- * "out/frame.####.samples0to64.npart". NULL: no memory. */
+/* Output path, which the caller frees: the pattern, or, for a tile, "out/frame.####.tile2of4.exr", and for a range of
+ * samples "out/frame.####.samples0to64.npart". NULL: no memory. */
 static char *name_tile(const cli_options *options, const char *pattern) {
   const size_t length = strlen(pattern), ending = strlen(".exr");
   const bool is_whole = !options->tile_count && !options->has_sample_range;
@@ -109,13 +110,13 @@ neph_result render_job_name_targets(const render_job *job, render_targets *out) 
   return result;
 }
 
-/* A cloud that is not on disk is baked to its file before the first pixel. */
+/* Checks the file of a cloud. A cloud without a file on disk is baked to it before the first pixel. */
 static cli_exit check_cloud(const render_job *job, unsigned index) {
   const char *pattern = neph_scene_get_cloud_file(job->scene, index);
   if (!pattern || !neph_scene_is_cloud_baked(job->scene, index)) return CLI_DONE;
   char *path;
   cli_exit exit = cli_exit_of(neph_frame_get_path(job->session->context, pattern, job->desc.frame, &path));
-  const bool is_written = !exit && access(path, F_OK); /* else it is read */
+  const bool is_written = !exit && access(path, F_OK); /* an existing file is read */
   char role[32];
   cli_print(role, sizeof role, "clouds[%u].vdb", index);
   if (is_written) exit = cli_check_target(job->session, path);
@@ -125,7 +126,8 @@ static cli_exit check_cloud(const render_job *job, unsigned index) {
   return exit;
 }
 
-/* A snapshot whose name is too long can never be written, and refuses no picture. */
+/* Adds a snapshot, unless its name is too long: it can never be written then, and the picture is rendered all the
+ * same. */
 static cli_exit add_snapshot(const render_job *job, const char *path) {
   if (!path || strlen(basename(path)) > NAME_MAX) return CLI_DONE;
   return cli_exit_of(neph_files_add(job->files, NEPH_FILE_WRITTEN, "the snapshot", path));

@@ -33,7 +33,7 @@ cli_exit cli_exit_of(neph_result result) {
   return CLI_INTERNAL;
 }
 
-/* Whether a log can stand there, by a context of its own: the session's writes to the log. */
+/* Checks whether a log can be opened, in a context of its own, since the session's context writes to the log. */
 static cli_exit check_log_place(cli_session *session, const char *path) {
   neph_context_desc desc = NEPH_CONTEXT_DESC_DEFAULT;
   neph_context *context = NULL;
@@ -87,7 +87,7 @@ static neph_result apply_settings(const cli_options *options, neph_scene *scene)
   for (size_t i = 0; !result && i < options->setting_count; i++) {
     const cli_setting *setting = &options->settings[i];
     result = neph_scene_set(scene, setting->key, setting->value);
-    /* A wrong value of an option of its own is the command line's fault, not the scene's. */
+    /* A wrong value of an option that sets a key is an error of the command line, not of the scene. */
     if (result == NEPH_ERROR_BAD_SCENE && setting->option) result = NEPH_ERROR_INVALID_ARGUMENT;
   }
   return result;

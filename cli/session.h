@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A verb's surroundings: a context that logs to standard error, scenes with their settings, exit codes. */
+/* The session of a verb: a context that logs to standard error, scenes with their settings, exit codes. */
 #ifndef NEPHOS_CLI_SESSION_H
 #define NEPHOS_CLI_SESSION_H
 
@@ -23,34 +23,34 @@ void cli_session_end(cli_session *session);
 /* The exit code for a result. */
 cli_exit cli_exit_of(neph_result result);
 
-/* Loads a scene and sets what the command line says. */
+/* Loads a scene and applies the settings of the command line. */
 cli_exit cli_load_scene(cli_session *session, const char *path, neph_scene **out_scene);
 neph_result cli_read_scene(cli_session *session, const char *path, neph_scene **out_scene);
 
-/* Whether a file can be made at `path`, which is not tried by making one. CLI_IO, after a message, when not. */
+/* Checks whether a file can be created at `path`, without creating one. Returns CLI_IO, after a message, when not. */
 cli_exit cli_check_target(const cli_session *session, const char *path);
 
 /* Prints a text of the library and frees it. */
 void cli_print_text(cli_session *session, char *text);
 
-/* A JSON string, quotes included; printed on standard output. */
+/* Writes a JSON string, quotes included. */
 void cli_put_json_text(FILE *out, const char *text);
 void cli_print_json_text(const char *text);
 
-/* PLAIN, or JSON with --json. */
+/* Format of results: JSON with --json, else plain text. */
 neph_text_format cli_text_format(const cli_session *session);
 
 /* Whether `path` ends in `extension`, such as ".exr", in letters of either case. */
 bool cli_has_extension(const char *path, const char *extension);
 
-/* Whether `path` ends as scene files do, or is "-", a scene on standard input. */
+/* Whether `path` has the ending of a scene file, or is "-", a scene on standard input. */
 bool cli_is_scene(const char *path);
 
-/* Puts a path of --output in its place: a preview, .png, or a picture, with `extension`. False: it is neither, or its
- * place is taken. */
+/* Assigns a path of --output to the preview, .png, or to the picture, with `extension`. False: it has another ending,
+ * or there is one already. */
 bool cli_place_output(const char *path, const char *extension, const char **image, const char **preview);
 
-/* Whether no more than one frame is asked for. */
+/* Whether at most one frame is given. */
 bool cli_is_single_frame(const cli_options *options);
 
 #endif

@@ -6,7 +6,7 @@
 
 enum { LENGTH_MAX = 32 };
 
-/* Letters added, dropped or replaced on the way from `a` to `b` (Levenshtein). */
+/* Levenshtein distance: letters added, dropped or replaced between `a` and `b`. */
 static size_t compute_distance(const char *a, const char *b) {
   size_t m = strlen(a), n = strlen(b), row[LENGTH_MAX + 1];
   if (m > LENGTH_MAX || n > LENGTH_MAX) return SIZE_MAX;

@@ -12,7 +12,7 @@
   ROW(export) ROW(render) ROW(check) ROW(info) ROW(sky) ROW(probe) ROW(compare) ROW(merge) ROW(job) ROW(report)        \
       ROW(schema) ROW(help)
 
-/* An option as a verb takes it; NULL: as the option's own row has it. */
+/* A verb's own meaning, range and default of an option; NULL: those of the option's row. */
 typedef struct cli_verb_option {
   const char *name;
   const char *meaning, *fallback;
@@ -30,12 +30,13 @@ typedef struct cli_verb {
   const char *name, *arguments, *summary;
   size_t argument_min, argument_max;
   cli_exit (*run)(cli_session *session);
-  const char *description; /* paragraphs, parted by an empty line */
-  const char *words;       /* all that the first argument may be, parted by blanks; KEYS and VERBS stand for theirs */
-  const char *files;       /* endings of files that arguments name, parted by blanks; NULL: none */
-  unsigned exits;          /* CLI_MAY of codes, besides those that any verb may end with */
-  cli_verb_option options[CLI_VERB_OPTIONS_MAX]; /* up to one without a name; besides those of every verb */
-  cli_example examples[CLI_EXAMPLES_MAX];        /* up to one without a command */
+  const char *description; /* paragraphs, separated by an empty line */
+  const char *words;       /* allowed first arguments, separated by spaces; KEYS and VERBS stand for all of them */
+  const char *files;       /* endings of files for the arguments, separated by spaces; NULL: none */
+  unsigned exits;          /* CLI_MAY of the exit codes, besides the codes of every verb */
+  cli_verb_option options[CLI_VERB_OPTIONS_MAX]; /* options beside those of every verb; an entry without a name ends the
+                                                    list */
+  cli_example examples[CLI_EXAMPLES_MAX];        /* an entry without a command ends the list */
 } cli_verb;
 
 #define CLI_MAY(code) (1u << (code))
@@ -48,13 +49,13 @@ CLI_VERBS(CLI_DECLARE_VERB)
 size_t cli_verb_count(void);
 const cli_verb *cli_verb_at(size_t index);
 
-/* NULL: there is none of that name. */
+/* The verb of a name; NULL: unknown. */
 const cli_verb *cli_verb_get(const char *name);
 
-/* "NAME is not a verb, did you mean …?" */
+/* Reports "NAME is not a verb, did you mean …?". */
 cli_exit cli_verb_fail_unknown(const char *name);
 
-/* Whether an option is one of the verb's, or of every verb. */
+/* Whether an option belongs to the verb, or to every verb. */
 bool cli_verb_takes(const cli_verb *verb, const cli_option *option);
 
 #endif

@@ -18,7 +18,7 @@ typedef struct neph_atmosphere neph_atmosphere;
 /** One atmosphere under one light, seen by one observer. */
 typedef struct neph_sky neph_sky;
 
-/** Density of a layer as a function of altitude. Density has no unit: coefficients are those where it is 1. */
+/** Density of a layer as a function of altitude. It has no unit: the layer's coefficients apply where it is 1. */
 typedef enum neph_layer_profile {
   NEPH_LAYER_EXPONENTIAL, /**< exp(−(h − bottom_m)/height_m) */
   NEPH_LAYER_TENT,        /**< 1 − |h − center_m|/width_m, where that is positive */
@@ -28,30 +28,31 @@ typedef enum neph_layer_profile {
 /** Phase function of a layer. */
 typedef enum neph_layer_phase {
   NEPH_LAYER_RAYLEIGH,
-  NEPH_LAYER_CORNETTE_SHANKS,   /**< by `asymmetry` */
-  NEPH_LAYER_HENYEY_GREENSTEIN, /**< by `asymmetry`; 0 is isotropic */
-  NEPH_LAYER_TWO_LOBE           /**< two of Henyey-Greenstein: by `asymmetry`, and the share `second_weight` of the
-                                 *   light by `second_asymmetry` */
+  NEPH_LAYER_CORNETTE_SHANKS,   /**< parameter: `asymmetry` */
+  NEPH_LAYER_HENYEY_GREENSTEIN, /**< parameter: `asymmetry`; 0 is isotropic */
+  NEPH_LAYER_TWO_LOBE           /**< two Henyey-Greenstein lobes: `asymmetry`, and `second_asymmetry` with the share
+                                     `second_weight` */
 } neph_layer_phase;
 
 /** Absorption of a layer between and beyond the three bands, where a picture has more wavelengths. */
 typedef enum neph_layer_absorber {
-  NEPH_LAYER_SMOOTH, /**< as a power of the wavelength; so does scattering */
-  NEPH_LAYER_OZONE   /**< as ozone's Chappuis bands do, through the values in the three */
+  NEPH_LAYER_SMOOTH, /**< a power of the wavelength, fitted to the three bands, as is scattering */
+  NEPH_LAYER_OZONE   /**< the shape of ozone's Chappuis bands, scaled to the three bands */
 } neph_layer_absorber;
 
-/** One constituent of the air: where it is, and what it does to light in each band. */
+/** One constituent of the air: its altitudes, and its scattering and absorption in each band. */
 typedef struct neph_atmosphere_layer {
   neph_layer_profile profile;
-  double bottom_m, top_m;         /**< none of it outside; bottom_m < top_m, which may be infinite */
+  double bottom_m, top_m;         /**< the density is 0 outside; bottom_m < top_m, which may be infinite */
   double height_m;                /**< scale height of an exponential; > 0 */
-  double center_m, width_m;       /**< of a tent: where it is densest, and from there to where it ends, > 0 */
-  const double *table_altitude_m; /**< of a table: ascending */
-  const double *table_density;    /**< ≥ 0 */
-  unsigned table_rows;            /**< at least 2 */
-  double scattering_per_m[3];     /**< where the density is 1; ≥ 0 */
-  double absorption_per_m[3];     /**< where the density is 1; ≥ 0 */
-  neph_layer_phase phase;         /**< not read where nothing scatters */
+  double center_m, width_m;       /**< tent: altitude of the greatest density, and distance from there to density 0, >
+                                       0 */
+  const double *table_altitude_m; /**< table: altitudes, ascending */
+  const double *table_density;    /**< table: densities, ≥ 0 */
+  unsigned table_rows;            /**< table: number of rows, at least 2 */
+  double scattering_per_m[3];     /**< coefficient at density 1; ≥ 0 */
+  double absorption_per_m[3];     /**< coefficient at density 1; ≥ 0 */
+  neph_layer_phase phase;         /**< unused where scattering is 0 */
   double asymmetry[3];            /**< g in each band, −0.9999 to 0.9999 */
   double second_asymmetry[3];     /**< g of the second lobe, −0.9999 to 0.9999 */
   double second_weight[3];        /**< 0 to 1 */
@@ -67,23 +68,19 @@ NEPH_API extern const neph_atmosphere_layer neph_earth_layers[NEPH_EARTH_LAYER_C
 typedef struct neph_atmosphere_desc {
   size_t struct_size;
   double planet_radius_m;              /**< > 0 (default 6360 km) */
-  double top_altitude_m;               /**< of the atmosphere: no layer goes on above it; > 0 (default 100 km) */
+  double top_altitude_m;               /**< top of the atmosphere: layers are cut there; > 0 (default 100 km) */
   const neph_atmosphere_layer *layers; /**< any number; read while an atmosphere is created, not after (default
-                                        *   neph_earth_layers) */
+                                            neph_earth_layers) */
   unsigned layer_count;                /**< 0: no air (default 3) */
   double ground_albedo[3];             /**< Lambert, 0 to 1 (default 0.3 each) */
-  double tolerance;                    /**< relative rms error that tables may make, by which they are sized; 0.003
-                                        *   to 0.1 (default 0.007) */
+  double tolerance;                    /**< relative rms error that the tables may have, which sets their sizes; 0.003
+                                            to 0.1 (default 0.007) */
 } neph_atmosphere_desc;
 
 #define NEPH_ATMOSPHERE_DESC_DEFAULT                                                                                   \
   {                                                                                                                    \
     .struct_size = sizeof(neph_atmosphere_desc), .planet_radius_m = 6360000.0, .top_altitude_m = 100000.0,             \
-    .layers = neph_earth_layers, .layer_count = NEPH_EARTH_LAYER_COUNT, .ground_albedo = {                             \
-      0.3,                                                                                                             \
-      0.3,                                                                                                             \
-      0.3                                                                                                              \
-    },                                                                                                                 \
+    .layers = neph_earth_layers, .layer_count = NEPH_EARTH_LAYER_COUNT, .ground_albedo = {0.3, 0.3, 0.3},              \
     .tolerance = 0.007                                                                                                 \
   }
 
@@ -92,8 +89,8 @@ typedef struct neph_atmosphere_desc {
  *
  * @param out_desc             starts from NEPH_ATMOSPHERE_DESC_DEFAULT; unchanged on failure. Its layers live as long
  *                             as the library.
- * @param out_sun_distance_au  the planet's from the sun, whose irradiance goes as its inverse square and whose angular
- *                             radius as its inverse. NULL is allowed.
+ * @param out_sun_distance_au  the planet's distance from the sun: irradiance goes as its inverse square, angular radius
+ *                             as its inverse. NULL is allowed.
  * @return NEPH_ERROR_INVALID_ARGUMENT for another name.
  */
 NEPH_API neph_result neph_atmosphere_get_preset(neph_context *context, const char *name, neph_atmosphere_desc *out_desc,

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Version, results, progress and text: what every other nephos header rests on. */
+/* Version, results, progress and text: the base of every other nephos header. */
 #ifndef NEPHOS_BASE_H
 #define NEPHOS_BASE_H
 
@@ -53,26 +53,27 @@ typedef enum neph_result {
 /** Name of a result, such as "NEPH_ERROR_IO"; "unknown" for a value outside the enumeration. Never NULL. */
 NEPH_API const char *neph_result_get_name(neph_result result);
 
-/** One sentence about a result; what went wrong in a given call goes to the context's log. Never NULL. */
+/** One sentence about a result; the cause of a failure in a given call goes to the context's log. Never NULL. */
 NEPH_API const char *neph_result_get_text(neph_result result);
 
 /** Version of the library in use, "MAJOR.MINOR.PATCH". Never NULL. */
 NEPH_API const char *neph_version_get_text(void);
 
-/** Version of the library in use as a number that grows with it, as NEPHOS_VERSION_NUMBER is that of the headers. */
+/** Version of the library in use as a number that grows with it; NEPHOS_VERSION_NUMBER is the number of the headers. */
 NEPH_API unsigned neph_version_get_number(void);
 
 /** Progress of a call. Valid only during the callback. */
 typedef struct neph_progress {
-  const char *stage; /**< what is being done, a few words: "baking", "rendering"; never NULL */
-  double fraction;   /**< of the call, by a guess of what each stage takes: 0 to 1, never less than before */
-  double elapsed_s;  /**< seconds since the call began */
-  double remaining_s; /**< until it ends, as the fraction tells; infinite before that can be told */
+  const char *stage;  /**< name of the current stage, a few words: "baking", "rendering"; never NULL */
+  double fraction;    /**< completed share of the call, by predicted times of its stages: 0 to 1, never less than
+                           before */
+  double elapsed_s;   /**< seconds since the call began */
+  double remaining_s; /**< estimated seconds until the call ends; infinite before there is an estimate */
 } neph_progress;
 
-/** Reports progress, and cancels.
+/** Reports progress, and can cancel.
  *
- * Called on the thread that made the library call, several times a second.
+ * Called on the thread of the library call, several times a second.
  * @return false to cancel: the call then returns NEPH_ERROR_CANCELLED within half a second and leaves nothing behind.
  */
 typedef bool (*neph_progress_fn)(void *user, const neph_progress *progress);

@@ -15,47 +15,47 @@ typedef struct neph_check neph_check;
 
 typedef enum neph_severity {
   NEPH_SEVERITY_NOTE,    /**< worth knowing; pictures are as meant */
-  NEPH_SEVERITY_WARNING, /**< pictures may not be as meant */
-  NEPH_SEVERITY_ERROR    /**< a render refuses it */
+  NEPH_SEVERITY_WARNING, /**< pictures may differ from what is intended */
+  NEPH_SEVERITY_ERROR    /**< a render refuses the file or the scene */
 } neph_severity;
 
 /** Texts are valid until the check changes or ends. */
 typedef struct neph_finding {
   size_t struct_size;
   neph_severity severity;
-  const char *rule;  /**< "values.nan"; "read" for what reading itself complains about */
-  const char *file;  /**< as it was given, or as a scene names it */
-  const char *grid;  /**< of a .vdb; NULL: of the file as a whole */
+  const char *rule;  /**< "values.nan"; "read" for complaints of the reader itself */
+  const char *file;  /**< name of the file, as given or as the scene has it */
+  const char *grid;  /**< grid of a .vdb; NULL: the finding concerns the whole file */
   const char *place; /**< "voxel (1, 2, 3), (0.5, 1, 1.5)", "4:12" of a scene; NULL: none */
   const char *cause;
   const char *remedy;   /**< keys and options; NULL: the cause names them, or none helps */
-  unsigned frame_count; /**< frames of a sequence in which it was met; 0: not of a sequence */
+  unsigned frame_count; /**< number of frames of a sequence that have the fault; 0: not a sequence */
 } neph_finding;
 
 #define NEPH_FINDING_DEFAULT                                                                                           \
   { .struct_size = sizeof(neph_finding) }
 
-/** A check without findings. Until it is destroyed, errors and warnings of its context are findings, and do not reach
- * the context's log: a scene loaded in the meantime is checked by that. One at a time for each context, and no other
- * calls of that context on other threads. */
+/** A check without findings. Until it is destroyed, errors and warnings of its context become findings and do not reach
+ * the context's log: a scene loaded in the meantime is checked as well. One check at a time for each context, and no
+ * other calls of that context on other threads. */
 NEPH_API neph_result neph_check_create(neph_context *context, neph_check **out_check) NEPH_NODISCARD;
 
 /** Ends a check. NULL is allowed. */
 NEPH_API void neph_check_destroy(neph_check *check);
 
-/** Receives the progress of checks; `progress` NULL: nobody. */
+/** Sets the callback for the progress of checks. `progress` NULL: no callback. */
 NEPH_API void neph_check_set_progress(neph_check *check, neph_progress_fn progress, void *user);
 
-/** Names the file that findings of calls of other kinds are of, as of loading a scene. NULL: none. */
+/** Sets the file to which findings of other calls, such as loading a scene, belong. NULL: none. */
 NEPH_API neph_result neph_check_set_file(neph_check *check, const char *path) NEPH_NODISCARD;
 
 /** Checks a file by its name's ending: .vdb, or a name with #### for all frames of a sequence; height fields; .exr and
  * .png pictures; .csv phase functions, places, cameras and star catalogues; .gltf and .glb cameras; meshes; scenes,
- * .yaml and .yml, and where a key of one fails, the files that it names. Faults are findings: a failure is of memory,
- * or of who cancels, or a name of no known kind. */
+ * .yaml and .yml, and where a key of one fails, the files that it names. Faults are findings: the call itself fails
+ * only where memory runs out, the progress callback cancels, or the kind of file is unknown. */
 NEPH_API neph_result neph_check_file(neph_check *check, const char *path) NEPH_NODISCARD;
 
-/** Whether neph_check_file knows files of that name. */
+/** Whether the ending of `path` is one that neph_check_file accepts. */
 NEPH_API bool neph_check_is_file(const char *path);
 
 /** Checks a scene, of the check's context, with all files that it names, in a frame. */
@@ -74,7 +74,7 @@ NEPH_API neph_result neph_check_get_finding(const neph_check *check, size_t inde
 
 /** Describes all findings and their number.
  *
- * @param out_text  to be freed with neph_text_destroy; NULL on failure.
+ * @param out_text  free it with neph_text_destroy; NULL on failure.
  */
 NEPH_API neph_result neph_check_describe(const neph_check *check, neph_text_format format,
                                          char **out_text) NEPH_NODISCARD;
@@ -85,7 +85,7 @@ NEPH_API neph_result neph_check_describe(const neph_check *check, neph_text_form
  * but points, which are refused, and all metadata are kept; so is a grid that looks like a level set without its class,
  * with a warning. `out_path` appears complete or not at all; the file itself is refused.
  *
- * @param out_text  describes the changes of each grid, to be freed with neph_text_destroy; NULL: unwanted.
+ * @param out_text  describes the changes of each grid; free it with neph_text_destroy; NULL is allowed.
  */
 NEPH_API neph_result neph_check_mend_file(neph_context *context, const char *path, const char *out_path,
                                           char **out_text) NEPH_NODISCARD;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Procedural clouds: parameters in the words people use, baked to a volume. */
+/* Procedural clouds: parameters in everyday words, baked to a volume. */
 #ifndef NEPHOS_CLOUD_H
 #define NEPHOS_CLOUD_H
 
@@ -17,28 +17,28 @@ typedef enum neph_cloud_model {
   NEPH_CLOUD_MODEL_HERO,     /**< one cloud in the middle of the field, otherwise like thermals: needs no weather map */
   NEPH_CLOUD_MODEL_THERMALS, /**< cumulus: thermals over a flat base, heaps of balls that stand on each other */
   NEPH_CLOUD_MODEL_FOG,      /**< fills the ground below its top: fog, and stratus in valleys */
-  NEPH_CLOUD_MODEL_LENSES,   /**< stacked lenses on the waves that a ridge makes in the wind: lenticularis */
-  NEPH_CLOUD_MODEL_TRAILS,   /**< lines of aircraft, which age and spread: contrails */
+  NEPH_CLOUD_MODEL_LENSES,   /**< stacked lenses on the waves of a ridge in the wind: lenticularis */
+  NEPH_CLOUD_MODEL_TRAILS,   /**< contrails: lines behind aircraft, which age and spread */
   NEPH_CLOUD_MODEL_DECK,     /**< closed cells and rolls with narrow gaps: stratocumulus */
   NEPH_CLOUD_MODEL_STREAKS   /**< heads of ice, with fall streaks that the skew draws out to hooks: cirrus */
 } neph_cloud_model;
 
-/** Cells of convection of tens of kilometres, of which clouds are parts. */
+/** Convection cells, tens of kilometres wide, that group clouds. */
 typedef enum neph_cloud_cells {
   NEPH_CLOUD_CELLS_NONE,
   NEPH_CLOUD_CELLS_OPEN,  /**< clouds along the walls of cells with clear hearts */
   NEPH_CLOUD_CELLS_CLOSED /**< cloudy hearts, parted by narrow clear walls */
 } neph_cloud_cells;
 
-/** Quantity that a picture gives for each place, from 0 to 1: the coverage itself, of others shares of the
- * description's. */
+/** Quantity that a picture gives for each place, as a value from 0 to 1. Coverage is that value; each other quantity is
+ * the description's value times it. */
 typedef enum neph_cloud_map_quantity {
   NEPH_CLOUD_MAP_COVERAGE,      /**< the coverage itself: 0 is clear sky, 1 is closed */
-  NEPH_CLOUD_MAP_TYPE,          /**< of the type */
-  NEPH_CLOUD_MAP_BASE,          /**< of the thickness, by which the base lies higher; tops keep below the field's */
-  NEPH_CLOUD_MAP_THICKNESS,     /**< of the thickness */
-  NEPH_CLOUD_MAP_PRECIPITATION, /**< of the precipitation */
-  NEPH_CLOUD_MAP_AGE,           /**< of the age of thermals */
+  NEPH_CLOUD_MAP_TYPE,          /**< share of the type */
+  NEPH_CLOUD_MAP_BASE,          /**< base, raised by this share of the thickness; tops stay below the field's top */
+  NEPH_CLOUD_MAP_THICKNESS,     /**< share of the thickness */
+  NEPH_CLOUD_MAP_PRECIPITATION, /**< share of the precipitation */
+  NEPH_CLOUD_MAP_AGE,           /**< share of the age of thermals */
   NEPH_CLOUD_MAP_QUANTITY_COUNT
 } neph_cloud_map_quantity;
 
@@ -49,36 +49,39 @@ typedef double (*neph_height_fn)(void *user, double x_m, double y_m);
 
 /** A point of a shape, with the radius that the shape has there. */
 typedef struct neph_cloud_point {
-  double x_m, y_m, z_m; /**< from the middle of the field's base; ±1e6 */
-  double radius_m;      /**< above 0 and at most 1e6 */
+  double x_m, y_m, z_m; /**< position relative to the middle of the field's base; ±1e6 */
+  double radius_m;      /**< > 0 and ≤ 1e6 */
 } neph_cloud_point;
 
-/** Points, of curves or each by itself. */
+/** A list of points, alone or joined to curves. */
 typedef struct neph_cloud_points {
   const neph_cloud_point *points; /**< borrowed */
-  size_t count;                   /**< at most NEPH_CLOUD_POINTS_MAX */
-  const size_t *ends;             /**< of curves: number of points up to the end of each, rising to `count`, borrowed */
-  size_t curve_count;             /**< 0 where points are of no curve */
+  size_t count;                   /**< ≤ NEPH_CLOUD_POINTS_MAX */
+  const size_t *ends;             /**< curves: number of points up to the end of each, rising to `count`, borrowed */
+  size_t curve_count;             /**< 0: the points are not joined to curves */
 } neph_cloud_points;
 
 enum { NEPH_CLOUD_POINTS_MAX = 100000 };
 
-/** Shape that takes the place of a cloud's thermals, and on which its billows stand: the union of all that is given.
- * Below the base it is cut. */
+/** A shape in place of a cloud's thermals, on which its billows stand: the union of all its members. It is cut below
+ * the base. */
 typedef struct neph_cloud_shape {
   neph_cloud_points spheres;  /**< (default none) */
   neph_cloud_points curves;   /**< Catmull-Rom splines through points, tapered by their radii (default none) */
   const char *mesh_file;      /**< closed mesh, read by Assimp, borrowed; NULL: none (default NULL) */
   neph_mesh_up mesh_up;       /**< default NEPH_MESH_UP_FILE */
-  bool has_mesh_unit;         /**< else the mesh is scaled to fill the field (default false) */
+  bool has_mesh_unit;         /**< whether mesh_unit_m is given: otherwise the mesh is scaled to fill the field (default
+                                   false) */
   double mesh_unit_m;         /**< length of the file's unit; > 0 (default 1) */
   double mesh_rotation_rad;   /**< about the vertical, counter-clockwise seen from above (default 0) */
-  double mesh_position_m[3];  /**< of the middle of its bottom, from the middle of the field's base (default 0) */
+  double mesh_position_m[3];  /**< position of the middle of the mesh's bottom, relative to the middle of the field's
+                                   base (default 0) */
   const char *height_map;     /**< EXR or PNG of tops, from 0 to 1, borrowed; NULL: none (default NULL) */
-  const char *height_channel; /**< of it, borrowed; NULL: its first (default NULL) */
-  bool has_height_size;       /**< else it fills the field (default false) */
-  double height_size_m[2];    /**< of the picture along x and y; > 0 (default 8 km × 8 km) */
-  bool has_height;            /**< else white reaches the top of the field, less room for billows (default false) */
+  const char *height_channel; /**< channel of the height map, borrowed; NULL: its first (default NULL) */
+  bool has_height_size;       /**< whether height_size_m is given: otherwise the map fills the field (default false) */
+  double height_size_m[2];    /**< size of the height map along x and y; > 0 (default 8 km × 8 km) */
+  bool has_height;            /**< whether height_m is given: otherwise white is the top of the field, less room for
+                                   billows (default false) */
   double height_m;            /**< height of white above the base; > 0 (default 1200) */
 } neph_cloud_shape;
 
@@ -87,69 +90,76 @@ typedef struct neph_cloud_desc {
   size_t struct_size;
   uint64_t seed;           /**< any (default 0) */
   double extent_m[2];      /**< size along x and y, centred on `center_m`; > 0 (default 8 km × 8 km) */
-  double center_m[2];      /**< of the field (default 0, 0) */
-  double base_altitude_m;  /**< of the flat cloud base (default 1200) */
-  double thickness_m;      /**< from base to the highest top; > 0 (default 1200) */
+  double center_m[2];      /**< centre of the field (default 0, 0) */
+  double base_altitude_m;  /**< altitude of the flat cloud base (default 1200) */
+  double thickness_m;      /**< height of the highest top above the base; > 0 (default 1200) */
   double voxel_m;          /**< edge of a voxel; > 0 (default 20) */
-  double coverage;         /**< fraction of the sky covered, 0 to 1; none where a picture gives it (default 0.35) */
+  double coverage;         /**< fraction of the sky covered, 0 to 1; unused where a picture gives it (default 0.35) */
   double cell_m;           /**< typical spacing of cloud cells; > 0 (default 1800) */
   double type;             /**< 0 humilis (flat), 1 congestus (tall): lower and raise tops (default 0.5) */
   double billow_m;         /**< size of the largest billows; > 0 (default 450) */
-  double billowiness;      /**< how far they stand out of the shape, 0 to 1; not of a slab (default 0.5) */
-  double erosion;          /**< how deep detail carves the shape, 0 to 1 (default 0.4) */
-  double wispiness;        /**< how deep wisps tear flanks and base, 0 to 1; of cells at the base alone (default 0.3) */
+  double billowiness;      /**< height of billows above the shape, 0 to 1; a slab has none (default 0.5) */
+  double erosion;          /**< depth of the detail carved into the shape, 0 to 1 (default 0.4) */
+  double wispiness;        /**< depth of wisps in flanks and base, 0 to 1; the model cells has them at the base alone
+                                (default 0.3) */
   double turbulence;       /**< curl distortion of detail and weather map, 0 to 1 (default 0.3) */
   double skew_m[2];        /**< displacement of the top against the base by wind, x and y (default 0, 0) */
-  double extinction_per_m; /**< in the core of the cloud; > 0 (default 0.06) */
+  double extinction_per_m; /**< extinction in the core of the cloud; > 0 (default 0.06) */
   neph_cloud_model model;  /**< (default NEPH_CLOUD_MODEL_CELLS) */
-  unsigned sublayers;      /**< sheets over each other that a slab is made of, 1 to 16 (default 1) */
-  double softness;         /**< from crisp edges, 0, to ones that fade over the whole cloud, 1 (default 0) */
-  double stretch;          /**< of a slab's pattern along the wind, or x in calm, 1 to 100 (default 1) */
-  double anvil;            /**< how far the tops of the largest cells spread, 0 to 1 (default 0) */
+  unsigned sublayers;      /**< sheets that lie over each other in a slab, 1 to 16 (default 1) */
+  double softness;         /**< softness of edges: 0 is crisp, 1 fades over the whole cloud (default 0) */
+  double stretch;          /**< stretch of a slab's pattern along the wind, or x in calm, 1 to 100 (default 1) */
+  double anvil;            /**< spread of the tops of the largest cells, 0 to 1 (default 0) */
   double precipitation;    /**< rain below the base: 1 reaches sea level, less evaporates, 0 to 1 (default 0) */
-  bool has_profile;        /**< the profile below takes the place of what `type` says (default false) */
-  /** Cell strength, over that of the largest cell, that is needed at 0, ¼, ½, ¾ and 1 of the thickness: from 0 to 1,
-   * never falling (default 0, 0.06, 0.25, 0.56, 1, a dome). */
+  bool has_profile;        /**< `profile` replaces the profile that `type` chooses (default false) */
+  /** Strength, relative to the largest cell, at which a cell reaches 0, ¼, ½, ¾ and 1 of the thickness: 0 to 1, never
+   * falling (default 0, 0.06, 0.25, 0.56, 1, a dome). */
   double profile[NEPH_CLOUD_PROFILE_POINTS];
-  double wind_m_s[2];   /**< that moves the clouds through the extent, x and y; ±200 (default 0, 0) */
-  double time_s;        /**< since the seed's own moment; ±1e6 (default 0) */
-  double lifetime_s;    /**< over which a cell grows and decays, and its billows turn over; > 0 (default 2400) */
+  double wind_m_s[2];   /**< wind that moves the clouds through the extent, x and y; ±200 (default 0, 0) */
+  double time_s;        /**< time since the seed's own moment; ±1e6 (default 0) */
+  double lifetime_s;    /**< period in which a cell grows and decays, and its billows turn over; > 0 (default 2400) */
   const char *map_file; /**< EXR or PNG to lay over the landscape, borrowed; NULL: none (default NULL) */
   /** The picture's channel for each quantity, borrowed; NULL: not from the picture (default all NULL). */
   const char *map_channels[NEPH_CLOUD_MAP_QUANTITY_COUNT];
-  bool has_map_size;    /**< the picture is as large as said below, not as the extent (default false) */
-  double map_size_m[2]; /**< of the picture along x and y, centred like the field; > 0 (default 8 km × 8 km) */
-  bool is_map_tiling;   /**< the picture repeats; else its border goes on beyond it (default false) */
-  double age;           /**< of thermals, from crisp, 0, to dissolving, 1; of trails, fresh to spread (default 0.5) */
-  bool has_winds;       /**< the winds below carry what rises off the base (default false) */
-  /** Speed, 0 to 200, and azimuth that it comes from, of the wind at 0, ¼, ½, ¾ and 1 of the thickness (default 0;
-   * 3π/2, the west). */
+  bool has_map_size;    /**< map_size_m is the size of the picture, not the extent (default false) */
+  double map_size_m[2]; /**< size of the picture along x and y, centred like the field; > 0 (default 8 km × 8 km) */
+  bool is_map_tiling;   /**< the picture repeats; otherwise its border values extend beyond it (default false) */
+  double age;           /**< age: thermals from crisp, 0, to dissolving, 1; trails from fresh to spread (default 0.5) */
+  bool has_winds;       /**< wind_speed_m_s and wind_direction_rad carry the cloud above its base (default false) */
+  /** Wind at 0, ¼, ½, ¾ and 1 of the thickness: speed, 0 to 200, and the azimuth that it blows from (default 0; 3π/2,
+   * the west). */
   double wind_speed_m_s[NEPH_CLOUD_PROFILE_POINTS], wind_direction_rad[NEPH_CLOUD_PROFILE_POINTS];
-  neph_cloud_shape shape;                  /**< of models hero and thermals (default none) */
-  double billow_amounts[NEPH_CLOUD_PARTS]; /**< of thermals: factors on billowiness at tops, flanks, base; 0 to 2 (1) */
-  double billow_frequencies[NEPH_CLOUD_PARTS]; /**< of the largest billows there; 1 to 8 (default 1) */
-  double wisp_amounts[NEPH_CLOUD_PARTS];       /**< factors on wispiness there; 0 to 2 (default 0, 0.5, 1) */
-  const char *name;             /**< of this description in messages, borrowed; NULL: cloud (default NULL) */
-  neph_height_fn ground_height; /**< of the ground below the field; NULL: none is known (default NULL) */
-  void *ground_user;            /**< passed to it (default NULL) */
-  const char *ground_id; /**< stands for the ground in files and keys of caches, borrowed; NULL: a hash of its heights
-                              does (default NULL) */
-  double ground_lift;    /**< share of the ground's height above its lowest by which bases rise, 0 to 1 (default 0) */
-  double ground_cover;   /**< clouds over high ground, 1, or over low ground, -1; 0: wherever (default 0) */
-  unsigned trails;       /**< lines of trails, 1 to NEPH_CLOUD_TRAILS_MAX; the first through the middle (default 1) */
-  double trail_direction_rad; /**< azimuth that the first of them goes to; ±7 (default π/2, the east) */
-  /** The field repeats without a seam, as far as this from its middle in a scene: a tile as wide as `extent_m`, into
-   * which all lattices go a whole number of times, and voxels a multiple of eight times; their sizes are rounded for
-   * that. 0 to 1e6; 0: it ends at its extent (default 0). Only for the models cells, slab, thermals, deck and streaks,
-   * square and in the middle, without a picture, ground, shape or precipitation; patterns along the wind need a wind
-   * along x or y. */
+  neph_cloud_shape shape;                  /**< shape of the models hero and thermals (default none) */
+  double billow_amounts[NEPH_CLOUD_PARTS]; /**< thermals: factors on billowiness at tops, flanks, base; 0 to 2 (1) */
+  double billow_frequencies[NEPH_CLOUD_PARTS]; /**< thermals: frequencies of the largest billows at tops, flanks, base;
+                                                    1 to 8 (default 1) */
+  double wisp_amounts[NEPH_CLOUD_PARTS];       /**< factors on wispiness at tops, flanks, base; 0 to 2 (default 0, 0.5,
+                                                    1) */
+  const char *name;             /**< name of this description in messages, borrowed; NULL: cloud (default NULL) */
+  neph_height_fn ground_height; /**< height of the ground below the field; NULL: unknown (default NULL) */
+  void *ground_user;            /**< passed to ground_height (default NULL) */
+  const char *ground_id; /**< identity of the ground in files and keys of caches, borrowed; NULL: a hash of its heights
+                              (default NULL) */
+  double ground_lift;    /**< bases rise by this share of the ground's height above its lowest point, 0 to 1 (default
+                              0) */
+  double ground_cover;   /**< preference for high ground, 1, or for low ground, −1; 0: none (default 0) */
+  unsigned trails;       /**< number of trails, 1 to NEPH_CLOUD_TRAILS_MAX; the first crosses the middle (default 1) */
+  double trail_direction_rad; /**< azimuth towards which the first trail goes; ±7 (default π/2, the east) */
+  /** Distance from its middle up to which the field repeats without a seam in a scene, as tiles of width `extent_m`.
+   * All lattices go into a tile a whole number of times and voxels a multiple of eight times; their sizes are rounded
+   * accordingly. 0 to 1e6; 0: the field ends at its extent (default 0). Only for the models cells, slab, thermals, deck
+   * and streaks, square and in the middle, without a picture, ground, shape or precipitation; patterns along the wind
+   * need a wind along x or y. */
   double repeat_m;
-  /** From clouds in loose groups, 0, to streets and rolls along the wind, or x in calm, 1: twice `cell_m` apart, of the
-   * models cells, slab, thermals and deck (default 0). */
+  /** Alignment of clouds: 0 is loose groups, 1 is streets and rolls along the wind, or x in calm, 2·`cell_m` apart; for
+   * the models cells, slab, thermals and deck (default 0). */
   double streets;
-  neph_cloud_cells cells_kind; /**< of the same models (default NEPH_CLOUD_CELLS_NONE) */
-  double cells_size_m;         /**< mean distance of their hearts; > 0; in nature 10 to 40 km (default 12 km) */
-  double wisp_frequencies[NEPH_CLOUD_PARTS]; /**< of wisps of thermals at tops, flanks, base; 1 to 8 (default 1) */
+  neph_cloud_cells cells_kind; /**< kind of convection cells; for the models cells, slab, thermals and deck (default
+                                    NEPH_CLOUD_CELLS_NONE) */
+  double cells_size_m;         /**< mean distance between centres of convection cells; > 0; in nature 10 to 40 km
+                                    (default 12 km) */
+  double wisp_frequencies[NEPH_CLOUD_PARTS]; /**< thermals: frequencies of wisps at tops, flanks, base; 1 to 8 (default
+                                                  1) */
 } neph_cloud_desc;
 
 #define NEPH_CLOUD_DESC_DEFAULT                                                                                        \
@@ -178,7 +188,7 @@ typedef struct neph_cloud_desc {
 NEPH_API neph_result neph_cloud_get_preset(neph_context *context, const char *name,
                                            neph_cloud_desc *out_desc) NEPH_NODISCARD;
 
-/** Extinction of a cloud's model at points of the world, without any grid: what a bake samples.
+/** Extinction of a cloud's model at points of the world, the function that a bake samples.
  *
  * @param cloud            NULL for the defaults. Octaves of detail finer than two of its voxels are left out.
  * @param planet_radius_m  altitudes follow this sphere; 1e3 to 1e9.
@@ -189,45 +199,45 @@ NEPH_API neph_result neph_cloud_eval(neph_context *context, const neph_cloud_des
                                      size_t count, const double *positions_m,
                                      float *out_extinction_per_m) NEPH_NODISCARD;
 
-/** For neph_bake_desc.memory_max_bytes. */
+/** No limit in neph_bake_desc.memory_max_bytes. */
 #define NEPH_MEMORY_UNLIMITED UINT64_MAX
 
 enum { NEPH_BAKE_LEVELS_MAX = 8, NEPH_BAKE_LODS_MAX = 6, NEPH_BAKE_ERROR_RAYS = 10000 };
 
-/** Differences from the model: of extinction at points, of optical depth along rays. */
+/** Differences between a bake and its model: extinction at points, optical depth along rays. */
 typedef struct neph_bake_loss {
   double density_rms_per_m, density_max_per_m;
   double depth_rms, depth_max;
 } neph_bake_loss;
 
-/** Error of one level of detail, at the points and along the parts of rays that are in its cells. */
+/** Error of one level of detail, at the points and along the segments of rays within its cells. */
 typedef struct neph_bake_lod_error {
-  double voxel_m;                      /**< edge of its voxels */
-  uint64_t ray_count, point_count;     /**< that meet the model's cloud there */
-  double density_rms_per_m, depth_rms; /**< of the model's own, there */
-  neph_bake_loss total;                /**< by all causes */
+  double voxel_m;                      /**< edge of a voxel of this level */
+  uint64_t ray_count, point_count;     /**< rays and points that meet the model's cloud within this level */
+  double density_rms_per_m, depth_rms; /**< rms extinction and optical depth of the model within this level */
+  neph_bake_loss total;                /**< error by all causes */
 } neph_bake_lod_error;
 
-/** Error of a bake against its model evaluated directly, with all its detail.
- *
- * Found along NEPH_BAKE_ERROR_RAYS random lines through the cloud's box, as likely to pass through one point as another
- * and in one direction as another, in steps of half a voxel; between voxels the grid is trilinear. Squares are summed
- * over all points and rays, and divided by the number of those that meet the model's cloud. Of levels of detail the
- * rays are the same, in steps of half of the smallest voxel, and each point is looked up in the level that has it. */
+/** Error of a bake against direct evaluation of its model with all detail, along NEPH_BAKE_ERROR_RAYS random lines
+ * through the cloud's box. Lines are uniform in position and direction, and are sampled in steps of half a voxel; the
+ * grid is trilinear between voxels. Sums of squares are divided by the number of points or rays that meet the model's
+ * cloud. A bake with levels of detail is measured on the same rays, in steps of half of its smallest voxel; each point
+ * is looked up in the level that holds it. */
 typedef struct neph_bake_error {
   size_t struct_size;
-  uint64_t ray_count;       /**< that meet the model's cloud */
-  uint64_t point_count;     /**< in it */
-  double density_rms_per_m; /**< of the model's extinction, at these points */
-  double depth_rms;         /**< of the model's optical depth, along these rays */
-  neph_bake_loss voxel;     /**< by the voxels' size: the two below, together */
-  neph_bake_loss detail;    /**< octaves that the bake leaves out, and the edge that it softens, as its voxels ask */
-  neph_bake_loss sampling;  /**< what is left, on voxels with straight lines between them */
-  neph_bake_loss half;      /**< by halves in the file */
+  uint64_t ray_count;       /**< rays that meet the model's cloud */
+  uint64_t point_count;     /**< points within the model's cloud */
+  double density_rms_per_m; /**< rms extinction of the model at these points */
+  double depth_rms;         /**< rms optical depth of the model along these rays */
+  neph_bake_loss voxel;     /**< error by the size of voxels: detail and sampling together */
+  neph_bake_loss detail;    /**< error by the octaves that are too fine for the voxels, and by the edge softened to
+                                 them */
+  neph_bake_loss sampling;  /**< the rest of `voxel`: trilinear interpolation */
+  neph_bake_loss half;      /**< error by half precision in the file */
   neph_bake_loss pruning;
-  neph_bake_loss total;                         /**< by all of these */
-  size_t lod_count;                             /**< levels of detail; 0: it is a bake without */
-  neph_bake_lod_error lods[NEPH_BAKE_LODS_MAX]; /**< of each, from the finest on */
+  neph_bake_loss total;                         /**< error by all causes together */
+  size_t lod_count;                             /**< number of levels of detail; 0: a bake without */
+  neph_bake_lod_error lods[NEPH_BAKE_LODS_MAX]; /**< error of each level, the finest first */
 } neph_bake_error;
 
 #define NEPH_BAKE_ERROR_DEFAULT                                                                                        \
@@ -236,25 +246,26 @@ typedef struct neph_bake_error {
 typedef struct neph_bake_desc {
   size_t struct_size;
   double planet_radius_m;        /**< altitudes follow this sphere; > 0 (default 6360 km) */
-  neph_precision precision;      /**< of the volume in memory (default NEPH_PRECISION_HALF) */
-  neph_precision file_precision; /**< of values in a file (default NEPH_PRECISION_FLOAT) */
-  double prune_per_m;            /**< less extinction than this is left out; ≥ 0 (default 0) */
+  neph_precision precision;      /**< precision of the volume in memory (default NEPH_PRECISION_HALF) */
+  neph_precision file_precision; /**< precision of values in a file (default NEPH_PRECISION_FLOAT) */
+  double prune_per_m;            /**< smaller extinction is left out; ≥ 0 (default 0) */
   unsigned level_count;          /**< grids in a file, each with voxels twice as long as the one before: "density",
                                       "density_2", "density_4", …; 1 to NEPH_BAKE_LEVELS_MAX (default 1) */
-  bool has_velocity;             /**< add to a file a grid "vel": velocity in m/s, by which wind and growth move the
+  bool has_velocity;             /**< adds a grid "vel" to a file: velocity in m/s by which wind and growth move the
                                       extinction, at its active voxels; the wind elsewhere (default false) */
-  neph_bake_error *error;        /**< where neph_cloud_bake_file says what the file lost, started from
-                                      NEPH_BAKE_ERROR_DEFAULT; NULL (default): unmeasured */
-  bool has_region;               /**< bake only what lies in the box below (default false) */
-  double region_min_m[3];        /**< of the world (default 0, 0, 0) */
-  double region_max_m[3];        /**< greater (default 0, 0, 0) */
-  unsigned lod_count;         /**< sizes of voxels: voxel_m near the viewer, 2, 4, … times that farther away, but none
-                                   above an eighth of the thickness; each place is held at one size, and all sample
-                                   one model; 1 to NEPH_BAKE_LODS_MAX; above 1 with a level_count of 1 (default 1) */
+  neph_bake_error *error;        /**< receives the error of the file of neph_cloud_bake_file, starting from
+                                      NEPH_BAKE_ERROR_DEFAULT; NULL (default): not measured */
+  bool has_region;               /**< bakes only the box from region_min_m to region_max_m (default false) */
+  double region_min_m[3];        /**< corner of the region in the world (default 0, 0, 0) */
+  double region_max_m[3];        /**< opposite corner, greater in each coordinate (default 0, 0, 0) */
+  unsigned lod_count; /**< number of voxel sizes: voxel_m near the viewer, 2, 4, … times that farther away, none
+                           above an eighth of the thickness. Each place is stored at one size, and all sizes
+                           sample one model; 1 to NEPH_BAKE_LODS_MAX; values above 1 require a level_count of 1
+                           (default 1) */
   double lod_viewer_min_m[3]; /**< box of the world that holds all viewers (default 0, 0, 0) */
-  double lod_viewer_max_m[3]; /**< no less (default 0, 0, 0) */
-  double lod_angle_rad;       /**< that a voxel may span from the viewer before a smaller size is taken, while there
-                                   is one; > 0 (default 0.002) */
+  double lod_viewer_max_m[3]; /**< opposite corner of the box, no less in any coordinate (default 0, 0, 0) */
+  double lod_angle_rad;       /**< largest angle of a voxel as seen from the viewer, while there is a smaller size; > 0
+                                   (default 0.002) */
   uint64_t memory_max_bytes;  /**< a bake that may need more is refused, as is one that may need more than the
                                    machine has (default NEPH_MEMORY_UNLIMITED) */
   neph_progress_fn progress;  /**< default NULL */
@@ -276,32 +287,33 @@ NEPH_API neph_result neph_cloud_bake(neph_context *context, const neph_cloud_des
 
 /** Bakes a cloud straight to a .vdb file: a fog volume of extinction in 1/m, with its parameters, seed and hash.
  *
- * With desc->lod_count above 1 every size of voxels has a file of its own, which holds what no other holds:
+ * With desc->lod_count above 1 each place is stored in one of several files, one file for each size of voxels:
  * "cloud.lod1.vdb", "cloud.lod2.vdb", … beside "cloud.vdb", the smallest. neph_volume_load reads all of them as one
- * volume by the name of the first. Region, velocity and error are of all of them; files of regions that meet have the
- * voxels of the whole, level by level. */
+ * volume by the name of the first. Region, velocity and error apply to all files together; files of adjacent regions
+ * have the voxels of the whole, level by level. */
 NEPH_API neph_result neph_cloud_bake_file(neph_context *context, const neph_cloud_desc *cloud,
                                           const neph_bake_desc *desc, const char *name,
                                           const char *path) NEPH_NODISCARD;
 
-/** Bakes a file of neph_cloud_bake_file anew, from the parameters in it, and compares.
+/** Rebakes a file of neph_cloud_bake_file from the parameters in it, and compares.
  *
  * @param out_is_same  whether its grids hold the same voxels and values, bit for bit.
  */
 NEPH_API neph_result neph_cloud_verify_file(neph_context *context, const char *path, neph_progress_fn progress,
                                             void *progress_user, bool *out_is_same) NEPH_NODISCARD;
 
-/** A weather map from above, as neph_cloud_save_map shows it. Boxes are of the world, x and y. */
+/** Layout of the picture of a weather map from above that neph_cloud_save_map writes. Boxes are in world x and y. */
 typedef struct neph_map_picture {
   size_t struct_size;
-  unsigned panel_count;                 /**< side by side, from the left, one for each quantity that the map gives */
-  unsigned panel_width, panel_height;   /**< pixels */
-  unsigned gap;                         /**< pixels between two panels */
-  double pixel_m;                       /**< edge of a pixel */
+  unsigned panel_count;               /**< number of panels, side by side from the left, one for each quantity of the
+                                           map */
+  unsigned panel_width, panel_height; /**< pixels */
+  unsigned gap;                       /**< pixels between two panels */
+  double pixel_m;                     /**< edge of a pixel */
   double panel_min_m[2], panel_max_m[2];
-  double field_min_m[2], field_max_m[2];     /**< of the field, which is outlined in red */
-  double painted_min_m[2], painted_max_m[2]; /**< of the picture; of one that repeats, of one repetition */
-  const char *quantities[NEPH_CLOUD_MAP_QUANTITY_COUNT]; /**< of the panels; valid for ever */
+  double field_min_m[2], field_max_m[2];     /**< box of the field, which is outlined in red */
+  double painted_min_m[2], painted_max_m[2]; /**< box of the map's picture, or of one repetition where it repeats */
+  const char *quantities[NEPH_CLOUD_MAP_QUANTITY_COUNT]; /**< quantity of each panel; valid for ever */
 } neph_map_picture;
 
 #define NEPH_MAP_PICTURE_DEFAULT                                                                                       \
@@ -313,7 +325,7 @@ typedef struct neph_map_picture {
  *
  * @param cloud        one with a map_file and no shape.
  * @param path         NULL: the map is read, and nothing is written.
- * @param out_picture  starts from NEPH_MAP_PICTURE_DEFAULT; NULL: not wanted.
+ * @param out_picture  starts from NEPH_MAP_PICTURE_DEFAULT; NULL is allowed.
  */
 NEPH_API neph_result neph_cloud_save_map(neph_context *context, const neph_cloud_desc *cloud, const char *path,
                                          neph_map_picture *out_picture) NEPH_NODISCARD;

@@ -22,7 +22,7 @@ typedef void (*neph_log_fn)(void *user, neph_log_level level, const char *messag
 /** The memory of the library's own C code; OpenVDB and Embree keep theirs.
  *
  * @param block      NULL to allocate, else a block this function returned.
- * @param old_bytes  the size `block` was asked with; 0 when NULL.
+ * @param old_bytes  the size with which `block` was allocated; 0 when NULL.
  * @param new_bytes  0 to free; then the result is ignored.
  * @return a block aligned to 16 bytes, or NULL when there is no memory (`block` then stays valid).
  */
@@ -31,7 +31,7 @@ typedef void *(*neph_reallocate_fn)(void *user, void *block, size_t old_bytes, s
 /** Instruction-set levels of the x86-64 psABI; kernels exist once for each. */
 typedef enum neph_isa { NEPH_ISA_X86_64, NEPH_ISA_X86_64_V3, NEPH_ISA_X86_64_V4 } neph_isa;
 
-/** As many threads as CPUs the process may use. */
+/** One thread for each CPU that the process may use. */
 #define NEPH_THREADS_ALL 0xffffffffu
 
 typedef struct neph_context_desc {
@@ -40,15 +40,16 @@ typedef struct neph_context_desc {
   neph_isa isa_max;              /**< highest level to use, if the machine has it (default: v4) */
   neph_log_fn log;               /**< NULL (default): errors and warnings go to stderr, each a line that begins with
                                       "nephos: error: " or "nephos: warning: " */
-  void *log_user;                /**< handed to `log` (default NULL) */
+  void *log_user;                /**< passed to `log` (default NULL) */
   neph_log_level log_level_max;  /**< least urgent level delivered (default NEPH_LOG_INFO) */
   neph_reallocate_fn reallocate; /**< NULL (default): the C library's allocator */
-  void *reallocate_user;         /**< handed to `reallocate` (default NULL) */
+  void *reallocate_user;         /**< passed to `reallocate` (default NULL) */
   const char *module_dir;        /**< folder of nephos_vdb.so, nephos_gdal.so and nephos_assimp, searched last
                                       (default NULL) */
   const char *cache_dir; /**< folder whose "nephos-cache" keeps light in clouds, bakes, mountains and tables of air from
-                              process to process; made with parents where it is missing (default NULL: none) */
-  uint64_t cache_size_max_bytes; /**< of the files there; those not used for longest go first (default 4 GB) */
+                              process to process; created, with its parents, where it is missing (default NULL: none) */
+  uint64_t cache_size_max_bytes; /**< size limit of the cache's files; the least recently used are removed first
+                                      (default 4 GB) */
   const char *path_mapping;      /**< rules for names of files in scenes: a JSON file of Open Job Description,
                                       "pathmapping-1.0" (default NULL: none) */
 } neph_context_desc;
@@ -67,7 +68,7 @@ typedef struct neph_context_desc {
  */
 NEPH_API neph_result neph_context_create(const neph_context_desc *desc, neph_context **out_context) NEPH_NODISCARD;
 
-/** Gives the context up; it ends when the last object made from it has gone. NULL is allowed. */
+/** Drops the caller's hold on a context, which ends with the last object created from it. NULL is allowed. */
 NEPH_API void neph_context_destroy(neph_context *context);
 
 /** Number of threads that work for this context. */
@@ -82,15 +83,17 @@ NEPH_API const char *neph_isa_get_name(neph_isa isa);
 /** Parts of the library that a machine or an installation may lack. */
 typedef enum neph_feature {
   NEPH_FEATURE_VDB,   /**< .vdb files are read and written: nephos_vdb.so is found and can be loaded */
-  NEPH_FEATURE_GDAL,  /**< GeoTIFF and other georeferenced height fields are read: so is nephos_gdal.so */
+  NEPH_FEATURE_GDAL,  /**< GeoTIFF and other georeferenced height fields are read: nephos_gdal.so is found and can be
+                           loaded */
   NEPH_FEATURE_ASSIMP /**< meshes are read: the program nephos_assimp is found */
 } neph_feature;
 
-/** Whether a feature can be used; false for values outside the enumeration. Loads what the feature needs on first use,
- * and says nothing to the log. */
+/** Whether a feature can be used; false for values outside the enumeration. Loads the feature's module on first use,
+ * and logs nothing. */
 NEPH_API bool neph_feature_is_present(neph_context *context, neph_feature feature);
 
-/** Whether a file can be written at `path`: fails as saving one there does, with the same message, and makes none. */
+/** Whether a file can be written at `path`: fails as saving one there does, with the same message, and creates no
+ * file. */
 NEPH_API neph_result neph_target_check(neph_context *context, const char *path) NEPH_NODISCARD;
 
 /** Writes a text of the library to a file, which appears complete or not at all. */

@@ -12,21 +12,22 @@ extern "C" {
 /** The sky over a place at a time; directions are unit vectors in the world's axes: x east, y north, z up, airless. */
 typedef struct neph_ephemeris {
   size_t struct_size;
-  double sun_direction[3];        /**< towards the centre of the sun, from sea level; within 0.001° */
-  double moon_direction[3];       /**< towards the centre of the moon, from sea level; within 0.005° */
-  double moon_distance_m;         /**< from the place to its centre */
-  double moon_angular_radius_rad; /**< of its disk */
-  double moon_phase_angle_rad;    /**< at the moon, between place and sun: 0 is full, π new */
-  double moon_irradiance_ratio;   /**< of its sunlit part's light to the sun's, above the air, at 550 nm */
-  double sidereal_time_rad;       /**< apparent, local: the right ascension that stands on the meridian; 0 to 2π */
+  double sun_direction[3];        /**< direction from sea level to the centre of the sun; within 0.001° */
+  double moon_direction[3];       /**< direction from sea level to the centre of the moon; within 0.005° */
+  double moon_distance_m;         /**< distance from the place to the moon's centre */
+  double moon_angular_radius_rad; /**< angular radius of the moon's disk */
+  double moon_phase_angle_rad;    /**< angle at the moon between place and sun: 0 is full, π new */
+  double moon_irradiance_ratio;   /**< irradiance of the sunlit part of the moon over the sun's, above the air, at 550
+                                       nm */
+  double sidereal_time_rad;       /**< apparent, local: the right ascension on the meridian; 0 to 2π */
 } neph_ephemeris;
 
 #define NEPH_EPHEMERIS_DEFAULT                                                                                         \
   { .struct_size = sizeof(neph_ephemeris) }
 
-/** Finds sun, moon and stars.
+/** Computes the positions of sun, moon and stars.
  *
- * @param time           as in scenes: 2026-06-21T16:00Z, seconds optional; an offset such as +02:00, or a space and
+ * @param time           format of scenes: 2026-06-21T16:00Z, seconds optional; an offset such as +02:00, or a space and
  *                       the name of a time zone such as America/New_York, in place of Z, or nothing, which is UTC.
  * @param latitude_rad   −π/2 to π/2, north positive.
  * @param longitude_rad  east positive.

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The exposure of a preview, apart from writing one. */
+/* The exposure of a preview, computed without writing one. */
 #ifndef NEPHOS_EXPOSURE_H
 #define NEPHOS_EXPOSURE_H
 
@@ -9,7 +9,7 @@
 extern "C" {
 #endif
 
-/** Stops by which a preview shows a picture brighter than its values, white apart: base exposure and exposure_ev.
+/** Brightening of a preview in stops, white balance apart: base exposure plus exposure_ev.
  *
  * @param desc       NULL for the defaults.
  * @param out_stops  unchanged on failure.

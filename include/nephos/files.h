@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The files that a command reads and writes, so that it refuses beforehand to write one over another. */
+/* The files that a command reads and writes: a check beforehand that none is overwritten by another. */
 #ifndef NEPHOS_FILES_H
 #define NEPHOS_FILES_H
 

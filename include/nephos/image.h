@@ -32,7 +32,7 @@ NEPH_API const char *neph_image_get_channel_name(const neph_image *image, unsign
 /** One channel's width·height values, row by row from the top; NULL when there is no such channel. */
 NEPH_API float *neph_image_get_channel(neph_image *image, const char *name);
 
-/** The same, to read from. */
+/** The read-only counterpart of neph_image_get_channel. */
 NEPH_API const float *neph_image_get_values(const neph_image *image, const char *name);
 
 /** A text attribute of the header; NULL when there is none. */
@@ -53,7 +53,7 @@ typedef enum neph_pixel_type { NEPH_PIXEL_HALF, NEPH_PIXEL_FLOAT } neph_pixel_ty
 NEPH_API neph_result neph_image_save_exr(const neph_image *image, const char *path,
                                          neph_pixel_type pixel_type) NEPH_NODISCARD;
 
-/** Whether an image has deep pixels, which a picture has whose scene names a file for them (output.deep). */
+/** Whether an image has deep pixels: its scene named a file for them (output.deep). */
 NEPH_API bool neph_image_has_deep(const neph_image *image);
 
 /** Writes the deep pixels of an image as OpenEXR (deep scan lines, ZIPS), atomically: channels R, G, B, A, Z and ZBack,
@@ -76,7 +76,7 @@ NEPH_API neph_result neph_image_load_exr(neph_context *context, const char *path
 NEPH_API neph_result neph_image_load_png(neph_context *context, const char *path,
                                          neph_image **out_image) NEPH_NODISCARD;
 
-/** From linear light to the values of a preview. */
+/** Transform from linear light to the values of a preview. */
 typedef enum neph_view {
   NEPH_VIEW_FILMIC,   /**< linear up to 0.75, a shoulder above that keeps hue and fades to white, sRGB; the default */
   NEPH_VIEW_STANDARD, /**< clipped at 1, sRGB */
@@ -85,14 +85,14 @@ typedef enum neph_view {
 
 /** Base exposure of a preview. */
 typedef enum neph_exposure {
-  NEPH_EXPOSURE_AUTO,  /**< for the highlights of the picture: the 99.3rd percentile of luminance comes to 0.92, and
-                            the log-average of the rest to 0.08 at least; the default */
-  NEPH_EXPOSURE_METER, /**< by the light on the scene, from the attributes nephos:meter and nephos:meterLuminance
-                            of a render: a white diffuser comes to 0.8 by day and to less in the dark, the same for all
-                            parts of a picture */
-  NEPH_EXPOSURE_FIXED, /**< none: the picture times 2^exposure_ev */
-  NEPH_EXPOSURE_CAMERA /**< by f-stop, shutter and ISO, from the attribute nephos:EV100 and the meter's: 1.2·2^EV cd/m²
-                            comes to 1 */
+  NEPH_EXPOSURE_AUTO,  /**< exposure for the highlights: the 99.3rd percentile of luminance comes to 0.92, and the
+                            log-average of the rest to at least 0.08; the default */
+  NEPH_EXPOSURE_METER, /**< exposure by the light on the scene, from a render's attributes nephos:meter and
+                            nephos:meterLuminance: a white diffuser comes to 0.8 by day and to less in the dark, the
+                            same for all parts of a picture */
+  NEPH_EXPOSURE_FIXED, /**< no base exposure: the picture times 2^exposure_ev */
+  NEPH_EXPOSURE_CAMERA /**< exposure by f-stop, shutter and ISO, from the attributes nephos:EV100 and nephos:meter:
+                            1.2·2^EV cd/m² comes to 1 */
 } neph_exposure;
 
 typedef struct neph_preview_desc {
@@ -101,9 +101,10 @@ typedef struct neph_preview_desc {
   neph_exposure exposure;     /**< default NEPH_EXPOSURE_AUTO */
   double white[3];            /**< radiance of R, G, B that shows as neutral (default 1, 1, 1); each > 0 */
   neph_view view;             /**< default NEPH_VIEW_FILMIC */
-  unsigned bits;              /**< of a component: 8 (the default) or 16 */
-  neph_pixel_type pixel_type; /**< the picture is shown as neph_image_save_exr would keep it by this type: with half, a
-                                   preview is that of the file, and of its merged tiles, to the bit (default float) */
+  unsigned bits;              /**< bits of a component: 8 (the default) or 16 */
+  neph_pixel_type pixel_type; /**< type to which values are rounded first, as neph_image_save_exr rounds them: with
+                                   half, a preview is that of the saved file, and of its merged tiles, to the bit
+                                   (default float) */
 } neph_preview_desc;
 
 #define NEPH_PREVIEW_DESC_DEFAULT                                                                                      \
@@ -114,7 +115,7 @@ typedef struct neph_preview_desc {
 
 /** Writes a PNG of channels R, G, B, or of Y alone: exposure, view, dither.
  *
- * The automatic exposure leaves out what is not lit, so that black borders do not turn it. Primaries that the header
+ * The automatic exposure leaves out unlit pixels, so that black borders do not change it. Primaries that the header
  * names are converted to sRGB's, white to white. Negative values show as 0, infinite ones as white, NaN as magenta.
  *
  * @param desc  NULL for the defaults.
@@ -122,7 +123,7 @@ typedef struct neph_preview_desc {
 NEPH_API neph_result neph_image_save_png(const neph_image *image, const char *path,
                                          const neph_preview_desc *desc) NEPH_NODISCARD;
 
-/** Size, channels and header of an OpenEXR file as text, to be freed with neph_text_destroy. */
+/** Size, channels and header of an OpenEXR file as text; free it with neph_text_destroy. */
 NEPH_API neph_result neph_image_describe_file(neph_context *context, const char *path, neph_text_format format,
                                               char **out_text) NEPH_NODISCARD;
 
@@ -134,8 +135,8 @@ typedef struct neph_bounded {
 /** Origin of a stated bias. */
 typedef enum neph_bias_source {
   NEPH_BIAS_UNKNOWN,
-  NEPH_BIAS_BY_MODEL, /**< by the scene and the settings alone (docs/error.md) */
-  NEPH_BIAS_MEASURED  /**< by the tracer too, at some pixels */
+  NEPH_BIAS_BY_MODEL, /**< bias predicted from the scene and the settings alone (docs/error.md) */
+  NEPH_BIAS_MEASURED  /**< bias that the tracer has measured too, at some pixels */
 } neph_bias_source;
 
 /** Error of a picture as its render estimated it: relative rms of luminance over pixels above a hundredth of the mean
@@ -150,8 +151,8 @@ typedef struct neph_image_error {
 #define NEPH_IMAGE_ERROR_DEFAULT                                                                                       \
   { .struct_size = sizeof(neph_image_error) }
 
-/** The error that the header of a rendered picture, made or loaded, states (nephos:error, nephos:noise, nephos:bias,
- * and each with Min and Max behind it).
+/** The error that the header of an image, rendered or loaded, states (nephos:error, nephos:noise, nephos:bias, and each
+ * with Min and Max behind it).
  *
  * @param out_error  starts from NEPH_IMAGE_ERROR_DEFAULT; figures that the header lacks become NaN.
  */
@@ -159,62 +160,63 @@ NEPH_API neph_result neph_image_get_error(const neph_image *image, neph_image_er
 
 /** Origin of the noise of a reference. */
 typedef enum neph_noise_source {
-  NEPH_NOISE_UNKNOWN,   /**< nothing states it: it is part of every measure */
-  NEPH_NOISE_BY_HEADER, /**< its header, nephos:noise: the same share of every pixel */
-  NEPH_NOISE_BY_PIXEL   /**< its channels standard_error.*, scaled to nephos:noise where that is less */
+  NEPH_NOISE_UNKNOWN,   /**< unstated: noise is part of every measure */
+  NEPH_NOISE_BY_HEADER, /**< nephos:noise of the reference's header: the same share of every pixel */
+  NEPH_NOISE_BY_PIXEL   /**< the reference's channels standard_error.*, scaled to nephos:noise where that is less */
 } neph_noise_source;
 
 /** The difference of a picture from a reference, over the channels R, G, B (or all, where those are missing). L is the
  * reference, d the picture minus it. Values that are not finite in the reference are left out. */
 typedef struct neph_image_difference {
   size_t struct_size;
-  double relative_mse;    /**< mean of d²/(L² + ε²), ε = 0.01·mean |L| */
-  double rmse;            /**< root of mean d² */
-  double bias;            /**< Σ picture / Σ reference − 1 */
-  double bias_interval;   /**< half width of the bias's 95 % confidence interval, from 8×8-pixel blocks taken as
-                               independent; NaN for less than two of them */
-  double block_rms;       /**< √(Σ d² / Σ L²) over 8×8-pixel means */
-  double p999_relative;   /**< 99.9th percentile of |d|/(|L| + ε) */
-  double max_absolute;    /**< largest |d| */
-  double noise_rmse;      /**< the reference's own part in rmse, root of mean σ² (reference_noise_source); NaN, as all
-                               three are, where nothing states it */
-  double noise_block_rms; /**< its own part in block_rms: the picture's is √(block_rms² − noise_block_rms²) */
-  double noise_bias;      /**< standard error of bias that the reference brings, its channels taken as of the same
-                               samples */
-  uint64_t value_count;   /**< values compared */
-  uint64_t differing_count; /**< values whose bits differ, every channel counted; a channel that only one of the
-                                 pictures has differs everywhere */
+  double relative_mse;      /**< mean of d²/(L² + ε²), ε = 0.01·mean |L| */
+  double rmse;              /**< root of mean d² */
+  double bias;              /**< Σ picture / Σ reference − 1 */
+  double bias_interval;     /**< half width of the bias's 95 % confidence interval, from 8×8-pixel blocks taken as
+                                 independent; NaN for less than two blocks */
+  double block_rms;         /**< √(Σ d² / Σ L²) over 8×8-pixel means */
+  double p999_relative;     /**< 99.9th percentile of |d|/(|L| + ε) */
+  double max_absolute;      /**< largest |d| */
+  double noise_rmse;        /**< noise of the reference within rmse, root of mean σ² (reference_noise_source); NaN, as
+                                 noise_block_rms and noise_bias, where it is unknown */
+  double noise_block_rms;   /**< noise of the reference within block_rms: the picture's is √(block_rms² −
+                                 noise_block_rms²) */
+  double noise_bias;        /**< standard error that the reference's noise adds to bias, all its channels taken from the
+                                 same samples */
+  uint64_t value_count;     /**< values compared */
+  uint64_t differing_count; /**< values whose bits differ, in every channel; a channel that only one picture has differs
+                                 everywhere */
   neph_bounded pixel_error; /**< relative rms difference of luminance from the reference's, over the pixels brighter
-                               than a hundredth of its mean (docs/error.md); the reference's own noise is taken off
-                               where it is known. Where noise leaves no positive square, the value is 0 and `max` bounds
-                               it; NaN where none within the bounds is: the pictures share their noise, or it is
-                               overstated. Never less than pixel_noise */
-  neph_bounded pixel_noise; /**< its random part; NaN, as is the bias, where neither a second picture nor
-                                 standard_error.* of the picture nor its header states it */
-  neph_bounded pixel_bias;  /**< its part that stays with every seed: error² = noise² + bias² */
-  uint64_t pixel_count;     /**< pixels that these three are of */
+                                 than a hundredth of its mean (docs/error.md), less the reference's noise where it is
+                                 known. Where noise leaves no positive square, the value is 0 and `max` bounds it; NaN
+                                 where no value within the bounds is positive: the pictures share their noise, or it is
+                                 overstated. Never less than pixel_noise */
+  neph_bounded pixel_noise; /**< random part of pixel_error; NaN, as pixel_bias, without a second picture,
+                                 standard_error.* of the picture or a figure in its header */
+  neph_bounded pixel_bias;  /**< part of pixel_error that every seed shares: error² = noise² + bias² */
+  uint64_t pixel_count;     /**< number of pixels in pixel_error, pixel_noise and pixel_bias */
   neph_noise_source reference_noise_source;
-  neph_bounded reference_noise; /**< the reference's own, a pixel, as pixel_error; NaN where it is unknown */
+  neph_bounded reference_noise; /**< noise of the reference a pixel, defined as pixel_error; NaN where it is unknown */
 } neph_image_difference;
 
 #define NEPH_IMAGE_DIFFERENCE_DEFAULT                                                                                  \
   { .struct_size = sizeof(neph_image_difference) }
 
-/** Compares two images of one size. NaN or infinity where the reference is finite is an error that says where;
- * so are headers that name different colour spaces.
+/** Compares two images of one size. NaN or infinity where the reference is finite is an error that names the pixel;
+ * headers that name different colour spaces are an error as well.
  *
  * @param out_difference  starts from NEPH_IMAGE_DIFFERENCE_DEFAULT; unchanged on failure.
  */
 NEPH_API neph_result neph_image_compare(neph_context *context, const neph_image *image, const neph_image *reference,
                                         neph_image_difference *out_difference) NEPH_NODISCARD;
 
-/** As neph_image_compare, with the noise from a second picture that differs from the first in its seed alone, of the
- * same size. */
+/** Compares as neph_image_compare does, with noise from a second picture of the same size that differs from the first
+ * only in its seed. */
 NEPH_API neph_result neph_image_compare_seeds(neph_context *context, const neph_image *image, const neph_image *second,
                                               const neph_image *reference,
                                               neph_image_difference *out_difference) NEPH_NODISCARD;
 
-/** A picture of the difference, to be saved as EXR, or as PNG without automatic exposure.
+/** A picture of the difference, for EXR, or for PNG without automatic exposure.
  *
  * "R" is 1 where the picture is twice as bright as the reference, "B" where it is black and the reference is not; "G"
  * is 0. "difference.R" and so on hold the signed relative difference d/(|L| + ε) of each compared channel; R and B show

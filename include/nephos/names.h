@@ -11,8 +11,8 @@ extern "C" {
 
 typedef struct neph_names_desc {
   size_t struct_size;
-  const char *const *variables; /**< texts "NAME=value", the last NULL: values of ${NAME}, $NAME and, of HOME, ~ in
-                                     names of files in scenes, as environ has them (default NULL: none) */
+  const char *const *variables; /**< texts "NAME=value", the last NULL: values of ${NAME}, $NAME and, from HOME, ~ in
+                                     names of files in scenes, in the form of environ (default NULL: none) */
   const char *time_zone_dir;    /**< folder of time zones, files of the tz database such as America/New_York
                                      (default NULL: /usr/share/zoneinfo) */
 } neph_names_desc;
@@ -20,8 +20,7 @@ typedef struct neph_names_desc {
 #define NEPH_NAMES_DESC_DEFAULT                                                                                        \
   { .struct_size = sizeof(neph_names_desc), .variables = NULL, .time_zone_dir = NULL }
 
-/** Sets the names of a context, in the place of those before; texts are copied. To be called before the context is used
- * by others.
+/** Sets the names of a context, in place of earlier ones; texts are copied. Call it before other calls use the context.
  *
  * @param desc  NULL for the defaults.
  */

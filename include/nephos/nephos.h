@@ -5,14 +5,14 @@
  * object:
  *
  * - context: any calls at the same time.
- * - volume, terrain, atmosphere: any calls at the same time; they never change once made. Retain and release count
+ * - volume, terrain, atmosphere: any calls at the same time; they never change after creation. Retain and release count
  *   atomically.
  * - image, sky: any calls at the same time that take it as const; one that does not takes it alone.
  * - scene: one call at a time, whatever it takes it as: rendering leaves in it what the next picture may use.
  * - renderer: one call at a time, but for neph_renderer_cancel, which may come from any thread. A second picture at the
  *   same time is refused (NEPH_ERROR_INVALID_ARGUMENT). A scene that it renders is in use, too.
  *
- * Callbacks of progress and tiles come on the thread that made the call; those of the log and the allocator on any
+ * Callbacks of progress and tiles come on the thread of the call; those of the log and the allocator on any
  * thread, several at once. A callback may call the library, but not on the objects of the call that it comes from.
  *
  * NULL: an object is optional only where its function says so. Without it functions that return neph_result return

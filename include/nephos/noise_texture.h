@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The noise of clouds computed once into a cube that repeats without a seam: for renderers that look noise up. The
- * bakes of nephos evaluate it anew at each voxel, since a cube of four cells a side would be seen to repeat. */
+/* The noise of clouds computed once into a seamless cube, for renderers that look noise up. The bakes of nephos
+ * evaluate noise at each voxel instead, since the repetition of a cube of four cells a side would show. */
 #ifndef NEPHOS_NOISE_TEXTURE_H
 #define NEPHOS_NOISE_TEXTURE_H
 
@@ -21,7 +21,7 @@ typedef struct neph_noise_texture neph_noise_texture;
 /** Computes a texture: the same bits for any thread count and instruction set.
  *
  * @param seed         any; another seed, another texture of the same statistics.
- * @param out_texture  to be ended with neph_noise_texture_destroy; NULL on failure.
+ * @param out_texture  end it with neph_noise_texture_destroy; NULL on failure.
  */
 NEPH_API neph_result neph_noise_texture_create(neph_context *context, neph_noise_texture_kind kind, uint64_t seed,
                                                neph_noise_texture **out_texture) NEPH_NODISCARD;

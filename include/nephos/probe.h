@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Probes: physical questions whose answers are known, put to the integrators that render pictures. */
+/* Probes: benchmark cases with reference results, computed by the integrators of renders. */
 #ifndef NEPHOS_PROBE_H
 #define NEPHOS_PROBE_H
 
@@ -11,19 +11,17 @@ extern "C" {
 
 typedef struct neph_probe_desc {
   size_t struct_size;
-  neph_integrator integrator; /**< default NEPH_INTEGRATOR_PATH */
-  neph_path_guiding path_guiding; /**< of the integrator path; NEPH_PATH_GUIDING_AUTO (default): for each number,
-                                       guided where pilots, of up to 4096 rays, find variance times time below 0.8 of
-                                       that without */
-  unsigned path_count;        /**< camera rays for each number asked for, ≥ 1, rounded up to a multiple of 64 (default
-                                   65536) */
-  double target_error;        /**< above 0: a fifth more of them than pilots, of 4096 rays and more, find to be enough
-                                   for a standard error of this part of the scattered light, anew where it comes
-                                   out a quarter larger, but no more than path_count; NEPH_UNLIMITED (default): all
-                                   of them */
-  uint64_t seed;              /**< of all random numbers (default 0) */
-  neph_progress_fn progress;  /**< default NULL */
-  void *progress_user;        /**< default NULL */
+  neph_integrator integrator;     /**< default NEPH_INTEGRATOR_PATH */
+  neph_path_guiding path_guiding; /**< guiding of the integrator path; NEPH_PATH_GUIDING_AUTO (default): each number is
+                                       computed with guiding where pilots of up to 4096 rays predict that it takes less
+                                       than 0.8 of the variance times time without */
+  unsigned path_count;       /**< camera rays for each number, ≥ 1, rounded up to a multiple of 64 (default 65536) */
+  double target_error;       /**< relative standard error to reach, > 0: pilots of 4096 rays and more predict the
+                                  number of rays, and a fifth is added; again where the error comes out a quarter
+                                  larger; never more rays than path_count; NEPH_UNLIMITED (default): path_count rays */
+  uint64_t seed;             /**< seed of all random numbers (default 0) */
+  neph_progress_fn progress; /**< default NULL */
+  void *progress_user;       /**< default NULL */
 } neph_probe_desc;
 
 #define NEPH_PROBE_DESC_DEFAULT                                                                                        \
@@ -38,27 +36,27 @@ typedef struct neph_probe_desc {
  * Cases are rows of comma-separated values with the columns quantity (flux, radiance_top_up, radiance_bottom_down), g,
  * albedo, tau, mu0 (or diffuse) and, for radiance, mu_view and phi_deg: docs/cli.md says what each means. The answer
  * repeats every column and adds R_out, T_out, R_se, T_se to fluxes and L_out, L_se to radiances, each with its standard
- * error: inf where too few rays met light for it to be known (docs/cli.md), which is warned of, and 0 where nothing can
- * be scattered.
+ * error: inf, with a warning, where too few rays met light for an estimate (docs/cli.md), and 0 where nothing scatters.
  *
  * @param cases_path  a file, or "-" for standard input.
  * @param desc        NULL for the defaults.
- * @param out_text    comma-separated values, to be freed with neph_text_destroy; NULL on failure.
+ * @param out_text    comma-separated values; free it with neph_text_destroy; NULL on failure.
  */
 NEPH_API neph_result neph_probe_slab(neph_context *context, const char *cases_path, const neph_probe_desc *desc,
                                      char **out_text) NEPH_NODISCARD;
 
 typedef enum neph_sky_method {
-  NEPH_SKY_METHOD_LUT,   /**< as pictures have it: every number from a table */
-  NEPH_SKY_METHOD_MARCH, /**< along the ray anew: order 1 to 1e-5; later orders from the sources that tables hold */
+  NEPH_SKY_METHOD_LUT,   /**< tables alone, as in pictures */
+  NEPH_SKY_METHOD_MARCH, /**< integration along the ray: order 1 to 1e-5; later orders from the sources in the tables */
   NEPH_SKY_METHOD_TRACE  /**< Monte Carlo in double precision; order 1 and transmittances by quadrature */
 } neph_sky_method;
 
 typedef struct neph_probe_sky_desc {
   size_t struct_size;
   neph_sky_method method;    /**< default NEPH_SKY_METHOD_LUT */
-  unsigned path_count;       /**< of the tracer, for each row, ≥ 1, rounded up to a multiple of 64 (default 65536) */
-  uint64_t seed;             /**< of all random numbers (default 0) */
+  unsigned path_count;       /**< paths of the tracer for each row, ≥ 1, rounded up to a multiple of 64 (default
+                                  65536) */
+  uint64_t seed;             /**< seed of all random numbers (default 0) */
   neph_progress_fn progress; /**< default NULL */
   void *progress_user;       /**< default NULL */
 } neph_probe_sky_desc;
@@ -78,7 +76,7 @@ typedef struct neph_probe_sky_desc {
  *
  * @param cases_path  a file, or "-" for standard input.
  * @param desc        NULL for the defaults.
- * @param out_text    comma-separated values, to be freed with neph_text_destroy; NULL on failure.
+ * @param out_text    comma-separated values; free it with neph_text_destroy; NULL on failure.
  */
 NEPH_API neph_result neph_probe_sky(neph_context *context, const char *cases_path, const neph_probe_sky_desc *desc,
                                     char **out_text) NEPH_NODISCARD;

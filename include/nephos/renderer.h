@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Renderers: pictures one after the other, of one scene or of several, that share what they have in common. */
+/* Renderers: successive pictures, of one scene or of several, that share caches. */
 #ifndef NEPHOS_RENDERER_H
 #define NEPHOS_RENDERER_H
 
@@ -25,7 +25,7 @@ NEPH_API void neph_renderer_destroy(neph_renderer *renderer);
  * air have moved a little, tables are reused within the tolerances that they were sized for (atmosphere.tolerance, and
  * a thousandth for multiple scattering), as in a sequence. The log names what is reused, and what is rebuilt and why.
  *
- * @param scene      of the renderer's context.
+ * @param scene      scene of the renderer's context.
  * @param desc       NULL: the scene's own settings.
  * @param out_image  owned by the caller; NULL on failure.
  */

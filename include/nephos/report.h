@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Reports: the error of a scene's pictures against the time that they take, over all settings that matter for it. */
+/* Reports: the error of a scene's pictures against their time, over all settings that matter for the scene. */
 #ifndef NEPHOS_REPORT_H
 #define NEPHOS_REPORT_H
 
@@ -12,22 +12,22 @@ extern "C" {
 /** A reference by the integrator path, and a sweep of settings that are measured against it. One owner. */
 typedef struct neph_report neph_report;
 
-/** Makes the scene of a report anew, of the report's context; the report changes and ends it. Called once for each
- * setting. */
+/** Loads the scene of a report, in the report's context, once for each setting. The report changes and destroys it. */
 typedef neph_result (*neph_report_load_fn)(void *user, neph_scene **out_scene);
 
 typedef struct neph_report_desc {
   size_t struct_size;
-  const char *name;          /**< of the scene, for titles; copied */
+  const char *name;          /**< name of the scene for titles; copied */
   neph_report_load_fn load;  /**< must be set */
   void *load_user;           /**< default NULL */
-  unsigned width, height;    /**< of its pictures, pixels; both 0 (default): those of the reference, else 160 wide, in
-                                  the proportion of the scene's camera.resolution */
-  const char *reference;     /**< an OpenEXR picture of the scene, taken as the reference; its own error is known where
-                                  it has standard_error.*; copied; NULL (default): one is made */
-  double budget_s;           /**< time for all of it, > 0 (default 600). What does not fit is left out, and named */
-  bool is_quick;             /**< few values of each knob; light and tables are shared by settings whose own differ by
-                                  no more than a thousandth (default false) */
+  unsigned width, height;    /**< size of the report's pictures, pixels; both 0 (default): the reference's size, or 160
+                                  wide in the proportion of the scene's camera.resolution */
+  const char *reference;     /**< an OpenEXR picture of the scene as the reference; standard_error.* in it states its
+                                  error; copied; NULL (default): the report renders one */
+  double budget_s;           /**< time for the whole report, > 0 (default 600). Settings that do not fit are left out,
+                                  and named */
+  bool is_quick;             /**< few values of each knob; settings whose light and tables differ by no more than a
+                                  thousandth share them (default false) */
   neph_progress_fn progress; /**< default NULL */
   void *progress_user;       /**< default NULL */
 } neph_report_desc;
@@ -55,18 +55,18 @@ NEPH_API void neph_report_destroy(neph_report *report);
  */
 NEPH_API neph_result neph_report_run(neph_report *report) NEPH_NODISCARD;
 
-/** One setting and what was measured of it. */
+/** One setting and its measurements. */
 typedef struct neph_report_row {
   size_t struct_size;
   const char *knob;    /**< "scene" for the scene's own settings; texts live as long as the report */
-  const char *setting; /**< as --set takes it, such as "render.tolerance=0.1" */
+  const char *setting; /**< value in the form of --set, such as "render.tolerance=0.1" */
   neph_integrator integrator;
   unsigned sample_count;
-  unsigned run_count; /**< pictures rendered; 0: left out, all that follows is NaN */
+  unsigned run_count; /**< pictures rendered; 0: left out, all following figures are NaN */
   double cpu_s;       /**< CPU seconds of a picture with all its stages, median over runs */
   double cpu_min_s, cpu_max_s;
-  double stage_s;                  /**< of them besides the samples: stages, and the estimate of the error */
-  neph_bounded error, noise, bias; /**< of docs/error.md, of one picture */
+  double stage_s;                  /**< part of cpu_s besides the samples: stages, and the estimate of the error */
+  neph_bounded error, noise, bias; /**< error of one picture as in docs/error.md */
   neph_bounded stated;             /**< error that the picture's header states */
   neph_bounded effect; /**< rms difference from the knob's finest value, over the reference; NaN for words */
   bool is_on_front;    /**< no other setting is both faster and of less error */
@@ -81,7 +81,7 @@ NEPH_API unsigned neph_report_get_row_count(const neph_report *report);
 NEPH_API neph_result neph_report_get_row(const neph_report *report, unsigned index,
                                          neph_report_row *out_row) NEPH_NODISCARD;
 
-/** All of a report but its pictures, as text to be freed with neph_text_destroy. */
+/** All of a report but its pictures, as text; free it with neph_text_destroy. */
 NEPH_API neph_result neph_report_describe(const neph_report *report, neph_text_format format,
                                           char **out_text) NEPH_NODISCARD;
 

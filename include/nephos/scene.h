@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Scenes: what docs/scene-format.md describes, read from YAML, changed key by key. */
+/* Scenes, described in docs/scene-format.md: read from YAML, changed key by key. */
 #ifndef NEPHOS_SCENE_H
 #define NEPHOS_SCENE_H
 
@@ -19,8 +19,8 @@ NEPH_API neph_result neph_scene_create(neph_context *context, neph_scene **out_s
  * are logged, in the order of its file, at most 20 and then their number; an error of the YAML ends the reading. */
 NEPH_API neph_result neph_scene_load(neph_context *context, const char *path, neph_scene **out_scene) NEPH_NODISCARD;
 
-/** Reads a scene file as neph_scene_load does, for keys that are set before it is used: they may bring what its own
- * keys need, so that only neph_scene_check checks keys together. */
+/** Reads a scene file as neph_scene_load does, for a scene of which more keys will be set before its use: only
+ * neph_scene_check then checks keys together. */
 NEPH_API neph_result neph_scene_open(neph_context *context, const char *path, neph_scene **out_scene) NEPH_NODISCARD;
 
 /** Reads a scene from text; `name` stands for the file in messages and for relative paths. */
@@ -32,13 +32,13 @@ NEPH_API void neph_scene_destroy(neph_scene *scene);
 
 /** Sets one key as the scene file would: `neph_scene_set(scene, "clouds[0].voxel", "20 m")`.
  *
- * @param key    as `nephos schema` lists them; an old name is taken, with a warning.
+ * @param key    a key of `nephos schema`; an old name is accepted, with a warning.
  * @param value  YAML in flow style, with its unit.
  */
 NEPH_API neph_result neph_scene_set(neph_scene *scene, const char *key, const char *value) NEPH_NODISCARD;
 
-/** Makes a scene what it is in a frame: keys that `animate` has take their values of it. Renders and bakes do it
- * themselves, by the frame that they are asked for. A new scene is at frame 1. Texts got from the scene stay valid. */
+/** Evaluates a scene at a frame: keys of `animate` take their values of it. Renders and bakes evaluate the frame of
+ * their own descriptions. A new scene is at frame 1. Texts got from the scene stay valid. */
 NEPH_API neph_result neph_scene_set_frame(neph_scene *scene, int frame) NEPH_NODISCARD;
 
 /** Whether any key changes from frame to frame. */
@@ -51,16 +51,16 @@ NEPH_API bool neph_scene_is_animated(const neph_scene *scene);
  * another rules out, as terrain.width beside an .hgt. */
 NEPH_API neph_result neph_scene_check(const neph_scene *scene) NEPH_NODISCARD;
 
-/** Whether every file that a scene reads can be opened, each that cannot told by an error of its own: tables, pictures,
- * height fields; but for its clouds' .vdb, which may have a name of their own for each frame: neph_render_explain opens
- * those too. */
+/** Whether every file that a scene reads can be opened, with an error for each that cannot: tables, pictures, height
+ * fields, but not the .vdb files of clouds, whose names may differ from frame to frame: neph_render_explain opens those
+ * too. */
 NEPH_API neph_result neph_scene_check_files(const neph_scene *scene) NEPH_NODISCARD;
 
 /** Keys with type, unit, range and default, and old names of keys.
  *
  * @param key       a key, which is listed with all below it, or the beginning of keys: "camera", "clouds[0].phase",
  *                  "output.p"; NULL: all. NEPH_ERROR_INVALID_ARGUMENT when no key begins so.
- * @param out_text  to be freed with neph_text_destroy; NULL on failure.
+ * @param out_text  free it with neph_text_destroy; NULL on failure.
  */
 NEPH_API neph_result neph_schema_describe(neph_context *context, const char *key, neph_text_format format,
                                           char **out_text) NEPH_NODISCARD;
@@ -75,7 +75,7 @@ typedef struct neph_output {
   const char *image;              /**< OpenEXR name, '#' for the frame; resolved; NULL: none wanted */
   const char *preview;            /**< PNG name, '#' for the frame; resolved; NULL: none wanted */
   const char *deep;               /**< deep OpenEXR name, '#' for the frame; resolved; NULL: none wanted */
-  neph_pixel_type pixel_type;     /**< of colour (default NEPH_PIXEL_HALF) */
+  neph_pixel_type pixel_type;     /**< type of colour pixels (default NEPH_PIXEL_HALF) */
   neph_preview_desc preview_desc; /**< stays the last, so that it can grow */
 } neph_output;
 
@@ -111,7 +111,7 @@ NEPH_API bool neph_frame_is_numbered(const char *pattern);
 
 /** The name that a pattern has in one frame: the last place for a number holds it.
  *
- * @param out_path  to be freed with neph_text_destroy; a copy of a name that is no pattern.
+ * @param out_path  free it with neph_text_destroy; a copy of `pattern` where it is no pattern.
  */
 NEPH_API neph_result neph_frame_get_path(neph_context *context, const char *pattern, int frame,
                                          char **out_path) NEPH_NODISCARD;

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Scenes built call by call: typed values in SI units and radians, and assets that are made beside any file.
+/* Scenes built call by call: typed values in SI units and radians, and assets without a file.
  *
- * Each call says all about its part of a scene, in place of what was said before, and a failed one changes nothing. It
- * sets keys of docs/scene-format.md: ranges are theirs, messages name them, neph_scene_describe lists them, and
+ * Each call replaces the whole of its part of a scene, and changes nothing when it fails. It sets keys of
+ * docs/scene-format.md: ranges are those of the keys, messages name them, neph_scene_describe lists them, and
  * neph_scene_set may change them one by one afterwards.
  */
 #ifndef NEPHOS_SCENE_BUILD_H
@@ -31,33 +31,34 @@ typedef enum neph_camera_kind {
 /** No aperture; everything is in focus. */
 #define NEPH_PINHOLE HUGE_VAL
 
-/** The distance from the camera to the point that it looks at. */
+/** Focus on the point at which the camera looks. */
 #define NEPH_AT_TARGET HUGE_VAL
 
-/** x points east, y north, z up. */
+/** A camera, in world axes: x east, y north, z up. */
 typedef struct neph_camera_desc {
   size_t struct_size;
-  double position_m[3];        /**< of the eye (default 0, −6000, 400) */
+  double position_m[3];        /**< position of the eye (default 0, −6000, 400) */
   double look_at_m[3];         /**< the point in the middle of the picture (default 0, 0, 1800) */
   double fov_rad;              /**< horizontal angle of view of a perspective (default 50°) */
   double roll_rad;             /**< clockwise about the view (default 0) */
   unsigned resolution[2];      /**< width and height of the picture in pixels (default 960 × 540) */
   neph_camera_kind kind;       /**< (default NEPH_CAMERA_PERSPECTIVE) */
   double fisheye_fov_rad;      /**< angle across a fisheye's circle (default 180°) */
-  bool has_focal_length;       /**< in place of fov_rad (default false) */
-  double focal_length_m;       /**< gives, with the sensor, the angle of view (default 0.05) */
+  bool has_focal_length;       /**< focal_length_m replaces fov_rad (default false) */
+  double focal_length_m;       /**< focal length; it and the sensor give the angle of view (default 0.05) */
   double sensor_m;             /**< width of the sensor (default 0.036) */
-  double orthographic_width_m; /**< of an orthographic picture in the world (default 10000) */
-  double shift[2];             /**< of the picture in its plane, right and up, in its widths (default 0, 0) */
-  double near_m, far_m;        /**< depths outside of which clouds and ground are not seen (default 0, HUGE_VAL) */
+  double orthographic_width_m; /**< width of an orthographic picture in the world (default 10000) */
+  double shift[2];             /**< shift of the picture in its plane, right and up, in units of its width (default 0,
+                                    0) */
+  double near_m, far_m;        /**< depths outside of which clouds and ground are clipped (default 0, HUGE_VAL) */
   double f_stop;               /**< focal length over the aperture's diameter (default NEPH_PINHOLE) */
   double focus_distance_m;     /**< depth of the plane in focus (default NEPH_AT_TARGET) */
-  unsigned blade_count;        /**< of the aperture, 3 to 32; 0: it is round (default 0) */
-  bool has_exposure;           /**< with the next two and f_stop: photographic exposure (default false) */
+  unsigned blade_count;        /**< blades of the aperture, 3 to 32; 0: it is round (default 0) */
+  bool has_exposure;           /**< photographic exposure by shutter_s, iso and f_stop (default false) */
   double shutter_s, iso;       /**< (default 1/125, 100) */
   bool is_stereo;              /**< a picture for each of two eyes: neph_render_desc.eye (default false) */
-  double interaxial_m;         /**< between the eyes (default 0.065) */
-  double convergence_m;        /**< depth of what both see at the same place (default NEPH_AT_TARGET) */
+  double interaxial_m;         /**< distance between the eyes (default 0.065) */
+  double convergence_m;        /**< depth that both eyes see at the same place (default NEPH_AT_TARGET) */
 } neph_camera_desc;
 
 #define NEPH_CAMERA_DESC_DEFAULT                                                                                       \
@@ -75,14 +76,14 @@ NEPH_API neph_result neph_scene_set_camera(neph_scene *scene, const neph_camera_
 
 typedef struct neph_sun_desc {
   size_t struct_size;
-  bool has_direction;           /**< by its direction, not by the two angles (default false) */
+  bool has_direction;           /**< `direction` is used, not the two angles (default false) */
   double direction[3];          /**< towards the sun, of any length above 0 (default 0, 0, 1) */
   double elevation_rad;         /**< above the horizontal at the world's origin (default 35°) */
   double azimuth_rad;           /**< clockwise from north (default 120°) */
-  bool has_irradiance;          /**< else as from the planet (default false) */
+  bool has_irradiance;          /**< whether the irradiance is given: otherwise the planet's (default false) */
   double irradiance_w_m2_nm[3]; /**< above the atmosphere, per band (default 1.474, 1.8504, 1.91198) */
-  bool has_angular_radius;      /**< else as from the planet (default false) */
-  double angular_radius_rad;    /**< of the disk (default 0.00467396) */
+  bool has_angular_radius;      /**< whether the radius is given: otherwise the planet's (default false) */
+  double angular_radius_rad;    /**< radius of the disk (default 0.00467396) */
   bool has_limb_darkening;      /**< the disk darkens towards its edge (default true) */
 } neph_sun_desc;
 
@@ -94,49 +95,52 @@ typedef struct neph_sun_desc {
     .has_limb_darkening = true                                                                                         \
   }
 
-/** Puts the sun in a place, in the stead of a sun.time too. @param desc  NULL for the defaults. */
+/** Sets the position of the sun, in place of sun.time too.
+ *
+ * @param desc  NULL for the defaults. */
 NEPH_API neph_result neph_scene_set_sun(neph_scene *scene, const neph_sun_desc *desc) NEPH_NODISCARD;
 
 /** Meaning of the values of a volume. */
 typedef enum neph_density_unit {
   NEPH_DENSITY_EXTINCTION,     /**< density_value: extinction in 1/m of a value of 1 */
-  NEPH_DENSITY_MEAN_FREE_PATH, /**< m, where the value is 1 */
-  NEPH_DENSITY_OPTICAL_DEPTH,  /**< of the densest vertical column */
+  NEPH_DENSITY_MEAN_FREE_PATH, /**< density_value: mean free path in m of a value of 1 */
+  NEPH_DENSITY_OPTICAL_DEPTH,  /**< density_value: optical depth of the densest vertical column */
   NEPH_DENSITY_LIQUID_WATER    /**< values are g/m³ of water; density_value: effective radius of the droplets in m */
 } neph_density_unit;
 
 /** Phase function of a cloud. */
 typedef enum neph_cloud_phase {
-  NEPH_CLOUD_DROPLETS,          /**< fit to Mie theory, by `droplet_diameter_m` */
-  NEPH_CLOUD_HENYEY_GREENSTEIN, /**< by `asymmetry` */
-  NEPH_CLOUD_TWO_LOBE,          /**< two of Henyey-Greenstein: by `asymmetry`, and the share `second_weight` of the
-                                 *   light by `second_asymmetry` */
-  NEPH_CLOUD_DRAINE,            /**< by `asymmetry` and `draine_alpha` */
+  NEPH_CLOUD_DROPLETS,          /**< fit to Mie theory; parameter: `droplet_diameter_m` */
+  NEPH_CLOUD_HENYEY_GREENSTEIN, /**< parameter: `asymmetry` */
+  NEPH_CLOUD_TWO_LOBE,          /**< two Henyey-Greenstein lobes: `asymmetry`, and `second_asymmetry` with the share
+                                     `second_weight` */
+  NEPH_CLOUD_DRAINE,            /**< parameters: `asymmetry` and `draine_alpha` */
   NEPH_CLOUD_RAYLEIGH,
   NEPH_CLOUD_ISOTROPIC
 } neph_cloud_phase;
 
-/** A volume in its place, and what its values mean. */
+/** The place of a volume in the world, and the meaning of its values. */
 typedef struct neph_placement_desc {
   size_t struct_size;
-  const char *name;               /**< in messages, copied; NULL: cloud0, cloud1, … (default NULL) */
-  bool has_position;              /**< else where the volume's own transform puts it (default false) */
-  double position_m[3];           /**< where the middle of the bottom of its box goes (default 0, 0, 0) */
+  const char *name;               /**< name in messages, copied; NULL: cloud0, cloud1, … (default NULL) */
+  bool has_position;              /**< whether position_m is given: otherwise the volume's own transform places it
+                                       (default false) */
+  double position_m[3];           /**< place of the middle of the bottom of the volume's box (default 0, 0, 0) */
   double rotation_rad;            /**< about the vertical, counter-clockwise seen from above (default 0) */
-  double scale;                   /**< enlarges it; > 0 (default 1) */
+  double scale;                   /**< factor on the size; > 0 (default 1) */
   neph_density_unit density_unit; /**< (default NEPH_DENSITY_EXTINCTION) */
   double density_value;           /**< (default 1: values are extinction in 1/m, as baked clouds have them) */
-  double albedo[3];               /**< share of the light that scattering leaves (default 0.999995 each) */
+  double albedo[3];               /**< single-scattering albedo (default 0.999995 each) */
   neph_cloud_phase phase;         /**< (default NEPH_CLOUD_DROPLETS) */
   double droplet_diameter_m;      /**< (default 20e-6) */
   double asymmetry;               /**< g (default 0.85) */
   double second_asymmetry;        /**< g of the second lobe (default −0.25) */
   double second_weight;           /**< 0 to 1 (default 0.1) */
   double draine_alpha;            /**< 0 is Henyey-Greenstein, 1 Cornette-Shanks (default 1) */
-  double detail_strength;         /**< of billows at its edges finer than its voxels, added in the render, 0 to 1;
-                                   *   0: none (default 0) */
-  double detail_size_m;           /**< of the largest of them, ≥ 0; 0: two voxels (default 0) */
-  uint64_t detail_seed;           /**< another seed, other billows (default 0) */
+  double detail_strength;         /**< strength of billows at the edge finer than the voxels, added in the render, 0 to
+                                       1; 0: none (default 0) */
+  double detail_size_m;           /**< size of the largest of these billows, ≥ 0; 0: two voxels (default 0) */
+  uint64_t detail_seed;           /**< seed of these billows (default 0) */
 } neph_placement_desc;
 
 #define NEPH_PLACEMENT_DESC_DEFAULT                                                                                    \
@@ -148,19 +152,21 @@ typedef struct neph_placement_desc {
     .detail_size_m = 0, .detail_seed = 0                                                                               \
   }
 
-/** Adds a cloud that is a volume of the same context, which the scene retains.
+/** Adds a volume of the same context as a cloud; the scene retains it.
  *
  * @param desc       NULL for the defaults.
- * @param out_index  its number among the scene's clouds; NULL is allowed.
+ * @param out_index  index of the new cloud; NULL is allowed.
  */
 NEPH_API neph_result neph_scene_add_volume(neph_scene *scene, neph_volume *volume, const neph_placement_desc *desc,
                                            unsigned *out_index) NEPH_NODISCARD;
 
-/** Places a cloud that was added by neph_scene_add_volume anew. @param desc  NULL for the defaults. */
+/** Changes the placement of a cloud that neph_scene_add_volume added.
+ *
+ * @param desc  NULL for the defaults. */
 NEPH_API neph_result neph_scene_set_placement(neph_scene *scene, unsigned index,
                                               const neph_placement_desc *desc) NEPH_NODISCARD;
 
-/** Makes a terrain of the same context, which the scene retains, the ground; NULL: none. It stands on the planet of its
+/** Sets a terrain of the same context as the ground; the scene retains it; NULL: none. It stands on the planet of its
  * own description, which must be as large as the scene's. */
 NEPH_API neph_result neph_scene_set_terrain(neph_scene *scene, neph_terrain *terrain) NEPH_NODISCARD;
 
@@ -168,8 +174,8 @@ NEPH_API neph_result neph_scene_set_terrain(neph_scene *scene, neph_terrain *ter
 typedef struct neph_water_desc {
   size_t struct_size;
   double level_m;   /**< elevation, within ±10 km; from 0 up it covers the planet beyond the terrain (default 0) */
-  double wind_m_s;  /**< that roughens it, 0 to 40 (default 5) */
-  double albedo[3]; /**< of the light that enters it, the share that comes back out (default 0.002, 0.008, 0.02) */
+  double wind_m_s;  /**< wind that roughens the water, 0 to 40 (default 5) */
+  double albedo[3]; /**< share of the entering light that comes back out (default 0.002, 0.008, 0.02) */
 } neph_water_desc;
 
 #define NEPH_WATER_DESC_DEFAULT                                                                                        \
@@ -180,7 +186,7 @@ typedef struct neph_water_desc {
 /** @param desc  NULL: no water. */
 NEPH_API neph_result neph_scene_set_water(neph_scene *scene, const neph_water_desc *desc) NEPH_NODISCARD;
 
-/** Makes an atmosphere of the same context, which the scene retains, planet and air; NULL: no air. Pictures of three
+/** Sets an atmosphere of the same context as planet and air; the scene retains it; NULL: no air. Pictures of three
  * bands use its tables. */
 NEPH_API neph_result neph_scene_set_atmosphere(neph_scene *scene, neph_atmosphere *atmosphere) NEPH_NODISCARD;
 

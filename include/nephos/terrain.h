@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Terrain: height fields on the curved planet. Immutable and shared once made. */
+/* Terrain: height fields on the curved planet. Immutable and shared. */
 #ifndef NEPHOS_TERRAIN_H
 #define NEPHOS_TERRAIN_H
 
@@ -11,16 +11,16 @@ extern "C" {
 
 typedef struct neph_terrain neph_terrain;
 
-/** Ground beyond the border of a height field. A border at sea level fades in any case but a wall's. */
+/** Ground beyond the border of a height field. A border at sea level fades, except for NEPH_TERRAIN_EDGE_WALL. */
 typedef enum neph_terrain_edge {
-  NEPH_TERRAIN_EDGE_INFINITE, /**< land goes on at the border's height, to descend behind the horizon */
+  NEPH_TERRAIN_EDGE_INFINITE, /**< land continues at the border's height, and descends behind the horizon */
   NEPH_TERRAIN_EDGE_FADE,     /**< heights fade to the sphere over the outer 5 % of the field's width */
   NEPH_TERRAIN_EDGE_WALL      /**< heights are the file's up to the border, from which a wall leads to the sphere */
 } neph_terrain_edge;
 
 /** Unit of the heights in a file. */
 typedef enum neph_height_unit {
-  NEPH_HEIGHT_UNIT_FILE, /**< as the file says; metres where it says nothing */
+  NEPH_HEIGHT_UNIT_FILE, /**< the file's unit; metres where it names none */
   NEPH_HEIGHT_UNIT_METRE,
   NEPH_HEIGHT_UNIT_FOOT,          /**< 0.3048 m */
   NEPH_HEIGHT_UNIT_US_SURVEY_FOOT /**< 1200/3937 m */
@@ -35,14 +35,14 @@ typedef enum neph_height_encoding {
 
 /** Samples of a file that has no header (.r16, .raw). */
 typedef enum neph_raw_type {
-  NEPH_RAW_TYPE_UINT16, /**< from height_min_m to height_max_m */
+  NEPH_RAW_TYPE_UINT16, /**< the range from height_min_m to height_max_m */
   NEPH_RAW_TYPE_INT16,  /**< m */
   NEPH_RAW_TYPE_FLOAT32 /**< m */
 } neph_raw_type;
 
 /** Axis of a mesh's file that points up. With y, its −z is north. */
 typedef enum neph_mesh_up {
-  NEPH_MESH_UP_FILE, /**< as the format says: y in glTF; others do not say, and are refused */
+  NEPH_MESH_UP_FILE, /**< the format's axis: y in glTF; formats without one are refused */
   NEPH_MESH_UP_Y,
   NEPH_MESH_UP_Z
 } neph_mesh_up;
@@ -57,7 +57,7 @@ typedef enum neph_mesh_pivot {
 /** Normals of a mesh. */
 typedef enum neph_mesh_normals {
   NEPH_MESH_NORMALS_SMOOTH, /**< the file's; where it has none, means of the triangles about each vertex */
-  NEPH_MESH_NORMALS_FLAT    /**< of each triangle */
+  NEPH_MESH_NORMALS_FLAT    /**< normals of each triangle */
 } neph_mesh_normals;
 
 /** Triangles from a file that Assimp reads (.gltf, .glb, .obj, .ply, .stl, .fbx, .dae). Nodes may place one mesh many
@@ -84,32 +84,33 @@ typedef struct neph_terrain_desc {
   size_t struct_size;
   double planet_radius_m;        /**< heights stand on this sphere; > 0 (default 6360 km) */
   bool has_place;                /**< whether latitude and longitude are given (default false: the file's centre) */
-  double latitude_rad;           /**< of the world origin, −π/2 to π/2 (default 0) */
-  double longitude_rad;          /**< of the world origin (default 0) */
-  double width_m;                /**< along x, of pictures and procedural fields; > 0 (default 30 km) */
+  double latitude_rad;           /**< latitude of the world origin, −π/2 to π/2 (default 0) */
+  double longitude_rad;          /**< longitude of the world origin (default 0) */
+  double width_m;                /**< width along x of pictures and procedural fields; > 0 (default 30 km) */
   bool has_width;                /**< whether width_m is given: georeferenced files refuse one (default false) */
   double height_min_m;           /**< elevation of value 0 in PNG and raw; EXR is in metres (default 0) */
   double height_max_m;           /**< elevation of full scale in PNG and raw (default 2000) */
   neph_terrain_edge edge;        /**< default NEPH_TERRAIN_EDGE_INFINITE */
   const char *crs;               /**< coordinate system in place of the file's: EPSG:32611, WKT, PROJ (default NULL) */
-  neph_height_unit unit;         /**< in place of the file's (default NEPH_HEIGHT_UNIT_FILE) */
+  neph_height_unit unit;         /**< unit of heights (default NEPH_HEIGHT_UNIT_FILE) */
   neph_height_encoding encoding; /**< default NEPH_HEIGHT_ENCODING_VALUES */
   unsigned raw_size[2];          /**< samples along x and y of a file without header (default 0: none given) */
   neph_raw_type raw_type;        /**< default NEPH_RAW_TYPE_UINT16 */
   bool raw_is_big_endian;        /**< high bytes first (default false) */
   double ground_albedo[3];       /**< Lambert, 0 to 1 (default 0.2 each) */
-  const char *albedo_image;   /**< PNG (sRGB) or EXR (linear) in its place, north up, over the field (default NULL) */
-  bool has_rock;              /**< rock on steep slopes (default false) */
-  double rock_albedo[3];      /**< 0 to 1 (default 0.13, 0.12, 0.11) */
-  double rock_slope_rad;      /**< slope above which rock lies bare, 0 to π/2 (default 35°) */
-  bool has_snow;              /**< snow on high ground (default false) */
-  double snow_albedo[3];      /**< 0 to 1 (default 0.86, 0.88, 0.9) */
-  double snow_level_m;        /**< elevation above which snow lies (default 1500) */
-  double snow_slope_rad;      /**< slope above which none stays, 0 to π/2 (default 50°) */
-  neph_progress_fn progress;  /**< default NULL */
-  void *progress_user;        /**< default NULL */
-  const char *mesh_file;      /**< triangles beside the height field (default NULL) */
-  const neph_mesh_desc *mesh; /**< NULL: the default (default NULL) */
+  const char *albedo_image;      /**< PNG (sRGB) or EXR (linear) in place of ground_albedo, north up, over the field
+                                      (default NULL) */
+  bool has_rock;                 /**< rock on steep slopes (default false) */
+  double rock_albedo[3];         /**< 0 to 1 (default 0.13, 0.12, 0.11) */
+  double rock_slope_rad;         /**< slope above which rock lies bare, 0 to π/2 (default 35°) */
+  bool has_snow;                 /**< snow on high ground (default false) */
+  double snow_albedo[3];         /**< 0 to 1 (default 0.86, 0.88, 0.9) */
+  double snow_level_m;           /**< slope above which no snow stays, 0 to π/2 (default 50°) */
+  double snow_slope_rad;         /**< slope above which none stays, 0 to π/2 (default 50°) */
+  neph_progress_fn progress;     /**< default NULL */
+  void *progress_user;           /**< default NULL */
+  const char *mesh_file;         /**< triangles beside the height field (default NULL) */
+  const neph_mesh_desc *mesh;    /**< NULL: the default (default NULL) */
 } neph_terrain_desc;
 
 #define NEPH_TERRAIN_DESC_DEFAULT                                                                                      \
@@ -134,7 +135,7 @@ typedef struct neph_ridges_desc {
   size_t struct_size;
   uint64_t seed;         /**< any (default 1) */
   unsigned sample_count; /**< samples along each side, 2 to 16385 (default 1025) */
-  double relief_m;       /**< from valleys to summits; ≥ 0 (default 1400) */
+  double relief_m;       /**< height of summits above valleys; ≥ 0 (default 1400) */
   double ridge_m;        /**< spacing of the largest ridges; > 0 (default 9 km) */
 } neph_ridges_desc;
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Texts that are shown: names and header values come from anywhere, and a terminal obeys some of their bytes. */
+/* Cleaning of texts for display: names and header values may contain bytes that a terminal obeys. */
 #ifndef NEPHOS_TEXT_H
 #define NEPHOS_TEXT_H
 
@@ -9,8 +9,8 @@
 extern "C" {
 #endif
 
-/** Puts '?' in the place of each byte of a control character, the line break among them, and of each byte that is not
- * UTF-8. The messages of the library are so already. NULL is allowed. */
+/** Replaces each byte of a control character, the line break included, and each byte that is not UTF-8 by '?'. Messages
+ * of the library are clean already. NULL is allowed. */
 NEPH_API void neph_text_clean(char *text);
 
 #ifdef __cplusplus

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Volumes: scalar fields on voxel grids, read from .vdb, made from arrays, or baked. Immutable and shared once made. */
+/* Volumes: scalar fields on voxel grids, read from .vdb, created from arrays, or baked. Immutable and shared. */
 #ifndef NEPHOS_VOLUME_H
 #define NEPHOS_VOLUME_H
 
@@ -9,7 +9,7 @@
 extern "C" {
 #endif
 
-/** One scalar grid with its transform: what OpenVDB calls a FloatGrid of class fog volume. */
+/** One scalar grid with its transform: a FloatGrid of class fog volume in OpenVDB. */
 typedef struct neph_volume neph_volume;
 
 /** Precision of samples in memory. */
@@ -24,7 +24,7 @@ typedef enum neph_import_policy {
   NEPH_IMPORT_REPAIR  /**< take them as 0, counted in a warning */
 } neph_import_policy;
 
-/** From a file's values v to those of a density: gain · max(v + offset, 0)^gamma where v > low_cut, else 0. */
+/** Map from a file's values v to a density: gain · max(v + offset, 0)^gamma where v > low_cut, else 0. */
 typedef struct neph_volume_ramp {
   double low_cut, offset, gain, gamma; /**< default 0, 0, 1, 1: v; low_cut and gain ≥ 0, gamma > 0 */
 } neph_volume_ramp;
@@ -41,8 +41,8 @@ typedef struct neph_volume_load_desc {
   neph_volume_ramp ramp;
   neph_progress_fn progress; /**< default NULL */
   void *progress_user;       /**< default NULL */
-  bool is_halved;            /**< voxels are twice as long, each the mean of eight; of levels of detail the finest
-                                  goes into the next (default false) */
+  bool is_halved;            /**< voxels are twice as long, each the mean of eight; with levels of detail, the finest
+                                  level is merged into the next (default false) */
 } neph_volume_load_desc;
 
 #define NEPH_VOLUME_LOAD_DESC_DEFAULT                                                                                  \
@@ -52,7 +52,8 @@ typedef struct neph_volume_load_desc {
     .progress_user = NULL, .is_halved = false                                                                          \
   }
 
-/** Reads one grid of a .vdb file; of a bake in levels of detail, with the files beside it that hold its other levels.
+/** Reads one grid of a .vdb file. For a bake with levels of detail it also reads the files beside it that hold the
+ * other levels.
  *
  * @param desc        NULL for the defaults.
  * @param out_volume  one reference, for the caller; NULL on failure.
@@ -90,7 +91,7 @@ NEPH_API void neph_volume_release(neph_volume *volume);
 
 typedef struct neph_volume_info {
   size_t struct_size;
-  const char *name;                        /**< of the grid; valid as long as the volume */
+  const char *name;                        /**< name of the grid; valid as long as the volume */
   double index_to_world[3][4];             /**< index to metres */
   double bounds_min_m[3], bounds_max_m[3]; /**< world box of the active samples */
   uint64_t active_voxel_count;             /**< active voxels of the authored grid, those in tiles included */
@@ -119,7 +120,7 @@ NEPH_API void neph_volume_sample(const neph_volume *volume, size_t count, const 
 /** Describes every grid of a .vdb file: class, type, transform, bounds in metres, value range, active voxels, memory as
  * a tree and as bricks, metadata.
  *
- * @param out_text  to be freed with neph_text_destroy; NULL on failure.
+ * @param out_text  free it with neph_text_destroy; NULL on failure.
  */
 NEPH_API neph_result neph_volume_describe_file(neph_context *context, const char *path, neph_text_format format,
                                                char **out_text) NEPH_NODISCARD;
