@@ -9,10 +9,10 @@
 
 enum { ALIGNMENT = 64, HUGE_BYTES_MIN = 8 << 20 };
 
-/* Stands in the 64 bytes before each block. */
+/* Header in the 64 bytes before each block. */
 typedef struct block_header {
-  void *raw;          /* what the allocator gave */
-  size_t raw_bytes;   /* and was asked for */
+  void *raw;          /* pointer from the allocator */
+  size_t raw_bytes;   /* size requested from the allocator */
   size_t block_bytes; /* usable bytes of the block */
 } block_header;
 
@@ -31,7 +31,7 @@ static void count_bytes(neph_context *context, size_t added, size_t removed) {
   while (bytes > peak && !atomic_compare_exchange_weak(&context->allocated_bytes_peak, &peak, bytes)) continue;
 }
 
-/* The bytes to ask the allocator for, or 0 when no size_t holds them. */
+/* Bytes to request from the allocator, or 0 when no size_t holds them. */
 static size_t compute_raw_bytes(size_t count, size_t size, size_t *out_block_bytes) {
   size_t raw_bytes;
   if (__builtin_mul_overflow(count, size, out_block_bytes)) return 0;
@@ -39,7 +39,7 @@ static size_t compute_raw_bytes(size_t count, size_t size, size_t *out_block_byt
   return raw_bytes <= PTRDIFF_MAX ? raw_bytes : 0;
 }
 
-/* Asks for huge pages where a block fills many: its first touch then costs a fault for 2 MiB instead of 4 KiB. */
+/* Enables huge pages for a block that fills many: its first touch then costs a fault for 2 MiB instead of 4 KiB. */
 static void advise_huge(void *raw, size_t bytes) {
 #if defined(MADV_HUGEPAGE)
   const uintptr_t page = (uintptr_t)2 << 20, first = ((uintptr_t)raw + page - 1) & ~(page - 1);
@@ -50,7 +50,8 @@ static void advise_huge(void *raw, size_t bytes) {
 #endif
 }
 
-/* calloc leaves large blocks to the kernel, which hands out zeroed pages only when they are touched. */
+/* Zeroed memory from the allocator. calloc takes large blocks from the kernel, which zeroes pages only at their first
+ * touch. */
 static void *allocate_raw(neph_context *context, size_t bytes) {
   if (!context->reallocate) {
     void *raw = calloc(1, bytes);
@@ -99,7 +100,7 @@ void *np_alloc_resize(neph_context *context, void *block, size_t count, size_t s
   }
   char *moved = align_block(raw);
   const size_t kept = block_bytes < old.block_bytes ? block_bytes : old.block_bytes;
-  /* The new address may lie differently against the alignment. */
+  /* The new address may have another offset from the alignment. */
   if (moved - (char *)raw != old_offset) memmove(moved, (char *)raw + old_offset, kept);
   memset(moved + kept, 0, block_bytes - kept);
   *get_header(moved) = (block_header){raw, raw_bytes, block_bytes};
@@ -110,7 +111,7 @@ void *np_alloc_resize(neph_context *context, void *block, size_t count, size_t s
 void np_alloc_free(neph_context *context, void *block) {
   if (!block) return;
   const block_header header = *get_header(block);
-  /* Counted first: the block may be the context itself. */
+  /* The count comes first, since the block may be the context itself. */
   count_bytes(context, 0, header.raw_bytes);
   if (!context->reallocate)
     free(header.raw);

@@ -9,23 +9,23 @@
  * A count of 0 gives a valid block. */
 void *np_alloc(neph_context *context, size_t count, size_t size);
 
-/* The same without a message. */
+/* Allocates as np_alloc does, without a message. */
 void *np_alloc_quietly(neph_context *context, size_t count, size_t size);
 
 /* Changes the element count of a block, keeping what fits; new elements are zero. On failure NULL, `block` stays. */
 void *np_alloc_resize(neph_context *context, void *block, size_t count, size_t size);
 
-/* NULL is allowed. */
+/* Frees a block. NULL is allowed. */
 void np_alloc_free(neph_context *context, void *block);
 
-/* Gives memory back before its block is freed: `bytes` from `begin` on, which lie in a block and are not read again.
- * Only whole pages go, and none of memory that the context's own allocator gave. */
+/* Returns memory to the system before its block is freed: `bytes` from `begin` on, which lie in a block and are not
+ * read again. Only whole pages are returned, and only of memory that the C library allocated. */
 void np_alloc_discard(neph_context *context, void *begin, size_t bytes);
 
 /* A copy of a text, or NULL. `text` must not be NULL. */
 char *np_alloc_text(neph_context *context, const char *text);
 
-/* A text printed into new memory, or NULL. */
+/* A printed text in new memory, or NULL. */
 char *np_alloc_printf(neph_context *context, const char *format, ...) __attribute__((format(printf, 2, 3)));
 char *np_alloc_printf_list(neph_context *context, const char *format, va_list arguments)
     __attribute__((format(printf, 2, 0)));

@@ -17,21 +17,21 @@
 
 static const char folder_name[] = "nephos-cache", tag_name[] = "CACHEDIR.TAG";
 
-/* The first line is that of all programs, the second is nephos's own. */
+/* Content of CACHEDIR.TAG: the first line is that of all programs, the second is nephos's own. */
 static const char tag[] = "Signature: 8a477f597d28d172789f06886806bc55\n"
                           "# Cache of nephos.\n"
                           "# nephos alone writes and removes files here. The folder may be removed at any time.\n";
 
 enum { TAG_BYTES = 44 + 19, KEY_DIGITS = 32 };
 
-/* After this long nobody writes a file any more. */
+/* Age above which no process is still writing a temporary file. */
 static const double writing_max_s = 3600.0;
 
 static bool is_temporary(const char *name) {
   return !strncmp(name, NP_CACHE_TEMPORARY, strlen(NP_CACHE_TEMPORARY));
 }
 
-/* KIND-KEY.cache, with a key of 32 hexadecimal digits. */
+/* Whether a name has the form KIND-KEY.cache, with a key of 32 hexadecimal digits. */
 static bool is_entry(const char *name) {
   const char *dash = strrchr(name, '-');
   return dash && dash > name && strspn(dash + 1, "0123456789abcdef") == KEY_DIGITS &&
@@ -49,7 +49,8 @@ const char *np_cache_folder_check(const np_disk_cache *cache, const struct stat 
   return "it belongs to another user";
 }
 
-/* Before it is opened, since that would end a pipe's writer; and after, when it may be another file. */
+/* Opens a file after a check of its kind, since opening would end a pipe's writer. The open file is checked again,
+ * since another may have replaced it. */
 int np_cache_folder_open_file(const np_disk_cache *cache, int folder, const char *name, int flags,
                               const char **out_reason) {
   struct stat status;
@@ -60,7 +61,7 @@ int np_cache_folder_open_file(const np_disk_cache *cache, int folder, const char
   }
   if ((*out_reason = np_cache_folder_check(cache, &status))) return -1;
   const int file = openat(folder, name, flags | O_CLOEXEC | O_NONBLOCK | O_NOFOLLOW | O_NOCTTY);
-  if (file < 0 && errno == ENOENT) return -1; /* another process has removed it meanwhile */
+  if (file < 0 && errno == ENOENT) return -1; /* another process has removed it in the meantime */
   *out_reason = file < 0 || fstat(file, &status) ? strerror(errno) : np_cache_folder_check(cache, &status);
   if (!*out_reason) return file;
   if (file >= 0) (void)close(file);
@@ -84,7 +85,7 @@ int np_cache_folder_create_file(int folder, char *name) {
 
 /* ---- The folder ---- */
 
-/* A NULL cache trusts tags of all owners. */
+/* Whether a folder has a tag. A NULL cache trusts tags of all owners. */
 static bool is_tagged(const np_disk_cache *cache, int folder) {
   char bytes[TAG_BYTES];
   const char *reason;
@@ -106,7 +107,7 @@ static DIR *open_listing(const np_disk_cache *cache) {
   return folder;
 }
 
-/* Nothing but tags that are being written. */
+/* Whether the folder holds nothing but unfinished tags. */
 static bool is_empty(const np_disk_cache *cache) {
   DIR *folder = open_listing(cache);
   if (!folder) return false;
@@ -128,7 +129,8 @@ static bool write_tag(const np_disk_cache *cache) {
   return is_written;
 }
 
-/* Another process may make the folder at the same time: one that is no longer empty has its tag by then. */
+/* Checks the folder's tag. Another process may create the folder at the same time: one that is no longer empty has its
+ * tag by then. */
 static neph_result check_tag(neph_context *context, const np_disk_cache *cache) {
   if (has_tag(cache)) return NEPH_OK;
   if (is_empty(cache)) {
@@ -152,7 +154,7 @@ static bool is_member(neph_context *context, gid_t group) {
   return is_in;
 }
 
-/* A folder that is new gets the rights of its group from the one that it is in, where that hands its group on. */
+/* Shares a new folder with the group of its parent, where the parent passes its group on (set-group-ID). */
 static void share_as_parent(const np_disk_cache *cache) {
   struct stat parent, status;
   if (fstatat(cache->file, "..", &parent, 0) || fstat(cache->file, &status)) return;
@@ -184,7 +186,7 @@ static bool is_link(const char *path) {
 }
 
 static neph_result open_folder(neph_context *context, np_disk_cache *cache) {
-  const bool is_new = !mkdir(cache->folder, 0775); /* never of all */
+  const bool is_new = !mkdir(cache->folder, 0775); /* never writable by all */
   if (!is_new && errno != EEXIST)
     return np_fail(context, NEPH_ERROR_IO, "%s: cannot make this folder for the cache: %s", cache->folder,
                    strerror(errno));
@@ -230,7 +232,7 @@ void np_cache_folder_close(neph_context *context, np_disk_cache *cache) {
 typedef struct listed {
   char name[256];
   uint64_t size;
-  double used_s; /* when it was last read or written */
+  double used_s; /* time of last reading or writing */
 } listed;
 
 static double get_seconds(const struct timespec *time) { return (double)time->tv_sec + 1e-9 * (double)time->tv_nsec; }
@@ -240,7 +242,7 @@ static int compare_use(const void *a, const void *b) {
   return x < y ? -1 : x > y;
 }
 
-/* Removes files that a killed writer has left; adds entries to a list. */
+/* Removes files that killed writers left; adds entries to a list. */
 static void list_file(neph_context *context, const np_disk_cache *cache, const char *name, listed **list,
                       size_t *count) {
   struct stat status;
@@ -260,7 +262,7 @@ static void list_file(neph_context *context, const np_disk_cache *cache, const c
   np_print(added->name, sizeof added->name, "%s", name);
 }
 
-/* Others may remove the same files meanwhile: it does not matter who does. */
+/* Removes entries. Other processes may remove the same files at the same time. */
 void np_cache_folder_trim(neph_context *context, const np_disk_cache *cache) {
   DIR *folder = open_listing(cache);
   if (!folder) return;

@@ -16,38 +16,38 @@
 #include "core/context_private.h"
 
 typedef struct np_disk_cache {
-  char *folder; /* its path; NULL: none is wanted */
-  int file;     /* the folder, opened */
+  char *folder; /* path of the folder; NULL: no cache */
+  int file;     /* descriptor of the open folder */
   bool is_shared;
-  gid_t group; /* its group, when shared */
+  gid_t group; /* group of a shared folder */
   uint64_t size_max_bytes;
 } np_disk_cache;
 
-/* Makes the folder and its parents, where they are missing, and opens it; fails, with a message, where it is not one of
- * nephos's own, of another user, or cannot be written. A new one in a folder that its group shares is shared too. */
+/* Creates the folder and its parents, where they are missing, and opens it. Fails, with a message, where it is not a
+ * cache of nephos, belongs to another user, or cannot be written. A new folder is shared where its parent passes its
+ * group on. */
 neph_result np_cache_folder_open(neph_context *context, const char *parent, np_disk_cache *out_cache);
 void np_cache_folder_close(neph_context *context, np_disk_cache *cache);
 
-/* Whether an open folder is that of a cache: by its tag, whatever its name and owner. */
+/* Whether an open folder is the folder of a cache, by its tag; name and owner do not matter. */
 bool np_cache_folder_is_one(int folder);
 
-/* Reason why a file is not one of the cache's; NULL: it is regular and trusted. A NULL cache trusts all owners. */
+/* Reason for which a file is refused as an entry; NULL: it is regular and trusted. A NULL cache trusts all owners. */
 const char *np_cache_folder_check(const np_disk_cache *cache, const struct stat *status);
 
-/* Opens a regular, trusted file without waiting and without following a link; else -1 with the reason, which is NULL
- * where there is no file. `flags` as open takes them. */
+/* Opens a regular, trusted file without waiting and without following a link; otherwise −1 with the reason, which is
+ * NULL where there is no file. `flags` are flags of open. */
 int np_cache_folder_open_file(const np_disk_cache *cache, int folder, const char *name, int flags,
                               const char **out_reason);
 
-/* Creates a file under a name that none has: the six characters at the end of `name` are replaced. Its permissions are
- * those that the umask leaves. -1 with errno: it failed. */
+/* Creates a file under a unique name: the six characters at the end of `name` are replaced. The umask applies to its
+ * permissions. Returns −1 with errno on failure. */
 int np_cache_folder_create_file(int folder, char *name);
 
-/* Removes entries that were not used for longest, as long as all of them take more bytes than the cache may have, and
- * files that killed writers have left. */
+/* Removes the least recently used entries until the cache has its allowed size, and files that killed writers left. */
 void np_cache_folder_trim(neph_context *context, const np_disk_cache *cache);
 
-/* Start of a file that is being written, and end of an entry's name. */
+/* Infix of temporary names, and ending of an entry's name. */
 #define NP_CACHE_TEMPORARY ".writing."
 #define NP_CACHE_ENDING ".cache"
 

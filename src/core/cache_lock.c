@@ -15,7 +15,8 @@ static const char file_name[] = ".lock";
 
 static const struct timespec pause_between = {.tv_nsec = 50000000};
 
-/* Entries are many, bytes of a file more: two entries hardly ever share one, and then but wait for each other. */
+/* Byte of the lock file for an entry. There are more bytes than entries: two entries rarely share one, and then only
+ * wait for each other. */
 static off_t choose_byte(const char *kind, const char *key) {
   return (off_t)((np_hash_block(kind, strlen(kind)) ^ np_hash_block(key, strlen(key))) & 0x3fffffffffffffff);
 }
@@ -29,7 +30,7 @@ typedef struct waiting {
   bool is_locked;
 } waiting;
 
-/* False: another has it. An error is taken for no lock at all. */
+/* Tries to lock; false: another process has the lock. An error counts as locked, since there is no lock to wait for. */
 static bool try_lock(waiting *w) {
   struct flock lock = {.l_type = F_WRLCK, .l_whence = SEEK_SET, .l_start = w->byte, .l_len = 1};
   w->is_locked = !fcntl(w->file, F_OFD_SETLK, &lock);
@@ -53,7 +54,7 @@ static neph_result wait_for_lock(void *user) {
   return NEPH_OK;
 }
 
-/* A lock takes a file that may be written: every user of a shared folder may write to this one. */
+/* Opens the lock file. A lock needs a writable file: every user of a shared folder may write to this one. */
 static int open_file(neph_context *context) {
   const np_disk_cache *cache = context->disk_cache;
   const int flags = O_CREAT | O_EXCL | O_RDWR | O_CLOEXEC | O_NOFOLLOW;

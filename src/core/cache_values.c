@@ -5,7 +5,7 @@
 #include "core/alloc.h"
 #include "core/disk_cache.h"
 
-/* Cells that an entry may have along one side, and in all: 2³² of them would not fit the memory. */
+/* Greatest number of cells along one side of an entry; the total is limited to what memory could hold. */
 static const int32_t side_max = 1 << 20;
 static const uint64_t cells_max = UINT64_C(1) << 32;
 

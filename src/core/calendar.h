@@ -10,10 +10,10 @@ enum { NP_DAY_S = 86400 };
 
 typedef struct np_date {
   int64_t year;
-  int month, day; /* from 1 */
+  int month, day; /* 1 to 12, 1 to 31 */
 } np_date;
 
-/* The quotient, rounded down. */
+/* Integer quotient, rounded down. */
 static inline int64_t np_floor_divide(int64_t value, int64_t divisor) {
   return value / divisor - (value % divisor < 0 ? 1 : 0);
 }
@@ -25,13 +25,13 @@ static inline int np_month_count_days(int64_t year, int month) {
   return days[month - 1] + (month == 2 && np_year_is_leap(year));
 }
 
-/* Years begin in March here, so that a leap day comes last. */
+/* Days since 1970-01-01. Years begin in March within, so that a leap day comes last. */
 static inline int64_t np_date_count_days(int64_t year, int month, int day) {
   const int64_t y = year - (month <= 2), day_of_year = (153 * (month + (month > 2 ? -3 : 9)) + 2) / 5 + day - 1;
   return y * 365 + np_floor_divide(y, 4) - np_floor_divide(y, 100) + np_floor_divide(y, 400) + day_of_year - 719468;
 }
 
-/* 400 years are 146,097 days. */
+/* Date of a day since 1970-01-01. 400 years have 146,097 days. */
 static inline np_date np_date_of_day(int64_t day) {
   const int64_t from_year_0 = day + 719468, era = np_floor_divide(from_year_0, 146097);
   const int64_t of_era = from_year_0 - era * 146097;
@@ -42,7 +42,7 @@ static inline np_date np_date_of_day(int64_t day) {
   return date;
 }
 
-/* 0 is Sunday. */
+/* Day of the week; 0 is Sunday. */
 static inline int np_day_get_weekday(int64_t day) { return (int)(day + 4 - 7 * np_floor_divide(day + 4, 7)); }
 
 #endif

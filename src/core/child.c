@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* posix_spawn, not fork: in a process of several threads a forked copy may hold locks that nobody opens. */
+/* Child processes by posix_spawn, not fork: in a process of several threads a forked copy may hold locks that no thread
+ * releases. */
 #include "core/child.h"
 
 #include <errno.h>
@@ -15,8 +16,8 @@ extern char **environ;
 
 /* ---- Start ---- */
 
-/* Signals as a new process has them, whatever this thread blocks or ignores: the child is to end when nobody reads. In
- * a group of its own a terminal's Ctrl-C does not reach it: who reads from it ends it, and tells its end from a crash.
+/* Sets default signals, whatever this thread blocks or ignores, so that a broken pipe ends the child. A process group
+ * of its own keeps a terminal's Ctrl-C away from it: the reader ends it, and can distinguish that from a crash.
  */
 static int set_signals(posix_spawnattr_t *attributes) {
   sigset_t none, all;
@@ -29,7 +30,7 @@ static int set_signals(posix_spawnattr_t *attributes) {
   return error ? error : posix_spawnattr_setflags(attributes, flags);
 }
 
-/* Its input and output: none of them is one of the child's first three files, over which they are put. */
+/* Input and output of the child, on descriptors above its first three. */
 typedef struct child_files {
   int input, output; /* input −1: /dev/null */
 } child_files;
@@ -61,7 +62,7 @@ static int spawn(const char *program, const char *const words[], const child_fil
   return error;
 }
 
-/* Room of a pipe: the usual 64 KB let one end wait for the other often. */
+/* Capacity of the pipe: with the usual 64 KB both ends often wait for each other. */
 enum { PIPE_BYTES = 1 << 20 };
 
 static int duplicate(int file) { return fcntl(file, F_DUPFD_CLOEXEC, STDERR_FILENO + 1); }
@@ -98,7 +99,7 @@ neph_result np_child_read(np_child *child, const np_monitor *monitor, void *out_
   while (count > 0) {
     struct pollfd output = {.fd = child->output, .events = POLLIN};
     if (np_monitor_is_cancelled(monitor)) return NEPH_ERROR_CANCELLED;
-    if (poll(&output, 1, PAUSE_MS) <= 0) continue; /* nothing yet, or a signal */
+    if (poll(&output, 1, PAUSE_MS) <= 0) continue; /* no output yet, or a signal */
     const ssize_t got = read(child->output, to, count);
     if (got < 0 && errno == EINTR) continue;
     if (got <= 0) return NEPH_ERROR_BAD_FILE;

@@ -12,7 +12,7 @@
 
 enum { THREADS_MAX = 1024 };
 
-/* The size of a caller's struct, which begins with it. */
+/* Size of a caller's struct, its first member. */
 static size_t read_size(const void *desc) {
   size_t size;
   memcpy(&size, desc, sizeof size);
@@ -60,7 +60,7 @@ static neph_result check_desc(neph_context *context, const neph_context_desc *de
   return NEPH_OK;
 }
 
-/* Parts of a context that follow from its description alone, enough to log and to allocate with. */
+/* Fills the members that depend on the description alone, enough for logging and allocation. */
 static void fill_from_desc(neph_context *context, const neph_context_desc *desc) {
   atomic_init(&context->references, 1);
   atomic_init(&context->allocated_bytes, 0);
@@ -100,7 +100,7 @@ neph_result neph_context_create(const neph_context_desc *desc, neph_context **ou
   const neph_context_desc defaults = NEPH_CONTEXT_DESC_DEFAULT;
   neph_context_desc wanted;
 
-  /* Lends its allocator and log until there is a context to have them. */
+  /* Context with the allocator and the log of the description, until the real one exists. */
   neph_context seed = {0};
   fill_from_desc(&seed, &defaults);
   neph_result result = np_desc_read(&seed, "neph_context_desc", &defaults, sizeof defaults, desc, &wanted);

@@ -9,8 +9,8 @@
 
 /* ---- Fields ---- */
 
-/* Takes the quotes from the field at `text`, in place, and ends it. Behind the field: `*out_next`, NULL at the end of
- * the line. False when a quote does not close. */
+/* Removes the quotes from the field at `text`, in place, and terminates it. `*out_next` is the start of the next field,
+ * or NULL at the end of the line. Returns false when a quote does not close. */
 static bool cut_field(char *text, char **out_next) {
   char *from = text + strspn(text, " \t"), *to = text;
   bool is_quoted = *from == '"';
@@ -31,7 +31,7 @@ static bool cut_field(char *text, char **out_next) {
   return !is_quoted;
 }
 
-/* Cuts a line into fields; at most `max` of them are kept, all are counted. */
+/* Splits a line into fields; at most `max` are stored, all are counted. */
 static neph_result cut_line(const np_csv *csv, const np_csv_row *row, size_t max, size_t *out_count) {
   char *next = csv->fields + (row->text - csv->lines);
   for (*out_count = 0; next; (*out_count)++) {
@@ -42,7 +42,7 @@ static neph_result cut_line(const np_csv *csv, const np_csv_row *row, size_t max
   return NEPH_OK;
 }
 
-/* Takes the blanks around a column's name, in place. */
+/* Removes the spaces around a column's name, in place. */
 static void trim_name(char *name) {
   const size_t before = strspn(name, " \t");
   size_t length = strlen(name + before);
@@ -68,7 +68,7 @@ static neph_result cut_rows(np_csv *csv) {
 
 /* ---- Lines ---- */
 
-/* Ends the line at `text`, and says where the next begins; NULL behind the last. */
+/* Terminates the line at `text`. Returns the next line; NULL after the last. */
 static char *end_line(char *text) {
   char *end = text + strcspn(text, "\n"), *next = *end ? end + 1 : NULL;
   if (end > text && end[-1] == '\r') end--;
@@ -76,7 +76,7 @@ static char *end_line(char *text) {
   return next;
 }
 
-/* The first line that is no comment is the header; empty lines are passed over, and so is a byte-order mark. */
+/* Lists the lines. The first line that is no comment is the header; empty lines and a byte-order mark are skipped. */
 static void list_lines(np_csv *csv) {
   static const char mark[] = "\xef\xbb\xbf";
   const size_t skipped = strncmp(csv->lines, mark, strlen(mark)) ? 0 : strlen(mark);

@@ -12,17 +12,17 @@
 #include "core/set_aside.h"
 #include "core/text.h"
 
-/* Raised with every change of what entries hold. */
+/* Number of the format; every change of entries' contents increments it. */
 enum { FORMAT = 1 };
 
-/* Bytes that are read and hashed while they are in the processor's cache. */
+/* Bytes that are read and hashed together, few enough for the processor's cache. */
 static const size_t piece_bytes = 1 << 18;
 
 static const char magic[16] = "nephos cache\n";
 
 typedef struct entry_header {
   char magic[16];
-  uint64_t format, size; /* of the bytes behind the header */
+  uint64_t format, size; /* size in bytes without the header */
   char hash[40], key[40];
 } entry_header;
 
@@ -62,7 +62,7 @@ static void close_entry(np_cache_entry *e) {
   *e = (np_cache_entry){.context = e->context, .file = -1};
 }
 
-/* Folder from which a name of an entry is looked up, and the bytes of its path before that name. */
+/* Folder in which the name of an entry is opened, and length of its path before that name. */
 static int get_folder(const np_cache_entry *e) { return e->cache ? e->cache->file : AT_FDCWD; }
 
 static size_t get_start(const np_cache_entry *e) { return e->cache ? strlen(e->cache->folder) + 1 : 0; }
@@ -93,7 +93,7 @@ static void write_file(np_cache_entry *e, const void *bytes, size_t size) {
   }
 }
 
-/* Something else than a regular file outside the cache stays. */
+/* Fails where something other than a regular file stands at a path outside the cache. */
 static void check_place(np_cache_entry *e) {
   struct stat status;
   if (e->cache || lstat(e->path, &status)) return;
@@ -101,7 +101,7 @@ static void check_place(np_cache_entry *e) {
   if (reason) warn_of_write(e, reason);
 }
 
-/* Takes over both paths. */
+/* Starts writing; the entry takes ownership of both paths. */
 static void begin_write(neph_context *context, const np_disk_cache *cache, char *path, char *temporary, const char *key,
                         np_cache_entry *e) {
   const entry_header header = {.format = FORMAT};
@@ -180,7 +180,8 @@ static bool is_regular_file(const char *path) {
   return !lstat(path, &status) && S_ISREG(status.st_mode);
 }
 
-/* Outside the cache a file is set aside, since it may be one of others, and all else stays. */
+/* Refuses an entry and removes it. A file outside the cache is set aside, since it may belong to another program; other
+ * kinds of file stay. */
 static void refuse(np_cache_entry *e, const char *reason) {
   if (!e->cache && is_regular_file(e->path))
     np_file_set_aside(e->context, e->path, reason, "its result is computed again");
@@ -192,7 +193,8 @@ static void refuse(np_cache_entry *e, const char *reason) {
   close_entry(e);
 }
 
-/* Bytes read at a place of the file; fewer than `size`: it ends there, or cannot be read. */
+/* Reads at a place of the file. Returns the number of bytes; fewer than `size`: the file ends there, or cannot be
+ * read. */
 static size_t read_at(const np_cache_entry *e, size_t at, void *out_bytes, size_t size) {
   size_t done = 0;
   while (done < size) {
@@ -204,7 +206,7 @@ static size_t read_at(const np_cache_entry *e, size_t at, void *out_bytes, size_
   return done;
 }
 
-/* NULL: good. */
+/* Reason for which a header is refused; NULL: it is valid. */
 static const char *check_header(np_cache_entry *e) {
   entry_header header;
   struct stat status;
@@ -222,7 +224,7 @@ static const char *check_header(np_cache_entry *e) {
   return NULL;
 }
 
-/* Takes over the path. */
+/* Starts reading; the entry takes ownership of the path. */
 static bool begin_read(neph_context *context, const np_disk_cache *cache, char *path, const char *key,
                        np_cache_entry *e) {
   const char *reason = NULL;
@@ -232,7 +234,7 @@ static bool begin_read(neph_context *context, const np_disk_cache *cache, char *
   if (reason) return refuse(e, reason), false;
   if (e->file >= 0) e->hash = np_hash_create(context);
   if (!e->hash) return close_entry(e), false;
-  (void)futimens(e->file, NULL); /* used now; one that may not be written keeps its times */
+  (void)futimens(e->file, NULL); /* marks the entry as used now; a file without write permission keeps its times */
   e->is_good = true;
   return true;
 }
@@ -284,7 +286,7 @@ void *np_cache_read_block(np_cache_entry *e, size_t count, size_t size) {
 
 bool np_cache_read_check(np_cache_entry *e, bool is_right) { return e->is_good = e->is_good && is_right; }
 
-/* Adds all up to a place to the checksum. False: the file ends before. */
+/* Adds the bytes up to a place to the checksum. False: the file ends before. */
 static bool hash_until(np_cache_entry *e, size_t end) {
   unsigned char bytes[4096];
   while (e->at < end) {
@@ -296,7 +298,7 @@ static bool hash_until(np_cache_entry *e, size_t end) {
   return true;
 }
 
-/* Ends the checksum. NULL: it is right. */
+/* Completes the checksum. Returns the reason of a refusal; NULL: it is right. */
 static const char *check_sum(np_cache_entry *e) {
   char sum[33];
   const bool is_whole = hash_until(e, e->size), has_sum = !np_hash_finish(e->hash, sum);

@@ -16,83 +16,85 @@
 #include "core/cache_folder.h"
 #include "core/hash.h"
 
-/* Opens the folder of a cache, and brings it to its size. A NULL `parent` is none. */
+/* Opens the folder of a cache, and trims it to its size. `parent` NULL: no cache. */
 neph_result np_disk_cache_open(neph_context *context, const char *parent, uint64_t size_max_bytes,
                                np_disk_cache *out_cache);
 void np_disk_cache_close(neph_context *context, np_disk_cache *cache);
 
-/* An entry being read or written. Calls after a failure do nothing. */
+/* An entry during reading or writing. Calls after a failure do nothing. */
 typedef struct np_cache_entry {
   neph_context *context;
-  const np_disk_cache *cache; /* NULL: it stands outside, and is not counted in its size */
-  char *path, *temporary;     /* as they are printed; the latter of one that is written */
-  char key[40], sum[40];      /* the latter is the checksum of one that is read, as its header gives it */
+  const np_disk_cache *cache; /* NULL: the file is outside the cache, and not counted in its size */
+  char *path, *temporary;     /* path as printed in messages, and the temporary path while it is written */
+  char key[40], sum[40];      /* key; checksum of a read entry, from its header */
   int file;
-  size_t size, at; /* bytes of the file, or, of one that is written, those behind its header */
+  size_t size, at; /* size and position in bytes: in the file while reading, after the header while writing */
   np_hash *hash;
   bool is_good;
 } np_cache_entry;
 
-/* Starts to write. `key` is 32 hexadecimal digits, `kind` a word. Ends with one of the two below. */
+/* Starts to write an entry. `key` is 32 hexadecimal digits, `kind` a word. np_cache_write_commit or
+ * np_cache_write_abandon ends it. */
 void np_cache_write_begin(neph_context *context, const char *kind, const char *key, np_cache_entry *out_entry);
 void np_cache_write(np_cache_entry *entry, const void *bytes, size_t size);
 
-/* Puts the entry in its place, and removes those that were not used for longest while the cache is too large. */
+/* Completes the entry, and removes the least recently used entries while the cache is too large. */
 void np_cache_write_commit(np_cache_entry *entry);
 void np_cache_write_abandon(np_cache_entry *entry);
 
-/* Starts to read; false: there is no such entry. */
+/* Starts to read an entry; false: there is none. */
 bool np_cache_read_begin(neph_context *context, const char *kind, const char *key, np_cache_entry *out_entry);
 
-/* The same of a file that stands outside the cache, by its path: no cache is needed. It goes by the same rules, but for
- * the cache's size. */
+/* Start to write or read a file outside the cache by its path; no cache is needed. The same checks apply, but for the
+ * cache's size. */
 void np_cache_write_begin_at(neph_context *context, const char *path, const char *key, np_cache_entry *out_entry);
 bool np_cache_read_begin_at(neph_context *context, const char *path, const char *key, np_cache_entry *out_entry);
 
-/* Leaves an entry that was begun to be read as it is. */
+/* Stops reading an entry, and keeps it. */
 void np_cache_read_close(np_cache_entry *entry);
 
 /* Removes an entry, if there is one. */
 void np_cache_remove(neph_context *context, const char *kind, const char *key);
 
-/* The next bytes. False: there are not so many. */
+/* Reads the next bytes. False: there are fewer. */
 bool np_cache_read(np_cache_entry *entry, void *out_bytes, size_t size);
 
-/* The same, to be read again. */
+/* Reads the next bytes without moving on. */
 bool np_cache_peek(np_cache_entry *entry, void *out_bytes, size_t size);
 
-/* The next `count` elements in memory of their own, to be freed with np_alloc_free; NULL: there are not so many, or no
- * memory. */
+/* Reads the next `count` elements into new memory, which np_alloc_free frees; NULL: there are fewer, or no memory. */
 void *np_cache_read_block(np_cache_entry *entry, size_t count, size_t size);
 
-/* The same of floats, all of which must be finite. */
+/* Reads the next `count` floats as np_cache_read_block does; all must be finite. */
 float *np_cache_read_floats(np_cache_entry *entry, size_t count);
 bool np_cache_are_finite(const float *values, size_t count);
 bool np_cache_are_doubles_finite(const double *values, size_t count);
 
-/* The same of halves. */
+/* Reads the next `count` halves as np_cache_read_block does; all must be finite. */
 uint16_t *np_cache_read_halves(np_cache_entry *entry, size_t count);
 
-/* Product of three sides; 0 where one is below 1, or it is beyond all that an entry may hold. */
+/* Product of three sides; 0 where one is below 1, or the product exceeds the limit of an entry. */
 size_t np_cache_count_cells(const int32_t size[3]);
 
-/* Reads all of an entry for its checksum, for one that is used before its end. False: the entry is refused. */
+/* Reads the rest of an entry for its checksum, so that its values can be used before its end. False: the entry is
+ * refused. */
 bool np_cache_read_verify(np_cache_entry *entry);
 
-/* Refuses an entry whose numbers are none that a result can have. Returns whether it is still good. */
+/* Refuses an entry unless `is_right`, the result of a check of its values. Returns whether the entry is still valid. */
 bool np_cache_read_check(np_cache_entry *entry, bool is_right);
 
-/* True if all of it was read, its checksum is right, and nothing failed. Else the entry is refused, with a warning. */
+/* Ends reading. True if all bytes were read, the checksum is right, and nothing failed; otherwise the entry is refused,
+ * with a warning. */
 bool np_cache_read_end(np_cache_entry *entry);
 
-/* Whether the context keeps results. */
+/* Whether the context has a cache. */
 static inline bool np_disk_cache_is_wanted(const neph_context *context) { return context->disk_cache->folder; }
 
-/* Starts a key of a kind of entries: with the format of their contents, and, where that makes their bits, the context's
+/* Starts a key of a kind of entries: it includes the format of entries, and, where results depend on it, the context's
  * instruction-set level. */
 void np_cache_key_begin(neph_context *context, const char *kind, bool has_isa, np_hash *key);
 
-/* A variable without pointers. */
+/* Writes or reads a variable without pointers. */
 #define NP_CACHE_WRITE(entry, variable) np_cache_write(entry, &(variable), sizeof(variable))
 #define NP_CACHE_READ(entry, variable) np_cache_read(entry, &(variable), sizeof(variable))
 

@@ -5,8 +5,8 @@
 
 #include <stddef.h>
 
-/* Insertions, deletions, replacements and swaps of neighbours that lead from `a` to `b` (Damerau-Levenshtein, each
- * stretch edited once); SIZE_MAX when one of them is longer than 40 letters. */
+/* Damerau-Levenshtein distance: insertions, deletions, replacements and swaps of neighbours between `a` and `b`, each
+ * substring edited once; SIZE_MAX when one of them is longer than 40 letters. */
 size_t np_edit_distance(const char *a, const char *b);
 
 #endif

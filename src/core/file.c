@@ -20,7 +20,7 @@ bool np_file_has_ending(const char *path, const char *ending) {
 
 /* ---- Opening ---- */
 
-/* Reason why what stands at a path is not read; NULL: it is a regular file. */
+/* Reason for which a file of some mode is not read; NULL: it is regular. */
 static const char *name_kind(mode_t mode) {
   if (S_ISREG(mode)) return NULL;
   return S_ISDIR(mode) ? "it is a folder" : "it is a device, a pipe or a socket";
@@ -31,7 +31,8 @@ static neph_result give_reason(int error, const char **out_reason) {
   return error == ENOENT || error == ENOTDIR ? NEPH_ERROR_NOT_FOUND : NEPH_ERROR_IO;
 }
 
-/* Before it is opened, since that would end a pipe's writer; and after, when it may be another file. */
+/* Opens a file after a check of its kind, since opening would end a pipe's writer. The open file is checked again,
+ * since another may have replaced it. */
 neph_result np_file_open(const char *path, int *out_file, const char **out_reason) {
   struct stat status;
   *out_file = -1;
@@ -63,7 +64,7 @@ static neph_result fail_open(neph_context *context, const char *path) {
   return np_fail(context, result, "%s: cannot be read: %s", path, strerror(error));
 }
 
-/* Reads up to `size` bytes; a negative result leaves errno set. */
+/* Reads up to `size` bytes; negative, with errno, on failure. */
 static ssize_t read_fully(int file, char *bytes, size_t size) {
   size_t done = 0;
   while (done < size) {
@@ -81,14 +82,14 @@ static neph_result fail_size(neph_context *context, const char *path, size_t siz
                  size_max / 1000000);
 }
 
-/* A file being read, of at most so many bytes. */
+/* An open file, with a limit on its bytes. */
 typedef struct open_file {
   const char *path;
   int file;
   size_t expected, size_max;
 } open_file;
 
-/* Reads on behind `*size` bytes, in a block that is made larger as far as is needed. */
+/* Reads on after `*size` bytes, into a block that grows as needed. */
 static neph_result read_rest(neph_context *context, const open_file *from, char **bytes, size_t *size) {
   size_t capacity = from->expected + 1;
   for (;;) {
@@ -104,7 +105,7 @@ static neph_result read_rest(neph_context *context, const open_file *from, char 
   }
 }
 
-/* Reads to the end, whatever the size said: pipes have none, and files grow. */
+/* Reads to the end, whatever the size was: pipes have no size, and files grow. */
 static neph_result read_open_file(neph_context *context, const open_file *from, void **out_bytes, size_t *out_size) {
   size_t size = 0;
   if (from->expected > from->size_max) return fail_size(context, from->path, from->size_max);
@@ -120,7 +121,7 @@ static neph_result read_open_file(neph_context *context, const open_file *from, 
   return NEPH_OK;
 }
 
-/* Takes the file. */
+/* Reads a file, and closes it in any case. */
 static neph_result read_and_close(neph_context *context, const char *path, int file, size_t size_max, void **out_bytes,
                                   size_t *out_size) {
   struct stat status;
@@ -176,8 +177,8 @@ static void free_names(np_file_write *write) {
   write->target = write->temporary = NULL;
 }
 
-/* As mkstemp, but the file gets the permissions that the user's umask gives to any new file, or, where it replaces one,
- * no more than that has. */
+/* Creates a temporary file as mkstemp does, with the permissions that the umask gives to new files; a file that is
+ * replaced limits them. */
 static neph_result create_temporary(np_file_write *write) {
   const mode_t mode = write->is_replacing ? write->mode | S_IRUSR | S_IWUSR : 0666;
   for (unsigned attempt = 0; attempt < 100; attempt++) {
@@ -218,7 +219,8 @@ static int sync_path(const char *path, int flags) {
   return failed;
 }
 
-/* Best effort: some file systems cannot sync a folder, and the file is whole in any case. */
+/* Syncs the target's folder. Errors are ignored: some file systems cannot sync a folder, and the file is complete in
+ * any case. */
 static void sync_folder(char *path) {
   const size_t length = np_file_target_folder_length(path);
   const char kept = path[length];
@@ -228,7 +230,7 @@ static void sync_folder(char *path) {
 }
 
 neph_result np_file_write_commit(np_file_write *write) {
-  /* Best effort: some file systems have the same permissions for all files. */
+  /* errors are ignored: some file systems have the same permissions for all files */
   if (write->is_replacing) (void)chmod(write->temporary, write->mode);
   if (sync_path(write->temporary, O_RDWR) || rename(write->temporary, write->target)) {
     neph_result result = fail_write(write->context, write->target, errno);
@@ -245,7 +247,7 @@ void np_file_write_abandon(np_file_write *write) {
   free_names(write);
 }
 
-/* 0, or the errno of what failed. */
+/* Writes bytes. Returns 0, or the errno of the failure. */
 static int write_bytes(const char *path, const char *bytes, size_t size) {
   const int file = open(path, O_WRONLY | O_CLOEXEC);
   if (file < 0) return errno;

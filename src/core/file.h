@@ -7,11 +7,11 @@
 
 #include "core/context_private.h"
 
-/* A file being written under a temporary name beside its target. */
+/* A file during writing, under a temporary name beside its target. */
 typedef struct np_file_write {
   neph_context *context;
-  char *target;      /* the wanted name, or the one that it is a link to */
-  bool is_replacing; /* a file stands there */
+  char *target;      /* path of the target, with links resolved */
+  bool is_replacing; /* a file exists there */
   unsigned mode;     /* permissions of that file */
   char *temporary;   /* ".name.XXXXXX" in the same folder; foreign libraries write to this path themselves */
 } np_file_write;
@@ -19,63 +19,67 @@ typedef struct np_file_write {
 /* Whether a name is longer than an ending, and ends so in letters of either case. */
 bool np_file_has_ending(const char *path, const char *ending);
 
-/* Opens a regular file for reading, without waiting. Else -1, without a message: NEPH_ERROR_NOT_FOUND, NEPH_ERROR_IO,
- * or NEPH_ERROR_BAD_FILE for a folder, a device, a pipe or a socket, with the reason. */
+/* Opens a regular file for reading, without waiting. Returns −1 in `*out_file`, without a message, on failure:
+ * NEPH_ERROR_NOT_FOUND, NEPH_ERROR_IO, or NEPH_ERROR_BAD_FILE for a folder, a device, a pipe or a socket, with the
+ * reason. */
 neph_result np_file_open(const char *path, int *out_file, const char **out_reason);
 
-/* The same; NULL where it fails, for which np_file_probe gives the reason. */
+/* Opens a regular file as a stream; NULL on failure, whose reason np_file_probe gives. */
 FILE *np_file_open_stream(const char *path);
 
-/* Reads a whole regular file. The block has one more byte, zero, behind its end. Fails as np_file_open does, with a
+/* Reads a whole regular file. The block has an additional zero byte at its end. Fails as np_file_open does, with a
  * message. */
 neph_result np_file_read(neph_context *context, const char *path, void **out_bytes, size_t *out_size);
 
-/* The rest of an open file in the same way. Closes it, whatever the outcome; `path` is for messages. */
+/* Reads the rest of an open file as np_file_read does. Closes the file in any case; `path` is for messages. */
 neph_result np_file_read_rest(neph_context *context, const char *path, int file, void **out_bytes, size_t *out_size);
 
 enum { NP_FILE_TEXT_MAX = 64000000 }; /* bytes */
 
-/* The same of a text, of at most NP_FILE_TEXT_MAX: for lists and rules that a command line names. */
+/* Reads a text of at most NP_FILE_TEXT_MAX bytes as np_file_read does, such as lists and rules named on a command
+ * line. */
 neph_result np_file_read_text(neph_context *context, const char *path, void **out_bytes, size_t *out_size);
 
-/* The same of pipes and devices as well, once and to their end: for a scene that a command line names. */
+/* Reads a file of any kind to its end, pipes and devices too, such as a scene named on a command line. */
 neph_result np_file_read_any(neph_context *context, const char *path, void **out_bytes, size_t *out_size);
 
-/* Whether a file can be written at `path`: fails, with a message, as beginning to write there does, and makes none. */
+/* Checks whether a file can be written at `path`: fails, with a message, as np_file_write_begin does, and creates
+ * nothing. */
 neph_result np_file_check_target(neph_context *context, const char *path);
 
-/* Creates the empty temporary file. The target stands behind symbolic links, which stay. Fails with a message when its
- * folder is missing or cannot be written, and where something else than a regular file would be replaced. */
+/* Creates the empty temporary file. Symbolic links at `path` are followed, and stay. Fails with a message when its
+ * folder is missing or cannot be written, and where something other than a regular file would be replaced. */
 neph_result np_file_write_begin(neph_context *context, const char *path, np_file_write *out_write);
 
-/* Gives the temporary file the permissions of the one that it replaces, syncs it and renames it to its target. Frees
- * the two names, whatever the outcome. */
+/* Gives the temporary file the permissions of the replaced file, syncs it and renames it to its target. Frees both
+ * names in any case. */
 neph_result np_file_write_commit(np_file_write *write);
 
 /* Removes the temporary file and frees the two names. */
 void np_file_write_abandon(np_file_write *write);
 
-/* Writes a block of bytes by the three calls above. */
+/* Writes a block of bytes to a file, complete or not at all. */
 neph_result np_file_write_all(neph_context *context, const char *path, const void *bytes, size_t size);
 
-/* `relative` seen from the folder of `base_file` (absolute paths and a NULL base stay as they are). NULL: no memory. */
+/* Path of `relative` as seen from the folder of `base_file`; absolute paths, and all with a NULL base, are unchanged.
+ * NULL: no memory. */
 char *np_file_resolve(neph_context *context, const char *base_file, const char *relative);
 
 bool np_file_exists(const char *path);
 
-/* Whether two names are of the same file, which is there. */
+/* Whether two names denote the same existing file. */
 bool np_file_is_same(const char *path, const char *other);
 
-/* Whether np_file_open can open a file; fails as it does. */
+/* Checks whether np_file_open can open a file; fails as it does. */
 neph_result np_file_probe(const char *path, const char **out_reason);
 
-/* Asks the system to read a file into its page cache while the caller goes on. Does nothing for one that is missing. */
+/* Starts reading a file into the system's page cache, without waiting. Does nothing for a missing file. */
 void np_file_read_ahead(const char *path);
 
-/* Bytes of a file; 0 when there is none. */
+/* Size of a file in bytes; 0 when it does not exist. */
 uint64_t np_file_get_size(const char *path);
 
-/* When a file was last changed, in nanoseconds since 1970; 0 when there is none. */
+/* Time of a file's last change, in nanoseconds since 1970; 0 when it does not exist. */
 int64_t np_file_get_time_ns(const char *path);
 
 #endif

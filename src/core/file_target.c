@@ -14,9 +14,10 @@
 #include "core/random.h"
 
 enum {
-  LINKS_MAX = 40,                                 /* the limit of the kernel */
+  LINKS_MAX = 40,                                 /* greatest number of links followed, the kernel's limit */
   SUFFIX_LENGTH = 6,                              /* letters that make a temporary name unique */
-  SHORT_NAME = 64,                                /* bytes; up to that length a temporary name holds the whole name */
+  SHORT_NAME = 64,                                /* greatest length in bytes of a name that is part of its temporary
+                                                     name as a whole */
   FOLDER_FLAGS = O_PATH | O_DIRECTORY | O_CLOEXEC /* opens folders that cannot be read */
 };
 
@@ -31,7 +32,7 @@ size_t np_file_target_folder_length(const char *path) {
 
 /* ---- Temporary names ---- */
 
-/* Bytes of a name that its temporary one holds: whole characters of UTF-8. */
+/* Bytes of a name that are part of its temporary name: whole UTF-8 characters. */
 static size_t count_held(const char *name) {
   const size_t length = strlen(name), added = SUFFIX_LENGTH + 2;
   if (length <= SHORT_NAME) return length;
@@ -66,7 +67,7 @@ char *np_file_target_follow(neph_context *context, const char *path, int *out_er
   *out_error = 0;
   for (int count = 0; target; count++) {
     const ssize_t length = readlink(target, link, sizeof link - 1);
-    if (length < 0) break; /* no link */
+    if (length < 0) break; /* `path` is no link */
     if (count == LINKS_MAX) *out_error = ELOOP;
     link[length] = '\0';
     char *next = *out_error ? NULL : np_file_target_resolve(context, target, link);
@@ -96,7 +97,8 @@ static neph_result check_length(neph_context *context, const char *path, const c
   return length > path_max ? fail_length(context, path, "path", length, path_max) : NEPH_OK;
 }
 
-/* Opens a folder, or the nearest one above it that is there; its path is cut. -1: neither can be opened. */
+/* Opens a folder, or the nearest existing one above it; `folder` is cut to that path. Returns −1: none can be
+ * opened. */
 static int open_nearest(char *folder) {
   for (;;) {
     const int file = open(*folder ? folder : ".", FOLDER_FLAGS);
@@ -108,7 +110,7 @@ static int open_nearest(char *folder) {
   }
 }
 
-/* Goes up from a folder, which it closes, to the root. */
+/* Whether an open folder, which is closed, or one above it belongs to a cache. */
 static bool is_in_cache(int folder) {
   struct stat status, above;
   bool is_found = false, is_root = false;
@@ -144,7 +146,7 @@ neph_result np_file_target_check_place(neph_context *context, const char *path, 
 
 /* ---- Files ---- */
 
-/* Only regular files are replaced, lest a device or a pipe become one. */
+/* Checks the kind of an existing target: only regular files are replaced, no device and no pipe. */
 static neph_result check_kind(neph_context *context, const char *path, np_file_target *target) {
   struct stat status;
   if (stat(target->path, &status)) return NEPH_OK;

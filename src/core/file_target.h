@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The place of a file that is to be written: behind symbolic links, and refused where none can be. */
+/* The target of a file that will be written: symbolic links are followed, and impossible targets are refused. */
 #ifndef NP_CORE_FILE_TARGET_H
 #define NP_CORE_FILE_TARGET_H
 
@@ -7,31 +7,31 @@
 
 typedef struct np_file_target {
   char *path;        /* owned */
-  bool is_replacing; /* a file stands there */
+  bool is_replacing; /* a file exists there */
   unsigned mode;     /* permissions of that file */
 } np_file_target;
 
 /* Bytes of `path` up to and with its last slash. */
 size_t np_file_target_folder_length(const char *path);
 
-/* `relative` seen from the folder of `base_file`, to be freed; absolute paths, and all with a NULL base, stay as they
- * are. NULL: no memory. */
+/* Path of `relative` as seen from the folder of `base_file`; absolute paths, and all with a NULL base, are unchanged.
+ * The caller frees it. NULL: no memory. */
 char *np_file_target_resolve(neph_context *context, const char *base_file, const char *relative);
 
-/* Path behind the links at the end of `path`, whether or not a file stands at their end; to be freed. NULL with ELOOP:
- * the links are too many; NULL with 0: no memory. */
+/* Path to which the links at `path` lead, whether or not a file exists there; the caller frees it. NULL with ELOOP: too
+ * many links; NULL with 0: no memory. */
 char *np_file_target_follow(neph_context *context, const char *path, int *out_error);
 
-/* ".NAME.XXXXXX" beside `target`, to be freed; NULL: no memory. Not longer than `target` where its name is long, so
- * that a name which a folder can hold has a temporary one too. */
+/* Temporary name ".NAME.XXXXXX" beside `target`; the caller frees it; NULL: no memory. Long names are shortened, so
+ * that every name that a folder can hold has a temporary one. */
 char *np_file_target_name_temporary(neph_context *context, const char *target, unsigned attempt);
 
 /* Fails, with a message, where `target`, to which `path` leads, or its temporary name is longer than its folder allows,
- * and where it lies in the folder of a cache. Its folder need not be there. */
+ * or where it lies in the folder of a cache. Its folder need not exist. */
 neph_result np_file_target_check_place(neph_context *context, const char *path, const char *target);
 
-/* Chooses the target of a file that is written to `path`; fails with a message where there can be none. The path is to
- * be freed, whatever the outcome. */
+/* Chooses the target of a file that is written to `path`; fails, with a message, where it cannot be written. The caller
+ * frees out_target->path in any case. */
 neph_result np_file_target_choose(neph_context *context, const char *path, np_file_target *out_target);
 
 #endif

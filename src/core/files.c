@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Files by their identity: device and inode of those that are there, else the folder's real path and the name. Rows are
- * sorted by it, so that a sequence of thousands takes no longer than its files take to be looked up. */
+/* Files by their identity: device and inode of existing files, otherwise the real path of the folder and the name. Rows
+ * are sorted by identity, so that a sequence of thousands takes no longer than looking its files up. */
 #include <nephos/files.h>
 
 #include <limits.h>
@@ -17,7 +17,7 @@
 typedef struct file_row {
   char *role, *path, *identity;
   neph_file_use use;
-  size_t index; /* in the order in which they were added */
+  size_t index; /* position in the order of addition */
 } file_row;
 
 struct neph_files {
@@ -49,14 +49,14 @@ void neph_files_destroy(neph_files *files) {
 
 /* ---- Identity ---- */
 
-/* Path behind links, or, of a ring of links, as it is. NULL: no memory. */
+/* Path with links resolved, or `path` itself where links form a ring. NULL: no memory. */
 static char *follow_links(neph_context *context, const char *path) {
   int error;
   char *target = np_file_target_follow(context, path, &error);
   return target || !error ? target : np_alloc_text(context, path);
 }
 
-/* Name of a file that is not there, in the real path of its folder, where that is there. NULL: no memory. */
+/* Name of a missing file in the real path of its folder, where the folder exists. NULL: no memory. */
 static char *resolve_name(neph_context *context, const char *path) {
   char folder[PATH_MAX], *resolved = NULL;
   char *name = follow_links(context, path), *beside = name ? np_file_resolve(context, name, ".") : NULL;
@@ -70,7 +70,7 @@ static char *resolve_name(neph_context *context, const char *path) {
   return resolved;
 }
 
-/* NULL, with NEPH_OK: the path is none of a regular file. */
+/* Identity of a regular file; NULL, with NEPH_OK: the path is not a regular file. */
 static neph_result identify(neph_context *context, const char *path, char **out_identity) {
   struct stat status;
   *out_identity = NULL;
@@ -142,7 +142,7 @@ static neph_result fail_same(const neph_files *files, const file_row *written, c
                  is_one_name ? "" : other->path, is_read ? "the output" : "each");
 }
 
-/* The written row of a run of one file, beside which `out_other` is; NULL: the run may stand. */
+/* The written row among rows of one file, and in `out_other` another use of the same file; NULL: no conflict. */
 static const file_row *search_fault(file_row *const *run, size_t count, const file_row **out_other) {
   for (size_t i = count; count > 1 && i-- > 0;) {
     if (run[i]->use != NEPH_FILE_WRITTEN) continue;
@@ -152,7 +152,7 @@ static const file_row *search_fault(file_row *const *run, size_t count, const fi
   return NULL;
 }
 
-/* The first file that was added is told, where several have faults. */
+/* Reports the first file added, where several conflict. */
 neph_result neph_files_check(const neph_files *files) {
   if (!files) return NEPH_ERROR_INVALID_ARGUMENT;
   const file_row *written = NULL, *other = NULL;

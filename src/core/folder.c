@@ -6,7 +6,8 @@
 #include <string.h>
 #include <sys/stat.h>
 
-/* 0, or an errno. Some file systems refuse to make a folder that is there with another error than EEXIST. */
+/* Creates one folder. Returns 0, or an errno. For an existing folder some file systems give another error than
+ * EEXIST. */
 static int make_one(const char *path) {
   struct stat status;
   if (!mkdir(path, 0777)) return 0;
@@ -15,7 +16,7 @@ static int make_one(const char *path) {
   return error;
 }
 
-/* Bytes of `path` up to the end of its next name after `at`. */
+/* Length of `path` up to the end of its next name after `at`. */
 static size_t skip_name(const char *path, size_t at) {
   at += strspn(path + at, "/");
   return at + strcspn(path + at, "/");

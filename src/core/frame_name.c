@@ -15,11 +15,11 @@
 /* The place of the number in a pattern. */
 typedef struct number_place {
   const char *begin, *end; /* NULL: none */
-  int digits;              /* least number of them */
+  int digits;              /* least number of digits */
   bool has_decimals;
 } number_place;
 
-/* A letter behind it makes "$F" a part of "$FOLDER". */
+/* Whether a letter ends "$F", rather than continuing it to a name such as "$FOLDER". */
 static bool is_end(char next) { return !isalnum((unsigned char)next); }
 
 static bool is_digit(char c) { return c >= '0' && c <= '9'; }
@@ -46,7 +46,7 @@ static bool read_dollar(const char *text, number_place *out) {
   return is_end(*out->end);
 }
 
-/* "$#" or "$$" */
+/* Whether a text begins with "$#" or "$$". */
 static bool is_escape(const char *text) { return text[0] == '$' && (text[1] == '#' || text[1] == '$'); }
 
 size_t np_frame_name_count_dollar(const char *text) {
@@ -74,7 +74,7 @@ bool np_frame_name_is_pattern(const char *text) { return search_place(text).begi
 
 enum { NUMBER_SIZE = 64, DECIMALS = 3 };
 
-/* "12.5", and "12" of 12.000. */
+/* Prints a number without trailing zeros: "12.5", and "12" for 12.000. */
 static void print_decimals(double number, char out[NUMBER_SIZE]) {
   np_print(out, NUMBER_SIZE, "%.*f", DECIMALS, number);
   char *end = out + strlen(out);
@@ -115,20 +115,20 @@ char *np_frame_name_make(neph_context *context, const char *pattern, double numb
 
 /* ---- Files ---- */
 
-/* A pattern in its parts, with their literal signs. */
+/* A pattern split at its number, with its literal signs. */
 typedef struct name_parts {
   number_place at;
   char *folder, *before, *after;
 } name_parts;
 
-/* The number in the name of a file, if the pattern gives that number this name. */
+/* Number in the name of a file, if the pattern gives that number this name. */
 static bool read_name(const name_parts *p, const char *name, double *out_number) {
   char text[NUMBER_SIZE];
   const size_t before = strlen(p->before);
   if (strncmp(name, p->before, before) != 0) return false;
   const char *number = name + before;
   const size_t length = strspn(number, p->at.has_decimals ? "-0123456789." : "-0123456789");
-  for (size_t n = length; n > 0; n--) { /* "1." of "1.vdb" is no number */
+  for (size_t n = length; n > 0; n--) { /* "1." in "1.vdb" is no number */
     if (strcmp(number + n, p->after) != 0) continue;
     *out_number = strtod(number, NULL);
     print_number(&p->at, *out_number, text);
@@ -138,7 +138,7 @@ static bool read_name(const name_parts *p, const char *name, double *out_number)
 }
 
 static neph_result add_number(neph_context *context, np_frame_numbers *list, double number) {
-  if (!(list->count & (list->count + 1))) { /* at 1, 3, 7, … numbers the block is full */
+  if (!(list->count & (list->count + 1))) { /* the block is full at 1, 3, 7, … numbers */
     double *grown = np_alloc_resize(context, list->numbers, 2 * list->count + 1, sizeof *grown);
     if (!grown) return NEPH_ERROR_OUT_OF_MEMORY;
     list->numbers = grown;

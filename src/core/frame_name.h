@@ -9,7 +9,7 @@
 
 #include "core/context_private.h"
 
-/* Numbers of files, rising. */
+/* Numbers of existing files, ascending. */
 typedef struct np_frame_numbers {
   double *numbers; /* owned */
   size_t count;
@@ -17,20 +17,21 @@ typedef struct np_frame_numbers {
 
 bool np_frame_name_is_pattern(const char *text);
 
-/* Letters of "$F", "$FF" or "$F4" at the start of a text; 0: it does not begin so. */
+/* Length of "$F", "$FF" or "$F4" at the start of a text; 0: there is none. */
 size_t np_frame_name_count_dollar(const char *text);
 
-/* The number that a name holds: the whole one below, but with "$FF", which has three decimals. */
+/* The number that a name can hold: rounded down to an integer, or with "$FF" to three decimals. */
 double np_frame_name_round(const char *pattern, double number);
 
-/* The name of a number, so rounded; of a text that is no pattern, that text with its literal signs. NULL: no memory. */
+/* Name for a number, rounded as by np_frame_name_round; a text that is no pattern is copied with its literal signs. The
+ * caller frees it. NULL: no memory. */
 char *np_frame_name_make(neph_context *context, const char *pattern, double number);
 
-/* Gives a text that is no pattern, whatever it holds, its literal signs. */
+/* Replaces the escapes of literal signs in a text, as if it were no pattern. */
 void np_frame_name_unescape(char *text);
 
-/* Numbers of the files that are there. A name belongs to the pattern if it is the one that its number has: of
- * a.####.vdb are a.0007.vdb and a.12345.vdb, not a.7.vdb or a.-old.vdb. None where the number is in the name of a
+/* Numbers of the existing files of a pattern. A name belongs to the pattern if its number has this name: a.####.vdb
+ * includes a.0007.vdb and a.12345.vdb, not a.7.vdb or a.-old.vdb. There are none where the number is in the name of a
  * folder. */
 neph_result np_frame_name_list(neph_context *context, const char *pattern, np_frame_numbers *out_numbers);
 

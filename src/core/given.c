@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-/* Skips a name and the ", " behind it. */
+/* Skips a name and the ", " after it. */
 static const char *skip_name(const char *names) {
   names += strcspn(names, ",");
   return names + strspn(names, ", ");

@@ -11,7 +11,7 @@
 
 #include "core/context_private.h"
 
-/* Whether the context or one of `count` pointers is NULL; `names` are theirs, parted by ", ". */
+/* Whether the context or one of `count` pointers is NULL; `names` are the names of the pointers, separated by ", ". */
 bool np_lacks(neph_context *context, const char *function, const char *names, const void *const *pointers,
               size_t count);
 
@@ -19,7 +19,7 @@ bool np_lacks(neph_context *context, const char *function, const char *names, co
   np_lacks(context, __func__, #__VA_ARGS__, (const void *const[]){__VA_ARGS__},                                        \
            sizeof((const void *const[]){__VA_ARGS__}) / sizeof(const void *))
 
-/* The same of a function that makes an object: the first pointer is its `out`, which becomes NULL. */
+/* NP_LACKS for a function that creates an object: the first pointer is its output, which becomes NULL. */
 #define NP_LACKS_OUT(context, ...)                                                                                     \
   ((void)(NP_FIRST(__VA_ARGS__, 0) && (*NP_FIRST(__VA_ARGS__, 0) = NULL, true)), NP_LACKS(context, __VA_ARGS__))
 #define NP_FIRST(first, ...) (first)

@@ -48,7 +48,7 @@ static inline uint16_t np_half_from_float(float value) {
     uint32_t rounded = magnitude + 0xfffu + (magnitude >> 13 & 1u);
     return (uint16_t)(sign | ((rounded - ((127u - 15u) << 23)) >> 13));
   }
-  if (magnitude < 0x33000000u) return (uint16_t)sign; /* below half of the least subnormal */
+  if (magnitude < 0x33000000u) return (uint16_t)sign; /* less than half of the least subnormal */
   uint32_t shift = 126u - (magnitude >> 23), mantissa = (magnitude & 0x7fffffu) | 0x800000u;
   uint32_t kept = mantissa >> shift, rest = mantissa & ((1u << shift) - 1u), middle = 1u << (shift - 1u);
   if (rest > middle || (rest == middle && (kept & 1u))) kept++;
@@ -56,7 +56,7 @@ static inline uint16_t np_half_from_float(float value) {
 #endif
 }
 
-/* Halves of values times a factor, by the kernel of a level. */
+/* Encodes values times a factor as halves, by the kernel of an instruction-set level. */
 void np_half_encode(neph_isa isa, const float *values, size_t count, float factor, uint16_t *out_halves);
 
 void np_half_encode_v1(const float *values, size_t count, float factor, uint16_t *out_halves);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Instruction-set levels of the x86-64 psABI (section 3.1.1, table 3.1), asked from the processor and, as wider
- * registers need saving, from the operating system. */
+/* Instruction-set levels of the x86-64 psABI (section 3.1.1, table 3.1), from the processor's CPUID and, as wider
+ * registers must be saved, from the operating system. */
 #include "core/isa.h"
 
 #include <cpuid.h>
@@ -10,7 +10,7 @@ typedef struct cpu_features {
   uint64_t saved_state; /* XCR0: register files that the operating system saves */
 } cpu_features;
 
-/* Usable only when CPUID says that the operating system has enabled XSAVE. */
+/* Value of XCR0. Call it only when CPUID says that the operating system has enabled XSAVE. */
 static uint64_t read_xcr0(void) {
   uint32_t low, high;
   __asm__ volatile("xgetbv" : "=a"(low), "=d"(high) : "c"(0));

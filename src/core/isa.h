@@ -9,7 +9,7 @@
 
 #define NP_KERNEL_JOIN_(name, level) name##_##level
 #define NP_KERNEL_JOIN(name, level) NP_KERNEL_JOIN_(name, level)
-#define NP_KERNEL(name) NP_KERNEL_JOIN(name, NP_KERNEL_LEVEL) /* name_v1, name_v3, name_v4 */
+#define NP_KERNEL(name) NP_KERNEL_JOIN(name, NP_KERNEL_LEVEL) /* expands to name_v1, name_v3, name_v4 */
 
 enum { NP_ISA_COUNT = 3 };
 

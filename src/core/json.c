@@ -10,12 +10,12 @@
 
 enum {
   DEPTH_MAX = 32,
-  REAL_DIGITS = 15 /* all that any double keeps: 0.1 is written as 0.1 */
+  REAL_DIGITS = 15 /* digits that every double keeps: 0.1 is written as 0.1 */
 };
 
 struct np_json {
   neph_context *context;
-  json_t *open[DEPTH_MAX]; /* the containers under way, outermost first; the outermost owns the others */
+  json_t *open[DEPTH_MAX]; /* containers that are open, the outermost first; it owns the others */
   int depth;
   bool has_failed;
 };
@@ -36,7 +36,7 @@ void np_json_destroy(np_json *json) {
   np_alloc_free(json->context, json);
 }
 
-/* File names and metadata may hold any bytes; JSON holds UTF-8 alone. */
+/* Copy of a text with other bytes than UTF-8 replaced: file names and metadata may hold any bytes. */
 static char *copy_ascii(neph_context *context, const char *text) {
   char *copy = np_alloc_text(context, text);
   for (char *c = copy; c && *c; c++)
@@ -44,7 +44,7 @@ static char *copy_ascii(neph_context *context, const char *text) {
   return copy;
 }
 
-/* jansson refuses a key, as it does a text, only where it is not UTF-8. */
+/* Sets a member. jansson refuses a key or a text only where it is not UTF-8. */
 static int set_member(np_json *json, json_t *object, const char *key, json_t *value) {
   if (!json_object_set(object, key, value)) return 0;
   char *ascii = key && value ? copy_ascii(json->context, key) : NULL;
@@ -53,7 +53,7 @@ static int set_member(np_json *json, json_t *object, const char *key, json_t *va
   return error;
 }
 
-/* Puts a value, which it takes over, into the innermost container. */
+/* Puts a value into the innermost container, which takes ownership of it. */
 static void put_value(np_json *json, const char *key, json_t *value) {
   json_t *container = json->has_failed ? NULL : json->open[json->depth - 1];
   int error = json_is_array(container) ? json_array_append(container, value) : set_member(json, container, key, value);
@@ -127,7 +127,7 @@ neph_result np_json_finish(np_json *json, char **out_text) {
 
 /* ---- Reading ---- */
 
-/* A np_json_value is jansson's value under a name of ours. */
+/* Value of a key; np_json_value is json_t under a name of the library. */
 static const json_t *get_value(const np_json_value *value, const char *key) {
   return json_object_get((const json_t *)(const void *)value, key);
 }

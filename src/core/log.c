@@ -6,8 +6,8 @@
 #include "core/context_private.h"
 #include "core/text_copy.h"
 
-/* Room for two of the longest paths. Logging must work without memory: a longer message needs some, and ends in "..."
- * where there is none. */
+/* Room for two of the longest paths. Logging must work without memory: a longer message needs some, and is cut with
+ * "..." where there is none. */
 enum { MESSAGE_BYTES = 8704 };
 
 static void deliver(neph_context *context, neph_log_level level, const char *format, va_list arguments) {
@@ -20,7 +20,7 @@ static void deliver(neph_context *context, neph_log_level level, const char *for
   if (length >= (int)sizeof message && !(longer && vsnprintf(longer, (size_t)length + 1, format, again) == length))
     memcpy(message + sizeof message - 4, "...", 4);
   va_end(again);
-  np_text_clean(longer ? longer : message); /* one line, whatever the names in it hold that come from a file */
+  np_text_clean(longer ? longer : message); /* one line, whatever bytes the names from files hold */
   if (length >= 0) context->log(context->log_user, level, longer ? longer : message);
   np_alloc_free(context, longer);
 }

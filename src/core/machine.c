@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Share of the machine that this process may use: CPUs by its affinity mask, memory by what there is and what the shell
- * allows, and both by the quotas of its control group, which is what a container or a batch system sets. */
+/* Share of the machine that this process may use: CPUs by its affinity mask, memory by the machine's and the process's
+ * limits, and both by the quotas of its control group, which containers and batch systems set. */
 #include <limits.h>
 #include <sched.h>
 #include <stdio.h>
@@ -15,7 +15,7 @@
 
 /* ---- Control groups ---- */
 
-/* Copies the process's own group, such as "/batch/job7", to `group`; empty when there is none. */
+/* Copies the name of the process's control group, such as "/batch/job7", to `group`; empty when there is none. */
 static void read_group(char *group, size_t size) {
   group[0] = '\0';
   FILE *file = fopen("/proc/self/cgroup", "r");
@@ -29,7 +29,7 @@ static void read_group(char *group, size_t size) {
   fclose(file);
 }
 
-/* The least that `read` makes of the file `name` of the group and of those that hold it. */
+/* Least value of the file `name` in the group and its ancestors, parsed by `read`. */
 static uint64_t read_quota(const char *name, uint64_t (*read)(const char *path)) {
   char group[1024], path[1200];
   read_group(group, sizeof group);
@@ -49,11 +49,11 @@ static uint64_t read_quota(const char *name, uint64_t (*read)(const char *path))
 static unsigned count_by_affinity(void) {
   cpu_set_t set;
   if (!sched_getaffinity(0, sizeof set, &set)) return (unsigned)CPU_COUNT(&set);
-  long online = sysconf(_SC_NPROCESSORS_ONLN); /* more CPUs than a cpu_set_t has bits */
+  long online = sysconf(_SC_NPROCESSORS_ONLN); /* fallback for more CPUs than a cpu_set_t has bits */
   return online > 0 ? (unsigned)online : 1;
 }
 
-/* CPUs that the cgroup-2 file `path` grants, rounded up; UINT64_MAX when it sets no quota. */
+/* Number of CPUs in the cgroup-2 file `path`, rounded up; UINT64_MAX: no quota. */
 static uint64_t read_cpus(const char *path) {
   FILE *file = fopen(path, "r");
   if (!file) return UINT64_MAX;
@@ -76,7 +76,7 @@ double np_cpu_time_s(void) {
   return (double)(user->tv_sec + kernel->tv_sec) + 1e-6 * (double)(user->tv_usec + kernel->tv_usec);
 }
 
-/* Value of a line "key : value" of /proc/cpuinfo; empty where another line is it. */
+/* Value of a line "key : value" of /proc/cpuinfo; empty for other keys. */
 static void read_fact(const char *line, const char *key, char *out, size_t size) {
   const char *value = strchr(line, ':');
   const size_t length = strlen(key);
@@ -102,7 +102,7 @@ void np_cpu_name(char *out, size_t size) {
 
 /* ---- Memory ---- */
 
-/* Bytes that the cgroup-2 file `path` grants; UINT64_MAX when it sets no quota. */
+/* Bytes in the cgroup-2 file `path`; UINT64_MAX: no quota. */
 static uint64_t read_bytes(const char *path) {
   FILE *file = fopen(path, "r");
   if (!file) return UINT64_MAX;
@@ -112,7 +112,7 @@ static uint64_t read_bytes(const char *path) {
   return fields == 1 ? bytes : UINT64_MAX;
 }
 
-/* UINT64_MAX: there is none. */
+/* Soft limit of a resource; UINT64_MAX: none. */
 static uint64_t get_limit(int resource) {
   struct rlimit limit;
   const bool is_limited = !getrlimit(resource, &limit) && limit.rlim_cur != RLIM_INFINITY;
@@ -139,7 +139,8 @@ unsigned np_foreign_thread_count(const neph_context *context) {
   return get_limit(RLIMIT_AS) < UINT64_MAX ? 1 : context->thread_count;
 }
 
-/* As glibc has it on x86-64: the limit on the stack, or 2 MiB where there is none; and a page to guard it. */
+/* Stack size of a thread as glibc chooses it on x86-64: the limit on the stack, or 2 MiB without one, and a guard
+ * page. */
 uint64_t np_thread_stack_bytes(void) {
   const uint64_t limit = get_limit(RLIMIT_STACK), fallback = 2 << 20, guard = 4096;
   return (limit < UINT64_MAX ? limit : fallback) + guard;

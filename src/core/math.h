@@ -43,7 +43,7 @@ static inline np_dvec3 np_dvec3_subtract(np_dvec3 a, np_dvec3 b) {
   return np_dvec3_make(a.x - b.x, a.y - b.y, a.z - b.z);
 }
 
-/* By components. */
+/* Minimum and maximum by components. */
 static inline np_dvec3 np_dvec3_min(np_dvec3 a, np_dvec3 b) {
   return np_dvec3_make(fmin(a.x, b.x), fmin(a.y, b.y), fmin(a.z, b.z));
 }
@@ -121,7 +121,7 @@ static inline void np_frame_around(np_vec3 n, np_vec3 *out_tangent, np_vec3 *out
   *out_bitangent = np_vec3_make(b, sign + n.y * n.y * a, -n.y);
 }
 
-/* One instruction each, where fmaxf and fminf are calls. What is not a number becomes `b`, `low`. */
+/* Minimum and maximum in one instruction each, where fmaxf and fminf are calls. NaN becomes `b`, `low`. */
 static inline float np_maxf(float a, float b) { return a > b ? a : b; }
 static inline float np_minf(float a, float b) { return a < b ? a : b; }
 static inline float np_clampf(float x, float low, float high) { return np_minf(np_maxf(x, low), high); }
@@ -129,8 +129,8 @@ static inline double np_clamp(double x, double low, double high) {
   x = x > low ? x : low;
   return x < high ? x : high;
 }
-/* ∛x within 0.15 %, for x ≥ 0: where the order of magnitude decides, as in how fine a step must be. A third of the
- * exponent by the bits, and one step of Newton's. */
+/* ∛x within 0.15 %, for x ≥ 0, where the order of magnitude suffices, as for the size of a step: a third of the
+ * exponent by bit operations, and one Newton step. */
 static inline float np_cbrtf_rough(float x) {
   uint32_t bits;
   float y;
@@ -151,7 +151,7 @@ static inline double np_altitude(np_dvec3 p, double radius) {
   double r2 = p.x * p.x + p.y * p.y + (p.z + radius) * (p.z + radius);
   return (p.x * p.x + p.y * p.y + p.z * p.z + 2.0 * radius * p.z) / (sqrt(r2) + radius);
 }
-/* Unit vector away from the planet's centre; there, the world's up. */
+/* Unit vector away from the planet's centre; the world's up at the centre itself. */
 static inline np_dvec3 np_dvec3_zenith(np_dvec3 p, double radius) {
   const np_dvec3 from_centre = np_dvec3_make(p.x, p.y, p.z + radius);
   const double length = np_dvec3_length(from_centre);

@@ -21,11 +21,11 @@
 
 typedef struct search {
   const np_module_kind *kind;
-  const void *table;      /* of the module; NULL until found */
-  char program[PATH_MAX]; /* its path; empty until found */
-  bool has_no_room;       /* for the module, which was found */
+  const void *table;      /* table of the module; NULL until found */
+  char program[PATH_MAX]; /* path of the program; empty until found */
+  bool has_no_room;       /* address space is too small for the module, which was found */
   bool is_over;
-  np_text *tried; /* paths and how each failed, for the message; NULL: there will be none */
+  np_text *tried; /* paths tried and their errors, for the message; NULL: no message follows */
 } search;
 
 static void note_failure(search *s, const char *path, const char *reason) {
@@ -42,14 +42,14 @@ static uint64_t compute_need_bytes(const np_module_kind *kind) {
   return kind->library_bytes + kind->library_threads * np_thread_stack_bytes();
 }
 
-/* Has the C library load its unwinder while there is room: it would do so when an exception of a module first passes
- * through one of its functions, and end the process where it cannot. */
+/* Makes the C library load its unwinder while there is memory: it would load it at the first exception through one of
+ * its functions, and end the process on failure. */
 static void load_unwinder(void) {
   void *frame;
   (void)backtrace(&frame, 1);
 }
 
-/* NULL, with the reason noted, when it cannot be loaded. */
+/* Opens a module. NULL, with the reason noted, when it cannot be loaded. */
 static void *open_module(search *s, const char *path) {
   enum { MODE = RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE };
   void *handle = dlopen(path, MODE | RTLD_NOLOAD);
@@ -98,7 +98,7 @@ static void try_folder(search *s, const char *folder, const char *below) {
     note_failure(s, path, "not there");
 }
 
-/* The folder of the library, or program, that this function is part of. False when it cannot be told. */
+/* Folder of the library or program that contains this function. False when it is unknown. */
 static bool get_own_folder(char out_folder[PATH_MAX]) {
   Dl_info info;
   static const char anchor;

@@ -12,25 +12,25 @@
 #include "core/alloc.h"
 
 enum {
-  REPORT_INTERVAL_NS = 30000000, /* a cancel must be heard within half a second, a bar should move smoothly */
+  REPORT_INTERVAL_NS = 30000000, /* a cancel must take effect within half a second, a bar should move smoothly */
   SECOND_NS = 1000000000
 };
 
-/* Stack of each thread of a pool, of which a picture takes 0.6 MB; and the least that a process may have for its first
- * thread, and for those of Embree and OpenVDB, which get as much. */
+/* Stack of each thread of a pool, of which a picture takes 0.6 MB; it is also the least stack of the first thread and
+ * of threads of Embree and OpenVDB. */
 static const size_t worker_stack_bytes = (size_t)4 << 20;
 static const rlim_t stack_min_bytes = 1 << 20;
 
-/* A loop under way; lives on its caller's stack. */
+/* A running loop; lives on its caller's stack. */
 typedef struct loop {
   np_parallel_fn work;
   void *user;
   np_monitor *monitor;
   size_t count, grain;
-  atomic_size_t claimed, finished; /* items handed out, items worked on */
+  atomic_size_t claimed, finished; /* items handed out, items finished */
   atomic_bool is_stopped;          /* an item failed: no more are handed out */
-  neph_result result;              /* guarded by the pool's lock, as are these: */
-  unsigned worker_count;           /* threads inside */
+  neph_result result;              /* guarded by the pool's lock, as the members below */
+  unsigned worker_count;           /* threads that work on the loop */
   bool is_queued;
   struct loop *next;
 } loop;
@@ -86,7 +86,7 @@ static struct timespec compute_next_report_time(void) {
 
 /* ---- Monitor ---- */
 
-/* The calling thread's worker in the pool, or NULL when it is none of them. */
+/* The calling thread's worker in the pool, or NULL for other threads. */
 static const worker *search_worker(const np_pool *pool) {
   const pthread_t self = pthread_self();
   for (unsigned i = 0; i < pool->worker_count; i++)
@@ -101,7 +101,7 @@ static void stop(np_monitor *monitor, np_stop reason) {
   atomic_store(&monitor->is_cancelled, true);
 }
 
-/* Not for workers, as all that follows. */
+/* Checks deadline and budget against the clock. Only for the calling thread, not for workers. */
 static void watch_clock(np_monitor *monitor) {
   const bool has_limit = isfinite(monitor->deadline_s) || isfinite(monitor->budget_s);
   if (!has_limit || monitor->stop >= NP_STOP_LATE) return;
@@ -112,12 +112,12 @@ static void watch_clock(np_monitor *monitor) {
     stop(monitor, NP_STOP_CUT);
 }
 
-/* Fractions are of guessed times, so that time goes on as it has gone so far. */
+/* Remaining seconds. Fractions are of predicted times, so that the rate so far continues. */
 static double estimate_remaining(double fraction, double elapsed_s) {
   return fraction < 0.01 ? HUGE_VAL : elapsed_s * (1.0 - fraction) / fraction;
 }
 
-/* Tells the caller how far the loop is; `done` is of the loop, 0 to 1. */
+/* Calls the progress callback; `done` is the finished share of the loop, 0 to 1. */
 static void report(np_monitor *monitor, double done) {
   if (!monitor->progress || atomic_load(&monitor->is_cancelled)) return;
   const double of_stage = monitor->fraction_begin + done * (monitor->fraction_end - monitor->fraction_begin);
@@ -130,7 +130,7 @@ static void report(np_monitor *monitor, double done) {
   if (!monitor->progress(monitor->progress_user, &progress)) stop(monitor, NP_STOP_CANCELLED);
 }
 
-/* Many short loops in a row must report and be stopped as one long loop is. */
+/* Reports and checks the clock at intervals, over many short loops as over a long one. */
 static void attend(np_monitor *monitor, double done) {
   if (!monitor) return;
   watch_clock(monitor);
@@ -151,7 +151,7 @@ void np_monitor_start(np_monitor *monitor, neph_context *context, neph_progress_
   monitor->start_s = monitor->last_report_s = read_clock(monitor);
 }
 
-/* Reports at once that a stage has begun, or, within another call, how far it is. The stage in which a call was stopped
+/* Reports at once that a stage has begun, or, within another call, its progress. The stage in which a call was stopped
  * keeps its name for the message. */
 static void enter_stage(np_monitor *monitor, const char *stage, double done) {
   watch_clock(monitor);
@@ -244,7 +244,7 @@ static void remove_loop(np_pool *pool, loop *l) {
   l->is_queued = false;
 }
 
-/* With the lock held. After its last worker has left, a loop belongs to its caller again. */
+/* Serves a loop, with the lock held. After its last worker has left, a loop belongs to its caller again. */
 static void serve_loop(np_pool *pool, loop *l, unsigned thread) {
   l->worker_count++;
   pthread_mutex_unlock(&pool->lock);
@@ -274,7 +274,7 @@ static void *run_worker(void *user) {
 
 static bool is_loop_over(const loop *l) { return !l->is_queued && l->worker_count == 0; }
 
-/* With the lock held; it is given up while the caller is told, who may take his time. */
+/* Waits for a loop and reports progress, with the lock held except during the callback, which may take long. */
 static void wait_and_report(np_pool *pool, loop *l) {
   while (!is_loop_over(l)) {
     const struct timespec due = compute_next_report_time();
@@ -286,7 +286,7 @@ static void wait_and_report(np_pool *pool, loop *l) {
   }
 }
 
-/* Whether somebody must be told, or stopped, while the loop goes on. */
+/* Whether the calling thread must report or check limits during the loop. */
 static bool is_attended(const np_monitor *monitor) {
   return monitor && (monitor->progress || isfinite(monitor->deadline_s) || isfinite(monitor->budget_s));
 }
@@ -306,7 +306,8 @@ static neph_result run_on_pool(np_pool *pool, loop *l) {
   return result;
 }
 
-/* A caller of the library that saves a picture while it is told of a loop's progress does it alone: the pool has work.
+/* Whether a loop must run on the calling thread alone: a progress callback that calls the library, such as saving a
+ * picture, finds the pool busy.
  */
 static bool is_alone(np_pool *pool, const np_monitor *monitor) {
   if (monitor) return false;
@@ -374,7 +375,7 @@ static int start_worker(np_pool *pool, const pthread_attr_t *attributes) {
   return error;
 }
 
-/* Signals are the program's, not the library's: its threads take none. */
+/* Starts the workers. Their signals are blocked, since signals belong to the program. */
 static neph_result start_workers(neph_context *context, np_pool *pool, unsigned count) {
   sigset_t all, saved;
   pthread_attr_t attributes;

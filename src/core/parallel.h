@@ -8,71 +8,74 @@
 
 #include "core/context_private.h"
 
-/* Why work is to end. */
+/* Reason to end work. */
 typedef enum np_stop {
   NP_STOP_NONE,
-  NP_STOP_CUT,      /* the budget of one part is used up: what it has so far must do */
-  NP_STOP_LATE,     /* the deadline of the call is past */
-  NP_STOP_CANCELLED /* by the caller */
+  NP_STOP_CUT,      /* the budget of one part is used up: its results so far are used */
+  NP_STOP_LATE,     /* the deadline of the call has passed */
+  NP_STOP_CANCELLED /* cancelled by the caller */
 } np_stop;
 
-/* A part of a call, 0 to 1. */
+/* A part of a call, from 0 to 1. */
 typedef struct np_monitor_part {
   double begin, end;
 } np_monitor_part;
 
-/* All of it. */
+/* The whole call. */
 static const np_monitor_part np_monitor_whole = {0.0, 1.0};
 
-/* One library call under way: whom to tell, and whether to stop. Lives on the stack of the public function. */
+/* Monitor of one library call: its progress callback, its deadline and its cancel flag. Lives on the stack of the
+ * public function. */
 typedef struct np_monitor {
   neph_context *context;
   neph_progress_fn progress; /* may be NULL */
   void *progress_user;
   const char *stage;
-  np_monitor_part part;                /* of the call that the stage covers */
-  double fraction_begin, fraction_end; /* of the stage that the next loop covers */
-  double fraction;                     /* of the call, reported last; it never falls */
-  double (*read_clock_s)(void *user);  /* the machine's monotonic clock; a test may put in its own */
+  np_monitor_part part;                /* share of the call that the stage covers */
+  double fraction_begin, fraction_end; /* share of the stage that the next loop covers */
+  double fraction;                     /* share of the call that was reported last; it never falls */
+  double (*read_clock_s)(void *user);  /* monotonic clock of the machine; tests replace it */
   void *clock_user;
-  double start_s, last_report_s; /* by that clock */
-  double deadline_s, budget_s;   /* after the start; infinite: none */
-  np_stop stop;                  /* for the calling thread alone; all others see: */
-  atomic_bool is_cancelled;      /* work is to end, for whatever reason */
+  double start_s, last_report_s; /* start and last report by read_clock_s */
+  double deadline_s, budget_s;   /* seconds after the start; infinite: none */
+  np_stop stop;                  /* read by the calling thread alone; workers read is_cancelled */
+  atomic_bool is_cancelled;      /* work must end, for any of the reasons */
 } np_monitor;
 
 void np_monitor_start(np_monitor *monitor, neph_context *context, neph_progress_fn progress, void *progress_user);
 
-/* Names what follows; its fraction runs from 0 to 1 over the next loop. Does nothing on a worker, or to NULL. */
+/* Names the next stage; its fraction runs from 0 to 1 over the next loop. Does nothing on a worker, or for NULL. */
 void np_monitor_set_stage(np_monitor *monitor, const char *stage);
 
-/* Lets the next loop cover only a part of the stage. Does nothing on a worker, or to NULL. */
+/* Limits the next loop to a part of the stage. Does nothing on a worker, or for NULL. */
 void np_monitor_set_range(np_monitor *monitor, double fraction_begin, double fraction_end);
 
-/* The part of the call that stages cover: at the start all of it. Who divides a part asks for it first, and lets each
- * stage or callee cover [begin, end] of it. Neither does anything on a worker, or to NULL. */
+/* The part of the call that stages cover, at the start all of it. A function that divides it reads it first, and then
+ * sets [begin, end] of it for each stage or callee. Neither does anything on a worker, or for NULL. */
 np_monitor_part np_monitor_get_part(const np_monitor *monitor);
 void np_monitor_set_part(np_monitor *monitor, np_monitor_part whole, double begin, double end);
 
-/* A neph_progress_fn for a library call within the monitored one, whose `user` is the outer monitor: its reports go on
- * as reports of the outer call's part, and it is stopped with the outer call. */
+/* A neph_progress_fn for a library call within the monitored call; `user` is the outer monitor. It passes progress on
+ * as progress of the outer call's part, and is stopped with it. */
 bool np_monitor_relay(void *monitor, const neph_progress *progress);
 
-/* Since the monitor was started. */
+/* Seconds since the monitor was started. */
 double np_monitor_get_seconds(const np_monitor *monitor);
 
-/* Stops the call so many seconds after its start: NEPH_ERROR_CANCELLED comes from loops, and np_monitor_is_late. */
+/* Sets the time of the call in seconds after its start: later, loops return NEPH_ERROR_CANCELLED, and
+ * np_monitor_is_late returns true. */
 void np_monitor_set_deadline(np_monitor *monitor, double seconds);
 bool np_monitor_is_late(const np_monitor *monitor);
 
-/* Stops but what follows, so many seconds after the start of the call: loops return NEPH_ERROR_CANCELLED, and
- * np_monitor_is_cut tells why. After np_monitor_end_budget work may go on; it returns whether there was a cut. NULL has
- * no budget. */
+/* Limits the next part of the work, in seconds after the start of the call: later, loops return NEPH_ERROR_CANCELLED,
+ * and np_monitor_is_cut returns true. np_monitor_end_budget returns whether there was a cut, after which work may
+ * continue. A NULL monitor has no budget. */
 void np_monitor_begin_budget(np_monitor *monitor, double seconds);
 bool np_monitor_is_cut(const np_monitor *monitor);
 bool np_monitor_end_budget(np_monitor *monitor);
 
-/* Cancelled, or out of time. Cheap; to be asked at least every 0.1 s of work, from any thread. NULL never is. */
+/* Whether the call is cancelled or out of time. Cheap; call it at least every 0.1 s of work, from any thread. False for
+ * NULL. */
 bool np_monitor_is_cancelled(const np_monitor *monitor);
 
 /* Works on items [begin, end); `thread` is below the context's thread count and indexes private scratch. */
@@ -86,38 +89,39 @@ typedef neph_result (*np_parallel_fn)(void *user, size_t begin, size_t end, unsi
 neph_result np_parallel_for(neph_context *context, np_monitor *monitor, size_t count, size_t grain, np_parallel_fn work,
                             void *user);
 
-/* Runs one blocking job (a foreign library's load or build) on a pool thread while the caller reports and cancels. */
+/* Runs one blocking job (a foreign library's load or build) on a pool thread while the calling thread reports and
+ * cancels. */
 neph_result np_parallel_run(neph_context *context, np_monitor *monitor, neph_result (*job)(void *user), void *user);
 
-/* CPUs that the process may use: its affinity mask, cut to the quota of its control group. At least 1. */
+/* Number of CPUs that the process may use: its affinity mask, limited by the quota of its control group. At least 1. */
 unsigned np_cpu_count(void);
 
-/* CPU time of the process, all threads, seconds. */
+/* CPU time of the process, all threads, in seconds. */
 double np_cpu_time_s(void);
 
 /* Model of the CPU; empty where it is unknown. */
 void np_cpu_name(char *out, size_t size);
 
-/* Bytes of memory that the process may use: what the machine has, cut to the quota of its control group and to its own
+/* Bytes of memory that the process may use: the machine's, limited by the quota of its control group and by its own
  * limit on address space. */
 uint64_t np_memory_size(void);
 
-/* Whether the process may map `bytes` more, as its limit on address space stands against what it has mapped. */
+/* Whether the process can map `bytes` more within its limit on address space. */
 bool np_memory_has_room(uint64_t bytes);
 
-/* Threads that a foreign library may use: those of the context, but one where the process has a limit on its address
- * space. TBB ends the process where a thread's stack has no room. */
+/* Threads that a foreign library may use: those of the context, but one where address space is limited. TBB ends the
+ * process where a thread's stack has no room. */
 unsigned np_foreign_thread_count(const neph_context *context);
 
-/* Address space of a thread's stack, where whoever starts it does not say. */
+/* Default address space of a thread's stack. */
 uint64_t np_thread_stack_bytes(void);
 
-/* Pool: made and ended by the context. */
+/* Creates a pool of threads for a context. */
 neph_result np_pool_create(neph_context *context, unsigned thread_count, np_pool **out_pool);
 void np_pool_destroy(neph_context *context, np_pool *pool);
 
-/* Flush-to-zero and denormals-are-zero for the calling thread; returns what to restore. Public functions that compute
- * bracket their work with these two; pool threads have it on for life. */
+/* Sets flush-to-zero and denormals-are-zero for the calling thread; returns the state to restore. Public functions that
+ * compute enter and leave; pool threads have it set always. */
 unsigned np_float_mode_enter(void);
 void np_float_mode_leave(unsigned saved);
 

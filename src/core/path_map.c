@@ -10,19 +10,19 @@
 #include "core/json.h"
 #include "core/path_variables.h"
 
-/* The texts are those of `rules`. */
+/* One rule; its texts belong to `rules`. */
 typedef struct path_rule {
   const char *source, *destination;
-  size_t length;   /* of the source, without slashes at its end */
-  bool is_windows; /* the source: letters of either case, and backslashes */
+  size_t length;   /* length of the source, without slashes at its end */
+  bool is_windows; /* the source is a Windows path: letters of either case, and backslashes */
 } path_rule;
 
 struct np_path_map {
   np_json_value *rules; /* NULL: none */
   path_rule *items;
   size_t count;
-  np_path_variables *variables; /* NULL: none is set */
-  char *time_zone_dir;          /* NULL: the usual one */
+  np_path_variables *variables; /* NULL: no variables */
+  char *time_zone_dir;          /* NULL: NP_TIME_ZONE_DIR */
 };
 
 /* ---- Rules ---- */
@@ -54,7 +54,7 @@ static neph_result read_rules(neph_context *context, const char *path, np_path_m
   return NEPH_OK;
 }
 
-/* The empty object has no version. */
+/* Parses rules. The empty object has no version. */
 static neph_result parse(neph_context *context, const char *path, const char *text, np_path_map *map) {
   map->rules = np_json_read(text);
   const char *version = map->rules ? np_json_get_text(map->rules, "version") : NULL;

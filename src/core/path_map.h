@@ -8,20 +8,20 @@
 
 typedef struct np_path_map np_path_map;
 
-/* Fails where the file cannot be read, or is none of rules; the empty object has none. */
+/* Loads rules. Fails where the file cannot be read, or holds none; an empty object has no rules. */
 neph_result np_path_map_load(neph_context *context, const char *path, np_path_map **out_map);
-/* Folder that was set for a context (nephos/names.h), which its map holds; NULL: none. */
+/* Folder of time zones set for a context (nephos/names.h); NULL: none. */
 const char *np_path_map_get_time_zone_dir(const neph_context *context);
 
 void np_path_map_destroy(neph_context *context, np_path_map *map); /* NULL is allowed */
 
-/* A name in `base_file`: with its variables expanded (path_variables.h), by the longest rule of the context's map that
- * is a folder of it; without such a rule, seen from the folder of `base_file`, as np_file_resolve has it. To be freed
- * with np_alloc_free. Fails as np_path_variables_expand does. */
+/* Resolves a name in `base_file`: expands its variables (path_variables.h), then applies the longest matching rule of
+ * the context's map; without a match it is relative to the folder of `base_file`, as in np_file_resolve. np_alloc_free
+ * frees it. Fails as np_path_variables_expand does. */
 neph_result np_path_map_resolve(neph_context *context, const char *base_file, const char *name, char **out_path,
                                 char **out_problem);
 
-/* The same of a name that has been resolved before, as each that a scene holds. NULL: no memory. */
+/* Resolves a name that was resolved before, such as one stored in a scene. NULL: no memory. */
 char *np_path_map_resolve_again(neph_context *context, const char *base_file, const char *name);
 
 #endif

@@ -37,7 +37,7 @@ void np_path_variables_destroy(neph_context *context, np_path_variables *table) 
   np_alloc_free(context, table);
 }
 
-/* NULL: it is not set. */
+/* Value of a variable; NULL: it is not set. */
 static const char *get_value(const np_path_variables *table, const char *name, size_t length) {
   for (size_t i = 0; table && i < table->count; i++)
     if (!strncmp(table->texts[i], name, length) && table->texts[i][length] == '=') return table->texts[i] + length + 1;
@@ -46,7 +46,7 @@ static const char *get_value(const np_path_variables *table, const char *name, s
 
 /* ---- Expansion ---- */
 
-/* A name being expanded: the text so far, and the rest. */
+/* State of an expansion: the text so far, and the rest of the name. */
 typedef struct expansion {
   neph_context *context;
   const np_path_variables *table;

@@ -37,18 +37,19 @@ static inline uint64_t np_random_bits(np_random *random) {
   return np_random_mix(random->state);
 }
 
-/* Numbers drawn from a stream between two of its states. Of the odd increment's inverse modulo 2⁶⁴ three bits are right
- * at first, and twice as many after each step. */
+/* Numbers drawn from a stream between two of its states. The inverse of the odd increment modulo 2⁶⁴ follows by
+ * Newton's method: three bits are right at first, and twice as many after each step. */
 static inline uint64_t np_random_count(const np_random *from, const np_random *to) {
   uint64_t inverse = from->increment;
   for (int i = 0; i < 5; i++) inverse *= 2 - from->increment * inverse;
   return (to->state - from->state) * inverse;
 }
 
-/* In [0, 1), 24 bits. */
+/* Uniform number in [0, 1), 24 bits. */
 static inline float np_random_float(np_random *random) { return (float)(np_random_bits(random) >> 40) * 0x1p-24f; }
 
-/* In [0, 1), 53 bits: for free flights, whose tail a 24-bit number would cut at an optical depth of 16.6. */
+/* Uniform number in [0, 1), 53 bits: for free flights, whose tail a 24-bit number would cut at an optical depth of
+ * 16.6. */
 static inline double np_random_double(np_random *random) { return (double)(np_random_bits(random) >> 11) * 0x1p-53; }
 
 #endif

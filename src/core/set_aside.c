@@ -10,12 +10,12 @@
 
 enum { NAMES_MAX = 9 };
 
-/* PATH.bad, PATH.bad2, …; NULL: no memory. */
+/* Name for a file set aside: PATH.bad, PATH.bad2, …; NULL: no memory. */
 static char *name_aside(neph_context *context, const char *path, int number) {
   return number == 1 ? np_alloc_printf(context, "%s.bad", path) : np_alloc_printf(context, "%s.bad%d", path, number);
 }
 
-/* 0, with the new name, or the errno of the first name that was refused. */
+/* Renames to the first possible name. Returns 0, with the name, or the errno of the first refusal. */
 static int rename_aside(neph_context *context, const char *path, char **out_name) {
   int error = 0;
   for (int number = 1; number <= NAMES_MAX; number++) {

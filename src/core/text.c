@@ -11,7 +11,7 @@
 
 /* ---- Growing ---- */
 
-/* Makes room for `length` more characters and the zero behind them. */
+/* Reserves room for `length` more characters and the terminating zero. */
 static bool reserve(np_text *text, size_t length) {
   size_t wanted = text->length + length + 1;
   if (wanted <= text->capacity) return true;
@@ -44,7 +44,7 @@ void np_text_add(np_text *text, const char *format, ...) {
 const char *np_text_get(const np_text *text) { return text->length && !text->has_failed ? text->characters : ""; }
 
 neph_result np_text_finish(np_text *text, char **out_text) {
-  np_text_add(text, "%s", ""); /* an empty text is one character, too */
+  np_text_add(text, "%s", ""); /* an empty text needs room for its zero */
   *out_text = text->has_failed ? NULL : text->characters;
   if (!text->has_failed) text->characters = NULL;
   return np_text_end(text, NEPH_OK);

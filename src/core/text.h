@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Texts that are printed to: they grow, or are as long as an array that is made for them. Nothing is cut unseen. */
+/* Texts for printing: growing ones, and arrays sized for the longest text. Nothing is cut silently. */
 #ifndef NP_CORE_TEXT_H
 #define NP_CORE_TEXT_H
 
@@ -7,8 +7,8 @@
 
 /* ---- Growing ---- */
 
-/* Begin with {.context = context}. Failures are remembered and reported by np_text_finish and np_text_end, so that
- * calls need no checks. */
+/* A growing text. It begins as {.context = context}. Failures are remembered and reported by np_text_finish and
+ * np_text_end, so that calls need no checks. */
 typedef struct np_text {
   neph_context *context;
   char *characters;
@@ -22,23 +22,24 @@ void np_text_add_list(np_text *text, const char *format, va_list arguments) __at
 /* The text so far; "" before the first character and after a failure. Valid until the next call. */
 const char *np_text_get(const np_text *text);
 
-/* Gives the text, to be freed with np_alloc_free; NULL on failure. Either way `text` is empty again. */
+/* Returns the text, which np_alloc_free frees; NULL on failure. `text` is empty afterwards. */
 neph_result np_text_finish(np_text *text, char **out_text);
 
-/* Frees the text, which is empty then. Returns `result`, or NEPH_ERROR_OUT_OF_MEMORY where the text has failed. */
+/* Frees the text, which is empty afterwards. Returns `result`, or NEPH_ERROR_OUT_OF_MEMORY where the text has
+ * failed. */
 neph_result np_text_end(np_text *text, neph_result result);
 
 /* ---- Arrays ---- */
 
-/* Prints numbers, and names of the program's own, to an array that has room for the longest. Returns the length. A text
- * that does not fit is a fault of the program: it ends in "..." and fails an assertion. */
+/* Prints numbers and names from tables to an array with room for the longest. Returns the length. A text that does not
+ * fit is a programming error: it ends in "..." and fails an assertion. */
 size_t np_print(char *out, size_t size, const char *format, ...) __attribute__((format(printf, 3, 4)));
 
 size_t np_print_list(char *out, size_t size, const char *format, va_list arguments)
     __attribute__((format(printf, 3, 0)));
 
-/* Copies a text from outside, of any length, to show it in a message: control characters become '?', and a longer text
- * ends in "...". Returns the length. */
+/* Copies a text from outside, of any length, for a message: control characters become '?', and a longer text ends in
+ * "...". Returns the length. */
 size_t np_print_short(char *out, size_t size, const char *text);
 
 #endif

@@ -8,7 +8,7 @@
 
 #define NP_DOTS "..."
 
-/* Ends a text that fills its array in "...", behind a whole character of UTF-8. Returns the length. */
+/* Ends a text that fills its array with "...", after a whole UTF-8 character. Returns the length. */
 static inline size_t np_text_end_short(char *out, size_t size) {
   if (size < sizeof NP_DOTS) return size ? size - 1 : 0;
   size_t end = size - sizeof NP_DOTS;
@@ -17,8 +17,8 @@ static inline size_t np_text_end_short(char *out, size_t size) {
   return end + sizeof NP_DOTS - 1;
 }
 
-/* Bytes of the character of UTF-8 at the start of a text, which is no control character; 0: there is none. Overlong
- * forms, surrogates and what is beyond U+10FFFF are none. */
+/* Length in bytes of the UTF-8 character at the start of a text; 0: there is none, or it is a control character.
+ * Overlong forms, surrogates and code points beyond U+10FFFF are invalid. */
 static inline size_t np_text_measure(const unsigned char *c) {
   static const unsigned least[] = {0, 0, 0x80, 0x800, 0x10000};
   if (*c < 0x80) return *c >= ' ' && *c != 127;
@@ -33,7 +33,7 @@ static inline size_t np_text_measure(const unsigned char *c) {
   return code >= least[length] && code <= 0x10FFFF && !is_surrogate && !is_control ? length : 0;
 }
 
-/* Puts '?' in the place of control characters, of one byte or two, and of bytes that are not UTF-8. */
+/* Replaces control characters, of one byte or two, and bytes that are not UTF-8 by '?'. */
 static inline void np_text_clean(char *text) {
   for (unsigned char *c = (unsigned char *)text; *c;) {
     const size_t length = np_text_measure(c);
@@ -42,7 +42,7 @@ static inline void np_text_clean(char *text) {
   }
 }
 
-/* Copies a text of any length, to show it in a message: clean, and a longer text ends in "...". Returns the length. */
+/* Copies a text of any length for a message: clean, and a longer text ends in "...". Returns the length. */
 static inline size_t np_text_copy_short(char *out, size_t size, const char *text) {
   const size_t length = strlen(text), copied = length < size ? length : size - 1;
   memcpy(out, text, copied);

@@ -10,11 +10,11 @@
 #include "core/calendar.h"
 #include "core/time_zone.h"
 
-/* A field of two digits, but the year's four, the marks one of which must follow it, and the values that it takes. */
+/* A field of two digits (four for the year), the marks that may follow it, and its range. */
 typedef struct time_field {
   const char *name;
   int digits, low, high;
-  const char *marks; /* NULL: none */
+  const char *marks; /* marks that may follow; NULL: none */
 } time_field;
 
 enum { YEAR, MONTH, DAY, HOUR, MINUTE, FIELD_COUNT };
@@ -25,11 +25,11 @@ static const time_field time_fields[FIELD_COUNT] = {
 };
 static const time_field second_field = {"second", 2, 0, 59, NULL};
 
-/* Local mean times, which zones keep before standard time, reach nearly 16 hours. */
+/* Fields of an offset. Local mean times, which zones keep before standard time, reach nearly 16 hours. */
 static const time_field offset_fields[] = {
     {"offset's hour", 2, 0, 15, NULL}, {"offset's minute", 2, 0, 59, NULL}, {"offset's second", 2, 0, 59, NULL}};
 
-/* A text being read. */
+/* State of parsing a text. */
 typedef struct time_reader {
   neph_context *context;
   const char *at;
@@ -71,7 +71,7 @@ static neph_result read_field(time_reader *r, const time_field *field, int *out_
   return read_mark(r, field);
 }
 
-/* ":ss" and a fraction, if they are there. */
+/* Reads ":ss" and a fraction, if present. */
 static neph_result read_seconds(time_reader *r, int *out_second, double *out_fraction) {
   if (*r->at != ':') return NEPH_OK;
   r->at++;
@@ -85,7 +85,7 @@ static neph_result read_seconds(time_reader *r, int *out_second, double *out_fra
 
 /* ---- Zones ---- */
 
-/* Sign, hours, and minutes and seconds where they follow; colons between them may be left out. */
+/* Reads an offset: sign, hours, and optional minutes and seconds; colons between them may be missing. */
 static neph_result read_offset(time_reader *r, double *out_offset_s) {
   const double sign = *r->at++ == '-' ? -1.0 : 1.0;
   double offset_s = 0.0, unit_s = 3600.0;
@@ -104,7 +104,7 @@ static neph_result read_offset(time_reader *r, double *out_offset_s) {
   return refuse(r, "\"%s\" follows its offset, which must be its end", r->at);
 }
 
-/* A local time that a zone's clock shows never, or twice. */
+/* Refuses a local time that a zone's clock skips or repeats. */
 static neph_result refuse_local(const time_reader *r, const char *name, const np_zone_offsets *offsets) {
   char first[NP_TIME_TEXT_SIZE], second[NP_TIME_TEXT_SIZE];
   np_time_format_offset(offsets->offset_s[0], first);
@@ -132,7 +132,7 @@ static neph_result read_zone(time_reader *r, int64_t local_s, double *out_offset
   return offsets.count == 1 ? NEPH_OK : refuse_local(r, r->at, &offsets);
 }
 
-/* The rest of the text, behind a space or not. */
+/* Reads the zone at the end of the text, after an optional space. */
 static neph_result read_rest(time_reader *r, int64_t local_s, np_time *out) {
   if (*r->at == ' ' && r->at[1]) r->at++;
   if (!*r->at) return NEPH_OK;

@@ -16,14 +16,14 @@
 
 enum { HEADER_SIZE = 44, TYPE_SIZE = 6, RULE_SIZE = 128, OFFSET_MAX_S = 26 * 3600 };
 
-/* Seconds; far from where calendars overflow. */
+/* Limit of times in seconds, far from where calendars overflow. */
 static const int64_t time_max = INT64_C(1) << 60;
 
 struct np_time_zone {
   int first_s; /* offset before the first change */
   size_t change_count;
-  np_clock_change *changes; /* rising */
-  bool has_rule;            /* for all times from the last change on */
+  np_clock_change *changes; /* changes in ascending order */
+  bool has_rule;            /* a rule follows the last change */
   np_time_rule rule;
 };
 
@@ -34,7 +34,7 @@ typedef struct zone_reader {
   char **out_problem;
 } zone_reader;
 
-/* Counts of a header, in its order. */
+/* Counts in a header, in their order. */
 enum { COUNT_UTC, COUNT_STANDARD, COUNT_LEAP, COUNT_TIME, COUNT_TYPE, COUNT_LETTER, COUNT_COUNT };
 
 typedef struct zone_header {
@@ -75,7 +75,7 @@ static neph_result read_header(zone_reader *r, zone_header *out) {
   return NEPH_OK;
 }
 
-/* The sum of 32-bit counts times at most 12 bytes does not overflow. */
+/* Bytes of a block. The sum of 32-bit counts times at most 12 bytes does not overflow. */
 static uint64_t count_block_bytes(const zone_header *h, unsigned time_size) {
   const uint64_t *n = h->count;
   return n[COUNT_TIME] * (time_size + 1) + n[COUNT_TYPE] * TYPE_SIZE + n[COUNT_LETTER] +
@@ -124,7 +124,7 @@ static neph_result read_changes(const zone_reader *r, const unsigned char *times
   return NEPH_OK;
 }
 
-/* A rule of a line of its own; an empty one is none. From the last change on it decides. */
+/* Reads the rule, a line of its own that applies from the last change on; an empty line is no rule. */
 static neph_result read_rule(const zone_reader *r, np_time_zone *zone) {
   char text[RULE_SIZE];
   const unsigned char *line_end = count_left(r) > 1 ? memchr(r->at + 1, '\n', count_left(r) - 1) : NULL;
@@ -142,7 +142,7 @@ static neph_result read_rule(const zone_reader *r, np_time_zone *zone) {
   return NEPH_OK;
 }
 
-/* The block of 8-byte times where there is one. */
+/* Reads a zone from the block of 8-byte times, where there is one. */
 static neph_result read_zone(zone_reader *r, np_time_zone *zone) {
   zone_header header;
   unsigned time_size = 4;
@@ -183,7 +183,7 @@ void np_time_zone_destroy(neph_context *context, np_time_zone *zone) {
 
 /* ---- Offsets ---- */
 
-/* Number of changes up to a time, which takes part. */
+/* Number of changes up to and including a time. */
 static size_t count_changes(const np_time_zone *zone, int64_t unix_s) {
   size_t low = 0, high = zone->change_count;
   while (low < high) {
@@ -202,7 +202,7 @@ int np_time_zone_get_offset_s(const np_time_zone *zone, int64_t unix_s) {
   return count ? zone->changes[count - 1].offset_s : zone->first_s;
 }
 
-/* The first change behind a time. */
+/* The first change after a time. */
 static bool get_next(const np_time_zone *zone, int64_t unix_s, np_clock_change *out) {
   const size_t count = count_changes(zone, unix_s);
   if (count == zone->change_count) return zone->has_rule && np_time_rule_get_next(&zone->rule, unix_s, out);
@@ -210,7 +210,7 @@ static bool get_next(const np_time_zone *zone, int64_t unix_s, np_clock_change *
   return true;
 }
 
-/* From change to change over all times that the local time can be of. */
+/* Searches the changes near a local time for offsets that give it. */
 np_zone_offsets np_time_zone_search(const np_time_zone *zone, int64_t local_s) {
   const int64_t last_s = local_s + 2 * OFFSET_MAX_S;
   np_zone_offsets found = {.count = 0}, gap = {.count = 0};

@@ -13,11 +13,11 @@
 #include "core/time_zone.h"
 
 enum { NAME_SIZE = 64, SHOWN = 60, DEPTH_MAX = 3 };
-static const uint64_t file_bytes_max = 1 << 20; /* the largest of the tz database has 4 kB */
+static const uint64_t file_bytes_max = 1 << 20; /* the largest file of the tz database has 4 kB */
 
 /* ---- Names ---- */
 
-/* Letters, digits and signs in parts between slashes: no part is "..", none leads to the root. */
+/* Whether a name has valid form: letters, digits and signs between slashes, no part "..", no slash at its start. */
 static bool is_name(const char *name) {
   static const char signs[] = "_+-/";
   if (!isalpha((unsigned char)*name) || strlen(name) >= NAME_SIZE || strstr(name, "//")) return false;
@@ -31,7 +31,7 @@ static const char *get_last_part(const char *name) {
   return slash ? slash + 1 : name;
 }
 
-/* Small letters, for comparison. */
+/* Copies a name in small letters, for comparison. */
 static void fold(const char *name, char out[NAME_SIZE]) {
   size_t i = 0;
   for (; name[i] && i + 1 < NAME_SIZE; i++) out[i] = name[i] == ' ' ? '_' : (char)tolower((unsigned char)name[i]);
@@ -41,13 +41,13 @@ static void fold(const char *name, char out[NAME_SIZE]) {
 /* ---- Guesses ---- */
 
 typedef struct zone_guess {
-  char wanted[NAME_SIZE]; /* folded */
-  size_t limit;           /* most edits of a slip */
+  char wanted[NAME_SIZE]; /* name to guess, in small letters */
+  size_t limit;           /* greatest edit distance */
   size_t best_distance;
-  char best[NAME_SIZE]; /* empty: none yet */
+  char best[NAME_SIZE]; /* best zone so far; empty: none */
 } zone_guess;
 
-/* A name that is one may lack its region: "New_York". */
+/* Compares a zone with the name, also without its region: "New_York". */
 static void weigh(zone_guess *g, const char *name) {
   char folded[NAME_SIZE];
   fold(name, folded);
@@ -70,7 +70,7 @@ static void weigh_entry(zone_guess *g, neph_context *context, const char *folder
   np_alloc_free(context, path);
 }
 
-/* `prefix` is a folder of zones below `folder`; "posix" and "right" repeat all. */
+/* Compares all zones of a folder; `prefix` is its path below `folder`; "posix" and "right" repeat all zones. */
 static void weigh_folder(zone_guess *g, neph_context *context, const char *folder, const char *prefix, int depth) {
   if (!strcmp(prefix, "posix") || !strcmp(prefix, "right")) return;
   char *path = np_alloc_printf(context, "%s/%s", folder, prefix);
@@ -84,7 +84,7 @@ static void weigh_folder(zone_guess *g, neph_context *context, const char *folde
   np_alloc_free(context, path);
 }
 
-/* Abbreviations are near to too many names, and mean none of them: EDT is not EST. */
+/* Guesses a zone, but not for abbreviations, which are near to too many names: EDT is not EST. */
 char *np_time_zone_guess(neph_context *context, const char *folder, const char *name) {
   zone_guess g = {.best_distance = SIZE_MAX};
   const size_t length = strlen(get_last_part(name));
@@ -97,7 +97,7 @@ char *np_time_zone_guess(neph_context *context, const char *folder, const char *
 
 /* ---- Files ---- */
 
-/* A zone to be loaded, and where problems go. */
+/* Request for a zone, and destination of problems. */
 typedef struct zone_request {
   neph_context *context;
   const char *folder, *name;

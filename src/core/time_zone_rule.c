@@ -12,7 +12,7 @@ static bool take_mark(const char **text, char mark) { return **text == mark && (
 
 static bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
-/* One digit at least, and a value within [min, max]. */
+/* Reads a number of at least one digit, within [min, max]. */
 static bool take_number(const char **text, int min, int max, int *out_value) {
   if (!is_digit(**text)) return false;
   int value = 0;
@@ -21,7 +21,7 @@ static bool take_number(const char **text, int min, int max, int *out_value) {
   return value >= min && value <= max;
 }
 
-/* Three letters or more, or letters, digits and signs in angle brackets. */
+/* Reads a name: three letters or more, or letters, digits and signs in angle brackets. */
 static bool take_name(const char **text) {
   const char *begin = *text;
   const bool is_quoted = take_mark(text, '<');
@@ -31,7 +31,7 @@ static bool take_name(const char **text) {
   return length >= 3 && (!is_quoted || take_mark(text, '>'));
 }
 
-/* [+-]hh[:mm[:ss]] */
+/* Reads [+-]hh[:mm[:ss]]. */
 static bool take_clock(const char **text, int hours_max, int *out_seconds) {
   const bool is_negative = take_mark(text, '-');
   if (!is_negative) (void)take_mark(text, '+');
@@ -46,7 +46,7 @@ static bool take_clock(const char **text, int hours_max, int *out_seconds) {
   return true;
 }
 
-/* POSIX counts offsets west of Greenwich. */
+/* Reads an offset; POSIX counts offsets west of Greenwich. */
 static bool take_offset(const char **text, int *out_offset_s) {
   int west_s;
   if (!take_clock(text, 24, &west_s)) return false;
@@ -105,8 +105,8 @@ static np_clock_change make_change(const np_rule_day *rule, int64_t year, int be
   return (np_clock_change){NP_DAY_S * count_days(rule, year) + rule->local_s - before_s, after_s};
 }
 
-/* Changes of the years about a time, from two before it on: hours reach a week into the neighbours. Of two at one time
- * the later in this order counts: where summer time has no end it begins anew as it ends. */
+/* Number of years, starting two before a time, whose changes are listed: hours reach a week into neighbouring years.
+ * The later of two changes at one time counts: where summer time has no end, it begins again as it ends. */
 enum { YEARS = 4, CHANGES = 2 * YEARS };
 
 static void list_changes(const np_time_rule *rule, int64_t unix_s, np_clock_change out[CHANGES]) {
