@@ -7,9 +7,9 @@
 
 enum { CELLS = NP_AIR_SHADOW_CELLS, PLANES = NP_AIR_SHADOW_PLANES };
 
-/* Share of a ray's light behind which shadows are neglected. */
+/* Share of a ray's remaining light below which shadows are neglected. */
 static const float light_rest = 0.01f;
-/* A cell longer than this is asked at two places. */
+/* Length above which a cell is sampled at two places. */
 static const double cell_long_m = 250.0;
 
 /* ---- Rays and cells ---- */
@@ -25,14 +25,14 @@ static np_vec3 compute_direction(const np_air_rays *rays, float i, float j) {
   return np_vec3_normalize(np_vec3_add(level, np_vec3_scale(rays->down, j - rays->middle[1])));
 }
 
-/* Planes from the end of the first cell on. */
+/* Distance of a plane, the first at the end of the first cell. */
 static double compute_plane(double reach_m, int plane) {
   if (plane >= CELLS) return plane < PLANES - 1 ? ldexp(reach_m, plane + 1 - CELLS) : HUGE_VAL;
   const double s = (plane + 1.0) / CELLS;
   return reach_m * s * s;
 }
 
-/* The plane before a distance, or the first, and how far it is from there to the next. */
+/* Index of the plane before a distance, or the first, and the fraction to the next. */
 static int compute_plane_before(double reach_m, double distance_m, float *out_part) {
   int plane = 0;
   if (distance_m < reach_m) {
@@ -47,10 +47,9 @@ static int compute_plane_before(double reach_m, double distance_m, float *out_pa
   return plane;
 }
 
-/* ---- Where there may be shadow ---- */
+/* ---- Regions with shadow ---- */
 
-/* A box of casters, and all that their shadows fall on: along axes of which the third runs away from the sun.
- */
+/* The box of a caster's shadow, along axes of which the third points away from the sun. */
 typedef struct shaft {
   double low[3], high[3];
 } shaft;
@@ -62,8 +61,8 @@ typedef struct shadow_probe {
   np_dvec3 axis[3];
   shaft shafts[2];
   unsigned shaft_count;
-  float fade[NP_INSTANCES_MAX]; /* by which the sun fades in each cloud: what goes on in the forward peak is not
-                                      lost to the air */
+  float fade[NP_INSTANCES_MAX]; /* factor on optical depth in each cloud: light in the forward peak is not lost to the
+                                   air */
 } shadow_probe;
 
 static shaft make_shaft(const shadow_probe *p, np_dvec3 low, np_dvec3 high) {
@@ -80,7 +79,7 @@ static shaft make_shaft(const shadow_probe *p, np_dvec3 low, np_dvec3 high) {
   return s;
 }
 
-/* The part of a ray that may lie in a shaft; begin > end: none. */
+/* Clips a ray to a shaft; begin > end: no overlap. */
 static void clip(const shadow_probe *p, const shaft *s, np_dvec3 origin, np_vec3 direction, double *out_begin,
                  double *out_end) {
   *out_begin = 0.0;
@@ -97,7 +96,7 @@ static void clip(const shadow_probe *p, const shaft *s, np_dvec3 origin, np_vec3
   }
 }
 
-/* The part of a ray that holds all its shadow. */
+/* Interval of a ray that holds all its shadow. */
 static void compute_interval(const shadow_probe *p, np_vec3 direction, double *out_begin, double *out_end) {
   *out_begin = INFINITY;
   *out_end = 0.0;
@@ -121,7 +120,7 @@ static np_spectrum compute_first_order(const neph_sky *sky, np_vec3 direction, d
   return first;
 }
 
-/* Distance beyond which no more than `light_rest` of a ray's light is still to come. */
+/* Distance beyond which at most `light_rest` of a ray's light comes. */
 static double search_light_end(const neph_sky *sky, np_vec3 direction, double end) {
   const float all = np_spectrum_max(compute_first_order(sky, direction, end));
   double low = 0.0, high = fmin(end, 3e6);
@@ -159,8 +158,8 @@ static float see_sun(const shadow_probe *p, np_dvec3 position, np_vec3 to_sun) {
 
 static float turn(double value) { return (float)(value - floor(value)); }
 
-/* Mean over a part of a ray: of `count` places, which the plastic number and the golden ratio spread over nodes and
- * cells (Roberts 2018). */
+/* Mean visibility over a segment of a ray, at `count` places, spread over nodes and cells by the plastic number and the
+ * golden ratio (Roberts 2018). */
 static float see_part(const shadow_probe *p, np_vec3 direction, int i, int j, int cell, double begin, double end) {
   const int count = end - begin > cell_long_m ? 2 : 1;
   float sum = 0.0f;
@@ -206,7 +205,7 @@ typedef struct smoothing {
   float *to;
 } smoothing;
 
-/* Means of 3 × 3 rays by 1-2-1: as wide as the sun's disk. Rays that have ended have no part in it. */
+/* Filters 3 × 3 rays by 1-2-1, about as wide as the sun's disk. Rays that have ended do not contribute. */
 static void smooth_node(const smoothing *s, size_t node) {
   const np_air_rays *r = &s->from->rays;
   const int32_t width = r->end[0] - r->begin[0], height = r->end[1] - r->begin[1];
@@ -281,18 +280,18 @@ void np_air_visibility_clear(np_air_visibility *visibility) {
   *visibility = (np_air_visibility){0};
 }
 
-/* ---- What is lost ---- */
+/* ---- Lost light ---- */
 
 typedef struct loss_job {
   const np_air_visibility *visibility;
   const np_world *world;
-  const np_ground_light *ground_light; /* NULL: not known */
-  double bottom_m, top_m;              /* of the clouds */
+  const np_ground_light *ground_light; /* NULL: unknown */
+  double bottom_m, top_m;              /* altitudes of the clouds */
   np_air_shadow *out;
 } loss_job;
 
-/* The change that clouds make in the mean radiance around a point, over the sun's irradiance there: what they hide of
- * the sky and scatter down themselves, what the ground sends back of that, and what it sends back less of the sun. */
+/* Change of the mean radiance around a point by clouds, over the sun's irradiance there: hidden sky, light scattered
+ * down by clouds, its reflection by the ground, and the ground's loss of sunlight. */
 static np_spectrum compute_diffuse(const loss_job *job, np_dvec3 position, float seen) {
   const np_world *world = job->world;
   np_spectrum out = np_spectrum_grey(0.0f);
@@ -321,12 +320,12 @@ static void keep(np_spectrum lost, np_spectrum all, uint16_t out[NP_BAND_COUNT])
   }
 }
 
-/* A ray's light up to a plane: of the first order, and what sunlight as strong from everywhere would make. */
+/* Light of a ray up to a plane: first order, and the in-scatter of isotropic light of the sun's irradiance. */
 typedef struct reach_light {
   np_spectrum first, even;
 } reach_light;
 
-/* From plane to plane; past the ray's end all stays as it is there. */
+/* Computes the losses of a node from plane to plane; past the ray's end they stay constant. */
 static void lose_node(const loss_job *job, size_t node) {
   const np_air_visibility *v = job->visibility;
   const np_air_rays *r = &v->rays;
@@ -385,24 +384,24 @@ void np_air_shadow_clear(np_air_shadow *shadow) {
   *shadow = (np_air_shadow){0};
 }
 
-/* ---- Asking ---- */
+/* ---- Queries ---- */
 
-/* Values beyond its end of a ray that ends at `ground_m`. */
+/* Weight of a ray that ends at `ground_m`, at a distance. */
 static float compute_weight(float ground_m, double distance_m) {
   if ((double)ground_m >= distance_m) return 1.0f;
   const float ratio = (float)((double)ground_m / distance_m), square = ratio * ratio;
   return np_maxf(square * square, 1e-6f);
 }
 
-/* Share that is lost between two planes: in the shade shares change evenly, and past it, where no more is lost, light
- * does, to which they are inverse. */
+/* Loss between two planes: shares are interpolated linearly in the shade, and inversely past it, where the lost light
+ * is constant and the total grows. */
 static float mix_losses(uint16_t near, uint16_t far, float part, bool is_past) {
   const float a = 1.0f - (float)near / NP_AIR_SHADOW_UNIT, b = 1.0f - (float)far / NP_AIR_SHADOW_UNIT;
   if (!is_past || !(a * b > 0.0f)) return np_mixf(a, b, part);
   return a * b / np_mixf(b, a, part);
 }
 
-/* Place of a ray in the grid, in nodes: on a plane by its direction, which a lens may have bent. */
+/* Position of a ray in the grid, in nodes: by its direction in a plane, after the lens. */
 static void compute_node(const np_air_rays *r, const np_view_ray *view, float out[2]) {
   const float depth = np_maxf(np_vec3_dot(view->direction, r->forward), 1e-6f);
   const np_vec3 step[2] = {r->right, r->down};
@@ -412,7 +411,7 @@ static void compute_node(const np_air_rays *r, const np_view_ray *view, float ou
                  : r->middle[a] + np_vec3_dot(view->direction, step[a]) / (depth * np_vec3_dot(step[a], step[a]));
 }
 
-/* Lower neighbours of a ray among the nodes that are there, and parts. */
+/* Lower neighbours of a ray among the stored nodes, and fractions. */
 static void locate(const np_air_rays *r, const np_view_ray *view, int32_t out_lower[2], float out_part[2]) {
   float node[2];
   compute_node(r, view, node);

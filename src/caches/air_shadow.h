@@ -28,34 +28,33 @@
 #include "caches/ground_light.h"
 #include "caches/sun_optical_depth.h"
 
-/* Cells along a ray, and distances at which shares are kept: at their ends, at twice, four and eight times the last of
- * these, and at infinity. */
+/* Numbers of cells along a ray, and of planes at which shares are stored: at the ends of cells, at two, four and eight
+ * times the last end, and at infinity. */
 enum { NP_AIR_SHADOW_CELLS = 48, NP_AIR_SHADOW_PLANES = NP_AIR_SHADOW_CELLS + 4 };
 
-/* A ray of the camera, as its air is asked for: from the eye, through a place of the film in pixels. */
+/* A camera ray for queries of its air: from the eye, through a place of the film in pixels. */
 typedef struct np_view_ray {
   np_dvec3 eye;
   np_vec3 direction;
   float film[2];
 } np_view_ray;
 
-/* A picture that is not in a plane: direction through a place of its film. */
+/* Projection that is not a plane: direction through a place of its film. */
 typedef struct np_air_film {
   const void *camera; /* borrowed */
   np_vec3 (*get_direction)(const void *camera, float x, float y);
-  float spacing; /* of nodes, in pixels */
+  float spacing; /* spacing of nodes in pixels */
 } np_air_film;
 
 /* Rays through the nodes of a grid: direction(i, j) goes along forward + (i − middle[0])·right + (j − middle[1])·down,
- * which are square to each other, or as the film has it. Nodes are counted as in the whole picture, whatever part of it
- * is there. */
+ * orthogonal axes, or as the film defines it. Nodes are counted in the whole picture, whatever part of it is stored. */
 typedef struct np_air_rays {
   np_air_film film; /* `camera` NULL: a plane */
   np_dvec3 origin;
   np_vec3 forward, right, down;
   float middle[2];
-  int32_t begin[2], end[2];             /* nodes that are there */
-  int32_t whole_begin[2], whole_end[2]; /* and those of the whole picture */
+  int32_t begin[2], end[2];             /* range of stored nodes */
+  int32_t whole_begin[2], whole_end[2]; /* range of nodes of the whole picture */
 } np_air_rays;
 
 /* Shadow casters: boxes of the world. */
@@ -68,36 +67,36 @@ typedef struct np_air_casters {
 typedef struct np_air_visibility {
   neph_context *context; /* borrowed */
   np_air_rays rays;
-  double reach_m;  /* where the last cell ends */
-  float *seen;     /* nodes × NP_AIR_SHADOW_CELLS */
-  float *ground_m; /* of each node: where its ray ends; infinite: nowhere */
+  double reach_m;  /* distance at which the last cell ends */
+  float *seen;     /* visibilities: nodes × NP_AIR_SHADOW_CELLS */
+  float *ground_m; /* distance at which the ray of each node ends; infinite: none */
 } np_air_visibility;
 
-/* For the world's light and its camera sky, which says how far to look. Same bits for any number of threads, and of a
- * node whatever others are there. On failure nothing is left. */
+/* Computes visibilities for the world's light and its camera sky, which limits the distance. The same bits for any
+ * number of threads, and for a node whatever others are stored. On failure `*out` is empty. */
 neph_result np_air_visibility_build(neph_context *context, const np_world *world, const np_sun_optical_depths *depths,
                                     const np_air_rays *rays, const np_air_casters *casters, np_monitor *monitor,
                                     np_air_visibility *out);
 void np_air_visibility_clear(np_air_visibility *visibility);
 
-/* Shadowed light as the camera sees it in three bands, over the light of the first order: so many stand for all of it,
- * and five times as much is the most that is kept. */
+/* Unit of stored shares: shadowed light in three bands over the light of the first order. The value stands for a share
+ * of 1; at most five times that is stored. */
 #define NP_AIR_SHADOW_UNIT 13107.0f
 
 typedef struct np_air_shadow {
   neph_context *context;                       /* borrowed */
   const np_air_visibility *visibility;         /* borrowed */
-  uint16_t (*visible_fraction)[NP_BAND_COUNT]; /* nodes × NP_AIR_SHADOW_PLANES, in NP_AIR_SHADOW_UNITs */
+  uint16_t (*visible_fraction)[NP_BAND_COUNT]; /* lost shares: nodes × NP_AIR_SHADOW_PLANES, in NP_AIR_SHADOW_UNITs */
 } np_air_shadow;
 
-/* Shadows in the air of the world's camera sky; with the clouds' light on the air below, where `ground_light` knows it,
- * else NULL. */
+/* Computes lost light for the world's camera sky; with the clouds' light on the air below, if `ground_light` is not
+ * NULL. */
 neph_result np_air_shadow_build(const np_air_visibility *visibility, const np_world *world,
                                 const np_ground_light *ground_light, np_monitor *monitor, np_air_shadow *out);
 void np_air_shadow_clear(np_air_shadow *shadow);
 
-/* Share of the first order's in-scatter up to a distance, infinity allowed, that is lost; below 0 where clouds give the
- * air more than they take. */
+/* Share of the first order's in-scatter up to a distance (infinity is allowed) that is lost; below 0 where clouds add
+ * light to the air. */
 np_spectrum np_air_shadow_get_lost(const np_air_shadow *shadow, const np_view_ray *view, double distance_m);
 
 #endif

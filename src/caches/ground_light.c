@@ -21,13 +21,13 @@
 
 enum { DIRECTIONS = 96, TO_EMISSION = 48, TO_BOX = 64, POINTS_MAX = 40, STEPS_MAX = 96 };
 
-/* Beyond this many heights of the clouds' tops from them the sky is clear. */
+/* Distance from the clouds, in heights of their tops, beyond which the sky is clear. */
 static const double reach_heights = 3.0;
 
 typedef struct gather_direction {
   np_vec3 towards;
-  float harmonics[NP_HARMONIC_COUNT_MAX]; /* of light that comes from there */
-  float broad[NP_INSTANCES_MAX];          /* (1−f)·p′ of each cloud, from the sun */
+  float harmonics[NP_HARMONIC_COUNT_MAX]; /* spherical harmonics in this direction */
+  float broad[NP_INSTANCES_MAX];          /* (1−f)·p′ of each cloud for sunlight */
 } gather_direction;
 
 typedef struct gather {
@@ -48,14 +48,14 @@ static void fill_direction(const np_ground_light_desc *desc, np_vec3 towards, ga
   }
 }
 
-/* One of DIRECTIONS, distributed as the cosine. */
+/* A direction of a cosine-weighted set of DIRECTIONS. */
 static np_vec3 get_even_direction(unsigned i) {
   const double cosine = sqrt(1.0 - (i + 0.5) / DIRECTIONS), sine = sqrt(1.0 - cosine * cosine);
   const double azimuth = i * (NP_PI * (3.0 - sqrt(5.0)));
   return np_vec3_make((float)(sine * cos(azimuth)), (float)(sine * sin(azimuth)), (float)cosine);
 }
 
-/* The part of a ray inside the clouds' box; false when it passes. */
+/* Clips a ray to the clouds' box; false when it misses. */
 static bool clip(const gather *g, np_dvec3 origin, np_vec3 direction, double *out_begin, double *out_end) {
   const double o[3] = {origin.x, origin.y, origin.z}, d[3] = {direction.x, direction.y, direction.z};
   const double low[3] = {g->desc->bounds_min.x, g->desc->bounds_min.y, g->desc->bounds_min.z},
@@ -98,8 +98,8 @@ static float compute_source(const gather *g, const gather_direction *d, np_dvec3
   return scaled;
 }
 
-/* Follows one direction upwards: what of the sky comes through, and the clouds' own light. `offset` shifts the steps.
- */
+/* Marches one direction upwards: the transmittance to the sky, and the light of the clouds. `offset` shifts the
+ * steps. */
 static float follow(const gather *g, const gather_direction *d, np_dvec3 origin, double offset,
                     np_spectrum *out_light) {
   *out_light = np_spectrum_grey(0.0f);
@@ -128,8 +128,7 @@ static double compute_box_density(const gather *g, np_dvec3 position, np_vec3 to
   return (end * end * end - begin * begin * begin) / (3.0 * size.x * size.y * size.z);
 }
 
-/* Share of light from one direction that the even set is asked for, if all sets could have brought it; they differ in
- * the density of their directions. */
+/* MIS weight of the even set for light from one direction, among all sets that could have sampled it. */
 static float weigh(const gather *g, np_dvec3 position, np_vec3 towards) {
   if (!g->world->emission) return 1.0f;
   const double even = (double)towards.z * (DIRECTIONS / NP_PI);
@@ -160,8 +159,8 @@ static void gather_from(const gather *g, np_dvec3 position, np_dvec3 place, unsi
   *sum = np_spectrum_add_scaled(*sum, weigh(g, position, d.towards), light);
 }
 
-/* Adds the light of the sets besides the even one to its sum: their weight over their density is that over the even
- * one. */
+/* Adds the light of the other sets to the even set's sum: their weight over their density equals that over the even
+ * set's. */
 static void gather_emitted(const gather *g, np_dvec3 position, np_spectrum *sum) {
   np_random random = np_random_start(0, 0, 0, 0, 0); /* the same at every point */
   for (unsigned i = 0; i < TO_EMISSION; i++) {
@@ -192,7 +191,7 @@ static np_ground_light_value gather_at(const gather *g, np_dvec3 position) {
   return out;
 }
 
-/* The ground below a place; sea level where there is none. */
+/* Ground below a place; sea level where there is none. */
 static np_dvec3 compute_ground(const np_world *world, double x, double y, double top_m) {
   const np_dvec3 above = np_dvec3_make(x, y, top_m);
   np_ground_hit hit;
@@ -212,7 +211,7 @@ static neph_result gather_points(void *user, size_t begin, size_t end, unsigned 
   return NEPH_OK;
 }
 
-/* Points a third of the clouds' height above the ground apart, or as many as there may be. */
+/* Places points a third of the clouds' height above the ground apart, or fewer where their number is limited. */
 static void place(gather *g) {
   np_ground_light *c = g->cache;
   const np_dvec3 low = g->desc->bounds_min, high = g->desc->bounds_max;
@@ -228,7 +227,7 @@ static void place(gather *g) {
   }
 }
 
-/* Two voxels of the finest cloud. */
+/* Step of the march: two voxels of the finest cloud. */
 static double compute_step(const np_world *world) {
   double finest = INFINITY;
   const np_instance *places = np_instances_get_places(&world->clouds);
@@ -276,7 +275,7 @@ void np_ground_light_save(const np_ground_light *cache, np_cache_entry *entry) {
   np_cache_write(entry, cache->points, count_points(cache) * sizeof *cache->points);
 }
 
-/* A look-up lies between two points along each axis. */
+/* Whether a loaded cache is valid: a look-up needs two points along each axis. */
 static bool is_sound(const np_ground_light *cache) {
   for (int a = 0; a < 2; a++)
     if (cache->size[a] < 2 || cache->size[a] > POINTS_MAX + 1 || !isfinite(cache->origin_m[a])) return false;

@@ -11,9 +11,9 @@
 #include "caches/sun_optical_depth.h"
 #include "transport/scattering_field.h"
 
-/* Irradiance of level ground at one place from that of a clear sky, E: `open`·E + `added`. */
+/* Irradiance of level ground at one place from the irradiance E of a clear sky: `open`·E + `added`. */
 typedef struct np_ground_light_value {
-  np_spectrum open;  /* share of the sky's light that comes through */
+  np_spectrum open;  /* transmitted share of the sky's light */
   np_spectrum added; /* irradiance from the clouds, W m⁻² nm⁻¹ */
 } np_ground_light_value;
 
@@ -22,23 +22,23 @@ typedef struct np_ground_light {
   int32_t size[2];       /* points */
   double origin_m[2], spacing_m;
   np_ground_light_value *points; /* x fastest */
-  float fade[NP_INSTANCES_MAX];  /* of each cloud: share of its depth by which sunlight fades on its way down, what
-                                       goes on in the forward peak being as good as straight */
+  float fade[NP_INSTANCES_MAX];  /* share of each cloud's optical depth that attenuates sunlight: its forward peak
+                                    counts as unscattered */
 } np_ground_light;
 
 typedef struct np_ground_light_desc {
   const np_world *world;
   const np_sun_optical_depths *depths;
   const np_scattering_field *scattering;
-  np_dvec3 bounds_min, bounds_max; /* of the clouds */
+  np_dvec3 bounds_min, bounds_max; /* box of the clouds */
 } np_ground_light_desc;
 
-/* On failure nothing is left. */
+/* Computes the cache. On failure `*out` is empty. */
 neph_result np_ground_light_build(neph_context *context, const np_ground_light_desc *desc, np_monitor *monitor,
                                   np_ground_light *out);
 void np_ground_light_clear(np_ground_light *cache);
 
-/* Keeps it on disk, and loads it. False: the entry holds less. */
+/* Save the cache on disk, and load it. False: the entry is too short. */
 void np_ground_light_save(const np_ground_light *cache, np_cache_entry *entry);
 bool np_ground_light_load(neph_context *context, np_cache_entry *entry, np_ground_light *out);
 

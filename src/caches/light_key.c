@@ -9,7 +9,7 @@
 #include "core/units.h"
 #include "world/emission.h"
 
-/* As a share of all that shines on the clouds, and in radians for the sun: its disk is five times as wide. */
+/* Tolerance as a share of all light on the clouds, and in radians for the sun, whose disk is five times as wide. */
 static const double tolerance = 1e-3;
 
 static const char clouds_changed[] = "the clouds changed";
@@ -41,7 +41,7 @@ static void add_extinction(np_hash *hash, const np_instance *v) {
   NP_HASH_ADD(hash, v->extinction_per_value);
 }
 
-/* Places of clouds that stand in several. */
+/* Adds the places of clouds that have several. */
 static void add_places(np_hash *hash, const np_instances *clouds) {
   for (unsigned i = 0; clouds->places && i < clouds->places->count; i++) {
     NP_HASH_ADD(hash, clouds->places->at[i].index);
@@ -49,7 +49,7 @@ static void add_places(np_hash *hash, const np_instances *clouds) {
   }
 }
 
-/* A phase function is told by its moments: tables are loaded anew for every picture. */
+/* Adds a cloud. Moments identify its phase function, since tables are loaded again for every picture. */
 static void add_cloud(np_hash *hash, const np_instance *v) {
   double moments[64];
   np_phase_get_moments(&v->phase, sizeof moments / sizeof *moments, moments);
@@ -84,7 +84,7 @@ static neph_result compute_fingerprint(neph_context *context, const np_world *wo
   return result ? result : finished;
 }
 
-/* The least ordinates are enough to tell one sky from another. */
+/* Samples the surroundings with the least number of ordinates, which suffices to distinguish skies. */
 static neph_result compute_surroundings(neph_context *context, const np_world *world,
                                         const np_sun_optical_depth_source *depths, const np_transport_desc *cells,
                                         np_boundary_radiance out) {
@@ -137,7 +137,7 @@ double np_light_key_get_sun_share(const np_light_key *key) {
   return all > 0.0 ? sun / all : 0.0;
 }
 
-/* Sums of what is different and of what there is. */
+/* Sums the difference and the values. */
 static void compare(const float *a, const float *b, size_t count, double *difference, double *sum) {
   *difference = *sum = 0.0;
   for (size_t i = 0; i < count; i++) {
@@ -146,7 +146,7 @@ static void compare(const float *a, const float *b, size_t count, double *differ
   }
 }
 
-/* Sun and surroundings are each compared with all the light there is, the sun counting as the sky of its irradiance. */
+/* Compares sun and surroundings, each with all the light; the sun counts as a sky of its irradiance. */
 static void compare_light(const np_light_key *cached, const np_light_key *wanted, double limit, char *reason,
                           size_t size) {
   double sun, sun_sum, around, around_sum;
@@ -182,7 +182,7 @@ neph_result np_depth_key_make(neph_context *context, const np_world *world, cons
   return np_hash_finish(hash, out->clouds);
 }
 
-/* Exact bits, so that a picture is that of the scene alone. */
+/* Compares exact bits, so that a picture does not depend on earlier ones. */
 void np_depth_key_compare(const np_depth_key *cached, const np_depth_key *wanted, char *reason, size_t size) {
   const np_sun_optical_depth_desc *a = &cached->desc, *b = &wanted->desc;
   if (strcmp(cached->clouds, wanted->clouds) != 0)

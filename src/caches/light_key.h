@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The keys of multiple scattering and of sun optical depth: all that they depend on. They are the same while the clouds
- * are, to the bit, and what shines on them within a thousandth; for depths where it stands, to the bit. The camera does
- * not matter to them. */
+/* Keys of multiple scattering and of sun optical depth: all that they depend on. A solution is reused while clouds are
+ * the same to the bit, and the light on them within a thousandth; depths while the sun's direction is the same to the
+ * bit. Keys do not include the camera. */
 #ifndef NP_CACHES_LIGHT_KEY_H
 #define NP_CACHES_LIGHT_KEY_H
 
@@ -10,35 +10,35 @@
 
 enum { NP_LIGHT_KEY_PLACES = 64 };
 
-/* Key of a solution. The light on the clouds stands for sky, ground, air, terrain and their own place. */
+/* Key of a solution. The light on the clouds represents sky, ground, air and terrain. */
 typedef struct np_light_key {
   np_scattering_desc desc;
-  char clouds[33]; /* fingerprint of grids, places, optics, glows, and of how cells are chosen */
+  char clouds[33]; /* hash of grids, places, optics and emission, and of the choice of cells */
   np_vec3 to_sun;
-  np_spectrum sun[NP_LIGHT_KEY_PLACES]; /* its irradiance at places spread over the clouds' box */
+  np_spectrum sun[NP_LIGHT_KEY_PLACES]; /* sun's irradiance at places spread over the clouds' box */
   np_boundary_radiance surroundings;
 } np_light_key;
 
-/* Key of optical depths: extinction alone, neither albedo nor phase nor the size of the light. */
+/* Key of optical depths: extinction alone, without albedo, phase and intensity of the light. */
 typedef struct np_depth_key {
-  char clouds[33]; /* fingerprint of grids, places and extinction */
+  char clouds[33]; /* hash of grids, places and extinction */
   np_vec3 to_sun;
   np_sun_optical_depth_desc desc;
 } np_depth_key;
 
-/* Fills all but the description, by which the key is made. */
+/* Fills all but the hash of the clouds, which comes from the description. */
 neph_result np_light_key_fill(neph_context *context, const np_world *world, const np_sun_optical_depth_source *depths,
                               np_light_key *key);
 neph_result np_depth_key_make(neph_context *context, const np_world *world, const np_sun_optical_depth_desc *desc,
                               np_depth_key *out);
 
-/* All that shines on the clouds in a band, the sun and what is around, as irradiances, in the mean over their box. */
+/* All light on the clouds in a band, sun and surroundings, as irradiance, averaged over their box. */
 double np_light_key_sum(const np_light_key *key, unsigned band);
 
-/* The sun's share in that, of all bands. */
+/* Share of the sun in np_light_key_sum, over all bands. */
 double np_light_key_get_sun_share(const np_light_key *key);
 
-/* Write the reason why a cached result is out of date; nothing if it is not. is_exact: what shines must be the same to
+/* Write the reason for which a cached result is out of date; "" if it is valid. is_exact: the light must be the same to
  * the bit. */
 void np_light_key_compare(const np_light_key *cached, const np_light_key *wanted, bool is_exact, char *reason,
                           size_t size);

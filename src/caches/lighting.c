@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "caches/lighting.h"
 
-/* Takes from light that air scattered up to a distance what clouds and hills keep from it; `first` of it is of the
- * first order. Never negative: tables of the whole and of the first order are interpolated apart. */
+/* Removes from in-scatter up to a distance the share shadowed by clouds and hills; `first` is its first order. Never
+ * negative: tables of the whole and of the first order are interpolated separately. */
 static np_spectrum shade(const np_air_shadow *shadow, const np_view_ray *view, double distance_m, np_spectrum light,
                          np_spectrum first) {
   const np_spectrum lost = np_air_shadow_get_lost(shadow, view, distance_m);

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Light at a point of a world, as an integrator asks for it: whichever caches were built answer.
- *
- * Filled by render. A cache that a scene does not need is NULL, and costs nothing.
+/* Light at a point of a world: holds the light caches for the integrator. Render fills it. A cache that a scene does
+ * not need is NULL, and costs nothing.
  */
 #ifndef NP_CACHES_LIGHTING_H
 #define NP_CACHES_LIGHTING_H
@@ -16,42 +15,45 @@
 
 typedef struct np_lighting {
   np_sun_optical_depths sun_optical_depths;
-  const np_scattering_field *scattering;  /* NULL: not solved for */
-  const np_viewer_light *viewer_light;    /* of that solution, for rays from its viewer; NULL: not prepared */
-  const np_ground_light *ground_light;    /* NULL: the sky over the ground is taken as clear */
-  const np_air_shadow *air_shadow;        /* of the camera's sky; NULL: clear */
-  const np_sky_guide *sky_guide;          /* NULL: sky and ground are met by chance alone */
-  const np_cloud_gain *gains;             /* of an approximation in each cloud; NULL: the settings' for all */
-  const struct np_reflection *reflection; /* for rays that water reflects; NULL: there is none */
+  const np_scattering_field *scattering;  /* NULL: no solution */
+  const np_viewer_light *viewer_light;    /* outgoing light of `scattering` towards one viewer, for rays from it; NULL:
+                                             not computed */
+  const np_ground_light *ground_light;    /* NULL: the sky over the ground counts as clear */
+  const np_air_shadow *air_shadow;        /* shadows in the camera's sky; NULL: none */
+  const np_sky_guide *sky_guide;          /* NULL: sky and ground are sampled by scattering alone */
+  const np_cloud_gain *gains;             /* gains of an approximation for each cloud; NULL: the settings' gain for
+                                             all */
+  const struct np_reflection *reflection; /* lighting of rays that water reflects; NULL: none */
 } np_lighting;
 
-/* The world and its light as a ray sees it that water reflects: under the sky over the water. */
+/* World and lighting for a ray that water reflects: under the sky over the water. */
 typedef struct np_reflection {
   np_world world;
   np_lighting lighting;
 } np_reflection;
 
-/* Radiance of sky, night and environment along a camera's ray that meets no ground, in the clouds' and hills' shadow.
+/* Radiance of sky, night and environment along a camera ray that does not meet the ground, with the shadows of clouds
+ * and hills.
  */
 np_spectrum np_lighting_camera_sky(const np_lighting *lighting, const np_world *world, const np_view_ray *view);
 
-/* The same with the disks of sun and moon, through the air. */
+/* Background radiance: np_lighting_camera_sky plus the disks of sun and moon, through the air. */
 np_spectrum np_lighting_background(const np_lighting *lighting, const np_world *world, const np_view_ray *view);
 
-/* The air between the eye and a point along its ray, in the same shadow. */
+/* In-scatter and transmittance between the eye and a point along its ray, with the shadows of clouds and hills. */
 np_aerial_perspective np_lighting_camera_air(const np_lighting *lighting, const np_world *world,
                                              const np_view_ray *view, double distance_m);
 
-/* Irradiance of sky and clouds on the ground, free of hills. */
+/* Irradiance of sky and clouds on the ground, without hills. */
 np_spectrum np_lighting_ground_irradiance(const np_lighting *lighting, const np_world *world, const np_ground_hit *hit);
 
-/* The clouds towards the sun. */
+/* Starts a query of optical depths of all clouds towards the sun. */
 static inline void np_lighting_start_depths(const np_lighting *lighting, np_dvec3 position, np_vec3 to_sun,
                                             np_place_walk *out) {
   np_place_walk_start(out, lighting->sun_optical_depths.clouds, position, to_sun, INFINITY);
 }
 
-/* Optical depth of one of them: looked up where a cache knows it, else integrated for the query. */
+/* Optical depth of one cloud in a query: looked up where a cache has it, otherwise integrated. */
 static inline float np_lighting_get_cloud_depth(const np_lighting *lighting, const np_instance *volume,
                                                 np_dvec3 position, np_vec3 to_sun, const np_depth_query *query,
                                                 float faded) {

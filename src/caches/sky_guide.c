@@ -4,7 +4,7 @@
 #include "core/units.h"
 #include "transport/scattering_field.h"
 
-/* Sine of the height at which a row begins. */
+/* Sine of the elevation at which a row begins. */
 static float compute_sine(float row) {
   const float root = 2.0f * row / NP_SKY_GUIDE_ROWS - 1.0f;
   return root * fabsf(root);
@@ -15,7 +15,7 @@ static float compute_solid_angle(int cell) {
   return (compute_sine(row + 1.0f) - compute_sine(row)) * (2.0f * NP_PI_F / NP_SKY_GUIDE_COLUMNS);
 }
 
-/* A direction in a cell, even over it for even u and v. */
+/* Direction in a cell, uniform for uniform u and v. */
 static np_vec3 compute_direction(int cell, float u, float v) {
   const float row = (float)(cell / NP_SKY_GUIDE_COLUMNS), column = (float)(cell % NP_SKY_GUIDE_COLUMNS);
   const float low = compute_sine(row), sine = low + u * (compute_sine(row + 1.0f) - low);
@@ -24,7 +24,7 @@ static np_vec3 compute_direction(int cell, float u, float v) {
   return np_vec3_normalize(np_vec3_make(cosine * cosf(azimuth), cosine * sinf(azimuth), sine));
 }
 
-/* The mean over bands, each in units of `unit`. */
+/* Mean over bands, each in units of `unit`. */
 static float compute_value(np_spectrum light, np_spectrum unit) {
   for (int b = 0; b < NP_BAND_COUNT; b++) light.band[b] = unit.band[b] > 0.0f ? light.band[b] / unit.band[b] : 0.0f;
   return np_spectrum_mean(light);

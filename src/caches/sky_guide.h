@@ -17,28 +17,28 @@
 #include "world/world.h"
 
 enum {
-  NP_SKY_GUIDE_ROWS = 32, /* by height: the root of its sine is spaced evenly, so that the horizon has the finest */
+  NP_SKY_GUIDE_ROWS = 32, /* rows by elevation: even in the root of its sine, so that the horizon has the finest */
   NP_SKY_GUIDE_COLUMNS = 32,
   NP_SKY_GUIDE_CELLS = NP_SKY_GUIDE_ROWS * NP_SKY_GUIDE_COLUMNS
 };
 
 static const float np_sky_guide_bright = 2.0f, np_sky_guide_least_rate = 0.05f;
 
-/* Cost of a ray through traced air, in rays to the tables. */
+/* Cost of a ray through traced air, relative to a ray to the tables. */
 static const float np_sky_guide_traced_cost = 2.5f;
 
 typedef struct np_sky_guide {
-  float rate;                           /* directions drawn at a vertex, below 1; 0: none */
-  float excess_sr;                      /* ∫ of what is aimed at, in units of the mean radiance */
-  float density[NP_SKY_GUIDE_CELLS];    /* of drawing a direction, 1/sr */
-  float cumulative[NP_SKY_GUIDE_CELLS]; /* share of this cell and those before it */
+  float rate;                           /* directions sampled at a vertex, below 1; 0: none */
+  float excess_sr;                      /* integral of the sampled radiance, in units of the mean radiance */
+  float density[NP_SKY_GUIDE_CELLS];    /* density with which a direction is sampled, 1/sr */
+  float cumulative[NP_SKY_GUIDE_CELLS]; /* share of this cell and all cells before it */
 } np_sky_guide;
 
-/* Surveys sky and ground from a place among the clouds, for rays of this cost. Bands count by their own means. */
+/* Surveys sky and ground from a place among the clouds, for rays of some cost. Each band is relative to its mean. */
 void np_sky_guide_build(const np_world *world, const np_sun_optical_depth_source *depths, np_dvec3 position,
                         float ray_cost, np_sky_guide *out);
 
-/* A direction, drawn with this density, 1/sr. */
+/* Samples a direction; `*out_density` in 1/sr. */
 np_vec3 np_sky_guide_draw(const np_sky_guide *guide, np_random *random, float *out_density);
 
 static inline float np_sky_guide_eval(const np_sky_guide *guide, np_vec3 direction) {
@@ -49,7 +49,7 @@ static inline float np_sky_guide_eval(const np_sky_guide *guide, np_vec3 directi
   return guide->density[row * NP_SKY_GUIDE_COLUMNS + column];
 }
 
-/* Radiance that a direction was drawn for, in units of the mean. */
+/* Radiance for which a direction was sampled, in units of the mean. */
 static inline float np_sky_guide_brightness(const np_sky_guide *guide, float density) {
   return np_sky_guide_bright + guide->excess_sr * density;
 }

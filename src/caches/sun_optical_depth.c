@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The sun optical-depth volume: lattices placed, filled column by column, and asked. */
+/* The sun optical-depth volume: placing its lattices, filling them column by column, and look-up. */
 #include "caches/sun_optical_depth.h"
 
 #include "core/alloc.h"
@@ -37,8 +37,8 @@ static double compute_finest_spacing(const np_instance *volume) {
   return finest;
 }
 
-/* Unit axes of the lattice: the third away from the sun, the first level, so that under a low sun a flat field of
- * clouds fills its box. */
+/* Unit axes of the lattice: the third points away from the sun, the first is level, so that under a low sun a flat
+ * field of clouds fills its box. */
 static np_affine make_axes(np_vec3 to_sun) {
   const np_dvec3 away = np_dvec3_scale(np_dvec3_normalize(np_vec3_to_double(to_sun)), -1.0);
   const np_dvec3 level = np_dvec3_make(-away.y, away.x, 0.0);
@@ -47,7 +47,7 @@ static np_affine make_axes(np_vec3 to_sun) {
   return (np_affine){{{u.x, u.y, u.z, 0}, {v.x, v.y, v.z, 0}, {away.x, away.y, away.z, 0}}};
 }
 
-/* The box of a cloud's bricks along the axes. */
+/* Box of a cloud's bricks along the axes. */
 static void bound(const np_instance *volume, const np_affine *axes, double low[3], double high[3]) {
   np_affine index_to_world;
   if (!np_affine_invert(&volume->world_to_index, &index_to_world)) index_to_world = np_affine_identity();
@@ -70,7 +70,7 @@ static void bound(const np_instance *volume, const np_affine *axes, double low[3
   }
 }
 
-/* The cloud that a lattice is of. */
+/* The cloud of a lattice. */
 static const np_instance *get_volume(const np_sun_optical_depth *cache, const np_world *world, unsigned lattice) {
   return cache->places ? &world->clouds.places->at[cache->stands[lattice]] : &world->clouds.at[lattice];
 }
@@ -79,7 +79,7 @@ static bool has_lattice(const np_instance *volume) {
   return volume->bricks->value_max > 0.0f && !volume->bricks->is_periodic[0] && !volume->bricks->is_periodic[1];
 }
 
-/* Cells of a cloud with voxels `coarsening` times as coarse as its own. */
+/* Places a lattice over a cloud, with nodes `coarsening` times as far apart as its voxels. */
 static void place(const np_instance *volume, np_vec3 to_sun, double coarsening, np_sun_lattice *out) {
   *out = (np_sun_lattice){.spacing_m = coarsening * compute_finest_spacing(volume)};
   if (!has_lattice(volume)) return;
@@ -100,7 +100,8 @@ static size_t count_cells(const np_sun_lattice *l) {
   return (size_t)l->size[0] * (size_t)l->size[1] * (size_t)l->size[2];
 }
 
-/* At most: of the table, and of all nodes where the cloud has bricks, turned ones touching half as many again. */
+/* Upper bound of bytes: the table, and all nodes where the cloud has bricks; rotated bricks touch half as many cells
+ * again. */
 static double bound_bytes(const np_sun_optical_depth *cache, const np_world *world, double coarsening) {
   double bytes = 0.0;
   for (unsigned v = 0; v < cache->volume_count; v++) {
@@ -115,11 +116,11 @@ static double bound_bytes(const np_sun_optical_depth *cache, const np_world *wor
   return bytes;
 }
 
-/* Cells of a table that any cloud may have, and for each of its bricks: large tiles, and boxes that are empty but for a
- * stray voxel, have more. Where cells are then too coarse for the tolerance they are steep. */
+/* Number of cells of a table that any cloud may have, and per brick: large tiles, and boxes that are empty but for a
+ * stray voxel, have more. Cells too coarse for the tolerance then become steep. */
 static const double cells_free = 0x1p14, cells_per_brick = 64.0;
 
-/* The fewer of the cloud's cells have bricks, the fewer are worth a node. */
+/* Greatest number of cells: the smaller the share of cells with bricks, the fewer. */
 static double count_cells_max(const np_instance *volume) {
   const int32_t *size = volume->bricks->size;
   const double box = (double)size[0] * size[1] * size[2];
@@ -156,7 +157,7 @@ typedef struct lattice_fill {
   np_sun_lattice *lattice;
   np_vec3 from_sun;
   column_fn kernel;
-  float *rays; /* of each thread */
+  float *rays; /* rays of each thread */
   size_t rays_stride;
 } lattice_fill;
 
@@ -181,7 +182,7 @@ static np_sun_column start_column(const lattice_fill *f, size_t n, unsigned thre
                          .cells = l->cells + n * (size_t)l->size[2]};
 }
 
-/* Decision of each cell, copied from the rays to `nodes`. */
+/* Copies the nodes of each cell from the rays, at its level, to `nodes`. */
 static void keep_nodes(const np_sun_column *column, float *nodes) {
   const size_t count = (size_t)column->lattice->size[2] * NP_SUN_CELL_EDGE + 1;
   for (int32_t k = 0; k < column->lattice->size[2]; k++) {
@@ -209,8 +210,8 @@ static neph_result fill_columns(void *user, size_t begin, size_t end, unsigned t
   return NEPH_OK;
 }
 
-/* A node less a twelfth of its second differences; on the face where light leaves, which is asked for from all places
- * behind it, only of those along the face. */
+/* A node minus a twelfth of its second differences; on the face away from the sun, which look-ups from all places
+ * behind it use, only of those along the face. */
 static float sharpen(const float *node, size_t stride, size_t n) {
   const size_t across = NP_SUN_FINE_RAYS * stride;
   float quadratic = *(node - across) + node[across] + *(node - stride) + node[stride] - 4.0f * *node;
@@ -218,7 +219,7 @@ static float sharpen(const float *node, size_t stride, size_t n) {
   return *node - quadratic * (1.0f / 12.0f);
 }
 
-/* The same of the cells that were refined. */
+/* Copies the nodes of refined cells from the fine rays. */
 static void keep_fine_nodes(const np_sun_column *column, float *nodes) {
   const size_t stride = np_sun_column_count_fine(column);
   for (int32_t k = 0; k < column->lattice->size[2]; k++) {
@@ -290,7 +291,7 @@ static neph_result refine_lattice(np_sun_optical_depth *cache, const np_world *w
   return run_kernel(&f, kernels[neph_context_get_isa(cache->context)].refine, stride, refine_columns, monitor);
 }
 
-/* Statistics of the cells, for the log and tests. */
+/* Counts cells of each kind, for the log and tests. */
 static void count_cell_kinds(np_sun_optical_depth *cache) {
   cache->bytes = 0;
   cache->steep_cells = cache->dark_cells = 0;
@@ -320,7 +321,7 @@ static void report(const np_sun_optical_depth *c) {
          (unsigned long long)c->steep_cells, (unsigned long long)c->dark_cells);
 }
 
-/* Optical depth of all clouds, or of their steep cells. */
+/* Fills the optical depths of all clouds, or of their steep cells. */
 static neph_result fill_lattices(np_sun_optical_depth *cache, const np_world *world,
                                  const np_sun_optical_depth_desc *desc, bool is_fine, np_monitor *monitor) {
   neph_result result = NEPH_OK;
@@ -334,7 +335,7 @@ static neph_result fill_lattices(np_sun_optical_depth *cache, const np_world *wo
   return result;
 }
 
-/* Places the lattices, coarser where the memory wants it. */
+/* Places the lattices, coarser where memory is limited. */
 static neph_result place_all(np_sun_optical_depth *out, const np_world *world, const np_sun_optical_depth_desc *desc) {
   unsigned count = world->clouds.count;
   if (world->clouds.places) {
@@ -381,9 +382,9 @@ void np_sun_optical_depth_clear(np_sun_optical_depth *cache) {
   *cache = (np_sun_optical_depth){0};
 }
 
-/* ---- Asking ---- */
+/* ---- Queries ---- */
 
-/* One cloud, by steps of a voxel through its bricks. */
+/* Optical depth of one cloud, by steps of a voxel through its bricks. */
 static float walk(const np_instance *volume, np_dvec3 position, np_vec3 to_sun, float depth_end) {
   const np_dvec3 along = np_affine_vector(&volume->world_to_index, np_vec3_to_double(to_sun));
   const double step = 1.0 / fmax(np_dvec3_length(along), 1e-30);

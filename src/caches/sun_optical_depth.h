@@ -1,18 +1,18 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The sun optical-depth volume: how much cloud lies between a point and the sun, filled in once and looked up.
+/* The sun optical-depth volume: optical depth of clouds between a point and the sun, computed once and looked up.
  *
  * Each cloud has a lattice of nodes whose third axis t runs away from the sun, so that a line of nodes is one ray and
- * is filled by following it once. A cell has 8³ intervals of the lattice, and keeps as many nodes as its tolerance
- * asks for: 9³, 5³, 3³ or 2³, of which the depth is interpolated. Where it curves too much for that, as at a dense edge
+ * is filled by one march. A cell has 8³ intervals of the lattice, and stores as many nodes as its tolerance requires:
+ * 9³, 5³, 3³ or 2³, between which the depth is interpolated. Where it curves too much for that, as at a dense edge
  * that faces the sun, a second pass follows rays half a step apart, for 17³ nodes; a twelfth of their second
- * differences is taken off, so that between them the interpolant is right in the mean. Three kinds keep none:
+ * differences is taken off, so that between them the interpolant is right in the mean. Three kinds of cells have no nodes:
  *
- *   empty   the depth does not change along t: it is that at the entry to the next cell towards the sun
- *   dark    no light worth counting comes here
- *   steep   even 17³ nodes would not do, or did not fit the memory: to be walked for
+ *   empty   the depth does not change along t: it is read at the entry to the next cell towards the sun
+ *   dark    light is negligible here
+ *   steep   17³ nodes are too few, or did not fit the memory: rays march through it
  *
  * A ray that starts outside the cells runs to the first that is not empty, in its own direction; from there on the
- * middle of the sun's disk stands for it. Periodic clouds have no lattice and are walked for.
+ * middle of the sun's disk stands for it. Rays march through periodic clouds, which have no lattice.
  *
  * A cloud in many places has one lattice for those that the sun shines on from the same side of the cloud, whatever
  * their size, and no more than NP_SUN_SIDES_MAX: places of the sides between take the nearest, by up to `side_rad`.
@@ -30,14 +30,14 @@
 enum {
   NP_SUN_SIDES_MAX = 64,
   NP_SUN_CELL_EDGE = 8,
-  NP_SUN_CELL_NODES = 9,     /* along an edge */
+  NP_SUN_CELL_NODES = 9,     /* nodes along an edge */
   NP_SUN_FINE_EDGE = 16,     /* half steps along an edge */
-  NP_SUN_FINE_RAYS = 19,     /* along an edge of a column, with one beyond it on each side */
-  NP_SUN_CELL_LEVELS = 5,    /* nodes half a step, one, two, four, eight steps apart */
-  NP_SUN_CELL_LEVEL_BITS = 3 /* low bits of a cell that keeps nodes: its level; above them, its first node */
+  NP_SUN_FINE_RAYS = 19,     /* fine rays along an edge of a column, with one beyond it on each side */
+  NP_SUN_CELL_LEVELS = 5,    /* levels: nodes half a step, one, two, four, eight steps apart */
+  NP_SUN_CELL_LEVEL_BITS = 3 /* low bits of a cell with nodes: its level; the bits above: its first node */
 };
 
-/* Cells that keep no nodes; all others are below these. */
+/* Values of cells without nodes; all others are below these. */
 #define NP_SUN_CELL_EMPTY 0xffffffffu
 #define NP_SUN_CELL_DARK 0xfffffffeu
 #define NP_SUN_CELL_STEEP 0xfffffffdu
@@ -46,79 +46,80 @@ static inline bool np_sun_cell_keeps(uint32_t cell) { return cell < NP_SUN_CELL_
 
 static inline uint32_t np_sun_cell_get_level(uint32_t cell) { return cell & ((1u << NP_SUN_CELL_LEVEL_BITS) - 1); }
 
-/* Cells without a stored depth, which rays walk through. */
+/* Depth of a query in cells without a stored depth, which rays march through. */
 #define NP_SUN_OPTICAL_DEPTH_UNKNOWN (-1.0f)
 
 typedef struct np_sun_lattice {
-  np_affine world_to_lattice, lattice_to_world; /* from and to steps of the lattice */
+  np_affine world_to_lattice, lattice_to_world; /* maps between world and steps of the lattice */
   int32_t size[3];                              /* cells; 0: no lattice */
   double spacing_m;
   uint32_t *cells;  /* t fastest, then v */
-  float **nodes;    /* of each column of cells along t: its cells' nodes, each t fastest, then v */
-  float *all_nodes; /* of a lattice read from disk: those of all columns in one block; else NULL */
+  float **nodes;    /* nodes of each column of cells along t: cell by cell, t fastest, then v */
+  float *all_nodes; /* nodes of all columns of a lattice read from disk, in one block; else NULL */
 } np_sun_lattice;
 
-/* A place of a cloud, by the lattice of another that the sun shines on from the same side. */
+/* A place of a cloud, by the lattice of another place that has the sun on the same side. */
 typedef struct np_sun_place {
   uint32_t lattice;
-  float scale;          /* of its depths over the lattice's */
-  np_affine to_lattice; /* from the world to where the lattice's own cloud stands */
+  float scale;          /* scale of its depths over the lattice's */
+  np_affine to_lattice; /* map from the world to the lattice's own place */
 } np_sun_place;
 
 typedef struct np_sun_optical_depth_desc {
-  float rate;       /* depth counts at least this much: what is lit is at most e^{−rate·depth} */
-  float tolerance;  /* of e^{−x·depth}, for every x from `rate` to 1 */
-  size_t bytes_max; /* more, and the lattices are coarsened */
+  float rate;       /* least factor on depth: light is at most e^{−rate·depth} */
+  float tolerance;  /* tolerance of e^{−x·depth}, for every x from `rate` to 1 */
+  size_t bytes_max; /* memory limit, above which lattices are coarsened */
 } np_sun_optical_depth_desc;
 
-/* Some hundredth of the light in full sun; half a gigabyte. */
+/* About a hundredth of the light in full sun; half a gigabyte. */
 #define NP_SUN_OPTICAL_DEPTH_DESC_DEFAULT                                                                              \
   { .rate = 1.0f, .tolerance = 0.015f, .bytes_max = (size_t)1 << 29 }
 
 typedef struct np_sun_optical_depth {
   neph_context *context; /* borrowed */
   unsigned volume_count;
-  np_sun_lattice *lattices; /* of each cloud; of clouds in many places of each side that is shone on */
-  np_sun_place *places;     /* of each place of a hierarchy; NULL: there is none */
-  uint32_t *stands;         /* with places: of each lattice the place whose it is */
-  double side_rad;          /* most by which the sun is taken to stand elsewhere over a place */
-  float depth_end;          /* where it is dark: 16/rate */
+  np_sun_lattice *lattices; /* lattices of each cloud; for clouds in many places, of each side on which the sun
+                               shines */
+  np_sun_place *places;     /* each place of a hierarchy; NULL: none */
+  uint32_t *stands;         /* the place of each lattice, where there are places */
+  double side_rad;          /* greatest error in the sun's direction over a place */
+  float depth_end;          /* depth that counts as dark: 16/rate */
   size_t bytes;
   uint64_t level_cells[NP_SUN_CELL_LEVELS], steep_cells, dark_cells;
 } np_sun_optical_depth;
 
-/* Same bits for any number of threads. On failure nothing is left. */
+/* Builds the cache. The same bits for any number of threads. On failure `*out` is empty. */
 neph_result np_sun_optical_depth_build(neph_context *context, const np_world *world,
                                        const np_sun_optical_depth_desc *desc, np_monitor *monitor,
                                        np_sun_optical_depth *out);
 void np_sun_optical_depth_clear(np_sun_optical_depth *cache);
 
-/* Keeps depths on disk. */
+/* Saves depths on disk. */
 void np_sun_optical_depth_save(const np_sun_optical_depth *cache, np_cache_entry *entry);
 
-/* Those that were kept, of the world's clouds; false, with nothing left, where the entry holds less than that. */
+/* Loads depths for the world's clouds; false, with `*out` empty, where the entry is too short. */
 bool np_sun_optical_depth_load(neph_context *context, const np_world *world, np_cache_entry *entry,
                                np_sun_optical_depth *out);
 
-/* Depths of all clouds towards the sun: by the cache where there is one and it knows, else by steps of a voxel. */
+/* Depths of all clouds towards the sun: from the cache where it has them, otherwise by steps of a voxel. */
 typedef struct np_sun_optical_depths {
   const np_instances *clouds;
   const np_sun_optical_depth *cache; /* NULL: none */
 } np_sun_optical_depths;
 
-/* From a point; what lies beyond `depth_max` is not looked at. */
+/* Optical depth from a point; clouds beyond `depth_max` may be skipped. */
 float np_sun_optical_depths_get(const np_sun_optical_depths *depths, np_dvec3 position, np_vec3 to_sun,
                                 float depth_max);
 
-/* The same with each cloud's depth counted `fade` times. */
+/* Optical depth from a point, with each cloud's depth times `fade`. */
 float np_sun_optical_depths_get_scaled(const np_sun_optical_depths *depths, np_dvec3 position, np_vec3 to_sun,
                                        const float fade[NP_INSTANCES_MAX], float depth_max);
 
-/* Chooses the places of a hierarchy whose lattices stand for all: `places`, `stands`, `side_rad`, and
- * the number of lattices. */
+/* Chooses the places of a hierarchy whose lattices represent all others: `places`, `stands`, `side_rad`, and the number
+ * of lattices. */
 neph_result np_sun_places_choose(const np_world *world, np_sun_optical_depth *out, unsigned *out_count);
 
-/* np_sun_optical_depths_get(), for the modules below; `depths` is borrowed. */
+/* Function for lower modules that calls np_sun_optical_depths_get(); `depths` is borrowed. */
 np_sun_optical_depth_source np_sun_optical_depths_get_source(const np_sun_optical_depths *depths);
 
 /* ---- Inside: one column of cells ---- */
@@ -128,25 +129,25 @@ typedef struct np_sun_column {
   const np_sun_lattice *lattice;
   const np_sun_optical_depth_desc *desc;
   float depth_end;
-  np_vec3 from_sun; /* along t */
+  np_vec3 from_sun; /* direction of t */
   int32_t at[2];
   float *rays;       /* scratch: the 9 × 9 rays of the column, each with every node along t */
-  uint32_t *cells;   /* out: of the column */
-  size_t node_count; /* out: floats that the cells keep; of a fine one added to what is there */
+  uint32_t *cells;   /* output: cells of the column */
+  size_t node_count; /* output: floats that the cells store; for a refined cell, added to it */
 } np_sun_column;
 
-/* Nodes that a cell of a level keeps. */
+/* Number of nodes that a cell of a level stores. */
 static inline size_t np_sun_level_count_nodes(uint32_t level) {
   const size_t edge = (size_t)(NP_SUN_FINE_EDGE >> level) + 1;
   return edge * edge * edge;
 }
 
-/* Places that a fine ray has in `rays`: with one node beyond the last cell. */
+/* Length of a fine ray in `rays`, with one node beyond the last cell. */
 static inline size_t np_sun_column_count_fine(const np_sun_column *column) {
   return (size_t)column->lattice->size[2] * NP_SUN_FINE_EDGE + 2;
 }
 
-/* The first node of a cell among those of the fine rays. */
+/* The first node of a cell among the fine rays. */
 static inline float *np_sun_column_get_fine(const np_sun_column *column, int32_t cell) {
   return column->rays + (NP_SUN_FINE_RAYS + 1) * np_sun_column_count_fine(column) + (size_t)cell * NP_SUN_FINE_EDGE;
 }
@@ -171,7 +172,7 @@ static inline float np_sun_nodes_mix(const float *nodes, unsigned level, float u
   return np_maxf(np_mixf(a, b, w[0]), 0.0f);
 }
 
-/* Depth of one cloud, or NP_SUN_OPTICAL_DEPTH_UNKNOWN. `to_sun` points to anywhere on the sun's disk. */
+/* Depth of one cloud, or NP_SUN_OPTICAL_DEPTH_UNKNOWN. `to_sun` points to any place on the sun's disk. */
 static inline float np_sun_lattice_get(const np_sun_lattice *l, float depth_end, np_dvec3 position, np_vec3 to_sun) {
   if (l->size[0] == 0) return NP_SUN_OPTICAL_DEPTH_UNKNOWN;
   const np_dvec3 p = np_affine_point(&l->world_to_lattice, position);
@@ -196,7 +197,7 @@ static inline float np_sun_lattice_get(const np_sun_lattice *l, float depth_end,
   return 0.0f;
 }
 
-/* The same of a place, whose lattice may be another's. */
+/* Depth of one cloud at a place, whose lattice may belong to another. */
 static inline float np_sun_place_get(const np_sun_optical_depth *cache, const np_sun_place *place, np_dvec3 position,
                                      np_vec3 to_sun) {
   const np_dvec3 along = np_affine_vector(&place->to_lattice, np_vec3_to_double(to_sun));
@@ -205,7 +206,7 @@ static inline float np_sun_place_get(const np_sun_optical_depth *cache, const np
   return depth == NP_SUN_OPTICAL_DEPTH_UNKNOWN ? depth : place->scale * depth;
 }
 
-/* Depth of one of the clouds, in its place, where a cache knows it; else NP_SUN_OPTICAL_DEPTH_UNKNOWN. */
+/* Depth of one cloud in its place, where a cache has it; else NP_SUN_OPTICAL_DEPTH_UNKNOWN. */
 static inline float np_sun_optical_depths_get_known(const np_sun_optical_depths *depths, const np_instance *volume,
                                                     np_dvec3 position, np_vec3 to_sun) {
   const np_sun_optical_depth *cache = depths->cache;

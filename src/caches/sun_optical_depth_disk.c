@@ -1,23 +1,23 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Sun optical depths kept on disk: cells and their nodes, column by column. */
+/* Sun optical depths on disk: cells and their nodes, column by column. */
 #include "caches/sun_optical_depth.h"
 #include "core/alloc.h"
 
-/* All but the lattices. */
+/* All members but the lattices. */
 typedef struct depths_header {
   uint64_t bytes, level_cells[NP_SUN_CELL_LEVELS], steep_cells, dark_cells;
   uint32_t volume_count;
   float depth_end;
 } depths_header;
 
-/* A lattice but for its cells and nodes. */
+/* A lattice without its cells and nodes. */
 typedef struct lattice_header {
   np_affine world_to_lattice, lattice_to_world;
   double spacing_m;
   int32_t size[3], padding;
 } lattice_header;
 
-/* Affine maps of finite numbers; a lattice of as many cells as an entry can hold. */
+/* Whether maps are finite, and a lattice has no more cells than an entry can hold. */
 static bool is_sound(const lattice_header *h) {
   return np_cache_are_doubles_finite(&h->world_to_lattice.m[0][0], 12) &&
          np_cache_are_doubles_finite(&h->lattice_to_world.m[0][0], 12) && isfinite(h->spacing_m) &&
@@ -26,7 +26,7 @@ static bool is_sound(const lattice_header *h) {
 
 static size_t count_columns(const np_sun_lattice *l) { return (size_t)l->size[0] * (size_t)l->size[1]; }
 
-/* Floats of a column, up to the last node of its cells. */
+/* Number of floats in a column, up to the last node of its cells. */
 static size_t count_column_nodes(const np_sun_lattice *l, size_t column) {
   const uint32_t *cells = l->cells + column * (size_t)l->size[2];
   size_t count = 0;
@@ -61,7 +61,7 @@ void np_sun_optical_depth_save(const np_sun_optical_depth *cache, np_cache_entry
   for (unsigned v = 0; v < cache->volume_count; v++) save_lattice(&cache->lattices[v], entry);
 }
 
-/* Cells that keep nodes do so on a level that there is. */
+/* Whether all cells with nodes have a valid level. */
 static bool are_levels_known(const uint32_t *cells, size_t count) {
   uint32_t highest = 0;
   for (size_t i = 0; i < count; i++) {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* One column of the sun optical-depth volume: its rays followed, and what each cell must keep of them. Compiled once
- * per instruction-set level. */
+/* One column of the sun optical-depth volume: marching its rays, and choosing the nodes that each cell stores. Compiled
+ * once per instruction-set level. */
 #include <string.h>
 
 #include "core/isa.h"
@@ -8,19 +8,19 @@
 #include "caches/sun_optical_depth.h"
 #include "volume/brick_walk.h"
 
-/* Follows the rays and decides for each cell what it keeps. */
+/* Marches the rays, and chooses the level of each cell. */
 void NP_KERNEL(np_sun_column_fill)(np_sun_column *column);
 
-/* The same of steep cells with rays half a step apart, 19 × 19 of them, one beyond the column on each side. */
+/* Marches steep cells with rays half a step apart, 19 × 19 of them, one beyond the column on each side. */
 void NP_KERNEL(np_sun_column_refine)(np_sun_column *column);
 
 enum { EDGE = NP_SUN_CELL_EDGE, NODES = NP_SUN_CELL_NODES, CELL = NODES * NODES * NODES };
 
-/* One ray, for the depth from the sun to each of its nodes, by the midpoint rule from node to node. */
+/* State of one ray, which computes the depth from the sun to each of its nodes by the midpoint rule. */
 typedef struct sun_ray {
   const np_instance *volume;
   double spacing;
-  size_t count, next; /* nodes, and the first that is not yet reached */
+  size_t count, next; /* number of nodes, and the first not yet reached */
   float depth, *out;
 } sun_ray;
 
@@ -28,8 +28,8 @@ static void keep_until(sun_ray *r, double t) {
   while (r->next < r->count && (double)r->next * r->spacing <= t) r->out[r->next++] = r->depth;
 }
 
-/* Pieces of a span, ended by nodes and by its own end: their middles and lengths from t on, measured from the span's
- * begin, and the ends. Returns how many. */
+/* Cuts a span at nodes, from t on, measured from the span's begin: middles, lengths and ends of the pieces. Returns
+ * their number. */
 static int cut_span(const sun_ray *r, const np_brick_span *span, double t, float middle[NP_BRICK_LINE],
                     float length[NP_BRICK_LINE], double end[NP_BRICK_LINE]) {
   int count = 0;
@@ -43,7 +43,7 @@ static int cut_span(const sun_ray *r, const np_brick_span *span, double t, float
   return count;
 }
 
-/* A span of constant density, in which the depth is linear. */
+/* Integrates a span of constant density, in which the depth is linear. */
 static void follow_constant(sun_ray *r, const np_brick_span *span) {
   const double rate = (double)(r->volume->extinction_per_value * span->range.min);
   const double depth = (double)r->depth - rate * span->t_begin;
@@ -72,7 +72,7 @@ static void follow_span(sun_ray *r, const np_brick_walk *walk, const np_brick_sp
   }
 }
 
-/* From a place on the plane where the rays begin, in steps of the lattice. */
+/* Marches a ray from a place on the plane where the rays begin, in steps of the lattice. */
 static void follow_ray(const np_sun_column *c, double u, double v, double spacing, size_t count, float *out) {
   sun_ray r = {.volume = c->volume, .spacing = spacing, .count = count, .out = out};
   const np_dvec3 origin = np_affine_point(&c->lattice->lattice_to_world, np_dvec3_make(u, v, 0.0));
@@ -106,13 +106,13 @@ static float compute_light_error(float a, float b, float rate) {
   return np_transmittance(x * low) * -expm1f(-x * gap);
 }
 
-/* The nodes of a cell: `edge` intervals along each axis. */
+/* Nodes of a cell: `edge` intervals along each axis. */
 typedef struct node_block {
   const float *first;
   size_t step[3], edge;
 } node_block;
 
-/* Sum of the squared errors in light, at nodes halfway between two others `stride` apart from each, of their mean. */
+/* Sum of squared errors in light of nodes halfway between two others, `stride` apart from each, against their mean. */
 static float sum_curvatures(const node_block *b, size_t stride, int axis, float rate, int *count) {
   const size_t other[2] = {b->step[(axis + 1) % 3], b->step[(axis + 2) % 3]}, step = stride * b->step[axis];
   float sum = 0.0f;
@@ -127,7 +127,7 @@ static float sum_curvatures(const node_block *b, size_t stride, int axis, float 
   return sum;
 }
 
-/* Root of their mean, of every second node along one axis or another. */
+/* Root mean square of these errors, over every second node along each axis. */
 static float compute_curvature(const node_block *b, size_t stride, float rate) {
   int count = 0;
   float sum = 0.0f;
@@ -135,8 +135,8 @@ static float compute_curvature(const node_block *b, size_t stride, float rate) {
   return sqrtf(sum / (float)count);
 }
 
-/* Between nodes one step apart the mean misses a third of what it misses between nodes two steps apart: a quarter where
- * the depth is smooth, half at an edge. */
+/* Chooses the level of a cell. Between nodes one step apart linear interpolation errs by a third of its error between
+ * nodes two steps apart: a quarter where the depth is smooth, half at an edge. */
 static uint32_t choose_level(const float cell[CELL], const np_sun_optical_depth_desc *desc) {
   const node_block b = {cell, {NODES * NODES, NODES, 1}, EDGE};
   float quadratic = compute_curvature(&b, 1, desc->rate);
@@ -178,8 +178,8 @@ void NP_KERNEL(np_sun_column_fill)(np_sun_column *c) {
 
 /* ---- Steep cells ---- */
 
-/* Second differences of 17³ nodes, in tolerances, above which a cell is walked: what they miss is a third of
- * it, as much as the picture's whole tolerance, and walking takes ten times as long. */
+/* Second differences of 17³ nodes, in tolerances, above which a cell is marched: the error is a third of them, as much
+ * as the picture's whole tolerance, and marching takes ten times as long. */
 static const float steep_curvature = 16.0f;
 
 static void follow_fine_rays(const np_sun_column *c, size_t count) {

@@ -2,22 +2,22 @@
 /* Lattices of the sun optical depth that clouds in many places share.
  *
  * Depth inside a cloud depends on the direction towards the sun in the cloud's own space, and grows with its size; not
- * on where it stands. Places of one cloud that the sun shines on from the same side, to a tolerance, share a lattice;
+ * on where it stands. Places of one cloud with the sun on the same side, to a tolerance, share a lattice;
  * the tolerance begins at nothing and is doubled until there are few enough of them. */
 #include "core/alloc.h"
 #include "caches/sun_optical_depth.h"
 #include "core/units.h"
 
-/* Ratio of sizes within which places share a lattice, whose nodes are chosen for the depths of one. */
+/* Greatest ratio of sizes of places that share a lattice, whose nodes are chosen for the depths of one. */
 static const double ratio_max = 1.5;
 
-/* Rounding alone; the first tolerance of turned places; none is above a half turn. */
+/* Angles: rounding alone; the first tolerance of rotated places; the largest angle. */
 static const double least_rad = 1e-6, first_rad = NP_DEGREE, most_rad = 4.0;
 
-/* A place as its lattice sees it. */
+/* A place in terms of its lattice. */
 typedef struct side {
-  np_dvec3 to_sun; /* in the cloud's index space, unit */
-  double per_m;    /* voxels that the sun's rays pass in a metre */
+  np_dvec3 to_sun; /* unit direction to the sun in the cloud's index space */
+  double per_m;    /* voxels along the sun's ray in a metre */
   const np_instance *volume;
 } side;
 
@@ -27,14 +27,15 @@ static side make_side(const np_instance *volume, np_vec3 to_sun) {
   return (side){np_dvec3_scale(along, 1.0 / length), length, volume};
 }
 
-/* Angle between two directions of the sun, infinite where the places cannot share: of clouds, or of sizes apart. */
+/* Angle between two directions of the sun, infinite where the places cannot share a lattice: other clouds, or other
+ * sizes. */
 static double compute_angle(const side *a, const side *b) {
   const double ratio = a->per_m / b->per_m;
   if (a->volume->index != b->volume->index || ratio > ratio_max || ratio * ratio_max < 1.0) return INFINITY;
   return np_dvec3_length(np_dvec3_subtract(a->to_sun, b->to_sun));
 }
 
-/* The nearest of those chosen so far; `count` where none is within the tolerance. */
+/* The nearest chosen place; `count` where none is within the tolerance. */
 static unsigned search_nearest(const side *sides, const uint32_t *chosen, unsigned count, const side *of,
                                double tolerance, double *out_angle) {
   unsigned nearest = count;
@@ -48,7 +49,7 @@ static unsigned search_nearest(const side *sides, const uint32_t *chosen, unsign
   return nearest;
 }
 
-/* Chooses places until each is near one of them; false where that takes more than `limit`. */
+/* Chooses places until each is near one of them; false where more than `limit` would be needed. */
 static bool choose_within(const side *sides, uint32_t place_count, double tolerance, unsigned limit, uint32_t *chosen,
                           unsigned *out_count) {
   double angle;
@@ -61,7 +62,7 @@ static bool choose_within(const side *sides, uint32_t place_count, double tolera
   return true;
 }
 
-/* From a place to where the place of its lattice has the same matter. */
+/* Map from a place to the place of its lattice, with the same matter. */
 static np_affine make_way(const np_instance *from, const np_instance *to) {
   np_affine index_to_world;
   if (!np_affine_invert(&to->world_to_index, &index_to_world)) index_to_world = np_affine_identity();

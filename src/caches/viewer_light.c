@@ -3,7 +3,7 @@
 
 #include "core/alloc.h"
 
-/* Distance over width of the nearest cells that are asked for. */
+/* Least ratio of distance over width of the cells in queries. */
 static const double distance_over_width = 32.0;
 
 static double compute_distance_min(const np_scattering_field *field, np_dvec3 viewer) {
@@ -37,7 +37,7 @@ static neph_result fill_cells(void *user, size_t begin, size_t end, unsigned thr
   return NEPH_OK;
 }
 
-/* All but the light. */
+/* A viewer light without values. */
 static np_viewer_light make_empty(neph_context *context, const np_scattering_field *field, np_dvec3 viewer) {
   const np_scattering_medium *medium = np_scattering_field_get_medium(field);
   return (np_viewer_light){.context = context,

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Light that clouds scatter out towards one viewer, from the solution of the multiple scattering: the march asks for it
+/* Light that clouds scatter out towards one viewer, from the solution of the multiple scattering: the march looks it up
  * at every step of every ray from there.
  *
  * A cell is seen from one direction, nearly: so its moments φ are summed up towards the viewer once, and rays
  * interpolate sums Σ φ·Y instead of moments. Midway between two cells such a sum is off by ¼·Δφ·ΔY, their differences
  * from cell to cell: where a cell is a thirty-second as wide as it is far away ΔY is some l/32 of a harmonic of degree
  * l, and light that changes by a third from cell to cell is wrong by a quarter of a per cent in degree 1, half in
- * degree 2 and so on. Nearer cells are not asked for: there a ray gathers the moments themselves.
+ * degree 2 and so on. Nearer cells are not used: there a ray sums the moments themselves.
  */
 #ifndef NP_CACHES_VIEWER_LIGHT_H
 #define NP_CACHES_VIEWER_LIGHT_H
@@ -16,23 +16,23 @@
 typedef struct np_viewer_light {
   neph_context *context; /* borrowed */
   np_dvec3 viewer;
-  double distance_min; /* m: from there on cells are far enough away */
+  double distance_min; /* m: distance from which on the cells are far enough away */
   unsigned phase_count, band_count;
-  np_spectrum colour; /* as in np_scattering_medium */
+  np_spectrum colour; /* colour factor, as in np_scattering_medium */
   float *outgoing;    /* [cell][phase_kind][band] */
 } np_viewer_light;
 
-/* On failure nothing is left. The solution is asked again with what was built from it. */
+/* Computes the light. On failure `*out` is empty. Queries need the same solution again. */
 neph_result np_viewer_light_build(neph_context *context, const np_scattering_field *field, np_dvec3 viewer,
                                   np_monitor *monitor, np_viewer_light *out);
 void np_viewer_light_clear(np_viewer_light *light);
 
-/* Keeps it on disk, and loads it for the same solution and viewer. False: the entry holds less. */
+/* Save it on disk, and load it for the same solution and viewer. False: the entry is too short. */
 void np_viewer_light_save(const np_viewer_light *light, const np_scattering_field *field, np_cache_entry *entry);
 bool np_viewer_light_load(neph_context *context, const np_scattering_field *field, np_dvec3 viewer,
                           np_cache_entry *entry, np_viewer_light *out);
 
-/* Whether it stands for an eye: the viewer's, or one so near, in an aperture, that directions are the same. */
+/* Whether it applies to an eye: the viewer's, or one so near, within an aperture, that directions are the same. */
 static inline bool np_viewer_light_serves(const np_viewer_light *light, np_dvec3 eye) {
   if (np_dvec3_is_equal(light->viewer, eye)) return true;
   return np_dvec3_length(np_dvec3_subtract(light->viewer, eye)) < 1e-3 * light->distance_min;

@@ -14,7 +14,7 @@ static void print_count(FILE *out, size_t count, const char *what, const char *s
   fprintf(out, "%s%zu %s%s", separator, count, what, count == 1 ? "" : "s");
 }
 
-/* Without what a terminal would obey: grids have names from strangers. */
+/* Prints a name without bytes that a terminal would obey: grids may have any name. */
 static void print_safely(FILE *out, const char *text) {
   for (; *text; text++) {
     const unsigned char c = (unsigned char)*text;
@@ -22,7 +22,7 @@ static void print_safely(FILE *out, const char *text) {
   }
 }
 
-/* "12:3", of a scene, stands behind the name, as compilers put it. */
+/* Whether a place is "12:3", of a scene, which follows the name as in compilers' messages. */
 static bool is_line(const char *place) { return *place >= '0' && *place <= '9'; }
 
 static void print_finding(FILE *out, const np_finding *f) {

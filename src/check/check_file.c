@@ -25,7 +25,7 @@ static neph_result check_height_file(neph_check *check, const char *path) {
   return np_check_heights(check, path, NULL);
 }
 
-/* Heights need 16 bits of grey: another picture is a weather map, or one of the ground. */
+/* Checks a PNG. Heights need 16 bits of grey: others are weather maps, or pictures of the ground. */
 static neph_result check_png(neph_check *check, const char *path) {
   static const np_rule other = {"picture.kind", NEPH_SEVERITY_NOTE, NULL};
   neph_image *image = NULL;
@@ -86,7 +86,7 @@ static neph_result check_camera(neph_check *check, const char *path) {
   return NEPH_OK;
 }
 
-/* A file of both kinds is a camera's; the complaint that it has none does not count where it has a mesh. */
+/* Checks a glTF as a camera and as a mesh; the complaint that it has no camera does not count where it has a mesh. */
 static neph_result check_gltf(neph_check *check, const char *path) {
   const size_t listed = check->listed, errors = check->counts[NEPH_SEVERITY_ERROR];
   neph_result result = check_camera(check, path);

@@ -12,15 +12,15 @@
 
 typedef np_finding_draft draft;
 
-/* A field, and what its samples look like. */
+/* A field, and statistics of its samples. */
 typedef struct height_facts {
   np_heightfield field;
   np_raster_summary raster;       /* format "" where GDAL has not read it */
-  bool has_unit;                  /* elevations are metres: of pictures the caller says which */
-  bool is_unit_given;             /* by the scene: its unit, or an encoding in metres */
-  size_t level_count;             /* different elevations; at most LEVELS_MAX */
-  double step_m;                  /* the largest between neighbours */
-  unsigned step_column, step_row; /* of the file, its northern row first */
+  bool has_unit;                  /* elevations are metres: for pictures the caller states the unit */
+  bool is_unit_given;             /* the scene names its unit, or an encoding in metres */
+  size_t level_count;             /* number of different elevations; at most LEVELS_MAX */
+  double step_m;                  /* largest step between neighbours */
+  unsigned step_column, step_row; /* place of the step in the file, whose first row is the northern */
   double cell_m;
 } height_facts;
 
@@ -28,7 +28,7 @@ enum { LEVELS_MAX = 257, SLOTS = 2048 };
 
 /* ---- Facts ---- */
 
-/* Counts different values, in a table of hashes, until there are more than a byte has. */
+/* Counts different values, in a hash table, up to one more than a byte has. */
 static size_t count_levels(const np_heightfield *field) {
   float slots[SLOTS];
   bool is_taken[SLOTS] = {false};
@@ -64,7 +64,7 @@ static void measure_steps(height_facts *f) {
     }
 }
 
-/* A raster alone need not say where it lies: a scene lays it around its place. */
+/* Measures a field. A raster alone need not state its position: a scene places it. */
 static neph_result measure(neph_check *check, const char *path, neph_terrain_desc *desc, bool has_desc,
                            height_facts *f) {
   np_monitor monitor;
@@ -112,14 +112,14 @@ static bool is_flat(const height_facts *f, draft *out) {
          np_draft_set(out, "all of it is at %g", (double)f->field.elevation_min_m);
 }
 
-/* A wall of more than 3 km, steeper than 80°. */
+/* Whether a step is higher than 3 km and steeper than 80°. */
 static bool has_spike(const height_facts *f, draft *out) {
   if (!f->has_unit || f->step_m < 3000.0 || f->step_m < 5.67 * f->cell_m) return false;
   np_draft_set_place(out, "column %u, row %u", f->step_column, f->step_row);
   return np_draft_set(out, "it rises by %.5g m between neighbours: a void that the file does not mark?", f->step_m);
 }
 
-/* A small field has few heights in any case: each must stand for several samples. */
+/* Whether elevations form terraces: each stands for several samples. A small field has few elevations in any case. */
 static bool has_terraces(const height_facts *f, draft *out) {
   const size_t samples_per_level = 8, count = (size_t)f->field.width * f->field.height;
   const double range = (double)f->field.elevation_max_m - (double)f->field.elevation_min_m;

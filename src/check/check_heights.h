@@ -7,7 +7,7 @@
 
 #include "check/findings.h"
 
-/* `desc` gives what a file does not say of itself; NULL: nothing does. */
+/* `desc` has the properties that a file does not state; NULL: unknown. */
 neph_result np_check_heights(neph_check *check, const char *path, const neph_terrain_desc *desc);
 
 #endif

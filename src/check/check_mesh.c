@@ -8,7 +8,7 @@
 
 typedef np_finding_draft draft;
 
-/* Triangles without an area, and the box of all places. */
+/* Number of triangles without an area, and the box of all places. */
 typedef struct mesh_facts {
   size_t triangle_count, flat_count;
   np_dvec3 low, high;

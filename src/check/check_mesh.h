@@ -7,7 +7,7 @@
 
 #include "check/findings.h"
 
-/* `desc` is a scene's; NULL: none says what a unit of the file is. */
+/* `desc` is a scene's; NULL: the unit of the file is unknown. */
 neph_result np_check_mesh(neph_check *check, const char *path, const neph_mesh_desc *desc);
 
 #endif

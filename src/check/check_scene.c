@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A scene, and all that it names: its inputs are opened as a render opens them, then read and put to the rules of their
- * kinds, and its clouds are put in their places. */
+/* Checks of a scene with all its files: inputs are opened as a render opens them, then read and checked by the rules of
+ * their kinds, and clouds are checked in their places. */
 #include "check/check_scene.h"
 
 #include <nephos/files.h>
@@ -35,7 +35,7 @@ typedef struct scene_check {
 
 /* ---- Inputs ---- */
 
-/* Opens all inputs, and says what a plan says. */
+/* Opens all inputs by making a plan, whose messages become findings. */
 static neph_result check_plan(const scene_check *c) {
   neph_render_desc desc = NEPH_RENDER_DESC_DEFAULT;
   char *text = NULL;
@@ -47,7 +47,7 @@ static neph_result check_plan(const scene_check *c) {
   return np_check_pass(result);
 }
 
-/* Adds the name that a pattern gives the frame. NULL: none. */
+/* Adds an output by its name in the frame. `pattern` NULL: none. */
 static neph_result add_output(const scene_check *c, neph_files *files, const char *key, const char *pattern) {
   if (!pattern) return NEPH_OK;
   char *path = np_frame_name_make(c->check->context, pattern, c->frame);
@@ -56,7 +56,7 @@ static neph_result add_output(const scene_check *c, neph_files *files, const cha
   return result;
 }
 
-/* Those of baked clouds are written by the first render. */
+/* Adds the outputs. The first render also writes baked clouds. */
 static neph_result add_outputs(const scene_check *c, neph_files *files) {
   const np_scene_output *output = &c->scene->output;
   const struct {
@@ -73,7 +73,7 @@ static neph_result add_outputs(const scene_check *c, neph_files *files) {
   return result;
 }
 
-/* Says whether an output is written over another, or over an input. */
+/* Checks whether an output overwrites another, or an input. */
 static neph_result check_outputs(const scene_check *c) {
   neph_files *files;
   neph_result result = neph_files_create(c->check->context, &files);
@@ -84,7 +84,7 @@ static neph_result check_outputs(const scene_check *c) {
   return np_check_pass(result);
 }
 
-/* The plan says which are not there. */
+/* Whether terrain files exist; the plan reports missing ones. */
 static bool has_terrain_files(const np_scene_terrain *terrain) {
   const char *heights = terrain->heightfield, *mesh = terrain->mesh_file;
   return (!heights || np_height_files_is_pattern(heights) || np_file_exists(heights)) &&
@@ -109,7 +109,7 @@ static neph_result check_terrain(scene_check *c) {
 
 /* ---- Clouds ---- */
 
-/* Bounds of a cloud, and faults of its place and size. */
+/* Adds findings about a cloud's place and size. */
 static void add_placement(const scene_check *c, const np_scene_cloud *cloud, const np_placement *placement) {
   static const np_rule bounds = {"cloud.bounds", NEPH_SEVERITY_NOTE, NULL};
   const bool has_planet = c->scene->environment.has_planet;
@@ -143,7 +143,7 @@ static neph_result add_georeference(const scene_check *c, const np_scene_cloud *
   return NEPH_OK;
 }
 
-/* The place of a cloud's volume. */
+/* Checks the place of a cloud's volume. */
 static neph_result check_placement(const scene_check *c, unsigned index, double number, neph_volume *volume) {
   const np_scene_cloud *cloud = &c->scene->clouds[index];
   const neph_volume_load_desc load = np_cloud_file_describe_load(cloud);
@@ -166,7 +166,7 @@ static neph_result check_placement(const scene_check *c, unsigned index, double 
   return result;
 }
 
-/* Places the file of the frame, whose values have been put to their rules. */
+/* Checks the place of a frame's file, whose values have been checked. */
 static neph_result place_file(const scene_check *c, unsigned index) {
   const np_scene_cloud *cloud = &c->scene->clouds[index];
   const neph_volume_load_desc load = np_cloud_file_describe_load(cloud);
@@ -196,12 +196,12 @@ static neph_result check_map(const scene_check *c, const np_scene_cloud *cloud) 
 static neph_result check_bake(const scene_check *c, const np_scene_cloud *cloud) {
   neph_cloud_desc at_frame = np_scene_cloud_get_frame(cloud, c->frame);
   neph_result result = cloud->bake.map_file ? check_map(c, cloud) : NEPH_OK;
-  /* The ground moves bases and clouds, not what their voxels lose. */
+  /* The ground moves bases and clouds, and has no effect on the loss by voxels. */
   at_frame.ground_lift = at_frame.ground_cover = 0;
   return result ? result : np_check_pass(np_cloud_check_voxel(c->check->context, &at_frame));
 }
 
-/* The one file of a cloud; the plan says whether it is there. */
+/* Checks the single file of a cloud; the plan reports a missing one. */
 static neph_result check_still(const scene_check *c, const np_scene_cloud *cloud, const np_file_use *use) {
   char *path = np_frame_name_make(c->check->context, cloud->vdb, c->frame);
   if (!path) return NEPH_ERROR_OUT_OF_MEMORY;
@@ -210,7 +210,8 @@ static neph_result check_still(const scene_check *c, const np_scene_cloud *cloud
   return result;
 }
 
-/* A baked cloud's file is written by a render. The plan says which files are not there. What has errors is not placed.
+/* Checks a cloud. A render writes a baked cloud's file. The plan reports missing files. A cloud with errors is not
+ * placed.
  */
 static neph_result check_cloud(const scene_check *c, unsigned index) {
   const np_scene_cloud *cloud = &c->scene->clouds[index];
@@ -248,7 +249,7 @@ static neph_result check_scene_frame(neph_check *check, neph_scene *scene, const
 
 static bool is_scene(const char *path) { return np_file_has_ending(path, ".yaml") || np_file_has_ending(path, ".yml"); }
 
-/* Checks the files that the scalars of a scene name, and that are there. */
+/* Checks the existing files that scalars of a scene name. */
 static neph_result check_named_in(neph_check *check, const char *scene, const np_node *node) {
   neph_result result = NEPH_OK;
   for (const np_node *child = node->first; child && !result; child = child->next)
@@ -257,13 +258,13 @@ static neph_result check_named_in(neph_check *check, const char *scene, const np
   char *path, *problem;
   result = np_path_map_resolve(check->context, scene, node->text, &path, &problem);
   np_alloc_free(check->context, problem);
-  if (result) return result == NEPH_ERROR_BAD_SCENE ? NEPH_OK : result; /* the scene's own error says so */
+  if (result) return result == NEPH_ERROR_BAD_SCENE ? NEPH_OK : result; /* an error of a scene has its own message */
   if (np_frame_name_is_pattern(path) || np_file_exists(path)) result = neph_check_file(check, path);
   np_alloc_free(check->context, path);
   return result;
 }
 
-/* A scene whose keys fail is none: its files are checked each by itself, but for those that it writes. */
+/* Checks the files of a scene whose keys fail, each by itself, without those that it writes. */
 static neph_result check_named_files(neph_check *check, const char *path) {
   void *bytes;
   size_t size;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Frames of a sequence, each against the one before: a jump of a quantity that moves slowly is a frame of another
- * simulation, another scale, or one that was cut off. */
+/* Frames of a sequence, each compared with the one before: a jump of a slowly changing quantity indicates a frame of
+ * another simulation, another scale, or a truncated one. */
 #include <string.h>
 
 #include "check/check_volume.h"
@@ -43,7 +43,7 @@ static double get_size(const np_grid_facts *f) {
   return size;
 }
 
-/* The middle moves by more than half the box, or its size by a factor. */
+/* Whether the box moves by more than half its size, or its size changes by a factor. */
 static bool has_jumping_box(const grid_pair *p, draft *out) {
   static const double factor = 2.0;
   if (!has_both(p) || p->now->role == NP_GRID_VECTOR) return false;
@@ -124,7 +124,7 @@ static void search_gone(neph_check *check, const frame_pair *frames) {
 
 /* ---- Numbers ---- */
 
-/* Distance of most frames: the least. */
+/* Interval between frames: the least distance of two. */
 static double get_step(const np_frame_numbers *there) {
   double step = HUGE_VAL;
   for (size_t i = 1; i < there->count; i++) step = fmin(step, there->numbers[i] - there->numbers[i - 1]);
@@ -181,7 +181,7 @@ static neph_result check_frames(const sequence *of, const np_frame_numbers *ther
   return result;
 }
 
-/* The number of files, so that a wrong pattern shows. */
+/* Adds the number of files as a note, which reveals a wrong pattern. */
 static void add_count(neph_check *check, const np_frame_numbers *there) {
   static const np_rule rule = {"sequence.files", NEPH_SEVERITY_NOTE, NULL};
   draft out = {{0}, {0}};

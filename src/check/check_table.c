@@ -45,7 +45,7 @@ static neph_result check_motion(neph_context *context, const char *path) {
   return result;
 }
 
-/* Kinds of tables by a column that they alone have. */
+/* Kinds of tables, identified by a column of their own. */
 static const struct {
   const char *column;
   neph_result (*check)(neph_context *context, const char *path);

@@ -5,10 +5,10 @@
 
 #include "check/findings.h"
 
-/* Checks a .csv of the kind that its columns tell: a phase function, places, a camera, or a star catalogue. */
+/* Checks a .csv by its columns: a phase function, places, a camera, or a star catalogue. */
 neph_result np_check_table(neph_check *check, const char *path);
 
-/* Checks a camera by frame: a .chan has no columns to tell it by. */
+/* Checks a camera by frame, such as a .chan, which has no names of columns. */
 neph_result np_check_camera_table(neph_check *check, const char *path);
 
 #endif

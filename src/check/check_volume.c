@@ -18,7 +18,7 @@ static void set_place(draft *out, const np_value_place *at) {
                      at->world_m[0], at->world_m[1], at->world_m[2]);
 }
 
-/* Count and first place of values. */
+/* Sets a finding with number and first place of values; false where there are none. */
 static bool set_values(draft *out, const np_value_count *values, const char *what) {
   if (!values->count) return false;
   set_place(out, &values->first);
@@ -26,7 +26,7 @@ static bool set_values(draft *out, const np_value_count *values, const char *wha
                       values->count == 1 ? " is" : "s are", what, values->first_value);
 }
 
-/* A level set that is no density by its class. */
+/* Whether a grid is a level set by its class. */
 static bool holds_distances(const facts *f) {
   return f->role == NP_GRID_DENSITY && f->has_values && np_values_are_distances(f->background, f->value_min);
 }
@@ -61,7 +61,7 @@ static bool is_beyond_half(const facts *f, draft *out) {
   return is_light(f) && set_values(out, &f->beyond_half, "above 65504, which a file of halves cannot hold");
 }
 
-/* Beyond what any unit of a cloud gives, or so far above the mean of the others that no cloud has it. */
+/* Whether values exceed any unit of a cloud, or the mean of the others by more than in any cloud. */
 static bool is_absurd(const facts *f, draft *out) {
   static const double value_max = 1e6, ratio_max = 1e5;
   if (!is_light(f) || !f->has_values || f->active_count < 2 || !isfinite(f->value_max)) return false;
@@ -161,7 +161,7 @@ static bool is_mirrored(const facts *f, draft *out) {
   return f->is_affine && volume < 0.0 && np_draft_set(out, "its transform mirrors it: left is right");
 }
 
-/* A few voxels far from all others cost memory, and make its box, by which it is placed. */
+/* Whether a few voxels lie far from all others: they cost memory, and enlarge the box, by which the cloud is placed. */
 static bool has_stray(const facts *f, draft *out) {
   static const double ratio_max = 4.0, size_min = 200.0; /* voxels */
   double size = 0.0;
@@ -184,7 +184,7 @@ static bool is_small(const facts *f, draft *out) { return has_voxel_size(f, 0.0,
 
 static bool is_large(const facts *f, draft *out) { return has_voxel_size(f, 1e6, HUGE_VAL, out); }
 
-/* Programs whose scenes have y up unless an artist turns them. */
+/* Whether a program wrote the file whose scenes have y up. */
 static bool is_y_up(const facts *f, draft *out) {
   static const char *const programs[] = {"Houdini", "Maya", "Bifrost"};
   for (size_t i = 0; i < sizeof programs / sizeof *programs; i++)
@@ -199,12 +199,12 @@ static bool is_y_up(const facts *f, draft *out) {
 #define FRUSTUM "cut off what is nearest to its camera, or resample it to even voxels before"
 #define SIZE "clouds[].voxel, the edge of a voxel in metres, or clouds[].scale"
 
-/* Exceptions of a rule where a scene says more than the file. */
+/* Conditions on the scene under which a rule does not apply. */
 typedef enum rule_kind {
   PLAIN,
-  OF_SIZE,   /* a scene says how large the cloud is */
-  OF_UP,     /* a scene may say which axis points up */
-  REPAIRABLE /* a scene may repair it */
+  OF_SIZE,   /* the scene states the size of the cloud */
+  OF_UP,     /* the scene may state the up axis */
+  REPAIRABLE /* the scene may repair the values */
 } rule_kind;
 
 typedef struct grid_rule {
@@ -250,7 +250,7 @@ static const grid_rule grid_rules[] = {
 
 static const np_rule openvdb_rule = {"openvdb", NEPH_SEVERITY_NOTE, NULL};
 
-/* Without the lists of values that follow in lines of their own. */
+/* Adds a diagnosis of OpenVDB without its list of values. */
 static void add_diagnosis(neph_check *check, const char *text) {
   draft out = {{0}, {0}};
   np_draft_set(&out, "OpenVDB's check of fog volumes: %.*s", (int)strcspn(text, "\n"), text);
@@ -269,7 +269,7 @@ static void put_to_rule(neph_check *check, const grid_rule *row, const facts *f,
   np_check_add(check, &rule, &out);
 }
 
-/* Files of a sequence have the first one's. */
+/* Checks a grid. Files of a sequence after the first skip rules about the whole sequence. */
 static void check_grid(neph_check *check, const facts *f, bool is_first, const np_file_use *use) {
   check->grid = f->name;
   for (size_t i = 0; i < sizeof grid_rules / sizeof *grid_rules; i++) put_to_rule(check, &grid_rules[i], f, use);
@@ -302,7 +302,7 @@ static bool has_twins(const np_file_facts *file, draft *out) {
 static const struct {
   np_rule rule;
   bool (*is_broken)(const np_file_facts *file, draft *out);
-  bool is_refused; /* by a scene that asks for its density */
+  bool is_refused; /* whether a scene that needs its density refuses it */
 } file_rules[] = {
     {{"file.no_grid", NEPH_SEVERITY_WARNING, NULL}, has_no_grid, true},
     {{"file.no_density", NEPH_SEVERITY_WARNING, NULL}, lacks_density, true},

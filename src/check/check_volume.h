@@ -6,9 +6,9 @@
 #include "check/findings.h"
 #include "volume/volume_facts.h"
 
-/* Measures a file and puts it to the rules. `use` is what a scene takes of it; NULL: there is none. OpenVDB's own
- * checks are listed if it is the first of a sequence, or of none. `out_facts` gets its measures, which the caller
- * clears; NULL: unwanted. */
+/* Measures a file and applies the rules. `use` is a scene's use of it; NULL: none. OpenVDB's own checks are listed for
+ * a single file, or the first of a sequence. `out_facts` receives the measures, which the caller clears; NULL is
+ * allowed. */
 neph_result np_check_volume(neph_check *check, const char *path, bool is_first, const np_file_use *use,
                             np_file_facts *out_facts);
 

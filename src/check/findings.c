@@ -27,7 +27,7 @@ void np_draft_set_place(np_finding_draft *draft, const char *format, ...) {
 
 static bool is_same_text(const char *a, const char *b) { return a == b || (a && b && !strcmp(a, b)); }
 
-/* Whether a message is another one, behind the name of its file or, of one file, alone. */
+/* Whether a message ends with another, apart from the name of its file. */
 static bool has_message(const np_finding *longer, const np_finding *shorter) {
   const size_t length = strlen(longer->cause), tail = strlen(shorter->cause);
   if (length < tail || strcmp(longer->cause + length - tail, shorter->cause) != 0) return false;
@@ -40,7 +40,8 @@ static bool is_same_message(const np_finding *a, const np_finding *b) {
   return (is_message(a) && has_message(a, b)) || (is_message(b) && has_message(b, a));
 }
 
-/* A finding is met again in another frame of a sequence, or word for word, or by who opens a file of a scene. */
+/* Searches for an equal finding: the same in another frame of a sequence, or a message of the reader of a scene's
+ * file. */
 static np_finding *search_same(neph_check *check, const np_finding *wanted) {
   for (size_t i = 0; i < check->listed; i++) {
     np_finding *f = &check->findings[i];
@@ -53,7 +54,7 @@ static np_finding *search_same(neph_check *check, const np_finding *wanted) {
   return NULL;
 }
 
-/* A rule says more than a message. Returns the cause that the list does not keep, or NULL. */
+/* Lists a finding; a rule replaces a mere message. Returns a cause that the list does not store, or NULL. */
 static char *list(neph_check *check, const np_finding *finding) {
   np_finding *same = search_same(check, finding);
   if (same && is_message(same) && !is_message(finding)) {
@@ -74,7 +75,7 @@ static char *list(neph_check *check, const np_finding *finding) {
   return NULL;
 }
 
-/* Takes the finding's cause over; without memory for one there is nothing to list. */
+/* Adds a finding and takes ownership of its cause; without a cause, for lack of memory, nothing is listed. */
 static void add(neph_check *check, const np_finding *finding) {
   if (!finding->cause) return;
   while (atomic_flag_test_and_set_explicit(&check->is_listing, memory_order_acquire)) {}
@@ -83,7 +84,7 @@ static void add(neph_check *check, const np_finding *finding) {
   np_alloc_free(check->context, left);
 }
 
-/* Without memory a message would come back to this list. */
+/* Copy of a cause without a message on failure, which would come back to this list. */
 static char *copy_cause(const neph_check *check, const char *cause) {
   const size_t size = strlen(cause) + 1;
   char *copy = np_alloc_quietly(check->context, size, 1);
@@ -111,7 +112,7 @@ void np_check_add(neph_check *check, const np_rule *rule, const np_finding_draft
 
 /* ---- The log ---- */
 
-/* Moves the file's name, "12:3" of a scene among them, from the beginning of a message to its place. */
+/* Splits a message at the file's name, with "12:3" for a scene, into place and rest. */
 static const char *split_place(const char *file, const char *message, char *out_place, size_t size) {
   const size_t length = file ? strlen(file) : 0;
   if (!length || strncmp(message, file, length) != 0 || message[length] != ':') return message;
@@ -125,7 +126,7 @@ static const char *split_place(const char *file, const char *message, char *out_
   return message + (*message == ' ');
 }
 
-/* A scene's errors are counted behind the last: this list counts them itself. */
+/* Whether a message is the number of a scene's errors, which this list counts itself. */
 static bool is_count(const char *message) {
   const char *count = strstr(message, " has ");
   unsigned errors;

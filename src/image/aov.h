@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Arbitrary output variables: channels of a picture beyond R, G, B, A and Z. One row each; how they are filled is a row
- * of render/channels.c. */
+/* Arbitrary output variables: channels of a picture beyond R, G, B, A and Z, one row each. Rows of
+ * render/channel_table.c fill them. */
 #ifndef NP_IMAGE_AOV_H
 #define NP_IMAGE_AOV_H
 
@@ -19,7 +19,7 @@
   ROW(MULTIPLE, "multiple", "RGB", true, 1)                                                                            \
   ROW(TRANSMITTANCE, "transmittance", "", false, 1)                                                                    \
   ROW(DISTANCE, "distance", "", false, 1)                                                                              \
-  ROW(DEPTH, "depth", "", false, 1) /* Z: always there, may be named all the same */                                   \
+  ROW(DEPTH, "depth", "", false, 1) /* Z: always present, may be listed all the same */                                \
   ROW(STANDARD_ERROR, "standard_error", "RGB", true, 2)                                                                \
   ROW(VARIANCE, "variance", "RGB", true, 2)                                                                            \
   ROW(SAMPLE_COUNT, "sample_count", "", false, 1)                                                                      \
@@ -29,7 +29,7 @@
   ROW(EMISSION, "emission", "RGB", true, 1)                                                                            \
   ROW(NORMAL, "normal", "XYZ", false, 1)                                                                               \
   ROW(SHADOW, "shadow", "", false, 1)                                                                                  \
-  ROW(CLOUDS, "clouds", "RGBA", true, 1) /* over black */                                                              \
+  ROW(CLOUDS, "clouds", "RGBA", true, 1) /* composited over black */                                                   \
   ROW(CLOUD_AIR, "cloud_air", "RGB", true, 1)                                                                          \
   ROW(GROUND_AIR, "ground_air", "RGB", true, 1)                                                                        \
   ROW(OPTICAL_DEPTH, "optical_depth", "", false, 1)                                                                    \
@@ -42,7 +42,7 @@
 typedef enum np_aov_index { NP_AOV_ROWS(NP_AOV_INDEX) NP_AOV_COUNT } np_aov_index;
 #undef NP_AOV_INDEX
 
-/* Bits of a set of them. */
+/* Bits of a set of AOVs. */
 #define NP_AOV_BIT(id, name, parts, needs_light, samples_min) NP_AOV_##id = 1 << NP_AOV_INDEX_##id,
 typedef enum np_aov { NP_AOV_ROWS(NP_AOV_BIT) NP_AOV_NONE = 0 } np_aov;
 #undef NP_AOV_BIT
@@ -55,13 +55,13 @@ typedef struct np_aov_row {
 
 extern const np_aov_row np_aov_rows[NP_AOV_COUNT];
 
-/* The channels that a set adds to a picture. */
+/* Number of channels that a set adds to a picture. */
 unsigned np_aovs_count_channels(unsigned aovs, unsigned cloud_count);
 
-/* Whether any of a set needs light. */
+/* Whether any AOV of a set needs light. */
 bool np_aovs_need_light(unsigned aovs);
 
-/* The first of a set that needs more samples a pixel than these; NULL: none. */
+/* The first AOV of a set that needs more than `samples` a pixel; NULL: none. */
 const np_aov_row *np_aovs_search_short(unsigned aovs, unsigned samples);
 
 #endif

@@ -9,7 +9,7 @@ enum { UNKNOWNS = 9, CELL_COUNT = 60 };
 static const double prior_weight = 0.1, probe_y = 0.4;
 static const double white[3] = {0.95047, 1.0, 1.08883};
 
-/* 612.47, 537.53, 447.50 nm; 652.40, 552.52, 432.56 nm. */
+/* Cells of 612.47, 537.53, 447.50 nm, then of 652.40, 552.52, 432.56 nm. */
 const unsigned np_color_fit_cells[NP_COLOR_PROBE_BAND_COUNT] = {42, 27, 9, 50, 30, 6};
 
 /* X, Y, Z by band of a probe, in that order. */
@@ -18,8 +18,8 @@ static const double probe_xyz[NP_COLOR_PROBE_BAND_COUNT][3] = {
     {19.4983, 7.4543, -0.2504}, {152.4217, 117.8619, -78.1769}, {-3.4627, -24.6985, 25.7329},
 };
 
-/* The upper triangle by rows, of 447.50 nm · X, Y, Z, 537.53 nm · X, Y, Z, 612.47 nm · X, Y, Z. Its condition is 1.5e4:
- * fewer digits would not do. */
+/* Upper triangle by rows, for 447.50 nm · X, Y, Z, 537.53 nm · X, Y, Z, 612.47 nm · X, Y, Z. Its condition number is
+ * 1.5e4, which requires all these digits. */
 static const double prior_gram[UNKNOWNS * (UNKNOWNS + 1) / 2] = {
     1.30287301,  -1.27349762,   0,
     0.738081563, -0.718261839,  0,
@@ -49,7 +49,7 @@ void np_color_fit_compute_xyz(const double x[NP_COLOR_PROBE_BAND_COUNT], double 
   }
 }
 
-/* ∂f/∂X of L*a*b*'s f(X over white's). */
+/* Derivative of f(X / X of white) of CIE L*a*b* by X. */
 static double compute_slope(double value, int component) {
   const double t = value / white[component];
   const double slope = t > 216.0 / 24389.0 ? 1.0 / (3.0 * cbrt(t * t)) : 24389.0 / (27.0 * 116.0);
@@ -66,7 +66,7 @@ static void compute_metric(const double xyz[3], double out[3][3]) {
     }
 }
 
-/* The prior's order of bands is the shortest first. */
+/* Index among unknowns; the prior orders bands from the shortest. */
 static int get_place(int band, int component) { return 3 * (NP_COLOR_BAND_COUNT - 1 - band) + component; }
 
 void np_color_fit_add(np_color_fit *fit, const double x[NP_COLOR_BAND_COUNT], const double xyz[3], double weight) {
@@ -86,7 +86,7 @@ void np_color_fit_add(np_color_fit *fit, const double x[NP_COLOR_BAND_COUNT], co
   fit->weight += weight;
 }
 
-/* Gauss and Jordan, the largest of a column first; the system is definite. */
+/* Gauss-Jordan elimination with partial pivoting; the system is definite. */
 static void solve(double matrix[UNKNOWNS][UNKNOWNS + 1]) {
   for (int p = 0; p < UNKNOWNS; p++) {
     int best = p;
@@ -119,7 +119,7 @@ void np_color_fit_solve(const np_color_fit *fit, np_color_weights *out) {
     for (int c = 0; c < 3; c++) out->at[b][c] = matrix[get_place(b, c)][UNKNOWNS];
 }
 
-/* By Cramer's rule. */
+/* Inverse by Cramer's rule. */
 bool np_color_weights_invert(const np_color_weights *weights, const double xyz[3], double out_x[NP_COLOR_BAND_COUNT]) {
   const double *a = weights->at[0], *b = weights->at[1], *c = weights->at[2];
   const double across[3][3] = {

@@ -23,33 +23,33 @@
 
 enum { NP_COLOR_BAND_COUNT = 3, NP_COLOR_PROBE_BAND_COUNT = 6 };
 
-/* The cells of np_color_fit_choose_cells in which the bands lie, the longest first: those of a picture, then those
- * that probes have besides. */
+/* Cells of np_color_fit_choose_cells with the bands, the longest wavelength first: bands of a picture, then the
+ * additional bands of probes. */
 extern const unsigned np_color_fit_cells[NP_COLOR_PROBE_BAND_COUNT];
 
-/* Cells of 5 nm. */
+/* Chooses cells of 5 nm. */
 void np_color_fit_choose_cells(np_wavelengths *out);
 
-/* Sums over probes. */
+/* Normal equations: sums over probes. */
 typedef struct np_color_fit {
   double gram[9][9], right[9], weight;
 } np_color_fit;
 
-/* X, Y, Z by band: the sum of x[b] · at[b]. */
+/* Weights X, Y, Z of each band: the sum of x[b] · at[b]. */
 typedef struct np_color_weights {
   double at[NP_COLOR_BAND_COUNT][3];
 } np_color_weights;
 
-/* X, Y, Z (integrals over wavelength, in nm) of a probe's six bands, each over the sun's. */
+/* X, Y, Z (integrals over wavelength, in nm) from a probe's six bands, each over the sun's. */
 void np_color_fit_compute_xyz(const double x[NP_COLOR_PROBE_BAND_COUNT], double out_xyz[3]);
 
-/* Adds a probe by its weight; one without light is left out. */
+/* Adds a probe with its weight; a probe without light is left out. */
 void np_color_fit_add(np_color_fit *fit, const double x[NP_COLOR_BAND_COUNT], const double xyz[3], double weight);
 
-/* Without probes: of the prior alone. */
+/* Solves for the weights; without probes the prior alone decides. */
 void np_color_fit_solve(const np_color_fit *fit, np_color_weights *out);
 
-/* The bands, over the sun's, that have a colour: the inverse of the weights. False where they span no space. */
+/* Bands, over the sun's, of a colour: the inverse of the weights. False where they are singular. */
 bool np_color_weights_invert(const np_color_weights *weights, const double xyz[3], double out_x[NP_COLOR_BAND_COUNT]);
 
 #endif

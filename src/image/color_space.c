@@ -9,8 +9,8 @@
 
 #include "image/matching.h"
 
-/* ITU-R BT.709-6 and BT.2020-2; SMPTE ST 2065-1 with the primaries AP1 of ACES S-2014-004; those that make R, G and B
- * X, Y and Z themselves (OpenEXR's, and white at equal energy). */
+/* ITU-R BT.709-6 and BT.2020-2; SMPTE ST 2065-1 with the primaries AP1 of ACES S-2014-004; primaries for which R, G and
+ * B are X, Y and Z (OpenEXR's, with white at equal energy). */
 static const float chromaticities[NP_COLOR_SPACE_COUNT][8] = {
     [NP_COLOR_REC709] = {0.640f, 0.330f, 0.300f, 0.600f, 0.150f, 0.060f, 0.3127f, 0.3290f},
     [NP_COLOR_ACESCG] = {0.713f, 0.293f, 0.165f, 0.830f, 0.128f, 0.044f, 0.32168f, 0.33767f},
@@ -35,7 +35,7 @@ static void transform(const np_color_matrix *m, const double v[3], double out[3]
   for (int r = 0; r < 3; r++) out[r] = m->at[r][0] * v[0] + m->at[r][1] * v[1] + m->at[r][2] * v[2];
 }
 
-/* By cofactors. False for a singular matrix. */
+/* Inverse by cofactors. False for a singular matrix. */
 static bool invert(const np_color_matrix *m, np_color_matrix *out) {
   np_color_matrix cofactor;
   for (int r = 0; r < 3; r++)
@@ -60,7 +60,7 @@ static void compute_xyz(const float chromaticity[2], double out_xyz[3]) {
   out_xyz[2] = (1.0 - x - y) / y;
 }
 
-/* Each primary of such a strength that all three together make the white. */
+/* Matrix from R, G, B to X, Y, Z: primaries are scaled so that their sum is the white. */
 static bool compute_xyz_from_rgb(const float chromaticity[8], np_color_matrix *out) {
   np_color_matrix primaries, inverse;
   double white[3], strength[3];
@@ -79,7 +79,7 @@ static bool compute_xyz_from_rgb(const float chromaticity[8], np_color_matrix *o
   return true;
 }
 
-/* Chromatic adaptation of a colour from one white to another. */
+/* Chromatic adaptation from one white to another. */
 static np_color_matrix adapt(const float from_white[2], const float to_white[2]) {
   double from[3], to[3], from_cones[3], to_cones[3];
   compute_xyz(from_white, from);

@@ -33,7 +33,7 @@ uint32_t np_murmur_hash(const char *text) {
   return h ^ h >> 16;
 }
 
-/* Exponents of 0 and 255 are those of subnormal, infinite and NaN. */
+/* Exponents 0 and 255, of subnormal, infinite and NaN, are excluded. */
 float np_cryptomatte_get_id(const char *name) {
   uint32_t hash = np_murmur_hash(name);
   const uint32_t exponent = hash >> 23 & 255u;
@@ -56,7 +56,7 @@ static neph_result set_attribute(neph_image *image, const char *name, const char
   return neph_image_set_attribute(image, key, value);
 }
 
-/* Without the indentation: a line break in the text of a value is written as an escape. */
+/* Removes the indentation; line breaks within texts are escaped already. */
 static void write_on_one_line(char *text) {
   char *out = text;
   while (*text) {

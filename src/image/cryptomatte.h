@@ -9,10 +9,10 @@
 /* Ranks of a pixel, two in each layer's R, G, B and A. */
 enum { NP_CRYPTOMATTE_RANKS = 6, NP_CRYPTOMATTE_CHANNELS = 2 * NP_CRYPTOMATTE_RANKS };
 
-/* The name of a matte; its channels are named by it and the number of the layer: "CryptoObject00.R". */
+/* Name of the matte, the prefix of its channels before the number of the layer: "CryptoObject00.R". */
 extern const char np_cryptomatte_name[];
 
-/* Name of the ground's matte; the others have those of the clouds. */
+/* Name of the ground's matte; other mattes have the names of clouds. */
 #define NP_GROUND_MATTE "ground"
 
 /* MurmurHash3_x86_32 with seed 0 (Appleby 2011, public domain). */
@@ -21,10 +21,10 @@ uint32_t np_murmur_hash(const char *text);
 /* The identifier of a name: its hash as the bits of a float that is neither subnormal nor infinite nor NaN. */
 float np_cryptomatte_get_id(const char *name);
 
-/* The name of one of the channels. */
+/* Prints the name of a channel. */
 void np_cryptomatte_name_channel(unsigned channel, char *out, size_t size);
 
-/* The attributes that say what the channels are, and the manifest of the names. */
+/* Writes the attributes that describe the channels, and the manifest of the names. */
 neph_result np_cryptomatte_write_header(neph_image *image, const char *const *names, unsigned count);
 
 #endif

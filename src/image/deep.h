@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Deep pixels of an image: what each holds along its ray. */
+/* Deep pixels of an image: samples along the ray of each pixel. */
 #ifndef NP_IMAGE_DEEP_H
 #define NP_IMAGE_DEEP_H
 
@@ -7,23 +7,23 @@
 
 enum { NP_DEEP_SAMPLES_MAX = 32 };
 
-/* A stretch of a pixel's ray; stretches of a pixel do not overlap. */
+/* A segment of a pixel's ray; segments of a pixel do not overlap. */
 typedef struct np_deep_sample {
   float front, back; /* Z and ZBack: depths along the camera's axis, m */
-  float alpha;       /* of the stretch by itself */
-  float color[3];    /* premultiplied, before what is in front of it */
+  float alpha;       /* alpha of the segment alone */
+  float color[3];    /* premultiplied, not attenuated by segments in front */
 } np_deep_sample;
 
-/* Its samples from front to back. */
+/* Samples of a pixel from front to back. */
 typedef struct np_deep_pixel {
   unsigned count;
-  np_deep_sample *samples; /* NULL without any */
+  np_deep_sample *samples; /* NULL without samples */
 } np_deep_pixel;
 
-/* Gives an image deep pixels, of no sample each. */
+/* Gives an image deep pixels without samples. */
 neph_result np_image_add_deep(neph_image *image);
 
-/* Replaces the samples of a pixel, which are copied. */
+/* Sets the samples of a pixel; they are copied. */
 neph_result np_image_set_deep(neph_image *image, size_t pixel, const np_deep_sample *samples, unsigned count);
 
 void np_image_clear_deep(neph_image *image);

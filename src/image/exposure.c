@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Exposure of a preview: by the luminances of the picture, or by the light on the scene. */
+/* Exposure of a preview: by the luminances of the picture, by the light on the scene, or by a camera. */
 #include "image/exposure.h"
 
 #include <math.h>
@@ -9,7 +9,7 @@
 
 static const float rec709_luminance[3] = {0.2126f, 0.7152f, 0.0722f};
 
-/* Luminances by the logarithm, sixteen bins a stop. */
+/* Histogram of log luminance, sixteen bins a stop. */
 enum { BINS_PER_STOP = 16, STOPS_EITHER_WAY = 64, BIN_COUNT = 2 * STOPS_EITHER_WAY * BINS_PER_STOP };
 
 typedef struct luminance_histogram {
@@ -18,7 +18,7 @@ typedef struct luminance_histogram {
 
 static double get_bin_stops(int bin) { return (bin + 0.5) / BINS_PER_STOP - STOPS_EITHER_WAY; }
 
-/* Negative components, of colours outside Rec.709, count as 0. */
+/* Luminance of a pixel. Negative components, of colours outside Rec.709, count as 0. */
 static float compute_luminance(const np_preview_planes *planes, float rgb[3]) {
   float luminance = 0.0f;
   np_preview_convert(planes, rgb);
@@ -39,7 +39,7 @@ static void fill_histogram(const np_preview_planes *planes, size_t pixel_count, 
   }
 }
 
-/* The bin below or in which a fraction of the pixels lies. */
+/* The bin in which the cumulative fraction of pixels is reached. */
 static int search_bin(const luminance_histogram *histogram, double fraction) {
   uint64_t below = 0;
   int bin = 0;
@@ -83,8 +83,8 @@ static double choose_by_picture(const np_preview_planes *planes, size_t pixel_co
   return fmax(bright_to / exp2(get_bin_stops(bright)), average_to_at_least / exp2(average));
 }
 
-/* Part of full exposure that a luminance of the white diffuser gets, in cd/m²: the key of Krawczyk, Myszkowski and
- * Seidel 2005 ("Perceptual Effects in Real-time Tone Mapping", eq. 11), over that of noon. */
+/* Share of full exposure for a luminance of the white diffuser in cd/m²: the key of Krawczyk, Myszkowski and Seidel
+ * 2005 ("Perceptual Effects in Real-time Tone Mapping", eq. 11), relative to noon. */
 static double compute_key(double luminance) {
   static const double noon = 3e4;
   const double key = 1.03 - 2.0 / (2.0 + log10(luminance + 1.0)), key_of_noon = 1.03 - 2.0 / (2.0 + log10(noon + 1.0));
@@ -101,7 +101,7 @@ static neph_result get_number(const neph_image *image, const char *exposure, con
   return NEPH_OK;
 }
 
-/* A white diffuser in the light of the scene comes to 0.8 by day, and to less in the dark. */
+/* Exposure by the light on the scene: a white diffuser comes to 0.8 by day, and to less in the dark. */
 static neph_result choose_by_light(const neph_image *image, double *out) {
   static const double diffuser_to = 0.8;
   double diffuser = 0.0, luminance = 0.0;
@@ -111,8 +111,9 @@ static neph_result choose_by_light(const neph_image *image, double *out) {
   return result;
 }
 
-/* Saturation-based sensitivity (ISO 12232): 78/(100·0.65)·2^EV100 cd/m² saturate a sensor behind a lens that transmits
- * 0.65 of the light (Lagarde and de Rousiers 2014, "Moving Frostbite to Physically Based Rendering", 5.1). */
+/* Exposure by the camera, from saturation-based sensitivity (ISO 12232): 78/(100·0.65)·2^EV100 cd/m² saturate a sensor
+ * behind a lens that transmits 0.65 of the light (Lagarde and de Rousiers 2014, "Moving Frostbite to Physically Based
+ * Rendering", 5.1). */
 static neph_result choose_by_camera(const neph_image *image, double *out) {
   double diffuser = 0.0, luminance = 0.0, ev100 = 0.0;
   neph_result result = get_number(image, "camera", NP_EXPOSURE_EV100, &ev100);

@@ -5,21 +5,21 @@
 
 #include "image/image_private.h"
 
-/* Attributes that a render leaves for the meter: luminance of a white diffuser that faces the light, in the units of
- * the picture and in cd/m². */
+/* Attributes of a render for the meter: luminance of a white diffuser that faces the light, in the units of the picture
+ * and in cd/m². */
 #define NP_EXPOSURE_METER "nephos:meter"
 #define NP_EXPOSURE_METER_LUMINANCE "nephos:meterLuminance"
 
-/* Exposure value at ISO 100 of a camera whose f-stop, shutter and ISO were given. */
+/* Exposure value at ISO 100 of a camera with f-stop, shutter and ISO. */
 #define NP_EXPOSURE_EV100 "nephos:EV100"
 
 /* Luminance of one colour of a picture, 1 for its (1, 1, 1). */
 double np_exposure_get_luminance(const neph_image *image, const float rgb[3]);
 
-/* Fails for meter and camera where the picture has not their attributes. */
+/* Chooses the exposure. Fails for meter and camera where the picture lacks their attributes. */
 neph_result np_exposure_choose(const neph_image *image, const neph_preview_desc *desc, double *out_factor);
 
-/* The automatic choice; 1 for a picture without light. */
+/* Automatic exposure by the picture; 1 for a picture without light. */
 double np_exposure_choose_by_picture(const neph_image *image, const neph_preview_desc *desc);
 
 #endif

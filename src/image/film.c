@@ -21,7 +21,7 @@ static void join_moments(unsigned count, const double *left, double left_count, 
   }
 }
 
-/* The left child is the first operand wherever two nodes meet, and this is the only place where they do. */
+/* Joins two nodes. This is the only sum of nodes, and the left child is always the first operand. */
 void np_film_accumulator_join(const np_film_accumulator *accumulator, const double *left, uint32_t left_count,
                               double *right, uint32_t right_count) {
   const unsigned sums = get_sum_count(accumulator);
@@ -33,7 +33,7 @@ static uint32_t get_ragged_count(const np_film_accumulator *accumulator) {
   return accumulator->sample_next % NP_FILM_LEAF_SAMPLES;
 }
 
-/* Stores a complete node, joined with the siblings that wait for it; destroys `sums`. */
+/* Stores a complete node, joined with its waiting siblings; destroys `sums`. */
 static void store_node(np_film_accumulator *accumulator, unsigned level, uint32_t index, double *sums) {
   for (; index & accumulator->pending >> level & 1u; level++, index >>= 1) {
     const uint32_t count = (uint32_t)NP_FILM_LEAF_SAMPLES << level;
@@ -59,7 +59,7 @@ void np_film_accumulator_begin_moments(np_film_accumulator *accumulator, unsigne
   accumulator->moment_count = moment_count;
 }
 
-/* The leaf's `count`-th sample. */
+/* Adds the `count`-th sample of a leaf to its means and sums of squares. */
 static void add_moments(np_film_accumulator *accumulator, const float *values, uint32_t count) {
   const unsigned moments = accumulator->moment_count;
   double *mean = accumulator->leaf + get_sum_count(accumulator), *squares = mean + moments;
@@ -110,7 +110,7 @@ unsigned np_film_list_nodes(uint32_t begin, uint32_t end, np_film_node out[NP_FI
   return count;
 }
 
-/* Going right, nodes grow while their siblings lie before the range, then shrink. */
+/* Nodes from left to right grow while their siblings lie before the range, then shrink. */
 unsigned np_film_accumulator_get_nodes(const np_film_accumulator *accumulator, np_film_node out[NP_FILM_NODES_MAX]) {
   unsigned count = 0;
   uint32_t begin = accumulator->sample_begin;

@@ -18,10 +18,10 @@
 
 enum {
   NP_FILM_LEAF_SAMPLES = 16,
-  NP_FILM_SAMPLES_MAX = 1 << 24, /* of a pixel */
+  NP_FILM_SAMPLES_MAX = 1 << 24, /* greatest number of samples of a pixel */
   NP_FILM_CHANNELS_MAX = 528,
-  NP_FILM_LEVELS = 28,                       /* a node of the last holds 2³¹ samples */
-  NP_FILM_NODES_MAX = 2 * NP_FILM_LEVELS + 1 /* a left and a right one of each level, and a ragged leaf */
+  NP_FILM_LEVELS = 28,                       /* a node of the last level holds 2³¹ samples */
+  NP_FILM_NODES_MAX = 2 * NP_FILM_LEVELS + 1 /* a left and a right node of each level, and a ragged leaf */
 };
 
 /* A complete node, or a ragged leaf. */
@@ -31,13 +31,13 @@ typedef struct np_film_node {
   const double *sums;    /* channel_count of them */
 } np_film_node;
 
-/* The maximal nodes of a range, without their sums, in ascending order; returns how many. */
+/* Lists the maximal nodes of a range, without their sums, in ascending order; returns their number. */
 unsigned np_film_list_nodes(uint32_t sample_begin, uint32_t sample_end, np_film_node out[NP_FILM_NODES_MAX]);
 
-/* The sum over one pixel's samples, in progress. Reused from pixel to pixel. */
+/* Accumulator of one pixel's samples, reused from pixel to pixel. */
 typedef struct np_film_accumulator {
   unsigned channel_count; /* numbers of a node: sums, means, sums of squares */
-  unsigned moment_count;  /* of those, means, and as many sums of squares behind them */
+  unsigned moment_count;  /* number of means, and of sums of squares after them, within channel_count */
   uint32_t sample_begin, sample_next;
   uint32_t pending; /* bit l: an even node of level l (16·2ˡ samples) is complete and waits for its sibling */
   uint32_t edge;    /* bit l: an odd node of level l whose sibling lies before sample_begin */
@@ -46,25 +46,26 @@ typedef struct np_film_accumulator {
   double edge_node[NP_FILM_LEVELS][NP_FILM_CHANNELS_MAX];
 } np_film_accumulator;
 
-/* `sample_begin` is a multiple of 16. */
+/* Starts a pixel. `sample_begin` is a multiple of 16. */
 void np_film_accumulator_begin(np_film_accumulator *accumulator, unsigned channel_count, uint32_t sample_begin);
 
-/* The same with moments: of a sample's `sum_count + moment_count` values the last have mean and squares in a node. */
+/* Starts a pixel with moments: the last `moment_count` values of a sample have mean and sum of squares in a node. */
 void np_film_accumulator_begin_moments(np_film_accumulator *accumulator, unsigned sum_count, unsigned moment_count,
                                        uint32_t sample_begin);
 void np_film_accumulator_add(np_film_accumulator *accumulator, const float *values);
 
-/* Continues with a node of a part. False, and nothing changed, when it does not begin where the samples so far end, or
+/* Adds a complete node of a part. False, with nothing changed, when it does not begin where the samples so far end, or
  * is no node of the tree. */
 bool np_film_accumulator_add_node(np_film_accumulator *accumulator, const np_film_node *node);
 
-/* The maximal nodes in ascending order, their sums inside the accumulator; the structure depends on the range alone. */
+/* Lists the maximal nodes in ascending order, with sums inside the accumulator; the structure depends on the range
+ * alone. */
 unsigned np_film_accumulator_get_nodes(const np_film_accumulator *accumulator, np_film_node out[NP_FILM_NODES_MAX]);
 
-/* The sum of everything added, folded from the last maximal node to the first. */
+/* Sums all samples, folded from the last maximal node to the first. */
 void np_film_accumulator_finish(const np_film_accumulator *accumulator, double *out_sums);
 
-/* Joins the numbers of `left_count` samples with those of the `right_count` that follow, into `right`. */
+/* Joins a node of `left_count` samples with its sibling of `right_count` samples, into `right`. */
 void np_film_accumulator_join(const np_film_accumulator *accumulator, const double *left, uint32_t left_count,
                               double *right, uint32_t right_count);
 

@@ -7,7 +7,7 @@
 #include "core/alloc.h"
 #include "core/given.h"
 
-/* ---- Making and ending ---- */
+/* ---- Creation and destruction ---- */
 
 static neph_result check_size(neph_context *context, unsigned width, unsigned height, unsigned channel_count) {
   if (width < 1 || width > NP_IMAGE_SIDE_MAX || height < 1 || height > NP_IMAGE_SIDE_MAX)
@@ -104,7 +104,7 @@ const char *neph_image_get_channel_name(const neph_image *image, unsigned index)
   return image && index < image->channel_count ? image->channels[index].name : NULL;
 }
 
-/* channel_count when there is none of that name. */
+/* Index of a channel; channel_count when there is none of that name. */
 static unsigned search_index(const neph_image *image, const char *name) {
   unsigned i = 0;
   while (i < image->channel_count && strcmp(image->channels[i].name, name)) i++;
@@ -174,7 +174,7 @@ static np_image_attribute *add_attribute(neph_image *image, const char *name) {
   return added;
 }
 
-/* Takes `value` over, whatever the outcome. */
+/* Sets an attribute; takes ownership of `value` in any case. */
 static neph_result set_attribute(neph_image *image, const char *name, char *value, np_image_attribute_type type,
                                  double number) {
   np_image_attribute *attribute = NULL;

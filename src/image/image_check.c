@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Whether the values of an image can stand in a file and by which pixel type, and whether a file may be believed. */
+/* Checks whether the values of an image fit a file and a pixel type, and whether the claims of a file are plausible. */
 #include <math.h>
 #include <stdlib.h>
 
 #include "image/image_private.h"
 
 static const float half_overflow = 65520.0f;   /* the least value that rounds to infinity */
-static const float half_normal_min = 0x1p-14f; /* below it halves lose digits */
+static const float half_normal_min = 0x1p-14f; /* smallest half with full precision */
 static const char scale_attribute[] = "nephos:scale";
 
 static double get_scale(const neph_image *image) {
@@ -17,9 +17,9 @@ static double get_scale(const neph_image *image) {
 
 /* Result of the scan of one channel. */
 typedef struct channel_scan {
-  size_t infinite_at, nan_at, largest_at; /* the first; SIZE_MAX: none */
+  size_t infinite_at, nan_at, largest_at; /* index of the first such value; SIZE_MAX: none */
   size_t infinite_count, nan_count;
-  float largest; /* of the finite magnitudes */
+  float largest; /* largest finite magnitude */
 } channel_scan;
 
 static channel_scan scan_channel(const neph_image *image, const np_image_channel *channel) {
@@ -73,7 +73,7 @@ static bool is_median_below(const neph_image *image, float threshold) {
   return below > lit / 2;
 }
 
-/* Whether halves would crush a picture of radiances; others carry no scale to set. */
+/* Whether halves would lose the precision of a picture of radiances; other pictures have no scale to set. */
 static bool is_too_dark(const neph_image *image) {
   return np_image_search_attribute(image, scale_attribute) && neph_image_get_values(image, "R") &&
          neph_image_get_values(image, "G") && neph_image_get_values(image, "B") &&
@@ -83,7 +83,7 @@ static bool is_too_dark(const neph_image *image) {
 static void warn_of_darkness(const neph_image *image, const char *path, float largest) {
   float factor = 1.0f;
   while (is_median_below(image, half_normal_min / factor)) factor *= 2.0f;
-  /* A few stops of room for the darker half, if the brightest value has them. */
+  /* Adds up to four stops for the darker half, as far as the brightest value allows. */
   for (int stops = 0; stops < 4 && largest * factor * 2.0f < half_overflow; stops++) factor *= 2.0f;
   if (largest * factor >= half_overflow)
     np_log(image->context, NEPH_LOG_WARNING,

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Difference of a picture from a reference: the measures that docs/accuracy.md speaks of. Sums run in double over
- * pixels in order, so that the figures repeat. */
+/* Difference of a picture from a reference: the measures of docs/accuracy.md. Sums run in double over pixels in order,
+ * so that the figures repeat. */
 #include <math.h>
 #include <string.h>
 
@@ -11,22 +11,23 @@
 enum { BLOCK_PIXELS = 8 };
 
 static const double epsilon_of_mean = 0.01;
-static const double normal_quantile_975 = 1.959963984540054; /* of a two-sided 95 % interval */
+static const double normal_quantile_975 = 1.959963984540054; /* two-sided 95 % interval */
 
-/* The planes compared with each other. */
+/* Planes of the two pictures. */
 typedef struct comparison {
   neph_context *context;
   unsigned width, height, channel_count;
   const char **names;
   const float **values, **reference;
-  const float **noise; /* standard errors of the reference; NULL where it has none */
-  bool has_channels;   /* of standard errors, all of them */
-  double noise_factor; /* that these channels are multiplied by */
-  double noise_share;  /* of the reference's values, by its header, where it lacks one; NaN: unknown */
+  const float **noise; /* standard errors of the reference; NULL without */
+  bool has_channels;   /* whether the reference has all channels of standard errors */
+  double noise_factor; /* factor on these channels */
+  double noise_share;  /* noise of the reference relative to its values, from its header, without channels of standard
+                          errors; NaN: unknown */
   double epsilon;
 } comparison;
 
-/* ---- What is compared ---- */
+/* ---- Comparability ---- */
 
 static void free_planes(comparison *pair) {
   np_alloc_free(pair->context, pair->names);
@@ -74,7 +75,7 @@ static neph_result check_finite(const comparison *pair) {
   return NEPH_OK;
 }
 
-/* Channels of one name are not one thing in two colour spaces. */
+/* Refuses pictures of two colour spaces, whose channels differ in meaning. */
 static neph_result check_spaces(neph_context *context, const neph_image *image, const neph_image *reference) {
   const char *space = neph_image_get_attribute(image, "nephos:colorSpace");
   const char *reference_space = neph_image_get_attribute(reference, "nephos:colorSpace");
@@ -85,7 +86,7 @@ static neph_result check_spaces(neph_context *context, const neph_image *image, 
                  space, reference_space);
 }
 
-/* ε, so that black pixels weigh no more than dim ones. */
+/* ε of relative differences, so that black pixels weigh no more than dim ones. */
 static double compute_epsilon(const comparison *pair) {
   size_t count = (size_t)pair->width * pair->height, finite_count = 0;
   double sum = 0;
@@ -98,7 +99,7 @@ static double compute_epsilon(const comparison *pair) {
   return finite_count ? epsilon_of_mean * sum / (double)finite_count : 0;
 }
 
-/* Values have the noise in them too: E R² = L²(1 + n²). */
+/* Chooses the reference's noise. Its values include the noise: E R² = L²(1 + n²). */
 static neph_result choose_noise(comparison *pair, const neph_image *reference) {
   const double noise = np_image_get_stated_noise(reference).value;
   pair->has_channels = true;
@@ -122,7 +123,7 @@ static neph_result begin_comparison(neph_context *context, const neph_image *ima
   return result;
 }
 
-/* 0/0 is no difference. */
+/* Quotient, with 0/0 = 0: no difference. */
 static double divide(double difference, double by) { return difference == 0 ? 0 : difference / by; }
 
 /* ---- Sums over values ---- */
@@ -155,7 +156,7 @@ static void swap(float *a, float *b) {
   *b = kept;
 }
 
-/* Hoare's selection: the value that would stand at `rank` if the values were sorted. */
+/* Hoare's selection: the value at `rank` in sorted order. */
 static float select_rank(float *values, size_t count, size_t rank) {
   size_t low = 0, high = count - 1;
   while (low < high) {
@@ -196,15 +197,15 @@ static neph_result compute_percentile(const comparison *pair, uint64_t value_cou
 /* ---- Sums over blocks ---- */
 
 typedef struct block_sum {
-  double values, reference; /* over the block's pixels, all channels */
+  double values, reference; /* sums over the block's pixels, all channels */
 } block_sum;
 
 typedef struct block_sums {
-  double values, reference;          /* over the picture */
-  double squared, reference_squared; /* of block means, over blocks and channels */
+  double values, reference;          /* sums over the picture */
+  double squared, reference_squared; /* sums of squared block means, over blocks and channels */
 } block_sums;
 
-/* One channel of one block. */
+/* Sums one channel of one block. */
 static block_sum sum_block(const comparison *pair, unsigned c, unsigned left, unsigned top, unsigned *out_count) {
   block_sum sum = {0, 0};
   *out_count = 0;
@@ -236,8 +237,8 @@ static block_sum add_block(const comparison *pair, unsigned left, unsigned top, 
   return block;
 }
 
-/* The bias is a ratio of sums r = ΣP/ΣR over n blocks; its variance n/(n−1)·Σ(P − rR)²/(ΣR)² (Cochran 1977, "Sampling
- * Techniques", eq. 6.13, without the correction for a finite population). */
+/* Half width of the bias's 95 % interval. The bias is a ratio of sums r = ΣP/ΣR over n blocks; its variance n/(n−1)·Σ(P
+ * − rR)²/(ΣR)² (Cochran 1977, "Sampling Techniques", eq. 6.13, without the correction for a finite population). */
 static double compute_bias_interval(const block_sum *blocks, size_t count, const block_sums *sums) {
   if (count < 2) return (double)NAN;
   double ratio = sums->values / sums->reference, residual2 = 0;
@@ -251,7 +252,7 @@ static double compute_bias_interval(const block_sum *blocks, size_t count, const
 /* ---- The reference's own noise ---- */
 
 typedef struct noise_sums {
-  double squared, block_squared, bias_squared; /* over values, block means, and pixels' sums over channels */
+  double squared, block_squared, bias_squared; /* sums over values, block means, and pixels' sums over channels */
 } noise_sums;
 
 static double get_noise_at(const comparison *pair, unsigned c, size_t i) {
@@ -259,7 +260,8 @@ static double get_noise_at(const comparison *pair, unsigned c, size_t i) {
                             : pair->noise_share * fabs((double)pair->reference[c][i]);
 }
 
-/* Pixels are independent of each other, a pixel's channels not: they are summed up first. */
+/* Adds the reference's noise in a block. Pixels are independent, the channels of a pixel are not: they are summed
+ * first. */
 static void add_block_noise(const comparison *pair, unsigned left, unsigned top, noise_sums *sums) {
   double bias_squared[BLOCK_PIXELS * BLOCK_PIXELS] = {0};
   for (unsigned c = 0; c < pair->channel_count; c++) {
@@ -390,7 +392,7 @@ static neph_result create_difference_image(const comparison *pair, neph_image **
   return result;
 }
 
-/* Not finite in the reference, or against a reference black throughout: shown as no difference, and as full. */
+/* Relative difference of a value: 0 where the reference is not finite, 1 where it is black throughout. */
 static float compute_relative(const comparison *pair, unsigned c, size_t i) {
   double reference = (double)pair->reference[c][i];
   if (!isfinite(reference)) return 0;

@@ -34,7 +34,7 @@ static void append_header(np_text *out, const np_image_header *header) {
   np_text_add(out, "\n");
 }
 
-/* A line of an attribute, whose name and value are anything. */
+/* Adds the line of an attribute, of any name and value. */
 static void append_attribute(np_text *out, const np_image_attribute *a) {
   char *line = np_alloc_printf(out->context, "  %-24s%s", a->name, a->value);
   if (line) np_text_clean(line);

@@ -15,7 +15,7 @@
 enum { BLOCK_PIXELS = 8, AROUND_PIXELS = 2 };
 
 static const double dim_of_mean = 0.01;
-static const double normal_quantile_975 = 1.959963984540054; /* of a two-sided 95 % interval */
+static const double normal_quantile_975 = 1.959963984540054; /* two-sided 95 % interval */
 
 static const neph_bounded unknown = {(double)NAN, (double)NAN, (double)NAN};
 
@@ -25,7 +25,7 @@ static const neph_bounded unknown = {(double)NAN, (double)NAN, (double)NAN};
 typedef struct luminance {
   unsigned count;
   const unsigned *indices; /* channels of the reference */
-  double weights[3];       /* of R, G, B; others are averaged */
+  double weights[3];       /* weights of R, G, B; other channels are averaged */
 } luminance;
 
 static bool is_colour(const neph_image *image, const luminance *l) {
@@ -34,7 +34,7 @@ static bool is_colour(const neph_image *image, const luminance *l) {
   return l->count == 3 && !strcmp(image->channels[l->indices[0]].name, "R") && !is_of_bands;
 }
 
-/* OpenEXR's primaries are Rec.709's where a header names none. */
+/* Channels of a luminance. Primaries are Rec.709 where the header names none, as in OpenEXR. */
 static luminance choose_luminance(const neph_image *reference, unsigned *indices) {
   luminance l = {.count = np_image_choose_channels(reference, indices), .indices = indices};
   if (!is_colour(reference, &l)) return l;
@@ -58,7 +58,7 @@ const float *np_image_get_prefixed(const neph_image *image, const char *prefix, 
   return NULL;
 }
 
-/* Adds weighted planes of `prefix` and the channels' names. False where one is missing. */
+/* Adds weighted planes of the channels with a prefix. False where one is missing. */
 static bool add_planes(const neph_image *image, const neph_image *reference, const luminance *l, const char *prefix,
                        double *out) {
   const size_t count = (size_t)reference->width * reference->height;
@@ -102,7 +102,7 @@ neph_result neph_image_get_error(const neph_image *image, neph_image_error *out_
 
 neph_bounded np_image_get_stated_noise(const neph_image *image) { return get_bounded(image, "nephos:noise"); }
 
-/* A mean of squares, and its variance. */
+/* Mean of squares, and variance of the mean. */
 typedef struct moments {
   double mean, variance;
 } moments;
@@ -116,17 +116,18 @@ static bool get_stated_noise(const neph_image *image, moments *out) {
 
 /* ---- Pixels ---- */
 
-/* Luminances, and their standard errors where the pictures state them: NULL where they do not. A pixel's channels are
- * of the same samples, so that their standard errors add up. */
+/* Luminances, and their standard errors where the pictures state them, otherwise NULL. The channels of a pixel share
+ * their samples, so that their standard errors add up. */
 typedef struct planes {
   neph_context *context;
   unsigned width, height;
   double *picture, *second, *reference, *picture_error, *reference_error;
-  double *scale; /* that differences are relative to */
+  double *scale; /* scale of relative differences */
   neph_noise_source source;
-  double noise_share;                          /* noise of the reference by its header; 0 with other sources */
-  double picture_variance, reference_variance; /* of the squared noise that the header's bounds leave; 0: not used */
-  double dim;                                  /* pixels below it are left out */
+  double noise_share;                          /* noise of the reference from its header; 0 with other sources */
+  double picture_variance, reference_variance; /* variances of the squared noises from the headers' bounds; 0: not
+                                                  used */
+  double dim;                                  /* threshold below which pixels are left out */
 } planes;
 
 static void free_planes(planes *p) {
@@ -146,7 +147,7 @@ static neph_result fill_plane(const planes *p, const neph_image *image, const ne
 
 /* ---- Scale ---- */
 
-/* Mean of the pixels around one, its own left out; NaN where there is none. */
+/* Mean of the pixels around one, without it; NaN where there is none. */
 static double average_around(const planes *p, unsigned x, unsigned y) {
   const unsigned left = x > AROUND_PIXELS ? x - AROUND_PIXELS : 0, top = y > AROUND_PIXELS ? y - AROUND_PIXELS : 0;
   double sum = 0.0, count = 0.0;
@@ -166,10 +167,10 @@ static double get_reference_error(const planes *p, size_t i, double mean) {
   return p->reference_error && isfinite(p->reference_error[i]) ? p->reference_error[i] : 0.0;
 }
 
-/* Noise of the reference at which its pixel and those around it have the same weight in the scale. */
+/* Noise of the reference at which its pixel and the mean around it have equal weight in the scale. */
 static const double half_weight_noise = 0.05;
 
-/* Standard errors that an isolated bright pixel stands above those around it. */
+/* Standard errors by which an isolated bright pixel exceeds the pixels around it. */
 static const double highlight_errors = 4.0;
 
 /* A noisy pixel is no scale for its own difference: the two are correlated, and squares over its square are far too
@@ -192,7 +193,7 @@ static neph_result fill_scale(planes *p) {
   return p->scale ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
-/* A picture compared with itself shares all of its noise, none of which is in the differences. */
+/* Whether the pictures are the same: then they share all noise, and the differences have none. */
 static bool is_same(const planes *p) {
   return !memcmp(p->picture, p->reference, (size_t)p->width * p->height * sizeof *p->picture);
 }
@@ -219,7 +220,7 @@ static double compute_dim(const planes *p) {
   return finite_count ? dim_of_mean * fmax(sum / (double)finite_count, 0.0) : 0.0;
 }
 
-/* Root of the mean square of standard errors relative to the scale. */
+/* Root mean square of standard errors relative to the scale. */
 static double measure_channels(const planes *p) {
   double sum = 0.0, count = 0.0;
   for (size_t i = 0; i < (size_t)p->width * p->height; i++) {
@@ -284,7 +285,7 @@ static neph_result fill_planes(planes *p, const neph_image *image, const neph_im
 
 /* ---- Squares ---- */
 
-/* Σ over pixels of squares over that of the scale. */
+/* Sums over pixels of squares relative to the squared scale. */
 typedef struct squares {
   double error, noise, bias, reference;
   uint64_t count;
@@ -315,8 +316,8 @@ static squares sum_block(const planes *p, unsigned left, unsigned top) {
   return sums;
 }
 
-/* Mean of squares and the variance of that mean: a ratio of sums over blocks (Cochran 1977, "Sampling Techniques",
- * eq. 6.13, without the correction for a finite population). */
+/* Mean of squares and its variance, as a ratio of sums over blocks (Cochran 1977, "Sampling Techniques", eq. 6.13,
+ * without the correction for a finite population). */
 static moments compute_moments(const squares *blocks, size_t count, size_t member) {
   double sum = 0.0, pixels = 0.0, residual2 = 0.0;
   size_t filled = 0;
@@ -336,7 +337,7 @@ static moments compute_moments(const squares *blocks, size_t count, size_t membe
 
 static double take_root(double square) { return isnan(square) ? square : sqrt(fmax(square, 0.0)); }
 
-/* Unknown where no square within the bounds is positive: more noise is stated than there is. */
+/* Root with its bounds; NaN where no square within the bounds is positive: stated noise exceeds the measured. */
 static neph_bounded bound_root(moments m) {
   const double half = normal_quantile_975 * sqrt(m.variance);
   if (m.mean < 0.0 && !(m.mean + half > 0.0)) return unknown;
@@ -345,7 +346,7 @@ static neph_bounded bound_root(moments m) {
 
 /* ---- Measures ---- */
 
-/* An error is no less than its random part, unless pictures share it. */
+/* Raises an error to its random part, unless the pictures share noise. */
 static void floor_error(neph_bounded *error, const neph_bounded *noise) {
   if (!(error->value < noise->value)) return;
   error->value = noise->value;
@@ -354,7 +355,7 @@ static void floor_error(neph_bounded *error, const neph_bounded *noise) {
 
 static moments widen(moments m, double variance) { return (moments){m.mean, m.variance + variance}; }
 
-/* Fills the reference's own noise. Returns the variance of its square that its header leaves. */
+/* Fills the reference's noise. Returns the variance of its square from the header's bounds. */
 static double measure_reference(const planes *p, const neph_image *reference, const squares *blocks, size_t count,
                                 neph_image_difference *out) {
   moments stated;

@@ -5,10 +5,10 @@
 
 #include "image/image_private.h"
 
-/* Values of the channel whose name is `prefix` and `name`; NULL: there is none. */
+/* Values of the channel with the name `prefix` followed by `name`; NULL: there is none. */
 const float *np_image_get_prefixed(const neph_image *image, const char *prefix, const char *name);
 
-/* Relative rms noise of a picture's pixels by its header, `nephos:noise`. NaN where it states none. */
+/* Relative rms noise of a picture's pixels from its header, `nephos:noise`. NaN where it states none. */
 neph_bounded np_image_get_stated_noise(const neph_image *image);
 
 /* Factor on a picture's channels `standard_error.*`, at most 1. They are as of independent samples, and samples are

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Writing deep OpenEXR: scan lines of samples, ZIPS. The library's pipeline packs no deep pixels: they are packed here,
- * and given to its compression. */
+/* Writing deep OpenEXR: scan lines of samples, ZIPS. OpenEXRCore's pipeline packs no deep pixels: they are packed here,
+ * and compressed by it. */
 #include <string.h>
 
 #include "core/alloc.h"
@@ -9,7 +9,7 @@
 #include "image/deep.h"
 #include "image/image_exr_write.h"
 
-/* In the order of the file: by name. */
+/* Channels in the order of the file, by name. */
 static const struct {
   const char *name;
   size_t offset;
@@ -56,7 +56,7 @@ static unsigned char *pack_value(unsigned char *to, const np_deep_sample *sample
   return to + sizeof half;
 }
 
-/* Channel by channel, pixel by pixel, sample by sample. */
+/* Packs a line channel by channel, pixel by pixel, sample by sample. */
 static void pack_line(const np_exr_writer *writer, const np_deep_pixel *line, unsigned char *to) {
   for (int c = 0; c < CHANNELS; c++)
     for (unsigned x = 0; x < writer->image->width; x++)
@@ -64,7 +64,7 @@ static void pack_line(const np_exr_writer *writer, const np_deep_pixel *line, un
         to = pack_value(to, &line[x].samples[s], c, is_half(c, writer->pixel_type));
 }
 
-/* The samples of a line up to each of its pixels; returns all. */
+/* Fills the numbers of samples of a line up to each of its pixels; returns the total. */
 static size_t fill_counts(const np_exr_writer *writer, const np_deep_pixel *line, int32_t *counts) {
   int32_t sum = 0;
   for (unsigned x = 0; x < writer->image->width; x++) counts[x] = sum += (int32_t)line[x].count;
@@ -73,13 +73,13 @@ static size_t fill_counts(const np_exr_writer *writer, const np_deep_pixel *line
 
 /* ---- Chunks ---- */
 
-/* The pipeline calls this in place of its own packing: the pixels are in its buffer. */
+/* Packing function of the pipeline that does nothing: the pixels are in its buffer already. */
 static exr_result_t keep_packed(exr_encode_pipeline_t *pipeline) {
   pipeline->packed_bytes = *(const size_t *)pipeline->encoding_user_data;
   return EXR_ERR_SUCCESS;
 }
 
-/* Compresses packed pixels, which stay the caller's. */
+/* Compresses packed pixels, which the caller keeps. */
 static exr_result_t compress(np_exr_writer *writer, int line, void *packed, size_t size, int32_t *counts,
                              exr_encode_pipeline_t *pipeline) {
   static const uint8_t nothing[4] = {0};
@@ -98,7 +98,7 @@ static exr_result_t compress(np_exr_writer *writer, int line, void *packed, size
   pipeline->write_fn = NULL;
   pipeline->encoding_user_data = &size;
   pipeline->packed_buffer = packed;
-  pipeline->packed_alloc_size = SIZE_MAX; /* as large as whatever it asks for */
+  pipeline->packed_alloc_size = SIZE_MAX; /* large enough for every buffer that the pipeline requests */
   pipeline->sample_count_table = counts;
   pipeline->sample_count_alloc_size = writer->image->width * sizeof *counts;
   return exr_encoding_run(exr, 0, pipeline);

@@ -14,8 +14,8 @@
 
 /* ---- Errors ---- */
 
-/* Keeps the first complaint for the message. For reading alone: a context open for writing holds its lock while it
- * complains, and asking it for the user data would wait for that lock for ever. */
+/* Stores the first complaint for the message. Only for reading: a context open for writing holds its lock during a
+ * complaint, and the call for its user data would deadlock. */
 static void keep_complaint(exr_const_context_t exr, exr_result_t code, const char *message) {
   (void)code;
   void *user = NULL;
@@ -24,7 +24,7 @@ static void keep_complaint(exr_const_context_t exr, exr_result_t code, const cha
   if (!atomic_exchange(&file->has_complaint, true)) np_print_short(file->complaint, sizeof file->complaint, message);
 }
 
-/* The library begins each message with the name of the file. */
+/* Text of the first complaint without the file's name, with which OpenEXRCore begins. */
 static const char *describe_complaint(const np_exr_file *file, exr_result_t code) {
   if (!file->complaint[0]) return exr_get_default_error_message(code);
   const char *name_end = strstr(file->complaint, "': ");
@@ -138,7 +138,7 @@ static neph_result read_attribute(neph_image *image, const exr_attribute_t *attr
   }
 }
 
-/* Attributes that OpenEXR requires are not carried from file to file. */
+/* Whether an attribute is required by OpenEXR; these are not copied from file to file. */
 static bool is_structural(const char *name) {
   static const char *const names[] = {"name", "type", "version", "chunkCount", "pixelAspectRatio", "screenWindowWidth"};
   for (size_t i = 0; i < sizeof names / sizeof *names; i++)
@@ -227,9 +227,9 @@ typedef struct exr_reader {
   np_exr_file file;
   neph_image *image;
   bool is_tiled;
-  int chunk_width, chunk_height; /* of a whole chunk; the last ones may be smaller */
-  int columns, rows;             /* of chunks */
-  int first_line;                /* of the data window */
+  int chunk_width, chunk_height; /* size of a whole chunk; the last chunks may be smaller */
+  int columns, rows;             /* numbers of chunks */
+  int first_line;                /* first line of the data window */
 } exr_reader;
 
 static neph_result check_kind(exr_reader *reader) {
@@ -279,7 +279,7 @@ static exr_result_t read_chunk_info(const exr_reader *reader, int column, int ro
   return exr_read_scanline_chunk_info(exr, 0, reader->first_line + row * reader->chunk_height, out_info);
 }
 
-/* The image was made from the file's channels, in their order. */
+/* Points the decoder into the image, whose channels have the order of the file's. */
 static exr_result_t point_into_image(const exr_reader *reader, int column, int row, exr_decode_pipeline_t *pipeline) {
   const neph_image *image = reader->image;
   int64_t x = (int64_t)column * reader->chunk_width, y = (int64_t)row * reader->chunk_height;
@@ -293,8 +293,9 @@ static exr_result_t point_into_image(const exr_reader *reader, int column, int r
   return EXR_ERR_SUCCESS;
 }
 
-/* The decoders of PIZ, PXR24 and B44 say "no memory" of a chunk, too, whose bytes end too soon or too late. Memory was
- * there if no buffer is missing that the library makes for a chunk: PIZ has a second one to work in. */
+/* Distinguishes a damaged chunk from a lack of memory: the decoders of PIZ, PXR24 and B44 report "no memory" also for a
+ * chunk whose bytes end too soon or too late. Memory was sufficient if all buffers of the chunk exist; PIZ has a second
+ * work buffer. */
 static exr_result_t judge_failure(exr_result_t code, const exr_decode_pipeline_t *pipeline) {
   const bool has_buffers = pipeline->packed_buffer && pipeline->unpacked_buffer && pipeline->scratch_buffer_1 &&
                            (pipeline->chunk.compression != EXR_COMPRESSION_PIZ || pipeline->scratch_buffer_2);
@@ -338,7 +339,8 @@ static neph_result read_file(exr_reader *reader) {
   if (!result) result = check_kind(reader);
   if (!result) result = count_chunks(reader);
   if (result) return result;
-  /* Makes the library check its table of chunks against the size of the file before the picture is allocated. */
+  /* This call makes OpenEXRCore check its table of chunks against the size of the file before the picture is
+     allocated. */
   exr_result_t code = read_chunk_info(reader, 0, 0, &first);
   if (code) return fail_read(&reader->file, code);
   result = read_header(&reader->file, true, &reader->image);

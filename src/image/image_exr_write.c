@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Writing OpenEXR: one part of scan lines, ZIP, or of a format that its writer describes. */
+/* Writing OpenEXR: one part of scan lines, ZIP, or the format of a np_exr_format. */
 #include <errno.h>
 #include <fcntl.h>
 #include <string.h>
@@ -56,7 +56,7 @@ static exr_result_t set_required(exr_context_t exr, const neph_image *image, exr
   return code ? code : exr_set_zip_compression_level(exr, 0, ZIP_LEVEL);
 }
 
-/* Longer names need a flag that old readers refuse. */
+/* Whether names are so long that a flag is needed, which old readers refuse. */
 static bool has_long_names(const neph_image *image) {
   for (unsigned c = 0; c < image->channel_count; c++)
     if (strlen(image->channels[c].name) > SHORT_NAME_MAX) return true;
@@ -123,7 +123,7 @@ static exr_result_t add_channels(exr_context_t exr, const neph_image *image, nep
   return code;
 }
 
-/* The file's channels are sorted by name, the image's need not be. */
+/* Points the encoder to the values. Channels are sorted by name in the file, not in the image. */
 static void point_to_values(const neph_image *image, size_t first, exr_encode_pipeline_t *pipeline) {
   for (int c = 0; c < pipeline->channel_count; c++) {
     exr_coding_channel_info_t *channel = &pipeline->channels[c];
@@ -132,7 +132,7 @@ static void point_to_values(const neph_image *image, size_t first, exr_encode_pi
   }
 }
 
-/* Leaves the compressed bytes in the pipeline, to be ended whatever the outcome. */
+/* Compresses a chunk; its bytes stay in the pipeline, which the caller destroys in any case. */
 static exr_result_t run_pipeline(const np_exr_writer *writer, int line, exr_encode_pipeline_t *pipeline) {
   exr_context_t exr = writer->file.exr;
   exr_chunk_info_t info;
@@ -146,8 +146,8 @@ static exr_result_t run_pipeline(const np_exr_writer *writer, int line, exr_enco
   return code ? code : exr_encoding_run(exr, 0, pipeline);
 }
 
-/* Readers take a chunk that is as long as its pixels for raw: compression that saves no byte is none. The library keeps
- * that rule only where it lengthens. */
+/* Readers take a chunk that is as long as its pixels as uncompressed, so that compression without gain is dropped.
+ * OpenEXRCore drops it only where it lengthens. */
 neph_result np_exr_keep_chunk(neph_context *context, const exr_encode_pipeline_t *pipeline, np_exr_chunk *out_chunk) {
   const bool is_raw = pipeline->compressed_bytes >= pipeline->packed_bytes;
   const size_t size = is_raw ? pipeline->packed_bytes : pipeline->compressed_bytes;
@@ -207,7 +207,7 @@ static void free_chunks(np_exr_writer *writer) {
   np_alloc_free(writer->file.context, writer->chunks);
 }
 
-/* The chunk table is written when the file is finished. */
+/* Finishes the file, which writes the table of chunks. */
 static neph_result finish_file(np_exr_file *file) {
   exr_result_t code = exr_finish(&file->exr);
   if (code || atomic_load(&file->stream_error)) return fail_write(file, code);

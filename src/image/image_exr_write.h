@@ -9,15 +9,15 @@
 
 typedef struct np_exr_writer np_exr_writer;
 
-/* A chunk as the file has it, waiting to be written in its turn. */
+/* An encoded chunk, waiting to be written in its turn. */
 typedef struct np_exr_chunk {
   void *bytes;
   size_t size;
-  int32_t *counts; /* of a deep chunk: samples up to each pixel, of which it has so many bytes; else NULL */
+  int32_t *counts; /* deep chunks: samples up to each pixel, in count_bytes bytes; NULL for flat chunks */
   size_t counts_size, unpacked_size;
 } np_exr_chunk;
 
-/* The differences of flat and deep parts. */
+/* Functions that differ between flat and deep parts. */
 typedef struct np_exr_format {
   exr_storage_t storage;
   exr_compression_t compression;
@@ -35,7 +35,7 @@ struct np_exr_writer {
   int chunk_count, lines_per_chunk;
 };
 
-/* Keeps what a pipeline has compressed, or, where that saves no byte, its packed bytes. */
+/* Takes the compressed bytes from a pipeline, or, where compression gains nothing, its packed bytes. */
 neph_result np_exr_keep_chunk(neph_context *context, const exr_encode_pipeline_t *pipeline, np_exr_chunk *out_chunk);
 
 /* Writes an image atomically. */

@@ -26,10 +26,10 @@ typedef struct png_picture {
   const neph_image *image;
   const neph_preview_desc *desc;
   uint16_t *rgb;
-  double exposure_ev; /* of values to display light */
+  double exposure_ev; /* stops from values to display light */
 } png_picture;
 
-/* A row as it stands in the file: 16 bits with the high byte first. */
+/* Packs a row as the file has it: 16 bits with the high byte first. */
 static void pack_row(const png_picture *picture, const uint16_t *rgb, uint8_t *out) {
   const size_t count = 3 * (size_t)picture->image->width;
   for (size_t i = 0; i < count; i++)
@@ -39,7 +39,7 @@ static void pack_row(const png_picture *picture, const uint16_t *rgb, uint8_t *o
       out[2 * i] = (uint8_t)(rgb[i] >> 8), out[2 * i + 1] = (uint8_t)rgb[i];
 }
 
-/* Texts by which the file is known for a preview. */
+/* Writes the texts that mark the file as a preview. */
 static void put_texts(png_structp png, png_infop info, const png_picture *picture) {
   char exposure[32];
   np_print(exposure, sizeof exposure, "%+.2f", picture->exposure_ev);
@@ -68,7 +68,7 @@ static void write_header(png_structp png, png_infop info, const png_picture *pic
   png_write_info(png, info);
 }
 
-/* The message of an error that libpng left by its jump. */
+/* Error function of libpng: stores the message and jumps. */
 static void keep_message(png_structp png, png_const_charp message) {
   np_print_short(png_get_error_ptr(png), 128, message);
   png_longjmp(png, 1);
@@ -88,7 +88,7 @@ static bool write_rows(png_structp png, png_infop info, const png_picture *pictu
   return fflush(file) == 0;
 }
 
-/* Whether the whole picture went into the file. `row` holds one of its rows. */
+/* Writes the picture. False: failed. `row` has room for one of its rows. */
 static bool write_stream(const png_picture *picture, FILE *file, uint8_t *row, char message[128]) {
   png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, message, keep_message, ignore_warning);
   png_infop info = png ? png_create_info_struct(png) : NULL;
@@ -167,7 +167,7 @@ neph_result np_image_encode_png(const neph_image *image, const neph_preview_desc
 
 /* ---- Reading ---- */
 
-/* Everything that must outlive a jump out of libpng stands here, not in a register. */
+/* State of reading, outside of registers, so that it survives a jump out of libpng. */
 typedef struct png_reader {
   neph_context *context;
   const char *path;
@@ -175,15 +175,15 @@ typedef struct png_reader {
   size_t size, next;
   png_structp png;
   png_infop info;
-  const char *stored; /* as np_image_channel has it */
+  const char *stored; /* kind of samples, as np_image_channel::stored */
   neph_image *image;
   uint8_t *pixels;
   png_bytep *rows;
-  neph_result result; /* told already; NEPH_OK while libpng alone has something to say */
+  neph_result result; /* result already reported; NEPH_OK until then */
   char message[128];
 } png_reader;
 
-/* Leaves libpng by its own way, so that there is one. */
+/* Leaves libpng by its own jump, so that there is one way out. */
 static void fail_reading(png_reader *reader, neph_result result) {
   reader->result = result;
   png_longjmp(reader->png, 1);
@@ -202,11 +202,11 @@ static void jump_out(png_structp png, png_const_charp message) {
   png_longjmp(png, 1);
 }
 
-/* Rows of the widest picture, and texts that are longer than they are stored. */
+/* Size of blocks that are always allowed: rows of the widest picture, and texts longer than their compressed form. */
 static const png_alloc_size_t block_bytes_free = 8000000;
 
-/* libpng goes on without some of its blocks; a reading during which memory ran out fails in any case. For a chunk it
- * asks for as much as the chunk says that it holds: more than the file is a lie, and refused. */
+/* Allocation function of libpng, which continues without some of its blocks; reading fails in any case after a lack of
+ * memory. libpng allocates a chunk's stated length: more than the file's size is refused. */
 static png_voidp allocate(png_structp png, png_alloc_size_t size) {
   png_reader *reader = png_get_mem_ptr(png);
   if (size > block_bytes_free + reader->size) return NULL;
@@ -226,14 +226,14 @@ static void check_size(png_reader *reader, unsigned channel_count) {
   if (result) fail_reading(reader, result);
 }
 
-/* Before the transforms. */
+/* Kind of samples in the file, before the transforms. */
 static const char *name_samples(const png_reader *reader) {
   return np_image_name_png_samples(png_get_bit_depth(reader->png, reader->info),
                                    png_get_color_type(reader->png, reader->info) == PNG_COLOR_TYPE_PALETTE);
 }
 
-/* Palettes become colour, 1 to 4 bits become 8, a transparent colour becomes alpha; samples of 16 bits come in the
- * machine's order. */
+/* Sets transforms: palettes become colour, 1 to 4 bits become 8, a transparent colour becomes alpha; 16-bit samples get
+ * the machine's byte order. */
 static void set_transforms(png_structp png) {
   const uint16_t one = 1;
   png_set_expand(png);
@@ -275,7 +275,7 @@ static void copy_samples(png_reader *reader) {
 static void read_picture(png_reader *reader) {
   png_structp png = reader->png;
   png_set_read_fn(png, reader, read_bytes);
-  png_set_user_limits(png, PNG_UINT_31_MAX, PNG_UINT_31_MAX); /* ours say what is allowed */
+  png_set_user_limits(png, PNG_UINT_31_MAX, PNG_UINT_31_MAX); /* limits of the library apply instead */
   png_read_info(png, reader->info);
   check_size(reader, 1);
   reader->stored = name_samples(reader);
@@ -295,7 +295,7 @@ static neph_result fail_read(png_reader *reader) {
                  reader->message);
 }
 
-/* The only frame that libpng jumps to; all its state is behind `reader`. */
+/* Runs libpng. This frame is the only target of its jumps; all state is in `reader`. */
 static neph_result run_libpng(png_reader *reader) {
   reader->png =
       png_create_read_struct_2(PNG_LIBPNG_VER_STRING, reader, jump_out, ignore_warning, reader, allocate, release);

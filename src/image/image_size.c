@@ -6,8 +6,8 @@
 #include "core/file.h"
 #include "image/image_private.h"
 
-/* Signature, then the chunk IHDR, which begins with width and height in big-endian order, bits of a sample and kind of
- * colour (ISO/IEC 15948, 5.2, 11.2.2). */
+/* Offsets in a PNG: signature, then the chunk IHDR, which begins with width and height in big-endian order, bits of a
+ * sample and kind of colour (ISO/IEC 15948, 5.2, 11.2.2). */
 enum { PNG_HEAD = 26, PNG_TYPE_AT = 12, PNG_SIZE_AT = 16, PNG_BITS_AT = 24, PNG_COLOR_AT = 25 };
 
 static unsigned read_big_endian(const unsigned char *bytes) {
@@ -48,7 +48,7 @@ const char *np_image_name_png_samples(unsigned bits, bool is_palette) {
   return is_palette ? "palette" : bits < sizeof names / sizeof *names ? names[bits] : NULL;
 }
 
-/* Channels as a load gives them, but for one of transparent colours, which stand behind the header. */
+/* Reads a PNG's header. Channels are those of a load, except for a transparent colour, which comes after the header. */
 static neph_result read_png_header(neph_context *context, const char *path, neph_image **out_image) {
   static const struct {
     unsigned channel_count;

@@ -9,12 +9,12 @@
 
 enum { NP_MATCHING_FIRST_NM = 360, NP_MATCHING_LAST_NM = 830 };
 
-/* Lumens in a watt of light at 540 THz, nearly the peak of y. */
+/* Lumens per watt of light at 540 THz, nearly the peak of y. */
 #define NP_LUMENS_PER_WATT 683.0
 
 void np_matching_eval(double wavelength_nm, double out_xyz[3]);
 
-/* x + y + z: how much of the colour a wavelength is. */
+/* x + y + z, the weight of a wavelength in a colour. */
 double np_matching_sum(double wavelength_nm);
 
 /* The integral of y, 106.86 nm. */

@@ -21,13 +21,13 @@ static const np_module_kind picture_kind = {.file = NP_PICTURE_PROGRAM_FILE, .pu
 typedef struct picture_process {
   neph_context *context;
   const np_picture_request *request;
-  const np_monitor *monitor; /* NULL: none */
+  const np_monitor *monitor; /* NULL: no monitor */
   uint64_t file_bytes;
-  uint64_t text_bytes_left; /* of names and values, which stand in the file */
+  uint64_t text_bytes_left; /* limit on the bytes of names and values, which must come from the file */
   bool has_values;
   np_child child;
   np_picture_head head;
-  np_image_exr_info *info; /* NULL: not wanted */
+  np_image_exr_info *info; /* NULL: not requested */
   neph_image *image;
 } picture_process;
 
@@ -49,7 +49,7 @@ static neph_result fail_by_signal(const picture_process *p, int signal) {
 }
 
 static neph_result fail_by_end(picture_process *p) {
-  enum { NOT_STARTED = 127 /* by the dynamic linker */ };
+  enum { NOT_STARTED = 127 /* the dynamic linker failed */ };
   const int status = np_child_wait(&p->child);
   if (status != -1 && WIFSIGNALED(status)) return fail_by_signal(p, WTERMSIG(status));
   if (status != -1 && WIFEXITED(status) && WEXITSTATUS(status) == NOT_STARTED)
@@ -58,7 +58,7 @@ static neph_result fail_by_end(picture_process *p) {
   return fail(p, "its decoder ended before it was done: it is damaged");
 }
 
-/* No decoder gives such an answer by itself: a crafted file has taken it over. */
+/* Fails for an answer that no decoder gives by itself: a crafted file has taken it over. */
 static neph_result fail_by_answer(const picture_process *p) {
   return fail(p, "its decoder gave a wrong answer: it is damaged");
 }
@@ -68,13 +68,13 @@ static neph_result get(picture_process *p, void *out, size_t count) {
   return result == NEPH_ERROR_BAD_FILE ? fail_by_end(p) : result;
 }
 
-/* Results that decoders have. */
+/* Whether a decoder can return this result. */
 static bool is_decoder_result(uint32_t result) {
   return result == NEPH_ERROR_OUT_OF_MEMORY || result == NEPH_ERROR_INVALID_ARGUMENT || result == NEPH_ERROR_IO ||
          result == NEPH_ERROR_BAD_FILE || result == NEPH_ERROR_LIMIT || result == NEPH_ERROR_UNSUPPORTED;
 }
 
-/* The message of the decoder names the file. */
+/* Fails with the decoder's message, which names the file. */
 static neph_result fail_by_message(picture_process *p, const np_picture_start *start) {
   char message[NP_PICTURE_MESSAGE_BYTES] = "";
   if (!start->message_length || start->message_length >= sizeof message || !is_decoder_result(start->result))
@@ -103,7 +103,7 @@ static bool is_window(const int32_t min[2], const int32_t max[2], const uint32_t
   return true;
 }
 
-/* A PNG has windows of zeros. */
+/* Checks the head of an answer. A PNG has windows of zeros. */
 static neph_result check_head(const picture_process *p) {
   enum { ATTRIBUTES_MAX = 65536 };
   const np_picture_head *h = &p->head;
@@ -118,7 +118,7 @@ static neph_result check_head(const picture_process *p) {
   return np_image_check_claims(p->context, p->request->path, h->width, h->height, (int)h->channel_count);
 }
 
-/* A text of so many bytes, to be freed with np_alloc_free. */
+/* Reads a text of `length` bytes, which np_alloc_free frees. */
 static neph_result get_text(picture_process *p, uint64_t length, char **out_text) {
   *out_text = NULL;
   if (length > p->text_bytes_left) return fail_by_answer(p);
@@ -218,7 +218,8 @@ static neph_result read_answer(picture_process *p) {
 
 /* ---- Begin and end ---- */
 
-/* Threads decompress chunks: a small file has few, and a limit on address space leaves no room for their stacks. */
+/* Number of threads to decompress chunks: a small file has few chunks, and a limit on address space leaves no room for
+ * stacks. */
 static unsigned choose_threads(const picture_process *p) {
   enum { BYTES_PER_THREAD = 1 << 18 };
   const unsigned count = np_foreign_thread_count(p->context);
@@ -249,7 +250,7 @@ static neph_result run(void *user) {
   neph_result result = np_file_open(p->request->path, &file, &reason);
   if (result) return np_fail(p->context, result, "%s: cannot be read: %s", p->request->path, reason);
   p->file_bytes = np_file_get_size(p->request->path);
-  p->text_bytes_left = 4 * p->file_bytes + 4096; /* numbers are longer as texts */
+  p->text_bytes_left = 4 * p->file_bytes + 4096; /* numbers are longer as text than in the file */
   result = start(p, file);
   close(file);
   if (!result) result = read_answer(p);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The program nephos_pictures: decodes the picture that is its input, and writes what picture_stream.h lists to its
- * output. It limits itself before it looks at the file, and ends without freeing anything. */
+/* The program nephos_pictures: decodes the picture on its standard input, and writes the records of picture_stream.h to
+ * its standard output. It limits its rights before it reads the file, and exits without freeing memory. */
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -17,7 +17,7 @@
 
 static void put(const void *bytes, size_t size, size_t count) { (void)fwrite(bytes, size, count, stdout); }
 
-/* Past the stream's buffer. */
+/* Writes a plane past the stream's buffer. */
 static void put_plane(const float *values, size_t count) {
   const char *at = (const char *)values;
   for (size_t left = fflush(stdout) ? 0 : count * sizeof *values; left > 0;) {
@@ -93,8 +93,8 @@ static void put_image(const neph_image *image, const np_image_exr_info *info) {
 
 typedef struct request {
   neph_context *context;
-  const char *path;                       /* for messages */
-  char message[NP_PICTURE_MESSAGE_BYTES]; /* the first error */
+  const char *path;                       /* path in messages */
+  char message[NP_PICTURE_MESSAGE_BYTES]; /* first error */
 } request;
 
 static void keep_error(void *user, neph_log_level level, const char *message) {
@@ -116,9 +116,9 @@ static neph_result decode_png(request *r, int file, np_image_exr_info *out_info,
   return np_image_decode_png(r->context, file, r->path, out_image);
 }
 
-/* Width and height where a PNG has them, whatever else it holds. */
+/* Bytes of the pixels of a PNG, from its width and height. */
 static uint64_t count_png_bytes(request *r, int file) {
-  enum { SIZE_AT = 16, CHANNELS_MAX = 4, BYTES = sizeof(float) + 2 /* as it is stored */ };
+  enum { SIZE_AT = 16, CHANNELS_MAX = 4, BYTES = sizeof(float) + 2 /* a sample in memory, and as stored */ };
   unsigned char b[8] = {0};
   (void)r;
   if (pread(file, b, sizeof b, SIZE_AT) != sizeof b) return 0;
@@ -128,7 +128,7 @@ static uint64_t count_png_bytes(request *r, int file) {
   return width * height * CHANNELS_MAX * BYTES;
 }
 
-/* A failure comes again when the picture is read. */
+/* Bytes of the pixels of an EXR. A failure here occurs again when the picture is read. */
 static uint64_t count_exr_bytes(request *r, int file) {
   np_image_exr_info info;
   neph_image *image;
@@ -141,7 +141,7 @@ static uint64_t count_nothing(request *r, int file) { return (void)r, (void)file
 static const struct {
   const char *word;
   neph_result (*decode)(request *r, int file, np_image_exr_info *out_info, neph_image **out_image);
-  uint64_t (*count_bytes)(request *r, int file); /* of the pixels that it claims */
+  uint64_t (*count_bytes)(request *r, int file); /* counts the bytes of the claimed pixels */
 } requests[] = {{"exr", decode_exr, count_exr_bytes},
                 {"exr-header", decode_exr_header, count_nothing},
                 {"png", decode_png, count_png_bytes}};
@@ -159,8 +159,8 @@ static uint64_t get_file_bytes(void) {
   return fstat(STDIN_FILENO, &status) || status.st_size < 0 ? 0 : (uint64_t)status.st_size;
 }
 
-/* Limited by its file before it is looked at, and by its pixels when their number is known. Each reader closes its
- * copy of the input. */
+/* Decodes the picture, limited by its file's size before the header is read, and by its pixels afterwards. Each reader
+ * closes its copy of the input. */
 static void decode(request *r, size_t index, unsigned threads) {
   const int copies[] = {dup(STDIN_FILENO), dup(STDIN_FILENO)};
   const uint64_t file_bytes = get_file_bytes();

@@ -36,7 +36,7 @@ void np_picture_sandbox_limit(const np_picture_sandbox *sandbox, uint64_t room_b
 
 #if defined(__x86_64__) && defined(SYS_seccomp)
 
-/* Calls that are refused; a decoder needs memory, its threads, its input and its output. */
+/* Refused calls: a decoder needs only memory, its threads, its input and its output. */
 static const unsigned refused[] = {SYS_open,
                                    SYS_openat,
                                    SYS_open_by_handle_at,
@@ -86,19 +86,19 @@ static const unsigned refused[] = {SYS_open,
                                    SYS_shmget,
                                    SYS_shmat};
 
-/* Instructions before the list of calls, and behind it. */
+/* Numbers of instructions before the list of calls, and after it. */
 enum { REFUSED = sizeof refused / sizeof *refused, HEAD = 7, TAIL = 2, FILTER = HEAD + REFUSED + TAIL };
 enum { ALLOW_AT = HEAD + REFUSED, REFUSE_AT, X32_BIT = 0x40000000 };
 
 #define LOAD(field) (struct sock_filter) BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(struct seccomp_data, field))
 
-/* A comparison with a number, which leads from instruction `at` to one of two others. */
+/* A comparison with a number, which jumps from instruction `at` to one of two others. */
 static struct sock_filter jump(unsigned short comparison, unsigned number, int at, int if_true, int if_false) {
   return (struct sock_filter){(unsigned short)(BPF_JMP | comparison | BPF_K), (unsigned char)(if_true - at - 1),
                               (unsigned char)(if_false - at - 1), number};
 }
 
-/* Limits may be those of this process alone, which is 0 to the call. */
+/* Builds the filter. prlimit is allowed for this process, which is 0 in the call. */
 static void fill_filter(struct sock_filter f[FILTER]) {
   f[0] = LOAD(arch);
   f[1] = jump(BPF_JEQ, AUDIT_ARCH_X86_64, 1, 2, REFUSE_AT);

@@ -15,8 +15,7 @@
 #define NP_PICTURE_PROGRAM_FILE "nephos_pictures"
 #define NP_PICTURE_STREAM_VERSION 1u
 
-/* Limits of the program's memory and time: a part for every file, and parts of the file and of the pixels that it
- * claims. */
+/* Limits of the program's memory and time: a constant, and shares of the file's size and of the claimed pixels. */
 #define NP_PICTURE_ROOM_BYTES UINT64_C(256000000)
 #define NP_PICTURE_ROOM_BYTES_PER_THREAD UINT64_C(160000000)
 #define NP_PICTURE_TIME_S 10u
@@ -24,7 +23,7 @@
 
 enum { NP_PICTURE_MESSAGE_BYTES = 8192 };
 
-/* Comes first. Where the picture could not be read, so many characters that say why follow, and nothing else. */
+/* First record. If the picture could not be read, message_length characters of an error follow, and nothing else. */
 typedef struct np_picture_start {
   uint32_t version, result, message_length;
 } np_picture_start;
@@ -40,7 +39,7 @@ typedef struct np_picture_head {
 } np_picture_head;
 
 typedef struct np_picture_channel {
-  uint32_t stored; /* an index of np_picture_words */
+  uint32_t stored; /* index in np_picture_words */
   uint32_t name_length;
 } np_picture_channel;
 
@@ -50,7 +49,7 @@ typedef struct np_picture_attribute {
   double number;
 } np_picture_attribute;
 
-/* Kinds of samples, storage and compression. */
+/* Words for kinds of samples, storage and compression. */
 static const char *const np_picture_words[] = {
     "unknown", "half",   "float",   "uint",       "1-bit", "2-bit",           "4-bit",
     "8-bit",   "16-bit", "palette", "scan lines", "tiles", "deep scan lines", "deep tiles",

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* From radiance to a picture for the eye: exposure, a view transform, sRGB, dither.
+/* Preview of radiance on a display: exposure, a view transform, sRGB, dither.
  *
  * The filmic view is linear where film is, so that creases of sunlit cloud keep their contrast, and has a shoulder
  * above: f(x) = x up to s = 3/4, then 1 − (1 − s)·e^{−(x − s)/(1 − s)}, of one slope. It is applied to the largest
@@ -39,7 +39,7 @@ void np_preview_map_tone(const float exposed[3], float out_display[3]) {
   }
 }
 
-/* IEC 61966-2-1. */
+/* sRGB transfer function, IEC 61966-2-1. */
 static float encode_srgb(float linear) {
   return linear <= 0.0031308f ? 12.92f * linear : 1.055f * powf(linear, 1.0f / 2.4f) - 0.055f;
 }
@@ -54,7 +54,7 @@ static void clip(const float exposed[3], float out_display[3]) {
 typedef struct view_row {
   void (*map)(const float exposed[3], float out_display[3]);
   float (*encode)(float linear);
-  bool is_for_display; /* exposed, and in Rec.709 */
+  bool is_for_display; /* whether exposure and conversion to Rec.709 apply */
   const char *name;
 } view_row;
 
@@ -66,15 +66,16 @@ enum { VIEW_COUNT = sizeof views / sizeof *views };
 
 /* ---- Dither ---- */
 
-/* Three numbers in [0, 1) for a pixel, by its place in the whole picture alone. */
+/* Three uniform numbers in [0, 1) for a pixel, from its place in the whole picture. */
 static void draw_uniform(int x, int y, float out[3]) {
   const uint64_t place = (uint64_t)(uint32_t)y << 32 | (uint32_t)x;
   uint64_t bits = np_random_mix(np_random_mix(place) + UINT64_C(0x9e3779b97f4a7c15));
   for (int c = 0; c < 3; c++) out[c] = (float)(bits >> 21 * c & 0x1fffffu) * 0x1p-21f;
 }
 
-/* The difference of neighbours' numbers: triangular over ±1 step, which hides every band at equal noise, and without
- * low frequencies along the row. It fades out at black and white, where clipping would shift the mean. */
+/* Quantizes with dither: differences of neighbours' numbers, triangular over ±1 step, which hide banding at equal
+ * noise, without low frequencies along the row. Dither fades out at black and white, where clipping would shift the
+ * mean. */
 static uint16_t quantize(float encoded, float noise, float top) {
   float steps = encoded * top;
   float amplitude = fminf(1.0f, fminf(steps, top - steps));
@@ -151,7 +152,7 @@ static neph_result check_desc(neph_context *context, const neph_preview_desc *de
   return NEPH_OK;
 }
 
-/* Factor on the values of the picture, white apart. */
+/* Exposure factor on the values of the picture, white balance apart. */
 static neph_result choose_factor(const neph_image *image, const neph_preview_desc *desc, double *out) {
   neph_result result = NEPH_OK;
   double base = 1.0;

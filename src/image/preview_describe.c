@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Description of a preview's file, by the texts in it. Chunks before the pixels are walked over (PNG specification,
- * third edition, section 5.3), and no pixel is decoded. */
+/* Description of a preview's file from the texts in it. Chunks before the pixels are read (PNG specification, third
+ * edition, section 5.3), and no pixel is decoded. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -21,7 +21,7 @@ static uint32_t get_number(const uint8_t *bytes) {
   return (uint32_t)bytes[0] << 24 | (uint32_t)bytes[1] << 16 | (uint32_t)bytes[2] << 8 | bytes[3];
 }
 
-/* A text of printable ASCII is kept: it goes to a terminal. `chunk` ends with a zero behind its value. */
+/* Stores a text of printable ASCII, since it is shown on a terminal. `chunk` ends with a zero after its value. */
 static void take_text(const char *chunk, preview_facts *out) {
   const struct {
     const char *key;
@@ -34,7 +34,7 @@ static void take_text(const char *chunk, preview_facts *out) {
     if (!strcmp(chunk, rows[i].key)) np_print(rows[i].value, TEXT_MAX, "%s", value);
 }
 
-/* Reads a chunk behind its length and type. False: pixels begin, or the file is none that is known. */
+/* Reads a chunk after its length and type. False: pixels begin, or the format is unknown. */
 static bool read_chunk(FILE *file, preview_facts *out) {
   uint8_t head[8];
   char body[TEXT_MAX + 2] = "";
@@ -88,7 +88,7 @@ neph_result np_preview_describe_file(neph_context *context, const char *path, ne
   preview_facts facts = {0};
   FILE *file = np_file_open_stream(path);
   *out_text = NULL;
-  if (!file) return NEPH_OK; /* the reader of height fields has the message */
+  if (!file) return NEPH_OK; /* the reader of height fields reports the error */
   read_facts(file, &facts);
   fclose(file);
   if (!facts.view[0]) return NEPH_OK;

@@ -5,7 +5,7 @@
 
 #include "image/color_space.h"
 
-/* Primaries without a header are Rec.709's, as OpenEXR has it; so are those of bands, which are none. */
+/* Chooses the primaries: Rec.709 where the header names none, as in OpenEXR, and for pictures of bands. */
 void np_preview_choose_primaries(const neph_image *image, np_preview_planes *out) {
   const float *own = image->header.chromaticities;
   const float *rec709 = np_color_space_get_chromaticities(NP_COLOR_REC709);

@@ -1,25 +1,25 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Channels of an image that are shown, and their colours. */
+/* Channels of a preview, and their colours. */
 #ifndef NP_IMAGE_PREVIEW_PLANES_H
 #define NP_IMAGE_PREVIEW_PLANES_H
 
 #include "core/half.h"
 #include "image/image_private.h"
 
-/* The three planes shown; all the same for a grey picture. */
+/* The three planes of a preview; all the same for a grey picture. */
 typedef struct np_preview_planes {
   const float *plane[3];
-  bool are_halves; /* values are rounded to halves, as a file keeps them */
+  bool are_halves; /* values are rounded to halves, as in a file */
   float factor[3]; /* exposure over white */
   bool has_primaries;
-  float rec709_from_rgb[3][3]; /* of primaries that are not Rec.709's */
+  float rec709_from_rgb[3][3]; /* matrix for primaries other than Rec.709's */
 } np_preview_planes;
 
-/* False for an image that has neither R, G and B nor Y. Leaves `factor` unset. Halves are shown where a file of the
- * wanted type has them. */
+/* Chooses the planes. False for an image that has neither R, G and B nor Y. Leaves `factor` unset. Values are rounded
+ * to halves where a file of the wanted type has halves. */
 bool np_preview_get_planes(const neph_image *image, neph_pixel_type wanted, np_preview_planes *out);
 
-/* A pixel times the factor. */
+/* A pixel times `factor`. */
 static inline void np_preview_get_pixel(const np_preview_planes *planes, size_t pixel, float out_rgb[3]) {
   for (int c = 0; c < 3; c++) {
     const float value = planes->plane[c][pixel];
@@ -30,7 +30,7 @@ static inline void np_preview_get_pixel(const np_preview_planes *planes, size_t 
 /* Fills the primaries alone. */
 void np_preview_choose_primaries(const neph_image *image, np_preview_planes *out);
 
-/* A pixel of the planes' primaries to Rec.709, in place. */
+/* Converts a pixel from the planes' primaries to Rec.709, in place. */
 void np_preview_convert(const np_preview_planes *planes, float rgb[3]);
 
 #endif

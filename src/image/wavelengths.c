@@ -7,7 +7,7 @@
 
 static const double first_nm = 400.0, last_nm = 700.0;
 
-/* Adds f over one cell by the midpoints of whole nanometres, cut at the cell's bounds. */
+/* Adds f over one cell by the midpoints of whole nanometres, clipped to the cell. */
 typedef void (*add_fn)(void *sums, double nm, double width_nm);
 
 static void sum_cell(const np_wavelengths *w, unsigned index, add_fn add, void *sums) {
@@ -18,7 +18,7 @@ static void sum_cell(const np_wavelengths *w, unsigned index, add_fn add, void *
   }
 }
 
-/* Integrals of x, y, z over a cell, without and with a factor of the wavelength. */
+/* Integrals of x, y, z over a cell, without and with the factor of the wavelength. */
 typedef struct cell_moments {
   double mass[3], moment[3];
 } cell_moments;

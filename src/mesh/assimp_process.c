@@ -27,7 +27,7 @@ static neph_result fail_by_signal(const np_assimp_process *p, int signal) {
 }
 
 static neph_result fail_by_end(np_assimp_process *p) {
-  enum { NOT_STARTED = 127 /* by the dynamic linker */ };
+  enum { NOT_STARTED = 127 /* the dynamic linker failed */ };
   const int status = np_child_wait(&p->child);
   if (status != -1 && WIFSIGNALED(status)) return fail_by_signal(p, WTERMSIG(status));
   if (status != -1 && WIFEXITED(status) && WEXITSTATUS(status) == NOT_STARTED)

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A file that the program nephos_assimp reads: Assimp believes files, and one that is damaged may crash it, keep it
- * busy or make it take all memory. In a process of its own it takes no other with it. */
+/* Reading a file in a process of its own, the program nephos_assimp: Assimp trusts files, and a damaged one may crash
+ * it, keep it busy or exhaust memory. */
 #ifndef NP_MESH_ASSIMP_PROCESS_H
 #define NP_MESH_ASSIMP_PROCESS_H
 
@@ -11,14 +11,14 @@
 typedef struct np_assimp_process {
   neph_context *context; /* borrowed, as is the path */
   const char *path;
-  const np_monitor *monitor; /* that ends the reading; NULL: none does */
+  const np_monitor *monitor; /* monitor that can cancel the reading; NULL: none */
   np_child child;
 } np_assimp_process;
 
-/* Whether there is the program; logs nothing. */
+/* Whether the program exists; logs nothing. */
 bool np_assimp_is_present(neph_context *context);
 
-/* Starts to read a file; `request` is words of assimp_stream.h, the last NULL. Ended by np_assimp_end. */
+/* Starts to read a file; `request` is words of assimp_stream.h, the last NULL. np_assimp_end ends it. */
 neph_result np_assimp_begin(neph_context *context, const char *path, const char *const request[],
                             const np_monitor *monitor, np_assimp_process *out_process);
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The program nephos_assimp: reads one file by Assimp, and writes what assimp_stream.h lists to its output. It limits
- * its own memory and time by the bytes that it opens, and ends without freeing anything. */
+/* The program nephos_assimp: reads one file by Assimp, and writes the records of assimp_stream.h to its output. It
+ * limits its memory and time by the size of the files that it opens, and exits without freeing memory. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -11,7 +11,7 @@
 
 /* ---- Limits ---- */
 
-/* Limits stay at or below those that were inherited. */
+/* Inherited limits, which are never raised. */
 typedef struct inherited_limit {
   bool is_known;
   struct rlimit limit;
@@ -33,7 +33,7 @@ static uint64_t get_mapped_bytes(void) {
   return pages * (uint64_t)sysconf(_SC_PAGESIZE);
 }
 
-/* The program's own mappings are not the file's: a sanitizer's are terabytes. */
+/* Adds a file's size to the limits. Mappings of the program itself are not counted: a sanitizer's are terabytes. */
 static void note_bytes(uint64_t bytes) {
   static uint64_t opened_bytes, mapped_bytes;
   static inherited_limit room, time;
@@ -106,7 +106,7 @@ static void put_poses(const np_assimp_scene *scene, char **words) {
 
 static const struct {
   const char *word;
-  int word_count; /* behind it */
+  int word_count; /* number of arguments after it */
   void (*put)(const np_assimp_scene *scene, char **words);
 } requests[] = {{"meshes", 0, put_meshes}, {"cameras", 0, put_cameras}, {"poses", 4, put_poses}};
 

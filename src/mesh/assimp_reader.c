@@ -17,7 +17,7 @@
 
 #include "core/text_copy.h"
 
-/* Ticks of an animation that does not say how many a second has. */
+/* Default for an animation without a number of ticks a second. */
 static const double default_ticks_per_s = 25.0;
 
 static const struct aiScene *get_scene(const np_assimp_scene *scene) {
@@ -26,7 +26,7 @@ static const struct aiScene *get_scene(const np_assimp_scene *scene) {
 
 /* ---- Keys ---- */
 
-/* The first animation's keys of a node; NULL: it has none. */
+/* Keys of a node in the first animation; NULL: it has none. */
 static const struct aiNodeAnim *get_keys(const struct aiScene *scene, const struct aiNode *node) {
   const struct aiAnimation *animation = scene->mNumAnimations ? scene->mAnimations[0] : NULL;
   for (unsigned i = 0; animation && i < animation->mNumChannels; i++)
@@ -39,13 +39,13 @@ static double get_ticks_per_s(const struct aiScene *scene) {
   return ticks > 0.0 ? ticks : default_ticks_per_s;
 }
 
-/* The keys about a time, the same one before the first and behind the last, and the second's share. */
+/* The keys before and after a time, and the weight of the second; the same key before the first and after the last. */
 typedef struct key_pair {
   unsigned first, second;
   double share;
 } key_pair;
 
-/* Keys of any kind begin with their time. */
+/* Time of a key, the first member of keys of any kind. */
 static double get_time(const void *keys, size_t key_bytes, unsigned index) {
   double time;
   memcpy(&time, (const char *)keys + index * key_bytes, sizeof time);
@@ -77,7 +77,7 @@ static struct aiQuaternion turn(const struct aiQuatKey *keys, unsigned count, do
 
 /* ---- Nodes ---- */
 
-/* Parts that no key replaces stay as the node has them. */
+/* Local transform of a node; parts without keys stay as the node has them. */
 static struct aiMatrix4x4 get_transform(const struct aiScene *scene, const struct aiNode *node, double ticks) {
   const struct aiNodeAnim *keys = get_keys(scene, node);
   if (!keys) return node->mTransformation;
@@ -92,7 +92,7 @@ static struct aiMatrix4x4 get_transform(const struct aiScene *scene, const struc
   return out;
 }
 
-/* Transform to the world, through all nodes that hold this one. */
+/* Transform to the world, through all ancestors of the node. */
 static struct aiMatrix4x4 get_to_world(const struct aiScene *scene, const struct aiNode *node, double ticks) {
   struct aiMatrix4x4 out;
   aiIdentityMatrix4(&out);
@@ -104,7 +104,7 @@ static struct aiMatrix4x4 get_to_world(const struct aiScene *scene, const struct
   return out;
 }
 
-/* The node in a tree that bears a name; NULL: none. */
+/* The node with a name in a tree; NULL: none. */
 static const struct aiNode *search_node(const struct aiNode *node, const char *name) {
   if (!node || !strcmp(node->mName.data, name)) return node;
   const struct aiNode *found = NULL;
@@ -153,12 +153,12 @@ static void close_stream(struct aiFileIO *files, struct aiFile *file) {
 }
 
 typedef struct file_access {
-  const char *path; /* of the mesh */
+  const char *path; /* path of the mesh */
   void (*note_bytes)(uint64_t bytes);
-  char message[256]; /* of a file that is refused; empty: none was */
+  char message[256]; /* message about a refused file; empty: none */
 } file_access;
 
-/* Whether a file is the mesh itself, or below its folder with all links followed. */
+/* Whether a file is the mesh itself, or below its folder with all links resolved. */
 static bool is_allowed(const file_access *access, const char *path) {
   char folder[PATH_MAX], root[PATH_MAX], real[PATH_MAX];
   const char *slash = strrchr(access->path, '/');
@@ -170,7 +170,7 @@ static bool is_allowed(const file_access *access, const char *path) {
   return !strncmp(real, root, count) && real[count] == '/';
 }
 
-/* Regular files alone: another might never end. */
+/* Opens regular files alone: reading others might never end. */
 static struct aiFile *open_stream(struct aiFileIO *files, const char *path, const char *mode) {
   file_access *access = (void *)files->UserData;
   struct stat facts;
@@ -197,7 +197,8 @@ static struct aiFile *open_stream(struct aiFileIO *files, const char *path, cons
   return file;
 }
 
-/* Without any of Assimp's steps: their assertions, which packages leave in, end the program on damaged meshes. */
+/* Opens a file without Assimp's post-processing: its assertions, which packages leave enabled, end the program on
+ * damaged meshes. */
 const np_assimp_scene *np_assimp_open(const char *path, void (*note_bytes)(uint64_t bytes), const char **out_message) {
   static file_access access;
   access = (file_access){path, note_bytes, ""};
@@ -223,8 +224,8 @@ static void include_keys(const struct aiNodeAnim *keys, double ticks_per_s, np_a
   for (unsigned i = 0; i < keys->mNumScalingKeys; i++) include_time(keys->mScalingKeys[i].mTime, ticks_per_s, out);
 }
 
-/* Assimp's horizontal angle is of an aspect of 1 where a glTF has none. Before Assimp 5.3 it is the vertical one times
- * the aspect (Assimp's pull request 4886). */
+/* Vertical angle of view. Assimp's horizontal angle is for an aspect of 1 where a glTF has none. Before Assimp 5.3 it
+ * is the vertical one times the aspect (Assimp's pull request 4886). */
 static double get_vertical_fov(const struct aiCamera *camera) {
   const double aspect = camera->mAspect > 0.0f ? (double)camera->mAspect : 1.0, fov = (double)camera->mHorizontalFOV;
   const bool is_product = aiGetVersionMajor() < 5 || (aiGetVersionMajor() == 5 && aiGetVersionMinor() < 3);
@@ -255,7 +256,8 @@ static bool turn_axis(const struct aiMatrix4x4 *m, const struct aiVector3D *v, d
   return true;
 }
 
-/* A glTF's camera stands where its node does; Assimp's position of it is that of the node once more. */
+/* Pose of a camera. A glTF's camera is at its node's origin; Assimp's position of the camera is the node's once
+ * more. */
 void np_assimp_get_pose(const np_assimp_scene *opened, size_t index, double seconds, np_assimp_pose *out) {
   const struct aiScene *scene = get_scene(opened);
   const struct aiCamera *camera = scene->mCameras[index];
@@ -293,12 +295,12 @@ const float *np_assimp_get_normals(const np_assimp_scene *scene, size_t index) {
 
 enum { CORNERS_MAX = 64 };
 
-/* Corners of a polygon that are not cut off yet. */
+/* Corners of a polygon that remain to be cut off. */
 typedef struct open_polygon {
   const struct aiVector3D *positions;
   uint32_t corners[CORNERS_MAX];
   unsigned count;
-  double normal[3]; /* by Newell's sum */
+  double normal[3]; /* normal by Newell's sum */
 } open_polygon;
 
 static void subtract(const struct aiVector3D *a, const struct aiVector3D *b, double out[3]) {
@@ -315,7 +317,7 @@ static const struct aiVector3D *get_corner(const open_polygon *p, unsigned corne
   return &p->positions[p->corners[corner % p->count]];
 }
 
-/* Twice the area of a triangle, negative where it turns against the polygon. */
+/* Twice the area of a triangle, negative where its orientation is opposite to the polygon's. */
 static double compute_area(const open_polygon *p, const struct aiVector3D *a, const struct aiVector3D *b,
                            const struct aiVector3D *c) {
   double u[3], v[3], cross[3] = {0};
@@ -348,7 +350,7 @@ static void start_polygon(const struct aiMesh *mesh, const struct aiFace *face, 
   }
 }
 
-/* Cuts ears off a polygon; a corner that is none, where the polygon is not simple. */
+/* Triangulates a polygon by cutting off ears, or any corner where the polygon is not simple. */
 static uint32_t *cut_polygon(open_polygon *p, uint32_t *out) {
   while (p->count >= 3) {
     unsigned ear = 0;
@@ -369,7 +371,7 @@ static int can_be_cut(const struct aiMesh *mesh, const struct aiFace *face) {
   return is_sound;
 }
 
-/* A triangle as it is; as a fan a polygon of very many corners, or one that names vertices that are not there. */
+/* Passes a triangle on; a polygon of very many corners, or with invalid indices, as a fan. */
 static void visit_face(const struct aiMesh *mesh, const struct aiFace *face, np_assimp_visit_triangles visit,
                        void *user) {
   open_polygon p;

@@ -15,13 +15,13 @@
 #define NP_ASSIMP_PROGRAM_FILE "nephos_assimp"
 #define NP_ASSIMP_STREAM_VERSION 3u
 
-/* Limits of the program: a part for every file, and a part of the bytes of the files that it opens. */
+/* Limits of the program: a constant for every file, and a factor on the bytes of the files that it opens. */
 #define NP_ASSIMP_ROOM_BYTES UINT64_C(250000000)
 #define NP_ASSIMP_ROOM_FACTOR 200u
 #define NP_ASSIMP_TIME_S 10u
 #define NP_ASSIMP_TIME_BYTES_PER_S 1000000u
 
-/* Comes first. Where the file could not be read, so many characters that say why follow, and nothing else. */
+/* First record. If the file could not be read, message_length characters of an error follow, and nothing else. */
 typedef struct np_assimp_start {
   uint32_t version, message_length;
 } np_assimp_start;
@@ -32,21 +32,21 @@ typedef struct np_assimp_counts {
   uint64_t mesh_count, place_count;
 } np_assimp_counts;
 
-/* In its own coordinates; polygons are cut into triangles. x, y, z of each position, and of each normal if there are;
- * three uint32_t of each triangle. Without triangles there are no vertices. */
+/* A mesh in its own coordinates; polygons are triangulated. Then follow x, y, z of each position, and of each normal if
+ * present; three uint32_t of each triangle. Without triangles there are no vertices. */
 typedef struct np_assimp_mesh {
   uint64_t vertex_count, triangle_count, has_normals;
 } np_assimp_mesh;
 
-/* A node's place of a mesh: the rows of its map to the file. */
+/* Place of a mesh at a node: the rows of its map to the file. */
 typedef struct np_assimp_place {
   uint64_t mesh;
   double map[3][4];
 } np_assimp_place;
 
 typedef struct np_assimp_camera {
-  double vertical_fov_rad; /* 0: it has none */
-  double begin_s, end_s;   /* of the keys by which it, or what holds it, moves; equal: it stands still */
+  double vertical_fov_rad; /* 0: not given */
+  double begin_s, end_s;   /* first and last time of the keys that move it or its ancestors; equal: it stands still */
   char name[NP_ASSIMP_NAME_BYTES];
 } np_assimp_camera;
 

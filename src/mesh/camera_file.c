@@ -14,7 +14,7 @@ typedef struct camera_load {
   neph_context *context;
   const char *path, *name;
   double frame_rate;
-  size_t index; /* of the camera */
+  size_t index; /* index of the camera */
   np_assimp_camera camera;
 } camera_load;
 
@@ -22,7 +22,7 @@ typedef struct camera_load {
 
 typedef struct camera_list {
   uint64_t count;
-  bool is_found; /* the wanted one */
+  bool is_found; /* whether the requested camera is found */
   np_text names;
 } camera_list;
 
@@ -110,7 +110,7 @@ static neph_result fill_poses(const camera_load *l, np_camera_file *out) {
     return np_fail(l->context, NEPH_ERROR_BAD_SCENE,
                    "%s: camera %s moves by seconds: set frame_rate, so that frames are known", l->path, l->camera.name);
   const double rate = is_moving ? l->frame_rate : 1.0;
-  /* A key that stands at a frame stays there: seconds are floats in a file. */
+  /* A key exactly at a frame stays there: seconds are floats in a file. */
   const double first = is_moving ? floor(l->camera.begin_s * rate + 1e-3) : 0.0,
                last = is_moving ? ceil(l->camera.end_s * rate - 1e-3) : 0.0;
   if (!(last - first < FRAMES_MAX) || !(fabs(first) < FRAMES_MAX))

@@ -7,7 +7,7 @@
 #include "mesh/assimp_process.h"
 #include "mesh/mesh_shape.h"
 
-/* Indices are of 32 bits, and Embree's buffers of fewer bytes than that counts. */
+/* Limits: indices have 32 bits, and Embree's buffers fewer bytes than 32 bits count. */
 static const size_t vertices_max = (size_t)1 << 28, places_max = (size_t)1 << 20;
 
 typedef struct mesh_load {
@@ -29,7 +29,7 @@ static neph_result check_size(const mesh_load *l, size_t index, const np_assimp_
                  l->path, index, mesh->vertex_count, mesh->triangle_count, vertices_max);
 }
 
-/* Far smaller than the largest float, so that squares of lengths stay finite. */
+/* Limit of coordinates, far below the largest float, so that squares of lengths stay finite. */
 static const float coordinate_max = 1e15f;
 
 static neph_result check_positions(const mesh_load *l, size_t index, const np_mesh *mesh) {

@@ -13,12 +13,12 @@ typedef struct mesh_header {
   neph_context *context;
   const char *path;
   FILE *file;
-  uint64_t byte_count; /* of the file */
+  uint64_t byte_count; /* size of the file */
 } mesh_header;
 
 /* ---- PLY: Turk, The PLY Polygon File Format (1994): lines "element NAME COUNT" up to "end_header" ---- */
 
-/* Headers of more lines are left to the reader. */
+/* Headers with more lines are left to the reader. */
 enum { LINE_BYTES = 256, LINES_MAX = 1000 };
 
 static neph_result check_element(const mesh_header *h, const char *line) {
@@ -37,7 +37,7 @@ static bool is_ply_line(const char *line) {
   return false;
 }
 
-/* Reads lines to the end of the header: Assimp would search for it without end, and stays at a line that is none. */
+/* Reads lines to the end of the header: Assimp would search for it without end, and hang at an invalid line. */
 static neph_result check_ply(const mesh_header *h) {
   static const char end[] = "end_header";
   char line[LINE_BYTES];
@@ -58,7 +58,7 @@ static neph_result check_ply(const mesh_header *h) {
 
 /* ---- GLB: Khronos, glTF 2.0 Specification (2021), section 4.4: a header of 12 bytes, then chunks ---- */
 
-/* Numbers of four bytes, the lowest first. */
+/* Reads a number of four bytes, little-endian. */
 static uint64_t read_u32(FILE *file) {
   unsigned char bytes[4] = {0};
   if (fread(bytes, 1, sizeof bytes, file) != sizeof bytes) return 0;
@@ -81,7 +81,7 @@ static neph_result check_glb(const mesh_header *h) {
 
 /* ---- OBJ: Wavefront, Advanced Visualizer, appendix B1 (1993): a line for each vertex, face and so on ---- */
 
-/* Whether a line begins a face; longer files are left to the reader. */
+/* Whether a line begins a face; long files are left to the reader. */
 static bool may_have_face(const mesh_header *h) {
   enum { BYTES_MAX = 1 << 24 };
   bool is_begin = true;
@@ -101,13 +101,13 @@ static neph_result check_obj(const mesh_header *h) {
 
 neph_result np_mesh_header_check(neph_context *context, const char *path) {
   static const struct {
-    const char *magic; /* in either case, as Assimp takes it */
+    const char *magic; /* letters of either case, as in Assimp */
     neph_result (*check)(const mesh_header *header);
   } formats[] = {{"ply", check_ply}, {"glTF", check_glb}};
   char magic[5] = "";
   neph_result result = NEPH_OK;
   mesh_header h = {context, path, np_file_open_stream(path), np_file_get_size(path)};
-  if (!h.file) return NEPH_OK; /* which the reader reports */
+  if (!h.file) return NEPH_OK; /* the reader reports the error */
   (void)!fread(magic, 1, sizeof magic - 1, h.file);
   rewind(h.file);
   bool is_known = false;

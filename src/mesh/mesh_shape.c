@@ -8,7 +8,7 @@
 
 /* ---- Joining ---- */
 
-/* A vertex by its values. */
+/* A vertex as a sort key. */
 typedef struct vertex_key {
   float values[6];
   uint32_t index;
@@ -18,14 +18,14 @@ static int compare_values(const vertex_key *a, const vertex_key *b) {
   return memcmp(a->values, b->values, sizeof a->values);
 }
 
-/* The first of equal ones comes first, so that the order of the file decides. */
+/* Orders equal vertices by their index, so that the order of the file decides. */
 static int compare_keys(const void *a, const void *b) {
   const vertex_key *x = a, *y = b;
   const int order = compare_values(x, y);
   return order ? order : (x->index > y->index) - (x->index < y->index);
 }
 
-/* Adding 0 makes one zero of both. */
+/* Fills the keys; adding 0 turns −0 into 0. */
 static void fill_keys(const np_mesh *mesh, vertex_key *keys) {
   for (uint32_t v = 0; v < mesh->vertex_count; v++) {
     keys[v] = (vertex_key){.index = v};
@@ -36,7 +36,7 @@ static void fill_keys(const np_mesh *mesh, vertex_key *keys) {
   }
 }
 
-/* Each vertex's first like it. */
+/* Fills the index of each vertex's first equal one. */
 static void fill_first(const vertex_key *keys, uint32_t count, uint32_t *out) {
   uint32_t first = 0;
   for (uint32_t i = 0; i < count; i++) {
@@ -45,7 +45,7 @@ static void fill_first(const vertex_key *keys, uint32_t count, uint32_t *out) {
   }
 }
 
-/* Moves the first ones together; `first` becomes the new number of each. */
+/* Moves first vertices together; `first` becomes the new index of each vertex. */
 static void keep_first(np_mesh *mesh, uint32_t *first) {
   uint32_t kept = 0;
   for (uint32_t v = 0; v < mesh->vertex_count; v++) {

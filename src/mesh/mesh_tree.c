@@ -123,7 +123,7 @@ static np_vec3 compute_area(const np_mesh_triangle *t) {
       0.5f);
 }
 
-/* Box, area vector, and the centre by areas, of the triangles of a node. */
+/* Computes the box, the area vector and the area-weighted centre of a node's triangles. */
 static void measure_node(const np_mesh_tree *tree, size_t first, size_t count, np_mesh_node *node) {
   np_dvec3 center = {0, 0, 0}, area = {0, 0, 0};
   double weights = 0;
@@ -147,7 +147,7 @@ static void measure_node(const np_mesh_tree *tree, size_t first, size_t count, n
     }
 }
 
-/* Triangles of a node that is yet to be cut. */
+/* Triangles of a node that remains to be split. */
 typedef struct node_range {
   size_t node, first, count;
 } node_range;
@@ -199,7 +199,7 @@ static float compute_segment_distance2(np_vec3 p, np_vec3 a, np_vec3 b) {
   return np_vec3_dot(off, off);
 }
 
-/* Squared distance to the plane where the foot lies inside, else to the nearest edge. */
+/* Squared distance to a triangle: to its plane where the foot lies inside, else to the nearest edge. */
 static float compute_triangle_distance2(const np_mesh_triangle *t, np_vec3 p) {
   const np_vec3 normal = compute_area(t);
   const float area2 = np_vec3_dot(normal, normal);
@@ -285,7 +285,7 @@ float np_mesh_tree_compute_winding(const np_mesh_tree *tree, np_vec3 point) {
 
 /* ---- Edges ---- */
 
-/* An edge from its lesser end; `sense` is −1 where the triangle goes the other way. */
+/* An edge from its lower vertex; `sense` is −1 where the triangle traverses it the other way. */
 typedef struct edge {
   float ends[6];
   int sense;
@@ -296,7 +296,7 @@ static int compare_edges(const void *a, const void *b) {
 }
 
 static void fill_edge(const np_mesh_triangle *t, int k, edge *out) {
-  const np_vec3 zero = np_vec3_make(0.0f, 0.0f, 0.0f); /* adding it makes one zero of both */
+  const np_vec3 zero = np_vec3_make(0.0f, 0.0f, 0.0f); /* adding 0 turns −0 into 0 */
   np_vec3 a = np_vec3_add(t->corners[k], zero), b = np_vec3_add(t->corners[(k + 1) % 3], zero);
   const bool is_turned = memcmp(&a, &b, sizeof a) > 0;
   memcpy(out->ends, is_turned ? &b : &a, sizeof a);

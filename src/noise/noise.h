@@ -9,12 +9,12 @@
 
 #include "core/isa.h"
 
-/* A period that no picture can see. The eighth octave of it still counts exactly in float. */
+/* Greatest period, too long to be visible. Its eighth octave still counts exactly in float. */
 #define NP_NOISE_PERIOD_MAX 65536
 
 enum { NP_NOISE_OCTAVES_MAX = 8 };
 
-/* Which noise: two seeds differ everywhere, in value but not in statistics. */
+/* Lattice of a noise. Two seeds differ everywhere in value, not in statistics. */
 typedef struct np_noise_lattice {
   uint32_t seed;
   int32_t period[3]; /* cells along x, y, z; 1 to NP_NOISE_PERIOD_MAX */
@@ -37,7 +37,7 @@ typedef struct np_noise_table {
   /* Random values at lattice points, blended by a quintic: [0, 1], mean ½, C². */
   void (*value)(const np_noise_lattice *lattice, const np_noise_points *points, float *out);
 
-  /* Sum of octaves of value noise: [0, 1], mean ½. The cheapest that may pass for a cloud. */
+  /* Sum of octaves of value noise: [0, 1], mean ½. The cheapest noise for clouds. */
   void (*value_fbm)(const np_noise_lattice *lattice, const np_noise_octaves *octaves, const np_noise_points *points,
                     float *out);
 
@@ -69,10 +69,10 @@ typedef struct np_noise_table {
   void (*swirl)(const np_noise_lattice *lattice, const np_noise_points *points, float *out_x, float *out_y);
 } np_noise_table;
 
-/* The functions for a level that the machine has. */
+/* Functions of an instruction-set level that the machine supports. */
 const np_noise_table *np_noise_get_table(neph_isa isa);
 
-/* A seed of 32 bits for one of several noises that share a seed of 64. */
+/* 32-bit seed of one of several noises that share a 64-bit seed. */
 uint32_t np_noise_derive_seed(uint64_t seed, uint32_t stream);
 
 #endif

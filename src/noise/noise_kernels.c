@@ -16,7 +16,7 @@
 
 extern const np_noise_table NP_KERNEL(np_noise_kernels);
 
-/* A loop becomes vectors only if all that it calls is inside it. */
+/* Inlined, since a loop is vectorized only if all functions that it calls are inside it. */
 #define LANE static inline __attribute__((always_inline))
 
 /* A lattice point is a number, the sum of a seed and its indices times three odd constants, so that corners share all
@@ -45,7 +45,7 @@ LANE float fade_slope(float t) { return 30.0f * t * t * (t * (t - 2.0f) + 1.0f);
 LANE float lerp(float a, float b, float t) { return a + t * (b - a); }
 LANE float clip(float x, float low, float high) { return x < low ? low : x > high ? high : x; }
 
-/* A lattice made ready for lanes: one octave's frequency, shift and reciprocals. */
+/* A lattice prepared for lanes: one octave's frequency, shift and reciprocals. */
 typedef struct grid {
   uint32_t seed;
   int32_t period[3];
@@ -56,7 +56,8 @@ typedef struct grid {
 
 static bool is_power_of_two(int32_t n) { return (n & (n - 1)) == 0; }
 
-/* Octaves are shifted so that their lattices do not share points; in 256ths, so that tiles still meet exactly. */
+/* Grid of an octave. Octaves are shifted, so that their lattices share no points; in 256ths, so that tiles still meet
+ * exactly. */
 static grid make_grid(const np_noise_lattice *lattice, unsigned octave) {
   grid g = {.seed = scatter(lattice->seed + octave * 0x85ebca6bu) * 0x297a2d39u,
             .frequency = (float)(1u << octave),
@@ -100,7 +101,7 @@ LANE float take_first(uint32_t hash) { return make_float(hash >> 9); }
 LANE float take_second(uint32_t hash) { return make_float(hash & 0x7fffffu); }
 LANE float take_third(uint32_t hash) { return make_float(hash << 10 & 0x7fffffu); }
 
-/* Led by the bits from `first` on, counted from the highest. */
+/* A number from the bits from `first` on, counted from the highest. */
 LANE float take_from(uint32_t hash, int first) {
   return make_float((first < 9 ? hash >> (9 - first) : hash << (first - 9)) & 0x7fffffu);
 }
@@ -141,8 +142,8 @@ LANE gradient compute_gradient(uint32_t point, float dx, float dy, float dz) {
   return g;
 }
 
-/* Gradients of this length at most keep noise within ±1: the bound Σ weight·|offset| is largest in the middle of a
- * cell, where it is √3/2. */
+/* Length of gradients, at which noise stays within ±1: the bound Σ weight·|offset| is largest in the middle of a cell,
+ * where it is √3/2. */
 static const float gradient_length = 1.15f;
 
 LANE float eval_perlin(const grid *g, float px, float py, float pz, bool is_binary) {
@@ -217,14 +218,14 @@ LANE float distance_squared(uint32_t point, float dx, float dy, float dz) {
 
 LANE float nearer(float a, float b) { return a < b ? a : b; }
 
-/* The three cells along z of one column. */
+/* Least distance in the three cells along z of one column. */
 LANE float search_column(uint32_t point, cell_axis z, float dx, float dy, float dz, float best) {
   best = nearer(best, distance_squared(point + z.previous, dx, dy, dz - 1.0f));
   best = nearer(best, distance_squared(point + z.low, dx, dy, dz));
   return nearer(best, distance_squared(point + z.high, dx, dy, dz + 1.0f));
 }
 
-/* The nine cells of one sheet across x. */
+/* Least distance in the nine cells of one sheet across x. */
 LANE float search_sheet(uint32_t point, cell_axis y, cell_axis z, float dx, float dy, float dz, float best) {
   best = search_column(point + y.previous, z, dx, dy - 1.0f, dz, best);
   best = search_column(point + y.low, z, dx, dy, dz, best);
@@ -350,7 +351,7 @@ static void fill_perlin_worley(const np_noise_lattice *lattice, const np_noise_o
   }
 }
 
-/* Brings the cross product of two potentials' slopes to a root mean square of 1 per component. */
+/* Scale of the cross product of two potentials' slopes to a root mean square of 1 per component. */
 static const float curl_scale = 3.60f;
 
 LANE void fill_slope_lanes(const grid *g, const np_noise_points *points, float *out_x, float *out_y, float *out_z,
@@ -393,7 +394,7 @@ static void fill_curl(const np_noise_lattice *lattice, const np_noise_points *po
   }
 }
 
-/* Brings a slope's components to a root mean square of 1. */
+/* Scale of a slope's components to a root mean square of 1. */
 static const float swirl_scale = 2.26f;
 
 static void fill_swirl(const np_noise_lattice *lattice, const np_noise_points *points, float *out_x, float *out_y) {

@@ -20,7 +20,7 @@ typedef struct texture_kind {
   np_noise_octaves octaves;
 } texture_kind;
 
-/* The finest octave keeps four texels a cell or more, so that trilinear look-ups follow it. */
+/* Sizes: the finest octave has at least four texels a cell, so that trilinear look-ups follow it. */
 static const texture_kind kinds[] = {
     [NEPH_NOISE_TEXTURE_BASE] = {128, 4, {4, 0.5f}}, [NEPH_NOISE_TEXTURE_DETAIL] = {32, 2, {3, 0.5f}}};
 
@@ -103,7 +103,7 @@ const float *neph_noise_texture_get_values(const neph_noise_texture *texture) {
   return texture ? texture->values : NULL;
 }
 
-/* Texels on both sides of a coordinate, and the place between them. */
+/* Texels on both sides of a coordinate, and the fraction between them. */
 typedef struct texel_axis {
   size_t low, high;
   float fraction;

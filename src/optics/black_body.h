@@ -11,22 +11,22 @@
 
 #include "core/spectrum.h"
 
-/* W m⁻² sr⁻¹ nm⁻¹; 0 at 0 K and below. */
+/* Radiance in W m⁻² sr⁻¹ nm⁻¹; 0 at 0 K and below. */
 double np_black_body_radiance(double wavelength_nm, double temperature_k);
 
 enum { NP_BLACK_BODY_KNOTS = 129 };
 static const double np_black_body_knots_per_k = 64e3; /* knots are even in 1/T, from 0 to 1/500 K */
 
-/* The law in one packet's bands. Three bands that stand for a spectrum are emitted such that the body has its colour:
- * then there is a factor on each, linear between knots. */
+/* Planck's law in one packet's bands. Where three bands represent a spectrum, a factor on each, linear between knots,
+ * gives emission the colour of the body. */
 typedef struct np_black_body {
   float front[NP_BAND_COUNT];      /* 2hc²/λ⁵, W m⁻² sr⁻¹ nm⁻¹ */
   float exponent_k[NP_BAND_COUNT]; /* hc/λk */
-  int32_t has_factor;              /* or 0; not bool: bodies are hashed as bytes, and have no padding */
+  int32_t has_factor;              /* 0 or 1; not bool, so that bodies have no padding and can be hashed as bytes */
   float factor[NP_BLACK_BODY_KNOTS][NP_BAND_COUNT];
 } np_black_body;
 
-/* Temperature at a knot; hot, but not infinite, at the first. */
+/* Temperature at a knot; high, but finite, at the first. */
 double np_black_body_get_knot_k(int knot);
 
 np_black_body np_black_body_make(const double wavelength_nm[NP_BAND_COUNT]);
@@ -39,7 +39,7 @@ static inline np_spectrum np_black_body_get_factor(const np_black_body *body, fl
                           low[2] + t * (high[2] - low[2]));
 }
 
-/* The radiance is below a float's range where e^{hc/λkT} would overflow. */
+/* Radiance per band. It is below a float's range where e^{hc/λkT} would overflow. */
 static inline np_spectrum np_black_body_eval(const np_black_body *body, float temperature_k) {
   np_spectrum radiance = np_spectrum_grey(0.0f);
   if (!(temperature_k > 0.0f)) return radiance;

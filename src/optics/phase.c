@@ -38,7 +38,7 @@ bool np_phase_is_equal(const np_phase *a, const np_phase *b) {
          a->table == b->table && a->table_weight == b->table_weight;
 }
 
-/* The normalisation 1 + α(1+2g²)/3: one plus α times the mean of μ² over H. */
+/* Normalisation 1 + α(1+2g²)/3: one plus α times the mean of μ² over H. */
 static double compute_norm(np_phase_lobe lobe) {
   double g = lobe.asymmetry, alpha = lobe.alpha;
   return 1.0 + alpha * (1.0 + 2.0 * g * g) / 3.0;
@@ -93,7 +93,7 @@ static double sample_versine(np_phase_lobe lobe, double u) {
   return fmin(2.0 * k * k * (1.0 - t) * (1.0 + g * t) / (y * y), 2.0);
 }
 
-/* A versine drawn by two numbers, about the forward axis or, for `*out_is_backward`, the backward one. */
+/* A versine sampled by two numbers, about the forward axis or, where `*out_is_backward`, the backward one. */
 static double sample_mixture(const np_phase *phase, const float u[3], bool *out_is_backward) {
   *out_is_backward = false;
   if (phase->table && u[0] < phase->table_weight) return np_phase_table_sample(phase->table, (double)u[1]);
@@ -114,7 +114,7 @@ np_vec3 np_phase_sample(const np_phase *phase, np_vec3 forward, const float u[3]
   float azimuth = 2.0f * NP_PI_F * u[2];
   np_vec3 across =
       np_vec3_add(np_vec3_scale(tangent, sine * cosf(azimuth)), np_vec3_scale(bitangent, sine * sinf(azimuth)));
-  /* Normalised, since a long path would otherwise gather the rounding of every frame it went through. */
+  /* Normalised, since a long path would otherwise accumulate the rounding of every frame. */
   return np_vec3_normalize(np_vec3_add(np_vec3_scale(axis, cosine), across));
 }
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Phase functions: eval, sample, pdf, moments. Per steradian, integral over the sphere one. */
+/* Phase functions: eval, sample, pdf, moments. In 1/sr, with the integral one over the sphere. */
 #ifndef NP_OPTICS_PHASE_H
 #define NP_OPTICS_PHASE_H
 
@@ -9,8 +9,8 @@
 #include "core/units.h"
 #include "optics/phase_table.h"
 
-/* Every phase function here that is no table is a mixture of two Draine lobes (Draine 2003, "Scattering by Interstellar
- * Dust Grains", eq. 4): α = 0 is Henyey-Greenstein, g = 0 and α = 1 is Rayleigh, α = 1 is Cornette-Shanks. */
+/* All phase functions but tables are mixtures of two Draine lobes (Draine 2003, "Scattering by Interstellar Dust
+ * Grains", eq. 4): α = 0 is Henyey-Greenstein, g = 0 and α = 1 is Rayleigh, α = 1 is Cornette-Shanks. */
 typedef struct np_phase_lobe {
   float asymmetry; /* g, −1 < g < 1 */
   float alpha;     /* ≥ 0 */
@@ -18,9 +18,9 @@ typedef struct np_phase_lobe {
 
 typedef struct np_phase {
   np_phase_lobe lobe[2];
-  float weight;                /* of lobe[1], 0 to 1; 0 when there is one lobe */
+  float weight;                /* weight of lobe[1], 0 to 1; 0 for a single lobe */
   const np_phase_table *table; /* borrowed; NULL: lobes alone */
-  float table_weight;          /* 0 to 1, over the lobes */
+  float table_weight;          /* weight of the table against the lobes, 0 to 1 */
 } np_phase;
 
 np_phase np_phase_isotropic(void);
@@ -30,7 +30,7 @@ np_phase np_phase_two_lobe(float g_forward, float g_backward, float weight_backw
 np_phase np_phase_cornette_shanks(float g);
 np_phase np_phase_draine(float g, float alpha);
 
-/* A table, which must outlive the phase function. */
+/* Phase function of a table, which must outlive it. */
 np_phase np_phase_tabulated(const np_phase_table *table);
 
 /* Water droplets by diameter, 5e-6 ≤ diameter_m ≤ 50e-6: HG + Draine fit to Mie theory (Jendersie and d'Eon 2023,
@@ -58,7 +58,7 @@ static inline float np_phase_eval(const np_phase *phase, float versine) {
 
 bool np_phase_is_equal(const np_phase *a, const np_phase *b);
 
-/* A direction of flight after scattering, distributed as the phase function: its pdf is its value.
+/* Samples a direction after scattering, distributed as the phase function: its pdf is its value.
  *
  * forward   unit direction of flight before.
  * u         three numbers in [0, 1).
@@ -69,17 +69,17 @@ np_vec3 np_phase_sample(const np_phase *phase, np_vec3 forward, const float u[3]
 /* Mean cosine, exact for lobes, to 1e-9 for tables. */
 double np_phase_mean_cosine(const np_phase *phase);
 
-/* Legendre moments χ_0 … χ_{count−1}, of the same phase function. */
+/* Legendre moments χ_0 … χ_{count−1}. */
 void np_phase_get_moments(const np_phase *phase, unsigned count, double *out_moments);
 
-/* The same phase function broadened: every lobe's g and α times `factor`, so that a factor of 0 is isotropic (octaves
- * of multiple scattering). A table is mixed with isotropy instead, which scales its mean cosine as well. */
+/* Broadened phase function: every lobe's g and α times `factor`, so that a factor of 0 is isotropic (octaves of
+ * multiple scattering). A table is mixed with isotropy instead, which scales its mean cosine as well. */
 np_phase np_phase_broaden(const np_phase *phase, float factor);
 
 /* ---- Sources ---- */
 
-/* Phase functions as they are asked for, by kind and parameters, for clouds and air alike: one row of
- * phase.c each. It makes an np_phase, which evaluates, samples and has moments. */
+/* Phase functions by kind and parameters, for clouds and air alike, one row of phase.c each. The row creates an
+ * np_phase, which evaluates, samples and has moments. */
 typedef enum np_phase_kind {
   NP_PHASE_DROPLETS, /* the default of clouds */
   NP_PHASE_HENYEY_GREENSTEIN,

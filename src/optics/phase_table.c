@@ -13,7 +13,7 @@ static const double integral_error_max = 0.01;
 
 /* ---- Reading ---- */
 
-/* 1 − cosθ; of an angle by 2·sin²(θ/2), which keeps a narrow peak's digits. */
+/* Versine 1 − cosθ; angles by 2·sin²(θ/2), which is exact in a narrow peak. */
 static double compute_versine(double position, bool is_angle) {
   const double sine = sin(0.5 * position * NP_DEGREE);
   return is_angle ? 2.0 * sine * sine : 1.0 - position;
@@ -24,7 +24,7 @@ static neph_result fail_order(const np_csv *csv, size_t row, const char *name) {
                  csv->path, csv->rows[row].line, name, *name == 'a' ? "0" : "1", *name == 'a' ? "180" : "-1");
 }
 
-/* Rows in the order of ascending versine, whichever way the file has them. */
+/* Reads rows in ascending versine, whichever order the file has. */
 static neph_result read_rows(const np_csv *csv, int position_column, int value_column, np_phase_table *out) {
   const bool is_angle = csv->field_list[position_column][0] == 'a';
   double first = 0.0, last = 0.0;
@@ -113,8 +113,8 @@ void np_phase_table_clear(np_phase_table *table) {
 
 /* ---- Use ---- */
 
-/* Inside an interval of width h, with p = p₀ + s·x: p₀x + ½s·x² = c has the root x = 2c/(p₀ + √(p₀² + 2sc)), which
- * cancels nowhere. */
+/* Sampling inside an interval of width h, with p = p₀ + s·x: p₀x + ½s·x² = c has the root x = 2c/(p₀ + √(p₀² + 2sc)),
+ * without cancellation. */
 double np_phase_table_sample(const np_phase_table *table, double u) {
   unsigned low = 0, high = table->count - 1;
   while (high - low > 1) {

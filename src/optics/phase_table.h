@@ -15,12 +15,12 @@ typedef struct np_phase_table {
 } np_phase_table;
 
 /* Reads comma-separated values with the columns `angle_deg` or `cosine`, from one pole to the other in either order,
- * and `value` in 1/sr. What integrates to one within 1 % is normalised; NEPH_ERROR_BAD_FILE, stating the integral, for
- * what does not. */
+ * and `value` in 1/sr. A table that integrates to one within 1 % is normalised; otherwise NEPH_ERROR_BAD_FILE, with the
+ * integral in the message. */
 neph_result np_phase_table_load(neph_context *context, const char *path, np_phase_table *out_table);
 void np_phase_table_clear(np_phase_table *table);
 
-/* Versine below which a share u of the light is scattered, by inversion. */
+/* Versine below which a share u of the light is scattered, by inversion of the cumulative distribution. */
 double np_phase_table_sample(const np_phase_table *table, double u);
 
 /* Legendre moments χ_0 … χ_{count−1}. */

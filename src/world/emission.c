@@ -39,7 +39,7 @@ np_spectrum np_emission_average(const np_emission *emission, np_dvec3 low, np_dv
   return sum;
 }
 
-/* ---- Cells drawn from ---- */
+/* ---- Sampled cells ---- */
 
 static np_dvec3 get_index(const np_emitter_grid *grid, size_t cell, const double place[3]) {
   const size_t ny = (size_t)grid->size[1], nz = (size_t)grid->size[2];
@@ -48,7 +48,7 @@ static np_dvec3 get_index(const np_emitter_grid *grid, size_t cell, const double
                        grid->low[2] + grid->edge * ((double)(cell % nz) + place[2]));
 }
 
-/* The mean j in a box of index space, at n³ points of it. */
+/* Mean of j in a box of index space, over n³ points of it. */
 static np_spectrum probe_box(const np_emission *e, const np_emitter *emitter, np_dvec3 low, double edge, int n) {
   np_spectrum sum = np_spectrum_grey(0.0f);
   for (int i = 0; i < n * n * n; i++) {
@@ -61,7 +61,7 @@ static np_spectrum probe_box(const np_emission *e, const np_emitter *emitter, np
   return np_spectrum_scale(sum, 1.0f / (float)(n * n * n));
 }
 
-/* Narrows [low, high), in cells of the bricks' table, to those that shine. */
+/* Narrows [low, high), in cells of the bricks' table, to the cells with emission. */
 static bool compute_emitting_box(const np_emission *e, const np_emitter *emitter, int32_t low[3], int32_t high[3]) {
   const np_bricks *bricks = emitter->bricks;
   const int32_t *size = bricks->size;
@@ -85,7 +85,7 @@ static bool compute_emitting_box(const np_emission *e, const np_emitter *emitter
   return is_bright;
 }
 
-/* Cells of two voxels, or as many more as the limit on their number asks for. */
+/* Places a grid of cells of two voxels, or larger where their number would exceed the limit. */
 static void place_grid(const np_bricks *bricks, const int32_t low[3], const int32_t high[3], np_emitter_grid *out) {
   double count;
   out->edge = 1.0;
@@ -113,7 +113,7 @@ typedef struct survey {
   const np_emitter *emitter;
   const np_emitter_grid *grid;
   np_monitor *monitor;
-  np_spectrum *power; /* of each cell, W sr⁻¹ nm⁻¹ */
+  np_spectrum *power; /* power of each cell, W sr⁻¹ nm⁻¹ */
 } survey;
 
 static neph_result measure_cells(void *user, size_t begin, size_t end, unsigned thread) {
@@ -145,7 +145,7 @@ static neph_result list_cells(np_emission *e, unsigned emitter, const np_spectru
   return NEPH_OK;
 }
 
-/* An emitter without end has no power to draw by. */
+/* Builds the grid of an emitter. An unbounded emitter has no finite power, so that it is not sampled. */
 static neph_result build_grid(np_emission *e, unsigned index, np_monitor *monitor) {
   const np_emitter *emitter = &e->emitters[index];
   np_emitter_grid *grid = &e->grids[index];
@@ -164,7 +164,7 @@ static neph_result build_grid(np_emission *e, unsigned index, np_monitor *monito
   return result;
 }
 
-/* From powers to shares, and to densities of a point. */
+/* Converts powers to shares, and to densities of points. */
 static void normalize(np_emission *e) {
   double total = 0.0, sum = 0.0;
   for (size_t i = 0; i < e->cell_count; i++) total += e->list[i].cumulative;
@@ -200,7 +200,7 @@ void np_emission_clear(np_emission *emission) {
   *emission = (np_emission){0};
 }
 
-/* ---- Drawing ---- */
+/* ---- Sampling ---- */
 
 bool np_emission_draw(const np_emission *emission, double u, np_random *random, np_dvec3 *out_position) {
   if (emission->cell_count == 0) return false;
@@ -246,8 +246,8 @@ static bool enter(const np_emitter *emitter, const np_emitter_grid *grid, np_dve
   return out->begin < out->end;
 }
 
-/* Σ p·(s₁³ − s₀³)/3 through one lattice, from cell to cell (Amanatides and Woo 1987), each face's distance computed
- * from the ray. */
+/* Integral of density times distance²: Σ p·(s₁³ − s₀³)/3 through one lattice, from cell to cell (Amanatides and Woo
+ * 1987), each face's distance computed from the ray. */
 static double sum_cells(const np_emitter_grid *grid, const grid_passage *p) {
   int32_t cell[3];
   double sum = 0.0;

@@ -19,35 +19,36 @@
 #include "optics/black_body.h"
 #include "volume/bricks.h"
 
-/* Parts of a cloud that emit, beside those that it is made of: a flame, and red, green and blue. */
+/* Emitters of a cloud beside its own matter: a flame, and red, green and blue. */
 enum { NP_EMITTER_FLAME = 8, NP_EMITTER_COLOR, NP_CLOUD_EMITTERS_MAX = NP_EMITTER_COLOR + 3 };
 
 typedef struct np_emitter {
-  const np_bricks *bricks; /* κ is proportional to their value: a flame's, or the cloud's own */
+  const np_bricks *bricks; /* κ is proportional to their value: the flame's density, or the cloud's */
   np_affine world_to_index, index_to_world;
-  np_spectrum absorption_per_value; /* 1/m where the value is 1, times the emitter's strength; without a body, its j */
-  bool has_no_body;                 /* it emits whatever its temperature */
+  np_spectrum absorption_per_value; /* absorption where the value is 1, in 1/m, times the emitter's strength; without a
+                                       body, its j */
+  bool has_no_body;                 /* emission does not depend on the temperature */
   const np_bricks *temperature;     /* NULL: `offset_k` everywhere */
   np_affine world_to_temperature;
   float kelvin_per_value, offset_k;
-  unsigned number;  /* of its cloud among the scene's */
-  unsigned part;    /* of the cloud, whose matter it is; NP_EMITTER_FLAME and on: grids of its own */
-  bool is_held_out; /* the camera does not see it */
+  unsigned number;  /* index of its cloud in the scene */
+  unsigned part;    /* part of the cloud whose density it uses; NP_EMITTER_FLAME and above: grids of its own */
+  bool is_held_out; /* invisible to the camera */
 } np_emitter;
 
-/* The cells of an emitter: cells of a lattice in its index space. */
+/* Grid of an emitter: cells of a lattice in its index space. */
 typedef struct np_emitter_grid {
   double low[3]; /* index position of the first cell's corner */
-  double edge;   /* of a cell, in voxels */
+  double edge;   /* edge of a cell in voxels */
   int32_t size[3];
-  float *density; /* of each cell, z fastest: of a point drawn in it, 1/m³; NULL: no cells */
+  float *density; /* density of a point sampled in each cell, z fastest, in 1/m³; NULL: no cells */
 } np_emitter_grid;
 
-/* A cell that may be drawn. */
+/* A cell that can be sampled. */
 typedef struct np_emitter_cell {
   unsigned emitter;
   uint32_t cell;
-  double cumulative; /* share of the power in this cell and those before it */
+  double cumulative; /* share of the power in this cell and all cells before it */
 } np_emitter_cell;
 
 typedef struct np_emission {
@@ -55,14 +56,14 @@ typedef struct np_emission {
   np_black_body black_body;
   unsigned emitter_count;
   np_emitter *emitters;
-  np_emitter_grid *grids; /* of each emitter */
+  np_emitter_grid *grids; /* grid of each emitter */
   size_t cell_count;
   np_emitter_cell *list;
   np_spectrum power_w_sr_nm; /* ∫ j dV */
 } np_emission;
 
-/* Takes a copy of the emitters, whose grids must outlive it, and lists their cells by power. On failure nothing is
- * left.
+/* Copies the emitters, whose grids must outlive the emission, and lists their cells by power. On failure `*out` is
+ * empty.
  */
 neph_result np_emission_build(neph_context *context, const np_emitter *emitters, unsigned count,
                               const np_black_body *body, np_monitor *monitor, np_emission *out);
@@ -74,7 +75,7 @@ static inline float np_emitter_temperature(const np_emitter *emitter, np_dvec3 p
   return emitter->offset_k + emitter->kelvin_per_value * np_bricks_sample(emitter->temperature, index);
 }
 
-/* j at a position where the emitter's bricks hold `value`. */
+/* j at a position where the emitter's bricks have the value `value`. */
 static inline np_spectrum np_emitter_eval(const np_emission *emission, const np_emitter *emitter, np_dvec3 position,
                                           float value) {
   if (!(value > 0.0f)) return np_spectrum_grey(0.0f);
@@ -83,13 +84,13 @@ static inline np_spectrum np_emitter_eval(const np_emission *emission, const np_
   return np_spectrum_scale(np_spectrum_multiply(emitter->absorption_per_value, body), value);
 }
 
-/* Mean j over a box of the world, by the midpoint rule, two points to a voxel and six at most along each axis. */
+/* Mean of j over a box of the world, by the midpoint rule, two points to a voxel and six at most along each axis. */
 np_spectrum np_emission_average(const np_emission *emission, np_dvec3 low, np_dvec3 size);
 
-/* A point drawn for its light, `u` in [0, 1) choosing the cell; false where there is none. */
+/* Samples a point in proportion to its light; `u` in [0, 1) chooses the cell; false where there is no emission. */
 bool np_emission_draw(const np_emission *emission, double u, np_random *random, np_dvec3 *out_position);
 
-/* Density per solid angle of the direction from `origin` to a drawn point. */
+/* Density per solid angle with which np_emission_draw samples the direction from `origin`. */
 float np_emission_direction_density(const np_emission *emission, np_dvec3 origin, np_vec3 direction);
 
 #endif

@@ -23,8 +23,7 @@ static np_spectrum look_up_map(const np_night *night, np_vec3 direction) {
   return out;
 }
 
-/* Effective depth of airglow over that of the zenith. Seen from the ground the air's mass is 38 at the most, low haze's
- * 90. */
+/* Effective depth of airglow over the zenith depth. Seen from the ground the air mass is at most 38, of low haze 90. */
 static float compute_airglow_factor(float mass) {
   static const float most = 120.0f;
   const float regained = 1.669f * log10f(np_clampf(mass, 1.0f, most)) - 0.146f;
@@ -37,7 +36,7 @@ static float dim_airglow(float upward, float along) {
   return expf(-zenith_depth * compute_airglow_factor(depth / zenith_depth));
 }
 
-/* Airglow seen through air that it lights itself. */
+/* Radiance of airglow through the air, with the airglow that the air scatters into the view. */
 static np_spectrum see_airglow(const np_night *night, const neph_atmosphere *atmosphere, np_dvec3 origin,
                                np_vec3 direction, np_spectrum transmittance) {
   np_spectrum airglow = np_airglow_radiance(&night->airglow, origin, direction);
@@ -63,7 +62,7 @@ np_spectrum np_night_radiance(const np_night *night, const neph_atmosphere *atmo
 np_spectrum np_night_compute_irradiance(const np_night *night, const neph_atmosphere *atmosphere, np_dvec3 origin) {
   enum { RINGS = 24, AZIMUTHS = 48 };
   np_spectrum sum = np_spectrum_grey(0.0f);
-  for (int i = 0; i < RINGS; i++) /* even in the squared sine, of which the cosine's weight is the differential */
+  for (int i = 0; i < RINGS; i++) /* rings are even in sin², whose differential has the weight of the cosine */
     for (int k = 0; k < AZIMUTHS; k++) {
       const double s2 = (i + 0.5) / RINGS, s = sqrt(s2), turn = 2.0 * NP_PI * (k + 0.5) / AZIMUTHS;
       const np_vec3 d = np_vec3_make((float)(s * cos(turn)), (float)(s * sin(turn)), (float)sqrt(1.0 - s2));

@@ -5,7 +5,7 @@
 
 static const float refractive_index = 1.33f;
 
-/* Views nearer to the surface than this are taken to be here: beyond, waves hide all but their crests. */
+/* Least cosine of a view with the surface: at lower angles waves hide all but their crests. */
 static const float cosine_least = 1e-4f;
 
 float np_water_fresnel(float cosine) {
@@ -65,7 +65,7 @@ static float sample_slope_along(float cosine, float u) {
   return invert_erf(b);
 }
 
-/* Normal of a facet, as often as the viewer sees it. */
+/* Samples the normal of a facet visible to the viewer. */
 static np_vec3 sample_facet(float roughness, np_vec3 viewer, float u, float v) {
   const np_vec3 stretched = np_vec3_normalize(np_vec3_make(roughness * viewer.x, roughness * viewer.y, viewer.z));
   const float sine = sqrtf(stretched.x * stretched.x + stretched.y * stretched.y);
@@ -97,7 +97,7 @@ static wave_frame make_frame(np_vec3 zenith) {
   return frame;
 }
 
-/* Into the frame, no lower than the least cosine. */
+/* Transforms a direction into the frame, with at least the least cosine. */
 static np_vec3 enter(const wave_frame *frame, np_vec3 d) {
   return np_vec3_make(np_vec3_dot(d, frame->tangent), np_vec3_dot(d, frame->bitangent),
                       np_maxf(np_vec3_dot(d, frame->zenith), cosine_least));
@@ -109,7 +109,7 @@ static np_vec3 leave(const wave_frame *frame, np_vec3 d) {
   return np_vec3_normalize(np_vec3_add(out, np_vec3_scale(frame->zenith, d.z)));
 }
 
-/* F·G₂/G₁ of a facet that is seen, in the frame; the light's direction, mirrored by it. */
+/* F·G₂/G₁ of a visible facet, in the frame; `*out_light` is the mirrored direction. */
 static float reflect(float roughness, np_vec3 viewer, np_vec3 facet, np_vec3 *out_light) {
   const float cosine = np_vec3_dot(viewer, facet);
   *out_light = np_vec3_subtract(np_vec3_scale(facet, 2.0f * cosine), viewer);
@@ -118,9 +118,9 @@ static float reflect(float roughness, np_vec3 viewer, np_vec3 facet, np_vec3 *ou
   return np_water_fresnel(cosine) * (1.0f + seen) / (1.0f + seen + lit);
 }
 
-/* ---- Making ---- */
+/* ---- Creation ---- */
 
-/* Facets over which R is averaged. */
+/* Number of facets over which R is averaged. */
 enum { FACETS = 512 };
 
 static void fill_node(np_water *water, int node) {
@@ -160,15 +160,15 @@ np_water np_water_make(double level_m, double wind_m_s, np_spectrum albedo) {
   return water;
 }
 
-/* ---- Asking ---- */
+/* ---- Queries ---- */
 
 float np_water_reflectance(const np_water *water, float cosine) { return look_up(water->reflectance, cosine); }
 
-/* Optical depths of clear air at 680, 550 and 440 nm, near enough for other bands, and the share of the light it
- * scatters that goes down. */
+/* Optical depths of clear air at 680, 550 and 440 nm, also used for other bands, and the downward share of its
+ * scattered light. */
 static const float air_depth[NP_BAND_COUNT] = {0.13f, 0.2f, 0.34f}, air_downward = 0.6f;
 
-/* A value under sun and sky, by their shares of the light. */
+/* Mean of values under sun and sky, weighted by their shares of the light. */
 static float mix_light(int band, float sun_cosine, float under_sun, float under_sky) {
   if (!(sun_cosine > 0.0f)) return under_sky;
   const float passed = expf(-air_depth[band] / sun_cosine), scattered = air_downward * (1.0f - passed);

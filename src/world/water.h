@@ -12,7 +12,7 @@
  *
  *     f = F·D·G/(4·cosθi·cosθo) + albedo·T(θi)·T(θo)/(π·T̄),   T = 1 − R
  *
- * with R(θ) the share that the waves reflect and T̄ the mean of T under an even sky: no energy is made. */
+ * with R(θ) the share that the waves reflect and T̄ the mean of T under a uniform sky: energy is conserved. */
 #ifndef NP_WORLD_WATER_H
 #define NP_WORLD_WATER_H
 
@@ -21,18 +21,17 @@
 
 enum { NP_WATER_NODES = 33 };
 
-/* Water stands this much above its level: land that a height field has at the level, as SRTM has the sea, is under it.
- */
+/* Height of water above its level, so that land at the level, as the sea in SRTM, is below it. */
 #define NP_WATER_LIFT_M 0.1
 
 typedef struct np_water {
-  double level_m;                    /* above the planet's sphere */
+  double level_m;                    /* elevation above the planet's sphere */
   float roughness;                   /* α */
-  np_spectrum albedo;                /* of light that has entered, what comes back out */
+  np_spectrum albedo;                /* share of the light that has entered the water and comes back out */
   float reflectance[NP_WATER_NODES]; /* R, at even steps of √cosθ */
-  float actinic[NP_WATER_NODES];     /* at the same cosines: half of R over the cosine of the light reflected */
+  float actinic[NP_WATER_NODES];     /* half of R over the cosine of the reflected light, at the same cosines */
   float mean_transmittance;          /* T̄ */
-  float mean_actinic;                /* under an even sky */
+  float mean_actinic;                /* mean of `actinic` under a uniform sky */
 } np_water;
 
 np_water np_water_make(double level_m, double wind_m_s, np_spectrum albedo);
@@ -43,25 +42,25 @@ float np_water_fresnel(float cosine);
 /* R for light, or a view, at a cosine to the zenith. */
 float np_water_reflectance(const np_water *water, float cosine);
 
-/* Albedo under a sun at a cosine to the zenith and an even sky, which counts as it does in clear air: for what takes
+/* Albedo under a sun at a cosine to the zenith and a uniform sky, weighted as in clear air: for functions that treat
  * water as Lambertian ground. */
 np_spectrum np_water_get_albedo(const np_water *water, float sun_cosine);
 
-/* The albedo of Lambertian ground that lights the air above it as much: by actinic flux, since light that leaves at a
- * low angle stays long in the air. */
+/* Albedo of Lambertian ground that lights the air above it equally, in actinic flux: light at low angles stays long in
+ * the air. */
 np_spectrum np_water_get_air_albedo(const np_water *water, float sun_cosine);
 
-/* Light between two directions away from the water, both unit. */
+/* Reflection between two unit directions, both away from the water. */
 typedef struct np_water_value {
   np_spectrum scattered; /* BRDF times the cosine of the light, 1/sr */
-  float reflected;       /* the part of the waves' reflection in it, the same in all bands */
-  float density;         /* with which np_water_sample draws the light's direction, 1/sr */
+  float reflected;       /* part of `scattered` that the waves reflect, the same in all bands */
+  float density;         /* density with which np_water_sample samples the light's direction, 1/sr */
 } np_water_value;
 
 np_water_value np_water_eval(const np_water *water, np_vec3 zenith, np_vec3 to_viewer, np_vec3 to_light);
 
-/* Direction from which the waves reflect light to the viewer, by the facets that the viewer sees (Heitz and d'Eon 2014,
- * Jakob 2014); `*out_weight` is BRDF times cosine over density, 0 where the direction leads below the surface. */
+/* Samples the direction of light that the waves reflect to the viewer, by visible facets (Heitz and d'Eon 2014, Jakob
+ * 2014); `*out_weight` is BRDF times cosine over density, 0 where the direction leads below the surface. */
 np_vec3 np_water_sample(const np_water *water, np_vec3 zenith, np_vec3 to_viewer, float u, float v, float *out_weight);
 
 #endif

@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The scene as an integrator sees it: media, and light at a point. Which cache answers is not the integrator's
- * business.
- *
- * Filled by render. What a scene has not is NULL or zero, and costs nothing.
+/* The scene for an integrator: media, and light at a point. Render fills it. Missing parts are NULL or zero, and cost
+ * nothing.
  */
 #ifndef NP_WORLD_WORLD_H
 #define NP_WORLD_WORLD_H
@@ -19,24 +17,27 @@
 
 /* Lights of the sky beside the view's own: the moon's disk, airglow, a map of the stars. */
 typedef struct np_night {
-  np_disk moon; /* of versine 0: none */
+  np_disk moon; /* a versine of 0: no moon */
   bool has_airglow;
   np_airglow airglow;
-  const np_sphere_map *map;                       /* of the stars; NULL: none; borrowed */
-  float map_weight[NP_BAND_COUNT][NP_BAND_COUNT]; /* from its channels, W m⁻² sr⁻¹ nm⁻¹ for 1, to the packet's bands */
-  np_celestial_turn turn;                         /* of the stars */
-  np_spectrum ground_irradiance;                  /* of the two on level ground: see np_night_compute_irradiance */
+  const np_sphere_map *map;                       /* map of the stars; NULL: none; borrowed */
+  float map_weight[NP_BAND_COUNT][NP_BAND_COUNT]; /* matrix from its channels, in W m⁻² sr⁻¹ nm⁻¹ for 1, to the packet's
+                                                     bands */
+  np_celestial_turn turn;                         /* rotation of the stars */
+  np_spectrum ground_irradiance;                  /* irradiance of airglow and map on level ground: see
+                                                     np_night_compute_irradiance */
 } np_night;
 
-/* Radiance of airglow and map along a ray that meets no ground, dimmed by the air. `atmosphere` NULL: none. */
+/* Radiance of airglow and map along a ray that does not meet the ground, attenuated by the air. `atmosphere` NULL:
+ * none. */
 np_spectrum np_night_radiance(const np_night *night, const neph_atmosphere *atmosphere, np_dvec3 origin,
                               np_vec3 direction);
 
-/* Its integral over the upper half of the sky at a point. */
+/* Irradiance of airglow and map on level ground at a point. */
 np_spectrum np_night_compute_irradiance(const np_night *night, const neph_atmosphere *atmosphere, np_dvec3 origin);
 
-/* The sunlight that a world has: all, or, where groups of lights are asked for, that which no air scatters, or that
- * which air does. */
+/* Share of the sunlight in a world: all of it, or, for groups of lights, unscattered light (beam) or light that air has
+ * scattered (sky). */
 typedef enum np_sun_scope { NP_SUN_WHOLE, NP_SUN_BEAM, NP_SUN_SKY } np_sun_scope;
 
 /* Groups of lights: the sun's beam; the sky, with environment and night; the moon with its sky; and, from
@@ -52,19 +53,20 @@ enum {
 typedef struct np_world {
   np_instances clouds;
 
-  /* The light that shines on air, clouds and ground: the sun, or, in a view of its own, the moon. */
+  /* Direction to the light of air, clouds and ground: the sun, or, in a view of its own, the moon. */
   np_vec3 to_sun;
   float sun_angular_radius_rad;
   np_spectrum sun_irradiance; /* above the atmosphere, W m⁻² nm⁻¹ */
   np_sun_scope sun_scope;
-  np_disk disk;               /* of the sun, as it is seen */
-  bool has_no_disks;          /* neither the sun's nor the moon's is seen, whatever they light */
-  const np_night *night;      /* NULL: nothing else shines, or it is in another view */
+  np_disk disk;               /* visible disk of the sun */
+  bool has_no_disks;          /* disks of sun and moon are invisible; their light remains */
+  const np_night *night;      /* NULL: no night lights, or they are in another view */
 
   const neph_atmosphere *atmosphere; /* NULL: no air */
-  const neph_sky *camera_sky;        /* seen from the camera; NULL without air */
-  bool has_parallel_view;            /* the camera's rays have no common eye: its sky is traced along each */
-  const neph_sky *cloud_sky;         /* seen from the middle of the clouds; NULL without air or without clouds */
+  const neph_sky *camera_sky;        /* sky for an observer at the camera; NULL without air */
+  bool has_parallel_view;            /* the camera's rays have no common origin, so that its sky is traced along each */
+  const neph_sky *cloud_sky;         /* sky for an observer in the middle of the clouds; NULL without air or without
+                                        clouds */
 
   np_spectrum environment_radiance; /* uniform, from infinitely far, W m⁻² sr⁻¹ nm⁻¹ */
   bool is_environment_upper_only;
@@ -73,12 +75,12 @@ typedef struct np_world {
   double planet_radius_m;
   const neph_terrain *terrain; /* NULL: the sphere alone */
   np_dvec3 terrain_min, terrain_max;
-  np_spectrum terrain_albedo;               /* its mean, where it varies */
-  np_spectrum terrain_basis[NP_BAND_COUNT]; /* what one unit of each reference band is, where it varies */
-  np_spectrum ground_albedo;                /* of the sphere */
-  const np_water *water;                    /* at its level, over all lower ground; NULL: none */
+  np_spectrum terrain_albedo;               /* mean albedo, where it varies */
+  np_spectrum terrain_basis[NP_BAND_COUNT]; /* spectrum of each reference band's unit, where the albedo varies */
+  np_spectrum ground_albedo;                /* albedo of the sphere */
+  const np_water *water;                    /* water over all ground below its level; NULL: none */
 
-  const np_emission *emission; /* NULL: no emission, or that of another world */
+  const np_emission *emission; /* NULL: no emission, or it is in another world */
 } np_world;
 
 /* Whether each cloud's albedo is the same in all bands. */
@@ -94,7 +96,8 @@ np_vec3 np_world_sample_sun(const np_world *world, float u, float v);
 /* Irradiance from the sun on a plane that faces it: through the air, past planet and terrain, clouds not counted. */
 np_spectrum np_world_sunlight(const np_world *world, np_dvec3 position, np_vec3 to_sun);
 
-/* The same along one ray: transmittance integrated, and nothing from below the horizon, where np_world_sunlight fades.
+/* Irradiance from the sun along one ray, as np_world_sunlight but with integrated transmittance, and 0 from below the
+ * horizon, where np_world_sunlight fades.
  */
 np_spectrum np_world_sunlight_exact(const np_world *world, np_dvec3 position, np_vec3 to_sun);
 
@@ -106,37 +109,39 @@ bool np_world_sun_covers(const np_world *world, np_vec3 direction);
 /* Whether terrain hides the sun at a point. */
 bool np_world_is_behind_terrain(const np_world *world, np_dvec3 position, np_vec3 to_sun);
 
-/* Whether planet or terrain hides the sun at a point, whatever the air does to its light. */
+/* Whether planet or terrain hides the sun at a point; the air is ignored. */
 bool np_world_is_sun_hidden(const np_world *world, np_dvec3 position, np_vec3 to_sun);
 
 /* Radiance of the disks of sun and moon above the atmosphere; the moon hides what is behind it. */
 np_spectrum np_world_disk_radiance(const np_world *world, np_vec3 direction);
 
-/* Radiance of sky, night and environment along a ray that meets no ground, seen by `sky` (camera_sky or cloud_sky). */
+/* Radiance of sky, night and environment along a ray that does not meet the ground, from the tables of `sky`
+ * (camera_sky or cloud_sky). */
 np_spectrum np_world_sky_radiance(const np_world *world, const neph_sky *sky, np_dvec3 origin, np_vec3 direction);
 
-/* That of a sky with the environment's and the night's. */
+/* Radiance of a sky plus environment and night. */
 np_spectrum np_world_add_beyond(const np_world *world, np_dvec3 origin, np_vec3 direction, np_spectrum sky);
 
-/* The same from beyond the air, of whose light and shade it knows nothing: night and environment. */
+/* Radiance from beyond the air, without the air's light and attenuation: night and environment. */
 np_spectrum np_world_space_radiance(const np_world *world, np_dvec3 origin, np_vec3 direction);
 
-/* The air between an observer of `sky` and a point along a ray; NULL: air that nothing lights, if there is any. */
+/* In-scatter and transmittance between the observer of `sky` and a point along a ray. `sky` NULL: air without light, if
+ * any. */
 np_aerial_perspective np_world_air(const np_world *world, const neph_sky *sky, np_dvec3 origin, np_vec3 direction,
                                    double distance_m);
 
 typedef struct np_ground_hit {
   double distance_m;
-  np_dvec3 position;     /* lifted off the surface, so that rays may start there; of terrain, on its smooth one */
+  np_dvec3 position;     /* point lifted off the surface as an origin of rays; on terrain, off its smooth surface */
   np_vec3 normal;        /* unit */
-  np_spectrum albedo;    /* of water: as Lambertian ground */
-  const np_water *water; /* NULL: land, by Lambert's law */
+  np_spectrum albedo;    /* albedo; of water, that of equivalent Lambertian ground */
+  const np_water *water; /* NULL: land with a Lambertian surface */
 } np_ground_hit;
 
 /* Nearest terrain, water or sphere along a ray. */
 bool np_world_intersect_ground(const np_world *world, np_dvec3 origin, np_vec3 direction, np_ground_hit *out_hit);
 
-/* Whether a segment can be cut by ground at all: both ends above every summit cannot. */
+/* Whether ground may intersect a segment: not if both ends are above all summits. */
 static inline bool np_world_may_meet_ground(const np_world *world, np_dvec3 from, np_dvec3 to) {
   if (!world->has_planet && !world->terrain) return false;
   double summit = world->terrain ? fmax(world->terrain_max.z, 0.0) : 0.0;
@@ -144,14 +149,14 @@ static inline bool np_world_may_meet_ground(const np_world *world, np_dvec3 from
   return from.z <= summit || to.z <= summit;
 }
 
-/* Share of an even sky that a slope sees. */
+/* Share of a uniform sky visible from a slope. */
 float np_world_get_sky_share(const np_world *world, const np_ground_hit *hit);
 
-/* Irradiance of the sky, free of clouds and hills, on level ground. */
+/* Irradiance of the sky on level ground, without clouds and hills. */
 np_spectrum np_world_level_irradiance(const np_world *world, const np_ground_hit *hit);
 
-/* Optical depth of all clouds from a point towards the sun, whoever knows it; what lies beyond `depth_max` is not
- * looked at. */
+/* Function for the optical depth of all clouds from a point towards the sun; clouds beyond `depth_max` may be
+ * skipped. */
 typedef struct np_sun_optical_depth_source {
   const void *user;
   float (*get)(const void *user, np_dvec3 position, np_vec3 to_sun, float depth_max);

@@ -3,8 +3,9 @@
 #include "core/units.h"
 #include "world/world.h"
 
-/* First meeting with the sphere `level_m` above the planet's, from outside or on it, in the form that cancels nothing
- * (numerics: 4.5e-7 where the textbook quadratic errs by 19 % at grazing incidence). Negative when there is none. */
+/* First intersection with the sphere `level_m` above the planet's, from outside or on it, in a form without
+ * cancellation (error 4.5e-7 where the textbook quadratic errs by 19 % at grazing incidence). Negative when there is
+ * none. */
 static double intersect_sphere(const np_world *world, double level_m, np_dvec3 origin, np_vec3 direction) {
   const double radius = world->planet_radius_m;
   const np_dvec3 d = np_vec3_to_double(direction);
@@ -17,7 +18,7 @@ static double intersect_sphere(const np_world *world, double level_m, np_dvec3 o
   return fmax(c, 0.0) / (-b + sqrt(discriminant));
 }
 
-/* Who is under the ground sees it at once, in the light of the surface above: no path has to climb out. */
+/* Hit for an origin below the ground: at once, lit as the surface above, so that no path must leave the ground. */
 static void set_sphere_hit(const np_world *world, double level_m, np_dvec3 origin, np_vec3 direction, double distance_m,
                            np_ground_hit *out) {
   out->distance_m = distance_m;
@@ -53,8 +54,8 @@ static void set_terrain_hit(const np_world *world, np_dvec3 origin, np_vec3 dire
   for (int b = 0; b < NP_BAND_COUNT; b++) out->albedo.band[b] = np_clampf(out->albedo.band[b], 0.0f, 1.0f);
 }
 
-/* Whether a place under the sphere is in the open, over land of the height field that is lower than the sea: not where
- * it lies deeper than all of that, by more than positions err. */
+/* Whether a place below the sphere is in the open, over land of the height field that is lower than the sea: not if it
+ * lies deeper than the land by more than the error of positions. */
 static bool is_in_hollow(const np_world *world, np_dvec3 place) {
   return world->terrain && place.z >= world->terrain_min.z - 1.0 && np_terrain_covers(world->terrain, place.x, place.y);
 }
@@ -69,7 +70,7 @@ static bool intersect_land(const np_world *world, np_dvec3 origin, np_vec3 direc
                            np_terrain_intersect(world->terrain, origin, direction, INFINITY, &terrain);
   const double sphere = world->has_planet ? intersect_sphere(world, 0.0, origin, direction) : -1.0;
   bool is_sphere = sphere >= 0.0;
-  /* Land below sea level lies under the sphere: where the height field reaches, it alone is the ground. */
+  /* Land below sea level lies below the sphere: within the height field, that alone is the ground. */
   const bool is_below = is_sphere && np_altitude(origin, world->planet_radius_m) < 0.0;
   if (is_below && is_in_hollow(world, origin)) is_sphere = false;
   if (has_terrain && is_sphere && !is_below) {
@@ -83,7 +84,7 @@ static bool intersect_land(const np_world *world, np_dvec3 origin, np_vec3 direc
   return is_sphere || has_terrain;
 }
 
-/* The sea, from which the terrain stands out, and which hides the planet's sphere. */
+/* Intersection with the sea, which hides the planet's sphere and is pierced by terrain. */
 static bool intersect_sea(const np_world *world, double level_m, np_dvec3 origin, np_vec3 direction,
                           np_ground_hit *out_hit) {
   np_terrain_hit terrain;
@@ -98,7 +99,7 @@ static bool intersect_sea(const np_world *world, double level_m, np_dvec3 origin
   return is_land || water >= 0.0;
 }
 
-/* A lake below the sphere, in hollows of the terrain. */
+/* Intersection with a lake below the sphere, in hollows of the terrain. */
 static bool intersect_lake(const np_world *world, double level_m, np_dvec3 origin, np_vec3 direction,
                            np_ground_hit *out_hit) {
   const bool is_land = intersect_land(world, origin, direction, out_hit);

@@ -3,7 +3,7 @@
 #include "atmosphere/sky_along.h"
 #include "world/world.h"
 
-/* Whether a sky's tables do not stand for a ray. */
+/* Whether a ray must be traced, since a sky's tables do not apply to it. */
 static bool is_traced(const np_world *world, const neph_sky *sky) {
   return world->has_parallel_view && sky && sky == world->camera_sky;
 }

@@ -28,7 +28,7 @@ np_vec3 np_world_sample_sun(const np_world *world, float u, float v) {
   return np_vec3_normalize(direction);
 }
 
-/* Terrain can only stand in the way of what is below its summits or looks down. */
+/* Whether terrain hides the sun. It can only for points below its summits, or directions that look down. */
 bool np_world_is_behind_terrain(const np_world *world, np_dvec3 position, np_vec3 to_sun) {
   if (!world->terrain) return false;
   if (position.z > world->terrain_max.z && to_sun.z >= 0.0f) return false;
@@ -47,11 +47,11 @@ bool np_world_is_sun_hidden(const np_world *world, np_dvec3 position, np_vec3 to
   return np_world_is_behind_terrain(world, position, to_sun);
 }
 
-/* Sunlight behind air of that `transmittance`, where there is air. */
+/* Sunlight attenuated by the air's `transmittance`, and by planet and terrain. */
 static np_spectrum pass_ground(const np_world *world, np_dvec3 position, np_vec3 to_sun, np_spectrum transmittance) {
   const np_spectrum irradiance = np_spectrum_multiply(world->sun_irradiance, transmittance), none = {{0}};
   if (np_spectrum_is_zero(irradiance)) return none;
-  /* Air softens the planet's edge. */
+  /* Air softens the planet's edge; without it the edge is sharp. */
   if (!world->atmosphere && world->has_planet && is_behind_planet(world, position, to_sun)) return none;
   return np_world_is_behind_terrain(world, position, to_sun) ? none : irradiance;
 }
