@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The sun optical-depth volume: optical depth of clouds between a point and the sun, computed once and looked up.
  *
- * Each cloud has a lattice of nodes whose third axis t runs away from the sun, so that a line of nodes is one ray and
- * is filled by one march. A cell has 8³ intervals of the lattice, and stores as many nodes as its tolerance requires:
- * 9³, 5³, 3³ or 2³, between which the depth is interpolated. Where it curves too much for that, as at a dense edge
- * that faces the sun, a second pass follows rays half a step apart, for 17³ nodes; a twelfth of their second
- * differences is taken off, so that between them the interpolant is right in the mean. Three kinds of cells have no nodes:
+ * Each cloud has a lattice of nodes whose third axis t runs away from the sun, so that a line of nodes is one ray
+ * and is filled by one march. A cell has 8³ intervals of the lattice, and stores as many nodes as its tolerance
+ * requires: 9³, 5³, 3³ or 2³, between which the depth is interpolated. Where it curves too much for that, as at a
+ * dense edge that faces the sun, a second pass follows rays half a step apart, for 17³ nodes; a twelfth of their
+ * second differences is taken off, so that between them the interpolant is right in the mean. Three kinds of cells
+ * have no nodes:
  *
  *   empty   the depth does not change along t: it is read at the entry to the next cell towards the sun
  *   dark    light is negligible here
