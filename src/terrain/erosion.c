@@ -20,14 +20,14 @@
 #include "core/math.h"
 #include "core/random.h"
 
-/* Share of the difference to its four neighbours' mean that a sample gives up in a step: rounds what one sample alone
- * holds up. */
+/* Share of the difference from its four neighbours' mean that a sample loses in a step, which smooths features of a
+ * single sample. */
 static const float smoothing = 0.25f;
 
-/* Slope of the water's surface in a filled basin. */
+/* Slope of the water surface in a filled basin. */
 static const float basin_slope = 0.01f;
 
-/* Samples between two questions whether to stop. */
+/* Number of samples between two checks for cancelling. */
 enum { CANCEL_STRIDE = 1 << 16, ROWS_PER_PIECE = 16 };
 
 /* Width of the square, in 256ths of a cell, in which samples are scattered. */
@@ -75,7 +75,7 @@ typedef struct bilinear {
   float weight[4];
 } bilinear;
 
-/* At (x, y), in cells, taken at the edge when outside. */
+/* Bilinear weights at (x, y), in cells, clamped to the edge. */
 static bilinear locate(const np_erosion *erosion, float x, float y) {
   const unsigned last = erosion->side - 2;
   x = np_clampf(x, 0, (float)(last + 1));
@@ -87,8 +87,8 @@ static bilinear locate(const np_erosion *erosion, float x, float y) {
                     {(1 - u) * (1 - v), u * (1 - v), (1 - u) * v, u * v}};
 }
 
-/* Height at a true place: at the lattice position whose own samples stand that far off. One round of the fixed point
- * is enough, since what is left is an unevenness finer than the cells. */
+/* Height at a place: at the lattice position whose scattered samples lie there. One fixed-point iteration suffices,
+ * since the rest is an unevenness finer than the cells. */
 static float sample_height(const np_erosion *erosion, float x, float y) {
   bilinear here = locate(erosion, x, y);
   float off_x = 0, off_y = 0, height = 0;
@@ -169,7 +169,7 @@ static uint32_t pop_sample(np_erosion *erosion, size_t *count) {
   return lowest;
 }
 
-/* Floods the neighbours of a sample that stand dry: to a little above it, where they are no higher. */
+/* Floods the neighbours of a sample that are not flooded yet: to slightly above it, where they are no higher. */
 static void flood_neighbours(np_erosion *erosion, uint32_t here, size_t *count) {
   const int64_t side = erosion->side, column = here % side, row = here / side;
   const float level = erosion->height[here] + basin_slope * erosion->spacing;
@@ -204,7 +204,7 @@ neph_result np_erosion_fill_basins(neph_context *context, np_monitor *monitor, n
   return np_parallel_run(context, monitor, flood, &job);
 }
 
-/* Between neighbours so many columns and rows apart. */
+/* Distance between neighbours that are some columns and rows apart. */
 static float measure_distance(const np_erosion *erosion, uint32_t from, uint32_t to, int columns, int rows) {
   const float x = (float)(256 * columns + erosion->place[to][0] - erosion->place[from][0]);
   const float y = (float)(256 * rows + erosion->place[to][1] - erosion->place[from][1]);
@@ -242,7 +242,7 @@ static neph_result route_rows(void *user, size_t begin, size_t end, unsigned thr
   return NEPH_OK;
 }
 
-/* Kahn's topological order, sources first; catchments add up along it. */
+/* Computes catchments in Kahn's topological order, sources first. */
 static bool gather_catchments(const carve_job *job) {
   np_erosion *erosion = job->erosion;
   const size_t count = count_samples(erosion);

@@ -5,34 +5,35 @@
 
 #include "core/parallel.h"
 
-/* A square of ground whose rim lies at 0. Lengths and heights in one unit, times such that erodibility is 1. */
+/* A square of ground with its rim at 0. Lengths and heights share one unit; times are such that erodibility is 1. */
 typedef struct np_erosion {
   unsigned side; /* samples, ≥ 2 */
   float spacing;
-  float hillslope_area; /* > 0: below a catchment of this size slopes stop steepening */
+  float hillslope_area; /* catchment below which slopes stop steepening, > 0 */
   float *height, *uplift;
   float *catchment;   /* area that drains through each sample; scratch of the smoothing */
   uint32_t *receiver; /* the neighbour that each sample drains to, or itself */
   uint32_t *order;    /* every sample before its receiver; the heap of the filling */
-  uint8_t *donors;    /* neighbours that drain to each sample and have not yet done so; whether it has been flooded */
-  int8_t (*place)[2]; /* where each sample stands off its lattice point, in 256ths of a cell */
+  uint8_t *donors;    /* number of neighbours that drain to each sample and remain to be visited; whether it is
+                         flooded */
+  int8_t (*place)[2]; /* offset of each sample from its lattice point, in 256ths of a cell */
 } np_erosion;
 
-/* Memory for a level; heights and uplift are zero, samples on their lattice points. On failure nothing is left. */
+/* Allocates a level; heights and uplift are zero, samples on their lattice points. On failure `*out` is empty. */
 neph_result np_erosion_create(neph_context *context, unsigned side, float spacing, float hillslope_area,
                               np_erosion *out_erosion);
 
-/* Moves each sample to a random place within its cell, lest rivers run along the lattice. */
+/* Moves each sample to a random place within its cell, so that rivers do not follow the lattice. */
 void np_erosion_scatter(np_erosion *erosion, uint64_t seed);
 
-/* A zeroed one is allowed. */
+/* Frees a level. A zeroed one is allowed. */
 void np_erosion_destroy(neph_context *context, np_erosion *erosion);
 
-/* The ground, seen from the lattice points of another one of `side` samples over the same square. */
+/* Resamples the ground at the lattice points of another level of `side` samples over the same square. */
 neph_result np_erosion_resample(neph_context *context, np_monitor *monitor, const np_erosion *erosion, unsigned side,
                                 float *out_heights);
 
-/* Fills every basin to its outlet and a little more inside, so that all water finds the rim. */
+/* Fills every basin to its outlet, with a slight slope inside, so that all water reaches the rim. */
 neph_result np_erosion_fill_basins(neph_context *context, np_monitor *monitor, np_erosion *erosion);
 
 /* Lets the ground rise and its rivers cut for a time. The same bits for any thread count and instruction set. */

@@ -17,7 +17,7 @@ void np_field_chart_get_nodes(double columns, double rows, np_field_position out
           (np_field_position){0.5 * (1.0 + get_node(i)) * columns, 0.5 * (1.0 + get_node(j)) * rows};
 }
 
-/* Weight of the value at node k in the term of a degree. */
+/* Weight of the value at node k in the coefficient of a degree. */
 static double get_weight(int degree, int k) {
   return (degree ? 2.0 : 1.0) / NP_CHART_TERMS * cos(NP_PI * degree * (k + 0.5) / NP_CHART_TERMS);
 }
@@ -84,7 +84,7 @@ np_chart_direction np_field_chart_eval(const np_field_chart *chart, np_field_pos
   return np_chart_row_eval(&row, &column);
 }
 
-/* One step of Newton's iteration; its length in samples, NaN where the map folds. */
+/* One Newton step; returns its length in samples, NaN where the map folds. */
 static double improve(const np_field_chart *chart, np_chart_direction direction, np_field_position *position) {
   const np_chart_basis columns = np_field_chart_get_basis(position->column, chart->columns);
   const np_chart_basis rows = np_field_chart_get_basis(position->row, chart->rows);

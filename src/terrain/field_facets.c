@@ -37,10 +37,10 @@ np_vec3 np_field_facets_get_normal(const np_field_facets *facets, np_field_posit
 }
 
 /* Intersection of a ray with the plane of one triangle: the lower one of a cell has its right angle in the south-west,
- * the upper one in the north-east. Position east and north in the cell, [0, 1] inside. */
+ * the upper one in the north-east. The position is east and north in the cell, [0, 1] inside. */
 typedef struct facet_meeting {
   double distance, east, north;
-  np_dvec3 normal; /* up, not of unit length */
+  np_dvec3 normal; /* points up, not of unit length */
 } facet_meeting;
 
 static bool meet_facet(const np_field_facets *facets, size_t column, size_t row, bool is_upper, np_dvec3 origin,
@@ -90,7 +90,7 @@ static bool refine_hit(const np_field_facets *facets, np_dvec3 origin, np_vec3 d
 }
 
 /* A facet hides the sun from itself before its smooth normals turn from it: the shadow's edge would be as jagged as the
- * facets are. Light is asked for on the curved surface instead, the mean of the planes through the facet's vertices
+ * facets are. Light is computed on the curved surface instead, the mean of the planes through the facet's vertices
  * that lie above it (Hanika 2021, "Hacking the Shadow Terminator", in Ray Tracing Gems II). */
 static np_vec3 compute_rise(const np_field_facets *facets, np_field_position position, np_dvec3 local) {
   const size_t column = clamp_cell(position.column, facets->field->width);
@@ -119,7 +119,7 @@ bool np_field_facets_intersect(const np_field_facets *facets, np_dvec3 origin, n
                                np_field_position guess, np_terrain_hit *out_hit) {
   facet_meeting meeting = {0};
   np_field_position position;
-  /* A ray within its facet's plane meets nothing in double; the next sample's ray will. */
+  /* A ray within its facet's plane misses it in double; the next sample's ray will hit. */
   if (!refine_hit(facets, origin, direction, guess, &meeting, &position)) return false;
   *out_hit = (np_terrain_hit){.distance = np_clamp(meeting.distance, 0, distance_max),
                               .normal = np_field_facets_get_normal(facets, position),

@@ -27,7 +27,7 @@ static int has_step_back(const char *path) {
   return strstr(path, "/../") != NULL || (length >= 3 && !strcmp(path + length - 3, "/.."));
 }
 
-/* Whether a path, all links followed, is below the folder that it is confined to. */
+/* Whether a path, all links resolved, is below the folder to which it is confined. */
 static int is_inside(const char *path) {
   const char *mark = strstr(path, confined);
   char folder[PATH_MAX], root[PATH_MAX], real[PATH_MAX];
@@ -38,7 +38,7 @@ static int is_inside(const char *path) {
   return !strncmp(real, root, length) && real[length] == '/';
 }
 
-/* The machine's path behind a name without its prefix; 0: it is too long. */
+/* Path of the machine for a name without its prefix; 0: it is too long. */
 static int get_path(const char *rest, char out[PATH_MAX]) {
   const int length = snprintf(out, PATH_MAX, "/%s", rest);
   return length > 0 && length < PATH_MAX;
@@ -60,7 +60,7 @@ const char *np_gdal_files_get_refusal(const char *name) {
   return strncmp(name, prefix, length) ? NULL : get_refusal(name + length, 0);
 }
 
-/* The caller has named the raster: of a name within, its last part is enough. */
+/* The caller has named the raster, so that the last part of each name is enough. */
 void np_gdal_files_clean_message(char *message) {
   for (char *at = message; (at = strstr(at, prefix));) {
     char *last = at;
@@ -70,7 +70,7 @@ void np_gdal_files_clean_message(char *message) {
   }
 }
 
-/* A .vrt stands where its links lead, another file in the folder that its name says. */
+/* A .vrt is named by the target of its links; other files by the folder in their name. */
 char *np_gdal_files_name(const char *path, int is_confined) {
   char real[PATH_MAX], folder[PATH_MAX];
   const char *slash = strrchr(path, '/');
@@ -95,7 +95,7 @@ static int stat_name(void *user, const char *rest, VSIStatBufL *out_status, int 
   return VSIStatL(path, out_status);
 }
 
-/* Opened without waiting, and looked at again: it may be another file by now. */
+/* Opens without waiting, and checks the open file, which another may have replaced. */
 static void *open_name(void *user, const char *rest, const char *access) {
   char path[PATH_MAX];
   struct stat status;
@@ -133,7 +133,8 @@ static int is_at_end(void *file) { return feof((FILE *)file); }
 
 static int close_file(void *file) { return fclose(file); }
 
-/* Once, when the module is loaded: GDAL's table of file systems belongs to the whole process. */
+/* Installs the file system once, when the module is loaded: GDAL's table of file systems belongs to the whole
+ * process. */
 __attribute__((constructor)) static void install(void) {
   VSIFilesystemPluginCallbacksStruct *callbacks = VSIAllocFilesystemPluginCallbacksStruct();
   if (!callbacks) return;

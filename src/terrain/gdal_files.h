@@ -5,14 +5,14 @@
 #ifndef NP_TERRAIN_GDAL_FILES_H
 #define NP_TERRAIN_GDAL_FILES_H
 
-/* Name by which GDAL opens a file, to be freed with CPLFree; NULL, after a failure of GDAL, where it is not one that
- * may be opened. Where it is confined, names beside it that lead out of its folder cannot be opened. */
+/* Name by which GDAL opens a file, which CPLFree frees; NULL, after a failure of GDAL, where it must not be opened. If
+ * it is confined, names beside it that lead out of its folder cannot be opened. */
 char *np_gdal_files_name(const char *path, int is_confined);
 
-/* Why a name of this file system is not opened; NULL: it is. */
+/* Reason for which a name of this file system is not opened; NULL: it is opened. */
 const char *np_gdal_files_get_refusal(const char *name);
 
-/* Leaves the last parts of names of this file system in a message of GDAL. */
+/* Shortens names of this file system in a message of GDAL to their last parts. */
 void np_gdal_files_clean_message(char *message);
 
 #endif

@@ -4,7 +4,7 @@
 
 #include "core/module.h"
 
-/* GDAL, PROJ and the libraries that come with them: 214 MB of address space were measured. */
+/* Address space of GDAL, PROJ and the libraries that they load: 214 MB measured. */
 static const np_module_kind gdal_kind = {.file = NP_GDAL_MODULE_FILE,
                                          .function = NP_GDAL_MODULE_FUNCTION,
                                          .version = NP_GDAL_MODULE_VERSION,

@@ -9,10 +9,10 @@
 
 #include "terrain/gdal_table.h"
 
-/* Its table, loaded on first need; fails with a message that says where it was looked for. */
+/* The module's table, loaded on first need; fails with a message that lists the searched folders. */
 neph_result np_gdal_module_get(neph_context *context, const np_gdal_module **out_module);
 
-/* Whether np_gdal_module_get has it to give; logs nothing. */
+/* Whether np_gdal_module_get succeeds; logs nothing. */
 bool np_gdal_module_is_present(neph_context *context);
 
 #endif

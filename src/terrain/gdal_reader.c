@@ -37,7 +37,7 @@ struct np_gdal_raster {
 
 /* ---- Errors ---- */
 
-/* Keeps the first failure of the calls between begin and end. */
+/* Stores the first failure of the calls between begin and end. */
 static void CPL_STDCALL keep_failure(CPLErr severity, CPLErrorNum number, const char *message) {
   (void)number;
   np_gdal_error *error = CPLGetErrorHandlerUserData();
@@ -54,7 +54,7 @@ static void begin_calls(np_gdal_error *error) {
   if (OSRGetPROJEnableNetwork()) OSRSetPROJEnableNetwork(0);
 }
 
-/* With a message of its own where GDAL had none. */
+/* Ends the calls; `message` is for a failure about which GDAL gave none. */
 static neph_result end_calls(np_gdal_error *error, neph_result result, const char *message) {
   CPLPopErrorHandler();
   error->result = result;
@@ -64,7 +64,7 @@ static neph_result end_calls(np_gdal_error *error, neph_result result, const cha
 
 /* ---- Opening ---- */
 
-/* EHdr, which takes what others leave, is the last. */
+/* Registers the drivers. EHdr, which accepts files that others refuse, is the last. */
 static void register_drivers(void) {
   GDALRegister_GTiff();
   GDALRegister_VRT();
@@ -76,14 +76,14 @@ static void register_drivers(void) {
   GDALRegister_EHdr();
 }
 
-/* Whether a member can be opened: GDAL 3.6 reads from a tile of SRTM even where it cannot, and crashes. */
+/* Whether a member can be opened: GDAL 3.6 reads a tile of SRTM even where it cannot be, and crashes. */
 static int is_readable(const char *name) {
   VSILFILE *file = VSIFOpenL(name, "rb");
   if (file) VSIFCloseL(file);
   return file != NULL;
 }
 
-/* The only member of heights of an archive. A .vrt in it is none: its parts would be members too. */
+/* The only member with heights of an archive. A .vrt in it is refused: its parts would be members too. */
 static char *choose_member(const char *archive) {
   char *name = NULL;
   char **members = VSIReadDirRecursive(archive);
@@ -104,7 +104,7 @@ static char *choose_member(const char *archive) {
   return NULL;
 }
 
-/* The name by which GDAL opens a file; of an archive, its only member of heights. To be freed with CPLFree. */
+/* Name by which GDAL opens a file; for an archive, that of its only member with heights. CPLFree frees it. */
 static char *name_raster(const char *path) {
   char *file = np_gdal_files_name(path, np_gdal_has_ending(path, ".vrt"));
   const char *reason = file ? np_gdal_files_get_refusal(file) : NULL;
@@ -117,7 +117,7 @@ static char *name_raster(const char *path) {
   return member;
 }
 
-/* A value for what no tile covers, where the tiles have none of their own. */
+/* Value where no tile lies, for tiles without a no-data value. */
 static const char *choose_void(GDALDatasetH first) {
   GDALRasterBandH band = GDALGetRasterBand(first, 1);
   int has_value = 1;
@@ -126,8 +126,8 @@ static const char *choose_void(GDALDatasetH first) {
   return GDALGetRasterDataType(band) == GDT_UInt16 ? "65535" : "-32768";
 }
 
-/* One raster of several that lie side by side. Text without a decimal point is of whole numbers for GDAL, which does
- * not put them beside others. */
+/* Builds one raster from several that lie side by side. Text without a decimal point is read as integers, which GDAL
+ * does not join with others. */
 static GDALDatasetH build_mosaic(char **names, const char *empty) {
   char **arguments = CSLAddString(NULL, "-strict");
   if (np_gdal_has_ending(names[0], ".asc"))
@@ -141,7 +141,7 @@ static GDALDatasetH build_mosaic(char **names, const char *empty) {
   return mosaic;
 }
 
-/* GDAL opens each tile by its name once more. */
+/* Opens a mosaic; GDAL opens each tile by its name once more. */
 static GDALDatasetH open_mosaic(char **names) {
   const char *empty = NULL;
   for (int i = 0; names[i]; i++) {
@@ -169,7 +169,7 @@ static GDALDatasetH open_dataset(const np_gdal_source *source) {
 
 /* ---- Coordinate system and units ---- */
 
-/* Metres in a unit by its name; 0 where the name is not known. */
+/* Metres in a unit by its name; 0 for an unknown name. */
 static double get_unit_m(const char *name) {
   static const struct {
     const char *name;
@@ -195,7 +195,7 @@ static double get_unit_m(const char *name) {
   return 0.0;
 }
 
-/* The unit of the values: the band's, else the one of the vertical part of the coordinate system. */
+/* Reads the unit of the values: the band's, else the vertical unit of the coordinate system. */
 static void read_unit(np_gdal_raster *raster) {
   const char *name = GDALGetRasterUnitType(GDALGetRasterBand(raster->dataset, 1));
   raster->unit_m = get_unit_m(name);
@@ -207,11 +207,11 @@ static void read_unit(np_gdal_raster *raster) {
   np_text_copy_short(raster->unit, sizeof raster->unit, name);
 }
 
-/* The scene's system, in place of the file's. */
+/* Sets the scene's coordinate system in place of the file's. */
 static neph_result set_crs(np_gdal_raster *raster, const char *text) {
   if (!np_gdal_check_crs("terrain.crs", text)) return NEPH_ERROR_BAD_SCENE;
   raster->crs = OSRNewSpatialReference(NULL);
-  CPLPushErrorHandler(CPLQuietErrorHandler); /* what PROJ says of it names neither the key nor what is allowed */
+  CPLPushErrorHandler(CPLQuietErrorHandler); /* PROJ's message names neither the key nor the allowed values */
   const OGRErr failure = OSRSetFromUserInput(raster->crs, text);
   CPLPopErrorHandler();
   if (failure == OGRERR_NONE) return NEPH_OK;
@@ -220,7 +220,7 @@ static neph_result set_crs(np_gdal_raster *raster, const char *text) {
   return NEPH_ERROR_BAD_SCENE;
 }
 
-/* A system may name a file of a grid, which PROJ would open. */
+/* Copies a coordinate system after a check: it may name a file of a grid, which PROJ would open. */
 static neph_result copy_crs(np_gdal_raster *raster) {
   static const char *const options[] = {"FORMAT=WKT2", NULL};
   OGRSpatialReferenceH given = GDALGetSpatialRef(raster->dataset);
@@ -249,7 +249,7 @@ static OGRSpatialReferenceH create_geographic(const np_gdal_raster *raster, int 
   return geographic;
 }
 
-/* Leads to longitude and latitude: of WGS 84, else, as on another planet, of the system's own ellipsoid. */
+/* Transformation to longitude and latitude: of WGS 84, or, as on another planet, of the system's own ellipsoid. */
 static OGRCoordinateTransformationH create_transformation(const np_gdal_raster *raster) {
   OGRSpatialReferenceH flat = OSRClone(raster->crs);
   if (OSRIsCompound(flat)) OSRStripVertical(flat);
@@ -263,7 +263,7 @@ static OGRCoordinateTransformationH create_transformation(const np_gdal_raster *
   return transformation;
 }
 
-/* Ellipsoids of the Earth differ by less than 1 km; of them WGS 84 is used. */
+/* Describes the ellipsoid. The Earth's differ by less than 1 km, so that WGS 84 is used for all of them. */
 static void describe_ellipsoid(const np_gdal_raster *raster, np_gdal_info *out) {
   const double earth_m = 6378137.0, earth_flattening = 298.257223563;
   OGRErr is_unknown = OGRERR_NONE;
@@ -349,7 +349,7 @@ static neph_result locate_places(np_gdal_raster *raster, size_t count, double (*
                    "its coordinate system gives no longitude and latitude there");
 }
 
-/* Turns values that stand for nothing into NaN, the others into those that scale and offset give. */
+/* Sets no-data values to NaN, and applies scale and offset to the others. */
 static void clean_values(GDALRasterBandH band, float *values, size_t count) {
   int has_void = 0, has_scale = 0, has_offset = 0;
   const float empty = (float)GDALGetRasterNoDataValue(band, &has_void);
@@ -376,7 +376,7 @@ static CPLErr read_mask(GDALRasterBandH band, const np_gdal_window *w, float *va
   return failure;
 }
 
-/* Blocks do not stay in GDAL's cache, which would take a twentieth of the machine's memory. */
+/* Reads values. Blocks are removed from GDAL's cache, which would take a twentieth of the machine's memory. */
 static neph_result read_values(np_gdal_raster *raster, unsigned number, const np_gdal_window *w, float *out,
                                np_gdal_error *error) {
   begin_calls(error);

@@ -12,7 +12,7 @@
 
 #include "terrain/gdal_files.h"
 
-/* Endings, and the driver of each. EHdr would take any file beside an .hdr of its name for raw samples. */
+/* Endings of names, and their drivers. EHdr would take any file beside an .hdr of its name for raw samples. */
 static const char *const formats[][2] = {
     {".tif", "GTiff"},   {".tiff", "GTiff"},  {".vrt", "VRT"}, {".asc", "AAIGrid"}, {".bil", "EHdr"}, {".flt", "EHdr"},
     {".hgt", "SRTMHGT"}, {".dem", "USGSDEM"}, {".img", "HFA"}, {".dt0", "DTED"},    {".dt1", "DTED"}, {".dt2", "DTED"}};
@@ -22,7 +22,7 @@ int np_gdal_has_ending(const char *name, const char *ending) {
   return length >= count && !strcasecmp(name + length - count, ending);
 }
 
-/* Overviews and masks beside a file are GeoTIFF, whatever its own format. */
+/* Whether a file holds overviews or a mask, which are GeoTIFF beside a raster of any format. */
 static int is_side(const char *name) { return np_gdal_has_ending(name, ".ovr") || np_gdal_has_ending(name, ".msk"); }
 
 const char *np_gdal_get_driver(const char *name) {
@@ -33,7 +33,7 @@ const char *np_gdal_get_driver(const char *name) {
 
 /* ---- Opening ---- */
 
-/* Name of the file that must lie beside one of plain samples, when it does not; else NULL. */
+/* Name of the header file that plain samples require, when it is missing; else NULL. */
 static const char *get_missing_header(const char *name, const char *driver) {
   static const char *const endings[] = {"HDR", "hdr"};
   VSIStatBufL status;
@@ -46,7 +46,7 @@ static const char *get_missing_header(const char *name, const char *driver) {
   return CPLGetFilename(header);
 }
 
-/* A missing header is told after the attempt: its ending may be written in another way. */
+/* Opens by a driver. A missing header is reported after the attempt, since its ending may be in capitals. */
 static GDALDatasetH open_by(const char *name, const char *driver) {
   const char *const drivers[] = {driver, NULL};
   const int is_bare = get_missing_header(name, driver) != NULL;
@@ -61,7 +61,7 @@ static int refuse(const char *name, const char *reason) {
   return 0;
 }
 
-/* A .vrt is known to GDAL by its beginning, whatever its ending. */
+/* Whether a file begins as a .vrt, by which GDAL recognises it, whatever its ending. */
 static int is_text_of_vrt(const char *name) {
   unsigned char head[2048];
   VSILFILE *file = VSIFOpenL(name, "rb");
@@ -82,7 +82,7 @@ static int check_file(const char *name, np_gdal_walk *walk) {
   return is_text_of_vrt(name) ? refuse(name, "begins as XML, which its ending does not say") : 1;
 }
 
-/* Masks and overviews beside it. */
+/* Checks masks and overviews beside a file. */
 static int check_sides(const char *name, np_gdal_walk *walk) {
   static const char *const endings[] = {".ovr", ".msk"};
   VSIStatBufL status;
@@ -99,7 +99,7 @@ static int check_sides(const char *name, np_gdal_walk *walk) {
   return is_good;
 }
 
-/* GDAL follows this item when it next looks for overviews; the file itself holds it, or its .aux.xml. */
+/* Checks the metadata item, in the file or its .aux.xml, that GDAL follows to overviews. */
 static int check_metadata(const char *name, GDALDatasetH dataset) {
   if (!GDALGetMetadataItem(dataset, "OVERVIEW_FILE", "OVERVIEWS")) return 1;
   return refuse(name, "its metadata (or its .aux.xml) name a file of overviews, OVERVIEW_FILE, which is not allowed: "
@@ -132,8 +132,7 @@ static int refuse_crs(const char *subject, const char *text, const char *problem
   return 0;
 }
 
-/* Whether what follows `key` in a text, up to a bracket or a space, is a path; PROJ looks for names in its own folder.
- */
+/* Whether the text after `key`, up to a bracket or a space, is a path; PROJ searches names in its own folder. */
 static int has_path_after(const char *text, const char *key) {
   for (const char *at = text; (at = strcasestr(at, key));) {
     at += strlen(key);

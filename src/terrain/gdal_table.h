@@ -23,9 +23,9 @@ typedef struct np_gdal_error {
 } np_gdal_error;
 
 typedef struct np_gdal_source {
-  const char *const *paths; /* several: side by side, on one grid, of one coordinate system */
+  const char *const *paths; /* several paths: side by side, on one grid, of one coordinate system */
   size_t path_count;
-  const char *crs; /* as PROJ takes it, "EPSG:32611"; NULL: the file's */
+  const char *crs; /* coordinate system in the syntax of PROJ, "EPSG:32611"; NULL: the file's */
 } np_gdal_source;
 
 /* Texts are valid while the raster is open. */
@@ -33,17 +33,17 @@ typedef struct np_gdal_info {
   unsigned width, height, band_count;
   const char *driver;              /* "GTiff" */
   const char *sample_type;         /* "Int16" */
-  int is_byte, is_complex;         /* the type of its samples */
-  int is_palette;                  /* they are indices of colours */
+  int is_byte, is_complex;         /* type of its samples */
+  int is_palette;                  /* samples are indices of colours */
   int has_grid;                    /* positions of samples in a coordinate system are known */
   double to_crs[6];                /* GDAL's geotransform: x = [0] + [1]·column + [2]·row, y by [3] to [5] */
   const char *crs;                 /* name of the coordinate system; "" when there is none */
   int is_geographic;               /* longitude and latitude */
-  double angle_rad;                /* the unit of these; 0 unless geographic */
+  double angle_rad;                /* unit of longitude and latitude; 0 unless geographic */
   int is_geocentric;               /* x, y and z from the planet's centre */
-  double semi_major_m, flattening; /* of the ellipsoid that `locate` uses */
+  double semi_major_m, flattening; /* ellipsoid of `locate` */
   double unit_m;                   /* metres in the unit of its values; 1 where none is stated, 0 for an unknown one */
-  const char *unit;                /* as stated; "" */
+  const char *unit;                /* name of that unit in the file; "" without */
 } np_gdal_info;
 
 /* Samples of a raster, averaged to fewer. */
@@ -60,11 +60,11 @@ typedef struct np_gdal_module {
   void (*close)(np_gdal_raster *raster); /* NULL is allowed */
   void (*describe)(const np_gdal_raster *raster, np_gdal_info *out_info);
 
-  /* Longitude and latitude, radians, on WGS 84 (or on the ellipsoid of another planet), of positions counted in samples
-   * from the centre of the first: places[i] holds column and row, and takes longitude and latitude. */
+  /* Longitude and latitude in radians, on WGS 84 (or on the ellipsoid of another planet), of positions in samples from
+   * the centre of the first: places[i] holds column and row, and receives longitude and latitude. */
   neph_result (*locate)(np_gdal_raster *raster, size_t count, double (*places)[2], np_gdal_error *error);
 
-  /* Values of a band (from 1) by rows, NaN where there is none. */
+  /* Values of a band (1 is the first) by rows, NaN for no data. */
   neph_result (*read)(np_gdal_raster *raster, unsigned band, const np_gdal_window *window, float *out_values,
                       np_gdal_error *error);
 } np_gdal_module;

@@ -13,7 +13,7 @@
 
 enum { DEPTH_MAX = 8, NESTING_MAX = 32, BYTES_MAX = 64 << 20 };
 
-/* The check of an element, beside its attributes. */
+/* Check of an element's text, beside its attributes. */
 typedef enum element_kind { PLAIN, FILE_NAME, CRS, OPEN_OPTION, UNREAD } element_kind;
 
 static const struct {
@@ -23,7 +23,7 @@ static const struct {
     {"VRTDataset", PLAIN},
     {"SRS", CRS},
     {"GeoTransform", PLAIN},
-    {"Metadata", UNREAD}, /* but the item that np_gdal_open_part checks */
+    {"Metadata", UNREAD}, /* except for the item that np_gdal_open_part checks */
     {"GCPList", PLAIN},
     {"GCP", PLAIN},
     {"BlockXSize", PLAIN},
@@ -100,7 +100,7 @@ static const struct {
 };
 
 typedef struct vrt_walk {
-  const char *name, *subject; /* of the .vrt; as messages begin with it */
+  const char *name, *subject; /* path of the .vrt, and its name at the start of messages */
   np_gdal_walk *files;
 } vrt_walk;
 
@@ -141,7 +141,7 @@ static int is_class_allowed(const char *class) {
   return 0;
 }
 
-/* Attributes, and texts in which a grid's file might hide. */
+/* Checks attributes, and texts that may name a grid's file. */
 static int check_leaf(const vrt_walk *w, const CPLXMLNode *leaf) {
   static const char classes[] = "its bands must be of sources or warped ones";
   if (leaf->eType == CXT_Attribute && !strcasecmp(leaf->pszValue, "subClass")) {

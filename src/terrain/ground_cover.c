@@ -39,7 +39,7 @@ static neph_result load_image(neph_context *context, const char *path, np_monito
 /* Linear value of an sRGB code value (IEC 61966-2-1). */
 static float decode_srgb(float code) { return code <= 0.04045f ? code / 12.92f : powf((code + 0.055f) / 1.055f, 2.4f); }
 
-/* The plane of R, G or B; of a grey picture its only one. NULL: the picture is of other things. */
+/* The plane of R, G or B; a grey picture's only one. NULL: the picture has other channels. */
 static const float *get_plane(neph_image *image, int channel) {
   static const char *const names[3] = {"R", "G", "B"};
   const float *plane = neph_image_get_channel(image, names[channel]);
@@ -109,7 +109,8 @@ void np_ground_cover_destroy(np_ground_cover *cover) {
 
 /* ---- Look-up ---- */
 
-/* The two texels around a position along one axis, whose first texel's centre lies at ½, and the place between. */
+/* The two texels around a position along one axis, with the first texel's centre at ½, and the fraction between
+ * them. */
 typedef struct albedo_texels {
   size_t low, high;
   float fraction;
@@ -131,12 +132,12 @@ static void sample_image(const np_ground_cover *cover, const np_cover_place *pla
                      np_mixf(lower[u.low][c], lower[u.high][c], u.fraction), v.fraction);
 }
 
-/* The longest waves of the noise that breaks the borders, of rock and of snow, and its octaves, down to some 3 m. */
+/* Longest waves of the noise at the borders of rock and of snow; its octaves go down to some 3 m. */
 static const double rock_length_m = 150.0, snow_length_m = 400.0;
 enum { ROCK_OCTAVES = 6, SNOW_OCTAVES = 8 };
 static const float rock_gain = 0.75f, snow_gain = 0.65f;
 
-/* Widths of the borders, and the sway that noise gives them per unit of its own: it is within ±0.5, rms 0.1. */
+/* Widths of the borders, and displacement by noise per unit of it: noise is within ±0.5, rms 0.1. */
 static const float slope_width_rad = 0.09f, slope_sway_rad = 1.5f;
 static const float level_width_m = 40.0f, level_sway_m = 1000.0f;
 static const float noise_max = 0.6f;
@@ -151,10 +152,10 @@ static float eval_noise(const np_ground_cover *cover, const np_cover_place *plac
   return value;
 }
 
-/* Share of a layer where `excess` over its border is given, in units of the border's width. */
+/* Share of a layer at an `excess` over its border, in units of the border's width. */
 static float eval_border(float excess) { return np_smoothstepf(excess + 0.5f); }
 
-/* Whether noise can matter to a border. */
+/* Whether noise can affect a border here. */
 static bool is_near_border(float excess, float width, float sway) {
   return fabsf(excess) < 0.5f * width + noise_max * sway;
 }
@@ -166,7 +167,7 @@ static float eval_rock(const np_ground_cover *cover, const np_cover_place *place
   return eval_border((steep + slope_sway_rad * noise) / slope_width_rad);
 }
 
-/* Snow lies high enough, less on steep slopes. */
+/* Share of snow: on high ground, less on steep slopes. */
 static float eval_snow(const np_ground_cover *cover, const np_cover_place *place) {
   const float high = place->elevation_m - cover->snow.level_m, steep = place->slope_rad - cover->snow.slope_rad;
   if (high < -0.5f * level_width_m - noise_max * level_sway_m) return 0.0f;

@@ -16,32 +16,32 @@
 typedef struct np_cover_layer {
   bool is_enabled;
   float albedo[3];
-  float slope_rad; /* from there on: of rock where it begins, of snow where it ends */
-  float level_m;   /* of snow */
+  float slope_rad; /* slope above which rock begins, or snow ends */
+  float level_m;   /* elevation above which snow lies */
 } np_cover_layer;
 
 typedef struct np_ground_cover {
   neph_context *context; /* borrowed */
   const np_noise_table *noise;
-  float albedo[3];        /* where there is no picture */
-  unsigned width, height; /* of the picture */
-  float (*texels)[3];     /* from the north-western corner, row by row; NULL: none */
+  float albedo[3];        /* albedo without a picture */
+  unsigned width, height; /* size of the picture */
+  float (*texels)[3];     /* picture from the north-western corner, row by row; NULL: none */
   np_cover_layer rock, snow;
 } np_ground_cover;
 
 /* A place on the ground. */
 typedef struct np_cover_place {
   float east, north;      /* share of the field's extent, 0 to 1 from its south-western corner */
-  double east_m, north_m; /* from there */
+  double east_m, north_m; /* distance from the south-western corner */
   float elevation_m, slope_rad;
 } np_cover_place;
 
-/* Reads the picture, if there is one. On failure nothing is left. */
+/* Reads the picture, if there is one. On failure `*out` is empty. */
 neph_result np_ground_cover_create(neph_context *context, const neph_terrain_desc *desc, np_monitor *monitor,
                                    np_ground_cover *out);
 void np_ground_cover_destroy(np_ground_cover *cover);
 
-/* Whether a file can be a picture of albedo, by its name and header alone. */
+/* Checks by name and header alone whether a file can be a picture of albedo. */
 neph_result np_ground_cover_check_image(neph_context *context, const char *path);
 
 /* Whether the albedo differs from place to place. */

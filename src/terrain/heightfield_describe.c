@@ -11,19 +11,19 @@
 #include "image/preview.h"
 #include "terrain/heightfield.h"
 
-/* Pictures say neither where they lie nor how wide they are: PNG is shown in shares of its full scale. */
+/* Unit of heights. Pictures state neither position nor width: PNG is shown as shares of its full scale. */
 static const char *get_unit(const np_heightfield *field, const char *path) {
   const char *ending = strrchr(path, '.');
   return !field->has_place && ending && (ending[1] == 'p' || ending[1] == 'P') ? "full scale" : "m";
 }
 
-/* Spacing: an angle on a graticule of the planet, else a length. */
+/* Spacing of samples: an angle on a graticule of the planet, else a length. */
 static double get_spacing(const np_heightfield *field, double step_rad) {
   const neph_terrain_desc desc = NEPH_TERRAIN_DESC_DEFAULT;
   return field->has_chart ? step_rad * desc.planet_radius_m : step_rad / NP_DEGREE * 3600.0;
 }
 
-/* "30", or "30 x 20", from west to east and south to north, where those differ. */
+/* Prints the spacing: "30", or "30 x 20", from west to east and south to north, where those differ. */
 static void print_spacing(const np_heightfield *field, char *out, size_t size) {
   const double east = get_spacing(field, field->step_east_rad), north = get_spacing(field, field->step_north_rad);
   if (fabs(east - north) > 1e-3 * north)
@@ -101,9 +101,9 @@ neph_result neph_terrain_describe_file(neph_context *context, const char *path, 
                                        char **out_text) {
   if (NP_LACKS_OUT(context, out_text, path)) return NEPH_ERROR_INVALID_ARGUMENT;
   neph_result result = np_preview_describe_file(context, path, format, out_text);
-  if (result || *out_text) return result; /* a picture of nephos is no height field */
+  if (result || *out_text) return result; /* a rendered picture is no height field */
   neph_terrain_desc desc = NEPH_TERRAIN_DESC_DEFAULT;
-  desc.height_max_m = 1.0; /* PNG values as they are */
+  desc.height_max_m = 1.0; /* PNG values unscaled */
   np_heightfield field;
   np_raster_summary raster = {.file_count = 0};
   if (np_heightfield_is_raster(path)) result = np_heightfield_describe_raster(context, path, &desc, &raster);

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Height fields kept on disk, as a terrain has them: joined to the sphere. Those of files, with charts, are not kept.
- */
+/* Height fields on disk, already joined to the sphere. Fields from files, with charts, are not saved. */
 #include "core/alloc.h"
 #include "core/units.h"
 #include "terrain/heightfield.h"
@@ -9,7 +8,7 @@
 static const double angle_max_rad = 4.0 * NP_PI, margin_max_m = 1e8;
 static const float elevation_max_m = 1e6f;
 
-/* All but the heights. */
+/* All members but the heights. */
 typedef struct heights_header {
   double west_rad, south_rad, step_east_rad, step_north_rad;
   uint64_t void_count;
@@ -35,7 +34,7 @@ void np_heightfield_save_to_cache(const np_heightfield *field, np_cache_entry *e
   np_cache_write(entry, field->elevation_m, (size_t)field->width * field->height * sizeof *field->elevation_m);
 }
 
-/* Samples and margins that lie on a planet, one after the other. */
+/* Whether samples and margins lie on a planet, in ascending order. */
 static bool is_sound(const heights_header *h) {
   const double angles[] = {h->west_rad, h->south_rad, h->step_east_rad, h->step_north_rad};
   const float elevations[] = {h->elevation_min_m, h->elevation_max_m};
@@ -53,7 +52,7 @@ static bool is_sound(const heights_header *h) {
   return m->count == 0 || m->offset_m[0] == 0.0;
 }
 
-/* Heights of the file, and of the planet beyond it. */
+/* Whether heights are valid, in the file and beyond it. */
 static bool are_elevations(const float *elevation_m, size_t count) {
   float most = 0.0f;
   for (size_t i = 0; i < count; i++) most = fabsf(elevation_m[i]) > most ? fabsf(elevation_m[i]) : most;

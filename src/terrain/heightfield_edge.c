@@ -19,7 +19,7 @@
 /* Share of the width, on each side, over which elevations fade to the sphere. */
 static const double blend_share = 0.05;
 
-/* A border is at sea level within this, or within a share of the highest elevation. */
+/* A border within this height, or this share of the highest elevation, is at sea level. */
 static const float sea_level_m = 2.0f, sea_level_share = 0.005f;
 
 /* The margin's extent and widest cell, for the Earth's radius, and the growth from one cell to the next. A facet of
@@ -127,7 +127,7 @@ static void set_growing_offsets(np_field_margin *margin, double reach) {
   }
 }
 
-/* A row of the border's height, and one on the sphere. */
+/* Sets offsets of a wall: a row of the border's height, and one on the sphere. */
 static void set_wall_offsets(np_field_margin *margin) {
   const double width = wall_share * fmin(margin->cell_east_m, margin->cell_north_m);
   margin->count = 2;
@@ -139,7 +139,7 @@ typedef struct margin_job {
   const np_heightfield *file; /* the field without a margin */
   np_heightfield *field;
   neph_terrain_edge edge;
-  const float *border; /* smoothed */
+  const float *border; /* smoothed border */
   double reach_m;
 } margin_job;
 
@@ -149,7 +149,7 @@ static float get_wall_height(const margin_job *job, np_field_position core, unsi
   return is_outer ? 0.0f : (float)np_heightfield_get_elevation(job->file, core);
 }
 
-/* A position reflected at the border: as far inside of it as it was outside. */
+/* A position reflected at the border: as far inside as it was outside. */
 static double reflect(double position, double last) {
   return np_clamp(position < 0.0 ? -position : position > last ? 2.0 * last - position : position, 0.0, last);
 }

@@ -10,7 +10,7 @@
 
 /* The list in the first braces of a name; `begin` NULL: there is none. */
 typedef struct brace_list {
-  const char *begin, *end; /* the braces */
+  const char *begin, *end; /* position of the braces */
 } brace_list;
 
 static brace_list get_braces(const char *path) {
@@ -27,7 +27,7 @@ const char *np_height_files_get_ending(const char *path) {
   return dot ? dot : "";
 }
 
-/* Brackets are characters of a name, and no pattern. */
+/* Escapes brackets, which are characters of a name here, and no pattern. */
 static char *escape_brackets(neph_context *context, const char *path) {
   char *pattern = np_alloc(context, 2 * strlen(path) + 1, 1), *out = pattern;
   for (; pattern && *path; path++) {
@@ -62,7 +62,7 @@ static neph_result add_pattern(neph_context *context, const char *path, np_heigh
   return result;
 }
 
-/* A name, or a pattern. */
+/* Adds a file, or all that match a pattern. */
 static neph_result add_name(neph_context *context, const char *path, np_height_files *out) {
   if (strpbrk(path, "*?") && !np_file_exists(path)) return add_pattern(context, path, out);
   if (!np_file_exists(path)) return np_fail(context, NEPH_ERROR_NOT_FOUND, "%s: no such file", path);
@@ -70,7 +70,7 @@ static neph_result add_name(neph_context *context, const char *path, np_height_f
   return add_paths(context, paths, 1, out);
 }
 
-/* Each name of a list of which all must be there. */
+/* Adds each name of a list, all of which must exist. */
 static neph_result add_list(neph_context *context, const char *path, brace_list braces, np_height_files *out) {
   const size_t size = strlen(path) + 1;
   char *name = np_alloc(context, size, 1);

@@ -6,23 +6,23 @@
 #include "core/context_private.h"
 
 typedef struct np_height_files {
-  char **paths; /* in the order of a list, or of their names */
+  char **paths; /* paths in the order of a list, or sorted */
   size_t count;
 } np_height_files;
 
-/* Whether a name stands for all files that fit it: no file bears it, and it has a *, a ?, or {a,b}. */
+/* Whether a name is a pattern: no file has this name, and it contains *, ?, or {a,b}. */
 bool np_height_files_is_pattern(const char *path);
 
-/* The file of a name, or all that fit it; fails where there is none. */
+/* The file of a name, or all that match it; fails where there is none. */
 neph_result np_height_files_list(neph_context *context, const char *path, np_height_files *out_files);
 
-/* Frees the names. A zeroed list is allowed. */
+/* Frees the paths. A zeroed list is allowed. */
 void np_height_files_clear(neph_context *context, np_height_files *files);
 
-/* "tile_*.tif (12 files)", or the name. */
+/* Prints a pattern with its number of files, "tile_*.tif (12 files)", or the name. */
 void np_height_files_describe(const np_height_files *files, const char *path, char *out, size_t size);
 
-/* The ending from the last dot of the last part of a path; "" where there is none. */
+/* The ending of a path from the last dot of its last part; "" where there is none. */
 const char *np_height_files_get_ending(const char *path);
 
 #endif

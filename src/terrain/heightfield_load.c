@@ -27,7 +27,7 @@ static int read_digits(const char *text, int count) {
   return value;
 }
 
-/* The south-western sample's place from a name such as N44W072.hgt; more may follow, N44W072v2.3a.hgt. */
+/* Position of the south-western sample from a name such as N44W072.hgt; more may follow, N44W072v2.3a.hgt. */
 static bool read_corner(const char *name, double *out_south_rad, double *out_west_rad) {
   if (strlen(name) < 8 || isdigit((unsigned char)name[7])) return false;
   const int north_south = toupper((unsigned char)name[0]), east_west = toupper((unsigned char)name[3]);
@@ -39,7 +39,7 @@ static bool read_corner(const char *name, double *out_south_rad, double *out_wes
   return true;
 }
 
-/* Samples along each side of a tile of this many bytes; 0 when it is no tile. */
+/* Number of samples along each side of a tile by its bytes; 0 when it is no tile. */
 static unsigned get_tile_side(size_t bytes) {
   for (unsigned side = 1201; side <= 3601; side += 2400)
     if (bytes == (size_t)2 * side * side) return side;
@@ -100,7 +100,7 @@ static bool has_channel(const neph_image *image, const char *name) {
   return false;
 }
 
-/* The channel that holds heights: Y, else Z, of at most two, or the only one. NULL: the picture is of other things. */
+/* The channel with heights: Y, else Z, of at most two, or the only one. NULL: the picture has other channels. */
 static const char *choose_heights(const neph_image *image) {
   const unsigned count = neph_image_get_channel_count(image);
   const char *name = has_channel(image, "Y") ? "Y" : has_channel(image, "Z") ? "Z" : NULL;
@@ -135,7 +135,7 @@ static neph_result check_picture_size(neph_context *context, const char *path, u
                  NP_HEIGHTFIELD_SAMPLES_MAX);
 }
 
-/* Elevations from a loaded picture: `low_m` for value 0, `scale_m` more for value 1. */
+/* Reads elevations from a picture: `low_m` at value 0, `low_m + scale_m` at value 1. */
 static neph_result read_picture(neph_context *context, const char *path, neph_image *image, double low_m,
                                 double scale_m, const neph_terrain_desc *desc, np_heightfield *out_field) {
   const float *heights = neph_image_get_channel(image, choose_heights(image));
@@ -146,7 +146,7 @@ static neph_result read_picture(neph_context *context, const char *path, neph_im
   return result;
 }
 
-/* 256 levels would be terraces, a palette's colours no levels at all. */
+/* Refuses PNGs of 8 bits, whose 256 levels would be terraces, and palettes, which are no heights. */
 static neph_result check_png_samples(neph_context *context, const char *path, const neph_image *image) {
   const char *stored = image->channels[0].stored;
   if (!strcmp(stored, "16-bit")) return NEPH_OK;
@@ -175,7 +175,7 @@ static bool is_encoded(const char *path, const neph_terrain_desc *desc) {
   return np_file_has_ending(path, ".png") && desc->encoding != NEPH_HEIGHT_ENCODING_VALUES;
 }
 
-/* Samples and channels of a picture, of which the header alone may be read. */
+/* Checks samples and channels of a picture, whose pixels need not be loaded. */
 static neph_result check_kind(neph_context *context, const char *path, const neph_image *image,
                               const neph_terrain_desc *desc) {
   if (is_encoded(path, desc)) return check_colors(context, path, image);
@@ -186,7 +186,7 @@ static neph_result check_kind(neph_context *context, const char *path, const nep
   return choose_heights(image) ? NEPH_OK : fail_channels(context, path, image);
 }
 
-/* Colours that stand for heights; north is on top. */
+/* Reads heights encoded as colours; north is on top. */
 static neph_result read_colors(neph_context *context, const char *path, neph_image *image,
                                const neph_terrain_desc *desc, np_heightfield *out_field) {
   const unsigned width = neph_image_get_width(image), height = neph_image_get_height(image);
@@ -287,7 +287,7 @@ static const height_format formats[] = {
 #undef RASTER
 };
 
-/* Several tiles of any format are a raster. NULL: none reads it. */
+/* Format of a file; several tiles of any format are a raster. NULL: unknown. */
 static const height_format *search_format(const char *path) {
   static const height_format mosaic = {"", np_heightfield_load_raster, np_heightfield_check_raster};
   const char *ending = np_height_files_get_ending(path);
@@ -302,7 +302,7 @@ bool np_heightfield_is_raster(const char *path) {
   return format && format->load == np_heightfield_load_raster;
 }
 
-/* NULL, after a message: none reads it. */
+/* Format of a file; NULL, after a message: unknown. */
 static const height_format *choose_format(neph_context *context, const char *path) {
   const char *ending = np_height_files_get_ending(path);
   const height_format *format = search_format(path);
@@ -320,7 +320,7 @@ neph_result np_heightfield_check(neph_context *context, const char *path, const 
   return format ? format->check(context, path, desc, out_size) : NEPH_ERROR_UNSUPPORTED;
 }
 
-/* Much of the ground is made up where they are many. */
+/* Logs the number of voids: where they are many, much of the ground is interpolated. */
 static void log_voids(neph_context *context, const char *path, const np_heightfield *field) {
   static const double many = 0.05, most = 0.5;
   const size_t count = (size_t)field->width * field->height;
@@ -331,7 +331,7 @@ static void log_voids(neph_context *context, const char *path, const np_heightfi
          share > most && np_height_files_is_pattern(path) ? ": its files lie far apart" : "");
 }
 
-/* Pictures do not say how wide they are. */
+/* Logs the assumed width, which pictures do not state. */
 static void log_width(neph_context *context, const char *path, const neph_terrain_desc *desc,
                       const np_heightfield *field) {
   if (field->has_place || desc->has_width) return;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Places of a height field's samples on the globe, and back from a place to the field. */
+/* Positions of a height field's samples on the globe, and the inverse. */
 #include <math.h>
 
 #include "core/units.h"
@@ -24,7 +24,7 @@ np_dvec3 np_globe_to_world(const np_globe *globe, double latitude_rad, double lo
 /* ---- The description's place ---- */
 
 neph_result np_heightfield_check_distance(neph_context *context, const neph_terrain_desc *desc, double distance_m) {
-  static const double distance_max_m = 1e6; /* a place beyond it is a mistake */
+  static const double distance_max_m = 1e6; /* a position beyond it is a mistake */
   if (distance_m <= distance_max_m) return NEPH_OK;
   return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
                  "the place (latitude %g, longitude %g deg) is %.0f km from the middle of the height field, must be "
@@ -59,8 +59,8 @@ static double get_offset_index(const np_field_margin *margin, double offset_m) {
   return low + (offset_m - margin->offset_m[low]) / (margin->offset_m[low + 1] - margin->offset_m[low]);
 }
 
-/* Position among the file's samples, the first at 0 and the last at `last`, of an index that counts the margin's too;
- * beyond them at the margin's distances. */
+/* Position among the file's samples, from 0 to `last`, for an index that counts the margin's samples too; beyond them
+ * by the margin's distances. */
 static double get_core(const np_field_margin *margin, double index, double last, double cell_m) {
   if (margin->count == 0) return index;
   const double core = index - margin->count;
@@ -90,7 +90,7 @@ np_field_position np_heightfield_get_core_position(const np_heightfield *field, 
   return (np_field_position){get_core_column(field, position.column), get_core_row(field, position.row)};
 }
 
-/* ---- To the world ---- */
+/* ---- World positions ---- */
 
 np_field_column np_heightfield_get_column(const np_heightfield *field, const np_globe *globe, double column) {
   const double core = get_core_column(field, column);
@@ -111,7 +111,7 @@ np_dvec3 np_heightfield_place(const np_heightfield *field, const np_globe *globe
   const np_chart_direction d = np_chart_row_eval(&row->chart, &column->basis);
   const double radius = globe->radius_m + elevation_m, across2 = d.east * d.east + d.north * d.north;
   const double up = sqrt(fmax(1.0 - across2, 0.0));
-  /* R·(1 − up), without the difference of what is nearly the same. */
+  /* R·(1 − up), without cancellation. */
   return np_dvec3_make(radius * d.east, radius * d.north, elevation_m * up - globe->radius_m * across2 / (1.0 + up));
 }
 
@@ -128,9 +128,9 @@ np_geographic np_heightfield_get_middle(const np_heightfield *field) {
                          field->west_rad + 0.5 * field->step_east_rad * (np_heightfield_get_core_width(field) - 1)};
 }
 
-/* ---- From the world ---- */
+/* ---- Positions in the field ---- */
 
-/* On a graticule: position among the file's samples of a direction of the world's unit sphere. */
+/* Position among the file's samples on a graticule, for a direction on the world's unit sphere. */
 static np_field_position project_to_graticule(const np_heightfield *field, const np_globe *globe, double east,
                                               double north, double up) {
   const double to_meridian = globe->cos_latitude * up - globe->sin_latitude * north;

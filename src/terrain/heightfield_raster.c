@@ -16,10 +16,10 @@
 #include "terrain/heightfield_files.h"
 #include "terrain/raster_lattice.h"
 
-/* Samples that are kept: 3.9 GB with vertices and Embree's tree. Larger rasters are averaged in squares. */
+/* Limit on samples: 3.9 GB with vertices and Embree's tree. Larger rasters are averaged in squares. */
 static const double sample_count_max = 1.2e8;
 
-/* Rasters beyond this along a side would be read for hours, to be averaged. */
+/* Limit along a side, beyond which reading and averaging a raster would take hours. */
 enum { SIDE_MAX = 200000, CHUNK_SAMPLES = 1 << 22, NAME_BYTES = 4200 };
 
 typedef struct raster_reader {
@@ -27,17 +27,17 @@ typedef struct raster_reader {
   np_monitor *monitor;
   const neph_terrain_desc *desc;
   np_height_files files;
-  char name[NAME_BYTES]; /* for messages */
+  char name[NAME_BYTES]; /* name in messages */
   const np_gdal_module *module;
   np_gdal_raster *raster;
   np_gdal_info info;
-  unsigned factor, width, height; /* samples averaged along each side, and those that remain */
-  bool is_northern_first;         /* in the file; else rows go from south to north */
-  bool is_described;              /* alone: its place need not be known */
+  unsigned factor, width, height; /* number of samples averaged along each side, and size after averaging */
+  bool is_northern_first;         /* order of rows in the file; otherwise from south to north */
+  bool is_described;              /* whether it is only described: its position may be unknown */
   np_heightfield *field;
 } raster_reader;
 
-/* An error of the scene is none of the file. */
+/* Fails with GDAL's message; an error of the scene is not an error of the file. */
 static neph_result fail_gdal(const raster_reader *r, const np_gdal_error *error) {
   if (error->result == NEPH_ERROR_BAD_SCENE)
     return np_fail(r->context, error->result, "%s: %s", r->name, error->message);
@@ -82,14 +82,16 @@ static neph_result check_samples(const raster_reader *r) {
   return NEPH_OK;
 }
 
-/* Coordinates that are none of a system show a wrong one: an error of the scene if that names it. */
+/* Fails for invalid coordinates, which indicate a wrong coordinate system: an error of the scene if it names the
+ * system. */
 static neph_result fail_crs(const raster_reader *r, const char *problem) {
   const bool is_given = r->desc->crs != NULL;
   return np_fail(r->context, is_given ? NEPH_ERROR_BAD_SCENE : NEPH_ERROR_BAD_FILE, "%s: %s%s", r->name, problem,
                  is_given ? ", check terrain.crs" : ", give the right system with terrain.crs");
 }
 
-/* Centres of samples may pass the poles by `slack`: headers round the sizes of cells. */
+/* Checks longitudes and latitudes. Centres of samples may pass the poles by `slack`: headers round the sizes of
+ * cells. */
 static neph_result check_degrees(const raster_reader *r) {
   static const double slack = 0.01, longitude_max = 540.0;
   const double *g = r->info.to_crs, degrees = r->info.angle_rad / NP_DEGREE;
@@ -172,7 +174,7 @@ static void choose_factor(raster_reader *r) {
   r->is_northern_first = !has_place(r) || r->info.to_crs[1] * r->info.to_crs[5] < r->info.to_crs[2] * r->info.to_crs[4];
 }
 
-/* In the file, position of a position among the samples that are kept. */
+/* Position in the file for a position among the averaged samples. */
 static void convert_position(const raster_reader *r, np_field_position kept, double out[2]) {
   const double row = r->is_northern_first ? r->height - 1 - kept.row : kept.row;
   out[0] = (kept.column + 0.5) * r->factor - 0.5;
@@ -189,7 +191,7 @@ static neph_result locate(const raster_reader *r, const np_field_position *posit
   return NEPH_OK;
 }
 
-/* Before its samples are read, and before a chart tells that it reaches too far. */
+/* Checks the position before samples are read, and before a chart reports an excessive extent. */
 static neph_result check_place(const raster_reader *r) {
   const np_field_position middle = {0.5 * (r->width - 1), 0.5 * (r->height - 1)};
   np_geographic at;
@@ -212,7 +214,7 @@ static void close_reader(raster_reader *r) {
   np_height_files_clear(r->context, &r->files);
 }
 
-/* A reader of files that can be read, by their headers; closed after a failure. */
+/* Opens files by their headers; the reader is closed after a failure. */
 static neph_result open_reader(raster_reader *r, const char *path) {
   neph_result result = np_height_files_list(r->context, path, &r->files);
   if (result) return result;
@@ -231,7 +233,7 @@ static bool is_graticule(const raster_reader *r) {
   return r->info.is_geographic && g[2] == 0.0 && g[4] == 0.0 && g[1] > 0.0;
 }
 
-/* Another datum than WGS 84 shifts a graticule by up to some hundred metres, everywhere nearly the same. */
+/* Sets a graticule. Another datum than WGS 84 shifts it by up to some hundred metres, everywhere nearly the same. */
 static neph_result set_graticule(raster_reader *r) {
   np_heightfield *field = r->field;
   const double columns = r->width - 1, rows = r->height - 1;
@@ -274,7 +276,7 @@ static np_chart_direction get_metric_direction(const raster_reader *r, np_geogra
   return (np_chart_direction){sine * east / across, sine * north / across};
 }
 
-/* Direction of a longitude and latitude that are the sphere's own. */
+/* Direction from the sphere's own longitude and latitude. */
 static np_chart_direction get_direction(const raster_reader *r, np_geographic place) {
   if (!r->info.is_geographic) return get_metric_direction(r, place);
   const np_globe globe = np_globe_make(1.0, r->field->origin.latitude_rad, r->field->origin.longitude_rad);
@@ -282,7 +284,7 @@ static np_chart_direction get_direction(const raster_reader *r, np_geographic pl
   return (np_chart_direction){at.x, at.y};
 }
 
-/* Largest distance, in metres, between the chart and the places that it stands for. */
+/* Checks the largest distance, in metres, between the chart and exact positions. */
 static neph_result check_chart(const raster_reader *r) {
   static const double shares[] = {0.0, 0.21, 0.5, 0.83, 1.0};
   enum { SHARES = sizeof shares / sizeof *shares, PLACES = SHARES * SHARES };
@@ -318,7 +320,7 @@ static neph_result make_chart(raster_reader *r) {
   return check_chart(r);
 }
 
-/* Arcs between neighbours in the middle of the field. */
+/* Sets the cell to the arcs between neighbours in the middle of the field. */
 static void set_cell(np_heightfield *field) {
   const double column = 0.5 * field->chart.columns, row = 0.5 * field->chart.rows;
   const np_chart_direction west = np_field_chart_eval(&field->chart, (np_field_position){column - 0.5, row});
@@ -381,7 +383,7 @@ static double get_unit_m(const raster_reader *r) {
 
 static unsigned count_bands(const raster_reader *r) { return r->desc->encoding == NEPH_HEIGHT_ENCODING_VALUES ? 1 : 3; }
 
-/* Height of a sample from those of its bands, `stride` apart. */
+/* Height of a sample from its bands, `stride` apart. */
 static float decode(const raster_reader *r, const float *bands, size_t stride, double unit_m) {
   if (r->desc->encoding == NEPH_HEIGHT_ENCODING_VALUES) return (float)(unit_m * (double)bands[0]);
   return np_height_decode_color(r->desc->encoding, bands[0], bands[stride], bands[2 * stride]);
@@ -403,7 +405,7 @@ static neph_result read_chunk(const raster_reader *r, unsigned first, unsigned c
   return NEPH_OK;
 }
 
-/* In whole rows of the usual tiles, where memory allows: each is decompressed once. */
+/* Number of rows in a chunk: whole rows of the usual tiles, where memory allows, so that each is decompressed once. */
 static unsigned choose_chunk_rows(const raster_reader *r) {
   const unsigned rows = CHUNK_SAMPLES / r->width;
   return rows >= 256 ? rows / 256 * 256 : rows > 16 ? rows : 16;
@@ -470,7 +472,7 @@ neph_result np_heightfield_describe_raster(neph_context *context, const char *pa
 
 /* ---- Coordinates of its system ---- */
 
-/* The inverse of the geotransform, and of convert_position. */
+/* Inverts the geotransform and convert_position. */
 static void set_positions(const raster_reader *r, np_raster_lattice *out) {
   const double *g = r->info.to_crs, area = g[1] * g[5] - g[2] * g[4];
   const double to_file[2][3] = {{g[5] / area, -g[2] / area, (g[2] * g[3] - g[5] * g[0]) / area},

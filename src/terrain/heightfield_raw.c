@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Height fields without a header: the description says how many samples they hold, of which type. */
+/* Height fields without a header: the description has their size and the type of samples. */
 #include <math.h>
 #include <string.h>
 
@@ -14,7 +14,7 @@ static const char *get_type_name(neph_raw_type type) {
   return names[type];
 }
 
-/* Without a size there is none to guess: a square would be one of many. */
+/* Fails without a size, which cannot be guessed: a square would be one of many. */
 static neph_result fail_without_size(neph_context *context, const char *path, uint64_t samples) {
   const unsigned side = (unsigned)sqrt((double)samples);
   const bool is_square = (uint64_t)side * side == samples;

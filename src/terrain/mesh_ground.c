@@ -9,7 +9,7 @@
 #include "mesh/mesh_format.h"
 #include "mesh/mesh_header.h"
 
-/* Beyond this from the world's origin nothing of a mesh would be seen. */
+/* Distance from the world's origin beyond which a mesh would be invisible. */
 static const double distance_max_m = 1e6;
 
 /* ---- Description ---- */
@@ -78,7 +78,7 @@ static void compute_bounds(np_mesh_ground *ground) {
   ground->bounds_max = high;
 }
 
-/* A map by an offset, after another. */
+/* Adds an offset to a map, after it. */
 static void shift(np_affine *map, np_dvec3 by) {
   map->m[0][3] += by.x;
   map->m[1][3] += by.y;
@@ -101,7 +101,7 @@ static void move_ground(np_mesh_ground *ground, const neph_mesh_desc *desc) {
   ground->bounds_max = np_dvec3_add(ground->bounds_max, by);
 }
 
-/* Flat maps, and such that are not finite, have no inverse. */
+/* Refuses maps without an inverse: flat or not finite. */
 static neph_result check_places(const np_mesh_ground *ground, const char *path) {
   for (size_t i = 0; i < ground->file.place_count; i++) {
     np_affine inverse;
@@ -154,7 +154,7 @@ neph_result np_mesh_ground_load(neph_context *context, const neph_terrain_desc *
 
 /* ---- Anchor ---- */
 
-/* Normals go by the cofactors of a map, whatever their length. */
+/* Maps a normal by the cofactors of a map; the length is arbitrary. */
 static np_vec3 turn_normal(const np_affine *map, np_vec3 normal) {
   const np_dvec3 x = np_dvec3_make(map->m[0][0], map->m[1][0], map->m[2][0]),
                  y = np_dvec3_make(map->m[0][1], map->m[1][1], map->m[2][1]),
@@ -172,7 +172,7 @@ static np_vec3 get_normal(const np_mesh *mesh, size_t vertex) {
   return normal;
 }
 
-/* Takes a place into the vertices of a mesh that has no other. */
+/* Applies a place to the vertices of a mesh that has no other place. */
 static void flatten(np_mesh *mesh, np_mesh_place *place) {
   for (size_t v = 0; v < mesh->vertex_count; v++) {
     set_vertex(mesh, v, np_affine_point(&place->to_file, get_vertex(mesh, v)));
@@ -207,9 +207,9 @@ void np_mesh_ground_clear(np_mesh_ground *ground) { np_mesh_file_clear(&ground->
 
 /* ---- Rays ---- */
 
-/* A triangle in its place, and a point of it by the shares of its corners. */
+/* A triangle in its place, and barycentric coordinates of a point. */
 typedef struct facet {
-  np_dvec3 corner[3], normal; /* not of unit length, towards the ray's origin */
+  np_dvec3 corner[3], normal; /* normal: not of unit length, towards the ray's origin */
   double share[3];
 } facet;
 
@@ -219,7 +219,7 @@ static double compute_share(const facet *f, np_dvec3 at, int opposite) {
   return np_dvec3_dot(area, f->normal) / np_dvec3_dot(f->normal, f->normal);
 }
 
-/* Embree's distance errs by its floats: that to the plane is exact, where it is still on the triangle. */
+/* Exact distance to the triangle's plane, where the point is still on it: Embree's has the error of floats. */
 static double refine_distance(facet *f, np_dvec3 origin, np_vec3 direction, double distance) {
   const np_dvec3 along = np_vec3_to_double(direction);
   const double descent = np_dvec3_dot(f->normal, along);
@@ -240,7 +240,7 @@ static double refine_distance(facet *f, np_dvec3 origin, np_vec3 direction, doub
   return best;
 }
 
-/* Smooth normal, and the rise to the surface that it belongs to (see field_facets.c), of the side that the ray sees. */
+/* Sets the smooth normal, and the offset to its curved surface (see field_facets.c), on the side of the ray. */
 static void set_smooth(const np_mesh *mesh, const np_affine *to_anchor, const uint32_t *vertices, const facet *f,
                        np_dvec3 at, np_terrain_hit *out) {
   np_vec3 sum = {0.0f, 0.0f, 0.0f}, rise = {0.0f, 0.0f, 0.0f};

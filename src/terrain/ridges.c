@@ -16,14 +16,14 @@
 
 enum { BLOCK = 256, COARSEST_SIDE = 64, LEVELS_MAX = 10 };
 
-/* Lengths in units of the ridges' spacing, times in those of a river that drains such a square. */
-static const float warp_length = 0.35f;       /* by which massifs bend */
+/* Lengths in units of the ridges' spacing, times in units of a river that drains such a square. */
+static const float warp_length = 0.35f;       /* displacement of massifs */
 static const float hillslope_length = 0.035f; /* root of the least catchment that feeds a river */
-static const float step_time = 2.0f;          /* on the coarsest grid; halved with each doubling */
-static const double fade_share = 0.2;         /* of the width, towards the rim: less and less rises */
+static const float step_time = 2.0f;          /* time step on the coarsest grid; halved with each doubling */
+static const double fade_share = 0.2;         /* share of the width at the rim over which uplift fades */
 static const unsigned step_counts[] = {100, 20, 12, 6, 4};
 
-/* Seeds' streams. */
+/* Streams of random seeds. */
 enum { STREAM_WARP_X, STREAM_WARP_Y, STREAM_UPLIFT };
 
 typedef struct uplift_job {
@@ -32,7 +32,7 @@ typedef struct uplift_job {
   uint64_t seed;
 } uplift_job;
 
-/* A run of samples along a row; z lies half-way between lattice planes, on which Perlin noise has its zeros. */
+/* A row of samples; z lies half-way between lattice planes, where Perlin noise has its zeros. */
 typedef struct noise_block {
   size_t count;
   float x[BLOCK], y[BLOCK], z[BLOCK];
@@ -46,7 +46,7 @@ static void evaluate(const uplift_job *job, unsigned stream, unsigned octave_cou
                          &(np_noise_points){block->count, block->x, block->y, block->z}, out);
 }
 
-/* 1 in the middle, 0 at the rim. */
+/* Fade of the uplift: 1 in the middle, 0 at the rim. */
 static float compute_fade(unsigned index, unsigned count) {
   const unsigned from_edge = index < count - 1 - index ? index : count - 1 - index;
   return np_smoothstepf((float)(from_edge / (fade_share * (count - 1))));
@@ -88,7 +88,7 @@ static neph_result raise_rows(void *user, size_t begin, size_t end, unsigned thr
   return NEPH_OK;
 }
 
-/* Samples along the side of a level: the field's own on the last, half of the next one's before it. */
+/* Number of samples along the side of a level: the field's own on the last, half of the next one's before it. */
 static unsigned get_level_side(const neph_ridges_desc *ridges, unsigned levels_left) {
   return ((ridges->sample_count - 1) >> levels_left) + 1;
 }
@@ -104,7 +104,7 @@ static unsigned count_steps(unsigned level) {
   return step_counts[level < last ? level : last];
 }
 
-/* Work up to a step of a level, in steps of the coarsest grid; each level has four times the samples. */
+/* Work before a step of a level, in steps of the coarsest grid; each level has four times the samples. */
 static double measure_work(unsigned level, unsigned step) {
   double work = 0;
   for (unsigned i = 0; i < level; i++) work += ldexp(count_steps(i), 2 * (int)i);
@@ -117,10 +117,10 @@ typedef struct ridge_maker {
   neph_ridges_desc ridges;
   double width_m;
   unsigned level_count;
-  np_erosion erosion; /* of the level at work */
+  np_erosion erosion; /* erosion of the current level */
 } ridge_maker;
 
-/* Start of a level: the ground of the one before it, water led out of its basins, and what rises. */
+/* Starts a level: the resampled ground of the last one, with filled basins, and its uplift. */
 static neph_result prepare_level(ridge_maker *maker, const np_erosion *coarser, np_erosion *level) {
   uplift_job job = {level, np_noise_get_table(maker->context->isa), maker->ridges.seed};
   neph_result result = np_parallel_for(maker->context, maker->monitor, level->side, 8, raise_rows, &job);
@@ -135,7 +135,7 @@ static neph_result start_level(ridge_maker *maker, unsigned level) {
   np_erosion coarser = maker->erosion;
   neph_result result =
       np_erosion_create(maker->context, side, (float)spacing, hillslope_length * hillslope_length, &maker->erosion);
-  /* Not on the field's own grid: there, scattering would show as roughness, and the valleys are laid. */
+  /* Samples are not scattered on the last level, where that would show as roughness, and valleys exist already. */
   if (!result && level + 1 < maker->level_count)
     np_erosion_scatter(&maker->erosion, np_random_absorb(maker->ridges.seed, level));
   if (!result) result = prepare_level(maker, &coarser, &maker->erosion);
@@ -155,7 +155,7 @@ static neph_result erode_level(ridge_maker *maker, unsigned level) {
   return result;
 }
 
-/* The field from the last level: lowest ground 0, which is that of the rim; highest the relief. */
+/* Scales the last level to the field: lowest ground, at the rim, 0; highest the relief. */
 static void scale_to_relief(const np_erosion *erosion, float relief_m, np_heightfield *field) {
   const size_t count = (size_t)field->width * field->height;
   float high = 0;

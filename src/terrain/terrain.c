@@ -23,17 +23,17 @@
 struct neph_terrain {
   neph_context *context;
   atomic_size_t references;
-  np_heightfield field; /* joined to the sphere; without samples: there is none */
-  np_mesh_ground mesh;  /* without places: there is none */
+  np_heightfield field; /* field joined to the sphere; without samples: none */
+  np_mesh_ground mesh;  /* mesh; without places: none */
   np_globe globe;
   bool has_place;
   double latitude_rad,
-      longitude_rad; /* of the world's origin; those of the globe's frame where the field has a place */
+      longitude_rad; /* position of the world's origin, in the globe's frame where the field has a position */
   np_dvec3 anchor;
-  float *vertices; /* x, y, z of each sample, from the anchor; Embree reads them in place */
+  float *vertices; /* x, y, z of each sample relative to the anchor; Embree reads this array in place */
   np_dvec3 bounds_min, bounds_max;
   double elevation_min_m, elevation_max_m;
-  double planet_radius_m, ground_albedo[3]; /* as described */
+  double planet_radius_m, ground_albedo[3]; /* values of the description */
   np_ground_cover cover;
   double mean_albedo[3];
   RTCDevice device;
@@ -57,7 +57,7 @@ static neph_result fail_embree(neph_context *context, enum RTCError error) {
   return np_fail(context, NEPH_ERROR_INTERNAL, "terrain: Embree failed with error %d", (int)error);
 }
 
-/* Ground beyond the horizon is that of another place, or of another coordinate system than was meant. */
+/* Warns of ground beyond the horizon, which indicates another place or coordinate system. */
 static void warn_of_distance(const neph_terrain *terrain, const neph_terrain_desc *desc, double distance_m) {
   static const double far_m = 300e3;
   const np_heightfield *field = &terrain->field;
@@ -70,7 +70,7 @@ static void warn_of_distance(const neph_terrain *terrain, const neph_terrain_des
          desc->crs ? " and terrain.crs" : "");
 }
 
-/* Height fields on their own graticule have the world's origin in its middle, wherever the scene takes place. */
+/* Sets the position. Height fields on their own graticule have the world's origin in their middle. */
 static neph_result set_place(neph_terrain *terrain, const neph_terrain_desc *desc) {
   const np_heightfield *field = &terrain->field;
   const np_geographic middle = has_field(terrain) ? np_heightfield_get_middle(field) : (np_geographic){0.0, 0.0};
@@ -147,7 +147,8 @@ static void compute_field_bounds(neph_terrain *terrain) {
   terrain->elevation_max_m = (double)elevation_max;
 }
 
-/* Altitudes of the corners of a mesh's box, and of the middle of its bottom: on a sphere that is the lowest. */
+/* Includes the altitudes of a mesh's box, at its corners and in the middle of its bottom, the lowest point on a
+ * sphere. */
 static void include_mesh(neph_terrain *terrain) {
   const np_dvec3 low = terrain->mesh.bounds_min, high = terrain->mesh.bounds_max;
   const double radius = terrain->planet_radius_m;
@@ -184,7 +185,7 @@ static void eval_field_albedo(const neph_terrain *terrain, np_field_position pos
   np_ground_cover_eval(&terrain->cover, &place, out);
 }
 
-/* A picture of the albedo spreads over the box of all ground. */
+/* Albedo of a mesh. A picture of the albedo spreads over the box of all ground. */
 static void eval_mesh_albedo(const neph_terrain *terrain, np_dvec3 point, np_vec3 normal, float out[3]) {
   const np_dvec3 low = terrain->bounds_min, high = terrain->bounds_max;
   const float up = np_vec3_dot(normal, np_zenith(point, terrain->planet_radius_m));
@@ -204,7 +205,7 @@ void np_terrain_eval_albedo(const neph_terrain *terrain, const np_terrain_hit *h
     eval_field_albedo(terrain, hit->position, hit->normal, out_albedo);
 }
 
-/* Places along each side at which the mean albedo is taken. */
+/* Number of places along each side for the mean albedo. */
 enum { MEAN_PLACES = 128 };
 
 static bool hit_from_above(const neph_terrain *terrain, double x_m, double y_m, np_terrain_hit *out_hit) {
@@ -212,7 +213,7 @@ static bool hit_from_above(const neph_terrain *terrain, double x_m, double y_m, 
   return np_terrain_intersect(terrain, above, np_vec3_make(0.0f, 0.0f, -1.0f), INFINITY, out_hit);
 }
 
-/* Albedo at a place by shares of the field's extent, or of a lone mesh's box; false: no ground is there. */
+/* Albedo at a position in the field, or in a lone mesh's box; false: no ground is there. */
 static bool sample_albedo(const neph_terrain *terrain, double east, double north, float out[3]) {
   if (!has_field(terrain)) {
     const np_dvec3 low = terrain->bounds_min, high = terrain->bounds_max;
@@ -244,7 +245,8 @@ static void compute_mean_albedo(neph_terrain *terrain) {
   for (int b = 0; b < 3 && count; b++) terrain->mean_albedo[b] = sum[b] / count;
 }
 
-/* Embree asks from threads whose joining ThreadSanitizer cannot see: it would report our stack's next use as a race. */
+/* Progress callback of Embree's build. Its threads join in a way that ThreadSanitizer does not see: it would report the
+ * next use of this stack as a race. */
 __attribute__((no_sanitize("thread"))) static bool continue_build(void *user, double fraction) {
   (void)fraction;
   const np_monitor *monitor = user;
@@ -272,7 +274,7 @@ static void attach_grid(const neph_terrain *terrain) {
   rtcReleaseGeometry(geometry);
 }
 
-/* Geometry 0 of a scene is the height field; those from 1 on are the places of meshes. */
+/* Identifier of a place. Geometry 0 of a scene is the height field; 1 and above are the places of meshes. */
 static unsigned get_place_id(size_t place) { return (unsigned)place + 1u; }
 
 static void attach_triangles(RTCDevice device, RTCScene scene, unsigned id, const np_mesh *mesh) {
@@ -313,7 +315,7 @@ static void attach_instance(const neph_terrain *terrain, size_t index, RTCScene 
   rtcReleaseGeometry(geometry);
 }
 
-/* A mesh with several places has a scene of its own, which Embree retains for its instances. */
+/* Attaches the meshes. A mesh with several places has a scene of its own, which Embree retains for its instances. */
 static neph_result attach_meshes(const build_job *job) {
   const neph_terrain *terrain = job->terrain;
   const np_mesh_file *file = &terrain->mesh.file;
@@ -335,7 +337,7 @@ static neph_result attach_meshes(const build_job *job) {
   return NEPH_OK;
 }
 
-/* Embree keeps the first error until asked, so one question at the end covers every call. */
+/* Builds the scene. Embree stores its first error, so that one check at the end covers every call. */
 static neph_result build_scene(void *user) {
   build_job *job = user;
   neph_terrain *terrain = job->terrain;
@@ -387,7 +389,7 @@ static neph_result place_field(neph_terrain *terrain, const neph_terrain_desc *d
   neph_result result = NEPH_OK;
   if (!is_joined) result = np_heightfield_join_sphere(context, desc->edge, desc->planet_radius_m, &terrain->field);
   if (result) return result;
-  /* One float more, since Embree reads each vertex as four. */
+  /* one additional float, since Embree reads each vertex as four */
   terrain->vertices = np_alloc(context, 3 * count_samples(&terrain->field) + 1, sizeof(float));
   if (!terrain->vertices) return NEPH_ERROR_OUT_OF_MEMORY;
   np_monitor_set_part(monitor, np_monitor_whole, 0.6, 0.7);
@@ -500,8 +502,8 @@ typedef struct ray_span {
   double begin, end;
 } ray_span;
 
-/* The part of a ray inside the ground's box, a metre wider than it. An axis along which the ray does not move only
- * asks whether the origin lies between its planes, since 0 · ∞ would answer nothing. */
+/* Clips a ray to the ground's box, enlarged by a metre. For an axis along which the ray does not move only the origin
+ * is compared with the planes, since 0 · ∞ is not a number. */
 static bool clip_to_bounds(const neph_terrain *terrain, np_dvec3 origin, np_vec3 direction, double distance_max,
                            ray_span *out) {
   const double from[3] = {origin.x, origin.y, origin.z};
@@ -510,7 +512,7 @@ static bool clip_to_bounds(const neph_terrain *terrain, np_dvec3 origin, np_vec3
   const double high[3] = {terrain->bounds_max.x + 1, terrain->bounds_max.y + 1, terrain->bounds_max.z + 1};
   *out = (ray_span){0, distance_max};
   for (int axis = 0; axis < 3; axis++) {
-    if (!isfinite(from[axis] + along[axis])) return false; /* Embree takes such a ray for a fault of ours */
+    if (!isfinite(from[axis] + along[axis])) return false; /* Embree asserts that rays are finite */
     if (along[axis] == 0) {
       if (!(from[axis] >= low[axis] && from[axis] <= high[axis])) return false;
       continue;

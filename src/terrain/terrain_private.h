@@ -24,15 +24,15 @@ typedef struct np_terrain_hit {
   double distance; /* along the ray, m */
   np_vec3 normal;  /* unit, smooth, facing up; of a mesh, facing the ray's origin */
   np_vec3 facet;   /* unit, of the triangle, facing as `normal` does */
-  np_vec3 rise;    /* from the facet to the curved surface that the smooth normals belong to, m */
-  bool is_of_mesh; /* it is not on the height field, and has a point in place of a position */
+  np_vec3 rise;    /* offset from the facet to the curved surface of the smooth normals, m */
+  bool is_of_mesh; /* hit is on a mesh, and has a point in place of a position */
   np_field_position position;
-  np_dvec3 point; /* in the world */
+  np_dvec3 point; /* point in the world */
 } np_terrain_hit;
 
 neph_context *np_terrain_get_context(const neph_terrain *terrain);
 
-/* As its description has them. */
+/* Planet radius and ground albedo of the description. */
 double np_terrain_get_planet_radius_m(const neph_terrain *terrain);
 const double *np_terrain_get_ground_albedo(const neph_terrain *terrain);
 
@@ -42,22 +42,22 @@ bool np_terrain_has_cover(const neph_terrain *terrain);
 /* Albedo at a hit, in a scene's reference bands. */
 void np_terrain_eval_albedo(const neph_terrain *terrain, const np_terrain_hit *hit, float out_albedo[3]);
 
-/* Mean of the albedo over the field, or over a mesh that is alone, seen from above. */
+/* Mean of the albedo over the field, or over a lone mesh, seen from above. */
 const double *np_terrain_get_mean_albedo(const neph_terrain *terrain);
 
-/* The ground of a field, which it takes over whatever the outcome, and of the description's mesh. `is_joined`: to the
- * sphere already. A field without samples: the mesh alone. */
+/* Creates the ground of a field, whose ownership it takes in any case, and of the description's mesh. `is_joined`: the
+ * field is joined to the sphere already. A field without samples: the mesh alone. */
 neph_result np_terrain_create_from_field(neph_context *context, np_heightfield *field, const neph_terrain_desc *desc,
                                          bool is_joined, np_monitor *monitor, neph_terrain **out_terrain);
 
-/* Its field, joined to the sphere; without samples: there is none. */
+/* The terrain's field, joined to the sphere; without samples: none. */
 const np_heightfield *np_terrain_get_field(const neph_terrain *terrain);
 
 /* Nearest ground along a ray within `distance_max`, from above or below; safe from any number of threads. */
 bool np_terrain_intersect(const neph_terrain *terrain, np_dvec3 origin, np_vec3 direction, double distance_max,
                           np_terrain_hit *out_hit);
 
-/* Whether anything lies within `distance_max`. */
+/* Whether any ground lies within `distance_max`. */
 bool np_terrain_is_occluded(const neph_terrain *terrain, np_dvec3 origin, np_vec3 direction, double distance_max);
 
 /* World box of the ground. */
@@ -66,7 +66,7 @@ void np_terrain_get_bounds(const neph_terrain *terrain, np_dvec3 *out_min, np_dv
 /* Whether (x, y) lies over the height field: outside it, the sphere is the ground. */
 bool np_terrain_covers(const neph_terrain *terrain, double x_m, double y_m);
 
-/* Latitude and longitude of the world origin, as given or as the file's centre; false when the field has no place. */
+/* Latitude and longitude of the world origin, given or the file's centre; false when the field has no position. */
 bool np_terrain_get_place(const neph_terrain *terrain, double *out_latitude_rad, double *out_longitude_rad);
 
 /* Lowest and highest ground of the field, and of the corners of a mesh's box, m above the sphere. */
