@@ -73,7 +73,7 @@ typedef struct neph_cloud_shape {
   bool has_mesh_unit;         /**< whether mesh_unit_m is given: otherwise the mesh is scaled to fill the field (default
                                    false) */
   double mesh_unit_m;         /**< length of the file's unit; > 0 (default 1) */
-  double mesh_rotation_rad;   /**< about the vertical, counter-clockwise seen from above (default 0) */
+  double mesh_rotation_rad;   /**< rotation about the vertical, counter-clockwise seen from above (default 0) */
   double mesh_position_m[3];  /**< position of the middle of the mesh's bottom, relative to the middle of the field's
                                    base (default 0) */
   const char *height_map;     /**< EXR or PNG of tops, from 0 to 1, borrowed; NULL: none (default NULL) */

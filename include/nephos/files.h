@@ -20,7 +20,7 @@ typedef enum neph_file_use { NEPH_FILE_READ, NEPH_FILE_WRITTEN } neph_file_use;
 /** @param out_files  owned by the caller; NULL on failure. */
 NEPH_API neph_result neph_files_create(neph_context *context, neph_files **out_files) NEPH_NODISCARD;
 
-/** NULL is allowed. */
+/** Destroys a table of files. NULL is allowed. */
 NEPH_API void neph_files_destroy(neph_files *files);
 
 /** Adds a file, which need not be there. Folders, devices, pipes, and a `path` of NULL add nothing. Fails with

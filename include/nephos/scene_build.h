@@ -126,7 +126,7 @@ typedef struct neph_placement_desc {
   bool has_position;              /**< whether position_m is given: otherwise the volume's own transform places it
                                        (default false) */
   double position_m[3];           /**< place of the middle of the bottom of the volume's box (default 0, 0, 0) */
-  double rotation_rad;            /**< about the vertical, counter-clockwise seen from above (default 0) */
+  double rotation_rad;            /**< rotation about the vertical, counter-clockwise seen from above (default 0) */
   double scale;                   /**< factor on the size; > 0 (default 1) */
   neph_density_unit density_unit; /**< (default NEPH_DENSITY_EXTINCTION) */
   double density_value;           /**< (default 1: values are extinction in 1/m, as baked clouds have them) */

@@ -66,7 +66,7 @@ typedef struct neph_mesh_desc {
   size_t struct_size;
   neph_mesh_up up;           /**< default NEPH_MESH_UP_FILE */
   double unit_m;             /**< length of the file's unit; > 0 (default 1) */
-  double rotation_rad;       /**< about the vertical, counter-clockwise seen from above (default 0) */
+  double rotation_rad;       /**< rotation about the vertical, counter-clockwise seen from above (default 0) */
   bool has_position;         /**< whether position_m is given (default false: coordinates are the world's) */
   double position_m[3];      /**< world point at which the pivot stands (default 0) */
   neph_mesh_pivot pivot;     /**< default NEPH_MESH_PIVOT_BASE */

@@ -210,8 +210,8 @@ static neph_result fill_columns(void *user, size_t begin, size_t end, unsigned t
   return NEPH_OK;
 }
 
-/* A node minus a twelfth of its second differences; on the face away from the sun, which look-ups from all places
- * behind it use, only of those along the face. */
+/* Corrects a node by a twelfth of its second differences, so that the interpolant is right in the mean. The face away
+ * from the sun is read from all places behind it: there only differences along the face count. */
 static float sharpen(const float *node, size_t stride, size_t n) {
   const size_t across = NP_SUN_FINE_RAYS * stride;
   float quadratic = *(node - across) + node[across] + *(node - stride) + node[stride] - 4.0f * *node;

@@ -30,7 +30,7 @@ typedef struct np_water {
   np_spectrum albedo;                /* share of the light that has entered the water and comes back out */
   float reflectance[NP_WATER_NODES]; /* R, at even steps of √cosθ */
   float actinic[NP_WATER_NODES];     /* half of R over the cosine of the reflected light, at the same cosines */
-  float mean_transmittance;          /* T̄ */
+  float mean_transmittance;          /* T̄, mean of T over a uniform sky */
   float mean_actinic;                /* mean of `actinic` under a uniform sky */
 } np_water;
 
