@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "command_files.h"
+#include "print.h"
 #include "verbs.h"
 
 /* Checks a scene. Errors of the scene and its settings become findings; other failures fail. */

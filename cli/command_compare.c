@@ -2,6 +2,7 @@
 #include <math.h>
 
 #include "command_files.h"
+#include "print.h"
 #include "verbs.h"
 
 /* One line for each measure; the JSON names are those of neph_image_difference. */

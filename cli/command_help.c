@@ -4,6 +4,7 @@
 
 #include "completion.h"
 #include "help.h"
+#include "print.h"
 
 static const char scene_topic[] = "scene"; /* topic that is no verb */
 

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
+#include "print.h"
 #include "verbs.h"
 
 static cli_exit describe_scene(cli_session *session, const char *path, char **out_text) {

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include "job_forecast.h"
+#include "print.h"
 #include "verbs.h"
 
 #define ADDRESS(name) &farm_##name,

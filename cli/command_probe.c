@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "command_files.h"
+#include "print.h"
 #include "verbs.h"
 
 static const char *const integrators[] = {[NEPH_INTEGRATOR_MARCH] = "march", [NEPH_INTEGRATOR_PATH] = "path", NULL};

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "help.h"
+#include "print.h"
 
 static cli_exit run(const cli_options *options) {
   const cli_page page = {.out = stdout};

@@ -6,6 +6,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
+#include "print.h"
 #include "session.h"
 
 void cli_folder_make_parents(const char *path) {

@@ -12,15 +12,6 @@
 #include "suggest.h"
 #include "verbs.h"
 
-void cli_complain(const char *format, ...) {
-  va_list arguments;
-  va_start(arguments, format);
-  flockfile(stderr);
-  cli_put_line(stderr, "nephos: ", format, arguments);
-  funlockfile(stderr);
-  va_end(arguments);
-}
-
 /* ---- Options ---- */
 
 /* The option nearest to a name, among those of the verb, or of all verbs before one is known. Dashes, which all options

@@ -121,7 +121,4 @@ bool cli_next_frame(const cli_options *options, cli_frame_walk *walk, int *out_f
 cli_exit cli_options_read(int argc, char **argv, cli_options *out_options);
 void cli_options_clear(cli_options *options);
 
-/* Prints "nephos: …" and a line end on standard error. */
-void cli_complain(const char *format, ...) __attribute__((format(printf, 1, 2)));
-
 #endif

@@ -42,6 +42,15 @@ void cli_put_line(FILE *out, const char *before, const char *format, va_list arg
   cli_text_clear(&text);
 }
 
+void cli_complain(const char *format, ...) {
+  va_list arguments;
+  va_start(arguments, format);
+  flockfile(stderr);
+  cli_put_line(stderr, "nephos: ", format, arguments);
+  funlockfile(stderr);
+  va_end(arguments);
+}
+
 void cli_say(const char *format, ...) {
   va_list arguments;
   va_start(arguments, format);
@@ -66,6 +75,21 @@ void cli_clean_lines(char *text) {
     line = mark ? end + 1 : end;
   }
 }
+
+void cli_put_json_text(FILE *out, const char *text) {
+  putc('"', out);
+  for (const unsigned char *c = (const unsigned char *)text; *c; c++) {
+    if (*c == '"' || *c == '\\')
+      fprintf(out, "\\%c", *c);
+    else if (*c < 0x20)
+      fprintf(out, "\\u%04x", *c);
+    else
+      putc(*c, out);
+  }
+  putc('"', out);
+}
+
+void cli_print_json_text(const char *text) { cli_put_json_text(stdout, text); }
 
 size_t cli_print(char *out, size_t size, const char *format, ...) {
   static const char dots[] = "...";

@@ -29,6 +29,9 @@ void cli_text_clear(cli_text *text);
 void cli_put_line(FILE *out, const char *before, const char *format, va_list arguments)
     __attribute__((format(printf, 3, 0)));
 
+/* Prints "nephos: …" and a line end on standard error. */
+void cli_complain(const char *format, ...) __attribute__((format(printf, 1, 2)));
+
 /* Prints a line of results, clean. */
 void cli_say(const char *format, ...) __attribute__((format(printf, 1, 2)));
 
@@ -37,6 +40,10 @@ void cli_show(const char *name);
 
 /* Cleans a text line by line. */
 void cli_clean_lines(char *text);
+
+/* Writes a JSON string, quotes included. */
+void cli_put_json_text(FILE *out, const char *text);
+void cli_print_json_text(const char *text);
 
 /* Prints numbers and names from tables to an array with room for the longest. Returns the length. A text that does not
  * fit is a programming error: it ends in "..." and fails an assertion. */

@@ -121,21 +121,6 @@ void cli_print_text(cli_session *session, char *text) {
   neph_text_destroy(session->context, text);
 }
 
-void cli_put_json_text(FILE *out, const char *text) {
-  putc('"', out);
-  for (const unsigned char *c = (const unsigned char *)text; *c; c++) {
-    if (*c == '"' || *c == '\\')
-      fprintf(out, "\\%c", *c);
-    else if (*c < 0x20)
-      fprintf(out, "\\u%04x", *c);
-    else
-      putc(*c, out);
-  }
-  putc('"', out);
-}
-
-void cli_print_json_text(const char *text) { cli_put_json_text(stdout, text); }
-
 neph_text_format cli_text_format(const cli_session *session) {
   return session->options->is_json ? NEPH_TEXT_JSON : NEPH_TEXT_PLAIN;
 }

@@ -33,10 +33,6 @@ cli_exit cli_check_target(const cli_session *session, const char *path);
 /* Prints a text of the library and frees it. */
 void cli_print_text(cli_session *session, char *text);
 
-/* Writes a JSON string, quotes included. */
-void cli_put_json_text(FILE *out, const char *text);
-void cli_print_json_text(const char *text);
-
 /* Format of results: JSON with --json, else plain text. */
 neph_text_format cli_text_format(const cli_session *session);
 

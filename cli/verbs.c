@@ -3,6 +3,7 @@
 
 #include <string.h>
 
+#include "print.h"
 #include "suggest.h"
 
 #define ADDRESS(name) &cli_verb_##name,

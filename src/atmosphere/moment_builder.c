@@ -18,16 +18,6 @@ static const float ratio_max = 0.9f;
 /* The disk for which the table is built; its size matters only at the horizon, and there little. */
 static const double disk_angular_radius_rad = 0.00467396;
 
-np_sun_scale np_sun_scale_make(const np_medium *medium, int columns) {
-  /* The Earth's twilight, 0.1753, is covered by suns down to −0.4 with center −0.04 and spread 0.3. */
-  const float scale = (float)(np_twilight_scale(medium) / 0.1753);
-  np_sun_scale sun = {np_maxf(-1.0f, -0.4f * scale), -0.04f * scale, 0.3f * scale, 0.0f, columns, 0.0f};
-  const float low = sun.lowest - sun.center, high = 1.0f - sun.center;
-  sun.first = low / (fabsf(low) + sun.spread);
-  sun.columns_per_unit = (float)(columns - 1) / (high / (fabsf(high) + sun.spread) - sun.first);
-  return sun;
-}
-
 /* ---- Nodes ---- */
 
 static double altitude_of_node(const np_moment_builder *b, size_t row) {
@@ -62,19 +52,6 @@ static void place_nodes(np_moment_builder *b) {
     b->sun_sine[i] = sqrtf(np_maxf(1.0f - cosine * cosine, 0.0f));
   }
   for (int p = 0; p < NP_MOMENT_AZIMUTHS; p++) b->cos_azimuth[p] = (float)cos(NP_PI * (p + 0.5) / NP_MOMENT_AZIMUTHS);
-}
-
-void np_moment_fan_make(const np_moment_builder *b, const np_moment_direction *d, np_fan *out_fan) {
-  const float sine = sqrtf(np_maxf(1.0f - d->wz * d->wz, 0.0f));
-  out_fan->count = b->n->node_columns * NP_MOMENT_AZIMUTHS;
-  out_fan->r = (float)d->ray.r;
-  for (int i = 0; i < out_fan->count; i++) {
-    const int column = i / NP_MOMENT_AZIMUTHS;
-    out_fan->sun_cosine[i] = b->sun_cosine[column];
-    out_fan->angle_cosine[i] =
-        d->wz * b->sun_cosine[column] + sine * b->sun_sine[column] * b->cos_azimuth[i % NP_MOMENT_AZIMUTHS];
-  }
-  np_fan_pad(out_fan);
 }
 
 /* ---- Orders ---- */
@@ -206,23 +183,4 @@ void np_moment_table_add_beam(np_moment_table *table, const np_depth_table *brig
       if (row == 0) table->irradiance[i] += np_maxf(sun, 0.0f) * light;
     }
   }
-}
-
-/* ---- Look-ups ---- */
-
-float np_sun_scale_cosine(const np_sun_scale *sun, double fraction) {
-  const float y = sun->first + (float)(fraction * (sun->columns - 1)) / sun->columns_per_unit;
-  return np_clampf(sun->center + sun->spread * y / (1.0f - fabsf(y)), sun->lowest, 1.0f);
-}
-
-void np_moment_table_free(neph_context *context, np_moment_table *table) {
-  np_alloc_free(context, table->moments);
-  np_alloc_free(context, table->irradiance);
-  *table = (np_moment_table){0};
-}
-
-np_bands np_moment_table_irradiance(const np_moment_table *table, float sun_cosine) {
-  float f;
-  const int i = np_sun_scale_split(&table->sun, np_sun_scale_column(&table->sun, sun_cosine), &f);
-  return np_bands_mix(table->irradiance[i], table->irradiance[i + 1], f);
 }

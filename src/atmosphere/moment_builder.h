@@ -54,7 +54,18 @@ static inline const np_moment_direction *np_moment_direction_at(const np_moment_
 }
 
 /* Column by column of suns, azimuth by azimuth, the rays along a direction. */
-void np_moment_fan_make(const np_moment_builder *b, const np_moment_direction *d, np_fan *out_fan);
+static inline void np_moment_fan_make(const np_moment_builder *b, const np_moment_direction *d, np_fan *out_fan) {
+  const float sine = sqrtf(np_maxf(1.0f - d->wz * d->wz, 0.0f));
+  out_fan->count = b->n->node_columns * NP_MOMENT_AZIMUTHS;
+  out_fan->r = (float)d->ray.r;
+  for (int i = 0; i < out_fan->count; i++) {
+    const int column = i / NP_MOMENT_AZIMUTHS;
+    out_fan->sun_cosine[i] = b->sun_cosine[column];
+    out_fan->angle_cosine[i] =
+        d->wz * b->sun_cosine[column] + sine * b->sun_sine[column] * b->cos_azimuth[i % NP_MOMENT_AZIMUTHS];
+  }
+  np_fan_pad(out_fan);
+}
 
 /* Adds what comes along a ray to a node's moments. */
 static inline void np_moment_add(np_bands *moments, np_bands light, float wx, float wz) {

@@ -11,11 +11,14 @@
 #include "check/check_scene.h"
 #include "check/check_table.h"
 #include "check/check_volume.h"
+#include "core/alloc.h"
 #include "core/file.h"
 #include "core/frame_name.h"
 #include "core/given.h"
+#include "core/path_map.h"
 #include "image/image_private.h"
 #include "mesh/camera_file.h"
+#include "scene/scene_node.h"
 
 typedef np_finding_draft draft;
 
@@ -96,6 +99,54 @@ static neph_result check_gltf(neph_check *check, const char *path) {
   return np_check_mesh(check, path, NULL);
 }
 
+/* ---- Scenes ---- */
+
+static bool is_scene(const char *path) { return np_file_has_ending(path, ".yaml") || np_file_has_ending(path, ".yml"); }
+
+/* Checks the existing files that scalars of a scene name. */
+static neph_result check_named_in(neph_check *check, const char *scene, const np_node *node) {
+  neph_result result = NEPH_OK;
+  for (const np_node *child = node->first; child && !result; child = child->next)
+    result = check_named_in(check, scene, child);
+  if (result || node->kind != NP_NODE_SCALAR || !neph_check_is_file(node->text) || is_scene(node->text)) return result;
+  char *path, *problem;
+  result = np_path_map_resolve(check->context, scene, node->text, &path, &problem);
+  np_alloc_free(check->context, problem);
+  if (result) return result == NEPH_ERROR_BAD_SCENE ? NEPH_OK : result; /* an error of a scene has its own message */
+  if (np_frame_name_is_pattern(path) || np_file_exists(path)) result = neph_check_file(check, path);
+  np_alloc_free(check->context, path);
+  return result;
+}
+
+/* Checks the files of a scene whose keys fail, each by itself, without those that it writes. */
+static neph_result check_named_files(neph_check *check, const char *path) {
+  void *bytes;
+  size_t size;
+  np_node *document, *output;
+  neph_result result = np_file_read_any(check->context, path, &bytes, &size);
+  if (result) return result;
+  result = np_scene_parse(check->context, bytes, size, path, false, &document);
+  np_alloc_free(check->context, bytes);
+  if (result) return result;
+  while ((output = np_node_search(document, "output"))) {
+    np_node_remove(document, output);
+    np_node_destroy(check->context, output);
+  }
+  result = check_named_in(check, path, document);
+  np_node_destroy(check->context, document);
+  return result;
+}
+
+static neph_result check_scene_file(neph_check *check, const char *path) {
+  neph_scene *scene = NULL;
+  neph_result result = neph_check_set_file(check, path);
+  if (!result) result = neph_scene_load(check->context, path, &scene);
+  if (!result) result = neph_scene_check(scene);
+  result = result ? check_named_files(check, path) : np_check_scene_frame(check, scene, path, 1);
+  neph_scene_destroy(scene);
+  return np_check_pass(result);
+}
+
 /* ---- Kinds ---- */
 
 static neph_result check_vdb(neph_check *check, const char *path) {
@@ -109,8 +160,8 @@ static const struct {
   const char *ending;
   neph_result (*check)(neph_check *check, const char *path);
 } kinds[] = {
-    {".vdb", check_vdb},           {".nvdb", check_vdb},        {".yaml", np_check_scene_file},
-    {".yml", np_check_scene_file}, {".exr", check_exr},         {".csv", np_check_table},
+    {".vdb", check_vdb},           {".nvdb", check_vdb},        {".yaml", check_scene_file},
+    {".yml", check_scene_file}, {".exr", check_exr},         {".csv", np_check_table},
     {".gltf", check_gltf},         {".glb", check_gltf},        {".hgt", check_height_file},
     {".png", check_png},           {".tif", check_height_file}, {".tiff", check_height_file},
     {".asc", check_height_file},   {".bil", check_height_file}, {".flt", check_height_file},

@@ -13,14 +13,12 @@
 #include "core/file.h"
 #include "core/frame_name.h"
 #include "core/given.h"
-#include "core/path_map.h"
 #include "core/text.h"
 #include "render/georeference.h"
 #include "render/plan.h"
 #include "render/reference_frame.h"
 #include "scene/cloud_file.h"
 #include "scene/cloud_places.h"
-#include "scene/scene_node.h"
 #include "terrain/heightfield_files.h"
 #include "volume/volume_private.h"
 
@@ -238,59 +236,11 @@ static neph_result check_all(scene_check *c) {
   return result;
 }
 
-static neph_result check_scene_frame(neph_check *check, neph_scene *scene, const char *name, int frame) {
+neph_result np_check_scene_frame(neph_check *check, neph_scene *scene, const char *name, int frame) {
   scene_check c = {.check = check, .scene = scene, .name = name, .frame = frame};
   const neph_result result = check_all(&c);
   neph_terrain_release(c.terrain);
   return result;
-}
-
-/* ---- Files ---- */
-
-static bool is_scene(const char *path) { return np_file_has_ending(path, ".yaml") || np_file_has_ending(path, ".yml"); }
-
-/* Checks the existing files that scalars of a scene name. */
-static neph_result check_named_in(neph_check *check, const char *scene, const np_node *node) {
-  neph_result result = NEPH_OK;
-  for (const np_node *child = node->first; child && !result; child = child->next)
-    result = check_named_in(check, scene, child);
-  if (result || node->kind != NP_NODE_SCALAR || !neph_check_is_file(node->text) || is_scene(node->text)) return result;
-  char *path, *problem;
-  result = np_path_map_resolve(check->context, scene, node->text, &path, &problem);
-  np_alloc_free(check->context, problem);
-  if (result) return result == NEPH_ERROR_BAD_SCENE ? NEPH_OK : result; /* an error of a scene has its own message */
-  if (np_frame_name_is_pattern(path) || np_file_exists(path)) result = neph_check_file(check, path);
-  np_alloc_free(check->context, path);
-  return result;
-}
-
-/* Checks the files of a scene whose keys fail, each by itself, without those that it writes. */
-static neph_result check_named_files(neph_check *check, const char *path) {
-  void *bytes;
-  size_t size;
-  np_node *document, *output;
-  neph_result result = np_file_read_any(check->context, path, &bytes, &size);
-  if (result) return result;
-  result = np_scene_parse(check->context, bytes, size, path, false, &document);
-  np_alloc_free(check->context, bytes);
-  if (result) return result;
-  while ((output = np_node_search(document, "output"))) {
-    np_node_remove(document, output);
-    np_node_destroy(check->context, output);
-  }
-  result = check_named_in(check, path, document);
-  np_node_destroy(check->context, document);
-  return result;
-}
-
-neph_result np_check_scene_file(neph_check *check, const char *path) {
-  neph_scene *scene = NULL;
-  neph_result result = neph_check_set_file(check, path);
-  if (!result) result = neph_scene_load(check->context, path, &scene);
-  if (!result) result = neph_scene_check(scene);
-  result = result ? check_named_files(check, path) : check_scene_frame(check, scene, path, 1);
-  neph_scene_destroy(scene);
-  return np_check_pass(result);
 }
 
 neph_result neph_check_scene(neph_check *check, neph_scene *scene, int frame) {
@@ -299,7 +249,7 @@ neph_result neph_check_scene(neph_check *check, neph_scene *scene, int frame) {
     return np_fail(check->context, NEPH_ERROR_INVALID_ARGUMENT,
                    "the scene belongs to another context than the check: make it in the check's");
   const unsigned float_mode = np_float_mode_enter();
-  const neph_result result = check_scene_frame(check, scene, scene->file ? scene->file : "scene", frame);
+  const neph_result result = np_check_scene_frame(check, scene, scene->file ? scene->file : "scene", frame);
   np_float_mode_leave(float_mode);
   return result;
 }

@@ -5,7 +5,7 @@
 
 #include "check/findings.h"
 
-/* Checks the scene of a file, in frame 1; where a key fails, the files that it names, each by itself. */
-neph_result np_check_scene_file(neph_check *check, const char *path);
+/* Checks a frame of a scene, which findings call `name`. */
+neph_result np_check_scene_frame(neph_check *check, neph_scene *scene, const char *name, int frame);
 
 #endif

@@ -9,8 +9,9 @@
  * A count of 0 gives a valid block. */
 void *np_alloc(neph_context *context, size_t count, size_t size);
 
-/* Allocates as np_alloc does, without a message. */
+/* Allocate as np_alloc and np_alloc_resize do, without a message. */
 void *np_alloc_quietly(neph_context *context, size_t count, size_t size);
+void *np_alloc_resize_quietly(neph_context *context, void *block, size_t count, size_t size);
 
 /* Changes the element count of a block, keeping what fits; new elements are zero. On failure NULL, `block` stays. */
 void *np_alloc_resize(neph_context *context, void *block, size_t count, size_t size);

@@ -8,6 +8,7 @@
 #include "image/image_private.h"
 #include "report/report_budget.h"
 #include "report/report_pages.h"
+#include "report/report_targets.h"
 #include "scene/scene_values.h"
 
 /* ---- Creation ---- */
@@ -168,6 +169,14 @@ static neph_result run_quietly(neph_report *report) {
   return result;
 }
 
+/* Curves, the Pareto front and the targets, from all that was measured. */
+static neph_result conclude(neph_report *report) {
+  neph_result result = np_report_fit_curves(report);
+  np_report_mark_front(report);
+  np_report_choose_targets(report);
+  return result;
+}
+
 neph_result neph_report_run(neph_report *report) {
   if (!report) return NEPH_ERROR_INVALID_ARGUMENT;
   if (report->spent_s > 0.0)
@@ -179,7 +188,7 @@ neph_result neph_report_run(neph_report *report) {
   np_report_clear_stores(report);
   report->is_complete = !result;
   report->is_cancelled = result == NEPH_ERROR_CANCELLED;
-  const neph_result concluded = report->reference.picture ? np_report_conclude(report) : NEPH_OK;
+  const neph_result concluded = report->reference.picture ? conclude(report) : NEPH_OK;
   np_values_leave(saved);
   return result ? result : concluded;
 }

@@ -115,6 +115,13 @@ neph_result np_report_visit(neph_report *report, np_setting *setting, unsigned v
 /* Forgets stored stages. */
 void np_report_clear_stores(neph_report *report);
 
+/* Takes a picture of weight `more` into the mean of `count` others. */
+void np_report_average(neph_image *mean, unsigned count, const neph_image *picture, unsigned more);
+
+/* Median CPU time of a picture, and the least or the most. NaN: it was left out. */
+double np_setting_get_cpu_s(const np_setting *setting);
+double np_setting_get_extreme_s(const np_setting *setting, bool is_most);
+
 /* ---- Reference: report_reference.c ---- */
 
 /* Makes it within `seconds` of wall time, unless it is given. */
@@ -122,9 +129,6 @@ neph_result np_report_make_reference(neph_report *report, double seconds);
 
 /* The picture of the reference from its halves. */
 neph_result np_report_join_halves(neph_report *report);
-
-/* Takes a picture into the mean of `count` others. */
-void np_report_average(neph_image *mean, unsigned count, const neph_image *picture);
 
 /* ---- Errors: report_errors.c ---- */
 
@@ -158,14 +162,5 @@ neph_bounded np_curve_get_effect(const neph_report *report, const np_curve *curv
 
 /* Measures effects and fits orders. */
 neph_result np_report_fit_curves(neph_report *report);
-
-/* ---- Results: report_results.c ---- */
-
-/* Curves, the Pareto front and the targets, from all that was measured. */
-neph_result np_report_conclude(neph_report *report);
-
-/* Median CPU time of a picture, and the least or the most. NaN: it was left out. */
-double np_setting_get_cpu_s(const np_setting *setting);
-double np_setting_get_extreme_s(const np_setting *setting, bool is_most);
 
 #endif

@@ -10,17 +10,6 @@
 /* Samples of the first two pictures; later ones double those of their half, until time is short. */
 enum { FIRST_SAMPLES = 4, SAMPLES_MAX = 4096, ROUNDS_MAX = 64 };
 
-/* Mean of a mean of `count` and one of `more`, into the first. */
-static void add_picture(neph_image *mean, unsigned count, const neph_image *picture, unsigned more) {
-  const double all = (double)count + more, old = count / all, new = more / all;
-  for (unsigned c = 0; c < mean->channel_count; c++) {
-    float *values = mean->channels[c].values;
-    const float *added = neph_image_get_values(picture, mean->channels[c].name);
-    for (size_t i = 0; i < (size_t)mean->width * mean->height; i++)
-      values[i] = (float)(old * (double)values[i] + new *(double)added[i]);
-  }
-}
-
 /* ---- Making ---- */
 
 /* Both halves by one scene. */
@@ -45,7 +34,7 @@ static neph_result render_half(making *m, unsigned half, unsigned samples) {
     reference->halves[half] = picture;
     return NEPH_OK;
   }
-  add_picture(reference->halves[half], reference->sample_count / 2, picture, samples);
+  np_report_average(reference->halves[half], reference->sample_count / 2, picture, samples);
   neph_image_destroy(picture);
   return NEPH_OK;
 }
@@ -115,10 +104,6 @@ static neph_result measure_noise(neph_report *report) {
   neph_result result = neph_image_compare(report->context, reference->picture, reference->picture, &own);
   reference->noise = own.pixel_noise;
   return result;
-}
-
-void np_report_average(neph_image *mean, unsigned count, const neph_image *picture) {
-  add_picture(mean, count, picture, 1);
 }
 
 neph_result np_report_make_reference(neph_report *report, double seconds) {

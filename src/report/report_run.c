@@ -3,14 +3,26 @@
  * added to that of each. */
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 #include <time.h>
 
 #include "core/parallel.h"
+#include "image/image_private.h"
 #include "render/frame.h"
 #include "report/report_private.h"
 
 /* Seeds of the runs begin here: those of the reference are below. */
 enum { FIRST_SEED = 1 << 20 };
+
+void np_report_average(neph_image *mean, unsigned count, const neph_image *picture, unsigned more) {
+  const double all = (double)count + more, old = count / all, new = more / all;
+  for (unsigned c = 0; c < mean->channel_count; c++) {
+    float *values = mean->channels[c].values;
+    const float *added = neph_image_get_values(picture, mean->channels[c].name);
+    for (size_t i = 0; i < (size_t)mean->width * mean->height; i++)
+      values[i] = (float)(old * (double)values[i] + new *(double)added[i]);
+  }
+}
 
 static double read_clock_s(void) {
   struct timespec now;
@@ -100,7 +112,7 @@ static void keep_picture(np_setting *setting, unsigned which, neph_image *pictur
     setting->pictures[which] = picture;
     return;
   }
-  np_report_average(setting->pictures[which], setting->visit_count, picture);
+  np_report_average(setting->pictures[which], setting->visit_count, picture, 1);
   neph_image_destroy(picture);
 }
 
@@ -150,4 +162,28 @@ neph_result np_report_visit(neph_report *report, np_setting *setting, unsigned v
   setting->visit_s = fmax(setting->visit_s, np_report_get_seconds(report) - before_s);
   if (!result && !report->yardstick) result = np_report_make_yardstick(report, setting->pictures);
   return result ? result : np_report_measure(report, setting);
+}
+
+/* ---- Times of a setting ---- */
+
+static int compare_reals(const void *a, const void *b) {
+  const double x = *(const double *)a, y = *(const double *)b;
+  return (x > y) - (x < y);
+}
+
+double np_setting_get_cpu_s(const np_setting *setting) {
+  double sorted[NP_REPORT_RUNS_MAX];
+  const unsigned count = setting->run_count;
+  if (!count) return (double)NAN;
+  memcpy(sorted, setting->cpu_s, count * sizeof *sorted);
+  qsort(sorted, count, sizeof *sorted, compare_reals);
+  return 0.5 * (sorted[(count - 1) / 2] + sorted[count / 2]);
+}
+
+double np_setting_get_extreme_s(const np_setting *setting, bool is_most) {
+  if (!setting->run_count) return (double)NAN;
+  double extreme = setting->cpu_s[0];
+  for (unsigned i = 1; i < setting->run_count; i++)
+    extreme = is_most ? fmax(extreme, setting->cpu_s[i]) : fmin(extreme, setting->cpu_s[i]);
+  return extreme;
 }

@@ -299,14 +299,6 @@ const char *neph_scene_get_cloud_map(const neph_scene *scene, unsigned index) {
   return scene->clouds[index].map_image;
 }
 
-bool np_scene_cloud_is_sequence(const np_scene_cloud *cloud) {
-  return cloud->vdb && !cloud->is_baked && np_frame_name_is_pattern(cloud->vdb);
-}
-
-double np_scene_cloud_get_number(const np_scene_cloud *cloud, double frame) {
-  return 1.0 + cloud->frame_speed * (frame - 1.0) + cloud->frame_offset;
-}
-
 double np_scene_cloud_get_scale(const np_scene_cloud *cloud) {
   return fmax(fmax(fabs(cloud->scale[0]), fabs(cloud->scale[1])), fabs(cloud->scale[2]));
 }

@@ -35,6 +35,7 @@ enum {
 extern const np_choice np_booleans[]; /* false, true */
 extern const np_choice np_mesh_ups[];
 
+extern const np_key_table np_keys_first, np_keys_sky, np_keys_last; /* scene_keys.c */
 extern const np_key_table np_keys_camera;
 extern const np_key_table np_keys_clouds;
 extern const np_key_table np_keys_shape;

@@ -439,33 +439,6 @@ static const np_key last_keys[] = {
 };
 /* clang-format on */
 
-static const np_key_rename renames[] = {
-    {"render.splitting", "render.path_guiding"},
-    {"render.look_gain", "render.approximation_gain"},
-    {"render.sun_depth", "render.sun_optical_depth"},
-};
-
-size_t np_key_rename_count(void) { return sizeof renames / sizeof *renames; }
-
-const np_key_rename *np_key_rename_at(size_t index) { return &renames[index]; }
-
-static const np_key_table first = {first_keys, sizeof first_keys / sizeof *first_keys},
-                          sky = {sky_keys, sizeof sky_keys / sizeof *sky_keys},
-                          last = {last_keys, sizeof last_keys / sizeof *last_keys};
-
-/* The order of the schema. */
-static const np_key_table *const tables[] = {&first,           &np_keys_camera, &sky,
-                                             &np_keys_clouds,  &np_keys_shape,  &last,
-                                             &np_keys_quality, &np_keys_output, &np_keys_frames};
-
-size_t np_key_count(void) {
-  size_t count = 0;
-  for (size_t t = 0; t < sizeof tables / sizeof *tables; t++) count += tables[t]->count;
-  return count;
-}
-
-const np_key *np_key_get(size_t index) {
-  const np_key_table *const *table = tables;
-  for (; index >= (*table)->count; table++) index -= (*table)->count;
-  return &(*table)->keys[index];
-}
+const np_key_table np_keys_first = {first_keys, sizeof first_keys / sizeof *first_keys},
+                   np_keys_sky = {sky_keys, sizeof sky_keys / sizeof *sky_keys},
+                   np_keys_last = {last_keys, sizeof last_keys / sizeof *last_keys};

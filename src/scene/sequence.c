@@ -7,6 +7,14 @@
 #include "core/frame_name.h"
 #include "scene/animation.h"
 
+bool np_scene_cloud_is_sequence(const np_scene_cloud *cloud) {
+  return cloud->vdb && !cloud->is_baked && np_frame_name_is_pattern(cloud->vdb);
+}
+
+double np_scene_cloud_get_number(const np_scene_cloud *cloud, double frame) {
+  return 1.0 + cloud->frame_speed * (frame - 1.0) + cloud->frame_offset;
+}
+
 static bool has_moving_clouds(const neph_scene *scene) {
   for (unsigned i = 0; i < scene->cloud_count; i++) {
     const np_scene_cloud *cloud = &scene->clouds[i];

@@ -6,11 +6,6 @@
 
 #include <gdal/gdal.h>
 
-/* State of a walk over one raster and its referenced files. */
-typedef struct np_gdal_walk {
-  int depth, count; /* depth of .vrt in .vrt; number of files */
-} np_gdal_walk;
-
 /* Driver for the ending of a name; NULL: no format of heights. */
 const char *np_gdal_get_driver(const char *name);
 
@@ -19,13 +14,6 @@ int np_gdal_has_ending(const char *name, const char *ending);
 /* Opens a raster by the driver of its ending; NULL, after a failure of GDAL: it is no raster, or names files that it
  * must not name. */
 GDALDatasetH np_gdal_open_checked(const char *name);
-
-/* Opens a file that another one names, as np_gdal_open_checked does. */
-GDALDatasetH np_gdal_open_part(const char *name, np_gdal_walk *walk);
-
-/* Whether a .vrt holds only known elements and names only rasters below its folder, which are checked too; otherwise
- * there is a failure of GDAL. */
-int np_gdal_check_vrt(const char *name, np_gdal_walk *walk);
 
 /* Whether a text for a coordinate system makes GDAL and PROJ open neither file nor network; otherwise there is a
  * failure of GDAL, which begins with `subject`. */

@@ -119,3 +119,9 @@ double np_heightfield_get_elevation(const np_heightfield *field, np_field_positi
   const double north_east = (double)corner[field->width + 1];
   return north_east + (1.0 - east) * (north_west - north_east) + (1.0 - north) * (south_east - north_east);
 }
+
+float np_height_decode_color(neph_height_encoding encoding, float red, float green, float blue) {
+  const double r = (double)red, g = (double)green, b = (double)blue;
+  if (encoding == NEPH_HEIGHT_ENCODING_TERRARIUM) return (float)(256.0 * r + g + b / 256.0 - 32768.0);
+  return (float)(-10000.0 + 0.1 * (65536.0 * r + 256.0 * g + b));
+}

@@ -157,12 +157,6 @@ static neph_result check_png_samples(neph_context *context, const char *path, co
       path, stored);
 }
 
-float np_height_decode_color(neph_height_encoding encoding, float red, float green, float blue) {
-  const double r = (double)red, g = (double)green, b = (double)blue;
-  if (encoding == NEPH_HEIGHT_ENCODING_TERRARIUM) return (float)(256.0 * r + g + b / 256.0 - 32768.0);
-  return (float)(-10000.0 + 0.1 * (65536.0 * r + 256.0 * g + b));
-}
-
 static neph_result check_colors(neph_context *context, const char *path, const neph_image *image) {
   const char *stored = image->channels[0].stored;
   if (!strcmp(stored, "8-bit") && has_channel(image, "R")) return NEPH_OK;

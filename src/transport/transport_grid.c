@@ -325,3 +325,14 @@ void np_transport_grid_clear(np_transport_grid *grid) {
   np_alloc_free(grid->context, grid->delta_m_residual);
   *grid = (np_transport_grid){0};
 }
+
+double np_transport_get_voxel(const np_world *world, int axis) {
+  double finest = INFINITY;
+  const np_instance *places = np_instances_get_places(&world->clouds);
+  for (unsigned v = 0; v < np_instances_count_places(&world->clouds); v++) {
+    const double(*m)[4] = places[v].world_to_index.m;
+    const double per_m = sqrt(m[0][axis] * m[0][axis] + m[1][axis] * m[1][axis] + m[2][axis] * m[2][axis]);
+    finest = fmin(finest, np_bricks_count_joined(places[v].bricks) / per_m);
+  }
+  return finest;
+}

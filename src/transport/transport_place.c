@@ -34,17 +34,6 @@ static int search_index_axis(const np_instance *volume, int world_axis) {
   return found;
 }
 
-double np_transport_get_voxel(const np_world *world, int axis) {
-  double finest = INFINITY;
-  const np_instance *places = np_instances_get_places(&world->clouds);
-  for (unsigned v = 0; v < np_instances_count_places(&world->clouds); v++) {
-    const double(*m)[4] = places[v].world_to_index.m;
-    const double per_m = sqrt(m[0][axis] * m[0][axis] + m[1][axis] * m[1][axis] + m[2][axis] * m[2][axis]);
-    finest = fmin(finest, np_bricks_count_joined(places[v].bricks) / per_m);
-  }
-  return finest;
-}
-
 /* (1−g)·σ at the densest point. */
 static double compute_transport_extinction(const np_world *world) {
   double densest = 0.0;

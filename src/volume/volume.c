@@ -11,6 +11,13 @@ enum { DENSE_EDGE_MAX = 1 << 24 };
 
 /* ---- Life ---- */
 
+/* Its parts are volumes. */
+void np_tint_destroy(np_tint *tint) {
+  if (!tint) return;
+  for (unsigned i = 0; i < tint->count; i++) neph_volume_release(tint->parts[i].volume);
+  np_alloc_free(tint->context, tint);
+}
+
 static void destroy(neph_volume *volume) {
   neph_context *context = volume->context;
   np_tint_destroy(volume->tint);

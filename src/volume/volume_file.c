@@ -1,8 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "volume/volume_file.h"
 
+#include <string.h>
+#include <strings.h>
+
 #include "core/alloc.h"
 #include "core/file.h"
+#include "volume/volume_levels.h"
 
 /* Bricks may take this much for a file, and this much for each byte of it: with all else that reading takes, a damaged
  * file costs less than 256 MB and 64 times its size. */
@@ -154,4 +158,11 @@ neph_result np_volume_save_grids(neph_context *context, const char *path, const 
   np_alloc_free(context, job.grids);
   np_alloc_free(context, job.hashes);
   return result;
+}
+
+char *np_volume_name_level(neph_context *context, const char *path, unsigned level) {
+  const size_t length = strlen(path);
+  const bool is_vdb = length > 4 && !strcasecmp(path + length - 4, ".vdb");
+  if (level == 0) return np_alloc_text(context, path);
+  return np_alloc_printf(context, "%.*s.lod%u.vdb", (int)(is_vdb ? length - 4 : length), path, level);
 }

@@ -4,17 +4,9 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 
 #include "core/alloc.h"
 #include "volume/volume_tint.h"
-
-char *np_volume_name_level(neph_context *context, const char *path, unsigned level) {
-  const size_t length = strlen(path);
-  const bool is_vdb = length > 4 && !strcasecmp(path + length - 4, ".vdb");
-  if (level == 0) return np_alloc_text(context, path);
-  return np_alloc_printf(context, "%.*s.lod%u.vdb", (int)(is_vdb ? length - 4 : length), path, level);
-}
 
 /* ---- Cells ---- */
 

@@ -315,9 +315,3 @@ neph_result np_tint_create_levels(neph_context *context, np_volume_parts kind, n
 void np_tint_add_level(np_tint *tint, neph_volume *level) {
   tint->parts[tint->count++] = (np_tint_part){level, {1, 1, 1}};
 }
-
-void np_tint_destroy(np_tint *tint) {
-  if (!tint) return;
-  for (unsigned i = 0; i < tint->count; i++) neph_volume_release(tint->parts[i].volume);
-  np_alloc_free(tint->context, tint);
-}

@@ -62,7 +62,7 @@ doors='openvdb/ src/volume/vdb_(shim.cpp|archive.h|conversion.h|failure.h|mendin
 tbb/ src/volume/vdb_failure.h
 embree src/terrain/terrain.c
 assimp/ src/mesh/assimp_reader.c
-gdal/ src/terrain/gdal_(files|reader|references|vrt)\.[ch]
+gdal/ src/terrain/gdal_(files|names|reader|references)\.[ch]
 openexr src/image/image_exr(_read|_write)?\.[ch]
 png\.h src/image/image_png.c
 yaml\.h src/scene/scene_file.c

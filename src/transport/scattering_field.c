@@ -1,0 +1,66 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Look-ups in a solution of the multiple scattering. */
+#include "transport/scattering_field_private.h"
+
+void np_scattering_field_set_world(np_scattering_field *field, const np_world *world) {
+  for (unsigned v = 0; v < field->medium.cloud_count; v++) field->phases[v].phase = world->clouds.at[v].phase;
+}
+
+np_scattering_quality np_scattering_field_get_quality(const np_scattering_field *field) { return field->quality; }
+
+unsigned np_scattering_field_get_degree(const np_scattering_field *field) { return field->grid.degree; }
+
+const np_scattering_medium *np_scattering_field_get_medium(const np_scattering_field *field) { return &field->medium; }
+
+float np_scattering_compute_least_scale(const np_phase *phase, np_spectrum albedo) {
+  return 1.0f - np_scaled_phase_compute_forward(phase, NP_DEGREE_MIN) * np_spectrum_max(albedo);
+}
+
+void np_scattering_field_fill_column(const np_scattering_field *field, unsigned cloud, float versine,
+                                     np_peak_column *out) {
+  np_scaled_phase_fill_column(&field->phases[cloud], versine, out);
+}
+
+void np_scattering_field_fill_harmonics(const np_scattering_field *field, np_vec3 direction,
+                                        float out[NP_HARMONIC_COUNT_MAX]) {
+  np_harmonics_eval(field->grid.degree, direction, out);
+}
+
+void np_scattering_field_fill_outgoing(const np_scattering_field *field, unsigned cloud,
+                                       const float harmonics[NP_HARMONIC_COUNT_MAX], float out[NP_HARMONIC_COUNT_MAX]) {
+  const np_scaled_phase *phase = &field->phases[cloud];
+  for (unsigned l = 0, i = 0; l <= phase->degree; l++)
+    for (; i < (l + 1) * (l + 1); i++) out[i] = phase->moments[l] * harmonics[i];
+}
+
+void np_scattering_field_gather(const np_scattering_field *field, np_dvec3 position, np_light_moments *out) {
+  field->lookup->gather(field, position, out);
+}
+
+np_spectrum np_scattering_field_get_outgoing(const np_scattering_field *field, const np_light_moments *moments,
+                                             const float outgoing[NP_HARMONIC_COUNT_MAX]) {
+  return field->lookup->get_outgoing(field, moments, outgoing);
+}
+
+size_t np_scattering_field_count_cells(const np_scattering_field *field) { return field->grid.active_count; }
+
+np_dvec3 np_scattering_field_get_cell(const np_scattering_field *field, size_t cell, double *out_width) {
+  const np_transport_grid *g = &field->grid;
+  int32_t at[3];
+  np_transport_grid_split(g, g->cell[cell], at);
+  *out_width = 0.0;
+  for (int a = 0; a < 3; a++) *out_width = fmax(*out_width, np_transport_grid_width(g, a, at[a]));
+  return np_transport_grid_centre(g, g->cell[cell]);
+}
+
+void np_scattering_field_fill_cell(const np_scattering_field *field, size_t cell, np_vec3 direction, float *out) {
+  field->lookup->fill_cell(field, cell, direction, out);
+}
+
+void np_scattering_field_gather_cells(const np_scattering_field *field, np_dvec3 position, np_scattering_cells *out) {
+  field->lookup->gather_cells(field, position, out);
+}
+
+bool np_scattering_field_get_importance(const np_scattering_field *field, np_dvec3 position, np_importance *out) {
+  return field->lookup->get_importance(field, position, out);
+}
