@@ -3,7 +3,8 @@
 
 #include <string.h>
 
-#define ROW(id, name, parts, needs_light, samples_min) {name, parts, needs_light, samples_min},
+#define ROW(id, name, parts, needs_light, samples_min, pixel_type, other_layer)                                        \
+  {name, parts, needs_light, samples_min, NEPH_PIXEL_##pixel_type, other_layer},
 const np_aov_row np_aov_rows[NP_AOV_COUNT] = {NP_AOV_ROWS(ROW)};
 #undef ROW
 
@@ -18,6 +19,20 @@ unsigned np_aovs_count_channels(unsigned aovs, unsigned cloud_count) {
   for (unsigned i = 0; i < NP_AOV_COUNT; i++)
     if (aovs & ~(unsigned)NP_AOV_DEPTH & 1u << i) count += count_parts(np_aov_rows[i].parts, cloud_count);
   return count;
+}
+
+/* Whether the layer of a channel, the first `length` letters of its name, is `layer`. */
+static bool is_layer(const char *channel, size_t length, const char *layer) {
+  const size_t fixed = strcspn(layer, "*");
+  return fixed > 0 && (layer[fixed] ? length >= fixed : length == fixed) && !strncmp(channel, layer, fixed);
+}
+
+const np_aov_row *np_aov_search_channel(const char *channel) {
+  const size_t length = strcspn(channel, ".");
+  for (unsigned i = 0; i < NP_AOV_COUNT; i++)
+    if (is_layer(channel, length, np_aov_rows[i].name) || is_layer(channel, length, np_aov_rows[i].other_layer))
+      return &np_aov_rows[i];
+  return NULL;
 }
 
 bool np_aovs_need_light(unsigned aovs) {

@@ -6,6 +6,7 @@
 
 #include "core/alloc.h"
 #include "core/given.h"
+#include "image/aov.h"
 
 /* ---- Creation and destruction ---- */
 
@@ -135,13 +136,8 @@ unsigned np_image_choose_channels(const neph_image *image, unsigned *out_indices
 }
 
 bool np_image_is_float_channel(const char *name) {
-  static const char *const names[] = {"Z", "depth", "distance", "mean_distance", "position", "sample_count"};
-  static const char *const layers[] = {"P.", "position.", "variance.", "Crypto"};
-  for (size_t i = 0; i < sizeof names / sizeof *names; i++)
-    if (!strcmp(name, names[i])) return true;
-  for (size_t i = 0; i < sizeof layers / sizeof *layers; i++)
-    if (!strncmp(name, layers[i], strlen(layers[i]))) return true;
-  return false;
+  const np_aov_row *aov = np_aov_search_channel(name);
+  return aov && aov->pixel_type == NEPH_PIXEL_FLOAT;
 }
 
 int np_image_get_data_min(const neph_image *image, int axis) {

@@ -66,7 +66,7 @@ const np_image_attribute *np_image_search_attribute(const neph_image *image, con
 neph_result np_image_set_integer(neph_image *image, const char *name, int32_t value);
 neph_result np_image_set_real(neph_image *image, const char *name, double value);
 
-/* Whether half precision is insufficient for a channel: depth, distance, position and Cryptomatte. */
+/* Whether half precision is insufficient for a channel, by the row of its AOV. */
 bool np_image_is_float_channel(const char *name);
 
 /* Channels of statistics and previews: R, G, B where all three exist, otherwise every channel. `out_indices` has room

@@ -16,7 +16,7 @@ static const np_choice preview_bits[] = {{"8", 8}, {"16", 16}, {NULL, 0}};
 static const np_choice color_spaces[] = {{"rec709", NP_COLOR_REC709},   {"acescg", NP_COLOR_ACESCG},
                                          {"rec2020", NP_COLOR_REC2020}, {"xyz", NP_COLOR_XYZ},
                                          {"bands", NP_COLOR_BANDS},     {NULL, 0}};
-#define AOV(id, name, parts, needs_light, samples_min) {name, NP_AOV_##id},
+#define AOV(id, name, ...) {name, NP_AOV_##id},
 static const np_choice aovs[] = {NP_AOV_ROWS(AOV){NULL, 0}};
 #undef AOV
 
