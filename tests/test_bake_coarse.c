@@ -23,8 +23,9 @@ static neph_cloud_desc get_preset(const test_fixture *f, const char *name) {
  * where all are to be covered, for a field thins out to its border. */
 static void coverage_is_kept_down_to_two_voxels_a_cell(void **state) {
   test_fixture *f = *state;
-  for (size_t i = 0; i < TEST_PRESET_COUNT; i++) {
-    neph_cloud_desc desc = get_preset(f, test_presets[i]);
+  char name[TEST_PRESET_NAME_MAX];
+  for (size_t i = 0; test_get_preset(f->context, i, name); i++) {
+    neph_cloud_desc desc = get_preset(f, name);
     desc.voxel_m = desc.cell_m / 2;
     desc.seed = 23;
     np_sparse_grid grid = test_bake(f->context, &desc);
@@ -67,8 +68,9 @@ static void fields_in_coarse_voxels_are_as_covered_as_asked(void **state) {
 /* Means over a voxel's height are the same bits for any number of threads. */
 static void coarse_bakes_are_the_same_bits(void **state) {
   test_fixture *f = *state;
-  for (size_t i = 0; i < TEST_PRESET_COUNT; i += 5) {
-    neph_cloud_desc desc = get_preset(f, test_presets[i]);
+  char name[TEST_PRESET_NAME_MAX];
+  for (size_t i = 0; test_get_preset(f->context, i, name); i += 5) {
+    neph_cloud_desc desc = get_preset(f, name);
     desc.voxel_m = desc.cell_m / 4;
     test_check_bits(2, &desc, 1);
   }
@@ -204,8 +206,9 @@ static const double deck_share = 0.94;
 static void a_painted_box_is_covered_and_nothing_else(void **state) {
   test_fixture *f = *state;
   write_box(f);
-  for (size_t i = 0; i < TEST_PRESET_COUNT; i++) {
-    neph_cloud_desc desc = get_preset(f, test_presets[i]);
+  char name[TEST_PRESET_NAME_MAX];
+  for (size_t i = 0; test_get_preset(f->context, i, name); i++) {
+    neph_cloud_desc desc = get_preset(f, name);
     double painted, black;
     desc.map_file = f->path;
     desc.voxel_m = desc.extent_m[0] / 64;

@@ -84,8 +84,9 @@ static void no_box_called_empty_holds_cloud(void **state) {
   assert_true(try_cloud(context, &desc, 5000).called_empty > 0);
   desc.model = NEPH_CLOUD_MODEL_THERMALS;
   assert_true(try_cloud(context, &desc, 5000).called_empty > 0);
-  for (size_t i = 0; i < TEST_PRESET_COUNT; i++) {
-    assert_int_equal(neph_cloud_get_preset(context, test_presets[i], &desc), NEPH_OK);
+  char name[TEST_PRESET_NAME_MAX];
+  for (size_t i = 0; test_get_preset(context, i, name); i++) {
+    assert_int_equal(neph_cloud_get_preset(context, name, &desc), NEPH_OK);
     desc.time_s = 700;
     const box_count c = try_cloud(context, &desc, 7000);
     assert_true(2 * c.called_empty > c.clear); /* or it would not be worth it */
