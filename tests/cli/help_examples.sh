@@ -24,7 +24,7 @@ for half in 1 2; do
 done
 for verb in $(nephos --help | sed -n '/^verbs:/,/^$/s/^  \([a-z]*\) .*/\1/p'); do
   nephos help "$verb" | sed -n '/^examples:/,$s/^  \(nephos .*\)/\1/p' >examples
-  [ -s examples ]
+  [ -s examples ] || echo "FAILED: $verb has no example: add one to its row in cli/command_$verb.c"
   while read -r example; do
     echo "$example"
     sh -euc "$example" >log 2>errors </dev/null || { echo "FAILED: $example"; cat errors; }

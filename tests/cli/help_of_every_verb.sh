@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-for verb in bake info sky probe compare schema help; do nephos $verb -h; done
+for verb in $(nephos --help | sed -n '/^verbs:/,/^$/s/^  \([a-z]*\) .*/\1/p'); do nephos $verb -h; done
