@@ -12,6 +12,7 @@
 typedef struct export_job {
   cli_session *session;
   neph_scene *scene;
+  neph_renderer *renderer;   /* one renderer for all frames */
   neph_exported_cloud *done; /* exported clouds, which own their paths */
   size_t count;
   neph_files *files;    /* table to which files are added; NULL: they are written */
@@ -130,6 +131,7 @@ static cli_exit export_to(export_job *job, unsigned cloud, int frame, char *path
   desc.precision = options->is_half ? NEPH_PRECISION_HALF : NEPH_PRECISION_FLOAT;
   if (options->level_count) desc.level_count = options->level_count;
   desc.is_dry_run = options->is_dry_run;
+  desc.renderer = job->renderer;
   desc.progress = cli_progress_report;
   desc.progress_user = &job->session->progress;
   neph_result result = neph_scene_export_cloud(job->scene, cloud, frame, &desc, path, out);
@@ -210,9 +212,11 @@ static cli_exit run_export(cli_session *session) {
   cli_catch_interrupts();
   cli_exit exit = cli_load_scene(session, session->options->files[0], &job.scene);
   if (exit) return exit;
-  exit = export_frames(&job);
+  exit = cli_exit_of(neph_renderer_create(session->context, &job.renderer));
+  if (!exit) exit = export_frames(&job);
   for (size_t i = 0; i < job.count; i++) free((char *)(uintptr_t)job.done[i].path);
   free(job.done);
+  neph_renderer_destroy(job.renderer);
   neph_scene_destroy(job.scene);
   return exit;
 }

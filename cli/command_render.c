@@ -91,7 +91,7 @@ static cli_exit render_to(render_job *job, render_targets *t) {
   neph_image *image = NULL;
   cli_progress *progress = &job->session->progress;
   cli_progress_set_call(progress, 0.97);
-  neph_result result = neph_render_image(job->scene, &job->desc, &image);
+  neph_result result = neph_renderer_render(job->renderer, job->scene, &job->desc, &image);
   if (!result) cli_progress_set_stage(progress, "writing", 0.97);
   if (!result) job->batch.is_stopped = (result = save_frame(job, image, t)) != NEPH_OK;
   if (!result) render_job_remove_checkpoint(t);
@@ -127,7 +127,8 @@ static cli_exit render_or_skip(render_job *job, render_targets *t) {
 
 static cli_exit explain(render_job *job) {
   char *text;
-  neph_result result = neph_render_explain(job->scene, &job->desc, cli_text_format(job->session), &text);
+  const neph_text_format format = cli_text_format(job->session);
+  neph_result result = neph_renderer_explain(job->renderer, job->scene, &job->desc, format, &text);
   if (!result) cli_print_text(job->session, text);
   return cli_exit_of(result);
 }
@@ -135,7 +136,7 @@ static cli_exit explain(render_job *job) {
 /* A dry run, which fails wherever a render fails before its first pixel. */
 static cli_exit rehearse(render_job *job, const render_targets *t) {
   char *text;
-  neph_result result = neph_render_explain(job->scene, &job->desc, NEPH_TEXT_PLAIN, &text);
+  neph_result result = neph_renderer_explain(job->renderer, job->scene, &job->desc, NEPH_TEXT_PLAIN, &text);
   if (result) return cli_exit_of(result);
   neph_text_destroy(job->session->context, text);
   if (t->image) cli_say("%s", t->image);
@@ -265,8 +266,10 @@ static cli_exit run_render(cli_session *session) {
   if (exit) return exit;
   cli_catch_interrupts();
   cli_catch_snapshots();
-  exit = run(&job);
+  exit = cli_exit_of(neph_renderer_create(session->context, &job.renderer));
+  if (!exit) exit = run(&job);
   exit = render_job_end_restart(&job, exit);
+  neph_renderer_destroy(job.renderer);
   neph_scene_destroy(job.scene);
   return exit;
 }

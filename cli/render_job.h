@@ -33,6 +33,7 @@ typedef struct frame_facts {
 typedef struct render_job {
   cli_session *session;
   neph_scene *scene;
+  neph_renderer *renderer; /* one renderer for all frames */
   neph_render_desc desc;
   neph_machine machine; /* speed for predictions of time */
   neph_output output;

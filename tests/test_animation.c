@@ -86,16 +86,18 @@ static void a_scene_is_what_it_is_in_a_frame(void **state) {
 
 static void time_goes_by_frames(void **state) {
   fixture *f = *state;
-  np_scene_lights by_rate, by_track;
   set(f, "sun.time", "2026-06-21T04:00Z");
   set(f, "sun.frame_time", "60 s");
   assert_int_equal(neph_scene_set_frame(f->scene, 31), NEPH_OK);
-  assert_int_equal(np_scene_lights_compute(f->scene, 0.7, 0.1, &by_rate), NEPH_OK);
+  const np_scene_lights by_rate = np_scene_lights_compute(f->scene, 0.7, 0.1);
   set(f, "sun.frame_time", "0 s");
   set(f, "animate.sun.time", "[[1, 2026-06-21T04:00Z], [61, 2026-06-21T07:00:00+02:00]]");
-  assert_int_equal(np_scene_lights_compute(f->scene, 0.7, 0.1, &by_track), NEPH_OK);
+  const np_scene_lights by_track = np_scene_lights_compute(f->scene, 0.7, 0.1);
   assert_near(np_dvec3_dot(by_rate.to_sun, by_track.to_sun), 1.0, 1e-12);
-  assert_string_equal(f->scene->sun.time, "2026-06-21T04:30:00.000Z");
+  char *text;
+  assert_int_equal(neph_scene_describe(f->scene, NEPH_TEXT_PLAIN, &text), NEPH_OK);
+  assert_non_null(strstr(text, "sun.time: 2026-06-21T04:30:00.000Z\n"));
+  neph_text_destroy(f->context, text);
   set(f, "frame_rate", "25");
   assert_near(np_scene_cloud_get_frame(&f->scene->clouds[0], 26).time_s, 1.0, 1e-12);
   set(f, "clouds[0].bake.frame_time", "0 s");
@@ -111,8 +113,8 @@ static neph_result load_camera(fixture *f, const char *name, const char *text, c
   (void)fputs(text, file);
   (void)fclose(file);
   (void)snprintf(scene, sizeof scene, "{camera: {resolution: [20, 10], motion: {file: \"%s\"%s}}}", path, keys);
-  assert_int_equal(neph_scene_load_text(f->context, scene, "/scene.yaml", out), NEPH_OK);
-  const neph_result result = neph_scene_set_frame(*out, 2);
+  neph_result result = neph_scene_load_text(f->context, scene, "/scene.yaml", out);
+  if (!result) result = neph_scene_set_frame(*out, 2);
   free(path);
   test_folder_destroy(folder);
   return result;
@@ -204,13 +206,16 @@ static void broken_cameras_are_refused(void **state) {
 
 /* ---- Pictures ---- */
 
+/* By the fixture's renderer, or, of another scene, by itself. */
 static neph_image *render(fixture *f, neph_scene *scene, int frame) {
   neph_render_desc desc = NEPH_RENDER_DESC_DEFAULT;
   neph_image *image;
   assert_int_equal(neph_scene_get_render_desc(scene, &desc), NEPH_OK);
   desc.frame = frame;
   test_log_clear(&f->log);
-  assert_int_equal(neph_render_image(scene, &desc, &image), NEPH_OK);
+  assert_int_equal(scene == f->scene ? neph_renderer_render(f->renderer, scene, &desc, &image)
+                                     : neph_render_image(scene, &desc, &image),
+                   NEPH_OK);
   return image;
 }
 

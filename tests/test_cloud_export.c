@@ -46,14 +46,20 @@ static const char placed[] =
     "vdb: b.vdb, up: y, voxel: 3 m, scale: [1, -1, 1.5], rotation: 30 deg, tilt: [10 deg, -5 deg], "
     "position: [5 m, 10 m, 30 m], optical_depth: 6";
 
-static neph_exported_cloud export_cloud(const test_fixture *f, neph_scene *scene, int frame, neph_precision precision,
-                                        const char *path) {
+static neph_exported_cloud export_frame(neph_renderer *renderer, const neph_scene *scene, int frame,
+                                        neph_precision precision, const char *path) {
   neph_export_desc desc = NEPH_EXPORT_DESC_DEFAULT;
   neph_exported_cloud out = NEPH_EXPORTED_CLOUD_DEFAULT;
   desc.precision = precision;
-  (void)f;
+  desc.renderer = renderer;
   assert_int_equal(neph_scene_export_cloud(scene, 0, frame, &desc, path, &out), NEPH_OK);
   return out;
+}
+
+static neph_exported_cloud export_cloud(const test_fixture *f, neph_scene *scene, int frame, neph_precision precision,
+                                        const char *path) {
+  (void)f;
+  return export_frame(NULL, scene, frame, precision, path);
 }
 
 /* ---- Places and values ---- */
@@ -441,12 +447,15 @@ static void layers_have_time_samples(void **state) {
     free(path);
   }
   neph_scene *scene = load(f, "march", "vdb: \"b.####.vdb\", extinction: 1 1/m, position: [0, 0, 40 m]");
+  neph_renderer *renderer;
+  assert_int_equal(neph_renderer_create(f->context, &renderer), NEPH_OK);
   for (int i = 0; i < 3; i++) {
     (void)snprintf(name, sizeof name, "out.%d.vdb", i + 1);
     paths[i] = test_path(f->folder, name);
-    clouds[i] = export_cloud(f, scene, i + 1, NEPH_PRECISION_FLOAT, paths[i]);
+    clouds[i] = export_frame(renderer, scene, i + 1, NEPH_PRECISION_FLOAT, paths[i]);
     assert_int_equal(clouds[i].is_empty, i == 1);
   }
+  neph_renderer_destroy(renderer);
   assert_one_warning(&f->log, "number 2");
   /* The box of frame 1 places all: the second box reaches 6 m beyond it. */
   assert_near(clouds[2].bounds_min_m[0], clouds[0].bounds_min_m[0], 0.0);

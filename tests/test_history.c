@@ -6,6 +6,7 @@
 
 #include <nephos/nephos.h>
 
+#include "test_films.h"
 #include "test_scenes.h"
 
 #define SIZE "resolution: [32, 20]"
@@ -13,22 +14,15 @@
 
 static const char *const integrators[] = {"march", "path"};
 
-static neph_scene *load(fixture *f, const char *text) {
-  neph_scene *scene;
-  assert_int_equal(neph_scene_load_text(f->context, text, "dir/scene.yaml", &scene), NEPH_OK);
-  return scene;
+static test_film load(fixture *f, const char *text) { return film_load(f->context, text, "dir/scene.yaml"); }
+
+static void set_in(test_film film, const char *key, const char *value) {
+  assert_int_equal(neph_scene_set(film.scene, key, value), NEPH_OK);
 }
 
-static void set_in(neph_scene *scene, const char *key, const char *value) {
-  assert_int_equal(neph_scene_set(scene, key, value), NEPH_OK);
-}
-
-static neph_image *render(neph_scene *scene, int frame) {
-  neph_render_desc desc = NEPH_RENDER_DESC_DEFAULT;
+static neph_image *render(test_film film, int frame) {
   neph_image *image;
-  assert_int_equal(neph_scene_get_render_desc(scene, &desc), NEPH_OK);
-  desc.frame = frame;
-  assert_int_equal(neph_render_image(scene, &desc, &image), NEPH_OK);
+  assert_int_equal(film_render(film, frame, &image), NEPH_OK);
   return image;
 }
 
@@ -75,7 +69,7 @@ static void a_constant_sky_stays_constant(void **state) {
                            *const upsamplings[] = {"1", "2", "4"};
   fixture *f = *state;
   for (int i = 0; i < 2 * 2 * 3 * 3; i++) {
-    neph_scene *scene = load(f, constant);
+    test_film scene = load(f, constant);
     const int update = i / 4 % 3, upsampling = i / 12;
     set_in(scene, "render.integrator", integrators[i % 2]);
     set_in(scene, "render.history", methods[i / 2 % 2]);
@@ -86,7 +80,7 @@ static void a_constant_sky_stays_constant(void **state) {
       assert_constant(image);
       neph_image_destroy(image);
     }
-    neph_scene_destroy(scene);
+    film_destroy(scene);
   }
 }
 
@@ -94,7 +88,7 @@ static void a_constant_sky_stays_constant(void **state) {
 static void a_sky_that_changes_has_no_lag(void **state) {
   fixture *f = *state;
   for (int i = 0; i < 2; i++) {
-    neph_scene *scene = load(f, constant);
+    test_film scene = load(f, constant);
     set_in(scene, "render.integrator", integrators[i]);
     set_in(scene, "animate.environment.radiance", "[[1, [0.5, 1, 2]], [6, [0.25, 0.5, 1]]]");
     neph_image *before = render(scene, 5), *image = render(scene, 6);
@@ -105,7 +99,7 @@ static void a_sky_that_changes_has_no_lag(void **state) {
     assert_constant(image);
     neph_image_destroy(before);
     neph_image_destroy(image);
-    neph_scene_destroy(scene);
+    film_destroy(scene);
   }
 }
 
@@ -152,7 +146,7 @@ static void a_ridge_leaves_no_ghost(void **state) {
   static const char *const upsamplings[] = {"1", "2", "4"};
   fixture *f = *state;
   for (int i = 0; i < 2 * 3; i++) {
-    neph_scene *scene = load(f, sinking_hills);
+    test_film scene = load(f, sinking_hills);
     unsigned counts[3], uncovered = 0;
     bool was_hill[PIXELS] = {false};
     double percents[3];
@@ -171,7 +165,7 @@ static void a_ridge_leaves_no_ghost(void **state) {
       neph_image_destroy(image);
     }
     assert_true(uncovered > 16);
-    neph_scene_destroy(scene);
+    film_destroy(scene);
   }
 }
 
@@ -187,8 +181,8 @@ static const char cumulus[] =
     "render: {samples: 1, history: reproject, history_frames: 64, multiple_scattering: none}\n"
     "output: {pixel_type: float}\n";
 
-static neph_scene *load_cumulus(fixture *f, const char *integrator, const char *method) {
-  neph_scene *scene = load(f, cumulus);
+static test_film load_cumulus(fixture *f, const char *integrator, const char *method) {
+  test_film scene = load(f, cumulus);
   set_in(scene, "render.integrator", integrator);
   set_in(scene, "render.max_scatterings", "1");
   set_in(scene, "render.history", method);
@@ -206,7 +200,7 @@ static bool is_same_at(const neph_image *a, const neph_image *b, int place) {
 static void sixteen_frames_renew_every_pixel(void **state) {
   fixture *f = *state;
   for (int i = 0; i < 2; i++) {
-    neph_scene *scene = load_cumulus(f, integrators[i], "reproject"), *full = load_cumulus(f, integrators[i], "none");
+    test_film scene = load_cumulus(f, integrators[i], "reproject"), full = load_cumulus(f, integrators[i], "none");
     set_in(scene, "render.history_weight", "1");
     neph_image *image = render(scene, 17);
     unsigned places = 0;
@@ -222,8 +216,8 @@ static void sixteen_frames_renew_every_pixel(void **state) {
     }
     assert_int_equal(places, 0xffff);
     neph_image_destroy(image);
-    neph_scene_destroy(scene);
-    neph_scene_destroy(full);
+    film_destroy(scene);
+    film_destroy(full);
   }
 }
 
@@ -240,7 +234,7 @@ static void a_still_picture_converges(void **state) {
   static const char *const seeds[] = {"1", "2", "3", "4"};
   fixture *f = *state;
   for (int i = 0; i < 2; i++) {
-    neph_scene *scene = load_cumulus(f, integrators[i], "reproject"), *full = load_cumulus(f, integrators[i], "none");
+    test_film scene = load_cumulus(f, integrators[i], "reproject"), full = load_cumulus(f, integrators[i], "none");
     double renewed = 0.0, single = 0.0;
     set_in(scene, "render.history_weight", "0");
     for (size_t k = 0; k < sizeof seeds / sizeof *seeds; k++) {
@@ -257,8 +251,8 @@ static void a_still_picture_converges(void **state) {
       neph_image_destroy(reference);
     }
     assert_true(renewed < 0.5 * single);
-    neph_scene_destroy(scene);
-    neph_scene_destroy(full);
+    film_destroy(scene);
+    film_destroy(full);
   }
 }
 
@@ -268,7 +262,7 @@ static void a_still_picture_converges(void **state) {
 static void a_cut_takes_nothing_from_before(void **state) {
   fixture *f = *state;
   for (int i = 0; i < 2; i++) {
-    neph_scene *scene = load_cumulus(f, integrators[i], "reproject"), *full = load_cumulus(f, integrators[i], "none");
+    test_film scene = load_cumulus(f, integrators[i], "reproject"), full = load_cumulus(f, integrators[i], "none");
     static const int frames[] = {1, 40, 42, 65};
     for (int k = 0; k < 4; k++) {
       neph_image *image = render(scene, frames[k]), *theirs = render(full, frames[k]);
@@ -280,8 +274,8 @@ static void a_cut_takes_nothing_from_before(void **state) {
       neph_image_destroy(image);
       neph_image_destroy(theirs);
     }
-    neph_scene_destroy(scene);
-    neph_scene_destroy(full);
+    film_destroy(scene);
+    film_destroy(full);
   }
 }
 
@@ -294,21 +288,20 @@ static void a_frame_alone_is_that_of_the_sequence(void **state) {
   test_log_start(&log);
   neph_context *context = test_context_create(1, &log);
   for (int i = 0; i < 2; i++) {
-    neph_scene *scene = load(f, sinking_hills);
+    test_film scene = load(f, sinking_hills);
     set_in(scene, "render.upsample", upsamplings[i]);
     set_in(scene, "render.history_frames", "4");
     for (size_t k = 0; k < sizeof order / sizeof *order; k++) {
-      neph_scene *alone;
-      assert_int_equal(neph_scene_load_text(context, sinking_hills, "dir/scene.yaml", &alone), NEPH_OK);
+      test_film alone = film_load(context, sinking_hills, "dir/scene.yaml");
       set_in(alone, "render.upsample", upsamplings[i]);
       set_in(alone, "render.history_frames", "4");
       neph_image *ours = render(scene, order[k]), *theirs = render(alone, order[k]);
       assert_same_bits(f, ours, theirs);
       neph_image_destroy(ours);
       neph_image_destroy(theirs);
-      neph_scene_destroy(alone);
+      film_destroy(alone);
     }
-    neph_scene_destroy(scene);
+    film_destroy(scene);
   }
   neph_context_destroy(context);
 }
@@ -316,7 +309,7 @@ static void a_frame_alone_is_that_of_the_sequence(void **state) {
 /* Each frame is rendered once where they come in order, and those of its block before it where one comes alone. */
 static void frames_before_are_rendered_once(void **state) {
   fixture *f = *state;
-  neph_scene *scene = load(f, sinking_hills);
+  test_film scene = load(f, sinking_hills);
   static const struct {
     int frame;
     const char *said;
@@ -329,7 +322,7 @@ static void frames_before_are_rendered_once(void **state) {
     if (rows[i].said) assert_non_null(strstr(f->log.text, rows[i].said));
   }
   assert_null(strstr(f->log.text, "history: frame 4"));
-  neph_scene_destroy(scene);
+  film_destroy(scene);
 }
 
 /* ---- Refusals ---- */
@@ -346,39 +339,39 @@ static void pictures_that_cannot_be_filled_in_are_refused(void **state) {
   neph_render_desc desc = NEPH_RENDER_DESC_DEFAULT;
   neph_image *image;
   for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
-    neph_scene *scene = load(f, sinking_hills);
+    test_film scene = load(f, sinking_hills);
     set_in(scene, "render.samples", "2");
     set_in(scene, rows[i].key, rows[i].value);
     test_log_clear(&f->log);
-    assert_int_not_equal(neph_render_image(scene, NULL, &image), NEPH_OK);
+    assert_int_not_equal(neph_render_image(scene.scene, NULL, &image), NEPH_OK);
     assert_one_error(&f->log, "render.history does not go with", rows[i].said);
-    neph_scene_destroy(scene);
+    film_destroy(scene);
   }
-  neph_scene *scene = load(f, sinking_hills);
+  test_film scene = load(f, sinking_hills);
   set_in(scene, "render.history", "none");
   set_in(scene, "render.upsample", "2");
-  assert_int_equal(neph_scene_get_render_desc(scene, &desc), NEPH_OK);
+  assert_int_equal(neph_scene_get_render_desc(scene.scene, &desc), NEPH_OK);
   desc.crop_max[0] = 16;
   test_log_clear(&f->log);
-  assert_int_not_equal(neph_render_image(scene, &desc, &image), NEPH_OK);
+  assert_int_not_equal(neph_render_image(scene.scene, &desc, &image), NEPH_OK);
   assert_one_error(&f->log, "render.upsample does not go with a crop or a tile", "set render.upsample to 1");
-  neph_scene_destroy(scene);
+  film_destroy(scene);
 }
 
 /* A frame that is rendered alone takes the time of those before it as well. */
 static void a_frame_alone_is_predicted_with_its_run_up(void **state) {
   fixture *f = *state;
-  neph_scene *scene = load(f, constant);
+  test_film scene = load(f, constant);
   neph_render_desc desc = NEPH_RENDER_DESC_DEFAULT;
   double seconds[2], next = 0.0;
-  assert_int_equal(neph_scene_get_render_desc(scene, &desc), NEPH_OK);
+  assert_int_equal(neph_scene_get_render_desc(scene.scene, &desc), NEPH_OK);
   for (int i = 0; i < 2; i++) {
     desc.frame = i == 0 ? 3 : 9;
-    assert_int_equal(neph_render_estimate_time(scene, &desc, &seconds[i], &next), NEPH_OK);
+    assert_int_equal(neph_render_estimate_time(scene.scene, &desc, &seconds[i], &next), NEPH_OK);
   }
   assert_true(next > 0.0);
   assert_near(seconds[1] - seconds[0], 6.0 * next, 1e-9 * seconds[1]); /* rounding alone */
-  neph_scene_destroy(scene);
+  film_destroy(scene);
 }
 
 static neph_result attempt(neph_context *context, void *user) {

@@ -23,10 +23,13 @@ static int set_up_depths(void **state) {
   return result;
 }
 
+/* By the fixture's renderer, or, of another scene, by itself. */
 static neph_image *render(fixture *f, neph_scene *scene) {
   neph_image *image;
   test_log_clear(&f->log);
-  assert_int_equal(neph_render_image(scene, NULL, &image), NEPH_OK);
+  assert_int_equal(scene == f->scene ? neph_renderer_render(f->renderer, scene, NULL, &image)
+                                     : neph_render_image(scene, NULL, &image),
+                   NEPH_OK);
   return image;
 }
 
@@ -109,7 +112,7 @@ static void depths_are_rebuilt_for_another_sun_or_cloud(void **state) {
 }
 
 /* Builds, gives back, takes the same again, and builds for another sun. */
-static neph_result build_thrice(neph_scene *scene) {
+static neph_result build_thrice(neph_scene *scene, np_stores *stores) {
   neph_result result = NEPH_OK;
   for (int i = 0; !result && i < 3; i++) {
     np_plan plan;
@@ -118,6 +121,7 @@ static neph_result build_thrice(neph_scene *scene) {
     np_monitor_start(&monitor, scene->context, NULL, NULL);
     if (i == 2) result = neph_scene_set(scene, "sun.elevation", "40 deg");
     if (!result) result = np_plan_make(scene, NULL, &plan);
+    plan.stores = stores;
     if (!result) result = np_assembly_build(scene, &plan, &monitor, &assembly);
     if (!result) np_assembly_clear(&assembly);
   }
@@ -133,7 +137,9 @@ static neph_result attempt(neph_context *context, void *user) {
   neph_scene *scene;
   neph_result result = neph_scene_load_text(context, text, "scene.yaml", &scene);
   if (result) return result;
-  result = build_thrice(scene);
+  np_stores stores = {.results = NULL};
+  result = build_thrice(scene, &stores);
+  np_stores_clear(context, &stores);
   neph_scene_destroy(scene);
   return result;
 }

@@ -41,7 +41,7 @@ static neph_scene *load(test_fixture *f, const motion_case *c, const char *integ
 
 static np_camera get_camera(neph_scene *scene, int frame) {
   np_camera camera;
-  assert_int_equal(np_scene_set_frame(scene, frame), NEPH_OK);
+  assert_int_equal(neph_scene_set_frame(scene, frame), NEPH_OK);
   assert_int_equal(np_camera_init(scene, WIDTH, HEIGHT, NEPH_EYE_CENTRE, &camera), NEPH_OK);
   return camera;
 }

@@ -229,15 +229,18 @@ static void halves_of_a_night_name_their_scale(void **state) {
 static void assert_lights(test_fixture *f, const char *text, unsigned lights, bool has_stars, bool has_airglow) {
   neph_scene *scene = load(f, text);
   np_plan plan;
+  np_stores stores = {.results = NULL};
   np_assembly assembly;
   np_monitor monitor;
   np_monitor_start(&monitor, f->context, NULL, NULL);
   assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
+  plan.stores = &stores;
   assert_int_equal(np_assembly_build(scene, &plan, &monitor, &assembly), NEPH_OK);
   assert_int_equal(assembly.packets[0].light_count, lights);
   assert_int_equal(assembly.packets[0].stars.count > 0, has_stars);
   assert_int_equal(assembly.packets[0].night.has_airglow, has_airglow);
   np_assembly_clear(&assembly);
+  np_stores_clear(f->context, &stores);
   neph_scene_destroy(scene);
 }
 

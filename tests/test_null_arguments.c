@@ -207,6 +207,7 @@ static void call_a_render_without_objects(void) {
                       FAILS(neph_renderer_create, NULL, NULL),
                       DOES(neph_renderer_destroy, NULL),
                       FAILS(neph_renderer_render, NULL, NULL, NULL, NULL),
+                      FAILS(neph_renderer_explain, NULL, NULL, NULL, (neph_text_format)0, NULL),
                       DOES(neph_renderer_cancel, NULL)};
   check_rows(rows, sizeof rows / sizeof *rows, NULL);
 }
@@ -286,7 +287,8 @@ static void call_with_an_object_alone(const objects *o) {
                       FAILS(neph_render_is_done, o->scene, NULL, NULL, NULL),
                       FAILS(neph_scene_add_volume, o->scene, NULL, NULL, NULL),
                       FAILS(neph_sky_create, o->atmosphere, NULL, NULL),
-                      FAILS(neph_renderer_render, o->renderer, NULL, NULL, NULL)};
+                      FAILS(neph_renderer_render, o->renderer, NULL, NULL, NULL),
+                      FAILS(neph_renderer_explain, o->renderer, NULL, NULL, (neph_text_format)0, NULL)};
   check_rows(rows, sizeof rows / sizeof *rows, o);
 }
 

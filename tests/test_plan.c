@@ -6,6 +6,7 @@
 #include "transport/scattering_field.h"
 #include "render/plan.h"
 #include "render/stages.h"
+#include "scene/scene_eval.h"
 
 static int set_up(void **state) { return test_set_up(state, 1, NULL); }
 
@@ -67,11 +68,13 @@ static void assert_history(test_fixture *f, const char *text, int frame, bool is
   np_plan plan;
   assert_int_equal(neph_scene_get_render_desc(scene, &desc), NEPH_OK);
   desc.frame = frame;
-  assert_int_equal(np_plan_make_frame(scene, &desc, &plan), NEPH_OK);
+  neph_scene at;
+  assert_int_equal(np_plan_make_frame(scene, &desc, &at, &plan), NEPH_OK);
   const np_plan_stage *stage = &plan.stages[NP_STAGE_HISTORY];
   if (stage->is_needed != is_needed || !strstr(stage->reason, reason))
     fail_msg("%s: %s: %s", text, stage->is_needed ? "yes" : "no", stage->reason);
   assert_int_equal(stage->cost.bytes > 0.0, is_needed);
+  np_scene_eval_clear(&at);
   neph_scene_destroy(scene);
 }
 

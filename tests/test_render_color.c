@@ -144,11 +144,13 @@ static void a_furnace_has_the_colour_of_its_light(void **state) {
 /* The radiance of the zenith in each packet, summed by hand over wavelengths. */
 static void compute_zenith(neph_scene *scene, double out_rgb[3]) {
   np_plan plan;
+  np_stores stores = {.results = NULL};
   np_assembly assembly;
   np_monitor monitor;
   np_wavelengths wavelengths;
   np_monitor_start(&monitor, scene->context, NULL, NULL);
   assert_int_equal(np_plan_make_sky(scene, false, &plan), NEPH_OK);
+  plan.stores = &stores;
   assert_int_equal(np_assembly_build(scene, &plan, &monitor, &assembly), NEPH_OK);
   assert_int_equal(assembly.packet_count, 5);
   np_wavelengths_choose(15, &wavelengths);
@@ -167,6 +169,7 @@ static void compute_zenith(neph_scene *scene, double out_rgb[3]) {
     }
   }
   np_assembly_clear(&assembly);
+  np_stores_clear(scene->context, &stores);
 }
 
 /* The picture's top row lies a quarter of a degree off the zenith, where the sky differs by less than 1 %. */

@@ -48,9 +48,9 @@ static void test_what_is_excluded_goes(void **state) {
   set(f, "clouds[0].phase.two_lobe.weight", "0.3");
   assert_int_equal(f->scene->clouds[0].phase_source.kind, NP_PHASE_TWO_LOBE);
   set(f, "sun.time", "2026-06-21T16:00Z");
-  assert_non_null(f->scene->sun.time);
+  assert_true(f->scene->sun.time.is_given);
   set(f, "sun.elevation", "3 deg");
-  assert_null(f->scene->sun.time);
+  assert_false(f->scene->sun.time.is_given);
   set(f, "terrain.heightfield", "a.hgt");
   assert_int_equal(f->scene->terrain.kind, NP_TERRAIN_HEIGHTFIELD);
   set(f, "terrain", "none");

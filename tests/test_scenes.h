@@ -7,13 +7,14 @@
 
 #include "test_support.h"
 
-#include <nephos/render.h>
+#include <nephos/renderer.h>
 #include <nephos/scene.h>
 
 typedef struct fixture {
   test_log log;
   neph_context *context;
   neph_scene *scene;
+  neph_renderer *renderer; /* of a sequence of the scene */
 } fixture;
 
 /* Called by a test's set-up; the scene is `text` as the file dir/scene.yaml would hold it. */
@@ -23,12 +24,14 @@ static inline int set_up_scene(void **state, unsigned thread_count, const char *
   test_log_start(&f->log);
   f->context = test_context_create(thread_count, &f->log);
   assert_int_equal(neph_scene_load_text(f->context, text, "dir/scene.yaml", &f->scene), NEPH_OK);
+  assert_int_equal(neph_renderer_create(f->context, &f->renderer), NEPH_OK);
   *state = f;
   return 0;
 }
 
 static inline int tear_down(void **state) {
   fixture *f = *state;
+  neph_renderer_destroy(f->renderer);
   neph_scene_destroy(f->scene);
   neph_context_destroy(f->context);
   free(f);
@@ -44,7 +47,7 @@ static inline void render_changed(fixture *f, const char *key, const char *value
   neph_image *image;
   test_log_clear(&f->log);
   set(f, key, value);
-  assert_int_equal(neph_render_image(f->scene, NULL, &image), NEPH_OK);
+  assert_int_equal(neph_renderer_render(f->renderer, f->scene, NULL, &image), NEPH_OK);
   neph_image_destroy(image);
 }
 

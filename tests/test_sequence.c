@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include "test_box_files.h"
+#include "test_films.h"
 
 enum { WIDTH = 64, HEIGHT = 36, PIXELS = WIDTH * HEIGHT };
 
@@ -45,29 +46,21 @@ static const char format[] =
 
 static const char placed[] = "voxel: 2 m, position: [0, 0, 16 m], optical_depth: 1";
 
-static neph_scene *load(const test_fixture *f, const char *pattern, const char *keys, bool has_beauty) {
+static test_film load(const test_fixture *f, const char *pattern, const char *keys, bool has_beauty) {
   char text[4096];
   (void)snprintf(text, sizeof text, format, pattern, keys, has_beauty ? "true" : "false");
-  neph_scene *scene = NULL;
-  assert_int_equal(neph_scene_load_text(f->context, text, "jet.yaml", &scene), NEPH_OK);
-  return scene;
+  return film_load(f->context, text, "jet.yaml");
 }
 
-static neph_image *render(neph_scene *scene, int frame) {
-  neph_render_desc desc = NEPH_RENDER_DESC_DEFAULT;
+static neph_image *render(test_film film, int frame) {
   neph_image *image = NULL;
-  assert_int_equal(neph_scene_get_render_desc(scene, &desc), NEPH_OK);
-  desc.frame = frame;
-  assert_int_equal(neph_render_image(scene, &desc, &image), NEPH_OK);
+  assert_int_equal(film_render(film, frame, &image), NEPH_OK);
   return image;
 }
 
-static neph_result try_render(neph_scene *scene, int frame) {
-  neph_render_desc desc = NEPH_RENDER_DESC_DEFAULT;
+static neph_result try_render(test_film film, int frame) {
   neph_image *image = NULL;
-  assert_int_equal(neph_scene_get_render_desc(scene, &desc), NEPH_OK);
-  desc.frame = frame;
-  neph_result result = neph_render_image(scene, &desc, &image);
+  neph_result result = film_render(film, frame, &image);
   neph_image_destroy(image);
   return result;
 }
@@ -114,7 +107,7 @@ static double measure_left_edge(neph_image *image, unsigned inside) {
 /* 4 rays a pixel and row start at places that differ from frame to frame: 16 of them find an edge to 0.1 pixels. Before
  * one frame placed all, the block moved by 12 m and then 24 m of 2.3 m a pixel. */
 static void assert_stands_still(const test_fixture *f, const char *pattern) {
-  neph_scene *scene = load(f, pattern, placed, false);
+  test_film scene = load(f, pattern, placed, false);
   neph_image *first = render(scene, 1);
   const unsigned inside = search_block(first);
   const double edge = measure_left_edge(first, inside);
@@ -126,7 +119,7 @@ static void assert_stands_still(const test_fixture *f, const char *pattern) {
     neph_image_destroy(image);
   }
   neph_image_destroy(first);
-  neph_scene_destroy(scene);
+  film_destroy(scene);
 }
 
 static void what_stands_still_stands_still(void **state) {
@@ -149,13 +142,13 @@ static double measure_depth(neph_image *image, unsigned inside) { return -log(me
 static void optical_depth_is_that_of_the_reference_frame(void **state) {
   const test_fixture *f = *state;
   write_frame(f, "", 2, 2.0f);
-  neph_scene *scene = load(f, f->path, placed, false);
+  test_film scene = load(f, f->path, placed, false);
   neph_image *first = render(scene, 1), *second = render(scene, 2);
   const unsigned inside = search_block(first);
   assert_near_relative(measure_depth(second, inside), 2.0 * measure_depth(first, inside), 0.02);
   neph_image_destroy(first);
   neph_image_destroy(second);
-  neph_scene_destroy(scene);
+  film_destroy(scene);
 }
 
 /* Exact without a sky, whose tables are kept over a sequence within atmosphere.tolerance. */
@@ -163,8 +156,8 @@ static void a_frame_alone_is_that_of_the_sequence(void **state) {
   const test_fixture *f = *state;
   char keys[256];
   (void)snprintf(keys, sizeof keys, "%s, reference_frame: 1", placed);
-  neph_scene *alone = load(f, f->path, keys, true), *named = load(f, f->path, keys, true),
-             *in_order = load(f, f->path, placed, true);
+  test_film alone = load(f, f->path, keys, true), named = load(f, f->path, keys, true),
+            in_order = load(f, f->path, placed, true);
   for (int frame = 1; frame <= 2; frame++) {
     neph_image_destroy(render(in_order, frame));
     neph_image_destroy(render(named, frame));
@@ -175,9 +168,9 @@ static void a_frame_alone_is_that_of_the_sequence(void **state) {
   neph_image_destroy(a);
   neph_image_destroy(b);
   neph_image_destroy(c);
-  neph_scene_destroy(alone);
-  neph_scene_destroy(named);
-  neph_scene_destroy(in_order);
+  film_destroy(alone);
+  film_destroy(named);
+  film_destroy(in_order);
 }
 
 /* A reference is kept by what it was made of: other keys, and another file of that frame, make another. */
@@ -185,7 +178,7 @@ static void a_changed_reference_is_read_again(void **state) {
   const test_fixture *f = *state;
   char keys[256];
   (void)snprintf(keys, sizeof keys, "%s, reference_frame: 1", placed);
-  neph_scene *scene = load(f, f->path, keys, false);
+  test_film scene = load(f, f->path, keys, false);
   neph_image *before = render(scene, 2);
   const unsigned inside = search_block(before);
   const double once = measure_depth(before, inside);
@@ -193,12 +186,12 @@ static void a_changed_reference_is_read_again(void **state) {
   neph_image *after = render(scene, 2);
   assert_near_relative(measure_depth(after, inside), 2.0 * once, 0.02);
   neph_image_destroy(after);
-  assert_int_equal(neph_scene_set(scene, "clouds[0].optical_depth", "0.5"), NEPH_OK);
+  assert_int_equal(neph_scene_set(scene.scene, "clouds[0].optical_depth", "0.5"), NEPH_OK);
   after = render(scene, 2);
   assert_near_relative(measure_depth(after, inside), once, 0.02);
   neph_image_destroy(after);
   neph_image_destroy(before);
-  neph_scene_destroy(scene);
+  film_destroy(scene);
 }
 
 /* "x[1]" is a folder's name, though "x1" lies beside it with a denser frame 1. */
@@ -212,15 +205,15 @@ static void brackets_are_no_pattern(void **state) {
     free(folder);
   }
   char *pattern = test_path(f->folder, "x[1]/b.####.vdb");
-  neph_scene *scene = load(f, pattern, placed, false), *plain = load(f, f->path, placed, false);
+  test_film scene = load(f, pattern, placed, false), plain = load(f, f->path, placed, false);
   for (int frame = 1; frame <= 2; frame++) {
     neph_image *image = render(scene, frame), *same = render(plain, frame);
     assert_same_bits(image, same);
     neph_image_destroy(image);
     neph_image_destroy(same);
   }
-  neph_scene_destroy(scene);
-  neph_scene_destroy(plain);
+  film_destroy(scene);
+  film_destroy(plain);
   free(pattern);
 }
 
@@ -230,8 +223,8 @@ static void an_empty_frame_is_an_empty_picture(void **state) {
   test_fixture *f = *state;
   write_frame(f, "", 1, 0.0f);
   for (neph_integrator i = NEPH_INTEGRATOR_MARCH; i <= NEPH_INTEGRATOR_PATH; i++) {
-    neph_scene *scene = load(f, f->path, placed, true);
-    if (i == NEPH_INTEGRATOR_PATH) assert_int_equal(neph_scene_set(scene, "render.integrator", "path"), NEPH_OK);
+    test_film scene = load(f, f->path, placed, true);
+    if (i == NEPH_INTEGRATOR_PATH) assert_int_equal(neph_scene_set(scene.scene, "render.integrator", "path"), NEPH_OK);
     test_log_clear(&f->log);
     neph_image *empty = render(scene, 1);
     assert_non_null(strstr(f->log.text, "b.0001.vdb: grid 'density' is empty: it has no active voxels"));
@@ -244,7 +237,7 @@ static void an_empty_frame_is_an_empty_picture(void **state) {
     neph_image_destroy(empty);
     neph_image_destroy(filled);
     neph_image_destroy(empty_again);
-    neph_scene_destroy(scene);
+    film_destroy(scene);
   }
 }
 
@@ -257,10 +250,10 @@ static void an_empty_cloud_leaves_the_others_as_they_are(void **state) {
                  "%s, reference_frame: 1}, {name: low, bake: {extent: 200 m, voxel: 20 m, base: 60 m, "
                  "thickness: 100 m, coverage: 1}",
                  placed);
-  neph_scene *both = load(f, f->path, keys, true);
+  test_film both = load(f, f->path, keys, true);
   neph_image *image = render(both, 2);
-  neph_scene *alone = load(f, f->path, placed, true);
-  assert_int_equal(neph_scene_set(alone, "clouds",
+  test_film alone = load(f, f->path, placed, true);
+  assert_int_equal(neph_scene_set(alone.scene, "clouds",
                                   "[{name: low, bake: {extent: 200 m, voxel: 20 m, base: 60 m, "
                                   "thickness: 100 m, coverage: 1}}]"),
                    NEPH_OK);
@@ -268,8 +261,8 @@ static void an_empty_cloud_leaves_the_others_as_they_are(void **state) {
   assert_same_bits(image, same);
   neph_image_destroy(image);
   neph_image_destroy(same);
-  neph_scene_destroy(both);
-  neph_scene_destroy(alone);
+  film_destroy(both);
+  film_destroy(alone);
 }
 
 static void a_reference_frame_must_hold_something(void **state) {
@@ -277,11 +270,11 @@ static void a_reference_frame_must_hold_something(void **state) {
   char keys[256];
   write_frame(f, "", 1, 0.0f);
   (void)snprintf(keys, sizeof keys, "%s, reference_frame: 1", placed);
-  neph_scene *scene = load(f, f->path, keys, false);
+  test_film scene = load(f, f->path, keys, false);
   test_log_clear(&f->log);
   assert_int_equal(try_render(scene, 2), NEPH_ERROR_BAD_SCENE);
   assert_non_null(strstr(f->log.text, "cloud jet: its reference frame 1 holds nothing"));
-  neph_scene_destroy(scene);
+  film_destroy(scene);
 }
 
 /* ---- Numbers of files ---- */
@@ -294,11 +287,11 @@ static void assert_shows(const test_fixture *f, const char *pattern, const char 
   char keys[512];
   (void)snprintf(keys, sizeof keys, "%s, reference_frame: 1, %s", placed, more);
   for (neph_integrator i = NEPH_INTEGRATOR_MARCH; i <= NEPH_INTEGRATOR_PATH; i++) {
-    neph_scene *scene = load(f, pattern, keys, true), *plain = load(f, f->path, placed, true);
-    assert_int_equal(neph_scene_set(plain, "clouds[0].reference_frame", "1"), NEPH_OK);
+    test_film scene = load(f, pattern, keys, true), plain = load(f, f->path, placed, true);
+    assert_int_equal(neph_scene_set(plain.scene, "clouds[0].reference_frame", "1"), NEPH_OK);
     for (int n = 0; n < 2 && i == NEPH_INTEGRATOR_PATH; n++) {
-      assert_int_equal(neph_scene_set(n ? scene : plain, "render.integrator", "path"), NEPH_OK);
-      assert_int_equal(neph_scene_set(n ? scene : plain, "render.samples", "128"), NEPH_OK);
+      assert_int_equal(neph_scene_set((n ? scene : plain).scene, "render.integrator", "path"), NEPH_OK);
+      assert_int_equal(neph_scene_set((n ? scene : plain).scene, "render.samples", "128"), NEPH_OK);
     }
     neph_image *image = render(scene, frame), *same = other ? render(plain, other) : NULL;
     double difference = 0.0;
@@ -308,8 +301,8 @@ static void assert_shows(const test_fixture *f, const char *pattern, const char 
     assert_true(difference <= (frame == other || !other ? 0.0 : 0.02));
     neph_image_destroy(image);
     neph_image_destroy(same);
-    neph_scene_destroy(scene);
-    neph_scene_destroy(plain);
+    film_destroy(scene);
+    film_destroy(plain);
   }
 }
 
@@ -323,9 +316,9 @@ static void a_missing_frame_is_what_the_scene_says(void **state) {
   assert_shows(f, f->path, "missing: loop", 5, 2);
   assert_shows(f, f->path, "missing: loop", 0, 3);
   assert_shows(f, f->path, "missing: error", 2, 2);
-  neph_scene *scene = load(f, f->path, "extinction: 1, missing: error", true);
+  test_film scene = load(f, f->path, "extinction: 1, missing: error", true);
   assert_int_equal(try_render(scene, 4), NEPH_ERROR_NOT_FOUND);
-  neph_scene_destroy(scene);
+  film_destroy(scene);
 }
 
 /* A gap is bridged from before. */
@@ -345,11 +338,11 @@ static void a_sequence_without_files_is_refused(void **state) {
   char *pattern = test_path(f->folder, "c.####.vdb"), keys[256];
   for (size_t i = 0; i < sizeof modes / sizeof *modes; i++) {
     (void)snprintf(keys, sizeof keys, "extinction: 1, missing: %s", modes[i]);
-    neph_scene *scene = load(f, pattern, keys, true);
+    test_film scene = load(f, pattern, keys, true);
     test_log_clear(&f->log);
     assert_int_equal(try_render(scene, 1), NEPH_ERROR_NOT_FOUND);
     assert_one_error(&f->log, "c.0001.vdb");
-    neph_scene_destroy(scene);
+    film_destroy(scene);
   }
   free(pattern);
 }
@@ -403,18 +396,18 @@ static void a_reference_frame_wants_a_sequence(void **state) {
   assert_bad(f, "vdb: a.vdb, extinction: 1, reference_frame: 3", "but its vdb is the same file in every frame");
 }
 
-static char *explain(neph_scene *scene, int frame, neph_text_format text_format, neph_result expected) {
+static char *explain(test_film film, int frame, neph_text_format text_format, neph_result expected) {
   neph_render_desc desc = NEPH_RENDER_DESC_DEFAULT;
   char *text = NULL;
-  assert_int_equal(neph_scene_get_render_desc(scene, &desc), NEPH_OK);
+  assert_int_equal(neph_scene_get_render_desc(film.scene, &desc), NEPH_OK);
   desc.frame = frame;
-  assert_int_equal(neph_render_explain(scene, &desc, text_format, &text), expected);
+  assert_int_equal(neph_renderer_explain(film.renderer, film.scene, &desc, text_format, &text), expected);
   return text;
 }
 
-static void assert_explained(const test_fixture *f, neph_scene *scene, int frame, neph_text_format text_format,
+static void assert_explained(const test_fixture *f, test_film film, int frame, neph_text_format text_format,
                              const char *line) {
-  char *text = explain(scene, frame, text_format, NEPH_OK);
+  char *text = explain(film, frame, text_format, NEPH_OK);
   if (!strstr(text, line)) fail_msg("%s is not in\n%s", line, text);
   neph_text_destroy(f->context, text);
 }
@@ -423,20 +416,20 @@ static void assert_explained(const test_fixture *f, neph_scene *scene, int frame
 static void the_plan_names_the_reference_frame(void **state) {
   const test_fixture *f = *state;
   write_frame(f, "", 1, 0.0f);
-  neph_scene *scene = load(f, f->path, placed, false);
+  test_film scene = load(f, f->path, placed, false);
   assert_explained(f, scene, 1, NEPH_TEXT_PLAIN,
                    "reference frames     jet none yet: no frame asked for holds anything\n");
   assert_explained(f, scene, 2, NEPH_TEXT_PLAIN, "reference frames     jet 2\n");
   assert_explained(f, scene, 3, NEPH_TEXT_PLAIN, "reference frames     jet 2\n");
   assert_explained(f, scene, 3, NEPH_TEXT_JSON, "\"frame\": 2");
-  assert_int_equal(neph_scene_set(scene, "clouds[0].reference_frame", "3"), NEPH_OK);
+  assert_int_equal(neph_scene_set(scene.scene, "clouds[0].reference_frame", "3"), NEPH_OK);
   assert_explained(f, scene, 2, NEPH_TEXT_PLAIN, "reference frames     jet 3\n");
-  neph_scene_destroy(scene);
+  film_destroy(scene);
 }
 
 static void the_plan_opens_every_frame(void **state) {
   test_fixture *f = *state;
-  neph_scene *scene = load(f, f->path, "voxel: 2 m, position: [0, 0, 16 m], optical_depth: 1, missing: error", false);
+  test_film scene = load(f, f->path, "voxel: 2 m, position: [0, 0, 16 m], optical_depth: 1, missing: error", false);
   test_log_clear(&f->log);
   assert_null(explain(scene, 4, NEPH_TEXT_PLAIN, NEPH_ERROR_NOT_FOUND));
   assert_one_error(&f->log, "jet.yaml:5:27: clouds[0].vdb is ",
@@ -446,12 +439,12 @@ static void the_plan_opens_every_frame(void **state) {
   test_log_clear(&f->log);
   assert_null(explain(scene, 4, NEPH_TEXT_PLAIN, NEPH_ERROR_BAD_FILE));
   assert_one_error(&f->log, "b.0004.vdb: ");
-  assert_int_equal(neph_scene_set(scene, "clouds[0].reference_frame", "9"), NEPH_OK);
+  assert_int_equal(neph_scene_set(scene.scene, "clouds[0].reference_frame", "9"), NEPH_OK);
   test_log_clear(&f->log);
   assert_null(explain(scene, 1, NEPH_TEXT_PLAIN, NEPH_ERROR_NOT_FOUND));
   assert_one_error(&f->log, "clouds[0].reference_frame is 9, must be the number of a file that is there");
   free(path);
-  neph_scene_destroy(scene);
+  film_destroy(scene);
 }
 
 /* ---- The next frame ---- */
@@ -480,20 +473,20 @@ static bool is_in_memory(const char *path) {
  */
 static void the_next_frame_is_read_ahead(void **state) {
   test_fixture *f = *state;
-  neph_scene *scene = load(f, f->path, placed, false);
+  test_film scene = load(f, f->path, placed, false);
   neph_image *alone = render(scene, 1), *image;
   char *next = test_path(f->folder, "b.0002.vdb");
   neph_render_desc desc = NEPH_RENDER_DESC_DEFAULT;
-  assert_int_equal(neph_scene_get_render_desc(scene, &desc), NEPH_OK);
+  assert_int_equal(neph_scene_get_render_desc(scene.scene, &desc), NEPH_OK);
   desc.frame = 1, desc.has_next_frame = true, desc.next_frame = 2;
   drop_pages(next);
-  assert_int_equal(neph_render_image(scene, &desc, &image), NEPH_OK);
+  assert_int_equal(neph_renderer_render(scene.renderer, scene.scene, &desc, &image), NEPH_OK);
   for (int wait = 0; wait < 200 && !is_in_memory(next); wait++) usleep(10000);
   assert_true(is_in_memory(next));
   assert_same_bits(alone, image);
   neph_image_destroy(image);
   neph_image_destroy(alone);
-  neph_scene_destroy(scene);
+  film_destroy(scene);
   free(next);
 }
 
@@ -501,22 +494,22 @@ static void the_next_frame_is_read_ahead(void **state) {
 static void a_bad_next_frame_waits_for_its_turn(void **state) {
   test_fixture *f = *state;
   char *next = test_path(f->folder, "b.0002.vdb");
-  neph_scene *scene = load(f, f->path, "extinction: 1, missing: error", false);
+  test_film scene = load(f, f->path, "extinction: 1, missing: error", false);
   neph_image *image;
   neph_render_desc desc = NEPH_RENDER_DESC_DEFAULT;
-  assert_int_equal(neph_scene_get_render_desc(scene, &desc), NEPH_OK);
+  assert_int_equal(neph_scene_get_render_desc(scene.scene, &desc), NEPH_OK);
   desc.frame = 1, desc.has_next_frame = true, desc.next_frame = 2;
   assert_int_equal(truncate(next, 100), 0);
   for (int is_missing = 0; is_missing < 2; is_missing++) {
     if (is_missing) assert_int_equal(unlink(next), 0);
     test_log_clear(&f->log);
-    assert_int_equal(neph_render_image(scene, &desc, &image), NEPH_OK);
+    assert_int_equal(neph_renderer_render(scene.renderer, scene.scene, &desc, &image), NEPH_OK);
     neph_image_destroy(image);
     assert_null(strstr(f->log.text, "b.0002.vdb"));
     assert_int_equal(try_render(scene, 2), is_missing ? NEPH_ERROR_NOT_FOUND : NEPH_ERROR_BAD_FILE);
     assert_non_null(strstr(f->log.text, "b.0002.vdb"));
   }
-  neph_scene_destroy(scene);
+  film_destroy(scene);
   free(next);
 }
 

@@ -8,9 +8,9 @@ static const char sea[] =
     "{camera: {position: [0, 0, 300 m], look_at: [0, 1 km, 400 m], fov: 90 deg, resolution: [32, 18]},"
     " sun: {elevation: 20 deg, azimuth: 40 deg}, render: {samples: 1}}";
 
-static neph_image *render(neph_scene *scene) {
+static neph_image *render(const fixture *f) {
   neph_image *image;
-  assert_int_equal(neph_render_image(scene, NULL, &image), NEPH_OK);
+  assert_int_equal(neph_renderer_render(f->renderer, f->scene, NULL, &image), NEPH_OK);
   return image;
 }
 
@@ -22,7 +22,7 @@ static void assert_built(const fixture *f, bool atmosphere, bool sky, const char
 
 static int set_up(void **state) {
   (void)set_up_scene(state, 2, sea);
-  neph_image_destroy(render(((fixture *)*state)->scene));
+  neph_image_destroy(render(*state));
   return 0;
 }
 
@@ -73,16 +73,16 @@ static void traced_air_has_no_tables_of_light(void **state) {
   render_changed(f, "render.integrator", "path");
   assert_built(f, false, false, NULL);
   set(f, "atmosphere.mie_height", "1.5 km");
-  neph_image_destroy(render(f->scene));
+  neph_image_destroy(render(f));
   render_changed(f, "render.integrator", "march");
   assert_built(f, true, true, ": what is asked of it changed");
 }
 
 static void a_change_of_the_suns_strength_keeps_all_and_counts(void **state) {
   fixture *f = *state;
-  neph_image *bright = render(f->scene);
+  neph_image *bright = render(f);
   set(f, "sun.irradiance", "[0.737, 0.9252, 0.95599]");
-  neph_image *half = render(f->scene);
+  neph_image *half = render(f);
   assert_built(f, false, false, NULL);
   /* Half the light, to the rounding of halves in floats. */
   assert_near_relative((double)neph_image_get_channel(half, "G")[16],
@@ -113,13 +113,14 @@ static void keeping_errs_less_than_the_tolerance(void **state) {
     set(f, "camera.position", "[0, 0, 308 m]");
     set(f, "sun.elevation", after);
     test_log_clear(&f->log);
-    neph_image *kept = render(f->scene);
+    neph_image *kept = render(f);
     assert_built(f, false, false, NULL);
     neph_scene *fresh;
     assert_int_equal(neph_scene_load_text(f->context, sea, "sea", &fresh), NEPH_OK);
     assert_int_equal(neph_scene_set(fresh, "camera.position", "[0, 0, 308 m]"), NEPH_OK);
     assert_int_equal(neph_scene_set(fresh, "sun.elevation", after), NEPH_OK);
-    neph_image *own = render(fresh);
+    neph_image *own;
+    assert_int_equal(neph_render_image(fresh, NULL, &own), NEPH_OK);
     const double error = compare(kept, own);
     print_message("sun at %g degrees: a kept sky is %.3f %% off\n", elevations[i], 100.0 * error);
     assert_true(error <= 0.007);

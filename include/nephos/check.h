@@ -59,7 +59,7 @@ NEPH_API neph_result neph_check_file(neph_check *check, const char *path) NEPH_N
 NEPH_API bool neph_check_is_file(const char *path);
 
 /** Checks a scene, of the check's context, with all files that it names, in a frame. */
-NEPH_API neph_result neph_check_scene(neph_check *check, neph_scene *scene, int frame) NEPH_NODISCARD;
+NEPH_API neph_result neph_check_scene(neph_check *check, const neph_scene *scene, int frame) NEPH_NODISCARD;
 
 /** Number of findings of a severity, those beyond the list counted. */
 NEPH_API size_t neph_check_count(const neph_check *check, neph_severity severity);

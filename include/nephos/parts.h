@@ -19,7 +19,7 @@ extern "C" {
  * @param desc      NULL: the scene's own settings.
  * @param out_hash  empty on failure, and where the scene holds an object set by a call.
  */
-NEPH_API neph_result neph_render_compute_hash(neph_scene *scene, const neph_render_desc *desc,
+NEPH_API neph_result neph_render_compute_hash(const neph_scene *scene, const neph_render_desc *desc,
                                               char out_hash[NEPH_HASH_SIZE]) NEPH_NODISCARD;
 
 /** Whether a file is the finished picture of a render, or, with desc.part_path, the finished part, by the hash, the
@@ -27,7 +27,7 @@ NEPH_API neph_result neph_render_compute_hash(neph_scene *scene, const neph_rend
  *
  * @param desc  NULL: the scene's own settings.
  */
-NEPH_API neph_result neph_render_is_done(neph_scene *scene, const neph_render_desc *desc, const char *path,
+NEPH_API neph_result neph_render_is_done(const neph_scene *scene, const neph_render_desc *desc, const char *path,
                                          bool *out_is_done) NEPH_NODISCARD;
 
 /** Removes the light that a render has kept beside its checkpoint (neph_render_desc.checkpoint_path), which a finished

@@ -191,22 +191,22 @@ typedef struct neph_effort {
 NEPH_API neph_result neph_scene_choose_effort(neph_scene *scene, const neph_render_desc *desc,
                                               neph_effort *out_effort) NEPH_NODISCARD;
 
-/** Renders one picture. The scene keeps caches for its next picture; a neph_renderer keeps them for several scenes.
+/** Renders one picture, and keeps nothing for the next: a neph_renderer does. Threads may render one scene at once.
  *
- * Frames of an imported sequence are placed and scaled by one of them: the scene's reference_frame, else the first that
- * was rendered or explained from this scene and holds anything.
+ * Frames of an imported sequence are placed and scaled by one of them: the scene's reference_frame, else the frame
+ * itself, or, of a neph_renderer, the first frame that it rendered or explained and that holds anything.
  *
  * @param desc       NULL: the scene's own settings.
  * @param out_image  R, G, B, A, Z and the wanted AOVs; owned by the caller; NULL on failure. Its header states the
  *                   colour space: linear light of a space, or radiances in three bands.
  */
-NEPH_API neph_result neph_render_image(neph_scene *scene, const neph_render_desc *desc,
+NEPH_API neph_result neph_render_image(const neph_scene *scene, const neph_render_desc *desc,
                                        neph_image **out_image) NEPH_NODISCARD;
 
 /** The plan of a render, with the stages that it needs and leaves out, and why, as text; free it with
  * neph_text_destroy. Opens every file that the frame is rendered from, and fails where one is missing, damaged at its
  * head, or of another kind. */
-NEPH_API neph_result neph_render_explain(neph_scene *scene, const neph_render_desc *desc, neph_text_format format,
+NEPH_API neph_result neph_render_explain(const neph_scene *scene, const neph_render_desc *desc, neph_text_format format,
                                          char **out_text) NEPH_NODISCARD;
 
 /** Memory that a process has at its peak while it renders a picture. */
@@ -229,7 +229,7 @@ typedef struct neph_memory_estimate {
  * @param desc          NULL: the scene's own settings.
  * @param out_estimate  starts from NEPH_MEMORY_ESTIMATE_DEFAULT; unchanged on failure.
  */
-NEPH_API neph_result neph_render_estimate_memory(neph_scene *scene, const neph_render_desc *desc,
+NEPH_API neph_result neph_render_estimate_memory(const neph_scene *scene, const neph_render_desc *desc,
                                                  neph_memory_estimate *out_estimate) NEPH_NODISCARD;
 
 /** Predicts the time of a render from its plan, headers of cloud files and trials of bakes, as `--explain` does: in
@@ -238,11 +238,11 @@ NEPH_API neph_result neph_render_estimate_memory(neph_scene *scene, const neph_r
  * @param desc              NULL: the scene's own settings.
  * @param out_seconds       seconds of this picture alone, with the earlier frames that its history needs; unchanged
  *                          on failure.
- * @param out_next_seconds  seconds of the next frame in the same process, which reuses the scene's caches; NULL is
+ * @param out_next_seconds  seconds of the next frame by the same neph_renderer, which reuses its caches; NULL is
  *                          allowed.
  */
-NEPH_API neph_result neph_render_estimate_time(neph_scene *scene, const neph_render_desc *desc, double *out_seconds,
-                                               double *out_next_seconds) NEPH_NODISCARD;
+NEPH_API neph_result neph_render_estimate_time(const neph_scene *scene, const neph_render_desc *desc,
+                                               double *out_seconds, double *out_next_seconds) NEPH_NODISCARD;
 
 /** Disks of sun and moon in a picture of the sky. */
 typedef enum neph_sky_disks {
@@ -277,7 +277,7 @@ typedef struct neph_sky_image_desc {
  * G, B each, real and orthonormal without the Condon-Shortley phase, in the order 1, y, z, x, xy, yz, 3z²−1, xz, x²−y²;
  * x east, y north, z up). These are not multiplied by output.scale, as pixels are.
  */
-NEPH_API neph_result neph_render_sky(neph_scene *scene, const neph_sky_image_desc *desc,
+NEPH_API neph_result neph_render_sky(const neph_scene *scene, const neph_sky_image_desc *desc,
                                      neph_image **out_image) NEPH_NODISCARD;
 
 /** Lights and camera of a scene as a USD layer (.usda): a DomeLight with a picture of the sky, DistantLights for sun
@@ -309,7 +309,7 @@ NEPH_API const char *neph_sky_table_get_name(neph_sky_table table);
  *
  * @param out_image  R, G, B; owned by the caller; NULL on failure, which it is when the scene has no air.
  */
-NEPH_API neph_result neph_render_sky_table(neph_scene *scene, neph_sky_table table,
+NEPH_API neph_result neph_render_sky_table(const neph_scene *scene, neph_sky_table table,
                                            neph_image **out_image) NEPH_NODISCARD;
 
 typedef struct neph_sky_verify_desc {
@@ -331,7 +331,7 @@ typedef struct neph_sky_verify_desc {
  * @param desc      NULL for the defaults.
  * @param out_text  free it with neph_text_destroy; NULL on failure, which it is when the scene has no air.
  */
-NEPH_API neph_result neph_render_sky_verify(neph_scene *scene, const neph_sky_verify_desc *desc,
+NEPH_API neph_result neph_render_sky_verify(const neph_scene *scene, const neph_sky_verify_desc *desc,
                                             neph_text_format format, char **out_text) NEPH_NODISCARD;
 
 /** Bakes one procedural cloud of a scene to a .vdb file, as it is in a frame: frame 1 is at the cloud's `time`, every
@@ -340,12 +340,12 @@ NEPH_API neph_result neph_render_sky_verify(neph_scene *scene, const neph_sky_ve
  * @param desc  NULL for the defaults; the planet and the levels of detail (lod_count and so on) are the scene's in any
  *              case, the latter for its own resolution.
  */
-NEPH_API neph_result neph_scene_bake_file(neph_scene *scene, unsigned cloud_index, int frame,
+NEPH_API neph_result neph_scene_bake_file(const neph_scene *scene, unsigned cloud_index, int frame,
                                           const neph_bake_desc *desc, const char *path) NEPH_NODISCARD;
 
 /** Writes the weather map of a procedural cloud of a scene from above, as it is in a frame, as neph_cloud_save_map
  * does. */
-NEPH_API neph_result neph_scene_save_map(neph_scene *scene, unsigned cloud_index, int frame, const char *path,
+NEPH_API neph_result neph_scene_save_map(const neph_scene *scene, unsigned cloud_index, int frame, const char *path,
                                          neph_map_picture *out_picture) NEPH_NODISCARD;
 
 typedef struct neph_export_desc {
@@ -356,12 +356,14 @@ typedef struct neph_export_desc {
   unsigned level_count;      /**< levels of detail, 1 to NEPH_BAKE_LEVELS_MAX (default 1: `path` alone) */
   bool is_dry_run;           /**< opens the cloud's file, checks that it has the grids that the scene requires, and
                                   writes nothing (default false) */
+  struct neph_renderer *renderer; /**< keeps the frame that places and scales a sequence from one call to the next, as
+                                       it does for pictures; NULL: each call goes by its own frame (default NULL) */
 } neph_export_desc;
 
 #define NEPH_EXPORT_DESC_DEFAULT                                                                                       \
   {                                                                                                                    \
     .struct_size = sizeof(neph_export_desc), .precision = NEPH_PRECISION_FLOAT, .progress = NULL,                      \
-    .progress_user = NULL, .level_count = 1, .is_dry_run = false                                                       \
+    .progress_user = NULL, .level_count = 1, .is_dry_run = false, .renderer = NULL                                     \
   }
 
 /** Optional grids of an exported file beside its density; bits. */
@@ -402,7 +404,7 @@ typedef struct neph_exported_cloud {
  * @param desc       NULL for the defaults.
  * @param out_cloud  starts from NEPH_EXPORTED_CLOUD_DEFAULT; a dry run sets name, path and frame alone.
  */
-NEPH_API neph_result neph_scene_export_cloud(neph_scene *scene, unsigned cloud_index, int frame,
+NEPH_API neph_result neph_scene_export_cloud(const neph_scene *scene, unsigned cloud_index, int frame,
                                              const neph_export_desc *desc, const char *path,
                                              neph_exported_cloud *out_cloud) NEPH_NODISCARD;
 

@@ -10,8 +10,10 @@ extern "C" {
 #endif
 
 /** The caches that pictures share, of one scene or of several: volumes and terrain while their files and settings are
- * the same, tables of air and sky, multiple scattering, sun optical depth. One owner; one picture at a time: a call
- * while another thread renders, or from a callback of a picture, returns NEPH_ERROR_INVALID_ARGUMENT. */
+ * the same, tables of air and sky, multiple scattering, sun optical depth, the frame before where a frame needs it, and
+ * the frame by which an imported sequence is placed and scaled. One owner; one picture at a time: a call while another
+ * thread renders, or from a callback of a picture, returns NEPH_ERROR_INVALID_ARGUMENT. Several renderers may render
+ * one scene at once. */
 typedef struct neph_renderer neph_renderer;
 
 NEPH_API neph_result neph_renderer_create(neph_context *context, neph_renderer **out_renderer) NEPH_NODISCARD;
@@ -29,8 +31,17 @@ NEPH_API void neph_renderer_destroy(neph_renderer *renderer);
  * @param desc       NULL: the scene's own settings.
  * @param out_image  owned by the caller; NULL on failure.
  */
-NEPH_API neph_result neph_renderer_render(neph_renderer *renderer, neph_scene *scene, const neph_render_desc *desc,
-                                          neph_image **out_image) NEPH_NODISCARD;
+NEPH_API neph_result neph_renderer_render(neph_renderer *renderer, const neph_scene *scene,
+                                          const neph_render_desc *desc, neph_image **out_image) NEPH_NODISCARD;
+
+/** The plan of a picture as neph_render_explain has it. An imported sequence without a reference_frame goes by the
+ * first frame that this renderer explained or rendered and that holds anything; a warning is logged once a renderer.
+ *
+ * @param out_text  free it with neph_text_destroy; NULL on failure.
+ */
+NEPH_API neph_result neph_renderer_explain(neph_renderer *renderer, const neph_scene *scene,
+                                           const neph_render_desc *desc, neph_text_format format,
+                                           char **out_text) NEPH_NODISCARD;
 
 /** Ends the picture under way, from any thread: neph_renderer_render then returns NEPH_ERROR_CANCELLED within half a
  * second. Without one the next call of neph_renderer_render returns that at once, so that a cancel cannot come too

@@ -37,8 +37,9 @@ NEPH_API void neph_scene_destroy(neph_scene *scene);
  */
 NEPH_API neph_result neph_scene_set(neph_scene *scene, const char *key, const char *value) NEPH_NODISCARD;
 
-/** Evaluates a scene at a frame: keys of `animate` take their values of it. Renders and bakes evaluate the frame of
- * their own descriptions. A new scene is at frame 1. Texts got from the scene stay valid. */
+/** Sets the frame in which a scene is described, checked, and shown by pictures of its sky, by its USD layer and by
+ * neph_scene_get_output: keys of `animate` have their values in it. Renders, bakes, maps and exports are of the frame
+ * that they are given, and leave this one as it is. A new scene is at frame 1. Texts got from the scene stay valid. */
 NEPH_API neph_result neph_scene_set_frame(neph_scene *scene, int frame) NEPH_NODISCARD;
 
 /** Whether any key changes from frame to frame. */

@@ -14,17 +14,20 @@
 #include "core/frame_name.h"
 #include "core/given.h"
 #include "core/text.h"
+#include "render/frame.h"
 #include "render/georeference.h"
 #include "render/plan.h"
 #include "render/reference_frame.h"
 #include "scene/cloud_file.h"
 #include "scene/cloud_places.h"
+#include "scene/scene_eval.h"
 #include "terrain/heightfield_files.h"
 #include "volume/volume_private.h"
 
 typedef struct scene_check {
   neph_check *check;
-  neph_scene *scene;
+  const neph_scene *scene; /* in the frame */
+  np_stores *stores;
   const char *name;
   int frame;
   np_camera camera;
@@ -40,7 +43,7 @@ static neph_result check_plan(const scene_check *c) {
   neph_result result = neph_check_set_file(c->check, c->name);
   if (!result) result = neph_scene_get_render_desc(c->scene, &desc);
   desc.frame = c->frame;
-  if (!result) result = neph_render_explain(c->scene, &desc, NEPH_TEXT_PLAIN, &text);
+  if (!result) result = np_render_explain(c->scene, &desc, c->stores, NEPH_TEXT_PLAIN, &text);
   neph_text_destroy(c->check->context, text);
   return np_check_pass(result);
 }
@@ -145,7 +148,6 @@ static neph_result add_georeference(const scene_check *c, const np_scene_cloud *
 static neph_result check_placement(const scene_check *c, unsigned index, double number, neph_volume *volume) {
   const np_scene_cloud *cloud = &c->scene->clouds[index];
   const neph_volume_load_desc load = np_cloud_file_describe_load(cloud);
-  np_stores *stores;
   np_anchor anchor;
   np_placement placement;
   np_georeference georeference;
@@ -153,8 +155,7 @@ static neph_result check_placement(const scene_check *c, unsigned index, double 
   bool is_known = false;
   np_check_start_monitor(c->check, &monitor);
   neph_result result = neph_check_set_file(c->check, c->name);
-  if (!result) result = np_stores_get(c->scene, &stores);
-  const np_frame_cloud of = {result ? NULL : &stores->references, c->scene, index, number, volume, &load, &monitor};
+  const np_frame_cloud of = {&c->stores->references, c->scene, index, number, volume, &load, &monitor};
   if (!result) result = np_reference_frame_get_anchor(&of, &anchor, &is_known);
   if (!result && is_known)
     result = np_georeference_apply(c->scene, cloud, volume, &anchor.file_to_world, &georeference);
@@ -223,11 +224,8 @@ static neph_result check_cloud(const scene_check *c, unsigned index) {
 }
 
 static neph_result check_all(scene_check *c) {
-  neph_result result = neph_check_set_file(c->check, c->name);
-  if (!result) result = neph_scene_set_frame(c->scene, c->frame);
-  if (!result)
-    result = np_camera_init(c->scene, c->scene->camera.resolution[0], c->scene->camera.resolution[1], NEPH_EYE_CENTRE,
-                            &c->camera);
+  const unsigned *resolution = c->scene->camera.resolution;
+  neph_result result = np_camera_init(c->scene, resolution[0], resolution[1], NEPH_EYE_CENTRE, &c->camera);
   if (result) return np_check_pass(result);
   result = check_plan(c);
   if (!result) result = check_outputs(c);
@@ -236,14 +234,21 @@ static neph_result check_all(scene_check *c) {
   return result;
 }
 
-neph_result np_check_scene_frame(neph_check *check, neph_scene *scene, const char *name, int frame) {
-  scene_check c = {.check = check, .scene = scene, .name = name, .frame = frame};
-  const neph_result result = check_all(&c);
+neph_result np_check_scene_frame(neph_check *check, const neph_scene *scene, const char *name, int frame) {
+  neph_scene at;
+  np_stores stores = {.results = NULL};
+  scene_check c = {.check = check, .scene = &at, .stores = &stores, .name = name, .frame = frame};
+  neph_result result = neph_check_set_file(check, name);
+  if (!result) result = np_scene_eval(scene, frame, &at);
+  if (result) return np_check_pass(result);
+  result = check_all(&c);
   neph_terrain_release(c.terrain);
+  np_stores_clear(check->context, &stores);
+  np_scene_eval_clear(&at);
   return result;
 }
 
-neph_result neph_check_scene(neph_check *check, neph_scene *scene, int frame) {
+neph_result neph_check_scene(neph_check *check, const neph_scene *scene, int frame) {
   if (NP_LACKS(NP_CONTEXT_OF(check), scene)) return NEPH_ERROR_INVALID_ARGUMENT;
   if (scene->context != check->context)
     return np_fail(check->context, NEPH_ERROR_INVALID_ARGUMENT,

@@ -6,6 +6,6 @@
 #include "check/findings.h"
 
 /* Checks a frame of a scene, which findings call `name`. */
-neph_result np_check_scene_frame(neph_check *check, neph_scene *scene, const char *name, int frame);
+neph_result np_check_scene_frame(neph_check *check, const neph_scene *scene, const char *name, int frame);
 
 #endif

@@ -5,7 +5,7 @@
 #include "core/given.h"
 #include "render/cloud_ground.h"
 #include "render/plan_detail.h"
-#include "scene/scene_apply.h"
+#include "scene/scene_eval.h"
 
 static neph_result check_cloud(const neph_scene *scene, unsigned cloud_index) {
   if (cloud_index < scene->cloud_count && scene->clouds[cloud_index].is_baked) return np_scene_check(scene);
@@ -13,14 +13,11 @@ static neph_result check_cloud(const neph_scene *scene, unsigned cloud_index) {
                  cloud_index, scene->cloud_count);
 }
 
-neph_result np_cloud_bake_to_file(neph_scene *scene, unsigned cloud_index, int frame, const neph_bake_desc *desc,
+neph_result np_cloud_bake_to_file(const neph_scene *scene, unsigned cloud_index, int frame, const neph_bake_desc *desc,
                                   np_bake_levels levels, const char *path) {
   static const neph_bake_desc defaults = NEPH_BAKE_DESC_DEFAULT;
   neph_bake_desc bake;
-  neph_result result = check_cloud(scene, cloud_index);
-  if (!result) result = np_desc_read(scene->context, "neph_bake_desc", &defaults, sizeof defaults, desc, &bake);
-  if (result) return result;
-  result = np_scene_set_frame(scene, frame);
+  neph_result result = np_desc_read(scene->context, "neph_bake_desc", &defaults, sizeof defaults, desc, &bake);
   if (result) return result;
   const np_scene_cloud *cloud = &scene->clouds[cloud_index];
   neph_cloud_desc at_frame = np_scene_cloud_get_frame(cloud, frame);
@@ -35,18 +32,27 @@ neph_result np_cloud_bake_to_file(neph_scene *scene, unsigned cloud_index, int f
   return result;
 }
 
-neph_result neph_scene_bake_file(neph_scene *scene, unsigned cloud_index, int frame, const neph_bake_desc *desc,
+neph_result neph_scene_bake_file(const neph_scene *scene, unsigned cloud_index, int frame, const neph_bake_desc *desc,
                                  const char *path) {
   if (NP_LACKS(NP_CONTEXT_OF(scene), path)) return NEPH_ERROR_INVALID_ARGUMENT;
-  return np_cloud_bake_to_file(scene, cloud_index, frame, desc, NP_BAKE_LEVELS_OWN, path);
+  neph_scene at;
+  neph_result result = check_cloud(scene, cloud_index);
+  if (result) return result;
+  result = np_scene_eval(scene, frame, &at);
+  if (!result) result = np_cloud_bake_to_file(&at, cloud_index, frame, desc, NP_BAKE_LEVELS_OWN, path);
+  np_scene_eval_clear(&at);
+  return result;
 }
 
-neph_result neph_scene_save_map(neph_scene *scene, unsigned cloud_index, int frame, const char *path,
+neph_result neph_scene_save_map(const neph_scene *scene, unsigned cloud_index, int frame, const char *path,
                                 neph_map_picture *out_picture) {
   if (NP_LACKS(NP_CONTEXT_OF(scene), scene)) return NEPH_ERROR_INVALID_ARGUMENT;
+  neph_scene at;
   neph_result result = check_cloud(scene, cloud_index);
-  if (!result) result = np_scene_set_frame(scene, frame);
+  if (!result) result = np_scene_eval(scene, frame, &at);
   if (result) return result;
-  const neph_cloud_desc at_frame = np_scene_cloud_get_frame(&scene->clouds[cloud_index], frame);
-  return neph_cloud_save_map(scene->context, &at_frame, path, out_picture);
+  const neph_cloud_desc at_frame = np_scene_cloud_get_frame(&at.clouds[cloud_index], frame);
+  result = neph_cloud_save_map(scene->context, &at_frame, path, out_picture);
+  np_scene_eval_clear(&at);
+  return result;
 }

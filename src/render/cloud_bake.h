@@ -11,8 +11,8 @@ typedef enum np_bake_levels {
   NP_BAKE_LEVELS_OWN   /* those of the scene */
 } np_bake_levels;
 
-/* Bakes a cloud as it is in a frame, on its ground. `desc` may be NULL. */
-neph_result np_cloud_bake_to_file(neph_scene *scene, unsigned cloud_index, int frame, const neph_bake_desc *desc,
+/* Bakes a cloud of a scene that is evaluated in a frame, on its ground. `desc` may be NULL. */
+neph_result np_cloud_bake_to_file(const neph_scene *scene, unsigned cloud_index, int frame, const neph_bake_desc *desc,
                                   np_bake_levels levels, const char *path);
 
 #endif

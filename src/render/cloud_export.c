@@ -10,14 +10,16 @@
 #include "render/export_fields.h"
 #include "render/plan.h"
 #include "render/reference_frame.h"
+#include "render/renderer_stores.h"
 #include "scene/cloud_file.h"
-#include "scene/scene_apply.h"
+#include "scene/scene_eval.h"
 #include "volume/volume_levels.h"
 
 typedef struct cloud_export {
-  neph_scene *scene;
+  const neph_scene *scene; /* in the frame */
   unsigned index;
   const np_scene_cloud *cloud;
+  np_stores *stores;
   int frame;
   const neph_export_desc *desc;
   const char *path;
@@ -59,14 +61,11 @@ static void compute_bounds(const np_affine *index_to_world, const neph_volume *v
 }
 
 static neph_result place(cloud_export *e, neph_volume *volume) {
-  np_stores *stores;
   bool is_known;
   neph_volume_load_desc load = np_cloud_file_describe_load(e->cloud);
-  neph_result result = np_stores_get(e->scene, &stores);
-  if (result) return result;
-  const np_frame_cloud of = {&stores->references, e->scene, e->index, e->source.number, volume, &load, e->monitor};
+  const np_frame_cloud of = {&e->stores->references, e->scene, e->index, e->source.number, volume, &load, e->monitor};
   np_georeference georeference;
-  result = np_reference_frame_get_anchor(&of, &e->anchor, &is_known);
+  neph_result result = np_reference_frame_get_anchor(&of, &e->anchor, &is_known);
   if (!result) result = np_scene_check_cloud_unit(e->scene, e->index, e->source.path, volume->extinction_per_value);
   if (!result) result = np_georeference_apply(e->scene, e->cloud, volume, &e->anchor.file_to_world, &georeference);
   if (!result) result = np_placement_make(e->cloud, &e->anchor, volume, e->monitor, &e->placement);
@@ -176,7 +175,7 @@ static neph_result run(cloud_export *e) {
 
 /* ---- Entry ---- */
 
-static neph_result check(neph_scene *scene, unsigned index, int frame) {
+static neph_result check(const neph_scene *scene, unsigned index, const neph_export_desc *desc) {
   if (index >= scene->cloud_count)
     return np_fail(scene->context, NEPH_ERROR_INVALID_ARGUMENT, "export: cloud %u is not one of %u", index,
                    scene->cloud_count);
@@ -188,33 +187,52 @@ static neph_result check(neph_scene *scene, unsigned index, int frame) {
     np_log(scene->context, NEPH_LOG_WARNING,
            "export: cloud %s: one copy is written, with its pivot at the origin; its places are in %s",
            scene->clouds[index].name, scene->clouds[index].places);
-  neph_result result = np_scene_check(scene);
-  return result ? result : np_scene_set_frame(scene, frame);
+  if (desc->level_count < 1 || desc->level_count > NEPH_BAKE_LEVELS_MAX)
+    return np_fail(scene->context, NEPH_ERROR_INVALID_ARGUMENT, "export: level_count is %u, must be in [1, %d]",
+                   desc->level_count, NEPH_BAKE_LEVELS_MAX);
+  return np_scene_check(scene);
 }
 
-neph_result neph_scene_export_cloud(neph_scene *scene, unsigned cloud_index, int frame, const neph_export_desc *desc,
-                                    const char *path, neph_exported_cloud *out_cloud) {
+static neph_result export_in_frame(cloud_export *e) {
+  const neph_export_desc *desc = e->desc;
+  np_monitor monitor;
+  e->cloud = &e->scene->clouds[e->index];
+  e->monitor = &monitor;
+  e->out.name = e->cloud->name;
+  e->out.path = e->path;
+  e->out.frame = e->frame;
+  const unsigned mode = np_float_mode_enter();
+  np_monitor_start(&monitor, e->scene->context, desc->progress, desc->progress_user);
+  const neph_result result = desc->is_dry_run ? np_inputs_open_cloud(e->scene, e->index, e->frame) : run(e);
+  np_float_mode_leave(mode);
+  return result;
+}
+
+/* `renderer` may be NULL: nothing is known of other frames then. */
+static neph_result export_from_stores(cloud_export *e, neph_renderer *renderer) {
+  np_stores own = {.results = NULL};
+  e->stores = &own;
+  neph_result result = renderer ? np_renderer_borrow(renderer, e->scene, &e->stores) : NEPH_OK;
+  if (result) return result;
+  result = export_in_frame(e);
+  if (renderer) np_renderer_give_back(renderer);
+  np_stores_clear(e->scene->context, &own);
+  return result;
+}
+
+neph_result neph_scene_export_cloud(const neph_scene *scene, unsigned cloud_index, int frame,
+                                    const neph_export_desc *desc, const char *path, neph_exported_cloud *out_cloud) {
   if (NP_LACKS(NP_CONTEXT_OF(scene), path, out_cloud)) return NEPH_ERROR_INVALID_ARGUMENT;
   static const neph_export_desc defaults = NEPH_EXPORT_DESC_DEFAULT;
   static const neph_exported_cloud empty = NEPH_EXPORTED_CLOUD_DEFAULT;
   neph_export_desc d;
-  np_monitor monitor;
-  cloud_export e = {.scene = scene, .index = cloud_index, .frame = frame, .desc = &d, .path = path, .out = empty};
+  neph_scene at;
+  cloud_export e = {.scene = &at, .index = cloud_index, .frame = frame, .desc = &d, .path = path, .out = empty};
   neph_result result = np_desc_read(scene->context, "neph_export_desc", &defaults, sizeof d, desc, &d);
-  if (!result) result = check(scene, cloud_index, frame);
-  if (!result && (d.level_count < 1 || d.level_count > NEPH_BAKE_LEVELS_MAX))
-    result = np_fail(scene->context, NEPH_ERROR_INVALID_ARGUMENT, "export: level_count is %u, must be in [1, %d]",
-                     d.level_count, NEPH_BAKE_LEVELS_MAX);
+  if (!result) result = check(scene, cloud_index, &d);
+  if (!result) result = np_scene_eval(scene, frame, &at);
   if (result) return result;
-  e.cloud = &scene->clouds[cloud_index];
-  e.monitor = &monitor;
-  e.out.name = e.cloud->name;
-  e.out.path = path;
-  e.out.frame = frame;
-  const unsigned mode = np_float_mode_enter();
-  np_monitor_start(&monitor, scene->context, d.progress, d.progress_user);
-  result = d.is_dry_run ? np_inputs_open_cloud(scene, cloud_index, frame) : run(&e);
-  np_float_mode_leave(mode);
-  if (result) return result;
-  return np_desc_write(scene->context, "neph_exported_cloud", &e.out, sizeof e.out, out_cloud);
+  result = export_from_stores(&e, d.renderer);
+  np_scene_eval_clear(&at);
+  return result ? result : np_desc_write(scene->context, "neph_exported_cloud", &e.out, sizeof e.out, out_cloud);
 }

@@ -57,6 +57,7 @@ typedef struct choice {
   const neph_render_desc *desc; /* the caller's: picture, target and limit */
   bool is_quality_open, is_integrator_open, are_samples_open;
   np_plan plan; /* of what was considered last */
+  np_stores stores;
   neph_effort best;
 } choice;
 
@@ -66,6 +67,7 @@ static neph_result make_plan(choice *c) {
   all.integrator = own.integrator;
   all.sample_count = own.sample_count;
   if (!result) result = np_plan_make(c->scene, &all, &c->plan);
+  c->plan.stores = &c->stores;
   return result ? result : np_plan_measure_fill(c->scene, &c->plan);
 }
 
@@ -234,6 +236,7 @@ neph_result neph_scene_choose_effort(neph_scene *scene, const neph_render_desc *
               .are_samples_open = is_asked && !is_given(scene, "render", "samples"),
               .best = NEPH_EFFORT_DEFAULT};
   result = choose(&c);
+  np_stores_clear(scene->context, &c.stores);
   if (result) return result;
   if (!c.is_quality_open) c.best.quality = NULL;
   report(&c, &c.best);

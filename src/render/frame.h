@@ -11,6 +11,10 @@ neph_result np_frame_render(const neph_scene *scene, const np_plan *plan, const 
                             np_monitor *monitor, neph_image **out_image);
 
 /* neph_render_image by a plan, under a monitor that was started: the plan's time limit counts from then. */
-neph_result np_render_image(neph_scene *scene, np_plan *plan, np_monitor *monitor, neph_image **out_image);
+neph_result np_render_image(const neph_scene *scene, np_plan *plan, np_monitor *monitor, neph_image **out_image);
+
+/* neph_render_explain with the results that earlier pictures and plans left in `stores`. */
+neph_result np_render_explain(const neph_scene *scene, const neph_render_desc *desc, np_stores *stores,
+                              neph_text_format format, char **out_text);
 
 #endif

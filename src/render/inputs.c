@@ -206,7 +206,7 @@ static neph_result note_reference(const neph_scene *scene, unsigned index, const
   const np_scene_cloud *cloud = &scene->clouds[index];
   if (!has_reference(cloud)) return NEPH_OK;
   np_reference *reference;
-  neph_result result = np_reference_store_get(&plan->stores->references, scene, index, &reference);
+  neph_result result = np_references_get(&plan->stores->references, scene, index, &reference);
   if (result) return result;
   if (!reference->has_frame && filled) {
     reference->has_frame = true;

@@ -7,6 +7,7 @@
 #include "core/alloc.h"
 #include "render/scene_hash.h"
 #include "render/stages.h"
+#include "scene/scene_eval.h"
 #include "scene/sequence.h"
 
 /* ---- Which frames ---- */
@@ -17,18 +18,20 @@ typedef struct directions {
   np_dvec3 sun, moon;
 } directions;
 
-static neph_result get_directions(neph_scene *scene, double frame, directions *out) {
-  np_scene_lights lights;
-  neph_result result = np_scene_set_frame(scene, frame);
-  if (!result) result = np_scene_lights_compute(scene, scene->latitude_rad, scene->longitude_rad, &lights);
-  if (!result) *out = (directions){lights.to_sun, lights.moon.direction};
-  return result;
+static neph_result get_directions(const neph_scene *scene, double frame, directions *out) {
+  neph_scene at;
+  const neph_result result = np_scene_eval(scene, frame, &at);
+  if (result) return result;
+  const np_scene_lights lights = np_scene_lights_compute(&at, at.latitude_rad, at.longitude_rad);
+  *out = (directions){lights.to_sun, lights.moon.direction};
+  np_scene_eval_clear(&at);
+  return NEPH_OK;
 }
 
 static double get_turn(np_dvec3 a, np_dvec3 b) { return np_dvec3_length(np_dvec3_subtract(a, b)); }
 
 /* The way of sun or moon, whichever is longer, from one frame to another. */
-static neph_result compute_turn(neph_scene *scene, int first, int last, double *out_rad) {
+static neph_result compute_turn(const neph_scene *scene, int first, int last, double *out_rad) {
   directions from, to;
   double sun = 0.0, moon = 0.0;
   neph_result result = get_directions(scene, first, &from);
@@ -55,7 +58,7 @@ static bool is_interpolated(const neph_scene *scene, const np_plan *plan) {
          !isfinite(plan->desc.time_limit_s) && np_scene_is_sequence(scene) && !np_scene_has_still_light(scene);
 }
 
-neph_result np_light_span_choose(neph_scene *scene, const np_plan *plan, np_light_span *out) {
+neph_result np_light_span_choose(const neph_scene *scene, const np_plan *plan, np_light_span *out) {
   const int frame = plan->desc.frame;
   double turn = 0.0, within = 0.0;
   neph_result result = NEPH_OK;
@@ -75,8 +78,7 @@ neph_result np_light_span_choose(neph_scene *scene, const np_plan *plan, np_ligh
   else if (!result)
     result = compute_turn(scene, out->frames[0], frame, &out->share);
   out->share = within > 0.0 ? fmin(out->share / within, 1.0) : 0.0;
-  const neph_result back = np_scene_set_frame(scene, frame);
-  return result ? result : back;
+  return result;
 }
 
 /* ---- Their light ---- */
@@ -137,27 +139,35 @@ static neph_result take_solutions(np_assembly *a, light_anchor *out) {
   return NEPH_OK;
 }
 
-/* The light at an end of the block; nothing is in that of a frame that has none. */
-static neph_result solve(neph_scene *scene, const np_plan *plan, int end, np_monitor *monitor, light_anchor *out) {
-  np_plan at_frame;
+/* Solves in the evaluated frame of a plan. */
+static neph_result solve_planned(const neph_scene *scene, np_plan *plan, np_monitor *monitor, light_anchor *out) {
   np_assembly assembly;
-  neph_render_desc desc = plan->desc;
-  const int frame = desc.frame = plan->light_span.frames[end];
-  desc.part_path = desc.checkpoint_path = NULL;
-  desc.is_resumed = false;
-  neph_result result = np_scene_set_frame(scene, frame);
-  if (!result) result = np_plan_make(scene, &desc, &at_frame);
-  if (result) return result;
-  at_frame.stores = plan->stores;
-  at_frame.light_checkpoints = plan->light_checkpoints;
-  at_frame.light_checkpoints.block_end = (unsigned)end + 1;
-  result = np_plan_fit_memory(scene, &at_frame);
-  if (result || !np_plan_needs(&at_frame, NP_STAGE_ORDINATES)) return result;
-  np_log(scene->context, NEPH_LOG_INFO, "multiple scattering: solved for at frame %d, to be interpolated from", frame);
-  result = np_assembly_build_some(scene, &at_frame, collect_stages(NP_STAGE_ORDINATES), monitor, &assembly);
+  neph_result result = np_plan_fit_memory(scene, plan);
+  if (result || !np_plan_needs(plan, NP_STAGE_ORDINATES)) return result;
+  np_log(scene->context, NEPH_LOG_INFO, "multiple scattering: solved for at frame %d, to be interpolated from",
+         plan->desc.frame);
+  result = np_assembly_build_some(scene, plan, collect_stages(NP_STAGE_ORDINATES), monitor, &assembly);
   if (result) return result;
   result = take_solutions(&assembly, out);
   np_assembly_clear(&assembly);
+  return result;
+}
+
+/* The light at an end of the block; nothing is in that of a frame that has none. */
+static neph_result solve(const neph_scene *scene, const np_plan *plan, int end, np_monitor *monitor,
+                         light_anchor *out) {
+  neph_scene at;
+  np_plan at_frame;
+  neph_render_desc desc = plan->desc;
+  desc.frame = plan->light_span.frames[end];
+  desc.part_path = desc.checkpoint_path = NULL;
+  desc.is_resumed = false;
+  neph_result result = np_plan_make_frame(scene, &desc, &at, &at_frame);
+  at_frame.stores = plan->stores;
+  at_frame.light_checkpoints = plan->light_checkpoints;
+  at_frame.light_checkpoints.block_end = (unsigned)end + 1;
+  if (!result) result = solve_planned(&at, &at_frame, monitor, out);
+  np_scene_eval_clear(&at);
   return result;
 }
 
@@ -176,7 +186,7 @@ static void arrange(light_anchors *anchors, char ids[2][33]) {
   anchors->at[1] = first;
 }
 
-neph_result np_light_anchors_solve(neph_scene *scene, const np_plan *plan, np_monitor *monitor) {
+neph_result np_light_anchors_solve(const neph_scene *scene, const np_plan *plan, np_monitor *monitor) {
   np_stores *stores = plan->stores;
   char ids[2][33];
   neph_result result = NEPH_OK;

@@ -39,7 +39,7 @@ static const np_node *search_time(const neph_scene *scene, bool has_zone) {
   for (unsigned i = 0; animate && scene->animation && i < scene->animation->count; i++)
     if (scene->animation->tracks[i].lacks_zone) return np_node_search(animate, scene->animation->tracks[i].path);
   const np_node *sun = np_node_search(source, "sun");
-  return scene->sun.time && !has_zone && sun ? np_node_search(sun, "time") : NULL;
+  return scene->sun.time.is_given && !has_zone && sun ? np_node_search(sun, "time") : NULL;
 }
 
 /* Minutes of a day. */
@@ -107,19 +107,17 @@ static neph_result set_said(neph_context *context, np_stores *stores, unsigned s
 
 static neph_result log_time(const neph_scene *scene, np_stores *stores, const np_scene_lights *lights,
                             double longitude_rad) {
-  np_time time;
-  neph_result result = np_scene_time_read(scene, &time);
-  const np_node *node = result ? NULL : search_time(scene, time.has_zone);
-  if (!node || is_said(stores, SLOT_TIME)) return result;
+  const np_time time = np_scene_get_time(scene);
+  const np_node *node = search_time(scene, time.has_zone);
+  if (!node || is_said(stores, SLOT_TIME)) return NEPH_OK;
   warn_of_time(scene, node, lights, time.unix_s, longitude_rad);
   return set_said(scene->context, stores, SLOT_TIME);
 }
 
 neph_result np_light_warnings_log(const neph_scene *scene, const np_plan *plan, const np_scene_lights *lights,
                                   double longitude_rad) {
-  np_stores *stores;
-  neph_result result = lights ? np_stores_get(scene, &stores) : NEPH_OK;
-  if (!result && lights) result = log_time(scene, stores, lights, longitude_rad);
+  np_stores *stores = plan->stores;
+  neph_result result = lights ? log_time(scene, stores, lights, longitude_rad) : NEPH_OK;
   if (result || !lights || is_said(stores, SLOT_NIGHT) || !is_unlit_night(scene, plan, lights)) return result;
   warn_of_night(scene, lights);
   return set_said(scene->context, stores, SLOT_NIGHT);

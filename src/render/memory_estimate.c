@@ -10,6 +10,7 @@
 #include "render/plan.h"
 #include "render/plan_detail.h"
 #include "render/stages.h"
+#include "scene/scene_eval.h"
 
 /* Memory of a program with the library alone, and that of OpenVDB and the libraries that come with it. */
 static const double program_bytes = 14e6, vdb_bytes = 31e6;
@@ -80,15 +81,21 @@ neph_result np_plan_predict_memory(const neph_scene *scene, const np_plan *plan,
   return result;
 }
 
-neph_result neph_render_estimate_memory(neph_scene *scene, const neph_render_desc *desc,
+neph_result neph_render_estimate_memory(const neph_scene *scene, const neph_render_desc *desc,
                                         neph_memory_estimate *out_estimate) {
   if (NP_LACKS(NP_CONTEXT_OF(scene), out_estimate)) return NEPH_ERROR_INVALID_ARGUMENT;
+  neph_scene at;
   np_plan plan;
   neph_memory_estimate e;
+  np_stores stores = {.results = NULL};
   neph_result result = np_desc_check_size(scene->context, "neph_memory_estimate", out_estimate, sizeof *out_estimate);
-  if (!result) result = np_plan_make(scene, desc, &plan);
-  if (!result) result = np_plan_measure_fill(scene, &plan);
-  if (!result) result = estimate(scene, &plan, &e);
+  if (result) return result;
+  result = np_plan_make_frame(scene, desc, &at, &plan);
+  plan.stores = &stores;
+  if (!result) result = np_plan_measure_fill(&at, &plan);
+  if (!result) result = estimate(&at, &plan, &e);
+  np_stores_clear(scene->context, &stores);
+  np_scene_eval_clear(&at);
   return result ? result : np_desc_write(scene->context, "neph_memory_estimate", &e, sizeof e, out_estimate);
 }
 

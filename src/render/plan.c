@@ -11,6 +11,7 @@
 #include "render/plan_history.h"
 #include "render/stages.h"
 #include "scene/cloud_places.h"
+#include "scene/scene_eval.h"
 
 enum { SIZE_LIMIT = 65536 };
 
@@ -201,10 +202,9 @@ static neph_result require_samples(np_plan *plan) {
 }
 
 /* Directions of sun and moon, unless only the height field, not read yet, has the place. */
-static neph_result compute_lights(np_plan *plan, const neph_scene *scene) {
-  plan->are_lights_known = scene->has_place || (!scene->sun.time && !scene->stars.is_enabled);
-  if (!plan->are_lights_known) return NEPH_OK;
-  return np_scene_lights_compute(scene, scene->latitude_rad, scene->longitude_rad, &plan->lights);
+static void compute_lights(np_plan *plan, const neph_scene *scene) {
+  plan->are_lights_known = scene->has_place || (!scene->sun.time.is_given && !scene->stars.is_enabled);
+  if (plan->are_lights_known) plan->lights = np_scene_lights_compute(scene, scene->latitude_rad, scene->longitude_rad);
 }
 
 static unsigned count_emission(const neph_scene *scene) {
@@ -229,7 +229,6 @@ static neph_result begin(const neph_scene *scene, const neph_render_desc *desc, 
   plan->progress = np_monitor_whole;
   neph_result result = np_scene_check(scene);
   if (!result) result = np_cloud_places_check(scene);
-  if (!result) result = np_stores_get(scene, &plan->stores);
   if (!result) result = read_desc(scene, desc, &plan->desc);
   if (result) return result;
   plan->light_checkpoints = (np_light_checkpoints){.path = plan->desc.checkpoint_path,
@@ -251,18 +250,20 @@ neph_result np_plan_make(const neph_scene *scene, const neph_render_desc *desc, 
   if (!result) result = require_samples(out_plan);
   if (!result) result = np_part_check(scene, out_plan);
   if (!result) result = np_plan_check_history(scene, out_plan);
-  if (!result) result = compute_lights(out_plan, scene);
   if (result) return result;
+  compute_lights(out_plan, scene);
   count_work(out_plan, scene);
   const np_scene_facts facts = compute_facts(scene, out_plan);
   return decide_stages(out_plan, scene, &facts);
 }
 
-neph_result np_plan_make_frame(neph_scene *scene, const neph_render_desc *desc, np_plan *out_plan) {
+neph_result np_plan_make_frame(const neph_scene *scene, const neph_render_desc *desc, neph_scene *out_scene,
+                               np_plan *out_plan) {
   neph_render_desc wanted = NEPH_RENDER_DESC_DEFAULT;
+  *out_scene = (neph_scene){.context = NULL};
   neph_result result = read_desc(scene, desc, &wanted);
-  if (!result) result = np_scene_set_frame(scene, wanted.frame);
-  return result ? result : np_plan_make(scene, desc, out_plan);
+  if (!result) result = np_scene_eval(scene, wanted.frame, out_scene);
+  return result ? result : np_plan_make(out_scene, desc, out_plan);
 }
 
 neph_result np_plan_revise(const neph_scene *scene, np_plan *plan) {
@@ -284,8 +285,8 @@ neph_result np_plan_leave_out_clouds(const neph_scene *scene, np_plan *plan) {
 neph_result np_plan_make_sky(const neph_scene *scene, bool is_of_bands, np_plan *out_plan) {
   *out_plan = (np_plan){.has_beauty = true, .is_sky_alone = true, .is_of_bands = is_of_bands};
   neph_result result = begin(scene, NULL, out_plan);
-  if (!result) result = compute_lights(out_plan, scene);
   if (result) return result;
+  compute_lights(out_plan, scene);
   out_plan->desc.atmosphere = NEPH_RENDER_ATMOSPHERE_TABLES; /* whatever integrator the scene's pictures take */
   np_scene_facts facts = compute_facts(scene, out_plan);
   facts.wants_light = true;

@@ -6,11 +6,14 @@
 
 #include "render/plan_stages.h"
 
-/* Checks scene and description, and decides. `desc` NULL: the scene's own. */
+/* Checks scene and description, and decides. The plan has no stores yet: its user sets them before anything is
+ * measured, opened or built by it. `desc` NULL: the scene's own. */
 neph_result np_plan_make(const neph_scene *scene, const neph_render_desc *desc, np_plan *out_plan);
 
-/* The same for a scene that is first made what it is in the description's frame. */
-neph_result np_plan_make_frame(neph_scene *scene, const neph_render_desc *desc, np_plan *out_plan);
+/* Evaluates a scene in the description's frame, and makes the plan of that. `out_scene` is to be cleared by
+ * np_scene_eval_clear, on failure too. */
+neph_result np_plan_make_frame(const neph_scene *scene, const neph_render_desc *desc, neph_scene *out_scene,
+                               np_plan *out_plan);
 
 /* Chooses halves for volumes and, as far as that is not enough, coarser cells for multiple scattering and longer voxels
  * for files, in a plan that is predicted to need more memory than its description allows; says which in a warning and

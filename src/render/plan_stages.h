@@ -107,7 +107,7 @@ typedef struct np_plan_file {
 
 typedef struct np_plan {
   neph_context *context;        /* borrowed */
-  np_stores *stores;            /* borrowed: from what earlier pictures left; the scene's own, unless set to others */
+  np_stores *stores;            /* borrowed: results of earlier pictures, and this one's for later ones */
   np_stage_times *times;        /* borrowed: filled while the stages are built; NULL: nobody asks */
   struct np_tile_feed *feed;    /* borrowed: to whom tiles are shown; NULL: nobody */
   np_monitor_part progress;     /* of the call that the picture is; run-up frames are the rest */

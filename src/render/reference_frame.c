@@ -107,7 +107,7 @@ static neph_result get_common_anchor(const np_frame_cloud *of, np_reference *ref
 static neph_result get_sequence_anchor(const np_frame_cloud *of, np_anchor *out_anchor, bool *out_is_known) {
   const np_scene_cloud *cloud = &of->scene->clouds[of->index];
   np_reference *reference;
-  neph_result result = np_reference_store_get(of->references, of->scene, of->index, &reference);
+  neph_result result = np_references_get(of->references, of->scene, of->index, &reference);
   if (result) return result;
   if (np_scene_cloud_goes_by_all(cloud)) return *out_is_known = true, get_common_anchor(of, reference, out_anchor);
   if (!reference->has_frame && of->volume) {

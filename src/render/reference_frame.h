@@ -12,7 +12,7 @@
 #include "render/placement.h"
 
 typedef struct np_frame_cloud {
-  np_reference_store *references;
+  np_reference **references; /* of the stores */
   const neph_scene *scene;
   unsigned index;                    /* of the cloud */
   double number;                     /* of its file in this frame */

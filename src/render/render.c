@@ -15,6 +15,7 @@
 #include "render/read_ahead.h"
 #include "render/scene_hash.h"
 #include "render/stages.h"
+#include "scene/scene_eval.h"
 #include "scene/sequence.h"
 
 /* Seen from above, nothing is in the zenith. */
@@ -63,7 +64,7 @@ static neph_result render(np_plan *plan, const neph_scene *scene, np_monitor *mo
   return result || !*plan->hash ? result : neph_image_set_attribute(*out_image, NP_SCENE_HASH, plan->hash);
 }
 
-neph_result np_render_image(neph_scene *scene, np_plan *plan, np_monitor *monitor, neph_image **out_image) {
+neph_result np_render_image(const neph_scene *scene, np_plan *plan, np_monitor *monitor, neph_image **out_image) {
   *out_image = NULL;
   np_schedule schedule;
   np_stage_times own = {.error_s = 0.0}, *times = plan->times;
@@ -82,13 +83,20 @@ neph_result np_render_image(neph_scene *scene, np_plan *plan, np_monitor *monito
   return result;
 }
 
-neph_result neph_render_compute_hash(neph_scene *scene, const neph_render_desc *desc, char out_hash[NEPH_HASH_SIZE]) {
+neph_result neph_render_compute_hash(const neph_scene *scene, const neph_render_desc *desc,
+                                     char out_hash[NEPH_HASH_SIZE]) {
   if (NP_LACKS(NP_CONTEXT_OF(scene), out_hash)) return NEPH_ERROR_INVALID_ARGUMENT;
   out_hash[0] = '\0';
+  neph_scene at;
   np_plan plan;
-  neph_result result = np_plan_make_frame(scene, desc, &plan);
-  if (!result) result = np_plan_fit_memory(scene, &plan);
-  return result ? result : np_scene_hash_compute(scene, &plan, out_hash);
+  np_stores stores = {.results = NULL};
+  neph_result result = np_plan_make_frame(scene, desc, &at, &plan);
+  plan.stores = &stores;
+  if (!result) result = np_plan_fit_memory(&at, &plan);
+  if (!result) result = np_scene_hash_compute(&at, &plan, out_hash);
+  np_stores_clear(scene->context, &stores);
+  np_scene_eval_clear(&at);
+  return result;
 }
 
 /* Frames that a frame with history is rendered from, where none was rendered before. */
@@ -97,34 +105,60 @@ static double count_run_up(const neph_scene *scene, const np_plan *plan) {
   return np_plan_needs(plan, NP_STAGE_HISTORY) ? (double)frame - np_scene_get_history_first(scene, frame) : 0.0;
 }
 
-neph_result neph_render_estimate_time(neph_scene *scene, const neph_render_desc *desc, double *out_seconds,
-                                      double *out_next_seconds) {
-  if (NP_LACKS(NP_CONTEXT_OF(scene), out_seconds)) return NEPH_ERROR_INVALID_ARGUMENT;
-  np_plan plan;
-  neph_result result = np_plan_make_frame(scene, desc, &plan);
-  if (!result) result = np_plan_measure_fill(scene, &plan);
-  if (result) return result;
-  /* All that depends on what moves is built again, unless the camera alone does. */
+/* Seconds of the next frame. All that depends on what moves is built again, unless the camera alone does. */
+static double predict_next(const neph_scene *scene, const np_plan *plan) {
   const bool is_moving = !np_scene_has_still_light(scene);
-  double next_s = 0.0;
+  double seconds = 0.0;
   for (int i = 0; i < NP_STAGE_COUNT; i++)
-    if (is_moving || !np_stage_get_row((np_stage)i)->reuse) next_s += plan.stages[i].cost.seconds;
-  *out_seconds = np_stages_count_cost(&plan).seconds + count_run_up(scene, &plan) * next_s;
-  if (out_next_seconds) *out_next_seconds = next_s;
-  return NEPH_OK;
+    if (is_moving || !np_stage_get_row((np_stage)i)->reuse) seconds += plan->stages[i].cost.seconds;
+  return seconds;
 }
 
-neph_result neph_render_explain(neph_scene *scene, const neph_render_desc *desc, neph_text_format format,
+neph_result neph_render_estimate_time(const neph_scene *scene, const neph_render_desc *desc, double *out_seconds,
+                                      double *out_next_seconds) {
+  if (NP_LACKS(NP_CONTEXT_OF(scene), out_seconds)) return NEPH_ERROR_INVALID_ARGUMENT;
+  neph_scene at;
+  np_plan plan;
+  np_stores stores = {.results = NULL};
+  neph_result result = np_plan_make_frame(scene, desc, &at, &plan);
+  plan.stores = &stores;
+  if (!result) result = np_plan_measure_fill(&at, &plan);
+  const double next_s = result ? 0.0 : predict_next(&at, &plan);
+  if (!result) *out_seconds = np_stages_count_cost(&plan).seconds + count_run_up(&at, &plan) * next_s;
+  if (!result && out_next_seconds) *out_next_seconds = next_s;
+  np_stores_clear(scene->context, &stores);
+  np_scene_eval_clear(&at);
+  return result;
+}
+
+/* The text of a plan whose inputs can be opened. */
+static neph_result explain_plan(const neph_scene *scene, np_plan *plan, neph_text_format format, char **out_text) {
+  neph_result result = np_inputs_open(scene, plan);
+  if (!result) result = np_plan_measure_fill(scene, plan);
+  if (!result) result = np_plan_fit_memory(scene, plan);
+  if (!result && plan->are_lights_known)
+    result = np_light_warnings_log(scene, plan, &plan->lights, scene->longitude_rad);
+  if (!result) result = np_prediction_log(scene, plan);
+  return result ? result : np_plan_describe(scene, plan, format, out_text);
+}
+
+neph_result np_render_explain(const neph_scene *scene, const neph_render_desc *desc, np_stores *stores,
+                              neph_text_format format, char **out_text) {
+  neph_scene at;
+  np_plan plan;
+  neph_result result = np_plan_make_frame(scene, desc, &at, &plan);
+  plan.stores = stores;
+  if (!result) result = explain_plan(&at, &plan, format, out_text);
+  np_scene_eval_clear(&at);
+  return result;
+}
+
+neph_result neph_render_explain(const neph_scene *scene, const neph_render_desc *desc, neph_text_format format,
                                 char **out_text) {
   if (NP_LACKS_OUT(NP_CONTEXT_OF(scene), out_text)) return NEPH_ERROR_INVALID_ARGUMENT;
+  np_stores stores = {.results = NULL};
   *out_text = NULL;
-  np_plan plan;
-  neph_result result = np_plan_make_frame(scene, desc, &plan);
-  if (!result) result = np_inputs_open(scene, &plan);
-  if (!result) result = np_plan_measure_fill(scene, &plan);
-  if (!result) result = np_plan_fit_memory(scene, &plan);
-  if (!result && plan.are_lights_known)
-    result = np_light_warnings_log(scene, &plan, &plan.lights, scene->longitude_rad);
-  if (!result) result = np_prediction_log(scene, &plan);
-  return result ? result : np_plan_describe(scene, &plan, format, out_text);
+  const neph_result result = np_render_explain(scene, desc, &stores, format, out_text);
+  np_stores_clear(scene->context, &stores);
+  return result;
 }

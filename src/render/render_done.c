@@ -12,6 +12,7 @@
 #include "render/plan.h"
 #include "render/render_header.h"
 #include "render/scene_hash.h"
+#include "scene/scene_eval.h"
 
 static bool is_attribute(const neph_image *image, const char *name, const char *value) {
   const char *own = neph_image_get_attribute(image, name);
@@ -54,14 +55,24 @@ static neph_result check_part(const np_plan *plan, const char *path, bool *out_i
   return NEPH_OK;
 }
 
-neph_result neph_render_is_done(neph_scene *scene, const neph_render_desc *desc, const char *path, bool *out_is_done) {
+static neph_result check_file(const neph_scene *scene, np_plan *plan, const char *path, bool *out_is_done) {
+  neph_result result = np_plan_fit_memory(scene, plan);
+  if (!result) result = np_scene_hash_compute(scene, plan, plan->hash);
+  if (result || !*plan->hash) return result;
+  return plan->desc.part_path ? check_part(plan, path, out_is_done) : check_picture(plan, path, out_is_done);
+}
+
+neph_result neph_render_is_done(const neph_scene *scene, const neph_render_desc *desc, const char *path,
+                                bool *out_is_done) {
   if (NP_LACKS(NP_CONTEXT_OF(scene), path, out_is_done)) return NEPH_ERROR_INVALID_ARGUMENT;
   *out_is_done = false;
+  neph_scene at;
   np_plan plan;
-  neph_result result = np_plan_make_frame(scene, desc, &plan);
-  if (result || !np_file_exists(path)) return result;
-  result = np_plan_fit_memory(scene, &plan);
-  if (!result) result = np_scene_hash_compute(scene, &plan, plan.hash);
-  if (result || !*plan.hash) return result;
-  return plan.desc.part_path ? check_part(&plan, path, out_is_done) : check_picture(&plan, path, out_is_done);
+  np_stores stores = {.results = NULL};
+  neph_result result = np_plan_make_frame(scene, desc, &at, &plan);
+  plan.stores = &stores;
+  if (!result && np_file_exists(path)) result = check_file(&at, &plan, path, out_is_done);
+  np_stores_clear(scene->context, &stores);
+  np_scene_eval_clear(&at);
+  return result;
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Pictures on behalf of a caller: whose stores they use, whom they tell, and who may stop them. */
+/* Render jobs: their stores, progress callback and cancel flag. */
 #include <nephos/renderer.h>
 
 #include <math.h>
@@ -10,7 +10,9 @@
 #include "render/history.h"
 #include "render/light_anchors.h"
 #include "render/prediction.h"
+#include "render/renderer_stores.h"
 #include "render/tile_feed.h"
+#include "scene/scene_eval.h"
 
 struct neph_renderer {
   neph_context *context; /* retained */
@@ -23,8 +25,8 @@ struct neph_renderer {
 typedef struct picture_call {
   np_plan plan;
   np_tile_feed feed;
-  const atomic_bool *is_cancelled; /* NULL: nobody may stop it but by its callbacks */
-  neph_progress_fn progress;       /* NULL: nobody is told */
+  const atomic_bool *is_cancelled; /* NULL: callbacks alone can end it */
+  neph_progress_fn progress;       /* may be NULL */
   void *progress_user;
 } picture_call;
 
@@ -36,15 +38,14 @@ static bool tell(void *user, const neph_progress *progress) {
   return !call->progress || call->progress(call->progress_user, progress);
 }
 
-/* Solves, before the picture, for light between which it is interpolated; the scene is back in its frame then. */
-static neph_result prepare_light(neph_scene *scene, np_plan *plan, np_monitor *monitor) {
+/* Solves, before the picture, for light between which it is interpolated. */
+static neph_result prepare_light(const neph_scene *scene, np_plan *plan, np_monitor *monitor) {
   neph_result result = np_light_span_choose(scene, plan, &plan->light_span);
   if (result || plan->light_span.frames[0] == plan->light_span.frames[1]) return result;
   const unsigned mode = np_float_mode_enter();
   result = np_light_anchors_solve(scene, plan, monitor);
   np_float_mode_leave(mode);
-  const neph_result back = np_scene_set_frame(scene, plan->desc.frame);
-  return result ? result : back;
+  return result;
 }
 
 static neph_result prepare_plan(const neph_scene *scene, np_plan *plan) {
@@ -53,32 +54,33 @@ static neph_result prepare_plan(const neph_scene *scene, np_plan *plan) {
 }
 
 /* A picture by a plan that is prepared, whose stores have the frame before where it needs one. */
-static neph_result render_planned(neph_scene *scene, np_plan *plan, np_monitor *monitor, neph_image **out_image) {
+static neph_result render_planned(const neph_scene *scene, np_plan *plan, np_monitor *monitor, neph_image **out_image) {
   const neph_result result = prepare_light(scene, plan, monitor);
   return result ? result : np_render_image(scene, plan, monitor, out_image);
 }
 
-/* A frame that nobody asked for but those behind it. */
-static neph_result render_before(neph_scene *scene, const np_plan *plan, int frame, np_monitor *monitor,
+/* A run-up frame: later frames need its history. `at_frame` is the plan to make, with its part of the progress. */
+static neph_result render_before(const neph_scene *scene, const np_plan *plan, int frame, np_monitor *monitor,
                                  np_plan *at_frame) {
+  neph_scene at;
   neph_render_desc desc = plan->desc;
   neph_image *image = NULL;
   const np_monitor_part progress = at_frame->progress;
   desc.frame = frame;
-  neph_result result = np_plan_make_frame(scene, &desc, at_frame);
-  if (result) return result;
+  neph_result result = np_plan_make_frame(scene, &desc, &at, at_frame);
   at_frame->stores = plan->stores;
   at_frame->progress = progress;
-  result = prepare_plan(scene, at_frame);
-  if (result) return result;
-  np_log(scene->context, NEPH_LOG_DEBUG, "history: frame %d is rendered for frame %d", frame, plan->desc.frame);
-  result = render_planned(scene, at_frame, monitor, &image);
+  if (!result) result = prepare_plan(&at, at_frame);
+  if (!result)
+    np_log(scene->context, NEPH_LOG_DEBUG, "history: frame %d is rendered for frame %d", frame, plan->desc.frame);
+  if (!result) result = render_planned(&at, at_frame, monitor, &image);
   neph_image_destroy(image);
+  np_scene_eval_clear(&at);
   return result;
 }
 
 /* Renders the frames of the plan's block before its own that the stores do not lead up to. */
-static neph_result prepare_history(neph_scene *scene, np_plan *plan, np_monitor *monitor) {
+static neph_result prepare_history(const neph_scene *scene, np_plan *plan, np_monitor *monitor) {
   const int frame = plan->desc.frame;
   int begin = frame;
   neph_result result = np_history_choose_begin(scene, plan, &begin);
@@ -92,11 +94,11 @@ static neph_result prepare_history(neph_scene *scene, np_plan *plan, np_monitor 
   }
   plan->progress.begin = (count - 1.0) / count;
   np_alloc_free(scene->context, at_frame);
-  const neph_result back = np_scene_set_frame(scene, frame);
-  return result ? result : back;
+  return result;
 }
 
-static neph_result render_picture(neph_scene *scene, picture_call *call, neph_image **out_image) {
+/* A picture of a scene in its frame. */
+static neph_result render_picture(const neph_scene *scene, picture_call *call, neph_image **out_image) {
   const neph_render_desc *desc = &call->plan.desc;
   call->progress = desc->progress;
   call->progress_user = desc->progress_user;
@@ -110,12 +112,24 @@ static neph_result render_picture(neph_scene *scene, picture_call *call, neph_im
   return result ? result : render_planned(scene, &call->plan, &monitor, out_image);
 }
 
-neph_result neph_render_image(neph_scene *scene, const neph_render_desc *desc, neph_image **out_image) {
+static neph_result render_from_stores(const neph_scene *scene, const neph_render_desc *desc, np_stores *stores,
+                                      const atomic_bool *is_cancelled, neph_image **out_image) {
+  picture_call call = {.is_cancelled = is_cancelled};
+  neph_scene at;
+  neph_result result = np_plan_make_frame(scene, desc, &at, &call.plan);
+  call.plan.stores = stores;
+  if (!result) result = render_picture(&at, &call, out_image);
+  np_scene_eval_clear(&at);
+  return result;
+}
+
+neph_result neph_render_image(const neph_scene *scene, const neph_render_desc *desc, neph_image **out_image) {
   if (NP_LACKS_OUT(NP_CONTEXT_OF(scene), out_image)) return NEPH_ERROR_INVALID_ARGUMENT;
-  picture_call call = {.is_cancelled = NULL};
+  np_stores stores = {.results = NULL};
   *out_image = NULL;
-  neph_result result = np_plan_make_frame(scene, desc, &call.plan);
-  return result ? result : render_picture(scene, &call, out_image);
+  const neph_result result = render_from_stores(scene, desc, &stores, NULL, out_image);
+  np_stores_clear(scene->context, &stores);
+  return result;
 }
 
 neph_result neph_renderer_create(neph_context *context, neph_renderer **out_renderer) {
@@ -141,37 +155,53 @@ void neph_renderer_cancel(neph_renderer *renderer) {
   if (renderer) atomic_store(&renderer->is_cancelled, true);
 }
 
-/* A sequence goes by a frame that its scene chooses, not the renderer. */
-static neph_result render_from_stores(neph_renderer *renderer, neph_scene *scene, picture_call *call,
-                                      neph_image **out_image) {
-  np_stores *of_scene = call->plan.stores;
-  renderer->stores.references = of_scene->references;
-  call->plan.stores = &renderer->stores;
-  neph_result result = render_picture(scene, call, out_image);
-  of_scene->references = renderer->stores.references;
+/* Fails where the scene is of another context. */
+static neph_result check_scene(const neph_renderer *renderer, const neph_scene *scene) {
+  if (scene->context == renderer->context) return NEPH_OK;
+  return np_fail(renderer->context, NEPH_ERROR_INVALID_ARGUMENT,
+                 "the scene belongs to another context than the renderer: make it in the renderer's");
+}
+
+/* Takes the renderer for one call; fails where another thread, or a callback of a picture, has it. */
+static neph_result begin(neph_renderer *renderer) {
+  if (!atomic_exchange(&renderer->is_busy, true)) return NEPH_OK;
+  return np_fail(renderer->context, NEPH_ERROR_INVALID_ARGUMENT,
+                 "the renderer has a picture under way, must have one at a time: wait for it, or give each thread a "
+                 "renderer of its own");
+}
+
+neph_result neph_renderer_render(neph_renderer *renderer, const neph_scene *scene, const neph_render_desc *desc,
+                                 neph_image **out_image) {
+  if (NP_LACKS_OUT(NP_CONTEXT_OF(renderer), out_image, scene)) return NEPH_ERROR_INVALID_ARGUMENT;
+  neph_result result = begin(renderer);
+  if (result) return result;
+  result = check_scene(renderer, scene);
+  if (!result && atomic_load(&renderer->is_cancelled)) result = NEPH_ERROR_CANCELLED;
+  if (!result) result = render_from_stores(scene, desc, &renderer->stores, &renderer->is_cancelled, out_image);
+  atomic_store(&renderer->is_cancelled, false);
+  atomic_store(&renderer->is_busy, false);
   return result;
 }
 
-static neph_result render_alone(neph_renderer *renderer, neph_scene *scene, const neph_render_desc *desc,
-                                neph_image **out_image) {
-  picture_call call = {.is_cancelled = &renderer->is_cancelled};
-  if (scene->context != renderer->context)
-    return np_fail(renderer->context, NEPH_ERROR_INVALID_ARGUMENT,
-                   "the scene belongs to another context than the renderer: make it in the renderer's");
-  if (atomic_load(call.is_cancelled)) return NEPH_ERROR_CANCELLED;
-  neph_result result = np_plan_make_frame(scene, desc, &call.plan);
-  return result ? result : render_from_stores(renderer, scene, &call, out_image);
+neph_result np_renderer_borrow(neph_renderer *renderer, const neph_scene *scene, np_stores **out_stores) {
+  neph_result result = begin(renderer);
+  if (result) return result;
+  *out_stores = &renderer->stores;
+  result = check_scene(renderer, scene);
+  if (result) np_renderer_give_back(renderer);
+  return result;
 }
 
-neph_result neph_renderer_render(neph_renderer *renderer, neph_scene *scene, const neph_render_desc *desc,
-                                 neph_image **out_image) {
-  if (NP_LACKS_OUT(NP_CONTEXT_OF(renderer), out_image, scene)) return NEPH_ERROR_INVALID_ARGUMENT;
-  if (atomic_exchange(&renderer->is_busy, true))
-    return np_fail(renderer->context, NEPH_ERROR_INVALID_ARGUMENT,
-                   "the renderer has a picture under way, must have one at a time: wait for it, or give each thread a "
-                   "renderer and a scene of its own");
-  const neph_result result = render_alone(renderer, scene, desc, out_image);
-  atomic_store(&renderer->is_cancelled, false);
-  atomic_store(&renderer->is_busy, false);
+void np_renderer_give_back(neph_renderer *renderer) { atomic_store(&renderer->is_busy, false); }
+
+neph_result neph_renderer_explain(neph_renderer *renderer, const neph_scene *scene, const neph_render_desc *desc,
+                                  neph_text_format format, char **out_text) {
+  if (NP_LACKS_OUT(NP_CONTEXT_OF(renderer), out_text, scene)) return NEPH_ERROR_INVALID_ARGUMENT;
+  np_stores *stores;
+  *out_text = NULL;
+  neph_result result = np_renderer_borrow(renderer, scene, &stores);
+  if (result) return result;
+  result = np_render_explain(scene, desc, stores, format, out_text);
+  np_renderer_give_back(renderer);
   return result;
 }

@@ -177,6 +177,7 @@ static void add_node(hash_writer *w, const np_node *node, const np_key *key) {
   if (node->kind == NP_NODE_MAPPING) add_mapping(w, node, key);
   for (const np_node *item = node->first; item && node->kind == NP_NODE_SEQUENCE; item = item->next)
     add_node(w, item, key);
+  if (node->kind == NP_NODE_NUMBER) NP_HASH_ADD(w->hash, node->number);
   if (node->kind != NP_NODE_SCALAR) return;
   const bool is_file = key && key->type == NP_KEY_FILE && node->text;
   const char *slash = is_file ? strrchr(node->text, '/') : NULL;

@@ -199,7 +199,8 @@ static neph_result describe_sky(const np_plan *plan, const np_assembly *assembly
   return result || !has_sky ? result : describe_irradiances(assembly, image);
 }
 
-static neph_result render_sky(neph_scene *scene, const neph_sky_image_desc *desc, neph_image **out_image) {
+static neph_result render_sky(const neph_scene *scene, const neph_sky_image_desc *desc, np_stores *stores,
+                              neph_image **out_image) {
   np_monitor monitor;
   np_monitor_start(&monitor, scene->context, desc->progress, desc->progress_user);
   np_plan plan;
@@ -208,6 +209,7 @@ static neph_result render_sky(neph_scene *scene, const neph_sky_image_desc *desc
   plan.sphere_size[0] = desc->width;
   plan.sphere_size[1] = desc->height;
   plan.sphere_center_rad = desc->center_azimuth_rad;
+  plan.stores = stores;
   if (!result) result = np_assembly_build(scene, &plan, &monitor, &assembly);
   if (result) return result;
   const unsigned count = desc->disks == NEPH_SKY_DISKS_LAYER ? CHANNELS : NP_BAND_COUNT;
@@ -230,7 +232,7 @@ static neph_result render_sky(neph_scene *scene, const neph_sky_image_desc *desc
   return result;
 }
 
-neph_result neph_render_sky(neph_scene *scene, const neph_sky_image_desc *desc, neph_image **out_image) {
+neph_result neph_render_sky(const neph_scene *scene, const neph_sky_image_desc *desc, neph_image **out_image) {
   if (NP_LACKS_OUT(NP_CONTEXT_OF(scene), out_image)) return NEPH_ERROR_INVALID_ARGUMENT;
   *out_image = NULL;
   const neph_sky_image_desc defaults = NEPH_SKY_IMAGE_DESC_DEFAULT;
@@ -245,9 +247,11 @@ neph_result neph_render_sky(neph_scene *scene, const neph_sky_image_desc *desc, 
                    "sky: disks is %d, must be layer (0), include (1) or none (2); center_azimuth_rad is %g, must be "
                    "finite",
                    (int)own.disks, own.center_azimuth_rad);
+  np_stores stores = {.results = NULL};
   const unsigned mode = np_float_mode_enter();
-  result = render_sky(scene, &own, out_image);
+  result = render_sky(scene, &own, &stores, out_image);
   np_float_mode_leave(mode);
+  np_stores_clear(scene->context, &stores);
   if (result) {
     neph_image_destroy(*out_image);
     *out_image = NULL;

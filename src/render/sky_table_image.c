@@ -158,7 +158,7 @@ static neph_result draw_table(const neph_scene *scene, const np_assembly *assemb
   return result;
 }
 
-neph_result neph_render_sky_table(neph_scene *scene, neph_sky_table table, neph_image **out_image) {
+neph_result neph_render_sky_table(const neph_scene *scene, neph_sky_table table, neph_image **out_image) {
   if (NP_LACKS_OUT(NP_CONTEXT_OF(scene), out_image)) return NEPH_ERROR_INVALID_ARGUMENT;
   *out_image = NULL;
   if ((unsigned)table >= NEPH_SKY_TABLE_COUNT)
@@ -169,12 +169,15 @@ neph_result neph_render_sky_table(neph_scene *scene, neph_sky_table table, neph_
   np_monitor_start(&monitor, scene->context, NULL, NULL);
   np_plan plan;
   np_assembly assembly;
+  np_stores stores = {.results = NULL};
   neph_result result = np_plan_make_sky(scene, true, &plan);
+  plan.stores = &stores;
   if (!result) result = np_assembly_build(scene, &plan, &monitor, &assembly);
   if (!result) {
     result = draw_table(scene, &assembly, table, out_image);
     np_assembly_clear(&assembly);
   }
+  np_stores_clear(scene->context, &stores);
   np_float_mode_leave(mode);
   return result;
 }

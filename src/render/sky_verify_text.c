@@ -46,12 +46,14 @@ static void print_report(FILE *out, const void *user) {
   print_error(out, "sky, traced", &e->all);
 }
 
-static neph_result verify(neph_scene *scene, const neph_sky_verify_desc *desc, report *r, char **out_text) {
+static neph_result verify(const neph_scene *scene, const neph_sky_verify_desc *desc, np_stores *stores, report *r,
+                          char **out_text) {
   np_monitor monitor;
   np_monitor_start(&monitor, scene->context, desc->progress, desc->progress_user);
   np_plan plan;
   np_assembly assembly;
   neph_result result = np_plan_make_sky(scene, true, &plan);
+  plan.stores = stores;
   if (!result) result = np_assembly_build(scene, &plan, &monitor, &assembly);
   if (result) return result;
   neph_sky *sky = assembly.packets[0].lights[0].camera_sky;
@@ -65,7 +67,7 @@ static neph_result verify(neph_scene *scene, const neph_sky_verify_desc *desc, r
   return result ? result : np_probe_write_text(scene->context, print_report, r, out_text);
 }
 
-neph_result neph_render_sky_verify(neph_scene *scene, const neph_sky_verify_desc *desc, neph_text_format format,
+neph_result neph_render_sky_verify(const neph_scene *scene, const neph_sky_verify_desc *desc, neph_text_format format,
                                    char **out_text) {
   if (NP_LACKS_OUT(NP_CONTEXT_OF(scene), out_text)) return NEPH_ERROR_INVALID_ARGUMENT;
   *out_text = NULL;
@@ -76,8 +78,10 @@ neph_result neph_render_sky_verify(neph_scene *scene, const neph_sky_verify_desc
   if (own.path_count < 1)
     return np_fail(scene->context, NEPH_ERROR_INVALID_ARGUMENT, "sky: path_count is 0, must be at least 1");
   report r = {.format = format, .tolerance = scene->atmosphere.tolerance, .paths = own.path_count};
+  np_stores stores = {.results = NULL};
   const unsigned mode = np_float_mode_enter();
-  result = verify(scene, &own, &r, out_text);
+  result = verify(scene, &own, &stores, &r, out_text);
   np_float_mode_leave(mode);
+  np_stores_clear(scene->context, &stores);
   return result;
 }

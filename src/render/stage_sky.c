@@ -34,10 +34,10 @@ neph_result np_stage_build_lights(const np_stage_part *in) {
   out->places = plan->lights;
   if (!plan->are_lights_known) {
     if (!scene->has_place && in->made->terrain) (void)np_terrain_get_place(in->made->terrain, &latitude, &longitude);
-    result = np_scene_lights_compute(scene, latitude, longitude, &out->places);
+    out->places = np_scene_lights_compute(scene, latitude, longitude);
   }
   add_lights(in);
-  if (!result && plan->has_beauty && scene->moon.is_enabled && scene->moon.map)
+  if (plan->has_beauty && scene->moon.is_enabled && scene->moon.map)
     result = np_sphere_map_load(out->context, "moon.map", scene->moon.map, false, &out->moon_map);
   return result;
 }

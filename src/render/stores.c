@@ -41,24 +41,15 @@ void np_stores_drop(neph_context *context, np_stores *stores, const void *stage,
 
 void np_stores_clear(neph_context *context, np_stores *stores) {
   while (stores->results) destroy_first(context, &stores->results);
-  stores->references = (np_reference_store){0};
+  while (stores->references) {
+    np_reference *first = stores->references;
+    stores->references = first->next;
+    np_alloc_free(context, first);
+  }
   if (stores->light) stores->destroy_light(context, stores->light);
   stores->light = NULL;
   if (stores->history) stores->destroy_history(context, stores->history);
   stores->history = NULL;
-}
-
-static void destroy(neph_context *context, void *stores) {
-  np_stores_clear(context, stores);
-  np_alloc_free(context, stores);
-}
-
-neph_result np_stores_get(const neph_scene *scene, np_stores **out_stores) {
-  np_scene_attachment *attachment = scene->attachment;
-  if (!attachment->data)
-    *attachment = (np_scene_attachment){.data = np_alloc(scene->context, 1, sizeof **out_stores), .destroy = destroy};
-  *out_stores = attachment->data;
-  return *out_stores ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
 static neph_result compute_fingerprint(neph_context *context, const np_scene_cloud *cloud, char out_hex[33]) {
@@ -68,18 +59,21 @@ static neph_result compute_fingerprint(neph_context *context, const np_scene_clo
   return np_hash_finish(hash, out_hex);
 }
 
-neph_result np_reference_store_get(np_reference_store *store, const neph_scene *scene, unsigned index,
-                                   np_reference **out_reference) {
-  const np_scene_cloud *cloud = &scene->clouds[index];
-  np_reference *reference = &store->list[index];
+neph_result np_references_get(np_reference **references, const neph_scene *scene, unsigned index,
+                              np_reference **out_reference) {
   char sequence[33];
-  neph_result result = compute_fingerprint(scene->context, cloud, sequence);
+  neph_result result = compute_fingerprint(scene->context, &scene->clouds[index], sequence);
   if (result) return result;
-  if (strcmp(reference->sequence, sequence) != 0) {
-    *reference = (np_reference){.has_frame = false};
-    memcpy(reference->sequence, sequence, sizeof sequence);
+  np_reference *at = *references;
+  while (at && (at->index != index || strcmp(at->sequence, sequence) != 0)) at = at->next;
+  if (!at) {
+    at = np_alloc(scene->context, 1, sizeof *at);
+    if (!at) return NEPH_ERROR_OUT_OF_MEMORY;
+    *at = (np_reference){.next = *references, .index = index};
+    memcpy(at->sequence, sequence, sizeof sequence);
+    *references = at;
   }
-  *out_reference = reference;
+  *out_reference = at;
   return NEPH_OK;
 }
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* All that one picture leaves to the next: results of stages by their keys, and reference frames. One picture at a time
- * uses it.
+ * uses it; a zeroed one is empty.
  *
  * A reference frame of an imported sequence gives position, scale and optical depth to all its frames: the first frame
  * asked for goes on to serve the others, and its file is read once. */
@@ -17,7 +17,9 @@ typedef struct np_anchor {
 } np_anchor;
 
 typedef struct np_reference {
-  char sequence[33]; /* fingerprint of the files that it is a frame of; empty: none yet */
+  struct np_reference *next;
+  unsigned index;    /* of the cloud in its scene */
+  char sequence[33]; /* fingerprint of the files that it is a frame of */
   bool has_frame;    /* the first asked for that holds anything is known */
   double number;     /* of its file */
   bool is_told;      /* that it was chosen so, in a warning */
@@ -25,13 +27,9 @@ typedef struct np_reference {
   np_anchor anchor;
 } np_reference;
 
-typedef struct np_reference_store {
-  np_reference list[NP_INSTANCES_MAX]; /* of each cloud */
-} np_reference_store;
-
-/* The reference of a cloud that is a sequence; begun anew where the cloud's files have become others. */
-neph_result np_reference_store_get(np_reference_store *store, const neph_scene *scene, unsigned index,
-                                   np_reference **out_reference);
+/* The reference of a cloud that is a sequence, added to a list where it is not yet there. */
+neph_result np_references_get(np_reference **references, const neph_scene *scene, unsigned index,
+                              np_reference **out_reference);
 
 /* The file that the scene names, infinite for all of them, else the one that was chosen; false where there is neither
  * yet. */
@@ -55,7 +53,7 @@ typedef struct np_stored_fill {
 
 typedef struct np_stores {
   np_stored_result *results;
-  np_reference_store references;
+  np_reference *references;
   np_stored_fill fill;
   void *light; /* solutions between which a sequence is interpolated (light_anchors.h); NULL: none */
   void (*destroy_light)(neph_context *context, void *light);
@@ -63,10 +61,6 @@ typedef struct np_stores {
   void (*destroy_history)(neph_context *context, void *history);
 } np_stores;
 
-/* Those that go with a scene: created when they are first asked for, destroyed with the scene. */
-neph_result np_stores_get(const neph_scene *scene, np_stores **out_stores);
-
-/* A zeroed one is empty. */
 void np_stores_clear(neph_context *context, np_stores *stores);
 
 /* The result of a part; NULL: none. */

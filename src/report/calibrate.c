@@ -50,14 +50,17 @@ typedef struct calibration {
   double least_s[SCENES][NP_STAGE_COUNT];
 } calibration;
 
-static neph_result render_once(calibration *c, unsigned scene, neph_scene *loaded) {
+static neph_result render_once(calibration *c, unsigned scene, const neph_scene *loaded) {
   np_plan plan;
   np_stage_times times = {.error_s = 0.0};
   neph_image *image = NULL;
   neph_result result = np_plan_make(loaded, NULL, &plan);
   if (result) return result;
+  np_stores stores = {.results = NULL};
   plan.times = &times;
+  plan.stores = &stores;
   result = np_render_image(loaded, &plan, &c->monitor, &image);
+  np_stores_clear(c->context, &stores);
   neph_image_destroy(image);
   for (int i = 0; i < NP_STAGE_COUNT && !result; i++) c->least_s[scene][i] = fmin(c->least_s[scene][i], times.cpu_s[i]);
   return result;

@@ -93,7 +93,6 @@ neph_result np_report_render(neph_report *report, neph_scene *scene, const neph_
   neph_result result = np_plan_make(scene, desc, &plan);
   if (result) return result;
   run_times times = {.cpu_s = 0.0};
-  report->stores.references = plan.stores->references;
   plan.stores = &report->stores;
   plan.times = &times.stages;
   np_monitor monitor;

@@ -117,10 +117,12 @@ static neph_result read_path(const track_reader *r) {
     const np_key *section = t->key;
     t->key = take_part(&path, &p) ? np_key_search(section, p.name) : NULL;
     if (!t->key || p.has_index != (t->key->type == NP_KEY_LIST)) return fail_unknown(r, section, p.name);
-    if (p.has_index)
+    if (p.has_index) {
+      t->list = t->key;
+      t->element = (unsigned)p.index;
       result = check_element(r, &p, &at);
-    else if (at)
-      at = np_node_search(at, p.name);
+    }
+    if (!p.has_index && at) at = np_node_search(at, p.name);
     if (at && at->kind != NP_NODE_MAPPING) at = NULL;
   }
   if (result) return result;

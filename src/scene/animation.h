@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Keys that change from frame to frame: the tracks of `animate`, and those of a camera's file. A scene in a frame is
- * its document with the keys of the tracks replaced. */
+/* Keys that change from frame to frame: the tracks of `animate`, and those of a camera's file. */
 #ifndef NP_SCENE_ANIMATION_H
 #define NP_SCENE_ANIMATION_H
 
@@ -24,10 +23,10 @@ void np_animation_destroy(neph_context *context, np_animation *animation);
 neph_result np_animation_put_first(neph_context *context, np_animation *animation, unsigned count,
                                    const np_track *tracks);
 
-/* The document in a frame; NULL on failure. Steps are those of `step_frame`: a time within the exposure of a frame does
- * not cross a cut. */
-neph_result np_animation_apply(neph_context *context, const np_animation *animation, const np_node *document,
-                               double frame, double step_frame, np_node **out_document);
+/* Copies a document and puts an animated node in it for each track's key, where --set would put its value; NULL on
+ * failure. Marks the tracks that later ones exclude. */
+neph_result np_animation_merge(neph_context *context, const np_animation *animation, const np_node *document,
+                               np_node **out_document);
 
 /* Adds all tracks to a hash. */
 void np_animation_add_to_hash(const np_animation *animation, np_hash *hash);

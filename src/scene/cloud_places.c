@@ -2,6 +2,7 @@
 #include "scene/cloud_places.h"
 
 #include <math.h>
+#include <string.h>
 
 #include "core/alloc.h"
 #include "core/csv.h"
@@ -90,6 +91,14 @@ static np_cloud_place make_tile(const neph_cloud_desc *bake, double planet_radiu
   place.position_m[1] = planet_radius_m * sin(angle) * north_m / far_m;
   place.position_m[2] = -2.0 * planet_radius_m * half * half;
   return place;
+}
+
+bool np_cloud_places_repeat_alike(const np_scene_cloud *a, double a_radius_m, const np_scene_cloud *b,
+                                  double b_radius_m) {
+  const neph_cloud_desc *p = &a->bake, *q = &b->bake;
+  const double one[] = {p->extent_m[0], p->repeat_m, p->base_altitude_m, p->thickness_m, a_radius_m};
+  const double other[] = {q->extent_m[0], q->repeat_m, q->base_altitude_m, q->thickness_m, b_radius_m};
+  return !memcmp(one, other, sizeof one);
 }
 
 neph_result np_cloud_places_repeat(neph_context *context, double planet_radius_m, np_scene_cloud *cloud) {

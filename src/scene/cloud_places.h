@@ -14,6 +14,10 @@ neph_result np_cloud_places_read(neph_context *context, np_scene_cloud *cloud);
  * NEPH_ERROR_BAD_SCENE where they are too many. */
 neph_result np_cloud_places_repeat(neph_context *context, double planet_radius_m, np_scene_cloud *cloud);
 
+/* Whether two states of a cloud, each on a planet's sphere, have the same tiles. */
+bool np_cloud_places_repeat_alike(const np_scene_cloud *a, double a_radius_m, const np_scene_cloud *b,
+                                  double b_radius_m);
+
 /* Box of a baked cloud with places before it is moved to them. */
 void np_cloud_places_get_box(const np_scene_cloud *cloud, const neph_cloud_desc *bake, double scale, np_dvec3 *out_low,
                              np_dvec3 *out_high);

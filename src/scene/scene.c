@@ -6,7 +6,6 @@
 #include "core/file.h"
 #include "core/frame_name.h"
 #include "core/given.h"
-#include "scene/camera_motion.h"
 #include "scene/scene_apply.h"
 #include "scene/scene_edit.h"
 #include "scene/scene_node.h"
@@ -23,8 +22,6 @@ static neph_result create_bare(neph_context *context, const char *file, np_node 
   scene->document = document;
   scene->frame = 1.0;
   *out_scene = scene;
-  scene->attachment = np_alloc(context, 1, sizeof *scene->attachment);
-  if (!scene->attachment) return NEPH_ERROR_OUT_OF_MEMORY;
   if (!file) return NEPH_OK;
   scene->file = np_alloc_text(context, file);
   return scene->file ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
@@ -108,8 +105,6 @@ void neph_scene_destroy(neph_scene *scene) {
   if (!scene) return;
   neph_context *context = scene->context;
   np_scene_clear(scene);
-  if (scene->attachment && scene->attachment->data) scene->attachment->destroy(context, scene->attachment->data);
-  np_alloc_free(context, scene->attachment);
   destroy_documents(scene);
   np_alloc_free(context, scene->file);
   np_alloc_free(context, scene);
@@ -143,11 +138,7 @@ neph_result neph_scene_set(neph_scene *scene, const char *key, const char *value
 }
 
 neph_result np_scene_set_document(neph_scene *scene, np_node *document) {
-  neph_scene changed = {.context = scene->context,
-                        .file = scene->file,
-                        .document = document,
-                        .frame = scene->frame,
-                        .attachment = scene->attachment};
+  neph_scene changed = {.context = scene->context, .file = scene->file, .document = document, .frame = scene->frame};
   np_scene_problems problems = {.context = scene->context, .file = scene->file, .is_first_only = true};
   neph_result result = np_scene_report(&problems, np_scene_apply(&changed, &problems));
   neph_scene *loser = result ? &changed : scene;
@@ -155,60 +146,6 @@ neph_result np_scene_set_document(neph_scene *scene, np_node *document) {
   destroy_documents(loser);
   if (!result) *scene = changed;
   return result;
-}
-
-/* Reads the camera's file, when a frame is first asked for. Without it there is no scene: all files that are missing
- * are named then. */
-static neph_result read_motion(neph_scene *scene) {
-  if (!scene->motion.file || scene->motion.is_read) return NEPH_OK;
-  if (!np_file_exists(scene->motion.file)) return neph_scene_check_files(scene);
-  if (!scene->animation) scene->animation = np_alloc(scene->context, 1, sizeof *scene->animation);
-  if (!scene->animation) return NEPH_ERROR_OUT_OF_MEMORY;
-  const neph_result result = np_camera_motion_load(scene, scene->animation);
-  if (result) return result;
-  scene->motion.is_read = true;
-  if (!scene->source) scene->source = np_node_copy(scene->context, scene->document);
-  return scene->source ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
-}
-
-/* Frames may be counted on, and divided into blocks, without leaving the range of int. */
-static neph_result check_frame(const neph_scene *scene, double frame) {
-  static const double frame_max = 1e9;
-  if (frame >= -frame_max && frame <= frame_max) return NEPH_OK;
-  return np_fail(scene->context, NEPH_ERROR_INVALID_ARGUMENT, "frame is %.10g, must be in [%.0f, %.0f]", frame,
-                 -frame_max, frame_max);
-}
-
-neph_result np_scene_set_frame(neph_scene *scene, double frame) {
-  const bool is_to_read = scene->motion.file && !scene->motion.is_read;
-  neph_result result = check_frame(scene, frame);
-  if (!result) result = read_motion(scene);
-  if (result) return result;
-  if (!scene->animation || (scene->frame == frame && !is_to_read)) {
-    scene->frame = frame;
-    return np_scene_name_maps(scene);
-  }
-  neph_scene changed = {.context = scene->context,
-                        .file = scene->file,
-                        .source = scene->source,
-                        .animation = scene->animation,
-                        .frame = frame,
-                        .attachment = scene->attachment};
-  np_scene_problems problems = {.context = scene->context, .file = scene->file, .is_first_only = true};
-  result = np_animation_apply(scene->context, scene->animation, scene->source, frame, frame, &changed.document);
-  if (!result) result = np_scene_report(&problems, np_scene_apply_frame(&changed, &problems));
-  if (!result) np_scene_keep_texts(scene, &changed);
-  changed.motion.is_read = scene->motion.is_read;
-  neph_scene *loser = result ? &changed : scene;
-  np_scene_clear(loser);
-  np_node_destroy(scene->context, loser->document);
-  if (!result) *scene = changed;
-  return result;
-}
-
-neph_result neph_scene_set_frame(neph_scene *scene, int frame) {
-  if (!scene) return NEPH_ERROR_INVALID_ARGUMENT;
-  return np_scene_set_frame(scene, frame);
 }
 
 bool neph_scene_is_animated(const neph_scene *scene) {

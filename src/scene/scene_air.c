@@ -1,12 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "scene/scene_apply.h"
+#include "scene/scene_air.h"
 
 #include <math.h>
 #include <string.h>
 
 #include "atmosphere/atmosphere_private.h"
 #include "core/alloc.h"
-#include "scene/scene_fail.h"
 
 /* ---- Presets ---- */
 
@@ -82,8 +81,7 @@ static neph_atmosphere_layer complete_layer(const np_scene_layer *layer) {
 
 /* ---- All ---- */
 
-/* The sun as it is from the planet. */
-static void derive_sun(neph_scene *scene) {
+void np_scene_air_derive_sun(neph_scene *scene) {
   np_scene_sun *sun = &scene->sun;
   const double distance = scene->air.sun_distance_au;
   if (!sun->has_angular_radius) sun->angular_radius_rad /= distance;
@@ -102,7 +100,6 @@ neph_result np_scene_air_derive(neph_scene *scene) {
   np_scene_air *air = &scene->air;
   const np_node *node = np_node_search(scene->document, "atmosphere");
   scene->has_atmosphere = air->preset != NP_AIR_NONE;
-  derive_sun(scene);
   if (node && node->assets.atmosphere) return derive_given(scene, node->assets.atmosphere), NEPH_OK;
   for (int b = 0; b < 3; b++)
     air->aerosol.absorption_per_m[b] = fmax(air->aerosol_extinction_per_m[b] - air->aerosol.scattering_per_m[b], 0.0);

@@ -10,11 +10,13 @@
 #include "core/path_map.h"
 #include "core/text.h"
 #include "core/time_text.h"
+#include "scene/camera_motion.h"
 #include "scene/cloud_places.h"
+#include "scene/scene_air.h"
+#include "scene/scene_derive.h"
 #include "scene/scene_points.h"
-#include "scene/sequence.h"
+#include "scene/scene_tracks.h"
 #include "volume/instance.h"
-#include "terrain/terrain_private.h"
 
 enum { PATH_SIZE = 160, SHOWN_SIZE = 64 };
 
@@ -36,9 +38,10 @@ static bool is_empty(const np_node *node) {
 }
 
 /* A scalar's own text, or `out`. */
-static const char *show_value(const np_node *node, char out[SHOWN_SIZE]) {
+static const char *show_value(const np_key *key, const np_node *node, char out[SHOWN_SIZE]) {
   if (is_empty(node) || (node->kind == NP_NODE_SCALAR && !*node->text)) return "empty";
   if (node->kind == NP_NODE_SCALAR) return node->text;
+  if (node->kind == NP_NODE_NUMBER) return np_value_format_real(node->number, key->unit, out, SHOWN_SIZE), out;
   np_print(out, SHOWN_SIZE, "a %s of %zu", node->kind == NP_NODE_MAPPING ? "mapping" : "list", np_node_count(node));
   return out;
 }
@@ -48,7 +51,7 @@ static neph_result fail_value(const key_applier *applier, const np_key *key, con
   np_text values = {.context = applier->context};
   np_key_describe_values(key, &values);
   return np_text_end(&values, np_scene_fail_at(applier->problems, node, "%s is %s, must be %s", applier->path,
-                                               show_value(node, shown), np_text_get(&values)));
+                                               show_value(key, node, shown), np_text_get(&values)));
 }
 
 static neph_result fail_item(const key_applier *applier, const np_key *key, const np_node *item, unsigned index) {
@@ -56,7 +59,7 @@ static neph_result fail_item(const key_applier *applier, const np_key *key, cons
   np_text values = {.context = applier->context};
   np_key_describe_item(key, &values);
   return np_text_end(&values, np_scene_fail_at(applier->problems, item, "%s[%u] is %s, must be %s", applier->path,
-                                               index, show_value(item, shown), np_text_get(&values)));
+                                               index, show_value(key, item, shown), np_text_get(&values)));
 }
 
 static neph_result fail_unknown(const key_applier *applier, const np_key *section, const np_node *node) {
@@ -79,15 +82,22 @@ static void store_unsigned(void *base, np_field field, unsigned value) {
 }
 
 static bool read_real(const np_key *key, const np_node *node, double *out_value) {
-  return node->kind == NP_NODE_SCALAR && np_value_parse_real(node->text, key->unit, out_value) &&
-         *out_value >= np_unit_to_si(key->unit, key->range.min) &&
+  if (node->kind == NP_NODE_NUMBER)
+    *out_value = node->number;
+  else if (node->kind != NP_NODE_SCALAR || !np_value_parse_real(node->text, key->unit, out_value))
+    return false;
+  return *out_value >= np_unit_to_si(key->unit, key->range.min) &&
          *out_value <= np_unit_to_si(key->unit, key->range.max);
 }
 
 static bool read_integer(const np_key *key, const np_node *node, unsigned *out_value) {
-  uint64_t value;
-  if (node->kind != NP_NODE_SCALAR || !np_value_parse_integer(node->text, &value)) return false;
-  if ((double)value < key->range.min || (double)value > key->range.max) return false;
+  uint64_t whole;
+  double value = node->number;
+  if (node->kind == NP_NODE_SCALAR && np_value_parse_integer(node->text, &whole))
+    value = (double)whole;
+  else if (node->kind != NP_NODE_NUMBER || value != floor(value))
+    return false;
+  if (!(value >= key->range.min && value <= key->range.max)) return false;
   *out_value = (unsigned)value;
   return true;
 }
@@ -100,7 +110,7 @@ static bool read_number(const np_key *key, const np_node *node, void *target, un
 static neph_result apply_numbers(key_applier *applier, const np_key *key, void *base, const np_node *node) {
   void *target = (char *)base + key->field.offset;
   unsigned count = np_key_count_values(key);
-  bool is_one = count == 1 || (key->is_grey_allowed && node->kind == NP_NODE_SCALAR);
+  bool is_one = count == 1 || (key->is_grey_allowed && np_node_is_value(node));
   if (!is_one && (node->kind != NP_NODE_SEQUENCE || np_node_count(node) != count))
     return fail_value(applier, key, node);
   const np_node *item = is_one ? node : node->first;
@@ -178,7 +188,7 @@ static neph_result fail_time(const key_applier *applier, const np_key *key, cons
   np_text values = {.context = applier->context};
   np_key_describe_values(key, &values);
   neph_result result = np_scene_fail_at(applier->problems, node, "%s is %s, must be %s: %s", applier->path,
-                                        show_value(node, shown), np_text_get(&values), problem);
+                                        show_value(key, node, shown), np_text_get(&values), problem);
   result = np_text_end(&values, result);
   np_alloc_free(applier->context, problem);
   return result;
@@ -186,14 +196,14 @@ static neph_result fail_time(const key_applier *applier, const np_key *key, cons
 
 static neph_result apply_time(key_applier *applier, const np_key *key, void *base, const np_node *node) {
   if (node->kind != NP_NODE_SCALAR || is_empty(node)) return fail_value(applier, key, node);
-  char **target = get_text_field(key, base);
-  np_time time;
+  np_scene_moment *moment = np_scene_moment_get(key, base);
   char *problem;
-  neph_result result = np_time_parse(applier->context, node->text, &time, &problem);
+  neph_result result = np_time_parse(applier->context, node->text, &moment->at, &problem);
   if (problem) return fail_time(applier, key, node, problem);
   if (result) return result;
-  *target = np_alloc_text(applier->context, node->text);
-  return *target ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+  moment->is_given = true;
+  moment->text = np_alloc_text(applier->context, node->text);
+  return moment->text ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
 /* A name that may hold a number keeps its literal signs until it does. */
@@ -202,7 +212,8 @@ static neph_result apply_file(key_applier *applier, const np_key *key, const np_
   neph_result result = np_path_map_resolve(applier->context, applier->scene->file, node->text, target, &problem);
   if (!result && key->is_input && !key->is_numbered) np_frame_name_unescape(*target);
   if (!problem) return result;
-  result = np_scene_fail_at(applier->problems, node, "%s is %s: %s", applier->path, show_value(node, shown), problem);
+  result =
+      np_scene_fail_at(applier->problems, node, "%s is %s: %s", applier->path, show_value(key, node, shown), problem);
   np_alloc_free(applier->context, problem);
   return result;
 }
@@ -224,6 +235,7 @@ static neph_result apply_preset(key_applier *applier, const np_key *key, np_scen
 /* ---- Defaults ---- */
 
 static neph_result apply_value(key_applier *applier, const np_key *key, void *base, const np_node *node) {
+  if (node->kind == NP_NODE_ANIMATED) return NEPH_OK;
   if (is_word(key, node)) return apply_word(key, base, node), NEPH_OK;
   switch (key->type) {
   case NP_KEY_REAL:
@@ -302,7 +314,7 @@ static neph_result apply_element(key_applier *applier, const np_key *list, unsig
   if (node->kind == NP_NODE_MAPPING) return apply_section(applier, list, element, node);
   char shown[SHOWN_SIZE];
   return np_scene_fail_at(applier->problems, node, "%s is %s, must be a mapping", applier->path,
-                          show_value(node, shown));
+                          show_value(list, node, shown));
 }
 
 static neph_result apply_cloud(key_applier *applier, const np_key *list, unsigned index, const np_node *node) {
@@ -313,9 +325,7 @@ static neph_result apply_cloud(key_applier *applier, const np_key *list, unsigne
   if (!cloud->name) cloud->name = np_alloc_printf(applier->context, "cloud%u", index);
   if (result) return result;
   np_print(cloud->bake_name, sizeof cloud->bake_name, "%s[%u].bake", list->path, index);
-  cloud->bake.name = cloud->bake_name;
-  if (cloud->has_top) cloud->bake.thickness_m = cloud->top_m - cloud->bake.base_altitude_m;
-  cloud->phase = np_phase_make(&cloud->phase_source);
+  np_scene_derive_cloud(cloud);
   return cloud->name ? np_cloud_places_read(applier->context, cloud) : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
@@ -438,113 +448,39 @@ static neph_result apply_section(key_applier *applier, const np_key *section, vo
 
 /* ---- Scenes ---- */
 
-/* A terrain that was given brings its ground along, and the place, unless the scene has one. */
-static void derive_given_terrain(neph_scene *scene, neph_terrain *given) {
-  np_scene_terrain *terrain = &scene->terrain;
-  terrain->kind = NP_TERRAIN_GIVEN;
-  terrain->given = given;
-  memcpy(terrain->desc.ground_albedo, np_terrain_get_ground_albedo(given), sizeof terrain->desc.ground_albedo);
-  if (!scene->has_place) scene->has_place = np_terrain_get_place(given, &scene->latitude_rad, &scene->longitude_rad);
-}
-
-static void derive_terrain(neph_scene *scene) {
-  const np_node *node = np_node_search(scene->document, "terrain");
-  if (node && node->assets.terrain) derive_given_terrain(scene, node->assets.terrain);
-  scene->terrain.desc.albedo_image = scene->terrain.albedo_image;
-  scene->terrain.desc.crs = scene->terrain.crs;
-  scene->terrain.desc.mesh_file = scene->terrain.mesh_file;
-  if (scene->terrain.mesh_file && scene->terrain.kind == NP_TERRAIN_NONE) scene->terrain.kind = NP_TERRAIN_MESH;
-  scene->terrain.desc.planet_radius_m = scene->atmosphere.planet_radius_m;
-  scene->terrain.desc.has_place = scene->has_place;
-  scene->terrain.desc.latitude_rad = scene->latitude_rad;
-  scene->terrain.desc.longitude_rad = scene->longitude_rad;
-}
-
-static void derive_frame_times(neph_scene *scene) {
-  for (unsigned i = 0; i < scene->cloud_count && scene->frame_rate > 0.0; i++)
-    if (!scene->clouds[i].has_frame_time) scene->clouds[i].frame_time_s = 1.0 / scene->frame_rate;
-}
-
-static bool has_density_key(const np_node *cloud) {
-  static const char *const names[] = {"extinction", "mean_free_path", "optical_depth", "liquid_water"};
-  for (size_t i = 0; i < sizeof names / sizeof *names; i++)
-    if (np_node_search(cloud, names[i])) return true;
-  return false;
-}
-
-/* Files without a key for their unit have to state it. */
-static void derive_density_units(neph_scene *scene) {
-  const np_node *list = np_node_search(scene->document, "clouds");
-  for (unsigned i = 0; i < scene->cloud_count; i++) {
-    np_scene_cloud *cloud = &scene->clouds[i];
-    if (cloud->vdb && !cloud->is_baked && !cloud->volume && !has_density_key(np_node_get(list, i)))
-      cloud->density_unit = NP_DENSITY_OF_FILE;
-  }
-}
-
-static neph_result derive_repeats(neph_scene *scene) {
-  neph_result result = NEPH_OK;
-  for (unsigned i = 0; i < scene->cloud_count && !result; i++)
-    result = np_cloud_places_repeat(scene->context, scene->atmosphere.planet_radius_m, &scene->clouds[i]);
-  return result;
-}
-
-/* The picture that a cloud has in the scene's frame. A name that stays is kept: descriptions lend it. */
-static neph_result name_map(neph_scene *scene, np_scene_cloud *cloud) {
-  const double number = np_scene_cloud_get_number(cloud, scene->frame);
-  char *file = cloud->map_image ? np_frame_name_make(scene->context, cloud->map_image, number) : NULL;
-  char *unused = file;
-  if (cloud->map_image && !file) return NEPH_ERROR_OUT_OF_MEMORY;
-  if (!file || !cloud->bake.map_file || strcmp(file, cloud->bake.map_file) != 0) {
-    unused = (char *)(uintptr_t)cloud->bake.map_file;
-    cloud->bake.map_file = file;
-  }
-  np_alloc_free(scene->context, unused);
-  return NEPH_OK;
-}
-
-neph_result np_scene_name_maps(neph_scene *scene) {
-  neph_result result = NEPH_OK;
-  for (unsigned i = 0; i < scene->cloud_count && !result; i++) result = name_map(scene, &scene->clouds[i]);
-  return result;
-}
-
 static neph_result apply_document(neph_scene *scene, np_scene_problems *problems) {
   key_applier applier = {.context = scene->context, .scene = scene, .problems = problems};
   const np_node *document = scene->document;
   if (document->kind != NP_NODE_MAPPING)
     return np_scene_fail_at(problems, document, "a scene must be a mapping of keys");
-  neph_result result = apply_fallbacks(&applier, NULL, scene);
-  if (!result) result = apply_section(&applier, NULL, scene, document);
-  if (!result) result = np_scene_air_derive(scene);
-  if (!result) derive_terrain(scene);
-  if (!result) derive_frame_times(scene);
-  if (!result) result = np_scene_name_maps(scene);
-  if (!result) derive_density_units(scene);
-  if (!result) result = derive_repeats(scene);
-  if (!result) np_scene_derive_reach(scene);
-  return result;
-}
-
-/* Puts the document of its frame in the place of a scene's source. */
-static neph_result apply_animation(neph_scene *scene, np_scene_problems *problems) {
-  neph_result result = np_animation_read(scene->context, scene->document, problems, &scene->animation);
-  if (result || !scene->animation) return result;
-  np_node *at_frame;
-  result = np_animation_apply(scene->context, scene->animation, scene->document, scene->frame, scene->frame, &at_frame);
-  if (result) return result;
-  scene->source = scene->document;
-  scene->document = at_frame;
-  return NEPH_OK;
-}
-
-neph_result np_scene_apply_frame(neph_scene *scene, np_scene_problems *problems) {
   scene->terrain.desc = (neph_terrain_desc)NEPH_TERRAIN_DESC_DEFAULT;
   scene->terrain.ridges = (neph_ridges_desc)NEPH_RIDGES_DESC_DEFAULT;
   scene->terrain.mesh = (neph_mesh_desc)NEPH_MESH_DESC_DEFAULT;
-  locale_t saved = np_values_enter();
-  neph_result result = apply_document(scene, problems);
-  np_values_leave(saved);
+  neph_result result = apply_fallbacks(&applier, NULL, scene);
+  if (!result) result = apply_section(&applier, NULL, scene, document);
+  if (!result) np_scene_air_derive_sun(scene);
+  return result;
+}
+
+/* Reads the tracks, and puts a document that has their keys in the place of a scene's source. */
+static neph_result apply_animation(neph_scene *scene, np_scene_problems *problems) {
+  neph_result result = np_animation_read(scene->context, scene->document, problems, &scene->animation);
+  if (result || !scene->animation) return result;
+  np_node *merged;
+  result = np_animation_merge(scene->context, scene->animation, scene->document, &merged);
+  if (result) return result;
+  scene->source = scene->document;
+  scene->document = merged;
+  return NEPH_OK;
+}
+
+/* Adds the tracks of the camera's file, if that is there: neph_scene_check_files names it where it is not. */
+static neph_result read_motion(neph_scene *scene) {
+  if (!scene->motion.file || !np_file_exists(scene->motion.file)) return NEPH_OK;
+  if (!scene->animation) scene->animation = np_alloc(scene->context, 1, sizeof *scene->animation);
+  if (!scene->animation) return NEPH_ERROR_OUT_OF_MEMORY;
+  const neph_result result = np_camera_motion_load(scene, scene->animation);
+  scene->motion.is_read = !result;
   return result;
 }
 
@@ -553,7 +489,10 @@ neph_result np_scene_apply(neph_scene *scene, np_scene_problems *problems) {
   neph_result result = np_scene_rename_keys(scene);
   const neph_result animated = result ? NEPH_OK : apply_animation(scene, problems);
   if (np_scene_goes_on(problems, animated, &result)) {
-    const neph_result applied = np_scene_apply_frame(scene, problems);
+    neph_result applied = apply_document(scene, problems);
+    if (!applied && !result) applied = read_motion(scene);
+    if (!applied && !result) np_scene_write_tracks(scene, scene->frame, scene->frame);
+    if (!applied) applied = np_scene_derive(scene);
     (void)np_scene_goes_on(problems, applied, &result);
   }
   np_values_leave(saved);
@@ -566,9 +505,12 @@ static void clear_texts(neph_context *context, const np_key *list, void *base) {
     const np_key *key = np_key_get(i);
     if (np_key_get_list(key) != list) continue;
     if (np_key_is_points(key)) np_scene_points_clear(context, np_scene_points_get(key, base));
-    if (!np_key_is_text(key)) continue;
-    np_alloc_free(context, *get_text_field(key, base));
-    *get_text_field(key, base) = NULL;
+    char **text = np_key_is_text(key)        ? get_text_field(key, base)
+                  : key->type == NP_KEY_TIME ? &np_scene_moment_get(key, base)->text
+                                             : NULL;
+    if (!text) continue;
+    np_alloc_free(context, *text);
+    *text = NULL;
   }
 }
 
@@ -584,29 +526,4 @@ void np_scene_clear(neph_scene *scene) {
   scene->clouds = NULL;
   scene->cloud_count = 0;
   clear_texts(scene->context, NULL, scene);
-}
-
-static void swap_if_alike(const char **from, const char **to) {
-  const char *kept = *from;
-  if (!kept || !*to || strcmp(kept, *to) != 0) return;
-  *from = *to;
-  *to = kept;
-}
-
-/* Texts that two scenes have alike, in a list's element or, for NULL, the scenes themselves, change places. */
-static void swap_texts(const np_key *list, void *a, void *b) {
-  for (size_t i = 0; i < np_key_count(); i++) {
-    const np_key *key = np_key_get(i);
-    if (!np_key_is_text(key) || np_key_get_list(key) != list) continue;
-    swap_if_alike((const char **)(void *)get_text_field(key, a), (const char **)(void *)get_text_field(key, b));
-  }
-}
-
-void np_scene_keep_texts(neph_scene *from, neph_scene *to) {
-  const np_key *clouds = np_key_search(NULL, "clouds");
-  swap_texts(NULL, from, to);
-  for (unsigned i = 0; i < from->cloud_count && i < to->cloud_count; i++) {
-    swap_texts(clouds, &from->clouds[i], &to->clouds[i]);
-    swap_if_alike(&from->clouds[i].bake.map_file, &to->clouds[i].bake.map_file);
-  }
 }

@@ -8,12 +8,9 @@
 #include "scene/scene_keys.h"
 #include "scene/scene_node.h"
 
-/* Fills a scene, of which only context, file and document are set, from its document. On failure it holds a part:
- * np_scene_clear takes it back. Errors of the document are added to `problems`. */
+/* Fills a scene, of which only context, file, document and frame are set, from its document. On failure it holds a
+ * part: np_scene_clear takes it back. Errors of the document are added to `problems`. */
 neph_result np_scene_apply(neph_scene *scene, np_scene_problems *problems);
-
-/* The same of a scene whose document is that of its frame. */
-neph_result np_scene_apply_frame(neph_scene *scene, np_scene_problems *problems);
 
 /* Adds to `problems` the errors that no single key has, in a scene that np_scene_apply has filled. */
 void np_scene_check_all(const neph_scene *scene, np_scene_problems *problems);
@@ -25,32 +22,8 @@ neph_result np_scene_rename_keys(const neph_scene *scene);
  * nothing. */
 neph_result np_scene_set_document(neph_scene *scene, np_node *document);
 
-/* Names the weather maps of the scene's frame. */
-neph_result np_scene_name_maps(neph_scene *scene);
-
-/* Gives a scene the texts of another that are equal to its own, which callers may hold. */
-void np_scene_keep_texts(neph_scene *from, neph_scene *to);
-
 /* Frees what np_scene_apply made; file and document stay. */
 void np_scene_clear(neph_scene *scene);
-
-/* ---- The air: presets, listed layers, and the description that follows from both ---- */
-
-/* Starts the air from `scene->air.preset`. */
-neph_result np_scene_air_start(neph_scene *scene);
-
-/* Reads a list of pairs, altitude and density, into new memory; `path` names it in messages. */
-neph_result np_scene_air_read_rows(np_scene_problems *problems, const char *path, const np_key *key,
-                                   const np_node *node, np_scene_rows *out_rows);
-
-/* Makes scene->layers and scene->atmosphere, and the sun as it is from the planet where it was not given. */
-neph_result np_scene_air_derive(neph_scene *scene);
-
-/* Checks across the keys of the air. */
-neph_result np_scene_air_check(const neph_scene *scene, np_scene_problems *problems);
-
-/* Frees everything above. */
-void np_scene_air_clear(neph_scene *scene);
 
 /* ---- Keys without effect ---- */
 

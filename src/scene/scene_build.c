@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Typed calls that build a scene: each writes the keys that it stands for into the document, so that ranges, messages
- * and all that follows are those of a file. */
+/* Typed calls that build a scene: each writes the keys that it stands for into the document, numbers as numbers, so
+ * that ranges, messages and all that follows are those of a file. */
 #include <inttypes.h>
 #include <math.h>
 #include <nephos/scene_build.h>
@@ -35,19 +35,12 @@ static void put_node(section_writer *w, const char *name, np_node *value) {
     np_node_destroy(w->context, value);
 }
 
-/* Digits that read back as the same value; NaN and infinity become what no key takes. */
-static void put_reals(section_writer *w, const char *name, const double *values, unsigned count, const char *unit) {
-  char text[3 * KEY_SIZE];
-  size_t length = 0;
-  for (unsigned i = 0; i < count; i++)
-    length +=
-        np_print(text + length, sizeof text - length, "%s%.17g%s%s", i ? ", " : "", values[i], *unit ? " " : "", unit);
-  put_node(w, name, np_node_create_value(w->context, text));
+/* Numbers in SI. */
+static void put_reals(section_writer *w, const char *name, const double *values, unsigned count) {
+  put_node(w, name, np_node_create_numbers(w->context, values, count));
 }
 
-static void put_real(section_writer *w, const char *name, double value, const char *unit) {
-  put_reals(w, name, &value, 1, unit);
-}
+static void put_real(section_writer *w, const char *name, double value) { put_reals(w, name, &value, 1); }
 
 static void put_text(section_writer *w, const char *name, const char *text) {
   np_node *node = np_node_create(w->context, NP_NODE_SCALAR, text, NULL);
@@ -87,64 +80,61 @@ static neph_result close_writer(neph_scene *scene, section_writer *w) {
   return w->result;
 }
 
-/* Calls `put` for a section that is written anew, in the C locale. */
+/* Calls `put` for a section that is written anew. */
 static neph_result set_section(neph_scene *scene, const char *prefix, void (*put)(section_writer *w, const void *desc),
                                const void *desc) {
   section_writer w = open_writer(scene, prefix);
   if (!w.result && !renew_section(&w)) w.result = NEPH_ERROR_OUT_OF_MEMORY;
-  locale_t saved = np_values_enter();
   if (!w.result) put(&w, desc);
-  np_values_leave(saved);
   return close_writer(scene, &w);
 }
 
 /* ---- Camera and sun ---- */
 
 /* A number, or infinity for the word that the key has by default. */
-static void put_finite(section_writer *w, const char *name, double value, const char *unit) {
-  if (value != HUGE_VAL) put_real(w, name, value, unit);
+static void put_finite(section_writer *w, const char *name, double value) {
+  if (value != HUGE_VAL) put_real(w, name, value);
 }
 
 static void put_lens(section_writer *w, const neph_camera_desc *camera) {
-  put_finite(w, "f_stop", camera->f_stop, "");
-  put_finite(w, "focus_distance", camera->focus_distance_m, "m");
-  if (camera->blade_count) put_real(w, "blades", camera->blade_count, "");
+  put_finite(w, "f_stop", camera->f_stop);
+  put_finite(w, "focus_distance", camera->focus_distance_m);
+  if (camera->blade_count) put_real(w, "blades", camera->blade_count);
   if (!camera->has_exposure) return;
-  put_real(w, "shutter", camera->shutter_s, "s");
-  put_real(w, "iso", camera->iso, "");
+  put_real(w, "shutter", camera->shutter_s);
+  put_real(w, "iso", camera->iso);
 }
 
 static void put_projection(section_writer *w, const neph_camera_desc *camera) {
   static const char *const kinds[] = {"perspective", "orthographic", "equirectangular", "fisheye"};
   if (camera->kind) put_word(w, "kind", (unsigned)camera->kind < 4 ? kinds[camera->kind] : "unknown");
   if (camera->has_focal_length)
-    put_real(w, "focal_length", camera->focal_length_m, "m");
+    put_real(w, "focal_length", camera->focal_length_m);
   else if (camera->kind == NEPH_CAMERA_PERSPECTIVE)
-    put_real(w, "fov", camera->fov_rad, "rad");
-  if (camera->kind == NEPH_CAMERA_FISHEYE) put_real(w, "fisheye_fov", camera->fisheye_fov_rad, "rad");
-  if (camera->has_focal_length || isfinite(camera->f_stop)) put_real(w, "sensor", camera->sensor_m, "m");
-  if (camera->kind == NEPH_CAMERA_ORTHOGRAPHIC) put_real(w, "orthographic_width", camera->orthographic_width_m, "m");
-  if (camera->shift[0] != 0.0 || camera->shift[1] != 0.0) put_reals(w, "shift", camera->shift, 2, "");
-  if (camera->kind != NEPH_CAMERA_EQUIRECTANGULAR) put_real(w, "roll", camera->roll_rad, "rad");
-  if (camera->near_m != 0.0) put_real(w, "near", camera->near_m, "m");
-  put_finite(w, "far", camera->far_m, "m");
+    put_real(w, "fov", camera->fov_rad);
+  if (camera->kind == NEPH_CAMERA_FISHEYE) put_real(w, "fisheye_fov", camera->fisheye_fov_rad);
+  if (camera->has_focal_length || isfinite(camera->f_stop)) put_real(w, "sensor", camera->sensor_m);
+  if (camera->kind == NEPH_CAMERA_ORTHOGRAPHIC) put_real(w, "orthographic_width", camera->orthographic_width_m);
+  if (camera->shift[0] != 0.0 || camera->shift[1] != 0.0) put_reals(w, "shift", camera->shift, 2);
+  if (camera->kind != NEPH_CAMERA_EQUIRECTANGULAR) put_real(w, "roll", camera->roll_rad);
+  if (camera->near_m != 0.0) put_real(w, "near", camera->near_m);
+  put_finite(w, "far", camera->far_m);
 }
 
 static void put_stereo(section_writer *w, const neph_camera_desc *camera) {
-  put_real(w, "stereo.interaxial", camera->interaxial_m, "m");
-  put_finite(w, "stereo.convergence", camera->convergence_m, "m");
+  put_real(w, "stereo.interaxial", camera->interaxial_m);
+  put_finite(w, "stereo.convergence", camera->convergence_m);
 }
 
 static void put_camera(section_writer *w, const void *desc) {
   const neph_camera_desc *camera = desc;
-  char resolution[KEY_SIZE];
-  np_print(resolution, sizeof resolution, "%u, %u", camera->resolution[0], camera->resolution[1]);
-  put_reals(w, "position", camera->position_m, 3, "m");
-  put_reals(w, "look_at", camera->look_at_m, 3, "m");
+  const double resolution[2] = {camera->resolution[0], camera->resolution[1]};
+  put_reals(w, "position", camera->position_m, 3);
+  put_reals(w, "look_at", camera->look_at_m, 3);
   put_projection(w, camera);
   put_lens(w, camera);
   if (camera->is_stereo) put_stereo(w, camera);
-  put_node(w, "resolution", np_node_create_value(w->context, resolution));
+  put_reals(w, "resolution", resolution, 2);
 }
 
 neph_result neph_scene_set_camera(neph_scene *scene, const neph_camera_desc *desc) {
@@ -157,10 +147,10 @@ neph_result neph_scene_set_camera(neph_scene *scene, const neph_camera_desc *des
 
 static void put_sun(section_writer *w, const void *desc) {
   const neph_sun_desc *sun = desc;
-  put_real(w, "elevation", sun->elevation_rad, "rad");
-  put_real(w, "azimuth", sun->azimuth_rad, "rad");
-  if (sun->has_irradiance) put_reals(w, "irradiance", sun->irradiance_w_m2_nm, 3, "W/m2/nm");
-  if (sun->has_angular_radius) put_real(w, "angular_radius", sun->angular_radius_rad, "rad");
+  put_real(w, "elevation", sun->elevation_rad);
+  put_real(w, "azimuth", sun->azimuth_rad);
+  if (sun->has_irradiance) put_reals(w, "irradiance", sun->irradiance_w_m2_nm, 3);
+  if (sun->has_angular_radius) put_real(w, "angular_radius", sun->angular_radius_rad);
   put_word(w, "limb_darkening", sun->has_limb_darkening ? "true" : "false");
 }
 
@@ -187,31 +177,29 @@ neph_result neph_scene_set_sun(neph_scene *scene, const neph_sun_desc *desc) {
 /* ---- Clouds ---- */
 
 static void put_density(section_writer *w, const neph_placement_desc *p) {
-  static const struct {
-    const char *key, *unit;
-  } units[] = {[NEPH_DENSITY_EXTINCTION] = {"extinction", "1/m"},
-               [NEPH_DENSITY_MEAN_FREE_PATH] = {"mean_free_path", "m"},
-               [NEPH_DENSITY_OPTICAL_DEPTH] = {"optical_depth", ""},
-               [NEPH_DENSITY_LIQUID_WATER] = {"liquid_water.r_eff", "m"}};
-  put_real(w, units[p->density_unit].key, p->density_value, units[p->density_unit].unit);
+  static const char *const keys[] = {[NEPH_DENSITY_EXTINCTION] = "extinction",
+                                     [NEPH_DENSITY_MEAN_FREE_PATH] = "mean_free_path",
+                                     [NEPH_DENSITY_OPTICAL_DEPTH] = "optical_depth",
+                                     [NEPH_DENSITY_LIQUID_WATER] = "liquid_water.r_eff"};
+  put_real(w, keys[p->density_unit], p->density_value);
 }
 
 static void put_phase(section_writer *w, const neph_placement_desc *p) {
   switch (p->phase) {
   case NEPH_CLOUD_DROPLETS:
-    put_real(w, "phase.droplets.diameter", p->droplet_diameter_m, "m");
+    put_real(w, "phase.droplets.diameter", p->droplet_diameter_m);
     return;
   case NEPH_CLOUD_HENYEY_GREENSTEIN:
-    put_real(w, "phase.hg", p->asymmetry, "");
+    put_real(w, "phase.hg", p->asymmetry);
     return;
   case NEPH_CLOUD_TWO_LOBE:
-    put_real(w, "phase.two_lobe.forward", p->asymmetry, "");
-    put_real(w, "phase.two_lobe.backward", p->second_asymmetry, "");
-    put_real(w, "phase.two_lobe.weight", p->second_weight, "");
+    put_real(w, "phase.two_lobe.forward", p->asymmetry);
+    put_real(w, "phase.two_lobe.backward", p->second_asymmetry);
+    put_real(w, "phase.two_lobe.weight", p->second_weight);
     return;
   case NEPH_CLOUD_DRAINE:
-    put_real(w, "phase.draine.g", p->asymmetry, "");
-    put_real(w, "phase.draine.alpha", p->draine_alpha, "");
+    put_real(w, "phase.draine.g", p->asymmetry);
+    put_real(w, "phase.draine.alpha", p->draine_alpha);
     return;
   case NEPH_CLOUD_RAYLEIGH:
   case NEPH_CLOUD_ISOTROPIC:
@@ -223,18 +211,18 @@ static void put_phase(section_writer *w, const neph_placement_desc *p) {
 static void put_detail(section_writer *w, const neph_placement_desc *p) {
   char seed[24];
   np_print(seed, sizeof seed, "%" PRIu64, p->detail_seed);
-  put_real(w, "detail.strength", p->detail_strength, "");
-  if (p->detail_size_m != 0.0) put_real(w, "detail.size", p->detail_size_m, "m");
+  put_real(w, "detail.strength", p->detail_strength);
+  if (p->detail_size_m != 0.0) put_real(w, "detail.size", p->detail_size_m);
   put_word(w, "detail.seed", seed);
 }
 
 static void put_placement(section_writer *w, const neph_placement_desc *p) {
   if (p->name) put_text(w, "name", p->name);
-  if (p->has_position) put_reals(w, "position", p->position_m, 3, "m");
-  put_real(w, "rotation", p->rotation_rad, "rad");
-  put_real(w, "scale", p->scale, "");
+  if (p->has_position) put_reals(w, "position", p->position_m, 3);
+  put_real(w, "rotation", p->rotation_rad);
+  put_real(w, "scale", p->scale);
   put_density(w, p);
-  put_reals(w, "albedo", p->albedo, 3, "");
+  put_reals(w, "albedo", p->albedo, 3);
   put_phase(w, p);
   if (p->detail_strength != 0.0) put_detail(w, p);
 }
@@ -275,9 +263,7 @@ static neph_result set_cloud(neph_scene *scene, unsigned index, neph_volume *vol
       np_node_replace(w.context, clouds, old, cloud);
     else
       np_node_append(clouds, cloud);
-    locale_t saved = np_values_enter();
     put_placement(&w, p);
-    np_values_leave(saved);
   } else {
     w.result = NEPH_ERROR_OUT_OF_MEMORY;
   }
@@ -339,9 +325,9 @@ neph_result neph_scene_set_terrain(neph_scene *scene, neph_terrain *terrain) {
 
 static void put_water(section_writer *w, const void *desc) {
   const neph_water_desc *water = desc;
-  put_real(w, "level", water->level_m, "m");
-  put_real(w, "wind", water->wind_m_s, "m/s");
-  put_reals(w, "albedo", water->albedo, 3, "");
+  put_real(w, "level", water->level_m);
+  put_real(w, "wind", water->wind_m_s);
+  put_reals(w, "albedo", water->albedo, 3);
 }
 
 neph_result neph_scene_set_water(neph_scene *scene, const neph_water_desc *desc) {

@@ -7,6 +7,7 @@
 #include "core/text.h"
 #include "image/aov.h"
 #include "image/cryptomatte.h"
+#include "scene/scene_air.h"
 #include "scene/scene_apply.h"
 #include "scene/scene_check_camera.h"
 #include "terrain/terrain_private.h"
@@ -26,7 +27,7 @@ static neph_result check_place(const neph_scene *scene, np_scene_problems *probl
 }
 
 static neph_result check_sun(const neph_scene *scene, np_scene_problems *problems) {
-  if (!scene->sun.time || scene->has_place || scene->terrain.kind == NP_TERRAIN_HEIGHTFIELD) return NEPH_OK;
+  if (!scene->sun.time.is_given || scene->has_place || scene->terrain.kind == NP_TERRAIN_HEIGHTFIELD) return NEPH_OK;
   return np_scene_fail_at(problems, locate(scene, "sun", "time"),
                           "sun.time needs a place, must come with place or terrain.heightfield");
 }
@@ -37,7 +38,7 @@ static neph_result check_moon(const neph_scene *scene, np_scene_problems *proble
   if (moon->has_angles != moon->has_azimuth)
     return np_scene_fail_at(problems, np_node_search(scene->document, "moon"),
                             "moon has one of elevation and azimuth, must have both or neither");
-  if (moon->has_angles || scene->sun.time) return NEPH_OK;
+  if (moon->has_angles || scene->sun.time.is_given) return NEPH_OK;
   return np_scene_fail_at(problems, np_node_search(scene->document, "moon"),
                           "moon has no place, must have elevation and azimuth, or a sun.time to be found by");
 }
@@ -45,7 +46,7 @@ static neph_result check_moon(const neph_scene *scene, np_scene_problems *proble
 static neph_result check_stars(const neph_scene *scene, np_scene_problems *problems) {
   const np_scene_stars *stars = &scene->stars;
   if (!stars->is_enabled) return NEPH_OK;
-  if (!stars->has_sidereal && !scene->sun.time)
+  if (!stars->has_sidereal && !scene->sun.time.is_given)
     return np_scene_fail_at(problems, np_node_search(scene->document, "stars"),
                             "stars are not turned, must have sidereal_time, or a sun.time to be found by");
   if (scene->has_place || scene->terrain.kind == NP_TERRAIN_HEIGHTFIELD) return NEPH_OK;

@@ -25,14 +25,20 @@ static const char *load_text(const np_key *key, const void *base) {
   return text;
 }
 
+static np_scene_moment load_moment(const np_key *key, const void *base) {
+  np_scene_moment moment;
+  memcpy(&moment, (const char *)base + key->field.offset, sizeof moment);
+  return moment;
+}
+
 static bool is_tag_set(const np_key *key, const void *base) {
   return !key->tag.size || load_unsigned(base, key->tag) == key->tag_value;
 }
 
-static bool is_excluded_by_text(const np_key *key, const void *base) {
+static bool is_excluded_by_time(const np_key *key, const void *base) {
   for (size_t i = 0; i < np_key_count(); i++) {
     const np_key *other = np_key_get(i);
-    if (np_key_excludes(key, other) && other->type == NP_KEY_TIME && load_text(other, base)) return true;
+    if (np_key_excludes(key, other) && other->type == NP_KEY_TIME && load_moment(other, base).is_given) return true;
   }
   return false;
 }
@@ -73,12 +79,13 @@ static bool is_section_in_force(const np_key *section, const void *base) {
 static bool is_in_force(const np_key *key, const void *base) {
   if (!is_section_in_force(np_key_get_parent(key), base)) return false;
   if (np_key_is_text(key)) return load_text(key, base);
+  if (key->type == NP_KEY_TIME) return load_moment(key, base).is_given;
   if (key->type == NP_KEY_SECTION) return is_word_for_section(key, base);
   if (key->type == NP_KEY_LIST || key->type == NP_KEY_TRACKS) return false;
   if (np_key_is_points(key)) return np_scene_points_get(key, base)->count;
   if (key->type == NP_KEY_FLAGS) return load_unsigned(base, key->field);
   if (key->group && key->tag.size) return is_tag_set(key, base);
-  if (key->group && is_excluded_by_text(key, base)) return false;
+  if (key->group && is_excluded_by_time(key, base)) return false;
   if (key->fallback) return true;
   return key->tag.size ? is_tag_set(key, base) || is_word_set(key, base) : !is_zero(key, base);
 }
@@ -138,6 +145,13 @@ static void add_seed(np_text *out, const np_key *key, const void *base) {
   np_text_add(out, "%llu", (unsigned long long)value);
 }
 
+/* As it was given, or, animated, in UTC. */
+static void add_moment(np_text *out, np_scene_moment moment) {
+  char text[NP_TIME_TEXT_SIZE];
+  if (!moment.text) np_time_format(moment.at.unix_s, text);
+  np_text_add(out, "%s", moment.text ? moment.text : text);
+}
+
 static void add_rows(np_text *out, const void *base, const np_key *key) {
   np_scene_rows rows;
   memcpy(&rows, (const char *)base + key->field.offset, sizeof rows);
@@ -174,7 +188,7 @@ static void add_value(np_text *out, const np_key *key, const void *base) {
     np_scene_points_add(out, np_scene_points_get(key, base));
     return;
   case NP_KEY_TIME:
-    np_text_add(out, "%s", load_text(key, base));
+    add_moment(out, load_moment(key, base));
     return;
   case NP_KEY_TEXT:
   case NP_KEY_FILE:

@@ -14,10 +14,10 @@ typedef enum np_key_type {
   NP_KEY_SEED,    /* uint64_t, any */
   NP_KEY_CHOICE,  /* bool or an enumeration */
   NP_KEY_FLAGS,   /* unsigned, a bit for each word in a list */
-  NP_KEY_TEXT,    /* char *, owned by the scene; so are the next three */
+  NP_KEY_TEXT,    /* char *, owned by the scene; FILE and PRESET too */
   NP_KEY_FILE,    /* seen from the folder of the scene */
-  NP_KEY_TIME,    /* ISO 8601 */
   NP_KEY_PRESET,  /* names a description that fills its whole section before any other key does */
+  NP_KEY_TIME,    /* np_scene_moment, ISO 8601; its text is owned by the scene */
   NP_KEY_ROWS,    /* np_scene_rows: a list of pairs */
   NP_KEY_POINTS,  /* neph_cloud_points: a list of points with radii */
   NP_KEY_CURVES,  /* the same: a list of such lists */

@@ -70,7 +70,7 @@ const np_key *np_key_get_list(const np_key *key) {
 bool np_key_is_points(const np_key *key) { return key->type == NP_KEY_POINTS || key->type == NP_KEY_CURVES; }
 
 bool np_key_is_text(const np_key *key) {
-  return key->type == NP_KEY_TEXT || key->type == NP_KEY_FILE || key->type == NP_KEY_TIME || key->type == NP_KEY_PRESET;
+  return key->type == NP_KEY_TEXT || key->type == NP_KEY_FILE || key->type == NP_KEY_PRESET;
 }
 
 bool np_key_excludes(const np_key *a, const np_key *b) {

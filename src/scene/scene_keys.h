@@ -42,7 +42,12 @@ const np_key *np_key_search_path(const char *path);
 /* The list whose elements a key is a part of; NULL: none. */
 const np_key *np_key_get_list(const np_key *key);
 bool np_key_is_points(const np_key *key); /* POINTS or CURVES: its field owns what it points to */
-bool np_key_is_text(const np_key *key); /* TEXT, FILE, TIME or PRESET: its field owns a text */
+bool np_key_is_text(const np_key *key);   /* TEXT, FILE or PRESET: its field owns a text */
+/* The moment of a key of type TIME in the struct that has its field. */
+static inline np_scene_moment *np_scene_moment_get(const np_key *key, void *base) {
+  return (np_scene_moment *)(void *)((char *)base + key->field.offset);
+}
+
 bool np_key_excludes(const np_key *a, const np_key *b);
 
 /* Numbers that a key takes: 1, or the length of its list. */

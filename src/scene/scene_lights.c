@@ -49,35 +49,20 @@ static double compute_sun_factor(const neph_scene *scene, np_dvec3 to_sun) {
   return t * t * (3.0 - 2.0 * t);
 }
 
-/* Time of a scene that was checked to have one that can be read. */
-static neph_result read_time(const neph_scene *scene, double *out_unix_s) {
-  *out_unix_s = 0.0;
-  if (!scene->sun.time) return NEPH_OK;
-  np_time time;
-  const neph_result result = np_scene_time_read(scene, &time);
-  *out_unix_s = time.unix_s;
-  return result;
-}
-
-neph_result np_scene_lights_compute(const neph_scene *scene, double latitude_rad, double longitude_rad,
-                                    np_scene_lights *out_lights) {
-  double unix_s, sun[3];
-  neph_result result = read_time(scene, &unix_s);
-  if (!result) result = np_scene_sun_direction(scene, latitude_rad, longitude_rad, sun);
-  if (result) return result;
-  np_scene_lights *l = out_lights;
-  *l = (np_scene_lights){.to_sun = np_dvec3_make(sun[0], sun[1], sun[2])};
-  l->sun_factor = compute_sun_factor(scene, l->to_sun);
+np_scene_lights np_scene_lights_compute(const neph_scene *scene, double latitude_rad, double longitude_rad) {
+  const double unix_s = np_scene_get_time(scene).unix_s;
+  np_scene_lights l = {.to_sun = np_scene_get_sun_direction(scene, latitude_rad, longitude_rad)};
+  l.sun_factor = compute_sun_factor(scene, l.to_sun);
   if (scene->moon.is_enabled) {
-    l->moon = scene->moon.has_angles
-                  ? np_moon_place_between(make_direction(scene->moon.elevation_rad, scene->moon.azimuth_rad), l->to_sun)
-                  : np_celestial_moon(unix_s, latitude_rad, longitude_rad, false);
-    l->moon_ratio = np_moon_irradiance_ratio(&l->moon, 550.0) * scene->moon.brightness;
+    l.moon = scene->moon.has_angles
+                 ? np_moon_place_between(make_direction(scene->moon.elevation_rad, scene->moon.azimuth_rad), l.to_sun)
+                 : np_celestial_moon(unix_s, latitude_rad, longitude_rad, false);
+    l.moon_ratio = np_moon_irradiance_ratio(&l.moon, 550.0) * scene->moon.brightness;
   }
   if (scene->stars.is_enabled)
-    l->turn = scene->stars.has_sidereal ? np_celestial_turn_by_angle(scene->stars.sidereal_rad, latitude_rad)
-                                        : np_celestial_turn_by_time(unix_s, latitude_rad, longitude_rad);
-  return NEPH_OK;
+    l.turn = scene->stars.has_sidereal ? np_celestial_turn_by_angle(scene->stars.sidereal_rad, latitude_rad)
+                                       : np_celestial_turn_by_time(unix_s, latitude_rad, longitude_rad);
+  return l;
 }
 
 static double compute_sun_lux(double elevation_deg) {
@@ -123,17 +108,8 @@ np_scene_light_levels np_scene_light_levels_compute(const neph_scene *scene, con
   return g;
 }
 
-neph_result np_scene_sun_direction(const neph_scene *scene, double latitude_rad, double longitude_rad, double out[3]) {
-  const np_scene_sun *sun = &scene->sun;
-  np_sun_angles angles = {sun->elevation_rad, sun->azimuth_rad};
-  if (sun->time) {
-    double unix_s = 0.0;
-    neph_result result = read_time(scene, &unix_s);
-    if (result) return result;
-    angles = np_celestial_sun(unix_s, latitude_rad, longitude_rad);
-  }
-  out[0] = cos(angles.elevation_rad) * sin(angles.azimuth_rad);
-  out[1] = cos(angles.elevation_rad) * cos(angles.azimuth_rad);
-  out[2] = sin(angles.elevation_rad);
-  return NEPH_OK;
+np_dvec3 np_scene_get_sun_direction(const neph_scene *scene, double latitude_rad, double longitude_rad) {
+  np_sun_angles angles = {scene->sun.elevation_rad, scene->sun.azimuth_rad};
+  if (scene->sun.time.is_given) angles = np_celestial_sun(np_scene_get_time(scene).unix_s, latitude_rad, longitude_rad);
+  return make_direction(angles.elevation_rad, angles.azimuth_rad);
 }

@@ -14,9 +14,8 @@ typedef struct np_scene_lights {
   np_celestial_turn turn; /* of the stars */
 } np_scene_lights;
 
-/* Finds them from angles, or from time and place. */
-neph_result np_scene_lights_compute(const neph_scene *scene, double latitude_rad, double longitude_rad,
-                                    np_scene_lights *out_lights);
+/* Computes them from angles, or from time and place. */
+np_scene_lights np_scene_lights_compute(const neph_scene *scene, double latitude_rad, double longitude_rad);
 
 /* Order of the lights by brightness; every bound is a thousandth. */
 typedef struct np_scene_light_levels {

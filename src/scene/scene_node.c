@@ -18,6 +18,17 @@ np_node *np_node_create(neph_context *context, np_node_kind kind, const char *te
   return node;
 }
 
+np_node *np_node_create_numbers(neph_context *context, const double *numbers, unsigned count) {
+  np_node *node = np_node_create(context, count == 1 ? NP_NODE_NUMBER : NP_NODE_SEQUENCE, NULL, NULL);
+  if (node && count == 1) node->number = *numbers;
+  for (unsigned i = 0; node && count > 1 && i < count; i++) {
+    np_node *item = np_node_create_numbers(context, &numbers[i], 1);
+    if (!item) return np_node_destroy(context, node), NULL;
+    np_node_append(node, item);
+  }
+  return node;
+}
+
 /* One more scalar of `length` bytes behind those of `list`. */
 static bool append_scalar(neph_context *context, np_node *list, const char *text, size_t length) {
   np_node *item = np_node_create(context, NP_NODE_SCALAR, NULL, NULL);
@@ -70,6 +81,7 @@ np_node *np_node_copy(neph_context *context, const np_node *node) {
   np_node *copy = np_node_create(context, node->kind, node->text, node->key);
   if (!copy) return NULL;
   copy->is_quoted = node->is_quoted;
+  copy->number = node->number;
   copy->line = node->line;
   copy->column = node->column;
   copy->key_line = node->key_line;

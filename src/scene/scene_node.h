@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A scene file as a tree: scalars, sequences and mappings, each with its place in the file. */
+/* A scene as a tree: values, sequences and mappings, each with its place in the scene's file. */
 #ifndef NP_SCENE_SCENE_NODE_H
 #define NP_SCENE_SCENE_NODE_H
 
@@ -9,7 +9,13 @@
 
 #include "core/context_private.h"
 
-typedef enum np_node_kind { NP_NODE_SCALAR, NP_NODE_SEQUENCE, NP_NODE_MAPPING } np_node_kind;
+typedef enum np_node_kind {
+  NP_NODE_SCALAR, /* a text, as files have it */
+  NP_NODE_SEQUENCE,
+  NP_NODE_MAPPING,
+  NP_NODE_NUMBER,  /* a number in SI, as calls give it */
+  NP_NODE_ANIMATED /* no value: a track has its key's values */
+} np_node_kind;
 
 /* Objects that a mapping stands for, beside or in place of its keys: given to a scene by calls, never by a file. NULL:
  * none. */
@@ -26,6 +32,7 @@ struct np_node {
   bool is_quoted;        /* a scalar in quotes or a block: never null */
   unsigned line, column; /* from 1; 0: not from a file */
   char *text;            /* of a scalar */
+  double number;         /* of that kind */
   char *key;             /* of an entry of a mapping */
   unsigned key_line, key_column;
   np_node_assets assets; /* of a mapping; retained */
@@ -38,6 +45,9 @@ np_node_assets np_node_assets_retain(np_node_assets assets);
 /* NULL: no memory. `text` and `key` may be NULL. */
 np_node *np_node_create(neph_context *context, np_node_kind kind, const char *text, const char *key);
 
+/* The node of numbers in SI: a sequence where there are several. NULL: no memory. */
+np_node *np_node_create_numbers(neph_context *context, const double *numbers, unsigned count);
+
 /* The node that `text` stands for: a sequence where it has several items, parted by ", ", else a scalar. NULL: no
  * memory. */
 np_node *np_node_create_value(neph_context *context, const char *text);
@@ -47,6 +57,11 @@ void np_node_destroy(neph_context *context, np_node *node);
 
 /* A copy of a node and everything below it; NULL: no memory. */
 np_node *np_node_copy(neph_context *context, const np_node *node);
+
+/* Whether a node is one value: no sequence, no mapping. */
+static inline bool np_node_is_value(const np_node *node) {
+  return node->kind != NP_NODE_SEQUENCE && node->kind != NP_NODE_MAPPING;
+}
 
 /* Appends a child. */
 void np_node_append(np_node *parent, np_node *child);

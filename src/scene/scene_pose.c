@@ -5,7 +5,7 @@
 
 #include "core/alloc.h"
 #include "scene/animation.h"
-#include "scene/scene_apply.h"
+#include "scene/scene_eval.h"
 
 np_cloud_pose np_cloud_pose_get(const np_scene_cloud *cloud) {
   np_cloud_pose pose = {
@@ -28,15 +28,10 @@ static neph_result fill_pose(const neph_scene *scene, np_scene_pose *out) {
 neph_result np_scene_pose_eval(const neph_scene *scene, double offset, np_scene_pose *out_pose) {
   if (!scene->animation || offset == 0.0) return fill_pose(scene, out_pose);
   *out_pose = (np_scene_pose){.clouds = NULL};
-  neph_scene moved = {.context = scene->context, .file = scene->file, .frame = scene->frame + offset};
-  np_scene_problems problems = {.context = scene->context, .file = scene->file, .is_first_only = true};
-  neph_result result = np_animation_apply(scene->context, scene->animation, np_scene_get_source(scene),
-                                          scene->frame + offset, scene->frame, &moved.document);
-  if (result) return result;
-  result = np_scene_report(&problems, np_scene_apply_frame(&moved, &problems));
+  neph_scene moved;
+  neph_result result = np_scene_eval_exposure(scene, scene->frame + offset, scene->frame, &moved);
   if (!result) result = fill_pose(&moved, out_pose);
-  np_scene_clear(&moved);
-  np_node_destroy(scene->context, moved.document);
+  np_scene_eval_clear(&moved);
   return result;
 }
 

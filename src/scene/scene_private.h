@@ -12,6 +12,7 @@
 
 #include "core/context_private.h"
 #include "core/math.h"
+#include "core/time_text.h"
 #include "image/aov.h"
 #include "image/color_space.h"
 #include "optics/multiple_scattering.h"
@@ -30,7 +31,7 @@ typedef struct np_scene_motion {
   unsigned order;     /* of rotations (camera_motion.c) */
   double unit_m;      /* of its lengths */
   double first_frame; /* added to its frames */
-  bool is_read;       /* into the animation */
+  bool is_read;       /* its tracks are in the animation */
 } np_scene_motion;
 
 /* Exposure over a part of a frame. */
@@ -40,9 +41,16 @@ typedef struct np_scene_motion_blur {
   double offset;  /* frames from the frame's time to the middle of the exposure */
 } np_scene_motion_blur;
 
+/* A moment of a key. */
+typedef struct np_scene_moment {
+  char *text; /* as it was given; NULL: not given, or animated */
+  bool is_given;
+  np_time at;
+} np_scene_moment;
+
 typedef struct np_scene_sun {
-  double elevation_rad, azimuth_rad;       /* airless; used when `time` is NULL */
-  char *time;                              /* ISO 8601 */
+  double elevation_rad, azimuth_rad; /* airless; used without a time */
+  np_scene_moment time;
   double frame_time_s;                     /* from frame to frame, since frame 1 */
   bool has_angular_radius, has_irradiance; /* given: else the preset's distance from the sun tells */
   double angular_radius_rad;
@@ -301,12 +309,6 @@ typedef struct np_scene_output {
   unsigned preview_bits;
 } np_scene_output;
 
-/* Data that others attach to a scene, destroyed with it. */
-typedef struct np_scene_attachment {
-  void *data; /* NULL: nothing */
-  void (*destroy)(neph_context *context, void *data);
-} np_scene_attachment;
-
 struct np_node;
 struct np_animation;
 
@@ -320,9 +322,10 @@ typedef struct np_scene_reach {
 struct neph_scene {
   neph_context *context;
   char *file;                     /* name for messages and relative paths; NULL: none */
-  struct np_node *document;       /* the keys in a frame; everything below follows from it (scene_apply.c) */
-  struct np_node *source;         /* the keys that were given; NULL: those, since no key changes from frame to frame */
-  struct np_animation *animation; /* of the keys that do; NULL: none */
+  const neph_scene *base;         /* of an evaluated scene, the one that it was evaluated from (scene_eval.h) */
+  struct np_node *document;       /* the keys, animated ones too; everything below follows from it (scene_apply.c) */
+  struct np_node *source;         /* the keys that were given; NULL: the document, since no key is animated */
+  struct np_animation *animation; /* tracks of keys; NULL: none */
   double frame;
   double frame_rate; /* 0: not given */
   unsigned version;
@@ -348,16 +351,12 @@ struct neph_scene {
   np_scene_water water;
   np_scene_render render;
   np_scene_output output;
-  np_scene_attachment *attachment; /* kept from picture to picture: one scene renders one picture at a time */
 };
 
 /* The keys as they were given. */
 static inline const struct np_node *np_scene_get_source(const neph_scene *scene) {
   return scene->source ? scene->source : scene->document;
 }
-
-/* Makes a scene what it is in a frame, which may lie between two. Texts that stay are not moved. */
-neph_result np_scene_set_frame(neph_scene *scene, double frame);
 
 /* neph_scene_check without its warnings: before each plan, too. */
 neph_result np_scene_check(const neph_scene *scene);
@@ -397,7 +396,7 @@ static inline bool np_scene_has_water(const neph_scene *scene) {
 const double *np_scene_get_ground_albedo(const neph_scene *scene);
 
 /* Unit vector towards the sun, from angles (azimuth clockwise from north) or from time and place. */
-neph_result np_scene_sun_direction(const neph_scene *scene, double latitude_rad, double longitude_rad, double out[3]);
+np_dvec3 np_scene_get_sun_direction(const neph_scene *scene, double latitude_rad, double longitude_rad);
 
 /* Whether a cloud's file of one frame can be opened; fails at the cloud's vdb in the scene. neph_scene_check_files is
  * the same of the files that have one name in all frames. */

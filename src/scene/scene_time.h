@@ -6,8 +6,7 @@
 #include "core/time_text.h"
 #include "scene/scene_private.h"
 
-/* Time of a scene in its frame; 1970 where it has no sun.time. Its text was read before: NEPH_ERROR_BAD_SCENE, with a
- * message, where the file of its zone has changed since. */
-neph_result np_scene_time_read(const neph_scene *scene, np_time *out_time);
+/* Time of a scene in its frame; 1970 where it has no sun.time. */
+np_time np_scene_get_time(const neph_scene *scene);
 
 #endif

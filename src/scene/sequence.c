@@ -24,7 +24,9 @@ static bool has_moving_clouds(const neph_scene *scene) {
   return false;
 }
 
-static bool has_moving_sun(const neph_scene *scene) { return scene->sun.time && scene->sun.frame_time_s != 0.0; }
+static bool has_moving_sun(const neph_scene *scene) {
+  return scene->sun.time.is_given && scene->sun.frame_time_s != 0.0;
+}
 
 bool np_scene_is_sequence(const neph_scene *scene) {
   return scene->animation || has_moving_clouds(scene) || has_moving_sun(scene);

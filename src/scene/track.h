@@ -18,6 +18,9 @@ typedef enum np_interpolation {
 typedef struct np_track {
   char path[NP_TRACK_PATH_SIZE]; /* of the key, as --set takes it: "clouds[0].position" */
   const np_key *key;
+  const np_key *list;   /* the list whose element has the key's field; NULL: the scene has it */
+  unsigned element;     /* of that list */
+  bool is_excluded;     /* by a later track, of a key that excludes this one */
   int component;        /* of a list, the only one that is animated; or NP_TRACK_ALL */
   unsigned value_count; /* numbers at each key frame */
   np_interpolation interpolation;

@@ -28,6 +28,7 @@ typedef struct picture_set {
 
 typedef struct bench {
   neph_scene *scene;
+  neph_renderer *renderer;
   unsigned seeds;
   size_t pixels;
   unsigned count;
@@ -76,7 +77,7 @@ static picture_set *render_set(bench *b, double target, unsigned samples) {
     neph_image *image;
     desc.seed = 1 + k + 1000 * b->count;
     const double begin_s = get_cpu_s();
-    check(neph_render_image(b->scene, &desc, &image));
+    check(neph_renderer_render(b->renderer, b->scene, &desc, &image));
     set->seconds += (get_cpu_s() - begin_s) / b->seeds;
     set->samples += get_number(image, "nephos:samples") / b->seeds;
     set->asked = get_number(image, "nephos:targetNoise");
@@ -167,6 +168,7 @@ int main(int argc, char **argv) {
   if (argc < 6) return 2;
   check(neph_context_create(NULL, &context));
   check(neph_scene_load(context, argv[2], &b.scene));
+  check(neph_renderer_create(context, &b.renderer));
   while (3 + keys < argc && strchr(argv[3 + keys], '=')) keys++;
   set_keys(b.scene, keys, argv + 3);
   char **rest = argv + 3 + keys;
@@ -176,7 +178,7 @@ int main(int argc, char **argv) {
   const double seconds = atof(rest[1]);
   double least = HUGE_VAL;
   neph_image *warm;
-  check(neph_render_image(b.scene, NULL, &warm));
+  check(neph_renderer_render(b.renderer, b.scene, NULL, &warm));
   neph_image_destroy(warm);
   for (int i = 2; i < rest_count; i++) least = fmin(least, render_set(&b, atof(rest[i]), 1)->asked);
   for (unsigned samples = 1; b.count < SETS_MAX; samples *= 2) {
@@ -186,6 +188,7 @@ int main(int argc, char **argv) {
   }
   print_rows(&b, argv[1]);
   for (unsigned s = 0; s < b.count; s++) free(b.set[s].sum), free(b.set[s].squares);
+  neph_renderer_destroy(b.renderer);
   neph_scene_destroy(b.scene);
   neph_context_destroy(context);
   return 0;

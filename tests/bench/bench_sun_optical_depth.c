@@ -37,11 +37,11 @@ static double read_clock(void) {
 
 /* ---- Frames ---- */
 
-static double render(neph_scene *scene, const char *sun_optical_depth) {
+static double render(neph_renderer *renderer, neph_scene *scene, const char *sun_optical_depth) {
   neph_image *image = NULL;
   check(neph_scene_set(scene, "render.sun_optical_depth", sun_optical_depth));
   const double begin = read_clock();
-  check(neph_render_image(scene, NULL, &image));
+  check(neph_renderer_render(renderer, scene, NULL, &image));
   const double seconds = read_clock() - begin;
   neph_image_destroy(image);
   return seconds;
@@ -64,18 +64,21 @@ static void print_plan(neph_scene *scene) {
 }
 
 static void time_frames(neph_scene *scene, double elevation_deg, int frames) {
+  neph_renderer *renderer;
+  check(neph_renderer_create(scene->context, &renderer));
   double filled = HUGE_VAL, kept = HUGE_VAL, marched = HUGE_VAL;
   (void)render(scene, "volume");
   for (int i = 0; i < REPEATS; i++) {
     turn_sun(scene, elevation_deg, i + 1);
-    filled = fmin(filled, render(scene, "volume"));
-    kept = fmin(kept, render(scene, "volume"));
-    marched = fmin(marched, render(scene, "march"));
+    filled = fmin(filled, render(renderer, scene, "volume"));
+    kept = fmin(kept, render(renderer, scene, "volume"));
+    marched = fmin(marched, render(renderer, scene, "march"));
   }
   const double fill = filled - kept;
   printf("frames  fill %.3f s; a frame %.3f s with the volume, %.3f s marched; %d frames %.3f / %.3f s: %s\n", fill,
          kept, marched, frames, fill + frames * kept, frames * marched,
          fill < frames * (marched - kept) ? "volume" : "march");
+  neph_renderer_destroy(renderer);
 }
 
 /* ---- Parts ---- */
@@ -158,14 +161,17 @@ static void time_parts(const np_plan *plan, const np_assembly *a) {
 
 static double start_parts(neph_scene *scene) {
   np_plan plan;
+  np_stores stores = {.results = NULL};
   np_assembly assembly;
   np_monitor monitor;
   np_monitor_start(&monitor, scene->context, NULL, NULL);
   check(neph_scene_set(scene, "render.sun_optical_depth", "volume"));
   check(np_plan_make(scene, NULL, &plan));
+  plan.stores = &stores;
   check(np_assembly_build(scene, &plan, &monitor, &assembly));
   time_parts(&plan, &assembly);
   np_assembly_clear(&assembly);
+  np_stores_clear(scene->context, &stores);
   return asin(plan.lights.to_sun.z) * 180.0 / NP_PI;
 }
 
