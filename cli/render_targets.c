@@ -51,8 +51,16 @@ static cli_exit choose_outputs(render_job *job) {
   return CLI_USAGE;
 }
 
+static cli_exit check_preview(const render_job *job) {
+  if (!job->output.preview || job->output.has_beauty) return CLI_DONE;
+  cli_progress_complain(&job->session->progress,
+                        "the preview %s shows R, G and B, and output.beauty: false leaves them out", job->output.preview);
+  return CLI_USAGE;
+}
+
 cli_exit render_job_choose_outputs(render_job *job) {
   cli_exit exit = choose_outputs(job);
+  if (!exit) exit = check_preview(job);
   if (!exit) exit = check_pattern(job, job->output.image);
   if (!exit) exit = check_pattern(job, job->output.preview);
   return exit ? exit : check_pattern(job, job->output.deep);

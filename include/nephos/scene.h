@@ -77,11 +77,12 @@ typedef struct neph_output {
   const char *preview;            /**< PNG name, '#' for the frame; resolved; NULL: none wanted */
   const char *deep;               /**< deep OpenEXR name, '#' for the frame; resolved; NULL: none wanted */
   neph_pixel_type pixel_type;     /**< type of colour pixels (default NEPH_PIXEL_HALF) */
+  bool has_beauty;                /**< false: the picture has no R, G and B, and no preview */
   neph_preview_desc preview_desc; /**< stays the last, so that it can grow */
 } neph_output;
 
 #define NEPH_OUTPUT_DEFAULT                                                                                            \
-  { .struct_size = sizeof(neph_output), .preview_desc = NEPH_PREVIEW_DESC_DEFAULT }
+  { .struct_size = sizeof(neph_output), .has_beauty = true, .preview_desc = NEPH_PREVIEW_DESC_DEFAULT }
 
 /** @param out_output  starts from NEPH_OUTPUT_DEFAULT; unchanged on failure. */
 NEPH_API neph_result neph_scene_get_output(const neph_scene *scene, neph_output *out_output) NEPH_NODISCARD;

@@ -85,6 +85,14 @@ static neph_result check_outputs(const scene_check *c) {
   return np_check_pass(result);
 }
 
+static neph_result check_preview(const scene_check *c) {
+  const np_scene_output *output = &c->scene->output;
+  if (!output->preview || output->has_beauty) return NEPH_OK;
+  return np_check_pass(np_fail(c->check->context, NEPH_ERROR_INVALID_ARGUMENT,
+                               "output.preview %s shows R, G and B, and output.beauty: false leaves them out",
+                               output->preview));
+}
+
 /* Whether terrain files exist; the plan reports missing ones. */
 static bool has_terrain_files(const np_scene_terrain *terrain) {
   const char *heights = terrain->heightfield, *mesh = terrain->mesh_file;
@@ -228,6 +236,7 @@ static neph_result check_all(scene_check *c) {
   neph_result result = np_camera_init(c->scene, resolution[0], resolution[1], NEPH_EYE_CENTRE, &c->camera);
   if (result) return np_check_pass(result);
   result = check_plan(c);
+  if (!result) result = check_preview(c);
   if (!result) result = check_outputs(c);
   if (!result) result = check_terrain(c);
   for (unsigned i = 0; !result && i < c->scene->cloud_count; i++) result = check_cloud(c, i);

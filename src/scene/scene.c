@@ -168,6 +168,7 @@ neph_result neph_scene_get_output(const neph_scene *scene, neph_output *out_outp
       .preview = output->preview,
       .deep = output->deep,
       .pixel_type = output->pixel_type,
+      .has_beauty = output->has_beauty,
       .preview_desc = preview,
   };
   np_scene_get_white(scene, wanted.preview_desc.white);

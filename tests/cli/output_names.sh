@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# Names that no file can have, and files of the cache, are refused before the first pixel, by every verb that writes.
+# Names that no file can have, files of the cache and previews of no colour are refused before the first pixel.
 cat >scene.yaml <<'YAML'
 camera: {resolution: [16, 9]}
 atmosphere: none
@@ -57,3 +57,7 @@ echo '== a log'
 mkfifo pipe
 refused info scene.yaml --log pipe
 nephos info scene.yaml -q --log /dev/full >out
+
+echo '== a preview without colour'
+refused render scene.yaml -n -o x.png --set output.beauty=false --set 'output.aovs=[depth]'
+refused check scene.yaml --set output.preview=x.png --set output.beauty=false --set 'output.aovs=[depth]'
