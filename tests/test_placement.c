@@ -25,11 +25,12 @@ static neph_scene *load(const test_fixture *f, const char *keys) {
 }
 
 /* The world's place of one of the file's; all numbers here are sums and products of small ones. */
-static void assert_place(const test_fixture *f, const char *keys, const double file[3], const double world[3]) {
+static void assert_place_of(const test_fixture *f, const neph_volume_load_desc *desc, const char *keys,
+                            const double file[3], const double world[3]) {
   neph_scene *scene = load(f, keys);
   neph_volume *volume;
   np_anchor anchor;
-  assert_int_equal(neph_volume_load(f->context, f->path, NULL, &volume), NEPH_OK);
+  assert_int_equal(neph_volume_load(f->context, f->path, desc, &volume), NEPH_OK);
   assert_int_equal(np_placement_anchor(&scene->clouds[0], volume, NULL, &anchor), NEPH_OK);
   const np_dvec3 at = np_affine_point(&anchor.file_to_world, np_dvec3_make(file[0], file[1], file[2]));
   print_message("%s: %g, %g, %g\n", keys, at.x, at.y, at.z);
@@ -38,6 +39,10 @@ static void assert_place(const test_fixture *f, const char *keys, const double f
   assert_near(at.z, world[2], 1e-9);
   neph_volume_release(volume);
   neph_scene_destroy(scene);
+}
+
+static void assert_place(const test_fixture *f, const char *keys, const double file[3], const double world[3]) {
+  assert_place_of(f, NULL, keys, file, world);
 }
 
 #define AT(x, y, z)                                                                                                    \
@@ -50,6 +55,16 @@ static void axes_have_scales_of_their_own(void **state) {
   assert_place(f, "scale: [-1, 1, 1]", AT(8, 16, 24), AT(-8, 16, 24));
   assert_place(f, "scale: [2, 3, 0.5], voxel: 10 m", AT(8, 16, 24), AT(160, 480, 120));
   assert_place(f, "scale: [2, 3, 0.5], up: y", AT(8, 16, 24), AT(16, -72, 8)); /* along the world's axes */
+}
+
+/* A limit on memory makes voxels twice as long; the key is the size of the file's. */
+static void a_cloud_of_halved_voxels_has_its_size(void **state) {
+  const test_fixture *f = *state;
+  neph_volume_load_desc halved = NEPH_VOLUME_LOAD_DESC_DEFAULT;
+  halved.is_halved = true;
+  assert_place_of(f, &halved, "voxel: 10 m", AT(8, 16, 24), AT(80, 160, 240));
+  assert_place_of(f, &halved, "scale: [2, 3, 0.5], voxel: 10 m", AT(8, 16, 24), AT(160, 480, 120));
+  assert_place_of(f, &halved, "scale: 2", AT(8, 16, 24), AT(16, 32, 48));
 }
 
 /* Counter-clockwise, seen from the positive end of the axis; first about x, then y, then the vertical. */
@@ -128,9 +143,13 @@ static void a_flat_cloud_is_refused(void **state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
-      PLACEMENT_TEST(axes_have_scales_of_their_own),  PLACEMENT_TEST(tilts_come_before_the_rotation),
-      PLACEMENT_TEST(a_pivot_stands_at_the_position), PLACEMENT_TEST(only_pivots_of_the_box_go_by_a_reference),
-      PLACEMENT_TEST(turned_clouds_are_rendered),     PLACEMENT_TEST(a_flat_cloud_is_refused),
+      PLACEMENT_TEST(axes_have_scales_of_their_own),
+      PLACEMENT_TEST(a_cloud_of_halved_voxels_has_its_size),
+      PLACEMENT_TEST(tilts_come_before_the_rotation),
+      PLACEMENT_TEST(a_pivot_stands_at_the_position),
+      PLACEMENT_TEST(only_pivots_of_the_box_go_by_a_reference),
+      PLACEMENT_TEST(turned_clouds_are_rendered),
+      PLACEMENT_TEST(a_flat_cloud_is_refused),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

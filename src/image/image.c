@@ -200,6 +200,8 @@ neph_result np_image_set_integer(neph_image *image, const char *name, int32_t va
   return set_attribute(image, name, np_alloc_printf(image->context, "%d", (int)value), NP_IMAGE_INTEGER, value);
 }
 
+/* Rounded as a file holds it, so that a picture in memory and one that was read have the same attributes. */
 neph_result np_image_set_real(neph_image *image, const char *name, double value) {
-  return set_attribute(image, name, np_alloc_printf(image->context, "%.9g", value), NP_IMAGE_REAL, value);
+  const double held = (double)(float)value;
+  return set_attribute(image, name, np_alloc_printf(image->context, "%.9g", held), NP_IMAGE_REAL, held);
 }

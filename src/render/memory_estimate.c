@@ -132,9 +132,12 @@ static neph_result fit_light(const neph_scene *scene, np_plan *plan, neph_memory
   return give_up(scene, plan, text, e);
 }
 
-static bool has_file(const neph_scene *scene) {
-  for (unsigned i = 0; i < scene->cloud_count; i++)
-    if (scene->clouds[i].vdb && !scene->clouds[i].volume) return true;
+/* Bakes may be read from files too. */
+static bool has_file(const neph_scene *scene, bool is_bake_counted) {
+  for (unsigned i = 0; i < scene->cloud_count; i++) {
+    const np_scene_cloud *cloud = &scene->clouds[i];
+    if (cloud->vdb && !cloud->volume && (is_bake_counted || !cloud->is_baked)) return true;
+  }
   return false;
 }
 
@@ -156,7 +159,7 @@ static neph_result fit(const neph_scene *scene, np_plan *plan, neph_memory_estim
     result = give_up(scene, plan, "volumes are kept in halves instead of floats", e);
   }
   if (!result && e->total_bytes > allowed) result = fit_light(scene, plan, e);
-  if (result || e->total_bytes <= allowed || !has_file(scene)) return result;
+  if (result || e->total_bytes <= allowed || !has_file(scene, true)) return result;
   plan->are_coarse = true;
   result = give_up(scene, plan, has_levels(scene, plan) ? coarse_levels : coarse_files, e);
   return result || e->total_bytes <= allowed ? result : fit_light(scene, plan, e);
@@ -171,9 +174,10 @@ static neph_result refuse(const neph_scene *scene, const np_plan *plan, const ne
       1e-9 * (double)e->terrain_bytes, 1e-9 * (double)e->film_bytes, 1e-9 * (double)plan->desc.memory_max_bytes);
 }
 
-/* A plan within the limit leaves the rest of it to light: clouds may turn out denser than the headers of their files
- * tell, and cells of light smaller. */
-static void hold_light(np_plan *plan, const neph_memory_estimate *e) {
+/* A plan within the limit leaves the rest of it to light: clouds of files may turn out denser than their headers say,
+ * and cells of light smaller. Bakes are counted before. */
+static void hold_light(const neph_scene *scene, np_plan *plan, const neph_memory_estimate *e) {
+  if (!has_file(scene, false)) return;
   const double rest = (double)plan->desc.memory_max_bytes - (double)e->total_bytes;
   plan->light_bytes_max = fmin(plan->light_bytes_max, plan->stages[NP_STAGE_ORDINATES].cost.bytes + rest);
 }
@@ -184,7 +188,7 @@ neph_result np_plan_fit_memory(const neph_scene *scene, np_plan *plan) {
   neph_memory_estimate e, least;
   neph_result result = np_plan_measure_fill(scene, plan);
   if (!result) result = estimate(scene, plan, &e);
-  if (!result && e.total_bytes <= allowed) hold_light(plan, &e);
+  if (!result && e.total_bytes <= allowed) hold_light(scene, plan, &e);
   if (result || e.total_bytes <= allowed) return result;
   least = e;
   result = fit(scene, plan, &least);

@@ -144,6 +144,13 @@ static neph_result compute_extinction(const np_scene_cloud *cloud, const neph_vo
   return NEPH_OK;
 }
 
+/* The scene's key is the size of the file's voxels, whatever became of them. */
+static double compute_voxel_scale(const np_scene_cloud *cloud, const neph_volume *volume) {
+  const double edge = np_placement_get_voxel_edge(&volume->index_to_world);
+  if (!(cloud->voxel_m > 0.0)) return 1.0;
+  return cloud->voxel_m / (volume->is_halved ? 0.5 * edge : edge);
+}
+
 bool np_placement_needs_reference(const np_scene_cloud *cloud) {
   return (cloud->has_position && is_pivot_of_box(cloud)) || cloud->voxel_m > 0.0 ||
          cloud->density_unit == NP_DENSITY_OPTICAL_DEPTH;
@@ -151,8 +158,7 @@ bool np_placement_needs_reference(const np_scene_cloud *cloud) {
 
 neph_result np_placement_anchor(const np_scene_cloud *cloud, const neph_volume *reference, np_monitor *monitor,
                                 np_anchor *out_anchor) {
-  double scale = 1.0;
-  if (cloud->voxel_m > 0.0) scale *= cloud->voxel_m / np_placement_get_voxel_edge(&reference->index_to_world);
+  const double scale = compute_voxel_scale(cloud, reference);
   *out_anchor = (np_anchor){.file_to_world = np_placement_make_turn(cloud, scale)};
   np_affine *file_to_world = &out_anchor->file_to_world;
   if (cloud->has_position) move_to(cloud, reference, file_to_world);

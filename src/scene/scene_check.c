@@ -143,21 +143,15 @@ static neph_result check_name(const neph_scene *scene, unsigned index, const np_
   return NEPH_OK;
 }
 
-/* A picture and its channels come together; what is in the picture is seen when it is read. */
+/* Channels need a picture. Which channels it has is checked when it is read. */
 static neph_result check_map(const neph_scene *scene, unsigned index, const np_node *node,
                              np_scene_problems *problems) {
   (void)scene;
-  static const char *const quantities[] = {"coverage", "type", "base", "thickness", "precipitation", "age"};
   const np_node *bake = np_node_search(node, "bake"), *map = bake ? np_node_search(bake, "map") : NULL;
   if (!map || map->kind != NP_NODE_MAPPING) return NEPH_OK;
   if (!np_node_search(map, "image"))
     return np_scene_fail_at(problems, map, "clouds[%u].bake.map has no image, must name an EXR or PNG picture", index);
-  for (size_t i = 0; i < sizeof quantities / sizeof *quantities; i++)
-    if (np_node_search(map, quantities[i])) return NEPH_OK;
-  return np_scene_fail_at(problems, map,
-                          "clouds[%u].bake.map uses no channel of its image, must have one of coverage, type, base, "
-                          "thickness, precipitation, age",
-                          index);
+  return NEPH_OK;
 }
 
 /* Contents of its files are seen when they are read. */

@@ -252,6 +252,7 @@ static neph_result load_levels(load_job *job, np_monitor *monitor, neph_volume *
   if (!result && active_count > 0)
     result = np_volume_create_from_levels(job->context, levels, job->mark.count, job->wish.desc->is_halved,
                                           job->wish.desc->precision, monitor, out_volume);
+  if (!result && active_count > 0) (*out_volume)->is_halved = job->wish.desc->is_halved && job->mark.count > 1;
   for (unsigned k = 0; k < job->mark.count; k++) np_sparse_grid_clear(&levels[k]);
   return result;
 }
@@ -278,7 +279,10 @@ static neph_result load(load_job *job, const neph_volume_load_desc *desc, neph_v
   if (!result && has_levels(&job->mark)) return load_levels(job, &monitor, out_volume);
   np_monitor_set_part(&monitor, np_monitor_whole, 0.7, 1.0);
   if (has_content && !result) result = create(job, &monitor, out_volume);
-  if (has_content && !result) (*out_volume)->grid_bytes = job->tree_bytes;
+  if (has_content && !result) {
+    (*out_volume)->grid_bytes = job->tree_bytes;
+    (*out_volume)->is_halved = desc->is_halved;
+  }
   np_sparse_grid_clear(&job->grid);
   return result;
 }

@@ -20,6 +20,7 @@ struct neph_volume {
   float value_min, value_max;           /* over the active samples */
   double extinction_per_value;          /* 1/m, as its file states it; 0: it does not */
   uint64_t active_voxel_count, grid_bytes;
+  bool is_halved; /* voxels are twice as long as its file's */
 };
 
 neph_context *np_volume_get_context(const neph_volume *volume);

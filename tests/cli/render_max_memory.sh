@@ -34,3 +34,14 @@ YAML
 nephos render dense.yaml --max-memory 0.1 -q --json 2>message | grep -o '"memory_bytes": [0-9]*' |
   awk '{print ($2 < 1e8 ? "within" : "above")}'
 sed 's/on [0-9.]* of [0-9.]* million/on N of M million/' message >&2
+
+# A bake's cells with cloud are counted before: where they fit, all are solved for, without a warning.
+cat >fits.yaml <<'YAML'
+camera: {position: [0, -6 km, 1200 m], look_at: [0, 0, 2200 m], fov: 60 deg, resolution: [32, 18]}
+atmosphere: none
+clouds: [{bake: {preset: cumulus_mediocris, seed: 7, extent: 4 km, base: 1800 m, voxel: 40 m}}]
+render: {samples: 1}
+output: {image: e.exr}
+YAML
+nephos render fits.yaml --max-memory 0.09 -q --json | grep -o '"memory_bytes": [0-9]*' |
+  awk '{print ($2 < 9e7 ? "within" : "above")}'
