@@ -54,7 +54,8 @@ static cli_exit choose_outputs(render_job *job) {
 static cli_exit check_preview(const render_job *job) {
   if (!job->output.preview || job->output.has_beauty) return CLI_DONE;
   cli_progress_complain(&job->session->progress,
-                        "the preview %s shows R, G and B, and output.beauty: false leaves them out", job->output.preview);
+                        "the preview %s shows R, G and B, and output.beauty: false leaves them out",
+                        job->output.preview);
   return CLI_USAGE;
 }
 
