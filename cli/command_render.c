@@ -23,7 +23,8 @@ static neph_result choose_effort(render_job *job) {
   if (options->has_memory_max) desc->memory_max_bytes = options->memory_max_bytes;
   desc->machine = &job->machine;
   if (!isfinite(desc->target_error) && !isfinite(desc->time_limit_s)) return NEPH_OK;
-  neph_result result = neph_scene_choose_effort(job->scene, desc, &effort);
+  neph_result result = job->renderer ? neph_renderer_choose_effort(job->renderer, job->scene, desc, &effort)
+                                     : neph_scene_choose_effort(job->scene, desc, &effort);
   if (!result) result = neph_scene_get_render_desc(job->scene, &chosen);
   if (result) return result;
   desc->integrator = chosen.integrator;

@@ -208,6 +208,7 @@ static void call_a_render_without_objects(void) {
                       DOES(neph_renderer_destroy, NULL),
                       FAILS(neph_renderer_render, NULL, NULL, NULL, NULL),
                       FAILS(neph_renderer_explain, NULL, NULL, NULL, (neph_text_format)0, NULL),
+                      FAILS(neph_renderer_choose_effort, NULL, NULL, NULL, NULL),
                       DOES(neph_renderer_cancel, NULL)};
   check_rows(rows, sizeof rows / sizeof *rows, NULL);
 }
@@ -288,7 +289,8 @@ static void call_with_an_object_alone(const objects *o) {
                       FAILS(neph_scene_add_volume, o->scene, NULL, NULL, NULL),
                       FAILS(neph_sky_create, o->atmosphere, NULL, NULL),
                       FAILS(neph_renderer_render, o->renderer, NULL, NULL, NULL),
-                      FAILS(neph_renderer_explain, o->renderer, NULL, NULL, (neph_text_format)0, NULL)};
+                      FAILS(neph_renderer_explain, o->renderer, NULL, NULL, (neph_text_format)0, NULL),
+                      FAILS(neph_renderer_choose_effort, o->renderer, NULL, NULL, NULL)};
   check_rows(rows, sizeof rows / sizeof *rows, o);
 }
 

@@ -43,6 +43,11 @@ NEPH_API neph_result neph_renderer_explain(neph_renderer *renderer, const neph_s
                                            const neph_render_desc *desc, neph_text_format format,
                                            char **out_text) NEPH_NODISCARD;
 
+/** Settings for a target or a limit as neph_scene_choose_effort chooses them. What is measured for that, such as the
+ * share of a bake's cells that hold cloud, is kept for the picture, and takes none of its time limit. */
+NEPH_API neph_result neph_renderer_choose_effort(neph_renderer *renderer, neph_scene *scene,
+                                                 const neph_render_desc *desc, neph_effort *out_effort) NEPH_NODISCARD;
+
 /** Ends the picture under way, from any thread: neph_renderer_render then returns NEPH_ERROR_CANCELLED within half a
  * second. Without one the next call of neph_renderer_render returns that at once, so that a cancel cannot come too
  * early; the call behind it renders. */

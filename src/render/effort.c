@@ -9,6 +9,7 @@
 #include "core/given.h"
 #include "core/text.h"
 #include "render/error_forecast.h"
+#include "render/frame.h"
 #include "render/plan.h"
 #include "render/plan_choices.h"
 #include "render/stages.h"
@@ -57,7 +58,7 @@ typedef struct choice {
   const neph_render_desc *desc; /* the caller's: picture, target and limit */
   bool is_quality_open, is_integrator_open, are_samples_open;
   np_plan plan; /* of what was considered last */
-  np_stores stores;
+  np_stores *stores;
   neph_effort best;
 } choice;
 
@@ -67,7 +68,7 @@ static neph_result make_plan(choice *c) {
   all.integrator = own.integrator;
   all.sample_count = own.sample_count;
   if (!result) result = np_plan_make(c->scene, &all, &c->plan);
-  c->plan.stores = &c->stores;
+  c->plan.stores = c->stores;
   return result ? result : np_plan_measure_fill(c->scene, &c->plan);
 }
 
@@ -219,8 +220,8 @@ static void report(const choice *c, const neph_effort *e) {
            e->seconds, limit_s);
 }
 
-neph_result neph_scene_choose_effort(neph_scene *scene, const neph_render_desc *desc, neph_effort *out_effort) {
-  if (NP_LACKS(NP_CONTEXT_OF(scene), out_effort)) return NEPH_ERROR_INVALID_ARGUMENT;
+neph_result np_effort_choose(neph_scene *scene, const neph_render_desc *desc, np_stores *stores,
+                             neph_effort *out_effort) {
   neph_render_desc wanted = NEPH_RENDER_DESC_DEFAULT;
   neph_result result = np_desc_check_size(scene->context, "neph_effort", out_effort, sizeof *out_effort);
   if (!result) result = neph_scene_get_render_desc(scene, &wanted);
@@ -231,14 +232,22 @@ neph_result neph_scene_choose_effort(neph_scene *scene, const neph_render_desc *
   const bool is_open = is_asked && !is_given(scene, "render", "quality");
   choice c = {.scene = scene,
               .desc = &wanted,
+              .stores = stores,
               .is_quality_open = is_open,
               .is_integrator_open = is_open && !is_given(scene, "render", "integrator"),
               .are_samples_open = is_asked && !is_given(scene, "render", "samples"),
               .best = NEPH_EFFORT_DEFAULT};
   result = choose(&c);
-  np_stores_clear(scene->context, &c.stores);
   if (result) return result;
   if (!c.is_quality_open) c.best.quality = NULL;
   report(&c, &c.best);
   return np_desc_write(scene->context, "neph_effort", &c.best, sizeof c.best, out_effort);
+}
+
+neph_result neph_scene_choose_effort(neph_scene *scene, const neph_render_desc *desc, neph_effort *out_effort) {
+  if (NP_LACKS(NP_CONTEXT_OF(scene), out_effort)) return NEPH_ERROR_INVALID_ARGUMENT;
+  np_stores stores = {.results = NULL};
+  const neph_result result = np_effort_choose(scene, desc, &stores, out_effort);
+  np_stores_clear(scene->context, &stores);
+  return result;
 }

@@ -17,4 +17,8 @@ neph_result np_render_image(const neph_scene *scene, np_plan *plan, np_monitor *
 neph_result np_render_explain(const neph_scene *scene, const neph_render_desc *desc, np_stores *stores,
                               neph_text_format format, char **out_text);
 
+/* neph_scene_choose_effort, which leaves what it measures in `stores` for the picture. */
+neph_result np_effort_choose(neph_scene *scene, const neph_render_desc *desc, np_stores *stores,
+                             neph_effort *out_effort);
+
 #endif

@@ -146,8 +146,8 @@ static neph_result compute_extinction(const np_scene_cloud *cloud, const neph_vo
 
 /* The scene's key is the size of the file's voxels, whatever became of them. */
 static double compute_voxel_scale(const np_scene_cloud *cloud, const neph_volume *volume) {
-  const double edge = np_placement_get_voxel_edge(&volume->index_to_world);
   if (!(cloud->voxel_m > 0.0)) return 1.0;
+  const double edge = np_placement_get_voxel_edge(&volume->index_to_world);
   return cloud->voxel_m / (volume->is_halved ? 0.5 * edge : edge);
 }
 

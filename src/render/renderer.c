@@ -205,3 +205,14 @@ neph_result neph_renderer_explain(neph_renderer *renderer, const neph_scene *sce
   np_renderer_give_back(renderer);
   return result;
 }
+
+neph_result neph_renderer_choose_effort(neph_renderer *renderer, neph_scene *scene, const neph_render_desc *desc,
+                                        neph_effort *out_effort) {
+  if (NP_LACKS(NP_CONTEXT_OF(renderer), scene, out_effort)) return NEPH_ERROR_INVALID_ARGUMENT;
+  np_stores *stores;
+  neph_result result = np_renderer_borrow(renderer, scene, &stores);
+  if (result) return result;
+  result = np_effort_choose(scene, desc, stores, out_effort);
+  np_renderer_give_back(renderer);
+  return result;
+}
