@@ -68,7 +68,7 @@ static picture render(neph_context *context, const char *integrator, unsigned sa
 static void air_before_veils_is_seen_once(void **state) {
   test_fixture *f = *state;
   neph_placement_desc forward = NEPH_PLACEMENT_DESC_DEFAULT;
-  forward.phase = NEPH_CLOUD_HENYEY_GREENSTEIN;
+  forward.phase = NEPH_PHASE_HENYEY_GREENSTEIN;
   forward.asymmetry = 0.998;
   forward.albedo[0] = forward.albedo[1] = forward.albedo[2] = 1.0;
   static const double depths[] = {0.3, 1.4, 4.0};

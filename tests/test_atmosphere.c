@@ -20,14 +20,14 @@ static void describe_layered(test_air *air) {
                                            .table_rows = 4,
                                            .scattering_per_m = {20e-6, 25e-6, 30e-6},
                                            .absorption_per_m = {4e-6, 4e-6, 4e-6},
-                                           .phase = NEPH_LAYER_HENYEY_GREENSTEIN,
+                                           .phase = NEPH_PHASE_HENYEY_GREENSTEIN,
                                            .asymmetry = {0.6, 0.6, 0.6}};
   air->layers[4] = (neph_atmosphere_layer){.profile = NEPH_LAYER_TENT,
                                            .top_m = (double)INFINITY,
                                            .center_m = 20000.0,
                                            .width_m = 3000.0,
                                            .scattering_per_m = {2e-6, 2e-6, 2e-6},
-                                           .phase = NEPH_LAYER_TWO_LOBE,
+                                           .phase = NEPH_PHASE_TWO_LOBE,
                                            .asymmetry = {0.8, 0.8, 0.8},
                                            .second_asymmetry = {-0.4, -0.4, -0.4},
                                            .second_weight = {0.2, 0.2, 0.2}};
@@ -178,6 +178,19 @@ static void bands_scatter_on_their_own(void **state) {
     look(&air.desc, alone);
     for (int i = 0; i < 4; i++) assert_near_relative(mixed[i][b], alone[i][b], 1e-4);
   }
+}
+
+static void isotropic_air_is_henyey_greenstein_of_zero(void **state) {
+  (void)state;
+  double isotropic[4][3], henyey_greenstein[4][3];
+  test_air air;
+  test_air_start(&air);
+  memset(air.layers[TEST_AEROSOL].asymmetry, 0, sizeof air.layers[TEST_AEROSOL].asymmetry);
+  air.layers[TEST_AEROSOL].phase = NEPH_PHASE_HENYEY_GREENSTEIN;
+  look(&air.desc, henyey_greenstein);
+  air.layers[TEST_AEROSOL].phase = NEPH_PHASE_ISOTROPIC;
+  look(&air.desc, isotropic);
+  assert_memory_equal(isotropic, henyey_greenstein, sizeof isotropic);
 }
 
 /* An exponential in steps of a fifth of its height, linear between them, has 1.7e-3 too much of it, and points that are
@@ -346,16 +359,17 @@ static void wrong_layers_are_refused(void **state) {
        "-1",
        "at least 0"},
       {{.height_m = 1.0, .top_m = far, .absorption_per_m = {far, 0, 0}}, "layers[1].absorption_per_m", "inf", "finite"},
-      {{.height_m = 1.0, .top_m = far, .phase = (neph_layer_phase)9}, "layers[1].phase", "9", "neph_layer_phase"},
-      {{.height_m = 1.0, .top_m = far, .phase = NEPH_LAYER_HENYEY_GREENSTEIN, .asymmetry = {0, 0, 1}},
+      {{.height_m = 1.0, .top_m = far, .phase = (neph_phase)9}, "layers[1].phase", "9", "neph_phase"},
+      {{.height_m = 1.0, .top_m = far, .phase = NEPH_PHASE_DROPLETS}, "layers[1].phase", "6", "neph_phase"},
+      {{.height_m = 1.0, .top_m = far, .phase = NEPH_PHASE_HENYEY_GREENSTEIN, .asymmetry = {0, 0, 1}},
        "layers[1].asymmetry",
        "is 1",
        "at most 0.9999"},
-      {{.height_m = 1.0, .top_m = far, .phase = NEPH_LAYER_TWO_LOBE, .second_asymmetry = {-1, 0, 0}},
+      {{.height_m = 1.0, .top_m = far, .phase = NEPH_PHASE_TWO_LOBE, .second_asymmetry = {-1, 0, 0}},
        "layers[1].second_asymmetry",
        "-1",
        "at least -0.9999"},
-      {{.height_m = 1.0, .top_m = far, .phase = NEPH_LAYER_TWO_LOBE, .second_weight = {0, 1.5, 0}},
+      {{.height_m = 1.0, .top_m = far, .phase = NEPH_PHASE_TWO_LOBE, .second_weight = {0, 1.5, 0}},
        "layers[1].second_weight",
        "1.5",
        "at most 1"},
@@ -392,6 +406,7 @@ int main(void) {
       cmocka_unit_test(airs_of_all_kinds_have_a_sky),
       cmocka_unit_test(layers_add_up),
       cmocka_unit_test(bands_scatter_on_their_own),
+      cmocka_unit_test(isotropic_air_is_henyey_greenstein_of_zero),
       cmocka_unit_test(table_of_an_exponential_is_one),
       cmocka_unit_test(layered_depths_agree),
       cmocka_unit_test(wrong_descriptions_are_refused),

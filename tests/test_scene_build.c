@@ -68,7 +68,7 @@ static neph_placement_desc describe_placement(void) {
   p.density_unit = NEPH_DENSITY_OPTICAL_DEPTH;
   p.density_value = 12;
   memcpy(p.albedo, (double[]){0.9, 0.95, 0.99}, sizeof p.albedo);
-  p.phase = NEPH_CLOUD_TWO_LOBE;
+  p.phase = NEPH_PHASE_TWO_LOBE;
   p.asymmetry = 0.8;
   p.second_asymmetry = -0.2;
   p.second_weight = 0.15;
@@ -281,10 +281,13 @@ static void strange_descriptions_are_refused(void **state) {
   assert_int_equal(neph_scene_set_placement(scene, 0, &p), NEPH_ERROR_INVALID_ARGUMENT);
   assert_one_error(&f->log, "neph_placement_desc.struct_size is 0");
   p = (neph_placement_desc)NEPH_PLACEMENT_DESC_DEFAULT;
-  p.phase = (neph_cloud_phase)17;
+  p.phase = (neph_phase)17;
   assert_int_equal(neph_scene_set_placement(scene, 0, &p), NEPH_ERROR_INVALID_ARGUMENT);
   assert_one_error(&f->log, "phase is 17");
-  p.phase = NEPH_CLOUD_ISOTROPIC;
+  p.phase = NEPH_PHASE_TABLE;
+  assert_int_equal(neph_scene_set_placement(scene, 0, &p), NEPH_ERROR_INVALID_ARGUMENT);
+  assert_one_error(&f->log, "phase_table is NULL");
+  p.phase = NEPH_PHASE_ISOTROPIC;
   p.density_unit = (neph_density_unit)-1;
   assert_int_equal(neph_scene_set_placement(scene, 0, &p), NEPH_ERROR_INVALID_ARGUMENT);
   assert_one_error(&f->log, "density_unit is -1");
@@ -295,6 +298,47 @@ static void strange_descriptions_are_refused(void **state) {
   assert_one_error(&f->log, "volume is NULL, must be given");
   assert_int_equal(index, 77);
   neph_scene_destroy(scene);
+}
+
+static neph_result make_small_volume(neph_context *context, neph_volume **out) {
+  static const float values[8] = {1, 1, 1, 1, 1, 1, 1, 1};
+  neph_volume_dense_desc dense = NEPH_VOLUME_DENSE_DESC_DEFAULT;
+  for (int i = 0; i < 3; i++) dense.size[i] = 2;
+  dense.values = values;
+  return neph_volume_create_dense(context, &dense, out);
+}
+
+/* Each kind with the parameters of the defaults, and the value of `clouds[0].phase` that says the same. */
+static const struct {
+  neph_phase phase;
+  const char *value;
+} phases[] = {{NEPH_PHASE_RAYLEIGH, "rayleigh"},
+              {NEPH_PHASE_ISOTROPIC, "isotropic"},
+              {NEPH_PHASE_HENYEY_GREENSTEIN, "{hg: 0.85}"},
+              {NEPH_PHASE_TWO_LOBE, "{two_lobe: {forward: 0.85, backward: -0.25, weight: 0.1}}"},
+              {NEPH_PHASE_CORNETTE_SHANKS, "{draine: {g: 0.85, alpha: 1}}"},
+              {NEPH_PHASE_DRAINE, "{draine: {g: 0.85, alpha: 1}}"},
+              {NEPH_PHASE_DROPLETS, "{droplets: {diameter: 20 um}}"},
+              {NEPH_PHASE_TABLE, "{table: \"measured.csv\"}"}};
+
+static void every_phase_function_is_that_of_its_key(void **state) {
+  fixture *f = *state;
+  assert_int_equal(sizeof phases / sizeof *phases, NEPH_PHASE_TABLE + 1);
+  for (size_t i = 0; i < sizeof phases / sizeof *phases; i++) {
+    neph_scene *typed = create(f), *written = create(f);
+    neph_volume *volume;
+    neph_placement_desc p = NEPH_PLACEMENT_DESC_DEFAULT;
+    p.phase = phases[i].phase;
+    p.phase_table = "measured.csv";
+    assert_int_equal(make_small_volume(f->context, &volume), NEPH_OK);
+    assert_int_equal(neph_scene_add_volume(typed, volume, &p, NULL), NEPH_OK);
+    assert_int_equal(neph_scene_add_volume(written, volume, NULL, NULL), NEPH_OK);
+    assert_int_equal(neph_scene_set(written, "clouds[0].phase", phases[i].value), NEPH_OK);
+    assert_same_description(f->context, typed, written);
+    neph_volume_release(volume);
+    neph_scene_destroy(typed);
+    neph_scene_destroy(written);
+  }
 }
 
 static void assets_of_another_context_are_refused(void **state) {
@@ -325,14 +369,6 @@ static void a_terrain_of_another_planet_is_refused(void **state) {
 }
 
 /* Assets that cost next to nothing. */
-static neph_result make_small_volume(neph_context *context, neph_volume **out) {
-  static const float values[8] = {1, 1, 1, 1, 1, 1, 1, 1};
-  neph_volume_dense_desc dense = NEPH_VOLUME_DENSE_DESC_DEFAULT;
-  for (int i = 0; i < 3; i++) dense.size[i] = 2;
-  dense.values = values;
-  return neph_volume_create_dense(context, &dense, out);
-}
-
 static neph_result make_small_terrain(neph_context *context, neph_terrain **out) {
   neph_ridges_desc ridges = NEPH_RIDGES_DESC_DEFAULT;
   ridges.sample_count = 17;
@@ -382,6 +418,7 @@ int main(void) {
       TEST(nothing_given_is_nothing_there),
       TEST(values_have_the_ranges_of_their_keys),
       TEST(strange_descriptions_are_refused),
+      TEST(every_phase_function_is_that_of_its_key),
       TEST(assets_of_another_context_are_refused),
       TEST(a_terrain_of_another_planet_is_refused),
       cmocka_unit_test(building_survives_each_failed_allocation),

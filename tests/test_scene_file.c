@@ -200,7 +200,7 @@ static void test_presets_and_layers_of_air(void **state) {
   assert_near(air->planet_radius_m, 3389.5e3, 0);
   assert_int_equal(air->layer_count, 4);
   assert_near(air->layers[1].height_m, 9e3, 0);
-  assert_int_equal(air->layers[1].phase, NEPH_LAYER_TWO_LOBE);
+  assert_int_equal(air->layers[1].phase, NEPH_PHASE_TWO_LOBE);
   assert_near_relative(air->layers[1].absorption_per_m[2], 11.87e-6, 1e-9);
   const neph_atmosphere_layer *own = &air->layers[3];
   assert_int_equal(own->profile, NEPH_LAYER_TABLE);
@@ -218,7 +218,7 @@ static void test_presets_and_layers_of_air(void **state) {
   scene = load_air(f, "atmosphere: {preset: empty, layers: [{exponential: {height: 5 km}}]}");
   assert_true(scene->has_atmosphere);
   assert_int_equal(scene->atmosphere.layer_count, 1);
-  assert_int_equal(scene->atmosphere.layers[0].phase, NEPH_LAYER_CORNETTE_SHANKS);
+  assert_int_equal(scene->atmosphere.layers[0].phase, NEPH_PHASE_CORNETTE_SHANKS);
   neph_scene_destroy(scene);
   scene = load_air(f, "atmosphere: none");
   assert_false(scene->has_atmosphere);

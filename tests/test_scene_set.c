@@ -42,11 +42,11 @@ static void test_what_is_excluded_goes(void **state) {
   set(f, "clouds[0].liquid_water.r_eff", "10 um");
   assert_int_equal(f->scene->clouds[0].density_unit, NP_DENSITY_LIQUID_WATER);
   set(f, "clouds[0].phase.droplets.diameter", "10 um");
-  assert_int_equal(f->scene->clouds[0].phase_source.kind, NP_PHASE_DROPLETS);
+  assert_int_equal(f->scene->clouds[0].phase_source.kind, NEPH_PHASE_DROPLETS);
   set(f, "clouds[0].phase", "isotropic");
-  assert_int_equal(f->scene->clouds[0].phase_source.kind, NP_PHASE_ISOTROPIC);
+  assert_int_equal(f->scene->clouds[0].phase_source.kind, NEPH_PHASE_ISOTROPIC);
   set(f, "clouds[0].phase.two_lobe.weight", "0.3");
-  assert_int_equal(f->scene->clouds[0].phase_source.kind, NP_PHASE_TWO_LOBE);
+  assert_int_equal(f->scene->clouds[0].phase_source.kind, NEPH_PHASE_TWO_LOBE);
   set(f, "sun.time", "2026-06-21T16:00Z");
   assert_true(f->scene->sun.time.is_given);
   set(f, "sun.elevation", "3 deg");

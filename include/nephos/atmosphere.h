@@ -7,6 +7,7 @@
 #define NEPHOS_ATMOSPHERE_H
 
 #include <nephos/context.h>
+#include <nephos/phase.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -24,15 +25,6 @@ typedef enum neph_layer_profile {
   NEPH_LAYER_TENT,        /**< 1 − |h − center_m|/width_m, where that is positive */
   NEPH_LAYER_TABLE        /**< linear between rows, none below the first and above the last */
 } neph_layer_profile;
-
-/** Phase function of a layer. */
-typedef enum neph_layer_phase {
-  NEPH_LAYER_RAYLEIGH,
-  NEPH_LAYER_CORNETTE_SHANKS,   /**< parameter: `asymmetry` */
-  NEPH_LAYER_HENYEY_GREENSTEIN, /**< parameter: `asymmetry`; 0 is isotropic */
-  NEPH_LAYER_TWO_LOBE           /**< two Henyey-Greenstein lobes: `asymmetry`, and `second_asymmetry` with the share
-                                     `second_weight` */
-} neph_layer_phase;
 
 /** Absorption of a layer between and beyond the three bands, where a picture has more wavelengths. */
 typedef enum neph_layer_absorber {
@@ -52,10 +44,10 @@ typedef struct neph_atmosphere_layer {
   unsigned table_rows;            /**< table: number of rows, at least 2 */
   double scattering_per_m[3];     /**< coefficient at density 1; ≥ 0 */
   double absorption_per_m[3];     /**< coefficient at density 1; ≥ 0 */
-  neph_layer_phase phase;         /**< unused where scattering is 0 */
-  double asymmetry[3];            /**< g in each band, −0.9999 to 0.9999 */
+  neph_phase phase;               /**< unused where scattering is 0 */
+  double asymmetry[3];            /**< g of the first or only lobe in each band, −0.9999 to 0.9999 */
   double second_asymmetry[3];     /**< g of the second lobe, −0.9999 to 0.9999 */
-  double second_weight[3];        /**< 0 to 1 */
+  double second_weight[3];        /**< share of the light that the second lobe scatters, 0 to 1 */
   neph_layer_absorber absorber;
 } neph_atmosphere_layer;
 

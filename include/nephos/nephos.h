@@ -38,6 +38,7 @@
 #include <nephos/names.h>
 #include <nephos/noise_texture.h>
 #include <nephos/parts.h>
+#include <nephos/phase.h>
 #include <nephos/probe.h>
 #include <nephos/render.h>
 #include <nephos/renderer.h>

@@ -11,6 +11,7 @@
 #include <math.h>
 
 #include <nephos/atmosphere.h>
+#include <nephos/phase.h>
 #include <nephos/scene.h>
 #include <nephos/terrain.h>
 #include <nephos/volume.h>
@@ -108,17 +109,6 @@ typedef enum neph_density_unit {
   NEPH_DENSITY_LIQUID_WATER    /**< values are g/m³ of water; density_value: effective radius of the droplets in m */
 } neph_density_unit;
 
-/** Phase function of a cloud. */
-typedef enum neph_cloud_phase {
-  NEPH_CLOUD_DROPLETS,          /**< fit to Mie theory; parameter: `droplet_diameter_m` */
-  NEPH_CLOUD_HENYEY_GREENSTEIN, /**< parameter: `asymmetry` */
-  NEPH_CLOUD_TWO_LOBE,          /**< two Henyey-Greenstein lobes: `asymmetry`, and `second_asymmetry` with the share
-                                     `second_weight` */
-  NEPH_CLOUD_DRAINE,            /**< parameters: `asymmetry` and `draine_alpha` */
-  NEPH_CLOUD_RAYLEIGH,
-  NEPH_CLOUD_ISOTROPIC
-} neph_cloud_phase;
-
 /** The place of a volume in the world, and the meaning of its values. */
 typedef struct neph_placement_desc {
   size_t struct_size;
@@ -131,12 +121,13 @@ typedef struct neph_placement_desc {
   neph_density_unit density_unit; /**< (default NEPH_DENSITY_EXTINCTION) */
   double density_value;           /**< (default 1: values are extinction in 1/m, as baked clouds have them) */
   double albedo[3];               /**< single-scattering albedo (default 0.999995 each) */
-  neph_cloud_phase phase;         /**< (default NEPH_CLOUD_DROPLETS) */
+  neph_phase phase;               /**< (default NEPH_PHASE_DROPLETS) */
   double droplet_diameter_m;      /**< (default 20e-6) */
-  double asymmetry;               /**< g (default 0.85) */
+  double asymmetry;               /**< g of the first or only lobe (default 0.85) */
   double second_asymmetry;        /**< g of the second lobe (default −0.25) */
-  double second_weight;           /**< 0 to 1 (default 0.1) */
+  double second_weight;           /**< share of the light that the second lobe scatters, 0 to 1 (default 0.1) */
   double draine_alpha;            /**< 0 is Henyey-Greenstein, 1 Cornette-Shanks (default 1) */
+  const char *phase_table;        /**< CSV file of NEPH_PHASE_TABLE, copied (default NULL) */
   double detail_strength;         /**< strength of billows at the edge finer than the voxels, added in the render, 0 to
                                        1; 0: none (default 0) */
   double detail_size_m;           /**< size of the largest of these billows, ≥ 0; 0: two voxels (default 0) */
@@ -147,9 +138,9 @@ typedef struct neph_placement_desc {
   {                                                                                                                    \
     .struct_size = sizeof(neph_placement_desc), .name = NULL, .has_position = false, .position_m = {0, 0, 0},          \
     .rotation_rad = 0, .scale = 1, .density_unit = NEPH_DENSITY_EXTINCTION, .density_value = 1,                        \
-    .albedo = {0.999995, 0.999995, 0.999995}, .phase = NEPH_CLOUD_DROPLETS, .droplet_diameter_m = 20e-6,               \
-    .asymmetry = 0.85, .second_asymmetry = -0.25, .second_weight = 0.1, .draine_alpha = 1, .detail_strength = 0,       \
-    .detail_size_m = 0, .detail_seed = 0                                                                               \
+    .albedo = {0.999995, 0.999995, 0.999995}, .phase = NEPH_PHASE_DROPLETS, .droplet_diameter_m = 20e-6,               \
+    .asymmetry = 0.85, .second_asymmetry = -0.25, .second_weight = 0.1, .draine_alpha = 1, .phase_table = NULL,        \
+    .detail_strength = 0, .detail_size_m = 0, .detail_seed = 0                                                         \
   }
 
 /** Adds a volume of the same context as a cloud; the scene retains it.

@@ -27,7 +27,7 @@
 #define EARTH_MOLECULES                                                                                                \
   {                                                                                                                    \
     .profile = NEPH_LAYER_EXPONENTIAL, .top_m = (double)INFINITY, .height_m = 8000.0,                                  \
-    .scattering_per_m = {5.802e-6, 13.558e-6, 33.1e-6}, .phase = NEPH_LAYER_RAYLEIGH                                   \
+    .scattering_per_m = {5.802e-6, 13.558e-6, 33.1e-6}, .phase = NEPH_PHASE_RAYLEIGH                                   \
   }
 #define EARTH_OZONE                                                                                                    \
   {                                                                                                                    \
@@ -42,7 +42,7 @@ const neph_atmosphere_layer neph_earth_layers[NEPH_EARTH_LAYER_COUNT] = {
      .height_m = 1200.0,
      .scattering_per_m = {3.996e-6, 3.996e-6, 3.996e-6},
      .absorption_per_m = {0.444e-6, 0.444e-6, 0.444e-6},
-     .phase = NEPH_LAYER_CORNETTE_SHANKS,
+     .phase = NEPH_PHASE_CORNETTE_SHANKS,
      .asymmetry = {0.8, 0.8, 0.8}},
     EARTH_OZONE,
 };
@@ -54,7 +54,7 @@ static const neph_atmosphere_layer hazy_layers[NEPH_EARTH_LAYER_COUNT] = {
      .height_m = 1200.0,
      .scattering_per_m = {62.34e-6, 82.14e-6, 109.8e-6},
      .absorption_per_m = {5.05e-6, 6.66e-6, 8.90e-6},
-     .phase = NEPH_LAYER_HENYEY_GREENSTEIN,
+     .phase = NEPH_PHASE_HENYEY_GREENSTEIN,
      .asymmetry = {0.7, 0.7, 0.7}},
     EARTH_OZONE,
 };
@@ -64,13 +64,13 @@ static const neph_atmosphere_layer mars_layers[NEPH_EARTH_LAYER_COUNT] = {
      .top_m = (double)INFINITY,
      .height_m = 11100.0,
      .scattering_per_m = {0.0949e-6, 0.2242e-6, 0.5535e-6},
-     .phase = NEPH_LAYER_RAYLEIGH},
+     .phase = NEPH_PHASE_RAYLEIGH},
     {.profile = NEPH_LAYER_EXPONENTIAL,
      .top_m = (double)INFINITY,
      .height_m = 11100.0,
      .scattering_per_m = {43.47e-6, 38.74e-6, 32.09e-6},
      .absorption_per_m = {2.77e-6, 6.31e-6, 11.87e-6},
-     .phase = NEPH_LAYER_TWO_LOBE,
+     .phase = NEPH_PHASE_TWO_LOBE,
      .asymmetry = {0.92, 0.93, 0.95},
      .second_asymmetry = {0.40, 0.42, 0.48},
      .second_weight = {0.40, 0.34, 0.27}},

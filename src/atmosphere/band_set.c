@@ -95,7 +95,7 @@ void np_band_set_compute_xyz(const np_wavelengths *wavelengths, np_band_rule rul
 }
 
 neph_atmosphere_layer np_band_set_convert_layer(const np_band_set *bands, const neph_atmosphere_layer *reference) {
-  const np_band_rule scattering = reference->phase == NEPH_LAYER_RAYLEIGH ? NP_BAND_MOLECULES : NP_BAND_POWER;
+  const np_band_rule scattering = reference->phase == NEPH_PHASE_RAYLEIGH ? NP_BAND_MOLECULES : NP_BAND_POWER;
   const np_band_rule absorption = reference->absorber == NEPH_LAYER_OZONE ? NP_BAND_OZONE : NP_BAND_POWER;
   neph_atmosphere_layer layer = *reference;
   np_band_set_convert(bands, scattering, reference->scattering_per_m, layer.scattering_per_m);

@@ -11,11 +11,7 @@
 /* ---- Layers ---- */
 
 static np_phase make_phase(const neph_atmosphere_layer *layer, int band) {
-  static const np_phase_kind kinds[] = {[NEPH_LAYER_RAYLEIGH] = NP_PHASE_RAYLEIGH,
-                                        [NEPH_LAYER_CORNETTE_SHANKS] = NP_PHASE_CORNETTE_SHANKS,
-                                        [NEPH_LAYER_HENYEY_GREENSTEIN] = NP_PHASE_HENYEY_GREENSTEIN,
-                                        [NEPH_LAYER_TWO_LOBE] = NP_PHASE_TWO_LOBE};
-  return np_phase_make(&(np_phase_source){.kind = kinds[layer->phase],
+  return np_phase_make(&(np_phase_source){.kind = layer->phase,
                                           .asymmetry = layer->asymmetry[band],
                                           .forward = layer->asymmetry[band],
                                           .backward = layer->second_asymmetry[band],
@@ -97,7 +93,7 @@ static neph_result fill_layer(neph_context *context, np_medium *medium, const ne
                     .inverse_width = (float)(1.0 / desc->width_m),
                     .extinction = np_bands_from_doubles(extinction)};
   set_range(out, desc, medium->top_m);
-  if (desc->phase == NEPH_LAYER_RAYLEIGH)
+  if (desc->phase == NEPH_PHASE_RAYLEIGH)
     out->rayleigh = np_bands_from_doubles(desc->scattering_per_m);
   else if (!assign_aerosols(medium, out, desc))
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,

@@ -190,11 +190,11 @@ static np_phase make_draine(const np_phase_source *s) {
   return np_phase_draine((float)s->draine_asymmetry, (float)s->alpha);
 }
 
-static np_phase (*const makers[NP_PHASE_KIND_COUNT])(const np_phase_source *) = {
-    [NP_PHASE_DROPLETS] = make_droplets,   [NP_PHASE_HENYEY_GREENSTEIN] = make_henyey_greenstein,
-    [NP_PHASE_TWO_LOBE] = make_two_lobe,   [NP_PHASE_RAYLEIGH] = make_rayleigh,
-    [NP_PHASE_ISOTROPIC] = make_isotropic, [NP_PHASE_CORNETTE_SHANKS] = make_cornette_shanks,
-    [NP_PHASE_DRAINE] = make_draine,       [NP_PHASE_TABLE] = make_isotropic,
+static np_phase (*const makers[NP_PHASE_COUNT])(const np_phase_source *) = {
+    [NEPH_PHASE_DROPLETS] = make_droplets,   [NEPH_PHASE_HENYEY_GREENSTEIN] = make_henyey_greenstein,
+    [NEPH_PHASE_TWO_LOBE] = make_two_lobe,   [NEPH_PHASE_RAYLEIGH] = make_rayleigh,
+    [NEPH_PHASE_ISOTROPIC] = make_isotropic, [NEPH_PHASE_CORNETTE_SHANKS] = make_cornette_shanks,
+    [NEPH_PHASE_DRAINE] = make_draine,       [NEPH_PHASE_TABLE] = make_isotropic,
 };
 
 np_phase np_phase_make(const np_phase_source *source) { return makers[source->kind](source); }

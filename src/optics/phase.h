@@ -5,6 +5,8 @@
 
 #include <math.h>
 
+#include <nephos/phase.h>
+
 #include "core/math.h"
 #include "core/units.h"
 #include "optics/phase_table.h"
@@ -78,22 +80,11 @@ np_phase np_phase_broaden(const np_phase *phase, float factor);
 
 /* ---- Sources ---- */
 
-/* Phase functions by kind and parameters, for clouds and air alike, one row of phase.c each. The row creates an
- * np_phase, which evaluates, samples and has moments. */
-typedef enum np_phase_kind {
-  NP_PHASE_DROPLETS, /* the default of clouds */
-  NP_PHASE_HENYEY_GREENSTEIN,
-  NP_PHASE_TWO_LOBE,
-  NP_PHASE_RAYLEIGH,
-  NP_PHASE_ISOTROPIC,
-  NP_PHASE_CORNETTE_SHANKS,
-  NP_PHASE_DRAINE,
-  NP_PHASE_TABLE, /* isotropic until its file is read */
-  NP_PHASE_KIND_COUNT
-} np_phase_kind;
+enum { NP_PHASE_COUNT = NEPH_PHASE_TABLE + 1 };
 
+/* A phase function by kind and parameters, for clouds and air alike; its maker is a row of phase.c. */
 typedef struct np_phase_source {
-  np_phase_kind kind;
+  neph_phase kind;                           /* a table is isotropic until its file is read */
   double asymmetry;                          /* Henyey-Greenstein, Cornette-Shanks */
   double draine_asymmetry, alpha;            /* Draine */
   double forward, backward, backward_weight; /* two lobes */

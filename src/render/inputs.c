@@ -20,7 +20,7 @@
 
 static neph_result open_phase_table(const neph_scene *scene, const np_scene_cloud *cloud) {
   np_phase_table table;
-  if (cloud->phase_source.kind != NP_PHASE_TABLE) return NEPH_OK;
+  if (cloud->phase_source.kind != NEPH_PHASE_TABLE) return NEPH_OK;
   neph_result result = np_phase_table_load(scene->context, cloud->phase_table, &table);
   if (!result) np_phase_table_clear(&table);
   return result;

@@ -177,7 +177,7 @@ neph_result np_plan_forecast_cells(const np_plan *plan, const neph_scene *scene,
   for (unsigned i = 0; i < scene->cloud_count; i++) {
     const np_scene_cloud *cloud = &scene->clouds[i];
     const bool is_outlined = cloud->is_baked || (plan->files[i].is_known && cloud->place_count == 0);
-    if (!is_outlined || cloud->phase_source.kind == NP_PHASE_TABLE) return NEPH_OK;
+    if (!is_outlined || cloud->phase_source.kind == NEPH_PHASE_TABLE) return NEPH_OK;
   }
   outline *o = np_alloc(scene->context, 1, sizeof *o);
   if (!o) return NEPH_ERROR_OUT_OF_MEMORY;

@@ -319,7 +319,7 @@ static void include_box(np_dvec3 *low, np_dvec3 *high, np_dvec3 box_low, np_dvec
 }
 
 static neph_result load_phase(const cloud_build *c) {
-  if (c->cloud->phase_source.kind != NP_PHASE_TABLE) return NEPH_OK;
+  if (c->cloud->phase_source.kind != NEPH_PHASE_TABLE) return NEPH_OK;
   np_phase_table *table = &c->parts->phase_table;
   neph_result result = np_phase_table_load(c->in->made->context, c->cloud->phase_table, table);
   if (!result) c->parts->placed.phase = np_phase_tabulated(table);

@@ -69,8 +69,8 @@ neph_result np_scene_air_read_rows(np_scene_problems *problems, const char *path
 /* A listed layer as the atmosphere takes it. */
 static neph_atmosphere_layer complete_layer(const np_scene_layer *layer) {
   neph_atmosphere_layer desc = layer->desc;
-  const double *asymmetry = desc.phase == NEPH_LAYER_CORNETTE_SHANKS ? layer->cornette_shanks
-                            : desc.phase == NEPH_LAYER_TWO_LOBE      ? layer->forward
+  const double *asymmetry = desc.phase == NEPH_PHASE_CORNETTE_SHANKS ? layer->cornette_shanks
+                            : desc.phase == NEPH_PHASE_TWO_LOBE      ? layer->forward
                                                                      : layer->henyey_greenstein;
   memcpy(desc.asymmetry, asymmetry, sizeof desc.asymmetry);
   desc.table_altitude_m = layer->rows.values;

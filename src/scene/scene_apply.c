@@ -320,6 +320,7 @@ static neph_result apply_element(key_applier *applier, const np_key *list, unsig
 static neph_result apply_cloud(key_applier *applier, const np_key *list, unsigned index, const np_node *node) {
   np_scene_cloud *cloud = &applier->scene->clouds[index];
   cloud->bake = (neph_cloud_desc)NEPH_CLOUD_DESC_DEFAULT;
+  cloud->phase_source.kind = NEPH_PHASE_DROPLETS;
   cloud->volume = node->assets.volume;
   neph_result result = apply_element(applier, list, index, node, cloud);
   if (!cloud->name) cloud->name = np_alloc_printf(applier->context, "cloud%u", index);
@@ -355,7 +356,7 @@ static neph_result apply_air_layers(key_applier *applier, const np_key *list, co
   const np_node *item = node->first;
   for (unsigned i = 0; i < air->layer_count; i++, item = item->next) {
     np_scene_layer *layer = &air->layers[i];
-    layer->desc.phase = NEPH_LAYER_CORNETTE_SHANKS;
+    layer->desc.phase = NEPH_PHASE_CORNETTE_SHANKS;
     if (!np_scene_goes_on(applier->problems, apply_element(applier, list, i, item, layer), &result)) break;
   }
   return result;

@@ -186,24 +186,28 @@ static void put_density(section_writer *w, const neph_placement_desc *p) {
 
 static void put_phase(section_writer *w, const neph_placement_desc *p) {
   switch (p->phase) {
-  case NEPH_CLOUD_DROPLETS:
+  case NEPH_PHASE_DROPLETS:
     put_real(w, "phase.droplets.diameter", p->droplet_diameter_m);
     return;
-  case NEPH_CLOUD_HENYEY_GREENSTEIN:
+  case NEPH_PHASE_HENYEY_GREENSTEIN:
     put_real(w, "phase.hg", p->asymmetry);
     return;
-  case NEPH_CLOUD_TWO_LOBE:
+  case NEPH_PHASE_TWO_LOBE:
     put_real(w, "phase.two_lobe.forward", p->asymmetry);
     put_real(w, "phase.two_lobe.backward", p->second_asymmetry);
     put_real(w, "phase.two_lobe.weight", p->second_weight);
     return;
-  case NEPH_CLOUD_DRAINE:
+  case NEPH_PHASE_CORNETTE_SHANKS:
+  case NEPH_PHASE_DRAINE:
     put_real(w, "phase.draine.g", p->asymmetry);
-    put_real(w, "phase.draine.alpha", p->draine_alpha);
+    put_real(w, "phase.draine.alpha", p->phase == NEPH_PHASE_DRAINE ? p->draine_alpha : 1);
     return;
-  case NEPH_CLOUD_RAYLEIGH:
-  case NEPH_CLOUD_ISOTROPIC:
-    put_word(w, "phase", p->phase == NEPH_CLOUD_RAYLEIGH ? "rayleigh" : "isotropic");
+  case NEPH_PHASE_TABLE:
+    put_text(w, "phase.table", p->phase_table);
+    return;
+  case NEPH_PHASE_RAYLEIGH:
+  case NEPH_PHASE_ISOTROPIC:
+    put_word(w, "phase", p->phase == NEPH_PHASE_RAYLEIGH ? "rayleigh" : "isotropic");
     return;
   }
 }
@@ -235,8 +239,10 @@ static neph_result read_placement(neph_context *context, const neph_placement_de
   if ((unsigned)out->density_unit > NEPH_DENSITY_LIQUID_WATER)
     return np_fail(context, bad, "neph_placement_desc.density_unit is %d, must be a neph_density_unit",
                    (int)out->density_unit);
-  if ((unsigned)out->phase > NEPH_CLOUD_ISOTROPIC)
-    return np_fail(context, bad, "neph_placement_desc.phase is %d, must be a neph_cloud_phase", (int)out->phase);
+  if ((unsigned)out->phase > NEPH_PHASE_TABLE)
+    return np_fail(context, bad, "neph_placement_desc.phase is %d, must be a neph_phase", (int)out->phase);
+  if (out->phase == NEPH_PHASE_TABLE && !out->phase_table)
+    return np_fail(context, bad, "neph_placement_desc.phase_table is NULL, must name a CSV file");
   return NEPH_OK;
 }
 

@@ -13,7 +13,7 @@ static const np_choice atmospheres[] = {{"earth", NP_AIR_EARTH}, {"earth-hazy", 
                                         {"mars", NP_AIR_MARS},   {"empty", NP_AIR_EMPTY},
                                         {"none", NP_AIR_NONE},   {NULL, 0}};
 static const np_choice absorbers[] = {{"smooth", NEPH_LAYER_SMOOTH}, {"ozone", NEPH_LAYER_OZONE}, {NULL, 0}};
-static const np_choice layer_phases[] = {{"rayleigh", NEPH_LAYER_RAYLEIGH}, {NULL, 0}};
+static const np_choice layer_phases[] = {{"rayleigh", NEPH_PHASE_RAYLEIGH}, {NULL, 0}};
 static const np_choice absences[] = {{"none", 0}, {NULL, 0}};
 static const np_choice hemispheres[] = {{"both", 0}, {"upper", 1}, {NULL, 0}};
 static const np_choice planets[] = {{"sphere", 1}, {"none", 0}, {NULL, 0}};
@@ -219,15 +219,15 @@ static const np_key sky_keys[] = {
     {.path = "atmosphere.layers[].phase", .type = NP_KEY_SECTION, .choices = layer_phases, .field = LAYER(desc.phase),
      .meaning = "phase function: one of the keys below, or rayleigh in their place"},
     {.path = "atmosphere.layers[].phase.cornette_shanks", .type = NP_KEY_REAL, .field = LAYER(cornette_shanks),
-     .tag = LAYER(desc.phase), .tag_value = NEPH_LAYER_CORNETTE_SHANKS, .is_grey_allowed = true,
+     .tag = LAYER(desc.phase), .tag_value = NEPH_PHASE_CORNETTE_SHANKS, .is_grey_allowed = true,
      .range = WITHIN(-0.9999, 0.9999), .fallback = "0.8", .group = GROUP_PHASE, .alternative = 1,
      .meaning = "g of the Cornette-Shanks phase function; the default"},
     {.path = "atmosphere.layers[].phase.hg", .type = NP_KEY_REAL, .field = LAYER(henyey_greenstein),
-     .tag = LAYER(desc.phase), .tag_value = NEPH_LAYER_HENYEY_GREENSTEIN, .is_grey_allowed = true,
+     .tag = LAYER(desc.phase), .tag_value = NEPH_PHASE_HENYEY_GREENSTEIN, .is_grey_allowed = true,
      .range = WITHIN(-0.9999, 0.9999), .group = GROUP_PHASE, .alternative = 2,
      .meaning = "g of the Henyey-Greenstein phase function"},
     {.path = "atmosphere.layers[].phase.two_lobe", .type = NP_KEY_SECTION, .tag = LAYER(desc.phase),
-     .tag_value = NEPH_LAYER_TWO_LOBE, .group = GROUP_PHASE, .alternative = 3, .meaning = "two of them, added"},
+     .tag_value = NEPH_PHASE_TWO_LOBE, .group = GROUP_PHASE, .alternative = 3, .meaning = "two of them, added"},
     {.path = "atmosphere.layers[].phase.two_lobe.forward", .type = NP_KEY_REAL, .field = LAYER(forward),
      .is_grey_allowed = true, .range = WITHIN(-0.9999, 0.9999), .fallback = "0.85", .meaning = "g of the first"},
     {.path = "atmosphere.layers[].phase.two_lobe.backward", .type = NP_KEY_REAL,
