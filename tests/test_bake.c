@@ -7,7 +7,9 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "cloud/cloud_private.h"
+#include "cloud/bake_file.h"
+#include "cloud/bake_grid.h"
+#include "cloud/cloud_desc.h"
 #include "core/alloc.h"
 #include "volume/volume_private.h"
 

@@ -4,7 +4,7 @@
 
 #include <nephos/image.h>
 
-#include "cloud/bake_private.h"
+#include "cloud/bake_loss.h"
 
 static int set_up(void **state) { return test_set_up(state, 2, "map.exr"); }
 

@@ -4,7 +4,9 @@
 
 #include <stdlib.h>
 
-#include "cloud/bake_private.h"
+#include "cloud/bake_error.h"
+#include "cloud/bake_field.h"
+#include "cloud/bake_grid.h"
 
 /* A small field of few features, all of them wide. */
 static neph_cloud_desc smooth_field(void) {

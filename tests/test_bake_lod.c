@@ -4,7 +4,8 @@
 #include "test_clouds.h"
 #include "test_scenes.h"
 
-#include "cloud/bake_private.h"
+#include "cloud/bake_field.h"
+#include "cloud/bake_grid.h"
 #include "core/random.h"
 #include "volume/volume_tint.h"
 

@@ -2,7 +2,8 @@
 /* The comparison of a bake with finer voxels: drawn seeds, and bakes in finer voxels as the known answer. */
 #include "test_clouds.h"
 
-#include "cloud/bake_private.h"
+#include "cloud/bake_loss.h"
+#include "cloud/cloud_desc.h"
 
 static int set_up(void **state) { return test_set_up(state, 2, NULL); }
 

@@ -2,7 +2,9 @@
 /* The velocity of a bake: whether it carries the cloud to where the model has it a moment later. */
 #include "test_support.h"
 
-#include "cloud/bake_private.h"
+#include "cloud/bake_field.h"
+#include "cloud/bake_grid.h"
+#include "cloud/bake_velocity.h"
 #include "volume/bricks.h"
 
 /* A field at a moment: its extinction and, where asked for, its velocity. */

@@ -30,7 +30,7 @@ typedef struct box_count {
 static box_count try_boxes(const np_cloud_model *model, uint64_t seed, int count) {
   const neph_cloud_desc *desc = &model->desc;
   np_random random = np_random_start(seed, 0, 0, 0, 0);
-  const float top = (float)desc->thickness_m, rain = model->rain_depth_m;
+  const float top = (float)desc->thickness_m, rain = model->rain.depth_m;
   const float span[3] = {1.17f * (float)desc->extent_m[0], 1.2f * (float)desc->extent_m[1], 1.25f * top + rain};
   const float offset[3] = {-0.5f * span[0], -0.5f * span[1], -0.12f * top - rain};
   box_count c = {0, 0};

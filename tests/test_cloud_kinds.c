@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Fog, lenses and trails, and clouds over ground that a caller gives. */
 #include "test_clouds.h"
+
+#include "cloud/bake_file.h"
 #include "test_scenes.h"
 
 /* A ridge along y, 600 m high, 1 km east of the middle; half a kilometre off it the ground is flat. */

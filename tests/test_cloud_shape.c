@@ -2,7 +2,10 @@
 /* Clouds of a given shape: distances to meshes, and bakes on spheres, curves, meshes and height maps. */
 #include "test_clouds.h"
 
-#include "cloud/shape.h"
+#include <nephos/image.h>
+
+#include "cloud/bake_file.h"
+#include "mesh/mesh_tree.h"
 #include "core/random.h"
 #include "core/units.h"
 

@@ -2,7 +2,8 @@
 /* Wind by height on every kind of cloud. */
 #include "test_clouds.h"
 
-#include "cloud/thermals.h"
+#include "cloud/billows.h"
+#include "cloud/thermal_heap.h"
 #include "core/random.h"
 
 enum { POINT_COUNT = 2000 };
@@ -31,7 +32,7 @@ static place draw_place(const neph_cloud_desc *desc, np_random *random, float lo
 }
 
 static float eval_place(const np_cloud_model *model, const place *p, double offset_m) {
-  const float depth_m = p->share < 0 ? model->rain_depth_m : (float)model->desc.thickness_m;
+  const float depth_m = p->share < 0 ? model->rain.depth_m : (float)model->desc.thickness_m;
   const float x_m = p->x_m + (float)offset_m, height_m = p->share * depth_m;
   float extinction = 0;
   np_cloud_model_eval(model, &(const np_cloud_points){1, &x_m, &p->y_m, &height_m}, &extinction);
@@ -68,7 +69,7 @@ static double get_carried_m(const np_cloud_model *windy, float share) {
 
 /* The wind falls evenly to nothing at sea level. */
 static double get_lag_m(const np_cloud_model *windy, float share) {
-  const double way_m = (double)(share * windy->rain_depth_m);
+  const double way_m = (double)(share * windy->rain.depth_m);
   return -windy->desc.wind_speed_m_s[0] * way_m * way_m / (2 * fall_m_s * windy->desc.base_altitude_m);
 }
 
@@ -91,9 +92,9 @@ static const kind_row kinds[] = {
 static np_cloud_model blow(const np_cloud_model *calm, double gain_m_s) {
   np_cloud_model windy = *calm;
   for (int k = 0; k < NEPH_CLOUD_PROFILE_POINTS; k++) windy.desc.wind_speed_m_s[k] += 0.25 * k * gain_m_s;
-  windy.wind = np_cloud_wind_make(&windy.desc);
+  windy.wind = np_cloud_wind_make(&windy.desc, windy.kind->skew);
   windy.balls = (np_ball_heap){.context = calm->balls.context, .kernels = calm->balls.kernels};
-  if (np_cloud_model_has_thermals(&windy))
+  if (windy.kind->has_thermals)
     assert_int_equal(np_thermals_build(&windy, NULL, np_thermals_count_levels(&windy)), NEPH_OK);
   return windy;
 }

@@ -9,7 +9,14 @@
 
 #include <nephos/cloud.h>
 
-#include "cloud/cloud_private.h"
+#include "cloud/bake_grid.h"
+#include "cloud/cloud_build.h"
+#include "cloud/cloud_column.h"
+#include "cloud/cloud_density.h"
+#include "cloud/cloud_grain.h"
+#include "cloud/cloud_kinds.h"
+#include "cloud/presets.h"
+#include "core/text.h"
 #include "volume/volume_private.h"
 
 enum { TEST_PRESET_NAME_MAX = 64 };

@@ -6,6 +6,7 @@
 #include "test_clouds.h"
 #include "test_scenes.h"
 
+#include "cloud/bake_file.h"
 #include "core/alloc.h"
 #include "core/file.h"
 #include "core/random.h"

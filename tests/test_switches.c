@@ -13,7 +13,7 @@
 
 #include <nephos/nephos.h>
 
-#include "cloud/cloud_private.h"
+#include "cloud/presets.h"
 #include "core/alloc.h"
 #include "core/text.h"
 #include "scene/scene_keys.h"

@@ -2,7 +2,8 @@
 /* Cumulus of thermals. */
 #include "test_clouds.h"
 
-#include "cloud/thermals.h"
+#include "cloud/billows.h"
+#include "cloud/thermal_heap.h"
 #include "core/random.h"
 
 static neph_cloud_desc thermal_field(uint64_t seed) {
@@ -159,7 +160,7 @@ static void bases_are_not_one_plane(void **state) {
 static np_cloud_model blow(const np_cloud_model *calm) {
   np_cloud_model windy = *calm;
   set_winds(&windy.desc, 4);
-  windy.wind = np_cloud_wind_make(&windy.desc);
+  windy.wind = np_cloud_wind_make(&windy.desc, windy.kind->skew);
   windy.balls = (np_ball_heap){.context = calm->balls.context, .kernels = calm->balls.kernels};
   return windy;
 }

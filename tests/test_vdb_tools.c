@@ -6,7 +6,9 @@
 
 #include <stdlib.h>
 
-#include "cloud/bake_private.h"
+#include "cloud/bake_field.h"
+#include "cloud/bake_grid.h"
+#include "cloud/bake_velocity.h"
 
 typedef struct fixture {
   neph_context *context;

@@ -2,6 +2,10 @@
 /* Pictures that say what grows where, and heroes, which need none. */
 #include "test_clouds.h"
 
+#include "cloud/bake_file.h"
+#include "cloud/cloud_desc.h"
+#include "cloud/weather_picture.h"
+
 #include <nephos/image.h>
 
 #include <png.h>

@@ -6,9 +6,13 @@
  * to its rim, whose outline is lobed, and which fibres along the wind fray, bent by eddies. Pouches, mammatus, hang
  * from the overhang's lower face in groups: half balls, as wide as deep.
  */
+#include "cloud/anvil.h"
+
 #include <math.h>
 
-#include "cloud/cloud_kinds.h"
+#include "cloud/cloud_column.h"
+#include "cloud/cloud_streams.h"
+#include "cloud/kind_points.h"
 #include "core/math.h"
 
 static const float rim = 0.80f, rise = 0.055f, rise_strength = 0.6f; /* upper face, and the strength where it is up */
@@ -29,6 +33,7 @@ static const float thinness = 0.13f, rim_thinness = 0.05f; /* of ice against wat
 static const float rim_width = 0.9f; /* in strength: within it ice thickens from the rim's to the heart's */
 static const float layering = 1.3f;  /* of noise, widths over heights: ice lies in layers, which show from the side */
 static const float extinction_floor = 0.002f;
+static const float bound_margin = 1e-4f; /* for rounding */
 
 static float eval_upper(float anvil, float tower) {
   return rim + rise * np_smoothstepf(anvil / rise_strength) + dome * np_smoothstepf((tower - dome_from) / dome_width);
@@ -39,8 +44,9 @@ static float eval_lower(float anvil, float tower) {
   return rim - (sheet + flare * near * near) * anvil;
 }
 
-/* Either strength raises the upper face, that of the anvil lowers the other. */
-bool np_anvil_is_possible(float anvil_max, float tower_max, const np_interval *shares) {
+/* False only if there is no ice at any of these shares of the thickness, in columns of these strengths at most: either
+ * strength raises the upper face, the anvil's lowers the other. */
+static bool is_possible(float anvil_max, float tower_max, const np_interval *shares) {
   const float anvil = np_minf(anvil_max + 0.5f * (lobe_reach + fibre_reach), 1.5f);
   if (!(anvil > 0.0f)) return false;
   const float ridge = 0.5f * ridge_reach;
@@ -56,7 +62,7 @@ static void collect(const np_cloud_model *model, const np_cloud_points *points, 
     if (!(height_m > 0.0f && height_m < (float)model->desc.thickness_m)) continue;
     const np_cloud_column column = np_cloud_column_compute(model, points->x_m[i], points->y_m[i], height_m);
     const float share = (height_m - column.base_m) / column.thickness_m;
-    if (!np_anvil_is_possible(column.anvil, column.strength, &(np_interval){share, share})) continue;
+    if (!is_possible(column.anvil, column.strength, &(np_interval){share, share})) continue;
     const size_t n = p->count++;
     p->index[n] = (uint16_t)i;
     p->x_m[n] = column.x_m - model->drift_m[0];
@@ -74,7 +80,7 @@ static void fill_noise(const np_cloud_model *model, np_kind_points *p, np_cloud_
   const neph_cloud_desc *desc = &model->desc;
   const float size_m = size * (float)desc->billow_m;
   const np_noise_octaves octaves = {.count = np_kind_count_octaves(desc, size_m), .gain = 0.55f};
-  np_noise_lattice lattice = np_kind_make_lattice(desc, stream);
+  np_noise_lattice lattice = np_cloud_make_lattice(desc, stream);
   lattice = np_kind_wrap(model, &lattice, size_m, stretch);
   const np_noise_points points = np_kind_scale(model, p, size_m, stretch);
   for (size_t i = 0; i < p->count; i++) p->sz[i] *= layering;
@@ -89,7 +95,7 @@ static void add_striations(const np_cloud_model *model, np_kind_points *p, float
   float lobes[NP_CLOUD_BLOCK], dx[NP_CLOUD_BLOCK], dy[NP_CLOUD_BLOCK];
   fill_noise(model, p, NP_CLOUD_STREAM_ANVIL_LOBES, lobe_size, 1.5f, lobes);
   fill_noise(model, p, NP_CLOUD_STREAM_SHEET, ridge_size, fibre_stretch, out_ridges);
-  np_noise_lattice lattice = np_kind_make_lattice(&model->desc, NP_CLOUD_STREAM_ANVIL_EDDIES);
+  np_noise_lattice lattice = np_cloud_make_lattice(&model->desc, NP_CLOUD_STREAM_ANVIL_EDDIES);
   lattice = np_kind_wrap(model, &lattice, eddy_m, 1.0f);
   const np_noise_points points = np_kind_scale(model, p, eddy_m, 1.0f);
   for (size_t i = 0; i < p->count; i++) p->sz[i] = 0.53f - 0.3f * model->turnover;
@@ -110,7 +116,7 @@ static void compute_pouches(const np_cloud_model *model, np_kind_points *p, floa
   const float size_m = pouch_size * (float)model->desc.billow_m;
   float groups[NP_CLOUD_BLOCK];
   fill_noise(model, p, NP_CLOUD_STREAM_ANVIL_GROUPS, group_size, 1.0f, groups);
-  np_noise_lattice lattice = np_kind_make_lattice(&model->desc, NP_CLOUD_STREAM_BASE);
+  np_noise_lattice lattice = np_cloud_make_lattice(&model->desc, NP_CLOUD_STREAM_BASE);
   lattice = np_kind_wrap(model, &lattice, size_m, 1.0f);
   const np_noise_points points = np_kind_scale(model, p, size_m, 1.0f);
   for (size_t i = 0; i < p->count; i++) p->sz[i] = 0.41f - model->turnover;
@@ -121,6 +127,7 @@ static void compute_pouches(const np_cloud_model *model, np_kind_points *p, floa
 
 void np_anvil_eval(const np_cloud_model *model, const np_cloud_points *points, float *out_extinction_per_m) {
   np_kind_points p;
+  if (!model->map.anvils) return;
   const float voxel = (float)(model->desc.voxel_m / model->desc.thickness_m);
   const float upper = np_maxf(upper_edge, 0.9f * voxel), lower = np_maxf(lower_edge, 0.9f * voxel);
   collect(model, points, &p);
@@ -142,4 +149,17 @@ void np_anvil_eval(const np_cloud_model *model, const np_cloud_points *points, f
     float *out = &out_extinction_per_m[p.index[i]];
     if (body > extinction_floor) *out = np_maxf(*out, (float)model->desc.extinction_per_m * body);
   }
+}
+
+bool np_anvil_is_empty(const np_cloud_model *model, const np_cloud_box *box) {
+  const float top_m = (float)model->desc.thickness_m;
+  if (!model->map.anvils || box->max_m[2] <= 0.0f || box->min_m[2] >= top_m) return true;
+  const float low_m = fmaxf(box->min_m[2], 0.0f), high_m = fminf(box->max_m[2], top_m);
+  const np_cloud_columns c = np_cloud_columns_make(model, box, low_m, high_m);
+  np_interval shares;
+  if (!np_cloud_columns_bound_shares(model, &c, low_m, high_m, &shares)) return true;
+  const float anvil = np_cloud_columns_bound_anvil(model, &c), tower = np_cloud_columns_bound_strength(model, &c);
+  shares.low -= bound_margin;
+  shares.high += bound_margin;
+  return !is_possible(anvil + bound_margin, tower + bound_margin, &shares);
 }

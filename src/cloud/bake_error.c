@@ -10,9 +10,14 @@
  * threads. Source: Santaló 1976, "Integral Geometry and Geometric Probability", ch. 12 (lines that are uniform meet
  * volume uniformly).
  */
+#include "cloud/bake_error.h"
+
 #include <math.h>
 
-#include "cloud/bake_private.h"
+#include "cloud/bake_field.h"
+#include "cloud/bake_lod.h"
+#include "cloud/cloud_build.h"
+#include "cloud/cloud_grain.h"
 #include "core/alloc.h"
 #include "core/random.h"
 #include "volume/bricks.h"

@@ -1,7 +1,15 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Places of the voxels of a bake: samples sit in the middle of voxels, leaves of 8³ of them count from the index
  * origin, and a region cuts voxels off. */
-#include "cloud/bake_private.h"
+#include "cloud/bake_field.h"
+
+#include "cloud/bake_desc.h"
+#include "cloud/bake_lod.h"
+#include "cloud/bake_loss.h"
+#include "cloud/cloud_build.h"
+#include "cloud/cloud_density.h"
+#include "cloud/cloud_desc.h"
+#include "cloud/cloud_name.h"
 #include "cloud/repeat.h"
 
 #define BOX_LEAVES_MAX (UINT64_C(1) << 27) /* of the whole field, a byte each while their bounds are found */
@@ -150,16 +158,6 @@ static neph_result set_box(np_bake *bake) {
 }
 
 /* ---- Start ---- */
-
-/* Voxels across the thickness that are left in the coarsest level: mean optical depths change by less than 1 %
- * (test_bake_lod), and thin sheets by 2 to 11 % with a quarter as many. */
-static const double thickness_voxels_min = 8;
-
-unsigned np_bake_count_levels(const neph_cloud_desc *cloud, const neph_bake_desc *desc) {
-  unsigned count = desc->lod_count;
-  while (count > 1 && ldexp(cloud->voxel_m, (int)count - 1) * thickness_voxels_min > cloud->thickness_m) count--;
-  return count;
-}
 
 /* The finest level of detail; its box alone is not known yet. */
 static np_bake_lod make_lod(const neph_cloud_desc *cloud, const neph_bake_desc *desc) {

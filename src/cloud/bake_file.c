@@ -1,9 +1,17 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Bakes as files: what they were baked from goes with them, so that anyone can bake them again and compare. */
+#include "cloud/bake_file.h"
+
 #include <stdlib.h>
 #include <string.h>
 
-#include "cloud/bake_private.h"
+#include "cloud/bake_desc.h"
+#include "cloud/bake_error.h"
+#include "cloud/bake_field.h"
+#include "cloud/bake_grid.h"
+#include "cloud/bake_velocity.h"
+#include "cloud/cloud_desc.h"
+#include "cloud/cloud_grain.h"
 #include "cloud/repeat.h"
 #include "core/alloc.h"
 #include "core/file.h"

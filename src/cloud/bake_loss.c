@@ -13,11 +13,17 @@
  * drawn columns are a sample, whose error is that of a ratio of sums over blocks or over halves of the draws (Cochran
  * 1977, "Sampling Techniques", 6.4).
  */
+#include "cloud/bake_loss.h"
+
 #include <math.h>
 
-#include "cloud/bake_private.h"
-#include "cloud/shape.h"
-#include "cloud/thermals.h"
+#include "cloud/cloud_build.h"
+#include "cloud/cloud_density.h"
+#include "cloud/cloud_desc.h"
+#include "cloud/cloud_grain.h"
+#include "cloud/cloud_kinds.h"
+#include "cloud/cloud_name.h"
+#include "cloud/shape_desc.h"
 #include "core/alloc.h"
 #include "core/random.h"
 
@@ -194,15 +200,12 @@ static double compute_block_variance(const column_job *job, size_t count, const 
 }
 
 /* Lines do not fill a picture. */
-static bool is_painted(const np_cloud_model *model) {
-  return model->map.levels && model->desc.model != NEPH_CLOUD_MODEL_TRAILS;
-}
+static bool is_painted(const np_cloud_model *model) { return model->map.levels && !model->kind->is_line; }
 
-/* A bake of finer voxels has another waterline and the same coverage. Decks and fog, which thin out to the border of
- * the field, may not reach it at any, and a given shape has none. */
+/* A bake of finer voxels has another waterline and the same coverage. Kinds that thin out to the border of the field
+ * may not reach it at any, and a given shape has none. */
 static bool is_of_coverage(const np_cloud_model *model) {
-  const neph_cloud_model kind = model->desc.model;
-  return kind != NEPH_CLOUD_MODEL_DECK && kind != NEPH_CLOUD_MODEL_FOG && !np_cloud_desc_has_shape(&model->desc);
+  return !model->kind->is_thin_at_border && !np_cloud_desc_has_shape(&model->desc);
 }
 
 /* Optical depths in voxels and in a bake of finer ones, which covers as much as this one. */
@@ -248,7 +251,7 @@ static void choose_columns(column_job *job, const column_effort *effort) {
 /* Share of the grain that the finer model is of: of fields of thermals the grain that any smaller voxel has as well.
  * A hero is one cloud, which half its grain shapes. */
 static double choose_share(const np_cloud_model *model) {
-  const bool is_field = np_cloud_model_has_thermals(model) && model->desc.model != NEPH_CLOUD_MODEL_HERO;
+  const bool is_field = model->kind->has_thermals && !model->kind->is_single;
   return is_field ? fmin(np_cloud_compute_grain_m(&model->desc) / model->desc.voxel_m, 1) : finer;
 }
 
@@ -339,7 +342,7 @@ static double get_coverage_tolerance(const np_cloud_model *model) {
   static const double tolerated = 0.03;
   const neph_cloud_desc *d = &model->desc;
   const double cell = d->cell_m * d->cell_m / (d->extent_m[0] * d->extent_m[1]);
-  return np_cloud_model_has_thermals(model) ? fmax(tolerated, cell) : tolerated;
+  return model->kind->has_thermals ? fmax(tolerated, cell) : tolerated;
 }
 
 static void warn_of_coverage(neph_context *context, const np_cloud_model *model) {

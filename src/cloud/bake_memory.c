@@ -6,7 +6,11 @@
  * needed at a time: the grid's leaves, and with them either the buffers of the bake, or the bricks by which the error
  * is measured, or everything that is written, as our leaves and as OpenVDB's tree.
  */
-#include "cloud/bake_private.h"
+#include "cloud/bake_memory.h"
+
+#include "cloud/bake_error.h"
+#include "cloud/bake_field.h"
+#include "cloud/cloud_name.h"
 #include "core/alloc.h"
 #include "volume/bricks.h"
 

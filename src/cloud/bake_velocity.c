@@ -7,10 +7,15 @@
  * and Kanade 1981, "An Iterative Image Registration Technique", eq. 9, with Tikhonov's λ for where the gradient does
  * not say. Both come from central differences of the model itself, at points half a voxel and a short time away.
  */
+#include "cloud/bake_velocity.h"
+
 #include <math.h>
 #include <string.h>
 
-#include "cloud/bake_private.h"
+#include "cloud/bake_field.h"
+#include "cloud/cloud_build.h"
+#include "cloud/cloud_density.h"
+#include "cloud/cloud_grain.h"
 #include "core/alloc.h"
 
 enum {

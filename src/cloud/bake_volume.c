@@ -1,58 +1,60 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Clouds in memory: what may be asked of a bake, volumes, and the model itself without a grid. */
-#include "cloud/bake_private.h"
+/* Clouds in memory: volumes, of one size of voxels or of levels of detail, and the model itself without a grid. */
+#include "cloud/bake_volume.h"
+
+#include "cloud/bake_desc.h"
+#include "cloud/bake_field.h"
+#include "cloud/bake_grid.h"
+#include "cloud/bake_lod.h"
+#include "cloud/cloud_build.h"
+#include "cloud/cloud_desc.h"
 #include "cloud/repeat.h"
 #include "core/given.h"
+#include "volume/volume_levels.h"
 #include "volume/volume_private.h"
+#include "volume/volume_tint.h"
 
-static neph_result check_region(neph_context *context, const neph_bake_desc *desc) {
-  for (int a = 0; a < 3 && desc->has_region; a++)
-    if (!(desc->region_max_m[a] > desc->region_min_m[a]))
-      return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
-                     "cloud: region_max_m[%d] is %g, must be above region_min_m[%d], which is %g", a,
-                     desc->region_max_m[a], a, desc->region_min_m[a]);
-  return NEPH_OK;
+/* A leaf, by its number along each axis. */
+static bool has_cell(const void *user, const int32_t leaf[3]) {
+  const int32_t origin[3] = {NP_LEAF_EDGE * leaf[0], NP_LEAF_EDGE * leaf[1], NP_LEAF_EDGE * leaf[2]};
+  return np_bake_owns_leaf(user, origin);
 }
 
-static neph_result check_radius(neph_context *context, double planet_radius_m) {
-  if (planet_radius_m >= 1e3 && planet_radius_m <= 1e9) return NEPH_OK;
-  return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "cloud: planet_radius_m is %g, must be in [1e3, 1e9]",
-                 planet_radius_m);
-}
-
-/* Coarser grids of a level would stand where another level is. */
-static neph_result check_levels(neph_context *context, const neph_bake_desc *desc) {
-  if (desc->lod_count == 1 || desc->level_count == 1) return NEPH_OK;
-  return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
-                 "cloud: level_count is %u, must be 1 where lod_count is %u, above 1 (bake.levels)", desc->level_count,
-                 desc->lod_count);
-}
-
-neph_result np_cloud_bake_desc_read(neph_context *context, const neph_bake_desc *desc, neph_bake_desc *out_desc) {
-  static const neph_bake_desc defaults = NEPH_BAKE_DESC_DEFAULT;
-  const neph_result bad = NEPH_ERROR_INVALID_ARGUMENT;
-  neph_result result = np_desc_read(context, "neph_bake_desc", &defaults, sizeof defaults, desc, out_desc);
-  if (!result && out_desc->error)
-    result = np_desc_check_size(context, "neph_bake_error", out_desc->error, sizeof *out_desc->error);
-  if (!result) result = check_radius(context, out_desc->planet_radius_m);
+/* The bake, or one level of it. */
+static neph_result make_level(np_bake *level, neph_volume **out_volume) {
+  const double count = level->lod.count, begin = level->lod.level / count, end = (level->lod.level + 1) / count;
+  np_sparse_grid grid;
+  np_monitor_set_part(level->monitor, np_monitor_whole, fmax(begin, 0.05), begin + 0.85 * (end - begin));
+  neph_result result = np_bake_make_grid(level, "density", &grid);
   if (result) return result;
-  if (!(out_desc->prune_per_m >= 0 && out_desc->prune_per_m <= 100))
-    return np_fail(context, bad, "cloud: prune_per_m is %g, must be in [0, 100]", out_desc->prune_per_m);
-  if (out_desc->level_count < 1 || out_desc->level_count > NEPH_BAKE_LEVELS_MAX)
-    return np_fail(context, bad, "cloud: level_count is %u, must be in [1, %d]", out_desc->level_count,
-                   (int)NEPH_BAKE_LEVELS_MAX);
-  if (out_desc->lod_count < 1 || out_desc->lod_count > NEPH_BAKE_LODS_MAX)
-    return np_fail(context, bad, "cloud: lod_count is %u, must be in [1, %d]", out_desc->lod_count,
-                   (int)NEPH_BAKE_LODS_MAX);
-  if (!(out_desc->lod_angle_rad > 0 && out_desc->lod_angle_rad <= 1))
-    return np_fail(context, bad, "cloud: lod_angle_rad is %g, must be in (0, 1]", out_desc->lod_angle_rad);
-  for (int a = 0; a < 3; a++)
-    if (!(out_desc->lod_viewer_min_m[a] <= out_desc->lod_viewer_max_m[a]))
-      return np_fail(context, bad,
-                     "cloud: lod_viewer_max_m[%d] is %g, must be at least lod_viewer_min_m[%d], which is %g", a,
-                     out_desc->lod_viewer_max_m[a], a, out_desc->lod_viewer_min_m[a]);
-  result = check_levels(context, out_desc);
-  return result ? result : check_region(context, out_desc);
+  if (level->lod.count > 1) grid.region = (np_cell_region){has_cell, level};
+  np_monitor_set_part(level->monitor, np_monitor_whole, begin + 0.85 * (end - begin), end);
+  grid.is_consumed = true;
+  result = np_volume_create_from_grid(level->context, &grid, level->desc.precision, level->monitor, out_volume);
+  np_sparse_grid_clear(&grid);
+  return result;
+}
+
+static neph_result add_level(const np_bake *bake, unsigned number, neph_volume *whole) {
+  np_bake level;
+  neph_volume *volume = NULL;
+  neph_result result = np_bake_get_level(bake, number, &level);
+  if (!result && np_bake_count_box(&level) > 0) result = make_level(&level, &volume);
+  if (volume) np_volume_add_level(whole, volume);
+  return result;
+}
+
+neph_result np_bake_make_volume(np_bake *bake, neph_volume **out_volume) {
+  neph_volume *whole = NULL;
+  neph_result result = make_level(bake, &whole);
+  if (result || bake->lod.count == 1) return *out_volume = whole, result;
+  result = np_tint_create_levels(bake->context, NP_PARTS_OF_CELLS, &whole->tint);
+  for (unsigned k = 1; k < bake->lod.count && !result; k++) result = add_level(bake, k, whole);
+  if (result)
+    neph_volume_release(whole);
+  else
+    *out_volume = whole;
+  return result;
 }
 
 neph_result neph_cloud_bake(neph_context *context, const neph_cloud_desc *cloud, const neph_bake_desc *desc,
@@ -107,7 +109,7 @@ neph_result neph_cloud_eval(neph_context *context, const neph_cloud_desc *cloud,
   np_monitor monitor;
   neph_cloud_desc checked;
   neph_result result = np_cloud_desc_read(context, cloud, &checked);
-  if (!result) result = check_radius(context, planet_radius_m);
+  if (!result) result = np_bake_check_radius(context, planet_radius_m);
   if (result) return result;
   const unsigned mode = np_float_mode_enter();
   np_monitor_start(&monitor, context, NULL, NULL);

@@ -7,20 +7,24 @@
  * fine ones are sparse and embedded: relief below the mean free path of transport would only whiten the cloud. Radii
  * go to 0 at every limit, so that none appears at once.
  */
-#include "cloud/ball_rows.h"
-#include "cloud/repeat.h"
-#include "cloud/shape.h"
-#include "cloud/thermals.h"
+#include "cloud/billows.h"
 
+#include <math.h>
+#include <string.h>
+
+#include "cloud/ball_rows.h"
+#include "cloud/cloud_streams.h"
+#include "cloud/repeat.h"
+#include "cloud/thermal_density.h"
 #include "core/math.h"
 #include "core/random.h"
 
 enum { EDGE = 4, CELL_POINTS = 2, BLOCK_POINTS = EDGE * EDGE * EDGE * CELL_POINTS };
 
-static const float first_spacing = 0.71f, spacing_ratio = 0.5f;  /* of the lattices, the first in largest billows */
-static const float search_depth = 0.55f;                         /* from the surface, in spacings */
-static const float least_voxels = 0.5f;                          /* of a radius: less cannot be seen */
-static const float thermal_blend = 0.13f, billow_blend = 0.035f; /* in largest billows, and in spacings */
+static const float first_spacing = 0.71f, spacing_ratio = 0.5f; /* of the lattices, the first in largest billows */
+static const float search_depth = 0.55f;                        /* from the surface, in spacings */
+static const float least_voxels = 0.5f;                         /* of a radius: less cannot be seen */
+static const float billow_blend = 0.035f;                       /* in spacings */
 
 static float compute_spacing_m(const np_cloud_model *model, unsigned level) {
   float spacing_m = first_spacing * model->thermals.billow_m;
@@ -147,7 +151,7 @@ static neph_result add_billow(const billow_rows *rows, const point_block *b, int
                             np_minf(b->z_m[n] + out_m * b->normal[2][n] + lift_m, (float)desc->thickness_m - radius_m),
                         .radius_m = radius_m,
                         .age = np_clampf(b->age[n] + aging, 0.0f, 1.0f)};
-  return np_ball_list_add(rows->model->map.context, list, &ball);
+  return np_ball_list_add(rows->model->context, list, &ball);
 }
 
 static neph_result add_block(const billow_rows *rows, const int32_t at[3], np_ball_list *list) {
@@ -184,7 +188,7 @@ static neph_result add_row(const void *user, size_t row, np_ball_list *list) {
   return result;
 }
 
-static neph_result add_billows(np_cloud_model *model, np_monitor *monitor, unsigned level) {
+neph_result np_thermals_add_billows(np_cloud_model *model, np_monitor *monitor, unsigned level) {
   const neph_cloud_desc *desc = &model->desc;
   const float spacing_m = compute_spacing_m(model, level), block_m = EDGE * spacing_m;
   billow_rows rows = {.model = model, .level = level, .spacing_m = spacing_m};
@@ -207,15 +211,4 @@ static neph_result add_billows(np_cloud_model *model, np_monitor *monitor, unsig
   }
   return np_ball_rows_collect(&model->balls, monitor, (size_t)rows.count[0] * (size_t)rows.count[1], add_row, &rows,
                               billow_blend * spacing_m, np_maxf(0.8f * spacing_m, 8.0f * (float)desc->voxel_m));
-}
-
-neph_result np_thermals_build(np_cloud_model *model, np_monitor *monitor, unsigned level_count) {
-  const float billow_m = model->thermals.billow_m;
-  np_ball_heap_cut(&model->balls, 0);
-  if (model->is_empty) return NEPH_OK;
-  const bool has_shape = np_cloud_desc_has_shape(&model->desc);
-  neph_result result = (has_shape ? np_shape_add_balls
-                                  : np_thermals_add_stacks)(model, monitor, thermal_blend * billow_m, 0.5f * billow_m);
-  for (unsigned level = 1; level < level_count && !result; level++) result = add_billows(model, monitor, level);
-  return result;
 }

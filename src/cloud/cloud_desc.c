@@ -1,11 +1,16 @@
 /* SPDX-License-Identifier: Apache-2.0 */
+#include "cloud/cloud_desc.h"
+
 #include <inttypes.h>
 #include <stdio.h>
 #include <string.h>
 
 #include "cloud/cloud_kinds.h"
-#include "cloud/repeat.h"
-#include "cloud/shape.h"
+#include "cloud/cloud_name.h"
+#include "cloud/ground_map.h"
+#include "cloud/repeat_check.h"
+#include "cloud/shape_desc.h"
+#include "cloud/weather_picture.h"
 #include "core/alloc.h"
 #include "core/json.h"
 #include "core/text.h"
@@ -101,24 +106,27 @@ static neph_result check_profile(neph_context *context, const neph_cloud_desc *d
                  np_cloud_desc_name(desc));
 }
 
-static const char *const models[] = {
-    [NEPH_CLOUD_MODEL_CELLS] = "cells",       [NEPH_CLOUD_MODEL_SLAB] = "slab", [NEPH_CLOUD_MODEL_HERO] = "hero",
-    [NEPH_CLOUD_MODEL_THERMALS] = "thermals", [NEPH_CLOUD_MODEL_FOG] = "fog",   [NEPH_CLOUD_MODEL_LENSES] = "lenses",
-    [NEPH_CLOUD_MODEL_TRAILS] = "trails",     [NEPH_CLOUD_MODEL_DECK] = "deck", [NEPH_CLOUD_MODEL_STREAKS] = "streaks"};
-
-enum { MODEL_COUNT = sizeof models / sizeof *models };
-
 static const char *const cells_kinds[] = {
     [NEPH_CLOUD_CELLS_NONE] = "none", [NEPH_CLOUD_CELLS_OPEN] = "open", [NEPH_CLOUD_CELLS_CLOSED] = "closed"};
 
 enum { CELLS_KIND_COUNT = sizeof cells_kinds / sizeof *cells_kinds };
 
+static neph_result refuse_model(neph_context *context, const neph_cloud_desc *desc) {
+  np_text list = {.context = context};
+  const np_cloud_kind *kind;
+  for (int i = 0; (kind = np_cloud_kind_get((neph_cloud_model)i)); i++)
+    np_text_add(&list, "%s%s (%d)",
+                !i                                             ? ""
+                : np_cloud_kind_get((neph_cloud_model)(i + 1)) ? ", "
+                                                               : " or ",
+                kind->name, i);
+  if (list.has_failed) return np_text_end(&list, NEPH_OK);
+  return np_text_end(&list, np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "%s.model is %d, must be %s",
+                                    np_cloud_desc_name(desc), (int)desc->model, np_text_get(&list)));
+}
+
 static neph_result check_model(neph_context *context, const neph_cloud_desc *desc) {
-  if ((unsigned)desc->model >= MODEL_COUNT)
-    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
-                   "%s.model is %d, must be cells (0), slab (1), hero (2), thermals (3), fog (4), lenses (5), trails "
-                   "(6), deck (7) or streaks (8)",
-                   np_cloud_desc_name(desc), (int)desc->model);
+  if (!np_cloud_kind_get(desc->model)) return refuse_model(context, desc);
   if ((unsigned)desc->cells_kind >= CELLS_KIND_COUNT)
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
                    "%s.cells.kind is %d, must be none (0), open (1) or closed (2)", np_cloud_desc_name(desc),
@@ -196,7 +204,7 @@ neph_result np_cloud_desc_to_json(neph_context *context, const neph_cloud_desc *
   char seed[24];
   np_print(seed, sizeof seed, "%llu", (unsigned long long)desc->seed);
   np_json_put_text(json, "seed", seed); /* as text: JSON's numbers lose the last bits of 64 */
-  np_json_put_text(json, "model", models[desc->model]);
+  np_json_put_text(json, "model", np_cloud_kind_get(desc->model)->name);
   np_json_put_text(json, "cells_kind", cells_kinds[desc->cells_kind]);
   np_json_put_integer(json, "sublayers", desc->sublayers);
   np_json_put_integer(json, "trails", desc->trails);
@@ -229,10 +237,11 @@ neph_result np_cloud_desc_to_json(neph_context *context, const neph_cloud_desc *
 
 static bool read_model(const np_json_value *json, neph_cloud_desc *desc) {
   const char *text = np_json_get_text(json, "model");
+  const np_cloud_kind *kind;
   int i = 0;
-  while (text && i < MODEL_COUNT && strcmp(text, models[i])) i++;
+  while ((kind = np_cloud_kind_get((neph_cloud_model)i)) && text && strcmp(text, kind->name)) i++;
   desc->model = (neph_cloud_model)i;
-  return text && i < MODEL_COUNT;
+  return text && kind;
 }
 
 /* Files of before have none. */

@@ -8,9 +8,10 @@
  * Below the base the wind is taken to fall evenly to nothing at sea level. Rain falls through it at a speed v and lags
  * behind its cloud: D(h) = −w(0)·h²/(2·v·base).
  */
+#include "cloud/cloud_wind.h"
+
 #include <math.h>
 
-#include "cloud/cloud_private.h"
 #include "core/math.h"
 
 enum { LAYERS = NEPH_CLOUD_PROFILE_POINTS - 1 };
@@ -51,18 +52,21 @@ static void set_layers(const neph_cloud_desc *desc, np_cloud_wind *wind) {
   }
 }
 
-np_cloud_wind np_cloud_wind_make(const neph_cloud_desc *desc) {
-  np_cloud_wind wind = {.has_shift = desc->has_winds || desc->skew_m[0] != 0 || desc->skew_m[1] != 0};
+np_cloud_wind np_cloud_wind_make(const neph_cloud_desc *desc, np_cloud_skew skew) {
+  np_cloud_wind wind = {.thickness_m = (float)desc->thickness_m,
+                        .skew_m = {(float)desc->skew_m[0], (float)desc->skew_m[1]},
+                        .skew = skew,
+                        .has_winds = desc->has_winds,
+                        .has_shift = desc->has_winds || desc->skew_m[0] != 0 || desc->skew_m[1] != 0};
   if (desc->has_winds) set_layers(desc, &wind);
   return wind;
 }
 
-void np_cloud_wind_carry(const np_cloud_model *model, float height_m, float out_m[2]) {
-  const np_cloud_wind *wind = &model->wind;
+void np_cloud_wind_carry(const np_cloud_wind *wind, float height_m, float out_m[2]) {
   out_m[0] = out_m[1] = 0.0f;
-  if (!model->desc.has_winds) return;
+  if (!wind->has_winds) return;
   const float below_m = np_minf(height_m, 0.0f);
-  const float scaled = np_clampf(height_m / (float)model->desc.thickness_m, 0.0f, 1.0f) * LAYERS;
+  const float scaled = np_clampf(height_m / wind->thickness_m, 0.0f, 1.0f) * LAYERS;
   const int k = scaled < LAYERS ? (int)scaled : LAYERS - 1;
   const float t = scaled - (float)k;
   for (int a = 0; a < 2; a++)
@@ -70,32 +74,31 @@ void np_cloud_wind_carry(const np_cloud_model *model, float height_m, float out_
                wind->lag_per_m[a] * below_m * below_m;
 }
 
-/* Share of the skew at a height: streaks that fall from a slab trail ever more, those of ice fall into ever slower air
- * and hook, towers and rain lean evenly. */
-static float compute_skew_share(const np_cloud_model *model, float height_m) {
-  const float t = height_m / (float)model->desc.thickness_m, held = np_clampf(t, 0.0f, 1.0f);
-  if (model->desc.model == NEPH_CLOUD_MODEL_STREAKS) return held * (2.0f - held);
-  return model->desc.model == NEPH_CLOUD_MODEL_SLAB && t > 0.0f ? t * t : t;
+/* Share of the skew at a height. */
+static float compute_skew_share(const np_cloud_wind *wind, float height_m) {
+  const float t = height_m / wind->thickness_m, held = np_clampf(t, 0.0f, 1.0f);
+  if (wind->skew == NP_CLOUD_SKEW_HOOKED) return held * (2.0f - held);
+  return wind->skew == NP_CLOUD_SKEW_TRAILING && t > 0.0f ? t * t : t;
 }
 
-void np_cloud_wind_shift(const np_cloud_model *model, float height_m, float out_m[2]) {
-  const float share = compute_skew_share(model, height_m);
-  np_cloud_wind_carry(model, height_m, out_m);
-  for (int a = 0; a < 2; a++) out_m[a] += (float)model->desc.skew_m[a] * share;
+void np_cloud_wind_shift(const np_cloud_wind *wind, float height_m, float out_m[2]) {
+  const float share = compute_skew_share(wind, height_m);
+  np_cloud_wind_carry(wind, height_m, out_m);
+  for (int a = 0; a < 2; a++) out_m[a] += wind->skew_m[a] * share;
 }
 
 /* The skew has its extremes at the ends, the lag of rain at the lower one and at the base; the wind carries no farther
  * in between than at its strongest. */
-void np_cloud_wind_bound(const np_cloud_model *model, float low_m, float high_m, np_interval out_m[2]) {
+void np_cloud_wind_bound(const np_cloud_wind *wind, float low_m, float high_m, np_interval out_m[2]) {
   float carried_m[3][2];
-  const float share[2] = {compute_skew_share(model, low_m), compute_skew_share(model, high_m)};
-  const float foot_m = np_clampf(0.0f, low_m, high_m), layer_m = (float)model->desc.thickness_m / LAYERS;
+  const float share[2] = {compute_skew_share(wind, low_m), compute_skew_share(wind, high_m)};
+  const float foot_m = np_clampf(0.0f, low_m, high_m), layer_m = wind->thickness_m / LAYERS;
   const float layers = np_maxf(high_m - np_maxf(low_m, 0.0f), 0.0f) / layer_m;
-  np_cloud_wind_carry(model, low_m, carried_m[0]);
-  np_cloud_wind_carry(model, foot_m, carried_m[1]);
-  np_cloud_wind_carry(model, high_m, carried_m[2]);
+  np_cloud_wind_carry(wind, low_m, carried_m[0]);
+  np_cloud_wind_carry(wind, foot_m, carried_m[1]);
+  np_cloud_wind_carry(wind, high_m, carried_m[2]);
   for (int a = 0; a < 2; a++) {
-    const float skew_m = (float)model->desc.skew_m[a], pad_m = 0.5001f * layers * model->wind.gain_max_m[a];
+    const float skew_m = wind->skew_m[a], pad_m = 0.5001f * layers * wind->gain_max_m[a];
     const float *low = carried_m[0], *foot = carried_m[1], *high = carried_m[2];
     out_m[a].low = fminf(share[0] * skew_m, share[1] * skew_m) + fminf(low[a], fminf(foot[a], high[a])) - pad_m;
     out_m[a].high = fmaxf(share[0] * skew_m, share[1] * skew_m) + fmaxf(low[a], fmaxf(foot[a], high[a])) + pad_m;

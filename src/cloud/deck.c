@@ -9,6 +9,8 @@
 #include <math.h>
 
 #include "cloud/cloud_kinds.h"
+#include "cloud/kind_points.h"
+#include "cloud/waterline.h"
 #include "cloud/repeat.h"
 #include "core/math.h"
 
@@ -26,12 +28,13 @@ static const float warp_size = 1.1f, warp_reach = 0.16f;   /* in cells of the pa
 
 static float get_cell_m(const neph_cloud_desc *desc) { return cell_share * (float)desc->cell_m; }
 
-static void set_deck(np_cloud_model *model) {
+static void prepare_deck(np_cloud_model *model) {
   const neph_cloud_desc *desc = &model->desc;
-  np_kind_noises *k = &model->kind;
-  k->coarse = np_kind_make_lattice(desc, NP_CLOUD_STREAM_BASE);
-  k->medium = np_kind_make_lattice(desc, NP_CLOUD_STREAM_SMALL_CELLS);
-  k->fine = np_kind_make_lattice(desc, NP_CLOUD_STREAM_DETAIL);
+  np_kind_noises *k = &model->noises;
+  k->coarse = np_cloud_make_lattice(desc, NP_CLOUD_STREAM_BASE);
+  k->medium = np_cloud_make_lattice(desc, NP_CLOUD_STREAM_SMALL_CELLS);
+  k->fine = np_cloud_make_lattice(desc, NP_CLOUD_STREAM_DETAIL);
+  k->eddies = np_cloud_make_lattice(desc, NP_CLOUD_STREAM_CURL);
   k->fine_m = np_maxf((float)desc->billow_m, 3.0f * (float)desc->voxel_m);
   k->fine_octaves = np_kind_count_octaves(desc, k->fine_m);
   k->edge_m =
@@ -41,12 +44,12 @@ static void set_deck(np_cloud_model *model) {
 /* The pattern of the cells: 0 in their hearts. */
 static void compute_pattern(const np_cloud_model *model, np_kind_points *p, float *out) {
   const neph_cloud_desc *desc = &model->desc;
-  const np_kind_noises *k = &model->kind;
+  const np_kind_noises *k = &model->noises;
   const float cell_m = get_cell_m(desc), stretch = (float)desc->stretch, reach = warp_reach * (float)desc->turbulence;
   float dx[NP_CLOUD_BLOCK], dy[NP_CLOUD_BLOCK];
   np_noise_points points = np_kind_scale(model, p, warp_size * cell_m, 1.0f);
   for (size_t i = 0; i < p->count; i++) p->sz[i] = 0.31f + 0.3f * model->turnover;
-  np_noise_lattice lattice = np_kind_wrap(model, &model->curl, warp_size * cell_m, 1.0f);
+  np_noise_lattice lattice = np_kind_wrap(model, &model->noises.eddies, warp_size * cell_m, 1.0f);
   model->noise->swirl(&lattice, &points, dx, dy);
   points = np_kind_scale(model, p, cell_m, stretch);
   for (size_t i = 0; i < p->count; i++) {
@@ -74,7 +77,7 @@ static void cut_slits(const np_cloud_model *model, np_kind_points *p, float *pat
   static const np_noise_octaves octaves = {.count = 3, .gain = 0.45f};
   const neph_cloud_desc *desc = &model->desc;
   const float size_m = slit_size * get_cell_m(desc), stretch = slit_stretch * (float)desc->stretch;
-  np_noise_lattice lattice = np_kind_make_lattice(desc, NP_CLOUD_STREAM_SHEET);
+  np_noise_lattice lattice = np_cloud_make_lattice(desc, NP_CLOUD_STREAM_SHEET);
   lattice = np_kind_wrap(model, &lattice, size_m, stretch);
   const np_noise_points points = np_kind_scale(model, p, size_m, stretch);
   for (size_t i = 0; i < p->count; i++) p->sz[i] = 0.83f + 0.3f * model->turnover;
@@ -87,7 +90,7 @@ static void cut_slits(const np_cloud_model *model, np_kind_points *p, float *pat
 
 static void compute_billows(const np_cloud_model *model, np_kind_points *p, float *out_billow_m) {
   const neph_cloud_desc *desc = &model->desc;
-  const np_kind_noises *k = &model->kind;
+  const np_kind_noises *k = &model->noises;
   const np_noise_octaves octaves = {.count = k->fine_octaves, .gain = 0.45f * (0.5f + (float)desc->erosion)};
   const float reach_m =
       (billow_reach * (float)desc->billowiness + fray_reach * (float)desc->erosion) * (float)desc->billow_m;
@@ -97,31 +100,45 @@ static void compute_billows(const np_cloud_model *model, np_kind_points *p, floa
   for (size_t i = 0; i < p->count; i++) out_billow_m[i] = reach_m * (1.0f - out_billow_m[i]);
 }
 
-static void eval_deck(const np_cloud_model *model, np_kind_points *p, float *out_extinction_per_m) {
+static void eval_deck(const np_cloud_model *model, const np_cloud_points *points, float *out_extinction_per_m) {
+  np_kind_points p;
+  if (!np_kind_points_collect(model, points, &p)) return;
   const neph_cloud_desc *desc = &model->desc;
   const float top_m = (float)desc->thickness_m;
   float pattern[NP_CLOUD_BLOCK], billow_m[NP_CLOUD_BLOCK];
-  compute_pattern(model, p, pattern);
-  cut_slits(model, p, pattern);
-  compute_billows(model, p, billow_m);
-  for (size_t i = 0; i < p->count; i++) {
-    const float full = np_clampf(pattern_top * 1.6f * p->strength[i] - pattern[i], 0.0f, 1.0f);
+  compute_pattern(model, &p, pattern);
+  cut_slits(model, &p, pattern);
+  compute_billows(model, &p, billow_m);
+  for (size_t i = 0; i < p.count; i++) {
+    const float full = np_clampf(pattern_top * 1.6f * p.strength[i] - pattern[i], 0.0f, 1.0f);
     const float bulge = full * (2.0f - full), high_m = top_m * np_mixf(0.35f, 1.0f, bulge);
     const float low_m = top_m * rim_base * (1.0f - bulge) * (1.0f - bulge);
-    const float above_m = p->height_m[i] - low_m;
+    const float above_m = p.height_m[i] - low_m;
     const float up = np_smoothstepf(above_m / (0.45f * top_m)); /* billows belong to tops */
     const float rim_m = full * 0.9f * get_cell_m(desc);
     const float depth_m =
-        np_minf(np_minf(high_m - p->height_m[i], rim_m) - billow_m[i] * np_mixf(0.25f, 1.0f, up), above_m);
-    const float share = np_smoothstepf(depth_m / model->kind.edge_m) * (0.35f + 0.75f * p->height_m[i] / top_m);
-    if (share > extinction_floor) out_extinction_per_m[p->index[i]] = (float)desc->extinction_per_m * share;
+        np_minf(np_minf(high_m - p.height_m[i], rim_m) - billow_m[i] * np_mixf(0.25f, 1.0f, up), above_m);
+    const float share = np_smoothstepf(depth_m / model->noises.edge_m) * (0.35f + 0.75f * p.height_m[i] / top_m);
+    if (share > extinction_floor) out_extinction_per_m[p.index[i]] = (float)desc->extinction_per_m * share;
   }
 }
 
-static bool is_deck_empty(const np_cloud_model *model, const np_kind_box *box) {
-  const float full = np_clampf(1.6f * pattern_top * (box->strength.high + 1e-4f) + 0.3f * lobe_share, 0.0f, 1.0f);
+static bool is_deck_empty(const np_cloud_model *model, const np_cloud_box *box) {
+  np_kind_box bounded;
+  if (!np_kind_box_make(model, box, &bounded)) return true;
+  const float full = np_clampf(1.6f * pattern_top * (bounded.strength.high + 1e-4f) + 0.3f * lobe_share, 0.0f, 1.0f);
   const float high_m = (float)model->desc.thickness_m * np_mixf(0.35f, 1.0f, full * (2.0f - full));
-  return !(full > 0.0f) || box->box.min_m[2] - box->base_m.high > high_m + 0.01f;
+  return !(full > 0.0f) || bounded.box.min_m[2] - bounded.base_m.high > high_m + 0.01f;
 }
 
-const np_cloud_kind np_deck_kind = {set_deck, eval_deck, is_deck_empty};
+const np_cloud_kind np_deck_kind = {
+    .name = "deck",
+    .landscape = {.form = NP_LANDSCAPE_SHEET, .swirl_size = 1.3f, .has_patterns = true},
+    .is_thin_at_border = true,
+    .billow_grains = 7,
+    .census_passes = 4,
+    .prepare = prepare_deck,
+    .search_waterline = np_waterline_search,
+    .eval = eval_deck,
+    .is_empty = is_deck_empty,
+};

@@ -8,6 +8,8 @@
 #include <math.h>
 
 #include "cloud/cloud_kinds.h"
+#include "cloud/kind_points.h"
+#include "cloud/waterline.h"
 #include "core/math.h"
 
 static const float swell_size = 4.1f;                       /* in billows */
@@ -30,12 +32,12 @@ static float get_relief_m(const neph_cloud_desc *desc) {
   return np_minf((float)(desc->billowiness * desc->billow_m), top_share_max * (float)desc->thickness_m);
 }
 
-static void set_fog(np_cloud_model *model) {
+static void prepare_fog(np_cloud_model *model) {
   const neph_cloud_desc *desc = &model->desc;
-  np_kind_noises *k = &model->kind;
-  k->coarse = np_kind_make_lattice(desc, NP_CLOUD_STREAM_SHEET);
-  k->medium = np_kind_make_lattice(desc, NP_CLOUD_STREAM_BASE);
-  k->fine = np_kind_make_lattice(desc, NP_CLOUD_STREAM_DETAIL);
+  np_kind_noises *k = &model->noises;
+  k->coarse = np_cloud_make_lattice(desc, NP_CLOUD_STREAM_SHEET);
+  k->medium = np_cloud_make_lattice(desc, NP_CLOUD_STREAM_BASE);
+  k->fine = np_cloud_make_lattice(desc, NP_CLOUD_STREAM_DETAIL);
   k->fine_m = np_maxf(fray_size * (float)desc->billow_m, 3.0f * (float)desc->voxel_m);
   k->fine_octaves = np_kind_count_octaves(desc, k->fine_m);
   k->edge_m = np_maxf((0.06f + 1.2f * (float)(desc->softness * desc->softness)) * (float)desc->billow_m,
@@ -49,7 +51,7 @@ static float spread(float noise) { return np_clampf(2.2f * (noise - 0.5f) + 0.5f
 static void compute_depths(const np_cloud_model *model, np_kind_points *p, float *out_depth_m, float *out_swell) {
   static const np_noise_octaves octaves = {.count = 2, .gain = 0.45f};
   const neph_cloud_desc *desc = &model->desc;
-  const np_kind_noises *k = &model->kind;
+  const np_kind_noises *k = &model->noises;
   const float top_m = (float)desc->thickness_m, relief_m = get_relief_m(desc), billow_m = (float)desc->billow_m;
   np_noise_points points = np_kind_scale(model, p, swell_size * billow_m, 1.0f);
   for (size_t i = 0; i < p->count; i++) p->sz[i] = 0.43f - 0.4f * model->turnover;
@@ -88,35 +90,51 @@ static float compute_fullness(const np_cloud_model *model, const np_kind_points 
   return patch * feather * np_mixf(0.3f, 1.0f, shore);
 }
 
-static void eval_fog(const np_cloud_model *model, np_kind_points *p, float *out_extinction_per_m) {
+static void eval_fog(const np_cloud_model *model, const np_cloud_points *points, float *out_extinction_per_m) {
+  np_kind_points p;
+  if (!np_kind_points_collect(model, points, &p)) return;
   const neph_cloud_desc *desc = &model->desc;
-  const np_kind_noises *k = &model->kind;
+  const np_kind_noises *k = &model->noises;
   const np_noise_octaves octaves = {.count = k->fine_octaves, .gain = 0.55f};
   const float margin_m = texel_rise * model->map.step_m + 2.0f * (float)desc->voxel_m;
   const float fray_m = (float)desc->erosion * np_minf(2.2f * k->fine_m, fray_share_max * (float)desc->thickness_m);
   float depth_m[NP_CLOUD_BLOCK], swell[NP_CLOUD_BLOCK];
-  compute_depths(model, p, depth_m, swell);
-  const np_noise_points points = np_kind_scale(model, p, k->fine_m, 1.4f);
-  model->noise->value_fbm(&k->fine, &octaves, &points, p->noise);
-  for (size_t i = 0; i < p->count; i++) {
+  compute_depths(model, &p, depth_m, swell);
+  const np_noise_points at = np_kind_scale(model, &p, k->fine_m, 1.4f);
+  model->noise->value_fbm(&k->fine, &octaves, &at, p.noise);
+  for (size_t i = 0; i < p.count; i++) {
     float sunk_m;
-    const float noise = spread(p->noise[i]);
-    const float fullness = compute_fullness(model, p, i, (point_noise){noise, spread(swell[i])}, &sunk_m);
-    if (p->height_m[i] < p->ground_m[i] - margin_m) continue;
+    const float noise = spread(p.noise[i]);
+    const float fullness = compute_fullness(model, &p, i, (point_noise){noise, spread(swell[i])}, &sunk_m);
+    if (p.height_m[i] < p.ground_m[i] - margin_m) continue;
     const float body = np_smoothstepf((depth_m[i] - sunk_m - fray_m * noise) / k->edge_m);
     const float base =
-        p->ground_m[i] > 0.0f ? 1.0f : np_smoothstepf((p->height_m[i] - base_edge_m * (1.0f - noise)) / base_edge_m);
-    const float share = body * base * fullness * np_mixf(0.75f, 1.1f, p->height_m[i] / (float)desc->thickness_m);
-    if (share > extinction_floor) out_extinction_per_m[p->index[i]] = (float)desc->extinction_per_m * share;
+        p.ground_m[i] > 0.0f ? 1.0f : np_smoothstepf((p.height_m[i] - base_edge_m * (1.0f - noise)) / base_edge_m);
+    const float share = body * base * fullness * np_mixf(0.75f, 1.1f, p.height_m[i] / (float)desc->thickness_m);
+    if (share > extinction_floor) out_extinction_per_m[p.index[i]] = (float)desc->extinction_per_m * share;
   }
 }
 
-static bool is_fog_empty(const np_cloud_model *model, const np_kind_box *box) {
+static bool is_fog_empty(const np_cloud_model *model, const np_cloud_box *box) {
+  np_kind_box bounded;
+  if (!np_kind_box_make(model, box, &bounded)) return true;
   const float margin_m = texel_rise * model->map.step_m + 2.0f * (float)model->desc.voxel_m;
-  if (box->box.max_m[2] < box->ground_m.low - margin_m - 0.01f) return true;
+  if (bounded.box.max_m[2] < bounded.ground_m.low - margin_m - 0.01f) return true;
   /* A patch sinks by at least as much as its strongest column. */
-  const float weak = 1.0f - np_smoothstepf((box->strength.high + 1e-4f) / patch_strength);
-  return box->box.min_m[2] - box->base_m.high > (float)model->desc.thickness_m * (1.0f - patch_sink * weak) + 0.01f;
+  const float weak = 1.0f - np_smoothstepf((bounded.strength.high + 1e-4f) / patch_strength);
+  return bounded.box.min_m[2] - bounded.base_m.high >
+         (float)model->desc.thickness_m * (1.0f - patch_sink * weak) + 0.01f;
 }
 
-const np_cloud_kind np_fog_kind = {set_fog, eval_fog, is_fog_empty};
+const np_cloud_kind np_fog_kind = {
+    .name = "fog",
+    .landscape = {.form = NP_LANDSCAPE_SHEET, .swirl_size = 1.3f, .has_ground = true},
+    .repeat_obstacle = "which follows the ground",
+    .is_thin_at_border = true,
+    .billow_grains = 7,
+    .census_passes = 4,
+    .prepare = prepare_fog,
+    .search_waterline = np_waterline_search,
+    .eval = eval_fog,
+    .is_empty = is_fog_empty,
+};

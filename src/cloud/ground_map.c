@@ -1,8 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The ground below a field: a caller's heights in texels of the weather map, and clouds that they raise or draw. */
+#include "cloud/ground_map.h"
+
 #include <math.h>
 
 #include "cloud/cloud_kinds.h"
+#include "cloud/cloud_name.h"
 #include "core/alloc.h"
 #include "core/hash.h"
 #include "core/math.h"
@@ -15,8 +18,7 @@ enum { ID_EDGE = 65 }; /* heights along each side of a field whose hash stands f
 
 bool np_cloud_desc_has_ground(const neph_cloud_desc *desc) {
   if (!desc->ground_height && !desc->ground_id) return false;
-  return desc->model == NEPH_CLOUD_MODEL_FOG || desc->model == NEPH_CLOUD_MODEL_LENSES || desc->ground_lift > 0 ||
-         desc->ground_cover != 0;
+  return np_cloud_kind_get(desc->model)->landscape.has_ground || desc->ground_lift > 0 || desc->ground_cover != 0;
 }
 
 /* Above the base altitude. */

@@ -8,18 +8,19 @@
  * landscape is Perlin noise alone, longer along the wind. A hero is one large paraboloid with lesser ones around it.
  * All of it drifts with the wind, grows and decays.
  */
+#include "cloud/landscape.h"
+
 #include <math.h>
 
-#include "cloud/cloud_kinds.h"
-#include "cloud/mesoscale.h"
+#include "cloud/cloud_streams.h"
+#include "cloud/cloud_wind.h"
 #include "cloud/repeat.h"
+#include "cloud/weather_picture.h"
 #include "core/math.h"
 #include "core/random.h"
 
 /* In units of the cell spacing. */
-static const float cell_radius = 0.52f, swirl_size = 1.3f, swirl_reach = 0.14f, group_size = 4.3f;
-static const float cell_group_height = 0.78f; /* times Perlin noise of standard deviation 0.17 */
-static const float thermal_group_height = 1.3f, thermal_group_gain = 0.55f; /* … of many octaves */
+static const float cell_radius = 0.52f, swirl_reach = 0.14f, group_size = 4.3f;
 static const float small_spacing = 0.43f, small_height = 0.40f, turret_height = 0.22f;
 static const float shore_width = 0.35f, shore_depth = 1.2f; /* where the landscape sinks towards the field's border */
 static const float sheet_height = 2.45f;                    /* of a slab's noise, to make its range about 1 */
@@ -32,7 +33,7 @@ static const float anvil_upwind = 0.55f, anvil_downwind = 1.9f, anvil_plume = 0.
 /* Radius of a hero, in half the shorter side of its field. */
 static const float hero_radius = 0.8f, hero_reach = 0.62f;
 enum { CELL_REACH = 2, ANVIL_REACH = 5 }; /* cells on each side in which one that counts may be */
-enum { HERO_PARTS = 11, THERMAL_GROUP_OCTAVES = 7 };
+enum { HERO_PARTS = 11 };
 
 typedef struct cell {
   float x, y, height;            /* centre, relative to the cell's corner */
@@ -199,7 +200,7 @@ static void fill_noise(const np_landscape *land, np_cloud_stream stream, float s
 /* Displaces the air by low-frequency curl. */
 static void swirl(const np_landscape *land, landscape_block *b) {
   np_noise_lattice lattice = make_lattice(land, NP_CLOUD_STREAM_SWIRL);
-  const float size = fit_size(land, land->model == NEPH_CLOUD_MODEL_SLAB ? 2.0f * swirl_size : swirl_size, &lattice);
+  const float size = fit_size(land, land->rule->swirl_size, &lattice);
   float x[NP_LANDSCAPE_BLOCK], y[NP_LANDSCAPE_BLOCK];
   lattice_points at;
   const np_noise_points points = scale_points(land, b, size, &at);
@@ -220,13 +221,11 @@ static float compute_shore(const np_landscape *land, float x, float y) {
 
 static void fill_cells(const np_landscape *land, const landscape_block *b, float *out, float *out_anvils) {
   float group[NP_LANDSCAPE_BLOCK];
-  const bool has_thermals = land->model == NEPH_CLOUD_MODEL_THERMALS;
-  const float group_height =
-      (has_thermals ? thermal_group_height : cell_group_height) * np_mesoscale_get_ground_share(land);
-  fill_noise(land, NP_CLOUD_STREAM_GROUPS, group_size, has_thermals ? THERMAL_GROUP_OCTAVES : 2,
-             has_thermals ? thermal_group_gain : 0.5f, b, group);
+  const np_landscape_rule *rule = land->rule;
+  const float group_height = rule->group_height * np_mesoscale_get_ground_share(&land->mesoscale);
+  fill_noise(land, NP_CLOUD_STREAM_GROUPS, group_size, rule->group_octaves, rule->group_gain, b, group);
   for (size_t i = 0; i < b->count; i++) group[i] *= group_height;
-  np_mesoscale_add(land, b->count, b->air_x, b->air_y, group);
+  np_mesoscale_add(&land->mesoscale, b->count, b->air_x, b->air_y, group);
   const float spacing = fit_size(land, small_spacing, NULL);
   const float curvature = 1.0f / (cell_radius * cell_radius), wide = 1.0f / (1.0f + anvil_spread * land->anvil);
   const relief cells = {np_random_absorb(land->seed, NP_CLOUD_STREAM_CELLS), 1.0f, curvature, 0.0f, land->period, NULL};
@@ -257,9 +256,9 @@ static void fill_sheet(const np_landscape *land, const landscape_block *b, float
     turned.air_y[i] = y * hx - x * hy;
   }
   fill_noise(land, NP_CLOUD_STREAM_GROUPS, 1.0f, 4, 0.5f, &turned, out);
-  const float height = sheet_height * np_mesoscale_get_ground_share(land);
+  const float height = sheet_height * np_mesoscale_get_ground_share(&land->mesoscale);
   for (size_t i = 0; i < b->count; i++) out[i] = height * out[i] - compute_shore(land, b->x[i], b->y[i]);
-  np_mesoscale_add(land, b->count, b->air_x, b->air_y, out);
+  np_mesoscale_add(&land->mesoscale, b->count, b->air_x, b->air_y, out);
 }
 
 static void fill_hero(const np_landscape *land, const landscape_block *b, float *out) {
@@ -284,12 +283,17 @@ void np_landscape_eval(const np_landscape *land, size_t count, const float *x_m,
     out->air_y_m[i] = b.air_y[i] * land->cell_m;
   }
   swirl(land, &b);
-  if (land->model == NEPH_CLOUD_MODEL_SLAB || np_cloud_kind_get(land->model))
-    fill_sheet(land, &b, out->height);
-  else if (land->model == NEPH_CLOUD_MODEL_HERO)
-    fill_hero(land, &b, out->height);
-  else
+  switch (land->rule->form) {
+  case NP_LANDSCAPE_CELLS:
     fill_cells(land, &b, out->height, out->anvil);
+    return;
+  case NP_LANDSCAPE_SHEET:
+    fill_sheet(land, &b, out->height);
+    return;
+  case NP_LANDSCAPE_HERO:
+    fill_hero(land, &b, out->height);
+    return;
+  }
 }
 
 static void compute_direction(const double v[2], float fallback_x, float fallback_y, float out[2]) {
@@ -300,7 +304,7 @@ static void compute_direction(const double v[2], float fallback_x, float fallbac
 
 /* In a calm that the wind by height shears: along the shear. */
 void np_cloud_desc_compute_heading(const neph_cloud_desc *desc, float out_heading[2]) {
-  const np_cloud_wind wind = np_cloud_wind_make(desc);
+  const np_cloud_wind wind = np_cloud_wind_make(desc, NP_CLOUD_SKEW_EVEN);
   const float *top_m = wind.at_m[NEPH_CLOUD_PROFILE_POINTS - 1];
   compute_direction((const double[2]){(double)top_m[0], (double)top_m[1]}, 1.0f, 0.0f, out_heading);
   compute_direction(desc->wind_m_s, out_heading[0], out_heading[1], out_heading);
@@ -309,15 +313,27 @@ void np_cloud_desc_compute_heading(const neph_cloud_desc *desc, float out_headin
 /* Direction in which anvils are blown: by the skew, and by the wind up to their height. */
 static void compute_shear(const neph_cloud_desc *desc, float out_shear[2]) {
   enum { ANVIL_HEIGHT = NEPH_CLOUD_PROFILE_POINTS - 2 };
-  const np_cloud_wind wind = np_cloud_wind_make(desc);
+  const np_cloud_wind wind = np_cloud_wind_make(desc, NP_CLOUD_SKEW_EVEN);
   const double carried_m[2] = {desc->skew_m[0] + (double)wind.at_m[ANVIL_HEIGHT][0],
                                desc->skew_m[1] + (double)wind.at_m[ANVIL_HEIGHT][1]};
   compute_direction(carried_m, 0.0f, 0.0f, out_shear);
 }
 
+static np_mesoscale make_patterns(const np_landscape *land, const neph_cloud_desc *desc) {
+  if (!land->rule->has_patterns) return (np_mesoscale){.streets = 0};
+  return (np_mesoscale){.noise = land->noise,
+                        .seed = land->seed,
+                        .lives = land->lives,
+                        .heading = {land->heading[0], land->heading[1]},
+                        .streets = (float)desc->streets,
+                        .cells_size = (float)(desc->cells_size_m / desc->cell_m),
+                        .cells_kind = desc->cells_kind,
+                        .period = land->period};
+}
+
 np_landscape np_landscape_make(const np_noise_table *noise, const neph_cloud_desc *desc) {
   np_landscape land = {.noise = noise,
-                       .model = desc->model,
+                       .rule = &np_cloud_kind_get(desc->model)->landscape,
                        .seed = desc->seed,
                        .cell_m = desc->cell_m,
                        .lives = desc->time_s / desc->lifetime_s,
@@ -327,11 +343,6 @@ np_landscape np_landscape_make(const np_noise_table *noise, const neph_cloud_des
                        .swirl = swirl_reach * (float)desc->turbulence};
   np_cloud_desc_compute_heading(desc, land.heading);
   compute_shear(desc, land.shear);
-  if (np_mesoscale_is_possible(desc->model)) {
-    land.streets = (float)desc->streets;
-    land.cells_kind = desc->cells_kind;
-    land.cells_size = (float)(desc->cells_size_m / desc->cell_m);
-  }
   if (desc->repeat_m > 0) {
     land.period = np_repeat_count(desc->extent_m[0], desc->cell_m);
     land.cell_m = desc->extent_m[0] / land.period;
@@ -342,8 +353,9 @@ np_landscape np_landscape_make(const np_noise_table *noise, const neph_cloud_des
     land.drift[i] = desc->wind_m_s[i] * desc->time_s / land.cell_m;
     land.half_extent[i] = (float)(0.5 * desc->extent_m[i] / land.cell_m);
   }
+  land.mesoscale = make_patterns(&land, desc);
   const double shorter_m = fmin(desc->extent_m[0], desc->extent_m[1]);
-  land.radius_m = desc->model == NEPH_CLOUD_MODEL_HERO ? (float)(0.5 * shorter_m * (double)hero_radius)
+  land.radius_m = land.rule->form == NP_LANDSCAPE_HERO ? (float)(0.5 * shorter_m * (double)hero_radius)
                                                        : (float)(land.cell_m * (double)cell_radius);
   return land;
 }

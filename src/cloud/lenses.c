@@ -9,6 +9,8 @@
 #include <math.h>
 
 #include "cloud/cloud_kinds.h"
+#include "cloud/kind_points.h"
+#include "cloud/waterline.h"
 #include "core/math.h"
 #include "core/random.h"
 
@@ -37,13 +39,13 @@ static float compute_lack(const neph_cloud_desc *desc, unsigned layer) {
   return drier_max * (0.55f * (float)(bits >> 40) * 0x1p-24f + 0.45f * middle);
 }
 
-static void set_lenses(np_cloud_model *model) {
+static void prepare_lenses(np_cloud_model *model) {
   const neph_cloud_desc *desc = &model->desc;
-  np_kind_noises *k = &model->kind;
+  np_kind_noises *k = &model->noises;
   const float pitch_m = get_pitch_m(desc), voxel_m = (float)desc->voxel_m;
-  k->coarse = np_kind_make_lattice(desc, NP_CLOUD_STREAM_BASE);
-  k->medium = np_kind_make_lattice(desc, NP_CLOUD_STREAM_DETAIL);
-  k->fine = np_kind_make_lattice(desc, NP_CLOUD_STREAM_WISPS);
+  k->coarse = np_cloud_make_lattice(desc, NP_CLOUD_STREAM_BASE);
+  k->medium = np_cloud_make_lattice(desc, NP_CLOUD_STREAM_DETAIL);
+  k->fine = np_cloud_make_lattice(desc, NP_CLOUD_STREAM_WISPS);
   k->fine_m = np_maxf(0.55f * (float)desc->billow_m, 3.0f * voxel_m);
   k->fine_octaves = np_kind_count_octaves(desc, k->fine_m);
   k->edge_m = np_maxf((0.06f + 0.5f * (float)(desc->softness * desc->softness)) * pitch_m, 1.2f * voxel_m);
@@ -52,7 +54,7 @@ static void set_lenses(np_cloud_model *model) {
 /* Strength with the unevenness of the layers; `out_fibre`: in [−½, ½]. */
 static void compute_strengths(const np_cloud_model *model, np_kind_points *p, float *out_strength, float *out_fibre) {
   const neph_cloud_desc *desc = &model->desc;
-  const np_kind_noises *k = &model->kind;
+  const np_kind_noises *k = &model->noises;
   const np_noise_octaves octaves = {.count = k->fine_octaves, .gain = 0.6f};
   const float erosion = (float)desc->erosion,
               lamina_m = np_maxf(lamina_share * get_pitch_m(desc), 2.0f * (float)desc->voxel_m);
@@ -91,32 +93,36 @@ static float compute_depth(float pitch_m, unsigned layer, float lack, float stre
   return np_minf(height_m - low_m, high_m - height_m);
 }
 
-static void eval_lenses(const np_cloud_model *model, np_kind_points *p, float *out_extinction_per_m) {
+static void eval_lenses(const np_cloud_model *model, const np_cloud_points *points, float *out_extinction_per_m) {
+  np_kind_points p;
+  if (!np_kind_points_collect(model, points, &p)) return;
   const neph_cloud_desc *desc = &model->desc;
   const float pitch_m = get_pitch_m(desc), fibre_m = 2.0f * fibre_reach * (float)desc->erosion * pitch_m;
   float strength[NP_CLOUD_BLOCK], fibre[NP_CLOUD_BLOCK], depth_m[NP_CLOUD_BLOCK];
-  compute_strengths(model, p, strength, fibre);
-  fray_lee(model, p, fibre, strength);
-  for (size_t i = 0; i < p->count; i++) depth_m[i] = -1.0f;
+  compute_strengths(model, &p, strength, fibre);
+  fray_lee(model, &p, fibre, strength);
+  for (size_t i = 0; i < p.count; i++) depth_m[i] = -1.0f;
   for (unsigned layer = 0; layer < desc->sublayers; layer++) {
     const float lack = compute_lack(desc, layer);
-    for (size_t i = 0; i < p->count; i++)
-      depth_m[i] = np_maxf(depth_m[i], compute_depth(pitch_m, layer, lack, strength[i], p->height_m[i]));
+    for (size_t i = 0; i < p.count; i++)
+      depth_m[i] = np_maxf(depth_m[i], compute_depth(pitch_m, layer, lack, strength[i], p.height_m[i]));
   }
-  for (size_t i = 0; i < p->count; i++) {
+  for (size_t i = 0; i < p.count; i++) {
     if (!(depth_m[i] > 0.0f)) continue;
-    const float body = np_smoothstepf((depth_m[i] + fibre_m * np_minf(fibre[i], 0.0f)) / model->kind.edge_m);
-    if (body > extinction_floor) out_extinction_per_m[p->index[i]] = (float)desc->extinction_per_m * body;
+    const float body = np_smoothstepf((depth_m[i] + fibre_m * np_minf(fibre[i], 0.0f)) / model->noises.edge_m);
+    if (body > extinction_floor) out_extinction_per_m[p.index[i]] = (float)desc->extinction_per_m * body;
   }
 }
 
-static bool is_lens_empty(const np_cloud_model *model, const np_kind_box *box) {
+static bool is_lens_empty(const np_cloud_model *model, const np_cloud_box *box) {
+  np_kind_box bounded;
+  if (!np_kind_box_make(model, box, &bounded)) return true;
   const neph_cloud_desc *desc = &model->desc;
   const float pitch_m = get_pitch_m(desc), gain = (swell_reach + lamina_reach) * (float)desc->erosion + 1e-3f;
-  const float low_m = box->box.min_m[2] - box->base_m.high, high_m = box->box.max_m[2] - box->base_m.low;
+  const float low_m = bounded.box.min_m[2] - bounded.base_m.high, high_m = bounded.box.max_m[2] - bounded.base_m.low;
   for (unsigned layer = 0; layer < desc->sublayers; layer++) {
     const float lack = compute_lack(desc, layer);
-    const float s = np_minf((box->strength.high + gain - lack) / (1.0f - lack), 1.0f);
+    const float s = np_minf((bounded.strength.high + gain - lack) / (1.0f - lack), 1.0f);
     if (!(s > 0.0f)) continue;
     const float bottom_m = pitch_m * ((float)layer + lowest);
     if (high_m > bottom_m - 0.01f && low_m < bottom_m + pitch_m * s * (arch + thickest * (1.5f - 0.5f * s)) + 0.01f)
@@ -125,4 +131,14 @@ static bool is_lens_empty(const np_cloud_model *model, const np_kind_box *box) {
   return true;
 }
 
-const np_cloud_kind np_lens_kind = {set_lenses, eval_lenses, is_lens_empty};
+const np_cloud_kind np_lenses_kind = {
+    .name = "lenses",
+    .landscape = {.form = NP_LANDSCAPE_SHEET, .swirl_size = 1.3f, .has_mountain_waves = true, .has_ground = true},
+    .repeat_obstacle = "which follow mountains",
+    .billow_grains = 7,
+    .census_passes = 4,
+    .prepare = prepare_lenses,
+    .search_waterline = np_waterline_search,
+    .eval = eval_lenses,
+    .is_empty = is_lens_empty,
+};

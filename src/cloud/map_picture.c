@@ -8,8 +8,13 @@
  */
 #include <math.h>
 
-#include "cloud/shape.h"
+#include "cloud/cloud_desc.h"
+#include "cloud/cloud_name.h"
+#include "cloud/shape_desc.h"
+#include "cloud/weather_picture.h"
+#include "core/context_private.h"
 #include "core/given.h"
+#include "core/parallel.h"
 
 enum { LONG_SIDE = 1000, MARGIN = 12, GAP = 8, SUBSAMPLES = 3 /* along each axis of a pixel */, OUTLINE = 2 };
 
@@ -104,9 +109,7 @@ static float sample_pixel(const map_view *v, neph_cloud_map_quantity quantity, c
 }
 
 /* Radiance that a preview shows as a value of sRGB (IEC 61966-2-1). */
-static float decode_srgb(float code) {
-  return code <= 0.04045f ? code / 12.92f : powf((code + 0.055f) / 1.055f, 2.4f);
-}
+static float decode_srgb(float code) { return code <= 0.04045f ? code / 12.92f : powf((code + 0.055f) / 1.055f, 2.4f); }
 
 static void put_color(const map_view *v, size_t pixel, const float color[3], float share) {
   for (int c = 0; c < 3; c++) v->planes[c][pixel] = decode_srgb(color[c] * share);

@@ -9,6 +9,7 @@
 
 #include <math.h>
 
+#include "cloud/cloud_streams.h"
 #include "cloud/repeat.h"
 #include "core/math.h"
 #include "core/random.h"
@@ -30,21 +31,21 @@ static const float knot_width = 0.18f, knot_height = 2.6f;
 /* Share of the landscape's own groups that a full pattern replaces. */
 static const float streets_share = 0.6f, cells_share = 0.25f;
 
-static void fill_perlin(const np_landscape *land, np_cloud_stream stream, const int32_t period[2], unsigned octaves,
+static void fill_perlin(const np_mesoscale *pattern, np_cloud_stream stream, const int32_t period[2], unsigned octaves,
                         size_t count, const float *x, const float *y, float *out) {
-  float z[NP_LANDSCAPE_BLOCK];
+  float z[NP_MESOSCALE_BLOCK];
   const np_noise_lattice lattice = {
-      np_noise_derive_seed(land->seed, stream),
+      np_noise_derive_seed(pattern->seed, stream),
       {period[0] ? period[0] : NP_NOISE_PERIOD_MAX, period[1] ? period[1] : NP_NOISE_PERIOD_MAX, NP_NOISE_PERIOD_MAX}};
-  for (size_t i = 0; i < count; i++) z[i] = 0.43f + 0.1f * (float)land->lives;
-  land->noise->perlin_fbm(&lattice, &(np_noise_octaves){.count = octaves, .gain = 0.5f},
-                          &(np_noise_points){count, x, y, z}, out);
+  for (size_t i = 0; i < count; i++) z[i] = 0.43f + 0.1f * (float)pattern->lives;
+  pattern->noise->perlin_fbm(&lattice, &(np_noise_octaves){.count = octaves, .gain = 0.5f},
+                             &(np_noise_points){count, x, y, z}, out);
 }
 
 /* A length that goes into the tile a whole number of times, and that number; 0 where the field ends. */
-static float fit(const np_landscape *land, float size, int32_t *out_count) {
-  *out_count = land->period ? np_repeat_count((double)land->period, (double)size) : 0;
-  return land->period ? (float)land->period / (float)*out_count : size;
+static float fit(const np_mesoscale *pattern, float size, int32_t *out_count) {
+  *out_count = pattern->period ? np_repeat_count((double)pattern->period, (double)size) : 0;
+  return pattern->period ? (float)pattern->period / (float)*out_count : size;
 }
 
 /* ---- Streets ---- */
@@ -55,23 +56,23 @@ static float eval_wave(float phase) {
   return 1.0f - 2.0f * np_smoothstepf(1.0f - fabsf(2.0f * t - 1.0f));
 }
 
-static void add_streets(const np_landscape *land, size_t count, const double *air_x, const double *air_y,
+static void add_streets(const np_mesoscale *pattern, size_t count, const double *air_x, const double *air_y,
                         float *heights) {
-  float phase[NP_LANDSCAPE_BLOCK], x[NP_LANDSCAPE_BLOCK], y[NP_LANDSCAPE_BLOCK], wander[NP_LANDSCAPE_BLOCK];
+  float phase[NP_MESOSCALE_BLOCK], x[NP_MESOSCALE_BLOCK], y[NP_MESOSCALE_BLOCK], wander[NP_MESOSCALE_BLOCK];
   int32_t streets, period[2];
-  const float spacing = fit(land, street_spacing, &streets);
-  const float along = fit(land, wander_along * spacing, &period[0]);
-  const float across = fit(land, wander_across * spacing, &period[1]);
+  const float spacing = fit(pattern, street_spacing, &streets);
+  const float along = fit(pattern, wander_along * spacing, &period[0]);
+  const float across = fit(pattern, wander_across * spacing, &period[1]);
   for (size_t i = 0; i < count; i++) {
-    const double hx = (double)land->heading[0], hy = (double)land->heading[1];
+    const double hx = (double)pattern->heading[0], hy = (double)pattern->heading[1];
     const double u = air_x[i] * hx + air_y[i] * hy, v = air_y[i] * hx - air_x[i] * hy;
     phase[i] = (float)(v / (double)spacing);
     x[i] = (float)(u / (double)along);
     y[i] = (float)(v / (double)across);
   }
-  fill_perlin(land, NP_CLOUD_STREAM_STREETS, period, 3, count, x, y, wander);
+  fill_perlin(pattern, NP_CLOUD_STREAM_STREETS, period, 3, count, x, y, wander);
   for (size_t i = 0; i < count; i++)
-    heights[i] += land->streets * street_height * eval_wave(phase[i] + wander_reach * wander[i]);
+    heights[i] += pattern->streets * street_height * eval_wave(phase[i] + wander_reach * wander[i]);
 }
 
 /* ---- Cells ---- */
@@ -86,16 +87,16 @@ typedef struct hexagons {
   int32_t period[2];
 } hexagons;
 
-static hexagons fit_hexagons(const np_landscape *land) {
+static hexagons fit_hexagons(const np_mesoscale *pattern) {
   hexagons h;
-  h.pitch[0] = fit(land, column * land->cells_size, &h.period[0]);
-  h.pitch[1] = 0.5f * fit(land, 2.0f * row * land->cells_size, &h.period[1]);
+  h.pitch[0] = fit(pattern, column * pattern->cells_size, &h.period[0]);
+  h.pitch[1] = 0.5f * fit(pattern, 2.0f * row * pattern->cells_size, &h.period[1]);
   h.period[1] *= 2;
   return h;
 }
 
-static heart draw_heart(const np_landscape *land, const hexagons *h, int32_t i, int32_t j) {
-  const uint64_t bits = np_random_absorb(np_random_absorb(land->seed, NP_CLOUD_STREAM_MESOSCALE),
+static heart draw_heart(const np_mesoscale *pattern, const hexagons *h, int32_t i, int32_t j) {
+  const uint64_t bits = np_random_absorb(np_random_absorb(pattern->seed, NP_CLOUD_STREAM_MESOSCALE),
                                          (uint64_t)(uint32_t)np_repeat_wrap(i, h->period[0]) << 32 |
                                              (uint32_t)np_repeat_wrap(j, h->period[1]));
   const float u = (float)(bits & 0xffffu) * 0x1p-16f, v = (float)(bits >> 16 & 0xffffu) * 0x1p-16f;
@@ -112,12 +113,13 @@ typedef struct neighbourhood {
   heart hearts[AROUND];
 } neighbourhood;
 
-static void draw_neighbourhood(const np_landscape *land, const hexagons *h, int32_t i, int32_t j, neighbourhood *out) {
+static void draw_neighbourhood(const np_mesoscale *pattern, const hexagons *h, int32_t i, int32_t j,
+                               neighbourhood *out) {
   if (out->is_drawn && out->i == i && out->j == j) return;
   *out = (neighbourhood){.i = i, .j = j, .is_drawn = true};
   for (int n = 0; n < AROUND; n++) {
     const int32_t di = n % SIDE - REACH, dj = n / SIDE - REACH;
-    heart at = draw_heart(land, h, i + di, j + dj);
+    heart at = draw_heart(pattern, h, i + di, j + dj);
     at.x = (at.x + (float)di) * column;
     at.y = (at.y + (float)dj) * row;
     out->hearts[n] = at;
@@ -145,26 +147,26 @@ static void compute_walls(const neighbourhood *around, float x, float y, float o
   for (int k = 0; k < 2; k++) out_walls[k] = sqrtf(squares[k]);
 }
 
-static void add_cells(const np_landscape *land, size_t count, const double *air_x, const double *air_y,
+static void add_cells(const np_mesoscale *pattern, size_t count, const double *air_x, const double *air_y,
                       float *heights) {
-  float x[NP_LANDSCAPE_BLOCK], y[NP_LANDSCAPE_BLOCK], dx[NP_LANDSCAPE_BLOCK], dy[NP_LANDSCAPE_BLOCK];
+  float x[NP_MESOSCALE_BLOCK], y[NP_MESOSCALE_BLOCK], dx[NP_MESOSCALE_BLOCK], dy[NP_MESOSCALE_BLOCK];
   int32_t eddies;
   neighbourhood around = {.is_drawn = false};
-  const hexagons h = fit_hexagons(land);
-  const float eddy = fit(land, warp_size * land->cells_size, &eddies);
-  const bool is_open = land->cells_kind == NEPH_CLOUD_CELLS_OPEN;
+  const hexagons h = fit_hexagons(pattern);
+  const float eddy = fit(pattern, warp_size * pattern->cells_size, &eddies);
+  const bool is_open = pattern->cells_kind == NEPH_CLOUD_CELLS_OPEN;
   for (size_t i = 0; i < count; i++) {
     x[i] = (float)(air_x[i] / (double)eddy);
     y[i] = (float)(air_y[i] / (double)eddy);
   }
-  fill_perlin(land, NP_CLOUD_STREAM_MESOSCALE_X, (const int32_t[]){eddies, eddies}, 3, count, x, y, dx);
-  fill_perlin(land, NP_CLOUD_STREAM_MESOSCALE_Y, (const int32_t[]){eddies, eddies}, 3, count, x, y, dy);
+  fill_perlin(pattern, NP_CLOUD_STREAM_MESOSCALE_X, (const int32_t[]){eddies, eddies}, 3, count, x, y, dx);
+  fill_perlin(pattern, NP_CLOUD_STREAM_MESOSCALE_Y, (const int32_t[]){eddies, eddies}, 3, count, x, y, dy);
   for (size_t i = 0; i < count; i++) {
     const double at_x = air_x[i] / (double)h.pitch[0] + (double)(warp_reach * dx[i]);
     const double at_y = air_y[i] / (double)h.pitch[1] + (double)(warp_reach * dy[i]);
     const int32_t i0 = (int32_t)floor(at_x), j0 = (int32_t)floor(at_y);
     heart at;
-    draw_neighbourhood(land, &h, i0, j0, &around);
+    draw_neighbourhood(pattern, &h, i0, j0, &around);
     float walls[2];
     compute_walls(&around, (float)(at_x - i0) * column, (float)(at_y - j0) * row, walls, &at);
     const float full = is_open ? 1.0f - np_smoothstepf(walls[0] / open_width) : np_smoothstepf(walls[0] / closed_width);
@@ -174,18 +176,13 @@ static void add_cells(const np_landscape *land, size_t count, const double *air_
   }
 }
 
-bool np_mesoscale_is_possible(neph_cloud_model model) {
-  return model == NEPH_CLOUD_MODEL_CELLS || model == NEPH_CLOUD_MODEL_SLAB || model == NEPH_CLOUD_MODEL_THERMALS ||
-         model == NEPH_CLOUD_MODEL_DECK;
+float np_mesoscale_get_ground_share(const np_mesoscale *pattern) {
+  const float cells = pattern->cells_kind != NEPH_CLOUD_CELLS_NONE ? cells_share : 0.0f;
+  return 1.0f - np_maxf(cells, streets_share * pattern->streets);
 }
 
-float np_mesoscale_get_ground_share(const np_landscape *land) {
-  const float cells = land->cells_kind != NEPH_CLOUD_CELLS_NONE ? cells_share : 0.0f;
-  return 1.0f - np_maxf(cells, streets_share * land->streets);
-}
-
-void np_mesoscale_add(const np_landscape *land, size_t count, const double *air_x, const double *air_y,
+void np_mesoscale_add(const np_mesoscale *pattern, size_t count, const double *air_x, const double *air_y,
                       float *heights) {
-  if (land->streets > 0.0f) add_streets(land, count, air_x, air_y, heights);
-  if (land->cells_kind != NEPH_CLOUD_CELLS_NONE) add_cells(land, count, air_x, air_y, heights);
+  if (pattern->streets > 0.0f) add_streets(pattern, count, air_x, air_y, heights);
+  if (pattern->cells_kind != NEPH_CLOUD_CELLS_NONE) add_cells(pattern, count, air_x, air_y, heights);
 }

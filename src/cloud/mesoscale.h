@@ -3,15 +3,27 @@
 #ifndef NP_CLOUD_MESOSCALE_H
 #define NP_CLOUD_MESOSCALE_H
 
-#include "cloud/cloud_private.h"
+#include <nephos/cloud.h>
 
-/* Whether a model has streets and cells. */
-bool np_mesoscale_is_possible(neph_cloud_model model);
+#include "noise/noise.h"
+
+enum { NP_MESOSCALE_BLOCK = 256 };
+
+/* Patterns of a landscape; all zeros: none. Lengths are in cells of the landscape. */
+typedef struct np_mesoscale {
+  const np_noise_table *noise;
+  uint64_t seed;
+  double lives; /* time, in lifetimes of a cell */
+  float heading[2], streets, cells_size;
+  neph_cloud_cells cells_kind;
+  int32_t period; /* cells in a field that repeats; 0: it ends */
+} np_mesoscale;
 
 /* Share of the landscape's own groups and clearings that is left beside the patterns; 1 without any. */
-float np_mesoscale_get_ground_share(const np_landscape *land);
+float np_mesoscale_get_ground_share(const np_mesoscale *pattern);
 
-/* Adds the patterns to heights at positions in the air, in cells of the landscape; at most NP_LANDSCAPE_BLOCK. */
-void np_mesoscale_add(const np_landscape *land, size_t count, const double *air_x, const double *air_y, float *heights);
+/* Adds the patterns to heights at positions in the air; at most NP_MESOSCALE_BLOCK. */
+void np_mesoscale_add(const np_mesoscale *pattern, size_t count, const double *air_x, const double *air_y,
+                      float *heights);
 
 #endif

@@ -5,10 +5,13 @@
  * wind convolved with a wave that starts at the ridge and decays behind it. `cell_m` is the wavelength; ground narrower
  * than a fifth of it is smoothed away. Without ground a chain of mounts stands across the wind in the middle.
  */
+#include "cloud/mountain_wave.h"
+
 #include <math.h>
 #include <string.h>
 
-#include "cloud/cloud_kinds.h"
+#include "cloud/cloud_streams.h"
+#include "cloud/landscape.h"
 #include "core/alloc.h"
 #include "core/math.h"
 #include "core/random.h"
@@ -164,7 +167,6 @@ static void set_wave(const neph_cloud_desc *desc, wave_job *job) {
 neph_result np_mountain_wave_fill(neph_context *context, const neph_cloud_desc *desc, np_monitor *monitor,
                                   np_weather_map *map) {
   const size_t count = (size_t)map->size[0] * (size_t)map->size[1];
-  if (desc->model != NEPH_CLOUD_MODEL_LENSES) return NEPH_OK;
   float *ridge = np_alloc(context, count, sizeof *ridge);
   if (!ridge) return NEPH_ERROR_OUT_OF_MEMORY;
   wave_job job = {.map = map, .half = (int)(smoothing * (float)desc->cell_m / map->step_m)};

@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Named clouds: a row each. Extinction is of the order that 1.5·LWC/r_eff gives for the water of each kind; it, lengths
  * and shapes were chosen by judgement, from rendered pictures. */
+#include "cloud/presets.h"
+
 #include <string.h>
 
-#include "cloud/cloud_private.h"
 #include "core/given.h"
 #include "core/text.h"
 

@@ -5,10 +5,9 @@
 
 #include <math.h>
 
-#include "cloud/cloud_private.h"
+#include <nephos/cloud.h>
 
-/* Refuses what cannot repeat. */
-neph_result np_repeat_check(neph_context *context, const neph_cloud_desc *desc);
+#include "noise/noise.h"
 
 /* The description; where it repeats with voxels of which a whole number of leaves goes into the tile, so that
  * they can be halved three times. */

@@ -8,6 +8,9 @@
 #include <math.h>
 
 #include "cloud/ball_rows.h"
+#include "cloud/cloud_name.h"
+#include "cloud/shape_desc.h"
+#include "cloud/shape_mesh.h"
 #include "core/alloc.h"
 #include "core/math.h"
 
@@ -224,7 +227,7 @@ static neph_result build_grid(np_cloud_model *model, np_monitor *monitor) {
 
 neph_result np_shape_build(np_cloud_model *model, np_monitor *monitor) {
   const float billow_m = model->thermals.billow_m;
-  model->map.context = model->balls.context;
+  model->map.context = model->context;
   model->depth_scale = 1.0f;
   model->slope_per_m = 1.0f / billow_m;
   neph_result result = build_grid(model, monitor);

@@ -1,8 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
+#include "cloud/shape_desc.h"
+
 #include <math.h>
 #include <string.h>
 
-#include "cloud/shape.h"
+#include "cloud/cloud_kinds.h"
+#include "cloud/cloud_name.h"
+#include "cloud/weather_picture.h"
 #include "core/alloc.h"
 #include "core/json.h"
 #include "core/text.h"
@@ -68,7 +72,7 @@ static neph_result check_files(neph_context *context, const char *name, const ne
 neph_result np_shape_check(neph_context *context, const neph_cloud_desc *desc) {
   const char *name = np_cloud_desc_name(desc);
   if (!np_cloud_desc_has_shape(desc)) return NEPH_OK;
-  if (desc->model != NEPH_CLOUD_MODEL_THERMALS && desc->model != NEPH_CLOUD_MODEL_HERO)
+  if (!np_cloud_kind_get(desc->model)->has_thermals)
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
                    "%s.shape goes with model thermals or hero, whose billows stand on it: set model", name);
   if (desc->shape.mesh_file && desc->shape.height_map)

@@ -6,9 +6,11 @@
  * for there alone. With open edges it is asked for at each node: the share of nodes at which it is far from any integer
  * is how open the surface is.
  */
+#include "cloud/shape_mesh.h"
+
 #include <math.h>
 
-#include "cloud/shape.h"
+#include "cloud/weather_picture.h"
 #include "core/alloc.h"
 #include "core/math.h"
 #include "mesh/mesh_format.h"

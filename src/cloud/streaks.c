@@ -8,6 +8,8 @@
 #include <math.h>
 
 #include "cloud/cloud_kinds.h"
+#include "cloud/kind_points.h"
+#include "cloud/waterline.h"
 #include "core/math.h"
 
 static const float head_share = 0.16f;    /* of the thickness */
@@ -19,12 +21,12 @@ static const float group_strength = 0.5f; /* of the map, at which heads stand as
 static const float roof_size = 5.0f, roof_drop = 0.42f; /* of the heads' level: in billows, and of the thickness */
 static const float extinction_floor = 0.01f;
 
-static void set_streaks(np_cloud_model *model) {
+static void prepare_streaks(np_cloud_model *model) {
   const neph_cloud_desc *desc = &model->desc;
-  np_kind_noises *k = &model->kind;
-  k->coarse = np_kind_make_lattice(desc, NP_CLOUD_STREAM_SHEET);
-  k->medium = np_kind_make_lattice(desc, NP_CLOUD_STREAM_BASE);
-  k->fine = np_kind_make_lattice(desc, NP_CLOUD_STREAM_WISPS);
+  np_kind_noises *k = &model->noises;
+  k->coarse = np_cloud_make_lattice(desc, NP_CLOUD_STREAM_SHEET);
+  k->medium = np_cloud_make_lattice(desc, NP_CLOUD_STREAM_BASE);
+  k->fine = np_cloud_make_lattice(desc, NP_CLOUD_STREAM_WISPS);
   k->fine_m = np_maxf(fibre_size * (float)desc->billow_m, 2.5f * (float)desc->voxel_m);
   k->fine_octaves = np_kind_count_octaves(desc, k->fine_m);
   k->edge_m = 0.0f;
@@ -36,7 +38,7 @@ static float get_stretch(const neph_cloud_desc *desc) { return bundle_stretch * 
 static void compute_roof(const np_cloud_model *model, np_kind_points *p, float *out_drop) {
   static const np_noise_octaves octaves = {.count = 2, .gain = 0.5f};
   const float size_m = roof_size * (float)model->desc.billow_m;
-  const np_noise_lattice lattice = np_kind_wrap(model, &model->kind.medium, size_m, 2.0f);
+  const np_noise_lattice lattice = np_kind_wrap(model, &model->noises.medium, size_m, 2.0f);
   const np_noise_points points = np_kind_scale(model, p, size_m, 2.0f);
   for (size_t i = 0; i < p->count; i++) p->sz[i] = 0.29f + 0.2f * model->turnover;
   model->noise->value_fbm(&lattice, &octaves, &points, out_drop);
@@ -44,42 +46,54 @@ static void compute_roof(const np_cloud_model *model, np_kind_points *p, float *
     out_drop[i] = roof_drop * np_clampf(0.5f + 1.8f * (out_drop[i] - 0.5f), 0.0f, 1.0f);
 }
 
-static void eval_streaks(const np_cloud_model *model, np_kind_points *p, float *out_extinction_per_m) {
+static void eval_streaks(const np_cloud_model *model, const np_cloud_points *points, float *out_extinction_per_m) {
+  np_kind_points p;
+  if (!np_kind_points_collect(model, points, &p)) return;
   const neph_cloud_desc *desc = &model->desc;
-  const np_kind_noises *k = &model->kind;
+  const np_kind_noises *k = &model->noises;
   const np_noise_octaves two = {.count = 2, .gain = 0.45f}, all = {.count = k->fine_octaves, .gain = 0.6f};
   const float billow_m = (float)desc->billow_m, top_m = (float)desc->thickness_m;
   float fall[NP_CLOUD_BLOCK], fibre[NP_CLOUD_BLOCK], drop[NP_CLOUD_BLOCK];
-  compute_roof(model, p, drop);
-  np_noise_points points = np_kind_scale(model, p, fall_size * billow_m, get_stretch(desc));
-  for (size_t i = 0; i < p->count; i++) p->sz[i] = 0.37f + 0.2f * model->turnover;
+  compute_roof(model, &p, drop);
+  np_noise_points at = np_kind_scale(model, &p, fall_size * billow_m, get_stretch(desc));
+  for (size_t i = 0; i < p.count; i++) p.sz[i] = 0.37f + 0.2f * model->turnover;
   np_noise_lattice lattice = np_kind_wrap(model, &k->coarse, fall_size * billow_m, get_stretch(desc));
-  model->noise->value_fbm(&lattice, &two, &points, fall);
-  points = np_kind_scale(model, p, k->fine_m, get_stretch(desc));
-  for (size_t i = 0; i < p->count; i++) p->sz[i] *= fibre_upright;
+  model->noise->value_fbm(&lattice, &two, &at, fall);
+  at = np_kind_scale(model, &p, k->fine_m, get_stretch(desc));
+  for (size_t i = 0; i < p.count; i++) p.sz[i] *= fibre_upright;
   lattice = np_kind_wrap(model, &k->fine, k->fine_m, get_stretch(desc));
-  model->noise->value_fbm(&lattice, &all, &points, fibre);
-  points = np_kind_scale(model, p, billow_m, get_stretch(desc));
-  for (size_t i = 0; i < p->count; i++) p->sz[i] *= fibre_upright;
+  model->noise->value_fbm(&lattice, &all, &at, fibre);
+  at = np_kind_scale(model, &p, billow_m, get_stretch(desc));
+  for (size_t i = 0; i < p.count; i++) p.sz[i] *= fibre_upright;
   lattice = np_kind_wrap(model, &k->medium, billow_m, get_stretch(desc));
-  model->noise->value_fbm(&lattice, &two, &points, p->noise);
-  for (size_t i = 0; i < p->count; i++) {
-    const float group = np_smoothstepf(p->strength[i] / group_strength), s = p->height_m[i] / top_m + drop[i];
+  model->noise->value_fbm(&lattice, &two, &at, p.noise);
+  for (size_t i = 0; i < p.count; i++) {
+    const float group = np_smoothstepf(p.strength[i] / group_strength), s = p.height_m[i] / top_m + drop[i];
     const float fallen = np_clampf((1.0f - head_share - s) / (1.0f - head_share), 0.0f, 1.0f);
     const float depth = np_clampf(1.2f * fall[i] - 0.1f, 0.05f, 1.0f);
     const float tail = 1.0f - np_smoothstepf(fallen / depth);
     const float roof = 1.0f - np_smoothstepf((s - 1.0f + head_share) / head_share);
     const float frayed =
-        p->noise[i] + (float)desc->erosion * (fibre[i] - 0.5f) - np_mixf(0.75f, 0.36f, group) - 0.14f * fallen;
+        p.noise[i] + (float)desc->erosion * (fibre[i] - 0.5f) - np_mixf(0.75f, 0.36f, group) - 0.14f * fallen;
     const float body = np_smoothstepf(frayed / (0.12f + 0.3f * (float)desc->softness)) * tail * roof;
     const float share = body * np_mixf(1.0f, 0.3f, fallen) * group;
-    if (share > extinction_floor) out_extinction_per_m[p->index[i]] = (float)desc->extinction_per_m * share;
+    if (share > extinction_floor) out_extinction_per_m[p.index[i]] = (float)desc->extinction_per_m * share;
   }
 }
 
-static bool is_streak_empty(const np_cloud_model *model, const np_kind_box *box) {
-  (void)model, (void)box; /* wherever the map has any strength there may be some */
-  return box->strength.high < -1e-4f;
+static bool is_streak_empty(const np_cloud_model *model, const np_cloud_box *box) {
+  np_kind_box bounded;
+  return !np_kind_box_make(model, box, &bounded); /* wherever the map has any strength there may be some */
 }
 
-const np_cloud_kind np_streak_kind = {set_streaks, eval_streaks, is_streak_empty};
+const np_cloud_kind np_streaks_kind = {
+    .name = "streaks",
+    .landscape = {.form = NP_LANDSCAPE_SHEET, .swirl_size = 1.3f},
+    .skew = NP_CLOUD_SKEW_HOOKED,
+    .billow_grains = 7,
+    .census_passes = 4,
+    .prepare = prepare_streaks,
+    .search_waterline = np_waterline_search,
+    .eval = eval_streaks,
+    .is_empty = is_streak_empty,
+};

@@ -11,11 +11,15 @@
  * Age and the depth inside are those of the position itself, only the distance that remains near the surface is that
  * of the displaced one; so no value depends on the points that it is evaluated with.
  */
+#include "cloud/thermal_density.h"
+
 #include <math.h>
 #include <string.h>
 
+#include "cloud/cloud_column.h"
+#include "cloud/cloud_streams.h"
 #include "cloud/repeat.h"
-#include "cloud/thermals.h"
+#include "cloud/thermal_slope.h"
 #include "core/math.h"
 
 static const float warp_sizes[NP_THERMAL_WARPS] = {0.57f, 0.23f, 0.09f}; /* in largest billows */
@@ -43,11 +47,6 @@ static const double billow_voxels = 4;
 static const double billow_share = 0.18;      /* of the shorter side of a field */
 static const float extinction_floor = 0.002f; /* of the core's: less is nothing */
 
-static np_noise_lattice make_lattice(const neph_cloud_desc *desc, unsigned stream) {
-  return (np_noise_lattice){np_noise_derive_seed(desc->seed, stream),
-                            {NP_NOISE_PERIOD_MAX, NP_NOISE_PERIOD_MAX, NP_NOISE_PERIOD_MAX}};
-}
-
 /* No larger than lets a cloud end before the border of its field, no smaller than voxels can show. */
 static float compute_billow_m(const neph_cloud_desc *desc) {
   return (float)fmin(fmax(desc->billow_m, billow_voxels * desc->voxel_m),
@@ -59,7 +58,7 @@ static void set_detail(np_cloud_model *model) {
   float size_m = detail_size * model->thermals.billow_m, sum_m = 0.0f;
   model->detail_count = 0;
   for (unsigned k = 0; k < NP_CLOUD_OCTAVES_MAX && size_m >= 2.0f * (float)desc->voxel_m; k++, size_m *= detail_ratio) {
-    model->detail[k].lattice = make_lattice(desc, NP_CLOUD_STREAM_DETAIL + k);
+    model->detail[k].lattice = np_cloud_make_lattice(desc, NP_CLOUD_STREAM_DETAIL + k);
     model->detail[k].frequency_per_m = 1.0f / np_repeat_fit(desc, size_m);
     np_repeat_set_period(desc, size_m, 1.0f, &model->detail[k].lattice);
     model->detail[k].amplitude = (k ? detail_reach : crease_reach) * (float)desc->erosion * size_m;
@@ -92,18 +91,18 @@ static void set_wisps(np_cloud_model *model) {
 
 static float compute_warp_max_m(float warp_m) { return 1.7321f * warp_limit * warp_m * 1.001f; }
 
-void np_thermals_set_noises(np_cloud_model *model) {
+void np_thermals_prepare(np_cloud_model *model) {
   const neph_cloud_desc *desc = &model->desc;
   const float billow_m = compute_billow_m(desc), voxel_m = (float)desc->voxel_m;
   np_thermal_noises *t = &model->thermals;
   *t = (np_thermal_noises){.billow_m = billow_m,
-                           .floor = make_lattice(desc, NP_CLOUD_STREAM_FLOOR),
-                           .wisps = make_lattice(desc, NP_CLOUD_STREAM_WISPS),
+                           .floor = np_cloud_make_lattice(desc, NP_CLOUD_STREAM_FLOOR),
+                           .wisps = np_cloud_make_lattice(desc, NP_CLOUD_STREAM_WISPS),
                            .wisp_size_m = fray_size * billow_m,
                            .fray_m = fray_reach * billow_m * (0.3f + 1.3f * (float)desc->erosion)};
   set_detail(model);
   for (unsigned k = 0; k < NP_THERMAL_WARPS; k++) {
-    t->warp[k] = make_lattice(desc, NP_CLOUD_STREAM_WARP + k);
+    t->warp[k] = np_cloud_make_lattice(desc, NP_CLOUD_STREAM_WARP + k);
     t->warp_size_m[k] = np_repeat_fit(desc, warp_sizes[k] * billow_m);
     np_repeat_set_period(desc, t->warp_size_m[k], 1.0f, &t->warp[k]);
     t->warp_m[k] = warp_reach[k] * billow_m * (float)desc->turbulence;
@@ -383,7 +382,7 @@ static void add_fray(const np_cloud_model *model, thermal_work *w) {
 static void set_air(const np_cloud_model *model, thermal_work *w) {
   float carried_m[2] = {0, 0};
   for (size_t i = 0; i < w->count; i++) {
-    if (model->desc.has_winds) np_cloud_wind_carry(model, w->z_m[i], carried_m);
+    if (model->wind.has_winds) np_cloud_wind_carry(&model->wind, w->z_m[i], carried_m);
     w->air_x_m[i] = w->x_m[i] - model->drift_m[0] - carried_m[0];
     w->air_y_m[i] = w->y_m[i] - model->drift_m[1] - carried_m[1];
   }

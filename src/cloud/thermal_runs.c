@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Runs of points that are evaluated together, because they are near each other: searches of balls take neighbours. */
+#include "cloud/thermal_runs.h"
+
 #include <math.h>
 #include <string.h>
 
-#include "cloud/thermals.h"
+#include "cloud/thermal_density.h"
 #include "core/math.h"
 
 static const float run_edge = 1.25f; /* in largest billows */

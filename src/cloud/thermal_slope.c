@@ -4,10 +4,11 @@
  * Vertical components of normals of the first level of balls at nodes of a lattice, which the air carries along; linear
  * between nodes. Nodes are a quarter of a billow apart, few against the points, so that their search costs little.
  */
+#include "cloud/thermal_slope.h"
+
 #include <math.h>
 
 #include "cloud/repeat.h"
-#include "cloud/thermals.h"
 #include "core/math.h"
 
 static const float node_step = 0.25f;       /* in largest billows */

@@ -10,10 +10,12 @@
  */
 #include "cloud/thermals.h"
 
+#include "cloud/ball_rows.h"
+#include "cloud/cloud_column.h"
+#include "cloud/cloud_streams.h"
+#include "cloud/repeat.h"
 #include "core/math.h"
 #include "core/random.h"
-#include "cloud/ball_rows.h"
-#include "cloud/repeat.h"
 
 enum { STACK_MIN = 4, STACK_MAX = 14, CROWN = 5, SCRAP_MIN = 4, SCRAP_MAX = 8 };
 
@@ -181,7 +183,7 @@ static bool draw_thermal(const np_cloud_model *model, const thermal_kind *kind, 
   float shift_m[2], presence = compute_presence(kind, &column, drawn);
   if (!(presence > presence_min)) return false;
   const float share = np_cloud_column_compute_top(model, &column);
-  np_cloud_wind_shift(model, share * (float)desc->thickness_m, shift_m);
+  np_cloud_wind_shift(&model->wind, share * (float)desc->thickness_m, shift_m);
   presence *=
       np_minf(compute_border(model, t.x_m, t.y_m), compute_border(model, t.x_m + shift_m[0], t.y_m + shift_m[1]));
   if (!(presence > presence_min)) return false;
@@ -197,13 +199,13 @@ static bool draw_thermal(const np_cloud_model *model, const thermal_kind *kind, 
 static neph_result add_ball(np_ball_list *list, const thermal *t, float x_m, float y_m, float z_m, float radius_m,
                             float age) {
   float shift_m[2];
-  np_cloud_wind_shift(t->model, t->base_m + z_m, shift_m);
+  np_cloud_wind_shift(&t->model->wind, t->base_m + z_m, shift_m);
   const np_ball ball = {.x_m = t->x_m + x_m + shift_m[0],
                         .y_m = t->y_m + y_m + shift_m[1],
                         .z_m = t->base_m + z_m,
                         .radius_m = radius_m,
                         .age = np_clampf(age, 0.0f, 1.0f)};
-  return np_ball_list_add(t->model->map.context, list, &ball);
+  return np_ball_list_add(t->model->context, list, &ball);
 }
 
 static neph_result add_crown(np_ball_list *list, thermal *t, const np_ball *head) {
@@ -299,38 +301,4 @@ neph_result np_thermals_add_stacks(np_cloud_model *model, np_monitor *monitor, f
   }
   model->balls.margin_m = 3.6f * model->thermals.billow_m; /* blocks of billows reach so far beyond the field */
   return np_ball_rows_collect(&model->balls, monitor, grid.row_begin[KIND_COUNT], add_row, &grid, blend_m, bin_m);
-}
-
-/* ---- Shadow ---- */
-
-enum { SHADOW_EDGE = 128 };
-
-static void cast_shadow(const neph_cloud_desc *desc, const np_ball *ball, uint8_t *is_covered) {
-  const float cell_m[2] = {(float)desc->extent_m[0] / SHADOW_EDGE, (float)desc->extent_m[1] / SHADOW_EDGE};
-  const float at_m[2] = {ball->x_m + 0.5f * (float)desc->extent_m[0], ball->y_m + 0.5f * (float)desc->extent_m[1]};
-  int low[2], high[2];
-  for (int a = 0; a < 2; a++) {
-    low[a] = (int)np_clampf((at_m[a] - ball->radius_m) / cell_m[a], 0.0f, SHADOW_EDGE);
-    high[a] = (int)np_clampf((at_m[a] + ball->radius_m) / cell_m[a] + 1.0f, 0.0f, SHADOW_EDGE);
-  }
-  for (int i = low[0]; i < high[0]; i++)
-    for (int j = low[1]; j < high[1]; j++) {
-      const float x = ((float)i + 0.5f) * cell_m[0] - at_m[0], y = ((float)j + 0.5f) * cell_m[1] - at_m[1];
-      if (x * x + y * y < ball->radius_m * ball->radius_m) is_covered[i * SHADOW_EDGE + j] = 1;
-    }
-}
-
-neph_result np_thermals_count_shadow(np_cloud_model *model, np_monitor *monitor, double *out_fraction) {
-  uint8_t is_covered[SHADOW_EDGE * SHADOW_EDGE] = {0};
-  neph_result result = np_thermals_build(model, monitor, 1);
-  for (unsigned l = 0; l < model->balls.level_count; l++)
-    for (size_t i = 0; i < model->balls.levels[l].count && !result; i++) {
-      const np_ball ball = np_ball_level_get(&model->balls.levels[l], i);
-      cast_shadow(&model->desc, &ball, is_covered);
-    }
-  size_t count = 0;
-  for (int i = 0; i < SHADOW_EDGE * SHADOW_EDGE; i++) count += is_covered[i];
-  *out_fraction = (double)count / (SHADOW_EDGE * SHADOW_EDGE);
-  np_ball_heap_cut(&model->balls, 0);
-  return result;
 }

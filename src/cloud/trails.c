@@ -10,6 +10,8 @@
 #include <math.h>
 
 #include "cloud/cloud_kinds.h"
+#include "cloud/kind_points.h"
+#include "cloud/waterline.h"
 #include "core/math.h"
 #include "core/random.h"
 
@@ -33,7 +35,7 @@ static float draw(const neph_cloud_desc *desc, unsigned trail, unsigned item) {
   return (float)(np_random_absorb(np_random_absorb(seed, trail), item) >> 40) * 0x1p-24f;
 }
 
-np_trail np_trail_make(const neph_cloud_desc *desc, unsigned index) {
+static np_trail make_trail(const neph_cloud_desc *desc, unsigned index) {
   double along[2]; /* sine, cosine of the azimuth: x and y */
   np_cloud_compute_direction(desc->trail_direction_rad, along);
   const float turn = index ? 0.9f * (draw(desc, index, 0) - 0.5f) : 0.0f, norm = 1.0f / sqrtf(1.0f + turn * turn);
@@ -48,16 +50,16 @@ np_trail np_trail_make(const neph_cloud_desc *desc, unsigned index) {
   return t;
 }
 
-static void set_trails(np_cloud_model *model) {
+static void prepare_trails(np_cloud_model *model) {
   const neph_cloud_desc *desc = &model->desc;
-  np_kind_noises *k = &model->kind;
-  k->coarse = np_kind_make_lattice(desc, NP_CLOUD_STREAM_BASE);
-  k->medium = np_kind_make_lattice(desc, NP_CLOUD_STREAM_DETAIL);
-  k->fine = np_kind_make_lattice(desc, NP_CLOUD_STREAM_WISPS);
+  np_kind_noises *k = &model->noises;
+  k->coarse = np_cloud_make_lattice(desc, NP_CLOUD_STREAM_BASE);
+  k->medium = np_cloud_make_lattice(desc, NP_CLOUD_STREAM_DETAIL);
+  k->fine = np_cloud_make_lattice(desc, NP_CLOUD_STREAM_WISPS);
   k->fine_m = np_maxf(110.0f, 2.5f * (float)desc->voxel_m);
   k->fine_octaves = np_kind_count_octaves(desc, k->fine_m);
   k->edge_m = 1.3f * (float)desc->voxel_m;
-  for (unsigned i = 0; i < desc->trails; i++) model->trails[i] = np_trail_make(desc, i);
+  for (unsigned i = 0; i < desc->trails; i++) model->trails[i] = make_trail(desc, i);
 }
 
 /* A point from a trail: along it, across, and its height. */
@@ -73,7 +75,7 @@ static float compute_sine(float turns) {
 
 /* The pair of vortices: 1 on an axis, 0 beyond a tube. They swing apart and together, the more the older. */
 static float compute_tubes(const np_cloud_model *model, const trail_point *p, float age, float top_m) {
-  const float radius_m = np_maxf(tube_radius_m * (1.0f + 2.0f * age + 0.8f * p->puff), model->kind.edge_m);
+  const float radius_m = np_maxf(tube_radius_m * (1.0f + 2.0f * age + 0.8f * p->puff), model->noises.edge_m);
   const float swing = compute_sine(p->along_m / swing_m) * np_smoothstepf(age / 0.16f);
   const float apart_m = np_maxf(tube_apart_m, 0.7f * radius_m) * (1.0f + 0.75f * swing);
   const float x = fabsf(p->across_m) - apart_m,
@@ -84,8 +86,8 @@ static float compute_tubes(const np_cloud_model *model, const trail_point *p, fl
 /* The band that they become, with its tail: fibres of ice that fall. */
 static float compute_band(const np_cloud_model *model, const trail_point *p, float age, float top_m, float width_m) {
   const float thickness_m = (float)model->desc.thickness_m;
-  const float half_m = np_maxf(fresh_height_m + height_share * age * thickness_m, model->kind.edge_m);
-  const float wide_m = np_maxf(width_m * (1.0f + 0.9f * p->puff), model->kind.edge_m);
+  const float half_m = np_maxf(fresh_height_m + height_share * age * thickness_m, model->noises.edge_m);
+  const float wide_m = np_maxf(width_m * (1.0f + 0.9f * p->puff), model->noises.edge_m);
   const float x = p->across_m / wide_m, z = p->height_m - (top_m - half_m * (1.0f + 0.6f * p->puff));
   const float tail_m = tail_share * age * age * thickness_m * np_maxf(0.35f + 2.0f * p->fibre, 0.0f);
   const float up = z / (z > 0.0f ? half_m : half_m + tail_m);
@@ -117,12 +119,12 @@ static void compute_bends(const np_cloud_model *model, np_kind_points *p, float 
   const np_noise_points points = np_kind_scale(model, p, bend_size_m, 1.0f);
   const float reach_m = 2.0f * bend_share * (float)model->desc.billow_m;
   for (size_t i = 0; i < p->count; i++) p->sz[i] = 0.47f + 0.3f * model->turnover;
-  model->noise->value_fbm(&model->kind.coarse, &octaves, &points, out_bend_m);
+  model->noise->value_fbm(&model->noises.coarse, &octaves, &points, out_bend_m);
   for (size_t i = 0; i < p->count; i++) out_bend_m[i] = reach_m * (out_bend_m[i] - 0.5f);
 }
 
 static void compute_noises(const np_cloud_model *model, np_kind_points *p, float *out_puff, float *out_fibre) {
-  const np_kind_noises *k = &model->kind;
+  const np_kind_noises *k = &model->noises;
   const np_noise_octaves two = {.count = 2, .gain = 0.5f}, all = {.count = k->fine_octaves, .gain = 0.6f};
   np_noise_points points = np_kind_scale(model, p, 2.6f * k->fine_m, 1.0f);
   model->noise->value_fbm(&k->medium, &two, &points, out_puff);
@@ -135,41 +137,56 @@ static void compute_noises(const np_cloud_model *model, np_kind_points *p, float
   }
 }
 
-static void eval_trails(const np_cloud_model *model, np_kind_points *p, float *out_extinction_per_m) {
+static void eval_trails(const np_cloud_model *model, const np_cloud_points *points, float *out_extinction_per_m) {
+  np_kind_points p;
+  if (!np_kind_points_collect(model, points, &p)) return;
   const neph_cloud_desc *desc = &model->desc;
   float puff[NP_CLOUD_BLOCK], fibre[NP_CLOUD_BLOCK], bend_m[NP_CLOUD_BLOCK];
-  compute_noises(model, p, puff, fibre);
-  compute_bends(model, p, bend_m);
-  for (size_t i = 0; i < p->count; i++) {
+  compute_noises(model, &p, puff, fibre);
+  compute_bends(model, &p, bend_m);
+  for (size_t i = 0; i < p.count; i++) {
     float body = 0.0f;
     for (unsigned n = 0; n < desc->trails; n++) {
       const np_trail *t = &model->trails[n];
-      const float x = p->field_x_m[i], y = p->field_y_m[i];
+      const float x = p.field_x_m[i], y = p.field_y_m[i];
       const float straight_m = y * t->along[0] - x * t->along[1] - t->offset_m;
       const float across_m = straight_m + compute_age(t, x * t->along[0] + y * t->along[1]) * bend_m[i];
-      if (fabsf(across_m) > reach * (t->width_max_m + model->kind.edge_m)) continue;
-      const trail_point at = {x * t->along[0] + y * t->along[1], across_m, p->height_m[i], puff[i], fibre[i]};
+      if (fabsf(across_m) > reach * (t->width_max_m + model->noises.edge_m)) continue;
+      const trail_point at = {x * t->along[0] + y * t->along[1], across_m, p.height_m[i], puff[i], fibre[i]};
       body += eval_trail(model, t, &at);
     }
-    const float share = np_minf(body, 1.0f) * np_smoothstepf(p->strength[i] / patch_strength);
-    if (share > extinction_floor) out_extinction_per_m[p->index[i]] = (float)desc->extinction_per_m * share;
+    const float share = np_minf(body, 1.0f) * np_smoothstepf(p.strength[i] / patch_strength);
+    if (share > extinction_floor) out_extinction_per_m[p.index[i]] = (float)desc->extinction_per_m * share;
   }
 }
 
 /* Distance of the box's middle from each line against the most that its corners and a trail reach. */
-static bool is_trail_empty(const np_cloud_model *model, const np_kind_box *box) {
-  const float x = 0.5f * (box->field_min_m[0] + box->field_max_m[0]);
-  const float y = 0.5f * (box->field_min_m[1] + box->field_max_m[1]);
-  const float half_x = 0.5f * (box->field_max_m[0] - box->field_min_m[0]);
-  const float half_y = 0.5f * (box->field_max_m[1] - box->field_min_m[1]);
+static bool is_trail_empty(const np_cloud_model *model, const np_cloud_box *box) {
+  np_kind_box bounded;
+  if (!np_kind_box_make(model, box, &bounded)) return true;
+  const float x = 0.5f * (bounded.field_min_m[0] + bounded.field_max_m[0]);
+  const float y = 0.5f * (bounded.field_min_m[1] + bounded.field_max_m[1]);
+  const float half_x = 0.5f * (bounded.field_max_m[0] - bounded.field_min_m[0]);
+  const float half_y = 0.5f * (bounded.field_max_m[1] - bounded.field_min_m[1]);
   for (unsigned n = 0; n < model->desc.trails; n++) {
     const np_trail *t = &model->trails[n];
     const float across_m = fabsf(y * t->along[0] - x * t->along[1] - t->offset_m);
     const float corner_m = half_x * fabsf(t->along[1]) + half_y * fabsf(t->along[0]);
     const float bend_m = t->age * bend_share * (float)model->desc.billow_m;
-    if (across_m - corner_m < reach * (t->width_max_m + model->kind.edge_m) + bend_m + 1.0f) return false;
+    if (across_m - corner_m < reach * (t->width_max_m + model->noises.edge_m) + bend_m + 1.0f) return false;
   }
   return true;
 }
 
-const np_cloud_kind np_trail_kind = {set_trails, eval_trails, is_trail_empty};
+const np_cloud_kind np_trails_kind = {
+    .name = "trails",
+    .landscape = {.form = NP_LANDSCAPE_SHEET, .swirl_size = 1.3f},
+    .repeat_obstacle = "lines across the whole field",
+    .is_line = true,
+    .billow_grains = 7,
+    .census_passes = 4,
+    .prepare = prepare_trails,
+    .search_waterline = np_waterline_search,
+    .eval = eval_trails,
+    .is_empty = is_trail_empty,
+};

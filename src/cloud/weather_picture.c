@@ -1,12 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* A picture as weather map: a channel for each quantity, sampled in metres. */
+#include "cloud/weather_picture.h"
+
 #include <math.h>
 #include <string.h>
 #include <strings.h>
 
 #include <nephos/image.h>
 
-#include "cloud/cloud_private.h"
+#include "cloud/cloud_name.h"
 #include "core/alloc.h"
 #include "core/file.h"
 #include "core/hash.h"

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "render/cloud_bake.h"
 
-#include "cloud/cloud_private.h"
 #include "core/given.h"
 #include "render/cloud_ground.h"
 #include "render/plan_detail.h"

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "render/cloud_ground.h"
 
-#include "cloud/cloud_kinds.h"
+#include "cloud/ground_map.h"
 #include "core/hash.h"
 #include "terrain/heightfield_files.h"
 #include "terrain/terrain_private.h"

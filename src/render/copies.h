@@ -3,7 +3,7 @@
 #ifndef NP_RENDER_COPIES_H
 #define NP_RENDER_COPIES_H
 
-#include "cloud/cloud_private.h"
+#include "cloud/lod.h"
 #include "render/packet.h"
 #include "render/placement.h"
 

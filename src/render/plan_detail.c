@@ -4,7 +4,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "cloud/thermals.h"
+#include "cloud/bake_desc.h"
+#include "cloud/cloud_kinds.h"
 #include "scene/cloud_places.h"
 
 /* A camera among the clouds, or on the ground, is as far from them as this share of their extent. The edges of snow
@@ -133,7 +134,7 @@ np_bake_voxels np_plan_count_bake_voxels(const np_plan *plan, const neph_scene *
   neph_bake_desc desc = np_plan_get_bake_desc(plan, scene, cloud);
   desc.lod_count = np_bake_count_levels(&bake, &desc);
   const double column_m3 = bake.extent_m[0] * bake.extent_m[1] * bake.thickness_m / (COLUMNS * COLUMNS);
-  const bool has_billows = np_cloud_desc_has_thermals(&bake);
+  const bool has_billows = np_cloud_kind_get(bake.model)->has_thermals;
   np_bake_voxels count = {.box = 0.0};
   for (int n = 0; n < COLUMNS * COLUMNS; n++) {
     const double x_m = bake.center_m[0] + bake.extent_m[0] * ((n % COLUMNS + 0.5) / COLUMNS - 0.5);

@@ -3,7 +3,7 @@
 #ifndef NP_RENDER_PLAN_DETAIL_H
 #define NP_RENDER_PLAN_DETAIL_H
 
-#include "cloud/cloud_private.h"
+#include "cloud/lod.h"
 #include "render/plan_stages.h"
 
 enum { NP_COPY_LEVELS_MAX = 4 }; /* for as many halvings the voxels of a tile are rounded (cloud/repeat.h) */

@@ -3,7 +3,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "cloud/shape.h"
+#include "cloud/shape_desc.h"
 #include "core/alloc.h"
 #include "core/file.h"
 #include "core/hash.h"

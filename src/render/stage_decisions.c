@@ -4,7 +4,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "cloud/cloud_private.h"
+#include "cloud/bake_file.h"
 #include "core/alloc.h"
 #include "core/file.h"
 #include "core/text.h"

@@ -2,7 +2,7 @@
 /* Terrain and clouds: read or made, put in their places, and their emission. */
 #include <string.h>
 
-#include "cloud/cloud_private.h"
+#include "cloud/cloud_desc.h"
 #include "core/alloc.h"
 #include "core/hash.h"
 #include "core/text.h"

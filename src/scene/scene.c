@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include <string.h>
 
-#include "cloud/shape.h"
+#include "cloud/shape_desc.h"
 #include "core/alloc.h"
 #include "core/file.h"
 #include "core/frame_name.h"

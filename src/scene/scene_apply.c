@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-#include "cloud/cloud_private.h"
+#include "cloud/presets.h"
 #include "core/alloc.h"
 #include "core/file.h"
 #include "core/frame_name.h"

@@ -3,7 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "cloud/cloud_private.h"
+#include "cloud/presets.h"
 #include "core/alloc.h"
 #include "core/edit_distance.h"
 #include "core/given.h"

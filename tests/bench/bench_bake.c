@@ -13,7 +13,9 @@
 #include <time.h>
 
 #include "core/alloc.h"
-#include "cloud/bake_private.h"
+#include "cloud/bake_field.h"
+#include "cloud/bake_grid.h"
+#include "cloud/presets.h"
 
 /* Compiled for the benchmark alone, without vectors. */
 extern const np_noise_table np_noise_kernels_scalar;

@@ -11,7 +11,10 @@
 #include <string.h>
 #include <time.h>
 
-#include "cloud/bake_private.h"
+#include "cloud/bake_field.h"
+#include "cloud/bake_grid.h"
+#include "cloud/bake_loss.h"
+#include "cloud/presets.h"
 #include "core/alloc.h"
 
 enum { SIDE_VOXELS = 300, RUNS = 3 };

@@ -11,7 +11,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "cloud/cloud_private.h"
+#include "cloud/cloud_build.h"
+#include "cloud/cloud_density.h"
 #include "field_statistics.h"
 
 enum { LEAF = 8 };

@@ -11,11 +11,6 @@ import sys
 # Circles that are still there, each by all files that may be in it: no other file may join, and an entry without a
 # circle fails.
 ALLOWED = {
-    'src/cloud': [
-        'anvil cloud_column cloud_kinds deck fog landscape lenses mountain_wave streaks thermal_density trails '
-        'weather_map',
-        'billows thermals',
-        'bake bake_error bake_field bake_lod bake_memory bake_volume'],
     'src/render': [
         'copies stage_lighting',
         'assembly light_anchors memory_estimate plan plan_cells plan_fill schedule stage_costs stage_decisions '

@@ -5,13 +5,19 @@
  * in the grid's order. They are evaluated in parallel, in batches that fill one buffer, and appended in that order when
  * they do hold some, so that the grid does not depend on how many threads worked.
  */
+#include "cloud/bake_grid.h"
+
 #include <immintrin.h>
 #include <math.h>
 #include <string.h>
 
 #include <nephos/volume.h>
 
-#include "cloud/bake_private.h"
+#include "cloud/bake_field.h"
+#include "cloud/bake_lod.h"
+#include "cloud/bake_memory.h"
+#include "cloud/cloud_density.h"
+#include "cloud/cloud_name.h"
 #include "core/alloc.h"
 #include "volume/volume_private.h"
 

@@ -1,0 +1,59 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* A bake: from a description and what is wanted of it to grids. Offsets are metres from the field's centre along x and
+ * y, from the base altitude along z. */
+#ifndef NP_CLOUD_BAKE_H
+#define NP_CLOUD_BAKE_H
+
+#include <math.h>
+
+#include "cloud/cloud_model.h"
+#include "cloud/lod.h"
+#include "core/math.h"
+
+/* Use of the grid, which decides how much memory is needed besides it. */
+typedef enum np_bake_use {
+  NP_BAKE_FOR_GRID, /* it is measured and dropped */
+  NP_BAKE_FOR_BRICKS,
+  NP_BAKE_FOR_FILE
+} np_bake_use;
+
+/* Levels of detail: cells as large as a leaf of the coarsest are held at one size of voxels each. */
+typedef struct np_bake_lod {
+  unsigned count, level;      /* sizes; that of this bake, from 0, the finest */
+  np_lod_viewers viewers;     /* by offsets */
+  double cell_m, origin_m[3]; /* edge; of cell (0, 0, 0) */
+} np_bake_lod;
+
+typedef struct np_bake_meter np_bake_meter;
+
+typedef struct np_bake {
+  neph_context *context; /* borrowed, as is the monitor */
+  np_monitor *monitor;
+  neph_bake_desc desc;
+  np_bake_use use;
+  np_cloud_model model;
+  np_bake_lod lod;
+  np_bake_meter *meter;                 /* borrowed; NULL: the error is not measured */
+  double voxel_m;                       /* of the grid; the model may be of a finer one */
+  double shift[3];                      /* of the sample at index 0 from the field's centre and base, in voxels */
+  int32_t leaf_begin[3], leaf_count[3]; /* the box to bake, in leaves */
+  int32_t region_min[3], region_max[3]; /* voxels to bake, both ends inside */
+} np_bake;
+
+/* World position of a voxel index, or of a place between two. */
+static inline double np_bake_compute_offset_m(const np_bake *bake, int axis, double index) {
+  return (index + bake->shift[axis]) * bake->voxel_m;
+}
+
+/* Above the base, on the planet's sphere. */
+static inline double np_bake_compute_height_m(const np_bake *bake, const double offset_m[3]) {
+  const neph_cloud_desc *cloud = &bake->model.desc;
+  const np_dvec3 p = {cloud->center_m[0] + offset_m[0], cloud->center_m[1] + offset_m[1],
+                      cloud->base_altitude_m + offset_m[2]};
+  return np_altitude(p, bake->desc.planet_radius_m) - cloud->base_altitude_m;
+}
+
+/* Edge of the voxels of a bake's finest level. */
+static inline double np_bake_get_finest_m(const np_bake *bake) { return ldexp(bake->voxel_m, -(int)bake->lod.level); }
+
+#endif

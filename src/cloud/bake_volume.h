@@ -1,0 +1,11 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Baked volumes. */
+#ifndef NP_CLOUD_BAKE_VOLUME_H
+#define NP_CLOUD_BAKE_VOLUME_H
+
+#include "cloud/bake.h"
+
+/* A volume in memory, of all levels where there are several, from a bake that was started for bricks. */
+neph_result np_bake_make_volume(np_bake *bake, neph_volume **out_volume);
+
+#endif

@@ -1,0 +1,100 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* A density model made ready: its noises, its state at the description's time, and its weather map, whose waterline
+ * gives the wanted coverage. */
+#include "cloud/cloud_build.h"
+
+#include <math.h>
+
+#include "cloud/cloud_grain.h"
+#include "cloud/cloud_kinds.h"
+#include "cloud/landscape.h"
+#include "cloud/rain.h"
+#include "cloud/repeat.h"
+#include "cloud/shape.h"
+#include "cloud/shape_desc.h"
+#include "cloud/weather_map_build.h"
+#include "core/alloc.h"
+
+static const float turnovers = 3.0f; /* of the billows, in their own size, in the lifetime of a cell */
+
+/* Noises, by description and grain. */
+static void prepare(np_cloud_model *model) {
+  np_rain_prepare(model);
+  model->kind->prepare(model);
+}
+
+/* Displacement of the air since time 0. */
+static void set_time(np_cloud_model *model) {
+  const neph_cloud_desc *desc = &model->desc;
+  for (int i = 0; i < 2; i++) model->drift_m[i] = (float)(desc->wind_m_s[i] * desc->time_s);
+  model->turnover = (float)(desc->time_s / desc->lifetime_s) * turnovers;
+}
+
+/* The map at the start, whose waterline is kept, or clouds would breathe with the census; then that of the time. */
+static neph_result build_maps(const np_weather_picture *picture, np_monitor *monitor, np_cloud_model *model) {
+  neph_context *context = model->context;
+  neph_cloud_desc start = model->desc;
+  start.time_s = 0;
+  neph_result result = np_weather_map_build(context, &start, picture, NULL, monitor, &model->map);
+  if (result) return result;
+  model->is_empty = !(model->map.coverage > 0);
+  result = model->kind->search_waterline(model, monitor);
+  if (result || model->desc.time_s == 0) return result;
+  np_weather_map moved;
+  result = np_weather_map_build(context, &model->desc, picture, &model->map, monitor, &moved);
+  if (result) return result;
+  np_weather_map_clear(&model->map);
+  model->map = moved;
+  return NEPH_OK;
+}
+
+static neph_result build_map_and_waterline(np_monitor *monitor, np_cloud_model *model) {
+  np_weather_picture picture;
+  if (np_cloud_desc_has_shape(&model->desc)) return np_shape_build(model, monitor);
+  neph_result result = np_weather_picture_load(model->context, &model->desc, &picture);
+  if (!result) result = build_maps(&picture, monitor, model);
+  np_weather_picture_clear(&picture);
+  return result;
+}
+
+neph_result np_cloud_model_build(neph_context *context, const neph_cloud_desc *desc, np_monitor *monitor,
+                                 np_cloud_model *out_model) {
+  np_cloud_model model = {.kind = np_cloud_kind_get(desc->model),
+                          .context = context,
+                          .desc = np_repeat_round(desc),
+                          .noise = np_noise_get_table(context->isa)};
+  model.sample_count = np_cloud_grain_count(&model.desc);
+  model.desc.voxel_m /= model.sample_count;
+  model.balls = (np_ball_heap){.context = context, .kernels = np_ball_get_table(context->isa)};
+  desc = &model.desc;
+  model.balls.repeat_m = desc->repeat_m > 0 ? (float)desc->extent_m[0] : 0.0f;
+  model.lives_per_s = 1.0 / desc->lifetime_s;
+  np_cloud_desc_compute_heading(desc, model.heading);
+  model.wind = np_cloud_wind_make(desc, model.kind->skew);
+  prepare(&model);
+  neph_result result = build_map_and_waterline(monitor, &model);
+  set_time(&model);
+  if (!result && model.kind->build) result = model.kind->build(&model, monitor);
+  if (result) {
+    np_cloud_model_clear(&model);
+    return result;
+  }
+  model.rain.depth_m = (float)(desc->precipitation * fmax(desc->base_altitude_m, 0));
+  *out_model = model;
+  return NEPH_OK;
+}
+
+np_cloud_model np_cloud_model_refine(const np_cloud_model *model, double share) {
+  np_cloud_model refined = *model;
+  refined.desc.voxel_m *= share;
+  refined.sample_count = 1;
+  prepare(&refined);
+  if (refined.kind->set_edges) refined.kind->set_edges(&refined);
+  return refined;
+}
+
+void np_cloud_model_clear(np_cloud_model *model) {
+  if (model->kind && model->kind->clear) model->kind->clear(model);
+  np_weather_map_clear(&model->map);
+  *model = (np_cloud_model){0};
+}

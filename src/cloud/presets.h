@@ -1,0 +1,15 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Named clouds. */
+#ifndef NP_CLOUD_PRESETS_H
+#define NP_CLOUD_PRESETS_H
+
+#include <nephos/cloud.h>
+
+#include "core/text.h"
+
+bool np_cloud_has_preset(const char *name);
+
+/* Their names, parted by ", ". */
+void np_cloud_list_presets(np_text *out);
+
+#endif

@@ -1,0 +1,108 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "cloud/thermal_heap.h"
+
+#include <math.h>
+
+#include "cloud/billows.h"
+#include "cloud/census.h"
+#include "cloud/shape.h"
+#include "cloud/shape_desc.h"
+#include "cloud/thermals.h"
+#include "cloud/waterline.h"
+#include "core/math.h"
+
+static const float thermal_blend = 0.13f; /* in largest billows */
+
+neph_result np_thermals_build(np_cloud_model *model, np_monitor *monitor, unsigned level_count) {
+  const float billow_m = model->thermals.billow_m;
+  np_ball_heap_cut(&model->balls, 0);
+  if (model->is_empty) return NEPH_OK;
+  const bool has_shape = np_cloud_desc_has_shape(&model->desc);
+  neph_result result = (has_shape ? np_shape_add_balls
+                                  : np_thermals_add_stacks)(model, monitor, thermal_blend * billow_m, 0.5f * billow_m);
+  for (unsigned level = 1; level < level_count && !result; level++)
+    result = np_thermals_add_billows(model, monitor, level);
+  return result;
+}
+
+/* ---- Shadow ---- */
+
+enum { SHADOW_EDGE = 128 };
+
+static void cast_shadow(const neph_cloud_desc *desc, const np_ball *ball, uint8_t *is_covered) {
+  const float cell_m[2] = {(float)desc->extent_m[0] / SHADOW_EDGE, (float)desc->extent_m[1] / SHADOW_EDGE};
+  const float at_m[2] = {ball->x_m + 0.5f * (float)desc->extent_m[0], ball->y_m + 0.5f * (float)desc->extent_m[1]};
+  int low[2], high[2];
+  for (int a = 0; a < 2; a++) {
+    low[a] = (int)np_clampf((at_m[a] - ball->radius_m) / cell_m[a], 0.0f, SHADOW_EDGE);
+    high[a] = (int)np_clampf((at_m[a] + ball->radius_m) / cell_m[a] + 1.0f, 0.0f, SHADOW_EDGE);
+  }
+  for (int i = low[0]; i < high[0]; i++)
+    for (int j = low[1]; j < high[1]; j++) {
+      const float x = ((float)i + 0.5f) * cell_m[0] - at_m[0], y = ((float)j + 0.5f) * cell_m[1] - at_m[1];
+      if (x * x + y * y < ball->radius_m * ball->radius_m) is_covered[i * SHADOW_EDGE + j] = 1;
+    }
+}
+
+/* Share of the field that lies below the stacks of thermals, from its waterline; leaves the heap empty. */
+static neph_result count_shadow(np_cloud_model *model, np_monitor *monitor, double *out_fraction) {
+  uint8_t is_covered[SHADOW_EDGE * SHADOW_EDGE] = {0};
+  neph_result result = np_thermals_build(model, monitor, 1);
+  for (unsigned l = 0; l < model->balls.level_count; l++)
+    for (size_t i = 0; i < model->balls.levels[l].count && !result; i++) {
+      const np_ball ball = np_ball_level_get(&model->balls.levels[l], i);
+      cast_shadow(&model->desc, &ball, is_covered);
+    }
+  size_t count = 0;
+  for (int i = 0; i < SHADOW_EDGE * SHADOW_EDGE; i++) count += is_covered[i];
+  *out_fraction = (double)count / (SHADOW_EDGE * SHADOW_EDGE);
+  np_ball_heap_cut(&model->balls, 0);
+  return result;
+}
+
+/* ---- Waterline ---- */
+
+static neph_result search_shadow(np_cloud_model *model, np_monitor *monitor, double wanted) {
+  const float spread = model->map.highest - model->map.lowest;
+  float low = model->map.lowest - 0.5f * spread, high = model->map.highest - 0.01f * spread;
+  for (int step = 0; step < NP_WATERLINE_STEPS; step++) {
+    double fraction = 0;
+    const float middle = 0.5f * (low + high);
+    np_waterline_set(model, middle);
+    neph_result result = count_shadow(model, monitor, &fraction);
+    if (result) return result;
+    *(fraction > wanted ? &low : &high) = middle;
+  }
+  np_waterline_set(model, 0.5f * (low + high));
+  return NEPH_OK;
+}
+
+/* Corrections of the shadow that are tried at most. Anvils are not in it. */
+static int count_corrections(const np_cloud_model *model) {
+  enum { CORRECTIONS = 3, CORRECTIONS_MAX = 8 };
+  return model->map.anvils || np_waterline_is_best(model) ? CORRECTIONS_MAX : CORRECTIONS;
+}
+
+/* The waterline of thermals is found by the shadow of their stacks, a few times over: what the census of all that
+ * stands on them makes of it corrects the shadow that is wanted. */
+neph_result np_thermals_search_waterline(np_cloud_model *model, np_monitor *monitor) {
+  enum { CENSUS_LEVELS = 3 };
+  const int corrections = count_corrections(model);
+  const unsigned levels = np_thermals_count_levels(model);
+  const double tolerance = model->map.levels ? 0.01 * model->map.coverage : 0.01;
+  double wanted = model->map.coverage;
+  np_waterline best = {.miss = INFINITY};
+  if (model->is_empty) return NEPH_OK;
+  neph_result result = search_shadow(model, monitor, wanted);
+  for (int n = 0; n < corrections && !result; n++) {
+    double fraction = 0;
+    result = np_thermals_build(model, monitor, levels < CENSUS_LEVELS ? levels : CENSUS_LEVELS);
+    if (!result) result = np_census_count(model, monitor, &fraction);
+    np_waterline_keep_better(model, fraction, &best);
+    if (result || best.miss < tolerance) break;
+    wanted *= fmin(fmax(model->map.coverage / fmax(fraction, 1e-3), 0.3), 2.0);
+    result = search_shadow(model, monitor, fmin(wanted, 1));
+  }
+  if (np_waterline_is_best(model)) np_waterline_set(model, best.value);
+  return result;
+}
