@@ -158,7 +158,7 @@ static void losses_are_the_same_for_any_threads(void **state) {
     np_cloud_model model;
     assert_int_equal(neph_cloud_get_preset(context, "stratocumulus", &desc), NEPH_OK);
     desc.voxel_m = 90;
-    assert_int_equal(np_cloud_model_build(context, &desc, NULL, &model), NEPH_OK);
+    assert_int_equal(np_cloud_model_build(context, &desc, 6.36e6, NULL, &model), NEPH_OK);
     assert_int_equal(np_bake_measure_losses(context, &model, NULL, &losses[t]), NEPH_OK);
     np_cloud_model_clear(&model);
     neph_context_destroy(context);

@@ -51,7 +51,7 @@ static box_count try_boxes(const np_cloud_model *model, uint64_t seed, int count
 
 static box_count try_cloud(neph_context *context, const neph_cloud_desc *desc, int count) {
   np_cloud_model model;
-  assert_int_equal(np_cloud_model_build(context, desc, NULL, &model), NEPH_OK);
+  assert_int_equal(np_cloud_model_build(context, desc, 6.36e6, NULL, &model), NEPH_OK);
   box_count c = try_boxes(&model, 1, count);
   np_cloud_model_clear(&model);
   return c;

@@ -104,7 +104,7 @@ static void fog_thins_out_to_the_border(void **state) {
   neph_context *context = test_context_create(2, NULL);
   neph_cloud_desc desc = make_kind(context, "valley_stratus");
   np_cloud_model model;
-  assert_int_equal(np_cloud_model_build(context, &desc, NULL, &model), NEPH_OK);
+  assert_int_equal(np_cloud_model_build(context, &desc, 6.36e6, NULL, &model), NEPH_OK);
   double means[INSETS] = {0};
   for (int i = 0; i < INSETS; i++)
     for (int row = 0; row < ROWS; row++)
@@ -126,7 +126,7 @@ static void lenses_are_ragged_on_the_lee(void **state) {
   assert_int_equal(neph_cloud_get_preset(context, "altocumulus_lenticularis", &desc), NEPH_OK);
   np_cloud_model model;
   desc.skew_m[0] = 0;
-  assert_int_equal(np_cloud_model_build(context, &desc, NULL, &model), NEPH_OK);
+  assert_int_equal(np_cloud_model_build(context, &desc, 6.36e6, NULL, &model), NEPH_OK);
   double moved[2] = {0, 0};
   int before[2] = {0, 0};
   for (int row = 0; row < ROWS; row++) {

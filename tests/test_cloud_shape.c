@@ -124,7 +124,7 @@ static void the_grid_of_a_torus_is_its_distance(void **state) {
   np_random random = np_random_start(2, 0, 0, 0, 0);
   np_cloud_model model;
   write_torus(f->path, 0);
-  assert_int_equal(np_cloud_model_build(f->context, &desc, NULL, &model), NEPH_OK);
+  assert_int_equal(np_cloud_model_build(f->context, &desc, 6.36e6, NULL, &model), NEPH_OK);
   assert_non_null(model.shape);
   const double unit_m = 0.5 * (4000 - 2 * 0.75 * 450) / (ring_m + tube_m); /* it would fit in height as well */
   const double scale_m = fmin(unit_m, (2000 - 0.45 * 450) / (2 * (ring_m + tube_m)));
@@ -159,7 +159,7 @@ static void small_holes_are_closed_and_open_meshes_refused(void **state) {
   np_sparse_grid_clear(&holed);
   write_torus(f->path, 1024);
   test_log_clear(&f->log);
-  assert_int_equal(np_cloud_model_build(f->context, &desc, NULL, &model), NEPH_ERROR_BAD_FILE);
+  assert_int_equal(np_cloud_model_build(f->context, &desc, 6.36e6, NULL, &model), NEPH_ERROR_BAD_FILE);
   assert_one_error(&f->log, "is not closed: 64 edges", "close its holes");
 }
 
@@ -192,7 +192,7 @@ static void check_boxes(neph_context *context, const neph_cloud_desc *desc) {
   const float span_m[3] = {5000, 5000, 3500}, low_m[3] = {-2500, -2500, -1300};
   np_cloud_model model;
   int empty = 0, cloudy = 0;
-  assert_int_equal(np_cloud_model_build(context, desc, NULL, &model), NEPH_OK);
+  assert_int_equal(np_cloud_model_build(context, desc, 6.36e6, NULL, &model), NEPH_OK);
   for (int run = 0; run < 4000; run++) {
     np_cloud_box box;
     for (int a = 0; a < 3; a++) {
@@ -230,7 +230,7 @@ static void spheres_are_where_they_are_said(void **state) {
   desc.turbulence = desc.erosion = desc.wispiness = desc.age = 0;
   np_cloud_model model;
   np_random random = np_random_start(3, 0, 0, 0, 0);
-  assert_int_equal(np_cloud_model_build(f->context, &desc, NULL, &model), NEPH_OK);
+  assert_int_equal(np_cloud_model_build(f->context, &desc, 6.36e6, NULL, &model), NEPH_OK);
   int inside = 0, outside = 0;
   for (int i = 0; i < 4000; i++) {
     const float x = 4000 * (np_random_float(&random) - 0.5f), y = 4000 * (np_random_float(&random) - 0.5f),
@@ -268,7 +268,7 @@ static void tops_follow_a_height_map(void **state) {
   desc.shape.has_height = true;
   desc.shape.height_m = 1400;
   np_cloud_model model;
-  assert_int_equal(np_cloud_model_build(f->context, &desc, NULL, &model), NEPH_OK);
+  assert_int_equal(np_cloud_model_build(f->context, &desc, 6.36e6, NULL, &model), NEPH_OK);
   const float half_m = 0.5f * (4000 - 2 * 0.75f * 450);
   for (int i = 1; i < 10; i++) {
     const float share = (float)i / 10, x_m = half_m * (2 * share - 1), top_m = 1400 * (0.2f + 0.8f * share);
@@ -287,7 +287,7 @@ static void rain_falls_from_a_shape(void **state) {
   neph_cloud_desc desc = make_curves();
   desc.precipitation = 1;
   np_cloud_model model;
-  assert_int_equal(np_cloud_model_build(f->context, &desc, NULL, &model), NEPH_OK);
+  assert_int_equal(np_cloud_model_build(f->context, &desc, 6.36e6, NULL, &model), NEPH_OK);
   const float x[2] = {0, 1800}, y[2] = {-200, 1800}, z[2] = {-300, -300};
   float extinction[2];
   np_cloud_model_eval(&model, &(np_cloud_points){2, x, y, z}, extinction);

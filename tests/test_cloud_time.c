@@ -11,7 +11,7 @@ static double compute_change(neph_context *context, neph_cloud_desc desc, double
   np_random random = np_random_start(4, 0, 0, 0, 0);
   for (int i = 0; i < 2; i++) {
     desc.time_s = i ? later_s : time_s;
-    assert_int_equal(np_cloud_model_build(context, &desc, NULL, &models[i]), NEPH_OK);
+    assert_int_equal(np_cloud_model_build(context, &desc, 6.36e6, NULL, &models[i]), NEPH_OK);
   }
   for (int i = 0; i < POINTS; i++) {
     const float x = 5000 * (np_random_float(&random) - 0.5f), y = 4000 * (np_random_float(&random) - 0.5f);
@@ -57,9 +57,9 @@ static void wind_moves_the_field(void **state) {
   desc.wind_m_s[0] = 10;
   desc.time_s = 60;
   np_cloud_model now, later;
-  assert_int_equal(np_cloud_model_build(context, &desc, NULL, &later), NEPH_OK);
+  assert_int_equal(np_cloud_model_build(context, &desc, 6.36e6, NULL, &later), NEPH_OK);
   desc.time_s = 0;
-  assert_int_equal(np_cloud_model_build(context, &desc, NULL, &now), NEPH_OK);
+  assert_int_equal(np_cloud_model_build(context, &desc, 6.36e6, NULL, &now), NEPH_OK);
   np_random random = np_random_start(4, 0, 0, 0, 0);
   double difference = 0, sum = 0;
   for (int i = 0; i < 4096; i++) {
@@ -94,7 +94,7 @@ static neph_cloud_desc make_preset_field(neph_context *context, const char *pres
 static void evaluate_at(neph_context *context, neph_cloud_desc desc, double time_s, float values[PROBES]) {
   np_cloud_model model;
   desc.time_s = time_s;
-  assert_int_equal(np_cloud_model_build(context, &desc, NULL, &model), NEPH_OK);
+  assert_int_equal(np_cloud_model_build(context, &desc, 6.36e6, NULL, &model), NEPH_OK);
   np_random random = np_random_start(11, 0, 0, 0, 0);
   for (int i = 0; i < PROBES; i++) {
     const float x = (float)desc.extent_m[0] * 0.8f * (np_random_float(&random) - 0.5f);

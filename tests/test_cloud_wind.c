@@ -105,7 +105,7 @@ static void wind_by_height_carries_every_kind(void **state) {
   for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++) {
     const neph_cloud_desc desc = make_windy(context, kinds[i].preset, 5);
     np_cloud_model calm;
-    assert_int_equal(np_cloud_model_build(context, &desc, NULL, &calm), NEPH_OK);
+    assert_int_equal(np_cloud_model_build(context, &desc, 6.36e6, NULL, &calm), NEPH_OK);
     np_cloud_model windy = blow(&calm, 12 * kinds[i].gain * desc.billow_m / desc.lifetime_s);
     const difference d = compare(&calm, &windy, 0, 1, get_carried_m);
     if (!(d.in_place > 0.1 && d.carried < kinds[i].carried_max * d.in_place))
@@ -124,7 +124,7 @@ static void rain_lags_behind_its_cloud(void **state) {
     np_cloud_model models[2];
     for (int windy = 0; windy < 2; windy++) {
       const neph_cloud_desc desc = make_windy(context, presets[i], windy ? 25 : 0);
-      assert_int_equal(np_cloud_model_build(context, &desc, NULL, &models[windy]), NEPH_OK);
+      assert_int_equal(np_cloud_model_build(context, &desc, 6.36e6, NULL, &models[windy]), NEPH_OK);
     }
     const difference d = compare(&models[0], &models[1], -0.95f, -0.4f, get_lag_m);
     /* A calm has no heading, which is x then too. */
@@ -164,7 +164,7 @@ static void wind_by_height_blows_anvils(void **state) {
   for (int east = 0; east < 2; east++) {
     np_cloud_model model;
     for (int k = 0; k < NEPH_CLOUD_PROFILE_POINTS; k++) desc.wind_speed_m_s[k] = 10 + (east ? 0.2 : -0.2) * k;
-    assert_int_equal(np_cloud_model_build(context, &desc, NULL, &model), NEPH_OK);
+    assert_int_equal(np_cloud_model_build(context, &desc, 6.36e6, NULL, &model), NEPH_OK);
     const double share = compute_eastern_share(&model);
     print_message("share of anvils east of their towers: %.3g\n", share);
     assert_true(east ? share > 0.8 : share < 0.2);

@@ -78,7 +78,7 @@ static void check_neighbours(neph_context *context, const neph_cloud_desc *desc)
   enum { LEAVES = 300 };
   np_cloud_model model;
   np_random random = np_random_start(1, 0, 0, 0, 0);
-  assert_int_equal(np_cloud_model_build(context, desc, NULL, &model), NEPH_OK);
+  assert_int_equal(np_cloud_model_build(context, desc, 6.36e6, NULL, &model), NEPH_OK);
   size_t cloudy = 0;
   for (int leaf = 0; leaf < LEAVES; leaf++) {
     const float corner_m[3] = {0.7f * (float)desc->extent_m[0] * (np_random_float(&random) - 0.5f),
@@ -177,7 +177,7 @@ static void wind_by_height_carries_thermals_off(void **state) {
     neph_cloud_desc desc = thermal_field(4);
     np_cloud_model calm;
     if (m) desc.model = NEPH_CLOUD_MODEL_HERO;
-    assert_int_equal(np_cloud_model_build(context, &desc, NULL, &calm), NEPH_OK);
+    assert_int_equal(np_cloud_model_build(context, &desc, 6.36e6, NULL, &calm), NEPH_OK);
     np_cloud_model windy = blow(&calm);
     assert_int_equal(np_thermals_build(&windy, NULL, 1), NEPH_OK);
     size_t compared = 0;
@@ -210,7 +210,7 @@ static void columns_are_displaced_whole(void **state) {
     double difference = 0, sum = 0;
     desc.model = m;
     desc.coverage = 0.6;
-    assert_int_equal(np_cloud_model_build(context, &desc, NULL, &calm), NEPH_OK);
+    assert_int_equal(np_cloud_model_build(context, &desc, 6.36e6, NULL, &calm), NEPH_OK);
     const np_cloud_model windy = blow(&calm);
     for (int i = 0; i < 4096; i++) {
       const float x = 2500 * (np_random_float(&random) - 0.5f), y = 2500 * (np_random_float(&random) - 0.5f);
@@ -289,7 +289,7 @@ static void wisps_are_finer_where_asked(void **state) {
   for (int k = 0; k < 4; k++) {
     np_cloud_model model;
     desc.wisp_frequencies[2] = 1 + 0.75 * k;
-    assert_int_equal(np_cloud_model_build(context, &desc, NULL, &model), NEPH_OK);
+    assert_int_equal(np_cloud_model_build(context, &desc, 6.36e6, NULL, &model), NEPH_OK);
     eval_rows(&model, 0.15f * (float)desc.billow_m, low);
     eval_rows(&model, 0.8f * (float)desc.billow_m, high);
     np_cloud_model_clear(&model);

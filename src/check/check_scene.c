@@ -202,11 +202,12 @@ static neph_result check_map(const scene_check *c, const np_scene_cloud *cloud) 
 }
 
 static neph_result check_bake(const scene_check *c, const np_scene_cloud *cloud) {
+  const double radius_m = c->scene->atmosphere.planet_radius_m;
   neph_cloud_desc at_frame = np_scene_cloud_get_frame(cloud, c->frame);
   neph_result result = cloud->bake.map_file ? check_map(c, cloud) : NEPH_OK;
   /* The ground moves bases and clouds, and has no effect on the loss by voxels. */
   at_frame.ground_lift = at_frame.ground_cover = 0;
-  return result ? result : np_check_pass(np_cloud_check_voxel(c->check->context, &at_frame));
+  return result ? result : np_check_pass(np_cloud_check_voxel(c->check->context, &at_frame, radius_m));
 }
 
 /* Checks the single file of a cloud; the plan reports a missing one. */

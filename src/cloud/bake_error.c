@@ -303,7 +303,8 @@ neph_result np_bake_meter_start(const np_bake *bake, np_bake_meter *out_meter) {
   out_meter->rays = np_alloc(bake->context, NEPH_BAKE_ERROR_RAYS, sizeof *out_meter->rays);
   if (!out_meter->rays) return NEPH_ERROR_OUT_OF_MEMORY;
   np_monitor_set_stage(bake->monitor, "preparing the error");
-  const neph_result result = np_cloud_model_build(bake->context, &cloud, bake->monitor, &out_meter->detailed);
+  const neph_result result =
+      np_cloud_model_build(bake->context, &cloud, bake->desc.planet_radius_m, bake->monitor, &out_meter->detailed);
   if (result) np_alloc_free(bake->context, out_meter->rays);
   return result;
 }

@@ -181,7 +181,7 @@ neph_result np_bake_start(neph_context *context, const neph_cloud_desc *cloud, c
   for (int a = 0; a < 3; a++) out_bake->lod.origin_m[a] = np_bake_compute_offset_m(out_bake, a, 0);
   np_monitor_set_part(monitor, np_monitor_whole, 0.0, 0.05);
   np_monitor_set_stage(monitor, "preparing cloud");
-  if (!result) result = np_cloud_model_build(context, &rounded, monitor, &out_bake->model);
+  if (!result) result = np_cloud_model_build(context, &rounded, desc->planet_radius_m, monitor, &out_bake->model);
   if (result) return result;
   result = np_bake_warn_of_losses(context, &out_bake->model, monitor);
   if (result) np_bake_end(out_bake);

@@ -3,9 +3,10 @@
  *
  * A field of few voxels is compared at all its columns with the mean of columns drawn within their footprints: the
  * voxels may miss clouds or exaggerate them. The waterline was set so that these very columns are covered as the key
- * says, and that of another voxel will be: so the mean optical depth of covered columns is compared. Of more voxels
- * some columns, spread evenly, are compared with the finer model at the same places. Grains of thermals are as fine as
- * the model of any smaller voxel down to the grain, so that nothing is to be compared in them.
+ * says, and that of another voxel will be: so the mean optical depth of covered columns is compared, with the finer
+ * model's own waterline where that of the voxels shows a loss. In a field of more voxels some columns, spread evenly,
+ * are compared with the finer model at the same places. Grains of thermals are as fine as the model of any smaller
+ * voxel down to the grain, so that nothing is to be compared in them.
  *
  * All is evaluated pointwise, so that no grid is needed: the losses of any other voxel are measured by the same code,
  * and the voxel of the warning is the first, halved and rounded down to three digits, whose own bake would not warn.
@@ -37,10 +38,11 @@ enum {
 /* Effort of a comparison: columns along an axis of a field of many, and columns drawn in one of few. */
 typedef struct column_effort {
   size_t columns, draws;
-  double chance; /* standard errors within which nothing is lost */
+  double chance;      /* standard errors within which nothing is lost */
+  bool has_waterline; /* the finer model's own is searched */
 } column_effort;
 
-static const column_effort first_effort = {16, 484, 0}, second_effort = {32, 2304, 3}; /* where the first loses */
+static const column_effort first_effort = {16, 484, 0, false}, second_effort = {32, 2304, 3, true};
 static const double tolerated_share = 0.15;
 static const double finer = 0.5; /* share of the grain */
 
@@ -68,20 +70,15 @@ typedef struct column_job {
 
 /* ---- Columns ---- */
 
-/* Heights that are looked at: one in each step, at this share of it. */
-typedef struct column_heights {
-  double step_m, share;
-} column_heights;
-
 static bool is_clear(const np_cloud_model *model, double x_m, double y_m) {
   const float x = (float)x_m, y = (float)y_m;
   const np_cloud_box box = {{x, y, 0.0f}, {x, y, (float)model->desc.thickness_m}};
   return np_cloud_model_is_empty(model, &box);
 }
 
-/* Optical depth over the thickness. */
-static double measure_column(const np_cloud_model *model, const column_heights *heights, double x_m, double y_m) {
-  const double step_m = heights->step_m;
+/* Optical depth over the thickness, of samples that begin at this share of a grain. */
+static double measure_column(const np_cloud_model *model, double phase, double x_m, double y_m) {
+  const double step_m = model->desc.voxel_m;
   const size_t total = is_clear(model, x_m, y_m) ? 0 : (size_t)ceil(model->desc.thickness_m / step_m);
   float x[NP_CLOUD_BLOCK], y[NP_CLOUD_BLOCK], height_m[NP_CLOUD_BLOCK], extinction_per_m[NP_CLOUD_BLOCK];
   double depth = 0;
@@ -91,7 +88,7 @@ static double measure_column(const np_cloud_model *model, const column_heights *
     for (size_t i = 0; i < points.count; i++) {
       x[i] = (float)x_m;
       y[i] = (float)y_m;
-      height_m[i] = (float)(((double)(first + i) + heights->share) * step_m);
+      height_m[i] = (float)(((double)(first + i) + phase) * step_m);
     }
     np_cloud_model_eval_points(model, &points, extinction_per_m);
     for (size_t i = 0; i < points.count; i++) depth += (double)extinction_per_m[i] * step_m;
@@ -112,11 +109,14 @@ static void compute_place(const column_job *job, size_t number, double out_place
   }
 }
 
-static void add_drawn(const np_cloud_model *model, double share, const double place_m[2], drawn *sums) {
-  const column_heights heights = {model->desc.voxel_m, share};
-  const double depth = measure_column(model, &heights, place_m[0], place_m[1]);
+static void add_drawn(const np_cloud_model *model, double phase, const double place_m[2], drawn *sums) {
+  const double depth = measure_column(model, phase, place_m[0], place_m[1]);
   sums->depth += depth;
   sums->covered += depth > 0;
+}
+
+static void add_sampled(const np_cloud_model *model, const double place_m[2], drawn *sums) {
+  add_drawn(model, np_cloud_compute_phase(model, place_m[0], place_m[1]), place_m, sums);
 }
 
 static void measure_pair(const column_job *job, size_t number, column_pair *out) {
@@ -124,9 +124,9 @@ static void measure_pair(const column_job *job, size_t number, column_pair *out)
   drawn here = {0};
   double place_m[2];
   compute_place(job, number, place_m);
-  if (job->is_all || job->has_detail) add_drawn(job->model, 0.5, place_m, &here);
+  if (job->is_all || job->has_detail) add_sampled(job->model, place_m, &here);
   *out = (column_pair){.depth = here.depth, .covered = here.covered};
-  if (!job->is_all && job->has_detail) add_drawn(&job->detailed, 0.5, place_m, &out->halves[0]);
+  if (!job->is_all && job->has_detail) add_sampled(&job->detailed, place_m, &out->halves[0]);
   const double painted_here = sample_painted(job->model, place_m[0], place_m[1]);
   for (size_t i = 0; i < job->draws; i++) {
     double drawn_m[2];
@@ -255,6 +255,11 @@ static double choose_share(const np_cloud_model *model) {
   return is_field ? fmin(np_cloud_compute_grain_m(&model->desc) / model->desc.voxel_m, 1) : finer;
 }
 
+/* Whether finer voxels have another waterline, which takes the start's map and no balls to find. */
+static bool has_finer_waterline(const np_cloud_model *model) {
+  return is_of_coverage(model) && !model->kind->has_thermals && !model->map.levels && model->desc.time_s == 0;
+}
+
 static neph_result measure_columns(neph_context *context, const np_cloud_model *model, const column_effort *effort,
                                    np_monitor *monitor, np_bake_losses *out_losses) {
   column_job job = {.context = context, .model = model, .voxel_m = model->desc.voxel_m * model->sample_count};
@@ -264,10 +269,14 @@ static neph_result measure_columns(neph_context *context, const np_cloud_model *
   choose_columns(&job, effort);
   job.has_detail = share < 1;
   job.detailed = np_cloud_model_refine(model, share);
+  neph_result result = NEPH_OK;
+  if (job.has_detail && effort->has_waterline && has_finer_waterline(model))
+    result = model->kind->search_waterline(&job.detailed, monitor);
+  if (result) return result;
   const size_t count = job.columns[0] * job.columns[1];
   job.pairs = np_alloc(context, count, sizeof *job.pairs);
   if (!job.pairs) return NEPH_ERROR_OUT_OF_MEMORY;
-  const neph_result result = np_parallel_for(context, monitor, count, 8, measure_pairs, &job);
+  result = np_parallel_for(context, monitor, count, 8, measure_pairs, &job);
   if (!result) *out_losses = judge_pairs(&job, count, effort->chance);
   np_alloc_free(context, job.pairs);
   return result;
@@ -276,8 +285,8 @@ static neph_result measure_columns(neph_context *context, const np_cloud_model *
 neph_result np_bake_measure_losses(neph_context *context, const np_cloud_model *model, np_monitor *monitor,
                                    np_bake_losses *out_losses) {
   const neph_result result = measure_columns(context, model, &first_effort, monitor, out_losses);
-  return result || !np_bake_loses(out_losses) ? result
-                                              : measure_columns(context, model, &second_effort, monitor, out_losses);
+  if (result || !np_bake_loses(out_losses)) return result;
+  return measure_columns(context, model, &second_effort, monitor, out_losses);
 }
 
 bool np_bake_loses(const np_bake_losses *losses) {
@@ -292,11 +301,11 @@ static double round_down(double value) {
   return floor(value / digit * (1 + 1e-12)) * digit;
 }
 
-static neph_result probe_voxel(neph_context *context, const neph_cloud_desc *cloud, np_monitor *monitor,
-                               bool *out_loses) {
+static neph_result probe_voxel(neph_context *context, const neph_cloud_desc *cloud, double planet_radius_m,
+                               np_monitor *monitor, bool *out_loses) {
   np_cloud_model model;
   np_bake_losses losses;
-  neph_result result = np_cloud_model_build(context, cloud, monitor, &model);
+  neph_result result = np_cloud_model_build(context, cloud, planet_radius_m, monitor, &model);
   if (result) return result;
   result = np_bake_measure_losses(context, &model, monitor, &losses);
   *out_loses = np_bake_loses(&losses);
@@ -305,15 +314,14 @@ static neph_result probe_voxel(neph_context *context, const neph_cloud_desc *clo
 }
 
 /* Halved until nothing is lost, to a quarter of the grain at the finest. 0: none was found. */
-static neph_result search_voxel(neph_context *context, const neph_cloud_desc *cloud, np_monitor *monitor,
-                                double *out_voxel_m) {
-  neph_cloud_desc probed = *cloud;
+static neph_result search_voxel(const np_cloud_model *model, np_monitor *monitor, double *out_voxel_m) {
+  neph_cloud_desc probed = np_cloud_model_get_desc(model);
   bool loses = true;
   neph_result result = NEPH_OK;
   for (int fine = 0; fine < FINE_HALVINGS && loses && !result;) {
     fine += np_cloud_grain_count(&probed) == 1;
     probed.voxel_m = round_down(0.5 * probed.voxel_m);
-    result = probe_voxel(context, &probed, monitor, &loses);
+    result = probe_voxel(model->context, &probed, model->planet_radius_m, monitor, &loses);
   }
   *out_voxel_m = loses ? 0 : probed.voxel_m;
   return result;
@@ -351,8 +359,7 @@ static void warn_of_coverage(neph_context *context, const np_cloud_model *model)
   if (fabs(covered - wanted) <= get_coverage_tolerance(model)) return;
   np_log(context, NEPH_LOG_WARNING, "%s: clouds cover %.2f of the field where coverage asks for %.2f: %s",
          np_cloud_desc_name(&model->desc), covered, wanted,
-         covered < wanted ? "its edges and the gaps between clouds stay clear; enlarge extent, or take a stratus"
-                          : "clouds of this size cover no less; enlarge extent, or lessen cell");
+         covered < wanted ? model->kind->more_cover : model->kind->less_cover);
 }
 
 neph_result np_bake_warn_of_losses(neph_context *context, const np_cloud_model *model, np_monitor *monitor) {
@@ -362,7 +369,7 @@ neph_result np_bake_warn_of_losses(neph_context *context, const np_cloud_model *
   neph_result result = np_bake_measure_losses(context, model, monitor, &losses);
   if (result || !np_bake_loses(&losses)) return result;
   const neph_cloud_desc cloud = np_cloud_model_get_desc(model);
-  result = search_voxel(context, &cloud, monitor, &voxel_m);
+  result = search_voxel(model, monitor, &voxel_m);
   const loss_line rows[] = {
       {"mean optical depth", losses.of_depth, losses.depth, losses.finer_depth},
       {"painted coverage", losses.of_coverage, losses.covered, losses.wanted},
@@ -373,7 +380,7 @@ neph_result np_bake_warn_of_losses(neph_context *context, const np_cloud_model *
   return result;
 }
 
-neph_result np_cloud_check_voxel(neph_context *context, const neph_cloud_desc *cloud) {
+neph_result np_cloud_check_voxel(neph_context *context, const neph_cloud_desc *cloud, double planet_radius_m) {
   neph_cloud_desc checked;
   np_cloud_model model;
   np_monitor monitor;
@@ -381,7 +388,7 @@ neph_result np_cloud_check_voxel(neph_context *context, const neph_cloud_desc *c
   if (result) return result;
   const unsigned mode = np_float_mode_enter();
   np_monitor_start(&monitor, context, NULL, NULL);
-  result = np_cloud_model_build(context, &checked, &monitor, &model);
+  result = np_cloud_model_build(context, &checked, planet_radius_m, &monitor, &model);
   if (!result) {
     result = np_bake_warn_of_losses(context, &model, &monitor);
     np_cloud_model_clear(&model);

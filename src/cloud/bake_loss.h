@@ -20,6 +20,6 @@ bool np_bake_loses(const np_bake_losses *losses); /* more than is tolerated */
 neph_result np_bake_warn_of_losses(neph_context *context, const np_cloud_model *model, np_monitor *monitor);
 
 /* Warns of what a bake in the description's voxels would lose. */
-neph_result np_cloud_check_voxel(neph_context *context, const neph_cloud_desc *cloud);
+neph_result np_cloud_check_voxel(neph_context *context, const neph_cloud_desc *cloud, double planet_radius_m);
 
 #endif

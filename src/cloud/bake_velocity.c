@@ -154,7 +154,8 @@ static neph_result make_grids(const np_bake *bake, const np_sparse_grid *density
 static neph_result build_moment(const velocity_job *job, double time_s, np_cloud_model *out_model) {
   neph_cloud_desc cloud = np_cloud_model_get_desc(&job->bake->model);
   cloud.time_s = time_s;
-  return np_cloud_model_build(job->bake->context, &cloud, job->bake->monitor, out_model);
+  const np_bake *bake = job->bake;
+  return np_cloud_model_build(bake->context, &cloud, bake->desc.planet_radius_m, bake->monitor, out_model);
 }
 
 neph_result np_bake_make_velocity(const np_bake *bake, const np_sparse_grid *density, np_sparse_grid out_velocity[3]) {

@@ -114,7 +114,7 @@ neph_result neph_cloud_eval(neph_context *context, const neph_cloud_desc *cloud,
   const unsigned mode = np_float_mode_enter();
   np_monitor_start(&monitor, context, NULL, NULL);
   bake.desc.planet_radius_m = planet_radius_m;
-  result = np_cloud_model_build(context, &checked, &monitor, &bake.model);
+  result = np_cloud_model_build(context, &checked, planet_radius_m, &monitor, &bake.model);
   if (!result) {
     eval_job job = {&bake, positions_m, count, out_extinction_per_m};
     result = np_parallel_for(context, &monitor, (count + NP_CLOUD_BLOCK - 1) / NP_CLOUD_BLOCK, 1, eval_blocks, &job);

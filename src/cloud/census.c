@@ -5,6 +5,7 @@
 #include <math.h>
 
 #include "cloud/cloud_density.h"
+#include "cloud/cloud_grain.h"
 #include "cloud/cloud_kinds.h"
 
 enum { CENSUS_COLUMNS_MAX = 64, CENSUS_HEIGHTS = 24, CENSUS_HEIGHTS_MAX = 48 };
@@ -14,33 +15,34 @@ typedef struct census {
   const np_cloud_model *model;
   int columns[2], heights; /* columns along each axis */
   float cell_m[2], step_m; /* distances between those */
+  bool is_at_voxels;       /* heights are the voxels' own, which differ from column to column */
   atomic_size_t covered, wanted;
 } census;
 
-/* Heights to evaluate: those of the voxels, if they are not too many. */
-static int count_heights(const np_cloud_model *model) {
+/* Heights to evaluate: those of the voxels where these matter or are few. */
+static void set_heights(const np_cloud_model *model, census *c) {
   const neph_cloud_desc *desc = &model->desc;
   const double voxels = ceil(desc->thickness_m / desc->voxel_m);
   const double heights =
       fmax(CENSUS_HEIGHTS, ceil(model->kind->census_per_billow * desc->thickness_m / desc->billow_m));
-  return (int)fmin(voxels, fmin(heights, CENSUS_HEIGHTS_MAX));
+  const bool matter = model->sample_count > 1 || model->kind->has_thin_rims;
+  c->is_at_voxels = matter && voxels <= NP_CLOUD_BLOCK;
+  c->heights = (int)fmin(voxels, matter ? NP_CLOUD_BLOCK : fmin(heights, CENSUS_HEIGHTS_MAX));
+  c->step_m = (float)(c->is_at_voxels ? desc->voxel_m : desc->thickness_m / c->heights);
 }
 
 /* Census of the columns. Where voxels are coarser than the model it looks at the voxels' own columns, at all of them if
  * they are few, and at each grain: a choice of others would miss by chance. */
 static census make_census(const np_cloud_model *model) {
   const neph_cloud_desc *desc = &model->desc;
-  census c = {.model = model, .heights = count_heights(model)};
-  c.step_m = (float)desc->thickness_m / (float)c.heights;
+  census c = {.model = model};
+  set_heights(model, &c);
   for (int a = 0; a < 2; a++) {
     const double voxel_m = desc->voxel_m * model->sample_count, voxels = fmax(round(desc->extent_m[a] / voxel_m), 1);
     const bool is_all = model->sample_count > 1 && voxels <= CENSUS_COLUMNS_MAX;
     c.columns[a] = is_all ? (int)voxels : CENSUS_COLUMNS_MAX;
     c.cell_m[a] = is_all ? (float)voxel_m : (float)desc->extent_m[a] / CENSUS_COLUMNS_MAX;
   }
-  if (model->sample_count == 1) return c;
-  c.heights = (int)fmin(ceil(desc->thickness_m / desc->voxel_m), NP_CLOUD_BLOCK);
-  c.step_m = (float)desc->voxel_m;
   return c;
 }
 
@@ -69,13 +71,15 @@ static float compute_place_m(const census *c, int axis, size_t i) {
 /* Adds the heights of a column from `first` on in steps. */
 static void add_column(census_row *row, int column, float y_m, int first, int step) {
   const census *c = row->census;
+  const float x_m = compute_place_m(c, 0, (size_t)column);
+  const float phase = c->is_at_voxels ? (float)np_cloud_compute_phase(c->model, x_m, y_m) : 0.5f;
   if (row->count + (size_t)c->heights > NP_CLOUD_BLOCK) eval_points(row);
   for (int i = first; i < c->heights; i += step) {
     const size_t n = row->count++;
     row->column[n] = (uint8_t)column;
-    row->x_m[n] = compute_place_m(c, 0, (size_t)column);
+    row->x_m[n] = x_m;
     row->y_m[n] = y_m;
-    row->height_m[n] = ((float)i + 0.5f) * c->step_m;
+    row->height_m[n] = ((float)i + phase) * c->step_m;
   }
 }
 

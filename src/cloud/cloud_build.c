@@ -57,11 +57,12 @@ static neph_result build_map_and_waterline(np_monitor *monitor, np_cloud_model *
   return result;
 }
 
-neph_result np_cloud_model_build(neph_context *context, const neph_cloud_desc *desc, np_monitor *monitor,
-                                 np_cloud_model *out_model) {
+neph_result np_cloud_model_build(neph_context *context, const neph_cloud_desc *desc, double planet_radius_m,
+                                 np_monitor *monitor, np_cloud_model *out_model) {
   np_cloud_model model = {.kind = np_cloud_kind_get(desc->model),
                           .context = context,
                           .desc = np_repeat_round(desc),
+                          .planet_radius_m = planet_radius_m,
                           .noise = np_noise_get_table(context->isa)};
   model.sample_count = np_cloud_grain_count(&model.desc);
   model.desc.voxel_m /= model.sample_count;

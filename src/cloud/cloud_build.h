@@ -5,10 +5,10 @@
 
 #include "cloud/cloud_model.h"
 
-/* Builds the map, and sets its waterline so that the covered fraction of the sky is the
- * wanted one. */
-neph_result np_cloud_model_build(neph_context *context, const neph_cloud_desc *desc, np_monitor *monitor,
-                                 np_cloud_model *out_model);
+/* Builds the map, and sets its waterline so that the covered fraction of the sky is the wanted one in voxels that are
+ * flat, while heights follow the planet. */
+neph_result np_cloud_model_build(neph_context *context, const neph_cloud_desc *desc, double planet_radius_m,
+                                 np_monitor *monitor, np_cloud_model *out_model);
 void np_cloud_model_clear(np_cloud_model *model); /* a zeroed model is allowed */
 
 /* The model with detail down to this share of its grain, as far as that needs no other balls and no other waterline;

@@ -76,6 +76,7 @@ struct np_cloud_model {
   const np_cloud_kind *kind;
   neph_context *context; /* borrowed */
   neph_cloud_desc desc;  /* its voxel is the grain: the bake's, or a whole part of it */
+  double planet_radius_m;
   unsigned sample_count; /* grains over the height of a voxel, of which a value is the mean */
   np_weather_map map;
   const np_noise_table *noise;

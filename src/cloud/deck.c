@@ -134,6 +134,8 @@ static bool is_deck_empty(const np_cloud_model *model, const np_cloud_box *box) 
 const np_cloud_kind np_deck_kind = {
     .name = "deck",
     .landscape = {.form = NP_LANDSCAPE_SHEET, .swirl_size = 1.3f, .has_patterns = true},
+    .more_cover = NP_EDGES_STAY_CLEAR,
+    .less_cover = NP_CLOUDS_COVER_NO_LESS,
     .is_thin_at_border = true,
     .billow_grains = 7,
     .census_passes = 4,

@@ -129,6 +129,8 @@ static bool is_fog_empty(const np_cloud_model *model, const np_cloud_box *box) {
 const np_cloud_kind np_fog_kind = {
     .name = "fog",
     .landscape = {.form = NP_LANDSCAPE_SHEET, .swirl_size = 1.3f, .has_ground = true},
+    .more_cover = NP_EDGES_STAY_CLEAR,
+    .less_cover = NP_CLOUDS_COVER_NO_LESS,
     .repeat_obstacle = "which follows the ground",
     .is_thin_at_border = true,
     .billow_grains = 7,

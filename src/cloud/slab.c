@@ -221,6 +221,8 @@ static bool is_slab_empty(const np_cloud_model *model, const np_cloud_box *box) 
 const np_cloud_kind np_slab_kind = {
     .name = "slab",
     .landscape = {.form = NP_LANDSCAPE_SHEET, .swirl_size = 2.6f, .has_patterns = true},
+    .more_cover = NP_EDGES_STAY_CLEAR,
+    .less_cover = NP_CLOUDS_COVER_NO_LESS,
     .skew = NP_CLOUD_SKEW_TRAILING,
     .has_pannus = true,
     .billow_grains = 7,

@@ -89,6 +89,8 @@ static bool is_streak_empty(const np_cloud_model *model, const np_cloud_box *box
 const np_cloud_kind np_streaks_kind = {
     .name = "streaks",
     .landscape = {.form = NP_LANDSCAPE_SHEET, .swirl_size = 1.3f},
+    .more_cover = NP_GAPS_STAY_CLEAR,
+    .less_cover = NP_CLOUDS_COVER_NO_LESS,
     .skew = NP_CLOUD_SKEW_HOOKED,
     .billow_grains = 7,
     .census_passes = 4,

@@ -43,6 +43,8 @@ const np_cloud_kind np_thermals_kind = {
                   .group_octaves = 7,
                   .has_anvils = true,
                   .has_patterns = true},
+    .more_cover = NP_GAPS_STAY_CLEAR,
+    .less_cover = NP_CLOUDS_COVER_NO_LESS,
     .has_thermals = true,
     .billow_grains = 11,
     .census_per_billow = 6,
@@ -58,6 +60,8 @@ const np_cloud_kind np_thermals_kind = {
 const np_cloud_kind np_hero_kind = {
     .name = "hero",
     .landscape = {.form = NP_LANDSCAPE_HERO, .swirl_size = 1.3f},
+    .more_cover = NP_GAPS_STAY_CLEAR,
+    .less_cover = NP_CLOUDS_COVER_NO_LESS,
     .repeat_obstacle = "one cloud in the middle",
     .has_thermals = true,
     .is_single = true,

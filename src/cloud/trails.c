@@ -181,6 +181,8 @@ static bool is_trail_empty(const np_cloud_model *model, const np_cloud_box *box)
 const np_cloud_kind np_trails_kind = {
     .name = "trails",
     .landscape = {.form = NP_LANDSCAPE_SHEET, .swirl_size = 1.3f},
+    .more_cover = "lines of this number cover no more; raise trails",
+    .less_cover = "lines of this number cover no less; lessen trails",
     .repeat_obstacle = "lines across the whole field",
     .is_line = true,
     .billow_grains = 7,

@@ -77,7 +77,7 @@ static neph_result eval_rows(void *user, size_t begin, size_t end, unsigned thre
 }
 
 static neph_result make_field(neph_context *context, const neph_cloud_desc *desc, field *f) {
-  neph_result result = np_cloud_model_build(context, desc, NULL, &f->model);
+  neph_result result = np_cloud_model_build(context, desc, 6.36e6, NULL, &f->model);
   if (result) return result;
   for (int a = 0; a < 3; a++)
     f->size[a] = (int32_t)ceil((a < 2 ? desc->extent_m[a] : desc->thickness_m) / desc->voxel_m);
