@@ -49,11 +49,15 @@ static neph_result check_plan(const scene_check *c) {
   return np_check_pass(result);
 }
 
-/* Adds an output by its name in the frame. `pattern` NULL: none. */
-static neph_result add_output(const scene_check *c, neph_files *files, const char *key, const char *pattern) {
+/* Adds an output by its name in the frame, and checks whether it can be written. A bake that is there is only read.
+ * `pattern` NULL: none. */
+static neph_result add_output(const scene_check *c, neph_files *files, const char *key, const char *pattern,
+                              bool is_bake) {
   if (!pattern) return NEPH_OK;
   char *path = np_frame_name_make(c->check->context, pattern, c->frame);
-  const neph_result result = path ? neph_files_add(files, NEPH_FILE_WRITTEN, key, path) : NEPH_ERROR_OUT_OF_MEMORY;
+  neph_result result = path ? neph_files_add(files, NEPH_FILE_WRITTEN, key, path) : NEPH_ERROR_OUT_OF_MEMORY;
+  const bool is_read = is_bake && path && np_file_exists(path);
+  if (!result && !is_read) result = np_check_pass(np_file_check_target(c->check->context, path));
   np_alloc_free(c->check->context, path);
   return result;
 }
@@ -66,16 +70,16 @@ static neph_result add_outputs(const scene_check *c, neph_files *files) {
   } rows[] = {{"output.image", output->image}, {"output.preview", output->preview}, {"output.deep", output->deep}};
   neph_result result = NEPH_OK;
   for (size_t i = 0; !result && i < sizeof rows / sizeof *rows; i++)
-    result = add_output(c, files, rows[i].key, rows[i].pattern);
+    result = add_output(c, files, rows[i].key, rows[i].pattern, false);
   for (unsigned i = 0; !result && i < c->scene->cloud_count; i++) {
     char key[32];
     np_print(key, sizeof key, "clouds[%u].vdb", i);
-    if (c->scene->clouds[i].is_baked) result = add_output(c, files, key, c->scene->clouds[i].vdb);
+    if (c->scene->clouds[i].is_baked) result = add_output(c, files, key, c->scene->clouds[i].vdb, true);
   }
   return result;
 }
 
-/* Checks whether an output overwrites another, or an input. */
+/* Checks whether an output overwrites another or an input, or cannot be written. */
 static neph_result check_outputs(const scene_check *c) {
   neph_files *files;
   neph_result result = neph_files_create(c->check->context, &files);

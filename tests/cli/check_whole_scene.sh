@@ -27,3 +27,8 @@ clouds: [{name: copies, vdb: cloud.vdb, extinction: 0.1 1/m, places: behind.csv}
 output: {image: x.exr}
 YAML
 nephos check behind.yaml || echo "exit $?"
+cat >folders.yaml <<'YAML'
+clouds: [{name: a, vdb: nowhere/a.vdb, bake: {model: hero, extent: 600 m, voxel: 30 m}}]
+output: {image: nowhere/x.exr, preview: cloud.vdb/x.png, deep: deep.exr}
+YAML
+nephos check folders.yaml || echo "exit $?"

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# Tiles, ranges of samples and both merge to the bits of the whole, in both integrators; what is missing is listed; other
-# pictures, overlaps and damage are refused.
+# Tiles, ranges of samples and both merge to the bits of the whole, in both integrators, and so do pictures and parts;
+# they state an error together; what is missing is listed; other pictures, overlaps and damage are refused.
 cat >scene.yaml <<'SCENE'
 camera: {position: [0, 0, 500 m], look_at: [0, 1 km, 700 m], resolution: [24, 16], overscan: 2}
 atmosphere: none
@@ -19,6 +19,10 @@ for integrator in march path; do
   for tile in 1 2 3; do $run --tile $tile/3 >/dev/null; done
   nephos merge a.0001.tile?of3.exr -o tiles.exr
   nephos compare tiles.exr a.0001.exr --exact | tail -n 1
+  $run --tile 1/3 -o first.npart >/dev/null
+  nephos merge a.0001.tile3of3.exr first.npart a.0001.tile2of3.exr -o mixed.exr
+  nephos compare mixed.exr a.0001.exr --exact | tail -n 1
+  nephos info mixed.exr | grep -oE 'nephos:(error|noise)(Min|Max)?' | sort | tr '\n' ' ' && echo
 done
 ls
 nephos merge a.0001.tile1of2.samples16to32.npart -o x.exr || echo "exit $?"

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# A render that may need more memory than allowed is refused before it begins, as is its dry run; with enough it runs.
+# A render that may need more memory than allowed is refused before it begins, as is its dry run; with enough it runs
+# within it. Without sanitizers, whose memory counts.
 cat >scene.yaml <<'YAML'
 camera: {position: [0, -6 km, 2500 m], look_at: [0, 0, 1 km], resolution: [32, 18]}
 atmosphere: none
