@@ -3,7 +3,9 @@
 # package and nephos.pc.
 include(CMakePackageConfigHelpers)
 
-install(TARGETS nephos EXPORT nephosTargets)
+set(CMAKE_INSTALL_DEFAULT_COMPONENT_NAME development)
+install(TARGETS nephos EXPORT nephosTargets
+  LIBRARY COMPONENT library NAMELINK_COMPONENT development)
 install(TARGETS nephos_static nephos_inside EXPORT nephosStaticTargets)
 install(DIRECTORY include/nephos DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN *.h)
 

@@ -102,8 +102,8 @@ static void warnings_agree_with_finer_bakes(void **state) {
   check_warnings(f, desc, 600, 75);
 }
 
-/* Sheets of more than 22 voxels to a side, at the same columns: a tenth is lost, which is tolerated, and the forecast is
- * of a finer bake at its own waterline. */
+/* Sheets of more than 22 voxels to a side, at the same columns: a tenth is lost, which is tolerated, and the forecast
+ * is that of a finer bake at its own waterline. */
 static void plates_thinner_than_voxels_lose_as_forecast(void **state) {
   test_fixture *f = *state;
   neph_cloud_desc desc = get_field(f, "altocumulus_lenticularis", 24e3, 0.14);
