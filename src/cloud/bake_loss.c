@@ -24,6 +24,7 @@
 #include "cloud/cloud_grain.h"
 #include "cloud/cloud_kinds.h"
 #include "cloud/cloud_name.h"
+#include "cloud/level_samples.h"
 #include "cloud/shape_desc.h"
 #include "core/alloc.h"
 #include "core/random.h"
@@ -76,8 +77,8 @@ static bool is_clear(const np_cloud_model *model, double x_m, double y_m) {
   return np_cloud_model_is_empty(model, &box);
 }
 
-/* Optical depth over the thickness, of samples that begin at this share of a grain. */
-static double measure_column(const np_cloud_model *model, double phase, double x_m, double y_m) {
+/* Optical depth over the thickness; the lowest sample is so many grains above the base. */
+static double measure_column(const np_cloud_model *model, double lowest, double x_m, double y_m) {
   const double step_m = model->desc.voxel_m;
   const size_t total = is_clear(model, x_m, y_m) ? 0 : (size_t)ceil(model->desc.thickness_m / step_m);
   float x[NP_CLOUD_BLOCK], y[NP_CLOUD_BLOCK], height_m[NP_CLOUD_BLOCK], extinction_per_m[NP_CLOUD_BLOCK];
@@ -88,7 +89,7 @@ static double measure_column(const np_cloud_model *model, double phase, double x
     for (size_t i = 0; i < points.count; i++) {
       x[i] = (float)x_m;
       y[i] = (float)y_m;
-      height_m[i] = (float)(((double)(first + i) + phase) * step_m);
+      height_m[i] = (float)(((double)(first + i) + lowest) * step_m);
     }
     np_cloud_model_eval_points(model, &points, extinction_per_m);
     for (size_t i = 0; i < points.count; i++) depth += (double)extinction_per_m[i] * step_m;
@@ -109,14 +110,14 @@ static void compute_place(const column_job *job, size_t number, double out_place
   }
 }
 
-static void add_drawn(const np_cloud_model *model, double phase, const double place_m[2], drawn *sums) {
-  const double depth = measure_column(model, phase, place_m[0], place_m[1]);
+static void add_drawn(const np_cloud_model *model, double lowest, const double place_m[2], drawn *sums) {
+  const double depth = measure_column(model, lowest, place_m[0], place_m[1]);
   sums->depth += depth;
   sums->covered += depth > 0;
 }
 
 static void add_sampled(const np_cloud_model *model, const double place_m[2], drawn *sums) {
-  add_drawn(model, np_cloud_compute_phase(model, place_m[0], place_m[1]), place_m, sums);
+  add_drawn(model, np_level_samples_find_lowest(model, place_m[0], place_m[1]), place_m, sums);
 }
 
 static void measure_pair(const column_job *job, size_t number, column_pair *out) {

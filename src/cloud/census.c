@@ -5,8 +5,8 @@
 #include <math.h>
 
 #include "cloud/cloud_density.h"
-#include "cloud/cloud_grain.h"
 #include "cloud/cloud_kinds.h"
+#include "cloud/level_samples.h"
 
 enum { CENSUS_COLUMNS_MAX = 64, CENSUS_HEIGHTS = 24, CENSUS_HEIGHTS_MAX = 48 };
 enum { CENSUS_WHITE = 1024 };
@@ -72,14 +72,14 @@ static float compute_place_m(const census *c, int axis, size_t i) {
 static void add_column(census_row *row, int column, float y_m, int first, int step) {
   const census *c = row->census;
   const float x_m = compute_place_m(c, 0, (size_t)column);
-  const float phase = c->is_at_voxels ? (float)np_cloud_compute_phase(c->model, x_m, y_m) : 0.5f;
+  const float lowest = c->is_at_voxels ? (float)np_level_samples_find_lowest(c->model, x_m, y_m) : 0.5f;
   if (row->count + (size_t)c->heights > NP_CLOUD_BLOCK) eval_points(row);
   for (int i = first; i < c->heights; i += step) {
     const size_t n = row->count++;
     row->column[n] = (uint8_t)column;
     row->x_m[n] = x_m;
     row->y_m[n] = y_m;
-    row->height_m[n] = ((float)i + phase) * c->step_m;
+    row->height_m[n] = ((float)i + lowest) * c->step_m;
   }
 }
 

@@ -11,7 +11,6 @@
 #include <math.h>
 
 #include "cloud/cloud_kinds.h"
-#include "core/math.h"
 
 static const double thickness_grains = 8; /* over a sublayer */
 enum { GRAINS_MAX = 64 };
@@ -23,14 +22,6 @@ double np_cloud_compute_grain_m(const neph_cloud_desc *desc) {
 
 unsigned np_cloud_grain_count(const neph_cloud_desc *desc) {
   return (unsigned)fmin(fmax(ceil(desc->voxel_m / np_cloud_compute_grain_m(desc)), 1), GRAINS_MAX);
-}
-
-double np_cloud_compute_phase(const np_cloud_model *model, double x_m, double y_m) {
-  const neph_cloud_desc *desc = &model->desc;
-  const np_dvec3 place = {desc->center_m[0] + x_m, desc->center_m[1] + y_m, desc->base_altitude_m};
-  const double fall_m = np_altitude(place, model->planet_radius_m) - desc->base_altitude_m;
-  const double grains = fall_m / desc->voxel_m + 0.5;
-  return grains - floor(grains);
 }
 
 neph_cloud_desc np_cloud_model_get_desc(const np_cloud_model *model) {

@@ -11,10 +11,6 @@ double np_cloud_compute_grain_m(const neph_cloud_desc *desc);
 /* Number of grains over the height of the description's voxel: 1 where its own size loses nothing. */
 unsigned np_cloud_grain_count(const neph_cloud_desc *desc);
 
-/* Height of the lowest sample above the base, in grains and less than one, at a place of the field: samples are level
- * and heights follow the planet. */
-double np_cloud_compute_phase(const np_cloud_model *model, double x_m, double y_m);
-
 /* The description that a model was built from. */
 neph_cloud_desc np_cloud_model_get_desc(const np_cloud_model *model);
 

@@ -22,6 +22,9 @@ caches: optics noise volume atmosphere terrain world transport
 integrate: optics noise volume atmosphere terrain world transport caches
 scene: optics noise volume image mesh cloud terrain atmosphere
 render: optics noise volume image mesh cloud terrain atmosphere world transport caches integrate scene
+parts: image render
+export: volume image scene render
+probe: volume atmosphere integrate scene render
 report: optics noise volume image mesh cloud terrain atmosphere world transport caches integrate scene render
 check: optics noise volume image mesh cloud terrain atmosphere world transport caches integrate scene render'
 

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Header of a part beyond its place and samples: properties of the picture, in which all parts agree, and figures of
  * the part alone. */
-#ifndef NP_RENDER_MERGE_PROPERTY_H
-#define NP_RENDER_MERGE_PROPERTY_H
+#ifndef NP_PARTS_MERGE_PROPERTY_H
+#define NP_PARTS_MERGE_PROPERTY_H
 
-#include "render/merge_state.h"
+#include "parts/merge_state.h"
 #include "render/part_fault.h"
 
 /* Whether numbers and matrices that a header states are some that a picture can have; false, with the fault, where one

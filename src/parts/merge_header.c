@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "render/merge_header.h"
+#include "parts/merge_header.h"
 
 #include <math.h>
 #include <string.h>
 
-#include "render/merge_error.h"
+#include "parts/merge_error.h"
 #include "render/render_header.h"
 #include "render/scene_hash.h"
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "render/merge_property.h"
+#include "parts/merge_property.h"
 
 #include <float.h>
 #include <math.h>

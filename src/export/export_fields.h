@@ -1,8 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Grids of a cloud's file beside its density, as they are exported: in the world, in the units of the keys' defaults.
+ *
+ * The module stands above render, whose stores and bakes it uses; nothing of the library calls it. Entry points:
+ * cloud_export.c (nephos/render.h), volumes_usd.c and scene_usd.c.
  */
-#ifndef NP_RENDER_EXPORT_FIELDS_H
-#define NP_RENDER_EXPORT_FIELDS_H
+#ifndef NP_EXPORT_EXPORT_FIELDS_H
+#define NP_EXPORT_EXPORT_FIELDS_H
 
 #include <nephos/render.h>
 

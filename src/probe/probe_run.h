@@ -1,7 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The frame of a probe: a table of cases is read, answered, and written with its answers as one text. */
-#ifndef NP_RENDER_PROBE_RUN_H
-#define NP_RENDER_PROBE_RUN_H
+/* The frame of a probe: a table of cases is read, answered, and written with its answers as one text.
+ *
+ * The module stands above render, whose assembly gives a probe its clouds, air and light; nothing of the library calls
+ * it. A kind of probe is a file with an np_probe_kind; pictures and checks of the sky's tables are beside them.
+ */
+#ifndef NP_PROBE_PROBE_RUN_H
+#define NP_PROBE_PROBE_RUN_H
 
 #include <stdio.h>
 

@@ -8,8 +8,8 @@
 #include "core/alloc.h"
 #include "core/given.h"
 #include "core/units.h"
-#include "render/probe_run.h"
-#include "render/probe_slab.h"
+#include "probe/probe_run.h"
+#include "probe/probe_slab.h"
 
 typedef enum slab_column {
   COLUMN_QUANTITY,

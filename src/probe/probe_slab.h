@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* A plane-parallel slab of cloud, put together from the renderer's own parts, and what leaves it. */
-#ifndef NP_RENDER_PROBE_SLAB_H
-#define NP_RENDER_PROBE_SLAB_H
+#ifndef NP_PROBE_PROBE_SLAB_H
+#define NP_PROBE_PROBE_SLAB_H
 
 #include <nephos/probe.h>
 

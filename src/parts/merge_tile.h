@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The OpenEXR file of a tile as a part of a picture. */
-#ifndef NP_RENDER_MERGE_TILE_H
-#define NP_RENDER_MERGE_TILE_H
+#ifndef NP_PARTS_MERGE_TILE_H
+#define NP_PARTS_MERGE_TILE_H
 
-#include "render/merge_state.h"
+#include "parts/merge_state.h"
 
 /* Reads a tile's header, checks what it claims of the picture, and then reads the pixels. */
 neph_result np_merge_tile_read(np_merge_part *part);

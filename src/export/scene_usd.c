@@ -117,8 +117,8 @@ static neph_result print_layer(const neph_scene *scene, const neph_image *sky, c
 neph_result neph_scene_save_usd(const neph_scene *scene, const neph_image *sky, const char *texture, const char *path) {
   if (NP_LACKS(NP_CONTEXT_OF(scene), sky, texture, path)) return NEPH_ERROR_INVALID_ARGUMENT;
   if (strpbrk(texture, "@\n"))
-    return np_fail(scene->context, NEPH_ERROR_INVALID_ARGUMENT,
-                   "texture is %s, must hold neither @ nor a line break", texture);
+    return np_fail(scene->context, NEPH_ERROR_INVALID_ARGUMENT, "texture is %s, must hold neither @ nor a line break",
+                   texture);
   char *text = NULL;
   neph_result result = print_layer(scene, sky, texture, &text);
   if (!result) result = np_file_write_all(scene->context, path, text, strlen(text));

@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "render/merge_part.h"
+#include "parts/merge_part.h"
 
 #include <stdio.h>
 #include <string.h>
 
 #include "core/alloc.h"
 #include "core/file.h"
-#include "render/merge_error.h"
-#include "render/merge_property.h"
-#include "render/merge_tile.h"
+#include "parts/merge_error.h"
+#include "parts/merge_property.h"
+#include "parts/merge_tile.h"
 
 /* ---- Files of parts ---- */
 

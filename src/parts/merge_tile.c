@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "render/merge_tile.h"
+#include "parts/merge_tile.h"
 
 #include <limits.h>
 #include <math.h>
@@ -7,8 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "render/merge_error.h"
-#include "render/merge_property.h"
+#include "parts/merge_error.h"
+#include "parts/merge_property.h"
 #include "render/part_rules.h"
 #include "render/render_header.h"
 #include "render/scene_hash.h"

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "render/merge_cover.h"
+#include "parts/merge_cover.h"
 
 #include <stdlib.h>
 #include <string.h>

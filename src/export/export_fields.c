@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "render/export_fields.h"
+#include "export/export_fields.h"
 
 #include <string.h>
 

@@ -9,7 +9,7 @@
 #include "core/file.h"
 #include "core/given.h"
 #include "core/path_map.h"
-#include "render/probe_run.h"
+#include "probe/probe_run.h"
 #include "scene/scene_private.h"
 
 typedef enum sky_column {

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Whether parts cover a picture: each row of pixels, and each of its samples, once. */
-#ifndef NP_RENDER_MERGE_COVER_H
-#define NP_RENDER_MERGE_COVER_H
+#ifndef NP_PARTS_MERGE_COVER_H
+#define NP_PARTS_MERGE_COVER_H
 
-#include "render/merge_state.h"
+#include "parts/merge_state.h"
 
 /* NEPH_ERROR_INVALID_ARGUMENT where parts overlap, NEPH_ERROR_NOT_FOUND where some are missing, with a message that
  * lists them. Leaves the parts in the order of their samples. */

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Error of a merged picture, by the errors that its parts state. */
-#ifndef NP_RENDER_MERGE_ERROR_H
-#define NP_RENDER_MERGE_ERROR_H
+#ifndef NP_PARTS_MERGE_ERROR_H
+#define NP_PARTS_MERGE_ERROR_H
 
-#include "render/merge_state.h"
+#include "parts/merge_state.h"
 #include "render/part_fault.h"
 
 /* Whether an attribute is one of the figures. */

@@ -8,10 +8,10 @@
 #include "core/alloc.h"
 #include "core/given.h"
 #include "core/parallel.h"
-#include "render/merge_cover.h"
-#include "render/merge_header.h"
-#include "render/merge_part.h"
-#include "render/merge_tile.h"
+#include "parts/merge_cover.h"
+#include "parts/merge_header.h"
+#include "parts/merge_part.h"
+#include "parts/merge_tile.h"
 #include "render/render_header.h"
 
 typedef struct merging {

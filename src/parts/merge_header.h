@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Header of a merged picture, by the headers of its parts. */
-#ifndef NP_RENDER_MERGE_HEADER_H
-#define NP_RENDER_MERGE_HEADER_H
+#ifndef NP_PARTS_MERGE_HEADER_H
+#define NP_PARTS_MERGE_HEADER_H
 
-#include "render/merge_state.h"
+#include "parts/merge_state.h"
 
 /* Attributes of the model, then those that only other parts state; error, times and memory of all parts. Attributes
  * that describe a part alone are left out. */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "render/merge_error.h"
+#include "parts/merge_error.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -3,7 +3,7 @@
 #include "atmosphere/sky_verify.h"
 #include "core/given.h"
 #include "render/assembly.h"
-#include "render/probe_run.h"
+#include "probe/probe_run.h"
 
 typedef struct report {
   neph_text_format format;

@@ -1,7 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* One part of a picture to be merged: the file of a part, or the OpenEXR file of a tile. */
-#ifndef NP_RENDER_MERGE_STATE_H
-#define NP_RENDER_MERGE_STATE_H
+/* One part of a picture to be merged: the file of a part, or the OpenEXR file of a tile.
+ *
+ * The module stands above render, which writes parts while it renders and defines their files (render/part_file.h);
+ * nothing of the library calls it. Entry point: merge.c (nephos/parts.h).
+ */
+#ifndef NP_PARTS_MERGE_STATE_H
+#define NP_PARTS_MERGE_STATE_H
 
 #include "render/frame_state.h"
 #include "render/part_file.h"

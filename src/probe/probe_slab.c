@@ -17,7 +17,7 @@
  * of one brightness (Kish 1965, "Survey Sampling"). With 16, the least that are taken for enough, the error is a
  * quarter of the value; with fewer it is infinite: most of what there is they may not have met.
  */
-#include "render/probe_slab.h"
+#include "probe/probe_slab.h"
 
 #include "core/alloc.h"
 #include "core/units.h"

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "render/probe_run.h"
+#include "probe/probe_run.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -7,7 +7,7 @@
 #include "core/given.h"
 #include "render/georeference.h"
 #include "render/cloud_bake.h"
-#include "render/export_fields.h"
+#include "export/export_fields.h"
 #include "render/plan.h"
 #include "render/reference_frame.h"
 #include "render/renderer_stores.h"

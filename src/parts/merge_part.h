@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Parts of a picture to be merged: opened, compared, read row by row. */
-#ifndef NP_RENDER_MERGE_PART_H
-#define NP_RENDER_MERGE_PART_H
+#ifndef NP_PARTS_MERGE_PART_H
+#define NP_PARTS_MERGE_PART_H
 
-#include "render/merge_state.h"
+#include "parts/merge_state.h"
 
 /* Opens a part, and checks what it claims; refuses one that is not finished, or was cut by a time limit. */
 neph_result np_merge_part_open(neph_context *context, const char *path, np_merge_part *out_part);
