@@ -113,7 +113,8 @@ static bool is_sound(const np_sequence_scan *scan) {
   for (int a = 0; a < 6; a++)
     if (fabs(all[a]) > most) return false;
   return scan->low.x <= scan->high.x && scan->low.y <= scan->high.y && scan->low.z <= scan->high.z &&
-         scan->voxel >= least && scan->voxel <= most && scan->column >= 0.0 && scan->column <= most;
+         scan->voxel >= least && scan->voxel <= most &&
+         (scan->column == 0.0 || (scan->column >= least && scan->column <= most));
 }
 
 static bool load_scan(neph_context *context, const char *key, np_sequence_scan *out_scan) {
