@@ -20,8 +20,9 @@ static const struct {
     {CLI_DIFFERENT, false, "a difference was found"},
     {CLI_SOME_FAILED, false, "some frames of a batch failed; the others are there"},
     {CLI_STOPPED, false, "stopped by SIGTERM or SIGXCPU at a checkpoint, from which --resume goes on"},
-    {CLI_INTERRUPTED, true, "interrupted by SIGINT, SIGTERM, SIGHUP, SIGXCPU or, amid "
-                            "frames, a closed standard output"},
+    {CLI_INTERRUPTED, true,
+     "interrupted by SIGINT, SIGTERM, SIGHUP, SIGXCPU or, amid "
+     "frames, a closed standard output"},
 };
 
 /* Bit of an exit code. Codes beyond the bits share one. */

@@ -206,10 +206,12 @@ static void lenses_cover_as_asked_at_any_voxel(void **state) {
 }
 
 int main(void) {
-  const struct CMUnitTest tests[] = {
-      TEST(small_tufts_are_not_warned_of), TEST(clouds_that_fall_between_voxels_are_warned_of),
-      TEST(warnings_agree_with_finer_bakes), TEST(coverage_that_is_not_reached_is_warned_of),
-      TEST(plates_thinner_than_voxels_lose_as_forecast), TEST(waterlines_far_apart_are_warned_of),
-      TEST(lenses_cover_as_asked_at_any_voxel)};
+  const struct CMUnitTest tests[] = {TEST(small_tufts_are_not_warned_of),
+                                     TEST(clouds_that_fall_between_voxels_are_warned_of),
+                                     TEST(warnings_agree_with_finer_bakes),
+                                     TEST(coverage_that_is_not_reached_is_warned_of),
+                                     TEST(plates_thinner_than_voxels_lose_as_forecast),
+                                     TEST(waterlines_far_apart_are_warned_of),
+                                     TEST(lenses_cover_as_asked_at_any_voxel)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -134,8 +134,7 @@ static void no_preset_pops(void **state) {
     qsort(changes, STEPS, sizeof *changes, compare_doubles);
     if (changes[STEPS / 2] <= 0) fail_msg("%s: stands still", name);
     if (changes[STEPS - 1] > 1.6 * changes[STEPS / 2])
-      fail_msg("%s: largest change of 10 s %.2f of the median", name,
-               changes[STEPS - 1] / changes[STEPS / 2]);
+      fail_msg("%s: largest change of 10 s %.2f of the median", name, changes[STEPS - 1] / changes[STEPS / 2]);
   }
   neph_context_destroy(context);
 }

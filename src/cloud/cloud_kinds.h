@@ -36,16 +36,16 @@ typedef struct np_cloud_kind {
   np_landscape_rule landscape;
   np_cloud_skew skew;
   const char *more_cover, *less_cover; /* reason why a field covers less or more than it should, and what helps */
-  const char *repeat_obstacle; /* reason why fields of it cannot repeat; NULL: they can */
-  bool has_thermals;           /* stacks of balls, to which a shape may be given */
-  bool is_single;              /* one cloud in the middle of the field */
-  bool has_pannus;             /* ragged clouds in the rain */
-  bool is_thin_at_border;      /* so much that no voxel may reach the coverage */
-  bool is_line;                /* does not fill a picture's shapes */
-  bool has_thin_rims;          /* as thin as any voxel: a census evaluates the heights of all voxels */
-  double billow_grains;        /* size of detail, in grains across the largest billows */
-  double census_per_billow;    /* heights that a census evaluates over a billow, where these are more than usual */
-  int census_passes; /* a census evaluates the heights of a column in so many portions, until it finds cloud */
+  const char *repeat_obstacle;         /* reason why fields of it cannot repeat; NULL: they can */
+  bool has_thermals;                   /* stacks of balls, to which a shape may be given */
+  bool is_single;                      /* one cloud in the middle of the field */
+  bool has_pannus;                     /* ragged clouds in the rain */
+  bool is_thin_at_border;              /* so much that no voxel may reach the coverage */
+  bool is_line;                        /* does not fill a picture's shapes */
+  bool has_thin_rims;                  /* as thin as any voxel: a census evaluates the heights of all voxels */
+  double billow_grains;                /* size of detail, in grains across the largest billows */
+  double census_per_billow; /* heights that a census evaluates over a billow, where these are more than usual */
+  int census_passes;        /* a census evaluates the heights of a column in so many portions, until it finds cloud */
 
   /* Sets noises, by description and grain alone. */
   void (*prepare)(np_cloud_model *model);
