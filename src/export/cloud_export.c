@@ -16,7 +16,7 @@
 #include "volume/volume_levels.h"
 
 typedef struct cloud_export {
-  const neph_scene *scene; /* in the frame */
+  const neph_scene *scene; /* the scene in the frame */
   unsigned index;
   const np_scene_cloud *cloud;
   np_stores *stores;
@@ -100,7 +100,7 @@ static neph_result rename_grid(np_sparse_grid *grid) {
 /* Level k is the whole cloud once more, in a file of its own: no program adds two by taking all grids of one. */
 static neph_result save_levels(cloud_export *e, const np_vdb_write_grid *as) {
   neph_context *context = e->scene->context;
-  np_sparse_grid levels[2] = {{0}}; /* the one before, and the one that is made of it */
+  np_sparse_grid levels[2] = {{0}}; /* the level before, and the level derived from it */
   neph_result result = NEPH_OK;
   for (unsigned k = 1; !result && k < e->desc->level_count; k++) {
     np_sparse_grid *grid = &levels[k % 2];

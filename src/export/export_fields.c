@@ -64,7 +64,7 @@ typedef struct vector_field {
   neph_export_fields kind;
   np_vector_role role;
   const char *key, *name;
-  double turn[3][3]; /* from the file's components to the exported ones */
+  double turn[3][3]; /* turns the file's components into the exported ones */
 } vector_field;
 
 /* Origins of all blocks of 8³ that a component holds, on the lattice of the first. */
@@ -106,7 +106,7 @@ static neph_result list_blocks(const np_sparse_grid components[3], np_sparse_gri
 
 typedef struct vector_readers {
   np_grid_reader at[3];
-  np_affine to_index[3]; /* from the first component's lattice to each one's */
+  np_affine to_index[3]; /* the first component's lattice to each component's */
 } vector_readers;
 
 static neph_result start_readers(const np_sparse_grid components[3], vector_readers *out) {

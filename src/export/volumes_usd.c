@@ -21,7 +21,7 @@ typedef struct volume_list {
   const neph_scene *scene;
   const neph_exported_cloud *clouds;
   size_t count;
-  const char *path; /* of the layer */
+  const char *path; /* the layer's file */
 } volume_list;
 
 /* ---- Names ---- */
@@ -42,7 +42,7 @@ static bool is_first(const volume_list *list, size_t index) {
   return true;
 }
 
-/* Names that become one identifier are told apart by the number of the entry. */
+/* Names that become one identifier differ by the number of the entry. */
 static void make_prim_name(const volume_list *list, size_t index, char out[NAME_BYTES + 24]) {
   char own[NAME_BYTES], other[NAME_BYTES];
   make_identifier(list->clouds[index].name, own);
@@ -123,7 +123,7 @@ static void add_files(np_text *out, const volume_list *list, const neph_exported
 /* Grids of a file, the density first, which each has. */
 static const struct field {
   unsigned kind;                      /* 0: it is in every file */
-  const char *name, *types[2], *role; /* of floats, of halves */
+  const char *name, *types[2], *role; /* types: single values as floats, as halves */
 } fields[] = {
     {0, "density", {"float", "half"}, NULL},
     {NEPH_EXPORT_VELOCITY, "vel", {"float3", "half3"}, "Vector"},

@@ -18,9 +18,9 @@ typedef struct merging {
   neph_context *context;
   np_merge_part *parts;
   size_t count;
-  np_frame *frame;       /* as far as pixels are finished and described by it */
-  np_assembly *assembly; /* of the frame, with nothing but the context */
-  neph_render_desc desc; /* of the frame */
+  np_frame *frame;       /* described and filled as far as pixels are finished */
+  np_assembly *assembly; /* the frame's, with nothing but the context */
+  neph_render_desc desc; /* the frame's description */
   np_film_accumulator *film;
   neph_image *image;
 } merging;
@@ -172,7 +172,7 @@ neph_result neph_parts_merge(neph_context *context, const char *const *paths, si
   *out_image = NULL;
   if (path_count == 0) return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "no parts are given: must be one or more");
   merging m = {.context = context};
-  const unsigned mode = np_float_mode_enter(); /* as where the samples were taken */
+  const unsigned mode = np_float_mode_enter(); /* the mode in which the samples were taken */
   neph_result result = open_parts(&m, paths, path_count);
   if (!result) result = merge(&m);
   np_float_mode_leave(mode);

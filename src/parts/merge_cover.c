@@ -11,7 +11,7 @@ enum { LIST_SIZE = 1200 };
 
 typedef struct cover {
   neph_context *context;
-  const np_merge_part *parts; /* by their first sample */
+  const np_merge_part *parts; /* sorted by their first sample */
   size_t count;
   unsigned tile_count; /* the most that a part says there are */
   char missing[LIST_SIZE];

@@ -15,7 +15,7 @@ typedef struct np_merge_part {
   const char *path;      /* borrowed */
   np_part_file *file;    /* NULL: */
   neph_image *tile;      /* finished pixels */
-  np_part_header header; /* of a tile: as far as its picture tells */
+  np_part_header header; /* all that the file states; less for a tile's picture */
   np_part_grid grid;
   double *rows; /* records of one row of tiles of a file */
   int row;      /* number of that row; -1: none yet */

@@ -41,7 +41,7 @@ typedef struct slab_probe {
   np_csv csv;
   int columns[COLUMN_COUNT];
   slab_row *rows;
-  np_slab *slab; /* of the last row that was answered; NULL: none */
+  np_slab *slab; /* the slab of the last row that was answered; NULL: none */
   np_monitor monitor;
 } slab_probe;
 

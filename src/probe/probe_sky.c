@@ -116,7 +116,7 @@ typedef struct sky_probe {
   earth earths[EARTHS_MAX];
   neph_scene *scenes[EARTHS_MAX];
   sky_row *rows;
-  np_sky_witness witness; /* of `witness_earth` and `witness_orders` */
+  np_sky_witness witness; /* the witness of `witness_earth` and `witness_orders` */
   int witness_earth;
   unsigned witness_orders;
   np_monitor monitor;
@@ -228,8 +228,8 @@ static void dismiss_witness(sky_probe *p) {
   p->witness.atmosphere = NULL;
 }
 
-/* One that has the tables for the query; the last one's are reused where they have them. What needs no tables of
- * scattered light is asked of those of order 1, which are soonest made. */
+/* A witness that has the tables for the query; the last one's are reused where they suffice. Queries that need no
+ * tables of scattered light take those of order 1, which take the least time. */
 static neph_result call_witness(sky_probe *p, const sky_row *row) {
   const bool has_tables = p->desc.method != NEPH_SKY_METHOD_TRACE && np_sky_quantity_is_scattered(row->query.quantity);
   const unsigned orders = has_tables && row->query.order_max > 1 ? row->query.order_max : 1;

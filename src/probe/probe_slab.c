@@ -1,17 +1,16 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Slabs: a volume of 1×1×N samples, periodic in x and y, under a point sun or an even sky, with nothing around it.
- *
- * The trilinear field rises from 0 at z = −1 and falls to 0 at z = N, and its column is the sum of the samples: so the
- * extinction depth/sum gives exactly the depth asked for. That the field is not constant along z changes nothing: what
+/* Slabs: a volume of 1×1×N samples, periodic in x and y, under a point sun or an even sky, with nothing around it. The
+ * trilinear field rises from 0 at z = −1 and falls to 0 at z = N, and its column is the sum of the samples: so the
+ * extinction depth/sum gives exactly the requested depth. That the field is not constant along z changes nothing: what
  * leaves a plane-parallel medium depends on optical depth alone. So samples are all 1 up to a depth of 1024, a
  * sixteenth of depth 1 each, and in thicker slabs, which would take too many of those, they grow from both faces
  * inwards.
  *
- * A flux is the integral of μ·L over the hemisphere, by camera rays that look at the face with the density
- * q(μ) = ½ + μ in μ: between even, which suits a thin slab (L ~ 1/μ), and cosine, which suits a thick one; no ray's
- * weight exceeds 4/3 of the best there is in either. They are spread by a low-discrepancy sequence, turned at random
- * for each of 64 batches, whose means give the standard error. Light that has not been scattered is not looked for, but
- * added in closed form: e^{−τ/μ0}, or 2·E₃(τ) under an even sky.
+ * A flux is the integral of μ·L over the hemisphere, by camera rays that look at the face with the density q(μ) = ½ + μ
+ * in μ: between even, which suits a thin slab (L ~ 1/μ), and cosine, which suits a thick one; no ray's weight exceeds
+ * 4/3 of the best there is in either. They are spread by a low-discrepancy sequence, turned at random for each of 64
+ * batches, whose means give the standard error. Light that has not been scattered is not looked for, but added in
+ * closed form: e^{−τ/μ0}, or 2·E₃(τ) under an even sky.
  *
  * A standard error is only known where enough rays have met light: (Σ|x|)²/Σx² of them count, as many as there would be
  * of one brightness (Kish 1965, "Survey Sampling"). With 16, the least that are taken for enough, the error is a
@@ -27,10 +26,10 @@
 
 enum { BATCH_COUNT = 64, SAMPLE_MIN = 64, SAMPLE_MAX = 16384 };
 
-/* Rays of the first pilot, and how many times its own rays a pilot may ask for and be trusted. */
+/* Rays of the first pilot, and the factor of its own rays up to which a pilot's forecast is trusted. */
 enum { PILOT_RAY_COUNT = 4096, PILOT_TRUST = 8 };
 
-/* Times the error that is asked for; with more an answer is but a pilot. */
+/* Factor of the target error; an answer above it is but a pilot. */
 static const double noise_allowed = 1.25;
 
 /* Paths are guided where that takes less than this share of the time to the same error. Time is counted in random
@@ -54,7 +53,7 @@ struct np_slab {
   np_instance placed;
   np_world world;
   np_lighting lighting;
-  np_scattering_field *scattering; /* of the march, and of paths that are guided by it */
+  np_scattering_field *scattering; /* the march's solution, which guides paths too */
   np_integrator_settings settings;
   np_integrator_fn integrate;
 };
@@ -130,7 +129,7 @@ static neph_result choose_integrator(np_slab *slab, neph_integrator integrator) 
 /* Whether light can be scattered at all. */
 static bool has_light(const np_slab_case *c) { return c->depth > 0.0 && c->albedo > 0.0; }
 
-/* As a scene does it at its defaults. */
+/* Solves as a scene does at its defaults. */
 static neph_result solve(np_slab *slab, bool has_importance) {
   np_scattering_desc desc = NP_SCATTERING_DESC_DEFAULT;
   desc.cells.bounds_min = np_dvec3_make(0.0, 0.0, -1.0);
@@ -182,7 +181,7 @@ void np_slab_destroy(np_slab *slab) {
 
 /* Sums of the rays of a batch. */
 typedef struct batch {
-  double mean, magnitudes, squares; /* of their radiances; sums of their magnitudes and squares */
+  double mean, magnitudes, squares; /* mean and sum of squares of their radiances; sum of their magnitudes */
   uint64_t draws;
 } batch;
 
@@ -325,9 +324,9 @@ static bool is_noisy(const np_slab_answer *answer, double target_error) {
 }
 
 /* Sends pilots to find how many rays are enough, and then as many. Where rare rays bring much, few rays know their own
- * error badly: so one that asks for far more than itself is followed by a larger one, and an answer that is noisier
- * than was asked for is but a pilot. Answers of pilots are not used, so that the number of rays is independent
- * of the answer; choosing a quiet one may bias it, where light and noise are correlated, by a part of its error. */
+ * error badly: so a pilot that forecasts far more than itself is followed by a larger one, and an answer that is
+ * noisier than the target is but a pilot. Answers of pilots are not used, so that the number of rays is independent of
+ * the answer; choosing a quiet one may bias it, where light and noise are correlated, by a part of its error. */
 static neph_result measure_to_target(inquiry *q, double ray_count_max, np_slab_answer *out_answer) {
   const double target_error = q->slab->target_error;
   double count = fmin(PILOT_RAY_COUNT, ray_count_max);

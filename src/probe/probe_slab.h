@@ -11,7 +11,7 @@
 typedef struct np_slab_case {
   double asymmetry, albedo, depth;
   bool is_diffuse;
-  double mu0; /* of the beam, when not diffuse */
+  double mu0; /* the beam's, when not diffuse */
 } np_slab_case;
 
 /* One number about it: a flux through a face, or the scattered radiance that leaves a face in one direction. */
@@ -26,7 +26,7 @@ typedef struct np_slab_query {
 
 typedef struct np_slab_answer {
   double value, error;  /* standard error; infinite: not known; 0: nothing can be scattered */
-  double contributions; /* rays of one brightness that would tell as much */
+  double contributions; /* rays of one brightness of the same standard error */
 } np_slab_answer;
 
 typedef struct np_slab np_slab;
@@ -35,7 +35,7 @@ neph_result np_slab_create(neph_context *context, const np_slab_case *case_, con
                            np_slab **out_slab);
 void np_slab_destroy(np_slab *slab);
 
-/* `stream` tells the random numbers of one question from those of another. */
+/* `stream` separates the random numbers of one question from those of another. */
 neph_result np_slab_ask(const np_slab *slab, const np_slab_query *query, uint32_t stream, np_monitor *monitor,
                         np_slab_answer *out_answer);
 

@@ -16,7 +16,7 @@ typedef struct sky_image {
   unsigned width, height;
   neph_sky_disks disks;
   double edge_rad; /* azimuth of the left edge */
-  float scale;     /* on radiances */
+  float scale;     /* factor on radiances */
   float *planes[CHANNELS];
 } sky_image;
 
@@ -135,7 +135,7 @@ static sky_irradiance compute_irradiance(const np_packet *packet) {
   return out;
 }
 
-/* In the picture's colours and in physical units: not by its scale. */
+/* Describes them in the picture's colours and in physical units: not by its scale. */
 static neph_result describe_irradiances(const np_assembly *assembly, neph_image *image) {
   sky_irradiance color = {.sun = np_spectrum_grey(0.0f)};
   for (unsigned p = 0; p < assembly->packet_count; p++) {

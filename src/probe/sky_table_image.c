@@ -74,7 +74,7 @@ static np_bands get_view(const np_packet *packet, unsigned x, unsigned y) {
 
 enum { AERIAL_TILES = 8 }; /* side by side */
 
-/* In-scatter to every far plane: a tile for each slice, line by line, of directions as in the view. */
+/* The in-scatter to every far plane: a tile for each slice, line by line, with directions as in the view. */
 static np_bands get_aerial(const np_packet *packet, unsigned x, unsigned y) {
   const np_view_sizes *n = &get_sizes(packet)->aerial;
   const np_sky_layout layout = np_sky_aerial_layout(packet->lights[0].camera_sky);

@@ -133,11 +133,11 @@ static neph_result run_round(neph_report *report, unsigned round) {
     report->stage = setting->knob ? setting->knob->name : "the scene's own";
     result = np_report_visit(report, setting, round);
   }
-  if (result == NEPH_ERROR_CANCELLED && report->is_late) result = NEPH_OK; /* that setting is left out */
+  if (result == NEPH_ERROR_CANCELLED && report->is_late) result = NEPH_OK; /* the setting is left out */
   return result;
 }
 
-/* The reference and the first setting, without which there is nothing to tell, may use up what is left. */
+/* The reference and the first setting, without which there is no report, may use up what is left. */
 static neph_result run_first(neph_report *report) {
   const double budget_s = report->desc.budget_s;
   report->deadline_s = first_deadline * budget_s;

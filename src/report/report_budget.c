@@ -3,8 +3,8 @@
 
 #include <math.h>
 
-/* A bias of b is told from the noise n of the reference's pixels where b² is above n² over the root of their number:
- * half of the time goes into the reference, of a quick report less, which is to see most knobs once. */
+/* A bias of b exceeds the noise n of the reference's pixels where b² is above n² over the root of their number: half of
+ * the time goes into the reference, of a quick report less, whose aim is to see most knobs once. */
 static const double reference_share = 0.5, reference_share_quick = 0.4;
 
 double np_report_get_reference_share(const neph_report *report) {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Errors of settings by docs/error.md, and effects of knobs. Both are asked of neph_image_compare_seeds, with pictures
- * that are shifted onto one yardstick. */
+/* Errors of settings by docs/error.md, and effects of knobs, both by neph_image_compare_seeds, with pictures that are
+ * shifted onto one yardstick. */
 #include <math.h>
 
 #include "image/image_private.h"

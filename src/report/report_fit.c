@@ -85,7 +85,8 @@ static void bound_order(const curve *c, double limit, np_order_fit *fit) {
   fit->order_max = is_falling ? -low : high;
 }
 
-/* By the points' own errors, widened where they scatter more than these say (Birge 1932, Phys. Rev. 40, 207). */
+/* A limit by the points' own errors, widened where they scatter more than these say (Birge 1932, Phys. Rev. 40,
+ * 207). */
 static double compute_limit(double misfit, unsigned count) {
   const double normal = 1.96 * 1.96, scatter = count > 2 ? misfit / (count - 2) : 1.0;
   return misfit + normal * fmax(scatter, 1.0);

@@ -12,11 +12,11 @@ typedef struct np_fit_point {
 
 /* error = factor·|valueᵒʳᵈᵉʳ − finestᵒʳᵈᵉʳ|; without a finest, factor·valueᵒʳᵈᵉʳ. */
 typedef struct np_order_fit {
-  bool is_known;                      /* of two points at least, above their noise, and bounded */
+  bool is_known;                      /* two points at least are above their noise, and bounded */
   double order, order_min, order_max; /* 95 %; an end beyond a sixth of the expected order is 0, beyond six times it
                                          infinite */
   double factor;
-  unsigned point_count; /* that took part */
+  unsigned point_count; /* points that took part */
 } np_order_fit;
 
 /* Fits logarithms by least squares, weighted by the points' own errors; where they scatter by more than these say, the

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Script and drawing pass through files that have no name, so that nobody waits for a full pipe. */
+/* Script and drawing pass through files that have no name, so that no process waits for a full pipe. */
 #include "report/report_gnuplot.h"
 
 #include <fcntl.h>

@@ -81,7 +81,7 @@ static bool has_sun(const neph_scene *scene, const np_plan *plan) {
 
 #define STAGE(name) (1u << NP_STAGE_##name)
 
-/* In the order in which they are measured: what leaves the solution of the multiple scattering as it is comes first. */
+/* The order is that of measuring: knobs that leave the solution of the multiple scattering as it is come first. */
 /* clang-format off */
 static const np_knob knobs[] = {
     {.name = "samples", .key = "render.samples", .few = "1 4 16", .more = "2 8 32 64", .order = -0.5,

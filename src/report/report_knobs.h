@@ -12,14 +12,14 @@ enum { NP_KNOB_VALUE_SIZE = 40 };
 
 typedef struct np_knob {
   const char *name;
-  const char *key;    /* as --set takes it; clouds[] stands for every cloud that is baked */
+  const char *key;    /* key and value in the syntax of --set; clouds[] stands for every cloud that is baked */
   const char *unit;   /* written behind a number, with its blank; NULL: none */
   const char *few;    /* values of a quick report, parted by blanks, */
   const char *more;   /* and those that others have besides; NULL: none */
   bool is_word;       /* values have no order */
   bool is_factor;     /* values are factors on the scene's own */
   bool is_whole;      /* samples and integrator follow from it, unless the scene gives them */
-  double order;       /* of the error in the value as theory has it, negative where more is better; 0: none */
+  double order;       /* theoretical order of the error in the value, negative where more is better; 0: none */
   const char *theory; /* its reason */
   np_knob_integrator of;
   uint32_t stages; /* bits: the knob matters where the plan needs one of them; 0: always */

@@ -108,7 +108,7 @@ static double get_difference(const np_setting *setting, const neph_image *refere
   return sum > 0.0 ? difference / sum : 0.0;
 }
 
-/* From one colour over that of no difference to the other. */
+/* Blends one colour over that of no difference to the other. */
 static void color_difference(double difference, float out[3]) {
   const float share = (float)fmin(fabs(difference) / NP_REPORT_DIFFERENCE_MAX, 1.0);
   const float *end = np_report_difference_colors[difference < 0.0 ? 0 : 2], *middle = np_report_difference_colors[1];

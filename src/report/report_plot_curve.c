@@ -11,7 +11,8 @@ static void include_points(const neph_report *report, const np_curve *curve, con
     const neph_bounded effect = np_curve_get_effect(report, curve, &points[i]);
     np_axis_include(&axes[0], points[i].value);
     np_axis_include(&axes[1], 100.0 * report->settings[points[i].index].error.value);
-    np_axis_include(&axes[1], 100.0 * (effect.min > 0.0 ? effect.value : effect.max)); /* of noise, its bound */
+    np_axis_include(&axes[1], 100.0 * (effect.min > 0.0 ? effect.value : effect.max)); /* the bound, where the value is
+                                                                                          noise */
   }
 }
 

@@ -18,11 +18,11 @@ typedef struct np_setting {
   neph_integrator integrator;
   unsigned sample_count;
   unsigned family;    /* settings of equal number differ in samples alone, and share their stages */
-  double predicted_s; /* by the plan */
-  char text[96];      /* as --set takes it */
+  double predicted_s; /* the plan's forecast */
+  char text[96];      /* key and value in the syntax of --set */
   unsigned run_count;
   double cpu_s[NP_REPORT_RUNS_MAX];
-  double stage_s;          /* of them besides the samples, the least: stages, and the estimate of the error */
+  double stage_s;          /* least time besides the samples: stages, and the estimate of the error */
   double visit_s;          /* wall time of a visit, the longest */
   neph_image *pictures[2]; /* means over visits, of the first seed of each and of the second; NULL: left out */
   unsigned visit_count;
@@ -34,7 +34,7 @@ typedef struct np_setting {
 /* A knob in the report: the settings that turn it, and the scene's own between them. */
 typedef struct np_curve {
   const np_knob *knob;
-  const np_setting *own; /* by the knob's integrator; NULL: not listed */
+  const np_setting *own; /* the scene's own, by the knob's integrator; NULL: not listed */
   np_knob_value own_value;
   neph_bounded own_effect;
   np_order_fit fit;
@@ -48,12 +48,12 @@ typedef struct np_target {
   const np_setting *setting; /* NULL: none reaches it */
   unsigned sample_count;
   double cpu_s, cpu_min_s, cpu_max_s; /* 95 %; infinite: the bias may be above the error */
-  bool is_extrapolated;               /* to more than twice the samples that were measured */
+  bool is_extrapolated;               /* it has more than twice the samples that were measured */
 } np_target;
 
 typedef struct np_report_reference {
-  neph_image *picture;   /* with standard_error.*, where its error is known */
-  neph_image *halves[2]; /* that it is the mean of; NULL: given */
+  neph_image *picture;   /* the picture, with standard_error.* where its error is known */
+  neph_image *halves[2]; /* the two whose mean it is; NULL: given */
   bool is_given;
   unsigned sample_count; /* 0: not stated */
   double cpu_s, wall_s;
@@ -63,26 +63,26 @@ typedef struct np_report_reference {
 struct neph_report {
   neph_context *context; /* retained */
   char *name, *reference_path;
-  neph_report_desc desc; /* with those texts */
+  neph_report_desc desc; /* the caller's, with those texts */
   neph_integrator own_integrator;
-  unsigned sample_counts[2]; /* of each integrator, where no knob says another */
+  unsigned sample_counts[2]; /* samples of each integrator, where no knob says another */
   unsigned setting_count, family_count, curve_count;
   np_setting settings[NP_REPORT_SETTINGS_MAX];
-  np_setting *guide; /* of the march without a knob turned but for samples: visited first */
+  np_setting *guide; /* the march's setting with no knob turned but samples: visited first */
   np_curve curves[NP_REPORT_CURVES_MAX];
   np_target targets[NP_REPORT_TARGETS];
   np_report_reference reference;
-  neph_preview_desc preview;      /* of all pictures, by one exposure */
+  neph_preview_desc preview;      /* the preview of all pictures, by one exposure */
   neph_image *yardstick;          /* pixels that errors are relative to */
-  np_stores stores;               /* of the family that was rendered last, or, in a quick report, of all */
-  unsigned stored_family;         /* whose, from 1 */
+  np_stores stores;               /* stores of the family that was rendered last, or, in a quick report, of all */
+  unsigned stored_family;         /* number of that family, from 1 */
   double stage_s[NP_STAGE_COUNT]; /* CPU time of what lies there */
   unsigned round_count;
   double start_s, spent_s; /* wall time: when the run began, and what it took */
   double fraction;         /* reported last */
-  const char *stage;       /* told with progress */
-  double deadline_s;       /* of the picture under way, which is given up then */
-  bool is_late;            /* that was past */
+  const char *stage;       /* stage in the progress callback */
+  double deadline_s;       /* time at which the current picture is abandoned */
+  bool is_late;            /* the deadline was past */
   bool is_complete, is_cancelled;
 };
 
@@ -146,7 +146,7 @@ neph_result np_report_measure_effect(const neph_report *report, const np_setting
 
 /* A measured value of a knob. */
 typedef struct np_curve_point {
-  unsigned index; /* of its setting */
+  unsigned index; /* number of its setting */
   double value;
 } np_curve_point;
 

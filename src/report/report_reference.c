@@ -16,7 +16,7 @@ enum { FIRST_SAMPLES = 4, SAMPLES_MAX = 4096, ROUNDS_MAX = 64 };
 typedef struct making {
   neph_report *report;
   neph_scene *scene;
-  double seconds, sample_s; /* of wall time: allowed for all, and measured of one sample of each half */
+  double seconds, sample_s; /* wall time: allowed for all, and measured of one sample of each half */
   unsigned round_count;
 } making;
 

@@ -62,7 +62,7 @@ neph_result np_report_describe_run(const neph_scene *scene, neph_integrator inte
 typedef struct sweep {
   neph_report *report;
   neph_scene *scene;
-  np_plan plans[2]; /* of the scene by each integrator */
+  np_plan plans[2]; /* plans of the scene, one for each integrator */
 } sweep;
 
 static neph_result make_plan(const neph_report *report, neph_scene *scene, neph_integrator integrator,

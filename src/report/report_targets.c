@@ -43,7 +43,7 @@ double np_cost_model_count_samples(const np_cost_model *model, double error) {
   if (isnan(model->noise) || isnan(model->bias)) return (double)NAN;
   const double room = error * error - model->bias * model->bias;
   if (!(room > 0.0)) return HUGE_VAL;
-  const double share = sqrt(room) / model->noise; /* of one sample's noise */
+  const double share = sqrt(room) / model->noise; /* share of one sample's noise */
   return fmax(ceil(pow(share, 1.0 / model->order) - 1e-9), 1.0);
 }
 

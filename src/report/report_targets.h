@@ -18,7 +18,7 @@ void np_report_choose_targets(neph_report *report);
 typedef struct np_cost_model {
   double stage_s, sample_s;
   double bias, noise;
-  double order; /* of the noise, −½ */
+  double order; /* order of the noise, −½ */
 } np_cost_model;
 
 /* Samples to an error, at least 1; infinite where the bias alone is more, NaN where noise or bias is unknown. */
