@@ -17,7 +17,7 @@ typedef struct np_air_points {
   size_t count;
   uint16_t index[NP_CLOUD_BLOCK];
   float x_m[NP_CLOUD_BLOCK], y_m[NP_CLOUD_BLOCK], height_m[NP_CLOUD_BLOCK];
-  np_air_state state[NP_CLOUD_BLOCK]; /* of a cloud; rain has none */
+  np_air_state state[NP_CLOUD_BLOCK]; /* the state of a cloud; rain has none */
   float sx[NP_CLOUD_BLOCK], sy[NP_CLOUD_BLOCK], sz[NP_CLOUD_BLOCK], noise[NP_CLOUD_BLOCK]; /* scratch */
 } np_air_points;
 

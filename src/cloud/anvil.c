@@ -33,7 +33,7 @@ static const float thinness = 0.13f, rim_thinness = 0.05f; /* of ice against wat
 static const float rim_width = 0.9f; /* in strength: within it ice thickens from the rim's to the heart's */
 static const float layering = 1.3f;  /* of noise, widths over heights: ice lies in layers, which show from the side */
 static const float extinction_floor = 0.002f;
-static const float bound_margin = 1e-4f; /* for rounding */
+static const float bound_margin = 1e-4f; /* room for rounding */
 
 static float eval_upper(float anvil, float tower) {
   return rim + rise * np_smoothstepf(anvil / rise_strength) + dome * np_smoothstepf((tower - dome_from) / dome_width);

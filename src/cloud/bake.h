@@ -20,7 +20,7 @@ typedef enum np_bake_use {
 /* Levels of detail: cells as large as a leaf of the coarsest are held at one size of voxels each. */
 typedef struct np_bake_lod {
   unsigned count, level;      /* sizes; that of this bake, from 0, the finest */
-  np_lod_viewers viewers;     /* by offsets */
+  np_lod_viewers viewers;     /* their places are offsets */
   double cell_m, origin_m[3]; /* edge; of cell (0, 0, 0) */
 } np_bake_lod;
 
@@ -34,8 +34,8 @@ typedef struct np_bake {
   np_cloud_model model;
   np_bake_lod lod;
   np_bake_meter *meter;                 /* borrowed; NULL: the error is not measured */
-  double voxel_m;                       /* of the grid; the model may be of a finer one */
-  double shift[3];                      /* of the sample at index 0 from the field's centre and base, in voxels */
+  double voxel_m;                       /* the grid's; the model's may be finer */
+  double shift[3];                      /* offset of index 0 from the field's centre and base, in voxels */
   int32_t leaf_begin[3], leaf_count[3]; /* the box to bake, in leaves */
   int32_t region_min[3], region_max[3]; /* voxels to bake, both ends inside */
 } np_bake;

@@ -25,7 +25,7 @@
 enum { STEPS_MAX = 1 << 16 };
 
 typedef enum field {
-  FIELD_MODEL,   /* with all its detail */
+  FIELD_MODEL,   /* the model with all its detail */
   FIELD_LIMITED, /* as the bake samples it */
   FIELD_GRID,
   FIELD_HALF,

@@ -8,19 +8,19 @@
 /* A measurement of a bake's error, level by level. */
 struct np_bake_meter {
   const np_bake *bake;           /* borrowed */
-  np_cloud_model detailed;       /* with all its detail */
+  np_cloud_model detailed;       /* the model with all its detail */
   double low_m[3], high_m[3];    /* the box of its rays */
   struct np_bake_ray_sums *rays; /* over the levels so far */
   size_t lod_count;              /* 0: without levels */
   neph_bake_lod_error lods[NEPH_BAKE_LODS_MAX];
 };
 
-/* From a bake that was started. Nothing is to be ended on failure. */
+/* Starts a meter of a bake that was started. Nothing is to be ended on failure. */
 neph_result np_bake_meter_start(const np_bake *bake, np_bake_meter *out_meter);
 
 /* Adds the error of a level, or of a bake without levels, whose grid is not pruned yet, before and after pruning. */
 neph_result np_bake_meter_add(np_bake_meter *meter, const np_bake *level, const np_sparse_grid *grid);
-double np_bake_meter_count_bytes(void); /* of sums, besides the model */
+double np_bake_meter_count_bytes(void); /* the sums, without the model */
 neph_result np_bake_meter_get(const np_bake_meter *meter, neph_bake_error *out_error);
 void np_bake_meter_end(np_bake_meter *meter);
 
