@@ -83,6 +83,27 @@ typedef struct neph_volume_dense_desc {
 NEPH_API neph_result neph_volume_create_dense(neph_context *context, const neph_volume_dense_desc *desc,
                                               neph_volume **out_volume) NEPH_NODISCARD;
 
+typedef struct neph_volume_sparse_desc {
+  size_t struct_size;
+  const char *name;            /**< default "density" */
+  size_t sample_count;         /**< ≥ 1 */
+  const int32_t *coordinates;  /**< sample_count × 3: index i, j, k of each sample, no two alike; copied */
+  const float *values;         /**< sample_count of them; finite, ≥ 0; copied */
+  double index_to_world[3][4]; /**< affine, invertible: index (i, j, k, 1) to metres; sample i sits at index i */
+  neph_precision precision;    /**< default NEPH_PRECISION_HALF */
+} neph_volume_sparse_desc;
+
+#define NEPH_VOLUME_SPARSE_DESC_DEFAULT                                                                                \
+  {                                                                                                                    \
+    .struct_size = sizeof(neph_volume_sparse_desc), .name = "density", .sample_count = 0, .coordinates = NULL,         \
+    .values = NULL, .index_to_world = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}, .precision = NEPH_PRECISION_HALF     \
+  }
+
+/** Makes a volume from samples in any order; places without a sample hold 0. Samples of 0 that are left out change the
+ * volume's bounds alone. */
+NEPH_API neph_result neph_volume_create_sparse(neph_context *context, const neph_volume_sparse_desc *desc,
+                                               neph_volume **out_volume) NEPH_NODISCARD;
+
 /** Another reference to the same volume. */
 NEPH_API neph_volume *neph_volume_retain(neph_volume *volume);
 
