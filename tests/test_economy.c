@@ -12,7 +12,7 @@
 #include "render/assembly.h"
 #include "render/plan.h"
 #include "render/plan_choices.h"
-#include "render/stages.h"
+#include "render/stage_rules.h"
 #include "test_scenes.h"
 
 #define BIT(stage) (1u << NP_STAGE_##stage)
@@ -134,7 +134,7 @@ static int get_libraries(void) {
 
 static void print_stages(const char *name, const char *what, uint32_t stages) {
   for (int i = 0; i < NP_STAGE_COUNT; i++)
-    if (stages >> i & 1u) print_error("%s: %s %s\n", name, np_stage_get_row((np_stage)i)->name, what);
+    if (stages >> i & 1u) print_error("%s: %s %s\n", name, np_stage_get_rule((np_stage)i)->name, what);
 }
 
 /* In the child: builds a row's scene, read as if from the file `name`, and tells what is wrong. */
@@ -209,7 +209,7 @@ static void every_stage_is_seen_both_ways(void **state) {
     absent |= rows[i].absent;
   }
   for (int i = 0; i < NP_STAGE_COUNT; i++)
-    if (np_stage_count_parts(np_stage_get_row((np_stage)i), &one)) all |= 1u << i;
+    if (np_stage_count_parts(np_stage_get_rule((np_stage)i), &one)) all |= 1u << i;
   print_stages("table", "is built by no row", all & ~built);
   print_stages("table", "is absent from no row", all & ~absent & ~(uint32_t)ALWAYS);
   assert_int_equal(all & ~built, 0);

@@ -7,7 +7,7 @@
 
 #include "core/parallel.h"
 #include "render/plan.h"
-#include "render/stages.h"
+#include "render/stage_rules.h"
 #include "test_support.h"
 
 static int set_up(void **state) { return test_set_up(state, 2, NULL); }

@@ -5,7 +5,7 @@
 #include "render/plan_detail.h"
 #include "transport/scattering_field.h"
 #include "render/plan.h"
-#include "render/stages.h"
+#include "render/stage_rules.h"
 #include "scene/scene_eval.h"
 
 static int set_up(void **state) { return test_set_up(state, 1, NULL); }
@@ -25,7 +25,7 @@ static void assert_plan(test_fixture *f, const char *text, const char *needed) {
   for (int i = 0; i < NP_STAGE_COUNT; i++) {
     const np_plan_stage *stage = &plan.stages[i];
     if (stage->is_needed != (needed[i] == 'x')) {
-      fail_msg("%s: %s is %sneeded: %s", text, np_stage_get_row((np_stage)i)->name, stage->is_needed ? "" : "not ",
+      fail_msg("%s: %s is %sneeded: %s", text, np_stage_get_rule((np_stage)i)->name, stage->is_needed ? "" : "not ",
                stage->reason);
     }
     assert_true(strlen(stage->reason) > 0);

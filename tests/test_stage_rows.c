@@ -5,7 +5,7 @@
 
 #include <stdlib.h>
 
-#include "render/stages.h"
+#include "render/stage_rules.h"
 #include "test_box_files.h"
 
 static int set_up(void **state) { return test_set_up(state, 1, NULL); }
@@ -66,14 +66,14 @@ static void every_stage_has_an_example(void **state) {
     if (i == EXAMPLES)
       fail_msg("the stage %s has no example: add a scene that needs it and one that does not to `examples` in "
                "tests/test_stage_rows.c",
-               np_stage_get_row((np_stage)stage)->name);
+               np_stage_get_rule((np_stage)stage)->name);
   }
 }
 
 /* The line of a stage in --explain: "name   yes  reason". */
 static void assert_line(test_fixture *f, const char *scene_text, np_stage stage, bool is_needed, const char *word) {
   char line[4096] = "\n", *text = NULL, *path = test_path(f->folder, "scene.yaml");
-  const char *name = np_stage_get_row(stage)->name, *at;
+  const char *name = np_stage_get_rule(stage)->name, *at;
   neph_scene *scene = NULL;
   if (neph_scene_load_text(f->context, scene_text, path, &scene)) fail_msg("%s: %s", scene_text, f->log.text);
   if (neph_render_explain(scene, NULL, NEPH_TEXT_PLAIN, &text)) fail_msg("%s: %s", scene_text, f->log.text);

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The stage table: its form, that what a plan needs is built and nothing else, and that a stage reads no other result
- * than those which its row names. */
+/* The stages: the form of their tables, that what a plan needs is built and nothing else, and that a stage reads no
+ * other result than those which its row names. */
 #include <string.h>
 
 #include "core/hash.h"
 #include "render/assembly.h"
 #include "render/plan.h"
 #include "render/motion.h"
-#include "render/stages.h"
+#include "render/stage_makers.h"
 #include "test_scenes.h"
 
 /* ---- The table ---- */
@@ -17,11 +17,11 @@ static bool is_bit(uint32_t bits, int stage) { return bits >> stage & 1u; }
 static void names_and_decisions_are_there_once(void **state) {
   (void)state;
   for (int i = 0; i < NP_STAGE_COUNT; i++) {
-    const np_stage_row *row = np_stage_get_row((np_stage)i);
+    const np_stage_rule *row = np_stage_get_rule((np_stage)i);
     assert_non_null(row->name);
     assert_non_null(row->decide);
     for (int k = 0; k < i; k++) {
-      const np_stage_row *other = np_stage_get_row((np_stage)k);
+      const np_stage_rule *other = np_stage_get_rule((np_stage)k);
       assert_string_not_equal(row->name, other->name);
       assert_ptr_not_equal(row->decide, other->decide);
     }
@@ -31,24 +31,34 @@ static void names_and_decisions_are_there_once(void **state) {
 /* So that the order of the rows is one of building. */
 static void stages_need_earlier_ones(void **state) {
   (void)state;
-  for (int i = 0; i < NP_STAGE_COUNT; i++) assert_int_equal(np_stage_get_row((np_stage)i)->needs >> i, 0);
+  for (int i = 0; i < NP_STAGE_COUNT; i++) assert_int_equal(np_stage_get_rule((np_stage)i)->needs >> i, 0);
 }
 
-static bool has_builder(const np_stage_row *row) {
+static bool has_parts(const np_stage_rule *rule) {
   const np_part_counts one = np_part_counts_make(1, 1, 1);
-  return np_stage_count_parts(row, &one) > 0;
+  return np_stage_count_parts(rule, &one) > 0;
 }
 
-static void rows_are_whole(void **state) {
+static void assert_reuse_is_whole(const np_stage_reuse *reuse) {
+  assert_true(reuse->get_key && reuse->adapt && reuse->exchange);
+  assert_true(reuse->make && reuse->destroy);
+}
+
+/* Each part that a rule names has a maker, and no other has. */
+static void makers_are_those_of_the_rules(void **state) {
   (void)state;
   for (int i = 0; i < NP_STAGE_COUNT; i++) {
-    const np_stage_row *row = np_stage_get_row((np_stage)i);
-    for (int kind = 0; kind < NP_PART_KINDS; kind++) assert_true(row->build[kind] || !row->clear[kind]);
-    assert_true(has_builder(row) || (!row->reuse && !row->revise));
-    if (!row->reuse) continue;
-    assert_non_null(row->reuse->reused_while);
-    assert_true(row->reuse->get_key && row->reuse->adapt && row->reuse->exchange);
-    assert_true(row->reuse->make && row->reuse->destroy);
+    const np_stage_rule *rule = np_stage_get_rule((np_stage)i);
+    const np_stage_maker *maker = np_stage_get_maker((np_stage)i);
+    uint32_t made = maker->reuse ? 1u << maker->reuse->kind : 0;
+    for (int kind = 0; kind < NP_PART_KINDS; kind++) {
+      if (maker->build[kind]) made |= 1u << kind;
+      assert_true(maker->build[kind] || !maker->clear[kind]);
+    }
+    assert_int_equal(made, rule->parts);
+    assert_true(made || !maker->revise);
+    assert_int_equal(maker->reuse != NULL, rule->reused_while != NULL);
+    if (maker->reuse) assert_reuse_is_whole(maker->reuse);
   }
 }
 
@@ -58,9 +68,9 @@ static void the_rows_of_a_sky_are_enough(void **state) {
   const uint32_t matter = 1u << NP_STAGE_TERRAIN | 1u << NP_STAGE_VOLUMES | 1u << NP_STAGE_EMISSION;
   uint32_t of_sky = matter; /* none of which is no fault */
   for (int i = 0; i < NP_STAGE_COUNT; i++)
-    if (np_stage_get_row((np_stage)i)->is_of_sky) of_sky |= 1u << i;
+    if (np_stage_get_rule((np_stage)i)->is_of_sky) of_sky |= 1u << i;
   for (int i = 0; i < NP_STAGE_COUNT; i++)
-    if (is_bit(of_sky, i)) assert_int_equal(np_stage_get_row((np_stage)i)->needs & ~of_sky, 0);
+    if (is_bit(of_sky, i)) assert_int_equal(np_stage_get_rule((np_stage)i)->needs & ~of_sky, 0);
 }
 
 /* ---- Building ---- */
@@ -117,7 +127,7 @@ static void assert_built(neph_context *context, const char *text, unsigned expec
   build(context, text, UINT32_MAX, &b);
   unsigned count = 0;
   for (int i = 0; i < NP_STAGE_COUNT; i++) {
-    const bool is_expected = np_plan_needs(&b.plan, (np_stage)i) && has_builder(np_stage_get_row((np_stage)i));
+    const bool is_expected = np_plan_needs(&b.plan, (np_stage)i) && has_parts(np_stage_get_rule((np_stage)i));
     assert_int_equal(is_bit(b.assembly.built, i), is_expected);
     count += is_expected ? 1 : 0;
   }
@@ -211,7 +221,7 @@ static void fingerprint(const building *b, np_stage stage, char out_hex[33]) {
 static uint32_t close_needs(np_stage stage) {
   uint32_t closed = 1u << stage;
   for (int i = (int)stage; i >= 0; i--)
-    if (is_bit(closed, i)) closed |= np_stage_get_row((np_stage)i)->needs;
+    if (is_bit(closed, i)) closed |= np_stage_get_rule((np_stage)i)->needs;
   return closed;
 }
 
@@ -224,7 +234,7 @@ static void assert_reads_what_it_names(neph_context *context, const char *text) 
     build(context, text, close_needs((np_stage)i), &part);
     fingerprint(&whole, (np_stage)i, of_whole);
     fingerprint(&part, (np_stage)i, of_part);
-    if (strcmp(of_whole, of_part) != 0) fail_msg("%s reads more than it names", np_stage_get_row((np_stage)i)->name);
+    if (strcmp(of_whole, of_part) != 0) fail_msg("%s reads more than it names", np_stage_get_rule((np_stage)i)->name);
     clear(&part);
   }
   clear(&whole);
@@ -254,8 +264,8 @@ static void what_rows_say_is_kept_is(void **state) {
   unsigned kept = 0, expected = 0;
   for (const char *at = f->log.text; (at = strstr(at, ": reused")); at++) kept++;
   for (int i = 0; i < NP_STAGE_COUNT; i++)
-    if (np_plan_needs(&b.plan, (np_stage)i) && np_stage_get_row((np_stage)i)->reuse && !is_of_parts(i))
-      expected += np_stage_get_row((np_stage)i)->is_of_probes ? 2 : 1;
+    if (np_plan_needs(&b.plan, (np_stage)i) && np_stage_get_rule((np_stage)i)->reused_while && !is_of_parts(i))
+      expected += np_stage_get_rule((np_stage)i)->is_of_probes ? 2 : 1;
   assert_int_equal(expected, 10); /* terrain, volumes, airs, four skies, sun optical depth, multiple scattering */
   assert_int_equal(kept, expected);
   clear(&b);
@@ -291,7 +301,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(names_and_decisions_are_there_once),
       cmocka_unit_test(stages_need_earlier_ones),
-      cmocka_unit_test(rows_are_whole),
+      cmocka_unit_test(makers_are_those_of_the_rules),
       cmocka_unit_test(the_rows_of_a_sky_are_enough),
       cmocka_unit_test_setup_teardown(what_is_needed_is_built_and_nothing_else, set_up, tear_down),
       cmocka_unit_test_setup_teardown(a_stage_reads_what_it_names, set_up, tear_down),

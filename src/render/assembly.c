@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Walks the stage table, forwards to build and backwards to clear. */
+/* Walks the stages, forwards to build and backwards to clear. */
 #include "render/assembly.h"
 
 #include "core/alloc.h"
-#include "render/stages.h"
+#include "render/stage_makers.h"
 
 /* ---- Parts ---- */
 
-static np_part_counts count_parts(const np_assembly *a, const np_stage_row *row) {
-  const unsigned packets = a->packet_count + (row->is_of_probes ? a->probe_packet_count : 0);
+static np_part_counts count_parts(const np_assembly *a, np_stage stage) {
+  const unsigned packets = a->packet_count + (np_stage_get_rule(stage)->is_of_probes ? a->probe_packet_count : 0);
   return np_part_counts_make(a->cloud_count, a->light_count, packets);
 }
 
@@ -32,14 +32,13 @@ static np_stage_part get_part(const np_stage_part *walk, np_part_kind kind, unsi
 
 /* ---- Reuse ---- */
 
-static void tell(const np_stage_row *row, const np_stage_part *part, const char *deed, const char *reason) {
-  const np_stage_reuse *reuse = row->reuse;
-  const bool is_cloud = reuse->kind == NP_PER_CLOUD;
+static void log_part(np_stage stage, const np_stage_part *part, const char *origin, const char *reason) {
+  const bool is_cloud = np_stage_get_maker(stage)->reuse->kind == NP_PER_CLOUD;
   const unsigned group = part->caches ? part->caches->group : part->light ? part->light->group : NP_LIGHT_GROUP_SUN;
   const bool is_moon = group == NP_LIGHT_GROUP_MOON;
   np_log(part->made->context, reason[0] ? NEPH_LOG_INFO : NEPH_LOG_DEBUG, "%s%s%s: %s%s%s", is_cloud ? "cloud " : "",
-         is_cloud ? part->scene->clouds[part->cloud].name : row->name, is_moon ? " by moonlight" : "", deed,
-         reason[0] ? ": " : "", reason);
+         is_cloud ? part->scene->clouds[part->cloud].name : np_stage_get_rule(stage)->name,
+         is_moon ? " by moonlight" : "", origin, reason[0] ? ": " : "", reason);
 }
 
 /* A result of another part whose key is the same; NULL: none. */
@@ -55,8 +54,8 @@ static np_stored_result *search_content(const np_stage_reuse *reuse, const np_st
 }
 
 /* Takes from the stores what serves a part of this picture; what is to be rebuilt, and why, is logged. */
-static neph_result take_part(const np_stage_row *row, np_stage stage, const np_stage_part *part) {
-  const np_stage_reuse *reuse = row->reuse;
+static neph_result take_part(np_stage stage, const np_stage_part *part) {
+  const np_stage_reuse *reuse = np_stage_get_maker(stage)->reuse;
   np_stores *stores = part->made->stores;
   np_stage_part wanted = *part;
   neph_result result = reuse->get_key(part, &wanted.key);
@@ -67,7 +66,7 @@ static neph_result take_part(const np_stage_row *row, np_stage stage, const np_s
   if (own) result = reuse->adapt(&wanted, own->result, own->key, reason);
   if (reason[0]) cached = search_content(reuse, &wanted);
   if (cached && !result) {
-    tell(row, part, "reused", "");
+    log_part(stage, part, "reused", "");
     if (part->plan->times) part->plan->times->is_reused[stage] = true;
     part->made->has_reused = true;
     np_alloc_free(part->made->context, wanted.key);
@@ -78,7 +77,7 @@ static neph_result take_part(const np_stage_row *row, np_stage stage, const np_s
     return NEPH_OK;
   }
   const bool is_loaded = !result && np_stage_disk_load(reuse, &wanted);
-  tell(row, part, is_loaded ? "read from the cache" : own ? "rebuilt" : "built", is_loaded ? "" : reason);
+  log_part(stage, part, is_loaded ? "read from the cache" : own ? "rebuilt" : "built", is_loaded ? "" : reason);
   if (own) own->slot = UINT32_MAX; /* for another part, or nobody */
   const np_stored_result added = {.stage = reuse, .slot = part->slot, .key = wanted.key, .destroy = reuse->destroy};
   const neph_result failed = np_stores_add(part->made->context, stores, added);
@@ -126,38 +125,40 @@ static void give_part(const np_stage_reuse *reuse, const np_stage_part *part) {
 
 /* Before anything is built the stores release what this picture has no use for, so that it needs no more memory than it
  * would alone. */
-static neph_result take_cached(const np_stage_row *row, np_stage stage, const np_stage_part *walk) {
+static neph_result take_cached(np_stage stage, const np_stage_part *walk) {
+  const np_stage_reuse *reuse = np_stage_get_maker(stage)->reuse;
   np_assembly *a = walk->made;
   neph_result result = NEPH_OK;
-  np_stores_drop(a->context, a->stores, row->reuse, true);
-  for (unsigned i = 0; i < count_parts(a, row).of[row->reuse->kind] && !result; i++) {
-    const np_stage_part part = get_part(walk, row->reuse->kind, i);
-    result = take_part(row, stage, &part);
+  np_stores_drop(a->context, a->stores, reuse, true);
+  for (unsigned i = 0; i < count_parts(a, stage).of[reuse->kind] && !result; i++) {
+    const np_stage_part part = get_part(walk, reuse->kind, i);
+    result = take_part(stage, &part);
   }
-  np_stores_drop(a->context, a->stores, row->reuse, false);
+  np_stores_drop(a->context, a->stores, reuse, false);
   return result;
 }
 
-static neph_result build_part(const np_stage_row *row, np_part_kind kind, const np_stage_part *part) {
-  const bool is_reused = row->reuse && row->reuse->kind == kind;
-  neph_result result = is_reused ? make_part(row->reuse, part) : NEPH_OK;
-  return !result && row->build[kind] ? row->build[kind](part) : result;
+static neph_result build_part(const np_stage_maker *maker, np_part_kind kind, const np_stage_part *part) {
+  const bool is_reused = maker->reuse && maker->reuse->kind == kind;
+  neph_result result = is_reused ? make_part(maker->reuse, part) : NEPH_OK;
+  return !result && maker->build[kind] ? maker->build[kind](part) : result;
 }
 
 static neph_result build_stage(np_stage stage, const np_stage_part *walk) {
-  const np_stage_row *row = np_stage_get_row(stage);
+  const np_stage_rule *rule = np_stage_get_rule(stage);
+  const np_stage_maker *maker = np_stage_get_maker(stage);
   np_assembly *a = walk->made;
-  const np_part_counts before = count_parts(a, row);
-  const unsigned all = np_stage_count_parts(row, &before);
+  const np_part_counts before = count_parts(a, stage);
+  const unsigned all = np_stage_count_parts(rule, &before);
   unsigned done = 0;
   if (all > 0) a->built |= 1u << stage;
-  neph_result result = row->reuse ? take_cached(row, stage, walk) : NEPH_OK;
+  neph_result result = maker->reuse ? take_cached(stage, walk) : NEPH_OK;
   for (int kind = 0; kind < NP_PART_KINDS; kind++) {
-    if (!np_stage_has_kind(row, (np_part_kind)kind)) continue;
-    for (unsigned i = 0; i < count_parts(a, row).of[kind] && !result; i++) {
+    if (!np_stage_has_kind(rule, (np_part_kind)kind)) continue;
+    for (unsigned i = 0; i < count_parts(a, stage).of[kind] && !result; i++) {
       const np_stage_part part = get_part(walk, (np_part_kind)kind, i);
       np_schedule_begin(&a->schedule, walk->monitor, stage, done++, all);
-      result = build_part(row, (np_part_kind)kind, &part);
+      result = build_part(maker, (np_part_kind)kind, &part);
     }
   }
   return result;
@@ -184,8 +185,8 @@ neph_result np_assembly_build_some(const neph_scene *scene, np_plan *plan, uint3
     const double start_s = plan->times ? np_cpu_time_s() : 0.0;
     result = build_stage((np_stage)i, &walk);
     if (plan->times) plan->times->cpu_s[i] = np_cpu_time_s() - start_s;
-    const np_stage_row *row = np_stage_get_row((np_stage)i);
-    if (!result && row->revise) result = row->revise(out_assembly, scene, plan);
+    const np_stage_maker *maker = np_stage_get_maker((np_stage)i);
+    if (!result && maker->revise) result = maker->revise(out_assembly, scene, plan);
   }
   if (result) np_assembly_clear(out_assembly);
   return result;
@@ -195,24 +196,24 @@ neph_result np_assembly_build(const neph_scene *scene, np_plan *plan, np_monitor
   return np_assembly_build_some(scene, plan, UINT32_MAX, monitor, out_assembly);
 }
 
-static void clear_part(const np_stage_row *row, np_part_kind kind, const np_stage_part *part) {
-  if (row->clear[kind]) row->clear[kind](part);
-  if (row->reuse && row->reuse->kind == kind) give_part(row->reuse, part);
+static void clear_part(const np_stage_maker *maker, np_part_kind kind, const np_stage_part *part) {
+  if (maker->clear[kind]) maker->clear[kind](part);
+  if (maker->reuse && maker->reuse->kind == kind) give_part(maker->reuse, part);
 }
 
-static void clear_stage(const np_stage_row *row, np_assembly *a) {
+static void clear_stage(np_stage stage, np_assembly *a) {
   const np_stage_part walk = {.made = a};
   for (int kind = NP_PART_KINDS; kind-- > 0;) {
-    for (unsigned i = count_parts(a, row).of[kind]; i-- > 0;) {
+    for (unsigned i = count_parts(a, stage).of[kind]; i-- > 0;) {
       const np_stage_part part = get_part(&walk, (np_part_kind)kind, i);
-      clear_part(row, (np_part_kind)kind, &part);
+      clear_part(np_stage_get_maker(stage), (np_part_kind)kind, &part);
     }
   }
 }
 
 void np_assembly_clear(np_assembly *assembly) {
   for (int i = NP_STAGE_COUNT; i-- > 0;)
-    if (assembly->built & 1u << i) clear_stage(np_stage_get_row((np_stage)i), assembly);
+    if (assembly->built & 1u << i) clear_stage((np_stage)i, assembly);
   np_alloc_free(assembly->context, assembly->clouds);
   *assembly = (np_assembly){0};
 }

@@ -12,7 +12,7 @@
 #include "render/frame.h"
 #include "render/plan.h"
 #include "render/plan_choices.h"
-#include "render/stages.h"
+#include "render/stage_rules.h"
 #include "scene/scene_apply.h"
 
 /* Share of a target that the bias may take, and of a limit that a prediction may take. */

@@ -6,7 +6,7 @@
 #include "core/text.h"
 #include "image/image_private.h"
 #include "render/bias_model.h"
-#include "render/stages.h"
+#include "render/stage_rules.h"
 
 static const double normal_quantile_975 = 1.959963984540054;
 

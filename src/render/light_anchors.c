@@ -6,7 +6,7 @@
 
 #include "core/alloc.h"
 #include "render/scene_hash.h"
-#include "render/stages.h"
+#include "render/stage_part.h"
 #include "scene/scene_eval.h"
 #include "scene/sequence.h"
 
@@ -111,7 +111,7 @@ static void destroy_anchors(neph_context *context, void *light) {
 
 /* A stage and all that it needs. */
 static uint32_t collect_stages(np_stage stage) {
-  uint32_t all = 1u << stage, needs = np_stage_get_row(stage)->needs;
+  uint32_t all = 1u << stage, needs = np_stage_get_rule(stage)->needs;
   for (int i = 0; i < NP_STAGE_COUNT; i++)
     if (needs & 1u << i) all |= collect_stages((np_stage)i);
   return all;

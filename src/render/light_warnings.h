@@ -4,7 +4,6 @@
 #define NP_RENDER_LIGHT_WARNINGS_H
 
 #include "render/assembly.h"
-#include "render/stages.h"
 
 /* Logs those of a picture that have not been said of its scene; none where its lights are not known, NULL. */
 neph_result np_light_warnings_log(const neph_scene *scene, const np_plan *plan, const np_scene_lights *lights,

@@ -9,7 +9,7 @@
 #include "image/image_private.h"
 #include "render/plan.h"
 #include "render/plan_detail.h"
-#include "render/stages.h"
+#include "render/stage_rules.h"
 #include "scene/scene_eval.h"
 
 /* Memory of a program with the library alone, and that of OpenVDB and the libraries that come with it. */

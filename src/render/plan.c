@@ -9,7 +9,7 @@
 #include "image/film.h"
 #include "render/part_check.h"
 #include "render/plan_history.h"
-#include "render/stages.h"
+#include "render/stage_rules.h"
 #include "scene/cloud_places.h"
 #include "scene/scene_eval.h"
 

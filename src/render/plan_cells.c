@@ -139,7 +139,7 @@ static void add_file(const np_plan *plan, outline *o, unsigned i, const np_scene
   if (!np_affine_invert(&index_to_world, &volume->world_to_index)) volume->world_to_index = np_affine_identity();
   include_box(o, file->low, file->high);
   o->box_m3 += size.x * size.y * size.z;
-  o->filled_m3 += pow(compute_voxel_share(file), np_plan_cell_exponent) * size.x * size.y * size.z;
+  o->filled_m3 += np_plan_get_cell_share(compute_voxel_share(file)) * size.x * size.y * size.z;
 }
 
 static neph_result place(const np_plan *plan, const neph_scene *scene, outline *o, np_cells_forecast *out) {

@@ -6,7 +6,7 @@
 #include "core/json.h"
 #include "core/text.h"
 #include "render/plan.h"
-#include "render/stages.h"
+#include "render/stage_rules.h"
 #include "scene/scene_values.h"
 
 static void add_references(np_text *text, const np_plan *plan) {
@@ -86,8 +86,8 @@ static void add_prediction(np_text *text, const np_plan *plan, double peak_bytes
 }
 
 static neph_result add_reason(np_text *text, const neph_scene *scene, const np_plan *plan, np_stage stage) {
-  const np_stage_row *row = np_stage_get_row(stage);
-  if (row->describe && plan->stages[stage].is_needed) return row->describe(plan, scene, text);
+  const np_stage_rule *rule = np_stage_get_rule(stage);
+  if (rule->describe && plan->stages[stage].is_needed) return rule->describe(plan, scene, text);
   np_text_add(text, "%s", plan->stages[stage].reason);
   return NEPH_OK;
 }
@@ -108,7 +108,7 @@ static neph_result describe_plain(const neph_scene *scene, const np_plan *plan, 
   neph_result result = NEPH_OK;
   for (int i = 0; i < NP_STAGE_COUNT && !result; i++) {
     const np_plan_stage *stage = &plan->stages[i];
-    np_text_add(&text, "%-20s %-3s  ", np_stage_get_row((np_stage)i)->name, stage->is_needed ? "yes" : "no");
+    np_text_add(&text, "%-20s %-3s  ", np_stage_get_rule((np_stage)i)->name, stage->is_needed ? "yes" : "no");
     result = add_reason(&text, scene, plan, (np_stage)i);
     if (stage->cost.seconds >= 0.01 || stage->error > 0.0) {
       np_text_add(&text, ";");
@@ -177,14 +177,14 @@ static void put_references(np_json *json, const np_plan *plan) {
 }
 
 /* Stages predicted to take next to nothing have no numbers. */
-static void put_stage(np_json *json, const np_plan_stage *stage, const np_stage_row *row, const char *reason) {
-  np_json_put_text(json, "stage", row->name);
+static void put_stage(np_json *json, const np_plan_stage *stage, const np_stage_rule *rule, const char *reason) {
+  np_json_put_text(json, "stage", rule->name);
   np_json_put_bool(json, "needed", stage->is_needed);
   np_json_put_text(json, "reason", reason);
   if (stage->cost.seconds > 0.0) np_json_put_real(json, "seconds", stage->cost.seconds);
   if (stage->cost.bytes > 0.0) np_json_put_real(json, "bytes", stage->cost.bytes);
   if (stage->error > 0.0) np_json_put_real(json, "error", stage->error);
-  if (stage->is_needed && row->reuse) np_json_put_text(json, "reused_while", row->reuse->reused_while);
+  if (stage->is_needed && rule->reused_while) np_json_put_text(json, "reused_while", rule->reused_while);
 }
 
 static neph_result put_stages(np_json *json, const neph_scene *scene, const np_plan *plan) {
@@ -194,7 +194,7 @@ static neph_result put_stages(np_json *json, const neph_scene *scene, const np_p
     np_text reason = {.context = plan->context};
     result = add_reason(&reason, scene, plan, (np_stage)i);
     np_json_begin_object(json, NULL);
-    put_stage(json, &plan->stages[i], np_stage_get_row((np_stage)i), np_text_get(&reason));
+    put_stage(json, &plan->stages[i], np_stage_get_rule((np_stage)i), np_text_get(&reason));
     np_json_end(json);
     result = np_text_end(&reason, result);
   }

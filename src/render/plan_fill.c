@@ -18,10 +18,6 @@
 
 /* ---- Bakes ---- */
 
-/* Cells and bricks hold cloud where any of their voxels does: a share of f^0.6 where voxels are f, to a quarter in
- * a hero and three fields of f from 0.1 to 0.16, and a deck. */
-const double np_plan_cell_exponent = 0.6;
-
 /* Voxels of a trial bake: a tenth of a second or less. */
 static const double trial_voxels = 4e5;
 
@@ -67,7 +63,7 @@ static neph_result measure(const neph_scene *scene, const np_plan *plan, double 
   neph_result result = NEPH_OK;
   for (unsigned i = 0; !result && i < scene->cloud_count; i++)
     if (scene->clouds[i].is_baked) result = measure_bake(scene, plan, &scene->clouds[i], &box_voxels, &filled_voxels);
-  if (!result && box_voxels > 0.0) *out_share = pow(fmin(filled_voxels / box_voxels, 1.0), np_plan_cell_exponent);
+  if (!result && box_voxels > 0.0) *out_share = np_plan_get_cell_share(fmin(filled_voxels / box_voxels, 1.0));
   return result;
 }
 

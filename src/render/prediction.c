@@ -6,7 +6,7 @@
 #include "core/alloc.h"
 #include "core/text.h"
 #include "image/image_private.h"
-#include "render/stages.h"
+#include "render/stage_rules.h"
 
 static bool is_wanted(const np_plan *plan) {
   return isfinite(plan->desc.target_error) || isfinite(plan->desc.time_limit_s);
@@ -47,7 +47,7 @@ static void log_stages(const np_plan *plan) {
     const double predicted_s = plan->stages[i].cost.seconds, measured_s = plan->times->cpu_s[i];
     if (fmax(predicted_s, measured_s) >= 0.01)
       np_log(plan->context, NEPH_LOG_DEBUG, "%s: predicted %.3g s of one core, measured %.3g s",
-             np_stage_get_row((np_stage)i)->name, predicted_s, measured_s);
+             np_stage_get_rule((np_stage)i)->name, predicted_s, measured_s);
   }
   np_log(plan->context, NEPH_LOG_DEBUG, "estimate of the error: measured %.3g s", plan->times->error_s);
 }

@@ -14,7 +14,7 @@
 #include "render/prediction.h"
 #include "render/read_ahead.h"
 #include "render/scene_hash.h"
-#include "render/stages.h"
+#include "render/stage_rules.h"
 #include "scene/scene_eval.h"
 #include "scene/sequence.h"
 
@@ -110,7 +110,7 @@ static double predict_next(const neph_scene *scene, const np_plan *plan) {
   const bool is_moving = !np_scene_has_still_light(scene);
   double seconds = 0.0;
   for (int i = 0; i < NP_STAGE_COUNT; i++)
-    if (is_moving || !np_stage_get_row((np_stage)i)->reuse) seconds += plan->stages[i].cost.seconds;
+    if (is_moving || !np_stage_get_rule((np_stage)i)->reused_while) seconds += plan->stages[i].cost.seconds;
   return seconds;
 }
 

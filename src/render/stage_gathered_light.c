@@ -93,7 +93,7 @@ static const np_stage_disk viewer_light_disk = {"view", true, add_gathered_key, 
                                                 NULL};
 
 NP_STAGE_REUSE(viewer_light, in->light->viewer_light, NP_PER_PACKET_LIGHT, false, adapt_gathered, destroy_viewer_light,
-               &viewer_light_disk, "it is a part of the same picture");
+               &viewer_light_disk);
 
 /* ---- On the ground ---- */
 
@@ -145,4 +145,4 @@ static const np_stage_disk ground_clouds_disk = {"ground",           true, add_g
                                                  load_ground_clouds, NULL};
 
 NP_STAGE_REUSE(ground_clouds, in->light->ground_light, NP_PER_PACKET_LIGHT, false, adapt_gathered,
-               destroy_ground_clouds, &ground_clouds_disk, "it is a part of the same picture");
+               destroy_ground_clouds, &ground_clouds_disk);

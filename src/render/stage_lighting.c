@@ -8,7 +8,6 @@
 #include "integrate/approximation.h"
 #include "integrate/approximation_gain.h"
 #include "render/copies.h"
-#include "volume/brick_detail.h"
 #include "volume/places.h"
 #include "render/integrator_choice.h"
 #include "render/stage_part.h"
@@ -56,38 +55,6 @@ static void add_group(const np_stage_part *in, np_world *world) {
   }
   if (light->group >= NP_LIGHT_GROUP_EMISSION && packet->emission_groups)
     world->emission = get_emission(&packet->emission_groups[light->group - NP_LIGHT_GROUP_EMISSION]);
-}
-
-const np_bricks *np_cloud_parts_get_bricks(const np_cloud_parts *parts, unsigned k) {
-  return parts->details[k] ? &parts->details[k]->bricks : &np_volume_get_part(parts->volume, k)->bricks;
-}
-
-/* Levels of detail have voxels of their own. */
-np_affine np_cloud_parts_get_world_to_index(const np_cloud_parts *parts, unsigned k, const np_affine *world_to_cloud) {
-  const neph_volume *level = parts->volume ? np_volume_get_part(parts->volume, k) : NULL;
-  if (level == parts->volume || np_volume_has_parts(parts->volume, NP_PARTS_OF_COLORS)) return *world_to_cloud;
-  const np_affine between = np_affine_compose(&level->world_to_index, &parts->volume->index_to_world);
-  return np_affine_compose(&between, world_to_cloud);
-}
-
-unsigned np_packet_place(const np_packet *packet, const neph_scene *scene, const np_assembly *assembly, unsigned cloud,
-                         np_instance out[NP_TINT_PARTS_MAX]) {
-  const np_cloud_parts *parts = &assembly->clouds[cloud];
-  const np_tint *tint = parts->volume ? parts->volume->tint : NULL;
-  const unsigned count = tint ? tint->count : 1;
-  for (unsigned k = 0; k < count; k++) {
-    double albedo[NP_BAND_COUNT];
-    for (int b = 0; b < NP_BAND_COUNT; b++)
-      albedo[b] = scene->clouds[cloud].albedo[b] * (tint ? tint->parts[k].color[b] : 1.0);
-    out[k] = parts->placed;
-    out[k].number = cloud;
-    out[k].part = k;
-    if (parts->volume) out[k].bricks = np_cloud_parts_get_bricks(parts, k);
-    out[k].world_to_index = np_cloud_parts_get_world_to_index(parts, k, &parts->placed.world_to_index);
-    out[k].is_held_out = scene->clouds[cloud].is_held_out;
-    out[k].albedo = np_packet_convert_albedo(packet, assembly, albedo);
-  }
-  return count;
 }
 
 /* The clouds that hold anything, with the albedo of a packet. */
@@ -281,7 +248,7 @@ static neph_result load_depth(const np_stage_part *in, np_cache_entry *entry) {
 static const np_stage_disk depth_disk = {"depth", true, add_depth_key, save_depth, load_depth, NULL};
 
 NP_STAGE_REUSE(sun_optical_depth, in->caches->sun_optical_depth, NP_PER_LIGHT, false, adapt_depth, destroy_depth,
-               &depth_disk, "the clouds' extinction and the direction of the light stay, to the bit");
+               &depth_disk);
 
 /* ---- Shadows in the air ---- */
 

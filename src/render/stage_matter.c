@@ -139,8 +139,7 @@ static const np_stage_disk terrain_disk = {"terrain", false, add_heights_key, sa
 
 static void destroy_terrain(void *terrain) { neph_terrain_release(terrain); }
 
-NP_STAGE_REUSE(terrain, in->made->terrain, NP_PER_PICTURE, false, adapt_source, destroy_terrain, &terrain_disk,
-               "its file or its parameters stay");
+NP_STAGE_REUSE(terrain, in->made->terrain, NP_PER_PICTURE, false, adapt_source, destroy_terrain, &terrain_disk);
 
 /* A bake reports, and is stopped, as a part of the picture. */
 static neph_result bake(const np_stage_part *in, const np_scene_cloud *cloud, const char *path,
@@ -300,7 +299,7 @@ static const np_stage_disk volumes_disk = {"bake", false, add_volumes_key, save_
 static void destroy_volume(void *volume) { neph_volume_release(volume); }
 
 NP_STAGE_REUSE(volumes, in->made->clouds[in->cloud].volume, NP_PER_CLOUD, true, adapt_source, destroy_volume,
-               &volumes_disk, "their files or their parameters stay");
+               &volumes_disk);
 
 /* A cloud being placed. */
 typedef struct cloud_build {

@@ -166,4 +166,4 @@ static neph_result make_ordinates(const np_stage_part *in) {
 static void destroy_solution(void *solution) { np_scattering_field_destroy(solution); }
 
 NP_STAGE_REUSE(ordinates, in->light->scattering, NP_PER_PACKET_LIGHT, false, adapt_solution, destroy_solution,
-               &ordinates_disk, "the clouds stay, to the bit, and the light on them, within a thousandth");
+               &ordinates_disk);

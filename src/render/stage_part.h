@@ -6,17 +6,8 @@
 #include "core/cache_lock.h"
 #include "core/disk_cache.h"
 #include "render/packet.h"
+#include "render/stage_rules.h"
 #include "scene/cloud_file.h"
-
-/* The parts of a stage: one for the picture, or one for each of these. */
-typedef enum np_part_kind {
-  NP_PER_PICTURE,
-  NP_PER_CLOUD,
-  NP_PER_LIGHT,
-  NP_PER_PACKET,
-  NP_PER_PACKET_LIGHT,
-  NP_PART_KINDS
-} np_part_kind;
 
 /* Given to the functions of a row. Each reads the results of the stages that its row names, and writes its own. */
 typedef struct np_stage_part {
@@ -57,7 +48,6 @@ typedef struct np_stage_disk {
 /* Reuse of a stage's results by later pictures. The walk takes them from the stores and gives them back; changes are
  * counted from when a result was made, so that small steps do not add up unseen. */
 typedef struct np_stage_reuse {
-  const char *reused_while; /* the key in words */
   np_part_kind kind;
   bool is_of_content; /* any part's result serves any other of equal key */
 
@@ -75,14 +65,14 @@ typedef struct np_stage_reuse {
 } np_stage_reuse;
 
 /* Defines the reuse of a stage whose result is at `place` of its part, by the functions get_NAME_key and make_NAME. */
-#define NP_STAGE_REUSE(name, place, kind, is_of_content, adapt, destroy, disk, reused_while)                           \
+#define NP_STAGE_REUSE(name, place, kind, is_of_content, adapt, destroy, disk)                                         \
   static void *exchange_##name(const np_stage_part *in, void *result) {                                                \
     void *old = place;                                                                                                 \
     place = result;                                                                                                    \
     return old;                                                                                                        \
   }                                                                                                                    \
   const np_stage_reuse np_stage_reuse_##name = {                                                                       \
-      reused_while, kind, is_of_content, get_##name##_key, adapt, exchange_##name, make_##name, destroy, disk}
+      kind, is_of_content, get_##name##_key, adapt, exchange_##name, make_##name, destroy, disk}
 
 extern const np_stage_reuse np_stage_reuse_terrain, np_stage_reuse_volumes, np_stage_reuse_atmosphere,
     np_stage_reuse_camera_sky, np_stage_reuse_cloud_sky, np_stage_reuse_water_sky, np_stage_reuse_sun_optical_depth,

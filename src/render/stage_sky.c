@@ -169,8 +169,7 @@ static neph_result make_atmosphere(const np_stage_part *in) {
 
 static void destroy_air(void *atmosphere) { neph_atmosphere_release(atmosphere); }
 
-NP_STAGE_REUSE(atmosphere, in->packet->atmosphere, NP_PER_PACKET, false, adapt_air, destroy_air, NULL,
-               "the air stays, within a tenth of atmosphere.tolerance");
+NP_STAGE_REUSE(atmosphere, in->packet->atmosphere, NP_PER_PACKET, false, adapt_air, destroy_air, NULL);
 
 /* ---- Skies ---- */
 
@@ -270,14 +269,11 @@ neph_result np_stage_create_sky(const np_stage_part *in, neph_sky **out_sky) {
 
 static void destroy_sky(void *sky) { neph_sky_destroy(sky); }
 
-NP_STAGE_REUSE(camera_sky, in->light->camera_sky, NP_PER_PACKET_LIGHT, false, adapt_sky, destroy_sky, NULL,
-               "air, light and camera stay, within atmosphere.tolerance");
+NP_STAGE_REUSE(camera_sky, in->light->camera_sky, NP_PER_PACKET_LIGHT, false, adapt_sky, destroy_sky, NULL);
 
-NP_STAGE_REUSE(cloud_sky, in->light->cloud_sky, NP_PER_PACKET_LIGHT, false, adapt_sky, destroy_sky, NULL,
-               "air, light and the middle of the clouds stay, within atmosphere.tolerance");
+NP_STAGE_REUSE(cloud_sky, in->light->cloud_sky, NP_PER_PACKET_LIGHT, false, adapt_sky, destroy_sky, NULL);
 
-NP_STAGE_REUSE(water_sky, in->light->water_sky, NP_PER_PACKET_LIGHT, false, adapt_sky, destroy_sky, NULL,
-               "air, light and camera stay, within atmosphere.tolerance");
+NP_STAGE_REUSE(water_sky, in->light->water_sky, NP_PER_PACKET_LIGHT, false, adapt_sky, destroy_sky, NULL);
 
 /* ---- Night ---- */
 

@@ -9,7 +9,7 @@
 #include "core/given.h"
 #include "core/parallel.h"
 #include "render/frame.h"
-#include "render/stages.h"
+#include "render/stage_rules.h"
 
 /* Runs of each scene, of which the least counts: others may compute meanwhile. */
 enum { RUNS = 3, SCENES = 4 };
@@ -90,7 +90,7 @@ static void compute_factors(const calibration *c, neph_machine *out) {
     measured[rows[i].work] += seconds;
     constant[rows[i].work] += rows[i].constant_s;
     np_log(c->context, NEPH_LOG_DEBUG, "calibration: %s of scene %u takes %.4g s of one core, by the constants %.4g s",
-           np_stage_get_row(rows[i].stage)->name, rows[i].scene, seconds, rows[i].constant_s);
+           np_stage_get_rule(rows[i].stage)->name, rows[i].scene, seconds, rows[i].constant_s);
   }
   for (int k = 0; k < NEPH_WORK_COUNT; k++) out->factor[k] = measured[k] / constant[k];
 }

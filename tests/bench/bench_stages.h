@@ -6,11 +6,11 @@
 #include <valgrind/callgrind.h>
 
 #include "render/schedule.h"
-#include "render/stages.h"
+#include "render/stage_rules.h"
 
 static inline void bench_begin(np_schedule *schedule, np_monitor *monitor, np_stage stage, unsigned index,
                                unsigned count) {
-  CALLGRIND_DUMP_STATS_AT(np_stage_get_row(stage)->name);
+  CALLGRIND_DUMP_STATS_AT(np_stage_get_rule(stage)->name);
   np_schedule_begin(schedule, monitor, stage, index, count);
 }
 
