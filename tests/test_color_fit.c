@@ -178,12 +178,12 @@ static void even_light_is_flat(void **state) {
 static void get_weights(neph_scene *scene, const neph_render_desc *desc, float out[3][3]) {
   np_plan plan;
   np_stores stores = {.results = NULL};
+  const np_build_job job = np_build_job_make(&stores);
   np_assembly assembly;
   np_monitor monitor;
   np_monitor_start(&monitor, scene->context, NULL, NULL);
   assert_int_equal(np_plan_make(scene, desc, &plan), NEPH_OK);
-  plan.stores = &stores;
-  assert_int_equal(np_assembly_build(scene, &plan, &monitor, &assembly), NEPH_OK);
+  assert_int_equal(np_assembly_build(scene, &plan, &job, &monitor, &assembly), NEPH_OK);
   memcpy(out, assembly.packets[0].color_weight, sizeof assembly.packets[0].color_weight);
   np_assembly_clear(&assembly);
   np_stores_clear(scene->context, &stores);

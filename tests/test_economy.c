@@ -140,6 +140,7 @@ static void print_stages(const char *name, const char *what, uint32_t stages) {
 /* In the child: builds a row's scene, read as if from the file `name`, and tells what is wrong. */
 static bool is_built_as_told(neph_context *context, const row *r, const char *name) {
   np_stores stores = {.results = NULL};
+  const np_build_job job = np_build_job_make(&stores);
   neph_scene *scene = NULL;
   np_plan plan;
   np_assembly a;
@@ -147,8 +148,7 @@ static bool is_built_as_told(neph_context *context, const row *r, const char *na
   np_monitor_start(&monitor, context, NULL, NULL);
   neph_result result = neph_scene_load_text(context, r->scene, name, &scene);
   if (!result) result = np_plan_make(scene, NULL, &plan);
-  plan.stores = &stores;
-  if (!result) result = np_assembly_build(scene, &plan, &monitor, &a);
+  if (!result) result = np_assembly_build(scene, &plan, &job, &monitor, &a);
   if (result) return false;
   const int libraries = get_libraries();
   print_stages(r->name, "was not built", r->built & ~a.built);

@@ -113,6 +113,7 @@ static void depths_are_rebuilt_for_another_sun_or_cloud(void **state) {
 
 /* Builds, gives back, takes the same again, and builds for another sun. */
 static neph_result build_thrice(neph_scene *scene, np_stores *stores) {
+  const np_build_job job = np_build_job_make(stores);
   neph_result result = NEPH_OK;
   for (int i = 0; !result && i < 3; i++) {
     np_plan plan;
@@ -121,8 +122,7 @@ static neph_result build_thrice(neph_scene *scene, np_stores *stores) {
     np_monitor_start(&monitor, scene->context, NULL, NULL);
     if (i == 2) result = neph_scene_set(scene, "sun.elevation", "40 deg");
     if (!result) result = np_plan_make(scene, NULL, &plan);
-    plan.stores = stores;
-    if (!result) result = np_assembly_build(scene, &plan, &monitor, &assembly);
+    if (!result) result = np_assembly_build(scene, &plan, &job, &monitor, &assembly);
     if (!result) np_assembly_clear(&assembly);
   }
   return result;

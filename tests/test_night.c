@@ -230,12 +230,12 @@ static void assert_lights(test_fixture *f, const char *text, unsigned lights, bo
   neph_scene *scene = load(f, text);
   np_plan plan;
   np_stores stores = {.results = NULL};
+  const np_build_job job = np_build_job_make(&stores);
   np_assembly assembly;
   np_monitor monitor;
   np_monitor_start(&monitor, f->context, NULL, NULL);
   assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
-  plan.stores = &stores;
-  assert_int_equal(np_assembly_build(scene, &plan, &monitor, &assembly), NEPH_OK);
+  assert_int_equal(np_assembly_build(scene, &plan, &job, &monitor, &assembly), NEPH_OK);
   assert_int_equal(assembly.packets[0].light_count, lights);
   assert_int_equal(assembly.packets[0].stars.count > 0, has_stars);
   assert_int_equal(assembly.packets[0].night.has_airglow, has_airglow);

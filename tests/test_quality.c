@@ -143,11 +143,10 @@ static void test_cells_in_files_follow_pixels(void **state) {
                    -160 - distance_m[i], f->path);
     neph_scene *scene = load(f, text);
     np_plan plan;
-    np_stores stores = {.results = NULL};
+    np_input_store store = {.references = NULL};
     scene->render.light_detail_px = 8;
     assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
-    plan.stores = &stores;
-    assert_int_equal(np_plan_measure_fill(scene, &plan), NEPH_OK);
+    assert_int_equal(np_plan_measure_fill(scene, &plan, &store), NEPH_OK);
     assert_near_relative(plan.file_cell_count, cells[i], 1e-9);
     neph_scene_destroy(scene);
   }
@@ -162,10 +161,9 @@ static void test_cells_in_a_tile_follow_its_box(void **state) {
   (void)snprintf(text, sizeof text, "clouds: [{vdb: %s, voxel: 1 m, optical_depth: 40}]", f->path);
   neph_scene *scene = load(f, text);
   np_plan plan;
-  np_stores stores = {.results = NULL};
+  np_input_store store = {.references = NULL};
   assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
-  plan.stores = &stores;
-  assert_int_equal(np_plan_measure_fill(scene, &plan), NEPH_OK);
+  assert_int_equal(np_plan_measure_fill(scene, &plan, &store), NEPH_OK);
   assert_near_relative(plan.file_voxel_count, 4096.0 * 4096.0 * 4096.0, 1e-9);
   assert_in_range((uint64_t)np_plan_predict_cells(&plan, scene), 46656 * 2 / 3, 46656 * 3 / 2);
   neph_scene_destroy(scene);

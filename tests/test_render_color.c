@@ -145,13 +145,13 @@ static void a_furnace_has_the_colour_of_its_light(void **state) {
 static void compute_zenith(neph_scene *scene, double out_rgb[3]) {
   np_plan plan;
   np_stores stores = {.results = NULL};
+  const np_build_job job = np_build_job_make(&stores);
   np_assembly assembly;
   np_monitor monitor;
   np_wavelengths wavelengths;
   np_monitor_start(&monitor, scene->context, NULL, NULL);
   assert_int_equal(np_plan_make_sky(scene, false, &plan), NEPH_OK);
-  plan.stores = &stores;
-  assert_int_equal(np_assembly_build(scene, &plan, &monitor, &assembly), NEPH_OK);
+  assert_int_equal(np_assembly_build(scene, &plan, &job, &monitor, &assembly), NEPH_OK);
   assert_int_equal(assembly.packet_count, 5);
   np_wavelengths_choose(15, &wavelengths);
   for (int c = 0; c < 3; c++) out_rgb[c] = 0.0;

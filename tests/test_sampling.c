@@ -39,13 +39,13 @@ static double read_still_clock(void *user) {
 static neph_result render_at_once(const neph_scene *scene, const neph_render_desc *desc, neph_image **out_image) {
   np_plan plan;
   np_stores stores = {.results = NULL};
+  const np_render_job job = {.build = np_build_job_make(&stores)};
   np_monitor monitor;
   assert_int_equal(np_plan_make(scene, desc, &plan), NEPH_OK);
-  plan.stores = &stores;
   np_monitor_start(&monitor, scene->context, NULL, NULL);
   monitor.read_clock_s = read_still_clock;
   monitor.start_s = monitor.last_report_s = 0.0;
-  const neph_result result = np_render_image(scene, &plan, &monitor, out_image);
+  const neph_result result = np_render_image(scene, &plan, &job, &monitor, out_image);
   np_stores_clear(scene->context, &stores);
   return result;
 }

@@ -104,15 +104,15 @@ typedef struct building {
 
 static void build_planned(building *b, uint32_t stages) {
   np_monitor monitor;
+  const np_build_job job = np_build_job_make(&b->stores);
   np_monitor_start(&monitor, b->scene->context, NULL, NULL);
-  assert_int_equal(np_assembly_build_some(b->scene, &b->plan, stages, &monitor, &b->assembly), NEPH_OK);
+  assert_int_equal(np_assembly_build_some(b->scene, &b->plan, stages, &job, &monitor, &b->assembly), NEPH_OK);
 }
 
 static void build(neph_context *context, const char *text, uint32_t stages, building *out) {
   *out = (building){.scene = NULL};
   assert_int_equal(neph_scene_load_text(context, text, "scene.yaml", &out->scene), NEPH_OK);
   assert_int_equal(np_plan_make(out->scene, NULL, &out->plan), NEPH_OK);
-  out->plan.stores = &out->stores;
   build_planned(out, stages);
 }
 
@@ -290,7 +290,7 @@ static void costs_are_those_of_what_is_needed(void **state) {
   const np_stage_cost all = np_stages_count_cost(&plan);
   assert_true(all.bytes > plan.stages[NP_STAGE_ORDINATES].cost.bytes);
   np_schedule schedule;
-  np_schedule_make(&plan, &schedule);
+  np_schedule_make(&plan, np_monitor_whole, &schedule);
   assert_near(schedule.all_s, 0.5 * all.seconds, 1e-9); /* sums of the same doubles, on two threads */
   neph_scene_destroy(scene);
 }

@@ -53,18 +53,18 @@ static int set_up(void **state) { return set_up_scene(state, 2, everything); }
 static neph_result render(fixture *f, witness *w, double limit_s, neph_image **out_image) {
   np_plan plan;
   np_stores stores = {.results = NULL};
+  const np_render_job job = {.build = np_build_job_make(&stores)};
   np_monitor monitor;
   neph_render_desc desc = NEPH_RENDER_DESC_DEFAULT;
   test_log_clear(&f->log);
   assert_int_equal(neph_scene_get_render_desc(f->scene, &desc), NEPH_OK);
   desc.time_limit_s = limit_s;
   assert_int_equal(np_plan_make(f->scene, &desc, &plan), NEPH_OK);
-  plan.stores = &stores;
   np_monitor_start(&monitor, f->context, watch, w);
   monitor.read_clock_s = read_clock_s;
   monitor.clock_user = w;
   monitor.start_s = monitor.last_report_s = w->now_s = w->begin_s;
-  const neph_result result = np_render_image(f->scene, &plan, &monitor, out_image);
+  const neph_result result = np_render_image(f->scene, &plan, &job, &monitor, out_image);
   np_stores_clear(f->context, &stores);
   return result;
 }

@@ -18,6 +18,7 @@
 #include "render/frame.h"
 #include "render/georeference.h"
 #include "render/plan.h"
+#include "render/render_calls.h"
 #include "render/reference_frame.h"
 #include "scene/cloud_file.h"
 #include "scene/cloud_places.h"
@@ -168,7 +169,7 @@ static neph_result check_placement(const scene_check *c, unsigned index, double 
   bool is_known = false;
   np_check_start_monitor(c->check, &monitor);
   neph_result result = neph_check_set_file(c->check, c->name);
-  const np_frame_cloud of = {&c->stores->references, c->scene, index, number, volume, &load, &monitor};
+  const np_frame_cloud of = {&c->stores->inputs.references, c->scene, index, number, volume, &load, &monitor};
   if (!result) result = np_reference_frame_get_anchor(&of, &anchor, &is_known);
   if (!result && is_known)
     result = np_georeference_apply(c->scene, cloud, volume, &anchor.file_to_world, &georeference);

@@ -63,7 +63,8 @@ static void compute_bounds(const np_affine *index_to_world, const neph_volume *v
 static neph_result place(cloud_export *e, neph_volume *volume) {
   bool is_known;
   neph_volume_load_desc load = np_cloud_file_describe_load(e->cloud);
-  const np_frame_cloud of = {&e->stores->references, e->scene, e->index, e->source.number, volume, &load, e->monitor};
+  const np_frame_cloud of = {
+      &e->stores->inputs.references, e->scene, e->index, e->source.number, volume, &load, e->monitor};
   np_georeference georeference;
   neph_result result = np_reference_frame_get_anchor(&of, &e->anchor, &is_known);
   if (!result) result = np_scene_check_cloud_unit(e->scene, e->index, e->source.path, volume->extinction_per_value);

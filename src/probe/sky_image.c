@@ -205,12 +205,12 @@ static neph_result render_sky(const neph_scene *scene, const neph_sky_image_desc
   np_monitor_start(&monitor, scene->context, desc->progress, desc->progress_user);
   np_plan plan;
   np_assembly assembly;
+  const np_build_job job = np_build_job_make(stores);
   neph_result result = np_plan_make_sky(scene, false, &plan);
   plan.sphere_size[0] = desc->width;
   plan.sphere_size[1] = desc->height;
   plan.sphere_center_rad = desc->center_azimuth_rad;
-  plan.stores = stores;
-  if (!result) result = np_assembly_build(scene, &plan, &monitor, &assembly);
+  if (!result) result = np_assembly_build(scene, &plan, &job, &monitor, &assembly);
   if (result) return result;
   const unsigned count = desc->disks == NEPH_SKY_DISKS_LAYER ? CHANNELS : NP_BAND_COUNT;
   result = neph_image_create(scene->context, desc->width, desc->height, count, channel_names, out_image);

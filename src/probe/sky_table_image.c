@@ -170,9 +170,9 @@ neph_result neph_render_sky_table(const neph_scene *scene, neph_sky_table table,
   np_plan plan;
   np_assembly assembly;
   np_stores stores = {.results = NULL};
+  const np_build_job job = np_build_job_make(&stores);
   neph_result result = np_plan_make_sky(scene, true, &plan);
-  plan.stores = &stores;
-  if (!result) result = np_assembly_build(scene, &plan, &monitor, &assembly);
+  if (!result) result = np_assembly_build(scene, &plan, &job, &monitor, &assembly);
   if (!result) {
     result = draw_table(scene, &assembly, table, out_image);
     np_assembly_clear(&assembly);

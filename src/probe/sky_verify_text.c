@@ -52,9 +52,9 @@ static neph_result verify(const neph_scene *scene, const neph_sky_verify_desc *d
   np_monitor_start(&monitor, scene->context, desc->progress, desc->progress_user);
   np_plan plan;
   np_assembly assembly;
+  const np_build_job job = np_build_job_make(stores);
   neph_result result = np_plan_make_sky(scene, true, &plan);
-  plan.stores = stores;
-  if (!result) result = np_assembly_build(scene, &plan, &monitor, &assembly);
+  if (!result) result = np_assembly_build(scene, &plan, &job, &monitor, &assembly);
   if (result) return result;
   neph_sky *sky = assembly.packets[0].lights[0].camera_sky;
   np_schedule_begin(&assembly.schedule, &monitor, NP_STAGE_INTEGRATOR, 0, 1);

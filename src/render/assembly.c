@@ -67,7 +67,7 @@ static neph_result take_part(np_stage stage, const np_stage_part *part) {
   if (reason[0]) cached = search_content(reuse, &wanted);
   if (cached && !result) {
     log_part(stage, part, "reused", "");
-    if (part->plan->times) part->plan->times->is_reused[stage] = true;
+    if (part->times) part->times->is_reused[stage] = true;
     part->made->has_reused = true;
     np_alloc_free(part->made->context, wanted.key);
     (void)reuse->exchange(part, cached->result);
@@ -164,27 +164,28 @@ static neph_result build_stage(np_stage stage, const np_stage_part *walk) {
   return result;
 }
 
-static neph_result start(const neph_scene *scene, const np_plan *plan, np_assembly *a) {
+static neph_result start(const neph_scene *scene, const np_plan *plan, const np_build_job *job, np_assembly *a) {
   *a = (np_assembly){.context = scene->context,
-                     .stores = plan->stores,
+                     .stores = job->stores,
                      .cloud_count = scene->cloud_count,
                      .clouds = np_alloc(scene->context, scene->cloud_count, sizeof *a->clouds),
                      .clouds_min = np_nowhere_low,
                      .clouds_max = np_nowhere_high};
-  np_schedule_make(plan, &a->schedule);
+  np_schedule_make(plan, job->progress, &a->schedule);
   if (!a->clouds) return NEPH_ERROR_OUT_OF_MEMORY;
   return np_camera_init(scene, plan->desc.width, plan->desc.height, plan->desc.eye, &a->camera);
 }
 
-neph_result np_assembly_build_some(const neph_scene *scene, np_plan *plan, uint32_t stages, np_monitor *monitor,
-                                   np_assembly *out_assembly) {
-  const np_stage_part walk = {.scene = scene, .plan = plan, .monitor = monitor, .made = out_assembly};
-  neph_result result = start(scene, plan, out_assembly);
+neph_result np_assembly_build_some(const neph_scene *scene, np_plan *plan, uint32_t stages, const np_build_job *job,
+                                   np_monitor *monitor, np_assembly *out_assembly) {
+  np_stage_times *times = job->times;
+  const np_stage_part walk = {.scene = scene, .plan = plan, .monitor = monitor, .times = times, .made = out_assembly};
+  neph_result result = start(scene, plan, job, out_assembly);
   for (int i = 0; i < NP_STAGE_COUNT && !result; i++) {
     if (!np_plan_needs(plan, (np_stage)i) || !(stages & 1u << i)) continue;
-    const double start_s = plan->times ? np_cpu_time_s() : 0.0;
+    const double start_s = times ? np_cpu_time_s() : 0.0;
     result = build_stage((np_stage)i, &walk);
-    if (plan->times) plan->times->cpu_s[i] = np_cpu_time_s() - start_s;
+    if (times) times->cpu_s[i] = np_cpu_time_s() - start_s;
     const np_stage_maker *maker = np_stage_get_maker((np_stage)i);
     if (!result && maker->revise) result = maker->revise(out_assembly, scene, plan);
   }
@@ -192,8 +193,9 @@ neph_result np_assembly_build_some(const neph_scene *scene, np_plan *plan, uint3
   return result;
 }
 
-neph_result np_assembly_build(const neph_scene *scene, np_plan *plan, np_monitor *monitor, np_assembly *out_assembly) {
-  return np_assembly_build_some(scene, plan, UINT32_MAX, monitor, out_assembly);
+neph_result np_assembly_build(const neph_scene *scene, np_plan *plan, const np_build_job *job, np_monitor *monitor,
+                              np_assembly *out_assembly) {
+  return np_assembly_build_some(scene, plan, UINT32_MAX, job, monitor, out_assembly);
 }
 
 static void clear_part(const np_stage_maker *maker, np_part_kind kind, const np_stage_part *part) {

@@ -2,7 +2,7 @@
 #include "render/cloud_bake.h"
 
 #include "core/given.h"
-#include "render/cloud_ground.h"
+#include "scene/cloud_ground.h"
 #include "render/plan_detail.h"
 #include "scene/scene_eval.h"
 

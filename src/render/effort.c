@@ -8,8 +8,8 @@
 
 #include "core/given.h"
 #include "core/text.h"
+#include "render/effort.h"
 #include "render/error_forecast.h"
-#include "render/frame.h"
 #include "render/plan.h"
 #include "render/plan_choices.h"
 #include "render/stage_rules.h"
@@ -58,7 +58,7 @@ typedef struct choice {
   const neph_render_desc *desc; /* the caller's: picture, target and limit */
   bool is_quality_open, is_integrator_open, are_samples_open;
   np_plan plan; /* of what was considered last */
-  np_stores *stores;
+  np_input_store *store;
   neph_effort best;
 } choice;
 
@@ -68,8 +68,7 @@ static neph_result make_plan(choice *c) {
   all.integrator = own.integrator;
   all.sample_count = own.sample_count;
   if (!result) result = np_plan_make(c->scene, &all, &c->plan);
-  c->plan.stores = c->stores;
-  return result ? result : np_plan_measure_fill(c->scene, &c->plan);
+  return result ? result : np_plan_measure_fill(c->scene, &c->plan, c->store);
 }
 
 /* Samples a pixel: what a target takes, or what is worth taking; no more than fit into the limit. */
@@ -220,7 +219,7 @@ static void report(const choice *c, const neph_effort *e) {
            e->seconds, limit_s);
 }
 
-neph_result np_effort_choose(neph_scene *scene, const neph_render_desc *desc, np_stores *stores,
+neph_result np_effort_choose(neph_scene *scene, const neph_render_desc *desc, np_input_store *store,
                              neph_effort *out_effort) {
   neph_render_desc wanted = NEPH_RENDER_DESC_DEFAULT;
   neph_result result = np_desc_check_size(scene->context, "neph_effort", out_effort, sizeof *out_effort);
@@ -232,7 +231,7 @@ neph_result np_effort_choose(neph_scene *scene, const neph_render_desc *desc, np
   const bool is_open = is_asked && !is_given(scene, "render", "quality");
   choice c = {.scene = scene,
               .desc = &wanted,
-              .stores = stores,
+              .store = store,
               .is_quality_open = is_open,
               .is_integrator_open = is_open && !is_given(scene, "render", "integrator"),
               .are_samples_open = is_asked && !is_given(scene, "render", "samples"),
@@ -246,8 +245,8 @@ neph_result np_effort_choose(neph_scene *scene, const neph_render_desc *desc, np
 
 neph_result neph_scene_choose_effort(neph_scene *scene, const neph_render_desc *desc, neph_effort *out_effort) {
   if (NP_LACKS(NP_CONTEXT_OF(scene), out_effort)) return NEPH_ERROR_INVALID_ARGUMENT;
-  np_stores stores = {.results = NULL};
-  const neph_result result = np_effort_choose(scene, desc, &stores, out_effort);
-  np_stores_clear(scene->context, &stores);
+  np_input_store store = {.references = NULL};
+  const neph_result result = np_effort_choose(scene, desc, &store, out_effort);
+  np_input_store_clear(scene->context, &store);
   return result;
 }

@@ -240,17 +240,17 @@ static void warn_of_target(const np_frame *f, const np_frame_error *e) {
          100.0 * e->total.value, 100.0 * e->noise.value, 100.0 * e->bias.value, 100.0 * target, why);
 }
 
-static neph_result estimate_error(const np_frame *f, const np_plan *plan, neph_image *image) {
+static neph_result estimate_error(const np_frame *f, const np_plan *plan, double *out_s, neph_image *image) {
   np_frame_error error;
   const double start_s = np_cpu_time_s();
   neph_result result = np_frame_estimate_error(f, plan, &error);
-  plan->times->error_s = np_cpu_time_s() - start_s;
+  *out_s = np_cpu_time_s() - start_s;
   if (result) return result;
   warn_of_target(f, &error);
   return np_frame_error_write(&error, image);
 }
 
-static neph_result integrate_frame(np_frame *f, const np_plan *plan, neph_image *image) {
+static neph_result integrate_frame(np_frame *f, const np_plan *plan, np_stage_times *times, neph_image *image) {
   neph_context *context = f->assembly->context;
   f->totals = np_alloc(context, np_frame_count_tiles(f), sizeof *f->totals);
   f->luminances = np_alloc(context, (size_t)f->width * f->height, sizeof *f->luminances);
@@ -259,7 +259,7 @@ static neph_result integrate_frame(np_frame *f, const np_plan *plan, neph_image 
   neph_result result = np_tile_feed_open(f->feed, context, image, NP_TILE_EDGE);
   if (!result) result = np_frame_sample(f);
   np_tile_feed_close(f->feed);
-  if (!result && !f->reconstruction) result = estimate_error(f, plan, image);
+  if (!result && !f->reconstruction) result = estimate_error(f, plan, &times->error_s, image);
   if (!result) result = np_image_set_real(image, "renderTime", np_monitor_get_seconds(f->monitor));
   if (result) return result;
   return f->reconstruction ? np_reconstruction_describe(f, image) : np_frame_describe(f, image);
@@ -268,29 +268,29 @@ static neph_result integrate_frame(np_frame *f, const np_plan *plan, neph_image 
 static void keep_part(void *film, double seconds) { np_part_film_write_when_due(film, seconds); }
 
 /* Samples the frame, and keeps what the plan wants of it in files. */
-static neph_result integrate_part(np_frame *f, const neph_scene *scene, const np_plan *plan) {
+static neph_result integrate_part(np_frame *f, const neph_scene *scene, const np_plan *plan, np_stage_times *times) {
   neph_result result = np_part_film_open(scene, plan, f, &f->part);
   if (result) return result;
   f->feed->keep = f->part ? keep_part : NULL;
   f->feed->keeper = f->part;
-  result = integrate_frame(f, plan, f->image);
+  result = integrate_frame(f, plan, times, f->image);
   f->feed->keep = NULL;
   return np_part_film_finish(f->part, result);
 }
 
-neph_result np_frame_render(const neph_scene *scene, const np_plan *plan, const np_assembly *assembly,
-                            np_monitor *monitor, neph_image **out_image) {
+neph_result np_frame_render(const neph_scene *scene, const np_plan *plan, const np_render_job *job,
+                            const np_assembly *assembly, np_monitor *monitor, neph_image **out_image) {
   const neph_render_desc *desc = &plan->desc;
   neph_context *context = assembly->context;
   np_tile_feed nobody = {.fn = NULL};
   np_frame *f = np_alloc(context, 1, sizeof *f);
   if (!f) return NEPH_ERROR_OUT_OF_MEMORY;
-  f->feed = plan->feed ? plan->feed : &nobody;
+  f->feed = job->feed ? job->feed : &nobody;
   f->assembly = assembly;
   f->desc = desc;
   f->aovs = plan->aovs;
   f->noise_target = np_plan_choose_noise(plan);
-  f->prediction = &plan->times->prediction;
+  f->prediction = &job->build.times->prediction;
   f->depth_components = choose_depth_components(plan, &scene->output);
   f->has_light_groups = plan->has_light_groups;
   f->has_layers =
@@ -304,8 +304,8 @@ neph_result np_frame_render(const neph_scene *scene, const np_plan *plan, const 
   if (!result && plan->aovs & NP_AOV_CRYPTOMATTE) result = np_channels_write_manifest(scene, *out_image);
   if (!result) result = np_render_header_write(scene, plan, assembly, *out_image);
   if (!result) result = np_reconstruction_create(scene, plan, f, &f->reconstruction);
-  if (!result) result = integrate_part(f, scene, plan);
-  if (!result && f->reconstruction) result = np_reconstruction_keep(f->reconstruction, plan);
+  if (!result) result = integrate_part(f, scene, plan, job->build.times);
+  if (!result && f->reconstruction) result = np_reconstruction_keep(f->reconstruction, plan, job->build.stores);
   np_reconstruction_destroy(f->reconstruction);
   if (result) {
     neph_image_destroy(*out_image);

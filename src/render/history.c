@@ -44,12 +44,13 @@ static neph_result compute_hash(const neph_scene *scene, const np_plan *plan, in
   return np_scene_hash_compute(scene, &at_frame, out);
 }
 
-neph_result np_history_choose_begin(const neph_scene *scene, const np_plan *plan, int *out_frame) {
+neph_result np_history_choose_begin(const neph_scene *scene, const np_plan *plan, const np_stores *stores,
+                                    int *out_frame) {
   const int frame = plan->desc.frame, first = np_scene_get_history_first(scene, frame);
   *out_frame = frame;
   if (!np_plan_needs(plan, NP_STAGE_HISTORY)) return NEPH_OK;
   *out_frame = first;
-  const history_store *h = plan->stores->history;
+  const history_store *h = stores->history;
   const np_history_frame *last = h ? &h->eyes[plan->desc.eye] : NULL;
   if (!last || !last->values || last->frame < first || last->frame >= frame) return NEPH_OK;
   char hash[33];
@@ -58,16 +59,15 @@ neph_result np_history_choose_begin(const neph_scene *scene, const np_plan *plan
   return result;
 }
 
-const np_history_frame *np_history_get(const neph_scene *scene, const np_plan *plan) {
-  const history_store *h = plan->stores->history;
+const np_history_frame *np_history_get(const neph_scene *scene, const np_plan *plan, const np_stores *stores) {
+  const history_store *h = stores->history;
   const int frame = plan->desc.frame;
   if (!h || !np_plan_needs(plan, NP_STAGE_HISTORY) || frame == np_scene_get_history_first(scene, frame)) return NULL;
   const np_history_frame *last = &h->eyes[plan->desc.eye];
   return last->values && last->frame == frame - 1 ? last : NULL;
 }
 
-neph_result np_history_put(const np_plan *plan, np_history_frame *frame) {
-  np_stores *stores = plan->stores;
+neph_result np_history_put(const np_plan *plan, np_stores *stores, np_history_frame *frame) {
   if (!stores->history) stores->history = np_alloc(plan->context, 1, sizeof(history_store));
   if (!stores->history) return NEPH_ERROR_OUT_OF_MEMORY;
   stores->destroy_history = destroy;

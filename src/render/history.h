@@ -8,6 +8,7 @@
 #define NP_RENDER_HISTORY_H
 
 #include "render/plan_stages.h"
+#include "render/stores.h"
 #include "scene/camera.h"
 
 /* Distances along the ray of a pixel's centre, from the eye; infinite: there is nothing. */
@@ -39,12 +40,13 @@ void np_history_frame_clear(neph_context *context, np_history_frame *frame);
 
 /* The frame with which rendering must begin for a plan's: the one behind that in the stores, if that is of the same
  * block and pictures, else the block's first. Without history the plan's own. */
-neph_result np_history_choose_begin(const neph_scene *scene, const np_plan *plan, int *out_frame);
+neph_result np_history_choose_begin(const neph_scene *scene, const np_plan *plan, const np_stores *stores,
+                                    int *out_frame);
 
 /* The frame before a plan's; NULL: it takes nothing from others. */
-const np_history_frame *np_history_get(const neph_scene *scene, const np_plan *plan);
+const np_history_frame *np_history_get(const neph_scene *scene, const np_plan *plan, const np_stores *stores);
 
-/* Puts a plan's frame into its stores for the next one, and owns it from then on. */
-neph_result np_history_put(const np_plan *plan, np_history_frame *frame);
+/* Puts a plan's frame into the stores for the next one, and owns it from then on. */
+neph_result np_history_put(const np_plan *plan, np_stores *stores, np_history_frame *frame);
 
 #endif

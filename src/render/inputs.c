@@ -202,11 +202,12 @@ static void warn_of_choice(const neph_scene *scene, unsigned index, np_reference
 
 /* The file that a sequence goes by, told by the headers; none as long as all of those asked for are empty. `filled` is
  * the number of the frame's own; NULL: it is empty. */
-static neph_result note_reference(const neph_scene *scene, unsigned index, const double *filled, np_plan *plan) {
+static neph_result note_reference(const neph_scene *scene, unsigned index, const double *filled, np_plan *plan,
+                                  np_input_store *store) {
   const np_scene_cloud *cloud = &scene->clouds[index];
   if (!has_reference(cloud)) return NEPH_OK;
   np_reference *reference;
-  neph_result result = np_references_get(&plan->stores->references, scene, index, &reference);
+  neph_result result = np_references_get(&store->references, scene, index, &reference);
   if (result) return result;
   if (!reference->has_frame && filled) {
     reference->has_frame = true;
@@ -219,13 +220,13 @@ static neph_result note_reference(const neph_scene *scene, unsigned index, const
   return cloud->has_reference_frame ? open_reference(scene, index) : NEPH_OK;
 }
 
-static neph_result open_cloud(const neph_scene *scene, unsigned index, np_plan *plan) {
+static neph_result open_cloud(const neph_scene *scene, unsigned index, np_plan *plan, np_input_store *store) {
   const np_scene_cloud *cloud = &scene->clouds[index];
   np_grid_state state;
   double number;
   if (cloud->is_baked || cloud->volume) return NEPH_OK;
   const neph_result result = open_frame(scene, index, plan->desc.frame, &number, &state);
-  return result ? result : note_reference(scene, index, state == NP_GRID_FILLED ? &number : NULL, plan);
+  return result ? result : note_reference(scene, index, state == NP_GRID_FILLED ? &number : NULL, plan, store);
 }
 
 /* ---- All ---- */
@@ -234,7 +235,7 @@ static neph_result (*const openers[])(const neph_scene *scene) = {open_terrain, 
                                                                   open_moon_map, open_cloud_tables};
 
 /* Opens all, whatever fails, so that everything is told at once; but what is not there is told once. */
-neph_result np_inputs_open(const neph_scene *scene, np_plan *plan) {
+neph_result np_inputs_open(const neph_scene *scene, np_plan *plan, np_input_store *store) {
   neph_result first = neph_scene_check_files(scene);
   const bool are_there = !first;
   for (size_t i = 0; i < sizeof openers / sizeof *openers && are_there; i++) {
@@ -242,7 +243,7 @@ neph_result np_inputs_open(const neph_scene *scene, np_plan *plan) {
     if (!first) first = result;
   }
   for (unsigned i = 0; i < scene->cloud_count; i++) {
-    const neph_result result = open_cloud(scene, i, plan);
+    const neph_result result = open_cloud(scene, i, plan, store);
     if (!first) first = result;
   }
   return first;

@@ -140,13 +140,15 @@ static neph_result take_solutions(np_assembly *a, light_anchor *out) {
 }
 
 /* Solves in the evaluated frame of a plan. */
-static neph_result solve_planned(const neph_scene *scene, np_plan *plan, np_monitor *monitor, light_anchor *out) {
+static neph_result solve_planned(const neph_scene *scene, np_plan *plan, np_stores *stores, np_monitor *monitor,
+                                 light_anchor *out) {
+  const np_build_job job = np_build_job_make(stores);
   np_assembly assembly;
-  neph_result result = np_plan_fit_memory(scene, plan);
+  neph_result result = np_plan_fit_memory(scene, plan, &stores->inputs);
   if (result || !np_plan_needs(plan, NP_STAGE_ORDINATES)) return result;
   np_log(scene->context, NEPH_LOG_INFO, "multiple scattering: solved for at frame %d, to be interpolated from",
          plan->desc.frame);
-  result = np_assembly_build_some(scene, plan, collect_stages(NP_STAGE_ORDINATES), monitor, &assembly);
+  result = np_assembly_build_some(scene, plan, collect_stages(NP_STAGE_ORDINATES), &job, monitor, &assembly);
   if (result) return result;
   result = take_solutions(&assembly, out);
   np_assembly_clear(&assembly);
@@ -154,7 +156,7 @@ static neph_result solve_planned(const neph_scene *scene, np_plan *plan, np_moni
 }
 
 /* The light at an end of the block; nothing is in that of a frame that has none. */
-static neph_result solve(const neph_scene *scene, const np_plan *plan, int end, np_monitor *monitor,
+static neph_result solve(const neph_scene *scene, const np_plan *plan, int end, np_stores *stores, np_monitor *monitor,
                          light_anchor *out) {
   neph_scene at;
   np_plan at_frame;
@@ -163,10 +165,9 @@ static neph_result solve(const neph_scene *scene, const np_plan *plan, int end, 
   desc.part_path = desc.checkpoint_path = NULL;
   desc.is_resumed = false;
   neph_result result = np_plan_make_frame(scene, &desc, &at, &at_frame);
-  at_frame.stores = plan->stores;
   at_frame.light_checkpoints = plan->light_checkpoints;
   at_frame.light_checkpoints.block_end = (unsigned)end + 1;
-  if (!result) result = solve_planned(&at, &at_frame, monitor, out);
+  if (!result) result = solve_planned(&at, &at_frame, stores, monitor, out);
   np_scene_eval_clear(&at);
   return result;
 }
@@ -186,8 +187,8 @@ static void arrange(light_anchors *anchors, char ids[2][33]) {
   anchors->at[1] = first;
 }
 
-neph_result np_light_anchors_solve(const neph_scene *scene, const np_plan *plan, np_monitor *monitor) {
-  np_stores *stores = plan->stores;
+neph_result np_light_anchors_solve(const neph_scene *scene, const np_plan *plan, np_stores *stores,
+                                   np_monitor *monitor) {
   char ids[2][33];
   neph_result result = NEPH_OK;
   if (!stores->light) stores->light = np_alloc(scene->context, 1, sizeof(light_anchors));
@@ -201,7 +202,7 @@ neph_result np_light_anchors_solve(const neph_scene *scene, const np_plan *plan,
     light_anchor *anchor = &anchors->at[i];
     if (*ids[i] && !strcmp(anchor->id, ids[i])) continue;
     clear_anchor(scene->context, anchor);
-    if (*ids[i]) result = solve(scene, plan, i, monitor, anchor);
+    if (*ids[i]) result = solve(scene, plan, i, stores, monitor, anchor);
     if (result)
       clear_anchor(scene->context, anchor);
     else
@@ -210,8 +211,9 @@ neph_result np_light_anchors_solve(const neph_scene *scene, const np_plan *plan,
   return result;
 }
 
-bool np_light_anchors_get(const np_plan *plan, unsigned slot, const np_light_solution *out[2]) {
-  const light_anchors *anchors = plan->stores->light;
+bool np_light_anchors_get(const np_plan *plan, const np_stores *stores, unsigned slot,
+                          const np_light_solution *out[2]) {
+  const light_anchors *anchors = stores->light;
   if (!anchors || plan->light_span.frames[0] == plan->light_span.frames[1]) return false;
   for (int i = 0; i < 2; i++) {
     out[i] = NULL;

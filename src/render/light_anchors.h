@@ -20,10 +20,11 @@ typedef struct np_light_solution {
 /* Chooses for the frame of a plan. Where light is not interpolated, a span of that frame. */
 neph_result np_light_span_choose(const neph_scene *scene, const np_plan *plan, np_light_span *out);
 
-/* Solves for the light at the ends of the plan's span that its stores do not have, and drops others. */
-neph_result np_light_anchors_solve(const neph_scene *scene, const np_plan *plan, np_monitor *monitor);
+/* Solves for the light at the ends of the plan's span that the stores do not have, and drops others. */
+neph_result np_light_anchors_solve(const neph_scene *scene, const np_plan *plan, np_stores *stores,
+                                   np_monitor *monitor);
 
 /* The solutions of a light of a packet at both ends; false where either has none. */
-bool np_light_anchors_get(const np_plan *plan, unsigned slot, const np_light_solution *out[2]);
+bool np_light_anchors_get(const np_plan *plan, const np_stores *stores, unsigned slot, const np_light_solution *out[2]);
 
 #endif

@@ -114,9 +114,8 @@ static neph_result log_time(const neph_scene *scene, np_stores *stores, const np
   return set_said(scene->context, stores, SLOT_TIME);
 }
 
-neph_result np_light_warnings_log(const neph_scene *scene, const np_plan *plan, const np_scene_lights *lights,
-                                  double longitude_rad) {
-  np_stores *stores = plan->stores;
+neph_result np_light_warnings_log(const neph_scene *scene, const np_plan *plan, np_stores *stores,
+                                  const np_scene_lights *lights, double longitude_rad) {
   neph_result result = lights ? log_time(scene, stores, lights, longitude_rad) : NEPH_OK;
   if (result || !lights || is_said(stores, SLOT_NIGHT) || !is_unlit_night(scene, plan, lights)) return result;
   warn_of_night(scene, lights);

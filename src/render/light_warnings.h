@@ -6,8 +6,8 @@
 #include "render/assembly.h"
 
 /* Logs those of a picture that have not been said of its scene; none where its lights are not known, NULL. */
-neph_result np_light_warnings_log(const neph_scene *scene, const np_plan *plan, const np_scene_lights *lights,
-                                  double longitude_rad);
+neph_result np_light_warnings_log(const neph_scene *scene, const np_plan *plan, np_stores *stores,
+                                  const np_scene_lights *lights, double longitude_rad);
 
 /* Directions of the lights: those of the plan, or, where only the terrain has the place, those found with it. NULL:
  * they were not asked for. */

@@ -87,14 +87,13 @@ neph_result neph_render_estimate_memory(const neph_scene *scene, const neph_rend
   neph_scene at;
   np_plan plan;
   neph_memory_estimate e;
-  np_stores stores = {.results = NULL};
+  np_input_store store = {.references = NULL};
   neph_result result = np_desc_check_size(scene->context, "neph_memory_estimate", out_estimate, sizeof *out_estimate);
   if (result) return result;
   result = np_plan_make_frame(scene, desc, &at, &plan);
-  plan.stores = &stores;
-  if (!result) result = np_plan_measure_fill(&at, &plan);
+  if (!result) result = np_plan_measure_fill(&at, &plan, &store);
   if (!result) result = estimate(&at, &plan, &e);
-  np_stores_clear(scene->context, &stores);
+  np_input_store_clear(scene->context, &store);
   np_scene_eval_clear(&at);
   return result ? result : np_desc_write(scene->context, "neph_memory_estimate", &e, sizeof e, out_estimate);
 }
@@ -182,11 +181,11 @@ static void hold_light(const neph_scene *scene, np_plan *plan, const neph_memory
   plan->light_bytes_max = fmin(plan->light_bytes_max, plan->stages[NP_STAGE_ORDINATES].cost.bytes + rest);
 }
 
-neph_result np_plan_fit_memory(const neph_scene *scene, np_plan *plan) {
+neph_result np_plan_fit_memory(const neph_scene *scene, np_plan *plan, np_input_store *store) {
   const uint64_t allowed = plan->desc.memory_max_bytes;
   if (allowed == NEPH_MEMORY_UNLIMITED) return NEPH_OK;
   neph_memory_estimate e, least;
-  neph_result result = np_plan_measure_fill(scene, plan);
+  neph_result result = np_plan_measure_fill(scene, plan, store);
   if (!result) result = estimate(scene, plan, &e);
   if (!result && e.total_bytes <= allowed) hold_light(scene, plan, &e);
   if (result || e.total_bytes <= allowed) return result;

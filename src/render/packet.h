@@ -86,11 +86,11 @@ typedef struct np_picture_color {
 } np_picture_color;
 
 typedef struct np_assembly {
-  neph_context *context; /* borrowed from the scene */
-  np_stores *stores;     /* the plan's: some of what is built was taken from them, and goes back */
-  uint32_t built;        /* bits of the stages that were */
-  bool has_reused;       /* some results were made for earlier pictures */
-  np_schedule schedule;  /* done but for the pixels once it is built */
+  neph_context *context;    /* borrowed from the scene */
+  struct np_stores *stores; /* borrowed: some of what is built was taken from them, and goes back */
+  uint32_t built;           /* bits of the stages that were */
+  bool has_reused;          /* some results were made for earlier pictures */
+  np_schedule schedule;     /* done but for the pixels once it is built */
   np_camera camera;
   unsigned cloud_count;  /* of the scene */
   unsigned volume_count; /* of the clouds that hold anything in the frame, each counted by its colours */

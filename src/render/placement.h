@@ -4,10 +4,16 @@
 #define NP_RENDER_PLACEMENT_H
 
 #include "core/parallel.h"
-#include "render/stores.h"
 #include "scene/camera.h"
+#include "scene/scene_private.h"
 #include "terrain/terrain_private.h"
 #include "volume/instance.h"
+
+/* Placement of a cloud's files in the world, and the meaning of their values. */
+typedef struct np_anchor {
+  np_affine file_to_world;
+  float extinction_per_value; /* 1/m; of optical_depth alone, else 0: then it does not go by any frame */
+} np_anchor;
 
 typedef struct np_placement {
   np_instance world;

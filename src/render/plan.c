@@ -226,7 +226,6 @@ static neph_result decide_stages(np_plan *plan, const neph_scene *scene, const n
 /* Start of every plan. */
 static neph_result begin(const neph_scene *scene, const neph_render_desc *desc, np_plan *plan) {
   plan->context = scene->context;
-  plan->progress = np_monitor_whole;
   neph_result result = np_scene_check(scene);
   if (!result) result = np_cloud_places_check(scene);
   if (!result) result = read_desc(scene, desc, &plan->desc);

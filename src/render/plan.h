@@ -4,10 +4,10 @@
 #ifndef NP_RENDER_PLAN_H
 #define NP_RENDER_PLAN_H
 
+#include "render/input_store.h"
 #include "render/plan_stages.h"
 
-/* Checks scene and description, and decides. The plan has no stores yet: its user sets them before anything is
- * measured, opened or built by it. `desc` NULL: the scene's own. */
+/* Checks scene and description, and decides. `desc` NULL: the scene's own. */
 neph_result np_plan_make(const neph_scene *scene, const neph_render_desc *desc, np_plan *out_plan);
 
 /* Evaluates a scene in the description's frame, and makes the plan of that. `out_scene` is to be cleared by
@@ -18,14 +18,14 @@ neph_result np_plan_make_frame(const neph_scene *scene, const neph_render_desc *
 /* Chooses halves for volumes and, as far as that is not enough, coarser cells for multiple scattering and longer voxels
  * for files, in a plan that is predicted to need more memory than its description allows; says which in a warning and
  * in `savings`. NEPH_ERROR_LIMIT, with a message, when all are not enough. */
-neph_result np_plan_fit_memory(const neph_scene *scene, np_plan *plan);
+neph_result np_plan_fit_memory(const neph_scene *scene, np_plan *plan, np_input_store *store);
 
 /* Peak of the process while the plan is rendered. */
 neph_result np_plan_predict_memory(const neph_scene *scene, const np_plan *plan, double *out_bytes);
 
 /* Measures by trial bakes of few voxels, a tenth of a second each, how much of their boxes clouds fill, for predictions
  * of memory and time; without it two fifths are taken. */
-neph_result np_plan_measure_fill(const neph_scene *scene, np_plan *plan);
+neph_result np_plan_measure_fill(const neph_scene *scene, np_plan *plan, np_input_store *store);
 
 /* Decides anew, after a choice of the plan has changed. */
 neph_result np_plan_revise(const neph_scene *scene, np_plan *plan);
@@ -43,7 +43,7 @@ neph_result np_plan_describe(const neph_scene *scene, const np_plan *plan, neph_
 /* Opens every file that the scene names, the .vdb of the plan's frame and of its reference frames among them, without
  * reading it, so that errors are known before the first frame. Notes the reference frames in the plan. Warns of grids
  * that are empty by their headers. */
-neph_result np_inputs_open(const neph_scene *scene, np_plan *plan);
+neph_result np_inputs_open(const neph_scene *scene, np_plan *plan, np_input_store *store);
 
 /* The file of one cloud in a frame, in the same way. */
 neph_result np_inputs_open_cloud(const neph_scene *scene, unsigned index, int frame);

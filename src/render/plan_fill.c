@@ -172,9 +172,9 @@ static neph_result measure_files(const neph_scene *scene, np_plan *plan) {
 
 /* ---- Both ---- */
 
-neph_result np_plan_measure_fill(const neph_scene *scene, np_plan *plan) {
+neph_result np_plan_measure_fill(const neph_scene *scene, np_plan *plan, np_input_store *store) {
   if (plan->is_fill_measured) return NEPH_OK;
-  np_stored_fill *stored = &plan->stores->fill;
+  np_stored_fill *stored = &store->fill;
   np_stored_fill fill = {.share = plan->filled_share};
   neph_result result = compute_key(scene, plan, fill.key);
   if (!result && strcmp(fill.key, stored->key)) {

@@ -4,8 +4,8 @@
 #define NP_RENDER_PLAN_STAGES_H
 
 #include "core/parallel.h"
-#include "render/stores.h"
 #include "scene/scene_lights.h"
+#include "scene/scene_private.h"
 #include "volume/instance.h"
 
 /* In the order in which they are built; stages.c has a row for each. */
@@ -55,23 +55,6 @@ typedef struct np_plan_stage {
       error; /* predicted share of a pixel's luminance that it is wrong by: a bias, of the integrator with its noise */
 } np_plan_stage;
 
-/* Cost and error of a picture, predicted: by its plan, before anything is built, and again by pilots, when all but its
- * samples is there. Seconds are of one core, errors shares of a pixel's luminance. */
-typedef struct np_prediction {
-  bool is_wanted, has_pilots;
-  double seconds, bytes, error; /* by the plan */
-  double sampling_s, noise;     /* by pilots: of the samples that follow, and of the picture */
-  double start_s;               /* CPU time of the process when the picture was begun */
-} np_prediction;
-
-/* CPU time of the stages that a picture built, seconds. */
-typedef struct np_stage_times {
-  double cpu_s[NP_STAGE_COUNT];
-  bool is_reused[NP_STAGE_COUNT]; /* a part of it was taken from the stores */
-  double error_s;                 /* the estimate of the picture's error */
-  np_prediction prediction;
-} np_stage_times;
-
 /* The file by which those of a sequence are placed and scaled. */
 typedef struct np_plan_reference {
   const char *cloud; /* borrowed from the scene */
@@ -106,13 +89,9 @@ typedef struct np_plan_file {
 } np_plan_file;
 
 typedef struct np_plan {
-  neph_context *context;        /* borrowed */
-  np_stores *stores;            /* borrowed: results of earlier pictures, and this one's for later ones */
-  np_stage_times *times;        /* borrowed: filled while the stages are built; NULL: nobody asks */
-  struct np_tile_feed *feed;    /* borrowed: to whom tiles are shown; NULL: nobody */
-  np_monitor_part progress;     /* of the call that the picture is; run-up frames are the rest */
-  neph_render_desc desc;        /* the caller's over the scene's, checked */
-  int view_min[2], view_max[2]; /* pixels of the picture and its overscan; view_max is one past the last */
+  neph_context *context;            /* borrowed */
+  neph_render_desc desc;            /* the caller's over the scene's, checked */
+  int view_min[2], view_max[2];     /* pixels of the picture and its overscan; view_max is one past the last */
   int window_min[2], window_max[2]; /* those of them that are rendered: the data window */
   int whole_min[2], whole_max[2];   /* the window that this is a tile of */
   char hash[33];                    /* of the picture, once its files may be read; empty: none */

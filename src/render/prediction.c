@@ -12,12 +12,11 @@ static bool is_wanted(const np_plan *plan) {
   return isfinite(plan->desc.target_error) || isfinite(plan->desc.time_limit_s);
 }
 
-neph_result np_prediction_prepare(const neph_scene *scene, np_plan *plan) {
-  return is_wanted(plan) ? np_plan_measure_fill(scene, plan) : NEPH_OK;
+neph_result np_prediction_prepare(const neph_scene *scene, np_plan *plan, np_input_store *store) {
+  return is_wanted(plan) ? np_plan_measure_fill(scene, plan, store) : NEPH_OK;
 }
 
-neph_result np_prediction_begin(const neph_scene *scene, const np_plan *plan) {
-  np_prediction *p = &plan->times->prediction;
+neph_result np_prediction_begin(const neph_scene *scene, const np_plan *plan, np_prediction *p) {
   *p = (np_prediction){.start_s = np_cpu_time_s(), .is_wanted = is_wanted(plan)};
   p->seconds = np_stages_count_cost(plan).seconds;
   p->error = hypot(plan->bias, plan->noise);
@@ -42,52 +41,54 @@ neph_result np_prediction_log(const neph_scene *scene, const np_plan *plan) {
   return is_verbose(plan) ? log_whole(scene, plan, -1.0) : NEPH_OK;
 }
 
-static void log_stages(const np_plan *plan) {
+static void log_stages(const np_plan *plan, const np_stage_times *times) {
   for (int i = 0; i < NP_STAGE_COUNT; i++) {
-    const double predicted_s = plan->stages[i].cost.seconds, measured_s = plan->times->cpu_s[i];
+    const double predicted_s = plan->stages[i].cost.seconds, measured_s = times->cpu_s[i];
     if (fmax(predicted_s, measured_s) >= 0.01)
       np_log(plan->context, NEPH_LOG_DEBUG, "%s: predicted %.3g s of one core, measured %.3g s",
              np_stage_get_rule((np_stage)i)->name, predicted_s, measured_s);
   }
-  np_log(plan->context, NEPH_LOG_DEBUG, "estimate of the error: measured %.3g s", plan->times->error_s);
+  np_log(plan->context, NEPH_LOG_DEBUG, "estimate of the error: measured %.3g s", times->error_s);
 }
 
 /* By a copy of the plan that has measured what clouds fill, as `--explain` has: verbosity changes no picture. */
-static neph_result log_all(const neph_scene *scene, const np_plan *plan, double measured_s) {
+static neph_result log_all(const neph_scene *scene, const np_plan *plan, const np_stage_times *times,
+                           np_input_store *store, double measured_s) {
   np_plan *copy = np_alloc(plan->context, 1, sizeof *copy);
   if (!copy) return NEPH_ERROR_OUT_OF_MEMORY;
   *copy = *plan;
-  neph_result result = np_plan_measure_fill(scene, copy);
-  if (!result) log_stages(copy);
+  neph_result result = np_plan_measure_fill(scene, copy, store);
+  if (!result) log_stages(copy, times);
   if (!result) result = log_whole(scene, copy, measured_s);
   np_alloc_free(plan->context, copy);
   return result;
 }
 
 /* All that was built is known by then. */
-static double predict_by_pilots(const np_plan *plan) {
-  double seconds = plan->times->prediction.sampling_s;
-  for (int i = 0; i < NP_STAGE_INTEGRATOR; i++) seconds += plan->times->cpu_s[i];
+static double predict_by_pilots(const np_stage_times *times) {
+  double seconds = times->prediction.sampling_s;
+  for (int i = 0; i < NP_STAGE_INTEGRATOR; i++) seconds += times->cpu_s[i];
   return seconds;
 }
 
-static neph_result write_pilots(const np_plan *plan, neph_image *image) {
-  const np_prediction *p = &plan->times->prediction;
-  const double seconds = predict_by_pilots(plan), error = hypot(plan->bias, p->noise);
+static neph_result write_pilots(const np_plan *plan, const np_stage_times *times, neph_image *image) {
+  const np_prediction *p = &times->prediction;
+  const double seconds = predict_by_pilots(times), error = hypot(plan->bias, p->noise);
   np_log(plan->context, NEPH_LOG_DEBUG, "prediction by pilots: %.3g s of one core, error %.3g %%", seconds,
          100.0 * error);
   neph_result result = np_image_set_real(image, "nephos:pilotSeconds", seconds);
   return result ? result : np_image_set_real(image, "nephos:pilotError", error);
 }
 
-neph_result np_prediction_end(const neph_scene *scene, const np_plan *plan, neph_image *image) {
-  const np_prediction *p = &plan->times->prediction;
+neph_result np_prediction_end(const neph_scene *scene, const np_plan *plan, const np_stage_times *times,
+                              np_input_store *store, neph_image *image) {
+  const np_prediction *p = &times->prediction;
   const double measured_s = np_cpu_time_s() - p->start_s;
-  neph_result result = is_verbose(plan) ? log_all(scene, plan, measured_s) : NEPH_OK;
+  neph_result result = is_verbose(plan) ? log_all(scene, plan, times, store, measured_s) : NEPH_OK;
   if (result || !p->is_wanted) return result;
   result = np_image_set_real(image, "nephos:predictedSeconds", p->seconds);
   if (!result) result = np_image_set_real(image, "nephos:predictedBytes", p->bytes);
   if (!result) result = np_image_set_real(image, "nephos:predictedError", p->error);
   if (!result) result = np_image_set_real(image, "nephos:cpuSeconds", measured_s);
-  return result || !p->has_pilots ? result : write_pilots(plan, image);
+  return result || !p->has_pilots ? result : write_pilots(plan, times, image);
 }

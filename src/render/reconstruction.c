@@ -55,7 +55,7 @@ static neph_result fill(const neph_scene *scene, const np_plan *plan, const np_f
   r->height = f->height;
   memcpy(r->min, f->min, sizeof r->min);
   r->has_history = np_plan_needs(plan, NP_STAGE_HISTORY);
-  r->before = np_history_get(scene, plan);
+  r->before = np_history_get(scene, plan, f->assembly->stores);
   r->has_still_light = np_scene_has_still_light(scene);
   r->has_beauty = plan->has_beauty;
   r->weight_min = scene->render.history_weight;
@@ -96,10 +96,10 @@ void np_reconstruction_destroy(np_reconstruction *r) {
   np_alloc_free(context, r);
 }
 
-neph_result np_reconstruction_keep(np_reconstruction *r, const np_plan *plan) {
+neph_result np_reconstruction_keep(np_reconstruction *r, const np_plan *plan, np_stores *stores) {
   if (!r->has_history) return NEPH_OK;
   memcpy(r->next.hash, plan->hash, sizeof r->next.hash);
-  return np_history_put(plan, &r->next);
+  return np_history_put(plan, stores, &r->next);
 }
 
 /* ---- Passes over rows ---- */

@@ -9,10 +9,10 @@
 #ifndef NP_RENDER_REFERENCE_FRAME_H
 #define NP_RENDER_REFERENCE_FRAME_H
 
-#include "render/placement.h"
+#include "render/input_store.h"
 
 typedef struct np_frame_cloud {
-  np_reference **references; /* of the stores */
+  np_reference **references; /* those of the store of inputs */
   const neph_scene *scene;
   unsigned index;                    /* of the cloud */
   double number;                     /* of its file in this frame */

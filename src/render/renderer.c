@@ -6,10 +6,12 @@
 
 #include "core/alloc.h"
 #include "core/given.h"
+#include "render/effort.h"
 #include "render/frame.h"
 #include "render/history.h"
 #include "render/light_anchors.h"
 #include "render/prediction.h"
+#include "render/render_calls.h"
 #include "render/renderer_stores.h"
 #include "render/tile_feed.h"
 #include "scene/scene_eval.h"
@@ -24,6 +26,7 @@ struct neph_renderer {
 /* One picture under way. */
 typedef struct picture_call {
   np_plan plan;
+  np_render_job job;
   np_tile_feed feed;
   const atomic_bool *is_cancelled; /* NULL: callbacks alone can end it */
   neph_progress_fn progress;       /* may be NULL */
@@ -39,60 +42,60 @@ static bool tell(void *user, const neph_progress *progress) {
 }
 
 /* Solves, before the picture, for light between which it is interpolated. */
-static neph_result prepare_light(const neph_scene *scene, np_plan *plan, np_monitor *monitor) {
+static neph_result prepare_light(const neph_scene *scene, np_plan *plan, np_stores *stores, np_monitor *monitor) {
   neph_result result = np_light_span_choose(scene, plan, &plan->light_span);
   if (result || plan->light_span.frames[0] == plan->light_span.frames[1]) return result;
   const unsigned mode = np_float_mode_enter();
-  result = np_light_anchors_solve(scene, plan, monitor);
+  result = np_light_anchors_solve(scene, plan, stores, monitor);
   np_float_mode_leave(mode);
   return result;
 }
 
-static neph_result prepare_plan(const neph_scene *scene, np_plan *plan) {
-  const neph_result result = np_prediction_prepare(scene, plan);
-  return result ? result : np_plan_fit_memory(scene, plan);
+static neph_result prepare_plan(const neph_scene *scene, np_plan *plan, np_input_store *store) {
+  const neph_result result = np_prediction_prepare(scene, plan, store);
+  return result ? result : np_plan_fit_memory(scene, plan, store);
 }
 
 /* A picture by a plan that is prepared, whose stores have the frame before where it needs one. */
-static neph_result render_planned(const neph_scene *scene, np_plan *plan, np_monitor *monitor, neph_image **out_image) {
-  const neph_result result = prepare_light(scene, plan, monitor);
-  return result ? result : np_render_image(scene, plan, monitor, out_image);
+static neph_result render_planned(const neph_scene *scene, np_plan *plan, const np_render_job *job, np_monitor *monitor,
+                                  neph_image **out_image) {
+  const neph_result result = prepare_light(scene, plan, job->build.stores, monitor);
+  return result ? result : np_render_image(scene, plan, job, monitor, out_image);
 }
 
-/* A run-up frame: later frames need its history. `at_frame` is the plan to make, with its part of the progress. */
-static neph_result render_before(const neph_scene *scene, const np_plan *plan, int frame, np_monitor *monitor,
-                                 np_plan *at_frame) {
+/* A run-up frame: later frames need its history. `at_frame` is the plan to make. */
+static neph_result render_before(const neph_scene *scene, const np_plan *plan, int frame, const np_render_job *job,
+                                 np_monitor *monitor, np_plan *at_frame) {
   neph_scene at;
   neph_render_desc desc = plan->desc;
   neph_image *image = NULL;
-  const np_monitor_part progress = at_frame->progress;
   desc.frame = frame;
   neph_result result = np_plan_make_frame(scene, &desc, &at, at_frame);
-  at_frame->stores = plan->stores;
-  at_frame->progress = progress;
-  if (!result) result = prepare_plan(&at, at_frame);
+  if (!result) result = prepare_plan(&at, at_frame, &job->build.stores->inputs);
   if (!result)
     np_log(scene->context, NEPH_LOG_DEBUG, "history: frame %d is rendered for frame %d", frame, plan->desc.frame);
-  if (!result) result = render_planned(&at, at_frame, monitor, &image);
+  if (!result) result = render_planned(&at, at_frame, job, monitor, &image);
   neph_image_destroy(image);
   np_scene_eval_clear(&at);
   return result;
 }
 
 /* Renders the frames of the plan's block before its own that the stores do not lead up to. */
-static neph_result prepare_history(const neph_scene *scene, np_plan *plan, np_monitor *monitor) {
+static neph_result prepare_history(const neph_scene *scene, picture_call *call, np_monitor *monitor) {
+  const np_plan *plan = &call->plan;
+  np_stores *stores = call->job.build.stores;
   const int frame = plan->desc.frame;
   int begin = frame;
-  neph_result result = np_history_choose_begin(scene, plan, &begin);
+  neph_result result = np_history_choose_begin(scene, plan, stores, &begin);
   if (result || begin == frame) return result;
   np_plan *at_frame = np_alloc(scene->context, 1, sizeof *at_frame);
   if (!at_frame) return NEPH_ERROR_OUT_OF_MEMORY;
   const double count = (double)frame - begin + 1;
   for (int i = begin; i < frame && !result; i++) {
-    at_frame->progress = (np_monitor_part){(i - begin) / count, (i - begin + 1) / count};
-    result = render_before(scene, plan, i, monitor, at_frame);
+    const np_render_job job = {.build = {.stores = stores, .progress = {(i - begin) / count, (i - begin + 1) / count}}};
+    result = render_before(scene, plan, i, &job, monitor, at_frame);
   }
-  plan->progress.begin = (count - 1.0) / count;
+  call->job.build.progress.begin = (count - 1.0) / count;
   np_alloc_free(scene->context, at_frame);
   return result;
 }
@@ -103,21 +106,20 @@ static neph_result render_picture(const neph_scene *scene, picture_call *call, n
   call->progress = desc->progress;
   call->progress_user = desc->progress_user;
   call->feed = (np_tile_feed){.fn = desc->tile, .user = desc->tile_user};
-  call->plan.feed = &call->feed;
+  call->job.feed = &call->feed;
   np_monitor monitor;
   np_monitor_start(&monitor, scene->context, tell, call);
   if (!tell(call, &(neph_progress){.stage = "planning", .remaining_s = HUGE_VAL})) return NEPH_ERROR_CANCELLED;
-  neph_result result = prepare_plan(scene, &call->plan);
-  if (!result) result = prepare_history(scene, &call->plan, &monitor);
-  return result ? result : render_planned(scene, &call->plan, &monitor, out_image);
+  neph_result result = prepare_plan(scene, &call->plan, &call->job.build.stores->inputs);
+  if (!result) result = prepare_history(scene, call, &monitor);
+  return result ? result : render_planned(scene, &call->plan, &call->job, &monitor, out_image);
 }
 
 static neph_result render_from_stores(const neph_scene *scene, const neph_render_desc *desc, np_stores *stores,
                                       const atomic_bool *is_cancelled, neph_image **out_image) {
-  picture_call call = {.is_cancelled = is_cancelled};
+  picture_call call = {.job = {.build = np_build_job_make(stores)}, .is_cancelled = is_cancelled};
   neph_scene at;
   neph_result result = np_plan_make_frame(scene, desc, &at, &call.plan);
-  call.plan.stores = stores;
   if (!result) result = render_picture(&at, &call, out_image);
   np_scene_eval_clear(&at);
   return result;
@@ -212,7 +214,7 @@ neph_result neph_renderer_choose_effort(neph_renderer *renderer, neph_scene *sce
   np_stores *stores;
   neph_result result = np_renderer_borrow(renderer, scene, &stores);
   if (result) return result;
-  result = np_effort_choose(scene, desc, stores, out_effort);
+  result = np_effort_choose(scene, desc, &stores->inputs, out_effort);
   np_renderer_give_back(renderer);
   return result;
 }

@@ -19,9 +19,9 @@ static void set_limits(const np_plan *plan, np_schedule *s) {
   s->deadline_s = s->limit_s + 0.5 * grace_s;
 }
 
-void np_schedule_make(const np_plan *plan, np_schedule *out) {
+void np_schedule_make(const np_plan *plan, np_monitor_part whole, np_schedule *out) {
   const double core_s = np_plan_get_core_s(plan);
-  *out = (np_schedule){.whole = plan->progress, .indispensable_s = core_s * np_stage_predict_one_sample(plan)};
+  *out = (np_schedule){.whole = whole, .indispensable_s = core_s * np_stage_predict_one_sample(plan)};
   for (int i = 0; i < NP_STAGE_COUNT; i++) {
     out->seconds[i] = core_s * plan->stages[i].cost.seconds;
     out->all_s += out->seconds[i];

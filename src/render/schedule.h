@@ -23,8 +23,8 @@ typedef struct np_schedule {
   unsigned solves_left; /* of multiple scattering */
 } np_schedule;
 
-/* For a plan that is made. */
-void np_schedule_make(const np_plan *plan, np_schedule *out);
+/* `whole` is the part of the call's progress that the picture of the plan is. */
+void np_schedule_make(const np_plan *plan, np_monitor_part whole, np_schedule *out);
 
 /* Begins the `index`-th of `count` equal shares of a stage; they come in order. */
 void np_schedule_begin(np_schedule *schedule, np_monitor *monitor, np_stage stage, unsigned index, unsigned count);

@@ -9,7 +9,7 @@
 #include "core/file.h"
 #include "core/text.h"
 #include "core/units.h"
-#include "render/cloud_ground.h"
+#include "scene/cloud_ground.h"
 #include "render/plan_choices.h"
 #include "render/plan_detail.h"
 #include "scene/cloud_file.h"

@@ -8,12 +8,13 @@
 #include "core/text.h"
 #include "render/copies.h"
 #include "render/placement.h"
-#include "render/cloud_ground.h"
+#include "scene/cloud_ground.h"
 #include "render/plan.h"
 #include "render/plan_detail.h"
 #include "render/reference_frame.h"
 #include "render/stage_decisions.h"
 #include "render/stage_part.h"
+#include "render/stores.h"
 #include "scene/cloud_file.h"
 #include "volume/brick_detail.h"
 #include "volume/volume_coarser.h"
@@ -430,7 +431,7 @@ static neph_result get_anchor(cloud_build *c) {
   const neph_volume_load_desc load = describe_load(c->in, c->cloud);
   const np_stage_part *in = c->in;
   const np_frame_cloud of = {
-      &in->made->stores->references, in->scene, in->cloud, c->file.number, volume, &load, in->monitor};
+      &in->made->stores->inputs.references, in->scene, in->cloud, c->file.number, volume, &load, in->monitor};
   const neph_result result = np_reference_frame_get_anchor(&of, &c->anchor, &c->is_anchored);
   return result || !volume || !c->is_anchored ? result : georeference(c);
 }

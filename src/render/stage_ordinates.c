@@ -59,7 +59,7 @@ static neph_result make_light_key(const np_stage_part *in, np_light_key **out_ke
 /* A solution between those of two other frames is of this one alone, and is not kept. */
 static neph_result get_ordinates_key(const np_stage_part *in, void **out_key) {
   const np_light_solution *ends[2];
-  if (np_light_anchors_get(in->plan, in->slot, ends)) return NEPH_OK;
+  if (np_light_anchors_get(in->plan, in->made->stores, in->slot, ends)) return NEPH_OK;
   return make_light_key(in, (np_light_key **)out_key);
 }
 
@@ -149,7 +149,7 @@ static neph_result solve_ordinates(const np_stage_part *in, np_light_checkpoint 
 static neph_result make_ordinates(const np_stage_part *in) {
   const np_light_solution *ends[2];
   np_light_checkpoint checkpoint;
-  if (np_light_anchors_get(in->plan, in->slot, ends)) return blend_ordinates(in, ends);
+  if (np_light_anchors_get(in->plan, in->made->stores, in->slot, ends)) return blend_ordinates(in, ends);
   if (!np_light_checkpoint_open(in, &ordinates_disk, &checkpoint)) return solve_ordinates(in, NULL);
   neph_result result = NEPH_OK;
   in->light->scattering = np_light_checkpoint_load(&checkpoint, &in->light->world);

@@ -14,6 +14,7 @@ typedef struct np_stage_part {
   const neph_scene *scene; /* NULL when parts are cleared, and the two below */
   const np_plan *plan;
   np_monitor *monitor;
+  struct np_stage_times *times; /* NULL: not measured */
   np_assembly *made;
   unsigned slot;           /* the part's place among those that later pictures reuse */
   unsigned cloud;          /* of a part per cloud */

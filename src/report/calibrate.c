@@ -57,9 +57,9 @@ static neph_result render_once(calibration *c, unsigned scene, const neph_scene 
   neph_result result = np_plan_make(loaded, NULL, &plan);
   if (result) return result;
   np_stores stores = {.results = NULL};
-  plan.times = &times;
-  plan.stores = &stores;
-  result = np_render_image(loaded, &plan, &c->monitor, &image);
+  np_render_job job = {.build = np_build_job_make(&stores)};
+  job.build.times = &times;
+  result = np_render_image(loaded, &plan, &job, &c->monitor, &image);
   np_stores_clear(c->context, &stores);
   neph_image_destroy(image);
   for (int i = 0; i < NP_STAGE_COUNT && !result; i++) c->least_s[scene][i] = fmin(c->least_s[scene][i], times.cpu_s[i]);

@@ -5,6 +5,7 @@
 
 #include <nephos/report.h>
 
+#include "render/stores.h"
 #include "report/report_fit.h"
 #include "report/report_knobs.h"
 

@@ -93,11 +93,11 @@ neph_result np_report_render(neph_report *report, neph_scene *scene, const neph_
   neph_result result = np_plan_make(scene, desc, &plan);
   if (result) return result;
   run_times times = {.cpu_s = 0.0};
-  plan.stores = &report->stores;
-  plan.times = &times.stages;
+  np_render_job job = {.build = np_build_job_make(&report->stores)};
+  job.build.times = &times.stages;
   np_monitor monitor;
   np_monitor_start(&monitor, report->context, tell, report);
-  result = np_render_image(scene, &plan, &monitor, out_image);
+  result = np_render_image(scene, &plan, &job, &monitor, out_image);
   times.cpu_s = np_cpu_time_s() - cpu_s;
   if (!result) add_run(report, &plan, &times, setting);
   return result;

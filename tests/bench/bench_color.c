@@ -107,6 +107,7 @@ static void look_at_sun(neph_scene *scene, int k, double elevation_deg, const do
   char text[32];
   np_plan plan;
   np_stores stores = {.results = NULL};
+  const np_build_job job = np_build_job_make(&stores);
   np_assembly assembly;
   np_monitor monitor;
   set_count(scene, k);
@@ -115,8 +116,7 @@ static void look_at_sun(neph_scene *scene, int k, double elevation_deg, const do
   check(neph_scene_set(scene, "sun.azimuth", "0 deg"));
   np_monitor_start(&monitor, scene->context, NULL, NULL);
   check(np_plan_make_sky(scene, false, &plan));
-  plan.stores = &stores;
-  check(np_assembly_build(scene, &plan, &monitor, &assembly));
+  check(np_assembly_build(scene, &plan, &job, &monitor, &assembly));
   look_at_sky(k, &assembly, albedo, out);
   np_assembly_clear(&assembly);
   np_stores_clear(scene->context, &stores);

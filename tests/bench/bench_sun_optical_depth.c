@@ -162,13 +162,13 @@ static void time_parts(const np_plan *plan, const np_assembly *a) {
 static double start_parts(neph_scene *scene) {
   np_plan plan;
   np_stores stores = {.results = NULL};
+  const np_build_job job = np_build_job_make(&stores);
   np_assembly assembly;
   np_monitor monitor;
   np_monitor_start(&monitor, scene->context, NULL, NULL);
   check(neph_scene_set(scene, "render.sun_optical_depth", "volume"));
   check(np_plan_make(scene, NULL, &plan));
-  plan.stores = &stores;
-  check(np_assembly_build(scene, &plan, &monitor, &assembly));
+  check(np_assembly_build(scene, &plan, &job, &monitor, &assembly));
   time_parts(&plan, &assembly);
   np_assembly_clear(&assembly);
   np_stores_clear(scene->context, &stores);

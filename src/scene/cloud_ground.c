@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "render/cloud_ground.h"
+#include "scene/cloud_ground.h"
 
 #include "cloud/ground_map.h"
 #include "core/hash.h"

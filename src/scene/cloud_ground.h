@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The terrain of a scene as the ground that its clouds are baked over. */
-#ifndef NP_RENDER_CLOUD_GROUND_H
-#define NP_RENDER_CLOUD_GROUND_H
+#ifndef NP_SCENE_CLOUD_GROUND_H
+#define NP_SCENE_CLOUD_GROUND_H
 
 #include <nephos/cloud.h>
 
