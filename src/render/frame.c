@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -15,7 +16,6 @@
 #include "render/frame.h"
 #include "render/frame_state.h"
 #include "render/integrator_choice.h"
-#include "render/part_film.h"
 #include "render/reconstruction.h"
 #include "render/render_header.h"
 
@@ -265,17 +265,18 @@ static neph_result integrate_frame(np_frame *f, const np_plan *plan, np_stage_ti
   return f->reconstruction ? np_reconstruction_describe(f, image) : np_frame_describe(f, image);
 }
 
-static void keep_part(void *film, double seconds) { np_part_film_write_when_due(film, seconds); }
-
-/* Samples the frame, and keeps what the plan wants of it in files. */
-static neph_result integrate_part(np_frame *f, const neph_scene *scene, const np_plan *plan, np_stage_times *times) {
-  neph_result result = np_part_film_open(scene, plan, f, &f->part);
+/* Samples the frame, and keeps its film where the plan names a file for it. */
+static neph_result integrate_and_keep(np_frame *f, const neph_scene *scene, const np_plan *plan,
+                                      np_stage_times *times) {
+  assert(f->sink || (!plan->desc.part_path && !plan->desc.checkpoint_path));
+  if (!f->sink) return integrate_frame(f, plan, times, f->image);
+  neph_result result = f->sink->open(scene, plan, f, &f->film);
   if (result) return result;
-  f->feed->keep = f->part ? keep_part : NULL;
-  f->feed->keeper = f->part;
+  f->feed->keep = f->film ? f->sink->write_when_due : NULL;
+  f->feed->film = f->film;
   result = integrate_frame(f, plan, times, f->image);
   f->feed->keep = NULL;
-  return np_part_film_finish(f->part, result);
+  return f->sink->finish(f->film, result);
 }
 
 neph_result np_frame_render(const neph_scene *scene, const np_plan *plan, const np_render_job *job,
@@ -286,6 +287,7 @@ neph_result np_frame_render(const neph_scene *scene, const np_plan *plan, const 
   np_frame *f = np_alloc(context, 1, sizeof *f);
   if (!f) return NEPH_ERROR_OUT_OF_MEMORY;
   f->feed = job->feed ? job->feed : &nobody;
+  f->sink = job->sink;
   f->assembly = assembly;
   f->desc = desc;
   f->aovs = plan->aovs;
@@ -304,7 +306,7 @@ neph_result np_frame_render(const neph_scene *scene, const np_plan *plan, const 
   if (!result && plan->aovs & NP_AOV_CRYPTOMATTE) result = np_channels_write_manifest(scene, *out_image);
   if (!result) result = np_render_header_write(scene, plan, assembly, *out_image);
   if (!result) result = np_reconstruction_create(scene, plan, f, &f->reconstruction);
-  if (!result) result = integrate_part(f, scene, plan, job->build.times);
+  if (!result) result = integrate_and_keep(f, scene, plan, job->build.times);
   if (!result && f->reconstruction) result = np_reconstruction_keep(f->reconstruction, plan, job->build.stores);
   np_reconstruction_destroy(f->reconstruction);
   if (result) {

@@ -4,11 +4,13 @@
 #define NP_RENDER_FRAME_H
 
 #include "render/assembly.h"
+#include "render/film_sink.h"
 
 /* Surroundings of a picture. */
 typedef struct np_render_job {
   np_build_job build;
   struct np_tile_feed *feed; /* borrowed: shows finished tiles; NULL: none are shown */
+  const np_film_sink *sink;  /* keeps parts and checkpoints; NULL: of a plan that has none */
 } np_render_job;
 
 /* Renders the crop of the plan into a new image with R, G, B, A, Z and the scene's AOVs. The job has times. The same

@@ -6,6 +6,7 @@
 #include "render/assembly.h"
 #include "render/channels.h"
 #include "render/deep_pixels.h"
+#include "render/film_sink.h"
 #include "render/history.h"
 #include "render/motion.h"
 #include "render/sample_counts.h"
@@ -24,7 +25,7 @@ typedef struct np_tile_total {
 typedef struct np_pixel_state {
   uint32_t begin, next, end;
   np_deep_stored deep; /* what its samples found along their rays, where it is asked for */
-  double *record;      /* of a part or a checkpoint, to be filled; NULL: none is kept */
+  double *record;      /* record of the kept film, to be filled; NULL: none is kept */
 } np_pixel_state;
 
 /* Luminance of a pixel, and the variance of it by its samples as of independent ones. */
@@ -47,7 +48,8 @@ typedef struct np_frame {
   const neph_render_desc *desc;
   np_monitor *monitor;
   np_tile_feed *feed;
-  struct np_part_film *part;                /* NULL: none is kept */
+  const np_film_sink *sink;                 /* NULL: no film is kept */
+  np_kept_film *film;                       /* NULL: none is kept */
   struct np_reconstruction *reconstruction; /* of the pixels that are not rendered; NULL: all are */
   np_integrator_settings settings;
   np_integrator_fn integrate;

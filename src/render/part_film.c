@@ -9,7 +9,7 @@
 #include "render/part_check.h"
 #include "render/part_file.h"
 
-struct np_part_film {
+struct np_kept_film {
   neph_context *context;
   const np_frame *frame;
   np_part_header header;
@@ -46,7 +46,7 @@ static void fill_header(const neph_scene *scene, const np_plan *plan, const np_f
   np_part_header_set_display(h, &f->image->header);
 }
 
-static neph_result allocate(np_part_film *film) {
+static neph_result allocate(np_kept_film *film) {
   film->grid = np_part_grid_make(&film->header);
   film->reals = np_part_header_count_reals(&film->header);
   film->records =
@@ -79,27 +79,31 @@ static bool check_same_part(const np_part_header *own, const np_part_header *oth
   return !field || np_part_fault_set(fault, "its field '%s' is not that of this picture", field);
 }
 
-static bool load_tiles(np_part_film *film, np_part_file *file, np_part_fault *fault) {
+static void mark(np_kept_film *film, size_t tile) {
+  atomic_store_explicit(&film->done[tile], true, memory_order_release);
+}
+
+static bool load_tiles(np_kept_film *film, np_part_file *file, np_part_fault *fault) {
   const size_t count = np_part_grid_count(&film->grid);
   for (size_t tile = 0; tile < count; tile++) {
     if (!np_part_file_has_tile(file, tile)) continue;
     size_t pixels;
     double *first = film->records + np_part_grid_get_first(&film->grid, tile, &pixels) * film->reals;
     if (!np_part_file_read_tile(file, tile, fault, first)) return false;
-    np_part_film_mark(film, tile);
+    mark(film, tile);
   }
   np_log(film->context, NEPH_LOG_INFO, "%s: resumed with %.3g %% of the picture's pixels rendered",
          np_part_file_get_path(file), 100.0 * (double)np_part_file_count_tiles(file) / (double)count);
   return true;
 }
 
-static void free_records(np_part_film *film) {
+static void free_records(np_kept_film *film) {
   np_alloc_free(film->context, film->records);
   np_alloc_free(film->context, film->done);
 }
 
 /* A checkpoint never stands in the way: a frame that cannot go on from it begins anew. */
-static neph_result resume(np_part_film *film) {
+static neph_result resume(np_kept_film *film) {
   np_part_file *file = NULL;
   np_part_fault fault = {.context = film->context};
   if (!film->checkpoint_path || !np_file_exists(film->checkpoint_path)) return NEPH_OK;
@@ -114,12 +118,17 @@ static neph_result resume(np_part_film *film) {
   return allocate(film);
 }
 
-neph_result np_part_film_open(const neph_scene *scene, const np_plan *plan, const np_frame *f,
-                              np_part_film **out_film) {
+static void close_film(np_kept_film *film) {
+  if (!film) return;
+  free_records(film);
+  np_alloc_free(film->context, film);
+}
+
+static neph_result open_film(const neph_scene *scene, const np_plan *plan, const np_frame *f, np_kept_film **out_film) {
   *out_film = NULL;
   const neph_render_desc *d = &plan->desc;
   if (!d->part_path && !d->checkpoint_path) return NEPH_OK;
-  np_part_film *film = np_alloc(scene->context, 1, sizeof *film);
+  np_kept_film *film = np_alloc(scene->context, 1, sizeof *film);
   if (!film) return NEPH_ERROR_OUT_OF_MEMORY;
   film->context = scene->context;
   film->frame = f;
@@ -131,32 +140,24 @@ neph_result np_part_film_open(const neph_scene *scene, const np_plan *plan, cons
   neph_result result = allocate(film);
   if (!result && d->is_resumed) result = resume(film);
   if (result)
-    np_part_film_close(film);
+    close_film(film);
   else
     *out_film = film;
   return result;
 }
 
-void np_part_film_close(np_part_film *film) {
-  if (!film) return;
-  free_records(film);
-  np_alloc_free(film->context, film);
-}
-
 /* ---- Records ---- */
 
-double *np_part_film_get_record(const np_part_film *film, size_t index) {
+static double *get_record(const np_kept_film *film, size_t index) {
   const unsigned width = film->grid.width;
   return film->records +
          np_part_grid_get_index(&film->grid, (unsigned)(index % width), (unsigned)(index / width)) * film->reals;
 }
 
-bool np_part_film_has(const np_part_film *film, size_t index) {
-  return np_part_film_get_record(film, index)[NP_PART_RECORD_COUNT] > 0.0;
-}
+static bool has(const np_kept_film *film, size_t index) { return get_record(film, index)[NP_PART_RECORD_COUNT] > 0.0; }
 
-bool np_part_film_develop(const np_part_film *film, const np_frame *f, size_t index, np_tile_total *total) {
-  const double *record = np_part_film_get_record(film, index);
+static bool develop(const np_kept_film *film, const np_frame *f, size_t index, np_tile_total *total) {
+  const double *record = get_record(film, index);
   const uint32_t count = (uint32_t)record[NP_PART_RECORD_COUNT];
   if (count == 0) return false;
   np_film_accumulator accumulator;
@@ -173,8 +174,8 @@ bool np_part_film_develop(const np_part_film *film, const np_frame *f, size_t in
   return true;
 }
 
-void np_part_film_keep(const np_part_film *film, double *record, const np_film_accumulator *accumulator,
-                       const double *numbers, uint32_t count) {
+static void keep_numbers(const np_kept_film *film, double *record, const np_film_accumulator *accumulator,
+                         const double *numbers, uint32_t count) {
   const unsigned length = np_channels_count_numbers(&film->header.channels);
   record[NP_PART_RECORD_COUNT] = count;
   if (film->header.is_complete) {
@@ -187,31 +188,42 @@ void np_part_film_keep(const np_part_film *film, double *record, const np_film_a
     memcpy(record + NP_PART_RECORD_NUMBERS + n * length, nodes[n].sums, length * sizeof *numbers);
 }
 
-void np_part_film_mark(np_part_film *film, size_t tile) {
-  atomic_store_explicit(&film->done[tile], true, memory_order_release);
+static void keep_depths(double *record, double distance, double depth) {
+  record[NP_PART_RECORD_DISTANCE] = distance;
+  record[NP_PART_RECORD_DEPTH] = depth;
 }
 
 /* ---- Writing ---- */
 
-static neph_result write_part(np_part_film *film, const char *path) {
+static neph_result write_part(np_kept_film *film, const char *path) {
   memcpy(film->header.dim, film->frame->dim, sizeof film->header.dim);
   return np_part_file_write(film->context, path, &film->header, film->done, film->records);
 }
 
 /* A checkpoint that cannot be written does not end the render: its message says that there is none. */
-void np_part_film_write_when_due(np_part_film *film, double seconds) {
+static void write_when_due(np_kept_film *film, double seconds) {
   if (!film->checkpoint_path || !(seconds - film->last_s >= film->interval_s)) return;
   film->last_s = seconds;
   if (write_part(film, film->checkpoint_path)) return;
   np_log(film->context, NEPH_LOG_DEBUG, "%s: checkpoint written", film->checkpoint_path);
 }
 
-neph_result np_part_film_finish(np_part_film *film, neph_result result) {
+static neph_result finish(np_kept_film *film, neph_result result) {
   if (!film) return result;
   const bool is_stopped = result == NEPH_ERROR_CANCELLED && film->checkpoint_path;
   const char *path = is_stopped ? film->checkpoint_path : !result ? film->part_path : NULL;
   neph_result written = NEPH_OK;
   if (path) written = write_part(film, path);
-  np_part_film_close(film);
+  close_film(film);
   return written ? written : result;
 }
+
+const np_film_sink np_part_film_sink = {.open = open_film,
+                                        .get_record = get_record,
+                                        .has = has,
+                                        .develop = develop,
+                                        .keep_numbers = keep_numbers,
+                                        .keep_depths = keep_depths,
+                                        .mark = mark,
+                                        .write_when_due = write_when_due,
+                                        .finish = finish};

@@ -6,8 +6,6 @@
 #include "image/film.h"
 #include "integrate/blue_noise_table.h"
 #include "render/frame_layers.h"
-#include "render/part_film.h"
-#include "render/part_header.h"
 #include "volume/depth_cursor.h"
 
 /* ---- Rays ---- */
@@ -271,7 +269,7 @@ neph_result np_frame_sample_pixel(const np_frame *f, const int at[2], uint32_t e
   np_film_accumulator_finish(&accumulator, added);
   if (before) np_film_accumulator_join(&accumulator, numbers, before, added, p->next - p->begin - before);
   memcpy(numbers, added, np_channels_count_numbers(&f->channels) * sizeof *numbers);
-  if (p->record && p->next == end) np_part_film_keep(f->part, p->record, &accumulator, added, end - p->begin);
+  if (p->record && p->next == end) f->sink->keep_numbers(f->film, p->record, &accumulator, added, end - p->begin);
   return p->next < end ? NEPH_ERROR_CANCELLED : NEPH_OK;
 }
 
@@ -321,10 +319,7 @@ neph_result np_frame_finish_pixel(const np_frame *f, const int at[2], const np_p
   facts.distance = compute_distance(f, at[0], at[1], &direction);
   facts.depth = np_camera_get_depth(&f->assembly->camera, direction, facts.distance);
   const size_t index = (size_t)(at[1] - f->min[1]) * f->width + (size_t)(at[0] - f->min[0]);
-  if (p->record) {
-    p->record[NP_PART_RECORD_DISTANCE] = facts.distance;
-    p->record[NP_PART_RECORD_DEPTH] = facts.depth;
-  }
+  if (p->record) f->sink->keep_depths(p->record, facts.distance, facts.depth);
   np_frame_develop_pixel(f, index, &facts, numbers, total);
   if (!f->depth_components) return NEPH_OK;
   return np_frame_set_deep(f, p, index, np_camera_get_depth(&f->assembly->camera, direction, 1.0));

@@ -10,6 +10,7 @@
 #include "render/frame.h"
 #include "render/history.h"
 #include "render/light_anchors.h"
+#include "render/part_film.h"
 #include "render/prediction.h"
 #include "render/render_calls.h"
 #include "render/renderer_stores.h"
@@ -117,7 +118,8 @@ static neph_result render_picture(const neph_scene *scene, picture_call *call, n
 
 static neph_result render_from_stores(const neph_scene *scene, const neph_render_desc *desc, np_stores *stores,
                                       const atomic_bool *is_cancelled, neph_image **out_image) {
-  picture_call call = {.job = {.build = np_build_job_make(stores)}, .is_cancelled = is_cancelled};
+  picture_call call = {.job = {.build = np_build_job_make(stores), .sink = &np_part_film_sink},
+                       .is_cancelled = is_cancelled};
   neph_scene at;
   neph_result result = np_plan_make_frame(scene, desc, &at, &call.plan);
   if (!result) result = render_picture(&at, &call, out_image);

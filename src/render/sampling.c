@@ -5,7 +5,6 @@
 #include "core/alloc.h"
 #include "image/film.h"
 #include "image/image_private.h"
-#include "render/part_film.h"
 #include "render/pilots.h"
 #include "render/reconstruction.h"
 
@@ -36,7 +35,7 @@ static neph_result render_tiles(void *user, size_t begin, size_t end, unsigned t
         neph_result result = job->step(f, at, (size_t)y * f->width + x, &f->totals[tile]);
         if (result) return result;
       }
-    if (job->is_shown && f->part) np_part_film_mark(f->part, tile);
+    if (job->is_shown && f->film) f->sink->mark(f->film, tile);
     if (job->is_shown) np_tile_feed_mark(f->feed, tile);
   }
   return NEPH_OK;
@@ -73,8 +72,8 @@ static neph_result show_tiles(np_frame *f, pixel_step_fn *step, bool is_final) {
 static neph_result render_pixel(const np_frame *f, const int at[2], size_t index, np_tile_total *total) {
   np_pixel_state p = {.begin = f->desc->sample_begin, .next = f->desc->sample_begin};
   double numbers[NP_PIXEL_NUMBERS_MAX];
-  if (f->part && np_part_film_develop(f->part, f, index, total)) return NEPH_OK;
-  if (f->part) p.record = np_part_film_get_record(f->part, index);
+  if (f->film && f->sink->develop(f->film, f, index, total)) return NEPH_OK;
+  if (f->film) p.record = f->sink->get_record(f->film, index);
   neph_result result = np_frame_sample_pixel(f, at, f->desc->sample_end, &p, numbers);
   if (!result) result = np_frame_finish_pixel(f, at, &p, numbers, total);
   np_alloc_free(f->assembly->context, p.deep.at);
@@ -134,7 +133,7 @@ static bool needs_pilot(const np_frame *f, const int at[2]) {
   for (int k = 0; k < 9; k++) {
     const int near[2] = {at[0] + k % 3 - 1, at[1] + k / 3 - 1};
     const size_t index = (size_t)(near[1] - f->min[1]) * f->width + (size_t)(near[0] - f->min[0]);
-    if (is_in_window(f, near) && !(f->part && np_part_film_has(f->part, index))) return true;
+    if (is_in_window(f, near) && !(f->film && f->sink->has(f->film, index))) return true;
   }
   return false;
 }
@@ -173,8 +172,8 @@ static neph_result fly_rows(void *user, size_t begin, size_t end, unsigned threa
 static neph_result render_rest(const np_frame *f, const int at[2], size_t index, np_tile_total *total) {
   const size_t slot = get_slot(f, at);
   np_pixel_state *p = &f->rows.states[slot];
-  if (f->part && np_part_film_develop(f->part, f, index, total)) return NEPH_OK;
-  if (f->part) p->record = np_part_film_get_record(f->part, index);
+  if (f->film && f->sink->develop(f->film, f, index, total)) return NEPH_OK;
+  if (f->film) p->record = f->sink->get_record(f->film, index);
   neph_result result = np_frame_sample_pixel(f, at, choose_end(f, at), p, get_numbers(f, slot));
   if (!result) result = np_frame_finish_pixel(f, at, p, get_numbers(f, slot), total);
   np_alloc_free(f->assembly->context, p->deep.at);

@@ -38,7 +38,7 @@ static bool hand_over(const np_tile_feed *feed, unsigned row, unsigned begin, un
 }
 
 bool np_tile_feed_deliver(np_tile_feed *feed, double seconds) {
-  if (feed->keep) feed->keep(feed->keeper, seconds);
+  if (feed->keep) feed->keep(feed->film, seconds);
   if (!feed->image) return true;
   const unsigned across = count_along(neph_image_get_width(feed->image), feed->edge);
   const unsigned down = count_along(neph_image_get_height(feed->image), feed->edge);

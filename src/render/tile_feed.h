@@ -7,6 +7,8 @@
 
 #include <nephos/render.h>
 
+struct np_kept_film;
+
 typedef struct np_tile_feed {
   neph_tile_fn fn; /* NULL: nobody listens */
   void *user;
@@ -15,8 +17,8 @@ typedef struct np_tile_feed {
   unsigned edge;           /* of a tile in pixels */
   unsigned pass_index;
   bool is_final;
-  void (*keep)(void *keeper, double seconds); /* on the calling thread, before tiles are handed over; NULL: nobody */
-  void *keeper;
+  struct np_kept_film *film;                               /* NULL: none is kept */
+  void (*keep)(struct np_kept_film *film, double seconds); /* called before tiles are delivered; NULL: no film */
   atomic_bool *are_done; /* of the pass; row by row; true from when a tile is finished to when it is handed over */
 } np_tile_feed;
 
