@@ -5,8 +5,8 @@
 #include <string.h>
 
 #include "core/hash.h"
-#include "render/part_code.h"
-#include "render/part_grid.h"
+#include "parts/part_code.h"
+#include "parts/part_grid.h"
 
 /* "nephpart", the format, the header's size and its checksum. */
 enum { FORMAT_AT = 8, HEADER_SIZE_AT = 12, SUM_AT = 16, HEADER_AT = 24, SUM_SIZE = 8 };

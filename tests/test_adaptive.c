@@ -4,7 +4,7 @@
 
 #include <nephos/nephos.h>
 
-#include "render/sample_counts.h"
+#include "frame/sample_counts.h"
 #include "test_support.h"
 
 /* ---- The rule ---- */

@@ -7,7 +7,7 @@
 
 #include "core/units.h"
 #include "image/color_space.h"
-#include "render/assembly.h"
+#include "stages/assembly.h"
 #include "test_color_difference.h"
 #include "test_cumulus_scene.h"
 #include "test_support.h"

@@ -9,10 +9,10 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "render/assembly.h"
-#include "render/plan.h"
-#include "render/plan_choices.h"
-#include "render/stage_rules.h"
+#include "plan/plan.h"
+#include "plan/plan_choices.h"
+#include "plan/stage_rules.h"
+#include "stages/assembly.h"
 #include "test_scenes.h"
 
 #define BIT(stage) (1u << NP_STAGE_##stage)

@@ -5,7 +5,7 @@
 
 #include <nephos/nephos.h>
 
-#include "render/georeference.h"
+#include "plan/georeference.h"
 #include "terrain/raster_lattice.h"
 #include "volume/volume_private.h"
 

@@ -3,7 +3,7 @@
  * when their inputs change. */
 #include <nephos/nephos.h>
 
-#include "render/assembly.h"
+#include "stages/assembly.h"
 #include "test_scenes.h"
 
 /* Half a second of baking and solving. */

@@ -6,8 +6,8 @@
 #include <nephos/nephos.h>
 
 #include "core/parallel.h"
-#include "render/plan.h"
-#include "render/stage_rules.h"
+#include "plan/plan.h"
+#include "plan/stage_rules.h"
 #include "test_support.h"
 
 static int set_up(void **state) { return test_set_up(state, 2, NULL); }

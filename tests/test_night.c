@@ -4,7 +4,7 @@
 #include "test_render_once.h"
 
 #include "atmosphere/moon.h"
-#include "render/assembly.h"
+#include "stages/assembly.h"
 
 static const char *const bands[NP_BAND_COUNT] = {"R", "G", "B"};
 

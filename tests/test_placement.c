@@ -2,7 +2,7 @@
 /* Clouds in their places, by scale, tilt, rotation, position and pivot: corners of a box where they must be. */
 #include <nephos/nephos.h>
 
-#include "render/placement.h"
+#include "plan/placement.h"
 #include "scene/scene_private.h"
 #include "test_box_files.h"
 

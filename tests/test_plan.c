@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "test_support.h"
 
-#include "render/plan_choices.h"
-#include "render/plan_detail.h"
-#include "transport/scattering_field.h"
-#include "render/plan.h"
-#include "render/stage_rules.h"
+#include "plan/plan.h"
+#include "plan/plan_choices.h"
+#include "plan/plan_detail.h"
+#include "plan/stage_rules.h"
 #include "scene/scene_eval.h"
+#include "transport/scattering_field.h"
 
 static int set_up(void **state) { return test_set_up(state, 1, NULL); }
 

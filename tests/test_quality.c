@@ -5,9 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "render/plan.h"
-#include "render/plan_choices.h"
-#include "render/plan_detail.h"
+#include "plan/plan.h"
+#include "plan/plan_choices.h"
+#include "plan/plan_detail.h"
 #include "scene/quality.h"
 #include "scene/scene_keys.h"
 #include "scene/scene_private.h"

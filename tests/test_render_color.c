@@ -6,7 +6,7 @@
 
 #include <nephos/nephos.h>
 
-#include "render/assembly.h"
+#include "stages/assembly.h"
 #include "test_render_once.h"
 #include "test_support.h"
 

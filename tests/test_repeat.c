@@ -6,8 +6,8 @@
 #include <math.h>
 #include <unistd.h>
 
-#include "render/copies.h"
 #include "scene/cloud_places.h"
+#include "stages/copies.h"
 #include "volume/instance.h"
 #include "volume/volume_coarser.h"
 

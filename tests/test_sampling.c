@@ -3,7 +3,7 @@
  * samples and about what hides what. */
 #include <nephos/nephos.h>
 
-#include "render/frame.h"
+#include "frame/frame.h"
 #include "test_support.h"
 
 /* A small cumulus in the void. */

@@ -6,7 +6,7 @@
 
 #include "core/alloc.h"
 #include "core/frame_name.h"
-#include "render/sequence_scan.h"
+#include "plan/sequence_scan.h"
 #include "scene/cloud_file.h"
 
 static int set_up(void **state) { return test_set_up(state, 2, "jet[1].####.vdb"); }

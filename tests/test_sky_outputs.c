@@ -9,7 +9,7 @@
 #include "core/units.h"
 #include "image/exposure.h"
 #include "image/preview.h"
-#include "render/sky_harmonics.h"
+#include "stages/sky_harmonics.h"
 
 static neph_scene *load(neph_context *context, const char *text) {
   neph_scene *scene;

@@ -5,7 +5,7 @@
 
 #include <stdlib.h>
 
-#include "render/stage_rules.h"
+#include "plan/stage_rules.h"
 #include "test_box_files.h"
 
 static int set_up(void **state) { return test_set_up(state, 1, NULL); }

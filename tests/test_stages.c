@@ -4,10 +4,10 @@
 #include <string.h>
 
 #include "core/hash.h"
-#include "render/assembly.h"
-#include "render/plan.h"
-#include "render/motion.h"
-#include "render/stage_makers.h"
+#include "plan/plan.h"
+#include "stages/assembly.h"
+#include "stages/motion.h"
+#include "stages/stage_makers.h"
 #include "test_scenes.h"
 
 /* ---- The table ---- */

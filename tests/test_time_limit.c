@@ -4,7 +4,7 @@
 #include <nephos/nephos.h>
 
 #include "core/parallel.h"
-#include "render/frame.h"
+#include "frame/frame.h"
 #include "test_scenes.h"
 
 /* Every stage that takes time: a height field, a baked cloud, air, sun optical depth, multiple scattering, on the

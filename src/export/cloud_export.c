@@ -5,14 +5,14 @@
 
 #include "core/alloc.h"
 #include "core/given.h"
-#include "render/georeference.h"
-#include "render/cloud_bake.h"
 #include "export/export_fields.h"
-#include "render/plan.h"
-#include "render/reference_frame.h"
+#include "plan/georeference.h"
+#include "plan/plan.h"
+#include "plan/reference_frame.h"
 #include "render/renderer_stores.h"
 #include "scene/cloud_file.h"
 #include "scene/scene_eval.h"
+#include "stages/cloud_bake.h"
 #include "volume/volume_levels.h"
 
 typedef struct cloud_export {

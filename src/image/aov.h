@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Arbitrary output variables: channels of a picture beyond R, G, B, A and Z, one row each. Rows of
- * render/channel_table.c fill them. */
+ * frame/channel_table.c fill them. */
 #ifndef NP_IMAGE_AOV_H
 #define NP_IMAGE_AOV_H
 

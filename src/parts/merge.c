@@ -8,11 +8,11 @@
 #include "core/alloc.h"
 #include "core/given.h"
 #include "core/parallel.h"
+#include "frame/render_header.h"
 #include "parts/merge_cover.h"
 #include "parts/merge_header.h"
 #include "parts/merge_part.h"
 #include "parts/merge_tile.h"
-#include "render/render_header.h"
 
 typedef struct merging {
   neph_context *context;

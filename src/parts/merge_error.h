@@ -4,7 +4,7 @@
 #define NP_PARTS_MERGE_ERROR_H
 
 #include "parts/merge_state.h"
-#include "render/part_fault.h"
+#include "parts/part_fault.h"
 
 /* Whether an attribute is one of the figures. */
 bool np_merge_error_has(const char *name);

@@ -4,9 +4,9 @@
 #include <math.h>
 #include <string.h>
 
+#include "frame/render_header.h"
 #include "parts/merge_error.h"
-#include "render/render_header.h"
-#include "render/scene_hash.h"
+#include "plan/scene_hash.h"
 
 /* ---- Figures of all parts ---- */
 

@@ -6,8 +6,8 @@
 #include <stddef.h>
 #include <string.h>
 
+#include "frame/render_header.h"
 #include "image/exposure.h"
-#include "render/render_header.h"
 
 /* ---- Texts of the picture ---- */
 

@@ -5,7 +5,7 @@
 #define NP_PARTS_MERGE_PROPERTY_H
 
 #include "parts/merge_state.h"
-#include "render/part_fault.h"
+#include "parts/part_fault.h"
 
 /* Whether numbers and matrices that a header states are some that a picture can have; false, with the fault, where one
  * is not. */

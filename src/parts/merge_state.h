@@ -1,14 +1,15 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* One part of a picture to be merged: the file of a part, or the OpenEXR file of a tile.
  *
- * The module stands above render, which writes parts while it renders and defines their files (render/part_file.h);
- * nothing of the library calls it. Entry point: merge.c (nephos/parts.h).
+ * The room of parts stands above frame, whose film sink it implements (part_film.h), so that tiles, ranges of samples
+ * and checkpoints are kept while a frame is rendered. It defines their files (part_file.h), merges them (merge.c) and
+ * says whether a file is finished (render_done.c). It calls frame, plan and image; render alone calls it.
  */
 #ifndef NP_PARTS_MERGE_STATE_H
 #define NP_PARTS_MERGE_STATE_H
 
-#include "render/frame_state.h"
-#include "render/part_file.h"
+#include "frame/frame_state.h"
+#include "parts/part_file.h"
 
 typedef struct np_merge_part {
   neph_context *context;

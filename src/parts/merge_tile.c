@@ -7,11 +7,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "frame/render_header.h"
 #include "parts/merge_error.h"
 #include "parts/merge_property.h"
-#include "render/part_rules.h"
-#include "render/render_header.h"
-#include "render/scene_hash.h"
+#include "parts/part_rules.h"
+#include "plan/scene_hash.h"
 
 /* ---- Attributes ---- */
 

@@ -21,7 +21,7 @@
 #include "core/alloc.h"
 #include "core/units.h"
 #include "integrate/integrator.h"
-#include "render/integrator_choice.h"
+#include "plan/integrator_choice.h"
 #include "volume/volume_private.h"
 
 enum { BATCH_COUNT = 64, SAMPLE_MIN = 64, SAMPLE_MAX = 16384 };
@@ -209,7 +209,7 @@ static np_camera_ray make_ray(const np_slab *slab, bool is_top, double mu, doubl
 /* The μ below which q(μ) = ½ + μ has the share u. */
 static double invert_share(double u) { return 4.0 * u / (1.0 + sqrt(1.0 + 8.0 * u)); }
 
-/* Low-discrepancy points of the plastic number, as the film has them (render/frame.c). */
+/* Low-discrepancy points of the plastic number, as the film has them (frame/frame.c). */
 static double turn(double offset, double step, unsigned index) {
   const double x = offset + step * index;
   return x - floor(x);

@@ -4,8 +4,8 @@
 #include "core/parallel.h"
 #include "core/text.h"
 #include "core/units.h"
-#include "render/color_header.h"
-#include "render/sky_harmonics.h"
+#include "frame/color_header.h"
+#include "stages/sky_harmonics.h"
 
 /* R, G, B of the sky, and, where they are a layer of their own, of the disks of sun and moon. */
 enum { CHANNELS = 2 * NP_BAND_COUNT };

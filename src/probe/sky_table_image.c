@@ -11,7 +11,7 @@
 #include "atmosphere/atmosphere_tables.h"
 #include "core/given.h"
 #include "core/parallel.h"
-#include "render/assembly.h"
+#include "stages/assembly.h"
 
 enum { DECADES = 4 };
 

@@ -2,8 +2,8 @@
 /* The errors of a scene's sky, measured and written down. */
 #include "atmosphere/sky_verify.h"
 #include "core/given.h"
-#include "render/assembly.h"
 #include "probe/probe_run.h"
+#include "stages/assembly.h"
 
 typedef struct report {
   neph_text_format format;

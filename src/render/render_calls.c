@@ -5,12 +5,12 @@
 #include <nephos/parts.h>
 
 #include "core/given.h"
-#include "render/light_warnings.h"
-#include "render/prediction.h"
-#include "render/scene_hash.h"
-#include "render/stage_rules.h"
+#include "frame/prediction.h"
+#include "plan/scene_hash.h"
+#include "plan/stage_rules.h"
 #include "scene/scene_eval.h"
 #include "scene/sequence.h"
+#include "stages/light_warnings.h"
 
 neph_result neph_render_compute_hash(const neph_scene *scene, const neph_render_desc *desc,
                                      char out_hash[NEPH_HASH_SIZE]) {

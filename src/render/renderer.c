@@ -6,16 +6,16 @@
 
 #include "core/alloc.h"
 #include "core/given.h"
-#include "render/effort.h"
-#include "render/frame.h"
-#include "render/history.h"
-#include "render/light_anchors.h"
-#include "render/part_film.h"
-#include "render/prediction.h"
+#include "frame/frame.h"
+#include "frame/history.h"
+#include "frame/prediction.h"
+#include "frame/tile_feed.h"
+#include "parts/part_film.h"
+#include "plan/effort.h"
 #include "render/render_calls.h"
 #include "render/renderer_stores.h"
-#include "render/tile_feed.h"
 #include "scene/scene_eval.h"
+#include "stages/light_anchors.h"
 
 struct neph_renderer {
   neph_context *context; /* retained */

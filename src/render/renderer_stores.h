@@ -5,7 +5,7 @@
 
 #include <nephos/renderer.h>
 
-#include "render/stores.h"
+#include "stages/stores.h"
 
 /* Takes a renderer for one call on a scene of its context, until np_renderer_give_back. NEPH_ERROR_INVALID_ARGUMENT,
  * with a message, while it has a picture under way. */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Speed of this machine: CPU time of the stages of fixed small scenes, over the time that they took where the constants
- * of the cost model (render/stage_costs.c) are from. */
+ * of the cost model (plan/stage_costs.c) are from. */
 #include <math.h>
 #include <stdio.h>
 
@@ -8,8 +8,8 @@
 
 #include "core/given.h"
 #include "core/parallel.h"
-#include "render/frame.h"
-#include "render/stage_rules.h"
+#include "frame/frame.h"
+#include "plan/stage_rules.h"
 
 /* Runs of each scene, of which the least counts: others may compute meanwhile. */
 enum { RUNS = 3, SCENES = 4 };

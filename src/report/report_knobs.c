@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "core/text.h"
-#include "render/stage_decisions.h"
+#include "plan/stage_decisions.h"
 
 /* ---- The scene's own values ---- */
 

@@ -3,7 +3,7 @@
 #ifndef NP_REPORT_KNOBS_H
 #define NP_REPORT_KNOBS_H
 
-#include "render/plan.h"
+#include "plan/plan.h"
 
 /* Integrators whose pictures a knob changes. */
 typedef enum np_knob_integrator { NP_KNOB_OF_MARCH, NP_KNOB_OF_PATH } np_knob_integrator;

@@ -5,9 +5,9 @@
 
 #include <nephos/report.h>
 
-#include "render/stores.h"
 #include "report/report_fit.h"
 #include "report/report_knobs.h"
+#include "stages/stores.h"
 
 /* Runs of a setting that count, two for each visit. */
 enum { NP_REPORT_VISITS_MAX = 5, NP_REPORT_RUNS_MAX = 2 * NP_REPORT_VISITS_MAX };

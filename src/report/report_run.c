@@ -7,8 +7,8 @@
 #include <time.h>
 
 #include "core/parallel.h"
+#include "frame/frame.h"
 #include "image/image_private.h"
-#include "render/frame.h"
 #include "report/report_private.h"
 
 /* Seeds of the runs begin here: those of the reference are below. */

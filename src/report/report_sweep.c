@@ -5,7 +5,7 @@
 
 #include "core/alloc.h"
 #include "core/text.h"
-#include "render/stage_rules.h"
+#include "plan/stage_rules.h"
 #include "report/report_private.h"
 
 /* ---- Scenes ---- */

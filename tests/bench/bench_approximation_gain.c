@@ -13,7 +13,7 @@
 #include <stdlib.h>
 
 #include "integrate/approximation_gain.h"
-#include "render/integrator_choice.h"
+#include "plan/integrator_choice.h"
 #include "scene/scene_private.h"
 #include "test_world.h"
 

@@ -14,9 +14,9 @@
 
 #include <nephos/nephos.h>
 
-#include "test_color_difference.h"
 #include "core/units.h"
-#include "render/assembly.h"
+#include "stages/assembly.h"
+#include "test_color_difference.h"
 
 enum { COLORS_MAX = 1 << 18 };
 

@@ -5,8 +5,8 @@
 
 #include <valgrind/callgrind.h>
 
-#include "render/schedule.h"
-#include "render/stage_rules.h"
+#include "plan/schedule.h"
+#include "plan/stage_rules.h"
 
 static inline void bench_begin(np_schedule *schedule, np_monitor *monitor, np_stage stage, unsigned index,
                                unsigned count) {

@@ -13,10 +13,10 @@
 
 #include <nephos/nephos.h>
 
-#include "core/random.h"
-#include "volume/tracking.h"
 #include "caches/sun_optical_depth.h"
-#include "render/assembly.h"
+#include "core/random.h"
+#include "stages/assembly.h"
+#include "volume/tracking.h"
 
 enum { REPEATS = 3, PLACES = 20000 };
 
@@ -67,7 +67,7 @@ static void time_frames(neph_scene *scene, double elevation_deg, int frames) {
   neph_renderer *renderer;
   check(neph_renderer_create(scene->context, &renderer));
   double filled = HUGE_VAL, kept = HUGE_VAL, marched = HUGE_VAL;
-  (void)render(scene, "volume");
+  (void)render(renderer, scene, "volume");
   for (int i = 0; i < REPEATS; i++) {
     turn_sun(scene, elevation_deg, i + 1);
     filled = fmin(filled, render(renderer, scene, "volume"));

@@ -21,12 +21,15 @@ transport: optics noise volume atmosphere terrain world
 caches: optics noise volume atmosphere terrain world transport
 integrate: optics noise volume atmosphere terrain world transport caches
 scene: optics noise volume image mesh cloud terrain atmosphere
-render: optics noise volume image mesh cloud terrain atmosphere world transport caches integrate scene
-parts: image render
-export: volume image scene render
-probe: volume atmosphere integrate scene render
-report: optics noise volume image mesh cloud terrain atmosphere world transport caches integrate scene render
-check: optics noise volume image mesh cloud terrain atmosphere world transport caches integrate scene render'
+plan: optics volume image cloud terrain atmosphere transport caches integrate scene
+stages: volume image cloud atmosphere world caches integrate scene plan
+frame: volume image integrate scene plan stages
+parts: image scene plan frame
+render: scene plan stages frame parts
+export: volume image scene plan stages render
+probe: volume atmosphere integrate scene plan stages frame
+report: optics noise volume image mesh cloud terrain atmosphere world transport caches integrate scene plan stages frame
+check: optics noise volume image mesh cloud terrain atmosphere world transport caches integrate scene plan render'
 
 for folder in src/*/; do
   module=$(basename "$folder")

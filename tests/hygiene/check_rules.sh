@@ -7,7 +7,7 @@ cd "$1" || exit 2
 
 status=0
 quoted='"[a-z]*\.[a-z_]*"\|"openvdb"\|"read"'
-rows=$(grep -hoE '\{"[a-z]+(\.[a-z_]+)?", (NEPH_SEVERITY|is_)' src/check/*.c src/render/placement.c | grep -o "$quoted" | tr -d '"' | sort -u)
+rows=$(grep -hoE '\{"[a-z]+(\.[a-z_]+)?", (NEPH_SEVERITY|is_)' src/check/*.c src/plan/placement.c | grep -o "$quoted" | tr -d '"' | sort -u)
 page=$(sed -n 's/^| \(`[^|]*`\) |.*/\1/p' docs/check.md | tr ',' '\n' | tr -d '` ' | sort -u)
 [ "$(echo "$rows" | wc -l)" -ge 40 ] || { echo "fewer than 40 rules are found in src/check"; status=1; }
 for rule in $rows; do

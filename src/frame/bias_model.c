@@ -1,0 +1,95 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "frame/bias_model.h"
+
+#include "plan/error_forecast.h"
+
+/* Figures of the clouds and their lights, the worst of all. */
+typedef struct cloud_light {
+  double cell_error; /* of the solved multiple scattering; 0: it is not solved */
+  double solution;   /* bias that its degree and its residual make */
+  double albedo;     /* the highest of all clouds, the mean of its bands */
+  double sine;       /* of the lights' elevation, the lowest above the horizon */
+  bool has_emission;
+} cloud_light;
+
+static void add_light(const np_packet_light *light, cloud_light *out) {
+  const np_scattering_field *field = light->lighting.scattering;
+  const np_world *world = &light->world;
+  if (field) {
+    const np_scattering_quality quality = np_scattering_field_get_quality(field);
+    const double solution = np_bias_of_solution(np_scattering_field_get_degree(field), quality.residual);
+    out->cell_error = fmax(out->cell_error, quality.error);
+    out->solution = fmax(out->solution, solution);
+  }
+  for (unsigned i = 0; i < world->clouds.count; i++) {
+    const np_spectrum albedo = world->clouds.at[i].albedo;
+    out->albedo = fmax(out->albedo, (double)(albedo.band[0] + albedo.band[1] + albedo.band[2]) / NP_BAND_COUNT);
+  }
+  if (world->sun_scope != NP_SUN_SKY && np_spectrum_max(world->sun_irradiance) > 0.0f)
+    out->sine = fmin(out->sine, light->direction.z);
+}
+
+static cloud_light look_at_light(const np_assembly *assembly) {
+  cloud_light out = {.sine = 1.0};
+  for (unsigned p = 0; p < assembly->packet_count; p++) {
+    const np_packet *packet = &assembly->packets[p];
+    out.has_emission = out.has_emission || packet->emission.emitter_count > 0;
+    for (unsigned i = 0; i < packet->light_count; i++) add_light(&packet->lights[i], &out);
+  }
+  return out;
+}
+
+/* Mean square of the clouds' opacity. */
+static double compute_cover(const np_frame *f) {
+  double sum = 0.0;
+  const size_t count = (size_t)f->width * f->height;
+  for (size_t i = 0; i < count; i++) sum += pow((double)f->luminances[i].opacity, 2.0);
+  return sum / (double)count;
+}
+
+/* Share of the light that a limit on scatterings has taken. */
+static double compute_lost(const np_frame *f) {
+  double lost = 0.0, kept = 0.0;
+  for (size_t tile = 0; tile < np_frame_count_tiles(f); tile++)
+    for (int b = 0; b < NP_BAND_COUNT; b++) {
+      lost += f->totals[tile].lost[b];
+      kept += f->totals[tile].sum[b];
+    }
+  return lost > 0.0 ? lost / (lost + kept) : 0.0;
+}
+
+static np_bias_model make_of_path(const np_frame *f, const np_plan *plan) {
+  const double air = np_plan_has_air_light(plan) && !np_plan_traces_air(plan) ? np_bias_terms.air : 0.0;
+  const double voxels = plan->are_coarse ? plan->stages[NP_STAGE_VOLUMES].error : 0.0;
+  return (np_bias_model){hypot(hypot(air, voxels), compute_lost(f)), 2.0};
+}
+
+/* Bias of the stages that a finished picture says no more of than its plan. */
+static double sum_forecasts(const np_plan *plan) {
+  static const unsigned char stages[] = {NP_STAGE_ATMOSPHERE, NP_STAGE_VOLUMES, NP_STAGE_EMISSION,
+                                         NP_STAGE_SUN_OPTICAL_DEPTH};
+  double sum = 0.0;
+  for (size_t i = 0; i < sizeof stages; i++) sum = hypot(sum, plan->stages[stages[i]].error);
+  return sum;
+}
+
+/* Bias of a march. */
+static double combine(const np_plan *plan, const cloud_light *light, double tolerance, double cover) {
+  const double rest = sum_forecasts(plan);
+  if (!np_plan_needs(plan, NP_STAGE_VOLUMES)) return rest;
+  const double cells = hypot(np_bias_of_cells(light->cell_error, light->albedo, light->sine), light->solution);
+  const double steps = np_bias_terms.steps * tolerance;
+  const double method = np_bias_of_method(plan->desc.multiple_scattering, cover);
+  np_log(plan->context, NEPH_LOG_DEBUG,
+         "model of the bias: cells %.2g, steps %.2g, method %.2g, air, voxels and fire %.2g; cells err by %.2g, clouds "
+         "cover %.2g",
+         cells, steps, method, rest, light->cell_error, cover);
+  return hypot(hypot(cells, steps), hypot(method, rest));
+}
+
+np_bias_model np_bias_model_make(const np_frame *f, const np_plan *plan) {
+  if (f->desc->integrator == NEPH_INTEGRATOR_PATH) return make_of_path(f, plan);
+  const cloud_light light = look_at_light(f->assembly);
+  return (np_bias_model){combine(plan, &light, (double)f->settings.tolerance, compute_cover(f)),
+                         light.has_emission ? 3.0 : 1.8};
+}

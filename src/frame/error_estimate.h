@@ -1,0 +1,20 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Error of a frame that is sampled, without a reference: docs/error.md. */
+#ifndef NP_FRAME_ERROR_ESTIMATE_H
+#define NP_FRAME_ERROR_ESTIMATE_H
+
+#include "frame/error_probes.h"
+
+/* Shares of a pixel's luminance; NaN where unknown. */
+typedef struct np_frame_error {
+  neph_bounded total, noise, bias;
+  bool is_bias_measured; /* by the tracer; else by the model */
+} np_frame_error;
+
+/* Estimates from the pixels' luminances, and from some of them sampled again. */
+neph_result np_frame_estimate_error(const np_frame *f, const np_plan *plan, np_frame_error *out);
+
+/* Writes it into the picture's header. */
+neph_result np_frame_error_write(const np_frame_error *error, neph_image *image);
+
+#endif

@@ -1,0 +1,195 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "frame/error_probes.h"
+
+#include "core/alloc.h"
+
+static const double dim_of_mean = 0.01;
+
+/* Turns the frame's seed. */
+static const uint64_t turn = UINT64_C(0x6a09e667f3bcc909);
+
+/* ---- Which pixels ---- */
+
+static size_t count_pixels(const np_frame *f) { return (size_t)f->width * f->height; }
+
+static double compute_dim(const np_frame *f) {
+  double sum = 0.0;
+  for (size_t i = 0; i < count_pixels(f); i++) sum += (double)f->luminances[i].value;
+  return dim_of_mean * fmax(sum / (double)count_pixels(f), 0.0);
+}
+
+/* Luminance around a pixel: the mean over three by three pixels, and the variance over them. */
+typedef struct surroundings {
+  double mean, variance;
+} surroundings;
+
+static surroundings look_around(const np_frame *f, size_t i) {
+  const size_t x = i % f->width, y = i / f->width;
+  double sum = 0.0, squares = 0.0, count = 0.0;
+  for (size_t v = y ? y - 1 : 0; v <= y + 1 && v < f->height; v++)
+    for (size_t u = x ? x - 1 : 0; u <= x + 1 && u < f->width; u++) {
+      const double value = (double)f->luminances[v * f->width + u].value;
+      sum += value;
+      squares += value * value;
+      count += 1.0;
+    }
+  return (surroundings){sum / count, fmax(squares / count - sum * sum / (count * count), 0.0)};
+}
+
+/* Most that a guess may be above 1: a dark pixel at a bright edge, which few samples hit. */
+static const double guess_max = 4.0;
+
+/* Square of a pixel's relative noise, roughly; negative where it cannot be among those that count. */
+static double guess_noise(const np_frame *f, double dim, size_t i) {
+  const np_pixel_luminance *l = &f->luminances[i];
+  const surroundings around = look_around(f, i);
+  if (!(around.mean > dim)) return -1.0;
+  const double level = fmax((double)l->value, dim);
+  return fmin(((double)l->variance + around.variance / fmax((double)l->count, 1.0)) / (level * level), guess_max);
+}
+
+static void add_up(const np_frame *f, np_error_probes *probes) {
+  for (size_t i = 0; i < count_pixels(f); i++) {
+    const np_pixel_luminance *l = &f->luminances[i];
+    if (!((double)l->value > probes->dim)) continue;
+    probes->pixel_count += 1.0;
+    probes->by_samples += (double)l->variance / ((double)l->value * (double)l->value);
+  }
+  if (probes->pixel_count > 0.0) probes->by_samples /= probes->pixel_count;
+}
+
+/* Half of the probes go where noise seems to be, half are even over the pixels: evenly along the sum of both, row by
+ * row. `guesses` are of each pixel. */
+static void choose(const np_frame *f, unsigned count, const float *guesses, np_error_probes *probes) {
+  double all = 0.0, pixels = 0.0, sum = 0.0;
+  for (size_t i = 0; i < count_pixels(f); i++)
+    if (guesses[i] >= 0.0f) all += (double)guesses[i], pixels += 1.0;
+  np_random random = np_random_start(f->desc->seed ^ turn, (uint32_t)f->desc->frame, 0, 0, 0);
+  double next = np_random_double(&random) / count;
+  for (size_t i = 0; i < count_pixels(f); i++) {
+    if (guesses[i] < 0.0f) continue;
+    const double chance = all > 0.0 ? 0.5 / pixels + 0.5 * (double)guesses[i] / all : 1.0 / pixels;
+    sum += chance;
+    for (; next < sum && probes->count < count; next += 1.0 / count)
+      probes->probe[probes->count++] = (np_error_probe){
+          .at = {f->min[0] + (int)(i % f->width), f->min[1] + (int)(i / f->width)},
+          .share = 1.0 / (chance * pixels * count),
+          .count = (double)f->luminances[i].count,
+      };
+  }
+}
+
+/* Moves those that the tracer has, evenly over all, to the front. */
+static void put_traced_first(np_error_probes *probes, unsigned traced_count) {
+  probes->traced_count = traced_count < probes->count ? traced_count : probes->count;
+  for (unsigned i = 0; i < probes->traced_count; i++) {
+    const unsigned from = (unsigned)((uint64_t)i * probes->count / probes->traced_count);
+    const np_error_probe kept = probes->probe[i];
+    probes->probe[i] = probes->probe[from];
+    probes->probe[from] = kept;
+  }
+}
+
+/* ---- Sampling ---- */
+
+typedef void take_fn(np_error_probe *probe, unsigned seed, double luminance);
+
+typedef struct probe_job {
+  const np_frame *frame; /* a copy with another seed */
+  uint32_t begin, count; /* samples; a count of 0: as many as the frame took */
+  unsigned seed;         /* its number */
+  take_fn *take;
+  np_error_probe *probe;
+} probe_job;
+
+static neph_result sample_probes(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const probe_job *job = user;
+  for (size_t i = begin; i < end; i++) {
+    np_error_probe *probe = &job->probe[i];
+    np_pixel_state p = {.begin = job->begin, .next = job->begin};
+    double numbers[NP_PIXEL_NUMBERS_MAX];
+    const uint32_t count = job->count ? job->count : (uint32_t)probe->count;
+    neph_result result = np_frame_sample_pixel(job->frame, probe->at, job->begin + count, &p, numbers);
+    if (result) return result;
+    const np_spread spread = np_channels_get_spread(&job->frame->channels, numbers, count);
+    job->take(probe, job->seed, (double)np_frame_get_luminance(job->frame, &spread).value);
+  }
+  return NEPH_OK;
+}
+
+/* Samples the first probes with seeds that follow the frame's and those that were used before. */
+static neph_result sample_seeds(np_frame *copy, neph_render_desc *desc, unsigned first_seed, unsigned seed_count,
+                                size_t probe_count, probe_job *job) {
+  const uint64_t own = desc->seed;
+  neph_result result = NEPH_OK;
+  for (unsigned k = 0; k < seed_count && !result; k++) {
+    desc->seed = own ^ np_random_mix(turn + first_seed + k);
+    job->seed = k;
+    result = np_parallel_for(copy->assembly->context, copy->monitor, probe_count, 1, sample_probes, job);
+  }
+  return result;
+}
+
+/* Until all seeds are there, `variance` is the sum of squares. */
+static void take_sample(np_error_probe *probe, unsigned seed, double luminance) {
+  probe->half[seed % 2] += luminance;
+  probe->variance += luminance * luminance;
+}
+
+neph_result np_error_probes_sample(const np_frame *f, unsigned seed_count, np_error_probes *probes) {
+  neph_render_desc desc;
+  np_frame *copy = np_frame_copy_for_luminance(f, &desc);
+  if (!copy) return NEPH_ERROR_OUT_OF_MEMORY;
+  probe_job job = {.frame = copy, .begin = f->desc->sample_begin, .take = take_sample, .probe = probes->probe};
+  neph_result result = sample_seeds(copy, &desc, 0, seed_count, probes->count, &job);
+  for (unsigned i = 0; i < probes->count; i++) {
+    np_error_probe *p = &probes->probe[i];
+    const double mean = (p->half[0] + p->half[1]) / seed_count, n = seed_count;
+    p->variance = fmax(p->variance / n - mean * mean, 0.0) * n / (n - 1.0);
+    for (int k = 0; k < 2; k++) p->half[k] *= 2.0 / n;
+  }
+  np_alloc_free(f->assembly->context, copy);
+  return result;
+}
+
+static void take_traced(np_error_probe *probe, unsigned seed, double luminance) { probe->traced[seed] = luminance; }
+
+/* Air and ground from tables, as the march has them: other stages are not there. */
+static void make_tracer(np_frame *f) {
+  f->integrate = np_integrator_get_kernels(neph_context_get_isa(f->assembly->context))->path;
+  f->settings.scattering_max = f->desc->scattering_max;
+  f->settings.is_split = f->settings.is_air_traced = false;
+}
+
+neph_result np_error_probes_trace(const np_frame *f, unsigned probe_count, unsigned sample_count,
+                                  np_error_probes *probes) {
+  neph_render_desc desc;
+  np_frame *copy = np_frame_copy_for_luminance(f, &desc);
+  if (!copy) return NEPH_ERROR_OUT_OF_MEMORY;
+  put_traced_first(probes, probe_count);
+  make_tracer(copy);
+  probe_job job = {.frame = copy, .count = sample_count, .take = take_traced, .probe = probes->probe};
+  neph_result result = sample_seeds(copy, &desc, 1u << 16, 2, probes->traced_count, &job);
+  np_alloc_free(f->assembly->context, copy);
+  return result;
+}
+
+neph_result np_error_probes_choose(const np_frame *f, unsigned count, np_error_probes *out) {
+  neph_context *context = f->assembly->context;
+  *out = (np_error_probes){.dim = compute_dim(f)};
+  add_up(f, out);
+  if (!count || !(out->pixel_count > 0.0)) return NEPH_OK;
+  float *guesses = np_alloc(context, count_pixels(f), sizeof *guesses);
+  out->probe = np_alloc(context, count, sizeof *out->probe);
+  if (guesses && out->probe) {
+    for (size_t i = 0; i < count_pixels(f); i++) guesses[i] = (float)guess_noise(f, out->dim, i);
+    choose(f, count, guesses, out);
+  }
+  np_alloc_free(context, guesses);
+  return guesses && out->probe ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+}
+
+void np_error_probes_clear(const np_frame *f, np_error_probes *probes) {
+  np_alloc_free(f->assembly->context, probes->probe);
+}

@@ -1,0 +1,38 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Pixels of a frame that are sampled again, with other seeds and by the tracer. */
+#ifndef NP_FRAME_ERROR_PROBES_H
+#define NP_FRAME_ERROR_PROBES_H
+
+#include "frame/frame_state.h"
+
+/* One pixel; luminances. */
+typedef struct np_error_probe {
+  int at[2];
+  double share;    /* of all pixels that may count, for which it stands: 1/(K·N·p), p the chance that it was chosen */
+  double count;    /* samples that the frame took */
+  double variance; /* of the frame's value, over seeds */
+  double half[2];  /* means over the even and the odd of the seeds */
+  double traced[2]; /* by the tracer, with two seeds */
+} np_error_probe;
+
+typedef struct np_error_probes {
+  unsigned count, traced_count; /* the tracer has the first of them */
+  double dim;                   /* a hundredth of the frame's mean luminance */
+  double pixel_count;           /* above it */
+  double by_samples;            /* mean square of the relative standard errors, as of independent samples */
+  np_error_probe *probe;
+} np_error_probes;
+
+/* Chooses `count` pixels, those that seem noisy more often. */
+neph_result np_error_probes_choose(const np_frame *f, unsigned count, np_error_probes *out);
+void np_error_probes_clear(const np_frame *f, np_error_probes *probes);
+
+/* Samples them again as the frame was, with so many other seeds, an even number. */
+neph_result np_error_probes_sample(const np_frame *f, unsigned seed_count, np_error_probes *probes);
+
+/* Lets the tracer sample up to `probe_count` of them, `sample_count` times for each of two seeds. Moves these to the
+ * front. */
+neph_result np_error_probes_trace(const np_frame *f, unsigned probe_count, unsigned sample_count,
+                                  np_error_probes *probes);
+
+#endif

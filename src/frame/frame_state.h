@@ -1,0 +1,128 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* A frame in the making: what frame.c sets up and describes, and sampling.c fills. */
+#ifndef NP_FRAME_FRAME_STATE_H
+#define NP_FRAME_FRAME_STATE_H
+
+#include "frame/channels.h"
+#include "frame/deep_pixels.h"
+#include "frame/film_sink.h"
+#include "frame/history.h"
+#include "frame/sample_counts.h"
+#include "frame/tile_feed.h"
+#include "stages/assembly.h"
+#include "stages/motion.h"
+
+/* Over a tile's pixels: the sums of their means, and of the squares of the means' standard errors. */
+typedef struct np_tile_total {
+  double sum[NP_BAND_COUNT], variance[NP_BAND_COUNT];
+  double lost[NP_BAND_COUNT];         /* the sum of the means that a limit on scatterings took from them */
+  uint64_t cut_count, followed_count; /* paths that met the limit; those of them that were followed */
+  uint64_t samples;
+  double squares; /* of the pixels' relative errors */
+} np_tile_total;
+
+/* A pixel's samples so far, from `begin` to `next`, and those that it is to get, up to `end`. */
+typedef struct np_pixel_state {
+  uint32_t begin, next, end;
+  np_deep_stored deep; /* what its samples found along their rays, where it is asked for */
+  double *record;      /* record of the kept film, to be filled; NULL: none is kept */
+} np_pixel_state;
+
+/* Luminance of a pixel, and the variance of it by its samples as of independent ones. */
+typedef struct np_pixel_luminance {
+  float value, variance, count;
+  float opacity; /* of clouds */
+} np_pixel_luminance;
+
+/* Rows of pixels under way, and one pixel around them whose pilots tell of the noise: slots of a grid. */
+typedef struct np_pixel_rows {
+  unsigned begin, count; /* of the frame's rows, without those around */
+  size_t stride;         /* of slots; the frame's width and two */
+  np_pixel_state *states;
+  np_pilot *pilots; /* with a target error */
+  double *numbers;  /* of each slot, np_channels_count_numbers */
+} np_pixel_rows;
+
+typedef struct np_frame {
+  const np_assembly *assembly;
+  const neph_render_desc *desc;
+  np_monitor *monitor;
+  np_tile_feed *feed;
+  const np_film_sink *sink;                 /* NULL: no film is kept */
+  np_kept_film *film;                       /* NULL: none is kept */
+  struct np_reconstruction *reconstruction; /* of the pixels that are not rendered; NULL: all are */
+  np_integrator_settings settings;
+  np_integrator_fn integrate;
+  np_half_distance_fn half_distance;
+  np_view_depth_fn view_depth;
+  float spread_rad;          /* from a pixel in the middle to the next; 0 of parallel rays */
+  const np_motion *exposure; /* in which camera or clouds move; NULL: nothing does */
+  const np_motion *vectors;  /* by which the samples' motion is told; NULL: nobody asks */
+  unsigned aovs;             /* of np_aov */
+  bool has_light_groups;     /* their light is summed apart */
+  bool has_layers;           /* beside its samples: np_integrator_layers */
+  unsigned depth_components; /* whose light deep pixels have, bits of them; 0: none are asked for */
+  neph_image *image;
+  np_channels channels;
+  float *planes[NP_CHANNELS_MAX];
+  np_tile_total *totals;
+  np_pixel_luminance *luminances;          /* of each pixel, for the estimate of its error; NULL: none is wanted */
+  double luminance_weights[NP_BAND_COUNT]; /* of the picture's R, G and B */
+  double dim[NP_BAND_COUNT];               /* radiances below this need not be as exact, relatively */
+  double noise_target;                     /* of the picture, of the target error; infinite: none */
+  np_sample_rule rule;                     /* with a target error */
+  np_prediction *prediction;               /* borrowed: completed by pilots */
+  np_pixel_rows rows;                      /* with a time limit all; with a target error alone some */
+  bool is_first_pass;
+  bool is_cut;                  /* by the time limit, before all samples were taken */
+  int min[2];                   /* first pixel that is rendered */
+  int view_min[2], view_max[2]; /* of the whole picture with its overscan */
+  unsigned width, height;       /* of what is rendered */
+} np_frame;
+
+static inline bool np_frame_has_target(const np_frame *f) { return isfinite(f->desc->target_error); }
+
+/* Edge of a tile in pixels. */
+enum { NP_TILE_EDGE = 8 };
+
+size_t np_frame_count_tiles(const np_frame *f);
+
+/* The pixel's samples up to `end`, added to `numbers`, as many as np_channels_count_numbers: fewer where the monitor
+ * stops it, which makes the one under way void. A leaf that the pixel has begun, its first, is all of its numbers, and
+ * is gone on with. */
+neph_result np_frame_sample_pixel(const np_frame *f, const int at[2], uint32_t end, np_pixel_state *p, double *numbers);
+
+/* Fills a pixel's values by its samples, and adds it to its tile. */
+neph_result np_frame_finish_pixel(const np_frame *f, const int at[2], const np_pixel_state *p, const double *numbers,
+                                  np_tile_total *total);
+
+/* Depths along the ray of a pixel's centre, and a depth of the picture by a distance along it. */
+np_pixel_guide np_frame_compute_guide(const np_frame *f, const int at[2]);
+double np_frame_get_depth(const np_frame *f, const int at[2], double distance_m);
+
+bool np_frame_is_in_view(const np_frame *f, const int at[2]);
+
+/* The pilot of a pixel that has `count` samples, and one of samples that are not kept. */
+np_pilot np_frame_get_pilot(const np_frame *f, const double *numbers, uint32_t count);
+neph_result np_frame_fly_pilot(const np_frame *f, const int at[2], uint32_t count, np_pilot *out);
+
+/* A number of the pixel's own that its samples do not use, in [0, 1). */
+double np_frame_draw_rounding(const np_frame *f, const int at[2]);
+
+/* A copy that samples the luminance alone, with `desc` as its description; NULL: there is no memory. Freed by
+ * np_alloc_free. */
+np_frame *np_frame_copy_for_luminance(const np_frame *f, neph_render_desc *desc);
+
+np_pixel_luminance np_frame_get_luminance(const np_frame *f, const np_spread *spread);
+
+/* Samples every pixel and fills planes and totals, which has room for all tiles. */
+neph_result np_frame_sample(np_frame *f);
+
+/* Fills a pixel's values by its numbers, and adds it to its tile. */
+void np_frame_develop_pixel(const np_frame *f, size_t index, const np_pixel_facts *facts, const double *numbers,
+                            np_tile_total *total);
+
+/* Says in the header how many samples the pixels have, and how exact they are, by the totals. */
+neph_result np_frame_describe(const np_frame *f, neph_image *image);
+
+#endif

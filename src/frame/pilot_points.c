@@ -1,0 +1,223 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "frame/pilot_points.h"
+
+#include "core/alloc.h"
+#include "scene/camera_kinds.h"
+
+/* Turns the frame's seed, apart from that of the error's probes. */
+static const uint64_t turn = UINT64_C(0xbb67ae8584caa73b);
+
+/* Steps of the plastic number's points, as those of a pixel's samples. */
+static const double step[2] = {0.7548776662466927, 0.5698402909980532};
+
+/* ---- Places ---- */
+
+/* Pixels from `min` up to `max`. */
+typedef struct pixel_box {
+  int min[2], max[2];
+} pixel_box;
+
+enum { BOXES_MAX = NP_LIGHTS_MAX, BOX_POINTS = 64 };
+
+/* Pixels that a disk's edge reaches beyond it, by the width of the filter. */
+static const double disk_margin = 2.0;
+
+static double count_pixels(const pixel_box *b) { return (double)(b->max[0] - b->min[0]) * (b->max[1] - b->min[1]); }
+
+static bool is_in(const pixel_box *b, const int at[2]) {
+  return at[0] >= b->min[0] && at[0] < b->max[0] && at[1] >= b->min[1] && at[1] < b->max[1];
+}
+
+static pixel_box get_view(const np_frame *f) {
+  return (pixel_box){{f->view_min[0], f->view_min[1]}, {f->view_max[0], f->view_max[1]}};
+}
+
+/* False: the light has no disk in view. */
+static bool get_disk(const np_frame *f, const np_packet_light *light, pixel_box *out) {
+  double film[2];
+  if (!(light->angular_radius_rad > 0.0) || !np_camera_project_direction(&f->assembly->camera, light->direction, film))
+    return false;
+  const double sr = np_camera_get_pixel_sr(&f->assembly->camera, (int)film[0], (int)film[1]);
+  const double radius = disk_margin + (sr > 0.0 ? light->angular_radius_rad / sqrt(sr) : 0.0);
+  for (int a = 0; a < 2; a++) {
+    out->min[a] = (int)fmax(floor(film[a] - radius), f->view_min[a]);
+    out->max[a] = (int)fmin(ceil(film[a] + radius), f->view_max[a]);
+    if (out->min[a] >= out->max[a]) return false;
+  }
+  return true;
+}
+
+static unsigned get_disks(const np_frame *f, pixel_box out[BOXES_MAX]) {
+  const np_packet *packet = &f->assembly->packets[0];
+  unsigned count = 0;
+  for (unsigned l = 0; l < packet->light_count; l++) count += get_disk(f, &packet->lights[l], &out[count]);
+  return count;
+}
+
+static unsigned count_box_points(const pixel_box *b) { return (unsigned)fmin(count_pixels(b), BOX_POINTS); }
+
+/* All pixels of a small box, else points of it. */
+static void place_in_box(const pixel_box *b, double pixels, np_pilot_point *points) {
+  const unsigned count = count_box_points(b);
+  const int width = b->max[0] - b->min[0];
+  for (unsigned i = 0; i < count; i++) {
+    const int n = (int)((uint64_t)i * (uint64_t)count_pixels(b) / count);
+    points[i].at[0] = b->min[0] + n % width;
+    points[i].at[1] = b->min[1] + n / width;
+    points[i].share = count_pixels(b) / pixels / count;
+  }
+}
+
+/* Evenly over the view, turned by seed and frame; those in a box have no share. */
+static void place_in_view(const np_frame *f, const pixel_box *boxes, unsigned box_count, unsigned count,
+                          np_pilot_point *points) {
+  np_random random = np_random_start(f->desc->seed ^ turn, (uint32_t)f->desc->frame, 0, 0, 0);
+  const double offset[2] = {np_random_double(&random), np_random_double(&random)};
+  const pixel_box view = get_view(f);
+  double left = 1.0, outside = 0.0;
+  for (unsigned b = 0; b < box_count; b++) left -= count_pixels(&boxes[b]) / count_pixels(&view);
+  for (unsigned i = 0; i < count; i++) {
+    np_pilot_point *p = &points[i];
+    for (int a = 0; a < 2; a++) {
+      const double x = offset[a] + step[a] * i;
+      p->at[a] = view.min[a] + (int)((x - floor(x)) * (view.max[a] - view.min[a]));
+    }
+    p->share = 1.0;
+    for (unsigned b = 0; b < box_count; b++)
+      if (is_in(&boxes[b], p->at)) p->share = 0.0;
+    outside += p->share;
+  }
+  for (unsigned i = 0; i < count; i++) points[i].share *= fmax(left, 0.0) / fmax(outside, 1.0);
+}
+
+static neph_result place(const np_frame *f, unsigned count, np_pilot_points *out) {
+  pixel_box boxes[BOXES_MAX];
+  const unsigned box_count = get_disks(f, boxes);
+  const pixel_box view = get_view(f);
+  out->count = count;
+  for (unsigned b = 0; b < box_count; b++) out->count += count_box_points(&boxes[b]);
+  out->at = np_alloc(f->assembly->context, out->count, sizeof *out->at);
+  if (!out->at) return NEPH_ERROR_OUT_OF_MEMORY;
+  place_in_view(f, boxes, box_count, count, out->at);
+  for (unsigned b = 0, next = count; b < box_count; next += count_box_points(&boxes[b++]))
+    place_in_box(&boxes[b], count_pixels(&view), out->at + next);
+  return NEPH_OK;
+}
+
+/* ---- Samples ---- */
+
+typedef struct pilot_job {
+  const np_frame *frame; /* a copy with another seed */
+  const np_pilot_order *order;
+  np_pilot_point *points;
+} pilot_job;
+
+/* Seeds that show a variance which the spread of a pixel's even samples does not. */
+enum { SEEDS = 2 };
+
+/* Until both seeds are there, a variance is the one's mean, and then what they are apart. */
+static neph_result sample_levels(const pilot_job *job, np_pilot_point *p) {
+  np_pixel_state state = {.next = 0};
+  double numbers[NP_PIXEL_NUMBERS_MAX], value = 0.0;
+  for (unsigned level = 0; level < job->order->levels; level++) {
+    neph_result result = np_frame_sample_pixel(job->frame, p->at, 1u << level, &state, numbers);
+    if (result) return result;
+    value = (double)np_frame_get_pilot(job->frame, numbers, state.next).mean;
+    p->variance[level] = value - p->variance[level];
+  }
+  p->mean += value / SEEDS;
+  return NEPH_OK;
+}
+
+static neph_result sample_traced(const pilot_job *job, np_pilot_point *p) {
+  np_pilot pilot;
+  neph_result result = np_frame_fly_pilot(job->frame, p->at, 1u << (job->order->levels - 1), &pilot);
+  if (result) return result;
+  p->mean = (double)pilot.mean;
+  p->variance[0] = (double)pilot.squares / fmax((double)pilot.count - 1.0, 1.0);
+  return NEPH_OK;
+}
+
+static neph_result sample_middles(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const pilot_job *job = user;
+  neph_result result = NEPH_OK;
+  for (size_t i = begin; i < end && !result; i++)
+    result = job->order->is_traced ? sample_traced(job, &job->points[i]) : sample_levels(job, &job->points[i]);
+  return result;
+}
+
+static neph_result sample_around(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const pilot_job *job = user;
+  neph_result result = NEPH_OK;
+  for (size_t i = begin; i < end && !result; i++)
+    for (int k = 0; k < NP_PILOTS_AROUND && !result; k++) {
+      np_pilot_point *p = &job->points[i];
+      const int at[2] = {p->at[0] + k % 3 - 1, p->at[1] + k / 3 - 1};
+      if (k != NP_PILOT_MIDDLE && np_frame_is_in_view(job->frame, at))
+        result = np_frame_fly_pilot(job->frame, at, job->order->first, &p->around[k]);
+    }
+  return result;
+}
+
+/* One more seed is that of the pilots around. */
+static neph_result sample(const np_frame *f, const np_pilot_order *order, np_pilot_points *points) {
+  neph_render_desc desc;
+  np_frame *copy = np_frame_copy_for_luminance(f, &desc);
+  if (!copy) return NEPH_ERROR_OUT_OF_MEMORY;
+  const uint64_t own = desc.seed;
+  const unsigned seeds = order->is_traced ? 1 : SEEDS;
+  pilot_job job = {copy, order, points->at};
+  neph_result result = NEPH_OK;
+  for (unsigned k = 0; k <= seeds && !result; k++) {
+    desc.seed = own ^ np_random_mix(turn + 1 + k);
+    if (k < seeds)
+      result = np_parallel_for(f->assembly->context, f->monitor, points->count, 1, sample_middles, &job);
+    else if (order->first)
+      result = np_parallel_for(f->assembly->context, f->monitor, points->count, 1, sample_around, &job);
+  }
+  np_alloc_free(f->assembly->context, copy);
+  return result;
+}
+
+/* ---- Means and variances ---- */
+
+/* Few noisy samples that are too bright together are noisy together: over the square of their own mean their variance
+ * is never large. */
+static double average_around(const np_pilot_point *p) {
+  double sum = 0.0, count = 0.0;
+  for (int k = 0; k < NP_PILOTS_AROUND; k++) {
+    sum += (double)p->around[k].count * (double)p->around[k].mean;
+    count += (double)p->around[k].count;
+  }
+  return count > 0.0 ? sum / count : p->mean;
+}
+
+static void finish(const np_pilot_order *order, np_pilot_points *points) {
+  double sum = 0.0;
+  for (unsigned i = 0; i < points->count; i++) {
+    np_pilot_point *p = &points->at[i];
+    sum += p->share * p->mean;
+    for (unsigned level = 0; level < points->levels && !order->is_traced; level++)
+      p->variance[level] *= p->variance[level] / SEEDS;
+    if (order->is_traced) p->mean = average_around(p);
+  }
+  points->dim = fmax(0.01 * sum, 0.0);
+}
+
+neph_result np_pilot_points_fly(const np_frame *f, const np_pilot_order *order, np_pilot_points *out) {
+  const uint64_t middle = (uint64_t)1 << (order->levels - 1), around = (uint64_t)(NP_PILOTS_AROUND - 1) * order->first;
+  *out = (np_pilot_points){.levels = order->is_traced ? 1 : order->levels};
+  neph_result result = place(f, order->count, out);
+  out->sample_count = out->count * (around + (order->is_traced ? middle : SEEDS * middle));
+  if (!result) result = sample(f, order, out);
+  if (!result) finish(order, out);
+  if (result) np_pilot_points_clear(f, out);
+  return result;
+}
+
+void np_pilot_points_clear(const np_frame *f, np_pilot_points *points) {
+  np_alloc_free(f->assembly->context, points->at);
+  points->at = NULL;
+}

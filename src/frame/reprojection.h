@@ -1,0 +1,56 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Places of one picture in the one before: from a pixel's depth and both cameras.
+ *
+ * A pixel moves as what is seen of it most: as its clouds, at their mean distance weighted by what they hide, or as the
+ * ground or the sky behind. Values are taken there by a cubic of four by four pixels (Catmull and Rom 1974, "A Class of
+ * Local Interpolating Splines"), which blurs little however often it is repeated; where some of them show something
+ * else, nearer or farther, by those of the nearest four that do not, and where none is left there is no history. */
+#ifndef NP_FRAME_REPROJECTION_H
+#define NP_FRAME_REPROJECTION_H
+
+#include "frame/history.h"
+
+/* A pixel's place in the picture before. */
+typedef struct np_reprojected {
+  bool is_seen;                /* else there is no history */
+  bool is_cloud;               /* moves as its clouds do */
+  float at[2];                 /* in pixels from the window's corner */
+  float distance_m;            /* from the eye of then */
+  const np_pixel_guide *guide; /* of the pixel now */
+  float slope;                 /* of the inverse distance, 1/m a pixel */
+} np_reprojected;
+
+_Static_assert(sizeof(np_reprojected) == NP_HISTORY_PLACE_BYTES, "plans predict the memory of places by it");
+
+typedef struct np_reprojection {
+  const np_history_frame *before;
+  const np_camera *camera;      /* of now */
+  const np_pixel_guide *guides; /* of now, of all pixels of the window */
+  int min[2];                   /* of the window, which is the same in both pictures */
+  unsigned width, height;
+  bool is_still; /* both cameras are the same */
+} np_reprojection;
+
+/* Whether a pixel moves as its clouds do. */
+bool np_pixel_guide_is_cloud(const np_pixel_guide *guide);
+
+/* Difference of two distances over the larger inverse: 0 to 1. */
+float np_pixel_guide_compare(float a_m, float b_m);
+
+/* Fills what a pixel of a window has of its neighbours, by their guides. */
+void np_pixel_guide_look_around(np_pixel_guide *guides, unsigned width, unsigned height, unsigned x, unsigned y);
+
+/* Whether the light that a pixel may have of its neighbours is such as another one may have. */
+bool np_pixel_guide_has_same_around(const np_pixel_guide *from, const np_pixel_guide *to);
+
+np_reprojection np_reprojection_make(const np_history_frame *before, const np_camera *camera,
+                                     const np_pixel_guide *guides, const int min[2], unsigned width, unsigned height);
+
+/* The place of a pixel of the window. */
+np_reprojected np_reprojection_project(const np_reprojection *r, unsigned x, unsigned y);
+
+/* All channels of the picture before at a place that is seen there, and, in its place, the number of values that are
+ * averaged. */
+void np_reprojection_sample(const np_reprojection *r, const np_reprojected *place, float *out_values, float *out_count);
+
+#endif

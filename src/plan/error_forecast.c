@@ -1,0 +1,168 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Each term is the root of a mean square over the pixels, fitted to pictures whose error was measured against the
+ * tracer (docs/results/error.md). Terms are independent: their squares add up. */
+#include "plan/error_forecast.h"
+
+#include <math.h>
+
+#include "atmosphere/medium.h"
+#include "caches/sun_optical_depth.h"
+#include "plan/plan_detail.h"
+#include "plan/stage_decisions.h"
+#include "transport/scattering_field.h"
+
+const np_bias_term_table np_bias_terms = {.air = 0.01, .clear_air = 0.005, .steps = 0.15, .emission = 0.15};
+
+/* The error that a solution expects of its cells is that of a mean: one of pixels is so many times as large under a
+ * high sun, and grows as it sinks, as light goes through more cells: by the hypotenuse of 1 and this over its sine. */
+static const double cells_to_pixels = 1.5, low_sun = 0.12, sine_min = 0.03;
+
+/* Approximations of multiple scattering, over the clouds: rms in blocks of docs/results/approximations.md. */
+static const double method_bias[] = {
+    [NEPH_MULTIPLE_SCATTERING_NONE] = 0.9,    [NEPH_MULTIPLE_SCATTERING_OCTAVES] = 0.35,
+    [NEPH_MULTIPLE_SCATTERING_ORDINATES] = 0, [NEPH_MULTIPLE_SCATTERING_SOFTENED_BEER] = 0.35,
+    [NEPH_MULTIPLE_SCATTERING_POWDER] = 0.6,  [NEPH_MULTIPLE_SCATTERING_DERIVATIVE] = 0.7,
+};
+
+/* Error of pixels over what the sky's tables may err by beyond the default, and over the tolerance of sun optical
+ * depths. */
+static const double tables_share = 0.5, depths_share = 0.3;
+
+/* Bakes whose voxels are twice as long err by 4.6 % in a field of cumulus, four times by 15 %. */
+static const double voxels_bias = 0.046, voxels_order = 1.75;
+
+/* Pixels' error over the residual at which the multiple scattering ends, and that of degree 3
+ * (docs/results/light-solve.md: a quarter of a residual of 0.01; 0.5 to 1.6 %). */
+static const double residual_share = 0.25, degree_bias = 0.012;
+
+/* Light that was scattered n times has the n-th power of the albedo; some four times are left to the cells. */
+double np_bias_of_cells(double cell_error, double albedo, double sine) {
+  return cells_to_pixels * cell_error * pow(albedo, 4.0) * hypot(1.0, low_sun / fmax(sine, sine_min));
+}
+
+double np_bias_of_solution(unsigned degree, double residual) {
+  return hypot(degree <= NP_DEGREE_MIN ? degree_bias : 0.0, residual_share * residual);
+}
+
+double np_bias_of_method(neph_multiple_scattering method, double cover) { return sqrt(cover) * method_bias[method]; }
+
+/* ---- Stages ---- */
+
+/* Cover of clouds that nobody has seen yet. */
+static const double usual_cover = 0.3;
+
+static bool is_march(const np_plan *plan) { return plan->desc.integrator == NEPH_INTEGRATOR_MARCH; }
+
+static bool has_clouds(const np_plan *plan) { return np_plan_needs(plan, NP_STAGE_VOLUMES); }
+
+double np_stage_expect_atmosphere(const np_plan *plan, const neph_scene *scene) {
+  const double excess = fmax(scene->atmosphere.tolerance - NP_SKY_TOLERANCE_DEFAULT, 0.0);
+  if (!is_march(plan) && (!np_plan_has_air_light(plan) || np_plan_traces_air(plan))) return 0.0;
+  return hypot(has_clouds(plan) || !is_march(plan) ? np_bias_terms.air : np_bias_terms.clear_air,
+               tables_share * excess);
+}
+
+double np_stage_expect_ordinates(const np_plan *plan, const neph_scene *scene) {
+  double albedo = 0.0, sine = 1.0;
+  if (!is_march(plan)) return 0.0;
+  for (unsigned i = 0; i < scene->cloud_count; i++) {
+    const double *own = scene->clouds[i].albedo;
+    albedo = fmax(albedo, (own[0] + own[1] + own[2]) / 3.0);
+  }
+  if (plan->has_sun && plan->are_lights_known) sine = plan->lights.to_sun.z;
+  return hypot(np_bias_of_cells(plan->light_error, albedo, sine),
+               np_bias_of_solution((unsigned)scene->render.light_degree, scene->render.light_residual));
+}
+
+double np_stage_expect_approximation(const np_plan *plan, const neph_scene *scene) {
+  (void)scene;
+  return np_bias_of_method(plan->desc.multiple_scattering, usual_cover);
+}
+
+double np_stage_expect_emission(const np_plan *plan, const neph_scene *scene) {
+  (void)scene;
+  return is_march(plan) ? np_bias_terms.emission : 0.0;
+}
+
+double np_stage_expect_sun_optical_depth(const np_plan *plan, const neph_scene *scene) {
+  const np_sun_optical_depth_desc desc = NP_SUN_OPTICAL_DEPTH_DESC_DEFAULT;
+  (void)scene;
+  return is_march(plan) ? depths_share * (double)desc.tolerance : 0.0;
+}
+
+/* Whether a cloud's voxels are those of a file. */
+static bool is_of_file(const np_scene_cloud *cloud) { return cloud->vdb && !cloud->volume; }
+
+/* Clouds whose voxels are coarser than the scene's err by that. */
+double np_stage_expect_volumes(const np_plan *plan, const neph_scene *scene) {
+  double factor = 1.0;
+  for (unsigned i = 0; i < scene->cloud_count && plan->are_coarse; i++)
+    if (is_of_file(&scene->clouds[i])) factor = 2.0;
+  for (unsigned i = 0; i < scene->cloud_count; i++)
+    if (np_plan_is_coarsened(plan, scene, &scene->clouds[i]))
+      factor = fmax(factor, np_plan_get_bake(plan, scene, &scene->clouds[i]).voxel_m / scene->clouds[i].bake.voxel_m);
+  return factor > 1.0 ? voxels_bias * pow(0.5 * factor, voxels_order) : 0.0;
+}
+
+/* Steps, and light that is scattered more than once where nothing stands for it. */
+double np_stage_expect_integrator(const np_plan *plan, const neph_scene *scene) {
+  if (!is_march(plan) || !has_clouds(plan)) return 0.0;
+  const bool has_none = plan->desc.multiple_scattering == NEPH_MULTIPLE_SCATTERING_NONE;
+  const double none = has_none ? np_bias_of_method(NEPH_MULTIPLE_SCATTERING_NONE, usual_cover) : 0.0;
+  return hypot(np_bias_terms.steps * scene->render.tolerance, none);
+}
+
+/* ---- Noise ---- */
+
+/* Relative noise of one sample a pixel, with clouds and without; of a march that of pictures 240 pixels wide: smaller
+ * pixels have less of an edge each. */
+static const double march_noise = 0.08, clear_march_noise = 0.05, path_noise = 1.2, clear_path_noise = 0.8;
+static const double usual_pixels = 240.0, edges_exponent = 0.6;
+
+/* Power of their number by which the variance of samples falls; even samples of a march do better than independent
+ * ones. */
+static const double march_exponent = 1.5, path_exponent = 1.0;
+
+/* Samples beyond the first over those of a picture with the same number in each pixel, where each has its own
+ * (sample_counts.h). */
+static const double adaptive_share = 0.45, adaptive_path_share = 0.75;
+
+/* Least share of a target that is left to noise where the bias takes more. */
+static const double noise_share_min = 0.5;
+
+static double get_noise_of_one(const np_plan *plan) {
+  const double edges = pow(usual_pixels / plan->desc.width, edges_exponent);
+  if (is_march(plan)) return edges * (has_clouds(plan) ? march_noise : clear_march_noise);
+  return has_clouds(plan) ? path_noise : clear_path_noise;
+}
+
+static double get_exponent(const np_plan *plan) { return is_march(plan) ? march_exponent : path_exponent; }
+
+static double get_share(const np_plan *plan) {
+  if (!isfinite(plan->desc.target_error)) return 1.0;
+  return is_march(plan) ? adaptive_share : adaptive_path_share;
+}
+
+double np_plan_get_noise(const np_plan *plan, double samples) {
+  const double even = 1.0 + fmax(samples - 1.0, 0.0) / get_share(plan);
+  return get_noise_of_one(plan) * pow(even, -0.5 * get_exponent(plan));
+}
+
+double np_plan_count_samples(const np_plan *plan, double noise) {
+  const double even = pow(get_noise_of_one(plan) / noise, 2.0 / get_exponent(plan));
+  return 1.0 + fmax(even - 1.0, 0.0) * get_share(plan);
+}
+
+double np_plan_choose_noise(const np_plan *plan) {
+  const double target = plan->desc.target_error, bias = plan->bias;
+  if (!isfinite(target)) return HUGE_VAL;
+  return sqrt(fmax(target * target - bias * bias, pow(noise_share_min * target, 2.0)));
+}
+
+void np_plan_predict_noise(np_plan *plan) {
+  const double wanted = np_plan_choose_noise(plan), least = plan->desc.sample_count;
+  plan->sample_mean = (double)plan->ray_count / (double)np_plan_count_pixels(plan);
+  if (isfinite(wanted))
+    plan->sample_mean = fmin(fmax(np_plan_count_samples(plan, wanted), least), plan->desc.sample_count_max);
+  plan->noise = np_plan_get_noise(plan, plan->sample_mean);
+}

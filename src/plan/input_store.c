@@ -1,0 +1,47 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "plan/input_store.h"
+
+#include <string.h>
+
+#include "core/alloc.h"
+#include "core/hash.h"
+
+void np_input_store_clear(neph_context *context, np_input_store *store) {
+  while (store->references) {
+    np_reference *first = store->references;
+    store->references = first->next;
+    np_alloc_free(context, first);
+  }
+  *store = (np_input_store){.references = NULL};
+}
+
+static neph_result compute_fingerprint(neph_context *context, const np_scene_cloud *cloud, char out_hex[33]) {
+  np_hash *hash = np_hash_create(context);
+  np_hash_add_text(hash, cloud->vdb);
+  np_hash_add_text(hash, cloud->grid);
+  return np_hash_finish(hash, out_hex);
+}
+
+neph_result np_references_get(np_reference **references, const neph_scene *scene, unsigned index,
+                              np_reference **out_reference) {
+  char sequence[33];
+  neph_result result = compute_fingerprint(scene->context, &scene->clouds[index], sequence);
+  if (result) return result;
+  np_reference *at = *references;
+  while (at && (at->index != index || strcmp(at->sequence, sequence) != 0)) at = at->next;
+  if (!at) {
+    at = np_alloc(scene->context, 1, sizeof *at);
+    if (!at) return NEPH_ERROR_OUT_OF_MEMORY;
+    *at = (np_reference){.next = *references, .index = index};
+    memcpy(at->sequence, sequence, sizeof sequence);
+    *references = at;
+  }
+  *out_reference = at;
+  return NEPH_OK;
+}
+
+bool np_reference_get_number(const np_scene_cloud *cloud, const np_reference *reference, double *out_number) {
+  const bool is_given = cloud->has_reference_frame || np_scene_cloud_goes_by_all(cloud);
+  *out_number = is_given ? cloud->reference_frame : reference->number;
+  return is_given || reference->has_frame;
+}

@@ -1,0 +1,187 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "plan/plan_choices.h"
+
+#include <math.h>
+
+#include "core/alloc.h"
+#include "core/parallel.h"
+#include "plan/placement.h"
+#include "plan/plan_detail.h"
+#include "scene/cloud_places.h"
+#include "transport/scattering_field.h"
+
+/* The core's extinction grows with height, by this much at the most. */
+static const double core_gain_max = 1.2;
+
+/* Memory of a cell that holds cloud: 1.6 to 1.9 kB more in the peak of six scenes than without a solution. */
+static const double cell_bytes = 1650.0, coarse_cell_bytes = 900.0; /* of degree 3 */
+/* In files, where cells are twice as wide as voxels, and sizes tell voxels roughly. */
+static const double cells_per_voxel = 1.0 / 11.0;
+
+/* Until its box is read, a cloud from a file is taken to be so wide in the picture, and to fill this of it. */
+static const double usual_width = 0.6, usual_fill = 0.3;
+
+/* Places of a cloud in the mean. */
+static double count_copies(const neph_scene *scene) {
+  double count = 0.0;
+  for (unsigned i = 0; i < scene->cloud_count; i++) count += np_cloud_places_count(&scene->clouds[i]);
+  return count / fmax(scene->cloud_count, 1.0);
+}
+
+double np_plan_predict_cells(const np_plan *plan, const neph_scene *scene) {
+  const double boxed = plan->light_share * plan->light_cell_count, detail_px = np_plan_get_light_detail(scene);
+  if (boxed > 0.0) return boxed;
+  const double across = detail_px > 0.0 ? usual_width * plan->desc.width / detail_px : HUGE_VAL;
+  const double shown = plan->file_cell_count > 0.0 ? plan->file_cell_count : pow(across, 3.0);
+  const double voxels = fmax(plan->file_voxel_count, plan->cloud_voxel_count);
+  return fmin(cells_per_voxel * voxels * count_copies(scene), usual_fill * shown);
+}
+
+double np_plan_predict_cell_bytes(const np_plan *plan, const neph_scene *scene) {
+  const double bytes = scene->render.light_degree > 3 ? cell_bytes : coarse_cell_bytes;
+  return fmin(bytes * np_plan_predict_cells(plan, scene), plan->light_bytes_max);
+}
+
+/* Cells of one voxel are for rays that see cloud: so many times those that meet the clouds' box, if that is fewer. */
+static const double rays_per_ray_to_clouds = 4.0;
+
+void np_plan_choose_cells(const np_plan *plan, const neph_scene *scene, np_dvec3 low, np_dvec3 high,
+                          np_scattering_desc *out) {
+  const neph_render_desc *desc = &plan->desc;
+  *out = (np_scattering_desc)NP_SCATTERING_DESC_DEFAULT;
+  np_scattering_desc_set_memory(out, plan->light_bytes_max);
+  out->cells.cell_depth_max = scene->render.light_depth;
+  out->tolerance = scene->render.light_residual;
+  out->degree_max = scene->render.light_degree;
+  out->cells.bounds_min = low;
+  out->cells.bounds_max = high;
+  out->cells.edge_min_m = np_plan_get_light_edge(plan, scene, low, high);
+  if (desc->integrator != NEPH_INTEGRATOR_MARCH) return;
+  const double rays = (double)desc->width * desc->height * desc->sample_count;
+  np_scattering_desc_set_rays(out, fmin(rays, rays_per_ray_to_clouds * np_plan_count_rays_to(plan, scene, low, high)));
+}
+
+/* Clouds as the choice of cells sees them: where they are, how fine, and how dense at the most. */
+typedef struct outline {
+  np_dvec3 low, high;
+  np_bricks bricks[NP_INSTANCES_MAX];
+  np_instance volumes[NP_INSTANCES_MAX];
+  double box_m3, filled_m3; /* sums over the clouds, and over their cells with cloud */
+} outline;
+
+static void include_box(outline *o, np_dvec3 low, np_dvec3 high) {
+  o->low = np_dvec3_min(o->low, low);
+  o->high = np_dvec3_max(o->high, high);
+}
+
+static void add_bake(const np_plan *plan, outline *o, unsigned i, const np_scene_cloud *cloud,
+                     const neph_cloud_desc *bake) {
+  const double low[3] = {bake->center_m[0] - 0.5 * bake->extent_m[0], bake->center_m[1] - 0.5 * bake->extent_m[1],
+                         bake->base_altitude_m};
+  const double size[3] = {bake->extent_m[0], bake->extent_m[1], bake->thickness_m};
+  np_instance *volume = &o->volumes[i];
+  o->bricks[i].value_max = 1.0f;
+  o->box_m3 += size[0] * size[1] * size[2];
+  o->filled_m3 += plan->filled_share * size[0] * size[1] * size[2];
+  *volume = (np_instance){.bricks = &o->bricks[i],
+                          .extinction_per_value = (float)(core_gain_max * bake->extinction_per_m),
+                          .phase = cloud->phase};
+  for (int a = 0; a < 3; a++) {
+    volume->world_to_index.m[a][a] = 1.0 / bake->voxel_m;
+    volume->world_to_index.m[a][3] = -low[a] / bake->voxel_m;
+  }
+  if (cloud->place_count == 0)
+    include_box(o, np_dvec3_make(low[0], low[1], low[2]),
+                np_dvec3_make(low[0] + size[0], low[1] + size[1], low[2] + size[2]));
+  for (unsigned k = 0; k < cloud->place_count; k++) {
+    np_dvec3 box_low, box_high, own_low, own_high;
+    np_cloud_places_get_box(cloud, bake, 1.0, &box_low, &box_high);
+    np_cloud_place_move_box(&cloud->place[k], box_low, box_high, &own_low, &own_high);
+    include_box(o, own_low, own_high);
+  }
+}
+
+/* Share of a file's box that is cloud, and of cells that hold some (plan_fill.c). */
+static double compute_voxel_share(const np_plan_file *file) {
+  return fmin(file->voxel_count / ((double)file->size[0] * file->size[1] * file->size[2]), 1.0);
+}
+
+/* Optical depth of clouds whose scale goes by values that are not read yet, at the most: a cumulus'. */
+static const double depth_unread = 40.0;
+
+/* Extinction at the densest point of a file, 1/m: of its densest column, as if that were filled as the box is. The
+ * largest value, which is not read yet, is taken as 1 where that makes no denser a cloud. */
+static double guess_extinction(const np_scene_cloud *cloud, const np_plan_file *file) {
+  const bool is_scaled = cloud->density_unit == NP_DENSITY_OPTICAL_DEPTH;
+  const double depth = is_scaled ? cloud->density_value : depth_unread;
+  const double of_depth = depth / ((file->high.z - file->low.z) * fmax(compute_voxel_share(file), 0.25));
+  return is_scaled ? of_depth : fmin(of_depth, np_placement_get_extinction(cloud, file->extinction_per_value));
+}
+
+/* Bricks along the faces, edges and corners of a large tile, of which each is there once for all that are alike. */
+static const double rim_bricks = 6144.0;
+
+static void add_file(const np_plan *plan, outline *o, unsigned i, const np_scene_cloud *cloud) {
+  const np_plan_file *file = &plan->files[i];
+  np_bricks *bricks = &o->bricks[i];
+  np_instance *volume = &o->volumes[i];
+  const np_dvec3 size = np_dvec3_subtract(file->high, file->low);
+  const double coarse = plan->are_coarse ? 2.0 : 1.0, per_brick = pow(NP_BRICK_EDGE * coarse, 3.0);
+  const double stored = plan->cloud_voxel_count / pow(NP_BRICK_EDGE, 3.0) + rim_bricks;
+  np_affine index_to_world = file->index_to_world;
+  for (int a = 0; a < 3; a++)
+    for (int k = 0; k < 3; k++) index_to_world.m[a][k] *= coarse;
+  for (int a = 0; a < 3; a++) bricks->size[a] = (int32_t)(file->size[a] / (NP_BRICK_EDGE * coarse)) + 2;
+  bricks->value_max = 1.0f;
+  bricks->brick_count = (size_t)fmin(file->voxel_count / per_brick, stored);
+  *volume = (np_instance){
+      .bricks = bricks, .extinction_per_value = (float)guess_extinction(cloud, file), .phase = cloud->phase};
+  if (!np_affine_invert(&index_to_world, &volume->world_to_index)) volume->world_to_index = np_affine_identity();
+  include_box(o, file->low, file->high);
+  o->box_m3 += size.x * size.y * size.z;
+  o->filled_m3 += np_plan_get_cell_share(compute_voxel_share(file)) * size.x * size.y * size.z;
+}
+
+static neph_result place(const np_plan *plan, const neph_scene *scene, outline *o, np_cells_forecast *out) {
+  np_scattering_desc desc;
+  const double *near = scene->reach.camera_min_m, *far = scene->reach.camera_max_m;
+  o->low = np_dvec3_make(HUGE_VAL, HUGE_VAL, HUGE_VAL);
+  o->high = np_dvec3_make(-HUGE_VAL, -HUGE_VAL, -HUGE_VAL);
+  bool has_bakes = false;
+  out->are_errors_known = true;
+  for (unsigned i = 0; i < scene->cloud_count; i++) {
+    const neph_cloud_desc bake = np_plan_get_bake(plan, scene, &scene->clouds[i]);
+    if (scene->clouds[i].is_baked)
+      add_bake(plan, o, i, &scene->clouds[i], &bake);
+    else
+      add_file(plan, o, i, &scene->clouds[i]);
+    out->are_errors_known = out->are_errors_known && scene->clouds[i].is_baked;
+    has_bakes = has_bakes || scene->clouds[i].is_baked;
+  }
+  np_plan_choose_cells(plan, scene, o->low, o->high, &desc);
+  desc.cells.has_viewer = scene->camera.kind != NEPH_CAMERA_ORTHOGRAPHIC;
+  desc.cells.viewer = np_dvec3_make(near[0], near[1], near[2]);
+  desc.cells.viewer_reach = np_dvec3_make(far[0] - near[0], far[1] - near[1], far[2] - near[2]);
+  const np_world world = {.clouds.count = scene->cloud_count, .clouds.at = o->volumes};
+  const neph_result result = np_scattering_desc_forecast(scene->context, &world, &desc, &out->cells);
+  out->is_known = !result;
+  out->are_errors_known = out->are_errors_known && !result;
+  /* Shares of bakes were measured on all cells; a file's is of its box, which cells go beyond. */
+  out->share = o->filled_m3 / (has_bakes || result ? o->box_m3 : fmax(out->cells.volume_m3, o->box_m3));
+  return result;
+}
+
+neph_result np_plan_forecast_cells(const np_plan *plan, const neph_scene *scene, np_cells_forecast *out) {
+  *out = (np_cells_forecast){.is_known = false};
+  if (scene->cloud_count == 0 || scene->cloud_count > NP_INSTANCES_MAX) return NEPH_OK;
+  for (unsigned i = 0; i < scene->cloud_count; i++) {
+    const np_scene_cloud *cloud = &scene->clouds[i];
+    const bool is_outlined = cloud->is_baked || (plan->files[i].is_known && cloud->place_count == 0);
+    if (!is_outlined || cloud->phase_source.kind == NEPH_PHASE_TABLE) return NEPH_OK;
+  }
+  outline *o = np_alloc(scene->context, 1, sizeof *o);
+  if (!o) return NEPH_ERROR_OUT_OF_MEMORY;
+  neph_result result = place(plan, scene, o, out);
+  np_alloc_free(scene->context, o);
+  return result;
+}

@@ -1,0 +1,31 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The frame by which all frames of an imported sequence are placed and scaled.
+ *
+ * A cloud's `position` is that of a box, its `voxel` that of the largest edge, its `optical_depth` that of the densest
+ * column; taken from each frame anew they would move what stands still, and change what stays as dense. One frame gives
+ * them to all: the scene's reference_frame, else the first asked for that holds anything. A cloud that is no sequence
+ * goes by its own volume.
+ */
+#ifndef NP_PLAN_REFERENCE_FRAME_H
+#define NP_PLAN_REFERENCE_FRAME_H
+
+#include "plan/input_store.h"
+
+typedef struct np_frame_cloud {
+  np_reference **references; /* those of the store of inputs */
+  const neph_scene *scene;
+  unsigned index;                    /* of the cloud */
+  double number;                     /* of its file in this frame */
+  neph_volume *volume;               /* of that file; NULL: it holds nothing */
+  const neph_volume_load_desc *load; /* how the cloud's files are read */
+  np_monitor *monitor;
+} np_frame_cloud;
+
+/* Finds where a cloud's files stand, reading its reference frame where that is another and not known yet.
+ * `*out_is_known` is false where no frame that holds anything was met yet by which to place them. */
+neph_result np_reference_frame_get_anchor(const np_frame_cloud *of, np_anchor *out_anchor, bool *out_is_known);
+
+/* Reports that a reference frame holds nothing. */
+neph_result np_reference_frame_fail_empty(const neph_scene *scene, unsigned index, double number);
+
+#endif

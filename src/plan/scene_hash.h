@@ -1,0 +1,16 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Fingerprint of all that the bits of a picture follow from, but which part of it is rendered. */
+#ifndef NP_PLAN_SCENE_HASH_H
+#define NP_PLAN_SCENE_HASH_H
+
+#include "plan/plan_stages.h"
+
+/* Attribute of a finished picture that holds it. */
+#define NP_SCENE_HASH "nephos:sceneHash"
+
+/* Hash of the scene's keys but those of file names and previews, the contents of the files that the plan's frame is
+ * rendered from, the plan's settings and what it gave up to stay within its memory, the version of nephos and the
+ * instruction-set level. Empty where an object that a call gave to the scene has a part in it. */
+neph_result np_scene_hash_compute(const neph_scene *scene, const np_plan *plan, char out_hex[33]);
+
+#endif

@@ -1,0 +1,36 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Division of a picture's time: the part of its progress that each stage is, and the share of a limit it may take. */
+#ifndef NP_PLAN_SCHEDULE_H
+#define NP_PLAN_SCHEDULE_H
+
+#include "core/parallel.h"
+#include "plan/plan_stages.h"
+
+/* A call ends within its limit and a grace, a tenth of it, or a second where that is more. A quarter of the grace is
+ * for the first samples of each pixel; after a half a picture that is still without them is given up; the rest is for
+ * what remains to be done with it, and for files. All times are in seconds, of the call; without a limit they are
+ * infinite. */
+typedef struct np_schedule {
+  np_monitor_part whole;          /* of the call's progress that the picture is */
+  double seconds[NP_STAGE_COUNT]; /* as predicted; their ratios matter alone */
+  double all_s;                   /* of all there is to do */
+  double before_s, stage_s;       /* of the stages that are done, and of the one under way, … */
+  double done_s;                  /* … with what of that is done */
+  double indispensable_s;         /* of what must follow the multiple scattering: with one sample a pixel */
+  double limit_s;                 /* by which samples end; earlier where files are large */
+  double first_samples_s;         /* by which those end that each pixel should have */
+  double deadline_s;
+  unsigned solves_left; /* of multiple scattering */
+} np_schedule;
+
+/* `whole` is the part of the call's progress that the picture of the plan is. */
+void np_schedule_make(const np_plan *plan, np_monitor_part whole, np_schedule *out);
+
+/* Begins the `index`-th of `count` equal shares of a stage; they come in order. */
+void np_schedule_begin(np_schedule *schedule, np_monitor *monitor, np_stage stage, unsigned index, unsigned count);
+
+/* Seconds that the next solution of the multiple scattering may take: at most six tenths of what is left of the limit,
+ * less where what must follow needs more than the rest, shared evenly by the solutions to come. */
+double np_schedule_take_solve(np_schedule *schedule, const np_monitor *monitor);
+
+#endif

@@ -1,0 +1,162 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "plan/stage_rules.h"
+
+#include <math.h>
+
+#include "core/text.h"
+#include "plan/error_forecast.h"
+
+#define BIT(stage) (1u << NP_STAGE_##stage)
+#define PER(kind) (1u << NP_PER_##kind)
+
+/* All that a world is made of, but for its lights. */
+#define MATTER                                                                                                         \
+  (BIT(TERRAIN) | BIT(VOLUMES) | BIT(EMISSION) | BIT(ATMOSPHERE) | BIT(CAMERA_SKY) | BIT(CLOUD_SKY) | BIT(WATER_SKY))
+
+/* Functions by the names of what they decide, describe and predict. */
+#define DECIDE(what) .decide = np_stage_decide_##what
+#define DESCRIBE(what) .describe = np_stage_describe_##what
+#define PREDICT(kind, what) .work = NEPH_WORK_##kind, .predict = np_stage_predict_##what
+#define SECONDS(kind, value) .work = NEPH_WORK_##kind, .part_seconds = value
+#define EXPECT(what) .expect = np_stage_expect_##what
+
+/* clang-format off */
+static const np_stage_rule rules[NP_STAGE_COUNT] = {
+  [NP_STAGE_COLOR] = {"colour", 0, .is_of_sky = true, DECIDE(color), .parts = PER(PICTURE)},
+  [NP_STAGE_TERRAIN] = {"terrain", 0, DECIDE(terrain), DESCRIBE(terrain), PREDICT(TERRAIN, terrain),
+    .parts = PER(PICTURE), .reused_while = "its file or its parameters stay"},
+  [NP_STAGE_MOON] = {"moon", 0, .is_of_sky = true, DECIDE(moon)},
+  [NP_STAGE_LIGHTS] = {"lights", BIT(COLOR) | BIT(TERRAIN) | BIT(MOON), .is_of_sky = true, .is_of_probes = true,
+    DECIDE(lights), .parts = PER(PICTURE) | PER(PACKET)},
+  [NP_STAGE_VOLUMES] = {"volumes", BIT(COLOR) | BIT(TERRAIN), DECIDE(volumes), DESCRIBE(volumes),
+    PREDICT(BAKE, volumes), EXPECT(volumes), .parts = PER(CLOUD),
+    .reused_while = "their files or their parameters stay"},
+  [NP_STAGE_MOTION] = {"motion", BIT(VOLUMES), DECIDE(motion), .parts = PER(PICTURE)},
+  [NP_STAGE_ATMOSPHERE] = {"atmosphere", BIT(COLOR) | BIT(TERRAIN) | BIT(LIGHTS), .is_of_sky = true,
+    .is_of_probes = true, DECIDE(atmosphere), SECONDS(SKY, 0.02), .part_bytes = 4e6, EXPECT(atmosphere),
+    .parts = PER(PACKET), .reused_while = "the air stays, within a tenth of atmosphere.tolerance"},
+  [NP_STAGE_CAMERA_SKY] = {"camera sky", BIT(COLOR) | BIT(LIGHTS) | BIT(ATMOSPHERE), .is_of_sky = true,
+    .is_of_probes = true, DECIDE(camera_sky), SECONDS(SKY, 0.009), .part_bytes = 2e6, .parts = PER(PACKET_LIGHT),
+    .reused_while = "air, light and camera stay, within atmosphere.tolerance"},
+  [NP_STAGE_COLOR_FIT] = {"colour matrix", BIT(COLOR) | BIT(LIGHTS) | BIT(ATMOSPHERE) | BIT(CAMERA_SKY),
+    .is_of_sky = true, DECIDE(color_fit), .parts = PER(PICTURE)},
+  [NP_STAGE_EMISSION] = {"emission", BIT(COLOR) | BIT(VOLUMES) | BIT(COLOR_FIT), DECIDE(emission), SECONDS(BAKE, 0.2),
+    EXPECT(emission), .parts = PER(PACKET)},
+  [NP_STAGE_CLOUD_SKY] = {"cloud sky", BIT(COLOR) | BIT(LIGHTS) | BIT(VOLUMES) | BIT(ATMOSPHERE), .is_of_sky = true,
+    DECIDE(cloud_sky), SECONDS(SKY, 0.01), .parts = PER(PACKET_LIGHT),
+    .reused_while = "air, light and the middle of the clouds stay, within atmosphere.tolerance"},
+  [NP_STAGE_WATER_SKY] = {"water sky", BIT(COLOR) | BIT(LIGHTS) | BIT(ATMOSPHERE), .is_of_sky = true, DECIDE(water_sky),
+    SECONDS(SKY, 0.01), .parts = PER(PACKET_LIGHT),
+    .reused_while = "air, light and camera stay, within atmosphere.tolerance"},
+  [NP_STAGE_AIRGLOW] = {"airglow", BIT(COLOR) | BIT(LIGHTS) | BIT(ATMOSPHERE), .is_of_sky = true, DECIDE(airglow),
+    .parts = PER(PICTURE) | PER(PACKET)},
+  [NP_STAGE_SUN_LIGHT] = {"sun light", 0, DECIDE(sun_light)},
+  [NP_STAGE_SKY_LIGHT] = {"sky light", 0, DECIDE(sky_light)},
+  [NP_STAGE_GROUND_LIGHT] = {"ground light", 0, DECIDE(ground_light)},
+  [NP_STAGE_WORLD] = {"world", MATTER | BIT(COLOR) | BIT(LIGHTS) | BIT(COLOR_FIT) | BIT(AIRGLOW), .is_of_sky = true,
+    DECIDE(world), .parts = PER(PACKET) | PER(PACKET_LIGHT)},
+  [NP_STAGE_SKY_GUIDE] = {"sky guide", BIT(VOLUMES) | BIT(CLOUD_SKY) | BIT(WORLD), DECIDE(sky_guide),
+    .parts = PER(PACKET_LIGHT)},
+  [NP_STAGE_SUN_OPTICAL_DEPTH] = {"sun optical depth", BIT(WORLD), DECIDE(sun_optical_depth),
+    PREDICT(MARCH, sun_optical_depth), EXPECT(sun_optical_depth), .parts = PER(LIGHT),
+    .reused_while = "the clouds' extinction and the direction of the light stay, to the bit"},
+  [NP_STAGE_ORDINATES] = {"multiple scattering", BIT(VOLUMES) | BIT(WORLD) | BIT(SUN_OPTICAL_DEPTH), DECIDE(ordinates),
+    PREDICT(SOLVE, ordinates), EXPECT(ordinates), .parts = PER(PACKET_LIGHT),
+    .reused_while = "the clouds stay, to the bit, and the light on them, within a thousandth"},
+  [NP_STAGE_VIEWER_LIGHT] = {"light to camera", BIT(ORDINATES), DECIDE(viewer_light), PREDICT(SOLVE, viewer_light),
+    .parts = PER(PACKET_LIGHT), .reused_while = "it is a part of the same picture"},
+  [NP_STAGE_GROUND_CLOUDS] = {"clouds on ground", BIT(VOLUMES) | BIT(WORLD) | BIT(SUN_OPTICAL_DEPTH) | BIT(ORDINATES),
+    DECIDE(ground_clouds), PREDICT(SOLVE, ground_clouds), .parts = PER(PACKET_LIGHT),
+    .reused_while = "it is a part of the same picture"},
+  [NP_STAGE_AIR_SHADOWS] = {"air shadows",
+    BIT(TERRAIN) | BIT(VOLUMES) | BIT(CAMERA_SKY) | BIT(WORLD) | BIT(SUN_OPTICAL_DEPTH) | BIT(GROUND_CLOUDS),
+    DECIDE(air_shadows), PREDICT(MARCH, air_shadows), .parts = PER(LIGHT) | PER(PACKET_LIGHT)},
+  [NP_STAGE_APPROXIMATION] = {"approximation", BIT(COLOR) | BIT(VOLUMES), DECIDE(approximation), .parts = PER(PACKET)},
+  [NP_STAGE_STARS] = {"stars", BIT(COLOR) | BIT(WORLD), .is_of_sky = true, DECIDE(stars),
+    .parts = PER(PICTURE) | PER(PACKET)},
+  [NP_STAGE_LIGHTING] = {"lighting",
+    BIT(WATER_SKY) | BIT(WORLD) | BIT(SKY_GUIDE) | BIT(SUN_OPTICAL_DEPTH) | BIT(ORDINATES) | BIT(VIEWER_LIGHT) |
+    BIT(GROUND_CLOUDS) | BIT(AIR_SHADOWS) | BIT(APPROXIMATION),
+    DECIDE(lighting), .parts = PER(PACKET_LIGHT)},
+  [NP_STAGE_HISTORY] = {"history", 0, DECIDE(history), PREDICT(MARCH, history)},
+  [NP_STAGE_INTEGRATOR] = {"integrator",
+    BIT(COLOR) | BIT(LIGHTS) | BIT(COLOR_FIT) | BIT(SUN_LIGHT) | BIT(SKY_LIGHT) | BIT(MOON) | BIT(WORLD) |
+    BIT(APPROXIMATION) | BIT(STARS) | BIT(LIGHTING) | BIT(MOTION) | BIT(HISTORY),
+    DECIDE(integrator), PREDICT(MARCH, integrator), EXPECT(integrator)},
+};
+/* clang-format on */
+
+const np_stage_rule *np_stage_get_rule(np_stage stage) { return &rules[stage]; }
+
+static const np_plan_stage *get(np_decision *d, np_stage stage) {
+  np_plan_stage *out = &d->plan->stages[stage];
+  if (out->reason[0] || d->result) return out;
+  if (!d->plan->is_sky_alone || rules[stage].is_of_sky)
+    rules[stage].decide(d, out);
+  else
+    np_print(out->reason, sizeof out->reason, "only the sky is wanted");
+  return out;
+}
+
+neph_result np_stages_decide(np_plan *plan, const neph_scene *scene, const np_scene_facts *facts) {
+  np_decision d = {.plan = plan, .scene = scene, .facts = facts, .get = get};
+  for (int i = 0; i < NP_STAGE_COUNT && !d.result; i++) (void)get(&d, (np_stage)i);
+  return d.result;
+}
+
+np_part_counts np_part_counts_make(unsigned clouds, unsigned lights, unsigned packets) {
+  return (np_part_counts){{1, clouds, lights, packets, packets * lights}};
+}
+
+unsigned np_stage_count_parts(const np_stage_rule *rule, const np_part_counts *counts) {
+  unsigned count = 0;
+  for (int kind = 0; kind < NP_PART_KINDS; kind++)
+    if (np_stage_has_kind(rule, (np_part_kind)kind)) count += counts->of[kind];
+  return count;
+}
+
+/* The integrator's work is that of the paths or of the march. */
+static neph_work get_work(const np_plan *plan, np_stage stage) {
+  const bool is_path = stage == NP_STAGE_INTEGRATOR && plan->desc.integrator == NEPH_INTEGRATOR_PATH;
+  return is_path ? NEPH_WORK_PATH : rules[stage].work;
+}
+
+static void predict_errors(np_plan *plan, const neph_scene *scene) {
+  double bias2 = 0.0;
+  for (int i = 0; i < NP_STAGE_COUNT; i++) {
+    np_plan_stage *stage = &plan->stages[i];
+    stage->error = stage->is_needed && rules[i].expect ? rules[i].expect(plan, scene) : 0.0;
+    bias2 += stage->error * stage->error;
+  }
+  plan->bias = sqrt(bias2);
+  np_plan_predict_noise(plan);
+  plan->stages[NP_STAGE_INTEGRATOR].error = hypot(plan->stages[NP_STAGE_INTEGRATOR].error, plan->noise);
+}
+
+void np_stages_predict(np_plan *plan, const neph_scene *scene) {
+  const unsigned probes = np_plan_needs(plan, NP_STAGE_COLOR_FIT) ? 1 : 0, lights = np_plan_count_lights(plan);
+  predict_errors(plan, scene);
+  plan->constant_s = plan->constant_common_s = 0.0;
+  for (int i = 0; i < NP_STAGE_COUNT; i++) {
+    np_stage_cost *cost = &plan->stages[i].cost;
+    *cost = (np_stage_cost){.seconds = 0.0};
+    if (!plan->stages[i].is_needed) continue;
+    const unsigned packets = plan->packet_count + (rules[i].is_of_probes ? probes : 0);
+    const np_part_counts counts = np_part_counts_make(scene->cloud_count, lights, packets);
+    const double parts = np_stage_count_parts(&rules[i], &counts);
+    *cost = (np_stage_cost){rules[i].part_seconds * parts, rules[i].part_bytes * parts};
+    if (rules[i].predict) *cost = rules[i].predict(plan, scene);
+    plan->constant_s += cost->seconds;
+    if (i != NP_STAGE_INTEGRATOR) plan->constant_common_s += cost->seconds;
+    cost->seconds *= plan->work_factor[get_work(plan, (np_stage)i)];
+  }
+}
+
+np_stage_cost np_stages_count_cost(const np_plan *plan) {
+  np_stage_cost all = {.seconds = 0.0};
+  for (int i = 0; i < NP_STAGE_COUNT; i++) {
+    all.seconds += plan->stages[i].cost.seconds;
+    all.bytes += plan->stages[i].cost.bytes;
+  }
+  return all;
+}

@@ -1,0 +1,221 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Walks the stages, forwards to build and backwards to clear. */
+#include "stages/assembly.h"
+
+#include "core/alloc.h"
+#include "stages/stage_makers.h"
+
+/* ---- Parts ---- */
+
+static np_part_counts count_parts(const np_assembly *a, np_stage stage) {
+  const unsigned packets = a->packet_count + (np_stage_get_rule(stage)->is_of_probes ? a->probe_packet_count : 0);
+  return np_part_counts_make(a->cloud_count, a->light_count, packets);
+}
+
+static np_stage_part get_part(const np_stage_part *walk, np_part_kind kind, unsigned index) {
+  np_assembly *a = walk->made;
+  np_stage_part part = *walk;
+  part.slot = index;
+  if (kind == NP_PER_CLOUD) part.cloud = index;
+  if (kind == NP_PER_LIGHT) {
+    part.caches = &a->lights[index];
+    part.slot = part.caches->group;
+  }
+  if (kind == NP_PER_PACKET) part.packet = &a->packets[index];
+  if (kind == NP_PER_PACKET_LIGHT) {
+    part.packet = &a->packets[index / a->light_count];
+    part.light = &part.packet->lights[index % a->light_count];
+    part.slot = index / a->light_count * NP_LIGHTS_MAX + part.light->group;
+  }
+  return part;
+}
+
+/* ---- Reuse ---- */
+
+static void log_part(np_stage stage, const np_stage_part *part, const char *origin, const char *reason) {
+  const bool is_cloud = np_stage_get_maker(stage)->reuse->kind == NP_PER_CLOUD;
+  const unsigned group = part->caches ? part->caches->group : part->light ? part->light->group : NP_LIGHT_GROUP_SUN;
+  const bool is_moon = group == NP_LIGHT_GROUP_MOON;
+  np_log(part->made->context, reason[0] ? NEPH_LOG_INFO : NEPH_LOG_DEBUG, "%s%s%s: %s%s%s", is_cloud ? "cloud " : "",
+         is_cloud ? part->scene->clouds[part->cloud].name : np_stage_get_rule(stage)->name,
+         is_moon ? " by moonlight" : "", origin, reason[0] ? ": " : "", reason);
+}
+
+/* A result of another part whose key is the same; NULL: none. */
+static np_stored_result *search_content(const np_stage_reuse *reuse, const np_stage_part *part) {
+  np_stored_result *at = reuse->is_of_content ? part->made->stores->results : NULL;
+  for (; at; at = at->next) {
+    char reason[NP_REASON_SIZE] = "";
+    if (at->stage != reuse || !at->result) continue;
+    reuse->adapt(part, at->result, at->key, reason);
+    if (!reason[0]) break;
+  }
+  return at;
+}
+
+/* Takes from the stores what serves a part of this picture; what is to be rebuilt, and why, is logged. */
+static neph_result take_part(np_stage stage, const np_stage_part *part) {
+  const np_stage_reuse *reuse = np_stage_get_maker(stage)->reuse;
+  np_stores *stores = part->made->stores;
+  np_stage_part wanted = *part;
+  neph_result result = reuse->get_key(part, &wanted.key);
+  if (result) np_alloc_free(part->made->context, wanted.key);
+  if (result || !wanted.key) return result;
+  char reason[NP_REASON_SIZE] = "";
+  np_stored_result *own = np_stores_search(stores, reuse, part->slot), *cached = own;
+  if (own) result = reuse->adapt(&wanted, own->result, own->key, reason);
+  if (reason[0]) cached = search_content(reuse, &wanted);
+  if (cached && !result) {
+    log_part(stage, part, "reused", "");
+    if (part->times) part->times->is_reused[stage] = true;
+    part->made->has_reused = true;
+    np_alloc_free(part->made->context, wanted.key);
+    (void)reuse->exchange(part, cached->result);
+    cached->result = NULL;
+    if (cached != own && own) own->slot = cached->slot;
+    cached->slot = part->slot;
+    return NEPH_OK;
+  }
+  const bool is_loaded = !result && np_stage_disk_load(reuse, &wanted);
+  log_part(stage, part, is_loaded ? "read from the cache" : own ? "rebuilt" : "built", is_loaded ? "" : reason);
+  if (own) own->slot = UINT32_MAX; /* for another part, or nobody */
+  const np_stored_result added = {.stage = reuse, .slot = part->slot, .key = wanted.key, .destroy = reuse->destroy};
+  const neph_result failed = np_stores_add(part->made->context, stores, added);
+  return result ? result : failed;
+}
+
+static bool is_made(const np_stage_reuse *reuse, const np_stage_part *part) {
+  void *result = reuse->exchange(part, NULL);
+  (void)reuse->exchange(part, result);
+  return result;
+}
+
+/* Makes a part, or takes what another process has made of it meanwhile. */
+static neph_result make_or_load(const np_stage_reuse *reuse, const np_stage_part *part) {
+  np_cache_lock lock;
+  neph_result result = np_stage_disk_lock(reuse, part, &lock);
+  if (!result && !(lock.file >= 0 && np_stage_disk_load(reuse, part))) {
+    result = reuse->make(part);
+    if (!result && part->key && is_made(reuse, part)) np_stage_disk_save(reuse, part);
+  }
+  np_cache_lock_release(&lock);
+  return result;
+}
+
+/* Makes the result of a part unless it was taken. */
+static neph_result make_part(const np_stage_reuse *reuse, const np_stage_part *part) {
+  if (is_made(reuse, part)) return NEPH_OK;
+  const np_stored_result *own = np_stores_search(part->made->stores, reuse, part->slot);
+  np_stage_part keyed = *part;
+  keyed.key = own ? own->key : NULL;
+  return make_or_load(reuse, &keyed);
+}
+
+/* Gives the result of a part back to the stores, or destroys it where it has no key. */
+static void give_part(const np_stage_reuse *reuse, const np_stage_part *part) {
+  void *result = reuse->exchange(part, NULL);
+  np_stored_result *own = np_stores_search(part->made->stores, reuse, part->slot);
+  if (own && !own->result)
+    own->result = result;
+  else
+    reuse->destroy(result);
+}
+
+/* ---- Walks ---- */
+
+/* Before anything is built the stores release what this picture has no use for, so that it needs no more memory than it
+ * would alone. */
+static neph_result take_cached(np_stage stage, const np_stage_part *walk) {
+  const np_stage_reuse *reuse = np_stage_get_maker(stage)->reuse;
+  np_assembly *a = walk->made;
+  neph_result result = NEPH_OK;
+  np_stores_drop(a->context, a->stores, reuse, true);
+  for (unsigned i = 0; i < count_parts(a, stage).of[reuse->kind] && !result; i++) {
+    const np_stage_part part = get_part(walk, reuse->kind, i);
+    result = take_part(stage, &part);
+  }
+  np_stores_drop(a->context, a->stores, reuse, false);
+  return result;
+}
+
+static neph_result build_part(const np_stage_maker *maker, np_part_kind kind, const np_stage_part *part) {
+  const bool is_reused = maker->reuse && maker->reuse->kind == kind;
+  neph_result result = is_reused ? make_part(maker->reuse, part) : NEPH_OK;
+  return !result && maker->build[kind] ? maker->build[kind](part) : result;
+}
+
+static neph_result build_stage(np_stage stage, const np_stage_part *walk) {
+  const np_stage_rule *rule = np_stage_get_rule(stage);
+  const np_stage_maker *maker = np_stage_get_maker(stage);
+  np_assembly *a = walk->made;
+  const np_part_counts before = count_parts(a, stage);
+  const unsigned all = np_stage_count_parts(rule, &before);
+  unsigned done = 0;
+  if (all > 0) a->built |= 1u << stage;
+  neph_result result = maker->reuse ? take_cached(stage, walk) : NEPH_OK;
+  for (int kind = 0; kind < NP_PART_KINDS; kind++) {
+    if (!np_stage_has_kind(rule, (np_part_kind)kind)) continue;
+    for (unsigned i = 0; i < count_parts(a, stage).of[kind] && !result; i++) {
+      const np_stage_part part = get_part(walk, (np_part_kind)kind, i);
+      np_schedule_begin(&a->schedule, walk->monitor, stage, done++, all);
+      result = build_part(maker, (np_part_kind)kind, &part);
+    }
+  }
+  return result;
+}
+
+static neph_result start(const neph_scene *scene, const np_plan *plan, const np_build_job *job, np_assembly *a) {
+  *a = (np_assembly){.context = scene->context,
+                     .stores = job->stores,
+                     .cloud_count = scene->cloud_count,
+                     .clouds = np_alloc(scene->context, scene->cloud_count, sizeof *a->clouds),
+                     .clouds_min = np_nowhere_low,
+                     .clouds_max = np_nowhere_high};
+  np_schedule_make(plan, job->progress, &a->schedule);
+  if (!a->clouds) return NEPH_ERROR_OUT_OF_MEMORY;
+  return np_camera_init(scene, plan->desc.width, plan->desc.height, plan->desc.eye, &a->camera);
+}
+
+neph_result np_assembly_build_some(const neph_scene *scene, np_plan *plan, uint32_t stages, const np_build_job *job,
+                                   np_monitor *monitor, np_assembly *out_assembly) {
+  np_stage_times *times = job->times;
+  const np_stage_part walk = {.scene = scene, .plan = plan, .monitor = monitor, .times = times, .made = out_assembly};
+  neph_result result = start(scene, plan, job, out_assembly);
+  for (int i = 0; i < NP_STAGE_COUNT && !result; i++) {
+    if (!np_plan_needs(plan, (np_stage)i) || !(stages & 1u << i)) continue;
+    const double start_s = times ? np_cpu_time_s() : 0.0;
+    result = build_stage((np_stage)i, &walk);
+    if (times) times->cpu_s[i] = np_cpu_time_s() - start_s;
+    const np_stage_maker *maker = np_stage_get_maker((np_stage)i);
+    if (!result && maker->revise) result = maker->revise(out_assembly, scene, plan);
+  }
+  if (result) np_assembly_clear(out_assembly);
+  return result;
+}
+
+neph_result np_assembly_build(const neph_scene *scene, np_plan *plan, const np_build_job *job, np_monitor *monitor,
+                              np_assembly *out_assembly) {
+  return np_assembly_build_some(scene, plan, UINT32_MAX, job, monitor, out_assembly);
+}
+
+static void clear_part(const np_stage_maker *maker, np_part_kind kind, const np_stage_part *part) {
+  if (maker->clear[kind]) maker->clear[kind](part);
+  if (maker->reuse && maker->reuse->kind == kind) give_part(maker->reuse, part);
+}
+
+static void clear_stage(np_stage stage, np_assembly *a) {
+  const np_stage_part walk = {.made = a};
+  for (int kind = NP_PART_KINDS; kind-- > 0;) {
+    for (unsigned i = count_parts(a, stage).of[kind]; i-- > 0;) {
+      const np_stage_part part = get_part(&walk, (np_part_kind)kind, i);
+      clear_part(np_stage_get_maker(stage), (np_part_kind)kind, &part);
+    }
+  }
+}
+
+void np_assembly_clear(np_assembly *assembly) {
+  for (int i = NP_STAGE_COUNT; i-- > 0;)
+    if (assembly->built & 1u << i) clear_stage((np_stage)i, assembly);
+  np_alloc_free(assembly->context, assembly->clouds);
+  *assembly = (np_assembly){0};
+}

@@ -1,0 +1,41 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Everything a picture is rendered from, built as the plan says: volumes, terrain, atmosphere, skies, camera.
+ *
+ * The room of the makers of stages. It calls plan, caches, world and what those stand on, and no integrator's loop: it
+ * samples no picture. np_assembly_build walks the rules in their order and calls for each the makers of its row
+ * (stage_makers.c), the stage_*.c by kind: matter, sky, colour, motion, lighting, ordinates, gathered light. A maker is
+ * given an np_stage_part: const scene and plan, and the assembly, of which it reads the results of the stages that its
+ * rule names and writes its own. Results that later pictures reuse are in np_stores, which the caller owns: the walk
+ * takes them and gives them back.
+ */
+#ifndef NP_STAGES_ASSEMBLY_H
+#define NP_STAGES_ASSEMBLY_H
+
+#include "plan/plan.h"
+#include "stages/packet.h"
+#include "stages/stage_times.h"
+#include "stages/stores.h"
+
+/* Surroundings of a build. */
+typedef struct np_build_job {
+  np_stores *stores;        /* borrowed: results of earlier pictures, and this picture's for later ones */
+  np_stage_times *times;    /* borrowed: filled while the stages are built; NULL: not measured */
+  np_monitor_part progress; /* part of the call's progress that the picture is; run-up frames are the rest */
+} np_build_job;
+
+/* The whole of a call that measures no times. */
+static inline np_build_job np_build_job_make(np_stores *stores) {
+  return (np_build_job){.stores = stores, .progress = np_monitor_whole};
+}
+
+/* Builds what `plan` needs for its frame; on failure nothing is left. Where no cloud turns out to hold anything, the
+ * plan is made without them. */
+neph_result np_assembly_build(const neph_scene *scene, np_plan *plan, const np_build_job *job, np_monitor *monitor,
+                              np_assembly *out_assembly);
+
+/* The same with those stages alone whose bits are set: to look at some of them. */
+neph_result np_assembly_build_some(const neph_scene *scene, np_plan *plan, uint32_t stages, const np_build_job *job,
+                                   np_monitor *monitor, np_assembly *out_assembly);
+void np_assembly_clear(np_assembly *assembly);
+
+#endif

@@ -1,0 +1,45 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Emission of one cloud of a scene: its grids, placed with the cloud, and the unit of their values. */
+#ifndef NP_STAGES_CLOUD_EMISSION_H
+#define NP_STAGES_CLOUD_EMISSION_H
+
+#include "plan/placement.h"
+#include "world/emission.h"
+
+typedef struct np_cloud_emission {
+  bool is_enabled;
+  bool has_body;                    /* the cloud or its flames emit as a black body */
+  neph_volume *temperature, *flame; /* NULL: none */
+  neph_volume *color[3];            /* of red, green and blue light; NULL: none, or nothing of it */
+  np_emitter emitter;               /* of the body, but for what it absorbs, which depends on the band */
+  np_emitter color_emitter[3];
+  float flame_absorption_per_m; /* of a value of 1; 0: the cloud itself emits */
+  float strength;
+} np_cloud_emission;
+
+/* Source of the grids of a cloud's emission, and the volume beside them. */
+typedef struct np_cloud_emission_source {
+  neph_context *context;
+  const np_scene_cloud *cloud;
+  const char *path;
+  const np_affine *file_to_world;
+  const neph_volume *density; /* NULL: it holds nothing, and flames alone can emit */
+  const neph_volume_load_desc *load;
+} np_cloud_emission_source;
+
+/* Reads the grids beside a cloud's density from the same file. On failure nothing is left. */
+neph_result np_cloud_emission_load(const np_cloud_emission_source *source, np_cloud_emission *out_emission);
+void np_cloud_emission_clear(np_cloud_emission *emission);
+
+/* The parts of a cloud with the albedo of one packet, and what one unit of each component of a colour is there. */
+typedef struct np_emission_matter {
+  const np_instance *parts; /* one at least */
+  unsigned part_count;
+  np_spectrum color[3];
+} np_emission_matter;
+
+/* Lists the emitters of a cloud in one packet; returns how many, at most NP_CLOUD_EMITTERS_MAX. */
+unsigned np_cloud_emission_list(const np_cloud_emission *emission, const np_emission_matter *matter,
+                                np_emitter out[NP_CLOUD_EMITTERS_MAX]);
+
+#endif

@@ -1,0 +1,33 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Light that is being solved for, kept with a picture's checkpoint: in the cache, where there is one, so that any
+ * process goes on from it; else in files beside the checkpoint, which hold the whole solution once it is found. */
+#ifndef NP_STAGES_LIGHT_CHECKPOINT_H
+#define NP_STAGES_LIGHT_CHECKPOINT_H
+
+#include "stages/stage_part.h"
+
+/* Entries of the cache that hold solutions on their way. */
+#define NP_LIGHT_STATE_KIND "lightstate"
+
+typedef struct np_light_checkpoint {
+  neph_context *context;
+  np_monitor *monitor;
+  bool is_resumed;
+  char key[33];
+  char *path;                /* NULL: in the cache */
+  np_solution_keeper keeper; /* for the solver */
+  double start_s;
+} np_light_checkpoint;
+
+/* False: the picture keeps no checkpoints, or not of this light. Else it is to be closed. */
+bool np_light_checkpoint_open(const np_stage_part *in, const np_stage_disk *disk, np_light_checkpoint *out);
+
+/* A solution that an earlier process has found; NULL: none. */
+np_scattering_field *np_light_checkpoint_load(np_light_checkpoint *checkpoint, const np_world *world);
+
+/* Keeps a solution beside the picture's checkpoint, unless it is quickly found again, or goes to the cache. */
+void np_light_checkpoint_save(np_light_checkpoint *checkpoint, const np_scattering_field *field);
+
+void np_light_checkpoint_close(np_light_checkpoint *checkpoint);
+
+#endif

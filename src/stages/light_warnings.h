@@ -1,0 +1,19 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Warnings about the sun's place, once for each scene: a time without a zone, and a night that nothing lights. */
+#ifndef NP_STAGES_LIGHT_WARNINGS_H
+#define NP_STAGES_LIGHT_WARNINGS_H
+
+#include "stages/assembly.h"
+
+/* Logs those of a picture that have not been said of its scene; none where its lights are not known, NULL. */
+neph_result np_light_warnings_log(const neph_scene *scene, const np_plan *plan, np_stores *stores,
+                                  const np_scene_lights *lights, double longitude_rad);
+
+/* Directions of the lights: those of the plan, or, where only the terrain has the place, those found with it. NULL:
+ * they were not asked for. */
+static inline const np_scene_lights *np_assembly_get_lights(const np_assembly *assembly, const np_plan *plan) {
+  if (plan->are_lights_known) return &plan->lights;
+  return np_plan_needs(plan, NP_STAGE_LIGHTS) ? &assembly->places : NULL;
+}
+
+#endif

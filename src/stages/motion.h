@@ -1,0 +1,68 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Motion of camera and clouds about a frame: what a ray of a time of its exposure sees, and where it was and will be.
+ *
+ * Times are frames from the frame's own. Poses are evaluated at even times of the exposure and interpolated linearly
+ * between them; clouds with velocities move by those beyond (volume/brick_motion.h). Each ray has its own camera, and a
+ * copy of the world in which the clouds are where they are at its time: light, tables and caches are the frame's.
+ */
+#ifndef NP_STAGES_MOTION_H
+#define NP_STAGES_MOTION_H
+
+#include "integrate/integrator.h"
+#include "stages/packet.h"
+#include "volume/brick_motion.h"
+
+enum { NP_MOTION_SPANS = 32, NP_MOTION_POSES = NP_MOTION_SPANS + 1 };
+
+typedef struct np_cloud_motion {
+  bool is_rigid;                                  /* it moves as a whole */
+  np_affine to_frame[NP_MOTION_POSES];            /* from the world at a pose to that of the frame's time */
+  np_affine next, previous;                       /* from that to the world a frame later and earlier */
+  double velocity_s;                              /* of its velocities, to a frame */
+  np_affine part_to_frame[NP_TINT_PARTS_MAX];     /* from the voxels of each of its colours or levels, … */
+  np_affine frame_to_part[NP_TINT_PARTS_MAX];     /* … and to them */
+  np_moving_bricks *density, *temperature;        /* NULL: without velocities */
+  np_moving_bricks *parts[NP_CLOUD_EMITTERS_MAX]; /* of each colour, where there are several, and of what emits */
+} np_cloud_motion;
+
+typedef struct np_motion {
+  neph_context *context;
+  bool has_exposure;           /* else motion vectors alone are asked for */
+  bool has_camera, has_clouds; /* they move while the shutter is open */
+  double open, close;
+  np_camera camera[NP_MOTION_POSES], now, next, previous;
+  unsigned cloud_count;
+  np_cloud_motion *clouds; /* of the scene */
+} np_motion;
+
+/* The camera at a time of the exposure. */
+void np_motion_get_camera(const np_motion *motion, double time, np_camera *out);
+
+/* A light's world at a time of the exposure. */
+typedef struct np_moved_light {
+  np_world world;
+  np_lighting lighting;
+  np_reflection reflection;
+  np_instance clouds[NP_INSTANCES_MAX];
+  np_bricks bricks[NP_INSTANCES_MAX];
+  np_brick_motion motions[NP_INSTANCES_MAX];
+  np_emission emission;
+  np_emitter emitters[NP_INSTANCES_MAX];
+  np_bricks emitting[NP_INSTANCES_MAX][2]; /* flames or clouds, and temperatures */
+  np_brick_motion emitting_motions[NP_INSTANCES_MAX][2];
+} np_moved_light;
+
+void np_motion_move(const np_motion *motion, const np_packet_light *light, double time, np_moved_light *out);
+
+/* Mean motion of what a ray's sample shows, in pixels to the right and up: to the frame after, and to the frame before.
+ */
+typedef struct np_motion_vectors {
+  float forward[2], backward[2];
+} np_motion_vectors;
+
+np_motion_vectors np_motion_compute_vectors(const np_motion *motion, const np_world *world, const np_camera_ray *ray,
+                                            const np_integrator_sample *sample, double time);
+
+void np_motion_destroy(np_motion *motion);
+
+#endif

@@ -1,0 +1,36 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "stages/packet.h"
+
+#include "volume/brick_detail.h"
+
+const np_bricks *np_cloud_parts_get_bricks(const np_cloud_parts *parts, unsigned k) {
+  return parts->details[k] ? &parts->details[k]->bricks : &np_volume_get_part(parts->volume, k)->bricks;
+}
+
+/* Levels of detail have voxels of their own. */
+np_affine np_cloud_parts_get_world_to_index(const np_cloud_parts *parts, unsigned k, const np_affine *world_to_cloud) {
+  const neph_volume *level = parts->volume ? np_volume_get_part(parts->volume, k) : NULL;
+  if (level == parts->volume || np_volume_has_parts(parts->volume, NP_PARTS_OF_COLORS)) return *world_to_cloud;
+  const np_affine between = np_affine_compose(&level->world_to_index, &parts->volume->index_to_world);
+  return np_affine_compose(&between, world_to_cloud);
+}
+
+unsigned np_packet_place(const np_packet *packet, const neph_scene *scene, const np_assembly *assembly, unsigned cloud,
+                         np_instance out[NP_TINT_PARTS_MAX]) {
+  const np_cloud_parts *parts = &assembly->clouds[cloud];
+  const np_tint *tint = parts->volume ? parts->volume->tint : NULL;
+  const unsigned count = tint ? tint->count : 1;
+  for (unsigned k = 0; k < count; k++) {
+    double albedo[NP_BAND_COUNT];
+    for (int b = 0; b < NP_BAND_COUNT; b++)
+      albedo[b] = scene->clouds[cloud].albedo[b] * (tint ? tint->parts[k].color[b] : 1.0);
+    out[k] = parts->placed;
+    out[k].number = cloud;
+    out[k].part = k;
+    if (parts->volume) out[k].bricks = np_cloud_parts_get_bricks(parts, k);
+    out[k].world_to_index = np_cloud_parts_get_world_to_index(parts, k, &parts->placed.world_to_index);
+    out[k].is_held_out = scene->clouds[cloud].is_held_out;
+    out[k].albedo = np_packet_convert_albedo(packet, assembly, albedo);
+  }
+  return count;
+}

@@ -1,0 +1,556 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Terrain and clouds: read or made, put in their places, and their emission. */
+#include <string.h>
+
+#include "cloud/cloud_desc.h"
+#include "core/alloc.h"
+#include "core/hash.h"
+#include "core/text.h"
+#include "plan/placement.h"
+#include "plan/plan.h"
+#include "plan/plan_detail.h"
+#include "plan/reference_frame.h"
+#include "plan/stage_decisions.h"
+#include "scene/cloud_file.h"
+#include "scene/cloud_ground.h"
+#include "stages/copies.h"
+#include "stages/stage_part.h"
+#include "stages/stores.h"
+#include "volume/brick_detail.h"
+#include "volume/volume_coarser.h"
+#include "volume/volume_private.h"
+#include "volume/volume_tint.h"
+
+/* ---- Keys of sources ---- */
+
+/* Volumes and terrains stay while their sources do: a file by path, size, time of change and how it is read; what is
+ * made from parameters by all of these. */
+typedef struct source_key {
+  char hash[33]; /* fingerprint; empty: a file that is still to be written */
+  np_cloud_source source;
+} source_key;
+
+static void add_file(np_hash *hash, const np_plan *plan, const np_scene_cloud *cloud, const char *path) {
+  np_hash_add_file(hash, path);
+  np_hash_add_text(hash, cloud->grid);
+  NP_HASH_ADD(hash, cloud->policy);
+  NP_HASH_ADD(hash, cloud->level_set_voxels);
+  NP_HASH_ADD(hash, cloud->ramp);
+  np_hash_add_text(hash, cloud->color);
+  const neph_precision precision = np_plan_get_precision(plan, cloud);
+  NP_HASH_ADD(hash, precision);
+  NP_HASH_ADD(hash, plan->are_coarse);
+}
+
+static neph_result add_bake(np_hash *hash, const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud) {
+  const neph_bake_desc desc = np_plan_get_bake_desc(plan, scene, cloud);
+  neph_cloud_desc at_frame = np_plan_get_bake(plan, scene, cloud);
+  np_cloud_ground ground;
+  char *text;
+  neph_result result = np_cloud_ground_name(scene, &at_frame, &ground);
+  if (result) return result;
+  if (at_frame.ground_id) { /* made mountains may be coarser than the scene's own */
+    const neph_ridges_desc ridges = np_plan_get_ridges(plan, scene);
+    NP_HASH_ADD(hash, ridges.sample_count);
+  }
+  result = np_cloud_desc_to_json(scene->context, &at_frame, &desc, &text);
+  if (result) return result;
+  np_hash_add_text(hash, text);
+  NP_HASH_ADD(hash, desc.precision);
+  np_alloc_free(scene->context, text);
+  return NEPH_OK;
+}
+
+/* The fingerprint of a cloud without a `path`, which is made, or of its file as it is now. */
+static neph_result compute_key(const np_stage_part *in, const char *path, source_key *out_key) {
+  const np_scene_cloud *cloud = &in->scene->clouds[in->cloud];
+  np_hash *hash = np_hash_create(in->made->context);
+  neph_result result = NEPH_OK;
+  if (path)
+    add_file(hash, in->plan, cloud, path);
+  else if (np_scene_cloud_is_sequence(cloud))
+    np_hash_add_text(hash, "no file");
+  else
+    result = add_bake(hash, in->plan, in->scene, cloud);
+  const unsigned copy_levels = np_plan_count_copy_levels(in->plan, in->scene, cloud);
+  NP_HASH_ADD(hash, copy_levels);
+  const neph_result finished = np_hash_finish(hash, out_key->hash);
+  return result ? result : finished;
+}
+
+/* ---- Terrain ---- */
+
+static neph_result compute_terrain_key(const np_plan *plan, const neph_scene *scene, char out_key[33]) {
+  const neph_ridges_desc ridges = np_plan_get_ridges(plan, scene);
+  return np_terrain_key_compute(scene, &ridges, NP_TERRAIN_KEY_OF_ALL, out_key);
+}
+
+static neph_result get_terrain_key(const np_stage_part *in, void **out_key) {
+  if (in->scene->terrain.given) return NEPH_OK;
+  source_key *key = *out_key = np_alloc(in->made->context, 1, sizeof *key);
+  return key ? compute_terrain_key(in->plan, in->scene, key->hash) : NEPH_ERROR_OUT_OF_MEMORY;
+}
+
+static neph_result adapt_source(const np_stage_part *in, void *cached, const void *cached_key, char *out_reason) {
+  (void)cached;
+  if (strcmp(((const source_key *)cached_key)->hash, ((const source_key *)in->key)->hash) != 0)
+    np_print(out_reason, NP_REASON_SIZE, "its source changed");
+  return NEPH_OK;
+}
+
+static neph_terrain_desc describe_terrain(const np_stage_part *in) {
+  neph_terrain_desc desc = np_scene_terrain_get_desc(&in->scene->terrain);
+  desc.progress = np_monitor_relay;
+  desc.progress_user = in->monitor;
+  return desc;
+}
+
+static neph_result make_terrain(const np_stage_part *in) {
+  const np_scene_terrain *terrain = &in->scene->terrain;
+  if (terrain->given) return in->made->terrain = neph_terrain_retain(terrain->given), NEPH_OK;
+  const neph_terrain_desc desc = describe_terrain(in);
+  const neph_ridges_desc ridges = np_plan_get_ridges(in->plan, in->scene);
+  np_terrain_source source = np_scene_terrain_get_source(terrain);
+  source.ridges = &ridges;
+  return np_terrain_create(in->scene->context, &source, &desc, &in->made->terrain);
+}
+
+bool np_stage_add_terrain_key(const np_stage_part *in, np_hash *key) {
+  char hash[33];
+  if (in->scene->terrain.given || compute_terrain_key(in->plan, in->scene, hash)) return false;
+  np_hash_add_text(key, hash);
+  return true;
+}
+
+/* Heights of files are read as fast from there; of all of a terrain its heights alone are kept. */
+static bool add_heights_key(const np_stage_part *in, np_hash *key) {
+  return in->scene->terrain.kind == NP_TERRAIN_RIDGES && np_stage_add_terrain_key(in, key);
+}
+
+static void save_terrain(const np_stage_part *in, np_cache_entry *entry) {
+  np_heightfield_save_to_cache(np_terrain_get_field(in->made->terrain), entry);
+}
+
+static neph_result load_terrain(const np_stage_part *in, np_cache_entry *entry) {
+  const neph_terrain_desc desc = describe_terrain(in);
+  return np_terrain_load_from_cache(in->made->context, entry, &desc, &in->made->terrain);
+}
+
+static const np_stage_disk terrain_disk = {"terrain", false, add_heights_key, save_terrain, load_terrain, NULL};
+
+static void destroy_terrain(void *terrain) { neph_terrain_release(terrain); }
+
+NP_STAGE_REUSE(terrain, in->made->terrain, NP_PER_PICTURE, false, adapt_source, destroy_terrain, &terrain_disk);
+
+/* A bake reports, and is stopped, as a part of the picture. */
+static neph_result bake(const np_stage_part *in, const np_scene_cloud *cloud, const char *path,
+                        neph_volume **out_volume) {
+  neph_bake_desc desc = np_plan_get_bake_desc(in->plan, in->scene, cloud);
+  desc.memory_max_bytes = in->plan->desc.memory_max_bytes;
+  desc.progress = np_monitor_relay;
+  desc.progress_user = in->monitor;
+  if (path) np_plan_describe_file_bake(in->scene, cloud, &desc);
+  neph_context *context = in->scene->context;
+  neph_cloud_desc at_frame = np_plan_get_bake(in->plan, in->scene, cloud);
+  np_cloud_ground ground;
+  neph_result result = np_cloud_ground_give(in->scene, in->made->terrain, &at_frame, &ground);
+  if (result) return result;
+  if (!path) return neph_cloud_bake(context, &at_frame, &desc, out_volume);
+  return neph_cloud_bake_file(context, &at_frame, &desc, "density", path);
+}
+
+static neph_volume_load_desc describe_load(const np_stage_part *in, const np_scene_cloud *cloud) {
+  neph_volume_load_desc desc = np_cloud_file_describe_load(cloud);
+  desc.precision = np_plan_get_precision(in->plan, cloud);
+  desc.is_halved = in->plan->are_coarse;
+  desc.progress = np_monitor_relay;
+  desc.progress_user = in->monitor;
+  return desc;
+}
+
+/* Baked to memory. */
+static neph_result obtain_baked(const np_stage_part *in, const np_scene_cloud *cloud, neph_volume **out_volume) {
+  neph_result result = bake(in, cloud, NULL, out_volume);
+  if (result || (*out_volume)->value_max > 0.0f) return result;
+  np_log(in->scene->context, NEPH_LOG_WARNING, "cloud %s: nothing of it was baked in frame %d: its coverage is %g",
+         cloud->name, in->plan->desc.frame, cloud->bake.coverage);
+  neph_volume_release(*out_volume);
+  *out_volume = NULL;
+  return NEPH_OK;
+}
+
+/* Levels of detail, as those of a frustum, are of one colour. */
+static neph_result warn_of_colors(const np_stage_part *in, const np_scene_cloud *cloud, const char *path) {
+  bool is_found = false;
+  const neph_result result =
+      np_volume_search_vector(in->scene->context, path, NP_VECTOR_COLOR, cloud->color, &is_found);
+  if (is_found)
+    np_log(in->scene->context, NEPH_LOG_WARNING,
+           "cloud %s: the colours of %s are left out: a cloud in levels of detail is of one colour; "
+           "clouds[].color: none says so",
+           cloud->name, path);
+  return result;
+}
+
+/* Gives a cloud from a file the colours that it has there. */
+static neph_result add_colors(const np_stage_part *in, const np_scene_cloud *cloud, const char *path,
+                              neph_volume *volume) {
+  if (cloud->is_baked || !volume || np_scene_is_none(cloud->color)) return NEPH_OK;
+  if (volume->tint) return warn_of_colors(in, cloud, path);
+  const neph_volume_load_desc load = describe_load(in, cloud);
+  const np_tint_source source = {path, cloud->color, &load, volume};
+  return np_tint_create(in->scene->context, &source, in->monitor, &volume->tint);
+}
+
+/* A cloud of one frame: read when it is on disk, else baked, to disk where the scene names a file. NULL where it holds
+ * nothing. */
+static neph_result load_or_bake(const np_stage_part *in, const np_scene_cloud *cloud, const char *path,
+                                np_cloud_source source, neph_volume **out_volume) {
+  neph_result result = NEPH_OK;
+  if (!path) return obtain_baked(in, cloud, out_volume);
+  if (source == NP_CLOUD_SOURCE_REBAKE)
+    np_log(in->scene->context, NEPH_LOG_WARNING, "%s: rebaked: it was baked from other parameters than the scene's",
+           path);
+  const np_monitor_part whole = np_monitor_get_part(in->monitor);
+  np_monitor_set_part(in->monitor, whole, 0.0, 0.8);
+  if (source != NP_CLOUD_SOURCE_FILE) result = bake(in, cloud, path, NULL);
+  np_monitor_set_part(in->monitor, whole, source != NP_CLOUD_SOURCE_FILE ? 0.8 : 0.0, 1.0);
+  const neph_volume_load_desc desc = describe_load(in, cloud);
+  const char *sequence = np_cloud_file_get_sequence(cloud);
+  if (!result) result = np_volume_load_density(in->scene->context, path, &desc, sequence, out_volume);
+  if (!result && *out_volume)
+    result = np_scene_check_cloud_unit(in->scene, in->cloud, path, (*out_volume)->extinction_per_value);
+  if (!result) result = add_colors(in, cloud, path, *out_volume);
+  if (!result || !*out_volume) return result;
+  neph_volume_release(*out_volume);
+  *out_volume = NULL;
+  return result;
+}
+
+neph_result np_stage_get_cloud_file(const np_stage_part *in, np_cloud_file *out_file) {
+  const np_scene_cloud *cloud = &in->scene->clouds[in->cloud];
+  *out_file = (np_cloud_file){.path = NULL};
+  if (!cloud->vdb || np_plan_is_coarsened(in->plan, in->scene, cloud)) return NEPH_OK;
+  return np_cloud_file_get(in->made->context, cloud, in->plan->desc.frame, out_file);
+}
+
+static neph_result get_volumes_key(const np_stage_part *in, void **out_key) {
+  const np_scene_cloud *cloud = &in->scene->clouds[in->cloud];
+  if (cloud->volume) return NEPH_OK;
+  source_key *key = *out_key = np_alloc(in->made->context, 1, sizeof *key);
+  np_cloud_file file;
+  neph_result result = key ? np_stage_get_cloud_file(in, &file) : NEPH_ERROR_OUT_OF_MEMORY;
+  if (result) return result;
+  result = np_plan_choose_source(in->scene, cloud, file.path, in->plan->desc.frame, &key->source);
+  if (!result && (!file.path || key->source == NP_CLOUD_SOURCE_FILE)) result = compute_key(in, file.path, key);
+  np_alloc_free(in->made->context, file.path);
+  return result;
+}
+
+/* Coarser levels for copies that stand far away. */
+static neph_result add_copy_levels(const np_stage_part *in, const np_scene_cloud *cloud, neph_volume *volume) {
+  const unsigned count = np_plan_count_copy_levels(in->plan, in->scene, cloud);
+  if (!volume || volume->tint || count < 2) return NEPH_OK;
+  return np_volume_add_coarser(volume, count, np_plan_get_precision(in->plan, cloud), in->monitor);
+}
+
+/* The key of a cloud that is baked to a file is that of the file once it is written. */
+static neph_result make_volumes(const np_stage_part *in) {
+  const np_scene_cloud *cloud = &in->scene->clouds[in->cloud];
+  neph_volume **out = &in->made->clouds[in->cloud].volume;
+  source_key *key = in->key;
+  if (cloud->volume) return *out = neph_volume_retain(cloud->volume), NEPH_OK;
+  np_cloud_file file;
+  neph_result result = np_stage_get_cloud_file(in, &file);
+  const np_monitor_part whole = np_monitor_get_part(in->monitor);
+  np_monitor_set_part(in->monitor, whole, 0.0, 0.7);
+  if (!result && !file.path && np_scene_cloud_is_sequence(cloud))
+    np_cloud_file_warn(in->scene->context, cloud, in->plan->desc.frame, &file);
+  else if (!result)
+    result = load_or_bake(in, cloud, file.path, key->source, out);
+  if (!result) result = add_copy_levels(in, cloud, *out);
+  np_monitor_set_part(in->monitor, whole, 0.0, 1.0);
+  if (!result && !key->hash[0]) result = compute_key(in, file.path, key);
+  np_alloc_free(in->made->context, file.path);
+  return result;
+}
+
+/* A bake that goes to no file, with the picture of its map. */
+static bool add_volumes_key(const np_stage_part *in, np_hash *key) {
+  const np_scene_cloud *cloud = &in->scene->clouds[in->cloud];
+  const source_key *own = in->key;
+  if (!cloud->is_baked || own->source != NP_CLOUD_SOURCE_BAKE || !own->hash[0]) return false;
+  np_hash_add_text(key, own->hash);
+  np_hash_add_file(key, cloud->bake.map_file);
+  np_hash_add_file(key, cloud->bake.shape.mesh_file);
+  np_hash_add_file(key, cloud->bake.shape.height_map);
+  return true;
+}
+
+static void save_volume(const np_stage_part *in, np_cache_entry *entry) {
+  np_volume_save_to_cache(in->made->clouds[in->cloud].volume, entry);
+}
+
+static neph_result load_volume(const np_stage_part *in, np_cache_entry *entry) {
+  return np_volume_load_from_cache(in->made->context, entry, &in->made->clouds[in->cloud].volume);
+}
+
+static const np_stage_disk volumes_disk = {"bake", false, add_volumes_key, save_volume, load_volume, NULL};
+
+static void destroy_volume(void *volume) { neph_volume_release(volume); }
+
+NP_STAGE_REUSE(volumes, in->made->clouds[in->cloud].volume, NP_PER_CLOUD, true, adapt_source, destroy_volume,
+               &volumes_disk);
+
+/* A cloud being placed. */
+typedef struct cloud_build {
+  const np_stage_part *in;
+  const np_scene_cloud *cloud;
+  np_cloud_parts *parts;
+  np_cloud_file file; /* without a path: none */
+  np_anchor anchor;
+  bool is_anchored;
+  np_dvec3 low, high; /* world box of what it holds */
+} cloud_build;
+
+static void include_box(np_dvec3 *low, np_dvec3 *high, np_dvec3 box_low, np_dvec3 box_high) {
+  *low = np_dvec3_min(*low, box_low);
+  *high = np_dvec3_max(*high, box_high);
+}
+
+static neph_result load_phase(const cloud_build *c) {
+  if (c->cloud->phase_source.kind != NEPH_PHASE_TABLE) return NEPH_OK;
+  np_phase_table *table = &c->parts->phase_table;
+  neph_result result = np_phase_table_load(c->in->made->context, c->cloud->phase_table, table);
+  if (!result) c->parts->placed.phase = np_phase_tabulated(table);
+  return result;
+}
+
+/* Billows that are smaller than this share of a voxel look crumbled: an edge is a voxel wide. */
+static const double detail_share_min = 0.5;
+
+static void warn_of_small_detail(const np_scene_cloud *cloud, neph_context *context, double size_m, double voxel_m) {
+  if (size_m >= detail_share_min * voxel_m) return;
+  np_log(
+      context, NEPH_LOG_WARNING,
+      "cloud %s: detail.size is %.3g m, and its voxels are %.3g m: below %.3g m, half a voxel, detail looks crumbled; "
+      "set clouds[].detail.size to %.3g m, or leave it out",
+      cloud->name, size_m, voxel_m, detail_share_min * voxel_m, 2.0 * voxel_m);
+}
+
+/* Detail of each of its colours, of one size in the world in its first place. */
+static neph_result build_details(const cloud_build *c, const np_affine *file_to_world) {
+  const np_scene_detail *detail = &c->cloud->detail;
+  const unsigned count = np_volume_count_parts(c->parts->volume);
+  neph_result result = NEPH_OK;
+  for (unsigned k = 0; k < count && !result; k++) {
+    const neph_volume *part = np_volume_get_part(c->parts->volume, k);
+    const np_affine to_world = np_affine_compose(file_to_world, &part->index_to_world);
+    const double voxel_m = np_placement_get_voxel_edge(&to_world);
+    const double size_m = detail->size_m > 0.0 ? detail->size_m : 2.0 * voxel_m;
+    if (k == 0) warn_of_small_detail(c->cloud, c->in->made->context, size_m, voxel_m);
+    np_brick_detail_desc desc = {.source = &part->bricks, .strength = (float)detail->strength, .seed = detail->seed};
+    for (int a = 0; a < 3; a++)
+      desc.size_voxels[a] =
+          size_m / np_dvec3_length(np_dvec3_make(to_world.m[0][a], to_world.m[1][a], to_world.m[2][a]));
+    result = np_detailed_bricks_build(c->in->made->context, &desc, c->in->monitor, &c->parts->details[k]);
+  }
+  return result;
+}
+
+static neph_result place_volume(cloud_build *c) {
+  np_placement placement;
+  neph_result result = np_placement_make(c->cloud, &c->anchor, c->parts->volume, c->in->monitor, &placement);
+  if (result) return result;
+  c->parts->placed = placement.world;
+  if (c->cloud->detail.is_enabled && c->cloud->detail.strength > 0.0)
+    result = build_details(c, &c->anchor.file_to_world);
+  if (result) return result;
+  c->in->made->volume_count += np_volume_count_parts(c->parts->volume);
+  if (c->in->made->volume_count > NP_INSTANCES_MAX)
+    return np_fail(c->in->made->context, NEPH_ERROR_LIMIT,
+                   "cloud %s: the clouds are %u with one for each of their colours and levels, must be at most %d: set "
+                   "clouds[].color to none, or lessen clouds[].bake.levels, where they count least",
+                   c->cloud->name, c->in->made->volume_count, (int)NP_INSTANCES_MAX);
+  const np_lod_viewers viewers = np_plan_get_viewers(c->in->plan, c->in->scene, c->cloud);
+  if (c->cloud->place_count > 0)
+    result = np_copies_make(c->in->made->context, c->cloud, &placement, &viewers, c->parts, &c->low, &c->high);
+  else
+    include_box(&c->low, &c->high, placement.bounds_min, placement.bounds_max);
+  return result ? result : load_phase(c);
+}
+
+static bool has_emission(const cloud_build *c) {
+  return c->file.path && c->cloud->emission.is_enabled && np_plan_needs(c->in->plan, NP_STAGE_EMISSION);
+}
+
+static void include_emitter(cloud_build *c, const np_emitter *emitter, const neph_volume *field) {
+  np_dvec3 low, high;
+  np_placement_compute_bounds(&emitter->index_to_world, field, &low, &high);
+  include_box(&c->low, &c->high, low, high);
+}
+
+/* Emission of a cloud's file. */
+static neph_result build_emission(cloud_build *c) {
+  neph_context *context = c->in->made->context;
+  np_cloud_emission *emission = &c->parts->emission;
+  if (!c->is_anchored) {
+    np_log(context, NEPH_LOG_WARNING,
+           "cloud %s: its emission is left out of frame %d: position, voxel and optical_depth go by its density, which "
+           "is empty",
+           c->cloud->name, c->in->plan->desc.frame);
+    return NEPH_OK;
+  }
+  const neph_volume_load_desc load = describe_load(c->in, c->cloud);
+  const np_cloud_emission_source source = {context,          c->cloud, c->file.path, &c->anchor.file_to_world,
+                                           c->parts->volume, &load};
+  neph_result result = np_cloud_emission_load(&source, emission);
+  if (result) return result;
+  if (emission->flame) include_emitter(c, &emission->emitter, emission->flame);
+  for (int k = 0; k < 3; k++)
+    if (emission->color[k]) include_emitter(c, &emission->color_emitter[k], emission->color[k]);
+  return NEPH_OK;
+}
+
+/* Moves a file of the coordinate system of the terrain's raster to where the raster has its coordinates. */
+static neph_result georeference(cloud_build *c) {
+  neph_context *context = c->in->made->context;
+  np_georeference *out = &c->parts->georeference;
+  neph_result result = np_georeference_apply(c->in->scene, c->cloud, c->parts->volume, &c->anchor.file_to_world, out);
+  if (result || !out->is_applied) return result;
+  char *text = np_georeference_describe(context, out);
+  if (text) np_log(context, NEPH_LOG_WARNING, "cloud %s: %s", c->cloud->name, text);
+  np_alloc_free(context, text);
+  return text ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+}
+
+/* Nothing goes by the anchor of a cloud that holds nothing and does not emit. */
+static neph_result get_anchor(cloud_build *c) {
+  neph_volume *volume = c->parts->volume;
+  if (!volume && !has_emission(c)) return NEPH_OK;
+  const neph_volume_load_desc load = describe_load(c->in, c->cloud);
+  const np_stage_part *in = c->in;
+  const np_frame_cloud of = {
+      &in->made->stores->inputs.references, in->scene, in->cloud, c->file.number, volume, &load, in->monitor};
+  const neph_result result = np_reference_frame_get_anchor(&of, &c->anchor, &c->is_anchored);
+  return result || !volume || !c->is_anchored ? result : georeference(c);
+}
+
+/* 0 where no ground is known: there is no planet, or its terrain is not built. */
+static double get_ground_radius(const np_stage_part *in) {
+  const bool is_known = in->made->terrain || !np_plan_needs(in->plan, NP_STAGE_TERRAIN);
+  return is_known && in->scene->environment.has_planet ? in->scene->atmosphere.planet_radius_m : 0.0;
+}
+
+static neph_result place_cloud(cloud_build *c) {
+  np_assembly *a = c->in->made;
+  np_monitor *monitor = c->in->monitor;
+  const np_monitor_part whole = np_monitor_get_part(monitor);
+  np_monitor_set_part(monitor, whole, 0.7, 0.9);
+  np_monitor_set_stage(monitor, "placing clouds");
+  neph_result result = get_anchor(c);
+  if (!result && c->parts->volume) result = place_volume(c);
+  np_monitor_set_part(monitor, whole, 0.9, 1.0);
+  if (!result && has_emission(c)) result = build_emission(c);
+  if (result || c->low.x > c->high.x) return result;
+  include_box(&a->clouds_min, &a->clouds_max, c->low, c->high);
+  np_log(a->context, NEPH_LOG_INFO, "cloud %s: from (%.6g, %.6g, %.6g) to (%.6g, %.6g, %.6g) m", c->cloud->name,
+         c->low.x, c->low.y, c->low.z, c->high.x, c->high.y, c->high.z);
+  const np_placement_view view = {&a->camera, get_ground_radius(c->in), a->terrain};
+  np_placement_check(a->context, c->cloud, &view, c->low, c->high);
+  return NEPH_OK;
+}
+
+neph_result np_stage_build_cloud(const np_stage_part *in) {
+  cloud_build c = {.in = in,
+                   .cloud = &in->scene->clouds[in->cloud],
+                   .parts = &in->made->clouds[in->cloud],
+                   .low = np_nowhere_low,
+                   .high = np_nowhere_high};
+  neph_result result = np_stage_get_cloud_file(in, &c.file);
+  if (!result) result = place_cloud(&c);
+  np_alloc_free(in->made->context, c.file.path);
+  return result;
+}
+
+void np_stage_clear_cloud(const np_stage_part *in) {
+  np_copies_clear(in->made->context, &in->made->clouds[in->cloud]);
+  for (int k = 0; k < NP_TINT_PARTS_MAX; k++) np_detailed_bricks_destroy(in->made->clouds[in->cloud].details[k]);
+  np_phase_table_clear(&in->made->clouds[in->cloud].phase_table);
+  np_cloud_emission_clear(&in->made->clouds[in->cloud].emission);
+}
+
+neph_result np_stage_revise_volumes(const np_assembly *made, const neph_scene *scene, np_plan *plan) {
+  return made->volume_count > 0 ? NEPH_OK : np_plan_leave_out_clouds(scene, plan);
+}
+
+/* Emitters of all clouds; those of one are next to each other. */
+typedef struct emitter_list {
+  np_emitter at[NP_INSTANCES_MAX];
+  unsigned count, cloud_begin[NP_INSTANCES_MAX + 1];
+} emitter_list;
+
+static neph_result list_emitters(const np_stage_part *in, emitter_list *out) {
+  const np_assembly *a = in->made;
+  np_emitter own[NP_CLOUD_EMITTERS_MAX];
+  np_instance placed[NP_TINT_PARTS_MAX];
+  np_emission_matter matter = {.parts = placed};
+  out->count = 0;
+  for (int c = 0; c < 3; c++) {
+    double unit[NP_BAND_COUNT] = {0.0, 0.0, 0.0};
+    unit[c] = 1.0;
+    matter.color[c] = np_packet_convert_radiance(in->packet, a, unit);
+  }
+  for (unsigned i = 0; i < a->cloud_count; i++) {
+    out->cloud_begin[i] = out->count;
+    if (!a->clouds[i].emission.is_enabled) continue;
+    matter.part_count = np_packet_place(in->packet, in->scene, a, i, placed);
+    const unsigned count = np_cloud_emission_list(&a->clouds[i].emission, &matter, own);
+    if (out->count + count > NP_INSTANCES_MAX)
+      return np_fail(a->context, NEPH_ERROR_LIMIT,
+                     "cloud %s: its emission is of %u grids, and those before it of %u, must be at most %d together: "
+                     "set clouds[].emission.color to none where it counts least",
+                     in->scene->clouds[i].name, count, out->count, (int)NP_INSTANCES_MAX);
+    memcpy(&out->at[out->count], own, count * sizeof *own);
+    out->count += count;
+  }
+  out->cloud_begin[a->cloud_count] = out->count;
+  return NEPH_OK;
+}
+
+/* The emission of each cloud by itself, for groups of lights. */
+static neph_result build_emission_groups(const np_stage_part *in, const emitter_list *list) {
+  const np_assembly *a = in->made;
+  np_packet *out = in->packet;
+  out->emission_groups = np_alloc(a->context, a->cloud_count, sizeof *out->emission_groups);
+  const np_black_body body = np_packet_make_black_body(out, a);
+  neph_result result = out->emission_groups ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+  for (unsigned i = 0; !result && i < a->cloud_count; i++) {
+    const unsigned begin = list->cloud_begin[i], count = list->cloud_begin[i + 1] - begin;
+    if (count)
+      result = np_emission_build(a->context, &list->at[begin], count, &body, in->monitor, &out->emission_groups[i]);
+  }
+  return result;
+}
+
+/* Emission of the clouds, for the packet's wavelengths. */
+neph_result np_stage_build_emission(const np_stage_part *in) {
+  const np_assembly *a = in->made;
+  emitter_list list;
+  neph_result result = list_emitters(in, &list);
+  if (result || list.count == 0) return result;
+  np_monitor_set_stage(in->monitor, "listing emitters");
+  result = a->has_light_groups ? build_emission_groups(in, &list) : NEPH_OK;
+  if (result) return result;
+  const np_black_body body = np_packet_make_black_body(in->packet, a);
+  return np_emission_build(a->context, list.at, list.count, &body, in->monitor, &in->packet->emission);
+}
+
+void np_stage_clear_emission(const np_stage_part *in) {
+  np_packet *packet = in->packet;
+  for (unsigned i = 0; packet->emission_groups && i < in->made->cloud_count; i++)
+    np_emission_clear(&packet->emission_groups[i]);
+  np_alloc_free(in->made->context, packet->emission_groups);
+  packet->emission_groups = NULL;
+  np_emission_clear(&packet->emission);
+}

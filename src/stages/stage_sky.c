@@ -1,0 +1,343 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The sky: where its lights stand, the air, the skies of sun and moon, and what else shines at night. */
+#include <string.h>
+
+#include "atmosphere/atmosphere_tables.h"
+#include "atmosphere/moon.h"
+#include "core/alloc.h"
+#include "core/text.h"
+#include "scene/sequence.h"
+#include "stages/stage_part.h"
+
+/* ---- Sun and moon ---- */
+
+static void add_light(np_assembly *a, unsigned group) { a->lights[a->light_count++].group = group; }
+
+/* Sun and moon, or, where the picture asks for them, groups. */
+static void add_lights(const np_stage_part *in) {
+  np_assembly *a = in->made;
+  const np_plan *plan = in->plan;
+  a->has_light_groups = plan->has_light_groups;
+  if (plan->has_light_groups ? plan->has_sun : np_plan_has_sun_world(plan)) add_light(a, NP_LIGHT_GROUP_SUN);
+  if (plan->has_light_groups) add_light(a, NP_LIGHT_GROUP_SKY);
+  if (np_plan_needs(plan, NP_STAGE_MOON)) add_light(a, NP_LIGHT_GROUP_MOON);
+  for (unsigned i = 0; i < in->scene->cloud_count && plan->has_light_groups; i++)
+    if (in->scene->clouds[i].emission.is_enabled) add_light(a, NP_LIGHT_GROUP_EMISSION + i);
+}
+
+neph_result np_stage_build_lights(const np_stage_part *in) {
+  np_assembly *out = in->made;
+  const neph_scene *scene = in->scene;
+  const np_plan *plan = in->plan;
+  double latitude = scene->latitude_rad, longitude = scene->longitude_rad;
+  neph_result result = NEPH_OK;
+  out->places = plan->lights;
+  if (!plan->are_lights_known) {
+    if (!scene->has_place && in->made->terrain) (void)np_terrain_get_place(in->made->terrain, &latitude, &longitude);
+    out->places = np_scene_lights_compute(scene, latitude, longitude);
+  }
+  add_lights(in);
+  if (plan->has_beauty && scene->moon.is_enabled && scene->moon.map)
+    result = np_sphere_map_load(out->context, "moon.map", scene->moon.map, false, &out->moon_map);
+  return result;
+}
+
+void np_stage_clear_lights(const np_stage_part *in) { np_sphere_map_clear(&in->made->moon_map); }
+
+static np_disk make_moon(const np_stage_part *in, const np_packet *packet, np_spectrum sun,
+                         np_spectrum *out_irradiance) {
+  const np_scene_moon *moon = &in->scene->moon;
+  const np_sphere_map *map = in->made->moon_map.texels ? &in->made->moon_map : NULL;
+  sun = np_spectrum_scale(sun, (float)moon->brightness);
+  return np_moon_make_disk(&in->made->places.moon, sun, packet->bands.nm, moon->has_earthshine, map, out_irradiance);
+}
+
+neph_result np_stage_build_packet_lights(const np_stage_part *in) {
+  np_packet *out = in->packet;
+  const np_assembly *a = in->made;
+  const np_scene_lights *places = &a->places;
+  const np_spectrum sunlight = np_packet_convert(out, NP_BAND_SUN, in->scene->sun.irradiance_w_m2_nm);
+  np_spectrum moonlight = np_spectrum_grey(0.0f);
+  out->night = (np_night){.turn = places->turn};
+  if (in->scene->moon.is_enabled) out->night.moon = make_moon(in, out, sunlight, &moonlight);
+  for (unsigned i = 0; i < a->light_count; i++) {
+    np_packet_light *light = &out->lights[out->light_count++];
+    *light = (np_packet_light){.index = i,
+                               .direction = places->to_sun,
+                               .angular_radius_rad = in->scene->sun.angular_radius_rad,
+                               .irradiance = np_spectrum_scale(sunlight, (float)places->sun_factor)};
+    light->group = a->lights[i].group;
+    if (light->group >= NP_LIGHT_GROUP_EMISSION) light->irradiance = np_spectrum_grey(0.0f);
+    if (light->group != NP_LIGHT_GROUP_MOON) continue;
+    light->direction = places->moon.direction;
+    light->angular_radius_rad = places->moon.angular_radius_rad;
+    light->irradiance = moonlight;
+  }
+  return NEPH_OK;
+}
+
+/* ---- Air ---- */
+
+/* The water's where there is a sea, else the terrain's mean. */
+void np_stage_get_ground_albedo(const np_stage_part *in, double out[NP_BAND_COUNT]) {
+  const neph_scene *scene = in->scene;
+  const neph_terrain *terrain = in->made->terrain;
+  const double *given = np_scene_get_ground_albedo(scene);
+  const bool is_given = scene->has_ground_albedo;
+  if (!is_given && terrain) given = np_terrain_get_mean_albedo(terrain);
+  memcpy(out, given, NP_BAND_COUNT * sizeof *out);
+  if (is_given || !np_scene_has_water(scene) || scene->water.level_m < 0.0) return;
+  const double *albedo = scene->water.albedo;
+  const np_water water = np_water_make(scene->water.level_m, scene->water.wind_m_s,
+                                       np_spectrum_make((float)albedo[0], (float)albedo[1], (float)albedo[2]));
+  const np_scene_lights *places = &in->made->places;
+  const np_dvec3 to_light = np_plan_has_sun_world(in->plan) ? places->to_sun : places->moon.direction;
+  const np_spectrum albedo_under_light = np_water_get_air_albedo(&water, (float)to_light.z);
+  for (int b = 0; b < NP_BAND_COUNT; b++) out[b] = (double)albedo_under_light.band[b];
+}
+
+/* Share of the tolerance: along the long paths of the horizon a coefficient counts ten times. */
+static const double medium_share = 0.1;
+
+typedef struct air_key {
+  neph_atmosphere_desc desc;
+  neph_atmosphere_layer layers[]; /* of `desc` */
+} air_key;
+
+static neph_result get_atmosphere_key(const np_stage_part *in, void **out_key) {
+  const neph_atmosphere_desc *air = &in->scene->atmosphere;
+  air_key *key = *out_key = np_alloc(in->made->context, 1, sizeof *key + air->layer_count * sizeof *key->layers);
+  if (!key) return NEPH_ERROR_OUT_OF_MEMORY;
+  key->desc = *air;
+  key->desc.layers = key->layers;
+  double albedo[NP_BAND_COUNT];
+  np_stage_get_ground_albedo(in, albedo);
+  np_band_set_convert(&in->packet->bands, NP_BAND_LINEAR, albedo, key->desc.ground_albedo);
+  for (unsigned i = 0; i < air->layer_count; i++)
+    key->layers[i] = np_band_set_convert_layer(&in->packet->bands, &air->layers[i]);
+  return NEPH_OK;
+}
+
+/* Without light in the air, which is for who traces it, the first order alone needs no table. */
+static unsigned get_order_max(const np_stage_part *in) { return np_plan_has_air_light(in->plan) ? NP_ORDERS_ALL : 1; }
+
+/* Why an atmosphere is not the one wanted. */
+static neph_result compare_air(const np_stage_part *in, const neph_atmosphere *cached, char *out_reason) {
+  const neph_atmosphere_desc *desc = &((const air_key *)in->key)->desc;
+  np_medium wanted;
+  neph_result result = np_medium_init(in->made->context, desc, &wanted);
+  if (result) return result;
+  const char *what;
+  const double change = np_medium_compare(&wanted, &cached->medium, &what);
+  np_medium_free(in->made->context, &wanted);
+  if (cached->desc.tolerance != desc->tolerance)
+    np_print(out_reason, NP_REASON_SIZE, "its tolerance changed");
+  else if (cached->order_max < get_order_max(in))
+    np_print(out_reason, NP_REASON_SIZE, "what is asked of it changed");
+  else if (!isfinite(change))
+    np_print(out_reason, NP_REASON_SIZE, "%s changed", what);
+  else if (change > (np_scene_is_sequence(in->scene) ? 0.0 : medium_share * desc->tolerance))
+    np_print(out_reason, NP_REASON_SIZE, "%s changed by %.3g %%", what, 100.0 * change);
+  return NEPH_OK;
+}
+
+/* One that a caller has made, if it fits; NULL: none. */
+static neph_result get_given_air(const np_stage_part *in, neph_atmosphere **out_atmosphere) {
+  char reason[NP_REASON_SIZE] = "";
+  neph_atmosphere *given = in->plan->packet_count == 1 ? in->scene->air.given : NULL;
+  neph_result result = given ? compare_air(in, given, reason) : NEPH_OK;
+  *out_atmosphere = reason[0] ? NULL : given;
+  return result;
+}
+
+static neph_result adapt_air(const np_stage_part *in, void *cached, const void *cached_key, char *out_reason) {
+  (void)cached_key;
+  neph_atmosphere *given;
+  neph_result result = get_given_air(in, &given);
+  if (given && given != cached) np_print(out_reason, NP_REASON_SIZE, "another was given");
+  return result || out_reason[0] ? result : compare_air(in, cached, out_reason);
+}
+
+static neph_result make_atmosphere(const np_stage_part *in) {
+  neph_atmosphere *given, **out = &in->packet->atmosphere;
+  np_monitor_set_stage(in->monitor, "building the atmosphere");
+  neph_result result = get_given_air(in, &given);
+  if (result || given) return *out = neph_atmosphere_retain(given), result;
+  return np_atmosphere_create_orders(in->made->context, &((const air_key *)in->key)->desc, get_order_max(in), false,
+                                     in->monitor, out);
+}
+
+static void destroy_air(void *atmosphere) { neph_atmosphere_release(atmosphere); }
+
+NP_STAGE_REUSE(atmosphere, in->packet->atmosphere, NP_PER_PACKET, false, adapt_air, destroy_air, NULL);
+
+/* ---- Skies ---- */
+
+static const double water_sky_height_m = 10.0;
+
+/* A frame of a sequence has skies whose tables are those of a place on a lattice, so that they depend on no other
+ * frame. */
+typedef struct sky_key {
+  neph_sky_desc desc, built;
+} sky_key;
+
+static bool is_same_place(const neph_sky_desc *a, const neph_sky_desc *b) {
+  return !memcmp(a->sun_direction, b->sun_direction, sizeof a->sun_direction) &&
+         !memcmp(a->observer_m, b->observer_m, sizeof a->observer_m);
+}
+
+static neph_result get_sky_key(const np_stage_part *in, np_dvec3 observer, void **out_key) {
+  const np_packet_light *light = in->light;
+  const bool is_beam = in->made->has_light_groups && light->group == NP_LIGHT_GROUP_SUN;
+  if (np_spectrum_is_zero(light->irradiance) || is_beam) return NEPH_OK;
+  sky_key *key = *out_key = np_alloc(in->made->context, 1, sizeof *key);
+  if (!key) return NEPH_ERROR_OUT_OF_MEMORY;
+  neph_sky_desc *desc = &key->desc;
+  *desc = (neph_sky_desc)NEPH_SKY_DESC_DEFAULT;
+  const np_dvec3 to_light = light->direction;
+  for (int b = 0; b < NP_BAND_COUNT; b++) desc->sun_irradiance_w_m2_nm[b] = (double)light->irradiance.band[b];
+  desc->sun_direction[0] = to_light.x, desc->sun_direction[1] = to_light.y, desc->sun_direction[2] = to_light.z;
+  desc->observer_m[0] = observer.x, desc->observer_m[1] = observer.y, desc->observer_m[2] = observer.z;
+  desc->sun_angular_radius_rad = light->angular_radius_rad;
+  key->built = *desc;
+  if (in->packet->atmosphere && np_scene_is_sequence(in->scene)) np_sky_snap(in->packet->atmosphere, desc, &key->built);
+  return NEPH_OK;
+}
+
+static neph_result get_camera_sky_key(const np_stage_part *in, void **out_key) {
+  return get_sky_key(in, in->made->camera.origin, out_key);
+}
+
+static neph_result get_cloud_sky_key(const np_stage_part *in, void **out_key) {
+  return get_sky_key(in, np_assembly_get_clouds_middle(in->made), out_key);
+}
+
+/* Above the water below the camera. */
+static neph_result get_water_sky_key(const np_stage_part *in, void **out_key) {
+  const double radius = in->scene->atmosphere.planet_radius_m, level = in->scene->water.level_m;
+  const np_dvec3 camera = in->made->camera.origin, up = np_dvec3_zenith(camera, radius);
+  const double height = np_altitude(camera, radius) - fmax(level, 0.0) - water_sky_height_m;
+  return get_sky_key(in, np_dvec3_subtract(camera, np_dvec3_scale(up, height)), out_key);
+}
+
+/* A cached sky is moved to the light and the observer wanted. */
+static neph_result adapt_sky(const np_stage_part *in, void *cached, const void *cached_key, char *out_reason) {
+  const sky_key *own = cached_key, *wanted = in->key;
+  if (((neph_sky *)cached)->atmosphere != in->packet->atmosphere)
+    np_print(out_reason, NP_REASON_SIZE, "the atmosphere was rebuilt");
+  else if (np_scene_is_sequence(in->scene) && !is_same_place(&own->built, &wanted->built))
+    np_print(out_reason, NP_REASON_SIZE, "light or observer stand higher or lower");
+  else if (np_sky_move(cached, &wanted->desc, out_reason, NP_REASON_SIZE))
+    out_reason[0] = '\0';
+  return NEPH_OK;
+}
+
+static neph_result make_sky(const np_stage_part *in, neph_sky **out_sky) {
+  const sky_key *key = in->key;
+  char reason[NP_REASON_SIZE];
+  if (!key) return NEPH_OK;
+  np_monitor_set_stage(in->monitor, "building the sky");
+  neph_result result = np_sky_create_monitored(in->packet->atmosphere, &key->built, in->monitor, out_sky);
+  if (result || is_same_place(&key->built, &key->desc)) return result;
+  if (np_sky_move(*out_sky, &key->desc, reason, sizeof reason)) return NEPH_OK;
+  neph_sky_destroy(*out_sky);
+  return np_sky_create_monitored(in->packet->atmosphere, &key->desc, in->monitor, out_sky);
+}
+
+static neph_result make_camera_sky(const np_stage_part *in) { return make_sky(in, &in->light->camera_sky); }
+
+static neph_result make_cloud_sky(const np_stage_part *in) { return make_sky(in, &in->light->cloud_sky); }
+
+static neph_result make_water_sky(const np_stage_part *in) { return make_sky(in, &in->light->water_sky); }
+
+neph_result np_stage_create_sky(const np_stage_part *in, neph_sky **out_sky) {
+  void *air = NULL, *sky = NULL;
+  neph_atmosphere *atmosphere = NULL;
+  neph_context *context = in->made->context;
+  *out_sky = NULL;
+  neph_result result = get_camera_sky_key(in, &sky);
+  if (!result && sky) result = get_atmosphere_key(in, &air);
+  if (!result && sky)
+    result = np_atmosphere_create_orders(context, &((const air_key *)air)->desc, NP_ORDERS_ALL, false, in->monitor,
+                                         &atmosphere);
+  if (!result && sky) result = np_sky_create_monitored(atmosphere, &((const sky_key *)sky)->desc, in->monitor, out_sky);
+  neph_atmosphere_release(atmosphere);
+  np_alloc_free(context, air);
+  np_alloc_free(context, sky);
+  return result;
+}
+
+static void destroy_sky(void *sky) { neph_sky_destroy(sky); }
+
+NP_STAGE_REUSE(camera_sky, in->light->camera_sky, NP_PER_PACKET_LIGHT, false, adapt_sky, destroy_sky, NULL);
+
+NP_STAGE_REUSE(cloud_sky, in->light->cloud_sky, NP_PER_PACKET_LIGHT, false, adapt_sky, destroy_sky, NULL);
+
+NP_STAGE_REUSE(water_sky, in->light->water_sky, NP_PER_PACKET_LIGHT, false, adapt_sky, destroy_sky, NULL);
+
+/* ---- Night ---- */
+
+neph_result np_stage_build_star_map(const np_stage_part *in) {
+  np_assembly *out = in->made;
+  const np_scene_stars *stars = &in->scene->stars;
+  if (!stars->is_enabled || !stars->map) return NEPH_OK;
+  return np_sphere_map_load(out->context, "stars.map", stars->map, true, &out->star_map);
+}
+
+void np_stage_clear_star_map(const np_stage_part *in) { np_sphere_map_clear(&in->made->star_map); }
+
+/* Its channels are radiances in a scene's bands; what they are in the packet's is linear in them. */
+static void set_map(const np_stage_part *in, const np_packet *packet, np_night *night) {
+  night->map = &in->made->star_map;
+  for (int c = 0; c < NP_BAND_COUNT; c++) {
+    double channel[NP_BAND_COUNT] = {0};
+    channel[c] = in->scene->stars.map_radiance;
+    const np_spectrum weight = np_packet_convert(packet, NP_BAND_LINEAR, channel);
+    for (int b = 0; b < NP_BAND_COUNT; b++) night->map_weight[b][c] = weight.band[b];
+  }
+}
+
+neph_result np_stage_build_airglow(const np_stage_part *in) {
+  np_packet *out = in->packet;
+  np_night *night = &out->night;
+  const np_scene_airglow *airglow = &in->scene->airglow;
+  night->has_airglow = airglow->is_enabled;
+  if (airglow->is_enabled)
+    night->airglow =
+        np_airglow_make(airglow->magnitude, in->scene->atmosphere.planet_radius_m, airglow->altitude_m, out->bands.nm);
+  if (in->made->star_map.texels) set_map(in, out, night);
+  night->ground_irradiance = np_night_compute_irradiance(night, out->atmosphere, np_dvec3_make(0, 0, 0));
+  return NEPH_OK;
+}
+
+neph_result np_stage_build_catalogue(const np_stage_part *in) {
+  np_assembly *out = in->made;
+  const np_scene_stars *stars = &in->scene->stars;
+  out->stars = np_star_catalogue_bright();
+  if (!stars->catalogue) return NEPH_OK;
+  return np_star_catalogue_load(out->context, stars->catalogue, stars->faintest, &out->stars);
+}
+
+void np_stage_clear_catalogue(const np_stage_part *in) { np_star_catalogue_clear(&in->made->stars); }
+
+neph_result np_stage_build_stars(const np_stage_part *in) {
+  np_packet *out = in->packet;
+  const np_plan *plan = in->plan;
+  const np_assembly *a = in->made;
+  const bool is_sphere = plan->sphere_size[0] > 0;
+  const np_star_field_desc desc = {.catalogue = &a->stars,
+                                   .world = &out->lights[0].world,
+                                   .camera = is_sphere ? NULL : &a->camera,
+                                   .width = is_sphere ? plan->sphere_size[0] : a->camera.width,
+                                   .height = is_sphere ? plan->sphere_size[1] : a->camera.height,
+                                   .overscan = is_sphere ? 0 : (int)in->scene->camera.overscan,
+                                   .center_rad = plan->sphere_center_rad,
+                                   .origin = a->camera.origin,
+                                   .wavelength_nm = out->bands.nm,
+                                   .twinkling = in->scene->stars.twinkling,
+                                   .seed = plan->desc.seed,
+                                   .frame = plan->desc.frame};
+  return np_star_field_build(a->context, &desc, &out->stars);
+}
+
+void np_stage_clear_stars(const np_stage_part *in) { np_star_field_clear(&in->packet->stars); }

@@ -1,0 +1,39 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* All that one picture leaves to the next: facts about inputs, results of stages by their keys, and reference frames.
+ * One picture at a time uses it; a zeroed one is empty. */
+#ifndef NP_STAGES_STORES_H
+#define NP_STAGES_STORES_H
+
+#include "plan/input_store.h"
+
+/* A result of a part of a stage. It is lent: who takes it owns it, and gives it back for the next picture. */
+typedef struct np_stored_result {
+  struct np_stored_result *next;
+  const void *stage;             /* by which it is told from those of others */
+  unsigned slot;                 /* of the part */
+  void *key;                     /* one block; owned */
+  void *result;                  /* NULL: lent, or not made yet */
+  void (*destroy)(void *result); /* NULL changes nothing */
+} np_stored_result;
+
+typedef struct np_stores {
+  np_stored_result *results;
+  np_input_store inputs;
+  void *light; /* solutions between which a sequence is interpolated (light_anchors.h); NULL: none */
+  void (*destroy_light)(neph_context *context, void *light);
+  void *history; /* the frame rendered last, from which the next takes pixels (history.h); NULL: none */
+  void (*destroy_history)(neph_context *context, void *history);
+} np_stores;
+
+void np_stores_clear(neph_context *context, np_stores *stores);
+
+/* The result of a part; NULL: none. */
+np_stored_result *np_stores_search(const np_stores *stores, const void *stage, unsigned slot);
+
+/* Adds a result that is still to be made, and owns its key: on failure that is freed. */
+neph_result np_stores_add(neph_context *context, np_stores *stores, np_stored_result added);
+
+/* Destroys those results of a stage that are lent and never came back, or those that were not taken. */
+void np_stores_drop(neph_context *context, np_stores *stores, const void *stage, bool is_lent);
+
+#endif
