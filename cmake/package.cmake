@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # Debian packages, made by `cpack -G DEB` in the build folder: the library with its modules, what programs are built with,
-# and the program with its manual.
+# the program with its manual, and the Python package.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_CONTACT "the makers of nephos")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
@@ -17,8 +17,17 @@ set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libnephos-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME nephos)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SECTION graphics)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-nephos)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_ARCHITECTURE all)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS OFF)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3 (>= 3.9)")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS python3-numpy)
 
 include(CPack)
 cpack_add_component(library DESCRIPTION "Volumetric clouds under a physical sky: the library")
 cpack_add_component(development DEPENDS library DESCRIPTION "Volumetric clouds under a physical sky: headers")
 cpack_add_component(program DEPENDS library DESCRIPTION "Volumetric clouds under a physical sky: the program")
+if(TARGET nephos_python)
+  cpack_add_component(python DEPENDS library DESCRIPTION "Volumetric clouds under a physical sky: the Python package")
+endif()

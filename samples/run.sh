@@ -35,5 +35,9 @@ done
 echo "samples/compose.c:"
 build/release/bin/sample_compose samples/out
 
+echo "samples/radiance_by_elevation.py:"
+PYTHONPATH=build/release/python NEPHOS_LIBRARY=build/release/lib/libnephos.so \
+  /usr/bin/python3 samples/radiance_by_elevation.py -o samples/out/radiance_by_elevation.png
+
 echo "The pictures (.exr, and a .png of each to look at) lie in $(pwd)/samples/out:"
 ls -l samples/out/*.exr samples/out/*.png

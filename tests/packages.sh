@@ -5,7 +5,7 @@ libopenvdb-dev libboost-dev libtbb-dev libimath-dev
 libembree-dev libassimp-dev libgdal-dev libopenexr-dev libpng-dev
 libyaml-dev libjansson-dev libxxhash-dev libnova-dev
 libcmocka-dev groff-base libopenvdb-tools python3-openvdb openimageio-tools gnuplot-nox
-tzdata python3-yaml python3-jsonschema abigail-tools'
+python3 python3-numpy python3-matplotlib python3-pytest tzdata python3-yaml python3-jsonschema abigail-tools'
 
 list_missing_packages() {
   for package in $packages; do

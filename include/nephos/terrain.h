@@ -105,7 +105,7 @@ typedef struct neph_terrain_desc {
   double rock_slope_rad;         /**< slope above which rock lies bare, 0 to π/2 (default 35°) */
   bool has_snow;                 /**< snow on high ground (default false) */
   double snow_albedo[3];         /**< 0 to 1 (default 0.86, 0.88, 0.9) */
-  double snow_level_m;           /**< slope above which no snow stays, 0 to π/2 (default 50°) */
+  double snow_level_m;           /**< elevation above which snow lies (default 1500) */
   double snow_slope_rad;         /**< slope above which none stays, 0 to π/2 (default 50°) */
   neph_progress_fn progress;     /**< default NULL */
   void *progress_user;           /**< default NULL */

@@ -51,7 +51,8 @@ static neph_result check_sparse(neph_context *context, const neph_volume_sparse_
   if (missing)
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "neph_volume_sparse_desc.%s is NULL", missing);
   if (desc->sample_count < 1)
-    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "neph_volume_sparse_desc.sample_count is 0, must be ≥ 1");
+    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
+                   "neph_volume_sparse_desc.sample_count is 0, must be at least 1");
   if (desc->precision != NEPH_PRECISION_HALF && desc->precision != NEPH_PRECISION_FLOAT)
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
                    "neph_volume_sparse_desc.precision is %d, not a neph_precision", (int)desc->precision);

@@ -1,10 +1,10 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
 # Runs the examples of documents: run.sh PROGRAM PAGE.md…
-# In a page's fenced blocks, ```yaml NAME and ```csv NAME are the file NAME, and ```console is a session: lines that
+# In a page's fenced blocks, ```yaml NAME, ```csv NAME and ```python NAME are the file NAME, and ```console is a session: lines that
 # begin with "$ " are commands, the lines behind one are what it prints on both outputs. A line "..." stands for whatever
 # follows; seconds, memory and errors of frames are not compared, sun and exposure where a page shows them. All of a page
-# runs in one empty folder, with `nephos` in the path.
+# runs in one empty folder, with `nephos` in the path, and `python3` that has numpy.
 set -u
 program=$(cd "$(dirname "$1")" && pwd)/$(basename "$1")
 shift
@@ -12,6 +12,7 @@ work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 mkdir "$work/bin"
 ln -s "$program" "$work/bin/nephos"
+ln -s "${NEPHOS_TEST_PYTHON:-/usr/bin/python3}" "$work/bin/python3"
 PATH=$work/bin:$PATH
 HOME=$work/home XDG_CACHE_HOME=$work/cache # no calibration of this machine
 export PATH HOME XDG_CACHE_HOME
@@ -24,7 +25,7 @@ split_page() {
   awk -v steps="$2" '
     function begin() { step = sprintf("%s/%03d", steps, ++count) }
     /^```/ && inside { inside = ""; next }
-    /^```(yaml|csv) [^ ]+$/ { inside = "file"; begin(); print $2 > (step ".name"); printf "" > (step ".file"); next }
+    /^```(yaml|csv|python) [^ ]+$/ { inside = "file"; begin(); print $2 > (step ".name"); printf "" > (step ".file"); next }
     /^```console$/ { inside = "console"; next }
     /^```/ { inside = "other"; next }
     inside == "file" { print > (step ".file") }

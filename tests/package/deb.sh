@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
 # deb.sh BUILD_DIR CPACK: makes the Debian packages, installs them into an empty folder, and uses what is there: the
-# program bakes, and a C program is built by the installed headers and library.
+# program bakes, Python reads its cloud, and a C program is built by the installed headers and library.
 set -eu
 command -v dpkg-shlibdeps >/dev/null || {
   [ -z "${NEPHOS_REQUIRE_TOOLS:-}" ] || { echo "dpkg-dev is required here"; exit 1; }
@@ -22,7 +22,7 @@ mkdir -p "$root/var/lib/dpkg/info" "$root/var/lib/dpkg/updates"
 dpkg --root="$root" --force-not-root --force-depends --force-script-chrootless --install "$folder"/packages/*.deb \
   >"$folder/log" 2>&1 || { cat "$folder/log"; exit 1; }
 dpkg-query --admindir="$root/var/lib/dpkg" -W -f '${Package}: ${db:Status-Status}\n'
-for package in libnephos-dev nephos; do
+for package in libnephos-dev nephos python3-nephos; do
   dpkg-query --admindir="$root/var/lib/dpkg" -W -f '${Depends}\n' $package | grep -q 'libnephos0\.1 (=' ||
     { echo "$package does not depend on the library"; exit 1; }
 done
@@ -34,6 +34,9 @@ usr=$root/usr
 printf 'clouds: [{name: a, bake: {preset: cumulus_humilis, extent: 1 km, voxel: 40 m}}]\n' >"$folder/scene.yaml"
 "$usr/bin/nephos" bake "$folder/scene.yaml" -q -o "$folder/cloud.vdb" | sed 's/:.*//'
 "$usr/bin/nephos" info "$folder/cloud.vdb" | head -n 1 | sed "s|$folder/||"
+(cd / && PYTHONPATH=$usr/lib/python3/dist-packages /usr/bin/python3 -c 'import sys, nephos
+print(nephos.__version__, nephos.__file__.startswith(sys.argv[2]), nephos.lib._name.startswith(sys.argv[2]))
+print(nephos.Volume.load(sys.argv[1]).info["name"])' "$folder/cloud.vdb" "$root")
 for file in man/man1/nephos-render.1 man/man5/nephos-scene.5 bash-completion/completions/nephos; do
   [ -s "$usr/share/$file" ] || { echo "not installed: share/$file"; exit 1; }
 done
