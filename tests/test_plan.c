@@ -65,15 +65,16 @@ static void test_only_what_is_needed_runs(void **state) {
 static void assert_history(test_fixture *f, const char *text, int frame, bool is_needed, const char *reason) {
   neph_scene *scene = load(f, text);
   neph_render_desc desc = NEPH_RENDER_DESC_DEFAULT;
-  np_plan plan;
+  np_plan *plan;
   assert_int_equal(neph_scene_get_render_desc(scene, &desc), NEPH_OK);
   desc.frame = frame;
   neph_scene at;
-  assert_int_equal(np_plan_make_frame(scene, &desc, &at, &plan), NEPH_OK);
-  const np_plan_stage *stage = &plan.stages[NP_STAGE_HISTORY];
+  assert_int_equal(np_plan_create_frame(scene, &desc, &at, &plan), NEPH_OK);
+  const np_plan_stage *stage = &plan->stages[NP_STAGE_HISTORY];
   if (stage->is_needed != is_needed || !strstr(stage->reason, reason))
     fail_msg("%s: %s: %s", text, stage->is_needed ? "yes" : "no", stage->reason);
   assert_int_equal(stage->cost.bytes > 0.0, is_needed);
+  np_plan_destroy(scene->context, plan);
   np_scene_eval_clear(&at);
   neph_scene_destroy(scene);
 }

@@ -39,9 +39,9 @@ static void destroy(neph_context *context, void *data) {
 }
 
 static neph_result compute_hash(const neph_scene *scene, const np_plan *plan, int frame, char out[33]) {
-  np_plan at_frame = *plan;
-  at_frame.desc.frame = frame;
-  return np_scene_hash_compute(scene, &at_frame, out);
+  neph_render_desc desc = plan->desc;
+  desc.frame = frame;
+  return np_scene_hash_compute(scene, &desc, plan->savings, out);
 }
 
 neph_result np_history_choose_begin(const neph_scene *scene, const np_plan *plan, const np_stores *stores,

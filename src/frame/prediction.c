@@ -3,7 +3,6 @@
 
 #include <math.h>
 
-#include "core/alloc.h"
 #include "core/text.h"
 #include "image/image_private.h"
 #include "plan/stage_rules.h"
@@ -54,13 +53,13 @@ static void log_stages(const np_plan *plan, const np_stage_times *times) {
 /* By a copy of the plan that has measured what clouds fill, as `--explain` has: verbosity changes no picture. */
 static neph_result log_all(const neph_scene *scene, const np_plan *plan, const np_stage_times *times,
                            np_input_store *store, double measured_s) {
-  np_plan *copy = np_alloc(plan->context, 1, sizeof *copy);
+  np_plan *copy = np_plan_allocate(plan->context);
   if (!copy) return NEPH_ERROR_OUT_OF_MEMORY;
   *copy = *plan;
   neph_result result = np_plan_measure_fill(scene, copy, store);
   if (!result) log_stages(copy, times);
   if (!result) result = log_whole(scene, copy, measured_s);
-  np_alloc_free(plan->context, copy);
+  np_plan_destroy(plan->context, copy);
   return result;
 }
 

@@ -42,7 +42,7 @@ static neph_result render(np_plan *plan, const neph_scene *scene, const np_rende
   np_stage_times *times = job->build.times;
   np_assembly assembly;
   neph_result result = np_prediction_begin(scene, plan, &times->prediction);
-  if (!result) result = np_scene_hash_compute(scene, plan, plan->hash);
+  if (!result) result = np_scene_hash_compute(scene, &plan->desc, plan->savings, plan->hash);
   if (!result) result = np_part_check_hash(plan);
   if (!result) result = np_assembly_build(scene, plan, &job->build, monitor, &assembly);
   if (result) return result;

@@ -58,7 +58,7 @@ static neph_result check_part(const np_plan *plan, const char *path, bool *out_i
 static neph_result check_file(const neph_scene *scene, np_plan *plan, np_input_store *store, const char *path,
                               bool *out_is_done) {
   neph_result result = np_plan_fit_memory(scene, plan, store);
-  if (!result) result = np_scene_hash_compute(scene, plan, plan->hash);
+  if (!result) result = np_scene_hash_compute(scene, &plan->desc, plan->savings, plan->hash);
   if (result || !*plan->hash) return result;
   return plan->desc.part_path ? check_part(plan, path, out_is_done) : check_picture(plan, path, out_is_done);
 }
@@ -68,11 +68,12 @@ neph_result neph_render_is_done(const neph_scene *scene, const neph_render_desc 
   if (NP_LACKS(NP_CONTEXT_OF(scene), path, out_is_done)) return NEPH_ERROR_INVALID_ARGUMENT;
   *out_is_done = false;
   neph_scene at;
-  np_plan plan;
+  np_plan *plan;
   np_input_store store = {.references = NULL};
-  neph_result result = np_plan_make_frame(scene, desc, &at, &plan);
-  if (!result && np_file_exists(path)) result = check_file(&at, &plan, &store, path, out_is_done);
+  neph_result result = np_plan_create_frame(scene, desc, &at, &plan);
+  if (!result && np_file_exists(path)) result = check_file(&at, plan, &store, path, out_is_done);
   np_input_store_clear(scene->context, &store);
+  np_plan_destroy(scene->context, plan);
   np_scene_eval_clear(&at);
   return result;
 }

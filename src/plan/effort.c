@@ -57,7 +57,7 @@ typedef struct choice {
   neph_scene *scene;
   const neph_render_desc *desc; /* the caller's: picture, target and limit */
   bool is_quality_open, is_integrator_open, are_samples_open;
-  np_plan plan; /* of what was considered last */
+  np_plan *plan; /* of the settings that were considered last */
   np_input_store *store;
   neph_effort best;
 } choice;
@@ -67,13 +67,13 @@ static neph_result make_plan(choice *c) {
   neph_result result = neph_scene_get_render_desc(c->scene, &own);
   all.integrator = own.integrator;
   all.sample_count = own.sample_count;
-  if (!result) result = np_plan_make(c->scene, &all, &c->plan);
-  return result ? result : np_plan_measure_fill(c->scene, &c->plan, c->store);
+  if (!result) result = np_plan_make(c->scene, &all, c->plan);
+  return result ? result : np_plan_measure_fill(c->scene, c->plan, c->store);
 }
 
 /* Samples a pixel: what a target takes, or what is worth taking; no more than fit into the limit. */
 static double count_samples(const choice *c, double fixed_s, double one_s) {
-  const np_plan *plan = &c->plan;
+  const np_plan *plan = c->plan;
   const double limit_s = limit_share * c->desc->time_limit_s;
   double wanted = plan->sample_mean;
   if (!c->are_samples_open) return wanted;
@@ -85,9 +85,9 @@ static double count_samples(const choice *c, double fixed_s, double one_s) {
 static neph_result predict(choice *c, neph_effort *out) {
   neph_result result = make_plan(c);
   double bytes = 0.0;
-  if (!result) result = np_plan_predict_memory(c->scene, &c->plan, &bytes);
+  if (!result) result = np_plan_predict_memory(c->scene, c->plan, &bytes);
   if (result) return result;
-  const np_plan *plan = &c->plan;
+  const np_plan *plan = c->plan;
   const double core_s = np_plan_get_core_s(plan), all_s = np_stages_count_cost(plan).seconds;
   const double sampled_s = plan->stages[NP_STAGE_INTEGRATOR].cost.seconds, one_s = sampled_s / plan->sample_mean;
   out->integrator = plan->desc.integrator;
@@ -160,8 +160,7 @@ static neph_result choose_value(choice *c, size_t key) {
   char path[48];
   const char *best = NULL;
   np_print(path, sizeof path, "%s.%s", keys[key].section, keys[key].name);
-  if (is_given(c->scene, keys[key].section, keys[key].name) || !np_plan_needs(&c->plan, keys[key].stage))
-    return NEPH_OK;
+  if (is_given(c->scene, keys[key].section, keys[key].name) || !np_plan_needs(c->plan, keys[key].stage)) return NEPH_OK;
   np_node *before = np_node_copy(c->scene->context, np_scene_get_source(c->scene));
   neph_result result = before ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
   for (int v = 0; v < VALUES_MAX && keys[key].values[v] && !result; v++) {
@@ -230,13 +229,15 @@ neph_result np_effort_choose(neph_scene *scene, const neph_render_desc *desc, np
   const bool is_asked = isfinite(wanted.target_error) || isfinite(wanted.time_limit_s);
   const bool is_open = is_asked && !is_given(scene, "render", "quality");
   choice c = {.scene = scene,
+              .plan = np_plan_allocate(scene->context),
               .desc = &wanted,
               .store = store,
               .is_quality_open = is_open,
               .is_integrator_open = is_open && !is_given(scene, "render", "integrator"),
               .are_samples_open = is_asked && !is_given(scene, "render", "samples"),
               .best = NEPH_EFFORT_DEFAULT};
-  result = choose(&c);
+  result = c.plan ? choose(&c) : NEPH_ERROR_OUT_OF_MEMORY;
+  np_plan_destroy(scene->context, c.plan);
   if (result) return result;
   if (!c.is_quality_open) c.best.quality = NULL;
   report(&c, &c.best);

@@ -85,15 +85,16 @@ neph_result neph_render_estimate_memory(const neph_scene *scene, const neph_rend
                                         neph_memory_estimate *out_estimate) {
   if (NP_LACKS(NP_CONTEXT_OF(scene), out_estimate)) return NEPH_ERROR_INVALID_ARGUMENT;
   neph_scene at;
-  np_plan plan;
+  np_plan *plan;
   neph_memory_estimate e;
   np_input_store store = {.references = NULL};
   neph_result result = np_desc_check_size(scene->context, "neph_memory_estimate", out_estimate, sizeof *out_estimate);
   if (result) return result;
-  result = np_plan_make_frame(scene, desc, &at, &plan);
-  if (!result) result = np_plan_measure_fill(&at, &plan, &store);
-  if (!result) result = estimate(&at, &plan, &e);
+  result = np_plan_create_frame(scene, desc, &at, &plan);
+  if (!result) result = np_plan_measure_fill(&at, plan, &store);
+  if (!result) result = estimate(&at, plan, &e);
   np_input_store_clear(scene->context, &store);
+  np_plan_destroy(scene->context, plan);
   np_scene_eval_clear(&at);
   return result ? result : np_desc_write(scene->context, "neph_memory_estimate", &e, sizeof e, out_estimate);
 }

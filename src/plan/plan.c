@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "core/alloc.h"
 #include "core/parallel.h"
 #include "core/text.h"
 #include "image/film.h"
@@ -244,7 +245,9 @@ static neph_result begin(const neph_scene *scene, const neph_render_desc *desc, 
 }
 
 neph_result np_plan_make(const neph_scene *scene, const neph_render_desc *desc, np_plan *out_plan) {
-  *out_plan = (np_plan){.has_beauty = scene->output.has_beauty, .aovs = scene->output.aovs};
+  memset(out_plan, 0, sizeof *out_plan);
+  out_plan->has_beauty = scene->output.has_beauty;
+  out_plan->aovs = scene->output.aovs;
   neph_result result = begin(scene, desc, out_plan);
   if (!result) result = require_samples(out_plan);
   if (!result) result = np_part_check(scene, out_plan);
@@ -256,14 +259,19 @@ neph_result np_plan_make(const neph_scene *scene, const neph_render_desc *desc, 
   return decide_stages(out_plan, scene, &facts);
 }
 
-neph_result np_plan_make_frame(const neph_scene *scene, const neph_render_desc *desc, neph_scene *out_scene,
-                               np_plan *out_plan) {
+neph_result np_plan_create_frame(const neph_scene *scene, const neph_render_desc *desc, neph_scene *out_scene,
+                                 np_plan **out_plan) {
   neph_render_desc wanted = NEPH_RENDER_DESC_DEFAULT;
   *out_scene = (neph_scene){.context = NULL};
-  neph_result result = read_desc(scene, desc, &wanted);
+  *out_plan = np_plan_allocate(scene->context);
+  neph_result result = *out_plan ? read_desc(scene, desc, &wanted) : NEPH_ERROR_OUT_OF_MEMORY;
   if (!result) result = np_scene_eval(scene, wanted.frame, out_scene);
-  return result ? result : np_plan_make(out_scene, desc, out_plan);
+  return result ? result : np_plan_make(out_scene, desc, *out_plan);
 }
+
+np_plan *np_plan_allocate(neph_context *context) { return np_alloc(context, 1, sizeof(np_plan)); }
+
+void np_plan_destroy(neph_context *context, np_plan *plan) { np_alloc_free(context, plan); }
 
 neph_result np_plan_revise(const neph_scene *scene, np_plan *plan) {
   const np_scene_facts facts = compute_facts(scene, plan);
@@ -282,7 +290,9 @@ neph_result np_plan_leave_out_clouds(const neph_scene *scene, np_plan *plan) {
 }
 
 neph_result np_plan_make_sky(const neph_scene *scene, bool is_of_bands, np_plan *out_plan) {
-  *out_plan = (np_plan){.has_beauty = true, .is_sky_alone = true, .is_of_bands = is_of_bands};
+  memset(out_plan, 0, sizeof *out_plan);
+  out_plan->has_beauty = out_plan->is_sky_alone = true;
+  out_plan->is_of_bands = is_of_bands;
   neph_result result = begin(scene, NULL, out_plan);
   if (result) return result;
   compute_lights(out_plan, scene);

@@ -4,7 +4,7 @@
  * The first of the rooms of a render: plan, stages, frame, parts, render, each of which may call those before it. A
  * plan may read files' headers and bake trials, and calls scene, the models of clouds and light, and what those stand
  * on. It builds no stage. Entry points:
- *   np_plan_make, np_plan_make_frame    a description and a scene to decisions and predictions
+ *   np_plan_make, np_plan_create_frame  a description and a scene to decisions and predictions
  *   stage_rules.h                       the rows that it decides by; a decision is in stage_decisions.c, a predicted
  *                                       cost in stage_costs.c, a predicted error in error_forecast.c
  *   input_store.h                       facts about inputs that outlive a plan
@@ -16,13 +16,17 @@
 #include "plan/input_store.h"
 #include "plan/plan_stages.h"
 
+/* A plan to be made: 22 KB, too large for a stack. NULL: there is no memory, which is logged. */
+np_plan *np_plan_allocate(neph_context *context);
+void np_plan_destroy(neph_context *context, np_plan *plan); /* NULL is allowed */
+
 /* Checks scene and description, and decides. `desc` NULL: the scene's own. */
 neph_result np_plan_make(const neph_scene *scene, const neph_render_desc *desc, np_plan *out_plan);
 
 /* Evaluates a scene in the description's frame, and makes the plan of that. `out_scene` is to be cleared by
- * np_scene_eval_clear, on failure too. */
-neph_result np_plan_make_frame(const neph_scene *scene, const neph_render_desc *desc, neph_scene *out_scene,
-                               np_plan *out_plan);
+ * np_scene_eval_clear, and `out_plan` to be destroyed, on failure too. */
+neph_result np_plan_create_frame(const neph_scene *scene, const neph_render_desc *desc, neph_scene *out_scene,
+                                 np_plan **out_plan);
 
 /* Chooses halves for volumes and, as far as that is not enough, coarser cells for multiple scattering and longer voxels
  * for files, in a plan that is predicted to need more memory than its description allows; says which in a warning and

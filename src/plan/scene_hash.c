@@ -193,8 +193,7 @@ static bool has_given_assets(const neph_scene *scene) {
 
 /* ---- Settings ---- */
 
-static void add_settings(np_hash *hash, const neph_scene *scene, const np_plan *plan) {
-  const neph_render_desc *d = &plan->desc;
+static void add_settings(np_hash *hash, const neph_scene *scene, const neph_render_desc *d, const char *savings) {
   const unsigned words[] = {d->integrator,
                             d->width,
                             d->height,
@@ -216,23 +215,23 @@ static void add_settings(np_hash *hash, const neph_scene *scene, const np_plan *
   NP_HASH_ADD(hash, reals);
   NP_HASH_ADD(hash, d->seed);
   np_hash_add_text(hash, neph_version_get_text());
-  np_hash_add_text(hash, plan->savings);
+  np_hash_add_text(hash, savings);
   /* A sequence may have other caches than a still (plan_sun_optical_depth.c). */
   const bool is_sequence = scene->output.image && np_frame_name_is_pattern(scene->output.image);
   NP_HASH_ADD(hash, is_sequence);
 }
 
-neph_result np_scene_hash_compute(const neph_scene *scene, const np_plan *plan, char out_hex[33]) {
+neph_result np_scene_hash_compute(const neph_scene *scene, const neph_render_desc *desc, const char *savings,
+                                  char out_hex[33]) {
   out_hex[0] = '\0';
   if (has_given_assets(scene)) return NEPH_OK;
-  const int frame = plan->desc.frame,
-            first = np_scene_has_history(scene) ? np_scene_get_history_first(scene, frame) : frame;
+  const int frame = desc->frame, first = np_scene_has_history(scene) ? np_scene_get_history_first(scene, frame) : frame;
   hash_writer w = {.scene = scene, .first = first, .frame = frame, .hash = np_hash_create(scene->context)};
   if (!w.hash) return NEPH_ERROR_OUT_OF_MEMORY;
   if (scene->document) add_node(&w, np_scene_get_source(scene), NULL);
   if (scene->animation) np_animation_add_to_hash(scene->animation, w.hash);
   for (unsigned i = 0; i < scene->cloud_count; i++) add_cloud(&w, &scene->clouds[i]);
-  add_settings(w.hash, scene, plan);
+  add_settings(w.hash, scene, desc, savings);
   neph_result result = np_hash_finish(w.hash, out_hex);
   if (w.result) out_hex[0] = '\0';
   return w.result ? w.result : result;

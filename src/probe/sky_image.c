@@ -199,36 +199,45 @@ static neph_result describe_sky(const np_plan *plan, const np_assembly *assembly
   return result || !has_sky ? result : describe_irradiances(assembly, image);
 }
 
-static neph_result render_sky(const neph_scene *scene, const neph_sky_image_desc *desc, np_stores *stores,
-                              neph_image **out_image) {
-  np_monitor monitor;
-  np_monitor_start(&monitor, scene->context, desc->progress, desc->progress_user);
-  np_plan plan;
-  np_assembly assembly;
-  const np_build_job job = np_build_job_make(stores);
-  neph_result result = np_plan_make_sky(scene, false, &plan);
-  plan.sphere_size[0] = desc->width;
-  plan.sphere_size[1] = desc->height;
-  plan.sphere_center_rad = desc->center_azimuth_rad;
-  if (!result) result = np_assembly_build(scene, &plan, &job, &monitor, &assembly);
-  if (result) return result;
+/* The picture of a sky that is built. */
+static neph_result paint_sky(const neph_scene *scene, const neph_sky_image_desc *desc, const np_plan *plan,
+                             np_assembly *assembly, np_monitor *monitor, neph_image **out_image) {
   const unsigned count = desc->disks == NEPH_SKY_DISKS_LAYER ? CHANNELS : NP_BAND_COUNT;
-  result = neph_image_create(scene->context, desc->width, desc->height, count, channel_names, out_image);
+  neph_result result = neph_image_create(scene->context, desc->width, desc->height, count, channel_names, out_image);
   if (!result) {
-    sky_image s = {.assembly = &assembly,
+    sky_image s = {.assembly = assembly,
                    .width = desc->width,
                    .height = desc->height,
                    .scale = (float)np_scene_get_scale(scene),
                    .disks = desc->disks,
                    .edge_rad = desc->center_azimuth_rad - NP_PI};
     for (unsigned c = 0; c < count; c++) s.planes[c] = neph_image_get_channel(*out_image, channel_names[c]);
-    np_schedule_begin(&assembly.schedule, &monitor, NP_STAGE_INTEGRATOR, 0, 1);
-    np_monitor_set_stage(&monitor, "sky");
-    result = np_parallel_for(scene->context, &monitor, desc->height, 4, fill_rows, &s);
+    np_schedule_begin(&assembly->schedule, monitor, NP_STAGE_INTEGRATOR, 0, 1);
+    np_monitor_set_stage(monitor, "sky");
+    result = np_parallel_for(scene->context, monitor, desc->height, 4, fill_rows, &s);
   }
-  if (!result) result = describe_sky(&plan, &assembly, np_scene_get_scale(scene), *out_image);
-  if (!result) result = describe_layout(desc, *out_image);
-  np_assembly_clear(&assembly);
+  if (!result) result = describe_sky(plan, assembly, np_scene_get_scale(scene), *out_image);
+  return result ? result : describe_layout(desc, *out_image);
+}
+
+static neph_result render_sky(const neph_scene *scene, const neph_sky_image_desc *desc, np_stores *stores,
+                              neph_image **out_image) {
+  np_monitor monitor;
+  np_monitor_start(&monitor, scene->context, desc->progress, desc->progress_user);
+  np_assembly assembly;
+  const np_build_job job = np_build_job_make(stores);
+  np_plan *plan = np_plan_allocate(scene->context);
+  if (!plan) return NEPH_ERROR_OUT_OF_MEMORY;
+  neph_result result = np_plan_make_sky(scene, false, plan);
+  plan->sphere_size[0] = desc->width;
+  plan->sphere_size[1] = desc->height;
+  plan->sphere_center_rad = desc->center_azimuth_rad;
+  if (!result) result = np_assembly_build(scene, plan, &job, &monitor, &assembly);
+  if (!result) {
+    result = paint_sky(scene, desc, plan, &assembly, &monitor, out_image);
+    np_assembly_clear(&assembly);
+  }
+  np_plan_destroy(scene->context, plan);
   return result;
 }
 

@@ -17,12 +17,13 @@ neph_result neph_render_compute_hash(const neph_scene *scene, const neph_render_
   if (NP_LACKS(NP_CONTEXT_OF(scene), out_hash)) return NEPH_ERROR_INVALID_ARGUMENT;
   out_hash[0] = '\0';
   neph_scene at;
-  np_plan plan;
+  np_plan *plan;
   np_input_store store = {.references = NULL};
-  neph_result result = np_plan_make_frame(scene, desc, &at, &plan);
-  if (!result) result = np_plan_fit_memory(&at, &plan, &store);
-  if (!result) result = np_scene_hash_compute(&at, &plan, out_hash);
+  neph_result result = np_plan_create_frame(scene, desc, &at, &plan);
+  if (!result) result = np_plan_fit_memory(&at, plan, &store);
+  if (!result) result = np_scene_hash_compute(&at, &plan->desc, plan->savings, out_hash);
   np_input_store_clear(scene->context, &store);
+  np_plan_destroy(scene->context, plan);
   np_scene_eval_clear(&at);
   return result;
 }
@@ -46,14 +47,15 @@ neph_result neph_render_estimate_time(const neph_scene *scene, const neph_render
                                       double *out_next_seconds) {
   if (NP_LACKS(NP_CONTEXT_OF(scene), out_seconds)) return NEPH_ERROR_INVALID_ARGUMENT;
   neph_scene at;
-  np_plan plan;
+  np_plan *plan;
   np_input_store store = {.references = NULL};
-  neph_result result = np_plan_make_frame(scene, desc, &at, &plan);
-  if (!result) result = np_plan_measure_fill(&at, &plan, &store);
-  const double next_s = result ? 0.0 : predict_next(&at, &plan);
-  if (!result) *out_seconds = np_stages_count_cost(&plan).seconds + count_run_up(&at, &plan) * next_s;
+  neph_result result = np_plan_create_frame(scene, desc, &at, &plan);
+  if (!result) result = np_plan_measure_fill(&at, plan, &store);
+  const double next_s = result ? 0.0 : predict_next(&at, plan);
+  if (!result) *out_seconds = np_stages_count_cost(plan).seconds + count_run_up(&at, plan) * next_s;
   if (!result && out_next_seconds) *out_next_seconds = next_s;
   np_input_store_clear(scene->context, &store);
+  np_plan_destroy(scene->context, plan);
   np_scene_eval_clear(&at);
   return result;
 }
@@ -74,9 +76,10 @@ static neph_result explain_plan(const neph_scene *scene, np_plan *plan, np_store
 neph_result np_render_explain(const neph_scene *scene, const neph_render_desc *desc, np_stores *stores,
                               neph_text_format format, char **out_text) {
   neph_scene at;
-  np_plan plan;
-  neph_result result = np_plan_make_frame(scene, desc, &at, &plan);
-  if (!result) result = explain_plan(&at, &plan, stores, format, out_text);
+  np_plan *plan;
+  neph_result result = np_plan_create_frame(scene, desc, &at, &plan);
+  if (!result) result = explain_plan(&at, plan, stores, format, out_text);
+  np_plan_destroy(scene->context, plan);
   np_scene_eval_clear(&at);
   return result;
 }

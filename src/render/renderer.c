@@ -26,7 +26,7 @@ struct neph_renderer {
 
 /* One picture under way. */
 typedef struct picture_call {
-  np_plan plan;
+  np_plan *plan; /* owned */
   np_render_job job;
   np_tile_feed feed;
   const atomic_bool *is_cancelled; /* NULL: callbacks alone can end it */
@@ -64,46 +64,45 @@ static neph_result render_planned(const neph_scene *scene, np_plan *plan, const 
   return result ? result : np_render_image(scene, plan, job, monitor, out_image);
 }
 
-/* A run-up frame: later frames need its history. `at_frame` is the plan to make. */
+/* A run-up frame: later frames need its history. */
 static neph_result render_before(const neph_scene *scene, const np_plan *plan, int frame, const np_render_job *job,
-                                 np_monitor *monitor, np_plan *at_frame) {
+                                 np_monitor *monitor) {
   neph_scene at;
+  np_plan *at_frame;
   neph_render_desc desc = plan->desc;
   neph_image *image = NULL;
   desc.frame = frame;
-  neph_result result = np_plan_make_frame(scene, &desc, &at, at_frame);
+  neph_result result = np_plan_create_frame(scene, &desc, &at, &at_frame);
   if (!result) result = prepare_plan(&at, at_frame, &job->build.stores->inputs);
   if (!result)
     np_log(scene->context, NEPH_LOG_DEBUG, "history: frame %d is rendered for frame %d", frame, plan->desc.frame);
   if (!result) result = render_planned(&at, at_frame, job, monitor, &image);
   neph_image_destroy(image);
+  np_plan_destroy(scene->context, at_frame);
   np_scene_eval_clear(&at);
   return result;
 }
 
 /* Renders the frames of the plan's block before its own that the stores do not lead up to. */
 static neph_result prepare_history(const neph_scene *scene, picture_call *call, np_monitor *monitor) {
-  const np_plan *plan = &call->plan;
+  const np_plan *plan = call->plan;
   np_stores *stores = call->job.build.stores;
   const int frame = plan->desc.frame;
   int begin = frame;
   neph_result result = np_history_choose_begin(scene, plan, stores, &begin);
   if (result || begin == frame) return result;
-  np_plan *at_frame = np_alloc(scene->context, 1, sizeof *at_frame);
-  if (!at_frame) return NEPH_ERROR_OUT_OF_MEMORY;
   const double count = (double)frame - begin + 1;
   for (int i = begin; i < frame && !result; i++) {
     const np_render_job job = {.build = {.stores = stores, .progress = {(i - begin) / count, (i - begin + 1) / count}}};
-    result = render_before(scene, plan, i, &job, monitor, at_frame);
+    result = render_before(scene, plan, i, &job, monitor);
   }
   call->job.build.progress.begin = (count - 1.0) / count;
-  np_alloc_free(scene->context, at_frame);
   return result;
 }
 
 /* A picture of a scene in its frame. */
 static neph_result render_picture(const neph_scene *scene, picture_call *call, neph_image **out_image) {
-  const neph_render_desc *desc = &call->plan.desc;
+  const neph_render_desc *desc = &call->plan->desc;
   call->progress = desc->progress;
   call->progress_user = desc->progress_user;
   call->feed = (np_tile_feed){.fn = desc->tile, .user = desc->tile_user};
@@ -111,9 +110,9 @@ static neph_result render_picture(const neph_scene *scene, picture_call *call, n
   np_monitor monitor;
   np_monitor_start(&monitor, scene->context, tell, call);
   if (!tell(call, &(neph_progress){.stage = "planning", .remaining_s = HUGE_VAL})) return NEPH_ERROR_CANCELLED;
-  neph_result result = prepare_plan(scene, &call->plan, &call->job.build.stores->inputs);
+  neph_result result = prepare_plan(scene, call->plan, &call->job.build.stores->inputs);
   if (!result) result = prepare_history(scene, call, &monitor);
-  return result ? result : render_planned(scene, &call->plan, &call->job, &monitor, out_image);
+  return result ? result : render_planned(scene, call->plan, &call->job, &monitor, out_image);
 }
 
 static neph_result render_from_stores(const neph_scene *scene, const neph_render_desc *desc, np_stores *stores,
@@ -121,8 +120,9 @@ static neph_result render_from_stores(const neph_scene *scene, const neph_render
   picture_call call = {.job = {.build = np_build_job_make(stores), .sink = &np_part_film_sink},
                        .is_cancelled = is_cancelled};
   neph_scene at;
-  neph_result result = np_plan_make_frame(scene, desc, &at, &call.plan);
+  neph_result result = np_plan_create_frame(scene, desc, &at, &call.plan);
   if (!result) result = render_picture(&at, &call, out_image);
+  np_plan_destroy(scene->context, call.plan);
   np_scene_eval_clear(&at);
   return result;
 }

@@ -76,7 +76,6 @@ static neph_result make_plan(const neph_report *report, neph_scene *scene, neph_
 static neph_result predict(const neph_report *report, np_setting *setting) {
   neph_scene *scene;
   neph_render_desc desc;
-  np_plan plan;
   neph_result result = np_report_load(report, setting, &scene);
   if (result) return result;
   if (setting->knob && setting->knob->is_whole) {
@@ -84,8 +83,10 @@ static neph_result predict(const neph_report *report, np_setting *setting) {
     setting->sample_count = scene->render.sample_count;
   }
   result = np_report_describe_run(scene, setting->integrator, setting->sample_count, &desc);
-  if (!result) result = np_plan_make(scene, &desc, &plan);
-  if (!result) setting->predicted_s = np_plan_get_core_s(&plan) * np_stages_count_cost(&plan).seconds;
+  np_plan *plan = np_plan_allocate(report->context);
+  if (!result) result = plan ? np_plan_make(scene, &desc, plan) : NEPH_ERROR_OUT_OF_MEMORY;
+  if (!result) setting->predicted_s = np_plan_get_core_s(plan) * np_stages_count_cost(plan).seconds;
+  np_plan_destroy(report->context, plan);
   neph_scene_destroy(scene);
   return result;
 }

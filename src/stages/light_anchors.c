@@ -159,23 +159,26 @@ static neph_result solve_planned(const neph_scene *scene, np_plan *plan, np_stor
 static neph_result solve(const neph_scene *scene, const np_plan *plan, int end, np_stores *stores, np_monitor *monitor,
                          light_anchor *out) {
   neph_scene at;
-  np_plan at_frame;
+  np_plan *at_frame;
   neph_render_desc desc = plan->desc;
   desc.frame = plan->light_span.frames[end];
   desc.part_path = desc.checkpoint_path = NULL;
   desc.is_resumed = false;
-  neph_result result = np_plan_make_frame(scene, &desc, &at, &at_frame);
-  at_frame.light_checkpoints = plan->light_checkpoints;
-  at_frame.light_checkpoints.block_end = (unsigned)end + 1;
-  if (!result) result = solve_planned(&at, &at_frame, stores, monitor, out);
+  neph_result result = np_plan_create_frame(scene, &desc, &at, &at_frame);
+  if (!result) {
+    at_frame->light_checkpoints = plan->light_checkpoints;
+    at_frame->light_checkpoints.block_end = (unsigned)end + 1;
+    result = solve_planned(&at, at_frame, stores, monitor, out);
+  }
+  np_plan_destroy(scene->context, at_frame);
   np_scene_eval_clear(&at);
   return result;
 }
 
 static neph_result compute_id(const neph_scene *scene, const np_plan *plan, int frame, char out[33]) {
-  np_plan at_frame = *plan;
-  at_frame.desc.frame = frame;
-  return np_scene_hash_compute(scene, &at_frame, out);
+  neph_render_desc desc = plan->desc;
+  desc.frame = frame;
+  return np_scene_hash_compute(scene, &desc, plan->savings, out);
 }
 
 /* Puts the anchor of an id, if there is one, at its end of the span. */
