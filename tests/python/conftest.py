@@ -13,7 +13,8 @@ camera: {position: [0, -6 km, 1200 m], look_at: [0, 0, 2200 m], fov: 60 deg, res
 sun: {elevation: 35 deg, azimuth: 120 deg}
 clouds:
   - {name: field, bake: {preset: cumulus_humilis, seed: 7, extent: 2 km, voxel: 100 m}}
-render: {samples: 2}
+atmosphere: {tolerance: 0.1}
+render: {samples: 2, quality: draft}
 """
 
 

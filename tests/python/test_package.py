@@ -39,3 +39,13 @@ def test_a_missing_or_foreign_library_is_an_import_error(tmp_path):
         assert "ImportError" in done.stdout and str(path) in done.stdout and "NEPHOS_LIBRARY" in done.stdout
     done = run("import nephos", PYTHONPATH=package, NEPHOS_LIBRARY="libm.so.6")
     assert "ImportError" in done.stdout and "has no function neph_" in done.stdout
+
+
+def test_public_functions_have_type_hints():
+    methods = [getattr(kind, name) for kind in (nephos.Image, nephos.Scene, nephos.Volume, nephos.Renderer)
+               for name in vars(kind) if not name.startswith("_")]
+    functions = [getattr(nephos, name) for name in nephos.__all__ if not isinstance(getattr(nephos, name), type)]
+    for function in methods + functions:
+        function = getattr(function, "fget", None) or function
+        if function.__name__ != "get_render_desc":
+            assert "return" in function.__annotations__, function

@@ -43,7 +43,7 @@ def test_a_report_of_a_path_and_of_a_function(scene_path, tmp_path):
     def make(context):
         return nephos.load(scene_path, context=context)
     for subject in scene_path, make:
-        end = time.process_time() + 1.5
+        end = time.process_time() + 1
         report = nephos.report(subject, width=16, height=9, budget=60, quick=True,
                                progress=lambda _: time.process_time() < end)
         assert not report.is_complete and any(row["knob"] == "scene" for row in report.rows)
@@ -63,7 +63,7 @@ def test_sky_effort_and_plan(scene):
     assert sky.width == 32 and "disk.R" in sky and sky.attribute("nephos:sunDirection")
     assert json.loads(scene.explain("json")) and "sun" in scene.explain()
     effort = scene.choose_effort(target_error=0.2)
-    assert effort["error"] > 0 and effort["quality"]
+    assert effort["error"] > 0 and effort["integrator"] in ("march", "path")
     with pytest.raises(ValueError, match="plain, json"):
         scene.explain("xml")
 

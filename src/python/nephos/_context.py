@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Contexts, and the one way in which functions of the library are called: errors become exceptions, messages go to
 Python's logging, Ctrl-C and exceptions of callbacks end the call."""
+from __future__ import annotations
+
 import atexit
 import ctypes
 import logging
@@ -9,6 +11,7 @@ import signal
 import sys
 import threading
 import time
+from typing import Any, Optional
 
 from . import _declarations as c
 from ._errors import Error, make_error
@@ -249,7 +252,7 @@ class Object:
         self._owner = Owner(handle, context)
 
     @property
-    def context(self):
+    def context(self) -> Context:
         """Context to which the object belongs."""
         return self._owner.context
 
@@ -268,7 +271,7 @@ class Context:
     __slots__ = ("_owner", "_messages", "_log")
 
     @documented("neph_context_create", settings="neph_context_desc")
-    def __init__(self, **settings):
+    def __init__(self, **settings: Any) -> None:
         desc = make_struct(c.neph_context_desc)
         for name in ("log", "log_user", "reallocate", "reallocate_user"):
             if name in settings:
@@ -298,16 +301,16 @@ class Context:
         return self._owner.handle
 
     @property
-    def thread_count(self):
+    def thread_count(self) -> int:
         """Number of threads that work for this context."""
         return lib.neph_context_get_thread_count(self._handle)
 
     @property
-    def isa(self):
+    def isa(self) -> str:
         """Instruction-set level in use, such as "x86-64-v3"."""
         return lib.neph_isa_get_name(lib.neph_context_get_isa(self._handle)).decode()
 
-    def check_process(self):
+    def check_process(self) -> None:
         """Raises in a process that was forked from the one that made this context."""
         if self._owner.process != os.getpid():
             raise Error("the object was made before a fork, and its threads are not in this process: make it anew here")
@@ -320,7 +323,7 @@ _default = None
 _default_lock = threading.Lock()
 
 
-def get_context(context=None):
+def get_context(context: Optional[Context] = None) -> Context:
     """The given context, or the default one of this process."""
     global _default
     if context is not None:

@@ -1,14 +1,21 @@
 # SPDX-License-Identifier: Apache-2.0
 """Images: channels as views of the library's own memory."""
+from __future__ import annotations
+
 import ctypes
 import math
 import os
 import tempfile
+from typing import TYPE_CHECKING, Any, Iterable, Iterator, Mapping, Optional
 
 from . import _declarations as c
-from ._context import Object, Watch, call, create, get_context, take_text
+from ._context import Object, call, create, get_context
 from ._library import lib, make_struct
-from ._settings import apply_settings, documented, encode_text, read_struct
+from ._settings import Path, apply_settings, documented, encode_text, read_struct
+
+if TYPE_CHECKING:
+    import numpy
+    from ._context import Context
 
 
 def import_numpy(purpose):
@@ -45,7 +52,7 @@ class Image(Object):
 
     @classmethod
     @documented("neph_image_load_exr", "neph_image_load_png")
-    def load(cls, path, context=None):
+    def load(cls, path: Path, context: Optional[Context] = None) -> Image:
         """Reads an .exr or a .png."""
         context, name = get_context(context), encode_text("path", path)
         function = "neph_image_load_png" if name.lower().endswith(b".png") else "neph_image_load_exr"
@@ -53,7 +60,7 @@ class Image(Object):
 
     @classmethod
     @documented("neph_image_create")
-    def from_arrays(cls, channels, context=None):
+    def from_arrays(cls, channels: Mapping[str, Any], context: Optional[Context] = None) -> Image:
         """An image of arrays of one size, by the names of their channels; values are copied."""
         numpy, context = import_numpy("Image.from_arrays"), get_context(context)
         arrays = {name: numpy.asarray(array) for name, array in dict(channels).items()}
@@ -73,33 +80,33 @@ class Image(Object):
         return image
 
     @property
-    def width(self):
+    def width(self) -> int:
         return lib.neph_image_get_width(self._handle)
 
     @property
-    def height(self):
+    def height(self) -> int:
         return lib.neph_image_get_height(self._handle)
 
     @property
-    def channels(self):
+    def channels(self) -> list[str]:
         """Names of the channels."""
         count = lib.neph_image_get_channel_count(self._handle)
         return [lib.neph_image_get_channel_name(self._handle, i).decode() for i in range(count)]
 
-    def __contains__(self, name):
+    def __contains__(self, name: object) -> bool:
         return name in self.channels
 
-    def __iter__(self):
+    def __iter__(self) -> Iterator[str]:
         return iter(self.channels)
 
-    def __len__(self):
+    def __len__(self) -> int:
         return lib.neph_image_get_channel_count(self._handle)
 
     def __repr__(self):
         return "<nephos.Image %d × %d: %s>" % (self.width, self.height, " ".join(self.channels))
 
     @documented("neph_image_get_channel")
-    def buffer(self, name):
+    def buffer(self, name: str) -> memoryview:
         """One channel as a memoryview of floats of the shape (height, width), without a copy."""
         if not isinstance(name, str):
             raise TypeError("%r is no name of a channel: %s" % (name, ", ".join(self.channels)))
@@ -110,7 +117,7 @@ class Image(Object):
         plane.owner = self._owner  # the memory lives as long as the view
         return memoryview(plane).cast("B").cast("f", (self.height, self.width))
 
-    def __getitem__(self, name):
+    def __getitem__(self, name: str | list[str] | tuple[str, ...]) -> numpy.ndarray:
         """One channel as a numpy array (height, width) of float32 without a copy; a list of names as a copy
         (height, width, channels)."""
         numpy = import_numpy("image[%r]" % (name,))
@@ -119,19 +126,19 @@ class Image(Object):
         return numpy.asarray(self.buffer(name))
 
     @documented("neph_image_get_attribute")
-    def attribute(self, name, default=None):
+    def attribute(self, name: str, default: Optional[str] = None) -> Optional[str]:
         """A text attribute of the header, such as "nephos:sceneHash"."""
         value = lib.neph_image_get_attribute(self._handle, encode_text("name", name))
         return default if value is None else value.decode("utf-8", "replace")
 
     @documented("neph_image_set_attribute")
-    def set_attribute(self, name, value):
+    def set_attribute(self, name: str, value: str) -> None:
         """Sets or replaces a text attribute of the header."""
         call(self.context, "neph_image_set_attribute", self._handle, encode_text("name", name),
              encode_text("value", value))
 
     @property
-    def error(self):
+    def error(self) -> Optional[dict[str, Any]]:
         """Error that the header states, as docs/error.md defines it: error, noise and bias, each with its bounds; None
         where it is unknown."""
         figures = make_struct(c.neph_image_error)
@@ -140,12 +147,12 @@ class Image(Object):
         return values if math.isfinite(values["error"]["value"]) else None
 
     @property
-    def has_deep(self):
+    def has_deep(self) -> bool:
         """Whether the image has deep pixels."""
         return lib.neph_image_has_deep(self._handle)
 
     @documented("neph_image_save_exr", "neph_image_save_png", "neph_image_save_deep_exr", settings="neph_preview_desc")
-    def save(self, path, *, deep=False, **settings):
+    def save(self, path: Path, *, deep: bool = False, **settings: Any) -> None:
         """Writes an .exr, of halves unless `pixel_type="float"`, or, by its ending, a .png, with the settings of a
         preview. `deep=True` writes the deep pixels."""
         name = encode_text("path", path)
@@ -173,7 +180,7 @@ class Image(Object):
 
 
 @documented("neph_image_compare", "neph_image_compare_seeds")
-def compare(image, reference, second=None):
+def compare(image: Image, reference: Image, second: Optional[Image] = None) -> dict[str, Any]:
     """Difference of an image from a reference, as a dict of figures. `second` is a picture with another seed."""
     for picture in (image, reference) + ((second,) if second is not None else ()):
         if not isinstance(picture, Image):
@@ -189,7 +196,7 @@ def compare(image, reference, second=None):
 
 
 @documented("neph_parts_merge")
-def merge(paths, context=None):
+def merge(paths: Iterable[Path], context: Optional[Context] = None) -> Image:
     """Joins parts of one picture, tiles and ranges of samples, to the bits of the whole."""
     if isinstance(paths, (str, bytes, os.PathLike)):
         raise TypeError("paths is %r, must be a list of paths" % (paths,))

@@ -1,13 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
 """Renders, bakes and skies of scenes."""
+from __future__ import annotations
+
 import ctypes
+from typing import TYPE_CHECKING, Any, Callable, Optional
 
 from . import _declarations as c
-from ._context import Object, Watch, call, create, get_context
+from ._context import Object, Watch, create, get_context
 from ._image import Image, import_numpy
 from ._library import lib, make_struct
 from ._scene import Scene
-from ._settings import apply_settings, documented, encode_text, read_struct
+from ._settings import Path, apply_settings, documented, encode_text, read_struct
+
+if TYPE_CHECKING:
+    import numpy as np
+    from ._context import Context, Progress
 
 
 def check_scene(scene):
@@ -27,7 +34,7 @@ class Tile:
         self.pass_index, self.is_final = struct.pass_index, struct.is_final
         self._image = struct.image
 
-    def __getitem__(self, name):
+    def __getitem__(self, name: str) -> np.ndarray:
         numpy = import_numpy("tile[%r]" % (name,))
         if not self._image:
             raise ValueError("a tile is valid only during its callback: copy its values there")
@@ -69,7 +76,8 @@ def _render(call_with, context, scene, progress, tile, settings, caller):
 
 
 @documented("neph_render_image", settings="neph_render_desc")
-def render(scene, *, progress=None, tile=None, **settings):
+def render(scene: Scene, *, progress: Optional[Callable[[Progress], Any]] = None,
+           tile: Optional[Callable[[Tile], Any]] = None, **settings: Any) -> Image:
     """Renders one picture of a scene. Settings replace the scene's own: `samples=4`, `resolution=(96, 54)`, `frame=7`.
 
     progress: a function that receives a Progress several times a second; False from it ends the render.
@@ -87,26 +95,27 @@ class Renderer(Object):
     __slots__ = ()
 
     @documented("neph_renderer_create")
-    def __init__(self, context=None):
+    def __init__(self, context: Optional[Context] = None) -> None:
         context = get_context(context)
         super().__init__(create(context, c.neph_renderer, "neph_renderer_create", context._handle), context)
 
     @documented("neph_renderer_render", settings="neph_render_desc")
-    def render(self, scene, *, progress=None, tile=None, **settings):
+    def render(self, scene: Scene, *, progress: Optional[Callable[[Progress], Any]] = None,
+               tile: Optional[Callable[[Tile], Any]] = None, **settings: Any) -> Image:
         """Renders one picture, as nephos.render does, with what earlier pictures have left."""
         check_scene(scene)
         call_with = "neph_renderer_render", self._handle, scene._handle
         return _render(call_with, self.context, scene, progress, tile, settings, "Renderer.render()")
 
     @documented("neph_renderer_cancel")
-    def cancel(self):
+    def cancel(self) -> None:
         """Ends the picture under way."""
         self.context.check_process()
         lib.neph_renderer_cancel(self._handle)
 
 
 @documented("neph_render_sky", settings="neph_sky_image_desc")
-def sky(scene, *, progress=None, **settings):
+def sky(scene: Scene, *, progress: Optional[Callable[[Progress], Any]] = None, **settings: Any) -> Image:
     """The sky of a scene from its camera as a latitude-longitude picture."""
     watch = Watch(progress)
     desc = apply_settings(watch.attach(make_struct(c.neph_sky_image_desc)), settings, "sky()")
@@ -116,7 +125,8 @@ def sky(scene, *, progress=None, **settings):
 
 
 @documented("neph_scene_bake_file", settings="neph_bake_desc")
-def bake(scene, path, *, cloud=0, frame=1, progress=None, **settings):
+def bake(scene: Scene, path: Path, *, cloud: int | str = 0, frame: int = 1,
+         progress: Optional[Callable[[Progress], Any]] = None, **settings: Any) -> None:
     """Bakes a procedural cloud of a scene, by its name or index, to a .vdb file. `Volume.bake` bakes one in memory."""
     watch = Watch(progress)
     desc = apply_settings(watch.attach(make_struct(c.neph_bake_desc)), settings, "bake()")
@@ -126,7 +136,8 @@ def bake(scene, path, *, cloud=0, frame=1, progress=None, **settings):
 
 
 @documented("neph_scene_export_cloud", settings="neph_export_desc")
-def export(scene, path, *, cloud=0, frame=1, progress=None, **settings):
+def export(scene: Scene, path: Path, *, cloud: int | str = 0, frame: int = 1,
+           progress: Optional[Callable[[Progress], Any]] = None, **settings: Any) -> dict[str, Any]:
     """Writes a cloud of a scene to a .vdb file in its place in the world, and returns what was written."""
     watch = Watch(progress)
     desc = apply_settings(watch.attach(make_struct(c.neph_export_desc)), settings, "export()")

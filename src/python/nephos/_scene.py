@@ -1,15 +1,21 @@
 # SPDX-License-Identifier: Apache-2.0
 """Scenes: read from YAML, changed key by key."""
+from __future__ import annotations
+
 import ctypes
 import json
 import threading
+from typing import TYPE_CHECKING, Any, Iterator, Optional
 
 from . import _declarations as c
 from ._context import Object, Watch, call, create, get_context, take_text
 from ._errors import Error
 from ._library import lib, make_struct
-from ._settings import apply_settings, documented, encode_text, read_struct, write_yaml
+from ._settings import Path, apply_settings, documented, encode_text, read_struct, write_yaml
 from ._volume import Volume
+
+if TYPE_CHECKING:
+    from ._context import Context
 
 
 class _Use:
@@ -44,7 +50,7 @@ class Scene(Object):
     __slots__ = ("_use",)
 
     @documented("neph_scene_create", "neph_scene_load_text")
-    def __init__(self, text=None, *, name="scene", context=None):
+    def __init__(self, text: Optional[str] = None, *, name: str = "scene", context: Optional[Context] = None) -> None:
         """A scene with every key at its default, or of a text of YAML."""
         context = get_context(context)
         if text is None:
@@ -64,40 +70,40 @@ class Scene(Object):
     # ---- Keys ----
 
     @documented("neph_scene_set")
-    def __setitem__(self, key, value):
+    def __setitem__(self, key: str, value: Any) -> None:
         """Sets a key as the scene file would."""
         name, data = encode_text("key", key), encode_text("value", write_yaml(value))
         self._change("neph_scene_set", name, data)
 
-    def __getitem__(self, key):
+    def __getitem__(self, key: str) -> str:
         """Value of a key as YAML, in the form that setting it takes."""
         try:
             return self.values[key]
         except KeyError:
             raise KeyError("%r is no key of the scene that has one value: scene.values lists them" % (key,)) from None
 
-    def __contains__(self, key):
+    def __contains__(self, key: object) -> bool:
         return key in self.values
 
-    def __iter__(self):
+    def __iter__(self) -> Iterator[str]:
         return iter(self.values)
 
     def __repr__(self):
         return "<nephos.Scene of %d clouds>" % lib.neph_scene_get_cloud_count(self._handle)
 
     @property
-    def values(self):
+    def values(self) -> dict[str, str]:
         """Every key of the scene with its value, defaults and presets resolved, as a dict of texts."""
         return json.loads(self.describe("json"))["values"]
 
     @documented("neph_scene_describe")
-    def describe(self, format="plain"):
+    def describe(self, format: str = "plain") -> str:
         """Every key with its value as text."""
         with self._use:
             return take_text(self.context, "neph_scene_describe", self._handle, _get_format(format))
 
     @documented("neph_scene_check", "neph_scene_check_files")
-    def check(self):
+    def check(self) -> None:
         """Checks keys together, and that every file which the scene reads can be opened; `nephos.check(scene)` looks
         into them as well."""
         with self._use:
@@ -105,25 +111,25 @@ class Scene(Object):
             call(self.context, "neph_scene_check_files", self._handle)
 
     @documented("neph_scene_set_frame")
-    def set_frame(self, frame):
+    def set_frame(self, frame: int) -> None:
         """Sets the frame in which the scene is described and checked."""
         self._change("neph_scene_set_frame", int(frame))
 
     @property
-    def is_animated(self):
+    def is_animated(self) -> bool:
         """Whether any key changes from frame to frame."""
         return lib.neph_scene_is_animated(self._handle)
 
     # ---- Clouds ----
 
     @property
-    def clouds(self):
+    def clouds(self) -> list[str]:
         """Names of the clouds."""
         count = lib.neph_scene_get_cloud_count(self._handle)
         return [lib.neph_scene_get_cloud_name(self._handle, i).decode("utf-8", "replace") for i in range(count)]
 
     @documented("neph_scene_add_volume", settings="neph_placement_desc")
-    def add(self, volume, **settings):
+    def add(self, volume: Volume, **settings: Any) -> int:
         """Adds a volume as a cloud, and returns its index. Values are extinction in 1/m unless `density_unit` and
         `density_value` say otherwise."""
         if not isinstance(volume, Volume):
@@ -133,7 +139,7 @@ class Scene(Object):
         self._change("neph_scene_add_volume", volume._handle, ctypes.byref(desc), ctypes.byref(index))
         return index.value
 
-    def get_cloud(self, cloud):
+    def get_cloud(self, cloud: int | str) -> int:
         """Index of a cloud by its name or index."""
         names = self.clouds
         if isinstance(cloud, str) and cloud in names:
@@ -145,7 +151,7 @@ class Scene(Object):
     # ---- Effort ----
 
     @documented("neph_scene_choose_effort", settings="neph_effort")
-    def choose_effort(self, **settings):
+    def choose_effort(self, **settings: Any) -> dict[str, Any]:
         """Chooses settings for `target_error` or `time_limit`, as `nephos render` does, sets them in the scene, and
         returns them with predictions. Give the same target and limit to the render."""
         watch = Watch()
@@ -156,7 +162,7 @@ class Scene(Object):
         return read_struct(effort)
 
     @documented("neph_render_explain", settings="neph_render_desc")
-    def explain(self, format="plain", **settings):
+    def explain(self, format: str = "plain", **settings: Any) -> str:
         """The plan of a render: stages that it needs and leaves out, and why."""
         desc = self.get_render_desc(settings, "Scene.explain()")
         with self._use:
@@ -189,7 +195,7 @@ def _get_format(format):
 
 
 @documented("neph_scene_load")
-def load(path, *, context=None):
+def load(path: Path, *, context: Optional[Context] = None) -> Scene:
     """Reads a scene file."""
     context, scene = get_context(context), Scene.__new__(Scene)
     scene._adopt(create(context, c.neph_scene, "neph_scene_load", context._handle, encode_text("path", path)), context)
@@ -197,7 +203,7 @@ def load(path, *, context=None):
 
 
 @documented("neph_schema_describe")
-def schema(key=None, *, context=None):
+def schema(key: Optional[str] = None, *, context: Optional[Context] = None) -> list[dict[str, Any]]:
     """Keys of scenes below `key`, or all: a list of dicts with type, unit, range, default and meaning."""
     context = get_context(context)
     name = None if key is None else encode_text("key", key)

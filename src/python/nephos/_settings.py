@@ -8,8 +8,11 @@ import numbers
 import operator
 import os
 import re
+from typing import Union
 
 from . import _declarations as c
+
+Path = Union[str, bytes, os.PathLike]
 
 _units = ("_m", "_s", "_m_s", "_per_m", "_bytes")
 _hidden = {"struct_size", "progress", "progress_user", "tile", "tile_user", "log", "log_user", "reallocate",

@@ -1,18 +1,24 @@
 # SPDX-License-Identifier: Apache-2.0
 """Checks of files, probes and reports."""
+from __future__ import annotations
+
 import csv
 import ctypes
 import io
 import json
 import os
 import tempfile
+from typing import TYPE_CHECKING, Any, Callable, Iterable, Optional
 
 from . import _declarations as c
 from ._context import Context, Object, Watch, call, create, get_context, take_text
 from ._errors import ArgumentError, Cancelled
 from ._library import lib, make_struct
 from ._scene import Scene, load
-from ._settings import apply_settings, documented, encode_text, read_struct
+from ._settings import Path, apply_settings, documented, encode_text, read_struct
+
+if TYPE_CHECKING:
+    from ._context import Progress
 
 
 class Finding:
@@ -27,7 +33,8 @@ class Finding:
 
 
 @documented("neph_check_file", "neph_check_scene")
-def check(subject, *, frame=1, progress=None):
+def check(subject: Path | Scene, *, frame: int = 1,
+          progress: Optional[Callable[[Progress], Any]] = None) -> list[Finding]:
     """Checks a file, or a scene with all files that it names, and returns a list of findings; it is empty where all is
     well. While a scene is checked, no other call of its context may run."""
     is_scene = isinstance(subject, Scene)
@@ -83,7 +90,9 @@ _probes = {"slab": (c.neph_probe_desc, "neph_probe_slab"), "sky": (c.neph_probe_
 
 
 @documented("neph_probe_slab", "neph_probe_sky", settings="neph_probe_desc")
-def probe(cases, kind="slab", *, progress=None, context=None, **settings):
+def probe(cases: Path | Iterable[dict[str, Any]], kind: str = "slab", *,
+          progress: Optional[Callable[[Progress], Any]] = None, context: Optional[Context] = None,
+          **settings: Any) -> list[dict[str, Any]]:
     """Light of slabs of cloud ("slab") or of clear skies ("sky"), case by case. Cases are a .csv file or a list of dicts;
     the answer is a list of dicts."""
     if kind not in _probes:
@@ -105,7 +114,7 @@ class Report(Object):
     __slots__ = ("is_complete",)
 
     @property
-    def rows(self):
+    def rows(self) -> list[dict[str, Any]]:
         """Settings and their measurements, as dicts."""
         return [self._get_row(i) for i in range(lib.neph_report_get_row_count(self._handle))]
 
@@ -115,12 +124,12 @@ class Report(Object):
         return read_struct(row)
 
     @documented("neph_report_describe")
-    def describe(self):
+    def describe(self) -> dict[str, Any]:
         """All of the report but its pictures, as a dict."""
         return json.loads(take_text(self.context, "neph_report_describe", self._handle, c.NEPH_TEXT_JSON))
 
     @documented("neph_report_save")
-    def save(self, folder):
+    def save(self, folder: Path) -> None:
         """Writes the page and its data into a folder that exists."""
         call(self.context, "neph_report_save", self._handle, encode_text("folder", folder))
 
@@ -146,7 +155,8 @@ def _make_loader(subject, context, watch):
 
 
 @documented("neph_report_create", "neph_report_run", settings="neph_report_desc")
-def report(subject, *, progress=None, context=None, **settings):
+def report(subject: Path | Callable[[Context], Scene], *, progress: Optional[Callable[[Progress], Any]] = None,
+           context: Optional[Context] = None, **settings: Any) -> Report:
     """Measures error against time over the settings of a scene: a path, or a function that makes the scene anew in the
     context that it is given. The scene is made once for each setting. A report that its progress callback has cancelled
     is returned with what was measured by then, `is_complete` being False."""

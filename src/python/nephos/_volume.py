@@ -1,12 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """Volumes: scalar fields on voxel grids, from arrays, from lists of samples, from files, from presets of clouds."""
+from __future__ import annotations
+
 import ctypes
+from typing import TYPE_CHECKING, Any, Callable, Optional, Sequence
 
 from . import _declarations as c
 from ._context import Object, Watch, call, create, get_context
 from ._image import import_numpy
 from ._library import lib, make_struct
-from ._settings import apply_settings, documented, encode_text, read_struct
+from ._settings import Path, apply_settings, documented, encode_text, read_struct
+
+if TYPE_CHECKING:
+    import numpy
+    from ._context import Context, Progress
 
 
 def _make_floats(numpy, name, values):
@@ -70,8 +77,10 @@ class Volume(Object):
     __slots__ = ()
 
     @documented("neph_volume_create_dense", "neph_volume_create_sparse")
-    def __init__(self, values, *, coordinates=None, voxel=None, origin=None, transform=None, periodic=(False, False),
-                 precision="half", name="density", context=None):
+    def __init__(self, values: Any, *, coordinates: Any = None, voxel: float | Sequence[float] | None = None,
+                 origin: Optional[Sequence[float]] = None, transform: Any = None,
+                 periodic: tuple[bool, bool] = (False, False), precision: str = "half", name: str = "density",
+                 context: Optional[Context] = None) -> None:
         context = get_context(context)
         numpy = import_numpy("Volume")
         array = _make_floats(numpy, "values", values)
@@ -121,7 +130,8 @@ class Volume(Object):
 
     @classmethod
     @documented("neph_volume_load", settings="neph_volume_load_desc")
-    def load(cls, path, *, progress=None, context=None, **settings):
+    def load(cls, path: Path, *, progress: Optional[Callable[[Progress], Any]] = None,
+             context: Optional[Context] = None, **settings: Any) -> Volume:
         """Reads one grid of a .vdb file."""
         context, watch = get_context(context), Watch(progress)
         desc = apply_settings(watch.attach(make_struct(c.neph_volume_load_desc)), settings, "Volume.load()")
@@ -130,7 +140,8 @@ class Volume(Object):
 
     @classmethod
     @documented("neph_cloud_bake", "neph_cloud_get_preset", settings="neph_cloud_desc")
-    def bake(cls, preset=None, *, progress=None, context=None, **settings):
+    def bake(cls, preset: Optional[str] = None, *, progress: Optional[Callable[[Progress], Any]] = None,
+             context: Optional[Context] = None, **settings: Any) -> Volume:
         """Bakes a procedural cloud, of a preset such as "cumulus_mediocris" where one is named. Values are extinction in
         1/m."""
         context, watch = get_context(context), Watch(progress)
@@ -142,14 +153,14 @@ class Volume(Object):
                                 ctypes.byref(desc), watch=watch), context)
 
     @property
-    def info(self):
+    def info(self) -> dict[str, Any]:
         """Contents of the volume as a dict: name, transform, box in metres, active voxels, range of values, memory."""
         info = make_struct(c.neph_volume_info)
         call(self.context, "neph_volume_get_info", self._handle, ctypes.byref(info))
         return read_struct(info)
 
     @documented("neph_volume_sample")
-    def sample(self, positions):
+    def sample(self, positions: Any) -> numpy.ndarray:
         """Trilinear samples at world positions in metres: an array of n × 3, or one position."""
         numpy = import_numpy("Volume.sample")
         places = numpy.ascontiguousarray(positions, numpy.float64)
@@ -157,7 +168,8 @@ class Volume(Object):
             raise ValueError("positions are of the shape %s, must end in an axis of 3" % (places.shape,))
         values = numpy.zeros(places.shape[:-1], numpy.float32)
         self.context.check_process()
-        lib.neph_volume_sample(self._handle, values.size, ctypes.cast(places.ctypes.data, ctypes.POINTER(ctypes.c_double)),
+        lib.neph_volume_sample(self._handle, values.size,
+                               ctypes.cast(places.ctypes.data, ctypes.POINTER(ctypes.c_double)),
                                ctypes.cast(values.ctypes.data, ctypes.POINTER(ctypes.c_float)))
         return values
 
