@@ -70,7 +70,7 @@ typedef struct np_light_checkpoints {
   unsigned block_end; /* 0: light of the frame itself; 1, 2: of the first and the last of the block that it is in */
 } np_light_checkpoints;
 
-/* Frames between which the light in clouds is interpolated (light_anchors.h). */
+/* Frames between which the light in clouds is interpolated (light_span.h). */
 typedef struct np_light_span {
   int frames[2]; /* equal: none, the light is that of the frame itself */
   double share;  /* of the second, by the way of the light from one to the other */

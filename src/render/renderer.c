@@ -12,6 +12,7 @@
 #include "frame/tile_feed.h"
 #include "parts/part_film.h"
 #include "plan/effort.h"
+#include "plan/light_span.h"
 #include "render/render_calls.h"
 #include "render/renderer_stores.h"
 #include "scene/scene_eval.h"

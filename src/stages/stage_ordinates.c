@@ -56,10 +56,22 @@ static neph_result make_light_key(const np_stage_part *in, np_light_key **out_ke
   return result ? result : np_light_key_fill(a->context, &in->light->world, &source, key);
 }
 
+/* The solutions of a light of a packet at both ends of the plan's block; false where either has none. */
+static bool get_anchors(const np_plan *plan, const np_stores *stores, unsigned slot, const np_light_solution *out[2]) {
+  const np_light_anchors *anchors = stores->light;
+  if (!anchors || plan->light_span.frames[0] == plan->light_span.frames[1]) return false;
+  for (int i = 0; i < 2; i++) {
+    out[i] = NULL;
+    for (unsigned k = 0; k < anchors->at[i].count; k++)
+      if (anchors->at[i].solutions[k].slot == slot) out[i] = &anchors->at[i].solutions[k];
+  }
+  return out[0] && out[1] && np_scattering_field_can_blend(out[0]->field, out[1]->field);
+}
+
 /* A solution between those of two other frames is of this one alone, and is not kept. */
 static neph_result get_ordinates_key(const np_stage_part *in, void **out_key) {
   const np_light_solution *ends[2];
-  if (np_light_anchors_get(in->plan, in->made->stores, in->slot, ends)) return NEPH_OK;
+  if (get_anchors(in->plan, in->made->stores, in->slot, ends)) return NEPH_OK;
   return make_light_key(in, (np_light_key **)out_key);
 }
 
@@ -149,7 +161,7 @@ static neph_result solve_ordinates(const np_stage_part *in, np_light_checkpoint 
 static neph_result make_ordinates(const np_stage_part *in) {
   const np_light_solution *ends[2];
   np_light_checkpoint checkpoint;
-  if (np_light_anchors_get(in->plan, in->made->stores, in->slot, ends)) return blend_ordinates(in, ends);
+  if (get_anchors(in->plan, in->made->stores, in->slot, ends)) return blend_ordinates(in, ends);
   if (!np_light_checkpoint_open(in, &ordinates_disk, &checkpoint)) return solve_ordinates(in, NULL);
   neph_result result = NEPH_OK;
   in->light->scattering = np_light_checkpoint_load(&checkpoint, &in->light->world);
