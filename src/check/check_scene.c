@@ -22,6 +22,7 @@
 #include "scene/cloud_file.h"
 #include "scene/cloud_places.h"
 #include "scene/scene_eval.h"
+#include "stages/stores.h"
 #include "terrain/heightfield_files.h"
 #include "volume/volume_private.h"
 

@@ -29,7 +29,7 @@ render: scene plan stages frame parts
 export: volume image scene plan stages render
 probe: volume atmosphere integrate scene plan stages frame
 report: optics noise volume image mesh cloud terrain atmosphere world transport caches integrate scene plan stages frame
-check: optics noise volume image mesh cloud terrain atmosphere world transport caches integrate scene plan render'
+check: optics noise volume image mesh cloud terrain atmosphere world transport caches integrate scene plan stages render'
 
 for folder in src/*/; do
   module=$(basename "$folder")
