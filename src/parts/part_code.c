@@ -11,10 +11,10 @@
 /* A block being written, or being read: one walk over the fields does both. */
 typedef struct field_stream {
   neph_context *context;
-  np_part_fault *fault; /* of a block that is read: the reason why it has failed */
+  np_part_fault *fault; /* reason why a block that is read has failed */
   bool is_reading, has_failed;
   char *bytes;
-  size_t size, at; /* of a block that is written, `size` is its room */
+  size_t size, at; /* `size`: room of a block that is written */
 } field_stream;
 
 /* ---- Fields ---- */

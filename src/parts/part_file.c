@@ -88,13 +88,13 @@ struct np_part_file {
   neph_context *context;
   char *path;
   FILE *file;
-  uint64_t size;        /* of the file */
-  np_part_fault *fault; /* of the call */
+  uint64_t size;        /* bytes of the file */
+  np_part_fault *fault; /* fault of the present call */
   np_part_header header;
-  neph_image *image; /* of the header */
+  neph_image *image; /* picture that holds the header */
   np_part_grid grid;
   unsigned char *present;
-  uint64_t *offsets; /* of tiles that are there, from the start of the file */
+  uint64_t *offsets; /* places of the present tiles, from the start of the file */
   size_t present_count;
 };
 

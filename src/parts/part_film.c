@@ -14,9 +14,9 @@ struct np_kept_film {
   const np_frame *frame;
   np_part_header header;
   np_part_grid grid;
-  size_t reals; /* of a record */
+  size_t reals; /* doubles of a record */
   double *records;
-  atomic_bool *done; /* of each tile */
+  atomic_bool *done; /* whether each tile is finished */
   const char *part_path, *checkpoint_path;
   double interval_s, last_s;
 };

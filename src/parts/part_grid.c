@@ -28,7 +28,7 @@ size_t np_part_grid_get_index(const np_part_grid *grid, unsigned x, unsigned y) 
   return first + (size_t)(y % NP_TILE_EDGE) * across + x % NP_TILE_EDGE;
 }
 
-/* As plan.c cuts them. */
+/* Cuts rows like plan.c. */
 int np_part_get_tile_row(const np_part_header *h, unsigned tile, unsigned tile_count) {
   if (tile == 0) return h->whole_min[1];
   if (tile == tile_count) return h->whole_max[1];

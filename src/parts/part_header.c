@@ -34,7 +34,7 @@ bool np_part_record_add(const np_part_header *header, const double *record, np_f
   return true;
 }
 
-/* ---- Whether two are of one picture: the hash alone says so of files that were not made by hand ---- */
+/* ---- Whether two are of one picture: the hash alone says so, but for forged files ---- */
 
 /* Members that are compared bit by bit; none of them has padding. */
 #define MEMBER(name, member)                                                                                           \

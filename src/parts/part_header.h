@@ -14,18 +14,18 @@
 enum { NP_PART_RECORD_COUNT, NP_PART_RECORD_DISTANCE, NP_PART_RECORD_DEPTH, NP_PART_RECORD_NUMBERS };
 
 typedef struct np_part_header {
-  char version[32];       /* of nephos */
-  char hash[33];          /* of the whole picture (scene_hash.h) */
+  char version[32];       /* version of nephos */
+  char hash[33];          /* hash of the whole picture (scene_hash.h) */
   int32_t min[2], max[2]; /* pixels; max is one past the last */
   int32_t whole_min[2], whole_max[2];
   int32_t display_min[2], display_max[2];          /* the picture without overscan; those of `image` */
-  uint32_t tile_index, tile_count;                 /* from 0; of 1: all */
-  uint32_t sample_begin, sample_end, sample_count; /* of the part; of the whole */
+  uint32_t tile_index, tile_count;                 /* number from 0; count 1: all of the picture */
+  uint32_t sample_begin, sample_end, sample_count; /* samples of the part; count of the whole */
   uint32_t is_complete;                            /* records have all samples of a pixel in one set of numbers */
-  uint32_t pixel_type;                             /* of the file that the picture is for */
+  uint32_t pixel_type;                             /* pixel type of the file that the picture is for */
   uint32_t scattering_max;
-  double target_error, dim[NP_BAND_COUNT], lost_share; /* as in np_frame */
-  np_channels channels;                                /* as far as a pixel is finished by them */
+  double target_error, dim[NP_BAND_COUNT], lost_share; /* the same values as in np_frame */
+  np_channels channels;                                /* channels that finish a pixel */
   const neph_image *image;                             /* its channels' names and header */
 } np_part_header;
 

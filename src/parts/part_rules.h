@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Rules that the header of a part keeps: each field alone, and beside the others. Checksums guard against damage, not
- * against a file that somebody made: nothing is allocated or divided by a field before it is checked here. Each
+ * against forgery: nothing is allocated or divided by a field before it is checked here. Each
  * function returns false and notes the fault, with the field, its value and the values that are allowed. */
 #ifndef NP_PARTS_PART_RULES_H
 #define NP_PARTS_PART_RULES_H
