@@ -432,8 +432,8 @@ float np_sun_optical_depths_get_scaled(const np_sun_optical_depths *depths, np_d
   return compute_depth(depths, position, to_sun, fade, depth_max);
 }
 
-static float get_from(const void *depths, np_dvec3 position, np_vec3 to_sun, float depth_max) {
-  return np_sun_optical_depths_get(depths, position, to_sun, depth_max);
+static float get_from(const void *depths, np_dvec3 position, np_vec3 to_sun, const float *fade, float depth_max) {
+  return compute_depth(depths, position, to_sun, fade, depth_max);
 }
 
 np_sun_optical_depth_source np_sun_optical_depths_get_source(const np_sun_optical_depths *depths) {

@@ -15,6 +15,8 @@ static const double core_gain_max = 1.2;
 
 /* Memory of a cell that holds cloud: 1.6 to 1.9 kB more in the peak of six scenes than without a solution. */
 static const double cell_bytes = 1650.0, coarse_cell_bytes = 900.0; /* of degree 3 */
+/* Light at the border of the solution, whatever its cells. */
+static const double border_bytes = 1.2e6;
 /* In files, where cells are twice as wide as voxels, and sizes tell voxels roughly. */
 static const double cells_per_voxel = 1.0 / 11.0;
 
@@ -39,7 +41,7 @@ double np_plan_predict_cells(const np_plan *plan, const neph_scene *scene) {
 
 double np_plan_predict_cell_bytes(const np_plan *plan, const neph_scene *scene) {
   const double bytes = scene->render.light_degree > 3 ? cell_bytes : coarse_cell_bytes;
-  return fmin(bytes * np_plan_predict_cells(plan, scene), plan->light_bytes_max);
+  return border_bytes + fmin(bytes * np_plan_predict_cells(plan, scene), plan->light_bytes_max);
 }
 
 /* Cells of one voxel are for rays that see cloud: so many times those that meet the clouds' box, if that is fewer. */

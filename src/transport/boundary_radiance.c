@@ -20,7 +20,8 @@ static np_spectrum compute_ground_radiance(const np_world *world, const np_sun_o
     const np_spectrum sun = np_world_sunlight(world, hit->position, world->to_sun);
     if (!np_spectrum_is_zero(sun))
       irradiance = np_spectrum_add_scaled(
-          irradiance, cosine * np_transmittance(depths->get(depths->user, hit->position, world->to_sun, 16.0f)), sun);
+          irradiance, cosine * np_transmittance(depths->get(depths->user, hit->position, world->to_sun, NULL, 16.0f)),
+          sun);
   }
   return np_spectrum_scale(np_spectrum_multiply(irradiance, hit->albedo), 1.0f / NP_PI_F);
 }
@@ -33,22 +34,6 @@ np_spectrum np_boundary_radiance_compute(const np_world *world, const np_sun_opt
   const np_aerial_perspective air = np_world_air(world, world->cloud_sky, position, towards, hit.distance_m);
   return np_spectrum_add(np_spectrum_multiply(compute_ground_radiance(world, depths, &hit), air.transmittance),
                          air.inscatter);
-}
-
-/* Number of the ordinate nearest to a direction of flight. */
-static unsigned search_nearest(const np_ordinates *o, np_vec3 d) {
-  const unsigned octant = (d.x < 0.0f ? 1u : 0u) | (d.y < 0.0f ? 2u : 0u) | (d.z < 0.0f ? 4u : 0u);
-  unsigned best = 0;
-  float best_cosine = -1.0f;
-  for (unsigned i = 0; i < o->count; i++) {
-    const unsigned block = i / NP_ORDINATE_LANES, lane = i % NP_ORDINATE_LANES;
-    const float cosine = fabsf(d.x) * o->cosine[0][block][lane] + fabsf(d.y) * o->cosine[1][block][lane] +
-                         fabsf(d.z) * o->cosine[2][block][lane];
-    if (cosine <= best_cosine) continue;
-    best_cosine = cosine;
-    best = i;
-  }
-  return octant * OCTANT + best;
 }
 
 /* Sums by ordinate. */
@@ -69,8 +54,8 @@ static np_dvec3 choose_place(const boundary_samples *o) {
   np_dvec3 place = np_dvec3_make(o->low.x + u * o->size.x, o->low.y + v * o->size.y, o->low.z + 0.5 * o->size.z);
   const double top = fmax(o->world->terrain_max.z, place.z) + clearance_m;
   np_ground_hit hit;
-  if (o->world->terrain && np_world_intersect_ground(o->world, np_dvec3_make(place.x, place.y, top),
-                                                     np_vec3_make(0.0f, 0.0f, -1.0f), &hit))
+  if (o->world->terrain &&
+      np_world_intersect_ground(o->world, np_dvec3_make(place.x, place.y, top), np_vec3_make(0.0f, 0.0f, -1.0f), &hit))
     place.z = fmax(place.z, hit.position.z + clearance_m);
   return place;
 }
@@ -90,7 +75,7 @@ static void sample_sphere(boundary_samples *o, const np_ordinates *ordinates) {
     const double z = 1.0 - (2.0 * i + 1.0) / count, azimuth = i * (NP_PI * (3.0 - sqrt(5.0)));
     const float r = (float)sqrt(1.0 - z * z);
     const np_vec3 towards = np_vec3_make(r * (float)cos(azimuth), r * (float)sin(azimuth), (float)z);
-    sample_radiance(o, towards, search_nearest(ordinates, np_vec3_scale(towards, -1.0f)));
+    sample_radiance(o, towards, np_ordinates_search_nearest(ordinates, np_vec3_scale(towards, -1.0f)));
   }
 }
 

@@ -169,3 +169,18 @@ void np_ordinates_init(unsigned degree, bool is_layered, np_ordinates *out) {
   for (unsigned pair = 0; pair < NP_OCTANT_PAIRS; pair++)
     for (unsigned block = 0; block < out->block_count; block++) fill_harmonics(out, pair, block);
 }
+
+unsigned np_ordinates_search_nearest(const np_ordinates *o, np_vec3 d) {
+  const unsigned octant = (d.x < 0.0f ? 1u : 0u) | (d.y < 0.0f ? 2u : 0u) | (d.z < 0.0f ? 4u : 0u);
+  unsigned best = 0;
+  float best_cosine = -1.0f;
+  for (unsigned i = 0; i < o->count; i++) {
+    const unsigned block = i / NP_ORDINATE_LANES, lane = i % NP_ORDINATE_LANES;
+    const float cosine = fabsf(d.x) * o->cosine[0][block][lane] + fabsf(d.y) * o->cosine[1][block][lane] +
+                         fabsf(d.z) * o->cosine[2][block][lane];
+    if (cosine <= best_cosine) continue;
+    best_cosine = cosine;
+    best = i;
+  }
+  return octant * NP_ORDINATE_BLOCKS_MAX * NP_ORDINATE_LANES + best;
+}

@@ -47,4 +47,7 @@ unsigned np_ordinates_count(unsigned degree, bool is_layered);
 
 np_vec3 np_ordinates_direction(const np_ordinates *ordinates, unsigned octant, unsigned block, unsigned lane);
 
+/* Number of the ordinate nearest to a direction of flight: its octant times the lanes of all blocks, plus its own. */
+unsigned np_ordinates_search_nearest(const np_ordinates *ordinates, np_vec3 direction);
+
 #endif

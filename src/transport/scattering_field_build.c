@@ -145,9 +145,9 @@ static void check_light(light_colour *c, const float *first, size_t stride) {
 /* Calls `visit` for the sun at each live cell and for what flows in along each ordinate. */
 static void visit_lights(const np_scattering_solver *s, void (*visit)(light_colour *, const float *, size_t),
                          light_colour *colour) {
-  const size_t stride = sizeof s->fine->boundary[0] / sizeof(float);
+  const size_t stride = np_border_count_radiances(s->fine->border.clear[0].block_count);
   for (size_t active = 0; active < s->levels[0].grid.active_count; active++) visit(colour, s->sun[active].band, 1);
-  for (size_t i = 0; i < stride; i++) visit(colour, &s->fine->boundary[0][0][0][0] + i, stride);
+  for (size_t i = 0; i < stride; i++) visit(colour, s->fine->border.clear[0].radiance + i, stride);
 }
 
 /* The first band's solution is all bands' where clouds are grey and their lights have one colour. */
@@ -173,7 +173,8 @@ static void measure_light(np_scattering_solver *s, unsigned band) {
   for (unsigned octant = 0; octant < NP_OCTANT_COUNT; octant++)
     for (unsigned i = 0; i < o->count; i++) {
       const unsigned block = i / NP_ORDINATE_LANES, lane = i % NP_ORDINATE_LANES;
-      s->surroundings[band] += 0.25 * (double)(o->weight[block][lane] * s->broad->boundary[band][octant][block][lane]);
+      s->surroundings[band] +=
+          0.25 * (double)(o->weight[block][lane]) * np_border_get_mean(&s->broad->border, band, octant, block, lane);
     }
 }
 
@@ -290,11 +291,20 @@ static neph_result start_angles(np_scattering_solver *s, unsigned degree, bool i
   if (!*out) return NEPH_ERROR_OUT_OF_MEMORY;
   np_scattering_angles *a = *out;
   np_ordinates_init(degree, is_layered, &a->ordinates);
-  np_boundary_radiance_fill(s->world, s->depths, &s->desc->cells, &a->ordinates, a->boundary);
   a->lights = (np_transport_lights){
       .context = s->context, .monitor = s->monitor, .ordinates = &a->ordinates, .workspace = &s->workspace};
   np_harmonics_eval(degree, np_vec3_scale(s->world->to_sun, -1.0f), a->lights.sun_harmonics);
   return NEPH_OK;
+}
+
+static neph_result fill_border(np_scattering_solver *s, const np_transport_grid *grid) {
+  const np_border_set sets[] = {{&s->broad->ordinates, &s->broad->border}, {&s->fine->ordinates, &s->fine->border}};
+  for (unsigned v = 0; v < s->world->clouds.count; v++) {
+    const np_instance *cloud = &s->world->clouds.at[v];
+    const float forward = np_scaled_phase_compute_forward(&cloud->phase, s->broad->ordinates.degree);
+    s->fade[v] = 1.0f - forward * np_spectrum_max(cloud->albedo);
+  }
+  return np_border_fill(grid, s->world, s->depths, s->fade, s->monitor, sets, s->fine == s->broad ? 1 : 2);
 }
 
 static neph_result start(np_scattering_solver *s) {
@@ -303,11 +313,12 @@ static neph_result start(np_scattering_solver *s) {
   if (result) return result;
   const bool is_layered = grid.is_wrapped[0] || grid.is_wrapped[1], is_fine_wanted = grid.is_fine;
   const double cells = (double)np_transport_grid_count(&grid);
-  np_transport_grid_clear(&grid);
   const np_scattering_degrees d = np_scattering_desc_choose_degrees(s->desc, cells, is_layered, is_fine_wanted);
   result = start_angles(s, d.iterated, is_layered, &s->broad);
   if (!result && d.resolved != d.iterated) result = start_angles(s, d.resolved, is_layered, &s->fine);
   if (!s->fine) s->fine = s->broad;
+  if (!result) result = fill_border(s, &grid);
+  np_transport_grid_clear(&grid);
   return result ? result : np_scattering_field_build_phases(s->world, d.resolved, s->out);
 }
 
@@ -349,6 +360,11 @@ static void finish(np_scattering_solver *s) {
   report(s->world, s->desc->tolerance, s->out);
 }
 
+static void clear_angles(neph_context *context, np_scattering_angles *angles) {
+  if (angles) np_border_clear(context, &angles->border);
+  np_alloc_free(context, angles);
+}
+
 static neph_result solve(np_scattering_solver *s) {
   np_solver_state_open(s);
   neph_result result = start(s);
@@ -360,8 +376,9 @@ static neph_result solve(np_scattering_solver *s) {
   np_scattering_solver_clear_levels(s);
   np_workspace_clear(&s->workspace);
   np_alloc_free(s->context, s->sun);
-  if (s->fine != s->broad) np_alloc_free(s->context, s->fine);
-  np_alloc_free(s->context, s->broad);
+  np_ground_columns_clear(s->context, &s->ground);
+  if (s->fine != s->broad) clear_angles(s->context, s->fine);
+  clear_angles(s->context, s->broad);
   return result;
 }
 

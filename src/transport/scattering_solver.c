@@ -94,7 +94,8 @@ static void end_budget(np_scattering_solver *s) {
 
 /* ---- Levels ---- */
 
-/* A band comes no further than the one before that was cut: else the clouds would take on its colour. */
+/* A band comes no further than the one before that was cut: else the clouds would take on its colour. Levels before the
+ * finest tell what clouds send down, which lights the border of the levels after them. */
 static neph_result solve_level(np_scattering_solver *s, unsigned number, double tolerance) {
   if (!np_solver_state_begin(s, NP_STEP_FRAGILE)) return NEPH_OK;
   if (s->out->quality.is_cut && number < s->cut.level) return NEPH_OK;
@@ -103,12 +104,17 @@ static neph_result solve_level(np_scattering_solver *s, unsigned number, double 
   np_transport_effort effort = {.tolerance = tolerance,
                                 .is_finest = number == np_scattering_solver_get_iterated(s),
                                 .keeper = s->state.keeper ? &keeper : NULL};
+  if (!effort.is_finest || number + 1 == s->level_count) effort.downwelling = &s->downwelling[s->band];
   if (s->out->quality.is_cut && number == s->cut.level) effort.sweeps_max = s->cut.sweeps;
   set_level_part(s, number);
   neph_result result = np_transport_level_solve(&s->broad->lights, level, &effort);
   if (effort.sweeps > 0 && (s->is_nested || effort.is_finest))
     s->reached = (np_scattering_reach){number, effort.is_cut ? effort.sweeps : 0, effort.residual};
   if (effort.is_cut) end_budget(s);
+  if (!result && effort.downwelling && !effort.is_cut && effort.sweeps > 0) {
+    s->has_downwelling = true;
+    np_scattering_solver_light_below(s);
+  }
   if (!effort.is_finest || effort.is_cut) return result;
   s->out->quality.residual = fmax(s->out->quality.residual, effort.residual);
   s->out->sweeps += effort.sweeps;
@@ -131,6 +137,7 @@ static neph_result solve_nested(np_scattering_solver *s) {
     if (n + 1 < s->level_count) result = prolong(s, n, NP_STEP_RESTARTABLE);
     if (result || !s->has_time) continue;
     result = solve_level(s, n, n > finest ? 3.0 * s->desc->tolerance : s->desc->tolerance);
+    if (!result && s->has_time && s->level_count == finest + 1) result = solve_level(s, n, s->desc->tolerance);
   }
   return result;
 }
@@ -193,6 +200,8 @@ neph_result np_scattering_solver_build_levels(np_scattering_solver *s) {
   result = np_transport_grid_fill(s->world, s->out->phases, s->band, s->monitor, finest);
   set_part(s, 0.05, solving_begin);
   np_monitor_set_stage(s->monitor, "lighting clouds");
+  np_ground_columns_clear(s->context, &s->ground);
+  if (!result) result = np_ground_columns_fill(finest, s->world, s->depths, s->fade, s->monitor, &s->ground);
   if (!result) result = np_transport_grid_light(s->world, s->monitor, s->band, s->broad->ordinates.degree, finest);
   if (!result && is_fine(s)) result = add_coarser(s);
   if (!result && is_resolved(s)) result = add_broad(s);
@@ -268,15 +277,19 @@ static neph_result light_levels(np_scattering_solver *s, double *out_sum) {
   neph_result result = is_resolved(s) ? light_broad(s) : NEPH_OK;
   if (result) return result;
   for (unsigned n = iterated + 1; n < s->level_count; n++) restrict_level(s, n, s->levels[n - 1].sun, s->levels[n].sun);
-  s->fine->lights.boundary = s->fine->boundary[s->band];
-  s->broad->lights.boundary = s->broad->boundary[s->band];
+  s->fine->lights.border = &s->fine->border.faces[s->band];
+  s->broad->lights.border = &s->broad->border.faces[s->band];
+  s->has_downwelling = false;
+  np_scattering_solver_light_below(s);
 
   const np_transport_level *level = &s->levels[iterated];
   *out_sum = 0.0;
   for (size_t active = 0; active < level->grid.active_count; active++)
     *out_sum += (double)level->sun[active] + (level->emission ? (double)level->emission[active] : 0.0);
-  const float *boundary = &s->broad->boundary[s->band][0][0][0];
-  for (size_t i = 0; i < sizeof s->broad->boundary[0] / sizeof(float); i++) *out_sum += (double)boundary[i];
+  const np_ordinates *o = &s->broad->ordinates;
+  for (unsigned octant = 0; octant < NP_OCTANT_COUNT; octant++)
+    for (unsigned i = 0; i < o->count; i++)
+      *out_sum += np_border_get_mean(&s->broad->border, s->band, octant, i / NP_ORDINATE_LANES, i % NP_ORDINATE_LANES);
   return NEPH_OK;
 }
 
@@ -304,6 +317,14 @@ static size_t count_moments(const np_transport_grid *g) { return g->active_count
 static void blend_solution(np_scattering_solver *s, double factor) {
   blend b = {0.0, factor};
   const bool has_both = compute_blend(s, &b);
+  np_downwelling *down = s->downwelling;
+  for (int i = 0; i < NP_BORDER_PLAN * NP_BORDER_PLAN; i++) {
+    const float first = (&down[np_scattering_band_order[0]][0][0])[i];
+    const float last = (&down[np_scattering_band_order[s->turn - 1]][0][0])[i];
+    (&s->downwelling[s->band][0][0])[i] = (float)b.last * last + (has_both ? (float)b.first * first : 0.0f);
+  }
+  s->has_downwelling = true;
+  np_scattering_solver_light_below(s);
   for (unsigned n = np_scattering_solver_get_iterated(s); n < s->level_count; n++) {
     np_transport_level *l = &s->levels[n];
     const size_t count = count_moments(&l->grid);
@@ -331,6 +352,7 @@ static neph_result change_level(np_scattering_solver *s, unsigned number) {
     if (number + 1 < s->level_count) result = np_transport_level_prolong_change(l + 1, l);
   }
   if (!result && s->has_time) result = solve_level(s, number, s->desc->tolerance);
+  if (!result && s->has_time && s->level_count == 1) result = solve_level(s, number, s->desc->tolerance);
   if (!np_solver_state_begin(s, NP_STEP_FRAGILE)) return result;
   for (size_t i = 0; i < count; i++) l->change[i] = l->phi[i] - l->change[i];
   return result;

@@ -5,6 +5,7 @@
 
 #include "transport/scattering_field.h"
 #include "transport/scattering_field_private.h"
+#include "transport/ground_columns.h"
 #include "transport/transport_level.h"
 
 enum { NP_SCATTERING_LEVELS_MAX = 6 };
@@ -12,7 +13,7 @@ enum { NP_SCATTERING_LEVELS_MAX = 6 };
 /* Directions, and what comes along them from outside. */
 typedef struct np_scattering_angles {
   np_ordinates ordinates;
-  np_boundary_radiance boundary;
+  np_border border;
   np_transport_lights lights;
 } np_scattering_angles;
 
@@ -57,9 +58,13 @@ typedef struct np_scattering_solver {
   bool is_nested;      /* the present band begins on the coarsest grid, from nothing */
   bool is_transferred; /* other bands take from the first how light differs once it is resolved */
   double sunlight[NP_BAND_COUNT], surroundings[NP_BAND_COUNT]; /* irradiance on a sphere of either, means over cells */
-  np_spectrum *sun;                                            /* irradiance at each live cell of the finest grid */
-  double end_s;  /* of the monitor's seconds, for the sweeps of all bands; infinite: no limit */
-  bool has_time; /* the present band's share of them is not used up */
+  np_ground_columns ground;                                    /* within the finest cells */
+  np_downwelling downwelling[NP_BAND_COUNT];
+  bool has_downwelling;         /* of the present band */
+  float fade[NP_INSTANCES_MAX]; /* of each cloud: share of its depth that dims the beam where light is iterated */
+  np_spectrum *sun;             /* irradiance at each live cell of the finest grid */
+  double end_s;                 /* of the monitor's seconds, for the sweeps of all bands; infinite: no limit */
+  bool has_time;                /* the present band's share of them is not used up */
   np_scattering_reach reached,
       cut; /* by the present band; and by the last one that was cut, past which no other goes */
   np_monitor_part whole;
@@ -81,6 +86,9 @@ static const unsigned char np_scattering_band_order[NP_BAND_COUNT] = {0, 2, 1};
 /* The grids for the present band's albedo, on the cells that were placed. */
 neph_result np_scattering_solver_build_levels(np_scattering_solver *s);
 void np_scattering_solver_clear_levels(np_scattering_solver *s);
+
+/* Renews what ground and air below the clouds send back, for the present band's downwelling irradiance. */
+void np_scattering_solver_light_below(np_scattering_solver *s);
 
 /* Solves for the present band. `is_first`: nothing is known yet of the levels' light. `sum` is that over the sources of
  * the band before, then of this one; 0: there is no light. */

@@ -158,3 +158,34 @@ neph_result np_sweep_run(np_sweep *s) {
   }
   return NEPH_OK;
 }
+
+static double sum_down(const np_sweep *s, size_t column) {
+  const np_ordinates *o = s->ordinates;
+  const size_t columns = (size_t)s->grid->size[0] * (size_t)s->grid->size[1];
+  double sum = 0.0;
+  for (unsigned pair = NP_OCTANT_PAIRS / 2; pair < NP_OCTANT_PAIRS; pair++)
+    for (unsigned part = 0; part < 2 * o->block_count; part++) {
+      const float *light = s->faces[pair].z + ((size_t)part * columns + column) * NP_ORDINATE_LANES;
+      const unsigned block = part % o->block_count;
+      for (unsigned lane = 0; lane < NP_ORDINATE_LANES; lane++)
+        sum += (double)(o->weight[block][lane] * o->cosine[2][block][lane] * light[lane]);
+    }
+  return sum;
+}
+
+void np_sweep_measure_downwelling(const np_sweep *s, np_downwelling out) {
+  const int32_t *size = s->grid->size;
+  for (int32_t square = 0; square < NP_BORDER_PLAN * NP_BORDER_PLAN; square++) {
+    const int32_t at[2] = {square % NP_BORDER_PLAN, square / NP_BORDER_PLAN};
+    int32_t begin[2], end[2];
+    double sum = 0.0;
+    for (int a = 0; a < 2; a++) {
+      begin[a] = at[a] * size[a] / NP_BORDER_PLAN;
+      end[a] = (at[a] + 1) * size[a] / NP_BORDER_PLAN;
+      if (end[a] <= begin[a]) end[a] = begin[a] + 1;
+    }
+    for (int32_t j = begin[1]; j < end[1]; j++)
+      for (int32_t i = begin[0]; i < end[0]; i++) sum += sum_down(s, (size_t)j * (size_t)size[0] + (size_t)i);
+    (&out[0][0])[square] = (float)(sum / ((end[0] - begin[0]) * (end[1] - begin[1])));
+  }
+}

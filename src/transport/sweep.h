@@ -3,7 +3,7 @@
 #ifndef NP_TRANSPORT_SWEEP_H
 #define NP_TRANSPORT_SWEEP_H
 
-#include "transport/transport_grid.h"
+#include "transport/border.h"
 
 enum {
   NP_SWEEP_TILE = 16, /* rows along y, and along z, that are swept in one go */
@@ -24,13 +24,14 @@ typedef struct np_sweep {
                                       come to cloud */
   float *inverse_m[3]; /* 1/width of the cells along each axis; 0 where light cannot tell how wide a cell is */
   np_sweep_faces faces[NP_OCTANT_PAIRS];
-  float *rows;                /* scratch of each thread: of the cells along x, two octants' lanes */
-  float *out[NP_SWEEP_PARTS]; /* [active][harmonic], in the ordinates' order */
-  const float *source;        /* [active][harmonic]: moments of what is emitted and scattered, per metre */
-  float (*boundary)[NP_ORDINATE_BLOCKS_MAX][NP_ORDINATE_LANES]; /* radiance from outside, [octant][block][lane] */
+  float *rows;                   /* scratch of each thread: of the cells along x, two octants' lanes */
+  float *out[NP_SWEEP_PARTS];    /* [active][harmonic], in the ordinates' order */
+  const float *source;           /* [active][harmonic]: moments of what is emitted and scattered, per metre */
+  const np_border_faces *border; /* radiance from outside */
+  const float *ground;           /* of solid cells, by column [j][i] */
 } np_sweep;
 
-/* On failure nothing is left. `source`, `boundary` and `out` are the caller's to set. */
+/* On failure nothing is left. `source`, `border`, `ground` and `out` are the caller's to set. */
 neph_result np_sweep_init(neph_context *context, np_monitor *monitor, const np_transport_grid *grid,
                           const np_ordinates *ordinates, np_sweep *out);
 void np_sweep_clear(np_sweep *sweep);
@@ -41,5 +42,9 @@ static inline unsigned np_sweep_get_part(unsigned pair) { return (pair ^ pair >>
 /* Sweeps all directions; the sum of `out` over the parts, in their order, are the moments. What leaves through a
  * wrapped side comes in through the other in the next sweep. */
 neph_result np_sweep_run(np_sweep *sweep);
+
+/* Irradiance that came down, in the last sweep, through the bottom of the cells or on ground within them: means over
+ * the squares of the plan. Directions' light that can come to no more cloud is taken to go straight down. */
+void np_sweep_measure_downwelling(const np_sweep *sweep, np_downwelling out);
 
 #endif

@@ -26,7 +26,7 @@ typedef struct face_light {
 
 /* A block of directions of one octant on its way through the cells. */
 typedef struct flow {
-  lanes boundary;
+  unsigned octant, number;
   const int32_t *reach; /* as in np_sweep */
   lanes *x, *y, *z;     /* faces, as in np_sweep_faces */
 } flow;
@@ -170,10 +170,26 @@ static inline void keep_moments(const sweep_block *b, const int32_t *active, uns
 
 /* One octant's light on its way along a row. */
 typedef struct course {
-  lanes x, *y, *z; /* y, z: at the faces of each cell */
-  int32_t reach;   /* cells to cross */
+  lanes x, *y, *z;     /* y, z: at the faces of each cell */
+  int32_t reach;       /* cells to cross */
+  const float *ground; /* of the row's columns */
+  bool is_down;
   cell_rates rates;
 } course;
+
+/* Radiance from outside at a place of a face. */
+static inline void get_border(const np_sweep *sweep, const flow *f, int axis, float u, float v, lanes *out) {
+  const float x = u * (NP_BORDER_NODES - 1), y = v * (NP_BORDER_NODES - 1);
+  const int i = x < NP_BORDER_NODES - 2 ? (int)x : NP_BORDER_NODES - 2;
+  const int j = y < NP_BORDER_NODES - 2 ? (int)y : NP_BORDER_NODES - 2;
+  const float s = x - (float)i, t = y - (float)j;
+  const np_border_faces *faces = sweep->border;
+  const lanes *low = (const lanes *)np_border_get_node(faces, f->octant, axis, (unsigned)j, (unsigned)i) + f->number;
+  const lanes *high = low + NP_BORDER_NODES * faces->block_count, *next = low + faces->block_count;
+  *out = (1.0f - t) * ((1.0f - s) * *low + s * *next) + t * ((1.0f - s) * *high + s * *(high + faces->block_count));
+}
+
+static inline float get_middle(int32_t at, int32_t size) { return ((float)at + 0.5f) / (float)size; }
 
 static inline lanes *get_x_face(const np_transport_grid *grid, const flow *f, int32_t j, int32_t k) {
   return &f->x[k * grid->size[1] + j];
@@ -182,10 +198,15 @@ static inline lanes *get_x_face(const np_transport_grid *grid, const flow *f, in
 static inline course start_course(const sweep_block *b, const flow *f, int32_t j, int32_t k) {
   const np_transport_grid *grid = b->sweep->grid;
   const int32_t width = grid->size[0];
-  course c = {.x = grid->is_wrapped[0] ? *get_x_face(grid, f, j, k) : f->boundary,
-              .y = f->y + (size_t)k * (size_t)width,
+  course c = {.y = f->y + (size_t)k * (size_t)width,
               .z = f->z + (size_t)j * (size_t)width,
-              .reach = f->reach[k * grid->size[1] + j]};
+              .reach = f->reach[k * grid->size[1] + j],
+              .ground = b->sweep->ground ? b->sweep->ground + (size_t)j * (size_t)width : NULL,
+              .is_down = f->octant & 4u};
+  if (grid->is_wrapped[0])
+    c.x = *get_x_face(grid, f, j, k);
+  else
+    get_border(b->sweep, f, 0, get_middle(j, grid->size[1]), get_middle(k, grid->size[2]), &c.x);
   c.rates.rate[1] = 2.0f * b->cosine[1] * b->sweep->inverse_m[1][j];
   c.rates.rate[2] = 2.0f * b->cosine[2] * b->sweep->inverse_m[2][k];
   c.rates.inverse_m = -1.0f;
@@ -195,7 +216,10 @@ static inline course start_course(const sweep_block *b, const flow *f, int32_t j
 static inline void cross_cell(const sweep_block *b, course *c, int32_t i, int32_t active, lanes *light) {
   if (b->sweep->inverse_m[0][i] != c->rates.inverse_m) set_rates(b->cosine, b->sweep->inverse_m[0][i], &c->rates);
   face_light faces = {{c->x, c->y[i], c->z[i]}};
-  if (active < 0)
+  if (active == NP_TRANSPORT_CELL_SOLID) {
+    faces.at[0] = faces.at[1] = (lanes){0} + c->ground[i];
+    if (!c->is_down) faces.at[2] = faces.at[0]; /* what comes down stays, for np_sweep_measure_downwelling */
+  } else if (active < 0)
     cross_void(&c->rates, &faces);
   else
     cross_cloud(&c->rates, b->sweep->grid->extinction[active], &faces, light);
@@ -236,9 +260,11 @@ static void cross_row(const sweep_block *b, int32_t j, int32_t k) {
     cross_row_of(b, j, k, b->harmonics, b->even);
 }
 
-static void enter(const np_transport_grid *grid, const flow *f, lanes *faces, int axis) {
+/* Light comes into a row of faces of an axis, at a place along the third. */
+static void enter(const np_sweep *sweep, const flow *f, lanes *faces, int axis, float v) {
+  const np_transport_grid *grid = sweep->grid;
   if (grid->is_wrapped[axis]) return;
-  for (int32_t i = 0; i < grid->size[0]; i++) faces[i] = f->boundary;
+  for (int32_t i = 0; i < grid->size[0]; i++) get_border(sweep, f, axis, get_middle(i, grid->size[0]), v, &faces[i]);
 }
 
 static flow start_flow(const np_sweep *sweep, unsigned pair, unsigned turn, unsigned number) {
@@ -246,7 +272,8 @@ static flow start_flow(const np_sweep *sweep, unsigned pair, unsigned turn, unsi
   const unsigned octant = 2 * pair + turn;
   const size_t part = turn * sweep->ordinates->block_count + number;
   const np_sweep_faces *faces = &sweep->faces[pair];
-  return (flow){.boundary = *(const lanes *)sweep->boundary[octant][number],
+  return (flow){.octant = octant,
+                .number = number,
                 .reach = sweep->reach[octant],
                 .x = (lanes *)faces->x + part * (size_t)size[1] * (size_t)size[2],
                 .y = (lanes *)faces->y + part * (size_t)size[0] * (size_t)size[2],
@@ -294,8 +321,8 @@ void NP_KERNEL(np_sweep_tile)(const np_sweep *sweep, unsigned pair, int32_t tile
       const int32_t j = is_down_y ? size[1] - 1 - n : n;
       for (const sweep_block *b = blocks; b < blocks + count; b++) {
         for (const flow *f = b->flow; f < b->flow + 2; f++) {
-          if (n == 0) enter(grid, f, &f->y[k * size[0]], 1);
-          if (m == 0) enter(grid, f, &f->z[j * size[0]], 2);
+          if (n == 0) enter(sweep, f, &f->y[k * size[0]], 1, get_middle(k, size[2]));
+          if (m == 0) enter(sweep, f, &f->z[j * size[0]], 2, get_middle(j, size[1]));
         }
         cross_row(b, j, k);
       }

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "core/alloc.h"
+#include "transport/ground_columns.h"
 #include "world/emission.h"
 
 /* ---- Averages ---- */
@@ -173,8 +174,11 @@ static neph_result keep_live(const grid_fill *f) {
   np_transport_grid *g = f->grid;
   const int32_t cells = (int32_t)np_transport_grid_count(g);
   spread_held(g, f->holds);
-  for (int32_t c = 0; c < cells; c++) g->active[c] = f->holds[c] ? (int32_t)g->active_count++ : NP_TRANSPORT_CELL_NONE;
-  neph_result result = allocate_live(g);
+  for (int32_t c = 0; c < cells; c++) g->active[c] = NP_TRANSPORT_CELL_NONE;
+  neph_result result = np_ground_columns_bury(f->world, f->monitor, g, f->holds);
+  for (int32_t c = 0; c < cells; c++)
+    if (f->holds[c]) g->active[c] = (int32_t)g->active_count++;
+  if (!result) result = allocate_live(g);
   if (result) return result;
   for (int32_t c = 0; c < cells; c++) {
     if (g->active[c] < 0) continue;
@@ -239,11 +243,26 @@ void np_transport_grid_restrict(const np_transport_grid *fine, const float *valu
   }
 }
 
+/* A cell is ground where no child is live, and half of them or more are ground: one above ground then is so too. */
+static void bury_parents(const np_transport_grid *fine, np_transport_grid *out) {
+  float share;
+  for (size_t c = 0; c < np_transport_grid_count(fine); c++)
+    if (fine->active[c] == NP_TRANSPORT_CELL_SOLID) out->active[compute_parent(fine, out, (int32_t)c, &share)]--;
+  const int32_t half = (fine->size[0] > out->size[0] ? 2 : 1) * (fine->size[1] > out->size[1] ? 2 : 1) *
+                       (fine->size[2] > out->size[2] ? 2 : 1) / 2;
+  for (size_t c = 0; c < np_transport_grid_count(out); c++) {
+    const bool is_solid = -out->active[c] >= half && out->active[c] < 0;
+    out->has_solid = out->has_solid || is_solid;
+    out->active[c] = is_solid ? NP_TRANSPORT_CELL_SOLID : NP_TRANSPORT_CELL_NONE;
+  }
+}
+
 static void number_parents(const np_transport_grid *fine, np_transport_grid *out) {
   float share;
-  for (size_t i = 0; i < fine->active_count; i++) out->active[compute_parent(fine, out, fine->cell[i], &share)] = 1;
+  bury_parents(fine, out);
+  for (size_t i = 0; i < fine->active_count; i++) out->active[compute_parent(fine, out, fine->cell[i], &share)] = 0;
   for (size_t c = 0; c < np_transport_grid_count(out); c++)
-    out->active[c] = out->active[c] ? (int32_t)out->active_count++ : NP_TRANSPORT_CELL_NONE;
+    if (out->active[c] == 0) out->active[c] = (int32_t)out->active_count++;
 }
 
 /* Extinction and scattering are averaged; their ratio follows. */
@@ -299,7 +318,8 @@ static void broaden_cell(const np_transport_grid *fine, size_t active, np_transp
 
 neph_result np_transport_grid_reduce_degree(const np_world *world, unsigned band, unsigned degree,
                                             const np_transport_grid *fine, np_transport_grid *out) {
-  *out = (np_transport_grid){.context = fine->context, .degree = degree, .active_count = fine->active_count};
+  *out = (np_transport_grid){
+      .context = fine->context, .degree = degree, .active_count = fine->active_count, .has_solid = fine->has_solid};
   neph_result result = NEPH_OK;
   for (int a = 0; a < 3 && !result; a++) result = thin_planes(fine, a, 1, out);
   if (result) return result;

@@ -6,7 +6,10 @@
 #include "transport/scaled_phase.h"
 #include "transport/scattering_field.h"
 
-enum { NP_TRANSPORT_CELL_NONE = -1 };
+enum {
+  NP_TRANSPORT_CELL_NONE = -1, /* void */
+  NP_TRANSPORT_CELL_SOLID = -2 /* ground */
+};
 
 /* World-aligned cells between planes, x fastest. Only live ones, which hold cloud or touch a cell that does, keep
  * anything. */
@@ -16,9 +19,10 @@ typedef struct np_transport_grid {
   double *edge_m[3];  /* of each axis: size + 1 ascending planes */
   double even_m[3];   /* distance of the planes; 0 where they are not even */
   bool is_wrapped[3]; /* periodic along this axis */
+  bool has_solid;     /* some cells are ground; below them all are */
   bool is_fine;       /* light is iterated on cells twice as wide */
   unsigned degree;    /* N: of the harmonics that light is resolved into */
-  int32_t *active;    /* of each cell: its number among the live ones, or NP_TRANSPORT_CELL_NONE */
+  int32_t *active;    /* of each cell: its number among the live ones; else void or ground */
   int32_t *cell;      /* of each live cell: where it is */
   size_t active_count;
   float *extinction;             /* scaled, 1/m, the mean of the interpolated field */
@@ -112,7 +116,7 @@ static inline size_t np_transport_grid_join(const np_transport_grid *grid, const
   return ((size_t)at[2] * (size_t)grid->size[1] + (size_t)at[1]) * (size_t)grid->size[0] + (size_t)at[0];
 }
 
-/* Live neighbour along an axis, or NP_TRANSPORT_CELL_NONE. */
+/* Live neighbour along an axis; negative: none. */
 static inline int32_t np_transport_grid_neighbour(const np_transport_grid *grid, const int32_t at[3], int axis,
                                                   int step) {
   int32_t next[3] = {at[0], at[1], at[2]};

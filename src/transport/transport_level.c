@@ -24,8 +24,11 @@ neph_result np_transport_level_allocate(np_transport_level *level, bool is_emitt
   neph_context *context = level->grid.context;
   level->sun = np_alloc(context, level->grid.active_count, sizeof *level->sun);
   level->phi = np_alloc(context, count_moments(&level->grid), sizeof *level->phi);
+  const size_t columns = (size_t)level->grid.size[0] * (size_t)level->grid.size[1];
+  if (level->grid.has_solid) level->ground = np_alloc(context, columns, sizeof *level->ground);
   if (is_emitting) level->emission = np_alloc(context, level->grid.active_count, sizeof *level->emission);
-  return level->sun && level->phi && (level->emission || !is_emitting) ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+  const bool has_own = (level->emission || !is_emitting) && (level->ground || !level->grid.has_solid);
+  return level->sun && level->phi && has_own ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
 neph_result np_transport_level_allocate_starts(np_transport_level *level, bool has_finer) {
@@ -38,6 +41,7 @@ neph_result np_transport_level_allocate_starts(np_transport_level *level, bool h
 void np_transport_level_clear(np_transport_level *level) {
   np_diffusion_clear(&level->diffusion);
   np_alloc_free(level->grid.context, level->sun);
+  np_alloc_free(level->grid.context, level->ground);
   np_alloc_free(level->grid.context, level->emission);
   np_alloc_free(level->grid.context, level->phi);
   np_alloc_free(level->grid.context, level->first_phi);
@@ -132,7 +136,8 @@ static neph_result start_iteration(const np_transport_lights *lights, np_transpo
     out->sweep.out[part] = np_workspace_take(lights->workspace, floats);
   out->source = has_own_source ? np_workspace_take(lights->workspace, floats) : level->phi;
   out->sweep.source = out->source;
-  out->sweep.boundary = lights->boundary;
+  out->sweep.border = lights->border;
+  out->sweep.ground = level->ground;
   return NEPH_OK;
 }
 
@@ -162,6 +167,8 @@ neph_result np_transport_level_solve(const np_transport_lights *lights, np_trans
   effort->residual = problem.residual;
   effort->sweeps = problem.calls;
   effort->is_cut = problem.is_cut;
+  if (!result && effort->downwelling && problem.calls > 0 && !problem.is_cut)
+    np_sweep_measure_downwelling(&it.sweep, *effort->downwelling);
   clear_iteration(&it);
   return result;
 }

@@ -12,6 +12,7 @@ typedef struct np_transport_level {
   np_transport_grid grid;
   float *sun;             /* of each active cell: first collisions times irradiance, W m⁻³ nm⁻¹ */
   float *emission;        /* of each active cell: the moment l = 0 of what it emits; NULL: nothing emits */
+  float *ground;          /* radiance of solid cells, by column [j][i]; NULL: there are none */
   float *phi;             /* the solution: [active][harmonic] */
   float *first_phi;       /* that of the first band; NULL where others have nothing to do with it */
   float *change;          /* from a further band's start to its solution; NULL: no finer grid starts from it */
@@ -24,8 +25,8 @@ typedef struct np_transport_lights {
   np_monitor *monitor;
   const np_ordinates *ordinates;
   np_workspace *workspace;
-  float sun_harmonics[NP_HARMONIC_COUNT_MAX];                   /* towards where sunlight flies */
-  float (*boundary)[NP_ORDINATE_BLOCKS_MAX][NP_ORDINATE_LANES]; /* radiance from outside, [octant][block][lane] */
+  float sun_harmonics[NP_HARMONIC_COUNT_MAX]; /* towards where sunlight flies */
+  const np_border_faces *border;              /* radiance from outside */
 } np_transport_lights;
 
 /* Sources and solution of a grid that is filled; all 0. */
@@ -40,6 +41,7 @@ typedef struct np_transport_effort {
   bool is_finest;
   unsigned sweeps_max;                 /* 0: as many as the level is worth */
   const np_fixed_point_keeper *keeper; /* NULL: none */
+  np_downwelling *downwelling;         /* out: renewed by a solve that was not cut; NULL: not measured */
   double residual;                     /* out: relative */
   unsigned sweeps;                     /* out */
   bool is_cut;                         /* out: the monitor's budget ended it */

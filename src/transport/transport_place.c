@@ -5,6 +5,9 @@
  * two voxels at least, since the field's own detail ends there, unless a single voxel is thicker than that, one voxel
  * to a cell costs next to nothing, or the picture is so large that it shows what two lack.
  *
+ * A flat cloud, an eighth as thick as its box is wide or less, gets cells of less height, since its light changes from
+ * top to base: eight to its thickness, down to half a voxel.
+ *
  * Where the memory does not allow as many, cells grow with their distance from the viewer, by planes along each axis:
  * what is far is seen small. No more than eightfold; what is still too many makes all larger.
  *
@@ -15,6 +18,7 @@
 #include <string.h>
 
 #include "core/alloc.h"
+#include "transport/thickness.h"
 #include "transport/transport_grid.h"
 
 /* Counts are multiples of it, so that there are three coarser grids. */
@@ -54,6 +58,20 @@ static bool is_wrapped_along(const np_world *world, int axis, double *out_period
   return true;
 }
 
+/* Edges of cells in voxels: across, and in height. */
+typedef struct cell_edges {
+  double across, height;
+} cell_edges;
+
+/* Cells to the typical thickness of a cloud, and the least height of one in voxels. */
+static const double cells_per_thickness = 8.0, height_min = 0.5;
+
+/* Heights of cells for clouds of a thickness in voxels, where they are `edge` across. */
+static cell_edges flatten(double edge, double thickness) {
+  const double height = np_clamp(thickness / cells_per_thickness, height_min, fmax(edge, height_min));
+  return (cell_edges){edge, fmin(edge, height)};
+}
+
 /* ---- Even cells ---- */
 
 typedef struct even_axis {
@@ -83,11 +101,11 @@ static even_axis compute_even_axis(const np_world *world, const np_transport_des
   return (even_axis){(int32_t)fmin(ceil(cells / COARSEST) * COARSEST, 1e6), origin, edge, false};
 }
 
-static double compute_even_axes(const np_world *world, const np_transport_desc *desc, double edge_voxels,
+static double compute_even_axes(const np_world *world, const np_transport_desc *desc, cell_edges edges,
                                 even_axis out[3]) {
   double cells = 1.0;
   for (int axis = 0; axis < 3; axis++) {
-    out[axis] = compute_even_axis(world, desc, axis, edge_voxels);
+    out[axis] = compute_even_axis(world, desc, axis, axis == 2 ? edges.height : edges.across);
     cells *= out[axis].size;
   }
   return cells;
@@ -130,7 +148,8 @@ static double get_edge_max(const np_world *world) {
 /* Edge in voxels that the clouds want; within `cell_count_max` where there is nobody to be near to. */
 static double choose_edge(const np_world *world, const np_transport_desc *desc, bool *out_is_fine) {
   even_axis axes[3];
-  const double voxel_depth = compute_voxel_depth(world), cells = compute_even_axes(world, desc, 1.0, axes);
+  const double voxel_depth = compute_voxel_depth(world),
+               cells = compute_even_axes(world, desc, (cell_edges){1.0, 1.0}, axes);
   *out_is_fine = cells > (double)desc->cell_count_cheap && cells <= (double)desc->cell_count_fine;
   const double edge_max = get_edge_max(world);
   double edge = cells <= (double)desc->cell_count_cheap || *out_is_fine ? 1.0 : 2.0;
@@ -199,11 +218,21 @@ static double search_near(const np_transport_desc *desc, const even_axis axes[3]
   return 0.0;
 }
 
+/* Thickness of clouds whose box is many times as wide; infinite: they are not flat. */
+static double measure_flat(const np_world *world, const np_transport_desc *desc) {
+  static const double flat = 8.0;
+  const double thickness = np_thickness_measure(world, desc);
+  const double x = desc->bounds_max.x - desc->bounds_min.x, y = desc->bounds_max.y - desc->bounds_min.y;
+  return fmin(x, y) >= flat * thickness ? thickness : HUGE_VAL;
+}
+
 /* Cells as the clouds want them; where that is too many, graded ones; where these would be too many, larger ones. */
 static grading choose_axes(const np_world *world, const np_transport_desc *desc, even_axis out[3], bool *out_is_fine) {
-  for (double edge = choose_edge(world, desc, out_is_fine);; edge *= 1.25) {
-    if (compute_even_axes(world, desc, round_edge(edge), out) <= (double)desc->cell_count_max)
-      return (grading){desc, HUGE_VAL};
+  const double wanted = choose_edge(world, desc, out_is_fine);
+  const double thickness = measure_flat(world, desc) / np_transport_get_voxel(world, 2);
+  for (double edge = wanted;; edge *= 1.25) {
+    const cell_edges edges = flatten(round_edge(edge), thickness * edge / wanted);
+    if (compute_even_axes(world, desc, edges, out) <= (double)desc->cell_count_max) return (grading){desc, HUGE_VAL};
     const double near = desc->has_viewer ? search_near(desc, out) : 0.0;
     if (near > 0.0) return (grading){desc, near};
   }

@@ -155,11 +155,11 @@ float np_world_get_sky_share(const np_world *world, const np_ground_hit *hit);
 /* Irradiance of the sky on level ground, without clouds and hills. */
 np_spectrum np_world_level_irradiance(const np_world *world, const np_ground_hit *hit);
 
-/* Function for the optical depth of all clouds from a point towards the sun; clouds beyond `depth_max` may be
- * skipped. */
+/* Function for the optical depth of all clouds from a point towards the sun, each cloud's times its `fade`; clouds
+ * beyond `depth_max` may be skipped. `fade` NULL: 1. */
 typedef struct np_sun_optical_depth_source {
   const void *user;
-  float (*get)(const void *user, np_dvec3 position, np_vec3 to_sun, float depth_max);
+  float (*get)(const void *user, np_dvec3 position, np_vec3 to_sun, const float *fade, float depth_max);
 } np_sun_optical_depth_source;
 
 #endif

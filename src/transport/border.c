@@ -1,0 +1,572 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Air outside is that of a node's height, traced once for each direction and five heights; the shadow of clouds and
+ * hills on it is the share of its first order of scattering that they take, by cells whose length grows with the
+ * distance. */
+#include "transport/border.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "atmosphere/sky_along.h"
+#include "core/alloc.h"
+#include "core/units.h"
+
+enum {
+  NODES = NP_BORDER_NODES,
+  DIRECTIONS = 1024, /* over the whole sphere, of which half look out of a face */
+  AIR_CELLS = 12,
+  FACES = 6,
+  MARGIN = (NP_BORDER_WIDE - NP_BORDER_PLAN) / 2,
+  SPAN = 2 * NP_BORDER_WIDE + 1 /* distances between squares */
+};
+
+static const double reach_m = 60e3;    /* shadows on air farther off are left out */
+static const double clearance_m = 1.0; /* above ground, of nodes that hills would bury */
+
+/* ---- What all nodes share ---- */
+
+/* Air along one direction: traced from each height of the nodes; and, as seen from the middle of the clouds, its light,
+ * the first order of it, and that of even light, up to the end of each cell. */
+typedef struct air_ray {
+  np_aerial_perspective whole[NODES];
+  np_spectrum all[AIR_CELLS + 1], first[AIR_CELLS + 1], even[AIR_CELLS + 1], all_whole;
+} air_ray;
+
+typedef struct border_fill {
+  const np_transport_grid *grid;
+  const np_world *world;
+  const np_sun_optical_depth_source *depths;
+  const float *fade;
+  const np_border_set *sets;
+  unsigned set_count;
+  double low[3], high[3];
+  np_vec3 direction[DIRECTIONS];                    /* looking out */
+  uint16_t nearest[NP_BORDER_SETS_MAX][DIRECTIONS]; /* octant × lanes + ordinate */
+  air_ray *air;                                     /* NULL: no air that shines */
+} border_fill;
+
+enum { OCTANT = NP_ORDINATE_BLOCKS_MAX * NP_ORDINATE_LANES, ALL = NP_OCTANT_COUNT * OCTANT };
+
+static double compute_cell_end(int cell) { return reach_m * cell * cell / (AIR_CELLS * AIR_CELLS); }
+
+static double compute_node(const border_fill *f, int axis, unsigned node) {
+  return f->low[axis] + (f->high[axis] - f->low[axis]) * node / (NODES - 1);
+}
+
+static void choose_directions(border_fill *f) {
+  for (unsigned i = 0; i < DIRECTIONS; i++) {
+    const double z = 1.0 - (2.0 * i + 1.0) / DIRECTIONS, azimuth = i * (NP_PI * (3.0 - sqrt(5.0)));
+    const float r = (float)sqrt(1.0 - z * z);
+    f->direction[i] = np_vec3_make(r * (float)cos(azimuth), r * (float)sin(azimuth), (float)z);
+    for (unsigned s = 0; s < f->set_count; s++)
+      f->nearest[s][i] =
+          (uint16_t)np_ordinates_search_nearest(f->sets[s].ordinates, np_vec3_scale(f->direction[i], -1.0f));
+  }
+}
+
+static neph_result trace_air(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const border_fill *f = user;
+  const neph_sky *sky = f->world->cloud_sky;
+  for (size_t i = begin; i < end; i++) {
+    const np_vec3 towards = f->direction[i];
+    air_ray *a = &f->air[i];
+    for (unsigned h = 0; h < NODES; h++) {
+      const np_dvec3 from =
+          np_dvec3_make(0.5 * (f->low[0] + f->high[0]), 0.5 * (f->low[1] + f->high[1]), compute_node(f, 2, h));
+      a->whole[h] = np_sky_trace_air(sky, from, towards, INFINITY);
+    }
+    for (int c = 1; c <= AIR_CELLS; c++) {
+      np_spectrum unused;
+      a->all[c] = np_sky_aerial_orders(sky, towards, compute_cell_end(c), &a->first[c]).inscatter;
+      a->even[c] = np_sky_even_inscatter(sky, towards, compute_cell_end(c), &unused);
+    }
+    np_spectrum unused;
+    a->all_whole = np_sky_aerial_orders(sky, towards, INFINITY, &unused).inscatter;
+  }
+  return NEPH_OK;
+}
+
+/* ---- A node ---- */
+
+/* Gains of a node's radiances in one set, the room used again for the next node. */
+typedef struct node_responses {
+  np_border_response *at;
+  size_t count, room;
+} node_responses;
+
+typedef struct border_node {
+  const border_fill *fill;
+  np_dvec3 position;
+  int axis, side; /* side: −1 low, 1 high */
+  unsigned u, v;
+  neph_result result;
+  double sums[NP_BORDER_SETS_MAX][ALL][NP_BAND_COUNT];
+  unsigned counts[NP_BORDER_SETS_MAX][ALL];
+  uint16_t sampled[DIRECTIONS], sampled_count; /* directions that look out */
+  np_spectrum radiance[DIRECTIONS];            /* along them */
+  node_responses responses[NP_BORDER_SETS_MAX];
+} border_node;
+
+static neph_result add_response(neph_context *context, node_responses *list, np_border_response response) {
+  if (list->count == list->room) {
+    const size_t room = list->room ? 2 * list->room : 1024;
+    np_border_response *grown = np_alloc_resize(context, list->at, room, sizeof *grown);
+    if (!grown) return NEPH_ERROR_OUT_OF_MEMORY;
+    list->at = grown;
+    list->room = room;
+  }
+  list->at[list->count++] = response;
+  return NEPH_OK;
+}
+
+/* The square, at a depth below the box, that a place is in; false: light of the box does not reach it. */
+static bool find_square(const border_fill *f, np_dvec3 place, uint32_t *out) {
+  double at[2] = {place.x, place.y};
+  uint32_t cell[2];
+  for (int a = 0; a < 2; a++) {
+    double t = (at[a] - f->low[a]) / (f->high[a] - f->low[a]);
+    if (f->grid->is_wrapped[a]) t -= floor(t);
+    const double n = floor(t * NP_BORDER_PLAN) + MARGIN;
+    if (!(n >= 0.0 && n < NP_BORDER_WIDE)) return false;
+    cell[a] = (uint32_t)n;
+  }
+  const double depth = (f->low[2] - place.z) / f->sets[0].border->depth_m * (NP_BORDER_DEPTHS - 1);
+  const uint32_t level = (uint32_t)np_clamp(floor(depth + 0.5), 0.0, NP_BORDER_DEPTHS - 1);
+  *out = (level * NP_BORDER_WIDE + cell[1]) * NP_BORDER_WIDE + cell[0];
+  return true;
+}
+
+/* The gain counts for the ordinate that is nearest to the direction. */
+static void gain(border_node *n, unsigned direction, uint32_t square, np_spectrum per_irradiance) {
+  for (unsigned s = 0; s < n->fill->set_count && !n->result; s++)
+    n->result = add_response(n->fill->grid->context, &n->responses[s],
+                             (np_border_response){n->fill->nearest[s][direction], square, per_irradiance});
+}
+
+static float get_beam(const border_fill *f, np_dvec3 place) {
+  return np_transmittance(f->depths->get(f->depths->user, place, f->world->to_sun, f->fade, 16.0f));
+}
+
+static float see_sun(const border_fill *f, np_dvec3 place) {
+  if (np_world_is_behind_terrain(f->world, place, f->world->to_sun)) return 0.0f;
+  return get_beam(f, place);
+}
+
+np_spectrum np_border_light_ground(const np_world *world, const np_sun_optical_depth_source *depths, const float *fade,
+                                   const np_ground_hit *hit, np_spectrum *out_gain) {
+  const float sky_share = np_world_get_sky_share(world, hit), cosine = np_vec3_dot(hit->normal, world->to_sun);
+  np_spectrum irradiance = np_spectrum_scale(np_world_level_irradiance(world, hit), sky_share);
+  if (cosine > 0.0f) {
+    const np_spectrum sun = np_world_sunlight(world, hit->position, world->to_sun);
+    if (!np_spectrum_is_zero(sun))
+      irradiance = np_spectrum_add_scaled(
+          irradiance, cosine * np_transmittance(depths->get(depths->user, hit->position, world->to_sun, fade, 16.0f)),
+          sun);
+  }
+  *out_gain = np_spectrum_scale(hit->albedo, sky_share / NP_PI_F);
+  return np_spectrum_scale(np_spectrum_multiply(irradiance, hit->albedo), 1.0f / NP_PI_F);
+}
+
+/* Gain of np_sky_even_inscatter for a unit of irradiance from above: even light over the upper hemisphere makes the air
+ * shine twice as much as the same irradiance of the sun, spread over all directions. */
+static np_spectrum compute_even_gain(const np_world *world, np_dvec3 place) {
+  const np_spectrum sun = np_spectrum_multiply(
+      world->sun_irradiance,
+      np_atmosphere_transmittance_to_sun(world->atmosphere, place, world->to_sun, world->sun_angular_radius_rad));
+  np_spectrum out = np_spectrum_grey(0.0f);
+  for (unsigned b = 0; b < NP_BAND_COUNT; b++)
+    if (sun.band[b] > 1e-3f * world->sun_irradiance.band[b]) out.band[b] = 2.0f / sun.band[b];
+  return out;
+}
+
+/* Air up to a distance, dimmed by shadow, of which `air` is the light without. */
+static np_spectrum shade_air(border_node *n, unsigned direction, double distance_m, np_spectrum air) {
+  const border_fill *f = n->fill;
+  const air_ray *a = &f->air[direction];
+  np_spectrum lost = np_spectrum_grey(0.0f), total = a->all_whole, ratio;
+  const bool is_short = distance_m < reach_m;
+  const int last = is_short ? (int)(AIR_CELLS * sqrt(distance_m / reach_m)) : AIR_CELLS - 1;
+  const double begin = compute_cell_end(last), end = compute_cell_end(last + 1);
+  const float part = is_short ? (float)((distance_m - begin) / (end - begin)) : 1.0f;
+  if (is_short) total = np_spectrum_mix(a->all[last], a->all[last + 1], part);
+  for (unsigned b = 0; b < NP_BAND_COUNT; b++)
+    ratio.band[b] = total.band[b] > 0.0f ? air.band[b] / total.band[b] : 0.0f;
+  for (int c = 0; c <= last; c++) {
+    const double near = compute_cell_end(c), far = fmin(compute_cell_end(c + 1), distance_m);
+    const double jitter = fmod(0.618033988749895 * (direction * AIR_CELLS + (unsigned)c) + 0.7548776662466927 * n->u +
+                                   0.5698402909980532 * n->v,
+                               1.0);
+    const np_dvec3 place = np_dvec3_along(n->position, f->direction[direction], near + jitter * (far - near));
+    const float share = c == last ? part : 1.0f, shadow = 1.0f - see_sun(f, place);
+    lost = np_spectrum_add_scaled(lost, share * shadow, np_spectrum_subtract(a->first[c + 1], a->first[c]));
+    uint32_t square;
+    if (place.z < f->low[2] && find_square(f, place, &square)) {
+      const np_spectrum even = np_spectrum_scale(np_spectrum_subtract(a->even[c + 1], a->even[c]), share);
+      gain(n, direction, square,
+           np_spectrum_multiply(np_spectrum_multiply(even, ratio), compute_even_gain(f->world, place)));
+    }
+  }
+  for (unsigned b = 0; b < NP_BAND_COUNT; b++)
+    air.band[b] = fmaxf(0.0f, air.band[b] - ratio.band[b] * fmaxf(0.0f, lost.band[b]));
+  return air;
+}
+
+/* Air of the node's height. */
+static np_aerial_perspective get_whole_air(const border_node *n, unsigned direction) {
+  const border_fill *f = n->fill;
+  const np_aerial_perspective *whole = f->air[direction].whole;
+  const double at = np_clamp((n->position.z - f->low[2]) / (f->high[2] - f->low[2]), 0.0, 1.0) * (NODES - 1);
+  const unsigned i = at < NODES - 2 ? (unsigned)at : NODES - 2;
+  const float t = (float)(at - i);
+  return (np_aerial_perspective){np_spectrum_mix(whole[i].transmittance, whole[i + 1].transmittance, t),
+                                 np_spectrum_mix(whole[i].inscatter, whole[i + 1].inscatter, t)};
+}
+
+static np_spectrum look_out(border_node *n, unsigned direction) {
+  const border_fill *f = n->fill;
+  const np_vec3 towards = f->direction[direction];
+  np_ground_hit hit;
+  const bool has_hit = np_world_intersect_ground(f->world, n->position, towards, &hit);
+  const double distance_m = has_hit ? hit.distance_m : (double)INFINITY;
+  np_aerial_perspective air = {np_spectrum_grey(1.0f), np_spectrum_grey(0.0f)};
+  if (f->air) {
+    const bool is_sphere = has_hit && !f->world->terrain;
+    air = has_hit && !is_sphere ? np_sky_trace_air(f->world->cloud_sky, n->position, towards, distance_m)
+                                : get_whole_air(n, direction);
+    air.inscatter = shade_air(n, direction, distance_m, air.inscatter);
+  } else if (has_hit) {
+    air = np_world_air(f->world, NULL, n->position, towards, distance_m);
+  }
+  if (!has_hit) return np_world_add_beyond(f->world, n->position, towards, air.inscatter);
+  np_spectrum ground_gain;
+  const np_spectrum ground = np_border_light_ground(f->world, f->depths, f->fade, &hit, &ground_gain);
+  uint32_t square;
+  if (find_square(f, hit.position, &square))
+    gain(n, direction, square, np_spectrum_multiply(ground_gain, air.transmittance));
+  return np_spectrum_add(np_spectrum_multiply(ground, air.transmittance), air.inscatter);
+}
+
+/* Directions that look out of the node's face. */
+static void sample_node(border_node *n) {
+  for (unsigned i = 0; i < DIRECTIONS; i++) {
+    const np_vec3 d = n->fill->direction[i];
+    const float along = n->axis == 0 ? d.x : n->axis == 1 ? d.y : d.z;
+    if (along * (float)n->side <= 0.0f) continue;
+    n->radiance[i] = look_out(n, i);
+    n->sampled[n->sampled_count++] = (uint16_t)i;
+    for (unsigned s = 0; s < n->fill->set_count; s++) {
+      const unsigned ordinate = n->fill->nearest[s][i];
+      for (unsigned b = 0; b < NP_BAND_COUNT; b++) n->sums[s][ordinate][b] += (double)n->radiance[i].band[b];
+      n->counts[s][ordinate]++;
+    }
+  }
+}
+
+/* An ordinate that is nearest to none of the directions takes the one nearest to it. */
+static np_spectrum get_nearest_sample(const border_node *n, const np_ordinates *o, unsigned octant, unsigned number) {
+  const np_vec3 flight = np_ordinates_direction(o, octant, number / NP_ORDINATE_LANES, number % NP_ORDINATE_LANES);
+  unsigned best = n->sampled[0];
+  for (unsigned k = 1; k < n->sampled_count; k++)
+    if (np_vec3_dot(n->fill->direction[n->sampled[k]], flight) < np_vec3_dot(n->fill->direction[best], flight))
+      best = n->sampled[k];
+  return n->radiance[best];
+}
+
+/* Means over the parts of the sphere that are nearest to the ordinates, whose sizes are not quite the ordinates'
+ * weights, are brought to what really comes from the octant, by a factor for each band. */
+static void fill_octant(const border_node *n, unsigned set, unsigned octant, np_spectrum *out_factor) {
+  const np_ordinates *o = n->fill->sets[set].ordinates;
+  np_border *border = n->fill->sets[set].border;
+  for (unsigned b = 0; b < NP_BAND_COUNT; b++) {
+    float *out = np_border_get_node(&border->clear[b], octant, n->axis, n->v, n->u);
+    double sum = 0.0, found = 0.0, weight = 0.0;
+    unsigned count = 0;
+    for (unsigned i = 0; i < o->count; i++) {
+      const unsigned at = octant * OCTANT + i, own = n->counts[set][at];
+      const double share = (double)o->weight[i / NP_ORDINATE_LANES][i % NP_ORDINATE_LANES];
+      out[i] = own ? (float)(n->sums[set][at][b] / own) : get_nearest_sample(n, o, octant, i).band[b];
+      sum += n->sums[set][at][b];
+      count += own;
+      found += share * (double)out[i];
+      weight += share;
+    }
+    const float factor = found > 0.0 && count > 0 ? (float)(sum / count * weight / found) : 1.0f;
+    for (unsigned i = 0; i < o->count; i++) out[i] *= factor;
+    out_factor->band[b] = factor;
+  }
+}
+
+static int compare_responses(const void *a, const void *b) {
+  const np_border_response *one = a, *other = b;
+  if (one->radiance != other->radiance) return one->radiance < other->radiance ? -1 : 1;
+  return one->square < other->square ? -1 : one->square > other->square;
+}
+
+/* Joins those of one radiance and square. Equal keys are sums of few, in an order of the sort: it is the same on every
+ * machine with this C library, and rounding apart on any. */
+static void merge_responses(node_responses *list) {
+  size_t kept = 0;
+  qsort(list->at, list->count, sizeof *list->at, compare_responses);
+  for (size_t i = 0; i < list->count; i++) {
+    if (kept > 0 && compare_responses(&list->at[kept - 1], &list->at[i]) == 0)
+      list->at[kept - 1].gain = np_spectrum_add(list->at[kept - 1].gain, list->at[i].gain);
+    else
+      list->at[kept++] = list->at[i];
+  }
+  list->count = kept;
+}
+
+/* Gains become the radiances': means as theirs are. */
+static void finish_responses(border_node *n, unsigned set, const np_spectrum factor[NP_OCTANT_COUNT]) {
+  const np_border *border = n->fill->sets[set].border;
+  node_responses *list = &n->responses[set];
+  for (size_t i = 0; i < list->count; i++) {
+    np_border_response *r = &list->at[i];
+    const unsigned octant = r->radiance / OCTANT, ordinate = r->radiance % OCTANT;
+    const float share = 1.0f / (float)n->counts[set][r->radiance];
+    r->gain = np_spectrum_scale(np_spectrum_multiply(r->gain, factor[octant]), share);
+    const np_border_faces *clear = &border->clear[0];
+    r->radiance = (uint32_t)(np_border_get_node(clear, octant, n->axis, n->v, n->u) + ordinate - clear->radiance);
+  }
+  merge_responses(list);
+}
+
+static neph_result keep_responses(const node_responses *list, neph_context *context, np_border *border, size_t node) {
+  border->responses[node].at = np_alloc(context, list->count, sizeof *list->at);
+  if (!border->responses[node].at) return NEPH_ERROR_OUT_OF_MEMORY;
+  if (list->count) memcpy(border->responses[node].at, list->at, list->count * sizeof *list->at);
+  border->responses[node].count = list->count;
+  return NEPH_OK;
+}
+
+/* Lifts a node out of ground. */
+static void lift(const border_fill *f, np_dvec3 *place) {
+  const np_world *world = f->world;
+  if (!world->terrain && !world->has_planet) return;
+  const double top = fmax(world->terrain ? world->terrain_max.z : f->high[2], f->high[2]) + clearance_m;
+  np_ground_hit hit;
+  if (np_world_intersect_ground(world, np_dvec3_make(place->x, place->y, top), np_vec3_make(0.0f, 0.0f, -1.0f), &hit))
+    place->z = fmax(place->z, hit.position.z + clearance_m);
+}
+
+static void start_node(border_node *n, const border_fill *f) {
+  node_responses kept[NP_BORDER_SETS_MAX];
+  memcpy(kept, n->responses, sizeof kept);
+  memset(n, 0, sizeof *n);
+  n->fill = f;
+  for (unsigned s = 0; s < NP_BORDER_SETS_MAX; s++) n->responses[s] = (node_responses){kept[s].at, 0, kept[s].room};
+}
+
+static neph_result fill_nodes(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const border_fill *f = user;
+  neph_context *context = f->grid->context;
+  border_node *n = np_alloc(context, 1, sizeof *n);
+  neph_result result = n ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+  for (size_t i = begin; i < end && !result; i++) {
+    const int face = (int)(i / (NODES * NODES));
+    start_node(n, f);
+    n->axis = face / 2;
+    n->side = face % 2 ? 1 : -1;
+    n->v = (unsigned)(i / NODES % NODES);
+    n->u = (unsigned)(i % NODES);
+    if (f->grid->is_wrapped[n->axis]) continue;
+    double place[3];
+    const int across = n->axis == 0 ? 1 : 0, up = n->axis == 2 ? 1 : 2;
+    place[n->axis] = n->side > 0 ? f->high[n->axis] : f->low[n->axis];
+    place[across] = compute_node(f, across, n->u);
+    place[up] = compute_node(f, up, n->v);
+    n->position = np_dvec3_make(place[0], place[1], place[2]);
+    lift(f, &n->position);
+    sample_node(n);
+    result = n->result;
+    for (unsigned s = 0; s < f->set_count; s++) {
+      np_spectrum factor[NP_OCTANT_COUNT];
+      for (unsigned octant = 0; octant < NP_OCTANT_COUNT; octant++)
+        if ((octant >> n->axis & 1u) == (n->side > 0 ? 1u : 0u)) fill_octant(n, s, octant, &factor[octant]);
+      finish_responses(n, s, factor);
+      if (!result) result = keep_responses(&n->responses[s], context, f->sets[s].border, i);
+    }
+  }
+  for (unsigned s = 0; n && s < NP_BORDER_SETS_MAX; s++) np_alloc_free(context, n->responses[s].at);
+  np_alloc_free(context, n);
+  return result;
+}
+
+/* ---- All nodes ---- */
+
+static neph_result allocate_faces(neph_context *context, unsigned block_count, np_border *out) {
+  const size_t count = np_border_count_radiances(block_count);
+  float *all = np_alloc(context, 2 * NP_BAND_COUNT * count, sizeof *all);
+  if (!all) return NEPH_ERROR_OUT_OF_MEMORY;
+  for (unsigned b = 0; b < NP_BAND_COUNT; b++) {
+    out->faces[b] = (np_border_faces){block_count, all + b * count};
+    out->clear[b] = (np_border_faces){block_count, all + (NP_BAND_COUNT + b) * count};
+  }
+  return NEPH_OK;
+}
+
+/* Irradiance on level ground, and on the top of the box as the ordinates have it, the mean over its nodes. */
+static void measure_sky(const border_fill *f, unsigned set) {
+  const np_ordinates *o = f->sets[set].ordinates;
+  np_border *out = f->sets[set].border;
+  const np_ground_hit level = {
+      .position = np_dvec3_make(0.5 * (f->low[0] + f->high[0]), 0.5 * (f->low[1] + f->high[1]), f->low[2]),
+      .normal = np_vec3_make(0.0f, 0.0f, 1.0f)};
+  out->clear_irradiance = np_world_level_irradiance(f->world, &level);
+  for (unsigned b = 0; b < NP_BAND_COUNT; b++) {
+    double sum = 0.0;
+    for (unsigned octant = NP_OCTANT_COUNT / 2; octant < NP_OCTANT_COUNT; octant++)
+      for (unsigned i = 0; i < o->count; i++) {
+        const unsigned block = i / NP_ORDINATE_LANES, lane = i % NP_ORDINATE_LANES;
+        for (unsigned node = 0; node < NODES * NODES; node++)
+          sum += (double)(o->weight[block][lane] * o->cosine[2][block][lane] *
+                          np_border_get_node(&out->clear[b], octant, 2, node / NODES, node % NODES)[i]);
+      }
+    out->top_irradiance.band[b] = (float)(sum / (NODES * NODES));
+  }
+}
+
+static void set_plan(const border_fill *f, np_border *out) {
+  for (int a = 0; a < 2; a++) {
+    out->square_m[a] = (f->high[a] - f->low[a]) / NP_BORDER_PLAN;
+    out->is_wrapped[a] = f->grid->is_wrapped[a];
+  }
+  out->depth_m = fmax(1.0, f->low[2] - (f->world->terrain ? f->world->terrain_min.z : 0.0));
+}
+
+static neph_result fill_sets(border_fill *f, np_monitor *monitor) {
+  neph_context *context = f->grid->context;
+  neph_result result = NEPH_OK;
+  if (f->world->cloud_sky) {
+    f->air = np_alloc(context, DIRECTIONS, sizeof *f->air);
+    if (!f->air) return NEPH_ERROR_OUT_OF_MEMORY;
+    result = np_parallel_for(context, monitor, DIRECTIONS, 16, trace_air, f);
+  }
+  for (unsigned s = 0; s < f->set_count && !result; s++) {
+    result = allocate_faces(context, f->sets[s].ordinates->block_count, f->sets[s].border);
+    set_plan(f, f->sets[s].border);
+  }
+  if (!result) result = np_parallel_for(context, monitor, FACES * NODES * NODES, 1, fill_nodes, f);
+  for (unsigned s = 0; s < f->set_count && !result; s++) {
+    for (int a = 0; a < 3; a++) f->sets[s].border->axis_count += !f->grid->is_wrapped[a];
+    measure_sky(f, s);
+    for (unsigned b = 0; b < NP_BAND_COUNT; b++) np_border_reset(f->sets[s].border, b);
+  }
+  return result;
+}
+
+neph_result np_border_fill(const np_transport_grid *grid, const np_world *world,
+                           const np_sun_optical_depth_source *depths, const float *fade, np_monitor *monitor,
+                           const np_border_set *sets, unsigned set_count) {
+  border_fill *f = np_alloc(grid->context, 1, sizeof *f);
+  if (!f) return NEPH_ERROR_OUT_OF_MEMORY;
+  *f =
+      (border_fill){.grid = grid, .world = world, .depths = depths, .fade = fade, .sets = sets, .set_count = set_count};
+  for (int a = 0; a < 3; a++) {
+    f->low[a] = grid->edge_m[a][0];
+    f->high[a] = grid->edge_m[a][grid->size[a]];
+  }
+  choose_directions(f);
+  const neph_result result = fill_sets(f, monitor);
+  np_alloc_free(grid->context, f->air);
+  np_alloc_free(grid->context, f);
+  return result;
+}
+
+void np_border_clear(neph_context *context, np_border *border) {
+  np_alloc_free(context, border->faces[0].radiance);
+  for (int i = 0; i < FACES * NODES * NODES; i++) np_alloc_free(context, border->responses[i].at);
+  *border = (np_border){0};
+}
+
+/* ---- Light from the solution ---- */
+
+float np_border_compute_excess(const np_border *border, unsigned band, float irradiance) {
+  const float clear = border->clear_irradiance.band[band], top = border->top_irradiance.band[band];
+  const float open = top > 0.0f ? np_clampf(irradiance / top, 0.0f, 1.0f) : 1.0f;
+  return irradiance + (clear - top) * open - clear;
+}
+
+void np_border_reset(np_border *border, unsigned band) {
+  memcpy(border->faces[band].radiance, border->clear[band].radiance,
+         np_border_count_radiances(border->faces[band].block_count) * sizeof(float));
+}
+
+/* Irradiance at a depth h below a square of even radiance over that just beneath it, by the distance d from square to
+ * square along either axis: h²/(π·(h² + d²)²) times the square's area, Lambert's law. A periodic axis has images. */
+static double compute_kernel(const np_border *b, double depth_m, int i, int j) {
+  const double h2 = depth_m * depth_m;
+  const int images[2] = {b->is_wrapped[0] ? 2 : 0, b->is_wrapped[1] ? 2 : 0};
+  double sum = 0.0;
+  for (int n = -images[1]; n <= images[1]; n++)
+    for (int m = -images[0]; m <= images[0]; m++) {
+      const double x = (i + m * NP_BORDER_PLAN) * b->square_m[0], y = (j + n * NP_BORDER_PLAN) * b->square_m[1];
+      sum += h2 / (NP_PI * (h2 + x * x + y * y) * (h2 + x * x + y * y)) * b->square_m[0] * b->square_m[1];
+    }
+  return sum;
+}
+
+/* Share of what an endless even plane sends down that comes from the distances of the kernel: along a periodic axis
+ * those of one period, which with their images are all. */
+static double compute_kernel_share(const np_border *b, double depth_m, const float *kernel) {
+  double sum = 0.0, edge = HUGE_VAL;
+  for (int j = -NP_BORDER_WIDE; j <= NP_BORDER_WIDE; j++)
+    for (int i = -NP_BORDER_WIDE; i <= NP_BORDER_WIDE; i++) {
+      const bool is_in_x = !b->is_wrapped[0] || (i >= 0 && i < NP_BORDER_PLAN);
+      const bool is_in_y = !b->is_wrapped[1] || (j >= 0 && j < NP_BORDER_PLAN);
+      if (is_in_x && is_in_y) sum += (double)kernel[(j + NP_BORDER_WIDE) * SPAN + i + NP_BORDER_WIDE];
+    }
+  for (int a = 0; a < 2; a++)
+    if (!b->is_wrapped[a]) edge = fmin(edge, (NP_BORDER_WIDE + 0.5) * b->square_m[a]);
+  return sum / (isfinite(edge) ? edge * edge / (edge * edge + depth_m * depth_m) : 1.0);
+}
+
+/* Spreads the plan's excess over the squares at a depth, from where it has no edge. */
+static void spread_excess(const np_border *b, const float *plan, double depth_m, float *out) {
+  const double least = 0.5 * fmin(b->square_m[0], b->square_m[1]);
+  float kernel[SPAN * SPAN];
+  for (int j = -NP_BORDER_WIDE; j <= NP_BORDER_WIDE; j++)
+    for (int i = -NP_BORDER_WIDE; i <= NP_BORDER_WIDE; i++)
+      kernel[(j + NP_BORDER_WIDE) * SPAN + i + NP_BORDER_WIDE] = (float)compute_kernel(b, fmax(depth_m, least), i, j);
+  const float scale = (float)(1.0 / compute_kernel_share(b, fmax(depth_m, least), kernel));
+  for (int square = 0; square < NP_BORDER_WIDE * NP_BORDER_WIDE; square++) {
+    const int x = square % NP_BORDER_WIDE - MARGIN, y = square / NP_BORDER_WIDE - MARGIN;
+    const bool is_within = x >= 0 && y >= 0 && x < NP_BORDER_PLAN && y < NP_BORDER_PLAN;
+    float total = 0.0f;
+    for (int n = 0; n < NP_BORDER_PLAN * NP_BORDER_PLAN && depth_m >= least; n++) {
+      const int i = x - n % NP_BORDER_PLAN + NP_BORDER_WIDE, j = y - n / NP_BORDER_PLAN + NP_BORDER_WIDE;
+      total += scale * plan[n] * kernel[j * SPAN + i];
+    }
+    if (depth_m < least && is_within) total = plan[y * NP_BORDER_PLAN + x];
+    out[square] = total;
+  }
+}
+
+void np_border_set_downwelling(np_border *border, unsigned band, float (*irradiance)[NP_BORDER_PLAN]) {
+  np_border_reset(border, band);
+  float *faces = border->faces[band].radiance;
+  float plan[NP_BORDER_PLAN * NP_BORDER_PLAN], excess[NP_BORDER_DEPTHS * NP_BORDER_WIDE * NP_BORDER_WIDE];
+  for (int i = 0; i < NP_BORDER_PLAN * NP_BORDER_PLAN; i++)
+    plan[i] = np_border_compute_excess(border, band, (&irradiance[0][0])[i]);
+  for (int depth = 0; depth < NP_BORDER_DEPTHS; depth++)
+    spread_excess(border, plan, border->depth_m * depth / (NP_BORDER_DEPTHS - 1),
+                  excess + depth * NP_BORDER_WIDE * NP_BORDER_WIDE);
+  for (int node = 0; node < FACES * NODES * NODES; node++)
+    for (size_t i = 0; i < border->responses[node].count; i++) {
+      const np_border_response *r = &border->responses[node].at[i];
+      faces[r->radiance] += r->gain.band[band] * excess[r->square];
+    }
+  const size_t count = np_border_count_radiances(border->faces[band].block_count);
+  for (size_t i = 0; i < count; i++) faces[i] = fmaxf(faces[i], 0.0f);
+}
+
+double np_border_get_mean(const np_border *border, unsigned band, unsigned octant, unsigned block, unsigned lane) {
+  double sum = 0.0;
+  for (int axis = 0; axis < 3; axis++)
+    for (unsigned node = 0; node < NODES * NODES; node++)
+      sum += (double)np_border_get_node(&border->clear[band], octant, axis, node / NODES,
+                                        node % NODES)[block * NP_ORDINATE_LANES + lane];
+  return sum / (border->axis_count * NODES * NODES);
+}

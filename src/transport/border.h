@@ -1,0 +1,95 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Light that comes into the cells from outside, the sun's disk excluded: sky, air and ground, by face and place.
+ *
+ * Each face of the cells' box has 5 × 5 nodes, from which rays look out. Air is dimmed where clouds or hills shade it
+ * from the sun. Below the clouds, ground and air are lit by what the clouds let through, which only a solution tells:
+ * the radiance at a node is linear in that downwelling irradiance, and its coefficients are kept, so that a solution
+ * under way renews its border without a ray. Hills within the box are solid cells (ground_columns.h).
+ */
+#ifndef NP_TRANSPORT_BORDER_H
+#define NP_TRANSPORT_BORDER_H
+
+#include "transport/ordinates.h"
+#include "transport/transport_grid.h"
+
+enum {
+  NP_BORDER_NODES = 5,  /* along either axis of a face */
+  NP_BORDER_PLAN = 24,  /* squares along either side of the box's plan, … */
+  NP_BORDER_WIDE = 40,  /* … and of the ground that its light reaches, as many beyond either side */
+  NP_BORDER_DEPTHS = 5, /* below the box, from its bottom to the lowest ground */
+  NP_BORDER_SETS_MAX = 2
+};
+
+/* Radiance of one band, [octant][axis][v][u][block][lane]. v is z on the sides and y at top and bottom, u the other
+ * axis. An octant's light comes in through one face of each axis; that of a periodic axis is dark. */
+typedef struct np_border_faces {
+  unsigned block_count;
+  float *radiance;
+} np_border_faces;
+
+/* Irradiance of scattered light on level ground beneath the clouds, by square of the plan, [v][u]. */
+typedef float np_downwelling[NP_BORDER_PLAN][NP_BORDER_PLAN];
+
+/* A coefficient: what one radiance of the faces gains from the irradiance on a square at a depth below the box. */
+typedef struct np_border_response {
+  uint32_t radiance; /* its number among the faces' */
+  uint32_t square;   /* [depth][v][u] */
+  np_spectrum gain;  /* 1/sr */
+} np_border_response;
+
+typedef struct np_border {
+  np_border_faces faces[NP_BAND_COUNT];
+  np_border_faces clear[NP_BAND_COUNT]; /* with a clear sky above all ground and air */
+  struct {
+    np_border_response *at;
+    size_t count;
+  } responses[6 * NP_BORDER_NODES * NP_BORDER_NODES]; /* of each node */
+  double square_m[2], depth_m; /* sides of a square; from the bottom of the box to the lowest ground */
+  bool is_wrapped[2];
+  unsigned axis_count;          /* axes across which light comes in: those that are not periodic */
+  np_spectrum clear_irradiance; /* of a clear sky on level ground, … */
+  np_spectrum top_irradiance;   /* … and on the top of the box, by the ordinates */
+} np_border;
+
+static inline size_t np_border_count_radiances(unsigned block_count) {
+  return (size_t)NP_OCTANT_COUNT * 3 * NP_BORDER_NODES * NP_BORDER_NODES * block_count * NP_ORDINATE_LANES;
+}
+
+/* The radiances of a node, by block and lane. */
+static inline float *np_border_get_node(const np_border_faces *faces, unsigned octant, int axis, unsigned v,
+                                        unsigned u) {
+  const size_t node = (((size_t)octant * 3 + (size_t)axis) * NP_BORDER_NODES + v) * NP_BORDER_NODES + u;
+  return faces->radiance + node * faces->block_count * NP_ORDINATE_LANES;
+}
+
+/* A border for one set of directions; those of a solution share their rays. */
+typedef struct np_border_set {
+  const np_ordinates *ordinates;
+  np_border *border; /* zero before; np_border_clear frees it, on failure too */
+} np_border_set;
+
+/* `fade`: of each cloud, the share of its optical depth that dims the beam in the solution's scaled medium. */
+neph_result np_border_fill(const np_transport_grid *grid, const np_world *world,
+                           const np_sun_optical_depth_source *depths, const float *fade, np_monitor *monitor,
+                           const np_border_set *sets, unsigned set_count);
+void np_border_clear(neph_context *context, np_border *border);
+
+/* Renews a band's faces for the light that the solution sends down, in place of a clear sky's. */
+void np_border_set_downwelling(np_border *border, unsigned band, float (*irradiance)[NP_BORDER_PLAN]);
+
+/* Forgets it. */
+void np_border_reset(np_border *border, unsigned band);
+
+/* Mean of a band's radiance under a clear sky over the nodes of the faces through which an octant's light comes in. */
+double np_border_get_mean(const np_border *border, unsigned band, unsigned octant, unsigned block, unsigned lane);
+
+/* Radiance of ground under a clear sky and the sun's dimmed beam; and what it gains from irradiance in place of the
+ * sky's. */
+np_spectrum np_border_light_ground(const np_world *world, const np_sun_optical_depth_source *depths, const float *fade,
+                                   const np_ground_hit *hit, np_spectrum *out_gain);
+
+/* Irradiance beyond a clear sky's on ground below the box: air between the box's top and the ground adds to what comes
+ * through gaps, and the ordinates' sum is not quite the sky's. */
+float np_border_compute_excess(const np_border *border, unsigned band, float irradiance);
+
+#endif

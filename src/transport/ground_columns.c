@@ -1,0 +1,105 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "transport/ground_columns.h"
+
+#include "core/alloc.h"
+
+/* Share of a cell's height above which ground fills it: of 1/2, 3/4 and 1 the one that agrees best with paths over
+ * three landscapes of ridges with fog, −0.8 % against −7 and +4 % at cells of 120 m (docs/transport.md). */
+static const double solid_share = 0.75;
+
+typedef struct column_fill {
+  const np_world *world;
+  const np_sun_optical_depth_source *depths;
+  const float *fade;
+  np_transport_grid *grid; /* for burying */
+  const np_transport_grid *solid;
+  bool *holds;
+  np_ground_columns *out;
+} column_fill;
+
+/* Looks straight down on a column's middle from above all ground. */
+static bool look_down(const np_world *world, const np_transport_grid *g, size_t column, np_ground_hit *hit) {
+  const int32_t i = (int32_t)(column % (size_t)g->size[0]), j = (int32_t)(column / (size_t)g->size[0]);
+  const double top = g->edge_m[2][g->size[2]], summit = world->terrain ? world->terrain_max.z : top;
+  const np_dvec3 from =
+      np_dvec3_make(np_transport_grid_middle(g, 0, i), np_transport_grid_middle(g, 1, j), fmax(top, summit) + 1.0);
+  return np_world_intersect_ground(world, from, np_vec3_make(0.0f, 0.0f, -1.0f), hit);
+}
+
+static neph_result bury_columns(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const column_fill *f = user;
+  const np_transport_grid *g = f->grid;
+  const size_t layer = (size_t)g->size[0] * (size_t)g->size[1];
+  for (size_t column = begin; column < end; column++) {
+    np_ground_hit hit;
+    if (!look_down(f->world, g, column, &hit)) continue;
+    for (int32_t k = 0; k < g->size[2]; k++) {
+      const double low = g->edge_m[2][k], height = np_transport_grid_width(g, 2, k);
+      if (low + solid_share * height >= hit.position.z) break;
+      g->active[(size_t)k * layer + column] = NP_TRANSPORT_CELL_SOLID;
+      f->holds[(size_t)k * layer + column] = false;
+    }
+  }
+  return NEPH_OK;
+}
+
+neph_result np_ground_columns_bury(const np_world *world, np_monitor *monitor, np_transport_grid *grid, bool *holds) {
+  const bool is_open = !grid->is_wrapped[0] && !grid->is_wrapped[1];
+  if (!is_open || (!world->terrain && !world->has_planet)) return NEPH_OK;
+  column_fill f = {.world = world, .grid = grid, .holds = holds};
+  const size_t columns = (size_t)grid->size[0] * (size_t)grid->size[1];
+  const neph_result result = np_parallel_for(grid->context, monitor, columns, 64, bury_columns, &f);
+  for (size_t c = 0; c < columns && !grid->has_solid; c++) grid->has_solid = grid->active[c] == NP_TRANSPORT_CELL_SOLID;
+  return result;
+}
+
+static neph_result light_columns(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const column_fill *f = user;
+  for (size_t column = begin; column < end; column++) {
+    np_ground_hit hit;
+    if (f->solid->active[column] != NP_TRANSPORT_CELL_SOLID || !look_down(f->world, f->solid, column, &hit)) continue;
+    f->out->clear[column] = np_border_light_ground(f->world, f->depths, f->fade, &hit, &f->out->gain[column]);
+  }
+  return NEPH_OK;
+}
+
+neph_result np_ground_columns_fill(const np_transport_grid *grid, const np_world *world,
+                                   const np_sun_optical_depth_source *depths, const float *fade, np_monitor *monitor,
+                                   np_ground_columns *out) {
+  *out = (np_ground_columns){.size = {grid->size[0], grid->size[1]}};
+  if (!grid->has_solid) return NEPH_OK;
+  const size_t columns = (size_t)grid->size[0] * (size_t)grid->size[1];
+  out->clear = np_alloc(grid->context, columns, sizeof *out->clear);
+  out->gain = np_alloc(grid->context, columns, sizeof *out->gain);
+  column_fill f = {.world = world, .depths = depths, .fade = fade, .solid = grid, .out = out};
+  if (out->clear && out->gain) return np_parallel_for(grid->context, monitor, columns, 64, light_columns, &f);
+  return NEPH_ERROR_OUT_OF_MEMORY;
+}
+
+void np_ground_columns_clear(neph_context *context, np_ground_columns *columns) {
+  np_alloc_free(context, columns->clear);
+  np_alloc_free(context, columns->gain);
+  *columns = (np_ground_columns){0};
+}
+
+/* A coarser column's is the mean of those of its columns that have ground. */
+void np_ground_columns_get(const np_ground_columns *columns, const np_border *border, unsigned band,
+                           float (*irradiance)[NP_BORDER_PLAN], const np_transport_grid *grid, float *out) {
+  const int32_t *fine = columns->size, *size = grid->size;
+  const int32_t wide[2] = {fine[0] / size[0], fine[1] / size[1]};
+  for (int32_t j = 0; j < size[1]; j++)
+    for (int32_t i = 0; i < size[0]; i++) {
+      const int32_t u = i * NP_BORDER_PLAN / size[0], v = j * NP_BORDER_PLAN / size[1];
+      const float excess = irradiance ? np_border_compute_excess(border, band, irradiance[v][u]) : 0.0f;
+      float sum = 0.0f, count = 0.0f;
+      for (int32_t n = 0; n < wide[0] * wide[1]; n++) {
+        const size_t at = (size_t)(j * wide[1] + n / wide[0]) * (size_t)fine[0] + (size_t)(i * wide[0] + n % wide[0]);
+        if (!(columns->gain[at].band[band] > 0.0f)) continue;
+        sum += fmaxf(0.0f, columns->clear[at].band[band] + columns->gain[at].band[band] * excess);
+        count += 1.0f;
+      }
+      out[(size_t)j * (size_t)size[0] + (size_t)i] = count > 0.0f ? sum / count : 0.0f;
+    }
+}
