@@ -41,7 +41,7 @@ double np_plan_predict_cells(const np_plan *plan, const neph_scene *scene) {
 
 double np_plan_predict_cell_bytes(const np_plan *plan, const neph_scene *scene) {
   const double bytes = scene->render.light_degree > 3 ? cell_bytes : coarse_cell_bytes;
-  return border_bytes + fmin(bytes * np_plan_predict_cells(plan, scene), plan->light_bytes_max);
+  return fmin(border_bytes + bytes * np_plan_predict_cells(plan, scene), plan->light_bytes_max);
 }
 
 /* Cells of one voxel are for rays that see cloud: so many times those that meet the clouds' box, if that is fewer. */
