@@ -11,6 +11,7 @@ import signal
 import sys
 import threading
 import time
+import weakref
 from typing import Any, Optional
 
 from . import _declarations as c
@@ -25,12 +26,16 @@ _levels = {c.NEPH_LOG_ERROR: logging.ERROR, c.NEPH_LOG_WARNING: logging.WARNING,
 
 # ---- Messages ----
 
+_all_messages = weakref.WeakSet()
+
+
 class _Messages:
     """Error messages of the calls under way. Messages of the library's own threads belong to all of them."""
 
     def __init__(self):
         self.lock = threading.Lock()
         self.calls = {}  # thread to a stack of lists of messages
+        _all_messages.add(self)
 
     def begin(self):
         messages = []
@@ -336,9 +341,12 @@ def get_context(context: Optional[Context] = None) -> Context:
         return _default
 
 
-def _renew_lock():
+def _renew_locks():
+    """Locks that another thread held at the fork stay locked in the child, where that thread is not."""
     global _default_lock
     _default_lock = threading.Lock()
+    for messages in list(_all_messages):
+        messages.lock = threading.Lock()
 
 
-os.register_at_fork(after_in_child=_renew_lock)
+os.register_at_fork(after_in_child=_renew_locks)
