@@ -307,7 +307,7 @@ static int compare_responses(const void *a, const void *b) {
  * machine with this C library, and rounding apart on any. */
 static void merge_responses(node_responses *list) {
   size_t kept = 0;
-  qsort(list->at, list->count, sizeof *list->at, compare_responses);
+  if (list->count > 1) qsort(list->at, list->count, sizeof *list->at, compare_responses);
   for (size_t i = 0; i < list->count; i++) {
     if (kept > 0 && compare_responses(&list->at[kept - 1], &list->at[i]) == 0)
       list->at[kept - 1].gain = np_spectrum_add(list->at[kept - 1].gain, list->at[i].gain);
