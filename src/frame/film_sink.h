@@ -35,7 +35,7 @@ typedef struct np_film_sink {
   /* Any thread may call it: the records of a tile are there. */
   void (*mark)(np_kept_film *film, size_t tile);
 
-  /* On the calling thread: writes a checkpoint when one is due. `seconds` of the call have passed. */
+  /* Writes a checkpoint when one is due; the calling thread does so. `seconds` of the call have passed. */
   void (*write_when_due)(np_kept_film *film, double seconds);
 
   /* Writes the part where all went well, a checkpoint where the frame was cancelled, and frees the film, which may be

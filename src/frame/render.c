@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* From scene to image: plan, assemble, integrate. */
+/* A scene becomes an image: plan, assemble, integrate. */
 #include "core/parallel.h"
 #include "frame/frame.h"
 #include "frame/prediction.h"

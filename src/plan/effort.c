@@ -57,7 +57,7 @@ typedef struct choice {
   neph_scene *scene;
   const neph_render_desc *desc; /* the caller's: picture, target and limit */
   bool is_quality_open, is_integrator_open, are_samples_open;
-  np_plan *plan; /* of the settings that were considered last */
+  np_plan *plan; /* plan of the settings considered last */
   np_input_store *store;
   neph_effort best;
 } choice;

@@ -9,7 +9,7 @@
 
 /* The light of a frame, solved for when it is an end of a block. */
 typedef struct np_light_solution {
-  unsigned slot; /* of the light of a packet */
+  unsigned slot; /* number of the light in its packet */
   np_light_key *key;
   np_scattering_field *field;
 } np_light_solution;

@@ -9,8 +9,8 @@
  * samples is there. Seconds are of one core, errors shares of a pixel's luminance. */
 typedef struct np_prediction {
   bool is_wanted, has_pilots;
-  double seconds, bytes, error; /* by the plan */
-  double sampling_s, noise;     /* by pilots: of the samples that follow, and of the picture */
+  double seconds, bytes, error; /* the plan's forecast */
+  double sampling_s, noise;     /* forecasts by pilots, for the samples that follow and for the picture */
   double start_s;               /* CPU time of the process when the picture was begun */
 } np_prediction;
 

@@ -6,11 +6,11 @@
 
 #include "plan/input_store.h"
 
-/* A result of a part of a stage. It is lent: who takes it owns it, and gives it back for the next picture. */
+/* A result of a part of a stage. It is lent: a picture takes it, owns it, and gives it back for the next. */
 typedef struct np_stored_result {
   struct np_stored_result *next;
-  const void *stage;             /* by which it is told from those of others */
-  unsigned slot;                 /* of the part */
+  const void *stage;             /* the stage that made it */
+  unsigned slot;                 /* number of the part */
   void *key;                     /* one block; owned */
   void *result;                  /* NULL: lent, or not made yet */
   void (*destroy)(void *result); /* NULL changes nothing */

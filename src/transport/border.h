@@ -84,7 +84,7 @@ void np_border_reset(np_border *border, unsigned band);
 double np_border_get_mean(const np_border *border, unsigned band, unsigned octant, unsigned block, unsigned lane);
 
 /* Radiance of ground under a clear sky and the sun's dimmed beam; and what it gains from irradiance in place of the
- * sky's. */
+ * sky's. `fade` NULL: a beam dimmed by all of the depth. */
 np_spectrum np_border_light_ground(const np_world *world, const np_sun_optical_depth_source *depths, const float *fade,
                                    const np_ground_hit *hit, np_spectrum *out_gain);
 

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
+#include "transport/border.h"
 #include "transport/scattering_field.h"
 
 #include <string.h>
@@ -12,28 +13,15 @@ enum {
   ALL = NP_OCTANT_COUNT * OCTANT
 };
 
-static np_spectrum compute_ground_radiance(const np_world *world, const np_sun_optical_depth_source *depths,
-                                           const np_ground_hit *hit) {
-  np_spectrum irradiance = np_spectrum_scale(np_world_level_irradiance(world, hit), np_world_get_sky_share(world, hit));
-  const float cosine = np_vec3_dot(hit->normal, world->to_sun);
-  if (cosine > 0.0f) {
-    const np_spectrum sun = np_world_sunlight(world, hit->position, world->to_sun);
-    if (!np_spectrum_is_zero(sun))
-      irradiance = np_spectrum_add_scaled(
-          irradiance, cosine * np_transmittance(depths->get(depths->user, hit->position, world->to_sun, NULL, 16.0f)),
-          sun);
-  }
-  return np_spectrum_scale(np_spectrum_multiply(irradiance, hit->albedo), 1.0f / NP_PI_F);
-}
-
 np_spectrum np_boundary_radiance_compute(const np_world *world, const np_sun_optical_depth_source *depths,
                                          np_dvec3 position, np_vec3 towards) {
   np_ground_hit hit;
   if (!np_world_intersect_ground(world, position, towards, &hit))
     return np_world_sky_radiance(world, world->cloud_sky, position, towards);
   const np_aerial_perspective air = np_world_air(world, world->cloud_sky, position, towards, hit.distance_m);
-  return np_spectrum_add(np_spectrum_multiply(compute_ground_radiance(world, depths, &hit), air.transmittance),
-                         air.inscatter);
+  np_spectrum unused;
+  const np_spectrum ground = np_border_light_ground(world, depths, NULL, &hit, &unused);
+  return np_spectrum_add(np_spectrum_multiply(ground, air.transmittance), air.inscatter);
 }
 
 /* Sums by ordinate. */
