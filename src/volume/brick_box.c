@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "volume/brick_box.h"
 
-/* The range of a brick's samples in a box of its lattice. */
+/* Range of a brick's samples in a box of its lattice. */
 static np_brick_range measure_brick(const np_bricks *bricks, uint32_t brick, const int low[3], const int high[3]) {
   np_brick_range range = {INFINITY, -INFINITY};
   for (int x = low[0]; x <= high[0]; x++)
@@ -14,7 +14,7 @@ static np_brick_range measure_brick(const np_bricks *bricks, uint32_t brick, con
   return range;
 }
 
-/* The range of one cell in a box of index positions. */
+/* Range of one cell in a box of index positions. */
 static np_brick_range measure_cell(const np_bricks *rest, const int32_t cell[3], const double low[3],
                                    const double high[3]) {
   int32_t inside[3];

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Bounds of what bricks at rest hold in a box, sample by sample where it cuts a brick. */
+/* Bounds of bricks at rest over a box: sample by sample in bricks that the box cuts. */
 #ifndef NP_VOLUME_BRICK_BOX_H
 #define NP_VOLUME_BRICK_BOX_H
 
@@ -9,8 +9,8 @@ static inline np_brick_range np_brick_range_unite(np_brick_range a, np_brick_ran
   return (np_brick_range){fminf(a.min, b.min), fmaxf(a.max, b.max)};
 }
 
-/* Bounds of the interpolant over a box of index positions, the background's outside of the cells; of bricks that do not
- * repeat. */
+/* Bounds of the interpolant over a box of index positions, for bricks that do not repeat. Outside of the cells the
+ * interpolant is the background. */
 np_brick_range np_bricks_measure_box(const np_bricks *bricks, const double low[3], const double high[3]);
 
 #endif

@@ -10,39 +10,39 @@
 #include "volume/brick_box.h"
 
 enum {
-  NOISE_EDGE = NP_DETAIL_NOISE_BRICKS * NP_BRICK_EDGE, /* samples along the texture, 8 to each of its lattice's cells */
+  NOISE_EDGE = NP_DETAIL_NOISE_BRICKS * NP_BRICK_EDGE, /* samples along the texture, 8 for each cell of its lattice */
   NOISE_BRICKS = NP_DETAIL_NOISE_BRICKS * NP_DETAIL_NOISE_BRICKS * NP_DETAIL_NOISE_BRICKS,
   SAMPLES_PER_CELL = 8,
   RANK_SAMPLES = 1 << 16,
-  BLOCKS = 8 /* of a brick, 5³ samples each, those on their faces shared */
+  BLOCKS = 8 /* blocks of a brick: 5³ samples each, with shared faces */
 };
 
-/* Share of the largest sample nearby from which on a place is all cloud. */
+/* c relative to the largest sample nearby: values above c are all cloud. */
 static const float core_share = 0.7f;
 
-/* Room for the rounding of look-ups, as a share of the largest c. */
+/* Margin for the rounding of look-ups, relative to the largest c. */
 static const float range_margin = 1e-6f;
 
 static const float fine_weight = 0.4f;
 
-/* Cells of each layer's lattice to the size of the billows. Two sets of points are as dense as one whose lattice is
- * finer by the cube root of 2. */
+/* Lattice cells of each layer per size of the billows. Two point sets are as dense as one set with a lattice finer by
+ * the cube root of 2. */
 static const double frequency[NP_DETAIL_LAYERS] = {0.79, 0.74, 2.1};
 
-/* Turns no two of which, nor their difference, takes axes near axes: as quaternions. */
+/* Rotations as quaternions. Neither they nor their differences map axes close to axes. */
 static const double quaternion[NP_DETAIL_LAYERS][4] = {{5, 2, -1, 3}, {4, -3, 2, -2}, {3, 2, 3, -1}};
 
 typedef struct detail_builder {
   neph_context *context;
   const np_bricks *source;
   np_detailed_bricks *out;
-  int32_t (*place)[3];     /* of each node, in the table: the first that it stands in */
-  float (*blocks)[BLOCKS]; /* largest sample of each brick's blocks */
+  int32_t (*place)[3];     /* table position of each node: the first of equal nodes */
+  float (*blocks)[BLOCKS]; /* largest sample in each block of a brick */
 } detail_builder;
 
 /* ---- Noise ---- */
 
-/* A plane of samples across x. */
+/* Fills a plane of samples across x. */
 static void fill_plane(neph_context *context, uint32_t seed, int plane, float *x, float *out) {
   enum { COUNT = NOISE_EDGE * NOISE_EDGE, PERIOD = NOISE_EDGE / SAMPLES_PER_CELL };
   const np_noise_lattice lattice = {seed, {PERIOD, PERIOD, PERIOD}};
@@ -84,7 +84,7 @@ static neph_result make_texture(detail_builder *b, uint64_t seed) {
   return has_memory ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
-/* From index positions to samples of the texture. */
+/* Sets the map from index positions to samples of the texture. */
 static void set_turn(np_brick_detail *detail, int layer, np_random *random) {
   const double *q = quaternion[layer], w = q[0], x = q[1], y = q[2], z = q[3];
   const double rotation[3][3] = {{w * w + x * x - y * y - z * z, 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)},
@@ -102,7 +102,7 @@ static int compare_floats(const void *a, const void *b) {
   return (x > y) - (x < y);
 }
 
-/* The noise's distribution, from places that are far apart in each of its layers: that of one volume as in another. */
+/* Measures the distribution of the noise at distant positions in each layer, the same for all volumes. */
 static neph_result rank_noise(detail_builder *b, np_random *random) {
   np_brick_detail *detail = &b->out->detail;
   float *values = np_alloc(b->context, RANK_SAMPLES, sizeof *values);
@@ -137,7 +137,7 @@ static neph_result make_noise(detail_builder *b, const np_brick_detail_desc *des
 
 /* ---- Cores ---- */
 
-static void find_places(const detail_builder *b) {
+static void set_places(const detail_builder *b) {
   const np_bricks *source = b->source;
   const size_t count = np_bricks_count_table(source),
                slice = (size_t)source->table_size[1] * (size_t)source->table_size[2];
@@ -150,7 +150,7 @@ static void find_places(const detail_builder *b) {
   }
 }
 
-/* A cell counted from the table's first. */
+/* Position of a cell, counted from the first of the table. */
 static void get_cell(const detail_builder *b, size_t node, size_t number, int32_t out[3]) {
   const int32_t in_node[3] = {(int32_t)(number >> 8), (int32_t)(number >> 4 & 15), (int32_t)(number & 15)};
   for (int a = 0; a < 3; a++) out[a] = b->place[node][a] * NP_BRICK_NODE_EDGE + in_node[a] - b->source->lead[a];
@@ -174,12 +174,12 @@ static void measure_blocks(const np_bricks *source, uint32_t brick, float out[BL
   }
 }
 
-/* Largest and constant values around a node. */
+/* Largest value around a node, and the range of the constant cells. */
 typedef struct core_bound {
   float most, level;
 } core_bound;
 
-/* Takes in the block at a place in blocks from the table's first. */
+/* Adds a block to the bound, by its position in blocks from the first of the table. */
 static void include_block(const detail_builder *b, const int32_t at[3], core_bound *bound) {
   const np_bricks *source = b->source;
   int32_t cell[3];
@@ -203,8 +203,8 @@ static void include_block(const detail_builder *b, const int32_t at[3], core_bou
   if (value > 0.0f) bound->level = fminf(bound->level, value);
 }
 
-/* c at one of the nodes of a cell's brick. Beside cells that are constant, which have no detail, it is not above
- * what they hold, so that there is none at their faces. */
+/* c at one of the nodes of a cell's brick. Next to constant cells, which have no detail, c is at most their value, so
+ * that detail vanishes on their faces. */
 static float measure_core(const detail_builder *b, const int32_t cell[3], const int node[3]) {
   core_bound bound = {-INFINITY, INFINITY};
   for (int k = 0; k < BLOCKS; k++) {
@@ -215,13 +215,13 @@ static float measure_core(const detail_builder *b, const int32_t cell[3], const 
   return fminf(core_share * bound.most, bound.level);
 }
 
-/* c·S towards which a value goes, where c is at most `core`. */
+/* c·S, the target of a value, for a c of at most `core`. */
 static float bound_step(float value, float core, float rank, float strength) {
   const float inside = fminf(value, core);
   return inside + strength * (np_brick_detail_get_step(inside, core, rank) - inside);
 }
 
-/* The range of v′, which rises with v; for the lowest rank it rises with c, for the highest it falls. */
+/* Range of v′. It rises with v; for the lowest rank it rises with c, for the highest it falls. */
 static np_brick_range bound_detail(np_brick_range range, float core, float strength) {
   const float margin = range_margin * core;
   np_brick_range out = range;
@@ -286,7 +286,7 @@ static neph_result make_bricks(detail_builder *b, np_monitor *monitor) {
   b->place = np_alloc(b->context, source->node_count, sizeof *b->place);
   if (!out->bricks.nodes || !out->cores || !b->blocks || !b->place) return NEPH_ERROR_OUT_OF_MEMORY;
   out->detail.cores = out->cores;
-  find_places(b);
+  set_places(b);
   const neph_result result = np_parallel_for(b->context, monitor, source->brick_count, 64, measure_bricks, b);
   return result ? result : np_parallel_for(b->context, monitor, source->node_count, 1, fill_nodes, b);
 }

@@ -1,36 +1,36 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Detail finer than the samples of bricks: its look-ups (brick_detail.h builds it). Part of bricks.h, which
- * includes it behind what it builds on.
+/* Look-ups of detail finer than the samples of bricks (built by brick_detail.h). bricks.h includes this file after the
+ * functions that it needs.
  *
- * The value v of a coarse grid at the edge of a cloud is a mean of what is full and what is empty there. Relative to
- * the largest of its neighbourhood, c, the share t = v/c says how much of a place is full, and a noise u, even in
- * [0, 1], says which: v′ = (1 − s)·v + s·c·S(t, u), where S rises from 0 to 1 as u falls below about t, over a width w.
- * Its mean over u is t for each t, so that the mean of v′ is v; and 0 ≤ S ≤ min(√(2t/w), 1), which bounds v′. */
+ * At the edge of a cloud the value v of a coarse grid is a mean of full and empty places. With c, the largest value
+ * nearby, the share of full places is t = v/c. A noise u, uniform in [0, 1], selects them: v′ = (1 − s)·v + s·c·S(t,
+ * u), where S rises from 0 to 1 as u falls below about t, over a width w. The mean of S over u is t, so that the mean
+ * of v′ is v. The bound 0 ≤ S ≤ min(√(2t/w), 1) bounds v′. */
 #ifndef NP_VOLUME_BRICK_DETAIL_SAMPLE_H
 #define NP_VOLUME_BRICK_DETAIL_SAMPLE_H
 
 enum {
-  NP_DETAIL_LAYERS = 3,       /* of the noise */
-  NP_DETAIL_NOISE_BRICKS = 8, /* along an edge of its texture, which repeats */
+  NP_DETAIL_LAYERS = 3,       /* layers of the noise */
+  NP_DETAIL_NOISE_BRICKS = 8, /* bricks along an edge of the periodic texture */
   NP_DETAIL_RANKS = 256,
-  NP_DETAIL_CORE_NODES = 3,  /* along an edge of a brick: each 4 samples */
-  NP_DETAIL_CORE_STRIDE = 32 /* 3³, and room for loads of four */
+  NP_DETAIL_CORE_NODES = 3,  /* nodes of c along an edge of a brick: one every 4 samples */
+  NP_DETAIL_CORE_STRIDE = 32 /* 3³ nodes, and room for loads of four */
 };
 
-/* Width of the step in the noise's rank, of which the full change takes from 0.02 to 0.98 of it in the mean. */
+/* Width of the step S in the rank of the noise. In the mean S goes from 0.02 to 0.98 within it. */
 #define NP_DETAIL_WIDTH 0.35f
 
 typedef struct np_brick_detail {
   float strength;
-  double size_voxels[3];                     /* of the largest billows, along each axis */
-  const np_bricks *noise;                    /* 8³ bricks of a texture that repeats */
-  double turn[NP_DETAIL_LAYERS][3][4];       /* from index positions to samples of the texture, of each layer */
-  float weight;                              /* of the last layer */
-  float rank_end, rank[NP_DETAIL_RANKS + 1]; /* share of the noise below k/256 of the largest */
-  const float *cores;                        /* of each brick, c at 3³ nodes, z fastest */
+  double size_voxels[3];                     /* size of the largest billows along each axis */
+  const np_bricks *noise;                    /* texture of 8³ bricks, periodic */
+  double turn[NP_DETAIL_LAYERS][3][4];       /* map of each layer from index positions to samples of the texture */
+  float weight;                              /* weight of the last layer */
+  float rank_end, rank[NP_DETAIL_RANKS + 1]; /* share of the noise below k/256 of its maximum */
+  const float *cores;                        /* c at 3³ nodes of each brick, z fastest */
 } np_brick_detail;
 
-/* c at a place. */
+/* Value of c at a position. */
 static inline float np_brick_detail_get_core(const np_brick_detail *detail, uint32_t brick, np_vec3 local) {
   __m128 place = _mm_mul_ps(_mm_setr_ps(local.x, local.y, local.z, 0.0f), _mm_set1_ps(0.25f));
   place = _mm_min_ps(_mm_max_ps(place, _mm_setzero_ps()), _mm_set1_ps((float)(NP_DETAIL_CORE_NODES - 1)));
@@ -58,22 +58,22 @@ static inline float np_brick_detail_get_texture(const np_bricks *noise, const do
   return np_brick_sample(noise, brick, np_vec3_make(local[0], local[1], local[2]));
 }
 
-/* Billows: squared distance to the nearest point of two sets, of which each repeats and both together do not, and a
- * share of that to the points of a finer one. */
+/* Billows: squared distance to the nearest point of two periodic point sets with different periods, and a share of the
+ * distance to the points of a finer set. */
 static inline float np_brick_detail_get_noise(const np_brick_detail *detail, const double at[3]) {
   float layer[NP_DETAIL_LAYERS];
   for (int k = 0; k < NP_DETAIL_LAYERS; k++) layer[k] = np_brick_detail_get_texture(detail->noise, detail->turn[k], at);
   return np_minf(layer[0], layer[1]) + detail->weight * layer[2];
 }
 
-/* The share of space in which the noise is less. */
+/* Share of space in which the noise is lower. */
 static inline float np_brick_detail_get_rank(const np_brick_detail *detail, float noise) {
   const float place = np_clampf(noise / detail->rank_end, 0.0f, 1.0f) * NP_DETAIL_RANKS;
   const int lower = place < NP_DETAIL_RANKS - 1 ? (int)place : NP_DETAIL_RANKS - 1;
   return detail->rank[lower] + (place - (float)lower) * (detail->rank[lower + 1] - detail->rank[lower]);
 }
 
-/* The a for which the mean of clamp((a − u)/w, 0, 1) over u from 0 to 1 is t. */
+/* The a that makes t the mean of clamp((a − u)/w, 0, 1) over u in [0, 1]. */
 static inline float np_brick_detail_get_edge(float t) {
   const float w = NP_DETAIL_WIDTH;
   if (t < 0.5f * w) return sqrtf(2.0f * w * t);
@@ -81,23 +81,23 @@ static inline float np_brick_detail_get_edge(float t) {
   return t + 0.5f * w;
 }
 
-/* c·S for the value and a rank. */
+/* c·S for a value and a rank of the noise. */
 static inline float np_brick_detail_get_step(float value, float core, float rank) {
   return core * np_clampf((np_brick_detail_get_edge(value / core) - rank) * (1.0f / NP_DETAIL_WIDTH), 0.0f, 1.0f);
 }
 
-/* Size of the largest billows, in voxels along the axis where that is least. */
+/* Size of the largest billows, in voxels along the axis on which they are smallest. */
 static inline float np_brick_detail_get_size(const np_brick_detail *detail) {
   return (float)fmin(fmin(detail->size_voxels[0], detail->size_voxels[1]), detail->size_voxels[2]);
 }
 
-/* Share of the detail that is left where one value stands for `footprint` voxels: all up to half its size, none
- * from its whole size on. */
+/* Share of the detail that a value averaged over `footprint` voxels shows: 1 up to half its size, 0 from its size on.
+ */
 static inline float np_brick_detail_get_share(const np_brick_detail *detail, float footprint) {
   return np_clampf(2.0f - 2.0f * footprint / np_brick_detail_get_size(detail), 0.0f, 1.0f);
 }
 
-/* v′ − v, where v is known. */
+/* v′ − v for a known v. */
 static inline float np_brick_detail_add(np_brick_ref ref, np_vec3 local, float value, float share) {
   const np_brick_detail *detail = ref.bricks->detail;
   if (!(value > 0.0f) || !(share > 0.0f)) return 0.0f;
@@ -110,7 +110,7 @@ static inline float np_brick_detail_add(np_brick_ref ref, np_vec3 local, float v
   return share * detail->strength * (np_brick_detail_get_step(value, core, rank) - value);
 }
 
-/* v′ − v at a place of bricks at rest. */
+/* v′ − v at a position in bricks at rest. */
 static inline float np_brick_detail_get_excess(np_brick_ref ref, np_vec3 local, float footprint) {
   const float value = np_brick_sample(ref.bricks, ref.brick, local);
   return np_brick_detail_add(ref, local, value, np_brick_detail_get_share(ref.bricks->detail, footprint));
@@ -129,7 +129,7 @@ static inline void np_brick_detail_sample_along(np_brick_ref ref, np_vec3 begin,
     out[k] += np_brick_detail_add(ref, np_vec3_add(begin, np_vec3_scale(along, at[k])), out[k], share);
 }
 
-/* Parts of a way that detail differs little over: quarters of its size. */
+/* Number of parts of a segment over which detail hardly varies: a quarter of its size each. */
 static inline int np_brick_detail_count(const np_brick_detail *detail, np_vec3 along) {
   const float delta[3] = {along.x, along.y, along.z};
   float sum = 0.0f;

@@ -23,7 +23,7 @@ static neph_result grow(np_brick_lattice *l) {
   return NEPH_OK;
 }
 
-/* Names the block of one cell; `at` counts from the first node's. */
+/* Sets the block of one cell; `at` counts from the first cell of the first node. */
 static neph_result set_cell(np_brick_lattice *l, const int32_t at[3], uint32_t block) {
   const int32_t node[3] = {at[0] >> NP_BRICK_NODE_SHIFT, at[1] >> NP_BRICK_NODE_SHIFT, at[2] >> NP_BRICK_NODE_SHIFT};
   np_lattice_node *n = get_node(l, node);
@@ -43,12 +43,12 @@ static uint32_t get_cell(const np_brick_lattice *l, const int32_t at[3]) {
   return n->cells == NP_BRICK_NONE ? n->block : l->cells[n->cells * (size_t)NP_BRICK_NODE_CELLS + get_offset(at)];
 }
 
-/* First cell of a leaf or tile, from that of the first node. */
+/* First cell of a leaf or tile, counted from the first cell of the first node. */
 static void locate(const np_bricks *bricks, const int32_t origin[3], int32_t out[3]) {
   for (int a = 0; a < 3; a++) out[a] = (origin[a] >> 3) - bricks->origin[a] + bricks->lead[a];
 }
 
-/* Tiles of a node's size or more are aligned to nodes. */
+/* Adds a tile. Tiles of a node's size or more are aligned to nodes. */
 static neph_result add_tile(const np_bricks *bricks, np_brick_lattice *l, const np_tile *tile, uint32_t block) {
   int32_t low[3], high[3], at[3];
   locate(bricks, tile->origin, low);
@@ -63,7 +63,7 @@ static neph_result add_tile(const np_bricks *bricks, np_brick_lattice *l, const 
   return NEPH_OK;
 }
 
-/* The layer beyond the end of a period is the first one. */
+/* Copies the first layer of cells to the layer beyond the end of a period. */
 static neph_result wrap(const np_bricks *bricks, np_brick_lattice *l, int axis) {
   int32_t end[3], at[3];
   for (int a = 0; a < 3; a++) end[a] = a == axis ? 1 : bricks->lead[a] + bricks->size[a] + 1;
@@ -127,7 +127,7 @@ np_lattice_view np_brick_lattice_get_view(const np_brick_lattice *l, const int32
   return out;
 }
 
-/* Blocks of the cells of a node along z, from `first` on. */
+/* Reads the blocks of `count` cells of a node along z, from `first` on. */
 static void read_cells(const np_lattice_view *view, int node, size_t first, int count, uint32_t *out) {
   const uint32_t *cells = view->cells[node];
   for (int z = 0; z < count; z++) out[z] = cells ? cells[first + (size_t)z] : view->block[node];

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Bricks that move are built over the cells near those that hold anything, each a block of velocities that is read, and
- * continued from its neighbours where the file has none. Velocities at a cell's samples bound how far its look-ups go,
- * and with that what it may hold; those of cells that are not constant are stored. */
+/* Builds moving bricks over the cells near cells that are not empty. Each of these cells has a block of velocities,
+ * read from the file and extended from neighbours where it has none. Velocities at the samples of a cell bound the
+ * displacement of its look-ups, and so its range; they are stored for cells that are not constant. */
 #include "volume/brick_motion.h"
 
 #include <string.h>
@@ -11,10 +11,10 @@
 
 enum { SLABS = NP_BRICK_NODE_EDGE, SLAB_CELLS = NP_BRICK_NODE_CELLS / SLABS };
 
-/* A cloud that moves farther than this within one exposure has a wrong unit. */
+/* Largest displacement in voxels: more within one exposure is an error of units. */
 static const double reach_max = 1024.0;
 
-/* Look-ups are of velocities in halves and positions in floats: places beyond the bound that count with it. */
+/* Margin of positions in voxels: look-ups use velocities in halves and positions in floats. */
 static const double place_margin = 4e-3;
 
 typedef struct builder {
@@ -22,15 +22,15 @@ typedef struct builder {
   const np_brick_motion_desc *desc;
   np_velocity_field field;
   np_moving_bricks *out;
-  int32_t reach[3];    /* cells */
-  int32_t (*place)[3]; /* of each node, in the table */
+  int32_t reach[3];    /* in cells */
+  int32_t (*place)[3]; /* table position of each node */
   size_t block_count;
-  uint32_t (*number)[NP_BRICK_NODE_CELLS]; /* of each node's cells' blocks, or NP_BRICK_NONE */
-  int32_t (*cells)[3];                     /* of each block */
+  uint32_t (*number)[NP_BRICK_NODE_CELLS]; /* block of each cell of a node, or NP_BRICK_NONE */
+  int32_t (*cells)[3];                     /* cell of each block */
   np_velocity_block *blocks;
-  int layers; /* into which velocities are continued */
+  int layers; /* number of layers into which velocities are extended */
   uint8_t layer;
-  void (*visit)(const struct builder *b, size_t node, size_t number); /* what is done with each cell */
+  void (*visit)(const struct builder *b, size_t node, size_t number); /* called for each cell */
 } builder;
 
 /* Velocities at the samples of a cell. */
@@ -54,7 +54,7 @@ static neph_result visit_cells(builder *b, np_monitor *monitor,
   return np_parallel_for(b->context, monitor, b->out->bricks.node_count * SLABS, 1, visit_slabs, b);
 }
 
-/* The place of a cell of the lattice; false: it is outside. */
+/* Looks up a cell of the lattice; false if it is outside. */
 static bool get_place(const np_bricks *bricks, const int32_t cell[3], np_brick_place *out_place) {
   int32_t inside[3];
   for (int a = 0; a < 3; a++) {
@@ -69,7 +69,7 @@ static bool is_background(const np_bricks *rest, np_brick_range range) {
   return range.min == rest->background && range.max == rest->background;
 }
 
-/* Whether anything at rest is within reach of a cell. */
+/* Whether any cell at rest within reach of a cell is not empty. */
 static bool is_near(const builder *b, const int32_t cell[3]) {
   const np_bricks *rest = b->desc->rest;
   int32_t first[3], last[3], at[3];
@@ -87,7 +87,7 @@ static bool is_near(const builder *b, const int32_t cell[3]) {
   return false;
 }
 
-/* The range of all that a cell may hold while the shutter is open. */
+/* Range of the values in a cell while the shutter is open. */
 static np_brick_range measure_moving(const builder *b, const int32_t cell[3], const window *w) {
   double low[3], high[3];
   for (int a = 0; a < 3; a++) {
@@ -154,14 +154,14 @@ static void get_cell(const builder *b, size_t node, size_t number, int32_t out[3
     out[a] = bricks->origin[a] - bricks->lead[a] + b->place[node][a] * NP_BRICK_NODE_EDGE + in_node[a];
 }
 
-/* Marks a cell that something is near, as if it had a brick. */
+/* Marks a cell within reach of matter, as if it had a brick. */
 static void mark_near(const builder *b, size_t node, size_t number) {
   int32_t cell[3];
   get_cell(b, node, number, cell);
   b->out->bricks.nodes[node].brick[number] = is_near(b, cell) ? 0 : NP_BRICK_NONE;
 }
 
-/* A marked cell, and those whose first samples are the last of its window, need a block. */
+/* Whether a cell needs a block: marked cells do, and cells that hold the last samples of a marked cell's window. */
 static bool needs_block(const np_bricks *bricks, const int32_t cell[3]) {
   for (int corner = 0; corner < 8; corner++) {
     const int32_t before[3] = {cell[0] - (corner & 1), cell[1] - (corner >> 1 & 1), cell[2] - (corner >> 2)};
@@ -193,7 +193,7 @@ static neph_result open_blocks(builder *b) {
   return NEPH_OK;
 }
 
-/* Velocities of all blocks. */
+/* Reads and extends the velocities of all blocks. */
 static neph_result make_blocks(builder *b, np_monitor *monitor) {
   b->number = np_alloc(b->context, b->out->bricks.node_count, sizeof *b->number);
   if (!b->number) return NEPH_ERROR_OUT_OF_MEMORY;
@@ -211,7 +211,7 @@ static neph_result make_blocks(builder *b, np_monitor *monitor) {
 
 /* ---- Bricks ---- */
 
-/* From the cell's own block and the seven beyond it. */
+/* Copies a window from the block of its cell and the seven blocks beyond it. */
 static void gather(const builder *b, const int32_t cell[3], window *out) {
   const np_velocity_block *blocks[8];
   for (int corner = 0; corner < 8; corner++)
@@ -269,7 +269,7 @@ static neph_result set_reach(builder *b) {
     largest = fmax(largest, bound[a]);
     way += reach;
   }
-  b->layers = (int)fmin(ceil(way) + 3.0, NP_VELOCITY_LAYERS_MAX); /* neighbour by neighbour, to the last corner */
+  b->layers = (int)fmin(ceil(way) + 3.0, NP_VELOCITY_LAYERS_MAX); /* layer by layer, up to the farthest corner */
   b->out->motion.scale = (float)exp2(floor(log2(fmax(largest, 1e-30))));
   return NEPH_OK;
 }
@@ -285,7 +285,7 @@ static neph_result set_table(builder *b) {
                         .is_indirect = true};
   for (int a = 0; a < 3; a++) {
     bricks->origin[a] = bricks->reach_low[a] = rest->origin[a] - b->reach[a];
-    bricks->size[a] = rest->size[a] + 2 * b->reach[a] + 1; /* for the last samples of the last cell */
+    bricks->size[a] = rest->size[a] + 2 * b->reach[a] + 1; /* one more for the last samples of the last cell */
     bricks->reach_high[a] = bricks->origin[a] + bricks->size[a];
     bricks->lead[a] = bricks->origin[a] & (NP_BRICK_NODE_EDGE - 1);
     bricks->table_size[a] = (bricks->lead[a] + bricks->size[a] + NP_BRICK_NODE_EDGE - 1) >> NP_BRICK_NODE_SHIFT;
@@ -296,7 +296,7 @@ static neph_result set_table(builder *b) {
   return bricks->table && bricks->table_ranges ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
-/* Whether any node at rest within reach of a node holds anything. */
+/* Whether any node at rest within reach of a node is not empty. */
 static bool is_node_near(const builder *b, const int32_t node[3]) {
   const np_bricks *rest = b->desc->rest, *bricks = &b->out->bricks;
   int32_t first[3], last[3], at[3];
@@ -319,7 +319,7 @@ static bool is_node_near(const builder *b, const int32_t node[3]) {
   return false;
 }
 
-/* Numbers the nodes that something is near; returns their places, NULL: there is no memory. */
+/* Numbers the nodes within reach of matter, and lists their positions. */
 static neph_result number_nodes(builder *b) {
   np_bricks *bricks = &b->out->bricks;
   const size_t count = np_bricks_count_table(bricks),

@@ -41,7 +41,7 @@ void np_velocity_field_get_bound(const np_velocity_field *field, double out[3]) 
 
 /* ---- One voxel ---- */
 
-/* In lengths of the file. */
+/* Velocity of one level in file lengths a second; false if it is not active there. */
 static bool read_level(const np_velocity_field *field, np_grid_reader *readers, unsigned first, np_dvec3 index,
                        float out[3]) {
   bool is_active = true;
@@ -52,7 +52,7 @@ static bool read_level(const np_velocity_field *field, np_grid_reader *readers, 
   return is_active;
 }
 
-/* Velocity of the finest level that is active there, so that all levels of a cloud move alike; else the background. */
+/* Velocity of the finest active level, so that all levels of a cloud move alike; else the background. */
 static bool read_voxel(const np_velocity_field *field, np_grid_reader *readers, const int32_t voxel[3], float out[3]) {
   const np_dvec3 index = np_dvec3_make(voxel[0], voxel[1], voxel[2]);
   float file[3] = {0.0f, 0.0f, 0.0f};
@@ -85,7 +85,7 @@ bool np_velocity_field_fill(const np_velocity_field *field, const int32_t cell[3
   return are_active;
 }
 
-/* The block and the voxel in it beside a voxel; NULL: there is no block. */
+/* Block and index of a voxel next to a voxel; NULL: there is no block. */
 static const np_velocity_block *get_neighbour(const np_velocity_block *block, const np_velocity_block *const near[6],
                                               int n, int side, int *out_n) {
   static const int strides[3] = {64, 8, 1};

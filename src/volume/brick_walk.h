@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Bricks along a ray, inline as their look-ups are. */
+/* A walk along a ray through the cells of bricks, inline as the look-ups are. */
 #ifndef NP_VOLUME_BRICK_WALK_H
 #define NP_VOLUME_BRICK_WALK_H
 
@@ -10,26 +10,26 @@
 /* The part of a ray inside one cell. */
 typedef struct np_brick_span {
   double t_begin, t_end; /* half-open, t_begin < t_end */
-  uint32_t brick;        /* or NP_BRICK_NONE: constant `range.min`, in this cell and maybe others behind it */
+  uint32_t brick;        /* or NP_BRICK_NONE: constant `range.min` in this cell, and maybe in cells behind it */
   int32_t cell[3];       /* brick coordinates: index positions 8·cell to 8·cell + 8; not wrapped when periodic */
   np_brick_range range;
 } np_brick_span;
 
-/* A walk along a ray through the cells of the table in order, leaving out those whose range is [0, 0], and taking
- * blocks that are one constant as one.
+/* A walk along a ray through the cells of the table in order. It skips cells whose range is [0, 0], and visits a
+ * constant block of cells as one.
  *
- * Amanatides and Woo 1987 on three levels, but nothing is accumulated: the plane at which a cell is left is computed
- * from the ray each time, so that spans join exactly. No coordinate ever steps back, which bounds the walk by the
- * cells. */
+ * This is the grid traversal of Amanatides and Woo 1987 on three levels, without accumulation: the distance to the next
+ * plane is computed from the ray each time, so that spans join exactly. No coordinate ever steps back, which bounds the
+ * number of steps by the number of cells. */
 typedef struct np_brick_walk {
   const np_bricks *bricks;
   double origin[3], direction[3], inverse[3]; /* inverse 0: the ray does not move along that axis */
   double t, t_end;
-  int32_t cell[3];         /* the next to visit, in brick coordinates, not wrapped */
+  int32_t cell[3];         /* next cell to visit, in brick coordinates, not wrapped */
   int32_t low[3], high[3]; /* cells that exist */
 } np_brick_walk;
 
-/* Cell of an index coordinate, held inside [low, high]. */
+/* Cell of an index coordinate, clamped to [low, high]. */
 static inline int32_t np_brick_walk_cell(double coordinate, int32_t low, int32_t high) {
   double cell = coordinate * (1.0 / NP_BRICK_EDGE);
   if (!(cell > (double)low)) return low;
@@ -37,7 +37,7 @@ static inline int32_t np_brick_walk_cell(double coordinate, int32_t low, int32_t
 }
 
 /* Starts a walk over [t_begin, t_end), where index_position(t) = origin + t·direction. The direction may have any
- * length and zeros; whatever is not a number makes the walk empty. */
+ * length and zeros. NaN makes the walk empty. */
 static inline void np_brick_walk_start(np_brick_walk *walk, const np_bricks *bricks, np_dvec3 origin,
                                        np_dvec3 direction, double t_begin, double t_end) {
   *walk = (np_brick_walk){.bricks = bricks,
@@ -71,10 +71,9 @@ static inline void np_brick_walk_start(np_brick_walk *walk, const np_bricks *bri
   }
 }
 
-/* The largest block of cells around the walk's cell that is of one kind: a brick, or a block of a coarser level that
- * holds one constant. */
+/* Largest block of uniform kind around the walk's cell: a brick, or a constant block of a coarser level. */
 typedef struct np_brick_block {
-  int32_t low[3], high[3]; /* in brick coordinates, not wrapped; high is outside; of a cell not set */
+  int32_t low[3], high[3]; /* in brick coordinates, not wrapped; high is outside; not set for a single cell */
   np_brick_range range;
   uint32_t brick;
   bool is_empty, is_cell;
@@ -111,8 +110,8 @@ static inline void np_brick_walk_get_block(const np_brick_walk *walk, np_brick_b
   }
 }
 
-/* Moves the walk to where it leaves a block. */
-static inline void np_brick_walk_leave(np_brick_walk *walk, const np_brick_block *block) {
+/* Moves the walk to the exit point of a block. */
+static inline void np_brick_walk_exit(np_brick_walk *walk, const np_brick_block *block) {
   double t_exit = walk->t_end;
   int axis = -1;
   for (int a = 0; a < 3; a++) {
@@ -141,16 +140,16 @@ static inline void np_brick_walk_leave(np_brick_walk *walk, const np_brick_block
   }
 }
 
-/* Distance at which the ray meets a plane of the cells across an axis; infinite, if it does not move along that. */
-static inline double np_brick_walk_meet(const np_brick_walk *walk, int axis, int32_t plane) {
+/* Distance along the ray to a plane of cells across an axis; infinite if the ray is parallel to the plane. */
+static inline double np_brick_walk_get_crossing(const np_brick_walk *walk, int axis, int32_t plane) {
   double t = ((double)plane * NP_BRICK_EDGE - walk->origin[axis]) * walk->inverse[axis];
   return walk->inverse[axis] != 0.0 ? t : HUGE_VAL;
 }
 
-/* The same as np_brick_walk_leave() for a block of one cell, without branches that cannot be foreseen. */
-static inline void np_brick_walk_leave_cell(np_brick_walk *walk) {
+/* np_brick_walk_exit() for a block of one cell, without branches that mispredict. */
+static inline void np_brick_walk_exit_cell(np_brick_walk *walk) {
   double t[3];
-  for (int a = 0; a < 3; a++) t[a] = np_brick_walk_meet(walk, a, walk->cell[a] + (walk->inverse[a] > 0.0));
+  for (int a = 0; a < 3; a++) t[a] = np_brick_walk_get_crossing(walk, a, walk->cell[a] + (walk->inverse[a] > 0.0));
   int axis = t[1] < t[0];
   axis = t[2] < t[axis] ? 2 : axis;
   double t_exit = t[axis];
@@ -161,7 +160,7 @@ static inline void np_brick_walk_leave_cell(np_brick_walk *walk) {
   if (is_end || walk->cell[axis] < walk->low[axis] || walk->cell[axis] >= walk->high[axis]) walk->t = walk->t_end;
 }
 
-/* The next span that is not empty; false at the end. */
+/* Next span that is not empty; false at the end. */
 static inline bool np_brick_walk_next(np_brick_walk *walk, np_brick_span *out_span) {
   while (walk->t < walk->t_end) {
     np_brick_block block;
@@ -169,9 +168,9 @@ static inline bool np_brick_walk_next(np_brick_walk *walk, np_brick_span *out_sp
     double t_begin = walk->t;
     for (int a = 0; a < 3; a++) out_span->cell[a] = walk->cell[a];
     if (block.is_cell)
-      np_brick_walk_leave_cell(walk);
+      np_brick_walk_exit_cell(walk);
     else
-      np_brick_walk_leave(walk, &block);
+      np_brick_walk_exit(walk, &block);
     if (block.is_empty || !(t_begin < walk->t)) continue;
     out_span->t_begin = t_begin;
     out_span->t_end = walk->t;
@@ -182,8 +181,8 @@ static inline bool np_brick_walk_next(np_brick_walk *walk, np_brick_span *out_sp
   return false;
 }
 
-/* Place of the ray at `t` in the span's cell, in [0, 8]³ but for rounding. In double until the cell is subtracted, so
- * that nothing is lost far from index 0. */
+/* Position of the ray at `t` in the span's cell, in [0, 8]³ up to rounding. It is computed in double up to the
+ * subtraction of the cell, to stay precise far from index 0. */
 static inline np_vec3 np_brick_walk_local(const np_brick_walk *walk, const np_brick_span *span, double t) {
   float local[3];
   for (int a = 0; a < 3; a++)

@@ -1,15 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Bricks: the form in which the renderer reads a volume.
  *
- * Sample i sits at integer index i. Brick b answers for index positions in [8b, 8b+8) and holds the window of 9³
- * samples that starts at 8b, so that a trilinear look-up touches one brick. Where that window is constant there is a
- * tile, no brick. Every cell knows the minimum and maximum of the interpolant over it, and so do two coarser levels of
- * 4³ and 16³ cells, by which empty space is skipped and majorants are found. Cells are in nodes of 16³, which are those
- * of OpenVDB's leaves; a node that is constant is an entry of the table and no more, and those that look alike beside
- * large tiles are one. So memory goes with what a grid holds, however large its box.
+ * Sample i sits at integer index i. Brick b answers for index positions in [8b, 8b+8) and holds the 9³ samples from 8b
+ * on, its window, so that a trilinear look-up touches one brick. A constant window is a tile and has no brick. Every
+ * cell knows the minimum and maximum of the interpolant over it, and so do two coarser levels of 4³ and 16³ cells.
+ * Empty-space skipping and majorants use them. Cells are grouped in nodes of 16³, which coincide with the 128³ voxels
+ * of OpenVDB's lower internal nodes. A constant node is an entry of the table alone, and equal nodes amid large tiles
+ * are shared, so that memory follows the content of a grid and not the size of its box.
  *
- * Look-ups are inline, so that a kernel file takes them into its own instruction set.
- */
+ * Look-ups are inline, so that each kernel file compiles them for its own instruction set. */
 #ifndef NP_VOLUME_BRICKS_H
 #define NP_VOLUME_BRICKS_H
 
@@ -26,88 +25,90 @@
 
 enum {
   NP_BRICK_EDGE = 8,
-  NP_BRICK_SAMPLES = 9, /* along an edge */
+  NP_BRICK_SAMPLES = 9, /* samples along an edge */
   NP_BRICK_STRIDE_X =
-      NP_BRICK_SAMPLES * NP_BRICK_SAMPLES, /* from one sample to the next along x; 9 along y, 1 along z */
+      NP_BRICK_SAMPLES * NP_BRICK_SAMPLES, /* stride of one sample along x; along y it is 9, along z 1 */
   NP_BRICK_VOLUME = 729,                   /* 9³, z fastest */
-  NP_BRICK_STRIDE = 736,                   /* from one brick to the next: 729 rounded up to 16 */
+  NP_BRICK_STRIDE = 736,                   /* stride of one brick: 729 rounded up to 16 */
   NP_BRICK_LEVELS = 3,                     /* cells of 1, 4 and 16 bricks */
   NP_BRICK_LEVEL_SHIFT = 2,                /* a cell spans 2² cells of the level below, along each axis */
   NP_BRICK_NODE_SHIFT = 4,
   NP_BRICK_NODE_EDGE = 16,    /* cells along an edge of a node */
   NP_BRICK_NODE_CELLS = 4096, /* 16³, z fastest */
-  NP_BRICK_NODE_GROUPS = 64   /* of 4³ cells, z fastest */
+  NP_BRICK_NODE_GROUPS = 64   /* groups of 4³ cells, z fastest */
 };
 
 #define NP_BRICK_NONE 0xffffffffu
 
-/* Bounds of the interpolant over one cell, in the file's unit, its rounding in float included. */
+/* Bounds of the interpolant over one cell, in the file's unit. They include the rounding in float. */
 typedef struct np_brick_range {
   float min, max;
 } np_brick_range;
 
 static inline bool np_brick_range_is_zero(np_brick_range range) { return range.min == 0.0f && range.max == 0.0f; }
 
-/* The cells of a node that is not constant. */
+/* Cells of a node that is not constant. */
 typedef struct np_brick_node {
-  uint32_t brick[NP_BRICK_NODE_CELLS];       /* number of each cell's brick, or NP_BRICK_NONE: then it is constant */
+  uint32_t brick[NP_BRICK_NODE_CELLS];       /* number of each cell's brick, or NP_BRICK_NONE: the cell is constant */
   np_brick_range range[NP_BRICK_NODE_CELLS]; /* a constant cell has min == max == its value */
-  np_brick_range group_range[NP_BRICK_NODE_GROUPS]; /* of groups of cells */
+  np_brick_range group_range[NP_BRICK_NODE_GROUPS]; /* range of each group of cells */
   np_brick_range whole_range;
 } np_brick_node;
 
-/* Velocities at the samples of bricks whose matter moves: a value is looked up where its matter is at time 0. */
+/* Velocities at the samples of moving bricks. A value is looked up at the position of its matter at time 0. */
 typedef struct np_brick_motion {
-  const struct np_bricks *rest; /* at time 0 */
-  const uint16_t *velocity;     /* of each brick along x, y and z, one after the other, in `scale` voxels a second */
-  const int32_t (*cells)[3];    /* of each brick, in brick coordinates */
+  const struct np_bricks *rest; /* bricks at time 0 */
+  const uint16_t *velocity;     /* x, y and z components of each brick in turn, in `scale` voxels a second */
+  const int32_t (*cells)[3];    /* brick coordinates of each brick */
   float scale;
   float time_s;
 } np_brick_motion;
 
 typedef struct np_bricks {
   neph_context *context;        /* borrowed */
-  int32_t origin[3], size[3];   /* brick coordinates of the first cell, and cells that there are */
-  int32_t lead[3];              /* cells that the first node has before that */
-  int32_t table_size[3];        /* nodes that the cells lie in */
-  uint32_t *table;              /* of each, z fastest: its number among `nodes`, or NP_BRICK_NONE: it is constant */
-  np_brick_range *table_ranges; /* of each that is constant */
+  int32_t origin[3], size[3];   /* brick coordinates of the first cell, and number of cells */
+  int32_t lead[3];              /* offset of the first cell in the first node */
+  int32_t table_size[3];        /* size of the table in nodes */
+  uint32_t *table;              /* number of each node among `nodes`, or NP_BRICK_NONE for a constant node; z fastest */
+  np_brick_range *table_ranges; /* range of each constant node */
   size_t node_count;
   np_brick_node *nodes;
   size_t brick_count;
   uint16_t *halves;                     /* samples divided by `scale`, when half */
   float *floats;                        /* samples, when float */
-  const np_brick_motion *motion;        /* when they move; exactly one of the three is not NULL */
+  const np_brick_motion *motion;        /* velocities of moving bricks; exactly one of these three is not NULL */
   const struct np_brick_detail *detail; /* finer than the samples (volume/brick_detail.h); NULL: none */
-  bool is_indirect;                     /* they move or have detail: a look-up is more than its samples */
-  float scale;                          /* power of two that puts the largest magnitude in [1, 2); 1 when float */
-  bool is_periodic[2];                  /* along x, y: then the table covers whole periods, and `origin` is 0 there */
-  int32_t period[2];                    /* of the table in voxels, a multiple of 8, when periodic */
-  int32_t reach_low[3], reach_high[3];  /* brick coordinates that rays walk through: the table, or all periods */
-  float background;                     /* outside the table */
-  float value_max;                      /* bound of the interpolant anywhere */
+  bool is_indirect;    /* they move or have detail: a look-up is more than an interpolation of samples */
+  float scale;         /* power of two that puts the largest magnitude in [1, 2); 1 when float */
+  bool is_periodic[2]; /* along x and y; then the table covers whole periods, and `origin` is 0 */
+  int32_t period[2];   /* period of the table in voxels, a multiple of 8 */
+  int32_t reach_low[3],
+      reach_high[3]; /* range of brick coordinates that rays walk through: the table, or all periods */
+  float background;  /* value outside the table */
+  float value_max;   /* upper bound of the interpolant */
 } np_bricks;
 
 /* Builds bricks from a grid, in parallel. `period` NULL: not periodic; else voxels along x and y, multiples of 8, or 0
- * where not periodic: sample i is then the grid's sample i mod period, and the grid must lie in [0, period). */
+ * along an axis that is not periodic. Sample i is then the grid's sample i mod period, and the grid must lie in [0,
+ * period). */
 neph_result np_bricks_build(neph_context *context, const np_sparse_grid *grid, neph_precision precision,
                             const int32_t period[2], np_monitor *monitor, np_bricks *out_bricks);
 void np_bricks_clear(np_bricks *bricks);
 size_t np_bricks_get_bytes(const np_bricks *bricks);
 size_t np_bricks_count_table(const np_bricks *bricks);
 
-/* Voxels that count as one along each axis where light is followed, a power of two: light does not see them where
- * hardly any of the box has bricks, as in a large tile or around a stray voxel, beyond 512 of them in its longest side.
- * Layers, which repeat, are resolved to their voxels. */
+/* Voxels that the light caches treat as one along each axis, a power of two. It is above 1 only for a sparse box with
+ * more than 512 voxels along its longest side, as around a large tile or a stray voxel. Periodic layers are resolved to
+ * their voxels. */
 double np_bricks_count_joined(const np_bricks *bricks);
 
-/* Lists the cells in which the interpolant is not 0, in brick coordinates; `out` NULL: counts them alone. */
+/* Lists the cells whose interpolant is not 0, in brick coordinates; `out` NULL: only counts them. */
 size_t np_bricks_list_cells(const np_bricks *bricks, int32_t (*out)[3]);
 
-/* The eight samples around a position, as four pairs along z, each in the lower two lanes. The upper lanes hold what
- * lies next in the brick, for which its stride leaves room: loading four and ignoring two spares all shuffling. */
+/* The eight samples around a position, as four pairs along z in the two lower lanes. The upper lanes hold the next
+ * samples of the brick, for which its stride leaves room: a load of four of which two are ignored needs no shuffle. */
 typedef struct np_brick_corners {
-  __m128 pair[2][2]; /* by x and y */
+  __m128 pair[2][2]; /* indexed by x and y */
 } np_brick_corners;
 
 enum { NP_BRICK_X = NP_BRICK_STRIDE_X, NP_BRICK_Y = NP_BRICK_SAMPLES };
@@ -122,8 +123,8 @@ static inline __m128i np_brick_load_quad(const uint16_t *sample) {
 }
 
 #if !defined(__F16C__)
-/* Four finite halves, each in the lower bits of a lane, by integer arithmetic. A subnormal half becomes the mantissa of
- * a float of 2⁻¹⁴, which is then taken off again, so that no float is ever subnormal. */
+/* Decodes four finite halves, each in the low bits of a lane, by integer arithmetic. A subnormal half becomes the
+ * mantissa of a float of 2⁻¹⁴, which is then subtracted, so that no float is ever subnormal. */
 static inline __m128 np_brick_decode_halves(__m128i halves) {
   __m128i magnitude = _mm_and_si128(halves, _mm_set1_epi32(0x7fff)), mantissa = _mm_slli_epi32(magnitude, 13);
   __m128i sign = _mm_slli_epi32(_mm_xor_si128(halves, magnitude), 16);
@@ -154,7 +155,7 @@ static inline __m128 np_brick_mix(__m128 a, __m128 b, __m128 t) {
   return _mm_add_ps(a, _mm_mul_ps(t, _mm_sub_ps(b, a)));
 }
 
-/* Eight corners, mixed by the fraction of the way from the first to the last. */
+/* Trilinear interpolation of eight corners. */
 static inline float np_brick_mix_corners(const np_brick_corners *corners, __m128 fraction) {
   __m128 x = _mm_shuffle_ps(fraction, fraction, 0x00), y = _mm_shuffle_ps(fraction, fraction, 0x55);
   __m128 z = _mm_movehl_ps(fraction, fraction);
@@ -164,16 +165,16 @@ static inline float np_brick_mix_corners(const np_brick_corners *corners, __m128
   return _mm_cvtss_f32(np_brick_mix(z_0, z_1, z));
 }
 
-/* Functions for bricks that move or have detail, which are rare, are out of line: others pay nothing for them. */
+/* Functions for moving bricks and for detail are not inlined: they are rare, and other bricks pay nothing for them. */
 #if defined(__GNUC__)
 #define NP_BRICK_RARE __attribute__((noinline, unused))
 #else
 #define NP_BRICK_RARE
 #endif
 
-enum { NP_BRICK_LINE = 16 }; /* places that are looked up together */
+enum { NP_BRICK_LINE = 16 }; /* positions that are looked up together */
 
-/* A brick in its cell, in brick coordinates, not wrapped when periodic. */
+/* A brick and its cell, in brick coordinates, not wrapped if periodic. */
 typedef struct np_brick_ref {
   const np_bricks *bricks;
   uint32_t brick;
@@ -182,13 +183,13 @@ typedef struct np_brick_ref {
 
 NP_BRICK_RARE static float np_brick_sample_indirect(np_brick_ref ref, np_vec3 local);
 
-/* `footprint`: voxels across that one value stands for; detail finer than that is left out. */
+/* `footprint`: width in voxels over which a value is averaged; finer detail is left out. */
 NP_BRICK_RARE static void np_brick_sample_along_indirect(np_brick_ref ref, np_vec3 begin, np_vec3 along,
                                                          float footprint, const float at[NP_BRICK_LINE], int count,
                                                          float out[NP_BRICK_LINE]);
 
-/* Value inside a known brick at rest; `local` in [0, 8]³ from the brick's first sample, and clamped to it. NaN becomes
- * 0. */
+/* Value inside a known brick at rest. `local` is in [0, 8]³ from the brick's first sample, and clamped to it; NaN
+ * becomes 0. */
 static inline float np_brick_sample(const np_bricks *bricks, uint32_t brick, np_vec3 local) {
   __m128 place = _mm_setr_ps(local.x, local.y, local.z, 0.0f);
   place = _mm_min_ps(_mm_max_ps(place, _mm_setzero_ps()), _mm_set1_ps((float)NP_BRICK_EDGE));
@@ -203,14 +204,14 @@ static inline float np_brick_sample(const np_bricks *bricks, uint32_t brick, np_
   return bricks->scale * np_brick_mix_corners(&corners, fraction);
 }
 
-/* The same at rest or not, with detail where there is any. */
+/* Value inside a known brick of any kind: at rest, moving or with detail. */
 static inline float np_brick_eval(const np_bricks *bricks, uint32_t brick, const int32_t cell[3], np_vec3 local) {
   if (bricks->is_indirect) return np_brick_sample_indirect((np_brick_ref){bricks, brick, cell}, local);
   return np_brick_sample(bricks, brick, local);
 }
 
 #if defined(__AVX2__)
-/* Pairs along z of four places, offsets from the brick's first sample. */
+/* Loads the pairs along z of four positions, by offsets from the brick's first sample. */
 static inline __m256 np_brick_load_pairs(const np_bricks *bricks, size_t first, const uint32_t offset[4]) {
   if (bricks->halves) {
     const uint16_t *halves = bricks->halves + first;
@@ -228,7 +229,7 @@ static inline __m256 np_brick_mix_pairs(__m256 a, __m256 b, __m256 t) {
   return _mm256_add_ps(a, _mm256_mul_ps(t, _mm256_sub_ps(b, a)));
 }
 
-/* Clamps four coordinates to the brick and splits them. */
+/* Clamps four coordinates to the brick and splits them into integers and fractions. */
 static inline __m128i np_brick_split(__m128 place, __m128 *out_fraction) {
   place = _mm_min_ps(_mm_max_ps(place, _mm_setzero_ps()), _mm_set1_ps((float)NP_BRICK_EDGE));
   __m128i lower = _mm_cvttps_epi32(_mm_min_ps(place, _mm_set1_ps((float)(NP_BRICK_EDGE - 1))));
@@ -236,7 +237,7 @@ static inline __m128i np_brick_split(__m128 place, __m128 *out_fraction) {
   return lower;
 }
 
-/* np_brick_sample() of four places, to the bit, in about the time of two. */
+/* np_brick_sample() at four positions, with equal bits, in about the time of two. */
 static inline __m128 np_brick_sample_four(const np_bricks *bricks, uint32_t brick, __m128 x, __m128 y, __m128 z) {
   __m128i lower_x = np_brick_split(x, &x), lower_y = np_brick_split(y, &y), lower_z = np_brick_split(z, &z);
   __m128i strided = _mm_madd_epi16(_mm_or_si128(lower_x, _mm_slli_epi32(lower_y, 16)),
@@ -259,7 +260,7 @@ static inline __m128 np_brick_sample_four(const np_bricks *bricks, uint32_t bric
 #endif
 
 #if defined(__AVX512F__) && defined(__AVX512VL__)
-/* The same of eight places. */
+/* Loads the pairs along z of eight positions. */
 static inline __m512 np_brick_gather_pairs(const np_bricks *bricks, size_t first, __m256i offset) {
   if (bricks->halves) return _mm512_cvtph_ps(_mm256_i32gather_epi32((const void *)(bricks->halves + first), offset, 2));
   return _mm512_castpd_ps(_mm512_i32gather_pd(offset, bricks->floats + first, 4));
@@ -299,8 +300,8 @@ static inline __m256 np_brick_sample_eight(const np_bricks *bricks, uint32_t bri
 }
 #endif
 
-/* Values at begin + at[k]·along inside a known brick at rest: `count` of them, at most NP_BRICK_LINE. Up to seven more
- * places are looked at and written to: both arrays have NP_BRICK_LINE. */
+/* Values at begin + at[k]·along inside a known brick at rest: `count` of them, at most NP_BRICK_LINE. The function
+ * reads and writes up to seven elements beyond `count`: both arrays have NP_BRICK_LINE. */
 static inline void np_brick_sample_along(const np_bricks *bricks, uint32_t brick, np_vec3 begin, np_vec3 along,
                                          const float at[NP_BRICK_LINE], int count, float out[NP_BRICK_LINE]) {
 #if defined(__AVX512F__) && defined(__AVX512VL__)
@@ -325,7 +326,7 @@ static inline void np_brick_sample_along(const np_bricks *bricks, uint32_t brick
 #endif
 }
 
-/* Values at begin, begin + step, and so on, of bricks at rest or not, with detail that the step resolves. */
+/* Values at begin, begin + step, and so on, of bricks of any kind, with the detail that the step resolves. */
 static inline void np_brick_sample_line(const np_bricks *bricks, uint32_t brick, const int32_t cell[3], np_vec3 begin,
                                         np_vec3 step, int count, float out[NP_BRICK_LINE]) {
   static const float steps[NP_BRICK_LINE] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
@@ -336,20 +337,20 @@ static inline void np_brick_sample_line(const np_bricks *bricks, uint32_t brick,
     np_brick_sample_along(bricks, brick, begin, step, steps, count, out);
 }
 
-/* Floor of a number below 2⁶² in magnitude; libm's is a call below x86-64-v3. */
+/* Floor of a number below 2⁶² in magnitude; libm's floor is a function call below x86-64-v3. */
 static inline double np_brick_floor(double x) {
   double whole = (double)(int64_t)x;
   return whole > x ? whole - 1.0 : whole;
 }
 
-/* A cell by its place in its node. */
+/* Position of a cell in the table and in its node. */
 typedef struct np_brick_place {
-  size_t entry;  /* of the table */
-  uint32_t node; /* or NP_BRICK_NONE */
+  size_t entry;  /* entry of the table */
+  uint32_t node; /* index into `nodes`, or NP_BRICK_NONE */
   uint32_t cell, group;
 } np_brick_place;
 
-/* Place of a cell, counted from the first. */
+/* Looks a cell up in the table; cells are counted from the first. */
 static inline np_brick_place np_bricks_get_place(const np_bricks *bricks, const int32_t cell[3]) {
   enum { MASK = NP_BRICK_NODE_EDGE - 1 };
   const uint32_t x = (uint32_t)(cell[0] + bricks->lead[0]), y = (uint32_t)(cell[1] + bricks->lead[1]),
@@ -364,19 +365,19 @@ static inline np_brick_place np_bricks_get_place(const np_bricks *bricks, const 
   return out;
 }
 
-/* Number of a cell's brick, or NP_BRICK_NONE: it is constant. */
+/* Number of a cell's brick, or NP_BRICK_NONE if the cell is constant. */
 static inline uint32_t np_bricks_get_brick(const np_bricks *bricks, const np_brick_place *at) {
   return at->node == NP_BRICK_NONE ? NP_BRICK_NONE : bricks->nodes[at->node].brick[at->cell];
 }
 
-/* Range of a cell of a level. */
+/* Range of a cell, or of the coarser cell around it on a level. */
 static inline np_brick_range np_bricks_get_range(const np_bricks *bricks, const np_brick_place *at, int level) {
   if (at->node == NP_BRICK_NONE) return bricks->table_ranges[at->entry];
   const np_brick_node *node = &bricks->nodes[at->node];
   return level == 0 ? node->range[at->cell] : level == 1 ? node->group_range[at->group] : node->whole_range;
 }
 
-/* Splits an index position into a cell and the place in it. False outside the cells, and for NaN. */
+/* Splits an index position into a cell and the position in it. False outside of the cells, and for NaN. */
 static inline bool np_bricks_locate(const np_bricks *bricks, np_dvec3 index_position, int32_t out_cell[3],
                                     np_vec3 *out_local) {
   const double position[3] = {index_position.x, index_position.y, index_position.z};
@@ -408,7 +409,7 @@ static inline float np_bricks_sample(const np_bricks *bricks, np_dvec3 index_pos
   return np_brick_sample_indirect((np_brick_ref){bricks, brick, cell}, local);
 }
 
-/* Voxels a second inside a brick that moves. */
+/* Velocity inside a moving brick, in voxels a second. */
 static inline np_vec3 np_brick_get_velocity(const np_brick_motion *motion, uint32_t brick, np_vec3 local) {
   __m128 place = _mm_setr_ps(local.x, local.y, local.z, 0.0f), fraction;
   place = _mm_min_ps(_mm_max_ps(place, _mm_setzero_ps()), _mm_set1_ps((float)NP_BRICK_EDGE));
@@ -426,7 +427,7 @@ static inline np_vec3 np_brick_get_velocity(const np_brick_motion *motion, uint3
   return np_vec3_make(out[0], out[1], out[2]);
 }
 
-/* Semi-Lagrangian: the value of x at the time t is that of x − v(x)·t at time 0. */
+/* Semi-Lagrangian look-up: the value of x at time t is the value of x − v(x)·t at time 0. */
 static inline float np_brick_sample_moving(const np_bricks *bricks, uint32_t brick, np_vec3 local) {
   const np_brick_motion *motion = bricks->motion;
   const int32_t *cell = motion->cells[brick];

@@ -1,11 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Builds bricks from an authored grid.
  *
- * Cells and leaves are aligned alike, so that the window of a cell is its own leaf and one layer of each of the seven
- * beyond it. A lattice names, for every cell, the leaf or tile that fills it. A first pass over the cells of the nodes
- * tells which windows are constant and what the others span; bricks are then numbered in the order of nodes and cells,
- * whatever the threads do; a second pass fills them.
- */
+ * Cells and leaves have the same alignment: the window of a cell is its own leaf and one layer of each of the seven
+ * leaves beyond it. A lattice maps every cell to its leaf or tile. A first pass over the cells of the nodes computes
+ * the range of each window and marks the constant ones. Bricks are then numbered in the order of nodes and cells,
+ * independent of threads; a second pass fills them. */
 #include "volume/bricks_build.h"
 
 #include <string.h>
@@ -14,15 +13,15 @@
 
 enum { SLABS = NP_BRICK_NODE_EDGE, SLABS_PER_PIECE = 4, SLABS_PER_STEP = 4 };
 
-/* Widens the bounds of samples to bounds of what np_brick_sample computes from them: three nested a + t·(b − a) err by
- * at most 9 · 2⁻²⁴ of the largest magnitude. */
+/* Relative margin from bounds of samples to bounds of np_brick_sample's result: three nested a + t·(b − a) have an
+ * error of at most 9 · 2⁻²⁴ of the largest magnitude. */
 static const float rounding_margin = 0x1p-20f;
 
 /* ---- Leaves ---- */
 
 enum { ROW = NP_LEAF_EDGE, ROWS = NP_LEAF_SIZE / ROW, LEAVES_PER_PIECE = 64 };
 
-/* Bounds of rows of values, one for each place in a row. */
+/* Bounds of rows of values, one for each position in a row. */
 typedef struct row_bounds {
   float min[ROW], max[ROW];
 } row_bounds;
@@ -49,7 +48,7 @@ static np_brick_range get_all(const row_bounds *r) {
   return range;
 }
 
-/* Magnitudes of floats are ordered as their bits are, with infinities and NaN on top. */
+/* Magnitudes of floats sort as their bits do, with infinity and NaN on top. */
 static uint32_t get_magnitude_bits(float value) {
   uint32_t bits;
   memcpy(&bits, &value, sizeof bits);
@@ -57,7 +56,7 @@ static uint32_t get_magnitude_bits(float value) {
 }
 
 static uint32_t get_magnitude_max(const float values[NP_LEAF_SIZE]) {
-  int32_t max[ROW] = {0}; /* signed ones compare in vectors of any instruction set */
+  int32_t max[ROW] = {0}; /* signed integers compare in vectors of any instruction set */
   for (int row = 0; row < ROWS; row++)
     for (int k = 0; k < ROW; k++) {
       const int32_t bits = (int32_t)get_magnitude_bits(values[row * ROW + k]);
@@ -67,7 +66,8 @@ static uint32_t get_magnitude_max(const float values[NP_LEAF_SIZE]) {
   return (uint32_t)max[0];
 }
 
-/* A window has all of its own leaf, and the first layer, line or value of those beyond. */
+/* Bounds of a leaf for each window that reads it: its own window reads all values, its neighbours' the first layer,
+ * line or value. */
 static np_leaf_bounds bound_leaf(const float values[NP_LEAF_SIZE]) {
   row_bounds all, first_x, first_y, line;
   start_rows(&all, values);
@@ -91,7 +91,7 @@ static neph_result bound_leaves(void *user, size_t begin, size_t end, unsigned t
 
 /* ---- Windows ---- */
 
-/* Copies what the cell's own block contributes. */
+/* Copies the samples of the cell's own block. */
 static void gather_own(const np_sparse_grid *grid, uint32_t block, float *window) {
   if (!np_block_is_leaf(block)) {
     const float constant = np_block_get_constant(grid, block);
@@ -104,8 +104,7 @@ static void gather_own(const np_sparse_grid *grid, uint32_t block, float *window
       memcpy(window + i * NP_BRICK_STRIDE_X + j * NP_BRICK_SAMPLES, row, ROW * sizeof *row);
 }
 
-/* Copies what one block beyond the cell contributes: along each axis its 8 samples, or, where it lies beyond, its
- * first. */
+/* Copies the samples of one block beyond the cell: along each axis all 8, or, in a direction of `beyond`, the first. */
 static void gather_beyond(const np_sparse_grid *grid, uint32_t block, const int beyond[3], float *window) {
   int count[3];
   for (int a = 0; a < 3; a++) count[a] = beyond[a] ? 1 : NP_BRICK_EDGE;
@@ -124,7 +123,7 @@ static void gather_window(const np_sparse_grid *grid, const uint32_t blocks[8], 
   for (int n = 1; n < 8; n++) gather_beyond(grid, blocks[n], (const int[3]){n >> 2, n >> 1 & 1, n & 1}, window);
 }
 
-/* The range of a window's samples as they will be read back: rounding keeps their order. */
+/* Range of a window's samples after rounding to the stored precision, which keeps their order. */
 static np_brick_range bound_window(const np_bricks_builder *b, const uint32_t blocks[8]) {
   np_brick_range range = {INFINITY, -INFINITY};
   for (int n = 0; n < 8; n++) {
@@ -138,7 +137,7 @@ static np_brick_range bound_window(const np_bricks_builder *b, const uint32_t bl
   return (np_brick_range){np_bricks_round(b, range.min), np_bricks_round(b, range.max)};
 }
 
-/* Rounding takes no interpolant of samples that are not negative below 0. */
+/* Adds the margin for rounding; a range that is not negative stays so. */
 static np_brick_range widen(np_brick_range range) {
   float margin = rounding_margin * fmaxf(fabsf(range.min), fabsf(range.max));
   float min = range.min - margin, max = range.max + margin;
@@ -147,12 +146,12 @@ static np_brick_range widen(np_brick_range range) {
 
 /* ---- Passes ---- */
 
-/* A layer of a node across x, to be passed through cell by cell. */
+/* A layer of a node across x, cell by cell. */
 typedef struct slab {
   const np_bricks_builder *b;
   np_brick_node *node;
   np_lattice_view view;
-  int x, end[3]; /* of the cells that there are */
+  int x, end[3]; /* cells of the node, up to the end of the table */
 } slab;
 
 static slab get_slab(const np_bricks_builder *b, size_t number) {
@@ -167,7 +166,7 @@ static bool has_row(const slab *s, int y) { return s->x < s->end[0] && y < s->en
 
 static int get_cell(const slab *s, int y, int z) { return (s->x * SLABS + y) * SLABS + z; }
 
-/* Whether the grid answers for a cell. */
+/* Whether the grid is used for a cell. */
 static bool is_in_region(const slab *s, int y, int z) {
   const np_cell_region *region = &s->b->grid->region;
   const np_bricks *bricks = s->b->bricks;
@@ -244,7 +243,7 @@ static void fill_row(const slab *s, int y) {
   }
 }
 
-/* Slabs of nodes that stand side by side across x, `count` of each from `x` on. */
+/* `count` slabs from `x` on in each of the nodes side by side across x. */
 typedef struct layer {
   const np_bricks_builder *b;
   size_t first_node, node_end;
@@ -262,7 +261,7 @@ static neph_result fill_layer(void *user, size_t begin, size_t end, unsigned thr
   return NEPH_OK;
 }
 
-/* First leaf, of `begin` and those behind it, whose x is at least `x`. */
+/* First leaf, from `begin` on, whose x is at least `x`. */
 static size_t search_leaf(const np_sparse_grid *grid, size_t begin, int64_t x) {
   size_t low = begin, high = grid->leaf_count;
   while (low < high) {
@@ -275,7 +274,7 @@ static size_t search_leaf(const np_sparse_grid *grid, size_t begin, int64_t x) {
   return low;
 }
 
-/* A cell reads its own leaf and the next along x: leaves of a layer whose cells are filled are not read again. */
+/* Frees the leaves that no later cell reads: a cell reads its own leaf and the next along x. */
 static void discard_leaves(const layer *l, size_t *gone) {
   const np_bricks *bricks = l->b->bricks;
   const np_sparse_grid *grid = l->b->grid;
@@ -285,7 +284,8 @@ static void discard_leaves(const layer *l, size_t *gone) {
   *gone = end;
 }
 
-/* Layer by layer along x, in which leaves are sorted, so that those of a grid that is consumed go as bricks come. */
+/* Fills bricks layer by layer along x, the sort order of leaves, so that a consumed grid frees its leaves on the way.
+ */
 static neph_result fill(const np_bricks_builder *b, np_monitor *monitor) {
   const size_t count = b->bricks->node_count;
   const bool is_consumed = b->grid->is_consumed && !b->bricks->is_periodic[0];
@@ -307,7 +307,7 @@ static neph_result fill(const np_bricks_builder *b, np_monitor *monitor) {
   return result;
 }
 
-/* Bounds of a node over groups of cells, and over all, of those that there are. */
+/* Range of a node and of its groups of cells, up to the end of the table. */
 static void bound_node(const slab *s) {
   np_brick_node *node = s->node;
   node->whole_range = node->range[0];
@@ -336,7 +336,7 @@ static void bound(const np_bricks_builder *b) {
   bricks->value_max = all.max;
 }
 
-/* A file of a few kilobytes can place voxels anywhere: what it may need is bounded by its size. */
+/* Allocates the bricks, with a limit by the size of the file: a file of a few kilobytes can place voxels anywhere. */
 static neph_result allocate_bricks(np_bricks_builder *b) {
   np_bricks *bricks = b->bricks;
   const size_t sample_bytes = b->is_half ? sizeof *bricks->halves : sizeof *bricks->floats;
@@ -379,7 +379,7 @@ static neph_result set_scale(np_bricks_builder *b) {
                    NP_SPARSE_GRID_LABEL(b->grid));
   int exponent = 1;
   if (b->is_half && max > 0.0f) (void)frexpf(max, &exponent);
-  exponent = exponent > 127 ? 127 : exponent < -125 ? -125 : exponent; /* the inverse must be normal as well */
+  exponent = exponent > 127 ? 127 : exponent < -125 ? -125 : exponent; /* the inverse must be a normal number as well */
   b->bricks->scale = ldexpf(1.0f, exponent - 1);
   b->inverse_scale = ldexpf(1.0f, 1 - exponent);
   b->bricks->background = np_bricks_round(b, b->grid->background);

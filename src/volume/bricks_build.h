@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Bricks while they are built. */
+/* State of bricks while they are built. */
 #ifndef NP_VOLUME_BRICKS_BUILD_H
 #define NP_VOLUME_BRICKS_BUILD_H
 
 #include "volume/brick_lattice.h"
 
-/* Bounds of a leaf's values: of what it contributes to the windows of the cells that lie before it by bits of the
- * number, and of the bits of their magnitudes, which NaN and infinities have the largest of. */
+/* Bounds of the values that a leaf contributes to the windows of its own and of the seven cells before it, indexed by
+ * the bits of the neighbour. They are kept with the bits of magnitudes, in which NaN and infinity are the largest. */
 typedef struct np_leaf_bounds {
   np_brick_range parts[8];
   uint32_t magnitude_bits;
@@ -18,11 +18,11 @@ typedef struct np_bricks_builder {
   bool is_half;
   float inverse_scale;
   np_brick_lattice lattice;
-  int32_t (*place)[3];    /* of each node, in the table: the first that looks like it */
-  np_leaf_bounds *bounds; /* of each leaf */
+  int32_t (*place)[3];    /* table position of each node: the first of equal nodes */
+  np_leaf_bounds *bounds; /* bounds of each leaf */
 } np_bricks_builder;
 
-/* The value of a constant as it will be read back. */
+/* A constant after rounding to the stored precision. */
 static inline float np_bricks_round(const np_bricks_builder *b, float value) {
   return b->is_half ? np_half_to_float(np_half_from_float(value * b->inverse_scale)) * b->bricks->scale : value;
 }
@@ -32,7 +32,7 @@ static inline np_brick_range np_bricks_get_constant_range(const np_bricks_builde
   return (np_brick_range){stored, stored};
 }
 
-/* Whether one constant fills all eight. */
+/* Whether one constant fills all eight blocks. */
 static inline bool np_blocks_are_constant(const np_sparse_grid *grid, const uint32_t blocks[8]) {
   for (int n = 0; n < 8; n++)
     if (np_block_is_leaf(blocks[n]) || np_block_get_constant(grid, blocks[n]) != np_block_get_constant(grid, blocks[0]))
@@ -40,14 +40,14 @@ static inline bool np_blocks_are_constant(const np_sparse_grid *grid, const uint
   return true;
 }
 
-/* Cells of a node along an axis before its period ends. */
+/* Cells of a node along an axis, up to the end of the period. */
 static inline int np_bricks_count_along(const np_bricks *bricks, const int32_t node[3], int axis) {
   const int32_t left = bricks->size[axis] - node[axis] * NP_BRICK_NODE_EDGE;
   return axis < 2 && bricks->is_periodic[axis] && left < NP_BRICK_NODE_EDGE ? (int)left : NP_BRICK_NODE_EDGE;
 }
 
-/* Sizes and allocates the table and the lattice, numbers the nodes, and makes room for them: all but what the nodes
- * hold. What was allocated is the caller's to clear, on failure too. */
+/* Sizes and allocates the table and the lattice, numbers the nodes, and allocates them; their contents follow later.
+ * The caller clears the allocations, on failure too. */
 neph_result np_bricks_build_table(np_bricks_builder *b);
 
 #endif

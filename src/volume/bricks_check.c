@@ -3,10 +3,10 @@
 
 #include <math.h>
 
-/* Cells from index 0, and along an axis (bricks_table.c). */
+/* Largest distance of cells from index 0, and extent along an axis (bricks_table.c). */
 static const int32_t extent_max = 1 << 27;
 
-/* Nodes that a table may have (bricks_table.c). */
+/* Most nodes of a table (bricks_table.c). */
 static const uint64_t table_count_max = UINT64_C(1) << 24;
 
 /* ---- Shape ---- */
@@ -36,7 +36,7 @@ bool np_bricks_check_shape(const np_bricks *b) {
 
 /* ---- Content ---- */
 
-/* NaN is in no range. */
+/* Whether a range is ordered and within ±most; NaN is in no range. */
 static bool is_range(np_brick_range range, float most) {
   return range.min <= range.max && range.min >= -most && range.max <= most;
 }

@@ -1,21 +1,21 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The table of bricks: how many nodes a grid needs.
+/* Builds the table of bricks and counts the nodes of a grid.
  *
- * A node whose windows hold one constant is an entry of the table. Nodes amid large tiles, whose eight blocks are
- * constants, are made once for all that are alike. */
+ * A node with one constant in all its windows is only an entry of the table. Equal nodes amid large tiles, whose eight
+ * blocks are constant, are built once and shared. */
 #include "volume/bricks_build.h"
 
 #include <string.h>
 
 #include "core/alloc.h"
 
-/* A table of more nodes is a mistake in the file, or needs a coarser voxel: it would take half a gigabyte. */
+/* Most nodes of a table. More would take half a gigabyte: the file is damaged, or needs a coarser voxel. */
 static const uint64_t table_count_max = UINT64_C(1) << 24;
 
-/* Cells from index 0 as far as lengths of boxes, and what is around them, fit 32 bits. */
+/* Largest distance of cells from index 0: lengths of boxes and their margins then fit 32 bits. */
 static const int64_t far_cells = INT64_C(1) << 26;
 
-/* Numbers of nodes by the constants of their eight blocks. */
+/* Map from the constants of eight blocks to the number of the shared node. */
 typedef struct alike_nodes {
   uint32_t *slots;
   size_t mask;
@@ -35,7 +35,7 @@ static void extend(int64_t low[3], int64_t high[3], const int32_t origin[3], int
   }
 }
 
-/* Cells that hold leaves or tiles; the cell at index 0 when nothing does. */
+/* Range of cells that hold leaves or tiles; the cell at index 0 if there are none. */
 static void compute_content(const np_sparse_grid *grid, int64_t low[3], int64_t high[3]) {
   for (int a = 0; a < 3; a++) {
     low[a] = INT32_MAX;
@@ -138,7 +138,7 @@ static bool are_alike(const np_sparse_grid *grid, const np_lattice_view *a, cons
 static size_t hash_view(const np_sparse_grid *grid, const np_lattice_view *view) {
   uint64_t hash = UINT64_C(0xcbf29ce484222325); /* FNV-1a */
   for (int n = 0; n < 8; n++) {
-    const float value = np_block_get_constant(grid, view->block[n]) + 0.0f; /* one zero for both */
+    const float value = np_block_get_constant(grid, view->block[n]) + 0.0f; /* one representation of zero */
     uint32_t bits;
     memcpy(&bits, &value, sizeof bits);
     hash = (hash ^ bits) * UINT64_C(0x100000001b3);
@@ -151,7 +151,7 @@ static uint32_t add_node(np_bricks_builder *b, const int32_t at[3]) {
   return (uint32_t)b->bricks->node_count++;
 }
 
-/* The node that is like this one, whose eight blocks are constants; a new one where there is none yet. */
+/* Number of the node whose eight blocks have the same constants; a new one if there is none yet. */
 static uint32_t search_alike(np_bricks_builder *b, alike_nodes *alike, const np_lattice_view *view,
                              const int32_t at[3]) {
   size_t slot = hash_view(b->grid, view) & alike->mask;
@@ -162,7 +162,7 @@ static uint32_t search_alike(np_bricks_builder *b, alike_nodes *alike, const np_
   return alike->slots[slot] = add_node(b, at);
 }
 
-/* Constant nodes get their range; for the others, how many they are is returned. */
+/* Sets the range of constant nodes; returns the number of the others. */
 static size_t mark_nodes(np_bricks_builder *b) {
   np_bricks *bricks = b->bricks;
   const size_t count = np_bricks_count_table(bricks);
@@ -184,7 +184,7 @@ static neph_result allocate_alike(neph_context *context, size_t count, alike_nod
   for (out->mask = 1; out->mask < 2 * count; out->mask = 2 * out->mask + 1) {}
   out->slots = np_alloc(context, out->mask + 1, sizeof *out->slots);
   if (!out->slots) return NEPH_ERROR_OUT_OF_MEMORY;
-  memset(out->slots, 0xff, (out->mask + 1) * sizeof *out->slots); /* NP_BRICK_NONE */
+  memset(out->slots, 0xff, (out->mask + 1) * sizeof *out->slots); /* fills with NP_BRICK_NONE */
   return NEPH_OK;
 }
 

@@ -1,21 +1,21 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Optical depth along a ray, followed from place to place. */
+/* Optical depth along a ray, advanced from distance to distance. */
 #ifndef NP_VOLUME_DEPTH_CURSOR_H
 #define NP_VOLUME_DEPTH_CURSOR_H
 
 #include "volume/places.h"
 #include "volume/tracking.h"
 
-/* One cloud's optical depth along a ray, as far as it has been asked for. */
+/* One cloud's optical depth along a ray, up to the last distance queried. */
 typedef struct np_depth_cursor {
   const np_instance *volume;
   np_brick_walk walk;
   np_brick_span span;
   double position, depth;
-  bool is_past; /* behind the cloud */
+  bool is_past; /* the ray has left the cloud */
 } np_depth_cursor;
 
-/* The clouds along a ray; of a hierarchy those whose boxes the ray has entered, and what lies behind it. */
+/* Clouds along a ray; in a hierarchy, the clouds whose boxes the ray has entered and the queue of later ones. */
 typedef struct np_depth_cursors {
   const np_instances *clouds;
   unsigned count;
@@ -24,7 +24,7 @@ typedef struct np_depth_cursors {
   np_vec3 direction;
   double distance_end;
   np_place_queue ahead;
-  double past[NP_INSTANCES_MAX]; /* with a hierarchy: of each cloud, in places that have been left */
+  double past[NP_INSTANCES_MAX]; /* in a hierarchy: optical depth of each cloud, in places that the ray has left */
 } np_depth_cursors;
 
 static inline void np_depth_cursors_add(np_depth_cursors *all, const np_instance *volume) {
@@ -51,7 +51,7 @@ static inline void np_depth_cursors_start(np_depth_cursors *all, const np_instan
   }
 }
 
-/* Optical depth of a part of the cursor's span, exactly. */
+/* Exact optical depth of a part of the cursor's span. */
 static inline double np_depth_cursor_integrate(const np_depth_cursor *c, double begin, double end) {
   float mean = c->span.range.min;
   if (c->span.brick != NP_BRICK_NONE) {
@@ -71,8 +71,8 @@ static inline void np_depth_cursor_advance(np_depth_cursor *c, double distance) 
   }
 }
 
-/* Adds up the places that are left, and forgets them. */
-static inline void np_depth_cursors_leave(np_depth_cursors *all) {
+/* Sums up the places that the ray has left, and drops them. */
+static inline void np_depth_cursors_flush(np_depth_cursors *all) {
   for (unsigned i = 0; i < all->count;) {
     const np_depth_cursor *c = &all->cursor[i];
     if (!c->is_past) {
@@ -84,18 +84,18 @@ static inline void np_depth_cursors_leave(np_depth_cursors *all) {
   }
 }
 
-/* The same through a hierarchy: to each place in turn as the ray enters it. */
-static inline void np_depth_cursors_pass(np_depth_cursors *all, double distance) {
+/* Moves each place of a hierarchy to a distance, in the order of entry. */
+static inline void np_depth_cursors_advance_places(np_depth_cursors *all, double distance) {
   while (np_place_queue_get_next(&all->ahead) < distance && all->count < NP_INSTANCES_MAX) {
     const double enter = np_place_queue_get_next(&all->ahead);
     for (unsigned i = 0; i < all->count; i++) np_depth_cursor_advance(&all->cursor[i], enter);
-    np_depth_cursors_leave(all);
+    np_depth_cursors_flush(all);
     np_depth_cursors_add(all, np_place_queue_take(&all->ahead));
   }
 }
 
 static inline void np_depth_cursors_advance(np_depth_cursors *all, double distance) {
-  if (all->clouds->places) np_depth_cursors_pass(all, distance);
+  if (all->clouds->places) np_depth_cursors_advance_places(all, distance);
   for (unsigned i = 0; i < all->count; i++) np_depth_cursor_advance(&all->cursor[i], distance);
 }
 

@@ -1,19 +1,18 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Map of a frustum (OpenVDB 10, NonlinearFrustumMap in math/Maps.h), and the lattices that stand for it.
+/* Map of a frustum (OpenVDB 10, NonlinearFrustumMap in math/Maps.h), and its lattices.
  *
- * The width of a voxel, s(z) = scale·(1 + growth·z), is linear in depth, and its length along the axis, `step`, is the
- * same everywhere. Rays of the frustum are oblique in a lattice: a voxel of depth c moves them by c·t across, t their
- * largest slope. So c is at most h/t, by which they move no further than a voxel, and at most `step` in the level with
- * the longest voxels. The levels of a frustum of n × n × m voxels that widens f times have about n²·m·ln f voxels.
- */
+ * The width of a voxel, s(z) = scale·(1 + growth·z), is linear in depth; its length along the axis, `step`, is
+ * constant. Rays of the frustum are oblique in a lattice: over a voxel of depth c they move by c·t across, with t their
+ * largest slope. So c is at most h/t, which limits that to one voxel, and at most `step` in the level with the longest
+ * voxels. The levels of a frustum of n × n × m voxels that widens by a factor f have about n²·m·ln f voxels. */
 #include "volume/frustum.h"
 
 #include <float.h>
 
-/* The frustum is cut off where its voxels are this share as wide as in the first plane that holds something. */
+/* Width of voxels at which the frustum is cut off, relative to the first plane that is not empty. */
 static const double width_share_min = 0.5;
 
-/* Widest voxels over narrowest that can be meant. */
+/* Largest plausible ratio of the widest to the narrowest voxels. */
 static const double widening_max = 1e6;
 
 static double get_width(const np_frustum *map, double k) {
@@ -58,12 +57,12 @@ static double get_width_at(const np_frustum_lattice *l, double w) {
   return l->map.scale * (1.0 + l->map.growth * l->sign * w);
 }
 
-/* Depth at which voxels have a width; only for those that widen. */
+/* Depth at which voxels have a width; only for frustums that widen. */
 static double search_width(const np_frustum_lattice *l, double width) {
   return (width / l->map.scale - 1.0) / (l->map.growth * l->sign);
 }
 
-/* Largest slope of a ray against the axis, in the frustum's own lengths. */
+/* Largest slope of a ray against the axis, in the frustum's local lengths. */
 static double get_slope(const np_frustum *map, const np_frustum_block *box) {
   double away = 0.0;
   for (int a = 0; a < 2; a++)
@@ -71,8 +70,8 @@ static double get_slope(const np_frustum *map, const np_frustum_block *box) {
   return away * fabs(map->scale * map->growth);
 }
 
-/* Level k + 1 begins at the first plane between its own cells beyond which the frustum's voxels are as wide as its
- * own, 2ᵏ⁺¹ of those of the first. */
+/* Divides the lattice into slabs. Level k + 1 begins at the first plane between its cells beyond which the frustum's
+ * voxels are as wide as its own, 2ᵏ⁺¹·h. */
 static void set_slabs(np_frustum_lattice *l, double width) {
   l->slabs[0].first = INT32_MIN;
   for (unsigned k = 1; k < l->level_count; k++) {
@@ -117,7 +116,7 @@ np_affine np_frustum_lattice_get_affine(const np_frustum_lattice *lattice, unsig
   return np_affine_compose(&lattice->map.local_to_world, &own);
 }
 
-/* Samples of a level from the first cell that it owns to the first plane beyond the last. */
+/* Clips an interval to the samples of a level, from its first cell to the first plane beyond its last. */
 static void clip_to_slab(const np_frustum_lattice *l, unsigned level, double depth, double w[2]) {
   const np_frustum_slab *slab = &l->slabs[level];
   if (slab->first != INT32_MIN) w[0] = fmax(w[0], l->start + NP_LEAF_EDGE * depth * slab->first);

@@ -1,13 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Grids of a frustum as grids of the levels of its lattice.
+/* Resamples a frustum grid to grids of the levels of its lattice.
  *
- * A sample is the trilinear field of the frustum at its place where two voxels of the lattice fit into one of the
- * frustum; where one does, the mean of eight places around it, a quarter of a voxel away, so that no voxel falls
- * between samples. The first plane beyond a level is interpolated between the samples of the next, so that the cloud
- * has no step there. Where the mass, the integral of the field, errs by more than half a percent, all values are scaled
- * by the same number, which makes it that of the frustum. Its mass is known exactly: the volume of a voxel is a
- * quadratic in depth, so that the integral over the hat of plane k is v·(J(k) + J″/12).
- */
+ * A sample is the trilinear field of the frustum at its position if two voxels of the lattice fit into one of the
+ * frustum. If only one fits, it is the mean of eight positions a quarter of a voxel around, so that no voxel falls
+ * between samples. The first plane beyond a level is interpolated between the samples of the next, which makes the
+ * cloud continuous there. If the mass, the integral of the field, errs by more than half a percent, all values are
+ * scaled to the mass of the frustum. It is known exactly: the volume of a voxel is a quadratic in depth, so that the
+ * integral over the hat function of plane k is v·(J(k) + J″/12). */
 #include "volume/frustum.h"
 
 #include <float.h>
@@ -23,13 +22,13 @@ _Static_assert((int)NP_FRUSTUM_LEVELS_MAX == (int)NP_TINT_PARTS_MAX, "a level is
 
 enum { CANDIDATES_MAX = 1 << 22 };
 
-/* Memory of a leaf, and of the brick that it becomes. */
+/* Memory of a leaf and of its brick. */
 static const double bytes_per_leaf = sizeof(np_leaf) + 2.0 * NP_BRICK_STRIDE;
 
-/* Up to so much memory one lattice is used in place of levels, and half the voxels. */
+/* Up to this much memory one lattice replaces levels, with half the voxels at most. */
 static const double bytes_free = 48e6;
 
-/* A cell of a level that may hold something. */
+/* A cell of a level that may not be empty. */
 typedef struct candidate {
   int32_t at[3];
   unsigned level;
@@ -38,21 +37,21 @@ typedef struct candidate {
 typedef struct resampling {
   neph_context *context;
   np_monitor *monitor;
-  const np_sparse_grid *grid; /* of leaves alone */
+  const np_sparse_grid *grid; /* leaves only, no tiles */
   np_frustum_block *blocks;
   size_t block_count;
   np_frustum_block box;
   np_frustum_lattice lattice;
   double refinement;
-  bool is_density;       /* whose mass counts */
-  candidate *candidates; /* sorted by level, then place */
+  bool is_density;       /* a density: its mass is preserved */
+  candidate *candidates; /* sorted by level, then by position */
   size_t candidate_count;
-  np_leaf *leaves; /* one a candidate */
+  np_leaf *leaves; /* one for each candidate */
 } resampling;
 
 /* ---- Blocks ---- */
 
-/* Tiles become leaves: their number is bounded by the memory that leaves may take. */
+/* Replaces a tile by leaves, up to the limit on the memory of leaves. */
 static neph_result expand_tile(np_sparse_grid *grid, const np_tile *tile) {
   int32_t at[3];
   if (tile->value == grid->background) return NEPH_OK;
@@ -97,7 +96,8 @@ static neph_result expand_tiles(np_sparse_grid *grid) {
   return NEPH_OK;
 }
 
-/* The voxels of a leaf that differ from the background, and one more on each side; false: none does. */
+/* Box of the voxels of a leaf that differ from the background, and one more voxel on each side; false if there are
+ * none. */
 static bool bound_leaf(const np_leaf *leaf, float background, np_frustum_block *out) {
   int32_t low[3] = {8, 8, 8}, high[3] = {-1, -1, -1};
   for (int n = 0; n < NP_LEAF_SIZE; n++) {
@@ -134,7 +134,7 @@ static neph_result list_blocks(resampling *r) {
 
 /* ---- Cells ---- */
 
-/* Cells that the blocks reach, those of several blocks counted as often: an upper bound. */
+/* Upper bound of the number of cells: a cell that several blocks reach counts several times. */
 static double count_cells(const resampling *r) {
   double count = 0.0;
   int32_t first[3], last[3];
@@ -177,7 +177,7 @@ static neph_result list_cells(resampling *r, double count) {
 
 /* ---- Choice of the lattice ---- */
 
-/* Sets a lattice, and the cells that it has at most; false where the frustum is none. */
+/* Sets a lattice and its largest number of cells; false if the frustum is degenerate. */
 static bool try_lattice(resampling *r, double refinement, unsigned level_max, double *out_count) {
   r->refinement = refinement;
   if (!np_frustum_lattice_make(&r->grid->frustum, &r->box, refinement, level_max, &r->lattice)) return false;
@@ -185,8 +185,8 @@ static bool try_lattice(resampling *r, double refinement, unsigned level_max, do
   return true;
 }
 
-/* The finest lattice of the fewest levels that is cheap, or else the one with the fewest cells. `coarseness` is 2 where
- * voxels are to be twice as long. */
+/* Chooses the finest affordable lattice with the fewest levels, or else the one with the fewest cells. `coarseness` is
+ * 2 for voxels twice as long. */
 static bool choose_lattice(resampling *r, double coarseness, unsigned level_max, double *out_count) {
   double least = HUGE_VAL, count;
   unsigned best = 1;
@@ -214,7 +214,7 @@ static neph_result prepare(resampling *r, double coarseness, unsigned level_max,
   return choose_lattice(r, coarseness, level_max, out_count) ? NEPH_OK : fail_map(r->grid);
 }
 
-/* Lists the cells of a lattice that is not beyond all measure, and tells their memory. */
+/* Lists the cells of a lattice and computes their memory, unless there are too many to list. */
 static neph_result list_if_few(resampling *r, double count, double *out_bytes) {
   *out_bytes = count * bytes_per_leaf;
   if (!(count > 0.0) || count > CANDIDATES_MAX) return NEPH_OK;
@@ -267,7 +267,7 @@ static double sample_around(const resampling *r, np_grid_reader *reader, unsigne
   return 0.125 * sum;
 }
 
-/* A sample of the plane that a level shares with the next, between samples of that. */
+/* Sample on the plane that a level shares with the next, interpolated between samples of the next. */
 static double sample_border(const resampling *r, np_grid_reader *reader, unsigned level, const int32_t at[3]) {
   double sum = 0.0;
   for (int n = 0; n < 4; n++) {
@@ -309,7 +309,7 @@ static neph_result fill_leaves(void *user, size_t begin, size_t end, unsigned th
 /* Integral of the field over the frustum, in its local lengths. */
 static double sum_frustum(const np_sparse_grid *grid) {
   const np_frustum *map = &grid->frustum;
-  const double slope = map->scale * map->growth * map->step; /* of a voxel's width from plane to plane */
+  const double slope = map->scale * map->growth * map->step; /* slope of a voxel's width, per plane */
   double sum = 0.0;
   for (size_t i = 0; i < grid->leaf_count; i++)
     for (int n = 0; n < NP_LEAF_SIZE; n++) {
@@ -320,7 +320,7 @@ static double sum_frustum(const np_sparse_grid *grid) {
   return sum;
 }
 
-/* Planes between two levels count half in each. */
+/* Mass of the levels; planes between two levels count half in each. */
 static double sum_levels(const resampling *r) {
   double sum = 0.0;
   for (size_t i = 0; i < r->candidate_count; i++) {
@@ -337,8 +337,8 @@ static double sum_levels(const resampling *r) {
   return sum;
 }
 
-/* Keeps the mass of a density: what errs by less than half a percent stays as it is, so that a field of ones is one.
- * Returns the share that it had. */
+/* Scales a density to the mass of the frustum, unless it errs by less than half a percent: a field of ones stays one.
+ * Returns the mass before, relative to the frustum. */
 static double scale_to_mass(const resampling *r) {
   static const double error_max = 0.005, change_max = 0.5;
   const double wanted = sum_frustum(r->grid), share = wanted > 0.0 ? sum_levels(r) / wanted : 1.0;
@@ -400,7 +400,7 @@ static void clear(resampling *r) {
   np_alloc_free(r->context, r->leaves);
 }
 
-/* Grids of the levels, which the caller clears whatever the outcome. */
+/* Resamples to the grids of the levels. The caller clears them, whatever the outcome. */
 static neph_result resample(resampling *r, np_sparse_grid *grid, double coarseness, unsigned level_max,
                             np_sparse_grid *out_levels) {
   double count = 0.0, bytes = 0.0;

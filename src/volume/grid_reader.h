@@ -1,19 +1,19 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Values of authored grids by their voxels: the three components of a vector, which may differ in topology. */
+/* Voxel reads from the authored grids of a vector's three components, which may differ in topology. */
 #ifndef NP_VOLUME_GRID_READER_H
 #define NP_VOLUME_GRID_READER_H
 
 #include "volume/sparse_grid.h"
 
-/* Remembers the leaf that was read last: neighbours are cheap. */
+/* Caches the leaf of the last read: reads of neighbours are cheap. */
 typedef struct np_grid_reader {
   const np_sparse_grid *grid; /* sorted */
-  const np_leaf *leaf;        /* NULL: none holds the block */
+  const np_leaf *leaf;        /* NULL: no leaf holds the voxel */
   int32_t block[3];
   bool has_block;
 } np_grid_reader;
 
-/* Less than, equal to or greater than 0, as origins are sorted. */
+/* Negative, 0 or positive, in the sort order of origins. */
 static inline int np_grid_compare(const int32_t a[3], const int32_t b[3]) {
   for (int k = 0; k < 3; k++)
     if (a[k] != b[k]) return a[k] < b[k] ? -1 : 1;
@@ -34,7 +34,7 @@ static inline const np_leaf *np_grid_search_leaf(const np_sparse_grid *grid, con
   return NULL;
 }
 
-/* The value of a voxel, and whether it is active: in a leaf, in a tile, or the background. */
+/* Value of a voxel in a leaf, in a tile, or in the background, and whether it is active. */
 static inline bool np_grid_read(np_grid_reader *reader, const int32_t voxel[3], float *out_value) {
   const np_sparse_grid *grid = reader->grid;
   const int32_t block[3] = {voxel[0] & ~(NP_LEAF_EDGE - 1), voxel[1] & ~(NP_LEAF_EDGE - 1),
@@ -62,8 +62,8 @@ static inline bool np_grid_read(np_grid_reader *reader, const int32_t voxel[3], 
   return false;
 }
 
-/* The value between the voxels around an index position. Active corners alone count; false where there are none, and
- * the value is then the background. */
+/* Trilinear value at an index position, from active corners alone. If none is active, returns false and the background.
+ */
 static inline bool np_grid_read_between(np_grid_reader *reader, np_dvec3 at, float *out) {
   const double position[3] = {at.x, at.y, at.z};
   int32_t low[3];

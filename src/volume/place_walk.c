@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Rays through the hierarchy of places. */
+/* Rays through the bounding volume hierarchy of places. */
 #include "volume/places.h"
 
 static np_place_ray make_ray(np_dvec3 origin, np_vec3 direction, double end) {
@@ -11,8 +11,8 @@ static np_place_ray make_ray(np_dvec3 origin, np_vec3 direction, double end) {
 static double get_lesser(double a, double b) { return a < b ? a : b; }
 static double get_greater(double a, double b) { return a > b ? a : b; }
 
-/* Distance at which a ray enters a box, 0 from within; infinite where it passes. A ray that does not move along an axis
- * is at an infinite distance from the sides, of the sign that tells between and beside. */
+/* Distance at which a ray enters a box; 0 from inside, infinite if it misses. For an axis without motion the distances
+ * to the sides are infinite, with signs that distinguish inside and outside. */
 static double enter_box(const np_place_ray *ray, const np_place_node *node) {
   double enter = 0.0, leave = ray->end;
   for (int a = 0; a < 3; a++) {
@@ -59,7 +59,7 @@ static bool is_before(np_place_hit a, np_place_hit b) {
   return a.enter != b.enter ? a.enter < b.enter : a.place < b.place;
 }
 
-/* Puts a hit in its place among those of a batch, of which the last falls out where it is full. */
+/* Inserts a hit into the sorted batch; the last hit drops out of a full batch. */
 static void insert(np_place_queue *queue, np_place_hit hit) {
   if (queue->count == NP_PLACE_BATCH) {
     queue->has_more = true;
@@ -71,13 +71,13 @@ static void insert(np_place_queue *queue, np_place_hit hit) {
   queue->hits[i] = hit;
 }
 
-/* Whether a box that is entered there can still put something into the batch. */
-static bool is_wanted(const np_place_queue *queue, double enter) {
+/* Whether a hit at this distance can enter the batch. */
+static bool is_accepted(const np_place_queue *queue, double enter) {
   if (isinf(enter)) return false;
   return queue->count < NP_PLACE_BATCH || !queue->has_more || enter <= queue->hits[NP_PLACE_BATCH - 1].enter;
 }
 
-/* The first hits behind `last`. */
+/* Collects the first hits after `last`. */
 static void gather(np_place_queue *queue, np_place_hit last) {
   const np_places *places = queue->places;
   uint32_t stack[NP_PLACE_STACK] = {0};
@@ -88,7 +88,7 @@ static void gather(np_place_queue *queue, np_place_hit last) {
     const uint32_t number = stack[--depth];
     const np_place_node *node = &places->nodes[number];
     const double enter = enter_box(&queue->ray, node);
-    if (!is_wanted(queue, enter)) continue;
+    if (!is_accepted(queue, enter)) continue;
     if (node->place != NP_PLACE_NONE) {
       const np_place_hit hit = {enter, node->place};
       if (is_before(last, hit)) insert(queue, hit);

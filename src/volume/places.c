@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A hierarchy of boxes over the places of clouds: halves of the places by the middles of their boxes, along the axis
- * in which those lie farthest apart, down to single places. */
+/* Bounding volume hierarchy over the places of clouds: a median split of the centres of their boxes, along the axis of
+ * their largest extent, down to single places. */
 #include "volume/places.h"
 
 #include <stdlib.h>
@@ -14,10 +14,10 @@ typedef struct place_box {
   uint32_t place;
 } place_box;
 
-/* Clouds without end reach this far; beyond it nothing is looked for. */
+/* Half size of endless clouds; no ray goes farther. */
 static const double far_m = 1e9;
 
-/* Share by which boxes are larger than their bricks, so that rounding leaves nothing outside. */
+/* Relative enlargement of boxes, against rounding. */
 static const double margin = 1e-9;
 
 static void include_point(place_box *box, np_dvec3 point) {
@@ -28,7 +28,7 @@ static void include_point(place_box *box, np_dvec3 point) {
   }
 }
 
-/* World box of the cells that a walk through the bricks can meet. */
+/* World box of the cells that a walk through the bricks can visit. */
 static place_box compute_box(const np_instance *volume, uint32_t place) {
   const np_bricks *bricks = volume->bricks;
   place_box box = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}, place};
@@ -62,7 +62,7 @@ static int compare_z(const void *a, const void *b) { return compare_along(a, b, 
 typedef struct tree_build {
   place_box *boxes;
   np_place_node *nodes;
-  uint32_t count; /* of nodes so far */
+  uint32_t count; /* nodes built so far */
 } tree_build;
 
 static void bound_boxes(const place_box *boxes, uint32_t count, np_place_node *out) {
@@ -76,7 +76,7 @@ static void bound_boxes(const place_box *boxes, uint32_t count, np_place_node *o
   }
 }
 
-/* Axis along which the middles of the boxes lie farthest apart. */
+/* Axis along which the centres of the boxes have the largest extent. */
 static int choose_axis(const place_box *boxes, uint32_t count) {
   int axis = 0;
   double widest = -1.0;
@@ -91,7 +91,7 @@ static int choose_axis(const place_box *boxes, uint32_t count) {
   return axis;
 }
 
-/* Depth is that of a balanced tree. */
+/* Builds the node of a range of places; the tree is balanced. */
 static uint32_t build_node(tree_build *b, uint32_t first, uint32_t count) {
   static int (*const compare[3])(const void *, const void *) = {compare_x, compare_y, compare_z};
   const uint32_t number = b->count++;
@@ -136,12 +136,12 @@ void np_places_clear(neph_context *context, np_places *places) {
 
 /* ---- Points ---- */
 
-static bool holds(const np_place_node *node, const double p[3]) {
+static bool contains_point(const np_place_node *node, const double p[3]) {
   return p[0] >= node->low[0] && p[0] <= node->high[0] && p[1] >= node->low[1] && p[1] <= node->high[1] &&
          p[2] >= node->low[2] && p[2] <= node->high[2];
 }
 
-/* Steps from a node to the next that may hold the point, in the order of the places. */
+/* Walk over the nodes that may contain a point, in the order of the places. */
 typedef struct point_walk {
   const np_places *places;
   double point[3];
@@ -157,7 +157,7 @@ static const np_place_node *search_point(point_walk *w) {
   while (w->depth > 0) {
     const uint32_t number = w->stack[--w->depth];
     const np_place_node *node = &w->places->nodes[number];
-    if (!holds(node, w->point)) continue;
+    if (!contains_point(node, w->point)) continue;
     if (node->place != NP_PLACE_NONE) return node;
     w->stack[w->depth++] = node->second;
     w->stack[w->depth++] = number + 1;
@@ -190,7 +190,7 @@ static bool is_apart(const np_place_node *node, const double low[3], const doubl
   return false;
 }
 
-/* Steps from place to place whose boxes meet a box. */
+/* Walk over the places whose boxes overlap a box. */
 typedef struct box_walk {
   const np_places *places;
   const double *low, *high;
@@ -222,9 +222,8 @@ unsigned np_places_list_in_box(const np_places *places, const double low[3], con
 
 /* ---- Overlap ---- */
 
-/* Boxes that share a point with the low sides of some of them: the crowd is densest at the low side of one box along
- * each axis. `lists` has room for all places and an end,
- * three times. */
+/* Search for the largest number of boxes that overlap at a point. The largest number occurs at the low side of some box
+ * along each axis. `lists` has room for three lists of all places, each with an end. */
 typedef struct crowd_search {
   const np_places *places;
   unsigned limit;
@@ -232,7 +231,7 @@ typedef struct crowd_search {
   double point[3];
 } crowd_search;
 
-/* Cuts the boxes of one list by the low side of each along an axis, and so on along the axes behind it. */
+/* Selects the boxes of a list that contain the low side of each along an axis, and recurses to the next axis. */
 static bool search_along(crowd_search *s, int axis, uint32_t count) {
   const np_place_node **from = s->lists[axis];
   for (uint32_t j = 0; j < count; j++) {
@@ -248,7 +247,7 @@ static bool search_along(crowd_search *s, int axis, uint32_t count) {
   return false;
 }
 
-/* The boxes that reach over the low side along x of one that they meet. */
+/* Selects the boxes that contain the low x side of a box and overlap it. */
 static bool search_beside(crowd_search *s, const np_place_node *of) {
   box_walk w = {.places = s->places, .low = of->low, .high = of->high, .depth = 1};
   uint32_t count = 0, met = 0;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Clouds along a ray: all of a world in turn, or, where clouds stand in many places, those whose boxes the ray meets by
- * a hierarchy of them. */
+/* Clouds along a ray: all clouds of the world in turn, or, with many places, the places whose boxes the ray enters, by
+ * a bounding volume hierarchy. */
 #ifndef NP_VOLUME_PLACES_H
 #define NP_VOLUME_PLACES_H
 
@@ -11,17 +11,18 @@
 
 enum {
   NP_PLACES_MAX = 1 << 20,
-  NP_PLACES_OVERLAP_MAX = 48, /* boxes over each other at one point: fewer than NP_INSTANCES_MAX, for rounding */
-  NP_PLACE_STACK = 48,        /* above the depth of a hierarchy of NP_PLACES_MAX */
+  NP_PLACES_OVERLAP_MAX =
+      48,              /* most boxes that overlap at one point: fewer than NP_INSTANCES_MAX, to allow for rounding */
+  NP_PLACE_STACK = 48, /* larger than the depth of a hierarchy of NP_PLACES_MAX */
   NP_PLACE_BATCH = 16
 };
 
-/* Takes the places, of which np_alloc made `at`, and puts them in the order of the hierarchy. On failure nothing is
- * left. */
+/* Takes ownership of the places, an array from np_alloc, and sorts them in the order of the hierarchy. On failure
+ * nothing is left. */
 neph_result np_places_build(neph_context *context, np_instance *at, uint32_t count, np_places *out);
 void np_places_clear(neph_context *context, np_places *places);
 
-/* Whether more than `limit` boxes lie over each other at some point, which goes to `out_point`. */
+/* Whether more than `limit` boxes overlap at some point, which is returned in `out_point`. */
 neph_result np_places_search_crowd(neph_context *context, const np_places *places, unsigned limit, bool *out_is_crowded,
                                    np_dvec3 *out_point);
 
@@ -32,15 +33,15 @@ typedef struct np_place_ray {
 
 /* ---- In any order ---- */
 
-/* A walk over the clouds that a ray may meet, the near ones of a hierarchy first on the whole. */
+/* Walk over the clouds that a ray may enter, in a hierarchy roughly from near to far. */
 typedef struct np_place_walk {
   const np_instances *clouds;
-  unsigned next; /* cloud, without a hierarchy */
+  unsigned next; /* number of the next cloud, without a hierarchy */
   unsigned depth;
   np_place_ray ray;
   struct {
     uint32_t node;
-    double enter; /* distance at which the ray enters its box */
+    double enter; /* distance at which the ray enters the box */
   } stack[NP_PLACE_STACK];
 } np_place_walk;
 
@@ -54,7 +55,7 @@ static inline void np_place_walk_start(np_place_walk *walk, const np_instances *
   if (clouds->places) np_place_walk_enter(walk, origin, direction, distance_end);
 }
 
-/* The next cloud in its place, of those that the ray may enter before a distance; NULL at the end. */
+/* Next place that the ray may enter before a distance; NULL at the end. */
 static inline const np_instance *np_place_walk_next(np_place_walk *walk, double distance_end) {
   if (walk->clouds->places) return np_place_walk_search(walk, distance_end);
   return walk->next < walk->clouds->count ? &walk->clouds->at[walk->next++] : NULL;
@@ -68,19 +69,19 @@ typedef struct np_place_hit {
   uint32_t place;
 } np_place_hit;
 
-/* The places along a ray in the order in which it enters their boxes, looked up a batch at a time. */
+/* Places along a ray in the order in which it enters their boxes, searched in batches. */
 typedef struct np_place_queue {
-  const np_places *places; /* NULL: none, whatever else is set */
+  const np_places *places; /* NULL: the queue is empty */
   np_place_ray ray;
   unsigned count, next;
-  bool has_more; /* behind the batch */
+  bool has_more; /* more places follow the batch */
   np_place_hit hits[NP_PLACE_BATCH];
 } np_place_queue;
 
 void np_place_queue_enter(np_place_queue *queue, np_dvec3 origin, np_vec3 direction, double distance_end);
 void np_place_queue_refill(np_place_queue *queue);
 
-/* It is empty in a world without a hierarchy. */
+/* The queue is empty in a world without a hierarchy. */
 static inline void np_place_queue_start(np_place_queue *queue, const np_instances *clouds, np_dvec3 origin,
                                         np_vec3 direction, double distance_end) {
   queue->places = clouds->places;
@@ -88,7 +89,7 @@ static inline void np_place_queue_start(np_place_queue *queue, const np_instance
   if (clouds->places) np_place_queue_enter(queue, origin, direction, distance_end);
 }
 
-/* Distance at which the next place is entered; infinite where there is none. */
+/* Distance at which the ray enters the next place; infinite if there is none. */
 static inline double np_place_queue_get_next(const np_place_queue *queue) {
   return queue->next < queue->count ? queue->hits[queue->next].enter : (double)INFINITY;
 }

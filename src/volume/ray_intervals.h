@@ -1,21 +1,20 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The clouds along a ray, walked together: stretches of the ray in each of which every cloud stays in one cell of its
- * bricks. */
+/* Intervals of a ray in which every cloud stays in one cell of its bricks: the clouds are walked together. */
 #ifndef NP_VOLUME_RAY_INTERVALS_H
 #define NP_VOLUME_RAY_INTERVALS_H
 
 #include "volume/places.h"
 #include "volume/tracking.h"
 
-/* One cloud along the ray: its walk, and the cell that the walk is in or comes to next. */
+/* One cloud along the ray: its walk, and the walk's current or next cell. */
 typedef struct np_ray_instance {
   const np_instance *volume;
   np_brick_walk walk;
   np_brick_span span;
-  float voxels_per_m; /* along the ray */
+  float voxels_per_m; /* voxels a metre along the ray */
 } np_ray_instance;
 
-/* The clouds along a ray, advanced together; of a hierarchy those whose boxes the ray has entered. */
+/* Clouds along a ray, advanced together; in a hierarchy, the clouds whose boxes the ray has entered. */
 typedef struct np_ray_intervals {
   unsigned count;
   double position;
@@ -26,14 +25,14 @@ typedef struct np_ray_intervals {
   np_place_queue ahead;
 } np_ray_intervals;
 
-/* A stretch of the ray in which every cloud stays in one cell. */
+/* Interval of the ray in which every cloud stays in one cell. */
 typedef struct np_ray_interval {
   double begin, end;
   unsigned count;
   unsigned active[NP_INSTANCES_MAX]; /* indices into np_ray_intervals.instance */
 } np_ray_interval;
 
-/* Lets a cloud in that the ray meets. */
+/* Adds a cloud that the ray meets. */
 static inline void np_ray_intervals_add(np_ray_intervals *all, const np_instance *volume) {
   np_ray_instance *m = &all->instance[all->count];
   m->volume = volume;
@@ -42,16 +41,16 @@ static inline void np_ray_intervals_add(np_ray_intervals *all, const np_instance
   if (np_brick_walk_next(&m->walk, &m->span)) all->count++;
 }
 
-/* Distance at which the first of the clouds holds something. */
+/* Distance at which the first of the clouds is not empty. */
 static inline double np_ray_intervals_get_begin(const np_ray_intervals *all) {
   double begin = INFINITY;
   for (unsigned i = 0; i < all->count; i++) begin = fmin(begin, fmax(all->instance[i].span.t_begin, all->position));
   return begin;
 }
 
-/* Lets those in that the ray enters before it is in any cloud, and returns where that is. No more can be over each
- * other than there is room for (NP_PLACES_OVERLAP_MAX). */
-static inline double np_ray_intervals_admit(np_ray_intervals *all) {
+/* Adds the places that the ray enters before it is inside any cloud, and returns where that is. NP_PLACES_OVERLAP_MAX
+ * bounds their number. */
+static inline double np_ray_intervals_add_places(np_ray_intervals *all) {
   double begin = np_ray_intervals_get_begin(all);
   while (np_place_queue_get_next(&all->ahead) <= begin && all->ahead.next < all->ahead.count &&
          all->count < NP_INSTANCES_MAX) {
@@ -70,14 +69,14 @@ static inline void np_ray_intervals_start(np_ray_intervals *all, const np_instan
   all->distance_end = distance_end;
   np_place_queue_start(&all->ahead, clouds, origin, direction, distance_end);
   if (clouds->places) {
-    np_ray_intervals_admit(all);
+    np_ray_intervals_add_places(all);
     return;
   }
   for (unsigned i = 0; i < clouds->count; i++) np_ray_intervals_add(all, &clouds->at[i]);
 }
 
-/* Voxels a metre along the ray of the finest cloud, joined where light is followed over several; of a hierarchy, of the
- * first that it meets. */
+/* Voxels a metre along the ray of the finest cloud (of the first, in a hierarchy), in the joined voxels of the light
+ * caches. */
 static inline float np_ray_intervals_get_finest(const np_ray_intervals *all) {
   float finest = 0.0f;
   for (unsigned i = 0; i < all->count; i++) {
@@ -92,7 +91,7 @@ static inline float np_ray_intervals_get_finest(const np_ray_intervals *all) {
   return finest;
 }
 
-/* Drops clouds that the ray has left; moves the others on to their next cell. */
+/* Drops clouds that the ray has left, and moves the others to their next cell. */
 static inline void np_ray_intervals_advance(np_ray_intervals *all) {
   for (unsigned i = 0; i < all->count;) {
     np_ray_instance *m = &all->instance[i];
@@ -104,10 +103,10 @@ static inline void np_ray_intervals_advance(np_ray_intervals *all) {
   }
 }
 
-/* The next stretch with anything in it; false at the end. */
+/* Next interval that is not empty; false at the end. */
 static inline bool np_ray_intervals_next(np_ray_intervals *all, np_ray_interval *out) {
   np_ray_intervals_advance(all);
-  const double begin = np_ray_intervals_admit(all);
+  const double begin = np_ray_intervals_add_places(all);
   if (all->count == 0) return false;
   out->begin = begin;
   out->end = np_place_queue_get_next(&all->ahead);
@@ -122,12 +121,12 @@ static inline bool np_ray_intervals_next(np_ray_intervals *all, np_ray_interval 
   return true;
 }
 
-/* Voxels a metre along each axis. */
+/* Ray direction in voxels a metre along each axis. */
 static inline np_vec3 np_ray_instance_direction(const np_ray_instance *m) {
   return np_dvec3_to_float(np_dvec3_make(m->walk.direction[0], m->walk.direction[1], m->walk.direction[2]));
 }
 
-/* Extinction at `at[k]` metres behind t, as np_brick_sample_along(): each for a stretch of `footprint_m`. */
+/* Extinction at `at[k]` metres behind t, averaged over `footprint_m`; see np_brick_sample_along(). */
 static inline void np_ray_instance_fill_extinction(const np_ray_instance *m, double t, float footprint_m,
                                                    const float at[NP_BRICK_LINE], int count, float out[NP_BRICK_LINE]) {
   const float per_value = m->volume->extinction_per_value;
@@ -145,7 +144,7 @@ static inline void np_ray_instance_fill_extinction(const np_ray_instance *m, dou
   for (int k = 0; k < count; k++) out[k] *= per_value;
 }
 
-/* Bound of the extinction in the medium's cell less its least, and that bound itself, 1/m. */
+/* Maximum minus minimum extinction of the medium's cell, and the maximum itself, 1/m. */
 static inline float np_ray_instance_variation(const np_ray_instance *m) {
   return m->volume->extinction_per_value * (m->span.range.max - m->span.range.min);
 }

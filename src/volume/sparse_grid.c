@@ -22,7 +22,7 @@ void np_sparse_grid_clear(np_sparse_grid *grid) {
   *grid = (np_sparse_grid){0};
 }
 
-/* An array with room for `count` elements; NULL when there is no memory. */
+/* Grows an array to `count` elements; NULL if out of memory. */
 static void *reserve(neph_context *context, void *array, size_t *capacity, size_t count, size_t size) {
   if (array && count <= *capacity) return array;
   void *grown = array ? np_alloc_resize(context, array, count, size) : np_alloc(context, count, size);
@@ -115,13 +115,13 @@ static void extend_by_box(np_grid_extent *extent, const int32_t low[3], const in
   }
 }
 
-/* First and last of the eight bits that are set, of which there are some. */
+/* Extends a range by the first and the last set bit of eight; at least one is set. */
 static void extend_by_bits(uint32_t bits, int32_t origin, int32_t *low, int32_t *high) {
   *low = origin + __builtin_ctz(bits);
-  *high = origin + (31 - __builtin_clz(bits)); /* no overflow at the end of 32 bits */
+  *high = origin + (31 - __builtin_clz(bits)); /* does not overflow at the end of the 32-bit range */
 }
 
-/* Box of the active voxels of a leaf; false where there are none. */
+/* Box of the active voxels of a leaf; false if there are none. */
 static bool bound_mask(const np_leaf *leaf, int32_t low[3], int32_t high[3]) {
   uint64_t all = 0;
   uint32_t bits[3] = {0, 0, 0};
@@ -138,7 +138,7 @@ static bool bound_mask(const np_leaf *leaf, int32_t low[3], int32_t high[3]) {
   return all != 0;
 }
 
-/* Most rows of a cloud are active as a whole, or not at all. */
+/* Extends a range by a row. Most rows of a cloud are fully active or fully inactive. */
 static void extend_by_row(float min[NP_LEAF_EDGE], float max[NP_LEAF_EDGE], const float values[NP_LEAF_EDGE],
                           uint32_t active) {
   if (active == 0xffu) {
@@ -193,7 +193,7 @@ static float round_if(float value, bool is_half) {
   return is_half ? np_half_to_float(np_half_from_float(value)) : value;
 }
 
-/* Leaves and tiles are hashed field by field, so that padding does not count. */
+/* Hashes a leaf field by field, without padding. */
 static void add_leaf_to_hash(np_hash *hash, const np_leaf *leaf, bool is_half) {
   NP_HASH_ADD(hash, leaf->origin);
   NP_HASH_ADD(hash, leaf->active);

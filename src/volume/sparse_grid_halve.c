@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Grids of voxels twice as long, each the mean of eight. Optical depth is kept. */
+/* Halves the resolution of a grid: each voxel is the mean of eight, which preserves optical depth. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -15,10 +15,10 @@ static int compare_origins(const void *a, const void *b) {
   return 0;
 }
 
-/* Tiles of a leaf's size become parts of leaves, others smaller tiles of the sizes that there are. */
+/* Tiles as large as a leaf become parts of leaves, larger ones become smaller tiles of a valid size. */
 static bool is_leaf_sized(const np_tile *tile) { return tile->edge == NP_LEAF_EDGE; }
 
-/* The origins of the coarse leaves, sorted, each once. */
+/* Lists the origins of the coarse leaves, sorted and unique. */
 static size_t list_origins(const np_sparse_grid *fine, int32_t (*out)[3]) {
   size_t total = 0, count = 0;
   for (size_t i = 0; i < fine->leaf_count; i++, total++)
@@ -38,7 +38,7 @@ static int compare_to_leaf(const void *origin, const void *leaf) {
   return compare_origins(origin, ((const np_leaf *)leaf)->origin);
 }
 
-/* Adds an eighth of each voxel to the one that it lies in: in a fixed order, so that sums are the same everywhere. */
+/* Adds an eighth of each voxel to its coarse voxel, in a fixed order for reproducible sums. */
 static void add_leaf(const np_leaf *fine, np_leaf *coarse) {
   for (int n = 0; n < NP_LEAF_SIZE; n++) {
     if (!(fine->values[n] > 0.0f)) continue;
@@ -62,7 +62,7 @@ static void add_leaf_tile(const np_sparse_grid *coarse, const np_tile *tile) {
   add_leaf(&leaf, search_leaf(coarse, tile->origin));
 }
 
-/* A tile of 128 becomes 8³ of 8, one of 4096 16³ of 128. */
+/* A tile of 128 becomes 8³ tiles of 8, a tile of 4096 becomes 16³ of 128. */
 static neph_result add_large_tile(np_sparse_grid *coarse, const np_tile *tile) {
   const int32_t edge = tile->edge == 128 ? 8 : 128, count = tile->edge / 2 / edge;
   for (int32_t n = 0; n < count * count * count; n++) {
@@ -91,7 +91,7 @@ static neph_result fill_coarse(const np_sparse_grid *fine, int32_t (*origins)[3]
   return result;
 }
 
-/* The middle of eight voxels is where the coarse one's is. */
+/* Transform of the coarse grid: a coarse voxel is centred on its eight fine ones. */
 static np_affine double_voxels(const np_affine *fine) {
   np_affine coarse = *fine;
   for (int a = 0; a < 3; a++) {

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Free flight, transmittance and optical depth through clouds.
  *
- * Inline, so that each kernel file has it in its own instruction set. Clouds may overlap: optical depths add,
- * transmittances multiply, and of independent free flights the shortest counts. Each cloud is walked on its own, cell
- * by cell of its bricks, whose ranges bound the interpolant; so a collision's acceptance never exceeds one.
- */
+ * The functions are inline, so that each kernel file compiles them for its own instruction set. Clouds may overlap:
+ * optical depths add, transmittances multiply, and the shortest of independent free flights counts. Each cloud is
+ * walked on its own, cell by cell of its bricks. The cells' ranges bound the interpolant, so that the acceptance
+ * probability of a collision never exceeds 1. */
 #ifndef NP_VOLUME_TRACKING_H
 #define NP_VOLUME_TRACKING_H
 
@@ -20,14 +20,13 @@ static inline void np_track_start(np_brick_walk *walk, const np_instance *volume
                       distance_end);
 }
 
-/* Voxels that a ray passes per metre. */
+/* Voxels a metre along a ray. */
 static inline float np_track_voxels_per_m(const np_instance *volume, np_vec3 direction) {
   return (float)np_dvec3_length(np_affine_vector(&volume->world_to_index, np_vec3_to_double(direction)));
 }
 
-/* Mean of the value over the part of a span from the local position `begin` on to begin + along: exactly. Between
- * two faces of the lattice of samples the trilinear field is a cubic along the ray, which two Gauss points integrate.
- */
+/* Exact mean of the value over a segment of a span, from the local position `begin` to begin + along. Between two faces
+ * of the sample lattice the trilinear field is a cubic along the ray, which two Gauss points integrate exactly. */
 static inline float np_track_mean_by(float (*sample)(const np_bricks *, uint32_t, np_vec3), const np_bricks *bricks,
                                      uint32_t brick, np_vec3 begin, np_vec3 along) {
   const float from[3] = {begin.x, begin.y, begin.z}, delta[3] = {along.x, along.y, along.z};
@@ -51,8 +50,8 @@ static inline float np_track_mean_by(float (*sample)(const np_bricks *, uint32_t
   return sum;
 }
 
-/* The same of bricks that move, where two points are not exact, but as fine as the voxels; and of detail, which two
- * points in each quarter of its size resolve. */
+/* Mean of the value over a segment in moving bricks, to the accuracy of the voxels, or in bricks with detail, by two
+ * points in each quarter of the detail's size. */
 NP_BRICK_RARE static float np_track_mean_indirect(np_brick_ref ref, np_vec3 begin, np_vec3 along) {
   if (ref.bricks->motion) return np_track_mean_by(np_brick_sample_moving, ref.bricks, ref.brick, begin, along);
   return np_brick_detail_mean(ref, begin, along);
@@ -64,21 +63,21 @@ static inline float np_track_mean(const np_bricks *bricks, uint32_t brick, const
   return np_track_mean_by(np_brick_sample, bricks, brick, begin, along);
 }
 
-/* Look-ups that np_track_mean() takes, or some more. */
+/* Upper estimate of the number of look-ups of np_track_mean(). */
 static inline float np_track_mean_cost(np_vec3 along) {
   return 2.0f * (fabsf(along.x) + fabsf(along.y) + fabsf(along.z) + 1.0f);
 }
 
-/* Midpoint samples of a cell that leave an error of the order of the tolerance. `variation` is what the depth of the
- * cell varies by, bound less least times length, over what it may be wrong by. The rule's error falls with the square
- * of their number; where it is far below the tolerance no look-up is worth its while, and 0 is returned. */
+/* Number of midpoint samples of a cell for an error of about the tolerance. `variation` is (maximum − minimum)·length
+ * over the tolerance. The error of the rule falls with the square of the number of samples; far below the tolerance the
+ * result is 0: no look-up. */
 static inline int np_track_count_samples(float variation) {
   if (variation < 0.5f) return 0;
   return (int)np_minf(ceilf(0.6f * sqrtf(variation)), 4096.0f);
 }
 
-/* ∫ value ds over one span, value·m, by the midpoint rule, or exactly where that takes fewer look-ups; without samples,
- * from the cell's range alone. */
+/* ∫ value ds over one span, in value·m, by the midpoint rule, or exactly if that takes fewer look-ups. With no samples
+ * the cell's range gives the value. */
 static inline float np_track_span_integral(const np_bricks *bricks, const np_brick_walk *walk,
                                            const np_brick_span *span, int count) {
   const float length = (float)(span->t_end - span->t_begin);
@@ -98,20 +97,20 @@ static inline float np_track_span_integral(const np_bricks *bricks, const np_bri
   return sum * length / (float)count;
 }
 
-/* Look-ups to the size of detail on the way to a light. */
+/* Look-ups per size of the detail, along a ray towards a light. */
 static const float np_track_near_samples = 3.0f;
 
-/* Beyond this optical depth, as light fades by it, nothing is worth walking for. */
+/* Optical depth, scaled by the fade, at which walks towards a light end. */
 #define NP_TRACK_DEPTH_MAX 16.0f
 
-/* Accuracy that is wanted of the optical depth between a point and a light. */
+/* Accuracy of an optical depth between a point and a light. */
 typedef struct np_depth_query {
   float fade;  /* the light fades with e^{−fade·τ} */
-  float error; /* of that light which would do, over that of no depth at all */
+  float error; /* tolerated error of the attenuated light, relative to the unattenuated light */
 } np_depth_query;
 
-/* Optical depth of one cloud along a ray on which light has faded by the depth `faded` already. Cells are looked at the
- * more finely the less it has: an error there is damped by all that lies before it. */
+/* Optical depth of one cloud along a ray whose light is already attenuated by the depth `faded`. Cells nearer to the
+ * point are sampled more finely: light attenuated before a cell damps the error in it. */
 static inline float np_track_volume_depth(const np_instance *volume, np_dvec3 origin, np_vec3 direction,
                                           double distance_end, const np_depth_query *query, float faded) {
   const float begin = faded;
@@ -127,8 +126,8 @@ static inline float np_track_volume_depth(const np_instance *volume, np_dvec3 or
   return (faded - begin) / query->fade;
 }
 
-/* Optical depth that detail adds near a place on the way to a light, for a depth that is known without it: along as far
- * as it casts shadows on itself, beyond which what it adds and takes cancel. */
+/* Optical depth that detail adds near a point on the way to a light, when the depth without detail is known. It is
+ * integrated over the range of self-shadowing; farther on the gains and losses cancel. */
 NP_BRICK_RARE static float np_track_near_detail(const np_instance *volume, np_dvec3 origin, np_vec3 direction) {
   const np_brick_detail *detail = volume->bricks->detail;
   const float size = np_brick_detail_get_size(detail), per_m = np_track_voxels_per_m(volume, direction);
@@ -146,7 +145,7 @@ NP_BRICK_RARE static float np_track_near_detail(const np_instance *volume, np_dv
   return volume->extinction_per_value * sum * (float)spacing;
 }
 
-/* The same of all clouds. */
+/* Optical depth of all clouds along a ray. */
 static inline float np_track_depth(const np_instances *clouds, np_dvec3 origin, np_vec3 direction,
                                    const np_depth_query *query) {
   float depth = 0.0f;
@@ -158,39 +157,40 @@ static inline float np_track_depth(const np_instances *clouds, np_dvec3 origin, 
   return depth;
 }
 
-/* Exponential distance of a unit-rate process, from 53 bits: its tail reaches a depth of 36. */
+/* Exponentially distributed optical depth with mean 1, from 53 random bits: its tail reaches 36. */
 static inline double np_track_flight(np_random *random) { return -log1p(-np_random_double(random)); }
 
-/* The same, given that it ends before `depth`: exact however small that is. */
+/* Exponentially distributed optical depth below `depth` (forced collision): exact even for a small `depth`. */
 static inline double np_track_forced_flight(double depth, np_random *random) {
   return fmin(-log1p(np_random_double(random) * expm1(-depth)), depth);
 }
 
-/* A free flight on its way through clouds. It may leave out a share of their extinction, so as to reach farther: its
- * weight makes good for that. */
+/* A free flight on its way through clouds. It may leave out a share of the extinction to fly farther (exponential
+ * transform); its weight compensates. */
 typedef struct np_flight {
-  double left;             /* depth to the next tentative collision */
-  double stretch_fraction; /* share of the extinction that is left out, below 1; negative: so much is added */
-  double depth;            /* left out so far */
-  double weight; /* of collisions: the extinction there over what of it was not left out, and what one was worth */
+  double left;             /* optical depth to the next tentative collision */
+  double stretch_fraction; /* share of the extinction left out, below 1; negative: extinction is added */
+  double depth;            /* optical depth left out so far */
+  double
+      weight; /* weight of collisions: extinction over the sampled extinction, times the probability of a forced one */
 } np_flight;
 
-/* `depth` of the first tentative collision. */
+/* A flight whose first tentative collision is at optical depth `depth`. */
 static inline np_flight np_flight_start(double depth, double stretch_fraction) {
   return (np_flight){.left = depth, .stretch_fraction = stretch_fraction, .weight = 1.0};
 }
 
-/* The same, given a tentative collision before the bound (np_flight_bound), and weighted by how likely one was. */
+/* A flight with a tentative collision before the bound (np_flight_bound), weighted by the probability of one. */
 static inline np_flight np_flight_force(double bound, double stretch_fraction, np_random *random) {
   return (np_flight){
       .left = np_track_forced_flight(bound, random), .stretch_fraction = stretch_fraction, .weight = -expm1(-bound)};
 }
 
-/* Probability density of what has happened over that with which it was drawn. */
+/* Probability density of the flight over its sampling density. */
 static inline float np_flight_weight(const np_flight *flight) { return (float)(flight->weight * exp(-flight->depth)); }
 
 /* −ln of an unbiased estimate of the transmittance of a cell with detail, by residual ratio tracking (Novák, Selle and
- * Jarosz 2014) against the same without detail, which is integrated exactly, or against the minimum where it moves. */
+ * Jarosz 2014). The control is the value without detail, integrated exactly, or, for moving bricks, the minimum. */
 NP_BRICK_RARE static double np_track_detail_excess(const np_instance *volume, const np_brick_walk *walk,
                                                    const np_brick_span *span, np_random *random) {
   const np_brick_ref ref = {volume->bricks, span->brick, span->cell};
@@ -212,7 +212,7 @@ NP_BRICK_RARE static double np_track_detail_excess(const np_instance *volume, co
   return depth;
 }
 
-/* Optical depth of one cell beyond that of its minimum. */
+/* Optical depth of one cell beyond the depth of its minimum. */
 static inline double np_track_span_excess(const np_instance *volume, const np_brick_walk *walk,
                                           const np_brick_span *span, np_random *random) {
   if (span->brick == NP_BRICK_NONE) return 0.0;
@@ -223,11 +223,11 @@ static inline double np_track_span_excess(const np_instance *volume, const np_br
   return (double)(volume->extinction_per_value * (mean - span->range.min)) * (span->t_end - span->t_begin);
 }
 
-/* Beyond this depth rays towards a light of which no direction is worth more than another are thinned out, each that
- * goes on standing for those that do not. */
+/* Optical depth beyond which rays towards a light play Russian roulette, if no direction to the light is worth more
+ * than another. Survivors stand for the others. */
 static const double np_track_faint_depth = 3.0;
 
-/* Russian roulette on a ray at a depth; false when it ends, else it goes on from the faint depth. */
+/* Russian roulette on a ray at an optical depth. False if the ray ends; else its depth becomes the faint depth. */
 static inline bool np_track_roulette(double *depth, double faint_depth, np_random *random) {
   const double beyond = *depth - faint_depth;
   if (beyond < 0.0) return true;
@@ -235,9 +235,9 @@ static inline bool np_track_roulette(double *depth, double faint_depth, np_rando
   return np_random_float(random) < np_transmittance((float)beyond);
 }
 
-/* Unbiased transmittance along a ray: exact, but that Russian roulette ends what the minimum of the next cell makes
- * faint before anything is looked up there. Tracking takes about as long, for a hundred times the squared error and
- * more (tests/bench/bench_transmittance.c). */
+/* Unbiased transmittance along a ray. It is exact but for Russian roulette, which ends faint rays by the minimum of the
+ * next cell before any look-up. Tracking takes about as long, with a hundred times the squared error or more
+ * (tests/bench/bench_transmittance.c). */
 static inline float np_track_transmittance(const np_instances *clouds, np_dvec3 origin, np_vec3 direction,
                                            double distance_end, double faint_depth, np_random *random) {
   double depth = 0.0;
@@ -257,15 +257,15 @@ static inline float np_track_transmittance(const np_instances *clouds, np_dvec3 
   return np_transmittance((float)depth);
 }
 
-/* Extinction that a flight leaves out of a cell's values: its share of the middle of their range, at most their least.
- * */
-static inline float np_flight_spare(const np_flight *flight, const np_brick_span *span) {
+/* Extinction left out of a cell's values by a flight: its share of the middle of the cell's range, at most the minimum.
+ */
+static inline float np_flight_get_stretch(const np_flight *flight, const np_brick_span *span) {
   const float least = span->range.min, middle = 0.5f * (least + span->range.max);
   return np_clampf((float)flight->stretch_fraction * middle, -2.0f * least, 0.9f * least);
 }
 
-/* Optical depth along a ray of what a flight goes by, the cells' maxima less what it leaves out; looked for as far as
- * `depth_end`. */
+/* Optical depth along a ray of a flight's sampling extinction, the cells' maxima less the extinction left out;
+ * integrated up to `depth_end`. */
 static inline double np_flight_bound(const np_instances *clouds, np_dvec3 origin, np_vec3 direction,
                                      double distance_end, const np_flight *flight, double depth_end) {
   double depth = 0.0;
@@ -277,72 +277,71 @@ static inline double np_flight_bound(const np_instances *clouds, np_dvec3 origin
     np_brick_span span;
     np_track_start(&walk, volume, origin, direction, 0.0, distance_end);
     while (depth < depth_end && np_brick_walk_next(&walk, &span)) {
-      const float bound = span.range.max - np_flight_spare(flight, &span);
+      const float bound = span.range.max - np_flight_get_stretch(flight, &span);
       depth += (double)(volume->extinction_per_value * bound) * (span.t_end - span.t_begin);
     }
   }
   return depth;
 }
 
-/* Null collisions in a cell above which its depth is inverted instead. */
+/* Number of null collisions in a cell above which its optical depth is inverted instead. */
 static const double np_track_null_max = 512.0;
 
-/* Whether tracking a cell against its maximum may take that many: it is deep, and may be thin where the ray passes.
- * With detail it is no cubic from voxel to voxel, which could be inverted. */
+/* Whether tracking a cell against its maximum may take that many null collisions: the cell is deep, and may be thin
+ * along the ray. A cell with detail has no cubic that could be inverted. */
 static inline bool np_track_is_stiff(const np_bricks *bricks, const np_brick_span *span, double depth) {
   return depth > np_track_null_max && (double)span->range.max > np_track_null_max * (double)span->range.min &&
          !bricks->detail;
 }
 
-/* Distance of a flight's collision inside one cell by its exact depth, voxel by voxel: what is left of a flight is
- * exponential wherever one begins to count. */
+/* Distance of a flight's collision inside one cell, by inversion of the exact optical depth, voxel by voxel. The rest
+ * of a flight is exponential from any point on. */
 static inline double np_track_span_invert(const np_instance *volume, const np_brick_walk *walk,
-                                          const np_brick_span *span, np_flight *flight, float spare) {
+                                          const np_brick_span *span, np_flight *flight, float stretch) {
   const double extinction = (double)volume->extinction_per_value, begin = span->t_begin;
   np_voxel_walk voxels;
   np_voxel_segment s;
   np_voxel_walk_start(&voxels, walk, span, span->t_begin, span->t_end);
   while (np_voxel_walk_next(&voxels, volume->bricks, span->brick, &s)) {
-    const double depth = extinction * (np_voxel_segment_integral(&s, 1.0) - (double)spare * s.length);
+    const double depth = extinction * (np_voxel_segment_integral(&s, 1.0) - (double)stretch * s.length);
     if (flight->left < depth) {
-      const double t = s.begin + s.length * np_voxel_segment_invert(&s, flight->left / extinction, (double)spare);
+      const double t = s.begin + s.length * np_voxel_segment_invert(&s, flight->left / extinction, (double)stretch);
       const float value = (float)np_voxel_segment_value(&s, (t - s.begin) / s.length);
       flight->left = 0.0;
-      flight->depth += extinction * (double)spare * (t - begin);
-      if (spare != 0.0f) flight->weight *= (double)(value / (value - spare));
+      flight->depth += extinction * (double)stretch * (t - begin);
+      if (stretch != 0.0f) flight->weight *= (double)(value / (value - stretch));
       return t;
     }
     flight->left -= fmax(depth, 0.0);
   }
-  flight->depth += extinction * (double)spare * (span->t_end - begin);
+  flight->depth += extinction * (double)stretch * (span->t_end - begin);
   return INFINITY;
 }
 
-/* Distance of a free flight's collision inside one cell; infinite when it passes, `flight->left` then less by the
- * cell's bound. A flight against the cell's maximum is accepted with certainty in the share of its minimum, which costs
- * no look-up unless something is left out. Tentative collisions that are none weigh nothing, however loose the bound.
- * */
+/* Distance of a free flight's collision inside one cell. It is infinite if the flight passes; then `flight->left`
+ * decreases by the cell's bound. In the share of the minimum a tentative collision is real without a look-up, unless
+ * extinction is left out. Null collisions have no weight, however loose the bound is. */
 static inline double np_track_span_collision(const np_instance *volume, const np_brick_walk *walk,
                                              const np_brick_span *span, np_flight *flight, np_random *random) {
-  const float spare = np_flight_spare(flight, span), bound = span->range.max - spare;
+  const float stretch = np_flight_get_stretch(flight, span), bound = span->range.max - stretch;
   const double majorant = (double)(volume->extinction_per_value * bound);
-  const double stretch_fraction = (double)(volume->extinction_per_value * spare);
+  const double stretch_fraction = (double)(volume->extinction_per_value * stretch);
   double t = span->t_begin;
   if (np_track_is_stiff(volume->bricks, span, majorant * (span->t_end - t)))
-    return np_track_span_invert(volume, walk, span, flight, spare);
+    return np_track_span_invert(volume, walk, span, flight, stretch);
   while (flight->left < majorant * (span->t_end - t)) {
     const double step = flight->left / majorant;
     t += step;
     flight->depth += stretch_fraction * step;
     flight->left = np_track_flight(random);
-    const float threshold = np_random_float(random) * bound + spare;
+    const float threshold = np_random_float(random) * bound + stretch;
     const bool is_sure = threshold < span->range.min;
-    if (is_sure && spare == 0.0f) return t;
+    if (is_sure && stretch == 0.0f) return t;
     float value = span->range.min;
     if (span->brick != NP_BRICK_NONE)
       value = np_brick_eval(volume->bricks, span->brick, span->cell, np_brick_walk_local(walk, span, t));
     if (!is_sure && !(threshold < value)) continue;
-    if (spare != 0.0f) flight->weight *= (double)(value / (value - spare));
+    if (stretch != 0.0f) flight->weight *= (double)(value / (value - stretch));
     return t;
   }
   flight->left -= majorant * (span->t_end - t);
@@ -350,10 +349,10 @@ static inline double np_track_span_collision(const np_instance *volume, const np
   return INFINITY;
 }
 
-/* Distance to the next collision before `distance_end`, and the cloud it happens in; infinite when there is none.
+/* Distance to the next collision before `distance_end`, and its cloud; infinite if there is none.
  *
- * `flight` is counted in the cells' maxima and through one cloud after the other: the clouds' tentative collisions are
- * one Poisson process on their rays laid end to end, so that what is left of a flight at the end of one is good for the
+ * `flight` is counted in the cells' maxima, through one cloud after the other: the tentative collisions of all clouds
+ * are one Poisson process on their rays laid end to end. The rest of a flight at the end of one cloud is valid for the
  * next. */
 static inline double np_track_collision(const np_instances *clouds, np_dvec3 origin, np_vec3 direction,
                                         double distance_end, np_flight *flight, np_random *random,

@@ -9,19 +9,19 @@
 
 enum { LEAVES_PER_PIECE = 64 };
 
-/* Negative values this small beside the largest are what rounding leaves of 0. */
+/* Negative values up to this share of the largest value count as rounding errors of 0. */
 static const float rounding_of_max = 1e-6f;
 
 const char *const np_value_kind_names[NP_VALUE_KINDS] = {"NaN", "infinite", "negative", "negative by rounding",
                                                          "subnormal"};
 
 typedef struct tally_job {
-  np_sparse_grid *grid; /* changed where it is repaired */
+  np_sparse_grid *grid; /* changed if values are repaired */
   np_value_rule rule;
   bool is_repaired;
-  float max; /* of the finite values */
+  float max; /* largest finite value */
   np_value_tally *tallies;
-  bool *is_plain; /* of each leaf: nothing in it is to be counted */
+  bool *is_plain; /* one for each leaf: all its values are valid */
 } tally_job;
 
 static np_value_kind classify(np_value_rule rule, float value, float max) {
@@ -42,10 +42,10 @@ bool np_values_are_distances(float background, float value_min) {
 
 /* ---- Passes ---- */
 
-/* Bits of the least normal number and of infinity: those of plain values, which are good, are 0 or lie between. */
+/* Bits of the smallest normal number and of infinity: the bits of plain values are 0 or between the two. */
 static const int32_t normal_bits = 0x00800000, infinity_bits = 0x7f800000;
 
-/* Whether a leaf holds plain values alone, and their maximum. */
+/* Whether a leaf holds plain values only, and their maximum. */
 static bool is_plain(const float values[NP_LEAF_SIZE], float *out_max) {
   enum { LANES = 8 };
   int32_t max[LANES] = {0}, odd[LANES] = {0};
@@ -83,7 +83,7 @@ static neph_result compute_max(void *user, size_t begin, size_t end, unsigned th
   return NEPH_OK;
 }
 
-/* Infinite values were above what the file could hold. */
+/* Repaired value: infinity becomes the largest finite value, for it was above the range of the file. */
 static float repair(const tally_job *job, np_value_kind kind, float value, bool is_active) {
   const bool is_above_all = kind == NP_VALUE_INFINITE && value > 0.0f && job->rule == NP_VALUES_OF_CLOUD;
   return is_above_all && is_active ? job->max : 0.0f;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* An open file and its grids: owned so that they end without memory, and read up to their transforms. Part of
- * vdb_shim.cpp. */
+/* An open file and its grids, read up to their transforms; destroying them allocates no memory. Part of vdb_shim.cpp.
+ */
 #ifndef NP_VOLUME_VDB_ARCHIVE_H
 #define NP_VOLUME_VDB_ARCHIVE_H
 
@@ -21,20 +21,21 @@ namespace np_vdb {
 
 /* ---- Grids ---- */
 
-/* A list of nodes for OpenVDB to fill, which deletes each. */
+/* Node list for OpenVDB to fill; each node is deleted. */
 template <typename NodeType> struct NodeDeleter {
   using value_type = NodeType *;
   void push_back(NodeType *node) { delete node; }
 };
 
-/* Deletes all voxels of a grid. OpenVDB's own destructor allocates a list of them first, and ends the process where
- * there is no memory for it. */
+/* Deletes all voxels of a grid. OpenVDB's destructor first allocates a list of them, and ends the process if out of
+ * memory. */
 template <typename GridType> void delete_tree(GridType &grid) noexcept {
   NodeDeleter<typename GridType::TreeType::RootNodeType::ChildNodeType> deleter;
   grid.tree().stealNodes(deleter);
 }
 
-/* A grid that can end without memory. Its type is compared here, because that allocates. */
+/* Wraps a grid so that its destruction allocates nothing. The type is compared here, because the comparison allocates.
+ */
 inline openvdb::GridBase::Ptr own(const openvdb::GridBase::Ptr &grid) {
   openvdb::GridBase::Ptr owned;
   grid->apply<openvdb::GridTypes>(
@@ -44,8 +45,8 @@ inline openvdb::GridBase::Ptr own(const openvdb::GridBase::Ptr &grid) {
 
 /* ---- Files ---- */
 
-/* Opens the protected parts of OpenVDB's archive, which both its File and its Stream are made of: neither lets a caller
- * bring his own buffer and still read one grid alone. */
+/* Gives access to the protected parts of OpenVDB's archive, the base of its File and its Stream: neither can read a
+ * single grid from a caller's buffer. */
 class Archive : public openvdb::io::Archive {
 public:
   using openvdb::io::Archive::readGrid;
@@ -61,9 +62,9 @@ struct Entry {
   openvdb::GridBase::Ptr header; /* metadata and transform */
   std::string name, value_type, grid_class, creator;
   bool is_scalar, is_count, is_vector, is_affine;
-  double index_to_world[3][4]; /* where it is affine */
+  double index_to_world[3][4]; /* valid if it is affine */
   np_frustum frustum{};
-  std::size_t owner; /* index of the grid that stores its voxels; itself, but for an instance */
+  std::size_t owner; /* index of the grid that stores its voxels; its own index, but for an instance */
 };
 
 } /* namespace np_vdb */
@@ -74,11 +75,11 @@ struct np_vdb_file {
         stream(&buffer) {}
 
   const np_vdb_source &source;
-  const unsigned thread_count; /* that trees may be read with */
+  const unsigned thread_count; /* threads that read trees */
   const np_vdb::Canceller canceller;
   np_vdb::SourceBuffer buffer;
   openvdb::io::StreamMetadata::Ptr metadata{
-      new openvdb::io::StreamMetadata}; /* the stream points at this very pointer */
+      new openvdb::io::StreamMetadata}; /* the stream keeps the address of this pointer */
   std::istream stream;
   std::vector<np_vdb::Entry> entries;
 };
@@ -87,7 +88,8 @@ namespace np_vdb {
 
 /* ---- Headers ---- */
 
-/* Reads metadata and transform, which must end where the source says: else OpenVDB reads what was not checked. */
+/* Reads metadata and transform. They must end at the position that the source states: otherwise OpenVDB would read
+ * unchecked bytes. */
 inline void read_header(np_vdb_file &file, const np_vdb_grid_place &place, openvdb::GridBase &grid) {
   file.stream.seekg(place.begin);
   Archive::readGridCompression(file.stream);
@@ -112,7 +114,7 @@ inline bool get_affine(const openvdb::GridBase &grid, double out[3][4]) {
   }
 }
 
-/* The map of a frustum; not enabled where it is none. */
+/* Map of a frustum; not enabled for other maps. */
 inline np_frustum get_frustum(const openvdb::GridBase &grid) {
   np_frustum out{};
   const auto map = grid.transform().constMap<openvdb::math::NonlinearFrustumMap>();

@@ -16,7 +16,7 @@ static neph_result fail_open(np_vdb_bytes *bytes) {
   return bytes->result = np_fail(bytes->context, result, "%s: cannot open: %s", bytes->path, strerror(errno));
 }
 
-/* A pipe without a writer would be waited for: what is no regular file is not opened. */
+/* Opens regular files only: opening a pipe would block until it has a writer. */
 neph_result np_vdb_bytes_open(neph_context *context, const char *path, np_vdb_bytes *out_bytes) {
   struct stat status;
   out_bytes->context = context;
@@ -68,7 +68,7 @@ static void fail_at_end(np_vdb_bytes *bytes, uint64_t count) {
 
 /* ---- Reading ---- */
 
-/* Moves `count` bytes from the file. False, reported, when that fails or the file has become shorter. */
+/* Reads `count` bytes from the file. Returns false, with a message, if that fails or the file has become shorter. */
 static bool move_bytes(np_vdb_bytes *bytes, int64_t position, unsigned char *out, size_t count) {
   for (size_t done = 0; done < count;) {
     const ssize_t moved = pread(bytes->file, out + done, count - done, position + (int64_t)done);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Grids of other types and in other lattices, as grids of floats. Part of vdb_shim.cpp. */
+/* Conversion of other grid types and lattices to grids of floats. Part of vdb_shim.cpp. */
 #ifndef NP_VOLUME_VDB_CONVERSION_H
 #define NP_VOLUME_VDB_CONVERSION_H
 
@@ -16,13 +16,13 @@ namespace np_vdb {
 
 template <typename GridType> bool is_grid(const openvdb::GridBase &grid) { return grid.isType<GridType>(); }
 
-/* A copy of a grid whose values have become floats; null where it is of another type. */
+/* A copy of a grid with float values; null for a grid of another type. */
 template <typename GridType> openvdb::FloatGrid::Ptr convert_if(const openvdb::GridBase &grid) {
   if (!is_grid<GridType>(grid)) return nullptr;
   return openvdb::FloatGrid::Ptr(new openvdb::FloatGrid(static_cast<const GridType &>(grid)));
 }
 
-/* A mask has no values but its marks. */
+/* A mask stores active states alone; they are its values. */
 inline openvdb::FloatGrid::Ptr convert_mask(const openvdb::GridBase &grid) {
   if (!is_grid<openvdb::MaskGrid>(grid)) return nullptr;
   const auto &marks = static_cast<const openvdb::MaskGrid &>(grid).tree();
@@ -44,8 +44,8 @@ inline openvdb::FloatGrid::Ptr convert_to_floats(const openvdb::GridBase::Ptr &g
   return out;
 }
 
-/* From distances to a density that rises from the surface to 1 at a depth, at most that of the narrow band, which is
- * returned. OpenVDB goes on rising below it where the band is wider. */
+/* Converts distances to a density that rises from 0 at the surface to 1 at a depth, at most the depth of the narrow
+ * band. Returns the depth. OpenVDB's own conversion keeps rising below it if the band is wider. */
 inline double convert_distances(openvdb::FloatGrid &grid, double depth_voxels) {
   const double voxel = grid.voxelSize()[0], band_voxels = static_cast<double>(grid.background()) / voxel;
   openvdb::tools::sdfToFogVolume(grid, static_cast<float>(depth_voxels * voxel));
@@ -54,11 +54,11 @@ inline double convert_distances(openvdb::FloatGrid &grid, double depth_voxels) {
   return std::min(depth_voxels, band_voxels);
 }
 
-/* Resampling fills what lies between active voxels: this many bytes of it are allowed. */
+/* Limits the memory of resampling, which fills the space between active voxels. */
 inline void check_room_for(const openvdb::FloatGrid &grid, const openvdb::math::Transform &lattice, double byte_max,
                            const std::string &name) {
-  const openvdb::BBoxd box =
-      lattice.worldToIndex(grid.transform().indexToWorld(grid.evalActiveVoxelBoundingBox())); /* of the corners */
+  const openvdb::BBoxd box = lattice.worldToIndex(
+      grid.transform().indexToWorld(grid.evalActiveVoxelBoundingBox())); /* box around the corners */
   const double bytes = (box.extents() + openvdb::Vec3d(1.0)).product() * sizeof(float);
   if (!(bytes <= byte_max))
     throw Failure{NEPH_ERROR_UNSUPPORTED, "grid '" + name + "' would have too many voxels in the lattice that it is " +

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Results and messages of what OpenVDB throws. Part of vdb_shim.cpp. */
+/* Results and messages for exceptions from OpenVDB. Part of vdb_shim.cpp. */
 #ifndef NP_VOLUME_VDB_FAILURE_H
 #define NP_VOLUME_VDB_FAILURE_H
 
@@ -19,7 +19,7 @@
 namespace np_vdb {
 
 inline void check_room(const void *block) {
-  if (!block) throw AlreadyTold{NEPH_ERROR_OUT_OF_MEMORY};
+  if (!block) throw AlreadyReported{NEPH_ERROR_OUT_OF_MEMORY};
 }
 
 inline neph_result report(np_vdb_error *error, neph_result result, const char *format, const char *text) noexcept {
@@ -37,9 +37,9 @@ inline neph_result report_stream(np_vdb_error *error, Direction direction) noexc
   return report(error, NEPH_ERROR_BAD_FILE, "%s", "the file ends before its data does: it is truncated or damaged");
 }
 
-/* Runs `work`, by at most so many threads, and turns whatever it throws into a result and a message. TBB starts threads
- * when it likes, and ends the process where it cannot; for an arena of one it starts none. It prints a warning where an
- * arena is wider than there are processors. */
+/* Runs `work` on at most `thread_count` threads and turns exceptions into a result and a message. TBB starts threads at
+ * any time and ends the process if it cannot; an arena of one thread starts none. TBB prints a warning if an arena is
+ * wider than the number of processors. */
 template <typename Work>
 neph_result guarded(np_vdb_error *error, Direction direction, unsigned thread_count, const Work &work) noexcept {
   try {
@@ -50,7 +50,7 @@ neph_result guarded(np_vdb_error *error, Direction direction, unsigned thread_co
     return NEPH_OK;
   } catch (const Cancelled &) {
     return report(error, NEPH_ERROR_CANCELLED, "%s", "cancelled");
-  } catch (const AlreadyTold &told) {
+  } catch (const AlreadyReported &told) {
     return report(error, told.result, "%s", "");
   } catch (const Failure &failure) {
     return report(error, failure.result, "%s", failure.message.c_str());
@@ -70,7 +70,7 @@ neph_result guarded(np_vdb_error *error, Direction direction, unsigned thread_co
   }
 }
 
-/* On the calling thread alone. */
+/* Runs on the calling thread alone. */
 template <typename Work> neph_result guarded(np_vdb_error *error, Direction direction, const Work &work) noexcept {
   return guarded(error, direction, 1, work);
 }

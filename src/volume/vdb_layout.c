@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Method: OpenVDB 10, io/Archive.cc, io/GridDescriptor.cc, MetaMap.cc, math/Maps.h, io/DelayedLoadMetadata.cc. */
+/* File format: OpenVDB 10, io/Archive.cc, io/GridDescriptor.cc, MetaMap.cc, math/Maps.h, io/DelayedLoadMetadata.cc. */
 #include "volume/vdb_layout.h"
 
 #include <string.h>
@@ -11,19 +11,19 @@
 static const int64_t file_magic = 0x56444220;
 
 enum {
-  VERSION_MIN = 222,   /* from which on nodes are stored as vdb_tree.c reads them */
-  VERSION_KNOWN = 224, /* the newest */
+  VERSION_MIN = 222,   /* first version whose nodes are stored as vdb_tree.c reads them */
+  VERSION_KNOWN = 224, /* newest version known */
   UUID_BYTES = 36,
   NAME_BYTES = 96,
-  LEAF_BYTES_MIN = 128, /* two masks: no leaf is stored in less */
+  LEAF_BYTES_MIN = 128, /* two masks: the least size of a stored leaf */
   BLOSC_PAD_BYTES = 128
 };
 
 typedef struct grid_header {
-  char name[NAME_BYTES]; /* for messages: cut where it is long */
+  char name[NAME_BYTES]; /* name in messages; truncated if longer */
   np_vdb_storage storage;
-  bool is_instance; /* shares the tree of another grid, and has none */
-  int64_t end;      /* the tree must end there */
+  bool is_instance; /* has no tree: it shares the tree of another grid */
+  int64_t end;      /* position at which the tree must end */
 } grid_header;
 
 struct np_vdb_layout {
@@ -39,7 +39,7 @@ struct np_vdb_layout {
 
 /* ---- Metadata ---- */
 
-/* 0: of any size. */
+/* Size of a metadata value of a type; 0: variable. */
 static uint32_t get_metadata_bytes(const char *type) {
   static const struct {
     const char *name;
@@ -55,7 +55,8 @@ static uint32_t get_metadata_bytes(const char *type) {
   return 0;
 }
 
-/* An array of one element a leaf: compressed by Blosc to so many bytes, short ones padded, or, for 0, as it is. */
+/* Checks an array of one element for each leaf, compressed by Blosc to `stored_bytes` (short ones are padded), or, for
+ * 0, uncompressed. */
 static void check_leaf_array(np_vdb_bytes *bytes, uint32_t stored_bytes, uint64_t byte_count) {
   if (stored_bytes)
     np_vdb_blosc_check(bytes, stored_bytes, byte_count < BLOSC_PAD_BYTES ? BLOSC_PAD_BYTES : byte_count);
@@ -63,7 +64,7 @@ static void check_leaf_array(np_vdb_bytes *bytes, uint32_t stored_bytes, uint64_
     np_vdb_bytes_skip(bytes, byte_count);
 }
 
-/* Sizes of the leaves' buffers, for a way of reading that is not ours, but OpenVDB reads them all the same. */
+/* Checks the sizes of leaf buffers for delayed loading. nephos does not use it, but OpenVDB reads them anyway. */
 static void check_delayed_load(np_vdb_bytes *bytes, uint32_t byte_count) {
   static const uint32_t no_sizes = UINT32_MAX;
   const int64_t end = bytes->position + byte_count;
@@ -79,7 +80,8 @@ static void check_delayed_load(np_vdb_bytes *bytes, uint32_t byte_count) {
   np_vdb_bytes_seek(bytes, end);
 }
 
-/* One entry: name, type, length, value. True when it says that values are stored as halves. */
+/* Checks one metadata entry: name, type, length, value. Sets `is_half` if it states that values are stored as halves.
+ */
 static void check_metadata_entry(np_vdb_bytes *bytes, bool *is_half) {
   char name[NAME_BYTES], type[NAME_BYTES];
   np_vdb_bytes_read_text(bytes, name, sizeof name);
@@ -107,7 +109,7 @@ static void check_metadata(np_vdb_bytes *bytes, bool *out_is_half) {
 
 /* ---- Transform ---- */
 
-/* Bytes of a linear map; 0: none is of that name. */
+/* Size of a linear map; 0: unknown name. */
 static uint32_t get_map_bytes(const char *name) {
   static const struct {
     const char *name;
@@ -124,7 +126,8 @@ static uint32_t get_map_bytes(const char *name) {
   return 0;
 }
 
-/* A frustum is a box, a taper and a depth, then a linear map: another frustum within it would be read without end. */
+/* Checks a transform. A frustum is a box, a taper and a depth, then a linear map: nested frustums would recurse without
+ * limit. */
 static void check_transform(np_vdb_bytes *bytes) {
   static const uint32_t frustum_bytes = 8 * sizeof(double);
   char name[NAME_BYTES];
@@ -140,7 +143,7 @@ static void check_transform(np_vdb_bytes *bytes) {
 
 /* ---- Grids ---- */
 
-/* Takes the suffix from the type of a grid whose values were floats and are stored as halves. */
+/* Type of a grid. Removes the suffix that marks floats stored as halves. */
 static const np_vdb_tree_type *get_type(char *name) {
   static const char suffix[] = "_HalfFloat";
   const size_t length = strlen(name), suffix_length = sizeof suffix - 1;
@@ -148,12 +151,13 @@ static const np_vdb_tree_type *get_type(char *name) {
   return np_vdb_tree_type_get(name);
 }
 
-/* Grids must stand one behind the other: else a file could name one part of it any number of times. */
+/* Reads the positions of a grid. Grids must follow each other: otherwise a file could refer to one part of it any
+ * number of times. */
 static void read_offsets(np_vdb_layout *layout, np_vdb_grid_place *place, grid_header *header) {
   np_vdb_bytes *bytes = &layout->bytes;
   const int64_t begin = np_vdb_bytes_read_i64(bytes), buffers = np_vdb_bytes_read_i64(bytes),
                 end = np_vdb_bytes_read_i64(bytes);
-  (void)buffers; /* stated, and found by walking */
+  (void)buffers; /* stated in the file, and found by walking */
   place->begin = layout->has_offsets ? begin : bytes->position;
   header->end = layout->has_offsets ? end : bytes->size;
   if (bytes->result) return;
@@ -198,7 +202,7 @@ static void check_tree(np_vdb_layout *layout, size_t index) {
     np_vdb_bytes_fail(bytes, "its tree runs beyond byte %lld, which it says is its end", (long long)header->end);
 }
 
-/* Moves to what follows a grid. Without offsets its tree has to be walked for that, which only points do not let. */
+/* Moves past a grid. Without offsets its tree is walked, which is not possible for points. */
 static void skip_tree(np_vdb_layout *layout, size_t index, bool is_last) {
   np_vdb_bytes *bytes = &layout->bytes;
   const grid_header *header = &layout->headers[index];
@@ -213,7 +217,7 @@ static void skip_tree(np_vdb_layout *layout, size_t index, bool is_last) {
                             bytes->path, header->name);
 }
 
-/* Room for one more grid: files state how many they have, but need not have them. */
+/* Makes room for one more grid: the number of grids in the file is not trusted. */
 static bool grow(np_vdb_layout *layout) {
   neph_context *context = layout->bytes.context;
   if (layout->source.grid_count < layout->grid_capacity) return true;
@@ -241,7 +245,7 @@ static void read_grids(np_vdb_layout *layout) {
 
 /* ---- The file ---- */
 
-/* "NanoVDB" and a digit begin a file that is laid out for another library. */
+/* Checks the magic number. "NanoVDB" and a digit begin a NanoVDB file. */
 static void check_magic(np_vdb_bytes *bytes, int64_t magic) {
   if (magic == file_magic || bytes->result) return;
   if (!memcmp(&magic, "NanoVDB", strlen("NanoVDB")))
@@ -281,7 +285,7 @@ static neph_result read_bytes(void *user, int64_t position, void *out, size_t co
 
 static neph_result check_stored_tree(void *user, size_t index, int is_half) {
   np_vdb_layout *layout = user;
-  layout->bytes.result = NEPH_OK; /* of another grid */
+  layout->bytes.result = NEPH_OK; /* clears the failure of another grid */
   if (!is_half != !layout->headers[index].storage.is_half)
     np_vdb_bytes_fail(&layout->bytes, "OpenVDB takes its values for %s", is_half ? "halves" : "floats");
   check_tree(layout, index);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* OpenVDB's own checks of fog volumes, and values made those of one. Part of vdb_shim.cpp. */
+/* OpenVDB's own checks of fog volumes, and repair of invalid values. Part of vdb_shim.cpp. */
 #ifndef NP_VOLUME_VDB_MENDING_H
 #define NP_VOLUME_VDB_MENDING_H
 
@@ -19,7 +19,7 @@ namespace np_vdb {
 
 /* ---- Checks ---- */
 
-/* All but the class, which stands in the grid's description. */
+/* Runs all checks but the class check: the description of the grid states its class. */
 template <typename GridType, typename Visit> void diagnose_if(openvdb::GridBase &grid, const Visit &visit) {
   if (!is_grid<GridType>(grid)) return;
   openvdb::tools::CheckFogVolume<GridType> check(static_cast<GridType &>(grid));
@@ -38,14 +38,14 @@ inline bool is_good(float value) {
   return bits == 0 || (bits >= 0x00800000u && bits < 0x7f800000u);
 }
 
-/* Positive doubles that floats cannot tell from 0, or hold, are none of a cloud's. */
+/* Whether a value is valid in a cloud. Positive doubles that underflow or overflow in float are not. */
 inline bool is_good(double value) { return value == 0.0 || (value > 0.0 && is_good(static_cast<float>(value))); }
 
 inline bool is_good(int32_t value) { return value >= 0; }
 
 inline bool is_good(int64_t value) { return value >= 0; }
 
-/* The largest value that a cloud can hold; 0 where there is none. */
+/* Largest valid value; 0 if there is none. */
 template <typename TreeType> typename TreeType::ValueType get_good_max(const TreeType &tree) {
   typename TreeType::ValueType largest = 0;
   for (auto value = tree.cbeginValueAll(); value; ++value)
@@ -53,13 +53,12 @@ template <typename TreeType> typename TreeType::ValueType get_good_max(const Tre
   return largest;
 }
 
-/* Infinite values were above what the file could hold; doubles may be above what floats can. */
+/* Whether a value overflows: infinity, or a double above the range of float. */
 template <typename Number> bool is_above_all(Number value) {
   return static_cast<double>(value) > static_cast<double>(std::numeric_limits<float>::max());
 }
 
-/* Makes active values above all that floats hold the largest that is good, and others that a cloud cannot hold 0.
- * Returns their number. */
+/* Sets active values that overflow to the largest valid one, and other invalid values to 0. Returns their number. */
 template <typename TreeType> uint64_t mend_values(TreeType &tree, bool &is_beyond_half) {
   const typename TreeType::ValueType largest = get_good_max(tree);
   uint64_t count = 0;
@@ -72,7 +71,7 @@ template <typename TreeType> uint64_t mend_values(TreeType &tree, bool &is_beyon
   return count;
 }
 
-/* NaN is not equal to itself, which changing the background would need. */
+/* NaN is not equal to itself, and changeBackground compares values. */
 template <typename TreeType> bool mend_background(TreeType &tree) {
   if (tree.background() == 0) return false;
   if (tree.background() == tree.background())
@@ -106,7 +105,7 @@ template <typename Number> bool make_finite(openvdb::math::Vec3<Number> &value) 
   return are_mended[0] || are_mended[1] || are_mended[2];
 }
 
-/* Makes NaN and infinity 0, of a vector or a component of one. */
+/* Sets NaN and infinity of a vector, or of a component, to 0. */
 template <typename GridType> void make_finite_if(openvdb::GridBase &grid, np_vdb_mending &mending) {
   if (mending.mark != NP_VDB_MAKE_FINITE || !is_grid<GridType>(grid)) return;
   auto &tree = static_cast<GridType &>(grid).tree();

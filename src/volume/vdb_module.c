@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The table of nephos_vdb.so, loaded on first need. */
+/* Loads the table of nephos_vdb.so on first need. */
 #include "volume/volume_private.h"
 
 #include "core/module.h"
 
-/* 65 MB of address space were measured. The threads are those that OpenVDB's log4cplus starts when it is loaded; where
- * it cannot start them, it ends the process. */
+/* 65 MB of address space, measured. OpenVDB's log4cplus starts the threads while it is loaded, and ends the process if
+ * it cannot. */
 static const np_module_kind vdb_kind = {.file = NP_VDB_MODULE_FILE,
                                         .function = NP_VDB_MODULE_FUNCTION,
                                         .version = NP_VDB_MODULE_VERSION,

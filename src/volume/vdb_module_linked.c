@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Stands in for vdb_module.c where OpenVDB is linked into the program. */
+/* Replaces vdb_module.c in programs with OpenVDB linked in. */
 #include "volume/volume_private.h"
 
 neph_result np_vdb_module_get(neph_context *context, const np_vdb_module **out_module) {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Trees, and what they hold as leaves and tiles of a sparse grid. Part of vdb_shim.cpp. */
+/* Reads trees into leaves and tiles of a sparse grid. Part of vdb_shim.cpp. */
 #ifndef NP_VOLUME_VDB_READING_H
 #define NP_VOLUME_VDB_READING_H
 
@@ -17,7 +17,7 @@ namespace np_vdb {
 
 enum class Part { topology, tree };
 
-/* Reads a grid that stores its voxels itself, by OpenVDB alone. */
+/* Reads a grid with voxels of its own (not an instance) by OpenVDB alone. */
 inline openvdb::GridBase::Ptr read_unchecked(np_vdb_file &file, const Entry &entry, Part part) {
   const np_vdb_grid_place &place = file.source.places[entry.index];
   file.stream.clear();
@@ -67,7 +67,7 @@ template <typename LeafType> void copy_leaf(const LeafType &leaf, int component,
 
 inline bool is_same(float a, float b) { return a == b || (a != a && b != b); }
 
-/* Takes the background, and the tiles that differ from it. */
+/* Copies the background, and the tiles that differ from it. */
 template <typename TreeType>
 inline void copy_tiles(const TreeType &tree, int component, const np_vdb_sink &sink, const Canceller &canceller) {
   sink.grid->background = get_component(tree.background(), component);
@@ -91,11 +91,11 @@ inline void copy_tree(const openvdb::FloatTree &tree, const np_vdb_sink &sink, c
   copy_tiles(tree, 0, sink, canceller);
 }
 
-/* Values go from the file to where they are wanted: the tree's own leaves have none. */
+/* Values go straight from the file to the sparse grid: the leaves of the tree hold none. */
 template <typename LeafType>
 inline void read_leaf(std::istream &stream, const LeafType &leaf, bool is_half, int component, float *out) {
   using Number = typename LeafType::ValueType;
-  leaf.getValueMask().seek(stream); /* which the topology has already */
+  leaf.getValueMask().seek(stream); /* the topology has set it already */
   if constexpr (std::is_same_v<Number, float>) {
     openvdb::io::readCompressedValues(stream, out, NP_LEAF_SIZE, leaf.getValueMask(), is_half);
   } else {
@@ -105,7 +105,7 @@ inline void read_leaf(std::istream &stream, const LeafType &leaf, bool is_half, 
   }
 }
 
-/* Reads the buffers of a tree whose topology ends where the stream stands: they follow in the order of its leaves. */
+/* Reads the buffers of a tree, in the order of its leaves. The stream must be at the end of the topology. */
 template <typename TreeType>
 inline void read_buffers(np_vdb_file &file, const TreeType &tree, bool is_half, int component,
                          const np_vdb_sink &sink) {
@@ -130,15 +130,16 @@ inline void check_type(const Entry &entry) {
 
 /* ---- Densities ---- */
 
-/* A level set by its class, or by its background, the width of its band: a density has 0 there. */
+/* Whether a grid is a level set: by its class, or by a background equal to the width of its band (the background of a
+ * density is 0). */
 inline bool is_level_set(const Entry &entry, const openvdb::FloatGrid &grid) {
   return entry.header->getGridClass() == openvdb::GRID_LEVEL_SET || grid.background() > 0.0f;
 }
 
-/* A grid as a density. Of level sets `level_set_voxels` becomes the depth that they have. */
+/* Reads a grid as a density. For level sets `level_set_voxels` becomes the depth in use. */
 inline openvdb::FloatGrid::Ptr read_density(np_vdb_file &file, const Entry &entry, double &level_set_voxels) {
   openvdb::FloatGrid::Ptr grid = convert_to_floats(read_tree(file, entry, Part::tree));
-  grid->setTransform(entry.header->transform().copy()); /* an instance has its own */
+  grid->setTransform(entry.header->transform().copy()); /* an instance has a transform of its own */
   if (level_set_voxels > 0.0 && is_level_set(entry, *grid))
     level_set_voxels = convert_distances(*grid, level_set_voxels);
   else
@@ -146,7 +147,7 @@ inline openvdb::FloatGrid::Ptr read_density(np_vdb_file &file, const Entry &entr
   return grid;
 }
 
-/* Sums are of one lattice: affine grids are resampled to that of the first, frustums must share it. */
+/* Sums need one lattice: affine grids are resampled to the lattice of the first, frustums must share it. */
 inline openvdb::FloatGrid::Ptr match_lattice(const Entry &entry, const Entry &first,
                                              const openvdb::FloatGrid::Ptr &grid, const openvdb::FloatGrid &sum,
                                              double byte_max) {
@@ -174,7 +175,7 @@ inline openvdb::FloatGrid::Ptr read_sum(np_vdb_file &file, const np_vdb_request 
   return sum;
 }
 
-/* A grid that stands in the file as a density would. */
+/* Whether a grid is stored as a density, without any conversion. */
 inline bool is_plain(const np_vdb_file &file, const np_vdb_request &request) {
   const Entry &first = file.entries[request.indices[0]];
   return request.count == 1 && first.is_scalar && !(request.level_set_voxels > 0.0) &&

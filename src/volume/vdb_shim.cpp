@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* OpenVDB behind C functions. Nothing throws out of here: every entry runs inside `guarded`.
+/* OpenVDB behind C functions. No exception leaves this file: every entry runs inside `guarded`.
  *
- * OpenVDB takes lengths from a file as they stand. So it reads through the caller's np_vdb_source, which has checked
- * the structure of what is about to be read, and on a stream that throws at the first byte that is missing. The caller,
- * not OpenVDB, reads the header of the file: OpenVDB would log to standard output what it thinks of its version.
- */
+ * OpenVDB trusts the lengths in a file. So it reads through the caller's np_vdb_source, which has checked the
+ * structure, and through a stream that throws at the first missing byte. The caller, not OpenVDB, reads the header of
+ * the file: OpenVDB would log warnings about its version to standard output. */
 #include "volume/vdb_table.h"
 
 #include <cstring>
@@ -45,7 +44,7 @@ void start_stream(np_vdb_file &file) {
   file.metadata->setSeekable(true);
   openvdb::io::setStreamMetadataPtr(file.stream, file.metadata, /*transfer=*/false);
   openvdb::io::setVersion(file.stream, {source.library_version[0], source.library_version[1]}, source.format_version);
-  if (!file.stream) throw std::bad_alloc(); /* for the places of these in the stream */
+  if (!file.stream) throw std::bad_alloc(); /* the stream allocates slots for these */
   file.stream.exceptions(std::ios_base::failbit | std::ios_base::badbit);
 }
 
@@ -62,7 +61,7 @@ bool is_vector(const openvdb::GridBase &grid) {
   return is_grid<openvdb::Vec3SGrid>(grid) || is_grid<openvdb::Vec3DGrid>(grid);
 }
 
-/* Houdini names itself in the file's metadata, other programs in each grid's. */
+/* Creator of a file: Houdini states it in the file's metadata, other programs in each grid's. */
 std::string read_creator(np_vdb_file &file) {
   openvdb::MetaMap metadata;
   file.stream.seekg(file.source.metadata);
@@ -89,7 +88,7 @@ Entry read_entry(np_vdb_file &file, std::size_t index) {
   return entry;
 }
 
-/* An instance stores a transform of its own, and the name of the grid whose voxels it shares. */
+/* Index of the grid whose voxels an instance shares by name; an instance has a transform of its own. */
 std::size_t search_owner(const std::vector<Entry> &entries, const Entry &entry) {
   if (!entry.descriptor.isInstance()) return entry.index;
   for (const Entry &other : entries)
@@ -163,7 +162,7 @@ neph_result read_grid(np_vdb_file *file, const np_vdb_request *request, const np
   });
 }
 
-/* Bytes of a leaf's values, in grids that keep them outside the leaf. */
+/* Size of a leaf's values, for grids that store them outside of the leaf. */
 template <typename... GridTypes> std::size_t get_leaf_value_bytes(const openvdb::GridBase &grid) {
   return ((is_grid<GridTypes>(grid) ? NP_LEAF_SIZE * sizeof(typename GridTypes::ValueType) : 0) + ...);
 }
@@ -214,7 +213,7 @@ neph_result diagnose_grid(np_vdb_file *file, size_t index, void (*visit)(void *,
   });
 }
 
-/* OpenVDB writes a tree that it has met before as an instance. */
+/* Reads an instance: OpenVDB writes a tree that it has already written as one. */
 openvdb::GridBase::Ptr read_instance(const Entry &entry, const openvdb::GridBase::Ptr &owner) {
   const openvdb::GridBase::Ptr grid = entry.header->copyGrid();
   grid->setTree(owner->baseTreePtr());
@@ -230,7 +229,7 @@ openvdb::GridPtrVec read_all(np_vdb_file &file) {
   }
   for (const Entry &entry : file.entries)
     if (entry.owner != entry.index) {
-      if (entry.owner == no_owner) read_tree(file, entry, Part::topology); /* says what is wrong */
+      if (entry.owner == no_owner) read_tree(file, entry, Part::topology); /* throws the reason */
       grids[entry.index] = read_instance(entry, grids[entry.owner]);
     }
   return grids;
@@ -262,7 +261,7 @@ neph_result mend_file(np_vdb_file *file, np_vdb_mending *mendings, const char *p
   });
 }
 
-/* ---- For tests and benchmarks ---- */
+/* ---- Tests and benchmarks ---- */
 
 neph_result read_alone(np_vdb_file *file, size_t index, np_vdb_error *error) noexcept {
   return guarded(error, Direction::reading, file->thread_count, [&] {
@@ -293,8 +292,8 @@ const np_vdb_module module_table = {
 
 } /* namespace */
 
-/* Initialises OpenVDB as soon as it is loaded, while there is room: its compressor does not check that it got memory.
- * What goes wrong is told by the call that needs it. */
+/* Initialises OpenVDB when it is loaded, while there is memory: its compressor does not check allocations. The first
+ * call that needs OpenVDB reports a failure. */
 const np_vdb_module *nephos_vdb_module(void) {
   try {
     openvdb::initialize();

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* C++: the streams that the shim gives to OpenVDB, and what they throw. */
+/* C++ streams that the shim passes to OpenVDB, and their exceptions. */
 #ifndef NP_VOLUME_VDB_STREAMS_H
 #define NP_VOLUME_VDB_STREAMS_H
 
@@ -22,13 +22,13 @@ struct Failure {
 
 struct Cancelled {};
 
-/* A callback has failed, and has said why. */
-struct AlreadyTold {
+/* A callback has failed and has logged the reason. */
+struct AlreadyReported {
   neph_result result;
 };
 
 inline void check_result(neph_result result) {
-  if (result) throw AlreadyTold{result};
+  if (result) throw AlreadyReported{result};
 }
 
 struct Canceller {
@@ -43,7 +43,7 @@ struct Canceller {
 
 /* ---- Reading ---- */
 
-/* A buffer of positions alone: each read goes to where it belongs at once. */
+/* A buffer of positions alone: each read goes straight to its destination. */
 class ReadBuffer : public std::streambuf {
 protected:
   explicit ReadBuffer(std::streamoff size) : size_(size) {}
@@ -77,7 +77,7 @@ public:
   SourceBuffer(const np_vdb_source &source, Canceller canceller)
       : ReadBuffer(source.size), source_(source), canceller_(canceller) {}
 
-  /* OpenVDB loses a half-built tree when its topology throws: up to this position a cancel must wait. */
+  /* OpenVDB leaks a half-built tree if reading its topology throws: cancellation waits up to this position. */
   void wait_until(std::streamoff position) { waits_until_ = position; }
 
 protected:

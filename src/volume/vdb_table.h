@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The door to OpenVDB: a module of C functions, loaded on first need. vdb_shim.cpp is the only C++ of nephos. */
+/* Interface to OpenVDB: a table of C functions in a module, loaded on first need. vdb_shim.cpp is the only C++ of
+ * nephos. */
 #ifndef NP_VOLUME_VDB_TABLE_H
 #define NP_VOLUME_VDB_TABLE_H
 
@@ -14,13 +15,14 @@ extern "C" {
 
 #define NP_VDB_MODULE_VERSION 11u
 
-/* Name of the module's file and of the function in it. */
+/* File name of the module, and name of its exported function. */
 #define NP_VDB_MODULE_FILE "nephos_vdb.so"
 #define NP_VDB_MODULE_FUNCTION "nephos_vdb_module"
 
-typedef struct np_vdb_file np_vdb_file; /* an open file: its grids' headers */
+typedef struct np_vdb_file np_vdb_file; /* an open file and the headers of its grids */
 
-/* One message for the caller to report; the shim never logs by itself. Empty: a callback failed, and has said why. */
+/* One message for the caller to report; the shim never logs by itself. Empty: a callback failed and has logged the
+ * reason. */
 typedef struct np_vdb_error {
   neph_result result;
   char message[480];
@@ -30,86 +32,84 @@ typedef struct np_vdb_grid_info {
   const char *name;       /* valid while the file is open */
   const char *value_type; /* "float", "vec3s", "ptdataidx32", … */
   const char *grid_class; /* "fog volume", "level set", "unknown", … */
-  const char *creator; /* the grid's; else the file's; "": none */
-  size_t owner; /* index of the grid that stores its voxels; itself, but for an instance */
+  const char *creator;    /* creator of the grid, else of the file; "": none */
+  size_t owner;           /* index of the grid that stores its voxels; its own index, but for an instance */
   int is_half_on_disk;
-  int is_scalar; /* float, half or double: np_vdb_module.read takes it, */
-  int is_count;  /* whole numbers or marks, that is 0 or 1: so it does, */
-  int is_vector; /* three floats, halves or doubles: so it does, component by component */
+  int is_scalar; /* float, half or double: readable by np_vdb_module.read */
+  int is_count;  /* integers or masks (0 or 1): readable as well */
+  int is_vector; /* three floats, halves or doubles: readable by component */
   int is_level_set;
-  int is_affine; /* transform is neither a frustum nor singular */
+  int is_affine; /* its transform is neither a frustum nor singular */
   double index_to_world[3][4];
   np_frustum frustum;
 } np_vdb_grid_info;
 
-/* The size of any grid, from its topology. */
+/* Size of any grid, from its topology. */
 typedef struct np_vdb_grid_size {
-  int32_t active_min[3], active_max[3]; /* index box, both ends inside it; max below min when nothing is active */
+  int32_t active_min[3], active_max[3]; /* index box, both ends inclusive; max below min if no voxel is active */
   uint64_t active_voxel_count;
-  uint64_t tree_bytes; /* once its leaves are read; without the attributes of points */
+  uint64_t tree_bytes; /* memory of the tree with its leaves; without the attributes of points */
 } np_vdb_grid_size;
 
-/* Positions of the parts of a grid in a file. */
+/* File positions of the parts of a grid. */
 typedef struct np_vdb_grid_place {
   int64_t descriptor, begin, topology;
-  int64_t buffers; /* known once the tree has been checked */
+  int64_t buffers; /* known once the tree is checked */
 } np_vdb_grid_place;
 
-/* A file whose header and grids' headers have been checked: all that is read comes through it. */
+/* A file whose header and grid headers are checked: all reads go through it. */
 typedef struct np_vdb_source {
   void *user;
   int64_t size;
   uint32_t format_version, library_version[2];
-  int64_t metadata; /* position of the file's own */
+  int64_t metadata; /* position of the file's metadata */
   size_t grid_count;
   const np_vdb_grid_place *places;
-  /* Both report why they fail. `check_tree` is called before a tree, or its topology alone, is read; buffers of points
-   * it cannot check, and they must not be read. */
+  /* Both log their failures. `check_tree` is called before a tree or its topology is read. It cannot check buffers of
+   * points, which must not be read. */
   neph_result (*read)(void *user, int64_t position, void *out, size_t count);
   neph_result (*check_tree)(void *user, size_t index, int is_half);
 } np_vdb_source;
 
-/* The grids that one is read from: of several, in lattices of which the first one's is taken, the sum. */
+/* Grids to read. Several are summed, on the lattice of the first. */
 typedef struct np_vdb_request {
   const size_t *indices;
   size_t count;
-  int component;           /* of a vector, 0 to 2; else 0 */
-  int is_density;          /* wanted: else one grid is read as it stands */
-  double level_set_voxels; /* depth at which a level set, which must be one of floats, is 1, and above which it rises
-                              from 0 at its surface */
+  int component;           /* component of a vector, 0 to 2; else 0 */
+  int is_density;          /* 1: read as a density; 0: read one grid with its values unchanged */
+  double level_set_voxels; /* depth below the surface of a level set, in voxels, at which density reaches 1; level sets
+                              must be floats */
 } np_vdb_request;
 
-/* Destination of a grid that is read: functions of sparse_grid.h, handed over because a loaded module cannot link to
- * them.
- */
+/* Destination of a grid: functions of sparse_grid.h, passed because a loaded module cannot link to them. */
 typedef struct np_vdb_sink {
-  np_sparse_grid *grid; /* initialised, empty */
+  np_sparse_grid *grid; /* initialised and empty */
   neph_result (*reserve)(np_sparse_grid *, size_t leaf_count, size_t tile_count);
   np_leaf *(*add_leaf)(np_sparse_grid *, const int32_t origin[3]);
   np_tile *(*add_tile)(np_sparse_grid *, const int32_t origin[3], int32_t edge, float value, bool is_active);
 } np_vdb_sink;
 
-/* Changes to a grid that is copied. */
+/* Repairs of a grid that is copied. */
 typedef enum np_vdb_mark {
   NP_VDB_KEEP,
-  NP_VDB_MAKE_FINITE, /* of floats, doubles and vectors of them: NaN and infinity become 0 */
-  NP_VDB_MEND_VALUES, /* of numbers: those that are not finite, negative or subnormal become 0, but infinity, where it
-                         is active, the largest of the others */
-  NP_VDB_MEND_DENSITY /* the same; the background becomes 0, and the class fog volume */
+  NP_VDB_MAKE_FINITE, /* floats, doubles and their vectors: NaN and infinity become 0 */
+  NP_VDB_MEND_VALUES, /* scalars: non-finite, negative and subnormal values become 0; active infinity becomes the
+                         largest valid value */
+  NP_VDB_MEND_DENSITY /* NP_VDB_MEND_VALUES, and a background of 0 and the class fog volume */
 } np_vdb_mark;
 
-/* The mark of a grid, and what it changed. */
+/* The repair of a grid, and its outcome. */
 typedef struct np_vdb_mending {
   np_vdb_mark mark;
   uint64_t value_count;
   bool has_new_background, has_new_class;
 } np_vdb_mending;
 
-/* Asked during long work; non-zero stops it with NEPH_ERROR_CANCELLED. */
+/* Polled during long work; non-zero stops it with NEPH_ERROR_CANCELLED. */
 typedef int (*np_vdb_cancel_fn)(void *user);
 
 typedef struct np_vdb_attribute {
-  const char *name, *text; /* `text` NULL: a number */
+  const char *name, *text; /* `text` NULL: the value is a number */
   double number;
 } np_vdb_attribute;
 
@@ -118,20 +118,20 @@ typedef struct np_vdb_write_grid {
   int is_half;
   const np_vdb_attribute *attributes;
   size_t attribute_count;
-  const np_sparse_grid *y, *z; /* NULL: a scalar, a fog volume; else `grid` is the x of a velocity, and these its other
-                                  components, of the same leaves, without tiles */
-  int is_invariant;            /* a vector's components are no direction: they are those of a colour */
+  const np_sparse_grid *y, *z; /* NULL: a scalar fog volume; else components of a velocity whose x is `grid`, with the
+                                  same leaves and no tiles */
+  int is_invariant;            /* the vector is a colour, not a direction: transforms leave it unchanged */
 } np_vdb_write_grid;
 
-/* Functions that can fail return a neph_result, the same as in `error`, and throw nothing. */
+/* Functions that can fail return the neph_result that is also in `error`; they throw nothing. */
 typedef struct np_vdb_module {
   uint32_t version; /* NP_VDB_MODULE_VERSION, checked before anything else is used */
 
-  /* Tries to decompress a chunk, its length before it, to `count` bytes. */
+  /* Tries to decompress a chunk, which follows its length, to `count` bytes. */
   neph_result (*try_chunk)(uint32_t compression, const void *chunk, size_t chunk_bytes, size_t count);
 
-  /* Reads the headers of a file's grids. `source` and `cancel` are asked until the file is closed. Its trees are read
-   * by `thread_count` threads; files are written by the calling one. */
+  /* Reads the headers of a file's grids. `source` and `cancel` must stay valid until the file is closed. `thread_count`
+   * threads read trees; the calling thread writes files. */
   neph_result (*open)(const np_vdb_source *source, unsigned thread_count, np_vdb_cancel_fn cancel, void *cancel_user,
                       np_vdb_file **out_file, np_vdb_error *error);
   void (*close)(np_vdb_file *file); /* NULL is allowed */
@@ -143,23 +143,24 @@ typedef struct np_vdb_module {
                                 void (*visit)(void *user, const char *name, const char *text), void *user,
                                 np_vdb_error *error);
 
-  /* Reads a scalar grid, their sum, or one component of a vector: transform, background, leaves, and tiles that differ
-   * from an inactive background. Frustums are read as they are stored: `describe` has their map. */
+  /* Reads a scalar grid, a sum of grids, or one component of a vector: transform, background, leaves, and tiles that
+   * differ from an inactive background. Frustum grids are read as stored: `describe` returns their map. */
   neph_result (*read)(np_vdb_file *file, const np_vdb_request *request, const np_vdb_sink *sink,
                       uint64_t *out_tree_bytes, np_vdb_error *error);
 
-  /* Reads any grid's topology, and tells its size. */
+  /* Reads the topology of any grid and returns its size. */
   neph_result (*measure)(np_vdb_file *file, size_t index, np_vdb_grid_size *out_size, np_vdb_error *error);
 
-  /* OpenVDB's own checks of a grid of floats or doubles as a fog volume: `visit` gets a text for each that it fails. */
+  /* Runs OpenVDB's own checks of fog volumes on a grid of floats or doubles: `visit` gets a message for each failed
+   * check. */
   neph_result (*diagnose)(np_vdb_file *file, size_t index, void (*visit)(void *user, const char *text), void *user,
                           np_vdb_error *error);
 
-  /* Writes all grids and metadata of a file to `path`, which is a temporary name, mended as `mendings` say, one a grid,
-   * which get their outcomes. Grids of points are refused. */
+  /* Copies all grids and metadata of a file to `path`, a temporary name, with one repair of `mendings` for each grid,
+   * which also receives the outcome. Grids of points are refused. */
   neph_result (*mend)(np_vdb_file *file, np_vdb_mending *mendings, const char *path, np_vdb_error *error);
 
-  /* Writes grids to `path`, which is a temporary name: the caller renames it. */
+  /* Writes grids to `path`, a temporary name: the caller renames it. */
   neph_result (*write)(const char *path, const np_vdb_write_grid *grids, size_t count, np_vdb_cancel_fn cancel,
                        void *cancel_user, np_vdb_error *error);
 
@@ -167,7 +168,7 @@ typedef struct np_vdb_module {
   neph_result (*sample)(const np_sparse_grid *grid, size_t count, const double *positions, float *out_values,
                         np_vdb_error *error);
 
-  /* Reads a grid by OpenVDB alone, unchecked, and forgets it, for benchmarks. */
+  /* Reads a grid by OpenVDB alone, unchecked, and discards it, for benchmarks. */
   neph_result (*read_alone)(np_vdb_file *file, size_t index, np_vdb_error *error);
 } np_vdb_module;
 

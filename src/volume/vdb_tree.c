@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Method: OpenVDB 10, tree/RootNode.h, InternalNode.h, LeafNode.h (readTopology, readBuffers) and io/Compression.h and
- * .cc (readCompressedValues, bloscFromStream, unzipFromStream), of file formats 222 and later.
+/* File format: OpenVDB 10, tree/RootNode.h, InternalNode.h, LeafNode.h (readTopology, readBuffers) and io/Compression.h
+ * and .cc (readCompressedValues, bloscFromStream, unzipFromStream), versions 222 and later.
  *
  * A tree has three levels below its root: nodes of 32³, of 16³, and leaves of 8³ voxels. Topology is stored depth
- * first, children of the root in any order; buffers follow in the order of the root's sorted table.
- */
+ * first, with children of the root in any order; buffers follow in the order of the root's sorted table. */
 #include "volume/vdb_tree.h"
 
 #include <stdlib.h>
@@ -19,10 +18,10 @@ enum {
   ROOT_CHILD_EDGE = 4096,
   ORIGIN_BYTES = 12,
   BLOSC_HEADER_BYTES = 16,
-  CHUNK_SLACK_BYTES = 64 /* what compressing may add, with a sixteenth */
+  CHUNK_SLACK_BYTES = 64 /* overhead of compression, besides a sixteenth */
 };
 
-/* Ways of storing inactive values: how many, and whether a mask selects between two; io/Compression.h. */
+/* Encodings of inactive values: their number, and whether a mask selects between two (io/Compression.h). */
 enum { ONE_VALUE = 2, MASK_ALONE = 3, MASK_AND_ONE_VALUE = 4, MASK_AND_TWO_VALUES = 5, ALL_VALUES = 6 };
 
 typedef struct root_child {
@@ -37,9 +36,9 @@ typedef struct walk {
   np_vdb_storage storage;
   root_child *children;
   size_t child_count, child_capacity;
-  uint16_t *active_counts; /* of each leaf, in the order of the topology */
+  uint16_t *active_counts; /* active voxels of each leaf, in the order of the topology */
   size_t leaf_count, leaf_capacity;
-  unsigned char *chunk; /* room for one that is decompressed */
+  unsigned char *chunk; /* buffer for one decompressed chunk */
   size_t chunk_capacity;
 } walk;
 
@@ -57,7 +56,7 @@ const np_vdb_tree_type *np_vdb_tree_type_get(const char *name) {
   return NULL;
 }
 
-/* Room for one more element; false, with a message logged, when there is no memory. */
+/* Makes room for one more element; false, with a message, if out of memory. */
 static bool grow(walk *w, void *array, size_t count, size_t *capacity, size_t size) {
   void **block = array;
   if (count < *capacity) return true;
@@ -89,7 +88,7 @@ void np_vdb_blosc_check(np_vdb_bytes *bytes, uint64_t block_bytes, uint64_t coun
   np_vdb_bytes_skip(bytes, block_bytes - sizeof header);
 }
 
-/* Decompresses the chunk that starts `before` the position, its length with it, and forgets the values. */
+/* Decompresses the chunk that ends at the position, and discards the values. */
 static void try_chunk(walk *w, uint64_t count, uint64_t chunk_bytes) {
   np_vdb_bytes *bytes = w->bytes;
   np_vdb_bytes_seek(bytes, bytes->position - (int64_t)chunk_bytes);
@@ -106,7 +105,7 @@ static void try_chunk(walk *w, uint64_t count, uint64_t chunk_bytes) {
     np_vdb_bytes_fail(bytes, "a compressed chunk cannot be decompressed to %llu bytes", (unsigned long long)count);
 }
 
-/* A chunk that must hold `count` bytes: its length, negative where it is not compressed, and its bytes. */
+/* Checks a chunk that must hold `count` bytes: its length, negative if not compressed, and its bytes. */
 static void check_chunk(walk *w, uint64_t count, bool is_tried) {
   np_vdb_bytes *bytes = w->bytes;
   const int64_t length = np_vdb_bytes_read_i64(bytes);
@@ -127,7 +126,7 @@ static void check_chunk(walk *w, uint64_t count, bool is_tried) {
   if (is_tried && !bytes->result) try_chunk(w, count, (uint64_t)length + sizeof length);
 }
 
-/* The values of a node of `value_count`, of which `active_count` are active. */
+/* Checks the values of a node of `value_count`, of which `active_count` are active. */
 static void check_values(walk *w, uint32_t value_count, uint32_t active_count, bool is_tried) {
   const np_vdb_storage *s = &w->storage;
   const uint8_t kind = np_vdb_bytes_read_u8(w->bytes);
@@ -162,7 +161,7 @@ static void check_leaf_topology(walk *w) {
   w->active_counts[w->leaf_count++] = (uint16_t)count_active(mask, LEAF_MASK_BYTES / 8);
 }
 
-/* A node of `value_count` values: masks of children and of active values, values, children. */
+/* Checks a node of `value_count` values: masks of children and of active values, values, children. */
 static void check_node(walk *w, uint32_t value_count) {
   uint64_t children[NODE_VALUES_MAX / 64], active[NODE_VALUES_MAX / 64];
   np_vdb_bytes_read(w->bytes, children, value_count / 8);
@@ -177,7 +176,7 @@ static void check_node(walk *w, uint32_t value_count) {
   }
 }
 
-/* The origin of a tile or child of the root. */
+/* Reads the origin of a tile or child of the root. */
 static void read_origin(walk *w, int32_t out_origin[3]) {
   np_vdb_bytes_read(w->bytes, out_origin, ORIGIN_BYTES);
   for (int a = 0; a < 3; a++)
@@ -210,7 +209,7 @@ static int compare_children(const void *a, const void *b) {
   return 0;
 }
 
-/* OpenVDB forgets the first of two children at one place. */
+/* Sorts the children of the root and rejects duplicates: OpenVDB would leak the first of two at one origin. */
 static void sort_children(walk *w) {
   if (w->bytes->result || !w->child_count) return;
   qsort(w->children, w->child_count, sizeof *w->children, compare_children);

@@ -8,24 +8,24 @@
 #include "volume/vdb_bytes.h"
 #include "volume/vdb_table.h"
 
-/* Contents of a leaf behind its masks. */
+/* Contents of a leaf after its masks. */
 typedef enum np_vdb_leaf {
   NP_VDB_LEAF_VALUES,
   NP_VDB_LEAF_BOOL,
   NP_VDB_LEAF_MASK,
-  NP_VDB_LEAF_POINTS /* not known here: such buffers are never read */
+  NP_VDB_LEAF_POINTS /* unknown layout: such buffers are never read */
 } np_vdb_leaf;
 
 typedef struct np_vdb_tree_type {
-  const char *name;                 /* as grids state it */
-  uint32_t value_bytes, half_bytes; /* of one value; 0: never stored as halves */
+  const char *name;                 /* spelling in grid descriptors */
+  uint32_t value_bytes, half_bytes; /* bytes of one value as stored; half_bytes 0: never stored as halves */
   np_vdb_leaf leaf;
 } np_vdb_tree_type;
 
-/* NULL when it is none that OpenVDB reads. */
+/* NULL if OpenVDB cannot read the type. */
 const np_vdb_tree_type *np_vdb_tree_type_get(const char *name);
 
-/* The way in which the values of a grid are stored. */
+/* Storage format of a grid's values. */
 typedef struct np_vdb_storage {
   const np_vdb_tree_type *type;
   uint32_t compression;
@@ -34,12 +34,12 @@ typedef struct np_vdb_storage {
 
 enum { NP_VDB_ZIP = 1, NP_VDB_ACTIVE_MASK = 2, NP_VDB_BLOSC = 4 };
 
-/* Checks a tree from the position of `bytes` on, and moves to its end, of points to that of the topology. A failure is
+/* Checks a tree from the current position, and moves to its end (for points, to the end of the topology). A failure is
  * in bytes->result. */
 void np_vdb_tree_check(np_vdb_bytes *bytes, const np_vdb_module *module, np_monitor *monitor, np_vdb_storage storage,
                        int64_t *out_buffers);
 
-/* Checks the header of a block of Blosc that must hold `count` bytes, and moves on behind the block. */
+/* Checks the header of a Blosc block that must hold `count` bytes, and skips the block. */
 void np_vdb_blosc_check(np_vdb_bytes *bytes, uint64_t block_bytes, uint64_t count);
 
 #endif

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Sparse grids as grids of OpenVDB, and these as a file. Part of vdb_shim.cpp. */
+/* Converts sparse grids to OpenVDB grids, and writes them to a file. Part of vdb_shim.cpp. */
 #ifndef NP_VOLUME_VDB_WRITING_H
 #define NP_VOLUME_VDB_WRITING_H
 
@@ -26,7 +26,7 @@ inline openvdb::math::Transform::Ptr make_transform(const np_affine &affine) {
 
 inline openvdb::Index get_tile_level(int32_t edge) { return edge == 8 ? 1u : edge == 128 ? 2u : 3u; }
 
-/* Adds a leaf of the topology of `from`, whose values `fill` sets. */
+/* Adds a leaf with the topology of `from`; `fill` sets its values. */
 template <typename TreeType, typename Fill> void add_leaf(TreeType &tree, const np_leaf &from, const Fill &fill) {
   auto leaf = std::make_unique<typename TreeType::LeafNodeType>(openvdb::Coord(from.origin), tree.background(), false);
   fill(leaf->buffer().data());
@@ -36,7 +36,7 @@ template <typename TreeType, typename Fill> void add_leaf(TreeType &tree, const 
   tree.addLeaf(leaf.release());
 }
 
-/* Copies tiles and leaves to a grid that has none. */
+/* Copies tiles and leaves to an empty grid. */
 inline void fill_scalar(const np_sparse_grid &source, const Canceller &canceller, openvdb::FloatGrid &grid) {
   for (size_t i = 0; i < source.tile_count; i++) {
     const np_tile &tile = source.tiles[i];
@@ -60,11 +60,11 @@ inline void fill_velocity(const np_vdb_write_grid &output, const Canceller &canc
   }
 }
 
-/* A velocity in world space at the voxels' centres, which turns with the grid when that is moved. */
+/* World-space velocity at the centres of voxels (covariant): it rotates with the grid. */
 inline openvdb::GridBase::Ptr make_velocity(const np_vdb_write_grid &output) {
   auto grid =
       openvdb::Vec3SGrid::create(openvdb::Vec3s(output.grid->background, output.y->background, output.z->background));
-  grid->setGridClass(openvdb::GRID_UNKNOWN); /* which also says: not staggered */
+  grid->setGridClass(openvdb::GRID_UNKNOWN); /* also means: not staggered */
   grid->setVectorType(output.is_invariant ? openvdb::VEC_INVARIANT : openvdb::VEC_CONTRAVARIANT_RELATIVE);
   grid->setIsInWorldSpace(true);
   return grid;
@@ -76,7 +76,7 @@ inline openvdb::GridBase::Ptr make_fog(const np_sparse_grid &source) {
   return grid;
 }
 
-/* All of a grid but its voxels. */
+/* A grid without its voxels. */
 inline openvdb::GridBase::Ptr make_output(const np_vdb_write_grid &output) {
   const openvdb::GridBase::Ptr grid = own(output.y ? make_velocity(output) : make_fog(*output.grid));
   grid->setTransform(make_transform(output.grid->index_to_world));
@@ -99,10 +99,10 @@ inline void fill_output(const np_vdb_write_grid &output, const Canceller &cancel
     fill_scalar(*output.grid, canceller, static_cast<openvdb::FloatGrid &>(grid));
 }
 
-/* Blosc does not survive a failed allocation, of which it makes some 100 kB. */
+/* Blosc crashes on a failed allocation; it allocates about 100 kB. */
 constexpr std::size_t compression_room_bytes = std::size_t(8) << 20;
 
-/* Throws where there is no such room. */
+/* Throws if that much memory is not available. */
 inline void check_compression_room(void) { ::operator delete(::operator new(compression_room_bytes)); }
 
 inline void write_stream(const char *path, const openvdb::GridCPtrVec &outputs, const openvdb::MetaMap &metadata,

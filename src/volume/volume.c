@@ -11,7 +11,7 @@ enum { DENSE_EDGE_MAX = 1 << 24 };
 
 /* ---- Life ---- */
 
-/* Its parts are volumes. */
+/* Destroys a tint, whose parts are volumes. */
 void np_tint_destroy(np_tint *tint) {
   if (!tint) return;
   for (unsigned i = 0; i < tint->count; i++) neph_volume_release(tint->parts[i].volume);
@@ -47,7 +47,7 @@ static neph_result set_transform(neph_volume *volume, const np_sparse_grid *grid
       NP_SPARSE_GRID_LABEL(grid), np_affine_determinant(&grid->index_to_world));
 }
 
-/* A volume of what the grid holds, but for what `measure` tells. */
+/* Creates a volume from a grid; `measure` adds the value range. */
 static neph_result create(neph_context *context, const np_sparse_grid *grid, neph_precision precision,
                           const int32_t period[2], np_monitor *monitor, neph_volume **out_volume) {
   *out_volume = NULL;
@@ -77,7 +77,7 @@ static void set_extent(neph_volume *volume, const np_grid_extent *extent) {
 neph_result np_volume_create_from_grid(neph_context *context, const np_sparse_grid *grid, neph_precision precision,
                                        np_monitor *monitor, neph_volume **out_volume) {
   np_grid_extent extent;
-  (void)np_sparse_grid_measure(grid, &extent); /* before its leaves go */
+  (void)np_sparse_grid_measure(grid, &extent); /* measured before the grid frees its leaves */
   const uint64_t active_voxel_count = np_sparse_grid_count_active(grid);
   neph_result result = create(context, grid, precision, NULL, monitor, out_volume);
   if (result) return result;
@@ -87,7 +87,7 @@ neph_result np_volume_create_from_grid(neph_context *context, const np_sparse_gr
   return NEPH_OK;
 }
 
-/* ---- From an array ---- */
+/* ---- Dense arrays ---- */
 
 static neph_result check_dense_values(neph_context *context, const neph_volume_dense_desc *desc,
                                       np_grid_extent *extent) {
@@ -121,7 +121,7 @@ static neph_result check_dense(neph_context *context, const neph_volume_dense_de
   return NEPH_OK;
 }
 
-/* The least multiple of the size that is one of 8 too. */
+/* Least common multiple of the size and 8. */
 static int32_t compute_period(unsigned size) {
   unsigned period = size;
   while (period % NP_BRICK_EDGE) period += size;
@@ -147,7 +147,7 @@ static bool fill_leaf(const neph_volume_dense_desc *desc, const bool is_periodic
   return is_filled;
 }
 
-/* Leaves of whatever is not 0. Periods that are no multiple of 8 are repeated until they are. */
+/* Fills leaves with the values that are not 0. Periods that are not a multiple of 8 are repeated until they are. */
 static neph_result fill_grid(const neph_volume_dense_desc *desc, const int32_t period[2], np_sparse_grid *grid) {
   const bool is_periodic[3] = {desc->is_periodic_x, desc->is_periodic_y, false};
   int32_t extent[3], origin[3];
@@ -195,7 +195,7 @@ neph_result neph_volume_create_dense(neph_context *context, const neph_volume_de
   return result;
 }
 
-/* ---- Questions ---- */
+/* ---- Getters ---- */
 
 void np_volume_bound_box(const np_affine *affine, const int32_t low[3], const int32_t high[3], double out_min[3],
                          double out_max[3]) {

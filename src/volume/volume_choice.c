@@ -8,7 +8,7 @@
 #include "core/alloc.h"
 #include "core/frame_name.h"
 
-/* ---- Purposes ---- */
+/* ---- Roles ---- */
 
 static bool begins_with(const char *text, const char *beginning) {
   return !strncasecmp(text, beginning, strlen(beginning));
@@ -20,7 +20,7 @@ static bool is_one_of(const char *text, const char *const *words, size_t count) 
   return false;
 }
 
-/* "vel.x", "velocity_y", "v.z": a base and an axis. */
+/* Whether a name is a base and an axis: "vel.x", "velocity_y", "v.z". */
 static bool is_velocity(const char *name) {
   static const char *const bases[] = {"velocity", "vel", "v"};
   for (size_t i = 0; i < sizeof bases / sizeof *bases; i++) {
@@ -53,7 +53,7 @@ np_grid_role np_volume_get_role(const np_volume_file *file, const np_vdb_grid_in
 
 /* ---- Refusals ---- */
 
-/* "'density' (float), 'v' (vec3s)", to be freed; NULL when there is no memory. */
+/* List of the grids, such as "'density' (float), 'v' (vec3s)", to be freed; NULL if out of memory. */
 static char *list_grids(const np_volume_file *file) {
   const size_t count = file->module->count(file->vdb);
   char *list = np_alloc_text(file->context, count ? "" : "nothing");
@@ -67,21 +67,21 @@ static char *list_grids(const np_volume_file *file) {
   return list;
 }
 
-/* Takes `reason`, which np_alloc_printf made. */
-static neph_result refuse(const np_volume_file *file, const np_grid_wish *wish, char *reason, char **out_refusal) {
-  const char *key = wish->is_field ? wish->key : "clouds[].grid";
+/* Refuses a choice with a list of the grids. Takes ownership of `reason`, a string from np_alloc_printf. */
+static neph_result refuse(const np_volume_file *file, const np_grid_query *query, char *reason, char **out_refusal) {
+  const char *key = query->is_field ? query->key : "clouds[].grid";
   char *list = list_grids(file);
   if (list && reason)
     *out_refusal = np_alloc_printf(file->context, "%s: found %s%s%s%s", reason, list, key ? "; " : "", key ? key : "",
-                                   !key             ? ""
-                                   : wish->is_field ? " names one"
-                                                    : " names one, or \"a + b\" a sum");
+                                   !key              ? ""
+                                   : query->is_field ? " names one"
+                                                     : " names one, or \"a + b\" a sum");
   np_alloc_free(file->context, list);
   np_alloc_free(file->context, reason);
   return *out_refusal ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
-/* The same without a list of the grids. */
+/* Refuses a choice without a list of the grids. */
 static neph_result refuse_plainly(char *reason, char **out_refusal) {
   *out_refusal = reason;
   return reason ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
@@ -89,9 +89,9 @@ static neph_result refuse_plainly(char *reason, char **out_refusal) {
 
 /* ---- Choice by name ---- */
 
-/* Grids that may be meant, by number among all. */
+/* Grids that match a name, by number among all. */
 typedef struct matches {
-  size_t count, index; /* of those that match, and the wanted one among all grids */
+  size_t count, index; /* number of matches, and index of the selected one among all grids */
 } matches;
 
 static matches search_exact(const np_volume_file *file, const char *name, size_t length, size_t wanted, bool is_exact) {
@@ -106,7 +106,7 @@ static matches search_exact(const np_volume_file *file, const char *name, size_t
   return found;
 }
 
-/* A name as it stands, or in letters of either case where none is so; `index` is that of number `wanted` among them. */
+/* Searches grids by exact name, or ignoring case if there is none; `index` is the match with the number `wanted`. */
 static matches search_name(const np_volume_file *file, const char *name, size_t length, size_t wanted) {
   const matches found = search_exact(file, name, length, wanted, true);
   return found.count ? found : search_exact(file, name, length, wanted, false);
@@ -116,7 +116,7 @@ bool np_volume_has_grid(const np_volume_file *file, const char *name) {
   return search_name(file, name, strlen(name), 0).count > 0;
 }
 
-/* Splits "name[2]" into the length of its name and 2. False when it does not have that form. */
+/* Splits "name[2]" into the length of its name and 2. False if the text does not have that form. */
 static bool split_number(const char *text, size_t length, size_t *out_length, size_t *out_number) {
   const char *end = text + length, *bracket = end;
   if (length < sizeof "a[0]" - 1 || end[-1] != ']') return false;
@@ -127,8 +127,8 @@ static bool split_number(const char *text, size_t length, size_t *out_length, si
   return bracket[1] >= '0' && bracket[1] <= '9' && digits_end == end - 1;
 }
 
-static neph_result choose_by_name(const np_volume_file *file, const np_grid_wish *wish, const char *name, size_t length,
-                                  size_t *out_index, char **out_refusal) {
+static neph_result choose_by_name(const np_volume_file *file, const np_grid_query *query, const char *name,
+                                  size_t length, size_t *out_index, char **out_refusal) {
   size_t bare, number;
   matches found = search_name(file, name, length, 0);
   if (!found.count && split_number(name, length, &bare, &number)) {
@@ -138,20 +138,20 @@ static neph_result choose_by_name(const np_volume_file *file, const np_grid_wish
   *out_index = found.index;
   const int width = (int)length;
   if (found.count > 1)
-    return refuse(file, wish,
+    return refuse(file, query,
                   np_alloc_printf(file->context, "%zu grids are named '%.*s': ask for '%.*s[0]' to '%.*s[%zu]'",
                                   found.count, width, name, width, name, width, name, found.count - 1),
                   out_refusal);
-  if (found.index == SIZE_MAX && !wish->sequence)
-    return refuse(file, wish, np_alloc_printf(file->context, "no grid '%.*s'", width, name), out_refusal);
+  if (found.index == SIZE_MAX && !query->sequence)
+    return refuse(file, query, np_alloc_printf(file->context, "no grid '%.*s'", width, name), out_refusal);
   return NEPH_OK;
 }
 
-/* ---- The usual one ---- */
+/* ---- Default choice ---- */
 
 static const char usual[] = "density";
 
-/* Kinds of grids that may be a density without being called so, the likeliest first. */
+/* Kinds of grids that may be a density without the name, the likeliest first. */
 typedef enum likeness { FOG, NUMBERS, COUNTS, LEVEL_SETS } likeness;
 
 static bool is_like(const np_vdb_grid_info *info, likeness like) {
@@ -180,7 +180,7 @@ static matches search_like(const np_volume_file *file, likeness like) {
   return found;
 }
 
-/* Why a file has no density to choose. */
+/* Reason why a file has no default density. */
 static const char *explain_none(const np_volume_file *file) {
   const size_t count = file->module->count(file->vdb);
   bool are_vectors = count > 0, has_level_set = false, has_field = false;
@@ -196,28 +196,28 @@ static const char *explain_none(const np_volume_file *file) {
                    : "no fog volume";
 }
 
-static neph_result choose_usual(const np_volume_file *file, const np_grid_wish *wish, size_t *out_index,
+static neph_result choose_usual(const np_volume_file *file, const np_grid_query *query, size_t *out_index,
                                 char **out_refusal) {
-  if (np_volume_has_grid(file, usual)) return choose_by_name(file, wish, usual, strlen(usual), out_index, out_refusal);
+  if (np_volume_has_grid(file, usual)) return choose_by_name(file, query, usual, strlen(usual), out_index, out_refusal);
   matches found = {0, SIZE_MAX};
-  const likeness last = wish->level_set_voxels > 0.0 ? LEVEL_SETS : COUNTS;
+  const likeness last = query->level_set_voxels > 0.0 ? LEVEL_SETS : COUNTS;
   for (likeness like = FOG; like <= last && !found.count; like++) found = search_like(file, like);
   *out_index = found.index;
   if (found.count == 1) return NEPH_OK;
   return refuse(
-      file, wish,
+      file, query,
       np_alloc_text(file->context, found.count ? "no grid 'density', and several others" : explain_none(file)),
       out_refusal);
 }
 
-/* ---- The usual one of a sequence ---- */
+/* ---- Default choice of a sequence ---- */
 
-/* Files that are opened for the name of a density that is not called so. */
+/* Files that are opened to determine the name of a density other than "density". */
 enum { FILES_LOOKED_AT_MAX = 16 };
 
-/* Name of the density of a file by itself, to be freed, in place of the one known; left where it has none. */
-static neph_result name_density(const np_volume_file *file, const np_grid_wish *wish, char **name) {
-  const np_grid_wish alone = {.level_set_voxels = wish->level_set_voxels};
+/* Name of the density of a single file, to be freed, replaces `*name`; unchanged if the file has none. */
+static neph_result name_density(const np_volume_file *file, const np_grid_query *query, char **name) {
+  const np_grid_query alone = {.level_set_voxels = query->level_set_voxels};
   size_t index;
   char *refusal = NULL;
   neph_result result = choose_usual(file, &alone, &index, &refusal);
@@ -230,67 +230,67 @@ static neph_result name_density(const np_volume_file *file, const np_grid_wish *
   return result;
 }
 
-static neph_result name_density_at(neph_context *context, const np_grid_wish *wish, double number, char **name) {
+static neph_result name_density_at(neph_context *context, const np_grid_query *query, double number, char **name) {
   np_volume_file file;
-  char *path = np_frame_name_make(context, wish->sequence, number);
+  char *path = np_frame_name_make(context, query->sequence, number);
   neph_result result = path ? np_volume_file_open(context, path, NULL, &file) : NEPH_ERROR_OUT_OF_MEMORY;
   if (!result) {
-    result = name_density(&file, wish, name);
+    result = name_density(&file, query, name);
     np_volume_file_close(&file);
   }
   np_alloc_free(context, path);
   return result;
 }
 
-/* One name for all files: "density" where one of the first has it, else the guess of the first that has a density. A
- * frame that lacks the density is not taken for one of another grid. */
-static neph_result name_density_of_all(neph_context *context, const np_grid_wish *wish, char **out_name) {
+/* One name for all files: "density" if one of the first has it, else the default choice of the first file with a
+ * density. A frame without the density never falls back to another grid. */
+static neph_result name_density_of_all(neph_context *context, const np_grid_query *query, char **out_name) {
   np_frame_numbers there;
   *out_name = NULL;
-  neph_result result = np_frame_name_list(context, wish->sequence, &there);
+  neph_result result = np_frame_name_list(context, query->sequence, &there);
   for (size_t i = 0; !result && i < there.count && i < FILES_LOOKED_AT_MAX; i++) {
     if (*out_name && !strcasecmp(*out_name, usual)) break;
-    result = name_density_at(context, wish, there.numbers[i], out_name);
+    result = name_density_at(context, query, there.numbers[i], out_name);
   }
   np_alloc_free(context, there.numbers);
   return result;
 }
 
-static neph_result choose_of_sequence(const np_volume_file *file, const np_grid_wish *wish, size_t *out_index,
+static neph_result choose_of_sequence(const np_volume_file *file, const np_grid_query *query, size_t *out_index,
                                       char **out_refusal) {
   char *name = NULL;
-  if (np_volume_has_grid(file, usual)) return choose_by_name(file, wish, usual, strlen(usual), out_index, out_refusal);
-  neph_result result = name_density_of_all(file->context, wish, &name);
+  if (np_volume_has_grid(file, usual)) return choose_by_name(file, query, usual, strlen(usual), out_index, out_refusal);
+  neph_result result = name_density_of_all(file->context, query, &name);
   if (!result && name)
-    result = choose_by_name(file, wish, name, strlen(name), out_index, out_refusal);
+    result = choose_by_name(file, query, name, strlen(name), out_index, out_refusal);
   else if (!result)
-    result = choose_usual(file, wish, out_index, out_refusal);
+    result = choose_usual(file, query, out_index, out_refusal);
   np_alloc_free(file->context, name);
   return result;
 }
 
 /* ---- Sums ---- */
 
-/* Length of a name without the blanks around it; moves its beginning. */
+/* Length of a name without surrounding spaces; advances its beginning. */
 static size_t trim(const char **name, size_t length) {
   while (length > 0 && **name == ' ') (*name)++, length--;
   while (length > 0 && (*name)[length - 1] == ' ') length--;
   return length;
 }
 
-/* "density + fuel": each of them. */
-static neph_result choose_sum(const np_volume_file *file, const np_grid_wish *wish, np_volume_choice *out_choice,
+/* Chooses each grid of a sum such as "density + fuel". */
+static neph_result choose_sum(const np_volume_file *file, const np_grid_query *query, np_volume_choice *out_choice,
                               char **out_refusal) {
   neph_result result = NEPH_OK;
-  for (const char *name = wish->grid; name && !result && !*out_refusal;) {
+  for (const char *name = query->grid; name && !result && !*out_refusal;) {
     const char *end = strchr(name, '+');
     if (out_choice->count == NP_VOLUME_GRIDS_MAX)
-      return refuse_plainly(np_alloc_printf(file->context, "'%s' are too many grids, must be at most %d", wish->grid,
+      return refuse_plainly(np_alloc_printf(file->context, "'%s' are too many grids, must be at most %d", query->grid,
                                             NP_VOLUME_GRIDS_MAX),
                             out_refusal);
     const size_t length = trim(&name, end ? (size_t)(end - name) : strlen(name));
     size_t *index = &out_choice->indices[out_choice->count];
-    result = choose_by_name(file, wish, name, length, index, out_refusal);
+    result = choose_by_name(file, query, name, length, index, out_refusal);
     out_choice->count += !result && *index != SIZE_MAX;
     name = end ? end + 1 : NULL;
   }
@@ -299,14 +299,14 @@ static neph_result choose_sum(const np_volume_file *file, const np_grid_wish *wi
 
 /* ---- Kinds ---- */
 
-/* Level sets have a density by the depth at which they are solid alone. */
-static neph_result check_kind(const np_volume_file *file, const np_grid_wish *wish, const np_vdb_grid_info *info,
+/* Checks the kind of a grid. A level set is a density only with a depth at which it is solid. */
+static neph_result check_kind(const np_volume_file *file, const np_grid_query *query, const np_vdb_grid_info *info,
                               char **out_refusal) {
   if (!info->is_scalar && !info->is_count)
     return refuse_plainly(
         np_alloc_printf(file->context, "grid '%s' holds %s, must hold numbers or marks", info->name, info->value_type),
         out_refusal);
-  if (info->is_level_set && !(wish->level_set_voxels > 0.0))
+  if (info->is_level_set && !(query->level_set_voxels > 0.0))
     return refuse_plainly(np_alloc_printf(file->context,
                                           "grid '%s' is a level set, which holds distances, not a density: "
                                           "clouds[].level_set says how many voxels below its surface it is 1",
@@ -315,33 +315,33 @@ static neph_result check_kind(const np_volume_file *file, const np_grid_wish *wi
   return NEPH_OK;
 }
 
-neph_result np_volume_choose(const np_volume_file *file, const np_grid_wish *wish, np_volume_choice *out_choice,
+neph_result np_volume_choose(const np_volume_file *file, const np_grid_query *query, np_volume_choice *out_choice,
                              char **out_refusal) {
-  const char *name = wish->grid;
+  const char *name = query->grid;
   neph_result result;
-  *out_choice = (np_volume_choice){.level_set_voxels = wish->level_set_voxels};
+  *out_choice = (np_volume_choice){.level_set_voxels = query->level_set_voxels};
   *out_refusal = NULL;
   if (name && strchr(name, '+') && !np_volume_has_grid(file, name)) {
-    result = choose_sum(file, wish, out_choice, out_refusal);
+    result = choose_sum(file, query, out_choice, out_refusal);
   } else {
     size_t *index = out_choice->indices;
     *index = SIZE_MAX;
-    result = name             ? choose_by_name(file, wish, name, strlen(name), index, out_refusal)
-             : wish->sequence ? choose_of_sequence(file, wish, index, out_refusal)
-                              : choose_usual(file, wish, index, out_refusal);
+    result = name              ? choose_by_name(file, query, name, strlen(name), index, out_refusal)
+             : query->sequence ? choose_of_sequence(file, query, index, out_refusal)
+                               : choose_usual(file, query, index, out_refusal);
     out_choice->count = *index != SIZE_MAX;
   }
   for (size_t i = 0; i < out_choice->count && !result && !*out_refusal; i++) {
     const np_vdb_grid_info info = np_volume_file_describe(file, out_choice->indices[i]);
-    result = check_kind(file, wish, &info, out_refusal);
+    result = check_kind(file, query, &info, out_refusal);
   }
   return result;
 }
 
-char *np_volume_describe_absence(const np_volume_file *file, const np_grid_wish *wish) {
+char *np_volume_describe_absence(const np_volume_file *file, const np_grid_query *query) {
   char *list = list_grids(file);
   char *text = list ? np_alloc_printf(file->context, "it has no grid '%s', found %s: the cloud is empty in this frame",
-                                      wish->grid ? wish->grid : usual, list)
+                                      query->grid ? query->grid : usual, list)
                     : NULL;
   np_alloc_free(file->context, list);
   return text;

@@ -40,7 +40,7 @@ static neph_result add_leaves(const np_bricks *bricks, size_t count, np_sparse_g
   return result;
 }
 
-/* Their grid once more. */
+/* Recovers the sparse grid from the bricks of a volume. */
 static neph_result recover_grid(const neph_volume *volume, np_monitor *monitor, np_sparse_grid *out_grid) {
   const size_t count = np_bricks_list_cells(&volume->bricks, NULL);
   neph_result result = np_sparse_grid_init(volume->context, volume->name, out_grid);
@@ -54,7 +54,7 @@ static neph_result recover_grid(const neph_volume *volume, np_monitor *monitor, 
 
 /* ---- Levels ---- */
 
-/* The level of a grid half as fine as `fine`, which goes to `coarse`. */
+/* Adds the level with half the resolution of `fine`, and returns its grid in `coarse`. */
 static neph_result add_level(neph_volume *volume, const np_sparse_grid *fine, neph_precision precision,
                              np_monitor *monitor, np_sparse_grid *coarse) {
   neph_volume *level;

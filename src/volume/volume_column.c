@@ -1,13 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The densest column of a volume: what the scene's `optical_depth` scales.
+/* The densest column of a volume, for the scene key `optical_depth`.
  *
- * World-vertical lines are parallel in index space. They start from the samples of the layer in the middle of the
- * active box, across the axis that is closest to vertical; where the lines are oblique the layer is widened by the
- * shear, so that they cover the whole shadow of the box. Between two crossings of integer planes the trilinear field
- * along a line is a cubic, which Gauss-Legendre quadrature with two points integrates exactly. Upright lines run along
- * samples: sums of those tell which are the densest, and only they are integrated. Columns of nodes side by side that
- * hold the same nodes, as those amid a large tile do, have the same sums, which are computed once.
- */
+ * World-vertical lines are parallel in index space. They start at the samples of the layer in the middle of the active
+ * box, across the axis closest to vertical. For oblique lines the shear widens the layer, to cover the whole vertical
+ * projection of the box. Between two crossings of integer planes the trilinear field along a line is a cubic, which
+ * two-point Gauss-Legendre quadrature integrates exactly. Upright lines run along samples: their sums identify the
+ * densest, and only they are integrated. Adjacent columns of nodes with equal nodes, as amid a large tile, share their
+ * sums. */
 #include "volume/volume_private.h"
 
 #include <float.h>
@@ -19,21 +18,21 @@
 
 typedef struct volume_columns {
   const np_bricks *bricks;
-  int axis, across[2]; /* the index axis along the lines, and the other two */
+  int axis, across[2]; /* index axis along the lines, and the other two axes */
   double step[3];      /* direction of a line, in index units for one metre upwards */
   double middle;       /* index of the layer along `axis` */
   int32_t low[2];      /* first line of the layer along `across` */
   int32_t size[2];
-  unsigned part_count; /* levels of detail, through all of which a line runs; 0: `bricks` alone */
+  unsigned part_count; /* levels of detail, all crossed by a line; 0: `bricks` alone */
   const np_bricks *parts[NP_TINT_PARTS_MAX];
-  np_affine to_part[NP_TINT_PARTS_MAX]; /* from index positions of `bricks` */
-  double *thread_max;                   /* the largest integral each thread has found */
-  double *row_max;                      /* the largest sum of each row of cells of upright lines */
+  np_affine to_part[NP_TINT_PARTS_MAX]; /* maps from index positions of `bricks` */
+  double *thread_max;                   /* largest integral of each thread */
+  double *row_max;                      /* largest sum in each row of cells of upright lines */
 } volume_columns;
 
 static double get_component(np_dvec3 v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
 
-/* The next crossing of an integer plane behind `t`, at most `t_end`. */
+/* Next crossing of an integer plane after `t`, at most `t_end`. */
 static double compute_crossing(const np_brick_walk *walk, double t, double t_end) {
   double crossing = t_end;
   for (int a = 0; a < 3; a++) {
@@ -42,7 +41,8 @@ static double compute_crossing(const np_brick_walk *walk, double t, double t_end
     double forward = walk->inverse[a] > 0.0 ? 1.0 : -1.0;
     double plane = forward > 0.0 ? whole + 1.0 : whole < at ? whole : whole - 1.0;
     double t_plane = (plane - walk->origin[a]) * walk->inverse[a];
-    if (!(t_plane > t)) t_plane = (plane + forward - walk->origin[a]) * walk->inverse[a]; /* rounded onto this plane */
+    if (!(t_plane > t))
+      t_plane = (plane + forward - walk->origin[a]) * walk->inverse[a]; /* rounding put it onto this plane */
     if (t_plane > t && t_plane < crossing) crossing = t_plane;
   }
   return crossing;
@@ -88,8 +88,8 @@ static double integrate_column(const volume_columns *c, int32_t u, int32_t v) {
 
 /* ---- Upright lines ---- */
 
-/* Share of the largest sum that rounding may take from the densest column's; and columns that are integrated, which
- * matters where more are equal. */
+/* Relative margin for rounding in the sum of the densest column; and the most columns that are integrated when several
+ * are equal. */
 static const double sum_margin = 4e-6;
 enum { EQUAL_MAX = 64 };
 
@@ -101,7 +101,7 @@ static float get_sample(const np_bricks *b, size_t at) {
 
 enum { EDGE = NP_BRICK_EDGE };
 
-/* Adds the sums of a brick's samples along the axis, their ends counting half, for the lines through it. */
+/* Adds the sums of a brick's samples along the axis for the lines through it; end samples count half. */
 static void add_brick(const volume_columns *c, uint32_t brick, double sums[EDGE][EDGE]) {
   static const size_t strides[3] = {NP_BRICK_STRIDE_X, NP_BRICK_SAMPLES, 1};
   const size_t along = strides[c->axis], first = (size_t)brick * NP_BRICK_STRIDE;
@@ -114,7 +114,7 @@ static void add_brick(const volume_columns *c, uint32_t brick, double sums[EDGE]
     }
 }
 
-/* The trapezoidal rule, in voxels, along the lines of a column of cells. */
+/* Sums along the lines of a column of cells, by the trapezoidal rule, in voxels. */
 static void sum_lines(const volume_columns *c, const int32_t first[2], double sums[EDGE][EDGE]) {
   const np_bricks *b = c->bricks;
   const int32_t end = b->size[c->axis];
@@ -140,18 +140,18 @@ static void sum_lines(const volume_columns *c, const int32_t first[2], double su
   for (int n = 0; n < EDGE * EDGE; n++) sums[n / EDGE][n % EDGE] += constant;
 }
 
-/* Columns of cells, from the first to the last that holds a line. */
+/* First and last column of cells that hold a line. */
 static int32_t get_first(const volume_columns *c, int n) { return c->low[n] >> 3; }
 static int32_t count_cells(const volume_columns *c, int n) {
   return ((c->low[n] + c->size[n] - 1) >> 3) - get_first(c, n) + 1;
 }
 
-/* Calls back for the lines of one row of cells, with their sums. */
+/* Called for each line of one row of cells, with its sum. */
 typedef void (*line_fn)(const volume_columns *c, int32_t u, int32_t v, double sum, void *user);
 
-/* Sums of a column of nodes, by its cells along a row, for the columns beyond that hold the same nodes. */
+/* Sums of a column of nodes, by cell along a row, reused in later columns with the same nodes. */
 typedef struct node_sums {
-  size_t first; /* of the column's entries in the table */
+  size_t first; /* first table entry of the column */
   bool is_known[NP_BRICK_NODE_EDGE];
   double sums[NP_BRICK_NODE_EDGE][EDGE][EDGE];
 } node_sums;
@@ -167,8 +167,9 @@ static bool is_same_column(const volume_columns *c, size_t a, size_t b, size_t s
   return true;
 }
 
-/* Turns to the column of nodes of a cell, and forgets sums that do not hold in it. Returns the cell's place in it. */
-static int turn_to_column(const volume_columns *c, const int32_t first[2], node_sums *known) {
+/* Moves to the column of nodes that contains a cell, and drops sums that are not valid in it. Returns the cell's index
+ * in it. */
+static int select_column(const volume_columns *c, const int32_t first[2], node_sums *known) {
   const np_bricks *b = c->bricks;
   const size_t strides[3] = {(size_t)b->table_size[1] * (size_t)b->table_size[2], (size_t)b->table_size[2], 1};
   size_t entry = 0;
@@ -186,12 +187,12 @@ static int turn_to_column(const volume_columns *c, const int32_t first[2], node_
   return at & (NP_BRICK_NODE_EDGE - 1);
 }
 
-/* A row crosses columns of nodes at one cell of theirs. */
+/* Visits the lines of a row of cells. The row crosses each column of nodes at one cell index. */
 static void visit_row(const volume_columns *c, int32_t row, line_fn visit, void *user) {
   node_sums known = {0};
   for (int32_t n = 0; n < count_cells(c, 1); n++) {
     const int32_t cell[2] = {get_first(c, 0) + row, get_first(c, 1) + n};
-    const int place = turn_to_column(c, cell, &known);
+    const int place = select_column(c, cell, &known);
     double(*sums)[EDGE] = known.sums[place];
     if (!known.is_known[place]) sum_lines(c, cell, sums);
     known.is_known[place] = true;
@@ -203,14 +204,14 @@ static void visit_row(const volume_columns *c, int32_t row, line_fn visit, void 
   }
 }
 
-static void note_sum(const volume_columns *c, int32_t u, int32_t v, double sum, void *user) {
+static void add_sum(const volume_columns *c, int32_t u, int32_t v, double sum, void *user) {
   (void)c, (void)u, (void)v;
   double *largest = user;
   if (sum > *largest) *largest = sum;
 }
 
-/* Whether a row of cells runs through the same nodes as the row a node before it, as amid a large tile. The first and
- * the last row may have fewer lines, and periods end anywhere. */
+/* Whether a row of cells crosses the same nodes as the row one node before, as amid a large tile. The first and the
+ * last row may have fewer lines, and periods end anywhere. */
 static bool is_repeated(const volume_columns *c, int32_t row) {
   const np_bricks *b = c->bricks;
   const size_t strides[3] = {(size_t)b->table_size[1] * (size_t)b->table_size[2], (size_t)b->table_size[2], 1};
@@ -228,7 +229,7 @@ static neph_result sum_rows(void *user, size_t begin, size_t end, unsigned threa
   (void)thread;
   const volume_columns *c = user;
   for (size_t row = begin; row < end; row++)
-    if (!is_repeated(c, (int32_t)row)) visit_row(c, (int32_t)row, note_sum, &c->row_max[row]);
+    if (!is_repeated(c, (int32_t)row)) visit_row(c, (int32_t)row, add_sum, &c->row_max[row]);
   return NEPH_OK;
 }
 
@@ -248,7 +249,7 @@ static void integrate_if_dense(const volume_columns *c, int32_t u, int32_t v, do
   d->integral = fmax(d->integral, integrate_column(c, u, v));
 }
 
-/* Integrates the columns of the largest sum. */
+/* Integrates the columns with the largest sums. */
 static double integrate_densest(const volume_columns *c) {
   double largest = 0.0;
   const int32_t rows = count_cells(c, 0);
@@ -281,7 +282,8 @@ static neph_result integrate_rows(void *user, size_t begin, size_t end, unsigned
   return NEPH_OK;
 }
 
-/* Along each axis across the lines: the box, and as far beyond as a line moves between the layer and the box's ends. */
+/* Sets the layer: the box, enlarged along each axis by the displacement of a line between the layer and the ends of the
+ * box. */
 static void set_layer(volume_columns *c, const neph_volume *volume) {
   double low = volume->active_min[c->axis], high = volume->active_max[c->axis];
   c->middle = np_brick_floor(0.5 * (low + high));
@@ -306,7 +308,7 @@ static neph_result set_lines(volume_columns *c, const neph_volume *volume, const
     c->step[a] = get_component(step, a);
     if (fabs(c->step[a]) > fabs(c->step[c->axis])) c->axis = a;
   }
-  /* The rounding error of a right angle would make lines along the samples oblique. */
+  /* The rounding error of a right angle would make upright lines oblique. */
   for (int a = 0; a < 3; a++)
     if (fabs(c->step[a]) < 1e-12 * fabs(c->step[c->axis])) c->step[a] = 0.0;
   c->across[0] = c->axis == 0 ? 1 : 0;
@@ -325,7 +327,7 @@ static neph_result integrate_all(volume_columns *c, neph_context *context, np_mo
 
 /* ---- Levels of detail ---- */
 
-/* A level's own box: the finest stands for all, and has the box of all. */
+/* A level with its own box; the finest level has the box of all levels. */
 static neph_volume make_outline(const neph_volume *level) {
   const np_bricks *b = &level->bricks;
   neph_volume outline = {.context = level->context, .name = level->name};
@@ -336,7 +338,7 @@ static neph_volume make_outline(const neph_volume *level) {
   return outline;
 }
 
-/* Lines through the samples of one level, integrated through all. */
+/* Integrates the lines through the samples of one level, over all levels. */
 static neph_result measure_level(const neph_volume *volume, unsigned level, const np_affine *index_to_world,
                                  np_monitor *monitor, double *out_value_m) {
   const neph_volume *own = np_volume_get_part(volume, level);

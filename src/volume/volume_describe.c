@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Description of a .vdb file: each grid read, measured and written out, as lines for people or as JSON. */
+/* Description of a .vdb file: the statistics of each grid, as text or as JSON. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -12,15 +12,15 @@
 
 enum { NAME_COLUMNS = 13 };
 
-/* The voxels that a grid stores, and its instances share. */
+/* Statistics of the voxels that a grid shares with its instances. */
 typedef struct tree_measures {
   bool is_known;
   np_vdb_grid_size size;
-  bool is_active;  /* anything at all */
-  bool has_values; /* scalar: the range below is known */
+  bool is_active;  /* any voxel is active */
+  bool has_values; /* a scalar: the range below is set */
   float value_min, value_max;
-  bool has_bricks;          /* finite and scalar: built, in half */
-  np_frustum_facts frustum; /* of a frustum, by the transform of the grid that stores it; levels 0: none */
+  bool has_bricks;          /* a finite scalar: bricks were built, in half */
+  np_frustum_facts frustum; /* uses the transform of the grid that stores the voxels; levels 0: not a frustum */
   uint64_t brick_count, brick_bytes;
 } tree_measures;
 
@@ -82,9 +82,9 @@ static neph_result measure_other(const np_volume_file *file, size_t index, tree_
   return NEPH_OK;
 }
 
-/* `trees` has room for every grid, and keeps what was measured. */
-static neph_result take_portrait(const np_volume_file *file, size_t index, np_monitor *monitor, tree_measures *trees,
-                                 portrait *p) {
+/* Describes one grid. `trees` has an element for each grid and caches the measurements. */
+static neph_result measure_portrait(const np_volume_file *file, size_t index, np_monitor *monitor, tree_measures *trees,
+                                    portrait *p) {
   file->module->describe(file->vdb, index, &p->info);
   tree_measures *tree = &trees[p->info.owner];
   neph_result result = NEPH_OK;
@@ -107,7 +107,7 @@ static neph_result take_portrait(const np_volume_file *file, size_t index, np_mo
 
 /* ---- Lines ---- */
 
-/* Without what a terminal would obey. */
+/* Prints a text without control characters of terminals. */
 static void print_text(FILE *out, const char *text, int width) {
   int length = 0;
   for (; text[length]; length++) {
@@ -259,7 +259,7 @@ typedef struct describe_job {
   neph_context *context;
   const char *path;
   np_monitor *monitor;
-  np_json *json; /* or: */
+  np_json *json; /* NULL: text goes to the other member */
   FILE *out;
 } describe_job;
 
@@ -269,7 +269,7 @@ static neph_result describe_grids(const describe_job *job, const np_volume_file 
   neph_result result = trees ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
   portrait p;
   for (size_t i = 0; i < count && !result; i++) {
-    result = take_portrait(file, i, job->monitor, trees, &p);
+    result = measure_portrait(file, i, job->monitor, trees, &p);
     if (!result) result = job->json ? put_grid(job->json, file, i, &p) : print_grid(job->out, file, i, &p);
   }
   np_alloc_free(job->context, trees);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Volumes kept on disk as they are in memory, bricks and all. */
+/* Cache entries of volumes: the bricks as they are in memory. */
 #include "core/alloc.h"
 #include "core/disk_cache.h"
 #include "core/text.h"
@@ -7,7 +7,7 @@
 #include "volume/volume_private.h"
 #include "volume/volume_tint.h"
 
-/* All but the blocks. */
+/* Header of an entry: everything but the blocks of memory. */
 typedef struct volume_header {
   np_affine index_to_world, world_to_index;
   int32_t active_min[3], active_max[3];
@@ -21,7 +21,7 @@ typedef struct volume_header {
 static void save(const neph_volume *volume, np_cache_entry *entry) {
   const np_bricks *b = &volume->bricks;
   volume_header h;
-  memset(&h, 0, sizeof h); /* its padding too: the same volume makes the same file */
+  memset(&h, 0, sizeof h); /* zeroes the padding: equal volumes give equal files */
   h.index_to_world = volume->index_to_world, h.world_to_index = volume->world_to_index;
   memcpy(h.active_min, volume->active_min, sizeof h.active_min);
   memcpy(h.active_max, volume->active_max, sizeof h.active_max);
@@ -49,7 +49,7 @@ static void save(const neph_volume *volume, np_cache_entry *entry) {
   if (b->floats) np_cache_write(entry, b->floats, samples * sizeof *b->floats);
 }
 
-/* Levels of detail follow. */
+/* Saves a volume, then its levels of detail. */
 void np_volume_save_to_cache(const neph_volume *volume, np_cache_entry *entry) {
   const uint32_t level_count = volume->tint ? volume->tint->count : 1;
   const uint32_t kind = volume->tint ? volume->tint->kind : NP_PARTS_OF_CELLS;
@@ -59,7 +59,7 @@ void np_volume_save_to_cache(const neph_volume *volume, np_cache_entry *entry) {
   for (uint32_t k = 1; k < level_count; k++) save(volume->tint->parts[k].volume, entry);
 }
 
-static void take_header(const volume_header *h, neph_volume *volume) {
+static void unpack_header(const volume_header *h, neph_volume *volume) {
   np_bricks *b = &volume->bricks;
   volume->index_to_world = h->index_to_world, volume->world_to_index = h->world_to_index;
   memcpy(volume->active_min, h->active_min, sizeof h->active_min);
@@ -82,14 +82,14 @@ static bool is_box_inside(const neph_volume *volume) {
   const np_bricks *b = &volume->bricks;
   for (int a = 0; a < 3; a++) {
     const int64_t low = (int64_t)b->origin[a] * NP_BRICK_EDGE, high = low + (int64_t)b->size[a] * NP_BRICK_EDGE;
-    const bool is_inside = volume->active_min[a] >= low && volume->active_min[a] <= volume->active_max[a] &&
-                           volume->active_max[a] < high;
+    const bool is_inside =
+        volume->active_min[a] >= low && volume->active_min[a] <= volume->active_max[a] && volume->active_max[a] < high;
     if (!is_inside && volume->active_voxel_count > 0) return false;
   }
   return true;
 }
 
-/* A volume has one place, given twice, and its voxels are among its bricks. */
+/* Whether a loaded volume is consistent: both transforms agree, and its voxels are within its bricks. */
 static bool is_sound(const neph_volume *volume) {
   np_affine inverse;
   if (!np_affine_invert(&volume->index_to_world, &inverse)) return false;
@@ -123,7 +123,7 @@ static neph_result load(neph_context *context, np_cache_entry *entry, neph_volum
   atomic_init(&volume->references, 1);
   volume->context = volume->bricks.context = context;
   volume->name = np_alloc_printf(context, "%.64s", h.name);
-  take_header(&h, volume);
+  unpack_header(&h, volume);
   const bool has_all =
       volume->name && np_cache_read_check(entry, is_sound(volume)) && load_blocks(&h, entry, &volume->bricks);
   if (has_all)

@@ -12,14 +12,15 @@ static const float half_max = 65504.0f;
 
 /* ---- Values ---- */
 
-/* The largest of the finite active samples so far. */
+/* Largest finite active sample so far. */
 typedef struct largest_value {
   bool is_known;
   float value;
   uint64_t number;
 } largest_value;
 
-/* Sums the others alone: a value of 1e30 taken from a sum would leave nothing of them. */
+/* Adds an active value. The largest value is not part of the second sum: subtracting a value of 1e30 later would leave
+ * nothing of the others. */
 static void add_active(np_grid_facts *facts, float value, uint64_t number, double weight, largest_value *largest) {
   facts->sum += weight * (double)value;
   if (largest->is_known && value <= largest->value) {
@@ -59,7 +60,7 @@ typedef struct block {
   uint64_t count;
 } block;
 
-/* One coordinate of a block, and its voxels. */
+/* Coordinate of a block, and its number of voxels. */
 typedef struct step {
   int64_t at;
   uint64_t count;
@@ -83,8 +84,7 @@ static void list_blocks(const np_sparse_grid *grid, block *blocks) {
   }
 }
 
-/* Ends of the blocks along an axis, low or high, of which those of a thousandth of the voxels are left out. The high
- * ones are counted downwards. */
+/* End of the core along an axis: a thousandth of the voxels lies outside. High ends are counted downwards. */
 static int64_t get_core_end(const block *blocks, size_t count, uint64_t all, int axis, bool is_high, step *steps) {
   uint64_t before = 0;
   size_t i;
@@ -109,7 +109,7 @@ static size_t search_farthest(const block *blocks, size_t count, int axis, const
   return at;
 }
 
-/* Takes the axis along which most of the box is nearly empty. */
+/* Measures one axis; the axis along which most of the box is nearly empty counts. */
 static void measure_axis(const np_sparse_grid *grid, const block *blocks, size_t count, int axis, step *steps,
                          np_grid_facts *facts) {
   const int64_t core[2] = {get_core_end(blocks, count, facts->active_count, axis, false, steps),
@@ -136,7 +136,7 @@ static neph_result measure_stray(const np_sparse_grid *grid, np_grid_facts *fact
 
 /* ---- Grids ---- */
 
-/* A float as a double, by its bits where it is subnormal: this thread takes those as 0. */
+/* Converts a float to double; subnormals by their bits, because this thread reads them as 0. */
 static double widen(float value) {
   uint32_t bits;
   memcpy(&bits, &value, sizeof bits);
@@ -178,7 +178,7 @@ static neph_result measure_values(np_sparse_grid *grid, np_monitor *monitor, np_
 
 typedef struct measure_job {
   np_volume_file *file;
-  const np_file_use *use; /* NULL: by names */
+  const np_file_use *use; /* NULL: roles by name */
   np_monitor *monitor;
   np_file_facts *facts;
   double level_set_voxels;
@@ -196,7 +196,7 @@ static void add_diagnosis(void *user, const char *text) {
   if (copy) facts->diagnoses[facts->diagnosis_count++] = copy;
 }
 
-/* Frustums of densities are resampled, whole numbers and marks become floats, level sets fog. */
+/* Reads a scalar. Frustums of densities are resampled, integers and masks become floats, level sets become fog. */
 static neph_result read_scalar(const measure_job *job, size_t index, np_grid_role role, np_sparse_grid *out_grid) {
   const np_volume_choice choice = {{index}, 1, job->level_set_voxels};
   uint64_t tree_bytes;
@@ -204,7 +204,7 @@ static neph_result read_scalar(const measure_job *job, size_t index, np_grid_rol
                                  : np_volume_file_read(job->file, index, out_grid, &tree_bytes);
 }
 
-/* Values that are not finite are mended before a grid is resampled. */
+/* Measures a frustum. Values that are not finite are repaired before resampling. */
 static neph_result measure_frustum(np_sparse_grid *grid, np_grid_facts *facts) {
   facts->is_frustum = facts->role == NP_GRID_DENSITY;
   if (!facts->is_frustum || !facts->active_count) return NEPH_OK;
@@ -307,9 +307,9 @@ static neph_result measure_grid(const measure_job *job, size_t index, np_grid_fa
   return NEPH_OK;
 }
 
-/* ---- Purposes ---- */
+/* ---- Roles ---- */
 
-/* A scalar that might have been the density, and is not chosen, is a field. */
+/* Sets roles by name. A scalar that could be the density, but is not chosen, is a field. */
 static void set_named_roles(const measure_job *job, bool has_density) {
   for (size_t i = 0; i < job->facts->count; i++) {
     const np_vdb_grid_info info = np_volume_file_describe(job->file, i);
@@ -318,9 +318,9 @@ static void set_named_roles(const measure_job *job, bool has_density) {
   }
 }
 
-/* A field that is not in the file has none. */
+/* Sets the role of a field, if the file has it. */
 static neph_result set_field_role(const measure_job *job, const char *name) {
-  const np_grid_wish wish = {.grid = name, .is_field = true};
+  const np_grid_query wish = {.grid = name, .is_field = true};
   np_volume_choice choice;
   char *refusal = NULL;
   const neph_result result = np_volume_choose(job->file, &wish, &choice, &refusal);
@@ -345,9 +345,9 @@ static neph_result set_used_roles(const measure_job *job) {
 }
 
 static neph_result set_roles(measure_job *job) {
-  const np_grid_wish wish = {.grid = job->use ? job->use->load.grid : NULL,
-                             .level_set_voxels = job->level_set_voxels,
-                             .sequence = job->use ? job->use->sequence : NULL};
+  const np_grid_query wish = {.grid = job->use ? job->use->load.grid : NULL,
+                              .level_set_voxels = job->level_set_voxels,
+                              .sequence = job->use ? job->use->sequence : NULL};
   np_volume_choice choice;
   np_file_facts *facts = job->facts;
   neph_result result = np_volume_choose(job->file, &wish, &choice, &facts->refusal);

@@ -8,8 +8,8 @@
 #include "core/file.h"
 #include "volume/volume_levels.h"
 
-/* Bricks may take this much for a file, and this much for each byte of it: with all else that reading takes, a damaged
- * file costs less than 256 MB and 64 times its size. */
+/* Limit on the memory of bricks: a constant and a multiple of the file's size. With everything else, a damaged file
+ * takes less than 256 MB and 64 times its size. */
 static const uint64_t brick_bytes_free = UINT64_C(192000000), brick_bytes_per_byte = 48;
 
 static int is_cancelled(void *monitor) { return np_monitor_is_cancelled(monitor); }
@@ -87,12 +87,12 @@ typedef struct save_job {
   neph_context *context;
   const char *path;
   np_monitor *monitor;
-  np_vdb_write_grid *grids; /* with attributes of their own */
+  np_vdb_write_grid *grids; /* grids and their attributes */
   size_t count;
   char (*hashes)[HASH_BYTES];
 } save_job;
 
-/* A half holds at most 65504. */
+/* Checks that values fit half precision, at most 65504. */
 static neph_result check_half_range(const save_job *job, const np_sparse_grid *grid) {
   np_grid_extent extent;
   if (!np_sparse_grid_measure(grid, &extent) || (extent.value_max < 65520.0f && extent.value_min > -65520.0f))
@@ -107,7 +107,7 @@ static neph_result hash_output(const np_vdb_write_grid *output, char *out_hash) 
   return np_sparse_grid_hash_all(components, output->y ? 3 : 1, output->is_half, out_hash);
 }
 
-/* Copies one grid's attributes and adds ours behind them. */
+/* Copies the attributes of one grid and appends ours. */
 static neph_result add_attributes(const save_job *job, const np_vdb_write_grid *from, np_vdb_write_grid *to,
                                   char *hash) {
   *to = *from;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Import of values that a cloud cannot have: refused, or repaired, as the caller says. */
+/* Import of invalid values: refused or repaired, by the caller's policy. */
 #include "volume/value_tally.h"
 #include "volume/volume_file.h"
 
@@ -15,7 +15,7 @@ static void report(neph_context *context, neph_log_level level, const char *path
          at.world_m[1], at.world_m[2], consequence);
 }
 
-/* Ends of messages about values that are refused, and about infinite ones that are repaired. */
+/* Endings of messages about refused values, and about repaired infinities. */
 static const struct {
   const char *refusal, *infinite;
 } words[] = {
@@ -24,7 +24,7 @@ static const struct {
     [NP_VALUES_OF_VECTOR] = {"must be finite: clouds[].import: repair takes them as 0", "taken as 0"},
 };
 
-/* One error for the first kind that is refused; one warning for each kind that is repaired. */
+/* Logs one error for the first refused kind, or one warning for each repaired kind. */
 static neph_result decide(neph_context *context, const char *path, const np_sparse_grid *grid, np_value_rule rule,
                           const np_value_tally *t, neph_import_policy policy) {
   for (np_value_kind k = NP_VALUE_NAN; k <= NP_VALUE_NEGATIVE; k++)
@@ -49,7 +49,7 @@ neph_result np_volume_import_values(neph_context *context, const char *path, np_
 
 static bool is_same(float a, float b) { return a == b || (a != a && b != b); }
 
-/* Inactive voxels that hold the background are as much outside as what no leaf holds. */
+/* Sets inactive voxels with the value of the background to 0: they are outside of the cloud as well. */
 static void clear_background(np_sparse_grid *grid) {
   const float background = grid->background;
   for (size_t i = 0; i < grid->leaf_count; i++)
@@ -60,7 +60,7 @@ static void clear_background(np_sparse_grid *grid) {
   grid->background = 0.0f;
 }
 
-/* Refuses what would become a shell: the band of a level set outside of its surface, cut off at 0 inside. */
+/* Refuses unmarked signed distances: the band outside of the surface, with 0 inside, would render as a shell. */
 static neph_result check_distances(neph_context *context, const char *path, const np_sparse_grid *grid) {
   np_grid_extent extent;
   if (!np_sparse_grid_measure(grid, &extent) || !np_values_are_distances(grid->background, extent.value_min))
@@ -71,7 +71,7 @@ static neph_result check_distances(neph_context *context, const char *path, cons
                  path, grid->name, (double)extent.value_min, (double)grid->background);
 }
 
-/* Inactive tiles that are already 0 differed from a background that was not. */
+/* Warns only if values change: inactive tiles of 0 are already correct. */
 neph_result np_volume_import_background(neph_context *context, const char *path, np_sparse_grid *grid,
                                         neph_import_policy policy) {
   if (grid->background == 0.0f) return NEPH_OK;

@@ -10,7 +10,7 @@
 
 /* ---- Cells ---- */
 
-/* A cell, in units of its own edge, and the level that it belongs to. */
+/* A cell, in units of its edge, and the level that owns it. */
 typedef struct level_cell {
   int32_t at[3];
   unsigned level;
@@ -50,10 +50,10 @@ static const level_cell *search_cell(const level_build *b, size_t count, const i
   return low < count && !compare_places(b->cells[low].at, at) ? &b->cells[low] : NULL;
 }
 
-/* Leaves of a level along a cell are 1 << get_shift. */
+/* A cell has 1 << get_shift leaves of a level along an edge. */
 static int get_shift(const level_build *b, unsigned level) { return (int)(b->count - 1 - level); }
 
-/* The cell that a leaf, by its number along each axis, is in. */
+/* The cell that contains a leaf, given by its number along each axis. */
 static level_cell locate_leaf(const level_build *b, unsigned level, const int32_t leaf[3]) {
   level_cell cell = {.level = level};
   for (int a = 0; a < 3; a++) cell.at[a] = leaf[a] >> get_shift(b, level);
@@ -66,7 +66,7 @@ static bool has_voxels(const np_leaf *leaf) {
   return any != 0;
 }
 
-/* Keeps the first of cells at one place: that of the finest level. */
+/* Sorts the cells and removes duplicates; the finest level comes first. */
 static void sort_cells(level_build *b) {
   size_t kept = 0;
   if (b->cell_count > 1) qsort(b->cells, b->cell_count, sizeof *b->cells, compare_cells);
@@ -75,7 +75,7 @@ static void sort_cells(level_build *b) {
   b->cell_count = kept;
 }
 
-/* Cells with voxels of a level, of which each leaf names its own. */
+/* Lists the cells with voxels of a level: one for each leaf. */
 static void list_cells(level_build *b, unsigned level) {
   const np_sparse_grid *grid = &b->grids[level];
   for (size_t i = 0; i < grid->leaf_count; i++) {
@@ -102,8 +102,8 @@ static neph_result check_disjoint(const level_build *b) {
   return NEPH_OK;
 }
 
-/* Cells without voxels before those that have some. */
-static void claim_cells(level_build *b) {
+/* Adds the empty cells before cells with voxels. */
+static void add_empty_cells(level_build *b) {
   const size_t count = b->cell_count;
   for (size_t i = 0; i < count; i++)
     for (int n = 1; n < 8; n++) {
@@ -124,7 +124,7 @@ static neph_result make_cells(level_build *b) {
   neph_result result = check_disjoint(b);
   if (result) return result;
   sort_cells(b);
-  claim_cells(b);
+  add_empty_cells(b);
   return NEPH_OK;
 }
 
@@ -134,7 +134,7 @@ static int compare_leaf_to_origin(const void *origin, const void *leaf) {
   return compare_places(origin, ((const np_leaf *)leaf)->origin);
 }
 
-/* A sample of a grid; `last` is the leaf that was asked last. */
+/* A sample of a grid; `last` caches the leaf of the last query. */
 static double get_sample(const np_sparse_grid *grid, const int32_t at[3], const np_leaf **last) {
   const int32_t origin[3] = {at[0] & ~7, at[1] & ~7, at[2] & ~7};
   if (!*last || compare_places(origin, (*last)->origin))
@@ -142,8 +142,8 @@ static double get_sample(const np_sparse_grid *grid, const int32_t at[3], const 
   return *last ? (double)(*last)->values[(at[0] & 7) * 64 + (at[1] & 7) * 8 + (at[2] & 7)] : 0.0;
 }
 
-/* Weight of one of the eight samples of a lattice of voxels `edge` long around a sample of the finest, and its place in
- * the finest. */
+/* Weight of one of the eight lattice samples around a sample of the finest level, for voxels of length `edge`, and its
+ * position in the finest level. */
 static double weigh_corner(const int32_t at[3], int32_t edge, int n, int32_t out_corner[3]) {
   double weight = 1.0;
   for (int a = 0; a < 3; a++) {
@@ -160,7 +160,7 @@ static double get_level_sample(const level_build *b, unsigned level, const int32
   return get_sample(&b->grids[level], index, last);
 }
 
-/* Value of a level at a sample of the finest lattice, trilinear between its own. */
+/* Value of a level at a sample of the finest lattice, interpolated between its own samples. */
 static double interpolate(const level_build *b, unsigned level, const int32_t at[3], const np_leaf **last) {
   const int32_t edge = INT32_C(1) << level;
   double sum = 0.0;
@@ -175,11 +175,11 @@ static double interpolate(const level_build *b, unsigned level, const int32_t at
 typedef struct border_job {
   const level_build *b;
   unsigned level;
-  np_leaf *leaves; /* beyond the level's cells, to be filled */
+  np_leaf *leaves; /* leaves beyond the level's cells, to be filled */
   size_t count, capacity;
 } border_job;
 
-/* The samples of a leaf that cells before it share with it: those of its first planes. None of them is active. */
+/* Fills the samples of a leaf that the cells before it share: its first planes. They are inactive. */
 static void fill_border(const border_job *job, np_leaf *leaf) {
   const int32_t *origin = leaf->origin, edge = INT32_C(1) << job->level;
   const np_leaf *last = NULL;
@@ -214,7 +214,7 @@ static bool add_border(border_job *job, const int32_t leaf[3]) {
   return true;
 }
 
-/* Leaves right after a cell of the level, where another level is. */
+/* Lists the leaves right after a cell of the level that another level owns. */
 static bool list_borders(border_job *job, const level_cell *cell) {
   const level_build *b = job->b;
   const int32_t edge = INT32_C(1) << get_shift(b, job->level);
@@ -239,7 +239,7 @@ static bool has_values(const np_leaf *leaf) {
   return false;
 }
 
-/* Once each, where cells share them, and none that is clear. */
+/* Appends the border leaves, without duplicates and without empty ones. */
 static neph_result append_borders(const border_job *job, np_sparse_grid *grid) {
   for (size_t i = 0; i < job->count; i++) {
     const np_leaf *border = &job->leaves[i];
@@ -268,10 +268,10 @@ static neph_result extend_level(const level_build *b, unsigned level) {
 
 typedef struct join_job {
   const level_build *b;
-  np_leaf *leaves; /* of the next level, where the finest has cells */
+  np_leaf *leaves; /* leaves of the next level in the cells of the finest */
 } join_job;
 
-/* Cell and leaves that were looked up last. */
+/* Cell and leaves of the last look-up. */
 typedef struct level_lookup {
   const level_build *b;
   const level_cell *cell;
@@ -285,8 +285,8 @@ static const level_cell *get_cell(level_lookup *l, const int32_t at[3]) {
   return l->cell;
 }
 
-/* Value of the cloud at a sample of the finest lattice: of the level that is there, between its samples where it has
- * none, and of those beyond its cell between those of a coarser one that is there. */
+/* Value of the cloud at a sample of the finest lattice: the level that owns the cell, interpolated between its samples;
+ * beyond the cell, a coarser level that owns it. */
 static double get_value(level_lookup *l, const int32_t at[3]) {
   const level_cell *cell = get_cell(l, at);
   if (!cell) return 0.0;
@@ -302,7 +302,7 @@ static double get_value(level_lookup *l, const int32_t at[3]) {
   return sum;
 }
 
-/* Mean around every second sample, weighted by a quarter, half and a quarter along each axis. */
+/* Mean around every second sample, with weights of 1/4, 1/2 and 1/4 along each axis. */
 static double average(level_lookup *l, const int32_t at[3]) {
   double sum = 0.0;
   for (int n = 0; n < 27; n++) {
@@ -329,7 +329,7 @@ static neph_result fill_joined(void *user, size_t begin, size_t end, unsigned th
   return NEPH_OK;
 }
 
-/* Leaves of the next level in the cells of the finest, in which a cell has as many as it has voxels to an edge. */
+/* Adds leaves of the next level in the cells of the finest: one for each voxel along an edge of a leaf. */
 static neph_result add_joined(const level_build *b) {
   const int32_t along = INT32_C(1) << get_shift(b, 1);
   for (size_t i = 0; i < b->cell_count; i++)
@@ -342,7 +342,7 @@ static neph_result add_joined(const level_build *b) {
   return NEPH_OK;
 }
 
-/* Leaves without voxels are left out. */
+/* Removes leaves without voxels. */
 static void drop_clear_leaves(np_sparse_grid *grid, size_t first) {
   size_t kept = first;
   for (size_t i = first; i < grid->leaf_count; i++)
@@ -356,7 +356,7 @@ static neph_result join_finest(level_build *b) {
   neph_result result = add_joined(b);
   join_job job = {b, next->leaves + first};
   const size_t count = next->leaf_count - first;
-  next->leaf_count = first; /* what is there already is looked up while the rest is filled */
+  next->leaf_count = first; /* hides the new leaves from look-ups while they are filled */
   if (!result) result = np_parallel_for(b->context, b->monitor, count, 16, fill_joined, &job);
   next->leaf_count = first + count;
   drop_clear_leaves(next, first);
@@ -391,7 +391,7 @@ void np_volume_add_level(neph_volume *whole, neph_volume *level) {
   np_tint_add_level(whole->tint, level);
 }
 
-/* A level's region for the time in which its bricks are built. */
+/* Region of a level while its bricks are built. */
 typedef struct level_region {
   const level_build *b;
   unsigned level;
@@ -433,7 +433,8 @@ static neph_result make_volume(const level_build *b, neph_precision precision, n
 
 /* ---- Checks ---- */
 
-/* Places may differ by a thousandth of a voxel of the finest level, as roundings of other programs do. */
+/* Checks that the lattice of a level aligns with the finest, to a thousandth of its voxel for the rounding of other
+ * programs. */
 static neph_result check_lattice(const level_build *b, unsigned level) {
   const np_affine *finest = &b->grids[0].index_to_world, *own = &b->grids[level].index_to_world;
   const double edge = ldexp(1.0, (int)level);
@@ -465,7 +466,7 @@ neph_result np_volume_create_from_levels(neph_context *context, np_sparse_grid *
   for (unsigned k = 0; k < count && !result; k++) result = check_level(&b, k);
   if (!result) result = make_cells(&b);
   if (!result && is_halved && count > 1) result = join_finest(&b);
-  for (unsigned k = b.count; k-- > 0 && !result;) result = extend_level(&b, k); /* a coarser one is looked up */
+  for (unsigned k = b.count; k-- > 0 && !result;) result = extend_level(&b, k); /* coarser levels are looked up */
   if (!result) result = make_volume(&b, precision, out_volume);
   np_alloc_free(context, b.cells);
   return result;

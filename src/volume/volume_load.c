@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Loading: which grid of a file is meant, and whether it can be a cloud. */
+/* Loading of a volume: choice of a grid, and its validation. */
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -17,32 +17,32 @@
 
 /* ---- Choice ---- */
 
-/* A grid as a scene asks for it. */
-typedef struct load_wish {
+/* Request for a grid from a scene. */
+typedef struct load_query {
   const neph_volume_load_desc *desc;
-  bool is_field, is_required; /* a density is required, but in a file of a sequence */
-  const char *key;            /* of a field that is required, for messages */
-  const char *sequence;       /* pattern of the files of a density; NULL: a file by itself */
-} load_wish;
+  bool is_field, is_required; /* a density is required, except in a file of a sequence */
+  const char *key;            /* scene key of a required field, for messages */
+  const char *sequence;       /* pattern of the files of a density; NULL: a single file */
+} load_query;
 
-static np_grid_wish describe_wish(const load_wish *load) {
+static np_grid_query describe_query(const load_query *load) {
   const double depth_voxels = load->is_field ? 0.0 : load->desc->level_set_voxels;
-  return (np_grid_wish){load->desc->grid, depth_voxels, load->is_field, load->key, load->sequence};
+  return (np_grid_query){load->desc->grid, depth_voxels, load->is_field, load->key, load->sequence};
 }
 
-/* Fails where no grid is what is asked for; chooses none where a file of a sequence lacks it. */
-static neph_result choose(const np_volume_file *file, const load_wish *load, np_volume_choice *out_choice) {
-  const np_grid_wish wish = describe_wish(load);
+/* Chooses the grids. Fails if none matches; chooses none if a file of a sequence lacks it. */
+static neph_result choose(const np_volume_file *file, const load_query *load, np_volume_choice *out_choice) {
+  const np_grid_query query = describe_query(load);
   char *refusal;
-  neph_result result = np_volume_choose(file, &wish, out_choice, &refusal);
+  neph_result result = np_volume_choose(file, &query, out_choice, &refusal);
   if (!result && refusal) result = np_fail(file->context, NEPH_ERROR_BAD_FILE, "%s: %s", file->path, refusal);
   np_alloc_free(file->context, refusal);
   return result;
 }
 
-static neph_result warn_of_absence(const np_volume_file *file, const load_wish *load) {
-  const np_grid_wish wish = describe_wish(load);
-  char *absence = np_volume_describe_absence(file, &wish);
+static neph_result warn_of_absence(const np_volume_file *file, const load_query *load) {
+  const np_grid_query query = describe_query(load);
+  char *absence = np_volume_describe_absence(file, &query);
   if (absence) np_log(file->context, NEPH_LOG_WARNING, "%s: %s", file->path, absence);
   np_alloc_free(file->context, absence);
   return absence ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
@@ -50,7 +50,7 @@ static neph_result warn_of_absence(const np_volume_file *file, const load_wish *
 
 /* ---- Units ---- */
 
-/* Extinction that a value of 1 is, as baked and exported files state it. */
+/* Extinction of a value of 1, as baked and exported files state it. */
 typedef struct file_unit {
   bool is_per_metre;
   double extinction_per_value;
@@ -68,25 +68,25 @@ static double get_unit(const file_unit *unit) {
 
 /* ---- Load ---- */
 
-/* Place of a grid among several levels of detail, as its metadata say. */
+/* Position of a grid among levels of detail, from its metadata. */
 typedef struct level_mark {
-  unsigned number, count; /* from 0, the finest; count 0: it says nothing */
-  char bake[33];          /* fingerprint of what it was baked from */
+  unsigned number, count; /* number from 0, the finest; count 0: not stated */
+  char bake[33];          /* hash of the bake settings */
 } level_mark;
 
 typedef struct load_job {
   neph_context *context;
   const char *path;
-  load_wish wish;
+  load_query query;
   np_monitor *monitor;
-  bool is_empty_allowed; /* a field always is */
-  bool is_in_file;       /* found */
+  bool is_empty_allowed; /* always true for a field */
+  bool is_in_file;       /* the grid exists */
   np_sparse_grid grid;
   uint64_t tree_bytes;
   level_mark mark;
 } load_job;
 
-/* The first of several files, which stands for all. */
+/* Whether this is the first of several level files, which represents the whole cloud. */
 static bool has_levels(const level_mark *mark) { return mark->count > 1 && mark->number == 0; }
 
 typedef struct mark_visit {
@@ -119,9 +119,9 @@ static neph_result read_mark(const np_volume_file *file, size_t index, level_mar
                  visit.mark.count, (int)NP_TINT_PARTS_MAX);
 }
 
-/* Says how deep the fog of a level set rises to 1. */
+/* Logs the depth over which the fog of a level set rises to 1. */
 static void describe_fog(const load_job *job) {
-  const double asked = job->wish.desc->level_set_voxels, got = job->grid.level_set_voxels;
+  const double asked = job->query.desc->level_set_voxels, got = job->grid.level_set_voxels;
   if (!(got > 0.0)) return;
   if (got < 0.999 * asked)
     np_log(job->context, NEPH_LOG_WARNING,
@@ -135,30 +135,31 @@ static void describe_fog(const load_job *job) {
 }
 
 static neph_result read_chosen(load_job *job, const np_volume_file *file) {
-  const load_wish *wish = &job->wish;
+  const load_query *query = &job->query;
   np_volume_choice choice;
   double unit = 0.0;
-  job->is_in_file = wish->is_required || np_volume_has_grid(file, wish->desc->grid);
+  job->is_in_file = query->is_required || np_volume_has_grid(file, query->desc->grid);
   if (!job->is_in_file) return NEPH_OK;
-  neph_result result = choose(file, wish, &choice);
-  if (!result && !choice.count) result = warn_of_absence(file, wish);
+  neph_result result = choose(file, query, &choice);
+  if (!result && !choice.count) result = warn_of_absence(file, query);
   if (result || !choice.count) return job->is_in_file = false, result;
-  if (!wish->is_field && choice.count == 1) result = read_mark(file, choice.indices[0], &job->mark, &unit);
+  if (!query->is_field && choice.count == 1) result = read_mark(file, choice.indices[0], &job->mark, &unit);
   if (!result) result = np_volume_file_read_density(file, &choice, &job->grid, &job->tree_bytes);
   job->grid.extinction_per_value = unit;
   if (result) return result;
   describe_fog(job);
-  if (wish->is_field)
-    return np_volume_import_finite_background(file->context, file->path, &job->grid, wish->desc->policy);
-  return np_volume_import_background(file->context, file->path, &job->grid, wish->desc->policy);
+  if (query->is_field)
+    return np_volume_import_finite_background(file->context, file->path, &job->grid, query->desc->policy);
+  return np_volume_import_background(file->context, file->path, &job->grid, query->desc->policy);
 }
 
-/* An empty grid stands for nothing where that is allowed; a level of detail may be where no cloud is. */
+/* Checks that a grid is not empty. An empty grid yields no volume if that is allowed; a level of detail may lie where
+ * no cloud is. */
 static neph_result check_content(const load_job *job, bool *out_has_content) {
   static const char format[] = "%s: grid '%s' is empty: it has no active voxels";
   *out_has_content = np_sparse_grid_count_active(&job->grid) > 0;
   if (*out_has_content || !job->is_in_file || job->mark.count > 1) return NEPH_OK;
-  if (!job->wish.is_field && !job->is_empty_allowed)
+  if (!job->query.is_field && !job->is_empty_allowed)
     return np_fail(job->context, NEPH_ERROR_BAD_FILE, format, job->path, job->grid.name);
   np_log(job->context, NEPH_LOG_WARNING, format, job->path, job->grid.name);
   return NEPH_OK;
@@ -174,14 +175,14 @@ static neph_result run_load(void *user) {
   return result;
 }
 
-/* Reads the grid that `job` asks for, with the values that count. The caller clears it, whatever the outcome. */
+/* Reads the grid of `job` and validates its values. The caller clears it, whatever the outcome. */
 static neph_result load_grid(load_job *job, const neph_volume_load_desc *desc, np_monitor *monitor,
                              bool *out_has_content) {
   neph_context *context = job->context;
   np_monitor_start(monitor, context, desc->progress, desc->progress_user);
   np_monitor_set_part(monitor, np_monitor_whole, 0.0, 0.5);
   np_monitor_set_stage(monitor, "loading");
-  job->wish.desc = desc;
+  job->query.desc = desc;
   job->monitor = monitor;
   *out_has_content = false;
   neph_result result = np_parallel_run(context, monitor, run_load, job);
@@ -189,12 +190,12 @@ static neph_result load_grid(load_job *job, const neph_volume_load_desc *desc, n
   np_monitor_set_part(monitor, np_monitor_whole, 0.5, 0.7);
   if (*out_has_content)
     result = np_volume_import_values(context, job->path, &job->grid, NP_VALUES_OF_CLOUD, desc->policy, monitor);
-  if (*out_has_content && !result && !job->wish.is_field)
+  if (*out_has_content && !result && !job->query.is_field)
     result = np_volume_apply_ramp(context, &job->grid, &desc->ramp, monitor);
   return result;
 }
 
-/* Half the resolution, in place of the grid. */
+/* Halves the resolution of a grid in place. */
 static neph_result halve(np_sparse_grid *grid) {
   np_sparse_grid coarse = {0};
   const neph_result result = np_sparse_grid_halve(grid, grid->name, &coarse);
@@ -214,16 +215,16 @@ static neph_result check_mark(const load_job *first, unsigned number, const load
                  number, first->mark.count, first->path);
 }
 
-/* Reads the file of a level beside that of the first. */
+/* Reads the file of a level, next to the file of the first. */
 static neph_result load_level_at(const load_job *first, unsigned number, const char *path, np_sparse_grid *out_grid) {
-  load_job job = {.context = first->context, .path = path, .wish.is_required = true, .is_empty_allowed = true};
+  load_job job = {.context = first->context, .path = path, .query.is_required = true, .is_empty_allowed = true};
   bool has_content;
   np_monitor monitor;
   if (!np_file_exists(path))
     return np_fail(job.context, NEPH_ERROR_NOT_FOUND,
                    "%s: is not there, must be beside %s, which is the first of %u levels of detail", path, first->path,
                    first->mark.count);
-  neph_result result = load_grid(&job, first->wish.desc, &monitor, &has_content);
+  neph_result result = load_grid(&job, first->query.desc, &monitor, &has_content);
   if (!result) result = check_mark(first, number, &job);
   *out_grid = job.grid;
   return result;
@@ -238,7 +239,7 @@ static neph_result load_level(const load_job *first, unsigned number, np_sparse_
   return result;
 }
 
-/* The whole cloud, of which `job` has read the finest level; NULL where no level holds anything. */
+/* Loads all levels of a cloud, of which `job` has read the finest; NULL if all are empty. */
 static neph_result load_levels(load_job *job, np_monitor *monitor, neph_volume **out_volume) {
   np_sparse_grid levels[NP_TINT_PARTS_MAX] = {job->grid};
   uint64_t active_count = np_sparse_grid_count_active(&job->grid);
@@ -250,9 +251,9 @@ static neph_result load_levels(load_job *job, np_monitor *monitor, neph_volume *
   }
   np_monitor_set_part(monitor, np_monitor_whole, 0.7, 1.0);
   if (!result && active_count > 0)
-    result = np_volume_create_from_levels(job->context, levels, job->mark.count, job->wish.desc->is_halved,
-                                          job->wish.desc->precision, monitor, out_volume);
-  if (!result && active_count > 0) (*out_volume)->is_halved = job->wish.desc->is_halved && job->mark.count > 1;
+    result = np_volume_create_from_levels(job->context, levels, job->mark.count, job->query.desc->is_halved,
+                                          job->query.desc->precision, monitor, out_volume);
+  if (!result && active_count > 0) (*out_volume)->is_halved = job->query.desc->is_halved && job->mark.count > 1;
   for (unsigned k = 0; k < job->mark.count; k++) np_sparse_grid_clear(&levels[k]);
   return result;
 }
@@ -260,10 +261,10 @@ static neph_result load_levels(load_job *job, np_monitor *monitor, neph_volume *
 /* ---- Volumes ---- */
 
 static neph_result create(load_job *job, np_monitor *monitor, neph_volume **out_volume) {
-  const neph_volume_load_desc *desc = job->wish.desc;
+  const neph_volume_load_desc *desc = job->query.desc;
   np_sparse_grid *grid = &job->grid;
   neph_result result = NEPH_OK;
-  if (grid->frustum.is_enabled && !job->wish.is_field)
+  if (grid->frustum.is_enabled && !job->query.is_field)
     return np_volume_create_from_frustum(job->context, grid, desc->is_halved, desc->precision, monitor, out_volume);
   if (grid->frustum.is_enabled) result = np_frustum_flatten(grid, false, monitor);
   if (!result && desc->is_halved) result = halve(grid);
@@ -271,7 +272,7 @@ static neph_result create(load_job *job, np_monitor *monitor, neph_volume **out_
   return result ? result : np_volume_create_from_grid(job->context, grid, desc->precision, monitor, out_volume);
 }
 
-/* Loads what `job` asks for; nothing if that is empty. */
+/* Loads the volume of `job`; NULL if it is empty. */
 static neph_result load(load_job *job, const neph_volume_load_desc *desc, neph_volume **out_volume) {
   np_monitor monitor;
   bool has_content;
@@ -317,7 +318,7 @@ neph_result neph_volume_load(neph_context *context, const char *path, const neph
   if (!result) result = check_desc(context, &d);
   if (result) return result;
   unsigned float_mode = np_float_mode_enter();
-  load_job job = {.context = context, .path = path, .wish.is_required = true};
+  load_job job = {.context = context, .path = path, .query.is_required = true};
   result = load(&job, &d, out_volume);
   np_float_mode_leave(float_mode);
   return result;
@@ -331,7 +332,7 @@ neph_result np_volume_load_grid(neph_context *context, const char *path, const n
                                 const char *sequence, np_sparse_grid *out_grid, bool *out_has_content) {
   np_monitor monitor;
   load_job job = {
-      .context = context, .path = path, .wish = {.is_required = true, .sequence = sequence}, .is_empty_allowed = true};
+      .context = context, .path = path, .query = {.is_required = true, .sequence = sequence}, .is_empty_allowed = true};
   neph_result result = load_grid(&job, desc, &monitor, out_has_content);
   if (!result && *out_has_content) result = flatten(&job.grid, true, &monitor);
   *out_grid = job.grid;
@@ -344,14 +345,14 @@ neph_result np_volume_load_grid(neph_context *context, const char *path, const n
       path, job.mark.count);
 }
 
-static load_wish wish_for_field(const char *required_by) {
-  return (load_wish){.is_field = true, .is_required = required_by != NULL, .key = required_by};
+static load_query get_field_query(const char *required_by) {
+  return (load_query){.is_field = true, .is_required = required_by != NULL, .key = required_by};
 }
 
 neph_result np_volume_load_field_grid(neph_context *context, const char *path, const neph_volume_load_desc *desc,
                                       const char *required_by, np_sparse_grid *out_grid, bool *out_has_content) {
   np_monitor monitor;
-  load_job job = {.context = context, .path = path, .wish = wish_for_field(required_by)};
+  load_job job = {.context = context, .path = path, .query = get_field_query(required_by)};
   neph_result result = load_grid(&job, desc, &monitor, out_has_content);
   if (!result && *out_has_content) result = flatten(&job.grid, false, &monitor);
   *out_grid = job.grid;
@@ -362,7 +363,7 @@ neph_result np_volume_load_field_grid(neph_context *context, const char *path, c
 neph_result np_volume_load_field(neph_context *context, const char *path, const neph_volume_load_desc *desc,
                                  const char *required_by, bool *out_is_in_file, neph_volume **out_volume) {
   *out_volume = NULL;
-  load_job job = {.context = context, .path = path, .wish = wish_for_field(required_by)};
+  load_job job = {.context = context, .path = path, .query = get_field_query(required_by)};
   neph_result result = load(&job, desc, out_volume);
   if (out_is_in_file) *out_is_in_file = job.is_in_file;
   return result;
@@ -372,7 +373,7 @@ neph_result np_volume_load_density(neph_context *context, const char *path, cons
                                    const char *sequence, neph_volume **out_volume) {
   *out_volume = NULL;
   load_job job = {
-      .context = context, .path = path, .wish = {.is_required = true, .sequence = sequence}, .is_empty_allowed = true};
+      .context = context, .path = path, .query = {.is_required = true, .sequence = sequence}, .is_empty_allowed = true};
   neph_result result = load(&job, desc, out_volume);
   if (result || !*out_volume || (*out_volume)->value_max > 0.0f) return result;
   np_log(context, NEPH_LOG_WARNING, "%s: grid '%s' is empty: no value in it is above 0", path, (*out_volume)->name);
@@ -383,7 +384,7 @@ neph_result np_volume_load_density(neph_context *context, const char *path, cons
 
 /* ---- Headers ---- */
 
-/* Corners of the box of active voxels, as OpenVDB writes them down. */
+/* Corners of the box of active voxels, from OpenVDB's metadata. */
 typedef struct written_box {
   np_grid_header *header;
   bool has_min, has_max;
@@ -394,7 +395,7 @@ static bool read_corner(const char *text, int32_t out[3]) {
   return sscanf(text, "[%" SCNd32 ", %" SCNd32 ", %" SCNd32 "]", &out[0], &out[1], &out[2]) == 3;
 }
 
-/* OpenVDB writes down how many voxels are active, and where. */
+/* Reads the number of active voxels and their box, which OpenVDB states. */
 static void read_metadata(void *user, const char *name, const char *text) {
   written_box *box = user;
   np_grid_header *header = box->header;
@@ -421,10 +422,10 @@ static neph_result describe_header(const np_volume_file *file, size_t index, np_
   return NEPH_OK;
 }
 
-static neph_result read_header(const np_volume_file *file, const load_wish *wish, np_grid_header *out_header) {
+static neph_result read_header(const np_volume_file *file, const load_query *query, np_grid_header *out_header) {
   np_volume_choice choice;
-  if (!wish->is_required && !np_volume_has_grid(file, wish->desc->grid)) return NEPH_OK;
-  neph_result result = choose(file, wish, &choice);
+  if (!query->is_required && !np_volume_has_grid(file, query->desc->grid)) return NEPH_OK;
+  neph_result result = choose(file, query, &choice);
   if (result || !choice.count) return result;
   out_header->state = NP_GRID_EMPTY;
   for (size_t i = 0; i < choice.count && !result && out_header->state == NP_GRID_EMPTY; i++)
@@ -433,13 +434,13 @@ static neph_result read_header(const np_volume_file *file, const load_wish *wish
   return result;
 }
 
-static neph_result read_file_header(neph_context *context, const char *path, const load_wish *wish,
+static neph_result read_file_header(neph_context *context, const char *path, const load_query *query,
                                     np_grid_header *out_header) {
   np_volume_file file;
   *out_header = (np_grid_header){.state = NP_GRID_MISSING};
   neph_result result = np_volume_file_open(context, path, NULL, &file);
   if (result) return result;
-  result = read_header(&file, wish, out_header);
+  result = read_header(&file, query, out_header);
   np_volume_file_close(&file);
   return result;
 }
@@ -448,12 +449,12 @@ neph_result np_volume_read_field_header(neph_context *context, const char *path,
                                         const char *required_by, np_grid_header *out_header) {
   neph_volume_load_desc desc = NEPH_VOLUME_LOAD_DESC_DEFAULT;
   desc.grid = grid;
-  load_wish wish = wish_for_field(required_by);
-  wish.desc = &desc;
-  return read_file_header(context, path, &wish, out_header);
+  load_query query = get_field_query(required_by);
+  query.desc = &desc;
+  return read_file_header(context, path, &query, out_header);
 }
 
-/* The box of all levels, in voxels of the finest. */
+/* Extends the header of the whole cloud by the box of a level, in voxels of the finest. */
 static void include_level(np_grid_header *whole, unsigned number, const np_grid_header *level) {
   if (level->state != NP_GRID_FILLED) return;
   const bool is_first = whole->state != NP_GRID_FILLED;
@@ -470,14 +471,14 @@ static void include_level(np_grid_header *whole, unsigned number, const np_grid_
 
 neph_result np_volume_read_header(neph_context *context, const char *path, const neph_volume_load_desc *desc,
                                   const char *sequence, np_grid_header *out_header) {
-  const load_wish wish = {.desc = desc, .is_required = true, .sequence = sequence};
-  neph_result result = read_file_header(context, path, &wish, out_header);
+  const load_query query = {.desc = desc, .is_required = true, .sequence = sequence};
+  neph_result result = read_file_header(context, path, &query, out_header);
   const unsigned count = !result && out_header->level == 0 ? out_header->level_count : 0;
   for (unsigned k = 1; k < count && !result; k++) {
     np_grid_header level = {.state = NP_GRID_MISSING};
     char *level_path = np_volume_name_level(context, path, k);
     if (!level_path) return NEPH_ERROR_OUT_OF_MEMORY;
-    result = read_file_header(context, level_path, &wish, &level);
+    result = read_file_header(context, level_path, &query, &level);
     if (!result) include_level(out_header, k, &level);
     np_alloc_free(context, level_path);
   }
@@ -486,11 +487,11 @@ neph_result np_volume_read_header(neph_context *context, const char *path, const
 
 void np_volume_warn_of_absence(neph_context *context, const char *cloud, const char *path,
                                const neph_volume_load_desc *desc, const char *sequence) {
-  const load_wish load = {.desc = desc, .is_required = true, .sequence = sequence};
-  const np_grid_wish wish = describe_wish(&load);
+  const load_query load = {.desc = desc, .is_required = true, .sequence = sequence};
+  const np_grid_query query = describe_query(&load);
   np_volume_file file;
   if (np_volume_file_open(context, path, NULL, &file)) return;
-  char *absence = np_volume_describe_absence(&file, &wish);
+  char *absence = np_volume_describe_absence(&file, &query);
   if (absence) np_log(context, NEPH_LOG_WARNING, "cloud %s: %s: %s", cloud, path, absence);
   np_alloc_free(context, absence);
   np_volume_file_close(&file);

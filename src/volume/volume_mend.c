@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Copies of files whose grids hold what a cloud can. */
+/* Repaired copies of .vdb files. */
 #include "core/alloc.h"
 #include "core/file.h"
 #include "volume/volume_choice.h"
@@ -14,8 +14,8 @@ typedef struct mend_job {
 
 /* ---- Marks ---- */
 
-/* Grids without a class are read, and those that look like level sets kept. */
-static neph_result keep_level_set(const mend_job *job, size_t index, const np_vdb_grid_info *info) {
+/* Decides whether a grid is a level set, which is copied unchanged. Grids without a class are read for that. */
+static neph_result check_level_set(const mend_job *job, size_t index, const np_vdb_grid_info *info) {
   np_sparse_grid grid = {0};
   np_grid_extent extent;
   uint64_t tree_bytes;
@@ -39,7 +39,7 @@ static neph_result set_mark(const mend_job *job, size_t index) {
   const np_vdb_grid_info info = np_volume_file_describe(job->file, index);
   const np_grid_role role = np_volume_get_role(job->file, &info);
   job->mendings[index].mark = marks[role];
-  return role == NP_GRID_DENSITY && info.is_scalar ? keep_level_set(job, index, &info) : NEPH_OK;
+  return role == NP_GRID_DENSITY && info.is_scalar ? check_level_set(job, index, &info) : NEPH_OK;
 }
 
 /* ---- Mending ---- */
@@ -65,7 +65,7 @@ static neph_result run_mend(void *user) {
   return result;
 }
 
-/* Appends a grid's line to a text; NULL when there is no memory. */
+/* Appends a grid's line to a text; NULL if out of memory. */
 static char *add_line(const mend_job *job, size_t index, char *text) {
   const np_vdb_mending *m = &job->mendings[index];
   const np_vdb_grid_info info = np_volume_file_describe(job->file, index);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The inside of a volume, and what bake, scene and render need of it beyond the public calls. */
+/* The inside of a volume, and functions beyond the public API for bake, scene and rendering. */
 #ifndef NP_VOLUME_VOLUME_PRIVATE_H
 #define NP_VOLUME_VOLUME_PRIVATE_H
 
@@ -15,130 +15,128 @@ struct neph_volume {
   char *name;
   np_affine index_to_world, world_to_index;
   np_bricks bricks;
-  struct np_tint *tint;                 /* NULL: it has no colours, or is not to show them */
-  int32_t active_min[3], active_max[3]; /* index box of the active samples, both ends inside it */
-  float value_min, value_max;           /* over the active samples */
-  double extinction_per_value;          /* 1/m, as its file states it; 0: it does not */
+  struct np_tint *tint;                 /* NULL: no colours and no levels of detail */
+  int32_t active_min[3], active_max[3]; /* index box of the active samples, both ends inclusive */
+  float value_min, value_max;           /* range of the active samples */
+  double extinction_per_value;          /* extinction of a value of 1 in 1/m, as the file states it; 0: not stated */
   uint64_t active_voxel_count, grid_bytes;
-  bool is_halved; /* voxels are twice as long as its file's */
+  bool is_halved; /* voxels are twice as long as the file's */
 };
 
 neph_context *np_volume_get_context(const neph_volume *volume);
 
-/* As neph_volume_load, but a grid that holds nothing makes `*out_volume` NULL, with a warning; so does a file of a
- * sequence without its density. `sequence` is the pattern of its files; NULL: a file by itself, which
- * must have it. */
+/* neph_volume_load for a scene: for an empty grid, and for a file of a sequence without its density, `*out_volume` is
+ * NULL, with a warning. `sequence` is the pattern of the files; NULL: a single file, which must have the density. */
 neph_result np_volume_load_density(neph_context *context, const char *path, const neph_volume_load_desc *desc,
                                    const char *sequence, neph_volume **out_volume);
 
-/* The grid that such a volume is made of. The caller clears it, whatever the outcome. */
+/* Reads the grid for such a volume. The caller clears it, whatever the outcome. */
 neph_result np_volume_load_grid(neph_context *context, const char *path, const neph_volume_load_desc *desc,
                                 const char *sequence, np_sparse_grid *out_grid, bool *out_has_content);
 
-/* Purposes of grids: those that a scene gives them, or else those of their names and kinds. */
+/* Role of a grid: set by the scene, or else by its name and kind. */
 typedef enum np_grid_role {
-  NP_GRID_DENSITY, /* "density", in letters of either case, or, where none is so called, any scalar of fog */
-  NP_GRID_FIELD,   /* another scalar, such as a temperature: not negative, and of any background */
-  NP_GRID_VECTOR,  /* a velocity, a colour, or a component of one: any finite number */
-  NP_GRID_OTHER    /* level sets, points, and what is not used */
+  NP_GRID_DENSITY, /* named "density" in any case, or, if none is, a scalar fog volume */
+  NP_GRID_FIELD,   /* another scalar, such as a temperature: not negative, any background */
+  NP_GRID_VECTOR,  /* a velocity, a colour, or one of their components: any finite number */
+  NP_GRID_OTHER    /* level sets, points, and unused grids */
 } np_grid_role;
 
-/* Description of a grid by the file's header. */
+/* Header of a grid, without its values. */
 typedef enum np_grid_state { NP_GRID_MISSING, NP_GRID_EMPTY, NP_GRID_FILLED } np_grid_state;
 
 typedef struct np_grid_header {
   np_grid_state state;
   np_affine index_to_world;
-  bool has_box; /* written down: OpenVDB does, others need not */
+  bool has_box; /* the box is stated: OpenVDB writes it, other programs may not */
   int32_t active_min[3], active_max[3];
-  double voxel_count;          /* active ones, tiles with all that they fill; 0: not written down */
-  unsigned level, level_count; /* of detail; 0: it is in none */
-  double extinction_per_value; /* 1/m, as the file states it; 0: it does not */
-  char name[64];               /* as much of it as fits */
+  double voxel_count;          /* active voxels, tiles by the voxels that they cover; 0: not stated */
+  unsigned level, level_count; /* level of detail; level_count 0: not part of several */
+  double extinction_per_value; /* extinction of a value of 1 in 1/m, as the file states it; 0: not stated */
+  char name[64];               /* truncated if longer */
 } np_grid_header;
 
-/* Opens a file and finds a grid in it, as np_volume_load_density does, without reading its values; fails where loading
- * would for want of a file or a grid, or for a grid's kind. Of several grids the first that holds anything is
- * described; NP_GRID_MISSING: a file of a sequence lacks it. */
+/* Reads the header of the grid that np_volume_load_density would load; fails if the file or the grid is missing, or its
+ * kind is refused. Of several grids the first one that is not empty is described. NP_GRID_MISSING: a file of a sequence
+ * lacks the grid. */
 neph_result np_volume_read_header(neph_context *context, const char *path, const neph_volume_load_desc *desc,
                                   const char *sequence, np_grid_header *out_header);
 
-/* Warns of a file of a sequence that lacks the density, NP_GRID_MISSING, with the grids that it has. */
+/* Warns of a file of a sequence that lacks the density (NP_GRID_MISSING), with a list of its grids. */
 void np_volume_warn_of_absence(neph_context *context, const char *cloud, const char *path,
                                const neph_volume_load_desc *desc, const char *sequence);
 
-/* The header of a grid that is no density. `required_by` is the key of the scene for which it must be there; NULL: it
- * need not, and NP_GRID_MISSING says that it is not. */
+/* Reads the header of a grid that is not a density. `required_by` is the scene key that requires it; NULL: optional,
+ * and NP_GRID_MISSING says that it is not there. */
 neph_result np_volume_read_field_header(neph_context *context, const char *path, const char *grid,
                                         const char *required_by, np_grid_header *out_header);
 
-/* Reads a grid, named by `desc`, that is no density: where it ends it may have any value, and one that holds nothing,
- * which draws a warning, or that is not required and not in the file, makes `*out_volume` NULL. `out_is_in_file` tells
- * which, and may be NULL where the grid is required. All else as neph_volume_load. */
+/* Loads a grid named by `desc` that is not a density: any background is valid. `*out_volume` is NULL for an empty grid,
+ * with a warning, and for an optional grid that is missing; `out_is_in_file` says which, and may be NULL if the grid is
+ * required. All else as in neph_volume_load. */
 neph_result np_volume_load_field(neph_context *context, const char *path, const neph_volume_load_desc *desc,
                                  const char *required_by, bool *out_is_in_file, neph_volume **out_volume);
 
-/* The grid of such a field; nothing where it is not required, and not in the file. The caller clears it, whatever the
- * outcome. */
+/* Reads the grid of such a field; empty if it is optional and missing. The caller clears it, whatever the outcome. */
 neph_result np_volume_load_field_grid(neph_context *context, const char *path, const neph_volume_load_desc *desc,
                                       const char *required_by, np_sparse_grid *out_grid, bool *out_has_content);
 
-/* Vectors that a file has beside its density. */
+/* Roles of the vector grids beside the density. */
 typedef enum np_vector_role {
-  NP_VECTOR_VELOCITY, /* vel, v or velocity: lengths of the file a second */
-  NP_VECTOR_COLOR,    /* Cd, color or albedo: the share of the cloud's albedo */
-  NP_VECTOR_EMISSION  /* Ce, emission or emit: radiance a metre */
+  NP_VECTOR_VELOCITY, /* vel, v or velocity: file lengths a second */
+  NP_VECTOR_COLOR,    /* Cd, color or albedo: factor on the cloud's albedo */
+  NP_VECTOR_EMISSION  /* Ce, emission or emit: radiance per metre */
 } np_vector_role;
 
 typedef struct np_vector_request {
   np_vector_role role;
-  const char *name; /* of the grid, or of three before what they end in; NULL: the usual ones */
+  const char *name; /* name of one vector grid, or common prefix of three scalars; NULL: the usual names */
   neph_import_policy policy;
 } np_vector_request;
 
-/* Reads a vector, three components, sorted: a grid of vectors, or three of floats. Without a name, and where none of
- * the usual ones is there, `*out_is_found` is false. The caller clears the grids, whatever the outcome. */
+/* Reads the three components of a vector, sorted, from one vector grid or three scalars. If `name` is NULL and none of
+ * the usual names exists, `*out_is_found` is false. The caller clears the grids, whatever the outcome. */
 neph_result np_volume_load_vector(neph_context *context, const char *path, const np_vector_request *request,
                                   np_monitor *monitor, np_sparse_grid out_vector[3], bool *out_is_found);
 
-/* The velocities of a cloud: of levels of detail those of each file, three grids a level, from the finest on; there is
- * room for as many as there may be. `*out_level_count` is 0 where there are none. */
+/* Reads the velocities of a cloud, three grids for each level of detail, the finest first; `out_grids` has room for the
+ * most levels. `*out_level_count` is 0 if the file has no velocity. */
 neph_result np_volume_load_velocities(neph_context *context, const char *path, const np_vector_request *request,
                                       np_monitor *monitor, np_sparse_grid *out_vectors, unsigned *out_level_count);
 
-/* The same without its values. */
+/* Searches a vector without reading its values. */
 neph_result np_volume_search_vector(neph_context *context, const char *path, np_vector_role role, const char *name,
                                     bool *out_is_found);
 
-/* Builds a volume from a grid whose values are a cloud's: finite, not negative, background 0. The grid stays the
- * caller's, to be cleared at least where it is consumed. `monitor` may be NULL. */
+/* Builds a volume from a grid of valid values: finite, not negative, background 0. The caller clears the grid, even if
+ * it is consumed. `monitor` may be NULL. */
 neph_result np_volume_create_from_grid(neph_context *context, const np_sparse_grid *grid, neph_precision precision,
                                        np_monitor *monitor, neph_volume **out_volume);
 
 /* Writes grids as fog volumes to a .vdb file, which appears complete or not at all. Each grid carries its attributes,
- * its creator and its fingerprint (`nephos:hash`). `monitor` may be NULL. */
+ * its creator and its hash (`nephos:hash`). `monitor` may be NULL. */
 neph_result np_volume_save_grids(neph_context *context, const char *path, const np_vdb_write_grid *grids, size_t count,
                                  np_monitor *monitor);
 
-/* The largest integral of the value over world-vertical lines, in value·metres, for a volume placed by
- * `index_to_world`. The lines pass through the samples of the middle layer of the active box, and as far around it as
- * its shadow reaches; the trilinear field is integrated exactly along each. */
+/* Largest integral of the value along world-vertical lines, in value·metres, for a volume placed by `index_to_world`.
+ * The lines pass through the samples of the middle layer of the active box, extended to the box's vertical projection.
+ * The trilinear field is integrated exactly along each line. */
 neph_result np_volume_get_column_max(const neph_volume *volume, const np_affine *index_to_world, np_monitor *monitor,
                                      double *out_value_m);
 
-/* Box around a box of index positions mapped to the world. */
+/* World box around a box of index positions. */
 void np_volume_bound_box(const np_affine *affine, const int32_t low[3], const int32_t high[3], double out_min[3],
                          double out_max[3]);
 
-/* The table of the module, loaded on first need; fails with a message that says where it was looked for. */
+/* Table of the module, loaded on first need. On failure the message lists the paths tried. */
 neph_result np_vdb_module_get(neph_context *context, const np_vdb_module **out_module);
 
-/* Keeps a volume on disk, and takes it from there; NULL where the entry holds less than one. */
+/* Saves a volume to a cache entry, and loads it; NULL if the entry is not a valid volume. */
 struct np_cache_entry;
 void np_volume_save_to_cache(const neph_volume *volume, struct np_cache_entry *entry);
 neph_result np_volume_load_from_cache(neph_context *context, struct np_cache_entry *entry, neph_volume **out_volume);
 
-/* Whether np_vdb_module_get has it to give; logs nothing. */
+/* Whether the module of np_vdb_module_get can be loaded; logs nothing. */
 bool np_vdb_module_is_present(neph_context *context);
 
 #endif

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Volumes from lists of samples. Samples that follow each other in the caller's arrays mostly lie in one leaf: such a
- * run is one entry, and entries are sorted by leaf. */
+/* Volumes from lists of samples. Adjacent samples in the caller's arrays mostly lie in one leaf: such a run is one
+ * entry, and entries are sorted by leaf. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -8,11 +8,11 @@
 #include "core/given.h"
 #include "volume/volume_private.h"
 
-/* Far beyond what bricks hold (bricks_table.c), and far from the end of 32 bits. */
+/* Far beyond the limit of bricks (bricks_table.c), and far from the end of 32 bits. */
 static const int32_t coordinate_max = 1 << 30;
 
 typedef struct run {
-  int32_t origin[3]; /* leaf that holds the samples */
+  int32_t origin[3]; /* origin of the leaf that holds the samples */
   size_t first, count;
 } run;
 
@@ -44,12 +44,8 @@ static neph_result check_samples(neph_context *context, const neph_volume_sparse
 }
 
 static neph_result check_sparse(neph_context *context, const neph_volume_sparse_desc *desc) {
-  const char *missing = !desc->name          ? "name"
-                        : !desc->coordinates ? "coordinates"
-                        : !desc->values      ? "values"
-                                             : NULL;
-  if (missing)
-    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "neph_volume_sparse_desc.%s is NULL", missing);
+  const char *missing = !desc->name ? "name" : !desc->coordinates ? "coordinates" : !desc->values ? "values" : NULL;
+  if (missing) return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "neph_volume_sparse_desc.%s is NULL", missing);
   if (desc->sample_count < 1)
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
                    "neph_volume_sparse_desc.sample_count is 0, must be at least 1");
@@ -91,7 +87,7 @@ static neph_result list_runs(neph_context *context, const neph_volume_sparse_des
   return NEPH_OK;
 }
 
-/* Order by leaf, then by place in the arrays, so that the message about a repeated sample is always the same. */
+/* Sorts by leaf, then by array index, so that the message about a repeated sample is deterministic. */
 static int compare_runs(const void *a, const void *b) {
   const run *left = a, *right = b;
   for (int i = 0; i < 3; i++)

@@ -8,17 +8,17 @@
 
 enum { BLOCKS_MAX = 1 << 20, CORNERS = NP_TINT_PARTS_MAX };
 
-/* Colours nearer to each other than halves tell are one; shares below go to the largest. */
+/* Least share of a corner. Colours differ by no less in half precision; smaller shares go to the largest. */
 static const float least_share = 0x1p-11f;
 
-/* Counts and range of a thread's voxels. */
+/* Counts and colour range of a thread's voxels. */
 typedef struct color_tally {
   uint64_t voxels, clamped, outside;
   float low[3], high[3];
-  unsigned corners; /* bits of those that are used */
+  unsigned corners; /* bit mask of the corners in use */
 } color_tally;
 
-/* A block of 8³ voxels that holds cloud. */
+/* A block of 8³ voxels that is not empty. */
 typedef struct color_block {
   int32_t cell[3]; /* in brick coordinates */
   float color[3][NP_LEAF_SIZE];
@@ -30,10 +30,10 @@ typedef struct tint_build {
   np_monitor *monitor;
   const np_bricks *density;
   np_sparse_grid color[3];
-  np_affine to_color[3]; /* from index positions of the density */
+  np_affine to_color[3]; /* maps from index positions of the density */
   size_t block_count;
   color_block *blocks;
-  color_tally *tallies; /* of each thread */
+  color_tally *tallies; /* one for each thread */
   color_tally all;
 } tint_build;
 
@@ -153,8 +153,8 @@ static neph_result read_colors(tint_build *b) {
 
 /* ---- Shares ---- */
 
-/* The shares of the corners of the tetrahedron that a colour is in: of the whole box, and, channel by channel in the
- * order of their places, of what is left. A corner's bits are the channels that are high. */
+/* Tetrahedral interpolation: shares of the box's corners in a colour. The corners are those of the tetrahedron around
+ * it, by the order of its channels. A corner's bits are the channels that are high. */
 static void compute_shares(const tint_build *b, const color_block *block, int n, float out[CORNERS]) {
   float place[3];
   int order[3] = {0, 1, 2};
@@ -185,7 +185,7 @@ static void compute_shares(const tint_build *b, const color_block *block, int n,
     }
 }
 
-static neph_result note_corners(void *user, size_t begin, size_t end, unsigned thread) {
+static neph_result add_corners(void *user, size_t begin, size_t end, unsigned thread) {
   const tint_build *b = user;
   float shares[CORNERS];
   for (size_t i = begin; i < end; i++)
@@ -200,7 +200,7 @@ static neph_result note_corners(void *user, size_t begin, size_t end, unsigned t
 
 /* ---- Parts ---- */
 
-/* False where a block has nothing of a corner. */
+/* Fills a leaf with the share of a corner; false if it is 0 in the whole block. */
 static bool fill_leaf(const tint_build *b, const color_block *block, unsigned corner, np_leaf *leaf) {
   bool is_filled = false;
   float shares[CORNERS];
@@ -249,7 +249,7 @@ static neph_result build_part(const tint_build *b, unsigned corner, np_tint *out
 }
 
 static neph_result build_parts(tint_build *b, np_tint *out) {
-  neph_result result = np_parallel_for(b->context, b->monitor, b->block_count, 16, note_corners, b);
+  neph_result result = np_parallel_for(b->context, b->monitor, b->block_count, 16, add_corners, b);
   unite_tallies(b);
   for (unsigned k = 0; k < CORNERS && !result; k++)
     if (b->all.corners >> k & 1u) result = build_part(b, k, out);

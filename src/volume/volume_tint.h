@@ -1,15 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Parts of a cloud, which overlap and add up: clouds of one colour each of which a cloud of many colours is made, or
- * levels of detail: those that never hold the same place twice (cloud/bake_lod.c), or the whole cloud in larger voxels
- * again, of which each copy of the cloud takes one (volume_coarser.c).
+/* Parts of a cloud. Parts overlap and add up: the colours of a cloud with varying albedo, or levels of detail that
+ * never overlap (cloud/bake_lod.c). Alternatively they are coarser versions of the whole cloud, of which each copy uses
+ * one (volume_coarser.c).
  *
- * The colours that occur are in a box of red, green and blue. Each is a mixture of at most four of the box's eight
- * corners, those of the tetrahedron of its order, and the density of a voxel is shared among them (Kasson, Nin, Plouffe
- * and Hafner 1995, "Performing color space conversions with three-dimensional linear interpolation"). Overlapping
- * clouds add up, so that together they have the density, and at each place the colour. Each is a volume of one albedo:
- * whoever renders, solves or caches knows of no colours. Between voxels colours are mixed by density, so that there is
- * no fringe where a cloud ends.
- */
+ * The colours of a cloud lie in a box of red, green and blue. Each is a mixture of at most four corners of the box, by
+ * tetrahedral interpolation (Kasson, Nin, Plouffe and Hafner 1995, "Performing color space conversions with
+ * three-dimensional linear interpolation"), and the density of a voxel is split among them. The parts sum to the
+ * density, and to the colour at each point. Each part is a volume with one albedo, so that renderers, solvers and
+ * caches need no colours. Between voxels colours are mixed by density, which avoids fringes at the edge of a cloud. */
 #ifndef NP_VOLUME_VOLUME_TINT_H
 #define NP_VOLUME_VOLUME_TINT_H
 
@@ -19,12 +17,12 @@ enum { NP_TINT_PARTS_MAX = 8 };
 
 typedef enum np_volume_parts {
   NP_PARTS_OF_COLORS,
-  NP_PARTS_OF_CELLS, /* white levels of detail, each with voxels of its own; the first may be empty */
-  NP_PARTS_OF_COPIES /* the same, each of the whole cloud: they do not add up */
+  NP_PARTS_OF_CELLS, /* white levels of detail, which do not overlap; the first may be empty */
+  NP_PARTS_OF_COPIES /* white coarser versions of the whole cloud: they do not add up */
 } np_volume_parts;
 
 typedef struct np_tint_part {
-  neph_volume *volume; /* NULL: the cloud itself, where it has one colour alone */
+  neph_volume *volume; /* NULL: the cloud itself, which has one colour */
   double color[3];     /* in [0, 1] */
 } np_tint_part;
 
@@ -37,16 +35,16 @@ typedef struct np_tint {
 
 typedef struct np_tint_source {
   const char *path;
-  const char *color;                 /* name of the grid; NULL: the usual ones, where one is there */
-  const neph_volume_load_desc *load; /* of the density */
-  const neph_volume *density;        /* as it was loaded */
+  const char *color;                 /* name of the grid; NULL: one of the usual names, if present */
+  const neph_volume_load_desc *load; /* settings of the density */
+  const neph_volume *density;        /* loaded density */
 } np_tint_source;
 
-/* Shares a density among the colours that its file has; NULL where there are none. */
+/* Splits a density among the colours of its file; NULL if the file has no colours. */
 neph_result np_tint_create(neph_context *context, const np_tint_source *source, np_monitor *monitor,
                            np_tint **out_tint);
-/* Parts of a cloud in levels of detail of a kind, of which it is the finest itself; the others, which hold something,
- * are given away to it. */
+/* Creates the parts of a cloud with levels of detail. The cloud itself is the finest; np_volume_add_level adds the
+ * others. */
 neph_result np_tint_create_levels(neph_context *context, np_volume_parts kind, np_tint **out_tint);
 void np_tint_add_level(np_tint *tint, neph_volume *level);
 
@@ -56,7 +54,7 @@ static inline bool np_volume_has_parts(const neph_volume *volume, np_volume_part
   return volume->tint && volume->tint->kind == kind;
 }
 
-/* Volumes that a cloud is made of: itself, unless it has colours or levels of detail. */
+/* Number of volumes of a cloud: 1, unless it has colours or levels of detail. */
 static inline unsigned np_volume_count_parts(const neph_volume *volume) {
   return volume->tint ? volume->tint->count : 1;
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Velocities and colours of a file: a grid of vectors, or three of floats, by the names that Houdini (vel, v, Cd, Ce),
- * Blender and EmberGen (velocity, color, emission) give them. */
+/* Velocities and colours of a file, in a vector grid or three scalar grids, by the names of Houdini (vel, v, Cd, Ce),
+ * Blender and EmberGen (velocity, color, emission). */
 #include <stdlib.h>
 #include <string.h>
 
@@ -12,7 +12,7 @@
 
 enum { USUAL_NAMES_MAX = 3, ENDINGS_MAX = 3 };
 
-/* A kind of vector: its usual names, and the ends of the names of its components, as one word each. */
+/* Role of a vector: its usual names, and the suffixes of the names of its components, as one word each. */
 typedef struct vector_row {
   const char *purpose;
   const char *names[USUAL_NAMES_MAX];
@@ -29,9 +29,9 @@ static const char *const separators[] = {"", ".", "_"};
 
 enum { SEPARATORS = sizeof separators / sizeof *separators };
 
-/* The grids of one vector, and the component of each. */
+/* Grids of one vector, and the component that each holds. */
 typedef struct vector_choice {
-  const char *name; /* borrowed; NULL: none is there */
+  const char *name; /* borrowed; NULL: not found */
   size_t grid[3];
   int component[3];
 } vector_choice;
@@ -43,7 +43,7 @@ typedef struct vector_load {
   np_monitor *monitor;
   vector_choice choice;
   np_sparse_grid *out;
-  unsigned level, level_count; /* of detail, as the file says; 0 where it says nothing */
+  unsigned level, level_count; /* level of detail in the file; 0: not stated */
 } vector_load;
 
 /* ---- Choice ---- */
@@ -129,7 +129,7 @@ neph_result np_volume_search_vector(neph_context *context, const char *path, np_
 
 /* ---- Load ---- */
 
-/* The components of a staggered grid are on the low faces of its voxels. */
+/* Moves the transform of a staggered component to the low faces of voxels. */
 static void place_staggered(int axis, np_sparse_grid *grid) {
   for (int row = 0; row < 3; row++) grid->index_to_world.m[row][3] -= 0.5 * grid->index_to_world.m[row][axis];
 }
@@ -149,7 +149,7 @@ static neph_result read_component(const vector_load *job, const np_volume_file *
   return result;
 }
 
-static void take_level(void *user, const char *name, const char *text) {
+static void read_mark(void *user, const char *name, const char *text) {
   vector_load *job = user;
   if (!strcmp(name, "nephos:level")) job->level = (unsigned)strtoul(text, NULL, 10);
   if (!strcmp(name, "nephos:level_count")) job->level_count = (unsigned)strtoul(text, NULL, 10);
@@ -157,7 +157,7 @@ static void take_level(void *user, const char *name, const char *text) {
 
 static neph_result read_level(vector_load *job, const np_volume_file *file) {
   np_vdb_error error;
-  if (file->module->visit_metadata(file->vdb, job->choice.grid[0], take_level, job, &error))
+  if (file->module->visit_metadata(file->vdb, job->choice.grid[0], read_mark, job, &error))
     return np_volume_file_fail(file, &error);
   return NEPH_OK;
 }
@@ -174,8 +174,8 @@ static neph_result run(void *user) {
   return result;
 }
 
-/* Colours are named after what they are for, whatever the file calls them. */
-static void note_choice(const vector_load *job) {
+/* Logs the choice. The message names the role of a colour, whatever the file calls it. */
+static void log_choice(const vector_load *job) {
   if (job->row != &rows[NP_VECTOR_VELOCITY] && !job->name)
     np_log(job->context, NEPH_LOG_INFO, "%s: its grid '%s' is taken as clouds[].%s (none: it is not)", job->path,
            job->choice.name, job->row->purpose);
@@ -192,7 +192,7 @@ static neph_result load(vector_load *job, neph_import_policy policy) {
       result = np_volume_import_values(job->context, job->path, grid, NP_VALUES_OF_VECTOR, policy, job->monitor);
     grid->file = job->path;
   }
-  if (is_found && !result) note_choice(job);
+  if (is_found && !result) log_choice(job);
   return result;
 }
 
@@ -216,7 +216,7 @@ neph_result np_volume_load_vector(neph_context *context, const char *path, const
 
 /* ---- Levels of detail ---- */
 
-/* Velocities of a coarser level, which has some where the finest has. */
+/* Reads the velocity of a coarser level; it is required if the finest has one. */
 static neph_result load_level(const vector_load *finest, const np_vector_request *request, unsigned number,
                               np_sparse_grid *out) {
   char *path = np_volume_name_level(finest->context, finest->path, number);
