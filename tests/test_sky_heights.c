@@ -7,14 +7,14 @@
 
 #include "atmosphere/sky_query.h"
 
-static np_sky_witness make_witness(neph_atmosphere *earth) {
-  return (np_sky_witness){
+static np_sky_subject make_witness(neph_atmosphere *earth) {
+  return (np_sky_subject){
       .atmosphere = earth, .sun_angular_radius_rad = 0.00467396, .irradiance_w_m2_nm = {1.0, 1.0, 1.0}};
 }
 
-static void ask(np_sky_witness *w, np_sky_method method, const np_sky_query *q, np_reference_value *out) {
+static void ask(np_sky_subject *w, np_sky_method method, const np_sky_query *q, np_reference_value *out) {
   w->method = method;
-  assert_int_equal(np_sky_ask(w, q, 0, NULL, out), NEPH_OK);
+  assert_int_equal(np_sky_query_eval(w, q, 0, NULL, out), NEPH_OK);
 }
 
 static np_sky_query make_query(np_sky_quantity quantity, double altitude_m, double sun_deg, double view_deg,
@@ -32,7 +32,7 @@ static np_sky_query make_query(np_sky_quantity quantity, double altitude_m, doub
 
 /* A thousand directions from two degrees above the true horizon to two below. From one to the next the table may not
  * step otherwise than the march does by more than the tolerance: 0.7 % by day, 2 % at 93 degrees. */
-static void scan_horizon(np_sky_witness *w, double altitude_m, double sun_deg, double azimuth_deg, double allowed) {
+static void scan_horizon(np_sky_subject *w, double altitude_m, double sun_deg, double azimuth_deg, double allowed) {
   const double horizon = np_horizon_angle(&w->atmosphere->medium, altitude_m, 0.0) / NP_DEGREE;
   double before[3] = {0}, worst = 0.0;
   for (int i = 0; i < 1000; i++) {
@@ -53,13 +53,13 @@ static void scan_horizon(np_sky_witness *w, double altitude_m, double sun_deg, d
 }
 
 static void the_horizon_has_no_step_of_its_own(void **state) {
-  np_sky_witness w = make_witness(*state);
+  np_sky_subject w = make_witness(*state);
   scan_horizon(&w, 1.7, 40.0, 20.0, 0.007);
   scan_horizon(&w, 500.0, 85.0, 10.0, 0.007);
   scan_horizon(&w, 11e3, 60.0, 170.0, 0.007);
   scan_horizon(&w, 2e3, 93.0, 30.0, 0.02);
   scan_horizon(&w, 400e3, 60.0, 60.0, 0.02);
-  np_sky_witness_clear(&w);
+  np_sky_subject_clear(&w);
 }
 
 /* ---- Aerial perspective from any height ---- */
@@ -79,7 +79,7 @@ static look choose_look(double horizon_deg, int i) {
 
 /* Errors are over the in-scatter, and 2 % of the brightest one of the sky on top: in the planet's shadow a part of
  * nothing is nothing. Worst 15 % of one look, at the shadow's edge in twilight from 35 km; by day 5 %. */
-static void compare_height(np_sky_witness *w, double altitude_m, double sun_deg, double rms_max) {
+static void compare_height(np_sky_subject *w, double altitude_m, double sun_deg, double rms_max) {
   const double horizon = np_horizon_angle(&w->atmosphere->medium, altitude_m, 0.0) / NP_DEGREE;
   np_reference_value table[LOOKS], marched[LOOKS];
   double bright[3] = {0}, square = 0.0, worst = 0.0;
@@ -109,14 +109,14 @@ static void compare_height(np_sky_witness *w, double altitude_m, double sun_deg,
  * sky's own gate; 2.5 % and 4 % with the sun 3 degrees down. */
 static void aerial_perspective_holds_from_any_height(void **state) {
   static const double heights_km[] = {0.5, 10, 35, 50, 70, 90, 120, 400};
-  np_sky_witness w = make_witness(*state);
+  np_sky_subject w = make_witness(*state);
   for (size_t i = 0; i < sizeof heights_km / sizeof *heights_km; i++) {
     const double h = heights_km[i] * 1000.0, by_day = h < 40e3 ? 0.012 : 0.02;
     compare_height(&w, h, 30.0, by_day);
     compare_height(&w, h, 80.0, by_day);
     compare_height(&w, h, 93.0, h < 1e3 ? 0.025 : 0.04);
   }
-  np_sky_witness_clear(&w);
+  np_sky_subject_clear(&w);
 }
 
 /* ---- Into the night ---- */

@@ -10,12 +10,12 @@ static np_spectrum make_spectrum(const double value[NP_BAND_COUNT]) {
 
 /* ---- Tracking ---- */
 
-/* A ray on its way through the shells. */
+/* A ray through the shells. */
 typedef struct shell_walk {
   const np_medium *medium;
   const np_air_shells *shells;
   np_ray ray;
-  double middle; /* distance at which the ray is lowest */
+  double middle; /* distance of the ray's lowest point */
   int shell;
   bool is_rising;
 } shell_walk;
@@ -27,13 +27,13 @@ static shell_walk start_walk(const neph_atmosphere *atmosphere, const np_ray *ra
   return walk;
 }
 
-/* Half the chord of the ray within an altitude, squared. */
+/* Squared half chord of the ray within an altitude. */
 static double compute_chord(const shell_walk *walk, double altitude_m) {
   const double h = walk->ray.altitude_m;
   return walk->middle * walk->middle - (h - altitude_m) * (2.0 * walk->medium->planet_radius_m + h + altitude_m);
 }
 
-/* Exit of the ray from its shell, and the side. */
+/* Distance at which the ray leaves its shell, and the next shell. */
 static double compute_exit(shell_walk *walk, int *out_next) {
   if (!walk->is_rising) {
     const double chord = walk->shell > 0 ? compute_chord(walk, walk->shells->floor_m[walk->shell]) : -1.0;
@@ -57,8 +57,8 @@ static void compute_shares(const np_medium *medium, double altitude_m, double bo
   }
 }
 
-/* A tentative collision that is none. */
-static void pass(np_air_choice *choice, const double share[NP_BAND_COUNT]) {
+/* Updates a choice for a null collision. */
+static void add_null_collision(np_air_choice *choice, const double share[NP_BAND_COUNT]) {
   for (int b = 0; b < NP_BAND_COUNT; b++) {
     const float none = (float)fmax(1.0 - share[b], 0.0);
     choice->value.band[b] *= none;
@@ -77,7 +77,7 @@ static void collide(const np_medium *medium, double altitude_m, double bound_per
   }
 }
 
-/* Tracks over a stretch in one shell; `*flight` is the depth, in bounds, to the first tentative collision in it. */
+/* Tracks through one shell; `*flight` is the bounded optical depth to the first tentative collision. */
 static bool track_shell(const shell_walk *walk, double begin, double end, int hero, double *flight, np_random *random,
                         np_air_collision *out) {
   const double bound = walk->shells->bound_per_m[walk->shell];
@@ -92,7 +92,7 @@ static bool track_shell(const shell_walk *walk, double begin, double end, int he
       out->distance_m = walk->ray.offset_m + begin;
       return true;
     }
-    pass(&out->choice, share);
+    add_null_collision(&out->choice, share);
   }
   *flight -= bound * (end - begin);
   return false;
@@ -117,9 +117,9 @@ bool np_air_track(const neph_atmosphere *atmosphere, np_dvec3 origin, np_vec3 di
   return false;
 }
 
-/* ---- Flights of known transmittance ---- */
+/* ---- Flights with exact transmittance ---- */
 
-/* Shares of the two densities that follow the light; what is left is even along the ray. */
+/* Mixture weights of the two densities that follow the light; the rest is uniform along the ray. */
 static const double scattered_share = 0.35, lit_share = 0.35;
 
 static void add_density(int count, np_reference_weights *weight, int band, double share, double *probability,
@@ -131,8 +131,8 @@ static void add_density(int count, np_reference_weights *weight, int band, doubl
   *rest -= share;
 }
 
-/* Each band's own mixture: after the light that is scattered and seen, after what of it comes straight from the sun,
- * and evenly along the ray. */
+/* Sets each band's mixture of densities: scattered and transmitted light, its part from direct sunlight, and uniform
+ * along the ray. */
 static void set_probabilities(const np_reference_guide *guide, np_air_flight *flight) {
   const np_reference_path *path = &flight->path;
   np_reference_weights scattered[NP_REFERENCE_PANELS_MAX], lit[NP_REFERENCE_PANELS_MAX];
@@ -147,7 +147,7 @@ static void set_probabilities(const np_reference_guide *guide, np_air_flight *fl
   }
 }
 
-/* Below this height of the sun, a cosine, where its light is to be found is worth a look. */
+/* Sun cosine below which sampling by sunlight pays. */
 static const double low_sun = 0.1;
 
 bool np_air_light_is_low(const neph_atmosphere *atmosphere, const np_air_light *light, np_dvec3 position) {
@@ -210,7 +210,7 @@ np_air_scatterer np_air_scatterer_make(const neph_atmosphere *atmosphere, const 
   double sum[NP_BAND_COUNT];
   np_reference_air_sum(medium, air, sum);
   for (int b = 0; b < NP_BAND_COUNT; b++) {
-    /* A band that is not scattered weighs nothing, wherever it goes. */
+    /* A band without scattering has weight 0 in any direction. */
     s.share[b][0] = sum[b] > 0.0 ? air->rayleigh[b] / sum[b] : 1.0;
     for (int i = 0; i < medium->aerosol_count; i++)
       s.share[b][1 + i] = sum[b] > 0.0 ? air->aerosol[i][b] / sum[b] : 0.0;

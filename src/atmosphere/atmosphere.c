@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* An atmosphere: its description checked, its tables built, and what others ask of it. */
+/* An atmosphere: validation of its description, its tables, and queries of them. */
 #include "atmosphere/atmosphere_tables.h"
 
 #include "atmosphere/moment_builder.h"
@@ -31,7 +31,7 @@ static neph_result build_tables(neph_atmosphere *a, np_monitor *monitor) {
   return result;
 }
 
-/* Copies a description whose tables the medium has copied. */
+/* Copies a description; its density tables are the medium's copies. */
 static neph_result copy_desc(neph_atmosphere *a, const neph_atmosphere_desc *desc) {
   a->layers = np_alloc(a->context, (size_t)desc->layer_count + 1, sizeof *a->layers);
   if (!a->layers) return NEPH_ERROR_OUT_OF_MEMORY;
@@ -139,7 +139,8 @@ np_spectrum np_atmosphere_transmittance_to_space(const neph_atmosphere *atmosphe
   return np_bands_to_spectrum(transmit_to_space(atmosphere, h, cosine));
 }
 
-/* Rays steeper than this cosine take five panels for 3e-5, in depth, of twenty times the Earth's aerosol. */
+/* Rays steeper than this cosine use five panels, with an error of 3e-5 in depth for twenty times the Earth's aerosol.
+ */
 static const double steep = 0.1;
 enum { STEEP_PANELS = 5 };
 
@@ -159,7 +160,8 @@ np_spectrum np_atmosphere_transmittance_to_sun(const neph_atmosphere *atmosphere
   const np_medium *medium = &atmosphere->medium;
   const double h = fmax(compute_altitude(medium, position), 0.0), horizon = np_horizon_cosine(medium, h);
   const double cosine = compute_cosine(medium, position, to_sun);
-  const double span = (medium->planet_radius_m + h) / medium->planet_radius_m; /* radians per cosine at the horizon */
+  const double span =
+      (medium->planet_radius_m + h) / medium->planet_radius_m; /* radians per unit of cosine at the horizon */
   const double above = (cosine - horizon) * span, radius = fmax((double)angular_radius, 1e-6);
   const float edge = (float)fmax(-above / radius, -2.0);
   if (edge >= 1.0f) return np_spectrum_grey(0.0f);

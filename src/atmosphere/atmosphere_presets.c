@@ -1,21 +1,19 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Airs by name.
+/* Presets of the atmosphere.
  *
- * The Earth: coefficients of Bruneton 2017 and Hillaire 2020, table 1. Its aerosol is that of the clearest days.
+ * Earth: coefficients of Bruneton 2017 and Hillaire 2020, table 1, with the aerosol of the clearest days.
  *
- * The hazy Earth: twenty times that extinction at 550 nm, with the make-up of a continent's air (Hess, Koepke and
- * Schult 1998, "Optical Properties of Aerosols and Clouds", table 4, continental average at 80 % humidity):
- * single-scattering albedo 0.925, asymmetry 0.70, extinction as λ^−1.3. The optical depth is 0.11; one sees 38 km far
- * (Koschmieder).
+ * Hazy Earth: twenty times that extinction at 550 nm, with a continental composition (Hess, Koepke and Schult 1998,
+ * "Optical Properties of Aerosols and Clouds", table 4, continental average at 80 % humidity): single-scattering albedo
+ * 0.925, asymmetry 0.70, extinction as λ^−1.3. The optical depth is 0.11, the visibility 38 km (Koschmieder).
  *
  * Mars: 610 Pa of carbon dioxide at 214 K, scattering 1.24e-30 m² a molecule at 532 nm (Sneep and Ubachs 2005, "Direct
- * Measurement of the Rayleigh Scattering Cross Section in Various Gases", table 2); dust of optical depth 0.5, mixed
- * through the same scale height, of effective radius 1.6 µm and variance 0.2 (Tomasko et al. 1999, "Properties of Dust
- * in the Martian Atmosphere from the Imager on Mars Pathfinder"). Its phase functions are two lobes fitted, by energy,
- * to Mie theory (Bohren and Huffman 1983, appendix A) for that size, a refractive index of 1.5, and absorption that
- * leaves single-scattering albedos of 0.94, 0.86 and 0.73, red to blue. The lobe of diffraction is three times as
- * bright in blue as in red at the sun, fainter beyond 7°: the blue sunset.
- */
+ * Measurement of the Rayleigh Scattering Cross Section in Various Gases", table 2); dust of optical depth 0.5 with the
+ * same scale height, effective radius 1.6 µm and variance 0.2 (Tomasko et al. 1999, "Properties of Dust in the Martian
+ * Atmosphere from the Imager on Mars Pathfinder"). Its phase functions are two lobes fitted, by energy, to Mie theory
+ * (Bohren and Huffman 1983, appendix A) for that size, a refractive index of 1.5, and single-scattering albedos of
+ * 0.94, 0.86 and 0.73, red to blue. The diffraction lobe is three times as bright in blue as in red at the sun, and
+ * fainter beyond 7°: the blue sunset. */
 #include <math.h>
 #include <nephos/atmosphere.h>
 #include <string.h>
@@ -23,7 +21,7 @@
 #include "core/context_private.h"
 #include "core/given.h"
 
-/* Properties that all airs of the Earth share. */
+/* Properties shared by all atmospheres of the Earth. */
 #define EARTH_MOLECULES                                                                                                \
   {                                                                                                                    \
     .profile = NEPH_LAYER_EXPONENTIAL, .top_m = (double)INFINITY, .height_m = 8000.0,                                  \

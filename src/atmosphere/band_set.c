@@ -8,14 +8,14 @@
 
 static const double reference_nm[NP_BAND_COUNT] = {680.0, 550.0, 440.0};
 
-static double be_flat(double wavelength_nm) {
+static double get_flat(double wavelength_nm) {
   (void)wavelength_nm;
   return 1.0;
 }
 
 static double (*const spectra[NP_BAND_RULE_COUNT])(double wavelength_nm) = {
-    [NP_BAND_LINEAR] = be_flat,
-    [NP_BAND_POWER] = be_flat,
+    [NP_BAND_LINEAR] = get_flat,
+    [NP_BAND_POWER] = get_flat,
     [NP_BAND_SUN] = np_spectra_sun,
     [NP_BAND_OZONE] = np_spectra_ozone,
     [NP_BAND_MOLECULES] = np_spectra_molecules,
@@ -49,7 +49,7 @@ np_band_set np_band_set_choose(const np_wavelengths *wavelengths, unsigned packe
   return np_band_set_choose_cells(wavelengths, index);
 }
 
-/* The pair of reference bands between which a wavelength lies, or nearest to it: its longer one. */
+/* Pair of reference bands around, or nearest to, a wavelength: index of the longer one. */
 static int choose_segment(double nm) { return nm >= reference_nm[1] ? 0 : 1; }
 
 static double interpolate_linear(const double values[NP_BAND_COUNT], double nm) {
@@ -58,7 +58,7 @@ static double interpolate_linear(const double values[NP_BAND_COUNT], double nm) 
   return values[i] + fmin(fmax(place, 0.0), 1.0) * (values[i + 1] - values[i]);
 }
 
-/* A power law needs two values above 0; else linear, as above. */
+/* A power law needs two positive values; otherwise the result is linear. */
 static double interpolate_power(const double values[NP_BAND_COUNT], double nm) {
   const int i = choose_segment(nm);
   if (!(values[i] > 0.0 && values[i + 1] > 0.0)) return interpolate_linear(values, nm);

@@ -1,13 +1,15 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The three bands of one packet, and what a scene's values are in them.
+/* The three spectral bands of one packet, and conversion of a scene's values to them.
  *
- * A scene says everything at 680, 550 and 440 nm, the reference bands. In other bands
- *   linear   albedos, radiances: linear in wavelength between the reference bands, constant beyond;
- *   power    scattering and absorption: a power of the wavelength between them, which goes on beyond;
- *   the rest has a spectrum of its own, and the ratio of the scene's values to it goes as above: linear for the sun and
- *            ozone, as a power for molecules.
- * So the default sun, ozone and air are the measured ones, and a scene's values hold exactly in its own bands.
- */
+ * Scenes state values at 680, 550 and 440 nm, the reference bands. The rule of a value gives it in other bands:
+ *
+ * linear albedos, radiances: linear in wavelength between the reference bands, constant beyond;
+ *
+ * power scattering and absorption: a power of the wavelength, continued beyond;
+ *
+ * other values have a spectrum of their own, multiplied by the ratio of the scene's values to it: linear for the sun
+ * and ozone, a power for molecules. So the default sun, ozone and air are the measured ones, and a scene's values hold
+ * exactly in the reference bands. */
 #ifndef NP_ATMOSPHERE_BAND_SET_H
 #define NP_ATMOSPHERE_BAND_SET_H
 
@@ -28,31 +30,31 @@ typedef enum np_band_rule {
 typedef struct np_band_set {
   bool is_reference;
   double nm[NP_BAND_COUNT];
-  double shape[NP_BAND_RULE_COUNT][NP_BAND_COUNT]; /* the rules' own spectra, means over each band */
+  double shape[NP_BAND_RULE_COUNT][NP_BAND_COUNT]; /* spectra of the rules, as means over each band */
 } np_band_set;
 
-/* 680, 550 and 440 nm, where every value is the scene's. */
+/* The bands at 680, 550 and 440 nm, in which every value is the scene's. */
 np_band_set np_band_set_reference(void);
 
-/* Packet `packet` of count/3: one band of each third of the wavelengths, the longest first. */
+/* Bands of packet `packet` of count/3: one from each third of the wavelengths, the longest first. */
 np_band_set np_band_set_choose(const np_wavelengths *wavelengths, unsigned packet);
 
-/* The bands of three wavelengths by their indices. */
+/* Bands of three wavelengths by index. */
 np_band_set np_band_set_choose_cells(const np_wavelengths *wavelengths, const unsigned index[NP_BAND_COUNT]);
 
-/* The index in `wavelengths` of a band of a packet. */
+/* Index in `wavelengths` of a band of a packet. */
 unsigned np_band_set_get_index(const np_wavelengths *wavelengths, unsigned packet, unsigned band);
 
-/* A scene's three values in these bands; never negative where the scene's are not. */
+/* Converts a scene's three values to these bands; not negative unless the scene's are. */
 void np_band_set_convert(const np_band_set *bands, np_band_rule rule, const double reference[NP_BAND_COUNT],
                          double out[NP_BAND_COUNT]);
 
-/* X, Y and Z, integrals over wavelength in nm, of a scene's three values. */
+/* CIE X, Y and Z of a scene's three values: integrals over wavelength in nm. */
 void np_band_set_compute_xyz(const np_wavelengths *wavelengths, np_band_rule rule,
                              const double reference[NP_BAND_COUNT], double out_xyz[3]);
 
-/* A layer of the air in these bands: molecules scatter by their own spectrum, all else as a power of the wavelength;
- * asymmetries are linear. A table stays where it is. */
+/* Converts a layer of the air to these bands: molecules by their own spectrum, other coefficients as powers of the
+ * wavelength, asymmetries linearly. Density tables stay unchanged. */
 neph_atmosphere_layer np_band_set_convert_layer(const np_band_set *bands, const neph_atmosphere_layer *reference);
 
 #endif

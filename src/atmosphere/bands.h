@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A spectrum in one four-lane register: three bands and a lane of no meaning. What the tables are made of and with. */
+/* A spectrum in one four-lane register, for the tables: three bands and an unused lane. */
 #ifndef NP_ATMOSPHERE_BANDS_H
 #define NP_ATMOSPHERE_BANDS_H
 
@@ -27,19 +27,19 @@ static inline np_spectrum np_bands_to_spectrum(np_bands a) { return np_spectrum_
 static inline np_bands np_bands_select(np_bands_bits mask, np_bands if_set, np_bands if_clear) {
   return (np_bands)((mask & (np_bands_bits)if_set) | (~mask & (np_bands_bits)if_clear));
 }
-/* Lanes of `a` that are not a number become `b`. */
+/* NaN lanes of `a` become `b`. */
 static inline np_bands np_bands_max(np_bands a, np_bands b) { return _mm_max_ps(a, b); }
 static inline np_bands np_bands_min(np_bands a, np_bands b) { return _mm_min_ps(a, b); }
 
 static inline np_bands np_bands_mix(np_bands a, np_bands b, float t) { return a + t * (b - a); }
 
-/* The polynomial of degree 6 that is nearest to eʳ for |r| ≤ ½ ln 2, from its highest power down. */
+/* Coefficients of the best polynomial of degree 6 for eʳ, |r| ≤ ½ ln 2, from the highest power down. */
 static const float np_exp_coefficients[] = {0.00138368460f, 0.00837481580f, 0.0416682256f, 0.166664202f,
                                             0.499999921f,   1.0f,           1.0f};
 enum { NP_EXP_TERMS = sizeof np_exp_coefficients / sizeof *np_exp_coefficients };
 
-/* eˣ to 2e-7, 0 below −87: x = k·ln 2 + r. Added to 1.5·2²³ + 127, k rounds itself, and leaves its biased exponent in
- * the low bits. */
+/* eˣ to 2e-7, 0 below −87: x = k·ln 2 + r. Adding k to 1.5·2²³ + 127 rounds it and leaves its biased exponent in the
+ * low bits. */
 static inline np_bands np_bands_exp(np_bands x) {
   const np_bands limited = np_bands_min(np_bands_max(x, np_bands_grey(-87.0f)), np_bands_grey(88.0f));
   const np_bands rounded = limited * 1.44269504f + 12583039.0f, k = rounded - 12583039.0f;
@@ -49,7 +49,7 @@ static inline np_bands np_bands_exp(np_bands x) {
   return np_bands_select(x < -87.0f, np_bands_grey(0.0f), sum * (np_bands)((np_bands_bits)rounded << 23));
 }
 
-/* The same of one number, for loops that compilers make vectors of. */
+/* np_bands_exp of a single number, in a form that compilers vectorise. */
 static inline float np_exp_lane(float x) {
   const float limited = np_clampf(x, -87.0f, 88.0f);
   union {

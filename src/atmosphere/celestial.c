@@ -1,12 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The sun's and the moon's places in the sky, and how the sphere of the stars is turned (Meeus 1998, "Astronomical
- * Algorithms", chapters 11, 21 to 25, 47 and 53): libnova's VSOP87 and ELP 2000-82B positions, aberration, precession,
- * nutation, apparent sidereal time, and the parallax: 8.8″ at most of the sun, a degree of the moon.
+/* Positions of sun and moon, and rotation of the celestial sphere (Meeus 1998, "Astronomical Algorithms", chapters 11,
+ * 21 to 25, 47 and 53): libnova's VSOP87 and ELP 2000-82B positions, aberration, precession, nutation, apparent
+ * sidereal time, and parallax, at most 8.8″ for the sun and a degree for the moon.
  *
- * libnova 0.16 gives both for the equinox of J2000, in its functions for apparent positions too, which leaves out the
- * precession since: a third of a degree by 2024. So only ecliptic positions are taken from it, and the rest is done
- * here.
- */
+ * libnova 0.16 refers both positions to the equinox of J2000, even in its functions for apparent positions, which
+ * ignores the precession since: a third of a degree by 2024. So nephos takes only ecliptic positions from it, and
+ * computes the rest here. */
 #include "atmosphere/celestial.h"
 
 #include <math.h>
@@ -43,13 +42,13 @@ static const double obliquity_of_2000 = 23.4392911 * NP_DEGREE;
 static const double arc_second = NP_DEGREE / 3600.0;
 static const double astronomical_unit_m = 149597870700.0, moon_radius_m = 1737400.0;
 
-/* libnova keeps the last position it computed in static variables. */
+/* libnova caches its last position in static variables. */
 static pthread_mutex_t nova_lock = PTHREAD_MUTEX_INITIALIZER;
 
-/* Angles of precession from J2000 to a moment; radians. */
+/* Precession angles from J2000 to a date, and nutation; radians. */
 typedef struct sphere_state {
   double along, across; /* nutation in longitude and in obliquity */
-  double obliquity;     /* mean, of date */
+  double obliquity;     /* mean obliquity of date */
   double sidereal;      /* apparent, at Greenwich */
 } sphere_state;
 
@@ -57,9 +56,9 @@ static np_dvec3 make_direction(double longitude, double latitude) {
   return np_dvec3_make(cos(latitude) * cos(longitude), cos(latitude) * sin(longitude), sin(latitude));
 }
 
-/* Dynamical time less universal time, seconds, every five years from 1970 to 2025 (IERS). libnova's own runs away after
- * 2010: to 128 s in 2020, in which the moon goes half a minute of arc. What the Earth will do after 2025 is not known;
- * by 2050 a few seconds may be missing. */
+/* Dynamical time minus universal time, seconds, every five years from 1970 to 2025 (IERS). libnova's estimate diverges
+ * after 2010: to 128 s in 2020, in which the moon moves by half a minute of arc. The Earth's rotation after 2025 is not
+ * known; by 2050 the error may be a few seconds. */
 static double compute_ephemeris_day(double julian_day) {
   static const double seconds[] = {40.18, 45.48, 50.54, 54.34, 56.86, 60.79, 63.83, 64.69, 66.07, 67.64, 69.36, 69.14};
   enum { LAST = sizeof seconds / sizeof *seconds - 1 };
@@ -70,27 +69,27 @@ static double compute_ephemeris_day(double julian_day) {
   return julian_day + (seconds[i] + later * (seconds[i + 1] - seconds[i])) / 86400.0;
 }
 
-/* From ecliptic to equator: about x, towards which both have the equinox. */
+/* Rotates from the ecliptic to the equator, about x, the direction of the equinox. */
 static np_dvec3 tilt(np_dvec3 v, double obliquity) {
   const double c = cos(obliquity), s = sin(obliquity);
   return np_dvec3_make(v.x, c * v.y - s * v.z, s * v.y + c * v.z);
 }
 
-/* From the mean equator of J2000 to that of date; `v` of any length. */
+/* Rotates from the mean equator of J2000 to the mean equator of date; `v` of any length. */
 static np_dvec3 precess(np_dvec3 v, double ephemeris_day) {
   struct ln_equ_posn of_2000 = {atan2(v.y, v.x) / NP_DEGREE, atan2(v.z, hypot(v.x, v.y)) / NP_DEGREE}, of_date;
   ln_get_equ_prec(&of_2000, ephemeris_day, &of_date);
   return np_dvec3_scale(make_direction(of_date.ra * NP_DEGREE, of_date.dec * NP_DEGREE), np_dvec3_length(v));
 }
 
-/* Adds the nutation, as rotations about the ecliptic's pole and the equinox (Meeus 23.1, without its series). */
+/* Applies the nutation, as rotations about the ecliptic's pole and the equinox (Meeus 23.1, without its series). */
 static np_dvec3 nutate(np_dvec3 v, const sphere_state *s) {
   const np_dvec3 e = tilt(v, -s->obliquity);
   const double c = cos(s->along), d = sin(s->along);
   return tilt(np_dvec3_make(c * e.x - d * e.y, d * e.x + c * e.y, e.z), s->obliquity + s->across);
 }
 
-/* Under nova_lock. */
+/* Requires nova_lock. */
 static sphere_state compute_state(double julian_day) {
   struct ln_nutation nutation;
   ln_get_nutation(julian_day, &nutation);
@@ -100,10 +99,10 @@ static sphere_state compute_state(double julian_day) {
                         .sidereal = ln_get_apparent_sidereal_time(julian_day) * 15.0 * NP_DEGREE};
 }
 
-/* East, north and up, from the equator of date. */
+/* Rotates from the equator of date to east, north and up. */
 static np_dvec3 to_world(np_dvec3 v, double local_sidereal, double latitude_rad) {
   const double c = cos(local_sidereal), s = sin(local_sidereal);
-  const double out = c * v.x + s * v.y, east = c * v.y - s * v.x; /* towards the meridian, and east of it */
+  const double out = c * v.x + s * v.y, east = c * v.y - s * v.x; /* towards the meridian, and towards the east */
   return np_dvec3_make(east, cos(latitude_rad) * v.z - sin(latitude_rad) * out,
                        sin(latitude_rad) * v.z + cos(latitude_rad) * out);
 }
@@ -154,7 +153,7 @@ np_dvec3 np_celestial_apply(const np_celestial_turn *turn, np_dvec3 v) {
 
 /* ---- Sun ---- */
 
-/* Vector to the sun in metres for the true equator of date, aberration (Meeus 25.10) included. Under nova_lock. */
+/* Vector to the sun in metres, for the true equator of date, with aberration (Meeus 25.10). Requires nova_lock. */
 static np_dvec3 compute_sun(double ephemeris_day, const sphere_state *state) {
   struct ln_helio_posn sun;
   ln_get_solar_geom_coords(ephemeris_day, &sun);
@@ -177,8 +176,8 @@ np_sun_angles np_celestial_sun(double unix_s, double latitude_rad, double longit
 
 /* ---- Moon ---- */
 
-/* Vector to the moon in metres for the true equator of date: ELP 2000-82B, which libnova gives for the ecliptic and
- * equinox of J2000. Under nova_lock. */
+/* Vector to the moon in metres, for the true equator of date, from libnova's ELP 2000-82B for the ecliptic and equinox
+ * of J2000. Requires nova_lock. */
 static np_dvec3 compute_moon(double ephemeris_day, const sphere_state *state) {
   struct ln_rect_posn moon;
   ln_get_lunar_geo_posn(ephemeris_day, &moon, 0.0);
@@ -186,9 +185,9 @@ static np_dvec3 compute_moon(double ephemeris_day, const sphere_state *state) {
   return np_dvec3_scale(nutate(precess(of_2000, ephemeris_day), state), 1000.0);
 }
 
-/* The moon's own axes for the true equator of date, by Cassini's laws (Meeus, chapter 53): its equator is at I to
- * the ecliptic, descends on it where the orbit ascends, and the prime meridian keeps the mean longitude's pace.
- * Physical libration, 0.04° at most, is left out. */
+/* Axes of the moon, for the true equator of date, by Cassini's laws (Meeus, chapter 53): its equator is inclined by I
+ * to the ecliptic, with its descending node at the ascending node of the orbit; the prime meridian follows the mean
+ * longitude. Physical libration, at most 0.04°, is left out. */
 static void compute_axes(double julian_day, const sphere_state *state, np_dvec3 out_axes[3]) {
   static const double inclination = 1.54242 * NP_DEGREE;
   const double t = (julian_day - julian_day_of_2000) / days_per_century;
@@ -203,7 +202,7 @@ static void compute_axes(double julian_day, const sphere_state *state, np_dvec3 
   for (int i = 0; i < 3; i++) out_axes[i] = nutate(tilt(axes[i], state->obliquity), state);
 }
 
-/* A place at sea level on the ellipsoid of 1976 (Meeus, chapter 11), from the centre of the Earth, in metres. */
+/* Position at sea level on the ellipsoid of 1976 (Meeus, chapter 11), from the centre of the Earth, in metres. */
 static np_dvec3 compute_observer(double local_sidereal, double latitude_rad) {
   static const double equator_m = 6378140.0, pole_over_equator = 0.99664719;
   const double u = atan2(pole_over_equator * sin(latitude_rad), cos(latitude_rad));

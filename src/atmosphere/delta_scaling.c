@@ -1,14 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Delta-M (Wiscombe 1977, "The Delta-M Method: Rapid Yet Accurate Radiative Flux Calculations for Strongly Asymmetric
- * Phase Functions", eqs. 6 to 12), with three moments kept.
+/* Delta-M scaling (Wiscombe 1977, "The Delta-M Method: Rapid Yet Accurate Radiative Flux Calculations for Strongly
+ * Asymmetric Phase Functions", eqs. 6 to 12), with three moments.
  *
- * The part f = χ_3 of what an aerosol scatters is taken to go straight on: it is left out of scattering and extinction,
- * and the rest scatters by the moments (χ_l − f)/(1 − f), whose sum to degree 2 is as good as positive, which that of χ
- * is not: where the aerosol outweighs the molecules, moments of its light could come out negative.
+ * A share f = χ_3 of the aerosol's scattering counts as unscattered: it is removed from scattering and extinction, and
+ * the rest scatters by the moments (χ_l − f)/(1 − f). Their sum to degree 2 is practically positive, unlike the sum of
+ * the χ_l: with more aerosol than molecules, moments of the light could become negative.
  *
- * What goes straight on is part of the scattered light all the same: sunlight through the scaled air less sunlight
- * through the air as it is, from the sun's direction. It is added to the moments in the end.
- */
+ * The forward share is still scattered light: the difference of sunlight through the scaled and through the true air,
+ * from the sun's direction. It is added to the final moments. */
 
 #include <string.h>
 
@@ -30,7 +29,7 @@ static void scale_layer(np_layer *layer, const float *part) {
   }
 }
 
-/* The air scaled; it shares kinks and tables with the air as it is, and owns its list of layers. */
+/* Scales the air. The result shares kinks and tables with the original, and owns its list of layers. */
 static neph_result scale_medium(neph_context *context, const np_medium *medium, np_medium *out) {
   float part[NP_AEROSOLS_MAX];
   *out = *medium;

@@ -1,13 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Shading of a light's disk.
  *
- * The sun by the functions that Neckel 2005 ("Analytical Reference Functions F(λ) for the Sun's Limb Darkening and Its
+ * Sun: the functions that Neckel 2005 ("Analytical Reference Functions F(λ) for the Sun's Limb Darkening and Its
  * Absolute Continuum Intensities", Solar Physics 229, table I) fits to the measurements of Neckel and Labs 1994:
  * I(μ)/I(1) = Σ Aₖ(λ)·μᵏ, each Aₖ linear in 1/λ and 1/λ⁵. The mean over the disk is 2·∫I μ dμ = Σ 2Aₖ/(k + 2).
  *
- * The moon by the law of Lommel and Seeliger, μ₀/(μ₀ + μ), which is even at full moon, as the moon is and a Lambert
- * sphere is not; moon.c gives the factors.
- */
+ * Moon: the law of Lommel and Seeliger, μ₀/(μ₀ + μ). It is uniform at full moon, like the real moon and unlike a
+ * Lambert sphere; moon.c has the factors. */
 #include "atmosphere/disk.h"
 
 #include "core/units.h"
@@ -18,7 +17,8 @@ typedef struct limb_fit {
   double coefficient[NP_LIMB_TERMS][3];
 } limb_fit;
 
-/* From each wavelength on; between 373 and 385 nm there is no continuum, and the last goes on. */
+/* Each fit holds from its wavelength on. There is no continuum between 373 and 385 nm: the fit before it holds there.
+ */
 static const limb_fit fits[] = {
     {422.57,
      {{0.75267, -0.265577, 0.0},
@@ -53,7 +53,7 @@ void np_limb_darkening(double wavelength_nm, double out_coefficient[NP_LIMB_TERM
 
 np_disk np_disk_make(np_vec3 direction, double angular_radius_rad, np_spectrum irradiance) {
   const double half = sin(0.5 * angular_radius_rad), sine = sin(angular_radius_rad);
-  /* Over the projected solid angle, π sin²a. */
+  /* The projected solid angle is π sin²a. */
   const float factor = angular_radius_rad > 0.0 ? (float)(1.0 / (NP_PI * sine * sine)) : 0.0f;
   return (np_disk){.kind = NP_DISK_EVEN,
                    .direction = direction,
@@ -74,7 +74,7 @@ np_disk np_disk_make_sun(np_vec3 direction, double angular_radius_rad, np_spectr
   return disk;
 }
 
-/* Half the squared chord to the disk's centre is the versine of the angle to it, without cancellation. */
+/* Half the squared chord to the disk's centre is the versine of the angle between them, without cancellation. */
 static float compute_versine(const np_disk *disk, np_vec3 direction) {
   const np_vec3 offset = np_vec3_subtract(direction, disk->direction);
   return 0.5f * np_vec3_dot(offset, offset);
@@ -110,7 +110,7 @@ np_spectrum np_disk_radiance(const np_disk *disk, np_vec3 direction) {
   const float versine = compute_versine(disk, direction), edge = disk->versine;
   if (edge <= 0.0f || versine > edge) return np_spectrum_grey(0.0f);
   if (disk->kind == NP_DISK_EVEN) return disk->radiance;
-  /* Seen at this angle a ray meets the sphere at the sine sin θ/sin a with its normal. */
+  /* A ray at this angle hits the sphere with sine sin θ/sin a between ray and normal. */
   const float x2 = versine * (2.0f - versine) / (edge * (2.0f - edge)), cosine = sqrtf(np_maxf(1.0f - x2, 0.0f));
   if (disk->kind == NP_DISK_SUN) return shade_sun(disk, cosine);
   return shade_moon(disk, direction, cosine, sqrtf(edge * (2.0f - edge)));

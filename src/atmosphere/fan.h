@@ -1,9 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A fan: rays of one zenith angle under many suns or azimuths.
+/* A fan: rays with one zenith angle and many suns or azimuths.
  *
- * The path along them is one, and so are the rows of all tables at its points; a ray is but its sun and its angle with
- * it. What is asked of the tables at a point is asked for the whole fan, by kernels for each instruction set.
- */
+ * They share one path and the table rows at its points; each ray differs by its sun cosine and its angle with the sun.
+ * Kernels for each instruction set look the tables up for the whole fan at each point. */
 #ifndef NP_ATMOSPHERE_FAN_H
 #define NP_ATMOSPHERE_FAN_H
 
@@ -12,20 +11,20 @@
 #include "atmosphere/ray_path.h"
 #include "atmosphere/scattering_moments.h"
 
-/* Kernels take this many rays at once. */
+/* Kernels take this many rays per step. */
 enum { NP_FAN_STEP = 8, NP_FAN_MAX = 4 * NP_MOMENT_NODE_COLUMNS_MAX };
 
-/* The rays of which there are; arrays are laid out for whole steps. */
+/* Number of steps for the rays; arrays have whole steps. */
 static inline int np_fan_count_steps(int count) { return (count + NP_FAN_STEP - 1) / NP_FAN_STEP; }
 
 typedef struct np_fan {
   int count;
-  float r;                        /* where the rays begin */
-  float sun_cosine[NP_FAN_MAX];   /* there */
-  float angle_cosine[NP_FAN_MAX]; /* between ray and sun */
+  float r;                        /* value at the start of the rays */
+  float sun_cosine[NP_FAN_MAX];   /* value at the start of the rays */
+  float angle_cosine[NP_FAN_MAX]; /* cosine between ray and sun */
 } np_fan;
 
-/* Makes of the rays after the last, up to a whole step, others like it. */
+/* Pads the fan to a whole step with copies of the last ray. */
 static inline void np_fan_pad(np_fan *fan) {
   for (int i = fan->count; i < np_fan_count_steps(fan->count) * NP_FAN_STEP; i++) {
     fan->sun_cosine[i] = fan->sun_cosine[fan->count - 1];
@@ -40,7 +39,7 @@ static inline np_fan np_fan_make_single(const np_ray *ray, float sun_cosine, flo
   return fan;
 }
 
-/* The rays of a fan at one point: what each asks of the moments there. */
+/* Coordinates of a fan's rays in the moment table at one point. */
 typedef struct np_fan_point {
   int count;
   float sun_cosine[NP_FAN_MAX];
@@ -49,16 +48,15 @@ typedef struct np_fan_point {
   float upper[NP_FAN_MAX]; /* np_sun_scale_split */
 } np_fan_point;
 
-/* Light of later orders that the air at a point scatters into the rays of a fan, from the moments there: a·M + b·F·ω +
- * c·ω·Kω. */
+/* Source of later orders at a point for the rays of a fan, from the moments: a·M + b·F·ω + c·ω·Kω. */
 typedef struct np_fan_source {
   const np_moment_table *table;
   float altitude_m, cosine;
   np_bands isotropic, linear, quadratic; /* a, b, c */
 } np_fan_source;
 
-/* Times a weight. Rayleigh's scattering is exact, ∫ p_R(ω·ω′) L dω′ = 3/(16π)·(M + ω·Kω); the aerosol's but for its
- * parts of degree 3 and above, ∫ p(ω·ω′) L dω′ ≈ 1/(4π)·((1 − 5χ₂/2)·M + 3χ₁·F·ω + 15χ₂/2·ω·Kω). */
+/* Makes a source, times a weight. Rayleigh scattering is exact, ∫ p_R(ω·ω′) L dω′ = 3/(16π)·(M + ω·Kω). Aerosol
+ * scattering is cut after degree 2, ∫ p(ω·ω′) L dω′ ≈ 1/(4π)·((1 − 5χ₂/2)·M + 3χ₁·F·ω + 15χ₂/2·ω·Kω). */
 static inline np_fan_source np_fan_source_make(const np_moment_table *table, const np_path_node *node, np_bands weight,
                                                bool has_aerosol) {
   const np_medium *medium = table->medium;
@@ -74,14 +72,14 @@ static inline np_fan_source np_fan_source_make(const np_moment_table *table, con
 }
 
 typedef struct np_fan_kernels {
-  /* Suns of all rays at a distance `t`, where the radius is `r`. */
+  /* Computes the sun cosines of all rays at a distance `t` and radius `r`. */
   void (*compute_sun_cosines)(const np_fan *fan, float t, float r, np_fan_point *out_point);
-  /* Sunlight for each of them, from the row's depths: np_depth_row_sun. */
+  /* Computes the sunlight of each ray from the row's depths: np_depth_row_sun. */
   void (*compute_sunlight)(const np_depth_row *row, np_sun_disk disk, const np_fan_point *point,
                            np_bands *out_sunlight);
-  /* Resolves the rest of a point whose suns are there. */
+  /* Computes the remaining coordinates of a point whose sun cosines are set. */
   void (*compute_columns)(const np_sun_scale *scale, const np_fan *fan, float cosine, np_fan_point *point);
-  /* Adds the source to `sums`; and gives M, where `out_totals` is not NULL. */
+  /* Adds the source to `sums`, and stores M in `out_totals` if it is not NULL. */
   void (*add_source)(const np_fan_source *source, const np_fan_point *point, np_bands *sums, np_bands *out_totals);
 } np_fan_kernels;
 

@@ -1,19 +1,18 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Table look-ups of a fan's rays at one point: sunlight, and the light that the air there scatters on.
+/* Table look-ups for a fan's rays at one point: sunlight, and the source of scattered light.
  *
  * Along a fan the ray's zenith cosine ωz, the altitude and all coefficients are the same. So the source of later orders
  *
- *   J(ω) = a·M + b·F·ω + c·ω·Kω
+ * J(ω) = a·M + b·F·ω + c·ω·Kω
  *
- * is folded, once for the fan, into a quadratic in ωx for each column of sun cosines; a ray then evaluates those of the
- * two columns about its sun, and mixes them. Vectors hold two columns of three bands each.
+ * is reduced, once for the fan, to a quadratic in ωx for each column of sun cosines. A ray evaluates the quadratics of
+ * the two columns around its sun, and interpolates. Vectors hold two columns of three bands each.
  *
- * Every lane is computed by the same operations at any width, so that all instruction sets give the same bits.
- */
+ * Every lane is computed by the same operations at any width: all instruction sets give the same bits. */
 #include "atmosphere/fan.h"
 #include "core/isa.h"
 
-/* A column or two, as the registers have it: nothing is gained by halves of vectors. */
+/* One or two columns in a register: half vectors would gain nothing. */
 #if defined(__AVX__)
 typedef float block __attribute__((vector_size(32), aligned(16), may_alias));
 #else
@@ -24,7 +23,7 @@ enum { BANDS = sizeof(np_bands) / sizeof(float), BLOCK = sizeof(block) / sizeof(
 
 /* ---- Sunlight ---- */
 
-/* np_depth_row_sun: suns of which all are high; those, or some, of which the disk may be cut; those that have set. */
+/* State of the suns in a step for np_depth_row_sun: all high, some disks possibly cut by the horizon, or all set. */
 typedef enum daylight { IS_NIGHT, IS_CUT, IS_HIGH } daylight;
 
 static daylight classify(const np_depth_row *row, np_sun_disk disk, const float *sun) {
@@ -37,7 +36,7 @@ static daylight classify(const np_depth_row *row, np_sun_disk disk, const float 
   return low >= 0.0f && (low - row->horizon_cosine) * row->disk_scale > 0.2f ? IS_HIGH : IS_CUT;
 }
 
-/* np_disk_rule_make: the parts of disks that are seen, and two cosines to look at in place of each. */
+/* np_disk_rule_make: visible parts of the disks, and two cosines for each. */
 static void split_disks(const np_depth_row *row, np_sun_disk disk, const float *sun, float *out_visible, float *out_low,
                         float *out_high) {
   const float radius = 0.5f / (disk.inverse_diameter * row->disk_scale);
@@ -55,7 +54,7 @@ static void split_disks(const np_depth_row *row, np_sun_disk disk, const float *
   }
 }
 
-/* np_depth_row_level for rays that fall, their lowest points being level. */
+/* np_depth_row_level for descending rays, whose perigees are level. */
 static void add_level_depths(const np_depth_row *row, const float *cosine, np_bands *depth) {
   for (int i = 0; i < NP_FAN_STEP; i++) {
     if (cosine[i] >= 0.0f) continue;
@@ -64,7 +63,7 @@ static void add_level_depths(const np_depth_row *row, const float *cosine, np_ba
   }
 }
 
-/* Transmittance to the top along rays of given cosines: np_depth_row_lookup, in a row whose neighbours are `mixed`. */
+/* Transmittance to the top along rays of given cosines: np_depth_row_lookup in a row interpolated to `mixed`. */
 static void compute_transmittance(const np_depth_row *row, const np_bands *mixed, const float *cosine, bool may_fall,
                                   np_bands *out) {
   int32_t column[NP_FAN_STEP];
@@ -108,7 +107,7 @@ static void compute_sunlight(const np_depth_row *row, np_sun_disk disk, const np
     compute_sunlight_step(row, mixed, disk, point->sun_cosine + i, out_sunlight + i);
 }
 
-/* ---- Where the rays are ---- */
+/* ---- Coordinates of the rays ---- */
 
 static void compute_sun_cosines(const np_fan *fan, float t, float r, np_fan_point *out_point) {
   const float inverse_r = 1.0f / r;
@@ -132,7 +131,7 @@ static void compute_columns(const np_sun_scale *scale, const np_fan *fan, float 
 
 /* ---- Later orders ---- */
 
-/* Quadratics in ωx, column by column; and M. */
+/* M, and the quadratics in ωx, for each column. */
 typedef struct folded_source {
   np_bands constant[NP_MOMENT_COLUMNS_MAX + 2], linear[NP_MOMENT_COLUMNS_MAX + 2], square[NP_MOMENT_COLUMNS_MAX + 2];
   np_bands total[NP_MOMENT_COLUMNS_MAX + 2];
@@ -143,13 +142,13 @@ static inline void set_block(np_bands value, block *out) {
   *out = *(const block *)both;
 }
 
-/* One moment in a block of columns, between two rows. */
+/* Interpolates one moment between two rows, for a block of columns. */
 static inline void mix_rows(const np_bands *low, const np_bands *high, float upper, block *out) {
   const block below = *(const block *)low;
   *out = below + upper * (*(const block *)high - below);
 }
 
-/* The columns that a point's rays look at. */
+/* Range of columns that a point's rays use. */
 static void compute_range(const np_fan_point *point, int *out_first, int *out_last) {
   int first = point->column[0], last = first;
   for (int i = 1; i < point->count; i++) {
@@ -183,7 +182,7 @@ static void fold_source(const np_fan_source *source, int first, int last, folded
   }
 }
 
-/* The quadratics of a column and of the next at one ωx, mixed. */
+/* Interpolates the quadratics of two adjacent columns at one ωx. */
 static inline np_bands evaluate(const folded_source *folded, int column, float x, float upper) {
   np_bands both[2];
   for (int i = 0; i < 2; i += BLOCK) {

@@ -14,16 +14,16 @@ enum {
   COSINES = 13,
   AZIMUTHS = 9
 };
-enum { UP = 8, DOWN = 4, DOME_AZIMUTHS = 8 }; /* twice as many of each where a lobe is sharp */
+enum { UP = 8, DOWN = 4, DOME_AZIMUTHS = 8 }; /* doubled for sharp lobes */
 
-/* Altitudes by the scattering depth above them, e⁻ˣ of the whole: for one exponential these are its scale heights. */
+/* Altitudes by the scattering depth above them, e⁻ˣ of the total: for one exponential layer, x scale heights. */
 static const double exponential_depths[] = {0.0, 0.667, 2.083, 6.667};
 static const double other_depths[NP_GATHER_ALTITUDES_MAX] = {0.0, 0.25, 0.667, 1.3, 2.083, 3.3, 4.8, 6.667};
 
-/* Lobes are widened to this in weights: the rule's directions lie some fifteen degrees apart, or eight. */
+/* Largest asymmetry of a lobe in weights: the directions of the rule are some 15° apart, or 8°. */
 static const float asymmetry_max = 0.85f, sharp_asymmetry_max = 0.93f;
 
-/* Two lobes convolved, at 257 angles; the series ends where its terms no longer count. */
+/* Convolves two lobes, at 257 angles; the series ends when its terms are negligible. */
 static void convolve_lobes(const np_phase *p, const np_phase *q, float *out) {
   double a[TERMS], b[TERMS];
   np_phase_get_moments(p, TERMS, a);
@@ -41,7 +41,7 @@ static void convolve_lobes(const np_phase *p, const np_phase *q, float *out) {
   }
 }
 
-/* Place of an angle in those tables. */
+/* Coordinate of an angle in those tables. */
 static float compute_angle(float versine) {
   return (float)(ANGLES - 1) * sqrtf(np_acos_coarse(1.0f - versine) * (1.0f / NP_PI_F));
 }
@@ -64,13 +64,13 @@ np_bands np_gather_kernel_convolve_lobe(const np_gather_kernel *kernel, float ve
   return sum;
 }
 
-/* One lobe at an input and its mirror image behind the sun's plane, for which the input stands as well. */
+/* A lobe at an input and at its mirror image across the sun's plane, which the input represents as well. */
 static float eval_twins(np_phase_lobe lobe, np_vec3 to, np_vec3 from) {
   return np_phase_eval_lobe(lobe, np_vec3_versine(to, from)) +
          np_phase_eval_lobe(lobe, np_vec3_versine(to, np_vec3_make(from.x, -from.y, from.z)));
 }
 
-/* The directions that are gathered from at one altitude, and the rule's weights of their rows. */
+/* Input directions at one altitude, and the quadrature weights of their rows. */
 typedef struct dome_inputs {
   int count;
   np_vec3 from[NP_GATHER_INPUTS_MAX];
@@ -86,7 +86,7 @@ static void place_inputs(const np_gather_kernel *kernel, int altitude, const flo
   }
 }
 
-/* Adds the weights of every input in one output for one lobe, scaled to a sum of `share`. */
+/* Adds the weights of every input to one output for one lobe, scaled to a sum of `share`. */
 static void add_lobe(const dome_inputs *inputs, np_phase_lobe lobe, np_vec3 to, float share, float *weights) {
   float value[NP_GATHER_INPUTS_MAX], sum = 0.0f;
   for (int in = 0; in < inputs->count; in++) {
@@ -96,8 +96,8 @@ static void add_lobe(const dome_inputs *inputs, np_phase_lobe lobe, np_vec3 to, 
   for (int in = 0; in < inputs->count; in++) weights[in] += share / np_maxf(sum, 1e-20f) * value[in];
 }
 
-/* Each lobe of a mixture is scaled by itself, so that a narrow one keeps its share wherever the rule's directions lie,
- * and is widened to what the rule tells apart. */
+/* Builds the weights of one aerosol. Each lobe of a mixture is normalised on its own, so that a narrow one keeps its
+ * share for any positions of the directions, and is widened to the resolution of the rule. */
 static void build_weights(np_gather_kernel *kernel, int altitude, int aerosol, const dome_inputs *inputs) {
   const np_phase *phase = &kernel->medium->aerosol[aerosol].phase;
   const float greatest = kernel->azimuth_count > DOME_AZIMUTHS ? sharp_asymmetry_max : asymmetry_max;
@@ -137,7 +137,7 @@ static bool is_exponential(const np_medium *medium) {
   return layers == 1 && exponentials == 1;
 }
 
-/* The altitude above which e⁻ˣ of the depth lies, by bisection. */
+/* Altitude above which e⁻ˣ of the depth lies, by bisection. */
 static double search_altitude_of(const np_medium *medium, double x, double lowest) {
   const double wanted = exp(-x) * compute_depth(medium, lowest);
   double low = lowest, high = medium->top_m;
@@ -158,7 +158,7 @@ static void place_altitudes(np_gather_kernel *kernel) {
     kernel->altitude_m[i] = search_altitude_of(medium, is_plain ? exponential_depths[i] : other_depths[i], lowest);
 }
 
-/* Share of each aerosol in the scattering at an altitude; where there is none, in all of it. */
+/* Share of each aerosol in the scattering at an altitude; without scattering there, in the vertical depth. */
 static void compute_parts(const np_medium *medium, double altitude_m, np_bands *out_part) {
   np_scattering air;
   np_scattering_at(medium, altitude_m, &air);
@@ -223,7 +223,7 @@ neph_result np_gather_kernel_build(neph_context *context, const np_medium *mediu
   for (size_t i = 0; i < count * count; i++)
     convolve_lobes(&medium->aerosol[i / count].phase, &medium->aerosol[i % count].phase,
                    out_kernel->lobe_convolution + i * ANGLES);
-  const np_path_rule rule = np_path_rule_make(np_warp_is_due(medium) ? POINTS_MAX : POINTS);
+  const np_path_rule rule = np_path_rule_make(np_warp_is_needed(medium) ? POINTS_MAX : POINTS);
   for (int altitude = 0; altitude < out_kernel->altitude_count; altitude++) build_altitude(out_kernel, altitude, &rule);
   return NEPH_OK;
 }

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Inputs of the aerosol's gather (mie_gather.h) that depend on the medium alone: directions, paths along them, and the
- * phase functions between them.
- */
+ * phase functions between them. */
 #ifndef NP_ATMOSPHERE_GATHER_KERNEL_H
 #define NP_ATMOSPHERE_GATHER_KERNEL_H
 
@@ -12,29 +11,28 @@
 enum {
   NP_GATHER_ALTITUDES_MAX = 8,
   NP_GATHER_COSINES_MAX = 25,
-  NP_GATHER_AZIMUTHS_MAX = 17, /* on the half circle, both ends included */
+  NP_GATHER_AZIMUTHS_MAX = 17, /* azimuths on the half circle, both ends inclusive */
   NP_GATHER_SUNS_MAX = 17,
-  NP_GATHER_ROWS_MAX = 24, /* of the dome */
+  NP_GATHER_ROWS_MAX = 24, /* rows of the dome */
   NP_GATHER_INPUTS_MAX = NP_GATHER_ROWS_MAX * 16
 };
 
-/* Inputs that depend on the medium alone: the directions gathered from at each altitude, their paths, and the phase
- * functions between each of them and each direction of the table. */
+/* Inputs that depend on the medium alone: the dome directions at each altitude, their paths, and the phase functions
+ * between each of them and each direction of the table. */
 typedef struct np_gather_kernel {
   const np_medium *medium;
   int altitude_count;
-  int cosines, azimuths; /* of the directions that are gathered for */
-  int up, down,
-      azimuth_count;        /* of the dome of those gathered from: rows above and below the horizon, azimuths of each */
-  bool needs_delta_scaling; /* enough aerosol for its peak to count in later orders */
-  int passes;               /* of gathering: each sees the aerosol's light as the one before found it */
+  int cosines, azimuths;       /* output directions */
+  int up, down, azimuth_count; /* input dome: rows above and below the horizon, azimuths of each */
+  bool needs_delta_scaling;    /* there is enough aerosol for its forward peak to matter in later orders */
+  int passes;                  /* passes of gathering: each uses the aerosol light of the pass before */
   double altitude_m[NP_GATHER_ALTITUDES_MAX];
-  np_bands part[NP_GATHER_ALTITUDES_MAX][NP_AEROSOLS_MAX]; /* of each aerosol in the scattering there */
+  np_bands part[NP_GATHER_ALTITUDES_MAX][NP_AEROSOLS_MAX]; /* share of each aerosol in the scattering at the altitude */
   float input_cosine[NP_GATHER_ALTITUDES_MAX][NP_GATHER_ROWS_MAX];
   np_ray ray[NP_GATHER_ALTITUDES_MAX][NP_GATHER_ROWS_MAX];
   np_path path[NP_GATHER_ALTITUDES_MAX][NP_GATHER_ROWS_MAX];
-  float *weight;           /* of altitudes × aerosols × outputs × inputs: quadrature × phase function */
-  float *lobe_convolution; /* of pairs of aerosols: one phase function convolved with the other, over √(Θ/π) */
+  float *weight;           /* quadrature weight × phase function, for altitudes × aerosols × outputs × inputs */
+  float *lobe_convolution; /* pairs of aerosols: one phase function convolved with the other, over √(Θ/π) */
 } np_gather_kernel;
 
 neph_result np_gather_kernel_build(neph_context *context, const np_medium *medium, np_gather_kernel *out_kernel);
@@ -45,14 +43,14 @@ static inline np_vec3 np_gather_direction(float cosine, double azimuth) {
   return np_vec3_make(sine * (float)cos(azimuth), sine * (float)sin(azimuth), cosine);
 }
 
-/* A direction that is gathered for: elevations e = π/2·x·|x|, x even, crowd about the horizontal. */
+/* An output direction: elevations e = π/2·x·|x|, x uniform, concentrate at the horizontal. */
 static inline np_vec3 np_gather_kernel_get_output(const np_gather_kernel *kernel, int out) {
   const double x = 2.0 * (out / kernel->azimuths) / (kernel->cosines - 1.0) - 1.0;
   const float cosine = (float)sin(0.5 * NP_PI * x * fabs(x));
   return np_gather_direction(cosine, NP_PI * (out % kernel->azimuths) / (kernel->azimuths - 1.0));
 }
 
-/* A direction of the dome at an altitude. */
+/* An input direction of the dome at an altitude. */
 static inline np_vec3 np_gather_kernel_get_input(const np_gather_kernel *kernel, int altitude, int row, int turn) {
   return np_gather_direction(kernel->input_cosine[altitude][row], NP_PI * (turn + 0.5) / kernel->azimuth_count);
 }
@@ -71,10 +69,10 @@ static inline float *np_gather_kernel_get_weights(const np_gather_kernel *kernel
   return kernel->weight + (size_t)(altitude * kernel->medium->aerosol_count + aerosol) * block;
 }
 
-/* One aerosol's phase function convolved with the mean of all. */
+/* Phase function of one aerosol convolved with the mean of all. */
 np_bands np_gather_kernel_convolve(const np_gather_kernel *kernel, int aerosol, float versine);
 
-/* The mean phase function of the aerosols convolved with itself: how sharply the sun is seen after two scatterings. */
+/* Mean phase function of the aerosols convolved with itself: the aureole of the sun after two scatterings. */
 np_bands np_gather_kernel_convolve_lobe(const np_gather_kernel *kernel, float versine);
 
 #endif

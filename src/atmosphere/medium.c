@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* From a description to a medium: layers, the phase functions they scatter by, and the kinks of their profiles. */
+/* Conversion of a description to a medium: layers, their phase functions, and the kinks of their profiles. */
 #include "atmosphere/medium.h"
 
 #include <stdlib.h>
@@ -18,7 +18,7 @@ static np_phase make_phase(const neph_atmosphere_layer *layer, int band) {
                                           .backward_weight = layer->second_weight[band]});
 }
 
-/* The aerosol that scatters by a phase function, made if there is none yet; −1: there is no room for another. */
+/* Index of the aerosol with a phase function, added if it is new; −1: too many aerosols. */
 static int get_aerosol(np_medium *medium, const np_phase *phase) {
   for (int i = 0; i < medium->aerosol_count; i++)
     if (np_phase_is_equal(&medium->aerosol[i].phase, phase)) return i;
@@ -38,7 +38,7 @@ static np_layer_part *get_part(np_layer *layer, int aerosol) {
   return &layer->part[layer->part_count++];
 }
 
-/* Gives the scattering of each band to the aerosol that scatters like it. False: there are too many. */
+/* Assigns the scattering of each band to the aerosol with its phase function. False: too many aerosols. */
 static bool assign_aerosols(np_medium *medium, np_layer *layer, const neph_atmosphere_layer *desc) {
   for (int band = 0; band < NP_BAND_COUNT; band++) {
     if (!(desc->scattering_per_m[band] > 0.0)) continue;
@@ -50,7 +50,7 @@ static bool assign_aerosols(np_medium *medium, np_layer *layer, const neph_atmos
   return true;
 }
 
-/* Altitudes of a layer: a tent ends with its feet, a table with its rows, and all end with the air. */
+/* Altitude range of a layer: the feet of a tent, the rows of a table; all end at the top of the atmosphere. */
 static void set_range(np_layer *layer, const neph_atmosphere_layer *desc, double top_m) {
   double low = -INFINITY, high = INFINITY;
   if (desc->profile == NEPH_LAYER_TENT) {
@@ -67,7 +67,7 @@ static void set_range(np_layer *layer, const neph_atmosphere_layer *desc, double
   layer->top = (float)layer->top_m;
 }
 
-/* The rows of a table, copied. */
+/* Copies the rows of a table. */
 static neph_result copy_rows(neph_context *context, np_layer *layer, const neph_atmosphere_layer *desc) {
   const size_t count = desc->table_rows;
   double *rows = np_alloc(context, 2 * count, sizeof *rows);
@@ -105,7 +105,7 @@ static neph_result fill_layer(neph_context *context, np_medium *medium, const ne
 
 /* ---- Kinks ---- */
 
-/* Adds an altitude where a layer may have a kink, if there is air on either side of it. */
+/* Adds an altitude at which a layer may have a kink, if there is air on both sides of it. */
 static void add_kink(np_medium *medium, const np_layer *layer, double altitude_m) {
   if (!(altitude_m >= layer->bottom_m && altitude_m <= layer->top_m)) return;
   if (altitude_m > 0.0 && altitude_m < medium->top_m) medium->kink_m[medium->kink_count++] = altitude_m;
@@ -140,7 +140,7 @@ static neph_result collect_kinks(neph_context *context, np_medium *medium) {
 
 /* ---- Columns ---- */
 
-/* Integral of an exponential's density between two altitudes at which there is some of it. */
+/* Integral of an exponential's density between two altitudes within its range. */
 static double integrate_exponential(const np_layer *layer, double low, double high) {
   const double begin = np_clamp(low, layer->bottom_m, layer->top_m),
                end = np_clamp(high, layer->bottom_m, layer->top_m);
@@ -170,7 +170,7 @@ np_bands np_aerosol_column(const np_medium *medium, int aerosol, double altitude
   return column;
 }
 
-/* Each aerosol's share in the vertical depth; where no aerosol scatters in a band, they share it alike. */
+/* Share of each aerosol in the vertical depth; equal shares in a band without aerosol scattering. */
 static void share_depth(np_medium *medium) {
   np_bands total = np_bands_grey(0.0f);
   for (int i = 0; i < medium->aerosol_count; i++) {
@@ -184,9 +184,9 @@ static void share_depth(np_medium *medium) {
     }
 }
 
-/* ---- What asks for more care ---- */
+/* ---- Media that need more accuracy ---- */
 
-/* Forward scattering counts from this vertical depth, or this share of all scattering. */
+/* Vertical depth, and share of all scattering, from which forward scattering matters. */
 static const float thick_depth = 0.02f, thick_part = 0.25f;
 
 static float compute_maximum(np_bands value) { return np_maxf(value[0], np_maxf(value[1], value[2])); }
@@ -212,7 +212,7 @@ static void classify(np_medium *medium) {
   medium->is_opaque = compute_maximum(depth) > 1.0f;
 }
 
-/* ---- All ---- */
+/* ---- Creation ---- */
 
 static neph_result fill(neph_context *context, np_medium *medium, const neph_atmosphere_desc *desc) {
   neph_result result = NEPH_OK;
@@ -315,8 +315,8 @@ static double bound_density(const np_layer *layer, double low, double high) {
   return most;
 }
 
-/* Floors go up as 0, 1, 2, 3, 4, 6, 8, 12, … 384 and, the top, 512 parts of 512 of the air's height, for aerosol of a
- * small scale height lies low. */
+/* Altitude of a shell's floor. Floors are at 0, 1, 2, 3, 4, 6, 8, 12, … 384 and 512 (the top) parts of 512 of the
+ * atmosphere's height: fine at low altitude, for aerosol with a small scale height. */
 static double floor_of_shell(const np_medium *medium, int shell) {
   const double step = medium->top_m / 512.0;
   if (shell < 4) return shell * step;
@@ -331,7 +331,7 @@ void np_air_shells_build(const np_medium *medium, np_air_shells *out) {
       const double density = bound_density(&medium->layers[i], out->floor_m[k], out->floor_m[k + 1]);
       for (int b = 0; b < NP_BAND_COUNT; b++) extinction[b] += density * (double)medium->layers[i].extinction[b];
     }
-    /* A hair above, for altitudes are rounded. */
+    /* Margin for the rounding of altitudes. */
     out->bound_per_m[k] = 1.000001 * fmax(extinction[0], fmax(extinction[1], extinction[2]));
   }
 }

@@ -1,17 +1,16 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The air: what it is made of at an altitude, and how it scatters.
+/* The air: its constituents by altitude, and their scattering.
  *
- * Layers of molecules, aerosol and absorbers, each a density over the altitude (Bruneton and Neyret 2008, "Precomputed
- * Atmospheric Scattering", section 2; ozone as a tent as in Hillaire 2020, "A Scalable and Production Ready Sky and
- * Atmosphere Rendering Technique", section 4) times coefficients in each band. Below sea level the air stays as it is
- * at it.
+ * Layers of molecules, aerosol and absorbers: each is a density profile over altitude (Bruneton and Neyret 2008,
+ * "Precomputed Atmospheric Scattering", section 2; ozone as a tent as in Hillaire 2020, "A Scalable and Production
+ * Ready Sky and Atmosphere Rendering Technique", section 4) times coefficients in each band. Below sea level the air is
+ * the same as at sea level.
  *
- * Molecules scatter by Rayleigh's phase function. What scatters otherwise is aerosol: layers, and bands of a layer,
- * that scatter by one phase function are one of them. With several, first-order light from a direction at an angle Θ
- * with the sun is Σ p_s(Θ)·I_s. Tables keep one number in place of all I_s: the sum over a mean phase function p̄(Θ) =
- * Σ w_s p_s(Θ), w_s the aerosol's share in the vertical depth. That ratio is I itself where there is one aerosol, and
- * smooth in Θ where there are several; the reader multiplies p̄ on again.
- */
+ * Molecules scatter by Rayleigh's phase function. Everything else is aerosol: layers, and bands of a layer, with equal
+ * phase functions are one aerosol. With several, first-order light from a direction at an angle Θ with the sun is Σ
+ * p_s(Θ)·I_s. Tables store one number in place of all I_s: the sum divided by a mean phase function p̄(Θ) = Σ w_s
+ * p_s(Θ), with w_s the aerosol's share in the vertical depth. The quotient is I for one aerosol, and smooth in Θ for
+ * several; the reader multiplies by p̄ again. */
 #ifndef NP_ATMOSPHERE_MEDIUM_H
 #define NP_ATMOSPHERE_MEDIUM_H
 
@@ -32,14 +31,14 @@ static inline float np_phase_rayleigh_eval(float cosine) {
   return (float)(3.0 / (16.0 * NP_PI)) * (1.0f + cosine * cosine);
 }
 
-/* Constituents that share a phase function, other than Rayleigh's. */
+/* Constituents with one phase function other than Rayleigh's. */
 typedef struct np_aerosol {
   np_phase phase;
   float moment[4]; /* χ_0 = 1, χ_1, χ_2, χ_3 */
-  np_bands share;  /* of the vertical scattering depth of all aerosols; sums to 1 over them in every band */
+  np_bands share;  /* share in the vertical scattering depth of all aerosols; sums to 1 in every band */
 } np_aerosol;
 
-/* The part of a layer that scatters by one aerosol's phase function: some of the bands. */
+/* Bands of a layer that scatter by one aerosol's phase function. */
 typedef struct np_layer_part {
   int aerosol;
   np_bands scattering;
@@ -48,10 +47,10 @@ typedef struct np_layer_part {
 typedef struct np_layer {
   neph_layer_profile profile;
   double bottom_m, top_m, height_m, center_m, width_m;
-  float bottom, top, inverse_height, center, inverse_width; /* the same for tables */
+  float bottom, top, inverse_height, center, inverse_width; /* density profile in single precision, for tables */
   int row_count;
   double *altitude_m, *density;
-  np_bands extinction, rayleigh; /* 1/m where the density is 1 */
+  np_bands extinction, rayleigh; /* 1/m at density 1 */
   int part_count;
   np_layer_part part[NP_BAND_COUNT];
 } np_layer;
@@ -60,28 +59,28 @@ typedef struct np_medium {
   double planet_radius_m, top_m;
   np_bands ground_albedo;
   int layer_count, kink_count, aerosol_count;
-  np_layer *layers; /* owned, with all they point to */
-  double *kink_m;   /* ascending: altitudes where a profile has a kink or a step, sea level and the top left out */
+  np_layer *layers; /* owned, with their tables */
+  double *kink_m;   /* ascending altitudes of kinks and steps of profiles, without sea level and the top */
   np_aerosol aerosol[NP_AEROSOLS_MAX];
-  bool has_profile_kinks;   /* scatters in layers with kinks, which a rule without knowledge of them may miss */
-  bool needs_delta_scaling; /* so much is scattered nearly straight on that degree 2 does not hold it */
+  bool has_profile_kinks;   /* layers with kinks scatter: a quadrature that ignores the kinks may miss them */
+  bool needs_delta_scaling; /* forward scattering is too strong for moments of degree 2 */
   bool is_opaque;           /* vertical depth above 1 in some band */
 } np_medium;
 
-/* Checks a description and makes a medium of it. On failure there is nothing to free. */
+/* Checks a description and creates its medium. On failure there is nothing to free. */
 neph_result np_medium_init(neph_context *context, const neph_atmosphere_desc *desc, np_medium *out_medium);
 void np_medium_free(neph_context *context, np_medium *medium);
 
-/* Largest relative difference of a number of two media, and whose it is; infinite where they differ in kind. */
+/* Largest relative difference of a parameter of two media, with its name; infinite if they differ in structure. */
 double np_medium_compare(const np_medium *a, const np_medium *b, const char **out_what);
 
-/* Whether a layer scatters, and by a profile that is no plain exponential. */
+/* Whether a layer scatters and its profile is not a plain exponential. */
 bool np_layer_has_profile_kinks(const np_layer *layer);
 
 /* Scattering depth of one aerosol above an altitude. */
 np_bands np_aerosol_column(const np_medium *medium, int aerosol, double altitude_m);
 
-/* Density of a table at an altitude within its rows. */
+/* Density of a tabulated profile at an altitude within its rows. */
 static inline double np_layer_table_density(const np_layer *layer, double altitude_m) {
   int low = 0, high = layer->row_count - 1;
   while (high - low > 1) {
@@ -107,7 +106,7 @@ static inline float np_layer_density(const np_layer *layer, float h) {
   return 0.0f;
 }
 
-/* The same in double precision. */
+/* Density at an altitude h ≥ 0, in double precision. */
 static inline double np_layer_density_exact(const np_layer *layer, double h) {
   if (!(h >= layer->bottom_m && h <= layer->top_m)) return 0.0;
   switch (layer->profile) {
@@ -130,7 +129,7 @@ static inline np_bands np_extinction_at(const np_medium *medium, double altitude
   return extinction;
 }
 
-/* np_layer_density at four altitudes, a lane each. */
+/* np_layer_density at four altitudes, one in each lane. */
 static inline np_bands np_layer_densities(const np_layer *layer, np_bands h) {
   np_bands density = np_bands_grey(0.0f);
   switch (layer->profile) {
@@ -165,7 +164,7 @@ static inline np_bands np_layer_scattering(const np_layer *layer) {
   return scattering;
 }
 
-/* Scattering at one altitude, 1/m; entries of `aerosol` beyond the medium's are not set. */
+/* Scattering coefficients at one altitude, 1/m; entries of `aerosol` beyond the medium's are not set. */
 typedef struct np_scattering {
   np_bands rayleigh, aerosol[NP_AEROSOLS_MAX];
 } np_scattering;
@@ -183,14 +182,14 @@ static inline void np_scattering_at(const np_medium *medium, double altitude_m, 
   }
 }
 
-/* Scattering of all aerosols together, each counted by its moment χ_k: k = 0 is the plain sum. */
+/* Scattering of all aerosols, weighted by the moment χ_k; k = 0 is the plain sum. */
 static inline np_bands np_aerosol_sum(const np_medium *medium, const np_scattering *air, int k) {
   np_bands sum = np_bands_grey(0.0f);
   for (int i = 0; i < medium->aerosol_count; i++) sum += medium->aerosol[i].moment[k] * air->aerosol[i];
   return sum;
 }
 
-/* The mean phase function p̄ of the aerosols, which the light that they scatter once is kept over. */
+/* Mean phase function p̄ of the aerosols, the divisor of their first-order light in tables. */
 static inline np_bands np_aerosol_phase(const np_medium *medium, float versine) {
   np_bands sum = np_bands_grey(0.0f);
   for (int i = 0; i < medium->aerosol_count; i++)
@@ -198,7 +197,7 @@ static inline np_bands np_aerosol_phase(const np_medium *medium, float versine) 
   return sum;
 }
 
-/* Σ p_s(Θ)·σ_s over p̄(Θ): what the aerosols scatter once, per unit of p̄. */
+/* Σ p_s(Θ)·σ_s / p̄(Θ): first-order scattering of the aerosols per unit of p̄. */
 static inline np_bands np_aerosol_peak(const np_medium *medium, const np_scattering *air, float versine) {
   if (medium->aerosol_count == 1) return air->aerosol[0];
   np_bands light = np_bands_grey(0.0f), mean = np_bands_grey(1e-20f);
@@ -210,19 +209,19 @@ static inline np_bands np_aerosol_peak(const np_medium *medium, const np_scatter
   return light / mean;
 }
 
-/* Relative rms error that tables may make: what is asked for by default, and what can be asked for. */
+/* Relative rms error of the tables: default and allowed range. */
 #define NP_SKY_TOLERANCE_DEFAULT 0.007
 #define NP_SKY_TOLERANCE_MIN 0.003
 #define NP_SKY_TOLERANCE_MAX 0.1
 
-/* Whether every number of a description is allowed; if not, says which is not and what is. */
+/* Checks that every parameter of a description is in range; if not, the message names the parameter and its range. */
 neph_result np_medium_check(neph_context *context, const neph_atmosphere_desc *desc);
 
-/* ---- Bounds of the air's extinction, for tracking paths through it (air_flight.h) ---- */
+/* ---- Bounds of the extinction, for tracking paths through the air (air_flight.h) ---- */
 
 enum { NP_AIR_SHELLS = 18 };
 
-/* Shells of altitude, the lowest from sea level down, and in each the largest extinction of any band, 1/m. */
+/* Shells of altitude, the lowest from sea level down, with the largest extinction of any band in each, 1/m. */
 typedef struct np_air_shells {
   double floor_m[NP_AIR_SHELLS + 1], bound_per_m[NP_AIR_SHELLS];
 } np_air_shells;

@@ -8,11 +8,11 @@
 #include "core/context_private.h"
 #include "core/text.h"
 
-/* One number of a description and the interval it must lie in. */
+/* One parameter of a description and its allowed interval. */
 typedef struct bounded {
   const char *name;
   double value, low, high;
-  bool is_open; /* `low` itself is not allowed */
+  bool is_open; /* excludes `low` itself */
 } bounded;
 
 static neph_result check_bounded(neph_context *context, const char *where, const bounded *b) {
@@ -71,7 +71,7 @@ static neph_result check_profile(neph_context *context, const char *where, const
                  where, (int)layer->profile);
 }
 
-/* A layer must begin below its end and that of the air. */
+/* Checks that a layer begins below its end and below the top of the atmosphere. */
 static neph_result check_range(neph_context *context, const char *where, const neph_atmosphere_layer *layer,
                                double top_m) {
   const bounded bottom = {"bottom_m", layer->bottom_m, -INFINITY, INFINITY, false};

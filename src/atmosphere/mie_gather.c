@@ -2,7 +2,7 @@
 /* Look-ups in the table of the aerosol's source. */
 #include "atmosphere/mie_gather.h"
 
-/* Place of an altitude among the kernel's. */
+/* Lower of the two kernel altitudes around an altitude, and the weight of the upper one. */
 static int search_altitude(const np_gather_kernel *kernel, double altitude_m, float *out_upper) {
   int i = 0;
   while (i + 2 < kernel->altitude_count && altitude_m > kernel->altitude_m[i + 1]) i++;

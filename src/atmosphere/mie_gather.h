@@ -1,22 +1,21 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The aerosol's share of multiple scattering: its phase function convolved with the whole sky and ground.
+/* Multiple scattering by aerosol: its phase function convolved with the whole sky and ground.
  *
- * The aerosol's lobe is far narrower than the degree 2 that the moments hold; near the horizon it spans bright sky and
- * dark ground. So its source is gathered outright, for a few sun angles, at four altitudes where the aerosol is, into a
- * small table over the direction of view. What is stored is the source over M (scattering_moments.h) at the same place,
- * which takes the change of brightness along a ray out of the interpolation.
- */
+ * The aerosol's lobe is far narrower than the degree 2 of the moments; near the horizon it spans bright sky and dark
+ * ground. So its source is gathered directly, for a few sun angles, at four altitudes with aerosol, into a small table
+ * over view directions. The table stores the source divided by M (scattering_moments.h) at the same point, which
+ * removes most variation of brightness along a ray. */
 #ifndef NP_ATMOSPHERE_MIE_GATHER_H
 #define NP_ATMOSPHERE_MIE_GATHER_H
 
 #include "atmosphere/gather_kernel.h"
 #include "atmosphere/scattering_moments.h"
 
-/* The source in one direction, over M. */
+/* Source in one direction, divided by M. */
 typedef struct np_gather_source {
   np_bands smooth;
-  np_bands peak; /* to be multiplied by np_gather_kernel_convolve_lobe at the angle between ray and sun; 0 unless it is
-                    thick */
+  np_bands
+      peak; /* multiply by np_gather_kernel_convolve_lobe at the angle between ray and sun; 0 unless the air is thick */
 } np_gather_source;
 
 typedef struct np_gather_table {
@@ -26,20 +25,20 @@ typedef struct np_gather_table {
   np_gather_source source[NP_GATHER_SUNS_MAX][NP_GATHER_ALTITUDES_MAX][NP_GATHER_COSINES_MAX][NP_GATHER_AZIMUTHS_MAX];
 } np_gather_table;
 
-/* The table at one altitude and zenith cosine of view, resolved once for many azimuths and local suns. */
+/* The table at one altitude and zenith cosine of view, interpolated once for many azimuths and suns. */
 typedef struct np_gather_row {
   np_gather_source source[NP_GATHER_SUNS_MAX][NP_GATHER_AZIMUTHS_MAX];
 } np_gather_row;
 
 void np_gather_table_row(const np_gather_table *table, double altitude_m, float view_cosine, np_gather_row *out_row);
 
-/* One of the two parts of a row's source between two azimuths and two suns. */
+/* Interpolates one part of a row's source between two azimuths and two suns. */
 static inline np_bands np_gather_mix(const np_bands *near, const np_bands *far, float azimuth, float sun) {
   const int next = sizeof(np_gather_source) / sizeof(np_bands);
   return np_bands_mix(np_bands_mix(near[0], near[next], azimuth), np_bands_mix(far[0], far[next], azimuth), sun);
 }
 
-/* Source per unit of scattering coefficient, over M, along a ray at an angle of `angle_cosine` with the sun. */
+/* Source per unit of scattering coefficient, divided by M, along a ray; `angle_cosine` is between ray and sun. */
 static inline np_bands np_gather_row_lookup(const np_gather_table *table, const np_gather_row *row, float cos_azimuth,
                                             float sun_cosine, float angle_cosine) {
   const np_gather_kernel *kernel = table->kernel;

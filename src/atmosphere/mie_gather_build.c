@@ -1,15 +1,15 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The aerosol's source J(ω) = ∫ p(ω·ω′) L(ω′) dω′ over a dome of directions ω′ at a few altitudes.
  *
- * L is split into what aerosol scattered once, p̄(ω′·S)·g(ω′), and the rest, Ls. Neither the lobe p nor the product
- * of two lobes is resolved by the dome's rule; but Ls and g are smooth, and quotients of sums over the same rule are
- * weighted means of them, in which its error cancels. With (p∗q)(Θ) = Σ (2l+1)/(4π)·χ_l(p)·χ_l(q)·P_l(cosΘ), one lobe
- * convolved with another:
+ * L is split into first-order aerosol light, p̄(ω′·S)·g(ω′), and the rest, Ls. The dome's rule resolves neither the
+ * lobe p nor the product of two lobes. But Ls and g are smooth, and quotients of sums over the same rule are weighted
+ * means of them, in which its error cancels. With the convolution of two lobes, (p∗q)(Θ) = Σ
+ * (2l+1)/(4π)·χ_l(p)·χ_l(q)·P_l(cosΘ):
  *
- *   J(ω) = Σ w p(ω·ω′)·Ls(ω′) / Σ w p(ω·ω′)  +  (p∗p̄)(Θ)·Σ w p(ω·ω′) p̄(ω′·S)·g(ω′) / Σ w p(ω·ω′) p̄(ω′·S).
+ * J(ω) = Σ w p(ω·ω′)·Ls(ω′) / Σ w p(ω·ω′) + (p∗p̄)(Θ)·Σ w p(ω·ω′) p̄(ω′·S)·g(ω′) / Σ w p(ω·ω′) p̄(ω′·S).
  *
- * Of several aerosols each is gathered by its own p, and what is kept is their mean by their parts in the scattering.
- */
+ * Each of several aerosols is gathered by its own p; the table stores their mean, weighted by their shares in
+ * scattering. */
 #include "atmosphere/atmosphere_tables.h"
 
 #include "atmosphere/mie_gather.h"
@@ -17,8 +17,9 @@
 #include "core/parallel.h"
 
 typedef struct gather_job {
-  np_sky_light light;             /* of the domes; its gather is the first pass in the second, NULL in the first */
-  const np_moment_table *moments; /* what the source is stored over */
+  np_sky_light
+      light; /* light of the domes; its gather is NULL in the first pass, and then the table of the previous pass */
+  const np_moment_table *moments; /* divisor of the stored source */
   const np_gather_kernel *kernel;
   np_gather_table *table;
 } gather_job;
@@ -43,7 +44,7 @@ static void trace_dome(const gather_job *job, int altitude, float sun_cosine, np
   }
 }
 
-/* The source of one aerosol in one direction from a traced dome: its peak without (p∗p̄)(Θ). */
+/* Source of one aerosol in one direction from a traced dome; its peak lacks the factor (p∗p̄)(Θ). */
 static np_gather_source convolve(const float *weight, int count, const np_scattered *dome, const np_bands *phase) {
   np_bands smooth = np_bands_grey(0.0f), peak = np_bands_grey(0.0f), peak_weight = np_bands_grey(0.0f);
   float smooth_weight = 0.0f;
@@ -58,7 +59,7 @@ static np_gather_source convolve(const float *weight, int count, const np_scatte
                             peak / np_bands_max(peak_weight, np_bands_grey(1e-20f))};
 }
 
-/* The mean of all aerosols by their parts; the peak over the mean lobe of all, where readers multiply that on. */
+/* Mean source of all aerosols by their shares. The peak is divided by the mean lobe, by which readers multiply. */
 static np_gather_source gather_direction(const np_gather_kernel *kernel, int altitude, size_t out, float versine,
                                          const np_scattered *dome, const np_bands *phase) {
   np_gather_source sum = {np_bands_grey(0.0f), np_bands_grey(0.0f)};
@@ -82,7 +83,7 @@ static void gather_altitude(const gather_job *job, int sun, int altitude) {
   np_bands phase[NP_GATHER_INPUTS_MAX];
   const float sun_cosine = job->table->sun_cosine[sun];
   trace_dome(job, altitude, sun_cosine, dome, phase);
-  /* Moments without light have none to scale: the quotient is bounded, not the noise of two zeros. */
+  /* Without light the moments are 0: the floor bounds the quotient, which would be noise. */
   const np_bands total = np_bands_max(np_moment_table_total(job->moments, kernel->altitude_m[altitude], sun_cosine),
                                       np_bands_grey(1e-12f));
   for (int out = 0; out < (int)np_gather_kernel_count_outputs(kernel); out++) {
@@ -102,8 +103,8 @@ static neph_result gather_pieces(void *user, size_t begin, size_t end, unsigned 
   return NEPH_OK;
 }
 
-/* Suns no more than `step` apart, the wanted one among them where their number allows; none beyond the end of twilight,
- * where there is nothing to gather. */
+/* Chooses the suns: at most `step` apart, the nominal one among them if their number allows, and none beyond the end of
+ * twilight, where there is no light. */
 static void place_suns(np_gather_table *table, double zenith, double spread, double step) {
   const double low = fmax(zenith - spread, 0.0), high = fmin(fmax(zenith + spread, low), NP_PI);
   const double wanted = 2.0 * fmax(ceil((high - low) / (2.0 * step) - 1e-6), 1.0) + 1.0;
@@ -120,7 +121,7 @@ neph_result np_gather_table_build(neph_context *context, const np_depth_table *d
   np_gather_table *first = np_alloc(context, 1, sizeof *first);
   if (!first) return NEPH_ERROR_OUT_OF_MEMORY;
   out_table->kernel = first->kernel = kernel;
-  /* Two degrees on the Earth. */
+  /* 2° on the Earth. */
   const double step = 2.0 * NP_DEGREE * np_twilight_scale(medium) / 0.1753;
   place_suns(out_table, sun_zenith_rad, spread_rad, step);
   place_suns(first, sun_zenith_rad, spread_rad, step);

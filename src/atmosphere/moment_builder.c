@@ -1,21 +1,21 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Successive orders of scattering (Chandrasekhar 1950, "Radiative Transfer", section 2), source kept by six moments.
+/* Successive orders of scattering (Chandrasekhar 1950, "Radiative Transfer", section 2), with six moments for the
+ * source.
  *
- * At each node (altitude, sun cosine) the radiance of one order is gathered over directions and reduced to its moments;
- * these give the source of the next order everywhere. The rule over zenith angles is split at the true horizon, where
- * the radiance jumps. Orders 1 to 4 are summed one by one; later ones form a geometric series with the last ratio
- * M(4)/M(3), which by then is nearly the same everywhere.
- */
+ * At each node (altitude, sun cosine) the radiance of one order is gathered over directions and reduced to its moments,
+ * which give the source of the next order everywhere. The rule over zenith angles is split at the true horizon, where
+ * the radiance jumps. Orders 1 to 4 are summed one by one; later ones are a geometric series with the ratio M(4)/M(3),
+ * which is nearly constant by then. */
 #include "atmosphere/moment_builder.h"
 
 #include "atmosphere/scattering_moments.h"
 #include "core/alloc.h"
 
-enum { SERIES_ORDER = 4 }; /* the last that is gathered; the rest is a series */
+enum { SERIES_ORDER = 4 }; /* last order that is gathered; a series gives the others */
 
-/* The geometric series of the later orders goes no further than this ratio. */
+/* Upper limit for the ratio of the geometric series. */
 static const float ratio_max = 0.9f;
-/* The disk for which the table is built; its size matters only at the horizon, and there little. */
+/* Disk for which the table is built; its size matters little, and only at the horizon. */
 static const double disk_angular_radius_rad = 0.00467396;
 
 /* ---- Nodes ---- */
@@ -25,7 +25,7 @@ static double altitude_of_node(const np_moment_builder *b, size_t row) {
   return b->medium->top_m * y * y;
 }
 
-/* Directions of one altitude: Gauss points in the root of the distance to the horizon, on either side of it. */
+/* Directions at one altitude: Gauss points in the root of the distance to the horizon, on either side of it. */
 static void place_directions(np_moment_builder *b, size_t row, const np_path_rule *rule) {
   const int up_count = b->n->up;
   const np_quadrature up = np_quadrature_gauss(up_count), down = np_quadrature_gauss(b->n->down);
@@ -56,14 +56,14 @@ static void place_nodes(np_moment_builder *b) {
 
 /* ---- Orders ---- */
 
-/* Factor that makes the last order the sum of itself and all that follow it. */
+/* Factor from the last order to the sum of it and all later orders. */
 static np_bands sum_series(np_bands last, np_bands before) {
   const np_bands ratio =
       np_bands_min(last / np_bands_max(before, np_bands_grey(np_moment_least)), np_bands_grey(ratio_max));
   return 1.0f / (1.0f - ratio);
 }
 
-/* Adds the order just gathered to the sums. */
+/* Adds the current order to the sums. */
 static void add_order(np_moment_builder *b) {
   const bool is_last = b->is_series && b->order == b->order_max;
   for (size_t i = 0; i < b->node_count; i++) {
@@ -96,7 +96,7 @@ static neph_result sum_orders(np_moment_builder *b) {
 
 static size_t count_texels(const np_moment_table *table) { return (size_t)table->rows * (size_t)table->sun.columns; }
 
-/* One texel more than there are moments: vectors of two begin at the last. */
+/* One more texel than moments: vectors of two begin at the last one. */
 static bool allocate_table(neph_context *context, np_moment_table *table) {
   const size_t count = count_texels(table);
   table->moments = np_alloc(context, count * NP_MOMENT_COUNT + 1, sizeof(np_bands));
@@ -104,7 +104,7 @@ static bool allocate_table(neph_context *context, np_moment_table *table) {
   return table->irradiance;
 }
 
-/* Everything the builder works in, as one block of packets. */
+/* Allocates all work arrays as one block of packets. */
 static np_bands *allocate_work(np_moment_builder *b) {
   const size_t nodes = b->node_count, columns = (size_t)b->n->node_columns;
   const size_t refined_rows = (size_t)b->n->node_rows * (size_t)b->table->sun.columns;
@@ -159,7 +159,7 @@ neph_result np_moment_table_build(neph_context *context, const np_depth_table *d
   return result;
 }
 
-/* Adds light from a sun of cosine `wz` to one place of a table. */
+/* Adds light from a sun of cosine `wz` to one texel of a table. */
 static void add_beam(np_moment_table *table, int row, int column, np_bands light, float wz) {
   const int columns = table->sun.columns;
   np_bands *at = table->moments + (size_t)(row * NP_MOMENT_COUNT * columns + column), moments[NP_MOMENT_COUNT];

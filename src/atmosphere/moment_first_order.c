@@ -1,9 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Order 1: sunlight scattered once, or sent back by the ground, gathered at the nodes.
+/* Order 1: sunlight scattered once, or reflected by the ground, gathered at the nodes.
  *
- * It enters the moments with the aerosol's phase function cut after degree 2: only moments up to 2 are wanted, and the
- * cut spares the rule the forward peak.
- */
+ * The aerosol's phase function is cut after degree 2: the table holds moments up to 2 only, and the rule then need not
+ * resolve the forward peak. */
 #include "atmosphere/moment_builder.h"
 #include "core/parallel.h"
 
@@ -37,7 +36,7 @@ static void sum_first_order(const np_moment_builder *b, const np_path *path, con
   }
 }
 
-/* Sunlight that the ground at a direction's end sends back along it. */
+/* Sunlight reflected along a direction by the ground at its end. */
 static void compute_ground_light(const np_moment_builder *b, const np_moment_direction *d, const np_fan *fan,
                                  np_bands *out) {
   const np_depth_row row = np_depth_table_row(b->depths, 0.0);
@@ -48,7 +47,7 @@ static void compute_ground_light(const np_moment_builder *b, const np_moment_dir
   for (int i = 0; i < fan->count; i++) out[i] *= np_maxf(point.sun_cosine[i], 0.0f) * scale;
 }
 
-/* Light that the aerosols scatter into one ray, by their phase functions cut after degree 2. */
+/* Aerosol in-scatter into one ray, by phase functions cut after degree 2. */
 static np_bands cut_aerosol_light(const np_medium *medium, const first_order *first, int ray, float c) {
   np_scattering light;
   for (int i = 0; i < medium->aerosol_count; i++) light.aerosol[i] = first->aerosol[i][ray];
@@ -91,8 +90,8 @@ static neph_result gather_rows(void *user, size_t begin, size_t end, unsigned th
 
 /* ---- Irradiance on the ground ---- */
 
-/* By the whole phase function: a rule about the sun instead of the zenith, Θ = π·u², so that the peak is resolved and
- * the cut at the horizon costs little (the integrand vanishes there as the cosine). */
+/* Uses the whole phase function and a rule around the sun instead of the zenith, Θ = π·u². It resolves the peak, and
+ * the cut at the horizon costs little, because the integrand vanishes there as the cosine. */
 enum { ANGLES = 16, AZIMUTHS = 8, POINTS = 12 };
 
 typedef struct irradiance_job {
@@ -101,7 +100,7 @@ typedef struct irradiance_job {
   np_quadrature angles;
 } irradiance_job;
 
-/* Radiance towards the ground from a zenith cosine `wz` at an angle with the sun. */
+/* Radiance towards the ground from a zenith cosine `wz` at an angle to the sun. */
 static np_bands trace_to_ground(const irradiance_job *job, float sun_cosine, float wz, float angle_cosine) {
   const np_moment_builder *b = job->builder;
   const np_ray ray = np_ray_on_side(b->medium, 0.0, (double)wz, false);

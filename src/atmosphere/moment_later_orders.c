@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Later orders: the source of the order before, gathered at the nodes. */
+/* Later orders: the source from the previous order, gathered at the nodes. */
 #include "atmosphere/moment_builder.h"
 #include "core/parallel.h"
 
-/* Light of the sky that the ground at a direction's end sends back along it. */
+/* Skylight reflected along a direction by the ground at its end. */
 static void add_ground_light(const np_moment_builder *b, const np_moment_direction *d, const np_fan *fan,
                              np_bands *radiance) {
   np_fan_point point;
@@ -27,7 +27,7 @@ static void compute_radiance(const np_moment_builder *b, const np_moment_directi
   if (d->ray.hits_ground) add_ground_light(b, d, fan, out_radiance);
 }
 
-/* Reduces the radiance along one direction to every sun's moments and irradiance. */
+/* Reduces the radiance along one direction to moments and irradiance, for every sun. */
 static void reduce_direction(np_moment_builder *b, size_t row, int k, const np_bands *radiance) {
   const np_moment_direction *d = np_moment_direction_at(b, row, k);
   const float sine = sqrtf(np_maxf(1.0f - d->wz * d->wz, 0.0f));

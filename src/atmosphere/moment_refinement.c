@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Between the nodes log M and the ratios of the other moments to M are interpolated by Catmull-Rom splines onto a finer
- * table, once an order, so that every look-up is bilinear. */
+/* Catmull-Rom splines of log M, and of the other moments divided by M, refine the nodes to a finer table once for each
+ * order, so that every look-up is bilinear. */
 #include "atmosphere/moment_builder.h"
 #include "atmosphere/spline.h"
 
-/* Refines one quantity from the nodes onto the table: along the node rows first, then from row to row. */
+/* Refines one quantity from the nodes to the table: along the node rows first, then across rows. */
 static void refine(const np_moment_builder *b, const np_bands *nodes) {
   const int columns = b->table->sun.columns, node_columns = b->n->node_columns, node_rows = b->n->node_rows;
   for (int i = 0; i < columns; i++) {
@@ -21,7 +21,7 @@ static void refine(const np_moment_builder *b, const np_bands *nodes) {
 
 static np_bands log_of(np_bands value) { return np_bands_log(np_bands_max(value, np_bands_grey(np_moment_least))); }
 
-/* Refines a moment at the nodes: M as a logarithm, the others as ratios to it. */
+/* Refines one moment: M as a logarithm, the others divided by M. */
 static void refine_moment(const np_moment_builder *b, const np_bands *values, size_t k) {
   for (size_t i = 0; i < b->node_count; i++) {
     const np_bands value = values[i * NP_MOMENT_COUNT + k], whole = values[i * NP_MOMENT_COUNT];
@@ -30,7 +30,7 @@ static void refine_moment(const np_moment_builder *b, const np_bands *values, si
   refine(b, b->quantity);
 }
 
-/* The last quarter of the columns' range of night, in which the light is faded to none. */
+/* Fade-out of light over the last quarter of the night columns. */
 static float fade_at(const np_sun_scale *sun, int column) {
   const float cosine = np_sun_scale_cosine(sun, (double)column / (sun->columns - 1));
   return np_smoothstepf((cosine - sun->lowest) / (-0.2f * sun->lowest));

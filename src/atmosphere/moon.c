@@ -1,19 +1,18 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The moon's photometry.
+/* Photometry of the moon.
  *
- * Magnitudes: the sun −26.74, the full moon at mean distance −12.73 (Allen 1973, "Astrophysical Quantities"), and at a
- * phase angle α in degrees 0.026·|α| + 4·10⁻⁹·α⁴ fainter (there; Krisciunas and Schaefer 1991, "A Model of the
- * Brightness of Moonlight", PASP 103, equation 9). The surge within 7° of opposition, a third at most, is left out.
- * Colour: B − V of the moon is 0.92, of the sun 0.65 (Allen), so that it reflects 1.28 times less at 440 than at 550
- * nm; the reddening is taken as linear in the wavelength.
+ * Magnitudes: the sun has −26.74, the full moon at mean distance −12.73 (Allen 1973, "Astrophysical Quantities"),
+ * fainter by 0.026·|α| + 4·10⁻⁹·α⁴ at a phase angle α in degrees (Allen; Krisciunas and Schaefer 1991, "A Model of the
+ * Brightness of Moonlight", PASP 103, equation 9). The surge within 7° of opposition, at most a third, is left out.
+ * Colour: B − V is 0.92 for the moon and 0.65 for the sun (Allen), so that the moon reflects 1.28 times less at 440
+ * than at 550 nm; the reddening is linear in wavelength.
  *
- * Over the disk: Lommel-Seeliger, whose integral over the sphere is 1 − sin(α/2)·tan(α/2)·ln cot(α/4) of that at full
- * moon (Hapke 1993, "Theory of Reflectance and Emittance Spectroscopy", chapter 10), divided by it and multiplied by
- * the measured phase curve, so that the disk adds up to the magnitude.
+ * Over the disk: Lommel-Seeliger. Its integral over the sphere is 1 − sin(α/2)·tan(α/2)·ln cot(α/4), relative to full
+ * moon (Hapke 1993, "Theory of Reflectance and Emittance Spectroscopy", chapter 10). Dividing by it and multiplying by
+ * the measured phase curve makes the disk sum up to the magnitude.
  *
  * Earthshine: the Earth seen from the moon, a Lambert sphere of geometric albedo 0.37 (Allen) at the phase angle π − α,
- * lights a moon that is seen at full phase by it.
- */
+ * lights a moon seen at full phase from there. */
 #include "atmosphere/moon.h"
 
 #include "core/units.h"
@@ -22,7 +21,7 @@ static const double mean_distance_m = 384400e3, moon_radius_m = 1737.4e3, earth_
 static const double astronomical_unit_m = 149597870700.0;
 static const double magnitude_sun = -26.74, magnitude_full = -12.73, earth_albedo = 0.37;
 
-/* Beyond this the phase curve is not measured; the crescent keeps its surface brightness and thins. */
+/* The phase curve is measured up to this angle; a thinner crescent keeps its surface brightness. */
 static const double crescent_rad = 170.0 * NP_DEGREE;
 
 static double seeliger_integral(double phase) {
@@ -30,19 +29,19 @@ static double seeliger_integral(double phase) {
   return 1.0 - sin(0.5 * phase) * tan(0.5 * phase) * log(1.0 / tan(0.25 * phase));
 }
 
-/* Magnitudes less than full, within what is measured. */
+/* Magnitudes fainter than full, within the measured range. */
 static double compute_dimming(double phase) {
   const double degrees = phase / NP_DEGREE;
   return 0.026 * degrees + 4e-9 * degrees * degrees * degrees * degrees;
 }
 
-/* Measured curve over that of Lommel and Seeliger: how the surface's own brightness goes with the phase. */
+/* Measured phase curve relative to Lommel and Seeliger's: change of surface brightness with the phase. */
 static double compute_surface_factor(double phase) {
   const double measured = fmin(phase, crescent_rad);
   return pow(10.0, -0.4 * compute_dimming(measured)) / seeliger_integral(measured);
 }
 
-/* The integral loses its digits to a sliver of 0.01°, which no eye has seen. */
+/* Limits the phase: the integral loses its precision for a crescent below 0.01°. */
 static double limit_phase(double phase) { return np_clamp(phase, 0.0, NP_PI - 2e-4); }
 
 double np_moon_phase_factor(double phase_angle_rad) {
@@ -50,7 +49,7 @@ double np_moon_phase_factor(double phase_angle_rad) {
   return compute_surface_factor(phase) * fmax(seeliger_integral(phase), 0.0);
 }
 
-/* Full moon over the sun, at the moon's distance. */
+/* Full moon relative to the sun, at the moon's distance. */
 static double compute_full_ratio(const np_moon_place *moon, double wavelength_nm) {
   const double reddening = 1.0 + 0.0020 * (np_clamp(wavelength_nm, 300.0, 1100.0) - 550.0);
   const double nearness = mean_distance_m / moon->distance_m;
@@ -61,13 +60,13 @@ double np_moon_irradiance_ratio(const np_moon_place *moon, double wavelength_nm)
   return compute_full_ratio(moon, wavelength_nm) * np_moon_phase_factor(np_celestial_phase_angle(moon));
 }
 
-/* Light of the Earth on the moon over that of the sun. */
+/* Earthlight on the moon relative to sunlight. */
 static double compute_earthlight(double distance_m, double phase) {
   const double of_earth = NP_PI - phase, angle = earth_radius_m / distance_m;
   return earth_albedo * angle * angle * (sin(of_earth) + (NP_PI - of_earth) * cos(of_earth)) / NP_PI;
 }
 
-/* Puts the map's mean over the disk, shaded as it is, into the disk's radiance, so that its irradiance stays. */
+/* Divides the radiance by the map's mean over the shaded disk, which preserves the irradiance. */
 static void normalize_map(np_disk *disk) {
   enum { SIDE = 128 };
   np_disk plain = *disk;

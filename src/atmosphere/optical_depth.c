@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Optical depth τ = ∫ σ_t dt.
  *
- * Along a ray the air varies fastest about the perigee, where the altitude grows as the square of the distance t′ from
- * it. The signed root w of t′ (t′ = w·|w|) takes that out. Where kinks of the profiles and the perigee cut the ray into
- * pieces, a composite four-point Gauss rule in w integrates each.
- */
+ * Along a ray the air varies fastest at the perigee, where the altitude grows as the square of the distance t′ from it.
+ * The signed root w of t′ (t′ = w·|w|) removes that. A composite four-point Gauss rule in w integrates each piece of
+ * the ray between kinks of the profiles and the perigee. */
 #include "atmosphere/optical_depth.h"
 
 #include "atmosphere/ray_cuts.h"
@@ -15,7 +14,7 @@
 
 enum { PANELS_MAX = 12, POINTS = 4, CUTS_MAX = 1000 };
 
-/* Least depth told from none. */
+/* Smallest depth in logarithms; less counts as 0. */
 static const float depth_floor = 1e-9f;
 
 static const double gauss_x[POINTS] = {0.06943184420297371, 0.33000947820757187, 0.66999052179242813,
@@ -23,12 +22,12 @@ static const double gauss_x[POINTS] = {0.06943184420297371, 0.33000947820757187,
 static const double gauss_weight[POINTS] = {0.17392742256872693, 0.32607257743127307, 0.32607257743127307,
                                             0.17392742256872693};
 
-/* Panels for a stretch: it takes all of them only where it spans the atmosphere. */
+/* Number of panels for a segment: all of them only if it spans the atmosphere. */
 static int count_panels(const np_medium *medium, double length) {
   return (int)fmin(1.0 + PANELS_MAX * sqrt(length / (2.0 * medium->top_m)), PANELS_MAX);
 }
 
-/* Depth over a piece whose distances from the perigee are w·|w| for w in [begin, end], both of one sign. */
+/* Depth over a piece with distances w·|w| from the perigee for w in [begin, end], which have one sign. */
 static np_bands integrate_piece(const np_medium *medium, const np_ray *ray, double perigee, double begin, double end,
                                 int panels) {
   np_bands depth = np_bands_grey(0.0f);
@@ -71,14 +70,14 @@ np_bands np_ray_optical_depth_in(const np_medium *medium, const np_ray *ray, dou
 
 /* ---- Table ---- */
 
-/* Rows are even in the distance to the horizon, from 0 at sea level to its greatest at the top. */
+/* Rows are uniform in the distance to the horizon, from 0 at sea level to its maximum at the top. */
 static double altitude_of_row(const np_medium *medium, double fraction) {
   const double radius = medium->planet_radius_m;
   const double rho = np_horizon_distance(medium, medium->top_m, 0.0) * fraction;
   return fmin(rho * rho / (radius + sqrt(radius * radius + rho * rho)), medium->top_m);
 }
 
-/* Square of the distance from an altitude to the top along a level ray. */
+/* Squared distance from an altitude to the top along a level ray. */
 static double exit_of(const np_medium *medium, double altitude) {
   return (medium->top_m - altitude) * (2.0 * medium->planet_radius_m + medium->top_m + altitude);
 }
@@ -91,11 +90,11 @@ static np_bands integrate_to_top(const np_medium *medium, double altitude, doubl
 typedef struct depth_job {
   np_depth_table *table;
   np_depth_sizes sizes;
-  np_bands *nodes; /* node_rows × columns: refined along each row already */
+  np_bands *nodes; /* node_rows × columns: already refined along each row */
   np_bands *level_nodes;
 } depth_job;
 
-/* Integrates one row's nodes and refines them along it; then one more item, the level rays. */
+/* Integrates one row's nodes and refines them along it; the last item is the level rays. */
 static neph_result build_nodes(void *user, size_t begin, size_t end, unsigned thread) {
   (void)thread;
   depth_job *job = user;
@@ -130,8 +129,8 @@ static neph_result build_levels(void *user, size_t begin, size_t end, unsigned t
   return NEPH_OK;
 }
 
-/* Depths fall by decades in altitude, so that their logarithms are refined; the floor keeps the top finite. Between
- * nodes of very thin air a spline may go below 0. */
+/* Depths fall by decades with altitude, so that their logarithms are refined; the floor keeps the top finite. In very
+ * thin air a spline between nodes may be negative. */
 static np_bands log_depth(np_bands depth) {
   return np_bands_log(np_bands_max(depth, np_bands_grey(0.0f)) + depth_floor);
 }

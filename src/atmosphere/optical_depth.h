@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Optical depth: along any stretch of a ray by quadrature, and to the top of the atmosphere from a table.
+/* Optical depth: along any segment of a ray by quadrature, and to the top of the atmosphere by a table.
  *
- * The table holds depths, not transmittances: a depth is smooth where a transmittance has long since fallen to nothing.
- */
+ * The table stores depths, not transmittances: a depth is smooth even where the transmittance is practically 0. */
 #ifndef NP_ATMOSPHERE_OPTICAL_DEPTH_H
 #define NP_ATMOSPHERE_OPTICAL_DEPTH_H
 
@@ -10,31 +9,32 @@
 #include "atmosphere/table_sizes.h"
 #include "core/parallel.h"
 
-/* Depth between two distances, 0 ≤ begin ≤ end, along a ray's part in the air. To 1e-5 of itself for the Earth. */
+/* Optical depth between two distances, 0 ≤ begin ≤ end, along a ray's part in the air; accurate to 1e-5 of itself for
+ * the Earth. */
 np_bands np_ray_optical_depth(const np_medium *medium, const np_ray *ray, double begin_m, double end_m);
 
-/* The same with so many panels of four points each. */
+/* Optical depth between two distances with a given number of panels of four points each. */
 np_bands np_ray_optical_depth_in(const np_medium *medium, const np_ray *ray, double begin_m, double end_m, int panels);
 
-/* Depths to the top of the atmosphere, upward and level, over (distance to the horizon, distance to the top): the
- * mapping of Bruneton and Neyret 2008 as revised in Bruneton's 2017 implementation, in which both are square roots
- * where the depth has its own. A ray that falls passes its lowest point, where it is level: its depth is twice the one
- * from there less the one of the ray that rises from its start at the same angle. So the steep part, in which the
- * lowest point sinks through scale heights of air, is a function of one altitude alone. */
+/* Optical depths to the top of the atmosphere along rising and level rays, over (distance to the horizon, distance to
+ * the top): the mapping of Bruneton and Neyret 2008 as revised in Bruneton's 2017 implementation, in which both are
+ * square roots where the depth behaves as one. A descending ray passes its perigee, where it is level. Its depth is
+ * twice the depth from there, less the depth of the ray that rises at the same angle from its start. So the steep part,
+ * in which the perigee sinks through scale heights of air, is a function of one altitude alone. */
 typedef struct np_depth_table {
   const np_medium *medium;
   int rows, columns, levels;
   np_bands *texels; /* `rows` rows of `columns` */
-  np_bands *level;  /* depths of level rays, even in √altitude */
+  np_bands *level;  /* depths of level rays, uniform in √altitude */
 } np_depth_table;
 
 neph_result np_depth_table_build(neph_context *context, const np_medium *medium, const np_depth_sizes *sizes,
                                  np_monitor *monitor, np_depth_table *out_table);
 void np_depth_table_free(neph_context *context, np_depth_table *table);
 
-/* The table at one altitude, resolved once for many directions. */
+/* The table at one altitude, interpolated once for many directions. */
 typedef struct np_depth_row {
-  np_bands level_offset; /* brings level rays of either table to the same depth */
+  np_bands level_offset; /* aligns the depth of level rays in both tables */
   const np_bands *lower, *upper, *level;
   float upper_weight;
   float altitude_m, r, exit; /* exit = (r_top − r)(r_top + r) */
@@ -42,7 +42,7 @@ typedef struct np_depth_row {
   float levels_per_root_m;
   int columns, levels;
   float horizon_cosine;
-  float disk_scale; /* 1/(cosine that one radian at the horizon spans) */
+  float disk_scale; /* 1/(cosine span of one radian at the horizon) */
 } np_depth_row;
 
 np_depth_row np_depth_table_row(const np_depth_table *table, double altitude_m);
@@ -54,7 +54,7 @@ static inline np_bands np_depth_row_level(const np_depth_row *row, float altitud
   return np_bands_mix(row->level[i], row->level[i + 1], x - (float)i);
 }
 
-/* Depth of a ray that rises, or is level. */
+/* Depth of a rising or level ray. */
 static inline np_bands np_depth_row_rising(const np_depth_row *row, float cosine) {
   const float b = row->r * cosine, distance = row->exit / (b + sqrtf(b * b + row->exit));
   const float x = np_clampf((distance - row->distance_min) * row->texels_per_m, 0.0f, (float)(row->columns - 1));
@@ -64,7 +64,7 @@ static inline np_bands np_depth_row_rising(const np_depth_row *row, float cosine
                       np_bands_mix(row->upper[i], row->upper[i + 1], f), row->upper_weight);
 }
 
-/* Depth to the top of the atmosphere; of rays that meet the ground, as if they grazed it. */
+/* Depth to the top of the atmosphere; rays that hit the ground count as grazing it. */
 static inline np_bands np_depth_row_lookup(const np_depth_row *row, float cosine) {
   const np_bands rising = np_depth_row_rising(row, fabsf(cosine));
   if (cosine >= 0.0f) return rising;
@@ -72,14 +72,14 @@ static inline np_bands np_depth_row_lookup(const np_depth_row *row, float cosine
   return 2.0f * (np_depth_row_level(row, lowest) + row->level_offset) - rising;
 }
 
-/* The sun at a point: how large its disk is, and whether its rays are taken to come from all of it or, as others have
- * it, from its centre. */
+/* The sun's disk at a point: its size, and whether sunlight comes from the whole disk or, as in other models, from its
+ * centre. */
 typedef struct np_sun_disk {
-  float inverse_diameter; /* 1 over twice its angular radius */
+  float inverse_diameter; /* 1/(twice the angular radius) */
   bool is_point;
 } np_sun_disk;
 
-/* A disk of no width still sets within a step of the float cosine. */
+/* A disk of zero width sets within one step of the float cosine. */
 static inline np_sun_disk np_sun_disk_make(double angular_radius_rad, bool is_point) {
   return (np_sun_disk){(float)(0.5 / fmax(angular_radius_rad, 1e-6)), is_point};
 }
@@ -91,14 +91,14 @@ static inline float np_acos_coarse(float x) {
   return x < 0.0f ? NP_PI_F - angle : angle;
 }
 
-/* Transmittance of a disk cut by the horizon: by the part of it that is seen and by two of its heights, whose
- * mean and spread are those of that part. Heights in disk radii above its centre. */
+/* Quadrature over a disk cut by the horizon: its visible part, and two heights with the mean and the spread of that
+ * part. Heights are in disk radii above the centre. */
 typedef struct np_disk_rule {
   float visible, low, high;
 } np_disk_rule;
 
-/* `horizon` is the horizon's height; y_c = (2/3)·(1 − y²)^1.5/(π·visible); the spread is a quarter of the part's
- * height, right for the whole disk and 5 % short for a thin one. */
+/* `horizon` is the height of the horizon. The mean is y_c = (2/3)·(1 − y²)^1.5/(π·visible); the spread is a quarter of
+ * the part's height, exact for the whole disk and 5 % low for a thin part. */
 static inline np_disk_rule np_disk_rule_make(float horizon) {
   if (horizon <= -1.0f) return (np_disk_rule){1.0f, -0.5f, 0.5f};
   const float half_chord = sqrtf(np_maxf(1.0f - horizon * horizon, 0.0f));
@@ -109,10 +109,10 @@ static inline np_disk_rule np_disk_rule_make(float horizon) {
   return (np_disk_rule){visible, center - spread, center + spread};
 }
 
-/* The part of a point sun above the horizon: the disk's edge smoothed into a cubic (Bruneton 2017). */
+/* Visible part of a point sun: the disk's edge smoothed into a cubic (Bruneton 2017). */
 static inline float np_point_sun_visible(float horizon) { return np_smoothstepf(0.5f - 0.5f * horizon); }
 
-/* Transmittance to the sun times the visible part of its disk. High above the horizon the depth is as good as linear
+/* Transmittance to the sun times the visible part of its disk. High above the horizon the depth is practically linear
  * over the disk. */
 static inline np_bands np_depth_row_sun(const np_depth_row *row, float sun_cosine, np_sun_disk disk) {
   const float above = (sun_cosine - row->horizon_cosine) * row->disk_scale;

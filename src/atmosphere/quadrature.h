@@ -14,8 +14,8 @@ typedef struct np_quadrature {
   double x[NP_QUADRATURE_MAX], weight[NP_QUADRATURE_MAX]; /* x ascending; the weights sum to 1 */
 } np_quadrature;
 
-/* The roots of P_n by Newton's method from Tricomi's guess, of which four steps leave rounding alone; the weights 1/((1
- * − x²)·P′_n²), for [0, 1]. Those below a half are the others mirrored. */
+/* The roots of P_n by four Newton steps from Tricomi's estimate, which is exact to rounding; the weights are 1/((1 −
+ * x²)·P′_n²) on [0, 1]. Points below a half mirror the others. */
 static inline np_quadrature np_quadrature_gauss(int count) {
   np_quadrature rule = {.count = count};
   for (int i = 0; i < (count + 1) / 2; i++) {

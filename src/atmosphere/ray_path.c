@@ -4,14 +4,14 @@
 #include "atmosphere/optical_depth.h"
 #include "atmosphere/ray_warp.h"
 
-/* Below these parts of the atmosphere's height a ray to the ground, or one along the limb, needs no warp of its own. */
+/* Parts of the atmosphere's height below which a ray to the ground, or a limb ray, needs no warp. */
 static const double ground_plain_below = 0.03, limb_plain_below = 0.003;
-/* Limb rays dip at least this much. */
+/* Limb rays descend at least this steeply. */
 static const double limb_cosine = -0.005;
-/* Stretch of the air over which two Gauss points give its depth, in heights of the atmosphere. */
+/* Step over which two Gauss points give the depth, in heights of the atmosphere. */
 static const double depth_step = 0.2;
 
-/* Points at t = from + (to − from)·u², in ascending t whichever of the two is nearer. */
+/* Points at t = from + (to − from)·u², in ascending t for either order of the two. */
 static int place_squared(const np_medium *medium, const np_ray *ray, np_path *path, int at, const np_quadrature *plain,
                          double from, double to) {
   const double length = to - from;
@@ -41,7 +41,7 @@ static int place_evenly(const np_medium *medium, const np_ray *ray, np_path *pat
 
 static int place_nodes(const np_medium *medium, const np_ray *ray, const np_path_rule *rule, np_path *path) {
   if (!(ray->length_m > 0.0)) return 0;
-  path->is_warped = np_warp_is_due(medium);
+  path->is_warped = np_warp_is_needed(medium);
   if (ray->hits_ground) {
     if (ray->altitude_m < ground_plain_below * medium->top_m) return place_evenly(medium, ray, path, &rule->whole);
     return place_squared(medium, ray, path, 0, &rule->whole, ray->length_m, 0.0);
@@ -66,7 +66,7 @@ np_bands np_ray_gap_depth(const np_medium *medium, const np_ray *ray, double beg
   return depth * (float)(0.5 * step);
 }
 
-/* Depth over the gap between two points; cut at the kinks of profiles. */
+/* Depth between two points, split at the kinks of profiles. */
 static np_bands compute_gap(const np_medium *medium, const np_ray *ray, const np_path *path, double begin_m,
                             double end_m) {
   return path->is_warped ? np_ray_optical_depth(medium, ray, begin_m, end_m)

@@ -1,9 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A change of variable from u to C(u) = ½·u + ½·∫ρ du/∫ρ, ρ what is scattered along the ray and let through to its
- * start: of tents, tables and cut layers alone where there are such. ρ is taken as linear between knots, which stand
- * evenly in u and where the ray crosses the profiles' kinks, so that C and its slope are continuous and known in closed
- * form; a rule in C has half of its points where ρ is, however thin that may be, and an integrand that is smooth but
- * for its kinks. */
+/* A change of variable from u to C(u) = ½·u + ½·∫ρ du/∫ρ. ρ is the light scattered along the ray and transmitted to its
+ * start, by tents, tables and cut layers alone if there are any. ρ is linear between knots, which are uniform in u, and
+ * at the ray's crossings of kinks of profiles, so that C and its slope are continuous and have a closed form. A rule in
+ * C has half of its points in the layers of ρ, however thin, and an integrand that is smooth except at its kinks. */
 #include "atmosphere/ray_warp.h"
 
 #include "atmosphere/ray_cuts.h"
@@ -12,7 +11,7 @@ enum { KNOTS_EVEN = 48, CUTS_MOST = 40, KNOTS_MAX = KNOTS_EVEN + 2 * CUTS_MOST +
 
 static float sum_bands(np_bands value) { return value[0] + value[1] + value[2]; }
 
-/* Scattering that points are drawn to at an altitude, summed over the bands. */
+/* Scattering that attracts points at an altitude, summed over the bands. */
 static double compute_density(const np_medium *medium, double altitude_m) {
   double sum = 0.0;
   for (int i = 0; i < medium->layer_count; i++) {
@@ -55,7 +54,7 @@ static void sum_slopes(warp *w) {
     w->sum[i + 1] = w->sum[i] + 0.5 * (w->slope[i] + w->slope[i + 1]) * (w->u[i + 1] - w->u[i]);
 }
 
-/* u at which C has a value: between two knots a quadratic, solved without cancellation. */
+/* u at which C has a value: a quadratic between two knots, solved without cancellation. */
 static double invert(const warp *w, double value, double *out_slope) {
   int i = 0;
   while (i + 2 < w->count && w->sum[i + 1] < value) i++;
@@ -70,7 +69,7 @@ static double compute_distance(double begin_m, double end_m, int power, double u
   return begin_m + (end_m - begin_m) * (power == 2 ? u * u : u);
 }
 
-/* ρ at the knots, by the trapezoidal depth from the knot that is nearest to the ray's start. */
+/* ρ at the knots, by the trapezoidal depth from the knot nearest to the ray's start. */
 static void compute_slopes(const np_medium *medium, const np_ray *ray, double begin_m, double end_m, int power,
                            warp *w) {
   double depth = 0.0, before = 0.0, extinction_before = 0.0;

@@ -11,7 +11,7 @@ static const double gauss_x[NP_REFERENCE_POINTS] = {0.04691007703066802, 0.23076
 static const double gauss_weight[NP_REFERENCE_POINTS] = {0.11846344252809454, 0.23931433524968324, 0.28444444444444444,
                                                          0.23931433524968324, 0.11846344252809454};
 
-/* Panels of a path made for its transmittance alone, over the whole atmosphere. */
+/* Panels over the whole atmosphere of a path that only serves its transmittance. */
 enum { SUN_PANELS = 6 };
 
 void np_reference_air_at(const np_medium *medium, double altitude_m, np_reference_air *out_air) {
@@ -64,7 +64,7 @@ double np_reference_bright_share(np_dvec3 zenith, np_dvec3 to_sun) {
 
 static double signed_root(double x) { return copysign(sqrt(fabs(x)), x); }
 
-/* Adds the depth between two places in w. */
+/* Adds the depth between two points in w. */
 static void add_depth(const np_reference_path *path, double begin, double end, double depth[NP_REFERENCE_BANDS]) {
   const np_medium *medium = path->medium;
   for (int k = 0; k < NP_REFERENCE_POINTS; k++) {
@@ -87,7 +87,7 @@ static void add_panels(np_reference_path *path, double begin, double end, int co
   }
 }
 
-/* So many panels, one for each piece at the least, and so many altitudes crossed twice leave room for all. */
+/* Limits on panels, at least one for each piece, and on altitudes, each crossed twice: together they fit the arrays. */
 enum { PANELS_MOST = 64, CUTS_MOST = 30 };
 
 void np_reference_path_build(const np_medium *medium, const np_ray *ray, int panels, np_reference_path *out_path) {
@@ -129,7 +129,7 @@ void np_reference_transmit_to_space(const np_medium *medium, double altitude_m, 
   np_reference_path_transmit(&path, out_transmittance);
 }
 
-/* Transmittance from a place to the sun, to the tables' accuracy, for a density needs no better. */
+/* Transmittance to the sun with the accuracy of tables, which is enough for a sampling density. */
 static np_bands transmit_to_sun(const np_reference_path *path, const np_reference_guide *guide, double t) {
   const np_ray *ray = &path->ray;
   const double altitude = np_ray_altitude(ray, t), r = ray->r + (altitude - ray->altitude_m);
@@ -138,7 +138,7 @@ static np_bands transmit_to_sun(const np_reference_path *path, const np_referenc
   return np_depth_row_sun(&row, (float)np_clamp(sun, -1.0, 1.0), np_sun_disk_make(5e-3, true));
 }
 
-/* The better of two places in a panel, for the planet's shadow may end in it. */
+/* Larger transmittance of two points in a panel: the planet's shadow may end within it. */
 static np_bands guide_to_sun(const np_reference_path *path, const np_reference_guide *guide, int panel) {
   const double near = path->edge[panel], span = path->edge[panel + 1] - near;
   return np_bands_max(transmit_to_sun(path, guide, np_reference_path_distance(path, near + 0.2 * span)),
@@ -160,7 +160,8 @@ void np_reference_path_weigh(const np_reference_path *path, const np_reference_g
   }
 }
 
-/* Adds `share` of a density to the panels' probabilities, every band counting alike. False when there is none. */
+/* Adds `share` of a density to the probabilities of panels, with equal weight for every band. False if the density is
+ * 0. */
 static bool add_density(int count, np_reference_weights *weight, double share, double *probability) {
   double sum[NP_REFERENCE_BANDS] = {0};
   int bands = 0;

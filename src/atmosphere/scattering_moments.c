@@ -5,7 +5,7 @@
 #include "core/alloc.h"
 
 np_sun_scale np_sun_scale_make(const np_medium *medium, int columns) {
-  /* The Earth's twilight, 0.1753, is covered by suns down to −0.4 with center −0.04 and spread 0.3. */
+  /* Suns for the Earth's twilight, 0.1753, reach down to −0.4, with center −0.04 and spread 0.3. */
   const float scale = (float)(np_twilight_scale(medium) / 0.1753);
   np_sun_scale sun = {np_maxf(-1.0f, -0.4f * scale), -0.04f * scale, 0.3f * scale, 0.0f, columns, 0.0f};
   const float low = sun.lowest - sun.center, high = 1.0f - sun.center;

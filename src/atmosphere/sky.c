@@ -13,7 +13,7 @@ static bool is_finite_vector(const double v[3]) { return isfinite(v[0]) && isfin
 static neph_result check_desc(neph_context *context, const neph_sky_desc *d) {
   const double *s = d->sun_direction, *e = d->sun_irradiance_w_m2_nm;
   const double length = sqrt(s[0] * s[0] + s[1] * s[1] + s[2] * s[2]);
-  /* A direction typed with three digits is off by 1e-3; it is brought to length one. */
+  /* Normalises the direction: one typed with three digits is off by 1e-3. */
   if (!is_finite_vector(s) || fabs(length - 1.0) > 1e-2)
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "sky: sun_direction (%g, %g, %g) must be a unit vector", s[0],
                    s[1], s[2]);
@@ -29,15 +29,14 @@ static neph_result check_desc(neph_context *context, const neph_sky_desc *d) {
   return NEPH_OK;
 }
 
-/* The sun's sky fades out from 18 to 19 degrees, on the Earth, below the true horizon. */
+/* Fade-out of the sun's sky from 18° to 19° (on the Earth) below the true horizon. */
 static float compute_twilight(const np_medium *medium, const np_sky_frame *frame) {
   const double degree = NP_DEGREE * np_twilight_scale(medium) / 0.1753;
   const double below = acos((double)frame->sun_cosine) - frame->horizon_angle;
   return np_smoothstepf((float)(19.0 - below / degree));
 }
 
-/* The frame's azimuth starts at the sun's; under a sun at the zenith any will do, and one that is always there is
- * taken. */
+/* Frame whose azimuth 0 is the sun's; under a sun at the zenith, a fixed azimuth. */
 static np_sky_frame make_frame(const np_medium *medium, np_dvec3 observer, np_dvec3 sun) {
   const double radius = medium->planet_radius_m, h = np_altitude(observer, radius);
   const np_dvec3 up = np_dvec3_zenith(observer, radius);
@@ -54,13 +53,13 @@ static np_sky_frame make_frame(const np_medium *medium, np_dvec3 observer, np_dv
   }
   frame.horizon_angle = np_horizon_angle(medium, frame.altitude_m, 0.0);
   frame.top_angle = frame.altitude_m > medium->top_m ? np_horizon_angle(medium, frame.altitude_m, medium->top_m) : 0.0;
-  /* The higher, the thinner the band above the horizon that holds the air; from space the rows span that band alone. */
+  /* The band of air above the horizon gets thinner with altitude; from space the rows cover that band alone. */
   const float height = (float)(frame.altitude_m / medium->top_m);
   frame.aerial_power = height > 1.0f ? 2.0f : 3.0f + 2.0f * height;
-  /* From 50 to 100 km on the Earth the air about the observer ceases to matter. */
+  /* Between 50 and 100 km on the Earth the air near the observer becomes negligible. */
   frame.inward = (double)np_smoothstepf((height - 0.5f) / 0.5f);
   frame.twilight = compute_twilight(medium, &frame);
-  /* Half way at 20 km on the Earth. */
+  /* 1/2 at 20 km on the Earth. */
   frame.downward = frame.altitude_m / (frame.altitude_m + 0.2 * medium->top_m);
   return frame;
 }
@@ -109,8 +108,8 @@ neph_result np_sky_create_monitored(neph_atmosphere *atmosphere, const neph_sky_
   return NEPH_OK;
 }
 
-/* Changes within the tolerance: twilight fades by e in a degree, of which half counts; haze thins by e in 1.2 km on the
- * Earth, or in as much of the height over the air as there are parts of it. */
+/* Largest changes within the tolerance: twilight fades by a factor e per degree, of which half counts; haze thins by a
+ * factor e in 1.2 km on the Earth, or in as much of the height above the atmosphere. */
 static double get_turn_max(const neph_atmosphere *a) {
   return 0.5 * NP_DEGREE * a->desc.tolerance * np_twilight_scale(&a->medium) / 0.1753;
 }
@@ -119,8 +118,8 @@ static double get_climb_max(const neph_atmosphere *a, double above_air_m) {
   return a->desc.tolerance * fmax(0.012 * a->medium.top_m, 0.1 * above_air_m);
 }
 
-/* Steps of half of what the tolerance allows. The sun is put higher and the observer too: no light is lost to the
- * night. */
+/* Steps are half of the changes within the tolerance. Sun and observer are rounded up: no light is lost to the night.
+ */
 void np_sky_snap(const neph_atmosphere *a, const neph_sky_desc *desc, neph_sky_desc *out) {
   const double *s = desc->sun_direction, *o = desc->observer_m, radius = a->medium.planet_radius_m;
   const np_dvec3 observer = np_dvec3_make(o[0], o[1], o[2]), sun = np_dvec3_normalize(np_dvec3_make(s[0], s[1], s[2]));
@@ -166,14 +165,14 @@ void neph_sky_destroy(neph_sky *sky) {
   neph_atmosphere_release(atmosphere);
 }
 
-/* Puts the aerosol's phase function on the peak, and the sun's irradiance on both. */
+/* Multiplies the peak by the aerosol's phase function, and both parts by the solar irradiance. */
 static np_spectrum shade(const neph_sky *sky, np_vec3 direction, np_scattered s) {
   const float versine = np_vec3_versine(direction, sky->sun);
   const np_bands phase = np_aerosol_phase(&sky->atmosphere->medium, versine);
   return np_spectrum_multiply(np_bands_to_spectrum(sky->frame.twilight * (s.smooth + phase * s.peak)), sky->irradiance);
 }
 
-/* Zenith cosine of a direction, exact near the nadir too, where a distant observer sees the whole planet. */
+/* Zenith cosine of a direction, exact even near the nadir, where a distant observer sees the whole planet. */
 static double compute_cosine(const np_sky_frame *frame, np_vec3 direction) {
   const double x = (double)np_vec3_dot(direction, frame->toward), y = (double)np_vec3_dot(direction, frame->across);
   const double z = (double)np_vec3_dot(direction, frame->up);
@@ -188,7 +187,7 @@ np_spectrum np_sky_radiance(const neph_sky *sky, np_vec3 direction) {
   return shade(sky, direction, np_sky_view_lookup(sky, &place, np_sky_view_length(sky, cosine, place.is_below)));
 }
 
-/* `out_first`, of the first order, NULL: not wanted. */
+/* `out_first` receives the first order; it may be NULL. */
 static np_aerial_perspective sample_aerial(const neph_sky *sky, np_vec3 direction, double distance_m,
                                            np_scattered *out_first) {
   const np_aerial_perspective clear = {np_spectrum_grey(1.0f), np_spectrum_grey(0.0f)};
@@ -229,7 +228,7 @@ static np_vec3 read_direction(const double direction[3]) {
   return np_dvec3_to_float(np_dvec3_normalize(np_dvec3_make(direction[0], direction[1], direction[2])));
 }
 
-/* NULL takes none. */
+/* `out` may be NULL. */
 static void write_spectrum(np_spectrum s, double out[3]) {
   for (int i = 0; out && i < 3; i++) out[i] = (double)s.band[i];
 }
@@ -250,7 +249,7 @@ void neph_sky_get_aerial_perspective(const neph_sky *sky, const double direction
 
 enum { ANGLES = 48, AZIMUTHS = 48 };
 
-/* Irradiance of the sky on a level surface, by a rule about the sun, Θ = π·u², so that the aureole is resolved. */
+/* Sky irradiance on a level surface, by a rule around the sun, Θ = π·u², which resolves the aureole. */
 static np_spectrum integrate_sky(const neph_sky *sky) {
   const np_quadrature rule = np_quadrature_gauss(ANGLES);
   const np_sky_frame *frame = &sky->frame;

@@ -3,7 +3,7 @@
 
 #include "atmosphere/atmosphere_tables.h"
 
-/* Cosine of the sun's zenith angle where a ray enters the air. */
+/* Cosine of the sun's zenith angle at a ray's entry into the air. */
 static float compute_entry_sun(const neph_sky *sky, const np_ray *ray, np_dvec3 up, double altitude_m, double angle) {
   const double r = sky->atmosphere->medium.planet_radius_m + altitude_m;
   const double cosine = np_dvec3_dot(up, np_vec3_to_double(sky->sun));

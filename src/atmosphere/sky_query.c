@@ -23,7 +23,7 @@ static np_dvec3 compute_direction(const np_sky_query *q) {
 
 static np_dvec3 compute_origin(const np_sky_query *q) { return np_dvec3_make(0.0, 0.0, q->altitude_m); }
 
-static np_reference_scene make_scene(const np_sky_witness *w, const np_sky_query *q) {
+static np_reference_scene make_scene(const np_sky_subject *w, const np_sky_query *q) {
   return (np_reference_scene){.medium = &w->atmosphere->medium,
                               .light = w->light,
                               .to_sun = make_direction(q->sun_zenith_rad, 0.0),
@@ -45,10 +45,10 @@ static void set_bands(np_bands value, np_reference_value *out) {
 
 static void set_spectrum(np_spectrum value, np_reference_value *out) { set_bands(np_bands_from_spectrum(value), out); }
 
-/* Makes the witness's sky that of the query, under an irradiance of 1. */
-static neph_result build_sky(np_sky_witness *w, const np_sky_query *q) {
+/* Builds the subject's sky for a query, with a solar irradiance of 1. */
+static neph_result build_sky(np_sky_subject *w, const np_sky_query *q) {
   if (w->sky && w->sky_altitude_m == q->altitude_m && w->sky_sun_rad == q->sun_zenith_rad) return NEPH_OK;
-  np_sky_witness_clear(w);
+  np_sky_subject_clear(w);
   neph_sky_desc desc = NEPH_SKY_DESC_DEFAULT;
   const np_dvec3 sun = make_direction(q->sun_zenith_rad, 0.0);
   desc.sun_direction[0] = sun.x;
@@ -62,20 +62,20 @@ static neph_result build_sky(np_sky_witness *w, const np_sky_query *q) {
   return neph_sky_create(w->atmosphere, &desc, &w->sky);
 }
 
-void np_sky_witness_clear(np_sky_witness *witness) {
-  neph_sky_destroy(witness->sky);
-  witness->sky = NULL;
+void np_sky_subject_clear(np_sky_subject *subject) {
+  neph_sky_destroy(subject->sky);
+  subject->sky = NULL;
 }
 
 /* ---- Tables ---- */
 
-/* No farther than the sphere of the planet, below which the tables go on and the tracer does not. */
-static double compute_end(const np_sky_witness *w, const np_sky_query *q) {
+/* Distance, at most to the sea-level sphere: below it the tables continue and the tracer stops. */
+static double compute_end(const np_sky_subject *w, const np_sky_query *q) {
   const np_ray ray = np_ray_make(&w->atmosphere->medium, q->altitude_m, cos(q->view_zenith_rad));
   return ray.hits_ground ? fmin(q->distance_m, ray.offset_m + ray.length_m) : q->distance_m;
 }
 
-static void look_up_light(const np_sky_witness *w, const np_sky_query *q, np_reference_value *out) {
+static void lookup_light(const np_sky_subject *w, const np_sky_query *q, np_reference_value *out) {
   const np_vec3 direction = np_dvec3_to_float(compute_direction(q));
   if (q->quantity == NP_SKY_IRRADIANCE) {
     double sun[3];
@@ -88,7 +88,7 @@ static void look_up_light(const np_sky_witness *w, const np_sky_query *q, np_ref
   }
 }
 
-static neph_result look_up(np_sky_witness *w, const np_sky_query *q, np_reference_value *out) {
+static neph_result lookup(np_sky_subject *w, const np_sky_query *q, np_reference_value *out) {
   const np_vec3 sun = np_dvec3_to_float(make_direction(q->sun_zenith_rad, 0.0));
   if (q->quantity == NP_SKY_TRANSMITTANCE_TOP) {
     set_spectrum(
@@ -103,14 +103,14 @@ static neph_result look_up(np_sky_witness *w, const np_sky_query *q, np_referenc
     return NEPH_OK;
   }
   neph_result result = build_sky(w, q);
-  if (!result) look_up_light(w, q, out);
+  if (!result) lookup_light(w, q, out);
   return result;
 }
 
 /* ---- March ---- */
 
-/* In-scatter along one ray, its points placed anew, from the sources that the sky's tables were made of. */
-static np_bands march_ray(const np_sky_witness *w, const np_sky_query *q, np_dvec3 direction) {
+/* In-scatter along one ray, with new sample points, from the sources behind the sky's tables. */
+static np_bands march_ray(const np_sky_subject *w, const np_sky_query *q, np_dvec3 direction) {
   const np_medium *medium = &w->atmosphere->medium;
   const np_dvec3 to_sun = make_direction(q->sun_zenith_rad, 0.0);
   const np_sky_light light = np_sky_light_make(w->sky);
@@ -131,8 +131,8 @@ static np_bands march_ray(const np_sky_witness *w, const np_sky_query *q, np_dve
   return s.smooth + np_aerosol_phase(medium, (float)(1.0 - angle)) * s.peak;
 }
 
-/* Irradiance from marched rays, by the same rule about the sun as the tables' own. */
-static np_bands march_dome(const np_sky_witness *w, const np_sky_query *q) {
+/* Irradiance from marched rays, by the same rule around the sun as for the tables. */
+static np_bands march_dome(const np_sky_subject *w, const np_sky_query *q) {
   const np_quadrature rule = np_quadrature_gauss(MARCH_ANGLES);
   const np_dvec3 to_sun = make_direction(q->sun_zenith_rad, 0.0);
   np_vec3 a, b;
@@ -152,7 +152,7 @@ static np_bands march_dome(const np_sky_witness *w, const np_sky_query *q) {
   return sum;
 }
 
-static neph_result march_light(np_sky_witness *w, const np_sky_query *q, np_reference_value *out) {
+static neph_result march_light(np_sky_subject *w, const np_sky_query *q, np_reference_value *out) {
   if (q->order_max == 1 && q->quantity != NP_SKY_IRRADIANCE) {
     const np_reference_scene scene = make_scene(w, q);
     const np_reference_query query = make_query(q);
@@ -165,10 +165,10 @@ static neph_result march_light(np_sky_witness *w, const np_sky_query *q, np_refe
   return result;
 }
 
-/* ---- All ---- */
+/* ---- Entry points ---- */
 
-/* Transmittance along a ray, or to the sun, which need no table and no random number. */
-static void integrate_transmittance(const np_sky_witness *w, const np_sky_query *q, np_reference_value *out) {
+/* Transmittance along a ray or to the sun, which needs neither a table nor random numbers. */
+static void integrate_transmittance(const np_sky_subject *w, const np_sky_query *q, np_reference_value *out) {
   const np_reference_scene scene = make_scene(w, q);
   const np_reference_query query = make_query(q);
   if (q->quantity == NP_SKY_DIRECT_IRRADIANCE) {
@@ -179,10 +179,10 @@ static void integrate_transmittance(const np_sky_witness *w, const np_sky_query 
   np_reference_transmittance(scene.medium, &query, q->quantity == NP_SKY_TRANSMITTANCE_TOP, out->mean);
 }
 
-static neph_result answer(np_sky_witness *w, const np_sky_query *q, uint64_t seed, np_monitor *monitor,
-                          np_reference_value *out) {
+static neph_result eval_query(np_sky_subject *w, const np_sky_query *q, uint64_t seed, np_monitor *monitor,
+                              np_reference_value *out) {
   if (np_sky_quantity_is_scattered(q->quantity) && q->order_max == 0) return NEPH_OK;
-  if (w->method == NP_SKY_LUT) return look_up(w, q, out);
+  if (w->method == NP_SKY_LUT) return lookup(w, q, out);
   if (!np_sky_quantity_is_scattered(q->quantity)) return integrate_transmittance(w, q, out), NEPH_OK;
   if (w->method == NP_SKY_MARCH) return march_light(w, q, out);
   const np_reference_scene scene = make_scene(w, q);
@@ -190,15 +190,15 @@ static neph_result answer(np_sky_witness *w, const np_sky_query *q, uint64_t see
   return np_reference_radiance(w->atmosphere->context, monitor, &scene, &query, w->paths, seed, out);
 }
 
-neph_result np_sky_ask(np_sky_witness *witness, const np_sky_query *query, uint64_t seed, np_monitor *monitor,
-                       np_reference_value *out_value) {
+neph_result np_sky_query_eval(np_sky_subject *subject, const np_sky_query *query, uint64_t seed, np_monitor *monitor,
+                              np_reference_value *out_value) {
   *out_value = (np_reference_value){0};
-  neph_result result = answer(witness, query, seed, monitor, out_value);
+  neph_result result = eval_query(subject, query, seed, monitor, out_value);
   const np_sky_quantity quantity = query->quantity;
   if (quantity == NP_SKY_TRANSMITTANCE_TOP || quantity == NP_SKY_AP_TRANSMITTANCE) return result;
   for (int b = 0; b < NP_REFERENCE_BANDS; b++) {
-    out_value->mean[b] *= witness->irradiance_w_m2_nm[b];
-    out_value->error[b] *= witness->irradiance_w_m2_nm[b];
+    out_value->mean[b] *= subject->irradiance_w_m2_nm[b];
+    out_value->error[b] *= subject->irradiance_w_m2_nm[b];
   }
   return result;
 }

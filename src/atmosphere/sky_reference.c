@@ -1,19 +1,17 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Backward Monte Carlo of the spherical atmosphere, with an estimate of the light at every vertex.
+/* Backward Monte Carlo in a spherical atmosphere, with next-event estimation at every vertex.
  *
- * One path serves all bands: where it goes is drawn from one density, and each band has its own weight. Along a ray
- * the distance comes from a mixture, after what is scattered and let through, after sunlight, and evenly along the
- * chord, over panels in which transmittances are exact (reference_path.h); the latter two make twilight affordable,
- * whose light comes from far away. Against it stands the ground at the ray's end. Directions are drawn from the mixture
- * of both phase functions; the ground is Lambert's, its cosine sampled, its albedo put on once. Later orders play
- * Russian roulette.
+ * One path serves all bands: its directions and distances come from one density, and each band has its own weight.
+ * Distances come from a mixture of scattered and transmitted light, sunlight, and uniform sampling of the chord, over
+ * panels with exact transmittance (reference_path.h); the latter two make twilight affordable, whose light comes from
+ * far away. The alternative is the ground at the ray's end. Directions come from the mixture of all phase functions;
+ * the ground is Lambertian, with cosine sampling and its albedo as a weight. Later orders play Russian roulette.
  *
- * The first distance is stratified within a batch; standard errors come from the spread of the batches' means, which
- * are independent.
+ * The first distance is stratified within a batch; standard errors come from the variance of the batch means, which are
+ * independent.
  *
- * Within the sun's disk phase functions are taken at its centre: of a lobe of g = 0.8 that leaves out 6e-4 in the
- * middle of the aureole.
- */
+ * Phase functions are evaluated at the centre of the sun's disk: for a lobe of g = 0.8 that omits 6e-4 in the middle of
+ * the aureole. */
 #include "atmosphere/sky_reference.h"
 
 #include <string.h>
@@ -47,7 +45,7 @@ static np_ray make_ray(const np_medium *medium, np_dvec3 origin, np_dvec3 direct
   return ray;
 }
 
-/* Unit vector with a cosine to an axis and an azimuth about it. */
+/* Unit vector with a given cosine to an axis and an azimuth around it. */
 static np_dvec3 turn_from(np_dvec3 axis, double cosine, double azimuth) {
   np_vec3 a, b;
   np_frame_around(np_dvec3_to_float(axis), &a, &b);
@@ -100,7 +98,7 @@ static void transmit_from_disk(const np_reference_scene *scene, np_dvec3 positio
   if (cosine >= horizon) np_reference_transmit_to_space(medium, h, cosine, out_light);
 }
 
-/* Height of the horizon over the disk's centre at a point, in disk radii. */
+/* Height of the horizon above the disk's centre at a point, in disk radii. */
 static double horizon_on_disk(const np_reference_scene *scene, np_dvec3 position) {
   const np_medium *medium = scene->medium;
   const double sun = acos(np_clamp(np_dvec3_dot(compute_zenith(medium, position), scene->to_sun), -1.0, 1.0));
@@ -108,10 +106,10 @@ static double horizon_on_disk(const np_reference_scene *scene, np_dvec3 position
   return -down / fmax(scene->sun_angular_radius_rad, 1e-9);
 }
 
-/* Over the visible part of the disk, offset = cos φ: ∫ T·(2/π)·sin²φ dφ from its upper edge to the horizon. */
+/* Integral over the visible part of the disk, offset = cos φ: ∫ T·(2/π)·sin²φ dφ from its upper edge to the horizon. */
 void np_reference_sunlight(const np_reference_scene *scene, np_dvec3 position, double out_light[NP_REFERENCE_BANDS]) {
   const double horizon = horizon_on_disk(scene, position);
-  /* Half a radian above the horizon depth is as good as linear over the disk: 1e-5. */
+  /* Half a radian above the horizon the depth is linear over the disk to 1e-5. */
   const bool is_high = -horizon * scene->sun_angular_radius_rad > 0.5;
   if (scene->light == NP_REFERENCE_POINT || is_high) {
     transmit_from_disk(scene, position, 0.0, out_light);
@@ -139,8 +137,8 @@ typedef struct walker {
   double *sum;
 } walker;
 
-/* Direction and amount of light: times the phase function, or the cosine over π, it is an estimate of what
- * reaches `position`. */
+/* Direction and amount of light. Multiplied by the phase function, or by the cosine over π, it estimates the light
+ * scattered at `position`. */
 typedef struct light_sample {
   np_dvec3 direction;
   double light[NP_REFERENCE_BANDS];
@@ -178,8 +176,8 @@ static void add_reflected_light(walker *w, np_dvec3 zenith) {
   for (int b = 0; b < NP_REFERENCE_BANDS; b++) w->sum[b] += w->weight[b] * cosine / NP_PI * s.light[b];
 }
 
-/* Share of the scattered light that each constituent has, the mean of the bands: molecules, then aerosols. The last of
- * them has the rest. */
+/* Share of each constituent in the scattered light, as the mean of the bands: molecules, then aerosols. The last one
+ * takes the rest. */
 static void share_scattering(const np_medium *medium, const np_reference_air *air,
                              double out_share[NP_AEROSOLS_MAX + 1]) {
   const int count = medium->aerosol_count;
@@ -195,7 +193,7 @@ static void share_scattering(const np_medium *medium, const np_reference_air *ai
   for (int i = 0; i < count; i++) out_share[count] -= out_share[i];
 }
 
-/* The phase function that a number in [0, 1) picks by the shares. */
+/* Chooses a phase function by the shares, from a number in [0, 1). */
 static np_phase pick_phase(const np_medium *medium, const double share[NP_AEROSOLS_MAX + 1], double u) {
   int i = 0;
   for (; i < medium->aerosol_count && u >= share[i]; i++) u -= share[i];
@@ -209,7 +207,8 @@ static double eval_mixture(const np_medium *medium, const double share[NP_AEROSO
   return sum;
 }
 
-/* Draws the next direction from any of the phase functions or about the brightest sky, and weighs it against all. */
+/* Samples the next direction from one of the phase functions or around the brightest sky, and weights it against all of
+ * them. */
 static void scatter(walker *w, const np_reference_air *air) {
   const np_medium *medium = w->scene->medium;
   double share[NP_AEROSOLS_MAX + 1], scattering[NP_REFERENCE_BANDS];
@@ -234,7 +233,7 @@ static void scatter(walker *w, const np_reference_air *air) {
   w->direction = to;
 }
 
-/* Probability that a path goes on to the ground that ends its ray. */
+/* Probability that a path continues to the ground at the ray's end. */
 static double ground_probability(const np_reference_path *path, const double transmittance[NP_REFERENCE_BANDS]) {
   double albedo = 0.0, seen = 0.0;
   for (int b = 0; b < NP_REFERENCE_BANDS; b++) {
@@ -280,7 +279,7 @@ static void prepare(const np_reference_scene *scene, np_dvec3 origin, np_dvec3 d
   np_reference_path_prepare(path, &guide);
 }
 
-/* Ends a faint path, or makes up for those ended. */
+/* Russian roulette on a faint path. */
 static bool survives(walker *w, double first) {
   const double chance = fmin(5.0 * greatest(w->weight) / first, 1.0);
   if (!(np_random_double(w->random) < chance)) return false;
@@ -378,11 +377,11 @@ typedef struct traced_order {
   const np_reference_scene *scene;
   const np_reference_query *query;
   const np_reference_path *path;
-  double versine;                   /* between ray and sun */
-  double bound[NP_REFERENCE_BANDS]; /* how far a piece may be off */
+  double versine;                   /* 1 − cosine between ray and sun */
+  double bound[NP_REFERENCE_BANDS]; /* tolerated error of a piece */
 } traced_order;
 
-/* One piece of a panel by the Gauss rule in w. */
+/* Integrates one piece of a panel by the Gauss rule in w. */
 static void integrate_piece(const traced_order *f, int panel, double begin, double end, const np_quadrature *rule,
                             double out[NP_REFERENCE_BANDS]) {
   memset(out, 0, NP_REFERENCE_BANDS * sizeof *out);
@@ -399,7 +398,7 @@ static void integrate_piece(const traced_order *f, int panel, double begin, doub
   }
 }
 
-/* Halves a piece until the halves agree with the whole: the sun sets somewhere along the ray. */
+/* Bisects a piece until the halves agree with the whole: the sun sets somewhere along the ray. */
 static void add_piece(const traced_order *f, int panel, double begin, double end,
                       const double whole[NP_REFERENCE_BANDS], int level, const np_quadrature *rule,
                       double sum[NP_REFERENCE_BANDS]) {

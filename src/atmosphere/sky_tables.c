@@ -1,16 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The sky around one observer: radiance to the end of every ray, and depth and in-scatter along it.
+/* The sky for one observer: radiance up to the end of every ray, and optical depth and in-scatter along it.
  *
- * Rows of constant zenith angle crowd about the true horizon from both sides, θ = θ_h + (θ_end − θ_h)·v², and end
- * there: the sky's are never mixed with the ground's. Azimuth runs over the half circle from the sun, which the
- * other mirrors. The view table keeps logarithms, for
- * a sky spans decades in a few degrees of twilight; it is split into what is smooth and the aerosol's first order
- * without its phase function, which the reader multiplies on.
+ * Rows of constant zenith angle concentrate at the true horizon from both sides, θ = θ_h + (θ_end − θ_h)·v², and end
+ * there: sky and ground are never interpolated. Azimuth covers the half circle from the sun; the other half mirrors it.
+ * The view table holds logarithms, because a sky spans decades within a few degrees of twilight. It is split into a
+ * smooth part and the aerosol's first order without its phase function, by which the reader multiplies.
  *
- * Aerial perspective keeps, at slices along each ray, the optical depth (one for all azimuths) and the in-scatter, each
- * over the distance: such means hardly change between rows, though the rays' lengths, and so the slices', do. One
- * sample in the middle of a slice stands for its source; the transmittance across it is taken in closed form.
- */
+ * Aerial perspective stores the optical depth (one for all azimuths) and the in-scatter at slices along each ray,
+ * divided by the distance: such means hardly change between rows, although the lengths of rays and slices do. One
+ * sample in the middle of a slice gives its source; the transmittance across it has a closed form. */
 #include "atmosphere/atmosphere_tables.h"
 
 #include "atmosphere/spline.h"
@@ -19,10 +17,10 @@
 #include "core/parallel.h"
 #include "core/stable.h"
 
-/* Radiance, per unit of irradiance, or per metre of a ray, that the logarithms tell from none. */
+/* Floor of the logarithms: radiance per unit of irradiance, or per metre of a ray. Less counts as 0. */
 static const float light_floor = 1e-20f;
-/* A step of aerial perspective spans no more of altitude than this part of where it is, or of the atmosphere's height:
- * 2.4 km on the Earth. So many at the most to a slice. */
+/* A step of aerial perspective spans at most this part of its altitude, or of the atmosphere's height (2.4 km on the
+ * Earth); with a limit on the steps in a slice. */
 static const double step_altitudes = 0.5, step_heights = 0.024, steps_max = 8.0;
 /* Reach of aerial perspective along a ray below sea level, in heights of the atmosphere: 10 km on the Earth. */
 static const double below_sea_level = 0.1;
@@ -38,7 +36,7 @@ np_sky_light np_sky_light_make(const neph_sky *sky) {
                         np_sun_disk_make((double)sky->sun_angular_radius, a->has_point_sun)};
 }
 
-/* The rays of a row: `count` azimuths from the sun's on. */
+/* Rays of a row: `count` azimuths, starting at the sun's. */
 static void make_fan(const neph_sky *sky, const np_ray *ray, float cosine, int count, np_fan *out_fan) {
   const np_sky_frame *frame = &sky->frame;
   const float sine = sqrtf(np_maxf(1.0f - cosine * cosine, 0.0f));
@@ -55,7 +53,7 @@ static void make_fan(const neph_sky *sky, const np_ray *ray, float cosine, int c
   np_fan_pad(out_fan);
 }
 
-/* The azimuths of a table's rows from those of its nodes. */
+/* Splines from the node azimuths of a row to all of its azimuths. */
 typedef struct azimuth_splines {
   int count, node_count;
   np_spline at[NP_VIEW_AZIMUTHS_MAX];
@@ -84,18 +82,18 @@ float np_sky_view_length(const neph_sky *sky, double cosine, bool is_below) {
   return np_maxf((float)ray.length_m, 1e-3f);
 }
 
-/* Logarithms of light times a scale, as tables keep them. */
+/* Logarithm of light times a scale, in the form of the tables. */
 static np_bands log_light(np_bands light, float scale) { return np_bands_log(light * scale + light_floor); }
 
 static np_scattered log_scattered(np_scattered s, float scale) {
   return (np_scattered){log_light(s.smooth, scale), log_light(s.peak, scale)};
 }
 
-/* A table under construction: what all of its rows need. */
+/* A table under construction, with inputs shared by all rows. */
 typedef struct table_job {
   neph_sky *sky;
   np_sky_light light;
-  np_path_rule rule; /* along the view table's rays */
+  np_path_rule rule; /* rule along the view table's rays */
   azimuth_splines splines;
 } table_job;
 
@@ -134,7 +132,8 @@ static np_bands step_weight(np_bands depth) {
   return (np_bands){np_step_weight(depth[0]), np_step_weight(depth[1]), np_step_weight(depth[2]), 0.0f};
 }
 
-/* Steps for a slice: one where the air hardly changes along it, more from high up, where it spans scale heights. */
+/* Number of steps in a slice: one if the air hardly changes along it, more at high altitude, where it spans scale
+ * heights. */
 static int count_steps(const np_sky_light *light, const np_ray *ray, double near, double far) {
   const double low = fmax(np_ray_altitude(ray, near), 0.0), high = fmax(np_ray_altitude(ray, far), 0.0);
   const double unit = fmax(step_altitudes * fmin(low, high), step_heights * light->medium->top_m);
@@ -151,7 +150,7 @@ static np_path_node resolve_step(const np_sky_light *light, const np_ray *ray, d
   return middle;
 }
 
-/* One row under construction: its rays at the nodes' azimuths, none where depths alone are wanted; the depth and the
+/* One row under construction: its rays at the node azimuths (none for optical depths alone), and the depth and
  * in-scatter so far. */
 typedef struct aerial_row {
   const np_sky_light *light;
@@ -160,11 +159,11 @@ typedef struct aerial_row {
   np_fan fan;
   np_bands depth;
   np_scattered sum[NP_VIEW_AZIMUTHS_MAX];
-  np_bands molecules[NP_VIEW_AZIMUTHS_MAX]; /* of it, what they scattered once */
+  np_bands molecules[NP_VIEW_AZIMUTHS_MAX]; /* part scattered once by molecules */
 } aerial_row;
 
-/* Adds what is scattered between two places on the scale, the source taken in their middle. On a ray of no length, at
- * the edge of the air, the length is taken as one, so that the mean is the source. */
+/* Adds the in-scatter between two points on the scale, with the source at their middle. A ray of zero length, at the
+ * edge of the air, counts as 1 m long, so that the mean is the source. */
 static void add_step(aerial_row *row, double begin, double end) {
   const double near = np_aerial_scale_distance(&row->scale, begin);
   const double far = fmax(np_aerial_scale_distance(&row->scale, end), near);
@@ -184,7 +183,8 @@ static void add_step(aerial_row *row, double begin, double end) {
   }
 }
 
-/* Slice by slice: the mean extinction to its far plane, and the logarithms of the mean in-scatter at every azimuth. */
+/* Builds slice by slice: the mean extinction up to the far plane, and the logarithms of the mean in-scatter at every
+ * azimuth. */
 static void build_slices(aerial_row *row, const np_view_sizes *n, const azimuth_splines *splines, np_bands *depths,
                          np_scattered *planes, np_bands *molecules) {
   const double count = n->points;
@@ -228,7 +228,7 @@ static neph_result build_aerial_rows(void *user, size_t begin, size_t end, unsig
   return NEPH_OK;
 }
 
-/* Half the range of sun angles to gather for: two degrees of an Earth, and as far as the observer sees the aerosol. */
+/* Half the range of sun angles of the gather: 2° on the Earth, and the range of aerosol that the observer sees. */
 static double gather_spread(const np_medium *medium, const np_sky_frame *frame) {
   const double unit = 2.0 * NP_DEGREE * np_twilight_scale(medium) / 0.1753;
   const double seen = frame->horizon_angle - 0.5 * NP_PI;
@@ -259,8 +259,8 @@ neph_result np_sky_aerial_build(neph_sky *sky) {
   return np_parallel_for(sky->atmosphere->context, sky->monitor, (size_t)(n->up + n->down), 2, build_aerial_rows, &job);
 }
 
-/* In the dark, depths alone are wanted. */
-/* In the dark there are optical depths alone. */
+/* Only depths are needed in the dark. */
+/* In the dark only optical depths are built. */
 static neph_result compute_tables(neph_sky *sky, bool is_dark) {
   if (np_sky_load_tables(sky)) return NEPH_OK;
   np_monitor_set_range(sky->monitor, 0.0, 0.4);
@@ -299,7 +299,7 @@ void np_sky_tables_free(neph_sky *sky) {
   np_alloc_free(context, sky->molecules);
 }
 
-/* Exponent that spaces the rows of one half. */
+/* Exponent of the spacing of rows in one half. */
 static float choose_power(const np_sky_frame *frame, const np_sky_layout *layout, bool is_below) {
   if (is_below) return 3.0f;
   return layout->is_aerial ? frame->aerial_power : 2.0f;
@@ -335,8 +335,7 @@ static np_scattered mix_scattered(np_scattered a, np_scattered b, float t) {
   return (np_scattered){np_bands_mix(a.smooth, b.smooth, t), np_bands_mix(a.peak, b.peak, t)};
 }
 
-/* Radiance of a logarithm read from a table: what the floor added is taken off again, and what rounding makes of
- * it. */
+/* Radiance from a logarithm of a table, without the floor; never negative. */
 static np_bands undo_log(np_bands logarithm) {
   return np_bands_max(np_bands_exp(logarithm) - 1.00002f * light_floor, np_bands_grey(0.0f));
 }
@@ -349,7 +348,7 @@ np_scattered np_sky_view_lookup(const neph_sky *sky, const np_sky_place *place, 
   return (np_scattered){length_m * undo_log(s.smooth), length_m * undo_log(s.peak)};
 }
 
-/* Optical depth and in-scatter at the far plane of a slice, `distance_m` away in the air; nothing before the first. */
+/* Optical depth and in-scatter at the far plane of a slice, `distance_m` away in the air; 0 before the first slice. */
 static np_aerial_sample lookup_plane(const neph_sky *sky, const np_sky_place *place, int slice, double distance_m) {
   if (slice < 0) return (np_aerial_sample){0};
   const float t = (float)distance_m;
@@ -364,7 +363,7 @@ static np_aerial_sample lookup_plane(const neph_sky *sky, const np_sky_place *pl
   return (np_aerial_sample){depth, {t * undo_log(s.smooth), t * undo_log(s.peak)}};
 }
 
-/* The same of light that molecules scattered once. */
+/* First-order in-scatter by molecules at the far plane of a slice. */
 static np_bands lookup_molecules(const neph_sky *sky, const np_sky_place *place, int slice, double distance_m) {
   if (slice < 0 || !sky->molecules) return np_bands_grey(0.0f);
   const np_view_sizes *n = &sky->atmosphere->sizes.aerial;
@@ -379,8 +378,8 @@ static np_bands lookup_molecules(const neph_sky *sky, const np_sky_place *place,
 /* y/(1 − e⁻ʸ), to 4 % at y = 3 and far better below. */
 static np_bands inverse_step_weight(np_bands y) { return 1.0f + y * (0.5f + y * (1.0f / 12.0f)); }
 
-/* Part of a slice's in-scatter that comes from its nearer `x`, for a constant source: (1 − e⁻ˣᵈ)/(1 − e⁻ᵈ), grows with
- * x as far as x·d = 3.4 and stays there: so far into a slice what lies deeper no longer counts. */
+/* Part of a slice's in-scatter from its nearer part `x`, for a constant source: (1 − e⁻ˣᵈ)/(1 − e⁻ᵈ). It stops growing
+ * at x·d = 3.4: beyond that depth the slice contributes nothing. */
 static np_bands part_of_slice(np_bands depth, float x) {
   const np_bands d = np_bands_min(depth, np_bands_grey(3.0f));
   const np_bands part = np_bands_min(np_bands_grey(x), 3.4f / np_bands_max(d, np_bands_grey(1e-6f)));
@@ -396,7 +395,7 @@ np_aerial_sample np_sky_aerial_lookup(const neph_sky *sky, const np_sky_place *p
   const int slice = s < count - 1 ? (int)s : count - 1;
   const double near = slice > 0 ? np_aerial_scale_distance(&scale, (double)slice / count) : 0.0;
   const double far = np_aerial_scale_distance(&scale, (slice + 1.0) / count);
-  /* Underground, past the last plane, the last slice's air goes on. */
+  /* Beyond the last plane, below ground, the air of the last slice continues. */
   const double end = ray->hits_ground ? t : within;
   const float x = far > near ? (float)fmax((end - near) / (far - near), 0.0) : 0.0f;
   const np_aerial_sample a = lookup_plane(sky, place, slice - 1, near), b = lookup_plane(sky, place, slice, far);

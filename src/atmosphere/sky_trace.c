@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "atmosphere/sky_trace.h"
 
-/* Radiance that the ground at the end of a ray sends back along it. */
+/* Radiance reflected along a ray by the ground at its end. */
 static np_bands compute_ground_light(const np_sky_light *light, const np_depth_row *ground, float sun_cosine) {
   np_bands irradiance = np_maxf(sun_cosine, 0.0f) * np_depth_row_sun(ground, sun_cosine, light->disk);
   if (light->moments) irradiance += np_moment_table_irradiance(light->moments, sun_cosine);
@@ -71,6 +71,6 @@ void np_sky_trace(const np_sky_light *light, const np_fan *fan, const np_ray *ra
     np_sky_add_scattered(light, fan, node, node->weight_m * node->transmittance, out, NULL);
   }
   if (has_ground && ray->hits_ground) add_ground(light, fan, ray, path->end_transmittance, out);
-  /* The degree-2 cut of the aerosol's source may dip below nothing where the sky is darkest. */
+  /* The aerosol's source cut after degree 2 may be negative where the sky is darkest. */
   for (int i = 0; i < fan->count; i++) out[i].smooth = np_bands_max(out[i].smooth, np_bands_grey(0.0f));
 }

@@ -1,19 +1,17 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Light scattered into a ray: order 1 exactly, later orders from the moments and the aerosol's gather.
+/* In-scatter along a ray: order 1 exactly, later orders from the moments and the aerosol's gather.
  *
- *   L = ∫ T·[ T_sun·(σ_R p_R + σ_M p_M) + σ_R·J_R + σ_M·J_M ] dt
+ * L = ∫ T·[ T_sun·(σ_R p_R + σ_M p_M) + σ_R·J_R + σ_M·J_M ] dt
  *
- * split as L = smooth + p_M(Θ)·peak, so that the aerosol's phase function, constant along a ray, stays out of every
- * table.
- */
+ * is split as L = smooth + p_M(Θ)·peak, so that the aerosol's phase function, constant along a ray, stays out of every
+ * table. */
 #ifndef NP_ATMOSPHERE_SKY_TRACE_H
 #define NP_ATMOSPHERE_SKY_TRACE_H
 
 #include "atmosphere/fan.h"
 #include "atmosphere/mie_gather.h"
 
-/* Light on the air. `gather` may be NULL: the aerosol then scatters what the moments hold; so may `moments`:
- * order 1. */
+/* Light on the air. `gather` NULL: aerosol scatters the light of the moments; `moments` NULL: order 1 alone. */
 typedef struct np_sky_light {
   const np_fan_kernels *kernels;
   const np_medium *medium;
@@ -25,16 +23,16 @@ typedef struct np_sky_light {
 
 typedef struct np_scattered {
   np_bands smooth;
-  np_bands peak; /* to be multiplied by np_aerosol_phase at the angle between ray and sun */
+  np_bands peak; /* multiply by np_aerosol_phase at the angle between ray and sun */
 } np_scattered;
 
-/* Adds to each ray of a fan what the air at one of its points scatters into it, per metre and unit of sun irradiance,
- * times a weight; and to `molecules`, where that is not NULL, what of it molecules scattered once. */
+/* Adds the in-scatter at one point of a fan to each ray, per metre and unit of solar irradiance, times a weight.
+ * `molecules`, if not NULL, receives the first order by molecules. */
 void np_sky_add_scattered(const np_sky_light *light, const np_fan *fan, const np_path_node *at, np_bands weight,
                           np_scattered *sums, np_bands *molecules);
 
-/* Integrates along the rays of a fan, whose path is that of `ray`. With `has_ground` the sunlight and skylight that the
- * ground at the end sends back come in too. */
+/* Integrates along the rays of a fan with the path of `ray`. `has_ground` includes sunlight and skylight reflected by
+ * the ground at the end. */
 void np_sky_trace(const np_sky_light *light, const np_fan *fan, const np_ray *ray, const np_path *path, bool has_ground,
                   np_scattered *out);
 

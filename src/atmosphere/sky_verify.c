@@ -3,7 +3,7 @@
 
 enum { DEPTHS = 4096, VIEWS = 64, TRACED = 24 };
 
-/* Part of the golden section: turns of a spiral over the sphere. */
+/* Golden ratio conjugate, for a spiral of directions over the sphere. */
 static const double golden = 0.6180339887498949;
 
 static void add_error(np_sky_error *e, const double value[NP_REFERENCE_BANDS], const np_reference_value *reference) {
@@ -25,7 +25,7 @@ static void finish(np_sky_error *e) {
   }
 }
 
-/* The depths alone. */
+/* Compares the depths. */
 static np_sky_error verify_depths(const np_depth_table *table) {
   const np_medium *medium = table->medium;
   np_sky_error e = {0};
@@ -48,7 +48,7 @@ static np_sky_error verify_depths(const np_depth_table *table) {
   return e;
 }
 
-/* The i-th of so many directions, evenly over the sphere of those in which there is air, and a distance. */
+/* Query number i of `count`: directions uniform over the part of the sphere with air, and a distance. */
 static np_sky_query make_query(const neph_sky *sky, np_sky_quantity quantity, int i, int count) {
   const np_sky_frame *frame = &sky->frame;
   const double top = cos(frame->top_angle), cosine = top - (top + 1.0) * (i + 0.5) / count;
@@ -61,13 +61,13 @@ static np_sky_query make_query(const neph_sky *sky, np_sky_quantity quantity, in
                         .distance_m = 1000.0 * (1 << i % 8)};
 }
 
-static neph_result ask(np_sky_witness *w, np_sky_method method, const np_sky_query *q, uint64_t seed,
-                       np_monitor *monitor, np_reference_value *out) {
+static neph_result eval_query(np_sky_subject *w, np_sky_method method, const np_sky_query *q, uint64_t seed,
+                              np_monitor *monitor, np_reference_value *out) {
   w->method = method;
-  return np_sky_ask(w, q, seed, monitor, out);
+  return np_sky_query_eval(w, q, seed, monitor, out);
 }
 
-static neph_result compare(np_sky_witness *w, const neph_sky *sky, np_sky_quantity quantity, np_sky_method method,
+static neph_result compare(np_sky_subject *w, const neph_sky *sky, np_sky_quantity quantity, np_sky_method method,
                            int count, uint64_t seed, np_monitor *monitor, np_sky_error *out) {
   neph_result result = NEPH_OK;
   *out = (np_sky_error){0};
@@ -75,8 +75,8 @@ static neph_result compare(np_sky_witness *w, const neph_sky *sky, np_sky_quanti
     const np_sky_query q = make_query(sky, quantity, i, count);
     np_reference_value table, reference;
     np_monitor_set_range(monitor, (double)i / count, (i + 1.0) / count);
-    result = ask(w, NP_SKY_LUT, &q, 0, NULL, &table);
-    if (!result) result = ask(w, method, &q, seed + (uint64_t)i, monitor, &reference);
+    result = eval_query(w, NP_SKY_LUT, &q, 0, NULL, &table);
+    if (!result) result = eval_query(w, method, &q, seed + (uint64_t)i, monitor, &reference);
     if (!result) add_error(out, table.mean, &reference);
   }
   finish(out);
@@ -86,7 +86,7 @@ static neph_result compare(np_sky_witness *w, const neph_sky *sky, np_sky_quanti
 neph_result np_sky_verify(neph_sky *sky, unsigned paths, uint64_t seed, np_monitor *monitor,
                           np_sky_errors *out_errors) {
   neph_atmosphere *a = sky->atmosphere;
-  np_sky_witness w = {.atmosphere = a,
+  np_sky_subject w = {.atmosphere = a,
                       .light = a->has_point_sun ? NP_REFERENCE_POINT : NP_REFERENCE_DISK,
                       .sun_angular_radius_rad = (double)sky->sun_angular_radius,
                       .irradiance_w_m2_nm = {1.0, 1.0, 1.0},
@@ -95,6 +95,6 @@ neph_result np_sky_verify(neph_sky *sky, unsigned paths, uint64_t seed, np_monit
   neph_result result = compare(&w, sky, NP_SKY_RADIANCE, NP_SKY_MARCH, VIEWS, 0, NULL, &out_errors->view);
   if (!result) result = compare(&w, sky, NP_SKY_AP_INSCATTER, NP_SKY_MARCH, VIEWS, 0, NULL, &out_errors->aerial);
   if (!result) result = compare(&w, sky, NP_SKY_RADIANCE, NP_SKY_TRACE, TRACED, seed, monitor, &out_errors->all);
-  np_sky_witness_clear(&w);
+  np_sky_subject_clear(&w);
   return result;
 }

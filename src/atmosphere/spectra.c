@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Sun and ozone are means over bins of 10 nm and constant in each, so that the lines and bands within a bin are right
- * in the mean. At 680, 550 and 440 nm the sun's are the irradiances that scenes have by default, and ozone's, at 300
- * Dobson units over 15 km, their absorption. */
+/* Sun and ozone are means over bins of 10 nm, constant in each bin, so that lines and bands within a bin are right in
+ * the mean. At 680, 550 and 440 nm the sun has the default irradiances of scenes, and 300 Dobson units of ozone over 15
+ * km their default absorption. */
 #include "atmosphere/spectra.h"
 
 #include <math.h>

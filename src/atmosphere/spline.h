@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Catmull-Rom splines: a quantity dear to compute is computed at nodes and refined onto a table read bilinearly. */
+/* Catmull-Rom splines: they refine an expensive quantity from nodes to a bilinear table. */
 #ifndef NP_ATMOSPHERE_SPLINE_H
 #define NP_ATMOSPHERE_SPLINE_H
 
@@ -13,8 +13,8 @@ typedef struct np_spline {
   float weight[4];
 } np_spline;
 
-/* The `fine`-th of `fine_count` places over `count` ≥ 2 nodes, both ends included. Beyond the ends the nodes go on
- * along their last step. */
+/* Position number `fine` of `fine_count` over `count` ≥ 2 nodes, both ends inclusive. Nodes are extrapolated linearly
+ * beyond the ends. */
 static inline np_spline np_spline_make(int fine, int fine_count, int count) {
   const double place = fine_count > 1 ? (double)fine * (count - 1) / (fine_count - 1) : 0.0;
   const int i = (int)fmin(floor(place), count - 2);
@@ -37,7 +37,7 @@ static inline np_spline np_spline_make(int fine, int fine_count, int count) {
   return s;
 }
 
-/* The spline's value over nodes `stride` apart. */
+/* Value of the spline over nodes `stride` apart. */
 static inline np_bands np_spline_eval(const np_spline *s, const np_bands *nodes, size_t stride) {
   return s->weight[0] * nodes[(size_t)s->index[0] * stride] + s->weight[1] * nodes[(size_t)s->index[1] * stride] +
          s->weight[2] * nodes[(size_t)s->index[2] * stride] + s->weight[3] * nodes[(size_t)s->index[3] * stride];

@@ -7,7 +7,8 @@
 #include "core/csv.h"
 #include "core/units.h"
 
-/* The names that columns go by: ours first, then those of the Hipparcos and the Bright Star catalogues at CDS. */
+/* Accepted names of columns: the names of nephos first, then those of the Hipparcos and Bright Star catalogues at CDS.
+ */
 static const char *const ascension_names[] = {"ra_deg", "RAICRS", "_RA.icrs", "_RAJ2000", "RAdeg", NULL};
 static const char *const declination_names[] = {"dec_deg", "DEICRS", "_DE.icrs", "_DEJ2000", "DEdeg", NULL};
 static const char *const magnitude_names[] = {"v_mag", "Vmag", "V", NULL};
@@ -63,7 +64,7 @@ static neph_result read_stars(const np_csv *csv, double faintest, np_star_catalo
   if (!catalogue->own) return NEPH_ERROR_OUT_OF_MEMORY;
   for (size_t row = 0; !result && row < csv->row_count; row++) {
     np_star *star = &catalogue->own[catalogue->count];
-    /* Hipparcos has no magnitude for a few. */
+    /* A few Hipparcos stars have no magnitude. */
     if (is_blank(np_csv_get_field(csv, row, columns.magnitude))) continue;
     result = read_star(csv, row, &columns, star);
     if (!result && (double)star->v_magnitude <= faintest) catalogue->count++;
@@ -97,7 +98,7 @@ np_dvec3 np_star_direction(const np_star *star) {
 float np_star_twinkle(float spread, float zenith_cosine, float gaussian) {
   if (!(spread > 0.0f)) return 1.0f;
   const float mass = 1.0f / np_maxf(zenith_cosine, 0.05f), relative = np_minf(spread * powf(mass, 1.75f), 1.0f);
-  /* Log-normal: e^(σg − σ²/2) has the mean 1 and the variance e^(σ²) − 1. */
+  /* Log-normal: e^(σg − σ²/2) has mean 1 and variance e^(σ²) − 1. */
   const float variance = log1pf(relative * relative);
   return expf(sqrtf(variance) * gaussian - 0.5f * variance);
 }

@@ -1,23 +1,22 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Sizes for a tolerance.
  *
- * Bilinear tables err by the square of their spacing, so that rows and columns grow as the root of what is asked for;
- * splines and Gauss rules err by its fourth power and faster: their nodes grow as the fourth root. The sizes at the
- * default tolerance are those at which no table by itself errs by more than half of it.
- */
+ * The error of bilinear tables grows with the square of their spacing, so that rows and columns grow as the root of the
+ * accuracy. The error of splines and Gauss rules grows with the fourth power or faster: their nodes grow as the fourth
+ * root. At the sizes of the default tolerance, no single table errs by more than half of it. */
 #include "atmosphere/table_sizes.h"
 
 #include "atmosphere/medium.h"
 #include "atmosphere/ray_warp.h"
 
-/* A number of things at the default tolerance, times `scale`, between bounds. */
+/* A count at the default tolerance times `scale`, clamped. */
 static int scaled(int count, double scale, int min, int max) { return (int)np_clamp(round(count * scale), min, max); }
 
 static int scaled_even(int count, double scale, int min, int max) {
   return 2 * scaled(count / 2, scale, min / 2, max / 2);
 }
 
-/* Nodes of a spline fall on places of the table that it fills, ends included: every second one. */
+/* Number of spline nodes: they are every second row of the table that they fill, ends included. */
 static int every_second(int count) { return (count - 1) / 2 + 1; }
 
 np_table_sizes np_table_sizes_make(double tolerance) {
@@ -49,7 +48,7 @@ np_table_sizes np_table_sizes_make(double tolerance) {
 }
 
 void np_table_sizes_adapt(np_table_sizes *sizes, const np_medium *medium) {
-  if (!np_warp_is_due(medium)) return;
+  if (!np_warp_is_needed(medium)) return;
   const int moments = 2 * sizes->moments.points, view = 2 * sizes->view.points;
   sizes->moments.points = moments < NP_VIEW_POINTS_MAX ? moments : NP_VIEW_POINTS_MAX;
   sizes->view.points = view < NP_VIEW_POINTS_MAX ? view : NP_VIEW_POINTS_MAX;

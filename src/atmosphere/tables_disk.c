@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Tables of air and sky kept on disk. Kernels and shells, which take no time, are made anew. */
+/* Disk cache of the tables of atmospheres and skies. Kernels and shells are rebuilt, which takes no time. */
 #include "atmosphere/tables_disk.h"
 
 #include <string.h>
@@ -44,7 +44,7 @@ static void add_air(np_hash *key, const neph_atmosphere *a) {
   NP_HASH_ADD(key, a->order_max);
 }
 
-/* False: nothing is kept. */
+/* False: there is no cache. */
 static bool compute_key(const neph_atmosphere *a, const neph_sky *sky, char out_key[33]) {
   if (!np_disk_cache_is_wanted(a->context)) return false;
   np_hash *key = np_hash_create(a->context);
@@ -62,7 +62,7 @@ static bool compute_key(const neph_atmosphere *a, const neph_sky *sky, char out_
   return !np_hash_finish(key, out_key);
 }
 
-/* ---- Air ---- */
+/* ---- Atmosphere ---- */
 
 static void write_depths(np_cache_entry *entry, const np_depth_table *t) {
   const int32_t size[3] = {t->rows, t->columns, t->levels};
@@ -74,8 +74,8 @@ static void write_depths(np_cache_entry *entry, const np_depth_table *t) {
 static bool read_depths(np_cache_entry *entry, const neph_atmosphere *a, np_depth_table *out) {
   const np_depth_sizes *wanted = &a->sizes.depth;
   int32_t size[3];
-  const bool has_size = NP_CACHE_READ(entry, size) && size[0] == wanted->rows && size[1] == wanted->columns &&
-                        size[2] == wanted->levels;
+  const bool has_size =
+      NP_CACHE_READ(entry, size) && size[0] == wanted->rows && size[1] == wanted->columns && size[2] == wanted->levels;
   if (!np_cache_read_check(entry, has_size)) return false;
   *out = (np_depth_table){.medium = &a->medium, .rows = size[0], .columns = size[1], .levels = size[2]};
   out->texels = np_cache_read_block(entry, (size_t)size[0] * (size_t)size[1], sizeof *out->texels);
@@ -87,7 +87,7 @@ static size_t count_moments(const np_moment_table *t) {
   return (size_t)t->rows * NP_MOMENT_COUNT * (size_t)t->sun.columns;
 }
 
-/* One that is absent has no rows. */
+/* An absent table has no rows. */
 static void write_moments(np_cache_entry *entry, const np_moment_table *t) {
   const int32_t rows = t->moments ? t->rows : 0;
   NP_CACHE_WRITE(entry, rows);
@@ -140,7 +140,7 @@ bool np_atmosphere_load_tables(neph_atmosphere *a) {
 
 /* ---- Sky ---- */
 
-/* Blocks of a sky that has room for its tables; those of a dark one are fewer. */
+/* Blocks of memory of a sky whose tables are allocated; a dark one has fewer. */
 typedef struct sky_block {
   void *bytes;
   size_t size;
@@ -171,7 +171,7 @@ void np_sky_save_tables(neph_sky *sky) {
   np_cache_write_commit(&entry);
 }
 
-/* Suns as many as a gather may have, where there is one. */
+/* Whether the number of suns of a gather, if there is one, is valid. */
 static bool has_sun_count(const neph_sky *sky) {
   const int count = sky->gather.sun_count;
   if (!sky->view || !np_sky_has_gather(sky->atmosphere)) return count == 0;

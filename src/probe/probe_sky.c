@@ -116,9 +116,9 @@ typedef struct sky_probe {
   earth earths[EARTHS_MAX];
   neph_scene *scenes[EARTHS_MAX];
   sky_row *rows;
-  np_sky_witness witness; /* the witness of `witness_earth` and `witness_orders` */
-  int witness_earth;
-  unsigned witness_orders;
+  np_sky_subject subject; /* atmosphere and sky for `subject_earth` and `subject_orders` */
+  int subject_earth;
+  unsigned subject_orders;
   np_monitor monitor;
 } sky_probe;
 
@@ -220,34 +220,34 @@ static neph_result read_rows(void *skies) {
   return result;
 }
 
-/* ---- Answers ---- */
+/* ---- Evaluation ---- */
 
-static void dismiss_witness(sky_probe *p) {
-  np_sky_witness_clear(&p->witness);
-  neph_atmosphere_release(p->witness.atmosphere);
-  p->witness.atmosphere = NULL;
+static void clear_subject(sky_probe *p) {
+  np_sky_subject_clear(&p->subject);
+  neph_atmosphere_release(p->subject.atmosphere);
+  p->subject.atmosphere = NULL;
 }
 
-/* A witness that has the tables for the query; the last one's are reused where they suffice. Queries that need no
+/* A subject that has the tables for the query; the last one's are reused where they suffice. Queries that need no
  * tables of scattered light take those of order 1, which take the least time. */
-static neph_result call_witness(sky_probe *p, const sky_row *row) {
+static neph_result prepare_subject(sky_probe *p, const sky_row *row) {
   const bool has_tables = p->desc.method != NEPH_SKY_METHOD_TRACE && np_sky_quantity_is_scattered(row->query.quantity);
   const unsigned orders = has_tables && row->query.order_max > 1 ? row->query.order_max : 1;
-  if (p->witness.atmosphere && p->witness_earth == row->earth && p->witness_orders == orders) return NEPH_OK;
-  dismiss_witness(p);
+  if (p->subject.atmosphere && p->subject_earth == row->earth && p->subject_orders == orders) return NEPH_OK;
+  clear_subject(p);
   const earth *e = &p->earths[row->earth];
-  p->witness = (np_sky_witness){.light = e->light,
+  p->subject = (np_sky_subject){.light = e->light,
                                 .sun_angular_radius_rad = e->sun_angular_radius_rad,
                                 .method = (np_sky_method)p->desc.method,
                                 .paths = p->desc.path_count};
-  memcpy(p->witness.irradiance_w_m2_nm, e->irradiance_w_m2_nm, sizeof p->witness.irradiance_w_m2_nm);
-  p->witness_earth = row->earth;
-  p->witness_orders = orders;
+  memcpy(p->subject.irradiance_w_m2_nm, e->irradiance_w_m2_nm, sizeof p->subject.irradiance_w_m2_nm);
+  p->subject_earth = row->earth;
+  p->subject_orders = orders;
   return np_atmosphere_create_orders(p->context, &e->medium, orders, e->light == NP_REFERENCE_POINT, &p->monitor,
-                                     &p->witness.atmosphere);
+                                     &p->subject.atmosphere);
 }
 
-static neph_result answer_rows(void *skies) {
+static neph_result eval_rows(void *skies) {
   sky_probe *p = skies;
   np_monitor_set_stage(&p->monitor, "probing skies");
   const double count = (double)p->csv.row_count;
@@ -255,11 +255,11 @@ static neph_result answer_rows(void *skies) {
   for (size_t i = 0; !result && i < p->csv.row_count; i++) {
     np_monitor_set_part(&p->monitor, np_monitor_whole, (double)i / count, (double)(i + 1) / count);
     sky_row *row = &p->rows[i];
-    result = call_witness(p, row);
-    if (!result) result = np_sky_ask(&p->witness, &row->query, p->desc.seed + i, &p->monitor, &row->answer);
+    result = prepare_subject(p, row);
+    if (!result) result = np_sky_query_eval(&p->subject, &row->query, p->desc.seed + i, &p->monitor, &row->answer);
     if (!result && np_monitor_is_cancelled(&p->monitor)) result = NEPH_ERROR_CANCELLED;
   }
-  dismiss_witness(p);
+  clear_subject(p);
   return result;
 }
 
@@ -277,7 +277,7 @@ static void print_rows(FILE *out, const void *user) {
   }
 }
 
-static const np_probe_kind sky_kind = {read_rows, answer_rows, print_rows};
+static const np_probe_kind sky_kind = {read_rows, eval_rows, print_rows};
 
 neph_result neph_probe_sky(neph_context *context, const char *cases_path, const neph_probe_sky_desc *desc,
                            char **out_text) {

@@ -96,10 +96,10 @@ static double compute_worst(const error_sum *e) {
   return 100.0 * sqrt(fmax(e->square[0], fmax(e->square[1], e->square[2])) / e->count);
 }
 
-static void ask(np_sky_witness *w, np_sky_method method, const np_sky_query *q, double out[3]) {
+static void ask(np_sky_subject *w, np_sky_method method, const np_sky_query *q, double out[3]) {
   np_reference_value value;
   w->method = method;
-  require(np_sky_ask(w, q, 0, NULL, &value));
+  require(np_sky_query_eval(w, q, 0, NULL, &value));
   for (int b = 0; b < 3; b++) out[b] = value.mean[b];
 }
 
@@ -136,8 +136,8 @@ static double compute_depth_error(const neph_atmosphere *a) {
 }
 
 static errors compute_errors(neph_atmosphere *a, neph_atmosphere *fine) {
-  np_sky_witness own = {.atmosphere = a, .sun_angular_radius_rad = 0.00467396, .irradiance_w_m2_nm = {1, 1, 1}};
-  np_sky_witness best = own;
+  np_sky_subject own = {.atmosphere = a, .sun_angular_radius_rad = 0.00467396, .irradiance_w_m2_nm = {1, 1, 1}};
+  np_sky_subject best = own;
   best.atmosphere = fine;
   error_sum sources = {0}, view = {0}, aerial = {0};
   for (int s = 0; s < SUNS; s++)
@@ -155,14 +155,14 @@ static errors compute_errors(neph_atmosphere *a, neph_atmosphere *fine) {
         ask(&own, NP_SKY_MARCH, &q, marched);
         add_error(&aerial, table, marched);
       }
-  np_sky_witness_clear(&own);
-  np_sky_witness_clear(&best);
+  np_sky_subject_clear(&own);
+  np_sky_subject_clear(&best);
   return (errors){compute_depth_error(a), compute_worst(&sources), compute_worst(&view), compute_worst(&aerial)};
 }
 
 /* Against the tracer's rows under suns from `sun_min` to `sun_max`, up to 10 km. */
 static double compute_total_error(neph_atmosphere *a, const np_csv *traced, double sun_min, double sun_max) {
-  np_sky_witness w = {.atmosphere = a, .sun_angular_radius_rad = 0.00467396};
+  np_sky_subject w = {.atmosphere = a, .sun_angular_radius_rad = 0.00467396};
   const neph_sky_desc sun = NEPH_SKY_DESC_DEFAULT;
   for (int b = 0; b < 3; b++) w.irradiance_w_m2_nm[b] = sun.sun_irradiance_w_m2_nm[b];
   error_sum sum = {0};
@@ -184,7 +184,7 @@ static double compute_total_error(neph_atmosphere *a, const np_csv *traced, doub
     add_error(&sum, value, field + 9);
     for (int b = 0; b < 3; b++) noise[b] += field[12 + b] * field[12 + b] / (field[9 + b] * field[9 + b]);
   }
-  np_sky_witness_clear(&w);
+  np_sky_subject_clear(&w);
   for (int b = 0; b < 3; b++) sum.square[b] = fmax(sum.square[b] - noise[b], 0.0);
   return compute_worst(&sum);
 }
