@@ -15,13 +15,13 @@ typedef struct track_reader {
   neph_context *context;
   np_scene_problems *problems;
   const np_node *document;
-  const np_node *entry; /* of `animate` */
+  const np_node *entry; /* entry of `animate` */
   np_track *track;
 } track_reader;
 
 /* ---- Keys ---- */
 
-/* The same in all frames of a sequence: files are of one size and format. */
+/* Whether a key must be the same in all frames of a sequence, for files of one size and format. */
 static bool is_of_sequence(const np_key *key) {
   static const char *const paths[] = {"version",
                                       "frame_rate",
@@ -64,8 +64,8 @@ typedef struct path_part {
   unsigned long index;
 } path_part;
 
-/* Takes a part, and the dot behind it, off the front of a path. */
-static bool take_part(const char **path, path_part *out) {
+/* Removes the first part of a path, with its dot. */
+static bool read_part(const char **path, path_part *out) {
   const size_t length = strcspn(*path, ".[");
   if (length == 0 || length >= sizeof out->name) return false;
   np_print(out->name, sizeof out->name, "%.*s", (int)length, *path);
@@ -81,7 +81,7 @@ static bool take_part(const char **path, path_part *out) {
   return true;
 }
 
-/* The element of a list, which the scene must have. */
+/* Checks that the scene has the element of a list. */
 static neph_result check_element(const track_reader *r, const path_part *p, const np_node **at) {
   const np_node *list = *at ? np_node_search(*at, p->name) : NULL;
   const size_t count = list && list->kind == NP_NODE_SEQUENCE ? np_node_count(list) : 0;
@@ -93,8 +93,8 @@ static neph_result check_element(const track_reader *r, const path_part *p, cons
   return NEPH_OK;
 }
 
-/* Which number of a list the last part of a path stands for: "camera.position.0". */
-static neph_result take_component(const track_reader *r, const char *text) {
+/* Reads the index of a list item at the end of a path: "camera.position.0". */
+static neph_result read_component(const track_reader *r, const char *text) {
   np_track *t = r->track;
   const unsigned count = np_key_count_values(t->key);
   char *end;
@@ -106,7 +106,7 @@ static neph_result take_component(const track_reader *r, const char *text) {
   return NEPH_OK;
 }
 
-/* The key of an entry, and which number of it. */
+/* Reads the key of an entry, with the index of a list item. */
 static neph_result read_path(const track_reader *r) {
   np_track *t = r->track;
   const char *path = r->entry->key, *begin = path;
@@ -115,7 +115,7 @@ static neph_result read_path(const track_reader *r) {
   neph_result result = NEPH_OK;
   while (!result && *path && !(t->key && is_numeric(t->key))) {
     const np_key *section = t->key;
-    t->key = take_part(&path, &p) ? np_key_search(section, p.name) : NULL;
+    t->key = read_part(&path, &p) ? np_key_search(section, p.name) : NULL;
     if (!t->key || p.has_index != (t->key->type == NP_KEY_LIST)) return fail_unknown(r, section, p.name);
     if (p.has_index) {
       t->list = t->key;
@@ -133,7 +133,7 @@ static neph_result read_path(const track_reader *r) {
   if (length >= sizeof t->path)
     return np_scene_fail_key(r->problems, r->entry, "animate: %s is too long", r->entry->key);
   np_print(t->path, sizeof t->path, "%.*s", (int)length, begin);
-  if (*path) result = take_component(r, path);
+  if (*path) result = read_component(r, path);
   t->value_count = t->component == NP_TRACK_ALL ? np_key_count_values(t->key) : 1;
   return result;
 }
@@ -177,7 +177,7 @@ static neph_result read_number(const track_reader *r, const np_node *node, doubl
   return is_read && *out >= low && *out <= high ? NEPH_OK : fail_value(r, node, true);
 }
 
-/* A number, or a list of as many as the key has. */
+/* Reads a number, or a list with as many numbers as the key. */
 static neph_result read_values(const track_reader *r, const np_node *node, double *out) {
   const np_track *t = r->track;
   const bool is_one = t->value_count == 1 || (t->key->is_grey_allowed && node->kind == NP_NODE_SCALAR);
@@ -226,7 +226,7 @@ static neph_result read_interpolation(const track_reader *r, const np_node *node
                           r->entry->key, show(node));
 }
 
-/* The keys alone, or a mapping of interpolation and keys. */
+/* Reads a track: either its keys, or a mapping of interpolation and keys. */
 static neph_result read_track(const track_reader *r) {
   const np_node *keys = r->entry;
   r->track->interpolation = NP_INTERPOLATION_LINEAR;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Tracks in a document: where their keys stand. */
+/* Inserts animated nodes for the keys of tracks into a document. */
 #include <string.h>
 
 #include "core/alloc.h"
@@ -7,7 +7,7 @@
 #include "scene/scene_edit.h"
 
 static neph_result put_key(neph_context *context, const np_track *track, np_node *document) {
-  /* Numbers of a list that are not animated keep their values. */
+  /* The other numbers of the list keep their values. */
   if (track->component != NP_TRACK_ALL && np_scene_get_node(document, track->path)) return NEPH_OK;
   np_node *node = np_node_create(context, NP_NODE_ANIMATED, NULL, NULL);
   if (!node) return NEPH_ERROR_OUT_OF_MEMORY;

@@ -1,25 +1,24 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Cameras: how a film position becomes a ray.
+/* Cameras: rays for film positions.
  *
- * A camera looks along −back; `right` and `up` span the picture. Directions are formed from the frame alone, never from
- * world positions, so that no place in the world costs precision. A perspective with an aperture is a thin lens: all
- * rays of a film position meet in the plane of focus, and leave the lens where the aperture lets them. An
- * equirectangular picture stays level, whatever is looked at: its middle is there by azimuth.
- */
+ * A camera looks along −back; `right` and `up` span the picture. Directions depend on these axes alone, never on world
+ * positions, which keeps precision everywhere in the world. A perspective camera with an aperture is a thin lens: all
+ * rays of a film position meet in the plane of focus, and leave the lens within the aperture. An equirectangular
+ * picture stays level for any view direction: only its centre follows the azimuth. */
 #include "scene/camera.h"
 
 #include "core/units.h"
 
-/* ---- The frame ---- */
+/* ---- Axes ---- */
 
-/* Unit; `look_at` differs from `position`, which np_scene_check has seen to. */
+/* Unit vector from look_at to position; np_scene_check has verified that they differ. */
 static np_dvec3 compute_back(const np_scene_camera *camera) {
   const double *p = camera->position_m, *q = camera->look_at_m;
   return np_dvec3_normalize(np_dvec3_make(p[0] - q[0], p[1] - q[1], p[2] - q[2]));
 }
 
-/* Horizontal and unit. Straight up or down, where no direction is to the right, the top of the picture is north (down)
- * or south (up), as when the camera had been tilted there while facing north. */
+/* Horizontal unit vector to the right. For a vertical view, which has none, the top of the picture is north (looking
+ * down) or south (looking up), as for a camera that was facing north and then tilted. */
 static np_dvec3 compute_level_right(np_dvec3 back) {
   double horizontal = hypot(back.x, back.y);
   if (horizontal < 1e-9) return np_dvec3_make(1, 0, 0);
@@ -40,9 +39,9 @@ static void set_frame(const np_scene_camera *camera, np_camera *out) {
   out->back = np_dvec3_to_float(back);
 }
 
-/* ---- Setting up ---- */
+/* ---- Initialisation ---- */
 
-/* The frustum of a perspective, and its lens. */
+/* Sets the frustum of a perspective camera, and its lens. */
 static void set_perspective(const np_scene_camera *camera, np_camera *out) {
   const double tan_half_width = tan(0.5 * np_scene_camera_get_fov_rad(camera));
   out->tan_half_width = (float)tan_half_width;
@@ -61,8 +60,8 @@ static void set_orthographic(const np_scene_camera *camera, np_camera *out) {
   for (int a = 0; a < 2; a++) out->shift[a] = (float)(camera->orthographic_width_m * camera->shift[a]);
 }
 
-/* Eyes stand beside each other and look straight ahead; their pictures are shifted so that they show the place of
- * convergence at the same place. */
+/* Moves the camera to an eye. Both eyes look straight ahead; their pictures are shifted to coincide at the convergence
+ * distance. */
 static void set_eye(const np_scene_camera *camera, neph_eye eye, np_camera *out) {
   if (!camera->is_stereo || eye == NEPH_EYE_CENTRE) return;
   const double aside = (eye == NEPH_EYE_LEFT ? -0.5 : 0.5) * camera->interaxial_m;
@@ -99,7 +98,7 @@ neph_result np_camera_make(neph_context *context, const np_scene_camera *camera,
 
 /* ---- Rays ---- */
 
-/* Even over a disk (Shirley and Chiu 1997, "A Low Distortion Map between Disk and Square"). */
+/* Uniform point on a disk (Shirley and Chiu 1997, "A Low Distortion Map between Disk and Square"). */
 static void sample_disk(float u, float v, float out[2]) {
   const float a = 2.0f * u - 1.0f, b = 2.0f * v - 1.0f;
   const bool is_wide = fabsf(a) > fabsf(b);
@@ -109,7 +108,8 @@ static void sample_disk(float u, float v, float out[2]) {
   out[1] = r * (is_wide ? sinf(angle) : cosf(angle));
 }
 
-/* Even over a regular polygon whose first corner is up: one of its triangles about the middle, then a place in it. */
+/* Uniform point on a regular polygon whose first corner is up: chooses one of its triangles around the centre, then a
+ * point in it. */
 static void sample_polygon(unsigned corners, float u, float v, float out[2]) {
   const float turn = u * (float)corners, first = floorf(turn), part = turn - first, r = sqrtf(v);
   const float step = 2.0f * NP_PI_F / (float)corners, a = first * step, b = a + step;
@@ -124,8 +124,8 @@ void np_camera_sample_aperture(const np_camera *camera, float u, float v, float 
     sample_disk(u, v, out);
 }
 
-/* Moves a ray from the middle of the lens to a place of it, so that it still meets the place in focus. */
-static void pass_lens(const np_camera *camera, float u, float v, np_film_ray *ray) {
+/* Moves the origin of a ray from the lens centre to a point of the lens, keeping its point in focus. */
+static void sample_lens(const np_camera *camera, float u, float v, np_film_ray *ray) {
   float at[2];
   np_camera_sample_aperture(camera, u, v, at);
   const np_vec3 offset = np_vec3_add(np_vec3_scale(camera->right, camera->lens_radius_m * at[0]),
@@ -138,7 +138,7 @@ static void pass_lens(const np_camera *camera, float u, float v, np_film_ray *ra
 bool np_camera_start_ray(const np_camera *camera, float x, float y, float u, float v, np_film_ray *out_ray) {
   *out_ray = (np_film_ray){.origin = camera->origin, .direction = np_vec3_scale(camera->back, -1.0f)};
   if (!camera->row->start(camera, x, y, &out_ray->origin, &out_ray->direction)) return false;
-  if (camera->lens_radius_m > 0.0f) pass_lens(camera, u, v, out_ray);
+  if (camera->lens_radius_m > 0.0f) sample_lens(camera, u, v, out_ray);
   const double depth = np_camera_get_depth(camera, out_ray->direction, 1.0);
   out_ray->near_m = camera->near_m / depth;
   out_ray->far_m = camera->far_m / depth;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "scene/camera_boxes.h"
 
-/* A plane adds one corner to a polygon that is convex, and half as many as there are to one that rounding has bent. */
+/* Clipping by a plane adds one corner to a convex polygon, and up to half its number to one bent by rounding. */
 enum { FACE_CORNERS = 4, PLANES_MAX = 5, POLYGON_CORNERS = 31 };
 
 /* A convex polygon in camera space: x to the right, y up, z along the view. */
@@ -10,10 +10,10 @@ typedef struct polygon {
   np_dvec3 corner[POLYGON_CORNERS];
 } polygon;
 
-/* Above 0 on the picture's side of one of the planes that bound it. */
+/* Signed distance to one of the planes that bound the picture, positive inside. */
 typedef double side_fn(const np_camera *camera, int plane, np_dvec3 p);
 
-/* The space that a picture shows. */
+/* Space that a picture shows. */
 typedef struct view_space {
   const np_camera *camera;
   side_fn *get_side;
@@ -26,7 +26,7 @@ static double get_perspective_side(const np_camera *camera, int plane, np_dvec3 
   return plane % 2 ? extent - at : extent + at;
 }
 
-/* The last one is the plane that rays start from. */
+/* The last plane is the film plane, from which rays start. */
 static double get_orthographic_side(const np_camera *camera, int plane, np_dvec3 p) {
   if (plane == 4) return p.z;
   const double extent = (double)(plane < 2 ? camera->half_width_m : camera->half_height_m);
@@ -34,7 +34,7 @@ static double get_orthographic_side(const np_camera *camera, int plane, np_dvec3
   return plane % 2 ? extent - at : extent + at;
 }
 
-/* Cuts off what is beyond a plane (Sutherland and Hodgman 1974). */
+/* Clips a polygon by a plane (Sutherland and Hodgman 1974). */
 static polygon clip(const view_space *space, int plane, const polygon *in) {
   polygon out = {0};
   for (int i = 0; i < in->count; i++) {
@@ -53,7 +53,7 @@ static np_dvec3 to_camera_space(const np_camera *camera, np_dvec3 p) {
   return np_dvec3_make(np_dvec3_dot(d, right), np_dvec3_dot(d, up), -np_dvec3_dot(d, back));
 }
 
-/* The face of a box across an axis, on its low or its high side. */
+/* Whether the face of a box across an axis, on its low or high side, is visible. */
 static bool is_face_seen(const view_space *space, const double box[2][3], int axis, int side) {
   polygon face = {.count = FACE_CORNERS};
   const int u = (axis + 1) % 3, v = (axis + 2) % 3;
@@ -68,7 +68,7 @@ static bool is_face_seen(const view_space *space, const double box[2][3], int ax
   return face.count > 0;
 }
 
-/* The space has no far end: a box that it meets is met in a face, from outside and from within. */
+/* Whether a box is visible. The space has no far end, so that any box that overlaps it does so with a face. */
 static bool is_box_seen(const view_space *space, np_dvec3 low, np_dvec3 high) {
   const double box[2][3] = {{low.x, low.y, low.z}, {high.x, high.y, high.z}};
   for (int face = 0; face < 6; face++)

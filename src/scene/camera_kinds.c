@@ -1,23 +1,25 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The kinds of camera: film to rays, and back.
+/* The kinds of camera: film positions to rays, and back.
  *
- *   perspective      a plane before the eye: tangents go evenly with pixels
- *   orthographic     parallel rays from a plane through the eye
- *   equirectangular  longitude and latitude go evenly with pixels; the whole sphere
- *   fisheye          equidistant: the angle from the view goes evenly with the distance from the picture's middle
- */
+ * perspective a plane in front of the eye: tangents are linear in pixels
+ *
+ * orthographic parallel rays from a plane through the eye
+ *
+ * equirectangular longitude and latitude are linear in pixels; the whole sphere
+ *
+ * fisheye equidistant: the angle from the view axis is linear in the distance from the picture's centre */
 #include "scene/camera_kinds.h"
 
 #include "core/units.h"
 #include "scene/camera_boxes.h"
 
-/* Right, up and along the view, in the world. */
+/* World vector from components along right, up and the view axis. */
 static np_vec3 combine(const np_camera *camera, float right, float up, float ahead) {
   const np_vec3 across = np_vec3_add(np_vec3_scale(camera->right, right), np_vec3_scale(camera->up, up));
   return np_vec3_subtract(across, np_vec3_scale(camera->back, ahead));
 }
 
-/* From −1 at the left or the bottom to 1. */
+/* −1 at the left or bottom edge, 1 at the opposite one. */
 static float get_across(const np_camera *camera, float x) { return 2.0f * x / (float)camera->width - 1.0f; }
 static float get_upward(const np_camera *camera, float y) { return 1.0f - 2.0f * y / (float)camera->height; }
 
@@ -45,7 +47,7 @@ static bool project_perspective(const np_camera *camera, np_dvec3 p, bool is_inf
   return true;
 }
 
-/* Pixels lie on a plane: their solid angle goes with the cosine's cube. */
+/* Pixels lie on a plane: their solid angle falls with the cube of the cosine. */
 static double get_perspective_sr(const np_camera *camera, int x, int y) {
   np_vec3 direction;
   (void)np_camera_get_direction(camera, (float)x + 0.5f, (float)y + 0.5f, &direction);
@@ -142,7 +144,7 @@ static double get_fisheye_sr(const np_camera *camera, int x, int y) {
   return step * step * (angle > 0.0 ? sin(angle) / angle : 1.0);
 }
 
-/* ---- All ---- */
+/* ---- Dispatch ---- */
 
 bool np_camera_get_direction(const np_camera *camera, float x, float y, np_vec3 *out_direction) {
   np_dvec3 origin = camera->origin;
@@ -185,11 +187,11 @@ bool np_camera_sees_box(const np_camera *camera, np_dvec3 low, np_dvec3 high) {
   return camera->row->sees_box(camera, low, high);
 }
 
-/* ---- For the file's header ---- */
+/* ---- Header attributes ---- */
 
-/* OpenEXR (ImfStandardAttributes.h) wants a left-handed camera space: x right, y up, z along the view. NDC runs from
- * (0, 0) at the upper left to (1, 1) at the lower right of the display window; z is left as it is, w is the depth, or,
- * of parallel rays, 1. */
+/* OpenEXR (ImfStandardAttributes.h) uses a left-handed camera space: x right, y up, z along the view. NDC goes from (0,
+ * 0) at the upper left to (1, 1) at the lower right of the display window; z is unchanged, and w is the depth, or 1 for
+ * parallel rays. */
 bool np_camera_get_matrices(const np_camera *camera, float out_world_to_camera[16], float out_world_to_ndc[16]) {
   const np_vec3 axes[3] = {camera->right, camera->up, np_vec3_scale(camera->back, -1.0f)};
   double to_camera[4][4] = {{0}};

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A camera's file becomes tracks, linear between its frames. glTF files are read by mesh/camera_file.c.
+/* Converts a camera file to tracks, linear between its frames. glTF files are read by mesh/camera_file.c.
  *
- * Nuke's .chan has lines "frame tx ty tz rx ry rz [vfov]", degrees, and no header; a CSV names its columns: frame, x,
- * y, z, then rx, ry, rz or look_x, look_y, look_z and roll, then fov or vfov. The camera looks along its -z, its +y is
- * up. With `up: y` (Nuke, and files that Blender writes for it) their x is east, y up, -z north; with `up: z` axes are
- * the scene's. Rotations are about fixed axes, in the order that `order` names: "zxy" is first about z, then x, then y,
- * the default of Nuke's camera. */
+ * Nuke's .chan has lines "frame tx ty tz rx ry rz [vfov]", in degrees, without a header. A CSV names its columns:
+ * frame, x, y, z, then rx, ry, rz or look_x, look_y, look_z and roll, then fov or vfov. The camera looks along its -z,
+ * with +y up. With `up: y` (Nuke, and files that Blender writes for it) x is east, y up, -z north; with `up: z` the
+ * axes are the scene's. Rotations are about fixed axes, in the order named by `order`: "zxy" is first about z, then x,
+ * then y, the default of Nuke's camera. */
 #include "scene/camera_motion.h"
 
 #include <math.h>
@@ -22,22 +22,22 @@
 #include "scene/scene_edit.h"
 #include "scene/scene_keys.h"
 
-/* Distance of look_at, by which the scene has directions. */
+/* Distance of look_at along the view direction. */
 static const double target_m = 1000.0;
 
 enum { CHAN_FIELDS = 8 };
 
-/* A camera in a frame, as a file has it. */
+/* A camera pose in one frame of a file. */
 typedef struct shot_pose {
   double frame;
   np_dvec3 at;
   bool has_target;
-  np_dvec3 turn_or_target; /* degrees about x, y and z; or look_at */
+  np_dvec3 turn_or_target; /* rotation in degrees about x, y and z; or look_at */
   bool has_axes;
-  np_dvec3 forward, up; /* instead of a rotation or a target */
-  double roll_deg;      /* with a target */
+  np_dvec3 forward, up; /* used instead of a rotation or a target */
+  double roll_deg;      /* used with a target */
   double fov_deg;       /* 0: none */
-  bool is_vertical;     /* that angle */
+  bool is_vertical;     /* fov_deg is vertical */
 } shot_pose;
 
 typedef struct shot {
@@ -51,7 +51,7 @@ static neph_result fail_line(const shot *s, size_t line, const char *what) {
 }
 
 static shot_pose *add_pose(shot *s) {
-  if ((s->count & (s->count - 1)) == 0) { /* doubles */
+  if ((s->count & (s->count - 1)) == 0) { /* doubles the capacity */
     shot_pose *more = np_alloc_resize(s->scene->context, s->poses, s->count ? 2 * s->count : 1, sizeof *more);
     if (!more) return NULL;
     s->poses = more;
@@ -66,7 +66,7 @@ static neph_result check_order(const shot *s, size_t line) {
 
 /* ---- .chan ---- */
 
-/* Numbers of a line, at most CHAN_FIELDS; −1: something else is there. */
+/* Parses the numbers of a line, at most CHAN_FIELDS; −1: the line contains something else. */
 static int split_line(const char *line, const char *end, double out[CHAN_FIELDS]) {
   int count = 0;
   for (;;) {
@@ -173,14 +173,14 @@ static neph_result read_gltf(shot *s) {
   return result;
 }
 
-/* ---- Kinds of files ---- */
+/* ---- File kinds ---- */
 
 static const struct {
   const char *ending;
   neph_result (*read)(shot *s);
 } kinds[] = {{".chan", read_chan}, {".csv", read_csv}, {".gltf", read_gltf}, {".glb", read_gltf}};
 
-/* A file of another name is taken for a .chan, which has no header. */
+/* Reads a camera file; any other extension is read as .chan, which has no header. */
 static neph_result read_file(shot *s) {
   const char *dot = strrchr(s->scene->motion.file, '.');
   size_t kind = 0;
@@ -189,7 +189,7 @@ static neph_result read_file(shot *s) {
   return kinds[kind].read(s);
 }
 
-/* ---- Poses in the scene ---- */
+/* ---- Conversion to the scene ---- */
 
 static np_dvec3 turn_axes(const np_scene_motion *motion, np_dvec3 v) {
   return motion->is_z_up ? v : np_dvec3_make(v.x, -v.z, v.y);
@@ -202,7 +202,7 @@ static np_dvec3 rotate(np_dvec3 v, char axis, double rad) {
   return np_dvec3_make(c * v.x - s * v.y, s * v.x + c * v.y, v.z);
 }
 
-/* A direction of the camera in the world of its file. */
+/* Rotates a direction of the camera to the world of its file. */
 static np_dvec3 rotate_all(const np_scene_motion *motion, np_dvec3 degrees, np_dvec3 v) {
   static const char *const orders[] = {"zxy", "xyz", "xzy", "yxz", "yzx", "zyx"};
   const double angle[3] = {degrees.x * NP_DEGREE, degrees.y * NP_DEGREE, degrees.z * NP_DEGREE};
@@ -210,7 +210,7 @@ static np_dvec3 rotate_all(const np_scene_motion *motion, np_dvec3 degrees, np_d
   return v;
 }
 
-/* Clockwise from level. Straight up or down, the top of a level picture is south or north. */
+/* Roll, clockwise from level. For a vertical view the top of a level picture is south or north. */
 static double compute_roll(np_dvec3 forward, np_dvec3 up) {
   const double level = hypot(forward.x, forward.y);
   const np_dvec3 right =
@@ -218,7 +218,7 @@ static double compute_roll(np_dvec3 forward, np_dvec3 up) {
   return atan2(np_dvec3_dot(up, right), np_dvec3_dot(up, np_dvec3_cross(right, forward)));
 }
 
-/* A camera as the scene's keys have it. */
+/* A camera pose as values of scene keys. */
 typedef struct shot_keys {
   double position[3], look_at[3], roll, fov;
 } shot_keys;
@@ -246,7 +246,7 @@ static shot_keys convert(const neph_scene *scene, const shot_pose *pose) {
 
 /* ---- Tracks ---- */
 
-/* The angle nearest to the one before. */
+/* Adds full turns to an angle to bring it nearest to the previous one. */
 static double unwind(double angle, double before) {
   return angle + 2.0 * NP_PI * round((before - angle) / (2.0 * NP_PI));
 }
@@ -292,7 +292,7 @@ static bool has_angles(const shot *s) {
   return true;
 }
 
-/* Keeps the tracks of keys that the scene leaves to the file, and clears the others. */
+/* Keeps the tracks of keys that the scene does not set, and clears the others. */
 static unsigned choose_tracks(const shot *s, np_track tracks[TRACKS]) {
   unsigned count = 0;
   for (int i = 0; i < TRACKS; i++) {

@@ -12,7 +12,7 @@ static double compute_number(const np_scene_cloud *cloud, int frame) {
   return np_scene_cloud_is_sequence(cloud) ? np_scene_cloud_get_number(cloud, frame) : frame;
 }
 
-/* The last number up to the wanted one, which may be wrapped around before; of those below the first, the first. */
+/* Last number not above the requested one, or the first number; the request may wrap around before. */
 static double choose_number(const np_frame_numbers *there, np_missing missing, double wanted) {
   const double first = there->numbers[0], period = there->numbers[there->count - 1] - first + 1.0;
   if (missing == NP_MISSING_LOOP) wanted -= floor((wanted - first) / period) * period;

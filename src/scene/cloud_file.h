@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Files of clouds by frame. */
+/* The files of a cloud, frame by frame. */
 #ifndef NP_SCENE_CLOUD_FILE_H
 #define NP_SCENE_CLOUD_FILE_H
 
@@ -8,24 +8,25 @@
 #include "volume/volume_facts.h"
 
 typedef struct np_cloud_file {
-  char *path;    /* owned; NULL: the sequence has no file there, and the frame is empty */
-  double number; /* of a sequence */
+  char *path;    /* owned; NULL: the sequence has no file for this frame, and the cloud is empty */
+  double number; /* number of the file in its sequence */
 } np_cloud_file;
 
-/* The file of a cloud that has one, in a frame. Of a sequence it goes by frame_offset and frame_speed and, where the
- * file is not there, by missing. It is not there on return where missing is error, and where the sequence has none. */
+/* Gets the file of a cloud in a frame. A sequence applies frame_offset and frame_speed and, for a missing file,
+ * `missing`. With `missing: error` the path is returned even if there is no file, and so it is for a sequence without
+ * any files. */
 neph_result np_cloud_file_get(neph_context *context, const np_scene_cloud *cloud, int frame, np_cloud_file *out_file);
 
-/* Describes by the keys of a cloud how its density is read. */
+/* Load description of a cloud's density, from its keys. */
 neph_volume_load_desc np_cloud_file_describe_load(const np_scene_cloud *cloud);
 
-/* Pattern of the files of a cloud that is a sequence; NULL: it has one file. */
+/* Pattern of a cloud's sequence of files; NULL: it has one file. */
 const char *np_cloud_file_get_sequence(const np_scene_cloud *cloud);
 
-/* The grids that a scene takes of a cloud's file. */
+/* Grids of a cloud's file that the scene uses. */
 np_file_use np_cloud_file_describe_use(const neph_scene *scene, const np_scene_cloud *cloud);
 
-/* Adds to a key the keys by which a file is read, scaled and turned upright. */
+/* Adds the keys that control reading, scaling and orientation of a file to a cache key. */
 void np_cloud_file_add_to_hash(np_hash *hash, const np_scene_cloud *cloud);
 
 /* Warns of a frame without a file. */

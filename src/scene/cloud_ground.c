@@ -6,7 +6,7 @@
 #include "terrain/heightfield_files.h"
 #include "terrain/terrain_private.h"
 
-/* ---- Keys of terrain ---- */
+/* ---- Hashes of terrain ---- */
 
 static void add_cover(np_hash *hash, const neph_terrain_desc *desc) {
   NP_HASH_ADD(hash, desc->ground_albedo);
@@ -20,7 +20,7 @@ static void add_cover(np_hash *hash, const neph_terrain_desc *desc) {
   np_hash_add_file(hash, desc->albedo_image);
 }
 
-/* The meaning of a file's samples, and each of the files. */
+/* Adds the terrain's files, and the keys that define the meaning of their samples. */
 static neph_result add_heights(np_hash *hash, neph_context *context, const np_scene_terrain *terrain) {
   const neph_terrain_desc *desc = &terrain->desc;
   np_height_files files = {.count = 0};

@@ -13,7 +13,7 @@ enum { X, Y, Z, ROTATION, SCALE, COLUMNS, PLACES_MAX = 1000000 };
 
 static const char *const names[COLUMNS] = {"x_m", "y_m", "z_m", "rotation_deg", "scale"};
 
-/* Least and greatest value of each column, and the value where it is left out. */
+/* Range of each column, and its default. */
 static const struct {
   double min, max, fallback;
 } columns[COLUMNS] = {{-1e9, 1e9, 0.0}, {-1e9, 1e9, 0.0}, {-1e9, 1e9, 0.0}, {-360.0, 360.0, 0.0}, {1e-6, 1e6, 1.0}};
@@ -50,7 +50,7 @@ neph_result np_cloud_places_read(neph_context *context, np_scene_cloud *cloud) {
   if (!cloud->places) return NEPH_OK;
   cloud->has_position = true;
   for (int a = 0; a < 3; a++) cloud->position_m[a] = 0.0;
-  if (np_file_probe(cloud->places, &reason)) return NEPH_OK; /* neph_scene_check_files tells */
+  if (np_file_probe(cloud->places, &reason)) return NEPH_OK; /* neph_scene_check_files reports it */
   neph_result result = np_csv_load(context, cloud->places, &csv);
   if (result) return result;
   result = read_rows(context, &csv, cloud);
@@ -68,9 +68,9 @@ neph_result np_cloud_places_check(const neph_scene *scene) {
   return NEPH_OK;
 }
 
-/* ---- Tiles of a field that repeats ---- */
+/* ---- Tiles of a repeating field ---- */
 
-/* Rotation about an axis in the plane of x and y, by the length of its vector. */
+/* Rotation by a rotation vector in the plane of x and y. */
 static np_affine make_tilt(const double tilt_rad[2]) {
   const double angle = hypot(tilt_rad[0], tilt_rad[1]);
   if (!(angle > 0.0)) return np_affine_identity();
@@ -79,8 +79,8 @@ static np_affine make_tilt(const double tilt_rad[2]) {
       {{c + d * x * x, d * x * y, s * y, 0}, {d * x * y, c + d * y * y, -s * x, 0}, {-s * y, s * x, c, 0}}};
 }
 
-/* A tile so far east and north along the sphere through the middle of the cloud: turned about the planet's centre,
- * which lies below the origin. */
+/* Place of a tile at a distance east and north along the sphere: rotated about the planet's centre, which lies below
+ * the origin. */
 static np_cloud_place make_tile(const neph_cloud_desc *bake, double planet_radius_m, double east_m, double north_m) {
   const double radius_m = planet_radius_m + bake->base_altitude_m + 0.5 * bake->thickness_m;
   const double far_m = hypot(east_m, north_m), angle = far_m / radius_m;
@@ -123,7 +123,8 @@ neph_result np_cloud_places_repeat(neph_context *context, double planet_radius_m
 void np_cloud_places_get_box(const np_scene_cloud *cloud, const neph_cloud_desc *bake, double scale, np_dvec3 *out_low,
                              np_dvec3 *out_high) {
   const double half[2] = {0.5 * scale * bake->extent_m[0], 0.5 * scale * bake->extent_m[1]};
-  const double low_m = cloud->places ? 0.0 : bake->base_altitude_m; /* at its pivot, or where it was baked */
+  const double low_m =
+      cloud->places ? 0.0 : bake->base_altitude_m; /* base of the cloud at its pivot, or where it was baked */
   *out_low = np_dvec3_make(-half[0], -half[1], low_m);
   *out_high = np_dvec3_make(half[0], half[1], low_m + scale * bake->thickness_m);
 }

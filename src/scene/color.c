@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Meaning of the colours of a scene's pictures. */
+/* Scale and white of a scene's colours. */
 #include "scene/scene_private.h"
 
-/* Sun and sky of noon make 1.4 to 1.7 W m⁻² nm⁻¹ on level ground, whose π-th part a white diffuser reflects. */
+/* Sun and sky at noon give 1.4 to 1.7 W m⁻² nm⁻¹ on level ground; a white diffuser reflects that divided by π. */
 static const double scale_of_colors = 2.0;
 
 double np_scene_get_scale(const neph_scene *scene) {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Parts of the library that an installation may lack. */
+/* Optional parts of the library. */
 #include "core/context_private.h"
 #include "mesh/assimp_process.h"
 #include "terrain/gdal_module.h"

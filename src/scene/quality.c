@@ -1,9 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The table of qualities. `final` has the keys' own defaults.
+/* The table of qualities. `final` has the keys' defaults.
  *
- * draft is for the eye: all that is computed before the first sample follows the picture's size. preview is between
- * draft and final. reference has no bias.
- */
+ * draft is for visual checks: precomputation follows the picture's size. preview is between draft and final. reference
+ * is unbiased. */
 #include "scene/quality.h"
 
 /* clang-format off */

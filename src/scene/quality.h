@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Qualities of a picture: values of the keys that trade error for time. A key that a scene gives wins over them. */
+/* Quality presets: values of the keys that trade error for time. Keys that a scene sets override them. */
 #ifndef NP_SCENE_QUALITY_H
 #define NP_SCENE_QUALITY_H
 
@@ -9,7 +9,7 @@ typedef enum np_quality { NP_QUALITY_DRAFT, NP_QUALITY_PREVIEW, NP_QUALITY_FINAL
 
 enum { NP_QUALITY_COUNT = NP_QUALITY_REFERENCE + 1 };
 
-/* A key and its value in each quality, as a scene says it. */
+/* A key and its value in each quality, in scene syntax. */
 typedef struct np_quality_knob {
   const char *key;
   const char *value[NP_QUALITY_COUNT];

@@ -10,7 +10,7 @@
 #include "scene/scene_edit.h"
 #include "scene/scene_node.h"
 
-/* A scene that has its document, which it takes over, and nothing else. */
+/* Creates a scene that has only its document, of which it takes ownership. */
 static neph_result create_bare(neph_context *context, const char *file, np_node *document, neph_scene **out_scene) {
   neph_scene *scene = document ? np_alloc(context, 1, sizeof *scene) : NULL;
   if (!scene) {
@@ -27,11 +27,11 @@ static neph_result create_bare(neph_context *context, const char *file, np_node 
   return scene->file ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
-/* Documents by what may follow them. */
+/* Completeness of a document. */
 typedef enum document_kind {
-  EMPTY, /* all keys */
-  OPEN,  /* keys that others need: its keys are checked together where one of them is wrong by itself */
-  WHOLE  /* nothing */
+  EMPTY, /* all keys are still to come */
+  OPEN,  /* more keys may come: combinations of keys are checked only if a single key is wrong */
+  WHOLE  /* complete */
 } document_kind;
 
 /* Fills a scene from its document; all errors of a file are logged together. */
@@ -111,7 +111,7 @@ void neph_scene_destroy(neph_scene *scene) {
   np_context_release(context);
 }
 
-/* A copy of the document with one key changed; NULL on failure. */
+/* Copies the document with one key changed; NULL on failure. */
 static neph_result edit_copy(const neph_scene *scene, const char *key, const char *value, np_node **out_document) {
   np_node *value_node;
   neph_result result = np_scene_parse(scene->context, value, strlen(value), key, true, &value_node);
@@ -152,7 +152,7 @@ bool neph_scene_is_animated(const neph_scene *scene) {
   return scene && ((scene->animation && scene->animation->count > 0) || scene->motion.file);
 }
 
-/* An older caller's preview description ends where its struct does. */
+/* Size of the preview description in an older caller's struct. */
 static size_t get_preview_size(const neph_output *output) {
   const size_t offset = offsetof(neph_output, preview_desc), size = sizeof output->preview_desc;
   return output->struct_size > offset && output->struct_size < offset + size ? output->struct_size - offset : size;

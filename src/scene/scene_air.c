@@ -66,7 +66,7 @@ neph_result np_scene_air_read_rows(np_scene_problems *problems, const char *path
   return result;
 }
 
-/* A listed layer as the atmosphere takes it. */
+/* Completes the description of a listed layer. */
 static neph_atmosphere_layer complete_layer(const np_scene_layer *layer) {
   neph_atmosphere_layer desc = layer->desc;
   const double *asymmetry = desc.phase == NEPH_PHASE_CORNETTE_SHANKS ? layer->cornette_shanks
@@ -79,7 +79,7 @@ static neph_atmosphere_layer complete_layer(const np_scene_layer *layer) {
   return desc;
 }
 
-/* ---- All ---- */
+/* ---- Description ---- */
 
 void np_scene_air_derive_sun(neph_scene *scene) {
   np_scene_sun *sun = &scene->sun;
@@ -88,7 +88,7 @@ void np_scene_air_derive_sun(neph_scene *scene) {
   for (int b = 0; b < 3 && !sun->has_irradiance; b++) sun->irradiance_w_m2_nm[b] /= distance * distance;
 }
 
-/* An atmosphere that was given is all of planet and air. */
+/* Takes planet and air from an atmosphere object. */
 static void derive_given(neph_scene *scene, neph_atmosphere *given) {
   scene->air.given = given;
   scene->has_atmosphere = scene->has_ground_albedo = true;
@@ -114,7 +114,7 @@ neph_result np_scene_air_derive(neph_scene *scene) {
   return NEPH_OK;
 }
 
-/* Lowest altitude at which there may be any of a layer. */
+/* Lowest altitude at which a layer has density. */
 static double compute_begin(const np_scene_layer *layer) {
   const neph_atmosphere_layer *desc = &layer->desc;
   const double low = desc->profile == NEPH_LAYER_TABLE  ? layer->rows.values[0]

@@ -24,7 +24,7 @@ typedef struct key_applier {
   neph_context *context;
   neph_scene *scene;
   np_scene_problems *problems;
-  char path[PATH_SIZE]; /* of the key at hand, as --set takes it */
+  char path[PATH_SIZE]; /* path of the current key, as in --set */
 } key_applier;
 
 static neph_result apply_section(key_applier *applier, const np_key *section, void *base, const np_node *node);
@@ -37,7 +37,7 @@ static bool is_empty(const np_node *node) {
   return node->kind == NP_NODE_SCALAR && !node->is_quoted && (!*text || !strcmp(text, "~") || !strcmp(text, "null"));
 }
 
-/* A scalar's own text, or `out`. */
+/* Text of a scalar; formatted to `out` for a number. */
 static const char *show_value(const np_key *key, const np_node *node, char out[SHOWN_SIZE]) {
   if (is_empty(node) || (node->kind == NP_NODE_SCALAR && !*node->text)) return "empty";
   if (node->kind == NP_NODE_SCALAR) return node->text;
@@ -129,7 +129,7 @@ static const np_choice *search_choice(const np_key *key, const np_node *node) {
   return choice->name ? choice : NULL;
 }
 
-/* A word in a number's place. */
+/* Whether a node is the word that replaces a number. */
 static bool is_word(const np_key *key, const np_node *node) {
   if (key->type != NP_KEY_REAL && key->type != NP_KEY_INTEGER) return false;
   return search_choice(key, node) || (key->word && node->kind == NP_NODE_SCALAR && !strcmp(node->text, key->word));
@@ -182,7 +182,7 @@ static np_scene_rows *get_rows_field(const np_key *key, void *base) {
   return (np_scene_rows *)(void *)((char *)base + key->field.offset);
 }
 
-/* Fails with the value, the values that are allowed, and the problem, which it frees. */
+/* Fails with the value, the allowed values, and the problem, which it frees. */
 static neph_result fail_time(const key_applier *applier, const np_key *key, const np_node *node, char *problem) {
   char shown[SHOWN_SIZE];
   np_text values = {.context = applier->context};
@@ -206,7 +206,7 @@ static neph_result apply_time(key_applier *applier, const np_key *key, void *bas
   return moment->text ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
-/* A name that may hold a number keeps its literal signs until it does. */
+/* Reads a file name. In a pattern with frame numbers, escaped signs stay escaped until it is expanded. */
 static neph_result apply_file(key_applier *applier, const np_key *key, const np_node *node, char **target) {
   char *problem, shown[SHOWN_SIZE];
   neph_result result = np_path_map_resolve(applier->context, applier->scene->file, node->text, target, &problem);
@@ -268,7 +268,7 @@ static neph_result apply_value(key_applier *applier, const np_key *key, void *ba
   return fail_value(applier, key, node);
 }
 
-/* A default goes the way of any value. */
+/* Applies a default in the same way as a given value. */
 static neph_result apply_text_value(key_applier *applier, const np_key *key, void *base, const char *text) {
   np_node *node = np_node_create_value(applier->context, text);
   if (!node) return NEPH_ERROR_OUT_OF_MEMORY;
@@ -278,7 +278,7 @@ static neph_result apply_text_value(key_applier *applier, const np_key *key, voi
   return result;
 }
 
-/* Keys that are given come later, and win. */
+/* Applies the keys of a quality; given keys are applied later and override them. */
 static neph_result apply_quality(key_applier *applier) {
   char path[PATH_SIZE];
   memcpy(path, applier->path, sizeof path);
@@ -292,7 +292,7 @@ static neph_result apply_quality(key_applier *applier) {
   return result;
 }
 
-/* The defaults of the keys of a list's elements, or, for NULL, of all others. */
+/* Applies defaults to the keys of a list's elements, or, for NULL, to all other keys. */
 static neph_result apply_fallbacks(key_applier *applier, const np_key *list, void *base) {
   neph_result result = NEPH_OK;
   for (size_t i = 0; !result && i < np_key_count(); i++) {
@@ -305,7 +305,7 @@ static neph_result apply_fallbacks(key_applier *applier, const np_key *list, voi
 
 /* ---- Clouds ---- */
 
-/* One element of a list, whose fields start from their defaults. */
+/* Applies one element of a list, whose fields start with their defaults. */
 static neph_result apply_element(key_applier *applier, const np_key *list, unsigned index, const np_node *node,
                                  void *element) {
   neph_result result = apply_fallbacks(applier, list, element);
@@ -362,7 +362,7 @@ static neph_result apply_air_layers(key_applier *applier, const np_key *list, co
   return result;
 }
 
-/* The lists of a scene by where they go. */
+/* Lists of a scene and their fields. */
 static const struct {
   size_t offset;
   neph_result (*apply)(key_applier *applier, const np_key *list, const np_node *node);
@@ -398,13 +398,13 @@ static neph_result apply_key(key_applier *applier, const np_key *key, void *base
     result = apply_value(applier, np_key_search(key, key->shorthand), base, node);
   else
     result = key->choices ? apply_choice(applier, key, base, node) : fail_value(applier, key, node);
-  /* "moon: none" says that there is no moon. */
+  /* "moon: none" removes the moon. */
   const bool is_choice = key->type == NP_KEY_SECTION && !is_mapping;
   if (!result && !is_choice && !is_word(key, node)) store_unsigned(base, key->tag, key->tag_value);
   return result;
 }
 
-/* Refuses a key beside one of the same name before it, or beside one that it excludes. */
+/* Refuses duplicate keys, and keys that exclude each other. */
 static neph_result check_siblings(const key_applier *applier, const np_key *section, const np_node *parent,
                                   const np_key *key, const np_node *node) {
   const char *path = applier->path, *dot = *path ? "." : "";
@@ -436,7 +436,7 @@ static neph_result apply_entry(key_applier *applier, const np_key *section, void
   return result;
 }
 
-/* Presets first: other keys go over them wherever they stand. */
+/* Applies a section: presets first, so that other keys override them in any order. */
 static neph_result apply_section(key_applier *applier, const np_key *section, void *base, const np_node *node) {
   neph_result result = NEPH_OK;
   for (int turn = 0; turn < 2; turn++)
@@ -463,7 +463,7 @@ static neph_result apply_document(neph_scene *scene, np_scene_problems *problems
   return result;
 }
 
-/* Reads the tracks, and puts a document that has their keys in the place of a scene's source. */
+/* Reads the tracks, and replaces the scene's document by one with animated nodes. */
 static neph_result apply_animation(neph_scene *scene, np_scene_problems *problems) {
   neph_result result = np_animation_read(scene->context, scene->document, problems, &scene->animation);
   if (result || !scene->animation) return result;
@@ -475,7 +475,7 @@ static neph_result apply_animation(neph_scene *scene, np_scene_problems *problem
   return NEPH_OK;
 }
 
-/* Adds the tracks of the camera's file, if that is there: neph_scene_check_files names it where it is not. */
+/* Adds the tracks of the camera file, if it exists; neph_scene_check_files reports a missing one. */
 static neph_result read_motion(neph_scene *scene) {
   if (!scene->motion.file || !np_file_exists(scene->motion.file)) return NEPH_OK;
   if (!scene->animation) scene->animation = np_alloc(scene->context, 1, sizeof *scene->animation);
@@ -500,7 +500,7 @@ neph_result np_scene_apply(neph_scene *scene, np_scene_problems *problems) {
   return result;
 }
 
-/* The texts and points of a list's element, or, for NULL, of the scene itself. */
+/* Frees the texts and points of a list's element, or, for NULL, of the scene itself. */
 static void clear_texts(neph_context *context, const np_key *list, void *base) {
   for (size_t i = 0; i < np_key_count(); i++) {
     const np_key *key = np_key_get(i);

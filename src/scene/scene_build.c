@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Typed calls that build a scene: each writes the keys that it stands for into the document, numbers as numbers, so
- * that ranges, messages and all that follows are those of a file. */
+/* Typed calls that build a scene. Each writes its keys into the document, numbers as numbers, so that ranges and
+ * messages are the same as for a file. */
 #include <inttypes.h>
 #include <math.h>
 #include <nephos/scene_build.h>
@@ -17,12 +17,12 @@
 
 enum { KEY_SIZE = 96 };
 
-/* A scene's document being changed: a copy, of which the section at `prefix` is written anew. */
+/* Editor of a scene's document: a copy, in which the section `prefix` is rewritten. */
 typedef struct section_writer {
   neph_context *context;
   np_node *document;
   char prefix[KEY_SIZE]; /* "camera", "clouds[3]" */
-  neph_result result;    /* of what was put so far */
+  neph_result result;    /* first failure so far */
 } section_writer;
 
 static void put_node(section_writer *w, const char *name, np_node *value) {
@@ -35,7 +35,7 @@ static void put_node(section_writer *w, const char *name, np_node *value) {
     np_node_destroy(w->context, value);
 }
 
-/* Numbers in SI. */
+/* Sets numbers in SI. */
 static void put_reals(section_writer *w, const char *name, const double *values, unsigned count) {
   put_node(w, name, np_node_create_numbers(w->context, values, count));
 }
@@ -54,7 +54,7 @@ static void put_word(section_writer *w, const char *name, const char *word) {
 
 /* ---- Sections ---- */
 
-/* Puts an empty mapping in the place of a section of the document, or behind its keys. NULL: no memory. */
+/* Replaces a section of the document by an empty mapping, or appends one. NULL: out of memory. */
 static np_node *renew_section(section_writer *w) {
   np_node *old = np_node_search(w->document, w->prefix);
   np_node *section = np_node_create(w->context, NP_NODE_MAPPING, NULL, w->prefix);
@@ -65,7 +65,7 @@ static np_node *renew_section(section_writer *w) {
   return section;
 }
 
-/* Begins to change a scene. */
+/* Begins an edit of a scene. */
 static section_writer open_writer(const neph_scene *scene, const char *prefix) {
   section_writer w = {.context = scene->context, .document = np_node_copy(scene->context, np_scene_get_source(scene))};
   np_print(w.prefix, sizeof w.prefix, "%s", prefix);
@@ -73,14 +73,14 @@ static section_writer open_writer(const neph_scene *scene, const char *prefix) {
   return w;
 }
 
-/* The scene becomes what was written. */
+/* Rebuilds the scene from the edited document. */
 static neph_result close_writer(neph_scene *scene, section_writer *w) {
   if (!w->result) return np_scene_set_document(scene, w->document);
   np_node_destroy(w->context, w->document);
   return w->result;
 }
 
-/* Calls `put` for a section that is written anew. */
+/* Rewrites a section by the function `put`. */
 static neph_result set_section(neph_scene *scene, const char *prefix, void (*put)(section_writer *w, const void *desc),
                                const void *desc) {
   section_writer w = open_writer(scene, prefix);
@@ -91,7 +91,7 @@ static neph_result set_section(neph_scene *scene, const char *prefix, void (*put
 
 /* ---- Camera and sun ---- */
 
-/* A number, or infinity for the word that the key has by default. */
+/* Sets a number; infinity stands for the key's default word. */
 static void put_finite(section_writer *w, const char *name, double value) {
   if (value != HUGE_VAL) put_real(w, name, value);
 }
@@ -154,7 +154,7 @@ static void put_sun(section_writer *w, const void *desc) {
   put_word(w, "limb_darkening", sun->has_limb_darkening ? "true" : "false");
 }
 
-/* Angles of the direction, from which the scene takes a unit vector. */
+/* Converts a direction to the angles of the sun's keys. */
 static neph_result convert_direction(const neph_scene *scene, neph_sun_desc *sun) {
   const double *d = sun->direction, across = hypot(d[0], d[1]), length = hypot(across, d[2]);
   if (!(length > 0.0) || !isfinite(length))
@@ -246,7 +246,7 @@ static neph_result read_placement(neph_context *context, const neph_placement_de
   return NEPH_OK;
 }
 
-/* The list of clouds, made where there is none; NULL: no memory. */
+/* List of clouds, created if missing; NULL: out of memory. */
 static np_node *open_clouds(section_writer *w) {
   np_node *clouds = np_node_search(w->document, "clouds");
   if (clouds) return clouds;
@@ -255,7 +255,7 @@ static np_node *open_clouds(section_writer *w) {
   return clouds;
 }
 
-/* Puts a cloud that is a volume at `index`, the next where there is none yet. */
+/* Sets a cloud to a volume at `index`, which may be one past the end. */
 static neph_result set_cloud(neph_scene *scene, unsigned index, neph_volume *volume, const neph_placement_desc *p) {
   char prefix[KEY_SIZE];
   np_print(prefix, sizeof prefix, "clouds[%u]", index);
@@ -308,7 +308,7 @@ neph_result neph_scene_set_placement(neph_scene *scene, unsigned index, const ne
 
 /* ---- Terrain, water and atmosphere ---- */
 
-/* Makes a section stand for an asset, or "none" where there is none. */
+/* Sets a section to an asset, or to "none" without one. */
 static neph_result set_asset(neph_scene *scene, const char *name, np_node_assets assets) {
   const bool is_none = !assets.terrain && !assets.atmosphere;
   section_writer w = open_writer(scene, name);

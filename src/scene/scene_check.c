@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Errors of keys together, which no single key has. */
+/* Errors of combinations of keys. */
 #include <math.h>
 #include <string.h>
 
@@ -12,7 +12,7 @@
 #include "scene/scene_check_camera.h"
 #include "terrain/terrain_private.h"
 
-/* The node of a key in a section of the document, the section's when the key was not given, or the document. */
+/* Node of a key in a section; the section's node if the key is not set, or the document's. */
 static const np_node *locate(const neph_scene *scene, const char *section, const char *key) {
   const np_node *parent = np_node_search(scene->document, section);
   const np_node *node = parent ? np_node_search(parent, key) : NULL;
@@ -54,7 +54,7 @@ static neph_result check_stars(const neph_scene *scene, np_scene_problems *probl
                           "stars need the latitude, must come with place or terrain.heightfield");
 }
 
-/* Keys that a volume that was given has no part in. */
+/* Refuses keys that have no effect on a volume from an API call. */
 static neph_result check_volume(unsigned index, const np_node *node, np_scene_problems *problems) {
   static const char *const names[] = {"vdb", "grid", "import", "level_set", "ramp", "precision", "bake", "emission"};
   for (size_t i = 0; i < sizeof names / sizeof *names; i++)
@@ -92,7 +92,7 @@ static neph_result check_reference_frame(const neph_scene *scene, unsigned index
                           cloud->is_baked ? "the cloud is baked" : "its vdb is the same file in every frame");
 }
 
-/* Only what has a thickness is a cloud. */
+/* Refuses a scale of 0 along an axis. */
 static neph_result check_scale(const neph_scene *scene, unsigned index, const np_node *node,
                                np_scene_problems *problems) {
   const double *scale = scene->clouds[index].scale;
@@ -102,11 +102,11 @@ static neph_result check_scale(const neph_scene *scene, unsigned index, const np
                           index, scale[0], scale[1], scale[2]);
 }
 
-/* A name that channels of an AOV have beside those of clouds. */
+/* Channel name of an AOV that clouds must not use. */
 typedef struct reserved_name {
   const char *name, *aov;
-  unsigned aovs;       /* any of a set */
-  bool is_of_emission; /* where the cloud has emission */
+  unsigned aovs;       /* any of these AOVs reserves it */
+  bool is_of_emission; /* reserved only for clouds with emission */
 } reserved_name;
 
 static const reserved_name *search_reserved(const neph_scene *scene, unsigned index) {
@@ -143,7 +143,7 @@ static neph_result check_name(const neph_scene *scene, unsigned index, const np_
   return NEPH_OK;
 }
 
-/* Channels need a picture. Which channels it has is checked when it is read. */
+/* Requires a map image for keys of map channels. Reading the image checks its channels. */
 static neph_result check_map(const neph_scene *scene, unsigned index, const np_node *node,
                              np_scene_problems *problems) {
   (void)scene;
@@ -154,7 +154,7 @@ static neph_result check_map(const neph_scene *scene, unsigned index, const np_n
   return NEPH_OK;
 }
 
-/* Contents of its files are seen when they are read. */
+/* Checks the keys of a shape. Reading its files checks their contents. */
 static neph_result check_shape(const neph_scene *scene, unsigned index, const np_node *node,
                                np_scene_problems *problems) {
   const neph_cloud_desc *desc = &scene->clouds[index].bake;
@@ -196,7 +196,7 @@ static neph_result check_profile(const neph_scene *scene, unsigned index, const 
   return NEPH_OK;
 }
 
-/* The grids themselves are checked when they are read. */
+/* Checks the keys of emission. Reading the grids checks their contents. */
 static neph_result check_emission(const neph_scene *scene, unsigned index, const np_node *node,
                                   np_scene_problems *problems) {
   const np_scene_cloud *cloud = &scene->clouds[index];
@@ -213,7 +213,7 @@ static neph_result check_emission(const neph_scene *scene, unsigned index, const
                           index, cloud->emission.offset_k);
 }
 
-/* The first key that moves a bake, or makes several of it; NULL: none. */
+/* Name of the first key that moves or copies a bake; NULL: none. */
 static const char *search_move(const np_scene_cloud *cloud) {
   const double *s = cloud->scale, *t = cloud->tilt_rad;
   return cloud->places                               ? "places"
@@ -225,7 +225,7 @@ static const char *search_move(const np_scene_cloud *cloud) {
                                                      : NULL;
 }
 
-/* Tiles meet where the bake puts them. */
+/* Refuses to move a repeating cloud: its tiles meet only where the bake places them. */
 static neph_result check_repeat(const neph_scene *scene, unsigned index, const np_node *node,
                                 np_scene_problems *problems) {
   const np_scene_cloud *cloud = &scene->clouds[index];
@@ -237,7 +237,8 @@ static neph_result check_repeat(const neph_scene *scene, unsigned index, const n
                           index, key, index);
 }
 
-/* Levels go by how far a place is from the camera, so that each place is one place. */
+/* Refuses levels of detail with keys that move or scale a bake: the level depends on the distance of each position to
+ * the camera. */
 static neph_result check_levels(const neph_scene *scene, unsigned index, const np_node *node,
                                 np_scene_problems *problems) {
   const np_scene_cloud *cloud = &scene->clouds[index];
@@ -255,7 +256,7 @@ static neph_result check_levels(const neph_scene *scene, unsigned index, const n
                           index, key, index);
 }
 
-/* Copies share one cloud's bricks; its fire would be one of theirs alone. */
+/* Refuses emission for clouds with several places, which share one cloud's bricks. */
 static neph_result check_places(const neph_scene *scene, unsigned index, const np_node *node,
                                 np_scene_problems *problems) {
   const np_scene_cloud *cloud = &scene->clouds[index];
@@ -281,7 +282,7 @@ static neph_result check_clouds(const neph_scene *scene, np_scene_problems *prob
   return result;
 }
 
-/* A section that an asset stands for has no keys of its own. */
+/* Refuses keys in a section that an API object replaces. */
 static neph_result check_no_keys(const np_node *section, np_scene_problems *problems) {
   const np_node *key = section->first;
   if (!key) return NEPH_OK;
@@ -333,7 +334,7 @@ static neph_result check_output(const neph_scene *scene, np_scene_problems *prob
   int exponent;
   if (scene->output.scale == 0.0) return NEPH_OK;
   double mantissa = frexp(scene->output.scale, &exponent);
-  if (mantissa <= 0.5) return NEPH_OK; /* frexp gives [0.5, 1) */
+  if (mantissa <= 0.5) return NEPH_OK; /* frexp returns a mantissa in [0.5, 1) */
   return np_scene_fail_at(problems, locate(scene, "output", "scale"),
                           "output.scale is %.9g, must be a power of two; the nearest below is %g", scene->output.scale,
                           ldexp(0.5, exponent));
@@ -344,11 +345,11 @@ static neph_result check_air(const neph_scene *scene, np_scene_problems *problem
   return check_no_keys(np_node_search(scene->document, "atmosphere"), problems);
 }
 
-/* A check is left out where a key that it reads, or a key below that, has an error already. */
+/* Checks of combinations. A check is skipped if a key that it reads, or a nested key, has an error already. */
 static const struct {
   neph_result (*check)(const neph_scene *scene, np_scene_problems *problems);
   struct {
-    const char *section, *key; /* NULL: the whole section */
+    const char *section, *key; /* key NULL: the whole section */
   } reads[4];
 } checks[] = {
     {check_place, {{"place", NULL}}},
@@ -360,7 +361,7 @@ static const struct {
     {np_scene_check_exposure, {{"camera", NULL}, {"output", "exposure"}}},
     {np_scene_check_motion_blur, {{"camera", NULL}, {"output", "deep"}}},
     {check_air, {{"atmosphere", NULL}}},
-    {check_clouds, {{NULL, NULL}}}, /* cloud by cloud */
+    {check_clouds, {{NULL, NULL}}}, /* each cloud skips on its own errors */
     {check_terrain, {{"terrain", NULL}}},
     {check_output, {{"output", "scale"}}},
     {check_colors, {{"output", "color_space"}, {"render", "wavelengths"}}},

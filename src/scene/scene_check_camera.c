@@ -3,7 +3,7 @@
 
 #include "core/units.h"
 
-/* The node of a key of the camera, the camera's when it was not given, or NULL. */
+/* Node of a camera key; the camera's node if the key is not set, or NULL. */
 static const np_node *locate(const neph_scene *scene, const char *key) {
   const np_node *camera = np_node_search(scene->document, "camera");
   const np_node *node = camera ? np_node_search(camera, key) : NULL;
@@ -37,7 +37,7 @@ static neph_result check_clipping(const neph_scene *scene, np_scene_problems *pr
                           camera->far_m, camera->near_m);
 }
 
-/* Nothing nearer than its focal length is brought into focus by a lens. */
+/* Checks that the focus distance exceeds the focal length, as for any lens. */
 static neph_result check_focus(const neph_scene *scene, np_scene_problems *problems) {
   const np_scene_camera *camera = &scene->camera;
   if (!camera->has_lens || camera->kind != NEPH_CAMERA_PERSPECTIVE) return NEPH_OK;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Errors of the camera's keys together. */
+/* Errors of combinations of camera keys. */
 #ifndef NP_SCENE_SCENE_CHECK_CAMERA_H
 #define NP_SCENE_SCENE_CHECK_CAMERA_H
 
@@ -8,10 +8,10 @@
 /* Checks position and look_at. */
 neph_result np_scene_check_view(const neph_scene *scene, np_scene_problems *problems);
 
-/* Checks that no output of one moment is asked for. */
+/* Checks that motion blur has no output that needs a single moment. */
 neph_result np_scene_check_motion_blur(const neph_scene *scene, np_scene_problems *problems);
 
-/* Checks that previews can be exposed by the camera. */
+/* Checks that the camera's keys define an exposure, if previews need one. */
 neph_result np_scene_check_exposure(const neph_scene *scene, np_scene_problems *problems);
 
 /* Checks the other keys. */

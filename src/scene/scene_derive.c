@@ -16,7 +16,7 @@ void np_scene_derive_cloud(np_scene_cloud *cloud) {
   cloud->phase = np_phase_make(&cloud->phase_source);
 }
 
-/* A terrain that was given brings its ground along, and the place, unless the scene has one. */
+/* Takes the ground of a terrain object, and the place, unless the scene sets it. */
 static void derive_given_terrain(neph_scene *scene, neph_terrain *given) {
   np_scene_terrain *terrain = &scene->terrain;
   terrain->kind = NP_TERRAIN_GIVEN;
@@ -50,7 +50,7 @@ static bool has_density_key(const np_node *cloud) {
   return false;
 }
 
-/* Files without a key for their unit have to state it. */
+/* Sets the density unit of files to the one stated in them, if no key sets it. */
 static void derive_density_units(neph_scene *scene) {
   const np_node *list = np_node_search(scene->document, "clouds");
   for (unsigned i = 0; i < scene->cloud_count; i++) {
@@ -60,7 +60,7 @@ static void derive_density_units(neph_scene *scene) {
   }
 }
 
-/* An evaluated cloud keeps the tiles of its base where nothing that they follow from differs. */
+/* Derives tiles of repeating clouds. An evaluated cloud shares the tiles of its base if its extent is the same. */
 static neph_result derive_repeats(neph_scene *scene) {
   const double radius_m = scene->atmosphere.planet_radius_m;
   neph_result result = NEPH_OK;
@@ -75,7 +75,7 @@ static neph_result derive_repeats(neph_scene *scene) {
   return result;
 }
 
-/* The picture that a cloud has in the scene's frame. */
+/* Expands the file name of a cloud's weather map for the scene's frame. */
 static neph_result name_map(const neph_scene *scene, np_scene_cloud *cloud) {
   if (!cloud->map_image) return NEPH_OK;
   cloud->bake.map_file =

@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Members of a scene that follow from values of its keys, and may differ from frame to frame. */
+/* Derived members of a scene, which may differ from frame to frame. */
 #ifndef NP_SCENE_SCENE_DERIVE_H
 #define NP_SCENE_SCENE_DERIVE_H
 
 #include "scene/scene_private.h"
 
-/* Derives all of them. Lists that it makes are empty before. */
+/* Derives all of them. The lists that it allocates must be empty before. */
 neph_result np_scene_derive(neph_scene *scene);
 
-/* Derives members of a cloud from its others alone. */
+/* Derives members of a cloud from its own keys. */
 void np_scene_derive_cloud(np_scene_cloud *cloud);
 
 #endif

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A scene's values, each as its key would be written: what --set takes. */
+/* Lists the values of a scene in the syntax of --set. */
 #include <string.h>
 
 #include "core/alloc.h"
@@ -9,7 +9,7 @@
 #include "scene/scene_apply.h"
 #include "scene/scene_points.h"
 
-/* ---- Which keys are in force ---- */
+/* ---- Keys in effect ---- */
 
 static unsigned load_unsigned(const void *base, np_field field) {
   const char *source = (const char *)base + field.offset;
@@ -64,7 +64,7 @@ static bool is_word_set(const np_key *key, const void *base) {
   return value == key->word_value;
 }
 
-/* Whether one word says all about a section: "terrain: none". False where a key in it says the same. */
+/* Whether one word describes a whole section: "terrain: none". False if a key in the section states the same. */
 static bool is_word_for_section(const np_key *section, const void *base) {
   if (!section->choices || np_key_search(section, "preset")) return false;
   return get_choice_name(section, load_unsigned(base, section->field));
@@ -145,7 +145,7 @@ static void add_seed(np_text *out, const np_key *key, const void *base) {
   np_text_add(out, "%llu", (unsigned long long)value);
 }
 
-/* As it was given, or, animated, in UTC. */
+/* Writes a moment as given, or, animated, in UTC. */
 static void add_moment(np_text *out, np_scene_moment moment) {
   char text[NP_TIME_TEXT_SIZE];
   if (!moment.text) np_time_format(moment.at.unix_s, text);
@@ -205,7 +205,7 @@ static void add_value(np_text *out, const np_key *key, const void *base) {
 
 typedef void (*visit_fn)(void *user, const char *path, const np_key *key, const void *base);
 
-/* The values of one element of a list. */
+/* Visits the values of one element of a list. */
 static void visit_element(const np_key *list, unsigned index, const void *element, visit_fn visit, void *user) {
   for (size_t i = 0; i < np_key_count(); i++) {
     const np_key *key = np_key_get(i);

@@ -10,7 +10,7 @@
 
 enum { STEP_MAX = 8, NAME_SIZE = 64 };
 
-/* One part of a path: a name, or a name and the index of an element. */
+/* One part of a path: a name, or a name with the index of an element. */
 typedef struct path_step {
   char name[NAME_SIZE];
   bool has_index;
@@ -27,8 +27,8 @@ static neph_result fail_path(const path_editor *editor) {
                  "%s is not a key, must be names parted by dots, such as camera.fov or clouds[0].voxel", editor->key);
 }
 
-/* Takes "name" or "name[3]", and the dot behind it, off the front of `*path`. */
-static bool take_step(const char **path, path_step *step) {
+/* Removes the first part, "name" or "name[3]", with its dot, from `*path`. */
+static bool read_step(const char **path, path_step *step) {
   size_t length = strcspn(*path, ".[");
   if (!length || length >= NAME_SIZE) return false;
   np_print(step->name, sizeof step->name, "%.*s", (int)length, *path);
@@ -47,7 +47,7 @@ static bool take_step(const char **path, path_step *step) {
 static bool split_path(const char *path, path_step steps[STEP_MAX], unsigned *out_count) {
   unsigned count = 0;
   do {
-    if (count == STEP_MAX || !take_step(&path, &steps[count++])) return false;
+    if (count == STEP_MAX || !read_step(&path, &steps[count++])) return false;
   } while (*path);
   *out_count = count;
   return true;
@@ -64,7 +64,7 @@ static void remove_excluded(neph_context *context, np_node *mapping, const np_ke
   }
 }
 
-/* The child of that name and kind, made where it is missing or of another kind. NULL: no memory. */
+/* Child of a name and kind, created if missing or of another kind. NULL: out of memory. */
 static np_node *open_child(neph_context *context, np_node *mapping, const char *name, np_node_kind kind) {
   np_node *child = np_node_search(mapping, name);
   if (child && child->kind == kind) return child;
@@ -89,7 +89,8 @@ static neph_result fail_index(const path_editor *editor, const path_step *step, 
                  step->name, count, count == 1 ? "" : "s", step->name, count);
 }
 
-/* Finds or appends an element of a sequence; where it ends the path, it is `*value`, which is then taken. */
+/* Searches or appends an element of a sequence. At the end of the path it becomes `*value`, whose ownership is taken.
+ */
 static neph_result open_element(const path_editor *editor, np_node *sequence, const path_step *step, np_node **value,
                                 np_node **out_element) {
   size_t count = np_node_count(sequence);
@@ -107,8 +108,8 @@ static neph_result open_element(const path_editor *editor, np_node *sequence, co
   return NEPH_OK;
 }
 
-/* Goes one step down from `*mapping`. At the last one `*value` is put there, and NULL afterwards. */
-static neph_result take_down(const path_editor *editor, const path_step *step, np_node **mapping, np_node **value) {
+/* Descends one step from `*mapping`. The last step inserts `*value`, and sets it to NULL. */
+static neph_result descend(const path_editor *editor, const path_step *step, np_node **mapping, np_node **value) {
   if (!step->has_index && *value) {
     neph_result result = put_value(editor->context, *mapping, step->name, *value);
     if (!result) *value = NULL;
@@ -121,7 +122,7 @@ static neph_result take_down(const path_editor *editor, const path_step *step, n
   return step->has_index ? open_element(editor, child, step, value, mapping) : NEPH_OK;
 }
 
-static void take_new_name(const path_editor *editor, const np_key *section, path_step *step) {
+static void set_new_name(const path_editor *editor, const np_key *section, path_step *step) {
   const np_key_rename *rename = np_key_get_rename(section, step->name);
   if (!rename) return;
   np_log(editor->context, NEPH_LOG_WARNING, NP_RENAME_WARNING, rename->old_path, rename->path);
@@ -132,7 +133,7 @@ static void take_new_name(const path_editor *editor, const np_key *section, path
 
 static const char animate[] = "animate";
 
-/* The key of a path, "clouds[0].position" or one number of it. NULL: none. */
+/* Key of a path, "clouds[0].position" or one number of it. NULL: none. */
 static const np_key *search_key(const char *path) {
   path_step steps[STEP_MAX];
   unsigned count;
@@ -151,7 +152,7 @@ static bool is_below(const char *path, const char *key) {
   return !strncmp(path, key, length) && (!path[length] || path[length] == '.' || path[length] == '[');
 }
 
-/* A key that is set is the same in all frames. */
+/* Removes the tracks of a key that is set: it is then the same in all frames. */
 static void remove_tracks(neph_context *context, np_node *document, const char *path) {
   np_node *tracks = np_node_search(document, animate), *next;
   if (!tracks || tracks->kind != NP_NODE_MAPPING || is_below(path, animate)) return;
@@ -165,7 +166,7 @@ static void remove_tracks(neph_context *context, np_node *document, const char *
   }
 }
 
-/* "animate.camera.fov": the rest is one name. */
+/* Sets a track. After "animate." the path is one name, such as "camera.fov". */
 static neph_result edit_track(neph_context *context, np_node *document, const char *path, np_node *value) {
   np_node *tracks = open_child(context, document, animate, NP_NODE_MAPPING);
   if (tracks && !put_value(context, tracks, path, value)) return NEPH_OK;
@@ -198,11 +199,11 @@ neph_result np_scene_edit(neph_context *context, np_node *document, const char *
     return edit_track(context, document, key + strlen("animate."), value);
   remove_tracks(context, document, key);
   for (unsigned i = 0; !result && i < count; i++) {
-    take_new_name(&editor, section, &steps[i]);
+    set_new_name(&editor, section, &steps[i]);
     const np_key *step_key = np_key_search(section, steps[i].name);
     if (step_key) remove_excluded(context, mapping, section, step_key);
     np_node *none = NULL;
-    result = take_down(&editor, &steps[i], &mapping, i + 1 == count ? &value : &none);
+    result = descend(&editor, &steps[i], &mapping, i + 1 == count ? &value : &none);
     section = step_key;
   }
   np_node_destroy(context, value);

@@ -9,7 +9,7 @@
 
 /* ---- Copies ---- */
 
-/* A copy of a list; NULL where it is empty. */
+/* Copies a list; NULL if it is empty. */
 static neph_result copy_list(neph_context *context, const void *list, size_t count, size_t size, void *out_pointer) {
   void *copy = count ? np_alloc(context, count, size) : NULL;
   if (count && !copy) return NEPH_ERROR_OUT_OF_MEMORY;
@@ -18,7 +18,7 @@ static neph_result copy_list(neph_context *context, const void *list, size_t cou
   return NEPH_OK;
 }
 
-/* Copies the lists that differ from frame to frame. On failure those that were not copied are empty. */
+/* Copies the lists that may differ between frames. On failure the lists that are not copied are empty. */
 static neph_result copy_lists(const neph_scene *scene, neph_scene *out) {
   neph_context *context = scene->context;
   out->clouds = NULL;
@@ -48,7 +48,7 @@ void np_scene_eval_clear(neph_scene *evaluated) {
 
 /* ---- Frames ---- */
 
-/* Frames may be counted on, and divided into blocks, without leaving the range of int. */
+/* Checks the range of a frame number: arithmetic on frames must not overflow an int. */
 static neph_result check_frame(const neph_scene *scene, double frame) {
   static const double frame_max = 1e9;
   if (frame >= -frame_max && frame <= frame_max) return NEPH_OK;
@@ -56,7 +56,7 @@ static neph_result check_frame(const neph_scene *scene, double frame) {
                  -frame_max, frame_max);
 }
 
-/* The camera's file is read with the scene. Without it there is no frame: the message names all missing files. */
+/* Fails if the camera file, which is read with the scene, is missing. The message names all missing files. */
 static neph_result check_motion(const neph_scene *scene) {
   if (!scene->motion.file || scene->motion.is_read) return NEPH_OK;
   const neph_result result = neph_scene_check_files(scene);

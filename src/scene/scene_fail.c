@@ -7,7 +7,7 @@
 #include "core/alloc.h"
 #include "core/text.h"
 
-/* An error without a place comes last. */
+/* Whether a position comes before a problem's; problems without a position come last. */
 static bool is_before(unsigned line, unsigned column, const np_scene_problem *other) {
   if (!line || !other->line) return line && !other->line;
   return line < other->line || (line == other->line && column < other->column);
@@ -18,7 +18,7 @@ bool np_scene_would_list(const np_scene_problems *problems, const np_node *node)
          is_before(node->key_line, node->key_column, &problems->listed[NP_SCENE_PROBLEMS_MAX - 1]);
 }
 
-/* A place for an error in the order of the file, behind those of the same line and column; NULL: all are before it. */
+/* Slot for an error in file order, after errors at the same line and column; NULL: the list is full of earlier ones. */
 static np_scene_problem *insert(np_scene_problems *problems, unsigned line, unsigned column) {
   unsigned count = problems->count++;
   if (count > NP_SCENE_PROBLEMS_MAX) count = NP_SCENE_PROBLEMS_MAX;

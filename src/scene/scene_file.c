@@ -35,7 +35,7 @@ static neph_result fail_syntax(document_reader *reader) {
   if (parser->context)
     np_print(begun, sizeof begun, " %s begun on line %zu", parser->context, parser->context_mark.line + 1);
   np_print(what, sizeof what, "not valid YAML: %s%s", parser->problem ? parser->problem : "unknown problem", begun);
-  /* Encoding errors have no mark of their own. */
+  /* The mark of an encoding error is the parser's. */
   return fail_at(reader, parser->error == YAML_READER_ERROR ? parser->mark : parser->problem_mark, what);
 }
 
@@ -101,7 +101,7 @@ static neph_result check_key(document_reader *reader, const yaml_event_t *event)
   return NEPH_OK;
 }
 
-/* A key, which `event` holds, and the value behind it. */
+/* Reads an entry: the key in `event`, and the value after it. */
 static neph_result read_entry(document_reader *reader, const yaml_event_t *key, np_node **out_node) {
   neph_result result = check_key(reader, key);
   if (result) return result;
@@ -120,7 +120,7 @@ static neph_result read_entry(document_reader *reader, const yaml_event_t *key, 
   return NEPH_OK;
 }
 
-/* Reads the children of `parent` up to the event that ends it. What was read stays in it whatever happens. */
+/* Reads the children of `parent` up to its end event. Children read before a failure stay in the tree. */
 static neph_result read_children(document_reader *reader, np_node *parent) {
   np_node **link = &parent->first;
   for (;;) {
@@ -147,7 +147,7 @@ static neph_result read_collection(document_reader *reader, const yaml_event_t *
   return result;
 }
 
-/* On failure `*out_node` may hold a part, which belongs to the tree all the same. */
+/* Reads a node. On failure `*out_node` may hold a partial node, which belongs to the tree. */
 static neph_result read_node(document_reader *reader, const yaml_event_t *event, np_node **out_node) {
   neph_result result = check_event(reader, event);
   if (result) return result;
@@ -157,7 +157,8 @@ static neph_result read_node(document_reader *reader, const yaml_event_t *event,
 
 /* ---- Documents ---- */
 
-/* Skips what opens the stream and its first document; `*event` is then the root's, or the stream's end. */
+/* Skips the start of the stream and of its first document. `*event` is then the root's event, or the end of the stream.
+ */
 static neph_result read_root(document_reader *reader, yaml_event_t *event) {
   for (;;) {
     neph_result result = next_event(reader, event);

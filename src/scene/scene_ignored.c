@@ -40,7 +40,7 @@
   "render.light_memory", "render.light_detail", "render.light_depth", "render.light_degree",                           \
       "render.light_residual", "render.light_reuse"
 
-/* No two rules warn of one key of a scene: each but the first of a key says when it applies. */
+/* One rule at most warns of a key: each rule after the first for a key has a condition `applies`. */
 static const np_ignore_rule rules[] = {
     {.keys = {"camera.fov", "camera.focal_length", "camera.focus_distance", "camera.blades", "camera.sensor"},
      .counts = IN_PERSPECTIVE, .reason = "and only a perspective uses it"},
@@ -183,10 +183,10 @@ const np_ignore_rule *np_ignore_rule_get(size_t index) { return &rules[index]; }
 
 /* ---- Values ---- */
 
-/* The scene's document and fields, or those of one of its clouds. */
+/* The scene's document and fields, with one of its clouds if any. */
 typedef struct place {
   const neph_scene *scene;
-  const np_node *clouds_node; /* of the cloud; NULL: outside of clouds */
+  const np_node *clouds_node; /* node of the cloud; NULL: not in a cloud */
   unsigned cloud;
 } place;
 
@@ -194,7 +194,7 @@ static const char clouds_prefix[] = "clouds[].";
 
 static bool is_of_cloud(const char *path) { return !strncmp(path, clouds_prefix, strlen(clouds_prefix)); }
 
-/* The node that a path leads to; NULL when it is not given. */
+/* Node of a path; NULL if the key is not set. */
 static const np_node *search_node(const place *at, const char *path) {
   const bool is_in_cloud = is_of_cloud(path);
   const np_node *node = is_in_cloud ? at->clouds_node : at->scene->document;
@@ -210,7 +210,7 @@ static const np_node *search_node(const place *at, const char *path) {
   return node;
 }
 
-/* "clouds[2].bake.type" */
+/* Writes a path with the index of the cloud: "clouds[2].bake.type". */
 static void write_path(const place *at, const char *path, char *out, size_t size) {
   if (is_of_cloud(path))
     np_print(out, size, "clouds[%u].%s", at->cloud, path + strlen(clouds_prefix));
@@ -257,7 +257,7 @@ static bool is_fulfilled(const place *at, const np_condition *condition) {
   return !condition->key || condition->values >> get_value(at, condition->key) & 1u;
 }
 
-/* "is path", "is N44W072.hgt", "is given", "is not given" */
+/* Writes a key's value for a message: "is path", "is N44W072.hgt", "is given", "is not given". */
 static void write_value(const place *at, const char *path, char *out, size_t size) {
   const np_key *key = np_key_search_path(path);
   const np_node *node = search_node(at, path);
@@ -282,13 +282,14 @@ static void warn(const place *at, const np_ignore_rule *rule, const char *path, 
   np_scene_warn_key(at->scene, node, "%s is ignored: %s is %s, %s", key, decider, value, rule->reason);
 }
 
-/* Whether a key was chosen on top of the file. */
+/* Whether --set or an option sets a key. */
 static bool is_set(const place *at, const char *path) {
   const np_node *node = path ? search_node(at, path) : NULL;
   return node && !node->key_line;
 }
 
-/* --integrator path, say, is not meant for what the file has for the march. */
+/* Whether an option overrides the file: with --integrator path, for example, no warning concerns the march's keys in
+ * the file. */
 static bool is_overridden(const place *at, const np_ignore_rule *rule, const np_node *node) {
   return node->key_line && (is_set(at, rule->counts.key) || is_set(at, rule->applies.key));
 }
@@ -301,15 +302,17 @@ static void check_rule(const place *at, const np_ignore_rule *rule) {
   }
 }
 
-/* Channels of a map that are shares of a key, which may be 0; `applies`: no rule warns of the channel. */
+/* Map channels that scale a key, which may be 0; `applies`: no other rule warns of the channel. */
 typedef struct map_share {
   const char *key, *whole;
-  size_t whole_offset; /* in neph_cloud_desc */
+  size_t whole_offset; /* offset in neph_cloud_desc */
   np_condition applies[2];
 } map_share;
 
 static const map_share map_shares[] = {
-    {"clouds[].bake.map.type", "clouds[].bake.type", offsetof(neph_cloud_desc, type),
+    {"clouds[].bake.map.type",
+     "clouds[].bake.type",
+     offsetof(neph_cloud_desc, type),
      {IN_TOWERS, {"clouds[].bake.profile", ONLY(NP_GIVEN_NOT)}}},
     {"clouds[].bake.map.precipitation", "clouds[].bake.precipitation", offsetof(neph_cloud_desc, precipitation), {{0}}},
     {"clouds[].bake.map.age", "clouds[].bake.age", offsetof(neph_cloud_desc, age), {IN_HEAPS}},

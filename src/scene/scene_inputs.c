@@ -17,10 +17,10 @@
 
 enum { PATH_SIZE = 160 };
 
-/* `key` as --set takes it. */
+/* Checks that a file exists; `key` is as in --set. */
 static neph_result check_file(const neph_scene *scene, const np_node *node, const char *key, const char *path) {
   const char *reason;
-  if (np_height_files_is_pattern(path)) return NEPH_OK; /* of several files */
+  if (np_height_files_is_pattern(path)) return NEPH_OK; /* pattern of several files */
   neph_result result = np_file_probe(path, &reason);
   if (!result) return result;
   const char *hint = strpbrk(path, "@<%") ? " (a number is ####, %04d, $F4 or $F)" : "";
@@ -37,7 +37,7 @@ neph_result np_scene_check_cloud_file(const neph_scene *scene, unsigned index, c
   return check_file(scene, np_node_search(cloud, "vdb"), key, path);
 }
 
-/* A node has no line where a call has set its key. */
+/* Name of a node for messages; nodes set by calls have no line. */
 static char *name_node(const neph_scene *scene, const np_node *node) {
   if (!node->line) return np_alloc_text(scene->context, "");
   return np_alloc_printf(scene->context, "%s:%u:%u: ", scene->file ? scene->file : "scene", node->line, node->column);
@@ -57,25 +57,26 @@ neph_result np_scene_check_cloud_unit(const neph_scene *scene, unsigned index, c
   return result;
 }
 
-/* ---- Files of keys ---- */
+/* ---- File keys ---- */
 
 typedef struct lookup lookup;
 
-/* Visits a file, named by a node. */
+/* Visits a file named by a node. */
 typedef neph_result visit_fn(const lookup *l, const np_node *node, const char *file);
 
-/* A key being looked up in the document, element by element of the lists on the way. */
+/* Search of a key in the document, over all elements of the lists in its path. */
 struct lookup {
   const neph_scene *scene;
   const np_key *key;
   visit_fn *visit;
-  neph_files *files;    /* to which a visit adds; NULL: none */
-  char path[PATH_SIZE]; /* of `node`, as --set takes it */
+  neph_files *files;    /* list that visits extend; NULL: none */
+  char path[PATH_SIZE]; /* path of `node`, as in --set */
 };
 
 static neph_result visit_node(const lookup *l, const np_node *node) {
   if (node->kind != NP_NODE_SCALAR) return NEPH_OK;
-  if (l->key->is_numbered && np_frame_name_is_pattern(node->text)) return NEPH_OK; /* by the frame's bake */
+  if (l->key->is_numbered && np_frame_name_is_pattern(node->text))
+    return NEPH_OK; /* the bake of each frame checks it */
   char *file = np_path_map_resolve_again(l->scene->context, l->scene->file, node->text);
   if (file) np_frame_name_unescape(file);
   neph_result result = file ? l->visit(l, node, file) : NEPH_ERROR_OUT_OF_MEMORY;
@@ -97,7 +98,7 @@ static neph_result visit_elements(lookup *l, const np_node *list, const char *re
   return result;
 }
 
-/* `rest` is what of the key's path in the table lies below `node`: "clouds[].phase.table". */
+/* Visits the files below `node`; `rest` is the remaining path of the key: "clouds[].phase.table". */
 static neph_result visit_below(lookup *l, const np_node *node, const char *rest) {
   const size_t length = strlen(l->path), count = strcspn(rest, ".[");
   np_print(l->path + length, sizeof l->path - length, "%.*s", (int)count, rest);
@@ -111,7 +112,7 @@ static neph_result visit_below(lookup *l, const np_node *node, const char *rest)
   return visit_below(l, child, below);
 }
 
-/* All files are visited, whatever fails. */
+/* Visits all files, even after a failure. */
 static neph_result visit_files(const neph_scene *scene, visit_fn *visit, neph_files *files) {
   neph_result result = NEPH_OK;
   for (size_t i = 0; i < np_key_count(); i++) {
@@ -131,7 +132,7 @@ neph_result neph_scene_check_files(const neph_scene *scene) {
   return scene ? visit_files(scene, check_visited, NULL) : NEPH_ERROR_INVALID_ARGUMENT;
 }
 
-/* ---- The table of files ---- */
+/* ---- List of files ---- */
 
 static neph_result add_heights(const lookup *l, const char *pattern) {
   np_height_files list = {NULL, 0};
@@ -142,7 +143,7 @@ static neph_result add_heights(const lookup *l, const char *pattern) {
   return result;
 }
 
-/* Adds up to `count` levels of detail beside a cloud's file: as far as they are there, of one that is read. */
+/* Adds up to `count` files of levels of detail beside a cloud's file, if it is an input and as far as they exist. */
 static neph_result add_levels(neph_files *files, neph_file_use use, const char *role, const char *path, unsigned count,
                               neph_context *context) {
   neph_result result = NEPH_OK;
@@ -157,14 +158,14 @@ static neph_result add_levels(neph_files *files, neph_file_use use, const char *
   return result;
 }
 
-/* Adds a file of a key, and of a cloud's file the levels that are read with it. */
+/* Adds a file of a key, and the level files read with a cloud's file. */
 static neph_result add_file(const lookup *l, const char *path) {
   const neph_result result = neph_files_add(l->files, NEPH_FILE_READ, l->path, path);
   if (result || strncmp(l->path, "clouds", strlen("clouds")) != 0) return result;
   return add_levels(l->files, NEPH_FILE_READ, l->path, path, NEPH_BAKE_LODS_MAX, l->scene->context);
 }
 
-/* Adds the files of a sequence that are there. */
+/* Adds the existing files of a sequence. */
 static neph_result add_sequence(const lookup *l, const char *pattern) {
   neph_context *context = l->scene->context;
   np_frame_numbers list = {NULL, 0};

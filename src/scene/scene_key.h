@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A row of the key table, and tables of them. */
+/* Rows of the key table. */
 #ifndef NP_SCENE_SCENE_KEY_H
 #define NP_SCENE_SCENE_KEY_H
 
@@ -7,35 +7,35 @@
 #include "scene/scene_values.h"
 
 typedef enum np_key_type {
-  NP_KEY_SECTION, /* a mapping of further keys */
-  NP_KEY_LIST,    /* a list of such mappings */
-  NP_KEY_REAL,    /* double, or an array of them */
-  NP_KEY_INTEGER, /* unsigned, or an array of them */
-  NP_KEY_SEED,    /* uint64_t, any */
+  NP_KEY_SECTION, /* a mapping of nested keys */
+  NP_KEY_LIST,    /* a list of mappings of nested keys */
+  NP_KEY_REAL,    /* double, or an array of doubles */
+  NP_KEY_INTEGER, /* unsigned, or an array of unsigned */
+  NP_KEY_SEED,    /* uint64_t, any value */
   NP_KEY_CHOICE,  /* bool or an enumeration */
-  NP_KEY_FLAGS,   /* unsigned, a bit for each word in a list */
-  NP_KEY_TEXT,    /* char *, owned by the scene; FILE and PRESET too */
-  NP_KEY_FILE,    /* seen from the folder of the scene */
-  NP_KEY_PRESET,  /* names a description that fills its whole section before any other key does */
+  NP_KEY_FLAGS,   /* unsigned, one bit for each word of a list */
+  NP_KEY_TEXT,    /* char *, owned by the scene, like FILE and PRESET */
+  NP_KEY_FILE,    /* path relative to the folder of the scene */
+  NP_KEY_PRESET,  /* names a preset that fills its whole section before other keys apply */
   NP_KEY_TIME,    /* np_scene_moment, ISO 8601; its text is owned by the scene */
   NP_KEY_ROWS,    /* np_scene_rows: a list of pairs */
   NP_KEY_POINTS,  /* neph_cloud_points: a list of points with radii */
-  NP_KEY_CURVES,  /* the same: a list of such lists */
+  NP_KEY_CURVES,  /* neph_cloud_points: a list of lists of points */
   NP_KEY_TRACKS   /* animate: read before any other key (animation.h) */
 } np_key_type;
 
-/* Least and greatest value, in the key's own unit. */
+/* Least and greatest value, in the key's unit. */
 typedef struct np_range {
   double min, max;
 } np_range;
 
-/* Words a key takes; the last has no name. */
+/* Words of a key; the last one has no name. */
 typedef struct np_choice {
   const char *name;
   unsigned value;
 } np_choice;
 
-/* A member of neph_scene, or, for keys of a list's elements, of an element. Size 0: none. */
+/* Member of neph_scene, or, for keys in a list, of the list's element. Size 0: none. */
 typedef struct np_field {
   size_t offset, size;
 } np_field;
@@ -43,28 +43,28 @@ typedef struct np_field {
 typedef struct np_key {
   const char *path; /* "clouds[].bake.voxel" */
   const char *meaning;
-  const char *fallback;     /* the default as a file would say it, list items parted by ", "; NULL: not set */
-  const np_choice *choices; /* of CHOICE and FLAGS; also words that a section takes in place of a mapping, and a tagged
-                               number in place of it: its tag takes their value */
+  const char *fallback;     /* default in scene syntax, list items separated by ", "; NULL: not set */
+  const np_choice *choices; /* CHOICE and FLAGS: the words. SECTION: words accepted in place of a mapping, or in place
+                               of a tagged number: the tag takes their value */
   np_key_type type;
   np_unit unit;
-  np_range range; /* of REAL and INTEGER */
+  np_range range; /* REAL and INTEGER: allowed range */
   np_field field;
-  bool is_input;        /* of FILE: the same in every frame, and read */
-  bool is_numbered;     /* of an input: its name may hold the number of the frame */
-  const char *shorthand; /* of SECTION: the key of it that one text stands for; NULL: none */
-  bool is_air_preset;   /* of CHOICE and SECTION: an air that fills the section before any other key does */
-  bool is_quality;      /* of CHOICE: its value chooses those of keys (quality.h) before any other key does */
-  bool is_grey_allowed; /* one number may stand for the whole list */
-  unsigned group;       /* keys of one section and one group, not 0, exclude each other … */
-  unsigned alternative; /* … unless they are of the same alternative */
-  np_field tag;         /* bool or enumeration that takes `tag_value` when the key is given … */
+  bool is_input;         /* FILE: an input that is the same in every frame */
+  bool is_numbered;      /* input: its name may contain the frame number */
+  const char *shorthand; /* SECTION: key that a plain text stands for; NULL: none */
+  bool is_air_preset;    /* CHOICE and SECTION: an air preset that fills the section before other keys apply */
+  bool is_quality;       /* CHOICE: a quality, which sets the keys of quality.h before other keys apply */
+  bool is_grey_allowed;  /* one number may replace the whole list */
+  unsigned group;        /* keys of one section with the same group, not 0, exclude each other … */
+  unsigned alternative;  /* … unless they have the same alternative */
+  np_field tag;          /* bool or enumeration that is set to `tag_value` when the key is set */
   unsigned tag_value;
-  const char *word;  /* given in place of a number, … */
-  double word_value; /* … it stands for this one */
+  const char *word;  /* word accepted in place of a number */
+  double word_value; /* number that the word stands for */
 } np_key;
 
-/* Rows of one file, in their order. */
+/* Rows of one file in schema order. */
 typedef struct np_key_table {
   const np_key *keys;
   size_t count;

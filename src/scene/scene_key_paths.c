@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Sections, lists and names of keys, by their paths. */
+/* Sections, lists and names in the paths of keys. */
 #include <string.h>
 
 #include "scene/scene_keys.h"
@@ -11,7 +11,7 @@ const char *np_path_get_name(const char *path) {
 
 const char *np_key_get_name(const np_key *key) { return np_path_get_name(key->path); }
 
-/* The length of a path without its last part, and without the "[]" of a list's elements. */
+/* Length of a path without its last part, and without the "[]" of a list. */
 static size_t count_parent_letters(const char *path) {
   const char *dot = strrchr(path, '.');
   if (!dot) return 0;

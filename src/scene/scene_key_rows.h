@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Macros that the rows of the key table are written with, and the tables that are in files of their own. */
+/* Macros for rows of the key table, and the tables of separate files. */
 #ifndef NP_SCENE_SCENE_KEY_ROWS_H
 #define NP_SCENE_SCENE_KEY_ROWS_H
 
@@ -8,7 +8,7 @@
 #define SCENE(member)                                                                                                  \
   { offsetof(neph_scene, member), sizeof(((neph_scene *)0)->member) }
 
-/* Lengths stay below a million kilometres, so that no square of one overflows a float. */
+/* Lengths stay below 1e9 m, so that no square overflows a float. */
 #define WITHIN(a, b)                                                                                                   \
   { a, b }
 #define ANYWHERE                                                                                                       \
@@ -19,7 +19,7 @@
 #define ASYMMETRY                                                                                                      \
   { -0.999999, 0.999999 }
 
-/* Groups of keys that exclude each other. */
+/* Groups of mutually exclusive keys. */
 enum {
   GROUP_SUN = 1,
   GROUP_DENSITY,

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* All keys, in the order of the schema, and their old names. */
+/* All keys in schema order, and renamed keys. */
 #include "scene/scene_key_rows.h"
 #include "scene/scene_keys.h"
 
-/* The order of the schema. */
+/* Tables in schema order. */
 static const np_key_table *const tables[] = {&np_keys_first,   &np_keys_camera, &np_keys_sky,
                                              &np_keys_clouds,  &np_keys_shape,  &np_keys_last,
                                              &np_keys_quality, &np_keys_output, &np_keys_frames};
@@ -20,7 +20,7 @@ const np_key *np_key_get(size_t index) {
   return &(*table)->keys[index];
 }
 
-/* ---- Old names ---- */
+/* ---- Renamed keys ---- */
 
 static const np_key_rename renames[] = {
     {"render.splitting", "render.path_guiding"},

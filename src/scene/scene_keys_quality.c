@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Keys of the accuracy of a picture, the qualities that choose some of them, and previews. */
+/* Keys of accuracy, of qualities, and of previews. */
 #include "scene/quality.h"
 #include "scene/scene_key_rows.h"
 

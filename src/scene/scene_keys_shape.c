@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Keys of a cloud's given shape. */
+/* Keys of a cloud's shape. */
 #include "scene/scene_key_rows.h"
 
 #define CLOUD(member)                                                                                                  \

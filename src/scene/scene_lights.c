@@ -1,11 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Which lights of the sky matter.
+/* Selection of the lights of the sky that matter.
  *
- * Illuminance of the ground by sun and clear sky against the sun's elevation: Seidelmann 1992, "Explanatory Supplement
- * to the Astronomical Almanac", section 9.3, to 18° below the horizon. The moon's is the sun's outside the air times
- * its ratio; the airglow's that of 22 magnitudes a square arc second, 1.7e-4 cd/m², all over the sky; a star of
- * magnitude 0 gives 2.54e-6 lx.
- */
+ * Illuminance of the ground by sun and clear sky as a function of the sun's elevation: Seidelmann 1992, "Explanatory
+ * Supplement to the Astronomical Almanac", section 9.3, down to 18° below the horizon. The moon's is the sun's above
+ * the atmosphere times the moon's ratio; the airglow's is a uniform sky of 22 magnitudes per square arc second, 1.7e-4
+ * cd/m²; a star of magnitude 0 gives 2.54e-6 lx. */
 #include "scene/scene_lights.h"
 
 #include "atmosphere/celestial.h"
@@ -17,10 +16,10 @@
 static const double sun_lux_outside_air = 128000.0, airglow_lux = 5e-4, star_lux = 2.54e-6, brightest_star = -1.46;
 static const double negligible = 1e-3, air_height_m = 8000.0;
 
-/* The sky of a sun so far below the horizon is gone; it fades over the last degree. */
+/* Sun elevation at which its sky is dark; it fades out over the last degree. */
 static const double sun_dark_deg = -19.0;
 
-/* A full moon this far below it leaves 3e-5 of 0.3 lx, a tenth of a hundredth of the airglow. */
+/* Moon elevation below which its light is negligible: 3e-5 of 0.3 lx for a full moon, 1/1000 of the airglow. */
 static const double moon_dark_deg = -6.0;
 
 static np_dvec3 make_direction(double elevation_rad, double azimuth_rad) {
@@ -33,7 +32,7 @@ static np_dvec3 get_up(const neph_scene *scene) {
   return np_dvec3_zenith(np_dvec3_make(p[0], p[1], p[2]), scene->atmosphere.planet_radius_m);
 }
 
-/* Elevation over the horizon of the sphere, which lies the deeper the higher the camera. */
+/* Elevation above the sphere's horizon, which lies lower for a higher camera. */
 static double compute_height_deg(const neph_scene *scene, np_dvec3 direction) {
   const double radius = scene->atmosphere.planet_radius_m, *p = scene->camera.position_m;
   const double altitude = fmax(np_altitude(np_dvec3_make(p[0], p[1], p[2]), radius), 0.0);
@@ -77,14 +76,14 @@ static double compute_sun_lux(double elevation_deg) {
   return lux[i] * pow(lux[i + 1] / lux[i], t);
 }
 
-/* The sun's light on ground and air about the camera; none where nothing stands between it and the night. */
+/* Illuminance of the ground by sun and sky; 0 without air. */
 static double compute_lux(const neph_scene *scene, double sun_height_deg) {
   const double *e = scene->sun.irradiance_w_m2_nm, default_at_550 = 1.8504;
   if (!has_air(scene)) return 0.0;
   return compute_sun_lux(sun_height_deg) * e[1] / default_at_550;
 }
 
-/* Luminance of the sky falls with the air that is left above. */
+/* Luminance of the sky; it falls with the mass of air above the camera. */
 static double compute_sky_luminance(const neph_scene *scene, double lux) {
   const double altitude = fmax(scene->camera.position_m[2], 0.0);
   return lux / NP_PI * exp(-altitude / air_height_m);

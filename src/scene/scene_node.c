@@ -29,7 +29,7 @@ np_node *np_node_create_numbers(neph_context *context, const double *numbers, un
   return node;
 }
 
-/* One more scalar of `length` bytes behind those of `list`. */
+/* Appends a scalar of `length` bytes to `list`. */
 static bool append_scalar(neph_context *context, np_node *list, const char *text, size_t length) {
   np_node *item = np_node_create(context, NP_NODE_SCALAR, NULL, NULL);
   if (!item) return false;
@@ -98,7 +98,7 @@ np_node *np_node_copy(neph_context *context, const np_node *node) {
   return copy;
 }
 
-/* The pointer that points to `child`, or, when it is NULL, the one at the end. */
+/* Pointer that links to `child`, or, for NULL, the last one. */
 static np_node **search_link(np_node *parent, const np_node *child) {
   np_node **link = &parent->first;
   while (*link != child) link = &(*link)->next;

@@ -52,7 +52,7 @@ static neph_result read_curves(np_scene_problems *problems, const char *path, co
   return result;
 }
 
-/* Number of points; 0: they are not in lists as they should be. */
+/* Number of points; 0: the node does not have the form of the key. */
 static size_t count_points(const np_key *key, const np_node *node) {
   size_t count = 0;
   if (node->kind != NP_NODE_SEQUENCE) return 0;

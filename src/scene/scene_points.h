@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Points with radii, [x, y, z, radius] each, in a list, or curves, lists of them. */
+/* Lists of points [x, y, z, radius], and lists of such lists (curves). */
 #ifndef NP_SCENE_SCENE_POINTS_H
 #define NP_SCENE_SCENE_POINTS_H
 

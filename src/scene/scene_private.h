@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A scene as its keys leave it: plain data in SI units. The key table in scene_keys.c is the only writer. */
+/* A scene's settings: plain data in SI units, written by the key table (scene_keys.c) alone. */
 #ifndef NP_SCENE_SCENE_PRIVATE_H
 #define NP_SCENE_SCENE_PRIVATE_H
 
@@ -22,37 +22,37 @@
 #include "scene/scene_node.h"
 #include "terrain/terrain_source.h"
 
-/* A camera of another program. */
+/* An imported camera. */
 typedef struct np_scene_motion {
   bool is_enabled;
-  char *file;   /* resolved; NULL: none */
-  char *camera; /* name of that one in the file; NULL: the only one */
+  char *file;   /* resolved path; NULL: none */
+  char *camera; /* name of the camera in the file; NULL: its only one */
   bool is_z_up;
-  unsigned order;     /* of rotations (camera_motion.c) */
-  double unit_m;      /* of its lengths */
-  double first_frame; /* added to its frames */
+  unsigned order;     /* order of rotations (camera_motion.c) */
+  double unit_m;      /* metres per length unit of the file */
+  double first_frame; /* offset added to frames of the file */
   bool is_read;       /* its tracks are in the animation */
 } np_scene_motion;
 
-/* Exposure over a part of a frame. */
+/* Motion blur: exposure over a part of a frame. */
 typedef struct np_scene_motion_blur {
   bool is_enabled;
-  double shutter; /* frames that it is open; infinite: as camera.shutter and frame_rate say */
-  double offset;  /* frames from the frame's time to the middle of the exposure */
+  double shutter; /* open time in frames; infinite: from camera.shutter and frame_rate */
+  double offset;  /* offset in frames from the frame to the middle of the exposure */
 } np_scene_motion_blur;
 
-/* A moment of a key. */
+/* A date and time. */
 typedef struct np_scene_moment {
-  char *text; /* as it was given; NULL: not given, or animated */
+  char *text; /* the given text; NULL: not set, or animated */
   bool is_given;
   np_time at;
 } np_scene_moment;
 
 typedef struct np_scene_sun {
-  double elevation_rad, azimuth_rad; /* airless; used without a time */
+  double elevation_rad, azimuth_rad; /* without refraction; used if no time is set */
   np_scene_moment time;
-  double frame_time_s;                     /* from frame to frame, since frame 1 */
-  bool has_angular_radius, has_irradiance; /* given: else the preset's distance from the sun tells */
+  double frame_time_s;                     /* time between frames, counted from frame 1 */
+  bool has_angular_radius, has_irradiance; /* set; else derived from the preset's distance to the sun */
   double angular_radius_rad;
   double irradiance_w_m2_nm[3];
   bool has_limb_darkening;
@@ -60,24 +60,24 @@ typedef struct np_scene_sun {
 
 typedef enum np_air_preset { NP_AIR_NONE, NP_AIR_EARTH, NP_AIR_EARTH_HAZY, NP_AIR_MARS, NP_AIR_EMPTY } np_air_preset;
 
-/* A profile by rows: all altitudes, then as many densities. */
+/* A tabulated profile: all altitudes, then all densities. */
 typedef struct np_scene_rows {
   double *values;
   unsigned count;
 } np_scene_rows;
 
-/* A layer of the air beyond the preset's. `desc` is completed by the rest. */
+/* An additional layer of the air; `desc` is completed from the other members. */
 typedef struct np_scene_layer {
   neph_atmosphere_layer desc;
   np_scene_rows rows;
   double cornette_shanks[3], henyey_greenstein[3], forward[3];
 } np_scene_layer;
 
-/* The air as its preset, the keys of its three constituents and its list of layers leave it. */
+/* The air's keys: preset, three constituents, and a list of layers. */
 typedef struct np_scene_air {
   np_air_preset preset;
   double sun_distance_au;
-  neph_atmosphere *given; /* stands for all of this; the document's; NULL: none */
+  neph_atmosphere *given; /* replaces all other members; owned by the document; NULL: none */
   neph_atmosphere_layer molecules, aerosol, ozone;
   double aerosol_extinction_per_m[3];
   unsigned layer_count;
@@ -86,119 +86,119 @@ typedef struct np_scene_air {
 
 typedef struct np_scene_moon {
   bool is_enabled;
-  bool has_angles, has_azimuth; /* else where it stands at the sun's time */
+  bool has_angles, has_azimuth; /* set; else computed from the sun's time */
   double elevation_rad, azimuth_rad;
   double brightness;
   bool has_earthshine;
-  char *map; /* file, resolved; NULL: plain */
+  char *map; /* resolved path; NULL: uniform */
 } np_scene_moon;
 
 typedef struct np_scene_stars {
   bool is_enabled;
-  char *catalogue; /* file, resolved; NULL: the built-in one */
-  char *map;       /* file, resolved; NULL: none */
+  char *catalogue; /* resolved path; NULL: the built-in catalogue */
+  char *map;       /* resolved path; NULL: none */
   double map_radiance;
-  double faintest; /* magnitude */
+  double faintest; /* limiting magnitude */
   bool has_sidereal;
-  double sidereal_rad; /* else by the sun's time */
+  double sidereal_rad; /* if not set, computed from the sun's time */
   double twinkling;
 } np_scene_stars;
 
 typedef struct np_scene_airglow {
   bool is_enabled;
-  double magnitude; /* in V, of a square arc second at the zenith */
+  double magnitude; /* V magnitude per square arc second at the zenith */
   double altitude_m;
 } np_scene_airglow;
 
-/* Uniform light from infinitely far away, for tests and studios. */
+/* Uniform environment light, for tests and studio scenes. */
 typedef struct np_scene_environment {
   double radiance_w_m2_sr_nm[3];
   bool is_upper_only;
-  bool has_planet; /* `planet: none` removes sphere and air */
+  bool has_planet; /* false for `planet: none`, without planet and air */
 } np_scene_environment;
 
 typedef enum np_density_unit {
-  NP_DENSITY_EXTINCTION,     /* density_value: 1/m for a value of 1 */
-  NP_DENSITY_MEAN_FREE_PATH, /* m for a value of 1 */
-  NP_DENSITY_OPTICAL_DEPTH,  /* of the densest world-vertical column */
+  NP_DENSITY_EXTINCTION,     /* density_value: extinction of a value of 1, 1/m */
+  NP_DENSITY_MEAN_FREE_PATH, /* density_value: mean free path of a value of 1, m */
+  NP_DENSITY_OPTICAL_DEPTH,  /* density_value: optical depth of the densest world-vertical column */
   NP_DENSITY_LIQUID_WATER,   /* values in g/m³; density_value: effective radius in m */
-  NP_DENSITY_OF_FILE         /* as each file states it: no key does */
+  NP_DENSITY_OF_FILE         /* each file states its unit */
 } np_density_unit;
 
 typedef enum np_axis_up { NP_UP_Z, NP_UP_Y } np_axis_up;
 
-/* The emission of a cloud's file. */
+/* Emission from a cloud's file. */
 typedef struct np_scene_emission {
   bool is_enabled;
-  char *temperature, *flame; /* names of grids; "none"; NULL: the usual name, a flame only where there is one */
-  char *color;               /* of radiances; "none"; NULL: the usual names */
+  char *temperature, *flame; /* grid names; "none"; NULL: the usual name, for a flame only if the file has it */
+  char *color;               /* grid of radiances; "none"; NULL: the usual names */
   double kelvin_per_value, offset_k;
-  double absorption_per_m; /* where the flame's grid holds 1 */
+  double absorption_per_m; /* absorption of a flame value of 1 */
   double strength;
 } np_scene_emission;
 
-/* For messages about a file that lacks what they name. */
+/* Key names for messages about missing grids. */
 #define NP_TEMPERATURE_KEY "clouds[].emission.temperature"
 #define NP_FLAME_KEY "clouds[].emission.flame"
 
-/* Detail that a cloud's values do not hold. */
+/* Procedural detail finer than a cloud's voxels. */
 typedef struct np_scene_detail {
   bool is_enabled;
   double strength;
-  double size_m; /* of its largest billows; 0: two of the largest edges of a voxel */
+  double size_m; /* size of the largest billows; 0: two of the largest voxel edges */
   uint64_t seed;
 } np_scene_detail;
 
-/* The point of a cloud that stands at its position. */
+/* Point of a cloud that is placed at its position. */
 typedef enum np_pivot { NP_PIVOT_BASE, NP_PIVOT_CENTER, NP_PIVOT_ORIGIN, NP_PIVOT_POINT } np_pivot;
 
-/* The meaning of a frame whose file a sequence lacks. */
+/* Handling of frames whose file is missing from a sequence. */
 typedef enum np_missing { NP_MISSING_EMPTY, NP_MISSING_HOLD, NP_MISSING_LOOP, NP_MISSING_ERROR } np_missing;
 
-/* A place of a cloud: its pivot there, turned about it and enlarged; then tilted. */
+/* A place of a cloud: its pivot is moved there, rotated and scaled about it, then tilted. */
 typedef struct np_cloud_place {
   double position_m[3], rotation_rad, scale;
-  double tilt_rad[2]; /* a rotation vector along x and y */
+  double tilt_rad[2]; /* rotation vector along x and y */
 } np_cloud_place;
 
 typedef struct np_scene_cloud {
   char *name;
-  neph_volume *volume;      /* given, the document's; NULL: from a file or baked */
-  char *vdb;                /* file pattern, resolved; NULL when only baked */
-  bool has_reference_frame; /* by number; else the first asked for that holds anything */
+  neph_volume *volume;      /* set by an API call, owned by the document; NULL: read from a file or baked */
+  char *vdb;                /* resolved file pattern; NULL if only baked */
+  bool has_reference_frame; /* set; else the first requested frame that is not empty */
   double reference_frame;   /* infinite: all files of the sequence */
   np_missing missing;
-  double frame_offset, frame_speed; /* from frames to numbers of files */
-  char *grid;                       /* NULL: chosen by neph_volume_load */
-  char *velocity;                   /* name of the grid of velocities; "none"; NULL: the usual names */
+  double frame_offset, frame_speed; /* map from frames to numbers of files */
+  char *grid;                       /* NULL: neph_volume_load chooses */
+  char *velocity;                   /* velocity grid; "none"; NULL: the usual names */
   double velocity_scale;
-  char *color; /* name of the grid of colours; "none"; NULL: the usual names */
+  char *color; /* colour grid; "none"; NULL: the usual names */
   neph_import_policy policy;
   double level_set_voxels;
   neph_volume_ramp ramp;
   neph_precision precision;
   bool is_baked;
-  char *preset; /* of the bake; NULL: none */
-  neph_cloud_desc bake; /* its map_file is that of the scene's frame, owned */
-  char *map_image;      /* file pattern of its weather map, resolved; NULL: none */
-  char bake_name[24]; /* its key, for messages: "clouds[0].bake" */
+  char *preset;         /* bake preset; NULL: none */
+  neph_cloud_desc bake; /* its map_file, of the scene's frame, is owned */
+  char *map_image;      /* resolved file pattern of the weather map; NULL: none */
+  char bake_name[24];   /* key of the bake in messages: "clouds[0].bake" */
   bool has_mesh_shape, has_height_shape;
-  unsigned level_count; /* of detail, of a bake in memory */
-  double level_px;      /* that a voxel covers at least where it is not the smallest */
-  bool has_top;         /* then the thickness of the bake follows from it */
+  unsigned level_count; /* levels of detail of a bake in memory */
+  double level_px;      /* least size in pixels of a voxel, except in the finest level */
+  bool has_top;         /* set: the thickness of the bake follows from it */
   double top_m;
-  bool has_frame_time; /* given: else by the frame rate */
-  double frame_time_s; /* of the bake, from frame to frame */
-  bool has_up; /* given: else z */
+  bool has_frame_time; /* set; else derived from the frame rate */
+  double frame_time_s; /* time between frames of the bake */
+  bool has_up;         /* set; else z */
   np_axis_up up;
-  double voxel_m;      /* largest edge; 0: the file's transform */
-  double scale[3];     /* along east, north and up, before it is turned; below 0: mirrored */
+  double voxel_m;      /* largest voxel edge; 0: the file's transform */
+  double scale[3];     /* along east, north and up, before the rotation; negative: mirrored */
   double tilt_rad[2];  /* about world x, then y, before the rotation */
   double rotation_rad; /* about world z, counter-clockwise seen from above */
   bool has_position;
-  double position_m[3]; /* of the pivot */
-  char *places;         /* file of many, resolved; NULL: it stands once */
-  unsigned place_count; /* as read from it: 0, it stands once */
+  double position_m[3]; /* position of the pivot */
+  char *places;         /* resolved file of places; NULL: a single place */
+  unsigned place_count; /* places in that file; 0: a single place */
   np_cloud_place *place;
   np_pivot pivot;
   double pivot_point[3]; /* in the file's unit */
@@ -206,31 +206,32 @@ typedef struct np_scene_cloud {
   double density_value;
   double albedo[3];
   np_phase_source phase_source;
-  char *phase_table; /* file, resolved */
-  np_phase phase;    /* of the source; isotropic for a table, until it is read */
+  char *phase_table; /* resolved path */
+  np_phase phase;    /* resolved from its source; isotropic for a table until it is read */
   np_scene_emission emission;
   np_scene_detail detail;
-  bool is_held_out; /* hides, and does not show */
+  bool is_held_out; /* holdout: hides the background and is invisible */
 } np_scene_cloud;
 
 typedef struct np_scene_terrain {
   np_terrain_kind kind;
-  neph_terrain *given; /* the document's; NULL: none */
-  char *heightfield;   /* file, resolved */
-  char *crs;           /* NULL: the file's */
-  char *albedo_image;  /* file, resolved; NULL: none */
-  char *mesh_file;     /* file, resolved; NULL: none */
+  neph_terrain *given; /* owned by the document; NULL: none */
+  char *heightfield;   /* resolved path */
+  char *crs;           /* coordinate system; NULL: the file's */
+  char *albedo_image;  /* resolved path; NULL: none */
+  char *mesh_file;     /* resolved path; NULL: none */
   neph_mesh_desc mesh;
   neph_terrain_desc desc;
   neph_ridges_desc ridges;
-  bool is_held_out; /* the ground, the sphere's too: hides, and does not show */
+  bool is_held_out; /* the ground, even the sphere, is a holdout: it hides the background and is invisible */
 } np_scene_terrain;
 
 static inline np_terrain_source np_scene_terrain_get_source(const np_scene_terrain *terrain) {
   return (np_terrain_source){.kind = terrain->kind, .file = terrain->heightfield, .ridges = &terrain->ridges};
 }
 
-/* Its description. A scene's own points into it nowhere, since scenes are swapped. */
+/* Description of the terrain. It is built on demand: scenes are moved in memory, so that they hold no pointers into
+ * themselves. */
 static inline neph_terrain_desc np_scene_terrain_get_desc(const np_scene_terrain *terrain) {
   neph_terrain_desc desc = terrain->desc;
   desc.mesh = &terrain->mesh;
@@ -249,16 +250,16 @@ typedef enum np_sun_optical_depth_method {
   NP_SUN_OPTICAL_DEPTH_MARCH
 } np_sun_optical_depth_method;
 
-/* Whether clouds and hills cast shadows into the air before the camera. */
+/* Whether clouds and terrain cast shadows into the air in front of the camera. */
 typedef enum np_air_shadows { NP_AIR_SHADOWS_AUTO, NP_AIR_SHADOWS_FALSE, NP_AIR_SHADOWS_TRUE } np_air_shadows;
 
-/* Pixels that a frame takes from the frame before it. */
+/* Reuse of pixels from the previous frame. */
 typedef enum np_history_method { NP_HISTORY_NONE, NP_HISTORY_REPROJECT } np_history_method;
 
 typedef struct np_scene_render {
-  np_quality quality; /* of which the fields below follow that no key was given for */
+  np_quality quality; /* quality that sets those of the following fields whose keys are not set */
   neph_integrator integrator;
-  unsigned wavelength_count; /* 3: the bands that the scene is given in */
+  unsigned wavelength_count; /* 3: the bands of the scene */
   unsigned sample_count, sample_count_max;
   double target_error, time_limit_s; /* infinite: none */
   uint64_t seed;
@@ -267,42 +268,43 @@ typedef struct np_scene_render {
   neph_path_guiding path_guiding;
   np_approximation approximation;
   unsigned scattering_max;
-  double light_memory_bytes; /* while the multiple scattering is solved for; infinite: a quarter of the machine's */
-  double tolerance;          /* of the march's steps, as a share of a ray's light */
+  double light_memory_bytes; /* limit for the solution of multiple scattering; infinite: a quarter of the machine's
+                                memory */
+  double tolerance;          /* error of the march's steps, relative to a ray's radiance */
   double step_voxels;        /* longest step of the march, in voxels */
-  double transmittance_end;  /* a ray ends below this */
+  double transmittance_end;  /* transmittance below which a ray ends */
   np_sun_optical_depth_method sun_optical_depth;
   np_air_shadows air_shadows;
-  double detail_px;       /* pixels that a baked voxel, or two made heights, cover at least; 0: none are left out */
-  double light_detail_px; /* the same of a cell of multiple scattering */
-  double light_depth;     /* of such a cell, (1−g)·σ·edge */
-  unsigned light_degree;  /* most that angles are resolved into */
+  double detail_px;       /* least size in pixels of a baked voxel, or of two procedural heights; 0: no limit */
+  double light_detail_px; /* least size in pixels of a cell of multiple scattering */
+  double light_depth;     /* optical depth of such a cell, (1−g)·σ·edge */
+  unsigned light_degree;  /* highest degree of the angular expansion */
   double light_residual;
-  double light_reuse_rad; /* turn of the sun over which light is interpolated; 0: none is */
+  double light_reuse_rad; /* rotation of the sun over which light is interpolated; 0: none */
   np_history_method history;
-  unsigned history_update; /* of so many pixels a frame renders one, … */
-  double history_weight;   /* … which counts so much at least against its history */
-  unsigned history_frames; /* after which it starts anew */
-  unsigned upsample;       /* edge of the squares of pixels of which one is rendered */
+  unsigned history_update; /* a frame renders one pixel of this many … */
+  double history_weight;   /* … with at least this weight against its history */
+  unsigned history_frames; /* number of frames after which history restarts */
+  unsigned upsample;       /* edge in pixels of the squares in which one pixel is rendered */
 } np_scene_render;
 
 /* Coverage in the channel A. */
 typedef enum np_scene_alpha { NP_ALPHA_CLOUDS, NP_ALPHA_CLOUDS_AND_GROUND, NP_ALPHA_SCENE } np_scene_alpha;
 
-/* The light that the air before them adds to the layer of the clouds: in it, or in a layer of its own alone. */
+/* Place of the light from the air in front of clouds: in the layer of the clouds, or in a separate layer. */
 typedef enum np_cloud_air { NP_CLOUD_AIR_KEPT, NP_CLOUD_AIR_APART } np_cloud_air;
 
 typedef struct np_scene_output {
-  char *image, *preview, *deep; /* patterns, resolved; NULL: none */
+  char *image, *preview, *deep; /* resolved file patterns; NULL: none */
   neph_pixel_type pixel_type;
-  double scale; /* power of two; 0: the colour space's own */
+  double scale; /* power of two; 0: the default of the colour space */
   np_color_space color_space;
-  bool has_beauty; /* R, G, B */
-  unsigned aovs;   /* of np_aov */
+  bool has_beauty; /* channels R, G, B */
+  unsigned aovs;   /* bits of np_aov */
   np_scene_alpha alpha;
   np_cloud_air cloud_air;
-  bool has_background; /* film.background: sky and disk in the picture */
-  bool has_disks;      /* film.disks: of sun and moon, in the background */
+  bool has_background; /* film.background: sky and disks in the picture */
+  bool has_disks;      /* film.disks: disks of sun and moon in the background */
   double exposure_ev;
   neph_exposure exposure;
   neph_view view;
@@ -312,22 +314,22 @@ typedef struct np_scene_output {
 struct np_node;
 struct np_animation;
 
-/* The camera over all key frames, by which cells of light and voxels are chosen, so that they are the same in all
- * frames. Of a camera that stands still it is the camera. */
+/* Extent of the camera over all frames. Cells of light and voxels are chosen by it, so that they are the same in all
+ * frames. For a still camera it is the camera. */
 typedef struct np_scene_reach {
   double camera_min_m[3], camera_max_m[3]; /* box of its positions */
-  np_scene_camera narrowest;               /* with the narrowest of its angles of view */
+  np_scene_camera narrowest;               /* the camera with its narrowest angle of view */
 } np_scene_reach;
 
 struct neph_scene {
   neph_context *context;
-  char *file;                     /* name for messages and relative paths; NULL: none */
-  const neph_scene *base;         /* of an evaluated scene, the one that it was evaluated from (scene_eval.h) */
-  struct np_node *document;       /* the keys, animated ones too; everything below follows from it (scene_apply.c) */
-  struct np_node *source;         /* the keys that were given; NULL: the document, since no key is animated */
+  char *file;                     /* file name for messages and relative paths; NULL: none */
+  const neph_scene *base;         /* original of an evaluated scene (scene_eval.h) */
+  struct np_node *document;       /* keys, animated ones too; all members below derive from it (scene_apply.c) */
+  struct np_node *source;         /* keys as given; NULL: equal to the document, without animated keys */
   struct np_animation *animation; /* tracks of keys; NULL: none */
   double frame;
-  double frame_rate; /* 0: not given */
+  double frame_rate; /* 0: not set */
   unsigned version;
   bool has_place;
   double latitude_rad, longitude_rad;
@@ -340,10 +342,10 @@ struct neph_scene {
   np_scene_stars stars;
   np_scene_airglow airglow;
   bool has_atmosphere;
-  bool has_ground_albedo; /* atmosphere.ground_albedo was set: else the terrain's feeds the atmosphere */
+  bool has_ground_albedo; /* atmosphere.ground_albedo is set: else the terrain's albedo is used */
   np_scene_air air;
-  neph_atmosphere_layer *layers;   /* of all the air, as they follow from that */
-  neph_atmosphere_desc atmosphere; /* with those layers */
+  neph_atmosphere_layer *layers;   /* layers of the whole air, derived from `air` */
+  neph_atmosphere_desc atmosphere; /* uses these layers */
   np_scene_environment environment;
   unsigned cloud_count;
   np_scene_cloud *clouds;
@@ -353,57 +355,56 @@ struct neph_scene {
   np_scene_output output;
 };
 
-/* The keys as they were given. */
+/* Keys as given, without animated nodes. */
 static inline const struct np_node *np_scene_get_source(const neph_scene *scene) {
   return scene->source ? scene->source : scene->document;
 }
 
-/* neph_scene_check without its warnings: before each plan, too. */
+/* neph_scene_check without its warnings; runs before each plan too. */
 neph_result np_scene_check(const neph_scene *scene);
 
-/* Whether a cloud has a file of its own for each frame, and is not baked to it. */
+/* Whether a cloud reads a separate file for each frame, and is not baked to it. */
 bool np_scene_cloud_is_sequence(const np_scene_cloud *cloud);
 
-/* Whether a key that names a grid says that there is none. */
+/* Whether a grid name is "none". */
 static inline bool np_scene_is_none(const char *name) { return name && !strcmp(name, "none"); }
 
-/* Whether all files of a sequence place and scale each of them. */
+/* Whether placement and scale come from all files of a sequence. */
 static inline bool np_scene_cloud_goes_by_all(const np_scene_cloud *cloud) { return isinf(cloud->reference_frame); }
 
-/* The greatest of the factors by which a cloud is enlarged. */
+/* Largest factor of a cloud's scale. */
 double np_scene_cloud_get_scale(const np_scene_cloud *cloud);
 
 /* The bake of a cloud as it is in a frame; 1 is at the bake's own time. */
-/* Number of the file of a sequence in a frame. Frame 1 stays what it is at every speed. */
+/* Number of a sequence's file in a frame; independent of the speed in frame 1. */
 double np_scene_cloud_get_number(const np_scene_cloud *cloud, double frame);
 
 neph_cloud_desc np_scene_cloud_get_frame(const np_scene_cloud *cloud, int frame);
 
-/* Factor on radiances in pictures: unless it is given, 1 for bands and 2 for colours, by which a perfect diffuser in
- * the sun and sky of noon is near 1. */
+/* Factor on radiances in pictures. Defaults: 1 for bands, 2 for colours, for which a perfect diffuser under sun and sky
+ * at noon is near 1. */
 double np_scene_get_scale(const neph_scene *scene);
 
-/* Radiance of R, G, B that a preview shows as neutral: the sun's in bands, green being 1; (1, 1, 1) where nothing, or
- * not all of it, shines, and in a space that has its own white. */
+/* Radiance R, G, B that a preview shows as neutral. In bands it is the sun's, normalised to green; otherwise, without
+ * light in every band and in colour spaces with their own white, it is (1, 1, 1). */
 void np_scene_get_white(const neph_scene *scene, double out_white[3]);
 
-/* Water lies on a planet. */
+/* Whether the scene has water, which needs a planet. */
 static inline bool np_scene_has_water(const neph_scene *scene) {
   return scene->water.is_enabled && scene->environment.has_planet;
 }
 
-/* Albedo of the planet: the terrain's, unless it was given. */
+/* Albedo of the planet: the terrain's, unless it is set. */
 const double *np_scene_get_ground_albedo(const neph_scene *scene);
 
 /* Unit vector towards the sun, from angles (azimuth clockwise from north) or from time and place. */
 np_dvec3 np_scene_get_sun_direction(const neph_scene *scene, double latitude_rad, double longitude_rad);
 
-/* Whether a cloud's file of one frame can be opened; fails at the cloud's vdb in the scene. neph_scene_check_files is
- * the same of the files that have one name in all frames. */
+/* Checks that a cloud's file of one frame can be opened; errors refer to the cloud's key vdb. neph_scene_check_files
+ * checks the files that are the same in all frames. */
 neph_result np_scene_check_cloud_file(const neph_scene *scene, unsigned index, const char *path);
 
-/* Fails for a cloud without a key for the unit of its values where its file, `extinction_per_value` by its header, does
- * not state one either. */
+/* Fails if neither a cloud's keys nor its file (`extinction_per_value` in the header) state the unit of its values. */
 neph_result np_scene_check_cloud_unit(const neph_scene *scene, unsigned index, const char *path,
                                       double extinction_per_value);
 

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Keys by their old names, in a document that was read. */
+/* Renames deprecated keys in a document. */
 #include "core/alloc.h"
 #include "scene/scene_apply.h"
 
-/* Gives an entry the new name of its key, with a warning. */
+/* Renames the key of an entry, with a warning. */
 static neph_result rename_entry(const neph_scene *scene, np_node *node, const np_key_rename *rename) {
   char *name = np_alloc_text(scene->context, np_path_get_name(rename->path));
   if (!name) return NEPH_ERROR_OUT_OF_MEMORY;

@@ -15,7 +15,7 @@
 
 static const np_key *guess_in_section(const np_key *section, const char *name) {
   const np_key *best = NULL;
-  size_t best_distance = strlen(name) / 3 + 2; /* beyond a third of its letters it is another word */
+  size_t best_distance = strlen(name) / 3 + 2; /* limit of similarity: a third of the letters */
   for (size_t i = 0; i < np_key_count(); i++) {
     const np_key *key = np_key_get(i);
     if (np_key_get_parent(key) != section) continue;
@@ -34,7 +34,7 @@ const np_key *np_key_guess(const np_key *section, const char *name) {
   return best;
 }
 
-/* The names of a section's keys, parted by ", ". */
+/* Adds the names of a section's keys, separated by ", ". */
 static void add_names(const np_key *section, np_text *out) {
   const char *join = "";
   for (size_t i = 0; i < np_key_count(); i++) {
@@ -79,7 +79,7 @@ static void describe_numbers(const np_key *key, np_text *out) {
     np_text_add(out, "%s", key->word);
 }
 
-/* Values of keys whose types alone decide them; NULL of others. */
+/* Values of a key that depend on its type alone; NULL for other types. */
 static const char *get_values_of_type(np_key_type type) {
   static const char *const values[] = {
       [NP_KEY_SEED] = "a whole number from 0 to 18446744073709551615",
@@ -143,7 +143,7 @@ void np_key_describe_item(const np_key *key, np_text *out) {
 
 enum { PATH_SIZE = 128 };
 
-/* The keys to list: one and those below it, or all whose paths begin so. */
+/* Keys to list: one key with its nested keys, or all keys with a prefix. */
 typedef struct selection {
   char path[PATH_SIZE];
   bool is_key;
@@ -155,7 +155,7 @@ static bool is_selected(const selection *wanted, const char *path) {
   return !wanted->is_key || !path[length] || path[length] == '.' || path[length] == '[';
 }
 
-/* "clouds[12].phase" as the table has it: "clouds[].phase". */
+/* Removes indices from a path: "clouds[12].phase" becomes "clouds[].phase". */
 static void copy_without_indices(const char *path, char *out, size_t size) {
   bool is_index = false;
   size_t length = 0;
@@ -166,7 +166,7 @@ static void copy_without_indices(const char *path, char *out, size_t size) {
   out[length] = '\0';
 }
 
-/* The section or list in which a path lies; NULL: at the top, or in none. */
+/* Section or list that contains a path; NULL at top level, or if there is none. */
 static const np_key *get_section(const char *path) {
   const size_t length = strlen(path) - strlen(np_path_get_name(path));
   for (size_t i = 0; length && i < np_key_count(); i++) {
@@ -181,7 +181,7 @@ static const np_key *get_section(const char *path) {
   return NULL;
 }
 
-/* `path` is as it was asked for, `plain` without indices. */
+/* `path` is as given, `plain` without indices. */
 static neph_result fail_unknown(neph_context *context, const char *path, const char *plain) {
   np_text hint = {.context = context};
   np_key_describe_hint(get_section(plain), np_path_get_name(plain), &hint);
@@ -248,7 +248,7 @@ static const char *get_type_name(np_key_type type) {
   return names[type];
 }
 
-/* Puts what `describe` adds of a key to an empty text, `scratch`. */
+/* Sets a JSON text from `describe`, using an empty `scratch`. */
 static void put_text(np_json *json, const char *name, const np_key *key, void (*describe)(const np_key *, np_text *),
                      np_text *scratch) {
   scratch->length = 0;

@@ -5,14 +5,14 @@
 
 #include "scene/animation.h"
 
-/* The struct that has a track's field: the scene, or an element of one of its lists. */
+/* Struct with a track's field: the scene, or an element of one of its lists. */
 static char *get_base(neph_scene *scene, const np_track *track) {
   if (!track->list) return (char *)scene;
   const bool is_cloud = track->list->field.offset == offsetof(neph_scene, clouds);
   return is_cloud ? (char *)&scene->clouds[track->element] : (char *)&scene->air.layers[track->element];
 }
 
-/* Times are whole milliseconds. */
+/* Writes a time, rounded to milliseconds. */
 static void write_time(np_scene_moment *moment, double unix_s) {
   moment->is_given = true;
   moment->at = (np_time){.unix_s = round(1e3 * unix_s) / 1e3, .has_zone = true};

@@ -23,7 +23,7 @@ typedef enum dimension {
   MEMORY
 } dimension;
 
-/* One SI unit is divisor/multiplier of these: two factors, so that 20 um is exactly the double 20e-6. */
+/* One SI unit is divisor/multiplier units. Two factors make 20 um exactly the double 20e-6. */
 typedef struct unit_row {
   const char *name;
   dimension dimension;
@@ -90,8 +90,8 @@ static const char *skip_digits(const char *text) { return text + strspn(text, "0
 
 static const char *skip_spaces(const char *text) { return text + strspn(text, " \t"); }
 
-/* The end of a decimal number at the start of `text`, or NULL: what strtod takes beyond that (hexadecimal, "inf",
- * "nan") a scene does not. */
+/* End of the decimal number at the start of `text`, or NULL. Other forms of strtod (hexadecimal, "inf", "nan") are not
+ * accepted. */
 static const char *skip_number(const char *text) {
   const char *c = text + (*text == '+' || *text == '-');
   const char *whole_end = skip_digits(c), *end = whole_end;
@@ -138,11 +138,11 @@ bool np_value_parse_integer(const char *text, uint64_t *out_value) {
 
 /* ---- Writing ---- */
 
-/* The fewest digits that read back as the same value. */
+/* Writes the fewest digits that parse to the same value. */
 static void format_shortest(double value, double value_si, const unit_row *unit, char *out, size_t size) {
   for (int digits = 6; digits <= 17; digits++) {
     np_print(out, size, "%.*g", digits, value);
-    if (convert_to_si(unit, strtod(out, NULL)) == value_si) return; /* NOLINT: the same bits are meant */
+    if (convert_to_si(unit, strtod(out, NULL)) == value_si) return; /* NOLINT: compares bits */
   }
 }
 
@@ -154,7 +154,7 @@ void np_value_format_real(double value_si, np_unit unit, char *out, size_t size)
   np_print(out, size, "%s%s%s", number, *row->name ? " " : "", row->name);
 }
 
-/* glibc keeps one C locale for good: making it allocates nothing and cannot fail. */
+/* glibc has one permanent C locale: newlocale allocates nothing and cannot fail. */
 locale_t np_values_enter(void) { return uselocale(newlocale(LC_ALL_MASK, "C", (locale_t)0)); }
 
 void np_values_leave(locale_t saved) { uselocale(saved); }

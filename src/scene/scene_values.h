@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Quantities as people write them: "20 m", "35 deg", "0.05 1/m", "10 um", and plain numbers. */
+/* Quantities with units as text: "20 m", "35 deg", "0.05 1/m", "10 um", and plain numbers. */
 #ifndef NP_SCENE_SCENE_VALUES_H
 #define NP_SCENE_SCENE_VALUES_H
 
@@ -33,17 +33,17 @@ const char *np_unit_get_quantity(np_unit unit);
 
 double np_unit_to_si(np_unit unit, double value);
 
-/* Reads a number with a unit of the same kind as `unit`, or without one, meant in `unit`. False: it is not one, or it
- * is not finite. The value comes in SI. Only the C locale's decimal point is taken: see np_values_enter. */
+/* Parses a number, optionally with a unit of the same quantity as `unit` (the default), to SI. False: not a number, or
+ * not finite. The decimal point is the C locale's: see np_values_enter. */
 bool np_value_parse_real(const char *text, np_unit unit, double *out_value_si);
 
-/* Reads digits, without sign, point or exponent. */
+/* Parses digits without sign, point or exponent. */
 bool np_value_parse_integer(const char *text, uint64_t *out_value);
 
-/* Writes the shortest number, with unit, that reads back as the same value. */
+/* Writes the shortest number, with its unit, that parses to the same value. */
 void np_value_format_real(double value_si, np_unit unit, char *out, size_t size);
 
-/* The calling thread writes and reads numbers in the C locale until np_values_leave. */
+/* Switches the calling thread to the C locale for numbers, until np_values_leave. */
 locale_t np_values_enter(void);
 void np_values_leave(locale_t saved);
 

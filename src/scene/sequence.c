@@ -36,7 +36,7 @@ bool np_scene_has_history(const neph_scene *scene) {
   return scene->render.history != NP_HISTORY_NONE && np_scene_is_sequence(scene);
 }
 
-/* Frames before the first are in blocks, too. */
+/* Frames before frame 1 are in blocks, too. */
 int np_scene_get_history_first(const neph_scene *scene, int frame) {
   const int64_t block = scene->render.history_frames, place = ((int64_t)frame - 1) % block;
   return (int)(frame - (place < 0 ? place + block : place));
@@ -57,8 +57,8 @@ static bool is_of_light_or_camera(const np_track *track) {
   return false;
 }
 
-/* A track is what it is at its ends and at the keys between. */
-static bool stays(const np_track *track, double first, double last) {
+/* Whether a track is constant between two frames: at both ends and at all keys between. */
+static bool is_constant(const np_track *track, double first, double last) {
   bool is_same = true;
   for (unsigned i = 0; i < track->value_count; i++) {
     const double value = np_track_eval(track, i, first);
@@ -74,14 +74,14 @@ bool np_scene_stays_between(const neph_scene *scene, int first, int last) {
   if (has_moving_clouds(scene)) return false;
   for (unsigned i = 0; scene->animation && i < scene->animation->count; i++) {
     const np_track *track = &scene->animation->tracks[i];
-    if (!is_of_light_or_camera(track) && !stays(track, first, last)) return false;
+    if (!is_of_light_or_camera(track) && !is_constant(track, first, last)) return false;
   }
   return true;
 }
 
-/* ---- Reach of the camera ---- */
+/* ---- Extent of the camera ---- */
 
-/* The least and the greatest value of one number of a track: no interpolation goes beyond its keys. */
+/* Range of one number of a track; no interpolation exceeds its key values. */
 static void get_range(const np_track *track, unsigned index, double *out_min, double *out_max) {
   *out_min = HUGE_VAL;
   *out_max = -HUGE_VAL;
@@ -98,7 +98,7 @@ static void add_position(const np_track *track, np_scene_reach *reach) {
   }
 }
 
-/* Angles of view go by their narrowest, of which focal lengths are the longest. */
+/* Narrows the angle of view: the least fov, or the longest focal length. */
 static void add_lens(const np_track *track, np_scene_camera *narrowest) {
   const struct {
     const char *path;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Interpolation between key frames. The smooth one is the monotone cubic of Steffen (1990, "A simple method for
- * monotonic interpolation in one dimension", Astron. Astrophys. 239, eq. 11): no value between two keys lies outside
- * theirs. It starts and ends at rest, so that it joins what is held there without a corner. */
+ * monotonic interpolation in one dimension", Astron. Astrophys. 239, eq. 11): values stay between the two keys. Its
+ * slope is 0 at both ends of the track, which continues smoothly as a constant. */
 #include "scene/track.h"
 
 #include <math.h>
@@ -13,14 +13,14 @@
 typedef struct interval {
   const np_track *track;
   unsigned index, at;
-  double share; /* of the way, in [0, 1) */
+  double share; /* position in the interval, in [0, 1) */
 } interval;
 
 static double get_value(const np_track *t, unsigned index, unsigned at) {
   return t->values[at * t->value_count + index];
 }
 
-/* Rise a frame from the key `at` to the next. */
+/* Slope per frame from the key `at` to the next. */
 static double get_slope(const np_track *t, unsigned index, unsigned at) {
   return (get_value(t, index, at + 1) - get_value(t, index, at)) / (t->frames[at + 1] - t->frames[at]);
 }
