@@ -7,7 +7,7 @@
 #include "cloud/repeat.h"
 
 static const float edge_size = 0.03f; /* width of the crisp edge, in largest billows */
-static const float soft_edge = 0.9f;  /* width of the softest, in depth */
+static const float soft_edge = 0.9f;  /* width of the softest edge, in depth */
 
 void np_air_points_set_curl(np_cloud_model *model, float size, float reach) {
   const float billow_m = (float)model->desc.billow_m, size_m = size * billow_m;

@@ -1,11 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Anvils of ice on towers of thermals.
+/* Ice anvils on towers of thermals.
  *
- * Two faces bound the sheet, in shares of the thickness: the upper one rises from the rim to the heart, and into a dome
- * over the strongest towers, which overshoot; the lower one flares down to the tower like a trumpet. So the sheet thins
- * to its rim, whose outline is lobed, and which fibres along the wind fray, bent by eddies. Pouches, mammatus, hang
- * from the overhang's lower face in groups: half balls, as wide as deep.
- */
+ * Two faces bound the sheet, as shares of the thickness. The upper one rises from the rim to the centre, and into a
+ * dome over the strongest towers (overshooting tops); the lower one flares down to the tower like a trumpet. So the
+ * sheet thins to its rim, which has lobes and is frayed by fibres along the wind, bent by eddies. Groups of mammatus
+ * pouches hang from the lower face: hemispheres. */
 #include "cloud/anvil.h"
 
 #include <math.h>
@@ -15,25 +14,28 @@
 #include "cloud/kind_points.h"
 #include "core/math.h"
 
-static const float rim = 0.80f, rise = 0.055f, rise_strength = 0.6f; /* upper face, and the strength where it is up */
+static const float rim = 0.80f, rise = 0.055f,
+                   rise_strength = 0.6f; /* upper face, and the strength at which it has risen */
 static const float dome = 0.120f, dome_from = 0.15f,
-                   dome_width = 0.7f;                   /* over towers from a strength on, and up over so much more */
+                   dome_width = 0.7f; /* dome over towers from a strength on, and the width of its rise in strength */
 static const float sheet = 0.11f, flare = 0.33f;        /* lower face: rim − sheet·anvil − flare·anvil·tower² */
-static const float lobe_size = 1.1f, lobe_reach = 0.6f; /* sizes in billows, reaches in strength */
+static const float lobe_size = 1.1f, lobe_reach = 0.6f; /* sizes in billows, displacements in strength */
 static const float fibre_size = 0.24f, fibre_stretch = 9.0f, fibre_reach = 0.22f;
-static const float eddy_size = 2.3f, eddy_reach = 0.30f;     /* that bend fibres */
-static const float pouch_size = 0.34f, pouch_reach = 0.056f; /* the latter a share of the thickness */
-static const float pouch_thickness = 1.2f; /* of pouches against the heart: they carry most of the ice */
-static const float group_size = 2.6f;      /* of groups of pouches */
-static const float upper_edge = 0.010f, lower_edge = 0.008f; /* shares too */
-static const float rim_edge = 0.060f;                        /* of both faces at the rim, where ice sublimes */
+static const float eddy_size = 2.3f, eddy_reach = 0.30f;     /* eddies that bend fibres */
+static const float pouch_size = 0.34f, pouch_reach = 0.056f; /* depth as a share of the thickness */
+static const float pouch_thickness = 1.2f; /* thickness of pouches relative to the centre: they carry most of the ice */
+static const float group_size = 2.6f;      /* size of groups of pouches */
+static const float upper_edge = 0.010f, lower_edge = 0.008f; /* shares of the thickness */
+static const float rim_edge = 0.060f;                        /* width of both faces at the rim, where ice sublimes */
 static const float ridge_size = 0.36f, ridge_reach = 0.045f,
-                   streak = 1.7f;                          /* of fibres on both faces, and in the ice */
-static const float thinness = 0.13f, rim_thinness = 0.05f; /* of ice against water, and of the rim against that */
-static const float rim_width = 0.9f; /* in strength: within it ice thickens from the rim's to the heart's */
-static const float layering = 1.3f;  /* of noise, widths over heights: ice lies in layers, which show from the side */
+                   streak = 1.7f; /* amplitude of fibres on both faces, and in the ice */
+static const float thinness = 0.13f,
+                   rim_thinness = 0.05f; /* extinction of ice relative to water, and of the rim relative to ice */
+static const float rim_width = 0.9f;     /* range of strength over which ice thickens from the rim to the centre */
+static const float layering =
+    1.3f; /* anisotropy of noise, width over height: ice forms layers, visible from the side */
 static const float extinction_floor = 0.002f;
-static const float bound_margin = 1e-4f; /* room for rounding */
+static const float bound_margin = 1e-4f; /* margin for rounding */
 
 static float eval_upper(float anvil, float tower) {
   return rim + rise * np_smoothstepf(anvil / rise_strength) + dome * np_smoothstepf((tower - dome_from) / dome_width);
@@ -44,8 +46,8 @@ static float eval_lower(float anvil, float tower) {
   return rim - (sheet + flare * near * near) * anvil;
 }
 
-/* False only if there is no ice at any of these shares of the thickness, in columns of these strengths at most: either
- * strength raises the upper face, the anvil's lowers the other. */
+/* False only if there is no ice in a range of shares of the thickness, for columns of at most these strengths: both
+ * raise the upper face, the anvil's lowers the other. */
 static bool is_possible(float anvil_max, float tower_max, const np_interval *shares) {
   const float anvil = np_minf(anvil_max + 0.5f * (lobe_reach + fibre_reach), 1.5f);
   if (!(anvil > 0.0f)) return false;
@@ -54,7 +56,8 @@ static bool is_possible(float anvil_max, float tower_max, const np_interval *sha
          shares->high > eval_lower(anvil, tower_max) - pouch_reach - ridge;
 }
 
-/* Points of anvils: `strength` that of the anvil, `ground_m` that of the tower, `field_x_m` the share of the height. */
+/* Collects points of anvils. `strength` holds the anvil's strength, `ground_m` the tower's, `field_x_m` the share of
+ * the height. */
 static void collect(const np_cloud_model *model, const np_cloud_points *points, np_kind_points *p) {
   p->count = 0;
   for (size_t i = 0; i < points->count; i++) {
@@ -74,7 +77,7 @@ static void collect(const np_cloud_model *model, const np_cloud_points *points, 
   }
 }
 
-/* Value noise of the anvil, in [−0.5, 0.5]; `stretch` along the wind. */
+/* Value noise of the anvil, in [−0.5, 0.5]; stretched by `stretch` along the wind. */
 static void fill_noise(const np_cloud_model *model, np_kind_points *p, np_cloud_stream stream, float size,
                        float stretch, float *out) {
   const neph_cloud_desc *desc = &model->desc;
@@ -88,8 +91,8 @@ static void fill_noise(const np_cloud_model *model, np_kind_points *p, np_cloud_
   for (size_t i = 0; i < p->count; i++) out[i] = np_clampf(2.0f * (out[i] - 0.5f), -0.5f, 0.5f);
 }
 
-/* The outline is lobed, and within it fibres are bent: straight ones would end as teeth of a comb. Those of the faces,
- * `out_ridges`, are straight: bent ones would look like marble from above. */
+/* Adds lobes to the outline and bends fibres inside it: straight ones would end like the teeth of a comb. Fibres of the
+ * faces, `out_ridges`, are straight: bent ones would look like marble from above. */
 static void add_striations(const np_cloud_model *model, np_kind_points *p, float *out_ridges) {
   const float eddy_m = eddy_size * (float)model->desc.billow_m;
   float lobes[NP_CLOUD_BLOCK], dx[NP_CLOUD_BLOCK], dy[NP_CLOUD_BLOCK];

@@ -20,7 +20,7 @@ neph_result np_bake_check_radius(neph_context *context, double planet_radius_m) 
                  planet_radius_m);
 }
 
-/* Coarser grids of a level would stand where another level is. */
+/* Checks the levels. The bake itself must be the finest level: coarser grids of a level would overlap another level. */
 static neph_result check_levels(neph_context *context, const neph_bake_desc *desc) {
   if (desc->lod_count == 1 || desc->level_count == 1) return NEPH_OK;
   return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
@@ -55,8 +55,8 @@ neph_result np_cloud_bake_desc_read(neph_context *context, const neph_bake_desc 
   return result ? result : check_region(context, out_desc);
 }
 
-/* Voxels across the thickness that are left in the coarsest level: mean optical depths change by less than 1 %
- * (test_bake_lod), and thin sheets by 2 to 11 % with a quarter as many. */
+/* Least number of voxels across the thickness in the coarsest level. Mean optical depths then change by less than 1 %
+ * (test_bake_lod); with a quarter as many, thin sheets change by 2 to 11 %. */
 static const double thickness_voxels_min = 8;
 
 unsigned np_bake_count_levels(const neph_cloud_desc *cloud, const neph_bake_desc *desc) {

@@ -10,7 +10,7 @@ neph_result np_cloud_bake_desc_read(neph_context *context, const neph_bake_desc 
 
 neph_result np_bake_check_radius(neph_context *context, double planet_radius_m);
 
-/* Levels of detail that a bake has: the wanted ones for whose voxels the cloud is thick enough. */
+/* Number of levels of detail: the requested ones, as long as the cloud has enough voxels in its thickness. */
 unsigned np_bake_count_levels(const neph_cloud_desc *desc, const neph_bake_desc *bake);
 
 #endif

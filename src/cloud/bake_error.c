@@ -1,15 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Error of a bake against the model evaluated directly, cause by cause.
+/* Error of a bake relative to direct evaluation of the model, by cause.
  *
- * What: the rms and the largest difference of extinction at points, and of optical depth along rays. Method: isotropic
- * uniform random lines through the field's box (a direction uniform on the sphere, an offset uniform in the disc that
- * the box's bounding sphere covers, those that miss thrown away), cut into steps of half a voxel with a random start;
- * all these midpoints together are uniform in the box, so that rays and points are one set of samples. At each of them
- * six fields are known: the model with all its detail, the model as the bake samples it, and the trilinear grid as
- * floats, as halves, pruned, and as it is written. Rays are summed in order, so that the figures do not depend on
- * threads. Source: Santaló 1976, "Integral Geometry and Geometric Probability", ch. 12 (lines that are uniform meet
- * volume uniformly).
- */
+ * Result: rms and largest difference of extinction at points, and of optical depth along rays. Method: isotropic
+ * uniform random lines through the field's box (a direction uniform on the sphere, an offset uniform in the disk
+ * covered by the box's bounding sphere; lines that miss the box are rejected), divided into steps of half a voxel with
+ * a random start. Their midpoints are uniform in the box, so that rays and points are one set of samples. Six fields
+ * are evaluated at each: the model with all its detail, the model as the bake samples it, and the trilinear grid in
+ * floats, in halves, pruned, and as written. Rays are summed in order, so that results do not depend on threads.
+ * Source: Santaló 1976, "Integral Geometry and Geometric Probability", ch. 12 (uniform lines intersect volume
+ * uniformly). */
 #include "cloud/bake_error.h"
 
 #include <math.h>
@@ -25,8 +24,8 @@
 enum { STEPS_MAX = 1 << 16 };
 
 typedef enum field {
-  FIELD_MODEL,   /* the model with all its detail */
-  FIELD_LIMITED, /* as the bake samples it */
+  FIELD_MODEL,   /* model with all its detail */
+  FIELD_LIMITED, /* model as the bake samples it */
   FIELD_GRID,
   FIELD_HALF,
   FIELD_PRUNED,
@@ -37,7 +36,7 @@ typedef enum field {
 /* Each cause is the difference of two fields. */
 typedef struct cause {
   field after, before;
-  size_t offset; /* of its neph_bake_loss */
+  size_t offset; /* offset of its neph_bake_loss */
 } cause;
 
 #define LOSS(name) offsetof(neph_bake_error, name)
@@ -58,7 +57,7 @@ typedef struct np_bake_ray_sums {
 } ray_sums;
 
 typedef struct error_job {
-  const np_bake *bake; /* the level */
+  const np_bake *bake; /* bake of the level */
   const np_bake_meter *meter;
   const np_bricks *bricks;
   double step_m;
@@ -73,7 +72,7 @@ typedef struct error_ray {
   double origin_m[3], direction[3], length_m;
 } error_ray;
 
-/* False when the line misses the box. */
+/* Clips the ray to the box; false if it misses. */
 static bool clip_ray(const error_job *job, error_ray *r) {
   double begin = -INFINITY, end = INFINITY;
   for (int a = 0; a < 3; a++) {
@@ -115,7 +114,7 @@ static bool draw_ray(const error_job *job, np_random *random, error_ray *out_ray
 
 static float round_to_half(float value) { return np_half_to_float(np_half_from_float(value)); }
 
-/* The eight samples around an index position, x slowest, and the place between them. */
+/* The eight samples around an index position, x slowest, and the fractional position between them. */
 static void get_corners(const np_bricks *bricks, np_dvec3 position, float out_corners[8], float out_place[3]) {
   int32_t cell[3];
   np_vec3 local = {0, 0, 0};
@@ -179,14 +178,14 @@ static void add_point(const float fields[FIELD_COUNT], double step_m, ray_sums *
   }
 }
 
-/* A region is measured between its outermost samples, so that nothing is where it cuts cells in two; a region of one
- * sample has half a voxel around it. */
+/* End of the measured region: its outermost samples, so that no cell is cut; a region of one sample has half a voxel
+ * around it. */
 static double get_region_end_m(const np_bake *bake, int axis, bool is_high) {
   const double pad = bake->region_min[axis] < bake->region_max[axis] ? 0 : 0.5;
   return np_bake_compute_offset_m(bake, axis, is_high ? bake->region_max[axis] + pad : bake->region_min[axis] - pad);
 }
 
-/* Whether a level has a point: it is in one of its cells, and in the region between samples of its own. */
+/* Whether a point belongs to a level: it is in one of its cells, and in the region between its own samples. */
 static bool has_point(const np_bake *bake, const double offset_m[3]) {
   if (bake->lod.count == 1) return true;
   for (int a = 0; a < 3 && bake->desc.has_region; a++)
@@ -194,7 +193,7 @@ static bool has_point(const np_bake *bake, const double offset_m[3]) {
   return np_bake_owns_point(bake, offset_m);
 }
 
-/* Offsets of the level's points among up to a block of points of a ray, from number `first` on; the count of all. */
+/* Offsets of the level's points in a block of a ray's points, from number `first` on; returns the count of all. */
 static size_t compute_points(const error_job *job, const error_ray *r, double start, double step_m, size_t first,
                              double (*out_offsets_m)[3], np_bake_points *points) {
   size_t n = 0;
@@ -258,9 +257,9 @@ static void sum_rays(const ray_sums *rays, neph_bake_error *error) {
   }
 }
 
-/* From sums of squares to their roots. All differences count, but they are shared out among what meets the model's
- * cloud: else a grid would seem the better, the farther it spills beyond. */
-static void take_roots(neph_bake_error *error) {
+/* Converts sums of squares to rms. All differences count, but the mean is over samples in the model's cloud: otherwise
+ * a grid would seem better the farther it extends beyond the cloud. */
+static void compute_roots(neph_bake_error *error) {
   const double points = fmax((double)error->point_count, 1), rays = fmax((double)error->ray_count, 1);
   error->density_rms_per_m = sqrt(error->density_rms_per_m / points);
   error->depth_rms = sqrt(error->depth_rms / rays);
@@ -285,7 +284,8 @@ static void add_rays(const ray_sums *rays, ray_sums *to) {
 
 /* ---- The measurement ---- */
 
-/* The field, so that voxels of any size meet the same rays; but of a region no more than the finest level has. */
+/* Sets the box to the field, so that voxels of any size use the same rays; for a region, at most to the extent of the
+ * finest level. */
 static void set_box(np_bake_meter *meter) {
   const np_bake *bake = meter->bake;
   np_bake_compute_field(bake, meter->low_m, meter->high_m);
@@ -297,7 +297,7 @@ static void set_box(np_bake_meter *meter) {
 
 neph_result np_bake_meter_start(const np_bake *bake, np_bake_meter *out_meter) {
   neph_cloud_desc cloud = np_cloud_model_get_desc(&bake->model);
-  cloud.voxel_m = fmin(cloud.voxel_m, 1e-3 * cloud.billow_m); /* finer than any of its features */
+  cloud.voxel_m = fmin(cloud.voxel_m, 1e-3 * cloud.billow_m); /* finer than all of its features */
   *out_meter = (np_bake_meter){.bake = bake, .lod_count = bake->lod.count > 1 ? bake->lod.count : 0};
   set_box(out_meter);
   out_meter->rays = np_alloc(bake->context, NEPH_BAKE_ERROR_RAYS, sizeof *out_meter->rays);
@@ -318,7 +318,7 @@ static void add_level(np_bake_meter *meter, const np_bake *level, const ray_sums
   neph_bake_error own;
   add_rays(rays, meter->rays);
   sum_rays(rays, &own);
-  take_roots(&own);
+  compute_roots(&own);
   meter->lods[level->lod.level] = (neph_bake_lod_error){.voxel_m = level->voxel_m,
                                                         .ray_count = own.ray_count,
                                                         .point_count = own.point_count,
@@ -356,7 +356,7 @@ double np_bake_meter_count_bytes(void) { return 2.0 * NEPH_BAKE_ERROR_RAYS * siz
 neph_result np_bake_meter_get(const np_bake_meter *meter, neph_bake_error *out_error) {
   neph_bake_error error;
   sum_rays(meter->rays, &error);
-  take_roots(&error);
+  compute_roots(&error);
   error.lod_count = meter->lod_count;
   for (size_t k = 0; k < meter->lod_count; k++) error.lods[k] = meter->lods[k];
   return np_desc_write(meter->bake->context, "neph_bake_error", &error, sizeof error, out_error);

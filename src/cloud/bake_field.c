@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Places of the voxels of a bake: samples sit in the middle of voxels, leaves of 8³ of them count from the index
- * origin, and a region cuts voxels off. */
+/* Positions of the voxels of a bake: samples are at the centres of voxels, leaves of 8³ voxels start at the index
+ * origin, and a region clips the voxels. */
 #include "cloud/bake_field.h"
 
 #include "cloud/bake_desc.h"
@@ -12,7 +12,7 @@
 #include "cloud/cloud_name.h"
 #include "cloud/repeat.h"
 
-#define BOX_LEAVES_MAX (UINT64_C(1) << 27) /* of the whole field, a byte each while their bounds are found */
+#define BOX_LEAVES_MAX (UINT64_C(1) << 27) /* leaves of the whole field: one byte each during the search for cloud */
 
 void np_bake_add_point(const np_bake *bake, const double offset_m[3], np_bake_points *points) {
   const size_t n = points->count++;
@@ -75,7 +75,7 @@ void np_bake_compute_field(const np_bake *bake, double out_low_m[3], double out_
   out_high_m[2] = cloud->thickness_m;
 }
 
-/* Leaves along each axis, enough for the field. */
+/* Number of leaves along each axis that covers the field. */
 static neph_result compute_extent(np_bake *bake) {
   const neph_cloud_desc *cloud = &bake->model.desc;
   const double leaf_m = bake->voxel_m * NP_LEAF_EDGE, finest_m = np_bake_get_finest_m(bake);
@@ -100,7 +100,7 @@ static neph_result compute_extent(np_bake *bake) {
   return NEPH_OK;
 }
 
-/* Cuts off along one axis what lies outside the region. */
+/* Clips one axis to the region. */
 static void clip_axis(np_bake *bake, int a) {
   const neph_cloud_desc *cloud = &bake->model.desc;
   const double first_m = (a == 2 ? cloud->base_altitude_m : cloud->center_m[a]) + np_bake_compute_offset_m(bake, a, 0);
@@ -110,7 +110,8 @@ static void clip_axis(np_bake *bake, int a) {
   if (high < bake->region_max[a]) bake->region_max[a] = (int32_t)fmax(high, bake->region_min[a] - 1);
 }
 
-/* A region without a sample of the finest level holds nothing; one without a sample of another does not hold that. */
+/* Clips the leaves of an axis to the region. It must contain a sample of the finest level; another level without
+ * samples in it is empty. */
 static neph_result clip_leaves(np_bake *bake, int a) {
   const bool is_empty = bake->region_min[a] > bake->region_max[a];
   const int32_t begin = (int32_t)floor((double)bake->region_min[a] / NP_LEAF_EDGE);
@@ -123,12 +124,12 @@ static neph_result clip_leaves(np_bake *bake, int a) {
                  "xyz"[a]);
 }
 
-/* Clips the box of leaves to those that hold voxels of the region. */
+/* Clips the box of leaves to the voxels of the region. */
 static neph_result clip_extent(np_bake *bake) {
   for (int a = 0; a < 3; a++) {
     bake->region_min[a] = bake->leaf_begin[a] * NP_LEAF_EDGE;
     bake->region_max[a] = (bake->leaf_begin[a] + bake->leaf_count[a]) * NP_LEAF_EDGE - 1;
-    if (a < 2 && bake->model.desc.repeat_m > 0) /* the next tile's begin */
+    if (a < 2 && bake->model.desc.repeat_m > 0) /* begin of the next tile */
       bake->region_max[a] = (int32_t)round(-2 * bake->shift[a]);
     if (bake->desc.has_region) clip_axis(bake, a);
     const neph_result result = clip_leaves(bake, a);
@@ -137,7 +138,7 @@ static neph_result clip_extent(np_bake *bake) {
   return NEPH_OK;
 }
 
-/* Clips the box to where a level of detail may be; none may be left. */
+/* Clips the box to the reach of a level of detail; the result may be empty. */
 static void clip_to_level(np_bake *bake) {
   const double leaf_m = bake->voxel_m * NP_LEAF_EDGE, reach_m = np_bake_get_reach_m(bake) + bake->lod.cell_m;
   for (int a = 0; a < 3 && isfinite(reach_m); a++) {
@@ -159,7 +160,7 @@ static neph_result set_box(np_bake *bake) {
 
 /* ---- Start ---- */
 
-/* The finest level of detail; its box alone is not known yet. */
+/* The finest level of detail; its box is set later. */
 static np_bake_lod make_lod(const neph_cloud_desc *cloud, const neph_bake_desc *desc) {
   np_bake_lod lod = {.count = np_bake_count_levels(cloud, desc), .viewers.angle_rad = desc->lod_angle_rad};
   lod.cell_m = ldexp(NP_LEAF_EDGE * cloud->voxel_m, (int)lod.count - 1);

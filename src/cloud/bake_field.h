@@ -1,27 +1,28 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The field of a bake: its model, and the places of its voxels. */
+/* The field of a bake: its model, and the positions of its voxels. */
 #ifndef NP_CLOUD_BAKE_FIELD_H
 #define NP_CLOUD_BAKE_FIELD_H
 
 #include "cloud/bake.h"
 
-/* Finds the box and builds the model, from descriptions that have been checked. Nothing is to be ended on failure. */
+/* Computes the box and builds the model, from descriptions that are already checked. On failure nothing needs to be
+ * freed. */
 neph_result np_bake_start(neph_context *context, const neph_cloud_desc *cloud, const neph_bake_desc *desc,
                           np_bake_use use, np_monitor *monitor, np_bake *out_bake);
 
-/* Checks both descriptions, starts the monitor with the callback in them, and the bake. */
+/* Checks both descriptions, and starts the monitor with their callback, then the bake. */
 neph_result np_bake_start_checked(neph_context *context, const neph_cloud_desc *cloud, const neph_bake_desc *desc,
                                   np_bake_use use, np_monitor *monitor, np_bake *out_bake);
 void np_bake_end(np_bake *bake);
 
-size_t np_bake_count_box(const np_bake *bake); /* leaves */
+size_t np_bake_count_box(const np_bake *bake); /* number of leaves */
 
-/* Offsets between which the cloud lies, rain and the curve of the planet included, whatever its voxels and region. */
+/* Range of offsets of the cloud, including rain and the curvature of the planet, for any voxel size and region. */
 void np_bake_compute_field(const np_bake *bake, double out_low_m[3], double out_high_m[3]);
 
 np_affine np_bake_compute_transform(const np_bake *bake);
 
-/* Up to NP_CLOUD_BLOCK positions in the coordinates of the model. */
+/* Up to NP_CLOUD_BLOCK positions in model coordinates. */
 typedef struct np_bake_points {
   size_t count;
   float x_m[NP_CLOUD_BLOCK], y_m[NP_CLOUD_BLOCK], height_m[NP_CLOUD_BLOCK];
@@ -30,7 +31,7 @@ typedef struct np_bake_points {
 void np_bake_add_point(const np_bake *bake, const double offset_m[3], np_bake_points *points);
 void np_bake_eval(const np_cloud_model *model, const np_bake_points *points, float *out_extinction_per_m);
 
-/* A level of detail of a bake that was started, which lends it the model. */
+/* Bake of one level of detail; it borrows the model of the whole bake. */
 neph_result np_bake_get_level(const np_bake *bake, unsigned level, np_bake *out_level);
 
 #endif

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Bakes as files: what they were baked from goes with them, so that anyone can bake them again and compare. */
+/* Bakes as .vdb files. They contain the parameters of the bake, for verification by a second bake. */
 #include "cloud/bake_file.h"
 
 #include <stdlib.h>
@@ -20,7 +20,7 @@
 #include "volume/volume_file.h"
 #include "volume/volume_levels.h"
 
-/* Grids of a file: levels of detail, and, behind them, the components of the velocity. */
+/* Most grids of a file: levels of detail, then the components of the velocity. */
 enum { GRIDS_MAX = NEPH_BAKE_LEVELS_MAX + 3 };
 
 typedef struct bake_grids {
@@ -38,7 +38,7 @@ static neph_result measure(const np_bake *bake, np_sparse_grid *grid) {
   return result;
 }
 
-/* A level of detail, `name`_2, `name`_4 …, from the one before. */
+/* Makes a level of detail, `name`_2, `name`_4 …, from the previous one. */
 static neph_result make_level(const np_bake *bake, const char *name, unsigned level, np_sparse_grid *levels) {
   char *level_name = np_alloc_printf(bake->context, "%s_%u", name, 1u << level);
   const neph_result result =
@@ -47,7 +47,7 @@ static neph_result make_level(const np_bake *bake, const char *name, unsigned le
   return result;
 }
 
-/* The caller clears it whatever the outcome. */
+/* Makes the grids. The caller clears them, whatever the outcome. */
 static neph_result make_grids(np_bake *bake, const char *name, bake_grids *out_grids) {
   np_sparse_grid *levels = out_grids->levels;
   const np_monitor_part whole = np_monitor_get_part(bake->monitor);
@@ -63,10 +63,10 @@ static neph_result make_grids(np_bake *bake, const char *name, bake_grids *out_g
 
 /* ---- Writing ---- */
 
-/* Those of a velocity, of a density, and, behind either, of levels of detail. */
+/* Attributes of a velocity, of a density, and additional ones of levels of detail. */
 enum { VELOCITY_ATTRIBUTES = 3, DENSITY_ATTRIBUTES = 4, LEVEL_ATTRIBUTES = 2 };
 
-/* Extinction says what a value of 1 is; a velocity needs no such thing. */
+/* Saves the grids. The attribute extinction states the extinction of a value of 1; a velocity needs none. */
 static neph_result save(const np_bake *bake, const bake_grids *grids, const char *path) {
   const neph_bake_desc *desc = &bake->desc;
   const neph_cloud_desc cloud = np_cloud_model_get_desc(&bake->model);
@@ -118,7 +118,7 @@ static neph_result make_level_file(const np_bake *bake, unsigned number, const c
   return result;
 }
 
-/* The coarsest first: the file that stands for all is there when all others are. */
+/* Writes the coarsest level first: the main file exists only once all others do. */
 static neph_result make_files(const np_bake *bake, const char *name, const char *path) {
   const double count = bake->lod.count;
   neph_result result = NEPH_OK;
@@ -129,7 +129,7 @@ static neph_result make_files(const np_bake *bake, const char *name, const char 
   return result;
 }
 
-/* The same, and the error of all, which is told once all are there. */
+/* Writes the files and measures the total error, which is logged once all exist. */
 static neph_result make_measured_files(np_bake *bake, const char *name, const char *path) {
   np_bake_meter meter;
   np_monitor_set_part(bake->monitor, np_monitor_whole, 0.0, 0.05 / bake->lod.count);
@@ -148,7 +148,7 @@ neph_result neph_cloud_bake_file(neph_context *context, const neph_cloud_desc *c
   if (NP_LACKS(context, path)) return NEPH_ERROR_INVALID_ARGUMENT;
   np_bake bake;
   np_monitor monitor;
-  const np_vdb_module *module; /* before the work that it would write */
+  const np_vdb_module *module; /* fails before the bake if files cannot be written */
   neph_result result = np_vdb_module_get(context, &module);
   if (result) return result;
   const unsigned mode = np_float_mode_enter();
@@ -165,20 +165,20 @@ neph_result neph_cloud_bake_file(neph_context *context, const neph_cloud_desc *c
 
 enum { HASH_BYTES = 33 };
 
-/* Parameters that a file was baked from. */
+/* Parameters from which a file was baked. */
 typedef struct bake_record {
   neph_context *context;
   char *params;
-  unsigned level; /* of detail */
+  unsigned level; /* level of detail */
 } bake_record;
 
-static void take_attribute(void *user, const char *name, const char *text) {
+static void read_attribute(void *user, const char *name, const char *text) {
   bake_record *record = user;
   if (!strcmp(name, "nephos:level")) record->level = (unsigned)strtoul(text, NULL, 10);
   if (!strcmp(name, "nephos:params") && !record->params) record->params = np_alloc_text(record->context, text);
 }
 
-/* Whether all levels of detail are there. */
+/* Whether the files of all levels of detail exist. */
 static bool has_level_files(neph_context *context, const char *path, unsigned count) {
   bool has_all = true;
   for (unsigned k = 1; k < count && has_all; k++) {
@@ -189,7 +189,7 @@ static bool has_level_files(neph_context *context, const char *path, unsigned co
   return has_all;
 }
 
-/* Parameters of a cloud, with the pruning and the region that the file has. */
+/* Compares a cloud's parameters with a file's, ignoring its pruning and region. */
 static neph_result compare_record(const bake_record *record, const char *path, const neph_cloud_desc *cloud,
                                   const neph_bake_desc *bake, bool *out_is_same) {
   neph_cloud_desc recorded;
@@ -198,7 +198,7 @@ static neph_result compare_record(const bake_record *record, const char *path, c
   neph_result result = np_cloud_desc_from_json(record->context, path, record->params, &recorded, &desc);
   if (result) return result;
   np_cloud_desc_clear(record->context, &recorded);
-  const neph_cloud_desc rounded = np_repeat_round(cloud); /* as the file has it */
+  const neph_cloud_desc rounded = np_repeat_round(cloud); /* rounded like the description in the file */
   neph_bake_desc wanted = *bake;
   wanted.prune_per_m = desc.prune_per_m;
   wanted.has_region = desc.has_region;
@@ -220,7 +220,7 @@ neph_result np_cloud_file_is_current(neph_context *context, const char *path, co
   *out_is_current = true;
   neph_result result = np_volume_file_open(context, path, NULL, &file);
   if (result) return result;
-  if (file.module->count(file.vdb) && file.module->visit_metadata(file.vdb, 0, take_attribute, &record, &error))
+  if (file.module->count(file.vdb) && file.module->visit_metadata(file.vdb, 0, read_attribute, &record, &error))
     result = np_volume_file_fail(&file, &error);
   if (!result && record.params) result = compare_record(&record, path, cloud, bake, out_is_current);
   np_volume_file_close(&file);
@@ -232,14 +232,14 @@ static neph_result read_record(const np_volume_file *file, bake_record *record) 
   np_vdb_error error;
   if (file->module->count(file->vdb) == 0)
     return np_fail(file->context, NEPH_ERROR_BAD_FILE, "%s: holds no grid, must be a baked cloud", file->path);
-  if (file->module->visit_metadata(file->vdb, 0, take_attribute, record, &error))
+  if (file->module->visit_metadata(file->vdb, 0, read_attribute, record, &error))
     return np_volume_file_fail(file, &error);
   if (record->params) return NEPH_OK;
   return np_fail(file->context, NEPH_ERROR_BAD_FILE, "%s: has no nephos:params, must be a cloud that nephos baked",
                  file->path);
 }
 
-/* Fingerprint of one of a file's grids as it stands there. */
+/* Hash of a stored grid. */
 static neph_result hash_stored(const np_volume_file *file, size_t index, char out_hash[HASH_BYTES]) {
   np_vdb_grid_info info;
   np_sparse_grid components[3] = {0};
@@ -263,7 +263,7 @@ static neph_result hash_baked(const bake_grids *grids, const neph_bake_desc *des
   return np_sparse_grid_hash_all(all, is_velocity ? 3 : 1, desc->file_precision == NEPH_PRECISION_HALF, out_hash);
 }
 
-/* Grids of a bake's file: levels, and then perhaps a velocity. */
+/* Reads the grids of a bake's file: levels, then an optional velocity. */
 static neph_result read_layout(const np_volume_file *file, char name[256], neph_bake_desc *desc) {
   np_vdb_grid_info info;
   const size_t count = file->module->count(file->vdb);

@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Baking: the density model sampled on leaves of 8³ voxels, only where there may be cloud.
+/* Baking: samples the density model on leaves of 8³ voxels, only where there may be cloud.
  *
- * First every leaf of the field's box is asked for a bound, which costs no noise; those that may hold cloud are listed
- * in the grid's order. They are evaluated in parallel, in batches that fill one buffer, and appended in that order when
- * they do hold some, so that the grid does not depend on how many threads worked.
- */
+ * First a bound, which needs no noise, is evaluated for every leaf of the field's box. Leaves that may hold cloud are
+ * listed in the grid's order, evaluated in parallel in batches that fill one buffer, and appended in that order if they
+ * hold cloud: the grid does not depend on the number of threads. */
 #include "cloud/bake_grid.h"
 
 #include <immintrin.h>
@@ -23,10 +22,10 @@
 
 enum {
   BATCH_LEAVES = 2048,
-  SAMPLE_LEAVES = 512 /* evaluated beforehand, in the same buffer */
+  SAMPLE_LEAVES = 512 /* evaluated first as a sample, in the same buffer */
 };
 
-#define CLOUD_LEAVES_MAX (UINT64_C(1) << 23) /* that may hold cloud: 17 GB */
+#define CLOUD_LEAVES_MAX (UINT64_C(1) << 23) /* leaves that may hold cloud: 17 GB */
 
 typedef struct leaf_origin {
   int32_t index[3];
@@ -36,13 +35,13 @@ typedef struct bake_job {
   const np_bake *bake;
   float prune_per_m;
   np_bake_marks marks;
-  leaf_origin *origins; /* of the batch */
+  leaf_origin *origins; /* origins of the batch */
   np_leaf *leaves;
 } bake_job;
 
 /* ---- Evaluating leaves ---- */
 
-/* The positions of a leaf's voxels; what a column has in common is found once. */
+/* Lists the positions of a leaf's voxels; values of a column are computed once. */
 static void list_points(const np_bake *bake, const leaf_origin *origin, np_bake_points *points) {
   double x_m[NP_LEAF_EDGE], y_m[NP_LEAF_EDGE], z_m[NP_LEAF_EDGE];
   for (int32_t n = 0; n < NP_LEAF_EDGE; n++) {
@@ -63,7 +62,7 @@ static void list_points(const np_bake *bake, const leaf_origin *origin, np_bake_
   }
 }
 
-/* Which of a leaf's voxels are left when those outside the region are not. */
+/* Mask of a leaf's voxels inside the region. */
 static uint64_t compute_row_mask(const np_bake *bake, const leaf_origin *origin, int32_t i) {
   uint64_t row = 0;
   if (origin->index[0] + i < bake->region_min[0] || origin->index[0] + i > bake->region_max[0]) return 0;
@@ -76,7 +75,7 @@ static uint64_t compute_row_mask(const np_bake *bake, const leaf_origin *origin,
   return row;
 }
 
-/* A bit for each of 64 values above a limit. */
+/* Bit mask of 64 values above a limit. */
 static uint64_t compute_mask_above(const float *values, float limit) {
   uint64_t above = 0;
   for (int n = 0; n < 64; n += 4)
@@ -84,14 +83,14 @@ static uint64_t compute_mask_above(const float *values, float limit) {
   return above;
 }
 
-/* Whether voxels of a leaf may be outside what is baked. */
+/* Whether voxels of a leaf may be outside of the bake. */
 static bool is_cut(const np_bake *bake) { return bake->desc.has_region || bake->model.desc.repeat_m > 0; }
 
 static void clear_values(float *values, uint64_t kept) {
   for (int n = 0; n < 64; n++) values[n] = kept >> n & 1u ? values[n] : 0.0f;
 }
 
-/* One slice of a leaf: what is kept of it is active, all else 0. */
+/* Finishes one slice of a leaf: remaining voxels become active, others 0. */
 static void finish_slice(const bake_job *job, const leaf_origin *origin, int32_t i, np_leaf *leaf) {
   float *values = leaf->values + 64 * i;
   const uint64_t cloudy = compute_mask_above(values, 0.0f);
@@ -118,8 +117,8 @@ static void eval_batch(const bake_job *job, const np_bake_points *of, leaf_batch
   for (size_t i = 0; i < batch->points.count; i++) leaf->values[batch->voxel[i]] = values[i];
 }
 
-/* Samples of a leaf that another level of detail has: those that the cells before it share with it, on its first
- * planes. None of them is active. */
+/* Evaluates the samples of a leaf of another level that the cells before it share: its first planes. They are inactive.
+ */
 static void eval_border(const bake_job *job, const leaf_origin *origin, const np_bake_points *points, np_leaf *leaf) {
   leaf_batch batch;
   size_t count = 0;
@@ -144,7 +143,7 @@ static void eval_leaf(const bake_job *job, const leaf_origin *origin, np_leaf *l
   memcpy(leaf->origin, origin->index, sizeof leaf->origin);
 }
 
-/* Borders are not active, but hold values. */
+/* Whether a leaf has values; those of borders are inactive. */
 static bool has_any(const np_leaf *leaf) {
   for (int i = 0; i < NP_LEAF_EDGE; i++)
     if (leaf->active[i] || compute_mask_above(leaf->values + 64 * i, 0.0f)) return true;
@@ -158,10 +157,10 @@ static neph_result eval_leaves(void *user, size_t begin, size_t end, unsigned th
   return NEPH_OK;
 }
 
-/* ---- Finding leaves ---- */
+/* ---- Search for leaves ---- */
 
-/* The box of a leaf's samples in the model's coordinates: its heights lie between that of the lowest sample nearest to
- * the axis of the planet and that of the highest sample farthest from it. */
+/* Box of a leaf's samples in model coordinates. Heights range from the lowest sample nearest to the planet's axis to
+ * the highest sample farthest from it. */
 static np_cloud_box compute_box(const np_bake *bake, const leaf_origin *origin) {
   np_cloud_box box;
   double nearest_m[3], farthest_m[3];
@@ -201,7 +200,7 @@ static neph_result mark_leaves(void *user, size_t begin, size_t end, unsigned th
   return NEPH_OK;
 }
 
-/* Number of marked leaves that hold cloud, by evaluating some of them, evenly spread. */
+/* Estimates the number of marked leaves with cloud from an evenly spread sample. */
 static neph_result sample_share(bake_job *job) {
   const size_t box_count = np_bake_count_box(job->bake), marked = job->marks.cloudy_count;
   const size_t wanted = marked < SAMPLE_LEAVES ? marked : SAMPLE_LEAVES;
@@ -246,8 +245,8 @@ static neph_result append_leaves(np_sparse_grid *grid, const np_leaf *leaves, si
   return NEPH_OK;
 }
 
-/* Evaluates the marked leaves, a batch at a time. Room for all is made at once: what grows has to be copied, and pages
- * that are never touched cost nothing. */
+/* Evaluates the marked leaves in batches. Room for all is allocated at once: growing would copy, and untouched pages
+ * cost nothing. */
 static neph_result bake_leaves(bake_job *job, np_sparse_grid *grid) {
   const np_bake *bake = job->bake;
   const size_t box_count = np_bake_count_box(bake), cloudy_count = job->marks.cloudy_count;

@@ -5,13 +5,13 @@
 
 #include "cloud/bake.h"
 
-/* The grid, pruned unless its error is measured too. On failure the grid is left cleared. */
+/* Evaluates the grid; pruned unless its error is measured too. On failure the grid is cleared. */
 neph_result np_bake_make_grid(np_bake *bake, const char *name, np_sparse_grid *out_grid);
 
-/* Takes out what is at most the bake's prune_per_m, and what is not active. */
+/* Removes values up to the bake's prune_per_m, and inactive ones. */
 void np_bake_prune(const np_bake *bake, np_sparse_grid *grid);
 
-/* Evaluates the model on a grid named `name`. On failure the grid is left cleared. */
+/* Evaluates the model on a grid named `name`. On failure the grid is cleared. */
 neph_result np_cloud_bake_grid(neph_context *context, const neph_cloud_desc *cloud, const neph_bake_desc *desc,
                                const char *name, np_monitor *monitor, np_sparse_grid *out_grid);
 

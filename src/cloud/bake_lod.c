@@ -1,13 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Levels of detail: a field in voxels that grow with the distance from its viewers.
+/* Levels of detail: voxel sizes that grow with the distance to the viewers.
  *
- * Cells as large as a leaf of the coarsest level each belong to the coarsest level whose voxel spans no more than the
- * angle asked for, seen from the nearest of the viewers at the nearest point of the cell. Level k has every 2^k-th
- * sample of the finest lattice, so that its leaves fill cells exactly, and all levels sample one model: what the field
- * has in a region is the same on average, whatever its voxels. A level interpolates in its own cells alone
- * (np_cell_region). Samples that lie in the next cell are baked with the level too, but are not active: active voxels
- * of two levels never share a cell.
- */
+ * Each cell, as large as a leaf of the coarsest level, belongs to the coarsest level whose voxel spans at most the
+ * requested angle, seen from the nearest viewer at the nearest point of the cell. Level k has every 2^k-th sample of
+ * the finest lattice, so that its leaves fill cells exactly. All levels sample one model, so that the mean of a region
+ * is the same for all voxel sizes. A level interpolates in its own cells alone (np_cell_region). Samples in the next
+ * cell are baked with the level too, but are inactive: active voxels of two levels never share a cell. */
 #include "cloud/bake_lod.h"
 
 #include <math.h>
@@ -37,7 +35,7 @@ static bool owns_leaf(const np_bake *bake, const int32_t leaf[3]) {
 }
 
 static void compute_leaf(const int32_t origin[3], int32_t out_leaf[3]) {
-  for (int a = 0; a < 3; a++) out_leaf[a] = origin[a] / NP_LEAF_EDGE; /* a multiple */
+  for (int a = 0; a < 3; a++) out_leaf[a] = origin[a] / NP_LEAF_EDGE; /* origins are multiples of the edge */
 }
 
 bool np_bake_owns_leaf(const np_bake *bake, const int32_t origin[3]) {

@@ -1,18 +1,17 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Losses of a cloud to the size of its voxels, measured before it is baked.
+/* Losses of a cloud through coarse voxels, measured before it is baked.
  *
- * A field of few voxels is compared at all its columns with the mean of columns drawn within their footprints: the
- * voxels may miss clouds or exaggerate them. The waterline was set so that these very columns are covered as the key
- * says, and that of another voxel will be: so the mean optical depth of covered columns is compared, with the finer
- * model's own waterline where that of the voxels shows a loss. In a field of more voxels some columns, spread evenly,
- * are compared with the finer model at the same places. Grains of thermals are as fine as the model of any smaller
- * voxel down to the grain, so that nothing is to be compared in them.
+ * In a field of few voxels all columns of voxels are compared with the mean of random columns within their footprints:
+ * the voxels may miss clouds or exaggerate them. The waterline was chosen for the cover of these voxel columns, and
+ * another voxel size will have its own. So the comparison is of mean optical depths of covered columns, with the finer
+ * model's own waterline if that of the voxels shows a loss. In a field of more voxels, evenly spread columns are
+ * compared with the finer model at the same positions. Grains of thermals are as fine as in models of smaller voxels,
+ * so that there is nothing to compare.
  *
- * All is evaluated pointwise, so that no grid is needed: the losses of any other voxel are measured by the same code,
- * and the voxel of the warning is the first, halved and rounded down to three digits, whose own bake would not warn.
- * Sums are in the order of columns, and do not depend on threads. Losses count when they are beyond chance as well:
- * drawn columns are a sample, whose error is that of a ratio of sums over blocks or over halves of the draws (Cochran
- * 1977, "Sampling Techniques", 6.4).
+ * The evaluation is pointwise, without a grid: the same code measures the losses of any other voxel size. The warning
+ * recommends the first size, repeatedly halved and rounded down to three digits, that would not warn. Sums are in the
+ * order of columns, independent of threads. Losses must also be statistically significant: columns are a sample, whose
+ * error is that of a ratio of sums over blocks or over halves of the draws (Cochran 1977, "Sampling Techniques", 6.4).
  */
 #include "cloud/bake_loss.h"
 
@@ -30,42 +29,42 @@
 #include "core/random.h"
 
 enum {
-  COLUMNS_ALL = 22, /* along an axis, of which all are compared */
+  COLUMNS_ALL = 22, /* columns along an axis up to which all are compared */
   BLOCK_COLUMNS = 4,
   BLOCKS_MAX = 64,
   FINE_HALVINGS = 3
 };
 
-/* Effort of a comparison: columns along an axis of a field of many, and columns drawn in one of few. */
+/* Effort of a comparison: columns along an axis of a large field, and random columns in a small one. */
 typedef struct column_effort {
   size_t columns, draws;
-  double chance;      /* standard errors within which nothing is lost */
-  bool has_waterline; /* the finer model's own is searched */
+  double chance;      /* significance in standard errors */
+  bool has_waterline; /* the finer model's own waterline is searched */
 } column_effort;
 
 static const column_effort first_effort = {16, 484, 0, false}, second_effort = {32, 2304, 3, true};
 static const double tolerated_share = 0.15;
-static const double finer = 0.5; /* share of the grain */
+static const double finer = 0.5; /* relative to the grain */
 
-/* Columns of the finer model: sums of their optical depth and number of those that are covered. */
+/* Columns of the finer model: sum of their optical depths, and number of covered ones. */
 typedef struct drawn {
   double depth, covered;
 } drawn;
 
-/* A column of voxels, and columns of the finer model at its place or within its footprint, in two halves. */
+/* A column of voxels, and columns of the finer model at its position or within its footprint, in two halves. */
 typedef struct column_pair {
   double depth, covered;
   drawn halves[2];
-  double painted, misplaced; /* coverage in the picture; difference between the two places */
+  double painted, misplaced; /* coverage in the picture; difference between the two positions */
 } column_pair;
 
 typedef struct column_job {
   neph_context *context;
   const np_cloud_model *model;
-  np_cloud_model detailed; /* lends all from the model */
+  np_cloud_model detailed; /* borrows everything from the model */
   double voxel_m;
-  size_t voxels[2], columns[2], draws; /* voxels along the field, columns of them, finer columns for each */
-  bool is_all, has_detail;             /* all voxels are compared; the finer model is another */
+  size_t voxels[2], columns[2], draws; /* voxels along the field, columns of voxels, finer columns for each */
+  bool is_all, has_detail;             /* all voxels are compared; the finer model differs */
   column_pair *pairs;
 } column_job;
 
@@ -77,7 +76,7 @@ static bool is_clear(const np_cloud_model *model, double x_m, double y_m) {
   return np_cloud_model_is_empty(model, &box);
 }
 
-/* Optical depth over the thickness; the lowest sample is so many grains above the base. */
+/* Optical depth over the thickness; `lowest` is the height of the lowest sample above the base in grains. */
 static double measure_column(const np_cloud_model *model, double lowest, double x_m, double y_m) {
   const double step_m = model->desc.voxel_m;
   const size_t total = is_clear(model, x_m, y_m) ? 0 : (size_t)ceil(model->desc.thickness_m / step_m);
@@ -117,7 +116,7 @@ static void add_drawn(const np_cloud_model *model, double lowest, const double p
 }
 
 static void add_sampled(const np_cloud_model *model, const double place_m[2], drawn *sums) {
-  add_drawn(model, np_level_samples_find_lowest(model, place_m[0], place_m[1]), place_m, sums);
+  add_drawn(model, np_level_samples_compute_lowest(model, place_m[0], place_m[1]), place_m, sums);
 }
 
 static void measure_pair(const column_job *job, size_t number, column_pair *out) {
@@ -148,8 +147,8 @@ static neph_result measure_pairs(void *user, size_t begin, size_t end, unsigned 
 
 /* ---- Losses ---- */
 
-/* Share that is lost, 0 when it is no more than `least`. */
-static double judge(double kept, double whole, double least) {
+/* Relative loss; 0 if it is at most `least`. */
+static double compute_loss(double kept, double whole, double least) {
   const double lost = whole > 0 ? 1 - kept / whole : 0;
   return lost > least ? lost : 0;
 }
@@ -174,7 +173,7 @@ static pair_sums sum_pairs(const column_job *job, size_t count) {
   return sums;
 }
 
-/* Relative variance of the mean depth of drawn columns: the halves of a footprint are independent. */
+/* Relative variance of the mean depth of random columns: the halves of a footprint are independent. */
 static double compute_drawn_variance(const column_job *job, size_t count, const pair_sums *sums, bool by_cover) {
   double variance = 0;
   for (size_t i = 0; i < count; i++) {
@@ -185,7 +184,8 @@ static double compute_drawn_variance(const column_job *job, size_t count, const 
   return variance;
 }
 
-/* Relative variance of the ratio of depths at the same places, over blocks of columns: those of a cloud are alike. */
+/* Relative variance of the ratio of depths at the same positions, over blocks of columns: columns of one cloud are
+ * correlated. */
 static double compute_block_variance(const column_job *job, size_t count, const pair_sums *sums) {
   const size_t across = (job->columns[0] + BLOCK_COLUMNS - 1) / BLOCK_COLUMNS;
   double residual[BLOCKS_MAX] = {0}, variance = 0;
@@ -200,18 +200,18 @@ static double compute_block_variance(const column_job *job, size_t count, const 
   return blocks > 1 ? variance * (double)blocks / (double)(blocks - 1) : (double)INFINITY;
 }
 
-/* Lines do not fill a picture. */
+/* Whether a picture sets the coverage; lines do not fill a picture. */
 static bool is_painted(const np_cloud_model *model) { return model->map.levels && !model->kind->is_line; }
 
-/* A bake of finer voxels has another waterline and the same coverage. Kinds that thin out to the border of the field
- * may not reach it at any, and a given shape has none. */
+/* Whether finer voxels would have the same coverage by their own waterline. Kinds that thin out towards the border may
+ * not reach it, and a given shape has no waterline. */
 static bool is_of_coverage(const np_cloud_model *model) {
   return !model->kind->is_thin_at_border && !np_cloud_desc_has_shape(&model->desc);
 }
 
-/* Optical depths in voxels and in a bake of finer ones, which covers as much as this one. */
-static void judge_depth(const column_job *job, size_t count, const pair_sums *sums, double chance,
-                        np_bake_losses *losses) {
+/* Compares optical depths in voxels and in a finer bake with the same cover. */
+static void compare_depths(const column_job *job, size_t count, const pair_sums *sums, double chance,
+                           np_bake_losses *losses) {
   const double n = (double)count, draws = job->is_all ? n * (double)job->draws : n;
   const bool by_cover = job->is_all && is_of_coverage(job->model) && sums->covered > 0 && sums->finer.covered > 0;
   losses->depth = sums->depth / n;
@@ -224,17 +224,17 @@ static void judge_depth(const column_job *job, size_t count, const pair_sums *su
   else if (sums->depth > 0)
     variance = compute_block_variance(job, count, sums);
   const double kept = losses->depth / losses->finer_depth;
-  losses->of_depth = judge(losses->depth, losses->finer_depth, chance > 0 ? chance * kept * sqrt(variance) : 0);
+  losses->of_depth = compute_loss(losses->depth, losses->finer_depth, chance > 0 ? chance * kept * sqrt(variance) : 0);
 }
 
-static np_bake_losses judge_pairs(const column_job *job, size_t count, double chance) {
+static np_bake_losses compare_pairs(const column_job *job, size_t count, double chance) {
   const np_cloud_model *model = job->model;
   const pair_sums sums = sum_pairs(job, count);
   const double n = (double)count;
   np_bake_losses losses = {.covered = sums.covered / n};
   losses.wanted = model->map.levels ? sums.painted / n : model->map.coverage;
-  if (job->is_all || job->has_detail) judge_depth(job, count, &sums, chance, &losses);
-  if (job->is_all && is_painted(model)) losses.of_coverage = judge(losses.covered, losses.wanted, 0);
+  if (job->is_all || job->has_detail) compare_depths(job, count, &sums, chance, &losses);
+  if (job->is_all && is_painted(model)) losses.of_coverage = compute_loss(losses.covered, losses.wanted, 0);
   losses.of_map = sums.painted > 0 ? 0.5 * sums.misplaced / sums.painted : 0;
   return losses;
 }
@@ -249,14 +249,14 @@ static void choose_columns(column_job *job, const column_effort *effort) {
   job->draws = 2 * ((effort->draws + 2 * count - 1) / (2 * count));
 }
 
-/* Share of the grain that the finer model is of: of fields of thermals the grain that any smaller voxel has as well.
- * A hero is one cloud, which half its grain shapes. */
+/* Grain of the finer model, relative to the model's. For fields of thermals it is the grain of any smaller voxel. A
+ * hero is one cloud, which changes with its grain. */
 static double choose_share(const np_cloud_model *model) {
   const bool is_field = model->kind->has_thermals && !model->kind->is_single;
   return is_field ? fmin(np_cloud_compute_grain_m(&model->desc) / model->desc.voxel_m, 1) : finer;
 }
 
-/* Whether finer voxels have another waterline, which takes the start's map and no balls to find. */
+/* Whether finer voxels have another waterline, which can be searched with the map of time 0 and without balls. */
 static bool has_finer_waterline(const np_cloud_model *model) {
   return is_of_coverage(model) && !model->kind->has_thermals && !model->map.levels && model->desc.time_s == 0;
 }
@@ -278,7 +278,7 @@ static neph_result measure_columns(neph_context *context, const np_cloud_model *
   job.pairs = np_alloc(context, count, sizeof *job.pairs);
   if (!job.pairs) return NEPH_ERROR_OUT_OF_MEMORY;
   result = np_parallel_for(context, monitor, count, 8, measure_pairs, &job);
-  if (!result) *out_losses = judge_pairs(&job, count, effort->chance);
+  if (!result) *out_losses = compare_pairs(&job, count, effort->chance);
   np_alloc_free(context, job.pairs);
   return result;
 }
@@ -295,7 +295,7 @@ bool np_bake_loses(const np_bake_losses *losses) {
          losses->of_map > tolerated_share;
 }
 
-/* ---- The voxel that keeps it ---- */
+/* ---- Recommended voxel size ---- */
 
 static double round_down(double value) {
   const double digit = pow(10, floor(log10(value)) - 2);
@@ -314,7 +314,7 @@ static neph_result probe_voxel(neph_context *context, const neph_cloud_desc *clo
   return result;
 }
 
-/* Halved until nothing is lost, to a quarter of the grain at the finest. 0: none was found. */
+/* Halves the voxel until there is no loss, down to a quarter of the grain. 0: none found. */
 static neph_result search_voxel(const np_cloud_model *model, np_monitor *monitor, double *out_voxel_m) {
   neph_cloud_desc probed = np_cloud_model_get_desc(model);
   bool loses = true;
@@ -346,7 +346,7 @@ static void warn(neph_context *context, const neph_cloud_desc *cloud, const loss
            name, 100 * row->share, row->name, row->kept, row->whole, cloud->voxel_m);
 }
 
-/* Thermals come and go as a whole: one cell more or less of them is chance. */
+/* Thermals appear and vanish as a whole: one cell more or less is chance. */
 static double get_coverage_tolerance(const np_cloud_model *model) {
   static const double tolerated = 0.03;
   const neph_cloud_desc *d = &model->desc;

@@ -1,11 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The memory that a bake may need at most, known once its leaves are marked and before any of it is spent, and about
- * how much it will.
+/* Upper bound and estimate of the memory of a bake, computed once its leaves are marked and before it allocates.
  *
- * Leaves and the nodes above them are counted as if all that may hold cloud did; how many do, a sample tells. What is
- * needed at a time: the grid's leaves, and with them either the buffers of the bake, or the bricks by which the error
- * is measured, or everything that is written, as our leaves and as OpenVDB's tree.
- */
+ * Leaves and their parent nodes are counted as if all marked leaves held cloud; a sample gives the actual share. Memory
+ * at the peak: the grid's leaves, together with the buffers of the bake, or the bricks for measuring the error, or the
+ * output (as leaves of nephos and as OpenVDB's tree). */
 #include "cloud/bake_memory.h"
 
 #include "cloud/bake_error.h"
@@ -14,8 +12,8 @@
 #include "core/alloc.h"
 #include "volume/bricks.h"
 
-/* OpenVDB 10: a leaf's buffer, mask and origin, with what malloc adds; nodes of 16³ and of 32³ children, each a pointer
- * or a value, with two masks of bits. The library itself, its tables and its threads' stacks. */
+/* OpenVDB 10: a leaf's buffer, mask and origin, with malloc's overhead; nodes of 16³ and 32³ children, each a pointer
+ * or a value, with two bit masks; the library, its tables and its threads' stacks. */
 enum {
   VDB_LEAF_BYTES = 200,
   VDB_LOWER_CHILDREN = 16 * 16 * 16,
@@ -27,11 +25,11 @@ enum {
 };
 static const double vdb_library_bytes = 45e6;
 
-enum { BATCH_BYTES = 2048 * (sizeof(np_leaf) + 12) }; /* of the bake's buffer of leaves and their origins */
+enum { BATCH_BYTES = 2048 * (sizeof(np_leaf) + 12) }; /* buffer of leaves and their origins */
 
 typedef struct memory_need {
   double leaves, tree, bricks, work;
-  double meter; /* all the time */
+  double meter; /* allocated all the time */
 } memory_need;
 
 static double count_model_bytes(const np_cloud_model *model) {
@@ -39,7 +37,7 @@ static double count_model_bytes(const np_cloud_model *model) {
          (model->shape ? np_shape_grid_count_bytes(model->shape) : 0);
 }
 
-/* Cells of `edge` leaves that hold a marked leaf; cells are aligned to leaf 0. Negative: there is no memory. */
+/* Number of cells of `edge` leaves with a marked leaf; cells are aligned to leaf 0. Negative: out of memory. */
 static double count_cells(const np_bake *bake, const np_bake_marks *marks, int32_t edge) {
   if (edge == 1) return (double)marks->cloudy_count;
   int32_t low[3], size[3];
@@ -76,7 +74,7 @@ static bool is_marked(const np_bake *bake, const np_bake_marks *marks, const int
   return marks->is_cloudy[leaf];
 }
 
-/* A brick reaches one sample into the leaves beyond its own. */
+/* Whether a cell needs a brick: bricks reach one sample into the leaves beyond their own. */
 static bool has_brick(const np_bake *bake, const np_bake_marks *marks, int32_t i, int32_t j, int32_t k) {
   for (int corner = 0; corner < 8; corner++) {
     const int32_t at[3] = {i + (corner & 1), j + (corner >> 1 & 1), k + (corner >> 2)};
@@ -102,7 +100,7 @@ static double count_tree_bytes(double leaves, double lower, double upper, double
          upper * VDB_UPPER_CHILDREN * (child_bytes + 0.25);
 }
 
-/* Adds a level of detail, or the grid itself for 0, and, with the grid, its velocity. False: there is no memory. */
+/* Adds a level of detail, or the grid itself for 0, and, with the grid, its velocity. False: out of memory. */
 static bool add_level(const np_bake *bake, const np_bake_marks *marks, int level, memory_need *need) {
   const double leaves = count_cells(bake, marks, 1 << level);
   const double lower = count_cells(bake, marks, VDB_LOWER_LEAVES << level);
@@ -110,7 +108,7 @@ static bool add_level(const np_bake *bake, const np_bake_marks *marks, int level
   if (leaves < 0 || lower < 0 || upper < 0) return false;
   need->leaves += leaves * sizeof(np_leaf);
   need->tree += count_tree_bytes(leaves, lower, upper, sizeof(float), VDB_CHILD_BYTES);
-  if (level) need->leaves += 3.0 * sizeof(int32_t) * leaves * 8; /* the origins that are sorted */
+  if (level) need->leaves += 3.0 * sizeof(int32_t) * leaves * 8; /* origins to be sorted */
   if (level || !bake->desc.has_velocity) return true;
   need->leaves += 3 * leaves * sizeof(np_leaf);
   need->tree += count_tree_bytes(leaves, lower, upper, 3 * sizeof(float), VDB_VECTOR_CHILD_BYTES);
@@ -133,7 +131,7 @@ static bool compute_need(const np_bake *bake, const np_bake_marks *marks, memory
   return true;
 }
 
-/* Less is no news. */
+/* Memory below this is not logged. */
 static const double told_bytes = 1e7;
 
 neph_result np_bake_check_memory(const np_bake *bake, const np_bake_marks *marks) {

@@ -1,18 +1,18 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Memory of a bake. */
+/* Memory estimate of a bake. */
 #ifndef NP_CLOUD_BAKE_MEMORY_H
 #define NP_CLOUD_BAKE_MEMORY_H
 
 #include "cloud/bake.h"
 
-/* Which leaves of the bake's box may hold cloud: a byte each, z fastest. */
+/* Leaves of the bake's box that may hold cloud: one byte each, z fastest. */
 typedef struct np_bake_marks {
   uint8_t *is_cloudy;
   size_t cloudy_count;
-  double share; /* of the marked leaves that do hold cloud, by a sample */
+  double share; /* share of the marked leaves that hold cloud, estimated from a sample */
 } np_bake_marks;
 
-/* Logs what the bake and what is done with its grid may need at most, and fails when that is not to be had. */
+/* Logs an upper bound of the memory for the bake and for the use of its grid, and fails if it is not available. */
 neph_result np_bake_check_memory(const np_bake *bake, const np_bake_marks *marks);
 
 #endif

@@ -1,12 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The velocity that carries a cloud's extinction from one moment to the next, for motion blur and retiming.
+/* The velocity that advects a cloud's extinction from one time to the next, for motion blur and retiming.
  *
- * What: u with ∂σ/∂t + u·∇σ = 0, as nearly as one vector for each voxel can. Method: the wind W carries everything, so
- * that what is left is the change seen while moving with it, D = dσ/dt along W. The rest of u follows from D and the
- * gradient over the voxel and its 26 neighbours, by least squares: (Σ∇σ∇σᵀ + λI)·u' = −Σ D∇σ, the optical flow of Lucas
- * and Kanade 1981, "An Iterative Image Registration Technique", eq. 9, with Tikhonov's λ for where the gradient does
- * not say. Both come from central differences of the model itself, at points half a voxel and a short time away.
- */
+ * Result: u with ∂σ/∂t + u·∇σ = 0, approximately, one vector for each voxel. Method: the wind W advects everything; the
+ * remaining change in its moving frame is D = dσ/dt along W. The rest of u follows from D and the gradient over the
+ * voxel and its 26 neighbours, by least squares: (Σ∇σ∇σᵀ + λI)·u' = −Σ D∇σ, the optical flow of Lucas and Kanade 1981,
+ * "An Iterative Image Registration Technique", eq. 9, with Tikhonov's λ where the gradient does not determine it. Both
+ * are central differences of the model itself, half a voxel and a short time apart. */
 #include "cloud/bake_velocity.h"
 
 #include <math.h>
@@ -21,22 +20,22 @@
 enum {
   BLOCK_EDGE = NP_LEAF_EDGE + 2, /* a leaf with its neighbours */
   BLOCK_SIZE = BLOCK_EDGE * BLOCK_EDGE * BLOCK_EDGE,
-  FLOW_SUMS = 9 /* six of the matrix, three of the right side */
+  FLOW_SUMS = 9 /* six of the matrix, three of the right-hand side */
 };
 
 typedef struct velocity_job {
   const np_bake *bake;
   np_cloud_model before, after;
-  double span_s; /* from now to either */
+  double span_s; /* time step to either side */
   double speed_max_m_s;
   double slack; /* λ */
   const np_sparse_grid *density;
   np_sparse_grid *velocity; /* x, y, z */
 } velocity_job;
 
-/* ---- What the model says ---- */
+/* ---- Evaluation of the model ---- */
 
-/* The extinction at the block of points around a leaf, displaced. */
+/* Extinction at the block of points around a leaf, displaced. */
 static void eval_block(const velocity_job *job, const np_cloud_model *model, const int32_t origin[3],
                        const double shift_m[3], float *out) {
   np_bake_points points = {.count = 0};
@@ -54,7 +53,7 @@ static void eval_block(const velocity_job *job, const np_cloud_model *model, con
   }
 }
 
-/* Half of each difference over twice the distance: of time along the wind, and of space. */
+/* Central differences in time along the wind, and in space. */
 static void compute_differences(const velocity_job *job, const int32_t origin[3], float (*out)[BLOCK_SIZE]) {
   const double *wind_m_s = job->bake->model.desc.wind_m_s, half_m = 0.5 * np_bake_get_finest_m(job->bake);
   float low[BLOCK_SIZE];
@@ -133,7 +132,7 @@ static neph_result make_leaves(void *user, size_t begin, size_t end, unsigned th
 
 /* ---- The grids ---- */
 
-/* Grids of the same leaves, still without values; the wind is their background. */
+/* Makes grids with the same leaves, without values; their background is the wind. */
 static neph_result make_grids(const np_bake *bake, const np_sparse_grid *density, np_sparse_grid velocity[3]) {
   neph_result result = NEPH_OK;
   for (int a = 0; a < 3 && !result; a++) {
@@ -161,8 +160,8 @@ static neph_result build_moment(const velocity_job *job, double time_s, np_cloud
 neph_result np_bake_make_velocity(const np_bake *bake, const np_sparse_grid *density, np_sparse_grid out_velocity[3]) {
   const neph_cloud_desc own = np_cloud_model_get_desc(&bake->model), *cloud = &own;
   velocity_job job = {.bake = bake, .density = density, .velocity = out_velocity};
-  /* The fastest, a billow in a third of its life, rises by half a voxel and more in this time; what seems to move
-   * two voxels does not move, but comes and goes. */
+  /* In this time the fastest matter, a billow in a third of its life, rises by half a voxel or more; an apparent motion
+   * of two voxels is growth and decay instead. */
   job.span_s = cloud->voxel_m * cloud->lifetime_s / (8 * cloud->billow_m);
   job.speed_max_m_s = 2 * cloud->voxel_m / job.span_s;
   const double gradient_per_m2 = 1e-2 * cloud->extinction_per_m / cloud->voxel_m;

@@ -5,8 +5,8 @@
 
 #include "cloud/bake.h"
 
-/* The velocity "vel" in m/s at the active voxels of a grid: x, y and z, each a grid of its leaves. On failure all three
- * are left cleared. */
+/* The velocity "vel" in m/s at the active voxels of a grid: one grid each for x, y and z, with the same leaves. On
+ * failure all three are cleared. */
 neph_result np_bake_make_velocity(const np_bake *bake, const np_sparse_grid *density, np_sparse_grid out_velocity[3]);
 
 #endif

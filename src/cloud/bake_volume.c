@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Clouds in memory: volumes, of one size of voxels or of levels of detail, and the model itself without a grid. */
+/* Clouds in memory: volumes with one voxel size or with levels of detail, and the model itself without a grid. */
 #include "cloud/bake_volume.h"
 
 #include "cloud/bake_desc.h"
@@ -14,13 +14,13 @@
 #include "volume/volume_private.h"
 #include "volume/volume_tint.h"
 
-/* A leaf, by its number along each axis. */
+/* Whether the region of a level contains a leaf, given by its number along each axis. */
 static bool has_cell(const void *user, const int32_t leaf[3]) {
   const int32_t origin[3] = {NP_LEAF_EDGE * leaf[0], NP_LEAF_EDGE * leaf[1], NP_LEAF_EDGE * leaf[2]};
   return np_bake_owns_leaf(user, origin);
 }
 
-/* The bake, or one level of it. */
+/* Makes the volume of a bake, or of one of its levels. */
 static neph_result make_level(np_bake *level, neph_volume **out_volume) {
   const double count = level->lod.count, begin = level->lod.level / count, end = (level->lod.level + 1) / count;
   np_sparse_grid grid;

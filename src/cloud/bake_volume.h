@@ -5,7 +5,7 @@
 
 #include "cloud/bake.h"
 
-/* A volume in memory, of all levels where there are several, from a bake that was started for bricks. */
+/* Builds a volume in memory, with all levels if there are several, from a bake started for bricks. */
 neph_result np_bake_make_volume(np_bake *bake, neph_volume **out_volume);
 
 #endif

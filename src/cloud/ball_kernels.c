@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Distances to balls; compiled once per instruction-set level, the same bits out of each. */
+/* Distances to balls, compiled for each instruction set, with equal bits. */
 #include <math.h>
 
 #include "cloud/balls.h"
 
 extern const np_ball_table NP_KERNEL(np_ball_kernels);
 
-/* Squared width of the gap between a coordinate and a side of the box. */
+/* Squared gap between a coordinate and the box. */
 static inline __attribute__((always_inline)) float compute_gap2(float at_m, float min_m, float max_m) {
   const float below_m = min_m - at_m, above_m = at_m - max_m, outside_m = below_m > above_m ? below_m : above_m;
   return outside_m > 0.0f ? outside_m * outside_m : 0.0f;
@@ -32,7 +32,7 @@ static size_t choose_near(const np_ball_columns *balls, size_t first, size_t cou
   return chosen;
 }
 
-/* Numbers of the balls that may count for a slice. Returns how many. */
+/* Lists the balls that may count for a slice. Returns how many there are. */
 static size_t choose_balls(const np_ball_chunk *chunk, float blend_m, np_ball_slice *slice, uint16_t *out) {
   float middle_m[NP_BALL_CHUNK], nearest_m = INFINITY;
   const float cx = slice->center_m[0], cy = slice->center_m[1], cz = slice->center_m[2];
@@ -55,8 +55,8 @@ static size_t choose_balls(const np_ball_chunk *chunk, float blend_m, np_ball_sl
   return count;
 }
 
-static void take_ball(const np_ball_chunk *chunk, size_t b, const np_ball_points *points, const np_ball_slice *slice,
-                      np_ball_nearest *n) {
+static void search_ball(const np_ball_chunk *chunk, size_t b, const np_ball_points *points, const np_ball_slice *slice,
+                        np_ball_nearest *n) {
   const float bx = chunk->x_m[b], by = chunk->y_m[b], bz = chunk->z_m[b], radius_m = chunk->radius_m[b];
   const float *x_m = points->x_m, *y_m = points->y_m, *z_m = points->z_m;
   const int32_t index = chunk->index[b];
@@ -76,14 +76,15 @@ static void take_ball(const np_ball_chunk *chunk, size_t b, const np_ball_points
   }
 }
 
-static void take_chunk(const np_ball_chunk *chunk, float blend_m, const np_ball_points *points, np_ball_slice *slice,
-                       np_ball_nearest *nearest) {
+static void search_chunk(const np_ball_chunk *chunk, float blend_m, const np_ball_points *points, np_ball_slice *slice,
+                         np_ball_nearest *nearest) {
   uint16_t chosen[NP_BALL_CHUNK];
   const size_t count = choose_balls(chunk, blend_m, slice, chosen);
-  for (size_t b = 0; b < count; b++) take_ball(chunk, chosen[b], points, slice, nearest);
+  for (size_t b = 0; b < count; b++) search_ball(chunk, chosen[b], points, slice, nearest);
 }
 
-/* Share of the greater of two distances in their blend, which is at most a quarter of its width below the lesser. */
+/* Weight of the larger of two distances in their blend, which is lower than the smaller one by at most a quarter of its
+ * width. */
 static inline __attribute__((always_inline)) float compute_overlap(float difference_m, float width_inverse) {
   const float w = 1.0f - difference_m * width_inverse;
   return w > 0.0f ? w : 0.0f;
@@ -106,4 +107,4 @@ static void join_level(size_t count, float blend_m, np_ball_nearest *n, float *d
   }
 }
 
-const np_ball_table NP_KERNEL(np_ball_kernels) = {choose_near, take_chunk, join_level};
+const np_ball_table NP_KERNEL(np_ball_kernels) = {choose_near, search_chunk, join_level};

@@ -18,7 +18,7 @@ static neph_result collect_rows(void *user, size_t begin, size_t end, unsigned t
   return result;
 }
 
-/* Brings the balls of a row into a field that repeats, and adds those that reach into it from beside it. */
+/* Wraps the balls of a row into a repeating field, and adds copies that reach into it from outside. */
 static neph_result repeat_row(const np_ball_heap *heap, np_ball_list *list) {
   const float width_m = heap->repeat_m, half_m = 0.5f * width_m;
   neph_result result = NEPH_OK;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A level of balls made row by row, in parallel, and kept in the order of rows. */
+/* Builds a level of balls row by row, in parallel, in the order of the rows. */
 #ifndef NP_CLOUD_BALL_ROWS_H
 #define NP_CLOUD_BALL_ROWS_H
 

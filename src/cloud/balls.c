@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The signed distance of a heap of balls: the union of each level, blended between the two nearest of its balls, and of
- * all levels, coarse to fine. Each blend is the quadratic one of Quilez, "Smooth minimum": at most a quarter of its
- * width below the lesser of the two. Bins are visited in one order, so that a value depends on its position alone.
- */
+/* Signed distance of a heap of balls: the union of the balls of each level, blended between the two nearest, and of all
+ * levels, coarse to fine. Each blend is Quilez' quadratic "smooth minimum", at most a quarter of its width below the
+ * smaller distance. Bins are visited in a fixed order, so that a value depends on its position alone. */
 #include "cloud/balls.h"
 
 #include <math.h>
@@ -47,7 +46,7 @@ static size_t choose_bin(const np_ball_level *level, const np_ball *ball) {
   return compute_bin_index(level, at);
 }
 
-/* Bins over the box of all centres. */
+/* Chooses bins over the box of all centres. */
 static size_t choose_bins(np_ball_level *level, const np_ball_list *lists, size_t list_count, float bin_min_m) {
   float low_m[3] = {INFINITY, INFINITY, INFINITY}, high_m[3] = {-INFINITY, -INFINITY, -INFINITY};
   for (size_t l = 0; l < list_count; l++)
@@ -136,9 +135,9 @@ double np_ball_heap_count_bytes(const np_ball_heap *heap) {
 
 /* ---- Boxes ---- */
 
-/* The distance at which a level's balls may count for distances up to reach_m: its own two blends can take off that
- * much; it counts as far as the blend of a finer level beyond that level's distance, from which that blend and the
- * finest ones take off a quarter of their widths. */
+/* Distance up to which a level's balls may count for distances up to reach_m. Its own two blends can subtract that
+ * much. It counts as far as the blend of a finer level beyond that level's distance; that blend and the finest ones
+ * subtract a quarter of their widths. */
 static float compute_level_reach(const np_ball_heap *heap, unsigned l, float reach_m) {
   float reach = reach_m + 1.5f * heap->levels[l].blend_m;
   for (unsigned finer = l + 1; finer < heap->level_count; finer++) reach += 1.25f * heap->levels[finer].blend_m;
@@ -160,7 +159,7 @@ static bool compute_range(const np_ball_level *level, const np_ball_box *box, fl
   return level->count > 0;
 }
 
-/* Balls from `first` to `end` lie in bins that follow each other along z. */
+/* Balls from `first` to `end`, in consecutive bins along z. */
 typedef struct bin_run {
   uint32_t first, end;
 } bin_run;
@@ -171,7 +170,7 @@ static bin_run get_run(const np_ball_level *level, const bin_range *range, int32
                    level->bin_begin[compute_bin_index(level, high) + 1]};
 }
 
-/* The same of the shape below all levels. */
+/* Distance up to which the shape below all levels counts. */
 static float compute_shape_reach(const np_ball_heap *heap, float reach_m) {
   float reach = reach_m;
   for (unsigned l = 0; l < heap->level_count; l++) reach += heap->levels[l].blend_m;
@@ -212,8 +211,8 @@ enum { SLICE_POINTS_MIN = 24, SLICE_POINTS_MAX = 64, SLICES_MAX = NP_BALL_BLOCK 
 typedef struct ball_search {
   const np_ball_heap *heap;
   const np_ball_points *points;
-  np_ball_box box; /* about all points */
-  float slack_m;   /* of roundings */
+  np_ball_box box; /* around all points */
+  float slack_m;   /* margin for rounding */
   size_t slice_count;
   np_ball_slice slices[SLICES_MAX];
   np_ball_chunk chunk;
@@ -222,7 +221,7 @@ typedef struct ball_search {
 
 static void flush(ball_search *s, const np_ball_level *level) {
   for (size_t n = 0; n < s->slice_count; n++)
-    s->heap->kernels->take_chunk(&s->chunk, level->blend_m + s->slack_m, s->points, &s->slices[n], &s->nearest);
+    s->heap->kernels->search_chunk(&s->chunk, level->blend_m + s->slack_m, s->points, &s->slices[n], &s->nearest);
   s->chunk.count = 0;
 }
 
@@ -237,8 +236,8 @@ static void add_candidates(np_ball_chunk *chunk, const np_ball_columns *balls, c
   }
 }
 
-/* Balls of a level count as far as its blend with the levels before, whose distances are known. Returns the greatest
- * of all slices' reach. */
+/* Limits the reach of a level's balls to the blend with the levels before, whose distances are set. Returns the largest
+ * reach of all slices. */
 static float limit_reach(ball_search *s, const np_ball_level *level, float reach_m, const float *before_m) {
   float largest_m = -INFINITY;
   for (size_t n = 0; n < s->slice_count; n++) {
@@ -290,8 +289,8 @@ static void compute_normal(const ball_search *s, const np_ball *ball, size_t i, 
   out[2] = z * scale;
 }
 
-/* All of the second is the second to the bit, whatever the first: it may come from balls too far off to count, which
- * are there or not with the points that a position is evaluated with. */
+/* Interpolates so that a share of 1 gives exactly `second`, even if `first` is not defined: it may come from balls that
+ * are too far away to count. */
 static float mix_value(float first, float second, float share) {
   return share < 1.0f ? np_mixf(first, second, share) : second;
 }
@@ -301,7 +300,7 @@ static void add_share(const np_ball_surface *out, size_t i, float share, const f
   for (int t = 0; t < 4; t++) targets[t][i] = mix_value(targets[t][i], values[t], share);
 }
 
-/* Radius and normal at a point, of the nearest two balls of a level. */
+/* Interpolates radius and normal at a point between the two nearest balls of a level. */
 static void blend_values(const ball_search *s, const np_ball_level *level, size_t i, float share, float *values) {
   const np_ball one = np_ball_level_get(level, (size_t)s->nearest.nearest[i]);
   const np_ball other = share > 0.0f ? np_ball_level_get(level, (size_t)s->nearest.second[i]) : one;
@@ -312,7 +311,7 @@ static void blend_values(const ball_search *s, const np_ball_level *level, size_
   for (int a = 0; a < 3; a++) values[1 + a] = np_mixf(normal[0][a], normal[1][a], share);
 }
 
-static void join_ages(const ball_search *s, const np_ball_level *level, float *age) {
+static void blend_ages(const ball_search *s, const np_ball_level *level, float *age) {
   const np_ball_nearest *n = &s->nearest;
   for (size_t i = 0; i < s->points->count; i++) {
     if (!(n->level_share[i] > 0.0f)) continue;
@@ -322,10 +321,10 @@ static void join_ages(const ball_search *s, const np_ball_level *level, float *a
   }
 }
 
-/* Joins a level's balls to those before. */
+/* Blends a level's balls with the levels before. */
 static void join_level(ball_search *s, const np_ball_level *level, const np_ball_surface *out) {
   s->heap->kernels->join_level(s->points->count, level->blend_m, &s->nearest, out->distance_m);
-  if (out->age) join_ages(s, level, out->age);
+  if (out->age) blend_ages(s, level, out->age);
   for (size_t i = 0; i < s->points->count && out->radius_m; i++) {
     float values[4];
     if (!(s->nearest.level_share[i] > 0.0f)) continue;
@@ -334,8 +333,8 @@ static void join_level(ball_search *s, const np_ball_level *level, const np_ball
   }
 }
 
-/* The shape below all levels. */
-static void take_shape(const np_shape_grid *shape, const np_ball_points *points, const np_ball_surface *out) {
+/* Starts with the shape below all levels. */
+static void start_from_shape(const np_shape_grid *shape, const np_ball_points *points, const np_ball_surface *out) {
   for (size_t i = 0; i < points->count; i++) {
     const float at_m[3] = {points->x_m[i], points->y_m[i], points->z_m[i]};
     float normal[3];
@@ -363,7 +362,7 @@ static float compute_edge(const np_ball_box *box) {
 
 static const np_ball_box no_box = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
 
-/* Points from `begin` on that lie within half the edge of all. */
+/* Slice of consecutive points from `begin` on within half the edge of the whole box. */
 static np_ball_slice cut_slice(const np_ball_points *points, size_t begin, float edge_max_m) {
   np_ball_slice slice = {.begin = begin, .end = begin};
   np_ball_box box = no_box;
@@ -410,7 +409,7 @@ bool np_ball_heap_search(const np_ball_heap *heap, const np_ball_points *points,
     if (values[v]) memset(values[v], 0, points->count * sizeof **values);
   cut_slices(&s);
   if (heap->shape && np_shape_grid_is_near(heap->shape, s.box.min_m, s.box.max_m, compute_shape_reach(heap, reach_m))) {
-    take_shape(heap->shape, points, out);
+    start_from_shape(heap->shape, points, out);
     is_any = true;
   }
   for (unsigned l = 0; l < heap->level_count; l++) {

@@ -1,12 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Billows: balls that stand on the surface of the levels before them, level on level down to two voxels.
+/* Billows: balls on the surface of the previous levels, level by level down to two voxels.
  *
- * Two random points of each cell of a lattice, which rises with the air, are moved along the gradient of the distance
- * to the surface; a ball stands there, farther out on tops and young thermals than on flanks and old ones, its centre
- * at most 0.68 of its radius outside, so that each is tied to its parent. The first level is dense and stands out, the
- * fine ones are sparse and embedded: relief below the mean free path of transport would only whiten the cloud. Radii
- * go to 0 at every limit, so that none appears at once.
- */
+ * Two random points in each cell of a lattice, which rises with the air, are moved along the gradient of the distance
+ * to the surface. A ball is placed there, farther out on tops and young thermals than on flanks and old ones, with its
+ * centre at most 0.68 of its radius outside, so that it touches its parent. The first level is dense and protrudes,
+ * fine ones are sparse and embedded: relief below the transport mean free path would only whiten the cloud. Radii
+ * vanish at every limit, so that billows appear gradually. */
 #include "cloud/billows.h"
 
 #include <math.h>
@@ -21,15 +20,16 @@
 
 enum { EDGE = 4, CELL_POINTS = 2, BLOCK_POINTS = EDGE * EDGE * EDGE * CELL_POINTS };
 
-static const float first_spacing = 0.71f, spacing_ratio = 0.5f; /* of the lattices, the first in largest billows */
-static const float search_depth = 0.55f;                        /* from the surface, in spacings */
-static const float least_voxels = 0.5f;                         /* of a radius: less cannot be seen */
-static const float billow_blend = 0.035f;                       /* in spacings */
+static const float first_spacing = 0.71f,
+                   spacing_ratio = 0.5f;  /* spacing of the lattices, the first in largest billows */
+static const float search_depth = 0.55f;  /* distance from the surface, in spacings */
+static const float least_voxels = 0.5f;   /* least radius: smaller ones are invisible */
+static const float billow_blend = 0.035f; /* width of the blend, in spacings */
 
 static float compute_spacing_m(const np_cloud_model *model, unsigned level) {
   float spacing_m = first_spacing * model->thermals.billow_m;
   for (unsigned l = 1; l < level; l++) spacing_m *= spacing_ratio;
-  return np_repeat_fit(&model->desc, EDGE * spacing_m) / EDGE; /* whole blocks go into a field that repeats */
+  return np_repeat_fit(&model->desc, EDGE * spacing_m) / EDGE; /* a repeating field has whole blocks */
 }
 
 unsigned np_thermals_count_levels(const np_cloud_model *model) {
@@ -42,9 +42,9 @@ typedef struct billow_rows {
   const np_cloud_model *model;
   unsigned level;
   float spacing_m, rise_m;
-  float amounts[NEPH_CLOUD_PARTS], octaves[NEPH_CLOUD_PARTS]; /* by which the largest billows are smaller */
+  float amounts[NEPH_CLOUD_PARTS], octaves[NEPH_CLOUD_PARTS]; /* octaves by which the largest billows are smaller */
   int32_t first[3], count[3];                                 /* blocks of EDGE³ cells */
-  int32_t period;                                             /* cells along a field that repeats; 0: it ends */
+  int32_t period; /* cells per period of a repeating field; 0: not repeating */
 } billow_rows;
 
 /* Points of a block, with a hash for each. */
@@ -55,7 +55,7 @@ typedef struct point_block {
   float patch[BLOCK_POINTS];
 } point_block;
 
-static float take(uint64_t hash, int field) { return (float)(hash >> (16 * field) & 0xffffu) * 0x1p-16f; }
+static float get_fraction(uint64_t hash, int field) { return (float)(hash >> (16 * field) & 0xffffu) * 0x1p-16f; }
 
 static void draw_points(const billow_rows *rows, const int32_t at[3], point_block *b) {
   const np_cloud_model *model = rows->model;
@@ -67,13 +67,13 @@ static void draw_points(const billow_rows *rows, const int32_t at[3], point_bloc
     uint64_t hash = np_random_absorb(seed, (uint64_t)(uint32_t)i << 32 | (uint32_t)j);
     hash = np_random_absorb(hash, (uint64_t)(uint32_t)cell[2] << 1 | (uint64_t)(n % CELL_POINTS));
     b->hash[n] = np_random_mix(hash);
-    b->x_m[n] = ((float)cell[0] + take(hash, 0)) * rows->spacing_m + model->drift_m[0];
-    b->y_m[n] = ((float)cell[1] + take(hash, 1)) * rows->spacing_m + model->drift_m[1];
-    b->z_m[n] = ((float)cell[2] + take(hash, 2)) * rows->spacing_m + rows->rise_m;
+    b->x_m[n] = ((float)cell[0] + get_fraction(hash, 0)) * rows->spacing_m + model->drift_m[0];
+    b->y_m[n] = ((float)cell[1] + get_fraction(hash, 1)) * rows->spacing_m + model->drift_m[1];
+    b->z_m[n] = ((float)cell[2] + get_fraction(hash, 2)) * rows->spacing_m + rows->rise_m;
   }
 }
 
-/* Moves points to the surface, and draws the patches in which billows are larger. */
+/* Moves points to the surface, and draws the patches with larger billows. */
 static void move_to_surface(const billow_rows *rows, point_block *b) {
   float x[BLOCK_POINTS], y[BLOCK_POINTS], z[BLOCK_POINTS];
   np_noise_lattice lattice = {np_noise_derive_seed(rows->model->desc.seed, NP_CLOUD_STREAM_PATCHES + rows->level),
@@ -92,14 +92,14 @@ static void move_to_surface(const billow_rows *rows, point_block *b) {
   rows->model->noise->perlin(&lattice, &(np_noise_points){BLOCK_POINTS, x, y, z}, b->patch);
 }
 
-/* A value of tops, flanks and base at a point of the surface. */
+/* Interpolates a value between tops, flanks and base at a point of the surface. */
 static float blend_parts(const billow_rows *rows, const point_block *b, int n, const float parts[NEPH_CLOUD_PARTS]) {
   const float top = np_smoothstepf((b->normal[2][n] - 0.1f) / 0.5f);
   const float base = 1.0f - np_smoothstepf((b->z_m[n] / rows->model->thermals.billow_m - 0.1f) / 0.5f);
   return np_mixf(np_mixf(parts[1], parts[0], top), parts[2], base);
 }
 
-/* Amount and billowiness of the billows at a point, and their level, counted from the largest that are not left out. */
+/* Amount and billowiness of the billows at a point, and their level, counted from the largest one in use. */
 typedef struct billow_kind {
   float amount, billowiness, level;
 } billow_kind;
@@ -110,10 +110,11 @@ static billow_kind choose_kind(const billow_rows *rows, const point_block *b, in
                        (float)rows->level - blend_parts(rows, b, n, rows->octaves)};
 }
 
-/* Radius, of a spacing; 0 at each limit. */
+/* Radius relative to the spacing; 0 at each limit. */
 static float compute_radius(const billow_rows *rows, const point_block *b, int n, float off_m, float up,
                             const billow_kind *kind) {
-  const float spacing_m = rows->spacing_m, drawn = take(b->hash[n], 0), old = rows->level > 1 ? 0.6f * b->age[n] : 0.0f;
+  const float spacing_m = rows->spacing_m, drawn = get_fraction(b->hash[n], 0),
+              old = rows->level > 1 ? 0.6f * b->age[n] : 0.0f;
   float radius =
       0.88f * (0.34f + 0.48f * drawn * drawn * drawn) * np_mixf(0.75f, 1.0f, up) * (1.0f + 0.5f * b->patch[n]);
   radius *= (n % CELL_POINTS ? 0.62f : 1.0f) * (1.0f - old) * (0.6f + 0.8f * kind->billowiness);
@@ -128,23 +129,23 @@ static float compute_radius(const billow_rows *rows, const point_block *b, int n
 /* Distance of the centre outside the surface, in radii. */
 static float compute_protrusion(const point_block *b, int n, float up, const billow_kind *kind) {
   const uint64_t hash = b->hash[n];
-  float out = 0.75f * (0.2f + 1.6f * take(hash, 1)) * np_mixf(0.35f, 1.0f, up) * (1.0f - b->age[n]);
+  float out = 0.75f * (0.2f + 1.6f * get_fraction(hash, 1)) * np_mixf(0.35f, 1.0f, up) * (1.0f - b->age[n]);
   const float level = np_maxf(kind->level, 1.0f), first = np_maxf(2.0f - level, 0.0f);
-  out += first * 0.30f * np_mixf(0.5f, 1.0f, up) * (0.5f + take(hash, 2));
-  out -= 0.85f * (level - 1.0f) / 3.0f * (0.6f + 0.8f * take(hash, 3));
+  out += first * 0.30f * np_mixf(0.5f, 1.0f, up) * (0.5f + get_fraction(hash, 2));
+  out -= 0.85f * (level - 1.0f) / 3.0f * (0.6f + 0.8f * get_fraction(hash, 3));
   return np_minf(out * (0.5f + kind->billowiness), 0.68f);
 }
 
 static neph_result add_billow(const billow_rows *rows, const point_block *b, int n, float off_m, np_ball_list *list) {
   const neph_cloud_desc *desc = &rows->model->desc;
   const billow_kind kind = choose_kind(rows, b, n);
-  if (kind.level > 2.0f && take(np_random_mix(b->hash[n]), 0) >= 0.35f) return NEPH_OK;
+  if (kind.level > 2.0f && get_fraction(np_random_mix(b->hash[n]), 0) >= 0.35f) return NEPH_OK;
   const float up = np_smoothstepf((b->normal[2][n] + 0.75f) / 1.1f);
   const float radius_m = rows->spacing_m * compute_radius(rows, b, n, off_m, up, &kind);
   if (!(radius_m > 0.02f * rows->spacing_m)) return NEPH_OK;
   const float out_m = radius_m * compute_protrusion(b, n, up, &kind);
   const float lift_m = rows->level < 3 ? 0.1f * radius_m * up : 0.0f;
-  const float aging = 0.12f * (take(np_random_mix(b->hash[n]), 1) - 0.5f) * (float)desc->age;
+  const float aging = 0.12f * (get_fraction(np_random_mix(b->hash[n]), 1) - 0.5f) * (float)desc->age;
   const np_ball ball = {.x_m = b->x_m[n] + out_m * b->normal[0][n],
                         .y_m = b->y_m[n] + out_m * b->normal[1][n],
                         .z_m =

@@ -5,10 +5,10 @@
 
 #include "cloud/cloud_model.h"
 
-/* Levels of balls, from the thermals to billows of two voxels. */
+/* Number of levels of balls, from the thermals to billows of two voxels. */
 unsigned np_thermals_count_levels(const np_cloud_model *model);
 
-/* Adds a level of billows, from 1 on, to those before it. */
+/* Adds a level of billows, 1 or higher, to the levels before it. */
 neph_result np_thermals_add_billows(np_cloud_model *model, np_monitor *monitor, unsigned level);
 
 #endif

@@ -1,24 +1,22 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Cells of noise: cumulus and its like, after Schneider and Vos 2015, "The Real-time Volumetric Cloudscapes of Horizon:
- * Zero Dawn", and Schneider 2023, "Nubis Cubed".
+/* Cells of noise: cumulus and similar clouds, after Schneider and Vos 2015, "The Real-time Volumetric Cloudscapes of
+ * Horizon: Zero Dawn", and Schneider 2023, "Nubis Cubed".
  *
- * All is a balance of *depth*, a number that is positive inside the cloud:
+ * The sum of all terms is *depth*, which is positive inside the cloud:
  *
- *   depth = m(x, y) − v(s)  +  base billows  −  detail,   s = (h − base)/thickness
+ * depth = m(x, y) − v(s) + base billows − detail, s = (h − base)/thickness
  *
- * m is the weather map above its waterline, 1 in the heart of the largest cell, and v the height profile, which grows
- * from 0 at the flat base to 1 at the top: with v = s² a cell is a dome, its top at √m. An anvil is a second column,
- * wider, with a profile that is a sheet below the top and flares down to the tower.
+ * m is the weather map above its waterline, 1 in the centre of the largest cell. v is the height profile, from 0 at the
+ * flat base to 1 at the top: with v = s² a cell is a dome with its top at √m. An anvil is a second, wider column, whose
+ * profile is a sheet below the top that flares down to the tower.
  *
- * Noise moves the surface in and out: Perlin-Worley billows of the base shape, then octaves of Worley noise that carve
- * the creases between ever smaller billows, amplitude in proportion to size. Near the base the sign of the detail
- * turns, so that what was a billow becomes a hole and what was a crease a wisp. Positions of the detail are displaced
- * by divergence-free noise. Extinction rises from nothing to the core's within a thin edge of depth: a cumulus is
- * crisp.
+ * Noise displaces the surface: Perlin-Worley billows for the base shape, then octaves of Worley noise that carve
+ * creases between ever smaller billows, with amplitudes proportional to size. Near the base the sign of the detail is
+ * inverted: billows become holes and creases become wisps. Positions of the detail are displaced by divergence-free
+ * noise. Extinction rises from 0 to the core's within a thin edge of depth: a cumulus is crisp.
  *
- * Depth changes by slope_per_m over a metre across the outline, which turns lengths into depth. Only + − × ÷ √ and
- * comparisons decide a value, so that it is the same on every machine.
- */
+ * Depth changes by slope_per_m over a metre across the outline, which converts lengths to depth. Only + − × ÷ √ and
+ * comparisons enter a value, so that it is the same on every machine. */
 #include <math.h>
 
 #include "cloud/air_points.h"
@@ -30,26 +28,26 @@
 #include "cloud/waterline.h"
 #include "core/math.h"
 
-/* Mean of the noises, from noise.h. */
+/* Means of the noises, from noise.h. */
 static const float base_mean = 0.85f, erosion_mean = 0.30f;
 
-static const float base_reach = 3.2f;         /* of the base billows at billowiness 1, in their own size */
-static const float detail_reach = 1.35f;      /* of an octave of detail at erosion 1, in its own size */
-static const float detail_boost = 1.2f;       /* of an octave's amplitude over its size, from one octave to the next */
-static const float detail_size = 0.46f;       /* of the first octave of detail, in largest billows */
-static const float octave_ratio = 0.47f;      /* from one octave to the next: not ½, or lattices would line up */
-static const float base_ramp_size = 0.1f;     /* over which the base thickens, in largest billows */
-static const float curl_size = 0.55f;         /* of the eddies, in largest billows */
-static const float curl_reach = 0.12f;        /* of the displacement at turbulence 1, in largest billows */
-static const float wisp_height = 0.18f;       /* of the thickness, over which wisps give way to billows */
-static const float extinction_floor = 0.002f; /* of the core's: less is nothing */
-static const float bound_margin = 1e-4f;      /* of depth, for rounding */
+static const float base_reach = 3.2f;     /* amplitude of the base billows at billowiness 1, in units of their size */
+static const float detail_reach = 1.35f;  /* amplitude of an octave of detail at erosion 1, in units of its size */
+static const float detail_boost = 1.2f;   /* growth of amplitude over size per octave */
+static const float detail_size = 0.46f;   /* size of the first octave of detail, in largest billows */
+static const float octave_ratio = 0.47f;  /* size ratio of octaves: not ½, or lattices would align */
+static const float base_ramp_size = 0.1f; /* height over which the base thickens, in largest billows */
+static const float curl_size = 0.55f;     /* size of the eddies, in largest billows */
+static const float curl_reach = 0.12f;    /* displacement at turbulence 1, in largest billows */
+static const float wisp_height = 0.18f;   /* height over which wisps turn into billows, relative to the thickness */
+static const float extinction_floor = 0.002f; /* relative to the core's extinction: less counts as 0 */
+static const float bound_margin = 1e-4f;      /* margin of depth for rounding */
 
-/* Anvils: strongest about this height; above it a wedge, below it a flare that ends here where the column is 1, all of
- * the thickness. */
+/* Profile of anvils: strongest near this height; a wedge above it, and a flare below it that ends here for a column of
+ * 1. */
 static const float anvil_center = 0.85f, anvil_above = 0.07f, anvil_flare = 0.40f;
-static const float anvil_relief = 0.4f; /* share of the noise: ice is smooth */
-static const float anvil_edge = 14.0f;  /* times the edge of the tower */
+static const float anvil_relief = 0.4f; /* factor on the noise: ice is smooth */
+static const float anvil_edge = 14.0f;  /* width relative to the tower's edge */
 static const float anvil_thinness = 0.8f;
 
 /* ---- Noises ---- */
@@ -62,7 +60,7 @@ static void set_billows(np_cloud_model *model) {
   float amplitude = detail_reach * (float)desc->erosion * detail_size * billow_m * model->slope_per_m;
   for (unsigned k = 0; k < model->detail_count; k++, amplitude *= octave_ratio * detail_boost)
     model->detail[k].amplitude = amplitude;
-  const float turned = 2.0f * (float)desc->wispiness - 1.0f; /* less the sign at the base, where it is negative */
+  const float turned = 2.0f * (float)desc->wispiness - 1.0f; /* sign of the detail at the base, minus 1; negative */
   float sum = 0.0f;
   for (unsigned k = model->detail_count; k-- > 0;) {
     sum += model->detail[k].amplitude;
@@ -74,7 +72,7 @@ static void set_billows(np_cloud_model *model) {
   model->base_ramp_inverse = (float)desc->thickness_m / (base_ramp_size * billow_m);
 }
 
-/* Octaves of detail as long as a billow covers two voxels. */
+/* Chooses octaves of detail, as long as a billow covers two voxels. */
 static void choose_detail(np_cloud_model *model, float size_m) {
   for (unsigned k = 0; k < NP_CLOUD_OCTAVES_MAX && size_m >= 2.0f * (float)model->desc.voxel_m; k++) {
     model->detail[k].lattice = np_cloud_make_lattice(&model->desc, NP_CLOUD_STREAM_DETAIL + k);
@@ -104,7 +102,7 @@ static void set_cell_edges(np_cloud_model *model) {
 
 /* ---- Columns ---- */
 
-/* The lower face of a column a lies anvil_flare·a² below the centre: a trumpet. */
+/* Profile of an anvil: the lower face of a column a is anvil_flare·a² below the centre, like a trumpet. */
 static float eval_anvil(float s) {
   const float above = (s - anvil_center) / anvil_above;
   return above > 0.0f ? above : sqrtf((anvil_center - s) / anvil_flare);
@@ -114,7 +112,7 @@ static float bound_anvil(float low, float high) {
   return low > anvil_center ? eval_anvil(low) : high < anvil_center ? eval_anvil(high) : 0.0f;
 }
 
-/* Share of the noise's amplitude over a column: less towards the outline, or crumbs would fly around every cloud. */
+/* Factor on the noise's amplitude in a column: less towards the outline, to avoid crumbs around clouds. */
 static float compute_relief(float strength) { return 0.55f + 0.45f * np_smoothstepf(strength * 3.5f); }
 
 static np_air_state eval_column(const np_cloud_model *model, const np_cloud_column *column, float height_m) {
@@ -156,8 +154,8 @@ static void start_points(const np_cloud_model *model, const np_cloud_points *poi
 
 /* ---- Depth ---- */
 
-/* From depth to extinction: a crisp edge, a base that thickens quickly, a core somewhat denser with height, as liquid
- * water in a rising parcel is; ice is thin and fades gently. */
+/* Extinction for a depth: a crisp edge, a base that thickens quickly, and a core that gets denser with height, like
+ * liquid water in a rising parcel; ice is thin and fades gently. */
 static float compute_extinction(const np_cloud_model *model, const np_air_state *s) {
   const float core_per_m = (float)model->desc.extinction_per_m;
   float body = np_smoothstepf(s->depth / (model->edge * np_mixf(1.0f, anvil_edge, s->ice)));
@@ -166,9 +164,10 @@ static float compute_extinction(const np_cloud_model *model, const np_air_state 
   return body > extinction_floor ? core_per_m * body * (0.8f + 0.4f * s->share) : 0.0f;
 }
 
-/* Drops the points that no further gain of depth can bring into the cloud, and those so deep that no loss can bring
- * them to its edge: these are settled. */
-static void settle(const np_cloud_model *model, np_air_points *w, float gain, float loss, float *out_extinction_per_m) {
+/* Decides points whose result cannot change: drops points that no further gain of depth can bring into the cloud, and
+ * writes the extinction of points so deep that no loss can bring them to its edge. */
+static void decide_points(const np_cloud_model *model, np_air_points *w, float gain, float loss,
+                          float *out_extinction_per_m) {
   size_t kept = 0;
   for (size_t i = 0; i < w->count; i++) {
     const np_air_state *s = &w->state[i];
@@ -195,7 +194,7 @@ static void add_base(const np_cloud_model *model, np_air_points *w) {
     w->state[i].depth += w->state[i].relief * model->base.amplitude * (w->noise[i] - model->base.mean);
 }
 
-/* The sign of the detail: 1 carves creases between billows, −1 leaves wisps where the creases were. */
+/* Sign of the detail: 1 carves creases between billows, −1 leaves wisps in place of creases. */
 static float compute_sign(const np_cloud_model *model, const np_air_state *s) {
   return 1.0f - 2.0f * (float)model->desc.wispiness * (1.0f - np_smoothstepf(s->share / wisp_height));
 }
@@ -203,7 +202,7 @@ static float compute_sign(const np_cloud_model *model, const np_air_state *s) {
 static void subtract_detail(const np_cloud_model *model, np_air_points *w, float *out_extinction_per_m) {
   for (unsigned k = 0; k < model->detail_count; k++) {
     const np_cloud_octave *octave = &model->detail[k];
-    settle(model, w, octave->gain_max, octave->loss_max, out_extinction_per_m);
+    decide_points(model, w, octave->gain_max, octave->loss_max, out_extinction_per_m);
     const np_noise_points points = np_air_points_scale(w, octave->frequency_per_m, 2.0f * model->turnover);
     model->noise->worley(&octave->lattice, &points, w->noise);
     for (size_t i = 0; i < w->count; i++) {
@@ -218,14 +217,14 @@ static void eval_cells(const np_cloud_model *model, const np_cloud_points *point
   start_points(model, points, &w);
   if (w.count == 0) return;
   add_base(model, &w);
-  settle(model, &w, model->detail_gain_max, model->detail_loss_max, out_extinction_per_m);
+  decide_points(model, &w, model->detail_gain_max, model->detail_loss_max, out_extinction_per_m);
   np_air_points_displace(model, &w);
   subtract_detail(model, &w, out_extinction_per_m);
   for (size_t i = 0; i < w.count; i++) out_extinction_per_m[w.index[i]] = compute_extinction(model, &w.state[i]);
 }
 
-/* Depth is at most that of the best map value, of the most favourable height and of the point farthest from the border,
- * with all that noise can add. */
+/* Whether a box is empty: depth is bounded by the best map value, the most favourable height and the point farthest
+ * from the border, plus the largest gain by noise. */
 static bool is_cells_empty(const np_cloud_model *model, const np_cloud_box *box) {
   const float top_m = (float)model->desc.thickness_m, gain = model->base_gain_max + model->detail_gain_max;
   if (box->max_m[2] <= 0.0f || box->min_m[2] >= top_m) return true;
@@ -244,7 +243,7 @@ const np_cloud_kind np_cells_kind = {
     .name = "cells",
     .landscape = {.form = NP_LANDSCAPE_CELLS,
                   .swirl_size = 1.3f,
-                  .group_height = 0.78f, /* times Perlin noise of standard deviation 0.17 */
+                  .group_height = 0.78f, /* factor on Perlin noise of standard deviation 0.17 */
                   .group_gain = 0.5f,
                   .group_octaves = 2,
                   .has_anvils = true,

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A census of a field: the share of its columns that hold cloud. */
+/* Measures cloud cover: the share of the field's columns that hold cloud. */
 #include "cloud/census.h"
 
 #include <math.h>
@@ -13,13 +13,13 @@ enum { CENSUS_WHITE = 1024 };
 
 typedef struct census {
   const np_cloud_model *model;
-  int columns[2], heights; /* columns along each axis */
-  float cell_m[2], step_m; /* distances between those */
-  bool is_at_voxels;       /* heights are the voxels' own, which differ from column to column */
+  int columns[2], heights; /* columns along each axis; heights in each */
+  float cell_m[2], step_m; /* distances between columns, and between heights */
+  bool is_at_voxels;       /* heights are those of the voxels, which differ between columns */
   atomic_size_t covered, wanted;
 } census;
 
-/* Heights to evaluate: those of the voxels where these matter or are few. */
+/* Chooses the heights: those of the voxels if they matter or are few. */
 static void set_heights(const np_cloud_model *model, census *c) {
   const neph_cloud_desc *desc = &model->desc;
   const double voxels = ceil(desc->thickness_m / desc->voxel_m);
@@ -31,8 +31,8 @@ static void set_heights(const np_cloud_model *model, census *c) {
   c->step_m = (float)(c->is_at_voxels ? desc->voxel_m : desc->thickness_m / c->heights);
 }
 
-/* Census of the columns. Where voxels are coarser than the model it looks at the voxels' own columns, at all of them if
- * they are few, and at each grain: a choice of others would miss by chance. */
+/* Plans the census. If voxels are coarser than the model, it uses the columns of the voxels (all of them if they are
+ * few) and each grain: other columns would miss clouds by chance. */
 static census make_census(const np_cloud_model *model) {
   const neph_cloud_desc *desc = &model->desc;
   census c = {.model = model};
@@ -46,7 +46,7 @@ static census make_census(const np_cloud_model *model) {
   return c;
 }
 
-/* Columns of a row, and points of those that are not known to be covered. */
+/* Columns of a row, and points of those not yet known to be covered. */
 typedef struct census_row {
   const census *census;
   bool is_covered[CENSUS_COLUMNS_MAX];
@@ -72,7 +72,7 @@ static float compute_place_m(const census *c, int axis, size_t i) {
 static void add_column(census_row *row, int column, float y_m, int first, int step) {
   const census *c = row->census;
   const float x_m = compute_place_m(c, 0, (size_t)column);
-  const float lowest = c->is_at_voxels ? (float)np_level_samples_find_lowest(c->model, x_m, y_m) : 0.5f;
+  const float lowest = c->is_at_voxels ? (float)np_level_samples_compute_lowest(c->model, x_m, y_m) : 0.5f;
   if (row->count + (size_t)c->heights > NP_CLOUD_BLOCK) eval_points(row);
   for (int i = first; i < c->heights; i += step) {
     const size_t n = row->count++;
@@ -83,15 +83,15 @@ static void add_column(census_row *row, int column, float y_m, int first, int st
   }
 }
 
-/* Share of the sky that is to be covered at a place, in whole numbers, whose sum does not depend on threads. */
+/* Requested coverage of a position, as an integer, so that sums do not depend on threads. */
 static size_t get_share(const np_cloud_model *model, float x_m, float y_m) {
   if (!model->map.levels) return (size_t)(model->map.coverage * CENSUS_WHITE + 0.5);
   const float *shares = model->map.planes[NEPH_CLOUD_MAP_COVERAGE];
   return (size_t)(np_weather_map_sample(&model->map, shares, x_m, y_m) * (float)CENSUS_WHITE + 0.5f);
 }
 
-/* Counts the columns of one row of the field in which there is any cloud: a few heights find most of them, and the
- * others are evaluated where those have found none. */
+/* Counts the covered columns of one row. A few heights decide most columns; the others are evaluated only if those are
+ * clear. */
 static void count_covered(census *c, size_t y) {
   static const int first[] = {1, 3, 0, 2};
   const int passes = c->model->kind->census_passes;
@@ -119,8 +119,8 @@ static neph_result count_rows(void *user, size_t begin, size_t end, unsigned thr
   return NEPH_OK;
 }
 
-/* Share of the field's sky that is covered. Of a picture columns count by how white it is there, so that its borders,
- * which are grey, do not make up for clear sky within them. */
+/* Covered share of the field's sky. In a picture columns are weighted by their coverage, so that its grey borders do
+ * not compensate clear sky inside. */
 neph_result np_census_count(const np_cloud_model *model, np_monitor *monitor, double *out_fraction) {
   census c = make_census(model);
   atomic_init(&c.covered, 0);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A density model made ready: its noises, its state at the description's time, and its weather map, whose waterline
- * gives the wanted coverage. */
+/* Prepares a density model: its noises, its state at the description's time, and its weather map with the waterline of
+ * the requested coverage. */
 #include "cloud/cloud_build.h"
 
 #include <math.h>
@@ -15,22 +15,23 @@
 #include "cloud/weather_map_build.h"
 #include "core/alloc.h"
 
-static const float turnovers = 3.0f; /* of the billows, in their own size, in the lifetime of a cell */
+static const float turnovers = 3.0f; /* turnovers of billows, in units of their size, per lifetime of a cell */
 
-/* Noises, by description and grain. */
+/* Sets up noises, from description and grain. */
 static void prepare(np_cloud_model *model) {
   np_rain_prepare(model);
   model->kind->prepare(model);
 }
 
-/* Displacement of the air since time 0. */
+/* Sets the displacement of the air since time 0. */
 static void set_time(np_cloud_model *model) {
   const neph_cloud_desc *desc = &model->desc;
   for (int i = 0; i < 2; i++) model->drift_m[i] = (float)(desc->wind_m_s[i] * desc->time_s);
   model->turnover = (float)(desc->time_s / desc->lifetime_s) * turnovers;
 }
 
-/* The map at the start, whose waterline is kept, or clouds would breathe with the census; then that of the time. */
+/* Builds the map at time 0, which fixes the waterline (otherwise clouds would pulsate with the census), then the map at
+ * the description's time. */
 static neph_result build_maps(const np_weather_picture *picture, np_monitor *monitor, np_cloud_model *model) {
   neph_context *context = model->context;
   neph_cloud_desc start = model->desc;

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Columns: what the weather map makes of a place before any noise, and bounds of that over boxes. Each function that
- * gives a value stands beside the one that bounds it, for a box is left out of a bake on their word alone.
- */
+/* Columns: values of the weather map at a position before any noise, and bounds of them over boxes. Each function of a
+ * value is next to its bound, because a bake skips boxes by the bounds alone. */
 #include "cloud/cloud_column.h"
 
 #include <math.h>
@@ -10,22 +9,22 @@
 #include "cloud/weather_picture.h"
 #include "core/math.h"
 
-/* Depth that the border allows an anvil, in that of a tower: anvils thin out to it. Its corners have a radius, in
- * shorter sides of the field. */
+/* Limit of an anvil's depth at the border, relative to a tower's: anvils thin out towards it. Corner radius, relative
+ * to the shorter side of the field. */
 static const float anvil_border = 0.3f, anvil_corner = 0.4f;
 static const float anvil_cut = 0.55f; /* strength of columns at which anvils end */
 
-/* Rounding is covered by a margin far above it. */
+/* Margin for rounding, far above its size. */
 static const float bound_margin = 1e-4f;
 
-/* Distance inside the field's border, whose corners are rounded by a radius; grows with either distance to a side. */
+/* Distance inside the field's border, with rounded corners; it increases with the distance to either side. */
 static float compute_inset_m(const neph_cloud_desc *desc, float x_m, float y_m, float corner_m) {
   const float dx = 0.5f * (float)desc->extent_m[0] - fabsf(x_m), dy = 0.5f * (float)desc->extent_m[1] - fabsf(y_m);
   if (!(dx < corner_m && dy < corner_m)) return np_minf(dx, dy);
   return corner_m - sqrtf((corner_m - dx) * (corner_m - dx) + (corner_m - dy) * (corner_m - dy));
 }
 
-/* Depth allowed by the border of the field, so that no cloud is cut by a wall. */
+/* Limit of depth at the border of the field, so that clouds are not cut vertically. */
 static float eval_border(const np_cloud_model *model, float x_m, float y_m, float corner_m) {
   const neph_cloud_desc *desc = &model->desc;
   if (desc->repeat_m > 0) return INFINITY;
@@ -33,19 +32,18 @@ static float eval_border(const np_cloud_model *model, float x_m, float y_m, floa
          model->base_gain_max * (1.0f - (float)np_cloud_desc_get_coverage(desc));
 }
 
-/* The same of anvils, which reach farther than their towers and show the border: a rectangle would give them corners.
- */
+/* Limit of depth for anvils, which reach farther than their towers: rectangular borders would give them corners. */
 static float eval_anvil_border(const np_cloud_model *model, float x_m, float y_m) {
   const float shorter_m = (float)fmin(model->desc.extent_m[0], model->desc.extent_m[1]);
   return anvil_border * eval_border(model, x_m, y_m, anvil_corner * shorter_m);
 }
 
-/* Growth since time 0 stays below the top. */
+/* Scales strength to stay below the top, after growth since time 0. */
 static float scale_strength(const np_cloud_model *model, float value) {
   return np_minf(value * model->depth_scale + model->depth_offset, 1.0f);
 }
 
-/* Strength of the air that a column carries, at a place of the picture. */
+/* Strength of the air in a column, at a position of the picture. */
 static float sample_strength(const np_cloud_model *model, const float *values, const np_cloud_column *c, float x_m,
                              float y_m) {
   const float height = np_weather_map_sample(&model->map, values, c->x_m, c->y_m), *levels = model->map.levels;
@@ -81,7 +79,7 @@ np_cloud_column np_cloud_column_compute(const np_cloud_model *model, float x_m, 
 
 enum { TOP_STEPS = 12 };
 
-/* Found by halving, for the profile never falls. */
+/* Bisection, because the profile is monotonic. */
 float np_cloud_column_compute_top(const np_cloud_model *model, const np_cloud_column *column) {
   float low = 0.0f, high = 1.0f;
   for (int step = 0; step < TOP_STEPS; step++) {
@@ -113,7 +111,7 @@ static float bound_value(const np_cloud_model *model, const float *values, const
   return scale_strength(model, highest - lowest);
 }
 
-/* The most that the border allows anywhere in the box, a tower or an anvil: at its point nearest to the middle. */
+/* Largest limit of the border over a box, for a tower or an anvil: at the point nearest to the centre. */
 static float bound_border(const np_cloud_model *model, const np_cloud_box *box, bool is_anvil) {
   float nearest[2];
   for (int i = 0; i < 2; i++)
@@ -134,7 +132,7 @@ np_interval np_cloud_columns_bound_plane(const np_cloud_model *model, const np_c
   const float *plane = model->map.planes[quantity];
   if (!plane) return (np_interval){fallback, fallback};
   const np_interval range = np_weather_map_get_range(&model->map, plane, c->min_m, c->max_m);
-  return (np_interval){range.low - 1e-6f, range.high + 1e-6f}; /* the blend of equal texels may round */
+  return (np_interval){range.low - 1e-6f, range.high + 1e-6f}; /* interpolation of equal texels may round */
 }
 
 bool np_cloud_columns_bound_shares(const np_cloud_model *model, const np_cloud_columns *c, float low_m, float high_m,

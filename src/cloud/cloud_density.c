@@ -1,7 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Extinction: rain, the cloud of the model's kind, and what a picture leaves of it; the mean over the grains of a
- * voxel.
- */
+/* Extinction: rain, and the cloud of the model's kind, masked by the picture; the mean over the grains of a voxel. */
 #include "cloud/cloud_density.h"
 
 #include <math.h>
@@ -12,10 +10,10 @@
 #include "cloud/rain.h"
 #include "core/math.h"
 
-static const float black_share = 0.002f; /* coverage of a picture below which clouds fade */
+static const float black_share = 0.002f; /* coverage of a picture below which clouds fade out */
 
-/* Clears the sky where a picture is black, whatever noise, wind or a neighbour's billows bring there. */
-static void keep_to_picture(const np_cloud_model *model, const np_cloud_points *points, float *extinction_per_m) {
+/* Fades out clouds where a picture is black, even if noise, wind or neighbouring billows reach there. */
+static void mask_by_picture(const np_cloud_model *model, const np_cloud_points *points, float *extinction_per_m) {
   const float *shares = model->map.planes[NEPH_CLOUD_MAP_COVERAGE];
   for (size_t i = 0; shares && i < points->count; i++) {
     if (!(extinction_per_m[i] > 0.0f)) continue;
@@ -30,11 +28,11 @@ void np_cloud_model_eval_points(const np_cloud_model *model, const np_cloud_poin
   if (model->is_empty) return;
   np_rain_add(model, points, out_extinction_per_m);
   model->kind->eval(model, points, out_extinction_per_m);
-  keep_to_picture(model, points, out_extinction_per_m);
+  mask_by_picture(model, points, out_extinction_per_m);
 }
 
-/* Means of as many voxels as a block has room for. Grains of a voxel, and voxels of a column, follow each other: what a
- * column has in common is found once, and a search for balls takes neighbours. */
+/* Evaluates as many voxels as fit into a block. Grains of a voxel and voxels of a column are consecutive: column values
+ * are computed once, and searches for balls work on neighbours. */
 static void eval_block(const np_cloud_model *model, const np_cloud_points *points, float *out_extinction_per_m) {
   const unsigned grains = model->sample_count;
   const float grain_m = (float)model->desc.voxel_m, inverse = 1.0f / (float)grains;
@@ -71,7 +69,7 @@ static bool has_no_points(const np_cloud_model *model, const np_cloud_box *box) 
   return model->is_empty || (np_rain_is_empty(model, box) && model->kind->is_empty(model, box));
 }
 
-/* Values are means over the height of a voxel. */
+/* Whether a box is empty; values are means over the height of a voxel. */
 bool np_cloud_model_is_empty(const np_cloud_model *model, const np_cloud_box *box) {
   const float beyond_m = 0.5f * (float)(model->sample_count - 1) * (float)model->desc.voxel_m;
   np_cloud_box raised = *box;

@@ -19,7 +19,7 @@ typedef enum range_kind { INCLUSIVE, ABOVE_LOW } range_kind;
 
 typedef struct real_field {
   const char *name;
-  const char *key, *unit; /* of messages: as a scene says it */
+  const char *key, *unit; /* names of a scene, used in messages */
   size_t offset;
   int count;
   double low, high;
@@ -29,7 +29,7 @@ typedef struct real_field {
 #define FIELD(name, key, unit, count, low, high, kind)                                                                 \
   { #name, key, unit, offsetof(neph_cloud_desc, name), count, low, high, kind }
 
-/* Limits are far beyond any cloud, and near enough to keep lengths exact in float to a few centimetres. */
+/* Limits are far beyond real clouds, and keep lengths in float exact to a few centimetres. */
 static const real_field fields[] = {
     FIELD(extent_m, "extent", " m", 2, 0, 1e6, ABOVE_LOW),
     FIELD(center_m, "center", " m", 2, -1e6, 1e6, INCLUSIVE),
@@ -70,7 +70,7 @@ static const real_field fields[] = {
     FIELD(wisp_frequencies, "wisp_frequencies", "", NEPH_CLOUD_PARTS, 1, 8, INCLUSIVE),
 };
 
-/* Files may lack the fields from `age` on, which then have their defaults. */
+/* Older files lack the fields from `age` on, which then have their defaults. */
 enum { FIELD_COUNT = sizeof fields / sizeof *fields, FIELD_AGE = FIELD_COUNT - 13 };
 
 static const double *get_values(const neph_cloud_desc *desc, const real_field *field) {
@@ -139,7 +139,7 @@ static neph_result check_model(neph_context *context, const neph_cloud_desc *des
                  np_cloud_desc_name(desc), desc->sublayers);
 }
 
-/* Channels come with a picture. */
+/* Checks the channels of a picture. */
 static neph_result check_map(neph_context *context, const neph_cloud_desc *desc) {
   int q = 0;
   while (q < NEPH_CLOUD_MAP_QUANTITY_COUNT && !desc->map_channels[q]) q++;
@@ -166,7 +166,7 @@ static void name_channel(neph_cloud_map_quantity quantity, char *out, size_t siz
   np_print(out, size, "map_channel_%s", np_cloud_map_quantity_get_name(quantity));
 }
 
-/* A picture counts by what is in it; its name is kept to find it again. */
+/* Writes the picture's hash, which identifies it, and its file name. */
 static neph_result put_map(neph_context *context, np_json *json, const neph_cloud_desc *desc) {
   if (!desc->map_file) return NEPH_OK;
   char hash[33];
@@ -203,7 +203,7 @@ neph_result np_cloud_desc_to_json(neph_context *context, const neph_cloud_desc *
   if (!json) return NEPH_ERROR_OUT_OF_MEMORY;
   char seed[24];
   np_print(seed, sizeof seed, "%llu", (unsigned long long)desc->seed);
-  np_json_put_text(json, "seed", seed); /* as text: JSON's numbers lose the last bits of 64 */
+  np_json_put_text(json, "seed", seed); /* text, because JSON numbers lose the last bits of 64 */
   np_json_put_text(json, "model", np_cloud_kind_get(desc->model)->name);
   np_json_put_text(json, "cells_kind", cells_kinds[desc->cells_kind]);
   np_json_put_integer(json, "sublayers", desc->sublayers);
@@ -244,7 +244,7 @@ static bool read_model(const np_json_value *json, neph_cloud_desc *desc) {
   return text && kind;
 }
 
-/* Files of before have none. */
+/* Reads the kind of cells, which older files lack. */
 static bool read_cells_kind(const np_json_value *json, neph_cloud_desc *desc) {
   const char *text = np_json_get_text(json, "cells_kind");
   int i = 0;
@@ -253,7 +253,7 @@ static bool read_cells_kind(const np_json_value *json, neph_cloud_desc *desc) {
   return i < CELLS_KIND_COUNT;
 }
 
-/* A bake of one level has none. */
+/* Reads the levels, which a bake of one level lacks. */
 static bool read_levels(const np_json_value *json, neph_bake_desc *bake) {
   double count;
   if (!np_json_get_reals(json, "lod_count", &count, 1)) return true;
@@ -286,7 +286,7 @@ static bool read_values(const np_json_value *json, neph_cloud_desc *desc, neph_b
          np_json_get_reals(json, "region_max_m", bake->region_max_m, 3) && read_levels(json, bake);
 }
 
-/* The texts are the description's own. */
+/* Reads the picture; the description owns the texts. */
 static neph_result read_map(neph_context *context, const np_json_value *json, neph_cloud_desc *desc) {
   const char *text = np_json_get_text(json, "ground");
   if (text && !(desc->ground_id = np_alloc_text(context, text))) return NEPH_ERROR_OUT_OF_MEMORY;

@@ -1,18 +1,17 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Grain: the size of detail that a model is built for, where voxels are too coarse to build it for theirs.
+/* Grain: the size of detail for which a model is built, if voxels are too coarse.
  *
- * Edges, billows and creases no finer than a voxel would eat up small clouds: at four voxels a billow a cumulus has
- * lost a third of its optical depth. A voxel of that size is cut into grains over its height, the model is built for
- * grains, and a value is their mean. So a column of voxels has the optical depth of the model's column in its middle,
- * and is clear where that is: mass and coverage are those of the columns, whatever the size of the voxels.
- */
+ * Edges, billows and creases no finer than a voxel would erode small clouds: at four voxels per billow a cumulus would
+ * lose a third of its optical depth. So such a voxel is divided into grains over its height, the model is built for
+ * grains, and a value is their mean. A column of voxels then has the optical depth of the model's column at its centre,
+ * and is clear where that is: mass and coverage do not depend on the voxel size. */
 #include "cloud/cloud_grain.h"
 
 #include <math.h>
 
 #include "cloud/cloud_kinds.h"
 
-static const double thickness_grains = 8; /* over a sublayer */
+static const double thickness_grains = 8; /* grains over a sublayer */
 enum { GRAINS_MAX = 64 };
 
 double np_cloud_compute_grain_m(const neph_cloud_desc *desc) {

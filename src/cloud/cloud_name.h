@@ -5,7 +5,7 @@
 
 #include <nephos/cloud.h>
 
-/* Start of messages: "clouds[0].bake". */
+/* Beginning of messages: "clouds[0].bake". */
 static inline const char *np_cloud_desc_name(const neph_cloud_desc *desc) { return desc->name ? desc->name : "cloud"; }
 
 #endif

@@ -6,7 +6,7 @@
 #include "cloud/cloud_model.h"
 #include "core/math.h"
 
-/* The description's own profile, for s held to [0, 1]. */
+/* The description's profile at s, clamped to [0, 1]. */
 static inline float np_cloud_profile_eval_curve(const neph_cloud_desc *desc, float s) {
   float scaled = np_clampf(s, 0.0f, 1.0f) * (NEPH_CLOUD_PROFILE_POINTS - 1);
   int i = (int)scaled;
@@ -14,8 +14,8 @@ static inline float np_cloud_profile_eval_curve(const neph_cloud_desc *desc, flo
   return np_mixf((float)desc->profile[i], (float)desc->profile[i + 1], scaled - (float)i);
 }
 
-/* The height profile of a tower, for s ≥ 0: never falling, 1 + gain at the top, which noise can then just reach. More
- * type makes it larger: taller clouds for strong cells, lower ones for the others. */
+/* Height profile of a tower for s ≥ 0. It never falls, and is 1 + gain at the top, which noise can just reach. A higher
+ * type raises it: taller clouds for strong cells, lower ones for the others. */
 static inline float np_cloud_profile_eval_tower(const np_cloud_model *model, float s, float type) {
   const float s2 = s * s, flat = s2 * s2, tall = s2;
   const float shape =

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Streams of random numbers that share a description's seed. */
+/* Streams of random numbers derived from a description's seed. */
 #ifndef NP_CLOUD_CLOUD_STREAMS_H
 #define NP_CLOUD_CLOUD_STREAMS_H
 
@@ -7,7 +7,7 @@
 
 #include "noise/noise.h"
 
-/* The order of the streams is part of what a seed means. */
+/* The order of streams is part of the meaning of a seed. */
 typedef enum np_cloud_stream {
   NP_CLOUD_STREAM_CELLS,
   NP_CLOUD_STREAM_SMALL_CELLS,
@@ -15,7 +15,7 @@ typedef enum np_cloud_stream {
   NP_CLOUD_STREAM_GROUPS,
   NP_CLOUD_STREAM_BASE,
   NP_CLOUD_STREAM_CURL,
-  NP_CLOUD_STREAM_DETAIL, /* one more for each octave */
+  NP_CLOUD_STREAM_DETAIL, /* one for each octave */
   NP_CLOUD_STREAM_SHEET = 32,
   NP_CLOUD_STREAM_RAIN,
   NP_CLOUD_STREAM_THERMALS,
@@ -31,9 +31,9 @@ typedef enum np_cloud_stream {
   NP_CLOUD_STREAM_ANVIL_EDDIES,
   NP_CLOUD_STREAM_ANVIL_GROUPS,
   NP_CLOUD_STREAM_SHELVES,
-  NP_CLOUD_STREAM_BILLOWS = 40, /* one more for each level */
-  NP_CLOUD_STREAM_PATCHES = 48, /* the same */
-  NP_CLOUD_STREAM_WARP = 56     /* one more for each octave */
+  NP_CLOUD_STREAM_BILLOWS = 40, /* one for each level */
+  NP_CLOUD_STREAM_PATCHES = 48, /* one for each level */
+  NP_CLOUD_STREAM_WARP = 56     /* one for each octave */
 } np_cloud_stream;
 
 /* A lattice of a stream, without a period. */

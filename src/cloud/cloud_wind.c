@@ -1,13 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Displacement of the air at a height against that at the base, by the skew and by the profile of the wind.
+/* Displacement of the air at a height relative to the base, by the skew and by the wind profile.
  *
- * What rises from the base is carried off by the difference of the wind there and at the heights that it passes:
- * D(h) = ∫₀ʰ (w(z) − w(0))/u dz, with a speed of rising u of six thicknesses in a lifetime. The profile is linear
- * between its five heights, D a parabola in each of their four layers.
+ * Rising air is displaced by the difference of the wind at the base and at the heights that it passes: D(h) = ∫₀ʰ (w(z)
+ * − w(0))/u dz, with a rising speed u of six thicknesses per lifetime. The profile is linear between its five heights,
+ * so that D is a parabola in each of the four layers.
  *
- * Below the base the wind is taken to fall evenly to nothing at sea level. Rain falls through it at a speed v and lags
- * behind its cloud: D(h) = −w(0)·h²/(2·v·base).
- */
+ * Below the base the wind falls linearly to 0 at sea level. Rain falls through it at a speed v and lags behind its
+ * cloud: D(h) = −w(0)·h²/(2·v·base). */
 #include "cloud/cloud_wind.h"
 
 #include <math.h>
@@ -16,11 +15,12 @@
 
 enum { LAYERS = NEPH_CLOUD_PROFILE_POINTS - 1 };
 
-static const double rises = 6.0; /* of a thermal through the thickness, in a lifetime */
+static const double rises = 6.0; /* rises of a thermal through the thickness, per lifetime */
 
-static const double falls_m_s = 5.0; /* of rain; drops of 1 to 2 mm fall at 4 to 6.5 m/s (Gunn and Kinzer 1949) */
+static const double falls_m_s =
+    5.0; /* fall speed of rain; drops of 1 to 2 mm fall at 4 to 6.5 m/s (Gunn and Kinzer 1949) */
 
-/* Sine and cosine of an angle, by their series within 45° of a quarter turn: the same on every machine. */
+/* Sine and cosine of an angle, by their series within 45° of a multiple of 90°: equal bits on every machine. */
 void np_cloud_compute_direction(double angle_rad, double out_sine_cosine[2]) {
   const double quarter = 0.5 * 3.14159265358979323846, quarters = floor(angle_rad / quarter + 0.5);
   const double x = angle_rad - quarter * quarters;
@@ -87,8 +87,8 @@ void np_cloud_wind_shift(const np_cloud_wind *wind, float height_m, float out_m[
   for (int a = 0; a < 2; a++) out_m[a] += wind->skew_m[a] * share;
 }
 
-/* The skew has its extremes at the ends, the lag of rain at the lower one and at the base; the wind carries no farther
- * in between than at its strongest. */
+/* The skew is extreme at the ends, the lag of rain at the lower end and at the base; in between, the wind displaces no
+ * farther than at its strongest. */
 void np_cloud_wind_bound(const np_cloud_wind *wind, float low_m, float high_m, np_interval out_m[2]) {
   float carried_m[3][2];
   const float share[2] = {compute_skew_share(wind, low_m), compute_skew_share(wind, high_m)};

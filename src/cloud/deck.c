@@ -1,11 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Decks of closed cells and rolls: stratocumulus.
  *
- * Cells of Worley noise, drawn out along the wind by `stretch`, with smaller ones in them. A cell is thick in its
- * heart, where its top bulges, and thins to its rim, where its base rises: where rims of neighbours do not meet there
- * is a gap; thin bright slits run between rolls. Billows of fine Worley noise stand on tops and rims; bases are smooth.
- * Liquid water grows with the height above the base.
- */
+ * Cells of Worley noise, elongated along the wind by `stretch`, with smaller ones inside. A cell is thick in its
+ * centre, where its top bulges, and thins to its rim, where its base rises. Rims that do not touch leave gaps, and thin
+ * bright slits run between rolls. Billows of fine Worley noise cover tops and rims; bases are smooth. Liquid water
+ * grows with the height above the base. */
 #include <math.h>
 
 #include "cloud/cloud_kinds.h"
@@ -14,13 +13,13 @@
 #include "cloud/repeat.h"
 #include "core/math.h"
 
-static const float cell_share = 0.55f;  /* of the cells of the pattern, in cells of the weather map */
-static const float lobe_size = 0.37f;   /* of the smaller cells, in those */
-static const float lobe_share = 0.42f;  /* of their height */
-static const float pattern_top = 1.0f;  /* of the pattern, what a strength of 1 leaves of its depth */
-static const float rim_base = 0.42f;    /* of the thickness, by which the base rises at a rim */
-static const float billow_reach = 0.9f; /* of billows at billowiness 1, in their own size */
-static const float fray_reach = 0.55f;  /* of the next ones at erosion 1, the same */
+static const float cell_share = 0.55f;  /* size of the pattern's cells, in cells of the weather map */
+static const float lobe_size = 0.37f;   /* size of the smaller cells, in cells of the pattern */
+static const float lobe_share = 0.42f;  /* height of the smaller cells, relative to the cells */
+static const float pattern_top = 1.0f;  /* depth of the pattern at a strength of 1 */
+static const float rim_base = 0.42f;    /* rise of the base at a rim, relative to the thickness */
+static const float billow_reach = 0.9f; /* amplitude of billows at billowiness 1, in units of their size */
+static const float fray_reach = 0.55f;  /* amplitude of the finer billows at erosion 1, in units of their size */
 static const float extinction_floor = 0.004f;
 static const float slit_size = 0.8f, slit_stretch = 2.5f;  /* in cells; along the heading, times `stretch` */
 static const float slit_width = 0.075f, slit_depth = 1.1f; /* in noise and in depth of the pattern */
@@ -41,7 +40,7 @@ static void prepare_deck(np_cloud_model *model) {
       np_maxf((0.08f + (float)(desc->softness * desc->softness)) * (float)desc->billow_m, 1.2f * (float)desc->voxel_m);
 }
 
-/* The pattern of the cells: 0 in their hearts. */
+/* Pattern of the cells: 0 in their centres. */
 static void compute_pattern(const np_cloud_model *model, np_kind_points *p, float *out) {
   const neph_cloud_desc *desc = &model->desc;
   const np_kind_noises *k = &model->noises;
@@ -72,7 +71,7 @@ static void compute_pattern(const np_cloud_model *model, np_kind_points *p, floa
   for (size_t i = 0; i < p->count; i++) out[i] = out[i] + lobe_share * (p->noise[i] - 0.3f);
 }
 
-/* Slits along the rolls: where a noise crosses its mean, of a width that comes and goes with the cells. */
+/* Cuts slits along the rolls, where a noise crosses its mean; their width varies with the cells. */
 static void cut_slits(const np_cloud_model *model, np_kind_points *p, float *pattern) {
   static const np_noise_octaves octaves = {.count = 3, .gain = 0.45f};
   const neph_cloud_desc *desc = &model->desc;
@@ -114,7 +113,7 @@ static void eval_deck(const np_cloud_model *model, const np_cloud_points *points
     const float bulge = full * (2.0f - full), high_m = top_m * np_mixf(0.35f, 1.0f, bulge);
     const float low_m = top_m * rim_base * (1.0f - bulge) * (1.0f - bulge);
     const float above_m = p.height_m[i] - low_m;
-    const float up = np_smoothstepf(above_m / (0.45f * top_m)); /* billows belong to tops */
+    const float up = np_smoothstepf(above_m / (0.45f * top_m)); /* billows are on tops */
     const float rim_m = full * 0.9f * get_cell_m(desc);
     const float depth_m =
         np_minf(np_minf(high_m - p.height_m[i], rim_m) - billow_m[i] * np_mixf(0.25f, 1.0f, up), above_m);

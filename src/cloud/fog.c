@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Fog, and stratus that lies in valleys: all below its top, down to the ground.
+/* Fog, and stratus in valleys: everything below its top, down to the ground.
  *
- * The top is a swell under rolls of billows, and lies lower where the weather map is weak. Depth below it, in metres,
- * is what decides: fine noise frays the uppermost part, and extinction grows with it over a soft edge. Where the ground
- * comes near the top the fog thins out, as cold air drains off slopes. A base above the ground is ragged.
- */
+ * The top is a swell with rolls of billows, lower where the weather map is weak. Extinction depends on the depth below
+ * it, in metres: fine noise frays the uppermost part, and extinction grows over a soft edge. Where the ground comes
+ * near the top the fog thins out, as cold air drains off slopes. A base above the ground is ragged. */
 #include <math.h>
 
 #include "cloud/cloud_kinds.h"
@@ -12,21 +11,24 @@
 #include "cloud/waterline.h"
 #include "core/math.h"
 
-static const float swell_size = 4.1f;                       /* in billows */
-static const float top_share_max = 0.4f;                    /* of the thickness, that swell and billows take at most */
-static const float swell_reach = 0.35f, roll_reach = 0.65f; /* of that relief */
-static const float fray_size = 0.55f;                       /* of the fine noise, in billows */
-static const float fray_share_max = 0.5f;                   /* of the thickness, that it takes at most at erosion 1 */
-static const float patch_strength = 0.12f;                  /* of the map, at which patches are full */
-static const float patch_sink = 0.6f, shore_sink = 0.16f;   /* of the thickness */
-static const float shore_share = 0.35f;                     /* of it, over which fog deepens off a slope */
-static const float feather_share = 0.15f; /* of the shorter side of the field, over which fog thins out to its border */
-static const float feather_sink = 0.2f;   /* of the thickness, there: more would leave the rim uncovered */
-static const float feather_fray = 0.5f;   /* of that way, by which fine noise moves it */
-static const float feather_wander = 1.0f; /* … and by which the swell moves it */
+static const float swell_size = 4.1f;    /* in billows */
+static const float top_share_max = 0.4f; /* limit of swell and billows together, relative to the thickness */
+static const float swell_reach = 0.35f, roll_reach = 0.65f; /* shares of that relief */
+static const float fray_size = 0.55f;                       /* size of the fine noise, in billows */
+static const float fray_share_max = 0.5f;  /* limit of the fine noise at erosion 1, relative to the thickness */
+static const float patch_strength = 0.12f; /* strength of the map at which patches have their full height */
+static const float patch_sink = 0.6f, shore_sink = 0.16f; /* relative to the thickness */
+static const float shore_share =
+    0.35f; /* range of ground height over which fog deepens off a slope, relative to the thickness */
+static const float feather_share =
+    0.15f; /* width over which fog thins out towards the border, relative to the shorter side of the field */
+static const float feather_sink =
+    0.2f; /* sinking of the top there, relative to the thickness: more would uncover the rim */
+static const float feather_fray = 0.5f;   /* displacement of that rim by fine noise, relative to its width */
+static const float feather_wander = 1.0f; /* displacement of that rim by the swell, relative to its width */
 static const float extinction_floor = 0.004f;
 static const float base_edge_m = 90.0f;
-static const float texel_rise = 1.0f; /* slope of ground that texels may miss */
+static const float texel_rise = 1.0f; /* slope of the ground that texels may miss */
 
 static float get_relief_m(const neph_cloud_desc *desc) {
   return np_minf((float)(desc->billowiness * desc->billow_m), top_share_max * (float)desc->thickness_m);
@@ -44,10 +46,10 @@ static void prepare_fog(np_cloud_model *model) {
                       1.5f * (float)desc->voxel_m);
 }
 
-/* Value noise drawn out over [0, 1]. */
+/* Value noise stretched to [0, 1]. */
 static float spread(float noise) { return np_clampf(2.2f * (noise - 0.5f) + 0.5f, 0.0f, 1.0f); }
 
-/* Depth below the top, before fine noise, and the noise of the swell. */
+/* Depth below the top before fine noise, and the noise of the swell. */
 static void compute_depths(const np_cloud_model *model, np_kind_points *p, float *out_depth_m, float *out_swell) {
   static const np_noise_octaves octaves = {.count = 2, .gain = 0.45f};
   const neph_cloud_desc *desc = &model->desc;
@@ -63,12 +65,12 @@ static void compute_depths(const np_cloud_model *model, np_kind_points *p, float
   for (size_t i = 0; i < p->count; i++) out_depth_m[i] -= roll_reach * relief_m * (1.0f - p->noise[i]);
 }
 
-/* Fine noise and that of the swell at a point, in [0, 1]. */
+/* Fine noise and noise of the swell at a point, in [0, 1]. */
 typedef struct point_noise {
   float fine, swell;
 } point_noise;
 
-/* Share that the border of the field leaves, so that fog does not end there as a wall, nor along a line. */
+/* Fade-out at the border of the field, so that fog ends neither as a wall nor along a line. */
 static float compute_feather(const neph_cloud_desc *desc, const np_kind_points *p, size_t i, point_noise noise) {
   if (desc->repeat_m > 0) return 1.0f;
   const float inverse = 1.0f / (feather_share * (float)fmin(desc->extent_m[0], desc->extent_m[1]));
@@ -78,7 +80,7 @@ static float compute_feather(const neph_cloud_desc *desc, const np_kind_points *
   return np_smoothstepf(dx * stretch) * np_smoothstepf(dy * stretch);
 }
 
-/* Share of the full depth at a point, by the map, the border and the ground. */
+/* Factor on the depth at a point, by the map, the border and the ground. */
 static float compute_fullness(const np_cloud_model *model, const np_kind_points *p, size_t i, point_noise noise,
                               float *out_sunk_m) {
   const float top_m = (float)model->desc.thickness_m;
@@ -120,7 +122,7 @@ static bool is_fog_empty(const np_cloud_model *model, const np_cloud_box *box) {
   if (!np_kind_box_make(model, box, &bounded)) return true;
   const float margin_m = texel_rise * model->map.step_m + 2.0f * (float)model->desc.voxel_m;
   if (bounded.box.max_m[2] < bounded.ground_m.low - margin_m - 0.01f) return true;
-  /* A patch sinks by at least as much as its strongest column. */
+  /* A patch sinks at least as much as its strongest column. */
   const float weak = 1.0f - np_smoothstepf((bounded.strength.high + 1e-4f) / patch_strength);
   return bounded.box.min_m[2] - bounded.base_m.high >
          (float)model->desc.thickness_m * (1.0f - patch_sink * weak) + 0.01f;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The ground below a field: a caller's heights in texels of the weather map, and clouds that they raise or draw. */
+/* The ground below a field: a caller's heights in texels of the weather map, and its effect on clouds. */
 #include "cloud/ground_map.h"
 
 #include <math.h>
@@ -11,17 +11,18 @@
 #include "core/math.h"
 #include "core/text.h"
 
-static const float cover_height = 1.6f; /* of the landscape between low ground and high, at a cover of 1 */
-static const float lift_max = 0.9f;     /* of the thickness */
+static const float cover_height =
+    1.6f; /* height difference of the landscape between low and high ground, at a cover of 1 */
+static const float lift_max = 0.9f; /* relative to the thickness */
 
-enum { ID_EDGE = 65 }; /* heights along each side of a field whose hash stands for the ground */
+enum { ID_EDGE = 65 }; /* heights along each side of a field that are hashed to identify the ground */
 
 bool np_cloud_desc_has_ground(const neph_cloud_desc *desc) {
   if (!desc->ground_height && !desc->ground_id) return false;
   return np_cloud_kind_get(desc->model)->landscape.has_ground || desc->ground_lift > 0 || desc->ground_cover != 0;
 }
 
-/* Above the base altitude. */
+/* Height above the base altitude. */
 static float get_height_m(const neph_cloud_desc *desc, double x_m, double y_m) {
   const double height_m = desc->ground_height(desc->ground_user, desc->center_m[0] + x_m, desc->center_m[1] + y_m);
   return (float)(height_m - desc->base_altitude_m);
@@ -74,7 +75,7 @@ neph_result np_ground_map_fill(neph_context *context, const neph_cloud_desc *des
   return result ? result : check_heights(context, desc, map);
 }
 
-/* Over a flat ground there is nothing to choose between. */
+/* Adds the effect of the ground; a flat ground has none. */
 void np_ground_map_cover(const neph_cloud_desc *desc, np_weather_map *map) {
   const size_t count = (size_t)map->size[0] * (size_t)map->size[1];
   const float range_m = map->ground_high_m - map->ground_low_m;

@@ -6,18 +6,18 @@
 #include "cloud/weather_map.h"
 #include "core/parallel.h"
 
-/* Whether the ground has a part in the shape. */
+/* Whether the ground affects the shape. */
 bool np_cloud_desc_has_ground(const neph_cloud_desc *desc);
 
-/* Samples the ground, where it has a part. */
+/* Samples the ground, if it affects the shape. */
 neph_result np_ground_map_fill(neph_context *context, const neph_cloud_desc *desc, np_monitor *monitor,
                                np_weather_map *map);
 
-/* The landscape over high or low ground, and bases. */
+/* Adds the influence of high and low ground to the landscape, and sets bases. */
 void np_ground_map_cover(const neph_cloud_desc *desc, np_weather_map *map);
 void np_ground_map_lift(const neph_cloud_desc *desc, np_weather_map *map);
 
-/* Text that stands for the ground. */
+/* Identifier of the ground, a hash of its heights. */
 neph_result np_ground_map_identify(neph_context *context, const neph_cloud_desc *desc, char out_id[33]);
 
 #endif

@@ -1,13 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The landscape under the weather map: how strongly clouds grow at a place.
+/* The landscape under the weather map: the strength of cloud growth at each position.
  *
- * Cells: a jittered grid of paraboloids a − r²/R², of one curvature and random height a, and a finer one of small cells
- * between them; the landscape is the highest of all, with turrets of the small ones on the large. Cut by a waterline t
- * it shows rounded islands of radius R·√(a − t), as varied as the heights: many small, few large. Low-frequency Perlin
- * noise raises groups of cells and leaves clearings; a divergence-free swirl makes outlines irregular. A slab's
- * landscape is Perlin noise alone, longer along the wind. A hero is one large paraboloid with lesser ones around it.
- * All of it drifts with the wind, grows and decays.
- */
+ * Cells: a jittered grid of paraboloids a − r²/R², with equal curvature and random height a, and a finer grid of small
+ * cells between them. The landscape is the maximum of all, with turrets of the small cells on the large ones. Cut by a
+ * waterline t it has rounded islands of radius R·√(a − t), as varied as the heights: many small, few large.
+ * Low-frequency Perlin noise raises groups of cells and leaves clearings; a divergence-free swirl makes outlines
+ * irregular. The landscape of a slab is Perlin noise alone, stretched along the wind. A hero is one large paraboloid
+ * with smaller ones around it. Everything drifts with the wind, grows and decays. */
 #include "cloud/landscape.h"
 
 #include <math.h>
@@ -22,33 +21,33 @@
 /* In units of the cell spacing. */
 static const float cell_radius = 0.52f, swirl_reach = 0.14f, group_size = 4.3f;
 static const float small_spacing = 0.43f, small_height = 0.40f, turret_height = 0.22f;
-static const float shore_width = 0.35f, shore_depth = 1.2f; /* where the landscape sinks towards the field's border */
-static const float sheet_height = 2.45f;                    /* of a slab's noise, to make its range about 1 */
+static const float shore_width = 0.35f, shore_depth = 1.2f; /* descent of the landscape towards the field's border */
+static const float sheet_height = 2.45f;                    /* scale of a slab's noise, to a range of about 1 */
 
-/* Anvils: of cells at least this high, this much wider at anvil 1; of that so much before the tower, in the shear, and
- * so much behind it, where they widen with the distance like a plume. */
+/* Anvils: least height of their cells, and their spread at anvil 1. Their extent before the tower, against the shear,
+ * and behind it, where they widen with the distance like a plume. */
 static const float anvil_from = 0.5f, anvil_spread = 4.0f;
 static const float anvil_upwind = 0.55f, anvil_downwind = 1.9f, anvil_plume = 0.30f;
 
-/* Radius of a hero, in half the shorter side of its field. */
+/* Radius of a hero, relative to half the shorter side of its field. */
 static const float hero_radius = 0.8f, hero_reach = 0.62f;
-enum { CELL_REACH = 2, ANVIL_REACH = 5 }; /* cells on each side in which one that counts may be */
+enum { CELL_REACH = 2, ANVIL_REACH = 5 }; /* cells on each side that may contribute */
 enum { HERO_PARTS = 11 };
 
 typedef struct cell {
   float x, y, height;            /* centre, relative to the cell's corner */
-  float axis_x, axis_y, stretch; /* the outline is an ellipse, longer along the axis by stretch² */
+  float axis_x, axis_y, stretch; /* the outline is an ellipse, elongated along the axis by stretch² */
 } cell;
 
-static float take_16_bits(uint64_t bits, int field) { return (float)(bits >> (16 * field) & 0xffffu) * 0x1p-16f; }
+static float get_fraction(uint64_t bits, int field) { return (float)(bits >> (16 * field) & 0xffffu) * 0x1p-16f; }
 
-/* A zigzag between 0 and 1, which is as evenly spread at any time as `start` is; at its own pace in each cell. */
+/* Triangle wave between 0 and 1, uniformly distributed at any time if `start` is; its period differs between cells. */
 static float age(float start, float pace, double lives) {
   double phase = 0.5 * (double)start + (0.35 + 0.3 * (double)pace) * lives, turn = 2.0 * (phase - floor(phase));
   return (float)(turn > 1.0 ? 2.0 - turn : turn);
 }
 
-/* A direction from a number in [−1, 1], as even as needed, over half a turn: an axis. */
+/* Axis direction (over half a turn) from a number in [−1, 1], approximately uniform. */
 static void compute_axis(float turn, float *out_x, float *out_y) {
   const float norm = 1.0f / (1.0f + turn * turn);
   *out_x = (1.0f - turn * turn) * norm;
@@ -57,31 +56,31 @@ static void compute_axis(float turn, float *out_x, float *out_y) {
 
 static cell draw_cell(uint64_t seed, int32_t i, int32_t j, double lives) {
   const uint64_t bits = np_random_absorb(seed, (uint64_t)(uint32_t)i << 32 | (uint32_t)j), more = np_random_mix(bits);
-  const float u = age(take_16_bits(bits, 2), take_16_bits(more, 1), lives);
-  cell c = {.x = take_16_bits(bits, 0),
-            .y = take_16_bits(bits, 1),
+  const float u = age(get_fraction(bits, 2), get_fraction(more, 1), lives);
+  cell c = {.x = get_fraction(bits, 0),
+            .y = get_fraction(bits, 1),
             .height = 0.08f + 0.92f * u * u,
-            .stretch = 1.0f + 0.35f * take_16_bits(more, 0)};
-  compute_axis(2.0f * take_16_bits(bits, 3) - 1.0f, &c.axis_x, &c.axis_y);
+            .stretch = 1.0f + 0.35f * get_fraction(more, 0)};
+  compute_axis(2.0f * get_fraction(bits, 3) - 1.0f, &c.axis_x, &c.axis_y);
   return c;
 }
 
 typedef struct relief {
   uint64_t seed;
   float height, curvature; /* curvature is 1/R² */
-  float lowest_cell;       /* cells below it are left out */
-  int32_t period;          /* cells after which it repeats; 0: never */
-  const float *shear;      /* of anvils, their direction; NULL: it is one of cells */
+  float lowest_cell;       /* lower cells are left out */
+  int32_t period;          /* period in cells; 0: not repeating */
+  const float *shear;      /* direction of anvils; NULL: plain cells */
 } relief;
 
-static const float below_all = -8.0f; /* lower than anything is asked about */
+static const float below_all = -8.0f; /* lower than any height in use */
 
 static float raise(const cell *c, float height, float curvature, float dx, float dy) {
   float along = (dx * c->axis_x + dy * c->axis_y) / c->stretch, across = (dy * c->axis_x - dx * c->axis_y) * c->stretch;
   return height * c->height - curvature * (along * along + across * across);
 }
 
-/* The same of an anvil, blown along `shear`, which is 0 in a calm. */
+/* Height of an anvil, displaced along `shear`, which is 0 without wind. */
 static float raise_anvil(const cell *c, float height, float curvature, const float shear[2], float dx, float dy) {
   if (shear[0] == 0.0f && shear[1] == 0.0f) return raise(c, height, curvature, dx, dy);
   float along = dx * shear[0] + dy * shear[1], across = dy * shear[0] - dx * shear[1];
@@ -90,11 +89,11 @@ static float raise_anvil(const cell *c, float height, float curvature, const flo
   return height * c->height - curvature * (along * along + across * across);
 }
 
-/* The cells that count at positions in one of them, drawn once for all such positions. */
+/* The cells that may contribute at positions in one cell, drawn once for all of them. */
 typedef struct patch {
   const relief *relief;
   bool is_drawn;
-  int32_t i, j; /* of the cell in the middle */
+  int32_t i, j; /* index of the central cell */
   cell cells[(2 * ANVIL_REACH + 1) * (2 * ANVIL_REACH + 1)];
 } patch;
 
@@ -110,7 +109,7 @@ static void draw_patch(patch *p, double lives, int32_t i, int32_t j) {
       *next++ = draw_cell(p->relief->seed, np_repeat_wrap(a, period), np_repeat_wrap(b, period), lives);
 }
 
-/* Highest paraboloid at (x, y), in units of this grid's spacing. */
+/* Highest paraboloid at (x, y), in units of the grid's spacing. */
 static float compute_highest(patch *p, double lives, double x, double y) {
   const relief *r = p->relief;
   const int32_t i0 = (int32_t)floor(x), j0 = (int32_t)floor(y), reach = get_reach(r);
@@ -130,17 +129,17 @@ static float compute_highest(patch *p, double lives, double x, double y) {
 static cell draw_hero_part(const np_landscape *land, unsigned part) {
   const uint64_t bits = np_random_absorb(np_random_absorb(land->seed, NP_CLOUD_STREAM_CELLS), part),
                  more = np_random_mix(bits);
-  const float u = take_16_bits(bits, 2), grown = age(u, take_16_bits(more, 1), land->lives);
-  cell c = {.height = part ? 0.2f + 0.6f * grown : 1.0f, .stretch = 1.0f + 0.2f * take_16_bits(more, 0)};
-  const float reach = part ? hero_reach * sqrtf(0.08f + 0.92f * take_16_bits(more, 2)) : 0.0f;
+  const float u = get_fraction(bits, 2), grown = age(u, get_fraction(more, 1), land->lives);
+  cell c = {.height = part ? 0.2f + 0.6f * grown : 1.0f, .stretch = 1.0f + 0.2f * get_fraction(more, 0)};
+  const float reach = part ? hero_reach * sqrtf(0.08f + 0.92f * get_fraction(more, 2)) : 0.0f;
   const float side = part & 1 ? -reach : reach;
-  compute_axis(2.0f * take_16_bits(bits, 3) - 1.0f, &c.axis_x, &c.axis_y);
+  compute_axis(2.0f * get_fraction(bits, 3) - 1.0f, &c.axis_x, &c.axis_y);
   c.x = side * c.axis_y;
   c.y = side * c.axis_x;
   return c;
 }
 
-/* Positions count from the field's centre in half its shorter side. */
+/* Height of a hero. Positions are relative to the field's centre, in units of half its shorter side. */
 static float compute_hero(const np_landscape *land, float x, float y) {
   const float curvature = 1.0f / (hero_radius * hero_radius);
   float best = below_all;
@@ -153,12 +152,12 @@ static float compute_hero(const np_landscape *land, float x, float y) {
 
 typedef struct landscape_block {
   size_t count;
-  bool is_turned;                                              /* x along the heading */
+  bool is_turned;                                              /* x is along the heading */
   const float *x, *y;                                          /* in the field, in units of the cell spacing */
-  double air_x[NP_LANDSCAPE_BLOCK], air_y[NP_LANDSCAPE_BLOCK]; /* in the air, which drifts and swirls */
+  double air_x[NP_LANDSCAPE_BLOCK], air_y[NP_LANDSCAPE_BLOCK]; /* in the frame of the air, which drifts and swirls */
 } landscape_block;
 
-/* Positions of noise of a size, in its lattice; `z` moves with time. */
+/* Noise positions in a lattice of given cell size; `z` changes with time. */
 typedef struct lattice_points {
   float x[NP_LANDSCAPE_BLOCK], y[NP_LANDSCAPE_BLOCK], z[NP_LANDSCAPE_BLOCK];
 } lattice_points;
@@ -178,7 +177,7 @@ static np_noise_lattice make_lattice(const np_landscape *land, np_cloud_stream s
                             {NP_NOISE_PERIOD_MAX, NP_NOISE_PERIOD_MAX, NP_NOISE_PERIOD_MAX}};
 }
 
-/* A size in cells that goes into the period a whole number of times: as often as the lattice is told to repeat. */
+/* Nearest size in cells that divides the period into a whole number; sets the lattice's period to that number. */
 static float fit_size(const np_landscape *land, float size, np_noise_lattice *lattice) {
   if (land->period == 0) return size;
   const int32_t count = np_repeat_count((double)land->period, (double)size);
@@ -197,7 +196,7 @@ static void fill_noise(const np_landscape *land, np_cloud_stream stream, float s
   land->noise->perlin_fbm(&lattice, &octaves, &points, out);
 }
 
-/* Displaces the air by low-frequency curl. */
+/* Displaces the air by low-frequency curl noise. */
 static void swirl(const np_landscape *land, landscape_block *b) {
   np_noise_lattice lattice = make_lattice(land, NP_CLOUD_STREAM_SWIRL);
   const float size = fit_size(land, land->rule->swirl_size, &lattice);
@@ -211,7 +210,7 @@ static void swirl(const np_landscape *land, landscape_block *b) {
   }
 }
 
-/* The landscape sinks towards the border, so that clouds end there of themselves; less the more of it is covered. */
+/* Descent of the landscape towards the border, so that clouds end there naturally; less with more cover. */
 static float compute_shore(const np_landscape *land, float x, float y) {
   if (land->period) return 0.0f;
   float dx = land->half_extent[0] - fabsf(x), dy = land->half_extent[1] - fabsf(y);
@@ -247,7 +246,7 @@ static void fill_cells(const np_landscape *land, const landscape_block *b, float
   }
 }
 
-/* Longer along the heading. */
+/* Fills the noise of a sheet, stretched along the heading. */
 static void fill_sheet(const np_landscape *land, const landscape_block *b, float *out) {
   landscape_block turned = {.count = b->count, .is_turned = true};
   for (size_t i = 0; i < b->count; i++) {
@@ -302,7 +301,7 @@ static void compute_direction(const double v[2], float fallback_x, float fallbac
   out[1] = length > 0 ? (float)(v[1] / length) : fallback_y;
 }
 
-/* In a calm that the wind by height shears: along the shear. */
+/* Without wind at the base, but with a wind profile, the heading is along the shear. */
 void np_cloud_desc_compute_heading(const neph_cloud_desc *desc, float out_heading[2]) {
   const np_cloud_wind wind = np_cloud_wind_make(desc, NP_CLOUD_SKEW_EVEN);
   const float *top_m = wind.at_m[NEPH_CLOUD_PROFILE_POINTS - 1];
@@ -310,7 +309,7 @@ void np_cloud_desc_compute_heading(const neph_cloud_desc *desc, float out_headin
   compute_direction(desc->wind_m_s, out_heading[0], out_heading[1], out_heading);
 }
 
-/* Direction in which anvils are blown: by the skew, and by the wind up to their height. */
+/* Direction of anvils: by the skew, and by the wind up to their height. */
 static void compute_shear(const neph_cloud_desc *desc, float out_shear[2]) {
   enum { ANVIL_HEIGHT = NEPH_CLOUD_PROFILE_POINTS - 2 };
   const np_cloud_wind wind = np_cloud_wind_make(desc, NP_CLOUD_SKEW_EVEN);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The landscape under the weather map: how strongly clouds grow at a place. */
+/* The landscape under the weather map: the strength of cloud growth at each position. */
 #ifndef NP_CLOUD_LANDSCAPE_H
 #define NP_CLOUD_LANDSCAPE_H
 
@@ -16,28 +16,29 @@ typedef struct np_landscape {
   const np_landscape_rule *rule;
   uint64_t seed;
   double cell_m, lives;
-  double drift[2];      /* of the air, in cell spacings */
-  float half_extent[2]; /* of the field, in cell spacings */
-  float radius_m; /* a lone cell is a − r²/radius²: its outline at waterline t is a circle of radius·√(a − t) */
+  double drift[2];      /* drift of the air, in cell spacings */
+  float half_extent[2]; /* half size of the field, in cell spacings */
+  float radius_m; /* radius of a cell a − r²/radius²: its outline at waterline t is a circle of radius·√(a − t) */
   float shore_depth, sheet_shrink, anvil, swirl;
   float heading[2], shear[2]; /* unit vectors; `shear` is 0 without skew */
   np_mesoscale mesoscale;
-  int32_t period, sheet_period; /* cells in a field that repeats, and those of a sheet along the wind; 0: it ends */
+  int32_t period,
+      sheet_period; /* cells per period of a repeating field, and of a sheet along the wind; 0: not repeating */
 } np_landscape;
 
 typedef struct np_landscape_out {
-  float *height, *anvil; /* `anvil`: NULL, or of cells only */
+  float *height, *anvil; /* `anvil`: NULL, or from cells only */
   double *air_x_m, *air_y_m;
 } np_landscape_out;
 
-/* At the description's time. */
+/* The landscape at the description's time. */
 np_landscape np_landscape_make(const np_noise_table *noise, const neph_cloud_desc *desc);
 
-/* At most NP_LANDSCAPE_BLOCK positions. */
+/* Evaluates at most NP_LANDSCAPE_BLOCK positions. */
 void np_landscape_eval(const np_landscape *land, size_t count, const float *x_m, const float *y_m,
                        const np_landscape_out *out);
 
-/* Along the wind, or along x in a calm. */
+/* Unit vector along the wind, or along x without wind. */
 void np_cloud_desc_compute_heading(const neph_cloud_desc *desc, float out_heading[2]);
 
 #endif

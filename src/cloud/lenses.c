@@ -1,11 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Lenticular clouds: where moist layers of air are lifted over the crests of mountain waves, a pile of lenses.
+/* Lenticular clouds: piles of lenses in moist layers of air that are lifted over the crests of mountain waves.
  *
- * The weather map is the height to which the waves lift the air (mountain_wave.c), 0 at the condensation level. In each
- * layer its strength s gives a lens: a lower face that is arched by the wave, and an upper one s·(3 − s)/2 above it, so
- * that rims are sharp. Layers differ in moisture, thus in the size of their lenses, and are laminated; noise along the
- * wind gives them fibres. On the lee, where the air sinks and mixes, that noise eats into the rims.
- */
+ * The weather map is the lift of the air by the waves (mountain_wave.c), 0 at the condensation level. In each layer its
+ * strength s gives a lens: a lower face arched by the wave, and an upper face s·(3 − s)/2 above it, with sharp rims.
+ * Layers differ in moisture and so in the size of their lenses, and are laminated; noise along the wind adds fibres. On
+ * the lee side, where the air sinks and mixes, that noise erodes the rims. */
 #include <math.h>
 
 #include "cloud/cloud_kinds.h"
@@ -16,23 +15,23 @@
 
 /* In pitches of the layers. */
 static const float lowest = 0.1f, arch = 0.25f, thickest = 1.15f;
-static const float drier_max = 0.42f;    /* of the strength, that the driest layer lacks */
-static const float swell_reach = 0.22f;  /* of the strength, at erosion 1 */
-static const float lamina_reach = 0.18f; /* the same */
-static const float fibre_reach = 0.20f;  /* of the pitch, the same */
+static const float drier_max = 0.42f;    /* reduction of strength in the driest layer */
+static const float swell_reach = 0.22f;  /* variation of strength, at erosion 1 */
+static const float lamina_reach = 0.18f; /* variation of strength, at erosion 1 */
+static const float fibre_reach = 0.20f;  /* in pitches, at erosion 1 */
 static const float lamina_share = 0.14f; /* thickness of laminae, in pitches */
 static const float lamina_stretch = 40.0f;
 static const float fibre_stretch = 2.2f;
-static const float lee_way = 0.07f;  /* upwind, in wavelengths, where the air was higher if this is the lee */
-static const float lee_fall = 0.15f; /* of the strength on that way, at which it is all lee */
-static const float lee_reach = 0.9f; /* of the strength that noise takes from the lee, at erosion 1 */
+static const float lee_way = 0.07f;  /* upwind distance in wavelengths for the test of lee: the air was higher there */
+static const float lee_fall = 0.15f; /* decrease of strength over that distance for full lee */
+static const float lee_reach = 0.9f; /* reduction of strength by noise on the lee side, at erosion 1 */
 static const float extinction_floor = 0.004f;
 
 static float get_pitch_m(const neph_cloud_desc *desc) {
   return (float)(desc->thickness_m / ((double)desc->sublayers + 0.5));
 }
 
-/* Strength that a layer lacks. */
+/* Reduction of strength in a layer. */
 static float compute_lack(const neph_cloud_desc *desc, unsigned layer) {
   const uint64_t bits = np_random_absorb(np_random_absorb(desc->seed, NP_CLOUD_STREAM_SHEET), layer);
   const float middle = fabsf((float)layer + 0.5f - 0.5f * (float)desc->sublayers) / (0.5f * (float)desc->sublayers);
@@ -51,7 +50,7 @@ static void prepare_lenses(np_cloud_model *model) {
   k->edge_m = np_maxf((0.06f + 0.5f * (float)(desc->softness * desc->softness)) * pitch_m, 1.2f * voxel_m);
 }
 
-/* Strength with the unevenness of the layers; `out_fibre`: in [−½, ½]. */
+/* Strength with the variation of the layers; `out_fibre` is in [−½, ½]. */
 static void compute_strengths(const np_cloud_model *model, np_kind_points *p, float *out_strength, float *out_fibre) {
   const neph_cloud_desc *desc = &model->desc;
   const np_kind_noises *k = &model->noises;
@@ -71,7 +70,7 @@ static void compute_strengths(const np_cloud_model *model, np_kind_points *p, fl
   for (size_t i = 0; i < p->count; i++) out_fibre[i] -= 0.5f;
 }
 
-/* Ragged rims on the lee side: takes from the strength only, so that bounds hold. */
+/* Erodes rims on the lee side; it only reduces strength, so that bounds hold. */
 static void fray_lee(const np_cloud_model *model, const np_kind_points *p, const float *fibre, float *strength) {
   const np_weather_map *map = &model->map;
   const float way_m = lee_way * (float)model->desc.cell_m, *heading = model->heading;

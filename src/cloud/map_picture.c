@@ -1,11 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A weather map from above, as a bake takes it: a panel for each quantity that the picture gives.
+/* Renders a weather map from above, as a bake uses it: one panel for each quantity in the picture.
  *
- * A value is shown as the painter sees it: v is the code 255·v of sRGB, coverage in grey, other quantities in hues of
- * their own. The picture lies where the wind has carried it by the description's time, and is sampled as the landscape
- * samples it. Beyond the field, which is outlined, nothing is baked: values are dimmed there. A thin line shows where
- * the picture ends, beyond which its border goes on.
- */
+ * Values have the sRGB code 255·v, as in the painted picture: coverage in grey, other quantities in hues. The picture
+ * is displaced by the wind up to the description's time, and sampled like the landscape. Nothing is baked beyond the
+ * field, whose border is drawn: values are dimmed there. A thin line marks the picture's border, beyond which its edge
+ * values continue. */
 #include <math.h>
 
 #include "cloud/cloud_desc.h"
@@ -16,9 +15,15 @@
 #include "core/given.h"
 #include "core/parallel.h"
 
-enum { LONG_SIDE = 1000, MARGIN = 12, GAP = 8, SUBSAMPLES = 3 /* along each axis of a pixel */, OUTLINE = 2 };
+enum {
+  LONG_SIDE = 1000,
+  MARGIN = 12,
+  GAP = 8,
+  SUBSAMPLES = 3 /* subsamples along each axis of a pixel */,
+  OUTLINE = 2
+};
 
-static const double fields_max = 5; /* the most that a panel shows, in fields along an axis */
+static const double fields_max = 5; /* largest extent of a panel, in fields along an axis */
 static const float dimmed = 0.35f;
 
 /* In sRGB. */
@@ -38,7 +43,7 @@ typedef struct map_view {
   np_weather_picture picture;
   map_box panel, field, painted; /* in the world */
   double pixel_m;
-  unsigned size[2], count; /* pixels of a panel; panels */
+  unsigned size[2], count; /* pixels of a panel; number of panels */
   neph_cloud_map_quantity quantities[NEPH_CLOUD_MAP_QUANTITY_COUNT];
   float *planes[3];
 } map_view;
@@ -54,8 +59,8 @@ static map_box make_box(const double center_m[2], const double size_m[2]) {
   return box;
 }
 
-/* Both the field and the picture before the wind carries it, so that frames are alike, as far as that leaves the field
- * large enough to be seen. */
+/* Extent of the panels: the field and the undisplaced picture, so that frames align, as long as the field stays large
+ * enough to be visible. */
 static map_box choose_shown(const map_view *v) {
   double size_m[2];
   for (int a = 0; a < 2; a++) {

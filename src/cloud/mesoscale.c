@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Patterns of the landscape wider than a cloud, which raise and sink what is there: rolls of the boundary layer, whose
- * clouds stand in streets along the wind, and cells of convection, open or closed.
+/* Patterns wider than a cloud, which raise and lower the landscape: rolls of the boundary layer with cloud streets
+ * along the wind, and cells of convection, open or closed.
  *
- * Streets are a wave across the wind whose phase wanders. Cells are those of Voronoi's diagram of jittered points, the
- * middles of hexagons; clouds of open cells stand on the walls, closed cells are clear there.
- */
+ * Streets are a wave across the wind with a varying phase. Cells are a Voronoi diagram of jittered hexagon centres;
+ * open cells have clouds on their walls, closed cells are clear there. */
 #include "cloud/mesoscale.h"
 
 #include <math.h>
@@ -16,16 +15,19 @@
 
 /* In cells of the landscape; about three depths of a boundary layer (AMS Glossary, horizontal convective rolls). */
 static const float street_spacing = 2.0f;
-static const float street_height = 0.75f;                                          /* of the wave, in the landscape's */
-static const float wander_along = 5.0f, wander_across = 1.5f, wander_reach = 1.0f; /* in spacings; of the phase */
+static const float street_height = 0.75f; /* amplitude of the wave, relative to the landscape */
+static const float wander_along = 5.0f, wander_across = 1.5f,
+                   wander_reach =
+                       1.0f; /* variation of the phase: scales along and across the wind, and amplitude, in spacings */
 
-/* In their size. Walls between open cells are as wide as their clouds, those between closed ones are narrow. */
+/* In cell sizes. Walls between open cells are as wide as their clouds, walls between closed ones are narrow. */
 static const float jitter = 0.62f, warp_size = 0.5f, warp_reach = 0.5f, open_width = 0.27f, closed_width = 0.15f;
-static const float column = 1.0f, row = 0.8660254f; /* of hexagons whose middles are 1 apart */
-static const float cells_height = 0.85f, open_spread = 2.0f, closed_spread = 0.35f; /* in the landscape's */
+static const float column = 1.0f, row = 0.8660254f; /* spacings of hexagons with centres 1 apart */
+static const float cells_height = 0.85f, open_spread = 2.0f,
+                   closed_spread = 0.35f; /* in units of the landscape's height */
 
-/* Knots where walls of open cells meet, in the cells' size, and by how much clouds are taller there, in the landscape's
- * height: walls break between them, so that optical depth is as skewed as in nature. */
+/* Knots where walls of open cells meet: their width in cell sizes, and the additional height of clouds there in units
+ * of the landscape's. Walls break between knots, which makes optical depth as skewed as in nature. */
 static const float knot_width = 0.18f, knot_height = 2.6f;
 
 /* Share of the landscape's own groups that a full pattern replaces. */
@@ -42,7 +44,7 @@ static void fill_perlin(const np_mesoscale *pattern, np_cloud_stream stream, con
                              &(np_noise_points){count, x, y, z}, out);
 }
 
-/* A length that goes into the tile a whole number of times, and that number; 0 where the field ends. */
+/* Length that divides the tile into a whole number, and that number; 0 for fields that do not repeat. */
 static float fit(const np_mesoscale *pattern, float size, int32_t *out_count) {
   *out_count = pattern->period ? np_repeat_count((double)pattern->period, (double)size) : 0;
   return pattern->period ? (float)pattern->period / (float)*out_count : size;
@@ -50,7 +52,7 @@ static float fit(const np_mesoscale *pattern, float size, int32_t *out_count) {
 
 /* ---- Streets ---- */
 
-/* 1 − 2S of a triangle: close to a cosine, of the same bits everywhere. */
+/* 1 − 2S of a triangle wave, with S the smoothstep: close to a cosine, with equal bits everywhere. */
 static float eval_wave(float phase) {
   const float t = phase - floorf(phase);
   return 1.0f - 2.0f * np_smoothstepf(1.0f - fabsf(2.0f * t - 1.0f));
@@ -78,10 +80,10 @@ static void add_streets(const np_mesoscale *pattern, size_t count, const double 
 /* ---- Cells ---- */
 
 typedef struct heart {
-  float x, y, height; /* the former in columns and in rows */
+  float x, y, height; /* x in columns, y in rows */
 } heart;
 
-/* Columns and rows of hexagons; rows are even in number where the field repeats, since every other one is shifted. */
+/* Columns and rows of hexagons; a repeating field has an even number of rows, because every other one is shifted. */
 typedef struct hexagons {
   float pitch[2]; /* in cells of the landscape */
   int32_t period[2];
@@ -106,7 +108,7 @@ static heart draw_heart(const np_mesoscale *pattern, const hexagons *h, int32_t 
 
 enum { REACH = 2, SIDE = 2 * REACH + 1, AROUND = SIDE * SIDE };
 
-/* Hearts about a hexagon, which neighbouring points share; in the size of the cells, from its corner. */
+/* Centres around a hexagon, shared by its points; in cell sizes, from its corner. */
 typedef struct neighbourhood {
   int32_t i, j;
   bool is_drawn;
@@ -126,7 +128,7 @@ static void draw_neighbourhood(const np_mesoscale *pattern, const hexagons *h, i
   }
 }
 
-/* Distances to the nearest two walls, which meet where both are 0, in the size of the cells; the heart of the cell. */
+/* Distances to the two nearest walls, in cell sizes, both 0 where walls meet; and the centre of the cell. */
 static void compute_walls(const neighbourhood *around, float x, float y, float out_walls[2], heart *out_heart) {
   heart nearest = around->hearts[0];
   float least = INFINITY, squares[2] = {INFINITY, INFINITY};

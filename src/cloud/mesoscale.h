@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Streets and mesoscale cells of the landscape. */
+/* Cloud streets and mesoscale cells of the landscape. */
 #ifndef NP_CLOUD_MESOSCALE_H
 #define NP_CLOUD_MESOSCALE_H
 
@@ -16,13 +16,13 @@ typedef struct np_mesoscale {
   double lives; /* time, in lifetimes of a cell */
   float heading[2], streets, cells_size;
   neph_cloud_cells cells_kind;
-  int32_t period; /* cells in a field that repeats; 0: it ends */
+  int32_t period; /* cells per period of a repeating field; 0: not repeating */
 } np_mesoscale;
 
-/* Share of the landscape's own groups and clearings that is left beside the patterns; 1 without any. */
+/* Share of the landscape's own groups and clearings that remains beside the patterns; 1 without patterns. */
 float np_mesoscale_get_ground_share(const np_mesoscale *pattern);
 
-/* Adds the patterns to heights at positions in the air; at most NP_MESOSCALE_BLOCK. */
+/* Adds the patterns to heights at positions in the frame of the air; at most NP_MESOSCALE_BLOCK. */
 void np_mesoscale_add(const np_mesoscale *pattern, size_t count, const double *air_x, const double *air_y,
                       float *heights);
 

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Mountain waves: the height to which wind that crosses the ground lifts the air above it.
+/* Mountain waves: lift of the air above ground by wind across it.
  *
  * Linear theory of trapped lee waves (Scorer 1949, "Theory of waves in the lee of mountains"): the ground along the
- * wind convolved with a wave that starts at the ridge and decays behind it. `cell_m` is the wavelength; ground narrower
- * than a fifth of it is smoothed away. Without ground a chain of mounts stands across the wind in the middle.
+ * wind, convolved with a wave that starts at the ridge and decays behind it. `cell_m` is the wavelength; ground
+ * features below a fifth of it are smoothed out. Without ground, a chain of hills lies across the wind in the middle.
  */
 #include "cloud/mountain_wave.h"
 
@@ -19,19 +19,19 @@
 enum { STEPS_PER_WAVE = 20, WAVES = 3, SMOOTHINGS = 3 };
 
 static const float lead = 0.25f;      /* wavelengths ahead of the ridge */
-static const float decay = 0.75f;     /* of the amplitude, for each wavelength: 1/(1 + decay·n²) */
+static const float decay = 0.75f;     /* decay of the amplitude after n wavelengths: 1/(1 + decay·n²) */
 static const float smoothing = 0.11f; /* half width of each of SMOOTHINGS means, in wavelengths */
 
 typedef struct wave_job {
   const np_weather_map *map;
   const float *from;
   float *to;
-  float step_m[2]; /* of the sum along the wind */
+  float step_m[2]; /* step of the sum along the wind */
   float weights[STEPS_PER_WAVE * (WAVES + 1)];
   int first, count, axis, half;
 } wave_job;
 
-/* The cosine of turns: parabolas between its zeros, within 6 % of the cosine. */
+/* Cosine of an angle in turns, by parabolas between its zeros, within 6 %. */
 static float compute_cosine(float turns) {
   const float t = turns + 0.25f - floorf(turns + 0.25f), half = t < 0.5f ? t : t - 0.5f;
   const float arc = 16.0f * half * (0.5f - half);
@@ -44,7 +44,7 @@ static float get_texel(const np_weather_map *map, const float *values, int32_t i
   return values[(size_t)j * (size_t)map->size[0] + (size_t)i];
 }
 
-/* Mean of the texels along an axis. */
+/* Smooths the texels along an axis. */
 static neph_result smooth_rows(void *user, size_t begin, size_t end, unsigned thread) {
   const wave_job *job = user;
   (void)thread;
@@ -76,14 +76,15 @@ static neph_result sum_rows(void *user, size_t begin, size_t end, unsigned threa
   return NEPH_OK;
 }
 
-/* A ridge of its own: a chain of mounts across the wind, each of a size, a height and a place of its own, the highest
- * in the middle. In wavelengths. */
+/* Procedural ridge: a chain of hills across the wind with individual sizes, heights and positions, the highest in the
+ * middle. In wavelengths. */
 enum { MOUNTS = 7 };
 
-static const float mount_spacing = 0.36f, mount_stray = 0.12f;         /* across the wind, along it thrice the stray */
-static const float mount_width = 0.2f;                                 /* half of it, along the wind */
-static const float mount_length_min = 0.26f, mount_length_max = 0.75f; /* the same across it */
-static const float mount_height_min = 0.4f;                            /* of the highest */
+static const float mount_spacing = 0.36f,
+                   mount_stray = 0.12f; /* across the wind; the stray along it is three times as large */
+static const float mount_width = 0.2f;  /* half width along the wind */
+static const float mount_length_min = 0.26f, mount_length_max = 0.75f; /* half width across the wind */
+static const float mount_height_min = 0.4f;                            /* relative to the highest */
 
 typedef struct mount {
   float along, across, length, height;
@@ -104,7 +105,7 @@ static mount draw_mount(const neph_cloud_desc *desc, int number) {
                  .height = is_highest ? 1.0f : np_mixf(mount_height_min, 1.0f, draw(seed, number, 3))};
 }
 
-/* Height of the ridge: that of the higher one where two mounts meet, as their sum would be a third. */
+/* Height of the ridge: the maximum where two hills overlap, because their sum would be a third hill. */
 static float compute_ridge(const mount mounts[MOUNTS], float along, float across) {
   float highest = 0.0f;
   for (int i = 0; i < MOUNTS; i++) {
@@ -140,7 +141,7 @@ static neph_result smooth(neph_context *context, np_monitor *monitor, wave_job *
   return result;
 }
 
-/* From 0 to 1, so that a waterline is a share of the highest crest. */
+/* Scales values to [0, 1], so that a waterline is relative to the highest crest. */
 static void normalize(const np_weather_map *map, float *values) {
   const size_t count = (size_t)map->size[0] * (size_t)map->size[1];
   float lowest = INFINITY, highest = -INFINITY;

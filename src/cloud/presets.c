@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Named clouds: a row each. Extinction is of the order that 1.5·LWC/r_eff gives for the water of each kind; it, lengths
- * and shapes were chosen by judgement, from rendered pictures. */
+/* Presets of clouds, one row each. Extinctions are of the order of 1.5·LWC/r_eff for the liquid water of each kind;
+ * extinctions, lengths and shapes were adjusted by the look of rendered pictures. */
 #include "cloud/presets.h"
 
 #include <string.h>
@@ -10,7 +10,7 @@
 
 typedef struct preset {
   const char *name;
-  neph_cloud_desc desc; /* 0 in the rows below: as NEPH_CLOUD_DESC_DEFAULT has it, where 0 is not allowed */
+  neph_cloud_desc desc; /* fields of 0 have their value of NEPH_CLOUD_DESC_DEFAULT if 0 is not allowed */
 } preset;
 
 /* clang-format off */

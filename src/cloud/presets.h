@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Named clouds. */
+/* Presets of clouds. */
 #ifndef NP_CLOUD_PRESETS_H
 #define NP_CLOUD_PRESETS_H
 
@@ -9,7 +9,7 @@
 
 bool np_cloud_has_preset(const char *name);
 
-/* Their names, parted by ", ". */
+/* Lists their names, separated by ", ". */
 void np_cloud_list_presets(np_text *out);
 
 #endif

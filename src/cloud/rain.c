@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Rain below the base: streaks, in shafts that leave dry air between them, from columns that are strong enough; and
- * pannus, the ragged clouds in it.
- */
+/* Rain below the base: streaks, in shafts with dry air between them, from columns that are strong enough; and pannus,
+ * the ragged clouds in it. */
 #include "cloud/rain.h"
 
 #include <math.h>
@@ -12,27 +11,28 @@
 #include "cloud/cloud_streams.h"
 #include "core/math.h"
 
-/* Heavy rain, of the order of 50 mm an hour, and what a cloudburst from thermals, of the order of 110, has more. */
+/* Extinction of heavy rain, of the order of 50 mm/h, and the increase for a cloudburst from thermals, of the order of
+ * 110 mm/h. */
 static const float rain_extinction_per_m = 4e-3f, cloudburst_gain = 0.75f;
 static const float snow_gain = 3.0f, snow_from_m = 2000.0f,
-                   snow_full_m = 3500.0f; /* against rain; altitudes of bases */
+                   snow_full_m = 3500.0f; /* relative to rain; altitudes of bases */
 static const float rain_streak_m = 260.0f, rain_streak_stretch = 14.0f;
-static const float shaft_max_m = 2600.0f; /* shafts of rain, and dry air between them */
-static const float shaft_size = 1.5f;     /* the same in cells, where they are small: each has its own trail */
+static const float shaft_max_m = 2600.0f; /* size of shafts of rain, and of the dry air between them */
+static const float shaft_size = 1.5f;     /* size in cells, if cells are small: each has its own shaft */
 
-/* Pannus. */
+/* Size, depth and share of pannus. */
 static const float scrap_m = 520.0f, scrap_depth_m = 560.0f, scrap_share = 0.6f;
 
-static const float rain_column = 0.12f, rain_column_width = 0.35f; /* the columns that heavy rain falls from */
+static const float rain_column = 0.12f, rain_column_width = 0.35f; /* strength of columns with heavy rain */
 
-static const float bound_margin = 1e-4f; /* of strength, for rounding */
+static const float bound_margin = 1e-4f; /* margin of strength for rounding */
 
 void np_rain_prepare(np_cloud_model *model) {
   model->rain.streaks = np_cloud_make_lattice(&model->desc, NP_CLOUD_STREAM_RAIN);
   model->rain.shafts = np_cloud_make_lattice(&model->desc, NP_CLOUD_STREAM_BASE);
 }
 
-/* Strength of rain at a height below the column's base, in [0, 1]. It thins as it evaporates, unless it reaches the
+/* Strength of rain at a height below the column's base, in [0, 1]. It decreases by evaporation, unless rain reaches the
  * sea. */
 static float eval_column(const np_cloud_model *model, const np_cloud_column *column, float height_m) {
   const float fallen = (column->base_m - height_m) / (column->base_m + model->rain.depth_m);
@@ -42,7 +42,7 @@ static float eval_column(const np_cloud_model *model, const np_cloud_column *col
   return strength * np_smoothstepf(excess / rain_column_width) * (1.0f - left * (1.01f - strength));
 }
 
-/* Strength of the shafts in which rain falls; the rain's positions are stretched already. */
+/* Strength of the shafts of rain; positions are already stretched. */
 static void eval_shafts(const np_cloud_model *model, np_air_points *w, float *out_shaft) {
   static const np_noise_octaves octaves = {.count = 3, .gain = 0.5f};
   const float shaft_m = np_minf(shaft_max_m, shaft_size * (float)model->desc.cell_m);
@@ -53,7 +53,7 @@ static void eval_shafts(const np_cloud_model *model, np_air_points *w, float *ou
     out_shaft[i] = least + (1.0f - least) * np_smoothstepf((out_shaft[i] - 0.38f) * 4.0f);
 }
 
-/* Ragged clouds in the rain, close below the base. */
+/* Adds ragged clouds in the rain, just below the base. */
 static void add_pannus(const np_cloud_model *model, const np_cloud_points *points, np_air_points *w,
                        float *out_extinction_per_m) {
   const np_noise_octaves octaves = {.count = model->sheet_octave_count + 1, .gain = 0.6f};
@@ -68,7 +68,7 @@ static void add_pannus(const np_cloud_model *model, const np_cloud_points *point
   }
   w->count = kept;
   const np_noise_points positions = np_air_points_scale(w, 1.0f / scrap_m, model->turnover);
-  for (size_t i = 0; i < w->count; i++) w->sz[i] *= 2.0f; /* flat */
+  for (size_t i = 0; i < w->count; i++) w->sz[i] *= 2.0f; /* flattens the noise */
   model->noise->value_fbm(&model->rain.streaks, &octaves, &positions, w->noise);
   for (size_t i = 0; i < w->count; i++) {
     const float deep = -w->height_m[i] / scrap_depth_m, threshold = 0.47f + 0.2f * fabsf(2.0f * deep - 0.6f);

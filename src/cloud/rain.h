@@ -5,13 +5,13 @@
 
 #include "cloud/cloud_model.h"
 
-/* Sets the noises. */
+/* Sets up the noises. */
 void np_rain_prepare(np_cloud_model *model);
 
-/* Writes the extinction of rain where there is any. */
+/* Writes the extinction of rain where it is positive. */
 void np_rain_add(const np_cloud_model *model, const np_cloud_points *points, float *out_extinction_per_m);
 
-/* True only if there is no rain anywhere in the box. */
+/* True only if the box is free of rain. */
 bool np_rain_is_empty(const np_cloud_model *model, const np_cloud_box *box);
 
 #endif

@@ -6,7 +6,7 @@
 #include "cloud/shape_desc.h"
 #include "core/text.h"
 
-/* The first thing beside the model that keeps a field from repeating; NULL: none. */
+/* First setting, besides the model, that prevents a field from repeating; NULL: none. */
 static const char *search_obstacle(const neph_cloud_desc *desc) {
   const double *wind = desc->wind_m_s;
   if (desc->extent_m[0] != desc->extent_m[1]) return "extent must be square";

@@ -5,7 +5,7 @@
 
 #include <nephos/cloud.h>
 
-/* Refuses what cannot repeat. */
+/* Refuses descriptions that cannot repeat. */
 neph_result np_repeat_check(neph_context *context, const neph_cloud_desc *desc);
 
 #endif

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The first level of a cloud of a given shape. Spheres are balls as they stand; a curve is a Catmull-Rom spline, balls
- * set so close along it that what is left between them is below a hundredth of their radius. Meshes and height maps are
- * a distance on a grid, under all balls. A shape stays where it is while its billows turn over.
- */
+/* First level of a cloud of a given shape. Spheres are balls; a curve is a Catmull-Rom spline of balls, spaced so
+ * closely that gaps between them are below a hundredth of their radius. Meshes and height maps are a distance grid
+ * below all balls. A shape keeps its position while its billows turn over. */
 #include "cloud/shape.h"
 
 #include <math.h>
@@ -14,9 +13,9 @@
 #include "core/alloc.h"
 #include "core/math.h"
 
-static const float curve_spacing = 0.2f; /* of balls, in the lesser radius */
+static const float curve_spacing = 0.2f; /* spacing of balls, in the smaller radius */
 
-enum { BALLS_MAX = 1 << 20 /* of a segment */ };
+enum { BALLS_MAX = 1 << 20 /* balls of a segment */ };
 
 /* ---- Curves ---- */
 
@@ -29,7 +28,7 @@ static np_ball make_ball(const np_cloud_model *model, const neph_cloud_point *p)
                    .age = np_shape_compute_age((float)desc->age, (float)p->z_m, (float)desc->thickness_m)};
 }
 
-/* Position by the spline, whose ends are doubled; the radius goes evenly. */
+/* Position by the spline, with doubled end points; the radius is linear. */
 static double eval_cubic(double before, double from, double to, double after, double t) {
   const double slope[2] = {0.5 * (to - before), 0.5 * (after - from)}, rise = to - from;
   return from + t * (slope[0] + t * (3 * rise - 2 * slope[0] - slope[1] + t * (slope[0] + slope[1] - 2 * rise)));
@@ -78,7 +77,7 @@ static neph_result add_curve(const np_cloud_model *model, const neph_cloud_point
 
 /* ---- Balls ---- */
 
-/* The first row holds the spheres, each other one a curve. */
+/* Adds the balls of a row: spheres in the first row, one curve in each other. */
 static neph_result add_row(const void *user, size_t row, np_ball_list *list) {
   const np_cloud_model *model = user;
   const neph_cloud_points *spheres = &model->desc.shape.spheres, *curves = &model->desc.shape.curves;
@@ -124,7 +123,7 @@ static shape_box measure_balls(const np_cloud_model *model, unsigned first_level
   return box;
 }
 
-/* The grid is a billow larger than what is in it. */
+/* Adds the grid's content, which is smaller than the grid by a billow. */
 static void include_grid(const np_shape_grid *grid, float room_m, shape_box *box) {
   for (int a = 0; a < 3; a++) {
     const float high_m = grid->origin_m[a] + (float)(grid->size[a] - 1) * grid->step_m;
@@ -165,11 +164,11 @@ void np_shape_check_billows(const np_cloud_model *model) {
            np_cloud_desc_name(&model->desc), (double)beyond_m);
 }
 
-/* ---- Shadow ---- */
+/* ---- Projection ---- */
 
 enum { SHADOW_EDGE = 96, SHADOW_HEIGHTS = 24 };
 
-/* Strength of a column: how deep in the shape it goes, 1 at half a billow or more. */
+/* Strength of a column: its largest depth in the shape, 1 for half a billow or more. */
 static float compute_strength(const np_cloud_model *model, float x_m, float y_m) {
   float x[SHADOW_HEIGHTS], y[SHADOW_HEIGHTS], z[SHADOW_HEIGHTS], distance_m[SHADOW_HEIGHTS], lowest_m = 0.0f;
   const np_ball_points points = {SHADOW_HEIGHTS, x, y, z};
@@ -206,7 +205,7 @@ static neph_result cast_shadow(np_cloud_model *model) {
   return NEPH_OK;
 }
 
-/* ---- The whole ---- */
+/* ---- Entry points ---- */
 
 static neph_result build_grid(np_cloud_model *model, np_monitor *monitor) {
   const neph_cloud_desc *desc = &model->desc;

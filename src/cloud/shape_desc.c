@@ -102,7 +102,7 @@ static void put_ends(np_json *json, const neph_cloud_points *curves) {
   np_json_end(json);
 }
 
-/* A file's name to find it again, and its contents' hash. */
+/* Writes a file's name and the hash of its contents. */
 static neph_result put_file(neph_context *context, np_json *json, const char *key, const char *file) {
   char hash[33], name[40];
   if (!file) return NEPH_OK;

@@ -73,7 +73,7 @@ void np_shape_grid_bound(np_shape_grid *grid) {
         grid->lowest_m[n++] = compute_lowest(grid, (const int32_t[3]){i, j, k});
 }
 
-/* Place on an axis in nodes, held inside the grid. */
+/* Position along an axis in nodes, clamped to the grid. */
 static float compute_place(const np_shape_grid *grid, int axis, float position_m) {
   const float scaled = (position_m - grid->origin_m[axis]) / grid->step_m;
   return np_clampf(scaled, 0.0f, (float)(grid->size[axis] - 1));
@@ -100,7 +100,7 @@ bool np_shape_grid_is_near(const np_shape_grid *grid, const float min_m[3], cons
 
 /* ---- Values ---- */
 
-/* The eight nodes about a place, x slowest, and the place between them. */
+/* The eight nodes around a position, x slowest, and the fractional position between them. */
 static void gather(const np_shape_grid *grid, const float at_m[3], float out_nodes[8], float out_place[3]) {
   int32_t at[3];
   for (int a = 0; a < 3; a++) {

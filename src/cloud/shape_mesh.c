@@ -1,11 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Signed distances to closed surfaces: meshes from files, and bodies below a height map.
  *
- * The distance is that to the nearest triangle, negative where the winding number is beyond ½; so small holes are
- * closed. Of a surface without open edges the sign changes only where the surface is near, so that the number is asked
- * for there alone. With open edges it is asked for at each node: the share of nodes at which it is far from any integer
- * is how open the surface is.
- */
+ * The distance is to the nearest triangle, and negative where the winding number exceeds ½, which closes small holes.
+ * For a surface without open edges the sign changes only near the surface, so that the number is computed there alone.
+ * With open edges it is computed at each node: the share of nodes where it is far from any integer measures how open
+ * the surface is. */
 #include "cloud/shape_mesh.h"
 
 #include <math.h>
@@ -15,8 +14,10 @@
 #include "core/math.h"
 #include "mesh/mesh_format.h"
 
-static const float side_room = 0.75f, top_room = 0.45f; /* for billows about a mesh that fills its field, in billows */
-static const double open_share = 0.03;                  /* of the inside, from which on a surface is refused */
+static const float side_room = 0.75f,
+                   top_room = 0.45f; /* room for billows around a mesh that fills its field, in billows */
+static const double open_share =
+    0.03; /* largest share of the inside with an undefined winding number; more is refused */
 static const size_t triangles_max = (size_t)4 << 20;
 
 /* ---- Meshes ---- */
@@ -40,7 +41,7 @@ static void move_triangles(np_mesh_tree *tree, float scale, const float by_m[3])
   }
 }
 
-/* Factor by which a mesh fills its field and leaves room for billows. */
+/* Scale of a mesh that fills its field except for room for billows. */
 static float compute_fit(const np_cloud_model *model, const float size_m[3]) {
   const neph_cloud_desc *desc = &model->desc;
   const float billow_m = model->thermals.billow_m;
@@ -90,7 +91,7 @@ neph_result np_shape_load_mesh(const np_cloud_model *model, np_monitor *monitor,
 
 enum { CELLS_MAX = 320 /* along a side */ };
 
-/* Tops at the corners of cells, with a border of 0 about the picture. */
+/* Tops at the corners of cells, with a border of 0 around the picture. */
 typedef struct height_cells {
   int count[2];
   float step_m[2], bottom_m;
@@ -110,13 +111,13 @@ static np_vec3 get_corner(const height_cells *h, int i, int j, bool is_top) {
                       ((float)j - 0.5f * (float)h->count[1]) * h->step_m[1], is_top ? get_top(h, i, j) : h->bottom_m);
 }
 
-/* Two triangles, counter-clockwise as a, b, c, d are. */
+/* Adds two triangles, counter-clockwise like a, b, c, d. */
 static void add_quad(np_mesh_tree *tree, np_vec3 a, np_vec3 b, np_vec3 c, np_vec3 d) {
   tree->triangles[tree->triangle_count++] = (np_mesh_triangle){{a, b, c}};
   tree->triangles[tree->triangle_count++] = (np_mesh_triangle){{a, c, d}};
 }
 
-/* Top, bottom, and a wall to each neighbour that is none. */
+/* Adds top, bottom, and a wall to each empty neighbour. */
 static void add_cell(const height_cells *h, int i, int j, np_mesh_tree *tree) {
   static const int around[5][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}, {0, 0}};
   static const int neighbours[4][2] = {{0, -1}, {1, 0}, {0, 1}, {-1, 0}};
@@ -145,7 +146,7 @@ static void fill_tops(const np_cloud_model *model, const np_weather_picture *pic
     }
 }
 
-/* Cells of the picture's pixels, or fewer. */
+/* Chooses cells: the picture's pixels, or fewer. */
 static void choose_cells(const np_cloud_model *model, const np_weather_picture *picture, height_cells *h) {
   const unsigned pixels[2] = {neph_image_get_width(picture->image), neph_image_get_height(picture->image)};
   h->bottom_m = -0.5f * model->thermals.billow_m;
@@ -194,7 +195,7 @@ typedef struct distance_job {
   size_t *inside, *open; /* nodes of each row of rows */
 } distance_job;
 
-/* Nodes of a line along z; a distance is at most that of the node before and a step. */
+/* Distances of a line of nodes along z; each is at most the previous one plus a step. */
 static void measure_line(const distance_job *job, int32_t i, int32_t j) {
   np_shape_grid *g = job->grid;
   float *line_m = g->distance_m + ((size_t)i * (size_t)g->size[1] + (size_t)j) * (size_t)g->size[2];
@@ -224,7 +225,7 @@ static neph_result measure_rows(void *user, size_t begin, size_t end, unsigned t
   return NEPH_OK;
 }
 
-/* Refuses what is open, and says of holes that are closed. */
+/* Refuses an open surface, and logs holes that are closed. */
 static neph_result check_holes(const distance_job *job, const char *file, size_t edges, np_vec3 first) {
   neph_context *context = job->grid->context;
   size_t inside = 0, open = 0;
@@ -242,7 +243,7 @@ static neph_result check_holes(const distance_job *job, const char *file, size_t
   return NEPH_OK;
 }
 
-/* The surface and a billow about it, which is as far as a distance is asked for; below the base no farther. */
+/* Grid around the surface with room for a billow, the largest distance in use; less below the base. */
 static neph_result make_grid(const np_cloud_model *model, const np_mesh_tree *tree, np_shape_grid *out_grid) {
   const float room_m = model->thermals.billow_m;
   float low_m[3], high_m[3];

@@ -1,15 +1,15 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Shapes that are closed surfaces. */
+/* Shapes from closed surfaces. */
 #ifndef NP_CLOUD_SHAPE_MESH_H
 #define NP_CLOUD_SHAPE_MESH_H
 
 #include "cloud/cloud_model.h"
 #include "mesh/mesh_tree.h"
 
-/* Triangles in the field's coordinates, not sorted yet. */
+/* Loads triangles in field coordinates, not sorted yet. */
 neph_result np_shape_load_mesh(const np_cloud_model *model, np_monitor *monitor, np_mesh_tree *out_tree);
 
-/* Triangles about the body below a height map; its bottom lies below the base. */
+/* Triangles of the body below a height map; its bottom is below the base. */
 neph_result np_shape_load_heights(const np_cloud_model *model, np_mesh_tree *out_tree);
 
 /* Signed distance to triangles; refuses a surface that is not closed. */

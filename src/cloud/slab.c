@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Slabs: stratus and its like. The fBm of value noise, sheared, is added to the depth of columns whose profile is soft
- * at both faces of each sublayer; noise eats into the lower part of a sublayer as scud, and where the wind draws the
- * slab out, it is of fibres of ice.
- */
+/* Slabs: stratus and similar clouds. The fBm of value noise, sheared, is added to the depth of columns whose profile is
+ * soft at both faces of each sublayer. Noise erodes the lower part of a sublayer (scud). Stretched along the wind, the
+ * slab consists of ice fibres. */
 #include <math.h>
 
 #include "cloud/air_points.h"
@@ -14,24 +13,24 @@
 #include "cloud/waterline.h"
 #include "core/math.h"
 
-static const float sheet_mean = 0.5f;                                 /* of the noise, from noise.h */
-static const float sheet_relief_min = 0.15f, sheet_relief_max = 1.1f; /* of the noise, by erosion, in depth */
-static const float curl_size = 2.2f, curl_reach = 0.9f; /* of the eddies, and of the displacement at turbulence 1, in
-                                                           largest billows */
-static const float extinction_floor = 0.002f;           /* of the core's: less is nothing */
-static const float bound_margin = 1e-4f;                /* of depth, for rounding */
+static const float sheet_mean = 0.5f;                                 /* mean of the noise, from noise.h */
+static const float sheet_relief_min = 0.15f, sheet_relief_max = 1.1f; /* amplitude of the noise, by erosion, in depth */
+static const float curl_size = 2.2f,
+                   curl_reach = 0.9f; /* size of the eddies, and displacement at turbulence 1, in largest billows */
+static const float extinction_floor = 0.002f; /* relative to the core's extinction: less counts as 0 */
+static const float bound_margin = 1e-4f;      /* margin of depth for rounding */
 
-/* Scud: finer noise that eats into the lower part of each sublayer. */
+/* Scud: finer noise that erodes the lower part of each sublayer. */
 static const float scud_size = 0.35f, scud_depth = 0.5f; /* in billows, and of a sublayer */
 static const float scud_reach = 0.7f;                    /* in depth */
 
-/* Fibres of ice, where it is drawn out along the wind. */
+/* Ice fibres of slabs stretched along the wind. */
 static const float fibre_size = 0.28f, fibre_draw = 3.5f; /* in billows; times `stretch` along the wind */
-static const float fibre_from = 2.0f, fibre_full = 6.0f;  /* in `stretch` */
-static const float fibre_least = 0.22f;                   /* of the extinction, between fibres */
+static const float fibre_from = 2.0f, fibre_full = 6.0f;  /* range of `stretch` */
+static const float fibre_least = 0.22f;                   /* relative extinction between fibres */
 
-/* Gains of value noise in octaves, whose range is seldom filled: of scud, and of relief, which ends smoothly at both
- * ends, or its plateaus would show as patches from above. */
+/* Contrast of value noise in octaves, which seldom fills its range: for scud, and for relief, which saturates smoothly,
+ * because plateaus would be visible as patches from above. */
 static const float slab_contrast = 2.2f, slab_swing = 1.5f;
 
 /* ---- Noises ---- */
@@ -68,13 +67,13 @@ static void set_slab_edges(np_cloud_model *model) {
 /* Softness of the faces of a slab's sublayers, in sublayers. */
 static float get_face(const np_cloud_model *model) { return 0.12f + 0.38f * (float)model->desc.softness; }
 
-/* Place of a height in its sublayer. */
+/* Relative position of a height in its sublayer. */
 static float compute_place_in_sublayer(const np_cloud_model *model, float s) {
   const float scaled = s * (float)model->desc.sublayers;
   return scaled - (float)(int)scaled;
 }
 
-/* The profile of a slab: 0 in the middle of each sublayer, at the faces more than noise can make up for. */
+/* Profile of a slab: 0 in the middle of each sublayer; at the faces larger than any gain by noise. */
 static float eval_slab(const np_cloud_model *model, float s) {
   const float in = compute_place_in_sublayer(model, s), face = get_face(model);
   float open = 1.0f - np_smoothstepf(in / face) * np_smoothstepf((1.0f - in) / face);
@@ -82,7 +81,7 @@ static float eval_slab(const np_cloud_model *model, float s) {
   return open * (1.0f + model->base_gain_max);
 }
 
-/* Below no value of the profile between two heights. */
+/* Lower bound of the profile between two heights. */
 static float bound_slab(const np_cloud_model *model, float low, float high) {
   const float count = (float)model->desc.sublayers, face = get_face(model);
   if ((int)(low * count) != (int)(high * count)) return 0.0f;
@@ -121,7 +120,7 @@ static void start_points(const np_cloud_model *model, const np_cloud_points *poi
 
 /* ---- Depth ---- */
 
-/* Along the heading cells are `stretch` times as long. Each sublayer has a pattern of its own. */
+/* Adds the relief. Cells are `stretch` times as long along the heading, and each sublayer has its own pattern. */
 static void add_sheet(const np_cloud_model *model, np_air_points *w) {
   const np_noise_octaves octaves = {.count = model->sheet_octave_count, .gain = 0.5f};
   const np_noise_points points = np_air_points_scale(w, model->base.frequency_per_m, model->turnover);
@@ -142,12 +141,12 @@ static void add_sheet(const np_cloud_model *model, np_air_points *w) {
   }
 }
 
-/* Share of ice in a slab, whose fibres the wind draws out; a veil has no scud. */
+/* Share of ice fibres in a slab, by its stretch; a veil has no scud. */
 static float compute_fibrous_share(const np_cloud_model *model) {
   return np_smoothstepf(((float)model->desc.stretch - fibre_from) / (fibre_full - fibre_from));
 }
 
-/* Carves alone, so that bounds hold. */
+/* Erodes the base; it only reduces depth, so that bounds hold. */
 static void fray_base(const np_cloud_model *model, np_air_points *w) {
   const np_noise_octaves octaves = {.count = model->sheet_octave_count, .gain = 0.6f};
   const float sublayers = (float)model->desc.sublayers, water = 1.0f - compute_fibrous_share(model);
@@ -165,7 +164,8 @@ static void fray_base(const np_cloud_model *model, np_air_points *w) {
   }
 }
 
-/* Shares of the extinction in `noise`: fibres hang together over the height, so that they do not average out. */
+/* Writes factors on the extinction to `noise`: fibres are continuous over the height, so that they do not average out.
+ */
 static void compute_fibres(const np_cloud_model *model, np_air_points *w) {
   const np_noise_octaves octaves = {.count = model->sheet_octave_count, .gain = 0.6f};
   const float stretch = fibre_draw * (float)model->desc.stretch, *heading = model->heading;
@@ -205,8 +205,8 @@ static void eval_slab_points(const np_cloud_model *model, const np_cloud_points 
     out_extinction_per_m[w.index[i]] = w.noise[i] * compute_extinction(model, w.state[i].depth);
 }
 
-/* Depth is at most that of the best map value, of the most favourable height and of the point farthest from the border,
- * with all that noise can add. */
+/* Whether a box is empty: depth is bounded by the best map value, the most favourable height and the point farthest
+ * from the border, plus the largest gain by noise. */
 static bool is_slab_empty(const np_cloud_model *model, const np_cloud_box *box) {
   const float top_m = (float)model->desc.thickness_m;
   if (box->max_m[2] <= 0.0f || box->min_m[2] >= top_m) return true;

@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Fall streaks of ice: cirrus.
  *
- * Ice forms in small heads at the top and falls out of them. In air that the skew has not moved yet a streak hangs
- * upright below its head, the fainter the deeper; the wind, weaker below, draws it out to a hook (the shift grows with
- * the square of the height). A streak is a bundle of fibres: noise across it down to two voxels, hardly any along it.
- */
+ * Ice forms in small heads at the top and falls out of them. Without skew a streak hangs vertically below its head and
+ * fades with depth; the wind, weaker below, bends it to a hook (the shift grows with the square of the height). A
+ * streak is a bundle of fibres: noise across it down to two voxels, hardly any along it. */
 #include <math.h>
 
 #include "cloud/cloud_kinds.h"
@@ -12,13 +11,15 @@
 #include "cloud/waterline.h"
 #include "core/math.h"
 
-static const float head_share = 0.16f;    /* of the thickness */
-static const float bundle_stretch = 3.5f; /* along the wind at `stretch` 12, as its square root elsewhere */
+static const float head_share = 0.16f;    /* relative to the thickness */
+static const float bundle_stretch = 3.5f; /* along the wind at `stretch` 12; scales with its square root */
 static const float fibre_size = 0.3f;     /* in billows */
-static const float fall_size = 2.3f;      /* of the noise that says how far ice falls, in billows */
-static const float fibre_upright = 0.04f; /* of the fibres' change over their height, against across */
-static const float group_strength = 0.5f; /* of the map, at which heads stand as close as can be */
-static const float roof_size = 5.0f, roof_drop = 0.42f; /* of the heads' level: in billows, and of the thickness */
+static const float fall_size = 2.3f;      /* size of the noise of the fall distance, in billows */
+static const float fibre_upright = 0.04f; /* variation of fibres along their height, relative to across */
+static const float group_strength = 0.5f; /* strength of the map at which heads are densest */
+static const float roof_size = 5.0f,
+                   roof_drop =
+                       0.42f; /* variation of the heads' level: size in billows, amplitude relative to the thickness */
 static const float extinction_floor = 0.01f;
 
 static void prepare_streaks(np_cloud_model *model) {
@@ -34,7 +35,7 @@ static void prepare_streaks(np_cloud_model *model) {
 
 static float get_stretch(const neph_cloud_desc *desc) { return bundle_stretch * sqrtf((float)desc->stretch / 12.0f); }
 
-/* Heads stand at the levels of layers that supply moisture: shares of the thickness below its top. */
+/* Level of the heads, at layers that supply moisture: shares of the thickness below its top. */
 static void compute_roof(const np_cloud_model *model, np_kind_points *p, float *out_drop) {
   static const np_noise_octaves octaves = {.count = 2, .gain = 0.5f};
   const float size_m = roof_size * (float)model->desc.billow_m;
@@ -83,7 +84,7 @@ static void eval_streaks(const np_cloud_model *model, const np_cloud_points *poi
 
 static bool is_streak_empty(const np_cloud_model *model, const np_cloud_box *box) {
   np_kind_box bounded;
-  return !np_kind_box_make(model, box, &bounded); /* wherever the map has any strength there may be some */
+  return !np_kind_box_make(model, box, &bounded); /* there may be streaks wherever the map is positive */
 }
 
 const np_cloud_kind np_streaks_kind = {

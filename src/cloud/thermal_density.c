@@ -2,15 +2,14 @@
 /* Density of a cumulus of thermals, from the distance to its balls.
  *
  * Positions are displaced by divergence-free noise, then the distance is displaced: by billows of Worley noise, the
- * fine ones where the cloud is young, by fBm where it is old. Extinction rises from the surface inwards over an edge,
- * crisp or soft by age, or over wisps: there noise decides by depth what is in a shred. In the core it follows an
+ * fine ones where the cloud is young, and by fBm where it is old. Extinction rises from the surface inwards over an
+ * edge, crisp or soft by age, or over wisps, in which noise and depth select shreds. In the core it follows an
  * adiabatic parcel: liquid water grows with the height above the base, the number of droplets does not, so that
  * extinction is ∝ height^⅔ (Pruppacher and Klett 1997, "Microphysics of Clouds and Precipitation", ch. 2). Entrained
- * air thins an old cloud. The base is not a plane: noise raises it.
+ * air thins an old cloud. Noise raises the base, which is not a plane.
  *
- * Age and the depth inside are those of the position itself, only the distance that remains near the surface is that
- * of the displaced one; so no value depends on the points that it is evaluated with.
- */
+ * Age and depth inside are taken at the undisplaced position; only the remaining distance near the surface is
+ * displaced. So a value does not depend on the other points of the evaluation. */
 #include "cloud/thermal_density.h"
 
 #include <math.h>
@@ -22,32 +21,40 @@
 #include "cloud/thermal_slope.h"
 #include "core/math.h"
 
-static const float warp_sizes[NP_THERMAL_WARPS] = {0.57f, 0.23f, 0.09f}; /* in largest billows */
-static const float warp_reach[NP_THERMAL_WARPS] = {0.085f, 0.055f,
-                                                   0.018f};   /* of the displacement, at full turbulence */
-static const float warp_limit = 2.0f;                         /* of a component, over its root mean square */
-static const float detail_size = 0.42f, detail_ratio = 0.46f; /* of the first octave, in largest billows */
-static const float detail_reach = 0.5f;                       /* of an octave at erosion 1, in its own size */
-static const float crease_reach = 0.95f;                      /* of the first octave */
-static const float detail_mean = 0.33f;                       /* of Worley noise */
+static const float warp_sizes[NP_THERMAL_WARPS] = {0.57f, 0.23f, 0.09f};    /* in largest billows */
+static const float warp_reach[NP_THERMAL_WARPS] = {0.085f, 0.055f, 0.018f}; /* rms displacement, at full turbulence */
+static const float warp_limit = 2.0f; /* limit of a component, relative to its rms */
+static const float detail_size = 0.42f,
+                   detail_ratio = 0.46f; /* size of the first octave in largest billows, and size ratio of octaves */
+static const float detail_reach = 0.5f;  /* amplitude of an octave at erosion 1, in units of its size */
+static const float crease_reach = 0.95f; /* amplitude of the first octave */
+static const float detail_mean = 0.33f;  /* mean of Worley noise */
 static const float fray_size = 0.24f, fray_reach = 0.5f, fray_outwards = 0.10f, fray_inwards = 0.6f,
                    fray_offset = 0.06f, fray_gain = 0.65f;
-static const float fray_stretch = 1.5f, fray_lean = 0.35f;    /* of the noise along the wind; by height */
-static const float wisp_depth = 0.42f, wisp_outwards = 0.45f; /* in largest billows, at a wispiness of 1; of it */
-static const float wisp_bite = 16.0f;                         /* of the noise; of it against the depth */
-static const float wisp_thinness = 0.80f;                     /* share that wisps have lost at their outer end */
-static const float torn_share = 0.35f, torn_broad = 2.4f, torn_fine = 0.9f, strand_twist = 1.5f; /* of the noises */
-enum { FINENESS_MAX = 3 };                                      /* of wisps: frequencies are at most 8 */
-static const float wisp_base_max_m = 300.0f, rain_wisps = 0.8f; /* at the base; of its wisps, by precipitation */
-static const float crisp_edge = 0.016f, soft_edge = 0.055f;     /* in largest billows */
-static const float floor_share = 0.05f, floor_max_m = 40.0f, floor_size = 0.6f; /* of the base */
-static const float adiabatic_share = 0.4f, adiabatic_max = 1.25f; /* of the thickness, where extinction is the core's */
-static const float entrained = 0.55f;                             /* share that the oldest cloud has lost */
+static const float fray_stretch = 1.5f,
+                   fray_lean = 0.35f; /* stretch of the noise along the wind, and its lean with height */
+static const float wisp_depth = 0.42f,
+                   wisp_outwards =
+                       0.45f; /* depth in largest billows at a wispiness of 1, and its share outside the surface */
+static const float wisp_bite = 16.0f;     /* contrast of the noise, and its weight relative to depth */
+static const float wisp_thinness = 0.80f; /* relative loss of extinction at the outer end of wisps */
+static const float torn_share = 0.35f, torn_broad = 2.4f, torn_fine = 0.9f,
+                   strand_twist = 1.5f; /* weights and frequencies of the noises of wisps */
+enum { FINENESS_MAX = 3 };              /* octaves of wisps: frequencies are at most 8 */
+static const float wisp_base_max_m = 300.0f,
+                   rain_wisps = 0.8f; /* limit of depth at the base; increase of its wisps by precipitation */
+static const float crisp_edge = 0.016f, soft_edge = 0.055f;                     /* in largest billows */
+static const float floor_share = 0.05f, floor_max_m = 40.0f, floor_size = 0.6f; /* roughness of the base */
+static const float adiabatic_share = 0.4f,
+                   adiabatic_max =
+                       1.25f; /* height of the core's extinction, relative to the thickness; limit of the increase */
+static const float entrained = 0.55f; /* relative loss of the oldest cloud */
 static const double billow_voxels = 4;
-static const double billow_share = 0.18;      /* of the shorter side of a field */
-static const float extinction_floor = 0.002f; /* of the core's: less is nothing */
+static const double billow_share = 0.18;      /* relative to the shorter side of a field */
+static const float extinction_floor = 0.002f; /* relative to the core's extinction: less counts as 0 */
 
-/* No larger than lets a cloud end before the border of its field, no smaller than voxels can show. */
+/* Size of the largest billows: small enough for a cloud to end before the border of its field, and large enough for
+ * voxels to resolve. */
 static float compute_billow_m(const neph_cloud_desc *desc) {
   return (float)fmin(fmax(desc->billow_m, billow_voxels * desc->voxel_m),
                      billow_share * fmin(desc->extent_m[0], desc->extent_m[1]));
@@ -75,7 +82,7 @@ float np_thermals_count_octaves(double frequency) {
   return octaves + (float)frequency - 1.0f;
 }
 
-/* Rain tears the base, too. Wisps are no finer than two voxels. */
+/* Sets the wisps. Rain adds some at the base; none are finer than two voxels. */
 static void set_wisps(np_cloud_model *model) {
   const neph_cloud_desc *desc = &model->desc;
   np_thermal_noises *t = &model->thermals;
@@ -129,21 +136,21 @@ void np_thermals_prepare(np_cloud_model *model) {
 
 /* ---- Points ---- */
 
-/* Points still in question; positions are in the field. */
+/* Undecided points; positions are in the field. */
 typedef struct thermal_work {
   size_t count;
   uint16_t index[NP_CLOUD_BLOCK];
   float x_m[NP_CLOUD_BLOCK], y_m[NP_CLOUD_BLOCK], z_m[NP_CLOUD_BLOCK];
-  float above_m[NP_CLOUD_BLOCK];                          /* the base */
-  float air_x_m[NP_CLOUD_BLOCK], air_y_m[NP_CLOUD_BLOCK]; /* where the air was that the wind has carried here */
+  float above_m[NP_CLOUD_BLOCK];                          /* height above the base */
+  float air_x_m[NP_CLOUD_BLOCK], air_y_m[NP_CLOUD_BLOCK]; /* origin of the air, before the wind displaced it */
   float distance_m[NP_CLOUD_BLOCK], age[NP_CLOUD_BLOCK];
-  float reach_m[NP_CLOUD_BLOCK];    /* of wisps, from the surface inwards */
-  float fineness[NP_CLOUD_BLOCK];   /* of wisps, in octaves */
+  float reach_m[NP_CLOUD_BLOCK];    /* depth of wisps, from the surface inwards */
+  float fineness[NP_CLOUD_BLOCK];   /* fineness of wisps, in octaves */
   float moved_m[3][NP_CLOUD_BLOCK]; /* displacement by the warps so far */
   float sx[NP_CLOUD_BLOCK], sy[NP_CLOUD_BLOCK], sz[NP_CLOUD_BLOCK], noise[NP_CLOUD_BLOCK]; /* scratch */
 } thermal_work;
 
-static void keep(thermal_work *w, size_t from, size_t to) {
+static void copy_point(thermal_work *w, size_t from, size_t to) {
   if (from == to) return;
   w->index[to] = w->index[from];
   w->x_m[to] = w->x_m[from];
@@ -163,7 +170,7 @@ static void keep(thermal_work *w, size_t from, size_t to) {
   w->noise[to] = w->noise[from];
 }
 
-/* Positions in the air, in a noise's own size. */
+/* Positions in the frame of the air, in units of a noise's size. */
 static np_noise_points scale_positions(const np_cloud_model *model, thermal_work *w, float size_m) {
   const float frequency_per_m = 1.0f / size_m, rise_m = model->turnover * model->thermals.billow_m;
   for (size_t i = 0; i < w->count; i++) {
@@ -174,7 +181,7 @@ static np_noise_points scale_positions(const np_cloud_model *model, thermal_work
   return (np_noise_points){w->count, w->sx, w->sy, w->sz};
 }
 
-/* Height above the ragged base; drops what lies below it. */
+/* Computes the height above the ragged base; drops points below it. */
 static void raise_base(const np_cloud_model *model, thermal_work *w) {
   static const np_noise_octaves octaves = {.count = 4, .gain = 0.55f};
   const float floor_m = model->thermals.floor_m;
@@ -189,17 +196,17 @@ static void raise_base(const np_cloud_model *model, thermal_work *w) {
     const float raised = 1.0f + np_clampf(3.0f * w->noise[i], -1.0f, 1.0f);
     const float fading = 1.0f - np_clampf(w->above_m[i] / (8.0f * floor_m), 0.0f, 1.0f);
     w->above_m[i] -= floor_m * raised * fading;
-    if (w->above_m[i] > 0.0f) keep(w, i, kept++);
+    if (w->above_m[i] > 0.0f) copy_point(w, i, kept++);
   }
   w->count = kept;
 }
 
-/* A value of tops, flanks and base. */
+/* Interpolates a value between tops, flanks and base. */
 static float blend_parts(const float parts[NEPH_CLOUD_PARTS], float up, float low) {
   return np_mixf(np_mixf(parts[1], parts[0], up), parts[2], low);
 }
 
-/* Depth that wisps reach: by the slope of the thermals, whose billows have tops of their own, and by the height. */
+/* Sets the depth of wisps: by the slope of the thermals, whose billows have tops of their own, and by the height. */
 static void set_wisp_reach(const np_cloud_model *model, thermal_work *w) {
   const np_thermal_noises *t = &model->thermals;
   const np_ball_points points = {w->count, w->x_m, w->y_m, w->z_m};
@@ -216,7 +223,7 @@ static void set_wisp_reach(const np_cloud_model *model, thermal_work *w) {
 
 /* ---- Extinction ---- */
 
-/* x^⅔ for x in [0, 2]: the cube root of its square, by Newton's method from a parabola near it. */
+/* x^⅔ for x in [0, 2]: the cube root of its square, by Newton's method from a parabola as initial value. */
 static float compute_two_thirds(float x) {
   const float square = x * x;
   float root = 0.25f + 1.1f * square - 0.28f * square * square;
@@ -229,14 +236,14 @@ static float compute_edge(const np_cloud_model *model, float age) {
   return np_mixf(model->thermals.crisp_m, model->thermals.soft_m, age * age);
 }
 
-/* Depth below the surface, and above the base, over that of edge and wisps: 1 where no wisp reaches. */
+/* Depth below the surface and above the base, relative to edge and wisps: 1 beyond all wisps. */
 static float compute_wisp_depth(const np_cloud_model *model, const thermal_work *w, size_t i, float loss_m) {
   const float reach_m = w->reach_m[i], depth_m = -w->distance_m[i] - loss_m + wisp_outwards * reach_m;
   const float edge_m = compute_edge(model, w->age[i]);
   return (reach_m > 0.0f ? np_minf(depth_m, w->above_m[i]) : depth_m) / (edge_m + reach_m);
 }
 
-/* Share of the core's extinction: an edge, which wisps widen and noise, from 0 to 1, tears. */
+/* Factor on the core's extinction: an edge, widened by wisps and torn by noise in [0, 1]. */
 static float compute_body(const np_cloud_model *model, const thermal_work *w, size_t i, float noise) {
   const float reach_m = w->reach_m[i], deep = compute_wisp_depth(model, w, i, 0.0f);
   const float edge_m = compute_edge(model, w->age[i]), share = reach_m / (edge_m + reach_m);
@@ -253,10 +260,11 @@ static float compute_extinction(const np_cloud_model *model, const thermal_work 
   return share > extinction_floor ? (float)desc->extinction_per_m * share : 0.0f;
 }
 
-/* Drops points that no gain can bring into the cloud, and settles those so deep that no loss reaches them. The surface
- * may still move by gain, loss and warps: no more than a position moves does the distance to it change. */
-static void settle(const np_cloud_model *model, thermal_work *w, float gain_m, float loss_m, float warp_m,
-                   float *out_extinction_per_m) {
+/* Decides points whose result cannot change: drops those that no gain can bring into the cloud, and writes the
+ * extinction of those that no loss can reach. The surface may still move by gain, loss and warps: a displacement
+ * changes the distance by at most its length. */
+static void decide_points(const np_cloud_model *model, thermal_work *w, float gain_m, float loss_m, float warp_m,
+                          float *out_extinction_per_m) {
   size_t kept = 0;
   for (size_t i = 0; i < w->count; i++) {
     const float x = w->moved_m[0][i], y = w->moved_m[1][i], z = w->moved_m[2][i];
@@ -265,7 +273,7 @@ static void settle(const np_cloud_model *model, thermal_work *w, float gain_m, f
     if (compute_wisp_depth(model, w, i, loss_m + stray_m) > 1.0f)
       out_extinction_per_m[w->index[i]] = compute_extinction(model, w, i, 0.0f);
     else
-      keep(w, i, kept++);
+      copy_point(w, i, kept++);
   }
   w->count = kept;
 }
@@ -274,7 +282,7 @@ static void settle(const np_cloud_model *model, thermal_work *w, float gain_m, f
 
 static float clip_warp(float value) { return np_clampf(value, -warp_limit, warp_limit); }
 
-/* Moves positions by one noise after the other, and settles those that no later one can bring to the surface. */
+/* Displaces positions by one noise after the other; decides points that no later noise can bring to the surface. */
 static void displace(const np_cloud_model *model, thermal_work *w, float *out_extinction_per_m) {
   const np_thermal_noises *t = &model->thermals;
   float dx[NP_CLOUD_BLOCK], dy[NP_CLOUD_BLOCK], dz[NP_CLOUD_BLOCK], rest_m = t->warp_max_m;
@@ -287,7 +295,7 @@ static void displace(const np_cloud_model *model, thermal_work *w, float *out_ex
       w->moved_m[2][i] += t->warp_m[k] * clip_warp(dz[i]);
     }
     rest_m -= compute_warp_max_m(t->warp_m[k]);
-    settle(model, w, t->gain_max_m, t->loss_max_m, np_maxf(rest_m, 0.0f), out_extinction_per_m);
+    decide_points(model, w, t->gain_max_m, t->loss_max_m, np_maxf(rest_m, 0.0f), out_extinction_per_m);
   }
   for (size_t i = 0; i < w->count; i++) {
     w->sx[i] = w->x_m[i] + w->moved_m[0][i];
@@ -312,7 +320,7 @@ static void add_detail(const np_cloud_model *model, thermal_work *w) {
   }
 }
 
-/* Noise that leans with the height and is longer along the wind. */
+/* Noise that leans with the height and is stretched along the wind. */
 static void sample_wisps(const np_cloud_model *model, thermal_work *w) {
   const np_thermal_noises *t = &model->thermals;
   const np_noise_octaves octaves = {.count = t->wisp_octaves, .gain = fray_gain};
@@ -327,7 +335,7 @@ static void sample_wisps(const np_cloud_model *model, thermal_work *w) {
   model->noise->perlin_fbm(&t->wisps, &octaves, &points, w->noise);
 }
 
-/* Share that wisps finer by so many octaves have at a point: linear between whole numbers. */
+/* Weight of wisps finer by `finer` octaves at a point: linear between integers. */
 static float compute_fine_share(const thermal_work *w, size_t i, unsigned finer) {
   return np_maxf(1.0f - fabsf(w->fineness[i] - (float)finer), 0.0f);
 }
@@ -336,8 +344,8 @@ static np_noise_octaves count_octaves(const np_thermal_noises *t, unsigned finer
   return (np_noise_octaves){.count = t->wisp_octaves > finer ? t->wisp_octaves - finer : 1, .gain = gain};
 }
 
-/* Adds what wisps finer by so many octaves tear, from 0, where strands are, to 1. The broad noise, which is at hand for
- * the coarsest, twists the fine one, whose sheets lie where it is 0. */
+/* Adds the tearing by wisps finer by `finer` octaves, from 0 (strands) to 1. The broad noise, available for the
+ * coarsest, twists the fine one, whose sheets lie at its zeros. */
 static void add_tears(const np_cloud_model *model, thermal_work *w, unsigned finer, float *torn) {
   const np_thermal_noises *t = &model->thermals;
   const np_noise_octaves broad_octaves = count_octaves(t, finer, fray_gain);
@@ -371,7 +379,7 @@ static void tear_wisps(const np_cloud_model *model, thermal_work *w, float *torn
   }
 }
 
-/* Old surfaces fray. */
+/* Adds fraying to old surfaces. */
 static void add_fray(const np_cloud_model *model, thermal_work *w) {
   const np_thermal_noises *t = &model->thermals;
   for (size_t i = 0; i < w->count; i++)
@@ -388,7 +396,8 @@ static void set_air(const np_cloud_model *model, thermal_work *w) {
   }
 }
 
-/* Distance and age at the points, without noise; drops those that no noise brings near the cloud. False: all. */
+/* Computes distance and age at the points, without noise; drops points that no noise brings near the cloud. False: all
+ * are dropped. */
 static bool search_surface(const np_cloud_model *model, thermal_work *w) {
   const np_ball_points points = {w->count, w->x_m, w->y_m, w->z_m};
   const np_ball_surface surface = {.distance_m = w->distance_m, .age = w->age};
@@ -399,36 +408,36 @@ static bool search_surface(const np_cloud_model *model, thermal_work *w) {
     w->reach_m[i] = model->thermals.wisp_max_m;
     w->fineness[i] = 0.0f;
     w->moved_m[0][i] = w->moved_m[1][i] = w->moved_m[2][i] = 0.0f;
-    if (w->distance_m[i] < reach_m) keep(w, i, kept++);
+    if (w->distance_m[i] < reach_m) copy_point(w, i, kept++);
   }
   w->count = kept;
   return kept > 0;
 }
 
-/* Points near each other. */
+/* Evaluates points that are close to each other. */
 static void eval_run(const np_cloud_model *model, thermal_work *w, float *out_extinction_per_m) {
   const np_thermal_noises *t = &model->thermals;
   const float gain_m = t->gain_max_m, loss_m = t->loss_max_m, warp_m = t->warp_max_m;
   float torn[NP_CLOUD_BLOCK];
   if (!search_surface(model, w)) return;
   raise_base(model, w);
-  settle(model, w, gain_m, loss_m, warp_m, out_extinction_per_m);
+  decide_points(model, w, gain_m, loss_m, warp_m, out_extinction_per_m);
   set_wisp_reach(model, w);
-  settle(model, w, gain_m, loss_m, warp_m, out_extinction_per_m);
+  decide_points(model, w, gain_m, loss_m, warp_m, out_extinction_per_m);
   if (warp_m > 0.0f && w->count) displace(model, w, out_extinction_per_m);
-  settle(model, w, gain_m, loss_m, 0.0f, out_extinction_per_m);
+  decide_points(model, w, gain_m, loss_m, 0.0f, out_extinction_per_m);
   if (w->count == 0) return;
   add_detail(model, w);
-  settle(model, w, t->fray_gain_max_m, t->fray_loss_max_m, 0.0f, out_extinction_per_m);
+  decide_points(model, w, t->fray_gain_max_m, t->fray_loss_max_m, 0.0f, out_extinction_per_m);
   sample_wisps(model, w);
   add_fray(model, w);
-  settle(model, w, 0.0f, 0.0f, 0.0f, out_extinction_per_m);
+  decide_points(model, w, 0.0f, 0.0f, 0.0f, out_extinction_per_m);
   memset(torn, 0, w->count * sizeof *torn);
   if (t->wisp_max_m > 0.0f) tear_wisps(model, w, torn);
   for (size_t i = 0; i < w->count; i++) out_extinction_per_m[w->index[i]] = compute_extinction(model, w, i, torn[i]);
 }
 
-/* Bases of columns differ under a picture alone. */
+/* Base of a column; it differs between columns only with a picture. */
 static float compute_base_m(const np_cloud_model *model, float x_m, float y_m) {
   if (!model->map.planes[NEPH_CLOUD_MAP_BASE]) return 0.0f;
   return np_cloud_column_compute(model, x_m, y_m, 0.0f).base_m;

@@ -5,17 +5,17 @@
 
 #include "cloud/cloud_model.h"
 
-/* Octaves of a frequency of 1 and more: its logarithm to base 2, straight between the powers. */
+/* Number of octaves of a frequency of 1 or more: its binary logarithm, linear between powers of two. */
 float np_thermals_count_octaves(double frequency);
 
-/* Amplitudes of the noises and how far they reach, from the description. */
+/* Sets up amplitudes and reaches of the noises from the description. */
 void np_thermals_prepare(np_cloud_model *model);
 
-/* Evaluates those of the points that are numbered, which are between base and top, and near each other. */
+/* Evaluates the listed points, which are between base and top and close to each other. */
 void np_thermals_eval_run(const np_cloud_model *model, const np_cloud_points *points, const uint16_t *numbers,
                           size_t count, float *out_extinction_per_m);
 
-/* True only if there is no cloud anywhere in the box, rain aside. */
+/* True only if the box is free of cloud, apart from rain. */
 bool np_thermals_is_empty(const np_cloud_model *model, const np_cloud_box *box);
 
 #endif

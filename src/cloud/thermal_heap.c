@@ -25,7 +25,7 @@ neph_result np_thermals_build(np_cloud_model *model, np_monitor *monitor, unsign
   return result;
 }
 
-/* ---- Shadow ---- */
+/* ---- Projection ---- */
 
 enum { SHADOW_EDGE = 128 };
 
@@ -44,7 +44,7 @@ static void cast_shadow(const neph_cloud_desc *desc, const np_ball *ball, uint8_
     }
 }
 
-/* Share of the field that lies below the stacks of thermals, from its waterline; leaves the heap empty. */
+/* Share of the field below the stacks of thermals, from their waterline; leaves the heap empty. */
 static neph_result count_shadow(np_cloud_model *model, np_monitor *monitor, double *out_fraction) {
   uint8_t is_covered[SHADOW_EDGE * SHADOW_EDGE] = {0};
   neph_result result = np_thermals_build(model, monitor, 1);
@@ -77,14 +77,14 @@ static neph_result search_shadow(np_cloud_model *model, np_monitor *monitor, dou
   return NEPH_OK;
 }
 
-/* Corrections of the shadow that are tried at most. Anvils are not in it. */
+/* Largest number of corrections of the projected cover, which does not include anvils. */
 static int count_corrections(const np_cloud_model *model) {
   enum { CORRECTIONS = 3, CORRECTIONS_MAX = 8 };
   return model->map.anvils || np_waterline_is_best(model) ? CORRECTIONS_MAX : CORRECTIONS;
 }
 
-/* The waterline of thermals is found by the shadow of their stacks, a few times over: what the census of all that
- * stands on them makes of it corrects the shadow that is wanted. */
+/* Searches the waterline of thermals by the vertical projection of their stacks, several times: the census of the
+ * complete cloud corrects the requested projection. */
 neph_result np_thermals_search_waterline(np_cloud_model *model, np_monitor *monitor) {
   enum { CENSUS_LEVELS = 3 };
   const int corrections = count_corrections(model);
@@ -98,7 +98,7 @@ neph_result np_thermals_search_waterline(np_cloud_model *model, np_monitor *moni
     double fraction = 0;
     result = np_thermals_build(model, monitor, levels < CENSUS_LEVELS ? levels : CENSUS_LEVELS);
     if (!result) result = np_census_count(model, monitor, &fraction);
-    np_waterline_keep_better(model, fraction, &best);
+    np_waterline_update_best(model, fraction, &best);
     if (result || best.miss < tolerance) break;
     wanted *= fmin(fmax(model->map.coverage / fmax(fraction, 1e-3), 0.3), 2.0);
     result = search_shadow(model, monitor, fmin(wanted, 1));

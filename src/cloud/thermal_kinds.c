@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Kinds of clouds that are stacks of thermals: fields of them, and a hero, one large cloud. */
+/* Kinds of clouds that consist of stacks of thermals: fields of them, and a hero, one large cloud. */
 #include "cloud/anvil.h"
 #include "cloud/billows.h"
 #include "cloud/cloud_kinds.h"
@@ -32,13 +32,13 @@ static bool is_thermals_empty(const np_cloud_model *model, const np_cloud_box *b
   return np_thermals_is_empty(model, box) && np_anvil_is_empty(model, box);
 }
 
-/* A census evaluates all heights of a column together, for a search of balls takes neighbours, and heights at a sixth
- * of a billow, or it would miss tops that stand out between two. */
+/* A census evaluates all heights of a column together, because searches of balls work on neighbours. Heights are a
+ * sixth of a billow apart, to find tops that protrude between two. */
 const np_cloud_kind np_thermals_kind = {
     .name = "thermals",
     .landscape = {.form = NP_LANDSCAPE_CELLS,
                   .swirl_size = 1.3f,
-                  .group_height = 1.3f, /* times Perlin noise of many octaves */
+                  .group_height = 1.3f, /* factor on Perlin noise of many octaves */
                   .group_gain = 0.55f,
                   .group_octaves = 7,
                   .has_anvils = true,

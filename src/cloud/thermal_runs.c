@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Runs of points that are evaluated together, because they are near each other: searches of balls take neighbours. */
+/* Runs of close points that are evaluated together: searches of balls work on neighbours. */
 #include "cloud/thermal_runs.h"
 
 #include <math.h>
@@ -29,7 +29,7 @@ static bool is_wider(const np_ball_box *box, float edge_m) {
 
 enum { OCTANTS = 8 };
 
-/* Octants of the points' box one after the other; out_begin has one more than there are. */
+/* Sorts points by octant of their box; out_begin has one more element than there are octants. */
 static void sort_by_octant(const np_cloud_points *points, const np_ball_box *box, uint16_t *numbers, size_t count,
                            size_t *out_begin) {
   uint16_t from[NP_CLOUD_BLOCK], end[OCTANTS] = {0};
@@ -51,8 +51,8 @@ static void sort_by_octant(const np_cloud_points *points, const np_ball_box *box
   for (size_t i = 0; i < count; i++) numbers[end[octants[i]]++] = from[i];
 }
 
-/* Searches take neighbours together: points are in the order of octants, and where they are too far apart for one run,
- * each octant is evaluated by itself. */
+/* Evaluates the points of a box in runs. Points too far apart for one run are sorted by octant, and each octant is
+ * evaluated on its own. */
 static void eval_box(const np_cloud_model *model, const np_cloud_points *points, uint16_t *numbers, size_t count,
                      float *out_extinction_per_m) {
   const float edge_max_m = np_maxf(9.0f * (float)model->desc.voxel_m, run_edge * model->thermals.billow_m);

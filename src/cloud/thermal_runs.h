@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Thermals at any points. */
+/* Evaluation of thermals at any points. */
 #ifndef NP_CLOUD_THERMAL_RUNS_H
 #define NP_CLOUD_THERMAL_RUNS_H
 

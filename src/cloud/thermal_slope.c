@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Slope of the thermals, without their billows: it tells tops from flanks.
+/* Slope of the thermals, without their billows: it distinguishes tops from flanks.
  *
- * Vertical components of normals of the first level of balls at nodes of a lattice, which the air carries along; linear
- * between nodes. Nodes are a quarter of a billow apart, few against the points, so that their search costs little.
- */
+ * Vertical components of normals of the first level of balls, at nodes of a lattice in the frame of the air; linear
+ * between nodes. Nodes are a quarter of a billow apart: they are few compared with the points, so that their search
+ * costs little. */
 #include "cloud/thermal_slope.h"
 
 #include <math.h>
@@ -14,9 +14,9 @@
 static const float node_step = 0.25f;       /* in largest billows */
 static const float node_voxels_min = 2.25f; /* a run of points, 9 voxels or 5 node_steps wide, is within 6 steps */
 
-/* Nodes about a run of points. */
+/* Nodes around a run of points. */
 typedef struct slope_nodes {
-  float step_m, origin_m[3]; /* of the lattice */
+  float step_m, origin_m[3]; /* step and origin of the lattice */
   int32_t first[3], count[3];
   float normal_z[NP_BALL_BLOCK];
 } slope_nodes;

@@ -1,13 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The first level of a cumulus: thermals, stacks of balls on a jittered grid that the air carries along.
+/* First level of a cumulus: thermals, stacks of balls on a jittered grid in the frame of the air.
  *
- * The strength of the weather map at a thermal is how high its top may rise, a number of its own by how much it does,
- * and how old it is. From a broad foot it narrows to a waist and widens to a head with a crown of balls round it. Lower
- * ones between them fill the body of the cloud. Scraps stand about the outlines, the fewer the farther off: clumps of
- * a few old balls, of which n(r) ∝ r^−2 have a radius r, as sizes of small clouds have (Neggers et al. 2003, Zhao and
- * Di Girolamo 2007). Each number is a hash of (seed, kind, cell, item), and radii go to 0 where a thermal ends: all of
- * it changes steadily with time.
- */
+ * The strength of the weather map at a thermal limits the height of its top; random numbers give its actual height and
+ * its age. From a broad foot it narrows to a waist and widens to a head with a crown of balls. Lower thermals between
+ * them fill the body of the cloud. Scraps surround the outlines, fewer with distance: clumps of a few old balls, with
+ * n(r) ∝ r^−2, the size distribution of small clouds (Neggers et al. 2003, Zhao and Di Girolamo 2007). Each random
+ * number is a hash of (seed, kind, cell, item), and radii vanish at the end of a thermal's life: everything is
+ * continuous in time. */
 #include "cloud/thermals.h"
 
 #include "cloud/ball_rows.h"
@@ -22,12 +21,12 @@ enum { STACK_MIN = 4, STACK_MAX = 14, CROWN = 5, SCRAP_MIN = 4, SCRAP_MAX = 8 };
 /* Lengths in largest billows. */
 typedef struct thermal_kind {
   np_cloud_stream stream;
-  float spacing, jitter;      /* the latter in spacings */
-  float radius, radius_grown; /* of the head: at the ground, and what a thermal of full height adds to it */
-  float height, height_drawn; /* of the height that the map allows: at least, and at most that much more */
-  float share;                /* of the cells that have one */
-  float outline;              /* strength at which it is full grown; 0: these live outside the outline */
-  float shelf;                /* strength below the outline that these still live at, below anvils alone */
+  float spacing, jitter;      /* jitter in spacings */
+  float radius, radius_grown; /* radius of the head: at the ground, and the increase for a thermal of full height */
+  float height, height_drawn; /* height relative to the limit of the map: least value, and range above it */
+  float share;                /* share of cells with a thermal */
+  float outline;              /* strength at full size; 0: outside the outline */
+  float shelf;                /* strength below the outline at which shelves still occur, below anvils alone */
   bool has_crown;
 } thermal_kind;
 
@@ -70,13 +69,14 @@ static const thermal_kind kinds[] = {
 
 enum { KIND_COUNT = sizeof kinds / sizeof *kinds };
 
-static const float scrap_reach = 1.2f, scrap_share = 0.8f; /* strength below the outline; of the cells at it */
-static const float shelf_anvil = 0.25f;                    /* strength of the anvil over a full shelf */
-static const float head_room = 0.30f;                      /* that billows take above a head, in largest billows */
+static const float scrap_reach = 1.2f,
+                   scrap_share = 0.8f;  /* strength below the outline; share of cells at the outline */
+static const float shelf_anvil = 0.25f; /* strength of the anvil for a full shelf */
+static const float head_room = 0.30f;   /* height of billows above a head, in largest billows */
 
 static float take(np_random *random) { return np_random_float(random); }
 
-/* A direction, over the whole circle. */
+/* Random direction over the full circle. */
 static void draw_direction(np_random *random, float *out_x, float *out_y) {
   const uint64_t bits = np_random_bits(random);
   const float turn = 2.0f * (float)(bits >> 40) * 0x1p-24f - 1.0f, norm = 1.0f / (1.0f + turn * turn);
@@ -85,7 +85,7 @@ static void draw_direction(np_random *random, float *out_x, float *out_y) {
   *out_y = side * 2.0f * turn * norm;
 }
 
-/* Course of a thermal's life: it rises, stands, then sinks and ages; at its end it is as at its start. */
+/* Life of a thermal: it rises, stays, then sinks and ages; it ends in the state of its start. */
 typedef struct life {
   float vigour, age;
 } life;
@@ -104,12 +104,12 @@ typedef struct thermal {
   const thermal_kind *kind;
   const np_cloud_model *model;
   float x_m, y_m, base_m, top_m, head_m, age;
-  float aging;          /* of the foot against the top */
-  float lean_x, lean_y; /* of the top */
+  float aging;          /* age of the foot relative to the top */
+  float lean_x, lean_y; /* displacement of the top */
   np_random random;
 } thermal;
 
-/* Share of the full size towards the field's border, where there must be no cloud any more. */
+/* Size factor near the field's border, 0 at the border. */
 static float compute_border(const np_cloud_model *model, float x_m, float y_m) {
   const neph_cloud_desc *desc = &model->desc;
   if (desc->repeat_m > 0) return 1.0f;
@@ -120,8 +120,8 @@ static float compute_border(const np_cloud_model *model, float x_m, float y_m) {
 
 static bool is_scrap(const thermal_kind *kind) { return !(kind->outline > 0.0f); }
 
-/* Share of the full size in a column. Shelves join the bases of the towers below an anvil. Scraps come to a number of
- * the cells, the more the nearer to the outline. */
+/* Size factor in a column. Shelves connect the bases of towers below an anvil. Scraps occur in a share of the cells
+ * that grows towards the outline. */
 static float compute_presence(const thermal_kind *kind, const np_cloud_column *column, float drawn) {
   const float strength = column->strength;
   if (kind->shelf > 0.0f)
@@ -132,13 +132,13 @@ static float compute_presence(const thermal_kind *kind, const np_cloud_column *c
   return np_smoothstepf(20.0f * (wanted - drawn)) * (1.0f - inside);
 }
 
-/* Radius of a scrap's balls together: n(r) ∝ r^−2 between two radii. */
+/* Overall radius of a scrap: n(r) ∝ r^−2 between two radii. */
 static float draw_scrap_radius(const thermal_kind *kind, float drawn) {
   const float largest = kind->radius + kind->radius_grown;
   return kind->radius / (1.0f - drawn * (1.0f - kind->radius / largest));
 }
 
-/* Height, radius and age of a thermal where the landscape has a strength; `share`: of the thickness that it allows. */
+/* Sets height, radius and age of a thermal from its column; `share`: of the height that the map allows. */
 static void grow_thermal(thermal *t, const np_cloud_column *column, float share, float presence) {
   const np_cloud_model *model = t->model;
   const thermal_kind *kind = t->kind;
@@ -163,9 +163,9 @@ static void grow_thermal(thermal *t, const np_cloud_column *column, float share,
   t->age = l.age * (1.0f - 0.8f * fresh);
 }
 
-static const float presence_min = 0.02f; /* of a thermal that is drawn at all */
+static const float presence_min = 0.02f; /* least size factor of a thermal */
 
-/* False: there is none in this cell. */
+/* False: the cell has none. */
 static bool draw_thermal(const np_cloud_model *model, const thermal_kind *kind, const int32_t at[2], thermal *out) {
   const neph_cloud_desc *desc = &model->desc;
   const float spacing_m = np_repeat_fit(desc, kind->spacing * model->thermals.billow_m);
@@ -226,10 +226,10 @@ static int count_stack(const np_cloud_model *model) {
   return (int)np_clampf((float)(desc->thickness_m / (0.3 * (double)model->thermals.billow_m)), STACK_MIN, STACK_MAX);
 }
 
-/* Balls of many sizes beside and on each other, flat together. */
+/* Adds balls of many sizes beside and on each other, in a flat clump. */
 static neph_result add_scrap(np_ball_list *list, thermal *t) {
   const int count = SCRAP_MIN + (int)(take(&t->random) * (SCRAP_MAX - SCRAP_MIN + 1));
-  const float rise = 1.4f - 0.6f * (float)t->model->desc.type; /* lower where strong cells alone are tall */
+  const float rise = 1.4f - 0.6f * (float)t->model->desc.type; /* lower if only strong cells are tall */
   neph_result result = NEPH_OK;
   for (int i = 0; i < count && !result; i++) {
     float x, y;
@@ -242,7 +242,7 @@ static neph_result add_scrap(np_ball_list *list, thermal *t) {
   return result;
 }
 
-/* From the foot to the head. */
+/* Adds balls from the foot to the head. */
 static neph_result add_thermal(np_ball_list *list, thermal *t) {
   if (is_scrap(t->kind)) return add_scrap(list, t);
   const int count = t->kind->shelf > 0.0f ? STACK_MIN : count_stack(t->model);
@@ -299,6 +299,6 @@ neph_result np_thermals_add_stacks(np_cloud_model *model, np_monitor *monitor, f
     }
     grid.row_begin[k + 1] = grid.row_begin[k] + (size_t)grid.count[k][1];
   }
-  model->balls.margin_m = 3.6f * model->thermals.billow_m; /* blocks of billows reach so far beyond the field */
+  model->balls.margin_m = 3.6f * model->thermals.billow_m; /* reach of billows beyond the field */
   return np_ball_rows_collect(&model->balls, monitor, grid.row_begin[KIND_COUNT], add_row, &grid, blend_m, bin_m);
 }

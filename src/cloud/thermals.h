@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Cumulus as thermals: stacks of balls that stand on the weather map. */
+/* Cumulus as thermals: stacks of balls on the weather map. */
 #ifndef NP_CLOUD_THERMALS_H
 #define NP_CLOUD_THERMALS_H
 

@@ -1,12 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Contrails: lines that begin as the two vortices of an aircraft's wake, break up by their mutual instability (Crow
- * 1970), sink, and spread to bands of ice that trail fall streaks.
+/* Contrails: lines that begin as the vortex pair of an aircraft's wake, break up by mutual instability (Crow 1970),
+ * sink, and spread to bands of ice with fall streaks.
  *
- * Age falls along a trail towards the aircraft. Eddies of the air bend it, the more the older. By age it goes from a
- * pair of tubes that swing about their axes to one elliptic band, wider than high, as faint as it is wide, with a tail
- * below. The skew and the profile of the wind shear it as they do columns; where the weather map is weak there is none
- * of it.
- */
+ * Age decreases along a trail towards the aircraft. Eddies of the air bend it, more with age. With age a pair of tubes
+ * that oscillate around their axes becomes one elliptic band, wider than high, that thins as it widens, with a tail
+ * below. Skew and wind profile shear it like columns; where the weather map is weak there is no trail. */
 #include <math.h>
 
 #include "cloud/cloud_kinds.h"
@@ -15,28 +13,30 @@
 #include "core/math.h"
 #include "core/random.h"
 
-static const float fresh_width_m = 45.0f, fresh_height_m = 26.0f; /* half of each, of the band of a fresh trail */
+static const float fresh_width_m = 45.0f,
+                   fresh_height_m = 26.0f; /* half width and half height of the band of a fresh trail */
 static const float tube_apart_m = 26.0f, tube_radius_m = 20.0f;
-static const float swing_m = 420.0f;       /* wavelength of the swinging tubes */
-static const float height_share = 0.16f;   /* of the thickness, half height of an old band */
-static const float sink_share = 0.16f;     /* of the thickness, at age 1 */
-static const float tail_share = 0.42f;     /* the same, length of the tail */
-static const float younger = 0.45f;        /* share of the age that is lost along the trail */
-static const float level = 0.95f;          /* of the highest tops, in thicknesses */
-static const float patch_strength = 0.12f; /* of the map, at which trails are full */
+static const float swing_m = 420.0f;       /* wavelength of the oscillating tubes */
+static const float height_share = 0.16f;   /* half height of an old band, relative to the thickness */
+static const float sink_share = 0.16f;     /* sinking at age 1, relative to the thickness */
+static const float tail_share = 0.42f;     /* length of the tail, relative to the thickness */
+static const float younger = 0.45f;        /* relative decrease of age along the trail */
+static const float level = 0.95f;          /* level of the highest tops, in thicknesses */
+static const float patch_strength = 0.12f; /* strength of the map at which trails are complete */
 static const float fibre_stretch = 9.0f;
-static const float reach = 1.7f;                              /* of noise, over the widths */
-static const float bend_size_m = 2600.0f, bend_share = 0.55f; /* of `billow`, by which eddies move a trail at age 1 */
+static const float reach = 1.7f; /* amplitude of noise, relative to the widths */
+static const float bend_size_m = 2600.0f,
+                   bend_share = 0.55f; /* eddies, and their displacement of a trail at age 1, relative to `billow` */
 static const float extinction_floor = 0.004f;
 
-/* A number of a trail in [0, 1]. */
+/* Random number of a trail, in [0, 1]. */
 static float draw(const neph_cloud_desc *desc, unsigned trail, unsigned item) {
   const uint64_t seed = np_random_absorb(desc->seed, NP_CLOUD_STREAM_CELLS);
   return (float)(np_random_absorb(np_random_absorb(seed, trail), item) >> 40) * 0x1p-24f;
 }
 
 static np_trail make_trail(const neph_cloud_desc *desc, unsigned index) {
-  double along[2]; /* sine, cosine of the azimuth: x and y */
+  double along[2]; /* sine and cosine of the azimuth: x and y */
   np_cloud_compute_direction(desc->trail_direction_rad, along);
   const float turn = index ? 0.9f * (draw(desc, index, 0) - 0.5f) : 0.0f, norm = 1.0f / sqrtf(1.0f + turn * turn);
   const float x = (float)along[0], y = (float)along[1],
@@ -62,18 +62,18 @@ static void prepare_trails(np_cloud_model *model) {
   for (unsigned i = 0; i < desc->trails; i++) model->trails[i] = make_trail(desc, i);
 }
 
-/* A point from a trail: along it, across, and its height. */
+/* Position relative to a trail: along it, across it, and height. */
 typedef struct trail_point {
-  float along_m, across_m, height_m, puff, fibre; /* the last two: noises in [−½, ½] */
+  float along_m, across_m, height_m, puff, fibre; /* puff and fibre: noises in [−½, ½] */
 } trail_point;
 
-/* The sine of turns, by parabolas. */
+/* Sine of an angle in turns, by parabolas. */
 static float compute_sine(float turns) {
   const float t = turns - floorf(turns), half = t < 0.5f ? t : t - 0.5f, arc = 16.0f * half * (0.5f - half);
   return t < 0.5f ? arc : -arc;
 }
 
-/* The pair of vortices: 1 on an axis, 0 beyond a tube. They swing apart and together, the more the older. */
+/* The pair of vortices: 1 on an axis, 0 outside of the tubes. They oscillate in opposite directions, more with age. */
 static float compute_tubes(const np_cloud_model *model, const trail_point *p, float age, float top_m) {
   const float radius_m = np_maxf(tube_radius_m * (1.0f + 2.0f * age + 0.8f * p->puff), model->noises.edge_m);
   const float swing = compute_sine(p->along_m / swing_m) * np_smoothstepf(age / 0.16f);
@@ -83,7 +83,7 @@ static float compute_tubes(const np_cloud_model *model, const trail_point *p, fl
   return 1.0f - (x * x + z * z) / (radius_m * radius_m);
 }
 
-/* The band that they become, with its tail: fibres of ice that fall. */
+/* The later band, with its tail of falling ice fibres. */
 static float compute_band(const np_cloud_model *model, const trail_point *p, float age, float top_m, float width_m) {
   const float thickness_m = (float)model->desc.thickness_m;
   const float half_m = np_maxf(fresh_height_m + height_share * age * thickness_m, model->noises.edge_m);
@@ -160,7 +160,7 @@ static void eval_trails(const np_cloud_model *model, const np_cloud_points *poin
   }
 }
 
-/* Distance of the box's middle from each line against the most that its corners and a trail reach. */
+/* Compares the distance of the box's centre from each line with the largest reach of its corners and the trail. */
 static bool is_trail_empty(const np_cloud_model *model, const np_cloud_box *box) {
   np_kind_box bounded;
   if (!np_kind_box_make(model, box, &bounded)) return true;

@@ -15,7 +15,7 @@ void np_waterline_set(np_cloud_model *model, float waterline) {
   if (model->kind->set_edges) model->kind->set_edges(model);
 }
 
-void np_waterline_keep_better(np_cloud_model *model, double fraction, np_waterline *best) {
+void np_waterline_update_best(np_cloud_model *model, double fraction, np_waterline *best) {
   const double miss = fabs(fraction - model->map.coverage);
   if (!(miss < best->miss)) return;
   *best = (np_waterline){model->waterline, miss};
@@ -24,8 +24,8 @@ void np_waterline_keep_better(np_cloud_model *model, double fraction, np_waterli
 
 bool np_waterline_is_best(const np_cloud_model *model) { return model->sample_count > 1 || model->map.levels; }
 
-/* The covered fraction falls as the waterline rises: found by halving. What billows add at an outline and creases take
- * from it is in the count, so that no formula for it is needed. */
+/* Bisection: the covered share falls as the waterline rises. The census includes billows and creases at outlines, which
+ * have no formula. */
 neph_result np_waterline_search(np_cloud_model *model, np_monitor *monitor) {
   const float spread = model->map.highest - model->map.lowest;
   float low = model->map.lowest - 0.5f * spread, high = model->map.highest - 0.01f * spread;
@@ -36,7 +36,7 @@ neph_result np_waterline_search(np_cloud_model *model, np_monitor *monitor) {
     np_waterline_set(model, middle);
     neph_result result = np_census_count(model, monitor, &fraction);
     if (result) return result;
-    np_waterline_keep_better(model, fraction, &best);
+    np_waterline_update_best(model, fraction, &best);
     *(fraction > model->map.coverage ? &low : &high) = middle;
   }
   np_waterline_set(model, np_waterline_is_best(model) ? best.value : 0.5f * (low + high));

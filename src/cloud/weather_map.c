@@ -24,7 +24,7 @@ double np_weather_map_count_bytes(const np_weather_map *map) {
   return (double)map->size[0] * map->size[1] * sizeof(float) * count;
 }
 
-/* Texel coordinate held inside the map, or brought back into it. */
+/* Texel coordinate, clamped to the map or wrapped into it. */
 static float compute_texel(const np_weather_map *map, int axis, float position_m) {
   if (map->is_periodic) {
     const float scaled = (position_m - map->origin_m[axis]) / map->step_m, count = (float)map->size[axis];
@@ -37,7 +37,7 @@ static float compute_texel(const np_weather_map *map, int axis, float position_m
 float np_weather_map_sample(const np_weather_map *map, const float *values, float x_m, float y_m) {
   float x = compute_texel(map, 0, x_m), y = compute_texel(map, 1, y_m);
   int32_t i = (int32_t)x, j = (int32_t)y;
-  const int32_t back = map->is_periodic ? 1 : 0; /* to the first texel */
+  const int32_t back = map->is_periodic ? 1 : 0; /* wraps to the first texel */
   int32_t right = i + 1 < map->size[0] ? 1 : -i * back;
   int32_t up = j + 1 < map->size[1] ? map->size[0] : -j * map->size[0] * back;
   const float *texel = values + (size_t)j * (size_t)map->size[0] + (size_t)i;

@@ -1,12 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Making of the weather map: the landscape of cells in texels, with what a picture says laid over it.
+/* Builds the weather map: the landscape of cells in texels, combined with a picture.
  *
- * A picture's coverage c is the share of the sky that is covered in the neighbourhood. So the landscape is measured
- * from its own quantile there, a level: what rises above the height that a share 1 − c of all texels stay below is
- * cloud. What remains for the census is one waterline near 0. Levels lie where the picture was painted, at every height
- * of a sheared column. Other channels become planes of texels, whose extremes over a rectangle bound what the model
- * makes of them.
- */
+ * A picture's coverage c is the covered share of the sky in the neighbourhood. So the landscape is measured relative to
+ * a level: its own quantile of 1 − c at each position. Everything above the level is cloud, and the census only adjusts
+ * one waterline near 0. Levels follow the painted position at every height of a sheared column. Other channels become
+ * planes of texels, whose extremes over a rectangle give bounds. */
 #include "cloud/weather_map_build.h"
 
 #include <math.h>
@@ -21,9 +19,9 @@
 #include "core/alloc.h"
 #include "core/math.h"
 
-enum { TEXELS_PER_CELL = 48, TEXELS_MAX = 1 << 14 /* along a side */, HISTOGRAM_BINS = 4096 };
+enum { TEXELS_PER_CELL = 48, TEXELS_MAX = 1 << 14 /* texels along a side */, HISTOGRAM_BINS = 4096 };
 
-static const float clear_sky = -8.0f; /* a height far below any waterline */
+static const float clear_sky = -8.0f; /* height far below any waterline */
 
 typedef struct map_job {
   np_weather_map *map;
@@ -74,7 +72,7 @@ static void compute_range(np_weather_map *map) {
   }
 }
 
-/* Heights that the shares 0, 1/256, …, 1 of all texels stay below. */
+/* Heights of the quantiles 0, 1/256, …, 1 of all texels. */
 static neph_result compute_quantiles(np_weather_map *map) {
   const float bins_per_height = (float)HISTOGRAM_BINS / fmaxf(map->highest - map->lowest, 1e-6f);
   const double texel_count = (double)count_texels(map);
@@ -99,7 +97,7 @@ static float eval_quantile(const np_weather_map *map, float share) {
   return np_mixf(map->quantiles[i], map->quantiles[i + 1], scaled - (float)i);
 }
 
-/* The picture's own waterlines. */
+/* Sets the levels from the picture's coverage. */
 static void apply_coverage(np_weather_map *map) {
   const float *shares = map->planes[NEPH_CLOUD_MAP_COVERAGE], clear = map->highest - clear_sky;
   double sum = 0;

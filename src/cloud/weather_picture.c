@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A picture as weather map: a channel for each quantity, sampled in metres. */
+/* A picture as weather map: one channel for each quantity, sampled in metres. */
 #include "cloud/weather_picture.h"
 
 #include <math.h>
@@ -30,7 +30,7 @@ static void list_channels(const neph_image *image, np_text *out) {
     np_text_add(out, "%s%s", i ? ", " : "", neph_image_get_channel_name(image, i));
 }
 
-/* Values that are no share of anything are named with their place, counted from the top left. */
+/* Refuses values outside of [0, 1]; the message has their position, counted from the top left. */
 static neph_result check_values(neph_context *context, const char *file, const char *channel, const float *values,
                                 const neph_image *image, const char *purpose) {
   const size_t width = neph_image_get_width(image), count = width * neph_image_get_height(image);
@@ -42,7 +42,7 @@ static neph_result check_values(neph_context *context, const char *file, const c
   return NEPH_OK;
 }
 
-/* `purpose` is that of the picture, `quantity` that of the channel. */
+/* Chooses a channel; `purpose` is of the picture, `quantity` of the channel. */
 static neph_result choose_channel(neph_context *context, const char *file, const char *channel, const char *purpose,
                                   const char *quantity, neph_image *image, const float **out_values) {
   *out_values = neph_image_get_channel(image, channel);
@@ -81,8 +81,8 @@ static bool is_opaque(const neph_image *image, const float *alpha) {
   return true;
 }
 
-/* The channel that holds all that a picture says: its only one, beside an alpha of 1, or R of a grey picture in
- * colours. NULL: there are several. */
+/* The only channel of a grey picture: its single one, apart from an alpha of 1, or R of a grey picture in colours.
+ * NULL: there are several. */
 static const char *choose_grey(neph_image *image) {
   const unsigned count = neph_image_get_channel_count(image);
   const float *alpha = neph_image_get_channel(image, "A"), *red = neph_image_get_channel(image, "R");
@@ -96,7 +96,7 @@ static const char *choose_grey(neph_image *image) {
   return is_grey ? "R" : NULL;
 }
 
-/* A picture without named channels says the coverage. */
+/* Chooses the coverage: a picture without named channels states it. */
 static neph_result choose_coverage(neph_context *context, const neph_cloud_desc *desc, np_weather_picture *picture) {
   const char *channel = choose_grey(picture->image);
   if (channel)
@@ -165,7 +165,8 @@ void np_weather_picture_clear(np_weather_picture *picture) {
   *picture = (np_weather_picture){0};
 }
 
-/* The two texels around a position along one axis, whose first texel's centre lies at ½, and the place between. */
+/* The two texels around a position along one axis, and the fractional position between them; the first texel's centre
+ * is at ½. */
 typedef struct texel_pair {
   size_t low, high;
   float fraction;

@@ -6,25 +6,25 @@
 #include <nephos/cloud.h>
 #include <nephos/image.h>
 
-/* Shares in [0, 1] of what the description says of coverage, type, thickness and precipitation; and of the thickness,
- * by which a base lies higher. */
+/* Channels of a picture in [0, 1]: factors on coverage, type, thickness and precipitation of the description, and
+ * elevation of the base in units of the thickness. */
 typedef struct np_weather_picture {
   neph_image *image;                                  /* NULL: none */
-  const float *values[NEPH_CLOUD_MAP_QUANTITY_COUNT]; /* in the image; NULL: not from the picture */
+  const float *values[NEPH_CLOUD_MAP_QUANTITY_COUNT]; /* in the image; NULL: not in the picture */
   double size_m[2];
-  bool is_tiling; /* else its border goes on beyond it */
+  bool is_tiling; /* otherwise its border continues */
 } np_weather_picture;
 
-/* Weather map of a description; empty without a picture. */
+/* Loads the weather map of a description; empty if it has no picture. */
 neph_result np_weather_picture_load(neph_context *context, const neph_cloud_desc *desc,
                                     np_weather_picture *out_picture);
 
-/* The height map of a shape, as the thickness. */
+/* Loads the height map of a shape as the thickness. */
 neph_result np_weather_picture_load_heights(neph_context *context, const neph_cloud_shape *shape,
                                             np_weather_picture *out_picture);
 void np_weather_picture_clear(np_weather_picture *picture); /* a zeroed picture is allowed */
 
-/* Bilinear; of a quantity that the picture has. The picture's middle lies at 0, 0, its first row in the north. */
+/* Bilinear sample of a quantity in the picture. The picture's centre is at 0, 0, its first row in the north. */
 float np_weather_picture_sample(const np_weather_picture *picture, neph_cloud_map_quantity quantity, double x_m,
                                 double y_m);
 
@@ -33,7 +33,7 @@ const char *np_cloud_map_quantity_get_name(neph_cloud_map_quantity quantity);
 /* Hash of the file's bytes. */
 neph_result np_cloud_map_hash(neph_context *context, const char *file, char out_hex[33]);
 
-/* Whether a picture says the coverage, and the coverage of what it leaves open: 1 with such a picture. */
+/* Whether a picture sets the coverage; and the coverage for the landscape, 1 with such a picture. */
 bool np_cloud_desc_maps_coverage(const neph_cloud_desc *desc);
 double np_cloud_desc_get_coverage(const neph_cloud_desc *desc);
 
