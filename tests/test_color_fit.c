@@ -186,6 +186,7 @@ static void get_weights(neph_scene *scene, const neph_render_desc *desc, float o
   assert_int_equal(np_assembly_build(scene, &plan, &job, &monitor, &assembly), NEPH_OK);
   memcpy(out, assembly.packets[0].color_weight, sizeof assembly.packets[0].color_weight);
   np_assembly_clear(&assembly);
+  np_plan_clear(&plan);
   np_stores_clear(scene->context, &stores);
 }
 

@@ -231,6 +231,7 @@ static double count_cells(neph_context *context, const char *camera) {
   assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
   assert_int_equal(np_plan_forecast_cells(&plan, scene, &forecast), NEPH_OK);
   assert_true(forecast.is_known);
+  np_plan_clear(&plan);
   neph_scene_destroy(scene);
   return forecast.cells.cell_count;
 }

@@ -116,7 +116,7 @@ static neph_result build_thrice(neph_scene *scene, np_stores *stores) {
   const np_build_job job = np_build_job_make(stores);
   neph_result result = NEPH_OK;
   for (int i = 0; !result && i < 3; i++) {
-    np_plan plan;
+    np_plan plan = {.hash = ""};
     np_assembly assembly;
     np_monitor monitor;
     np_monitor_start(&monitor, scene->context, NULL, NULL);
@@ -124,6 +124,7 @@ static neph_result build_thrice(neph_scene *scene, np_stores *stores) {
     if (!result) result = np_plan_make(scene, NULL, &plan);
     if (!result) result = np_assembly_build(scene, &plan, &job, &monitor, &assembly);
     if (!result) np_assembly_clear(&assembly);
+    np_plan_clear(&plan);
   }
   return result;
 }

@@ -105,11 +105,14 @@ static void seconds_follow_the_machine(void **state) {
   slow.factor[NEPH_WORK_SOLVE] = 3.0;
   plan(f, NULL, &own);
   plan(f, &slow, &other);
-  const np_plan_stage *a = own.stages, *b = other.stages;
+  const np_stage_forecast *a = own.forecast.stages, *b = other.forecast.stages;
   assert_near(b[NP_STAGE_ORDINATES].cost.seconds, 3.0 * a[NP_STAGE_ORDINATES].cost.seconds, 1e-12); /* one product */
   assert_true(b[NP_STAGE_VOLUMES].cost.seconds == a[NP_STAGE_VOLUMES].cost.seconds);
   assert_true(b[NP_STAGE_ORDINATES].cost.bytes == a[NP_STAGE_ORDINATES].cost.bytes);
-  assert_true(other.constant_s == own.constant_s && other.bias == own.bias && other.noise == own.noise);
+  assert_true(other.forecast.constant_s == own.forecast.constant_s && other.forecast.bias == own.forecast.bias &&
+              other.forecast.noise == own.forecast.noise);
+  np_plan_clear(&own);
+  np_plan_clear(&other);
 }
 
 /* The picture's error is the root of the sum of the stages' squares. */
@@ -118,12 +121,13 @@ static void errors_of_stages_add_up(void **state) {
   double sum = 0.0;
   plan(*state, NULL, &p);
   for (int i = 0; i < NP_STAGE_COUNT; i++) {
-    assert_true(p.stages[i].is_needed || p.stages[i].error == 0.0);
-    sum += p.stages[i].error * p.stages[i].error;
+    assert_true(np_plan_needs(&p, (np_stage)i) || p.forecast.stages[i].error == 0.0);
+    sum += p.forecast.stages[i].error * p.forecast.stages[i].error;
   }
-  assert_near(sqrt(sum), hypot(p.bias, p.noise), 1e-12); /* sums of doubles */
-  assert_true(p.stages[NP_STAGE_ORDINATES].error > 0.0 && p.stages[NP_STAGE_ATMOSPHERE].error > 0.0);
-  assert_true(p.stages[NP_STAGE_INTEGRATOR].error >= p.noise);
+  assert_near(sqrt(sum), hypot(p.forecast.bias, p.forecast.noise), 1e-12); /* sums of doubles */
+  assert_true(p.forecast.stages[NP_STAGE_ORDINATES].error > 0.0 && p.forecast.stages[NP_STAGE_ATMOSPHERE].error > 0.0);
+  assert_true(p.forecast.stages[NP_STAGE_INTEGRATOR].error >= p.forecast.noise);
+  np_plan_clear(&p);
 }
 
 /* ---- Measuring ---- */

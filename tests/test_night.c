@@ -240,6 +240,7 @@ static void assert_lights(test_fixture *f, const char *text, unsigned lights, bo
   assert_int_equal(assembly.packets[0].stars.count > 0, has_stars);
   assert_int_equal(assembly.packets[0].night.has_airglow, has_airglow);
   np_assembly_clear(&assembly);
+  np_plan_clear(&plan);
   np_stores_clear(f->context, &stores);
   neph_scene_destroy(scene);
 }

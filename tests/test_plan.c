@@ -23,13 +23,14 @@ static void assert_plan(test_fixture *f, const char *text, const char *needed) {
   assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
   assert_int_equal(strlen(needed), NP_STAGE_COUNT);
   for (int i = 0; i < NP_STAGE_COUNT; i++) {
-    const np_plan_stage *stage = &plan.stages[i];
+    const np_stage_decision *stage = &plan.decisions.stages[i];
     if (stage->is_needed != (needed[i] == 'x')) {
       fail_msg("%s: %s is %sneeded: %s", text, np_stage_get_rule((np_stage)i)->name, stage->is_needed ? "" : "not ",
                stage->reason);
     }
     assert_true(strlen(stage->reason) > 0);
   }
+  np_plan_clear(&plan);
   neph_scene_destroy(scene);
 }
 
@@ -65,16 +66,16 @@ static void test_only_what_is_needed_runs(void **state) {
 static void assert_history(test_fixture *f, const char *text, int frame, bool is_needed, const char *reason) {
   neph_scene *scene = load(f, text);
   neph_render_desc desc = NEPH_RENDER_DESC_DEFAULT;
-  np_plan *plan;
+  np_plan plan;
   assert_int_equal(neph_scene_get_render_desc(scene, &desc), NEPH_OK);
   desc.frame = frame;
   neph_scene at;
-  assert_int_equal(np_plan_create_frame(scene, &desc, &at, &plan), NEPH_OK);
-  const np_plan_stage *stage = &plan->stages[NP_STAGE_HISTORY];
+  assert_int_equal(np_plan_make_frame(scene, &desc, &at, &plan), NEPH_OK);
+  const np_stage_decision *stage = &plan.decisions.stages[NP_STAGE_HISTORY];
   if (stage->is_needed != is_needed || !strstr(stage->reason, reason))
     fail_msg("%s: %s: %s", text, stage->is_needed ? "yes" : "no", stage->reason);
-  assert_int_equal(stage->cost.bytes > 0.0, is_needed);
-  np_plan_destroy(scene->context, plan);
+  assert_int_equal(plan.forecast.stages[NP_STAGE_HISTORY].cost.bytes > 0.0, is_needed);
+  np_plan_clear(&plan);
   np_scene_eval_clear(&at);
   neph_scene_destroy(scene);
 }
@@ -109,9 +110,10 @@ static void test_fewer_pixels_are_predicted_to_cost_less(void **state) {
     neph_scene *scene = load(*state, text);
     np_plan plan;
     assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
-    assert_float_equal((double)plan.ray_count, rows[i].rays, 1.0); /* a whole number of them */
-    assert_float_equal((double)plan.film_bytes, rows[i].bytes, 0.0);
-    assert_int_equal(plan.stages[NP_STAGE_INTEGRATOR].cost.bytes > rows[i].bytes, i > 0);
+    assert_float_equal((double)plan.request.ray_count, rows[i].rays, 1.0); /* a whole number of them */
+    assert_float_equal((double)plan.request.film_bytes, rows[i].bytes, 0.0);
+    assert_int_equal(plan.forecast.stages[NP_STAGE_INTEGRATOR].cost.bytes > rows[i].bytes, i > 0);
+    np_plan_clear(&plan);
     neph_scene_destroy(scene);
   }
 }
@@ -138,6 +140,7 @@ static void test_motion_where_something_moves(void **state) {
     neph_scene *scene = load(*state, text);
     assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
     assert_int_equal(np_plan_needs(&plan, NP_STAGE_MOTION), rows[i].is_needed);
+    np_plan_clear(&plan);
     neph_scene_destroy(scene);
   }
 }
@@ -146,9 +149,10 @@ static void assert_air_light(test_fixture *f, const char *text, bool has_light) 
   neph_scene *scene = load(f, text);
   np_plan plan;
   assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
-  assert_true(plan.stages[NP_STAGE_ATMOSPHERE].is_needed);
+  assert_true(plan.decisions.stages[NP_STAGE_ATMOSPHERE].is_needed);
   assert_int_equal(np_plan_has_air_light(&plan), has_light);
-  assert_int_equal(strstr(plan.stages[NP_STAGE_ATMOSPHERE].reason, "left out") == NULL, has_light);
+  assert_int_equal(strstr(plan.decisions.stages[NP_STAGE_ATMOSPHERE].reason, "left out") == NULL, has_light);
+  np_plan_clear(&plan);
   neph_scene_destroy(scene);
 }
 
@@ -177,11 +181,12 @@ static void test_no_light_where_nothing_shines(void **state) {
 static void assert_sky_alone(test_fixture *f, const char *text) {
   neph_scene *scene = load(f, text);
   np_plan plan;
-  assert_int_equal(np_plan_make_sky(scene, false, &plan), NEPH_OK);
+  assert_int_equal(np_plan_make_sky(scene, &(np_sky_request){.is_of_bands = false}, &plan), NEPH_OK);
   for (int i = 0; i < NP_STAGE_COUNT; i++)
-    assert_int_equal(plan.stages[i].is_needed, i == NP_STAGE_COLOR || i == NP_STAGE_LIGHTS ||
-                                                   i == NP_STAGE_ATMOSPHERE || i == NP_STAGE_CAMERA_SKY ||
-                                                   i == NP_STAGE_COLOR_FIT || i == NP_STAGE_WORLD);
+    assert_int_equal(plan.decisions.stages[i].is_needed, i == NP_STAGE_COLOR || i == NP_STAGE_LIGHTS ||
+                                                             i == NP_STAGE_ATMOSPHERE || i == NP_STAGE_CAMERA_SKY ||
+                                                             i == NP_STAGE_COLOR_FIT || i == NP_STAGE_WORLD);
+  np_plan_clear(&plan);
   neph_scene_destroy(scene);
 }
 
@@ -199,8 +204,9 @@ static void assert_sun_volume(test_fixture *f, const char *text, bool is_needed,
   neph_scene *scene = load(f, text);
   np_plan plan;
   assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
-  assert_int_equal(plan.stages[NP_STAGE_SUN_OPTICAL_DEPTH].is_needed, is_needed);
-  assert_non_null(strstr(plan.stages[NP_STAGE_SUN_OPTICAL_DEPTH].reason, reason));
+  assert_int_equal(plan.decisions.stages[NP_STAGE_SUN_OPTICAL_DEPTH].is_needed, is_needed);
+  assert_non_null(strstr(plan.decisions.stages[NP_STAGE_SUN_OPTICAL_DEPTH].reason, reason));
+  np_plan_clear(&plan);
   neph_scene_destroy(scene);
 }
 
@@ -223,10 +229,11 @@ static void assert_air_shadows(test_fixture *f, const char *text, bool are_neede
   neph_scene *scene = load(f, text);
   np_plan plan;
   assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
-  const np_plan_stage *stage = &plan.stages[NP_STAGE_AIR_SHADOWS];
+  const np_stage_decision *stage = &plan.decisions.stages[NP_STAGE_AIR_SHADOWS];
   if (stage->is_needed != are_needed || !strstr(stage->reason, reason))
     fail_msg("%s: %s: %s", text, stage->is_needed ? "yes" : "no", stage->reason);
-  assert_int_equal(plan.air_ray_spacing > 0, are_needed);
+  assert_int_equal(plan.decisions.air_ray_spacing > 0, are_needed);
+  np_plan_clear(&plan);
   neph_scene_destroy(scene);
 }
 
@@ -253,10 +260,12 @@ static void test_rays_for_shadows_are_a_quarter_of_a_degree_apart(void **state) 
   neph_scene *scene = load(*state, BAKE);
   np_plan plan;
   assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
-  assert_int_equal(plan.air_ray_spacing, 4);
+  assert_int_equal(plan.decisions.air_ray_spacing, 4);
   assert_int_equal(neph_scene_set(scene, "camera.resolution", "[96, 54]"), NEPH_OK);
+  np_plan_clear(&plan);
   assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
-  assert_int_equal(plan.air_ray_spacing, 2);
+  assert_int_equal(plan.decisions.air_ray_spacing, 2);
+  np_plan_clear(&plan);
   neph_scene_destroy(scene);
 }
 
@@ -264,8 +273,9 @@ static void assert_light_errors(test_fixture *f, const char *text, const char *r
   neph_scene *scene = load(f, text);
   np_plan plan;
   assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
-  const char *found = plan.stages[NP_STAGE_ORDINATES].reason;
+  const char *found = plan.decisions.stages[NP_STAGE_ORDINATES].reason;
   if (!strstr(found, reason)) fail_msg("%s: %s", text, found);
+  np_plan_clear(&plan);
   neph_scene_destroy(scene);
 }
 
@@ -292,9 +302,11 @@ static void test_crops_have_the_cells_of_the_whole(void **state) {
   np_plan_choose_cells(&plan, scene, around_low, around_high, &cells);
   assert_int_equal(cells.cells.cell_count_fine, 1500000);
   desc.integrator = NEPH_INTEGRATOR_PATH;
+  np_plan_clear(&plan);
   assert_int_equal(np_plan_make(scene, &desc, &plan), NEPH_OK);
   np_plan_choose_cells(&plan, scene, around_low, around_high, &cells);
   assert_int_equal(cells.cells.cell_count_fine, 0);
+  np_plan_clear(&plan);
   neph_scene_destroy(scene);
 }
 
@@ -309,16 +321,16 @@ static void test_rays_to_a_box_are_counted(void **state) {
     snprintf(text, sizeof text, "camera: {position: [0, -1 km, 0], look_at: [0, 0, 0], resolution: [400, 400], %s}",
              kinds[i]);
     neph_scene *scene = load(*state, text);
-    np_plan plan = {.context = scene->context, .desc = NEPH_RENDER_DESC_DEFAULT};
-    plan.desc.width = plan.desc.height = 400;
-    const double all = 160000.0 * plan.desc.sample_count, square = all / 4096.0;
+    np_request request = {.context = scene->context, .desc = NEPH_RENDER_DESC_DEFAULT};
+    request.desc.width = request.desc.height = 400;
+    const double all = 160000.0 * request.desc.sample_count, square = all / 4096.0;
     const np_dvec3 low = {-50, -50, -50}, high = {50, 50, 50}, behind = {-50, -1900, -50}, near = {50, -1800, 50};
-    const double seen = np_plan_count_rays_to(&plan, scene, low, high);
+    const double seen = np_plan_count_rays_to(&request, scene, low, high);
     assert_true(seen > 0.0 && seen < 0.1 * all);
     if (i == 0) assert_near(sqrt(seen / all), 100.0 / 1900.0, 2.0 / 64.0);
-    if (i < 3) assert_near(np_plan_count_rays_to(&plan, scene, behind, near), square, 1e-6 * all);
+    if (i < 3) assert_near(np_plan_count_rays_to(&request, scene, behind, near), square, 1e-6 * all);
     const np_dvec3 around_low = {-1e4, -1e4, -1e4}, around_high = {1e4, 1e4, 1e4};
-    if (i != 2) assert_near(np_plan_count_rays_to(&plan, scene, around_low, around_high), all, 1e-6 * all);
+    if (i != 2) assert_near(np_plan_count_rays_to(&request, scene, around_low, around_high), all, 1e-6 * all);
     neph_scene_destroy(scene);
   }
 }
@@ -328,13 +340,15 @@ static void test_paths_are_split_by_the_solution(void **state) {
   neph_scene *scene = load(*state, BAKE "render: {integrator: path, path_guiding: adjoint}");
   np_plan plan;
   assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
-  assert_true(plan.stages[NP_STAGE_ORDINATES].is_needed);
-  assert_non_null(strstr(plan.stages[NP_STAGE_ORDINATES].reason, "paths are guided by it; solved for once"));
-  assert_false(plan.stages[NP_STAGE_GROUND_CLOUDS].is_needed);
+  assert_true(plan.decisions.stages[NP_STAGE_ORDINATES].is_needed);
+  assert_non_null(strstr(plan.decisions.stages[NP_STAGE_ORDINATES].reason, "paths are guided by it; solved for once"));
+  assert_false(plan.decisions.stages[NP_STAGE_GROUND_CLOUDS].is_needed);
   assert_int_equal(neph_scene_set(scene, "render.path_guiding", "none"), NEPH_OK);
+  np_plan_clear(&plan);
   assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
-  assert_false(plan.stages[NP_STAGE_ORDINATES].is_needed);
-  assert_string_equal(plan.stages[NP_STAGE_ORDINATES].reason, "paths scatter as often as it takes");
+  assert_false(plan.decisions.stages[NP_STAGE_ORDINATES].is_needed);
+  assert_string_equal(plan.decisions.stages[NP_STAGE_ORDINATES].reason, "paths scatter as often as it takes");
+  np_plan_clear(&plan);
   neph_scene_destroy(scene);
 }
 
@@ -348,15 +362,17 @@ static void test_work_is_counted(void **state) {
   desc.crop_min[0] = 90;
   desc.sample_count = 3;
   assert_int_equal(np_plan_make(scene, &desc, &plan), NEPH_OK);
-  assert_int_equal(plan.ray_count, 10 * 50 * 3);
-  assert_int_equal(plan.film_bytes, 10 * 50 * 4 * (5 + 3 + 1)); /* R G B A Z, sun, distance */
-  assert_near(plan.bake_voxel_count, 100 * 100 * 10, 1e-6);     /* a quotient of doubles */
+  assert_int_equal(plan.request.ray_count, 10 * 50 * 3);
+  assert_int_equal(plan.request.film_bytes, 10 * 50 * 4 * (5 + 3 + 1)); /* R G B A Z, sun, distance */
+  assert_near(plan.inputs.voxels.baked_box, 100 * 100 * 10, 1e-6);      /* a quotient of doubles */
+  np_plan_clear(&plan);
   neph_scene_destroy(scene);
 }
 
 static void assert_refused(test_fixture *f, const neph_scene *scene, const neph_render_desc *desc, const char *word) {
   np_plan plan;
   assert_int_equal(np_plan_make(scene, desc, &plan), NEPH_ERROR_INVALID_ARGUMENT);
+  np_plan_clear(&plan);
   assert_one_error(&f->log, word);
 }
 
@@ -387,7 +403,9 @@ static void test_incomplete_scenes_are_refused(void **state) {
   assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_ERROR_BAD_SCENE);
   assert_one_error(&f->log, "clouds[0] has no source", "must have vdb");
   assert_int_equal(neph_scene_set(scene, "clouds[0].vdb", "a.vdb"), NEPH_OK);
+  np_plan_clear(&plan);
   assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
+  np_plan_clear(&plan);
   neph_scene_destroy(scene);
 }
 
@@ -397,24 +415,26 @@ static void test_plan_is_described(void **state) {
   np_plan plan;
   char *plain, *json;
   assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
-  assert_int_equal(np_plan_describe(scene, &plan, NEPH_TEXT_PLAIN, &plain), NEPH_OK);
-  assert_int_equal(np_plan_describe(scene, &plan, NEPH_TEXT_JSON, &json), NEPH_OK);
+  assert_int_equal(np_plan_describe(scene, &plan, NULL, NEPH_TEXT_PLAIN, &plain), NEPH_OK);
+  assert_int_equal(np_plan_describe(scene, &plan, NULL, NEPH_TEXT_JSON, &json), NEPH_OK);
   assert_non_null(strstr(plain, "hero is read from a.0001.vdb; low is baked"));
   assert_non_null(strstr(plain, "terrain              no   the scene has no terrain"));
   assert_non_null(strstr(json, "\"stage\": \"terrain\""));
   neph_text_destroy(f->context, plain);
   neph_text_destroy(f->context, json);
+  np_plan_clear(&plan);
   neph_scene_destroy(scene);
 }
 
 static neph_result plan_and_describe(neph_context *context, void *user) {
   neph_scene *scene;
-  np_plan plan;
+  np_plan plan = {.hash = ""};
   char *text = NULL;
   neph_result result = neph_scene_load_text(context, CLOUD, "scene.yaml", &scene);
   if (!result) result = np_plan_make(scene, NULL, &plan);
-  if (!result) result = np_plan_describe(scene, &plan, *(neph_text_format *)user, &text);
+  if (!result) result = np_plan_describe(scene, &plan, NULL, *(neph_text_format *)user, &text);
   neph_text_destroy(context, text);
+  np_plan_clear(&plan);
   neph_scene_destroy(scene);
   return result;
 }

@@ -86,12 +86,11 @@ static void test_unknown_quality_is_refused(void **state) {
   "terrain: {ridges: {samples: 1025}, width: 40 km}\n"                                                                 \
   "clouds: [{bake: {extent: 8 km, base: 1 km, thickness: 4 km, voxel: 10 m}}]\n"
 
-static np_plan plan_of(const neph_scene *scene) {
-  np_plan plan = {.context = scene->context};
-  plan.desc = (neph_render_desc)NEPH_RENDER_DESC_DEFAULT;
-  plan.desc.width = scene->camera.resolution[0];
-  plan.desc.height = scene->camera.resolution[1];
-  return plan;
+static np_request request_of(const neph_scene *scene) {
+  np_request request = {.context = scene->context, .desc = NEPH_RENDER_DESC_DEFAULT};
+  request.desc.width = scene->camera.resolution[0];
+  request.desc.height = scene->camera.resolution[1];
+  return request;
 }
 
 /* Pixels of 1/100 rad: at the field's near side, 16 km away, 160 m wide. Voxels are the largest 10 m·2^(n/2) within. */
@@ -99,14 +98,14 @@ static void test_voxels_follow_pixels(void **state) {
   test_fixture *f = *state;
   static const double detail[] = {0, 0.05, 0.1, 0.5, 1}, voxel_m[] = {10, 10, 10 * M_SQRT2, 80, 160};
   neph_scene *scene = load(f, FIELD);
-  const np_plan plan = plan_of(scene);
+  const np_request request = request_of(scene);
   for (int i = 0; i < 5; i++) {
     scene->render.detail_px = detail[i];
-    assert_near(np_plan_get_bake(&plan, scene, &scene->clouds[0]).voxel_m, voxel_m[i], 1e-9);
-    assert_int_equal(np_plan_is_coarsened(&plan, scene, &scene->clouds[0]), voxel_m[i] > 10);
+    assert_near(np_plan_get_bake(&request, scene, &scene->clouds[0]).voxel_m, voxel_m[i], 1e-9);
+    assert_int_equal(np_plan_is_coarsened(&request, scene, &scene->clouds[0]), voxel_m[i] > 10);
   }
   scene->render.detail_px = 100;
-  assert_near(np_plan_get_bake(&plan, scene, &scene->clouds[0]).voxel_m, 160, 1e-9); /* 24 to 4 km at the least */
+  assert_near(np_plan_get_bake(&request, scene, &scene->clouds[0]).voxel_m, 160, 1e-9); /* 24 to 4 km at the least */
   neph_scene_destroy(scene);
 }
 
@@ -116,13 +115,13 @@ static void test_heights_follow_pixels(void **state) {
   static const double detail[] = {0, 1, 2, 4, 1000};
   static const unsigned samples[] = {1025, 1025, 513, 257, 65}, under_snow[] = {1025, 1025, 1025, 513, 65};
   neph_scene *scene = load(f, FIELD);
-  const np_plan plan = plan_of(scene);
+  const np_request request = request_of(scene);
   for (int i = 0; i < 5; i++) {
     scene->render.detail_px = detail[i];
     scene->terrain.desc.has_snow = false;
-    assert_int_equal(np_plan_get_ridges(&plan, scene).sample_count, samples[i]);
+    assert_int_equal(np_plan_get_ridges(&request, scene).sample_count, samples[i]);
     scene->terrain.desc.has_snow = true;
-    assert_int_equal(np_plan_get_ridges(&plan, scene).sample_count, under_snow[i]);
+    assert_int_equal(np_plan_get_ridges(&request, scene).sample_count, under_snow[i]);
   }
   neph_scene_destroy(scene);
 }
@@ -147,7 +146,8 @@ static void test_cells_in_files_follow_pixels(void **state) {
     scene->render.light_detail_px = 8;
     assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
     assert_int_equal(np_plan_measure_fill(scene, &plan, &store), NEPH_OK);
-    assert_near_relative(plan.file_cell_count, cells[i], 1e-9);
+    assert_near_relative(plan.inputs.file_cell_count, cells[i], 1e-9);
+    np_plan_clear(&plan);
     neph_scene_destroy(scene);
   }
 }
@@ -164,8 +164,9 @@ static void test_cells_in_a_tile_follow_its_box(void **state) {
   np_input_store store = {.references = NULL};
   assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
   assert_int_equal(np_plan_measure_fill(scene, &plan, &store), NEPH_OK);
-  assert_near_relative(plan.file_voxel_count, 4096.0 * 4096.0 * 4096.0, 1e-9);
+  assert_near_relative(plan.inputs.file_voxel_count, 4096.0 * 4096.0 * 4096.0, 1e-9);
   assert_in_range((uint64_t)np_plan_predict_cells(&plan, scene), 46656 * 2 / 3, 46656 * 3 / 2);
+  np_plan_clear(&plan);
   neph_scene_destroy(scene);
 }
 

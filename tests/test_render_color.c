@@ -150,7 +150,7 @@ static void compute_zenith(neph_scene *scene, double out_rgb[3]) {
   np_monitor monitor;
   np_wavelengths wavelengths;
   np_monitor_start(&monitor, scene->context, NULL, NULL);
-  assert_int_equal(np_plan_make_sky(scene, false, &plan), NEPH_OK);
+  assert_int_equal(np_plan_make_sky(scene, &(np_sky_request){.is_of_bands = false}, &plan), NEPH_OK);
   assert_int_equal(np_assembly_build(scene, &plan, &job, &monitor, &assembly), NEPH_OK);
   assert_int_equal(assembly.packet_count, 5);
   np_wavelengths_choose(15, &wavelengths);
@@ -169,6 +169,7 @@ static void compute_zenith(neph_scene *scene, double out_rgb[3]) {
     }
   }
   np_assembly_clear(&assembly);
+  np_plan_clear(&plan);
   np_stores_clear(scene->context, &stores);
 }
 

@@ -86,6 +86,7 @@ static void test_every_value_is_taken(void **state) {
       assert_int_equal(np_knob_set(knob, scene, value.text), NEPH_OK);
       assert_int_equal(isnan(value.number), knob->is_word);
     }
+    np_plan_clear(&plan);
     neph_scene_destroy(scene);
   }
 }

@@ -46,6 +46,7 @@ static neph_result render_at_once(const neph_scene *scene, const neph_render_des
   monitor.read_clock_s = read_still_clock;
   monitor.start_s = monitor.last_report_s = 0.0;
   const neph_result result = np_render_image(scene, &plan, &job, &monitor, out_image);
+  np_plan_clear(&plan);
   np_stores_clear(scene->context, &stores);
   return result;
 }

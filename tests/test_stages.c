@@ -117,6 +117,7 @@ static void build(neph_context *context, const char *text, uint32_t stages, buil
 }
 
 static void clear(building *b) {
+  np_plan_clear(&b->plan);
   np_assembly_clear(&b->assembly);
   np_stores_clear(b->scene->context, &b->stores);
   neph_scene_destroy(b->scene);
@@ -281,16 +282,19 @@ static void costs_are_those_of_what_is_needed(void **state) {
   assert_int_equal(neph_scene_load_text(f->context, day, "scene.yaml", &scene), NEPH_OK);
   assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
   for (int i = 0; i < NP_STAGE_COUNT; i++) {
-    const np_stage_cost *cost = &plan.stages[i].cost;
-    assert_true(plan.stages[i].is_needed || (cost->seconds == 0.0 && cost->bytes == 0.0));
+    const np_stage_cost *cost = &plan.forecast.stages[i].cost;
+    assert_true(plan.decisions.stages[i].is_needed || (cost->seconds == 0.0 && cost->bytes == 0.0));
   }
-  assert_true(plan.stages[NP_STAGE_VOLUMES].cost.seconds > 0.0 && plan.stages[NP_STAGE_VOLUMES].cost.bytes > 0.0);
-  assert_true(plan.stages[NP_STAGE_ORDINATES].cost.seconds > 0.0 && plan.stages[NP_STAGE_ORDINATES].cost.bytes > 0.0);
-  assert_true(plan.stages[NP_STAGE_INTEGRATOR].cost.bytes == (double)plan.film_bytes);
-  const np_stage_cost all = np_stages_count_cost(&plan);
-  assert_true(all.bytes > plan.stages[NP_STAGE_ORDINATES].cost.bytes);
+  assert_true(plan.forecast.stages[NP_STAGE_VOLUMES].cost.seconds > 0.0 &&
+              plan.forecast.stages[NP_STAGE_VOLUMES].cost.bytes > 0.0);
+  assert_true(plan.forecast.stages[NP_STAGE_ORDINATES].cost.seconds > 0.0 &&
+              plan.forecast.stages[NP_STAGE_ORDINATES].cost.bytes > 0.0);
+  assert_true(plan.forecast.stages[NP_STAGE_INTEGRATOR].cost.bytes == (double)plan.request.film_bytes);
+  const np_stage_cost all = np_forecast_sum(&plan.forecast);
+  assert_true(all.bytes > plan.forecast.stages[NP_STAGE_ORDINATES].cost.bytes);
   np_schedule schedule;
   np_schedule_make(&plan, np_monitor_whole, &schedule);
+  np_plan_clear(&plan);
   assert_near(schedule.all_s, 0.5 * all.seconds, 1e-9); /* sums of the same doubles, on two threads */
   neph_scene_destroy(scene);
 }

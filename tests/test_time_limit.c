@@ -65,6 +65,7 @@ static neph_result render(fixture *f, witness *w, double limit_s, neph_image **o
   monitor.clock_user = w;
   monitor.start_s = monitor.last_report_s = w->now_s = w->begin_s;
   const neph_result result = np_render_image(f->scene, &plan, &job, &monitor, out_image);
+  np_plan_clear(&plan);
   np_stores_clear(f->context, &stores);
   return result;
 }

@@ -5,10 +5,10 @@
 
 /* Figures of the clouds and their lights, the worst of all. */
 typedef struct cloud_light {
-  double cell_error; /* of the solved multiple scattering; 0: it is not solved */
+  double cell_error; /* error of the solved multiple scattering; 0: it is not solved */
   double solution;   /* bias that its degree and its residual make */
   double albedo;     /* the highest of all clouds, the mean of its bands */
-  double sine;       /* of the lights' elevation, the lowest above the horizon */
+  double sine;       /* sine of the lights' lowest elevation above the horizon */
   bool has_emission;
 } cloud_light;
 
@@ -59,8 +59,8 @@ static double compute_lost(const np_frame *f) {
 }
 
 static np_bias_model make_of_path(const np_frame *f, const np_plan *plan) {
-  const double air = np_plan_has_air_light(plan) && !np_plan_traces_air(plan) ? np_bias_terms.air : 0.0;
-  const double voxels = plan->are_coarse ? plan->stages[NP_STAGE_VOLUMES].error : 0.0;
+  const double air = np_plan_has_air_light(plan) && !np_request_traces_air(&plan->request) ? np_bias_terms.air : 0.0;
+  const double voxels = plan->savings.are_coarse ? plan->forecast.stages[NP_STAGE_VOLUMES].error : 0.0;
   return (np_bias_model){hypot(hypot(air, voxels), compute_lost(f)), 2.0};
 }
 
@@ -69,7 +69,7 @@ static double sum_forecasts(const np_plan *plan) {
   static const unsigned char stages[] = {NP_STAGE_ATMOSPHERE, NP_STAGE_VOLUMES, NP_STAGE_EMISSION,
                                          NP_STAGE_SUN_OPTICAL_DEPTH};
   double sum = 0.0;
-  for (size_t i = 0; i < sizeof stages; i++) sum = hypot(sum, plan->stages[stages[i]].error);
+  for (size_t i = 0; i < sizeof stages; i++) sum = hypot(sum, plan->forecast.stages[stages[i]].error);
   return sum;
 }
 
@@ -79,8 +79,8 @@ static double combine(const np_plan *plan, const cloud_light *light, double tole
   if (!np_plan_needs(plan, NP_STAGE_VOLUMES)) return rest;
   const double cells = hypot(np_bias_of_cells(light->cell_error, light->albedo, light->sine), light->solution);
   const double steps = np_bias_terms.steps * tolerance;
-  const double method = np_bias_of_method(plan->desc.multiple_scattering, cover);
-  np_log(plan->context, NEPH_LOG_DEBUG,
+  const double method = np_bias_of_method(plan->request.desc.multiple_scattering, cover);
+  np_log(plan->request.context, NEPH_LOG_DEBUG,
          "model of the bias: cells %.2g, steps %.2g, method %.2g, air, voxels and fire %.2g; cells err by %.2g, clouds "
          "cover %.2g",
          cells, steps, method, rest, light->cell_error, cover);

@@ -8,7 +8,7 @@
 
 typedef struct np_bias_model {
   double bias;   /* share of a pixel's luminance; 0: none */
-  double factor; /* by which it may be more or less, one standard deviation */
+  double factor; /* one standard deviation, up or down */
 } np_bias_model;
 
 np_bias_model np_bias_model_make(const np_frame *f, const np_plan *plan);

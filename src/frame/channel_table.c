@@ -262,7 +262,7 @@ static void add_group(np_channels *c, const char *group, unsigned number) {
 
 /* Groups of lights, which add up to the picture. */
 static void add_groups(np_channels *c, const np_plan *plan, const neph_scene *scene) {
-  if (plan->has_sun) add_group(c, "sun", NP_LIGHT_GROUP_SUN);
+  if (plan->decisions.has_sun) add_group(c, "sun", NP_LIGHT_GROUP_SUN);
   add_group(c, "sky", NP_LIGHT_GROUP_SKY);
   if (np_plan_needs(plan, NP_STAGE_MOON)) add_group(c, "moon", NP_LIGHT_GROUP_MOON);
   for (unsigned i = 0; i < scene->cloud_count; i++)
@@ -314,13 +314,13 @@ void np_channels_choose(const np_plan *plan, const neph_scene *scene, np_channel
                        .beauty = NP_COMPONENTS_OF_BEAUTY,
                        .is_ground_held_out = scene->terrain.is_held_out};
   if (!output->has_background) out->beauty &= ~(1u << NP_COMPONENT_BACKGROUND);
-  for (unsigned band = 0; plan->has_beauty && band < NP_BAND_COUNT; band++)
+  for (unsigned band = 0; plan->request.has_beauty && band < NP_BAND_COUNT; band++)
     np_channels_add(out, colors[band], (np_channel_kind)LIGHTS(out->beauty), band);
   np_channels_add(out, "A", choose_alpha(output), 0);
   np_channels_add(out, "Z", (np_channel_kind){.finish = finish_depth}, 0);
   for (unsigned i = 0; i < NP_AOV_COUNT; i++)
-    if (plan->aovs & ~(unsigned)NP_AOV_DEPTH & 1u << i) add_aov(out, scene, (np_aov_index)i);
-  if (plan->has_light_groups) add_groups(out, plan, scene);
-  if (plan->aovs & NP_AOV_CRYPTOMATTE) np_channels_add_cryptomatte_sums(out, scene);
+    if (plan->request.aovs & ~(unsigned)NP_AOV_DEPTH & 1u << i) add_aov(out, scene, (np_aov_index)i);
+  if (plan->request.has_light_groups) add_groups(out, plan, scene);
+  if (plan->request.aovs & NP_AOV_CRYPTOMATTE) np_channels_add_cryptomatte_sums(out, scene);
   add_divisor(out);
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Channels of a picture: from samples to sums, from a pixel's sums to its values. */
+/* Channels of a picture: samples are added up, and a pixel's values follow from its sums. */
 #ifndef NP_FRAME_CHANNELS_H
 #define NP_FRAME_CHANNELS_H
 
@@ -27,11 +27,11 @@ typedef struct np_spread {
 
 /* Values of a pixel as a whole. */
 typedef struct np_pixel_facts {
-  double distance, depth; /* to where half is hidden; along the ray, along the camera's axis */
+  double distance, depth; /* where half is hidden; along the ray, along the camera's axis */
   np_spread spread;
 } np_pixel_facts;
 
-/* Rules by which channels are filled. */
+/* The rule that fills a channel. */
 typedef struct np_channel_kind {
   /* Adds one sample to the sum; NULL: nothing. */
   float (*read)(const np_channels *channels, const np_channel *channel, const np_camera_ray *ray,
@@ -41,8 +41,8 @@ typedef struct np_channel_kind {
                    const np_pixel_facts *facts);
   unsigned components;  /* bit c: component c is part of it */
   bool is_over_opacity; /* a mean weighted by opacity, whose sum is needed too */
-  unsigned group;       /* of lights */
-  unsigned alpha;       /* of read_alpha: a neph_alpha */
+  unsigned group;       /* number of a group of lights */
+  unsigned alpha;       /* neph_alpha; read_alpha reads it */
 } np_channel_kind;
 
 struct np_channel {
@@ -52,15 +52,15 @@ struct np_channel {
 };
 
 struct np_channels {
-  unsigned count;                        /* of the picture */
+  unsigned count;                        /* channels of the picture */
   unsigned sum_count;                    /* the same, and sums behind them that the picture's channels divide by */
-  unsigned opaque;                       /* number of the sum of the opacity; NP_CHANNEL_NONE: nobody asks */
-  unsigned mattes, matte_count;          /* number of the first matte's sum; of all, the ground's last; 0: none */
+  unsigned opaque;                       /* number of the sum of the opacity; NP_CHANNEL_NONE: no channel needs it */
+  unsigned mattes, matte_count;          /* number of the first matte's sum; count of all, the ground's last; 0: none */
   float matte_ids[NP_INSTANCES_MAX + 1]; /* identifiers of a Cryptomatte */
   bool is_ground_held_out;
   np_channel channel[NP_CHANNELS_MAX];
   unsigned beauty; /* components of the picture */
-  float scale;     /* on radiances */
+  float scale;     /* factor of radiances */
 };
 
 /* A sum; a channel of the picture too where it has a name. */
@@ -108,7 +108,7 @@ static inline const double *np_channels_get_cuts(const np_channels *channels, co
 np_spread np_channels_get_spread(const np_channels *channels, const double *numbers, unsigned count);
 
 /* Squared standard error of the mean as of independent samples: the spread of their points over the pixel makes it
- * less, never more. 0 where one sample tells nothing. */
+ * less, never more. 0 for a single sample, which has no spread. */
 double np_spread_variance(const np_spread *spread, unsigned band);
 
 #endif

@@ -47,12 +47,13 @@ static neph_result write_matrix(const np_assembly *assembly, neph_image *image) 
 neph_result np_color_header_write(const np_plan *plan, const np_assembly *assembly, double scale, neph_image *image) {
   char wavelengths[NP_WAVELENGTHS_MAX * 12];
   list_wavelengths(assembly, wavelengths, sizeof wavelengths);
-  const bool is_bands = plan->color_space == NP_COLOR_BANDS;
-  neph_result result = neph_image_set_attribute(image, "nephos:colorSpace", np_color_space_get_name(plan->color_space));
+  const bool is_bands = plan->decisions.color_space == NP_COLOR_BANDS;
+  neph_result result =
+      neph_image_set_attribute(image, "nephos:colorSpace", np_color_space_get_name(plan->decisions.color_space));
   if (!result) result = neph_image_set_attribute(image, is_bands ? "nephos:bands" : "nephos:wavelengths", wavelengths);
   if (!result) result = neph_image_set_attribute(image, "nephos:unit", "W m^-2 sr^-1 nm^-1");
   if (!result) result = np_image_set_real(image, "nephos:scale", scale);
   if (!result && assembly->color.is_fitted) result = write_matrix(assembly, image);
   if (result) return result;
-  return is_bands ? write_bands(scale, image) : write_space(plan->color_space, scale, image);
+  return is_bands ? write_bands(scale, image) : write_space(plan->decisions.color_space, scale, image);
 }

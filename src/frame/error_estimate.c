@@ -62,7 +62,7 @@ static uncertain average(const np_error_probes *probes, unsigned count, measure_
 
 static double get_noise(const np_error_probe *p) { return p->variance / (get_mean(p) * get_mean(p)); }
 
-/* Single samples tell nothing of their spread. */
+/* Single samples have no spread. */
 static neph_bounded estimate_noise(const np_error_probes *probes, const evenness *left, double samples) {
   if (probes->count >= PROBES_MIN) return take_root(average(probes, probes->count, get_noise));
   if (samples < 2.0) return unknown;
@@ -160,15 +160,16 @@ static neph_result limit_probes(const np_frame *f, double allowed, np_error_prob
 
 /* Share of the whole picture's samples that are of this part. */
 static double get_share(const np_plan *plan) {
-  const neph_render_desc *d = &plan->desc;
-  const double whole = (double)(plan->whole_max[0] - plan->whole_min[0]) * (plan->whole_max[1] - plan->whole_min[1]);
-  return (double)np_plan_count_pixels(plan) / whole * (d->sample_end - d->sample_begin) / d->sample_count;
+  const neph_render_desc *d = &plan->request.desc;
+  const double whole = (double)(plan->request.whole_max[0] - plan->request.whole_min[0]) *
+                       (plan->request.whole_max[1] - plan->request.whole_min[1]);
+  return (double)np_request_count_pixels(&plan->request) / whole * (d->sample_end - d->sample_begin) / d->sample_count;
 }
 
 /* Predicted time of the frame; of a part, with its share of all that the parts have in common: together they are probed
  * as often as the whole. */
 static double predict_time(const np_plan *plan) {
-  return plan->constant_s - (1.0 - get_share(plan)) * plan->constant_common_s;
+  return plan->forecast.constant_s - (1.0 - get_share(plan)) * plan->forecast.constant_common_s;
 }
 
 static neph_result sample_probes(const np_frame *f, const np_plan *plan, np_error_probes *out) {
@@ -186,7 +187,7 @@ static neph_result sample_probes(const np_frame *f, const np_plan *plan, np_erro
 
 /* The tracer is stopped at a tenth of what the frame took. */
 static neph_result trace_probes(const np_frame *f, const np_plan *plan, np_error_probes *probes) {
-  const double samples = traced_per_s * predict_time(plan) / plan->packet_count;
+  const double samples = traced_per_s * predict_time(plan) / plan->decisions.packet_count;
   const double most = fmax(get_share(plan) * TRACED_PROBES_MAX, PROBES_MIN);
   const double count = fmin(fmin(samples / TRACED_SAMPLES_PER_PROBE, most), probes->count);
   if (f->desc->integrator == NEPH_INTEGRATOR_PATH || count < PROBES_MIN) return NEPH_OK;

@@ -8,7 +8,7 @@
 /* Shares of a pixel's luminance; NaN where unknown. */
 typedef struct np_frame_error {
   neph_bounded total, noise, bias;
-  bool is_bias_measured; /* by the tracer; else by the model */
+  bool is_bias_measured; /* the tracer has measured it; else it is the model's */
 } np_frame_error;
 
 /* Estimates from the pixels' luminances, and from some of them sampled again. */

@@ -8,17 +8,17 @@
 /* One pixel; luminances. */
 typedef struct np_error_probe {
   int at[2];
-  double share;    /* of all pixels that may count, for which it stands: 1/(K·N·p), p the chance that it was chosen */
-  double count;    /* samples that the frame took */
-  double variance; /* of the frame's value, over seeds */
-  double half[2];  /* means over the even and the odd of the seeds */
-  double traced[2]; /* by the tracer, with two seeds */
+  double share;     /* share of all pixels that may count: 1/(K·N·p), p the chance that this one was chosen */
+  double count;     /* samples that the frame took */
+  double variance;  /* variance of the frame's value over seeds */
+  double half[2];   /* means over the even and the odd of the seeds */
+  double traced[2]; /* the tracer's values, with two seeds */
 } np_error_probe;
 
 typedef struct np_error_probes {
   unsigned count, traced_count; /* the tracer has the first of them */
   double dim;                   /* a hundredth of the frame's mean luminance */
-  double pixel_count;           /* above it */
+  double pixel_count;           /* pixels above `dim` */
   double by_samples;            /* mean square of the relative standard errors, as of independent samples */
   np_error_probe *probe;
 } np_error_probes;

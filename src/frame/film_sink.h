@@ -5,7 +5,7 @@
 #define NP_FRAME_FILM_SINK_H
 
 #include "image/film.h"
-#include "plan/plan_stages.h"
+#include "plan/plan_parts.h"
 
 struct np_frame;
 struct np_tile_total;

@@ -38,8 +38,8 @@ static void choose_integrator(np_frame *f, const np_plan *plan, const neph_scene
       &scene->render, is_approximated ? f->desc->multiple_scattering : NEPH_MULTIPLE_SCATTERING_NONE, &f->settings);
   f->settings.scattering_max = is_lit(plan) ? f->desc->scattering_max : 0;
   f->settings.is_split = f->desc->path_guiding == NEPH_PATH_GUIDING_ADJOINT && np_plan_needs(plan, NP_STAGE_ORDINATES);
-  f->settings.is_air_traced = is_lit(plan) && np_plan_traces_air(plan);
-  f->settings.has_sun_share = plan->aovs & NP_AOV_SHADOW;
+  f->settings.is_air_traced = is_lit(plan) && np_request_traces_air(&plan->request);
+  f->settings.has_sun_share = plan->request.aovs & NP_AOV_SHADOW;
   for (unsigned i = 0; i < f->assembly->cloud_count; i++)
     f->settings.has_holdout = f->settings.has_holdout || scene->clouds[i].is_held_out;
   f->settings.is_ground_held_out = f->channels.is_ground_held_out;
@@ -54,16 +54,16 @@ static void choose_integrator(np_frame *f, const np_plan *plan, const neph_scene
 }
 
 static void set_window(np_frame *f, const np_plan *plan) {
-  memcpy(f->min, plan->window_min, sizeof f->min);
-  memcpy(f->view_min, plan->view_min, sizeof f->view_min);
-  memcpy(f->view_max, plan->view_max, sizeof f->view_max);
-  f->width = (unsigned)(plan->window_max[0] - plan->window_min[0]);
-  f->height = (unsigned)(plan->window_max[1] - plan->window_min[1]);
+  memcpy(f->min, plan->request.window_min, sizeof f->min);
+  memcpy(f->view_min, plan->request.view_min, sizeof f->view_min);
+  memcpy(f->view_max, plan->request.view_max, sizeof f->view_max);
+  f->width = (unsigned)(plan->request.window_max[0] - plan->request.window_min[0]);
+  f->height = (unsigned)(plan->request.window_max[1] - plan->request.window_min[1]);
 }
 
 /* The light of deep pixels: that of the layer of the clouds, where light is computed at all. */
 static unsigned choose_depth_components(const np_plan *plan, const np_scene_output *output) {
-  if (!output->deep || plan->is_sky_alone) return 0;
+  if (!output->deep || plan->request.is_sky_alone) return 0;
   const bool has_air = output->cloud_air == NP_CLOUD_AIR_KEPT;
   return NP_COMPONENTS_OF_CLOUDS | (has_air ? 1u << NP_COMPONENT_AIR : 0u);
 }
@@ -215,8 +215,9 @@ neph_result np_frame_describe(const np_frame *f, neph_image *image) {
 
 static void choose_luminance(np_frame *f, const np_plan *plan) {
   for (int b = 0; b < NP_BAND_COUNT; b++) f->luminance_weights[b] = 1.0 / NP_BAND_COUNT;
-  if (plan->color_space == NP_COLOR_BANDS) return;
-  (void)np_color_space_get_luminances(np_color_space_get_chromaticities(plan->color_space), f->luminance_weights);
+  if (plan->decisions.color_space == NP_COLOR_BANDS) return;
+  (void)np_color_space_get_luminances(np_color_space_get_chromaticities(plan->decisions.color_space),
+                                      f->luminance_weights);
 }
 
 /* An estimate that is no more than this above the target is as good as it. */
@@ -268,7 +269,7 @@ static neph_result integrate_frame(np_frame *f, const np_plan *plan, np_stage_ti
 /* Samples the frame, and keeps its film where the plan names a file for it. */
 static neph_result integrate_and_keep(np_frame *f, const neph_scene *scene, const np_plan *plan,
                                       np_stage_times *times) {
-  assert(f->sink || (!plan->desc.part_path && !plan->desc.checkpoint_path));
+  assert(f->sink || (!plan->request.desc.part_path && !plan->request.desc.checkpoint_path));
   if (!f->sink) return integrate_frame(f, plan, times, f->image);
   neph_result result = f->sink->open(scene, plan, f, &f->film);
   if (result) return result;
@@ -281,7 +282,7 @@ static neph_result integrate_and_keep(np_frame *f, const neph_scene *scene, cons
 
 neph_result np_frame_render(const neph_scene *scene, const np_plan *plan, const np_render_job *job,
                             const np_assembly *assembly, np_monitor *monitor, neph_image **out_image) {
-  const neph_render_desc *desc = &plan->desc;
+  const neph_render_desc *desc = &plan->request.desc;
   neph_context *context = assembly->context;
   np_tile_feed nobody = {.fn = NULL};
   np_frame *f = np_alloc(context, 1, sizeof *f);
@@ -290,20 +291,20 @@ neph_result np_frame_render(const neph_scene *scene, const np_plan *plan, const 
   f->sink = job->sink;
   f->assembly = assembly;
   f->desc = desc;
-  f->aovs = plan->aovs;
+  f->aovs = plan->request.aovs;
   f->noise_target = np_plan_choose_noise(plan);
   f->prediction = &job->build.times->prediction;
   f->depth_components = choose_depth_components(plan, &scene->output);
-  f->has_light_groups = plan->has_light_groups;
-  f->has_layers =
-      f->depth_components || f->has_light_groups || plan->aovs & (NP_AOV_MATTES | NP_AOV_CRYPTOMATTE | NP_AOV_MOTION);
+  f->has_light_groups = plan->request.has_light_groups;
+  f->has_layers = f->depth_components || f->has_light_groups ||
+                  plan->request.aovs & (NP_AOV_MATTES | NP_AOV_CRYPTOMATTE | NP_AOV_MOTION);
   choose_motion(f);
   f->monitor = monitor;
   set_window(f, plan);
   np_channels_choose(plan, scene, &f->channels);
   choose_integrator(f, plan, scene);
   neph_result result = create_image(f, out_image);
-  if (!result && plan->aovs & NP_AOV_CRYPTOMATTE) result = np_channels_write_manifest(scene, *out_image);
+  if (!result && plan->request.aovs & NP_AOV_CRYPTOMATTE) result = np_channels_write_manifest(scene, *out_image);
   if (!result) result = np_render_header_write(scene, plan, assembly, *out_image);
   if (!result) result = np_reconstruction_create(scene, plan, f, &f->reconstruction);
   if (!result) result = integrate_and_keep(f, scene, plan, job->build.times);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* From a pixel's numbers on the film to its values: of samples that were taken now, or are read from parts. */
+/* The values of a pixel by its numbers on the film: by samples that were taken now, or are read from parts. */
 #include <math.h>
 
 #include "frame/frame_state.h"

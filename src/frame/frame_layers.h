@@ -5,7 +5,7 @@
 
 #include "frame/frame_state.h"
 
-/* Empties the layers of a sample for what the frame asks; returns them. */
+/* Empties the layers of a sample that the frame needs; returns them. */
 np_integrator_layers *np_frame_start_layers(const np_frame *f, np_integrator_layers *layers);
 
 /* Light by depth, from a packet's bands to colours of the picture. */

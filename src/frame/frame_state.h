@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A frame in the making: what frame.c sets up and describes, and sampling.c fills. */
+/* The state of a frame while it is rendered: frame.c sets it up and describes it, sampling.c fills it. */
 #ifndef NP_FRAME_FRAME_STATE_H
 #define NP_FRAME_FRAME_STATE_H
 
@@ -15,32 +15,32 @@
 /* Over a tile's pixels: the sums of their means, and of the squares of the means' standard errors. */
 typedef struct np_tile_total {
   double sum[NP_BAND_COUNT], variance[NP_BAND_COUNT];
-  double lost[NP_BAND_COUNT];         /* the sum of the means that a limit on scatterings took from them */
+  double lost[NP_BAND_COUNT];         /* sum of the means that a limit on scatterings took away */
   uint64_t cut_count, followed_count; /* paths that met the limit; those of them that were followed */
   uint64_t samples;
-  double squares; /* of the pixels' relative errors */
+  double squares; /* sum over the pixels of their squared relative errors */
 } np_tile_total;
 
 /* A pixel's samples so far, from `begin` to `next`, and those that it is to get, up to `end`. */
 typedef struct np_pixel_state {
   uint32_t begin, next, end;
-  np_deep_stored deep; /* what its samples found along their rays, where it is asked for */
+  np_deep_stored deep; /* stretches along the rays of its samples, for deep pixels */
   double *record;      /* record of the kept film, to be filled; NULL: none is kept */
 } np_pixel_state;
 
 /* Luminance of a pixel, and the variance of it by its samples as of independent ones. */
 typedef struct np_pixel_luminance {
   float value, variance, count;
-  float opacity; /* of clouds */
+  float opacity; /* opacity of the clouds */
 } np_pixel_luminance;
 
-/* Rows of pixels under way, and one pixel around them whose pilots tell of the noise: slots of a grid. */
+/* Rows of pixels in progress, and a border of one pixel whose pilots measure the noise: slots of a grid. */
 typedef struct np_pixel_rows {
-  unsigned begin, count; /* of the frame's rows, without those around */
-  size_t stride;         /* of slots; the frame's width and two */
+  unsigned begin, count; /* rows of the frame, without the border */
+  size_t stride;         /* slots in a row; the frame's width and two */
   np_pixel_state *states;
-  np_pilot *pilots; /* with a target error */
-  double *numbers;  /* of each slot, np_channels_count_numbers */
+  np_pilot *pilots; /* NULL without a target error */
+  double *numbers;  /* np_channels_count_numbers for each slot */
 } np_pixel_rows;
 
 typedef struct np_frame {
@@ -50,34 +50,34 @@ typedef struct np_frame {
   np_tile_feed *feed;
   const np_film_sink *sink;                 /* NULL: no film is kept */
   np_kept_film *film;                       /* NULL: none is kept */
-  struct np_reconstruction *reconstruction; /* of the pixels that are not rendered; NULL: all are */
+  struct np_reconstruction *reconstruction; /* fills pixels that are not rendered; NULL: all are */
   np_integrator_settings settings;
   np_integrator_fn integrate;
   np_half_distance_fn half_distance;
   np_view_depth_fn view_depth;
-  float spread_rad;          /* from a pixel in the middle to the next; 0 of parallel rays */
-  const np_motion *exposure; /* in which camera or clouds move; NULL: nothing does */
-  const np_motion *vectors;  /* by which the samples' motion is told; NULL: nobody asks */
-  unsigned aovs;             /* of np_aov */
+  float spread_rad;          /* angle between the middle pixel and the next; 0: rays are parallel */
+  const np_motion *exposure; /* the shutter is open while camera or clouds move; NULL: nothing moves */
+  const np_motion *vectors;  /* the motion for motion vectors; NULL: no channel has them */
+  unsigned aovs;             /* bits of np_aov */
   bool has_light_groups;     /* their light is summed apart */
-  bool has_layers;           /* beside its samples: np_integrator_layers */
-  unsigned depth_components; /* whose light deep pixels have, bits of them; 0: none are asked for */
+  bool has_layers;           /* its samples have np_integrator_layers */
+  unsigned depth_components; /* bits of the components whose light deep pixels have; 0: there are no deep pixels */
   neph_image *image;
   np_channels channels;
   float *planes[NP_CHANNELS_MAX];
   np_tile_total *totals;
-  np_pixel_luminance *luminances;          /* of each pixel, for the estimate of its error; NULL: none is wanted */
-  double luminance_weights[NP_BAND_COUNT]; /* of the picture's R, G and B */
+  np_pixel_luminance *luminances;          /* one for each pixel, for the estimate of its error; NULL: there is none */
+  double luminance_weights[NP_BAND_COUNT]; /* weights of the picture's R, G and B */
   double dim[NP_BAND_COUNT];               /* radiances below this need not be as exact, relatively */
-  double noise_target;                     /* of the picture, of the target error; infinite: none */
-  np_sample_rule rule;                     /* with a target error */
+  double noise_target;                     /* noise that the target error leaves; infinite: there is no target */
+  np_sample_rule rule;                     /* void without a target error */
   np_prediction *prediction;               /* borrowed: completed by pilots */
-  np_pixel_rows rows;                      /* with a time limit all; with a target error alone some */
+  np_pixel_rows rows;                      /* all rows with a time limit; some with a target error alone */
   bool is_first_pass;
-  bool is_cut;                  /* by the time limit, before all samples were taken */
+  bool is_cut;                  /* the time limit came before all samples were taken */
   int min[2];                   /* first pixel that is rendered */
-  int view_min[2], view_max[2]; /* of the whole picture with its overscan */
-  unsigned width, height;       /* of what is rendered */
+  int view_min[2], view_max[2]; /* the whole picture with its overscan */
+  unsigned width, height;       /* size of the rendered window */
 } np_frame;
 
 static inline bool np_frame_has_target(const np_frame *f) { return isfinite(f->desc->target_error); }

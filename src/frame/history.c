@@ -39,19 +39,19 @@ static void destroy(neph_context *context, void *data) {
 }
 
 static neph_result compute_hash(const neph_scene *scene, const np_plan *plan, int frame, char out[33]) {
-  neph_render_desc desc = plan->desc;
+  neph_render_desc desc = plan->request.desc;
   desc.frame = frame;
-  return np_scene_hash_compute(scene, &desc, plan->savings, out);
+  return np_scene_hash_compute(scene, &desc, plan->savings.text, out);
 }
 
 neph_result np_history_choose_begin(const neph_scene *scene, const np_plan *plan, const np_stores *stores,
                                     int *out_frame) {
-  const int frame = plan->desc.frame, first = np_scene_get_history_first(scene, frame);
+  const int frame = plan->request.desc.frame, first = np_scene_get_history_first(scene, frame);
   *out_frame = frame;
   if (!np_plan_needs(plan, NP_STAGE_HISTORY)) return NEPH_OK;
   *out_frame = first;
   const history_store *h = stores->history;
-  const np_history_frame *last = h ? &h->eyes[plan->desc.eye] : NULL;
+  const np_history_frame *last = h ? &h->eyes[plan->request.desc.eye] : NULL;
   if (!last || !last->values || last->frame < first || last->frame >= frame) return NEPH_OK;
   char hash[33];
   const neph_result result = compute_hash(scene, plan, last->frame, hash);
@@ -61,18 +61,18 @@ neph_result np_history_choose_begin(const neph_scene *scene, const np_plan *plan
 
 const np_history_frame *np_history_get(const neph_scene *scene, const np_plan *plan, const np_stores *stores) {
   const history_store *h = stores->history;
-  const int frame = plan->desc.frame;
+  const int frame = plan->request.desc.frame;
   if (!h || !np_plan_needs(plan, NP_STAGE_HISTORY) || frame == np_scene_get_history_first(scene, frame)) return NULL;
-  const np_history_frame *last = &h->eyes[plan->desc.eye];
+  const np_history_frame *last = &h->eyes[plan->request.desc.eye];
   return last->values && last->frame == frame - 1 ? last : NULL;
 }
 
 neph_result np_history_put(const np_plan *plan, np_stores *stores, np_history_frame *frame) {
-  if (!stores->history) stores->history = np_alloc(plan->context, 1, sizeof(history_store));
+  if (!stores->history) stores->history = np_alloc(plan->request.context, 1, sizeof(history_store));
   if (!stores->history) return NEPH_ERROR_OUT_OF_MEMORY;
   stores->destroy_history = destroy;
-  np_history_frame *last = &((history_store *)stores->history)->eyes[plan->desc.eye];
-  np_history_frame_clear(plan->context, last);
+  np_history_frame *last = &((history_store *)stores->history)->eyes[plan->request.desc.eye];
+  np_history_frame_clear(plan->request.context, last);
   *last = *frame;
   *frame = (np_history_frame){.values = NULL};
   return NEPH_OK;

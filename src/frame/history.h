@@ -3,11 +3,12 @@
  *
  * Frames are divided into blocks of render.history_frames, counted from frame 1. The first of a block is rendered by
  * itself, each further one takes pixels from the one before. So a frame follows from its scene and its number alone,
- * whatever a process rendered before it: who has not the frame before renders those of the block up to it. */
+ * whatever a process rendered before it: a process without the frame before renders the block up to it. */
 #ifndef NP_FRAME_HISTORY_H
 #define NP_FRAME_HISTORY_H
 
 #include "plan/plan_history.h"
+#include "plan/plan_parts.h"
 #include "scene/camera.h"
 #include "stages/stores.h"
 
@@ -15,8 +16,8 @@
 typedef struct np_pixel_guide {
   float cloud_m;       /* mean of the clouds, weighted by their opacity as it is seen */
   float behind_m;      /* the ground's */
-  float half_m;        /* to where half is hidden */
-  float opacity;       /* of the clouds */
+  float half_m;        /* where half is hidden */
+  float opacity;       /* opacity of the clouds */
   bool is_edge;        /* beside pixels that show something else, of which it may have some light, … */
   float near_m, far_m; /* … and distances to the nearest and the farthest that they show */
 } np_pixel_guide;
@@ -25,13 +26,13 @@ _Static_assert(sizeof(np_pixel_guide) == NP_HISTORY_GUIDE_BYTES, "plans predict 
 
 /* A frame as it was rendered. */
 typedef struct np_history_frame {
-  char hash[33]; /* of the picture; empty: unknown */
+  char hash[33]; /* name of the picture; empty: unknown */
   int frame;
   np_camera camera;
   unsigned channel_count;
   float *values;          /* [channel][pixel]; NULL: there is no frame */
-  float *counts;          /* of each pixel: rendered values that are averaged in it; 0: it is interpolated */
-  np_pixel_guide *guides; /* of each pixel */
+  float *counts;          /* rendered values that are averaged in each pixel; 0: it is interpolated */
+  np_pixel_guide *guides; /* one for each pixel */
 } np_history_frame;
 
 neph_result np_history_frame_create(neph_context *context, size_t pixel_count, unsigned channel_count,

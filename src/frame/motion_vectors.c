@@ -38,7 +38,7 @@ static void add_sky(const np_motion *m, vector_sums *sums, double weight, np_vec
   if (np_camera_project_direction(&m->previous, d, then)) add(m, weight, now, then, sums->backward);
 }
 
-/* From a place of a time of the exposure to that of the frame's time. */
+/* The place at the frame's time of a point at a time of the exposure. */
 static np_dvec3 rewind_point(const np_motion *m, const np_cloud_motion *cloud, np_dvec3 point, double time) {
   if (!m->has_exposure || !cloud->is_rigid) return point;
   const double at = NP_MOTION_SPANS * np_clamp((time - m->open) / (m->close - m->open), 0.0, 1.0);

@@ -128,7 +128,7 @@ enum { POINTS_MIN = 256, TRACED_POINTS_MIN = 320, POINTS_MAX = 1024, PIXELS_PER_
 /* Share of the picture's samples that pilots may take. */
 static const double pilots_share = 0.04;
 
-/* Pilots take an eighth of the pixels' samples: fewer tell less of where noise is, and quiet pixels need no more. */
+/* Pilots take an eighth of the pixels' samples: fewer do not show where noise is, and quiet pixels need no more. */
 static const double first_share = 0.125;
 
 static double clamp(double x, double low, double high) { return fmin(fmax(x, low), high); }

@@ -11,13 +11,13 @@
 
 typedef struct np_pilots {
   np_sample_rule rule;
-  double samples;      /* of a pixel, in the mean, by the rule */
-  double noise;        /* of the picture by the rule: above the one asked for where `max` is too few, and below it where
-                          `first` is too many */
-  double noise_of_one; /* of the picture with one sample a pixel */
+  double samples; /* mean samples of a pixel by the rule */
+  double noise;   /* noise of the picture by the rule: above the given noise where `max` is too few, and below it where
+                     `first` is too many */
+  double noise_of_one; /* noise of the picture with one sample a pixel */
   double exponent;     /* β: N samples for every pixel leave noise_of_one²·N^-β */
   unsigned point_count;
-  uint64_t sample_count; /* that the pilots took */
+  uint64_t sample_count; /* samples that the pilots took */
 } np_pilots;
 
 /* Samples the lattice of a frame whose channels and integrator are chosen; its tiles and planes may be missing. With a

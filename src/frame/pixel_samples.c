@@ -42,7 +42,7 @@ static double choose_time(const np_motion *exposure, unsigned sample, float offs
   return exposure->open + (exposure->close - exposure->open) * (double)turn(offset, 0.8708286933869707, sample);
 }
 
-/* The camera at a ray's time. Tables of the frame's picture are asked where its direction is seen there. */
+/* The camera at a ray's time. Tables of the frame's picture are looked up in its direction. */
 static const np_camera *move_camera(const np_frame *f, double time, np_camera *out) {
   if (!f->exposure || !f->exposure->has_camera) return &f->assembly->camera;
   np_motion_get_camera(f->exposure, time, out);

@@ -8,7 +8,7 @@
 #include "plan/stage_rules.h"
 
 static bool is_wanted(const np_plan *plan) {
-  return isfinite(plan->desc.target_error) || isfinite(plan->desc.time_limit_s);
+  return isfinite(plan->request.desc.target_error) || isfinite(plan->request.desc.time_limit_s);
 }
 
 neph_result np_prediction_prepare(const neph_scene *scene, np_plan *plan, np_input_store *store) {
@@ -17,12 +17,12 @@ neph_result np_prediction_prepare(const neph_scene *scene, np_plan *plan, np_inp
 
 neph_result np_prediction_begin(const neph_scene *scene, const np_plan *plan, np_prediction *p) {
   *p = (np_prediction){.start_s = np_cpu_time_s(), .is_wanted = is_wanted(plan)};
-  p->seconds = np_stages_count_cost(plan).seconds;
-  p->error = hypot(plan->bias, plan->noise);
+  p->seconds = np_forecast_sum(&plan->forecast).seconds;
+  p->error = hypot(plan->forecast.bias, plan->forecast.noise);
   return p->is_wanted ? np_plan_predict_memory(scene, plan, &p->bytes) : NEPH_OK;
 }
 
-static bool is_verbose(const np_plan *plan) { return np_log_is_wanted(plan->context, NEPH_LOG_DEBUG); }
+static bool is_verbose(const np_plan *plan) { return np_log_is_wanted(plan->request.context, NEPH_LOG_DEBUG); }
 
 /* "; measured 1.2 s" where `measured_s` is not negative. */
 static neph_result log_whole(const neph_scene *scene, const np_plan *plan, double measured_s) {
@@ -31,8 +31,9 @@ static neph_result log_whole(const neph_scene *scene, const np_plan *plan, doubl
   const neph_result result = np_plan_predict_memory(scene, plan, &bytes);
   if (result) return result;
   if (measured_s >= 0.0) np_print(measured, sizeof measured, "; measured %.3g s", measured_s);
-  np_log(plan->context, NEPH_LOG_DEBUG, "prediction: %.3g s of one core, %.3g MB, error %.3g %%%s",
-         np_stages_count_cost(plan).seconds, 1e-6 * bytes, 100.0 * hypot(plan->bias, plan->noise), measured);
+  np_log(plan->request.context, NEPH_LOG_DEBUG, "prediction: %.3g s of one core, %.3g MB, error %.3g %%%s",
+         np_forecast_sum(&plan->forecast).seconds, 1e-6 * bytes,
+         100.0 * hypot(plan->forecast.bias, plan->forecast.noise), measured);
   return NEPH_OK;
 }
 
@@ -42,24 +43,22 @@ neph_result np_prediction_log(const neph_scene *scene, const np_plan *plan) {
 
 static void log_stages(const np_plan *plan, const np_stage_times *times) {
   for (int i = 0; i < NP_STAGE_COUNT; i++) {
-    const double predicted_s = plan->stages[i].cost.seconds, measured_s = times->cpu_s[i];
+    const double predicted_s = plan->forecast.stages[i].cost.seconds, measured_s = times->cpu_s[i];
     if (fmax(predicted_s, measured_s) >= 0.01)
-      np_log(plan->context, NEPH_LOG_DEBUG, "%s: predicted %.3g s of one core, measured %.3g s",
+      np_log(plan->request.context, NEPH_LOG_DEBUG, "%s: predicted %.3g s of one core, measured %.3g s",
              np_stage_get_rule((np_stage)i)->name, predicted_s, measured_s);
   }
-  np_log(plan->context, NEPH_LOG_DEBUG, "estimate of the error: measured %.3g s", times->error_s);
+  np_log(plan->request.context, NEPH_LOG_DEBUG, "estimate of the error: measured %.3g s", times->error_s);
 }
 
-/* By a copy of the plan that has measured what clouds fill, as `--explain` has: verbosity changes no picture. */
+/* The log has the numbers of a plan whose inputs are measured, as `--explain` has: verbosity changes no picture. */
 static neph_result log_all(const neph_scene *scene, const np_plan *plan, const np_stage_times *times,
                            np_input_store *store, double measured_s) {
-  np_plan *copy = np_plan_allocate(plan->context);
-  if (!copy) return NEPH_ERROR_OUT_OF_MEMORY;
-  *copy = *plan;
-  neph_result result = np_plan_measure_fill(scene, copy, store);
-  if (!result) log_stages(copy, times);
-  if (!result) result = log_whole(scene, copy, measured_s);
-  np_plan_destroy(plan->context, copy);
+  np_plan measured;
+  neph_result result = np_plan_make_measured(scene, plan, store, &measured);
+  if (!result) log_stages(&measured, times);
+  if (!result) result = log_whole(scene, &measured, measured_s);
+  np_plan_clear(&measured);
   return result;
 }
 
@@ -72,8 +71,8 @@ static double predict_by_pilots(const np_stage_times *times) {
 
 static neph_result write_pilots(const np_plan *plan, const np_stage_times *times, neph_image *image) {
   const np_prediction *p = &times->prediction;
-  const double seconds = predict_by_pilots(times), error = hypot(plan->bias, p->noise);
-  np_log(plan->context, NEPH_LOG_DEBUG, "prediction by pilots: %.3g s of one core, error %.3g %%", seconds,
+  const double seconds = predict_by_pilots(times), error = hypot(plan->forecast.bias, p->noise);
+  np_log(plan->request.context, NEPH_LOG_DEBUG, "prediction by pilots: %.3g s of one core, error %.3g %%", seconds,
          100.0 * error);
   neph_result result = np_image_set_real(image, "nephos:pilotSeconds", seconds);
   return result ? result : np_image_set_real(image, "nephos:pilotError", error);

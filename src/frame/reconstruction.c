@@ -49,17 +49,17 @@ static np_pixel_source choose_source(const np_reconstruction *r, unsigned x, uns
 
 static neph_result fill(const neph_scene *scene, const np_plan *plan, const np_frame *f, np_reconstruction *r) {
   const size_t pixels = (size_t)f->width * f->height;
-  const int first = np_scene_get_history_first(scene, plan->desc.frame);
-  r->context = plan->context;
+  const int first = np_scene_get_history_first(scene, plan->request.desc.frame);
+  r->context = plan->request.context;
   r->width = f->width;
   r->height = f->height;
   memcpy(r->min, f->min, sizeof r->min);
   r->has_history = np_plan_needs(plan, NP_STAGE_HISTORY);
   r->before = np_history_get(scene, plan, f->assembly->stores);
   r->has_still_light = np_scene_has_still_light(scene);
-  r->has_beauty = plan->has_beauty;
+  r->has_beauty = plan->request.has_beauty;
   r->weight_min = scene->render.history_weight;
-  choose_lattices(r, &scene->render, (unsigned)(plan->desc.frame - first));
+  choose_lattices(r, &scene->render, (unsigned)(plan->request.desc.frame - first));
   if (r->before) r->places = np_alloc(r->context, pixels, sizeof *r->places);
   if (r->before && !r->has_still_light)
     r->changes = np_alloc(r->context, pixels, f->channels.count * sizeof *r->changes);
@@ -67,7 +67,7 @@ static neph_result fill(const neph_scene *scene, const np_plan *plan, const np_f
   if (!r->sources || (r->before && !r->places)) return NEPH_ERROR_OUT_OF_MEMORY;
   const neph_result result = np_history_frame_create(r->context, pixels, f->channels.count, &r->next);
   r->next.camera = f->assembly->camera;
-  r->next.frame = plan->desc.frame;
+  r->next.frame = plan->request.desc.frame;
   return result;
 }
 
@@ -75,9 +75,9 @@ neph_result np_reconstruction_create(const neph_scene *scene, const np_plan *pla
                                      np_reconstruction **out) {
   *out = NULL;
   if (!np_plan_needs(plan, NP_STAGE_HISTORY) && scene->render.upsample == 1) return NEPH_OK;
-  np_reconstruction *r = np_alloc(plan->context, 1, sizeof *r);
+  np_reconstruction *r = np_alloc(plan->request.context, 1, sizeof *r);
   if (!r) return NEPH_ERROR_OUT_OF_MEMORY;
-  r->context = plan->context;
+  r->context = plan->request.context;
   const neph_result result = fill(scene, plan, f, r);
   if (result)
     np_reconstruction_destroy(r);

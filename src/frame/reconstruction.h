@@ -5,8 +5,8 @@
  * The picture is divided into squares, of which a frame renders one pixel each, in an order that goes over the whole
  * square in as many frames as it has pixels. Pixels without history are rendered too, or, of an upsampled picture, one
  * of each smaller square of them, and the rest is interpolated from those nearby that are as far away (Kopf et al.
- * 2007, "Joint Bilateral Upsampling"); who has none of them is rendered. History is clipped to the mean and the
- * deviation of rendered pixels nearby (Salvi 2016, "An Excursion in Temporal Supersampling"), and a pixel that is
+ * 2007, "Joint Bilateral Upsampling"); a pixel without such neighbours is rendered. History is clipped to the mean and
+ * the deviation of rendered pixels nearby (Salvi 2016, "An Excursion in Temporal Supersampling"), and a pixel that is
  * rendered is averaged with its history exponentially. */
 #ifndef NP_FRAME_RECONSTRUCTION_H
 #define NP_FRAME_RECONSTRUCTION_H
@@ -40,11 +40,11 @@ typedef struct np_reconstruction {
   double weight_min;
   np_pixel_lattice update;     /* rendered in any case */
   np_pixel_lattice resolution; /* rendered where there is no history */
-  np_reprojected *places;      /* of each pixel in the frame before; NULL: none */
+  np_reprojected *places;      /* the place of each pixel in the frame before; NULL: none */
   uint8_t *sources;            /* np_pixel_source of each pixel */
-  float *changes;              /* [channel][pixel]: of rendered ones, what they are above their history; else unused */
+  float *changes;              /* [channel][pixel]: difference of rendered pixels from their history; else unused */
   uint64_t source_counts[NP_PIXEL_RENDERED + 1];
-  np_history_frame next; /* what is made of the picture */
+  np_history_frame next; /* the picture, for the next frame */
 } np_reconstruction;
 
 /* NULL where all pixels of the plan's picture are rendered. */
@@ -52,7 +52,7 @@ neph_result np_reconstruction_create(const neph_scene *scene, const np_plan *pla
                                      np_reconstruction **out);
 void np_reconstruction_destroy(np_reconstruction *r);
 
-/* Looks where pixels were in the frame before, and chooses those that are rendered. */
+/* Projects pixels into the frame before, and chooses the pixels that are rendered. */
 neph_result np_reconstruction_prepare(np_frame *f);
 
 static inline bool np_reconstruction_is_rendered(const np_reconstruction *r, size_t index) {
@@ -65,7 +65,7 @@ neph_result np_reconstruction_resolve(np_frame *f);
 /* Says in the header and in the log where the pixels come from, and what their mean is. */
 neph_result np_reconstruction_describe(const np_frame *f, neph_image *image);
 
-/* Leaves the picture to the next frame. */
+/* Puts the picture into the stores for the next frame. */
 neph_result np_reconstruction_keep(np_reconstruction *r, const np_plan *plan, np_stores *stores);
 
 /* Whether a pixel has neighbours on the resolution's lattice that it may be interpolated from. */

@@ -42,7 +42,7 @@ static neph_result render(np_plan *plan, const neph_scene *scene, const np_rende
   np_stage_times *times = job->build.times;
   np_assembly assembly;
   neph_result result = np_prediction_begin(scene, plan, &times->prediction);
-  if (!result) result = np_scene_hash_compute(scene, &plan->desc, plan->savings, plan->hash);
+  if (!result) result = np_plan_compute_hash(scene, plan);
   if (!result) result = np_part_check_hash(plan);
   if (!result) result = np_assembly_build(scene, plan, &job->build, monitor, &assembly);
   if (result) return result;
@@ -65,12 +65,13 @@ neph_result np_render_image(const neph_scene *scene, np_plan *plan, const np_ren
   np_stage_times own = {.error_s = 0.0};
   np_render_job timed = *job;
   if (!timed.build.times) timed.build.times = &own;
+  timed.build.light_checkpoints = np_light_checkpoints_make(&plan->request.desc, 0);
   np_schedule_make(plan, job->build.progress, &schedule);
   np_monitor_set_deadline(monitor, schedule.deadline_s);
   const unsigned mode = np_float_mode_enter();
   neph_result result = render(plan, scene, &timed, monitor, out_image);
   np_float_mode_leave(mode);
-  if (result == NEPH_ERROR_CANCELLED && np_monitor_is_late(monitor)) result = fail_late(&plan->desc, monitor);
+  if (result == NEPH_ERROR_CANCELLED && np_monitor_is_late(monitor)) result = fail_late(&plan->request.desc, monitor);
   if (result) {
     neph_image_destroy(*out_image);
     *out_image = NULL;

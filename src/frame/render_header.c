@@ -11,7 +11,7 @@
 #include "stages/light_warnings.h"
 
 static neph_result describe_render(const neph_scene *scene, const np_plan *plan, neph_image *image) {
-  const neph_render_desc *desc = &plan->desc;
+  const neph_render_desc *desc = &plan->request.desc;
   const bool is_path = desc->integrator == NEPH_INTEGRATOR_PATH;
   char seed[24];
   np_print(seed, sizeof seed, "%llu", (unsigned long long)desc->seed);
@@ -24,7 +24,8 @@ static neph_result describe_render(const neph_scene *scene, const np_plan *plan,
                                       np_multiple_scattering_get_row(desc->multiple_scattering)->name);
   if (!result && desc->scattering_max != NEPH_SCATTERINGS_ALL)
     result = np_image_set_integer(image, "nephos:scatteringMax", desc->scattering_max);
-  if (!result && plan->savings[0]) result = neph_image_set_attribute(image, "nephos:memorySavings", plan->savings);
+  if (!result && plan->savings.text[0])
+    result = neph_image_set_attribute(image, "nephos:memorySavings", plan->savings.text);
   if (!result) result = neph_image_set_attribute(image, "nephos:seed", seed);
   if (!result) result = np_image_set_integer(image, "nephos:frame", desc->frame);
   const neph_isa isa = neph_context_get_isa(scene->context);
@@ -35,8 +36,8 @@ static neph_result describe_render(const neph_scene *scene, const np_plan *plan,
 typedef struct light_quality {
   bool is_solved, is_cut;
   double residual, error;
-  unsigned cut_width; /* of those that are cut, the widest cells and */
-  double cut_residual;
+  unsigned cut_width;  /* the widest cells of cut solutions, … */
+  double cut_residual; /* … and the largest residual */
 } light_quality;
 
 static void add_quality(np_scattering_quality own, light_quality *q) {
@@ -78,7 +79,7 @@ static neph_result describe_light(const np_assembly *assembly, const neph_render
   return result || !q.is_cut ? result : describe_cut(desc, &q, image);
 }
 
-/* Nothing of a scene without sunlight, nor where no light was asked for and only the terrain has the place. */
+/* Writes nothing for a scene without sunlight, nor without light where only the terrain has the place. */
 static neph_result describe_sun(const neph_scene *scene, const np_plan *plan, const np_assembly *assembly,
                                 neph_image *image) {
   const double *irradiance = scene->sun.irradiance_w_m2_nm;
@@ -93,12 +94,12 @@ static neph_result describe_sun(const neph_scene *scene, const np_plan *plan, co
 
 /* The part's place in the whole. */
 static neph_result describe_part(const np_plan *plan, neph_image *image) {
-  const neph_render_desc *d = &plan->desc;
+  const neph_render_desc *d = &plan->request.desc;
   char tile[32], window[64], range[48];
   neph_result result = NEPH_OK;
   np_print(tile, sizeof tile, "%u/%u", d->tile_index + 1, d->tile_count);
-  np_print(window, sizeof window, "%d %d %d %d", plan->whole_min[0], plan->whole_min[1], plan->whole_max[0],
-           plan->whole_max[1]);
+  np_print(window, sizeof window, "%d %d %d %d", plan->request.whole_min[0], plan->request.whole_min[1],
+           plan->request.whole_max[0], plan->request.whole_max[1]);
   np_print(range, sizeof range, "%u-%u/%u", d->sample_begin, d->sample_end, d->sample_count);
   if (d->tile_count > 1) result = neph_image_set_attribute(image, NP_HEADER_TILE, tile);
   if (!result && d->tile_count > 1) result = neph_image_set_attribute(image, NP_HEADER_WHOLE, window);
@@ -109,11 +110,11 @@ static neph_result describe_part(const np_plan *plan, neph_image *image) {
 neph_result np_render_header_write(const neph_scene *scene, const np_plan *plan, const np_assembly *assembly,
                                    neph_image *image) {
   const double scale = np_scene_get_scale(scene);
-  neph_result result = np_camera_header_write(scene, &assembly->camera, plan->desc.eye, image);
+  neph_result result = np_camera_header_write(scene, &assembly->camera, plan->request.desc.eye, image);
   if (!result) result = np_color_header_write(plan, assembly, scale, image);
   if (!result) result = np_light_meter_write(assembly, scale, image);
   if (!result) result = describe_sun(scene, plan, assembly, image);
-  if (!result) result = describe_light(assembly, &plan->desc, image);
+  if (!result) result = describe_light(assembly, &plan->request.desc, image);
   if (!result) result = describe_render(scene, plan, image);
   return result ? result : describe_part(plan, image);
 }

@@ -122,7 +122,7 @@ static float compute_slope(const np_reprojection *r, unsigned x, unsigned y, boo
   return (isinf(across) ? 0.0f : across) + (isinf(along) ? 0.0f : along);
 }
 
-/* From the eye of then; of parallel rays, from the plane that they start in. */
+/* Distance from the eye of then, or from the plane in which parallel rays start. */
 static double compute_distance(const np_camera *camera, np_dvec3 point, double depth_m) {
   return np_camera_has_centre(camera) ? np_dvec3_length(np_dvec3_subtract(point, camera->origin)) : depth_m;
 }

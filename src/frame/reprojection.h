@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Places of one picture in the one before: from a pixel's depth and both cameras.
+/* Places of a picture's pixels in the picture before, by a pixel's depth and both cameras.
  *
  * A pixel moves as what is seen of it most: as its clouds, at their mean distance weighted by what they hide, or as the
  * ground or the sky behind. Values are taken there by a cubic of four by four pixels (Catmull and Rom 1974, "A Class of
@@ -15,18 +15,18 @@ typedef struct np_reprojected {
   bool is_seen;                /* else there is no history */
   bool is_cloud;               /* moves as its clouds do */
   float at[2];                 /* in pixels from the window's corner */
-  float distance_m;            /* from the eye of then */
-  const np_pixel_guide *guide; /* of the pixel now */
-  float slope;                 /* of the inverse distance, 1/m a pixel */
+  float distance_m;            /* distance from the eye of then */
+  const np_pixel_guide *guide; /* the guide of the pixel now */
+  float slope;                 /* slope of the inverse distance, 1/m a pixel */
 } np_reprojected;
 
 _Static_assert(sizeof(np_reprojected) == NP_HISTORY_PLACE_BYTES, "plans predict the memory of places by it");
 
 typedef struct np_reprojection {
   const np_history_frame *before;
-  const np_camera *camera;      /* of now */
-  const np_pixel_guide *guides; /* of now, of all pixels of the window */
-  int min[2];                   /* of the window, which is the same in both pictures */
+  const np_camera *camera;      /* the camera now */
+  const np_pixel_guide *guides; /* the guides now of all pixels of the window */
+  int min[2];                   /* corner of the window, the same in both pictures */
   unsigned width, height;
   bool is_still; /* both cameras are the same */
 } np_reprojection;

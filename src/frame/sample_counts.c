@@ -4,7 +4,7 @@
 #include <math.h>
 #include <stdbool.h>
 
-/* Share of the picture's mean up to which a spread is that of a quiet place, which the mean tells nothing of. */
+/* A spread below this share of the picture's mean belongs to a quiet place, for which the mean counts less. */
 static const double quiet_share = 0.02;
 
 enum { NEIGHBOURS = 9, MIDDLE = 4 };
@@ -19,7 +19,7 @@ static const np_pilot *get_neighbour(const np_pilot *at, size_t stride, int k) {
 }
 
 /* Variance of samples about the mean of their pixel. The largest of the neighbours' counts no more than the second: a
- * single bright path is not told of by all pixels around it. */
+ * single bright path raises no estimate of the pixels around it. */
 static estimate pool_within(const np_pilot *at, size_t stride) {
   double squares = 0.0, freedom = 0.0, largest = 0.0, second = 0.0;
   for (int k = 0; k < NEIGHBOURS; k++) {

@@ -21,7 +21,7 @@ typedef struct np_pilot {
 /* The rule, the same for all pixels of a picture. */
 typedef struct np_sample_rule {
   uint32_t first;       /* samples of a pilot, 1 to 16 */
-  uint32_t min, max;    /* of a pixel; min ≥ first */
+  uint32_t min, max;    /* samples of a pixel; min ≥ first */
   double gain;          /* N = (gain·(σ/T)²)^power; 0: `min` for all */
   double power;         /* 1/(1 + β) */
   double dim;           /* luminance up to which a pixel's error does not count */

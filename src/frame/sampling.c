@@ -59,7 +59,7 @@ static neph_result deliver_tiles(np_frame *f) {
   return is_wanted ? NEPH_OK : NEPH_ERROR_CANCELLED;
 }
 
-/* Tiles that go into the image, and on to who looks at it. */
+/* Fills tiles of the image, and delivers them to the caller. */
 static neph_result show_tiles(np_frame *f, pixel_step_fn *step, bool is_final) {
   f->feed->is_final = is_final;
   const neph_result result = run_tiles(f, 0, f->height, step, true);
@@ -115,7 +115,7 @@ static void close_rows(np_frame *f) {
 /* ---- A target error ---- */
 
 /* Two stages, as of Stein (1945, "A Two-Sample Test for a Linear Hypothesis Whose Power is Independent of the
- * Variance"): a pilot of a few samples in each pixel, then the number that those around it ask for. A pixel that
+ * Variance"): a pilot of a few samples in each pixel, then the number that the pilots around it require. A pixel that
  * stopped when its own samples happened to agree would be too dark where bright ones are rare. */
 static uint32_t choose_end(const np_frame *f, const int at[2]) {
   const np_pilot *pilot = &f->rows.pilots[get_slot(f, at)];

@@ -24,7 +24,7 @@ struct np_kept_film {
 /* ---- Beginning ---- */
 
 static void fill_header(const neph_scene *scene, const np_plan *plan, const np_frame *f, np_part_header *h) {
-  const neph_render_desc *d = &plan->desc;
+  const neph_render_desc *d = &plan->request.desc;
   *h = (np_part_header){.tile_index = d->tile_index,
                         .tile_count = d->tile_count,
                         .sample_begin = d->sample_begin,
@@ -39,10 +39,10 @@ static void fill_header(const neph_scene *scene, const np_plan *plan, const np_f
                         .image = f->image};
   memcpy(h->hash, plan->hash, sizeof h->hash);
   (void)strncpy(h->version, neph_version_get_text(), sizeof h->version - 1);
-  memcpy(h->min, plan->window_min, sizeof h->min);
-  memcpy(h->max, plan->window_max, sizeof h->max);
-  memcpy(h->whole_min, plan->whole_min, sizeof h->whole_min);
-  memcpy(h->whole_max, plan->whole_max, sizeof h->whole_max);
+  memcpy(h->min, plan->request.window_min, sizeof h->min);
+  memcpy(h->max, plan->request.window_max, sizeof h->max);
+  memcpy(h->whole_min, plan->request.whole_min, sizeof h->whole_min);
+  memcpy(h->whole_max, plan->request.whole_max, sizeof h->whole_max);
   np_part_header_set_display(h, &f->image->header);
 }
 
@@ -126,7 +126,7 @@ static void close_film(np_kept_film *film) {
 
 static neph_result open_film(const neph_scene *scene, const np_plan *plan, const np_frame *f, np_kept_film **out_film) {
   *out_film = NULL;
-  const neph_render_desc *d = &plan->desc;
+  const neph_render_desc *d = &plan->request.desc;
   if (!d->part_path && !d->checkpoint_path) return NEPH_OK;
   np_kept_film *film = np_alloc(scene->context, 1, sizeof *film);
   if (!film) return NEPH_ERROR_OUT_OF_MEMORY;

@@ -21,11 +21,11 @@ static bool is_attribute(const neph_image *image, const char *name, const char *
 
 /* A picture that a time limit cut is finished as well: another run would do no better. */
 static neph_result check_picture(const np_plan *plan, const char *path, bool *out_is_done) {
-  const neph_render_desc *d = &plan->desc;
+  const neph_render_desc *d = &plan->request.desc;
   np_image_exr_info info;
   neph_image *image = NULL;
   char tile[32] = "";
-  neph_result result = np_image_read_exr_header(plan->context, path, &info, &image);
+  neph_result result = np_image_read_exr_header(plan->request.context, path, &info, &image);
   if (result) return NEPH_OK; /* after a message; it is replaced */
   if (d->tile_count > 1) np_print(tile, sizeof tile, "%u/%u", d->tile_index + 1, d->tile_count);
   *out_is_done = is_attribute(image, NP_SCENE_HASH, plan->hash) && is_attribute(image, NP_HEADER_TILE, tile) &&
@@ -44,13 +44,14 @@ static neph_result refuse_part(np_part_fault *fault, const char *path) {
 
 static neph_result check_part(const np_plan *plan, const char *path, bool *out_is_done) {
   np_part_file *file;
-  np_part_fault fault = {.context = plan->context};
-  if (!np_part_file_open(plan->context, path, &fault, &file)) return refuse_part(&fault, path);
+  np_part_fault fault = {.context = plan->request.context};
+  if (!np_part_file_open(plan->request.context, path, &fault, &file)) return refuse_part(&fault, path);
   const np_part_header *h = np_part_file_get_header(file);
   const np_part_grid grid = np_part_grid_make(h);
-  *out_is_done = !strcmp(h->hash, plan->hash) && !memcmp(h->min, plan->window_min, sizeof h->min) &&
-                 !memcmp(h->max, plan->window_max, sizeof h->max) && h->sample_begin == plan->desc.sample_begin &&
-                 h->sample_end == plan->desc.sample_end && np_part_file_count_tiles(file) == np_part_grid_count(&grid);
+  *out_is_done = !strcmp(h->hash, plan->hash) && !memcmp(h->min, plan->request.window_min, sizeof h->min) &&
+                 !memcmp(h->max, plan->request.window_max, sizeof h->max) &&
+                 h->sample_begin == plan->request.desc.sample_begin && h->sample_end == plan->request.desc.sample_end &&
+                 np_part_file_count_tiles(file) == np_part_grid_count(&grid);
   np_part_file_close(file);
   return NEPH_OK;
 }
@@ -58,9 +59,9 @@ static neph_result check_part(const np_plan *plan, const char *path, bool *out_i
 static neph_result check_file(const neph_scene *scene, np_plan *plan, np_input_store *store, const char *path,
                               bool *out_is_done) {
   neph_result result = np_plan_fit_memory(scene, plan, store);
-  if (!result) result = np_scene_hash_compute(scene, &plan->desc, plan->savings, plan->hash);
+  if (!result) result = np_plan_compute_hash(scene, plan);
   if (result || !*plan->hash) return result;
-  return plan->desc.part_path ? check_part(plan, path, out_is_done) : check_picture(plan, path, out_is_done);
+  return plan->request.desc.part_path ? check_part(plan, path, out_is_done) : check_picture(plan, path, out_is_done);
 }
 
 neph_result neph_render_is_done(const neph_scene *scene, const neph_render_desc *desc, const char *path,
@@ -68,12 +69,12 @@ neph_result neph_render_is_done(const neph_scene *scene, const neph_render_desc 
   if (NP_LACKS(NP_CONTEXT_OF(scene), path, out_is_done)) return NEPH_ERROR_INVALID_ARGUMENT;
   *out_is_done = false;
   neph_scene at;
-  np_plan *plan;
+  np_plan plan;
   np_input_store store = {.references = NULL};
-  neph_result result = np_plan_create_frame(scene, desc, &at, &plan);
-  if (!result && np_file_exists(path)) result = check_file(&at, plan, &store, path, out_is_done);
+  neph_result result = np_plan_make_frame(scene, desc, &at, &plan);
+  if (!result && np_file_exists(path)) result = check_file(&at, &plan, &store, path, out_is_done);
   np_input_store_clear(scene->context, &store);
-  np_plan_destroy(scene->context, plan);
+  np_plan_clear(&plan);
   np_scene_eval_clear(&at);
   return result;
 }

@@ -23,7 +23,7 @@ static const double noise_over_bias = 0.5;
 
 /* ---- Keys that are searched ---- */
 
-/* From the cheapest. */
+/* Candidates, the cheapest first. */
 static const struct {
   const char *quality, *integrator;
 } candidates[] = {{"draft", "march"}, {"preview", "march"}, {"final", "march"}, {"final", "path"}};
@@ -57,7 +57,7 @@ typedef struct choice {
   neph_scene *scene;
   const neph_render_desc *desc; /* the caller's: picture, target and limit */
   bool is_quality_open, is_integrator_open, are_samples_open;
-  np_plan *plan; /* plan of the settings considered last */
+  np_plan plan; /* plan of the settings considered last */
   np_input_store *store;
   neph_effort best;
 } choice;
@@ -67,35 +67,37 @@ static neph_result make_plan(choice *c) {
   neph_result result = neph_scene_get_render_desc(c->scene, &own);
   all.integrator = own.integrator;
   all.sample_count = own.sample_count;
-  if (!result) result = np_plan_make(c->scene, &all, c->plan);
-  return result ? result : np_plan_measure_fill(c->scene, c->plan, c->store);
+  np_plan_clear(&c->plan);
+  if (!result) result = np_plan_make(c->scene, &all, &c->plan);
+  return result ? result : np_plan_measure_fill(c->scene, &c->plan, c->store);
 }
 
 /* Samples a pixel: what a target takes, or what is worth taking; no more than fit into the limit. */
 static double count_samples(const choice *c, double fixed_s, double one_s) {
-  const np_plan *plan = c->plan;
+  const np_plan *plan = &c->plan;
   const double limit_s = limit_share * c->desc->time_limit_s;
-  double wanted = plan->sample_mean;
+  double wanted = plan->forecast.sample_mean;
   if (!c->are_samples_open) return wanted;
   if (!isfinite(c->desc->target_error))
-    wanted = fmax(wanted, np_plan_count_samples(plan, noise_over_bias * plan->bias));
-  return fmax(fmin(fmin(wanted, (limit_s - fixed_s) / one_s), plan->desc.sample_count_max), 1.0);
+    wanted = fmax(wanted, np_plan_count_samples(plan, noise_over_bias * plan->forecast.bias));
+  return fmax(fmin(fmin(wanted, (limit_s - fixed_s) / one_s), plan->request.desc.sample_count_max), 1.0);
 }
 
 static neph_result predict(choice *c, neph_effort *out) {
   neph_result result = make_plan(c);
   double bytes = 0.0;
-  if (!result) result = np_plan_predict_memory(c->scene, c->plan, &bytes);
+  if (!result) result = np_plan_predict_memory(c->scene, &c->plan, &bytes);
   if (result) return result;
-  const np_plan *plan = c->plan;
-  const double core_s = np_plan_get_core_s(plan), all_s = np_stages_count_cost(plan).seconds;
-  const double sampled_s = plan->stages[NP_STAGE_INTEGRATOR].cost.seconds, one_s = sampled_s / plan->sample_mean;
-  out->integrator = plan->desc.integrator;
+  const np_plan *plan = &c->plan;
+  const double core_s = np_plan_get_core_s(plan), all_s = np_forecast_sum(&plan->forecast).seconds;
+  const double sampled_s = plan->forecast.stages[NP_STAGE_INTEGRATOR].cost.seconds,
+               one_s = sampled_s / plan->forecast.sample_mean;
+  out->integrator = plan->request.desc.integrator;
   out->samples = count_samples(c, core_s * (all_s - sampled_s), core_s * one_s);
   out->cpu_seconds = all_s - sampled_s + out->samples * one_s;
   out->seconds = core_s * out->cpu_seconds;
   out->bytes = (uint64_t)bytes;
-  out->bias = plan->bias;
+  out->bias = plan->forecast.bias;
   out->noise = np_plan_get_noise(plan, out->samples);
   out->error = hypot(out->noise, out->bias);
   return NEPH_OK;
@@ -160,7 +162,8 @@ static neph_result choose_value(choice *c, size_t key) {
   char path[48];
   const char *best = NULL;
   np_print(path, sizeof path, "%s.%s", keys[key].section, keys[key].name);
-  if (is_given(c->scene, keys[key].section, keys[key].name) || !np_plan_needs(c->plan, keys[key].stage)) return NEPH_OK;
+  if (is_given(c->scene, keys[key].section, keys[key].name) || !np_plan_needs(&c->plan, keys[key].stage))
+    return NEPH_OK;
   np_node *before = np_node_copy(c->scene->context, np_scene_get_source(c->scene));
   neph_result result = before ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
   for (int v = 0; v < VALUES_MAX && keys[key].values[v] && !result; v++) {
@@ -226,18 +229,18 @@ neph_result np_effort_choose(neph_scene *scene, const neph_render_desc *desc, np
   const neph_render_desc own = wanted;
   if (!result) result = np_desc_read(scene->context, "neph_render_desc", &own, sizeof own, desc, &wanted);
   if (result) return result;
-  const bool is_asked = isfinite(wanted.target_error) || isfinite(wanted.time_limit_s);
-  const bool is_open = is_asked && !is_given(scene, "render", "quality");
+  const bool has_goal = isfinite(wanted.target_error) || isfinite(wanted.time_limit_s);
+  const bool is_open = has_goal && !is_given(scene, "render", "quality");
   choice c = {.scene = scene,
-              .plan = np_plan_allocate(scene->context),
+              .plan.request.context = scene->context,
               .desc = &wanted,
               .store = store,
               .is_quality_open = is_open,
               .is_integrator_open = is_open && !is_given(scene, "render", "integrator"),
-              .are_samples_open = is_asked && !is_given(scene, "render", "samples"),
+              .are_samples_open = has_goal && !is_given(scene, "render", "samples"),
               .best = NEPH_EFFORT_DEFAULT};
-  result = c.plan ? choose(&c) : NEPH_ERROR_OUT_OF_MEMORY;
-  np_plan_destroy(scene->context, c.plan);
+  result = choose(&c);
+  np_plan_clear(&c.plan);
   if (result) return result;
   if (!c.is_quality_open) c.best.quality = NULL;
   report(&c, &c.best);

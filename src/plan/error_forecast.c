@@ -48,16 +48,16 @@ double np_bias_of_method(neph_multiple_scattering method, double cover) { return
 
 /* ---- Stages ---- */
 
-/* Cover of clouds that nobody has seen yet. */
+/* Cover assumed before clouds are built. */
 static const double usual_cover = 0.3;
 
-static bool is_march(const np_plan *plan) { return plan->desc.integrator == NEPH_INTEGRATOR_MARCH; }
+static bool is_march(const np_plan *plan) { return plan->request.desc.integrator == NEPH_INTEGRATOR_MARCH; }
 
 static bool has_clouds(const np_plan *plan) { return np_plan_needs(plan, NP_STAGE_VOLUMES); }
 
 double np_stage_expect_atmosphere(const np_plan *plan, const neph_scene *scene) {
   const double excess = fmax(scene->atmosphere.tolerance - NP_SKY_TOLERANCE_DEFAULT, 0.0);
-  if (!is_march(plan) && (!np_plan_has_air_light(plan) || np_plan_traces_air(plan))) return 0.0;
+  if (!is_march(plan) && (!np_plan_has_air_light(plan) || np_request_traces_air(&plan->request))) return 0.0;
   return hypot(has_clouds(plan) || !is_march(plan) ? np_bias_terms.air : np_bias_terms.clear_air,
                tables_share * excess);
 }
@@ -69,14 +69,14 @@ double np_stage_expect_ordinates(const np_plan *plan, const neph_scene *scene) {
     const double *own = scene->clouds[i].albedo;
     albedo = fmax(albedo, (own[0] + own[1] + own[2]) / 3.0);
   }
-  if (plan->has_sun && plan->are_lights_known) sine = plan->lights.to_sun.z;
-  return hypot(np_bias_of_cells(plan->light_error, albedo, sine),
+  if (plan->decisions.has_sun && plan->decisions.are_lights_known) sine = plan->decisions.lights.to_sun.z;
+  return hypot(np_bias_of_cells(plan->decisions.cells.error, albedo, sine),
                np_bias_of_solution((unsigned)scene->render.light_degree, scene->render.light_residual));
 }
 
 double np_stage_expect_approximation(const np_plan *plan, const neph_scene *scene) {
   (void)scene;
-  return np_bias_of_method(plan->desc.multiple_scattering, usual_cover);
+  return np_bias_of_method(plan->request.desc.multiple_scattering, usual_cover);
 }
 
 double np_stage_expect_emission(const np_plan *plan, const neph_scene *scene) {
@@ -96,18 +96,19 @@ static bool is_of_file(const np_scene_cloud *cloud) { return cloud->vdb && !clou
 /* Clouds whose voxels are coarser than the scene's err by that. */
 double np_stage_expect_volumes(const np_plan *plan, const neph_scene *scene) {
   double factor = 1.0;
-  for (unsigned i = 0; i < scene->cloud_count && plan->are_coarse; i++)
+  for (unsigned i = 0; i < scene->cloud_count && plan->savings.are_coarse; i++)
     if (is_of_file(&scene->clouds[i])) factor = 2.0;
   for (unsigned i = 0; i < scene->cloud_count; i++)
-    if (np_plan_is_coarsened(plan, scene, &scene->clouds[i]))
-      factor = fmax(factor, np_plan_get_bake(plan, scene, &scene->clouds[i]).voxel_m / scene->clouds[i].bake.voxel_m);
+    if (np_plan_is_coarsened(&plan->request, scene, &scene->clouds[i]))
+      factor = fmax(factor,
+                    np_plan_get_bake(&plan->request, scene, &scene->clouds[i]).voxel_m / scene->clouds[i].bake.voxel_m);
   return factor > 1.0 ? voxels_bias * pow(0.5 * factor, voxels_order) : 0.0;
 }
 
 /* Steps, and light that is scattered more than once where nothing stands for it. */
 double np_stage_expect_integrator(const np_plan *plan, const neph_scene *scene) {
   if (!is_march(plan) || !has_clouds(plan)) return 0.0;
-  const bool has_none = plan->desc.multiple_scattering == NEPH_MULTIPLE_SCATTERING_NONE;
+  const bool has_none = plan->request.desc.multiple_scattering == NEPH_MULTIPLE_SCATTERING_NONE;
   const double none = has_none ? np_bias_of_method(NEPH_MULTIPLE_SCATTERING_NONE, usual_cover) : 0.0;
   return hypot(np_bias_terms.steps * scene->render.tolerance, none);
 }
@@ -131,7 +132,7 @@ static const double adaptive_share = 0.45, adaptive_path_share = 0.75;
 static const double noise_share_min = 0.5;
 
 static double get_noise_of_one(const np_plan *plan) {
-  const double edges = pow(usual_pixels / plan->desc.width, edges_exponent);
+  const double edges = pow(usual_pixels / plan->request.desc.width, edges_exponent);
   if (is_march(plan)) return edges * (has_clouds(plan) ? march_noise : clear_march_noise);
   return has_clouds(plan) ? path_noise : clear_path_noise;
 }
@@ -139,7 +140,7 @@ static double get_noise_of_one(const np_plan *plan) {
 static double get_exponent(const np_plan *plan) { return is_march(plan) ? march_exponent : path_exponent; }
 
 static double get_share(const np_plan *plan) {
-  if (!isfinite(plan->desc.target_error)) return 1.0;
+  if (!isfinite(plan->request.desc.target_error)) return 1.0;
   return is_march(plan) ? adaptive_share : adaptive_path_share;
 }
 
@@ -154,15 +155,14 @@ double np_plan_count_samples(const np_plan *plan, double noise) {
 }
 
 double np_plan_choose_noise(const np_plan *plan) {
-  const double target = plan->desc.target_error, bias = plan->bias;
+  const double target = plan->request.desc.target_error, bias = plan->forecast.bias;
   if (!isfinite(target)) return HUGE_VAL;
   return sqrt(fmax(target * target - bias * bias, pow(noise_share_min * target, 2.0)));
 }
 
-void np_plan_predict_noise(np_plan *plan) {
-  const double wanted = np_plan_choose_noise(plan), least = plan->desc.sample_count;
-  plan->sample_mean = (double)plan->ray_count / (double)np_plan_count_pixels(plan);
-  if (isfinite(wanted))
-    plan->sample_mean = fmin(fmax(np_plan_count_samples(plan, wanted), least), plan->desc.sample_count_max);
-  plan->noise = np_plan_get_noise(plan, plan->sample_mean);
+double np_plan_choose_samples(const np_plan *plan) {
+  const np_request *r = &plan->request;
+  const double noise = np_plan_choose_noise(plan);
+  if (!isfinite(noise)) return (double)r->ray_count / (double)np_request_count_pixels(r);
+  return fmin(fmax(np_plan_count_samples(plan, noise), r->desc.sample_count), r->desc.sample_count_max);
 }

@@ -4,7 +4,7 @@
 #ifndef NP_PLAN_ERROR_FORECAST_H
 #define NP_PLAN_ERROR_FORECAST_H
 
-#include "plan/plan_stages.h"
+#include "plan/plan_parts.h"
 
 /* Terms that the estimate of a finished picture shares (bias_model.h). */
 typedef struct np_bias_term_table {
@@ -15,17 +15,15 @@ typedef struct np_bias_term_table {
 
 extern const np_bias_term_table np_bias_terms;
 
-/* By the error that a solution expects of its cells, the clouds' albedo, and the sine of the light's elevation. */
+/* The bias for the error that a solution expects of its cells, the clouds' albedo, and the sine of the light's
+ * elevation. */
 double np_bias_of_cells(double cell_error, double albedo, double sine);
 
-/* By the degree of a solution of the multiple scattering, and the residual that was left. */
+/* The bias for the degree of a solution of the multiple scattering and its final residual. */
 double np_bias_of_solution(unsigned degree, double residual);
 
-/* By the mean square of the clouds' opacity. */
+/* The bias for a method, where the mean square of the clouds' opacity is `cover`. */
 double np_bias_of_method(neph_multiple_scattering method, double cover);
-
-/* Predicted noise and samples a pixel of a plan, whose bias is predicted. */
-void np_plan_predict_noise(np_plan *plan);
 
 /* Predicted noise of so many samples a pixel in the mean, and samples for a noise. */
 double np_plan_get_noise(const np_plan *plan, double samples);
@@ -34,5 +32,8 @@ double np_plan_count_samples(const np_plan *plan, double noise);
 /* Noise that the target error of a plan leaves beside its bias, and half of the target at least; infinite: there is no
  * target. */
 double np_plan_choose_noise(const np_plan *plan);
+
+/* Mean samples a pixel that the plan takes: as requested, or as many as that noise takes. */
+double np_plan_choose_samples(const np_plan *plan);
 
 #endif

@@ -10,7 +10,7 @@
 typedef struct np_georeference {
   bool is_applied;    /* the file is in that system */
   char crs[120];      /* its name */
-  np_affine to_world; /* from its coordinates, right at the middle of the cloud's box */
+  np_affine to_world; /* shift of its coordinates, exact at the middle of the cloud's box */
 } np_georeference;
 
 /* Decides by the box of a volume, placed by `file_to_world`: it lies far from the world's origin, and within the raster

@@ -36,6 +36,13 @@ void np_input_store_clear(neph_context *context, np_input_store *store);
 neph_result np_references_get(np_reference **references, const neph_scene *scene, unsigned index,
                               np_reference **out_reference);
 
+/* Whether a file of its sequence gives a cloud's files place or scale. */
+bool np_reference_is_used(const np_scene_cloud *cloud);
+
+/* The reference of such a cloud; NULL: none is in the store, which may be NULL. */
+neph_result np_references_search(const np_input_store *store, const neph_scene *scene, unsigned index,
+                                 const np_reference **out_reference);
+
 /* The file that the scene names, infinite for all of them, else the one that was chosen; false where there is neither
  * yet. */
 bool np_reference_get_number(const np_scene_cloud *cloud, const np_reference *reference, double *out_number);

@@ -1,250 +1,283 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "plan/plan.h"
+#include "plan/inputs.h"
 
+#include <math.h>
 #include <string.h>
 
-#include "atmosphere/sphere_map.h"
-#include "atmosphere/stars.h"
+#include "cloud/shape_desc.h"
 #include "core/alloc.h"
 #include "core/file.h"
-#include "core/frame_name.h"
-#include "image/image_private.h"
-#include "optics/phase_table.h"
+#include "core/hash.h"
+#include "plan/cloud_source.h"
+#include "plan/georeference.h"
 #include "plan/placement.h"
-#include "plan/reference_frame.h"
+#include "plan/plan_choices.h"
+#include "plan/plan_detail.h"
 #include "scene/cloud_file.h"
-#include "terrain/ground_cover.h"
+#include "scene/cloud_places.h"
+#include "volume/volume_levels.h"
 #include "volume/volume_private.h"
 
-/* ---- Tables and pictures ---- */
+/* ---- Voxels ---- */
 
-static neph_result open_phase_table(const neph_scene *scene, const np_scene_cloud *cloud) {
-  np_phase_table table;
-  if (cloud->phase_source.kind != NEPH_PHASE_TABLE) return NEPH_OK;
-  neph_result result = np_phase_table_load(scene->context, cloud->phase_table, &table);
-  if (!result) np_phase_table_clear(&table);
-  return result;
+const np_input_file *np_inputs_get_file(const np_inputs *inputs, unsigned cloud) {
+  static const np_input_file unknown = {.is_known = false};
+  return cloud < inputs->file_count ? &inputs->files[cloud] : &unknown;
 }
 
-static neph_result open_stars(const neph_scene *scene) {
-  if (!scene->stars.is_enabled || !scene->stars.catalogue) return NEPH_OK;
-  np_star_catalogue stars;
-  neph_result result = np_star_catalogue_load(scene->context, scene->stars.catalogue, scene->stars.faintest, &stars);
-  if (!result) np_star_catalogue_clear(&stars);
-  return result;
+unsigned np_inputs_count_levels(const np_inputs *inputs, const neph_scene *scene, const np_scene_cloud *cloud) {
+  if (cloud->is_baked) return cloud->bake.repeat_m > 0.0 ? 1 : cloud->level_count;
+  return np_inputs_get_file(inputs, (unsigned)(cloud - scene->clouds))->level_count;
 }
 
-static neph_result open_picture(const neph_scene *scene, const char *path) {
-  unsigned size[2];
-  return path ? np_image_read_size(scene->context, path, size) : NEPH_OK;
+static void add_cloud_voxels(np_inputs *inputs, double voxels, double coarse_voxels) {
+  inputs->voxels.cloud[0] += voxels;
+  inputs->voxels.cloud[1] += coarse_voxels;
 }
 
-static neph_result open_star_map(const neph_scene *scene) {
-  return scene->stars.map ? np_sphere_map_check(scene->context, "stars.map", scene->stars.map) : NEPH_OK;
-}
+/* Share of voxels twice as long among the former ones: an eighth inside, a quarter along surfaces. */
+static const double coarse_share = 0.2;
 
-static neph_result open_moon_map(const neph_scene *scene) {
-  return scene->moon.map ? np_sphere_map_check(scene->context, "moon.map", scene->moon.map) : NEPH_OK;
-}
-
-static neph_result open_cloud_tables(const neph_scene *scene) {
-  neph_result result = NEPH_OK;
-  for (unsigned i = 0; i < scene->cloud_count && !result; i++) {
-    const np_scene_cloud *cloud = &scene->clouds[i];
-    const bool is_made = cloud->is_baked || cloud->volume;
-    result = open_phase_table(scene, cloud);
-    if (!result && is_made) result = open_picture(scene, cloud->bake.map_file);
-    if (!result && is_made) result = open_picture(scene, cloud->bake.shape.height_map);
+/* Voxels in bricks: a bake's take 0.9 to 1.1 bytes on disk, other files' 1.4 to 3; bricks fill some two fifths of the
+ * box of a bake. Within a limit on memory the finest of several levels goes into the next. */
+static neph_result count_files(neph_context *context, bool is_baked, unsigned levels, const char *file,
+                               np_inputs *inputs) {
+  const double voxels_per_byte = is_baked || levels > 1 ? 1.0 : 0.5;
+  for (unsigned k = 0; k == 0 || k < levels; k++) {
+    char *path = np_volume_name_level(context, file, k);
+    if (!path) return NEPH_ERROR_OUT_OF_MEMORY;
+    const double voxels = voxels_per_byte * (double)np_file_get_size(path);
+    add_cloud_voxels(inputs, voxels, k == 0 ? coarse_share * voxels : voxels);
+    np_alloc_free(context, path);
   }
-  return result;
+  return NEPH_OK;
 }
 
-static neph_result open_terrain(const neph_scene *scene) {
-  const np_terrain_source source = np_scene_terrain_get_source(&scene->terrain);
-  const np_terrain_row *row = &np_terrain_rows[source.kind];
-  const char *image = scene->terrain.albedo_image;
-  const neph_terrain_desc desc = np_scene_terrain_get_desc(&scene->terrain);
-  unsigned size[2];
-  neph_result result = row->check ? row->check(scene->context, &source, &desc, size) : NEPH_OK;
-  if (!result && scene->terrain.mesh_file && !scene->terrain.given)
-    result = np_terrain_check_mesh(scene->context, &desc);
-  return result || !image ? result : np_ground_cover_check_image(scene->context, image);
+static void count_bake(const neph_scene *scene, const np_request *request, const np_scene_cloud *cloud,
+                       np_inputs *inputs) {
+  const np_bake_voxels voxels = np_plan_count_bake_voxels(request, scene, cloud);
+  const double filled = inputs->filled_share * voxels.box;
+  inputs->voxels.baked_box += voxels.box;
+  inputs->voxels.along_billows += inputs->filled_share * voxels.along_billows;
+  add_cloud_voxels(inputs, filled, filled);
 }
 
-/* ---- Clouds ---- */
-
-/* One file of a sequence, or of a cloud. */
-typedef struct cloud_file {
-  const neph_scene *scene;
-  unsigned index;
-  const char *path;
-} cloud_file;
-
-/* A grid of a cloud's emission, which must be there where a key requires it. */
-static neph_result open_field(const cloud_file *file, const char *grid, const char *required_by) {
-  neph_context *context = file->scene->context;
-  np_grid_header header;
-  if (!grid) return NEPH_OK;
-  neph_result result = np_volume_read_field_header(context, file->path, grid, required_by, &header);
-  if (!result && header.state == NP_GRID_EMPTY)
-    np_log(context, NEPH_LOG_WARNING, "%s: grid '%s' is empty: it has no active voxels", file->path, grid);
-  return result;
-}
-
-/* Colours and velocities; those that the scene names must be there. */
-static neph_result open_vectors(const cloud_file *file, const np_file_use *use, bool *out_has_emission) {
-  neph_result result = NEPH_OK;
-  *out_has_emission = false;
-  for (unsigned v = 0; v < use->vector_count && !result; v++) {
-    const np_vector_request *wanted = &use->vectors[v];
-    bool is_found = false;
-    if (wanted->name || wanted->role == NP_VECTOR_EMISSION)
-      result = np_volume_search_vector(file->scene->context, file->path, wanted->role, wanted->name, &is_found);
-    *out_has_emission = *out_has_emission || (is_found && wanted->role == NP_VECTOR_EMISSION);
+static neph_result count_source(const neph_scene *scene, const np_request *request, const np_scene_cloud *cloud,
+                                const np_plan_cloud_file *file, np_inputs *inputs) {
+  if (file->source == NP_CLOUD_SOURCE_FILE)
+    return count_files(request->context, cloud->is_baked, np_inputs_count_levels(inputs, scene, cloud), file->path,
+                       inputs);
+  if (file->source == NP_CLOUD_SOURCE_GIVEN) { /* 8³ voxels a brick */
+    const double voxels = 512.0 * (double)cloud->volume->bricks.brick_count;
+    add_cloud_voxels(inputs, voxels, voxels);
+  } else {
+    count_bake(scene, request, cloud, inputs);
   }
+  return NEPH_OK;
+}
+
+static neph_result count_cloud(const neph_scene *scene, const np_request *request, const np_scene_cloud *cloud,
+                               np_inputs *inputs) {
+  np_plan_cloud_file file;
+  const np_voxel_counts before = inputs->voxels;
+  neph_result result = np_plan_choose_cloud_file(request, scene, cloud, &file);
+  if (!result && !file.is_missing) result = count_source(scene, request, cloud, &file, inputs);
+  if (cloud->detail.is_enabled && cloud->detail.strength > 0.0)
+    for (int k = 0; k < 2; k++) inputs->voxels.detailed[k] += inputs->voxels.cloud[k] - before.cloud[k];
+  np_alloc_free(request->context, file.path);
   return result;
 }
 
-static neph_result open_fields(const cloud_file *file) {
-  const np_scene_cloud *cloud = &file->scene->clouds[file->index];
-  const np_scene_emission *emission = &cloud->emission;
-  const np_file_use use = np_cloud_file_describe_use(file->scene, cloud);
-  bool has_colors;
-  neph_result result = open_vectors(file, &use, &has_colors);
-  const bool is_temperature_required = emission->temperature || !has_colors;
-  if (!result) result = open_field(file, use.fields[0], is_temperature_required ? NP_TEMPERATURE_KEY : NULL);
-  return result ? result : open_field(file, use.fields[1], emission->flame ? NP_FLAME_KEY : NULL);
-}
-
-static neph_result open_density(const cloud_file *file, np_grid_state *out_state) {
-  const np_scene_cloud *cloud = &file->scene->clouds[file->index];
-  neph_result result = np_scene_check_cloud_file(file->scene, file->index, file->path);
-  const neph_volume_load_desc load = np_cloud_file_describe_load(cloud);
-  const char *sequence = np_cloud_file_get_sequence(cloud);
-  np_grid_header header = {.state = *out_state};
-  if (!result) result = np_volume_read_header(file->scene->context, file->path, &load, sequence, &header);
-  *out_state = header.state;
-  if (!result && header.state == NP_GRID_FILLED)
-    result = np_scene_check_cloud_unit(file->scene, file->index, file->path, header.extinction_per_value);
-  if (!result && header.state == NP_GRID_MISSING)
-    np_volume_warn_of_absence(file->scene->context, cloud->name, file->path, &load, sequence);
-  if (!result && *out_state == NP_GRID_EMPTY)
-    np_log(file->scene->context, NEPH_LOG_WARNING, "%s: cloud %s is empty: its grid has no active voxels", file->path,
-           cloud->name);
+static neph_result count_voxels(const neph_scene *scene, const np_request *request, np_inputs *inputs) {
+  neph_result result = NEPH_OK;
+  inputs->voxels = (np_voxel_counts){.baked_box = 0.0};
+  for (unsigned i = 0; i < scene->cloud_count && !request->is_sky_alone && !result; i++)
+    result = count_cloud(scene, request, &scene->clouds[i], inputs);
   return result;
 }
 
-/* Opens the file of the frame; none of a sequence is as good as an empty one. */
-static neph_result open_frame(const neph_scene *scene, unsigned index, int frame, double *out_number,
-                              np_grid_state *out_state) {
-  const np_scene_cloud *cloud = &scene->clouds[index];
-  np_cloud_file of_frame;
-  *out_state = NP_GRID_EMPTY;
-  neph_result result = np_cloud_file_get(scene->context, cloud, frame, &of_frame);
-  if (!result && !of_frame.path) np_cloud_file_warn(scene->context, cloud, frame, &of_frame);
-  const cloud_file file = {scene, index, of_frame.path};
-  if (!result && file.path) result = open_density(&file, out_state);
-  if (!result && file.path) result = open_fields(&file);
-  np_alloc_free(scene->context, of_frame.path);
-  *out_number = of_frame.number;
-  return result;
+neph_result np_inputs_make(const neph_scene *scene, const np_request *request, np_inputs *out_inputs) {
+  *out_inputs = (np_inputs){.filled_share = 0.4};
+  return count_voxels(scene, request, out_inputs);
 }
 
-neph_result np_inputs_open_cloud(const neph_scene *scene, unsigned index, int frame) {
-  np_grid_state state;
-  double number;
-  return scene->clouds[index].is_baked ? NEPH_OK : open_frame(scene, index, frame, &number, &state);
+void np_inputs_clear(neph_context *context, np_inputs *inputs) {
+  np_alloc_free(context, inputs->files);
+  *inputs = (np_inputs){.files = NULL};
 }
 
-static neph_result open_reference(const neph_scene *scene, unsigned index) {
-  char *path = np_frame_name_make(scene->context, scene->clouds[index].vdb, scene->clouds[index].reference_frame);
-  const cloud_file file = {scene, index, path};
-  np_grid_state state = NP_GRID_EMPTY;
-  neph_result result = path ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
-  if (!result && !np_file_exists(path))
-    result = np_fail(scene->context, NEPH_ERROR_NOT_FOUND,
-                     "clouds[%u].reference_frame is %.10g, must be the number of a file that is there: %s is not",
-                     index, scene->clouds[index].reference_frame, path);
-  if (!result) result = open_density(&file, &state);
-  np_alloc_free(scene->context, path);
-  if (result || state == NP_GRID_FILLED) return result;
-  return np_reference_frame_fail_empty(scene, index, scene->clouds[index].reference_frame);
-}
+/* ---- Bakes ---- */
 
-/* Whether a file of its sequence gives all others place or scale. */
-static bool has_reference(const np_scene_cloud *cloud) {
-  return np_scene_cloud_is_sequence(cloud) && np_placement_needs_reference(cloud);
-}
+/* Voxels of a trial bake: a tenth of a second or less. */
+static const double trial_voxels = 4e5;
 
-static bool is_reference_given(const np_scene_cloud *cloud) {
-  return cloud->has_reference_frame || np_scene_cloud_goes_by_all(cloud);
-}
-
-void neph_scene_warn_of_tasks(const neph_scene *scene) {
-  for (unsigned i = 0; scene && i < scene->cloud_count; i++)
-    if (has_reference(&scene->clouds[i]) && !is_reference_given(&scene->clouds[i]))
-      np_log(scene->context, NEPH_LOG_WARNING,
-             "cloud %s: each task places and scales its sequence by the first of its own frames that holds anything, "
-             "unless clouds[%u].reference_frame is a frame, or all",
-             scene->clouds[i].name, i);
-}
-
-/* A frame rendered by another task may go by another file. */
-static void warn_of_choice(const neph_scene *scene, unsigned index, np_reference *reference) {
-  const np_scene_cloud *cloud = &scene->clouds[index];
-  if (is_reference_given(cloud) || !reference->has_frame || reference->is_told) return;
-  reference->is_told = true;
-  np_log(scene->context, NEPH_LOG_WARNING,
-         "cloud %s: frame %.10g, the first asked for that holds anything, places and scales all of its sequence: tasks "
-         "that begin with another frame will place it otherwise, unless clouds[%u].reference_frame is a frame, or all",
-         cloud->name, reference->number, index);
-}
-
-/* The file that a sequence goes by, told by the headers; none as long as all of those asked for are empty. `filled` is
- * the number of the frame's own; NULL: it is empty. */
-static neph_result note_reference(const neph_scene *scene, unsigned index, const double *filled, np_plan *plan,
-                                  np_input_store *store) {
-  const np_scene_cloud *cloud = &scene->clouds[index];
-  if (!has_reference(cloud)) return NEPH_OK;
-  np_reference *reference;
-  neph_result result = np_references_get(&store->references, scene, index, &reference);
+/* A cloud's box in voxels of its own, and those of them that hold cloud, by a trial. */
+static neph_result measure_bake(const neph_scene *scene, const np_request *request, const np_scene_cloud *cloud,
+                                double *box_voxels, double *filled_voxels) {
+  neph_cloud_desc bake = np_plan_get_bake(request, scene, cloud);
+  neph_bake_desc desc = NEPH_BAKE_DESC_DEFAULT;
+  neph_volume_info info = NEPH_VOLUME_INFO_DEFAULT;
+  neph_volume *volume;
+  const double own_m = bake.voxel_m, volume_m3 = bake.extent_m[0] * bake.extent_m[1] * bake.thickness_m;
+  bake.voxel_m = cbrt(volume_m3 / trial_voxels);
+  desc.planet_radius_m = scene->atmosphere.planet_radius_m;
+  neph_result result = neph_cloud_bake(scene->context, &bake, &desc, &volume);
+  if (!result) result = neph_volume_get_info(volume, &info);
+  neph_volume_release(volume);
   if (result) return result;
-  if (!reference->has_frame && filled) {
-    reference->has_frame = true;
-    reference->number = *filled;
-  }
-  warn_of_choice(scene, index, reference);
-  np_plan_reference *note = &plan->references[plan->reference_count++];
-  note->cloud = cloud->name;
-  note->is_known = np_reference_get_number(cloud, reference, &note->number);
-  return cloud->has_reference_frame ? open_reference(scene, index) : NEPH_OK;
+  *box_voxels += volume_m3 / pow(own_m, 3.0);
+  *filled_voxels += (double)info.active_voxel_count * pow(bake.voxel_m / own_m, 3.0);
+  return NEPH_OK;
 }
 
-static neph_result open_cloud(const neph_scene *scene, unsigned index, np_plan *plan, np_input_store *store) {
-  const np_scene_cloud *cloud = &scene->clouds[index];
-  np_grid_state state;
-  double number;
-  if (cloud->is_baked || cloud->volume) return NEPH_OK;
-  const neph_result result = open_frame(scene, index, plan->desc.frame, &number, &state);
-  return result ? result : note_reference(scene, index, state == NP_GRID_FILLED ? &number : NULL, plan, store);
+/* All that the trials depend on: the frame's bakes, whatever their voxels. */
+static neph_result compute_key(const neph_scene *scene, const np_request *request, char out_key[33]) {
+  np_hash *hash = np_hash_create(scene->context);
+  for (unsigned i = 0; hash && i < scene->cloud_count; i++) {
+    if (!scene->clouds[i].is_baked) continue;
+    neph_cloud_desc bake = np_scene_cloud_get_frame(&scene->clouds[i], request->desc.frame);
+    np_hash_add_file(hash, bake.map_file);
+    np_shape_add_hash(hash, &bake.shape);
+    for (int m = 0; m < NEPH_CLOUD_MAP_QUANTITY_COUNT; m++) {
+      np_hash_add_text(hash, bake.map_channels[m]);
+      bake.map_channels[m] = NULL;
+    }
+    bake.map_file = bake.name = NULL;
+    NP_HASH_ADD(hash, bake);
+  }
+  return np_hash_finish(hash, out_key);
 }
 
-/* ---- All ---- */
+static neph_result measure(const neph_scene *scene, const np_request *request, double *out_share) {
+  double box_voxels = 0.0, filled_voxels = 0.0;
+  neph_result result = NEPH_OK;
+  for (unsigned i = 0; !result && i < scene->cloud_count; i++)
+    if (scene->clouds[i].is_baked)
+      result = measure_bake(scene, request, &scene->clouds[i], &box_voxels, &filled_voxels);
+  if (!result && box_voxels > 0.0) *out_share = np_plan_get_cell_share(fmin(filled_voxels / box_voxels, 1.0));
+  return result;
+}
 
-static neph_result (*const openers[])(const neph_scene *scene) = {open_terrain, open_stars, open_star_map,
-                                                                  open_moon_map, open_cloud_tables};
+/* ---- Files ---- */
 
-/* Opens all, whatever fails, so that everything is told at once; but what is not there is told once. */
-neph_result np_inputs_open(const neph_scene *scene, np_plan *plan, np_input_store *store) {
-  neph_result first = neph_scene_check_files(scene);
-  const bool are_there = !first;
-  for (size_t i = 0; i < sizeof openers / sizeof *openers && are_there; i++) {
-    const neph_result result = openers[i](scene);
-    if (!first) first = result;
+/* A file's box is as its writer had it: of any numbers. */
+static int32_t count_between(int32_t first, int32_t last) {
+  const int64_t count = (int64_t)last - first + 1;
+  return count < 0 ? 0 : count > INT32_MAX ? INT32_MAX : (int32_t)count;
+}
+
+/* World box of a file's grid, placed by the grid's own box whatever frame the scene refers to. */
+static neph_result place_box(const neph_scene *scene, const np_scene_cloud *cloud, const np_grid_header *header,
+                             np_input_file *out) {
+  neph_volume outline = {.index_to_world = header->index_to_world};
+  memcpy(outline.active_min, header->active_min, sizeof outline.active_min);
+  memcpy(outline.active_max, header->active_max, sizeof outline.active_max);
+  np_scene_cloud hollow = *cloud;
+  hollow.density_unit = NP_DENSITY_EXTINCTION; /* whatever its optical depth */
+  np_anchor anchor;
+  np_georeference georeference;
+  neph_result result = np_placement_anchor(&hollow, &outline, NULL, &anchor);
+  if (!result) result = np_georeference_apply(scene, cloud, &outline, &anchor.file_to_world, &georeference);
+  out->index_to_world = np_affine_compose(&anchor.file_to_world, &outline.index_to_world);
+  np_placement_compute_bounds(&out->index_to_world, &outline, &out->low, &out->high);
+  for (int a = 0; a < 3; a++) out->size[a] = count_between(header->active_min[a], header->active_max[a]);
+  out->voxel_count = header->voxel_count;
+  out->extinction_per_value = header->extinction_per_value;
+  out->level_count = header->level_count;
+  out->is_known = !result && header->voxel_count > 0.0;
+  return result;
+}
+
+/* Copies may be no larger than a few cells: one counts beyond a box on each side, and one that it begins in. */
+static double count_copied_cells(const neph_scene *scene, const np_request *request, const np_scene_cloud *cloud,
+                                 np_dvec3 low, np_dvec3 high) {
+  static const double beside = 3.0;
+  double cells = 0.0;
+  for (unsigned i = 0; i < cloud->place_count; i++) {
+    np_dvec3 own_low, own_high;
+    np_cloud_place_move_box(&cloud->place[i], low, high, &own_low, &own_high);
+    const np_dvec3 size = np_dvec3_subtract(own_high, own_low);
+    const double edge_m = np_plan_get_light_edge(request, scene, own_low, own_high);
+    cells += (size.x / edge_m + beside) * (size.y / edge_m + beside) * (size.z / edge_m + beside);
   }
-  for (unsigned i = 0; i < scene->cloud_count; i++) {
-    const neph_result result = open_cloud(scene, i, plan, store);
-    if (!first) first = result;
+  return cells;
+}
+
+static neph_result read_header(const neph_scene *scene, const np_request *request, const np_scene_cloud *cloud,
+                               np_input_file *out) {
+  const neph_volume_load_desc load = np_cloud_file_describe_load(cloud);
+  np_cloud_file file;
+  np_grid_header header = {.has_box = false};
+  bool has_colors = false;
+  *out = (np_input_file){.is_known = false};
+  neph_result result = np_cloud_file_get(scene->context, cloud, request->desc.frame, &file);
+  const bool is_there = file.path && np_file_exists(file.path); /* else opening says that it is not */
+  if (!result && is_there)
+    result = np_volume_read_header(scene->context, file.path, &load, np_cloud_file_get_sequence(cloud), &header);
+  if (!result && is_there && !np_scene_is_none(cloud->color))
+    result = np_volume_search_vector(scene->context, file.path, NP_VECTOR_COLOR, cloud->color, &has_colors);
+  np_alloc_free(scene->context, file.path);
+  if (result || !header.has_box || header.state != NP_GRID_FILLED) return result;
+  out->has_colors = has_colors;
+  return place_box(scene, cloud, &header, out);
+}
+
+static double count_file_cells(const neph_scene *scene, const np_request *request, const np_scene_cloud *cloud,
+                               const np_input_file *file) {
+  if (cloud->place_count > 0) return count_copied_cells(scene, request, cloud, file->low, file->high);
+  const np_dvec3 size = np_dvec3_subtract(file->high, file->low);
+  return size.x * size.y * size.z / pow(np_plan_get_light_edge(request, scene, file->low, file->high), 3.0);
+}
+
+/* Share of the picture's rays that meet the clouds of files: the rays that meet the box of each, times the share of its
+ * shadow that a cloud fills, with as much of it along each axis. 0 where there are other clouds, or copies. */
+static double measure_cover(const neph_scene *scene, const np_request *request, const np_inputs *inputs) {
+  const double all = (double)request->desc.width * request->desc.height * request->desc.sample_count;
+  double clear = 1.0;
+  for (unsigned i = 0; i < inputs->file_count; i++) {
+    const np_input_file *file = &inputs->files[i];
+    if (!file->is_known || scene->clouds[i].place_count > 0) return 0.0;
+    const double voxels = file->voxel_count / ((double)file->size[0] * file->size[1] * file->size[2]);
+    const double met = np_plan_count_rays_to(request, scene, file->low, file->high) / all;
+    clear *= 1.0 - met * pow(fmin(voxels, 1.0), 2.0 / 3.0);
   }
-  return first;
+  return 1.0 - clear;
+}
+
+/* Reads headers, and counts the cells where a picture's pixels limit them. */
+static neph_result measure_files(const neph_scene *scene, const np_request *request, np_inputs *inputs) {
+  const bool is_limited = np_plan_get_light_detail(scene) > 0.0;
+  neph_result result = NEPH_OK;
+  inputs->files = np_alloc(scene->context, scene->cloud_count, sizeof *inputs->files);
+  if (!inputs->files) return NEPH_ERROR_OUT_OF_MEMORY;
+  inputs->file_count = scene->cloud_count;
+  for (unsigned i = 0; !result && i < inputs->file_count; i++) {
+    const np_scene_cloud *cloud = &scene->clouds[i];
+    np_input_file *file = &inputs->files[i];
+    if (!cloud->is_baked && !cloud->volume) result = read_header(scene, request, cloud, file);
+    if (result || !file->is_known) continue;
+    inputs->file_voxel_count += file->voxel_count;
+    if (is_limited) inputs->file_cell_count += count_file_cells(scene, request, cloud, file);
+  }
+  inputs->file_cover = measure_cover(scene, request, inputs);
+  return result;
+}
+
+/* ---- Both ---- */
+
+neph_result np_inputs_measure(const neph_scene *scene, const np_request *request, np_input_store *store,
+                              np_inputs *inputs, bool *out_is_changed) {
+  np_stored_fill *stored = &store->fill;
+  np_stored_fill fill = {.share = inputs->filled_share};
+  neph_result result = compute_key(scene, request, fill.key);
+  if (!result && strcmp(fill.key, stored->key)) {
+    result = measure(scene, request, &fill.share);
+    if (!result) *stored = fill;
+  }
+  if (!result) result = measure_files(scene, request, inputs);
+  inputs->is_measured = true;
+  *out_is_changed = !result && (stored->share != inputs->filled_share || inputs->file_voxel_count > 0.0);
+  if (!*out_is_changed) return result;
+  inputs->filled_share = stored->share;
+  return count_voxels(scene, request, inputs);
 }

@@ -48,12 +48,12 @@ static int floor_to(int frame, int block) {
 /* Whether light can be interpolated at all in the pictures of a plan. */
 static bool is_interpolated(const neph_scene *scene, const np_plan *plan) {
   return scene->render.light_reuse_rad > 0.0 && np_plan_needs(plan, NP_STAGE_ORDINATES) &&
-         plan->desc.integrator == NEPH_INTEGRATOR_MARCH && plan->are_lights_known &&
-         !isfinite(plan->desc.time_limit_s) && np_scene_is_sequence(scene) && !np_scene_has_still_light(scene);
+         plan->request.desc.integrator == NEPH_INTEGRATOR_MARCH && plan->decisions.are_lights_known &&
+         !isfinite(plan->request.desc.time_limit_s) && np_scene_is_sequence(scene) && !np_scene_has_still_light(scene);
 }
 
 neph_result np_light_span_choose(const neph_scene *scene, const np_plan *plan, np_light_span *out) {
-  const int frame = plan->desc.frame;
+  const int frame = plan->request.desc.frame;
   double turn = 0.0, within = 0.0;
   neph_result result = NEPH_OK;
   *out = (np_light_span){.frames = {frame, frame}};

@@ -7,9 +7,14 @@
 #ifndef NP_PLAN_LIGHT_SPAN_H
 #define NP_PLAN_LIGHT_SPAN_H
 
-#include "plan/plan_stages.h"
+#include "plan/plan_parts.h"
 
-/* Chooses for the frame of a plan. Where light is not interpolated, a span of that frame. */
+typedef struct np_light_span {
+  int frames[2]; /* equal: none, the light is solved for in the frame itself */
+  double share;  /* share of the second frame, by the way of the light from one to the other */
+} np_light_span;
+
+/* Chooses the span of a plan's frame. Where light is not interpolated, both frames are that frame. */
 neph_result np_light_span_choose(const neph_scene *scene, const np_plan *plan, np_light_span *out);
 
 #endif

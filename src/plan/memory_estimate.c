@@ -24,13 +24,13 @@ static const double mesh_byte_bytes = 6.0;
 /* Samples along a side that go on beyond the border of a file. */
 static const double margin_samples = 160.0;
 
-/* Heights of a terrain to be made; one that was given is there already. */
+/* Heights of a terrain that will be built; a given one is there already. */
 static neph_result count_heights(const neph_scene *scene, const np_plan *plan, double *out_count) {
   const np_scene_terrain *terrain = &scene->terrain;
   const np_terrain_source source = np_scene_terrain_get_source(terrain);
   const np_terrain_row *row = &np_terrain_rows[terrain->kind];
   unsigned size[2] = {0, 0};
-  if (terrain->kind == NP_TERRAIN_RIDGES) size[0] = size[1] = np_plan_get_ridges(plan, scene).sample_count;
+  if (terrain->kind == NP_TERRAIN_RIDGES) size[0] = size[1] = np_plan_get_ridges(&plan->request, scene).sample_count;
   neph_result result = row->check ? row->check(scene->context, &source, &terrain->desc, size) : NEPH_OK;
   const bool has_margin = row->check && terrain->desc.edge == NEPH_TERRAIN_EDGE_INFINITE;
   const double margin = has_margin ? margin_samples : 0.0;
@@ -38,7 +38,7 @@ static neph_result count_heights(const neph_scene *scene, const np_plan *plan, d
   return result;
 }
 
-/* With three floats for each texel of a picture of its albedo. */
+/* The terrain's bytes, with three floats for each texel of a picture of its albedo. */
 static neph_result count_terrain_bytes(const neph_scene *scene, const np_plan *plan, double *out_bytes) {
   double heights;
   unsigned size[2] = {0, 0};
@@ -60,14 +60,15 @@ static neph_result estimate(const neph_scene *scene, const np_plan *plan, neph_m
   double terrain;
   neph_result result = count_terrain_bytes(scene, plan, &terrain);
   if (result) return result;
-  const np_plan_stage *stages = plan->stages;
+  const np_stage_forecast *stages = plan->forecast.stages;
   const double film = stages[NP_STAGE_INTEGRATOR].cost.bytes, volumes = stages[NP_STAGE_VOLUMES].cost.bytes;
   const double heights = stages[NP_STAGE_TERRAIN].cost.bytes;
   neph_memory_estimate e = {.struct_size = sizeof e,
                             .program_bytes = (uint64_t)(program_bytes + (has_vdb(scene) ? vdb_bytes : 0.0)),
                             .terrain_bytes = (uint64_t)terrain,
                             .volume_bytes = (uint64_t)volumes,
-                            .light_bytes = (uint64_t)(np_stages_count_cost(plan).bytes - film - volumes - heights),
+                            .light_bytes =
+                                (uint64_t)(np_forecast_sum(&plan->forecast).bytes - film - volumes - heights),
                             .film_bytes = (uint64_t)film};
   e.total_bytes = e.program_bytes + e.terrain_bytes + e.volume_bytes + e.light_bytes + e.film_bytes;
   *out = e;
@@ -85,16 +86,16 @@ neph_result neph_render_estimate_memory(const neph_scene *scene, const neph_rend
                                         neph_memory_estimate *out_estimate) {
   if (NP_LACKS(NP_CONTEXT_OF(scene), out_estimate)) return NEPH_ERROR_INVALID_ARGUMENT;
   neph_scene at;
-  np_plan *plan;
+  np_plan plan;
   neph_memory_estimate e;
   np_input_store store = {.references = NULL};
   neph_result result = np_desc_check_size(scene->context, "neph_memory_estimate", out_estimate, sizeof *out_estimate);
   if (result) return result;
-  result = np_plan_create_frame(scene, desc, &at, &plan);
-  if (!result) result = np_plan_measure_fill(&at, plan, &store);
-  if (!result) result = estimate(&at, plan, &e);
+  result = np_plan_make_frame(scene, desc, &at, &plan);
+  if (!result) result = np_plan_measure_fill(&at, &plan, &store);
+  if (!result) result = estimate(&at, &plan, &e);
   np_input_store_clear(scene->context, &store);
-  np_plan_destroy(scene->context, plan);
+  np_plan_clear(&plan);
   np_scene_eval_clear(&at);
   return result ? result : np_desc_write(scene->context, "neph_memory_estimate", &e, sizeof e, out_estimate);
 }
@@ -115,18 +116,19 @@ static const double light_bytes_min = 1e6;
 
 /* Notes what is given up, and decides anew. */
 static neph_result give_up(const neph_scene *scene, np_plan *plan, const char *what, neph_memory_estimate *e) {
-  const size_t length = strlen(plan->savings);
-  np_print(plan->savings + length, sizeof plan->savings - length, "%s%s", length ? ", and " : "", what);
+  char *text = plan->savings.text;
+  const size_t length = strlen(text);
+  np_print(text + length, sizeof plan->savings.text - length, "%s%s", length ? ", and " : "", what);
   neph_result result = np_plan_revise(scene, plan);
   return result ? result : estimate(scene, plan, e);
 }
 
 static neph_result fit_light(const neph_scene *scene, np_plan *plan, neph_memory_estimate *e) {
-  const double light = plan->stages[NP_STAGE_ORDINATES].cost.bytes;
-  const double left = light - ((double)e->total_bytes - (double)plan->desc.memory_max_bytes);
+  const double light = plan->forecast.stages[NP_STAGE_ORDINATES].cost.bytes;
+  const double left = light - ((double)e->total_bytes - (double)plan->request.desc.memory_max_bytes);
   char text[96];
   if (!(left > fmax(light_share_min * light, light_bytes_min))) return NEPH_OK;
-  plan->light_bytes_max = left;
+  plan->savings.light_bytes_max = left;
   np_print(text, sizeof text, "multiple scattering is solved for on coarser cells, in %.3g of %.3g GB", 1e-9 * left,
            1e-9 * light);
   return give_up(scene, plan, text, e);
@@ -143,8 +145,9 @@ static bool has_file(const neph_scene *scene, bool is_bake_counted) {
 
 static bool has_levels(const neph_scene *scene, const np_plan *plan) {
   bool has = false;
-  for (unsigned i = 0; i < scene->cloud_count && i < NP_INSTANCES_MAX; i++)
-    has = has || (scene->clouds[i].vdb && scene->clouds[i].level_count > 1) || plan->files[i].level_count > 1;
+  for (unsigned i = 0; i < scene->cloud_count; i++)
+    has = has || (scene->clouds[i].vdb && scene->clouds[i].level_count > 1) ||
+          np_inputs_get_file(&plan->inputs, i)->level_count > 1;
   return has;
 }
 
@@ -152,15 +155,15 @@ static const char coarse_files[] = "voxels of files are twice as long",
                   coarse_levels[] = "voxels of files, of levels of detail those of the finest, are twice as long";
 
 static neph_result fit(const neph_scene *scene, np_plan *plan, neph_memory_estimate *e) {
-  const uint64_t allowed = plan->desc.memory_max_bytes;
+  const uint64_t allowed = plan->request.desc.memory_max_bytes;
   neph_result result = NEPH_OK;
   if (e->total_bytes > allowed && has_floats(scene, plan)) {
-    plan->are_halves = true;
+    plan->savings.are_halves = true;
     result = give_up(scene, plan, "volumes are kept in halves instead of floats", e);
   }
   if (!result && e->total_bytes > allowed) result = fit_light(scene, plan, e);
   if (result || e->total_bytes <= allowed || !has_file(scene, true)) return result;
-  plan->are_coarse = true;
+  plan->savings.are_coarse = true;
   result = give_up(scene, plan, has_levels(scene, plan) ? coarse_levels : coarse_files, e);
   return result || e->total_bytes <= allowed ? result : fit_light(scene, plan, e);
 }
@@ -171,19 +174,21 @@ static neph_result refuse(const neph_scene *scene, const np_plan *plan, const ne
       "the render needs about %.3g GB (volumes %.2g, light %.2g, terrain %.2g, picture %.2g), must be at most "
       "%.3g GB: lessen the resolution, enlarge clouds[].bake.voxel, or render in tiles",
       1e-9 * (double)e->total_bytes, 1e-9 * (double)e->volume_bytes, 1e-9 * (double)e->light_bytes,
-      1e-9 * (double)e->terrain_bytes, 1e-9 * (double)e->film_bytes, 1e-9 * (double)plan->desc.memory_max_bytes);
+      1e-9 * (double)e->terrain_bytes, 1e-9 * (double)e->film_bytes,
+      1e-9 * (double)plan->request.desc.memory_max_bytes);
 }
 
 /* A plan within the limit leaves the rest of it to light: clouds of files may turn out denser than their headers say,
  * and cells of light smaller. Bakes are counted before. */
 static void hold_light(const neph_scene *scene, np_plan *plan, const neph_memory_estimate *e) {
   if (!has_file(scene, false)) return;
-  const double rest = (double)plan->desc.memory_max_bytes - (double)e->total_bytes;
-  plan->light_bytes_max = fmin(plan->light_bytes_max, plan->stages[NP_STAGE_ORDINATES].cost.bytes + rest);
+  const double rest = (double)plan->request.desc.memory_max_bytes - (double)e->total_bytes;
+  plan->savings.light_bytes_max =
+      fmin(plan->savings.light_bytes_max, plan->forecast.stages[NP_STAGE_ORDINATES].cost.bytes + rest);
 }
 
 neph_result np_plan_fit_memory(const neph_scene *scene, np_plan *plan, np_input_store *store) {
-  const uint64_t allowed = plan->desc.memory_max_bytes;
+  const uint64_t allowed = plan->request.desc.memory_max_bytes;
   if (allowed == NEPH_MEMORY_UNLIMITED) return NEPH_OK;
   neph_memory_estimate e, least;
   neph_result result = np_plan_measure_fill(scene, plan, store);
@@ -195,6 +200,6 @@ neph_result np_plan_fit_memory(const neph_scene *scene, np_plan *plan, np_input_
   if (result) return result;
   if (least.total_bytes > allowed) return refuse(scene, plan, &e);
   np_log(scene->context, NEPH_LOG_WARNING, "to stay within %.3g GB of memory, %s", 1e-9 * (double)allowed,
-         plan->savings);
+         plan->savings.text);
   return NEPH_OK;
 }

@@ -24,8 +24,8 @@ static neph_result check_samples(neph_context *context, const neph_render_desc *
   return NEPH_OK;
 }
 
-neph_result np_part_check(const neph_scene *scene, const np_plan *plan) {
-  const neph_render_desc *d = &plan->desc;
+neph_result np_part_check(const neph_scene *scene, const np_request *request) {
+  const neph_render_desc *d = &request->desc;
   neph_result result = check_samples(scene->context, d);
   if (result || (!d->part_path && !d->checkpoint_path && !np_part_is_range(d))) return result;
   if (isfinite(d->time_limit_s))
@@ -40,9 +40,9 @@ neph_result np_part_check(const neph_scene *scene, const np_plan *plan) {
 }
 
 neph_result np_part_check_hash(const np_plan *plan) {
-  const neph_render_desc *d = &plan->desc;
+  const neph_render_desc *d = &plan->request.desc;
   if (*plan->hash || (!d->part_path && !d->checkpoint_path)) return NEPH_OK;
-  return np_fail(plan->context, NEPH_ERROR_INVALID_ARGUMENT,
+  return np_fail(plan->request.context, NEPH_ERROR_INVALID_ARGUMENT,
                  "a part or a checkpoint cannot be kept of a scene with a volume, a terrain or an atmosphere that a "
                  "call gave it, which no file describes: name their files, or render without");
 }

@@ -122,10 +122,10 @@ double np_placement_get_extinction(const np_scene_cloud *cloud, double of_file) 
   return cloud->density_value;
 }
 
-/* Extinction of a value of 1. The densest column is measured for who asks for it, or reads the log. */
+/* Extinction of a value of 1. The densest column is measured where the cloud's unit or the log needs it. */
 static neph_result compute_extinction(const np_scene_cloud *cloud, const neph_volume *volume,
                                       const np_affine *index_to_world, np_monitor *monitor, float *out_per_value) {
-  const bool has_levels = np_volume_has_parts(volume, NP_PARTS_OF_CELLS); /* of which a column would be in several */
+  const bool has_levels = np_volume_has_parts(volume, NP_PARTS_OF_CELLS); /* one column would be in several */
   const bool is_told = !has_levels && np_log_is_wanted(volume->context, NEPH_LOG_INFO);
   const bool is_scaled = cloud->density_unit == NP_DENSITY_OPTICAL_DEPTH;
   double extinction = np_placement_get_extinction(cloud, volume->extinction_per_value), column = 0.0;

@@ -42,7 +42,7 @@ double np_placement_get_extinction(const np_scene_cloud *cloud, double of_file);
 bool np_placement_needs_reference(const np_scene_cloud *cloud);
 
 /* Placement of a cloud's files by its keys: up axis, voxel edge, scale, rotation, position; and the extinction that
- * optical_depth asks for. `reference` is the volume that they go by; NULL where they need none. */
+ * optical_depth requires. `reference` is the volume that they go by; NULL where they need none. */
 neph_result np_placement_anchor(const np_scene_cloud *cloud, const neph_volume *reference, np_monitor *monitor,
                                 np_anchor *out_anchor);
 
@@ -61,7 +61,7 @@ typedef struct np_placement_view {
 typedef struct np_placement_fault {
   const char *rule; /* "cloud.out_of_view" */
   char cause[200];  /* behind the cloud's name: "is 3 m across, less than 10 m" */
-  const char *keys; /* by which it is placed */
+  const char *keys; /* placement by the file */
 } np_placement_fault;
 
 enum { NP_PLACEMENT_FAULTS_MAX = 8 };

@@ -3,9 +3,9 @@
  * them. */
 #include <math.h>
 
-#include "core/text.h"
 #include "core/units.h"
 #include "plan/plan_choices.h"
+#include "plan/stage_decisions.h"
 #include "terrain/terrain_private.h"
 
 /* Less of a ray's light than this is not worth the look-ups. */
@@ -39,7 +39,7 @@ static double compute_given_length(const np_scene_cloud *cloud) {
   return np_scene_cloud_get_scale(cloud) * hypot(high[0] - low[0], high[1] - low[1]);
 }
 
-/* As long as the clouds that cast the shadows; of files, which are not read yet, without bound. */
+/* The length of a shadow of clouds, as long as they are; unbounded for files, which are not read yet. */
 static double compute_cloud_shadow(const neph_scene *scene) {
   double length = 0.0;
   for (unsigned i = 0; i < scene->cloud_count; i++) {
@@ -58,42 +58,44 @@ static double get_relief(const np_scene_terrain *terrain) {
   return terrain->kind == NP_TERRAIN_RIDGES ? terrain->ridges.relief_m : relief_unread_m;
 }
 
-/* As long as a summit's on the level. */
+/* The length of a summit's shadow on the level. */
 static double compute_hill_shadow(const neph_scene *scene, double elevation_rad) {
   if (scene->terrain.kind == NP_TERRAIN_NONE) return 0.0;
   return elevation_rad > 0.0 ? get_relief(&scene->terrain) / tan(elevation_rad) : HUGE_VAL;
 }
 
-unsigned np_plan_choose_air_spacing(const np_plan *plan, const neph_scene *scene) {
+unsigned np_plan_choose_air_spacing(const np_request *request, const neph_scene *scene) {
   const np_scene_camera *camera = &scene->camera;
-  const double pixel = np_scene_camera_get_pixel_rad(camera, plan->desc.width, plan->desc.height);
+  const double pixel = np_scene_camera_get_pixel_rad(camera, request->desc.width, request->desc.height);
   const bool is_flat = camera->kind == NEPH_CAMERA_PERSPECTIVE;
   const double least = fmax(scene->render.detail_px, 2.0);
   return (unsigned)fmin(fmax(round((is_flat ? flat_step_rad : round_step_rad) / pixel), least), 1024.0);
 }
 
-bool np_plan_choose_air_shadows(const np_plan *plan, const neph_scene *scene, char *out_reason, size_t reason_size) {
-  const np_air_shadows wanted = scene->render.air_shadows;
-  if (wanted != NP_AIR_SHADOWS_AUTO) {
-    np_print(out_reason, reason_size, "render.air_shadows is %s", wanted == NP_AIR_SHADOWS_TRUE ? "true" : "false");
-    return wanted == NP_AIR_SHADOWS_TRUE;
+void np_stage_choose_air_shadows(np_decision *d, np_stage_decision *out) {
+  const neph_scene *scene = d->scene;
+  const np_decisions *made = d->made;
+  const np_air_shadows given = scene->render.air_shadows;
+  if (given != NP_AIR_SHADOWS_AUTO) {
+    const bool is_true = given == NP_AIR_SHADOWS_TRUE;
+    np_stage_decide(d, out, is_true, "render.air_shadows is %s", is_true ? "true" : "false");
+    return;
   }
-  if (!plan->are_lights_known) {
-    np_print(out_reason, reason_size, "where the sun stands is not known yet: clouds or hills may shade the air");
-    return true;
+  if (!made->are_lights_known) {
+    np_stage_decide(d, out, true, "where the sun stands is not known yet: clouds or hills may shade the air");
+    return;
   }
-  const double up = plan->has_sun ? plan->lights.to_sun.z : plan->lights.moon.direction.z;
+  const double up = made->has_sun ? made->lights.to_sun.z : made->lights.moon.direction.z;
   const double elevation = asin(fmin(fmax(up, -1.0), 1.0));
   if (elevation < elevation_least_rad) {
-    np_print(out_reason, reason_size, "%.1f deg below the horizon the %s shines over clouds and hills",
-             -elevation / NP_DEGREE, plan->has_sun ? "sun" : "moon");
-    return false;
+    np_stage_decide(d, out, false, "%.1f deg below the horizon the %s shines over clouds and hills",
+                    -elevation / NP_DEGREE, made->has_sun ? "sun" : "moon");
+    return;
   }
   const double clouds = compute_cloud_shadow(scene), hills = compute_hill_shadow(scene, elevation);
   const double depth = compute_scattering(&scene->atmosphere) * fmax(clouds, hills);
   const double share = -expm1(-depth);
-  np_print(out_reason, reason_size, "%s may shade air that scatters up to %.2g %% of a ray's light%s",
-           clouds >= hills ? "clouds" : "hills", 100.0 * share,
-           share < share_least ? ", less than a two-hundredth" : "");
-  return share >= share_least;
+  np_stage_decide(d, out, share >= share_least, "%s may shade air that scatters up to %.2g %% of a ray's light%s",
+                  clouds >= hills ? "clouds" : "hills", 100.0 * share,
+                  share < share_least ? ", less than a two-hundredth" : "");
 }

@@ -14,10 +14,10 @@
 static const double core_gain_max = 1.2;
 
 /* Memory of a cell that holds cloud: 1.6 to 1.9 kB more in the peak of six scenes than without a solution. */
-static const double cell_bytes = 1650.0, coarse_cell_bytes = 900.0; /* of degree 3 */
+static const double cell_bytes = 1650.0, coarse_cell_bytes = 900.0; /* coarse: degree 3 */
 /* Light at the border of the solution, whatever its cells. */
 static const double border_bytes = 1.2e6;
-/* In files, where cells are twice as wide as voxels, and sizes tell voxels roughly. */
+/* Cells in files: they are twice as wide as voxels, whose number is roughly known by sizes. */
 static const double cells_per_voxel = 1.0 / 11.0;
 
 /* Until its box is read, a cloud from a file is taken to be so wide in the picture, and to fill this of it. */
@@ -31,17 +31,18 @@ static double count_copies(const neph_scene *scene) {
 }
 
 double np_plan_predict_cells(const np_plan *plan, const neph_scene *scene) {
-  const double boxed = plan->light_share * plan->light_cell_count, detail_px = np_plan_get_light_detail(scene);
+  const double boxed = plan->decisions.cells.share * plan->decisions.cells.count,
+               detail_px = np_plan_get_light_detail(scene);
   if (boxed > 0.0) return boxed;
-  const double across = detail_px > 0.0 ? usual_width * plan->desc.width / detail_px : HUGE_VAL;
-  const double shown = plan->file_cell_count > 0.0 ? plan->file_cell_count : pow(across, 3.0);
-  const double voxels = fmax(plan->file_voxel_count, plan->cloud_voxel_count);
+  const double across = detail_px > 0.0 ? usual_width * plan->request.desc.width / detail_px : HUGE_VAL;
+  const double shown = plan->inputs.file_cell_count > 0.0 ? plan->inputs.file_cell_count : pow(across, 3.0);
+  const double voxels = fmax(plan->inputs.file_voxel_count, np_plan_get_cloud_voxels(plan));
   return fmin(cells_per_voxel * voxels * count_copies(scene), usual_fill * shown);
 }
 
 double np_plan_predict_cell_bytes(const np_plan *plan, const neph_scene *scene) {
   const double bytes = scene->render.light_degree > 3 ? cell_bytes : coarse_cell_bytes;
-  return fmin(border_bytes + bytes * np_plan_predict_cells(plan, scene), plan->light_bytes_max);
+  return fmin(border_bytes + bytes * np_plan_predict_cells(plan, scene), plan->savings.light_bytes_max);
 }
 
 /* Cells of one voxel are for rays that see cloud: so many times those that meet the clouds' box, if that is fewer. */
@@ -49,18 +50,19 @@ static const double rays_per_ray_to_clouds = 4.0;
 
 void np_plan_choose_cells(const np_plan *plan, const neph_scene *scene, np_dvec3 low, np_dvec3 high,
                           np_scattering_desc *out) {
-  const neph_render_desc *desc = &plan->desc;
+  const neph_render_desc *desc = &plan->request.desc;
   *out = (np_scattering_desc)NP_SCATTERING_DESC_DEFAULT;
-  np_scattering_desc_set_memory(out, plan->light_bytes_max);
+  np_scattering_desc_set_memory(out, plan->savings.light_bytes_max);
   out->cells.cell_depth_max = scene->render.light_depth;
   out->tolerance = scene->render.light_residual;
   out->degree_max = scene->render.light_degree;
   out->cells.bounds_min = low;
   out->cells.bounds_max = high;
-  out->cells.edge_min_m = np_plan_get_light_edge(plan, scene, low, high);
+  out->cells.edge_min_m = np_plan_get_light_edge(&plan->request, scene, low, high);
   if (desc->integrator != NEPH_INTEGRATOR_MARCH) return;
   const double rays = (double)desc->width * desc->height * desc->sample_count;
-  np_scattering_desc_set_rays(out, fmin(rays, rays_per_ray_to_clouds * np_plan_count_rays_to(plan, scene, low, high)));
+  np_scattering_desc_set_rays(
+      out, fmin(rays, rays_per_ray_to_clouds * np_plan_count_rays_to(&plan->request, scene, low, high)));
 }
 
 /* Clouds as the choice of cells sees them: where they are, how fine, and how dense at the most. */
@@ -84,7 +86,7 @@ static void add_bake(const np_plan *plan, outline *o, unsigned i, const np_scene
   np_instance *volume = &o->volumes[i];
   o->bricks[i].value_max = 1.0f;
   o->box_m3 += size[0] * size[1] * size[2];
-  o->filled_m3 += plan->filled_share * size[0] * size[1] * size[2];
+  o->filled_m3 += plan->inputs.filled_share * size[0] * size[1] * size[2];
   *volume = (np_instance){.bricks = &o->bricks[i],
                           .extinction_per_value = (float)(core_gain_max * bake->extinction_per_m),
                           .phase = cloud->phase};
@@ -103,8 +105,8 @@ static void add_bake(const np_plan *plan, outline *o, unsigned i, const np_scene
   }
 }
 
-/* Share of a file's box that is cloud, and of cells that hold some (plan_fill.c). */
-static double compute_voxel_share(const np_plan_file *file) {
+/* Share of a file's box that is cloud, and of cells that hold some (inputs.c). */
+static double compute_voxel_share(const np_input_file *file) {
   return fmin(file->voxel_count / ((double)file->size[0] * file->size[1] * file->size[2]), 1.0);
 }
 
@@ -113,7 +115,7 @@ static const double depth_unread = 40.0;
 
 /* Extinction at the densest point of a file, 1/m: of its densest column, as if that were filled as the box is. The
  * largest value, which is not read yet, is taken as 1 where that makes no denser a cloud. */
-static double guess_extinction(const np_scene_cloud *cloud, const np_plan_file *file) {
+static double guess_extinction(const np_scene_cloud *cloud, const np_input_file *file) {
   const bool is_scaled = cloud->density_unit == NP_DENSITY_OPTICAL_DEPTH;
   const double depth = is_scaled ? cloud->density_value : depth_unread;
   const double of_depth = depth / ((file->high.z - file->low.z) * fmax(compute_voxel_share(file), 0.25));
@@ -124,12 +126,12 @@ static double guess_extinction(const np_scene_cloud *cloud, const np_plan_file *
 static const double rim_bricks = 6144.0;
 
 static void add_file(const np_plan *plan, outline *o, unsigned i, const np_scene_cloud *cloud) {
-  const np_plan_file *file = &plan->files[i];
+  const np_input_file *file = np_inputs_get_file(&plan->inputs, i);
   np_bricks *bricks = &o->bricks[i];
   np_instance *volume = &o->volumes[i];
   const np_dvec3 size = np_dvec3_subtract(file->high, file->low);
-  const double coarse = plan->are_coarse ? 2.0 : 1.0, per_brick = pow(NP_BRICK_EDGE * coarse, 3.0);
-  const double stored = plan->cloud_voxel_count / pow(NP_BRICK_EDGE, 3.0) + rim_bricks;
+  const double coarse = plan->savings.are_coarse ? 2.0 : 1.0, per_brick = pow(NP_BRICK_EDGE * coarse, 3.0);
+  const double stored = np_plan_get_cloud_voxels(plan) / pow(NP_BRICK_EDGE, 3.0) + rim_bricks;
   np_affine index_to_world = file->index_to_world;
   for (int a = 0; a < 3; a++)
     for (int k = 0; k < 3; k++) index_to_world.m[a][k] *= coarse;
@@ -152,7 +154,7 @@ static neph_result place(const np_plan *plan, const neph_scene *scene, outline *
   bool has_bakes = false;
   out->are_errors_known = true;
   for (unsigned i = 0; i < scene->cloud_count; i++) {
-    const neph_cloud_desc bake = np_plan_get_bake(plan, scene, &scene->clouds[i]);
+    const neph_cloud_desc bake = np_plan_get_bake(&plan->request, scene, &scene->clouds[i]);
     if (scene->clouds[i].is_baked)
       add_bake(plan, o, i, &scene->clouds[i], &bake);
     else
@@ -178,7 +180,8 @@ neph_result np_plan_forecast_cells(const np_plan *plan, const neph_scene *scene,
   if (scene->cloud_count == 0 || scene->cloud_count > NP_INSTANCES_MAX) return NEPH_OK;
   for (unsigned i = 0; i < scene->cloud_count; i++) {
     const np_scene_cloud *cloud = &scene->clouds[i];
-    const bool is_outlined = cloud->is_baked || (plan->files[i].is_known && cloud->place_count == 0);
+    const bool is_outlined =
+        cloud->is_baked || (np_inputs_get_file(&plan->inputs, i)->is_known && cloud->place_count == 0);
     if (!is_outlined || cloud->phase_source.kind == NEPH_PHASE_TABLE) return NEPH_OK;
   }
   outline *o = np_alloc(scene->context, 1, sizeof *o);

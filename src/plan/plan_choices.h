@@ -1,31 +1,23 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Choices of a plan that are made by a model of what they cost. */
+/* Choices of a plan by a model of their cost. */
 #ifndef NP_PLAN_PLAN_CHOICES_H
 #define NP_PLAN_PLAN_CHOICES_H
 
 #include <math.h>
 
 #include "caches/lighting.h"
-#include "plan/plan_stages.h"
+#include "plan/plan_parts.h"
 
-/* Decides between filling a volume of sun optical depths and marching for each, for a plan whose rays and voxels
- * are counted; says why. */
-bool np_plan_choose_sun_volume(const np_plan *plan, const neph_scene *scene, char *out_reason, size_t reason_size);
-
-/* Seconds of one core to fill it. */
+/* Seconds of one core to fill a volume of sun optical depths. */
 double np_plan_predict_filling(const np_plan *plan, const neph_scene *scene);
 
-/* Decides whether clouds and hills cast shadows into the air, for a plan that has a sky for the camera; says why. */
-bool np_plan_choose_air_shadows(const np_plan *plan, const neph_scene *scene, char *out_reason, size_t reason_size);
+/* Pixels between the rays along which shadows in the air are looked for: a quarter of a degree, half the sun's disk, or
+ * two where that is less. */
+unsigned np_plan_choose_air_spacing(const np_request *request, const neph_scene *scene);
 
-/* Pixels between the rays along which they are looked for: a quarter of a degree, half the sun's disk, or two where
- * that is less. */
-unsigned np_plan_choose_air_spacing(const np_plan *plan, const neph_scene *scene);
-
-/* The cells on which multiple scattering will be solved, before there are clouds. */
 struct np_scattering_desc;
 
-/* For clouds in a world box: as many cells as render.light_memory allows, were there cloud in all of them, and fine
+/* The cells for clouds in a world box: as many as render.light_memory allows, were there cloud in all of them, and fine
  * ones for the rays of the whole picture that see the box, whatever of it is rendered. */
 void np_plan_choose_cells(const np_plan *plan, const neph_scene *scene, np_dvec3 low, np_dvec3 high,
                           struct np_scattering_desc *out);
@@ -34,7 +26,7 @@ void np_plan_choose_cells(const np_plan *plan, const neph_scene *scene, np_dvec3
 typedef struct np_cells_forecast {
   bool is_known, are_errors_known; /* errors of no files, whose densest values are not read */
   np_scattering_forecast cells;
-  double share; /* of the cells, those with cloud */
+  double share; /* share of the cells with cloud */
 } np_cells_forecast;
 
 /* Share of the cells and bricks with cloud, where a share of the voxels has it: one voxel with cloud is enough for a

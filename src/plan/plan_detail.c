@@ -17,8 +17,8 @@ static const double voxels_min = 24.0;
 
 enum { RIDGES_MIN = 64 };
 
-static double get_pixel_rad(const np_plan *plan, const neph_scene *scene) {
-  return np_scene_camera_get_pixel_rad(&scene->reach.narrowest, plan->desc.width, plan->desc.height);
+static double get_pixel_rad(const np_request *request, const neph_scene *scene) {
+  return np_scene_camera_get_pixel_rad(&scene->reach.narrowest, request->desc.width, request->desc.height);
 }
 
 /* The same without regard to how large the box is. */
@@ -39,7 +39,7 @@ static double compute_distance(const neph_scene *scene, np_dvec3 low, np_dvec3 h
 /* The largest power of √2 that is no more than a number, and no less than 1. */
 static double round_factor(double factor) { return exp2(0.5 * floor(2.0 * log2(fmax(factor, 1.0)) + 1e-9)); }
 
-/* From a cloud in its own place, or in the nearest of many. */
+/* Distance of a cloud in its own place, or in the nearest of many. */
 static double compute_cloud_distance(const neph_scene *scene, const np_scene_cloud *cloud,
                                      const neph_cloud_desc *bake) {
   const double *at = cloud->position_m, scale = np_scene_cloud_get_scale(cloud);
@@ -60,18 +60,18 @@ static double compute_cloud_distance(const neph_scene *scene, const np_scene_clo
   return cloud->level_count > 1 ? compute_nearest(scene, low, high) : compute_distance(scene, low, high);
 }
 
-static double compute_factor(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud,
+static double compute_factor(const np_request *request, const neph_scene *scene, const np_scene_cloud *cloud,
                              const neph_cloud_desc *bake) {
   const double detail_px = scene->render.detail_px;
   if (!(detail_px > 0.0) || !cloud->is_baked || cloud->voxel_m > 0.0) return 1.0;
-  const double wanted_m = detail_px * get_pixel_rad(plan, scene) * compute_cloud_distance(scene, cloud, bake);
+  const double wanted_m = detail_px * get_pixel_rad(request, scene) * compute_cloud_distance(scene, cloud, bake);
   const double least_m = fmin(fmin(bake->extent_m[0], bake->extent_m[1]), bake->thickness_m) / voxels_min;
   return round_factor(fmin(wanted_m / np_scene_cloud_get_scale(cloud), least_m) / bake->voxel_m);
 }
 
-neph_cloud_desc np_plan_get_bake(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud) {
-  neph_cloud_desc bake = np_scene_cloud_get_frame(cloud, plan->desc.frame);
-  bake.voxel_m *= compute_factor(plan, scene, cloud, &bake);
+neph_cloud_desc np_plan_get_bake(const np_request *request, const neph_scene *scene, const np_scene_cloud *cloud) {
+  neph_cloud_desc bake = np_scene_cloud_get_frame(cloud, request->desc.frame);
+  bake.voxel_m *= compute_factor(request, scene, cloud, &bake);
   return bake;
 }
 
@@ -84,27 +84,27 @@ static void set_viewers(const neph_scene *scene, const np_scene_cloud *cloud, do
   memcpy(desc->lod_viewer_max_m, scene->reach.camera_max_m, sizeof desc->lod_viewer_max_m);
 }
 
-neph_bake_desc np_plan_get_bake_desc(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud) {
+neph_bake_desc np_plan_get_bake_desc(const np_request *request, const neph_scene *scene, const np_scene_cloud *cloud) {
   neph_bake_desc desc = NEPH_BAKE_DESC_DEFAULT;
   desc.planet_radius_m = scene->atmosphere.planet_radius_m;
-  desc.precision = np_plan_get_precision(plan, cloud);
-  if (!(cloud->bake.repeat_m > 0.0)) set_viewers(scene, cloud, get_pixel_rad(plan, scene), &desc);
+  desc.precision = cloud->precision;
+  if (!(cloud->bake.repeat_m > 0.0)) set_viewers(scene, cloud, get_pixel_rad(request, scene), &desc);
   return desc;
 }
 
-unsigned np_plan_count_copy_levels(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud) {
+unsigned np_plan_count_copy_levels(const np_request *request, const neph_scene *scene, const np_scene_cloud *cloud) {
   neph_bake_desc desc = NEPH_BAKE_DESC_DEFAULT;
-  const neph_cloud_desc bake = np_plan_get_bake(plan, scene, cloud);
+  const neph_cloud_desc bake = np_plan_get_bake(request, scene, cloud);
   if (!cloud->is_baked || !(bake.repeat_m > 0.0)) return 1;
-  set_viewers(scene, cloud, get_pixel_rad(plan, scene), &desc);
+  set_viewers(scene, cloud, get_pixel_rad(request, scene), &desc);
   const unsigned count = np_bake_count_levels(&bake, &desc);
   return count < NP_COPY_LEVELS_MAX ? count : NP_COPY_LEVELS_MAX;
 }
 
-np_lod_viewers np_plan_get_viewers(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud) {
+np_lod_viewers np_plan_get_viewers(const np_request *request, const neph_scene *scene, const np_scene_cloud *cloud) {
   neph_bake_desc desc = NEPH_BAKE_DESC_DEFAULT;
   np_lod_viewers viewers;
-  set_viewers(scene, cloud, get_pixel_rad(plan, scene), &desc);
+  set_viewers(scene, cloud, get_pixel_rad(request, scene), &desc);
   memcpy(viewers.min_m, desc.lod_viewer_min_m, sizeof viewers.min_m);
   memcpy(viewers.max_m, desc.lod_viewer_max_m, sizeof viewers.max_m);
   viewers.angle_rad = desc.lod_angle_rad;
@@ -128,10 +128,11 @@ static double compute_column_voxel(const neph_bake_desc *desc, double voxel_m, d
   return voxel_m;
 }
 
-np_bake_voxels np_plan_count_bake_voxels(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud) {
+np_bake_voxels np_plan_count_bake_voxels(const np_request *request, const neph_scene *scene,
+                                         const np_scene_cloud *cloud) {
   enum { COLUMNS = 64 };
-  const neph_cloud_desc bake = np_plan_get_bake(plan, scene, cloud);
-  neph_bake_desc desc = np_plan_get_bake_desc(plan, scene, cloud);
+  const neph_cloud_desc bake = np_plan_get_bake(request, scene, cloud);
+  neph_bake_desc desc = np_plan_get_bake_desc(request, scene, cloud);
   desc.lod_count = np_bake_count_levels(&bake, &desc);
   const double column_m3 = bake.extent_m[0] * bake.extent_m[1] * bake.thickness_m / (COLUMNS * COLUMNS);
   const bool has_billows = np_cloud_kind_get(bake.model)->has_thermals;
@@ -147,17 +148,17 @@ np_bake_voxels np_plan_count_bake_voxels(const np_plan *plan, const neph_scene *
   return count;
 }
 
-bool np_plan_is_coarsened(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud) {
-  return compute_factor(plan, scene, cloud, &cloud->bake) > 1.0;
+bool np_plan_is_coarsened(const np_request *request, const neph_scene *scene, const np_scene_cloud *cloud) {
+  return compute_factor(request, scene, cloud, &cloud->bake) > 1.0;
 }
 
-neph_ridges_desc np_plan_get_ridges(const np_plan *plan, const neph_scene *scene) {
+neph_ridges_desc np_plan_get_ridges(const np_request *request, const neph_scene *scene) {
   neph_ridges_desc ridges = scene->terrain.ridges;
   const double detail_px = scene->render.detail_px, width_m = scene->terrain.desc.width_m;
   const np_dvec3 high = {0.5 * width_m, 0.5 * width_m, ridges.relief_m}, low = {-high.x, -high.y, 0.0};
   const double share = scene->terrain.desc.has_snow ? snow_near_share : terrain_near_share;
   const double distance = fmax(compute_distance(scene, low, high), share * width_m);
-  const double wanted_m = detail_px * get_pixel_rad(plan, scene) * distance;
+  const double wanted_m = detail_px * get_pixel_rad(request, scene) * distance;
   unsigned steps = ridges.sample_count - 1;
   while (steps / 2 >= RIDGES_MIN && 2.0 * width_m <= steps * wanted_m) steps /= 2;
   ridges.sample_count = steps + 1;
@@ -170,8 +171,8 @@ double np_plan_get_light_detail(const neph_scene *scene) {
   return fmax(scene->render.light_detail_px, has_places ? 1.0 : 0.0);
 }
 
-double np_plan_get_light_edge(const np_plan *plan, const neph_scene *scene, np_dvec3 low, np_dvec3 high) {
+double np_plan_get_light_edge(const np_request *request, const neph_scene *scene, np_dvec3 low, np_dvec3 high) {
   const double detail_px = np_plan_get_light_detail(scene);
   if (!(detail_px > 0.0) || !(low.x <= high.x)) return 0.0;
-  return detail_px * get_pixel_rad(plan, scene) * compute_distance(scene, low, high);
+  return detail_px * get_pixel_rad(request, scene) * compute_distance(scene, low, high);
 }

@@ -4,23 +4,23 @@
 #define NP_PLAN_PLAN_DETAIL_H
 
 #include "cloud/lod.h"
-#include "plan/plan_stages.h"
+#include "plan/request.h"
 
-enum { NP_COPY_LEVELS_MAX = 4 }; /* for as many halvings the voxels of a tile are rounded (cloud/repeat.h) */
+enum { NP_COPY_LEVELS_MAX = 4 }; /* halvings for which the voxels of a tile are rounded (cloud/repeat.h) */
 
-/* A cloud to bake, in the plan's frame. Voxels are enlarged by powers of √2, so that a moving camera seldom changes
+/* A cloud to bake, in the request's frame. Voxels are enlarged by powers of √2, so that a moving camera seldom changes
  * them. */
-neph_cloud_desc np_plan_get_bake(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud);
+neph_cloud_desc np_plan_get_bake(const np_request *request, const neph_scene *scene, const np_scene_cloud *cloud);
 
-/* Description of its bake, without its limit of memory and its progress. Levels of detail go by all places where the
- * camera ever is, so that they stay from frame to frame. */
-neph_bake_desc np_plan_get_bake_desc(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud);
+/* Description of its bake in the scene's precision, without its limit of memory and its progress. Levels of detail go
+ * by all places where the camera ever is, so that they stay from frame to frame. */
+neph_bake_desc np_plan_get_bake_desc(const np_request *request, const neph_scene *scene, const np_scene_cloud *cloud);
 
 /* Levels of detail that the copies of a field that repeats have, of which each has one; of other clouds 1. */
-unsigned np_plan_count_copy_levels(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud);
+unsigned np_plan_count_copy_levels(const np_request *request, const neph_scene *scene, const np_scene_cloud *cloud);
 
-/* Those who look at a cloud's levels: all places where the camera ever is. */
-np_lod_viewers np_plan_get_viewers(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud);
+/* Viewers of a cloud's levels: all places where the camera ever is. */
+np_lod_viewers np_plan_get_viewers(const np_request *request, const neph_scene *scene, const np_scene_cloud *cloud);
 
 /* The planet and the levels of detail of a bake to a file: those of the scene's own resolution, so that no picture of
  * another size bakes it anew. */
@@ -32,20 +32,20 @@ typedef struct np_bake_voxels {
   double box, along_billows;
 } np_bake_voxels;
 
-np_bake_voxels np_plan_count_bake_voxels(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud);
+np_bake_voxels np_plan_count_bake_voxels(const np_request *request, const neph_scene *scene,
+                                         const np_scene_cloud *cloud);
 
 /* Whether those voxels are larger than the scene's: then the cloud is baked to memory, and its file left alone. */
-bool np_plan_is_coarsened(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud);
+bool np_plan_is_coarsened(const np_request *request, const neph_scene *scene, const np_scene_cloud *cloud);
 
-/* Made mountains, with half, a quarter and so on of the scene's heights along a side.
- */
-neph_ridges_desc np_plan_get_ridges(const np_plan *plan, const neph_scene *scene);
+/* Generated mountains, with half, a quarter and so on of the scene's heights along a side. */
+neph_ridges_desc np_plan_get_ridges(const np_request *request, const neph_scene *scene);
 
 /* Least width of the cells of multiple scattering, of which `render.light_detail` speaks; 0: none. */
-double np_plan_get_light_edge(const np_plan *plan, const neph_scene *scene, np_dvec3 low, np_dvec3 high);
+double np_plan_get_light_edge(const np_request *request, const neph_scene *scene, np_dvec3 low, np_dvec3 high);
 
 /* Rays of the whole picture that meet a world box, whatever stands before it. */
-double np_plan_count_rays_to(const np_plan *plan, const neph_scene *scene, np_dvec3 low, np_dvec3 high);
+double np_plan_count_rays_to(const np_request *request, const neph_scene *scene, np_dvec3 low, np_dvec3 high);
 
 /* Pixels that a cell of light covers at least: one where clouds stand in many places, since their number would go with
  * that of the copies, however small those are in the picture. 0: as many cells as there are. */

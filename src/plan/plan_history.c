@@ -54,11 +54,11 @@ static const char *search_conflict(const neph_scene *scene, const neph_render_de
   return NULL;
 }
 
-neph_result np_plan_check_history(const neph_scene *scene, const np_plan *plan) {
+neph_result np_plan_check_history(const neph_scene *scene, const np_request *request) {
   if (!np_plan_is_reconstructed(scene)) return NEPH_OK;
   const bool has_history = np_scene_has_history(scene);
   const char *key = has_history ? "render.history" : "render.upsample", *off = has_history ? "none" : "1";
-  const char *conflict = search_conflict(scene, &plan->desc), *aov = search_aov(plan->aovs);
+  const char *conflict = search_conflict(scene, &request->desc), *aov = search_aov(request->aovs);
   if (conflict)
     return np_fail(scene->context, NEPH_ERROR_INVALID_ARGUMENT, "%s does not go with %s, or set %s to %s", key,
                    conflict, key, off);
@@ -72,35 +72,37 @@ neph_result np_plan_check_history(const neph_scene *scene, const np_plan *plan) 
 
 /* ---- The stage ---- */
 
-void np_stage_decide_history(np_decision *d, np_plan_stage *out) {
+void np_stage_decide_history(np_decision *d, np_stage_decision *out) {
   const np_scene_render *render = &d->scene->render;
-  const int frame = d->plan->desc.frame, first = np_scene_get_history_first(d->scene, frame);
-  out->is_needed = np_scene_has_history(d->scene);
+  const int frame = d->plan->request.desc.frame, first = np_scene_get_history_first(d->scene, frame);
+  const bool is_needed = np_scene_has_history(d->scene);
   if (render->history == NP_HISTORY_NONE)
-    np_print(out->reason, sizeof out->reason, "render.history is none");
-  else if (!out->is_needed)
-    np_print(out->reason, sizeof out->reason, "one frame: nothing in the scene changes from frame to frame");
+    np_stage_decide(d, out, is_needed, "render.history is none");
+  else if (!is_needed)
+    np_stage_decide(d, out, is_needed, "one frame: nothing in the scene changes from frame to frame");
   else if (frame == first)
-    np_print(out->reason, sizeof out->reason, "frame %d begins a block of %u: it is rendered by itself, for the next",
-             frame, render->history_frames);
+    np_stage_decide(d, out, is_needed, "frame %d begins a block of %u: it is rendered by itself, for the next", frame,
+                    render->history_frames);
   else
-    np_print(out->reason, sizeof out->reason,
-             "1 pixel in %u is rendered, the others are those of frame %d; a process without it renders from frame %d "
-             "on",
-             render->history_update, frame - 1, first);
+    np_stage_decide(
+        d, out, is_needed,
+        "1 pixel in %u is rendered, the others are those of frame %d; a process without it renders from frame %d "
+        "on",
+        render->history_update, frame - 1, first);
 }
 
-static double predict_frame_bytes(const np_plan *plan) {
-  const double channels = (double)plan->film_bytes / sizeof(float);
-  return channels * sizeof(float) + (double)np_plan_count_pixels(plan) * (sizeof(float) + NP_HISTORY_GUIDE_BYTES);
+static double predict_frame_bytes(const np_request *request) {
+  const double channels = (double)request->film_bytes / sizeof(float);
+  return channels * sizeof(float) + (double)np_request_count_pixels(request) * (sizeof(float) + NP_HISTORY_GUIDE_BYTES);
 }
 
-double np_plan_predict_reconstruction_bytes(const neph_scene *scene, const np_plan *plan) {
-  return np_plan_is_reconstructed(scene) ? predict_frame_bytes(plan) + (double)np_plan_count_pixels(plan) : 0.0;
+double np_plan_predict_reconstruction_bytes(const neph_scene *scene, const np_request *request) {
+  return np_plan_is_reconstructed(scene) ? predict_frame_bytes(request) + (double)np_request_count_pixels(request)
+                                         : 0.0;
 }
 
 np_stage_cost np_stage_predict_history(const np_plan *plan, const neph_scene *scene) {
-  const double places = (double)np_plan_count_pixels(plan) * NP_HISTORY_PLACE_BYTES;
-  const double changes = np_scene_has_still_light(scene) ? 0.0 : (double)plan->film_bytes;
-  return (np_stage_cost){.bytes = predict_frame_bytes(plan) + places + changes};
+  const double places = (double)np_request_count_pixels(&plan->request) * NP_HISTORY_PLACE_BYTES;
+  const double changes = np_scene_has_still_light(scene) ? 0.0 : (double)plan->request.film_bytes;
+  return (np_stage_cost){.bytes = predict_frame_bytes(&plan->request) + places + changes};
 }

@@ -3,7 +3,7 @@
 #ifndef NP_PLAN_PLAN_HISTORY_H
 #define NP_PLAN_PLAN_HISTORY_H
 
-#include "plan/plan_stages.h"
+#include "plan/request.h"
 
 /* Bytes of a pixel's guide and of its place in the frame before: np_pixel_guide and np_reprojected of src/frame. */
 enum { NP_HISTORY_GUIDE_BYTES = 28, NP_HISTORY_PLACE_BYTES = 32 };
@@ -15,9 +15,9 @@ bool np_plan_is_reconstructed(const neph_scene *scene);
 double np_plan_get_rendered_share(const neph_scene *scene);
 
 /* Refuses pictures that cannot be filled in from other frames or pixels. */
-neph_result np_plan_check_history(const neph_scene *scene, const np_plan *plan);
+neph_result np_plan_check_history(const neph_scene *scene, const np_request *request);
 
 /* Bytes of the picture that is filled in, besides the film. */
-double np_plan_predict_reconstruction_bytes(const neph_scene *scene, const np_plan *plan);
+double np_plan_predict_reconstruction_bytes(const neph_scene *scene, const np_request *request);
 
 #endif

@@ -38,20 +38,20 @@ static void describe_movers(const neph_scene *scene, char *out, size_t size) {
   }
 }
 
-void np_stage_decide_motion(np_decision *d, np_plan_stage *out) {
-  const bool is_open = d->scene->motion_blur.is_enabled, has_vectors = d->plan->aovs & NP_AOV_MOTION;
+void np_stage_decide_motion(np_decision *d, np_stage_decision *out) {
+  const bool is_open = d->scene->motion_blur.is_enabled, has_vectors = d->plan->request.aovs & NP_AOV_MOTION;
   char movers[160];
   describe_movers(d->scene, movers, sizeof movers);
-  out->is_needed = has_vectors || (is_open && movers[0]);
+  const bool is_needed = has_vectors || (is_open && movers[0]);
   if (!is_open && !has_vectors) {
-    np_print(out->reason, sizeof out->reason, "camera.motion_blur is none, and no output shows motion");
+    np_stage_decide(d, out, is_needed, "camera.motion_blur is none, and no output shows motion");
   } else if (!movers[0]) {
-    np_print(out->reason, sizeof out->reason, "%snothing moves", has_vectors ? "for motion vectors: " : "");
+    np_stage_decide(d, out, is_needed, "%snothing moves", has_vectors ? "for motion vectors: " : "");
   } else {
     double open, close;
     np_scene_get_exposure(d->scene, &open, &close);
     char exposure[80] = "for motion vectors";
     if (is_open) np_print(exposure, sizeof exposure, "the shutter is open from %+.4g to %+.4g frames", open, close);
-    np_print(out->reason, sizeof out->reason, "%s: %s", exposure, movers);
+    np_stage_decide(d, out, is_needed, "%s: %s", exposure, movers);
   }
 }

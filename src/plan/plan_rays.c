@@ -34,8 +34,8 @@ static unsigned count_met(const np_camera *camera, np_dvec3 low, np_dvec3 high) 
   return count;
 }
 
-double np_plan_count_rays_to(const np_plan *plan, const neph_scene *scene, np_dvec3 low, np_dvec3 high) {
-  const neph_render_desc *desc = &plan->desc;
+double np_plan_count_rays_to(const np_request *request, const neph_scene *scene, np_dvec3 low, np_dvec3 high) {
+  const neph_render_desc *desc = &request->desc;
   const double all = (double)desc->width * desc->height * desc->sample_count;
   np_camera camera;
   if (scene->animation || !(low.x <= high.x)) return all;

@@ -9,10 +9,10 @@
 #include <string.h>
 
 #include "core/frame_name.h"
-#include "core/text.h"
 #include "core/units.h"
 #include "plan/plan_choices.h"
 #include "plan/plan_detail.h"
+#include "plan/stage_decisions.h"
 #include "scene/sequence.h"
 
 /* Beyond this the middle of the sun's disk does not stand for all of it inside a cloud. */
@@ -25,13 +25,13 @@ static const double fill_s = 90e-9, fill_steep_s = 340e-9;
 static const double brick_s = 90e-9;
 /* Time to look a depth up, known or not: 36 to 50 ns. */
 static const double look_up_s = 45e-9;
-/* Questions that a ray of the march has, whatever it meets: 2.1 to 3. */
+/* Queries of a ray of the march, whatever it meets: 2.1 to 3. */
 static const double queries_per_ray = 2.4;
 /* Bricks that they need not walk through, as parts of the way through a thin cloud. */
 static const double ray_ways = 1.9;
 /* A thicker cloud is dark after a part of it, though it has more steps, where sunlight falls off. */
 static const double thick_depth = 300.0;
-/* A ray for shadows in the air asks some 80 times, mostly from outside: 4 to 30 times a ray of the march. */
+/* A ray for shadows in the air has some 80 queries, mostly outside clouds: 4 to 30 times a ray of the march. */
 static const double air_ray_factor = 10.0;
 
 /* Frames of a sequence, at the least, that share a volume. */
@@ -41,9 +41,9 @@ static const double depth_unread = 40.0;
 /* The least sine of the light's elevation: level light does not run through a layer for ever. */
 static const double sine_least = 0.1;
 
-static double compute_sine(const np_plan *plan) {
-  if (!plan->are_lights_known) return 0.5;
-  const np_dvec3 to_light = plan->has_sun ? plan->lights.to_sun : plan->lights.moon.direction;
+static double compute_sine(const np_decisions *decisions) {
+  if (!decisions->are_lights_known) return 0.5;
+  const np_dvec3 to_light = decisions->has_sun ? decisions->lights.to_sun : decisions->lights.moon.direction;
   return fmax(to_light.z, sine_least);
 }
 
@@ -55,10 +55,11 @@ typedef struct ray_passage {
 static ray_passage compute_passage(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud) {
   if (!cloud->is_baked) {
     const bool is_known = cloud->density_unit == NP_DENSITY_OPTICAL_DEPTH;
-    return (ray_passage){cbrt(plan->cloud_voxel_count) / 8.0, is_known ? cloud->density_value : depth_unread};
+    return (ray_passage){cbrt(np_plan_get_cloud_voxels(plan)) / 8.0, is_known ? cloud->density_value : depth_unread};
   }
-  const neph_cloud_desc bake = np_plan_get_bake(plan, scene, cloud);
-  const double way_m = fmin(bake.thickness_m / compute_sine(plan), hypot(bake.extent_m[0], bake.extent_m[1]));
+  const neph_cloud_desc bake = np_plan_get_bake(&plan->request, scene, cloud);
+  const double way_m =
+      fmin(bake.thickness_m / compute_sine(&plan->decisions), hypot(bake.extent_m[0], bake.extent_m[1]));
   return (ray_passage){way_m / (8.0 * bake.voxel_m), bake.extinction_per_m * bake.thickness_m};
 }
 
@@ -76,15 +77,16 @@ static void compute_costs(const np_plan *plan, const neph_scene *scene, double *
 
 /* Counts of the whole picture, whatever part of it is rendered: a part has the bits of the whole. */
 static double count_rays(const np_plan *plan) {
-  const double spacing = plan->air_ray_spacing, pixels = (double)plan->desc.width * plan->desc.height;
+  const np_request *r = &plan->request;
+  const double spacing = plan->decisions.air_ray_spacing, pixels = (double)r->desc.width * r->desc.height;
   const double air_rays = spacing > 0.0 ? pixels / (spacing * spacing) : 0.0;
-  const double rays = plan->desc.integrator == NEPH_INTEGRATOR_MARCH ? pixels * plan->desc.sample_count : 0.0;
+  const double rays = r->desc.integrator == NEPH_INTEGRATOR_MARCH ? pixels * r->desc.sample_count : 0.0;
   return rays + air_ray_factor * air_rays;
 }
 
 static bool is_numbered(const char *path) { return path && np_frame_name_is_pattern(path); }
 
-/* Told by the scene alone, so that a frame has the same bits whatever others are rendered with it. */
+/* This follows from the scene alone, so that a frame has the same bits whatever others are rendered with it. */
 static bool is_sequence_of_still_clouds(const neph_scene *scene) {
   bool is_still = np_scene_has_still_light(scene);
   for (unsigned i = 0; i < scene->cloud_count; i++) is_still = is_still && !is_numbered(scene->clouds[i].vdb);
@@ -94,25 +96,26 @@ static bool is_sequence_of_still_clouds(const neph_scene *scene) {
 double np_plan_predict_filling(const np_plan *plan, const neph_scene *scene) {
   double voxel_s, ray_s;
   compute_costs(plan, scene, &voxel_s, &ray_s);
-  return voxel_s * plan->cloud_voxel_count;
+  return voxel_s * np_plan_get_cloud_voxels(plan);
 }
 
-bool np_plan_choose_sun_volume(const np_plan *plan, const neph_scene *scene, char *out_reason, size_t reason_size) {
-  const np_sun_optical_depth_method wanted = scene->render.sun_optical_depth;
-  if (wanted != NP_SUN_OPTICAL_DEPTH_AUTO) {
-    np_print(out_reason, reason_size, "render.sun_optical_depth is %s",
-             wanted == NP_SUN_OPTICAL_DEPTH_VOLUME ? "volume" : "march");
-    return wanted == NP_SUN_OPTICAL_DEPTH_VOLUME;
+void np_stage_choose_sun_volume(np_decision *d, np_stage_decision *out) {
+  const neph_scene *scene = d->scene;
+  const np_sun_optical_depth_method given = scene->render.sun_optical_depth;
+  if (given != NP_SUN_OPTICAL_DEPTH_AUTO) {
+    const bool is_volume = given == NP_SUN_OPTICAL_DEPTH_VOLUME;
+    np_stage_decide(d, out, is_volume, "render.sun_optical_depth is %s", is_volume ? "volume" : "march");
+    return;
   }
   if (scene->sun.angular_radius_rad > disk_radius_max_rad) {
-    np_print(out_reason, reason_size, "sun.angular_radius is above 1 deg: its disk is marched for");
-    return false;
+    np_stage_decide(d, out, false, "sun.angular_radius is above 1 deg: its disk is marched for");
+    return;
   }
   double voxel_s, ray_s;
-  compute_costs(plan, scene, &voxel_s, &ray_s);
-  const double filling = voxel_s * plan->cloud_voxel_count, saving = ray_s * count_rays(plan);
+  compute_costs(d->plan, scene, &voxel_s, &ray_s);
+  const double filling = voxel_s * np_plan_get_cloud_voxels(d->plan), saving = ray_s * count_rays(d->plan);
   const bool is_sequence = is_sequence_of_still_clouds(scene);
-  np_print(out_reason, reason_size, "filling it takes some %.1g s of one core%s and spares some %.1g s of marching",
-           filling, is_sequence ? ", once for a sequence of frames," : "", saving);
-  return filling / (is_sequence ? sequence_frames : 1.0) < saving;
+  np_stage_decide(d, out, filling / (is_sequence ? sequence_frames : 1.0) < saving,
+                  "filling it takes some %.1g s of one core%s and spares some %.1g s of marching", filling,
+                  is_sequence ? ", once for a sequence of frames," : "", saving);
 }

@@ -3,8 +3,8 @@
  *
  * A cloud's `position` is that of a box, its `voxel` that of the largest edge, its `optical_depth` that of the densest
  * column; taken from each frame anew they would move what stands still, and change what stays as dense. One frame gives
- * them to all: the scene's reference_frame, else the first asked for that holds anything. A cloud that is no sequence
- * goes by its own volume.
+ * them to all: the scene's reference_frame, else the first rendered one that holds anything. A cloud that is no
+ * sequence goes by its own volume.
  */
 #ifndef NP_PLAN_REFERENCE_FRAME_H
 #define NP_PLAN_REFERENCE_FRAME_H
@@ -14,9 +14,9 @@
 typedef struct np_frame_cloud {
   np_reference **references; /* those of the store of inputs */
   const neph_scene *scene;
-  unsigned index;                    /* of the cloud */
-  double number;                     /* of its file in this frame */
-  neph_volume *volume;               /* of that file; NULL: it holds nothing */
+  unsigned index;                    /* number of the cloud */
+  double number;                     /* number of its file in this frame */
+  neph_volume *volume;               /* volume of that file; NULL: it holds nothing */
   const neph_volume_load_desc *load; /* how the cloud's files are read */
   np_monitor *monitor;
 } np_frame_cloud;

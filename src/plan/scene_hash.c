@@ -161,7 +161,7 @@ static bool is_bake_target(const np_node *mapping, const np_key *key) {
   return !strcmp(key->path, "clouds[].vdb") && np_node_search(mapping, "bake");
 }
 
-/* By the names of the keys, whatever their order. */
+/* Adds keys sorted by name, whatever their order in the scene. */
 static void add_mapping(hash_writer *w, const np_node *mapping, const np_key *section) {
   for (const np_node *child = search_next(mapping, NULL); child; child = search_next(mapping, child)) {
     const np_key *key = np_key_search(section, child->key);

@@ -3,7 +3,7 @@
 #ifndef NP_PLAN_SCENE_HASH_H
 #define NP_PLAN_SCENE_HASH_H
 
-#include "plan/plan_stages.h"
+#include "plan/plan_parts.h"
 
 /* Attribute of a finished picture that holds it. */
 #define NP_SCENE_HASH "nephos:sceneHash"

@@ -10,8 +10,8 @@ static const double written_bytes_per_s = 8e7;
 
 /* Half of the grace is for files; what they take beyond it comes off the limit. */
 static void set_limits(const np_plan *plan, np_schedule *s) {
-  const double limit_s = plan->desc.time_limit_s, grace_s = fmax(0.1 * limit_s, 1.0);
-  const double files_s = (double)plan->film_bytes / written_bytes_per_s;
+  const double limit_s = plan->request.desc.time_limit_s, grace_s = fmax(0.1 * limit_s, 1.0);
+  const double files_s = (double)plan->request.film_bytes / written_bytes_per_s;
   s->limit_s = s->first_samples_s = s->deadline_s = HUGE_VAL;
   if (!isfinite(limit_s)) return;
   s->limit_s = fmax(limit_s - fmax(files_s - 0.5 * grace_s, 0.0), 0.0);
@@ -23,11 +23,12 @@ void np_schedule_make(const np_plan *plan, np_monitor_part whole, np_schedule *o
   const double core_s = np_plan_get_core_s(plan);
   *out = (np_schedule){.whole = whole, .indispensable_s = core_s * np_stage_predict_one_sample(plan)};
   for (int i = 0; i < NP_STAGE_COUNT; i++) {
-    out->seconds[i] = core_s * plan->stages[i].cost.seconds;
+    out->seconds[i] = core_s * plan->forecast.stages[i].cost.seconds;
     out->all_s += out->seconds[i];
     if (i > NP_STAGE_ORDINATES && i != NP_STAGE_INTEGRATOR) out->indispensable_s += out->seconds[i];
   }
-  if (np_plan_needs(plan, NP_STAGE_ORDINATES)) out->solves_left = plan->packet_count * np_plan_count_lights(plan);
+  if (np_plan_needs(plan, NP_STAGE_ORDINATES))
+    out->solves_left = plan->decisions.packet_count * np_plan_count_lights(plan);
   set_limits(plan, out);
 }
 

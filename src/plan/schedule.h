@@ -4,23 +4,23 @@
 #define NP_PLAN_SCHEDULE_H
 
 #include "core/parallel.h"
-#include "plan/plan_stages.h"
+#include "plan/plan_parts.h"
 
 /* A call ends within its limit and a grace, a tenth of it, or a second where that is more. A quarter of the grace is
  * for the first samples of each pixel; after a half a picture that is still without them is given up; the rest is for
  * what remains to be done with it, and for files. All times are in seconds, of the call; without a limit they are
  * infinite. */
 typedef struct np_schedule {
-  np_monitor_part whole;          /* of the call's progress that the picture is */
-  double seconds[NP_STAGE_COUNT]; /* as predicted; their ratios matter alone */
-  double all_s;                   /* of all there is to do */
-  double before_s, stage_s;       /* of the stages that are done, and of the one under way, … */
-  double done_s;                  /* … with what of that is done */
-  double indispensable_s;         /* of what must follow the multiple scattering: with one sample a pixel */
-  double limit_s;                 /* by which samples end; earlier where files are large */
-  double first_samples_s;         /* by which those end that each pixel should have */
-  double deadline_s;
-  unsigned solves_left; /* of multiple scattering */
+  np_monitor_part whole;          /* part of the call's progress that the picture is */
+  double seconds[NP_STAGE_COUNT]; /* predicted; their ratios matter alone */
+  double all_s;                   /* total predicted work */
+  double before_s, stage_s;       /* time of finished stages, and of the current one, … */
+  double done_s;                  /* … and of both as far as they are done */
+  double indispensable_s;         /* time that must follow the multiple scattering: with one sample a pixel */
+  double limit_s;                 /* time at which samples end; earlier where files are large */
+  double first_samples_s;         /* time at which the first sample of each pixel ends */
+  double deadline_s;              /* time at which a picture without those samples is abandoned */
+  unsigned solves_left;           /* solutions of multiple scattering to come */
 } np_schedule;
 
 /* `whole` is the part of the call's progress that the picture of the plan is. */

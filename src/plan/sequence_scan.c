@@ -100,7 +100,7 @@ static neph_result measure(const scanner *s) {
   return result;
 }
 
-/* ---- On disk ---- */
+/* ---- The disk cache ---- */
 
 /* Numbers that files can have, and that stay finite when they are scaled; boxes only if one of them holds anything. */
 static bool is_sound(const np_sequence_scan *scan) {

@@ -9,11 +9,11 @@
 
 /* Lengths are those of the files, turned, tilted and scaled by axis as the cloud is. */
 typedef struct np_sequence_scan {
-  np_dvec3 low, high; /* union of the boxes of active samples */
-  double voxel;       /* largest edge */
-  double column;  /* largest integral of the value over a vertical line; 0 where optical_depth does not ask for it */
-  double densest; /* number of its file */
-  uint64_t file_count; /* of which `filled_count` hold anything */
+  np_dvec3 low, high;  /* union of the boxes of active samples */
+  double voxel;        /* largest edge */
+  double column;       /* largest integral of the value over a vertical line; 0 where optical_depth does not need it */
+  double densest;      /* number of its file */
+  uint64_t file_count; /* `filled_count` of them hold anything */
   uint64_t filled_count;
 } np_sequence_scan;
 

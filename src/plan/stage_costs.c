@@ -11,19 +11,21 @@
 #include "plan/plan_detail.h"
 #include "plan/plan_history.h"
 
-static double count_worlds(const np_plan *plan) { return (double)plan->packet_count * np_plan_count_lights(plan); }
+static double count_worlds(const np_plan *plan) {
+  return (double)plan->decisions.packet_count * np_plan_count_lights(plan);
+}
 
-static double count_pixels(const np_plan *plan) { return (double)np_plan_count_pixels(plan); }
+static double count_pixels(const np_plan *plan) { return (double)np_request_count_pixels(&plan->request); }
 
 /* ---- Terrain ---- */
 
-/* A height that is made and eroded, or read; and its memory with vertex and Embree's tree. */
+/* A height that is generated and eroded, or read; and its memory with vertex and Embree's tree. */
 static const double made_height_s = 7.2e-7, read_height_s = 1.5e-7, height_bytes = 38.0;
 
 static np_stage_cost predict_heights(const np_plan *plan, const neph_scene *scene) {
   const np_scene_terrain *terrain = &scene->terrain;
   if (terrain->kind == NP_TERRAIN_RIDGES) {
-    const double side = np_plan_get_ridges(plan, scene).sample_count;
+    const double side = np_plan_get_ridges(&plan->request, scene).sample_count;
     return (np_stage_cost){.seconds = 0.05 + made_height_s * side * side, .bytes = height_bytes * side * side};
   }
   if (terrain->kind != NP_TERRAIN_HEIGHTFIELD) return (np_stage_cost){.seconds = 0.0};
@@ -54,8 +56,8 @@ static const double samples_per_voxel = 729.0 / 512.0;
 static const double bake_s = 0.08, box_voxel_s = 1.2e-8, baked_voxel_s = 8.5e-8, read_voxel_s = 1e-7,
                     billow_voxel_s = 8e-6;
 
-/* Detail of a cloud: the texture of its noise, made and ranked; and of a voxel, cores of its brick, and cells of a node
- * of its own, a quarter of which have bricks. */
+/* Detail of a cloud: the texture of its noise, sampled and ranked; and of a voxel, cores of its brick, and cells of a
+ * node of its own, a quarter of which have bricks. */
 static const double texture_s = 0.03, texture_bytes = 0.75e6, detail_voxel_bytes = 128.0 / 512.0 + 4.0 * 12.0 / 512.0;
 
 static np_stage_cost predict_detail(const np_plan *plan, const neph_scene *scene) {
@@ -63,7 +65,7 @@ static np_stage_cost predict_detail(const np_plan *plan, const neph_scene *scene
   for (unsigned i = 0; i < scene->cloud_count; i++)
     count += scene->clouds[i].detail.is_enabled && scene->clouds[i].detail.strength > 0.0;
   return (np_stage_cost){.seconds = texture_s * count,
-                         .bytes = texture_bytes * count + detail_voxel_bytes * plan->detail_voxel_count};
+                         .bytes = texture_bytes * count + detail_voxel_bytes * np_plan_get_detailed_voxels(plan)};
 }
 
 np_stage_cost np_stage_predict_volumes(const np_plan *plan, const neph_scene *scene) {
@@ -74,12 +76,14 @@ np_stage_cost np_stage_predict_volumes(const np_plan *plan, const neph_scene *sc
     bakes += scene->clouds[i].is_baked;
     if (np_plan_get_precision(plan, &scene->clouds[i]) == NEPH_PRECISION_FLOAT) sample_bytes = sizeof(float);
   }
-  const bool is_made = plan->bake_voxel_count > 0.0;
-  const double made_s = bake_s * bakes + box_voxel_s * plan->bake_voxel_count +
-                        baked_voxel_s * plan->cloud_voxel_count + billow_voxel_s * plan->billow_voxel_count;
-  const double read_s = 0.02 + read_voxel_s * plan->cloud_voxel_count;
+  const bool is_made = plan->inputs.voxels.baked_box > 0.0;
+  const double made_s = bake_s * bakes + box_voxel_s * plan->inputs.voxels.baked_box +
+                        baked_voxel_s * np_plan_get_cloud_voxels(plan) +
+                        billow_voxel_s * plan->inputs.voxels.along_billows;
+  const double read_s = 0.02 + read_voxel_s * np_plan_get_cloud_voxels(plan);
   return (np_stage_cost){.seconds = (is_made ? made_s : read_s) + detail.seconds,
-                         .bytes = samples_per_voxel * (double)sample_bytes * plan->cloud_voxel_count + detail.bytes};
+                         .bytes =
+                             samples_per_voxel * (double)sample_bytes * np_plan_get_cloud_voxels(plan) + detail.bytes};
 }
 
 /* ---- Caches of light ---- */
@@ -89,7 +93,7 @@ static const double sun_optical_depth_bytes = 50.0;
 
 np_stage_cost np_stage_predict_sun_optical_depth(const np_plan *plan, const neph_scene *scene) {
   const np_sun_optical_depth_desc desc = NP_SUN_OPTICAL_DEPTH_DESC_DEFAULT;
-  const double bytes = fmin(sun_optical_depth_bytes * plan->cloud_voxel_count, (double)desc.bytes_max);
+  const double bytes = fmin(sun_optical_depth_bytes * np_plan_get_cloud_voxels(plan), (double)desc.bytes_max);
   return (np_stage_cost){.seconds = np_plan_count_lights(plan) * 0.55 * np_plan_predict_filling(plan, scene),
                          .bytes = np_plan_count_lights(plan) * bytes};
 }
@@ -102,8 +106,8 @@ static double count_sweeps(double residual) { return fmax(8.5 + 6.25 * log10(0.0
 
 /* Bands of which none is a multiple of another are solved for one by one. */
 static unsigned count_bands(const np_plan *plan, const neph_scene *scene) {
-  for (unsigned i = 0; i < scene->cloud_count && i < NP_INSTANCES_MAX; i++)
-    if (plan->files[i].has_colors) return NP_BAND_COUNT;
+  for (unsigned i = 0; i < scene->cloud_count; i++)
+    if (np_inputs_get_file(&plan->inputs, i)->has_colors) return NP_BAND_COUNT;
   for (unsigned i = 0; i < scene->cloud_count; i++)
     for (unsigned b = 1; b < NP_BAND_COUNT; b++)
       if (scene->clouds[i].albedo[b] != scene->clouds[i].albedo[0]) return NP_BAND_COUNT;
@@ -131,7 +135,9 @@ np_stage_cost np_stage_predict_ground_clouds(const np_plan *plan, const neph_sce
 }
 
 static double count_air_rays(const np_plan *plan) {
-  return plan->air_ray_spacing ? count_pixels(plan) / ((double)plan->air_ray_spacing * plan->air_ray_spacing) : 0.0;
+  return plan->decisions.air_ray_spacing
+             ? count_pixels(plan) / ((double)plan->decisions.air_ray_spacing * plan->decisions.air_ray_spacing)
+             : 0.0;
 }
 
 /* A ray along which shadows of hills, and of clouds, are looked for. */
@@ -153,18 +159,18 @@ np_stage_cost np_stage_predict_air_shadows(const np_plan *plan, const neph_scene
 static const double clear_ray_s = 0.8e-6, looked_up_ray_s = 9e-6, marched_ray_s = 1.2e-5;
 static const double clear_path_s = 5.5e-6, cloud_path_s = 1.2e-4;
 
-/* Share of the samples that meet cloud, which nobody has seen yet, but for boxes of files. */
+/* Share of the samples that meet cloud, where no boxes of files are known. */
 static const double usual_cover = 0.22;
 
 /* Time in cloud with detail, whose look-ups go through a noise, over that without: 1.8 of the march, 2 of paths. */
 static const double detail_factor = 1.9;
 
 static double predict_ray_s(const np_plan *plan) {
-  const bool is_path = plan->desc.integrator == NEPH_INTEGRATOR_PATH;
+  const bool is_path = plan->request.desc.integrator == NEPH_INTEGRATOR_PATH;
   const double march_s = np_plan_needs(plan, NP_STAGE_SUN_OPTICAL_DEPTH) ? looked_up_ray_s : marched_ray_s;
-  const double known = plan->file_cover > 0.0 ? plan->file_cover : usual_cover;
+  const double known = plan->inputs.file_cover > 0.0 ? plan->inputs.file_cover : usual_cover;
   const double cover = np_plan_needs(plan, NP_STAGE_VOLUMES) ? known : 0.0;
-  const double factor = plan->detail_voxel_count > 0.0 ? detail_factor : 1.0;
+  const double factor = np_plan_get_detailed_voxels(plan) > 0.0 ? detail_factor : 1.0;
   return (is_path ? clear_path_s : clear_ray_s) + factor * cover * (is_path ? cloud_path_s : march_s);
 }
 
@@ -176,13 +182,15 @@ double np_stage_predict_one_sample(const np_plan *plan) {
 static const double pilots_share = 0.04, pilots_min = 3500.0, pilots_max = 2e5;
 
 static double count_pilots(const np_plan *plan) {
-  const double view = (double)(plan->view_max[0] - plan->view_min[0]) * (plan->view_max[1] - plan->view_min[1]);
-  if (!isfinite(plan->desc.target_error)) return 0.0;
-  return fmin(fmax(pilots_share * view * plan->sample_mean, pilots_min), pilots_max);
+  const double view = (double)(plan->request.view_max[0] - plan->request.view_min[0]) *
+                      (plan->request.view_max[1] - plan->request.view_min[1]);
+  if (!isfinite(plan->request.desc.target_error)) return 0.0;
+  return fmin(fmax(pilots_share * view * plan->forecast.sample_mean, pilots_min), pilots_max);
 }
 
 np_stage_cost np_stage_predict_integrator(const np_plan *plan, const neph_scene *scene) {
-  const double samples = plan->sample_mean + count_pilots(plan) / count_pixels(plan);
+  const double samples = plan->forecast.sample_mean + count_pilots(plan) / count_pixels(plan);
   return (np_stage_cost){.seconds = samples * np_stage_predict_one_sample(plan),
-                         .bytes = (double)plan->film_bytes + np_plan_predict_reconstruction_bytes(scene, plan)};
+                         .bytes = (double)plan->request.film_bytes +
+                                  np_plan_predict_reconstruction_bytes(scene, &plan->request)};
 }

@@ -4,55 +4,37 @@
 #define NP_PLAN_STAGE_DECISIONS_H
 
 #include "core/text.h"
-#include "plan/plan_stages.h"
+#include "plan/plan_parts.h"
 
+/* Facts about scene and outputs that several decisions read. */
 typedef struct np_scene_facts {
-  bool wants_light; /* the outputs hold radiance */
+  bool has_light_outputs; /* the outputs hold radiance */
   bool has_sun, has_environment, has_air, has_clouds, has_terrain, has_planet;
   bool has_emission;
-  bool is_dusk;                                                   /* the sun is down, and its light is the sky's */
-  bool has_moon, has_airglow, has_stars;                          /* of the moon, its light; its disk costs nothing */
-  char no_sun[120], no_moon[160], no_airglow[120], no_stars[120]; /* why not */
-  const char *dark;                                               /* why there is no light to compute; NULL: there is */
+  bool is_dusk;                          /* the sun is down, and its light is the sky's */
+  bool has_moon, has_airglow, has_stars; /* their light matters; the moon's disk costs nothing */
+  char no_sun[120], no_moon[160], no_airglow[120], no_stars[120]; /* the reasons why not */
+  const char *no_clouds;
+  const char *dark; /* why there is no light to compute; NULL: there is */
 } np_scene_facts;
-
-/* Source of a cloud. */
-typedef enum np_cloud_source {
-  NP_CLOUD_SOURCE_FILE,   /* read */
-  NP_CLOUD_SOURCE_BAKE,   /* baked; to its file where it has one, which is not there yet */
-  NP_CLOUD_SOURCE_REBAKE, /* its file holds another cloud, and is baked anew */
-  NP_CLOUD_SOURCE_GIVEN   /* a volume that a call has added */
-} np_cloud_source;
-
-/* Decides for a cloud of a scene; `file` is that of the frame, NULL where the cloud has none. */
-neph_result np_plan_choose_source(const neph_scene *scene, const np_scene_cloud *cloud, const char *file, int frame,
-                                  np_cloud_source *out_source);
-
-/* The file of a cloud in the plan's frame. */
-typedef struct np_plan_cloud_file {
-  char *path; /* owned; NULL: the cloud has none */
-  np_cloud_source source;
-  bool is_missing; /* of a sequence, in this frame */
-} np_plan_cloud_file;
-
-neph_result np_plan_choose_cloud_file(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud,
-                                      np_plan_cloud_file *out);
-
-/* Files of levels of detail that a cloud has: of one that is not baked here once its header is read. */
-unsigned np_plan_count_levels(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud);
 
 typedef struct np_decision np_decision;
 
 struct np_decision {
-  np_plan *plan;
+  const np_plan *plan; /* request, inputs and savings, and the decisions up to here */
   const neph_scene *scene;
   const np_scene_facts *facts;
-  neph_result result;                                                 /* the first failure */
-  const np_plan_stage *(*get)(np_decision *decision, np_stage stage); /* what is decided of a stage, first if need be */
+  np_decisions *made;                                                     /* the decisions of the plan */
+  neph_result result;                                                     /* the first failure */
+  const np_stage_decision *(*get)(np_decision *decision, np_stage stage); /* decides the stage before, if need be */
 };
 
-/* Fills what was decided of one stage, or `result`. */
-typedef void np_stage_decide_fn(np_decision *decision, np_plan_stage *out);
+/* Fills the decision of a stage. */
+void np_stage_decide(np_decision *decision, np_stage_decision *out, bool is_needed, const char *format, ...)
+    __attribute__((format(printf, 4, 5)));
+
+/* Fills the decision of one stage, or `result`. */
+typedef void np_stage_decide_fn(np_decision *decision, np_stage_decision *out);
 
 np_stage_decide_fn np_stage_decide_color, np_stage_decide_terrain, np_stage_decide_moon, np_stage_decide_lights,
     np_stage_decide_volumes, np_stage_decide_emission, np_stage_decide_atmosphere, np_stage_decide_camera_sky,
@@ -62,6 +44,9 @@ np_stage_decide_fn np_stage_decide_color, np_stage_decide_terrain, np_stage_deci
     np_stage_decide_viewer_light, np_stage_decide_ground_clouds, np_stage_decide_air_shadows,
     np_stage_decide_approximation, np_stage_decide_motion, np_stage_decide_stars, np_stage_decide_lighting,
     np_stage_decide_history, np_stage_decide_integrator;
+
+/* Choices by a model of their cost, where nothing else decides. */
+np_stage_decide_fn np_stage_choose_sun_volume, np_stage_choose_air_shadows;
 
 /* Adds the reason of a stage that is needed in full: names of files and clouds, of any number and length. */
 typedef neph_result np_stage_describe_fn(const np_plan *plan, const neph_scene *scene, np_text *out);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Reasons of stages that name files and clouds. They are made when a plan is described, not when it is decided: a plan
- * is a value, and owns no text. */
+/* Reasons of stages that name files and clouds, printed when a plan is described and not when it is decided. */
 #include "core/alloc.h"
+#include "plan/cloud_source.h"
 #include "plan/plan_detail.h"
 #include "plan/stage_decisions.h"
 #include "scene/scene_private.h"
@@ -20,30 +20,30 @@ neph_result np_stage_describe_terrain(const np_plan *plan, const neph_scene *sce
 
 static void describe_file(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud,
                           const np_plan_cloud_file *file, np_text *out) {
-  static const char *const deeds[] = {[NP_CLOUD_SOURCE_FILE] = "read from",
+  static const char *const verbs[] = {[NP_CLOUD_SOURCE_FILE] = "read from",
                                       [NP_CLOUD_SOURCE_BAKE] = "baked to",
                                       [NP_CLOUD_SOURCE_REBAKE] = "rebaked, because its parameters have changed, to",
                                       [NP_CLOUD_SOURCE_GIVEN] = "given"};
-  np_text_add(out, "%s is %s", cloud->name, file->path || cloud->volume ? deeds[file->source] : "baked");
+  np_text_add(out, "%s is %s", cloud->name, file->path || cloud->volume ? verbs[file->source] : "baked");
   if (file->path) np_text_add(out, " %s", file->path);
-  if (plan->are_coarse && file->path && file->source == NP_CLOUD_SOURCE_FILE)
+  if (plan->savings.are_coarse && file->path && file->source == NP_CLOUD_SOURCE_FILE)
     np_text_add(out, ", with voxels%s twice as long, by the limit on memory",
-                np_plan_count_levels(plan, scene, cloud) > 1 ? " of its finest level" : "");
+                np_inputs_count_levels(&plan->inputs, scene, cloud) > 1 ? " of its finest level" : "");
 }
 
 static neph_result describe_cloud(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud,
                                   np_text *out) {
   np_plan_cloud_file file;
-  neph_result result = np_plan_choose_cloud_file(plan, scene, cloud, &file);
+  neph_result result = np_plan_choose_cloud_file(&plan->request, scene, cloud, &file);
   if (result) return result;
   if (file.is_missing)
     np_text_add(out, "%s has no file in this frame", cloud->name);
-  else if (np_plan_is_coarsened(plan, scene, cloud))
+  else if (np_plan_is_coarsened(&plan->request, scene, cloud))
     np_text_add(out, "%s is baked with voxels of %.3g m for %.3g, by render.detail", cloud->name,
-                np_plan_get_bake(plan, scene, cloud).voxel_m, cloud->bake.voxel_m);
+                np_plan_get_bake(&plan->request, scene, cloud).voxel_m, cloud->bake.voxel_m);
   else
     describe_file(plan, scene, cloud, &file, out);
-  np_alloc_free(plan->context, file.path);
+  np_alloc_free(plan->request.context, file.path);
   return NEPH_OK;
 }
 

@@ -1,15 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "plan/stage_rules.h"
 
-#include <math.h>
-
-#include "core/text.h"
-#include "plan/error_forecast.h"
-
 #define BIT(stage) (1u << NP_STAGE_##stage)
 #define PER(kind) (1u << NP_PER_##kind)
 
-/* All that a world is made of, but for its lights. */
+/* All stages that a world consists of, but for its lights. */
 #define MATTER                                                                                                         \
   (BIT(TERRAIN) | BIT(VOLUMES) | BIT(EMISSION) | BIT(ATMOSPHERE) | BIT(CAMERA_SKY) | BIT(CLOUD_SKY) | BIT(WATER_SKY))
 
@@ -88,22 +83,6 @@ static const np_stage_rule rules[NP_STAGE_COUNT] = {
 
 const np_stage_rule *np_stage_get_rule(np_stage stage) { return &rules[stage]; }
 
-static const np_plan_stage *get(np_decision *d, np_stage stage) {
-  np_plan_stage *out = &d->plan->stages[stage];
-  if (out->reason[0] || d->result) return out;
-  if (!d->plan->is_sky_alone || rules[stage].is_of_sky)
-    rules[stage].decide(d, out);
-  else
-    np_print(out->reason, sizeof out->reason, "only the sky is wanted");
-  return out;
-}
-
-neph_result np_stages_decide(np_plan *plan, const neph_scene *scene, const np_scene_facts *facts) {
-  np_decision d = {.plan = plan, .scene = scene, .facts = facts, .get = get};
-  for (int i = 0; i < NP_STAGE_COUNT && !d.result; i++) (void)get(&d, (np_stage)i);
-  return d.result;
-}
-
 np_part_counts np_part_counts_make(unsigned clouds, unsigned lights, unsigned packets) {
   return (np_part_counts){{1, clouds, lights, packets, packets * lights}};
 }
@@ -113,50 +92,4 @@ unsigned np_stage_count_parts(const np_stage_rule *rule, const np_part_counts *c
   for (int kind = 0; kind < NP_PART_KINDS; kind++)
     if (np_stage_has_kind(rule, (np_part_kind)kind)) count += counts->of[kind];
   return count;
-}
-
-/* The integrator's work is that of the paths or of the march. */
-static neph_work get_work(const np_plan *plan, np_stage stage) {
-  const bool is_path = stage == NP_STAGE_INTEGRATOR && plan->desc.integrator == NEPH_INTEGRATOR_PATH;
-  return is_path ? NEPH_WORK_PATH : rules[stage].work;
-}
-
-static void predict_errors(np_plan *plan, const neph_scene *scene) {
-  double bias2 = 0.0;
-  for (int i = 0; i < NP_STAGE_COUNT; i++) {
-    np_plan_stage *stage = &plan->stages[i];
-    stage->error = stage->is_needed && rules[i].expect ? rules[i].expect(plan, scene) : 0.0;
-    bias2 += stage->error * stage->error;
-  }
-  plan->bias = sqrt(bias2);
-  np_plan_predict_noise(plan);
-  plan->stages[NP_STAGE_INTEGRATOR].error = hypot(plan->stages[NP_STAGE_INTEGRATOR].error, plan->noise);
-}
-
-void np_stages_predict(np_plan *plan, const neph_scene *scene) {
-  const unsigned probes = np_plan_needs(plan, NP_STAGE_COLOR_FIT) ? 1 : 0, lights = np_plan_count_lights(plan);
-  predict_errors(plan, scene);
-  plan->constant_s = plan->constant_common_s = 0.0;
-  for (int i = 0; i < NP_STAGE_COUNT; i++) {
-    np_stage_cost *cost = &plan->stages[i].cost;
-    *cost = (np_stage_cost){.seconds = 0.0};
-    if (!plan->stages[i].is_needed) continue;
-    const unsigned packets = plan->packet_count + (rules[i].is_of_probes ? probes : 0);
-    const np_part_counts counts = np_part_counts_make(scene->cloud_count, lights, packets);
-    const double parts = np_stage_count_parts(&rules[i], &counts);
-    *cost = (np_stage_cost){rules[i].part_seconds * parts, rules[i].part_bytes * parts};
-    if (rules[i].predict) *cost = rules[i].predict(plan, scene);
-    plan->constant_s += cost->seconds;
-    if (i != NP_STAGE_INTEGRATOR) plan->constant_common_s += cost->seconds;
-    cost->seconds *= plan->work_factor[get_work(plan, (np_stage)i)];
-  }
-}
-
-np_stage_cost np_stages_count_cost(const np_plan *plan) {
-  np_stage_cost all = {.seconds = 0.0};
-  for (int i = 0; i < NP_STAGE_COUNT; i++) {
-    all.seconds += plan->stages[i].cost.seconds;
-    all.bytes += plan->stages[i].cost.bytes;
-  }
-  return all;
 }

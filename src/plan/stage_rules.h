@@ -53,13 +53,4 @@ static inline bool np_stage_has_kind(const np_stage_rule *rule, np_part_kind kin
 /* All parts of a stage. */
 unsigned np_stage_count_parts(const np_stage_rule *rule, const np_part_counts *counts);
 
-/* Decides the stages of a plan that are not decided yet. */
-neph_result np_stages_decide(np_plan *plan, const neph_scene *scene, const np_scene_facts *facts);
-
-/* Predicts errors and costs of the stages that are needed, the picture's bias and noise, and its samples. */
-void np_stages_predict(np_plan *plan, const neph_scene *scene);
-
-/* Predicted cost of all stages. */
-np_stage_cost np_stages_count_cost(const np_plan *plan);
-
 #endif

@@ -226,18 +226,15 @@ static neph_result render_sky(const neph_scene *scene, const neph_sky_image_desc
   np_monitor_start(&monitor, scene->context, desc->progress, desc->progress_user);
   np_assembly assembly;
   const np_build_job job = np_build_job_make(stores);
-  np_plan *plan = np_plan_allocate(scene->context);
-  if (!plan) return NEPH_ERROR_OUT_OF_MEMORY;
-  neph_result result = np_plan_make_sky(scene, false, plan);
-  plan->sphere_size[0] = desc->width;
-  plan->sphere_size[1] = desc->height;
-  plan->sphere_center_rad = desc->center_azimuth_rad;
-  if (!result) result = np_assembly_build(scene, plan, &job, &monitor, &assembly);
+  np_plan plan;
+  const np_sky_request sky = {.size = {desc->width, desc->height}, .center_rad = desc->center_azimuth_rad};
+  neph_result result = np_plan_make_sky(scene, &sky, &plan);
+  if (!result) result = np_assembly_build(scene, &plan, &job, &monitor, &assembly);
   if (!result) {
-    result = paint_sky(scene, desc, plan, &assembly, &monitor, out_image);
+    result = paint_sky(scene, desc, &plan, &assembly, &monitor, out_image);
     np_assembly_clear(&assembly);
   }
-  np_plan_destroy(scene->context, plan);
+  np_plan_clear(&plan);
   return result;
 }
 

@@ -167,13 +167,13 @@ neph_result neph_render_sky_table(const neph_scene *scene, neph_sky_table table,
   const unsigned mode = np_float_mode_enter();
   np_monitor monitor;
   np_monitor_start(&monitor, scene->context, NULL, NULL);
-  np_plan *plan = np_plan_allocate(scene->context);
+  np_plan plan;
   np_assembly assembly;
   np_stores stores = {.results = NULL};
   const np_build_job job = np_build_job_make(&stores);
-  neph_result result = plan ? np_plan_make_sky(scene, true, plan) : NEPH_ERROR_OUT_OF_MEMORY;
-  if (!result) result = np_assembly_build(scene, plan, &job, &monitor, &assembly);
-  np_plan_destroy(scene->context, plan);
+  neph_result result = np_plan_make_sky(scene, &(np_sky_request){.is_of_bands = true}, &plan);
+  if (!result) result = np_assembly_build(scene, &plan, &job, &monitor, &assembly);
+  np_plan_clear(&plan);
   if (!result) {
     result = draw_table(scene, &assembly, table, out_image);
     np_assembly_clear(&assembly);

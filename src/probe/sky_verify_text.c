@@ -50,12 +50,12 @@ static neph_result verify(const neph_scene *scene, const neph_sky_verify_desc *d
                           char **out_text) {
   np_monitor monitor;
   np_monitor_start(&monitor, scene->context, desc->progress, desc->progress_user);
-  np_plan *plan = np_plan_allocate(scene->context);
+  np_plan plan;
   np_assembly assembly;
   const np_build_job job = np_build_job_make(stores);
-  neph_result result = plan ? np_plan_make_sky(scene, true, plan) : NEPH_ERROR_OUT_OF_MEMORY;
-  if (!result) result = np_assembly_build(scene, plan, &job, &monitor, &assembly);
-  np_plan_destroy(scene->context, plan);
+  neph_result result = np_plan_make_sky(scene, &(np_sky_request){.is_of_bands = true}, &plan);
+  if (!result) result = np_assembly_build(scene, &plan, &job, &monitor, &assembly);
+  np_plan_clear(&plan);
   if (result) return result;
   neph_sky *sky = assembly.packets[0].lights[0].camera_sky;
   np_schedule_begin(&assembly.schedule, &monitor, NP_STAGE_INTEGRATOR, 0, 1);

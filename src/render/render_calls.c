@@ -17,20 +17,20 @@ neph_result neph_render_compute_hash(const neph_scene *scene, const neph_render_
   if (NP_LACKS(NP_CONTEXT_OF(scene), out_hash)) return NEPH_ERROR_INVALID_ARGUMENT;
   out_hash[0] = '\0';
   neph_scene at;
-  np_plan *plan;
+  np_plan plan;
   np_input_store store = {.references = NULL};
-  neph_result result = np_plan_create_frame(scene, desc, &at, &plan);
-  if (!result) result = np_plan_fit_memory(&at, plan, &store);
-  if (!result) result = np_scene_hash_compute(&at, &plan->desc, plan->savings, out_hash);
+  neph_result result = np_plan_make_frame(scene, desc, &at, &plan);
+  if (!result) result = np_plan_fit_memory(&at, &plan, &store);
+  if (!result) result = np_scene_hash_compute(&at, &plan.request.desc, plan.savings.text, out_hash);
   np_input_store_clear(scene->context, &store);
-  np_plan_destroy(scene->context, plan);
+  np_plan_clear(&plan);
   np_scene_eval_clear(&at);
   return result;
 }
 
 /* Frames that a frame with history is rendered from, where none was rendered before. */
 static double count_run_up(const neph_scene *scene, const np_plan *plan) {
-  const int frame = plan->desc.frame;
+  const int frame = plan->request.desc.frame;
   return np_plan_needs(plan, NP_STAGE_HISTORY) ? (double)frame - np_scene_get_history_first(scene, frame) : 0.0;
 }
 
@@ -39,7 +39,7 @@ static double predict_next(const neph_scene *scene, const np_plan *plan) {
   const bool is_moving = !np_scene_has_still_light(scene);
   double seconds = 0.0;
   for (int i = 0; i < NP_STAGE_COUNT; i++)
-    if (is_moving || !np_stage_get_rule((np_stage)i)->reused_while) seconds += plan->stages[i].cost.seconds;
+    if (is_moving || !np_stage_get_rule((np_stage)i)->reused_while) seconds += plan->forecast.stages[i].cost.seconds;
   return seconds;
 }
 
@@ -47,15 +47,15 @@ neph_result neph_render_estimate_time(const neph_scene *scene, const neph_render
                                       double *out_next_seconds) {
   if (NP_LACKS(NP_CONTEXT_OF(scene), out_seconds)) return NEPH_ERROR_INVALID_ARGUMENT;
   neph_scene at;
-  np_plan *plan;
+  np_plan plan;
   np_input_store store = {.references = NULL};
-  neph_result result = np_plan_create_frame(scene, desc, &at, &plan);
-  if (!result) result = np_plan_measure_fill(&at, plan, &store);
-  const double next_s = result ? 0.0 : predict_next(&at, plan);
-  if (!result) *out_seconds = np_stages_count_cost(plan).seconds + count_run_up(&at, plan) * next_s;
+  neph_result result = np_plan_make_frame(scene, desc, &at, &plan);
+  if (!result) result = np_plan_measure_fill(&at, &plan, &store);
+  const double next_s = result ? 0.0 : predict_next(&at, &plan);
+  if (!result) *out_seconds = np_forecast_sum(&plan.forecast).seconds + count_run_up(&at, &plan) * next_s;
   if (!result && out_next_seconds) *out_next_seconds = next_s;
   np_input_store_clear(scene->context, &store);
-  np_plan_destroy(scene->context, plan);
+  np_plan_clear(&plan);
   np_scene_eval_clear(&at);
   return result;
 }
@@ -64,22 +64,22 @@ neph_result neph_render_estimate_time(const neph_scene *scene, const neph_render
 static neph_result explain_plan(const neph_scene *scene, np_plan *plan, np_stores *stores, neph_text_format format,
                                 char **out_text) {
   np_input_store *inputs = &stores->inputs;
-  neph_result result = np_inputs_open(scene, plan, inputs);
+  neph_result result = np_inputs_open(scene, plan->request.desc.frame, inputs);
   if (!result) result = np_plan_measure_fill(scene, plan, inputs);
   if (!result) result = np_plan_fit_memory(scene, plan, inputs);
-  if (!result && plan->are_lights_known)
-    result = np_light_warnings_log(scene, plan, stores, &plan->lights, scene->longitude_rad);
+  if (!result && plan->decisions.are_lights_known)
+    result = np_light_warnings_log(scene, plan, stores, &plan->decisions.lights, scene->longitude_rad);
   if (!result) result = np_prediction_log(scene, plan);
-  return result ? result : np_plan_describe(scene, plan, format, out_text);
+  return result ? result : np_plan_describe(scene, plan, inputs, format, out_text);
 }
 
 neph_result np_render_explain(const neph_scene *scene, const neph_render_desc *desc, np_stores *stores,
                               neph_text_format format, char **out_text) {
   neph_scene at;
-  np_plan *plan;
-  neph_result result = np_plan_create_frame(scene, desc, &at, &plan);
-  if (!result) result = explain_plan(&at, plan, stores, format, out_text);
-  np_plan_destroy(scene->context, plan);
+  np_plan plan;
+  neph_result result = np_plan_make_frame(scene, desc, &at, &plan);
+  if (!result) result = explain_plan(&at, &plan, stores, format, out_text);
+  np_plan_clear(&plan);
   np_scene_eval_clear(&at);
   return result;
 }

@@ -27,7 +27,7 @@ struct neph_renderer {
 
 /* One picture under way. */
 typedef struct picture_call {
-  np_plan *plan; /* owned */
+  np_plan plan; /* owned */
   np_render_job job;
   np_tile_feed feed;
   const atomic_bool *is_cancelled; /* NULL: callbacks alone can end it */
@@ -43,12 +43,12 @@ static bool tell(void *user, const neph_progress *progress) {
   return !call->progress || call->progress(call->progress_user, progress);
 }
 
-/* Solves, before the picture, for light between which it is interpolated. */
-static neph_result prepare_light(const neph_scene *scene, np_plan *plan, np_stores *stores, np_monitor *monitor) {
-  neph_result result = np_light_span_choose(scene, plan, &plan->light_span);
-  if (result || plan->light_span.frames[0] == plan->light_span.frames[1]) return result;
+/* Chooses frames between which the picture's light is interpolated, and solves for it there. */
+static neph_result prepare_light(const neph_scene *scene, const np_plan *plan, np_build_job *job, np_monitor *monitor) {
+  neph_result result = np_light_span_choose(scene, plan, &job->light_span);
+  if (result || job->light_span.frames[0] == job->light_span.frames[1]) return result;
   const unsigned mode = np_float_mode_enter();
-  result = np_light_anchors_solve(scene, plan, stores, monitor);
+  result = np_light_anchors_solve(scene, plan, job, monitor);
   np_float_mode_leave(mode);
   return result;
 }
@@ -61,34 +61,36 @@ static neph_result prepare_plan(const neph_scene *scene, np_plan *plan, np_input
 /* A picture by a plan that is prepared, whose stores have the frame before where it needs one. */
 static neph_result render_planned(const neph_scene *scene, np_plan *plan, const np_render_job *job, np_monitor *monitor,
                                   neph_image **out_image) {
-  const neph_result result = prepare_light(scene, plan, job->build.stores, monitor);
-  return result ? result : np_render_image(scene, plan, job, monitor, out_image);
+  np_render_job lit = *job;
+  const neph_result result = prepare_light(scene, plan, &lit.build, monitor);
+  return result ? result : np_render_image(scene, plan, &lit, monitor, out_image);
 }
 
 /* A run-up frame: later frames need its history. */
 static neph_result render_before(const neph_scene *scene, const np_plan *plan, int frame, const np_render_job *job,
                                  np_monitor *monitor) {
   neph_scene at;
-  np_plan *at_frame;
-  neph_render_desc desc = plan->desc;
+  np_plan at_frame;
+  neph_render_desc desc = plan->request.desc;
   neph_image *image = NULL;
   desc.frame = frame;
-  neph_result result = np_plan_create_frame(scene, &desc, &at, &at_frame);
-  if (!result) result = prepare_plan(&at, at_frame, &job->build.stores->inputs);
+  neph_result result = np_plan_make_frame(scene, &desc, &at, &at_frame);
+  if (!result) result = prepare_plan(&at, &at_frame, &job->build.stores->inputs);
   if (!result)
-    np_log(scene->context, NEPH_LOG_DEBUG, "history: frame %d is rendered for frame %d", frame, plan->desc.frame);
-  if (!result) result = render_planned(&at, at_frame, job, monitor, &image);
+    np_log(scene->context, NEPH_LOG_DEBUG, "history: frame %d is rendered for frame %d", frame,
+           plan->request.desc.frame);
+  if (!result) result = render_planned(&at, &at_frame, job, monitor, &image);
   neph_image_destroy(image);
-  np_plan_destroy(scene->context, at_frame);
+  np_plan_clear(&at_frame);
   np_scene_eval_clear(&at);
   return result;
 }
 
 /* Renders the frames of the plan's block before its own that the stores do not lead up to. */
 static neph_result prepare_history(const neph_scene *scene, picture_call *call, np_monitor *monitor) {
-  const np_plan *plan = call->plan;
+  const np_plan *plan = &call->plan;
   np_stores *stores = call->job.build.stores;
-  const int frame = plan->desc.frame;
+  const int frame = plan->request.desc.frame;
   int begin = frame;
   neph_result result = np_history_choose_begin(scene, plan, stores, &begin);
   if (result || begin == frame) return result;
@@ -103,7 +105,7 @@ static neph_result prepare_history(const neph_scene *scene, picture_call *call, 
 
 /* A picture of a scene in its frame. */
 static neph_result render_picture(const neph_scene *scene, picture_call *call, neph_image **out_image) {
-  const neph_render_desc *desc = &call->plan->desc;
+  const neph_render_desc *desc = &call->plan.request.desc;
   call->progress = desc->progress;
   call->progress_user = desc->progress_user;
   call->feed = (np_tile_feed){.fn = desc->tile, .user = desc->tile_user};
@@ -111,9 +113,9 @@ static neph_result render_picture(const neph_scene *scene, picture_call *call, n
   np_monitor monitor;
   np_monitor_start(&monitor, scene->context, tell, call);
   if (!tell(call, &(neph_progress){.stage = "planning", .remaining_s = HUGE_VAL})) return NEPH_ERROR_CANCELLED;
-  neph_result result = prepare_plan(scene, call->plan, &call->job.build.stores->inputs);
+  neph_result result = prepare_plan(scene, &call->plan, &call->job.build.stores->inputs);
   if (!result) result = prepare_history(scene, call, &monitor);
-  return result ? result : render_planned(scene, call->plan, &call->job, &monitor, out_image);
+  return result ? result : render_planned(scene, &call->plan, &call->job, &monitor, out_image);
 }
 
 static neph_result render_from_stores(const neph_scene *scene, const neph_render_desc *desc, np_stores *stores,
@@ -121,9 +123,9 @@ static neph_result render_from_stores(const neph_scene *scene, const neph_render
   picture_call call = {.job = {.build = np_build_job_make(stores), .sink = &np_part_film_sink},
                        .is_cancelled = is_cancelled};
   neph_scene at;
-  neph_result result = np_plan_create_frame(scene, desc, &at, &call.plan);
+  neph_result result = np_plan_make_frame(scene, desc, &at, &call.plan);
   if (!result) result = render_picture(&at, &call, out_image);
-  np_plan_destroy(scene->context, call.plan);
+  np_plan_clear(&call.plan);
   np_scene_eval_clear(&at);
   return result;
 }

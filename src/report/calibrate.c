@@ -51,16 +51,16 @@ typedef struct calibration {
 } calibration;
 
 static neph_result render_once(calibration *c, unsigned scene, const neph_scene *loaded) {
-  np_plan *plan = np_plan_allocate(c->context);
+  np_plan plan;
   np_stage_times times = {.error_s = 0.0};
   neph_image *image = NULL;
-  neph_result result = plan ? np_plan_make(loaded, NULL, plan) : NEPH_ERROR_OUT_OF_MEMORY;
+  neph_result result = np_plan_make(loaded, NULL, &plan);
   np_stores stores = {.results = NULL};
   np_render_job job = {.build = np_build_job_make(&stores)};
   job.build.times = &times;
-  if (!result) result = np_render_image(loaded, plan, &job, &c->monitor, &image);
+  if (!result) result = np_render_image(loaded, &plan, &job, &c->monitor, &image);
   np_stores_clear(c->context, &stores);
-  np_plan_destroy(c->context, plan);
+  np_plan_clear(&plan);
   neph_image_destroy(image);
   for (int i = 0; i < NP_STAGE_COUNT && !result; i++) c->least_s[scene][i] = fmin(c->least_s[scene][i], times.cpu_s[i]);
   return result;

@@ -59,7 +59,7 @@ static double get_table_tolerance(const neph_scene *scene, const np_plan *plan) 
 }
 static double get_voxel(const neph_scene *scene, const np_plan *plan) { return (void)plan, get_bake_voxel_m(scene); }
 static const char *get_method(const neph_scene *scene, const np_plan *plan) {
-  return (void)scene, np_multiple_scattering_get_row(plan->desc.multiple_scattering)->name;
+  return (void)scene, np_multiple_scattering_get_row(plan->request.desc.multiple_scattering)->name;
 }
 static const char *get_sun_optical_depth(const neph_scene *scene, const np_plan *plan) {
   return (void)scene, np_plan_needs(plan, NP_STAGE_SUN_OPTICAL_DEPTH) ? "volume" : "march";
@@ -71,11 +71,11 @@ static const char *get_air_shadows(const neph_scene *scene, const np_plan *plan)
   return (void)scene, np_plan_needs(plan, NP_STAGE_AIR_SHADOWS) ? "true" : "false";
 }
 static const char *get_guiding(const neph_scene *scene, const np_plan *plan) {
-  return (void)scene, plan->desc.path_guiding == NEPH_PATH_GUIDING_ADJOINT ? "adjoint" : "none";
+  return (void)scene, plan->request.desc.path_guiding == NEPH_PATH_GUIDING_ADJOINT ? "adjoint" : "none";
 }
 static bool has_bake(const neph_scene *scene, const np_plan *plan) { return (void)plan, get_bake_voxel_m(scene) > 0.0; }
 static bool has_sun(const neph_scene *scene, const np_plan *plan) {
-  return (void)scene, plan->has_sun || np_plan_needs(plan, NP_STAGE_MOON);
+  return (void)scene, plan->decisions.has_sun || np_plan_needs(plan, NP_STAGE_MOON);
 }
 /* ---- The table ---- */
 

@@ -87,19 +87,19 @@ static void add_run(neph_report *report, const np_plan *plan, const run_times *t
 
 neph_result np_report_render(neph_report *report, neph_scene *scene, const neph_render_desc *desc, np_setting *setting,
                              neph_image **out_image) {
-  np_plan *plan = np_plan_allocate(report->context);
+  np_plan plan;
   *out_image = NULL;
   const double cpu_s = np_cpu_time_s();
-  neph_result result = plan ? np_plan_make(scene, desc, plan) : NEPH_ERROR_OUT_OF_MEMORY;
+  neph_result result = np_plan_make(scene, desc, &plan);
   run_times times = {.cpu_s = 0.0};
   np_render_job job = {.build = np_build_job_make(&report->stores)};
   job.build.times = &times.stages;
   np_monitor monitor;
   np_monitor_start(&monitor, report->context, tell, report);
-  if (!result) result = np_render_image(scene, plan, &job, &monitor, out_image);
+  if (!result) result = np_render_image(scene, &plan, &job, &monitor, out_image);
   times.cpu_s = np_cpu_time_s() - cpu_s;
-  if (!result) add_run(report, plan, &times, setting);
-  np_plan_destroy(report->context, plan);
+  if (!result) add_run(report, &plan, &times, setting);
+  np_plan_clear(&plan);
   return result;
 }
 

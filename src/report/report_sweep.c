@@ -83,10 +83,10 @@ static neph_result predict(const neph_report *report, np_setting *setting) {
     setting->sample_count = scene->render.sample_count;
   }
   result = np_report_describe_run(scene, setting->integrator, setting->sample_count, &desc);
-  np_plan *plan = np_plan_allocate(report->context);
-  if (!result) result = plan ? np_plan_make(scene, &desc, plan) : NEPH_ERROR_OUT_OF_MEMORY;
-  if (!result) setting->predicted_s = np_plan_get_core_s(plan) * np_stages_count_cost(plan).seconds;
-  np_plan_destroy(report->context, plan);
+  np_plan plan = {.request.context = report->context};
+  if (!result) result = np_plan_make(scene, &desc, &plan);
+  if (!result) setting->predicted_s = np_plan_get_core_s(&plan) * np_forecast_sum(&plan.forecast).seconds;
+  np_plan_clear(&plan);
   neph_scene_destroy(scene);
   return result;
 }
@@ -197,12 +197,10 @@ static neph_result list(sweep *s) {
 }
 
 neph_result np_report_list(neph_report *report) {
-  sweep *s = np_alloc(report->context, 1, sizeof *s);
-  if (!s) return NEPH_ERROR_OUT_OF_MEMORY;
-  s->report = report;
-  neph_result result = np_report_load(report, NULL, &s->scene);
-  if (!result) result = list(s);
-  neph_scene_destroy(s->scene);
-  np_alloc_free(report->context, s);
+  sweep s = {.report = report};
+  neph_result result = np_report_load(report, NULL, &s.scene);
+  if (!result) result = list(&s);
+  for (int i = 0; i < 2; i++) np_plan_clear(&s.plans[i]);
+  neph_scene_destroy(s.scene);
   return result;
 }

@@ -67,7 +67,7 @@ static neph_result take_part(np_stage stage, const np_stage_part *part) {
   if (reason[0]) cached = search_content(reuse, &wanted);
   if (cached && !result) {
     log_part(stage, part, "reused", "");
-    if (part->times) part->times->is_reused[stage] = true;
+    if (part->job->times) part->job->times->is_reused[stage] = true;
     part->made->has_reused = true;
     np_alloc_free(part->made->context, wanted.key);
     (void)reuse->exchange(part, cached->result);
@@ -173,13 +173,13 @@ static neph_result start(const neph_scene *scene, const np_plan *plan, const np_
                      .clouds_max = np_nowhere_high};
   np_schedule_make(plan, job->progress, &a->schedule);
   if (!a->clouds) return NEPH_ERROR_OUT_OF_MEMORY;
-  return np_camera_init(scene, plan->desc.width, plan->desc.height, plan->desc.eye, &a->camera);
+  return np_camera_init(scene, plan->request.desc.width, plan->request.desc.height, plan->request.desc.eye, &a->camera);
 }
 
 neph_result np_assembly_build_some(const neph_scene *scene, np_plan *plan, uint32_t stages, const np_build_job *job,
                                    np_monitor *monitor, np_assembly *out_assembly) {
   np_stage_times *times = job->times;
-  const np_stage_part walk = {.scene = scene, .plan = plan, .monitor = monitor, .times = times, .made = out_assembly};
+  const np_stage_part walk = {.scene = scene, .plan = plan, .monitor = monitor, .job = job, .made = out_assembly};
   neph_result result = start(scene, plan, job, out_assembly);
   for (int i = 0; i < NP_STAGE_COUNT && !result; i++) {
     if (!np_plan_needs(plan, (np_stage)i) || !(stages & 1u << i)) continue;

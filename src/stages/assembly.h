@@ -12,21 +12,8 @@
 #define NP_STAGES_ASSEMBLY_H
 
 #include "plan/plan.h"
+#include "stages/build_job.h"
 #include "stages/packet.h"
-#include "stages/stage_times.h"
-#include "stages/stores.h"
-
-/* Surroundings of a build. */
-typedef struct np_build_job {
-  np_stores *stores;        /* borrowed: results of earlier pictures, and this picture's for later ones */
-  np_stage_times *times;    /* borrowed: filled while the stages are built; NULL: not measured */
-  np_monitor_part progress; /* part of the call's progress that the picture is; run-up frames are the rest */
-} np_build_job;
-
-/* The whole of a call that measures no times. */
-static inline np_build_job np_build_job_make(np_stores *stores) {
-  return (np_build_job){.stores = stores, .progress = np_monitor_whole};
-}
 
 /* Builds what `plan` needs for its frame; on failure nothing is left. Where no cloud turns out to hold anything, the
  * plan is made without them. */

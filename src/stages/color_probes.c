@@ -22,13 +22,13 @@ static void clear_skies(probe_skies *skies) {
 /* A beam of groups of lights has none, for they have a group of their own. */
 static bool has_sky(const np_stage_part *in, unsigned group) {
   const unsigned of_sun = in->made->has_light_groups ? NP_LIGHT_GROUP_SKY : NP_LIGHT_GROUP_SUN;
-  return group == NP_LIGHT_GROUP_MOON || (group == of_sun && in->plan->has_sun);
+  return group == NP_LIGHT_GROUP_MOON || (group == of_sun && in->plan->decisions.has_sun);
 }
 
 /* Pictures whose air is traced have no sky, and get one for this alone: their colours are those of any other. */
 static neph_result get_skies(const np_stage_part *in, probe_skies *out) {
   np_assembly *a = in->made;
-  *out = (probe_skies){.light_count = a->light_count, .is_owned = np_plan_traces_air(in->plan)};
+  *out = (probe_skies){.light_count = a->light_count, .is_owned = np_request_traces_air(&in->plan->request)};
   neph_result result = NEPH_OK;
   for (unsigned p = 0; p < PACKETS; p++)
     for (unsigned l = 0; l < a->light_count && !result; l++) {

@@ -54,15 +54,14 @@ static neph_result take_solutions(np_assembly *a, np_light_anchor *out) {
 }
 
 /* Solves in the evaluated frame of a plan. */
-static neph_result solve_planned(const neph_scene *scene, np_plan *plan, np_stores *stores, np_monitor *monitor,
+static neph_result solve_planned(const neph_scene *scene, np_plan *plan, const np_build_job *job, np_monitor *monitor,
                                  np_light_anchor *out) {
-  const np_build_job job = np_build_job_make(stores);
   np_assembly assembly;
-  neph_result result = np_plan_fit_memory(scene, plan, &stores->inputs);
+  neph_result result = np_plan_fit_memory(scene, plan, &job->stores->inputs);
   if (result || !np_plan_needs(plan, NP_STAGE_ORDINATES)) return result;
   np_log(scene->context, NEPH_LOG_INFO, "multiple scattering: solved for at frame %d, to be interpolated from",
-         plan->desc.frame);
-  result = np_assembly_build_some(scene, plan, collect_stages(NP_STAGE_ORDINATES), &job, monitor, &assembly);
+         plan->request.desc.frame);
+  result = np_assembly_build_some(scene, plan, collect_stages(NP_STAGE_ORDINATES), job, monitor, &assembly);
   if (result) return result;
   result = take_solutions(&assembly, out);
   np_assembly_clear(&assembly);
@@ -70,29 +69,27 @@ static neph_result solve_planned(const neph_scene *scene, np_plan *plan, np_stor
 }
 
 /* The light at an end of the block; nothing is in that of a frame that has none. */
-static neph_result solve(const neph_scene *scene, const np_plan *plan, int end, np_stores *stores, np_monitor *monitor,
-                         np_light_anchor *out) {
+static neph_result solve(const neph_scene *scene, const np_request *request, const np_build_job *picture, int end,
+                         np_monitor *monitor, np_light_anchor *out) {
   neph_scene at;
-  np_plan *at_frame;
-  neph_render_desc desc = plan->desc;
-  desc.frame = plan->light_span.frames[end];
+  np_plan plan;
+  neph_render_desc desc = request->desc;
+  np_build_job job = np_build_job_make(picture->stores);
+  job.light_checkpoints = np_light_checkpoints_make(&desc, (unsigned)end + 1);
+  desc.frame = picture->light_span.frames[end];
   desc.part_path = desc.checkpoint_path = NULL;
   desc.is_resumed = false;
-  neph_result result = np_plan_create_frame(scene, &desc, &at, &at_frame);
-  if (!result) {
-    at_frame->light_checkpoints = plan->light_checkpoints;
-    at_frame->light_checkpoints.block_end = (unsigned)end + 1;
-    result = solve_planned(&at, at_frame, stores, monitor, out);
-  }
-  np_plan_destroy(scene->context, at_frame);
+  neph_result result = np_plan_make_frame(scene, &desc, &at, &plan);
+  if (!result) result = solve_planned(&at, &plan, &job, monitor, out);
+  np_plan_clear(&plan);
   np_scene_eval_clear(&at);
   return result;
 }
 
 static neph_result compute_id(const neph_scene *scene, const np_plan *plan, int frame, char out[33]) {
-  neph_render_desc desc = plan->desc;
+  neph_render_desc desc = plan->request.desc;
   desc.frame = frame;
-  return np_scene_hash_compute(scene, &desc, plan->savings, out);
+  return np_scene_hash_compute(scene, &desc, plan->savings.text, out);
 }
 
 /* Puts the anchor of an id, if there is one, at its end of the span. */
@@ -104,22 +101,23 @@ static void arrange(np_light_anchors *anchors, char ids[2][33]) {
   anchors->at[1] = first;
 }
 
-neph_result np_light_anchors_solve(const neph_scene *scene, const np_plan *plan, np_stores *stores,
+neph_result np_light_anchors_solve(const neph_scene *scene, const np_plan *plan, const np_build_job *job,
                                    np_monitor *monitor) {
+  np_stores *stores = job->stores;
   char ids[2][33];
   neph_result result = NEPH_OK;
   if (!stores->light) stores->light = np_alloc(scene->context, 1, sizeof(np_light_anchors));
   if (!stores->light) return NEPH_ERROR_OUT_OF_MEMORY;
   stores->destroy_light = destroy_anchors;
   np_light_anchors *anchors = stores->light;
-  for (int i = 0; i < 2 && !result; i++) result = compute_id(scene, plan, plan->light_span.frames[i], ids[i]);
+  for (int i = 0; i < 2 && !result; i++) result = compute_id(scene, plan, job->light_span.frames[i], ids[i]);
   if (result) return result;
   arrange(anchors, ids);
   for (int i = 0; i < 2 && !result; i++) {
     np_light_anchor *anchor = &anchors->at[i];
     if (*ids[i] && !strcmp(anchor->id, ids[i])) continue;
     clear_anchor(scene->context, anchor);
-    if (*ids[i]) result = solve(scene, plan, i, stores, monitor, anchor);
+    if (*ids[i]) result = solve(scene, &plan->request, job, i, monitor, anchor);
     if (result)
       clear_anchor(scene->context, anchor);
     else

@@ -25,8 +25,8 @@ typedef struct np_light_anchors {
   np_light_anchor at[2];
 } np_light_anchors;
 
-/* Solves for the light at the ends of the plan's span that the stores do not have, and drops others. */
-neph_result np_light_anchors_solve(const neph_scene *scene, const np_plan *plan, np_stores *stores,
+/* Solves for the light at the ends of the job's span that the stores do not have, and drops others. */
+neph_result np_light_anchors_solve(const neph_scene *scene, const np_plan *plan, const np_build_job *job,
                                    np_monitor *monitor);
 
 #endif

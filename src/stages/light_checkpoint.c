@@ -57,7 +57,7 @@ static bool read_state(void *user, np_cache_entry *entry) { return begin_read(us
 static bool write_state(void *user, np_cache_entry *entry) { return begin_write(user, entry, false); }
 
 bool np_light_checkpoint_open(const np_stage_part *in, const np_stage_disk *disk, np_light_checkpoint *out) {
-  const np_light_checkpoints *wanted = &in->plan->light_checkpoints;
+  const np_light_checkpoints *wanted = &in->job->light_checkpoints;
   neph_context *context = in->made->context;
   *out = (np_light_checkpoint){.context = context, .monitor = in->monitor, .is_resumed = wanted->is_resumed};
   if (!wanted->path || !np_stage_disk_compute_key(disk, in, out->key)) return false;

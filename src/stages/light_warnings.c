@@ -74,7 +74,7 @@ static bool is_unlit_night(const neph_scene *scene, const np_plan *plan, const n
                    !scene->environment.has_planet || even[0] + even[1] + even[2] > 0.0;
   for (unsigned i = 0; i < scene->cloud_count; i++) has_light = has_light || scene->clouds[i].emission.is_enabled;
   const bool is_dark = get_elevation_deg(lights) < twilight_end_deg;
-  return plan->has_beauty && !has_light && sun[0] + sun[1] + sun[2] > 0.0 && is_dark;
+  return plan->request.has_beauty && !has_light && sun[0] + sun[1] + sun[2] > 0.0 && is_dark;
 }
 
 static void warn_of_night(const neph_scene *scene, const np_scene_lights *lights) {

@@ -14,7 +14,7 @@ static void read_cloud_ahead(const neph_scene *scene, const np_scene_cloud *clou
 }
 
 void np_read_ahead(const neph_scene *scene, const np_plan *plan) {
-  const neph_render_desc *desc = &plan->desc;
+  const neph_render_desc *desc = &plan->request.desc;
   if (!desc->has_next_frame || !np_plan_needs(plan, NP_STAGE_VOLUMES)) return;
   for (unsigned i = 0; i < scene->cloud_count; i++)
     if (np_scene_cloud_is_sequence(&scene->clouds[i])) read_cloud_ahead(scene, &scene->clouds[i], desc->next_frame);

@@ -6,7 +6,7 @@
 #ifndef NP_STAGES_READ_AHEAD_H
 #define NP_STAGES_READ_AHEAD_H
 
-#include "plan/plan_stages.h"
+#include "plan/plan_parts.h"
 
 void np_read_ahead(const neph_scene *scene, const np_plan *plan);
 

@@ -37,25 +37,26 @@ static void choose_fitted_bands(np_packet *packets, unsigned count) {
 
 static void choose_many_bands(const np_plan *plan, np_packet *packets) {
   np_wavelengths wavelengths;
-  np_wavelengths_choose(plan->wavelength_count, &wavelengths);
-  for (unsigned i = 0; i < plan->packet_count; i++) {
+  np_wavelengths_choose(plan->decisions.wavelength_count, &wavelengths);
+  for (unsigned i = 0; i < plan->decisions.packet_count; i++) {
     packets[i].bands = np_band_set_choose(&wavelengths, i);
-    set_weights(&wavelengths, plan->color_space, i, &packets[i]);
+    set_weights(&wavelengths, plan->decisions.color_space, i, &packets[i]);
   }
 }
 
 neph_result np_stage_build_packets(const np_stage_part *in) {
   np_assembly *out = in->made;
   const np_plan *plan = in->plan;
-  const unsigned probes = np_plan_needs(plan, NP_STAGE_COLOR_FIT) ? 1 : 0, count = plan->packet_count + probes;
+  const unsigned probes = np_plan_needs(plan, NP_STAGE_COLOR_FIT) ? 1 : 0,
+                 count = plan->decisions.packet_count + probes;
   out->packets = np_alloc(out->context, count, sizeof *out->packets);
   if (!out->packets) return NEPH_ERROR_OUT_OF_MEMORY;
-  out->packet_count = plan->packet_count;
+  out->packet_count = plan->decisions.packet_count;
   out->probe_packet_count = probes;
-  out->is_of_bands = plan->color_space == NP_COLOR_BANDS;
+  out->is_of_bands = plan->decisions.color_space == NP_COLOR_BANDS;
   if (out->is_of_bands)
     choose_reference_bands(out->packets);
-  else if (plan->packet_count == 1)
+  else if (plan->decisions.packet_count == 1)
     choose_fitted_bands(out->packets, count);
   else
     choose_many_bands(plan, out->packets);
@@ -82,7 +83,7 @@ neph_result np_stage_build_color_fit(const np_stage_part *in) {
   if (result) return result;
   np_color_fit_solve(&fit, &out->weights);
   out->is_fitted = true;
-  set_fitted_weights(&out->weights, in->plan->color_space, in->made->packets);
+  set_fitted_weights(&out->weights, in->plan->decisions.color_space, in->made->packets);
   return NEPH_OK;
 }
 

@@ -36,7 +36,7 @@ bool np_stage_disk_load(const np_stage_reuse *reuse, const np_stage_part *part) 
 neph_result np_stage_disk_lock(const np_stage_reuse *reuse, const np_stage_part *part, np_cache_lock *out_lock) {
   char key[33];
   out_lock->file = -1;
-  if (!part->key || isfinite(part->plan->desc.time_limit_s) || !compute_key(reuse, part, key)) return NEPH_OK;
+  if (!part->key || isfinite(part->plan->request.desc.time_limit_s) || !compute_key(reuse, part, key)) return NEPH_OK;
   return np_cache_lock_take(part->made->context, part->monitor, reuse->disk->kind, key, waiting_max_s, out_lock);
 }
 

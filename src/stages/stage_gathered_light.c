@@ -22,7 +22,9 @@ static bool is_of_picture_alone(const np_stage_part *in) {
   return !in->made->has_reused || np_scene_is_sequence(in->scene);
 }
 
-static bool is_part(const np_plan *plan) { return plan->desc.tile_count > 1 || np_part_is_range(&plan->desc); }
+static bool is_part(const np_plan *plan) {
+  return plan->request.desc.tile_count > 1 || np_part_is_range(&plan->request.desc);
+}
 
 static neph_result get_gathered_key(const np_stage_part *in, void **out_key) {
   const np_plan *plan = in->plan;
@@ -32,7 +34,7 @@ static neph_result get_gathered_key(const np_stage_part *in, void **out_key) {
   if (!key) return NEPH_ERROR_OUT_OF_MEMORY;
   np_hash *hash = np_hash_create(context);
   np_hash_add_text(hash, plan->hash);
-  NP_HASH_ADD(hash, plan->light_bytes_max);
+  NP_HASH_ADD(hash, plan->savings.light_bytes_max);
   NP_HASH_ADD(hash, in->slot);
   return np_hash_finish(hash, key->picture);
 }

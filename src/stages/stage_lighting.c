@@ -37,7 +37,7 @@ static const np_emission *get_emission(const np_emission *emission) {
 /* Light of no one light is in the world of the first: it must be added once. */
 static void add_common(const np_stage_part *in, np_world *world) {
   world->disk = make_sun_disk(in);
-  world->has_no_disks = !in->scene->output.has_disks && !in->plan->is_sky_alone;
+  world->has_no_disks = !in->scene->output.has_disks && !in->plan->request.is_sky_alone;
   world->emission = get_emission(&in->packet->emission);
   add_surroundings(in, world);
 }
@@ -150,7 +150,7 @@ neph_result np_stage_build_world(const np_stage_part *in) {
 neph_result np_stage_build_sky_guide(const np_stage_part *in) {
   np_packet_light *out = in->light;
   if (!out->cloud_sky) return NEPH_OK;
-  const float cost = np_plan_traces_air(in->plan) ? np_sky_guide_traced_cost : 1.0f;
+  const float cost = np_request_traces_air(&in->plan->request) ? np_sky_guide_traced_cost : 1.0f;
   const np_sun_optical_depths depths = {.clouds = &out->world.clouds};
   const np_sun_optical_depth_source source = np_sun_optical_depths_get_source(&depths);
   np_sky_guide_build(&out->world, &source, np_assembly_get_clouds_middle(in->made), cost, &out->sky_guide);
@@ -173,7 +173,7 @@ static float compute_sun_rate(const np_stage_part *in, const np_instances *cloud
   float rate = 1.0f;
   if (np_plan_needs(in->plan, NP_STAGE_APPROXIMATION)) {
     np_integrator_settings settings;
-    np_integrator_choice_make(&in->scene->render, in->plan->desc.multiple_scattering, &settings);
+    np_integrator_choice_make(&in->scene->render, in->plan->request.desc.multiple_scattering, &settings);
     return np_approximation_rows_v1[settings.multiple_scattering].get_fade(&settings.approximation);
   }
   if (!np_plan_needs(in->plan, NP_STAGE_ORDINATES)) return rate;
@@ -262,7 +262,7 @@ static np_vec3 get_film_direction(const void *camera, float x, float y) {
 /* Rays through every so many pixels of the picture; those about the crop, and two more, of which neighbours and
  * pixels' filters take part. */
 static np_air_rays make_air_rays(const np_camera *c, const np_plan *plan) {
-  const unsigned spacing = plan->air_ray_spacing;
+  const unsigned spacing = plan->decisions.air_ray_spacing;
   const float step = 2.0f * c->tan_half_width * (float)spacing / (float)c->width;
   np_air_rays rays = {.origin = c->origin,
                       .forward = np_vec3_scale(c->back, -1.0f),
@@ -275,8 +275,8 @@ static np_air_rays make_air_rays(const np_camera *c, const np_plan *plan) {
   for (int k = 0; k < 2; k++) {
     rays.middle[k] = 0.5f * (float)whole[k] / (float)spacing;
     if (aside[k] != 0.0f) rays.middle[k] -= aside[k] / step;
-    rays.begin[k] = (int32_t)floor((double)plan->window_min[k] / spacing) - 2;
-    rays.end[k] = (int32_t)floor((double)plan->window_max[k] / spacing) + 4;
+    rays.begin[k] = (int32_t)floor((double)plan->request.window_min[k] / spacing) - 2;
+    rays.end[k] = (int32_t)floor((double)plan->request.window_max[k] / spacing) + 4;
     rays.whole_end[k] = (int32_t)(whole[k] / spacing) + 1;
   }
   return rays;
@@ -324,7 +324,7 @@ void np_stage_clear_air_shadow(const np_stage_part *in) { np_air_shadow_clear(&i
 neph_result np_stage_build_approximation(const np_stage_part *in) {
   const np_assembly *a = in->made;
   np_packet *out = in->packet;
-  const neph_multiple_scattering method = in->plan->desc.multiple_scattering;
+  const neph_multiple_scattering method = in->plan->request.desc.multiple_scattering;
   if (!isinf(in->scene->render.approximation.gain) || a->volume_count == 0) return NEPH_OK;
   out->gains = np_alloc(a->context, a->volume_count, sizeof *out->gains);
   if (!out->gains) return NEPH_ERROR_OUT_OF_MEMORY;

@@ -6,11 +6,11 @@
 #include "core/alloc.h"
 #include "core/hash.h"
 #include "core/text.h"
+#include "plan/cloud_source.h"
 #include "plan/placement.h"
 #include "plan/plan.h"
 #include "plan/plan_detail.h"
 #include "plan/reference_frame.h"
-#include "plan/stage_decisions.h"
 #include "scene/cloud_file.h"
 #include "scene/cloud_ground.h"
 #include "stages/copies.h"
@@ -39,18 +39,24 @@ static void add_file(np_hash *hash, const np_plan *plan, const np_scene_cloud *c
   np_hash_add_text(hash, cloud->color);
   const neph_precision precision = np_plan_get_precision(plan, cloud);
   NP_HASH_ADD(hash, precision);
-  NP_HASH_ADD(hash, plan->are_coarse);
+  NP_HASH_ADD(hash, plan->savings.are_coarse);
+}
+
+static neph_bake_desc describe_bake(const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud) {
+  neph_bake_desc desc = np_plan_get_bake_desc(&plan->request, scene, cloud);
+  desc.precision = np_plan_get_precision(plan, cloud);
+  return desc;
 }
 
 static neph_result add_bake(np_hash *hash, const np_plan *plan, const neph_scene *scene, const np_scene_cloud *cloud) {
-  const neph_bake_desc desc = np_plan_get_bake_desc(plan, scene, cloud);
-  neph_cloud_desc at_frame = np_plan_get_bake(plan, scene, cloud);
+  const neph_bake_desc desc = describe_bake(plan, scene, cloud);
+  neph_cloud_desc at_frame = np_plan_get_bake(&plan->request, scene, cloud);
   np_cloud_ground ground;
   char *text;
   neph_result result = np_cloud_ground_name(scene, &at_frame, &ground);
   if (result) return result;
   if (at_frame.ground_id) { /* made mountains may be coarser than the scene's own */
-    const neph_ridges_desc ridges = np_plan_get_ridges(plan, scene);
+    const neph_ridges_desc ridges = np_plan_get_ridges(&plan->request, scene);
     NP_HASH_ADD(hash, ridges.sample_count);
   }
   result = np_cloud_desc_to_json(scene->context, &at_frame, &desc, &text);
@@ -72,7 +78,7 @@ static neph_result compute_key(const np_stage_part *in, const char *path, source
     np_hash_add_text(hash, "no file");
   else
     result = add_bake(hash, in->plan, in->scene, cloud);
-  const unsigned copy_levels = np_plan_count_copy_levels(in->plan, in->scene, cloud);
+  const unsigned copy_levels = np_plan_count_copy_levels(&in->plan->request, in->scene, cloud);
   NP_HASH_ADD(hash, copy_levels);
   const neph_result finished = np_hash_finish(hash, out_key->hash);
   return result ? result : finished;
@@ -81,7 +87,7 @@ static neph_result compute_key(const np_stage_part *in, const char *path, source
 /* ---- Terrain ---- */
 
 static neph_result compute_terrain_key(const np_plan *plan, const neph_scene *scene, char out_key[33]) {
-  const neph_ridges_desc ridges = np_plan_get_ridges(plan, scene);
+  const neph_ridges_desc ridges = np_plan_get_ridges(&plan->request, scene);
   return np_terrain_key_compute(scene, &ridges, NP_TERRAIN_KEY_OF_ALL, out_key);
 }
 
@@ -109,7 +115,7 @@ static neph_result make_terrain(const np_stage_part *in) {
   const np_scene_terrain *terrain = &in->scene->terrain;
   if (terrain->given) return in->made->terrain = neph_terrain_retain(terrain->given), NEPH_OK;
   const neph_terrain_desc desc = describe_terrain(in);
-  const neph_ridges_desc ridges = np_plan_get_ridges(in->plan, in->scene);
+  const neph_ridges_desc ridges = np_plan_get_ridges(&in->plan->request, in->scene);
   np_terrain_source source = np_scene_terrain_get_source(terrain);
   source.ridges = &ridges;
   return np_terrain_create(in->scene->context, &source, &desc, &in->made->terrain);
@@ -145,13 +151,13 @@ NP_STAGE_REUSE(terrain, in->made->terrain, NP_PER_PICTURE, false, adapt_source, 
 /* A bake reports, and is stopped, as a part of the picture. */
 static neph_result bake(const np_stage_part *in, const np_scene_cloud *cloud, const char *path,
                         neph_volume **out_volume) {
-  neph_bake_desc desc = np_plan_get_bake_desc(in->plan, in->scene, cloud);
-  desc.memory_max_bytes = in->plan->desc.memory_max_bytes;
+  neph_bake_desc desc = describe_bake(in->plan, in->scene, cloud);
+  desc.memory_max_bytes = in->plan->request.desc.memory_max_bytes;
   desc.progress = np_monitor_relay;
   desc.progress_user = in->monitor;
   if (path) np_plan_describe_file_bake(in->scene, cloud, &desc);
   neph_context *context = in->scene->context;
-  neph_cloud_desc at_frame = np_plan_get_bake(in->plan, in->scene, cloud);
+  neph_cloud_desc at_frame = np_plan_get_bake(&in->plan->request, in->scene, cloud);
   np_cloud_ground ground;
   neph_result result = np_cloud_ground_give(in->scene, in->made->terrain, &at_frame, &ground);
   if (result) return result;
@@ -162,7 +168,7 @@ static neph_result bake(const np_stage_part *in, const np_scene_cloud *cloud, co
 static neph_volume_load_desc describe_load(const np_stage_part *in, const np_scene_cloud *cloud) {
   neph_volume_load_desc desc = np_cloud_file_describe_load(cloud);
   desc.precision = np_plan_get_precision(in->plan, cloud);
-  desc.is_halved = in->plan->are_coarse;
+  desc.is_halved = in->plan->savings.are_coarse;
   desc.progress = np_monitor_relay;
   desc.progress_user = in->monitor;
   return desc;
@@ -173,7 +179,7 @@ static neph_result obtain_baked(const np_stage_part *in, const np_scene_cloud *c
   neph_result result = bake(in, cloud, NULL, out_volume);
   if (result || (*out_volume)->value_max > 0.0f) return result;
   np_log(in->scene->context, NEPH_LOG_WARNING, "cloud %s: nothing of it was baked in frame %d: its coverage is %g",
-         cloud->name, in->plan->desc.frame, cloud->bake.coverage);
+         cloud->name, in->plan->request.desc.frame, cloud->bake.coverage);
   neph_volume_release(*out_volume);
   *out_volume = NULL;
   return NEPH_OK;
@@ -230,8 +236,8 @@ static neph_result load_or_bake(const np_stage_part *in, const np_scene_cloud *c
 neph_result np_stage_get_cloud_file(const np_stage_part *in, np_cloud_file *out_file) {
   const np_scene_cloud *cloud = &in->scene->clouds[in->cloud];
   *out_file = (np_cloud_file){.path = NULL};
-  if (!cloud->vdb || np_plan_is_coarsened(in->plan, in->scene, cloud)) return NEPH_OK;
-  return np_cloud_file_get(in->made->context, cloud, in->plan->desc.frame, out_file);
+  if (!cloud->vdb || np_plan_is_coarsened(&in->plan->request, in->scene, cloud)) return NEPH_OK;
+  return np_cloud_file_get(in->made->context, cloud, in->plan->request.desc.frame, out_file);
 }
 
 static neph_result get_volumes_key(const np_stage_part *in, void **out_key) {
@@ -241,7 +247,7 @@ static neph_result get_volumes_key(const np_stage_part *in, void **out_key) {
   np_cloud_file file;
   neph_result result = key ? np_stage_get_cloud_file(in, &file) : NEPH_ERROR_OUT_OF_MEMORY;
   if (result) return result;
-  result = np_plan_choose_source(in->scene, cloud, file.path, in->plan->desc.frame, &key->source);
+  result = np_plan_choose_source(in->scene, cloud, file.path, in->plan->request.desc.frame, &key->source);
   if (!result && (!file.path || key->source == NP_CLOUD_SOURCE_FILE)) result = compute_key(in, file.path, key);
   np_alloc_free(in->made->context, file.path);
   return result;
@@ -249,7 +255,7 @@ static neph_result get_volumes_key(const np_stage_part *in, void **out_key) {
 
 /* Coarser levels for copies that stand far away. */
 static neph_result add_copy_levels(const np_stage_part *in, const np_scene_cloud *cloud, neph_volume *volume) {
-  const unsigned count = np_plan_count_copy_levels(in->plan, in->scene, cloud);
+  const unsigned count = np_plan_count_copy_levels(&in->plan->request, in->scene, cloud);
   if (!volume || volume->tint || count < 2) return NEPH_OK;
   return np_volume_add_coarser(volume, count, np_plan_get_precision(in->plan, cloud), in->monitor);
 }
@@ -265,7 +271,7 @@ static neph_result make_volumes(const np_stage_part *in) {
   const np_monitor_part whole = np_monitor_get_part(in->monitor);
   np_monitor_set_part(in->monitor, whole, 0.0, 0.7);
   if (!result && !file.path && np_scene_cloud_is_sequence(cloud))
-    np_cloud_file_warn(in->scene->context, cloud, in->plan->desc.frame, &file);
+    np_cloud_file_warn(in->scene->context, cloud, in->plan->request.desc.frame, &file);
   else if (!result)
     result = load_or_bake(in, cloud, file.path, key->source, out);
   if (!result) result = add_copy_levels(in, cloud, *out);
@@ -372,7 +378,7 @@ static neph_result place_volume(cloud_build *c) {
                    "cloud %s: the clouds are %u with one for each of their colours and levels, must be at most %d: set "
                    "clouds[].color to none, or lessen clouds[].bake.levels, where they count least",
                    c->cloud->name, c->in->made->volume_count, (int)NP_INSTANCES_MAX);
-  const np_lod_viewers viewers = np_plan_get_viewers(c->in->plan, c->in->scene, c->cloud);
+  const np_lod_viewers viewers = np_plan_get_viewers(&c->in->plan->request, c->in->scene, c->cloud);
   if (c->cloud->place_count > 0)
     result = np_copies_make(c->in->made->context, c->cloud, &placement, &viewers, c->parts, &c->low, &c->high);
   else
@@ -398,7 +404,7 @@ static neph_result build_emission(cloud_build *c) {
     np_log(context, NEPH_LOG_WARNING,
            "cloud %s: its emission is left out of frame %d: position, voxel and optical_depth go by its density, which "
            "is empty",
-           c->cloud->name, c->in->plan->desc.frame);
+           c->cloud->name, c->in->plan->request.desc.frame);
     return NEPH_OK;
   }
   const neph_volume_load_desc load = describe_load(c->in, c->cloud);

@@ -17,7 +17,7 @@
 static double get_time(const np_motion *m, int pose) { return m->open + (m->close - m->open) * pose / NP_MOTION_SPANS; }
 
 static neph_result make_camera(const np_stage_part *in, const np_scene_pose *pose, np_camera *out) {
-  const neph_render_desc *desc = &in->plan->desc;
+  const neph_render_desc *desc = &in->plan->request.desc;
   return np_camera_make(in->scene->context, &pose->camera, desc->width, desc->height, desc->eye, out);
 }
 

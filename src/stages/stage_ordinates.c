@@ -31,14 +31,14 @@ static neph_result warn_of_limit(const np_stage_part *in, const np_scattering_de
   const np_plan *plan = in->plan;
   np_scattering_desc wanted = *held;
   np_scattering_forecast kept, whole;
-  if (!(plan->light_bytes_max < plan->light_bytes_wanted) || plan->savings[0]) return NEPH_OK;
-  np_scattering_desc_set_memory(&wanted, plan->light_bytes_wanted);
+  if (!(plan->savings.light_bytes_max < plan->request.light_bytes) || plan->savings.text[0]) return NEPH_OK;
+  np_scattering_desc_set_memory(&wanted, plan->request.light_bytes);
   neph_result result = np_scattering_desc_forecast(in->made->context, &in->light->world, held, &kept);
   if (!result) result = np_scattering_desc_forecast(in->made->context, &in->light->world, &wanted, &whole);
   if (!result && kept.cell_count < whole.cell_count)
     np_log(in->made->context, NEPH_LOG_WARNING,
            "to stay within %.3g GB of memory, multiple scattering is solved for on %.3g of %.3g million cells",
-           1e-9 * (double)plan->desc.memory_max_bytes, 1e-6 * kept.cell_count, 1e-6 * whole.cell_count);
+           1e-9 * (double)plan->request.desc.memory_max_bytes, 1e-6 * kept.cell_count, 1e-6 * whole.cell_count);
   return result;
 }
 
@@ -49,21 +49,22 @@ static neph_result make_light_key(const np_stage_part *in, np_light_key **out_ke
   np_plan_choose_cells(in->plan, in->scene, a->clouds_min, a->clouds_max, &key->desc);
   key->desc.cells.has_viewer = np_camera_has_centre(&a->camera);
   if (key->desc.cells.has_viewer) set_viewer(in->scene, a, &key->desc.cells);
-  key->desc.has_importance = in->plan->desc.integrator == NEPH_INTEGRATOR_PATH;
+  key->desc.has_importance = in->plan->request.desc.integrator == NEPH_INTEGRATOR_PATH;
   const np_sun_optical_depths depths = np_stage_get_depths(in, in->light);
   const np_sun_optical_depth_source source = np_sun_optical_depths_get_source(&depths);
   const neph_result result = warn_of_limit(in, &key->desc);
   return result ? result : np_light_key_fill(a->context, &in->light->world, &source, key);
 }
 
-/* The solutions of a light of a packet at both ends of the plan's block; false where either has none. */
-static bool get_anchors(const np_plan *plan, const np_stores *stores, unsigned slot, const np_light_solution *out[2]) {
-  const np_light_anchors *anchors = stores->light;
-  if (!anchors || plan->light_span.frames[0] == plan->light_span.frames[1]) return false;
+/* The solutions of a light of a packet at both ends of the job's block; false where either has none. */
+static bool get_anchors(const np_stage_part *in, const np_light_solution *out[2]) {
+  const np_light_anchors *anchors = in->job->stores->light;
+  const int *frames = in->job->light_span.frames;
+  if (!anchors || frames[0] == frames[1]) return false;
   for (int i = 0; i < 2; i++) {
     out[i] = NULL;
     for (unsigned k = 0; k < anchors->at[i].count; k++)
-      if (anchors->at[i].solutions[k].slot == slot) out[i] = &anchors->at[i].solutions[k];
+      if (anchors->at[i].solutions[k].slot == in->slot) out[i] = &anchors->at[i].solutions[k];
   }
   return out[0] && out[1] && np_scattering_field_can_blend(out[0]->field, out[1]->field);
 }
@@ -71,7 +72,7 @@ static bool get_anchors(const np_plan *plan, const np_stores *stores, unsigned s
 /* A solution between those of two other frames is of this one alone, and is not kept. */
 static neph_result get_ordinates_key(const np_stage_part *in, void **out_key) {
   const np_light_solution *ends[2];
-  if (get_anchors(in->plan, in->made->stores, in->slot, ends)) return NEPH_OK;
+  if (get_anchors(in, ends)) return NEPH_OK;
   return make_light_key(in, (np_light_key **)out_key);
 }
 
@@ -113,7 +114,7 @@ static neph_result blend_ordinates(const np_stage_part *in, const np_light_solut
   np_scattering_blend blend = {.fields = {ends[0]->field, ends[1]->field}};
   np_light_key *key;
   neph_result result = make_light_key(in, &key);
-  const double share = blend.share = result ? 0.0 : choose_share(ends, key, in->plan->light_span.share);
+  const double share = blend.share = result ? 0.0 : choose_share(ends, key, in->job->light_span.share);
   for (unsigned b = 0; b < NP_BAND_COUNT && !result; b++) {
     const double between =
         (1.0 - share) * np_light_key_sum(ends[0]->key, b) + share * np_light_key_sum(ends[1]->key, b);
@@ -132,7 +133,7 @@ static bool add_ordinates_key(const np_stage_part *in, np_hash *key) {
   NP_HASH_ADD(key, own->sun);
   NP_HASH_ADD(key, own->surroundings);
   NP_HASH_ADD(key, own->desc.cells.cell_count_max);
-  return !isfinite(in->plan->desc.time_limit_s) && np_stage_add_terrain_key(in, key);
+  return !isfinite(in->plan->request.desc.time_limit_s) && np_stage_add_terrain_key(in, key);
 }
 
 static void save_solution(const np_stage_part *in, np_cache_entry *entry) {
@@ -161,7 +162,7 @@ static neph_result solve_ordinates(const np_stage_part *in, np_light_checkpoint 
 static neph_result make_ordinates(const np_stage_part *in) {
   const np_light_solution *ends[2];
   np_light_checkpoint checkpoint;
-  if (get_anchors(in->plan, in->made->stores, in->slot, ends)) return blend_ordinates(in, ends);
+  if (get_anchors(in, ends)) return blend_ordinates(in, ends);
   if (!np_light_checkpoint_open(in, &ordinates_disk, &checkpoint)) return solve_ordinates(in, NULL);
   neph_result result = NEPH_OK;
   in->light->scattering = np_light_checkpoint_load(&checkpoint, &in->light->world);

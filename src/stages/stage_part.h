@@ -7,14 +7,15 @@
 #include "core/disk_cache.h"
 #include "plan/stage_rules.h"
 #include "scene/cloud_file.h"
+#include "stages/build_job.h"
 #include "stages/packet.h"
 
 /* Given to the functions of a row. Each reads the results of the stages that its row names, and writes its own. */
 typedef struct np_stage_part {
-  const neph_scene *scene; /* NULL when parts are cleared, and the two below */
+  const neph_scene *scene; /* NULL when parts are cleared, and the three below */
   const np_plan *plan;
   np_monitor *monitor;
-  struct np_stage_times *times; /* NULL: not measured */
+  const np_build_job *job;
   np_assembly *made;
   unsigned slot;           /* the part's place among those that later pictures reuse */
   unsigned cloud;          /* of a part per cloud */

@@ -17,11 +17,12 @@ static void add_light(np_assembly *a, unsigned group) { a->lights[a->light_count
 static void add_lights(const np_stage_part *in) {
   np_assembly *a = in->made;
   const np_plan *plan = in->plan;
-  a->has_light_groups = plan->has_light_groups;
-  if (plan->has_light_groups ? plan->has_sun : np_plan_has_sun_world(plan)) add_light(a, NP_LIGHT_GROUP_SUN);
-  if (plan->has_light_groups) add_light(a, NP_LIGHT_GROUP_SKY);
+  a->has_light_groups = plan->request.has_light_groups;
+  if (plan->request.has_light_groups ? plan->decisions.has_sun : np_plan_has_sun_world(plan))
+    add_light(a, NP_LIGHT_GROUP_SUN);
+  if (plan->request.has_light_groups) add_light(a, NP_LIGHT_GROUP_SKY);
   if (np_plan_needs(plan, NP_STAGE_MOON)) add_light(a, NP_LIGHT_GROUP_MOON);
-  for (unsigned i = 0; i < in->scene->cloud_count && plan->has_light_groups; i++)
+  for (unsigned i = 0; i < in->scene->cloud_count && plan->request.has_light_groups; i++)
     if (in->scene->clouds[i].emission.is_enabled) add_light(a, NP_LIGHT_GROUP_EMISSION + i);
 }
 
@@ -31,13 +32,13 @@ neph_result np_stage_build_lights(const np_stage_part *in) {
   const np_plan *plan = in->plan;
   double latitude = scene->latitude_rad, longitude = scene->longitude_rad;
   neph_result result = NEPH_OK;
-  out->places = plan->lights;
-  if (!plan->are_lights_known) {
+  out->places = plan->decisions.lights;
+  if (!plan->decisions.are_lights_known) {
     if (!scene->has_place && in->made->terrain) (void)np_terrain_get_place(in->made->terrain, &latitude, &longitude);
     out->places = np_scene_lights_compute(scene, latitude, longitude);
   }
   add_lights(in);
-  if (plan->has_beauty && scene->moon.is_enabled && scene->moon.map)
+  if (plan->request.has_beauty && scene->moon.is_enabled && scene->moon.map)
     result = np_sphere_map_load(out->context, "moon.map", scene->moon.map, false, &out->moon_map);
   return result;
 }
@@ -144,7 +145,7 @@ static neph_result compare_air(const np_stage_part *in, const neph_atmosphere *c
 /* One that a caller has made, if it fits; NULL: none. */
 static neph_result get_given_air(const np_stage_part *in, neph_atmosphere **out_atmosphere) {
   char reason[NP_REASON_SIZE] = "";
-  neph_atmosphere *given = in->plan->packet_count == 1 ? in->scene->air.given : NULL;
+  neph_atmosphere *given = in->plan->decisions.packet_count == 1 ? in->scene->air.given : NULL;
   neph_result result = given ? compare_air(in, given, reason) : NEPH_OK;
   *out_atmosphere = reason[0] ? NULL : given;
   return result;
@@ -324,19 +325,19 @@ neph_result np_stage_build_stars(const np_stage_part *in) {
   np_packet *out = in->packet;
   const np_plan *plan = in->plan;
   const np_assembly *a = in->made;
-  const bool is_sphere = plan->sphere_size[0] > 0;
+  const bool is_sphere = plan->request.sky.size[0] > 0;
   const np_star_field_desc desc = {.catalogue = &a->stars,
                                    .world = &out->lights[0].world,
                                    .camera = is_sphere ? NULL : &a->camera,
-                                   .width = is_sphere ? plan->sphere_size[0] : a->camera.width,
-                                   .height = is_sphere ? plan->sphere_size[1] : a->camera.height,
+                                   .width = is_sphere ? plan->request.sky.size[0] : a->camera.width,
+                                   .height = is_sphere ? plan->request.sky.size[1] : a->camera.height,
                                    .overscan = is_sphere ? 0 : (int)in->scene->camera.overscan,
-                                   .center_rad = plan->sphere_center_rad,
+                                   .center_rad = plan->request.sky.center_rad,
                                    .origin = a->camera.origin,
                                    .wavelength_nm = out->bands.nm,
                                    .twinkling = in->scene->stars.twinkling,
-                                   .seed = plan->desc.seed,
-                                   .frame = plan->desc.frame};
+                                   .seed = plan->request.desc.seed,
+                                   .frame = plan->request.desc.frame};
   return np_star_field_build(a->context, &desc, &out->stars);
 }
 

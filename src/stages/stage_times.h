@@ -3,7 +3,7 @@
 #ifndef NP_STAGES_STAGE_TIMES_H
 #define NP_STAGES_STAGE_TIMES_H
 
-#include "plan/plan_stages.h"
+#include "plan/plan_parts.h"
 
 /* Cost and error of a picture, predicted: by its plan, before anything is built, and again by pilots, when all but its
  * samples is there. Seconds are of one core, errors shares of a pixel's luminance. */

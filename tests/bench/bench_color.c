@@ -115,10 +115,11 @@ static void look_at_sun(neph_scene *scene, int k, double elevation_deg, const do
   check(neph_scene_set(scene, "sun.elevation", text));
   check(neph_scene_set(scene, "sun.azimuth", "0 deg"));
   np_monitor_start(&monitor, scene->context, NULL, NULL);
-  check(np_plan_make_sky(scene, false, &plan));
+  check(np_plan_make_sky(scene, &(np_sky_request){.is_of_bands = false}, &plan));
   check(np_assembly_build(scene, &plan, &job, &monitor, &assembly));
   look_at_sky(k, &assembly, albedo, out);
   np_assembly_clear(&assembly);
+  np_plan_clear(&plan);
   np_stores_clear(scene->context, &stores);
 }
 

@@ -156,7 +156,8 @@ static void time_parts(const np_plan *plan, const np_assembly *a) {
                found = time_look_ups(cache, world->to_sun, &p, &sum, &unknown);
   printf("parts   %.3g voxels in bricks (the plan: %.3g), %.1f ns to fill each; a depth walked for %.0f ns, looked up "
          "%.0f ns, of which %.0f %% are walked for [%g]\n",
-         voxels, plan->cloud_voxel_count, 1e9 * fill / voxels, 1e9 * walk, 1e9 * found, 100.0 * unknown / PLACES, sum);
+         voxels, np_plan_get_cloud_voxels(plan), 1e9 * fill / voxels, 1e9 * walk, 1e9 * found, 100.0 * unknown / PLACES,
+         sum);
 }
 
 static double start_parts(neph_scene *scene) {
@@ -172,7 +173,9 @@ static double start_parts(neph_scene *scene) {
   time_parts(&plan, &assembly);
   np_assembly_clear(&assembly);
   np_stores_clear(scene->context, &stores);
-  return asin(plan.lights.to_sun.z) * 180.0 / NP_PI;
+  const double elevation = asin(plan.decisions.lights.to_sun.z) * 180.0 / NP_PI;
+  np_plan_clear(&plan);
+  return elevation;
 }
 
 int main(int argc, char **argv) {

@@ -15,9 +15,6 @@ sources=$(find include src cli samples -type f \( -name '*.[ch]' -o -name '*.cpp
 complain 'a type name defined twice' "$(grep -hoE '^(typedef )?(struct|enum|union) [a-z_0-9]+ \{' $sources |
   awk '{print $(NF - 1)}' | sort | uniq -d)"
 
-# A plan is 22 KB, and threads of a caller may have small stacks.
-complain 'a plan on the stack: np_plan_allocate' "$(grep -nE '^ +np_plan [a-z_]+( =.*)?;' $sources || true)"
-
 # A function starts with its name's line at the margin and ends with a brace there.
 complain 'a function above 45 lines' "$(awk '
   FNR == 1 || /^}/ {

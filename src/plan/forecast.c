@@ -1,0 +1,62 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The walk over the rows that predicts errors and costs. */
+#include "plan/forecast.h"
+
+#include <math.h>
+
+#include "plan/error_forecast.h"
+#include "plan/plan.h"
+#include "plan/stage_rules.h"
+
+/* The integrator's work is that of the paths or of the march. */
+static neph_work get_work(const np_plan *plan, np_stage stage) {
+  const bool is_path = stage == NP_STAGE_INTEGRATOR && np_request_is_path(&plan->request);
+  return is_path ? NEPH_WORK_PATH : np_stage_get_rule(stage)->work;
+}
+
+static void predict_errors(const neph_scene *scene, np_plan *plan) {
+  np_forecast *out = &plan->forecast;
+  double bias2 = 0.0;
+  for (int i = 0; i < NP_STAGE_COUNT; i++) {
+    np_stage_expect_fn *expect = np_stage_get_rule((np_stage)i)->expect;
+    out->stages[i].error = np_plan_needs(plan, (np_stage)i) && expect ? expect(plan, scene) : 0.0;
+    bias2 += out->stages[i].error * out->stages[i].error;
+  }
+  out->bias = sqrt(bias2);
+  out->sample_mean = np_plan_choose_samples(plan);
+  out->noise = np_plan_get_noise(plan, out->sample_mean);
+  out->stages[NP_STAGE_INTEGRATOR].error = hypot(out->stages[NP_STAGE_INTEGRATOR].error, out->noise);
+}
+
+static np_stage_cost predict_cost(const neph_scene *scene, const np_plan *plan, np_stage stage) {
+  const np_stage_rule *rule = np_stage_get_rule(stage);
+  if (rule->predict) return rule->predict(plan, scene);
+  const unsigned probes = np_plan_needs(plan, NP_STAGE_COLOR_FIT) && rule->is_of_probes ? 1 : 0;
+  const unsigned packets = plan->decisions.packet_count + probes;
+  const np_part_counts counts = np_part_counts_make(scene->cloud_count, np_plan_count_lights(plan), packets);
+  const double parts = np_stage_count_parts(rule, &counts);
+  return (np_stage_cost){rule->part_seconds * parts, rule->part_bytes * parts};
+}
+
+void np_forecast_make(const neph_scene *scene, np_plan *plan) {
+  np_forecast *out = &plan->forecast;
+  *out = (np_forecast){.bias = 0.0};
+  predict_errors(scene, plan);
+  for (int i = 0; i < NP_STAGE_COUNT; i++) {
+    if (!np_plan_needs(plan, (np_stage)i)) continue;
+    np_stage_cost cost = predict_cost(scene, plan, (np_stage)i);
+    out->constant_s += cost.seconds;
+    if (i != NP_STAGE_INTEGRATOR) out->constant_common_s += cost.seconds;
+    cost.seconds *= plan->request.work_factor[get_work(plan, (np_stage)i)];
+    out->stages[i].cost = cost;
+  }
+}
+
+np_stage_cost np_forecast_sum(const np_forecast *forecast) {
+  np_stage_cost all = {.seconds = 0.0};
+  for (int i = 0; i < NP_STAGE_COUNT; i++) {
+    all.seconds += forecast->stages[i].cost.seconds;
+    all.bytes += forecast->stages[i].cost.bytes;
+  }
+  return all;
+}
