@@ -78,7 +78,7 @@ static neph_result take_part(np_stage stage, const np_stage_part *part) {
   }
   const bool is_loaded = !result && np_stage_disk_load(reuse, &wanted);
   log_part(stage, part, is_loaded ? "read from the cache" : own ? "rebuilt" : "built", is_loaded ? "" : reason);
-  if (own) own->slot = UINT32_MAX; /* for another part, or nobody */
+  if (own) own->slot = UINT32_MAX; /* free for another part */
   const np_stored_result added = {.stage = reuse, .slot = part->slot, .key = wanted.key, .destroy = reuse->destroy};
   const neph_result failed = np_stores_add(part->made->context, stores, added);
   return result ? result : failed;
@@ -90,7 +90,7 @@ static bool is_made(const np_stage_reuse *reuse, const np_stage_part *part) {
   return result;
 }
 
-/* Makes a part, or takes what another process has made of it meanwhile. */
+/* Makes a part, or loads the result of another process that has finished it meanwhile. */
 static neph_result make_or_load(const np_stage_reuse *reuse, const np_stage_part *part) {
   np_cache_lock lock;
   neph_result result = np_stage_disk_lock(reuse, part, &lock);

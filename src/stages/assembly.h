@@ -16,7 +16,7 @@
 #include "stages/packet.h"
 
 /* Builds what `plan` needs for its frame; on failure nothing is left. Where no cloud turns out to hold anything, the
- * plan is made without them. */
+ * plan is revised without them. */
 neph_result np_assembly_build(const neph_scene *scene, np_plan *plan, const np_build_job *job, np_monitor *monitor,
                               np_assembly *out_assembly);
 

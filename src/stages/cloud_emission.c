@@ -30,7 +30,7 @@ static bool has_color(const np_cloud_emission *emission) {
   return emission->color[0] || emission->color[1] || emission->color[2];
 }
 
-/* Half a kelvin at 1000 K, which is how finely halves tell values there, is 1 % of the radiance at 680 nm. */
+/* Half a kelvin at 1000 K, the resolution of halves there, is 1 % of the radiance at 680 nm. */
 static neph_result load_temperature(const np_cloud_emission_source *source, np_cloud_emission *emission) {
   const char *name = source->cloud->emission.temperature;
   if (np_scene_is_none(name)) return NEPH_OK;

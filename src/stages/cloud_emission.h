@@ -10,10 +10,10 @@ typedef struct np_cloud_emission {
   bool is_enabled;
   bool has_body;                    /* the cloud or its flames emit as a black body */
   neph_volume *temperature, *flame; /* NULL: none */
-  neph_volume *color[3];            /* of red, green and blue light; NULL: none, or nothing of it */
-  np_emitter emitter;               /* of the body, but for what it absorbs, which depends on the band */
+  neph_volume *color[3];            /* grids of red, green and blue light; NULL: none */
+  np_emitter emitter;               /* the black body; its absorption depends on the band and is missing */
   np_emitter color_emitter[3];
-  float flame_absorption_per_m; /* of a value of 1; 0: the cloud itself emits */
+  float flame_absorption_per_m; /* absorption at a value of 1; 0: the cloud itself emits */
   float strength;
 } np_cloud_emission;
 

@@ -84,7 +84,7 @@ static probe sample_sky(const probe_skies *skies, np_dvec3 direction) {
   return sum;
 }
 
-/* From the zenith to below the horizon; towards a light, beside it and away from it. */
+/* Directions between the zenith and below the horizon; towards a light, beside it and away from it. */
 static void add_directions(const np_stage_part *in, const probe_skies *skies, np_dvec3 to_light, np_color_fit *fit) {
   static const double zenith_deg[] = {0.0, 51.0, 85.0, 91.0}, azimuth_deg[] = {0.0, 45.0, 90.0, 180.0};
   const np_dvec3 up = np_dvec3_zenith(in->made->camera.origin, in->scene->atmosphere.planet_radius_m);

@@ -15,7 +15,7 @@ typedef struct np_light_checkpoint {
   bool is_resumed;
   char key[33];
   char *path;                /* NULL: in the cache */
-  np_solution_keeper keeper; /* for the solver */
+  np_solution_keeper keeper; /* the solver calls it */
   double start_s;
 } np_light_checkpoint;
 

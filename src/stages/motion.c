@@ -6,7 +6,7 @@
 /* A time between two poses. */
 typedef struct pose_place {
   int pose;
-  double share; /* of the way to the next */
+  double share; /* share of the way to the next pose */
 } pose_place;
 
 static pose_place get_place(const np_motion *m, double time) {

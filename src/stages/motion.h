@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Motion of camera and clouds about a frame: what a ray of a time of its exposure sees, and where it was and will be.
+/* Motion of camera and clouds about a frame: the world at the time of a ray, and its place a frame earlier and later.
  *
  * Times are frames from the frame's own. Poses are evaluated at even times of the exposure and interpolated linearly
  * between them; clouds with velocities move by those beyond (volume/brick_motion.h). Each ray has its own camera, and a
@@ -15,24 +15,24 @@
 enum { NP_MOTION_SPANS = 32, NP_MOTION_POSES = NP_MOTION_SPANS + 1 };
 
 typedef struct np_cloud_motion {
-  bool is_rigid;                                  /* it moves as a whole */
-  np_affine to_frame[NP_MOTION_POSES];            /* from the world at a pose to that of the frame's time */
-  np_affine next, previous;                       /* from that to the world a frame later and earlier */
-  double velocity_s;                              /* of its velocities, to a frame */
-  np_affine part_to_frame[NP_TINT_PARTS_MAX];     /* from the voxels of each of its colours or levels, … */
-  np_affine frame_to_part[NP_TINT_PARTS_MAX];     /* … and to them */
-  np_moving_bricks *density, *temperature;        /* NULL: without velocities */
-  np_moving_bricks *parts[NP_CLOUD_EMITTERS_MAX]; /* of each colour, where there are several, and of what emits */
+  bool is_rigid;                       /* it moves as a whole */
+  np_affine to_frame[NP_MOTION_POSES]; /* maps the world at a pose to the world at the frame's time */
+  np_affine next, previous;            /* map the world at the frame's time to the world a frame later and earlier */
+  double velocity_s;                   /* time of a frame, for its velocities */
+  np_affine part_to_frame[NP_TINT_PARTS_MAX]; /* maps the voxels of each of its colours or levels to the frame, … */
+  np_affine frame_to_part[NP_TINT_PARTS_MAX]; /* … and back */
+  np_moving_bricks *density, *temperature;    /* NULL: without velocities */
+  np_moving_bricks *parts[NP_CLOUD_EMITTERS_MAX]; /* bricks of each colour, where there are several, and of emitters */
 } np_cloud_motion;
 
 typedef struct np_motion {
   neph_context *context;
-  bool has_exposure;           /* else motion vectors alone are asked for */
+  bool has_exposure;           /* else there are motion vectors alone */
   bool has_camera, has_clouds; /* they move while the shutter is open */
   double open, close;
   np_camera camera[NP_MOTION_POSES], now, next, previous;
   unsigned cloud_count;
-  np_cloud_motion *clouds; /* of the scene */
+  np_cloud_motion *clouds; /* one for each cloud of the scene */
 } np_motion;
 
 /* The camera at a time of the exposure. */

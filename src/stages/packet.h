@@ -27,8 +27,8 @@ typedef struct np_light_caches {
 /* Results of one light for a packet: its skies, its light in the clouds, and the scene under it. Light adds up, and so
  * do the pictures of a scene under each of its lights. */
 typedef struct np_packet_light {
-  unsigned index; /* of the light in the assembly */
-  unsigned group; /* as there */
+  unsigned index; /* number of the light in the assembly */
+  unsigned group; /* its group there */
   np_dvec3 direction;
   double angular_radius_rad;
   np_spectrum irradiance; /* above the atmosphere */
@@ -38,47 +38,48 @@ typedef struct np_packet_light {
   np_ground_light *ground_light;   /* NULL when not needed */
   np_air_shadow air_shadow;        /* empty when not needed */
   np_sky_guide sky_guide;          /* empty when not needed */
-  np_water water;                  /* of the world; none where the scene has none */
+  np_water water;                  /* water of the world; none where the scene has none */
   np_world world;
   np_lighting lighting;
   np_reflection reflection; /* in the water; empty when not needed */
 } np_packet_light;
 
-/* Wavelength-dependent data: air, lights, and what else shines in the sky, in three bands. */
+/* Wavelength-dependent data in three bands: air, lights, and other sources in the sky. */
 typedef struct np_packet {
   np_band_set bands;
-  float color_weight[3][NP_BAND_COUNT]; /* by which each band adds to the picture's R, G and B */
+  float color_weight[3][NP_BAND_COUNT]; /* share of each band in the picture's R, G and B */
   neph_atmosphere *atmosphere;
-  np_instance *placed;          /* the clouds that hold anything */
-  np_places places;             /* of all of them, where some stand in several; else none */
-  np_emission emission;         /* of all clouds; without emitters where there is none */
-  np_emission *emission_groups; /* of each cloud of the scene, for groups of lights; NULL: none are asked for */
-  np_cloud_gain *gains;         /* of each of `placed`; NULL: no approximation, or the scene has a gain for it */
-  unsigned light_count;         /* the first one's view has what is not of any light: environment, disks, night */
+  np_instance *placed;  /* the clouds that hold anything */
+  np_places places;     /* places of all of them, where some stand in several; else none */
+  np_emission emission; /* emission of all clouds; without emitters where there is none */
+  np_emission
+      *emission_groups; /* emission of each cloud of the scene, for groups of lights; NULL: there are no groups */
+  np_cloud_gain *gains; /* gain of each of `placed`; NULL: no approximation, or the scene has a gain for it */
+  unsigned light_count; /* the first light's view also has environment, disks and night */
   np_packet_light lights[NP_LIGHTS_MAX];
   np_night night;
-  np_star_field stars; /* of the camera's picture; empty: none */
+  np_star_field stars; /* stars of the camera's picture; empty: none */
 } np_packet;
 
-/* Volume and media made from a cloud of the scene. */
+/* Volume and media of a cloud of the scene. */
 typedef struct np_cloud_parts {
   neph_volume *volume; /* NULL: it holds nothing */
-  np_instance placed;  /* as the scene has it, in its first place; each packet has its own */
+  np_instance placed;  /* the cloud in its first place; each packet has its own */
   np_instance *copies; /* the same in each of its places; NULL: it has one */
   unsigned copy_count;
-  np_georeference georeference;                          /* by which its file is placed */
+  np_georeference georeference;                          /* placement of its file */
   np_cloud_emission emission;                            /* most often nothing */
   np_phase_table phase_table;                            /* empty where its phase function is none */
-  struct np_detailed_bricks *details[NP_TINT_PARTS_MAX]; /* of each of its colours; NULL: it has no detail */
+  struct np_detailed_bricks *details[NP_TINT_PARTS_MAX]; /* bricks of each of its colours; NULL: it has no detail */
 } np_cloud_parts;
 
 /* Bricks of one of a cloud's colours, with its detail. */
 const np_bricks *np_cloud_parts_get_bricks(const np_cloud_parts *parts, unsigned k);
 
-/* From the world to the voxels of a part of a cloud, in the place that `world_to_cloud`, of the whole, gives it. */
+/* Maps the world to the voxels of a part of a cloud, where `world_to_cloud` maps it to the whole cloud. */
 np_affine np_cloud_parts_get_world_to_index(const np_cloud_parts *parts, unsigned k, const np_affine *world_to_cloud);
 
-/* The way from the bands of a picture in colour to X, Y and Z: fitted to the scene's light. */
+/* Conversion of the bands of a picture in colour to X, Y and Z, fitted to the scene's light. */
 typedef struct np_picture_color {
   bool is_fitted; /* else the bands have weights of their own */
   np_color_weights weights;
@@ -89,16 +90,16 @@ typedef struct np_assembly {
   neph_context *context;    /* borrowed from the scene */
   struct np_stores *stores; /* borrowed: some of what is built was taken from them, and goes back */
   uint32_t built;           /* bits of the stages that were */
-  bool has_reused;          /* some results were made for earlier pictures */
-  np_schedule schedule;     /* done but for the pixels once it is built */
+  bool has_reused;          /* some results are reused from earlier pictures */
+  np_schedule schedule;     /* complete but for the pixels once it is built */
   np_camera camera;
-  unsigned cloud_count;  /* of the scene */
-  unsigned volume_count; /* of the clouds that hold anything in the frame, each counted by its colours */
+  unsigned cloud_count;  /* clouds of the scene */
+  unsigned volume_count; /* clouds that hold anything in the frame, each counted by its colours */
   np_cloud_parts *clouds;
-  struct np_motion *motion;        /* of camera and clouds about the frame; NULL when not needed */
+  struct np_motion *motion;        /* motion of camera and clouds about the frame; NULL when not needed */
   np_dvec3 clouds_min, clouds_max; /* world box of all that the clouds hold */
   neph_terrain *terrain;
-  np_scene_lights places; /* of sun, moon and stars */
+  np_scene_lights places; /* directions of sun, moon and stars */
   np_star_catalogue stars;
   np_sphere_map star_map, moon_map; /* empty: none */
   bool has_light_groups;            /* each light has a world with no other light in it */
@@ -132,8 +133,8 @@ static inline np_spectrum np_packet_convert(const np_packet *packet, np_band_rul
 np_spectrum np_packet_fit_albedo(const np_packet *packet, const np_assembly *assembly,
                                  const double reference[NP_BAND_COUNT]);
 
-/* The same to a thousandth where it is fitted: as a camera moves, fits change by less, and what is solved for with an
- * albedo stays. */
+/* Rounds np_packet_fit_albedo to a thousandth where it is fitted: fits change by less as a camera moves, and solutions
+ * with an albedo stay. */
 np_spectrum np_packet_convert_albedo(const np_packet *packet, const np_assembly *assembly,
                                      const double reference[NP_BAND_COUNT]);
 
@@ -149,7 +150,7 @@ np_spectrum np_packet_convert_radiance(const np_packet *packet, const np_assembl
 unsigned np_packet_place(const np_packet *packet, const neph_scene *scene, const np_assembly *assembly, unsigned cloud,
                          np_instance out[NP_TINT_PARTS_MAX]);
 
-/* Adds what a packet's three bands are to a colour of the picture. */
+/* Adds a packet's three bands to a colour of the picture. */
 static inline np_spectrum np_packet_add_color(const np_packet *packet, np_spectrum color, np_spectrum bands) {
   for (int c = 0; c < 3; c++)
     for (int b = 0; b < NP_BAND_COUNT; b++) color.band[c] += packet->color_weight[c][b] * bands.band[b];

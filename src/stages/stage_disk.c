@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Results of stages on disk. An entry's key is made of all that its bits depend on: a picture has the same bits with
+/* Results of stages on disk. An entry's key consists of all that its bits depend on: a picture has the same bits with
  * the cache and without. */
 #include "stages/stage_part.h"
 
-/* After this long nobody makes a result any more, or on a machine that is far slower. */
+/* A result that takes longer is abandoned, or its machine is far slower. */
 static const double waiting_max_s = 3600.0;
 
 bool np_stage_disk_compute_key(const np_stage_disk *disk, const np_stage_part *part, char out_key[33]) {
@@ -32,7 +32,7 @@ bool np_stage_disk_load(const np_stage_reuse *reuse, const np_stage_part *part) 
   return false;
 }
 
-/* A picture with a time limit waits for nobody. */
+/* A picture with a time limit does not wait. */
 neph_result np_stage_disk_lock(const np_stage_reuse *reuse, const np_stage_part *part, np_cache_lock *out_lock) {
   char key[33];
   out_lock->file = -1;

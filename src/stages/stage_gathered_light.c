@@ -97,7 +97,7 @@ static const np_stage_disk viewer_light_disk = {"view", true, add_gathered_key, 
 NP_STAGE_REUSE(viewer_light, in->light->viewer_light, NP_PER_PACKET_LIGHT, false, adapt_gathered, destroy_viewer_light,
                &viewer_light_disk);
 
-/* ---- On the ground ---- */
+/* ---- The ground ---- */
 
 static neph_result get_ground_clouds_key(const np_stage_part *in, void **out_key) {
   return get_gathered_key(in, out_key);

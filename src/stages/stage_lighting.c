@@ -341,7 +341,7 @@ void np_stage_clear_approximation(const np_stage_part *in) {
   in->packet->gains = NULL;
 }
 
-/* ---- For the integrator ---- */
+/* ---- The integrator's lighting ---- */
 
 neph_result np_stage_build_lighting(const np_stage_part *in) {
   np_packet_light *out = in->light;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Terrain and clouds: read or made, put in their places, and their emission. */
+/* Terrain and clouds: read or generated, put in their places, and their emission. */
 #include <string.h>
 
 #include "cloud/cloud_desc.h"
@@ -24,7 +24,7 @@
 /* ---- Keys of sources ---- */
 
 /* Volumes and terrains stay while their sources do: a file by path, size, time of change and how it is read; what is
- * made from parameters by all of these. */
+ * generated from parameters by all of these. */
 typedef struct source_key {
   char hash[33]; /* fingerprint; empty: a file that is still to be written */
   np_cloud_source source;
@@ -55,7 +55,7 @@ static neph_result add_bake(np_hash *hash, const np_plan *plan, const neph_scene
   char *text;
   neph_result result = np_cloud_ground_name(scene, &at_frame, &ground);
   if (result) return result;
-  if (at_frame.ground_id) { /* made mountains may be coarser than the scene's own */
+  if (at_frame.ground_id) { /* generated mountains may be coarser than the scene's own */
     const neph_ridges_desc ridges = np_plan_get_ridges(&plan->request, scene);
     NP_HASH_ADD(hash, ridges.sample_count);
   }
@@ -67,7 +67,7 @@ static neph_result add_bake(np_hash *hash, const np_plan *plan, const neph_scene
   return NEPH_OK;
 }
 
-/* The fingerprint of a cloud without a `path`, which is made, or of its file as it is now. */
+/* The fingerprint of a cloud without a `path`, which is baked, or of its file as it is now. */
 static neph_result compute_key(const np_stage_part *in, const char *path, source_key *out_key) {
   const np_scene_cloud *cloud = &in->scene->clouds[in->cloud];
   np_hash *hash = np_hash_create(in->made->context);

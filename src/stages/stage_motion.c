@@ -81,7 +81,7 @@ static moving_cloud choose_cloud(const np_stage_part *in, np_motion *m, unsigned
   return (moving_cloud){in, m, number, &in->scene->clouds[number], &in->made->clouds[number], &m->clouds[number], NULL};
 }
 
-/* From the file to the world in a pose. Files of a sequence go by the box of another frame: they are moved, not turned.
+/* Maps the file to the world in a pose. Files of a sequence go by the box of another frame: they are moved, not turned.
  */
 static neph_result place(const moving_cloud *c, const np_cloud_pose *pose, np_affine *out) {
   np_scene_cloud moved = *c->cloud;
@@ -109,7 +109,7 @@ static np_affine make_shift(const double wind_m_s[2], double time_s) {
   return shift;
 }
 
-/* From the world of the frame to that of a pose, `time` frames away: as the tracks say, and, within the cloud, its
+/* Maps the world of the frame to the world of a pose, `time` frames away: by the tracks, and, within the cloud, its
  * wind. Of a cloud that stays it is the identity, to the bit. */
 static neph_result make_move(const moving_cloud *c, const np_cloud_pose *pose, double time, np_affine *out) {
   const np_scene_cloud *cloud = c->cloud;

@@ -10,7 +10,7 @@
 #include "stages/build_job.h"
 #include "stages/packet.h"
 
-/* Given to the functions of a row. Each reads the results of the stages that its row names, and writes its own. */
+/* The argument of a row's functions. Each reads the results of the stages that its row names, and writes its own. */
 typedef struct np_stage_part {
   const neph_scene *scene; /* NULL when parts are cleared, and the three below */
   const np_plan *plan;
@@ -18,11 +18,11 @@ typedef struct np_stage_part {
   const np_build_job *job;
   np_assembly *made;
   unsigned slot;           /* the part's place among those that later pictures reuse */
-  unsigned cloud;          /* of a part per cloud */
-  np_light_caches *caches; /* of a part per light */
-  np_packet *packet;       /* of a part per packet, or per light of a packet */
-  np_packet_light *light;  /* of a part per light of a packet */
-  void *key;               /* of a part that later pictures may reuse; NULL: they may not */
+  unsigned cloud;          /* number of the cloud of a part per cloud */
+  np_light_caches *caches; /* results of the light of a part per light */
+  np_packet *packet;       /* the packet of a part per packet, or per light of a packet */
+  np_packet_light *light;  /* the light of a part per light of a packet */
+  void *key;               /* key by which later pictures may reuse the part; NULL: they may not */
 } np_stage_part;
 
 typedef neph_result np_stage_build_fn(const np_stage_part *in);
@@ -42,13 +42,14 @@ typedef struct np_stage_disk {
 
   /* Adds to a key all that the bits of a result depend on; false: it is not to be kept. */
   bool (*add_key)(const np_stage_part *in, np_hash *key);
-  void (*save)(const np_stage_part *in, np_cache_entry *entry);        /* the result in its place */
-  neph_result (*load)(const np_stage_part *in, np_cache_entry *entry); /* to its place, if the entry is whole */
-  const char *state_kind; /* of entries of the same key that hold a result on its way; NULL: there are none */
+  void (*save)(const np_stage_part *in, np_cache_entry *entry); /* the result in its place */
+  neph_result (*load)(const np_stage_part *in,
+                      np_cache_entry *entry); /* loads it to its place, if the entry is whole */
+  const char *state_kind; /* kind of entries of the same key with an unfinished result; NULL: there are none */
 } np_stage_disk;
 
 /* Reuse of a stage's results by later pictures. The walk takes them from the stores and gives them back; changes are
- * counted from when a result was made, so that small steps do not add up unseen. */
+ * measured against the key with which a result was built, so that small steps do not add up unseen. */
 typedef struct np_stage_reuse {
   np_part_kind kind;
   bool is_of_content; /* any part's result serves any other of equal key */
@@ -86,14 +87,14 @@ bool np_stage_disk_load(const np_stage_reuse *reuse, const np_stage_part *part);
 /* The key of a part's result on disk; false: it is not to be kept. */
 bool np_stage_disk_compute_key(const np_stage_disk *disk, const np_stage_part *part, char out_key[33]);
 
-/* Lets other processes that want a part's result from disk wait until the lock is released; or waits for one that makes
- * it. */
+/* Locks a part's result on disk: other processes that need it wait for the release. Waits for a process that has the
+ * lock. */
 neph_result np_stage_disk_lock(const np_stage_reuse *reuse, const np_stage_part *part, np_cache_lock *out_lock);
 
-/* Keeps it there, where a cache is wanted. */
+/* Saves a part's result on disk, where the context has a cache. */
 void np_stage_disk_save(const np_stage_reuse *reuse, const np_stage_part *part);
 
-/* Adds the terrain to a key; false: it was made by calls, and nothing tells it. */
+/* Adds the terrain to a key; false: calls have built it, and it has no key. */
 bool np_stage_add_terrain_key(const np_stage_part *in, np_hash *key);
 
 /* The file of a part's cloud in the frame, its path to be freed; without one: it has none, or none as coarse. */

@@ -13,7 +13,7 @@
 
 static void add_light(np_assembly *a, unsigned group) { a->lights[a->light_count++].group = group; }
 
-/* Sun and moon, or, where the picture asks for them, groups. */
+/* Sun and moon, or the groups of lights of a picture that has them. */
 static void add_lights(const np_stage_part *in) {
   np_assembly *a = in->made;
   const np_plan *plan = in->plan;
@@ -102,7 +102,7 @@ static const double medium_share = 0.1;
 
 typedef struct air_key {
   neph_atmosphere_desc desc;
-  neph_atmosphere_layer layers[]; /* of `desc` */
+  neph_atmosphere_layer layers[]; /* the layers of `desc` */
 } air_key;
 
 static neph_result get_atmosphere_key(const np_stage_part *in, void **out_key) {
@@ -119,7 +119,7 @@ static neph_result get_atmosphere_key(const np_stage_part *in, void **out_key) {
   return NEPH_OK;
 }
 
-/* Without light in the air, which is for who traces it, the first order alone needs no table. */
+/* Paths that trace the light in the air need the first order alone, which has no table. */
 static unsigned get_order_max(const np_stage_part *in) { return np_plan_has_air_light(in->plan) ? NP_ORDERS_ALL : 1; }
 
 /* Why an atmosphere is not the one wanted. */
@@ -142,7 +142,7 @@ static neph_result compare_air(const np_stage_part *in, const neph_atmosphere *c
   return NEPH_OK;
 }
 
-/* One that a caller has made, if it fits; NULL: none. */
+/* The atmosphere that a caller has given, if it fits; NULL: none. */
 static neph_result get_given_air(const np_stage_part *in, neph_atmosphere **out_atmosphere) {
   char reason[NP_REASON_SIZE] = "";
   neph_atmosphere *given = in->plan->decisions.packet_count == 1 ? in->scene->air.given : NULL;

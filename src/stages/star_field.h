@@ -22,12 +22,12 @@ typedef struct np_star_pixel {
 typedef struct np_star_field {
   neph_context *context;
   size_t count;
-  np_star_pixel *pixels; /* by rows, each once */
-  unsigned width;        /* with the overscan on both sides */
+  np_star_pixel *pixels; /* sorted by rows, each once */
+  unsigned width;        /* width with the overscan on both sides */
   int overscan;
   int bokeh_reach;      /* pixels from the middle of a star out of focus to the edge of … */
   float *bokeh;         /* … its light's shares */
-  np_spectrum *blurred; /* of every pixel, where stars are out of focus; NULL: `pixels` are all */
+  np_spectrum *blurred; /* radiance of every pixel, where stars are out of focus; NULL: `pixels` are all */
 } np_star_field;
 
 typedef struct np_star_field_desc {
@@ -35,16 +35,16 @@ typedef struct np_star_field_desc {
   const np_world *world;       /* air, planet and moon, which dim and hide them; its night has their turn */
   const np_camera *camera;     /* NULL: a latitude-longitude picture … */
   unsigned width, height;      /* … of this size … */
-  int overscan;                /* of the camera's picture, pixels */
+  int overscan;                /* pixels around the camera's picture */
   double center_rad;           /* … about this azimuth … */
   np_dvec3 origin;             /* … seen from here */
-  const double *wavelength_nm; /* of the bands */
+  const double *wavelength_nm; /* wavelengths of the bands */
   double twinkling;
   uint64_t seed;
   int frame;
 } np_star_field_desc;
 
-/* On failure nothing is left. */
+/* Puts the stars of a catalogue on the film. On failure nothing is left. */
 neph_result np_star_field_build(neph_context *context, const np_star_field_desc *desc, np_star_field *out_field);
 void np_star_field_clear(np_star_field *field);
 

@@ -9,10 +9,10 @@
 /* A result of a part of a stage. It is lent: a picture takes it, owns it, and gives it back for the next. */
 typedef struct np_stored_result {
   struct np_stored_result *next;
-  const void *stage;             /* the stage that made it */
+  const void *stage;             /* the stage that built it */
   unsigned slot;                 /* number of the part */
   void *key;                     /* one block; owned */
-  void *result;                  /* NULL: lent, or not made yet */
+  void *result;                  /* NULL: lent, or not built yet */
   void (*destroy)(void *result); /* NULL changes nothing */
 } np_stored_result;
 
@@ -30,7 +30,7 @@ void np_stores_clear(neph_context *context, np_stores *stores);
 /* The result of a part; NULL: none. */
 np_stored_result *np_stores_search(const np_stores *stores, const void *stage, unsigned slot);
 
-/* Adds a result that is still to be made, and owns its key: on failure that is freed. */
+/* Adds a result that is not built yet, and owns its key, which is freed on failure. */
 neph_result np_stores_add(neph_context *context, np_stores *stores, np_stored_result added);
 
 /* Destroys those results of a stage that are lent and never came back, or those that were not taken. */

@@ -13,8 +13,8 @@ complain() {
 }
 
 # Folders that follow the rule. The aim is all of include, cli and src.
-clean='include cli src/atmosphere src/caches src/check src/cloud src/core src/export src/image src/mesh src/noise
-  src/optics src/parts src/probe src/report src/scene src/terrain src/volume src/world'
+clean='include cli src/atmosphere src/caches src/check src/cloud src/core src/export src/frame src/image src/mesh
+  src/noise src/optics src/parts src/plan src/probe src/report src/scene src/stages src/terrain src/volume src/world'
 
 # Lines of comments as FILE:LINE:TEXT, with "/* " before the first line of each. Texts in quotes are skipped.
 print_comments() {
