@@ -22,7 +22,7 @@ static cli_exit check_names(const cli_options *options) {
     scene_count += cli_is_scene(options->files[i]);
     if (!cli_is_scene(options->files[i]) && !neph_check_is_file(options->files[i])) {
       cli_complain(
-          "%s is of no kind known by its name, must end in .vdb, .nvdb, .hgt, .tif, .asc, .bil, .flt, .dem, .img, "
+          "%s has an unknown ending, must end in .vdb, .nvdb, .hgt, .tif, .asc, .bil, .flt, .dem, .img, "
           ".dt2, .vrt, .zip, .r16, .raw, .exr, .png, .csv, .chan, .gltf, .glb, .obj, .ply, .stl, .fbx, .dae or .yaml",
           options->files[i]);
       return CLI_USAGE;

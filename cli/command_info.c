@@ -34,7 +34,7 @@ static cli_exit describe_file(cli_session *session, const char *path, char **out
   describe_fn describe = choose_describer(path);
   if (describe) return cli_exit_of(describe(session->context, path, cli_text_format(session), out_text));
   if (cli_is_scene(path)) return describe_scene(session, path, out_text);
-  cli_complain("%s is of no kind known by its name, must end in .vdb, .hgt, .tif, .asc, .bil, .flt, .dem, .img, .dt2, "
+  cli_complain("%s has an unknown ending, must end in .vdb, .hgt, .tif, .asc, .bil, .flt, .dem, .img, .dt2, "
                ".vrt, .zip, .exr, .png or .yaml",
                path);
   return CLI_USAGE;

@@ -67,8 +67,7 @@ static cli_exit check_target(const cli_session *session) {
 static cli_exit check_output(const cli_session *session) {
   const cli_options *options = session->options;
   if (!options->output_count) return CLI_DONE;
-  if (options->output_count == 1 && cli_has_extension(options->outputs[0], ".csv"))
-    return check_target(session);
+  if (options->output_count == 1 && cli_has_extension(options->outputs[0], ".csv")) return check_target(session);
   cli_complain("--output of nephos probe must be one .csv");
   return CLI_USAGE;
 }
@@ -163,8 +162,8 @@ const cli_verb cli_verb_probe = {
         {{"--output", "write the answer to FILE, a .csv", .files = "csv"},
          {"--integrator", "for a slab: the integrator; the standard error of march does not show its bias", "path"},
          {"--path-guiding",
-          "for a slab: adjoint guides, splits and ends paths by the march's solution; auto does so for the "
-          "numbers for which pilots find it faster",
+          "for a slab: adjoint: guiding, splitting and roulette by the march's solution; auto: for the results "
+          "that pilots find faster with it",
           "auto", guidings},
          {"--method"},
          {"--paths", NULL, "65536"},

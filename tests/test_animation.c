@@ -192,7 +192,7 @@ static void broken_cameras_are_refused(void **state) {
   static const char *const files[][3] = {{"a.chan", "1 2 3\n", "7 or 8 numbers"},
                                          {"a.chan", "1 0 0 0 0 0 0\n1 0 0 0 0 0 0\n", ":2: the frame is not behind"},
                                          {"a.chan", "1 0 0 0 0 0 x\n", "7 or 8 numbers"},
-                                         {"a.chan", "# nothing\n", "no frame is in it"},
+                                         {"a.chan", "# nothing\n", "it has no frame"},
                                          {"a.csv", "frame,x,y\n1,2,3\n", "a.csv"}};
   fixture *f = *state;
   for (size_t i = 0; i < sizeof files / sizeof *files; i++) {

@@ -66,7 +66,7 @@ static void test_folder_without_tag_is_refused(void **state) {
   assert_int_equal(mkdir(folder, 0777), 0);
   test_file_write(file, "text", 4);
   assert_int_equal(reopen(f, f->folder), NEPH_ERROR_IO);
-  assert_one_error(&f->log, folder, "no CACHEDIR.TAG of nephos", "it is left as it is");
+  assert_one_error(&f->log, folder, "no CACHEDIR.TAG of nephos", "not used as a cache");
   assert_int_equal(test_folder_count(folder), 1);
   assert_int_equal(unlink(file), 0);
   assert_int_equal(reopen(f, f->folder), NEPH_OK); /* an empty one is taken */
@@ -203,7 +203,7 @@ static int use_as_member(const char *folder, uid_t user) {
   if (np_disk_cache_open(context, folder, 1000000, context->disk_cache)) return 3;
   if (!has_entry(&f, keys[0], 7)) return 4;
   if (np_cache_lock_take(context, NULL, "test", keys[0], 0.1, &lock) || lock.file >= 0) return 5;
-  if (!strstr(log.text, "another process has been making")) return 6;
+  if (!strstr(log.text, "another process has been computing")) return 6;
   write_entry(&f, keys[1], 8);
   return 0;
 }

@@ -165,7 +165,7 @@ static void one_of_several_has_a_name(void **state) {
   assert_one_error(&f->log, "2 cameras are in it: choose one by camera.motion.camera: shot, still");
   test_log_clear(&f->log);
   assert_int_equal(np_camera_file_load(f->context, f->path, "none", 24.0, &file), NEPH_ERROR_BAD_FILE);
-  assert_one_error(&f->log, "no camera none is in it");
+  assert_one_error(&f->log, "it has no camera none");
   test_log_clear(&f->log);
   assert_int_equal(np_camera_file_load(f->context, f->path, "shot", 0.0, &file), NEPH_ERROR_BAD_SCENE);
   assert_one_error(&f->log, "set frame_rate");

@@ -67,7 +67,7 @@ static void test_locks_wait_and_give_up(void **state) {
   assert_true(first.file >= 0 && second.file >= 0);
   assert_int_equal(np_cache_lock_take(f->context, NULL, "test", keys[0], 0.1, &third), NEPH_OK);
   assert_true(third.file < 0);
-  assert_non_null(strstr(f->log.text, "has been making what is wanted here for 0.1 s"));
+  assert_non_null(strstr(f->log.text, "has been computing this entry for 0.1 s"));
   np_monitor monitor;
   np_monitor_start(&monitor, f->context, NULL, NULL);
   atomic_store(&monitor.is_cancelled, true);

@@ -218,7 +218,7 @@ static void a_frustum_beyond_memory_is_refused_with_the_numbers(void **state) {
   const np_vdb_write_grid output = {.grid = &grid};
   test_frustum_write(fixture, &f, &output, 1);
   assert_int_equal(load_once(fixture), NEPH_ERROR_LIMIT);
-  assert_one_error(&fixture->log, "would take", "cut off what is nearest to its camera");
+  assert_one_error(&fixture->log, "would take", "clip the part nearest to its camera");
   np_sparse_grid_clear(&grid);
 }
 

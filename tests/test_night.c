@@ -280,12 +280,12 @@ static void assert_refused(test_fixture *f, const char *text, const char *what, 
 
 static void wrong_nights_are_refused(void **state) {
   test_fixture *f = *state;
-  assert_refused(f, "moon: {}", "moon has no place", "sun.time");
+  assert_refused(f, "moon: {}", "moon has no position", "sun.time");
   assert_refused(f, "moon: {elevation: 10 deg}", "moon has one of elevation and azimuth", "both or neither");
   assert_refused(f, "moon: {elevation: 95 deg, azimuth: 0 deg}", "moon.elevation is 95 deg", "[-90, 90]");
   assert_refused(f, "moon: {brightness: -1}", "moon.brightness is -1", "[0,");
   assert_refused(f, "moon: full", "moon is full", "none");
-  assert_refused(f, "stars: {}", "stars are not turned", "sidereal_time");
+  assert_refused(f, "stars: {}", "stars have no orientation", "sidereal_time");
   assert_refused(f, "stars: {sidereal_time: 3 deg}", "stars need the latitude", "place");
   assert_refused(f, "stars: {twinkling: 2}", "stars.twinkling is 2", "[0, 1]");
   assert_refused(f, "stars: {map_radiance: -2}", "stars.map_radiance is -2", "[0,");

@@ -260,7 +260,7 @@ static void tiles_are_joined(void **state) {
   free(name);
   name = test_path(f->folder, "tail_*.asc");
   assert_int_equal(load(f, name, &desc, &field), NEPH_ERROR_NOT_FOUND);
-  assert_one_error(&f->log, "tail_*.asc", "no file fits");
+  assert_one_error(&f->log, "tail_*.asc", "no file matches");
   free(name);
   for (int i = 0; i < 3; i++) free(paths[i]);
 }

@@ -98,7 +98,7 @@ static neph_result fill_layer(neph_context *context, np_medium *medium, const ne
   else if (!assign_aerosols(medium, out, desc))
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
                    "atmosphere: the layers scatter by more than %d phase functions (each band of a layer may have its "
-                   "own), must be at most so many beside Rayleigh's",
+                   "own), must be at most that many besides Rayleigh's",
                    (int)NP_AEROSOLS_MAX);
   return desc->profile == NEPH_LAYER_TABLE ? copy_rows(context, out, desc) : NEPH_OK;
 }

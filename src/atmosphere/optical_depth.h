@@ -34,7 +34,7 @@ void np_depth_table_free(neph_context *context, np_depth_table *table);
 
 /* The table at one altitude, interpolated once for many directions. */
 typedef struct np_depth_row {
-  np_bands level_offset; /* aligns the depth of level rays in both tables */
+  np_bands level_offset; /* difference of the two tables in the depth of a level ray, added to `level` */
   const np_bands *lower, *upper, *level;
   float upper_weight;
   float altitude_m, r, exit; /* exit = (r_top − r)(r_top + r) */

@@ -13,7 +13,7 @@
 
 enum { NP_PATH_MAX = NP_QUADRATURE_MAX };
 
-/* Number of points, and two Gauss rules. */
+/* Gauss rules for `count` points along a ray, and for half of them on each side of its perigee. */
 typedef struct np_path_rule {
   np_quadrature whole, half;
 } np_path_rule;

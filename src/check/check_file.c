@@ -160,16 +160,16 @@ static const struct {
   const char *ending;
   neph_result (*check)(neph_check *check, const char *path);
 } kinds[] = {
-    {".vdb", check_vdb},           {".nvdb", check_vdb},        {".yaml", check_scene_file},
-    {".yml", check_scene_file}, {".exr", check_exr},         {".csv", np_check_table},
-    {".gltf", check_gltf},         {".glb", check_gltf},        {".hgt", check_height_file},
-    {".png", check_png},           {".tif", check_height_file}, {".tiff", check_height_file},
-    {".asc", check_height_file},   {".bil", check_height_file}, {".flt", check_height_file},
-    {".dem", check_height_file},   {".img", check_height_file}, {".dt0", check_height_file},
-    {".dt1", check_height_file},   {".dt2", check_height_file}, {".vrt", check_height_file},
-    {".zip", check_height_file},   {".obj", check_mesh},        {".ply", check_mesh},
-    {".stl", check_mesh},          {".fbx", check_mesh},        {".dae", check_mesh},
-    {".r16", check_height_file},   {".raw", check_height_file}, {".chan", np_check_camera_table},
+    {".vdb", check_vdb},         {".nvdb", check_vdb},        {".yaml", check_scene_file},
+    {".yml", check_scene_file},  {".exr", check_exr},         {".csv", np_check_table},
+    {".gltf", check_gltf},       {".glb", check_gltf},        {".hgt", check_height_file},
+    {".png", check_png},         {".tif", check_height_file}, {".tiff", check_height_file},
+    {".asc", check_height_file}, {".bil", check_height_file}, {".flt", check_height_file},
+    {".dem", check_height_file}, {".img", check_height_file}, {".dt0", check_height_file},
+    {".dt1", check_height_file}, {".dt2", check_height_file}, {".vrt", check_height_file},
+    {".zip", check_height_file}, {".obj", check_mesh},        {".ply", check_mesh},
+    {".stl", check_mesh},        {".fbx", check_mesh},        {".dae", check_mesh},
+    {".r16", check_height_file}, {".raw", check_height_file}, {".chan", np_check_camera_table},
 };
 
 enum { KIND_COUNT = sizeof kinds / sizeof *kinds };
@@ -186,7 +186,7 @@ neph_result neph_check_file(neph_check *check, const char *path) {
   if (NP_LACKS(NP_CONTEXT_OF(check), path)) return NEPH_ERROR_INVALID_ARGUMENT;
   const size_t kind = search_kind(path);
   if (kind == KIND_COUNT)
-    return np_fail(check->context, NEPH_ERROR_INVALID_ARGUMENT, "%s is of no kind known by its name", path);
+    return np_fail(check->context, NEPH_ERROR_INVALID_ARGUMENT, "%s has an unknown ending", path);
   const unsigned float_mode = np_float_mode_enter();
   const neph_result result = kinds[kind].check(check, path);
   np_float_mode_leave(float_mode);

@@ -132,7 +132,7 @@ static bool is_frustum(const facts *f, draft *out) {
          np_draft_set(
              out,
              "its voxels are those of a frustum, from %.3g × %.3g × %.3g to %.3g × %.3g × %.3g: it is resampled "
-             "to %u level%s of even voxels that are nowhere larger, of at most %.3g MB",
+             "to %u level%s of regular voxels no larger, with at most %.3g MB",
              own->edges[0][0], own->edges[0][1], own->edges[0][2], own->edges[1][0], own->edges[1][1], own->edges[1][2],
              own->level_count, own->level_count > 1 ? "s" : "", 1e-6 * own->bytes);
 }
@@ -142,8 +142,8 @@ static bool is_frustum_too_large(const facts *f, draft *out) {
   return f->is_frustum && f->active_count && own->is_sound && !own->fits &&
          np_draft_set(
              out,
-             "voxels of its frustum would take %.3g MB as even ones that are nowhere larger, more than the %.3g "
-             "MB that a file of its size may",
+             "regular voxels no larger than its frustum's would take %.3g MB, more than the %.3g MB allowed for a file "
+             "of its size",
              1e-6 * own->bytes, 1e-6 * own->bytes_max);
 }
 
@@ -196,7 +196,7 @@ static bool is_y_up(const facts *f, draft *out) {
 /* ---- Rules ---- */
 
 #define MEND "clouds[].import: repair, or nephos check --fix -o COPY.vdb"
-#define FRUSTUM "cut off what is nearest to its camera, or resample it to even voxels before"
+#define FRUSTUM "clip the part nearest to its camera, or resample it to a regular grid first"
 #define SIZE "clouds[].voxel, the edge of a voxel in metres, or clouds[].scale"
 
 /* Conditions on the scene under which a rule does not apply. */

@@ -47,7 +47,7 @@ static neph_result refuse_box(const np_bake *bake) {
   const neph_cloud_desc *cloud = &bake->model.desc;
   return np_fail(bake->context, NEPH_ERROR_LIMIT,
                  "%s: an extent of %g × %g m and a thickness of %g m with a voxel of %g m are a box of more than %llu "
-                 "leaves of 8³ voxels: enlarge voxel or lessen extent",
+                 "leaves of 8³ voxels: enlarge voxel or reduce extent",
                  np_cloud_desc_name(cloud), cloud->extent_m[0], cloud->extent_m[1], cloud->thickness_m, cloud->voxel_m,
                  (unsigned long long)BOX_LEAVES_MAX);
 }

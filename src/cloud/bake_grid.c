@@ -226,7 +226,7 @@ static neph_result mark_all_cloudy(bake_job *job) {
     return np_fail(
         bake->context, NEPH_ERROR_LIMIT,
         "%s: %zu leaves of 8³ voxels (%.1f GB) may hold cloud, must be at most %llu: enlarge voxel, which is "
-        "%g m, or lessen extent",
+        "%g m, or reduce extent",
         np_cloud_desc_name(&bake->model.desc), job->marks.cloudy_count,
         (double)job->marks.cloudy_count * sizeof(np_leaf) * 1e-9, (unsigned long long)CLOUD_LEAVES_MAX, bake->voxel_m);
   result = sample_share(job);

@@ -9,7 +9,7 @@
 typedef struct np_bake_losses {
   double of_depth, of_coverage, of_map; /* coverage in painted places; the census handles the coverage of a key */
   double depth, finer_depth;            /* mean optical depths, in voxels and of the model at half its grain */
-  double covered, wanted;               /* actual and requested shares of the sky */
+  double covered, wanted;               /* covered share of the sky: actual and requested */
 } np_bake_losses;
 
 neph_result np_bake_measure_losses(neph_context *context, const np_cloud_model *model, np_monitor *monitor,

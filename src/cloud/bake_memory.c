@@ -148,7 +148,7 @@ neph_result np_bake_check_memory(const np_bake *bake, const np_bake_marks *marks
   const double machine = (double)np_memory_size(), asked = (double)bake->desc.memory_max_bytes;
   if (bytes <= fmin(machine, asked)) return NEPH_OK;
   return np_fail(bake->context, NEPH_ERROR_LIMIT,
-                 "%s: the bake may need %.3g GB, must be at most %.3g GB%s: enlarge voxel, which is %g m, lessen "
+                 "%s: the bake may need %.3g GB, must be at most %.3g GB%s: enlarge voxel, which is %g m, reduce "
                  "extent, or bake a region",
                  np_cloud_desc_name(cloud), bytes * 1e-9, fmin(machine, asked) * 1e-9,
                  machine < asked ? ", which this machine has" : "", bake->voxel_m);

@@ -70,7 +70,7 @@ typedef struct np_cloud_kind {
 /* Advice on coverage, for separate clouds and for kinds that fill the sky. */
 #define NP_GAPS_STAY_CLEAR "its edges and the gaps between clouds stay clear; enlarge extent, or take a stratus"
 #define NP_EDGES_STAY_CLEAR "its edges stay clear; enlarge extent"
-#define NP_CLOUDS_COVER_NO_LESS "clouds of this size cover no less; enlarge extent, or lessen cell"
+#define NP_CLOUDS_COVER_NO_LESS "clouds of this size cover no less; enlarge extent, or reduce cell"
 
 /* NULL: unknown model. */
 const np_cloud_kind *np_cloud_kind_get(neph_cloud_model model);

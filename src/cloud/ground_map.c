@@ -53,7 +53,7 @@ static neph_result check_heights(neph_context *context, const neph_cloud_desc *d
     const float height_m = map->ground_m[i];
     if (!(fabsf(height_m) <= 2e5f))
       return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
-                     "%s: ground_height gives %g m at a place of the field, must be within 100 km of 0",
+                     "%s: ground_height gives %g m at a position in the field, must be within 100 km of 0",
                      np_cloud_desc_name(desc), (double)height_m + desc->base_altitude_m);
     map->ground_low_m = fminf(map->ground_low_m, height_m);
     map->ground_high_m = fmaxf(map->ground_high_m, height_m);

@@ -133,8 +133,8 @@ static bool is_lens_empty(const np_cloud_model *model, const np_cloud_box *box) 
 const np_cloud_kind np_lenses_kind = {
     .name = "lenses",
     .landscape = {.form = NP_LANDSCAPE_SHEET, .swirl_size = 1.3f, .has_mountain_waves = true, .has_ground = true},
-    .more_cover = "beyond its waves the air stays clear; lessen extent, or take a stratus",
-    .less_cover = "lenses of this size cover no less; enlarge extent, or lessen cell",
+    .more_cover = "beyond its waves the air stays clear; reduce extent, or take a stratus",
+    .less_cover = "lenses of this size cover no less; enlarge extent, or reduce cell",
     .repeat_obstacle = "which follow mountains",
     .has_thin_rims = true,
     .billow_grains = 7,

@@ -182,7 +182,7 @@ const np_cloud_kind np_trails_kind = {
     .name = "trails",
     .landscape = {.form = NP_LANDSCAPE_SHEET, .swirl_size = 1.3f},
     .more_cover = "lines of this number cover no more; raise trails",
-    .less_cover = "lines of this number cover no less; lessen trails",
+    .less_cover = "lines of this number cover no less; reduce trails",
     .repeat_obstacle = "lines across the whole field",
     .is_line = true,
     .billow_grains = 7,

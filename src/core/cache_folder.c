@@ -27,9 +27,7 @@ enum { TAG_BYTES = 44 + 19, KEY_DIGITS = 32 };
 /* Age above which no process is still writing a temporary file. */
 static const double writing_max_s = 3600.0;
 
-static bool is_temporary(const char *name) {
-  return !strncmp(name, NP_CACHE_TEMPORARY, strlen(NP_CACHE_TEMPORARY));
-}
+static bool is_temporary(const char *name) { return !strncmp(name, NP_CACHE_TEMPORARY, strlen(NP_CACHE_TEMPORARY)); }
 
 /* Whether a name has the form KIND-KEY.cache, with a key of 32 hexadecimal digits. */
 static bool is_entry(const char *name) {
@@ -139,8 +137,7 @@ static neph_result check_tag(neph_context *context, const np_disk_cache *cache) 
   }
   if (has_tag(cache)) return NEPH_OK;
   return np_fail(context, NEPH_ERROR_IO,
-                 "%s: holds files, and no %s of nephos: it is left as it is; remove it, or name another folder for the "
-                 "cache",
+                 "%s: contains files, but no %s of nephos: not used as a cache; remove it, or name another folder",
                  cache->folder, tag_name);
 }
 
@@ -171,8 +168,8 @@ static neph_result check_rights(neph_context *context, np_disk_cache *cache) {
   cache->is_shared = (status.st_mode & (S_IWGRP | S_IWOTH)) == S_IWGRP && is_member(context, status.st_gid);
   if (status.st_uid != geteuid() && !cache->is_shared)
     return np_fail(context, NEPH_ERROR_IO,
-                   "%s: belongs to user %lu: a cache is one's own, or of a group that may write to its folder where "
-                   "others may not (chmod g+ws,o-w)",
+                   "%s: belongs to user %lu: a cache must belong to its user, or to a group with write access to its "
+                   "folder and without access for others (chmod g+ws,o-w)",
                    cache->folder, (unsigned long)status.st_uid);
   if (faccessat(cache->file, ".", R_OK | W_OK | X_OK, AT_EACCESS))
     return np_fail(context, NEPH_ERROR_IO, "%s: cannot write the cache to this folder: %s", cache->folder,
@@ -196,8 +193,8 @@ static neph_result open_folder(neph_context *context, np_disk_cache *cache) {
                    "%s: is a link, which a cache does not follow: remove it, or name the folder that it leads to",
                    cache->folder);
   if (cache->file < 0)
-    return np_fail(context, NEPH_ERROR_IO, "%s: is no folder that can be opened: the cache needs one: %s",
-                   cache->folder, strerror(errno));
+    return np_fail(context, NEPH_ERROR_IO, "%s: cannot be opened as the folder of the cache: %s", cache->folder,
+                   strerror(errno));
   if (is_new) share_as_parent(cache);
   neph_result result = check_rights(context, cache);
   if (!result) result = check_tag(context, cache);

@@ -49,7 +49,7 @@ static neph_result wait_for_lock(void *user) {
     if ((double)(now.tv_sec - start.tv_sec) + 1e-9 * (double)(now.tv_nsec - start.tv_nsec) > w->wait_max_s) break;
   }
   np_log(w->context, NEPH_LOG_WARNING,
-         "%s: another process has been making what is wanted here for %.3g s: this one makes it as well",
+         "%s: another process has been computing this entry for %.3g s: computing it here as well",
          w->context->disk_cache->folder, w->wait_max_s);
   return NEPH_OK;
 }
@@ -83,7 +83,7 @@ neph_result np_cache_lock_take(neph_context *context, np_monitor *monitor, const
   if (w.file < 0) return NEPH_OK;
   if (!try_lock(&w)) {
     np_monitor_set_stage(monitor, "waiting for another process");
-    np_log(context, NEPH_LOG_INFO, "%s: another process is making what is wanted here: waiting for it",
+    np_log(context, NEPH_LOG_INFO, "%s: another process is computing this entry: waiting for it",
            context->disk_cache->folder);
     result = np_parallel_run(context, monitor, wait_for_lock, &w);
   }

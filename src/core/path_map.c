@@ -59,9 +59,10 @@ static neph_result parse(neph_context *context, const char *path, const char *te
   map->rules = np_json_read(text);
   const char *version = map->rules ? np_json_get_text(map->rules, "version") : NULL;
   if (!map->rules || (version && strcmp(version, "pathmapping-1.0")))
-    return np_fail(context, NEPH_ERROR_BAD_FILE,
-                   "%s: no rules of paths: must be a JSON object of version pathmapping-1.0, with path_mapping_rules",
-                   path);
+    return np_fail(
+        context, NEPH_ERROR_BAD_FILE,
+        "%s: has no path mapping rules: must be a JSON object of version pathmapping-1.0, with path_mapping_rules",
+        path);
   return read_rules(context, path, map);
 }
 

@@ -45,10 +45,10 @@ typedef struct zone_header {
 /* ---- Messages ---- */
 
 static neph_result refuse(const zone_reader *r, const char *reason) {
-  *r->out_problem = np_alloc_printf(r->context,
-                                    "the file of the time zone %s is none: %s; install the package tzdata "
-                                    "anew, or write an offset such as +02:00",
-                                    r->name, reason);
+  *r->out_problem = np_alloc_printf(
+      r->context,
+      "the file of the time zone %s is invalid: %s; reinstall the package tzdata, or write an offset such as +02:00",
+      r->name, reason);
   return *r->out_problem ? NEPH_ERROR_BAD_FILE : NEPH_ERROR_OUT_OF_MEMORY;
 }
 

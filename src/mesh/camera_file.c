@@ -51,13 +51,13 @@ static neph_result read_cameras(camera_load *l, camera_list *list) {
 
 static neph_result check_choice(const camera_load *l, const camera_list *list) {
   if (list->count == 0)
-    return np_fail(l->context, NEPH_ERROR_BAD_FILE, "%s: no camera is in it, must have at least one", l->path);
+    return np_fail(l->context, NEPH_ERROR_BAD_FILE, "%s: it has no camera, must have at least one", l->path);
   if (!l->name && list->count > 1)
     return np_fail(l->context, NEPH_ERROR_BAD_FILE,
                    "%s: %" PRIu64 " cameras are in it: choose one by camera.motion.camera: %s", l->path, list->count,
                    np_text_get(&list->names));
   if (list->is_found) return NEPH_OK;
-  return np_fail(l->context, NEPH_ERROR_BAD_FILE, "%s: no camera %s is in it, must be one of %s", l->path, l->name,
+  return np_fail(l->context, NEPH_ERROR_BAD_FILE, "%s: it has no camera %s, must be one of %s", l->path, l->name,
                  np_text_get(&list->names));
 }
 

@@ -117,7 +117,7 @@ static neph_result read_places(mesh_load *l, uint64_t count) {
     if (!result) add_place(l->out, &place);
   }
   if (result || l->out->place_count > 0) return result;
-  return np_fail(l->context, NEPH_ERROR_BAD_FILE, "%s: no triangle is in it, must have at least one", l->path);
+  return np_fail(l->context, NEPH_ERROR_BAD_FILE, "%s: it has no triangle, must have at least one", l->path);
 }
 
 static neph_result read_file(mesh_load *l) {

@@ -94,7 +94,7 @@ static bool may_have_face(const mesh_header *h) {
 
 static neph_result check_obj(const mesh_header *h) {
   if (may_have_face(h)) return NEPH_OK;
-  return np_fail(h->context, NEPH_ERROR_BAD_FILE, "%s: no triangle is in it, must have at least one", h->path);
+  return np_fail(h->context, NEPH_ERROR_BAD_FILE, "%s: it has no triangle, must have at least one", h->path);
 }
 
 /* ---- Formats ---- */

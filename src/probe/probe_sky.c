@@ -151,7 +151,7 @@ static neph_result read_quantity(const sky_probe *p, size_t row, np_sky_quantity
 static neph_result load_earth(sky_probe *p, size_t row, const char *name) {
   if (p->earth_count == EARTHS_MAX)
     return np_fail(p->context, NEPH_ERROR_BAD_SCENE,
-                   "%s:%u: the cases name more than %d scenes, must be at most so many", p->csv.path,
+                   "%s:%u: the cases name more than %d scenes, must be at most that many", p->csv.path,
                    p->csv.rows[row].line, EARTHS_MAX - NAMED_COUNT);
   char *path, *problem;
   neph_scene *scene;

@@ -312,7 +312,7 @@ neph_result np_camera_motion_load(const neph_scene *scene, np_animation *animati
   neph_result result = read_file(&s);
   np_values_leave(saved);
   if (!result && s.count == 0)
-    result = np_fail(scene->context, NEPH_ERROR_BAD_FILE, "%s: no frame is in it, must have at least one", file);
+    result = np_fail(scene->context, NEPH_ERROR_BAD_FILE, "%s: it has no frame, must have at least one", file);
   if (!result) result = fill_tracks(&s, tracks);
   const unsigned count = result ? 0 : choose_tracks(&s, tracks);
   if (!result) result = np_animation_put_first(scene->context, animation, count, tracks);

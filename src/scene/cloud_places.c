@@ -108,7 +108,7 @@ neph_result np_cloud_places_repeat(neph_context *context, double planet_radius_m
   const double reach = floor(range_m / width_m), side = 2.0 * reach + 1.0;
   if (!(side * side <= PLACES_MAX))
     return np_fail(context, NEPH_ERROR_BAD_SCENE,
-                   "%s.repeat is %g m, must be at most %g m, 499 times extent: lessen it, or enlarge extent",
+                   "%s.repeat is %g m, must be at most %g m, 499 times extent: reduce it, or enlarge extent",
                    cloud->bake_name, range_m, 499.0 * width_m);
   cloud->place = np_alloc(context, (size_t)(side * side), sizeof *cloud->place);
   if (!cloud->place) return NEPH_ERROR_OUT_OF_MEMORY;

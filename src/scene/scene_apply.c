@@ -371,7 +371,7 @@ static const struct {
 static neph_result apply_elements(key_applier *applier, const np_key *list, const np_node *node) {
   for (size_t i = 0; i < sizeof lists / sizeof *lists; i++)
     if (lists[i].offset == list->field.offset) return lists[i].apply(applier, list, node);
-  return np_fail(applier->context, NEPH_ERROR_INTERNAL, "%s is a list of the key table that no code takes", list->path);
+  return np_fail(applier->context, NEPH_ERROR_INTERNAL, "%s is a list of the key table that no code reads", list->path);
 }
 
 static neph_result apply_list(key_applier *applier, const np_key *list, const np_node *node) {

@@ -40,7 +40,7 @@ static neph_result check_moon(const neph_scene *scene, np_scene_problems *proble
                             "moon has one of elevation and azimuth, must have both or neither");
   if (moon->has_angles || scene->sun.time.is_given) return NEPH_OK;
   return np_scene_fail_at(problems, np_node_search(scene->document, "moon"),
-                          "moon has no place, must have elevation and azimuth, or a sun.time to be found by");
+                          "moon has no position, must have elevation and azimuth, or a sun.time");
 }
 
 static neph_result check_stars(const neph_scene *scene, np_scene_problems *problems) {
@@ -48,7 +48,7 @@ static neph_result check_stars(const neph_scene *scene, np_scene_problems *probl
   if (!stars->is_enabled) return NEPH_OK;
   if (!stars->has_sidereal && !scene->sun.time.is_given)
     return np_scene_fail_at(problems, np_node_search(scene->document, "stars"),
-                            "stars are not turned, must have sidereal_time, or a sun.time to be found by");
+                            "stars have no orientation, must have sidereal_time or a sun.time");
   if (scene->has_place || scene->terrain.kind == NP_TERRAIN_HEIGHTFIELD) return NEPH_OK;
   return np_scene_fail_at(problems, np_node_search(scene->document, "stars"),
                           "stars need the latitude, must come with place or terrain.heightfield");
@@ -105,7 +105,7 @@ static neph_result check_scale(const neph_scene *scene, unsigned index, const np
 /* Channel name of an AOV that clouds must not use. */
 typedef struct reserved_name {
   const char *name, *aov;
-  unsigned aovs;       /* any of these AOVs reserves it */
+  unsigned aovs;       /* bit mask of np_aov: each of these AOVs reserves the name */
   bool is_of_emission; /* reserved only for clouds with emission */
 } reserved_name;
 
@@ -251,8 +251,8 @@ static neph_result check_levels(const neph_scene *scene, unsigned index, const n
                                                                       : NULL;
   if (!key) return NEPH_OK;
   return np_scene_fail_at(problems, bake ? np_node_search(bake, "levels") : node,
-                          "clouds[%u].%s and clouds[%u].bake.levels exclude each other: levels go by the distance of "
-                          "each place from the camera; leave one of them out",
+                          "clouds[%u].%s and clouds[%u].bake.levels exclude each other: levels depend on the distance "
+                          "of each position to the camera; leave one of them out",
                           index, key, index);
 }
 

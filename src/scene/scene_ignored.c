@@ -328,7 +328,7 @@ static void check_share(const place *at, const map_share *share) {
   if (!is_fulfilled(at, &share->applies[0]) || !is_fulfilled(at, &share->applies[1])) return;
   write_path(at, share->key, key, sizeof key);
   write_path(at, share->whole, whole_key, sizeof whole_key);
-  np_scene_warn_key(at->scene, node, "%s is ignored: it is a share of %s, which is 0: raise that", key, whole_key);
+  np_scene_warn_key(at->scene, node, "%s is ignored: it scales %s, which is 0: raise that key", key, whole_key);
 }
 
 static void check_shares(const place *at) {

@@ -5,11 +5,11 @@
 /* clang-format off */
 static const np_key keys[] = {
     {.path = "frame_rate", .type = NP_KEY_REAL, .field = SCENE(frame_rate), .range = WITHIN(1e-6, 1e6),
-     .meaning = "frames a second; baked clouds without a frame_time move by as much from frame to frame"},
+     .meaning = "frames a second; it sets the time between frames of baked clouds without a frame_time"},
     {.path = "animate", .type = NP_KEY_TRACKS,
-     .meaning = "values by frame of keys that are numbers or times, or of one number of a list, as camera.position.0: "
-                "a list of [frame, value], linear between them, or {interpolation: step, linear or smooth, keys: "
-                "that list}; held before the first and behind the last"},
+     .meaning = "values by frame of keys that are numbers or times, or of one number of a list, such as "
+                "camera.position.0: a list of [frame, value], linear between them, or {interpolation: step, linear or "
+                "smooth, keys: that list}; constant before the first and after the last"},
 };
 /* clang-format on */
 

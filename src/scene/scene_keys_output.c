@@ -22,55 +22,55 @@ static const np_choice aovs[] = {NP_AOV_ROWS(AOV){NULL, 0}};
 
 /* clang-format off */
 static const np_key keys[] = {
-    {.path = "output", .type = NP_KEY_SECTION, .meaning = "files to write, and their contents"},
+    {.path = "output", .type = NP_KEY_SECTION, .meaning = "output files and their contents"},
     {.path = "output.image", .type = NP_KEY_FILE, .field = SCENE(output.image),
-     .meaning = "OpenEXR file, # for the frame"},
+     .meaning = "OpenEXR file; # stands for the frame number"},
     {.path = "output.preview", .type = NP_KEY_FILE, .field = SCENE(output.preview),
-     .meaning = "PNG file, # for the frame"},
+     .meaning = "PNG file; # stands for the frame number"},
     {.path = "output.deep", .type = NP_KEY_FILE, .field = SCENE(output.deep),
-     .meaning = "deep OpenEXR file of the clouds, # for the frame; at most 32 samples a pixel, which flatten to the "
-                "layer clouds"},
+     .meaning = "deep OpenEXR file of the clouds; # stands for the frame number; at most 32 samples per pixel, which "
+                "flatten to the layer clouds"},
     {.path = "output.beauty", .type = NP_KEY_CHOICE, .choices = np_booleans, .field = SCENE(output.has_beauty),
-     .fallback = "true", .meaning = "true: the picture itself is written, R, G and B, besides A, Z and the AOVs"},
+     .fallback = "true", .meaning = "true: the picture is written to R, G and B, besides A, Z and the AOVs"},
     {.path = "output.aovs", .type = NP_KEY_FLAGS, .choices = aovs, .field = SCENE(output.aovs),
-     .meaning = "further channels; depth is Z, which every picture has"},
+     .meaning = "additional channels; depth is Z, which every picture has"},
     {.path = "output.alpha", .type = NP_KEY_CHOICE, .choices = alphas, .field = SCENE(output.alpha),
      .fallback = "clouds_and_ground",
-     .meaning = "coverage in A: by clouds alone, by clouds and ground, or by all that the picture shows, sky included; "
-                "air does not count in the first two"},
+     .meaning = "coverage in A: clouds alone, clouds and ground, or everything in the picture, including the sky; the "
+                "first two ignore air"},
     {.path = "output.cloud_air", .type = NP_KEY_CHOICE, .choices = cloud_airs, .field = SCENE(output.cloud_air),
      .fallback = "kept",
-     .meaning = "light of the air before the clouds, in the layer clouds and in deep pictures: kept on them, or apart, "
-                "in the layer cloud_air alone"},
+     .meaning = "in-scatter of the air in front of clouds, in the layer clouds and in deep pictures: kept in them, or "
+                "apart, in the layer cloud_air alone"},
     {.path = "output.pixel_type", .type = NP_KEY_CHOICE, .choices = pixel_types, .field = SCENE(output.pixel_type),
      .fallback = "half",
-     .meaning = "type of colour in the OpenEXR file; float, with a warning, where a value overflows halves or the "
-                "median lit pixel is below 2^-14"},
+     .meaning = "type of colour channels in the OpenEXR file; half becomes float, with a warning, if a value "
+                "overflows or the median lit pixel is below 2^-14"},
     {.path = "output.color_space", .type = NP_KEY_CHOICE, .choices = color_spaces, .field = SCENE(output.color_space),
      .fallback = "rec709",
-     .meaning = "meaning of R, G and B: scene-linear light of these primaries, CIE 1931 X, Y and Z, or the radiances "
-                "at 680, 550 and 440 nm"},
+     .meaning = "meaning of R, G and B: scene-linear light with these primaries, CIE 1931 X, Y and Z, or the "
+                "radiances at 680, 550 and 440 nm"},
     {.path = "output.scale", .type = NP_KEY_REAL, .field = SCENE(output.scale), .range = WITHIN(0x1p-40, 0x1p40),
      .fallback = "auto", .word = "auto", .word_value = 0,
      .meaning = "factor on every radiance, a power of two, stated in the header; auto is 1 for bands and 2 for "
-                "colours, by which a perfect diffuser in the sun and sky of noon is near 1"},
+                "colours, for which a perfect diffuser under sun and sky at noon is near 1"},
     {.path = "output.exposure", .type = NP_KEY_REAL, .unit = NP_UNIT_STOP, .field = SCENE(output.exposure_ev),
      .range = WITHIN(-40, 40), .fallback = "auto", .choices = exposures, .tag = SCENE(output.exposure),
      .tag_value = NEPH_EXPOSURE_FIXED,
-     .meaning = "exposure of the preview, stops on the picture's values; auto exposes for its highlights, meter by the "
-                "light on the scene, so that frames and tiles match and night stays dark; camera by its f_stop, "
-                "shutter and iso"},
+     .meaning = "exposure of the preview in stops; auto: by its highlights; meter: by the light on the scene, so that "
+                "frames and tiles match and night stays dark; camera: by its f_stop, shutter and iso"},
     {.path = "output.view", .type = NP_KEY_CHOICE, .choices = views, .field = SCENE(output.view), .fallback = "filmic",
-     .meaning = "from light to the preview: filmic has a soft shoulder, standard clips, raw is linear, as the EXR"},
+     .meaning = "tone curve of the preview: filmic has a soft shoulder, standard clips, raw is linear like the EXR"},
     {.path = "output.preview_bits", .type = NP_KEY_CHOICE, .choices = preview_bits,
-     .field = SCENE(output.preview_bits), .fallback = "8", .meaning = "bits of each component of the preview"},
-    {.path = "output.film", .type = NP_KEY_SECTION, .meaning = "light that the film takes in"},
+     .field = SCENE(output.preview_bits), .fallback = "8", .meaning = "bits per component of the preview"},
+    {.path = "output.film", .type = NP_KEY_SECTION, .meaning = "components of light in the picture"},
     {.path = "output.film.background", .type = NP_KEY_CHOICE, .choices = np_booleans,
      .field = SCENE(output.has_background),
-     .fallback = "true", .meaning = "false leaves out the sky and the sun's disk behind everything"},
+     .fallback = "true", .meaning = "false leaves out the sky and the sun's disk in the background"},
     {.path = "output.film.disks", .type = NP_KEY_CHOICE, .choices = np_booleans, .field = SCENE(output.has_disks),
      .fallback = "true",
-     .meaning = "false leaves out the disks of sun and moon, as for a dome beside a sun of its own; they still light"},
+     .meaning = "false leaves out the disks of sun and moon, for example for a dome light with a separate sun; they "
+                "still light the scene"},
 };
 /* clang-format on */
 

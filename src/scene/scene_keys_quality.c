@@ -17,47 +17,47 @@ static const np_choice degrees[] = {{"3", 3}, {"7", 7}, {"11", 11}, {NULL, 0}};
 static const np_key keys[] = {
     {.path = "render.quality", .type = NP_KEY_CHOICE, .choices = qualities, .field = SCENE(render.quality),
      .fallback = "final", .is_quality = true,
-     .meaning = "values of the keys that trade error for time, unless they are given: integrator, samples, tolerance, "
-                "transmittance_end, detail and light_*; the defaults are those of final"},
+     .meaning = "preset of the keys that trade error for time, except for keys that are set: integrator, samples, "
+                "tolerance, transmittance_end, detail and light_*; the defaults are those of final"},
     {.path = "render.detail", .type = NP_KEY_REAL, .field = SCENE(render.detail_px), .range = WITHIN(0, 100),
      .fallback = "0",
-     .meaning = "pixels that a voxel of a baked cloud, or two heights of made mountains, cover at least: "
-                "finer ones are left out; 0: none are"},
+     .meaning = "least size in pixels of a voxel of a baked cloud, or of two heights of ridges: finer ones are left "
+                "out; 0: no limit"},
     {.path = "render.light_detail", .type = NP_KEY_REAL, .field = SCENE(render.light_detail_px),
      .range = WITHIN(0, 100), .fallback = "0",
-     .meaning = "pixels that a cell of multiple scattering covers at least, at the clouds' nearest; 0: cells go by the "
-                "clouds alone"},
+     .meaning = "least size in pixels of a cell of multiple scattering, at the nearest point of the clouds; 0: no "
+                "limit"},
     {.path = "render.light_depth", .type = NP_KEY_REAL, .field = SCENE(render.light_depth), .range = WITHIN(0.01, 100),
      .fallback = "0.35",
      .meaning = "(1-g) times the optical depth across a cell of multiple scattering, at the clouds' densest point; "
-                "cells have two voxels at least"},
+                "cells have at least two voxels"},
     {.path = "render.light_reuse", .type = NP_KEY_REAL, .unit = NP_UNIT_DEGREE, .field = SCENE(render.light_reuse_rad),
      .range = WITHIN(0, 30), .fallback = "1 deg",
-     .meaning = "turn of a moving sun or moon over which multiple scattering is interpolated between two solutions of "
-                "a sequence; 0 deg solves for each frame"},
+     .meaning = "rotation of a moving sun or moon over which multiple scattering is interpolated between two "
+                "solutions of a sequence; 0 deg solves for each frame"},
     {.path = "render.light_degree", .type = NP_KEY_CHOICE, .choices = degrees, .field = SCENE(render.light_degree),
      .fallback = "11",
-     .meaning = "highest degree of the harmonics that multiple scattering is resolved into; large clouds take 3 or 7"},
+     .meaning = "highest degree of the spherical harmonics for multiple scattering; large clouds use 3 or 7"},
     {.path = "render.light_residual", .type = NP_KEY_REAL, .field = SCENE(render.light_residual),
      .range = WITHIN(1e-6, 0.5),
      .fallback = "0.0003", .meaning = "relative residual at which the iteration of multiple scattering ends"},
     {.path = "render.history", .type = NP_KEY_CHOICE, .choices = histories, .field = SCENE(render.history),
      .fallback = "none",
-     .meaning = "pixels that a frame of a sequence takes from the frame before: none, or, for previews, most of them, "
-                "reprojected by their depth"},
+     .meaning = "reuse of the previous frame of a sequence: none, or, for previews, reprojection of most pixels by "
+                "their depth"},
     {.path = "render.history_update", .type = NP_KEY_CHOICE, .choices = updates, .field = SCENE(render.history_update),
-     .fallback = "16", .meaning = "number of pixels of which a frame with history renders one"},
+     .fallback = "16", .meaning = "a frame with history renders one pixel of this many"},
     {.path = "render.history_weight", .type = NP_KEY_REAL, .field = SCENE(render.history_weight), .range = WITHIN(0, 1),
      .fallback = "0.25",
-     .meaning = "least weight of a pixel that is rendered against its history, in an exponential average; 1 takes no "
-                "history where there is a new value"},
+     .meaning = "least weight of a rendered pixel against its history, in an exponential average; 1 ignores history "
+                "wherever there is a new value"},
     {.path = "render.history_frames", .type = NP_KEY_INTEGER, .field = SCENE(render.history_frames),
      .range = WITHIN(2, 4096), .fallback = "32",
-     .meaning = "frames of a block, counted from frame 1; history starts anew with each block, and a frame alone "
-                "renders those before it in its block"},
+     .meaning = "frames per block, counted from frame 1; history restarts with each block, and a single frame renders "
+                "the earlier ones of its block first"},
     {.path = "render.upsample", .type = NP_KEY_CHOICE, .choices = upsamplings, .field = SCENE(render.upsample),
      .fallback = "1",
-     .meaning = "pixels along the edge of a square of which one is rendered, the others interpolated by their depth: "
+     .meaning = "edge in pixels of the squares in which one pixel is rendered; the others are interpolated by depth: "
                 "1 renders all, 2 and 4 are half and quarter resolution, for previews"},
 };
 /* clang-format on */

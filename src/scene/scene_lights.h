@@ -24,7 +24,7 @@ typedef struct np_scene_light_levels {
   double sun_lux;         /* illuminance of the ground by sun and clear sky */
   double moon_lux;        /* illuminance by the moon at the zenith */
   bool is_sun_dark;       /* sun and its sky need not be built */
-  bool is_moon_outshone;  /* or below its own twilight: only its disk is visible */
+  bool is_moon_outshone;  /* the moon is outshone or far below the horizon: only its disk is visible */
   bool is_airglow_outshone;
   bool are_stars_outshone; /* stars are negligible in pixels of the given solid angle */
 } np_scene_light_levels;

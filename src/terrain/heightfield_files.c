@@ -56,7 +56,7 @@ static neph_result add_pattern(neph_context *context, const char *path, np_heigh
   glob_t found = {0};
   const int failure = glob(pattern, 0, NULL, &found);
   neph_result result = failure == 0 ? add_paths(context, found.gl_pathv, found.gl_pathc, out)
-                                    : np_fail(context, NEPH_ERROR_NOT_FOUND, "%s: no file fits this name", path);
+                                    : np_fail(context, NEPH_ERROR_NOT_FOUND, "%s: no file matches this name", path);
   globfree(&found);
   np_alloc_free(context, pattern);
   return result;

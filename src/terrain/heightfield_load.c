@@ -153,7 +153,7 @@ static neph_result check_png_samples(neph_context *context, const char *path, co
   return np_fail(
       context, NEPH_ERROR_BAD_FILE,
       "%s: is a PNG of %s samples, a height field must be of 16-bit grey ones: export it as such, or as EXR, "
-      "or, where its colours stand for heights, say how with terrain.encoding",
+      "or, where its colours encode heights, set terrain.encoding",
       path, stored);
 }
 

@@ -69,7 +69,7 @@ static neph_result check_samples(const raster_reader *r) {
   if (info->band_count != 1)
     return np_fail(r->context, NEPH_ERROR_BAD_FILE,
                    "%s: holds %u bands, a height field must hold one: extract it (gdal_translate -b 1), or, where "
-                   "colours stand for heights, say how with terrain.encoding",
+                   "colours encode heights, set terrain.encoding",
                    r->name, info->band_count);
   if (info->is_byte || info->is_complex || info->is_palette)
     return np_fail(r->context, NEPH_ERROR_BAD_FILE,

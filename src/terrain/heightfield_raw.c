@@ -33,10 +33,10 @@ neph_result np_heightfield_check_raw(neph_context *context, const char *path, co
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "%s: terrain.raw.size is %u × %u, must be 2 to %d each", path,
                    width, height, NP_HEIGHTFIELD_SAMPLES_MAX);
   if (held != wanted)
-    return np_fail(context, NEPH_ERROR_BAD_FILE,
-                   "%s: has %llu bytes, but %u × %u samples of %s are %llu: mend terrain.raw.size or terrain.raw.type",
-                   path, (unsigned long long)held, width, height, get_type_name(desc->raw_type),
-                   (unsigned long long)wanted);
+    return np_fail(
+        context, NEPH_ERROR_BAD_FILE,
+        "%s: has %llu bytes, but %u × %u samples of %s are %llu: correct terrain.raw.size or terrain.raw.type", path,
+        (unsigned long long)held, width, height, get_type_name(desc->raw_type), (unsigned long long)wanted);
   out_size[0] = width;
   out_size[1] = height;
   return NEPH_OK;

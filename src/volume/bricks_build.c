@@ -307,7 +307,7 @@ static neph_result fill(const np_bricks_builder *b, np_monitor *monitor) {
   return result;
 }
 
-/* Range of a node and of its groups of cells, up to the end of the table. */
+/* Computes the value range of a node and of its groups of cells, from the cells inside the table. */
 static void bound_node(const slab *s) {
   np_brick_node *node = s->node;
   node->whole_range = node->range[0];

@@ -79,11 +79,11 @@ static double get_bytes_max(const np_sparse_grid *grid) {
 }
 
 static neph_result fail_size(const np_sparse_grid *grid, double bytes) {
-  return np_fail(grid->context, NEPH_ERROR_LIMIT,
-                 "%s%sgrid '%s': voxels of its frustum would take %.3g MB as even ones that are nowhere larger, more "
-                 "than the %.3g MB that a file of its size may: cut off what is nearest to its camera, or resample it "
-                 "to a grid of even voxels before",
-                 NP_SPARSE_GRID_LABEL(grid), 1e-6 * bytes, 1e-6 * get_bytes_max(grid));
+  return np_fail(
+      grid->context, NEPH_ERROR_LIMIT,
+      "%s%sgrid '%s': regular voxels no larger than its frustum's would take %.3g MB, more than the %.3g MB allowed "
+      "for a file of its size: clip the part nearest to its camera, or resample it to a regular grid first",
+      NP_SPARSE_GRID_LABEL(grid), 1e-6 * bytes, 1e-6 * get_bytes_max(grid));
 }
 
 static neph_result expand_tiles(np_sparse_grid *grid) {
@@ -202,8 +202,8 @@ static bool choose_lattice(resampling *r, double coarseness, unsigned level_max,
 
 static neph_result fail_map(const np_sparse_grid *grid) {
   return np_fail(grid->context, NEPH_ERROR_BAD_FILE,
-                 "%s%sgrid '%s': the voxels of its frustum narrow to a point or widen more than a million times within "
-                 "what it holds: cut off what is nearest to its camera, or resample it to a grid of even voxels before",
+                 "%s%sgrid '%s': the voxels of its frustum narrow to a point or widen by more than a factor of 1e6 "
+                 "within its contents: clip the part nearest to its camera, or resample it to a regular grid first",
                  NP_SPARSE_GRID_LABEL(grid));
 }
 
@@ -387,11 +387,12 @@ static void describe(const resampling *r, double mass_share) {
   const np_frustum_lattice *l = &r->lattice;
   const np_affine finest = np_frustum_lattice_get_affine(l, 0);
   const double edge = np_dvec3_length(np_dvec3_make(finest.m[0][0], finest.m[1][0], finest.m[2][0]));
-  np_log(r->context, NEPH_LOG_INFO,
-         "%s%sgrid '%s': a frustum, resampled to %u level%s of even voxels, %.3g to %.3g across, with at most %.3g MB; "
-         "their mass is %.4f of the frustum's, made right where it errs by more than 0.5 %%",
-         NP_SPARSE_GRID_LABEL(r->grid), l->level_count, l->level_count > 1 ? "s" : "", edge,
-         ldexp(edge, (int)l->level_count - 1), 1e-6 * (double)r->candidate_count * bytes_per_leaf, mass_share);
+  np_log(
+      r->context, NEPH_LOG_INFO,
+      "%s%sgrid '%s': a frustum, resampled to %u level%s of regular voxels, %.3g to %.3g across, with at most %.3g MB; "
+      "their mass is %.4f of the frustum's, corrected if it errs by more than 0.5 %%",
+      NP_SPARSE_GRID_LABEL(r->grid), l->level_count, l->level_count > 1 ? "s" : "", edge,
+      ldexp(edge, (int)l->level_count - 1), 1e-6 * (double)r->candidate_count * bytes_per_leaf, mass_share);
 }
 
 static void clear(resampling *r) {

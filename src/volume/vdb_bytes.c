@@ -58,12 +58,12 @@ void np_vdb_bytes_fail(np_vdb_bytes *bytes, const char *format, ...) {
 
 static void fail_at_end(np_vdb_bytes *bytes, uint64_t count) {
   if (bytes->result) return;
-  bytes->result = np_fail(
-      bytes->context, NEPH_ERROR_BAD_FILE,
-      "%s: %s%s%sthe file ends at byte %lld, and %llu bytes from byte %lld on are asked for: it is truncated or "
-      "damaged",
-      bytes->path, bytes->grid ? "grid '" : "", bytes->grid ? bytes->grid : "", bytes->grid ? "': " : "",
-      (long long)bytes->size, (unsigned long long)count, (long long)bytes->position);
+  bytes->result =
+      np_fail(bytes->context, NEPH_ERROR_BAD_FILE,
+              "%s: %s%s%sthe file ends at byte %lld, and %llu bytes from byte %lld on are needed: it is truncated or "
+              "damaged",
+              bytes->path, bytes->grid ? "grid '" : "", bytes->grid ? bytes->grid : "", bytes->grid ? "': " : "",
+              (long long)bytes->size, (unsigned long long)count, (long long)bytes->position);
 }
 
 /* ---- Reading ---- */

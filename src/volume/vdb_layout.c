@@ -212,7 +212,7 @@ static void skip_tree(np_vdb_layout *layout, size_t index, bool is_last) {
     check_tree(layout, index);
   else if (!header->is_instance && !is_last)
     bytes->result = np_fail(bytes->context, NEPH_ERROR_UNSUPPORTED,
-                            "%s: grids stand behind the points of grid '%s', and the file has no offsets to find them: "
+                            "%s: grids follow the points of grid '%s', and the file has no offsets to locate them: "
                             "save it as a file, not to a stream",
                             bytes->path, header->name);
 }
@@ -265,7 +265,7 @@ static void read_file_header(np_vdb_layout *layout) {
   if (source->format_version < VERSION_MIN && !bytes->result)
     bytes->result =
         np_fail(bytes->context, NEPH_ERROR_UNSUPPORTED,
-                "%s: file format version %lu is too old: %d and later are read; save it anew with OpenVDB 3 "
+                "%s: file format version %lu is too old: %d and later are read; save it again with OpenVDB 3 "
                 "or later",
                 bytes->path, (unsigned long)source->format_version, VERSION_MIN);
   layout->is_newer = source->format_version > VERSION_KNOWN;

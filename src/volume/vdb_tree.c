@@ -18,7 +18,7 @@ enum {
   ROOT_CHILD_EDGE = 4096,
   ORIGIN_BYTES = 12,
   BLOSC_HEADER_BYTES = 16,
-  CHUNK_SLACK_BYTES = 64 /* overhead of compression, besides a sixteenth */
+  CHUNK_SLACK_BYTES = 64 /* most bytes that compression adds to a chunk, besides 1/16 of its size */
 };
 
 /* Encodings of inactive values: their number, and whether a mask selects between two (io/Compression.h). */

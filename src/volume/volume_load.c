@@ -338,11 +338,10 @@ neph_result np_volume_load_grid(neph_context *context, const char *path, const n
   *out_grid = job.grid;
   out_grid->file = NULL;
   if (result || !has_levels(&job.mark)) return result;
-  return np_fail(
-      context, NEPH_ERROR_BAD_FILE,
-      "%s: is the first of %u files, levels of detail of one cloud, which are no one grid: take all of them, "
-      "or bake without levels",
-      path, job.mark.count);
+  return np_fail(context, NEPH_ERROR_BAD_FILE,
+                 "%s: is the first of %u files, levels of detail of one cloud, not a single grid: load all of them, "
+                 "or bake without levels",
+                 path, job.mark.count);
 }
 
 static load_query get_field_query(const char *required_by) {

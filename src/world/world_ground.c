@@ -54,8 +54,8 @@ static void set_terrain_hit(const np_world *world, np_dvec3 origin, np_vec3 dire
   for (int b = 0; b < NP_BAND_COUNT; b++) out->albedo.band[b] = np_clampf(out->albedo.band[b], 0.0f, 1.0f);
 }
 
-/* Whether a place below the sphere is in the open, over land of the height field that is lower than the sea: not if it
- * lies deeper than the land by more than the error of positions. */
+/* Whether a point below sea level is above ground in a hollow of the height field: it may be deeper than the ground
+ * only by the error of positions. */
 static bool is_in_hollow(const np_world *world, np_dvec3 place) {
   return world->terrain && place.z >= world->terrain_min.z - 1.0 && np_terrain_covers(world->terrain, place.x, place.y);
 }

@@ -11,4 +11,4 @@ done
 show 100n manual/nephos-compare.1
 nephos help --man compare | cmp - manual/nephos-compare.1
 # Text that is odd for roff comes out as it is: dashes, quotes, letters beyond ASCII.
-show 200n manual/nephos-scene.5 | grep -e 'cloud1, …' -e "the sun's disk behind"
+show 200n manual/nephos-scene.5 | grep -e 'cloud1, …' -e "the sun's disk in"

@@ -30,7 +30,7 @@ _all_messages = weakref.WeakSet()
 
 
 class _Messages:
-    """Error messages of the calls under way. Messages of the library's own threads belong to all of them."""
+    """Error messages of the calls in progress. Messages of the library's own threads belong to all of them."""
 
     def __init__(self):
         self.lock = threading.Lock()
@@ -150,7 +150,7 @@ class Watch:
         return self.is_interrupted or self.is_at_exit or self.exception is not None
 
     def ask(self, function, *arguments):
-        """Calls a function of the program; whether the call of the library goes on. None means yes."""
+        """Calls a function of the program; returns whether the call of the library continues (None: yes)."""
         if self.is_stopped:
             return False
         try:
@@ -166,7 +166,7 @@ class Watch:
         return self.ask(lambda: self.progress(Progress(progress.contents)))
 
     def call(self, context, name, *arguments):
-        """Calls a function that returns neph_result, and raises what went wrong."""
+        """Calls a function that returns neph_result, and raises its error."""
         context.check_process()
         messages = context._messages.begin()
         _running.add(self)
@@ -188,7 +188,7 @@ class Watch:
 
 @atexit.register
 def _end_calls():
-    """Ends the calls of daemon threads before the interpreter goes away beneath them."""
+    """Ends the calls of daemon threads before the interpreter shuts down."""
     end = time.monotonic() + 5
     while _running and time.monotonic() < end:
         for watch in list(_running):

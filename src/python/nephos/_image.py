@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def import_numpy(purpose):
-    """numpy, which is imported where an array is asked for and nowhere else."""
+    """Imports numpy on the first use of an array."""
     try:
         import numpy
     except ImportError:

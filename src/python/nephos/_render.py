@@ -102,14 +102,14 @@ class Renderer(Object):
     @documented("neph_renderer_render", settings="neph_render_desc")
     def render(self, scene: Scene, *, progress: Optional[Callable[[Progress], Any]] = None,
                tile: Optional[Callable[[Tile], Any]] = None, **settings: Any) -> Image:
-        """Renders one picture, as nephos.render does, with what earlier pictures have left."""
+        """Renders one picture, as nephos.render does, and reuses the caches of earlier pictures."""
         check_scene(scene)
         call_with = "neph_renderer_render", self._handle, scene._handle
         return _render(call_with, self.context, scene, progress, tile, settings, "Renderer.render()")
 
     @documented("neph_renderer_cancel")
     def cancel(self) -> None:
-        """Ends the picture under way."""
+        """Cancels the current picture."""
         self.context.check_process()
         lib.neph_renderer_cancel(self._handle)
 
