@@ -14,7 +14,7 @@ double march_compute_depth(const np_instance *cloud, np_dvec3 origin, np_vec3 di
   np_brick_walk walk;
   np_brick_span span;
   double depth = 0.0;
-  np_random unused = np_random_start(0, 0, 0, 0, 0); /* of detail alone */
+  np_random unused = np_random_start(0, 0, 0, 0, 0); /* used for detail alone */
   np_track_start(&walk, cloud, origin, direction, 0.0, INFINITY);
   while (depth < 16.0 && np_brick_walk_next(&walk, &span))
     depth += (double)(cloud->extinction_per_value * span.range.min) * (span.t_end - span.t_begin) +

@@ -27,11 +27,11 @@ typedef struct march_picture {
   np_instance cloud;
   np_world world; /* its sun has an irradiance of 1 */
   np_lighting lighting;
-  double low[3], high[3]; /* of the box */
+  double low[3], high[3]; /* corners of the box */
   int up;                 /* axis: 1 or 2 */
-  unsigned width, height; /* at most MARCH_PIXELS_MAX */
+  unsigned width, height; /* MARCH_PIXELS_MAX pixels at most */
   np_camera_ray rays[MARCH_PIXELS_MAX];
-  double phase[MARCH_PIXELS_MAX], reference[MARCH_PIXELS_MAX]; /* of the sun's light; radiance */
+  double phase[MARCH_PIXELS_MAX], reference[MARCH_PIXELS_MAX]; /* phase function of sunlight; radiance */
   double rms;
 } march_picture;
 

@@ -9,7 +9,7 @@ static atomic_int allocations_left = TEST_ALLOCATIONS_ALL;
 
 void test_operator_new_limit(int count) { allocations_left = count; }
 
-/* By their names in the C++ ABI: std::__throw_bad_alloc() and operator new(size_t). */
+/* Names in the C++ ABI: std::__throw_bad_alloc() and operator new(size_t). */
 _Noreturn void _ZSt17__throw_bad_allocv(void);
 __attribute__((visibility("default"))) void *_Znwm(size_t bytes);
 

@@ -5,7 +5,7 @@
 
 #define TEST_ALLOCATIONS_ALL 1000000000
 
-/* From now on operator new has memory for `count` allocations; then it throws. */
+/* Limits operator new to `count` further allocations; then it throws. */
 __attribute__((visibility("default"))) void test_operator_new_limit(int count);
 
 #endif

@@ -125,7 +125,7 @@ static double get_number(const neph_image *image, const char *name) {
   return strtod(text, NULL);
 }
 
-/* The true noise, by pictures of two seeds over a reference, over that which was asked for. */
+/* Measured noise, from pictures of two seeds relative to a reference, over the target. */
 static double measure_noise(test_fixture *f, const char *text, double target, unsigned reference_samples) {
   neph_scene *scene = load(f->context, text);
   neph_image *first = render(scene, &(order){.target = target, .seed = 1}),

@@ -206,7 +206,7 @@ static void broken_cameras_are_refused(void **state) {
 
 /* ---- Pictures ---- */
 
-/* By the fixture's renderer, or, of another scene, by itself. */
+/* Uses the fixture's renderer, or, for another scene, a new one. */
 static neph_image *render(fixture *f, neph_scene *scene, int frame) {
   neph_render_desc desc = NEPH_RENDER_DESC_DEFAULT;
   neph_image *image;

@@ -168,7 +168,7 @@ static void every_example_is_met(void **state) {
   test_boxes_write(f->context, path, "density", &box, 1);
   for (unsigned i = 0; i < 2; i++)
     for (unsigned e = 0; e < EXAMPLES; e++) {
-      bool is_first = true; /* of its scene */
+      bool is_first = true; /* first row of its scene */
       for (unsigned k = 0; k < e; k++) is_first = is_first && examples[k].scene != examples[e].scene;
       if (!is_first) continue;
       neph_image *image = render(f, examples[e].scene, integrators[i]);

@@ -21,7 +21,7 @@ static const trial powder = {NEPH_MULTIPLE_SCATTERING_POWDER,
                              {.gain = 1.0, .softened_share = 0.7, .softened_rate = 0.25, .powder_strength = 1.0}};
 static const trial derivative = {NEPH_MULTIPLE_SCATTERING_DERIVATIVE, {.gain = 1.0, .derivative_distance_m = 4.0}};
 
-/* At the defaults of their keys, for which gains are calibrated. */
+/* Default parameters, for which gains are calibrated. */
 static const trial defaults[] = {
     {NEPH_MULTIPLE_SCATTERING_OCTAVES, {.gain = 1.0, .octave_count = 8, .octave_factors = {0.5, 0.5, 0.5}}},
     {NEPH_MULTIPLE_SCATTERING_SOFTENED_BEER, {.gain = 1.0, .softened_share = 0.7, .softened_rate = 0.25}},
@@ -41,7 +41,7 @@ static double sum_terms(const trial *t, const float *terms) {
   return sum;
 }
 
-/* By the definitions; 1e-6 for floats. */
+/* Compares with the definitions, to 1e-6 for floats. */
 static void terms_are_what_their_laws_say(void **state) {
   (void)state;
   static const float depths[] = {0.0f, 0.3f, 1.0f, 4.0f, 20.0f};

@@ -74,7 +74,7 @@ static int create_reference(void **state) {
   describe_reference(&air);
   neph_context *context = test_context_create(1, NULL);
   neph_atmosphere *atmosphere = test_atmosphere_create(context, &air.desc);
-  atmosphere->has_point_sun = true; /* as the reference has it */
+  atmosphere->has_point_sun = true; /* like the reference */
   *state = atmosphere;
   neph_context_destroy(context);
   return 0;

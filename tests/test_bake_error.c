@@ -128,7 +128,7 @@ static void threads_and_kernels_do_not_change_the_figures(void **state) {
   }
 }
 
-/* Levels asked for only to be measured are written as without. */
+/* Levels that are only measured do not change the file. */
 static void measuring_does_not_change_the_file(void **state) {
   (void)state;
   neph_context *context = test_context_create(2, NULL);
@@ -282,7 +282,7 @@ static void no_cloud_is_no_error(void **state) {
 
 /* ---- The model itself ---- */
 
-/* At the voxels' centres the model is what the grid holds, bit for bit. */
+/* The model equals the grid at the centres of voxels, bit for bit. */
 static void the_model_can_be_asked_without_a_grid(void **state) {
   (void)state;
   test_log log;

@@ -51,8 +51,8 @@ static double sample(const neph_volume *volume, np_dvec3 position) {
 
 /* ---- Samples ---- */
 
-/* At the samples of a level the levels together are the model: none is missing, and none is there twice. The coarsest
- * level's are samples of all others too, a finer one's are its own alone. */
+/* The levels together contain each sample of the model exactly once. The samples of the coarsest level are samples of
+ * all others too; samples of a finer one belong to it alone. */
 static void check_active(neph_context *context, const neph_cloud_desc *cloud, const neph_volume *volume, unsigned k) {
   const neph_volume *level = np_volume_get_part(volume, k);
   const bool is_coarsest = k + 1 == np_volume_count_parts(volume);
@@ -75,7 +75,7 @@ static void check_active(neph_context *context, const neph_cloud_desc *cloud, co
     const np_dvec3 index = np_affine_point(&level->world_to_index, p);
     const double own =
         (double)np_bricks_sample(&level->bricks, np_dvec3_make(round(index.x), round(index.y), round(index.z)));
-    if (!is_coarsest && !(own > 0)) continue; /* of another level, or clear */
+    if (!is_coarsest && !(own > 0)) continue; /* belongs to another level, or is clear */
     cloudy += own > 0;
     assert_near(sample(volume, p), (double)expected[n], 1e-5 + 1e-3 * (double)expected[n]);
   }
@@ -264,7 +264,7 @@ static void a_region_in_memory_is_the_whole_inside(void **state) {
   np_random random = np_random_start(8, 0, 0, 0, 0);
   int cloudy = 0;
   for (int n = 0; n < 50000; n++) {
-    double low_m = INFINITY, at_m[3]; /* from the nearest border, inwards */
+    double low_m = INFINITY, at_m[3]; /* distance from the nearest border, inwards */
     for (int a = 0; a < 2; a++) {
       at_m[a] = desc.region_min_m[a] + (1.2 * np_random_double(&random) - 0.1) * 1600;
       low_m = fmin(low_m, fmin(at_m[a] - desc.region_min_m[a], desc.region_max_m[a] - at_m[a]));

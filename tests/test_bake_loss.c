@@ -129,7 +129,7 @@ static void waterlines_far_apart_are_warned_of(void **state) {
   assert_near(losses.finer_depth, truth, 0.2 * truth);
 }
 
-/* Clouds cover as much as coverage asks for, or a warning states both; covered columns of the bake are the answer. */
+/* Clouds reach the requested coverage, or a warning states both; covered columns of the bake are counted. */
 static void coverage_that_is_not_reached_is_warned_of(void **state) {
   test_fixture *f = *state;
   static const struct {

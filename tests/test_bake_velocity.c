@@ -7,7 +7,7 @@
 #include "cloud/bake_velocity.h"
 #include "volume/bricks.h"
 
-/* A field at a moment: its extinction and, where asked for, its velocity. */
+/* A field at a time: its extinction and, optionally, its velocity. */
 typedef struct moment {
   np_sparse_grid density, velocity[3];
 } moment;
@@ -157,7 +157,7 @@ static void thermals_are_carried(void **state) {
   neph_context_destroy(context);
 }
 
-/* By whole voxels, so that nothing is smeared. */
+/* Moves whole voxels, so that nothing is interpolated. */
 static void wind_is_carried(void **state) {
   (void)state;
   neph_context *context = test_context_create(2, NULL);
@@ -221,7 +221,7 @@ static neph_result bake_tiny(neph_context *context, void *user) {
   np_monitor monitor;
   moment m = {0};
   desc.voxel_m = 250;
-  desc.model = NEPH_CLOUD_MODEL_SLAB; /* for its census is cheap */
+  desc.model = NEPH_CLOUD_MODEL_SLAB; /* its census is cheap */
   neph_result result = np_bake_start_checked(context, &desc, &bake_desc, NP_BAKE_FOR_FILE, &monitor, &bake);
   if (result) return result;
   result = np_bake_make_grid(&bake, "density", &m.density);

@@ -7,7 +7,7 @@
 
 #include "volume/volume_private.h"
 
-enum { TEST_BOX_EDGE = 64 }; /* of the lattice that boxes lie in */
+enum { TEST_BOX_EDGE = 64 }; /* edge of the lattice that contains the boxes */
 
 typedef struct test_box {
   int32_t low[3], high[3]; /* voxels, from 0 to TEST_BOX_EDGE; `high` is one past the last */

@@ -342,7 +342,7 @@ static void pictures_follow_the_keys(void **state) {
   }
 }
 
-/* As close to the path's mean as without detail, but for what the tables of light do not know of it. */
+/* The march is as close to the path tracer's mean as without detail, except that light tables ignore detail. */
 static void march_is_close_to_path(void **state) {
   test_fixture *f = *state;
   static const char *const details[] = {NULL, "{strength: 1, size: 40 m}"};

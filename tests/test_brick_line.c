@@ -26,9 +26,9 @@ static void assert_lines_are_single_look_ups(neph_precision precision) {
   neph_context *context = test_context_create(1, NULL);
   neph_volume *volume;
   assert_int_equal(neph_volume_create_dense(context, &desc, &volume), NEPH_OK);
-  static const int32_t cell[3] = {0, 0, 0}; /* which bricks at rest do not ask for */
+  static const int32_t cell[3] = {0, 0, 0}; /* unused by bricks at rest */
   for (int i = 0; i < 20000; i++) {
-    /* From one place in or near a brick to another, so that some are clamped. */
+    /* Lines between positions in or near a brick, some of them clamped. */
     float end[6], out[NP_BRICK_LINE];
     for (int k = 0; k < 6; k++) end[k] = 9.0f * np_random_float(&random) - 0.5f;
     const int count = 1 + i % NP_BRICK_LINE;

@@ -151,7 +151,7 @@ static void means_are_close(void **state) {
                                    np_vec3_add(begin, np_vec3_scale(along, ((float)k + 0.5f) / 1000.0f)));
     worst = fmax(worst, fabs((double)np_track_mean(&bricks, brick, motion.cells[brick], begin, along) - sum / 1000.0));
   }
-  assert_true(worst < 4e-3); /* of values up to 2 */
+  assert_true(worst < 4e-3); /* values are at most 2 */
   clear_ball(&b);
 }
 

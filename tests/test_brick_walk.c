@@ -37,7 +37,7 @@ typedef struct ray {
   double t_begin, t_end;
 } ray;
 
-/* From a point around the grid to one inside; some along axes and diagonals, from corners, or of odd length. */
+/* Ray from a point around the grid to one inside; some along axes and diagonals, from corners, or of odd length. */
 static ray make_ray(np_random *random, int number) {
   double length = exp(test_random_in(random, -8.0, 8.0));
   np_dvec3 from = {test_random_in(random, -300, 300), test_random_in(random, -300, 300),
@@ -51,7 +51,7 @@ static ray make_ray(np_random *random, int number) {
   return (ray){from, direction, number % 7 ? 0.0 : -length, 3.0 * length};
 }
 
-/* Value at `t` as the walk tells it: that of the span which holds it, or 0 in a gap. Spans must come in order. */
+/* Value at `t` by the walk: the value of the span that contains it, or 0 in a gap. Spans must be in order. */
 static double sample_by_walk(const np_brick_walk *walk, const np_brick_span *spans, int count, double t) {
   for (int i = 0; i < count; i++) {
     if (t < spans[i].t_begin || t >= spans[i].t_end) continue;

@@ -37,7 +37,7 @@ static inline void write_entry(test_fixture *f, const char *key, unsigned char v
   np_cache_write(&entry, bytes, SIZE / 2);
   np_cache_write(&entry, bytes, SIZE / 2);
   np_cache_write_commit(&entry);
-  usleep(20000); /* file systems tell times apart by some milliseconds */
+  usleep(20000); /* file systems resolve times to some milliseconds */
 }
 
 static inline bool has_entry(test_fixture *f, const char *key, unsigned char value) {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The folder of a cache is nephos's own: made with its parents, without files of others, of one user or of a group that
- * shares it. */
+/* The folder of a cache belongs to nephos: it is created with its parents, contains no other files, and belongs to one
+ * user or to a group that shares it. */
 #include "test_cache_entries.h"
 
 #include <grp.h>
@@ -73,7 +73,7 @@ static void test_folder_without_tag_is_refused(void **state) {
   tag = test_path(folder, "CACHEDIR.TAG");
   test_file read = test_file_read(tag);
   assert_memory_equal(read.bytes, "Signature: 8a477f597d28d172789f06886806bc55\n", 44);
-  test_file_write(tag, read.bytes, 44); /* of another program */
+  test_file_write(tag, read.bytes, 44); /* tag of another program */
   assert_int_equal(reopen(f, f->folder), NEPH_ERROR_IO);
   assert_one_error(&f->log, "no CACHEDIR.TAG of nephos");
   free(read.bytes);
@@ -189,8 +189,8 @@ static void test_entry_of_another_user_is_refused(void **state) {
   free(path);
 }
 
-/* As another user of the farm's group: exit code 0 where the entry is read, the lock is waited for, and another entry
- * is written. */
+/* Uses the cache as another user of the farm's group: exit code 0 if the entry is read, the lock is waited for, and
+ * another entry is written. */
 static int use_as_member(const char *folder, uid_t user) {
   const gid_t group = FARM;
   test_log log;
@@ -236,7 +236,7 @@ static void test_group_shares_a_cache(void **state) {
   assert_true(lock.file >= 0);
   assert_int_equal(run_as_member(folder, STRANGER), 0);
   np_cache_lock_release(&lock);
-  assert_true(has_entry(f, keys[1], 8)); /* of the other */
+  assert_true(has_entry(f, keys[1], 8)); /* entry of the other user */
   assert_string_equal(f->log.text, "");
   assert_int_equal(chmod(inner, 02777), 0); /* anyone could have put it there */
   assert_int_equal(reopen(f, folder), NEPH_OK);

@@ -126,8 +126,9 @@ static void test_sun_stands_clockwise_from_north(void **state) {
   assert_sun(f, "90 deg", "77 deg", 0, 0, 1);
 }
 
-/* At its transit on the longest day the sun is 90° − 44.27° + 23.44° high, in the south. Transit is 71.3 times 4
- * minutes after noon, and 1.9 more by the equation of time: 16:47 UTC. A minute off moves the azimuth by 0.7°. */
+/* The sun at its transit on the longest day is 90° − 44.27° + 23.44° high, in the south. Transit is 71.3 times 4
+ * minutes after noon, and 1.9 more by the equation of time: 16:47 UTC. An error of a minute moves the azimuth by 0.7°.
+ */
 static void test_sun_stands_where_time_and_place_say(void **state) {
   fixture *f = *state;
   set(f, "sun.time", "2026-06-21T18:47+02:00");

@@ -19,9 +19,9 @@ typedef struct shot_keys {
   float seconds[KEYS], position[KEYS][3], rotation[KEYS][4];
 } shot_keys;
 
-static const float half_turn = 0.70710678f; /* of 90 deg */
+static const float half_turn = 0.70710678f; /* quaternion component of a rotation by 90 deg */
 
-/* From the origin 10 m up and 20 m to the right within a second; then, in half a second, a turn to the right. */
+/* Moves 10 m up and 20 m to the right from the origin within a second; then turns right within half a second. */
 static shot_keys make_keys(void) {
   return (shot_keys){.seconds = {0.0f, 1.0f, 1.5f},
                      .position = {{0, 0, 0}, {20, 10, 0}, {20, 10, 0}},

@@ -220,7 +220,7 @@ static void a_circle_of_confusion_is_that_of_the_thin_lens(void **state) {
     assert_near_relative(np_camera_get_confusion(&camera, z), expected, 1e-6);
     double film[2], unused, lowest = HUGE_VAL, highest = -HUGE_VAL;
     for (int side = -1; side <= 1; side += 2) {
-      /* From the lens's side at `side` radii, towards the point: through the plane of focus, then to the film. */
+      /* A ray from the lens at `side` radii towards the point: through the plane of focus, then to the film. */
       const np_dvec3 from = np_dvec3_make(0.05 * side, 0.0, 100.0), point = np_dvec3_make(0.0, z, 100.0);
       const np_dvec3 in_focus =
           np_dvec3_add(from, np_dvec3_scale(np_dvec3_subtract(point, from), 20.0 / (point.y - from.y)));

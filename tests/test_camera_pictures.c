@@ -160,7 +160,7 @@ static void assert_part(neph_image *whole, neph_image *part, const unsigned crop
   }
 }
 
-/* With shadows in the air, whose rays go by the whole picture; light falls, and none of it is negative. */
+/* Covers shadows in the air, whose rays depend on the whole picture; light falls, and is never negative. */
 static void parts_have_the_bits_of_the_whole(void **state) {
   static const unsigned crop[4] = {0, 5, 9, 16};
   for (int k = 1; k < 4; k++)
@@ -237,8 +237,8 @@ static void traced_air_is_that_of_the_tables(void **state) {
   neph_atmosphere_release(air);
 }
 
-/* From the side the air of parallel rays thins with height: each has its own place in it. 6 %: three
- * standard errors of 8192 paths. */
+/* Seen from the side, the air of parallel rays thins with height: each ray has its own altitude. 6 %: three standard
+ * errors of 8192 paths. */
 static void parallel_rays_see_air_of_their_height(void **state) {
   static const char text[] = "{camera: {kind: orthographic, orthographic_width: 5 km, position: [0, 0, 12 km],"
                              " look_at: [0, 100 km, 12 km], resolution: [1, 4]}, render: {samples: 256},"

@@ -81,7 +81,8 @@ static void the_moon_is_where_meeus_has_it(void **state) {
   (void)state;
   const char *time = "1992-04-11T23:59:01Z";
   const np_moon_place moon = moon_at(time, 90.0, 0.0, true);
-  /* At the pole the world's axes are the equator's, turned by the sidereal time: the meridian of Greenwich is south. */
+  /* The axes of the world at the pole are the equator's, rotated by the sidereal time: the meridian of Greenwich is
+   * south. */
   const np_celestial_turn turn = np_celestial_turn_by_angle(np_celestial_sidereal(parse(time)), 90.0 * NP_DEGREE);
   const np_dvec3 expected = np_celestial_apply(&turn, on_sphere(134.688470, 13.768368));
   assert_true(separation_deg(moon.direction, expected) < 10.0 / 3600.0);

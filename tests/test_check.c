@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Checks of files made with one fault each: its rule is found, its place is told, and a mended copy has it no more. */
+/* Checks of files with one fault each: its rule is reported with its place, and a repaired copy passes. */
 #include <float.h>
 
 #include <nephos/check.h>
@@ -303,7 +303,7 @@ static void repair_and_the_copy_agree(void **state) {
   np_sparse_grid grid;
   make_grid(f, "density", &grid);
   grid.background = 0.25f;
-  grid.leaves[3].values[100] = INFINITY; /* at voxel (1, 4, 28) */
+  grid.leaves[3].values[100] = INFINITY; /* voxel (1, 4, 28) */
   grid.leaves[BAD_LEAF].values[BAD_VOXEL] = INFINITY;
   grid.leaves[BAD_LEAF].active[BAD_VOXEL / 64] &= ~(UINT64_C(1) << (BAD_VOXEL % 64));
   grid.leaves[2].values[9] = 0.25f;
@@ -320,7 +320,7 @@ static void repair_and_the_copy_agree(void **state) {
   double at[3] = {10.0, 40.0, 380.0};
   float largest;
   neph_volume_sample(repaired, 1, at, &largest);
-  assert_near((double)largest, 0.5 + 6.0 / 14.0, 1e-3); /* of a half */
+  assert_near((double)largest, 0.5 + 6.0 / 14.0, 1e-3); /* rounded to half */
   for (int i = -2; i < 40; i++) {
     float values[2];
     at[0] = 10.0 * i, at[1] = 7.0 * i, at[2] = 100.0 + 11.0 * i;
@@ -333,7 +333,7 @@ static void repair_and_the_copy_agree(void **state) {
   np_sparse_grid_clear(&grid);
 }
 
-/* Distances to a surface are not cut off at 0 for want of a class. */
+/* Distances to a surface are not cut off at 0 if the class is missing. */
 static void a_level_set_without_its_class_is_kept(void **state) {
   test_fixture *f = *state;
   np_sparse_grid grid;
@@ -370,14 +370,14 @@ static void a_level_set_without_its_class_is_kept(void **state) {
   neph_volume_release(volume);
 }
 
-/* NaN in a velocity is found, and made 0 in a copy. */
+/* NaN in a velocity is reported, and set to 0 in a copy. */
 static void vectors_are_checked_and_mended(void **state) {
   test_fixture *f = *state;
   np_sparse_grid density, velocity[3];
   make_grid(f, "density", &density);
   for (int a = 0; a < 3; a++) make_grid(f, "vel", &velocity[a]);
   velocity[1].leaves[BAD_LEAF].values[BAD_VOXEL] = NAN;
-  velocity[0].leaves[0].values[0] = -4.0f; /* as good as any */
+  velocity[0].leaves[0].values[0] = -4.0f; /* any value works */
   const np_vdb_write_grid outputs[] = {{.grid = &density},
                                        {.grid = &velocity[0], .y = &velocity[1], .z = &velocity[2]}};
   assert_int_equal(np_volume_save_grids(f->context, f->path, outputs, 2, NULL), NEPH_OK);

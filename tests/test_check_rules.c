@@ -158,8 +158,8 @@ static void changes_within_a_sequence_are_found(void **state) {
 
 enum { SIDE = 1201 };
 
-/* One void, in a tile whose name tells its place; and rows of numbers that tell neither place nor unit, for which a
- * scene tells their width. */
+/* One void, in a tile whose name gives its place; and rows of numbers with neither place nor unit, whose width the
+ * scene states. */
 static int eval_hole(unsigned column, unsigned row) {
   return column == 7 && row == 7 ? -32768 : (int)(300 + column % 300 + row);
 }

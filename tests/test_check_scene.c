@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Checks of scenes heed what a scene asks of its files: they have an error where a render fails, and none where it does
- * not. */
+/* Checks of scenes apply the scene's settings to its files: there is an error if and only if a render fails. */
 #include <sys/stat.h>
 
 #include <nephos/nephos.h>

@@ -67,7 +67,7 @@ static void base_is_flat_and_follows_the_planet(void **state) {
   neph_context_destroy(context);
 }
 
-/* Core values as asked for, 0.8 to 1.2 of them with height, and crisp: most of the voxels are core, not edge. */
+/* Core values are as requested, 0.8 to 1.2 of them with height, and crisp: most voxels are core, not edge. */
 static void extinction_is_that_of_the_core_with_a_thin_edge(void **state) {
   (void)state;
   neph_context *context = test_context_create(2, NULL);
@@ -149,7 +149,8 @@ static double compute_mean_x_m(const np_sparse_grid *grid, const neph_cloud_desc
   return sum / count;
 }
 
-/* By the skew times the share of the height; to a tenth of it, since billows stay where they are in the air. */
+/* Displacement is skew times the share of the height, to a tenth of it, because billows keep their position in the air.
+ */
 static void skew_moves_tops_against_bases(void **state) {
   (void)state;
   neph_context *context = test_context_create(2, NULL);
@@ -196,7 +197,7 @@ static void billowiness_and_erosion_make_a_cloud_rugged(void **state) {
   neph_context_destroy(context);
 }
 
-/* Rain fills the air below the base down to the share of it that is asked for, and nothing lies deeper. */
+/* Rain fills the air below the base down to the requested share, and nothing lies deeper. */
 static void precipitation_falls_below_the_base(void **state) {
   (void)state;
   neph_context *context = test_context_create(2, NULL);
@@ -396,7 +397,7 @@ static double cpu_seconds_since(const struct timespec *then) {
   return (double)(now.tv_sec - then->tv_sec) + 1e-9 * (double)(now.tv_nsec - then->tv_nsec);
 }
 
-/* Minutes of work, told to stop at its start and in its midst. Half a second of each of two threads: CPU time, since
+/* A bake of minutes, cancelled at its start and in the middle. Half a second for each of two threads: CPU time, because
  * other programs may keep the machine busy. */
 static void a_large_bake_can_be_cancelled(void **state) {
   (void)state;

@@ -344,7 +344,7 @@ static void fire_is_exported_in_units(void **state) {
   free(path);
 }
 
-/* As a render does, and a dry run of it. */
+/* Fails like a render and a dry run. */
 static void missing_grids_are_refused(void **state) {
   static const char *const emissions[][2] = {{"temperature: heat", "no grid 'heat'"},
                                              {"", "no grid 'temperature'"},
@@ -481,7 +481,7 @@ static void layers_have_time_samples(void **state) {
                                       "3: @./out.3.vdb@,",
                                       "token fieldDataType = \"float\""};
   for (size_t i = 0; i < sizeof lines / sizeof *lines; i++) assert_has(copy, lines[i]);
-  int depth = 0; /* of braces, brackets and parentheses, all closed */
+  int depth = 0; /* nesting depth of braces, brackets and parentheses */
   for (const char *c = copy; *c; c++) depth += (strchr("{[(", *c) != NULL) - (strchr("}])", *c) != NULL);
   assert_int_equal(depth, 0);
   free(copy);

@@ -96,7 +96,7 @@ static double compute_column(const np_cloud_model *model, double x_m, double y_m
   return sum;
 }
 
-/* From the border inwards, in shares of the field: no wall, but a rim that thickens. */
+/* Extinction from the border inwards, in shares of the field: no wall, but a rim that thickens. */
 static void fog_thins_out_to_the_border(void **state) {
   (void)state;
   static const double insets[] = {0.005, 0.02, 0.05, 0.09, 0.2};
@@ -329,7 +329,7 @@ static double sum_clouds(neph_image *image) {
   return sum;
 }
 
-/* By both integrators; a bake by the scene is that of the render; higher mountains are another ground. */
+/* Covers both integrators; a bake of the scene equals the render's; higher mountains are another ground. */
 static void a_scene_bakes_over_its_terrain(void **state) {
   fixture *f = *state;
   char *folder = test_folder_create(), *path = test_path(folder, "fog.vdb");

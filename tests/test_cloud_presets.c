@@ -3,7 +3,7 @@
 #include "scene/scene_keys.h"
 #include "test_clouds.h"
 
-/* With its own voxels, and with voxels twice as large: the census looks at the same heights as the bake. */
+/* Bakes with the preset's voxels, and with voxels twice as large: the census evaluates the same heights as the bake. */
 static void every_preset_covers_what_it_says(void **state) {
   (void)state;
   neph_context *context = test_context_create(2, NULL);

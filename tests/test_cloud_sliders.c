@@ -13,7 +13,7 @@ typedef struct slider_view {
 typedef struct slider {
   const char *name;
   size_t offset;
-  size_t statistic; /* of a slider_view */
+  size_t statistic; /* statistic of a slider_view */
   int sign;         /* 1: it rises */
   bool is_of_shape; /* else of a field, whose base is wider */
 } slider;

@@ -46,8 +46,7 @@ static void clouds_change_steadily_with_time(void **state) {
   neph_context_destroy(context);
 }
 
-/* With a wind and no change, the field of later is the field of now moved: the map's texels differ, hence a few per
- * cent. */
+/* Wind alone moves the field: the map's texels differ from the first one's, hence a few per cent. */
 static void wind_moves_the_field(void **state) {
   (void)state;
   neph_context *context = test_context_create(2, NULL);

@@ -8,7 +8,7 @@
 
 enum { POINT_COUNT = 2000 };
 
-static const double fall_m_s = 5.0; /* of rain, as clouds.md has it */
+static const double fall_m_s = 5.0; /* fall speed of rain, from clouds.md */
 
 static neph_cloud_desc make_windy(neph_context *context, const char *preset, double speed_m_s) {
   neph_cloud_desc desc = NEPH_CLOUD_DESC_DEFAULT;
@@ -75,7 +75,7 @@ static double get_lag_m(const np_cloud_model *windy, float share) {
 
 typedef struct kind_row {
   const char *preset;
-  double gain;        /* of the displacement at the top, in largest billows */
+  double gain;        /* gain on the displacement at the top, in largest billows */
   double carried_max; /* against the difference in place */
 } kind_row;
 

@@ -113,7 +113,7 @@ static inline void test_hash_bake(neph_context *context, const neph_cloud_desc *
   np_sparse_grid_clear(&grid);
 }
 
-/* With so many threads and at this level a cloud is baked to this hash. */
+/* Checks the hash of a bake with a number of threads and an instruction set. */
 static inline void test_check_hash(unsigned thread_count, neph_isa isa, const neph_cloud_desc *desc,
                                    const char *expected) {
   neph_context *context = NULL;

@@ -7,7 +7,7 @@
 
 #include "volume/volume_private.h"
 
-enum { TEST_COLOR_EDGE = 32, TEST_COLOR_GRIDS = 3 }; /* of the lattice, from 0 on; grids of three components */
+enum { TEST_COLOR_EDGE = 32, TEST_COLOR_GRIDS = 3 }; /* edge of the lattice, from 0 on; grids of three components */
 
 typedef void test_color_fn(const int32_t at[3], float out[3]);
 

@@ -211,7 +211,7 @@ static void crops_and_integrators_share_a_matrix(void **state) {
 
 /* ---- Spaces and scale ---- */
 
-/* Their headers lead back to Rec.709: to rounding, of halves of which none is made here. */
+/* The headers convert back to Rec.709, to rounding; no halves are involved. */
 static void spaces_hold_one_light(void **state) {
   neph_context *context = *state;
   static const char *const spaces[] = {"acescg", "rec2020", "xyz"};

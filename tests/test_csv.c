@@ -36,7 +36,7 @@ static void fields_lines_and_comments(void **state) {
   np_csv_clear(&csv);
 }
 
-/* As spreadsheets write "CSV UTF-8". */
+/* "CSV UTF-8" of spreadsheets. */
 static void marks_and_blanks_are_passed_over(void **state) {
   static const char *const texts[] = {"\xef\xbb\xbfx_m, y m ,z\t\r\n1,2 ,3\r\n",
                                       "\xef\xbb\xbf# comment\n\"x_m\" , \" y m\",\"z\"\n1, 2,3\n",

@@ -52,9 +52,9 @@ static double compute_difference(const float *a, const float *b, size_t count) {
   return sqrt(squares / all);
 }
 
-/* At the default residual, 3e-4, the field is within 1e-3 of one whose residual is a hundred times less, at any depth:
- * without the correction it is 1 % off at a depth of 110, and 10 % at 1000. Halves round it by 2e-4. Sweeps: those of
- * the last grid, where plain Anderson acceleration takes up to 17. */
+/* The field at the default residual, 3e-4, is within 1e-3 of one with a residual of a hundredth, at any depth. Without
+ * the correction the error is 1 % at a depth of 110, and 10 % at 1000. Rounding to halves adds 2e-4. Sweeps are counted
+ * on the last grid, where plain Anderson acceleration needs up to 17. */
 static void a_small_residual_is_a_small_error(void **state) {
   (void)state;
   static const double depths[] = {110.0, 1000.0};
@@ -110,8 +110,8 @@ static void colour(test_world *w, np_spectrum sun) {
   w->desc.cells.cell_count_max = 1000000;
 }
 
-/* The first band is resolved, and others take the change from it, where the sun makes most of the light; importance
- * wants each for itself. The sky is a quarter of the light in the bluest band. */
+/* The first band is solved, and others derive from it where the sun makes up most of the light; importance needs each
+ * band separately. The sky is a quarter of the light in the bluest band. */
 static void assert_transfer(np_spectrum sun, double error_max) {
   test_world w;
   float *bands[2][NP_BAND_COUNT];

@@ -46,7 +46,7 @@ static void limb_darkening_keeps_the_irradiance(void **state) {
   }
 }
 
-/* At its very edge the sun has a third of the centre's brightness in red, and a sixth in blue (Neckel and Labs 1994,
+/* The very edge of the sun has a third of the centre's brightness in red, and a sixth in blue (Neckel and Labs 1994,
  * figure 1). */
 static void the_limb_is_dark_and_red(void **state) {
   (void)state;
@@ -55,7 +55,7 @@ static void the_limb_is_dark_and_red(void **state) {
   np_limb_darkening(440.0, blue);
   double at_centre = 0.0;
   for (int k = 0; k < NP_LIMB_TERMS; k++) at_centre += red[k];
-  assert_near(at_centre, 1.0, 1e-9); /* by construction of the fit, to its five digits */
+  assert_near(at_centre, 1.0, 1e-9); /* exact by construction of the fit, to its five digits */
   assert_true(red[0] > 0.3 && blue[0] < 0.2);
   const np_disk disk = np_disk_make_sun(np_vec3_make(0, 0, 1), sun_radius, np_spectrum_grey(1.0f), bands_nm);
   const np_spectrum centre = np_disk_radiance(&disk, np_vec3_make(0, 0, 1));

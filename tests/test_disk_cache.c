@@ -57,7 +57,7 @@ static void test_abandoned_leaves_nothing(void **state) {
   assert_int_equal(test_folder_count(f->context->disk_cache->folder), 1); /* its tag */
 }
 
-/* As two processes would: a lock is of an open file. */
+/* Acts like two processes: a lock belongs to an open file. */
 static void test_locks_wait_and_give_up(void **state) {
   test_fixture *f = *state;
   np_cache_lock first, second, third;

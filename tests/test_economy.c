@@ -1,9 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A scene pays for what it shows: which stages are built for it, and which libraries wake up.
+/* A scene only pays for its content: which stages are built for it, and which libraries are loaded.
  *
- * Each row is built in a process of its own, since a library that was loaded stays. OpenVDB counts where its library is
- * mapped, Embree where a device of it is made.
- */
+ * Each row is built in its own process, because a loaded library stays. OpenVDB counts if its library is mapped, Embree
+ * if a device is created. */
 #include <dlfcn.h>
 #include <link.h>
 #include <sys/wait.h>
@@ -17,7 +16,7 @@
 
 #define BIT(stage) (1u << NP_STAGE_##stage)
 
-/* Stages by what wants them. */
+/* Stages by the feature that needs them. */
 enum {
   ALWAYS = BIT(COLOR) | BIT(LIGHTS) | BIT(WORLD) | BIT(LIGHTING),
   AIR = BIT(ATMOSPHERE) | BIT(CAMERA_SKY),
@@ -106,7 +105,7 @@ static const row rows[] = {
 
 /* ---- Libraries ---- */
 
-static unsigned embree_devices; /* of this process */
+static unsigned embree_devices; /* devices of this process */
 
 /* Stands before Embree's own, which it calls. */
 void *rtcNewDevice(const char *config);
@@ -137,7 +136,7 @@ static void print_stages(const char *name, const char *what, uint32_t stages) {
     if (stages >> i & 1u) print_error("%s: %s %s\n", name, np_stage_get_rule((np_stage)i)->name, what);
 }
 
-/* In the child: builds a row's scene, read as if from the file `name`, and tells what is wrong. */
+/* Builds a row's scene in the child, as if read from the file `name`, and prints what is wrong. */
 static bool is_built_as_told(neph_context *context, const row *r, const char *name) {
   np_stores stores = {.results = NULL};
   const np_build_job job = np_build_job_make(&stores);

@@ -74,7 +74,7 @@ static void limit_lowers_the_quality(void **state) {
   assert_int_equal(samples, 7);
 }
 
-/* A march that is asked for stays one, with a warning that names its floor. */
+/* A requested march stays a march, with a warning that states its error floor. */
 static void given_keys_win(void **state) {
   test_fixture *f = *state;
   unsigned samples;

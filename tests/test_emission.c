@@ -20,7 +20,7 @@ static float ball(double x, double y, double z) {
   return (float)fmax(0.0, 1.0 - (x * x + pow(y + 1.0, 2.0) + pow(z + 4.5, 2.0)) / 16.0);
 }
 
-/* From a quarter of the temperature less outside that ball to all of it in its middle. */
+/* Temperature factor: 0.75 outside of the ball, rising to 1 in its middle. */
 static float warm(double x, double y, double z) { return 0.75f + 0.25f * ball(x, y, z); }
 
 static void start(fixture *f, test_field smoke, float extinction_per_m, float albedo, float asymmetry) {
@@ -127,7 +127,7 @@ static void black_smoke_emits_as_far_as_it_absorbs(void **state) {
     const double expected = -expm1(-(double)extinctions[i] * TEST_EDGE) * black_body(1);
     for (int is_path = 0; is_path < 2; is_path++) {
       const test_tally s = measure(&f, is_path, 4000, 1, false, 3);
-      /* At an extinction of 20 the first voxel, in which it rises, is a step: 1 % of j's change over it is missed. */
+      /* The first voxel, over which an extinction of 20 rises, is a step: 1 % of j's change over it is missed. */
       assert_near(test_tally_mean(&s), expected, 4.0 * test_tally_error(&s) + (is_path ? 1e-5 : 0.012) * expected);
     }
     end(&f);

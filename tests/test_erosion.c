@@ -60,7 +60,7 @@ static void heights_are_proportional_to_uplift(void **state) {
   np_erosion_destroy(*state, &two);
 }
 
-/* From everywhere the lowest neighbour leads down to the rim; filling never lowers the ground. */
+/* The lowest neighbours lead from everywhere down to the rim; filling never lowers the ground. */
 static void filled_basins_drain(void **state) {
   np_erosion erosion = make_ground(*state, SIDE, 0.0f), before = make_ground(*state, SIDE, 0.0f);
   roughen(&erosion);

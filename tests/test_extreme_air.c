@@ -14,7 +14,7 @@ static const double radius_m = 6360e3, top_m = 100e3, tolerance = 0.1;
 
 typedef struct extreme_air {
   const char *name;
-  double factor;   /* on all coefficients */
+  double factor;   /* factor on all coefficients */
   double height_m; /* scale height of molecules and aerosol; 0: the Earth's */
 } extreme_air;
 
@@ -80,9 +80,9 @@ static np_dvec3 get_direction(double zenith_rad) { return np_dvec3_make(sin(zeni
 
 /* A step of the view moves the ray's lowest point by its distance times the step, and the light by no more than the
  * density there, e^{Δ/H}, and than the way through the air, over √(2H/R), each twice for light that comes and goes; the
- * interpolation of tables is a hundredth of the tolerance that they are made for, and a tenth in airs that no planet
- * has. Below the horizon a ray ends √(2RΔ) before it, which is as much of its way as that is of the air's there; above
- * it, tables are interpolated in the same root. At the horizon itself the ground takes what lies behind. */
+ * interpolation of tables is a hundredth of their tolerance, and a tenth in airs of no real planet. Below the horizon a
+ * ray ends √(2RΔ) before it, which is as much of its way as that is of the air's there; above it, tables are
+ * interpolated in the same root. At the horizon itself the ground blocks the light behind. */
 static double get_allowed(const extreme_air *air, double altitude_m, int step) {
   const double distance = sqrt(fmax(altitude_m, 0.0) * (2.0 * radius_m + fmax(altitude_m, 0.0)));
   const double shift = distance * step_rad, height = get_scale_height(air);

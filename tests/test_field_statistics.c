@@ -58,7 +58,7 @@ static void power_laws_are_recovered(void **state) {
   assert_false(field_fit_power_law(sizes, 19, 4, &(field_power_law){0}));
 }
 
-/* From the map itself: rounding to cells shifts sizes by at most half a cell, an eighth of the least. */
+/* Measured on the map itself: rounding to cells shifts sizes by at most half a cell, an eighth of the least. */
 static void sizes_of_a_map_follow_their_law(void **state) {
   (void)state;
   enum { COUNT = 1500 };

@@ -66,7 +66,7 @@ static void folder_is_no_file(void **state) {
   assert_one_error(&f->log, f->folder, "a folder");
 }
 
-/* Nobody writes into the pipe: whoever opened it to read would wait. */
+/* The pipe has no writer: opening it for reading would block. */
 static void pipes_and_devices_are_not_opened(void **state) {
   test_fixture *f = *state;
   void *bytes = NULL;
@@ -185,7 +185,7 @@ static void link_stays_a_link(void **state) {
   free(link);
 }
 
-/* A link whose end is not there yet: the end is made, in whatever folder it lies, through further links. */
+/* A link to a missing target: the target is created, in any folder, through further links. */
 static void dangling_link_gets_its_target(void **state) {
   test_fixture *f = *state;
   char *link = test_path(f->folder, "link"), *next = test_path(f->folder, "next");
@@ -264,7 +264,7 @@ static void paths_leave_room_for_the_temporary_name(void **state) {
   }
 }
 
-/* By name, through a link, in a folder below it, and below one that is not there. */
+/* Refused by name, through a link, in a folder below it, and below one that does not exist. */
 static void files_of_a_cache_are_its_own(void **state) {
   test_fixture *f = *state;
   char *cache = test_path(f->folder, "any-name"), *below = test_path(f->folder, "any-name/below");

@@ -96,7 +96,7 @@ static void impossible_names_are_refused(void **state) {
   assert_apart(f, &image, &read);
 }
 
-/* The first file is told, where several have faults; a table of thousands is sorted. */
+/* The first of several faulty files is reported; a table of thousands is sorted. */
 static void first_fault_of_many_is_told(void **state) {
   test_fixture *f = *state;
   neph_files *files;

@@ -19,7 +19,7 @@ static neph_result map_values(void *user, size_t begin, size_t end, unsigned thr
   return NEPH_OK;
 }
 
-/* As sweeps do, it learns from a loop that it is cut, when a part of the image is already there. */
+/* Like sweeps, it notices in a loop that it is cut short, when a part of the image is already set. */
 static neph_result map(void *user, const float *x, float *out) {
   problem *p = user;
   if (++p->calls == p->cut_at) p->now_s = 2.0;

@@ -11,10 +11,10 @@
 /* A frustum as OpenVDB has it: index (i, j, k) of a box to x = s·(i − i₀), y = s·(j − j₀), z = step·k, where
  * s = (1 + γ·z) / width; then turned, enlarged and moved. */
 typedef struct test_frustum {
-  double size[3];     /* of the index box, which begins at 0 */
-  double near, far;   /* from the eye, in its own lengths, of which the near plane's width is 1 */
-  double scale, turn; /* of the whole */
-  double at[3];       /* of the near plane's middle in the world */
+  double size[3];     /* size of the index box, which begins at 0 */
+  double near, far;   /* distances from the eye, in units of the near plane's width */
+  double scale, turn; /* scale and rotation of the whole */
+  double at[3];       /* world position of the near plane's centre */
 } test_frustum;
 
 static inline void test_frustum_make_matrix(const test_frustum *f, double out[16]) {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Sparse grids for the tests of the volume module, each made of a seed. */
+/* Random sparse grids for the tests of the volume module, each from a seed. */
 #ifndef NP_TEST_GRIDS_H
 #define NP_TEST_GRIDS_H
 

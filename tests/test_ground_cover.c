@@ -219,8 +219,8 @@ static neph_terrain *make_hill(test_fixture *f) {
   return terrain;
 }
 
-/* On a convex hill the sun shines wherever the smooth surface faces it, by a thousandth more than grazing for rounding.
- * Facets turn from it up to half a degree before: without a rise 17 of these places are dark. */
+/* The sun lights a convex hill wherever the smooth surface faces it by a thousandth more than grazing, a margin for
+ * rounding. Facets face away up to half a degree earlier: without a rise 17 of these places are dark. */
 static void facets_cast_no_shadow_on_themselves(void **state) {
   test_fixture *f = *state;
   neph_terrain *terrain = make_hill(f);

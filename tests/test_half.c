@@ -22,7 +22,7 @@ static uint32_t get_bits(float value) {
 
 static bool is_half_nan(unsigned half) { return (half & 0x7fff) > 0x7c00; }
 
-/* From the definition of binary16: sign, exponent with bias 15, ten bits of mantissa. */
+/* Definition of binary16: sign, exponent with bias 15, ten bits of mantissa. */
 static double define_half(unsigned half) {
   const double sign = half & 0x8000 ? -1.0 : 1.0;
   const int exponent = half >> 10 & 31, mantissa = half & 1023;

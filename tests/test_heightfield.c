@@ -59,7 +59,7 @@ static void voids_of_an_island_are_filled_and_counted(void **state) {
   free(path);
 }
 
-/* ---- Tiles made here ---- */
+/* ---- Synthetic tiles ---- */
 
 static int encode_place(unsigned column, unsigned row) { return (int)(column + 2 * row) - 1500; }
 static int be_void(unsigned column, unsigned row) { return (void)column, (void)row, -32768; }
@@ -276,7 +276,7 @@ static void write_png(const char *path, unsigned format, const void *values, con
   assert_true(png_image_write_to_file(&picture, path, 0, values, 0, colors));
 }
 
-/* By its header, before a render, as by its load. */
+/* Refused by its header before a render, and by loading it. */
 static void assert_refused(test_fixture *f, const char *path, const char *complaint, const char *remedy) {
   const neph_terrain_desc desc = NEPH_TERRAIN_DESC_DEFAULT;
   np_heightfield field;
@@ -383,7 +383,7 @@ static void the_world_curves_away(void **state) {
   assert_near(np_altitude(np_globe_to_world(&globe, 0.69, -1.21, 1234.5), 6360e3), 1234.5, 1e-6);
 }
 
-/* From a world point back to the sample it came from: 1e-6 of a sample is 0.1 mm. Across the date line too. */
+/* Maps a world point back to its sample: 1e-6 of a sample is 0.1 mm. Works across the date line too. */
 static void locating_undoes_raising(void **state) {
   test_fixture *f = *state;
   neph_terrain_desc desc = NEPH_TERRAIN_DESC_DEFAULT;

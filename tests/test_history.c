@@ -195,8 +195,8 @@ static bool is_same_at(const neph_image *a, const neph_image *b, int place) {
   return true;
 }
 
-/* With a weight of 1 each pixel is, bit for bit, that of the full frame in which it was rendered last, and each of
- * sixteen frames renders one place of all squares. */
+/* A weight of 1 makes each pixel, bit for bit, the full frame's in which it was rendered last; each of sixteen frames
+ * renders one pixel of all squares. */
 static void sixteen_frames_renew_every_pixel(void **state) {
   fixture *f = *state;
   for (int i = 0; i < 2; i++) {
@@ -228,8 +228,8 @@ static double compute_square_error(const neph_image *image, const neph_image *re
   return sum;
 }
 
-/* By frame 33 each pixel has two samples beside its first: a third of its variance, but for the reference's own 1/64
- * and for what random numbers make of it; half is asked for, over four seeds. */
+/* Each pixel has three samples by frame 33: a third of the variance, apart from the reference's 1/64 and chance; half
+ * is required, over four seeds. */
 static void a_still_picture_converges(void **state) {
   static const char *const seeds[] = {"1", "2", "3", "4"};
   fixture *f = *state;

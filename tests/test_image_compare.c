@@ -68,7 +68,7 @@ static void single_error_has_the_measures_computed_by_hand(void **state) {
   assert_near(d.relative_mse, 0.5 / (1.0 + 0.0004), 1e-12);
   assert_near(d.rmse, sqrt(0.5), 1e-12);
   assert_near(d.bias, 0.25, 1e-12);
-  assert_true(isnan(d.bias_interval)); /* one block tells nothing of its spread */
+  assert_true(isnan(d.bias_interval)); /* one block has no spread */
   assert_near(d.block_rms, 0.25, 1e-12);
   assert_near(d.p999_relative, 1.0 / 1.02, 1e-7);
   assert_int_equal(d.value_count, 2);

@@ -233,7 +233,7 @@ static void descriptions_hold_what_the_file_holds(void **state) {
 
 /* ---- Values that may not be written ---- */
 
-/* A picture asked for as halves is in the file as floats, bit by bit. */
+/* A picture requested in halves is saved in floats, bit by bit. */
 static void assert_saved_as_float(test_fixture *f, const neph_image *image) {
   save(f, image, NEPH_PIXEL_HALF);
   neph_image *loaded = load(f);

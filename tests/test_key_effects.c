@@ -420,7 +420,7 @@ static bool has_value(const np_key *key) {
   return key->type == NP_KEY_SECTION ? key->choices != NULL : key->type != NP_KEY_LIST && key->type != NP_KEY_TRACKS;
 }
 
-/* The outcome of a scene as it stands, made once. */
+/* Result of an unchanged scene, computed once. */
 typedef struct base {
   const char *scene;
   outcome outcome;

@@ -24,7 +24,7 @@ static void assert_groups_add_up(const neph_image *image, const char *const *gro
 
 typedef struct variant {
   const char *integrator, *atmosphere, *scattering;
-  double tolerance; /* of means of pictures with groups and without */
+  double tolerance; /* tolerance for means of pictures with and without groups */
 } variant;
 
 /* The march errs by its tolerance with either, by a few per mille; the mean of 2560 traced paths by 2 %. */

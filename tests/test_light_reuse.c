@@ -23,7 +23,7 @@ static int set_up_depths(void **state) {
   return result;
 }
 
-/* By the fixture's renderer, or, of another scene, by itself. */
+/* Uses the fixture's renderer, or, for another scene, a new one. */
 static neph_image *render(fixture *f, neph_scene *scene) {
   neph_image *image;
   test_log_clear(&f->log);

@@ -75,7 +75,7 @@ static void files_are_the_field(void **state) {
   assert_memory_equal(made->active_min, loaded->active_min, sizeof made->active_min);
   assert_memory_equal(made->active_max, loaded->active_max, sizeof made->active_max);
   for (unsigned k = 0; k < LEVELS; k++) {
-    const uint64_t count = np_volume_get_part(made, k)->active_voxel_count; /* of the first: of all */
+    const uint64_t count = np_volume_get_part(made, k)->active_voxel_count; /* the first counts all */
     assert_true(count > 1000);
     assert_int_equal(np_volume_get_part(loaded, k)->active_voxel_count, count);
   }
@@ -489,7 +489,7 @@ static void levels_keep_within_memory(void **state) {
     const neph_memory_estimate e = estimate(f);
     const double cells = i ? 0.0 : 1e6, light = i ? 0.0 : (double)e.light_bytes;
     double bytes = 0;
-    for (unsigned k = 0; k < LEVELS; k++) { /* of halves, of a voxel a byte, in bricks of 729 samples for 512 */
+    for (unsigned k = 0; k < LEVELS; k++) { /* halves, of a voxel a byte, in bricks of 729 samples for 512 */
       char *path = np_volume_name_level(files->context, files->path, k);
       bytes += (double)np_file_get_size(path) * 2.0 * 729.0 / 512.0;
       np_alloc_free(files->context, path);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Levels of detail made by hand: a field of known values on all of them without a step between, and what is no set of
- * levels. */
+/* Handmade levels of detail: a field of known values on all of them without a step between, and invalid sets of levels.
+ */
 #include "test_grids.h"
 #include "test_support.h"
 

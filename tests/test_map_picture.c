@@ -10,13 +10,11 @@ static int set_up(void **state) { return test_set_up(state, 2, "map.exr"); }
 
 #define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, test_tear_down)
 
-enum { EDGE = 32, LEFT = 4, RIGHT = 12, TOP = 2, BOTTOM = 10 /* of the painted box, in texels from the north-west */ };
+enum { EDGE = 32, LEFT = 4, RIGHT = 12, TOP = 2, BOTTOM = 10 /* painted box, in texels from the north-west */ };
 
 static const double step = 1.51 / 255; /* half a code of 8 bits by rounding, and one by the dither of previews */
 
-static bool is_in_box(int column, int row) {
-  return column >= LEFT && column < RIGHT && row >= TOP && row < BOTTOM;
-}
+static bool is_in_box(int column, int row) { return column >= LEFT && column < RIGHT && row >= TOP && row < BOTTOM; }
 
 /* Coverage: 0.6 in the box, 0.1 around it. Type: from 0 in the west to 1 in the east. */
 static void write_map(const test_fixture *f) {
@@ -44,7 +42,7 @@ static neph_cloud_desc make_desc(const test_fixture *f) {
   return desc;
 }
 
-/* A picture that was made, and what is said of it. */
+/* A picture, and its expected description. */
 typedef struct made_picture {
   neph_map_picture said;
   neph_image *image;
@@ -194,9 +192,11 @@ static void a_cloud_without_a_map_is_refused(void **state) {
 }
 
 int main(void) {
-  const struct CMUnitTest tests[] = {
-      TEST(a_painted_box_lies_where_it_is_baked), TEST(the_field_is_outlined_and_all_beyond_it_is_dim),
-      TEST(each_quantity_has_a_panel),            TEST(the_wind_carries_the_picture),
-      TEST(a_vast_picture_leaves_the_field_large_enough), TEST(a_cloud_without_a_map_is_refused)};
+  const struct CMUnitTest tests[] = {TEST(a_painted_box_lies_where_it_is_baked),
+                                     TEST(the_field_is_outlined_and_all_beyond_it_is_dim),
+                                     TEST(each_quantity_has_a_panel),
+                                     TEST(the_wind_carries_the_picture),
+                                     TEST(a_vast_picture_leaves_the_field_large_enough),
+                                     TEST(a_cloud_without_a_map_is_refused)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

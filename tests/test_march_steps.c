@@ -75,7 +75,7 @@ static void check_sheet(test_field field, float extinction_per_m) {
     sum += (found - opacity) * (found - opacity) / (scale * scale);
     count += opacity == scale;
   }
-  assert_true(count > 2000); /* of 4000 rays: the others leave the volume on one side of the sheet */
+  assert_true(count > 2000); /* out of 4000 rays: the others leave the volume on one side of the sheet */
   print_message("rms error %.4f of the opacity, %d rays through\n", sqrt(sum / 4000.0), count);
   assert_true(sqrt(sum / 4000.0) < 0.5 * tolerance);
   test_world_destroy(&w);
@@ -183,8 +183,8 @@ static void errors_follow_the_tolerance(void **state) {
   test_world_destroy(&w);
 }
 
-/* At equal error of the picture jittered exponential Euler with a fixed step, at the best of three ratios of its two
- * steps, needs 16 times the look-ups and more. */
+/* Jittered exponential Euler with a fixed step needs 16 times the look-ups and more for equal error, at the best of
+ * three ratios of its two steps. */
 static void needs_a_sixteenth_of_fixed_steps(void **state) {
   (void)state;
   static march_picture p;

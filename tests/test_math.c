@@ -19,7 +19,7 @@ static void assert_points_near(np_dvec3 actual, np_dvec3 expected, double tolera
 
 /* ---- Vectors ---- */
 
-/* By value: zeros of either sign are one, and what is not a number equals nothing. */
+/* Compares values: zeros of either sign are equal, and NaN equals nothing. */
 static void vectors_are_equal_in_all_components(void **state) {
   (void)state;
   assert_true(np_vec3_is_equal(np_vec3_make(1, 0, -3), np_vec3_make(1, -0.0f, -3)));
@@ -187,16 +187,11 @@ static void steps_and_mixes_meet_their_ends(void **state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
-      cmocka_unit_test(vectors_are_equal_in_all_components),
-      cmocka_unit_test(inverse_undoes_the_map),
-      cmocka_unit_test(composition_applies_the_second_first),
-      cmocka_unit_test(tiny_and_huge_scales_are_inverted),
-      cmocka_unit_test(maps_without_an_inverse_are_refused),
-      cmocka_unit_test(altitude_is_exact_to_nanometres),
-      cmocka_unit_test(zenith_points_away_from_the_centre),
-      cmocka_unit_test(frames_are_orthonormal_everywhere),
-      cmocka_unit_test(rough_cube_roots_are_within_their_error),
-      cmocka_unit_test(steps_and_mixes_meet_their_ends),
+      cmocka_unit_test(vectors_are_equal_in_all_components),     cmocka_unit_test(inverse_undoes_the_map),
+      cmocka_unit_test(composition_applies_the_second_first),    cmocka_unit_test(tiny_and_huge_scales_are_inverted),
+      cmocka_unit_test(maps_without_an_inverse_are_refused),     cmocka_unit_test(altitude_is_exact_to_nanometres),
+      cmocka_unit_test(zenith_points_away_from_the_centre),      cmocka_unit_test(frames_are_orthonormal_everywhere),
+      cmocka_unit_test(rough_cube_roots_are_within_their_error), cmocka_unit_test(steps_and_mixes_meet_their_ends),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -56,7 +56,7 @@ static double get(neph_image *image, const char *channel, int p) {
   return (double)values[p];
 }
 
-/* Depth of the plane along the view through the middle of a pixel, of which a corner tells where the axes point. */
+/* Depth of the plane along the view through the centre of a pixel; its corner shows the direction of the axes. */
 static double compute_depth(neph_image *image, int p, double focal) {
   const double right = get(image, "position.X", 0) < get(image, "position.X", EDGE - 1) ? 1.0 : -1.0;
   const double down = get(image, "position.Y", 0) < get(image, "position.Y", EDGE * (EDGE - 1)) ? 1.0 : -1.0;
@@ -82,7 +82,7 @@ static void channels_are_those_of_the_plane(void **state) {
       assert_near(get(image, "normal.Y", p), -slope_y / length, 1e-5);
       assert_near(get(image, "normal.Z", p), 1.0 / length, 1e-5);
       assert_near(get(image, "matte.ground", p), 1.0, 1e-6);
-      /* As the camera goes east the ground goes west. */
+      /* The camera moves east, so the ground moves west. */
       assert_near(fabs(get(image, "forward.u", p)), focal * step_m / depth, 1e-3);
       assert_near(get(image, "forward.u", p), -get(image, "backward.u", p), 1e-3);
       assert_near(get(image, "forward.v", p), 0.0, 1e-3);

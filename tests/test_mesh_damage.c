@@ -176,7 +176,7 @@ static void time_beyond_the_limit_is_refused(void **state) {
   test_fixture *f = test_get_meshes(state);
   struct rlimit before, lower;
   write_slow_file(f);
-  void (*const action)(int) = signal(SIGXCPU, SIG_IGN); /* for this process, which may have used it up */
+  void (*const action)(int) = signal(SIGXCPU, SIG_IGN); /* this process may have used its limit up */
   assert_int_equal(getrlimit(RLIMIT_CPU, &before), 0);
   lower = before;
   lower.rlim_cur = 1;
@@ -190,7 +190,7 @@ static void time_beyond_the_limit_is_refused(void **state) {
   assert_no_child();
 }
 
-/* At the fourth report, when the reader is at work. */
+/* Cancels at the fourth report, when the reader is at work. */
 static bool cancel(void *user, const neph_progress *progress) {
   unsigned *calls = user;
   (void)progress;
@@ -203,8 +203,8 @@ static double get_readers_s(void) {
   return (double)of_children.ru_utime.tv_sec + 1e-6 * (double)of_children.ru_utime.tv_usec;
 }
 
-/* The reader would go on for 10 s and more; nothing of it stays, and its end is no error. Its own CPU time tells that
- * nobody waited for it: 2 s for both leave room for a machine that is busy. */
+/* The reader would run for 10 s and more; nothing of it remains, and its end is no error. Its CPU time shows that it
+ * was not waited for: 2 s for both leave room for a busy machine. */
 static void cancelling_ends_a_reader(void **state) {
   test_fixture *f = test_get_meshes(state);
   const unsigned files = count_open_files();

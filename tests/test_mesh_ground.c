@@ -273,7 +273,7 @@ static neph_image *render(test_fixture *f, const char *integrator, const char *t
   neph_image *image = NULL;
   char *path = test_path(f->folder, "scene.yaml");
   assert_int_equal(neph_scene_load_text(f->context, text, path, &scene), NEPH_OK);
-  assert_int_equal(neph_scene_set(scene, "render.seed", "3"), NEPH_OK); /* the scene is made anew */
+  assert_int_equal(neph_scene_set(scene, "render.seed", "3"), NEPH_OK); /* the scene is rebuilt */
   assert_int_equal(neph_render_image(scene, NULL, &image), NEPH_OK);
   neph_scene_destroy(scene);
   free(path);

@@ -146,8 +146,8 @@ static neph_cloud_desc make_cells(neph_context *context, neph_cloud_cells kind, 
   return desc;
 }
 
-/* Optical depth of open cells is skewed to thick, by more than 1.8 (Wood), that of closed ones to thin. Their distance
- * is the size asked for, to two and a half of the map's cells, and 5 to 50 times the depth of the boundary layer, base
+/* Optical depth of open cells is skewed towards thick, by more than 1.8 (Wood), of closed ones towards thin. Their
+ * distance is the requested size, to 2.5 of the map's cells, and 5 to 50 times the depth of the boundary layer, base
  * and cloud. */
 static void cells_are_open_and_closed(void **state) {
   (void)state;

@@ -260,7 +260,7 @@ static void exposures(void **state) {
     const char *keys;
     double open, close;
   } rows[] = {{"motion_blur: {}", -0.25, 0.25},
-              {"shutter: 0.005 s, motion_blur: {}", -0.06, 0.06}, /* at 24 frames a second */
+              {"shutter: 0.005 s, motion_blur: {}", -0.06, 0.06}, /* 24 frames a second */
               {"motion_blur: {shutter: 0.25, offset: 0.125}", 0.0, 0.25},
               {"motion_blur: none", 0.0, 0.0},
               {"fov: 40 deg", 0.0, 0.0}};

@@ -125,15 +125,15 @@ static void a_cloud_that_moves_as_a_whole(void **state) {
                                 {-5, 2, 0}});
 }
 
-/* At two frames a second; the file's x is turned north. */
+/* Two frames a second; the file's x is rotated to north. */
 static void a_cloud_with_velocities(void **state) {
   test_fixture *f = *state;
   write_block(f, &(test_velocity){.names = {"vel"}, .half = 6, .value = 1.0f, .at = {4.0f, 0.0f, 1.0f}});
   assert_case(f, &(motion_case){"", ", velocity_scale: 3, rotation: 90 deg", "", {0, 6, 1.5}, {0, -6, -1.5}});
 }
 
-/* With the shutter open, places are those of the frame's time: a mean over the block, which turns no vector by more
- * than what its width takes from pixel to pixel. */
+/* Positions under an open shutter are those of the frame's time: a mean over the block, which changes a vector by no
+ * more than its width changes from pixel to pixel. */
 static void vectors_of_a_blurred_picture(void **state) {
   test_fixture *f = *state;
   write_block(f, &(test_velocity){.names = {"vel"}, .half = 6, .value = 1.0f, .at = {4.0f, 0.0f, 1.0f}});

@@ -91,8 +91,8 @@ static void sunlight_and_moonlight_add_up(void **state) {
   for (int i = 0; i < 3; i++) neph_image_destroy(image[i]);
 }
 
-/* A camera on the moon: the bright limb of a waxing half moon is on the side of the sun that has set in the west, to
- * the right of one who looks south from the northern half of the Earth. */
+/* A camera on the moon: the bright limb of a waxing half moon is on the side of the sun that has set in the west, on
+ * the right when looking south from the northern hemisphere. */
 static void the_quarter_moon_is_lit_from_the_sunset(void **state) {
   test_fixture *f = *state;
   neph_image *image = render(f, "camera: {position: [0 m, 0 m, 10 m], look_at: [0 m, -1 km, 588 m], fov: 0.7 deg, "
@@ -128,7 +128,8 @@ static void the_moon_hides_the_sun(void **state) {
 
 /* ---- Darkness ---- */
 
-/* With the sun 25° down and no moon there are no tables, and no light but airglow; without that, none at all. */
+/* Without moon and with the sun 25° down there are no tables, and no light but airglow; without airglow, none at all.
+ */
 static void a_moonless_night_is_airglow_alone(void **state) {
   test_fixture *f = *state;
   neph_image *dark = render(f, CAMERA "sun: {elevation: -25 deg}\nmoon: {elevation: -30 deg, azimuth: 0 deg}");

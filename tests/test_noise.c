@@ -317,8 +317,8 @@ static int compare_doubles(const void *a, const void *b) {
 }
 
 /* In a ball the cube of the distance from the centre is uniform, the mean square of a component 1/5, and the fourth
- * moments, which tell a ball from a cube, 3/35 and 1/35. Tolerances: 1.95/√N is the Kolmogorov distance that N samples
- * exceed once in a thousand times; four standard errors of a moment, of which the largest deviation is 0.45. */
+ * moments, which distinguish a ball from a cube, 3/35 and 1/35. Tolerances: 1.95/√N is the Kolmogorov distance that N
+ * samples exceed once in a thousand times; four standard errors of a moment, of which the largest deviation is 0.45. */
 static void gradients_are_uniform_in_a_ball(void **state) {
   (void)state;
   static float g[CHANNELS][COUNT];

@@ -5,7 +5,7 @@
 
 #include "test_support.h"
 
-/* A call that was made, and whether it returned what it must. */
+/* A call, and whether it returned the expected result. */
 typedef struct row {
   const char *function;
   bool is_right;
@@ -369,8 +369,7 @@ static int set_up(void **state) {
   o->context = test_context_create(1, &o->log);
   *state = o;
   return neph_image_create(o->context, 1, 1, 1, &channel, &o->image) || neph_scene_create(o->context, &o->scene) ||
-         neph_atmosphere_create(o->context, NULL, &o->atmosphere) ||
-         neph_renderer_create(o->context, &o->renderer);
+         neph_atmosphere_create(o->context, NULL, &o->atmosphere) || neph_renderer_create(o->context, &o->renderer);
 }
 
 static int tear_down(void **state) {

@@ -193,7 +193,7 @@ static void long_loop_reports_on_the_calling_thread(void **state) {
   np_monitor_set_stage(&monitor, "testing");
   np_monitor_set_range(&monitor, 0.25, 0.75);
   assert_int_equal(np_parallel_for(context, &monitor, 400, 1, sleep_a_millisecond, NULL), NEPH_OK);
-  assert_true(l.reports >= 3); /* 0.2 s of work, told every 0.03 s; a busy machine may lose a few */
+  assert_true(l.reports >= 3); /* 0.2 s of work, reported every 0.03 s; a busy machine may lose a few */
   assert_int_equal(l.strays, 0);
   assert_int_equal(l.retreats, 0);
   assert_true(l.last_fraction >= 0.25 && l.last_fraction <= 0.75);
@@ -292,7 +292,7 @@ static void a_deadline_ends_loops(void **state) {
   const double begin_s = read_seconds();
   assert_int_equal(np_parallel_for(context, &monitor, 600000, 1, pass_the_deadline, &has_begun), NEPH_ERROR_CANCELLED);
   assert_true(np_monitor_is_late(&monitor));
-  assert_true(read_seconds() - begin_s < 60.0); /* of ten minutes: it does not hang */
+  assert_true(read_seconds() - begin_s < 60.0); /* far below ten minutes: it does not hang */
   neph_context_destroy(context);
 }
 
@@ -333,7 +333,7 @@ static void check_cancel(double stop_at, unsigned thread_count, size_t count) {
   assert_true(np_monitor_is_cancelled(&monitor));
   const unsigned reports = l.reports;
   assert_int_equal(np_parallel_for(context, &monitor, 10, 1, sleep_a_millisecond, NULL), NEPH_ERROR_CANCELLED);
-  assert_int_equal(l.reports, reports); /* who has cancelled is not asked again */
+  assert_int_equal(l.reports, reports); /* no reports after a cancel */
   neph_context_destroy(context);
 }
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Parts and checkpoints that somebody made: every field of the header is forged with right checksums, and refused by
- * its name; a frame whose checkpoint is forged or damaged begins anew and gets its bits. */
+/* Forged parts and checkpoints: every field of the header is forged with valid checksums, and refused by its name; a
+ * frame whose checkpoint is forged or damaged restarts and gets its bits. */
 #include <stdlib.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -103,7 +103,7 @@ static void forged_fields_are_refused_by_name(void **state) {
   free(part.bytes);
 }
 
-/* Values near the right one, which only other fields can tell apart; a few may pass for a good part. */
+/* Values near the right one, which only other fields can distinguish; a few may pass for a valid part. */
 static void drawn_forgeries_are_read_or_refused(void **state) {
   test_fixture *f = *state;
   test_file part = make_part(f);

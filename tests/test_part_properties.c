@@ -86,8 +86,9 @@ static void assert_refused(test_fixture *f, const tiles *t, const char *path, co
 /* ---- Pictures of tiles ---- */
 
 static void texts_of_tiles_agree(void **state) {
-  static const char *const names[] = {"nephos:integrator", "nephos:colorSpace", "nephos:wavelengths", "nephos:unit",
-                                      "nephos:bandMatrix", "nephos:white",      "nephos:multipleScattering"};
+  static const char *const names[] = {
+      "nephos:integrator", "nephos:colorSpace", "nephos:wavelengths",       "nephos:unit",
+      "nephos:bandMatrix", "nephos:white",      "nephos:multipleScattering"};
   test_fixture *f = *state;
   tiles t;
   make_tiles(f, "exr", &t);
@@ -154,7 +155,7 @@ static void numbers_of_tiles_agree(void **state) {
     assert_int_equal(np_image_set_real(t.images[2], names[i], 2.0), NEPH_OK);
   }
   save(&t, 2);
-  assert_int_equal(np_image_set_real(t.images[1], "renderTime", 77.0), NEPH_OK); /* of the tile alone */
+  assert_int_equal(np_image_set_real(t.images[1], "renderTime", 77.0), NEPH_OK); /* changes the tile alone */
   save(&t, 1);
   assert_merges(f, &t);
   clear_tiles(&t);
@@ -311,9 +312,12 @@ static int set_up(void **state) { return test_set_up(state, 1, "file"); }
 #define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, test_tear_down)
 
 int main(void) {
-  const struct CMUnitTest tests[] = {TEST(texts_of_tiles_agree),    TEST(numbers_of_tiles_can_be),
-                                     TEST(numbers_of_tiles_agree),  TEST(matrices_of_tiles_agree),
-                                     TEST(fields_of_parts_agree),   TEST(bounds_are_in_order),
+  const struct CMUnitTest tests[] = {TEST(texts_of_tiles_agree),
+                                     TEST(numbers_of_tiles_can_be),
+                                     TEST(numbers_of_tiles_agree),
+                                     TEST(matrices_of_tiles_agree),
+                                     TEST(fields_of_parts_agree),
+                                     TEST(bounds_are_in_order),
                                      TEST(error_of_the_whole_is_the_mean_of_those_that_state_one)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

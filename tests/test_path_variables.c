@@ -101,7 +101,7 @@ static void signs_can_be_literal(void **state) {
   assert_name(context, "a$####.exr", true, "a#007.exr");
   assert_name(context, "$$F4.exr", false, "$F4.exr");
   assert_name(context, "$$$#$F.exr", true, "$#7.exr");
-  assert_name(context, "a##1.####.exr", true, "a##1.0007.exr"); /* of several runs the last one counts */
+  assert_name(context, "a##1.####.exr", true, "a##1.0007.exr"); /* the last of several runs counts */
   assert_name(context, "a$.exr", false, "a$.exr");
   neph_context_destroy(context);
 }

@@ -95,7 +95,7 @@ static void test_history_is_that_of_a_sequence(void **state) {
 static void test_fewer_pixels_are_predicted_to_cost_less(void **state) {
   static const struct {
     const char *scene;
-    double rays, bytes; /* of a picture of 120 x 68 pixels and 4 samples */
+    double rays, bytes; /* counts for a picture of 120 x 68 pixels and 4 samples */
   } rows[] = {
       {CLOUD MOVE, 32640.0, 163200.0},
       {CLOUD "render: {upsample: 2}\n", 8160.0, 163200.0},
@@ -156,7 +156,8 @@ static void assert_air_light(test_fixture *f, const char *text, bool has_light) 
   neph_scene_destroy(scene);
 }
 
-/* Who traces the air asks no table, but for what guides paths, under whatever light, and for where a dusk is bright. */
+/* A traced atmosphere needs no tables, except for path guiding under any light, and for the brightest direction at
+ * dusk. */
 static void test_light_in_the_air_is_known_to_who_asks(void **state) {
   assert_air_light(*state, CLOUD, true);
   assert_air_light(*state, CLOUD "render: {integrator: path}", false);
@@ -288,8 +289,7 @@ static void test_errors_of_light_are_foretold_near_and_far(void **state) {
   assert_light_errors(*state, CLOUD, "expected error 2 to 4 %, more where that is little");
 }
 
-/* Cells are the whole picture's, so that its crops fit together; the tracer, which asks them for less, has none fine.
- */
+/* Cells are the whole picture's, so that its crops match; the tracer, which needs less of them, has no fine ones. */
 static void test_crops_have_the_cells_of_the_whole(void **state) {
   neph_scene *scene = load(*state, CLOUD "camera: {resolution: [1000, 500]}\nrender: {samples: 2}\n");
   neph_render_desc desc = NEPH_RENDER_DESC_DEFAULT;

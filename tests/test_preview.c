@@ -192,8 +192,8 @@ static void a_tile_shows_what_the_whole_does(void **state) {
   neph_image_destroy(image);
 }
 
-/* By halves a preview is that of the file; by floats it is not, and a picture that is too bright for halves is shown as
- * its file has it, in floats. */
+/* A preview of halves equals that of the file; one of floats does not, and a picture too bright for halves is shown in
+ * floats, like its file. */
 static void halves_show_what_their_file_does(void **state) {
   test_fixture *f = *state;
   neph_preview_desc desc = plain;

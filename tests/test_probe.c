@@ -235,7 +235,7 @@ static void errors_of_few_paths_are_not_known(void **state) {
 static void few_bright_paths_are_few(void **state) {
   fixture *f = *state;
   double answers[1][6];
-  write_text(f, "flux,0,0.9,18,1,,\n"); /* of T, 1e-4, by paths of some 0.1 each */
+  write_text(f, "flux,0,0.9,18,1,,\n"); /* T is 1e-4, by paths of some 0.1 each */
   read_answers(f, NEPH_PATH_GUIDING_NONE, answers, 1);
   assert_true(answers[0][1] > exp(-18.0));
   assert_true(isinf(answers[0][3]));

@@ -13,7 +13,7 @@
 
 #define COUNT(array) (sizeof(array) / sizeof *(array))
 
-/* Rows of a table that a test asks for: all whose columns have these texts; NULL: any. */
+/* Rows of a table for a test: all whose columns have these texts; NULL: any. */
 typedef struct pick {
   const char *g, *albedo, *tau, *mu0, *mu_view, *phi_deg;
 } pick;
@@ -57,7 +57,7 @@ static bool is_picked(const np_csv *csv, size_t row, const pick *p) {
          has_text(csv, row, "mu_view", p->mu_view) && has_text(csv, row, "phi_deg", p->phi_deg);
 }
 
-/* Writes the rows of a reference table that any of the picks asks for. */
+/* Writes the rows of a reference table that match any of the picks. */
 static void write_cases(const fixture *f, const char *table, const pick *picks, size_t count) {
   char *path = test_path(NEPHOS_TEST_SOURCE_DIR, table);
   np_csv csv;

@@ -183,7 +183,7 @@ static void units_are_the_files_or_those_given(void **state) {
     np_heightfield field;
     desc.unit = (neph_height_unit)unit;
     assert_int_equal(load(f, path, &desc, &field), NEPH_OK);
-    assert_near((double)get_sample(&field, 2, 0), 6000 * units_m[unit], 2e-4); /* of a float */
+    assert_near((double)get_sample(&field, 2, 0), 6000 * units_m[unit], 2e-4); /* stored as float */
     np_heightfield_destroy(f->context, &field);
   }
   free(path);

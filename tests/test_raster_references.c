@@ -13,7 +13,7 @@
 
 typedef struct listener {
   int socket;
-  char url[100], address[80]; /* as GDAL takes it for a file, and as it is */
+  char url[100], address[80]; /* address as a file name of GDAL, and plain */
 } listener;
 
 static listener listen_here(void) {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Rasters that are refused, made smaller, or for which memory is not there. */
+/* Rasters that are refused, reduced, or too large for the memory. */
 #include "test_rasters.h"
 
 #include <unistd.h>
@@ -95,7 +95,7 @@ static void the_whole_globe_is_taken(void **state) {
   free(path);
 }
 
-/* In degrees and in a map projection: told by the header, as by the load. */
+/* Covers degrees and a map projection, by the header and by loading. */
 static void a_place_far_away_is_refused(void **state) {
   test_fixture *f = *state;
   static const struct {
@@ -171,7 +171,7 @@ static void damaged_files_are_refused(void **state) {
   free(source);
 }
 
-/* By their headers alone: 144 million samples are averaged, a million along a side are refused. */
+/* Decided by the headers alone: 144 million samples are averaged, a million along a side are refused. */
 static void huge_rasters_are_averaged_or_refused(void **state) {
   test_fixture *f = *state;
   const neph_terrain_desc desc = NEPH_TERRAIN_DESC_DEFAULT;
@@ -212,7 +212,7 @@ static void averages_stand_in_the_middle(void **state) {
   assert_int_equal(field.height, 2);
   assert_non_null(strstr(f->log.text, "averaged in squares of 2 to 10000 × 2"));
   assert_near(field.step_east_rad * radius_m, 2.0 / 0.9996, 1e-5);
-  assert_near(field.origin.longitude_rad / NP_DEGREE, -117.0, 1e-9); /* of the middle */
+  assert_near(field.origin.longitude_rad / NP_DEGREE, -117.0, 1e-9); /* the centre */
   assert_true(get_sample(&field, 4999, 0) == 0.0f && get_sample(&field, 5000, 0) == 100.0f);
   np_heightfield_destroy(f->context, &field);
   free(path);

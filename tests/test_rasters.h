@@ -47,7 +47,7 @@ static inline neph_terrain_desc describe_utm(void) {
   return desc;
 }
 
-/* On the central meridian of a zone, at 34° N, whose northing is 0.9996 times the meridian's arc. */
+/* A point on the central meridian of a zone, at 34° N; its northing is 0.9996 times the meridian's arc. */
 static const double northing_m = 3762155.9776;
 
 /* A .vrt around grid.asc with other members. */

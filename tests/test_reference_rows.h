@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Rows of a question to the sky, its reference, and an answer: tables of traced rows, asked again. */
+/* Rows of a sky query, its reference, and a result: tables of traced rows, evaluated again. */
 #ifndef NP_TEST_REFERENCE_ROWS_H
 #define NP_TEST_REFERENCE_ROWS_H
 

@@ -154,9 +154,9 @@ static void assert_mean_is_stated(neph_image *image) {
   assert_near_relative(stated[1], sqrt(variance) / (double)count, 2e-5);
 }
 
-/* Two pictures that differ in their seed alone differ by what they state: the mean of (a − b)²/(e² + f²) is 1, less
- * what spreading the samples over the pixel saves, which is more where pixels have edges than where they have noise;
- * above 1 by chance and rare bright paths, of which 64 samples do not tell all. */
+/* Two pictures that differ only in their seed differ by their stated errors: the mean of (a − b)²/(e² + f²) is 1, less
+ * what spreading the samples over the pixel saves, which is more for edges than for noise; above 1 by chance and by
+ * rare bright paths, which 64 samples may miss. */
 static void standard_errors_are_what_seeds_differ_by(void **state) {
   (void)state;
   neph_context *context = test_context_create(2, NULL);
@@ -248,7 +248,7 @@ static void assert_sees_numbers(neph_scene *scene, const char *place) {
   neph_image_destroy(image);
 }
 
-/* From a place under clouds and hills, or without air; whether it lies in the ground is said. */
+/* Renders from a position under clouds and hills, or without air; a message says whether it is below ground. */
 static void look_from(neph_scene *scene, test_log *log, const char *place, bool is_buried) {
   static const char *const settings[][2] = {{"render.integrator", "march"},
                                             {"render.integrator", "path"},
@@ -264,7 +264,8 @@ static void look_from(neph_scene *scene, test_log *log, const char *place, bool 
   }
 }
 
-/* At the planet's centre no way is up; the poles, a point of the sphere and the ends of what a scene may say. */
+/* Covers the planet's centre, where no direction is up, the poles, a point of the sphere, and the ends of the allowed
+ * range. */
 static void a_camera_anywhere_sees_numbers(void **state) {
   (void)state;
   static test_log log;

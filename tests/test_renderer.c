@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Renderers: what pictures share, what they are told of themselves, and how they are stopped. */
+/* Renderers: what pictures share, their callbacks, and cancellation. */
 #include "test_scenes.h"
 
 #include <pthread.h>
@@ -448,7 +448,7 @@ typedef struct measured_render {
   char savings[200];
 } measured_render;
 
-/* By a context of its own, whose peak it is; within `bytes`, 0: unlimited. */
+/* Uses a separate context, to measure its peak; within `bytes`, 0: unlimited. */
 static measured_render measure(uint64_t bytes) {
   test_log log;
   test_log_start(&log);

@@ -354,7 +354,7 @@ static void copies_in_levels_render(void **state) {
     set(f, "clouds[0].vdb", path);
     const double baked = render(f, values);
     set(f, "camera.position", "[0 m, 10 m, 600 m]");
-    set(f, "render.samples", "1"); /* for what is said alone */
+    set(f, "render.samples", "1"); /* only the messages matter */
     test_log_clear(&f->log);
     (void)render(f, values);
     assert_null(strstr(f->log.text, "rebaked"));

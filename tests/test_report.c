@@ -20,7 +20,7 @@ static const char studio[] = "{camera: {resolution: [8, 4], position: [0, -3 km,
                              " sun: {elevation: 40 deg}, atmosphere: none,"
                              " clouds: [{bake: {preset: cumulus_humilis, extent: [2 km, 2 km], voxel: 200 m}}]}";
 
-/* A scene of a text, and how often it was asked for. */
+/* A scene from a text, and the number of loads. */
 typedef struct source {
   neph_context *context;
   const char *text;
@@ -276,7 +276,7 @@ static void test_noise_and_bias_come_apart(void **state) {
   /* A product of differences of 0.47 each, over 4096 pixels and 16 trials: 0.47² / 256 = 9e-4, as much as the bias²;
    * what is below 0 counts as 0. */
   assert_true(sqrt(bias2) < 0.06);
-  assert_true(covered >= 13);                   /* of 16 intervals of 95 %: fewer in one of a thousand */
+  assert_true(covered >= 13);                   /* out of 16 intervals of 95 %: fewer in one of a thousand */
   assert_near_relative(sqrt(noise2), 0.2, 0.1); /* relative to a yardstick that has noise of its own */
   neph_report_destroy(report);
 }

@@ -88,9 +88,9 @@ static double compute_mean(neph_image *image, const char *channel) {
   return sum / (double)pixel_count;
 }
 
-/* The error reached is near the one asked for: 30 % for the picture's noise, which pilots know only roughly; before
- * black the few pixels that hold hardly any cloud would be all that counts. Noisy pixels have got more samples than
- * quiet ones; the mean is that of a picture made with many samples for all, within 4 standard errors of both. */
+/* The error reached is near the target: 30 % for the picture's noise, which pilots estimate only roughly; before black
+ * the few pixels with any cloud would dominate. Noisy pixels get more samples than quiet ones; the mean equals that of
+ * a picture with many samples everywhere, within 4 standard errors of both. */
 static void a_target_error_is_reached_without_bias(void **state) {
   (void)state;
   neph_image *adaptive = render(&(effort){2, 16, {0}, 0.1, NEPH_UNLIMITED, 1, "0.005"});
@@ -134,8 +134,8 @@ static void neither_threads_nor_tiles_change_what_a_target_asks_for(void **state
   neph_image_destroy(tile);
 }
 
-/* With no time but the grace each pixel still has its first 16 samples, the same as without a limit, and the header
- * says that there were to be more. With time enough it has all of them, the same but for the order in which leaves are
+/* Without any time but the grace each pixel still has its first 16 samples, the same as without a limit, and the header
+ * states that more were planned. With enough time it has all of them, the same but for the order in which leaves are
  * added. */
 static void a_time_limit_leaves_whole_passes(void **state) {
   (void)state;

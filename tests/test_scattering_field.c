@@ -268,7 +268,7 @@ static void check_pair(const np_ordinates *o, unsigned pair, unsigned block, uns
   for (unsigned i = 0; i < np_harmonics_count(o->degree); i++) {
     const unsigned place = o->place[i];
     assert_true(o->harmonic[pair][block][place][lane] == up[i]);
-    assert_float_equal(down[i], place < o->even_count ? up[i] : -up[i], 1e-5f); /* of values up to 4, by recurrence */
+    assert_float_equal(down[i], place < o->even_count ? up[i] : -up[i], 1e-5f); /* values are up to 4, by recurrence */
   }
 }
 

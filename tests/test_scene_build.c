@@ -79,7 +79,7 @@ static neph_camera_desc describe_camera(void) {
   neph_camera_desc camera = NEPH_CAMERA_DESC_DEFAULT;
   memcpy(camera.position_m, (double[]){-1200, -3100, 700}, sizeof camera.position_m);
   memcpy(camera.look_at_m, (double[]){0, 100, 1500}, sizeof camera.look_at_m);
-  camera.fov_rad = 47 * NP_PI / 180; /* as a file's degrees are converted: the same bits are meant */
+  camera.fov_rad = 47 * NP_PI / 180; /* converted like a file's degrees, to equal bits */
   camera.roll_rad = 3 * NP_PI / 180;
   camera.resolution[0] = 48;
   camera.resolution[1] = 27;
@@ -382,7 +382,7 @@ static neph_result make_small_atmosphere(neph_context *context, neph_atmosphere 
   return neph_atmosphere_create(context, &air, out);
 }
 
-/* The longest last: all is made again for each allocation behind it. */
+/* Last, because it is slow: the scene is rebuilt for each allocation. */
 static neph_result build_once(neph_context *context, void *user) {
   (void)user;
   assets a = {.volume = NULL};
@@ -410,18 +410,12 @@ static void building_survives_each_failed_allocation(void **state) {
 int main(void) {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
   const struct CMUnitTest tests[] = {
-      TEST(a_built_scene_is_that_of_a_file_to_the_march),
-      TEST(a_built_scene_is_that_of_a_file_to_the_path_tracer),
-      TEST(defaults_of_descriptions_are_those_of_keys),
-      TEST(a_sun_of_a_direction_stands_there),
-      TEST(keys_go_on_to_change_what_calls_have_built),
-      TEST(nothing_given_is_nothing_there),
-      TEST(values_have_the_ranges_of_their_keys),
-      TEST(strange_descriptions_are_refused),
-      TEST(every_phase_function_is_that_of_its_key),
-      TEST(assets_of_another_context_are_refused),
-      TEST(a_terrain_of_another_planet_is_refused),
-      cmocka_unit_test(building_survives_each_failed_allocation),
+      TEST(a_built_scene_is_that_of_a_file_to_the_march), TEST(a_built_scene_is_that_of_a_file_to_the_path_tracer),
+      TEST(defaults_of_descriptions_are_those_of_keys),   TEST(a_sun_of_a_direction_stands_there),
+      TEST(keys_go_on_to_change_what_calls_have_built),   TEST(nothing_given_is_nothing_there),
+      TEST(values_have_the_ranges_of_their_keys),         TEST(strange_descriptions_are_refused),
+      TEST(every_phase_function_is_that_of_its_key),      TEST(assets_of_another_context_are_refused),
+      TEST(a_terrain_of_another_planet_is_refused),       cmocka_unit_test(building_survives_each_failed_allocation),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A key that another rules out is told of, where it stands, with both names; a key that counts is not. */
+/* A key that another key disables draws a warning at its place with both names; a key in effect draws none. */
 #include "scene/scene_apply.h"
 #include "test_support.h"
 

@@ -14,7 +14,7 @@ typedef struct fixture {
   test_log log;
   neph_context *context;
   neph_scene *scene;
-  neph_renderer *renderer; /* of a sequence of the scene */
+  neph_renderer *renderer; /* renderer for a sequence of the scene */
 } fixture;
 
 /* Called by a test's set-up; the scene is `text` as the file dir/scene.yaml would hold it. */

@@ -173,7 +173,7 @@ static void a_frame_alone_is_that_of_the_sequence(void **state) {
   film_destroy(in_order);
 }
 
-/* A reference is kept by what it was made of: other keys, and another file of that frame, make another. */
+/* A reference is cached by its inputs: other keys, and another file of that frame, make another one. */
 static void a_changed_reference_is_read_again(void **state) {
   const test_fixture *f = *state;
   char keys[256];
@@ -412,7 +412,7 @@ static void assert_explained(const test_fixture *f, test_film film, int frame, n
   neph_text_destroy(f->context, text);
 }
 
-/* From headers alone: a frame that holds nothing is passed over. */
+/* Decided by headers alone: an empty frame is skipped. */
 static void the_plan_names_the_reference_frame(void **state) {
   const test_fixture *f = *state;
   write_frame(f, "", 1, 0.0f);

@@ -27,7 +27,7 @@ static inline np_reference_query test_query(double altitude_m, double zenith_deg
 enum { TEST_MOLECULES, TEST_AEROSOL, TEST_OZONE, TEST_LAYERS_MAX = 6 };
 
 typedef struct test_air {
-  neph_atmosphere_desc desc; /* of `layers` below */
+  neph_atmosphere_desc desc; /* uses `layers` below */
   neph_atmosphere_layer layers[TEST_LAYERS_MAX];
 } test_air;
 

@@ -164,8 +164,8 @@ static void radiance_is_continuous_in_altitude(void **state) {
   }
 }
 
-/* From half a degree above to half a degree below, 0.1° at a time: light only falls, and never by more than a fifth a
- * step (the disk itself, 0.53° wide, apart). */
+/* Sun from half a degree above to half a degree below the horizon, 0.1° at a time: light only falls, and never by more
+ * than a fifth a step (the disk itself, 0.53° wide, apart). */
 static void sunset_is_smooth(void **state) {
   np_spectrum before = np_spectrum_grey(1.0f);
   for (int i = 0; i <= 10; i++) {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Other airs than the Earth's: tables against the tracer, row by row of tests/data/airs/traced.csv, whose header says
- * how it was made. */
+/* Atmospheres of other planets: tables against the tracer, row by row of tests/data/airs/traced.csv, whose header has
+ * its command. */
 #include <string.h>
 
 #include "core/units.h"
@@ -137,7 +137,7 @@ static void look_at_mars(neph_atmosphere *mars, double sun_deg, double angle_deg
   neph_sky_destroy(sky);
 }
 
-/* By day the sky is butterscotch, twice as red as blue; about a low sun it is blue, and red again 40 degrees away. */
+/* The day sky is butterscotch, twice as red as blue; around a low sun it is blue, and red again 40 degrees away. */
 static void mars_has_a_blue_sunset(void **state) {
   (void)state;
   neph_context *context = test_context_create(2, NULL);

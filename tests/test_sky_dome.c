@@ -41,7 +41,7 @@ static double read_number(const neph_image *image, const char *name, int index) 
   return value;
 }
 
-/* On a level surface that faces up: green, of rows whole pictures of this height have. */
+/* Irradiance on a level surface that faces up: green, of rows whole pictures of this height have. */
 static double sum_irradiance(neph_image *image, unsigned whole, unsigned top) {
   const float *plane = neph_image_get_channel(image, "G");
   const unsigned width = neph_image_get_width(image), height = neph_image_get_height(image);

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The tables against the tracer, row by row of tests/data/sky_traced.csv, whose header says how it was made.
+/* The tables against the tracer, row by row of tests/data/sky_traced.csv, whose header has its command.
  *
- * test_sky_gates        every row from the tables; a dozen traced anew; the tracer against published numbers
- * test_sky_gates long   every row traced anew, with another seed: minutes
- */
+ * test_sky_gates: every row from the tables; a dozen traced again; the tracer against published numbers.
+ *
+ * test_sky_gates long: every row traced again, with another seed, in minutes. */
 #include "test_reference_rows.h"
 
 typedef struct fixture {

@@ -8,7 +8,7 @@ typedef struct fixture {
   test_world cloud;
   neph_atmosphere *atmosphere; /* NULL: none */
   neph_sky *sky;
-  double height_m; /* of the cloud's middle over the ground */
+  double height_m; /* height of the cloud's centre above the ground */
   np_sky_guide guide;
 } fixture;
 
@@ -89,7 +89,7 @@ static void directions_are_drawn_as_they_are_weighed(void **state) {
     test_tally_add(&solid_angle, 1.0 / (double)density);
     test_tally_add(&height, (double)(d.z * d.z) / (double)density);
   }
-  assert_true(differing < 20); /* on edges of cells, by the rounding of an angle */
+  assert_true(differing < 20); /* those on edges of cells, by the rounding of an angle */
   assert_near(test_tally_mean(&solid_angle), 2.0 * NP_PI, 4.0 * test_tally_error(&solid_angle));
   assert_near(test_tally_mean(&height), 2.0 * NP_PI / 3.0, 4.0 * test_tally_error(&height));
 }
@@ -107,7 +107,7 @@ static void an_even_sky_is_not_aimed_at(void **state) {
   end(&f);
 }
 
-/* By day the sun makes the noise. At dusk a fifth to two fifths of the light comes from the glow over where it set. */
+/* The sun causes the noise of a day. At dusk a fifth to two fifths of the light comes from the glow over the sunset. */
 static void dusk_is_aimed_at_and_day_is_not(void **state) {
   (void)state;
   for (int i = 0; i < 2; i++) {
@@ -128,7 +128,7 @@ static void dusk_is_aimed_at_and_day_is_not(void **state) {
 /* ---- Paths ---- */
 
 typedef struct estimate {
-  test_tally all, sky; /* of one band; `sky`: scattered once in the cloud */
+  test_tally all, sky; /* one band; `sky`: scattered once in the cloud */
 } estimate;
 
 static estimate trace(const fixture *f, int count, int band, uint64_t seed) {

@@ -65,12 +65,13 @@ static void the_horizon_has_no_step_of_its_own(void **state) {
 /* ---- Aerial perspective from any height ---- */
 
 typedef struct look {
-  double view_deg, azimuth_deg, part; /* of the ray's way through the air */
+  double view_deg, azimuth_deg, part; /* share of the ray's way through the air */
 } look;
 
 enum { LOOKS = 12 * 3 * 4 };
 
-/* From 30 degrees below the horizon to 20 above, towards the sun, across and away, to four parts of the way. */
+/* Directions from 30 degrees below the horizon to 20 above, towards the sun, across and away, to four parts of the way.
+ */
 static look choose_look(double horizon_deg, int i) {
   static const double above[12] = {-30, -8, -2, -0.5, 0.05, 0.3, 1, 2, 4, 6, 10, 20};
   static const double parts[4] = {0.1, 0.4, 0.8, 0.99};
@@ -127,8 +128,8 @@ static double look_west(const neph_sky *sky, double zenith_deg) {
   return (double)light.band[1];
 }
 
-/* From the level to the nadir the sun's light falls all the way; it is gone at 19 degrees, and with it the tables, but
- * for the air's depths, through which the stars are seen. */
+/* Sunlight falls all the way from level to nadir; it is gone at 19 degrees, and with it the tables, except for the
+ * air's optical depths, through which the stars are visible. */
 static void the_suns_sky_ends_at_nineteen_degrees(void **state) {
   double before = INFINITY;
   for (int i = 0; i <= 90; i++) {

@@ -68,7 +68,7 @@ static void furnace_is_white(void **state) {
 
 /* Radiances of points on the top and of directions into it, drawn evenly: by a Kronecker sequence (Roberts 2018, "The
  * Unreasonable Effectiveness of Quasirandom Sequences", in three dimensions), shifted at random. Replicates are
- * independent, and tell the error of their mean. */
+ * independent, and give the error of their mean. */
 enum { REPLICATES = 24, RAYS = 96 };
 
 static void average_top(neph_context *context, np_reference_scene *scene, int replicate, double out[3]) {

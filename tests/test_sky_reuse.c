@@ -67,7 +67,7 @@ static void haze_that_changes_gets_all_anew(void **state) {
   assert_built(*state, true, true, ": its tolerance changed");
 }
 
-/* Who traces the air keeps what there is, and builds no more than it needs: the march then wants the rest. */
+/* A traced atmosphere reuses existing tables, and builds no more than it needs: the march then builds the rest. */
 static void traced_air_has_no_tables_of_light(void **state) {
   fixture *f = *state;
   render_changed(f, "render.integrator", "path");

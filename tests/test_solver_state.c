@@ -11,7 +11,7 @@ static const char key[] = "0123456789abcdef0123456789abcdef";
 typedef struct store {
   neph_context *context;
   const char *folder;
-  unsigned step, count; /* of all states, kept or not */
+  unsigned step, count; /* step and number of states, saved or not */
   int read;             /* number of the state to go on from; -1: none */
 } store;
 

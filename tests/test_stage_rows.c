@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* For each stage a scene that needs it and one that does not, with a word of each reason: a row of the stage table
- * without an example fails. */
+/* A scene that needs a stage and one that does not, for each stage, with a word of each reason: a row of the stage
+ * table without an example fails. */
 #include <nephos/nephos.h>
 
 #include <stdlib.h>

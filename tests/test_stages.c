@@ -201,7 +201,7 @@ static void add_light_result(np_hash *hash, const np_packet_light *l, np_stage s
 
 static void fingerprint(const building *b, np_stage stage, char out_hex[33]) {
   const np_assembly *a = &b->assembly;
-  const np_packet *packet = a->packets; /* NULL before they are made */
+  const np_packet *packet = a->packets; /* NULL before they are built */
   np_hash *hash = np_hash_create(a->context);
   assert_non_null(hash);
   if (stage == NP_STAGE_LIGHTS) np_hash_add(hash, &a->places, sizeof a->places);

@@ -27,7 +27,7 @@ static double sum_flux(neph_image *image, double fov_rad) {
   return sum;
 }
 
-/* On the meridian of a place on the equator, without air; the star is off the middle. */
+/* Renders a star on the meridian from a place on the equator, without air; the star is off the centre. */
 static neph_image *render_star(test_fixture *f, const char *path, unsigned width, const char *more) {
   char text[1024];
   snprintf(text, sizeof text,
@@ -154,10 +154,8 @@ static void air_dims_stars_towards_the_horizon(void **state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
-      TEST(a_star_has_one_flux_at_every_resolution),
-      TEST(a_star_keeps_its_flux_in_latitude_and_longitude),
-      TEST(the_map_is_turned_like_the_stars),
-      TEST(stars_twinkle_only_when_asked),
+      TEST(a_star_has_one_flux_at_every_resolution), TEST(a_star_keeps_its_flux_in_latitude_and_longitude),
+      TEST(the_map_is_turned_like_the_stars),        TEST(stars_twinkle_only_when_asked),
       TEST(air_dims_stars_towards_the_horizon),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

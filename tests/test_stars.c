@@ -9,7 +9,7 @@
 
 /* ---- Light ---- */
 
-/* At the middles of B and V a star has its magnitudes, by construction; a black body through both is 6 % from Vega in
+/* A star has its magnitudes at the centres of B and V, by construction; a black body through both is 6 % from Vega in
  * red, 1.85e-11 at 680 nm (Bohlin 2014). Betelgeuse outshines Rigel there, and not in blue. */
 static void a_star_has_its_magnitudes(void **state) {
   (void)state;
@@ -47,7 +47,7 @@ static void airglow_has_its_brightness_and_brightens_to_the_horizon(void **state
     const np_spectrum at = np_airglow_radiance(&glow, np_dvec3_make(0, 0, 0), direction);
     assert_near_relative((double)at.band[1] / (double)up.band[1], 1.0 / sqrt(1.0 - s * s), 0.01);
   }
-  /* From above it lies below: nothing upwards, twice the layer across the limb, at most its own chord. */
+  /* Seen from above, the layer lies below: nothing upwards, twice the layer across the limb, at most its own chord. */
   const np_dvec3 orbit = np_dvec3_make(0, 0, 400e3);
   assert_near((double)np_airglow_radiance(&glow, orbit, np_vec3_make(0, 0, 1)).band[1], 0.0, 0.0);
   const double grazing = acos((radius + 60e3) / (radius + 400e3));
@@ -56,7 +56,7 @@ static void airglow_has_its_brightness_and_brightens_to_the_horizon(void **state
   assert_true(limb.band[1] > 10.0f * up.band[1] && limb.band[1] < 100.0f * up.band[1]);
 }
 
-/* Asked for none, stars are steady; low ones twinkle more. */
+/* Stars are steady at a setting of 0; low ones twinkle more. */
 static void twinkling_keeps_the_mean(void **state) {
   (void)state;
   assert_near((double)np_star_twinkle(0.0f, 0.3f, 2.0f), 1.0, 0.0);

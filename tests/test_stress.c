@@ -41,7 +41,7 @@ typedef struct stress {
   np_camera_ray ray;
   double depth, behind; /* optical depths along the ray, and behind its eye */
   double once;          /* sunlight scattered once */
-  np_emission emission; /* of a cloud that emits */
+  np_emission emission; /* emission of an emitting cloud */
 } stress;
 
 static stress_light get_light(const stress *s) { return s->levels->level[STRESS_LIGHT]; }
@@ -57,7 +57,7 @@ static void name_case(const stress *s, char out[200]) {
                  stress_field_names[get_field(s)], stress_ray_names[level[STRESS_RAY]], light_names[get_light(s)]);
 }
 
-/* By Kirchhoff's law, at one temperature. */
+/* Obeys Kirchhoff's law, at one temperature. */
 static void set_emission(stress *s) {
   const np_instance *cloud = &s->w.placed[0];
   const float absorption = (1.0f - cloud->albedo.band[0]) * cloud->extinction_per_value;
@@ -127,7 +127,7 @@ static void end(stress *s) {
 
 typedef struct stress_answer {
   test_tally light, transmittance, sun, emission;
-  double lookups; /* of density, a ray */
+  double lookups; /* density look-ups per ray */
   unsigned sweeps;
   uint64_t cut_count;
   bool is_sound; /* finite, and not negative */

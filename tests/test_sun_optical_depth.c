@@ -107,7 +107,7 @@ static void depth_of_a_block_is_its_length(void **state) {
   end(&f);
 }
 
-/* From the sun high, low, level and from below: rms within the tolerance. */
+/* The sun is high, low, level and below the horizon: rms within the tolerance. */
 static void light_is_right_within_the_tolerance(void **state) {
   (void)state;
   static const np_vec3 suns[] = {{0, 0, 1}, {0.6f, 0, 0.8f}, {-0.7f, 0.7f, 0.1f}, {0, 1, 0}, {0.48f, -0.64f, -0.6f}};
@@ -159,10 +159,10 @@ static void a_smaller_tolerance_costs_memory_and_buys_light(void **state) {
   end(&f);
 }
 
-/* As from a hill or the ground. A ray must find the same as a walk, within what interpolation leaves where it enters.
- * Towards the rim of a disk of 0.26 degrees, which a ray from 1 km away passes 4 m beside the middle: all but what the
- * direction still changes inside the cloud, 0.16 m over its breadth, must be found; taken as if from the middle, light
- * would be wrong by 0.07 rms. */
+/* Rays start outside, like from a hill or the ground. A ray must give the same as a walk, within the interpolation
+ * error at its entry. Towards the rim of a disk of 0.26 degrees, which a ray from 1 km away passes 4 m beside the
+ * centre, everything but the change of direction inside the cloud, 0.16 m over its breadth, must be included; a ray
+ * towards the centre would be wrong by 0.07 rms. */
 static void from_outside_the_ray_enters_where_it_should(void **state) {
   (void)state;
   fixture f;

@@ -94,7 +94,7 @@ static void check_old_bytes(const char *raw, size_t old_bytes) {
   if (raw) memcpy(&bytes, raw, sizeof bytes);
   if (bytes == old_bytes) return;
   fprintf(stderr, "a block of %zu bytes was given back as one of %zu\n", bytes, old_bytes);
-  abort(); /* on whatever thread this is, where cmocka could not fail */
+  abort(); /* cmocka cannot fail on other threads */
 }
 
 void *test_allocator_reallocate(void *user, void *block, size_t old_bytes, size_t new_bytes) {

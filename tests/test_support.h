@@ -23,7 +23,7 @@
 /* Collects messages, one a line; start from test_log_start. */
 typedef struct test_log {
   pthread_mutex_t lock;
-  unsigned counts[4]; /* by neph_log_level */
+  unsigned counts[4]; /* indexed by neph_log_level */
   char text[16384];
 } test_log;
 
@@ -44,7 +44,7 @@ neph_context *test_context_create(unsigned thread_count, test_log *log);
 
 /* ---- Memory ---- */
 
-/* Counts live blocks, checks the sizes that it is told, and fails the `fail_at`-th allocation from 1 on; 0: none. */
+/* Counts live blocks, checks the sizes at frees, and fails the `fail_at`-th allocation from 1 on; 0: none. */
 typedef struct test_allocator {
   atomic_size_t live_blocks, live_bytes, allocations, fail_at;
 } test_allocator;

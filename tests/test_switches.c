@@ -61,7 +61,7 @@ static setting suit(const np_key *key, setting s) {
 
 /* ---- Scenes ---- */
 
-/* Settings made before a key whose path begins with `start`, for `word` alone unless that is NULL. */
+/* Settings applied before a key whose path begins with `start`, for `word` alone unless that is NULL. */
 typedef struct companion {
   const char *start, *word, *key, *value;
 } companion;
@@ -110,11 +110,11 @@ static const companion companions[] = {
 
 /* Keys that change no pixel here, whatever they say. */
 static const char *const unseen[] = {
-    "clouds[].import",       /* of grids that hold what no cloud has */
-    "clouds[].missing",      /* of frames without a file: test_sequence renders each word */
-    "render.history",        /* of frames behind the first: test_history renders each word, */
+    "clouds[].import",       /* concerns grids with invalid values */
+    "clouds[].missing",      /* concerns frames without a file: test_sequence renders each word */
+    "render.history",        /* concerns later frames: test_history renders each word, */
     "render.history_update", /* and each of these */
-    "output.pixel_type",     /* of files */
+    "output.pixel_type",     /* concerns files */
 };
 
 static void write_scene(setting s, char *out, size_t size) {
@@ -190,7 +190,7 @@ static bool may_be_negative(const neph_scene *scene, const char *channel) {
          begins_with(channel, "backward") || begins_with(channel, "Crypto");
 }
 
-/* Checks every value of a picture; returns a number that tells it from others. */
+/* Checks every value of a picture; returns a number that distinguishes it. */
 static uint64_t check_picture(const neph_scene *scene, neph_image *image, const char *what) {
   uint64_t sum = 14695981039346656037u; /* Fowler, Noll and Vo's hash, by words */
   for (unsigned c = 0; c < neph_image_get_channel_count(image); c++) {
@@ -326,7 +326,7 @@ static void every_word_of_every_key_is_rendered(void **state) {
   print_message("%u words of %u keys in %u pictures\n", values, keys, renders);
 }
 
-/* The sun is out, and airglow alone is in the air: what guides the paths asks for it all the same. */
+/* The sun is down, and only airglow is in the air: path guiding needs it all the same. */
 static void paths_are_guided_by_night(void **state) {
   test_fixture *f = *state;
   const setting s = {.is_path = true, .has_air = true, .has_cloud = true};
@@ -424,7 +424,7 @@ static FILE *open_file(const test_fixture *f, const char *name) {
   return file;
 }
 
-/* A slope told by colours. */
+/* A slope encoded in colours. */
 static void write_colors(const test_fixture *f, const char *name, uint8_t red, uint8_t green, uint8_t step) {
   png_image picture = {.version = PNG_IMAGE_VERSION, .width = 9, .height = 9, .format = PNG_FORMAT_RGB};
   uint8_t colors[81][3];

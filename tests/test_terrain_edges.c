@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Ground beyond the border of a height field; and samples without a header, or told by colours. */
+/* Ground beyond the border of a height field; samples without a header, and samples encoded in colours. */
 #include "test_terrains.h"
 
 #include <png.h>
@@ -70,7 +70,7 @@ static void relief_goes_on_behind_the_border(void **state) {
     low = fminf(low, far);
     high = fmaxf(high, far);
   }
-  assert_true(high - low < 60); /* of 1000 in the field */
+  assert_true(high - low < 60); /* compared with 1000 in the field */
   neph_terrain_release(terrain);
 }
 

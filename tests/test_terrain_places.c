@@ -17,7 +17,7 @@ static int stand_high(unsigned column, unsigned row) { return (void)column, (voi
 static void the_rim_meets_the_sphere(void **state) {
   test_fixture *f = *state;
   neph_terrain *terrain = make_tile(f, stand_high);
-  const double half_height = 0.5 * NP_DEGREE * radius_m; /* of arc */
+  const double half_height = 0.5 * NP_DEGREE * radius_m; /* arc length */
   const double rim_y = radius_m * sin(0.5 * NP_DEGREE);
   assert_true(half_height > rim_y);
   assert_true(np_terrain_covers(terrain, 0, 0));
@@ -159,7 +159,7 @@ static void bad_ridges_are_refused(void **state) {
 
 typedef struct canceller {
   const char *stage;
-  int reports; /* of that stage */
+  int reports; /* reports of that stage */
   struct timespec when;
 } canceller;
 

@@ -25,7 +25,7 @@ static inline neph_terrain_desc describe_fading(void) {
   return desc;
 }
 
-/* A tile of one degree whose south-western corner is N44 W072, of made elevations. */
+/* A tile of one degree whose south-western corner is N44 W072, with synthetic elevations. */
 static inline neph_terrain *make_tile(test_fixture *f, int (*elevation)(unsigned column, unsigned row)) {
   char *path = test_hgt_write(f->folder, "N44W072.hgt", 1201, elevation);
   const neph_terrain_desc desc = describe_fading();

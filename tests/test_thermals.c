@@ -73,7 +73,7 @@ static size_t check_leaf(const np_cloud_model *model, const float corner_m[3], f
   return cloudy;
 }
 
-/* Points by the leaf and one by one: balls are gathered for the box of what is asked for, and must not show it. */
+/* Points in leaves and one by one: balls are selected for the box of the points, which must not affect the result. */
 static void check_neighbours(neph_context *context, const neph_cloud_desc *desc) {
   enum { LEAVES = 300 };
   np_cloud_model model;
@@ -126,7 +126,7 @@ static void extinction_grows_as_in_an_adiabatic_parcel(void **state) {
       densest[k] = fmax(densest[k], value);
     }
   assert_near_relative(densest[16] / densest[5], pow(16.5 / 5.5, 2.0 / 3.0), 0.15);
-  assert_near_relative(densest[19], desc.extinction_per_m, 0.05); /* at 0.4 of the thickness */
+  assert_near_relative(densest[19], desc.extinction_per_m, 0.05); /* height of 0.4 of the thickness */
   np_sparse_grid_clear(&grid);
   neph_context_destroy(context);
 }
@@ -165,8 +165,8 @@ static np_cloud_model blow(const np_cloud_model *calm) {
   return windy;
 }
 
-/* From the west by 2 m/s at the base, 4 m/s more at the top, linear: D = ½·4 m/s·s²·400 s, 400 s being a sixth of the
- * lifetime. */
+/* Wind from the west: 2 m/s at the base, 4 m/s more at the top, linear: D = ½·4 m/s·s²·400 s, 400 s being a sixth of
+ * the lifetime. */
 static float compute_carried_m(float share) { return 0.5f * 4 * share * share * 400; }
 
 /* Each ball of a stack is where the wind has carried it, to float rounding. Near the border stacks are smaller. */

@@ -24,7 +24,7 @@ typedef struct witness {
   double begin_s, end_s;          /* what it says before and from the wanted stage on */
   unsigned stop_at, stage_count;  /* the wanted stage, counted from 1; 0: none */
   bool cancels;                   /* there */
-  const char *stages[STAGES_MAX]; /* as they began */
+  const char *stages[STAGES_MAX]; /* in the order of their start */
   double fractions[STAGES_MAX];   /* then */
   double last_fraction;
   unsigned retreats;

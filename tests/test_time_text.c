@@ -98,7 +98,7 @@ static void zones_are_read_by_name(void **state) {
       {"2026-06-21T06:40 America/New_York", "2026-06-21T10:40Z"},
       {"2026-01-21 06:40 America/New_York", "2026-01-21T11:40Z"},
       {"1880-01-01 12:00 America/New_York", "1880-01-01T16:56:02Z"}, /* local mean time, 4:56:02 west */
-      {"2400-07-04 12:00 America/New_York", "2400-07-04T16:00Z"},    /* by the rule behind the table */
+      {"2400-07-04 12:00 America/New_York", "2400-07-04T16:00Z"},    /* follows from the rule after the table */
       {"2400-01-04 12:00 America/New_York", "2400-01-04T17:00Z"},
       {"2026-06-21 12:00 Asia/Kolkata", "2026-06-21T06:30Z"},
       {"2026-06-21 12:00 Asia/Kathmandu", "2026-06-21T06:15Z"},

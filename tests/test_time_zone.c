@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Time zones against the C library's, all of the machine's over eight centuries, and against made and damaged files. */
+/* Time zones compared with the C library's, for all zones of the machine over eight centuries, and for synthetic and
+ * damaged files. */
 #include "test_support.h"
 
 #include <dirent.h>

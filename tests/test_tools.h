@@ -7,8 +7,7 @@
 
 #include <stdlib.h>
 
-/* Skips the test where `command` fails for want of Debian's `package`, but not under tests/run.sh, which installs it.
- */
+/* Skips the test if `command` is missing (Debian's `package`), but not under tests/run.sh, which installs it. */
 static inline void test_require_tool(const char *command, const char *package) {
   if (system(command) == 0) return;
   print_message("skipped: `%s` fails; the package is %s\n", command, package);

@@ -24,10 +24,8 @@ static void read_triple(const neph_image *image, const char *name, double out[3]
   assert_int_equal(sscanf(text, "%lf %lf %lf", &out[0], &out[1], &out[2]), 3);
 }
 
-static const char cloud_over_ridges[] =
-    TEST_CUMULUS_SCENE
-    "render: {samples: 64, integrator: path}\n"
-    "output: {pixel_type: float}\n";
+static const char cloud_over_ridges[] = TEST_CUMULUS_SCENE "render: {samples: 64, integrator: path}\n"
+                                                           "output: {pixel_type: float}\n";
 
 /* Tables leave out shadows in the air, light from cloud to ground and back, and air inside the cloud: 2 % of a
  * picture's mean on the cloud of docs/results/path.md. Five leave room for those that this picture has more of, and the
@@ -79,8 +77,8 @@ static double add_kept_and_lost(neph_context *context, const char *limit, double
   return sum;
 }
 
-/* The header tells what a limit took; with what is left it makes all there is, within six standard errors, of which
- * eight seeds know the size to a quarter. Without a limit nothing is told. */
+/* The header states the loss by a limit; the rest and the loss add up to the unlimited picture, within six standard
+ * errors, whose size eight seeds estimate to a quarter. Without a limit the header states nothing. */
 static void header_tells_what_a_limit_took(void **state) {
   (void)state;
   neph_context *context = test_context_create(2, NULL);

@@ -6,7 +6,7 @@
 
 enum { BATCHES = 16 };
 
-static const double half_m[3] = {22.5, 10.5, 10.5}; /* of a box about the origin that holds all */
+static const double half_m[3] = {22.5, 10.5, 10.5}; /* half size of a box about the origin that contains all */
 
 /* The ball in two parts. */
 static const double cut_m = -3.0;
@@ -152,7 +152,7 @@ static void assert_conserved(test_world *w, bool is_solved, double tolerance) {
     outgoing += 4.0 * NP_PI / DIRECTIONS * part.mean;
     variance += pow(4.0 * NP_PI / DIRECTIONS * part.error, 2.0);
   }
-  /* From the sun's light, by the optical depths alone. */
+  /* Sunlight, by the optical depths alone. */
   const estimate taken = integrate(w, w->world.to_sun, sample_opacity, 16384, 0, 3);
   assert_near(outgoing, taken.mean, 4.0 * sqrt(variance + taken.error * taken.error) + tolerance * taken.mean);
 }
@@ -166,7 +166,7 @@ static void white_clouds_lose_no_light(void **state) {
   test_world_destroy(&w);
 }
 
-/* By path in [0], by march in [1]. */
+/* path in [0], march in [1] */
 static void compute_intensities(test_world *w, uint64_t seed, estimate out[2]) {
   for (int is_solved = 0; is_solved < 2; is_solved++) {
     light(w, np_vec3_make(0.6f, 0.0f, 0.8f), is_solved);

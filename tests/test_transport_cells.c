@@ -277,8 +277,8 @@ static void phase_functions_mix_by_extinction(void **state) {
   test_world_destroy(&w);
 }
 
-/* Too few cells for all: those far from the viewer are larger, and what they are to cost is said. A furnace is exact on
- * any cells, so that what light crosses from small ones to large is neither lost nor made. */
+/* Too few cells for all make those far from the viewer larger, and the expected error is logged. A furnace is exact on
+ * any cells: light across cell sizes is conserved. */
 static void cells_far_from_the_viewer_are_coarsened_first(void **state) {
   (void)state;
   test_world even, w;

@@ -149,8 +149,8 @@ static void end_disk(disk *d) {
   test_folder_destroy(d->folder);
 }
 
-/* Voxel (1, 2, 3) of the second leaf is made bad: refused with its place, or repaired with a warning. What was above
- * all that a file holds becomes the largest value, and all else 0. */
+/* Voxel (1, 2, 3) of the second leaf is invalid: refused with its place, or repaired with a warning. Values above the
+ * range of the file become the largest value, all others 0. */
 static void assert_value_is_refused_or_repaired(float value, const char *word) {
   disk d;
   start_disk(&d);
@@ -169,7 +169,8 @@ static void assert_value_is_refused_or_repaired(float value, const char *word) {
   assert_non_null(strstr(d.log.text, place));
   np_dvec3 at = np_dvec3_make(leaf->origin[0] + 1, leaf->origin[1] + 2, leaf->origin[2] + 3);
   const float expected = value > 0.0f ? volume->value_max : 0.0f;
-  assert_near((double)np_bricks_sample(&volume->bricks, at), (double)expected, 1e-3 * (double)expected); /* of halves */
+  assert_near((double)np_bricks_sample(&volume->bricks, at), (double)expected,
+              1e-3 * (double)expected); /* stored as halves */
   neph_volume_release(volume);
   end_disk(&d);
 }

@@ -20,7 +20,7 @@ static int set_up(void **state) { return test_set_up(state, 1, "cloud.vdb"); }
 
 /* ---- Reading ---- */
 
-/* As `nephos info` does, and `nephos info --json`. */
+/* Runs `nephos info` and `nephos info --json`. */
 static neph_result describe(neph_context *context, const char *path, neph_text_format format) {
   char *text;
   const neph_result result = neph_volume_describe_file(context, path, format, &text);
@@ -202,8 +202,7 @@ static void a_newer_format_is_a_warning(void **state) {
   assert_non_null(strstr(f->log.text, "version 225"));
 }
 
-/* A filled block of 4096³ in a file of a few hundred bytes: bricks of its faces, each made for itself, would take
- * gigabytes. */
+/* A filled block of 4096³ in a file of a few hundred bytes: separate bricks for its faces would take gigabytes. */
 static void a_large_tile_costs_little(void **state) {
   test_fixture *f = *state;
   test_tile_write(f->context, f->path);

@@ -7,11 +7,11 @@
 
 #include "volume/volume_private.h"
 
-enum { TEST_VELOCITY_EDGE = 48 }; /* of the lattice, from −24 to 23 */
+enum { TEST_VELOCITY_EDGE = 48 }; /* edge of the lattice, from −24 to 23 */
 
 typedef struct test_velocity {
-  const char *names[3]; /* of the grids; the first alone: a vector */
-  double radius;        /* of the ball in voxels, which is 1 in its middle and 0 at its rim; 0: a box … */
+  const char *names[3]; /* grid names; the first alone: a vector */
+  double radius;        /* radius in voxels of the ball, which is 1 in its middle and 0 at its rim; 0: a box … */
   int32_t half;         /* … from −half to half */
   float value;
   float at[3]; /* m/s */

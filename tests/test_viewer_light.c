@@ -106,7 +106,8 @@ static double march(const test_world *w, np_dvec3 origin, np_vec3 direction) {
   return test_sum_components(&sample, 1);
 }
 
-/* From the viewer, 50 cells away, within half a per cent of what all moments make; from elsewhere to the bit. */
+/* Rays from the viewer, 50 cells away, are within half a per cent of the sum of all moments; others are equal to the
+ * bit. */
 static void rays_from_the_viewer_ask_it_and_no_others(void **state) {
   (void)state;
   test_world w;

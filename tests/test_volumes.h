@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Volumes made of a formula, for the tests of light. */
+/* Volumes from a formula, for the tests of light. */
 #ifndef NP_TEST_VOLUMES_H
 #define NP_TEST_VOLUMES_H
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Water: what its waves reflect against integrals over their slopes, and no energy made. */
+/* Water: reflection by its waves, compared with integrals over their slopes, and conservation of energy. */
 #include "core/random.h"
 #include "core/units.h"
 #include "test_support.h"

@@ -389,12 +389,12 @@ static void painted_types_meet_without_a_seam(void **state) {
   for (int i = 0; i + 1 < TYPES_SIDE; i++)
     for (int j = 0; j < TYPES_SIDE; j++) {
       const double jump = fabs(depth[i + 1][j] - depth[i][j]);
-      const bool is_border = abs(i - 50) <= 2 || abs(i - 100) <= 2; /* of 150 voxels */
+      const bool is_border = abs(i - 50) <= 2 || abs(i - 100) <= 2; /* out of 150 voxels */
       *(is_border ? &at_border : &inside) = fmax(is_border ? at_border : inside, jump);
       if (is_border) border_sum += depth[i][j];
       sum += depth[i][j];
     }
-  const double share = border_sum / 10 / (sum / 150); /* of the mean column, in the ten columns at borders */
+  const double share = border_sum / 10 / (sum / 150); /* relative to the mean column, in the ten columns at borders */
   print_message("largest jump %.1f at borders, %.1f inside; mean at borders %.2f of the field's\n", at_border, inside,
                 share);
   assert_true(share > 0.5); /* there is cloud to jump */
@@ -417,7 +417,8 @@ int main(void) {
       TEST(a_file_is_current_while_its_picture_is),
       TEST(pictures_that_say_nothing_are_refused),
       TEST(values_that_are_no_share_are_named_with_their_place),
-      TEST(a_channel_needs_a_picture), TEST(a_grey_picture_needs_no_channel),
+      TEST(a_channel_needs_a_picture),
+      TEST(a_grey_picture_needs_no_channel),
       TEST(a_failed_allocation_leaves_nothing_behind),
       TEST(a_hero_stands_alone_in_the_middle),
   };

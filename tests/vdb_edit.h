@@ -23,7 +23,7 @@ typedef struct vdb_entry {
 
 typedef struct vdb_edit_grid {
   vdb_span name, type;
-  size_t offsets; /* of three positions: its header, its buffers, its end */
+  size_t offsets; /* offsets of three positions: its header, its buffers, its end */
   vdb_entry entries[VDB_EDIT_ENTRIES_MAX];
   size_t entry_count;
   vdb_span transform; /* name of the map, with its length, and numbers */

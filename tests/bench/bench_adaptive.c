@@ -1,12 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Noise and CPU time of pictures with a target error, beside those of the same number of samples in each pixel.
+/* Noise and CPU time of pictures with a target error, compared with equal numbers of samples in each pixel.
  *
- * Usage: bench_adaptive NAME SCENE KEY=VALUE… [SEEDS SECONDS TARGET…]   Each target is rendered with SEEDS seeds, then
- * 1, 2, 4 … samples for all pixels until they are less noisy than the least of the targets asks for, or a picture takes
- * SECONDS of CPU. The true noise is that of docs/error.md, by the variance over seeds and by the mean of all pictures.
- * Prints rows of docs/results/adaptive.md: the noise asked for, the true one, mean, least and largest number of
- * samples, the number for all that leaves the same noise, its ratio to the mean, and the ratio of the CPU times.
- */
+ * Usage: bench_adaptive NAME SCENE KEY=VALUE… [SEEDS SECONDS TARGET…]
+ *
+ * Each target is rendered with SEEDS seeds, then 1, 2, 4 … samples for all pixels until they are less noisy than the
+ * least target, or a picture takes SECONDS of CPU. The true noise is that of docs/error.md, by the variance over seeds
+ * and by the mean of all pictures. Prints rows of docs/results/adaptive.md: target noise, true noise, mean, least and
+ * largest number of samples, the uniform number with equal noise, its ratio to the mean, and the ratio of the CPU
+ * times. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -23,7 +24,7 @@ static const double dim_of_mean = 0.01;
 typedef struct picture_set {
   double target; /* infinite: the same number of samples for all */
   double asked, samples, least, most, seconds, noise;
-  double *sum, *squares; /* of each pixel's luminance */
+  double *sum, *squares; /* sums over each pixel's luminance */
 } picture_set;
 
 typedef struct bench {

@@ -3,10 +3,8 @@
  * for dither array generation"), on a torus.
  *
  * Every pixel gets a rank. An initial pattern of a tenth of the pixels is evened out by moving its tightest cluster
- * into its largest void until nothing moves; ranks below it are found by taking clusters away, ranks above it by
- * filling voids. One energy field, a Gaussian of σ = 1.9 around every set pixel, tells clusters and voids apart in all
- * phases.
- */
+ * into its largest void until nothing moves; ranks below it follow by removing clusters, ranks above it by filling
+ * voids. One energy field, a Gaussian of σ = 1.9 around every set pixel, gives clusters and voids in all phases. */
 #include <math.h>
 #include <stdbool.h>
 #include <stdio.h>

@@ -10,8 +10,7 @@ typedef struct bench_ray {
 } bench_ray;
 
 /* Sum of the values of `step_count` look-ups along each ray: by np_bricks_sample, and by a walk that looks up only
- * where there is a brick, one place after the other or in lines. The number of look-ups that were made goes to
- * `out_lookups`. */
+ * inside bricks, one position at a time or in lines. `out_lookups` receives the number of look-ups. */
 typedef double (*bench_kernel)(const np_bricks *bricks, const bench_ray *rays, int ray_count, int step_count,
                                double *out_lookups);
 

@@ -202,7 +202,7 @@ static void take_picture(neph_scene *scene, int k, colors *out) {
   const size_t count = (size_t)neph_image_get_width(image) * neph_image_get_height(image);
   const float *plane[3] = {neph_image_get_channel(image, "R"), neph_image_get_channel(image, "G"),
                            neph_image_get_channel(image, "B")};
-  const float scale = (float)(k == 0 ? 1.0 : 0.5); /* of the picture's own */
+  const float scale = (float)(k == 0 ? 1.0 : 0.5); /* relative to the picture's scale */
   for (size_t i = 0; i < count; i++)
     keep(k, np_spectrum_make(scale * plane[0][i], scale * plane[1][i], scale * plane[2][i]), out);
   neph_image_destroy(image);

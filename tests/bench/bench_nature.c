@@ -20,7 +20,7 @@ enum { LEAF = 8 };
 static const double region_cells_min = 30;   /* area of what counts in a dimension, in columns */
 static const double size_cells_min = 4;      /* √area of what counts in sizes, in columns */
 static const double crumb_cells = 33;        /* volume of a ball of four voxels */
-static const double aloft_share = 0.25;      /* of the thickness: crumbs above are aloft */
+static const double aloft_share = 0.25;      /* share of the thickness: crumbs above it are aloft */
 static const double deck_shortest_cells = 6; /* wavelengths of spectra, in columns */
 static const double deck_decade = 10;
 
@@ -28,7 +28,7 @@ typedef struct field {
   np_cloud_model model;
   int32_t size[3];
   float *optical_depth; /* x fastest */
-  int16_t *low, *high;  /* of the cloud in the column, in voxels */
+  int16_t *low, *high;  /* range of the cloud in the column, in voxels */
   uint8_t *is_cloud;    /* z fastest, then y: x slowest */
 } field;
 

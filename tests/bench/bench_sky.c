@@ -68,7 +68,7 @@ static neph_result build_moments(void *user) {
   return np_moment_table_build(a->context, &a->depths, &a->sizes.moments, NP_ORDERS_ALL, false, NULL, &a->moments);
 }
 
-/* With its kernel, which is the atmosphere's. */
+/* Includes the kernel, which the atmosphere owns. */
 static neph_result build_gather(void *user) {
   neph_sky *sky = user;
   neph_atmosphere *a = sky->atmosphere;

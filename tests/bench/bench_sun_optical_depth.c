@@ -47,7 +47,7 @@ static double render(neph_renderer *renderer, neph_scene *scene, const char *sun
   return seconds;
 }
 
-/* By so little that the volume is refilled and nothing else is. */
+/* Turns the sun so little that only the volume is refilled. */
 static void turn_sun(neph_scene *scene, double elevation_deg, int step) {
   char text[40];
   (void)snprintf(text, sizeof text, "%.6f deg", elevation_deg + 1e-4 * step);

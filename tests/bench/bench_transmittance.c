@@ -269,7 +269,7 @@ static void draw_origins(bench *b) {
   }
 }
 
-/* Index space is the world: voxels of 1 m; y is up in the file this is made for. */
+/* Index space is the world, with voxels of 1 m; y is up in the file. */
 static void run(bench *b, double depth, double elevation_deg) {
   double column = 0.0;
   const np_affine up = {{{1, 0, 0, 0}, {0, 0, 1, 0}, {0, 1, 0, 0}}};

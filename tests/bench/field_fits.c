@@ -16,7 +16,7 @@ typedef struct broken_sample {
   double least, break_log;
 } broken_sample;
 
-static double integrate_power(double from, double exponent) { /* of x^−exponent up to 1 */
+static double integrate_power(double from, double exponent) { /* integral of x^−exponent up to 1 */
   const double rest = 1 - exponent, log_from = log(from);
   return fabs(rest * log_from) < 1e-8 ? -log_from : -expm1(rest * log_from) / rest;
 }
@@ -193,7 +193,7 @@ static field_line fit_power(int32_t count, int32_t harmonics, const double *powe
 
 bool field_fit_spectrum(int32_t width, int32_t height, const float *values, double shortest, double longest,
                         field_line *out) {
-  const int32_t count = width < height ? width : height; /* of the square in the map's corner */
+  const int32_t count = width < height ? width : height; /* edge of the square in the map's corner */
   const int32_t harmonics = (int32_t)((double)count / shortest) + 1;
   double mean = 0, *line = malloc((size_t)count * sizeof *line), *power = calloc((size_t)count, sizeof *power);
   const bool is_done = line && power;

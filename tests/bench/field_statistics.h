@@ -30,7 +30,7 @@ bool field_fit_power_law(double *sizes, size_t count, double least, field_power_
 /* A straight line. */
 typedef struct field_line {
   double slope, error; /* one standard error, by the residuals */
-  double decades;      /* of the abscissa */
+  double decades;      /* range of the abscissa */
 } field_line;
 
 /* Slope of log perimeter over log area, twice: the dimension D of perimeter ∝ area^(D/2). Means of bins of a fifth of a

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A .vdb made into bricks, and 48 × 27 rays through them: the least program that does what a cloud's depth needs. */
+/* Bricks from a .vdb, and 48 × 27 rays through them: the smallest program that computes a cloud's optical depth. */
 #include <nephos/nephos.h>
 
 enum { WIDTH = 48, HEIGHT = 27, STEPS = 64 };

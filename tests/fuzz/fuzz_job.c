@@ -150,7 +150,7 @@ static void skip_threads(line *l) {
 /* A comment is of printable ASCII. A name of a job has letters, digits, - and _. */
 static bool skip_common(line *l) {
   static const char *const names[] = {"#SBATCH --job-name=", "#SBATCH --output=", "  <shot>", "  <job name=\"",
-                                      "      <depjob>", "      <onjob>", "name: \""};
+                                      "      <depjob>",      "      <onjob>",     "name: \""};
   if (begins(l, "# nephos job ")) {
     for (; *l->at != '\n'; l->at++) require(*l->at >= 0x20 && *l->at < 0x7f);
     return true;
@@ -270,7 +270,7 @@ static void skip_json(const char **at, const char *expected) {
     require(strncmp(*at, "\xe2\x80\xa8", 3) && strncmp(*at, "\xc2\x85", 2));
     if (!strncmp(*at, "\\u", 2)) {
       char code[5] = "";
-      const size_t length = 3; /* of the breaks that YAML has, in UTF-8 */
+      const size_t length = 3; /* length of a YAML line break in UTF-8 */
       memcpy(code, *at + 2, 4);
       const unsigned long c = strtoul(code, NULL, 16);
       require(((unsigned char)expected[0] & 15u) == c >> 12 && ((unsigned char)expected[1] & 63u) == (c >> 6 & 63u) &&

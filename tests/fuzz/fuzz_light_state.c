@@ -42,7 +42,7 @@ typedef struct light {
 static char folder[] = "/tmp/nephos-fuzz-light-XXXXXX", checkpoint[64], path[80];
 static neph_context *context;
 static unsigned error_count, state_count;
-static light states[STATES_MAX]; /* of the solution, in the order of its steps */
+static light states[STATES_MAX]; /* states of the solution, in the order of its steps */
 static light lights[LIGHTS];     /* a few of them, and the solution last */
 
 /* ---- Light that is kept ---- */
@@ -96,7 +96,8 @@ static void start(void) {
 
 /* ---- The picture ---- */
 
-/* With an interval of next to nothing each step of the solution is kept, and the solution; else nothing is. */
+/* Renders with a checkpoint interval. A tiny one saves each step of the solution, and the solution; a large one saves
+ * nothing. */
 static void render(double interval_s) {
   neph_scene *scene;
   neph_image *image = NULL;

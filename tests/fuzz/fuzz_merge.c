@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Several parts of one picture, merged.
+/* Merges several parts of one picture.
  *
  * An input is a row of pieces, each a byte for its kind and two for its length. A piece of an even kind is the file of
- * a part, whose checksums are made right. One of an odd kind describes a tile: first column and row, and last ones of
+ * a part, whose checksums are corrected. One of an odd kind describes a tile: first column and row, and last ones of
  * the display window, four integers of 32 bits, width and height in a byte each, and then attributes, NAME=VALUE in a
- * line each; it is written as an .exr, so that what is met is the merge and not the reader of OpenEXR. */
+ * line each. It is written as an .exr, so that the merge is tested and not the reader of OpenEXR. */
 #include "fuzz_support.h"
 
 #include <stdio.h>

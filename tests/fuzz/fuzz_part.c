@@ -13,7 +13,7 @@
 
 #include "../part_forge.h"
 
-enum { FIELDS_HASH = 4 }; /* of the fields: header, version's length and text, hash's length; then its text */
+enum { FIELDS_HASH = 4 }; /* fields: header, version's length and text, hash's length; then its text */
 
 static const char scene_text[] =
     "version: 1\n"

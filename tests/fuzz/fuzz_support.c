@@ -37,7 +37,7 @@ neph_context *fuzz_get_context(void) {
 
 const char *fuzz_write_file(const char *name, const uint8_t *data, size_t size) {
   if (!path[0] && !mkdtemp(folder)) abort();
-  if (path[0]) unlink(path); /* of another name, may be */
+  if (path[0]) unlink(path); /* its name may differ */
   snprintf(path, sizeof path, "%s/%s", folder, name);
   FILE *file = fopen(path, "wb");
   if (!file || fwrite(data, 1, size, file) != size || fclose(file)) abort();
@@ -54,7 +54,7 @@ static void check_result(neph_result result) {
 void fuzz_expect(neph_result result) {
   const unsigned errors = error_count;
   error_count = 0;
-  /* A scene's errors are told together, and then their number: at most 20 and 1. */
+  /* A scene's errors are logged together, followed by their number: at most 20 and 1. */
   const bool is_several = result == NEPH_ERROR_BAD_SCENE && errors > 2 && errors <= 21;
   if (errors != (result != NEPH_OK) && !is_several) abort();
   check_result(result);

@@ -9,14 +9,14 @@
 
 #include <nephos/context.h>
 
-/* A context of one thread; made by the first call, ended with the program. */
+/* A context of one thread, created by the first call and destroyed at the end of the program. */
 neph_context *fuzz_get_context(void);
 
 /* Writes an input to a file of this name, in a folder that goes away with the program, and returns its path. */
 const char *fuzz_write_file(const char *name, const uint8_t *data, size_t size);
 
-/* Aborts unless `result` is what a reader may return, and was told by one error message, of a scene by one for each
- * error, or by none where it is NEPH_OK. */
+/* Aborts unless `result` is a valid result of a reader, with one error message (for a scene, one for each error), or
+ * none for NEPH_OK. */
 void fuzz_expect(neph_result result);
 
 /* The same of a call that does much, and may say all that it finds wrong. */

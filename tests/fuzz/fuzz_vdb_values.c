@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A .vdb file that stays readable while its parts change: an input is a list of changes to one of a few files, made
- * here, of values, tiles, names, metadata, transforms and headers, whose sizes and offsets are mended, and of keys of
- * the scene. It is then loaded as a cloud with its emission and colours, measured along columns, and rendered. */
+/* A .vdb file that stays readable while its parts change. An input is a list of changes to one of a few synthetic
+ * files: of values, tiles, names, metadata, transforms and headers, whose sizes and offsets are corrected, and of keys
+ * of the scene. The file is then loaded as a cloud with its emission and colours, measured along columns, and rendered.
+ */
 #include "fuzz_support.h"
 
 #include <math.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A first program against the installed library: bakes a small cloud to the file it is told, and says what is in it.
- * The second argument, if any, is the folder of the modules. Ends with 3 where the library says beforehand that it can
- * write no .vdb file, and fails so. */
+/* A first program with the installed library: bakes a small cloud to a given file, and prints its content. The optional
+ * second argument is the folder of the modules. Exits with 3 if the library states beforehand that it cannot write .vdb
+ * files, and then fails. */
 #include <stdio.h>
 
 #include <nephos/nephos.h>
