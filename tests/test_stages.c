@@ -56,7 +56,7 @@ static void makers_are_those_of_the_rules(void **state) {
       assert_true(maker->build[kind] || !maker->clear[kind]);
     }
     assert_int_equal(made, rule->parts);
-    assert_true(made || !maker->revise);
+    assert_true(made || !maker->finish);
     assert_int_equal(maker->reuse != NULL, rule->reused_while != NULL);
     if (maker->reuse) assert_reuse_is_whole(maker->reuse);
   }

@@ -7,9 +7,9 @@
 #include "frame/channel_mattes.h"
 #include "image/cryptomatte.h"
 
-/* ---- What a sample adds ---- */
+/* ---- Values of a sample ---- */
 
-/* The share of a sample that is covered, less what is held out. */
+/* The covered share of a sample, less held-out clouds and ground. */
 static float compute_alpha(const np_channels *c, np_scene_alpha alpha, const np_integrator_sample *sample) {
   const bool is_behind_shown =
       alpha == NP_ALPHA_SCENE || (alpha == NP_ALPHA_CLOUDS_AND_GROUND && sample->is_ground_behind);
@@ -100,9 +100,9 @@ static float read_sun_share(const np_channels *c, const np_channel *channel, con
   return sample->opaque_sun_share;
 }
 
-/* ---- What becomes of the sum ---- */
+/* ---- Values of a pixel ---- */
 
-/* Coverage of nothing, less what is held out, is 0 but for the rounding of its floats. */
+/* Empty coverage, less held-out coverage, is 0 but for the rounding of its floats. */
 static double finish_coverage(const np_channels *c, const np_channel *channel, const double *sums,
                               const np_pixel_facts *facts) {
   const double mean = np_channel_finish_mean(c, channel, sums, facts);

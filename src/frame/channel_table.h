@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The channels that a picture may have, and those that it has. */
+/* All channels that a picture may have, and the choice of a picture's channels. */
 #ifndef NP_FRAME_CHANNEL_TABLE_H
 #define NP_FRAME_CHANNEL_TABLE_H
 

@@ -12,7 +12,7 @@ enum { NP_CHANNELS_MAX = 512, NP_CHANNEL_NAME_MAX = 256, NP_CHANNEL_NONE = NP_CH
  * bands, of the opacity of clouds, and of paths cut and followed; mean and squared distances of the picture's R, G and
  * B (image/film.h). */
 enum {
-  NP_PIXEL_SUMS_OWN = NP_BAND_COUNT + 3, /* besides those of the channels */
+  NP_PIXEL_SUMS_OWN = NP_BAND_COUNT + 3, /* besides the sums of the channels */
   NP_PIXEL_NUMBERS_MAX = NP_CHANNELS_MAX + NP_PIXEL_SUMS_OWN + 2 * NP_BAND_COUNT
 };
 
@@ -99,7 +99,7 @@ static inline double np_channels_get_opacity(const np_channels *channels, const 
   return numbers[channels->sum_count + NP_BAND_COUNT];
 }
 
-/* Paths that met the limit on scatterings, and those of them that were followed. */
+/* Paths that met the limit on scatterings, and the number of followed ones among them. */
 static inline const double *np_channels_get_cuts(const np_channels *channels, const double *numbers) {
   return numbers + channels->sum_count + NP_BAND_COUNT + 1;
 }

@@ -23,7 +23,7 @@ typedef struct surroundings {
   double mean, variance;
 } surroundings;
 
-static surroundings look_around(const np_frame *f, size_t i) {
+static surroundings measure_surroundings(const np_frame *f, size_t i) {
   const size_t x = i % f->width, y = i / f->width;
   double sum = 0.0, squares = 0.0, count = 0.0;
   for (size_t v = y ? y - 1 : 0; v <= y + 1 && v < f->height; v++)
@@ -39,10 +39,10 @@ static surroundings look_around(const np_frame *f, size_t i) {
 /* Most that a guess may be above 1: a dark pixel at a bright edge, which few samples hit. */
 static const double guess_max = 4.0;
 
-/* Square of a pixel's relative noise, roughly; negative where it cannot be among those that count. */
+/* Square of a pixel's relative noise, roughly; negative where the pixel cannot count. */
 static double guess_noise(const np_frame *f, double dim, size_t i) {
   const np_pixel_luminance *l = &f->luminances[i];
-  const surroundings around = look_around(f, i);
+  const surroundings around = measure_surroundings(f, i);
   if (!(around.mean > dim)) return -1.0;
   const double level = fmax((double)l->value, dim);
   return fmin(((double)l->variance + around.variance / fmax((double)l->count, 1.0)) / (level * level), guess_max);
@@ -79,7 +79,7 @@ static void choose(const np_frame *f, unsigned count, const float *guesses, np_e
   }
 }
 
-/* Moves those that the tracer has, evenly over all, to the front. */
+/* Moves the tracer's probes, evenly over all, to the front. */
 static void put_traced_first(np_error_probes *probes, unsigned traced_count) {
   probes->traced_count = traced_count < probes->count ? traced_count : probes->count;
   for (unsigned i = 0; i < probes->traced_count; i++) {
@@ -118,7 +118,7 @@ static neph_result sample_probes(void *user, size_t begin, size_t end, unsigned 
   return NEPH_OK;
 }
 
-/* Samples the first probes with seeds that follow the frame's and those that were used before. */
+/* Samples the first probes with seeds that follow the frame's and the used ones. */
 static neph_result sample_seeds(np_frame *copy, neph_render_desc *desc, unsigned first_seed, unsigned seed_count,
                                 size_t probe_count, probe_job *job) {
   const uint64_t own = desc->seed;

@@ -23,7 +23,7 @@ typedef struct np_error_probes {
   np_error_probe *probe;
 } np_error_probes;
 
-/* Chooses `count` pixels, those that seem noisy more often. */
+/* Chooses `count` pixels, noisy ones more often. */
 neph_result np_error_probes_choose(const np_frame *f, unsigned count, np_error_probes *out);
 void np_error_probes_clear(const np_frame *f, np_error_probes *probes);
 

@@ -155,8 +155,8 @@ static neph_result fly(const np_frame *f, const np_pilot_order *order, np_pilot_
   return NEPH_OK;
 }
 
-/* A first look: the noise of one sample. */
-static neph_result look(const np_frame *f, np_pilots *out) {
+/* Measures the noise of one sample a pixel. */
+static neph_result measure_noise_of_one(const np_frame *f, np_pilots *out) {
   const np_pilot_order march = {.count = limit_points(f, count_view(f) / PIXELS_PER_POINT), .levels = 1};
   const np_pilot_order path = {.count = limit_points(f, 0.0), .levels = 4, .first = 2, .is_traced = true};
   np_pilot_points points;
@@ -204,6 +204,6 @@ static neph_result set_rule(const np_frame *f, double noise, np_pilots *out) {
 
 neph_result np_pilots_fly(const np_frame *f, double noise, np_pilots *out) {
   *out = (np_pilots){.exponent = 1.0};
-  const neph_result result = look(f, out);
+  const neph_result result = measure_noise_of_one(f, out);
   return result || !isfinite(noise) ? result : set_rule(f, noise, out);
 }

@@ -283,7 +283,7 @@ static neph_result close_pixel(const np_frame *f, const int at[2], size_t index,
   return np_frame_finish_pixel(f, at, &f->rows.states[slot], get_numbers(f, slot), total);
 }
 
-static neph_result keep_pilot(const np_frame *f, const int at[2], size_t index, np_tile_total *total) {
+static neph_result set_pilot(const np_frame *f, const int at[2], size_t index, np_tile_total *total) {
   (void)index, (void)total;
   const size_t slot = get_slot(f, at);
   f->rows.pilots[slot] = np_frame_get_pilot(f, get_numbers(f, slot), f->rows.states[slot].next);
@@ -348,7 +348,7 @@ static neph_result extend_all(np_frame *f, double begin_s, uint32_t pass) {
 static neph_result extend_to_target(np_frame *f, double begin_s) {
   neph_result result = extend_all(f, begin_s, 1);
   if (result || f->is_cut) return result;
-  result = run_tiles(f, 0, f->height, keep_pilot, false);
+  result = run_tiles(f, 0, f->height, set_pilot, false);
   if (!result) result = run_tiles(f, 0, f->height, set_end, false);
   return result ? result : extend_all(f, begin_s, 2);
 }

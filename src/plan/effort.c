@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Settings for a target error or a time limit: those that are predicted to reach the target in the least time, or to
- * err least within the limit. Predictions are those of the plan (stage_costs.c, bias_model.c); the samples of each
- * pixel follow from pilots when the picture is rendered. The search takes the best quality, and then turns one key
+/* Settings for a target error or a time limit: the settings that are predicted to reach the target in the least time,
+ * or to err least within the limit. Predictions are those of the plan (stage_costs.c, bias_model.c); the samples of
+ * each pixel follow from pilots when the picture is rendered. The search takes the best quality, and then turns one key
  * after another to what is better. */
 #include <math.h>
 #include <string.h>
@@ -45,13 +45,13 @@ static const struct {
     {"atmosphere", "tolerance", NP_STAGE_ATMOSPHERE, {"0.03", "0.015", "0.007"}},
 };
 
-/* Whether a scene has a key, or its section is one word, such as that of a preset. */
+/* Whether a scene has a key, or its section is one word, such as the name of a preset. */
 static bool is_given(const neph_scene *scene, const char *section, const char *name) {
   const np_node *node = np_node_search(scene->document, section);
   return node && (node->kind != NP_NODE_MAPPING || np_node_search(node, name));
 }
 
-/* ---- A choice under way ---- */
+/* ---- The state of a choice ---- */
 
 typedef struct choice {
   neph_scene *scene;
@@ -72,7 +72,7 @@ static neph_result make_plan(choice *c) {
   return result ? result : np_plan_measure_fill(c->scene, &c->plan, c->store);
 }
 
-/* Samples a pixel: what a target takes, or what is worth taking; no more than fit into the limit. */
+/* Samples a pixel: as many as a target takes, or are worth their time; no more than fit into the limit. */
 static double count_samples(const choice *c, double fixed_s, double one_s) {
   const np_plan *plan = &c->plan;
   const double limit_s = limit_share * c->desc->time_limit_s;
@@ -152,7 +152,7 @@ static neph_result choose_quality(choice *c) {
   return result ? result : set_candidate(c, best);
 }
 
-static void note_setting(neph_effort *e, const char *key, const char *value) {
+static void add_setting(neph_effort *e, const char *key, const char *value) {
   const size_t length = strlen(e->settings);
   np_print(e->settings + length, sizeof e->settings - length, "%s%s=%s", length ? " " : "", key, value);
 }
@@ -177,7 +177,7 @@ static neph_result choose_value(choice *c, size_t key) {
   if (!result && !best) return np_scene_set_document(c->scene, before);
   np_node_destroy(c->scene->context, before);
   if (result) return result;
-  note_setting(&c->best, path, best);
+  add_setting(&c->best, path, best);
   return neph_scene_set(c->scene, path, best);
 }
 

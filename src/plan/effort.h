@@ -5,7 +5,7 @@
 
 #include "plan/plan.h"
 
-/* neph_scene_choose_effort, which leaves what it measures in `store` for the picture. */
+/* neph_scene_choose_effort; its measurements stay in `store` for the picture. */
 neph_result np_effort_choose(neph_scene *scene, const neph_render_desc *desc, np_input_store *store,
                              neph_effort *out_effort);
 

@@ -13,8 +13,8 @@
 
 const np_bias_term_table np_bias_terms = {.air = 0.01, .clear_air = 0.005, .steps = 0.15, .emission = 0.15};
 
-/* The error that a solution expects of its cells is that of a mean: one of pixels is so many times as large under a
- * high sun, and grows as it sinks, as light goes through more cells: by the hypotenuse of 1 and this over its sine. */
+/* The expected error of a solution's cells is a mean: the error of pixels is so many times as large under a high sun,
+ * and grows as it sinks, as light goes through more cells: by the hypotenuse of 1 and this over its sine. */
 static const double cells_to_pixels = 1.5, low_sun = 0.12, sine_min = 0.03;
 
 /* Approximations of multiple scattering, over the clouds: rms in blocks of docs/results/approximations.md. */
@@ -31,7 +31,7 @@ static const double tables_share = 0.5, depths_share = 0.3;
 /* Bakes whose voxels are twice as long err by 4.6 % in a field of cumulus, four times by 15 %. */
 static const double voxels_bias = 0.046, voxels_order = 1.75;
 
-/* Pixels' error over the residual at which the multiple scattering ends, and that of degree 3
+/* Pixels' error over the residual at which the multiple scattering ends, and the error of degree 3
  * (docs/results/light-solve.md: a quarter of a residual of 0.01; 0.5 to 1.6 %). */
 static const double residual_share = 0.25, degree_bias = 0.012;
 
@@ -90,7 +90,7 @@ double np_stage_expect_sun_optical_depth(const np_plan *plan, const neph_scene *
   return is_march(plan) ? depths_share * (double)desc.tolerance : 0.0;
 }
 
-/* Whether a cloud's voxels are those of a file. */
+/* Whether a cloud's voxels are read from a file. */
 static bool is_of_file(const np_scene_cloud *cloud) { return cloud->vdb && !cloud->volume; }
 
 /* Clouds whose voxels are coarser than the scene's err by that. */

@@ -8,7 +8,7 @@
 #include "plan/plan.h"
 #include "plan/stage_rules.h"
 
-/* The integrator's work is that of the paths or of the march. */
+/* The integrator's work is tracing paths or marching. */
 static neph_work get_work(const np_plan *plan, np_stage stage) {
   const bool is_path = stage == NP_STAGE_INTEGRATOR && np_request_is_path(&plan->request);
   return is_path ? NEPH_WORK_PATH : np_stage_get_rule(stage)->work;

@@ -91,7 +91,7 @@ static neph_result open_field(const cloud_file *file, const char *grid, const ch
   return result;
 }
 
-/* Colours and velocities; those that the scene names must be there. */
+/* Colours and velocities; grids that the scene names must be there. */
 static neph_result open_vectors(const cloud_file *file, const np_file_use *use, bool *out_has_emission) {
   neph_result result = NEPH_OK;
   *out_has_emission = false;
@@ -197,8 +197,8 @@ static void warn_of_choice(const neph_scene *scene, unsigned index, np_reference
 
 /* Notes the file that a sequence goes by, by the headers; none while all frames so far are empty. `filled` is
  * the number of the frame's own; NULL: it is empty. */
-static neph_result note_reference(const neph_scene *scene, unsigned index, const double *filled,
-                                  np_input_store *store) {
+static neph_result update_reference(const neph_scene *scene, unsigned index, const double *filled,
+                                    np_input_store *store) {
   const np_scene_cloud *cloud = &scene->clouds[index];
   if (!np_reference_is_used(cloud)) return NEPH_OK;
   np_reference *reference;
@@ -218,7 +218,7 @@ static neph_result open_cloud(const neph_scene *scene, unsigned index, int frame
   double number;
   if (cloud->is_baked || cloud->volume) return NEPH_OK;
   const neph_result result = open_frame(scene, index, frame, &number, &state);
-  return result ? result : note_reference(scene, index, state == NP_GRID_FILLED ? &number : NULL, store);
+  return result ? result : update_reference(scene, index, state == NP_GRID_FILLED ? &number : NULL, store);
 }
 
 /* ---- All ---- */

@@ -111,7 +111,7 @@ void np_inputs_clear(neph_context *context, np_inputs *inputs) {
 /* Voxels of a trial bake: a tenth of a second or less. */
 static const double trial_voxels = 4e5;
 
-/* A cloud's box in voxels of its own, and those of them that hold cloud, by a trial. */
+/* Counts by a trial the voxels of a cloud's box, and the voxels that hold cloud. */
 static neph_result measure_bake(const neph_scene *scene, const np_request *request, const np_scene_cloud *cloud,
                                 double *box_voxels, double *filled_voxels) {
   neph_cloud_desc bake = np_plan_get_bake(request, scene, cloud);

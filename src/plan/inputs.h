@@ -22,7 +22,7 @@ typedef struct np_input_file {
 
 /* Voxels of all clouds. A guess by sizes of files and of bakes, by which work is judged. */
 typedef struct np_voxel_counts {
-  double baked_box;     /* voxels in the boxes of the clouds to bake: an upper bound of those that stay */
+  double baked_box;     /* voxels in the boxes of the clouds to bake: an upper bound of stored voxels */
   double along_billows; /* baked voxels along billows (plan_detail.h) */
   double cloud[2];      /* voxels that hold cloud; second: with coarse voxels of files */
   double detailed[2];   /* the share of clouds with detail finer than voxels */

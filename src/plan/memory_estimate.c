@@ -12,7 +12,7 @@
 #include "plan/stage_rules.h"
 #include "scene/scene_eval.h"
 
-/* Memory of a program with the library alone, and that of OpenVDB and the libraries that come with it. */
+/* Memory of a program with the library alone, and memory of OpenVDB and the libraries that come with it. */
 static const double program_bytes = 14e6, vdb_bytes = 31e6;
 
 /* Memory of a height: itself, its vertex, and Embree's tree. */
@@ -114,8 +114,8 @@ static const double light_share_min = 1.0 / 64.0;
 /* That of the fewest cells that there are, of 1.65 kB, eight along each axis. */
 static const double light_bytes_min = 1e6;
 
-/* Notes what is given up, and decides anew. */
-static neph_result give_up(const neph_scene *scene, np_plan *plan, const char *what, neph_memory_estimate *e) {
+/* Adds a saving, and decides again. */
+static neph_result add_saving(const neph_scene *scene, np_plan *plan, const char *what, neph_memory_estimate *e) {
   char *text = plan->savings.text;
   const size_t length = strlen(text);
   np_print(text + length, sizeof plan->savings.text - length, "%s%s", length ? ", and " : "", what);
@@ -131,7 +131,7 @@ static neph_result fit_light(const neph_scene *scene, np_plan *plan, neph_memory
   plan->savings.light_bytes_max = left;
   np_print(text, sizeof text, "multiple scattering is solved for on coarser cells, in %.3g of %.3g GB", 1e-9 * left,
            1e-9 * light);
-  return give_up(scene, plan, text, e);
+  return add_saving(scene, plan, text, e);
 }
 
 /* Bakes may be read from files too. */
@@ -159,12 +159,12 @@ static neph_result fit(const neph_scene *scene, np_plan *plan, neph_memory_estim
   neph_result result = NEPH_OK;
   if (e->total_bytes > allowed && has_floats(scene, plan)) {
     plan->savings.are_halves = true;
-    result = give_up(scene, plan, "volumes are kept in halves instead of floats", e);
+    result = add_saving(scene, plan, "volumes are kept in halves instead of floats", e);
   }
   if (!result && e->total_bytes > allowed) result = fit_light(scene, plan, e);
   if (result || e->total_bytes <= allowed || !has_file(scene, true)) return result;
   plan->savings.are_coarse = true;
-  result = give_up(scene, plan, has_levels(scene, plan) ? coarse_levels : coarse_files, e);
+  result = add_saving(scene, plan, has_levels(scene, plan) ? coarse_levels : coarse_files, e);
   return result || e->total_bytes <= allowed ? result : fit_light(scene, plan, e);
 }
 
@@ -180,7 +180,7 @@ static neph_result refuse(const neph_scene *scene, const np_plan *plan, const ne
 
 /* A plan within the limit leaves the rest of it to light: clouds of files may turn out denser than their headers say,
  * and cells of light smaller. Bakes are counted before. */
-static void hold_light(const neph_scene *scene, np_plan *plan, const neph_memory_estimate *e) {
+static void limit_light(const neph_scene *scene, np_plan *plan, const neph_memory_estimate *e) {
   if (!has_file(scene, false)) return;
   const double rest = (double)plan->request.desc.memory_max_bytes - (double)e->total_bytes;
   plan->savings.light_bytes_max =
@@ -193,7 +193,7 @@ neph_result np_plan_fit_memory(const neph_scene *scene, np_plan *plan, np_input_
   neph_memory_estimate e, least;
   neph_result result = np_plan_measure_fill(scene, plan, store);
   if (!result) result = estimate(scene, plan, &e);
-  if (!result && e.total_bytes <= allowed) hold_light(scene, plan, &e);
+  if (!result && e.total_bytes <= allowed) limit_light(scene, plan, &e);
   if (result || e.total_bytes <= allowed) return result;
   least = e;
   result = fit(scene, plan, &least);

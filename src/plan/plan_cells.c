@@ -45,7 +45,7 @@ double np_plan_predict_cell_bytes(const np_plan *plan, const neph_scene *scene) 
   return fmin(border_bytes + bytes * np_plan_predict_cells(plan, scene), plan->savings.light_bytes_max);
 }
 
-/* Cells of one voxel are for rays that see cloud: so many times those that meet the clouds' box, if that is fewer. */
+/* Cells of one voxel serve rays that see cloud: they are at most so many times the rays that meet the clouds' box. */
 static const double rays_per_ray_to_clouds = 4.0;
 
 void np_plan_choose_cells(const np_plan *plan, const neph_scene *scene, np_dvec3 low, np_dvec3 high,

@@ -9,7 +9,7 @@
 #include "plan/stage_rules.h"
 #include "scene/scene_values.h"
 
-/* A plan with what its text names besides. */
+/* A plan, and further facts for its text. */
 typedef struct description {
   const neph_scene *scene;
   const np_plan *plan;
@@ -76,7 +76,7 @@ static void add_cost(np_text *text, const np_stage_cost *cost, double error) {
   if (error > 0.0) np_text_add(text, ", error %.2g %%", 100.0 * error);
 }
 
-/* Values of the numbers that trade error for time: those of the scene, of its quality, or of a choice of effort. */
+/* Settings that trade error for time, by the scene, its quality, or a choice of effort. */
 typedef struct setting {
   const char *name;
   double value;
@@ -188,7 +188,7 @@ static void put_settings(np_json *json, const neph_scene *scene, const np_plan *
   np_json_end(json);
 }
 
-/* Seconds are those of one core. */
+/* Seconds are times of one core. */
 static void put_prediction(np_json *json, const np_plan *plan, double peak_bytes) {
   np_json_begin_object(json, "prediction");
   np_json_put_real(json, "seconds", np_forecast_sum(&plan->forecast).seconds);

@@ -21,7 +21,7 @@ static double get_pixel_rad(const np_request *request, const neph_scene *scene) 
   return np_scene_camera_get_pixel_rad(&scene->reach.narrowest, request->desc.width, request->desc.height);
 }
 
-/* The same without regard to how large the box is. */
+/* Distance of a box from the nearest place of the camera in any frame. */
 static double compute_nearest(const neph_scene *scene, np_dvec3 low, np_dvec3 high) {
   const double *near = scene->reach.camera_min_m, *far = scene->reach.camera_max_m;
   const np_dvec3 outside = {fmax(fmax(low.x - far[0], near[0] - high.x), 0.0),
@@ -31,7 +31,7 @@ static double compute_nearest(const neph_scene *scene, np_dvec3 low, np_dvec3 hi
   return np_dvec3_length(outside);
 }
 
-/* Distance at which a box is seen nearest in any frame; parallel rays see all at that of their target. */
+/* Distance at which a box is seen nearest in any frame; parallel rays see all at the distance of their target. */
 static double compute_distance(const neph_scene *scene, np_dvec3 low, np_dvec3 high) {
   return fmax(compute_nearest(scene, low, high), near_share * np_dvec3_length(np_dvec3_subtract(high, low)));
 }
@@ -75,7 +75,7 @@ neph_cloud_desc np_plan_get_bake(const np_request *request, const neph_scene *sc
   return bake;
 }
 
-/* Parallel rays see all places at one scale: that of their target, wherever the camera is. */
+/* Parallel rays see all places at the scale of their target, wherever the camera is. */
 static void set_viewers(const neph_scene *scene, const np_scene_cloud *cloud, double pixel_rad, neph_bake_desc *desc) {
   if (cloud->level_count < 2 || scene->camera.kind == NEPH_CAMERA_ORTHOGRAPHIC) return;
   desc->lod_count = cloud->level_count;

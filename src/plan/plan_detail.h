@@ -22,12 +22,12 @@ unsigned np_plan_count_copy_levels(const np_request *request, const neph_scene *
 /* Viewers of a cloud's levels: all places where the camera ever is. */
 np_lod_viewers np_plan_get_viewers(const np_request *request, const neph_scene *scene, const np_scene_cloud *cloud);
 
-/* The planet and the levels of detail of a bake to a file: those of the scene's own resolution, so that no picture of
- * another size bakes it anew. */
+/* The planet and the levels of detail of a bake to a file. Levels go by the scene's own resolution, so that no picture
+ * of another size rebakes it. */
 void np_plan_describe_file_bake(const neph_scene *scene, const np_scene_cloud *cloud, neph_bake_desc *desc);
 
-/* Voxels of the box of a bake, and of those the ones along its billows: of each as many as it is billows long, of
- * thermals alone. */
+/* Voxels of the box of a bake, and the voxels along its billows, each counted by its length in billows; only thermals
+ * have billows. */
 typedef struct np_bake_voxels {
   double box, along_billows;
 } np_bake_voxels;
@@ -41,10 +41,10 @@ bool np_plan_is_coarsened(const np_request *request, const neph_scene *scene, co
 /* Generated mountains, with half, a quarter and so on of the scene's heights along a side. */
 neph_ridges_desc np_plan_get_ridges(const np_request *request, const neph_scene *scene);
 
-/* Least width of the cells of multiple scattering, of which `render.light_detail` speaks; 0: none. */
+/* Least width of the cells of multiple scattering by `render.light_detail`; 0: none. */
 double np_plan_get_light_edge(const np_request *request, const neph_scene *scene, np_dvec3 low, np_dvec3 high);
 
-/* Rays of the whole picture that meet a world box, whatever stands before it. */
+/* Rays of the whole picture that meet a world box, whether or not it is hidden. */
 double np_plan_count_rays_to(const np_request *request, const neph_scene *scene, np_dvec3 low, np_dvec3 high);
 
 /* Pixels that a cell of light covers at least: one where clouds stand in many places, since their number would go with

@@ -21,7 +21,7 @@ double np_plan_get_rendered_share(const neph_scene *scene) {
 
 /* ---- Pictures that are refused ---- */
 
-/* Channels that are no means of samples, or not of those of this frame alone. */
+/* Channels that are no means of samples, or not of this frame's samples alone. */
 static const unsigned refused_aovs =
     NP_AOV_STANDARD_ERROR | NP_AOV_VARIANCE | NP_AOV_SAMPLE_COUNT | NP_AOV_MEAN_DISTANCE | NP_AOV_CRYPTOMATTE;
 

@@ -30,7 +30,7 @@ static inline bool np_plan_needs(const np_plan *plan, np_stage stage) {
   return plan->decisions.stages[stage].is_needed;
 }
 
-/* Voxels that hold cloud, and those of clouds with detail finer than voxels. */
+/* Voxels that hold cloud, and the share of clouds with detail finer than voxels. */
 static inline double np_plan_get_cloud_voxels(const np_plan *plan) {
   return plan->inputs.voxels.cloud[plan->savings.are_coarse ? 1 : 0];
 }

@@ -12,7 +12,7 @@
 #include "plan/input_store.h"
 
 typedef struct np_frame_cloud {
-  np_reference **references; /* those of the store of inputs */
+  np_reference **references; /* references in the store of inputs */
   const neph_scene *scene;
   unsigned index;                    /* number of the cloud */
   double number;                     /* number of its file in this frame */

@@ -27,7 +27,7 @@ typedef struct np_request {
   uint64_t ray_count;                  /* rays of the camera: pixels of the window times samples */
   uint64_t film_bytes;                 /* the film's channels in float */
   double light_bytes;                  /* memory for multiple scattering while it is solved for */
-  double work_factor[NEPH_WORK_COUNT]; /* time of each kind of work, over that of the machine of the constants */
+  double work_factor[NEPH_WORK_COUNT]; /* time of each kind of work over its time on the machine of the constants */
 } np_request;
 
 /* Checks scene and description. `desc` NULL: the scene's own. */

@@ -50,7 +50,7 @@ static void add_path(hash_writer *w, char *path) {
   np_alloc_free(w->scene->context, path);
 }
 
-/* Replaces %20 and the like by what they stand for; false: there is none. */
+/* Replaces %20 and the like by their characters; false: there is none. */
 static bool decode_uri(char *uri) {
   char *to = uri;
   bool has_any = false;
@@ -120,7 +120,7 @@ static void add_all(hash_writer *w, const np_scene_cloud *cloud) {
   np_alloc_free(w->scene->context, there.numbers);
 }
 
-/* A sequence has the files of the frame and of those that lead up to it, and that by which it is placed. */
+/* A sequence has the files of the frame and of the frames that lead up to it, and its reference file. */
 static void add_cloud(hash_writer *w, const np_scene_cloud *cloud) {
   np_cloud_file file;
   if (!cloud->vdb || cloud->is_baked) return;

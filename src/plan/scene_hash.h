@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Fingerprint of all that the bits of a picture follow from, but which part of it is rendered. */
+/* Fingerprint of all that determines the bits of a picture, whatever part of it is rendered. */
 #ifndef NP_PLAN_SCENE_HASH_H
 #define NP_PLAN_SCENE_HASH_H
 

@@ -8,7 +8,7 @@ static const double solving_share = 0.6, solving_share_min = 0.1;
 /* Bytes of film that a second makes into files, on two cores: half of it to an .exr, half to a .png. */
 static const double written_bytes_per_s = 8e7;
 
-/* Half of the grace is for files; what they take beyond it comes off the limit. */
+/* Half of the grace is for files; time that they take beyond it is subtracted from the limit. */
 static void set_limits(const np_plan *plan, np_schedule *s) {
   const double limit_s = plan->request.desc.time_limit_s, grace_s = fmax(0.1 * limit_s, 1.0);
   const double files_s = (double)plan->request.film_bytes / written_bytes_per_s;
@@ -44,7 +44,7 @@ void np_schedule_begin(np_schedule *s, np_monitor *monitor, np_stage stage, unsi
   np_monitor_set_part(monitor, s->whole, fmin(s->done_s / all_s, 1.0), end);
 }
 
-/* A machine that has taken longer than was guessed, being slow or shared, does so further on. */
+/* A machine that has taken longer than predicted, because it is slow or shared, stays as slow. */
 double np_schedule_take_solve(np_schedule *s, const np_monitor *monitor) {
   if (!isfinite(s->limit_s)) return HUGE_VAL;
   const double now_s = np_monitor_get_seconds(monitor), left_s = fmax(s->limit_s - now_s, 0.0);

@@ -29,8 +29,8 @@ void np_schedule_make(const np_plan *plan, np_monitor_part whole, np_schedule *o
 /* Begins the `index`-th of `count` equal shares of a stage; they come in order. */
 void np_schedule_begin(np_schedule *schedule, np_monitor *monitor, np_stage stage, unsigned index, unsigned count);
 
-/* Seconds that the next solution of the multiple scattering may take: at most six tenths of what is left of the limit,
- * less where what must follow needs more than the rest, shared evenly by the solutions to come. */
+/* Seconds that the next solution of the multiple scattering may take: at most six tenths of the rest of the limit,
+ * less where the stages that must follow need more, shared evenly by the solutions to come. */
 double np_schedule_take_solve(np_schedule *schedule, const np_monitor *monitor);
 
 #endif

@@ -7,7 +7,7 @@
 
 #include "plan/placement.h"
 
-/* Lengths are those of the files, turned, tilted and scaled by axis as the cloud is. */
+/* Lengths in the coordinates of the files, turned, tilted and scaled by axis like the cloud. */
 typedef struct np_sequence_scan {
   np_dvec3 low, high;  /* union of the boxes of active samples */
   double voxel;        /* largest edge */

@@ -154,7 +154,7 @@ np_stage_cost np_stage_predict_air_shadows(const np_plan *plan, const neph_scene
 
 /* ---- Samples ---- */
 
-/* A sample of sky and ground, and what is added to one that meets cloud: of the march with a volume of sun optical
+/* A sample of sky and ground, and the addition for one that meets cloud: of the march with a volume of sun optical
  * depths, of the march without, and of paths. */
 static const double clear_ray_s = 0.8e-6, looked_up_ray_s = 9e-6, marched_ray_s = 1.2e-5;
 static const double clear_path_s = 5.5e-6, cloud_path_s = 1.2e-4;

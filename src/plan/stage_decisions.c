@@ -207,7 +207,7 @@ void np_stage_decide_air_shadows(np_decision *d, np_stage_decision *out) {
   d->made->air_ray_spacing = out->is_needed ? np_plan_choose_air_spacing(&d->plan->request, d->scene) : 0;
 }
 
-/* The middle of those of clouds from files, whose density is not known yet. */
+/* Median error of clouds from files, whose density is not known yet. */
 static const double error_of_files = 0.02,
                     files_exponent = 0.25; /* their voxels set a least cell, whatever its depth */
 

@@ -8,7 +8,7 @@
 #define MATTER                                                                                                         \
   (BIT(TERRAIN) | BIT(VOLUMES) | BIT(EMISSION) | BIT(ATMOSPHERE) | BIT(CAMERA_SKY) | BIT(CLOUD_SKY) | BIT(WATER_SKY))
 
-/* Functions by the names of what they decide, describe and predict. */
+/* Functions by the names of the stages that they decide, describe and predict. */
 #define DECIDE(what) .decide = np_stage_decide_##what
 #define DESCRIBE(what) .describe = np_stage_describe_##what
 #define PREDICT(kind, what) .work = NEPH_WORK_##kind, .predict = np_stage_predict_##what

@@ -12,11 +12,14 @@ static np_part_counts count_parts(const np_assembly *a, np_stage stage) {
   return np_part_counts_make(a->cloud_count, a->light_count, packets);
 }
 
-static np_stage_part get_part(const np_stage_part *walk, np_part_kind kind, unsigned index) {
-  np_assembly *a = walk->made;
+static np_stage_part get_part(const np_stage_part *walk, np_assembly *a, np_part_kind kind, unsigned index) {
   np_stage_part part = *walk;
   part.slot = index;
-  if (kind == NP_PER_CLOUD) part.cloud = index;
+  if (kind == NP_PER_PICTURE) part.picture = a;
+  if (kind == NP_PER_CLOUD) {
+    part.cloud = index;
+    part.parts = &a->clouds[index];
+  }
   if (kind == NP_PER_LIGHT) {
     part.caches = &a->lights[index];
     part.slot = part.caches->group;
@@ -53,8 +56,8 @@ static np_stored_result *search_content(const np_stage_reuse *reuse, const np_st
   return at;
 }
 
-/* Takes from the stores what serves a part of this picture; what is to be rebuilt, and why, is logged. */
-static neph_result take_part(np_stage stage, const np_stage_part *part) {
+/* Takes the result for a part of this picture from the stores; the log has the reason of a rebuild. */
+static neph_result take_part(np_stage stage, const np_stage_part *part, bool *is_any_reused) {
   const np_stage_reuse *reuse = np_stage_get_maker(stage)->reuse;
   np_stores *stores = part->made->stores;
   np_stage_part wanted = *part;
@@ -68,7 +71,7 @@ static neph_result take_part(np_stage stage, const np_stage_part *part) {
   if (cached && !result) {
     log_part(stage, part, "reused", "");
     if (part->job->times) part->job->times->is_reused[stage] = true;
-    part->made->has_reused = true;
+    *is_any_reused = true;
     np_alloc_free(part->made->context, wanted.key);
     (void)reuse->exchange(part, cached->result);
     cached->result = NULL;
@@ -112,7 +115,7 @@ static neph_result make_part(const np_stage_reuse *reuse, const np_stage_part *p
 }
 
 /* Gives the result of a part back to the stores, or destroys it where it has no key. */
-static void give_part(const np_stage_reuse *reuse, const np_stage_part *part) {
+static void return_part(const np_stage_reuse *reuse, const np_stage_part *part) {
   void *result = reuse->exchange(part, NULL);
   np_stored_result *own = np_stores_search(part->made->stores, reuse, part->slot);
   if (own && !own->result)
@@ -123,16 +126,15 @@ static void give_part(const np_stage_reuse *reuse, const np_stage_part *part) {
 
 /* ---- Walks ---- */
 
-/* Before anything is built the stores release what this picture has no use for, so that it needs no more memory than it
- * would alone. */
-static neph_result take_cached(np_stage stage, const np_stage_part *walk) {
+/* Before anything is built the stores release results that this picture does not use, so that it needs no more memory
+ * than alone. */
+static neph_result take_cached(np_stage stage, const np_stage_part *walk, np_assembly *a) {
   const np_stage_reuse *reuse = np_stage_get_maker(stage)->reuse;
-  np_assembly *a = walk->made;
   neph_result result = NEPH_OK;
   np_stores_drop(a->context, a->stores, reuse, true);
   for (unsigned i = 0; i < count_parts(a, stage).of[reuse->kind] && !result; i++) {
-    const np_stage_part part = get_part(walk, reuse->kind, i);
-    result = take_part(stage, &part);
+    const np_stage_part part = get_part(walk, a, reuse->kind, i);
+    result = take_part(stage, &part, &a->has_reused);
   }
   np_stores_drop(a->context, a->stores, reuse, false);
   return result;
@@ -144,19 +146,18 @@ static neph_result build_part(const np_stage_maker *maker, np_part_kind kind, co
   return !result && maker->build[kind] ? maker->build[kind](part) : result;
 }
 
-static neph_result build_stage(np_stage stage, const np_stage_part *walk) {
+static neph_result build_stage(np_stage stage, const np_stage_part *walk, np_assembly *a) {
   const np_stage_rule *rule = np_stage_get_rule(stage);
   const np_stage_maker *maker = np_stage_get_maker(stage);
-  np_assembly *a = walk->made;
   const np_part_counts before = count_parts(a, stage);
   const unsigned all = np_stage_count_parts(rule, &before);
   unsigned done = 0;
   if (all > 0) a->built |= 1u << stage;
-  neph_result result = maker->reuse ? take_cached(stage, walk) : NEPH_OK;
+  neph_result result = maker->reuse ? take_cached(stage, walk, a) : NEPH_OK;
   for (int kind = 0; kind < NP_PART_KINDS; kind++) {
     if (!np_stage_has_kind(rule, (np_part_kind)kind)) continue;
     for (unsigned i = 0; i < count_parts(a, stage).of[kind] && !result; i++) {
-      const np_stage_part part = get_part(walk, (np_part_kind)kind, i);
+      const np_stage_part part = get_part(walk, a, (np_part_kind)kind, i);
       np_schedule_begin(&a->schedule, walk->monitor, stage, done++, all);
       result = build_part(maker, (np_part_kind)kind, &part);
     }
@@ -179,15 +180,20 @@ static neph_result start(const neph_scene *scene, const np_plan *plan, const np_
 neph_result np_assembly_build_some(const neph_scene *scene, np_plan *plan, uint32_t stages, const np_build_job *job,
                                    np_monitor *monitor, np_assembly *out_assembly) {
   np_stage_times *times = job->times;
-  const np_stage_part walk = {.scene = scene, .plan = plan, .monitor = monitor, .job = job, .made = out_assembly};
+  const np_stage_part walk = {.scene = scene,
+                              .plan = plan,
+                              .monitor = monitor,
+                              .job = job,
+                              .schedule = &out_assembly->schedule,
+                              .made = out_assembly};
   neph_result result = start(scene, plan, job, out_assembly);
   for (int i = 0; i < NP_STAGE_COUNT && !result; i++) {
     if (!np_plan_needs(plan, (np_stage)i) || !(stages & 1u << i)) continue;
     const double start_s = times ? np_cpu_time_s() : 0.0;
-    result = build_stage((np_stage)i, &walk);
+    result = build_stage((np_stage)i, &walk, out_assembly);
     if (times) times->cpu_s[i] = np_cpu_time_s() - start_s;
     const np_stage_maker *maker = np_stage_get_maker((np_stage)i);
-    if (!result && maker->revise) result = maker->revise(out_assembly, scene, plan);
+    if (!result && maker->finish) result = maker->finish(scene, out_assembly, plan);
   }
   if (result) np_assembly_clear(out_assembly);
   return result;
@@ -200,14 +206,14 @@ neph_result np_assembly_build(const neph_scene *scene, np_plan *plan, const np_b
 
 static void clear_part(const np_stage_maker *maker, np_part_kind kind, const np_stage_part *part) {
   if (maker->clear[kind]) maker->clear[kind](part);
-  if (maker->reuse && maker->reuse->kind == kind) give_part(maker->reuse, part);
+  if (maker->reuse && maker->reuse->kind == kind) return_part(maker->reuse, part);
 }
 
 static void clear_stage(np_stage stage, np_assembly *a) {
   const np_stage_part walk = {.made = a};
   for (int kind = NP_PART_KINDS; kind-- > 0;) {
     for (unsigned i = count_parts(a, stage).of[kind]; i-- > 0;) {
-      const np_stage_part part = get_part(&walk, (np_part_kind)kind, i);
+      const np_stage_part part = get_part(&walk, a, (np_part_kind)kind, i);
       clear_part(np_stage_get_maker(stage), (np_part_kind)kind, &part);
     }
   }

@@ -8,7 +8,7 @@
 /* Levels of detail that a scene's cloud is baked to a file in. */
 typedef enum np_bake_levels {
   NP_BAKE_LEVELS_NONE, /* the whole field in the smallest voxels */
-  NP_BAKE_LEVELS_OWN   /* those of the scene */
+  NP_BAKE_LEVELS_OWN   /* levels of the scene */
 } np_bake_levels;
 
 /* Bakes a cloud of a scene that is evaluated in a frame, on its ground. `desc` may be NULL. */

@@ -25,9 +25,10 @@ static bool has_sky(const np_stage_part *in, unsigned group) {
   return group == NP_LIGHT_GROUP_MOON || (group == of_sun && in->plan->decisions.has_sun);
 }
 
-/* Pictures whose air is traced have no sky, and get one for this alone: their colours are those of any other. */
+/* Pictures whose air is traced have no sky, and get one for the fit alone: their colours equal the colours of other
+ * pictures. */
 static neph_result get_skies(const np_stage_part *in, probe_skies *out) {
-  np_assembly *a = in->made;
+  const np_assembly *a = in->made;
   *out = (probe_skies){.light_count = a->light_count, .is_owned = np_request_traces_air(&in->plan->request)};
   neph_result result = NEPH_OK;
   for (unsigned p = 0; p < PACKETS; p++)
@@ -105,7 +106,7 @@ static void add_directions(const np_stage_part *in, const probe_skies *skies, np
 /* White clouds and white ground have the colour of both together, and are more of most pictures than a direction. */
 static const double total_weight = 3.0;
 
-/* Irradiances of level ground; without air those of the lights themselves. */
+/* Irradiances of level ground; without air irradiances of the lights themselves. */
 static void add_irradiances(const np_assembly *a, const probe_skies *skies, np_color_fit *fit, probe *total) {
   probe direct = {{0}}, diffuse = {{0}};
   for (unsigned p = 0; p < PACKETS; p++)

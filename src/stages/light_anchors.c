@@ -68,7 +68,7 @@ static neph_result solve_planned(const neph_scene *scene, np_plan *plan, const n
   return result;
 }
 
-/* The light at an end of the block; nothing is in that of a frame that has none. */
+/* Solves for the light at an end of the block; a frame without light has no solutions. */
 static neph_result solve(const neph_scene *scene, const np_request *request, const np_build_job *picture, int end,
                          np_monitor *monitor, np_light_anchor *out) {
   neph_scene at;

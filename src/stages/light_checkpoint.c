@@ -108,7 +108,7 @@ static bool is_light_name(const char *rest) {
   return dash > block && slot_length > 0 && !dash[1 + slot_length];
 }
 
-/* Names are those of pictures of another scene too, that were never finished. */
+/* A file may also belong to an unfinished picture of another scene. */
 void neph_checkpoint_clear_light(const char *checkpoint_path) {
   if (!checkpoint_path) return;
   const char *slash = strrchr(checkpoint_path, '/'), *name = slash ? slash + 1 : checkpoint_path;

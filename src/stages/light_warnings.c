@@ -92,32 +92,32 @@ enum { SLOT_TIME, SLOT_NIGHT };
 
 static const char stage_of_warnings;
 
-static void keep(void *result) { (void)result; }
+static void destroy_nothing(void *result) { (void)result; }
 
-/* A warning that was said leaves a result of this file among those of the stages. */
-static bool is_said(const np_stores *stores, unsigned slot) {
+/* A logged warning leaves a result of this file among the results of the stages. */
+static bool is_logged(const np_stores *stores, unsigned slot) {
   return np_stores_search(stores, &stage_of_warnings, slot);
 }
 
-static neph_result set_said(neph_context *context, np_stores *stores, unsigned slot) {
+static neph_result set_logged(neph_context *context, np_stores *stores, unsigned slot) {
   return np_stores_add(
       context, stores,
-      (np_stored_result){.stage = &stage_of_warnings, .slot = slot, .result = stores, .destroy = keep});
+      (np_stored_result){.stage = &stage_of_warnings, .slot = slot, .result = stores, .destroy = destroy_nothing});
 }
 
 static neph_result log_time(const neph_scene *scene, np_stores *stores, const np_scene_lights *lights,
                             double longitude_rad) {
   const np_time time = np_scene_get_time(scene);
   const np_node *node = search_time(scene, time.has_zone);
-  if (!node || is_said(stores, SLOT_TIME)) return NEPH_OK;
+  if (!node || is_logged(stores, SLOT_TIME)) return NEPH_OK;
   warn_of_time(scene, node, lights, time.unix_s, longitude_rad);
-  return set_said(scene->context, stores, SLOT_TIME);
+  return set_logged(scene->context, stores, SLOT_TIME);
 }
 
 neph_result np_light_warnings_log(const neph_scene *scene, const np_plan *plan, np_stores *stores,
                                   const np_scene_lights *lights, double longitude_rad) {
   neph_result result = lights ? log_time(scene, stores, lights, longitude_rad) : NEPH_OK;
-  if (result || !lights || is_said(stores, SLOT_NIGHT) || !is_unlit_night(scene, plan, lights)) return result;
+  if (result || !lights || is_logged(stores, SLOT_NIGHT) || !is_unlit_night(scene, plan, lights)) return result;
   warn_of_night(scene, lights);
-  return set_said(scene->context, stores, SLOT_NIGHT);
+  return set_logged(scene->context, stores, SLOT_NIGHT);
 }

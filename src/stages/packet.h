@@ -67,6 +67,7 @@ typedef struct np_cloud_parts {
   np_instance placed;  /* the cloud in its first place; each packet has its own */
   np_instance *copies; /* the same in each of its places; NULL: it has one */
   unsigned copy_count;
+  np_dvec3 low, high;                                    /* world box of all that it holds */
   np_georeference georeference;                          /* placement of its file */
   np_cloud_emission emission;                            /* most often nothing */
   np_phase_table phase_table;                            /* empty where its phase function is none */
@@ -88,7 +89,7 @@ typedef struct np_picture_color {
 
 typedef struct np_assembly {
   neph_context *context;    /* borrowed from the scene */
-  struct np_stores *stores; /* borrowed: some of what is built was taken from them, and goes back */
+  struct np_stores *stores; /* borrowed: some results are taken from them, and go back */
   uint32_t built;           /* bits of the stages that were */
   bool has_reused;          /* some results are reused from earlier pictures */
   np_schedule schedule;     /* complete but for the pixels once it is built */
@@ -128,7 +129,7 @@ static inline np_spectrum np_packet_convert(const np_packet *packet, np_band_rul
   return np_spectrum_make((float)values[0], (float)values[1], (float)values[2]);
 }
 
-/* A scene's albedo in a packet's bands. In those that colours are fitted by, such that the light at the camera gets the
+/* A scene's albedo in a packet's bands. In the bands that colours are fitted by, the light at the camera gets the
  * colour that it has after such a reflection. */
 np_spectrum np_packet_fit_albedo(const np_packet *packet, const np_assembly *assembly,
                                  const double reference[NP_BAND_COUNT]);
@@ -138,10 +139,10 @@ np_spectrum np_packet_fit_albedo(const np_packet *packet, const np_assembly *ass
 np_spectrum np_packet_convert_albedo(const np_packet *packet, const np_assembly *assembly,
                                      const double reference[NP_BAND_COUNT]);
 
-/* The law of black bodies in a packet's bands; in those that colours are fitted by, such that a body has its colour. */
+/* The law of black bodies in a packet's bands; in the bands that colours are fitted by, a body has its colour. */
 np_black_body np_packet_make_black_body(const np_packet *packet, const np_assembly *assembly);
 
-/* A scene's radiance in a packet's bands. In those that colours are fitted by, such that it has its colour. */
+/* A scene's radiance in a packet's bands. In the bands that colours are fitted by, it has its colour. */
 np_spectrum np_packet_convert_radiance(const np_packet *packet, const np_assembly *assembly,
                                        const double reference[NP_BAND_COUNT]);
 

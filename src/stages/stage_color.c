@@ -27,7 +27,7 @@ static void choose_reference_bands(np_packet *packet) {
   for (int c = 0; c < 3; c++) packet->color_weight[c][c] = 1.0f;
 }
 
-/* The picture's, and those of probes. */
+/* Bands of the picture, and of probes. */
 static void choose_fitted_bands(np_packet *packets, unsigned count) {
   np_wavelengths cells;
   np_color_fit_choose_cells(&cells);
@@ -45,7 +45,7 @@ static void choose_many_bands(const np_plan *plan, np_packet *packets) {
 }
 
 neph_result np_stage_build_packets(const np_stage_part *in) {
-  np_assembly *out = in->made;
+  np_assembly *out = in->picture;
   const np_plan *plan = in->plan;
   const unsigned probes = np_plan_needs(plan, NP_STAGE_COLOR_FIT) ? 1 : 0,
                  count = plan->decisions.packet_count + probes;
@@ -63,7 +63,7 @@ neph_result np_stage_build_packets(const np_stage_part *in) {
   return NEPH_OK;
 }
 
-void np_stage_clear_packets(const np_stage_part *in) { np_alloc_free(in->made->context, in->made->packets); }
+void np_stage_clear_packets(const np_stage_part *in) { np_alloc_free(in->picture->context, in->picture->packets); }
 
 /* ---- Weights ---- */
 
@@ -77,13 +77,13 @@ static void set_fitted_weights(const np_color_weights *weights, np_color_space s
 }
 
 neph_result np_stage_build_color_fit(const np_stage_part *in) {
-  np_picture_color *out = &in->made->color;
+  np_picture_color *out = &in->picture->color;
   np_color_fit fit = {.weight = 0.0};
   neph_result result = np_color_probes_add(in, &fit, out->light_x);
   if (result) return result;
   np_color_fit_solve(&fit, &out->weights);
   out->is_fitted = true;
-  set_fitted_weights(&out->weights, in->plan->decisions.color_space, in->made->packets);
+  set_fitted_weights(&out->weights, in->plan->decisions.color_space, in->picture->packets);
   return NEPH_OK;
 }
 
@@ -136,7 +136,7 @@ np_spectrum np_packet_fit_albedo(const np_packet *packet, const np_assembly *ass
   return own;
 }
 
-/* Rounds to nine bits, so to a thousandth, what is reflected or what is not, whichever is less. */
+/* Rounds the reflected or the absorbed share, whichever is less, to nine bits, so to a thousandth. */
 static float round_share(float share) {
   int exponent;
   const double less = fmin((double)share, 1.0 - (double)share), mantissa = frexp(less, &exponent);

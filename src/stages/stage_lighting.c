@@ -84,8 +84,8 @@ static void round_basis(np_spectrum basis[NP_BAND_COUNT]) {
   }
 }
 
-/* Albedos in a packet are linear in those of a scene, up to their limits, and grey stays grey: so a little of each
- * reference band is added to a grey that is far from them. */
+/* Albedos in a packet are linear in the albedos of a scene, up to their limits, and grey stays grey: so a little of
+ * each reference band is added to a grey that is far from them. */
 static void set_basis(const np_stage_part *in, np_spectrum out_basis[NP_BAND_COUNT]) {
   static const double grey = 0.5, little = 0.25;
   for (int b = 0; b < NP_BAND_COUNT; b++) {

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "stages/stage_makers.h"
 
-/* Functions by the names of what they build and clear. */
+/* Functions by the names of the results that they build and clear. */
 #define BUILD(kind, what) .build[NP_PER_##kind] = np_stage_build_##what
 #define BUILD_CLEAR(kind, what) BUILD(kind, what), .clear[NP_PER_##kind] = np_stage_clear_##what
 #define REUSE(what) .reuse = &np_stage_reuse_##what
@@ -11,7 +11,7 @@ static const np_stage_maker makers[NP_STAGE_COUNT] = {
   [NP_STAGE_COLOR] = {BUILD_CLEAR(PICTURE, packets)},
   [NP_STAGE_TERRAIN] = {REUSE(terrain)},
   [NP_STAGE_LIGHTS] = {BUILD_CLEAR(PICTURE, lights), BUILD(PACKET, packet_lights)},
-  [NP_STAGE_VOLUMES] = {REUSE(volumes), BUILD_CLEAR(CLOUD, cloud), .revise = np_stage_revise_volumes},
+  [NP_STAGE_VOLUMES] = {REUSE(volumes), BUILD_CLEAR(CLOUD, cloud), .finish = np_stage_finish_volumes},
   [NP_STAGE_MOTION] = {BUILD_CLEAR(PICTURE, motion)},
   [NP_STAGE_ATMOSPHERE] = {REUSE(atmosphere)},
   [NP_STAGE_CAMERA_SKY] = {REUSE(camera_sky)},

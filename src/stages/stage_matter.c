@@ -113,12 +113,12 @@ static neph_terrain_desc describe_terrain(const np_stage_part *in) {
 
 static neph_result make_terrain(const np_stage_part *in) {
   const np_scene_terrain *terrain = &in->scene->terrain;
-  if (terrain->given) return in->made->terrain = neph_terrain_retain(terrain->given), NEPH_OK;
+  if (terrain->given) return in->picture->terrain = neph_terrain_retain(terrain->given), NEPH_OK;
   const neph_terrain_desc desc = describe_terrain(in);
   const neph_ridges_desc ridges = np_plan_get_ridges(&in->plan->request, in->scene);
   np_terrain_source source = np_scene_terrain_get_source(terrain);
   source.ridges = &ridges;
-  return np_terrain_create(in->scene->context, &source, &desc, &in->made->terrain);
+  return np_terrain_create(in->scene->context, &source, &desc, &in->picture->terrain);
 }
 
 bool np_stage_add_terrain_key(const np_stage_part *in, np_hash *key) {
@@ -134,19 +134,19 @@ static bool add_heights_key(const np_stage_part *in, np_hash *key) {
 }
 
 static void save_terrain(const np_stage_part *in, np_cache_entry *entry) {
-  np_heightfield_save_to_cache(np_terrain_get_field(in->made->terrain), entry);
+  np_heightfield_save_to_cache(np_terrain_get_field(in->picture->terrain), entry);
 }
 
 static neph_result load_terrain(const np_stage_part *in, np_cache_entry *entry) {
   const neph_terrain_desc desc = describe_terrain(in);
-  return np_terrain_load_from_cache(in->made->context, entry, &desc, &in->made->terrain);
+  return np_terrain_load_from_cache(in->made->context, entry, &desc, &in->picture->terrain);
 }
 
 static const np_stage_disk terrain_disk = {"terrain", false, add_heights_key, save_terrain, load_terrain, NULL};
 
 static void destroy_terrain(void *terrain) { neph_terrain_release(terrain); }
 
-NP_STAGE_REUSE(terrain, in->made->terrain, NP_PER_PICTURE, false, adapt_source, destroy_terrain, &terrain_disk);
+NP_STAGE_REUSE(terrain, in->picture->terrain, NP_PER_PICTURE, false, adapt_source, destroy_terrain, &terrain_disk);
 
 /* A bake reports, and is stopped, as a part of the picture. */
 static neph_result bake(const np_stage_part *in, const np_scene_cloud *cloud, const char *path,
@@ -185,7 +185,7 @@ static neph_result obtain_baked(const np_stage_part *in, const np_scene_cloud *c
   return NEPH_OK;
 }
 
-/* Levels of detail, as those of a frustum, are of one colour. */
+/* Levels of detail have one colour, and so have the levels of a frustum. */
 static neph_result warn_of_colors(const np_stage_part *in, const np_scene_cloud *cloud, const char *path) {
   bool is_found = false;
   const neph_result result =
@@ -260,10 +260,10 @@ static neph_result add_copy_levels(const np_stage_part *in, const np_scene_cloud
   return np_volume_add_coarser(volume, count, np_plan_get_precision(in->plan, cloud), in->monitor);
 }
 
-/* The key of a cloud that is baked to a file is that of the file once it is written. */
+/* The key of a cloud that is baked to a file is the key of the file once it is written. */
 static neph_result make_volumes(const np_stage_part *in) {
   const np_scene_cloud *cloud = &in->scene->clouds[in->cloud];
-  neph_volume **out = &in->made->clouds[in->cloud].volume;
+  neph_volume **out = &in->parts->volume;
   source_key *key = in->key;
   if (cloud->volume) return *out = neph_volume_retain(cloud->volume), NEPH_OK;
   np_cloud_file file;
@@ -294,19 +294,18 @@ static bool add_volumes_key(const np_stage_part *in, np_hash *key) {
 }
 
 static void save_volume(const np_stage_part *in, np_cache_entry *entry) {
-  np_volume_save_to_cache(in->made->clouds[in->cloud].volume, entry);
+  np_volume_save_to_cache(in->parts->volume, entry);
 }
 
 static neph_result load_volume(const np_stage_part *in, np_cache_entry *entry) {
-  return np_volume_load_from_cache(in->made->context, entry, &in->made->clouds[in->cloud].volume);
+  return np_volume_load_from_cache(in->made->context, entry, &in->parts->volume);
 }
 
 static const np_stage_disk volumes_disk = {"bake", false, add_volumes_key, save_volume, load_volume, NULL};
 
 static void destroy_volume(void *volume) { neph_volume_release(volume); }
 
-NP_STAGE_REUSE(volumes, in->made->clouds[in->cloud].volume, NP_PER_CLOUD, true, adapt_source, destroy_volume,
-               &volumes_disk);
+NP_STAGE_REUSE(volumes, in->parts->volume, NP_PER_CLOUD, true, adapt_source, destroy_volume, &volumes_disk);
 
 /* A cloud being placed. */
 typedef struct cloud_build {
@@ -316,7 +315,6 @@ typedef struct cloud_build {
   np_cloud_file file; /* without a path: none */
   np_anchor anchor;
   bool is_anchored;
-  np_dvec3 low, high; /* world box of what it holds */
 } cloud_build;
 
 static void include_box(np_dvec3 *low, np_dvec3 *high, np_dvec3 box_low, np_dvec3 box_high) {
@@ -364,6 +362,14 @@ static neph_result build_details(const cloud_build *c, const np_affine *file_to_
   return result;
 }
 
+/* Volumes of the first clouds, each counted by its colours and levels. */
+static unsigned count_volumes(const np_assembly *a, unsigned cloud_count) {
+  unsigned count = 0;
+  for (unsigned i = 0; i < cloud_count; i++)
+    if (a->clouds[i].volume) count += np_volume_count_parts(a->clouds[i].volume);
+  return count;
+}
+
 static neph_result place_volume(cloud_build *c) {
   np_placement placement;
   neph_result result = np_placement_make(c->cloud, &c->anchor, c->parts->volume, c->in->monitor, &placement);
@@ -372,17 +378,18 @@ static neph_result place_volume(cloud_build *c) {
   if (c->cloud->detail.is_enabled && c->cloud->detail.strength > 0.0)
     result = build_details(c, &c->anchor.file_to_world);
   if (result) return result;
-  c->in->made->volume_count += np_volume_count_parts(c->parts->volume);
-  if (c->in->made->volume_count > NP_INSTANCES_MAX)
+  const unsigned volume_count = count_volumes(c->in->made, c->in->cloud + 1);
+  if (volume_count > NP_INSTANCES_MAX)
     return np_fail(c->in->made->context, NEPH_ERROR_LIMIT,
                    "cloud %s: the clouds are %u with one for each of their colours and levels, must be at most %d: set "
                    "clouds[].color to none, or lessen clouds[].bake.levels, where they count least",
-                   c->cloud->name, c->in->made->volume_count, (int)NP_INSTANCES_MAX);
+                   c->cloud->name, volume_count, (int)NP_INSTANCES_MAX);
   const np_lod_viewers viewers = np_plan_get_viewers(&c->in->plan->request, c->in->scene, c->cloud);
   if (c->cloud->place_count > 0)
-    result = np_copies_make(c->in->made->context, c->cloud, &placement, &viewers, c->parts, &c->low, &c->high);
+    result =
+        np_copies_make(c->in->made->context, c->cloud, &placement, &viewers, c->parts, &c->parts->low, &c->parts->high);
   else
-    include_box(&c->low, &c->high, placement.bounds_min, placement.bounds_max);
+    include_box(&c->parts->low, &c->parts->high, placement.bounds_min, placement.bounds_max);
   return result ? result : load_phase(c);
 }
 
@@ -393,7 +400,7 @@ static bool has_emission(const cloud_build *c) {
 static void include_emitter(cloud_build *c, const np_emitter *emitter, const neph_volume *field) {
   np_dvec3 low, high;
   np_placement_compute_bounds(&emitter->index_to_world, field, &low, &high);
-  include_box(&c->low, &c->high, low, high);
+  include_box(&c->parts->low, &c->parts->high, low, high);
 }
 
 /* Emission of a cloud's file. */
@@ -449,7 +456,7 @@ static double get_ground_radius(const np_stage_part *in) {
 }
 
 static neph_result place_cloud(cloud_build *c) {
-  np_assembly *a = c->in->made;
+  const np_assembly *a = c->in->made;
   np_monitor *monitor = c->in->monitor;
   const np_monitor_part whole = np_monitor_get_part(monitor);
   np_monitor_set_part(monitor, whole, 0.7, 0.9);
@@ -458,21 +465,18 @@ static neph_result place_cloud(cloud_build *c) {
   if (!result && c->parts->volume) result = place_volume(c);
   np_monitor_set_part(monitor, whole, 0.9, 1.0);
   if (!result && has_emission(c)) result = build_emission(c);
-  if (result || c->low.x > c->high.x) return result;
-  include_box(&a->clouds_min, &a->clouds_max, c->low, c->high);
+  if (result || c->parts->low.x > c->parts->high.x) return result;
   np_log(a->context, NEPH_LOG_INFO, "cloud %s: from (%.6g, %.6g, %.6g) to (%.6g, %.6g, %.6g) m", c->cloud->name,
-         c->low.x, c->low.y, c->low.z, c->high.x, c->high.y, c->high.z);
+         c->parts->low.x, c->parts->low.y, c->parts->low.z, c->parts->high.x, c->parts->high.y, c->parts->high.z);
   const np_placement_view view = {&a->camera, get_ground_radius(c->in), a->terrain};
-  np_placement_check(a->context, c->cloud, &view, c->low, c->high);
+  np_placement_check(a->context, c->cloud, &view, c->parts->low, c->parts->high);
   return NEPH_OK;
 }
 
 neph_result np_stage_build_cloud(const np_stage_part *in) {
-  cloud_build c = {.in = in,
-                   .cloud = &in->scene->clouds[in->cloud],
-                   .parts = &in->made->clouds[in->cloud],
-                   .low = np_nowhere_low,
-                   .high = np_nowhere_high};
+  cloud_build c = {.in = in, .cloud = &in->scene->clouds[in->cloud], .parts = in->parts};
+  in->parts->low = np_nowhere_low;
+  in->parts->high = np_nowhere_high;
   neph_result result = np_stage_get_cloud_file(in, &c.file);
   if (!result) result = place_cloud(&c);
   np_alloc_free(in->made->context, c.file.path);
@@ -480,17 +484,20 @@ neph_result np_stage_build_cloud(const np_stage_part *in) {
 }
 
 void np_stage_clear_cloud(const np_stage_part *in) {
-  np_copies_clear(in->made->context, &in->made->clouds[in->cloud]);
-  for (int k = 0; k < NP_TINT_PARTS_MAX; k++) np_detailed_bricks_destroy(in->made->clouds[in->cloud].details[k]);
-  np_phase_table_clear(&in->made->clouds[in->cloud].phase_table);
-  np_cloud_emission_clear(&in->made->clouds[in->cloud].emission);
+  np_copies_clear(in->made->context, in->parts);
+  for (int k = 0; k < NP_TINT_PARTS_MAX; k++) np_detailed_bricks_destroy(in->parts->details[k]);
+  np_phase_table_clear(&in->parts->phase_table);
+  np_cloud_emission_clear(&in->parts->emission);
 }
 
-neph_result np_stage_revise_volumes(const np_assembly *made, const neph_scene *scene, np_plan *plan) {
+neph_result np_stage_finish_volumes(const neph_scene *scene, np_assembly *made, np_plan *plan) {
+  made->volume_count = count_volumes(made, made->cloud_count);
+  for (unsigned i = 0; i < made->cloud_count; i++)
+    include_box(&made->clouds_min, &made->clouds_max, made->clouds[i].low, made->clouds[i].high);
   return made->volume_count > 0 ? NEPH_OK : np_plan_leave_out_clouds(scene, plan);
 }
 
-/* Emitters of all clouds; those of one are next to each other. */
+/* Emitters of all clouds, sorted by cloud. */
 typedef struct emitter_list {
   np_emitter at[NP_INSTANCES_MAX];
   unsigned count, cloud_begin[NP_INSTANCES_MAX + 1];

@@ -40,7 +40,7 @@ static double compute_shift(const np_camera *from, const np_camera *to, double d
   return most;
 }
 
-/* Between the poses lines err by a quarter of what they err by over twice the distance. */
+/* Lines between the poses err by a quarter of their error over twice the distance. */
 static void describe_camera(const np_stage_part *in, const np_motion *m) {
   const double distance_m = np_scene_camera_get_target_m(&in->scene->camera);
   double error = 0.0;
@@ -138,7 +138,7 @@ static neph_result refuse_places(const moving_cloud *c, const char *reason) {
                  c->cloud->name, reason);
 }
 
-/* The moves of one pose; behind those of the exposure come the next frame's, and the previous one's. */
+/* The moves of one pose; the next frame's and the previous frame's follow the poses of the exposure. */
 static neph_result add_pose(const moving_cloud *c, const np_scene_pose *pose, double time, int number) {
   const np_affine still = np_affine_identity();
   np_affine move;
@@ -275,7 +275,7 @@ static neph_result build(const np_stage_part *in, np_motion *m) {
 
 neph_result np_stage_build_motion(const np_stage_part *in) {
   neph_context *context = in->made->context;
-  np_motion *m = in->made->motion = np_alloc(context, 1, sizeof *m);
+  np_motion *m = in->picture->motion = np_alloc(context, 1, sizeof *m);
   if (!m) return NEPH_ERROR_OUT_OF_MEMORY;
   m->context = context;
   m->has_exposure = in->scene->motion_blur.is_enabled;
@@ -288,6 +288,6 @@ neph_result np_stage_build_motion(const np_stage_part *in) {
 }
 
 void np_stage_clear_motion(const np_stage_part *in) {
-  np_motion_destroy(in->made->motion);
-  in->made->motion = NULL;
+  np_motion_destroy(in->picture->motion);
+  in->picture->motion = NULL;
 }

@@ -26,7 +26,7 @@ static void set_viewer(const neph_scene *scene, const np_assembly *a, np_transpo
   out->viewer_reach = np_dvec3_make(far[0] - near[0], far[1] - near[1], far[2] - near[2]);
 }
 
-/* Clouds of files may be denser than the plan expects, which has given up what it knew of. */
+/* Clouds of files may be denser than the plan expects, whose savings go by its expectation. */
 static neph_result warn_of_limit(const np_stage_part *in, const np_scattering_desc *held) {
   const np_plan *plan = in->plan;
   np_scattering_desc wanted = *held;
@@ -69,14 +69,14 @@ static bool get_anchors(const np_stage_part *in, const np_light_solution *out[2]
   return out[0] && out[1] && np_scattering_field_can_blend(out[0]->field, out[1]->field);
 }
 
-/* A solution between those of two other frames is of this one alone, and is not kept. */
+/* A solution interpolated from two other frames serves this frame alone, and is not stored. */
 static neph_result get_ordinates_key(const np_stage_part *in, void **out_key) {
   const np_light_solution *ends[2];
   if (get_anchors(in, ends)) return NEPH_OK;
   return make_light_key(in, (np_light_key **)out_key);
 }
 
-/* A solution borrows the phase tables of its picture; those of the next, whose clouds are the same, are equal. */
+/* A solution borrows the phase tables of its picture; the next picture with the same clouds has equal tables. */
 static neph_result adapt_solution(const np_stage_part *in, void *cached, const void *cached_key, char *out_reason) {
   if (np_scattering_field_get_quality(cached).is_cut)
     np_print(out_reason, NP_REASON_SIZE, "a time limit cut it short");
@@ -84,7 +84,7 @@ static neph_result adapt_solution(const np_stage_part *in, void *cached, const v
     np_light_key_compare(cached_key, in->key, np_scene_is_sequence(in->scene), out_reason, NP_REASON_SIZE);
   if (out_reason[0]) return NEPH_OK;
   np_scattering_field_set_world(cached, &in->light->world);
-  in->made->schedule.solves_left--;
+  in->schedule->solves_left--;
   return NEPH_OK;
 }
 
@@ -121,7 +121,7 @@ static neph_result blend_ordinates(const np_stage_part *in, const np_light_solut
     blend.gain[b] = between > 0.0 ? np_light_key_sum(key, b) / between : 1.0;
   }
   np_alloc_free(in->made->context, key);
-  in->made->schedule.solves_left--;
+  in->schedule->solves_left--;
   if (result) return result;
   return np_scattering_field_blend(&blend, &in->light->world, in->monitor, &in->light->scattering);
 }
@@ -151,7 +151,7 @@ static const np_stage_disk ordinates_disk = {"light",       true,          add_o
 /* Goes on from where the light's checkpoint is. */
 static neph_result solve_ordinates(const np_stage_part *in, np_light_checkpoint *checkpoint) {
   np_scattering_desc desc = ((const np_light_key *)in->key)->desc;
-  desc.seconds_max = np_schedule_take_solve(&in->made->schedule, in->monitor);
+  desc.seconds_max = np_schedule_take_solve(in->schedule, in->monitor);
   desc.keeper = checkpoint ? &checkpoint->keeper : NULL;
   const np_sun_optical_depths depths = np_stage_get_depths(in, in->light);
   const np_sun_optical_depth_source source = np_sun_optical_depths_get_source(&depths);
@@ -167,7 +167,7 @@ static neph_result make_ordinates(const np_stage_part *in) {
   neph_result result = NEPH_OK;
   in->light->scattering = np_light_checkpoint_load(&checkpoint, &in->light->world);
   if (in->light->scattering) {
-    in->made->schedule.solves_left--;
+    in->schedule->solves_left--;
   } else {
     result = solve_ordinates(in, &checkpoint);
     if (!result) np_light_checkpoint_save(&checkpoint, in->light->scattering);

@@ -10,18 +10,22 @@
 #include "stages/build_job.h"
 #include "stages/packet.h"
 
-/* The argument of a row's functions. Each reads the results of the stages that its row names, and writes its own. */
+/* The argument of a row's functions: a part of its stage. They read the results of the stages that their row names, and
+ * write the result of the part alone, in the place of its kind. */
 typedef struct np_stage_part {
-  const neph_scene *scene; /* NULL when parts are cleared, and the three below */
+  const neph_scene *scene; /* NULL when parts are cleared, and the four below */
   const np_plan *plan;
   np_monitor *monitor;
   const np_build_job *job;
-  np_assembly *made;
+  np_schedule *schedule; /* shares of a time limit */
+  const np_assembly *made;
   unsigned slot;           /* the part's place among those that later pictures reuse */
-  unsigned cloud;          /* number of the cloud of a part per cloud */
-  np_light_caches *caches; /* results of the light of a part per light */
-  np_packet *packet;       /* the packet of a part per packet, or per light of a packet */
-  np_packet_light *light;  /* the light of a part per light of a packet */
+  np_assembly *picture;    /* place of the result of a part per picture; else NULL, and likewise below */
+  unsigned cloud;          /* number of the cloud of a part per cloud, … */
+  np_cloud_parts *parts;   /* … and place of its result */
+  np_light_caches *caches; /* place of the result of a part per light */
+  np_packet *packet;       /* place of the result of a part per packet; the packet of a part per light of a packet */
+  np_packet_light *light;  /* place of the result of a part per light of a packet */
   void *key;               /* key by which later pictures may reuse the part; NULL: they may not */
 } np_stage_part;
 
@@ -30,8 +34,8 @@ typedef neph_result np_stage_build_fn(const np_stage_part *in);
 /* Results are cleared whether they were built whole, in part or not at all. */
 typedef void np_stage_clear_fn(const np_stage_part *in);
 
-/* Decides anew for a stage that has turned out to be less than planned. */
-typedef neph_result np_stage_revise_fn(const np_assembly *made, const neph_scene *scene, np_plan *plan);
+/* Completes a stage whose parts are built, and revises the plan where it has turned out to be less than planned. */
+typedef neph_result np_stage_finish_fn(const neph_scene *scene, np_assembly *made, np_plan *plan);
 
 enum { NP_REASON_SIZE = 128 };
 
@@ -58,7 +62,7 @@ typedef struct np_stage_reuse {
    * cached. */
   neph_result (*get_key)(const np_stage_part *in, void **out_key);
 
-  /* Makes a cached result stand for `in->key`, or says why it cannot; `cached_key` is that of its making. */
+  /* Adapts a cached result to `in->key`, or fills the reason why it cannot; it was built for `cached_key`. */
   neph_result (*adapt)(const np_stage_part *in, void *cached, const void *cached_key, char out_reason[NP_REASON_SIZE]);
 
   void *(*exchange)(const np_stage_part *in, void *result); /* puts a result, or NULL, in its place; returns the old */
@@ -113,7 +117,7 @@ np_stage_clear_fn np_stage_clear_packets, np_stage_clear_lights, np_stage_clear_
     np_stage_clear_catalogue, np_stage_clear_visibility, np_stage_clear_emission, np_stage_clear_approximation,
     np_stage_clear_motion, np_stage_clear_stars, np_stage_clear_instances, np_stage_clear_air_shadow;
 
-np_stage_revise_fn np_stage_revise_volumes;
+np_stage_finish_fn np_stage_finish_volumes;
 
 /* Sun optical depths of a light, cached where the plan has a cache. */
 np_sun_optical_depths np_stage_get_depths(const np_stage_part *in, const np_packet_light *light);

@@ -15,7 +15,7 @@ static void add_light(np_assembly *a, unsigned group) { a->lights[a->light_count
 
 /* Sun and moon, or the groups of lights of a picture that has them. */
 static void add_lights(const np_stage_part *in) {
-  np_assembly *a = in->made;
+  np_assembly *a = in->picture;
   const np_plan *plan = in->plan;
   a->has_light_groups = plan->request.has_light_groups;
   if (plan->request.has_light_groups ? plan->decisions.has_sun : np_plan_has_sun_world(plan))
@@ -27,7 +27,7 @@ static void add_lights(const np_stage_part *in) {
 }
 
 neph_result np_stage_build_lights(const np_stage_part *in) {
-  np_assembly *out = in->made;
+  np_assembly *out = in->picture;
   const neph_scene *scene = in->scene;
   const np_plan *plan = in->plan;
   double latitude = scene->latitude_rad, longitude = scene->longitude_rad;
@@ -43,7 +43,7 @@ neph_result np_stage_build_lights(const np_stage_part *in) {
   return result;
 }
 
-void np_stage_clear_lights(const np_stage_part *in) { np_sphere_map_clear(&in->made->moon_map); }
+void np_stage_clear_lights(const np_stage_part *in) { np_sphere_map_clear(&in->picture->moon_map); }
 
 static np_disk make_moon(const np_stage_part *in, const np_packet *packet, np_spectrum sun,
                          np_spectrum *out_irradiance) {
@@ -279,15 +279,15 @@ NP_STAGE_REUSE(water_sky, in->light->water_sky, NP_PER_PACKET_LIGHT, false, adap
 /* ---- Night ---- */
 
 neph_result np_stage_build_star_map(const np_stage_part *in) {
-  np_assembly *out = in->made;
+  np_assembly *out = in->picture;
   const np_scene_stars *stars = &in->scene->stars;
   if (!stars->is_enabled || !stars->map) return NEPH_OK;
   return np_sphere_map_load(out->context, "stars.map", stars->map, true, &out->star_map);
 }
 
-void np_stage_clear_star_map(const np_stage_part *in) { np_sphere_map_clear(&in->made->star_map); }
+void np_stage_clear_star_map(const np_stage_part *in) { np_sphere_map_clear(&in->picture->star_map); }
 
-/* Its channels are radiances in a scene's bands; what they are in the packet's is linear in them. */
+/* Its channels are radiances in a scene's bands; radiances in the packet's bands are linear in them. */
 static void set_map(const np_stage_part *in, const np_packet *packet, np_night *night) {
   night->map = &in->made->star_map;
   for (int c = 0; c < NP_BAND_COUNT; c++) {
@@ -312,14 +312,14 @@ neph_result np_stage_build_airglow(const np_stage_part *in) {
 }
 
 neph_result np_stage_build_catalogue(const np_stage_part *in) {
-  np_assembly *out = in->made;
+  np_assembly *out = in->picture;
   const np_scene_stars *stars = &in->scene->stars;
   out->stars = np_star_catalogue_bright();
   if (!stars->catalogue) return NEPH_OK;
   return np_star_catalogue_load(out->context, stars->catalogue, stars->faintest, &out->stars);
 }
 
-void np_stage_clear_catalogue(const np_stage_part *in) { np_star_catalogue_clear(&in->made->stars); }
+void np_stage_clear_catalogue(const np_stage_part *in) { np_star_catalogue_clear(&in->picture->stars); }
 
 neph_result np_stage_build_stars(const np_stage_part *in) {
   np_packet *out = in->packet;

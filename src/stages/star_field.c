@@ -10,7 +10,7 @@
 /* Circles of confusion from here on, in pixels, are points no more; wider than this, stars are no light to speak of. */
 static const double blur_least = 0.5, bokeh_radius_max = 1024.0;
 
-/* ---- Where a star falls ---- */
+/* ---- The place of a star ---- */
 
 typedef struct film_point {
   double x, y; /* pixels from the top left */

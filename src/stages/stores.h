@@ -33,7 +33,7 @@ np_stored_result *np_stores_search(const np_stores *stores, const void *stage, u
 /* Adds a result that is not built yet, and owns its key, which is freed on failure. */
 neph_result np_stores_add(neph_context *context, np_stores *stores, np_stored_result added);
 
-/* Destroys those results of a stage that are lent and never came back, or those that were not taken. */
+/* Destroys the results of a stage that are lent and never came back, or that were not taken. */
 void np_stores_drop(neph_context *context, np_stores *stores, const void *stage, bool is_lent);
 
 #endif
