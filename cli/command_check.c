@@ -105,8 +105,8 @@ const cli_verb cli_verb_check = {
     .argument_max = SIZE_MAX,
     .run = run_check,
     .files =
-        "vdb hgt tif tiff asc bil flt dem img dt0 dt1 dt2 vrt zip r16 raw exr png csv chan gltf glb obj ply stl fbx "
-        "yaml yml",
+        "vdb nvdb hgt tif tiff asc bil flt dem img dt0 dt1 dt2 vrt zip r16 raw exr png csv chan gltf glb obj ply stl "
+        "fbx yaml yml",
     .exits = CLI_MAY(CLI_DIFFERENT) | CLI_MAY(CLI_NOT_FOUND),
     .description =
         "Reads files, by their endings, and prints what is wrong with them: an error is what a render refuses, a "

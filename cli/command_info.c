@@ -34,7 +34,7 @@ static cli_exit describe_file(cli_session *session, const char *path, char **out
   describe_fn describe = choose_describer(path);
   if (describe) return cli_exit_of(describe(session->context, path, cli_text_format(session), out_text));
   if (cli_is_scene(path)) return describe_scene(session, path, out_text);
-  cli_complain("%s has an unknown ending, must end in .vdb, .hgt, .tif, .asc, .bil, .flt, .dem, .img, .dt2, "
+  cli_complain("%s has an unknown ending, must end in .vdb, .nvdb, .hgt, .tif, .asc, .bil, .flt, .dem, .img, .dt2, "
                ".vrt, .zip, .exr, .png or .yaml",
                path);
   return CLI_USAGE;
@@ -63,16 +63,16 @@ static cli_exit run_info(cli_session *session) {
 const cli_verb cli_verb_info = {
     .name = "info",
     .arguments = "FILE...",
-    .summary = "describe .vdb, height-field, .exr, .png and scene files",
+    .summary = "describe .vdb, .nvdb, height-field, .exr, .png and scene files",
     .argument_min = 1,
     .argument_max = SIZE_MAX,
     .run = run_info,
-    .files = "vdb hgt tif asc bil flt dem img dt0 dt1 dt2 vrt zip exr png yaml yml",
+    .files = "vdb nvdb hgt tif asc bil flt dem img dt0 dt1 dt2 vrt zip exr png yaml yml",
     .exits = CLI_MAY(CLI_BAD_SCENE) | CLI_MAY(CLI_NOT_FOUND),
     .description =
-        "Describes files, by their endings: .vdb grids, height fields (.hgt, .png, GeoTIFF and other rasters), .exr "
-        "pictures, scenes. Of a scene it prints every key with its value, defaults and presets resolved, each as "
-        "--set takes it. The exit code is that of the first file that fails.",
+        "Describes files, by their endings: .vdb and .nvdb grids, height fields (.hgt, .png, GeoTIFF and other "
+        "rasters), .exr pictures, scenes. Of a scene it prints every key with its value, defaults and presets "
+        "resolved, each as --set takes it. The exit code is that of the first file that fails.",
     .options = {{"--set"}, {"--frame"}},
     .examples = {{"nephos info low.vdb frame.exr", "describe a cloud and a picture"},
                  {"nephos info scene.yaml --frame 57", "print a scene as it is in a frame"},

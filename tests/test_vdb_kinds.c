@@ -156,11 +156,11 @@ static void a_ramp_maps_values(void **state) {
   assert_one_error(&f->log, "neph_volume_load_desc.ramp has low_cut 0, offset 0, gain 1 and gamma 0");
 }
 
-static void another_librarys_file_is_told_how_to_convert(void **state) {
+static void the_format_is_that_of_the_first_bytes(void **state) {
   test_fixture *f = *state;
   char *path = test_path(f->folder, "n.vdb");
   test_file_write_text(path, "NanoVDB0 and what follows");
-  assert_refused(f, "n.vdb", NULL, NEPH_ERROR_UNSUPPORTED, "a NanoVDB file: convert it");
+  assert_refused(f, "n.vdb", NULL, NEPH_ERROR_UNSUPPORTED, "of NanoVDB is too new");
   free(path);
 }
 
@@ -204,7 +204,7 @@ int main(void) {
       KIND_TEST(a_sum_is_that_of_its_grids),
       KIND_TEST(a_frustum_is_resampled),
       KIND_TEST(a_ramp_maps_values),
-      KIND_TEST(another_librarys_file_is_told_how_to_convert),
+      KIND_TEST(the_format_is_that_of_the_first_bytes),
       KIND_TEST(scenes_render_them),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

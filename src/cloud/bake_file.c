@@ -215,13 +215,11 @@ static neph_result compare_record(const bake_record *record, const char *path, c
 neph_result np_cloud_file_is_current(neph_context *context, const char *path, const neph_cloud_desc *cloud,
                                      const neph_bake_desc *bake, bool *out_is_current) {
   np_volume_file file;
-  np_vdb_error error;
   bake_record record = {.context = context};
   *out_is_current = true;
   neph_result result = np_volume_file_open(context, path, NULL, &file);
   if (result) return result;
-  if (file.module->count(file.vdb) && file.module->visit_metadata(file.vdb, 0, read_attribute, &record, &error))
-    result = np_volume_file_fail(&file, &error);
+  if (np_volume_file_count(&file)) result = np_volume_file_visit_metadata(&file, 0, read_attribute, &record);
   if (!result && record.params) result = compare_record(&record, path, cloud, bake, out_is_current);
   np_volume_file_close(&file);
   np_alloc_free(context, record.params);
@@ -229,24 +227,21 @@ neph_result np_cloud_file_is_current(neph_context *context, const char *path, co
 }
 
 static neph_result read_record(const np_volume_file *file, bake_record *record) {
-  np_vdb_error error;
-  if (file->module->count(file->vdb) == 0)
+  if (np_volume_file_count(file) == 0)
     return np_fail(file->context, NEPH_ERROR_BAD_FILE, "%s: holds no grid, must be a baked cloud", file->path);
-  if (file->module->visit_metadata(file->vdb, 0, read_attribute, record, &error))
-    return np_volume_file_fail(file, &error);
-  if (record->params) return NEPH_OK;
+  const neph_result result = np_volume_file_visit_metadata(file, 0, read_attribute, record);
+  if (result || record->params) return result;
   return np_fail(file->context, NEPH_ERROR_BAD_FILE, "%s: has no nephos:params, must be a cloud that nephos baked",
                  file->path);
 }
 
 /* Hash of a stored grid. */
 static neph_result hash_stored(const np_volume_file *file, size_t index, char out_hash[HASH_BYTES]) {
-  np_vdb_grid_info info;
+  const np_vdb_grid_info info = np_volume_file_describe(file, index);
   np_sparse_grid components[3] = {0};
   const np_sparse_grid *const all[3] = {&components[0], &components[1], &components[2]};
   uint64_t tree_bytes;
   neph_result result = NEPH_OK;
-  file->module->describe(file->vdb, index, &info);
   const int count = info.is_vector ? 3 : 1;
   for (int c = 0; c < count && !result; c++)
     result = np_volume_file_read_component(file, index, c, &components[c], &tree_bytes);
@@ -265,12 +260,10 @@ static neph_result hash_baked(const bake_grids *grids, const neph_bake_desc *des
 
 /* Reads the grids of a bake's file: levels, then an optional velocity. */
 static neph_result read_layout(const np_volume_file *file, char name[256], neph_bake_desc *desc) {
-  np_vdb_grid_info info;
-  const size_t count = file->module->count(file->vdb);
-  file->module->describe(file->vdb, count - 1, &info);
-  desc->has_velocity = info.is_vector;
+  const size_t count = np_volume_file_count(file);
+  const np_vdb_grid_info info = np_volume_file_describe(file, 0);
+  desc->has_velocity = np_volume_file_describe(file, count - 1).is_vector;
   desc->level_count = (unsigned)(count - desc->has_velocity);
-  file->module->describe(file->vdb, 0, &info);
   desc->file_precision = info.is_half_on_disk ? NEPH_PRECISION_HALF : NEPH_PRECISION_FLOAT;
   np_print(name, 256, "%s", info.name);
   if (desc->level_count >= 1 && desc->level_count <= NEPH_BAKE_LEVELS_MAX) return NEPH_OK;

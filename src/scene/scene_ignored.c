@@ -6,6 +6,7 @@
 #include "core/frame_name.h"
 #include "core/text.h"
 #include "scene/scene_apply.h"
+#include "volume/volume_private.h"
 
 #define ONLY(value) (1u << (value))
 #define BUT(value) (~ONLY(value))
@@ -231,7 +232,7 @@ static np_given get_given(const np_key *key, const np_node *node) {
                {".r16", NP_GIVEN_RAW},
                {".raw", NP_GIVEN_RAW}};
   const char *ending = strrchr(node->text, '.');
-  const bool may_be_numbered = key->is_numbered || (ending && !strcasecmp(ending, ".vdb"));
+  const bool may_be_numbered = key->is_numbered || np_volume_has_ending(node->text);
   if (may_be_numbered && np_frame_name_is_pattern(node->text)) return NP_GIVEN_NUMBERED;
   for (size_t i = 0; ending && i < sizeof kinds / sizeof *kinds; i++)
     if (!strcasecmp(ending, kinds[i].ending)) return kinds[i].given;

@@ -32,7 +32,7 @@ static const np_key keys[] = {
     {.path = "clouds[].name", .type = NP_KEY_TEXT, .field = CLOUD(name),
      .meaning = "name in messages and in names of baked files; default: cloud0, cloud1, …"},
     {.path = "clouds[].vdb", .type = NP_KEY_FILE, .field = CLOUD(vdb),
-     .meaning = "OpenVDB file; #, %04d or $F stand for the frame number"},
+     .meaning = "OpenVDB or NanoVDB file; #, %04d or $F stand for the frame number"},
     {.path = "clouds[].missing", .type = NP_KEY_CHOICE, .choices = missing, .field = CLOUD(missing),
      .fallback = "empty",
      .meaning = "frames without a file: empty, with a warning; hold, the last file before it; loop, the existing "

@@ -16,23 +16,36 @@ static neph_result fail_open(np_vdb_bytes *bytes) {
   return bytes->result = np_fail(bytes->context, result, "%s: cannot open: %s", bytes->path, strerror(errno));
 }
 
-/* Opens regular files only: opening a pipe would block until it has a writer. */
-neph_result np_vdb_bytes_open(neph_context *context, const char *path, np_vdb_bytes *out_bytes) {
-  struct stat status;
+/* The window is left as it is. */
+static void start(neph_context *context, const char *path, np_vdb_bytes *out_bytes) {
   out_bytes->context = context;
   out_bytes->path = path;
   out_bytes->grid = NULL;
   out_bytes->result = NEPH_OK;
   out_bytes->file = -1;
+  out_bytes->memory = NULL;
   out_bytes->size = out_bytes->position = out_bytes->window_begin = out_bytes->window_count = 0;
+}
+
+/* Opens regular files only: opening a pipe would block until it has a writer. */
+neph_result np_vdb_bytes_open(neph_context *context, const char *path, np_vdb_bytes *out_bytes) {
+  struct stat status;
+  start(context, path, out_bytes);
   if (stat(path, &status)) return fail_open(out_bytes);
   if (!S_ISREG(status.st_mode))
-    return out_bytes->result = np_fail(context, NEPH_ERROR_BAD_FILE, "%s: is %s, must be a .vdb file", path,
+    return out_bytes->result = np_fail(context, NEPH_ERROR_BAD_FILE, "%s: is %s, must be a .vdb or .nvdb file", path,
                                        S_ISDIR(status.st_mode) ? "a folder" : "a device, a pipe or a socket");
   out_bytes->file = open(path, O_RDONLY | O_CLOEXEC);
   if (out_bytes->file < 0 || fstat(out_bytes->file, &status)) return fail_open(out_bytes);
   out_bytes->size = status.st_size;
   return NEPH_OK;
+}
+
+void np_vdb_bytes_open_memory(neph_context *context, const char *name, const void *memory, size_t size,
+                              np_vdb_bytes *out_bytes) {
+  start(context, name, out_bytes);
+  out_bytes->memory = memory;
+  out_bytes->size = (int64_t)size;
 }
 
 void np_vdb_bytes_close(np_vdb_bytes *bytes) {
@@ -116,7 +129,9 @@ void np_vdb_bytes_skip(np_vdb_bytes *bytes, uint64_t count) {
 void np_vdb_bytes_read(np_vdb_bytes *bytes, void *out, uint64_t count) {
   if (count == 0) return; /* `out` may be NULL */
   bool is_read = has_bytes(bytes, count);
-  if (is_read && is_in_window(bytes, count))
+  if (is_read && bytes->memory)
+    memcpy(out, bytes->memory + bytes->position, count);
+  else if (is_read && is_in_window(bytes, count))
     memcpy(out, bytes->window + (bytes->position - bytes->window_begin), count);
   else if (is_read && count > NP_VDB_WINDOW_BYTES)
     is_read = move_bytes(bytes, bytes->position, out, count);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Buffered reads of a file at any position, never past its end. Inside the volume module only.
+/* Buffered reads of a file, or reads of memory, at any position, never past its end. Inside the volume module only.
  *
  * The first failure is reported and stays in `result`; later reads return zeros and report nothing. So a parser checks
  * `result` once after a group of reads. */
@@ -12,11 +12,12 @@ enum { NP_VDB_WINDOW_BYTES = 1 << 16 };
 
 typedef struct np_vdb_bytes {
   neph_context *context;
-  const char *path; /* borrowed */
+  const char *path; /* path of the file, or a name for messages; borrowed */
   const char *grid; /* grid named in messages; NULL: none */
   neph_result result;
-  int file;
-  int64_t size, position; /* size of the file, and position of the next byte */
+  int file;                    /* -1: none */
+  const unsigned char *memory; /* bytes in place of a file; borrowed */
+  int64_t size, position;      /* size of the file, and position of the next byte */
   int64_t window_begin, window_count;
   unsigned char window[NP_VDB_WINDOW_BYTES];
 } np_vdb_bytes;
@@ -24,6 +25,10 @@ typedef struct np_vdb_bytes {
 /* `out_bytes` may be closed, whatever the outcome. */
 neph_result np_vdb_bytes_open(neph_context *context, const char *path, np_vdb_bytes *out_bytes);
 void np_vdb_bytes_close(np_vdb_bytes *bytes);
+
+/* Bytes in memory, called `name` in messages. */
+void np_vdb_bytes_open_memory(neph_context *context, const char *name, const void *memory, size_t size,
+                              np_vdb_bytes *out_bytes);
 
 /* Each read advances the position. Seeking or skipping to the end itself is allowed. */
 void np_vdb_bytes_seek(np_vdb_bytes *bytes, int64_t position);

@@ -8,11 +8,10 @@
 #include "volume/vdb_bytes.h"
 #include "volume/vdb_tree.h"
 
-static const int64_t file_magic = 0x56444220;
-
 enum {
   VERSION_MIN = 222,   /* first version whose nodes are stored as vdb_tree.c reads them */
   VERSION_KNOWN = 224, /* newest version known */
+  MAGIC_BYTES = 8,
   UUID_BYTES = 36,
   NAME_BYTES = 96,
   LEAF_BYTES_MIN = 128, /* two masks: the least size of a stored leaf */
@@ -27,7 +26,7 @@ typedef struct grid_header {
 } grid_header;
 
 struct np_vdb_layout {
-  np_vdb_bytes bytes;
+  np_vdb_bytes *bytes; /* borrowed */
   const np_vdb_module *module;
   np_monitor *monitor;
   np_vdb_source source;
@@ -154,7 +153,7 @@ static const np_vdb_tree_type *get_type(char *name) {
 /* Reads the positions of a grid. Grids must follow each other: otherwise a file could refer to one part of it any
  * number of times. */
 static void read_offsets(np_vdb_layout *layout, np_vdb_grid_place *place, grid_header *header) {
-  np_vdb_bytes *bytes = &layout->bytes;
+  np_vdb_bytes *bytes = layout->bytes;
   const int64_t begin = np_vdb_bytes_read_i64(bytes), buffers = np_vdb_bytes_read_i64(bytes),
                 end = np_vdb_bytes_read_i64(bytes);
   (void)buffers; /* stated in the file, and found by walking */
@@ -169,7 +168,7 @@ static void read_offsets(np_vdb_layout *layout, np_vdb_grid_place *place, grid_h
 }
 
 static void read_header(np_vdb_layout *layout, np_vdb_grid_place *place, grid_header *header) {
-  np_vdb_bytes *bytes = &layout->bytes;
+  np_vdb_bytes *bytes = layout->bytes;
   char type[NAME_BYTES], parent[NAME_BYTES];
   place->descriptor = bytes->position;
   np_vdb_bytes_read_text(bytes, header->name, sizeof header->name);
@@ -193,7 +192,7 @@ static void read_header(np_vdb_layout *layout, np_vdb_grid_place *place, grid_he
 }
 
 static void check_tree(np_vdb_layout *layout, size_t index) {
-  np_vdb_bytes *bytes = &layout->bytes;
+  np_vdb_bytes *bytes = layout->bytes;
   const grid_header *header = &layout->headers[index];
   bytes->grid = header->name;
   np_vdb_bytes_seek(bytes, layout->places[index].topology);
@@ -204,7 +203,7 @@ static void check_tree(np_vdb_layout *layout, size_t index) {
 
 /* Moves past a grid. Without offsets its tree is walked, which is not possible for points. */
 static void skip_tree(np_vdb_layout *layout, size_t index, bool is_last) {
-  np_vdb_bytes *bytes = &layout->bytes;
+  np_vdb_bytes *bytes = layout->bytes;
   const grid_header *header = &layout->headers[index];
   if (layout->has_offsets || bytes->result)
     np_vdb_bytes_seek(bytes, header->end);
@@ -219,7 +218,7 @@ static void skip_tree(np_vdb_layout *layout, size_t index, bool is_last) {
 
 /* Makes room for one more grid: the number of grids in the file is not trusted. */
 static bool grow(np_vdb_layout *layout) {
-  neph_context *context = layout->bytes.context;
+  neph_context *context = layout->bytes->context;
   if (layout->source.grid_count < layout->grid_capacity) return true;
   const size_t capacity = layout->grid_capacity ? 2 * layout->grid_capacity : 4;
   void *places = np_alloc_resize(context, layout->places, capacity, sizeof *layout->places);
@@ -227,12 +226,12 @@ static bool grow(np_vdb_layout *layout) {
   void *headers = places ? np_alloc_resize(context, layout->headers, capacity, sizeof *layout->headers) : NULL;
   if (headers) layout->headers = headers;
   if (headers) layout->grid_capacity = capacity;
-  if (!headers) layout->bytes.result = NEPH_ERROR_OUT_OF_MEMORY;
+  if (!headers) layout->bytes->result = NEPH_ERROR_OUT_OF_MEMORY;
   return headers;
 }
 
 static void read_grids(np_vdb_layout *layout) {
-  np_vdb_bytes *bytes = &layout->bytes;
+  np_vdb_bytes *bytes = layout->bytes;
   const int32_t count = (int32_t)np_vdb_bytes_read_u32(bytes);
   for (int32_t i = 0; i < count && !bytes->result && grow(layout); i++) {
     const size_t index = layout->source.grid_count++;
@@ -245,22 +244,11 @@ static void read_grids(np_vdb_layout *layout) {
 
 /* ---- The file ---- */
 
-/* Checks the magic number. "NanoVDB" and a digit begin a NanoVDB file. */
-static void check_magic(np_vdb_bytes *bytes, int64_t magic) {
-  if (magic == file_magic || bytes->result) return;
-  if (!memcmp(&magic, "NanoVDB", strlen("NanoVDB")))
-    bytes->result = np_fail(bytes->context, NEPH_ERROR_UNSUPPORTED,
-                            "%s: a NanoVDB file: convert it with OpenVDB's tool, nanovdb_convert %s FILE.vdb",
-                            bytes->path, bytes->path);
-  else
-    bytes->result = np_fail(bytes->context, NEPH_ERROR_BAD_FILE, "%s: not a VDB file", bytes->path);
-}
-
 static void read_file_header(np_vdb_layout *layout) {
-  np_vdb_bytes *bytes = &layout->bytes;
+  np_vdb_bytes *bytes = layout->bytes;
   np_vdb_source *source = &layout->source;
   bool is_half;
-  check_magic(bytes, np_vdb_bytes_read_i64(bytes));
+  np_vdb_bytes_seek(bytes, MAGIC_BYTES);
   source->format_version = np_vdb_bytes_read_u32(bytes);
   if (source->format_version < VERSION_MIN && !bytes->result)
     bytes->result =
@@ -277,7 +265,7 @@ static void read_file_header(np_vdb_layout *layout) {
 }
 
 static neph_result read_bytes(void *user, int64_t position, void *out, size_t count) {
-  np_vdb_bytes *bytes = &((np_vdb_layout *)user)->bytes;
+  np_vdb_bytes *bytes = ((np_vdb_layout *)user)->bytes;
   np_vdb_bytes_seek(bytes, position);
   np_vdb_bytes_read(bytes, out, count);
   return bytes->result;
@@ -285,27 +273,26 @@ static neph_result read_bytes(void *user, int64_t position, void *out, size_t co
 
 static neph_result check_stored_tree(void *user, size_t index, int is_half) {
   np_vdb_layout *layout = user;
-  layout->bytes.result = NEPH_OK; /* clears the failure of another grid */
+  layout->bytes->result = NEPH_OK; /* clears the failure of another grid */
   if (!is_half != !layout->headers[index].storage.is_half)
-    np_vdb_bytes_fail(&layout->bytes, "OpenVDB takes its values for %s", is_half ? "halves" : "floats");
+    np_vdb_bytes_fail(layout->bytes, "OpenVDB takes its values for %s", is_half ? "halves" : "floats");
   check_tree(layout, index);
-  return layout->bytes.result;
+  return layout->bytes->result;
 }
 
-neph_result np_vdb_layout_open(neph_context *context, const char *path, const np_vdb_module *module,
-                               np_monitor *monitor, np_vdb_layout **out_layout) {
+neph_result np_vdb_layout_open(np_vdb_bytes *bytes, const np_vdb_module *module, np_monitor *monitor,
+                               np_vdb_layout **out_layout) {
   *out_layout = NULL;
-  np_vdb_layout *layout = np_alloc(context, 1, sizeof *layout);
+  np_vdb_layout *layout = np_alloc(bytes->context, 1, sizeof *layout);
   if (!layout) return NEPH_ERROR_OUT_OF_MEMORY;
+  layout->bytes = bytes;
   layout->module = module;
   layout->monitor = monitor;
   layout->source = (np_vdb_source){.user = layout, .read = read_bytes, .check_tree = check_stored_tree};
-  if (!np_vdb_bytes_open(context, path, &layout->bytes)) {
-    layout->source.size = layout->bytes.size;
-    read_file_header(layout);
-    read_grids(layout);
-  }
-  const neph_result result = layout->bytes.result;
+  layout->source.size = bytes->size;
+  read_file_header(layout);
+  read_grids(layout);
+  const neph_result result = bytes->result;
   if (result)
     np_vdb_layout_close(layout);
   else
@@ -315,8 +302,7 @@ neph_result np_vdb_layout_open(neph_context *context, const char *path, const np
 
 void np_vdb_layout_close(np_vdb_layout *layout) {
   if (!layout) return;
-  neph_context *context = layout->bytes.context;
-  np_vdb_bytes_close(&layout->bytes);
+  neph_context *context = layout->bytes->context;
   np_alloc_free(context, layout->places);
   np_alloc_free(context, layout->headers);
   np_alloc_free(context, layout);
@@ -326,8 +312,8 @@ const np_vdb_source *np_vdb_layout_get_source(const np_vdb_layout *layout) { ret
 
 void np_vdb_layout_warn(np_vdb_layout *layout) {
   if (layout->is_newer)
-    np_log(layout->bytes.context, NEPH_LOG_WARNING,
-           "%s: file format version %lu is newer than %d, and was read as if it were that", layout->bytes.path,
+    np_log(layout->bytes->context, NEPH_LOG_WARNING,
+           "%s: file format version %lu is newer than %d, and was read as if it were that", layout->bytes->path,
            (unsigned long)layout->source.format_version, VERSION_KNOWN);
   layout->is_newer = false;
 }

@@ -9,14 +9,15 @@
 #define NP_VOLUME_VDB_LAYOUT_H
 
 #include "core/parallel.h"
+#include "volume/vdb_bytes.h"
 #include "volume/vdb_table.h"
 
 typedef struct np_vdb_layout np_vdb_layout;
 
-/* Opens a file, and parses and checks the headers of its grids. `monitor` may be NULL; `monitor` and `path` must
- * outlive the layout. */
-neph_result np_vdb_layout_open(neph_context *context, const char *path, const np_vdb_module *module,
-                               np_monitor *monitor, np_vdb_layout **out_layout);
+/* Parses and checks the headers of a file's grids. `monitor` may be NULL; `monitor` and `bytes` must outlive the layout.
+ */
+neph_result np_vdb_layout_open(np_vdb_bytes *bytes, const np_vdb_module *module, np_monitor *monitor,
+                               np_vdb_layout **out_layout);
 void np_vdb_layout_close(np_vdb_layout *layout); /* NULL is allowed */
 
 /* The source from which the module reads; valid as long as the layout. */

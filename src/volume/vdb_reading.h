@@ -130,49 +130,61 @@ inline void check_type(const Entry &entry) {
 
 /* ---- Densities ---- */
 
-/* Whether a grid is a level set: by its class, or by a background equal to the width of its band (the background of a
- * density is 0). */
-inline bool is_level_set(const Entry &entry, const openvdb::FloatGrid &grid) {
-  return entry.header->getGridClass() == openvdb::GRID_LEVEL_SET || grid.background() > 0.0f;
-}
-
-/* Reads a grid as a density. For level sets `level_set_voxels` becomes the depth in use. */
-inline openvdb::FloatGrid::Ptr read_density(np_vdb_file &file, const Entry &entry, double &level_set_voxels) {
-  openvdb::FloatGrid::Ptr grid = convert_to_floats(read_tree(file, entry, Part::tree));
-  grid->setTransform(entry.header->transform().copy()); /* an instance has a transform of its own */
-  if (level_set_voxels > 0.0 && is_level_set(entry, *grid))
-    level_set_voxels = convert_distances(*grid, level_set_voxels);
-  else
-    level_set_voxels = 0.0;
-  return grid;
-}
+/* A grid that is a density, or a part of one. */
+struct Addend {
+  std::string name;
+  bool is_affine, is_level_set; /* by its class */
+  openvdb::FloatGrid::Ptr grid;
+};
 
 /* Sums need one lattice: affine grids are resampled to the lattice of the first, frustums must share it. */
-inline openvdb::FloatGrid::Ptr match_lattice(const Entry &entry, const Entry &first,
-                                             const openvdb::FloatGrid::Ptr &grid, const openvdb::FloatGrid &sum,
-                                             double byte_max) {
-  if (grid->transform() == sum.transform()) return grid;
-  if (!entry.is_affine || !first.is_affine)
-    throw Failure{NEPH_ERROR_UNSUPPORTED, "grids '" + first.name + "' and '" + entry.name +
+inline openvdb::FloatGrid::Ptr match_lattice(const Addend &addend, const Addend &first, double byte_max) {
+  if (addend.grid->transform() == first.grid->transform()) return addend.grid;
+  if (!addend.is_affine || !first.is_affine)
+    throw Failure{NEPH_ERROR_UNSUPPORTED, "grids '" + first.name + "' and '" + addend.name +
                                               "' are not of one frustum, as grids of a sum must be: export both with " +
                                               "one transform, or make each a cloud of its own"};
-  return resample(grid, sum.transform().copy(), byte_max, entry.name);
+  return resample(addend.grid, first.grid->transform().copy(), byte_max, addend.name);
 }
 
-inline openvdb::FloatGrid::Ptr read_sum(np_vdb_file &file, const np_vdb_request &request, np_sparse_grid &out) {
-  const double byte_max = static_cast<double>(out.brick_bytes_max);
-  openvdb::FloatGrid::Ptr sum;
-  for (std::size_t i = 0; i < request.count; i++) {
-    const Entry &entry = file.entries[request.indices[i]];
-    double depth_voxels = request.level_set_voxels;
-    openvdb::FloatGrid::Ptr grid = read_density(file, entry, depth_voxels);
-    if (depth_voxels > 0.0) out.level_set_voxels = depth_voxels;
-    if (sum)
-      openvdb::tools::compSum(*sum, *match_lattice(entry, file.entries[request.indices[0]], grid, *sum, byte_max));
+/* A sum of densities, in the grid of the first. */
+class Sum {
+public:
+  Sum(double level_set_voxels, np_sparse_grid &out)
+      : level_set_voxels_(level_set_voxels), byte_max_(static_cast<double>(out.brick_bytes_max)), out_(out) {}
+
+  void add(const Addend &addend) {
+    convert(addend);
+    if (first_.grid)
+      openvdb::tools::compSum(*first_.grid, *match_lattice(addend, first_, byte_max_));
     else
-      sum = grid;
+      first_ = addend;
   }
-  return sum;
+
+  void copy_to(const np_vdb_sink &sink, const Canceller &canceller, uint64_t *out_tree_bytes) const {
+    const openvdb::FloatGrid &grid = *first_.grid;
+    if (grid.transform().isLinear()) get_affine(grid, sink.grid->index_to_world.m);
+    copy_tree(grid.tree(), sink, canceller);
+    *out_tree_bytes = grid.memUsage();
+  }
+
+private:
+  /* A level set by its class, or by its background, the width of its band: a density has 0 there. */
+  void convert(const Addend &addend) {
+    if (level_set_voxels_ > 0.0 && (addend.is_level_set || addend.grid->background() > 0.0f))
+      out_.level_set_voxels = convert_distances(*addend.grid, level_set_voxels_);
+  }
+
+  const double level_set_voxels_, byte_max_;
+  np_sparse_grid &out_;
+  Addend first_{};
+};
+
+/* A grid of a file, with the transform of its own that an instance has. */
+inline Addend read_addend(np_vdb_file &file, const Entry &entry) {
+  const openvdb::FloatGrid::Ptr grid = convert_to_floats(read_tree(file, entry, Part::tree));
+  grid->setTransform(entry.header->transform().copy());
+  return {entry.name, entry.is_affine, entry.header->getGridClass() == openvdb::GRID_LEVEL_SET, grid};
 }
 
 /* Whether a grid is stored as a density, without any conversion. */
@@ -184,10 +196,9 @@ inline bool is_plain(const np_vdb_file &file, const np_vdb_request &request) {
 
 inline void read_converted(np_vdb_file &file, const np_vdb_request &request, const np_vdb_sink &sink,
                            uint64_t *out_tree_bytes) {
-  const openvdb::FloatGrid::Ptr grid = read_sum(file, request, *sink.grid);
-  if (grid->transform().isLinear()) get_affine(*grid, sink.grid->index_to_world.m);
-  copy_tree(grid->tree(), sink, file.canceller);
-  *out_tree_bytes = grid->memUsage();
+  Sum sum(request.level_set_voxels, *sink.grid);
+  for (std::size_t i = 0; i < request.count; i++) sum.add(read_addend(file, file.entries[request.indices[i]]));
+  sum.copy_to(sink, file.canceller, out_tree_bytes);
 }
 
 inline void read_plain(np_vdb_file &file, const np_vdb_request &request, const np_vdb_sink &sink,

@@ -16,6 +16,7 @@
 
 #include "volume/vdb_failure.h"
 #include "volume/vdb_mending.h"
+#include "volume/vdb_packing.h"
 #include "volume/vdb_reading.h"
 #include "volume/vdb_writing.h"
 
@@ -162,6 +163,34 @@ neph_result read_grid(np_vdb_file *file, const np_vdb_request *request, const np
   });
 }
 
+neph_result combine_grids(const np_vdb_addend *addends, size_t count, double level_set_voxels, unsigned thread_count,
+                          np_vdb_cancel_fn cancel, void *cancel_user, const np_vdb_sink *sink,
+                          uint64_t *out_tree_bytes, np_vdb_error *error) noexcept {
+  return guarded(error, Direction::reading, thread_count, [&] {
+    openvdb::initialize();
+    const Canceller canceller{cancel, cancel_user};
+    Sum sum(level_set_voxels, *sink->grid);
+    for (size_t i = 0; i < count; i++) {
+      const np_sparse_grid &source = *addends[i].grid;
+      const openvdb::FloatGrid::Ptr grid = openvdb::FloatGrid::create(source.background);
+      grid->setTransform(make_transform(source.index_to_world));
+      fill_scalar(source, canceller, *grid);
+      sum.add({source.name, addends[i].is_affine != 0, addends[i].is_level_set != 0, grid});
+    }
+    sum.copy_to(*sink, canceller, out_tree_bytes);
+  });
+}
+
+neph_result unpack_chunk(int is_blosc, const void *packed, size_t packed_bytes, void *out, size_t count,
+                         np_vdb_error *error) noexcept {
+  return guarded(error, Direction::reading, [&] {
+    if (is_blosc)
+      unpack_blosc(packed, packed_bytes, out, count);
+    else
+      unpack_zip(packed, packed_bytes, out, count);
+  });
+}
+
 /* Size of a leaf's values, for grids that store them outside of the leaf. */
 template <typename... GridTypes> std::size_t get_leaf_value_bytes(const openvdb::GridBase &grid) {
   return ((is_grid<GridTypes>(grid) ? NP_LEAF_SIZE * sizeof(typename GridTypes::ValueType) : 0) + ...);
@@ -286,8 +315,9 @@ neph_result sample_grid(const np_sparse_grid *source, size_t count, const double
 }
 
 const np_vdb_module module_table = {
-    NP_VDB_MODULE_VERSION, try_chunk,     open_file, close_file,  count_grids, describe_grid, visit_metadata, read_grid,
-    measure_grid,          diagnose_grid, mend_file, write_grids, sample_grid, read_alone,
+    NP_VDB_MODULE_VERSION, try_chunk,     open_file,    close_file,   count_grids,   describe_grid, visit_metadata,
+    read_grid,             combine_grids, unpack_chunk, measure_grid, diagnose_grid, mend_file,     write_grids,
+    sample_grid,           read_alone,
 };
 
 } /* namespace */

@@ -13,7 +13,7 @@
 extern "C" {
 #endif
 
-#define NP_VDB_MODULE_VERSION 11u
+#define NP_VDB_MODULE_VERSION 12u
 
 /* File name of the module, and name of its exported function. */
 #define NP_VDB_MODULE_FILE "nephos_vdb.so"
@@ -81,6 +81,12 @@ typedef struct np_vdb_request {
                               must be floats */
 } np_vdb_request;
 
+/* A grid that is a density, or a part of one. */
+typedef struct np_vdb_addend {
+  const np_sparse_grid *grid;
+  int is_affine, is_level_set; /* by its class */
+} np_vdb_addend;
+
 /* Destination of a grid: functions of sparse_grid.h, passed because a loaded module cannot link to them. */
 typedef struct np_vdb_sink {
   np_sparse_grid *grid; /* initialised and empty */
@@ -147,6 +153,15 @@ typedef struct np_vdb_module {
    * differ from an inactive background. Frustum grids are read as stored: `describe` returns their map. */
   neph_result (*read)(np_vdb_file *file, const np_vdb_request *request, const np_vdb_sink *sink,
                       uint64_t *out_tree_bytes, np_vdb_error *error);
+
+  /* Makes the density that a request of .vdb grids would, from grids of another format. */
+  neph_result (*combine)(const np_vdb_addend *addends, size_t count, double level_set_voxels, unsigned thread_count,
+                         np_vdb_cancel_fn cancel, void *cancel_user, const np_vdb_sink *sink, uint64_t *out_tree_bytes,
+                         np_vdb_error *error);
+
+  /* Decompresses the first `count` bytes of a chunk of a .nvdb file, of Blosc or of zlib. */
+  neph_result (*unpack)(int is_blosc, const void *packed, size_t packed_bytes, void *out, size_t count,
+                        np_vdb_error *error);
 
   /* Reads the topology of any grid and returns its size. */
   neph_result (*measure)(np_vdb_file *file, size_t index, np_vdb_grid_size *out_size, np_vdb_error *error);

@@ -55,7 +55,7 @@ np_grid_role np_volume_get_role(const np_volume_file *file, const np_vdb_grid_in
 
 /* List of the grids, such as "'density' (float), 'v' (vec3s)", to be freed; NULL if out of memory. */
 static char *list_grids(const np_volume_file *file) {
-  const size_t count = file->module->count(file->vdb);
+  const size_t count = np_volume_file_count(file);
   char *list = np_alloc_text(file->context, count ? "" : "nothing");
   for (size_t i = 0; i < count && list; i++) {
     const np_vdb_grid_info info = np_volume_file_describe(file, i);
@@ -96,7 +96,7 @@ typedef struct matches {
 
 static matches search_exact(const np_volume_file *file, const char *name, size_t length, size_t wanted, bool is_exact) {
   matches found = {0, SIZE_MAX};
-  const size_t count = file->module->count(file->vdb);
+  const size_t count = np_volume_file_count(file);
   for (size_t i = 0; i < count; i++) {
     const char *other = np_volume_file_describe(file, i).name;
     const bool is_alike =
@@ -172,7 +172,7 @@ static bool is_like(const np_vdb_grid_info *info, likeness like) {
 
 static matches search_like(const np_volume_file *file, likeness like) {
   matches found = {0, SIZE_MAX};
-  const size_t count = file->module->count(file->vdb);
+  const size_t count = np_volume_file_count(file);
   for (size_t i = 0; i < count; i++) {
     const np_vdb_grid_info info = np_volume_file_describe(file, i);
     if (is_like(&info, like) && !found.count++) found.index = i;
@@ -182,7 +182,7 @@ static matches search_like(const np_volume_file *file, likeness like) {
 
 /* Reason why a file has no default density. */
 static const char *explain_none(const np_volume_file *file) {
-  const size_t count = file->module->count(file->vdb);
+  const size_t count = np_volume_file_count(file);
   bool are_vectors = count > 0, has_level_set = false, has_field = false;
   for (size_t i = 0; i < count; i++) {
     const np_vdb_grid_info info = np_volume_file_describe(file, i);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Description of a .vdb file: the statistics of each grid, as text or as JSON. */
+/* Description of a file of grids: the statistics of each grid, as text or as JSON. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -75,17 +75,15 @@ static neph_result measure_scalar(const np_volume_file *file, size_t index, np_m
 }
 
 static neph_result measure_other(const np_volume_file *file, size_t index, tree_measures *tree) {
-  np_vdb_error error;
-  if (file->module->measure(file->vdb, index, &tree->size, &error)) return np_volume_file_fail(file, &error);
-  np_vdb_layout_warn(file->layout);
-  tree->is_active = tree->size.active_voxel_count > 0;
-  return NEPH_OK;
+  const neph_result result = np_volume_file_measure(file, index, &tree->size);
+  tree->is_active = !result && tree->size.active_voxel_count > 0;
+  return result;
 }
 
 /* Describes one grid. `trees` has an element for each grid and caches the measurements. */
 static neph_result measure_portrait(const np_volume_file *file, size_t index, np_monitor *monitor, tree_measures *trees,
                                     portrait *p) {
-  file->module->describe(file->vdb, index, &p->info);
+  p->info = np_volume_file_describe(file, index);
   tree_measures *tree = &trees[p->info.owner];
   neph_result result = NEPH_OK;
   if (!tree->is_known)
@@ -185,7 +183,6 @@ static void print_memory(FILE *out, const portrait *p) {
 }
 
 static neph_result print_grid(FILE *out, const np_volume_file *file, size_t index, const portrait *p) {
-  np_vdb_error error;
   fprintf(out, "grid '");
   print_text(out, p->info.name, 0);
   fprintf(out, "'\n  class         %s\n  type          %s%s\n", p->info.grid_class, p->info.value_type,
@@ -199,9 +196,7 @@ static neph_result print_grid(FILE *out, const np_volume_file *file, size_t inde
   print_content(out, p);
   print_memory(out, p);
   fprintf(out, "  metadata\n");
-  if (file->module->visit_metadata(file->vdb, index, print_metadata_line, out, &error))
-    return np_volume_file_fail(file, &error);
-  return NEPH_OK;
+  return np_volume_file_visit_metadata(file, index, print_metadata_line, out);
 }
 
 /* ---- JSON ---- */
@@ -228,7 +223,6 @@ static void put_content(np_json *json, const portrait *p) {
 }
 
 static neph_result put_grid(np_json *json, const np_volume_file *file, size_t index, const portrait *p) {
-  np_vdb_error error;
   np_json_begin_object(json, NULL);
   np_json_put_text(json, "name", p->info.name);
   np_json_put_text(json, "class", p->info.grid_class);
@@ -247,10 +241,10 @@ static neph_result put_grid(np_json *json, const np_volume_file *file, size_t in
     np_json_put_integer(json, "brick_bytes", (int64_t)p->tree.brick_bytes);
   }
   np_json_begin_object(json, "metadata");
-  neph_result result = file->module->visit_metadata(file->vdb, index, put_metadata, json, &error);
+  const neph_result result = np_volume_file_visit_metadata(file, index, put_metadata, json);
   np_json_end(json);
   np_json_end(json);
-  return result ? np_volume_file_fail(file, &error) : NEPH_OK;
+  return result;
 }
 
 /* ---- The file ---- */
@@ -264,7 +258,7 @@ typedef struct describe_job {
 } describe_job;
 
 static neph_result describe_grids(const describe_job *job, const np_volume_file *file) {
-  const size_t count = file->module->count(file->vdb);
+  const size_t count = np_volume_file_count(file);
   tree_measures *trees = np_alloc(job->context, count, sizeof *trees);
   neph_result result = trees ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
   portrait p;
@@ -281,7 +275,7 @@ static neph_result run_describe(void *user) {
   np_volume_file file;
   neph_result result = np_volume_file_open(job->context, job->path, job->monitor, &file);
   if (result) return result;
-  size_t count = file.module->count(file.vdb);
+  size_t count = np_volume_file_count(&file);
   if (job->out) fprintf(job->out, "%s: %zu %s\n", job->path, count, count == 1 ? "grid" : "grids");
   result = describe_grids(job, &file);
   np_volume_file_close(&file);

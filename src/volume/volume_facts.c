@@ -219,16 +219,14 @@ static neph_result measure_scalar(const measure_job *job, size_t index, np_grid_
   if (!result && grid.frustum.is_enabled) result = measure_frustum(&grid, facts);
   np_sparse_grid_clear(&grid);
   if (result || (facts->role != NP_GRID_DENSITY && facts->role != NP_GRID_FIELD)) return result;
-  np_vdb_error error;
   diagnosis_list list = {job->file->context, facts};
-  result = job->file->module->diagnose(job->file->vdb, index, add_diagnosis, &list, &error);
-  return result ? np_volume_file_fail(job->file, &error) : NEPH_OK;
+  return np_volume_file_diagnose(job->file, index, add_diagnosis, &list);
 }
 
 static neph_result measure_size(const measure_job *job, size_t index, np_grid_facts *facts) {
-  np_vdb_error error;
   np_vdb_grid_size size;
-  if (job->file->module->measure(job->file->vdb, index, &size, &error)) return np_volume_file_fail(job->file, &error);
+  const neph_result result = np_volume_file_measure(job->file, index, &size);
+  if (result) return result;
   facts->active_count = size.active_voxel_count;
   memcpy(facts->active_min, size.active_min, sizeof size.active_min);
   memcpy(facts->active_max, size.active_max, sizeof size.active_max);
@@ -364,7 +362,7 @@ static neph_result set_roles(measure_job *job) {
 
 static neph_result run_measure(void *user) {
   measure_job *job = user;
-  const size_t count = job->file->module->count(job->file->vdb);
+  const size_t count = np_volume_file_count(job->file);
   job->facts->grids = np_alloc(job->file->context, count, sizeof *job->facts->grids);
   if (!job->facts->grids && count) return NEPH_ERROR_OUT_OF_MEMORY;
   job->facts->count = count;

@@ -2,61 +2,97 @@
 #include "volume/volume_file.h"
 
 #include <string.h>
-#include <strings.h>
 
 #include "core/alloc.h"
 #include "core/file.h"
+#include "volume/volume_format.h"
 #include "volume/volume_levels.h"
 
 /* Limit on the memory of bricks: a constant and a multiple of the file's size. With everything else, a damaged file
  * takes less than 256 MB and 64 times its size. */
 static const uint64_t brick_bytes_free = UINT64_C(192000000), brick_bytes_per_byte = 48;
 
+static const np_volume_format *const formats[] = {&np_vdb_format, &np_nvdb_format};
+
+enum { FORMATS = sizeof formats / sizeof *formats };
+
 static int is_cancelled(void *monitor) { return np_monitor_is_cancelled(monitor); }
 
-/* ---- Reading ---- */
+/* ---- Opening ---- */
 
-neph_result np_volume_file_fail(const np_volume_file *file, const np_vdb_error *error) {
-  if (error->result == NEPH_ERROR_CANCELLED || !error->message[0]) return error->result;
-  return np_fail(file->context, error->result, "%s: %s", file->path, error->message);
+/* The format is that of the first bytes, whatever the file is called; NULL: none. */
+static const np_volume_format *search_format(uint64_t magic) {
+  for (size_t i = 0; i < FORMATS; i++)
+    if (formats[i]->has_magic(magic)) return formats[i];
+  return NULL;
+}
+
+static neph_result open_format(np_volume_file *file, np_monitor *monitor) {
+  const uint64_t magic = (uint64_t)np_vdb_bytes_read_i64(file->bytes);
+  if (file->bytes->result) return file->bytes->result;
+  file->format = search_format(magic);
+  if (file->format) return file->format->open(file, monitor);
+  return np_fail(file->context, NEPH_ERROR_BAD_FILE, "%s: not a VDB file", file->path);
 }
 
 neph_result np_volume_file_open(neph_context *context, const char *path, np_monitor *monitor,
                                 np_volume_file *out_file) {
   *out_file = (np_volume_file){.context = context, .path = path};
-  neph_result result = np_vdb_module_get(context, &out_file->module);
-  if (!result) result = np_vdb_layout_open(context, path, out_file->module, monitor, &out_file->layout);
-  if (result) return result;
-  np_vdb_error error;
-  const np_vdb_source *source = np_vdb_layout_get_source(out_file->layout);
-  const unsigned thread_count = np_foreign_thread_count(context);
-  if (!out_file->module->open(source, thread_count, is_cancelled, monitor, &out_file->vdb, &error)) return NEPH_OK;
-  result = np_volume_file_fail(out_file, &error);
-  np_volume_file_close(out_file);
+  out_file->bytes = np_alloc(context, 1, sizeof *out_file->bytes);
+  if (!out_file->bytes) return NEPH_ERROR_OUT_OF_MEMORY;
+  neph_result result = np_vdb_bytes_open(context, path, out_file->bytes);
+  if (!result) result = open_format(out_file, monitor);
+  if (result) np_volume_file_close(out_file);
   return result;
 }
 
 void np_volume_file_close(np_volume_file *file) {
-  if (!file->module) return;
-  file->module->close(file->vdb);
-  np_vdb_layout_close(file->layout);
+  if (!file->bytes) return;
+  if (file->reader) file->format->close(file->reader);
+  np_vdb_bytes_close(file->bytes);
+  np_alloc_free(file->context, file->bytes);
   *file = (np_volume_file){0};
+}
+
+/* ---- Reading ---- */
+
+size_t np_volume_file_count(const np_volume_file *file) { return file->format->count(file->reader); }
+
+np_vdb_grid_info np_volume_file_describe(const np_volume_file *file, size_t index) {
+  np_vdb_grid_info info;
+  file->format->describe(file->reader, index, &info);
+  return info;
+}
+
+neph_result np_volume_file_visit_metadata(const np_volume_file *file, size_t index,
+                                          void (*visit)(void *user, const char *name, const char *text), void *user) {
+  return file->format->visit_metadata(file, index, visit, user);
+}
+
+neph_result np_volume_file_measure(const np_volume_file *file, size_t index, np_vdb_grid_size *out_size) {
+  return file->format->measure(file, index, out_size);
+}
+
+neph_result np_volume_file_diagnose(const np_volume_file *file, size_t index,
+                                    void (*visit)(void *user, const char *text), void *user) {
+  return file->format->diagnose(file, index, visit, user);
+}
+
+neph_result np_volume_file_mend(const np_volume_file *file, np_vdb_mending *mendings, const char *path) {
+  return file->format->mend(file, mendings, path);
 }
 
 static neph_result read_request(const np_volume_file *file, const np_vdb_request *request, np_sparse_grid *out_grid,
                                 uint64_t *out_tree_bytes) {
-  np_vdb_error error;
-  const np_vdb_sink sink = {out_grid, np_sparse_grid_reserve, np_sparse_grid_add_leaf, np_sparse_grid_add_tile};
   const np_vdb_grid_info info = np_volume_file_describe(file, request->indices[0]);
   neph_result result = np_sparse_grid_init(file->context, info.name, out_grid);
   if (result) return result;
   out_grid->frustum = info.frustum;
   out_grid->file = file->path;
-  out_grid->brick_bytes_max = brick_bytes_free + brick_bytes_per_byte * np_vdb_layout_get_source(file->layout)->size;
-  if (file->module->read(file->vdb, request, &sink, out_tree_bytes, &error)) return np_volume_file_fail(file, &error);
-  np_vdb_layout_warn(file->layout);
-  np_sparse_grid_sort(out_grid);
-  return NEPH_OK;
+  out_grid->brick_bytes_max = brick_bytes_free + brick_bytes_per_byte * (uint64_t)file->bytes->size;
+  result = file->format->read(file, request, out_grid, out_tree_bytes);
+  if (!result) np_sparse_grid_sort(out_grid);
+  return result;
 }
 
 neph_result np_volume_file_read_density(const np_volume_file *file, const np_volume_choice *choice,
@@ -160,9 +196,20 @@ neph_result np_volume_save_grids(neph_context *context, const char *path, const 
   return result;
 }
 
+/* ---- Names ---- */
+
+/* NULL: none has the ending. */
+static const np_volume_format *search_ending(const char *path) {
+  for (size_t i = 0; i < FORMATS; i++)
+    if (np_file_has_ending(path, formats[i]->ending)) return formats[i];
+  return NULL;
+}
+
+bool np_volume_has_ending(const char *path) { return search_ending(path); }
+
 char *np_volume_name_level(neph_context *context, const char *path, unsigned level) {
-  const size_t length = strlen(path);
-  const bool is_vdb = length > 4 && !strcasecmp(path + length - 4, ".vdb");
+  const np_volume_format *format = search_ending(path);
+  const size_t length = strlen(path) - (format ? strlen(format->ending) : 0);
   if (level == 0) return np_alloc_text(context, path);
-  return np_alloc_printf(context, "%.*s.lod%u.vdb", (int)(is_vdb ? length - 4 : length), path, level);
+  return np_alloc_printf(context, "%.*s.lod%u%s", (int)length, path, level, format ? format->ending : ".vdb");
 }

@@ -1,31 +1,34 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A .vdb file open for reading, and the validation of its grids. Inside the volume module only. */
+/* A file of grids open for reading, and the validation of its grids. Inside the volume module only. */
 #ifndef NP_VOLUME_VOLUME_FILE_H
 #define NP_VOLUME_VOLUME_FILE_H
 
 #include "volume/value_tally.h"
-#include "volume/vdb_layout.h"
+#include "volume/vdb_bytes.h"
 #include "volume/volume_private.h"
 
 enum { NP_VOLUME_GRIDS_MAX = 16 };
 
+typedef struct np_volume_format np_volume_format; /* volume_format.h */
+
 typedef struct np_volume_file {
   neph_context *context;
-  const char *path; /* borrowed */
-  const np_vdb_module *module;
-  np_vdb_layout *layout; /* source that `vdb` reads from */
-  np_vdb_file *vdb;
+  const char *path;    /* borrowed */
+  np_vdb_bytes *bytes; /* owned; what the reader reads */
+  const np_volume_format *format;
+  void *reader; /* of that format */
 } np_volume_file;
 
 /* Opens a file and reads the headers of its grids. `monitor` may be NULL; else it must outlive the open file. */
 neph_result np_volume_file_open(neph_context *context, const char *path, np_monitor *monitor, np_volume_file *out_file);
 void np_volume_file_close(np_volume_file *file); /* a zeroed file is allowed */
 
-static inline np_vdb_grid_info np_volume_file_describe(const np_volume_file *file, size_t index) {
-  np_vdb_grid_info info;
-  file->module->describe(file->vdb, index, &info);
-  return info;
-}
+size_t np_volume_file_count(const np_volume_file *file);
+np_vdb_grid_info np_volume_file_describe(const np_volume_file *file, size_t index);
+
+/* Visits a grid's metadata as text. */
+neph_result np_volume_file_visit_metadata(const np_volume_file *file, size_t index,
+                                          void (*visit)(void *user, const char *name, const char *text), void *user);
 
 /* Reads a scalar grid, sorted. The caller clears the grid, whatever the outcome. */
 neph_result np_volume_file_read(const np_volume_file *file, size_t index, np_sparse_grid *out_grid,
@@ -51,8 +54,16 @@ neph_result np_volume_file_read_density(const np_volume_file *file, const np_vol
 bool np_volume_file_search_vector(const np_volume_file *file, np_vector_role role, const char *name,
                                   size_t out_grids[3]);
 
-/* Logs the module's message with the name of the file. */
-neph_result np_volume_file_fail(const np_volume_file *file, const np_vdb_error *error);
+/* Reads any grid's topology, and returns its size. */
+neph_result np_volume_file_measure(const np_volume_file *file, size_t index, np_vdb_grid_size *out_size);
+
+/* The checks of the format's library of a grid as a fog volume: `visit` gets a text for each that fails. */
+neph_result np_volume_file_diagnose(const np_volume_file *file, size_t index,
+                                    void (*visit)(void *user, const char *text), void *user);
+
+/* Writes all grids and metadata to `path`, a temporary name, mended as `mendings` say, one for each grid, which get
+ * their outcomes. */
+neph_result np_volume_file_mend(const np_volume_file *file, np_vdb_mending *mendings, const char *path);
 
 /* Checks the values of a loaded grid by a rule. Rounding errors are repaired; NaN, infinity and negative densities are
  * repaired or refused, by the policy. Messages state counts and the first voxel. */

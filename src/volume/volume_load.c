@@ -109,9 +109,8 @@ static void read_mark_text(void *user, const char *name, const char *text) {
 
 static neph_result read_mark(const np_volume_file *file, size_t index, level_mark *out_mark, double *out_unit) {
   mark_visit visit = {.context = file->context};
-  np_vdb_error error;
-  if (file->module->visit_metadata(file->vdb, index, read_mark_text, &visit, &error))
-    return np_volume_file_fail(file, &error);
+  const neph_result result = np_volume_file_visit_metadata(file, index, read_mark_text, &visit);
+  if (result) return result;
   *out_mark = visit.mark;
   *out_unit = get_unit(&visit.unit);
   if (visit.mark.count <= NP_TINT_PARTS_MAX) return visit.result;
@@ -410,12 +409,11 @@ static void read_metadata(void *user, const char *name, const char *text) {
 static neph_result describe_header(const np_volume_file *file, size_t index, np_grid_header *out_header) {
   const np_vdb_grid_info info = np_volume_file_describe(file, index);
   written_box box = {.header = out_header};
-  np_vdb_error error;
   *out_header = (np_grid_header){.state = NP_GRID_FILLED};
   np_print_short(out_header->name, sizeof out_header->name, info.name);
   memcpy(out_header->index_to_world.m, info.index_to_world, sizeof info.index_to_world);
-  if (file->module->visit_metadata(file->vdb, index, read_metadata, &box, &error))
-    return np_volume_file_fail(file, &error);
+  const neph_result result = np_volume_file_visit_metadata(file, index, read_metadata, &box);
+  if (result) return result;
   out_header->has_box = info.is_affine && box.has_min && box.has_max;
   out_header->extinction_per_value = get_unit(&box.unit);
   return NEPH_OK;

@@ -49,9 +49,7 @@ static neph_result write_mended(const mend_job *job, const char *temporary) {
   neph_result result = NEPH_OK;
   for (size_t i = 0; i < job->count && !result; i++) result = set_mark(job, i);
   if (result) return result;
-  np_vdb_error error;
-  result = file->module->mend(file->vdb, job->mendings, temporary, &error);
-  return result ? np_volume_file_fail(file, &error) : NEPH_OK;
+  return np_volume_file_mend(file, job->mendings, temporary);
 }
 
 static neph_result run_mend(void *user) {
@@ -94,7 +92,7 @@ neph_result np_volume_mend_file(neph_context *context, const char *path, const c
                    "%s: is the file that would be mended, must be another: a mended copy is made beside it", out_path);
   neph_result result = np_volume_file_open(context, path, monitor, &file);
   if (result) return result;
-  mend_job job = {.file = &file, .out_path = out_path, .count = file.module->count(file.vdb)};
+  mend_job job = {.file = &file, .out_path = out_path, .count = np_volume_file_count(&file)};
   job.mendings = np_alloc(context, job.count + 1, sizeof *job.mendings);
   result = job.mendings ? np_parallel_run(context, monitor, run_mend, &job) : NEPH_ERROR_OUT_OF_MEMORY;
   if (!result) result = describe_changes(&job, out_text);

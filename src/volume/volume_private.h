@@ -25,6 +25,9 @@ struct neph_volume {
 
 neph_context *np_volume_get_context(const neph_volume *volume);
 
+/* Whether a path ends as a file of grids does, ".vdb" or ".nvdb". */
+bool np_volume_has_ending(const char *path);
+
 /* neph_volume_load for a scene: for an empty grid, and for a file of a sequence without its density, `*out_volume` is
  * NULL, with a warning. `sequence` is the pattern of the files; NULL: a single file, which must have the density. */
 neph_result np_volume_load_density(neph_context *context, const char *path, const neph_volume_load_desc *desc,

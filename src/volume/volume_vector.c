@@ -49,7 +49,7 @@ typedef struct vector_load {
 /* ---- Choice ---- */
 
 static bool search_grid(const np_volume_file *file, const char *name, bool is_vector, size_t *out_index) {
-  const size_t count = file->module->count(file->vdb);
+  const size_t count = np_volume_file_count(file);
   for (size_t i = 0; i < count; i++) {
     const np_vdb_grid_info info = np_volume_file_describe(file, i);
     if ((is_vector ? info.is_vector : info.is_scalar) && !strcmp(info.name, name)) return *out_index = i, true;
@@ -156,10 +156,7 @@ static void read_mark(void *user, const char *name, const char *text) {
 }
 
 static neph_result read_level(vector_load *job, const np_volume_file *file) {
-  np_vdb_error error;
-  if (file->module->visit_metadata(file->vdb, job->choice.grid[0], read_mark, job, &error))
-    return np_volume_file_fail(file, &error);
-  return NEPH_OK;
+  return np_volume_file_visit_metadata(file, job->choice.grid[0], read_mark, job);
 }
 
 static neph_result run(void *user) {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Loads clouds with one thread: bench_files FILE… prints, for each .vdb that can be loaded, CPU seconds and peak memory
- * of OpenVDB's own reading of its first density, unchecked, and of loading it as bricks. Each is a
+/* Loads clouds with one thread: bench_files FILE… prints, for each file that can be loaded, CPU seconds and peak memory
+ * of OpenVDB's own reading of its first density, unchecked (of a .vdb alone), and of loading it as bricks. Each is a
  * process of its own, from whose memory and time those of one which only opens the file are taken off. */
 #include <math.h>
 #include <stdio.h>
@@ -11,15 +11,16 @@
 #include <unistd.h>
 
 #include "core/alloc.h"
+#include "volume/vdb_file.h"
 #include "volume/volume_choice.h"
+#include "volume/volume_format.h"
 
 typedef neph_result (*step)(neph_context *context, const char *path);
 
 /* The first density, or -1. */
 static int search_density(const np_volume_file *file) {
-  for (size_t i = 0; i < file->module->count(file->vdb); i++) {
-    np_vdb_grid_info info;
-    file->module->describe(file->vdb, i, &info);
+  for (size_t i = 0; i < np_volume_file_count(file); i++) {
+    const np_vdb_grid_info info = np_volume_file_describe(file, i);
     if (np_volume_get_role(file, &info) == NP_GRID_DENSITY) return (int)i;
   }
   return -1;
@@ -39,8 +40,11 @@ static neph_result read_file(neph_context *context, const char *path) {
   neph_result result = np_volume_file_open(context, path, NULL, &file);
   if (result) return result;
   const int index = search_density(&file);
+  const np_vdb_reader *reader = file.reader;
   np_vdb_error error;
-  result = index < 0 ? NEPH_ERROR_BAD_FILE : file.module->read_alone(file.vdb, (size_t)index, &error);
+  result = index < 0 || file.format != &np_vdb_format
+               ? NEPH_ERROR_BAD_FILE
+               : reader->module->read_alone(reader->vdb, (size_t)index, &error);
   np_volume_file_close(&file);
   return result;
 }
@@ -49,13 +53,10 @@ static neph_result read_file(neph_context *context, const char *path) {
 
 /* "density", or, where several grids are called so, "density[0]". */
 static char *get_name(const np_volume_file *file, size_t index) {
-  np_vdb_grid_info info, other;
+  const np_vdb_grid_info info = np_volume_file_describe(file, index);
   size_t count = 0;
-  file->module->describe(file->vdb, index, &info);
-  for (size_t i = 0; i < file->module->count(file->vdb); i++) {
-    file->module->describe(file->vdb, i, &other);
-    count += !strcmp(info.name, other.name);
-  }
+  for (size_t i = 0; i < np_volume_file_count(file); i++)
+    count += !strcmp(info.name, np_volume_file_describe(file, i).name);
   return np_alloc_printf(file->context, count > 1 ? "%s[0]" : "%s", info.name);
 }
 
@@ -121,10 +122,11 @@ static void print_file(const char *path) {
   const char *slash = strrchr(path, '/');
   const cost opened = measure_best(open_file, path), read = measure_best(read_file, path),
              loaded = measure_best(load_file, path);
-  if (read.failed || loaded.failed) return;
-  printf("| %s | %.3f s | %.3f s | %.1f MB | %.1f MB |\n", slash ? slash + 1 : path,
-         fmax(0.0, read.seconds - opened.seconds), fmax(0.0, loaded.seconds - opened.seconds),
-         fmax(0.0, read.megabytes - opened.megabytes), fmax(0.0, loaded.megabytes - opened.megabytes));
+  if (loaded.failed) return;
+  const double read_s = read.failed ? (double)NAN : fmax(0.0, read.seconds - opened.seconds),
+               read_mb = read.failed ? (double)NAN : fmax(0.0, read.megabytes - opened.megabytes);
+  printf("| %s | %.3f s | %.3f s | %.1f MB | %.1f MB |\n", slash ? slash + 1 : path, read_s,
+         fmax(0.0, loaded.seconds - opened.seconds), read_mb, fmax(0.0, loaded.megabytes - opened.megabytes));
 }
 
 int main(int count, char **files) {

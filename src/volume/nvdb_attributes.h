@@ -1,0 +1,25 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Names and texts that nephos writes into a grid of a .nvdb file, in place of OpenVDB's metadata: blind data called
+ * NP_NVDB_ATTRIBUTES_NAME, each name and each text ended by a zero. Inside the volume module only. */
+#ifndef NP_VOLUME_NVDB_ATTRIBUTES_H
+#define NP_VOLUME_NVDB_ATTRIBUTES_H
+
+#include "volume/nvdb_layout.h"
+
+#define NP_NVDB_ATTRIBUTES_NAME "nephos:metadata"
+
+typedef struct np_nvdb_attributes {
+  char *text; /* owned; NULL: none */
+  size_t size;
+} np_nvdb_attributes;
+
+/* Reads what a grid has. The caller frees the text, whatever the outcome. */
+neph_result np_nvdb_attributes_read(np_nvdb_layout *layout, size_t index, np_nvdb_attributes *out_attributes);
+
+void np_nvdb_attributes_visit(const np_nvdb_attributes *attributes,
+                              void (*visit)(void *user, const char *name, const char *text), void *user);
+
+/* The text of a name; "": none. */
+const char *np_nvdb_attributes_get(const np_nvdb_attributes *attributes, const char *name);
+
+#endif

@@ -1,0 +1,41 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Formats of files that hold grids, a row of functions each. Inside the volume module only. */
+#ifndef NP_VOLUME_VOLUME_FORMAT_H
+#define NP_VOLUME_VOLUME_FORMAT_H
+
+#include "volume/volume_file.h"
+
+/* Called for each text of a grid's metadata. */
+typedef void (*np_metadata_visit_fn)(void *user, const char *name, const char *text);
+
+/* Functions that fail report why. */
+struct np_volume_format {
+  const char *ending;                /* ".vdb" */
+  bool (*has_magic)(uint64_t magic); /* the first 8 bytes of a file */
+
+  /* Opens what `file->bytes` holds: sets `file->reader`, which stays NULL where that fails. `monitor` may be NULL. */
+  neph_result (*open)(np_volume_file *file, np_monitor *monitor);
+  void (*close)(void *reader);
+
+  size_t (*count)(const void *reader);
+  void (*describe)(const void *reader, size_t index, np_vdb_grid_info *out_info);
+  neph_result (*visit_metadata)(const np_volume_file *file, size_t index, np_metadata_visit_fn visit, void *user);
+
+  /* Adds what is requested to a grid that is initialised and empty, in any order. */
+  neph_result (*read)(const np_volume_file *file, const np_vdb_request *request, np_sparse_grid *grid,
+                      uint64_t *out_tree_bytes);
+  neph_result (*measure)(const np_volume_file *file, size_t index, np_vdb_grid_size *out_size);
+
+  /* The library's own checks of a fog volume: `visit` gets a text for each that fails. */
+  neph_result (*diagnose)(const np_volume_file *file, size_t index, void (*visit)(void *user, const char *text),
+                          void *user);
+  neph_result (*mend)(const np_volume_file *file, np_vdb_mending *mendings, const char *path);
+};
+
+static inline np_vdb_sink np_vdb_sink_make(np_sparse_grid *grid) {
+  return (np_vdb_sink){grid, np_sparse_grid_reserve, np_sparse_grid_add_leaf, np_sparse_grid_add_tile};
+}
+
+extern const np_volume_format np_vdb_format, np_nvdb_format;
+
+#endif
