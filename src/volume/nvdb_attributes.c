@@ -9,7 +9,7 @@ enum { BLIND_NAME_BYTES = 256 };
 
 /* GridBlindMetaData of NanoVDB.h. */
 typedef struct blind {
-  int64_t offset; /* of the data, from here */
+  int64_t offset; /* position of the data, counted from this struct */
   uint64_t count;
   uint32_t flags, semantic, data_class, data_type;
   char name[BLIND_NAME_BYTES];

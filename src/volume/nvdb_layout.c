@@ -233,7 +233,7 @@ static bool unpack(np_nvdb_layout *layout, size_t index) {
   if (!layout->unpacked_bytes) layout->unpacked_bytes = np_alloc(layout->context, 1, sizeof *layout->unpacked_bytes);
   if (layout->unpacked_bytes) layout->unpacked = np_alloc(layout->context, grid->bytes, 1);
   if (!layout->unpacked) return false;
-  bytes->result = NEPH_OK; /* of another grid */
+  bytes->result = NEPH_OK; /* clears the failure of another grid */
   bytes->grid = grid->name;
   np_vdb_bytes_seek(bytes, grid->begin);
   np_nvdb_unpack(bytes, grid, layout->unpacked, grid->bytes);

@@ -20,7 +20,7 @@ enum {
   ROOT_TILE_COUNT = 24,
   ROOT_TILE_BYTES_MAX = 64,
   ROOT_BYTES_MAX = 160,
-  KEY_BITS = 21, /* of a coordinate, in units of a child of the root */
+  KEY_BITS = 21, /* bits of a coordinate, in units of a child of the root */
   KEY_LOG2 = 12,
   ALIGNMENT = 32
 };
@@ -263,7 +263,7 @@ neph_result np_nvdb_tree_read(np_vdb_bytes *bytes, int64_t begin, const np_nvdb_
   w->component = component;
   w->monitor = monitor;
   w->out = out_grid;
-  bytes->result = NEPH_OK; /* of another grid */
+  bytes->result = NEPH_OK; /* clears the failure of another grid */
   bytes->grid = grid->name;
   const neph_result result = run(w);
   bytes->grid = NULL;

@@ -30,7 +30,7 @@ enum {
 typedef struct np_nvdb_type {
   const char *name;
   np_nvdb_kind kind;
-  uint32_t value_bytes; /* of the background and of a tile */
+  uint32_t value_bytes; /* size of the background and of a tile */
 
   /* One component of a value, as a float. */
   float (*get_value)(const unsigned char *value, int component);

@@ -14,8 +14,7 @@
 
 typedef struct np_vdb_layout np_vdb_layout;
 
-/* Parses and checks the headers of a file's grids. `monitor` may be NULL; `monitor` and `bytes` must outlive the layout.
- */
+/* Parses and checks the headers of a file's grids. `monitor` may be NULL; it and `bytes` must outlive the layout. */
 neph_result np_vdb_layout_open(np_vdb_bytes *bytes, const np_vdb_module *module, np_monitor *monitor,
                                np_vdb_layout **out_layout);
 void np_vdb_layout_close(np_vdb_layout *layout); /* NULL is allowed */

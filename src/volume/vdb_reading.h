@@ -133,7 +133,7 @@ inline void check_type(const Entry &entry) {
 /* A grid that is a density, or a part of one. */
 struct Addend {
   std::string name;
-  bool is_affine, is_level_set; /* by its class */
+  bool is_affine, is_level_set; /* is_level_set: the class says so */
   openvdb::FloatGrid::Ptr grid;
 };
 

@@ -84,7 +84,7 @@ typedef struct np_vdb_request {
 /* A grid that is a density, or a part of one. */
 typedef struct np_vdb_addend {
   const np_sparse_grid *grid;
-  int is_affine, is_level_set; /* by its class */
+  int is_affine, is_level_set; /* is_level_set: the class says so */
 } np_vdb_addend;
 
 /* Destination of a grid: functions of sparse_grid.h, passed because a loaded module cannot link to them. */

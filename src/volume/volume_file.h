@@ -16,7 +16,7 @@ typedef struct np_volume_file {
   const char *path;    /* borrowed */
   np_vdb_bytes *bytes; /* owned; what the reader reads */
   const np_volume_format *format;
-  void *reader; /* of that format */
+  void *reader; /* the open file, of a type of the format */
 } np_volume_file;
 
 /* Opens a file and reads the headers of its grids. `monitor` may be NULL; else it must outlive the open file. */
