@@ -177,15 +177,16 @@ static void beside_the_shadow_nothing_is_lost(void **state) {
   clear_block(&b);
 }
 
-/* Clouds that cover no sky and add a tenth of the sun's irradiance on the ground everywhere: beside the block the air
- * below it has the sun's light of the first order, and an even light of A(1 + ρ)/2π from all around besides. 1 %: the
- * sun's share that comes through is taken in the middle of each cell. */
+/* Clouds that cover no sky and add a tenth A of the sun's irradiance on the ground everywhere: beside the block the air
+ * below it has the sun's light of the first order, and even light from above and, ρA, from below besides. Even light of
+ * irradiance A over a hemisphere has an actinic flux 2A. 1 %: the sun's transmittance is taken in the middle of each
+ * cell. */
 static void clouds_light_the_air_below_them(void **state) {
   neph_atmosphere *air = *state;
   block b;
   place_block(&b, air);
   const np_spectrum sun = b.sky->irradiance;
-  np_ground_light_value light = {np_spectrum_grey(1.0f), np_spectrum_scale(sun, 0.1f)},
+  np_ground_light_value light = {np_spectrum_grey(1.0f), np_spectrum_scale(sun, 0.1f), np_spectrum_scale(sun, 0.2f)},
                         points[4] = {light, light, light, light};
   const np_ground_light cache = {.size = {2, 2}, .origin_m = {-1e6, -1e6}, .spacing_m = 2e6, .points = points};
   b.base.placed[0].bottom_m = 3000.0 - half_width_m;
@@ -198,18 +199,19 @@ static void clouds_light_the_air_below_them(void **state) {
   const np_vec3 d = np_vec3_normalize(np_vec3_make(1.0f, 0.35f, 0.01f));
   const np_dvec3 middle = np_dvec3_make(3000.0, 1000.0, camera_m);
   const np_spectrum through = np_atmosphere_transmittance_to_sun(air, middle, b.base.world.to_sun, 0.0f);
-  np_spectrum first;
-  const np_spectrum even = np_sky_even_inscatter(b.sky, d, 6e3, &first);
+  const np_hemisphere_shares shares = np_sky_compute_hemisphere_shares(b.sky, d);
+  const np_even_inscatter even = np_sky_compute_even_inscatter(b.sky, d, 6e3, &shares);
   for (int band = 0; band < 3; band++) {
-    const double gain = 0.1 * 1.3 / (2.0 * NP_PI) / (double)through.band[band];
-    const double found = -(double)get_lost(&b, d, 6e3).band[band] * (double)first.band[band];
-    assert_near_relative(found, gain * (double)even.band[band], 0.01);
+    const double flux[2] = {2.0 * 0.1 / (double)through.band[band], 2.0 * 0.3 * 0.1 / (double)through.band[band]};
+    const double found = -(double)get_lost(&b, d, 6e3).band[band] * (double)even.first.band[band];
+    const double expected = flux[0] * (double)even.upper.band[band] + flux[1] * (double)even.lower.band[band];
+    assert_near_relative(found, expected, 0.01);
   }
   clear_block(&b);
 }
 
-/* Molecules alone: what they would scatter of even light is what they do scatter once, over 4π times their phase
- * function. */
+/* Molecules alone scatter as much of the even light of either hemisphere as they scatter once, over 4π times their
+ * phase function. */
 static void even_light_is_scattered_without_a_phase_function(void **state) {
   neph_atmosphere *earth = *state;
   test_air clean;
@@ -220,13 +222,40 @@ static void even_light_is_scattered_without_a_phase_function(void **state) {
   for (int i = 0; i < 12; i++) {
     const np_vec3 d = np_dvec3_to_float(test_direction(15.0 * i, 25.0 * i));
     const double cosine = (double)np_vec3_dot(d, sky->sun);
-    np_spectrum first;
-    const np_spectrum even = np_sky_even_inscatter(sky, d, 400.0, &first);
-    for (int band = 0; band < 3; band++)
-      assert_near_relative((double)even.band[band] * 0.75 * (1.0 + cosine * cosine), (double)first.band[band], 1e-5);
+    const np_hemisphere_shares shares = np_sky_compute_hemisphere_shares(sky, d);
+    const np_even_inscatter even = np_sky_compute_even_inscatter(sky, d, 400.0, &shares);
+    for (int band = 0; band < 3; band++) {
+      const double once = (double)even.first.band[band] / (0.75 * (1.0 + cosine * cosine));
+      assert_near_relative((double)even.upper.band[band], once, 1e-5);
+      assert_near_relative((double)even.lower.band[band], once, 1e-5);
+    }
   }
   neph_sky_destroy(sky);
   neph_atmosphere_release(air);
+}
+
+/* Aerosols of mean cosine 0.8 along level rays scatter as much of either hemisphere; along opposite rays the
+ * hemispheres change places; and straight up they scatter ∫ p over the angles below 90° of the light from above: 0.949
+ * for Henyey and Greenstein's function, (1+g)/2g·(1 − (1−g)/√(1+g²)), and within 0.02 for the air's function. */
+static void aerosols_scatter_forward_from_either_hemisphere(void **state) {
+  neph_atmosphere *air = *state;
+  neph_sky *sky = test_sky_create(air, camera_m, 40.0);
+  const np_hemisphere_shares up = np_sky_compute_hemisphere_shares(sky, np_vec3_make(0.0f, 0.0f, 1.0f));
+  const np_hemisphere_shares level = np_sky_compute_hemisphere_shares(sky, np_vec3_make(0.6f, 0.8f, 0.0f));
+  for (int band = 0; band < 3; band++) {
+    assert_near((double)level.upper.band[band], 0.5, 1e-3);
+    assert_near((double)up.upper.band[band], 0.949, 0.02);
+  }
+  for (int i = 1; i < 6; i++) {
+    const np_vec3 d = np_dvec3_to_float(test_direction(15.0 * i, 50.0 * i));
+    const np_hemisphere_shares there = np_sky_compute_hemisphere_shares(sky, d);
+    const np_hemisphere_shares back = np_sky_compute_hemisphere_shares(sky, np_vec3_scale(d, -1.0f));
+    for (int band = 0; band < 3; band++) {
+      assert_near((double)there.upper.band[band], (double)back.lower.band[band], 1e-3);
+      assert_near((double)(there.upper.band[band] + there.lower.band[band]), 1.0, 1e-6);
+    }
+  }
+  neph_sky_destroy(sky);
 }
 
 static void without_casters_nothing_is_kept(void **state) {
@@ -258,6 +287,7 @@ int main(void) {
       cmocka_unit_test(beside_the_shadow_nothing_is_lost),
       cmocka_unit_test(clouds_light_the_air_below_them),
       cmocka_unit_test(even_light_is_scattered_without_a_phase_function),
+      cmocka_unit_test(aerosols_scatter_forward_from_either_hemisphere),
       cmocka_unit_test(without_casters_nothing_is_kept),
   };
   return cmocka_run_group_tests(tests, set_up, tear_down) +

@@ -55,8 +55,22 @@ np_aerial_perspective np_sky_aerial_perspective(const neph_sky *sky, np_vec3 dir
 np_aerial_perspective np_sky_aerial_orders(const neph_sky *sky, np_vec3 direction, double distance_m,
                                            np_spectrum *out_first);
 
-/* In-scatter between the observer and a distance if all sunlight that reaches the air were isotropic: (1/4π)·∫
- * T·T_sun·σ dt times the solar irradiance above the atmosphere. `out_first` is the true in-scatter of first order. */
-np_spectrum np_sky_even_inscatter(const neph_sky *sky, np_vec3 direction, double distance_m, np_spectrum *out_first);
+/* Shares of the even light of either hemisphere that aerosols scatter along a ray, 1/sr times sr: they sum to 1. */
+typedef struct np_hemisphere_shares {
+  np_spectrum upper, lower;
+} np_hemisphere_shares;
+
+/* The hemispheres are the observer's; molecules scatter a half of either. */
+np_hemisphere_shares np_sky_compute_hemisphere_shares(const neph_sky *sky, np_vec3 direction);
+
+/* In-scatter between the observer and a distance if the light at each place came evenly from one hemisphere, with the
+ * actinic flux of the sunlight there: ∫ T·T_sun·σ·share/2π dt times the solar irradiance above the atmosphere. `first`
+ * is the true in-scatter of first order. */
+typedef struct np_even_inscatter {
+  np_spectrum upper, lower, first;
+} np_even_inscatter;
+
+np_even_inscatter np_sky_compute_even_inscatter(const neph_sky *sky, np_vec3 direction, double distance_m,
+                                                const np_hemisphere_shares *shares);
 
 #endif

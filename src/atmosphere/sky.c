@@ -215,13 +215,39 @@ np_aerial_perspective np_sky_aerial_orders(const neph_sky *sky, np_vec3 directio
   return air;
 }
 
-np_spectrum np_sky_even_inscatter(const neph_sky *sky, np_vec3 direction, double distance_m, np_spectrum *out_first) {
+/* Angles of the hemisphere integral, denser towards the forward peak. */
+enum { SHARE_ANGLES = 96 };
+
+/* Directions at one angle to a ray form a cone, of which an arc lies in the upper hemisphere. */
+np_hemisphere_shares np_sky_compute_hemisphere_shares(const neph_sky *sky, np_vec3 direction) {
+  const double cosine = compute_cosine(&sky->frame, direction), sine = sqrt(fmax(1.0 - cosine * cosine, 0.0));
+  np_bands upper = np_bands_grey(0.0f), all = upper;
+  for (int i = 0; i < SHARE_ANGLES; i++) {
+    const double u = (i + 0.5) / SHARE_ANGLES, angle = NP_PI * u * u, width = 2.0 * NP_PI * u / SHARE_ANGLES;
+    const double rise = cosine * cos(angle), swing = sine * sin(angle);
+    const double arc = acos(np_clamp(swing > 1e-9 ? -rise / swing : (rise > 0.0 ? -1.0 : 1.0), -1.0, 1.0)) / NP_PI;
+    const float versine = (float)(2.0 * sin(0.5 * angle) * sin(0.5 * angle));
+    const np_bands ring = (float)(sin(angle) * width) * np_aerosol_phase(&sky->atmosphere->medium, versine);
+    all += ring;
+    upper += (float)arc * ring;
+  }
+  /* Without aerosols there is no light to share. */
+  const np_spectrum share = np_bands_to_spectrum(np_bands_select(all > 0.0f, upper / all, np_bands_grey(0.5f)));
+  return (np_hemisphere_shares){share, np_spectrum_subtract(np_spectrum_grey(1.0f), share)};
+}
+
+np_even_inscatter np_sky_compute_even_inscatter(const neph_sky *sky, np_vec3 direction, double distance_m,
+                                                const np_hemisphere_shares *shares) {
   np_scattered first = {0};
   (void)sample_aerial(sky, direction, distance_m, &first);
-  *out_first = shade(sky, direction, first);
   const float rayleigh = np_phase_rayleigh_eval(np_vec3_dot(direction, sky->sun));
-  const np_bands even = sky->frame.twilight / (4.0f * NP_PI_F) * (first.smooth / rayleigh + first.peak);
-  return np_spectrum_multiply(np_bands_to_spectrum(even), sky->irradiance);
+  const float scale = sky->frame.twilight / (2.0f * NP_PI_F);
+  const np_spectrum light = np_spectrum_scale(sky->irradiance, scale);
+  const np_spectrum molecules = np_spectrum_multiply(np_bands_to_spectrum(first.smooth * (0.5f / rayleigh)), light);
+  const np_spectrum aerosols = np_spectrum_multiply(np_bands_to_spectrum(first.peak), light);
+  return (np_even_inscatter){.upper = np_spectrum_add(molecules, np_spectrum_multiply(shares->upper, aerosols)),
+                             .lower = np_spectrum_add(molecules, np_spectrum_multiply(shares->lower, aerosols)),
+                             .first = shade(sky, direction, first)};
 }
 
 static np_vec3 read_direction(const double direction[3]) {

@@ -290,11 +290,16 @@ typedef struct loss_job {
   np_air_shadow *out;
 } loss_job;
 
-/* Change of the mean radiance around a point by clouds, over the sun's irradiance there: hidden sky, light scattered
- * down by clouds, its reflection by the ground, and the ground's loss of sunlight. */
-static np_spectrum compute_diffuse(const loss_job *job, np_dvec3 position, float seen) {
+/* Change of the actinic flux at a point by clouds, over the sun's irradiance there. */
+typedef struct diffuse_change {
+  np_spectrum upper; /* hidden sky, and light that clouds scatter down */
+  np_spectrum lower; /* its reflection by the ground, and the ground's loss of sunlight */
+} diffuse_change;
+
+/* The ground's even light has an actinic flux of twice its irradiance. */
+static diffuse_change compute_diffuse(const loss_job *job, np_dvec3 position, float seen) {
   const np_world *world = job->world;
-  np_spectrum out = np_spectrum_grey(0.0f);
+  diffuse_change out = {np_spectrum_grey(0.0f), np_spectrum_grey(0.0f)};
   const float below = np_smoothstepf((float)((job->top_m - position.z) / fmax(job->top_m - job->bottom_m, 1.0)));
   if (!job->ground_light || !world->atmosphere || !(below > 0.0f)) return out;
   const float cosine = np_maxf(np_vec3_dot(np_zenith(position, world->planet_radius_m), world->to_sun), 0.0f);
@@ -307,8 +312,8 @@ static np_spectrum compute_diffuse(const loss_job *job, np_dvec3 position, float
     const float sun = through.band[b] * world->sun_irradiance.band[b];
     if (!(sun > 1e-3f * world->sun_irradiance.band[b])) continue;
     const float sky = light.added.band[b] - (1.0f - light.open.band[b]) * clear.band[b] * world->sun_irradiance.band[b];
-    const float ground = albedo.band[b] * (sky - (1.0f - seen) * cosine * sun);
-    out.band[b] = below * (sky + ground) / (2.0f * NP_PI_F * sun);
+    out.upper.band[b] = below * light.actinic.band[b] / sun;
+    out.lower.band[b] = 2.0f * below * albedo.band[b] * (sky - (1.0f - seen) * cosine * sun) / sun;
   }
   return out;
 }
@@ -320,11 +325,6 @@ static void keep(np_spectrum lost, np_spectrum all, uint16_t out[NP_BAND_COUNT])
   }
 }
 
-/* Light of a ray up to a plane: first order, and the in-scatter of isotropic light of the sun's irradiance. */
-typedef struct reach_light {
-  np_spectrum first, even;
-} reach_light;
-
 /* Computes the losses of a node from plane to plane; past the ray's end they stay constant. */
 static void lose_node(const loss_job *job, size_t node) {
   const np_air_visibility *v = job->visibility;
@@ -335,19 +335,21 @@ static void lose_node(const loss_job *job, size_t node) {
   const double ground = (double)v->ground_m[node];
   uint16_t(*out)[NP_BAND_COUNT] = &job->out->visible_fraction[node * PLANES];
   np_spectrum lost = np_spectrum_grey(0.0f);
-  reach_light before = {lost, lost};
+  const np_hemisphere_shares shares = np_sky_compute_hemisphere_shares(job->world->camera_sky, direction);
+  np_even_inscatter before = {lost, lost, lost};
   double begin = 0.0;
   for (int c = 0; c < PLANES; c++) {
     const double end = fmin(compute_plane(v->reach_m, c), ground);
-    reach_light up_to;
-    up_to.even = np_sky_even_inscatter(job->world->camera_sky, direction, end, &up_to.first);
+    const np_even_inscatter up_to = np_sky_compute_even_inscatter(job->world->camera_sky, direction, end, &shares);
     if (c < CELLS && end > begin) {
       const float seen = v->seen[node * CELLS + (size_t)c];
       const np_dvec3 middle = np_dvec3_along(r->origin, direction, 0.5 * (begin + end));
-      const np_spectrum diffuse = compute_diffuse(job, middle, seen);
-      const np_spectrum even = np_spectrum_subtract(up_to.even, before.even);
+      const diffuse_change change = compute_diffuse(job, middle, seen);
+      const np_spectrum upper = np_spectrum_subtract(up_to.upper, before.upper),
+                        lower = np_spectrum_subtract(up_to.lower, before.lower);
       lost = np_spectrum_add_scaled(lost, 1.0f - seen, np_spectrum_subtract(up_to.first, before.first));
-      lost = np_spectrum_subtract(lost, np_spectrum_multiply(diffuse, even));
+      lost = np_spectrum_subtract(lost, np_spectrum_multiply(change.upper, upper));
+      lost = np_spectrum_subtract(lost, np_spectrum_multiply(change.lower, lower));
     }
     before = up_to;
     begin = end;

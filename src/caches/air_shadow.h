@@ -18,7 +18,7 @@
  *
  * Light that the air scatters more often is left as it is without clouds, but below clouds whose light on the ground is
  * known (caches/ground_light.h): there air is lit by what they hide of the sky, scatter down and keep from the ground
- * too, as if it came evenly from all around. That can be more than they take.
+ * too, as if it came evenly from either hemisphere. That can be more than they take.
  *
  * Visibility depends on clouds, terrain, sun and camera; what is lost on the camera's sky too.
  */

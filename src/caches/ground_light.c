@@ -19,7 +19,7 @@
 #include "core/units.h"
 #include "caches/sun_optical_depth.h"
 
-enum { DIRECTIONS = 96, TO_EMISSION = 48, TO_BOX = 64, POINTS_MAX = 40, STEPS_MAX = 96 };
+enum { DIRECTIONS = 96, TO_EMISSION = 48, TO_BOX = 64, POINTS_MAX = 40, STEPS_MAX = 192 };
 
 /* Distance from the clouds, in heights of their tops, beyond which the sky is clear. */
 static const double reach_heights = 3.0;
@@ -148,20 +148,26 @@ static np_dvec3 get_box_point(const np_ground_light_desc *desc, unsigned i) {
                        low.z + size.z * fmod(0.5 + 0.5497004779019703 * i, 1.0));
 }
 
+/* Sums over directions of a set of cosine-weighted ones, in proportion to the irradiance and to the actinic flux. */
+static void add_light(const gather_direction *d, float weight, np_spectrum light, np_ground_light_value *sum) {
+  sum->added = np_spectrum_add_scaled(sum->added, weight, light);
+  sum->actinic = np_spectrum_add_scaled(sum->actinic, weight / d->towards.z, light);
+}
+
 /* Adds light from the direction of a place. */
-static void gather_from(const gather *g, np_dvec3 position, np_dvec3 place, unsigned i, np_spectrum *sum) {
+static void gather_from(const gather *g, np_dvec3 position, np_dvec3 place, unsigned i, np_ground_light_value *sum) {
   const np_vec3 away = np_dvec3_to_float(np_dvec3_subtract(place, position));
   gather_direction d;
   np_spectrum light;
   if (!(away.z > 0.0f)) return;
   fill_direction(g->desc, np_vec3_normalize(away), &d);
   (void)follow(g, &d, position, get_offset(i), &light);
-  *sum = np_spectrum_add_scaled(*sum, weigh(g, position, d.towards), light);
+  add_light(&d, weigh(g, position, d.towards), light, sum);
 }
 
 /* Adds the light of the other sets to the even set's sum: their weight over their density equals that over the even
  * set's. */
-static void gather_emitted(const gather *g, np_dvec3 position, np_spectrum *sum) {
+static void gather_emitted(const gather *g, np_dvec3 position, np_ground_light_value *sum) {
   np_random random = np_random_start(0, 0, 0, 0, 0); /* the same at every point */
   for (unsigned i = 0; i < TO_EMISSION; i++) {
     np_dvec3 place;
@@ -173,7 +179,7 @@ static void gather_emitted(const gather *g, np_dvec3 position, np_spectrum *sum)
 
 static np_ground_light_value gather_at(const gather *g, np_dvec3 position) {
   np_spectrum clear = np_spectrum_grey(0.0f), seen = clear;
-  np_ground_light_value out = {.added = clear};
+  np_ground_light_value out = {.added = clear, .actinic = clear};
   float open = 0.0f;
   for (unsigned i = 0; i < DIRECTIONS; i++) {
     const gather_direction *d = &g->directions[i];
@@ -182,11 +188,13 @@ static np_ground_light_value gather_at(const gather *g, np_dvec3 position) {
     const np_spectrum sky = np_world_sky_radiance(g->world, g->world->cloud_sky, position, d->towards);
     clear = np_spectrum_add(clear, sky);
     seen = np_spectrum_add_scaled(seen, transmittance, sky);
-    out.added = np_spectrum_add_scaled(out.added, weigh(g, position, d->towards), light);
+    add_light(d, weigh(g, position, d->towards), light, &out);
+    out.actinic = np_spectrum_add_scaled(out.actinic, (transmittance - 1.0f) / d->towards.z, sky);
     open += transmittance / DIRECTIONS;
   }
-  if (g->world->emission) gather_emitted(g, position, &out.added);
+  if (g->world->emission) gather_emitted(g, position, &out);
   out.added = np_spectrum_scale(out.added, NP_PI_F / DIRECTIONS);
+  out.actinic = np_spectrum_scale(out.actinic, NP_PI_F / DIRECTIONS);
   for (int b = 0; b < NP_BAND_COUNT; b++) out.open.band[b] = clear.band[b] > 0.0f ? seen.band[b] / clear.band[b] : open;
   return out;
 }
@@ -227,7 +235,7 @@ static void place(gather *g) {
   }
 }
 
-/* Step of the march: two voxels of the finest cloud. */
+/* Step of the march: a voxel of the finest cloud. Two are 0.7 % too bright below a deck of seven voxels. */
 static double compute_step(const np_world *world) {
   double finest = INFINITY;
   const np_instance *places = np_instances_get_places(&world->clouds);
@@ -236,7 +244,7 @@ static double compute_step(const np_world *world) {
       const double *row = places[v].world_to_index.m[a];
       finest = fmin(finest, 1.0 / np_dvec3_length(np_dvec3_make(row[0], row[1], row[2])));
     }
-  return 2.0 * finest;
+  return finest;
 }
 
 neph_result np_ground_light_build(neph_context *context, const np_ground_light_desc *desc, np_monitor *monitor,
@@ -302,7 +310,7 @@ np_ground_light_value np_ground_light_get(const np_ground_light *c, np_dvec3 pos
     w[a] = (float)(u - lower[a]);
     rim *= np_smoothstepf((float)(fmin(u, last - u) / (0.15 * last)));
   }
-  np_ground_light_value out = {np_spectrum_grey(1.0f - rim), np_spectrum_grey(0.0f)};
+  np_ground_light_value out = {np_spectrum_grey(1.0f - rim), np_spectrum_grey(0.0f), np_spectrum_grey(0.0f)};
   for (int corner = 0; corner < 4; corner++) {
     const int i = corner & 1, j = corner >> 1;
     const float weight = rim * (i ? w[0] : 1.0f - w[0]) * (j ? w[1] : 1.0f - w[1]);
@@ -310,6 +318,7 @@ np_ground_light_value np_ground_light_get(const np_ground_light *c, np_dvec3 pos
         &c->points[(size_t)(lower[1] + j) * (size_t)c->size[0] + (size_t)(lower[0] + i)];
     out.open = np_spectrum_add_scaled(out.open, weight, near->open);
     out.added = np_spectrum_add_scaled(out.added, weight, near->added);
+    out.actinic = np_spectrum_add_scaled(out.actinic, weight, near->actinic);
   }
   return out;
 }

@@ -13,8 +13,9 @@
 
 /* Irradiance of level ground at one place from the irradiance E of a clear sky: `open`·E + `added`. */
 typedef struct np_ground_light_value {
-  np_spectrum open;  /* transmitted share of the sky's light */
-  np_spectrum added; /* irradiance from the clouds, W m⁻² nm⁻¹ */
+  np_spectrum open;    /* transmitted share of the sky's light */
+  np_spectrum added;   /* irradiance from the clouds, W m⁻² nm⁻¹ */
+  np_spectrum actinic; /* change by clouds of the actinic flux from above, ∫ L dω, W m⁻² nm⁻¹ */
 } np_ground_light_value;
 
 typedef struct np_ground_light {
@@ -30,7 +31,7 @@ typedef struct np_ground_light_desc {
   const np_world *world;
   const np_sun_optical_depths *depths;
   const np_scattering_field *scattering;
-  np_dvec3 bounds_min, bounds_max; /* box of the clouds */
+  np_dvec3 bounds_min, bounds_max; /* box of all density */
 } np_ground_light_desc;
 
 /* Computes the cache. On failure `*out` is empty. */

@@ -9,6 +9,7 @@
 #include "plan/part_check.h"
 #include "scene/sequence.h"
 #include "stages/stage_part.h"
+#include "volume/places.h"
 
 /* ---- Key ---- */
 
@@ -107,11 +108,12 @@ static neph_result make_ground_clouds(const np_stage_part *in) {
   np_packet_light *light = in->light;
   const np_assembly *a = in->made;
   const np_sun_optical_depths depths = np_stage_get_depths(in, light);
+  const np_dvec3 voxel = np_instances_compute_voxel_extent(&light->world.clouds);
   const np_ground_light_desc desc = {.world = &light->world,
                                      .depths = &depths,
                                      .scattering = light->scattering,
-                                     .bounds_min = a->clouds_min,
-                                     .bounds_max = a->clouds_max};
+                                     .bounds_min = np_dvec3_subtract(a->clouds_min, voxel),
+                                     .bounds_max = np_dvec3_add(a->clouds_max, voxel)};
   np_ground_light *made = np_alloc(a->context, 1, sizeof *made);
   if (!made) return NEPH_ERROR_OUT_OF_MEMORY;
   const neph_result result = np_ground_light_build(a->context, &desc, in->monitor, made);

@@ -76,10 +76,10 @@ static neph_result trace_air(void *user, size_t begin, size_t end, unsigned thre
           np_dvec3_make(0.5 * (f->low[0] + f->high[0]), 0.5 * (f->low[1] + f->high[1]), compute_node(f, 2, h));
       a->whole[h] = np_sky_trace_air(sky, from, towards, INFINITY);
     }
+    const np_hemisphere_shares shares = np_sky_compute_hemisphere_shares(sky, towards);
     for (int c = 1; c <= AIR_CELLS; c++) {
-      np_spectrum unused;
       a->all[c] = np_sky_aerial_orders(sky, towards, compute_cell_end(c), &a->first[c]).inscatter;
-      a->even[c] = np_sky_even_inscatter(sky, towards, compute_cell_end(c), &unused);
+      a->even[c] = np_sky_compute_even_inscatter(sky, towards, compute_cell_end(c), &shares).upper;
     }
     np_spectrum unused;
     a->all_whole = np_sky_aerial_orders(sky, towards, INFINITY, &unused).inscatter;
@@ -168,8 +168,8 @@ np_spectrum np_border_light_ground(const np_world *world, const np_sun_optical_d
   return np_spectrum_scale(np_spectrum_multiply(irradiance, hit->albedo), 1.0f / NP_PI_F);
 }
 
-/* Gain of np_sky_even_inscatter for a unit of irradiance from above: even light over the upper hemisphere makes the air
- * shine twice as much as the same irradiance of the sun, spread over all directions. */
+/* Gain of even in-scatter for a unit of irradiance from above: even light over a hemisphere has an actinic flux of
+ * twice its irradiance. */
 static np_spectrum compute_even_gain(const np_world *world, np_dvec3 place) {
   const np_spectrum sun = np_spectrum_multiply(
       world->sun_irradiance,

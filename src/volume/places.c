@@ -271,3 +271,17 @@ neph_result np_places_search_crowd(neph_context *context, const np_places *place
   np_alloc_free(context, lists);
   return NEPH_OK;
 }
+
+np_dvec3 np_instances_compute_voxel_extent(const np_instances *clouds) {
+  const np_instance *places = np_instances_get_places(clouds);
+  double extent[3] = {0.0, 0.0, 0.0};
+  for (unsigned i = 0; i < np_instances_count_places(clouds); i++) {
+    np_affine index_to_world;
+    if (!np_affine_invert(&places[i].world_to_index, &index_to_world)) continue;
+    for (int a = 0; a < 3; a++) {
+      const double *row = index_to_world.m[a];
+      extent[a] = fmax(extent[a], fabs(row[0]) + fabs(row[1]) + fabs(row[2]));
+    }
+  }
+  return np_dvec3_make(extent[0], extent[1], extent[2]);
+}

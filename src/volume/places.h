@@ -100,4 +100,8 @@ static inline const np_instance *np_place_queue_take(np_place_queue *queue) {
   return taken;
 }
 
+/* Extent of the largest voxel along each axis of the world, m: interpolation spreads density as far beyond the box of
+ * the voxels' places. */
+np_dvec3 np_instances_compute_voxel_extent(const np_instances *clouds);
+
 #endif

@@ -1,0 +1,18 @@
+#!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
+# The march against the path tracer in scenes that are drawn and not chosen: prints docs/results/population.md.
+#
+#   sh population.sh NEPHOS --seed N --count K [--folder DIR] [--limit SECONDS] [--page FILE]
+#
+# NEPHOS    the program
+# --seed    hexadecimal digits: the first eight of the commit that is measured
+# --count   scenes
+# --folder  for scenes and pictures; a picture that is there is not rendered again
+# --limit   CPU seconds of a scene's reference; default 300
+# --page    file of the page; default standard output
+#
+# Needs python3 with numpy and scipy.
+set -eu
+nephos=$1
+shift
+exec "${PYTHON:-/usr/bin/python3}" -B "$(dirname "$0")/population" "$nephos" "$@"

@@ -1,0 +1,156 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Draws scenes, renders them by both integrators and prints what the march errs by."""
+
+import argparse
+import json
+import os
+import sys
+
+import numpy
+
+from pictures import Refused, compute_regions, render, run
+from report import print_page
+from scenes import draw_points, draw_scene
+
+SPREAD = 0.02  # relative standard error of a region's reference below which it counts as resolved
+SEEDS = 4
+SAMPLES_FIRST = 32
+COVER_LEAST = 0.02  # mean opacity of clouds in a picture that shows some
+
+
+def import_clouds(nephos, scene, folder, name):
+    """Bakes the clouds that are to be imported to files of the folder and puts these in their places."""
+    for i, cloud in enumerate(scene["clouds"]):
+        stretch, deepen = cloud.pop("stretch", None), cloud.pop("deepen", None)
+        emits, is_imported = cloud.pop("emits", False), cloud.pop("import", False)
+        if emits:
+            cloud["albedo"] = 0.8
+        if not is_imported:
+            continue
+        file = f"{name}.{i}.vdb"
+        alone = os.path.join(folder, f"{name}.{i}.bake.yaml")
+        path = os.path.join(folder, file)
+        if not os.path.exists(path):
+            parts = {key: scene[key] for key in ("terrain",) if key in scene}
+            with open(alone, "w") as out:
+                json.dump({"version": 1, "clouds": [cloud], **parts}, out)
+            run(nephos, "bake", alone, "-o", path, "-q")
+        placed = {"vdb": file}
+        if stretch:
+            placed["scale"] = stretch
+        if deepen:
+            placed["optical_depth"] = 20 * deepen
+        if emits:
+            placed["emission"] = {"flame": "density", "kelvin": "2500 K", "absorption": "0.002 1/m"}
+        scene["clouds"][i] = placed
+
+
+def write_scene(nephos, point, folder, name):
+    """File of a drawn scene, and its kinds."""
+    scene, kinds = draw_scene(point)
+    import_clouds(nephos, scene, folder, name)
+    path = os.path.join(folder, name + ".yaml")
+    with open(path, "w") as out:
+        json.dump(scene, out, indent=1)
+    return path, kinds
+
+
+def render_reference(nephos, scene, stem, size, limit):
+    """Mean of the reference's regions, their relative standard errors, and its CPU seconds. Samples double until the
+    regions that see anything are resolved, or the limit on CPU seconds is reached."""
+    samples, seconds, sums, weight = SAMPLES_FIRST, 0.0, None, 0
+    while True:
+        parts = []
+        for seed in range(SEEDS):
+            picture, _, facts = render(nephos, scene, f"{stem}.path{samples}.{seed}.exr", *size, "--integrator", "path",
+                                       "--samples", samples, "--set", f"render.seed={1000 * samples + seed}")
+            parts.append(compute_regions(picture))
+            seconds += facts["cpu_seconds"]
+        new = samples * numpy.stack(parts)
+        sums = new if sums is None else sums + new
+        weight += samples
+        means = sums / weight
+        mean = means.mean(0)
+        with numpy.errstate(divide="ignore", invalid="ignore"):
+            error = means.std(0, ddof=1) / numpy.sqrt(SEEDS) / mean
+        is_seen = mean.max(1) > 1e-3 * mean.max()
+        is_resolved = (error < SPREAD).all(1) & is_seen
+        if is_resolved.sum() >= 0.85 * is_seen.sum() or 3.0 * seconds > limit:
+            return mean, error, is_resolved, is_seen, seconds
+        samples *= 2
+
+
+def measure(nephos, point, folder, name, options):
+    """All that the page says of one scene; None: it shows no cloud."""
+    scene, kinds = write_scene(nephos, point, folder, name)
+    stem, size = os.path.join(folder, name), ("--resolution", options.resolution)
+    _, cover, _ = render(nephos, scene, stem + ".look.exr", *size, "--quality", "draft", "--samples", 1)
+    if cover.mean() < COVER_LEAST:
+        return None
+    predicted = json.loads(run(nephos, "render", scene, *size, "--explain", "--json", "-q")[0])["prediction"]
+    march, cover, facts = render(nephos, scene, stem + ".march.exr", *size)
+    again, _, _ = render(nephos, scene, stem + ".again.exr", *size, "--set", "render.seed=77")
+    reference, error, is_resolved, is_seen, seconds = render_reference(nephos, scene, stem, size, options.limit)
+    first, second = compute_regions(march), compute_regions(again)
+    with numpy.errstate(divide="ignore", invalid="ignore"):
+        bias = (0.5 * (first + second) / reference - 1.0)[is_resolved]
+    # Noise of a pixel by the difference of two seeds; squares of the reference's own noise are taken out of the bias's.
+    mean_square = (reference[is_resolved] ** 2).sum()
+    rest = ((0.5 * (first + second) - reference)[is_resolved] ** 2 - (error * reference)[is_resolved] ** 2).sum()
+    noise2 = 0.5 * ((march - again) ** 2).sum() / (0.25 * (march + again) ** 2).sum()
+    true_bias2 = max(rest, 0.0) / mean_square if mean_square > 0 else 0.0
+    return {
+        "name": name, "kinds": kinds, "bias": bias.tolist(), "error": error[is_resolved].tolist(),
+        "place": numpy.flatnonzero(is_resolved).tolist(), "seen": int(is_seen.sum()),
+        "true_bias": float(true_bias2 ** 0.5), "true_error": float((true_bias2 + noise2) ** 0.5),
+        "bias_noise": float((error[is_resolved] ** 2).mean() ** 0.5) if is_resolved.any() else 0.0,
+        "stated_bias": facts["bias"] / 100, "stated_error": facts["error"] / 100,
+        "seconds": facts["seconds"], "predicted_seconds": predicted["seconds"],
+        "bytes": facts["memory_bytes"], "predicted_bytes": predicted["bytes"],
+        "bad": int((~numpy.isfinite(march) | (march < 0)).any(-1).sum()), "reference_seconds": seconds,
+    }
+
+
+def main():
+    parser = argparse.ArgumentParser(prog="population.sh")
+    parser.add_argument("nephos")
+    parser.add_argument("--seed", required=True)
+    parser.add_argument("--count", type=int, required=True)
+    parser.add_argument("--folder", default="population")
+    parser.add_argument("--limit", type=float, default=300.0)
+    parser.add_argument("--page")
+    parser.add_argument("--resolution", default="64x36", help="of the pictures")
+    parser.add_argument("--worst", type=float, help="fail where a resolved region errs by more; a share")
+    options = parser.parse_args()
+    nephos, folder = os.path.abspath(options.nephos), options.folder
+    os.makedirs(folder, exist_ok=True)
+    results, refused = [], []
+    for i, point in enumerate(draw_points(int(options.seed, 16), 4 * options.count)):
+        if len(results) + len(refused) == options.count:
+            break
+        name = f"{options.seed}.{i}"
+        try:
+            found = measure(nephos, point, folder, name, options)
+        except Refused as refusal:
+            refused.append((name, str(refusal)))
+            print(f"{name}: {refusal}", file=sys.stderr)
+            continue
+        if found:
+            results.append(found)
+            worst = max((abs(b) for row in found["bias"] for b in row), default=0.0)
+            print(f"{name}: {len(found['bias'])} of {found['seen']} regions resolved, worst {100 * worst:.1f} %, "
+                  f"stated bias {100 * found['stated_bias']:.1f} %, true {100 * found['true_bias']:.1f} %, reference "
+                  f"{found['reference_seconds']:.0f} CPU s", file=sys.stderr)
+    out = open(options.page, "w") if options.page else sys.stdout
+    print_page(results, refused, options, out)
+    return check(results, refused, options.worst)
+
+
+def check(results, refused, worst):
+    """Exit status: 1 where a scene is refused, a pixel is not finite or negative, or a region errs by more."""
+    is_wrong = refused or any(r["bad"] for r in results)
+    largest = max((abs(b) for r in results for row in r["bias"] for b in row), default=0.0)
+    return 1 if is_wrong or (worst is not None and (not results or largest > worst)) else 0
+
+
+sys.exit(main())
