@@ -2,8 +2,6 @@
 /* Facts about the scene, and the walk over the rows that decides by them. */
 #include "plan/decisions.h"
 
-#include <stdarg.h>
-
 #include "core/alloc.h"
 #include "core/text.h"
 #include "plan/plan.h"
@@ -99,15 +97,6 @@ static np_scene_facts compute_facts(const neph_scene *scene, const np_request *r
 }
 
 /* ---- The walk ---- */
-
-void np_stage_decide(np_decision *d, np_stage_decision *out, bool is_needed, const char *format, ...) {
-  va_list arguments;
-  va_start(arguments, format);
-  out->is_needed = is_needed;
-  out->reason = np_alloc_printf_list(d->scene->context, format, arguments);
-  va_end(arguments);
-  if (!out->reason && !d->result) d->result = NEPH_ERROR_OUT_OF_MEMORY;
-}
 
 static const np_stage_decision *get(np_decision *d, np_stage stage) {
   np_stage_decision *out = &d->made->stages[stage];

@@ -112,7 +112,7 @@ void np_stage_decide_cloud_sky(np_decision *d, np_stage_decision *out) {
     const bool is_solved = !get_against(d, NP_STAGE_ORDINATES);
     against = is_solved || d->facts->is_dusk ? NULL : traced;
     why = is_solved ? "multiple scattering is solved for under it"
-                    : "the sun is down: paths aim at where the sky is bright";
+                    : "the sun is down: paths sample directions where the sky is bright";
   }
   decide_unless(d, out, d->facts->dark, against ? against : get_cloudless(d), why);
 }
@@ -125,8 +125,8 @@ void np_stage_decide_water_sky(np_decision *d, np_stage_decision *out) {
 }
 
 void np_stage_decide_sky_guide(np_decision *d, np_stage_decision *out) {
-  decide_unless(d, out, is_path(d) ? NULL : "the march aims at nothing", get_against(d, NP_STAGE_CLOUD_SKY),
-                "paths aim at where sky and ground are bright");
+  decide_unless(d, out, is_path(d) ? NULL : "only paths sample the sky", get_against(d, NP_STAGE_CLOUD_SKY),
+                "paths sample directions where sky and ground are bright");
 }
 
 /* ---- Lights ---- */
@@ -142,7 +142,7 @@ void np_stage_decide_lights(np_decision *d, np_stage_decision *out) {
     np_stage_decide(d, out, true, "the sun's elevation is %.3g deg, its azimuth %.3g deg%s", elevation / NP_DEGREE,
                     fmod(azimuth / NP_DEGREE + 360.0, 360.0), groups);
   else
-    np_stage_decide(d, out, true, "where sun, moon and stars stand goes by the place of the height field%s", groups);
+    np_stage_decide(d, out, true, "sun, moon and stars stand as seen from the place of the height field%s", groups);
 }
 
 void np_stage_decide_moon(np_decision *d, np_stage_decision *out) {
@@ -186,7 +186,7 @@ void np_stage_decide_ground_light(np_decision *d, np_stage_decision *out) {
 void np_stage_decide_sun_optical_depth(np_decision *d, np_stage_decision *out) {
   d->get(d, NP_STAGE_AIR_SHADOWS);
   const char *against = d->facts->dark ? d->facts->dark : get_cloudless(d);
-  if (!against && is_path(d) && d->made->air_ray_spacing == 0) against = "the tracer asks the clouds themselves";
+  if (!against && is_path(d) && d->made->air_ray_spacing == 0) against = "paths sample the clouds' extinction itself";
   if (!against && !d->facts->has_sun && !d->facts->has_moon) against = d->facts->no_sun;
   if (against)
     np_stage_decide(d, out, false, "%s", against);
@@ -263,10 +263,10 @@ void np_stage_decide_ordinates(np_decision *d, np_stage_decision *out) {
 }
 
 void np_stage_decide_viewer_light(np_decision *d, np_stage_decision *out) {
-  const char *against = is_path(d) ? "paths ask for light in all directions" : NULL;
+  const char *against = is_path(d) ? "paths need light in all directions" : NULL;
   if (!against && d->scene->camera.kind == NEPH_CAMERA_ORTHOGRAPHIC) against = parallel;
   decide_unless(d, out, against, get_against(d, NP_STAGE_ORDINATES),
-                "the march asks for light towards the camera alone");
+                "the march needs light towards the camera alone");
 }
 
 void np_stage_decide_ground_clouds(np_decision *d, np_stage_decision *out) {
@@ -283,7 +283,7 @@ void np_stage_decide_approximation(np_decision *d, np_stage_decision *out) {
 }
 
 void np_stage_decide_lighting(np_decision *d, np_stage_decision *out) {
-  np_stage_decide(d, out, true, "the integrator asks those of these caches that there are");
+  np_stage_decide(d, out, true, "it holds the light caches for the integrator");
 }
 
 void np_stage_decide_integrator(np_decision *d, np_stage_decision *out) {

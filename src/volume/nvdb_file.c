@@ -162,7 +162,8 @@ static neph_result read_combined(const np_volume_file *file, const np_vdb_reques
   np_vdb_addend addends[NP_VOLUME_GRIDS_MAX];
   neph_result result = NEPH_OK;
   for (size_t i = 0; i < request->count && !result; i++) {
-    const np_vdb_grid_info info = np_volume_file_describe(file, request->indices[i]);
+    np_vdb_grid_info info;
+    describe(file->reader, request->indices[i], &info);
     result = np_sparse_grid_init(file->context, info.name, &parts[i]);
     if (!result) result = read_tree(file, request->indices[i], 0, &parts[i]);
     addends[i] = (np_vdb_addend){&parts[i], info.is_affine, info.is_level_set};

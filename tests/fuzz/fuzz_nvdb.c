@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* A .nvdb file: described, which reads every grid of it, and loaded as a cloud.
  *
- * An input that begins with "edit" is changes to a sound file of one leaf, which would be too large for a corpus: each a
- * part of it, a place within that part, and 8 bytes that are put there. Any other is a file as it stands. */
+ * An input that begins with "edit" is changes to a sound file of one leaf, which would be too large for a corpus: each
+ * a part of it, a place within that part, and 8 bytes that are put there. Any other is a file as it stands. */
 #include "fuzz_support.h"
 
 #include <stdlib.h>
