@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Volumes: scalar fields on voxel grids, read from .vdb, created from arrays, or baked. Immutable and shared. */
+/* Volumes: scalar fields on voxel grids, read from .vdb and .nvdb files, created from arrays, or baked. Immutable and
+ * shared. */
 #ifndef NEPHOS_VOLUME_H
 #define NEPHOS_VOLUME_H
 
@@ -52,8 +53,8 @@ typedef struct neph_volume_load_desc {
     .progress_user = NULL, .is_halved = false                                                                          \
   }
 
-/** Reads one grid of a .vdb file. For a bake with levels of detail it also reads the files beside it that hold the
- * other levels.
+/** Reads one grid of a .vdb or .nvdb file. For a bake with levels of detail it also reads the files beside it that hold
+ * the other levels.
  *
  * @param desc        NULL for the defaults.
  * @param out_volume  one reference, for the caller; NULL on failure.
@@ -138,8 +139,8 @@ NEPH_API neph_result neph_volume_get_info(const neph_volume *volume, neph_volume
  */
 NEPH_API void neph_volume_sample(const neph_volume *volume, size_t count, const double *positions_m, float *out_values);
 
-/** Describes every grid of a .vdb file: class, type, transform, bounds in metres, value range, active voxels, memory as
- * a tree and as bricks, metadata.
+/** Describes every grid of a .vdb or .nvdb file: class, type, transform, bounds in metres, value range, active voxels,
+ * memory as a tree and as bricks, metadata.
  *
  * @param out_text  free it with neph_text_destroy; NULL on failure.
  */

@@ -265,8 +265,7 @@ void np_stage_decide_ordinates(np_decision *d, np_stage_decision *out) {
 void np_stage_decide_viewer_light(np_decision *d, np_stage_decision *out) {
   const char *against = is_path(d) ? "paths need light in all directions" : NULL;
   if (!against && d->scene->camera.kind == NEPH_CAMERA_ORTHOGRAPHIC) against = parallel;
-  decide_unless(d, out, against, get_against(d, NP_STAGE_ORDINATES),
-                "the march needs light towards the camera alone");
+  decide_unless(d, out, against, get_against(d, NP_STAGE_ORDINATES), "the march needs light towards the camera alone");
 }
 
 void np_stage_decide_ground_clouds(np_decision *d, np_stage_decision *out) {

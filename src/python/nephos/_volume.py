@@ -132,7 +132,7 @@ class Volume(Object):
     @documented("neph_volume_load", settings="neph_volume_load_desc")
     def load(cls, path: Path, *, progress: Optional[Callable[[Progress], Any]] = None,
              context: Optional[Context] = None, **settings: Any) -> Volume:
-        """Reads one grid of a .vdb file."""
+        """Reads one grid of a .vdb or .nvdb file."""
         context, watch = get_context(context), Watch(progress)
         desc = apply_settings(watch.attach(make_struct(c.neph_volume_load_desc)), settings, "Volume.load()")
         return cls._wrap(create(context, c.neph_volume, "neph_volume_load", context._handle, encode_text("path", path),
