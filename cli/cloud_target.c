@@ -12,6 +12,13 @@ bool cli_is_folder(const char *path) {
   return (length && path[length - 1] == '/') || (!stat(path, &status) && S_ISDIR(status.st_mode));
 }
 
+const char *cli_get_grid_ending(const char *path) {
+  static const char *const endings[] = {".vdb", ".nvdb"};
+  for (size_t i = 0; i < sizeof endings / sizeof *endings; i++)
+    if (cli_has_extension(path, endings[i])) return endings[i];
+  return NULL;
+}
+
 char *cli_get_cloud_target(const cli_options *options, const neph_scene *scene, unsigned cloud, bool is_own_file) {
   const char *name = neph_scene_get_cloud_name(scene, cloud);
   const char *file = is_own_file ? neph_scene_get_cloud_file(scene, cloud) : NULL;

@@ -11,4 +11,7 @@ bool cli_is_folder(const char *path);
  * `is_own_file` allows it, the cloud's own file, else NAME.vdb. NULL: no memory. */
 char *cli_get_cloud_target(const cli_options *options, const neph_scene *scene, unsigned cloud, bool is_own_file);
 
+/* ".vdb" or ".nvdb", as a path ends; NULL: it ends otherwise. */
+const char *cli_get_grid_ending(const char *path);
+
 #endif

@@ -23,10 +23,10 @@ static cli_exit check_output(const cli_options *options, unsigned baked_count) {
   }
   if (!options->output_count) return CLI_DONE;
   const char *output = options->outputs[0];
-  if (options->output_count == 1 && (cli_is_folder(output) || (baked_count == 1 && cli_has_extension(output, ".vdb"))))
+  if (options->output_count == 1 && (cli_is_folder(output) || (baked_count == 1 && cli_get_grid_ending(output))))
     return CLI_DONE;
   cli_complain("--output of nephos bake must be %s",
-               baked_count == 1 ? "one .vdb or a folder" : "a folder, for several clouds");
+               baked_count == 1 ? "a .vdb, a .nvdb or a folder" : "a folder, for several clouds");
   return CLI_USAGE;
 }
 
@@ -285,7 +285,7 @@ static cli_exit run_bake(cli_session *session) {
 const cli_verb cli_verb_bake = {
     .name = "bake",
     .arguments = "SCENE|FILE",
-    .summary = "bake the procedural clouds of a scene to .vdb",
+    .summary = "bake the procedural clouds of a scene to .vdb or .nvdb",
     .argument_min = 1,
     .argument_max = 1,
     .run = run_bake,
@@ -294,7 +294,7 @@ const cli_verb cli_verb_bake = {
              CLI_MAY(CLI_SOME_FAILED),
     .description = "Bakes each procedural cloud of a scene: to the cloud's `vdb` if it has one, else to its name and "
                    ".vdb in the current folder.",
-    .options = {{"--output", "write to FILE, a .vdb, where the scene bakes one cloud, or into the folder FILE",
+    .options = {{"--output", "write to FILE, a .vdb or .nvdb, where the scene bakes one cloud, or into the folder FILE",
                  .files = "vdb"},
                 {"--set"},
                 {"--path-mapping"},
@@ -312,7 +312,7 @@ const cli_verb cli_verb_bake = {
                  "baked; of several clouds with a map, into the folder FILE, as NAME.map.png",
                  .files = "png /"},
                 {"--verify",
-                 "rebake a .vdb from the parameters in it, and fail, with exit code 7, when a grid differs"},
+                 "rebake a file from the parameters in it, and fail, with exit code 7, when a grid differs"},
                 {"--dry-run"},
                 {"--progress"}},
     .examples = {{"nephos bake clouds.yaml -o low.vdb", "bake the only cloud of a scene"},

@@ -30,13 +30,17 @@ static cli_exit check_outputs(cli_session *session, unsigned cloud_count) {
     cli_complain("%s has no cloud", options->files[0]);
     return CLI_BAD_SCENE;
   }
-  if (output && (options->output_count > 1 ||
-                 (!cli_is_folder(output) && (cloud_count > 1 || !cli_has_extension(output, ".vdb"))))) {
+  if (output &&
+      (options->output_count > 1 || (!cli_is_folder(output) && (cloud_count > 1 || !cli_get_grid_ending(output))))) {
     cli_complain("--output of nephos export must be %s",
-                 cloud_count == 1 ? "one .vdb or a folder" : "a folder, for several clouds");
+                 cloud_count == 1 ? "a .vdb, a .nvdb or a folder" : "a folder, for several clouds");
     return CLI_USAGE;
   }
   if (!options->usd_path) return CLI_DONE;
+  if (output && cli_has_extension(output, ".nvdb")) {
+    cli_complain("--usd refers to the clouds as .vdb, --output is %s: write a .vdb, or leave out --usd", output);
+    return CLI_USAGE;
+  }
   if (!cli_has_extension(options->usd_path, ".usda")) {
     cli_complain("--usd is %s, must be a .usda", options->usd_path);
     return CLI_USAGE;
@@ -98,9 +102,10 @@ static cli_exit add_source(const export_job *job, unsigned cloud, int frame) {
 
 /* Adds the file of level `level` of detail, beside the cloud's own. */
 static cli_exit add_level(const export_job *job, const char *role, const char *path, unsigned level) {
-  const size_t length = strlen(path) - strlen(".vdb");
+  const char *ending = cli_get_grid_ending(path);
+  const size_t length = strlen(path) - strlen(ending);
   char *beside;
-  if (asprintf(&beside, "%.*s.lod%u.vdb", (int)length, path, level) < 0) return CLI_INTERNAL;
+  if (asprintf(&beside, "%.*s.lod%u%s", (int)length, path, level, ending) < 0) return CLI_INTERNAL;
   const cli_exit exit = cli_files_add_output(job->session, job->files, role, beside);
   free(beside);
   return exit;
@@ -224,7 +229,7 @@ static cli_exit run_export(cli_session *session) {
 const cli_verb cli_verb_export = {
     .name = "export",
     .arguments = "SCENE",
-    .summary = "write the clouds of a scene, in their places, to .vdb and .usda",
+    .summary = "write the clouds of a scene, in their places, to .vdb or .nvdb and .usda",
     .argument_min = 1,
     .argument_max = 1,
     .run = run_export,
@@ -236,7 +241,7 @@ const cli_verb cli_verb_export = {
                    "its file go with it, turned and in m/s, and, where the cloud has `emission`, `temperature` in K, "
                    "`flame` and emitted light (`Ce`) in the units of the keys' defaults. Files go by the cloud's name "
                    "and .vdb into the current folder.",
-    .options = {{"--output", "write to FILE, a .vdb, where the scene has one cloud, or into the folder FILE",
+    .options = {{"--output", "write to FILE, a .vdb or .nvdb, where the scene has one cloud, or into the folder FILE",
                  .files = "vdb"},
                 {"--usd", "write a layer with a Volume for each cloud to FILE, a .usda"},
                 {"--set"},

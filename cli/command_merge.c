@@ -24,7 +24,7 @@ static neph_result merge_parts(cli_session *session, const char *const *parts, s
     printf(", \"parts\": %zu}\n", count);
   } else
     cli_say("%s%s%s: merged from %zu part%s", path, preview ? ", " : "", preview ? preview : "", count,
-           count == 1 ? "" : "s");
+            count == 1 ? "" : "s");
   return NEPH_OK;
 }
 

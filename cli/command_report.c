@@ -32,9 +32,7 @@ static char *name_folder(const cli_options *options) {
   return printed < 0 ? NULL : folder;
 }
 
-static cli_exit make_folder(report_job *job) {
-  return cli_folder_make(job->folder, &job->is_made) ? CLI_DONE : CLI_IO;
-}
+static cli_exit make_folder(report_job *job) { return cli_folder_make(job->folder, &job->is_made) ? CLI_DONE : CLI_IO; }
 
 static cli_exit check_page(const report_job *job, neph_files *files, const char *name) {
   char *page;

@@ -68,10 +68,11 @@ static void print_tile(const farm_job *job, unsigned index) {
 static void print_depends(const farm_job *job) {
   fprintf(job->out, "  <depends>\n");
   for (unsigned i = 1; i <= job->tile_count; i++)
-    fprintf(job->out, "    <depend type=\"FRAME_BY_FRAME\" anyframe=\"false\">\n"
-           "      <depjob>%s</depjob><deplayer>merge</deplayer>\n"
-           "      <onjob>%s</onjob><onlayer>render_%u</onlayer>\n    </depend>\n",
-           job->name, job->name, i);
+    fprintf(job->out,
+            "    <depend type=\"FRAME_BY_FRAME\" anyframe=\"false\">\n"
+            "      <depjob>%s</depjob><deplayer>merge</deplayer>\n"
+            "      <onjob>%s</onjob><onlayer>render_%u</onlayer>\n    </depend>\n",
+            job->name, job->name, i);
   fprintf(job->out, "  </depends>\n");
 }
 
@@ -83,14 +84,16 @@ static void print_user(const farm_job *job) {
 }
 
 static void print_spec(const farm_job *job) {
-  fprintf(job->out, "<?xml version=\"1.0\"?>\n<!DOCTYPE spec PUBLIC \"SPI Cue Specification Language\" "
-         "\"http://localhost:8080/spcue/dtd/cjsl-1.12.dtd\">\n"
-         "<spec>\n  <facility>local</facility>\n  <show>nephos</show>\n  <shot>%s</shot>\n",
-         job->name);
+  fprintf(job->out,
+          "<?xml version=\"1.0\"?>\n<!DOCTYPE spec PUBLIC \"SPI Cue Specification Language\" "
+          "\"http://localhost:8080/spcue/dtd/cjsl-1.12.dtd\">\n"
+          "<spec>\n  <facility>local</facility>\n  <show>nephos</show>\n  <shot>%s</shot>\n",
+          job->name);
   print_user(job);
-  fprintf(job->out, "  <job name=\"%s\">\n    <paused>false</paused>\n    <maxretries>3</maxretries>\n"
-         "    <autoeat>false</autoeat>\n    <layers>\n",
-         job->name);
+  fprintf(job->out,
+          "  <job name=\"%s\">\n    <paused>false</paused>\n    <maxretries>3</maxretries>\n"
+          "    <autoeat>false</autoeat>\n    <layers>\n",
+          job->name);
   for (unsigned i = 1; i <= job->tile_count; i++) print_tile(job, i);
   if (job->tile_count > 1) {
     open_layer(job, "merge", "Util");

@@ -75,7 +75,7 @@ static void print_job(const farm_job *job) {
   fprintf(job->out, "\nspecificationVersion: jobtemplate-2023-09\nname: ");
   farm_text_put_json(job->out, job->name);
   fprintf(job->out, "\nparameterDefinitions:\n"
-         "  - name: Scene\n    type: PATH\n    objectType: FILE\n    dataFlow: IN\n    default: ");
+                    "  - name: Scene\n    type: PATH\n    objectType: FILE\n    dataFlow: IN\n    default: ");
   farm_text_put_json(job->out, job->scene);
   fprintf(job->out, "\nsteps:\n");
   print_render(&mapped);

@@ -167,11 +167,10 @@ void render_job_warn_of_lift(render_job *job, const frame_facts *facts) {
   char text[400], sun[80] = "";
   if (job->is_lift_told || job->output.preview_desc.exposure == NEPH_EXPOSURE_FIXED || !(lift > most_stops)) return;
   if (!isnan(elevation)) cli_print(sun, sizeof sun, " with the sun at elevation %.1f°", elevation);
-  cli_print(
-      text, sizeof text,
-      "the preview is lifted by %.1f stops from the exposure of noon: the picture of frame %d is that dark%s; "
-      "set output.exposure to a number of stops to see it as it is",
-      lift, job->desc.frame, sun);
+  cli_print(text, sizeof text,
+            "the preview is lifted by %.1f stops from the exposure of noon: the picture of frame %d is that dark%s; "
+            "set output.exposure to a number of stops to see it as it is",
+            lift, job->desc.frame, sun);
   cli_progress_log(&job->session->progress, NEPH_LOG_WARNING, text);
   job->is_lift_told = true;
 }

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* .nvdb files of NanoVDB's own tool: their grids are those of the .vdb files that they were made of. */
+/* .nvdb files of NanoVDB's own tool hold the grids of the .vdb files that they come from; and its tools accept the
+ * files that nephos writes. */
 #include "test_tools.h"
 
 #include <stdlib.h>
@@ -101,9 +102,9 @@ static void grids_are_those_of_the_vdb(void **state) {
   static const struct {
     const char *file, *grid;
     bool is_of_data;
-  } files[] = {{"blosc", "odd", true}, {"mask", "odd", true}, {"zipmask_half", "half", true},
-               {"ball", "surface", false}, {"mark", "mark", false},   {"both", "Smoke", false},
-               {"both", "surface", false}, {"parts", "fuel", false},  {"parts", "DENSITY", false}};
+  } files[] = {{"blosc", "odd", true},     {"mask", "odd", true},    {"zipmask_half", "half", true},
+               {"ball", "surface", false}, {"mark", "mark", false},  {"both", "Smoke", false},
+               {"both", "surface", false}, {"parts", "fuel", false}, {"parts", "DENSITY", false}};
   static const char *const options[] = {"", "-z", "-b", "-c full"};
   test_fixture *f = *state;
   for (size_t i = 0; i < sizeof files / sizeof *files; i++)
@@ -239,6 +240,60 @@ static void pictures_are_those_of_the_vdb(void **state) {
   free(nvdb);
 }
 
+/* ---- Writing ---- */
+
+/* Bakes a field of cumuli to a file: its grids are a density and a velocity. */
+static void bake(const test_fixture *f, const char *path, neph_precision precision) {
+  neph_cloud_desc cloud = NEPH_CLOUD_DESC_DEFAULT;
+  neph_bake_desc desc = NEPH_BAKE_DESC_DEFAULT;
+  assert_int_equal(neph_cloud_get_preset(f->context, "cumulus_humilis", &cloud), NEPH_OK);
+  cloud.extent_m[0] = cloud.extent_m[1] = 1500.0;
+  cloud.voxel_m = 40.0;
+  cloud.seed = 5;
+  desc.file_precision = precision;
+  desc.has_velocity = true;
+  assert_int_equal(neph_cloud_bake_file(f->context, &cloud, &desc, "density", path), NEPH_OK);
+}
+
+/* The same bits as a .vdb of the same bake, in floats and rounded to half; the tool that validates accepts the file,
+ * the tool that converts gives the same grids; a rebake from the file's own parameters too. */
+static void written_files_hold_what_a_vdb_holds(void **state) {
+  const test_fixture *f = *state;
+  for (int i = 0; i < 2; i++) {
+    const neph_precision precision = i ? NEPH_PRECISION_HALF : NEPH_PRECISION_FLOAT;
+    char *vdb = make_path(f->folder, "own", ".vdb"), *nvdb = make_path(f->folder, "own", ".nvdb"),
+         *back = make_path(f->folder, "back", ".vdb");
+    bake(f, vdb, precision);
+    bake(f, nvdb, precision);
+    run("nanovdb_validate %s >/dev/null", nvdb);
+    convert("", nvdb, back);
+    bool is_same = false;
+    assert_int_equal(neph_cloud_verify_file(f->context, nvdb, NULL, NULL, &is_same), NEPH_OK);
+    assert_true(is_same);
+    for (size_t grid = 0; grid < 2; grid++) {
+      assert_same_grid(f, vdb, grid, nvdb, grid);
+      assert_same_grid(f, vdb, grid, back, search_grid(f, back, grid ? "vel" : "density"));
+    }
+    free(vdb);
+    free(nvdb);
+    free(back);
+  }
+}
+
+/* A file that cannot be written leaves nothing, neither under its name nor under a temporary one. */
+static void a_failed_write_leaves_nothing(void **state) {
+  const test_fixture *f = *state;
+  char *folder = make_path(f->folder, "none", "/own.nvdb");
+  neph_cloud_desc cloud = NEPH_CLOUD_DESC_DEFAULT;
+  const neph_bake_desc desc = NEPH_BAKE_DESC_DEFAULT;
+  assert_int_equal(neph_cloud_get_preset(f->context, "cumulus_humilis", &cloud), NEPH_OK);
+  cloud.extent_m[0] = cloud.extent_m[1] = 500.0;
+  cloud.voxel_m = 50.0;
+  assert_int_equal(neph_cloud_bake_file(f->context, &cloud, &desc, "density", folder), NEPH_ERROR_IO);
+  run("test -z \"$(find %s -name '*own.nvdb*')\"", f->folder);
+  free(folder);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test_setup_teardown(grids_are_those_of_the_vdb, set_up, test_tear_down),
@@ -247,6 +302,8 @@ int main(void) {
       cmocka_unit_test_setup_teardown(level_sets_sums_and_marks_are_those_of_the_vdb, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(a_grid_is_chosen_by_name, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(pictures_are_those_of_the_vdb, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(written_files_hold_what_a_vdb_holds, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(a_failed_write_leaves_nothing, set_up, test_tear_down),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -285,7 +285,8 @@ typedef struct neph_bake_desc {
 NEPH_API neph_result neph_cloud_bake(neph_context *context, const neph_cloud_desc *cloud, const neph_bake_desc *desc,
                                      neph_volume **out_volume) NEPH_NODISCARD;
 
-/** Bakes a cloud straight to a .vdb file: a fog volume of extinction in 1/m, with its parameters, seed and hash.
+/** Bakes a cloud straight to a file, .vdb or .nvdb by its ending: a fog volume of extinction in 1/m, with its
+ * parameters, seed and hash. In a .nvdb values of half precision are rounded to half and stored as floats.
  *
  * With desc->lod_count above 1 each place is stored in one of several files, one file for each size of voxels:
  * "cloud.lod1.vdb", "cloud.lod2.vdb", … beside "cloud.vdb", the smallest. neph_volume_load reads all of them as one

@@ -334,8 +334,8 @@ typedef struct neph_sky_verify_desc {
 NEPH_API neph_result neph_render_sky_verify(const neph_scene *scene, const neph_sky_verify_desc *desc,
                                             neph_text_format format, char **out_text) NEPH_NODISCARD;
 
-/** Bakes one procedural cloud of a scene to a .vdb file, as it is in a frame: frame 1 is at the cloud's `time`, every
- * further one `frame_time` later.
+/** Bakes one procedural cloud of a scene to a .vdb or .nvdb file, as it is in a frame: frame 1 is at the cloud's
+ * `time`, every further one `frame_time` later.
  *
  * @param desc  NULL for the defaults; the planet and the levels of detail (lod_count and so on) are the scene's in any
  *              case, the latter for its own resolution.
@@ -350,12 +350,12 @@ NEPH_API neph_result neph_scene_save_map(const neph_scene *scene, unsigned cloud
 
 typedef struct neph_export_desc {
   size_t struct_size;
-  neph_precision precision;  /**< precision of values in the file (default NEPH_PRECISION_FLOAT) */
-  neph_progress_fn progress; /**< default NULL */
-  void *progress_user;       /**< default NULL */
-  unsigned level_count;      /**< levels of detail, 1 to NEPH_BAKE_LEVELS_MAX (default 1: `path` alone) */
-  bool is_dry_run;           /**< opens the cloud's file, checks that it has the grids that the scene requires, and
-                                  writes nothing (default false) */
+  neph_precision precision;       /**< precision of values in the file (default NEPH_PRECISION_FLOAT) */
+  neph_progress_fn progress;      /**< default NULL */
+  void *progress_user;            /**< default NULL */
+  unsigned level_count;           /**< levels of detail, 1 to NEPH_BAKE_LEVELS_MAX (default 1: `path` alone) */
+  bool is_dry_run;                /**< opens the cloud's file, checks that it has the grids that the scene requires, and
+                                       writes nothing (default false) */
   struct neph_renderer *renderer; /**< keeps the frame that places and scales a sequence from one call to the next, as
                                        it does for pictures; NULL: each call goes by its own frame (default NULL) */
 } neph_export_desc;
@@ -391,8 +391,8 @@ typedef struct neph_exported_cloud {
 #define NEPH_EXPORTED_CLOUD_DEFAULT                                                                                    \
   { .struct_size = sizeof(neph_exported_cloud) }
 
-/** Writes a cloud of a scene to a .vdb file as it stands in a frame: one fog volume "density" in the world's place, z
- * up, in metres, of the extinction in 1/m. Its units, and what a value of 1 is, go with it (`units`,
+/** Writes a cloud of a scene to a .vdb or .nvdb file as it stands in a frame: one fog volume "density" in the world's
+ * place, z up, in metres, of the extinction in 1/m. Its units, and what a value of 1 is, go with it (`units`,
  * `nephos:extinction_per_value`). Halves are scaled by a power of two that puts the largest in [1, 2). The velocities
  * and colours of its file go with it, and, where the cloud has emission, temperature, flame and emitted light, in the
  * world and in the units of the keys' defaults.

@@ -5,8 +5,7 @@
 #define NP_VOLUME_NVDB_ATTRIBUTES_H
 
 #include "volume/nvdb_layout.h"
-
-#define NP_NVDB_ATTRIBUTES_NAME "nephos:metadata"
+#include "volume/vdb_table.h"
 
 typedef struct np_nvdb_attributes {
   char *text; /* owned; NULL: none */

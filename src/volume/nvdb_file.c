@@ -179,8 +179,7 @@ static neph_result read(const np_volume_file *file, const np_vdb_request *reques
   const np_nvdb_grid *first = &reader->layout.grids[request->indices[0]];
   neph_result result = check_kinds(file, request);
   if (result) return result;
-  if (request->count > 1 || request->level_set_voxels > 0.0)
-    return read_combined(file, request, grid, out_tree_bytes);
+  if (request->count > 1 || request->level_set_voxels > 0.0) return read_combined(file, request, grid, out_tree_bytes);
   *out_tree_bytes = first->bytes;
   return read_tree(file, request->indices[0], request->component, grid);
 }

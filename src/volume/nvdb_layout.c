@@ -49,9 +49,9 @@ static void check_version(np_vdb_bytes *bytes, uint32_t version) {
 static void check_magic(np_vdb_bytes *bytes, uint64_t magic) {
   if (magic == magic_of_both || magic == magic_of_file || bytes->result) return;
   if (np_nvdb_has_magic(magic))
-    bytes->result = np_fail(bytes->context, NEPH_ERROR_UNSUPPORTED,
-                            "%s: was written on a machine of the other byte order: convert it there to .vdb",
-                            bytes->path);
+    bytes->result =
+        np_fail(bytes->context, NEPH_ERROR_UNSUPPORTED,
+                "%s: was written on a machine of the other byte order: convert it there to .vdb", bytes->path);
   else
     np_vdb_bytes_fail(bytes, "a segment begins with %016llx, must begin with \"NanoVDB0\"", (unsigned long long)magic);
 }

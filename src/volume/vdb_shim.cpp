@@ -18,7 +18,7 @@
 #include "volume/vdb_mending.h"
 #include "volume/vdb_packing.h"
 #include "volume/vdb_reading.h"
-#include "volume/vdb_writing.h"
+#include "volume/nvdb_writing.h"
 
 using namespace np_vdb;
 
@@ -164,8 +164,8 @@ neph_result read_grid(np_vdb_file *file, const np_vdb_request *request, const np
 }
 
 neph_result combine_grids(const np_vdb_addend *addends, size_t count, double level_set_voxels, unsigned thread_count,
-                          np_vdb_cancel_fn cancel, void *cancel_user, const np_vdb_sink *sink,
-                          uint64_t *out_tree_bytes, np_vdb_error *error) noexcept {
+                          np_vdb_cancel_fn cancel, void *cancel_user, const np_vdb_sink *sink, uint64_t *out_tree_bytes,
+                          np_vdb_error *error) noexcept {
   return guarded(error, Direction::reading, thread_count, [&] {
     openvdb::initialize();
     const Canceller canceller{cancel, cancel_user};
@@ -216,11 +216,22 @@ neph_result measure_grid(np_vdb_file *file, size_t index, np_vdb_grid_size *out_
 
 /* ---- Writing ---- */
 
-neph_result write_grids(const char *path, const np_vdb_write_grid *grids, size_t count, np_vdb_cancel_fn cancel,
-                        void *cancel_user, np_vdb_error *error) noexcept {
+void write_nano_grids(const char *path, const np_vdb_write_grid *grids, size_t count, const Canceller &canceller) {
+  std::vector<NanoHandle> outputs;
+  for (size_t i = 0; i < count; i++) {
+    const openvdb::GridBase::Ptr grid = make_output(grids[i]);
+    fill_output(grids[i], canceller, *grid);
+    outputs.push_back(convert_to_nano(*grid));
+  }
+  write_nano(path, outputs, canceller);
+}
+
+neph_result write_grids(const char *path, const np_vdb_write_grid *grids, size_t count, int is_nano,
+                        np_vdb_cancel_fn cancel, void *cancel_user, np_vdb_error *error) noexcept {
   return guarded(error, Direction::writing, [&] {
     openvdb::initialize();
     const Canceller canceller{cancel, cancel_user};
+    if (is_nano) return write_nano_grids(path, grids, count, canceller);
     openvdb::GridPtrVec outputs;
     for (size_t i = 0; i < count; i++) {
       outputs.push_back(make_output(grids[i]));
@@ -315,9 +326,22 @@ neph_result sample_grid(const np_sparse_grid *source, size_t count, const double
 }
 
 const np_vdb_module module_table = {
-    NP_VDB_MODULE_VERSION, try_chunk,     open_file,    close_file,   count_grids,   describe_grid, visit_metadata,
-    read_grid,             combine_grids, unpack_chunk, measure_grid, diagnose_grid, mend_file,     write_grids,
-    sample_grid,           read_alone,
+    NP_VDB_MODULE_VERSION,
+    try_chunk,
+    open_file,
+    close_file,
+    count_grids,
+    describe_grid,
+    visit_metadata,
+    read_grid,
+    combine_grids,
+    unpack_chunk,
+    measure_grid,
+    diagnose_grid,
+    mend_file,
+    write_grids,
+    sample_grid,
+    read_alone,
 };
 
 } /* namespace */

@@ -13,7 +13,10 @@
 extern "C" {
 #endif
 
-#define NP_VDB_MODULE_VERSION 12u
+#define NP_VDB_MODULE_VERSION 13u
+
+/* Blind data of a .nvdb grid that hold the metadata of a .vdb grid: names and texts, each ended by a zero byte. */
+#define NP_NVDB_ATTRIBUTES_NAME "nephos:metadata"
 
 /* File name of the module, and name of its exported function. */
 #define NP_VDB_MODULE_FILE "nephos_vdb.so"
@@ -175,9 +178,9 @@ typedef struct np_vdb_module {
    * which also receives the outcome. Grids of points are refused. */
   neph_result (*mend)(np_vdb_file *file, np_vdb_mending *mendings, const char *path, np_vdb_error *error);
 
-  /* Writes grids to `path`, a temporary name: the caller renames it. */
-  neph_result (*write)(const char *path, const np_vdb_write_grid *grids, size_t count, np_vdb_cancel_fn cancel,
-                       void *cancel_user, np_vdb_error *error);
+  /* Writes grids to `path`, a temporary name that the caller renames, as .vdb or, where `is_nano`, as .nvdb. */
+  neph_result (*write)(const char *path, const np_vdb_write_grid *grids, size_t count, int is_nano,
+                       np_vdb_cancel_fn cancel, void *cancel_user, np_vdb_error *error);
 
   /* OpenVDB's own trilinear BoxSampler at index positions, for tests and benchmarks. */
   neph_result (*sample)(const np_sparse_grid *grid, size_t count, const double *positions, float *out_values,

@@ -105,18 +105,25 @@ constexpr std::size_t compression_room_bytes = std::size_t(8) << 20;
 /* Throws if that much memory is not available. */
 inline void check_compression_room(void) { ::operator delete(::operator new(compression_room_bytes)); }
 
-inline void write_stream(const char *path, const openvdb::GridCPtrVec &outputs, const openvdb::MetaMap &metadata,
-                         const Canceller &canceller) {
+/* Writes a file by `put`, given its stream. */
+template <typename Put> void write_file(const char *path, const Canceller &canceller, const Put &put) {
   errno = 0;
   PolledFile buffer(canceller);
   std::ostream stream(&buffer);
   stream.exceptions(std::ios_base::failbit | std::ios_base::badbit);
   if (!buffer.open(path, std::ios_base::out | std::ios_base::binary | std::ios_base::trunc))
     throw Failure{NEPH_ERROR_IO, std::string("cannot write: ") + std::strerror(errno)};
-  check_compression_room();
-  Archive().write(stream, outputs, /*seekable=*/true, metadata);
+  put(stream);
   stream.flush();
   if (!buffer.close()) throw Failure{NEPH_ERROR_IO, std::string("cannot write: ") + std::strerror(errno)};
+}
+
+inline void write_stream(const char *path, const openvdb::GridCPtrVec &outputs, const openvdb::MetaMap &metadata,
+                         const Canceller &canceller) {
+  write_file(path, canceller, [&](std::ostream &stream) {
+    check_compression_room();
+    Archive().write(stream, outputs, /*seekable=*/true, metadata);
+  });
 }
 
 } /* namespace np_vdb */

@@ -162,7 +162,8 @@ static neph_result add_attributes(const save_job *job, const np_vdb_write_grid *
 
 static neph_result write_temporary(const save_job *job, const np_vdb_module *module, const char *temporary) {
   np_vdb_error error;
-  neph_result result = module->write(temporary, job->grids, job->count, is_cancelled, job->monitor, &error);
+  const bool is_nano = np_file_has_ending(job->path, np_nvdb_format.ending);
+  neph_result result = module->write(temporary, job->grids, job->count, is_nano, is_cancelled, job->monitor, &error);
   if (result && result != NEPH_ERROR_CANCELLED)
     return np_fail(job->context, result, "%s: %s", job->path, error.message);
   return result;

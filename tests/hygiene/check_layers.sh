@@ -65,8 +65,8 @@ done
 
 # A pattern of headers, then the only files that may name them. The sun's file has a lock because libnova keeps results in
 # variables of its own.
-doors='openvdb/ src/volume/vdb_(shim.cpp|archive.h|conversion.h|failure.h|mending.h|reading.h|writing.h)
-nanovdb/ src/volume/nvdb_header.h
+doors='openvdb/ src/volume/(vdb_(shim.cpp|archive.h|conversion.h|failure.h|mending.h|reading.h|writing.h)|nvdb_writing.h)
+nanovdb/ src/volume/nvdb_(header|writing).h
 blosc\.h src/volume/vdb_packing.h
 zlib\.h src/volume/vdb_packing.h
 tbb/ src/volume/vdb_failure.h
