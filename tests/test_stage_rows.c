@@ -40,7 +40,7 @@ static const struct {
     {NP_STAGE_SKY_LIGHT, CLOUD, "sky", CLOUD "atmosphere: none", "environment"},
     {NP_STAGE_GROUND_LIGHT, CLOUD, "ground", EMPTY, "clouds"},
     {NP_STAGE_WORLD, EMPTY, "places", NULL, "every picture is of a world"},
-    {NP_STAGE_SKY_GUIDE, PATH, "path", CLOUD, "march"},
+    {NP_STAGE_SKY_GUIDE, PATH, "path", CLOUD, "only paths"},
     {NP_STAGE_SUN_OPTICAL_DEPTH, CLOUD "render: {sun_optical_depth: volume}", "render.sun_optical_depth",
      CLOUD "render: {sun_optical_depth: march}", "render.sun_optical_depth"},
     {NP_STAGE_ORDINATES, CLOUD, "solved", CLOUD "render: {multiple_scattering: none}", "render.multiple_scattering"},
