@@ -55,7 +55,8 @@ np_aerial_perspective np_sky_aerial_perspective(const neph_sky *sky, np_vec3 dir
 np_aerial_perspective np_sky_aerial_orders(const neph_sky *sky, np_vec3 direction, double distance_m,
                                            np_spectrum *out_first);
 
-/* Shares of the even light of either hemisphere that aerosols scatter along a ray, 1/sr times sr: they sum to 1. */
+/* Shares of the light that aerosols scatter along a ray, by the hemisphere that it comes from, where the light is the
+ * same in all directions. They sum to 1. */
 typedef struct np_hemisphere_shares {
   np_spectrum upper, lower;
 } np_hemisphere_shares;

@@ -148,7 +148,7 @@ static np_dvec3 get_box_point(const np_ground_light_desc *desc, unsigned i) {
                        low.z + size.z * fmod(0.5 + 0.5497004779019703 * i, 1.0));
 }
 
-/* Sums over directions of a set of cosine-weighted ones, in proportion to the irradiance and to the actinic flux. */
+/* Adds light of one of cosine-weighted directions to the sums for irradiance and for actinic flux. */
 static void add_light(const gather_direction *d, float weight, np_spectrum light, np_ground_light_value *sum) {
   sum->added = np_spectrum_add_scaled(sum->added, weight, light);
   sum->actinic = np_spectrum_add_scaled(sum->actinic, weight / d->towards.z, light);
