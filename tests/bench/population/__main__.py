@@ -104,7 +104,7 @@ def measure(nephos, point, folder, name, options):
         "place": numpy.flatnonzero(is_resolved).tolist(), "seen": int(is_seen.sum()),
         "true_bias": float(true_bias2 ** 0.5), "true_error": float((true_bias2 + noise2) ** 0.5),
         "bias_noise": float((error[is_resolved] ** 2).mean() ** 0.5) if is_resolved.any() else 0.0,
-        "stated_bias": facts["bias"] / 100, "stated_error": facts["error"] / 100,
+        "stated_bias": facts["bias"], "stated_error": facts["error"],
         "seconds": facts["seconds"], "predicted_seconds": predicted["seconds"],
         "bytes": facts["memory_bytes"], "predicted_bytes": predicted["bytes"],
         "bad": int((~numpy.isfinite(march) | (march < 0)).any(-1).sum()), "reference_seconds": seconds,
