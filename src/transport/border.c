@@ -428,6 +428,20 @@ static void measure_sky(const border_fill *f, unsigned set) {
   }
 }
 
+/* Mean over 2 × 2 places of each square. */
+static void measure_gaps(const border_fill *f, np_border *out) {
+  const np_vec3 to_sun = f->world->to_sun;
+  for (int n = 0; n < 4 * NP_BORDER_PLAN * NP_BORDER_PLAN; n++) {
+    const int u = n / 2 % NP_BORDER_PLAN, v = n / (4 * NP_BORDER_PLAN);
+    const double x = (u + 0.25 + 0.5 * (n % 2)) * out->square_m[0],
+                 y = (v + 0.25 + 0.5 * (n / (2 * NP_BORDER_PLAN) % 2)) * out->square_m[1];
+    const np_dvec3 place = np_dvec3_make(f->low[0] + x, f->low[1] + y, f->low[2]);
+    const float passed =
+        to_sun.z > 0.0f ? np_transmittance(f->depths->get(f->depths->user, place, to_sun, f->fade, 16.0f)) : 1.0f;
+    out->open[v][u] += 0.25f * passed;
+  }
+}
+
 static void set_plan(const border_fill *f, np_border *out) {
   for (int a = 0; a < 2; a++) {
     out->square_m[a] = (f->high[a] - f->low[a]) / NP_BORDER_PLAN;
@@ -447,6 +461,7 @@ static neph_result fill_sets(border_fill *f, np_monitor *monitor) {
   for (unsigned s = 0; s < f->set_count && !result; s++) {
     result = allocate_faces(context, f->sets[s].ordinates->block_count, f->sets[s].border);
     set_plan(f, f->sets[s].border);
+    measure_gaps(f, f->sets[s].border);
   }
   if (!result) result = np_parallel_for(context, monitor, FACES * NODES * NODES, 1, fill_nodes, f);
   for (unsigned s = 0; s < f->set_count && !result; s++) {
@@ -483,9 +498,9 @@ void np_border_clear(neph_context *context, np_border *border) {
 
 /* ---- Light from the solution ---- */
 
-float np_border_compute_excess(const np_border *border, unsigned band, float irradiance) {
+float np_border_compute_excess(const np_border *border, unsigned band, int v, int u, float irradiance) {
   const float clear = border->clear_irradiance.band[band], top = border->top_irradiance.band[band];
-  const float open = top > 0.0f ? np_clampf(irradiance / top, 0.0f, 1.0f) : 1.0f;
+  const float open = top > 0.0f ? np_clampf(irradiance / top, 0.0f, border->open[v][u]) : 1.0f;
   return irradiance + (clear - top) * open - clear;
 }
 
@@ -548,8 +563,9 @@ void np_border_set_downwelling(np_border *border, unsigned band, float (*irradia
   np_border_reset(border, band);
   float *faces = border->faces[band].radiance;
   float plan[NP_BORDER_PLAN * NP_BORDER_PLAN], excess[NP_BORDER_DEPTHS * NP_BORDER_WIDE * NP_BORDER_WIDE];
-  for (int i = 0; i < NP_BORDER_PLAN * NP_BORDER_PLAN; i++)
-    plan[i] = np_border_compute_excess(border, band, (&irradiance[0][0])[i]);
+  for (int v = 0; v < NP_BORDER_PLAN; v++)
+    for (int u = 0; u < NP_BORDER_PLAN; u++)
+      plan[v * NP_BORDER_PLAN + u] = np_border_compute_excess(border, band, v, u, irradiance[v][u]);
   for (int depth = 0; depth < NP_BORDER_DEPTHS; depth++)
     spread_excess(border, plan, border->depth_m * depth / (NP_BORDER_DEPTHS - 1),
                   excess + depth * NP_BORDER_WIDE * NP_BORDER_WIDE);

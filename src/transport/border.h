@@ -46,9 +46,10 @@ typedef struct np_border {
   } responses[6 * NP_BORDER_NODES * NP_BORDER_NODES]; /* of each node */
   double square_m[2], depth_m; /* sides of a square; from the bottom of the box to the lowest ground */
   bool is_wrapped[2];
-  unsigned axis_count;          /* axes across which light comes in: those that are not periodic */
-  np_spectrum clear_irradiance; /* of a clear sky on level ground, … */
-  np_spectrum top_irradiance;   /* … and on the top of the box, by the ordinates */
+  unsigned axis_count;                        /* axes across which light comes in: those that are not periodic */
+  np_spectrum clear_irradiance;               /* of a clear sky on level ground, … */
+  np_spectrum top_irradiance;                 /* … and on the top of the box, by the ordinates */
+  float open[NP_BORDER_PLAN][NP_BORDER_PLAN]; /* transmittance of the sun's beam to the bottom of the box; 1 at night */
 } np_border;
 
 static inline size_t np_border_count_radiances(unsigned block_count) {
@@ -88,8 +89,9 @@ double np_border_get_mean(const np_border *border, unsigned band, unsigned octan
 np_spectrum np_border_light_ground(const np_world *world, const np_sun_optical_depth_source *depths, const float *fade,
                                    const np_ground_hit *hit, np_spectrum *out_gain);
 
-/* Irradiance beyond a clear sky's on ground below the box: air between the box's top and the ground adds to what comes
- * through gaps, and the ordinates' sum is not quite the sky's. */
-float np_border_compute_excess(const np_border *border, unsigned band, float irradiance);
+/* Irradiance beyond a clear sky's on ground below a square of the box's plan: air between the box's top and the ground
+ * adds to what comes through gaps, and the ordinates' sum is not quite the sky's. Gaps are the share of the beam that
+ * comes through, or the share of the sky's irradiance, if that is less. */
+float np_border_compute_excess(const np_border *border, unsigned band, int v, int u, float irradiance);
 
 #endif

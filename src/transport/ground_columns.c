@@ -92,7 +92,7 @@ void np_ground_columns_get(const np_ground_columns *columns, const np_border *bo
   for (int32_t j = 0; j < size[1]; j++)
     for (int32_t i = 0; i < size[0]; i++) {
       const int32_t u = i * NP_BORDER_PLAN / size[0], v = j * NP_BORDER_PLAN / size[1];
-      const float excess = irradiance ? np_border_compute_excess(border, band, irradiance[v][u]) : 0.0f;
+      const float excess = irradiance ? np_border_compute_excess(border, band, v, u, irradiance[v][u]) : 0.0f;
       float sum = 0.0f, count = 0.0f;
       for (int32_t n = 0; n < wide[0] * wide[1]; n++) {
         const size_t at = (size_t)(j * wide[1] + n / wide[0]) * (size_t)fine[0] + (size_t)(i * wide[0] + n % wide[0]);
