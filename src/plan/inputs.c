@@ -211,10 +211,10 @@ static neph_result read_header(const neph_scene *scene, const np_request *reques
   bool has_colors = false;
   *out = (np_input_file){.is_known = false};
   neph_result result = np_cloud_file_get(scene->context, cloud, request->desc.frame, &file);
-  const bool is_there = file.path && np_file_exists(file.path); /* else opening says that it is not */
-  if (!result && is_there)
+  const bool is_present = file.path && np_file_exists(file.path); /* opening reports a missing file */
+  if (!result && is_present)
     result = np_volume_read_header(scene->context, file.path, &load, np_cloud_file_get_sequence(cloud), &header);
-  if (!result && is_there && !np_scene_is_none(cloud->color))
+  if (!result && is_present && !np_scene_is_none(cloud->color))
     result = np_volume_search_vector(scene->context, file.path, NP_VECTOR_COLOR, cloud->color, &has_colors);
   np_alloc_free(scene->context, file.path);
   if (result || !header.has_box || header.state != NP_GRID_FILLED) return result;

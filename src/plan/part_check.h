@@ -14,7 +14,7 @@ static inline bool np_part_is_range(const neph_render_desc *d) {
  * deep pixels or a time limit, and of sample ranges with a target error. */
 neph_result np_part_check(const neph_scene *scene, const np_request *request);
 
-/* Fails likewise where the scene has no hash, once that is known. */
+/* Fails too where the scene has no hash, once that is known. */
 neph_result np_part_check_hash(const np_plan *plan);
 
 #endif

@@ -20,7 +20,7 @@ typedef struct np_stage_part {
   np_schedule *schedule; /* shares of a time limit */
   const np_assembly *made;
   unsigned slot;           /* the part's place among those that later pictures reuse */
-  np_assembly *picture;    /* place of the result of a part per picture; else NULL, and likewise below */
+  np_assembly *picture;    /* place of the result of a part per picture; else NULL, as is each below */
   unsigned cloud;          /* number of the cloud of a part per cloud, … */
   np_cloud_parts *parts;   /* … and place of its result */
   np_light_caches *caches; /* place of the result of a part per light */

@@ -47,8 +47,8 @@ typedef struct np_border {
   double square_m[2], depth_m; /* sides of a square; from the bottom of the box to the lowest ground */
   bool is_wrapped[2];
   unsigned axis_count;                        /* axes across which light comes in: those that are not periodic */
-  np_spectrum clear_irradiance;               /* of a clear sky on level ground, … */
-  np_spectrum top_irradiance;                 /* … and on the top of the box, by the ordinates */
+  np_spectrum clear_irradiance;               /* irradiance of a clear sky on level ground */
+  np_spectrum top_irradiance;                 /* irradiance on the top of the box, by the ordinates */
   float open[NP_BORDER_PLAN][NP_BORDER_PLAN]; /* transmittance of the sun's beam to the bottom of the box; 1 at night */
 } np_border;
 
