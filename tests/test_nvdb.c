@@ -13,16 +13,6 @@
 
 #define DATA NEPHOS_TEST_SOURCE_DIR "/data/vdb"
 
-__attribute__((format(printf, 1, 2))) static void run(const char *format, ...) {
-  char *command;
-  va_list arguments;
-  va_start(arguments, format);
-  assert_true(vasprintf(&command, format, arguments) >= 0);
-  va_end(arguments);
-  assert_int_equal(system(command), 0);
-  free(command);
-}
-
 /* "folder/name.ending", to be freed. */
 static char *make_path(const char *folder, const char *name, const char *ending) {
   char *path;
@@ -35,12 +25,12 @@ static int set_up(void **state) {
   test_require_tool("/usr/bin/python3 -c 'import pyopenvdb' >/dev/null 2>&1", "python3-openvdb");
   const int failed = test_set_up(state, 2, NULL);
   const test_fixture *f = *state;
-  if (!failed) run("/usr/bin/python3 " NEPHOS_TEST_SOURCE_DIR "/write_vdb.py %s", f->folder);
+  if (!failed) test_run_command("/usr/bin/python3 " NEPHOS_TEST_SOURCE_DIR "/write_vdb.py %s", f->folder);
   return failed;
 }
 
 static void convert(const char *options, const char *from, const char *to) {
-  run("nanovdb_convert -f %s %s %s", options, from, to);
+  test_run_command("nanovdb_convert -f %s %s %s", options, from, to);
 }
 
 /* ---- Grids ---- */
@@ -123,7 +113,7 @@ static void grids_are_those_of_the_vdb(void **state) {
 static void other_types_are_read(void **state) {
   test_fixture *f = *state;
   char *nvdb = make_path(f->folder, "types", ".nvdb"), *back = make_path(f->folder, "types", ".vdb");
-  run("nanovdb_convert -f %s %s >/dev/null 2>&1; test -s %s", DATA "/types_stream.vdb", nvdb, nvdb);
+  test_run_command("nanovdb_convert -f %s %s >/dev/null 2>&1; test -s %s", DATA "/types_stream.vdb", nvdb, nvdb);
   convert("", nvdb, back);
   for (size_t g = 0; g < 4; g++) assert_same_grid(f, back, g, nvdb, g);
   free(nvdb);
@@ -265,7 +255,7 @@ static void written_files_hold_what_a_vdb_holds(void **state) {
          *back = make_path(f->folder, "back", ".vdb");
     bake(f, vdb, precision);
     bake(f, nvdb, precision);
-    run("nanovdb_validate %s >/dev/null", nvdb);
+    test_run_command("nanovdb_validate %s >/dev/null", nvdb);
     convert("", nvdb, back);
     bool is_same = false;
     assert_int_equal(neph_cloud_verify_file(f->context, nvdb, NULL, NULL, &is_same), NEPH_OK);
@@ -290,7 +280,7 @@ static void a_failed_write_leaves_nothing(void **state) {
   cloud.extent_m[0] = cloud.extent_m[1] = 500.0;
   cloud.voxel_m = 50.0;
   assert_int_equal(neph_cloud_bake_file(f->context, &cloud, &desc, "density", folder), NEPH_ERROR_IO);
-  run("test -z \"$(find %s -name '*own.nvdb*')\"", f->folder);
+  test_run_command("test -z \"$(find %s -name '*own.nvdb*')\"", f->folder);
   free(folder);
 }
 

@@ -15,4 +15,15 @@ static inline void test_require_tool(const char *command, const char *package) {
   skip();
 }
 
+/* Runs a command of the shell, which must succeed. */
+__attribute__((format(printf, 1, 2))) static inline void test_run_command(const char *format, ...) {
+  char *command;
+  va_list arguments;
+  va_start(arguments, format);
+  assert_true(vasprintf(&command, format, arguments) >= 0);
+  va_end(arguments);
+  assert_int_equal(system(command), 0);
+  free(command);
+}
+
 #endif

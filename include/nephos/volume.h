@@ -62,6 +62,17 @@ typedef struct neph_volume_load_desc {
 NEPH_API neph_result neph_volume_load(neph_context *context, const char *path, const neph_volume_load_desc *desc,
                                       neph_volume **out_volume) NEPH_NODISCARD;
 
+/** Reads one grid of a .vdb or .nvdb file that stands in memory, or of NanoVDB grids as nanovdb::GridHandle::data() has
+ * them, one behind the other. They are checked as files are, and may stand at any address.
+ *
+ * @param bytes       byte_count of them, which no other thread changes during the call; copied.
+ * @param desc        NULL for the defaults.
+ * @param out_volume  one reference, for the caller; NULL on failure. The first of several levels of detail is refused.
+ */
+NEPH_API neph_result neph_volume_load_memory(neph_context *context, const void *bytes, size_t byte_count,
+                                             const neph_volume_load_desc *desc,
+                                             neph_volume **out_volume) NEPH_NODISCARD;
+
 typedef struct neph_volume_dense_desc {
   size_t struct_size;
   const char *name;            /**< default "density" */

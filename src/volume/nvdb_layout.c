@@ -12,7 +12,7 @@
 static const uint64_t magic_of_both = UINT64_C(0x304244566f6e614e), magic_of_grid = UINT64_C(0x314244566f6e614e),
                       magic_of_file = UINT64_C(0x324244566f6e614e);
 
-enum { HEADER_BYTES = 16, NAME_BYTES = 4096, HAS_BOX = 1 << 1 };
+enum { NAME_BYTES = 4096, HAS_BOX = 1 << 1 };
 
 /* The description of a grid at the head of its segment, as it stands in the file. */
 typedef struct meta {
@@ -29,10 +29,11 @@ typedef struct meta {
 _Static_assert(sizeof(meta) == 176, "the fields of MetaData, without padding");
 _Static_assert(NP_NVDB_GRID_BYTES == PNANOVDB_GRID_SIZE && NP_NVDB_TREE_BYTES == PNANOVDB_TREE_SIZE, "its sizes");
 
-bool np_nvdb_has_magic(uint64_t magic) {
-  return magic == magic_of_both || magic == magic_of_file || magic == __builtin_bswap64(magic_of_both) ||
-         magic == __builtin_bswap64(magic_of_file);
+static bool is_magic(uint64_t magic) {
+  return magic == magic_of_both || magic == magic_of_grid || magic == magic_of_file;
 }
+
+bool np_nvdb_has_magic(uint64_t magic) { return is_magic(magic) || is_magic(__builtin_bswap64(magic)); }
 
 /* ---- Segments ---- */
 
@@ -202,13 +203,70 @@ static void read_segment(np_nvdb_layout *layout) {
   for (size_t i = first; i < layout->count && !bytes->result; i++) read_grid(layout, &layout->grids[i]);
 }
 
+/* ---- Grids without a segment ---- */
+
+typedef struct grid_place {
+  uint64_t magic;
+  uint32_t checksum[2], version, flags, index, count;
+} grid_place;
+
+_Static_assert(sizeof(grid_place) == PNANOVDB_GRID_OFF_GRID_SIZE, "the first fields of GridData, without padding");
+
+/* Whether grids stand in memory as NanoVDB's GridHandle has them; `out_count` is the number that the first one states.
+ * A segment of the same magic has a version where a
+ * grid has its checksum, and sizes where a grid has its version and its number. */
+static bool has_grids_alone(np_vdb_bytes *bytes, uint32_t *out_count) {
+  grid_place first;
+  np_vdb_bytes_seek(bytes, 0);
+  np_vdb_bytes_read(bytes, &first, sizeof first);
+  *out_count = first.count > 1 ? first.count : 1;
+  const bool is_like_grid = first.version >> 21 == PNANOVDB_MAJOR_VERSION_NUMBER,
+             is_like_segment = first.checksum[0] >> 21 == PNANOVDB_MAJOR_VERSION_NUMBER;
+  return first.magic == magic_of_grid ||
+         (first.magic == magic_of_both && first.index < first.count && (is_like_grid || !is_like_segment));
+}
+
+/* The box of the active voxels, with which a root begins. */
+static void read_active_box(np_vdb_bytes *bytes, np_nvdb_grid *grid) {
+  const int64_t end = bytes->position;
+  np_vdb_bytes_seek(bytes, grid->begin + (int64_t)grid->root);
+  np_vdb_bytes_read(bytes, grid->active_min, sizeof grid->active_min);
+  np_vdb_bytes_read(bytes, grid->active_max, sizeof grid->active_max);
+  np_vdb_bytes_seek(bytes, end);
+}
+
+/* One grid, which states itself what a segment states of it. */
+static void read_grid_alone(np_nvdb_layout *layout) {
+  unsigned char head[NP_NVDB_GRID_BYTES + NP_NVDB_TREE_BYTES];
+  np_vdb_bytes *bytes = layout->bytes;
+  const int64_t begin = bytes->position;
+  np_vdb_bytes_read(bytes, head, sizeof head);
+  np_vdb_bytes_seek(bytes, begin + PNANOVDB_GRID_OFF_GRID_NAME);
+  np_nvdb_grid *grid = bytes->result ? NULL : add_grid(layout);
+  if (!grid) return;
+  grid->name = read_name(bytes, PNANOVDB_GRID_OFF_MAP - PNANOVDB_GRID_OFF_GRID_NAME);
+  memcpy(&grid->type_number, head + PNANOVDB_GRID_OFF_GRID_TYPE, sizeof grid->type_number);
+  memcpy(&grid->bytes, head + PNANOVDB_GRID_OFF_GRID_SIZE, sizeof grid->bytes);
+  memcpy(&grid->voxel_count, head + NP_NVDB_GRID_BYTES + PNANOVDB_TREE_OFF_VOXEL_COUNT, sizeof grid->voxel_count);
+  grid->type = np_nvdb_type_get(grid->type_number, &grid->layout);
+  grid->stored_bytes = grid->bytes;
+  np_vdb_bytes_seek(bytes, begin);
+  read_grid(layout, grid);
+  if (grid->type && grid->active_max[0] != INT32_MIN) read_active_box(bytes, grid);
+}
+
 /* ---- The file ---- */
 
 neph_result np_nvdb_layout_open(np_vdb_bytes *bytes, np_nvdb_layout *out_layout) {
   *out_layout = (np_nvdb_layout){.context = bytes->context, .bytes = bytes};
+  uint32_t count;
+  const bool is_alone = has_grids_alone(bytes, &count);
   np_vdb_bytes_seek(bytes, 0);
-  do read_segment(out_layout);
-  while (!bytes->result && bytes->position < bytes->size);
+  if (is_alone)
+    for (uint32_t i = 0; i < count && !bytes->result; i++) read_grid_alone(out_layout);
+  else
+    do read_segment(out_layout);
+    while (!bytes->result && bytes->position < bytes->size);
   return bytes->result;
 }
 

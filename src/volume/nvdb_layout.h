@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The structure of a .nvdb file: segments of grids, and the head of each grid, checked when the file is opened. Inside
- * the volume module only.
+/* The structure of a .nvdb file: segments of grids, or grids alone, and the head of each grid, checked when the file is
+ * opened. Inside the volume module only.
  *
  * No byte of a file is trusted: each read is checked against the end of the grid, each child against the number of
  * nodes that the grid states, which must fit into it. So a tree costs no more than the file's size times a small

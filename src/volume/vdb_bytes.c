@@ -69,14 +69,16 @@ void np_vdb_bytes_fail(np_vdb_bytes *bytes, const char *format, ...) {
   bytes->result = np_text_end(&reason, bytes->result);
 }
 
+static const char *get_kind(const np_vdb_bytes *bytes) { return bytes->memory ? "buffer" : "file"; }
+
 static void fail_at_end(np_vdb_bytes *bytes, uint64_t count) {
   if (bytes->result) return;
   bytes->result =
       np_fail(bytes->context, NEPH_ERROR_BAD_FILE,
-              "%s: %s%s%sthe file ends at byte %lld, and %llu bytes from byte %lld on are needed: it is truncated or "
+              "%s: %s%s%sthe %s ends at byte %lld, and %llu bytes from byte %lld on are needed: it is truncated or "
               "damaged",
               bytes->path, bytes->grid ? "grid '" : "", bytes->grid ? bytes->grid : "", bytes->grid ? "': " : "",
-              (long long)bytes->size, (unsigned long long)count, (long long)bytes->position);
+              get_kind(bytes), (long long)bytes->size, (unsigned long long)count, (long long)bytes->position);
 }
 
 /* ---- Reading ---- */
@@ -117,7 +119,7 @@ static bool has_bytes(np_vdb_bytes *bytes, uint64_t count) {
 void np_vdb_bytes_seek(np_vdb_bytes *bytes, int64_t position) {
   if (bytes->result) return;
   if (position < 0 || position > bytes->size)
-    np_vdb_bytes_fail(bytes, "a part stands at byte %lld, beyond the file", (long long)position);
+    np_vdb_bytes_fail(bytes, "a part stands at byte %lld, beyond the %s", (long long)position, get_kind(bytes));
   else
     bytes->position = position;
 }

@@ -46,6 +46,17 @@ neph_result np_volume_file_open(neph_context *context, const char *path, np_moni
   return result;
 }
 
+neph_result np_volume_file_open_memory(neph_context *context, const char *name, const void *memory, size_t size,
+                                       np_monitor *monitor, np_volume_file *out_file) {
+  *out_file = (np_volume_file){.context = context, .path = name};
+  out_file->bytes = np_alloc(context, 1, sizeof *out_file->bytes);
+  if (!out_file->bytes) return NEPH_ERROR_OUT_OF_MEMORY;
+  np_vdb_bytes_open_memory(context, name, memory, size, out_file->bytes);
+  const neph_result result = open_format(out_file, monitor);
+  if (result) np_volume_file_close(out_file);
+  return result;
+}
+
 void np_volume_file_close(np_volume_file *file) {
   if (!file->bytes) return;
   if (file->reader) file->format->close(file->reader);

@@ -77,6 +77,8 @@ typedef struct level_mark {
 typedef struct load_job {
   neph_context *context;
   const char *path;
+  const void *memory; /* bytes in place of the file; `path` is then a name for messages; NULL: none */
+  size_t byte_count;
   load_query query;
   np_monitor *monitor;
   bool is_empty_allowed; /* always true for a field */
@@ -167,7 +169,10 @@ static neph_result check_content(const load_job *job, bool *out_has_content) {
 static neph_result run_load(void *user) {
   load_job *job = user;
   np_volume_file file;
-  neph_result result = np_volume_file_open(job->context, job->path, job->monitor, &file);
+  neph_result result =
+      job->memory
+          ? np_volume_file_open_memory(job->context, job->path, job->memory, job->byte_count, job->monitor, &file)
+          : np_volume_file_open(job->context, job->path, job->monitor, &file);
   if (result) return result;
   result = read_chosen(job, &file);
   np_volume_file_close(&file);
@@ -238,6 +243,13 @@ static neph_result load_level(const load_job *first, unsigned number, np_sparse_
   return result;
 }
 
+/* Refuses the first of several levels where a single grid is needed. */
+static neph_result refuse_levels(const load_job *job, const char *remedy) {
+  return np_fail(job->context, NEPH_ERROR_BAD_FILE,
+                 "%s: is the first of %u files, levels of detail of one cloud, not a single grid: %s", job->path,
+                 job->mark.count, remedy);
+}
+
 /* Loads all levels of a cloud, of which `job` has read the finest; NULL if all are empty. */
 static neph_result load_levels(load_job *job, np_monitor *monitor, neph_volume **out_volume) {
   np_sparse_grid levels[NP_TINT_PARTS_MAX] = {job->grid};
@@ -276,7 +288,8 @@ static neph_result load(load_job *job, const neph_volume_load_desc *desc, neph_v
   np_monitor monitor;
   bool has_content;
   neph_result result = load_grid(job, desc, &monitor, &has_content);
-  if (!result && has_levels(&job->mark)) return load_levels(job, &monitor, out_volume);
+  if (!result && has_levels(&job->mark) && !job->memory) return load_levels(job, &monitor, out_volume);
+  if (!result && has_levels(&job->mark)) result = refuse_levels(job, "load it by its path, or bake without levels");
   np_monitor_set_part(&monitor, np_monitor_whole, 0.7, 1.0);
   if (has_content && !result) result = create(job, &monitor, out_volume);
   if (has_content && !result) {
@@ -307,20 +320,31 @@ static neph_result check_desc(neph_context *context, const neph_volume_load_desc
   return NEPH_OK;
 }
 
+static neph_result load_checked(load_job *job, const neph_volume_load_desc *desc, neph_volume **out_volume) {
+  static const neph_volume_load_desc defaults = NEPH_VOLUME_LOAD_DESC_DEFAULT;
+  neph_volume_load_desc d;
+  neph_result result = np_desc_read(job->context, "neph_volume_load_desc", &defaults, sizeof d, desc, &d);
+  if (!result) result = check_desc(job->context, &d);
+  if (result) return result;
+  unsigned float_mode = np_float_mode_enter();
+  job->query.is_required = true;
+  result = load(job, &d, out_volume);
+  np_float_mode_leave(float_mode);
+  return result;
+}
+
 neph_result neph_volume_load(neph_context *context, const char *path, const neph_volume_load_desc *desc,
                              neph_volume **out_volume) {
   if (NP_LACKS_OUT(context, out_volume, path)) return NEPH_ERROR_INVALID_ARGUMENT;
-  static const neph_volume_load_desc defaults = NEPH_VOLUME_LOAD_DESC_DEFAULT;
-  neph_volume_load_desc d;
-  *out_volume = NULL;
-  neph_result result = np_desc_read(context, "neph_volume_load_desc", &defaults, sizeof d, desc, &d);
-  if (!result) result = check_desc(context, &d);
-  if (result) return result;
-  unsigned float_mode = np_float_mode_enter();
-  load_job job = {.context = context, .path = path, .query.is_required = true};
-  result = load(&job, &d, out_volume);
-  np_float_mode_leave(float_mode);
-  return result;
+  load_job job = {.context = context, .path = path};
+  return load_checked(&job, desc, out_volume);
+}
+
+neph_result neph_volume_load_memory(neph_context *context, const void *bytes, size_t byte_count,
+                                    const neph_volume_load_desc *desc, neph_volume **out_volume) {
+  if (NP_LACKS_OUT(context, out_volume, bytes)) return NEPH_ERROR_INVALID_ARGUMENT;
+  load_job job = {.context = context, .path = "buffer", .memory = bytes, .byte_count = byte_count};
+  return load_checked(&job, desc, out_volume);
 }
 
 static neph_result flatten(np_sparse_grid *grid, bool is_density, np_monitor *monitor) {
@@ -337,10 +361,7 @@ neph_result np_volume_load_grid(neph_context *context, const char *path, const n
   *out_grid = job.grid;
   out_grid->file = NULL;
   if (result || !has_levels(&job.mark)) return result;
-  return np_fail(context, NEPH_ERROR_BAD_FILE,
-                 "%s: is the first of %u files, levels of detail of one cloud, not a single grid: load all of them, "
-                 "or bake without levels",
-                 path, job.mark.count);
+  return refuse_levels(&job, "load all of them, or bake without levels");
 }
 
 static load_query get_field_query(const char *required_by) {

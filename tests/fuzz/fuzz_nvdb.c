@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A .nvdb file: described, which reads every grid of it, and loaded as a cloud.
+/* A .nvdb file: described, which reads every grid of it, and loaded as a cloud, from disk and from memory.
  *
  * An input that begins with "edit" is changes to a sound file of one leaf, which would be too large for a corpus: each
  * a part of it, a place within that part, and 8 bytes that are put there. Any other is a file as it stands. */
@@ -89,6 +89,8 @@ static void read_file(const uint8_t *data, size_t size) {
   neph_text_destroy(context, text);
   desc.policy = NEPH_IMPORT_REPAIR;
   fuzz_expect(neph_volume_load(context, path, &desc, &volume));
+  neph_volume_release(volume);
+  fuzz_expect(neph_volume_load_memory(context, data, size, &desc, &volume));
   neph_volume_release(volume);
 }
 

@@ -95,6 +95,53 @@ def test_a_volume_is_rendered_where_it_stands():
         scene.add(field)
 
 
+def list_buffers(data):
+    array = numpy.frombuffer(data, numpy.uint8)
+    return {"bytes": data, "bytearray": bytearray(data), "view": memoryview(data), "array": array.copy(),
+            "halves": numpy.append(array, numpy.zeros(len(data) % 2, numpy.uint8)).view(numpy.int16),
+            "odd": memoryview(bytearray(b"x" + data))[1:],
+            "strided": numpy.repeat(array, 2)[::2]}
+
+
+@pytest.mark.parametrize("ending", ["nvdb", "vdb"])
+def test_buffers_of_grids_are_those_of_the_file(scene, tmp_path, ending):
+    path = tmp_path / ("field." + ending)
+    nephos.bake(scene, path, cloud="field")
+    expected = nephos.Volume.load(path, precision="float")
+    places = numpy.random.default_rng(5).uniform(expected.info["bounds_min_m"], expected.info["bounds_max_m"], (500, 3))
+    for name, buffer in list_buffers(path.read_bytes()).items():
+        volume = nephos.Volume.from_nanovdb(buffer, grid="density", precision="float")
+        assert volume.info == expected.info, name
+        assert (volume.sample(places) == expected.sample(places)).all()
+
+
+def test_a_grid_without_its_file_is_read(scene, tmp_path):
+    nephos.bake(scene, tmp_path / "field.nvdb", cloud="field")
+    data = (tmp_path / "field.nvdb").read_bytes()
+    grid = data[data.index(b"NanoVDB", 8):]
+    assert nephos.Volume.from_nanovdb(grid).info == nephos.Volume.from_nanovdb(data).info
+    # The checksum is taken out: it would be wrong before all else.
+    grid = bytearray(grid[:8] + b"\xff" * 8 + grid[16:])
+    for at in numpy.random.default_rng(6).integers(0, 1100, 100):
+        kept, grid[at] = grid[at], grid[at] ^ 0x55
+        try:
+            nephos.Volume.from_nanovdb(grid)
+        except nephos.Error as error:
+            assert str(error).startswith("buffer: ")
+        grid[at] = kept
+    for size in 0, 7, 20, 700, len(grid) - 1:
+        with pytest.raises(nephos.FileError, match="^buffer: .*the buffer ends at byte %d," % size):
+            nephos.Volume.from_nanovdb(grid[:size])
+
+
+@pytest.mark.parametrize("buffer, settings, error, message", [
+    (None, {}, TypeError, "no buffer"), ("x", {}, TypeError, "no buffer"), (b"x" * 99, {}, nephos.FileError, "not a VDB"),
+    (b"", {"grids": "x"}, TypeError, "but 'grid'"), (b"", {"grid": 7}, TypeError, "a text")])
+def test_bad_buffers_are_refused(buffer, settings, error, message):
+    with pytest.raises(error, match=message):
+        nephos.Volume.from_nanovdb(buffer, **settings)
+
+
 def test_baked_clouds(scene, tmp_path):
     volume = nephos.Volume.bake("cumulus_humilis", voxel=80, extent=(2000, 2000), seed=3)
     assert 0 < volume.info["value_max"] < 0.2

@@ -28,6 +28,18 @@ def _make_floats(numpy, name, values):
         return array.astype(numpy.float32, copy=False)
 
 
+def _get_bytes(buffer):
+    """A pointer to the bytes of a buffer, which keeps them, and their number. What cannot be pointed to is copied."""
+    try:
+        view = memoryview(buffer)
+    except TypeError:
+        raise TypeError("%r is no buffer: bytes, a memoryview or an array" % type(buffer).__name__) from None
+    if view.readonly or not view.c_contiguous:
+        data = buffer if isinstance(buffer, bytes) else view.tobytes()
+        return ctypes.c_char_p(data), len(data)
+    return (ctypes.c_char * view.nbytes).from_buffer(view), view.nbytes
+
+
 def _make_coordinates(numpy, coordinates, count):
     array = numpy.asarray(coordinates)
     if array.shape != (count, 3):
@@ -136,6 +148,18 @@ class Volume(Object):
         context, watch = get_context(context), Watch(progress)
         desc = apply_settings(watch.attach(make_struct(c.neph_volume_load_desc)), settings, "Volume.load()")
         return cls._wrap(create(context, c.neph_volume, "neph_volume_load", context._handle, encode_text("path", path),
+                                ctypes.byref(desc), watch=watch), context)
+
+    @classmethod
+    @documented("neph_volume_load_memory", settings="neph_volume_load_desc")
+    def from_nanovdb(cls, buffer: Any, *, progress: Optional[Callable[[Progress], Any]] = None,
+                     context: Optional[Context] = None, **settings: Any) -> Volume:
+        """Reads one grid of a buffer: NanoVDB grids as a GridHandle has them, or the bytes of a .nvdb or .vdb file. Bytes,
+        memoryviews and arrays of numpy are buffers."""
+        context, watch = get_context(context), Watch(progress)
+        desc = apply_settings(watch.attach(make_struct(c.neph_volume_load_desc)), settings, "Volume.from_nanovdb()")
+        pointer, size = _get_bytes(buffer)
+        return cls._wrap(create(context, c.neph_volume, "neph_volume_load_memory", context._handle, pointer, size,
                                 ctypes.byref(desc), watch=watch), context)
 
     @classmethod
