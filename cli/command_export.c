@@ -5,6 +5,7 @@
 
 #include "cloud_target.h"
 #include "command_files.h"
+#include "export_textures.h"
 #include "failures.h"
 #include "print.h"
 #include "verbs.h"
@@ -212,13 +213,25 @@ static cli_exit export_frames(export_job *job) {
   return CLI_SOME_FAILED;
 }
 
+/* Refuses options that only textures have. */
+static cli_exit check_clouds_alone(const cli_options *options) {
+  if (!options->texture_file && !options->texture_size) return CLI_DONE;
+  cli_complain("%s of nephos export goes with --for textures", options->texture_file ? "--format" : "--size");
+  return CLI_USAGE;
+}
+
 static cli_exit run_export(cli_session *session) {
   export_job job = {.session = session};
   cli_catch_interrupts();
   cli_exit exit = cli_load_scene(session, session->options->files[0], &job.scene);
   if (exit) return exit;
-  exit = cli_exit_of(neph_renderer_create(session->context, &job.renderer));
-  if (!exit) exit = export_frames(&job);
+  if (session->options->export_use && !strcmp(session->options->export_use, "textures")) {
+    exit = cli_export_textures(session, job.scene);
+  } else {
+    exit = check_clouds_alone(session->options);
+    if (!exit) exit = cli_exit_of(neph_renderer_create(session->context, &job.renderer));
+    if (!exit) exit = export_frames(&job);
+  }
   for (size_t i = 0; i < job.count; i++) free((char *)(uintptr_t)job.done[i].path);
   free(job.done);
   neph_renderer_destroy(job.renderer);
@@ -229,7 +242,7 @@ static cli_exit run_export(cli_session *session) {
 const cli_verb cli_verb_export = {
     .name = "export",
     .arguments = "SCENE",
-    .summary = "write the clouds of a scene, in their places, to .vdb or .nvdb and .usda",
+    .summary = "write clouds of a scene, in their places: .vdb, .nvdb, .usda, textures",
     .argument_min = 1,
     .argument_max = 1,
     .run = run_export,
@@ -240,9 +253,14 @@ const cli_verb cli_verb_export = {
                    "of grids and repairs that the scene asks for are done. Velocities (`vel`) and colours (`Cd`) of "
                    "its file go with it, turned and in m/s, and, where the cloud has `emission`, `temperature` in K, "
                    "`flame` and emitted light (`Ce`) in the units of the keys' defaults. Files go by the cloud's name "
-                   "and .vdb into the current folder.",
+                   "and .vdb into the current folder. For textures, the folder FILE gets weather map, profile, "
+                   "extinction, signed distance and six optical depths of each baked cloud, noises, blue noise, tables "
+                   "of the sky, and textures.json, which says what each channel is.",
     .options = {{"--output", "write to FILE, a .vdb or .nvdb, where the scene has one cloud, or into the folder FILE",
                  .files = "vdb"},
+                {"--for"},
+                {"--format"},
+                {"--size"},
                 {"--usd", "write a layer with a Volume for each cloud to FILE, a .usda"},
                 {"--set"},
                 {"--path-mapping"},
@@ -253,5 +271,6 @@ const cli_verb cli_verb_export = {
                 {"--dry-run"},
                 {"--progress"}},
     .examples = {{"nephos export clouds.yaml -o hero.vdb --usd hero.usda", "export the only cloud of a scene"},
-                 {"nephos export clouds.yaml -o . --half", "export into a folder, in halves"}},
+                 {"nephos export clouds.yaml -o . --half", "export into a folder, in halves"},
+                 {"nephos export clouds.yaml --for textures -o textures", "export textures for a game"}},
 };

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include <nephos/cloud.h>
 #include <nephos/render.h>
+#include <nephos/textures.h>
 
 #include "option_table.h"
 
@@ -161,6 +162,11 @@ static bool take_levels(cli_options *out, const cli_option *option, const char *
   return cli_read_whole(argument, &out->level_count) && out->level_count >= 1 && out->level_count <= 8;
 }
 
+static bool take_texture_size(cli_options *out, const cli_option *option, const char *argument) {
+  return take_count(out, option, argument) && out->texture_size >= NEPH_TEXTURE_SIZE_MIN &&
+         out->texture_size <= NEPH_TEXTURE_SIZE_MAX;
+}
+
 static bool take_region(cli_options *out, const cli_option *option, const char *argument) {
   (void)option;
   out->has_region = true;
@@ -236,6 +242,8 @@ static const char *const qualities[] = {"draft", "preview", "final", "reference"
 static const char *const guidings[] = {"none", "adjoint", NULL};
 static const char *const sky_disks[] = {"include", "layer", "none", NULL};
 static const char *const sky_methods[] = {"lut", "march", "trace", NULL};
+static const char *const export_uses[] = {"clouds", "textures", NULL};
+static const char *const texture_files[] = {"ktx2", "raw", NULL};
 static const char *const isa_levels[] = {
     [NEPH_ISA_X86_64] = "x86-64", [NEPH_ISA_X86_64_V3] = "x86-64-v3", [NEPH_ISA_X86_64_V4] = "x86-64-v4", NULL};
 static const char *const progress_modes[] = {[CLI_PROGRESS_AUTO] = "auto",   [CLI_PROGRESS_BAR] = "bar",
@@ -325,6 +333,14 @@ static const cli_option options[] = {
      .fallback = "180", .meaning = "azimuth in the middle of the picture, degrees clockwise from north"},
     {.name = "--usd", .argument = "FILE", .take = take_text, .field = INTO(usd_path), .files = "usda",
      .meaning = "write the sky's picture as a dome light, sun, moon and camera to FILE, a .usda"},
+    {.name = "--for", .argument = "USE", .take = take_choice, .field = INTO(export_use), .words = export_uses,
+     .fallback = "clouds",
+     .meaning = "write clouds as volumes, or textures for renderers in real time, with a textures.json"},
+    {.name = "--format", .argument = "NAME", .take = take_choice, .field = INTO(texture_file), .words = texture_files,
+     .fallback = "ktx2", .meaning = "format of textures: Khronos texture 2.0, or texels alone"},
+    {.name = "--size", .argument = "N", .take = take_texture_size, .field = INTO(texture_size),
+     .range = "a whole number from 16 to 1024", .fallback = "128",
+     .meaning = "voxels along the longest edge of textures of a cloud's distances and optical depths, at most"},
     {.name = "--budget", .argument = "TIME", .take = take_budget, .range = "a number above 0, with s, m or h",
      .fallback = "10m", .meaning = "time for the whole report; settings that do not fit are left out and listed"},
     {.name = "--reference", .argument = "FILE", .take = take_text, .field = INTO(reference), .files = "exr",

@@ -81,6 +81,9 @@ typedef struct cli_options {
   const char *table_folder; /* folder for the tables of a sky; NULL: not given */
   const char *disks;        /* disks in the picture of a sky; NULL: not given */
   const char *usd_path;     /* USD layer of a sky; NULL: not given */
+  const char *export_use;   /* use of an export: "clouds", "textures"; NULL: not given */
+  const char *texture_file; /* format of textures: "ktx2", "raw"; NULL: not given */
+  unsigned texture_size;    /* voxels along the longest edge of textures of clouds; 0: not given */
   bool has_center;
   double center_deg;   /* azimuth in the middle of a sky's picture */
   unsigned path_count; /* paths of a probe or a sky; 0: not given */

@@ -47,6 +47,7 @@
 #include <nephos/scene_build.h>
 #include <nephos/terrain.h>
 #include <nephos/text.h>
+#include <nephos/textures.h>
 #include <nephos/volume.h>
 
 #endif

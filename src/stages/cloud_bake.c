@@ -3,7 +3,6 @@
 
 #include "core/given.h"
 #include "plan/plan_detail.h"
-#include "scene/cloud_ground.h"
 #include "scene/scene_eval.h"
 
 static neph_result check_cloud(const neph_scene *scene, unsigned cloud_index) {
@@ -12,22 +11,29 @@ static neph_result check_cloud(const neph_scene *scene, unsigned cloud_index) {
                  cloud_index, scene->cloud_count);
 }
 
+neph_result np_cloud_in_frame_make(const neph_scene *scene, unsigned cloud_index, int frame, np_cloud_in_frame *out) {
+  *out = (np_cloud_in_frame){.desc = np_scene_cloud_get_frame(&scene->clouds[cloud_index], frame)};
+  const neph_result result = np_cloud_ground_make(scene, &out->desc, &out->terrain);
+  return result ? result : np_cloud_ground_give(scene, out->terrain, &out->desc, &out->ground);
+}
+
+void np_cloud_in_frame_clear(np_cloud_in_frame *cloud) {
+  neph_terrain_release(cloud->terrain);
+  *cloud = (np_cloud_in_frame){.terrain = NULL};
+}
+
 neph_result np_cloud_bake_to_file(const neph_scene *scene, unsigned cloud_index, int frame, const neph_bake_desc *desc,
                                   np_bake_levels levels, const char *path) {
   static const neph_bake_desc defaults = NEPH_BAKE_DESC_DEFAULT;
   neph_bake_desc bake;
+  np_cloud_in_frame cloud;
   neph_result result = np_desc_read(scene->context, "neph_bake_desc", &defaults, sizeof defaults, desc, &bake);
   if (result) return result;
-  const np_scene_cloud *cloud = &scene->clouds[cloud_index];
-  neph_cloud_desc at_frame = np_scene_cloud_get_frame(cloud, frame);
-  np_cloud_ground ground;
-  neph_terrain *terrain;
-  np_plan_describe_file_bake(scene, cloud, &bake);
+  np_plan_describe_file_bake(scene, &scene->clouds[cloud_index], &bake);
   if (levels == NP_BAKE_LEVELS_NONE) bake.lod_count = 1;
-  result = np_cloud_ground_make(scene, &at_frame, &terrain);
-  if (!result) result = np_cloud_ground_give(scene, terrain, &at_frame, &ground);
-  if (!result) result = neph_cloud_bake_file(scene->context, &at_frame, &bake, "density", path);
-  neph_terrain_release(terrain);
+  result = np_cloud_in_frame_make(scene, cloud_index, frame, &cloud);
+  if (!result) result = neph_cloud_bake_file(scene->context, &cloud.desc, &bake, "density", path);
+  np_cloud_in_frame_clear(&cloud);
   return result;
 }
 

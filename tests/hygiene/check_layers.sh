@@ -26,7 +26,7 @@ stages: volume image cloud atmosphere world caches integrate scene plan
 frame: volume image integrate scene plan stages
 parts: image scene plan frame
 render: scene plan stages frame parts
-export: volume image scene plan stages render
+export: noise volume image cloud atmosphere integrate scene plan stages render
 probe: volume atmosphere integrate scene plan stages frame
 report: optics noise volume image mesh cloud terrain atmosphere world transport caches integrate scene plan stages frame
 check: optics noise volume image mesh cloud terrain atmosphere world transport caches integrate scene plan stages render'
