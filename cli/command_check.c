@@ -33,16 +33,22 @@ static cli_exit check_names(const cli_options *options) {
   return CLI_USAGE;
 }
 
+/* Whether the file and the output both have an ending. */
+static bool has_ending(const cli_options *options, const char *ending) {
+  return cli_has_extension(options->outputs[0], ending) && cli_has_extension(options->files[0], ending);
+}
+
 static cli_exit check_fix(const cli_session *session) {
   const cli_options *options = session->options;
   if (!options->is_fixed && !options->output_count) return CLI_DONE;
-  const bool is_one = options->output_count == 1 && cli_has_extension(options->outputs[0], ".vdb") &&
-                      options->file_count == 1 && cli_has_extension(options->files[0], ".vdb");
+  const bool is_one = options->output_count == 1 && options->file_count == 1 &&
+                      (has_ending(options, ".vdb") || has_ending(options, ".nvdb"));
   if (options->is_fixed && is_one) {
     const cli_exit exit = cli_check_target(session, options->outputs[0]);
     return exit ? exit : cli_files_check_output(session);
   }
-  cli_complain(options->is_fixed ? "--fix of nephos check takes one .vdb, and --output for its mended copy, a .vdb"
+  cli_complain(options->is_fixed ? "--fix of nephos check takes one .vdb or .nvdb, and --output for its mended copy, "
+                                   "of the same ending"
                                  : "--output of nephos check goes with --fix");
   return CLI_USAGE;
 }
@@ -114,11 +120,11 @@ const cli_verb cli_verb_check = {
         "the cause, the place, behind an arrow the key or option that mends it, and the name of the rule. A .vdb name "
         "with #### is a sequence: all its files are read, and compared from frame to frame. A scene is checked with "
         "all that it names, all errors at once.\n\n"
-        "With --fix a copy of a .vdb is written whose values a cloud can have, and what has changed in each grid is "
-        "printed; of a sequence, with #### in both names, each file is.\n\n"
+        "With --fix a copy of a .vdb or .nvdb is written whose values a cloud can have, and what has changed in each "
+        "grid is printed; of a sequence, with #### in both names, each file is.\n\n"
         "The exit code is 7 where there are errors or warnings.",
     .options = {{"--fix"},
-                {"--output", "write the mended copy to FILE, a .vdb", .files = "vdb"},
+                {"--output", "write the mended copy to FILE, a .vdb or .nvdb", .files = "vdb nvdb"},
                 {"--set"},
                 {"--frame"},
                 {"--cache"},

@@ -173,7 +173,8 @@ static test_file make_grid(const test_fixture *f) {
   return file;
 }
 
-/* Every length of the heads, then some. The copy ends where the buffer does, so that sanitizers see a read beyond. */
+/* Every length of the heads, then some. The copy ends where the buffer does, so that sanitizers see a read beyond. What
+ * is too short for the first fields of a grid is taken for a segment, whose version would be there. */
 static void buffers_that_end_early_are_refused(void **state) {
   test_fixture *f = *state;
   const test_file grid = make_grid(f);
@@ -181,8 +182,9 @@ static void buffers_that_end_early_are_refused(void **state) {
     uint8_t *bytes = malloc(size ? size : 1);
     assert_non_null(bytes);
     memcpy(bytes, grid.bytes, size);
-    assert_int_equal(load(f, bytes, size), NEPH_ERROR_BAD_FILE);
-    assert_one_error(&f->log, "buffer: ", "the buffer ends at byte");
+    const bool is_segment = size >= 12 && size < SIZE;
+    assert_int_equal(load(f, bytes, size), is_segment ? NEPH_ERROR_UNSUPPORTED : NEPH_ERROR_BAD_FILE);
+    assert_one_error(&f->log, "buffer: ", is_segment ? "version" : "the buffer ends at byte");
     free(bytes);
   }
   free(grid.bytes);

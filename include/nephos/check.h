@@ -79,11 +79,12 @@ NEPH_API neph_result neph_check_get_finding(const neph_check *check, size_t inde
 NEPH_API neph_result neph_check_describe(const neph_check *check, neph_text_format format,
                                          char **out_text) NEPH_NODISCARD;
 
-/** Writes a mended copy of a .vdb file, or of each file of a sequence, where both names have ####: scalar grids hold
- * finite values that are not negative, infinity becoming the largest finite value and all else 0, densities end in 0
- * and are fog volumes, values beyond halves are stored as floats, velocities and colours are finite. All other grids,
- * but points, which are refused, and all metadata are kept; so is a grid that looks like a level set without its class,
- * with a warning. `out_path` appears complete or not at all; the file itself is refused.
+/** Writes a mended copy of a .vdb or .nvdb file, or of each file of a sequence, where both names have ####: scalar
+ * grids hold finite values that are not negative, infinity becoming the largest finite value and all else 0, densities
+ * end in 0 and are fog volumes, values beyond halves are stored as floats, velocities and colours are finite. All other
+ * grids, but points, which are refused, and all metadata are kept; so is a grid that looks like a level set without its
+ * class, with a warning. A copy of a .nvdb is not compressed; quantised grids become floats, and other types of numbers
+ * are refused. `out_path` ends as the file does, and appears complete or not at all; the file itself is refused.
  *
  * @param out_text  describes the changes of each grid; free it with neph_text_destroy; NULL is allowed.
  */

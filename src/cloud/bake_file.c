@@ -88,12 +88,18 @@ static neph_result save(const np_bake *bake, const bake_grids *grids, const char
   size_t count = 0;
   const int is_half = desc->file_precision == NEPH_PRECISION_HALF;
   for (unsigned i = 0; i < desc->level_count; i++)
-    out[count++] = (np_vdb_write_grid){
-        &grids->levels[i], is_half, of_density, DENSITY_ATTRIBUTES + level_attributes, NULL, NULL, false};
+    out[count++] = (np_vdb_write_grid){.grid = &grids->levels[i],
+                                       .is_half = is_half,
+                                       .attributes = of_density,
+                                       .attribute_count = DENSITY_ATTRIBUTES + level_attributes};
   const np_sparse_grid *velocity = grids->velocity;
   if (desc->has_velocity)
-    out[count++] = (np_vdb_write_grid){&velocity[0], is_half,      of_velocity, VELOCITY_ATTRIBUTES + level_attributes,
-                                       &velocity[1], &velocity[2], false};
+    out[count++] = (np_vdb_write_grid){.grid = &velocity[0],
+                                       .y = &velocity[1],
+                                       .z = &velocity[2],
+                                       .is_half = is_half,
+                                       .attributes = of_velocity,
+                                       .attribute_count = VELOCITY_ATTRIBUTES + level_attributes};
   result = np_volume_save_grids(bake->context, path, out, count, bake->monitor);
   np_alloc_free(bake->context, params);
   return result;

@@ -8,6 +8,7 @@
 #include "core/text.h"
 #include "volume/nvdb_attributes.h"
 #include "volume/nvdb_checksum.h"
+#include "volume/nvdb_mend.h"
 #include "volume/nvdb_tree.h"
 #include "volume/volume_format.h"
 
@@ -212,14 +213,6 @@ static neph_result diagnose(const np_volume_file *file, size_t index, void (*vis
   return NEPH_OK;
 }
 
-static neph_result mend(const np_volume_file *file, np_vdb_mending *mendings, const char *path) {
-  (void)mendings, (void)path;
-  return np_fail(file->context, NEPH_ERROR_UNSUPPORTED,
-                 "%s: is a NanoVDB file, a copy is mended of .vdb files alone: convert it with OpenVDB's tool, "
-                 "nanovdb_convert %s FILE.vdb",
-                 file->path, file->path);
-}
-
 const np_volume_format np_nvdb_format = {
     .ending = ".nvdb",
     .has_magic = np_nvdb_has_magic,
@@ -231,5 +224,5 @@ const np_volume_format np_nvdb_format = {
     .read = read,
     .measure = measure,
     .diagnose = diagnose,
-    .mend = mend,
+    .mend = np_nvdb_mend,
 };

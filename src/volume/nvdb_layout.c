@@ -217,6 +217,7 @@ _Static_assert(sizeof(grid_place) == PNANOVDB_GRID_OFF_GRID_SIZE, "the first fie
  * grid has its checksum, and sizes where a grid has its version and its number. */
 static bool has_grids_alone(np_vdb_bytes *bytes, uint32_t *out_count) {
   grid_place first;
+  if (bytes->size < (int64_t)sizeof first) return false;
   np_vdb_bytes_seek(bytes, 0);
   np_vdb_bytes_read(bytes, &first, sizeof first);
   *out_count = first.count > 1 ? first.count : 1;

@@ -13,7 +13,7 @@
 extern "C" {
 #endif
 
-#define NP_VDB_MODULE_VERSION 13u
+#define NP_VDB_MODULE_VERSION 14u
 
 /* Blind data of a .nvdb grid that hold the metadata of a .vdb grid: names and texts, each ended by a zero byte. */
 #define NP_NVDB_ATTRIBUTES_NAME "nephos:metadata"
@@ -128,8 +128,9 @@ typedef struct np_vdb_write_grid {
   const np_vdb_attribute *attributes;
   size_t attribute_count;
   const np_sparse_grid *y, *z; /* NULL: a scalar fog volume; else components of a velocity whose x is `grid`, with the
-                                  same leaves and no tiles */
+                                  same leaves and tiles */
   int is_invariant;            /* the vector is a colour, not a direction: transforms leave it unchanged */
+  const char *grid_class;      /* class as np_vdb_grid_info names it; NULL: a fog volume, none of a vector */
 } np_vdb_write_grid;
 
 /* Functions that can fail return the neph_result that is also in `error`; they throw nothing. */

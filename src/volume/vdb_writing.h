@@ -51,6 +51,9 @@ inline void fill_scalar(const np_sparse_grid &source, const Canceller &canceller
 
 inline void fill_velocity(const np_vdb_write_grid &output, const Canceller &canceller, openvdb::Vec3SGrid &grid) {
   const np_sparse_grid &x = *output.grid, &y = *output.y, &z = *output.z;
+  for (size_t i = 0; i < x.tile_count; i++)
+    grid.tree().addTile(get_tile_level(x.tiles[i].edge), openvdb::Coord(x.tiles[i].origin),
+                        openvdb::Vec3s(x.tiles[i].value, y.tiles[i].value, z.tiles[i].value), x.tiles[i].is_active);
   for (size_t i = 0; i < x.leaf_count; i++) {
     canceller.poll();
     add_leaf(grid.tree(), x.leaves[i], [&](openvdb::Vec3s *to) {
@@ -82,6 +85,7 @@ inline openvdb::GridBase::Ptr make_output(const np_vdb_write_grid &output) {
   grid->setTransform(make_transform(output.grid->index_to_world));
   grid->setName(output.grid->name);
   grid->setSaveFloatAsHalf(output.is_half);
+  if (output.grid_class) grid->setGridClass(openvdb::GridBase::stringToGridClass(output.grid_class));
   for (size_t i = 0; i < output.attribute_count; i++) {
     const np_vdb_attribute &attribute = output.attributes[i];
     if (attribute.text)

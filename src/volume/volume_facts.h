@@ -75,7 +75,8 @@ void np_file_facts_clear(np_file_facts *facts);
 /* Writes a repaired copy of a file with all its grids and metadata. Values of scalar grids become finite and not
  * negative, densities become fog volumes with a background of 0, grids with values above 65504 are stored as floats,
  * and vectors become finite. Files of points are refused, because they cannot be copied. `out_path` must differ from
- * the file and appears complete or not at all. `*out_text`, to be freed, lists the changes, one line for each grid. */
+ * the file, end as it does, and appears complete or not at all. `*out_text`, to be freed, lists the changes, one line
+ * for each grid. */
 neph_result np_volume_mend_file(neph_context *context, const char *path, const char *out_path, np_monitor *monitor,
                                 char **out_text);
 

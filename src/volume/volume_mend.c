@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Repaired copies of .vdb files. */
+/* Repaired copies of .vdb and .nvdb files. */
 #include "core/alloc.h"
 #include "core/file.h"
 #include "volume/volume_choice.h"
 #include "volume/volume_facts.h"
+#include "volume/volume_format.h"
 
 typedef struct mend_job {
   np_volume_file *file;
@@ -83,6 +84,13 @@ static neph_result describe_changes(const mend_job *job, char **out_text) {
   return text ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
+/* A copy has the format of its file, and does not bear the ending of another. */
+static neph_result check_ending(const np_volume_file *file, const char *out_path) {
+  if (!np_volume_has_ending(out_path) || np_file_has_ending(out_path, file->format->ending)) return NEPH_OK;
+  return np_fail(file->context, NEPH_ERROR_INVALID_ARGUMENT, "%s: must end in %s, as the file does that is mended, %s",
+                 out_path, file->format->ending, file->path);
+}
+
 neph_result np_volume_mend_file(neph_context *context, const char *path, const char *out_path, np_monitor *monitor,
                                 char **out_text) {
   np_volume_file file;
@@ -94,7 +102,8 @@ neph_result np_volume_mend_file(neph_context *context, const char *path, const c
   if (result) return result;
   mend_job job = {.file = &file, .out_path = out_path, .count = np_volume_file_count(&file)};
   job.mendings = np_alloc(context, job.count + 1, sizeof *job.mendings);
-  result = job.mendings ? np_parallel_run(context, monitor, run_mend, &job) : NEPH_ERROR_OUT_OF_MEMORY;
+  result = job.mendings ? check_ending(&file, out_path) : NEPH_ERROR_OUT_OF_MEMORY;
+  if (!result) result = np_parallel_run(context, monitor, run_mend, &job);
   if (!result) result = describe_changes(&job, out_text);
   np_alloc_free(context, job.mendings);
   np_volume_file_close(&file);

@@ -5,6 +5,7 @@ import io
 import json
 import time
 
+import numpy
 import pytest
 
 import nephos
@@ -66,6 +67,28 @@ def test_sky_effort_and_plan(scene):
     assert effort["error"] > 0 and effort["integrator"] in ("march", "path")
     with pytest.raises(ValueError, match="plain, json"):
         scene.explain("xml")
+
+
+def test_a_file_is_mended(scene, tmp_path, program):
+    path, mended = tmp_path / "bad.nvdb", tmp_path / "mended.nvdb"
+    nephos.bake(scene, path, cloud="field")
+    data = numpy.fromfile(path, numpy.uint8)
+    grid = data.tobytes().index(b"NanoVDB", 8)
+    leaf = grid + 672 + int.from_bytes(data[grid + 672:grid + 680].tobytes(), "little")
+    values = data[leaf + 96:leaf + 96 + 2048].view(numpy.float32)
+    values[numpy.argmax(values > 0)] = numpy.nan
+    data[grid + 8:grid + 16] = 0xff  # the checksum
+    data.tofile(path)
+    assert [finding.rule for finding in nephos.check(path)] == ["values.nan"]
+    with pytest.raises(nephos.FileError, match="NaN"):
+        nephos.Volume.load(path)
+    assert nephos.mend(path, mended).strip() == "grid 'density': 1 value mended"
+    assert not nephos.check(mended) and nephos.Volume.load(mended).info["value_max"] > 0
+    assert "unchanged" in program("check", mended, "--fix", "-o", "again.nvdb")
+    with pytest.raises(nephos.ArgumentError, match="must end in .nvdb"):
+        nephos.mend(path, tmp_path / "mended.vdb")
+    with pytest.raises(nephos.NotFoundError, match="absent.vdb"):
+        nephos.mend(tmp_path / "absent.vdb", mended)
 
 
 def test_scene_of_defaults_and_checks(scene, tmp_path):

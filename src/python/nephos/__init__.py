@@ -19,7 +19,7 @@ from ._image import Image, compare, merge
 from ._library import lib
 from ._render import Renderer, Tile, bake, export, render, sky
 from ._scene import Scene, load, schema
-from ._tools import Finding, Report, check, probe, report
+from ._tools import Finding, Report, check, mend, probe, report
 from ._volume import Volume
 
 __version__ = lib.neph_version_get_text().decode()
@@ -27,6 +27,6 @@ __version__ = lib.neph_version_get_text().decode()
 __all__ = [
     "ArgumentError", "Cancelled", "Context", "Error", "FileError", "Finding", "Image", "InputOutputError",
     "InternalError", "LimitError", "NotFoundError", "OutOfMemoryError", "Progress", "Renderer", "Report", "Scene",
-    "SceneError", "Tile", "UnsupportedError", "Volume", "bake", "check", "compare", "export", "load", "merge", "probe",
-    "render", "report", "schema", "sky",
+    "SceneError", "Tile", "UnsupportedError", "Volume", "bake", "check", "compare", "export", "load", "mend", "merge",
+    "probe", "render", "report", "schema", "sky",
 ]

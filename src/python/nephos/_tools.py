@@ -56,6 +56,15 @@ def check(subject: Path | Scene, *, frame: int = 1,
         lib.neph_check_destroy(handle)
 
 
+@documented("neph_check_mend_file")
+def mend(path: Path, output: Path, *, context: Optional[Context] = None) -> str:
+    """Writes a mended copy of a .vdb or .nvdb file, as `nephos check --fix` does, and returns what has changed in each
+    grid."""
+    context = get_context(context)
+    return take_text(context, "neph_check_mend_file", context._handle, encode_text("path", path),
+                     encode_text("output", output))
+
+
 def _get_finding(context, handle, index):
     struct = make_struct(c.neph_finding)
     call(context, "neph_check_get_finding", handle, index, ctypes.byref(struct))
