@@ -25,6 +25,7 @@ def test_samples_are_at_their_places():
     assert (volume.sample(PLACES + (1000, 0, 0)) == RANDOM.reshape(-1)).all()
     assert volume.sample([1020, 40, 60]) == RANDOM[1, 2, 3]
     assert volume.info["name"] == "smoke" and volume.info["bounds_max_m"] == [1160, 180, 200]
+    assert nephos.Volume(RANDOM, voxel=numpy.array([20, 10, 5])).info["bounds_max_m"] == [160, 90, 50]
     moved = nephos.Volume(RANDOM, transform=[[20, 0, 0, 0], [0, 20, 0, 0], [0, 0, 20, 5]], precision="float")
     assert moved.sample([20, 40, 65]) == RANDOM[1, 2, 3]
 
@@ -77,7 +78,11 @@ def test_bad_lists_are_refused(values, coordinates, error, message):
     ({"voxel": 0}, nephos.ArgumentError, "determinant 0"), ({"voxel": "20 m"}, ValueError, "length in metres"),
     ({"voxel": (1, 2)}, ValueError, "three of them"), ({"precision": "double"}, ValueError, "half, float"),
     ({"name": 7}, TypeError, "a text"), ({"name": "a\0b"}, ValueError, "zero byte"),
-    ({"transform": [[1, 0, 0, 0]]}, ValueError, "3 or 4 rows"), ({"context": 7}, TypeError, "Context")])
+    ({"transform": [[1, 0, 0, 0]]}, ValueError, "3 or 4 rows"), ({"transform": "x"}, ValueError, "3 or 4 rows"),
+    ({"transform": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [1, 0, 0, 1]]}, ValueError, "fourth row"),
+    ({"origin": "abc"}, ValueError, "three coordinates"), ({"origin": 5}, ValueError, "three coordinates"),
+    ({"periodic": True}, ValueError, "two of True and False"), ({"periodic": (1, 0, 1)}, ValueError, "two of True"),
+    ({"voxel": float("nan")}, nephos.ArgumentError, "determinant nan"), ({"context": 7}, TypeError, "Context")])
 def test_bad_settings_are_refused(settings, error, message):
     with pytest.raises(error, match=message):
         nephos.Volume(RANDOM, **settings)
@@ -154,3 +159,5 @@ def test_baked_clouds(scene, tmp_path):
         nephos.Volume.bake("cumulus_minimis")
     with pytest.raises(ValueError, match="field"):
         nephos.bake(scene, tmp_path / "other.vdb", cloud="other")
+    with pytest.raises(ValueError, match="must end in .vdb or .nvdb"):
+        nephos.bake(scene, tmp_path / "field.txt", cloud="field")

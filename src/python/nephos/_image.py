@@ -122,6 +122,8 @@ class Image(Object):
         (height, width, channels)."""
         numpy = import_numpy("image[%r]" % (name,))
         if isinstance(name, (list, tuple)):
+            if not name:
+                raise ValueError("the list of channels is empty: %s" % ", ".join(self.channels))
             return numpy.stack([self[part] for part in name], axis=-1)
         return numpy.asarray(self.buffer(name))
 

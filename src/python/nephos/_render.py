@@ -127,7 +127,10 @@ def sky(scene: Scene, *, progress: Optional[Callable[[Progress], Any]] = None, *
 @documented("neph_scene_bake_file", settings="neph_bake_desc")
 def bake(scene: Scene, path: Path, *, cloud: int | str = 0, frame: int = 1,
          progress: Optional[Callable[[Progress], Any]] = None, **settings: Any) -> None:
-    """Bakes a procedural cloud of a scene, by its name or index, to a .vdb file. `Volume.bake` bakes one in memory."""
+    """Bakes a procedural cloud of a scene, by its name or index, to a .vdb or .nvdb file. `Volume.bake` bakes one in
+    memory."""
+    if not encode_text("path", path).lower().endswith((b".vdb", b".nvdb")):
+        raise ValueError("path is %r, must end in .vdb or .nvdb" % (path,))
     watch = Watch(progress)
     desc = apply_settings(watch.attach(make_struct(c.neph_bake_desc)), settings, "bake()")
     with check_scene(scene)._use:

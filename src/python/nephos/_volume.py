@@ -53,20 +53,39 @@ def _make_coordinates(numpy, coordinates, count):
     return numpy.ascontiguousarray(array, numpy.int32)
 
 
+def _read_pair(periodic):
+    pair = [] if isinstance(periodic, (str, bytes)) or not hasattr(periodic, "__len__") else [bool(x) for x in periodic]
+    if len(pair) != 2:
+        raise ValueError("periodic is %r, must be two of True and False, along x and along y" % (periodic,))
+    return pair
+
+
+def _read_numbers(values, shapes, message):
+    """Numbers as an array of float64 of one of the shapes."""
+    numpy = import_numpy("Volume")
+    try:
+        array = numpy.array(values, numpy.float64)
+    except (TypeError, ValueError):
+        array = None
+    if isinstance(values, (str, bytes)) or array is None or array.shape not in shapes:
+        raise ValueError("%s, is %r" % (message, values))
+    return array
+
+
 def _set_transform(desc, voxel, origin, transform):
     """Index to world: edges of voxels and the place of index 0, or a matrix of 3 × 4."""
     if transform is not None:
         if voxel is not None or origin is not None:
             raise TypeError("transform replaces voxel and origin: give either")
-        rows = [[float(x) for x in row] for row in transform]
-        if len(rows) not in (3, 4) or any(len(row) != 4 for row in rows):
-            raise ValueError("transform must have 3 or 4 rows of 4 numbers")
+        rows = _read_numbers(transform, [(3, 4), (4, 4)], "transform must have 3 or 4 rows of 4 numbers")
+        if len(rows) == 4 and rows[3].tolist() != [0, 0, 0, 1]:
+            raise ValueError("transform has %s for its fourth row, must have 0, 0, 0, 1" % rows[3].tolist())
     else:
-        edges = [1.0 if voxel is None else voxel] * 3 if voxel is None or hasattr(voxel, "__float__") else list(voxel)
-        place = [0.0] * 3 if origin is None else list(origin)
-        if isinstance(voxel, str) or len(edges) != 3 or len(place) != 3:
-            raise ValueError("voxel must be a length in metres or three of them, origin three coordinates in metres")
-        rows = [[float(edges[i]) if i == j else 0.0 for j in range(3)] + [float(place[i])] for i in range(3)]
+        edges = _read_numbers(1 if voxel is None else voxel, [(), (3,)],
+                              "voxel must be a length in metres or three of them")
+        place = _read_numbers((0, 0, 0) if origin is None else origin, [(3,)],
+                              "origin must be three coordinates in metres")
+        rows = [[edges.flat[i % edges.size] if i == j else 0.0 for j in range(3)] + [place[i]] for i in range(3)]
     for i in range(3):
         for j in range(4):
             desc.index_to_world[i][j] = rows[i][j]
@@ -96,6 +115,7 @@ class Volume(Object):
         context = get_context(context)
         numpy = import_numpy("Volume")
         array = _make_floats(numpy, "values", values)
+        periodic = _read_pair(periodic)
         make = self._make_dense if coordinates is None else self._make_sparse
         desc, kept = make(numpy, array, coordinates, periodic)
         apply_settings(desc, {"precision": precision, "name": name}, "Volume()")
@@ -116,7 +136,7 @@ class Volume(Object):
         for axis in range(3):
             desc.size[axis] = array.shape[axis]
         desc.values = ctypes.cast(array.ctypes.data, ctypes.POINTER(ctypes.c_float))
-        desc.is_periodic_x, desc.is_periodic_y = (bool(is_periodic) for is_periodic in periodic)
+        desc.is_periodic_x, desc.is_periodic_y = periodic
         return desc, array
 
     @staticmethod
