@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "atmosphere/atmosphere_tables.h"
 #include "core/alloc.h"
 #include "core/half.h"
 #include "core/json.h"
@@ -273,6 +274,19 @@ static void skies_are_the_librarys(void **state) {
     }
   free(t.values);
 
+  /* Multiple scattering by Hillaire's map: a 4π-th of all light that arrives. */
+  t = read_ktx2(f, "sky_multiple_scattering.ktx2");
+  for (unsigned b = 0; b < 3; b++) {
+    const double scale = read_scale(f, "sky_multiple_scattering", &t, b);
+    for (unsigned y = 0; y < t.size[1]; y += 3)
+      for (unsigned x = 0; x < t.size[0]; x += 2) {
+        const double altitude_m = (top - radius) * y / (t.size[1] - 1), sun_cosine = 2.0 * x / (t.size[0] - 1) - 1.0;
+        const np_bands all = np_moment_table_total(&air->moments, altitude_m, (float)sun_cosine);
+        assert_near(scale * (double)get(&t, x, y, 0, b), (double)all[b] / (4.0 * NP_PI), 1e-3 * scale);
+      }
+  }
+  free(t.values);
+
   /* The sky by Hillaire's map. */
   t = read_ktx2(f, "sky_view.ktx2");
   const double toward = hypot(sun[0], sun[1]);
@@ -532,6 +546,40 @@ static void depths_are_those_of_the_bake(void **state) {
   free(path);
 }
 
+/* A weather map of a field that repeats has no seam. */
+static void repeating_fields_repeat(void **state) {
+  test_fixture *f = *state;
+  export_scene(
+      f,
+      "version: 1\natmosphere: none\n"
+      "clouds: [{name: low, bake: {preset: cumulus_humilis, seed: 1, extent: 2 km, voxel: 50 m, repeat: 20 km, "
+      "coverage: 0.6}}]\n",
+      32);
+  texels t = read_ktx2(f, "low.weather.ktx2");
+  for (int axis = 0; axis < 2; axis++) {
+    double sums[2] = {0.0, 0.0}, counts[2] = {0.0, 0.0};
+    for (unsigned y = 0; y < t.size[1]; y++)
+      for (unsigned x = 0; x < t.size[0]; x++) {
+        unsigned at[2] = {x, y};
+        const bool is_seam = ++at[axis] == t.size[axis];
+        if (is_seam) at[axis] = 0;
+        sums[is_seam] += (double)fabsf(get(&t, x, y, 0, 0) - get(&t, at[0], at[1], 0, 0));
+        counts[is_seam]++;
+      }
+    assert_true(sums[0] > 0.0);
+    assert_true(sums[1] / counts[1] < 2.0 * sums[0] / counts[0]);
+  }
+  free(t.values);
+
+  /* A field that no bake accepts has no textures. */
+  neph_scene *scene = load(f, "version: 1\natmosphere: none\n"
+                              "clouds: [{name: low, bake: {preset: stratocumulus, repeat: 20 km}}]\n");
+  test_log_clear(&f->log);
+  assert_int_equal(neph_scene_export_textures(scene, 1, NULL, f->folder), NEPH_ERROR_INVALID_ARGUMENT);
+  assert_one_error(&f->log, "repeat is 20000 m, so that wind must blow along x or y");
+  neph_scene_destroy(scene);
+}
+
 /* ---- All or none ---- */
 
 static bool cancel(void *user, const neph_progress *progress) { return !strstr(progress->stage, (const char *)user); }
@@ -539,12 +587,14 @@ static bool cancel(void *user, const neph_progress *progress) { return !strstr(p
 static void nothing_stays_of_a_failure(void **state) {
   test_fixture *f = *state;
   neph_scene *scene = load(f, scene_text);
-  static char stage[] = "profile";
+  static char stages[][32] = {"noise textures", "building the sky", "distance textures", "profile"};
   neph_textures_desc desc = NEPH_TEXTURES_DESC_DEFAULT;
   desc.progress = cancel;
-  desc.progress_user = stage;
-  assert_int_equal(neph_scene_export_textures(scene, 1, &desc, f->folder), NEPH_ERROR_CANCELLED);
-  assert_int_equal(test_folder_count(f->folder), 0);
+  for (size_t i = 0; i < sizeof stages / sizeof *stages; i++) {
+    desc.progress_user = stages[i];
+    assert_int_equal(neph_scene_export_textures(scene, 1, &desc, f->folder), NEPH_ERROR_CANCELLED);
+    assert_int_equal(test_folder_count(f->folder), 0);
+  }
   test_log_clear(&f->log);
   desc.progress = NULL;
   desc.size = 15;
@@ -600,6 +650,7 @@ int main(void) {
       cmocka_unit_test_setup_teardown(distance_to_a_ball, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(depths_of_a_box, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(depths_are_those_of_the_bake, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(repeating_fields_repeat, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(nothing_stays_of_a_failure, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(any_number_of_threads_gives_the_same_bits, set_up, test_tear_down),
   };

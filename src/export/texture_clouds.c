@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The baked clouds of a scene, one after another. */
+#include "cloud/cloud_desc.h"
 #include "core/alloc.h"
 #include "export/texture_cloud.h"
 #include "export/texture_makers.h"
@@ -31,7 +32,9 @@ static neph_result add_all(np_texture_cloud *cloud, np_monitor_part part) {
 
 static neph_result add_cloud(np_texture_set *set, const np_texture_scene *of, unsigned index, np_monitor_part part) {
   np_texture_cloud cloud = {.set = set, .scene = of->scene, .cloud = &of->scene->clouds[index]};
+  neph_cloud_desc checked;
   neph_result result = np_cloud_in_frame_make(of->scene, index, of->frame, &cloud.in_frame);
+  if (!result) result = np_cloud_desc_read(set->context, &cloud.in_frame.desc, &checked);
   if (!result) result = add_all(&cloud, part);
   np_alloc_free(set->context, cloud.lattice.extinction);
   np_cloud_in_frame_clear(&cloud.in_frame);

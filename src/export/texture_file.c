@@ -35,14 +35,18 @@ static float encode(const np_texel_format *format, float value, uint8_t *out) {
   return np_half_to_float(half);
 }
 
-static void encode_slice(texture_file *file) {
+/* A piece of work, so that the calling thread reports progress and notices a cancelling. */
+static neph_result encode_slice(void *user, size_t begin, size_t end, unsigned thread) {
+  texture_file *file = user;
   const unsigned channels = file->format->channel_count;
+  (void)begin, (void)end, (void)thread;
   for (size_t i = 0; i < file->value_count; i++) {
     const float held = encode(file->format, file->values[i], file->bytes + i * file->format->channel_bytes);
     float *low = &file->range.low[i % channels], *high = &file->range.high[i % channels];
     *low = np_minf(*low, held);
     *high = np_maxf(*high, held);
   }
+  return NEPH_OK;
 }
 
 static neph_result write_slices(texture_file *file, neph_texture_format format, np_monitor *monitor, FILE *out) {
@@ -50,11 +54,10 @@ static neph_result write_slices(texture_file *file, neph_texture_format format, 
   const np_texture *texture = file->texture;
   if (format == NEPH_TEXTURE_KTX2) (void)fwrite(header, np_ktx2_make_header(texture, header), 1, out);
   for (unsigned z = 0; z < texture->size[2] && !ferror(out); z++) {
-    if (np_monitor_is_cancelled(monitor)) return NEPH_ERROR_CANCELLED;
     np_monitor_set_range(monitor, (double)z / texture->size[2], (z + 1.0) / texture->size[2]);
-    const neph_result result = texture->fill(texture->user, z, file->values);
+    neph_result result = texture->fill(texture->user, z, file->values);
+    if (!result) result = np_parallel_for(monitor->context, monitor, 1, 1, encode_slice, file);
     if (result) return result;
-    encode_slice(file);
     (void)fwrite(file->bytes, file->format->channel_bytes, file->value_count, out);
   }
   return NEPH_OK;
