@@ -580,6 +580,38 @@ static void repeating_fields_repeat(void **state) {
   neph_scene_destroy(scene);
 }
 
+/* Keys that move and scale a cloud move and scale its textures: heights, edges and billows of a cloud twice as large.
+ */
+static void textures_are_in_the_clouds_place(void **state) {
+  test_fixture *f = *state;
+  double origins[2][3], heights[2], ranges[2][2], depths[2][2];
+  for (int i = 0; i < 2; i++) {
+    char text[600];
+    (void)snprintf(text, sizeof text,
+                   "version: 1\natmosphere: none\n"
+                   "clouds: [{name: low, pivot: origin, scale: %d, rotation: 90 deg, position: [%d m, 0 m, 0 m], "
+                   "bake: {preset: cumulus_humilis, seed: 3, extent: 1 km, voxel: 50 m, coverage: 0.5}}]\n",
+                   i + 1, 5000 * i);
+    export_scene(f, text, 24);
+    np_json_value *json;
+    const np_json_value *entry = read_entry(f, "low.weather", &json);
+    assert_true(np_json_get_reals(np_json_get_element(entry, "channels", 3), "range", ranges[i], 2));
+    np_json_value_destroy(json);
+    entry = read_entry(f, "low.depth_z", &json);
+    assert_true(np_json_get_reals(np_json_get_element(entry, "channels", 0), "range", depths[i], 2));
+    np_json_value_destroy(json);
+    read_reals(f, "low.weather", "origin_m", 3, origins[i]);
+    heights[i] = ranges[i][1];
+  }
+  /* A quarter turn puts the field's corner (−500, −500) at (500, −500). */
+  assert_near(origins[0][0], 500.0, 1e-6);
+  assert_near(origins[0][1], -500.0, 1e-6);
+  assert_near(origins[1][0], 6000.0, 1e-6);
+  assert_near(origins[1][2], 2.0 * origins[0][2], 1e-6);
+  assert_near_relative(heights[1], 2.0 * heights[0], 1e-6);
+  assert_near_relative(depths[1][1], 2.0 * depths[0][1], 1e-3);
+}
+
 /* ---- All or none ---- */
 
 static bool cancel(void *user, const neph_progress *progress) { return !strstr(progress->stage, (const char *)user); }
@@ -651,6 +683,7 @@ int main(void) {
       cmocka_unit_test_setup_teardown(depths_of_a_box, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(depths_are_those_of_the_bake, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(repeating_fields_repeat, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(textures_are_in_the_clouds_place, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(nothing_stays_of_a_failure, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(any_number_of_threads_gives_the_same_bits, set_up, test_tear_down),
   };

@@ -14,7 +14,7 @@ static void describe_cloud(const void *user, np_json *json) {
   np_json_put_text(json, "cloud", cloud->cloud->name);
   np_json_put_text(json, "model", np_cloud_kind_get(desc->model)->name);
   np_json_put_real(json, "extinction_per_m", desc->extinction_per_m * cloud->extinction_factor);
-  np_json_put_real(json, "billow_m", desc->billow_m);
+  np_json_put_real(json, "billow_m", desc->billow_m * cbrt(fabs(np_affine_determinant(&cloud->bake_to_world))));
   np_json_put_real(json, "type", desc->type);
   np_json_put_bool(json, "is_repeating", desc->repeat_m > 0.0);
 }

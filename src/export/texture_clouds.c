@@ -31,7 +31,11 @@ static neph_result add_all(np_texture_cloud *cloud, np_monitor_part part) {
 }
 
 static neph_result add_cloud(np_texture_set *set, const np_texture_scene *of, unsigned index, np_monitor_part part) {
-  np_texture_cloud cloud = {.set = set, .scene = of->scene, .cloud = &of->scene->clouds[index]};
+  np_texture_cloud cloud = {.set = set,
+                            .scene = of->scene,
+                            .cloud = &of->scene->clouds[index],
+                            .bake_to_world = np_affine_identity(),
+                            .extinction_factor = 1.0};
   neph_cloud_desc checked;
   neph_result result = np_cloud_in_frame_make(of->scene, index, of->frame, &cloud.in_frame);
   if (!result) result = np_cloud_desc_read(set->context, &cloud.in_frame.desc, &checked);

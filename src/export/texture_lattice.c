@@ -146,8 +146,6 @@ neph_result np_texture_lattice_make(np_texture_cloud *cloud) {
   np_sparse_grid grid = {.context = NULL};
   np_grid_extent extent;
   bool has_content = false;
-  cloud->bake_to_world = np_affine_identity();
-  cloud->extinction_factor = 1.0;
   neph_result result = bake_within(cloud, &grid, &extent, &has_content);
   if (result) return result;
   if (has_content)

@@ -106,6 +106,9 @@ static np_affine place_map(const np_texture_cloud *cloud) {
 neph_result np_texture_weather_add(const np_texture_cloud *cloud) {
   const neph_cloud_desc *desc = &cloud->in_frame.desc;
   const double longer_m = fmax(desc->extent_m[0], desc->extent_m[1]);
+  const np_affine to_world = place_map(cloud);
+  const double height_m = sqrt(to_world.m[0][2] * to_world.m[0][2] + to_world.m[1][2] * to_world.m[1][2] +
+                               to_world.m[2][2] * to_world.m[2][2]);
   const double longest = fmin(LONGEST, ceil(TEXELS_PER_VOXEL * longer_m / desc->voxel_m));
   weather w = {.cloud = cloud};
   neph_result result = NEPH_OK;
@@ -119,11 +122,11 @@ neph_result np_texture_weather_add(const np_texture_cloud *cloud) {
       .size = {w.size[0], w.size[1], 1},
       .tiles = desc->repeat_m > 0.0,
       .has_place = true,
-      .to_world = place_map(cloud),
+      .to_world = to_world,
       .channels = {{"coverage: share of columns that hold cloud", "1", 1.0},
                    {"type: 0 flat to 1 tall, coordinate of the profile", "1", 1.0},
-                   {"height: mean base of these columns", "m", desc->thickness_m},
-                   {"thickness: mean top of these columns less their base", "m", desc->thickness_m}},
+                   {"height: mean base of these columns", "m", height_m},
+                   {"thickness: mean top of these columns less their base", "m", height_m}},
       .fill = fill_map,
       .user = &w};
   if (!cloud->set->desc->is_dry_run) result = np_texture_cloud_start_model(cloud, -1.0, &w.bake);
