@@ -11,7 +11,7 @@
 
 #include "core/alloc.h"
 
-enum { SLABS = NP_BRICK_NODE_EDGE, SLABS_PER_PIECE = 4, SLABS_PER_STEP = 4 };
+enum { SLABS = NP_BRICK_NODE_EDGE, SLABS_PER_PIECE = 4, SLABS_PER_STEP = 4, LEAVES_KEPT_MAX = 1 << 14 /* 35 MB */ };
 
 /* Relative margin from bounds of samples to bounds of np_brick_sample's result: three nested a + t·(b − a) have an
  * error of at most 9 · 2⁻²⁴ of the largest magnitude. */
@@ -284,11 +284,12 @@ static void discard_leaves(const layer *l, size_t *gone) {
   *gone = end;
 }
 
-/* Fills bricks layer by layer along x, the sort order of leaves, so that a consumed grid frees its leaves on the way.
- */
+/* Fills bricks layer by layer along x, the sort order of leaves, so that a large consumed grid frees its leaves on the
+ * way. The pages of a small one stay with the allocator: the next load would fault on each again. */
 static neph_result fill(const np_bricks_builder *b, np_monitor *monitor) {
   const size_t count = b->bricks->node_count;
-  const bool is_consumed = b->grid->is_consumed && !b->bricks->is_periodic[0];
+  const bool is_consumed =
+      b->grid->is_consumed && !b->bricks->is_periodic[0] && b->grid->leaf_count > LEAVES_KEPT_MAX;
   const double slabs = (double)(count * SLABS);
   neph_result result = NEPH_OK;
   size_t gone = 0;
