@@ -114,6 +114,7 @@ static void describe_air(const void *user, np_json *json) {
   np_json_put_reals(json, "sun_irradiance_w_m2_nm", irradiance, 3);
   np_json_put_real(json, "planet_radius_m", medium->planet_radius_m);
   np_json_put_real(json, "top_altitude_m", medium->top_m);
+  if (!sky) return;
   np_json_put_reals(json, "observer_m", (const double[3]){sky->observer.x, sky->observer.y, sky->observer.z}, 3);
   np_json_put_real(json, "horizon_zenith_angle_rad", sky->frame.horizon_angle);
 }
@@ -189,10 +190,10 @@ static neph_result add_tables(np_texture_set *set, const np_packet *packet) {
                            .packet = packet,
                            .atmosphere = packet ? packet->atmosphere : NULL,
                            .sky = packet ? packet->lights[0].camera_sky : NULL};
-  const bool has_moments = !packet || packet->atmosphere->moments.moments;
+  const bool has_moments = !packet || packet->atmosphere->moments.moments, has_sky = !packet || table.sky;
   neph_result result = add_transmittance(table);
   if (!result && has_moments) result = add_multiple(table);
-  return result ? result : add_view(table);
+  return result || !has_sky ? result : add_view(table);
 }
 
 /* Builds air and sky as for a picture. */
@@ -204,8 +205,12 @@ static neph_result build_and_add(np_texture_set *set, const neph_scene *scene, n
   if (!result) result = np_assembly_build(scene, &plan, &job, set->monitor, &assembly);
   np_plan_clear(&plan);
   if (result) return result;
+  const np_packet *packet = &assembly.packets[0];
   np_monitor_set_stage(set->monitor, "sky textures");
-  result = add_tables(set, &assembly.packets[0]);
+  if (!packet->atmosphere || !packet->lights[0].camera_sky)
+    np_log(set->context, NEPH_LOG_WARNING, "export: it is night without a moon: the scene has no %s",
+           packet->atmosphere ? "sky_view" : "tables of the sky");
+  if (packet->atmosphere) result = add_tables(set, packet);
   np_assembly_clear(&assembly);
   return result;
 }

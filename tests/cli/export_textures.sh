@@ -44,6 +44,8 @@ clouds:
 END
 nephos bake clouds.yaml -q -o missing.vdb
 try export files.yaml --for textures -o few
+# Night without a moon.
+nephos export clouds.yaml -q --for textures --size 16 -o night --set 'sun.elevation=-40 deg' | grep sky || echo "no tables of the sky"
 # A full disk: neither a texture nor the old description changes.
 cp maps/textures.json before.json
 (ulimit -f 512; trap '' XFSZ; nephos export clouds.yaml --for textures --size 16 -q -o maps) 2>&1 || echo "exit code $?"
