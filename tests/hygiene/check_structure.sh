@@ -1,6 +1,6 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# check_structure.sh SOURCE_DIR: no type name defined twice, no function above 45 lines.
+# check_structure.sh SOURCE_DIR: no type name defined twice, no function above 80 lines.
 set -eu
 cd "$1"
 fail=0
@@ -16,9 +16,9 @@ complain 'a type name defined twice' "$(grep -hoE '^(typedef )?(struct|enum|unio
   awk '{print $(NF - 1)}' | sort | uniq -d)"
 
 # A function starts with its name's line at the margin and ends with a brace there.
-complain 'a function above 45 lines' "$(awk '
+complain 'a function above 80 lines' "$(awk '
   FNR == 1 || /^}/ {
-    if (start && FNR - start + 1 > 45) print FILENAME ":" start ": " FNR - start + 1 " lines: " name
+    if (start && FNR - start + 1 > 80) print FILENAME ":" start ": " FNR - start + 1 " lines: " name
     start = 0
   }
   !start && /^[A-Za-z_].*\(/ && !/[;=]/ && !/^(typedef|enum|struct|#)/ {start = FNR; name = $0}
