@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* A scene without a file and without a key's name: clouds baked to memory, air, hills, sun and camera by typed calls,
- * and two pictures of it from one place by one renderer, of which the second takes over all that the first has made.
+ * and two pictures of it from one place by one renderer, of which the second takes over all that the first has built.
  *
  *     cc compose.c $(pkg-config --cflags --libs nephos) -lm -o compose && ./compose .
  */

@@ -167,7 +167,7 @@ static void faults_of_chunks_are_refused(void **state) {
   }
 }
 
-/* The tool writes the sum of nodes where it is asked to. */
+/* The tool writes the sum of nodes by its option for it. */
 static void checksums_are_compared(void **state) {
   test_fixture *f = *state;
   convert(f, "-c full");

@@ -75,7 +75,7 @@ static void assert_memory_is_file(const test_fixture *f, const test_file *memory
   neph_volume *expected, *actual;
   desc.grid = grid;
   assert_int_equal(neph_volume_load(f->context, path, &desc, &expected), NEPH_OK);
-  for (size_t shift = 0; shift < 2; shift++) { /* at an odd address too, without a byte to spare */
+  for (size_t shift = 0; shift < 2; shift++) { /* an odd address too, without a byte to spare */
     uint8_t *bytes = malloc(memory->size + shift);
     assert_non_null(bytes);
     memcpy(bytes + shift, memory->bytes, memory->size);

@@ -510,7 +510,7 @@ static void depths_are_those_of_the_bake(void **state) {
   export_scene(f, scene_text, 48);
   texels z = read_ktx2(f, "low.depth_z.ktx2");
   read_reals(f, "low.depth_z", "origin_m", 3, origin);
-  const double voxel_m = 1000.0 / (48 - 3); /* of the field's longest edge */
+  const double voxel_m = 1000.0 / (48 - 3); /* parts of the field's longest edge */
   const double top_m = origin[2] + z.size[2] * voxel_m;
   neph_scene *scene = load(f, scene_text);
   char voxel[64];

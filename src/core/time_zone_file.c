@@ -64,9 +64,9 @@ static void weigh_folder(zone_guess *g, neph_context *context, const char *folde
 static void weigh_entry(zone_guess *g, neph_context *context, const char *folder, const char *name, int depth) {
   struct stat status;
   char *path = is_name(name) ? np_alloc_printf(context, "%s/%s", folder, name) : NULL;
-  const bool is_there = path && !stat(path, &status);
-  if (is_there && S_ISREG(status.st_mode)) weigh(g, name);
-  if (is_there && S_ISDIR(status.st_mode) && depth < DEPTH_MAX) weigh_folder(g, context, folder, name, depth + 1);
+  const bool is_present = path && !stat(path, &status);
+  if (is_present && S_ISREG(status.st_mode)) weigh(g, name);
+  if (is_present && S_ISDIR(status.st_mode) && depth < DEPTH_MAX) weigh_folder(g, context, folder, name, depth + 1);
   np_alloc_free(context, path);
 }
 

@@ -131,13 +131,13 @@ int np_time_rule_get_offset_s(const np_time_rule *rule, int64_t unix_s) {
 
 bool np_time_rule_get_next(const np_time_rule *rule, int64_t unix_s, np_clock_change *out_change) {
   np_clock_change changes[CHANGES];
-  bool is_there = false;
+  bool has_change = false;
   if (!rule->has_summer) return false;
   list_changes(rule, unix_s, changes);
   for (int i = 0; i < CHANGES; i++) {
-    if (changes[i].unix_s <= unix_s || (is_there && changes[i].unix_s > out_change->unix_s)) continue;
+    if (changes[i].unix_s <= unix_s || (has_change && changes[i].unix_s > out_change->unix_s)) continue;
     *out_change = changes[i];
-    is_there = true;
+    has_change = true;
   }
-  return is_there;
+  return has_change;
 }

@@ -23,11 +23,12 @@ typedef struct np_approximation_row {
   void (*fill_transmittances)(const np_approximation *a, float depth, float out[NP_APPROXIMATION_TERMS_MAX]);
   /* Factor on all terms in one cloud at one place; NULL: 1. */
   float (*get_weight)(const np_approximation *a, const np_instance *volume, np_dvec3 position);
-  /* Share of the sunlight that a place scatters, evenly over a hemisphere, for p·e^{−τ}; NULL: none, τ is asked for. */
+  /* Share of the sunlight that a place scatters, evenly over a hemisphere, for p·e^{−τ}; NULL: none, and τ is needed.
+   */
   float (*get_slope)(const np_approximation *a, const np_world *world, np_dvec3 position, np_vec3 to_sun);
 } np_approximation_row;
 
-/* By method; those that are no approximation are single scattering. */
+/* One row a method; a method that is no approximation is single scattering. */
 typedef const np_approximation_row np_approximation_rows[NP_MULTIPLE_SCATTERING_COUNT];
 extern np_approximation_rows np_approximation_rows_v1, np_approximation_rows_v3, np_approximation_rows_v4;
 

@@ -24,7 +24,7 @@ static const double np_gain_asymmetries[NP_GAIN_ASYMMETRIES] = {0.0, 0.6, 0.85};
 
 typedef float np_gain_table[NP_GAIN_ASYMMETRIES][NP_GAIN_DEPTHS][NP_GAIN_ALBEDOS][NP_GAIN_ANGLES];
 
-/* By method; `none` is single scattering, as the derivative has it for light of the surroundings. */
+/* One row a method; `none` is single scattering, as the derivative has it for light of the surroundings. */
 extern const np_gain_table np_gain_table_octaves, np_gain_table_softened_beer, np_gain_table_powder,
     np_gain_table_derivative, np_gain_table_none;
 

@@ -147,10 +147,10 @@ static inline np_spectrum np_emission_along(const np_world *world, np_dvec3 orig
   return sum;
 }
 
-/* ---- By steps ---- */
+/* ---- Steps ---- */
 
-/* j goes by a high power of the temperature, the twentieth in a dark flame, and is sharper than the grids it is made
- * of: steps of half a voxel lose 0.6 % of it, these 0.2 %.
+/* j goes by a high power of the temperature, the twentieth in a dark flame, and is sharper than the grids it is
+ * computed of: steps of half a voxel lose 0.6 % of it, these 0.2 %.
  */
 static const float np_emission_march_step_voxels = 0.25f;
 

@@ -11,7 +11,7 @@
 typedef struct np_ground_scatter {
   const np_ground_hit *hit;
   np_vec3 to_viewer;
-  float wave_share; /* of the directions drawn, of water: by its waves */
+  float wave_share; /* share of water's drawn directions that its waves give */
 } np_ground_scatter;
 
 /* BRDF times cosine of a direction towards light, 1/sr, and the density with which it is drawn; land's albedo is left

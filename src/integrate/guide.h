@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Paths guided by the march's solution of the multiple scattering: where to, how far, and how many go on.
  *
- * The solution (transport/scattering_field.h) tells about what light there is where a path collides: over its mean,
+ * The solution (transport/scattering_field.h) estimates the light where a path collides: over its mean,
  * ℓ(ω) = 1 + a·c + b·P₂(c) of it comes against a path of direction ω, c = â·ω, from its parts of degree 1 and 2 about
  * the direction â that most comes from. Were that exact, paths could be drawn so that each of them brings the same
  * (Herholz, Zhao, Elek, Nowrouzezahrai, Lensch and Křivánek 2019, "Volume Path Guiding Based on Zero-Variance Random
@@ -39,7 +39,7 @@ typedef struct np_guide {
   float growth;            /* γ, per depth */
   float steady;            /* how much of it is exponential: 0 to 1 */
   float light;             /* K: what a collision scatters at a throughput of 1, but for the sun's own */
-  float noise;             /* at a throughput of 1: twice about the standard deviation of what the next step brings */
+  float noise;             /* noise at a throughput of 1: about twice the deviation of the next step's light */
 } np_guide;
 
 /* The part of degree 2 at a direction. */
@@ -99,7 +99,7 @@ static inline float np_guide_estimate_sun_noise(const np_guide *guide, float lit
   return np_minf(0.5f * lit * np_maxf(np_phase_eval_lobe(again, versine), around), 2.0f * guide->light);
 }
 
-/* For a path that flies along `direction`, against the light. False where nothing is known. */
+/* The guide of a path that flies along `direction`, against the light. False where nothing is known. */
 static inline bool np_guide_make(const np_world *world, const np_scattering_field *scattering,
                                  const np_instance *volume, np_dvec3 position, np_vec3 direction, np_guide *out) {
   np_importance here;

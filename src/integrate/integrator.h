@@ -34,15 +34,15 @@ enum {
 
 typedef struct np_integrator_settings {
   unsigned scattering_max; /* scatterings in cloud along a path; 0xffffffff: no limit */
-  float lost_share;        /* of the paths that this limit cuts, those followed to learn what is lost; 0: none */
+  float lost_share;        /* share of the cut paths that are followed to measure the loss; 0: none */
   bool is_split;           /* paths are guided and split by the view's solution of the multiple scattering */
-  bool has_sun_share;      /* the picture asks for np_opaque's */
+  bool has_sun_share;      /* an output needs np_opaque's */
   bool has_holdout;        /* some cloud is held out */
   bool is_ground_held_out; /* it hides what is behind it, and does not show */
   bool is_air_traced;      /* paths go on through air and from ground; else tables answer for both */
-  neph_multiple_scattering multiple_scattering; /* of the march, where it is not solved for */
+  neph_multiple_scattering multiple_scattering; /* the march's method where multiple scattering is not solved for */
   np_approximation approximation;
-  float tolerance;           /* of the march: what its steps may err by, as a share of a ray's light */
+  float tolerance;           /* error that the march's steps may have, as a share of a ray's light */
   float step_voxels;         /* its longest step */
   float transmittance_end;   /* a ray of the march below this ends, or goes on with it, by Russian roulette */
   const np_monitor *monitor; /* ends paths under way, whose samples are then void, when it is cancelled; may be NULL */
@@ -57,9 +57,9 @@ typedef struct np_depth_record {
 
 enum { NP_DEPTH_RECORDS_MAX = 512 };
 
-/* Facts of a ray that few pictures ask for, added up beside its sample. */
+/* Facts of a ray that few outputs need, added up beside its sample. */
 typedef struct np_integrator_layers {
-  float cloud_opacity[NP_INSTANCES_MAX];  /* of each cloud of the scene that is not held out, as it is seen */
+  float cloud_opacity[NP_INSTANCES_MAX];  /* opacity of each cloud of the scene that is not held out, as it is seen */
   np_spectrum group[NP_LIGHT_GROUPS_MAX]; /* light of each group of lights */
   float motion[4];                        /* pixels right and up, to the frame after and to that before */
   unsigned depth_components;              /* whose light is recorded by depth, bits of them; 0: no records */
@@ -72,17 +72,17 @@ typedef struct np_camera_ray {
   np_vec3 direction;            /* unit */
   float jitter;                 /* 0 to 1: where in its step the march samples */
   float choice;                 /* 0 to 1, even over all seeds: where the tracer looks first in the air */
-  np_integrator_layers *layers; /* NULL: not asked for */
+  np_integrator_layers *layers; /* NULL: no output needs it */
   float film[2];                /* place of the film, in pixels */
-  float spread_rad;             /* to the ray of the next pixel; 0: what is finer than a pixel is looked up as it is */
-  double begin_m;               /* to the origin from the eye, between which there is air */
-  bool has_end;                 /* beyond it, too, clouds and ground are not seen: */
-  double end_m;                 /* from the origin */
-  double time;                  /* of the exposure, in frames from the frame's own */
-  bool is_reflected;            /* of the march, by water: it sees no disks, and other water as ground of its albedo */
+  float spread_rad;  /* angle to the ray of the next pixel; 0: what is finer than a pixel is looked up as it is */
+  double begin_m;    /* distance from the eye to the origin, between which there is air */
+  bool has_end;      /* beyond it, too, clouds and ground are not seen: */
+  double end_m;      /* distance from the origin */
+  double time;       /* time of the exposure, in frames after the frame's own */
+  bool is_reflected; /* water reflects it, in the march: it sees no disks, and other water as ground */
 } np_camera_ray;
 
-/* The ray as its air is asked for, at distances from the eye. */
+/* The ray for look-ups of its air, at distances from the eye. */
 static inline np_view_ray np_camera_ray_get_view(const np_camera_ray *ray) {
   return (np_view_ray){.eye = ray->begin_m > 0.0 ? np_dvec3_along(ray->origin, ray->direction, -ray->begin_m)
                                                  : ray->origin,
@@ -120,15 +120,15 @@ typedef struct np_integrator_sample {
   np_spectrum opaque_albedo;
   np_vec3 opaque_normal;
   float opaque_sun_share;
-  float optical_depth; /* of all clouds to ground or space, where the picture asks for it */
+  float optical_depth; /* sum over all clouds up to ground or space, where an output needs it */
 } np_integrator_sample;
 
 /* Facts of a place, in cloud or on the ground, that hides what lies behind it. */
 typedef struct np_opaque {
   double distance_m; /* along the camera's ray, from its origin */
   np_spectrum albedo;
-  np_vec3 normal;  /* of ground, in the world; 0 in cloud */
-  float sun_share; /* of the sun's light, what clouds, hills and planet let through; 0 where it is not asked for */
+  np_vec3 normal;  /* normal of the ground, in the world; 0 in cloud */
+  float sun_share; /* share of the sun's light that clouds, hills and planet let through; 0 where no output needs it */
 } np_opaque;
 
 /* Counts `weight` of opacity. */
@@ -203,9 +203,9 @@ typedef double (*np_half_distance_fn)(const np_world *world, const np_camera_ray
 
 /* The clouds along a ray by their opacity alone, without their light. */
 typedef struct np_view_depth {
-  double half_m;  /* as np_half_distance_fn */
+  double half_m;  /* half distance, as of np_half_distance_fn */
   double cloud_m; /* mean distance, weighted by the opacity as it is seen; infinite where there is none */
-  float opacity;  /* of clouds; a 32nd of it may be missing */
+  float opacity;  /* opacity of clouds; a 32nd of it may be missing */
 } np_view_depth;
 
 typedef np_view_depth (*np_view_depth_fn)(const np_world *world, const np_camera_ray *ray, double distance_max);

@@ -33,7 +33,7 @@ static void add_emission(np_march *m, double distance_end) {
   np_march_add(m, NP_COMPONENT_MULTIPLE, 1.0f, np_spectrum_subtract(scaled, straight));
 }
 
-/* ---- From cells to steps ---- */
+/* ---- Cells and steps ---- */
 
 /* Sets out for the next knot, `share` of a step away. */
 static void set_knot(np_march *m, float share) {

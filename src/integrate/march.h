@@ -13,7 +13,7 @@
 /* Phase values of an approximation's terms at one angle between light and view in one cloud. */
 typedef struct np_march_terms {
   float own[NP_APPROXIMATION_TERMS_MAX];
-  /* With a calibrated gain G, `excess` = G − 1 more of the terms of a Henyey-Greenstein phase function is added: light
+  /* A calibrated gain G adds `excess` = G − 1 more of the terms of a Henyey-Greenstein phase function: light
    * that was scattered often does not show the peaks and bows of the cloud's own. */
   float smooth[NP_APPROXIMATION_TERMS_MAX];
   np_spectrum excess;
@@ -30,12 +30,12 @@ typedef struct np_march {
   float transmittance;
   np_step step;        /* being gathered */
   np_step_knot knot;   /* where it ends */
-  float step_length_m; /* of the longest */
+  float step_length_m; /* length of the longest step */
   np_integrator_sample *out;
 
   const np_scattering_field *field;    /* the solved multiple scattering; NULL: an approximation stands for it */
-  const np_scattering_medium *medium;  /* of `field`; NULL without one */
-  const np_viewer_light *viewer_light; /* of it, for this ray; NULL: none */
+  const np_scattering_medium *medium;  /* medium of `field`; NULL without one */
+  const np_viewer_light *viewer_light; /* light of `field` for this ray; NULL: none */
   const np_approximation_row *method;  /* where there is no solution, and its */
   unsigned term_count;
   bool has_outgoing;
@@ -43,17 +43,17 @@ typedef struct np_march {
   bool is_grey;           /* all clouds are of one albedo in all bands */
   np_spectrum scaled;     /* transmittance of the scaled medium; grey 1 stays where there is none */
   np_spectrum peak_depth; /* optical depth that the scaled medium has less */
-  float sun_rate;         /* how much faster light changes along the ray than its depth tells; at least 1 */
+  float sun_rate;         /* rate of light's change along the ray over the rate that its depth implies; at least 1 */
   float sun_optical_depth,
       sun_place; /* towards the sun where a step was last lit, and of the ray up to there, scaled */
   float passed;  /* depth of the steps that have been lit, scaled */
 
   /* Phase of each cloud of the view: the angle to the sun is the same all along the ray. */
   union {
-    np_march_terms terms[NP_INSTANCES_MAX]; /* of the approximation */
+    np_march_terms terms[NP_INSTANCES_MAX]; /* terms of the approximation */
     struct {
       np_peak_column column;
-      float outgoing[NP_HARMONIC_COUNT_MAX]; /* to the camera, of the solution's moments, where `has_outgoing` */
+      float outgoing[NP_HARMONIC_COUNT_MAX]; /* light of the solution's moments to the camera, where `has_outgoing` */
     } peak[NP_INSTANCES_MAX];
   } sun;
 } np_march;

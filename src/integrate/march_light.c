@@ -208,8 +208,8 @@ static void set_sun_rate(np_march *m, float before, float after, float apart) {
   m->sun_rate = np_clampf(rate, sun_rate_least, sun_rate_max) * (1.0f / sun_rate_least);
 }
 
-/* Parts that the first step in a cloud, made in ignorance, must be lit in: by the law of its budget. Where it would
- * be lit well enough even if its begin were in full sun, that need not be looked at. */
+/* Parts in which the first step in a cloud, whose length is a guess, must be lit: by the law of its budget. Where it
+ * would be lit well enough even if its begin were in full sun, that need not be looked at. */
 static unsigned count_parts(np_march *m, const np_step *s, float depth, float error) {
   const float half = 0.5f * s->hiding;
   if (!is_sun_low(m) || depth < 2.0f * sun_rate_least * half) return 1;

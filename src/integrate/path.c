@@ -133,7 +133,7 @@ static bool build_guide(const np_tracer *t, np_path_state *path) {
   return true;
 }
 
-/* As how many copies a guided path goes on; 0: it is ended. The solution stands for those that are. */
+/* Number of copies in which a guided path goes on; 0: it ends, and the solution stands for it. */
 static unsigned count_copies(const np_tracer *t, np_path_state *path) {
   const float count = np_guide_count(&path->guide, path->weight, path->reference);
   if (count >= 1.0f) return path->depth < SPLIT_DEPTH_MAX ? (unsigned)count : 1;
@@ -195,7 +195,7 @@ static void meet_air(const np_tracer *t, np_path_state *path) {
   np_hero_choose(&path->hero, &path->throughput, choice.value, choice.density);
 }
 
-/* The sky's light, past the clouds; where water tells the bands apart, the throughput takes their ratios. */
+/* The sky's light, past the clouds; where water differs by band, the throughput takes their ratios. */
 static void gather_sky_on_ground(const np_tracer *t, const np_path_state *path, const np_ground_scatter *scatter) {
   np_sky_next_event sky;
   if (!np_sky_next_event_sample(t, path, &sky)) return;

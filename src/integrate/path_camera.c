@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The path tracer's first step: what a camera's ray meets, clouds, air and what is behind them.
  *
- * A ray through thin clouds is made to collide with them, one through air always collides with it, and both go on to
+ * A ray through thin clouds is forced to collide with them, one through air always collides with it, and both go on to
  * what is behind: however little there is in the way, it is seen without noise of its own. From each first vertex a
  * path is followed (path.c). Compiled once per instruction-set level.
  */
@@ -29,7 +29,7 @@ typedef struct cloud_hit {
   float expected; /* light of the ray, as the view's solution has it; 0: not known */
 } cloud_hit;
 
-/* Through clouds of less than this depth the camera's ray is made to collide. */
+/* Depth of clouds below which the camera's ray is forced to collide. */
 static const double thin_depth = 1.0;
 
 /* A flight that is guided into the light where the ray meets the first cloud. Into the dark it is not shortened: what

@@ -35,7 +35,7 @@ static inline bool np_path_is_in_scope(const np_tracer *t, const np_path_state *
   return t->world->sun_scope == NP_SUN_WHOLE || (t->world->sun_scope == NP_SUN_SKY) == path->is_through_air;
 }
 
-/* False where no light comes: clouds are asked first, for in a thick one most rays end. */
+/* False where no light comes: clouds are looked up first, for in a thick one most rays end. */
 static inline bool np_path_aim_at_sun(const np_tracer *t, const np_path_state *path, double faint_depth,
                                       np_sun_ray *out) {
   const np_dvec3 position = path->position;

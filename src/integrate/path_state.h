@@ -31,21 +31,21 @@ typedef enum np_path_event {
 
 typedef struct np_path_state {
   np_dvec3 position;
-  np_vec3 direction; /* of flight, away from the camera */
-  float density;     /* with which the direction was drawn, 1/sr */
+  np_vec3 direction; /* direction of flight, away from the camera */
+  float density;     /* density with which the direction was drawn, 1/sr */
   np_spectrum throughput;
   np_hero hero;
-  float weight;        /* of the throughput at the start or the last guided collision, by which it is judged faint */
+  float weight;        /* throughput at the start or the last guided collision, by which it is judged faint */
   float reference;     /* light of the camera's ray, by which paths are counted; 0: not known */
   float expected_gain; /* ≥ 1: sunlight that the next collision may bring, in isotropic scattering's */
   unsigned order;      /* scatterings in cloud so far */
-  unsigned depth;      /* of branches */
+  unsigned depth;      /* number of branches so far */
   np_component component;
   bool has_component;      /* it is given by what the camera sees, not by what the clouds do */
   bool has_sky_next_event; /* its last vertex did: what it meets outside the clouds has a share of the weight */
   bool is_through_air;     /* one of its vertices was in the air */
   bool is_cut;             /* beyond the limit on scatterings: its light is lost */
-  bool is_guided;          /* from its last vertex on, by `guide` */
+  bool is_guided;          /* it is guided by `guide` from its last vertex on */
   bool is_ground_ahead;
   const np_instance *volume; /* the cloud of the present collision */
   np_reference_air air;      /* the air of the present collision */
@@ -72,7 +72,7 @@ static inline float np_path_shadow(const np_world *world, const np_lighting *lig
   return np_track_transmittance(&world->clouds, position, to_sun, INFINITY, np_track_faint_depth, random);
 }
 
-/* Which band leads a path: only air tells them apart. */
+/* Band that leads a path: bands differ in air alone. */
 static inline np_hero np_path_draw_hero(const np_tracer *t) {
   return t->world->atmosphere ? np_hero_draw(t->random) : (np_hero){0, np_spectrum_grey(1.0f)};
 }

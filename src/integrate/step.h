@@ -31,7 +31,7 @@ typedef struct np_step {
 /* Ends of a step: what it may still gather. */
 typedef struct np_step_knot {
   float distance;      /* m */
-  float budget;        /* of hiding times bound squared */
+  float budget;        /* allowance of hiding times bound squared */
   float hiding, bound; /* gathered so far: depth, and what it would be at the densest point of each cell */
 } np_step_knot;
 

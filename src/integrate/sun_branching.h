@@ -22,7 +22,7 @@
 typedef struct np_sun_branching {
   const np_phase *phase;
   np_vec3 to_sun;
-  float peak;        /* of the phase function, 1/sr; 0 without a sun */
+  float peak;        /* peak of the phase function, 1/sr; 0 without a sun */
   float share;       /* branches that a scattering starts, those drawn from the phase function; 0: none */
   float broad_share; /* those of the broader lobe */
   np_phase broad;
@@ -33,7 +33,7 @@ static inline np_phase np_sun_branching_lobe(float peak) {
   return np_phase_henyey_greenstein(1.0f - 4.0f / (1.0f + sqrtf(1.0f + 32.0f * NP_PI_F * peak)));
 }
 
-/* As it is where the sun does not come to. */
+/* The state where no sunlight arrives. */
 static inline np_sun_branching np_sun_branching_make(const np_world *world, const np_phase *phase) {
   const bool has_sun = !np_spectrum_is_zero(world->sun_irradiance);
   return (np_sun_branching){

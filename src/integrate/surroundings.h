@@ -12,7 +12,7 @@ typedef float (*np_cloud_shadow_fn)(const np_world *world, const np_lighting *li
                                     const np_integrator_settings *settings, np_dvec3 position, np_vec3 to_sun,
                                     np_random *random);
 
-/* Share of the sun's light that comes past clouds, hills and planet to a place; 0 where the picture does not ask. It is
+/* Share of the sun's light that comes past clouds, hills and planet to a place; 0 where no output needs it. It is
  * drawn with random numbers that the picture uses too, so that asking changes nothing else. */
 static inline float np_surroundings_get_sun_share(const np_world *world, const np_lighting *lighting,
                                                   const np_integrator_settings *settings, np_dvec3 position,

@@ -35,7 +35,7 @@ typedef struct picture_call {
   void *progress_user;
 } picture_call;
 
-/* On the calling thread, many times a second. */
+/* The calling thread comes here, many times a second. */
 static bool tell(void *user, const neph_progress *progress) {
   picture_call *call = user;
   if (call->is_cancelled && atomic_load(call->is_cancelled)) return false;

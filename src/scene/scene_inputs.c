@@ -147,12 +147,12 @@ static neph_result add_heights(const lookup *l, const char *pattern) {
 static neph_result add_levels(neph_files *files, neph_file_use use, const char *role, const char *path, unsigned count,
                               neph_context *context) {
   neph_result result = NEPH_OK;
-  bool is_there = true;
-  for (unsigned k = 1; k < count && is_there && !result; k++) {
+  bool is_present = true;
+  for (unsigned k = 1; k < count && is_present && !result; k++) {
     char *level = np_volume_name_level(context, path, k);
     if (!level) return NEPH_ERROR_OUT_OF_MEMORY;
-    is_there = use == NEPH_FILE_WRITTEN || np_file_exists(level);
-    if (is_there) result = neph_files_add(files, use, role, level);
+    is_present = use == NEPH_FILE_WRITTEN || np_file_exists(level);
+    if (is_present) result = neph_files_add(files, use, role, level);
     np_alloc_free(context, level);
   }
   return result;

@@ -2,7 +2,7 @@
 /* Light that comes into the cells from outside, the sun's disk excluded: sky, air and ground, by face and place.
  *
  * Each face of the cells' box has 5 × 5 nodes, from which rays look out. Air is dimmed where clouds or hills shade it
- * from the sun. Below the clouds, ground and air are lit by what the clouds let through, which only a solution tells:
+ * from the sun. Below the clouds, ground and air are lit by what the clouds let through, which only a solution knows:
  * the radiance at a node is linear in that downwelling irradiance, and its coefficients are kept, so that a solution
  * under way renews its border without a ray. Hills within the box are solid cells (ground_columns.h).
  */
@@ -39,11 +39,11 @@ typedef struct np_border_response {
 
 typedef struct np_border {
   np_border_faces faces[NP_BAND_COUNT];
-  np_border_faces clear[NP_BAND_COUNT]; /* with a clear sky above all ground and air */
+  np_border_faces clear[NP_BAND_COUNT]; /* light with a clear sky above all ground and air */
   struct {
     np_border_response *at;
     size_t count;
-  } responses[6 * NP_BORDER_NODES * NP_BORDER_NODES]; /* of each node */
+  } responses[6 * NP_BORDER_NODES * NP_BORDER_NODES]; /* response of each node */
   double square_m[2], depth_m; /* sides of a square; from the bottom of the box to the lowest ground */
   bool is_wrapped[2];
   unsigned axis_count;                        /* axes across which light comes in: those that are not periodic */

@@ -28,7 +28,7 @@ np_spectrum np_boundary_radiance_compute(const np_world *world, const np_sun_opt
 typedef struct boundary_samples {
   const np_world *world;
   const np_sun_optical_depth_source *depths;
-  np_dvec3 low, size; /* of the clouds' box */
+  np_dvec3 low, size; /* box of the clouds */
   unsigned taken, counts[ALL];
   double sums[NP_BAND_COUNT][ALL];
 } boundary_samples;

@@ -31,8 +31,8 @@ typedef struct balance_column {
   float *phi;
   int32_t size;
   double *shape;         /* E */
-  double *slant, *drive; /* of faces: (1−r₁)·σ and r₁·d·E₀·s, integrated from middle to middle */
-  double *diagonal, *right, *answer; /* of the tridiagonal system, and φ */
+  double *slant, *drive; /* values at faces: (1−r₁)·σ and r₁·d·E₀·s, integrated from middle to middle */
+  double *diagonal, *right, *answer; /* coefficients of the tridiagonal system, and φ */
 } balance_column;
 
 static float *moments_of(const balance_column *c, int32_t i) {
@@ -94,7 +94,7 @@ static double compute_outflow_rate(const balance_column *c, bool is_top, double 
   return phi > 1e-5 * phi_in && phi > 0.0 ? np_clamp(flux / phi, 0.01, 1.0) : 0.5;
 }
 
-/* Row i: what leaves through the faces, and is lost, is what is made. */
+/* Row i: what leaves through the faces and is lost equals the source. */
 static void fill_rows(const balance_column *c) {
   const np_transport_grid *g = &c->level->grid;
   for (int32_t i = 0; i < c->size; i++) {

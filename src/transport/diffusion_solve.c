@@ -37,7 +37,7 @@ static neph_result relax(void *user, size_t begin, size_t end, unsigned thread) 
   return NEPH_OK;
 }
 
-/* Gauss-Seidel, red cells first or last. Each way is the other's mirror, as conjugate gradients want it. */
+/* Gauss-Seidel, red cells first or last. Each way is the other's mirror, as conjugate gradients require. */
 static void relax_level(np_diffusion *d, np_diffusion_level *l, bool is_red_first) {
   np_diffusion_loop loop = {.diffusion = d, .level = l};
   const size_t red = (size_t)l->red_count, count = (size_t)l->count;

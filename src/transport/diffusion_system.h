@@ -12,11 +12,11 @@ enum { NP_DIFFUSION_FACES = 6, NP_DIFFUSION_CHILDREN = 8, NP_DIFFUSION_LEVELS_MA
  * one colour do not touch. Vectors have one more element, 0, which stands for vacuum. */
 typedef struct np_diffusion_level {
   int32_t count, red_count, size[3];
-  int32_t *cell;      /* of each unknown, x fastest */
+  int32_t *cell;      /* cell of each unknown, x fastest */
   int32_t *neighbour; /* [unknown][face], down and up each axis; `count`: vacuum */
   int32_t *child;     /* [unknown][child] in the finer level; its `count`: none */
   float *link;        /* [unknown][face] */
-  float *inverse;     /* of the diagonal */
+  float *inverse;     /* inverse of the diagonal */
   float *x, *right;   /* vectors */
   bool is_coloured;   /* false where an odd period lets cells of one colour touch */
 } np_diffusion_level;
@@ -25,9 +25,9 @@ typedef struct np_diffusion {
   const np_transport_grid *grid;
   unsigned level_count, smoothings;
   np_diffusion_level levels[NP_DIFFUSION_LEVELS_MAX]; /* the finest first */
-  int32_t *active;                                    /* of each unknown of the finest level */
+  int32_t *active;                                    /* live cell of each unknown of the finest level */
   float *correction, *residual, *step, *image;        /* vectors of the finest level */
-  double *sums;                                       /* of each chunk */
+  double *sums;                                       /* sum of each chunk */
 } np_diffusion;
 
 /* Links the cells with extinction, on all levels. `out` is empty where there are none. On failure nothing is left. */

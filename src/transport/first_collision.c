@@ -9,7 +9,7 @@
 #include "core/isa.h"
 #include "transport/first_collision.h"
 
-/* Along an edge of a cell; fewer tell where cells are no larger than voxels. */
+/* Points along an edge of a cell; fewer suffice where cells are no larger than voxels. */
 enum { RAYS_PER_EDGE = 3, RAYS_PER_FINE_EDGE = 2 };
 
 neph_result np_first_rays_follow_v1(void *, size_t, size_t, unsigned);
@@ -99,7 +99,7 @@ static void shift_along(const np_transport_grid *g, size_t active, int axis, dou
   first_collision_source[to] += (float)(across + out);
 }
 
-/* From what each cell took to the source per volume. */
+/* Divides what each cell took by its volume. */
 static void spread(const np_transport_grid *g, const np_first_medium *m, float *first_collision_source) {
   for (size_t active = 0; active < g->active_count; active++) first_collision_source[active] = m->power[active];
   for (size_t active = 0; active < g->active_count; active++)

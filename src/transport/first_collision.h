@@ -14,7 +14,7 @@ typedef struct np_first_loss {
 /* One scaled medium that the rays cross. */
 typedef struct np_first_medium {
   float scale[NP_INSTANCES_MAX]; /* scaled extinction of each cloud over its extinction */
-  np_first_loss *losses;         /* of each live cell, of one face's rays */
+  np_first_loss *losses;         /* losses in each live cell by one face's rays */
   float *power;                  /* what each live cell takes of a unit irradiance, m² */
   float *moment;                 /* [active][axis]: the same over the cell's width */
 } np_first_medium;
@@ -35,12 +35,12 @@ typedef struct np_first_rays {
   np_transport_grid *grid;
   np_first_medium media[NP_FIRST_MEDIA];
   unsigned media_count;
-  np_first_surplus *surpluses; /* of each live cell; NULL: there is one medium */
-  double direction[3];         /* of flight */
+  np_first_surplus *surpluses; /* surplus of each live cell; NULL: there is one medium */
+  double direction[3];         /* direction of flight */
   double step_m;               /* the longest */
   bool has_even_steps;         /* none is shorter but a ray's last */
   int face_axis;
-  size_t rows, columns; /* of the rays that start on the face */
+  size_t rows, columns; /* rows and columns of the rays that start on the face */
 } np_first_rays;
 
 #endif

@@ -38,7 +38,7 @@ typedef struct collision_ray {
   double power[NP_FIRST_MEDIA];   /* what is left of the ray in each medium */
   crossing crossing;
   unsigned cloud_count;
-  cloud clouds[NP_INSTANCES_MAX]; /* of a hierarchy those whose boxes the ray has entered */
+  cloud clouds[NP_INSTANCES_MAX]; /* places of a hierarchy whose boxes the ray has entered */
   np_place_queue ahead;
 } collision_ray;
 

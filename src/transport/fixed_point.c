@@ -20,7 +20,7 @@ typedef struct pass {
   const history *past;
   float *x;
   double weight[DEPTH];
-  double (*sums)[DEPTH + 1]; /* of each chunk: products of the newest residual with all, and the image's square */
+  double (*sums)[DEPTH + 1]; /* sums of each chunk: products of the newest residual with all, and the image's square */
 } pass;
 
 static size_t count_chunks(const np_fixed_point *p) { return (p->count + CHUNK - 1) / CHUNK; }
@@ -158,7 +158,7 @@ static void watch_for_stall(np_fixed_point *problem, history *past) {
   past->depth = 1;
 }
 
-/* One more image, and how far it is from what it was made of; without it where the budget ends. */
+/* One more image, and its distance from its argument; without it where the budget ends. */
 static neph_result add_image(np_fixed_point *problem, history *past, pass *p) {
   shift(past);
   neph_result result = problem->map(problem->user, p->x, past->image[past->count++]);

@@ -41,7 +41,7 @@ typedef struct np_fixed_point {
   size_t count;     /* floats in x */
   unsigned depth;   /* images that are combined, 1 to NP_FIXED_POINT_DEPTH_MAX; each costs two vectors like x */
   float *vectors;   /* room for them; NULL: allocated */
-  double tolerance; /* of ‖g(x) − x‖ / ‖g(x)‖ */
+  double tolerance; /* bound of ‖g(x) − x‖ / ‖g(x)‖ */
   unsigned calls_max;
   double residual; /* out: reached; 1 when no call was finished */
   unsigned calls;  /* out: of the map */

@@ -11,7 +11,7 @@ typedef struct column_fill {
   const np_world *world;
   const np_sun_optical_depth_source *depths;
   const float *fade;
-  np_transport_grid *grid; /* for burying */
+  np_transport_grid *grid; /* grid whose cells are buried */
   const np_transport_grid *solid;
   bool *holds;
   np_ground_columns *out;

@@ -8,12 +8,12 @@
 enum {
   NP_OCTANT_COUNT = 8,
   NP_OCTANT_PAIRS = NP_OCTANT_COUNT / 2, /* 2n and 2n + 1 differ in x alone */
-  NP_DEGREE_MIN = 3,                     /* of the harmonics that angles are resolved into: what large clouds get */
+  NP_DEGREE_MIN = 3,                     /* least degree of the harmonics for angles: large clouds have it */
   NP_DEGREE_MAX = 11,                    /* what small ones can afford */
   NP_HARMONIC_COUNT_MIN = 16,            /* (l, m) up to l = 3 */
   NP_HARMONIC_COUNT_MAX = 144,
   NP_ORDINATE_LANES = 8,     /* directions of one octant that are swept together */
-  NP_ORDINATE_BLOCKS_MAX = 9 /* of lanes: 72 directions an octant */
+  NP_ORDINATE_BLOCKS_MAX = 9 /* blocks of lanes: 72 directions an octant */
 };
 
 /* Number of harmonics (l, m) up to a degree. Harmonic (l, m) is number l·(l + 1) + m. */
@@ -28,17 +28,17 @@ void np_harmonics_eval(unsigned degree, np_vec3 direction, float out[NP_HARMONIC
  * Harmonics are even or odd in x: those of the one octant of a pair are, but for the sign of the odd ones, those of the
  * other. They are kept for the one that points up x, the even ones first. */
 typedef struct np_ordinates {
-  unsigned degree;                                                         /* of the harmonics */
-  unsigned count, block_count;                                             /* of directions in one octant */
+  unsigned degree;             /* degree of the harmonics */
+  unsigned count, block_count; /* directions in one octant, and their blocks */
   _Alignas(32) float cosine[3][NP_ORDINATE_BLOCKS_MAX][NP_ORDINATE_LANES]; /* |Ω·a|, the same in every octant */
   float weight[NP_ORDINATE_BLOCKS_MAX][NP_ORDINATE_LANES];                 /* sr */
-  unsigned even_count;                        /* of harmonics; as that of the odd ones a multiple of two */
-  unsigned char place[NP_HARMONIC_COUNT_MAX]; /* of each harmonic among those kept here */
+  unsigned even_count;                        /* even harmonics; a multiple of two, as the odd ones are */
+  unsigned char place[NP_HARMONIC_COUNT_MAX]; /* place of each harmonic among those kept here */
   _Alignas(32) float harmonic[NP_OCTANT_PAIRS][NP_ORDINATE_BLOCKS_MAX][NP_HARMONIC_COUNT_MAX][NP_ORDINATE_LANES];
   float weighted[NP_OCTANT_PAIRS][NP_ORDINATE_BLOCKS_MAX][NP_ORDINATE_LANES][NP_HARMONIC_COUNT_MAX]; /* weight·Y */
 } np_ordinates;
 
-/* The directions that resolve harmonics of a degree. `is_layered` asks for many nearly horizontal ones, as layers
+/* The directions that resolve harmonics of a degree. `is_layered` adds many nearly horizontal ones, as layers
  * without end need; degrees above the least have them in any case. */
 void np_ordinates_init(unsigned degree, bool is_layered, np_ordinates *out);
 

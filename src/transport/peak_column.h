@@ -20,7 +20,7 @@ typedef struct np_peak_column {
 /* Place between the nodes of a column's peak. */
 typedef struct np_peak_place {
   unsigned lower;
-  float share; /* of the next node */
+  float share; /* share of the next node */
 } np_peak_place;
 
 static inline np_peak_place np_peak_place_get(float sun_optical_depth) {

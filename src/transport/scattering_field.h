@@ -21,11 +21,11 @@ typedef struct np_scattering_field np_scattering_field;
 /* ---- Building ---- */
 
 typedef struct np_transport_desc {
-  np_dvec3 bounds_min, bounds_max; /* of the clouds, in the world */
+  np_dvec3 bounds_min, bounds_max; /* box of the clouds, in the world */
   size_t cell_count_max;           /* where it is too few, those far from the viewer are larger */
   size_t cell_count_cheap;         /* cells of one voxel where so many are enough */
   size_t cell_count_fine;          /* else where so many will do if light is iterated on cells twice as wide */
-  double cell_depth_max;           /* of a cell, (1−g)·σ·edge, where the memory allows */
+  double cell_depth_max;           /* depth of a cell, (1−g)·σ·edge, where the memory allows */
   double edge_min_m;               /* no cells are smaller, whatever their depth; 0: no limit */
   bool has_viewer;
   np_dvec3 viewer;       /* the nearest corner of the box that viewers are in, … */
@@ -34,7 +34,7 @@ typedef struct np_transport_desc {
 
 /* A place for the state of a solution on its way, from which one that was stopped goes on to the same bits. */
 typedef struct np_solution_keeper {
-  double interval_s; /* from one state to the next; infinite: it is kept only when the solution is cancelled */
+  double interval_s; /* time from one state to the next; infinite: it is kept only when the solution is cancelled */
   void *user;
   bool (*read_begin)(void *user, np_cache_entry *out_entry); /* false: there is none */
   bool (*write_begin)(void *user, np_cache_entry *out_entry);
@@ -64,9 +64,9 @@ void np_scattering_desc_set_memory(np_scattering_desc *desc, double bytes);
 void np_scattering_desc_set_rays(np_scattering_desc *desc, double rays);
 
 typedef struct np_scattering_forecast {
-  double errors[2];  /* of a picture, as shares of its light: from the smallest cells and from the largest */
+  double errors[2];  /* errors of a picture, as shares of its light: from the smallest cells and from the largest */
   double cell_count; /* in the box of the clouds, and around it */
-  double volume_m3;  /* of all of them */
+  double volume_m3;  /* volume of all cells */
 } np_scattering_forecast;
 
 /* Forecasts the cells that a description chooses for these clouds. Of their bricks `value_max`, `size` and
@@ -93,7 +93,7 @@ typedef struct np_scattering_blend {
 /* Whether two fields have the same cells. */
 bool np_scattering_field_can_blend(const np_scattering_field *a, const np_scattering_field *b);
 
-/* For the world that it stands for; without importance. NULL on failure. */
+/* Reads the field of the world that it stands for, without importance. NULL on failure. */
 neph_result np_scattering_field_blend(const np_scattering_blend *desc, const np_world *world, np_monitor *monitor,
                                       np_scattering_field **out_field);
 
@@ -174,7 +174,7 @@ void np_scattering_field_gather(const np_scattering_field *field, np_dvec3 posit
 np_spectrum np_scattering_field_get_outgoing(const np_scattering_field *field, const np_light_moments *moments,
                                              const float outgoing[NP_HARMONIC_COUNT_MAX]);
 
-/* ---- The same by cells, for who prepares light for one viewer ---- */
+/* ---- The same by cells, for light that is prepared for one viewer ---- */
 
 size_t np_scattering_field_count_cells(const np_scattering_field *field);
 np_dvec3 np_scattering_field_get_cell(const np_scattering_field *field, size_t cell, double *out_width);
@@ -188,7 +188,7 @@ typedef struct np_scattering_cells {
   unsigned count;
   int32_t cell[8];
   float weight[8];
-  float delta_m_residual[NP_BAND_COUNT]; /* as in np_light_moments */
+  float delta_m_residual[NP_BAND_COUNT]; /* the residual of np_light_moments */
 } np_scattering_cells;
 
 void np_scattering_field_gather_cells(const np_scattering_field *field, np_dvec3 position, np_scattering_cells *out);

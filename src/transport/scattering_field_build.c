@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The result of a solver (scattering_solver.c), kept by cell: moments of the radiance in halves, and what the questions
- * that are asked of it need besides. Where the clouds are grey and the lights of one colour one band is solved for, and
+ * that it answers need besides. Where the clouds are grey and the lights of one colour one band is solved for, and
  * kept. */
 #include "transport/scattering_solver.h"
 
@@ -32,7 +32,7 @@ static float choose_scale(const float *values, size_t count) {
 typedef struct packing {
   const float *from;
   float inverse_scale;
-  size_t count, stride; /* of a cell's moments, and from one cell to the next */
+  size_t count, stride; /* number of a cell's moments, and distance from one cell to the next */
   uint16_t *to;
 } packing;
 
@@ -382,7 +382,7 @@ static neph_result solve(np_scattering_solver *s) {
   return result;
 }
 
-/* From a state that does not fit, whatever its checksum says, nothing is taken. */
+/* A state that does not fit is left alone, whatever its checksum says. */
 neph_result np_scattering_field_build(neph_context *context, const np_world *world,
                                       const np_sun_optical_depth_source *depths, const np_scattering_desc *desc,
                                       np_monitor *monitor, np_scattering_field **out_field) {

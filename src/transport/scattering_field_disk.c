@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Solutions kept on disk: cells and moments. Phase tables are made anew, of the same clouds. */
+/* Solutions kept on disk: cells and moments. Phase tables are computed anew, of the same clouds. */
 #include "core/alloc.h"
 #include "core/disk_cache.h"
 #include "transport/scattering_field_private.h"
@@ -115,8 +115,7 @@ static bool load_blocks(const field_header *h, np_cache_entry *entry, np_scatter
   g->cell = np_cache_read_block(entry, cells, sizeof *g->cell);
   if (!g->cell || !np_cache_read_check(entry, number_cells(g))) return false;
   field->moments = np_cache_read_halves(entry, count_moments(field));
-  if (h->has_delta_m_residual)
-    field->delta_m_residual = np_cache_read_floats(entry, cells * bands);
+  if (h->has_delta_m_residual) field->delta_m_residual = np_cache_read_floats(entry, cells * bands);
   if (h->has_importance) field->importance = np_cache_read_block(entry, cells, sizeof *field->importance);
   return field->moments && (field->delta_m_residual || !h->has_delta_m_residual) &&
          (field->importance || !h->has_importance);

@@ -20,16 +20,15 @@ struct np_scattering_field {
   const np_scattering_lookup *lookup;
   np_scattering_medium medium;
   np_scattering_quality quality;
-  np_scaled_phase *phases; /* of each cloud; equal ones share their table */
+  np_scaled_phase *phases; /* phase function of each cloud; equal ones share their table */
   np_transport_grid grid;
   uint16_t
       *moments; /* [active][band][harmonic], halves, times `scale`: radiance but for sunlight which went straight on
                  */
   float scale[NP_BAND_COUNT]; /* powers of two */
   float *delta_m_residual;    /* [active][band], as in np_light_moments; NULL: there is none */
-  np_importance
-      *importance; /* [active], in floats, since it may fall by thirty decades; NULL where it was not asked for */
-  unsigned sweeps; /* of the finest grid, all bands together */
+  np_importance *importance; /* [active], in floats, since it may fall by thirty decades; NULL where nothing needs it */
+  unsigned sweeps;           /* sweeps of the finest grid, all bands together */
 };
 
 /* One without cells and light; NULL: no memory. */

@@ -33,7 +33,7 @@ enum {
   CHUNK = 4096,
   /* A third of either changes a picture by a tenth of a per cent. */
   RESOLVING_SWEEPS = 2,
-  REFINING_SWEEPS = 2 /* of fine cells */
+  REFINING_SWEEPS = 2 /* sweeps of fine cells */
 };
 
 static bool is_fine(const np_scattering_solver *s) { return s->levels[0].grid.is_fine; }
@@ -95,7 +95,7 @@ static void end_budget(np_scattering_solver *s) {
 /* ---- Levels ---- */
 
 /* A band comes no further than the one before that was cut: else the clouds would take on its colour. Levels before the
- * finest tell what clouds send down, which lights the border of the levels after them. */
+ * finest know what clouds send down, which lights the border of the levels after them. */
 static neph_result solve_level(np_scattering_solver *s, unsigned number, double tolerance) {
   if (!np_solver_state_begin(s, NP_STEP_FRAGILE)) return NEPH_OK;
   if (s->out->quality.is_cut && number < s->cut.level) return NEPH_OK;
@@ -121,7 +121,7 @@ static neph_result solve_level(np_scattering_solver *s, unsigned number, double 
   return result;
 }
 
-/* From the next coarser level, whether or not there is time: it is little, and what stands there now is nothing. */
+/* Starts a level from the next coarser one, whether or not there is time: it is little, and the level is empty. */
 static neph_result prolong(np_scattering_solver *s, unsigned number, np_step_kind kind) {
   if (!np_solver_state_begin(s, kind)) return NEPH_OK;
   neph_result result = np_transport_level_prolong(&s->levels[number + 1], s->monitor, &s->levels[number]);
@@ -154,7 +154,7 @@ static neph_result sweep_level(np_scattering_solver *s, unsigned number, unsigne
   return result;
 }
 
-/* From what is iterated to the result. */
+/* Resolves what is iterated into the result. */
 static neph_result resolve(np_scattering_solver *s) {
   const unsigned iterated = np_scattering_solver_get_iterated(s);
   neph_result result = NEPH_OK;

@@ -20,7 +20,7 @@ typedef struct np_scattering_angles {
 /* Progress of the solution of a band. */
 typedef struct np_scattering_reach {
   unsigned level;  /* the last that was swept; the number of levels: none */
-  unsigned sweeps; /* of that level, where they were cut; 0: up to its tolerance */
+  unsigned sweeps; /* sweeps of that level, where they were cut; 0: it reached its tolerance */
   double residual;
 } np_scattering_reach;
 
@@ -28,8 +28,8 @@ typedef struct np_scattering_reach {
  *
  * A solution on its way is kept from sweep to sweep: one that goes on from there has the bits of one that was not
  * stopped. Whatever changes a solution is a step. A state has the number of the step that was under way and all that
- * steps have changed; who resumes goes through the same steps, leaves out those before, and takes the state up at this
- * one. All else, such as cells and sources, is computed again. */
+ * steps have changed; a resumed solution goes through the same steps, leaves out those before, and takes the state up
+ * at this one. All else, such as cells and sources, is computed again. */
 
 typedef struct np_solver_state {
   const np_solution_keeper *keeper; /* NULL: nothing is kept */
@@ -41,7 +41,7 @@ typedef struct np_solver_state {
   bool is_damaged;                  /* the entry holds something else than the solution */
   bool is_anew;                     /* whatever the keeper has, the solution begins anew */
   bool is_last;                     /* the last state is kept */
-  double last_s;                    /* of the monitor's seconds, when a state was kept */
+  double last_s;                    /* time on the monitor's clock at which a state was kept */
 } np_solver_state;
 
 typedef struct np_scattering_solver {
@@ -52,7 +52,7 @@ typedef struct np_scattering_solver {
   np_monitor *monitor;
   np_scattering_field *out;
   np_scattering_angles *fine,
-      *broad; /* of the result, and of what is iterated; the same where nothing is to be resolved further */
+      *broad; /* medium of the result, and of what is iterated; the same where nothing is to be resolved further */
   np_workspace workspace;
   bool is_related;     /* bands differ in their lights alone, and have one grid */
   bool is_nested;      /* the present band begins on the coarsest grid, from nothing */
@@ -60,13 +60,13 @@ typedef struct np_scattering_solver {
   double sunlight[NP_BAND_COUNT], surroundings[NP_BAND_COUNT]; /* irradiance on a sphere of either, means over cells */
   np_ground_columns ground;                                    /* within the finest cells */
   np_downwelling downwelling[NP_BAND_COUNT];
-  bool has_downwelling;         /* of the present band */
-  float fade[NP_INSTANCES_MAX]; /* of each cloud: share of its depth that dims the beam where light is iterated */
+  bool has_downwelling;         /* downwelling of the present band is known */
+  float fade[NP_INSTANCES_MAX]; /* share of each cloud's depth that dims the beam where light is iterated */
   np_spectrum *sun;             /* irradiance at each live cell of the finest grid */
-  double end_s;                 /* of the monitor's seconds, for the sweeps of all bands; infinite: no limit */
+  double end_s;                 /* end of the sweeps of all bands on the monitor's clock; infinite: no limit */
   bool has_time;                /* the present band's share of them is not used up */
   np_scattering_reach reached,
-      cut; /* by the present band; and by the last one that was cut, past which no other goes */
+      cut; /* reach of the present band, and of the last one that was cut, past which no other goes */
   np_monitor_part whole;
   np_solver_state state;
   unsigned level_count, band, turn; /* the band, and its place in the order of solving */

@@ -20,23 +20,23 @@ typedef struct np_sweep {
   np_monitor *monitor;
   const np_transport_grid *grid;
   const np_ordinates *ordinates;
-  int32_t *reach[NP_OCTANT_COUNT]; /* of each row [k][j]: cells from where light enters it to the last from which it can
+  int32_t *reach[NP_OCTANT_COUNT]; /* cells of each row [k][j]: from where light enters it to the last from which it can
                                       come to cloud */
-  float *inverse_m[3]; /* 1/width of the cells along each axis; 0 where light cannot tell how wide a cell is */
+  float *inverse_m[3]; /* 1/width of the cells along each axis; 0 where a cell's width does not matter to light */
   np_sweep_faces faces[NP_OCTANT_PAIRS];
   float *rows;                   /* scratch of each thread: of the cells along x, two octants' lanes */
   float *out[NP_SWEEP_PARTS];    /* [active][harmonic], in the ordinates' order */
   const float *source;           /* [active][harmonic]: moments of what is emitted and scattered, per metre */
   const np_border_faces *border; /* radiance from outside */
-  const float *ground;           /* of solid cells, by column [j][i] */
+  const float *ground;           /* light from solid cells, by column [j][i] */
 } np_sweep;
 
-/* On failure nothing is left. `source`, `border`, `ground` and `out` are the caller's to set. */
+/* Nothing is left on failure. `source`, `border`, `ground` and `out` are the caller's to set. */
 neph_result np_sweep_init(neph_context *context, np_monitor *monitor, const np_transport_grid *grid,
                           const np_ordinates *ordinates, np_sweep *out);
 void np_sweep_clear(np_sweep *sweep);
 
-/* The part that a pair adds to. Bits of the pair tell whether light goes down y, and down z. */
+/* The part that a pair adds to. Bits of the pair are set where light goes down y, and down z. */
 static inline unsigned np_sweep_get_part(unsigned pair) { return (pair ^ pair >> 1) & 1u; }
 
 /* Sweeps all directions; the sum of `out` over the parts, in their order, are the moments. What leaves through a

@@ -27,7 +27,7 @@ typedef struct face_light {
 /* A block of directions of one octant on its way through the cells. */
 typedef struct flow {
   unsigned octant, number;
-  const int32_t *reach; /* as in np_sweep */
+  const int32_t *reach; /* reach of np_sweep */
   lanes *x, *y, *z;     /* faces, as in np_sweep_faces */
 } flow;
 
@@ -67,7 +67,7 @@ static inline void shut(lanes *open, const lanes *outflow) { *open = (lanes)((ma
 typedef struct cell_rates {
   float inverse_m;      /* 1/width along x */
   lanes rate[3], total; /* Σ 2μ */
-  lanes share[3];       /* of the light that enters in a void cell's mean */
+  lanes share[3];       /* share of the light that enters in a void cell's mean */
 } cell_rates;
 
 static inline void set_rates(const lanes cosine[3], float inverse_m, cell_rates *r) {
@@ -172,7 +172,7 @@ static inline void keep_moments(const sweep_block *b, const int32_t *active, uns
 typedef struct course {
   lanes x, *y, *z;     /* y, z: at the faces of each cell */
   int32_t reach;       /* cells to cross */
-  const float *ground; /* of the row's columns */
+  const float *ground; /* light from the ground of the row's columns */
   bool is_down;
   cell_rates rates;
 } course;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Cells of the multiple scattering, and coarser ones made of them. */
+/* Cells of the multiple scattering, and coarser ones of several of them. */
 #include "transport/transport_grid.h"
 
 #include <string.h>
@@ -12,7 +12,7 @@
 
 /* Places of a hierarchy that reach into a cell. */
 typedef struct cell_places {
-  unsigned count; /* of which `at` holds as many as it can */
+  unsigned count; /* number of places, of which `at` holds as many as it can */
   const np_instance *at[NP_INSTANCES_MAX];
 } cell_places;
 
@@ -24,7 +24,7 @@ typedef struct grid_fill {
   np_transport_grid *grid;
   double voxel_m[3];
   float *extinction; /* [cell][cloud], live or not, of no scaled medium */
-  bool *holds;       /* of each cell: cloud, or an emitter; then, or touches one that does */
+  bool *holds;       /* mark of each cell that holds cloud or an emitter; then also of cells that touch one */
 } grid_fill;
 
 float np_transport_grid_average_emission(const np_transport_grid *grid, const struct np_emission *emission,
@@ -118,7 +118,7 @@ static void spread_line(const np_transport_grid *g, int axis, const int32_t firs
   }
 }
 
-/* From cells that hold something to those that touch one, by an edge or a corner too. */
+/* Spreads marks to the cells that touch a marked one, by an edge or a corner too. */
 static void spread_held(const np_transport_grid *g, bool *holds) {
   for (int axis = 0; axis < 3; axis++) {
     const int u = axis == 0 ? 1 : 0, v = axis == 2 ? 1 : 2;

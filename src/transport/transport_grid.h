@@ -16,18 +16,18 @@ enum {
 typedef struct np_transport_grid {
   neph_context *context; /* borrowed */
   int32_t size[3];
-  double *edge_m[3];  /* of each axis: size + 1 ascending planes */
+  double *edge_m[3];  /* size + 1 ascending planes of each axis */
   double even_m[3];   /* distance of the planes; 0 where they are not even */
   bool is_wrapped[3]; /* periodic along this axis */
   bool has_solid;     /* some cells are ground; below them all are */
   bool is_fine;       /* light is iterated on cells twice as wide */
   unsigned degree;    /* N: of the harmonics that light is resolved into */
-  int32_t *active;    /* of each cell: its number among the live ones; else void or ground */
-  int32_t *cell;      /* of each live cell: where it is */
+  int32_t *active;    /* number of each cell among the live ones; else void or ground */
+  int32_t *cell;      /* place of each live cell */
   size_t active_count;
   float *extinction;             /* scaled, 1/m, the mean of the interpolated field */
   float *ratio;                  /* [active][l], l ≤ N: scattering moment over extinction, both scaled */
-  float scale[NP_INSTANCES_MAX]; /* of each cloud: scaled extinction over extinction */
+  float scale[NP_INSTANCES_MAX]; /* scaled extinction of each cloud over its extinction */
   float *first_collision_source; /* first collisions of sunlight per volume, 1/m, for a unit irradiance; NULL in coarse
                                     grids */
   float *low_order_source;       /* those in a medium of a lower degree; NULL: there is none */

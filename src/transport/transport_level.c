@@ -10,12 +10,12 @@ enum {
   CHUNK = 4096,
   SWEEPS_MAX = 60,
   CHEAP_SWEEPS_MAX = 200,
-  CHEAP_MOMENTS = 1 << 18, /* for which a solution costs so little that it is driven to the end of floats */
+  CHEAP_MOMENTS = 1 << 18, /* cells for which a solution costs so little that it is driven to the precision of floats */
   DEPTH = 3,
   CHEAP_DEPTH = NP_FIXED_POINT_DEPTH_MAX
 };
 
-/* Residual beyond which nobody wants to be that exact. */
+/* Residual below which more exactness changes no picture. */
 static const double cheap_tolerance_max = 2e-3;
 
 static size_t count_moments(const np_transport_grid *g) { return g->active_count * np_harmonics_count(g->degree); }
@@ -182,11 +182,11 @@ neph_result np_transport_level_sweep(const np_transport_lights *lights, np_trans
   return result == NEPH_ERROR_CANCELLED && np_monitor_is_cut(lights->monitor) ? NEPH_OK : result;
 }
 
-/* ---- From grid to grid, and to the eye ---- */
+/* ---- Steps between grids, and to the eye ---- */
 
 typedef struct prolongation {
   const np_transport_grid *coarse;
-  const float *values; /* on the coarser grid */
+  const float *values; /* values on the coarser grid */
   np_transport_level *fine;
   float kept; /* factor on what is there: 0 or 1 */
 } prolongation;

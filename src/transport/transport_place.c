@@ -145,7 +145,7 @@ static double get_edge_max(const np_world *world) {
   return are_joined ? 16.0 : 8.0;
 }
 
-/* Edge in voxels that the clouds want; within `cell_count_max` where there is nobody to be near to. */
+/* Edge in voxels that suits the clouds; within `cell_count_max` where there is no viewer. */
 static double choose_edge(const np_world *world, const np_transport_desc *desc, bool *out_is_fine) {
   even_axis axes[3];
   const double voxel_depth = compute_voxel_depth(world),
@@ -170,7 +170,7 @@ typedef struct grading {
 
 enum { GRADING_STEPS = 512, GRADING_MOST = 8 };
 
-/* From the viewer to that part of the clouds' box which has a coordinate along an axis. */
+/* Distance of the viewer to the part of the clouds' box that has a coordinate along an axis. */
 static double compute_distance(const np_transport_desc *desc, int axis, double coordinate) {
   const double low[3] = {desc->bounds_min.x, desc->bounds_min.y, desc->bounds_min.z};
   const double high[3] = {desc->bounds_max.x, desc->bounds_max.y, desc->bounds_max.z};
@@ -226,7 +226,7 @@ static double measure_flat(const np_world *world, const np_transport_desc *desc)
   return fmin(x, y) >= flat * thickness ? thickness : HUGE_VAL;
 }
 
-/* Cells as the clouds want them; where that is too many, graded ones; where these would be too many, larger ones. */
+/* Cells that suit the clouds; where that is too many, graded ones; where these would be too many, larger ones. */
 static grading choose_axes(const np_world *world, const np_transport_desc *desc, even_axis out[3], bool *out_is_fine) {
   const double wanted = choose_edge(world, desc, out_is_fine);
   const double thickness = measure_flat(world, desc) / np_transport_get_voxel(world, 2);
@@ -291,7 +291,7 @@ static int search_column_axis(const even_axis axes[3]) {
 /* Optical depth along a column through the middles of its cells, at the samples of its one cloud: between them the
  * extinction is linear. */
 typedef struct profile {
-  int32_t count; /* of samples */
+  int32_t count; /* number of samples */
   double origin_m, step_m;
   double *extinction, *depth;
 } profile;

@@ -12,13 +12,9 @@ complain() {
   fail=1
 }
 
-# Folders that follow the rule. The aim is all of include, cli and src.
-clean='include cli src/atmosphere src/caches src/check src/cloud src/core src/export src/frame src/image src/mesh
-  src/noise src/optics src/parts src/plan src/probe src/report src/scene src/stages src/terrain src/volume src/world'
-
 # Lines of comments as FILE:LINE:TEXT, with "/* " before the first line of each. Texts in quotes are skipped.
 print_comments() {
-  find $clean -type f \( -name '*.[ch]' -o -name '*.cpp' \) | LC_ALL=C sort | xargs awk '
+  find include cli src tests samples -type f \( -name '*.[ch]' -o -name '*.cpp' \) | LC_ALL=C sort | xargs awk '
     FNR == 1 {inside = 0}
     {
       line = $0
