@@ -672,6 +672,19 @@ static void any_number_of_threads_gives_the_same_bits(void **state) {
   }
 }
 
+/* The place of a cloud goes by its own bake, whatever the voxels of its textures: a weather map has one place. */
+static void places_do_not_go_by_the_size(void **state) {
+  test_fixture *f = *state;
+  double first[3], second[3];
+  static const char text[] = "version: 1\nclouds: [{name: low, position: [700 m, -300 m, 0 m], bake: {preset: "
+                             "cumulus_mediocris, seed: 91, extent: [2 km, 1300 m], voxel: 40 m, coverage: 0.4}}]\n";
+  export_scene(f, text, 16);
+  read_reals(f, "low.weather", "origin_m", 3, first);
+  export_scene(f, text, 64);
+  read_reals(f, "low.weather", "origin_m", 3, second);
+  for (int a = 0; a < 3; a++) assert_near(first[a], second[a], 1e-6);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test_setup_teardown(noises_repeat_and_are_the_librarys, set_up, test_tear_down),
@@ -684,6 +697,7 @@ int main(void) {
       cmocka_unit_test_setup_teardown(depths_are_those_of_the_bake, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(repeating_fields_repeat, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(textures_are_in_the_clouds_place, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(places_do_not_go_by_the_size, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(nothing_stays_of_a_failure, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(any_number_of_threads_gives_the_same_bits, set_up, test_tear_down),
   };

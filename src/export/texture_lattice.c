@@ -56,6 +56,22 @@ static neph_result bake_within(const np_texture_cloud *cloud, np_sparse_grid *ou
 
 /* ---- Place ---- */
 
+/* Position, voxel edge and optical depth go by the cloud's own bake, whatever the voxels of its textures. */
+static neph_result anchor_cloud(const np_texture_cloud *cloud, const neph_volume *on_lattice, np_anchor *out_anchor) {
+  neph_context *context = cloud->set->context;
+  np_monitor *monitor = cloud->set->monitor;
+  np_sparse_grid grid = {.context = NULL};
+  neph_volume *own = NULL;
+  if (!np_placement_needs_reference(cloud->cloud))
+    return np_placement_anchor(cloud->cloud, on_lattice, monitor, out_anchor);
+  neph_result result = bake(cloud, cloud->in_frame.desc.voxel_m, &grid);
+  if (!result) result = np_volume_create_from_grid(context, &grid, NEPH_PRECISION_HALF, monitor, &own);
+  np_sparse_grid_clear(&grid);
+  if (!result) result = np_placement_anchor(cloud->cloud, own, monitor, out_anchor);
+  neph_volume_release(own);
+  return result;
+}
+
 static neph_result place(np_texture_cloud *cloud, const np_sparse_grid *grid, const np_grid_extent *extent) {
   neph_volume *volume = NULL;
   np_anchor anchor;
@@ -64,7 +80,7 @@ static neph_result place(np_texture_cloud *cloud, const np_sparse_grid *grid, co
   np_texture_lattice *lattice = &cloud->lattice;
   neph_result result = np_volume_create_from_grid(cloud->set->context, grid, NEPH_PRECISION_HALF, monitor, &volume);
   if (result) return result;
-  result = np_placement_anchor(cloud->cloud, volume, monitor, &anchor);
+  result = anchor_cloud(cloud, volume, &anchor);
   if (!result) result = np_placement_make(cloud->cloud, &anchor, volume, monitor, &placement);
   neph_volume_release(volume);
   if (result) return result;
