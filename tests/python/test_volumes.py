@@ -161,3 +161,5 @@ def test_baked_clouds(scene, tmp_path):
         nephos.bake(scene, tmp_path / "other.vdb", cloud="other")
     with pytest.raises(ValueError, match="must end in .vdb or .nvdb"):
         nephos.bake(scene, tmp_path / "field.txt", cloud="field")
+    with pytest.raises(ValueError, match="must end in .vdb or .nvdb"):
+        nephos.export(scene, tmp_path / "field.txt", cloud="field")

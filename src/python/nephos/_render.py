@@ -124,13 +124,18 @@ def sky(scene: Scene, *, progress: Optional[Callable[[Progress], Any]] = None, *
                             watch=watch), scene.context)
 
 
+def _check_ending(path: Path) -> None:
+    """Refuses a name that is no file of a volume, as the program does."""
+    if not encode_text("path", path).lower().endswith((b".vdb", b".nvdb")):
+        raise ValueError("path is %r, must end in .vdb or .nvdb" % (path,))
+
+
 @documented("neph_scene_bake_file", settings="neph_bake_desc")
 def bake(scene: Scene, path: Path, *, cloud: int | str = 0, frame: int = 1,
          progress: Optional[Callable[[Progress], Any]] = None, **settings: Any) -> None:
     """Bakes a procedural cloud of a scene, by its name or index, to a .vdb or .nvdb file. `Volume.bake` bakes one in
     memory."""
-    if not encode_text("path", path).lower().endswith((b".vdb", b".nvdb")):
-        raise ValueError("path is %r, must end in .vdb or .nvdb" % (path,))
+    _check_ending(path)
     watch = Watch(progress)
     desc = apply_settings(watch.attach(make_struct(c.neph_bake_desc)), settings, "bake()")
     with check_scene(scene)._use:
@@ -141,7 +146,8 @@ def bake(scene: Scene, path: Path, *, cloud: int | str = 0, frame: int = 1,
 @documented("neph_scene_export_cloud", settings="neph_export_desc")
 def export(scene: Scene, path: Path, *, cloud: int | str = 0, frame: int = 1,
            progress: Optional[Callable[[Progress], Any]] = None, **settings: Any) -> dict[str, Any]:
-    """Writes a cloud of a scene to a .vdb file in its place in the world, and returns what was written."""
+    """Writes a cloud of a scene to a .vdb or .nvdb file in its place in the world, and returns what was written."""
+    _check_ending(path)
     watch = Watch(progress)
     desc = apply_settings(watch.attach(make_struct(c.neph_export_desc)), settings, "export()")
     written, name = make_struct(c.neph_exported_cloud), encode_text("path", path)
