@@ -75,14 +75,15 @@ def test_bad_lists_are_refused(values, coordinates, error, message):
 
 
 @pytest.mark.parametrize("settings, error, message", [
-    ({"voxel": 0}, nephos.ArgumentError, "determinant 0"), ({"voxel": "20 m"}, ValueError, "length in metres"),
+    ({"voxel": 0}, ValueError, "above 0"), ({"voxel": (20, -1, 20)}, ValueError, "above 0"),
+    ({"voxel": "20 m"}, ValueError, "length in metres"),
     ({"voxel": (1, 2)}, ValueError, "three of them"), ({"precision": "double"}, ValueError, "half, float"),
     ({"name": 7}, TypeError, "a text"), ({"name": "a\0b"}, ValueError, "zero byte"),
     ({"transform": [[1, 0, 0, 0]]}, ValueError, "3 or 4 rows"), ({"transform": "x"}, ValueError, "3 or 4 rows"),
     ({"transform": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [1, 0, 0, 1]]}, ValueError, "fourth row"),
     ({"origin": "abc"}, ValueError, "three coordinates"), ({"origin": 5}, ValueError, "three coordinates"),
     ({"periodic": True}, ValueError, "two of True and False"), ({"periodic": (1, 0, 1)}, ValueError, "two of True"),
-    ({"voxel": float("nan")}, nephos.ArgumentError, "determinant nan"), ({"context": 7}, TypeError, "Context")])
+    ({"voxel": float("nan")}, ValueError, "above 0"), ({"context": 7}, TypeError, "Context")])
 def test_bad_settings_are_refused(settings, error, message):
     with pytest.raises(error, match=message):
         nephos.Volume(RANDOM, **settings)

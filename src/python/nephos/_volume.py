@@ -83,6 +83,8 @@ def _set_transform(desc, voxel, origin, transform):
     else:
         edges = _read_numbers(1 if voxel is None else voxel, [(), (3,)],
                               "voxel must be a length in metres or three of them")
+        if not all(edge > 0 for edge in edges.flat):
+            raise ValueError("voxel is %s, must be above 0 (a transform may mirror)" % edges.tolist())
         place = _read_numbers((0, 0, 0) if origin is None else origin, [(3,)],
                               "origin must be three coordinates in metres")
         rows = [[edges.flat[i % edges.size] if i == j else 0.0 for j in range(3)] + [place[i]] for i in range(3)]
