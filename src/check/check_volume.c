@@ -195,7 +195,8 @@ static bool is_y_up(const facts *f, draft *out) {
 
 /* ---- Rules ---- */
 
-#define MEND "clouds[].import: repair, or nephos check --fix -o COPY, with the ending of the file"
+#define MENDED_COPY "nephos check --fix -o COPY, with the ending of the file"
+#define MEND "clouds[].import: repair, or " MENDED_COPY
 #define FRUSTUM "clip the part nearest to its camera, or resample it to a regular grid first"
 #define SIZE "clouds[].voxel, the edge of a voxel in metres, or clouds[].scale"
 
@@ -218,9 +219,7 @@ static const grid_rule grid_rules[] = {
     {{"grid.empty_field", NEPH_SEVERITY_NOTE, NULL}, is_empty_field, PLAIN},
     {{"grid.level_set", NEPH_SEVERITY_NOTE, "clouds[].level_set makes it fog"}, is_level_set, PLAIN},
     {{"grid.unmarked_level_set", NEPH_SEVERITY_ERROR, "clouds[].level_set makes it fog"}, is_unmarked_level_set, PLAIN},
-    {{"grid.class", NEPH_SEVERITY_NOTE, "nephos check --fix -o COPY, with the ending of the file"},
-     has_wrong_class,
-     PLAIN},
+    {{"grid.class", NEPH_SEVERITY_NOTE, MENDED_COPY}, has_wrong_class, PLAIN},
     {{"grid.points", NEPH_SEVERITY_NOTE, NULL}, is_points, PLAIN},
     {{"transform.degenerate", NEPH_SEVERITY_ERROR, "export it anew, with voxels that have a volume"},
      is_degenerate,
