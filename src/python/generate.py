@@ -11,7 +11,8 @@ import sys
 
 SCALARS = {
     "bool": "c_bool", "char": "c_char", "int": "c_int", "unsigned": "c_uint", "float": "c_float", "double": "c_double",
-    "size_t": "c_size_t", "int32_t": "c_int32", "uint32_t": "c_uint32", "int64_t": "c_int64", "uint64_t": "c_uint64",
+    "size_t": "c_size_t", "uint8_t": "c_uint8", "int32_t": "c_int32", "uint32_t": "c_uint32", "int64_t": "c_int64",
+    "uint64_t": "c_uint64",
 }
 NAMES = {"NULL": "None", "true": "True", "false": "False", "HUGE_VAL": "math.inf", "UINT64_MAX": "0xffffffffffffffff"}
 

@@ -120,3 +120,15 @@ def test_parts_are_merged_to_the_whole(scene, tmp_path):
         nephos.merge(paths[:1])
     with pytest.raises(TypeError):
         nephos.merge(os.fspath(paths[0]))
+
+
+def test_pixels_of_a_preview_are_those_of_its_file(tmp_path):
+    light = numpy.linspace(0, 2, 48 * 27, dtype=numpy.float32).reshape(27, 48)
+    image = nephos.Image.from_arrays({"R": light, "G": light / 2, "B": light / 4})
+    image.save(tmp_path / "picture.png", view="standard")
+    saved = nephos.Image.load(tmp_path / "picture.png")
+    pixels = numpy.asarray(image.develop(view="standard"))
+    assert pixels.shape == (27, 48, 4) and (pixels[..., 3] == 255).all()
+    assert abs(pixels[..., :3] - 255 * saved[["R", "G", "B"]]).max() <= 1.001  # dither is less than a step
+    held = image.develop(view="standard", exposure="fixed", exposure_ev=image.exposure(view="standard"))
+    assert held == image.develop(view="standard")

@@ -170,6 +170,25 @@ class Image(Object):
         kind = desc.pixel_type if settings.get("pixel_type") is not None else c.NEPH_PIXEL_HALF
         call(self.context, function, self._handle, name, kind)
 
+    @documented("neph_image_compute_exposure", settings="neph_preview_desc")
+    def exposure(self, **settings: Any) -> float:
+        """Brightening of a preview in stops, white balance apart."""
+        desc = apply_settings(make_struct(c.neph_preview_desc), settings, "Image.exposure()")
+        stops = ctypes.c_double()
+        call(self.context, "neph_image_compute_exposure", self._handle, ctypes.byref(desc), ctypes.byref(stops))
+        return stops.value
+
+    @documented("neph_image_develop", settings="neph_preview_desc")
+    def develop(self, **settings: Any) -> memoryview:
+        """Pixels of a preview as a memoryview of bytes of the shape (height, width, 4): R, G, B, and 255.
+        `numpy.asarray` makes an array of it without a copy."""
+        desc = apply_settings(make_struct(c.neph_preview_desc), settings, "Image.develop()")
+        width, height = self.width, self.height
+        pixels = (ctypes.c_uint8 * (4 * width * height))()
+        call(self.context, "neph_image_develop", self._handle, ctypes.byref(desc), 0, 0, width, height, pixels,
+             4 * width)
+        return memoryview(pixels).cast("B").cast("B", (height, width, 4))
+
     def __reduce__(self):
         """Pickles and copies the image as an OpenEXR of floats: every channel, and the attributes of its header."""
         if self.has_deep:

@@ -1,0 +1,85 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The views of a preview.
+ *
+ * The filmic view is linear where film is, so that creases of sunlit cloud keep their contrast, and has a shoulder
+ * above: f(x) = x up to s = 3/4, then 1 − (1 − s)·e^{−(x − s)/(1 − s)}, of one slope. It is applied to the largest
+ * component m, the others keep their ratio to it, and so their hue; light far above the shoulder fades to white by
+ * (1 − f(m)/m)², as film and eye have it.
+ */
+#include "image/preview_tone.h"
+
+#include "image/exposure.h"
+
+/* ---- Tone ---- */
+
+static const float shoulder = 0.75f;
+
+static float apply_shoulder(float x) {
+  if (x <= shoulder) return x;
+  return 1.0f - (1.0f - shoulder) * expf((shoulder - x) / (1.0f - shoulder));
+}
+
+void np_preview_map_tone(const float exposed[3], float out_display[3]) {
+  const float peak = np_maxf(exposed[0], np_maxf(exposed[1], exposed[2]));
+  const float display = apply_shoulder(np_maxf(peak, 0.0f)), compression = peak > 0.0f ? display / peak : 1.0f;
+  const float fade = (1.0f - compression) * (1.0f - compression);
+  for (int c = 0; c < 3; c++) {
+    const float kept_hue = np_maxf(exposed[c], 0.0f) * compression;
+    out_display[c] = np_minf(kept_hue + fade * (display - kept_hue), 1.0f);
+  }
+}
+
+/* sRGB transfer function, IEC 61966-2-1. */
+static float encode_srgb(float linear) {
+  return linear <= 0.0031308f ? 12.92f * linear : 1.055f * powf(linear, 1.0f / 2.4f) - 0.055f;
+}
+
+static float decode_srgb(float component) {
+  return component <= 0.04045f ? component / 12.92f : powf((component + 0.055f) / 1.055f, 2.4f);
+}
+
+static float encode_linear(float linear) { return linear; }
+
+static void clip(const float exposed[3], float out_display[3]) {
+  for (int c = 0; c < 3; c++) out_display[c] = np_minf(np_maxf(exposed[c], 0.0f), 1.0f);
+}
+
+static const np_preview_view views[] = {
+    [NEPH_VIEW_FILMIC] = {np_preview_map_tone, encode_srgb, decode_srgb, 0.75f, true, "filmic"},
+    [NEPH_VIEW_STANDARD] = {clip, encode_srgb, decode_srgb, 1.0f, true, "standard"},
+    [NEPH_VIEW_RAW] = {clip, encode_linear, encode_linear, 1.0f, false, "raw"}};
+
+enum { VIEW_COUNT = sizeof views / sizeof *views };
+
+const np_preview_view *np_preview_get_view(neph_view view) { return &views[view]; }
+
+const char *np_preview_name_view(neph_view view) { return views[view].name; }
+
+/* ---- Descriptions ---- */
+
+neph_result np_preview_check_desc(neph_context *context, const neph_preview_desc *desc) {
+  const neph_result bad = NEPH_ERROR_INVALID_ARGUMENT;
+  if (!(fabs(desc->exposure_ev) <= 64))
+    return np_fail(context, bad, "preview exposure is %g stops, must be in [-64, 64]", desc->exposure_ev);
+  if ((unsigned)desc->exposure > NEPH_EXPOSURE_CAMERA)
+    return np_fail(context, bad, "preview exposure is %d, must be auto (0), meter (1), fixed (2) or camera (3)",
+                   (int)desc->exposure);
+  if ((unsigned)desc->pixel_type > NEPH_PIXEL_FLOAT)
+    return np_fail(context, bad, "preview pixel_type is %d, must be half (0) or float (1)", (int)desc->pixel_type);
+  if ((unsigned)desc->view >= VIEW_COUNT)
+    return np_fail(context, bad, "preview view is %d, must be filmic (0), standard (1) or raw (2)", (int)desc->view);
+  if (desc->bits != 8 && desc->bits != 16)
+    return np_fail(context, bad, "preview bits are %u, must be 8 or 16", desc->bits);
+  for (int c = 0; c < 3; c++)
+    if (!(desc->white[c] > 0) || !isfinite(desc->white[c]))
+      return np_fail(context, bad, "preview white of %c is %g, must be finite and above 0", "RGB"[c], desc -> white[c]);
+  return NEPH_OK;
+}
+
+neph_result np_preview_choose_factor(const neph_image *image, const neph_preview_desc *desc, double *out) {
+  neph_result result = NEPH_OK;
+  double base = 1.0;
+  if (views[desc->view].is_for_display) result = np_exposure_choose(image, desc, &base);
+  *out = base * exp2(desc->exposure_ev);
+  return result;
+}
