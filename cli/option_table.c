@@ -196,6 +196,11 @@ static bool take_time_limit(cli_options *out, const cli_option *option, const ch
   return cli_read_real(argument, &out->time_limit_s);
 }
 
+static bool take_port(cli_options *out, const cli_option *option, const char *argument) {
+  (void)option;
+  return cli_read_whole(argument, &out->port) && out->port <= UINT16_MAX;
+}
+
 static bool take_budget(cli_options *out, const cli_option *option, const char *argument) {
   (void)option;
   return cli_read_duration(argument, &out->budget_s);
@@ -365,6 +370,14 @@ static const cli_option options[] = {
      .meaning = "fail, with exit code 7, when the relative mean square error is above X"},
     {.name = "--second", .argument = "FILE", .take = take_text, .field = INTO(second), .files = "exr",
      .meaning = "tell noise from bias by FILE, the same picture with another seed"},
+    {.name = "--port", .argument = "N", .take = take_port, .range = "a whole number from 0 to 65535",
+     .fallback = "0: a free one", .meaning = "port of the page"},
+    {.name = "--listen", .argument = "ADDRESS", .take = take_text, .field = INTO(listen),
+     .range = "a numeric address of this machine", .fallback = "127.0.0.1",
+     .meaning = "serve the page there: other machines reach any address but those of the loopback interface"},
+    {.name = "--open", .take = take_flag, .field = INTO(opens_browser), .meaning = "start a browser, by xdg-open"},
+    {.name = "--allow-files", .take = take_flag, .field = INTO(allows_files),
+     .meaning = "let the page set keys that name files"},
     {.name = "--man", .take = take_flag, .field = INTO(wants_man), .meaning = "print as a man page"},
     {.name = "--completion", .argument = "SHELL", .take = take_choice, .field = INTO(shell), .words = shells,
      .meaning = "print a script that completes the command line in a shell"},

@@ -51,7 +51,7 @@ typedef struct cli_setting {
 typedef struct cli_options {
   const struct cli_verb *verb; /* NULL: none is given */
   bool wants_help, wants_version, wants_man;
-  bool has_ended; /* "--" has been read: no further word is an option */
+  bool has_ended;    /* "--" has been read: no further word is an option */
   const char *shell; /* shell of a completion script; NULL: not given */
   const char **files;
   size_t file_count;
@@ -98,6 +98,9 @@ typedef struct cli_options {
   double relative_mse_max;
   const char *preview_map; /* file or folder for weather maps; NULL: not given */
   const char *second;      /* picture with another seed; NULL: not given */
+  const char *listen;      /* address of the server of a view; NULL: not given */
+  unsigned port;           /* port of that server; 0: a free one */
+  bool allows_files, opens_browser;
   bool is_half, has_region, has_memory_max, wants_velocity, wants_error, is_verifying;
   double prune_per_m, region_m[6];
   uint64_t memory_max_bytes, cache_size_max_bytes;

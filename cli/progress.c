@@ -212,8 +212,15 @@ void cli_progress_finish(cli_progress *progress) {
 
 /* ---- Messages ---- */
 
+void cli_progress_set_listener(cli_progress *progress,
+                               bool (*hear)(void *user, neph_log_level level, const char *message), void *user) {
+  progress->hear = hear;
+  progress->hear_user = user;
+}
+
 void cli_progress_log(void *user, neph_log_level level, const char *message) {
   cli_progress *progress = user;
+  if (progress->hear && progress->hear(progress->hear_user, level, message)) return;
   const cli_progress_state state = {.stage = progress->stage, .frame = progress->frame};
   flockfile(stderr);
   if (level == NEPH_LOG_ERROR) {

@@ -40,10 +40,13 @@ typedef struct cli_progress {
   int shown_frame;        /* frame that was shown last */
   double shown_fraction;  /* share that was shown last */
   double shown_elapsed_s; /* time at which it was shown */
-  char *message;          /* the last error; owned; NULL: there was none */
-  double start_s;         /* start of the job, by the machine's clock */
-  double call_end;        /* share of the frame that the library's call takes; the program takes the rest */
-  double fraction;        /* share of the job that was reported last */
+  bool (*hear)(void *user, neph_log_level level, const char *message); /* listener, which returns whether it takes a
+                                                                          message; NULL: none */
+  void *hear_user;
+  char *message;   /* the last error; owned; NULL: there was none */
+  double start_s;  /* start of the job, by the machine's clock */
+  double call_end; /* share of the frame that the library's call takes; the program takes the rest */
+  double fraction; /* share of the job that was reported last */
   cli_progress_frame frame;
   unsigned timed_count; /* finished frames after the first, and the time that they took */
   double timed_s;
@@ -81,6 +84,11 @@ void cli_progress_finish(cli_progress *progress);
 
 /* Log callback, a neph_log_fn; `progress` is a cli_progress. */
 void cli_progress_log(void *progress, neph_log_level level, const char *message);
+
+/* Sets a listener, which is called with each message before it is printed, on the thread of the message. A message that
+ * it takes, by returning true, is not printed. NULL: none. */
+void cli_progress_set_listener(cli_progress *progress,
+                               bool (*hear)(void *user, neph_log_level level, const char *message), void *user);
 
 /* Prints a message of the program's own, in the style of the progress. */
 void cli_progress_complain(cli_progress *progress, const char *format, ...) __attribute__((format(printf, 2, 3)));

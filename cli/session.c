@@ -93,11 +93,15 @@ static neph_result apply_settings(const cli_options *options, neph_scene *scene)
   return result;
 }
 
+neph_result cli_set_scene(const cli_session *session, neph_scene *scene) {
+  const neph_result result = apply_settings(session->options, scene);
+  return result || !session->options->has_frame ? result : neph_scene_set_frame(scene, session->options->frame);
+}
+
 neph_result cli_read_scene(cli_session *session, const char *path, neph_scene **out_scene) {
   neph_result result = neph_scene_open(session->context, path, out_scene);
   if (result) return result;
-  result = apply_settings(session->options, *out_scene);
-  if (!result && session->options->has_frame) result = neph_scene_set_frame(*out_scene, session->options->frame);
+  result = cli_set_scene(session, *out_scene);
   if (!result) result = neph_scene_check(*out_scene);
   if (!result) return NEPH_OK;
   neph_scene_destroy(*out_scene);

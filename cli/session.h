@@ -25,6 +25,9 @@ cli_exit cli_exit_of(neph_result result);
 
 /* Loads a scene and applies the settings of the command line. */
 cli_exit cli_load_scene(cli_session *session, const char *path, neph_scene **out_scene);
+
+/* Applies the settings and the frame of the command line to a scene. */
+neph_result cli_set_scene(const cli_session *session, neph_scene *scene);
 neph_result cli_read_scene(cli_session *session, const char *path, neph_scene **out_scene);
 
 /* Checks whether a file can be created at `path`, without creating one. Returns CLI_IO, after a message, when not. */

@@ -10,7 +10,7 @@
 #define CLI_VERBS(ROW)                                                                                                 \
   ROW(bake)                                                                                                            \
   ROW(export) ROW(render) ROW(check) ROW(info) ROW(sky) ROW(probe) ROW(compare) ROW(merge) ROW(job) ROW(report)        \
-      ROW(schema) ROW(help)
+      ROW(view) ROW(schema) ROW(help)
 
 /* A verb's own meaning, range and default of an option; NULL: those of the option's row. */
 typedef struct cli_verb_option {

@@ -5,7 +5,8 @@ libopenvdb-dev libnanovdb-dev libblosc-dev zlib1g-dev libboost-dev libtbb-dev li
 libembree-dev libassimp-dev libgdal-dev libopenexr-dev libpng-dev
 libyaml-dev libjansson-dev libxxhash-dev libnova-dev
 libcmocka-dev groff-base libopenvdb-tools libnanovdb-tools python3-openvdb openimageio-tools gnuplot-nox
-python3 python3-numpy python3-matplotlib python3-pytest tzdata python3-yaml python3-jsonschema abigail-tools'
+python3 python3-numpy python3-matplotlib python3-pytest tzdata python3-yaml python3-jsonschema abigail-tools
+chromium chromium-driver python3-selenium'
 
 list_missing_packages() {
   for package in $packages; do

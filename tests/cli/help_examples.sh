@@ -27,6 +27,9 @@ for verb in $(nephos --help | sed -n '/^verbs:/,/^$/s/^  \([a-z]*\) .*/\1/p'); d
   [ -s examples ] || echo "FAILED: $verb has no example: add one to its row in cli/command_$verb.c"
   while read -r example; do
     echo "$example"
+    case $example in
+    "nephos view "*) example="timeout --foreground --preserve-status -s INT 2 $example" ;; # it serves until it is interrupted
+    esac
     sh -euc "$example" >log 2>errors </dev/null || { echo "FAILED: $example"; cat errors; }
   done <examples
 done

@@ -1,0 +1,55 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The scene under edit: its file and the edits since, each of which can be undone. One thread uses it. */
+#ifndef NEPHOS_CLI_VIEW_DOCUMENT_H
+#define NEPHOS_CLI_VIEW_DOCUMENT_H
+
+#include <stdio.h>
+
+#include "session.h"
+#include "view_messages.h"
+
+typedef struct cli_view_document cli_view_document;
+
+/* Opens the scene of the command line, with its settings. `allows_files`: edits may set keys that name files.
+ * `messages` stay the caller's. */
+cli_exit cli_view_document_open(cli_session *session, cli_view_messages *messages, const char *path, bool allows_files,
+                                cli_view_document **out_document);
+void cli_view_document_close(cli_view_document *document);
+
+/* Each of these returns the status of an answer: 200, or that of a refusal, after which the scene is as it was, and
+ * cli_view_document_get_refusal has the reason. */
+
+/* Sets the keys of `lines`, each KEY=VALUE. Sets of one gesture, a number above 0, are undone together. */
+unsigned cli_view_document_set(cli_view_document *document, char *lines, unsigned long long gesture);
+unsigned cli_view_document_undo(cli_view_document *document);
+unsigned cli_view_document_redo(cli_view_document *document);
+
+/* Reads the file anew, with the edits since the last save on top, or without any. */
+unsigned cli_view_document_reload(cli_view_document *document, bool keeps_edits);
+
+const char *cli_view_document_get_refusal(const cli_view_document *document);
+
+/* The scene with all edits; it stays the document's. */
+const neph_scene *cli_view_document_get_scene(const cli_view_document *document);
+
+/* A copy of the scene for another thread. */
+neph_result cli_view_document_copy_scene(cli_view_document *document, neph_scene **out_scene);
+
+/* Number of the last edit that a render shows, and of the last edit. */
+unsigned long long cli_view_document_get_generation(const cli_view_document *document);
+unsigned long long cli_view_document_get_number(const cli_view_document *document);
+
+/* Writes the state as members of a JSON object, without its braces. */
+void cli_view_document_write_state(const cli_view_document *document, FILE *out);
+
+/* Writes the edits in force as lines KEY=VALUE, each key once. */
+void cli_view_document_write_edits(const cli_view_document *document, FILE *out);
+
+/* Notes that the scene's file may have changed on disk. Reads it where there are no edits to lose. Returns whether the
+ * scene has changed. */
+bool cli_view_document_follow(cli_view_document *document);
+
+/* Path of the scene's file. */
+const char *cli_view_document_get_path(const cli_view_document *document);
+
+#endif

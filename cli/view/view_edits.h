@@ -1,0 +1,44 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Edits of a scene in their order, with those that are undone behind those in force. */
+#ifndef NEPHOS_CLI_VIEW_EDITS_H
+#define NEPHOS_CLI_VIEW_EDITS_H
+
+#include <stdio.h>
+
+#include <nephos/nephos.h>
+
+typedef struct cli_view_edit {
+  char *key, *value;
+  unsigned long long group; /* edits of one group are undone together */
+} cli_view_edit;
+
+/* It begins as {0}. */
+typedef struct cli_view_edits {
+  cli_view_edit *list;
+  size_t count;                      /* all edits */
+  size_t in_force;                   /* edits that are not undone, the first of the list */
+  unsigned long long group, gesture; /* last group, and the gesture that it belongs to */
+} cli_view_edits;
+
+void cli_view_edits_clear(cli_view_edits *edits);
+
+/* Begins a group, unless `gesture` is above 0 and goes on. */
+void cli_view_edits_begin(cli_view_edits *edits, unsigned long long gesture);
+
+/* Adds a set to the group; it replaces one of the same key there. Undone edits are dropped. False: no memory. */
+bool cli_view_edits_add(cli_view_edits *edits, const char *key, const char *value);
+
+/* Moves the last group in force to the undone ones, or back. False: there is none. */
+bool cli_view_edits_undo(cli_view_edits *edits);
+bool cli_view_edits_redo(cli_view_edits *edits);
+
+/* Drops the first `count` edits, which are in force. */
+void cli_view_edits_drop(cli_view_edits *edits, size_t count);
+
+/* Applies the edits in force. */
+neph_result cli_view_edits_apply(const cli_view_edits *edits, neph_scene *scene);
+
+/* A copy of the edits. False: no memory; the copy is empty. */
+bool cli_view_edits_copy(const cli_view_edits *edits, cli_view_edits *out_copy);
+
+#endif

@@ -1,0 +1,51 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The picture on the page: its pixels, the radiance behind them, and its state. The worker shows, the server reads;
+ * each function locks for itself. */
+#ifndef NEPHOS_CLI_VIEW_PICTURE_H
+#define NEPHOS_CLI_VIEW_PICTURE_H
+
+#include <stdio.h>
+
+#include <nephos/nephos.h>
+
+typedef struct cli_view_picture cli_view_picture;
+
+/* `wake` is called after each change, on the thread of the change. */
+cli_view_picture *cli_view_picture_create(void (*wake)(void *user), void *user);
+void cli_view_picture_destroy(cli_view_picture *picture);
+
+/* One step of refinement, as the worker begins it. */
+typedef struct cli_view_step {
+  unsigned long long generation; /* number of the edit that the picture shows */
+  unsigned level;                /* 0: few pixels, 1: all, from 2: more samples */
+  unsigned width, height;        /* size on the page; pictures of level 0 are smaller, and enlarged */
+  unsigned samples;              /* samples a pixel */
+  double start_s;                /* time of the edit, by cli_view_clock_get_s */
+} cli_view_step;
+
+/* Shows a complete picture, which passes to `picture`. */
+neph_result cli_view_picture_show(cli_view_picture *picture, const cli_view_step *step, neph_image *image);
+
+/* Shows a finished tile over the picture before it; it is on the page after the next flush, at most every 60 ms. */
+neph_result cli_view_picture_show_tile(cli_view_picture *picture, const cli_view_step *step, const neph_tile *tile);
+
+/* Develops the complete picture anew, after an edit of exposure or view. */
+neph_result cli_view_picture_set_preview(cli_view_picture *picture, const neph_preview_desc *preview);
+
+/* Names the stage under way, and the last message of the renderer. */
+void cli_view_picture_set_stage(cli_view_picture *picture, const char *stage, double fraction);
+void cli_view_picture_set_message(cli_view_picture *picture, const char *message);
+
+/* Number of the pixels on the page, 0 before the first; it grows with each change of them. */
+unsigned long long cli_view_picture_get_number(cli_view_picture *picture);
+
+/* Writes the state as members of a JSON object, without its braces. */
+void cli_view_picture_write_state(cli_view_picture *picture, FILE *out);
+
+/* Writes the pixels, rows of R, G, B, 255 from the top. */
+void cli_view_picture_write_pixels(cli_view_picture *picture, FILE *out);
+
+/* Writes the values of all channels at a pixel as a JSON object; an empty one outside of the picture. */
+void cli_view_picture_write_values(cli_view_picture *picture, unsigned x, unsigned y, FILE *out);
+
+#endif

@@ -1,0 +1,169 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "view_routes.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "print.h"
+#include "view_pages.h"
+
+static const char json_type[] = "application/json";
+
+/* ---- Bodies ---- */
+
+/* A body that is written as to a file. */
+typedef struct view_body {
+  char *bytes;
+  size_t size;
+  FILE *out;
+} view_body;
+
+static bool begin_body(view_body *body) {
+  *body = (view_body){0};
+  body->out = open_memstream(&body->bytes, &body->size);
+  return body->out;
+}
+
+/* Ends a body, which passes to the reply. */
+static void end_body(view_body *body, unsigned status, const char *type, cli_http_reply *out) {
+  const bool is_lost = !body->out || fclose(body->out);
+  *out = (cli_http_reply){status, type, body->bytes, body->size, body->bytes, false};
+  if (!is_lost) return;
+  free(body->bytes);
+  *out = cli_http_reply_text(500, "out of memory\n");
+}
+
+/* Replies with a text of the library, which is freed. */
+static void reply_text(cli_view *view, neph_result result, char *text, cli_http_reply *out) {
+  view_body body;
+  if (begin_body(&body) && !result) fputs(text, body.out);
+  neph_text_destroy(view->session->context, text);
+  end_body(&body, result ? 500 : 200, json_type, out);
+}
+
+/* ---- Reading ---- */
+
+static void write_state(cli_view *view, FILE *out) {
+  fputc('{', out);
+  cli_view_picture_write_state(view->picture, out);
+  fputc(',', out);
+  cli_view_document_write_state(view->document, out);
+  fputs("}\n", out);
+}
+
+/* State, and behind its line the pixels, once they differ from those that the page has. */
+static void answer_picture(cli_view *view, const cli_http_request *request, bool is_due, cli_http_reply *out) {
+  const unsigned long long number = cli_view_picture_get_number(view->picture);
+  const bool has_news = number != cli_http_request_get_number(request, "after", 0);
+  out->is_later = !has_news && !is_due;
+  view_body body;
+  if (out->is_later) return;
+  if (begin_body(&body)) write_state(view, body.out);
+  if (body.out && has_news) cli_view_picture_write_pixels(view->picture, body.out);
+  end_body(&body, 200, "application/octet-stream", out);
+}
+
+static void answer_schema(cli_view *view, const cli_http_request *request, bool is_due, cli_http_reply *out) {
+  char *text = NULL;
+  (void)request, (void)is_due;
+  const neph_result result = neph_schema_describe(view->session->context, NULL, NEPH_TEXT_JSON, &text);
+  reply_text(view, result, text, out);
+}
+
+static void answer_values(cli_view *view, const cli_http_request *request, bool is_due, cli_http_reply *out) {
+  char *text = NULL;
+  (void)request, (void)is_due;
+  const neph_result result = neph_scene_describe(cli_view_document_get_scene(view->document), NEPH_TEXT_JSON, &text);
+  reply_text(view, result, text, out);
+}
+
+static void answer_edits(cli_view *view, const cli_http_request *request, bool is_due, cli_http_reply *out) {
+  view_body body;
+  (void)request, (void)is_due;
+  if (begin_body(&body)) cli_view_document_write_edits(view->document, body.out);
+  end_body(&body, 200, "text/plain; charset=utf-8", out);
+}
+
+static void answer_pixel(cli_view *view, const cli_http_request *request, bool is_due, cli_http_reply *out) {
+  const unsigned x = (unsigned)cli_http_request_get_number(request, "x", UINT32_MAX);
+  const unsigned y = (unsigned)cli_http_request_get_number(request, "y", UINT32_MAX);
+  view_body body;
+  (void)is_due;
+  if (begin_body(&body)) cli_view_picture_write_values(view->picture, x, y, body.out);
+  end_body(&body, 200, json_type, out);
+}
+
+/* ---- Editing ---- */
+
+void cli_view_refresh(cli_view *view) {
+  neph_output output = NEPH_OUTPUT_DEFAULT;
+  neph_scene *scene = NULL;
+  const unsigned long long generation = cli_view_document_get_generation(view->document);
+  neph_result result = neph_scene_get_output(cli_view_document_get_scene(view->document), &output);
+  if (!result) result = cli_view_picture_set_preview(view->picture, &output.preview_desc);
+  if (result || generation != cli_view_document_get_number(view->document)) return;
+  if (!cli_view_document_copy_scene(view->document, &scene)) cli_view_worker_submit(view->worker, scene, generation);
+}
+
+/* Replies to an edit with the state of the document, and the reason of a refusal. */
+static void reply_edit(cli_view *view, unsigned status, cli_http_reply *out) {
+  view_body body;
+  if (status == 200) cli_view_refresh(view);
+  if (begin_body(&body)) {
+    fputs("{\"refusal\":", body.out);
+    cli_put_json_text(body.out, status == 200 ? "" : cli_view_document_get_refusal(view->document));
+    fputc(',', body.out);
+    cli_view_document_write_state(view->document, body.out);
+    fputc('}', body.out);
+  }
+  end_body(&body, status, json_type, out);
+}
+
+static void answer_set(cli_view *view, const cli_http_request *request, bool is_due, cli_http_reply *out) {
+  (void)is_due;
+  const unsigned long long gesture = cli_http_request_get_number(request, "gesture", 0);
+  reply_edit(view, cli_view_document_set(view->document, request->body, gesture), out);
+}
+
+static void answer_undo(cli_view *view, const cli_http_request *request, bool is_due, cli_http_reply *out) {
+  (void)request, (void)is_due;
+  reply_edit(view, cli_view_document_undo(view->document), out);
+}
+
+static void answer_redo(cli_view *view, const cli_http_request *request, bool is_due, cli_http_reply *out) {
+  (void)request, (void)is_due;
+  reply_edit(view, cli_view_document_redo(view->document), out);
+}
+
+static void answer_reload(cli_view *view, const cli_http_request *request, bool is_due, cli_http_reply *out) {
+  (void)is_due;
+  const bool keeps_edits = cli_http_request_get_number(request, "keep", 0);
+  reply_edit(view, cli_view_document_reload(view->document, keeps_edits), out);
+}
+
+/* ---- The table ---- */
+
+static const struct {
+  const char *method, *path;
+  void (*answer)(cli_view *view, const cli_http_request *request, bool is_due, cli_http_reply *out_reply);
+} routes[] = {
+    {"GET", "/api/picture", answer_picture}, {"GET", "/api/schema", answer_schema},
+    {"GET", "/api/values", answer_values},   {"GET", "/api/edits", answer_edits},
+    {"GET", "/api/pixel", answer_pixel},     {"POST", "/api/set", answer_set},
+    {"POST", "/api/undo", answer_undo},      {"POST", "/api/redo", answer_redo},
+    {"POST", "/api/reload", answer_reload},
+};
+
+void cli_view_answer(cli_view *view, const cli_http_request *request, bool is_due, cli_http_reply *out) {
+  for (size_t i = 0; i < sizeof routes / sizeof *routes; i++)
+    if (!strcmp(request->path, routes[i].path) && !strcmp(request->method, routes[i].method)) {
+      routes[i].answer(view, request, is_due, out);
+      return;
+    }
+  for (const cli_view_page *page = cli_view_pages; page->path; page++)
+    if (!strcmp(request->path, page->path) && !strcmp(request->method, "GET")) {
+      *out = (cli_http_reply){200, page->type, (const char *)page->bytes, page->size, NULL, false};
+      return;
+    }
+  *out = cli_http_reply_text(404, "there is no such page\n");
+}

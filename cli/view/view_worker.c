@@ -1,0 +1,188 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "view_worker.h"
+
+#include <math.h>
+#include <pthread.h>
+#include <stdlib.h>
+
+#include "print.h"
+#include "view_clock.h"
+
+/* Few pixels are a 16th, at one sample. Two renderers keep what depends on the number of pixels apart. */
+enum { COARSE_DIVISOR = 4, SAMPLES_MAX = 1024 };
+
+/* Noise that the eye does not see, a step of 8 bits in a mid grey. */
+static const double invisible_noise = 0.005;
+
+struct cli_view_worker {
+  pthread_t thread;
+  pthread_mutex_t lock; /* held for next_scene, next_generation, next_start_s, is_ending */
+  pthread_cond_t changed;
+  neph_scene *next_scene; /* NULL: none waits */
+  unsigned long long next_generation;
+  double next_start_s;
+  bool is_ending;
+
+  /* The thread's own. */
+  cli_session *session;
+  cli_view_picture *picture;
+  neph_renderer *coarse, *full;
+  neph_scene *scene;
+  cli_view_step step; /* next step to render, or under way */
+  bool is_settled;    /* more samples would not lower the error */
+};
+
+/* ---- Hand-over ---- */
+
+void cli_view_worker_submit(cli_view_worker *worker, neph_scene *scene, unsigned long long generation) {
+  pthread_mutex_lock(&worker->lock);
+  neph_scene *replaced = worker->next_scene;
+  worker->next_scene = scene;
+  worker->next_generation = generation;
+  worker->next_start_s = cli_view_clock_get_s();
+  pthread_cond_signal(&worker->changed);
+  pthread_mutex_unlock(&worker->lock);
+  neph_scene_destroy(replaced);
+}
+
+/* Waits for a step to render; false: the end has come. */
+static bool await_step(cli_view_worker *worker) {
+  pthread_mutex_lock(&worker->lock);
+  while (!worker->is_ending && !worker->next_scene && worker->is_settled)
+    pthread_cond_wait(&worker->changed, &worker->lock);
+  neph_scene *next = worker->next_scene;
+  if (next) worker->step = (cli_view_step){.generation = worker->next_generation, .start_s = worker->next_start_s};
+  worker->next_scene = NULL;
+  const bool goes_on = !worker->is_ending;
+  pthread_mutex_unlock(&worker->lock);
+  if (!next) return goes_on;
+  neph_scene_destroy(worker->scene);
+  worker->scene = next;
+  worker->is_settled = false;
+  return goes_on;
+}
+
+/* Whether the step under way is still of use. */
+static bool is_current(cli_view_worker *worker) {
+  pthread_mutex_lock(&worker->lock);
+  const bool is_replaced = worker->next_scene && worker->step.level > 0;
+  const bool is_current = !worker->is_ending && !is_replaced;
+  pthread_mutex_unlock(&worker->lock);
+  return is_current;
+}
+
+/* ---- Steps ---- */
+
+static bool report(void *user, const neph_progress *progress) {
+  cli_view_worker *worker = user;
+  cli_view_picture_set_stage(worker->picture, progress->stage, progress->fraction);
+  return is_current(worker);
+}
+
+static bool show_tile(void *user, const neph_tile *tile) {
+  cli_view_worker *worker = user;
+  if (tile->is_final && worker->step.level > 0 && cli_view_picture_show_tile(worker->picture, &worker->step, tile))
+    return false;
+  return is_current(worker);
+}
+
+/* Settings of the next step. Its target error and its time limit count from the third step on: the first two show the
+ * scene at once. */
+static neph_result describe_step(cli_view_worker *worker, neph_render_desc *out) {
+  const neph_result result = neph_scene_get_render_desc(worker->scene, out);
+  if (result) return result;
+  cli_view_step *step = &worker->step;
+  const cli_options *options = worker->session->options;
+  const unsigned divisor = step->level ? 1 : COARSE_DIVISOR;
+  step->width = options->has_resolution ? options->resolution[0] : out->width;
+  step->height = options->has_resolution ? options->resolution[1] : out->height;
+  step->samples = !step->level ? 1 : step->level == 1 ? out->sample_count : step->samples;
+  if (options->has_frame) out->frame = options->frame;
+  out->sample_count = step->samples;
+  out->target_error = out->time_limit_s = NEPH_UNLIMITED;
+  out->width = (step->width + divisor - 1) / divisor;
+  out->height = (step->height + divisor - 1) / divisor;
+  out->crop_min[0] = out->crop_min[1] = 0;
+  out->crop_max[0] = out->width;
+  out->crop_max[1] = out->height;
+  out->progress = report;
+  out->tile = show_tile;
+  out->progress_user = out->tile_user = worker;
+  return NEPH_OK;
+}
+
+/* Whether more samples lower the error: noise is more than half of the bias, and can be seen; the target of
+ * the scene, where it has one, is not reached. */
+static bool is_worth_more(const cli_view_worker *worker, const neph_image *image, double target_error) {
+  neph_image_error error = NEPH_IMAGE_ERROR_DEFAULT;
+  if (worker->step.samples >= SAMPLES_MAX || neph_image_get_error(image, &error)) return false;
+  if (isfinite(target_error) && error.error.value <= target_error) return false;
+  return isfinite(error.noise.value) && error.noise.value > fmax(0.5 * error.bias.value, invisible_noise);
+}
+
+/* Chooses the step behind a finished one: twice the samples, as long as they are worth it. */
+static void choose_next_step(cli_view_worker *worker, const neph_image *image, double target_error) {
+  worker->is_settled = worker->step.level > 0 && !is_worth_more(worker, image, target_error);
+  if (worker->step.level > 0) worker->step.samples *= 2;
+  worker->step.level++;
+}
+
+static void render_step(cli_view_worker *worker) {
+  neph_render_desc desc = NEPH_RENDER_DESC_DEFAULT, given = NEPH_RENDER_DESC_DEFAULT;
+  neph_image *image = NULL;
+  neph_result result = neph_scene_get_render_desc(worker->scene, &given);
+  if (!result) result = describe_step(worker, &desc);
+  neph_renderer *renderer = worker->step.level ? worker->full : worker->coarse;
+  if (!result) result = neph_renderer_render(renderer, worker->scene, &desc, &image);
+  const cli_view_step shown = worker->step;
+  if (!result) choose_next_step(worker, image, given.target_error);
+  if (!result) result = cli_view_picture_show(worker->picture, &shown, image);
+  /* A failed picture is given up until the next edit; its message has been logged. */
+  if (result && result != NEPH_ERROR_CANCELLED) worker->is_settled = true;
+  if (worker->is_settled) cli_view_picture_set_stage(worker->picture, result ? "failed" : "done", result ? 0.0 : 1.0);
+}
+
+static void *work(void *user) {
+  cli_view_worker *worker = user;
+  while (await_step(worker))
+    if (worker->scene) render_step(worker);
+  return NULL;
+}
+
+/* ---- Lifetime ---- */
+
+cli_exit cli_view_worker_create(cli_session *session, cli_view_picture *picture, cli_view_worker **out_worker) {
+  cli_view_worker *worker = *out_worker = calloc(1, sizeof *worker);
+  if (!worker) return cli_complain("out of memory"), CLI_INTERNAL;
+  pthread_mutex_init(&worker->lock, NULL);
+  pthread_cond_init(&worker->changed, NULL);
+  worker->session = session;
+  worker->picture = picture;
+  worker->is_settled = true;
+  neph_result result = neph_renderer_create(session->context, &worker->coarse);
+  if (!result) result = neph_renderer_create(session->context, &worker->full);
+  if (!result && !pthread_create(&worker->thread, NULL, work, worker)) return CLI_DONE;
+  if (!result) cli_complain("a thread cannot be started");
+  worker->is_ending = true;
+  neph_renderer_destroy(worker->coarse);
+  neph_renderer_destroy(worker->full);
+  free(worker);
+  *out_worker = NULL;
+  return result ? cli_exit_of(result) : CLI_INTERNAL;
+}
+
+void cli_view_worker_destroy(cli_view_worker *worker) {
+  if (!worker) return;
+  pthread_mutex_lock(&worker->lock);
+  worker->is_ending = true;
+  pthread_cond_signal(&worker->changed);
+  pthread_mutex_unlock(&worker->lock);
+  pthread_join(worker->thread, NULL);
+  neph_renderer_destroy(worker->coarse);
+  neph_renderer_destroy(worker->full);
+  neph_scene_destroy(worker->scene);
+  neph_scene_destroy(worker->next_scene);
+  pthread_mutex_destroy(&worker->lock);
+  pthread_cond_destroy(&worker->changed);
+  free(worker);
+}

@@ -1,0 +1,22 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The thread that renders: few pixels first, then all, then more samples, until the next scene comes. */
+#ifndef NEPHOS_CLI_VIEW_WORKER_H
+#define NEPHOS_CLI_VIEW_WORKER_H
+
+#include "session.h"
+#include "view_picture.h"
+
+typedef struct cli_view_worker cli_view_worker;
+
+/* Starts the thread, which shows its pictures in `picture`. Fails after a message. */
+cli_exit cli_view_worker_create(cli_session *session, cli_view_picture *picture, cli_view_worker **out_worker);
+
+/* Ends the picture under way and the thread. NULL is allowed. */
+void cli_view_worker_destroy(cli_view_worker *worker);
+
+/* Hands over a scene, the worker's from now on, with the number of its edit. It replaces one that has not begun. The
+ * picture under way is cancelled, unless it is of few pixels: while edits come faster than pictures, those are all that
+ * is seen. */
+void cli_view_worker_submit(cli_view_worker *worker, neph_scene *scene, unsigned long long generation);
+
+#endif

@@ -1,0 +1,204 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The page of `nephos view` in a headless Chromium: test_page.py PROGRAM [RUNS]
+
+Every wait is for a state of the page, and has an end. Exit code 77 where Selenium or Chromium is missing."""
+import hashlib
+import os
+import shutil
+import sys
+import tempfile
+import time
+
+from view_server import SCENE, Checks, View
+
+try:
+    from selenium import webdriver
+    from selenium.webdriver.chrome.service import Service
+    from selenium.webdriver.common.action_chains import ActionChains
+    from selenium.webdriver.common.by import By
+    from selenium.webdriver.common.keys import Keys
+except ImportError:
+    webdriver = None
+
+check = Checks()
+FLAGS = ("--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--disable-gpu", "--no-first-run",
+         "--disable-extensions", "--disable-background-networking", "--force-device-scale-factor=1")
+
+
+class Page:
+    """The page in a browser."""
+
+    def __init__(self, size=(1280, 720)):
+        options = webdriver.ChromeOptions()
+        options.binary_location = shutil.which("chromium")
+        for flag in FLAGS:
+            options.add_argument(flag)
+        options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+        self.driver = webdriver.Chrome(service=Service(shutil.which("chromedriver")), options=options)
+        self.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride",
+                                    {"width": size[0], "height": size[1], "deviceScaleFactor": 1, "mobile": False})
+
+    def run(self, script, *arguments):
+        return self.driver.execute_script(script, *arguments)
+
+    def get(self, id):
+        return self.driver.find_element(By.ID, id)
+
+    def holds(self, expression, limit=20):
+        """Whether an expression of the page becomes true."""
+        end = time.monotonic() + limit
+        while time.monotonic() < end:
+            if self.run(f"return !!({expression})"):
+                return True
+            time.sleep(0.02)
+        return False
+
+    def settles(self):
+        """Whether the picture of the last edit becomes complete."""
+        return self.holds("nephos.state && nephos.state.stage === 'done' && nephos.state.generation === nephos.state.wanted"
+                          " && nephos.edits.every(e => e.refusal || e.wanted <= nephos.state.wanted)")
+
+    def pixels(self):
+        return self.run("const c = document.getElementById('picture');"
+                        "return Array.from(c.getContext('2d').getImageData(0, 0, c.width, c.height).data)")
+
+    def digest(self):
+        return hashlib.sha1(bytes(self.pixels())).hexdigest()
+
+    def write(self, id, text):
+        field = self.get(id)
+        self.run("arguments[0].closest('details').open = true; arguments[0].select()", field)
+        field.send_keys(text + Keys.TAB)
+
+    def drag(self, steps, key=None):
+        chain = ActionChains(self.driver, duration=20).move_to_element(self.get("picture"))
+        if key:
+            chain.key_down(key)
+        chain.click_and_hold()
+        for x, y in steps:
+            chain.move_by_offset(x, y)
+        chain.release()
+        if key:
+            chain.key_up(key)
+        chain.perform()
+
+
+def check_start(view, page):
+    check("the page starts", page.holds("window.nephos && nephos.ready"))
+    check("the token is not in the address bar", view.token not in page.driver.current_url)
+    check("a picture appears", page.settles())
+    pixels = page.pixels()
+    check("it has the scene's pixels", len(pixels) == 4 * 64 * 36)
+    check("it is lit", 20 < sum(pixels[::4]) / (64 * 36) < 235)
+    text = page.get("error").text
+    check("error, noise and bias are stated", all(word in text for word in ("error", "noise", "bias", "%")), text)
+    check("samples and seconds are stated", " s" in page.get("level").text and "samples" in page.get("level").text)
+
+
+def check_fields(page):
+    before = page.digest()
+    page.write("key-terrain-albedo", "0.6")
+    check("an edit is taken", page.holds("nephos.edits.length === 1 && !nephos.edits[0].refusal"))
+    check("its picture comes", page.settles() and page.digest() != before)
+    generation = page.run("return nephos.state.generation")
+    before = page.digest()
+    page.write("key-output-exposure", "4")
+    check("exposure changes the pixels", page.holds("nephos.edits.length === 2 && nephos.draws.at(-1).preview >= nephos.edits[1].edit - 1")
+          and page.holds("nephos.state.edit >= nephos.edits[1].edit") and page.digest() != before)
+    check("without a render", page.run("return nephos.state.generation") == generation)
+    page.write("key-output-exposure", "99")
+    check("a refusal is shown", page.holds("document.getElementById('refusal').textContent.includes('must be')"))
+    row = "document.getElementById('key-output-exposure').closest('.row')"
+    check("at its field too", page.holds(f"{row}.classList.contains('bad') && {row}.textContent.includes('must be')"))
+    check("for a screen reader too", page.get("key-output-exposure").get_attribute("aria-invalid") == "true")
+    page.get("undo").click()
+    check("undo brings the field back", page.holds("document.getElementById('key-output-exposure').value === 'auto'"))
+    page.get("redo").click()
+    check("redo as well", page.holds("document.getElementById('key-output-exposure').value === '4 EV'"))
+    page.get("undo").click()
+    page.holds("document.getElementById('key-output-exposure').value === 'auto'")
+
+
+def check_hand(page):
+    edits, draws = page.run("return [nephos.edits.length, nephos.draws.length]")
+    page.drag([(20, 4)] * 6)
+    check("a drag moves the camera", page.holds(f"nephos.edits.length > {edits} && nephos.edits.at(-1).keys.includes('camera.position')"))
+    check("and shows pictures", page.holds(f"nephos.draws.length > {draws}"))
+    check("up to that of the last edit", page.settles())
+    position = "document.getElementById('key-camera-position').value"
+    moved = page.run(f"return {position}")
+    page.get("undo").click()
+    check("one undo takes the whole drag back", page.holds(f"{position} === '[0 m, -6 km, 400 m]' || {position} === '[0 m, -6 km, 2.5 km]'"), moved)
+    edits = page.run("return nephos.edits.length")
+    page.drag([(10, -20)] * 3, Keys.CONTROL)
+    check("Ctrl and a drag move the sun", page.holds(f"nephos.edits.length > {edits} && nephos.edits.at(-1).keys.includes('sun.elevation')"))
+    page.get("picture").send_keys("w")
+    check("W flies", page.holds("nephos.edits.at(-1).keys.includes('camera.look_at')"))
+    ActionChains(page.driver).move_to_element(page.get("picture")).perform()
+    check("the pixel under the pointer is read out", page.holds("document.getElementById('pixel').textContent.includes('W/m²')"))
+
+
+def check_panel(page):
+    page.get("find").send_keys("ridges relief")
+    rows = "[...document.querySelectorAll('.row')].filter(r => r.offsetParent)"
+    check("search shows the keys that match", page.holds(f"{rows}.length >= 1 && {rows}.every(r => r.dataset.key.startsWith('terrain.ridges'))"))
+    page.run("arguments[0].value = ''; arguments[0].dispatchEvent(new Event('input'))", page.get("find"))
+    check("each field has a label", page.run("return [...document.querySelectorAll('.row input, .row select')].every(f => f.labels.length || f.ariaLabel)"))
+    check("no file can be named", page.run("return [...document.querySelectorAll('.row')].every(r => !r.dataset.key.startsWith('output.image') || r.querySelector('input').readOnly)"))
+    page.get("pin").click()
+    check("a pinned picture lies beside the picture", page.holds("!document.getElementById('pinned').hidden && !document.getElementById('wipe').hidden"))
+    page.get("copy").click()
+    check("edits can be copied for the command line", page.holds("document.querySelector('#text textarea').value.includes(\"--set 'terrain.albedo=0.6'\")"))
+    page.get("text").find_element(By.TAG_NAME, "button").click()
+
+
+# WCAG 2: 4.5 for text.
+CONTRAST = """
+const light = c => { const [r, g, b] = c.match(/[\\d.]+/g).map(x => x / 255).map(x => x <= 0.03928 ? x / 12.92 : ((x + 0.055) / 1.055) ** 2.4);
+  return 0.2126 * r + 0.7152 * g + 0.0722 * b; };
+const ground = e => { for (; e; e = e.parentElement) { const c = getComputedStyle(e).backgroundColor; if (!/, 0\\)$/.test(c)) return c; } return 'rgb(255,255,255)'; };
+return [...document.querySelectorAll('#panel *, #bar *, #hint')].filter(e => e.offsetParent && !e.disabled && [...e.childNodes].some(n => n.nodeType === 3 && n.data.trim()))
+  .map(e => { const [a, b] = [light(getComputedStyle(e).color), light(ground(e))].sort((x, y) => y - x); return [(a + 0.05) / (b + 0.05), e.id || e.textContent]; })
+  .filter(([ratio]) => ratio < 4.5)
+"""
+
+
+def check_rest(view, page):
+    faint = page.run(CONTRAST)
+    check("text has the contrast of level AA", not faint, faint[:5])
+    severe = [m["message"] for m in page.driver.get_log("browser") if m["level"] == "SEVERE" and " 422 " not in m["message"]]
+    check("the console is clean", not severe, severe[:3])
+    page.run("sessionStorage.clear()")
+    page.driver.get(view.base + "/")
+    check("without a token the page says so", page.holds("document.getElementById('refusal').textContent.includes('token')"))
+
+
+def run(program):
+    with tempfile.TemporaryDirectory() as folder:
+        path = os.path.join(folder, "scene.yaml")
+        open(path, "w").write(SCENE)
+        view, page = View(program, path), Page()
+        try:
+            page.driver.get(view.url)
+            check_start(view, page)
+            check_fields(page)
+            check_hand(page)
+            check_panel(page)
+            check_rest(view, page)
+        finally:
+            page.driver.quit()
+            code, seconds = view.end()
+        check("the program ends within a second", code == 0 and seconds < 1.0, (code, seconds))
+
+
+def main():
+    if not webdriver or not shutil.which("chromium") or not shutil.which("chromedriver"):
+        print("skipped: Selenium, Chromium or its driver is missing")
+        return 77
+    for _ in range(int(sys.argv[2]) if len(sys.argv) > 2 else 1):
+        run(os.path.abspath(sys.argv[1]))
+    return check.failures > 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

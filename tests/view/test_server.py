@@ -1,0 +1,294 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The server of `nephos view`, without a browser: test_server.py PROGRAM"""
+import os
+import socket
+import struct
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import zlib
+
+from view_server import SCENE, Checks, View
+
+check = Checks()
+
+
+# ---- Refusals: the status of each, before any of a body is read ----
+
+def check_refusals(view):
+    port, post = view.port, "sun.elevation=20 deg"
+    ask = lambda *arguments, **options: view.request(*arguments, **options)[0]
+    foreign = [("Origin", "http://evil.example"), ("Origin", "null"), ("Origin", "http://127.0.0.1:1"),
+               ("Origin", f"https://127.0.0.1:{port}"), ("Sec-Fetch-Site", "cross-site"), ("Sec-Fetch-Site", "same-site")]
+    for name, value in foreign:
+        check(f"{name} {value} is refused", ask("/api/set", post, headers={name: value}) == 403)
+    for host in (f"evil.example:{port}", "127.0.0.1", f"127.0.0.1:{port + 1}", f"localhost.evil.example:{port}", ""):
+        check(f"the host {host!r} is refused", ask("/api/values", headers={"Host": host}) == 421)
+    check("localhost is this server", ask("/api/values", headers={"Host": f"localhost:{port}"}) == 200)
+    check("its own origin is let in", ask("/api/values", headers={"Origin": view.base}) == 200)
+    check("the page needs no token", ask("/", token=False) == 200)
+    check("a link from another site opens the page", ask("/", token=False, headers={"Sec-Fetch-Site": "cross-site"}) == 200)
+    check("no token", ask("/api/values", token=False) == 401)
+    for token in ("00", view.token[:-1], view.token + "0", view.token[:-1] + ("1" if view.token[-1] != "1" else "2"), ""):
+        check(f"the token {token!r} is wrong", ask("/api/values", headers={"X-Nephos-Token": token}) == 401)
+    check("a token in the query does not count", ask(f"/api/values?token={view.token}", token=False) == 401)
+    check("a preflight is refused", ask("/api/set", method="OPTIONS", headers={"Origin": "http://evil.example"}) == 403)
+    check("DELETE is refused", ask("/api/set", method="DELETE") == 405)
+    for path in ("/etc/passwd", "/../../etc/passwd", "/%2e%2e/%2e%2e/etc/passwd", "/api/../main.c", "/api/set"):
+        check(f"{path} is no page", ask(path) == 404)
+    check("a long header is refused", ask("/api/values", headers={"X-A": "a" * 40000}) == 431)
+    check("many headers are refused", ask("/api/values", headers={f"X-{i}": "a" for i in range(80)}) == 431)
+
+
+def send_raw(view, data, limit=10):
+    """First line of the answer to raw bytes; nothing where the connection is closed without one."""
+    with socket.create_connection((view.host, view.port), limit) as client:
+        client.sendall(data)
+        try:
+            return client.recv(200).split(b"\r\n")[0].decode()
+        except ConnectionError:
+            return ""
+
+
+def check_malformed(view):
+    head = f"Host: 127.0.0.1:{view.port}\r\nX-Nephos-Token: {view.token}\r\n"
+    cases = [("a bare LF", "GET / HTTP/1.1\nHost: x\n\r\n\r\n", "400"), ("no path", f"GET HTTP/1.1\r\n{head}\r\n", "400"),
+             ("HTTP/1.0", f"GET / HTTP/1.0\r\n{head}\r\n", "505"),
+             ("a folded header", f"GET / HTTP/1.1\r\n{head}X-A: a\r\n b\r\n\r\n", "400"),
+             ("a blank before the colon", f"GET / HTTP/1.1\r\n{head}X-A : a\r\n\r\n", "400"),
+             ("a header twice", f"GET / HTTP/1.1\r\n{head}Host: evil.example\r\n\r\n", "400"),
+             ("a NUL", f"GET /\0 HTTP/1.1\r\n{head}\r\n", "400"),
+             ("a length that is no number", f"POST /api/set HTTP/1.1\r\n{head}Content-Length: 1x\r\n\r\n", "400"),
+             ("a negative length", f"POST /api/set HTTP/1.1\r\n{head}Content-Length: -1\r\n\r\n", "400"),
+             ("a body without a length", f"POST /api/set HTTP/1.1\r\n{head}\r\n", "411"),
+             ("a body in chunks", f"POST /api/set HTTP/1.1\r\n{head}Transfer-Encoding: chunked\r\n\r\n", "411"),
+             ("a body of 65537 bytes", f"POST /api/set HTTP/1.1\r\n{head}Content-Length: 65537\r\n\r\n", "413"),
+             ("a body of 2^70 bytes", f"POST /api/set HTTP/1.1\r\n{head}Content-Length: {2**70}\r\n\r\n", "413")]
+    for name, data, status in cases:
+        line = send_raw(view, data.encode())
+        check(f"{name} is refused by {status}", line.startswith(f"HTTP/1.1 {status} "), line)
+    two = f"GET /api/edits HTTP/1.1\r\n{head}\r\nGET /api/nothing HTTP/1.1\r\n{head}\r\n"
+    with socket.create_connection((view.host, view.port), 5) as client:
+        client.sendall(two.encode())
+        answers = b""
+        while answers.count(b"HTTP/1.1 ") < 2:
+            answers += client.recv(4096)
+    check("two requests of one connection are both answered", b"200 OK" in answers and b"404 Not Found" in answers)
+    check("a refused body of 5 MB does not lose the answer",
+          send_raw(view, f"POST /api/set HTTP/1.1\r\n{head}Content-Length: 5000000\r\n\r\n".encode() + b"a" * 5000000)
+          .startswith("HTTP/1.1 413 "))
+
+
+def check_slow_clients(view):
+    """A client that drips is cut, and 200 that say nothing do not keep another from its answer."""
+    cut_after = []
+
+    def drip():
+        start = time.monotonic()
+        with socket.create_connection((view.host, view.port), 20) as client:
+            try:
+                for byte in b"GET / HTTP/1.1\r\nX-A: " + b"a" * 1000:
+                    client.sendall(bytes([byte]))
+                    time.sleep(0.1)
+            except ConnectionError:
+                cut_after.append(time.monotonic() - start)
+
+    dripping = threading.Thread(target=drip)
+    dripping.start()
+    silent = [socket.create_connection((view.host, view.port), 5) for _ in range(200)]
+    for client in silent[::2]:
+        client.sendall(f"GET /api/picture?after=0 HTTP/1.1\r\nHost: 127.0.0.1:{view.port}\r\n"
+                       f"X-Nephos-Token: {view.token}\r\n\r\n".encode())
+    start = time.monotonic()
+    check("a client beside 200 others is answered within a second",
+          view.request("/api/edits")[0] == 200 and time.monotonic() - start < 1.0, time.monotonic() - start)
+    for client in silent:
+        client.close()
+    return dripping, cut_after
+
+
+# ---- Edits ----
+
+def check_edits(view):
+    status, answer = view.set("terrain.albedo=0.5")
+    check("an edit is taken", status == 200 and answer["refusal"] == "" and answer["undo"], answer)
+    check("its value is in force", view.values()["terrain.albedo"] == "[0.5, 0.5, 0.5]", view.values()["terrain.albedo"])
+    before = view.values()
+    refused = [("terrain.albedo=7", 422, "must be"), ("terrain.albedo=", 422, ""), ("terrain.albdo=0.1", 403, ""),
+               ("terrain.albedo=[&a 1, *a, *a]", 422, ""), ("terrain", 400, "KEY=VALUE"), ("=1", 400, "KEY=VALUE"),
+               ("terrain.heightfield=/etc/passwd", 403, "--allow-files"), ("output.image=x.exr", 403, "--allow-files"),
+               ("output={image: x.exr}", 403, "single keys"), ("output=image: x.exr", 403, "single keys"),
+               ("clouds=[{name: a, vdb: /etc/passwd}]", 403, "single keys"), ("clouds[0].vdb=/etc/passwd", 403, "--allow-files"),
+               ("clouds[00].vdb=/etc/passwd", 403, ""), ("clouds[0].name=\"x\"", 422, "")]
+    for line, wanted, text in refused:
+        status, answer = view.set("terrain.albedo=0.1", line)
+        check(f"{line} is refused by {wanted}", status == wanted and text in answer["refusal"], (status, answer["refusal"]))
+    check("a refused edit changes nothing", view.values() == before)
+    status, answer = view.set("terrain.albedo=" + "x" * 60000)
+    check("a value of 60 kB is refused", status == 422, status)
+    check("a word may stand for a section", view.set("water=none")[0] == 200)
+    view.post("/api/undo")
+
+
+def check_undo(view):
+    start = view.values()
+    for value in ("0.1", "0.2", "0.3"):
+        view.set(f"terrain.albedo={value}", gesture=7)
+    view.set("terrain.albedo=0.4", gesture=8)
+    view.post("/api/undo")
+    check("undo takes back a gesture", view.values()["terrain.albedo"] == "[0.3, 0.3, 0.3]")
+    check("the edits are listed once a key", view.request("/api/edits")[1] == b"terrain.albedo=0.3\n",
+          view.request("/api/edits"))
+    view.post("/api/undo")
+    check("undo takes back all edits of a gesture", view.values() == start)
+    view.post("/api/redo")
+    view.post("/api/redo")
+    check("redo brings them back", view.values()["terrain.albedo"] == "[0.4, 0.4, 0.4]")
+    check("nothing is left to redo", view.post("/api/redo")[0] == 409)
+    view.post("/api/undo")
+    view.set("camera.roll=1 deg")
+    check("an edit ends what could be redone", view.post("/api/redo")[0] == 409)
+    while view.post("/api/undo")[0] == 200:
+        pass
+    check("all is undone", view.request("/api/edits")[1] == b"")
+
+
+# ---- Pictures ----
+
+def read_png(path):
+    """Rows of R, G, B of an 8-bit PNG."""
+    data, position, packed = open(path, "rb").read(), 8, b""
+    while position < len(data):
+        size, kind = struct.unpack(">I4s", data[position:position + 8])
+        if kind == b"IHDR":
+            width, height = struct.unpack(">II", data[position + 8:position + 16])
+        if kind == b"IDAT":
+            packed += data[position + 8:position + 8 + size]
+        position += size + 12
+    raw, stride, rows = zlib.decompress(packed), 3 * width, [bytearray(3 * width)]
+    for y in range(height):
+        kind, line = raw[y * (stride + 1)], bytearray(raw[y * (stride + 1) + 1:(y + 1) * (stride + 1)])
+        for i in range(stride):
+            a, b, c = line[i - 3] if i >= 3 else 0, rows[-1][i], rows[-1][i - 3] if i >= 3 else 0
+            p = a + b - c
+            nearest = min((abs(p - a), 0, a), (abs(p - b), 1, b), (abs(p - c), 2, c))[2]
+            line[i] = (line[i] + [0, a, b, (a + b) // 2, nearest][kind]) & 255
+        rows.append(line)
+    return b"".join(bytes(row) for row in rows[1:])
+
+
+def check_pictures(view, program, folder):
+    view.set("camera.roll=3 deg")
+    state, pixels = view.wait_done()
+    check("the picture has the scene's size", len(pixels) == 4 * 64 * 36 and (state["width"], state["height"]) == (64, 36))
+    check("the error is stated", 0 < state["error"] < 1 and state["noise"] <= state["error"] and state["seconds"] > 0)
+    subprocess.run([program, "render", os.path.join(folder, "scene.yaml"), "--set", "camera.roll=3 deg", "--samples",
+                    str(state["samples"]), "-o", os.path.join(folder, "a.png"), "-q"], check=True, stdout=subprocess.DEVNULL)
+    png = read_png(os.path.join(folder, "a.png"))
+    shown = bytes(x for i, x in enumerate(pixels) if i % 4 < 3)
+    worst = max(abs(a - b) for a, b in zip(png, shown))
+    check("the page shows the pixels of `nephos render`, to one step of 255", worst <= 1 and len(png) == len(shown), worst)
+
+    status, values = view.request("/api/pixel?x=32&y=30")
+    check("a pixel has its radiance and its depth", status == 200 and b'"R"' in values and b'"Z"' in values, values)
+    check("no pixel is outside of the picture", view.request("/api/pixel?x=64&y=0")[1] == b"{}")
+
+    generation = state["generation"]
+    status, answer = view.set("output.exposure=-3")
+    darker, dark = view.picture()
+    check("exposure needs no render", answer["wanted"] == generation and darker["generation"] == generation, answer)
+    check("three stops less are darker", sum(dark) < 0.7 * sum(pixels))
+    view.post("/api/undo")
+
+    later, _ = view.wait_done()
+    start = time.monotonic()
+    state, nothing = view.picture(after=later["number"])
+    waited = time.monotonic() - start
+    check("a picture that the page has is not sent again", nothing == b"" and 0.2 < waited < 1.0, (len(nothing), waited))
+
+
+def check_drag(view):
+    """Edits faster than pictures: pictures of few pixels come all the time, and the last edit ends in a full one."""
+    numbers, generations = set(), set()
+    for i in range(60):
+        view.set(f"camera.position=[0, {-6000 - 10 * i} m, 2500 m]", gesture=99)
+        state, _ = view.picture()
+        numbers.add(state["number"])
+        generations.add(state["generation"])
+    state, _ = view.wait_done()
+    check("a drag shows pictures", len(generations) >= 10, len(generations))
+    check("and ends in the last edit", "-6.59 km" in view.values()["camera.position"], view.values()["camera.position"])
+    check("which is all pixels", state["level"] >= 1 and state["complete"])
+    view.post("/api/undo")
+
+
+# ---- The file ----
+
+def write_scene(path, text):
+    with open(path + ".new", "w") as file:
+        file.write(text)
+    os.replace(path + ".new", path)
+
+
+def check_file(view, path):
+    while view.post("/api/undo")[0] == 200:
+        pass
+    write_scene(path, SCENE.replace("samples: 129", "samples: 65"))
+    view.wait(lambda s: view.values()["terrain.ridges.samples"] == "65", 5)
+    write_scene(path, SCENE.replace("samples: 129", "samples: many"))
+    state, _ = view.wait(lambda s: s["file_fault"], 5)
+    check("a broken file is reported by line and column", "scene.yaml:6:" in state["file_fault"], state["file_fault"])
+    check("and the last good scene stays", view.values()["terrain.ridges.samples"] == "65")
+    view.set("camera.roll=2 deg")
+    write_scene(path, SCENE.replace("samples: 129", "samples: 33"))
+    state, _ = view.wait(lambda s: s["news"], 5)
+    check("a file that changes under edits is not read", view.values()["terrain.ridges.samples"] == "65")
+    status, answer = view.post("/api/reload?keep=1")
+    check("it is read below the edits", status == 200 and not answer["news"] and not answer["file_fault"], answer)
+    check("both are there", (view.values()["terrain.ridges.samples"], view.values()["camera.roll"]) == ("33", "2 deg"))
+    write_scene(path, SCENE)
+    view.wait(lambda s: s["news"], 5)
+    view.post("/api/reload")
+    check("or without the edits", view.values()["camera.roll"] == "0 deg" and view.values()["terrain.ridges.samples"] == "129")
+
+
+def check_end(view):
+    view.set("camera.roll=5 deg")
+    code, seconds = view.end()
+    check("Ctrl-C ends it within a second, as it should", code == 0 and seconds < 1.0, (code, seconds))
+    check("it has complained of nothing", not view.messages, view.messages)
+
+
+def check_allowed_files(program, path):
+    view = View(program, path, "--allow-files")
+    check("--allow-files lets the page name files", view.set("output.image=x.exr")[0] == 200)
+    check("but no mappings", view.set("output={image: x.exr}")[0] == 403)
+    view.end()
+
+
+def main():
+    program = os.path.abspath(sys.argv[1])
+    with tempfile.TemporaryDirectory() as folder:
+        path = os.path.join(folder, "scene.yaml")
+        write_scene(path, SCENE)
+        view = View(program, path)
+        view.wait_done()
+        dripping, cut_after = check_slow_clients(view)
+        check_refusals(view)
+        check_malformed(view)
+        check_edits(view)
+        check_undo(view)
+        check_pictures(view, program, folder)
+        check_drag(view)
+        check_file(view, path)
+        dripping.join(20)
+        check("a client that drips is cut within 15 s", cut_after and cut_after[0] < 15, cut_after)
+        check_end(view)
+        check_allowed_files(program, path)
+    return check.failures > 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
