@@ -37,27 +37,27 @@ static void assert_plan(test_fixture *f, const char *text, const char *needed) {
 #define CLOUD "clouds: [{vdb: a.vdb, optical_depth: 40}]\n"
 
 /* colour terrain moon lights volumes motion atmosphere camera-sky colour-matrix emission cloud-sky water-sky airglow
- * sun sky ground world sky-guide sun-depth multiple viewer clouds-on-ground air-shadows approximation stars lighting
- * history integrator */
+ * sun sky ground world sky-guide sun-depth multiple viewer clouds-on-ground relief-light air-shadows approximation
+ * stars lighting history integrator */
 static void test_only_what_is_needed_runs(void **state) {
-  assert_plan(*state, "version: 1", "x--x--xxx----xx-x--------x-x");
-  assert_plan(*state, "water: {}", "x--x--xxx--x-xx-x--------x-x");
-  assert_plan(*state, CLOUD, "x--xx-xxx-x--xxxx--xxxx--x-x");
-  assert_plan(*state, CLOUD "terrain: {ridges: {}}", "xx-xx-xxx-x--xxxx--xxxx--x-x");
-  assert_plan(*state, "terrain: {ridges: {}}", "xx-x--xxx----xx-x-----x--x-x");
-  assert_plan(*state, CLOUD "atmosphere: none", "x--xx---x----x-xx--xxx---x-x");
-  assert_plan(*state, CLOUD "environment: {planet: none}", "x--xx---x----x--x--xx----x-x");
+  assert_plan(*state, "version: 1", "x--x--xxx----xx-x---------x-x");
+  assert_plan(*state, "water: {}", "x--x--xxx--x-xx-x---------x-x");
+  assert_plan(*state, CLOUD, "x--xx-xxx-x--xxxx--xxx-x--x-x");
+  assert_plan(*state, CLOUD "terrain: {ridges: {}}", "xx-xx-xxx-x--xxxx--xxxxx--x-x");
+  assert_plan(*state, "terrain: {ridges: {}}", "xx-x--xxx----xx-x-----xx--x-x");
+  assert_plan(*state, CLOUD "atmosphere: none", "x--xx---x----x-xx--xxx----x-x");
+  assert_plan(*state, CLOUD "environment: {planet: none}", "x--xx---x----x--x--xx-----x-x");
   assert_plan(*state, CLOUD "environment: {planet: none, radiance: 1}\nsun: {irradiance: 0}",
-              "x--xx---x-----x-x--xx----x-x");
-  assert_plan(*state, CLOUD "sun: {irradiance: 0}\nenvironment: {radiance: 1}", "x--xx-x-x-----xxx--xxx---x-x");
-  assert_plan(*state, CLOUD "render: {integrator: path}", "x--xx-x-x----xxxx--------x-x");
-  assert_plan(*state, CLOUD "sun: {elevation: -4 deg}\nrender: {integrator: path}", "x--xx-x-x-x--xxxxx-------x-x");
-  assert_plan(*state, CLOUD "render: {integrator: path, atmosphere: tables}", "x--xx-xxx-x--xxxxx----x--x-x");
-  assert_plan(*state, CLOUD "render: {integrator: path, path_guiding: adjoint}", "x--xx-x-x-x--xxxxx-x-----x-x");
-  assert_plan(*state, CLOUD "render: {multiple_scattering: none}", "x--xx-xxx-x--xxxx-----x--x-x");
-  assert_plan(*state, CLOUD "render: {multiple_scattering: octaves}", "x--xx-xxx-x--xxxx-----xx-x-x");
-  assert_plan(*state, CLOUD "render: {multiple_scattering: powder}", "x--xx-xxx-x--xxxx-----xx-x-x");
-  assert_plan(*state, CLOUD "render: {max_scatterings: 1}", "x--xx-xxx-x--xxxx-----x--x-x");
+              "x--xx---x-----x-x--xx-----x-x");
+  assert_plan(*state, CLOUD "sun: {irradiance: 0}\nenvironment: {radiance: 1}", "x--xx-x-x-----xxx--xxx----x-x");
+  assert_plan(*state, CLOUD "render: {integrator: path}", "x--xx-x-x----xxxx---------x-x");
+  assert_plan(*state, CLOUD "sun: {elevation: -4 deg}\nrender: {integrator: path}", "x--xx-x-x-x--xxxxx--------x-x");
+  assert_plan(*state, CLOUD "render: {integrator: path, atmosphere: tables}", "x--xx-xxx-x--xxxxx-----x--x-x");
+  assert_plan(*state, CLOUD "render: {integrator: path, path_guiding: adjoint}", "x--xx-x-x-x--xxxxx-x------x-x");
+  assert_plan(*state, CLOUD "render: {multiple_scattering: none}", "x--xx-xxx-x--xxxx------x--x-x");
+  assert_plan(*state, CLOUD "render: {multiple_scattering: octaves}", "x--xx-xxx-x--xxxx------xx-x-x");
+  assert_plan(*state, CLOUD "render: {multiple_scattering: powder}", "x--xx-xxx-x--xxxx------xx-x-x");
+  assert_plan(*state, CLOUD "render: {max_scatterings: 1}", "x--xx-xxx-x--xxxx------x--x-x");
 }
 
 #define MOVE "animate: {camera.position.0: [[1, 0 m], [9, 1 km]]}\n"
@@ -171,12 +171,12 @@ static void test_light_in_the_air_is_known_to_who_asks(void **state) {
 
 static void test_no_light_where_none_is_wanted(void **state) {
   assert_plan(*state, CLOUD "terrain: {ridges: {}}\noutput: {beauty: false, aovs: [depth, transmittance, distance]}",
-              "xx-xx-----------x--------x-x");
-  assert_plan(*state, CLOUD "output: {beauty: false, aovs: [depth, sun]}", "x--xx-xxx-x--xxxx--xxxx--x-x");
+              "xx-xx-----------x---------x-x");
+  assert_plan(*state, CLOUD "output: {beauty: false, aovs: [depth, sun]}", "x--xx-xxx-x--xxxx--xxx-x--x-x");
 }
 
 static void test_no_light_where_nothing_shines(void **state) {
-  assert_plan(*state, CLOUD "sun: {irradiance: 0}", "x--xx-----------x--------x-x");
+  assert_plan(*state, CLOUD "sun: {irradiance: 0}", "x--xx-----------x---------x-x");
 }
 
 static void assert_sky_alone(test_fixture *f, const char *text) {

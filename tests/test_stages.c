@@ -144,6 +144,7 @@ static void assert_built(neph_context *context, const char *text, unsigned expec
   assert_int_equal(!light->scattering, !np_plan_needs(&b.plan, NP_STAGE_ORDINATES));
   assert_int_equal(!light->viewer_light, !np_plan_needs(&b.plan, NP_STAGE_VIEWER_LIGHT));
   assert_int_equal(!light->ground_light, !np_plan_needs(&b.plan, NP_STAGE_GROUND_CLOUDS));
+  assert_int_equal(!light->relief_light.points, !np_plan_needs(&b.plan, NP_STAGE_RELIEF_LIGHT));
   assert_int_equal(!light->air_shadow.visible_fraction, !np_plan_needs(&b.plan, NP_STAGE_AIR_SHADOWS));
   assert_int_equal(!packet->gains, !np_plan_needs(&b.plan, NP_STAGE_APPROXIMATION));
   assert_int_equal(!packet->stars.count, !np_plan_needs(&b.plan, NP_STAGE_STARS));
@@ -155,7 +156,7 @@ static void what_is_needed_is_built_and_nothing_else(void **state) {
   fixture *f = *state;
   assert_built(f->context, nothing, 4);
   assert_built(f->context, "{version: 1}", 7);
-  assert_built(f->context, day, 17);
+  assert_built(f->context, day, 18);
   assert_built(f->context, night, 12);
   assert_built(f->context, colours, 10);
 }

@@ -41,10 +41,6 @@ np_aerial_perspective np_lighting_camera_air(const np_lighting *lighting, const 
 
 np_spectrum np_lighting_ground_irradiance(const np_lighting *lighting, const np_world *world,
                                           const np_ground_hit *hit) {
-  np_spectrum irradiance = np_world_level_irradiance(world, hit);
-  if (lighting->ground_light) {
-    const np_ground_light_value light = np_ground_light_get(lighting->ground_light, hit->position);
-    irradiance = np_spectrum_add(np_spectrum_multiply(irradiance, light.open), light.added);
-  }
-  return np_spectrum_scale(irradiance, np_world_get_sky_share(world, hit));
+  if (lighting->relief_light) return np_relief_light_get(lighting->relief_light, hit);
+  return np_relief_light_get_bare(world, lighting->ground_light, hit);
 }

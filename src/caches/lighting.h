@@ -7,6 +7,7 @@
 
 #include "caches/air_shadow.h"
 #include "caches/ground_light.h"
+#include "caches/relief_light.h"
 #include "caches/sky_guide.h"
 #include "caches/sun_optical_depth.h"
 #include "caches/viewer_light.h"
@@ -19,6 +20,7 @@ typedef struct np_lighting {
   const np_viewer_light *viewer_light;    /* outgoing light of `scattering` towards one viewer, for rays from it; NULL:
                                              not computed */
   const np_ground_light *ground_light;    /* NULL: the sky over the ground counts as clear */
+  const np_relief_light *relief_light;    /* NULL: slopes see no hills */
   const np_air_shadow *air_shadow;        /* shadows in the camera's sky; NULL: none */
   const np_sky_guide *sky_guide;          /* NULL: sky and ground are sampled by scattering alone */
   const np_cloud_gain *gains;             /* gains of an approximation for each cloud; NULL: the settings' gain for
@@ -44,7 +46,7 @@ np_spectrum np_lighting_background(const np_lighting *lighting, const np_world *
 np_aerial_perspective np_lighting_camera_air(const np_lighting *lighting, const np_world *world,
                                              const np_view_ray *view, double distance_m);
 
-/* Irradiance of sky and clouds on the ground, without hills. */
+/* Irradiance of sky, clouds and ground around on the ground. */
 np_spectrum np_lighting_ground_irradiance(const np_lighting *lighting, const np_world *world, const np_ground_hit *hit);
 
 /* Starts a query of optical depths of all clouds towards the sun. */

@@ -6,6 +6,7 @@
 #include <math.h>
 
 #include "caches/air_shadow.h"
+#include "caches/relief_light.h"
 #include "core/file.h"
 #include "plan/plan_choices.h"
 #include "plan/plan_detail.h"
@@ -132,6 +133,16 @@ np_stage_cost np_stage_predict_viewer_light(const np_plan *plan, const neph_scen
 np_stage_cost np_stage_predict_ground_clouds(const np_plan *plan, const neph_scene *scene) {
   return (np_stage_cost){.seconds =
                              count_worlds(plan) * (ground_s + grounded_cell_s * np_plan_predict_cells(plan, scene))};
+}
+
+/* A point of the grid over the terrain, with all its rays. */
+static const double relief_point_s = 4e-5;
+
+np_stage_cost np_stage_predict_relief_light(const np_plan *plan, const neph_scene *scene) {
+  (void)scene;
+  const double points = (double)NP_RELIEF_POINTS_MAX * NP_RELIEF_POINTS_MAX;
+  return (np_stage_cost){.seconds = count_worlds(plan) * relief_point_s * points,
+                         .bytes = count_worlds(plan) * points * sizeof(np_relief_point)};
 }
 
 static double count_air_rays(const np_plan *plan) {

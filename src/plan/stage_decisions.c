@@ -274,6 +274,15 @@ void np_stage_decide_ground_clouds(np_decision *d, np_stage_decision *out) {
                 has_ground(d) ? NULL : "there is no ground", "the clouds hide sky from the ground, and shine on it");
 }
 
+void np_stage_decide_relief_light(np_decision *d, np_stage_decision *out) {
+  const bool is_traced = np_request_traces_air(&d->plan->request);
+  decide_unless(d, out,
+                d->facts->dark ? d->facts->dark
+                : is_traced    ? traced
+                               : NULL,
+                d->facts->has_terrain ? NULL : "there are no hills", "hills hide sky from slopes, and shine on them");
+}
+
 void np_stage_decide_approximation(np_decision *d, np_stage_decision *out) {
   const bool is_approximated = needs_of_method(d, NP_MULTIPLE_SCATTERING_NEEDS_APPROXIMATION);
   const char *against = get_scatterless(d), *chosen = get_chosen(d);

@@ -41,9 +41,9 @@ np_stage_decide_fn np_stage_decide_color, np_stage_decide_terrain, np_stage_deci
     np_stage_decide_color_fit, np_stage_decide_cloud_sky, np_stage_decide_water_sky, np_stage_decide_airglow,
     np_stage_decide_sun_light, np_stage_decide_sky_light, np_stage_decide_ground_light, np_stage_decide_world,
     np_stage_decide_sky_guide, np_stage_decide_sun_optical_depth, np_stage_decide_ordinates,
-    np_stage_decide_viewer_light, np_stage_decide_ground_clouds, np_stage_decide_air_shadows,
-    np_stage_decide_approximation, np_stage_decide_motion, np_stage_decide_stars, np_stage_decide_lighting,
-    np_stage_decide_history, np_stage_decide_integrator;
+    np_stage_decide_viewer_light, np_stage_decide_ground_clouds, np_stage_decide_relief_light,
+    np_stage_decide_air_shadows, np_stage_decide_approximation, np_stage_decide_motion, np_stage_decide_stars,
+    np_stage_decide_lighting, np_stage_decide_history, np_stage_decide_integrator;
 
 /* Choices by a model of their cost, where nothing else decides. */
 np_stage_decide_fn np_stage_choose_sun_volume, np_stage_choose_air_shadows;
@@ -57,7 +57,7 @@ typedef np_stage_cost np_stage_predict_fn(const np_plan *plan, const neph_scene 
 
 np_stage_predict_fn np_stage_predict_terrain, np_stage_predict_volumes, np_stage_predict_sun_optical_depth,
     np_stage_predict_ordinates, np_stage_predict_viewer_light, np_stage_predict_ground_clouds,
-    np_stage_predict_air_shadows, np_stage_predict_history, np_stage_predict_integrator;
+    np_stage_predict_relief_light, np_stage_predict_air_shadows, np_stage_predict_history, np_stage_predict_integrator;
 
 /* Seconds of one core for one sample of each pixel. */
 double np_stage_predict_one_sample(const np_plan *plan);

@@ -63,6 +63,9 @@ static const np_stage_rule rules[NP_STAGE_COUNT] = {
   [NP_STAGE_GROUND_CLOUDS] = {"clouds on ground", BIT(VOLUMES) | BIT(WORLD) | BIT(SUN_OPTICAL_DEPTH) | BIT(ORDINATES),
     DECIDE(ground_clouds), PREDICT(SOLVE, ground_clouds), .parts = PER(PACKET_LIGHT),
     .reused_while = "it is a part of the same picture"},
+  [NP_STAGE_RELIEF_LIGHT] = {"relief light",
+    BIT(TERRAIN) | BIT(CAMERA_SKY) | BIT(CLOUD_SKY) | BIT(WORLD) | BIT(SUN_OPTICAL_DEPTH) | BIT(GROUND_CLOUDS),
+    DECIDE(relief_light), PREDICT(MARCH, relief_light), .parts = PER(PACKET_LIGHT)},
   [NP_STAGE_AIR_SHADOWS] = {"air shadows",
     BIT(TERRAIN) | BIT(VOLUMES) | BIT(CAMERA_SKY) | BIT(WORLD) | BIT(SUN_OPTICAL_DEPTH) | BIT(GROUND_CLOUDS),
     DECIDE(air_shadows), PREDICT(MARCH, air_shadows), .parts = PER(LIGHT) | PER(PACKET_LIGHT)},
@@ -71,7 +74,7 @@ static const np_stage_rule rules[NP_STAGE_COUNT] = {
     .parts = PER(PICTURE) | PER(PACKET)},
   [NP_STAGE_LIGHTING] = {"lighting",
     BIT(WATER_SKY) | BIT(WORLD) | BIT(SKY_GUIDE) | BIT(SUN_OPTICAL_DEPTH) | BIT(ORDINATES) | BIT(VIEWER_LIGHT) |
-    BIT(GROUND_CLOUDS) | BIT(AIR_SHADOWS) | BIT(APPROXIMATION),
+    BIT(GROUND_CLOUDS) | BIT(RELIEF_LIGHT) | BIT(AIR_SHADOWS) | BIT(APPROXIMATION),
     DECIDE(lighting), .parts = PER(PACKET_LIGHT)},
   [NP_STAGE_HISTORY] = {"history", 0, DECIDE(history), PREDICT(MARCH, history)},
   [NP_STAGE_INTEGRATOR] = {"integrator",

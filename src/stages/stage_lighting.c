@@ -318,6 +318,16 @@ neph_result np_stage_build_air_shadow(const np_stage_part *in) {
 
 void np_stage_clear_air_shadow(const np_stage_part *in) { np_air_shadow_clear(&in->light->air_shadow); }
 
+/* ---- Light between hills ---- */
+
+neph_result np_stage_build_relief_light(const np_stage_part *in) {
+  np_packet_light *out = in->light;
+  const np_relief_light_desc desc = {&out->world, np_stage_get_depths(in, out), out->ground_light};
+  return np_relief_light_build(in->made->context, &desc, &out->relief_light);
+}
+
+void np_stage_clear_relief_light(const np_stage_part *in) { np_relief_light_clear(&in->light->relief_light); }
+
 /* ---- Approximation ---- */
 
 /* The depth of a cloud does not depend on wavelength: the first packet knows it for all. */
@@ -350,6 +360,7 @@ neph_result np_stage_build_lighting(const np_stage_part *in) {
       .scattering = out->scattering,
       .viewer_light = out->viewer_light,
       .ground_light = out->ground_light,
+      .relief_light = out->relief_light.points ? &out->relief_light : NULL,
       .air_shadow = out->air_shadow.visible_fraction ? &out->air_shadow : NULL,
       .sky_guide = out->sky_guide.rate > 0.0f ? &out->sky_guide : NULL,
       .gains = in->packet->gains,

@@ -26,6 +26,7 @@ static const np_stage_maker makers[NP_STAGE_COUNT] = {
   [NP_STAGE_ORDINATES] = {REUSE(ordinates)},
   [NP_STAGE_VIEWER_LIGHT] = {REUSE(viewer_light)},
   [NP_STAGE_GROUND_CLOUDS] = {REUSE(ground_clouds)},
+  [NP_STAGE_RELIEF_LIGHT] = {BUILD_CLEAR(PACKET_LIGHT, relief_light)},
   [NP_STAGE_AIR_SHADOWS] = {BUILD_CLEAR(LIGHT, visibility), BUILD_CLEAR(PACKET_LIGHT, air_shadow)},
   [NP_STAGE_APPROXIMATION] = {BUILD_CLEAR(PACKET, approximation)},
   [NP_STAGE_STARS] = {BUILD_CLEAR(PICTURE, catalogue), BUILD_CLEAR(PACKET, stars)},

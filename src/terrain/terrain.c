@@ -20,6 +20,9 @@
 #include "terrain/heightfield.h"
 #include "terrain/mesh_ground.h"
 
+/* Places along each side of a field that its rectangle is taken from: sides are bent on the planet. */
+enum { CORE_STEPS = 16 };
+
 struct neph_terrain {
   neph_context *context;
   atomic_size_t references;
@@ -465,6 +468,26 @@ const double *np_terrain_get_ground_albedo(const neph_terrain *terrain) { return
 void np_terrain_get_bounds(const neph_terrain *terrain, np_dvec3 *out_min, np_dvec3 *out_max) {
   *out_min = terrain->bounds_min;
   *out_max = terrain->bounds_max;
+}
+
+void np_terrain_get_core(const neph_terrain *terrain, double out_low[2], double out_high[2]) {
+  const np_heightfield *field = &terrain->field;
+  const np_dvec3 mesh_low = terrain->mesh.bounds_min, mesh_high = terrain->mesh.bounds_max;
+  np_dvec3 low = {INFINITY, INFINITY, 0.0}, high = {-INFINITY, -INFINITY, 0.0};
+  if (has_mesh(terrain)) low = mesh_low, high = mesh_high;
+  const unsigned margin = field->margin.count;
+  for (unsigned k = 0; has_field(terrain) && k <= CORE_STEPS; k++)
+    for (unsigned side = 0; side < 4; side++) {
+      const double along = (double)k / CORE_STEPS, across = side & 1u, x = side & 2u ? along : across,
+                   y = side & 2u ? across : along;
+      const np_field_position position = {margin + x * (np_heightfield_get_core_width(field) - 1),
+                                          margin + y * (np_heightfield_get_core_height(field) - 1)};
+      const np_dvec3 point = np_heightfield_to_world(field, &terrain->globe, position, 0.0);
+      low = np_dvec3_min(low, point);
+      high = np_dvec3_max(high, point);
+    }
+  out_low[0] = low.x, out_low[1] = low.y;
+  out_high[0] = high.x, out_high[1] = high.y;
 }
 
 bool np_terrain_has_cover(const neph_terrain *terrain) { return np_ground_cover_varies(&terrain->cover); }

@@ -1,0 +1,68 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Light on the ground of a landscape: the sky that hills leave open, and the light that the ground around sends back.
+ *
+ * Computed at the points of a level grid over the terrain, each on the ground, and interpolated. A point is computed
+ * when it is first needed, by whichever thread comes first, with the same bits by any. It holds the
+ * light that arrives from all directions in spherical harmonics to the second degree, convolved with the cosine
+ * (Ramamoorthi and Hanrahan 2001, "An Efficient Representation for Irradiance Environment Maps"), so that each slope
+ * about it is lit by its own half of the directions. The points are fixed in the world: they depend on the terrain, the
+ * lights and the clouds, not on the camera.
+ */
+#ifndef NP_CACHES_RELIEF_LIGHT_H
+#define NP_CACHES_RELIEF_LIGHT_H
+
+#include <stdatomic.h>
+
+#include "caches/ground_light.h"
+
+enum { NP_RELIEF_TERMS = 9, NP_RELIEF_POINTS_MAX = 64 /* along each side */ };
+
+/* Irradiance of a slope of each orientation, as coefficients of spherical harmonics of its normal. */
+typedef struct np_relief_irradiance {
+  np_spectrum term[NP_RELIEF_TERMS];
+} np_relief_irradiance;
+
+typedef struct np_relief_point {
+  np_relief_irradiance hidden; /* light of the clear sky behind the hills, over its irradiance on level ground */
+  float shut[NP_RELIEF_TERMS]; /* the same of an even sky */
+  np_relief_irradiance ground; /* light from hills and ground, W m⁻² nm⁻¹ */
+} np_relief_point;
+
+typedef struct np_relief_slot {
+  atomic_uchar state;
+  np_relief_point point;
+} np_relief_slot;
+
+/* Inputs of the points; all are borrowed, and outlive the cache. */
+typedef struct np_relief_light_desc {
+  const np_world *world;
+  np_sun_optical_depths depths;
+  const np_ground_light *ground_light; /* NULL: no cloud lights the ground */
+} np_relief_light_desc;
+
+enum { NP_RELIEF_RINGS = 5, NP_RELIEF_SKY_AZIMUTHS = 24 };
+
+typedef struct np_relief_light {
+  neph_context *context; /* borrowed */
+  np_relief_light_desc desc;
+  int32_t size[2]; /* points */
+  double origin_m[2], spacing_m[2];
+  np_spectrum sky[NP_RELIEF_RINGS][NP_RELIEF_SKY_AZIMUTHS]; /* radiance of the clear sky by elevation and azimuth, over
+                                                               its irradiance on level ground */
+  np_relief_irradiance clear; /* light of the clear sky without hills, over its irradiance on level ground */
+  np_relief_slot *points;     /* x fastest; NULL: there is no terrain */
+} np_relief_light;
+
+/* Prepares the cache, with no point computed. On failure `*out` is empty. */
+neph_result np_relief_light_build(neph_context *context, const np_relief_light_desc *desc, np_relief_light *out);
+void np_relief_light_clear(np_relief_light *cache);
+
+/* Irradiance of sky, clouds and ground around on a slope, W m⁻² nm⁻¹. Towards the grid's rim it becomes that of a slope
+ * without hills, np_relief_light_get_bare. */
+np_spectrum np_relief_light_get(const np_relief_light *cache, const np_ground_hit *hit);
+
+/* Irradiance on a slope that sees its share of an even sky, and level ground of its own albedo below. */
+np_spectrum np_relief_light_get_bare(const np_world *world, const np_ground_light *ground_light,
+                                     const np_ground_hit *hit);
+
+#endif
