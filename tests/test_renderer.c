@@ -3,6 +3,7 @@
 #include "test_scenes.h"
 
 #include <pthread.h>
+#include <sched.h>
 #include <sys/stat.h>
 #include <time.h>
 
@@ -327,6 +328,43 @@ static void a_cancel_before_the_start_ends_the_next_picture_alone(void **state) 
   neph_renderer_destroy(c.renderer);
 }
 
+typedef struct late_canceller {
+  neph_renderer *renderer;
+  atomic_uint begun, cancelled; /* numbers of calls */
+} late_canceller;
+
+enum { CANCEL_COUNT = 1000 };
+
+/* Cancels each call from 0 to 0.3 ms after its number is known: some cancels come before it, some into it. */
+static void *cancel_each(void *user) {
+  late_canceller *c = user;
+  for (unsigned i = 1; i <= CANCEL_COUNT; i++) {
+    while (atomic_load(&c->begun) < i) sched_yield();
+    for (volatile unsigned wait = i * 7919 % 1000 * 100; wait; wait--) continue;
+    neph_renderer_cancel(c->renderer);
+    atomic_store(&c->cancelled, i);
+  }
+  return NULL;
+}
+
+static void no_cancel_around_the_start_of_a_call_is_lost(void **state) {
+  fixture *f = *state;
+  late_canceller c = {.renderer = create(f)};
+  neph_render_desc desc = describe(f, 1);
+  pthread_t thread;
+  desc.sample_count = 1u << 24; /* hours: a cancel that is lost ends by the time limit of the test alone */
+  assert_int_equal(pthread_create(&thread, NULL, cancel_each, &c), 0);
+  for (unsigned i = 1; i <= CANCEL_COUNT; i++) {
+    neph_image *image;
+    atomic_store(&c.begun, i);
+    assert_int_equal(neph_renderer_render(c.renderer, f->scene, &desc, &image), NEPH_ERROR_CANCELLED);
+    while (atomic_load(&c.cancelled) < i) sched_yield();
+  }
+  pthread_join(thread, NULL);
+  neph_image_destroy(render(c.renderer, f->scene, NULL)); /* no cancel is left */
+  neph_renderer_destroy(c.renderer);
+}
+
 static bool refuse(void *user, const neph_progress *progress) {
   (void)progress;
   ++*(unsigned *)user;
@@ -568,6 +606,7 @@ int main(void) {
       TEST(a_tile_may_cancel),
       TEST(another_thread_cancels_within_half_a_second),
       TEST(a_cancel_before_the_start_ends_the_next_picture_alone),
+      TEST(no_cancel_around_the_start_of_a_call_is_lost),
       TEST(a_callback_may_cancel_at_once),
       TEST(a_second_picture_at_the_same_time_is_refused),
       TEST(memory_goes_with_the_picture),
