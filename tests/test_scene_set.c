@@ -102,7 +102,7 @@ static void test_what_is_wrong_changes_nothing(void **state) {
   assert_refused(f, "clouds[0].bake", "{preset: dew}", "clouds[0].bake.preset is dew, must be");
   assert_refused(f, "camera.position[0]", "4", "camera.position is a list of 1, must be a list of 3");
   assert_refused(f, "camera", "[", "camera: not valid YAML");
-  assert_refused(f, "camera.fov", "", "camera.fov: nothing is here");
+  assert_refused(f, "camera.fov", "", "camera.fov: the value is empty, must be YAML such as");
   assert_refused(f, "camera.fov", "*a", "camera.fov: aliases (*) are not allowed");
 }
 

@@ -27,6 +27,12 @@ NEPH_API neph_result neph_scene_open(neph_context *context, const char *path, ne
 NEPH_API neph_result neph_scene_load_text(neph_context *context, const char *text, const char *name,
                                           neph_scene **out_scene) NEPH_NODISCARD;
 
+/** Copies a scene, its frame and its objects too, which both then hold: one copy may change while the other renders.
+ *
+ * @param out_scene  owned by the caller; NULL on failure.
+ */
+NEPH_API neph_result neph_scene_clone(const neph_scene *scene, neph_scene **out_scene) NEPH_NODISCARD;
+
 /** Ends a scene. NULL is allowed. */
 NEPH_API void neph_scene_destroy(neph_scene *scene);
 
@@ -36,6 +42,31 @@ NEPH_API void neph_scene_destroy(neph_scene *scene);
  * @param value  YAML in flow style, with its unit.
  */
 NEPH_API neph_result neph_scene_set(neph_scene *scene, const char *key, const char *value) NEPH_NODISCARD;
+
+/** Takes a key away, so that it has its default: `neph_scene_unset(scene, "sun.elevation")`. A failure changes nothing.
+ *
+ * A key that is not given is none to take away. A section stays, perhaps empty, when its keys go, and goes with all of
+ * them when it is named itself. "clouds[1]" removes one element of a list: later ones move down, and so do the keys of
+ * `animate` that name them. Tracks of a key go with it.
+ */
+NEPH_API neph_result neph_scene_unset(neph_scene *scene, const char *key) NEPH_NODISCARD;
+
+/** Inserts an element into a list of sections: `neph_scene_insert(scene, "clouds[0]", "{name: fog, bake: {}}")`.
+ *
+ * Later elements move up, and so do the keys of `animate` that name them. A failure changes nothing.
+ *
+ * @param key    a list with the index that the element gets, at most the number of elements.
+ * @param value  YAML in flow style: a mapping of the element's keys.
+ */
+NEPH_API neph_result neph_scene_insert(neph_scene *scene, const char *key, const char *value) NEPH_NODISCARD;
+
+/** Sets several keys in order, or takes them away where their value is NULL: all of them, or none where one is wrong or
+ * neph_scene_check refuses the scene that results. A program that edits a scene piece by piece keeps it renderable so.
+ *
+ * @param keys, values  `count` keys, as neph_scene_set and neph_scene_unset take them, and their values.
+ */
+NEPH_API neph_result neph_scene_set_keys(neph_scene *scene, const char *const *keys, const char *const *values,
+                                         unsigned count) NEPH_NODISCARD;
 
 /** Sets the frame in which a scene is described, checked, and shown by pictures of its sky, by its USD layer and by
  * neph_scene_get_output: keys of `animate` have their values in it. Renders, bakes, maps and exports are of the frame
@@ -57,7 +88,10 @@ NEPH_API neph_result neph_scene_check(const neph_scene *scene) NEPH_NODISCARD;
  * too. */
 NEPH_API neph_result neph_scene_check_files(const neph_scene *scene) NEPH_NODISCARD;
 
-/** Keys with type, unit, range and default, and old names of keys.
+/** Keys with type, unit, range and default, and old names of keys. As JSON also controls for an editor: `label`, `rank`
+ * ("basic" or "all"), `soft_min` to `soft_max`, the usual values in the key's unit, with `step` and `scale` ("linear",
+ * or "log", whose step is a share of the value), and `cost`, the work that an edit causes: "display", pixels alone,
+ * "view", the picture by the same light, "light", light too, "bake", clouds or terrain too.
  *
  * @param key       a key, which is listed with all below it, or the beginning of keys: "camera", "clouds[0].phase",
  *                  "output.p"; NULL: all. NEPH_ERROR_INVALID_ARGUMENT when no key begins so.
@@ -66,9 +100,35 @@ NEPH_API neph_result neph_scene_check_files(const neph_scene *scene) NEPH_NODISC
 NEPH_API neph_result neph_schema_describe(neph_context *context, const char *key, neph_text_format format,
                                           char **out_text) NEPH_NODISCARD;
 
-/** Every key of a scene with its value, defaults and presets resolved, as text to be freed with neph_text_destroy. */
+/** Every key of a scene with its value, defaults and presets resolved, as text to be freed with neph_text_destroy. JSON
+ * has the texts in `values`, in `numbers` the numbers among them in the unit of the schema, to 12 digits, a list for
+ * several, and in `given` whether the scene states the key itself. */
 NEPH_API neph_result neph_scene_describe(const neph_scene *scene, neph_text_format format,
                                          char **out_text) NEPH_NODISCARD;
+
+/** The text that a scene was read from, with what has changed since: values are replaced where they stand, new keys
+ * come at the end of their mapping, keys taken away are cut. Everything else keeps its bytes: comments, order, blanks,
+ * breaks of lines. A scene without a text gets one of a line for each section.
+ *
+ * NEPH_ERROR_UNSUPPORTED where a volume, a terrain or an air was given by the program, where the text is UTF-16, and
+ * where its layout does not let the changes be put in. A text that is returned reads as the scene.
+ *
+ * @param out_text  free it with neph_text_destroy; NULL on failure.
+ */
+NEPH_API neph_result neph_scene_get_text(const neph_scene *scene, char **out_text) NEPH_NODISCARD;
+
+/** Writes neph_scene_get_text to a file, atomically, the file that the scene was read from or another. In another
+ * folder relative names of files would mean others: NEPH_ERROR_INVALID_ARGUMENT names the first. */
+NEPH_API neph_result neph_scene_save(const neph_scene *scene, const char *path) NEPH_NODISCARD;
+
+/** Keys that differ from the text that a scene was read from: as options of the command line, one a line, "--set
+ * 'sun.elevation=5 deg'", a key that was taken away as a comment, or as JSON, "edits" with "key" and "value", null
+ * where it was taken away. A list whose number of elements has changed is one value.
+ *
+ * @param out_text  free it with neph_text_destroy; NULL on failure.
+ */
+NEPH_API neph_result neph_scene_describe_edits(const neph_scene *scene, neph_text_format format,
+                                               char **out_text) NEPH_NODISCARD;
 
 /** Output files of a scene and their format. Texts are valid until the scene changes. */
 typedef struct neph_output {

@@ -90,6 +90,8 @@ static const preset presets[] = {
 
 enum { PRESET_COUNT = sizeof presets / sizeof *presets };
 
+const char *np_cloud_get_preset_name(size_t index) { return index < PRESET_COUNT ? presets[index].name : NULL; }
+
 void np_cloud_list_presets(np_text *out) {
   for (int i = 0; i < PRESET_COUNT; i++) np_text_add(out, "%s%s", i ? ", " : "", presets[i].name);
 }

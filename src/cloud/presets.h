@@ -9,6 +9,9 @@
 
 bool np_cloud_has_preset(const char *name);
 
+/* Name of a preset; NULL behind the last. */
+const char *np_cloud_get_preset_name(size_t index);
+
 /* Lists their names, separated by ", ". */
 void np_cloud_list_presets(np_text *out);
 

@@ -7,7 +7,6 @@
 #include "core/frame_name.h"
 #include "core/given.h"
 #include "scene/scene_apply.h"
-#include "scene/scene_edit.h"
 #include "scene/scene_node.h"
 
 /* Creates a scene that has only its document, of which it takes ownership. */
@@ -54,11 +53,24 @@ static neph_result create_scene(neph_context *context, const char *file, np_node
   return result;
 }
 
+static neph_result keep_text(neph_scene *scene, const char *text, size_t size) {
+  scene->text = np_alloc(scene->context, size + 1, 1);
+  if (!scene->text) return NEPH_ERROR_OUT_OF_MEMORY;
+  memcpy(scene->text, text, size);
+  scene->text_size = size;
+  return NEPH_OK;
+}
+
 static neph_result load_bytes(neph_context *context, const char *text, size_t size, const char *name,
                               document_kind kind, neph_scene **out_scene) {
   np_node *document;
   neph_result result = np_scene_parse(context, text, size, name, false, &document);
-  return result ? result : create_scene(context, name, document, kind, out_scene);
+  if (!result) result = create_scene(context, name, document, kind, out_scene);
+  if (!result) result = keep_text(*out_scene, text, size);
+  if (!result) return NEPH_OK;
+  neph_scene_destroy(*out_scene);
+  *out_scene = NULL;
+  return result;
 }
 
 neph_result neph_scene_create(neph_context *context, neph_scene **out_scene) {
@@ -95,7 +107,22 @@ neph_result neph_scene_load_text(neph_context *context, const char *text, const 
   return load_bytes(context, text, strlen(text), name ? name : "scene", WHOLE, out_scene);
 }
 
-static void destroy_documents(neph_scene *scene) {
+neph_result neph_scene_clone(const neph_scene *scene, neph_scene **out_scene) {
+  if (NP_LACKS_OUT(NP_CONTEXT_OF(scene), out_scene)) return NEPH_ERROR_INVALID_ARGUMENT;
+  np_scene_problems problems = {.context = scene->context, .file = scene->file, .is_first_only = true};
+  np_node *document = np_node_copy(scene->context, np_scene_get_source(scene));
+  *out_scene = NULL;
+  neph_result result = create_bare(scene->context, scene->file, document, out_scene);
+  if (!result) (*out_scene)->frame = scene->frame;
+  if (!result && scene->text) result = keep_text(*out_scene, scene->text, scene->text_size);
+  if (!result) result = np_scene_report(&problems, np_scene_apply(*out_scene, &problems));
+  if (!result) return NEPH_OK;
+  neph_scene_destroy(*out_scene);
+  *out_scene = NULL;
+  return result;
+}
+
+void np_scene_destroy_documents(neph_scene *scene) {
   np_node_destroy(scene->context, scene->document);
   np_node_destroy(scene->context, scene->source);
   np_animation_destroy(scene->context, scene->animation);
@@ -105,47 +132,11 @@ void neph_scene_destroy(neph_scene *scene) {
   if (!scene) return;
   neph_context *context = scene->context;
   np_scene_clear(scene);
-  destroy_documents(scene);
+  np_scene_destroy_documents(scene);
   np_alloc_free(context, scene->file);
+  np_alloc_free(context, scene->text);
   np_alloc_free(context, scene);
   np_context_release(context);
-}
-
-/* Copies the document with one key changed; NULL on failure. */
-static neph_result edit_copy(const neph_scene *scene, const char *key, const char *value, np_node **out_document) {
-  np_node *value_node;
-  neph_result result = np_scene_parse(scene->context, value, strlen(value), key, true, &value_node);
-  if (result) return result;
-  np_node *document = np_node_copy(scene->context, np_scene_get_source(scene));
-  if (!document) {
-    np_node_destroy(scene->context, value_node);
-    return NEPH_ERROR_OUT_OF_MEMORY;
-  }
-  result = np_scene_edit(scene->context, document, key, value_node);
-  if (result) {
-    np_node_destroy(scene->context, document);
-    document = NULL;
-  }
-  *out_document = document;
-  return result;
-}
-
-neph_result neph_scene_set(neph_scene *scene, const char *key, const char *value) {
-  if (NP_LACKS(NP_CONTEXT_OF(scene), key, value)) return NEPH_ERROR_INVALID_ARGUMENT;
-  np_node *document;
-  neph_result result = edit_copy(scene, key, value, &document);
-  return result ? result : np_scene_set_document(scene, document);
-}
-
-neph_result np_scene_set_document(neph_scene *scene, np_node *document) {
-  neph_scene changed = {.context = scene->context, .file = scene->file, .document = document, .frame = scene->frame};
-  np_scene_problems problems = {.context = scene->context, .file = scene->file, .is_first_only = true};
-  neph_result result = np_scene_report(&problems, np_scene_apply(&changed, &problems));
-  neph_scene *loser = result ? &changed : scene;
-  np_scene_clear(loser);
-  destroy_documents(loser);
-  if (!result) *scene = changed;
-  return result;
 }
 
 bool neph_scene_is_animated(const neph_scene *scene) {

@@ -25,6 +25,9 @@ neph_result np_scene_set_document(neph_scene *scene, np_node *document);
 /* Frees everything from np_scene_apply; file and document stay. */
 void np_scene_clear(neph_scene *scene);
 
+/* Frees document, source and tracks. */
+void np_scene_destroy_documents(neph_scene *scene);
+
 /* ---- Keys without effect ---- */
 
 /* Conditions on the value of a key that is not a choice. */

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Lists the values of a scene in the syntax of --set. */
+#include <stdlib.h>
 #include <string.h>
 
 #include "core/alloc.h"
@@ -7,6 +8,7 @@
 #include "core/json.h"
 #include "core/text.h"
 #include "scene/scene_apply.h"
+#include "scene/scene_edit.h"
 #include "scene/scene_points.h"
 
 /* ---- Keys in effect ---- */
@@ -247,6 +249,7 @@ static neph_result describe_plain(const neph_scene *scene, char **out_text) {
 typedef struct json_writer {
   neph_context *context;
   np_json *json;
+  const np_node *document;
   neph_result result;
 } json_writer;
 
@@ -261,13 +264,64 @@ static void put_value(void *user, const char *path, const np_key *key, const voi
   if (result) writer->result = result;
 }
 
+/* Whether the document states a key, by itself or by the text in place of its section. */
+static bool is_given(const np_node *document, const char *path, const np_key *key) {
+  if (np_scene_get_node(document, path)) return true;
+  const size_t length = strlen(path) - strlen(np_path_get_name(path));
+  char section[128];
+  if (!length || !(np_key_is_shorthand(key) || !strcmp(np_key_get_name(key), "preset"))) return false;
+  np_print(section, sizeof section, "%.*s", (int)length - 1, path);
+  const np_node *node = np_scene_get_node(document, section);
+  return node && np_node_is_value(node);
+}
+
+static void put_given(void *user, const char *path, const np_key *key, const void *base) {
+  json_writer *writer = user;
+  (void)base;
+  np_json_put_bool(writer->json, path, is_given(writer->document, path, key));
+}
+
+/* A number in the key's unit, without the last digits of the conversion. */
+static double get_number(const np_key *key, const void *base, unsigned index) {
+  const char *source = (const char *)base + key->field.offset;
+  char text[32];
+  unsigned count;
+  double value;
+  if (key->type == NP_KEY_INTEGER) {
+    memcpy(&count, source + index * sizeof count, sizeof count);
+    return count;
+  }
+  memcpy(&value, source + index * sizeof value, sizeof value);
+  np_print(text, sizeof text, "%.12g", value / np_unit_to_si(key->unit, 1.0));
+  return strtod(text, NULL);
+}
+
+static void put_number(void *user, const char *path, const np_key *key, const void *base) {
+  json_writer *writer = user;
+  const bool is_number = key->type == NP_KEY_REAL || key->type == NP_KEY_INTEGER;
+  if (!is_number || is_word_set(key, base)) return;
+  if (key->choices && get_choice_name(key, load_unsigned(base, key->tag))) return;
+  const unsigned count = np_key_count_values(key);
+  if (count > 1) np_json_begin_array(writer->json, path);
+  for (unsigned i = 0; i < count; i++)
+    np_json_put_real(writer->json, count > 1 ? NULL : path, get_number(key, base, i));
+  if (count > 1) np_json_end(writer->json);
+}
+
 static neph_result describe_json(const neph_scene *scene, char **out_text) {
-  json_writer writer = {.context = scene->context, .json = np_json_create(scene->context)};
+  json_writer writer = {
+      .context = scene->context, .json = np_json_create(scene->context), .document = np_scene_get_source(scene)};
   if (!writer.json) return NEPH_ERROR_OUT_OF_MEMORY;
   np_json_put_text(writer.json, "kind", "scene");
   np_json_put_text(writer.json, "file", scene->file);
   np_json_begin_object(writer.json, "values");
   visit_values(scene, put_value, &writer);
+  np_json_end(writer.json);
+  np_json_begin_object(writer.json, "numbers");
+  visit_values(scene, put_number, &writer);
+  np_json_end(writer.json);
+  np_json_begin_object(writer.json, "given");
+  visit_values(scene, put_given, &writer);
   np_json_end(writer.json);
   if (!writer.result) return np_json_finish(writer.json, out_text);
   np_json_destroy(writer.json);

@@ -1,21 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "core/alloc.h"
 #include "core/text.h"
 #include "scene/scene_edit.h"
 #include "scene/scene_keys.h"
-
-enum { STEP_MAX = 8, NAME_SIZE = 64 };
-
-/* One part of a path: a name, or a name with the index of an element. */
-typedef struct path_step {
-  char name[NAME_SIZE];
-  bool has_index;
-  size_t index;
-} path_step;
+#include "scene/scene_path.h"
 
 typedef struct path_editor {
   neph_context *context;
@@ -25,32 +15,6 @@ typedef struct path_editor {
 static neph_result fail_path(const path_editor *editor) {
   return np_fail(editor->context, NEPH_ERROR_BAD_SCENE,
                  "%s is not a key, must be names parted by dots, such as camera.fov or clouds[0].voxel", editor->key);
-}
-
-/* Removes the first part, "name" or "name[3]", with its dot, from `*path`. */
-static bool read_step(const char **path, path_step *step) {
-  size_t length = strcspn(*path, ".[");
-  if (!length || length >= NAME_SIZE) return false;
-  np_print(step->name, sizeof step->name, "%.*s", (int)length, *path);
-  *path += length;
-  step->has_index = **path == '[';
-  if (step->has_index) {
-    char *end;
-    step->index = strtoul(*path + 1, &end, 10);
-    if ((*path)[1] < '0' || (*path)[1] > '9' || *end != ']') return false;
-    *path = end + 1;
-  }
-  if (**path == '.') return *++*path != '\0';
-  return **path == '\0';
-}
-
-static bool split_path(const char *path, path_step steps[STEP_MAX], unsigned *out_count) {
-  unsigned count = 0;
-  do {
-    if (count == STEP_MAX || !read_step(&path, &steps[count++])) return false;
-  } while (*path);
-  *out_count = count;
-  return true;
 }
 
 static void remove_excluded(neph_context *context, np_node *mapping, const np_key *section, const np_key *key) {
@@ -84,14 +48,14 @@ static neph_result put_value(neph_context *context, np_node *mapping, const char
   return NEPH_OK;
 }
 
-static neph_result fail_index(const path_editor *editor, const path_step *step, size_t count) {
+static neph_result fail_index(const path_editor *editor, const np_path_step *step, size_t count) {
   return np_fail(editor->context, NEPH_ERROR_BAD_SCENE, "%s: %s has %zu element%s, the next is %s[%zu]", editor->key,
                  step->name, count, count == 1 ? "" : "s", step->name, count);
 }
 
 /* Searches or appends an element of a sequence. At the end of the path it becomes `*value`, whose ownership is taken.
  */
-static neph_result open_element(const path_editor *editor, np_node *sequence, const path_step *step, np_node **value,
+static neph_result open_element(const path_editor *editor, np_node *sequence, const np_path_step *step, np_node **value,
                                 np_node **out_element) {
   size_t count = np_node_count(sequence);
   if (step->index > count) return fail_index(editor, step, count);
@@ -109,7 +73,7 @@ static neph_result open_element(const path_editor *editor, np_node *sequence, co
 }
 
 /* Descends one step from `*mapping`. The last step inserts `*value`, and sets it to NULL. */
-static neph_result descend(const path_editor *editor, const path_step *step, np_node **mapping, np_node **value) {
+static neph_result descend(const path_editor *editor, const np_path_step *step, np_node **mapping, np_node **value) {
   if (!step->has_index && *value) {
     neph_result result = put_value(editor->context, *mapping, step->name, *value);
     if (!result) *value = NULL;
@@ -122,7 +86,7 @@ static neph_result descend(const path_editor *editor, const path_step *step, np_
   return step->has_index ? open_element(editor, child, step, value, mapping) : NEPH_OK;
 }
 
-static void set_new_name(const path_editor *editor, const np_key *section, path_step *step) {
+static void set_new_name(const path_editor *editor, const np_key *section, np_path_step *step) {
   const np_key_rename *rename = np_key_get_rename(section, step->name);
   if (!rename) return;
   np_log(editor->context, NEPH_LOG_WARNING, NP_RENAME_WARNING, rename->old_path, rename->path);
@@ -135,10 +99,10 @@ static const char animate[] = "animate";
 
 /* Key of a path, "clouds[0].position" or one number of it. NULL: none. */
 static const np_key *search_key(const char *path) {
-  path_step steps[STEP_MAX];
+  np_path_step steps[NP_PATH_STEP_MAX];
   unsigned count;
   const np_key *key = NULL;
-  if (!split_path(path, steps, &count)) return NULL;
+  if (!np_path_split(path, steps, &count)) return NULL;
   for (unsigned i = 0; i < count; i++) {
     const np_key *below = np_key_search(key, steps[i].name);
     if (!below) return steps[i].name[0] >= '0' && steps[i].name[0] <= '9' ? key : NULL;
@@ -147,20 +111,15 @@ static const np_key *search_key(const char *path) {
   return key;
 }
 
-static bool is_below(const char *path, const char *key) {
-  const size_t length = strlen(key);
-  return !strncmp(path, key, length) && (!path[length] || path[length] == '.' || path[length] == '[');
-}
-
 /* Removes the tracks of a key that is set: it is then the same in all frames. */
 static void remove_tracks(neph_context *context, np_node *document, const char *path) {
   np_node *tracks = np_node_search(document, animate), *next;
-  if (!tracks || tracks->kind != NP_NODE_MAPPING || is_below(path, animate)) return;
+  if (!tracks || tracks->kind != NP_NODE_MAPPING || np_path_is_below(path, animate)) return;
   const np_key *key = search_key(path);
   for (np_node *track = tracks->first; track; track = next) {
     next = track->next;
     const np_key *other = search_key(track->key);
-    if (!is_below(track->key, path) && !(key && other && np_key_excludes(key, other))) continue;
+    if (!np_path_is_below(track->key, path) && !(key && other && np_key_excludes(key, other))) continue;
     np_node_remove(tracks, track);
     np_node_destroy(context, track);
   }
@@ -174,25 +133,34 @@ static neph_result edit_track(neph_context *context, np_node *document, const ch
   return NEPH_ERROR_OUT_OF_MEMORY;
 }
 
-const np_node *np_scene_get_node(const np_node *document, const char *key) {
-  path_step steps[STEP_MAX];
+/* Node of a path, or, of an element's path, its list. */
+static np_node *search_node(const np_node *document, const char *key, bool is_list) {
+  np_path_step steps[NP_PATH_STEP_MAX];
   unsigned count = 0;
-  if (!split_path(key, steps, &count)) return NULL;
-  const np_node *at = document;
-  for (unsigned i = 0; at && i < count; i++) {
-    at = np_node_search(at, steps[i].name);
-    if (at && steps[i].has_index) at = np_node_get(at, steps[i].index);
+  if (!np_path_split(key, steps, &count)) return NULL;
+  np_node *at = np_node_search(document, steps[0].name);
+  for (unsigned i = 0; at; at = np_node_search(at, steps[i].name)) {
+    const bool is_last = ++i == count;
+    if (steps[i - 1].has_index && !(is_last && is_list)) at = np_node_get(at, steps[i - 1].index);
+    if (is_last || !at) break;
   }
   return at;
+}
+
+np_node *np_scene_get_node(const np_node *document, const char *key) { return search_node(document, key, false); }
+
+np_node *np_scene_get_list(const np_node *document, const char *key) {
+  np_node *list = search_node(document, key, true);
+  return list && list->kind == NP_NODE_SEQUENCE ? list : NULL;
 }
 
 /* ---- Edits ---- */
 
 neph_result np_scene_edit(neph_context *context, np_node *document, const char *key, np_node *value) {
   path_editor editor = {context, key};
-  path_step steps[STEP_MAX];
+  np_path_step steps[NP_PATH_STEP_MAX];
   unsigned count = 0;
-  neph_result result = split_path(key, steps, &count) ? NEPH_OK : fail_path(&editor);
+  neph_result result = np_path_split(key, steps, &count) ? NEPH_OK : fail_path(&editor);
   np_node *mapping = document;
   const np_key *section = NULL;
   if (!strncmp(key, "animate.", strlen("animate.")))

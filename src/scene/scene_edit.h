@@ -10,6 +10,9 @@
 neph_result np_scene_edit(neph_context *context, np_node *document, const char *key, np_node *value);
 
 /* Node of a key in a document, such as "clouds[0].voxel"; NULL: none. */
-const np_node *np_scene_get_node(const np_node *document, const char *key);
+np_node *np_scene_get_node(const np_node *document, const char *key);
+
+/* List that holds the element of a path, "clouds[1]"; NULL: none. */
+np_node *np_scene_get_list(const np_node *document, const char *key);
 
 #endif

@@ -15,6 +15,9 @@ typedef struct document_reader {
   const char *name;
   bool is_value;
   int depth;
+  const char *text;
+  size_t size;
+  size_t at, at_index; /* a byte of the text, and the number of characters before it */
 } document_reader;
 
 static neph_result read_node(document_reader *reader, const yaml_event_t *event, np_node **out_node);
@@ -22,6 +25,7 @@ static neph_result read_node(document_reader *reader, const yaml_event_t *event,
 /* ---- Messages ---- */
 
 static neph_result fail_at(document_reader *reader, yaml_mark_t mark, const char *what) {
+  if (!reader->name) return NEPH_ERROR_BAD_SCENE;
   if (reader->is_value) return np_fail(reader->context, NEPH_ERROR_BAD_SCENE, "%s: %s", reader->name, what);
   return np_fail(reader->context, NEPH_ERROR_BAD_SCENE, "%s:%zu:%zu: %s", reader->name, mark.line + 1, mark.column + 1,
                  what);
@@ -29,6 +33,7 @@ static neph_result fail_at(document_reader *reader, yaml_mark_t mark, const char
 
 static neph_result fail_syntax(document_reader *reader) {
   const yaml_parser_t *parser = &reader->parser;
+  if (!reader->name) return NEPH_ERROR_BAD_SCENE;
   if (parser->error == YAML_MEMORY_ERROR)
     return np_fail(reader->context, NEPH_ERROR_OUT_OF_MEMORY, "%s: out of memory while parsing", reader->name);
   char what[240], begun[120] = "";
@@ -67,6 +72,28 @@ static neph_result check_event(document_reader *reader, const yaml_event_t *even
   }
 }
 
+/* ---- Places ---- */
+
+static bool is_inside_character(char byte) { return ((unsigned char)byte & 0xc0) == 0x80; }
+
+/* Byte of a mark, which counts characters, those of a byte-order mark apart. */
+static size_t get_offset(document_reader *r, yaml_mark_t mark) {
+  for (; r->at_index < mark.index && r->at < r->size; r->at_index++) do
+      r->at++;
+    while (r->at < r->size && is_inside_character(r->text[r->at]));
+  for (; r->at_index > mark.index; r->at_index--) do
+      r->at--;
+    while (is_inside_character(r->text[r->at]));
+  return r->at;
+}
+
+/* Sets the bytes of a value. The end of a scalar is without the breaks behind it, which belong to a block scalar. */
+static void set_place(document_reader *reader, const yaml_event_t *event, np_node *node) {
+  node->begin = get_offset(reader, event->start_mark);
+  node->end = get_offset(reader, event->end_mark);
+  while (node->end > node->begin && strchr(" \t\r\n", reader->text[node->end - 1])) node->end--;
+}
+
 /* ---- Nodes ---- */
 
 static np_node *make_node(document_reader *reader, const yaml_event_t *event, np_node_kind kind, const char *text) {
@@ -74,6 +101,7 @@ static np_node *make_node(document_reader *reader, const yaml_event_t *event, np
   if (node && !reader->is_value) {
     node->line = (unsigned)event->start_mark.line + 1;
     node->column = (unsigned)event->start_mark.column + 1;
+    set_place(reader, event, node);
   }
   return node;
 }
@@ -116,13 +144,22 @@ static neph_result read_entry(document_reader *reader, const yaml_event_t *key, 
   if (!reader->is_value) {
     (*out_node)->key_line = (unsigned)key->start_mark.line + 1;
     (*out_node)->key_column = (unsigned)key->start_mark.column + 1;
+    (*out_node)->key_begin = get_offset(reader, key->start_mark);
   }
   return NEPH_OK;
 }
 
+/* Sets the end of a sequence or mapping. */
+static void end_node(document_reader *reader, const yaml_event_t *event, np_node *node, const np_node *last) {
+  if (node->is_flow)
+    node->end = get_offset(reader, event->end_mark);
+  else if (last)
+    node->end = last->end;
+}
+
 /* Reads the children of `parent` up to its end event. Children read before a failure stay in the tree. */
 static neph_result read_children(document_reader *reader, np_node *parent) {
-  np_node **link = &parent->first;
+  np_node **link = &parent->first, *last = NULL;
   for (;;) {
     yaml_event_t event;
     neph_result result = next_event(reader, &event);
@@ -130,9 +167,11 @@ static neph_result read_children(document_reader *reader, np_node *parent) {
     bool is_end = event.type == YAML_SEQUENCE_END_EVENT || event.type == YAML_MAPPING_END_EVENT;
     if (!is_end)
       result = parent->kind == NP_NODE_MAPPING ? read_entry(reader, &event, link) : read_node(reader, &event, link);
+    if (is_end && !reader->is_value) end_node(reader, &event, parent, last);
     yaml_event_delete(&event);
     if (result || is_end) return result;
-    link = &(*link)->next;
+    last = *link;
+    link = &last->next;
   }
 }
 
@@ -141,6 +180,8 @@ static neph_result read_collection(document_reader *reader, const yaml_event_t *
   bool is_mapping = event->type == YAML_MAPPING_START_EVENT;
   *out_node = make_node(reader, event, is_mapping ? NP_NODE_MAPPING : NP_NODE_SEQUENCE, NULL);
   if (!*out_node) return NEPH_ERROR_OUT_OF_MEMORY;
+  (*out_node)->is_flow = is_mapping ? event->data.mapping_start.style == YAML_FLOW_MAPPING_STYLE
+                                    : event->data.sequence_start.style == YAML_FLOW_SEQUENCE_STYLE;
   reader->depth++;
   neph_result result = read_children(reader, *out_node);
   reader->depth--;
@@ -186,7 +227,9 @@ static neph_result read_document(document_reader *reader, np_node **out_node) {
   neph_result result = read_root(reader, &event);
   if (result) return result;
   if (event.type == YAML_STREAM_END_EVENT)
-    result = fail_at(reader, event.start_mark, "nothing is here, must be a mapping of keys");
+    result = fail_at(reader, event.start_mark,
+                     reader->is_value ? "the value is empty, must be YAML such as 5 or [1, 2]; an empty text is ''"
+                                      : "nothing is here, must be a mapping of keys");
   else
     result = read_node(reader, &event, out_node);
   yaml_event_delete(&event);
@@ -195,7 +238,8 @@ static neph_result read_document(document_reader *reader, np_node **out_node) {
 
 neph_result np_scene_parse(neph_context *context, const char *text, size_t size, const char *name, bool is_value,
                            np_node **out_node) {
-  document_reader reader = {.context = context, .name = name, .is_value = is_value};
+  document_reader reader = {.context = context, .name = name, .is_value = is_value, .text = text, .size = size};
+  if (size >= 3 && !memcmp(text, "\xef\xbb\xbf", 3)) reader.at = 3;
   *out_node = NULL;
   if (!yaml_parser_initialize(&reader.parser))
     return np_fail(context, NEPH_ERROR_OUT_OF_MEMORY, "%s: out of memory while parsing", name);

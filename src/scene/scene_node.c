@@ -86,6 +86,10 @@ np_node *np_node_copy(neph_context *context, const np_node *node) {
   copy->column = node->column;
   copy->key_line = node->key_line;
   copy->key_column = node->key_column;
+  copy->is_flow = node->is_flow;
+  copy->begin = node->begin;
+  copy->end = node->end;
+  copy->key_begin = node->key_begin;
   copy->assets = np_node_assets_retain(node->assets);
   np_node **link = &copy->first;
   for (const np_node *child = node->first; child; child = child->next, link = &(*link)->next) {
@@ -108,6 +112,12 @@ static np_node **search_link(np_node *parent, const np_node *child) {
 void np_node_append(np_node *parent, np_node *child) {
   child->next = NULL;
   *search_link(parent, NULL) = child;
+}
+
+void np_node_insert(np_node *parent, const np_node *next, np_node *child) {
+  np_node **link = search_link(parent, next);
+  child->next = *link;
+  *link = child;
 }
 
 void np_node_remove(np_node *parent, np_node *child) {

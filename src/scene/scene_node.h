@@ -35,6 +35,8 @@ struct np_node {
   double number;         /* value of NP_NODE_NUMBER */
   char *key;             /* key of a mapping's entry */
   unsigned key_line, key_column;
+  bool is_flow;                 /* a sequence or mapping in brackets */
+  size_t begin, end, key_begin; /* bytes of value and key in the file, a block up to the end of its last child */
   np_node_assets assets; /* objects of a mapping; retained */
   np_node *first, *next; /* children of a sequence or mapping, and siblings */
 };
@@ -66,6 +68,9 @@ static inline bool np_node_is_value(const np_node *node) {
 /* Appends a child. */
 void np_node_append(np_node *parent, np_node *child);
 
+/* Inserts a child before the child `next`. */
+void np_node_insert(np_node *parent, const np_node *next, np_node *child);
+
 /* Removes a child from its parent without destroying it. */
 void np_node_remove(np_node *parent, np_node *child);
 
@@ -81,7 +86,7 @@ size_t np_node_count(const np_node *node);
 /* Parses one YAML document. Aliases, anchors, tags, merge keys, keys that are not scalars, second documents and deep
  * nesting are refused.
  *
- * name begins each message: a file name, followed by line and column, or, with `is_value`, a key.
+ * name begins each message: a file name, followed by line and column, or, with `is_value`, a key. NULL: no message.
  *
  * out_node destroyed by np_node_destroy; NULL on failure. Nodes of a value have no line. */
 neph_result np_scene_parse(neph_context *context, const char *text, size_t size, const char *name, bool is_value,

@@ -324,6 +324,8 @@ typedef struct np_scene_reach {
 struct neph_scene {
   neph_context *context;
   char *file;                     /* file name for messages and relative paths; NULL: none */
+  char *text;                     /* text that the scene was read from; NULL: none */
+  size_t text_size;
   const neph_scene *base;         /* original of an evaluated scene (scene_eval.h) */
   struct np_node *document;       /* keys, animated ones too; all members below derive from it (scene_apply.c) */
   struct np_node *source;         /* keys as given; NULL: equal to the document, without animated keys */

@@ -9,6 +9,7 @@
 #include "core/given.h"
 #include "core/json.h"
 #include "core/text.h"
+#include "scene/scene_control.h"
 #include "scene/scene_keys.h"
 
 /* ---- Hints ---- */
@@ -256,6 +257,28 @@ static void put_text(np_json *json, const char *name, const np_key *key, void (*
   np_json_put_text(json, name, np_text_get(scratch));
 }
 
+static void put_choices(np_json *json, const np_key *key) {
+  np_json_begin_array(json, "choices");
+  for (const np_choice *choice = key->choices; choice && choice->name; choice++)
+    np_json_put_text(json, NULL, choice->name);
+  for (size_t i = 0; key->type == NP_KEY_PRESET && np_cloud_get_preset_name(i); i++)
+    np_json_put_text(json, NULL, np_cloud_get_preset_name(i));
+  np_json_end(json);
+}
+
+static void put_control(np_json *json, const np_key *key) {
+  np_control control;
+  np_control_get(key, &control);
+  np_json_put_text(json, "label", control.label);
+  np_json_put_text(json, "rank", control.is_basic ? "basic" : "all");
+  np_json_put_text(json, "cost", np_control_get_cost(key));
+  if (!control.has_range) return;
+  np_json_put_real(json, "soft_min", control.soft.min);
+  np_json_put_real(json, "soft_max", control.soft.max);
+  np_json_put_real(json, "step", control.step);
+  np_json_put_text(json, "scale", control.is_logarithmic ? "log" : "linear");
+}
+
 static void put_key(np_json *json, const np_key *key, np_text *scratch) {
   bool is_number = key->type == NP_KEY_REAL || key->type == NP_KEY_INTEGER;
   np_json_begin_object(json, NULL);
@@ -270,11 +293,8 @@ static void put_key(np_json *json, const np_key *key, np_text *scratch) {
     np_json_put_real(json, "max", key->range.max);
   }
   if (key->fallback) put_text(json, "default", key, add_default, scratch);
-  if (key->choices) {
-    np_json_begin_array(json, "choices");
-    for (const np_choice *choice = key->choices; choice->name; choice++) np_json_put_text(json, NULL, choice->name);
-    np_json_end(json);
-  }
+  if (key->choices || key->type == NP_KEY_PRESET) put_choices(json, key);
+  put_control(json, key);
   np_json_end(json);
 }
 

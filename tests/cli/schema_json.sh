@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-nephos schema --json | grep -A 8 '"key": "camera.fov"'
+nephos schema --json | grep -A 15 '"key": "camera.fov"'

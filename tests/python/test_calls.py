@@ -70,6 +70,31 @@ def test_warnings_go_to_the_logger(scene, caplog):
 
 # ---- Keys ----
 
+def test_a_copy_is_edited_apart(scene):
+    before = scene.values
+    copy = scene.clone()
+    copy.insert("clouds[0]", {"name": "first", "bake": {"preset": "stratus"}})
+    assert copy.clouds == ["first"] + scene.clouds and scene.values == before
+    del copy["clouds[0]"]
+    assert copy.values == before
+    copy.update({"sun.elevation": "5 deg", "camera.fov": None})
+    assert copy["sun.elevation"] == "5 deg" and scene.values == before
+    edited = copy.values
+    with pytest.raises(nephos.Error, match="has no source"):
+        copy.update({"sun.elevation": "6 deg", "clouds[%d].name" % len(copy.clouds): "x"})
+    assert copy.values == edited
+
+
+def test_a_scene_is_saved_with_its_comments(tmp_path):
+    path = tmp_path / "scene.yaml"
+    path.write_text("# mine\nsun: {elevation: 20 deg} # low\n")
+    scene = nephos.load(path)
+    scene["sun.elevation"] = "5 deg"
+    assert scene.describe_edits() == "--set 'sun.elevation=5 deg'\n"
+    scene.save(path)
+    assert path.read_text() == scene.text == "# mine\nsun: {elevation: 5 deg} # low\n"
+
+
 def test_keys_take_values_of_python(scene, tmp_path):
     scene["camera.position"] = ["0", "-5 km", "1200 m"]
     assert scene["camera.position"] == "[0 m, -5 km, 1.2 km]"

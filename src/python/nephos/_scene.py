@@ -5,7 +5,7 @@ from __future__ import annotations
 import ctypes
 import json
 import threading
-from typing import TYPE_CHECKING, Any, Iterator, Optional
+from typing import TYPE_CHECKING, Any, Iterator, Mapping, Optional
 
 from . import _declarations as c
 from ._context import Object, Watch, call, create, get_context, take_text
@@ -74,6 +74,52 @@ class Scene(Object):
         """Sets a key as the scene file would."""
         name, data = encode_text("key", key), encode_text("value", write_yaml(value))
         self._change("neph_scene_set", name, data)
+
+    @documented("neph_scene_unset")
+    def __delitem__(self, key: str) -> None:
+        """Takes a key away, so that it has its default, or an element of a list: `del scene["clouds[1]"]`."""
+        self._change("neph_scene_unset", encode_text("key", key))
+
+    @documented("neph_scene_insert")
+    def insert(self, key: str, value: Any) -> None:
+        """Inserts an element into a list: `scene.insert("clouds[0]", {"name": "fog", "bake": {}})`."""
+        self._change("neph_scene_insert", encode_text("key", key), encode_text("value", write_yaml(value)))
+
+    @documented("neph_scene_set_keys")
+    def update(self, values: Mapping[str, Any]) -> None:
+        """Sets keys in order, or takes away those whose value is None: all of them, or none where one is wrong or the
+        scene that results could not be rendered."""
+        items = [(encode_text("key", key), None if value is None else encode_text("value", write_yaml(value)))
+                 for key, value in dict(values).items()]
+        keys, texts = ((ctypes.c_char_p * (len(items) + 1))(*(item[i] for item in items), None) for i in (0, 1))
+        self._change("neph_scene_set_keys", keys, texts, len(items))
+
+    @documented("neph_scene_clone")
+    def clone(self) -> Scene:
+        """A copy, which may change while this scene renders."""
+        with self._use:
+            handle = create(self.context, c.neph_scene, "neph_scene_clone", self._handle)
+        copy = Scene.__new__(Scene)
+        copy._adopt(handle, self.context)
+        return copy
+
+    @documented("neph_scene_save")
+    def save(self, path: Path) -> None:
+        """Writes the text that the scene was read from, with its edits, comments kept."""
+        with self._use:
+            call(self.context, "neph_scene_save", self._handle, encode_text("path", path))
+
+    @property
+    def text(self) -> str:
+        """The text that `save` writes."""
+        with self._use:
+            return take_text(self.context, "neph_scene_get_text", self._handle)
+
+    @documented("neph_scene_describe_edits")
+    def describe_edits(self, format: str = "plain") -> str:
+        """Keys that differ from the text that the scene was read from, as options of the program, or as JSON."""
+        with self._use:
+            return take_text(self.context, "neph_scene_describe_edits", self._handle, _get_format(format))
 
     def __getitem__(self, key: str) -> str:
         """Value of a key as YAML, in the form that setting it takes."""
