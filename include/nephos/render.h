@@ -134,6 +134,10 @@ typedef struct neph_render_desc {
   bool has_next_frame;          /**< `next_frame` is rendered next: the system reads its clouds' files into its page
                                      cache while this one's pixels are rendered (default false) */
   int next_frame;
+  unsigned detail_height; /**< height in pixels of the picture for which voxels, heights and cells of light are
+                               chosen, by the scene's samples: a small picture with that of the whole one shares
+                               terrain, clouds, air and light with it in a renderer; 0: the picture's own
+                               (default 0) */
 } neph_render_desc;
 
 #define NEPH_RENDER_DESC_DEFAULT                                                                                       \
@@ -147,7 +151,7 @@ typedef struct neph_render_desc {
     .memory_max_bytes = NEPH_MEMORY_UNLIMITED, .tile_index = 0, .tile_count = 1, .sample_begin = 0,                    \
     .sample_end = NEPH_SAMPLES_ALL, .part_path = NULL, .checkpoint_path = NULL,                                        \
     .checkpoint_interval_s = NEPH_UNLIMITED, .is_resumed = false, .machine = NULL, .has_next_frame = false,            \
-    .next_frame = 0                                                                                                    \
+    .next_frame = 0, .detail_height = 0                                                                                \
   }
 
 /** The scene's own render settings, as a start.

@@ -34,7 +34,8 @@ double np_plan_predict_cells(const np_plan *plan, const neph_scene *scene) {
   const double boxed = plan->decisions.cells.share * plan->decisions.cells.count,
                detail_px = np_plan_get_light_detail(scene);
   if (boxed > 0.0) return boxed;
-  const double across = detail_px > 0.0 ? usual_width * plan->request.desc.width / detail_px : HUGE_VAL;
+  const np_request detail = np_request_get_detail(&plan->request, scene);
+  const double across = detail_px > 0.0 ? usual_width * detail.desc.width / detail_px : HUGE_VAL;
   const double shown = plan->inputs.file_cell_count > 0.0 ? plan->inputs.file_cell_count : pow(across, 3.0);
   const double voxels = fmax(plan->inputs.file_voxel_count, np_plan_get_cloud_voxels(plan));
   return fmin(cells_per_voxel * voxels * count_copies(scene), usual_fill * shown);
@@ -50,7 +51,8 @@ static const double rays_per_ray_to_clouds = 4.0;
 
 void np_plan_choose_cells(const np_plan *plan, const neph_scene *scene, np_dvec3 low, np_dvec3 high,
                           np_scattering_desc *out) {
-  const neph_render_desc *desc = &plan->request.desc;
+  const np_request detail = np_request_get_detail(&plan->request, scene);
+  const neph_render_desc *desc = &detail.desc;
   *out = (np_scattering_desc)NP_SCATTERING_DESC_DEFAULT;
   np_scattering_desc_set_memory(out, plan->savings.light_bytes_max);
   out->cells.cell_depth_max = scene->render.light_depth;
@@ -61,8 +63,8 @@ void np_plan_choose_cells(const np_plan *plan, const neph_scene *scene, np_dvec3
   out->cells.edge_min_m = np_plan_get_light_edge(&plan->request, scene, low, high);
   if (desc->integrator != NEPH_INTEGRATOR_MARCH) return;
   const double rays = (double)desc->width * desc->height * desc->sample_count;
-  np_scattering_desc_set_rays(
-      out, fmin(rays, rays_per_ray_to_clouds * np_plan_count_rays_to(&plan->request, scene, low, high)));
+  np_scattering_desc_set_rays(out,
+                              fmin(rays, rays_per_ray_to_clouds * np_plan_count_rays_to(&detail, scene, low, high)));
 }
 
 /* Clouds as the choice of cells sees them: where they are, how fine, and how dense at the most. */

@@ -18,7 +18,8 @@ static const double voxels_min = 24.0;
 enum { RIDGES_MIN = 64 };
 
 static double get_pixel_rad(const np_request *request, const neph_scene *scene) {
-  return np_scene_camera_get_pixel_rad(&scene->reach.narrowest, request->desc.width, request->desc.height);
+  const np_request detail = np_request_get_detail(request, scene);
+  return np_scene_camera_get_pixel_rad(&scene->reach.narrowest, detail.desc.width, detail.desc.height);
 }
 
 /* Distance of a box from the nearest place of the camera in any frame. */

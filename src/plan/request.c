@@ -30,6 +30,9 @@ static neph_result check_desc(neph_context *context, const neph_render_desc *des
   if (desc->width < 1 || desc->height < 1 || desc->width > SIZE_LIMIT || desc->height > SIZE_LIMIT)
     return np_fail(context, bad, "the picture is %u x %u pixels, must be 1 to %d each way", desc->width, desc->height,
                    (int)SIZE_LIMIT);
+  if (desc->detail_height > SIZE_LIMIT)
+    return np_fail(context, bad, "detail_height is %u pixels, must be at most %d", desc->detail_height,
+                   (int)SIZE_LIMIT);
   const unsigned *min = desc->crop_min, *max = desc->crop_max;
   if (min[0] >= max[0] || min[1] >= max[1] || max[0] > desc->width || max[1] > desc->height)
     return np_fail(context, bad, "the crop is %u,%u to %u,%u, must not be empty and lie within %u x %u pixels", min[0],
@@ -146,4 +149,15 @@ neph_result np_request_make_sky(const neph_scene *scene, const np_sky_request *s
   out_request->sky = *sky;
   out_request->desc.atmosphere = NEPH_RENDER_ATMOSPHERE_TABLES; /* whatever integrator the scene's pictures take */
   return result;
+}
+
+np_request np_request_get_detail(const np_request *request, const neph_scene *scene) {
+  np_request detail = *request;
+  const unsigned height = request->desc.detail_height;
+  if (!height) return detail;
+  const double width = (double)request->desc.width * height / request->desc.height;
+  detail.desc.width = (unsigned)fmin(fmax(round(width), 1.0), SIZE_LIMIT);
+  detail.desc.height = height;
+  detail.desc.sample_count = scene->render.sample_count;
+  return detail;
 }

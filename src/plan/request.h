@@ -38,6 +38,9 @@ neph_result np_request_make_sky(const neph_scene *scene, const np_sky_request *s
 /* The caller's description over the scene's, checked. */
 neph_result np_request_read_desc(const neph_scene *scene, const neph_render_desc *desc, neph_render_desc *out_desc);
 
+/* The picture by which detail is chosen: the requested one, or one of the height that the caller names. */
+np_request np_request_get_detail(const np_request *request, const neph_scene *scene);
+
 static inline uint64_t np_request_count_pixels(const np_request *request) {
   const int *min = request->window_min, *max = request->window_max;
   return (uint64_t)(max[0] - min[0]) * (uint64_t)(max[1] - min[1]);

@@ -214,6 +214,7 @@ static void add_settings(np_hash *hash, const neph_scene *scene, const neph_rend
   NP_HASH_ADD(hash, words);
   NP_HASH_ADD(hash, reals);
   NP_HASH_ADD(hash, d->seed);
+  if (d->detail_height) NP_HASH_ADD(hash, d->detail_height);
   np_hash_add_text(hash, neph_version_get_text());
   np_hash_add_text(hash, savings);
   /* A sequence may have other caches than a still (plan_sun_optical_depth.c). */
