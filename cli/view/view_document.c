@@ -3,8 +3,9 @@
 
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
-#include "print.h"
 #include "view_edits.h"
 #include "view_keys.h"
 
@@ -12,13 +13,14 @@ struct cli_view_document {
   cli_session *session;
   const char *path; /* borrowed */
   bool allows_files;
-  char *schema;      /* JSON of the library */
-  char *text;        /* text of the file, at its last good reading */
-  neph_scene *scene; /* scene of the file, the command line, and the edits in force */
+  char *schema;           /* JSON of the library */
+  neph_scene *file_scene; /* scene of the file, at its last good reading, and of the command line */
+  neph_scene *scene;      /* the same with the edits in force */
   cli_view_edits edits;
-  size_t saved;     /* edits in force at the last save */
-  bool has_news;    /* the file has changed on disk, and there are edits */
-  char *file_fault; /* messages of the file's last reading; NULL: it was read */
+  size_t saved;        /* edits in force at the last save */
+  struct stat on_disk; /* the file as it was read or saved last */
+  bool has_news;       /* the file has changed on disk, and there are edits */
+  char *file_fault;    /* messages of the file's last reading; NULL: it was read */
   unsigned long long generation, number;
   cli_view_messages *messages; /* borrowed; they hold the refusal */
 };
@@ -37,13 +39,11 @@ const char *cli_view_document_get_refusal(const cli_view_document *document) {
 
 /* ---- Scenes ---- */
 
-/* Makes a scene of a text, the settings of the command line, and edits. Fails after messages. */
-static neph_result build(const cli_view_document *document, const char *text, const cli_view_edits *edits,
-                         neph_scene **out_scene) {
-  neph_result result = neph_scene_load_text(document->session->context, text, document->path, out_scene);
+/* Makes a scene of another and edits. Fails after messages. */
+static neph_result build(const neph_scene *file_scene, const cli_view_edits *edits, neph_scene **out_scene) {
+  neph_result result = neph_scene_clone(file_scene, out_scene);
   if (result) return result;
-  result = cli_set_scene(document->session, *out_scene);
-  if (!result) result = cli_view_edits_apply(edits, *out_scene);
+  result = cli_view_edits_apply(edits, *out_scene);
   if (!result) result = neph_scene_check(*out_scene);
   if (!result) return NEPH_OK;
   neph_scene_destroy(*out_scene);
@@ -52,10 +52,11 @@ static neph_result build(const cli_view_document *document, const char *text, co
 }
 
 /* Makes another list of edits that in force, where the scene has no fault with it. Takes the list in any case. */
-static unsigned accept_edits(cli_view_document *document, const char *text, cli_view_edits edits, bool is_view_alone) {
+static unsigned accept_edits(cli_view_document *document, const neph_scene *file_scene, cli_view_edits edits,
+                             bool is_display_alone) {
   neph_scene *scene = NULL;
   cli_view_messages_judge(document->messages, true);
-  const neph_result result = build(document, text, &edits, &scene);
+  const neph_result result = build(file_scene, &edits, &scene);
   cli_view_messages_judge(document->messages, false);
   if (result) {
     cli_view_edits_clear(&edits);
@@ -66,14 +67,14 @@ static unsigned accept_edits(cli_view_document *document, const char *text, cli_
   neph_scene_destroy(document->scene);
   document->scene = scene;
   document->number++;
-  if (!is_view_alone) document->generation = document->number;
+  if (!is_display_alone) document->generation = document->number;
   return 200;
 }
 
 const neph_scene *cli_view_document_get_scene(const cli_view_document *document) { return document->scene; }
 
 neph_result cli_view_document_copy_scene(cli_view_document *document, neph_scene **out_scene) {
-  return build(document, document->text, &document->edits, out_scene);
+  return neph_scene_clone(document->scene, out_scene);
 }
 
 unsigned long long cli_view_document_get_generation(const cli_view_document *document) { return document->generation; }
@@ -93,37 +94,110 @@ static unsigned judge(cli_view_document *document, const char *key, const char *
   return 200;
 }
 
-/* Adds the edits of the lines to a list. */
-static unsigned add_lines(cli_view_document *document, cli_view_edits *edits, char *lines, bool *out_is_view_alone) {
+/* Adds the sets of the lines to a list. */
+static unsigned add_sets(cli_view_document *document, cli_view_edits *edits, char *lines, bool *out_is_display_alone) {
   char *rest = NULL;
-  *out_is_view_alone = true;
+  *out_is_display_alone = true;
   for (char *line = strtok_r(lines, "\n", &rest); line; line = strtok_r(NULL, "\n", &rest)) {
     char *mark = strchr(line, '=');
     if (!mark || mark == line) return refuse(document, 400, line, "a line must be KEY=VALUE");
     *mark = '\0';
     const unsigned status = judge(document, line, mark + 1);
     if (status != 200) return status;
-    if (!cli_view_edits_add(edits, line, mark + 1)) return refuse(document, 500, "", "out of memory");
-    *out_is_view_alone = *out_is_view_alone && cli_view_key_is_view(line);
+    if (!cli_view_edits_add(edits, CLI_VIEW_SET, line, mark + 1)) return refuse(document, 500, "", "out of memory");
+    *out_is_display_alone = *out_is_display_alone && cli_view_key_is_display(document->schema, line);
   }
   return 200;
 }
 
+/* Makes a scene with the line's key set, and keeps messages as a refusal. */
+static unsigned vary(cli_view_document *document, char *line, neph_scene **out_scene) {
+  cli_view_edits edits = {0};
+  bool is_display_alone = false;
+  unsigned status = add_sets(document, &edits, line, &is_display_alone);
+  if (status == 200) cli_view_messages_judge(document->messages, true);
+  if (status == 200 && build(document->scene, &edits, out_scene)) status = 422;
+  cli_view_messages_judge(document->messages, false);
+  cli_view_edits_clear(&edits);
+  return status;
+}
+
+unsigned cli_view_document_vary(cli_view_document *document, char *lines, unsigned max, neph_scene **out_scenes,
+                                unsigned *out_count) {
+  char *rest = NULL;
+  unsigned status = 200;
+  *out_count = 0;
+  for (char *line = strtok_r(lines, "\n", &rest); line && status == 200; line = strtok_r(NULL, "\n", &rest)) {
+    status = *out_count < max ? vary(document, line, &out_scenes[*out_count]) : refuse(document, 400, "", "too many");
+    if (status == 200) ++*out_count;
+  }
+  while (status != 200 && *out_count) neph_scene_destroy(out_scenes[--*out_count]);
+  return status;
+}
+
+/* Copies the edits, for a change of the copy. */
+static unsigned begin_change(cli_view_document *document, cli_view_edits *out_edits) {
+  return cli_view_edits_copy(&document->edits, out_edits) ? 200 : refuse(document, 500, "", "out of memory");
+}
+
 unsigned cli_view_document_set(cli_view_document *document, char *lines, unsigned long long gesture) {
   cli_view_edits edits;
-  bool is_view_alone;
-  if (!cli_view_edits_copy(&document->edits, &edits)) return refuse(document, 500, "", "out of memory");
+  bool is_display_alone = false;
+  unsigned status = begin_change(document, &edits);
+  if (status != 200) return status;
   cli_view_edits_begin(&edits, gesture);
-  const unsigned status = add_lines(document, &edits, lines, &is_view_alone);
-  if (status == 200) return accept_edits(document, document->text, edits, is_view_alone);
+  status = add_sets(document, &edits, lines, &is_display_alone);
+  if (status == 200) return accept_edits(document, document->file_scene, edits, is_display_alone);
   cli_view_edits_clear(&edits);
+  return status;
+}
+
+/* Makes one edit that is no set. */
+static unsigned change(cli_view_document *document, cli_view_edit_kind kind, const char *key, const char *value) {
+  cli_view_edits edits;
+  const unsigned status = begin_change(document, &edits);
+  if (status != 200) return status;
+  cli_view_edits_begin(&edits, 0);
+  if (cli_view_edits_add(&edits, kind, key, value))
+    return accept_edits(document, document->file_scene, edits,
+                        kind == CLI_VIEW_UNSET && cli_view_key_is_display(document->schema, key));
+  cli_view_edits_clear(&edits);
+  return refuse(document, 500, "", "out of memory");
+}
+
+unsigned cli_view_document_unset(cli_view_document *document, const char *key) {
+  return change(document, CLI_VIEW_UNSET, key, NULL);
+}
+
+/* Whether a cloud has a name. */
+static bool has_cloud(const neph_scene *scene, const char *name) {
+  for (unsigned i = 0; i < neph_scene_get_cloud_count(scene); i++)
+    if (!strcmp(neph_scene_get_cloud_name(scene, i), name)) return true;
+  return false;
+}
+
+unsigned cli_view_document_add_cloud(cli_view_document *document, const char *preset) {
+  cli_text name = {0}, key = {0}, value = {0};
+  if (!cli_view_value_is_word(preset)) return refuse(document, 400, preset, "this is no name of a preset");
+  cli_text_add(&name, "%s", preset);
+  for (unsigned i = 2; has_cloud(document->scene, cli_text_get(&name)); i++) {
+    cli_text_clear(&name);
+    cli_text_add(&name, "%s %u", preset, i);
+  }
+  cli_text_add(&key, "clouds[%u]", neph_scene_get_cloud_count(document->scene));
+  cli_text_add(&value, "{name: %s, bake: {preset: %s}}", cli_text_get(&name), preset);
+  const unsigned status = change(document, CLI_VIEW_INSERT, cli_text_get(&key), cli_text_get(&value));
+  cli_text_clear(&name);
+  cli_text_clear(&key);
+  cli_text_clear(&value);
   return status;
 }
 
 static unsigned step(cli_view_document *document, bool (*move)(cli_view_edits *edits), const char *reason) {
   cli_view_edits edits;
-  if (!cli_view_edits_copy(&document->edits, &edits)) return refuse(document, 500, "", "out of memory");
-  if (move(&edits)) return accept_edits(document, document->text, edits, false);
+  const unsigned status = begin_change(document, &edits);
+  if (status != 200) return status;
+  if (move(&edits)) return accept_edits(document, document->file_scene, edits, false);
   cli_view_edits_clear(&edits);
   return refuse(document, 409, "", reason);
 }
@@ -138,50 +212,98 @@ unsigned cli_view_document_redo(cli_view_document *document) {
 
 /* ---- The file ---- */
 
-/* Reads the file's text. Fails after a message. */
-static char *read_text(const char *path) {
-  cli_text text = {0};
-  char part[4097];
-  FILE *file = fopen(path, "re");
-  for (size_t count; file && (count = fread(part, 1, sizeof part - 1, file)) > 0;) {
-    part[count] = '\0';
-    cli_text_add(&text, "%s", part);
-  }
-  const bool is_read = file && !ferror(file) && !text.has_failed;
-  if (file) fclose(file);
-  if (is_read && text.length) return text.characters;
-  cli_text_clear(&text);
-  return is_read ? strdup("") : NULL;
-}
-
 /* Notes what is wrong with the file, the reason of the last refusal. */
 static void note_fault(cli_view_document *document, bool is_faulty) {
   free(document->file_fault);
   document->file_fault = is_faulty ? strdup(cli_view_document_get_refusal(document)) : NULL;
 }
 
+/* Notes the file as it is on disk. */
+static void note_file(cli_view_document *document) {
+  if (stat(document->path, &document->on_disk)) document->on_disk = (struct stat){0};
+}
+
+/* Whether the file on disk is not the one that was read or saved last. */
+static bool has_changed(const cli_view_document *document) {
+  const struct stat *known = &document->on_disk;
+  struct stat now;
+  if (stat(document->path, &now)) return known->st_ino;
+  return now.st_ino != known->st_ino || now.st_dev != known->st_dev || now.st_size != known->st_size ||
+         now.st_mtim.tv_sec != known->st_mtim.tv_sec || now.st_mtim.tv_nsec != known->st_mtim.tv_nsec;
+}
+
+/* Reads the file and the settings of the command line. */
+static unsigned read_file(cli_view_document *document, neph_scene **out_scene) {
+  note_file(document);
+  cli_view_messages_judge(document->messages, true);
+  const neph_result result = cli_read_scene(document->session, document->path, out_scene);
+  cli_view_messages_judge(document->messages, false);
+  return result ? 422 : 200;
+}
+
 unsigned cli_view_document_reload(cli_view_document *document, bool keeps_edits) {
   cli_view_edits edits = {0};
-  char *text = read_text(document->path);
-  unsigned status = text ? 200 : refuse(document, 422, document->path, "the file cannot be read");
-  if (status == 200 && keeps_edits && !cli_view_edits_copy(&document->edits, &edits))
-    status = refuse(document, 500, "", "out of memory");
-  if (status == 200) status = accept_edits(document, text, edits, false);
+  neph_scene *file_scene = NULL;
+  unsigned status = read_file(document, &file_scene);
+  if (status == 200 && keeps_edits) status = begin_change(document, &edits);
+  if (edits.in_force >= document->saved) cli_view_edits_drop(&edits, document->saved);
+  if (status == 200) status = accept_edits(document, file_scene, edits, false);
   note_fault(document, status != 200);
-  if (status != 200) {
-    free(text);
-    return status;
+  if (status == 200) {
+    neph_scene *before = document->file_scene;
+    document->file_scene = file_scene;
+    file_scene = before;
+    document->saved = 0;
+    document->has_news = false;
   }
-  free(document->text);
-  document->text = text;
-  document->saved = 0;
-  document->has_news = false;
+  neph_scene_destroy(file_scene);
   return status;
+}
+
+/* Writes the scene, and keeps messages as a refusal. */
+static unsigned save(cli_view_document *document, const char *path) {
+  cli_view_messages_judge(document->messages, true);
+  const neph_result result = neph_scene_save(document->scene, path);
+  cli_view_messages_judge(document->messages, false);
+  return result ? 422 : 200;
+}
+
+unsigned cli_view_document_save(cli_view_document *document) {
+  if (has_changed(document))
+    return refuse(document, 409, document->path, "the file has changed on disk: read it first");
+  const unsigned status = save(document, document->path);
+  if (status != 200) return status;
+  document->saved = document->edits.in_force;
+  note_file(document);
+  return status;
+}
+
+/* A name beside the scene's that no file has: "scene-2.yaml". */
+static bool choose_name(const cli_view_document *document, const char *ending, cli_text *out_name) {
+  const char *path = document->path, *slash = strrchr(path, '/'), *dot = strrchr(path, '.');
+  const size_t length = dot && (!slash || dot > slash) ? (size_t)(dot - path) : strlen(path);
+  for (unsigned i = 2; i < 10000; i++) {
+    cli_text_clear(out_name);
+    cli_text_add(out_name, "%.*s-%u%s", (int)length, path, i, ending);
+    if (out_name->has_failed) return false;
+    if (access(cli_text_get(out_name), F_OK)) return true;
+  }
+  return false;
+}
+
+unsigned cli_view_document_choose_name(cli_view_document *document, const char *ending, cli_text *out_name) {
+  return choose_name(document, ending, out_name) ? 200 : refuse(document, 422, "", "no name is free beside the scene");
+}
+
+unsigned cli_view_document_save_copy(cli_view_document *document, cli_text *out_name) {
+  const unsigned status = cli_view_document_choose_name(document, ".yaml", out_name);
+  return status == 200 ? save(document, cli_text_get(out_name)) : status;
 }
 
 static bool is_edited(const cli_view_document *document) { return document->edits.in_force != document->saved; }
 
 bool cli_view_document_follow(cli_view_document *document) {
+  if (!has_changed(document)) return false;
   document->has_news = is_edited(document);
   return !document->has_news && cli_view_document_reload(document, false) == 200;
 }
@@ -197,17 +319,8 @@ void cli_view_document_write_state(const cli_view_document *document, FILE *out)
   cli_put_json_text(out, document->file_fault ? document->file_fault : "");
 }
 
-/* Whether an edit in force behind that of `index` sets the same key. */
-static bool is_overruled(const cli_view_edits *edits, size_t index) {
-  for (size_t i = index + 1; i < edits->in_force; i++)
-    if (!strcmp(edits->list[i].key, edits->list[index].key)) return true;
-  return false;
-}
-
-void cli_view_document_write_edits(const cli_view_document *document, FILE *out) {
-  const cli_view_edits *edits = &document->edits;
-  for (size_t i = 0; i < edits->in_force; i++)
-    if (!is_overruled(edits, i)) fprintf(out, "%s=%s\n", edits->list[i].key, edits->list[i].value);
+neph_result cli_view_document_describe_edits(const cli_view_document *document, char **out_text) {
+  return neph_scene_describe_edits(document->scene, NEPH_TEXT_JSON, out_text);
 }
 
 /* ---- Lifetime ---- */
@@ -223,8 +336,9 @@ cli_exit cli_view_document_open(cli_session *session, cli_view_messages *message
                                   .number = 1,
                                   .generation = 1};
   neph_result result = neph_schema_describe(session->context, NULL, NEPH_TEXT_JSON, &document->schema);
-  if (!result) result = cli_read_scene(session, path, &document->scene);
-  if (!result && !(document->text = read_text(path))) result = NEPH_ERROR_IO;
+  note_file(document);
+  if (!result) result = cli_read_scene(session, path, &document->file_scene);
+  if (!result) result = neph_scene_clone(document->file_scene, &document->scene);
   if (!result) return CLI_DONE;
   cli_view_document_close(document);
   *out_document = NULL;
@@ -234,7 +348,7 @@ cli_exit cli_view_document_open(cli_session *session, cli_view_messages *message
 void cli_view_document_close(cli_view_document *document) {
   if (!document) return;
   neph_text_destroy(document->session->context, document->schema);
-  free(document->text);
+  neph_scene_destroy(document->file_scene);
   neph_scene_destroy(document->scene);
   cli_view_edits_clear(&document->edits);
   free(document->file_fault);

@@ -21,11 +21,25 @@ void cli_view_document_close(cli_view_document *document);
 
 /* Sets the keys of `lines`, each KEY=VALUE. Sets of one gesture, a number above 0, are undone together. */
 unsigned cli_view_document_set(cli_view_document *document, char *lines, unsigned long long gesture);
+
+/* Takes a key back to its default, or an element out of a list. */
+unsigned cli_view_document_unset(cli_view_document *document, const char *key);
+
+/* Adds a cloud of a preset, behind the others. */
+unsigned cli_view_document_add_cloud(cli_view_document *document, const char *preset);
 unsigned cli_view_document_undo(cli_view_document *document);
 unsigned cli_view_document_redo(cli_view_document *document);
 
 /* Reads the file anew, with the edits since the last save on top, or without any. */
 unsigned cli_view_document_reload(cli_view_document *document, bool keeps_edits);
+
+/* Writes the scene to its file, or to a new one beside it, whose name is given back: comments, order and all that no
+ * edit touches stay. */
+unsigned cli_view_document_save(cli_view_document *document);
+unsigned cli_view_document_save_copy(cli_view_document *document, cli_text *out_name);
+
+/* Chooses a name beside the scene's that no file has: "scene-2.png". */
+unsigned cli_view_document_choose_name(cli_view_document *document, const char *ending, cli_text *out_name);
 
 const char *cli_view_document_get_refusal(const cli_view_document *document);
 
@@ -35,6 +49,10 @@ const neph_scene *cli_view_document_get_scene(const cli_view_document *document)
 /* A copy of the scene for another thread. */
 neph_result cli_view_document_copy_scene(cli_view_document *document, neph_scene **out_scene);
 
+/* Makes a copy of the scene for each line, KEY=VALUE, with that key set; at most `max`. */
+unsigned cli_view_document_vary(cli_view_document *document, char *lines, unsigned max, neph_scene **out_scenes,
+                                unsigned *out_count);
+
 /* Number of the last edit that a render shows, and of the last edit. */
 unsigned long long cli_view_document_get_generation(const cli_view_document *document);
 unsigned long long cli_view_document_get_number(const cli_view_document *document);
@@ -42,8 +60,8 @@ unsigned long long cli_view_document_get_number(const cli_view_document *documen
 /* Writes the state as members of a JSON object, without its braces. */
 void cli_view_document_write_state(const cli_view_document *document, FILE *out);
 
-/* Writes the edits in force as lines KEY=VALUE, each key once. */
-void cli_view_document_write_edits(const cli_view_document *document, FILE *out);
+/* JSON of the keys that differ from the file, by neph_scene_describe_edits. */
+neph_result cli_view_document_describe_edits(const cli_view_document *document, char **out_text);
 
 /* Notes that the scene's file may have changed on disk. Reads it where there are no edits to lose. Returns whether the
  * scene has changed. */

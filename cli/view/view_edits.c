@@ -27,30 +27,34 @@ void cli_view_edits_begin(cli_view_edits *edits, unsigned long long gesture) {
   edits->gesture = gesture;
 }
 
-/* The edit of a key in the current group; NULL: none. */
+/* The set of a key in the current group, behind which that group has sets alone; NULL: none. */
 static cli_view_edit *get_same(cli_view_edits *edits, const char *key) {
-  for (size_t i = edits->in_force; i-- > 0 && edits->list[i].group == edits->group;)
+  for (size_t i = edits->in_force; i-- > 0 && edits->list[i].group == edits->group;) {
+    if (edits->list[i].kind != CLI_VIEW_SET) return NULL;
     if (!strcmp(edits->list[i].key, key)) return &edits->list[i];
+  }
   return NULL;
 }
 
-static bool append(cli_view_edits *edits, cli_view_edit edit) {
+/* Appends a copy of an edit. */
+static bool append(cli_view_edits *edits, const cli_view_edit *edit) {
   cli_view_edit *list = realloc(edits->list, (edits->count + 1) * sizeof *list);
-  if (!list || !edit.key || !edit.value) {
-    if (list) edits->list = list;
-    clear_edit(&edit);
-    return false;
-  }
+  if (!list) return false;
   edits->list = list;
-  edits->list[edits->count++] = edit;
-  edits->in_force = edits->count;
+  cli_view_edit *copy = &list[edits->count];
+  *copy = (cli_view_edit){edit->kind, strdup(edit->key), edit->value ? strdup(edit->value) : NULL, edit->group};
+  if (!copy->key || (edit->value && !copy->value)) return clear_edit(copy), false;
+  edits->in_force = ++edits->count;
   return true;
 }
 
-bool cli_view_edits_add(cli_view_edits *edits, const char *key, const char *value) {
+bool cli_view_edits_add(cli_view_edits *edits, cli_view_edit_kind kind, const char *key, const char *value) {
   truncate_list(edits, edits->in_force);
-  cli_view_edit *same = get_same(edits, key);
-  if (!same) return append(edits, (cli_view_edit){strdup(key), strdup(value), edits->group});
+  cli_view_edit *same = kind == CLI_VIEW_SET ? get_same(edits, key) : NULL;
+  if (!same) {
+    const cli_view_edit edit = {kind, (char *)(uintptr_t)key, (char *)(uintptr_t)value, edits->group};
+    return append(edits, &edit);
+  }
   char *copy = strdup(value);
   if (!copy) return false;
   free(same->value);
@@ -83,18 +87,22 @@ void cli_view_edits_drop(cli_view_edits *edits, size_t count) {
 
 neph_result cli_view_edits_apply(const cli_view_edits *edits, neph_scene *scene) {
   neph_result result = NEPH_OK;
-  for (size_t i = 0; !result && i < edits->in_force; i++)
-    result = neph_scene_set(scene, edits->list[i].key, edits->list[i].value);
+  for (size_t i = 0; !result && i < edits->in_force; i++) {
+    const cli_view_edit *edit = &edits->list[i];
+    if (edit->kind == CLI_VIEW_SET)
+      result = neph_scene_set(scene, edit->key, edit->value);
+    else if (edit->kind == CLI_VIEW_UNSET)
+      result = neph_scene_unset(scene, edit->key);
+    else
+      result = neph_scene_insert(scene, edit->key, edit->value);
+  }
   return result;
 }
 
 bool cli_view_edits_copy(const cli_view_edits *edits, cli_view_edits *copy) {
   bool is_complete = true;
   *copy = (cli_view_edits){0};
-  for (size_t i = 0; is_complete && i < edits->count; i++) {
-    const cli_view_edit *edit = &edits->list[i];
-    is_complete = append(copy, (cli_view_edit){strdup(edit->key), strdup(edit->value), edit->group});
-  }
+  for (size_t i = 0; is_complete && i < edits->count; i++) is_complete = append(copy, &edits->list[i]);
   copy->in_force = is_complete ? edits->in_force : 0;
   copy->group = edits->group;
   copy->gesture = edits->gesture;

@@ -7,8 +7,15 @@
 
 #include <nephos/nephos.h>
 
+typedef enum cli_view_edit_kind {
+  CLI_VIEW_SET,
+  CLI_VIEW_UNSET, /* a key goes back to its default, an element of a list goes */
+  CLI_VIEW_INSERT /* an element comes into a list */
+} cli_view_edit_kind;
+
 typedef struct cli_view_edit {
-  char *key, *value;
+  cli_view_edit_kind kind;
+  char *key, *value;        /* no value: unset */
   unsigned long long group; /* edits of one group are undone together */
 } cli_view_edit;
 
@@ -25,8 +32,9 @@ void cli_view_edits_clear(cli_view_edits *edits);
 /* Begins a group, unless `gesture` is above 0 and goes on. */
 void cli_view_edits_begin(cli_view_edits *edits, unsigned long long gesture);
 
-/* Adds a set to the group; it replaces one of the same key there. Undone edits are dropped. False: no memory. */
-bool cli_view_edits_add(cli_view_edits *edits, const char *key, const char *value);
+/* Adds an edit to the group; a set replaces one of the same key at the group's end. Undone edits are dropped. False: no
+ * memory. */
+bool cli_view_edits_add(cli_view_edits *edits, cli_view_edit_kind kind, const char *key, const char *value);
 
 /* Moves the last group in force to the undone ones, or back. False: there is none. */
 bool cli_view_edits_undo(cli_view_edits *edits);

@@ -18,23 +18,34 @@ static char *strip_indices(const char *key) {
   return copy;
 }
 
-/* The type of a key, as its JSON goes on behind the key; NULL: the key is not in the schema. */
-static const char *search_type(const char *schema, const char *plain_key) {
-  static const char lead[] = "\"type\": \"";
-  cli_text entry = {0};
-  cli_text_add(&entry, "\"key\": \"%s\",", plain_key);
-  const char *place = entry.has_failed ? NULL : strstr(schema, cli_text_get(&entry));
-  if (place) place += entry.length + strspn(place + entry.length, " \n");
+/* A member of a key's entry, as its text goes on behind the name of the member; NULL: the key is not in the schema, or
+ * has no such member. */
+static const char *search_member(const char *schema, const char *key, const char *member) {
+  char *plain = strpbrk(key, "\"\\") ? NULL : strip_indices(key);
+  cli_text entry = {0}, name = {0};
+  cli_text_add(&entry, "\"key\": \"%s\",", plain ? plain : "");
+  cli_text_add(&name, "\"%s\": ", member);
+  const bool is_complete = plain && !entry.has_failed && !name.has_failed;
+  const char *place = is_complete ? strstr(schema, cli_text_get(&entry)) : NULL;
+  const char *end = place ? strstr(place + entry.length, "\"key\": ") : NULL;
+  const char *found = place ? strstr(place, cli_text_get(&name)) : NULL;
+  const char *text = found && (!end || found < end) ? found + name.length : NULL;
   cli_text_clear(&entry);
-  return place && !strncmp(place, lead, sizeof lead - 1) ? place + sizeof lead - 1 : NULL;
+  cli_text_clear(&name);
+  free(plain);
+  return text;
 }
 
+static bool is_text(const char *json, const char *quoted) { return json && !strncmp(json, quoted, strlen(quoted)); }
+
 cli_view_key_use cli_view_key_get_use(const char *schema, const char *key) {
-  char *plain = strpbrk(key, "\"\\") ? NULL : strip_indices(key);
-  const char *type = plain ? search_type(schema, plain) : NULL;
-  free(plain);
-  if (!type || !strncmp(type, "section\"", 8) || !strncmp(type, "list\"", 5)) return CLI_VIEW_KEY_MAPPING;
-  return strncmp(type, "file\"", 5) ? CLI_VIEW_KEY_PLAIN : CLI_VIEW_KEY_FILE;
+  const char *type = search_member(schema, key, "type");
+  if (!type || is_text(type, "\"section\"") || is_text(type, "\"list\"")) return CLI_VIEW_KEY_MAPPING;
+  return is_text(type, "\"file\"") ? CLI_VIEW_KEY_FILE : CLI_VIEW_KEY_PLAIN;
+}
+
+bool cli_view_key_is_display(const char *schema, const char *key) {
+  return is_text(search_member(schema, key, "cost"), "\"display\"");
 }
 
 bool cli_view_value_is_word(const char *value) {
@@ -42,5 +53,3 @@ bool cli_view_value_is_word(const char *value) {
     if (!isalpha((unsigned char)*c) && (c == value || !strchr("-_", *c))) return false;
   return *value;
 }
-
-bool cli_view_key_is_view(const char *key) { return !strcmp(key, "output.exposure") || !strcmp(key, "output.view"); }

@@ -18,7 +18,7 @@ cli_view_key_use cli_view_key_get_use(const char *schema, const char *key);
 /* Whether a value is a word alone. */
 bool cli_view_value_is_word(const char *value);
 
-/* Whether a key changes the exposure and the view of a picture alone, not its radiance. */
-bool cli_view_key_is_view(const char *key);
+/* Whether a key changes the pixels of a picture alone, not its radiance: exposure, view. */
+bool cli_view_key_is_display(const char *schema, const char *key);
 
 #endif

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "print.h"
+#include "view_channel.h"
 #include "view_clock.h"
 #include "view_enlarge.h"
 
@@ -14,12 +15,15 @@ enum { PIXEL_BYTES = 4 };
 static const double tile_interval_s = 0.06;
 
 struct cli_view_picture {
+  neph_context *context;
   pthread_mutex_t lock;
   void (*wake)(void *user);
   void *wake_user;
   neph_preview_desc preview;
-  neph_image *image; /* last complete picture; NULL before the first */
-  double stops;      /* exposure of the pixels; tiles are developed by that of the picture before them */
+  neph_image *image;              /* last complete picture; NULL before the first */
+  char *channel;                  /* channel that is shown; NULL: the picture itself */
+  cli_view_channel shown_channel; /* range of its colours; its image is NULL between developments */
+  double stops;                   /* exposure of the pixels; tiles are developed by that of the picture before them */
   uint8_t *pixels;
   unsigned width, height;
   unsigned long long number, preview_number;
@@ -31,10 +35,11 @@ struct cli_view_picture {
   double fraction;
 };
 
-cli_view_picture *cli_view_picture_create(void (*wake)(void *user), void *user) {
+cli_view_picture *cli_view_picture_create(neph_context *context, void (*wake)(void *user), void *user) {
   cli_view_picture *picture = calloc(1, sizeof *picture);
   if (!picture) return NULL;
   pthread_mutex_init(&picture->lock, NULL);
+  picture->context = context;
   picture->wake = wake;
   picture->wake_user = user;
   picture->preview = (neph_preview_desc)NEPH_PREVIEW_DESC_DEFAULT;
@@ -50,6 +55,7 @@ void cli_view_picture_destroy(cli_view_picture *picture) {
   pthread_mutex_destroy(&picture->lock);
   neph_image_destroy(picture->image);
   free(picture->pixels);
+  free(picture->channel);
   free(picture->stage);
   free(picture->message);
   free(picture);
@@ -80,14 +86,32 @@ static neph_preview_desc get_held_preview(const cli_view_picture *picture) {
 }
 
 /* Develops a smaller picture and enlarges it to the page. */
-static neph_result develop_enlarged(cli_view_picture *picture, const neph_preview_desc *held) {
-  const unsigned width = neph_image_get_width(picture->image), height = neph_image_get_height(picture->image);
+static neph_result develop_enlarged(cli_view_picture *picture, const neph_image *image, const neph_preview_desc *held) {
+  const unsigned width = neph_image_get_width(image), height = neph_image_get_height(image);
   uint8_t *small = malloc((size_t)width * height * PIXEL_BYTES);
   if (!small) return NEPH_ERROR_OUT_OF_MEMORY;
-  const neph_result result =
-      neph_image_develop(picture->image, held, 0, 0, width, height, small, (size_t)width * PIXEL_BYTES);
+  const neph_result result = neph_image_develop(image, held, 0, 0, width, height, small, (size_t)width * PIXEL_BYTES);
   if (!result) cli_view_enlarge(small, width, height, picture->pixels, picture->width, picture->height);
   free(small);
+  return result;
+}
+
+/* Develops a picture into the page's pixels. */
+static neph_result develop_image(cli_view_picture *picture, const neph_image *image, const neph_preview_desc *held) {
+  if (neph_image_get_width(image) != picture->width) return develop_enlarged(picture, image, held);
+  return neph_image_develop(image, held, 0, 0, picture->width, picture->height, picture->pixels,
+                            (size_t)picture->width * PIXEL_BYTES);
+}
+
+/* Develops the chosen channel; colours with the exposure of the picture, numbers as the colours that they are. */
+static neph_result develop_channel(cli_view_picture *picture, neph_preview_desc held) {
+  cli_view_channel *channel = &picture->shown_channel;
+  neph_result result = cli_view_channel_create(picture->context, picture->image, picture->channel, channel);
+  if (result) return result;
+  if (channel->is_scalar) held.view = NEPH_VIEW_RAW, held.exposure_ev = 0.0;
+  result = develop_image(picture, channel->image, &held);
+  neph_image_destroy(channel->image);
+  channel->image = NULL;
   return result;
 }
 
@@ -96,9 +120,9 @@ static neph_result develop(cli_view_picture *picture) {
   neph_result result = neph_image_compute_exposure(picture->image, &picture->preview, &picture->stops);
   if (result) return result;
   const neph_preview_desc held = get_held_preview(picture);
-  if (neph_image_get_width(picture->image) != picture->width) return develop_enlarged(picture, &held);
-  return neph_image_develop(picture->image, &held, 0, 0, picture->width, picture->height, picture->pixels,
-                            (size_t)picture->width * PIXEL_BYTES);
+  picture->shown_channel = (cli_view_channel){0};
+  if (picture->channel && (result = develop_channel(picture, held)) != NEPH_ERROR_NOT_FOUND) return result;
+  return develop_image(picture, picture->image, &held);
 }
 
 static void note_change(cli_view_picture *picture, const cli_view_step *step) {
@@ -127,7 +151,7 @@ neph_result cli_view_picture_show_tile(cli_view_picture *picture, const cli_view
   const neph_preview_desc held = get_held_preview(picture);
   const size_t stride = (size_t)picture->width * PIXEL_BYTES;
   uint8_t *first = picture->pixels + tile->min[1] * stride + (size_t)tile->min[0] * PIXEL_BYTES;
-  const bool fits = tile->max[0] <= picture->width && tile->max[1] <= picture->height;
+  const bool fits = !picture->channel && tile->max[0] <= picture->width && tile->max[1] <= picture->height;
   const neph_result result = fits ? neph_image_develop(tile->image, &held, tile->min[0], tile->min[1], tile->max[0],
                                                        tile->max[1], first, stride)
                                   : NEPH_OK;
@@ -154,12 +178,40 @@ neph_result cli_view_picture_set_preview(cli_view_picture *picture, const neph_p
   return result;
 }
 
+neph_result cli_view_picture_save(cli_view_picture *picture, const char *path, bool is_exr) {
+  lock(picture);
+  neph_result result = NEPH_ERROR_NOT_FOUND;
+  if (picture->image && is_exr) result = neph_image_save_exr(picture->image, path, NEPH_PIXEL_HALF);
+  if (picture->image && !is_exr) result = neph_image_save_png(picture->image, path, &picture->preview);
+  unlock(picture);
+  return result;
+}
+
 /* ---- State ---- */
 
 static void replace(char **text, const char *by) {
   char *copy = by ? strdup(by) : NULL;
   free(*text);
   *text = copy;
+}
+
+neph_result cli_view_picture_set_channel(cli_view_picture *picture, const char *name) {
+  lock(picture);
+  replace(&picture->channel, *name ? name : NULL);
+  const neph_result result = picture->image ? develop(picture) : NEPH_OK;
+  if (picture->image && !result) picture->number++;
+  unlock(picture);
+  picture->wake(picture->wake_user);
+  return result;
+}
+
+void cli_view_picture_write_channels(cli_view_picture *picture, FILE *out) {
+  lock(picture);
+  if (picture->image)
+    cli_view_channel_write_names(picture->image, out);
+  else
+    fputs("[]", out);
+  unlock(picture);
 }
 
 void cli_view_picture_set_stage(cli_view_picture *picture, const char *stage, double fraction) {
@@ -206,6 +258,9 @@ void cli_view_picture_write_state(cli_view_picture *picture, FILE *out) {
   write_text(out, "bias_source", sources[picture->error.bias_source]);
   write_number(out, "stops", picture->stops);
   write_number(out, "fraction", picture->fraction);
+  write_text(out, "channel", picture->channel);
+  write_number(out, "least", picture->shown_channel.is_scalar ? picture->shown_channel.least : HUGE_VAL);
+  write_number(out, "greatest", picture->shown_channel.is_scalar ? picture->shown_channel.greatest : HUGE_VAL);
   write_text(out, "stage", picture->stage);
   write_text(out, "message", picture->message);
   unlock(picture);

@@ -11,7 +11,7 @@
 typedef struct cli_view_picture cli_view_picture;
 
 /* `wake` is called after each change, on the thread of the change. */
-cli_view_picture *cli_view_picture_create(void (*wake)(void *user), void *user);
+cli_view_picture *cli_view_picture_create(neph_context *context, void (*wake)(void *user), void *user);
 void cli_view_picture_destroy(cli_view_picture *picture);
 
 /* One step of refinement, as the worker begins it. */
@@ -32,6 +32,12 @@ neph_result cli_view_picture_show_tile(cli_view_picture *picture, const cli_view
 /* Develops the complete picture anew, after an edit of exposure or view. */
 neph_result cli_view_picture_set_preview(cli_view_picture *picture, const neph_preview_desc *preview);
 
+/* Chooses the channel to show (view_channel.h); "": the picture itself. A picture without it shows itself. */
+neph_result cli_view_picture_set_channel(cli_view_picture *picture, const char *name);
+
+/* Saves the last complete picture as OpenEXR, or as the PNG of its preview. NEPH_ERROR_NOT_FOUND: there is none. */
+neph_result cli_view_picture_save(cli_view_picture *picture, const char *path, bool is_exr);
+
 /* Names the stage under way, and the last message of the renderer. */
 void cli_view_picture_set_stage(cli_view_picture *picture, const char *stage, double fraction);
 void cli_view_picture_set_message(cli_view_picture *picture, const char *message);
@@ -47,5 +53,8 @@ void cli_view_picture_write_pixels(cli_view_picture *picture, FILE *out);
 
 /* Writes the values of all channels at a pixel as a JSON object; an empty one outside of the picture. */
 void cli_view_picture_write_values(cli_view_picture *picture, unsigned x, unsigned y, FILE *out);
+
+/* Writes the names of its channels as a JSON list. */
+void cli_view_picture_write_channels(cli_view_picture *picture, FILE *out);
 
 #endif

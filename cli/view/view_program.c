@@ -58,13 +58,14 @@ static void serve(cli_view *view, const cli_view_settings *settings) {
 static cli_exit start(cli_view *view, const cli_view_settings *settings) {
   const cli_http_program program = {view, admit, answer};
   if (!cli_view_token_create(view->token)) return cli_complain("the system has no random numbers"), CLI_INTERNAL;
-  view->picture = cli_view_picture_create(wake, view);
-  if (!view->picture) return cli_complain("out of memory"), CLI_INTERNAL;
+  view->picture = cli_view_picture_create(view->session->context, wake, view);
+  view->variants = cli_view_variants_create();
+  if (!view->picture || !view->variants) return cli_complain("out of memory"), CLI_INTERNAL;
   cli_view_messages_begin(&view->messages, view->session, view->picture);
   cli_exit exit =
       cli_view_document_open(view->session, &view->messages, settings->path, settings->allows_files, &view->document);
   if (!exit) exit = cli_http_server_create(settings->address, settings->port, &program, &view->server);
-  return exit ? exit : cli_view_worker_create(view->session, view->picture, &view->worker);
+  return exit ? exit : cli_view_worker_create(view->session, view->picture, view->variants, &view->worker);
 }
 
 cli_exit cli_view_run(cli_session *session, const cli_view_settings *settings) {
@@ -80,5 +81,6 @@ cli_exit cli_view_run(cli_session *session, const cli_view_settings *settings) {
   cli_view_document_close(view.document);
   cli_view_messages_end(&view.messages);
   cli_view_picture_destroy(view.picture);
+  cli_view_variants_destroy(view.variants);
   return exit;
 }

@@ -47,6 +47,8 @@ static void write_state(cli_view *view, FILE *out) {
   fputc('{', out);
   cli_view_picture_write_state(view->picture, out);
   fputc(',', out);
+  cli_view_variants_write_state(view->variants, out);
+  fputc(',', out);
   cli_view_document_write_state(view->document, out);
   fputs("}\n", out);
 }
@@ -78,10 +80,17 @@ static void answer_values(cli_view *view, const cli_http_request *request, bool 
 }
 
 static void answer_edits(cli_view *view, const cli_http_request *request, bool is_due, cli_http_reply *out) {
+  char *text = NULL;
+  (void)request, (void)is_due;
+  const neph_result result = cli_view_document_describe_edits(view->document, &text);
+  reply_text(view, result, text, out);
+}
+
+static void answer_channels(cli_view *view, const cli_http_request *request, bool is_due, cli_http_reply *out) {
   view_body body;
   (void)request, (void)is_due;
-  if (begin_body(&body)) cli_view_document_write_edits(view->document, body.out);
-  end_body(&body, 200, "text/plain; charset=utf-8", out);
+  if (begin_body(&body)) cli_view_picture_write_channels(view->picture, body.out);
+  end_body(&body, 200, json_type, out);
 }
 
 static void answer_pixel(cli_view *view, const cli_http_request *request, bool is_due, cli_http_reply *out) {
@@ -119,6 +128,19 @@ static void reply_edit(cli_view *view, unsigned status, cli_http_reply *out) {
   end_body(&body, status, json_type, out);
 }
 
+/* Replies with the name of the file that was written, or the reason why none was. */
+static void reply_file(cli_view *view, unsigned status, const char *path, cli_http_reply *out) {
+  view_body body;
+  if (begin_body(&body)) {
+    fputs("{\"refusal\":", body.out);
+    cli_put_json_text(body.out, status == 200 ? "" : cli_view_document_get_refusal(view->document));
+    fputs(",\"file\":", body.out);
+    cli_put_json_text(body.out, status == 200 ? path : "");
+    fputc('}', body.out);
+  }
+  end_body(&body, status, json_type, out);
+}
+
 static void answer_set(cli_view *view, const cli_http_request *request, bool is_due, cli_http_reply *out) {
   (void)is_due;
   const unsigned long long gesture = cli_http_request_get_number(request, "gesture", 0);
@@ -135,10 +157,74 @@ static void answer_redo(cli_view *view, const cli_http_request *request, bool is
   reply_edit(view, cli_view_document_redo(view->document), out);
 }
 
+static void answer_unset(cli_view *view, const cli_http_request *request, bool is_due, cli_http_reply *out) {
+  (void)is_due;
+  reply_edit(view, cli_view_document_unset(view->document, request->body), out);
+}
+
+static void answer_add_cloud(cli_view *view, const cli_http_request *request, bool is_due, cli_http_reply *out) {
+  (void)is_due;
+  reply_edit(view, cli_view_document_add_cloud(view->document, request->body), out);
+}
+
+/* Begins a set of variants: the body has a line for each. */
+static void answer_vary(cli_view *view, const cli_http_request *request, bool is_due, cli_http_reply *out) {
+  neph_scene *scenes[CLI_VIEW_VARIANTS_MAX];
+  unsigned count = 0;
+  (void)is_due;
+  const unsigned status = cli_view_document_vary(view->document, request->body, CLI_VIEW_VARIANTS_MAX, scenes, &count);
+  if (status == 200) {
+    cli_view_variants_begin(view->variants, scenes, count);
+    cli_view_worker_awake(view->worker);
+  }
+  reply_file(view, status, "", out);
+}
+
+static void answer_variants(cli_view *view, const cli_http_request *request, bool is_due, cli_http_reply *out) {
+  view_body body;
+  (void)request, (void)is_due;
+  if (begin_body(&body)) cli_view_variants_write_pixels(view->variants, body.out);
+  end_body(&body, 200, "application/octet-stream", out);
+}
+
+static void answer_show(cli_view *view, const cli_http_request *request, bool is_due, cli_http_reply *out) {
+  (void)is_due;
+  const neph_result result = cli_view_picture_set_channel(view->picture, request->body);
+  *out = result ? cli_http_reply_text(422, "the channel cannot be shown\n") : cli_http_reply_text(200, "");
+}
+
 static void answer_reload(cli_view *view, const cli_http_request *request, bool is_due, cli_http_reply *out) {
   (void)is_due;
   const bool keeps_edits = cli_http_request_get_number(request, "keep", 0);
   reply_edit(view, cli_view_document_reload(view->document, keeps_edits), out);
+}
+
+/* ---- Saving ---- */
+
+static void answer_save(cli_view *view, const cli_http_request *request, bool is_due, cli_http_reply *out) {
+  (void)request, (void)is_due;
+  reply_file(view, cli_view_document_save(view->document), cli_view_document_get_path(view->document), out);
+}
+
+static void answer_save_copy(cli_view *view, const cli_http_request *request, bool is_due, cli_http_reply *out) {
+  cli_text name = {0};
+  (void)request, (void)is_due;
+  const unsigned status = cli_view_document_save_copy(view->document, &name);
+  reply_file(view, status, cli_text_get(&name), out);
+  cli_text_clear(&name);
+}
+
+/* Saves the picture beside the scene, under a name that is free. */
+static void answer_save_picture(cli_view *view, const cli_http_request *request, bool is_due, cli_http_reply *out) {
+  cli_text name = {0};
+  (void)is_due;
+  const bool is_exr = !strcmp(request->body, "exr");
+  unsigned status = cli_view_document_choose_name(view->document, is_exr ? ".exr" : ".png", &name);
+  cli_view_messages_judge(&view->messages, true);
+  if (status == 200 && cli_view_picture_save(view->picture, cli_text_get(&name), is_exr)) status = 422;
+  cli_view_messages_judge(&view->messages, false);
+  reply_file(view, status, cli_text_get(&name), out);
+  cli_text_clear(&name);
 }
 
 /* ---- The table ---- */
@@ -147,11 +233,15 @@ static const struct {
   const char *method, *path;
   void (*answer)(cli_view *view, const cli_http_request *request, bool is_due, cli_http_reply *out_reply);
 } routes[] = {
-    {"GET", "/api/picture", answer_picture}, {"GET", "/api/schema", answer_schema},
-    {"GET", "/api/values", answer_values},   {"GET", "/api/edits", answer_edits},
-    {"GET", "/api/pixel", answer_pixel},     {"POST", "/api/set", answer_set},
-    {"POST", "/api/undo", answer_undo},      {"POST", "/api/redo", answer_redo},
-    {"POST", "/api/reload", answer_reload},
+    {"GET", "/api/picture", answer_picture},      {"GET", "/api/schema", answer_schema},
+    {"GET", "/api/values", answer_values},        {"GET", "/api/edits", answer_edits},
+    {"GET", "/api/pixel", answer_pixel},          {"GET", "/api/channels", answer_channels},
+    {"GET", "/api/variants", answer_variants},    {"POST", "/api/set", answer_set},
+    {"POST", "/api/unset", answer_unset},         {"POST", "/api/add_cloud", answer_add_cloud},
+    {"POST", "/api/undo", answer_undo},           {"POST", "/api/redo", answer_redo},
+    {"POST", "/api/reload", answer_reload},       {"POST", "/api/show", answer_show},
+    {"POST", "/api/vary", answer_vary},           {"POST", "/api/save", answer_save},
+    {"POST", "/api/save_copy", answer_save_copy}, {"POST", "/api/save_picture", answer_save_picture},
 };
 
 void cli_view_answer(cli_view *view, const cli_http_request *request, bool is_due, cli_http_reply *out) {

@@ -14,6 +14,7 @@ typedef struct cli_view {
   cli_view_messages messages;
   cli_view_document *document;
   cli_view_picture *picture;
+  cli_view_variants *variants;
   cli_view_worker *worker;
   cli_http_server *server;
   char token[CLI_VIEW_TOKEN_SIZE];

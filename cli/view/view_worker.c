@@ -14,6 +14,9 @@ enum { COARSE_DIVISOR = 4, SAMPLES_MAX = 1024 };
 /* Noise that the eye does not see, a step of 8 bits in a mid grey. */
 static const double invisible_noise = 0.005;
 
+/* Time after which few pixels take long, seconds. */
+static const double patience_s = 0.7;
+
 struct cli_view_worker {
   pthread_t thread;
   pthread_mutex_t lock; /* held for next_scene, next_generation, next_start_s, is_ending */
@@ -26,9 +29,13 @@ struct cli_view_worker {
   /* The thread's own. */
   cli_session *session;
   cli_view_picture *picture;
+  cli_view_variants *variants;
   neph_renderer *coarse, *full;
+  neph_renderer *spare; /* renderer of variants, which would drop what the others keep; NULL: none waits */
   neph_scene *scene;
   cli_view_step step; /* next step to render, or under way */
+  double begin_s;     /* time at which the step began */
+  bool has_skipped;   /* few pixels were given up for the next edit, and none has been shown since */
   bool is_settled;    /* more samples would not lower the error */
 };
 
@@ -48,7 +55,8 @@ void cli_view_worker_submit(cli_view_worker *worker, neph_scene *scene, unsigned
 /* Waits for a step to render; false: the end has come. */
 static bool await_step(cli_view_worker *worker) {
   pthread_mutex_lock(&worker->lock);
-  while (!worker->is_ending && !worker->next_scene && worker->is_settled)
+  while (!worker->is_ending && !worker->next_scene && worker->is_settled &&
+         !cli_view_variants_is_waiting(worker->variants))
     pthread_cond_wait(&worker->changed, &worker->lock);
   neph_scene *next = worker->next_scene;
   if (next) worker->step = (cli_view_step){.generation = worker->next_generation, .start_s = worker->next_start_s};
@@ -56,16 +64,24 @@ static bool await_step(cli_view_worker *worker) {
   const bool goes_on = !worker->is_ending;
   pthread_mutex_unlock(&worker->lock);
   if (!next) return goes_on;
+  cli_view_picture_set_message(worker->picture, NULL);
   neph_scene_destroy(worker->scene);
   worker->scene = next;
   worker->is_settled = false;
   return goes_on;
 }
 
+/* Whether the next edit ends the step under way. Few pixels are given up if they take long, as after an edit that is
+ * undone at once, but not twice in a row: a picture follows. */
+static bool may_skip(const cli_view_worker *worker) {
+  if (worker->step.level > 0) return true;
+  return !worker->has_skipped && cli_view_clock_get_s() - worker->begin_s > patience_s;
+}
+
 /* Whether the step under way is still of use. */
 static bool is_current(cli_view_worker *worker) {
   pthread_mutex_lock(&worker->lock);
-  const bool is_replaced = worker->next_scene && worker->step.level > 0;
+  const bool is_replaced = worker->next_scene && may_skip(worker);
   const bool is_current = !worker->is_ending && !is_replaced;
   pthread_mutex_unlock(&worker->lock);
   return is_current;
@@ -132,9 +148,11 @@ static void render_step(cli_view_worker *worker) {
   neph_image *image = NULL;
   neph_result result = neph_scene_get_render_desc(worker->scene, &given);
   if (!result) result = describe_step(worker, &desc);
+  worker->begin_s = cli_view_clock_get_s();
   neph_renderer *renderer = worker->step.level ? worker->full : worker->coarse;
   if (!result) result = neph_renderer_render(renderer, worker->scene, &desc, &image);
   const cli_view_step shown = worker->step;
+  worker->has_skipped = result == NEPH_ERROR_CANCELLED && !shown.level;
   if (!result) choose_next_step(worker, image, given.target_error);
   if (!result) result = cli_view_picture_show(worker->picture, &shown, image);
   /* A failed picture is given up until the next edit; its message has been logged. */
@@ -142,22 +160,55 @@ static void render_step(cli_view_worker *worker) {
   if (worker->is_settled) cli_view_picture_set_stage(worker->picture, result ? "failed" : "done", result ? 0.0 : 1.0);
 }
 
-static void *work(void *user) {
+/* ---- Variants ---- */
+
+void cli_view_worker_awake(cli_view_worker *worker) {
+  pthread_mutex_lock(&worker->lock);
+  pthread_cond_signal(&worker->changed);
+  pthread_mutex_unlock(&worker->lock);
+}
+
+/* Goes on with a variant until the next edit. */
+static bool report_variant(void *user, const neph_progress *progress) {
   cli_view_worker *worker = user;
-  while (await_step(worker))
-    if (worker->scene) render_step(worker);
-  return NULL;
+  (void)progress;
+  pthread_mutex_lock(&worker->lock);
+  const bool goes_on = !worker->is_ending && !worker->next_scene;
+  pthread_mutex_unlock(&worker->lock);
+  return goes_on;
+}
+
+static void render_variant(cli_view_worker *worker) {
+  cli_view_picture_set_stage(worker->picture, "variants", 0.5);
+  if (!worker->spare && neph_renderer_create(worker->session->context, &worker->spare)) return;
+  cli_view_variants_render(worker->variants, worker->spare, report_variant, worker);
+  if (cli_view_variants_is_waiting(worker->variants)) return;
+  neph_renderer_destroy(worker->spare);
+  worker->spare = NULL;
+  cli_view_picture_set_stage(worker->picture, "done", 1.0);
 }
 
 /* ---- Lifetime ---- */
 
-cli_exit cli_view_worker_create(cli_session *session, cli_view_picture *picture, cli_view_worker **out_worker) {
+static void *work(void *user) {
+  cli_view_worker *worker = user;
+  while (await_step(worker))
+    if (worker->is_settled)
+      render_variant(worker);
+    else
+      render_step(worker);
+  return NULL;
+}
+
+cli_exit cli_view_worker_create(cli_session *session, cli_view_picture *picture, cli_view_variants *variants,
+                                cli_view_worker **out_worker) {
   cli_view_worker *worker = *out_worker = calloc(1, sizeof *worker);
   if (!worker) return cli_complain("out of memory"), CLI_INTERNAL;
   pthread_mutex_init(&worker->lock, NULL);
   pthread_cond_init(&worker->changed, NULL);
   worker->session = session;
   worker->picture = picture;
+  worker->variants = variants;
   worker->is_settled = true;
   neph_result result = neph_renderer_create(session->context, &worker->coarse);
   if (!result) result = neph_renderer_create(session->context, &worker->full);
@@ -180,6 +231,7 @@ void cli_view_worker_destroy(cli_view_worker *worker) {
   pthread_join(worker->thread, NULL);
   neph_renderer_destroy(worker->coarse);
   neph_renderer_destroy(worker->full);
+  neph_renderer_destroy(worker->spare);
   neph_scene_destroy(worker->scene);
   neph_scene_destroy(worker->next_scene);
   pthread_mutex_destroy(&worker->lock);

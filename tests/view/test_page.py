@@ -127,8 +127,11 @@ def check_hand(page):
     check("up to that of the last edit", page.settles())
     position = "document.getElementById('key-camera-position').value"
     moved = page.run(f"return {position}")
+    page.get("mark").click()
     page.get("undo").click()
     check("one undo takes the whole drag back", page.holds(f"{position} === '[0 m, -6 km, 400 m]' || {position} === '[0 m, -6 km, 2.5 km]'"), moved)
+    page.driver.find_element(By.CSS_SELECTOR, "#bookmarks button").click()
+    check("a bookmark brings the camera back", page.holds(f"{position} === {moved!r}"), moved)
     edits = page.run("return nephos.edits.length")
     page.drag([(10, -20)] * 3, Keys.CONTROL)
     check("Ctrl and a drag move the sun", page.holds(f"nephos.edits.length > {edits} && nephos.edits.at(-1).keys.includes('sun.elevation')"))
@@ -147,8 +150,13 @@ def check_panel(page):
     check("no file can be named", page.run("return [...document.querySelectorAll('.row')].every(r => !r.dataset.key.startsWith('output.image') || r.querySelector('input').readOnly)"))
     page.get("pin").click()
     check("a pinned picture lies beside the picture", page.holds("!document.getElementById('pinned').hidden && !document.getElementById('wipe').hidden"))
+    page.run("const c = document.getElementById('channel'); c.value = 'Z'; c.dispatchEvent(new Event('change'))")
+    check("a channel is shown, with its range", page.holds("document.getElementById('range').textContent.startsWith('Z:')"))
+    page.run("const c = document.getElementById('channel'); c.value = ''; c.dispatchEvent(new Event('change'))")
+    reset = page.driver.find_element(By.CSS_SELECTOR, ".row[data-key='terrain.albedo'] .reset")
+    check("an edited key has a way back", reset.is_displayed())
     page.get("copy").click()
-    check("edits can be copied for the command line", page.holds("document.querySelector('#text textarea').value.includes(\"--set 'terrain.albedo=0.6'\")"))
+    check("edits can be copied for the command line", page.holds("document.querySelector('#text textarea').value.includes(\"--set 'terrain.albedo=\")"))
     page.get("text").find_element(By.TAG_NAME, "button").click()
 
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The server of `nephos view`, without a browser: test_server.py PROGRAM"""
+import json
 import os
 import socket
 import struct
@@ -139,8 +140,8 @@ def check_undo(view):
     view.set("terrain.albedo=0.4", gesture=8)
     view.post("/api/undo")
     check("undo takes back a gesture", view.values()["terrain.albedo"] == "[0.3, 0.3, 0.3]")
-    check("the edits are listed once a key", view.request("/api/edits")[1] == b"terrain.albedo=0.3\n",
-          view.request("/api/edits"))
+    edits = json.loads(view.request("/api/edits")[1])["edits"]
+    check("the edits are listed once a key", [edit["key"] for edit in edits] == ["terrain.albedo"], edits)
     view.post("/api/undo")
     check("undo takes back all edits of a gesture", view.values() == start)
     view.post("/api/redo")
@@ -152,7 +153,29 @@ def check_undo(view):
     check("an edit ends what could be redone", view.post("/api/redo")[0] == 409)
     while view.post("/api/undo")[0] == 200:
         pass
-    check("all is undone", view.request("/api/edits")[1] == b"")
+    check("all is undone", json.loads(view.request("/api/edits")[1])["edits"] == [])
+
+
+def check_lists(view):
+    """Keys that go back to their defaults, clouds that come and go."""
+    view.set("camera.roll=3 deg")
+    status, answer = view.post("/api/unset", "camera.roll")
+    check("a key goes back to its default", status == 200 and view.values()["camera.roll"] == "0 deg", answer)
+    check("what is not given cannot be taken away", view.post("/api/unset", "camera.rol")[0] == 422)
+    status, answer = view.post("/api/add_cloud", "fog")
+    check("a cloud is added", status == 200 and view.values()["clouds[0].bake.preset"] == '"fog"', answer)
+    view.post("/api/add_cloud", "fog")
+    check("the second of a preset has another name", view.values()["clouds[1].name"] == '"fog 2"', view.values().get("clouds[1].name"))
+    check("the first is removed", view.post("/api/unset", "clouds[0]")[0] == 200 and view.values()["clouds[0].name"] == '"fog 2"')
+    before = view.values()
+    for line in ("clouds[0].vdb=/etc/passwd", "clouds[1].vdb=x.vdb", "clouds[00].vdb=x.vdb", "clouds[0].name=a\rb: c"):
+        view.set(line)
+    check("no file can be named in a cloud", view.values() == before)
+    check("a preset is a word", view.post("/api/add_cloud", "fog}, vdb: x.vdb, a: {b")[0] == 400)
+    check("an unknown preset is refused", view.post("/api/add_cloud", "foggy")[0] == 422)
+    while view.post("/api/undo")[0] == 200:
+        pass
+    check("all of it is undone", not [key for key in view.values() if key.startswith("clouds")])
 
 
 # ---- Pictures ----
@@ -209,6 +232,42 @@ def check_pictures(view, program, folder):
     check("a picture that the page has is not sent again", nothing == b"" and 0.2 < waited < 1.0, (len(nothing), waited))
 
 
+def check_channels(view, folder):
+    beauty = view.wait_done()[1]
+    names = json.loads(view.request("/api/channels")[1])
+    check("the channels are listed", {"luminance", "A", "Z"} <= set(names), names)
+    check("a channel is shown", view.request("/api/show", "Z")[0] == 200)
+    state, pixels = view.picture()
+    check("by a colour for each number", state["channel"] == "Z" and 0 < state["least"] < state["greatest"] and pixels != beauty, state)
+    sky, ground = pixels[:3], pixels[-4:-1]
+    check("what is infinite is black, what is near is blue", sky == b"\0\0\0" and ground[2] > ground[1], (sky, ground))
+    view.request("/api/show", "nothing")
+    check("a picture without the channel shows itself", view.picture()[1] == beauty)
+    view.request("/api/show", "")
+    for kind in ("png", "exr"):
+        status, answer = view.post("/api/save_picture", kind)
+        check(f"the picture is saved as {kind}", status == 200 and answer["file"] == os.path.join(folder, f"scene-2.{kind}") and
+              os.path.getsize(answer["file"]) > 1000, answer)
+    shown = bytes(x for i, x in enumerate(beauty) if i % 4 < 3)
+    saved = read_png(os.path.join(folder, "scene-2.png"))
+    check("it is that on the page", max(abs(a - b) for a, b in zip(saved, shown)) <= 1)
+
+
+def check_variants(view):
+    view.wait_done()
+    before = view.values()
+    status, answer = view.post("/api/vary", "terrain.albedo=0.05\nterrain.albedo=0.9\ncamera.fov=200")
+    check("a wrong variant is refused", status == 422 and "camera.fov" in answer["refusal"], answer)
+    check("so are files", view.post("/api/vary", "terrain.heightfield=x.hgt")[0] == 403)
+    check("and more than 16", view.post("/api/vary", "camera.roll=1 deg\n" * 17)[0] == 400)
+    check("variants are taken", view.post("/api/vary", "terrain.albedo=0.05\nterrain.albedo=0.9")[0] == 200)
+    view.wait(lambda s: s["variants_left"] == 0)
+    head, pixels = view.request("/api/variants")[1].split(b"\n", 1)
+    check("each has a picture", json.loads(head)["sizes"] == [[112, 63]] * 2 and len(pixels) == 2 * 4 * 112 * 63, head)
+    check("they differ", pixels[:len(pixels) // 2] != pixels[len(pixels) // 2:])
+    check("the scene is as it was", view.values() == before)
+
+
 def check_drag(view):
     """Edits faster than pictures: pictures of few pixels come all the time, and the last edit ends in a full one."""
     numbers, generations = set(), set()
@@ -254,11 +313,35 @@ def check_file(view, path):
     check("or without the edits", view.values()["camera.roll"] == "0 deg" and view.values()["terrain.ridges.samples"] == "129")
 
 
+def check_save(view, path):
+    view.set("terrain.albedo=[0.1, 0.2, 0.3]", "camera.fov=40 deg")
+    before = view.values()
+    status, answer = view.post("/api/save_copy")
+    check("a copy is saved beside the scene", status == 200 and os.path.basename(answer["file"]) == "scene-2.yaml", answer)
+    check("the scene's file is untouched", open(path).read() == SCENE)
+    status, answer = view.post("/api/save")
+    saved = open(path).read()
+    check("the scene is saved", status == 200 and saved == open(path.replace(".yaml", "-2.yaml")).read(), answer)
+    check("its comments stay", saved.startswith("# A scene without air.\n") and "# uniform\n" in saved, saved)
+    state, _ = view.picture()
+    check("nothing is left to save", not state["edited"] and not state["news"], state)
+    view.set("camera.roll=1 deg")
+    write_scene(path, saved.replace("samples: 129", "samples: 65"))
+    view.wait(lambda s: s["news"], 5)
+    check("a file that has changed is not written over", view.post("/api/save")[0] == 409)
+    view.post("/api/reload?keep=1")
+    values = view.values()
+    check("saved edits are in the file, the others on top", values["camera.roll"] == "1 deg" and values["camera.fov"] == "40 deg" and
+          values["terrain.ridges.samples"] == "65" and values["terrain.albedo"] == before["terrain.albedo"])
+    check("those can be saved", view.post("/api/save")[0] == 200 and "roll: 1 deg" in open(path).read())
+
+
 def check_end(view):
     view.set("camera.roll=5 deg")
     code, seconds = view.end()
     check("Ctrl-C ends it within a second, as it should", code == 0 and seconds < 1.0, (code, seconds))
-    check("it has complained of nothing", not view.messages, view.messages)
+    errors = [message for message in view.messages if "warning: " not in message]
+    check("it has complained of nothing", not errors, errors)
 
 
 def check_allowed_files(program, path):
@@ -280,9 +363,13 @@ def main():
         check_malformed(view)
         check_edits(view)
         check_undo(view)
+        check_lists(view)
         check_pictures(view, program, folder)
+        check_channels(view, folder)
+        check_variants(view)
         check_drag(view)
         check_file(view, path)
+        check_save(view, path)
         dripping.join(20)
         check("a client that drips is cut within 15 s", cut_after and cut_after[0] < 15, cut_after)
         check_end(view)

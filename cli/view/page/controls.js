@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rows of keys: slider, choice or text, by the schema.
 
-import { basics, getChoices, getEntry, getRange, loadValues, values } from "./keys.js";
-import { beginGesture, on, set, setOnce } from "./server.js";
-import { parseNumber, printNumber, unquote } from "./values.js";
+import { edits, getChoices, getEntry, hasSlider, listBasics, loadValues, numbers, schema, values } from "./keys.js";
+import { act, beginGesture, on, set, setOnce } from "./server.js";
+import { printNumber, unquote } from "./values.js";
 
 const groups = document.getElementById("groups"), search = document.getElementById("find");
 const rows = new Map(); // key: { element, show(value) }
@@ -28,16 +28,16 @@ function makeText(key) {
   return input;
 }
 
-// A slider beside the text. Shift makes its steps ten times finer.
-function makeSlider(key, entry, [least, greatest, is_logarithmic]) {
-  const text = makeText(key), steps = 1000;
+// A slider beside the text.
+function makeSlider(key, entry) {
+  const text = makeText(key), steps = 1000, { soft_min: least, soft_max: greatest } = entry;
+  const is_logarithmic = entry.scale === "log" && least > 0;
   const slider = make("input", { type: "range", min: 0, max: steps, step: "any", ariaLabel: key + ", slider" });
   const toValue = at => is_logarithmic ? least * (greatest / least) ** at : least + (greatest - least) * at;
   const toPlace = value => is_logarithmic ? Math.log(value / least) / Math.log(greatest / least) : (value - least) / (greatest - least);
   const show = value => {
-    const number = parseNumber(value);
     text.value = value ?? "";
-    if (!Number.isNaN(number)) slider.value = steps * toPlace(number);
+    if (key in numbers) slider.value = steps * toPlace(numbers[key]);
   };
   slider.onpointerdown = beginGesture;
   slider.onkeydown = event => { if (!event.repeat) beginGesture(); };
@@ -49,9 +49,9 @@ function makeSlider(key, entry, [least, greatest, is_logarithmic]) {
 }
 
 function makeControl(key, entry) {
-  const choices = getChoices(entry), range = getRange(key);
+  const choices = getChoices(entry);
   if (choices) return makeChoice(key, choices);
-  if (range) return makeSlider(key, entry, range);
+  if (hasSlider(entry)) return makeSlider(key, entry);
   const input = makeText(key);
   input.className = "wide";
   return [[input], value => { input.value = value ?? ""; }];
@@ -61,21 +61,29 @@ function makeRow(key) {
   const entry = getEntry(key);
   if (!entry || entry.type === "section" || entry.type === "list" || rows.has(key)) return null;
   const [controls, show] = makeControl(key, entry);
-  const name = key.split(".").at(-1).replaceAll("_", " ");
-  const label = make("label", { textContent: name, htmlFor: getId(key) });
+  const label = make("label", { textContent: entry.label, htmlFor: getId(key) });
   label.title = `${key}: ${entry.values}\n${entry.meaning}` + (entry.default ? `\ndefault: ${entry.default}` : "");
   const is_file = entry.type === "file";
   if (is_file) for (const control of controls) control.readOnly = true;
-  const element = make("div", { className: "row" }, label, ...controls);
+  const reset = make("button", { className: "reset", textContent: "×", title: "back to the default", ariaLabel: key + ": back to the default" });
+  reset.onclick = () => act("/api/unset", key);
+  label.ondblclick = () => act("/api/unset", key);
+  const element = make("div", { className: "row" }, label, ...controls, reset);
   element.dataset.key = key;
   rows.set(key, { element, show, controls });
   show(values[key]);
+  element.classList.toggle("edited", edits.has(key));
   return element;
 }
 
 function addGroup(name, keys, is_open) {
-  const made = keys.filter(key => key in values).map(makeRow).filter(Boolean);
+  const made = keys.map(makeRow).filter(Boolean);
   if (made.length) groups.append(make("details", { open: is_open }, make("summary", { textContent: name }), ...made));
+}
+
+// Keys that the scene could have, and that are not in force.
+function listAbsent() {
+  return Object.keys(schema).filter(key => !key.includes("[]") && !(key in values) && schema[key].type !== "tracks");
 }
 
 // Makes all rows anew, as after a change of the keys that are in force.
@@ -83,19 +91,37 @@ function rebuild() {
   const is_open = new Map([...groups.children].map(group => [group.firstChild.textContent, group.open]));
   groups.replaceChildren();
   rows.clear();
-  for (const [name, keys] of basics) addGroup(name, keys, is_open.get(name) ?? true);
+  for (const [name, keys] of listBasics(cloud)) addGroup(name, keys, is_open.get(name) ?? true);
   const sections = Object.groupBy(Object.keys(values), key => key.match(/^[a-z_]+(\[\d+\])?/)[0]);
   for (const [name, keys] of Object.entries(sections)) addGroup(name, keys, is_open.get(name) ?? false);
+  addGroup("keys that are not in force", listAbsent(), false);
   filter();
 }
+
+let cloud = 0;
+
+// Chooses the cloud whose keys come first.
+export function chooseCloud(index) {
+  if (index === cloud) return;
+  cloud = index;
+  rebuild();
+}
+
+const watchers = [];
+
+// Calls a function whenever the values have changed.
+export function onValues(watcher) { watchers.push(watcher); }
 
 // Shows the values in force; a field that is being edited keeps its text.
 async function refresh() {
   const before = Object.keys(values).join();
   await loadValues();
+  for (const watcher of watchers) watcher();
   if (Object.keys(values).join() !== before) return rebuild();
-  for (const [key, row] of rows)
-    if (!row.controls.includes(document.activeElement) || row.element.classList.contains("bad") === false) row.show(values[key]);
+  for (const [key, row] of rows) {
+    row.element.classList.toggle("edited", edits.has(key));
+    if (!row.element.classList.contains("bad") || !row.controls.includes(document.activeElement)) row.show(values[key]);
+  }
 }
 
 function filter() {
@@ -117,7 +143,6 @@ function mark(keys, refusal) {
     row.element.classList.toggle("bad", Boolean(refusal));
     for (const control of row.controls) control.ariaInvalid = refusal ? "true" : "false";
     if (refusal) row.element.append(make("p", { className: "reason", textContent: refusal }));
-    else row.element.classList.add("edited");
   }
 }
 
@@ -137,6 +162,7 @@ export function followNumber(number) {
 
 export async function start() {
   await loadValues();
+  for (const watcher of watchers) watcher();
   rebuild();
   search.oninput = filter;
   on("edit", (keys, answer) => mark(keys, answer.refusal));

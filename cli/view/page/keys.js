@@ -4,7 +4,10 @@
 import { getJson } from "./server.js";
 
 export const schema = {};
-export let values = {};
+export let values = {};  // texts, as the scene has them
+export let numbers = {}; // the numbers among them, in the unit of the schema
+export let file = "";        // path of the scene
+export let edits = new Map(); // keys that differ from the file, null where they are taken away
 
 // "clouds[0].bake.seed" is an instance of "clouds[].bake.seed".
 export function getEntry(key) { return schema[key.replace(/\[\d+\]/g, "[]")]; }
@@ -14,42 +17,29 @@ export async function loadSchema() {
 }
 
 export async function loadValues() {
-  values = (await getJson("/api/values")).values;
+  const [described, changed] = await Promise.all([getJson("/api/values"), getJson("/api/edits")]);
+  values = described.values;
+  numbers = described.numbers;
+  file = described.file;
+  edits = new Map(changed.edits.map(edit => [edit.key, edit.value]));
 }
 
-// Ranges of sliders, in the unit of the schema: least, greatest, and whether the scale is logarithmic.
-const soft_ranges = {
-  "sun.elevation": [-6, 90],
-  "sun.azimuth": [0, 360],
-  "output.exposure": [-6, 8],
-  "camera.focal_length": [0.012, 0.3, true],
-  "clouds[].extinction": [0.001, 2, true],
-  "clouds[].bake.base": [100, 8000],
-  "clouds[].bake.thickness": [50, 8000, true],
-  "terrain.ridges.relief": [0, 4000],
-  "atmosphere.mie_height": [200, 5000, true],
-};
-
-export function getRange(key) {
-  const entry = getEntry(key);
-  if (!entry || entry.count !== 1) return null;
-  const plain = key.replace(/\[\d+\]/g, "[]");
-  if (soft_ranges[plain]) return soft_ranges[plain];
-  return entry.type === "real" && entry.unit === "" && entry.min === 0 && entry.max === 1 ? [0, 1] : null;
+export function countClouds() {
+  return Object.keys(values).filter(key => /^clouds\[\d+\]\.name$/.test(key)).length;
 }
+
+// Whether a key has a slider: one number with a usual range.
+export function hasSlider(entry) { return entry.count === 1 && entry.soft_max > entry.soft_min; }
 
 export function getChoices(entry) {
-  if (entry.type === "choice") return entry.choices;
-  return entry.type === "preset" ? entry.values.replace(/^one of /, "").split(", ") : null;
+  return entry.type === "choice" || entry.type === "preset" ? entry.choices : null;
 }
 
-// Groups that come first, with their keys; the rest follows by section.
-export const basics = [
-  ["Sun", ["sun.elevation", "sun.azimuth", "sun.time"]],
-  ["View", ["output.exposure", "output.view", "camera.focal_length", "camera.fov", "camera.position",
-    "camera.look_at", "camera.roll"]],
-  ["Cloud", ["bake.preset", "bake.seed", "bake.coverage", "bake.type", "bake.base", "bake.thickness",
-    "bake.billowiness", "bake.erosion", "bake.wispiness", "extinction"].map(key => "clouds[0]." + key)],
-  ["Ground", ["terrain.albedo", "terrain.ridges.relief", "terrain.ridges.seed"]],
-  ["Quality", ["render.quality", "render.integrator", "render.samples"]],
-];
+// Groups that come first: the keys of rank "basic" by section, with those of one cloud.
+const getSections = cloud => [["Sun", ["sun."]], ["View", ["output.", "camera."]], [`Cloud ${cloud + 1}`, [`clouds[${cloud}].`]],
+  ["Air", ["atmosphere."]], ["Ground", ["terrain.", "water."]], ["Quality", ["render."]]];
+
+export function listBasics(cloud) {
+  const keys = Object.keys(values).filter(key => getEntry(key)?.rank === "basic");
+  return getSections(cloud).map(([name, sections]) => [name, keys.filter(key => sections.some(section => key.startsWith(section)))]);
+}

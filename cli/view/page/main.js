@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // The page: its parts, its toolbar and its bar.
 
+import * as bookmarks from "./bookmarks.js";
 import * as controls from "./controls.js";
 import "./hand.js";
-import { loadSchema } from "./keys.js";
+import { countClouds, edits, file, getChoices, getEntry, loadSchema, values } from "./keys.js";
 import * as picture from "./picture.js";
-import { follow, getText, on, post, record } from "./server.js";
-import { printShare } from "./values.js";
+import { act, follow, getJson, on, post, record, setOnce } from "./server.js";
+import * as variants from "./variants.js";
+import { parseWords, printShare, unquote } from "./values.js";
 
 const part = id => document.getElementById(id);
 
@@ -22,6 +24,7 @@ function showState(state) {
   part("stage-name").textContent = state.stage;
   part("error").textContent = `error ${printShare(state.error)} (noise ${printShare(state.noise)}, bias ${printShare(state.bias)}` +
     (state.bias_source === "unknown" ? ")" : `, ${state.bias_source})`);
+  part("range").textContent = state.least == null ? "" : `${state.channel}: ${state.least.toPrecision(3)} (blue) to ${state.greatest.toPrecision(3)} (yellow)`;
   part("message").textContent = part("message").title = state.file_fault || state.message;
 }
 
@@ -36,49 +39,106 @@ function showRefusal(text) { part("refusal").textContent = text; }
 
 // ---- Toolbar ----
 
-async function act(path) {
-  const answer = await post(path);
-  showRefusal(answer.refusal);
-  if ("edit" in answer) showDocument(answer);
-}
-
 // A word for the shell.
 function quote(text) { return "'" + text.replaceAll("'", "'\\''") + "'"; }
 
-async function copy() {
-  const edits = (await getText("/api/edits")).split("\n").filter(Boolean);
+function showText(text) {
   const area = part("text").querySelector("textarea");
-  area.value = edits.map(edit => "--set " + quote(edit)).join(" ");
+  area.value = text;
   part("text").showModal();
   area.select();
 }
 
+function showCommand() {
+  const sets = [...edits].filter(([, value]) => value !== null).map(([key, value]) => "--set " + quote(`${key}=${value}`));
+  showText(["nephos render", quote(file), ...sets, "--samples " + record.state.samples].join(" "));
+}
+
+async function save(path, body) {
+  const answer = await post(path, body);
+  showRefusal(answer.refusal);
+  if (!answer.refusal) part("note").textContent = "saved: " + answer.file;
+}
+
+let offered = ""; // kind of the variants that are shown
+
+async function toggleVariants(kind, offer) {
+  offered = offered === kind ? "" : kind;
+  for (const id of ["seeds", "presets"]) part(id).setAttribute("aria-pressed", id === offered);
+  variants.close();
+  if (offered) showRefusal(await offer(Number(part("cloud").value)));
+}
+
 function togglePixels() { part("exact").setAttribute("aria-pressed", picture.toggleExact()); }
 
-part("undo").onclick = () => act("/api/undo");
-part("redo").onclick = () => act("/api/redo");
-part("copy").onclick = copy;
-part("pin").onclick = picture.pin;
-part("exact").onclick = togglePixels;
-part("news-merge").onclick = () => act("/api/reload?keep=1");
-part("news-drop").onclick = () => act("/api/reload");
+const buttons = {
+  undo: () => act("/api/undo"),
+  redo: () => act("/api/redo"),
+  save: () => save("/api/save"),
+  "save-copy": () => save("/api/save_copy"),
+  copy: showCommand,
+  pin: picture.pin,
+  exact: togglePixels,
+  mark: bookmarks.add,
+  "save-png": () => save("/api/save_picture", "png"),
+  "save-exr": () => save("/api/save_picture", "exr"),
+  "news-merge": () => act("/api/reload?keep=1"),
+  "news-drop": () => act("/api/reload"),
+  "add-cloud": () => act("/api/add_cloud", part("preset").value),
+  "remove-cloud": () => act("/api/unset", `clouds[${part("cloud").value}]`),
+  seeds: () => toggleVariants("seeds", variants.offerSeeds),
+  presets: () => toggleVariants("presets", variants.offerPresets),
+};
+for (const [id, action] of Object.entries(buttons)) part(id).onclick = action;
 
 document.onkeydown = event => {
   const is_text = event.target.matches("input[type=text], input[type=search], textarea, select");
-  const key = event.key.toLowerCase();
-  if ((event.ctrlKey || event.metaKey) && key === "z") {
-    event.preventDefault();
-    act(event.shiftKey ? "/api/redo" : "/api/undo");
-  } else if (!is_text && !event.ctrlKey && key === "p") picture.pin();
-  else if (!is_text && !event.ctrlKey && key === "1") togglePixels();
-  else if (!is_text && !event.ctrlKey && key === "/") {
-    event.preventDefault();
-    part("find").focus();
-  }
+  const key = event.key.toLowerCase(), has_control = event.ctrlKey || event.metaKey;
+  const action = has_control ? { z: event.shiftKey ? buttons.redo : buttons.undo, s: buttons.save }[key]
+    : is_text ? null : { p: buttons.pin, 1: buttons.exact, "/": () => part("find").focus() }[key];
+  if (!action) return;
+  event.preventDefault();
+  action();
+};
+
+// ---- Clouds and channels ----
+
+function fill(select, entries, chosen) {
+  const is_same = entries.length === select.options.length && entries.every(([value, text], i) => select.options[i].value === String(value) && select.options[i].text === text);
+  if (!is_same) select.replaceChildren(...entries.map(([value, text]) => new Option(text, value)));
+  select.value = chosen;
+}
+
+function showClouds() {
+  const names = Array.from({ length: countClouds() }, (_, i) => [i, unquote(values[`clouds[${i}].name`])]);
+  const chosen = Math.min(part("cloud").value || 0, Math.max(names.length - 1, 0));
+  fill(part("cloud"), names, chosen);
+  part("cloud").disabled = part("remove-cloud").disabled = !names.length;
+  fill(part("preset"), getChoices(getEntry("clouds[].bake.preset")).map(name => [name, name.replaceAll("_", " ")]), part("preset").value || "cumulus_mediocris");
+  controls.chooseCloud(chosen);
+}
+
+part("cloud").onchange = () => controls.chooseCloud(Number(part("cloud").value));
+
+// Channels that the picture has; the others of the schema are added to the scene when they are chosen.
+async function showChannels() {
+  const present = await getJson("/api/channels");
+  const absent = getEntry("output.aovs").choices.filter(name => !present.includes(name));
+  fill(part("channel"), [["", "picture"], ...present.map(name => [name, name]), ...absent.map(name => ["+" + name, name + " (render)"])],
+    part("channel").value);
+}
+
+part("channel").onchange = async () => {
+  const chosen = part("channel").value, name = chosen.replace(/^\+/, "");
+  if (chosen !== name) setOnce("output.aovs", "[" + [...parseWords(values["output.aovs"]), name].join(", ") + "]");
+  await post("/api/show", name);
 };
 
 // ---- Start ----
 
+let channels_of = -1; // generation of the picture whose channels are listed
+
+controls.onValues(showClouds);
 on("edit", (keys, answer) => {
   showRefusal(answer.refusal);
   if ("edit" in answer) showDocument(answer);
@@ -88,7 +148,12 @@ on("picture", (state, pixels) => {
   if (pixels) picture.draw(state, pixels);
   showState(state);
   showDocument(state);
+  variants.follow(state.variants);
   controls.followNumber(state.edit);
+  if (state.complete && state.generation !== channels_of) {
+    channels_of = state.generation;
+    showChannels();
+  }
 });
 
 try {

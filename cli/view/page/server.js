@@ -18,10 +18,13 @@ export async function getJson(path) {
   return reply.json();
 }
 
-export async function getText(path) {
+// An answer of a JSON line and pixels behind it, or null where there are none.
+export async function getPictures(path) {
   const reply = await fetch(path, { headers, cache: "no-store" });
-  if (!reply.ok) throw new Error(await reply.text());
-  return reply.text();
+  if (!reply.ok) throw Object.assign(new Error(await reply.text()), { status: reply.status });
+  const buffer = await reply.arrayBuffer(), bytes = new Uint8Array(buffer), end = bytes.indexOf(10);
+  const pixels = bytes.length > end + 1 ? new Uint8ClampedArray(buffer, end + 1) : null;
+  return [JSON.parse(decoder.decode(bytes.subarray(0, end))), pixels];
 }
 
 // Posts a body; the answer has the state of the document, and the reason of a refusal.
@@ -29,6 +32,13 @@ export async function post(path, body = "") {
   const reply = await fetch(path, { method: "POST", headers, body });
   const is_json = reply.headers.get("Content-Type").startsWith("application/json");
   return is_json ? reply.json() : { refusal: await reply.text() };
+}
+
+// Posts an edit that is no set, and tells its answer.
+export async function act(path, body = "") {
+  const answer = await post(path, body);
+  tell("edit", [], answer);
+  return answer;
 }
 
 // Edits that wait for the one under way. A later value of a key replaces the earlier one.
@@ -77,15 +87,7 @@ export async function follow() {
   let after = 0;
   for (;;) {
     try {
-      const reply = await fetch("/api/picture?after=" + after, { headers, cache: "no-store" });
-      if (!reply.ok) {
-        tell("fault", await reply.text());
-        if (reply.status === 401) return;
-        continue;
-      }
-      const buffer = await reply.arrayBuffer(), bytes = new Uint8Array(buffer), end = bytes.indexOf(10);
-      const state = JSON.parse(decoder.decode(bytes.subarray(0, end)));
-      const pixels = bytes.length > end + 1 ? new Uint8ClampedArray(buffer, end + 1) : null;
+      const [state, pixels] = await getPictures("/api/picture?after=" + after);
       after = state.number;
       tell("picture", state, pixels);
       if (pixels) await new Promise(requestAnimationFrame);
@@ -93,7 +95,8 @@ export async function follow() {
       if (record.draws.length > 2000) record.draws.splice(0, 1000);
       record.state = state;
     } catch (fault) {
-      tell("fault", "the server does not answer");
+      tell("fault", fault.status ? fault.message : "the server does not answer");
+      if (fault.status === 401) return;
       await new Promise(resolve => setTimeout(resolve, 1000));
     }
   }

@@ -21,5 +21,8 @@ export function printPoint(point) { return "[" + point.map(x => x.toFixed(2) + "
 
 export function printShare(share) { return share == null ? "–" : (100 * share).toPrecision(2) + " %"; }
 
+// Words of a list: "[depth, sun]", or none.
+export function parseWords(text) { return (text ?? "").match(/[a-z_]+/g)?.filter(word => word !== "none") ?? []; }
+
 // A text without the quotes of YAML.
 export function unquote(text) { return (text ?? "").replace(/^"(.*)"$/, "$1"); }
