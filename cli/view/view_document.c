@@ -73,8 +73,33 @@ static unsigned accept_edits(cli_view_document *document, const neph_scene *file
 
 const neph_scene *cli_view_document_get_scene(const cli_view_document *document) { return document->scene; }
 
+/* Has clouds that are baked to a file baked in memory: a view writes no bakes. */
+static neph_result keep_bakes_in_memory(neph_scene *scene) {
+  neph_result result = NEPH_OK;
+  for (unsigned i = 0; !result && i < neph_scene_get_cloud_count(scene); i++) {
+    cli_text key = {0};
+    if (!neph_scene_is_cloud_baked(scene, i) || !neph_scene_get_cloud_file(scene, i)) continue;
+    cli_text_add(&key, "clouds[%u].vdb", i);
+    result = key.has_failed ? NEPH_ERROR_OUT_OF_MEMORY : neph_scene_unset(scene, cli_text_get(&key));
+    cli_text_clear(&key);
+  }
+  return result;
+}
+
+/* Copies a scene for a renderer, with edits. */
+static neph_result copy_for_render(const neph_scene *scene, const cli_view_edits *edits, neph_scene **out_scene) {
+  neph_result result = build(scene, edits, out_scene);
+  if (result) return result;
+  result = keep_bakes_in_memory(*out_scene);
+  if (!result) return NEPH_OK;
+  neph_scene_destroy(*out_scene);
+  *out_scene = NULL;
+  return result;
+}
+
 neph_result cli_view_document_copy_scene(cli_view_document *document, neph_scene **out_scene) {
-  return neph_scene_clone(document->scene, out_scene);
+  const cli_view_edits none = {0};
+  return copy_for_render(document->scene, &none, out_scene);
 }
 
 unsigned long long cli_view_document_get_generation(const cli_view_document *document) { return document->generation; }
@@ -116,7 +141,7 @@ static unsigned vary(cli_view_document *document, char *line, neph_scene **out_s
   bool is_display_alone = false;
   unsigned status = add_sets(document, &edits, line, &is_display_alone);
   if (status == 200) cli_view_messages_judge(document->messages, true);
-  if (status == 200 && build(document->scene, &edits, out_scene)) status = 422;
+  if (status == 200 && copy_for_render(document->scene, &edits, out_scene)) status = 422;
   cli_view_messages_judge(document->messages, false);
   cli_view_edits_clear(&edits);
   return status;

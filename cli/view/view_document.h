@@ -46,7 +46,7 @@ const char *cli_view_document_get_refusal(const cli_view_document *document);
 /* The scene with all edits; it stays the document's. */
 const neph_scene *cli_view_document_get_scene(const cli_view_document *document);
 
-/* A copy of the scene for another thread. */
+/* A copy of the scene for the renderer, whose clouds are baked in memory alone. */
 neph_result cli_view_document_copy_scene(cli_view_document *document, neph_scene **out_scene);
 
 /* Makes a copy of the scene for each line, KEY=VALUE, with that key set; at most `max`. */

@@ -344,6 +344,25 @@ def check_end(view):
     check("it has complained of nothing", not errors, errors)
 
 
+def check_bakes(program, folder):
+    """A cloud that is baked to a file: the view bakes it in memory, and leaves the file alone."""
+    path, cloud = os.path.join(folder, "baked.yaml"), os.path.join(folder, "cloud.vdb")
+    write_scene(path, """camera: {position: [0, -3 km, 900 m], look_at: [0, 0, 1400 m], resolution: [32, 18]}
+atmosphere: none
+environment: {radiance: 0.1}
+clouds: [{name: a, vdb: cloud.vdb, bake: {preset: cumulus_humilis, seed: 3, extent: 1 km, voxel: 50 m, coverage: 0.6}}]
+render: {quality: draft}
+""")
+    view = View(program, path)
+    _, before = view.wait_done(60)
+    view.set("clouds[0].bake.seed=5")
+    _, after = view.wait_done(60)
+    check("a cloud that is baked to a file is shown", before != after)
+    check("its file is not written", not os.path.exists(cloud))
+    check("its key stays in the scene", cloud in view.values()["clouds[0].vdb"], view.values()["clouds[0].vdb"])
+    view.end()
+
+
 def check_allowed_files(program, path):
     view = View(program, path, "--allow-files")
     check("--allow-files lets the page name files", view.set("output.image=x.exr")[0] == 200)
@@ -374,6 +393,7 @@ def main():
         check("a client that drips is cut within 15 s", cut_after and cut_after[0] < 15, cut_after)
         check_end(view)
         check_allowed_files(program, path)
+        check_bakes(program, folder)
     return check.failures > 0
 
 
