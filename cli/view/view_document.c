@@ -86,20 +86,18 @@ static neph_result keep_bakes_in_memory(neph_scene *scene) {
   return result;
 }
 
-/* Copies a scene for a renderer, with edits. */
-static neph_result copy_for_render(const neph_scene *scene, const cli_view_edits *edits, neph_scene **out_scene) {
-  neph_result result = build(scene, edits, out_scene);
-  if (result) return result;
-  result = keep_bakes_in_memory(*out_scene);
+/* Makes a scene ready for a renderer; one that fails is destroyed. */
+static neph_result prepare(neph_scene **scene) {
+  const neph_result result = keep_bakes_in_memory(*scene);
   if (!result) return NEPH_OK;
-  neph_scene_destroy(*out_scene);
-  *out_scene = NULL;
+  neph_scene_destroy(*scene);
+  *scene = NULL;
   return result;
 }
 
 neph_result cli_view_document_copy_scene(cli_view_document *document, neph_scene **out_scene) {
-  const cli_view_edits none = {0};
-  return copy_for_render(document->scene, &none, out_scene);
+  const neph_result result = neph_scene_clone(document->scene, out_scene);
+  return result ? result : prepare(out_scene);
 }
 
 unsigned long long cli_view_document_get_generation(const cli_view_document *document) { return document->generation; }
@@ -141,7 +139,7 @@ static unsigned vary(cli_view_document *document, char *line, neph_scene **out_s
   bool is_display_alone = false;
   unsigned status = add_sets(document, &edits, line, &is_display_alone);
   if (status == 200) cli_view_messages_judge(document->messages, true);
-  if (status == 200 && copy_for_render(document->scene, &edits, out_scene)) status = 422;
+  if (status == 200 && (build(document->scene, &edits, out_scene) || prepare(out_scene))) status = 422;
   cli_view_messages_judge(document->messages, false);
   cli_view_edits_clear(&edits);
   return status;

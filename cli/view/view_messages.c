@@ -1,12 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "view_messages.h"
 
-/* Takes errors of an edit; the rest of the view's many renders is printed if it is a warning or an error. */
+/* Takes errors and warnings of an edit; of the view's many renders, those are printed. */
 static bool hear(void *user, neph_log_level level, const char *message) {
   cli_view_messages *messages = user;
   const bool is_editor = pthread_equal(pthread_self(), messages->editor);
-  if (is_editor && messages->is_judging && level == NEPH_LOG_ERROR) {
-    cli_text_add(&messages->refusal, "%s%s", messages->refusal.length ? "\n" : "", message);
+  if (is_editor && messages->is_judging && level <= NEPH_LOG_WARNING) {
+    cli_text *text = level == NEPH_LOG_ERROR ? &messages->refusal : &messages->notice;
+    cli_text_add(text, "%s%s", text->length ? "\n" : "", message);
     return true;
   }
   if (level <= NEPH_LOG_WARNING && !is_editor) cli_view_picture_set_message(messages->picture, message);
@@ -21,9 +22,13 @@ void cli_view_messages_begin(cli_view_messages *messages, cli_session *session, 
 void cli_view_messages_end(cli_view_messages *messages) {
   if (messages->session) cli_progress_set_listener(&messages->session->progress, NULL, NULL);
   cli_text_clear(&messages->refusal);
+  cli_text_clear(&messages->notice);
 }
 
 void cli_view_messages_judge(cli_view_messages *messages, bool is_judging) {
-  if (is_judging) cli_text_clear(&messages->refusal);
+  if (is_judging) {
+    cli_text_clear(&messages->refusal);
+    cli_text_clear(&messages->notice);
+  }
   messages->is_judging = is_judging;
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The library's messages during a view: errors of an edit are the reason of its refusal, errors and warnings of the
- * renderer go to the page and to standard error. */
+/* The library's messages during a view: errors of an edit are the reason of its refusal, its
+ * warnings go to the page with its answer, errors and warnings of the renderer go to the page and to standard error. */
 #ifndef NEPHOS_CLI_VIEW_MESSAGES_H
 #define NEPHOS_CLI_VIEW_MESSAGES_H
 
@@ -13,9 +13,9 @@
 typedef struct cli_view_messages {
   cli_session *session;
   cli_view_picture *picture;
-  pthread_t editor; /* thread of the edits */
-  bool is_judging;  /* an edit is judged on that thread */
-  cli_text refusal; /* errors of the last edit, a line each */
+  pthread_t editor;         /* thread of the edits */
+  bool is_judging;          /* an edit is judged on that thread */
+  cli_text refusal, notice; /* errors and warnings of the last edit, a line each */
 } cli_view_messages;
 
 /* Takes the messages of the session's context from now on; the calling thread is that of the edits. */

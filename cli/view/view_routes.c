@@ -121,6 +121,8 @@ static void reply_edit(cli_view *view, unsigned status, cli_http_reply *out) {
   if (begin_body(&body)) {
     fputs("{\"refusal\":", body.out);
     cli_put_json_text(body.out, status == 200 ? "" : cli_view_document_get_refusal(view->document));
+    fputs(",\"notice\":", body.out);
+    cli_put_json_text(body.out, cli_text_get(&view->messages.notice));
     fputc(',', body.out);
     cli_view_document_write_state(view->document, body.out);
     fputc('}', body.out);

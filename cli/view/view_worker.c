@@ -8,7 +8,8 @@
 #include "print.h"
 #include "view_clock.h"
 
-/* Few pixels are a 16th, at one sample. Two renderers keep what depends on the number of pixels apart. */
+/* Few pixels are a 16th, at one sample. Their detail is that of all pixels, so that both share clouds, ground and
+ * light. */
 enum { COARSE_DIVISOR = 4, SAMPLES_MAX = 1024 };
 
 /* Noise that the eye does not see, a step of 8 bits in a mid grey. */
@@ -30,8 +31,8 @@ struct cli_view_worker {
   cli_session *session;
   cli_view_picture *picture;
   cli_view_variants *variants;
-  neph_renderer *coarse, *full;
-  neph_renderer *spare; /* renderer of variants, which would drop what the others keep; NULL: none waits */
+  neph_renderer *renderer;
+  neph_renderer *spare; /* renderer of variants, which would drop what the other keeps; NULL: none waits */
   neph_scene *scene;
   cli_view_step step; /* next step to render, or under way */
   double begin_s;     /* time at which the step began */
@@ -121,6 +122,7 @@ static neph_result describe_step(cli_view_worker *worker, neph_render_desc *out)
   out->crop_min[0] = out->crop_min[1] = 0;
   out->crop_max[0] = out->width;
   out->crop_max[1] = out->height;
+  out->detail_height = step->height;
   out->progress = report;
   out->tile = show_tile;
   out->progress_user = out->tile_user = worker;
@@ -149,8 +151,7 @@ static void render_step(cli_view_worker *worker) {
   neph_result result = neph_scene_get_render_desc(worker->scene, &given);
   if (!result) result = describe_step(worker, &desc);
   worker->begin_s = cli_view_clock_get_s();
-  neph_renderer *renderer = worker->step.level ? worker->full : worker->coarse;
-  if (!result) result = neph_renderer_render(renderer, worker->scene, &desc, &image);
+  if (!result) result = neph_renderer_render(worker->renderer, worker->scene, &desc, &image);
   const cli_view_step shown = worker->step;
   worker->has_skipped = result == NEPH_ERROR_CANCELLED && !shown.level;
   if (!result) choose_next_step(worker, image, given.target_error);
@@ -210,13 +211,11 @@ cli_exit cli_view_worker_create(cli_session *session, cli_view_picture *picture,
   worker->picture = picture;
   worker->variants = variants;
   worker->is_settled = true;
-  neph_result result = neph_renderer_create(session->context, &worker->coarse);
-  if (!result) result = neph_renderer_create(session->context, &worker->full);
+  const neph_result result = neph_renderer_create(session->context, &worker->renderer);
   if (!result && !pthread_create(&worker->thread, NULL, work, worker)) return CLI_DONE;
   if (!result) cli_complain("a thread cannot be started");
   worker->is_ending = true;
-  neph_renderer_destroy(worker->coarse);
-  neph_renderer_destroy(worker->full);
+  neph_renderer_destroy(worker->renderer);
   free(worker);
   *out_worker = NULL;
   return result ? cli_exit_of(result) : CLI_INTERNAL;
@@ -229,8 +228,7 @@ void cli_view_worker_destroy(cli_view_worker *worker) {
   pthread_cond_signal(&worker->changed);
   pthread_mutex_unlock(&worker->lock);
   pthread_join(worker->thread, NULL);
-  neph_renderer_destroy(worker->coarse);
-  neph_renderer_destroy(worker->full);
+  neph_renderer_destroy(worker->renderer);
   neph_renderer_destroy(worker->spare);
   neph_scene_destroy(worker->scene);
   neph_scene_destroy(worker->next_scene);

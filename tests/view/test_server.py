@@ -129,6 +129,9 @@ def check_edits(view):
     check("a refused edit changes nothing", view.values() == before)
     status, answer = view.set("terrain.albedo=" + "x" * 60000)
     check("a value of 60 kB is refused", status == 422, status)
+    status, answer = view.set("camera.focus_distance=100 m")
+    check("a key that another rules out is named", status == 200 and "camera.focus_distance" in answer["notice"], answer)
+    view.post("/api/undo")
     check("a word may stand for a section", view.set("water=none")[0] == 200)
     view.post("/api/undo")
 

@@ -50,7 +50,9 @@ function showText(text) {
 }
 
 function showCommand() {
-  const sets = [...edits].filter(([, value]) => value !== null).map(([key, value]) => "--set " + quote(`${key}=${value}`));
+  const absent = [...edits].filter(([, value]) => value === null).map(([key]) => key);
+  if (absent.length) return showText(`No option takes a key away, and these are: ${absent.join(", ")}.\nSave a copy, and render it.`);
+  const sets = [...edits].map(([key, value]) => "--set " + quote(`${key}=${value}`));
   showText(["nephos render", quote(file), ...sets, "--samples " + record.state.samples].join(" "));
 }
 
@@ -141,6 +143,7 @@ let channels_of = -1; // generation of the picture whose channels are listed
 controls.onValues(showClouds);
 on("edit", (keys, answer) => {
   showRefusal(answer.refusal);
+  part("note").textContent = answer.notice ?? "";
   if ("edit" in answer) showDocument(answer);
 });
 on("fault", showRefusal);
