@@ -35,8 +35,8 @@ static cli_exit announce(const cli_view *view, const cli_view_settings *settings
   cli_say("%s", cli_text_get(&url));
   fflush(stdout);
   if (!cli_http_address_is_loopback(settings->address))
-    cli_complain("warning: other machines reach this address. The token is sent unencrypted: who reads it on the way "
-                 "can change the scene");
+    cli_complain("warning: other machines reach this address, and the token crosses the network unencrypted: a tunnel "
+                 "of ssh to the loopback interface is safer");
   const cli_exit exit = settings->opens ? cli_view_browser_open(browser, cli_text_get(&url)) : CLI_DONE;
   cli_text_clear(&url);
   return exit;

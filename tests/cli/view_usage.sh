@@ -17,3 +17,5 @@ code=0
 timeout --foreground --preserve-status -s INT 1 nephos view scene.yaml >address || code=$?
 sed -E 's/:[0-9]+\/#[0-9a-f]{32}$/:PORT\/#TOKEN/' address
 echo "ended: $code"
+timeout --foreground --preserve-status -s INT 1 nephos view scene.yaml --listen 0.0.0.0 >address
+sed -E 's/:[0-9]+\/#[0-9a-f]{32}$/:PORT\/#TOKEN/' address
