@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A running `nephos view`, and requests to it, for the tests beside this file."""
+import atexit
 import http.client
 import json
 import os
@@ -24,6 +25,7 @@ class View:
     def __init__(self, program, scene, *options):
         self.process = subprocess.Popen([program, "view", scene, "--threads", "2", *options], text=True,
                                         stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        atexit.register(self.process.kill) # a test that fails leaves no program behind
         self.url = self.process.stdout.readline().strip()
         assert self.url, self.process.stderr.read()
         self.base, self.token = self.url.split("/#")
