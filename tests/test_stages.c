@@ -251,8 +251,8 @@ static void a_stage_reads_what_it_names(void **state) {
 
 /* ---- Reuse ---- */
 
-/* Light gathered from the solution is kept for parts of one picture alone. */
-static bool is_of_parts(int stage) { return stage == NP_STAGE_VIEWER_LIGHT || stage == NP_STAGE_GROUND_CLOUDS; }
+/* Light towards the camera is kept for parts of one picture alone. */
+static bool is_of_parts(int stage) { return stage == NP_STAGE_VIEWER_LIGHT; }
 
 /* Each of those stages says once that it was kept, and once more in the bands that colours are fitted by; no other
  * does. */
@@ -268,7 +268,8 @@ static void what_rows_say_is_kept_is(void **state) {
   for (int i = 0; i < NP_STAGE_COUNT; i++)
     if (np_plan_needs(&b.plan, (np_stage)i) && np_stage_get_rule((np_stage)i)->reused_while && !is_of_parts(i))
       expected += np_stage_get_rule((np_stage)i)->is_of_probes ? 2 : 1;
-  assert_int_equal(expected, 10); /* terrain, volumes, airs, four skies, sun optical depth, multiple scattering */
+  assert_int_equal(expected,
+                   11); /* terrain, volumes, airs, four skies, sun optical depth, multiple scattering, ground */
   assert_int_equal(kept, expected);
   clear(&b);
 }

@@ -62,7 +62,7 @@ static const np_stage_rule rules[NP_STAGE_COUNT] = {
     .parts = PER(PACKET_LIGHT), .reused_while = "it is a part of the same picture"},
   [NP_STAGE_GROUND_CLOUDS] = {"clouds on ground", BIT(VOLUMES) | BIT(WORLD) | BIT(SUN_OPTICAL_DEPTH) | BIT(ORDINATES),
     DECIDE(ground_clouds), PREDICT(SOLVE, ground_clouds), .parts = PER(PACKET_LIGHT),
-    .reused_while = "it is a part of the same picture"},
+    .reused_while = "the solution, the clouds and the scene's keys but those of camera and output are the same"},
   [NP_STAGE_RELIEF_LIGHT] = {"relief light",
     BIT(TERRAIN) | BIT(CAMERA_SKY) | BIT(CLOUD_SKY) | BIT(WORLD) | BIT(SUN_OPTICAL_DEPTH) | BIT(GROUND_CLOUDS),
     DECIDE(relief_light), PREDICT(MARCH, relief_light), .parts = PER(PACKET_LIGHT)},
