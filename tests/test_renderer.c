@@ -10,6 +10,7 @@
 #include <nephos/nephos.h>
 
 #include "core/context_private.h"
+#include "plan/plan.h"
 
 static const char landscape[] =
     "{camera: {position: [0, -4 km, 500 m], look_at: [0, 0, 1.3 km], fov: 60 deg, resolution: [53, 29]},"
@@ -447,7 +448,9 @@ static void memory_goes_with_the_picture(void **state) {
   assert_int_equal(wide.film_bytes, 2 * small.film_bytes);
   assert_int_equal(wide.terrain_bytes, small.terrain_bytes);
   set(f, "clouds[0].bake.voxel", "50 m");
-  assert_near_relative((double)estimate(f->scene, &desc).volume_bytes, 8.0 * (double)wide.volume_bytes, 1e-3);
+  /* Eight times the voxels in a cloud's inside, but four times those along its rim: bricks of finer ones fit closer. */
+  const double finer = (double)estimate(f->scene, &desc).volume_bytes / (double)wide.volume_bytes;
+  assert_true(finer > 4.0 && finer < 8.0 * (1.0 + 1e-3));
   desc.integrator = NEPH_INTEGRATOR_PATH;
   assert_true(estimate(f->scene, &desc).light_bytes < wide.light_bytes);
   set(f, "terrain", "none");
@@ -531,12 +534,33 @@ static void memory_is_saved_where_that_is_enough(void **state) {
   assert_true(coarse.peak_bytes < (double)(limit - e->program_bytes));
 }
 
-/* The library's own memory at its peak is within a factor of 1.3 of what is predicted beside the program's, as
- * docs/results/memory.md has it of whole pictures; 1.13 was measured. */
+/* Bytes that are allocated beside the program's. A prediction is of resident memory, as the limit promises it: vectors
+ * of the solution are allocated at once and used in turn, so that 0.6 of the bytes of its cells are resident
+ * (docs/results/costs.md). Counted is the whole. */
+static double predict_allocated(void) {
+  neph_context *context = test_context_create(2, NULL);
+  neph_scene *scene;
+  np_plan plan;
+  np_input_store store = {.references = NULL};
+  assert_int_equal(neph_scene_load_text(context, heavy, "dir/scene.yaml", &scene), NEPH_OK);
+  assert_int_equal(np_plan_make(scene, NULL, &plan), NEPH_OK);
+  assert_int_equal(np_plan_measure_fill(scene, &plan, &store), NEPH_OK);
+  const np_stage_forecast *solution = &plan.forecast.stages[NP_STAGE_ORDINATES];
+  const double bytes =
+      np_forecast_sum(&plan.forecast).bytes - solution->cost.bytes + solution->counts.of[NP_UNIT_CELL_BYTE];
+  np_plan_clear(&plan);
+  np_input_store_clear(context, &store);
+  neph_scene_destroy(scene);
+  neph_context_destroy(context);
+  return bytes;
+}
+
+/* The library's own memory at its peak is within a factor of 1.3 of what is counted; 0.78 of it was
+ * measured. */
 static void memory_is_of_the_size_that_is_predicted(void **state) {
   (void)state;
   const measured_render whole = measure(0);
-  const double predicted = (double)(whole.estimate.total_bytes - whole.estimate.program_bytes);
+  const double predicted = predict_allocated();
   print_message("%.3g MB of predicted %.3g MB\n", 1e-6 * whole.peak_bytes, 1e-6 * predicted);
   assert_true(whole.peak_bytes > predicted / 1.3 && whole.peak_bytes < 1.3 * predicted);
 }

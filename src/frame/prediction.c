@@ -15,30 +15,26 @@ neph_result np_prediction_prepare(const neph_scene *scene, np_plan *plan, np_inp
   return is_wanted(plan) ? np_plan_measure_fill(scene, plan, store) : NEPH_OK;
 }
 
-neph_result np_prediction_begin(const neph_scene *scene, const np_plan *plan, np_prediction *p) {
+void np_prediction_begin(const np_plan *plan, np_prediction *p) {
   *p = (np_prediction){.start_s = np_cpu_time_s(), .is_wanted = is_wanted(plan)};
   p->seconds = np_forecast_sum(&plan->forecast).seconds;
   p->error = hypot(plan->forecast.bias, plan->forecast.noise);
-  return p->is_wanted ? np_plan_predict_memory(scene, plan, &p->bytes) : NEPH_OK;
+  p->bytes = np_plan_predict_memory(plan);
 }
 
 static bool is_verbose(const np_plan *plan) { return np_log_is_wanted(plan->request.context, NEPH_LOG_DEBUG); }
 
 /* "; measured 1.2 s" where `measured_s` is not negative. */
-static neph_result log_whole(const neph_scene *scene, const np_plan *plan, double measured_s) {
-  double bytes;
+static void log_whole(const np_plan *plan, double measured_s) {
   char measured[40] = "";
-  const neph_result result = np_plan_predict_memory(scene, plan, &bytes);
-  if (result) return result;
   if (measured_s >= 0.0) np_print(measured, sizeof measured, "; measured %.3g s", measured_s);
   np_log(plan->request.context, NEPH_LOG_DEBUG, "prediction: %.3g s of one core, %.3g MB, error %.3g %%%s",
-         np_forecast_sum(&plan->forecast).seconds, 1e-6 * bytes,
+         np_forecast_sum(&plan->forecast).seconds, 1e-6 * np_plan_predict_memory(plan),
          100.0 * hypot(plan->forecast.bias, plan->forecast.noise), measured);
-  return NEPH_OK;
 }
 
-neph_result np_prediction_log(const neph_scene *scene, const np_plan *plan) {
-  return is_verbose(plan) ? log_whole(scene, plan, -1.0) : NEPH_OK;
+void np_prediction_log(const np_plan *plan) {
+  if (is_verbose(plan)) log_whole(plan, -1.0);
 }
 
 static void log_stages(const np_plan *plan, const np_stage_times *times) {
@@ -57,7 +53,7 @@ static neph_result log_all(const neph_scene *scene, const np_plan *plan, const n
   np_plan measured;
   neph_result result = np_plan_make_measured(scene, plan, store, &measured);
   if (!result) log_stages(&measured, times);
-  if (!result) result = log_whole(scene, &measured, measured_s);
+  if (!result) log_whole(&measured, measured_s);
   np_plan_clear(&measured);
   return result;
 }

@@ -11,7 +11,7 @@
 neph_result np_prediction_prepare(const neph_scene *scene, np_plan *plan, np_input_store *store);
 
 /* Notes what the plan predicts. */
-neph_result np_prediction_begin(const neph_scene *scene, const np_plan *plan, np_prediction *out);
+void np_prediction_begin(const np_plan *plan, np_prediction *out);
 
 /* Predicted and measured time of each stage, and of the whole with memory and error, into the log where it is verbose;
  * of the whole into the picture's header, of a picture with a target error or a time limit. The log's numbers are those
@@ -20,6 +20,6 @@ neph_result np_prediction_end(const neph_scene *scene, const np_plan *plan, cons
                               np_input_store *store, neph_image *image);
 
 /* Seconds, memory and error of a plan whose inputs are measured, into the log where it is verbose. */
-neph_result np_prediction_log(const neph_scene *scene, const np_plan *plan);
+void np_prediction_log(const np_plan *plan);
 
 #endif

@@ -41,8 +41,8 @@ static neph_result render(np_plan *plan, const neph_scene *scene, const np_rende
                           neph_image **out_image) {
   np_stage_times *times = job->build.times;
   np_assembly assembly;
-  neph_result result = np_prediction_begin(scene, plan, &times->prediction);
-  if (!result) result = np_plan_compute_hash(scene, plan);
+  np_prediction_begin(plan, &times->prediction);
+  neph_result result = np_plan_compute_hash(scene, plan);
   if (!result) result = np_part_check_hash(plan);
   if (!result) result = np_assembly_build(scene, plan, &job->build, monitor, &assembly);
   if (result) return result;

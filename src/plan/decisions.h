@@ -7,6 +7,7 @@
 #include "plan/stage.h"
 #include "scene/scene_lights.h"
 #include "scene/scene_private.h"
+#include "transport/scattering_field.h"
 
 typedef struct np_stage_decision {
   bool is_needed;
@@ -15,9 +16,8 @@ typedef struct np_stage_decision {
 
 /* The expected cells of a solution of multiple scattering. */
 typedef struct np_expected_cells {
-  double count; /* cells in the box of clouds whose box is known; else 0 */
-  double share; /* share of the cells with cloud */
-  double error; /* error of the largest cells; 0: it is not solved */
+  np_cell_counts counts; /* 0 where the clouds' box is not known */
+  double error;          /* error of the largest cells; 0: it is not solved */
 } np_expected_cells;
 
 typedef struct np_decisions {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Settings for a target error or a time limit: the settings that are predicted to reach the target in the least time,
- * or to err least within the limit. Predictions are those of the plan (stage_costs.c, bias_model.c); the samples of
+ * or to err least within the limit. Predictions are those of the plan (stage_counts.c, bias_model.c); the samples of
  * each pixel follow from pilots when the picture is rendered. The search takes the best quality, and then turns one key
  * after another to what is better. */
 #include <math.h>
@@ -85,8 +85,6 @@ static double count_samples(const choice *c, double fixed_s, double one_s) {
 
 static neph_result predict(choice *c, neph_effort *out) {
   neph_result result = make_plan(c);
-  double bytes = 0.0;
-  if (!result) result = np_plan_predict_memory(c->scene, &c->plan, &bytes);
   if (result) return result;
   const np_plan *plan = &c->plan;
   const double core_s = np_plan_get_core_s(plan), all_s = np_forecast_sum(&plan->forecast).seconds;
@@ -96,7 +94,7 @@ static neph_result predict(choice *c, neph_effort *out) {
   out->samples = count_samples(c, core_s * (all_s - sampled_s), core_s * one_s);
   out->cpu_seconds = all_s - sampled_s + out->samples * one_s;
   out->seconds = core_s * out->cpu_seconds;
-  out->bytes = (uint64_t)bytes;
+  out->bytes = (uint64_t)np_plan_predict_memory(plan);
   out->bias = plan->forecast.bias;
   out->noise = np_plan_get_noise(plan, out->samples);
   out->error = hypot(out->noise, out->bias);

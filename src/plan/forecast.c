@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The walk over the rows that predicts errors and costs. */
+/* The walk over the rows that predicts errors, and counts work. */
 #include "plan/forecast.h"
 
 #include <math.h>
@@ -28,23 +28,30 @@ static void predict_errors(const neph_scene *scene, np_plan *plan) {
   out->stages[NP_STAGE_INTEGRATOR].error = hypot(out->stages[NP_STAGE_INTEGRATOR].error, out->noise);
 }
 
-static np_stage_cost predict_cost(const neph_scene *scene, const np_plan *plan, np_stage stage) {
+static void count_work(const neph_scene *scene, const np_plan *plan, np_stage stage, np_cost_counts *out) {
   const np_stage_rule *rule = np_stage_get_rule(stage);
-  if (rule->predict) return rule->predict(plan, scene);
+  if (rule->count) {
+    rule->count(plan, scene, out);
+    return;
+  }
   const unsigned probes = np_plan_needs(plan, NP_STAGE_COLOR_FIT) && rule->is_of_probes ? 1 : 0;
   const unsigned packets = plan->decisions.packet_count + probes;
   const np_part_counts counts = np_part_counts_make(scene->cloud_count, np_plan_count_lights(plan), packets);
-  const double parts = np_stage_count_parts(rule, &counts);
-  return (np_stage_cost){rule->part_seconds * parts, rule->part_bytes * parts};
+  if (rule->part_cost) out->of[rule->part_cost] = np_stage_count_parts(rule, &counts);
 }
 
 void np_forecast_make(const neph_scene *scene, np_plan *plan) {
   np_forecast *out = &plan->forecast;
+  np_cost_counts one = {{0}};
   *out = (np_forecast){.bias = 0.0};
   predict_errors(scene, plan);
+  np_program_count(scene, &out->program);
+  np_samples_count(plan, scene, 1.0, &one);
+  out->one_sample_s = np_costs_sum(&one).seconds;
   for (int i = 0; i < NP_STAGE_COUNT; i++) {
     if (!np_plan_needs(plan, (np_stage)i)) continue;
-    np_stage_cost cost = predict_cost(scene, plan, (np_stage)i);
+    count_work(scene, plan, (np_stage)i, &out->stages[i].counts);
+    np_stage_cost cost = np_costs_sum(&out->stages[i].counts);
     out->constant_s += cost.seconds;
     if (i != NP_STAGE_INTEGRATOR) out->constant_common_s += cost.seconds;
     cost.seconds *= plan->request.work_factor[get_work(plan, (np_stage)i)];

@@ -3,21 +3,19 @@
 #ifndef NP_PLAN_FORECAST_H
 #define NP_PLAN_FORECAST_H
 
+#include "plan/costs.h"
 #include "plan/stage.h"
 
-/* Predicted cost of a stage: seconds of one core, and bytes that stay while the picture is rendered. 0: next to
- * nothing, or not known. */
-typedef struct np_stage_cost {
-  double seconds, bytes;
-} np_stage_cost;
-
 typedef struct np_stage_forecast {
-  np_stage_cost cost;
-  double error; /* bias as a share of a pixel's luminance; the integrator's includes the noise */
+  np_cost_counts counts;
+  np_stage_cost cost; /* sums over the counts; seconds times the machine's factor */
+  double error;       /* bias as a share of a pixel's luminance; the integrator's includes the noise */
 } np_stage_forecast;
 
 typedef struct np_forecast {
   np_stage_forecast stages[NP_STAGE_COUNT];
+  np_cost_counts program;   /* the program and its libraries */
+  double one_sample_s;      /* seconds of one sample of each pixel on the machine of the constants */
   double bias, noise;       /* errors of the picture: docs/error.md */
   double sample_mean;       /* samples a pixel; with a target error as many as that takes */
   double constant_s;        /* seconds of all stages on the machine of the constants: the same on every machine */

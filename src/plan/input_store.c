@@ -5,6 +5,7 @@
 
 #include "core/alloc.h"
 #include "core/hash.h"
+#include "plan/trial.h"
 
 void np_input_store_clear(neph_context *context, np_input_store *store) {
   while (store->references) {
@@ -12,6 +13,7 @@ void np_input_store_clear(neph_context *context, np_input_store *store) {
     store->references = first->next;
     np_alloc_free(context, first);
   }
+  np_trial_release(store->trial.trial);
   *store = (np_input_store){.references = NULL};
 }
 

@@ -19,15 +19,15 @@ typedef struct np_reference {
   np_anchor anchor;
 } np_reference;
 
-/* The measured share of their boxes that baked clouds fill. */
-typedef struct np_stored_fill {
-  char key[33]; /* fingerprint of the clouds; empty: none was measured */
-  double share;
-} np_stored_fill;
+/* The latest trial of clouds. */
+typedef struct np_stored_trial {
+  char key[33];           /* fingerprint of the clouds; empty: there is none */
+  struct np_trial *trial; /* held; NULL: no cloud has a place */
+} np_stored_trial;
 
 typedef struct np_input_store {
   np_reference *references;
-  np_stored_fill fill;
+  np_stored_trial trial;
 } np_input_store;
 
 void np_input_store_clear(neph_context *context, np_input_store *store);

@@ -8,22 +8,19 @@
 #include "core/alloc.h"
 #include "core/file.h"
 #include "core/hash.h"
+#include "image/image_private.h"
 #include "plan/cloud_source.h"
-#include "plan/georeference.h"
+#include "plan/input_headers.h"
 #include "plan/placement.h"
-#include "plan/plan_choices.h"
 #include "plan/plan_detail.h"
+#include "plan/trial.h"
 #include "scene/cloud_file.h"
+#include "scene/cloud_ground.h"
 #include "scene/cloud_places.h"
 #include "volume/volume_levels.h"
 #include "volume/volume_private.h"
 
 /* ---- Voxels ---- */
-
-const np_input_file *np_inputs_get_file(const np_inputs *inputs, unsigned cloud) {
-  static const np_input_file unknown = {.is_known = false};
-  return cloud < inputs->file_count ? &inputs->files[cloud] : &unknown;
-}
 
 unsigned np_inputs_count_levels(const np_inputs *inputs, const neph_scene *scene, const np_scene_cloud *cloud) {
   if (cloud->is_baked) return cloud->bake.repeat_m > 0.0 ? 1 : cloud->level_count;
@@ -53,17 +50,29 @@ static neph_result count_files(neph_context *context, bool is_baked, unsigned le
   return NEPH_OK;
 }
 
+/* A cloud of the trial; NULL: it was not tried. */
+static const np_trial_cloud *get_tried(const np_inputs *inputs, const neph_scene *scene, const np_scene_cloud *cloud) {
+  return inputs->trial ? &inputs->trial->clouds[cloud - scene->clouds] : NULL;
+}
+
 static void count_bake(const neph_scene *scene, const np_request *request, const np_scene_cloud *cloud,
                        np_inputs *inputs) {
+  const np_trial_cloud *tried = get_tried(inputs, scene, cloud);
   const np_bake_voxels voxels = np_plan_count_bake_voxels(request, scene, cloud);
-  const double filled = inputs->filled_share * voxels.box;
+  const double factor = np_plan_get_bake(request, scene, cloud).voxel_m / cloud->bake.voxel_m;
+  const double share = tried ? np_trial_cloud_get_share(tried, factor) : NP_FILLED_SHARE, filled = share * voxels.box;
   inputs->voxels.baked_box += voxels.box;
-  inputs->voxels.along_billows += inputs->filled_share * voxels.along_billows;
+  inputs->voxels.baked += filled;
+  inputs->voxels.along_billows += share * voxels.along_billows;
   add_cloud_voxels(inputs, filled, filled);
 }
 
 static neph_result count_source(const neph_scene *scene, const np_request *request, const np_scene_cloud *cloud,
                                 const np_plan_cloud_file *file, np_inputs *inputs) {
+  const np_trial_cloud *tried = get_tried(inputs, scene, cloud);
+  const bool is_counted = tried && tried->brick_voxels > 0.0 && np_inputs_count_levels(inputs, scene, cloud) < 2;
+  if (file->source == NP_CLOUD_SOURCE_FILE && is_counted)
+    return add_cloud_voxels(inputs, tried->brick_voxels, coarse_share * tried->brick_voxels), NEPH_OK;
   if (file->source == NP_CLOUD_SOURCE_FILE)
     return count_files(request->context, cloud->is_baked, np_inputs_count_levels(inputs, scene, cloud), file->path,
                        inputs);
@@ -96,97 +105,64 @@ static neph_result count_voxels(const neph_scene *scene, const np_request *reque
   return result;
 }
 
+/* ---- Heights ---- */
+
+/* Samples along a side that go on beyond the border of a file. */
+static const double margin_samples = 160.0;
+
+static double count_heights(const np_scene_terrain *terrain, const unsigned size[2]) {
+  const double margin = terrain->desc.edge == NEPH_TERRAIN_EDGE_INFINITE ? margin_samples : 0.0;
+  return (size[0] + margin) * (size[1] + margin);
+}
+
+/* Heights by the size of the file, of two bytes each. A given terrain is there already. */
+static np_terrain_counts guess_terrain(const neph_scene *scene, const np_request *request) {
+  const np_scene_terrain *terrain = &scene->terrain;
+  np_terrain_counts counts = {.made = 0.0};
+  if (terrain->given || request->is_sky_alone) return counts;
+  const unsigned side = np_plan_get_ridges(request, scene).sample_count;
+  if (terrain->kind == NP_TERRAIN_RIDGES) counts.made = count_heights(terrain, (const unsigned[2]){side, side});
+  if (terrain->kind == NP_TERRAIN_HEIGHTFIELD) counts.read = 0.5 * (double)np_file_get_size(terrain->heightfield);
+  if (terrain->mesh_file) counts.mesh_bytes = (double)np_file_get_size(terrain->mesh_file);
+  return counts;
+}
+
+/* Sizes in the headers of a file of heights and of a picture of albedo. */
+static neph_result measure_terrain(const neph_scene *scene, np_inputs *inputs) {
+  const np_scene_terrain *terrain = &scene->terrain;
+  const np_terrain_source source = np_scene_terrain_get_source(terrain);
+  const np_terrain_row *row = &np_terrain_rows[terrain->kind];
+  unsigned heights[2] = {0, 0}, texels[2] = {0, 0};
+  neph_result result = NEPH_OK;
+  if (inputs->terrain.read > 0.0 && row->check) {
+    result = row->check(scene->context, &source, &terrain->desc, heights);
+    inputs->terrain.read = count_heights(terrain, heights);
+  }
+  if (!result && !terrain->given && terrain->albedo_image)
+    result = np_image_read_size(scene->context, terrain->albedo_image, texels);
+  inputs->terrain.texels = (double)texels[0] * texels[1];
+  return result;
+}
+
 neph_result np_inputs_make(const neph_scene *scene, const np_request *request, np_inputs *out_inputs) {
-  *out_inputs = (np_inputs){.filled_share = 0.4};
+  *out_inputs = (np_inputs){.terrain = guess_terrain(scene, request)};
   return count_voxels(scene, request, out_inputs);
 }
 
+void np_inputs_drop_trial(np_inputs *inputs, np_input_store *store) {
+  np_trial_release(inputs->trial);
+  np_trial_release(store->trial.trial);
+  inputs->trial = NULL;
+  store->trial = (np_stored_trial){.key = ""};
+}
+
 void np_inputs_clear(neph_context *context, np_inputs *inputs) {
+  np_trial_release(inputs->trial);
   np_alloc_free(context, inputs->files);
   *inputs = (np_inputs){.files = NULL};
 }
 
-/* ---- Bakes ---- */
-
-/* Voxels of a trial bake: a tenth of a second or less. */
-static const double trial_voxels = 4e5;
-
-/* Counts by a trial the voxels of a cloud's box, and the voxels that hold cloud. */
-static neph_result measure_bake(const neph_scene *scene, const np_request *request, const np_scene_cloud *cloud,
-                                double *box_voxels, double *filled_voxels) {
-  neph_cloud_desc bake = np_plan_get_bake(request, scene, cloud);
-  neph_bake_desc desc = NEPH_BAKE_DESC_DEFAULT;
-  neph_volume_info info = NEPH_VOLUME_INFO_DEFAULT;
-  neph_volume *volume;
-  const double own_m = bake.voxel_m, volume_m3 = bake.extent_m[0] * bake.extent_m[1] * bake.thickness_m;
-  bake.voxel_m = cbrt(volume_m3 / trial_voxels);
-  desc.planet_radius_m = scene->atmosphere.planet_radius_m;
-  neph_result result = neph_cloud_bake(scene->context, &bake, &desc, &volume);
-  if (!result) result = neph_volume_get_info(volume, &info);
-  neph_volume_release(volume);
-  if (result) return result;
-  *box_voxels += volume_m3 / pow(own_m, 3.0);
-  *filled_voxels += (double)info.active_voxel_count * pow(bake.voxel_m / own_m, 3.0);
-  return NEPH_OK;
-}
-
-/* All that the trials depend on: the frame's bakes, whatever their voxels. */
-static neph_result compute_key(const neph_scene *scene, const np_request *request, char out_key[33]) {
-  np_hash *hash = np_hash_create(scene->context);
-  for (unsigned i = 0; hash && i < scene->cloud_count; i++) {
-    if (!scene->clouds[i].is_baked) continue;
-    neph_cloud_desc bake = np_scene_cloud_get_frame(&scene->clouds[i], request->desc.frame);
-    np_hash_add_file(hash, bake.map_file);
-    np_shape_add_hash(hash, &bake.shape);
-    for (int m = 0; m < NEPH_CLOUD_MAP_QUANTITY_COUNT; m++) {
-      np_hash_add_text(hash, bake.map_channels[m]);
-      bake.map_channels[m] = NULL;
-    }
-    bake.map_file = bake.name = NULL;
-    NP_HASH_ADD(hash, bake);
-  }
-  return np_hash_finish(hash, out_key);
-}
-
-static neph_result measure(const neph_scene *scene, const np_request *request, double *out_share) {
-  double box_voxels = 0.0, filled_voxels = 0.0;
-  neph_result result = NEPH_OK;
-  for (unsigned i = 0; !result && i < scene->cloud_count; i++)
-    if (scene->clouds[i].is_baked)
-      result = measure_bake(scene, request, &scene->clouds[i], &box_voxels, &filled_voxels);
-  if (!result && box_voxels > 0.0) *out_share = np_plan_get_cell_share(fmin(filled_voxels / box_voxels, 1.0));
-  return result;
-}
-
 /* ---- Files ---- */
-
-/* A file's box is as its writer had it: of any numbers. */
-static int32_t count_between(int32_t first, int32_t last) {
-  const int64_t count = (int64_t)last - first + 1;
-  return count < 0 ? 0 : count > INT32_MAX ? INT32_MAX : (int32_t)count;
-}
-
-/* World box of a file's grid, placed by the grid's own box whatever frame the scene refers to. */
-static neph_result place_box(const neph_scene *scene, const np_scene_cloud *cloud, const np_grid_header *header,
-                             np_input_file *out) {
-  neph_volume outline = {.index_to_world = header->index_to_world};
-  memcpy(outline.active_min, header->active_min, sizeof outline.active_min);
-  memcpy(outline.active_max, header->active_max, sizeof outline.active_max);
-  np_scene_cloud hollow = *cloud;
-  hollow.density_unit = NP_DENSITY_EXTINCTION; /* whatever its optical depth */
-  np_anchor anchor;
-  np_georeference georeference;
-  neph_result result = np_placement_anchor(&hollow, &outline, NULL, &anchor);
-  if (!result) result = np_georeference_apply(scene, cloud, &outline, &anchor.file_to_world, &georeference);
-  out->index_to_world = np_affine_compose(&anchor.file_to_world, &outline.index_to_world);
-  np_placement_compute_bounds(&out->index_to_world, &outline, &out->low, &out->high);
-  for (int a = 0; a < 3; a++) out->size[a] = count_between(header->active_min[a], header->active_max[a]);
-  out->voxel_count = header->voxel_count;
-  out->extinction_per_value = header->extinction_per_value;
-  out->level_count = header->level_count;
-  out->is_known = !result && header->voxel_count > 0.0;
-  return result;
-}
 
 /* Copies may be no larger than a few cells: one counts beyond a box on each side, and one that it begins in. */
 static double count_copied_cells(const neph_scene *scene, const np_request *request, const np_scene_cloud *cloud,
@@ -203,45 +179,11 @@ static double count_copied_cells(const neph_scene *scene, const np_request *requ
   return cells;
 }
 
-static neph_result read_header(const neph_scene *scene, const np_request *request, const np_scene_cloud *cloud,
-                               np_input_file *out) {
-  const neph_volume_load_desc load = np_cloud_file_describe_load(cloud);
-  np_cloud_file file;
-  np_grid_header header = {.has_box = false};
-  bool has_colors = false;
-  *out = (np_input_file){.is_known = false};
-  neph_result result = np_cloud_file_get(scene->context, cloud, request->desc.frame, &file);
-  const bool is_present = file.path && np_file_exists(file.path); /* opening reports a missing file */
-  if (!result && is_present)
-    result = np_volume_read_header(scene->context, file.path, &load, np_cloud_file_get_sequence(cloud), &header);
-  if (!result && is_present && !np_scene_is_none(cloud->color))
-    result = np_volume_search_vector(scene->context, file.path, NP_VECTOR_COLOR, cloud->color, &has_colors);
-  np_alloc_free(scene->context, file.path);
-  if (result || !header.has_box || header.state != NP_GRID_FILLED) return result;
-  out->has_colors = has_colors;
-  return place_box(scene, cloud, &header, out);
-}
-
 static double count_file_cells(const neph_scene *scene, const np_request *request, const np_scene_cloud *cloud,
                                const np_input_file *file) {
   if (cloud->place_count > 0) return count_copied_cells(scene, request, cloud, file->low, file->high);
   const np_dvec3 size = np_dvec3_subtract(file->high, file->low);
   return size.x * size.y * size.z / pow(np_plan_get_light_edge(request, scene, file->low, file->high), 3.0);
-}
-
-/* Share of the picture's rays that meet the clouds of files: the rays that meet the box of each, times the share of its
- * shadow that a cloud fills, with as much of it along each axis. 0 where there are other clouds, or copies. */
-static double measure_cover(const neph_scene *scene, const np_request *request, const np_inputs *inputs) {
-  const double all = (double)request->desc.width * request->desc.height * request->desc.sample_count;
-  double clear = 1.0;
-  for (unsigned i = 0; i < inputs->file_count; i++) {
-    const np_input_file *file = &inputs->files[i];
-    if (!file->is_known || scene->clouds[i].place_count > 0) return 0.0;
-    const double voxels = file->voxel_count / ((double)file->size[0] * file->size[1] * file->size[2]);
-    const double met = np_plan_count_rays_to(request, scene, file->low, file->high) / all;
-    clear *= 1.0 - met * pow(fmin(voxels, 1.0), 2.0 / 3.0);
-  }
-  return 1.0 - clear;
 }
 
 /* Reads headers, and counts the cells where a picture's pixels limit them. */
@@ -254,30 +196,101 @@ static neph_result measure_files(const neph_scene *scene, const np_request *requ
   for (unsigned i = 0; !result && i < inputs->file_count; i++) {
     const np_scene_cloud *cloud = &scene->clouds[i];
     np_input_file *file = &inputs->files[i];
-    if (!cloud->is_baked && !cloud->volume) result = read_header(scene, request, cloud, file);
+    if (!cloud->is_baked && !cloud->volume) result = np_input_file_read(scene, request, cloud, file);
     if (result || !file->is_known) continue;
     inputs->file_voxel_count += file->voxel_count;
     if (is_limited) inputs->file_cell_count += count_file_cells(scene, request, cloud, file);
   }
-  inputs->file_cover = measure_cover(scene, request, inputs);
   return result;
 }
 
-/* ---- Both ---- */
+/* ---- Trials ---- */
+
+static neph_result add_file(const neph_scene *scene, const np_request *request, const np_scene_cloud *cloud,
+                            np_hash *hash) {
+  np_cloud_file file;
+  const neph_result result = np_cloud_file_get(scene->context, cloud, request->desc.frame, &file);
+  if (!result) np_hash_add_file(hash, file.path);
+  np_alloc_free(scene->context, file.path);
+  np_hash_add_text(hash, cloud->grid);
+  return result;
+}
+
+static void add_bake(const np_request *request, const np_scene_cloud *cloud, np_hash *hash) {
+  neph_cloud_desc bake = np_scene_cloud_get_frame(cloud, request->desc.frame);
+  np_hash_add_file(hash, bake.map_file);
+  np_shape_add_hash(hash, &bake.shape);
+  for (int m = 0; m < NEPH_CLOUD_MAP_QUANTITY_COUNT; m++) {
+    np_hash_add_text(hash, bake.map_channels[m]);
+    bake.map_channels[m] = NULL;
+  }
+  bake.map_file = bake.name = NULL;
+  NP_HASH_ADD(hash, bake);
+}
+
+static void add_place(const np_scene_cloud *cloud, np_hash *hash) {
+  np_cloud_file_add_to_hash(hash, cloud);
+  NP_HASH_ADD(hash, cloud->voxel_m);
+  NP_HASH_ADD(hash, cloud->has_position);
+  NP_HASH_ADD(hash, cloud->position_m);
+  NP_HASH_ADD(hash, cloud->pivot);
+  NP_HASH_ADD(hash, cloud->pivot_point);
+  NP_HASH_ADD(hash, cloud->density_unit);
+  NP_HASH_ADD(hash, cloud->density_value);
+  np_hash_add(hash, cloud->place, cloud->place_count * sizeof *cloud->place);
+}
+
+/* All that a trial depends on: the frame's clouds and their places, and heights under them. */
+static neph_result compute_key(const neph_scene *scene, const np_request *request, char out_key[33]) {
+  char terrain[33] = "";
+  neph_result result = NEPH_OK;
+  if (scene->terrain.kind != NP_TERRAIN_NONE && !scene->terrain.given)
+    result = np_terrain_key_compute(scene, &scene->terrain.ridges, NP_TERRAIN_KEY_OF_HEIGHTS, terrain);
+  np_hash *hash = np_hash_create(scene->context);
+  np_hash_add_text(hash, terrain);
+  for (unsigned i = 0; hash && i < scene->cloud_count && !result; i++) {
+    const np_scene_cloud *cloud = &scene->clouds[i];
+    NP_HASH_ADD(hash, cloud->volume);
+    if (cloud->is_baked)
+      add_bake(request, cloud, hash);
+    else if (!cloud->volume)
+      result = add_file(scene, request, cloud, hash);
+    add_place(cloud, hash);
+  }
+  const neph_result finished = np_hash_finish(hash, out_key);
+  return result ? result : finished;
+}
+
+/* Takes the trial of the store, or makes it and leaves it there. */
+static neph_result take_trial(const neph_scene *scene, const np_request *request, np_input_store *store,
+                              np_inputs *inputs) {
+  np_stored_trial *stored = &store->trial;
+  char key[33];
+  neph_result result = compute_key(scene, request, key);
+  if (result) return result;
+  if (strcmp(key, stored->key) != 0) {
+    np_trial_release(stored->trial);
+    *stored = (np_stored_trial){.key = ""};
+    result = np_trial_make(scene, request, inputs, &stored->trial);
+    if (!result) memcpy(stored->key, key, sizeof key);
+  }
+  inputs->trial = np_trial_retain(stored->trial);
+  if (!inputs->trial) return result;
+  inputs->view = np_trial_see(inputs->trial, request, scene);
+  inputs->ground = np_trial_see_from_ground(inputs->trial);
+  return result;
+}
+
+/* ---- All of it ---- */
 
 neph_result np_inputs_measure(const neph_scene *scene, const np_request *request, np_input_store *store,
                               np_inputs *inputs, bool *out_is_changed) {
-  np_stored_fill *stored = &store->fill;
-  np_stored_fill fill = {.share = inputs->filled_share};
-  neph_result result = compute_key(scene, request, fill.key);
-  if (!result && strcmp(fill.key, stored->key)) {
-    result = measure(scene, request, &fill.share);
-    if (!result) *stored = fill;
-  }
-  if (!result) result = measure_files(scene, request, inputs);
+  *out_is_changed = false;
   inputs->is_measured = true;
-  *out_is_changed = !result && (stored->share != inputs->filled_share || inputs->file_voxel_count > 0.0);
-  if (!*out_is_changed) return result;
-  inputs->filled_share = stored->share;
-  return count_voxels(scene, request, inputs);
+  if (request->is_sky_alone) return NEPH_OK;
+  neph_result result = measure_terrain(scene, inputs);
+  if (!result) result = measure_files(scene, request, inputs);
+  if (!result) result = take_trial(scene, request, store, inputs);
+  *out_is_changed = !result;
+  return result ? result : count_voxels(scene, request, inputs);
 }

@@ -8,6 +8,13 @@
 #include "plan/request.h"
 #include "volume/instance.h"
 
+/* Share of its bricks that a bake is taken to fill until it is measured. */
+#define NP_FILLED_SHARE 0.4
+
+/* Share of the cells and bricks with cloud, where a share of the voxels has it: one voxel with cloud is enough for a
+ * cell. The exponent fits a hero, a deck, and three fields whose voxels fill 0.1 to 0.16, to a quarter. */
+static inline double np_plan_get_cell_share(double voxel_share) { return pow(voxel_share, 0.6); }
+
 /* The header of a cloud's file. */
 typedef struct np_input_file {
   bool is_known;
@@ -23,14 +30,36 @@ typedef struct np_input_file {
 /* Voxels of all clouds. A guess by sizes of files and of bakes, by which work is judged. */
 typedef struct np_voxel_counts {
   double baked_box;     /* voxels in the boxes of the clouds to bake: an upper bound of stored voxels */
+  double baked;         /* baked voxels in bricks */
   double along_billows; /* baked voxels along billows (plan_detail.h) */
-  double cloud[2];      /* voxels that hold cloud; second: with coarse voxels of files */
+  double cloud[2];      /* voxels that hold cloud, baked or read; second: with coarse voxels of files */
   double detailed[2];   /* the share of clouds with detail finer than voxels */
 } np_voxel_counts;
 
+/* The terrain's source. */
+typedef struct np_terrain_counts {
+  double made, read; /* heights that are generated, and read, those beyond the border of a file included */
+  double mesh_bytes; /* bytes of a file of a mesh */
+  double texels;     /* texels of a picture of its albedo */
+} np_terrain_counts;
+
+/* Means over the rays of a picture. */
+typedef struct np_view_counts {
+  double cover;    /* share of the rays that meet cloud */
+  double length_m; /* way in cloud until light is spent */
+  double depth;    /* optical depth, of thick clouds as much as light goes through */
+} np_view_counts;
+
+/* Rays from points on the ground to the clouds, by which light from the clouds on the ground is gathered. */
+typedef struct np_ground_counts {
+  double points;   /* points on the ground */
+  double way_m;    /* way of a ray through the clouds' box, in the mean */
+  double length_m; /* its way in cloud until light is spent */
+} np_ground_counts;
+
 typedef struct np_inputs {
   np_voxel_counts voxels;
-  double filled_share; /* share of their boxes that baked clouds fill: two fifths, or as measured */
+  np_terrain_counts terrain;
 
   /* The rest is 0 until it is measured. */
   bool is_measured;
@@ -38,21 +67,32 @@ typedef struct np_inputs {
   unsigned file_count;
   double file_voxel_count; /* active voxels of all files */
   double file_cell_count;  /* cells of light in the boxes of files, as far as pixels limit them */
-  double file_cover;       /* share of the picture's rays that meet files; 0 where there are other clouds */
+  struct np_trial *trial;  /* map of the clouds; held; NULL: none */
+  np_view_counts view;     /* rays of the picture through the trial */
+  np_ground_counts ground; /* rays from the ground through it */
 } np_inputs;
 
 /* Counts the voxels of a request's clouds; nothing of a picture of the sky. */
 neph_result np_inputs_make(const neph_scene *scene, const np_request *request, np_inputs *out_inputs);
 
-/* Reads headers, and measures by trial bakes of few voxels, a tenth of a second each, how much of their boxes clouds
- * fill. `*out_is_changed`: predictions change with it. */
+/* Reads headers, makes a trial (trial.h), a few tenths of a second, or takes the store's, and counts again.
+ * `*out_is_changed`: predictions change with it. */
 neph_result np_inputs_measure(const neph_scene *scene, const np_request *request, np_input_store *store,
                               np_inputs *inputs, bool *out_is_changed);
+
+/* Frees the trial, of the store too, once all that follows from it is decided: it takes some megabytes. */
+void np_inputs_drop_trial(np_inputs *inputs, np_input_store *store);
 
 void np_inputs_clear(neph_context *context, np_inputs *inputs);
 
 /* The header of a cloud's file; an unknown one before it is measured. */
 const np_input_file *np_inputs_get_file(const np_inputs *inputs, unsigned cloud);
+
+/* Share of a file's box that is cloud. */
+double np_input_file_get_share(const np_input_file *file);
+
+/* Extinction at the densest point of a file, 1/m, by its header. */
+double np_input_file_guess_extinction(const np_scene_cloud *cloud, const np_input_file *file);
 
 /* Files of levels of detail that a cloud has: 0 before the header of a file from elsewhere is read. */
 unsigned np_inputs_count_levels(const np_inputs *inputs, const neph_scene *scene, const np_scene_cloud *cloud);

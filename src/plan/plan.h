@@ -46,8 +46,8 @@ neph_result np_plan_measure_fill(const neph_scene *scene, np_plan *plan, np_inpu
  * the choices. NEPH_ERROR_LIMIT, with a message, when all are not enough. */
 neph_result np_plan_fit_memory(const neph_scene *scene, np_plan *plan, np_input_store *store);
 
-/* Peak of the process while the plan is rendered. */
-neph_result np_plan_predict_memory(const neph_scene *scene, const np_plan *plan, double *out_bytes);
+/* Peak of the resident memory of the process while the plan is rendered, bytes. */
+double np_plan_predict_memory(const np_plan *plan);
 
 /* Decides and predicts again, after `savings` have changed. */
 neph_result np_plan_revise(const neph_scene *scene, np_plan *plan);

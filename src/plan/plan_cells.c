@@ -5,18 +5,14 @@
 
 #include "core/alloc.h"
 #include "core/parallel.h"
-#include "plan/placement.h"
 #include "plan/plan_detail.h"
+#include "plan/trial.h"
 #include "scene/cloud_places.h"
 #include "transport/scattering_field.h"
 
 /* The core's extinction grows with height, by this much at the most. */
 static const double core_gain_max = 1.2;
 
-/* Memory of a cell that holds cloud: 1.6 to 1.9 kB more in the peak of six scenes than without a solution. */
-static const double cell_bytes = 1650.0, coarse_cell_bytes = 900.0; /* coarse: degree 3 */
-/* Light at the border of the solution, whatever its cells. */
-static const double border_bytes = 1.2e6;
 /* Cells in files: they are twice as wide as voxels, whose number is roughly known by sizes. */
 static const double cells_per_voxel = 1.0 / 11.0;
 
@@ -30,10 +26,9 @@ static double count_copies(const neph_scene *scene) {
   return count / fmax(scene->cloud_count, 1.0);
 }
 
-double np_plan_predict_cells(const np_plan *plan, const neph_scene *scene) {
-  const double boxed = plan->decisions.cells.share * plan->decisions.cells.count,
-               detail_px = np_plan_get_light_detail(scene);
-  if (boxed > 0.0) return boxed;
+/* Cells by sizes of files, while no box is known. */
+static double guess_cells(const np_plan *plan, const neph_scene *scene) {
+  const double detail_px = np_plan_get_light_detail(scene);
   const np_request detail = np_request_get_detail(&plan->request, scene);
   const double across = detail_px > 0.0 ? usual_width * detail.desc.width / detail_px : HUGE_VAL;
   const double shown = plan->inputs.file_cell_count > 0.0 ? plan->inputs.file_cell_count : pow(across, 3.0);
@@ -41,9 +36,17 @@ double np_plan_predict_cells(const np_plan *plan, const neph_scene *scene) {
   return fmin(cells_per_voxel * voxels * count_copies(scene), usual_fill * shown);
 }
 
-double np_plan_predict_cell_bytes(const np_plan *plan, const neph_scene *scene) {
-  const double bytes = scene->render.light_degree > 3 ? cell_bytes : coarse_cell_bytes;
-  return fmin(border_bytes + bytes * np_plan_predict_cells(plan, scene), plan->savings.light_bytes_max);
+np_cell_counts np_plan_count_cells(const np_plan *plan, const neph_scene *scene) {
+  np_cell_counts counts = plan->decisions.cells.counts;
+  if (!(counts.cells > 0.0)) {
+    const np_scattering_desc desc = {.work_max = 0.0,
+                                     .degree_max = scene->render.light_degree,
+                                     .tolerance = scene->render.light_residual,
+                                     .cells.cell_count_max = SIZE_MAX};
+    counts = np_scattering_desc_count(&desc, guess_cells(plan, scene));
+  }
+  counts.bytes = fmin(counts.bytes, plan->savings.light_bytes_max);
+  return counts;
 }
 
 /* Cells of one voxel serve rays that see cloud: they are at most so many times the rays that meet the clouds' box. */
@@ -80,15 +83,14 @@ static void include_box(outline *o, np_dvec3 low, np_dvec3 high) {
   o->high = np_dvec3_max(o->high, high);
 }
 
-static void add_bake(const np_plan *plan, outline *o, unsigned i, const np_scene_cloud *cloud,
-                     const neph_cloud_desc *bake) {
+static void add_bake(outline *o, unsigned i, const np_scene_cloud *cloud, const neph_cloud_desc *bake) {
   const double low[3] = {bake->center_m[0] - 0.5 * bake->extent_m[0], bake->center_m[1] - 0.5 * bake->extent_m[1],
                          bake->base_altitude_m};
   const double size[3] = {bake->extent_m[0], bake->extent_m[1], bake->thickness_m};
   np_instance *volume = &o->volumes[i];
   o->bricks[i].value_max = 1.0f;
   o->box_m3 += size[0] * size[1] * size[2];
-  o->filled_m3 += plan->inputs.filled_share * size[0] * size[1] * size[2];
+  o->filled_m3 += NP_FILLED_SHARE * size[0] * size[1] * size[2];
   *volume = (np_instance){.bricks = &o->bricks[i],
                           .extinction_per_value = (float)(core_gain_max * bake->extinction_per_m),
                           .phase = cloud->phase};
@@ -107,25 +109,15 @@ static void add_bake(const np_plan *plan, outline *o, unsigned i, const np_scene
   }
 }
 
-/* Share of a file's box that is cloud, and of cells that hold some (inputs.c). */
-static double compute_voxel_share(const np_input_file *file) {
-  return fmin(file->voxel_count / ((double)file->size[0] * file->size[1] * file->size[2]), 1.0);
-}
-
-/* Optical depth of clouds whose scale goes by values that are not read yet, at the most: a cumulus'. */
-static const double depth_unread = 40.0;
-
-/* Extinction at the densest point of a file, 1/m: of its densest column, as if that were filled as the box is. The
- * largest value, which is not read yet, is taken as 1 where that makes no denser a cloud. */
-static double guess_extinction(const np_scene_cloud *cloud, const np_input_file *file) {
-  const bool is_scaled = cloud->density_unit == NP_DENSITY_OPTICAL_DEPTH;
-  const double depth = is_scaled ? cloud->density_value : depth_unread;
-  const double of_depth = depth / ((file->high.z - file->low.z) * fmax(compute_voxel_share(file), 0.25));
-  return is_scaled ? of_depth : fmin(of_depth, np_placement_get_extinction(cloud, file->extinction_per_value));
-}
-
 /* Bricks along the faces, edges and corners of a large tile, of which each is there once for all that are alike. */
 static const double rim_bricks = 6144.0;
+
+/* Extinction at the densest point of a file, 1/m: guessed, where a trial has not read it. */
+static double get_densest(const np_plan *plan, unsigned i, const np_scene_cloud *cloud) {
+  const np_trial *trial = plan->inputs.trial;
+  const double known = trial ? trial->clouds[i].densest_per_m : 0.0;
+  return known > 0.0 ? known : np_input_file_guess_extinction(cloud, np_inputs_get_file(&plan->inputs, i));
+}
 
 static void add_file(const np_plan *plan, outline *o, unsigned i, const np_scene_cloud *cloud) {
   const np_input_file *file = np_inputs_get_file(&plan->inputs, i);
@@ -141,11 +133,23 @@ static void add_file(const np_plan *plan, outline *o, unsigned i, const np_scene
   bricks->value_max = 1.0f;
   bricks->brick_count = (size_t)fmin(file->voxel_count / per_brick, stored);
   *volume = (np_instance){
-      .bricks = bricks, .extinction_per_value = (float)guess_extinction(cloud, file), .phase = cloud->phase};
+      .bricks = bricks, .extinction_per_value = (float)get_densest(plan, i, cloud), .phase = cloud->phase};
   if (!np_affine_invert(&index_to_world, &volume->world_to_index)) volume->world_to_index = np_affine_identity();
   include_box(o, file->low, file->high);
   o->box_m3 += size.x * size.y * size.z;
-  o->filled_m3 += np_plan_get_cell_share(compute_voxel_share(file)) * size.x * size.y * size.z;
+  o->filled_m3 += np_plan_get_cell_share(np_input_file_get_share(file)) * size.x * size.y * size.z;
+}
+
+static bool has_cloud(const void *user, np_dvec3 low, np_dvec3 high) { return np_trial_has_cloud(user, low, high); }
+
+/* Without a trial a share of the cells holds cloud: of a bake as it is measured on all cells; of a file as much as of
+ * its box, which cells go beyond. */
+static void take_share(const outline *o, bool has_bakes, np_scattering_forecast *out) {
+  const double share = o->filled_m3 / (has_bakes ? o->box_m3 : fmax(out->volume_m3, o->box_m3));
+  out->counts.cells *= share;
+  out->counts.bytes *= share;
+  out->counts.sweep_work *= share;
+  out->counts.last_work *= share;
 }
 
 static neph_result place(const np_plan *plan, const neph_scene *scene, outline *o, np_cells_forecast *out) {
@@ -158,22 +162,29 @@ static neph_result place(const np_plan *plan, const neph_scene *scene, outline *
   for (unsigned i = 0; i < scene->cloud_count; i++) {
     const neph_cloud_desc bake = np_plan_get_bake(&plan->request, scene, &scene->clouds[i]);
     if (scene->clouds[i].is_baked)
-      add_bake(plan, o, i, &scene->clouds[i], &bake);
+      add_bake(o, i, &scene->clouds[i], &bake);
     else
       add_file(plan, o, i, &scene->clouds[i]);
     out->are_errors_known = out->are_errors_known && scene->clouds[i].is_baked;
     has_bakes = has_bakes || scene->clouds[i].is_baked;
   }
+  const np_trial *trial = plan->inputs.trial;
+  if (trial) {
+    o->low = trial->low;
+    o->high = trial->high;
+  }
   np_plan_choose_cells(plan, scene, o->low, o->high, &desc);
+  desc.cells.thickness_m = trial ? trial->thickness_m : 0.0;
   desc.cells.has_viewer = scene->camera.kind != NEPH_CAMERA_ORTHOGRAPHIC;
   desc.cells.viewer = np_dvec3_make(near[0], near[1], near[2]);
   desc.cells.viewer_reach = np_dvec3_make(far[0] - near[0], far[1] - near[1], far[2] - near[2]);
   const np_world world = {.clouds.count = scene->cloud_count, .clouds.at = o->volumes};
-  const neph_result result = np_scattering_desc_forecast(scene->context, &world, &desc, &out->cells);
+  const np_cloud_finder finder = {has_cloud, trial};
+  const neph_result result =
+      np_scattering_desc_forecast(scene->context, &world, &desc, trial ? &finder : NULL, &out->cells);
   out->is_known = !result;
   out->are_errors_known = out->are_errors_known && !result;
-  /* Shares of bakes were measured on all cells; a file's is of its box, which cells go beyond. */
-  out->share = o->filled_m3 / (has_bakes || result ? o->box_m3 : fmax(out->cells.volume_m3, o->box_m3));
+  if (!result && !trial) take_share(o, has_bakes, &out->cells);
   return result;
 }
 
@@ -182,8 +193,8 @@ neph_result np_plan_forecast_cells(const np_plan *plan, const neph_scene *scene,
   if (scene->cloud_count == 0 || scene->cloud_count > NP_INSTANCES_MAX) return NEPH_OK;
   for (unsigned i = 0; i < scene->cloud_count; i++) {
     const np_scene_cloud *cloud = &scene->clouds[i];
-    const bool is_outlined =
-        cloud->is_baked || (np_inputs_get_file(&plan->inputs, i)->is_known && cloud->place_count == 0);
+    const bool has_box = np_inputs_get_file(&plan->inputs, i)->is_known;
+    const bool is_outlined = cloud->is_baked || (has_box && (cloud->place_count == 0 || plan->inputs.trial));
     if (!is_outlined || cloud->phase_source.kind == NEPH_PHASE_TABLE) return NEPH_OK;
   }
   outline *o = np_alloc(scene->context, 1, sizeof *o);

@@ -8,9 +8,6 @@
 #include "caches/lighting.h"
 #include "plan/plan_parts.h"
 
-/* Seconds of one core to fill a volume of sun optical depths. */
-double np_plan_predict_filling(const np_plan *plan, const neph_scene *scene);
-
 /* Pixels between the rays along which shadows in the air are looked for: a quarter of a degree, half the sun's disk, or
  * two where that is less. */
 unsigned np_plan_choose_air_spacing(const np_request *request, const neph_scene *scene);
@@ -26,19 +23,11 @@ void np_plan_choose_cells(const np_plan *plan, const neph_scene *scene, np_dvec3
 typedef struct np_cells_forecast {
   bool is_known, are_errors_known; /* errors of no files, whose densest values are not read */
   np_scattering_forecast cells;
-  double share; /* share of the cells with cloud */
 } np_cells_forecast;
-
-/* Share of the cells and bricks with cloud, where a share of the voxels has it: one voxel with cloud is enough for a
- * cell. The exponent fits a hero, a deck, and three fields whose voxels fill 0.1 to 0.16, to a quarter. */
-static inline double np_plan_get_cell_share(double voxel_share) { return pow(voxel_share, 0.6); }
 
 neph_result np_plan_forecast_cells(const np_plan *plan, const neph_scene *scene, np_cells_forecast *out);
 
-/* Cells with cloud of a solution, of a plan that has its forecast. */
-double np_plan_predict_cells(const np_plan *plan, const neph_scene *scene);
-
-/* Bytes that a solution takes while it is computed, of a plan that has its forecast. */
-double np_plan_predict_cell_bytes(const np_plan *plan, const neph_scene *scene);
+/* Cells with cloud of a solution, of a plan that has its decisions: memory within the limit of the plan. */
+np_cell_counts np_plan_count_cells(const np_plan *plan, const neph_scene *scene);
 
 #endif

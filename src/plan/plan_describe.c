@@ -224,6 +224,17 @@ static neph_result put_references(np_json *json, const description *d) {
   return result;
 }
 
+/* Units of work that there are any of, by name. */
+static void put_units(np_json *json, const np_cost_counts *counts) {
+  bool has_any = false;
+  for (int u = 0; u < NP_UNIT_COUNT; u++) has_any = has_any || counts->of[u] > 0.0;
+  if (!has_any) return;
+  np_json_begin_object(json, "units");
+  for (int u = 0; u < NP_UNIT_COUNT; u++)
+    if (counts->of[u] > 0.0) np_json_put_real(json, np_cost_unit_get_name((np_cost_unit)u), counts->of[u]);
+  np_json_end(json);
+}
+
 /* Stages predicted to take next to nothing have no numbers. */
 static neph_result put_stage(np_json *json, const description *d, np_stage stage) {
   const np_stage_rule *rule = np_stage_get_rule(stage);
@@ -238,6 +249,7 @@ static neph_result put_stage(np_json *json, const description *d, np_stage stage
   if (forecast->cost.seconds > 0.0) np_json_put_real(json, "seconds", forecast->cost.seconds);
   if (forecast->cost.bytes > 0.0) np_json_put_real(json, "bytes", forecast->cost.bytes);
   if (forecast->error > 0.0) np_json_put_real(json, "error", forecast->error);
+  put_units(json, &forecast->counts);
   if (is_needed && rule->reused_while) np_json_put_text(json, "reused_while", rule->reused_while);
   np_json_end(json);
   return np_text_end(&reason, result);
@@ -264,6 +276,7 @@ static neph_result describe_json(const description *d, char **out_text) {
   np_json_put_real(json, "bake_voxel_count", plan->inputs.voxels.baked_box);
   put_settings(json, d->scene, plan);
   put_prediction(json, plan, d->peak_bytes);
+  put_units(json, &plan->forecast.program);
   neph_result result = put_references(json, d);
   if (!result) result = put_stages(json, d);
   if (!result) return np_json_finish(json, out_text);
@@ -273,12 +286,10 @@ static neph_result describe_json(const description *d, char **out_text) {
 
 neph_result np_plan_describe(const neph_scene *scene, const np_plan *plan, const np_input_store *store,
                              neph_text_format format, char **out_text) {
-  description d = {.scene = scene, .plan = plan, .store = store};
+  description d = {.scene = scene, .plan = plan, .store = store, .peak_bytes = np_plan_predict_memory(plan)};
   *out_text = NULL;
-  neph_result result = np_plan_predict_memory(scene, plan, &d.peak_bytes);
-  if (result) return result;
   locale_t saved = np_values_enter();
-  result = (format == NEPH_TEXT_JSON ? describe_json : describe_plain)(&d, out_text);
+  const neph_result result = (format == NEPH_TEXT_JSON ? describe_json : describe_plain)(&d, out_text);
   np_values_leave(saved);
   return result;
 }

@@ -101,8 +101,8 @@ double np_plan_predict_reconstruction_bytes(const neph_scene *scene, const np_re
                                          : 0.0;
 }
 
-np_stage_cost np_stage_predict_history(const np_plan *plan, const neph_scene *scene) {
+void np_stage_count_history(const np_plan *plan, const neph_scene *scene, np_cost_counts *out) {
   const double places = (double)np_request_count_pixels(&plan->request) * NP_HISTORY_PLACE_BYTES;
   const double changes = np_scene_has_still_light(scene) ? 0.0 : (double)plan->request.film_bytes;
-  return (np_stage_cost){.bytes = predict_frame_bytes(&plan->request) + places + changes};
+  out->of[NP_UNIT_BYTE] = predict_frame_bytes(&plan->request) + places + changes;
 }

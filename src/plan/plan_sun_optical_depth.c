@@ -93,10 +93,20 @@ static bool is_sequence_of_still_clouds(const neph_scene *scene) {
   return is_still && is_numbered(scene->output.image);
 }
 
-double np_plan_predict_filling(const np_plan *plan, const neph_scene *scene) {
-  double voxel_s, ray_s;
-  compute_costs(plan, scene, &voxel_s, &ray_s);
-  return voxel_s * np_plan_get_cloud_voxels(plan);
+/* Nodes of the lattice that hold a depth: their bytes for a voxel with cloud, 18 to 100 in five scenes. */
+static const double voxel_bytes = 50.0;
+
+void np_stage_count_sun_optical_depth(const np_plan *plan, const neph_scene *scene, np_cost_counts *out) {
+  const np_sun_optical_depth_desc desc = NP_SUN_OPTICAL_DEPTH_DESC_DEFAULT;
+  const double lights = np_plan_count_lights(plan), voxels = np_plan_get_cloud_voxels(plan);
+  double steep = 0.0;
+  for (unsigned i = 0; i < scene->cloud_count; i++) {
+    const ray_passage p = compute_passage(plan, scene, &scene->clouds[i]);
+    steep += fmin(p.depth / fmax(p.bricks, 1.0), 1.0) / scene->cloud_count;
+  }
+  const double counted = lights * fmin(voxels, (double)desc.bytes_max / voxel_bytes);
+  out->of[NP_UNIT_SUN_VOXEL] = counted * (1.0 - steep);
+  out->of[NP_UNIT_STEEP_SUN_VOXEL] = counted * steep;
 }
 
 void np_stage_choose_sun_volume(np_decision *d, np_stage_decision *out) {

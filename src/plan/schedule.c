@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "plan/schedule.h"
-#include "plan/stage_decisions.h"
 
 /* Share of the rest of a limit, at the most and, unless nothing is left, at the least. */
 static const double solving_share = 0.6, solving_share_min = 0.1;
@@ -21,7 +20,7 @@ static void set_limits(const np_plan *plan, np_schedule *s) {
 
 void np_schedule_make(const np_plan *plan, np_monitor_part whole, np_schedule *out) {
   const double core_s = np_plan_get_core_s(plan);
-  *out = (np_schedule){.whole = whole, .indispensable_s = core_s * np_stage_predict_one_sample(plan)};
+  *out = (np_schedule){.whole = whole, .indispensable_s = core_s * plan->forecast.one_sample_s};
   for (int i = 0; i < NP_STAGE_COUNT; i++) {
     out->seconds[i] = core_s * plan->forecast.stages[i].cost.seconds;
     out->all_s += out->seconds[i];

@@ -216,9 +216,9 @@ static void describe_ordinates(np_decision *d, char *out, size_t size) {
   np_cells_forecast f;
   d->result = np_plan_forecast_cells(d->plan, d->scene, &f);
   d->made->cells = (np_expected_cells){
-      f.cells.cell_count, f.share,
-      f.are_errors_known ? f.cells.errors[1]
-                         : error_of_files * pow(fmax(d->scene->render.light_depth / 0.35, 1.0), files_exponent)};
+      f.cells.counts, f.are_errors_known
+                          ? f.cells.errors[1]
+                          : error_of_files * pow(fmax(d->scene->render.light_depth / 0.35, 1.0), files_exponent)};
   const char *what = "solved for once while clouds and lights stay, within render.light_memory";
   if (f.are_errors_known)
     np_print(out, size, "%s; expected error %.2g %% near the camera, %.2g %% in the largest cells", what,

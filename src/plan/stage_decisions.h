@@ -53,14 +53,16 @@ typedef neph_result np_stage_describe_fn(const np_plan *plan, const neph_scene *
 
 np_stage_describe_fn np_stage_describe_terrain, np_stage_describe_volumes;
 
-typedef np_stage_cost np_stage_predict_fn(const np_plan *plan, const neph_scene *scene);
+/* Adds the units of work of a stage. */
+typedef void np_stage_count_fn(const np_plan *plan, const neph_scene *scene, np_cost_counts *out);
 
-np_stage_predict_fn np_stage_predict_terrain, np_stage_predict_volumes, np_stage_predict_sun_optical_depth,
-    np_stage_predict_ordinates, np_stage_predict_viewer_light, np_stage_predict_ground_clouds,
-    np_stage_predict_relief_light, np_stage_predict_air_shadows, np_stage_predict_history, np_stage_predict_integrator;
+np_stage_count_fn np_stage_count_terrain, np_stage_count_volumes, np_stage_count_sun_optical_depth,
+    np_stage_count_ordinates, np_stage_count_viewer_light, np_stage_count_ground_clouds, np_stage_count_relief_light,
+    np_stage_count_air_shadows, np_stage_count_history, np_stage_count_integrator;
 
-/* Seconds of one core for one sample of each pixel. */
-double np_stage_predict_one_sample(const np_plan *plan);
+/* Adds the work of so many samples of each pixel, and of the program and its libraries. */
+void np_samples_count(const np_plan *plan, const neph_scene *scene, double samples, np_cost_counts *out);
+void np_program_count(const neph_scene *scene, np_cost_counts *out);
 
 /* Predicted share of a pixel's luminance that a stage of a plan is wrong by, before anything is built. */
 typedef double np_stage_expect_fn(const np_plan *plan, const neph_scene *scene);

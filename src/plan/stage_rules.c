@@ -8,40 +8,40 @@
 #define MATTER                                                                                                         \
   (BIT(TERRAIN) | BIT(VOLUMES) | BIT(EMISSION) | BIT(ATMOSPHERE) | BIT(CAMERA_SKY) | BIT(CLOUD_SKY) | BIT(WATER_SKY))
 
-/* Functions by the names of the stages that they decide, describe and predict. */
+/* Functions by the names of the stages that they decide, describe, and whose work they count. */
 #define DECIDE(what) .decide = np_stage_decide_##what
 #define DESCRIBE(what) .describe = np_stage_describe_##what
-#define PREDICT(kind, what) .work = NEPH_WORK_##kind, .predict = np_stage_predict_##what
-#define SECONDS(kind, value) .work = NEPH_WORK_##kind, .part_seconds = value
+#define COUNT(kind, what) .work = NEPH_WORK_##kind, .count = np_stage_count_##what
+#define PART(kind, unit) .work = NEPH_WORK_##kind, .part_cost = NP_UNIT_##unit
 #define EXPECT(what) .expect = np_stage_expect_##what
 
 /* clang-format off */
 static const np_stage_rule rules[NP_STAGE_COUNT] = {
   [NP_STAGE_COLOR] = {"colour", 0, .is_of_sky = true, DECIDE(color), .parts = PER(PICTURE)},
-  [NP_STAGE_TERRAIN] = {"terrain", 0, DECIDE(terrain), DESCRIBE(terrain), PREDICT(TERRAIN, terrain),
+  [NP_STAGE_TERRAIN] = {"terrain", 0, DECIDE(terrain), DESCRIBE(terrain), COUNT(TERRAIN, terrain),
     .parts = PER(PICTURE), .reused_while = "its file or its parameters stay"},
   [NP_STAGE_MOON] = {"moon", 0, .is_of_sky = true, DECIDE(moon)},
   [NP_STAGE_LIGHTS] = {"lights", BIT(COLOR) | BIT(TERRAIN) | BIT(MOON), .is_of_sky = true, .is_of_probes = true,
     DECIDE(lights), .parts = PER(PICTURE) | PER(PACKET)},
   [NP_STAGE_VOLUMES] = {"volumes", BIT(COLOR) | BIT(TERRAIN), DECIDE(volumes), DESCRIBE(volumes),
-    PREDICT(BAKE, volumes), EXPECT(volumes), .parts = PER(CLOUD),
+    COUNT(BAKE, volumes), EXPECT(volumes), .parts = PER(CLOUD),
     .reused_while = "their files or their parameters stay"},
   [NP_STAGE_MOTION] = {"motion", BIT(VOLUMES), DECIDE(motion), .parts = PER(PICTURE)},
   [NP_STAGE_ATMOSPHERE] = {"atmosphere", BIT(COLOR) | BIT(TERRAIN) | BIT(LIGHTS), .is_of_sky = true,
-    .is_of_probes = true, DECIDE(atmosphere), SECONDS(SKY, 0.02), .part_bytes = 4e6, EXPECT(atmosphere),
+    .is_of_probes = true, DECIDE(atmosphere), PART(SKY, AIR), EXPECT(atmosphere),
     .parts = PER(PACKET), .reused_while = "the air stays, within a tenth of atmosphere.tolerance"},
   [NP_STAGE_CAMERA_SKY] = {"camera sky", BIT(COLOR) | BIT(LIGHTS) | BIT(ATMOSPHERE), .is_of_sky = true,
-    .is_of_probes = true, DECIDE(camera_sky), SECONDS(SKY, 0.009), .part_bytes = 2e6, .parts = PER(PACKET_LIGHT),
+    .is_of_probes = true, DECIDE(camera_sky), PART(SKY, CAMERA_SKY), .parts = PER(PACKET_LIGHT),
     .reused_while = "air, light and camera stay, within atmosphere.tolerance"},
   [NP_STAGE_COLOR_FIT] = {"colour matrix", BIT(COLOR) | BIT(LIGHTS) | BIT(ATMOSPHERE) | BIT(CAMERA_SKY),
     .is_of_sky = true, DECIDE(color_fit), .parts = PER(PICTURE)},
-  [NP_STAGE_EMISSION] = {"emission", BIT(COLOR) | BIT(VOLUMES) | BIT(COLOR_FIT), DECIDE(emission), SECONDS(BAKE, 0.2),
+  [NP_STAGE_EMISSION] = {"emission", BIT(COLOR) | BIT(VOLUMES) | BIT(COLOR_FIT), DECIDE(emission), PART(BAKE, EMITTER),
     EXPECT(emission), .parts = PER(PACKET)},
   [NP_STAGE_CLOUD_SKY] = {"cloud sky", BIT(COLOR) | BIT(LIGHTS) | BIT(VOLUMES) | BIT(ATMOSPHERE), .is_of_sky = true,
-    DECIDE(cloud_sky), SECONDS(SKY, 0.01), .parts = PER(PACKET_LIGHT),
+    DECIDE(cloud_sky), PART(SKY, SKY), .parts = PER(PACKET_LIGHT),
     .reused_while = "air, light and the middle of the clouds stay, within atmosphere.tolerance"},
   [NP_STAGE_WATER_SKY] = {"water sky", BIT(COLOR) | BIT(LIGHTS) | BIT(ATMOSPHERE), .is_of_sky = true, DECIDE(water_sky),
-    SECONDS(SKY, 0.01), .parts = PER(PACKET_LIGHT),
+    PART(SKY, SKY), .parts = PER(PACKET_LIGHT),
     .reused_while = "air, light and camera stay, within atmosphere.tolerance"},
   [NP_STAGE_AIRGLOW] = {"airglow", BIT(COLOR) | BIT(LIGHTS) | BIT(ATMOSPHERE), .is_of_sky = true, DECIDE(airglow),
     .parts = PER(PICTURE) | PER(PACKET)},
@@ -53,22 +53,22 @@ static const np_stage_rule rules[NP_STAGE_COUNT] = {
   [NP_STAGE_SKY_GUIDE] = {"sky guide", BIT(VOLUMES) | BIT(CLOUD_SKY) | BIT(WORLD), DECIDE(sky_guide),
     .parts = PER(PACKET_LIGHT)},
   [NP_STAGE_SUN_OPTICAL_DEPTH] = {"sun optical depth", BIT(WORLD), DECIDE(sun_optical_depth),
-    PREDICT(MARCH, sun_optical_depth), EXPECT(sun_optical_depth), .parts = PER(LIGHT),
+    COUNT(MARCH, sun_optical_depth), EXPECT(sun_optical_depth), .parts = PER(LIGHT),
     .reused_while = "the clouds' extinction and the direction of the light stay, to the bit"},
   [NP_STAGE_ORDINATES] = {"multiple scattering", BIT(VOLUMES) | BIT(WORLD) | BIT(SUN_OPTICAL_DEPTH), DECIDE(ordinates),
-    PREDICT(SOLVE, ordinates), EXPECT(ordinates), .parts = PER(PACKET_LIGHT),
+    COUNT(SOLVE, ordinates), EXPECT(ordinates), .parts = PER(PACKET_LIGHT),
     .reused_while = "the clouds stay, to the bit, and the light on them, within a thousandth"},
-  [NP_STAGE_VIEWER_LIGHT] = {"light to camera", BIT(ORDINATES), DECIDE(viewer_light), PREDICT(SOLVE, viewer_light),
+  [NP_STAGE_VIEWER_LIGHT] = {"light to camera", BIT(ORDINATES), DECIDE(viewer_light), COUNT(SOLVE, viewer_light),
     .parts = PER(PACKET_LIGHT), .reused_while = "it is a part of the same picture"},
   [NP_STAGE_GROUND_CLOUDS] = {"clouds on ground", BIT(VOLUMES) | BIT(WORLD) | BIT(SUN_OPTICAL_DEPTH) | BIT(ORDINATES),
-    DECIDE(ground_clouds), PREDICT(SOLVE, ground_clouds), .parts = PER(PACKET_LIGHT),
+    DECIDE(ground_clouds), COUNT(SOLVE, ground_clouds), .parts = PER(PACKET_LIGHT),
     .reused_while = "the solution, the clouds and the scene's keys but those of camera and output are the same"},
   [NP_STAGE_RELIEF_LIGHT] = {"relief light",
     BIT(TERRAIN) | BIT(CAMERA_SKY) | BIT(CLOUD_SKY) | BIT(WORLD) | BIT(SUN_OPTICAL_DEPTH) | BIT(GROUND_CLOUDS),
-    DECIDE(relief_light), PREDICT(MARCH, relief_light), .parts = PER(PACKET_LIGHT)},
+    DECIDE(relief_light), COUNT(MARCH, relief_light), .parts = PER(PACKET_LIGHT)},
   [NP_STAGE_AIR_SHADOWS] = {"air shadows",
     BIT(TERRAIN) | BIT(VOLUMES) | BIT(CAMERA_SKY) | BIT(WORLD) | BIT(SUN_OPTICAL_DEPTH) | BIT(GROUND_CLOUDS),
-    DECIDE(air_shadows), PREDICT(MARCH, air_shadows), .parts = PER(LIGHT) | PER(PACKET_LIGHT)},
+    DECIDE(air_shadows), COUNT(MARCH, air_shadows), .parts = PER(LIGHT) | PER(PACKET_LIGHT)},
   [NP_STAGE_APPROXIMATION] = {"approximation", BIT(COLOR) | BIT(VOLUMES), DECIDE(approximation), .parts = PER(PACKET)},
   [NP_STAGE_STARS] = {"stars", BIT(COLOR) | BIT(WORLD), .is_of_sky = true, DECIDE(stars),
     .parts = PER(PICTURE) | PER(PACKET)},
@@ -76,11 +76,11 @@ static const np_stage_rule rules[NP_STAGE_COUNT] = {
     BIT(WATER_SKY) | BIT(WORLD) | BIT(SKY_GUIDE) | BIT(SUN_OPTICAL_DEPTH) | BIT(ORDINATES) | BIT(VIEWER_LIGHT) |
     BIT(GROUND_CLOUDS) | BIT(RELIEF_LIGHT) | BIT(AIR_SHADOWS) | BIT(APPROXIMATION),
     DECIDE(lighting), .parts = PER(PACKET_LIGHT)},
-  [NP_STAGE_HISTORY] = {"history", 0, DECIDE(history), PREDICT(MARCH, history)},
+  [NP_STAGE_HISTORY] = {"history", 0, DECIDE(history), COUNT(MARCH, history)},
   [NP_STAGE_INTEGRATOR] = {"integrator",
     BIT(COLOR) | BIT(LIGHTS) | BIT(COLOR_FIT) | BIT(SUN_LIGHT) | BIT(SKY_LIGHT) | BIT(MOON) | BIT(WORLD) |
     BIT(APPROXIMATION) | BIT(STARS) | BIT(LIGHTING) | BIT(MOTION) | BIT(HISTORY),
-    DECIDE(integrator), PREDICT(MARCH, integrator), EXPECT(integrator)},
+    DECIDE(integrator), COUNT(MARCH, integrator), EXPECT(integrator)},
 };
 /* clang-format on */
 

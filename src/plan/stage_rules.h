@@ -30,12 +30,11 @@ typedef struct np_stage_rule {
   np_stage_decide_fn *decide;
   np_stage_describe_fn *describe; /* adds the reason of a needed stage; NULL: the reason is as decided */
   neph_work work;                 /* kind of its work */
-  double part_seconds;            /* predicted time of a part on one core, … */
-  double part_bytes;              /* … and its memory */
-  np_stage_predict_fn *predict;   /* NULL: the two above count */
-  np_stage_expect_fn *expect;     /* NULL: it adds no error */
-  uint32_t parts;                 /* bits of np_part_kind */
-  const char *reused_while;       /* condition under which later pictures reuse it; NULL: built for each picture */
+  np_stage_count_fn *count;       /* counts its units of work; NULL: one of `part_cost` for each part */
+  np_cost_unit part_cost;
+  np_stage_expect_fn *expect; /* NULL: it adds no error */
+  uint32_t parts;             /* bits of np_part_kind */
+  const char *reused_while;   /* condition under which later pictures reuse it; NULL: built for each picture */
 } np_stage_rule;
 
 const np_stage_rule *np_stage_get_rule(np_stage stage);

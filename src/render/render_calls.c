@@ -69,7 +69,7 @@ static neph_result explain_plan(const neph_scene *scene, np_plan *plan, np_store
   if (!result) result = np_plan_fit_memory(scene, plan, inputs);
   if (!result && plan->decisions.are_lights_known)
     result = np_light_warnings_log(scene, plan, stores, &plan->decisions.lights, scene->longitude_rad);
-  if (!result) result = np_prediction_log(scene, plan);
+  if (!result) np_prediction_log(plan);
   return result ? result : np_plan_describe(scene, plan, inputs, format, out_text);
 }
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Speed of this machine: CPU time of the stages of fixed small scenes, over the time that they took where the constants
- * of the cost model (plan/stage_costs.c) are from. */
+ * of the cost model (plan/cost_table.h) are from. */
 #include <math.h>
 #include <stdio.h>
 
@@ -36,10 +36,9 @@ static const struct {
   neph_work work;
   double constant_s;
 } rows[] = {
-    {1, NP_STAGE_TERRAIN, NEPH_WORK_TERRAIN, 0.225},  {0, NP_STAGE_VOLUMES, NEPH_WORK_BAKE, 0.55},
-    {1, NP_STAGE_ATMOSPHERE, NEPH_WORK_SKY, 0.079},   {1, NP_STAGE_CAMERA_SKY, NEPH_WORK_SKY, 0.032},
-    {3, NP_STAGE_ORDINATES, NEPH_WORK_SOLVE, 0.311},  {0, NP_STAGE_SUN_OPTICAL_DEPTH, NEPH_WORK_MARCH, 0.037},
-    {0, NP_STAGE_INTEGRATOR, NEPH_WORK_MARCH, 0.224}, {2, NP_STAGE_INTEGRATOR, NEPH_WORK_PATH, 0.34},
+#define ROW(scene, stage, work, seconds) {scene, NP_STAGE_##stage, NEPH_WORK_##work, seconds},
+    NP_CALIBRATION_ROWS(ROW)
+#undef ROW
 };
 
 /* ---- One scene ---- */

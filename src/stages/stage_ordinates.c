@@ -33,8 +33,8 @@ static neph_result warn_of_limit(const np_stage_part *in, const np_scattering_de
   np_scattering_forecast kept, whole;
   if (!(plan->savings.light_bytes_max < plan->request.light_bytes) || plan->savings.text[0]) return NEPH_OK;
   np_scattering_desc_set_memory(&wanted, plan->request.light_bytes);
-  neph_result result = np_scattering_desc_forecast(in->made->context, &in->light->world, held, &kept);
-  if (!result) result = np_scattering_desc_forecast(in->made->context, &in->light->world, &wanted, &whole);
+  neph_result result = np_scattering_desc_forecast(in->made->context, &in->light->world, held, NULL, &kept);
+  if (!result) result = np_scattering_desc_forecast(in->made->context, &in->light->world, &wanted, NULL, &whole);
   if (!result && kept.cell_count < whole.cell_count)
     np_log(in->made->context, NEPH_LOG_WARNING,
            "to stay within %.3g GB of memory, multiple scattering is solved for on %.3g of %.3g million cells",

@@ -27,6 +27,7 @@ typedef struct np_transport_desc {
   size_t cell_count_fine;          /* else where so many will do if light is iterated on cells twice as wide */
   double cell_depth_max;           /* depth of a cell, (1−g)·σ·edge, where the memory allows */
   double edge_min_m;               /* no cells are smaller, whatever their depth; 0: no limit */
+  double thickness_m;              /* typical thickness of the clouds; 0: it is measured */
   bool has_viewer;
   np_dvec3 viewer;       /* the nearest corner of the box that viewers are in, … */
   np_dvec3 viewer_reach; /* … and its size; 0: one viewer */
@@ -63,16 +64,34 @@ void np_scattering_desc_set_memory(np_scattering_desc *desc, double bytes);
 /* Allows as many fine cells as a picture of so many rays is worth, within the memory of `cells.cell_count_max`. */
 void np_scattering_desc_set_rays(np_scattering_desc *desc, double rays);
 
+/* Cells of a solution, their memory, and the work of their sweeps. */
+typedef struct np_cell_counts {
+  double cells;      /* cells that hold cloud or touch one that does */
+  double bytes;      /* memory of these and of coarser cells while they are solved for */
+  double sweep_work; /* directions times moments times cells of one sweep of the cells that are iterated */
+  double last_work;  /* the same of the sweeps that resolve and refine the solution of a band */
+} np_cell_counts;
+
 typedef struct np_scattering_forecast {
-  double errors[2];  /* errors of a picture, as shares of its light: from the smallest cells and from the largest */
-  double cell_count; /* in the box of the clouds, and around it */
-  double volume_m3;  /* volume of all cells */
+  double errors[2];      /* errors of a picture, as shares of its light: from the smallest cells and from the largest */
+  double cell_count;     /* in the box of the clouds, and around it */
+  double volume_m3;      /* volume of all cells */
+  np_cell_counts counts; /* counts of the cells with cloud; of all, where there is no finder */
 } np_scattering_forecast;
+
+/* Whether a world box holds cloud, in a forecast. */
+typedef struct np_cloud_finder {
+  bool (*has_cloud)(const void *user, np_dvec3 low, np_dvec3 high);
+  const void *user;
+} np_cloud_finder;
 
 /* Forecasts the cells that a description chooses for these clouds. Of their bricks `value_max`, `size` and
  * `brick_count` are read. */
 neph_result np_scattering_desc_forecast(neph_context *context, const np_world *world, const np_scattering_desc *desc,
-                                        np_scattering_forecast *out);
+                                        const np_cloud_finder *finder, np_scattering_forecast *out);
+
+/* The same for a number of cells with cloud whose places are unknown. */
+np_cell_counts np_scattering_desc_count(const np_scattering_desc *desc, double cells);
 
 /* Adds to a hash all that the choice of cells and the accuracy of a solution depend on. */
 neph_result np_scattering_desc_add_to_hash(neph_context *context, const np_world *world, const np_scattering_desc *desc,

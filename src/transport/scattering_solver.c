@@ -29,12 +29,7 @@
 
 #include "core/alloc.h"
 
-enum {
-  CHUNK = 4096,
-  /* A third of either changes a picture by a tenth of a per cent. */
-  RESOLVING_SWEEPS = 2,
-  REFINING_SWEEPS = 2 /* sweeps of fine cells */
-};
+enum { CHUNK = 4096 };
 
 static bool is_fine(const np_scattering_solver *s) { return s->levels[0].grid.is_fine; }
 static bool is_resolved(const np_scattering_solver *s) { return s->fine != s->broad; }
@@ -163,12 +158,12 @@ static neph_result resolve(np_scattering_solver *s) {
   s->state.has_fine = true;
   if (is_resolved(s)) {
     if (is_new) result = np_transport_level_resolve(&s->fine->lights, &s->levels[iterated], &s->levels[iterated - 1]);
-    if (!result) result = sweep_level(s, iterated - 1, RESOLVING_SWEEPS);
+    if (!result) result = sweep_level(s, iterated - 1, NP_RESOLVING_SWEEPS);
   }
   if (!is_fine(s) || result) return result;
   set_part(s, 0.5 * (resolving_begin + keeping_begin), keeping_begin);
   result = prolong(s, 0, NP_STEP_WITHIN);
-  return result ? result : sweep_level(s, 0, REFINING_SWEEPS);
+  return result ? result : sweep_level(s, 0, NP_REFINING_SWEEPS);
 }
 
 /* ---- Bands ---- */

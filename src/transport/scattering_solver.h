@@ -10,6 +10,10 @@
 
 enum { NP_SCATTERING_LEVELS_MAX = 6 };
 
+/* Sweeps that resolve a solution into more degrees, and that follow on fine cells: a third of either changes a picture
+ * by a tenth of a per cent. */
+enum { NP_RESOLVING_SWEEPS = 2, NP_REFINING_SWEEPS = 2 };
+
 /* Directions, and what comes along them from outside. */
 typedef struct np_scattering_angles {
   np_ordinates ordinates;

@@ -18,6 +18,14 @@ enum {
 /* Residual below which more exactness changes no picture. */
 static const double cheap_tolerance_max = 2e-3;
 
+bool np_transport_level_is_cheap(double moments, double tolerance) {
+  return moments <= CHEAP_MOMENTS && tolerance <= cheap_tolerance_max;
+}
+
+unsigned np_transport_level_get_depth(double moments, double tolerance) {
+  return np_transport_level_is_cheap(moments, tolerance) ? CHEAP_DEPTH : DEPTH;
+}
+
 static size_t count_moments(const np_transport_grid *g) { return g->active_count * np_harmonics_count(g->degree); }
 
 neph_result np_transport_level_allocate(np_transport_level *level, bool is_emitting) {
@@ -144,8 +152,9 @@ static neph_result start_iteration(const np_transport_lights *lights, np_transpo
 neph_result np_transport_level_solve(const np_transport_lights *lights, np_transport_level *level,
                                      np_transport_effort *effort) {
   const size_t moments = count_moments(&level->grid);
-  const bool is_cheap = moments <= CHEAP_MOMENTS && effort->tolerance <= cheap_tolerance_max;
-  const unsigned depth = np_transport_grid_is_column(&level->grid) ? 1 : is_cheap ? CHEAP_DEPTH : DEPTH;
+  const bool is_cheap = np_transport_level_is_cheap((double)moments, effort->tolerance);
+  const unsigned depth =
+      np_transport_grid_is_column(&level->grid) ? 1 : np_transport_level_get_depth((double)moments, effort->tolerance);
   iteration it;
   neph_result result = start_iteration(lights, level, true, 2 * depth, &it);
   if (result) return result;

@@ -66,6 +66,11 @@ neph_result np_transport_level_prolong_change(const np_transport_level *coarse, 
 neph_result np_transport_level_resolve(const np_transport_lights *lights, const np_transport_level *broad,
                                        np_transport_level *fine);
 
+/* Whether a solution of so many moments costs so little that it is driven to the precision of floats; and the number of
+ * steps that it remembers, two vectors of moments each. */
+bool np_transport_level_is_cheap(double moments, double tolerance);
+unsigned np_transport_level_get_depth(double moments, double tolerance);
+
 /* Makes means over cells, up to NP_HARMONIC_COUNT_MAX numbers each, values that interpolate to the right curve. */
 neph_result np_transport_grid_sharpen(const np_transport_grid *grid, unsigned count, np_monitor *monitor,
                                       float *values);

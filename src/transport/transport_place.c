@@ -221,7 +221,7 @@ static double search_near(const np_transport_desc *desc, const even_axis axes[3]
 /* Thickness of clouds whose box is many times as wide; infinite: they are not flat. */
 static double measure_flat(const np_world *world, const np_transport_desc *desc) {
   static const double flat = 8.0;
-  const double thickness = np_thickness_measure(world, desc);
+  const double thickness = desc->thickness_m > 0.0 ? desc->thickness_m : np_thickness_measure(world, desc);
   const double x = desc->bounds_max.x - desc->bounds_min.x, y = desc->bounds_max.y - desc->bounds_min.y;
   return fmin(x, y) >= flat * thickness ? thickness : HUGE_VAL;
 }

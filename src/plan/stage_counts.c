@@ -1,0 +1,176 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Work of stages, in the units of cost_table.h. */
+#include <math.h>
+
+#include "caches/air_shadow.h"
+#include "caches/relief_light.h"
+#include "plan/plan_choices.h"
+#include "plan/plan_detail.h"
+#include "plan/plan_history.h"
+#include "plan/stage_decisions.h"
+#include "plan/trial.h"
+
+static double count_worlds(const np_plan *plan) {
+  return (double)plan->decisions.packet_count * np_plan_count_lights(plan);
+}
+
+static double count_pixels(const np_plan *plan) { return (double)np_request_count_pixels(&plan->request); }
+
+void np_program_count(const neph_scene *scene, np_cost_counts *out) {
+  bool has_vdb = false;
+  for (unsigned i = 0; i < scene->cloud_count; i++) has_vdb = has_vdb || scene->clouds[i].vdb;
+  out->of[NP_UNIT_PROGRAM] = 1.0;
+  out->of[NP_UNIT_VDB_LIBRARY] = has_vdb ? 1.0 : 0.0;
+}
+
+/* ---- Terrain and volumes ---- */
+
+void np_stage_count_terrain(const np_plan *plan, const neph_scene *scene, np_cost_counts *out) {
+  const np_terrain_counts *terrain = &plan->inputs.terrain;
+  out->of[NP_UNIT_TERRAIN] = scene->terrain.given ? 0.0 : 1.0;
+  out->of[NP_UNIT_MADE_HEIGHT] = terrain->made;
+  out->of[NP_UNIT_READ_HEIGHT] = terrain->read;
+  out->of[NP_UNIT_MESH_BYTE] = terrain->mesh_bytes;
+  out->of[NP_UNIT_BYTE] = 3.0 * sizeof(float) * terrain->texels;
+}
+
+/* Samples of a brick for each voxel that it answers for. */
+static const double samples_per_voxel = 729.0 / 512.0;
+
+void np_stage_count_volumes(const np_plan *plan, const neph_scene *scene, np_cost_counts *out) {
+  const np_voxel_counts *voxels = &plan->inputs.voxels;
+  double sample_bytes = sizeof(uint16_t);
+  for (unsigned i = 0; i < scene->cloud_count; i++) {
+    const np_scene_cloud *cloud = &scene->clouds[i];
+    out->of[cloud->is_baked ? NP_UNIT_BAKE : NP_UNIT_READ_FILE] += cloud->volume ? 0.0 : 1.0;
+    out->of[NP_UNIT_DETAIL] += cloud->detail.is_enabled && cloud->detail.strength > 0.0;
+    if (np_plan_get_precision(plan, cloud) == NEPH_PRECISION_FLOAT) sample_bytes = sizeof(float);
+  }
+  const double stored = np_plan_get_cloud_voxels(plan);
+  out->of[NP_UNIT_BOX_VOXEL] = voxels->baked_box;
+  out->of[NP_UNIT_BAKED_VOXEL] = voxels->baked;
+  out->of[NP_UNIT_BILLOW_VOXEL] = voxels->along_billows;
+  out->of[NP_UNIT_READ_VOXEL] = fmax(stored - voxels->baked, 0.0);
+  out->of[NP_UNIT_DETAIL_VOXEL] = np_plan_get_detailed_voxels(plan);
+  out->of[NP_UNIT_SAMPLE_BYTE] = samples_per_voxel * sample_bytes * stored;
+}
+
+/* ---- Caches of light ---- */
+
+/* Sweeps to a residual: 8.5 to 0.03, 14 to 0.003, 21 to 0.0003. */
+static double count_sweeps(double residual) { return fmax(8.5 + 6.25 * log10(0.03 / residual), 3.0); }
+
+/* Solutions from nothing for the bands of a packet: three where clouds are coloured. Bands of grey clouds start from
+ * those before, with half of the sweeps on the finest cells. */
+static double count_bands(const np_plan *plan, const neph_scene *scene) {
+  static const double related = 1.0 + 2.0 * 0.5;
+  bool are_grey = true;
+  for (unsigned i = 0; i < scene->cloud_count; i++) {
+    are_grey = are_grey && !np_inputs_get_file(&plan->inputs, i)->has_colors;
+    for (unsigned b = 1; b < NP_BAND_COUNT; b++)
+      are_grey = are_grey && scene->clouds[i].albedo[b] == scene->clouds[i].albedo[0];
+  }
+  return are_grey ? related : NP_BAND_COUNT;
+}
+
+void np_stage_count_ordinates(const np_plan *plan, const neph_scene *scene, np_cost_counts *out) {
+  const np_cell_counts counts = np_plan_count_cells(plan, scene);
+  const double solutions = count_worlds(plan) * count_bands(plan, scene);
+  out->of[NP_UNIT_CELL] = count_worlds(plan) * counts.cells;
+  out->of[NP_UNIT_CELL_SWEEP] = solutions * counts.sweep_work * count_sweeps(scene->render.light_residual);
+  out->of[NP_UNIT_LAST_SWEEP] = solutions * counts.last_work;
+  out->of[NP_UNIT_CELL_BYTE] = counts.bytes;
+}
+
+void np_stage_count_viewer_light(const np_plan *plan, const neph_scene *scene, np_cost_counts *out) {
+  out->of[NP_UNIT_VIEWED_CELL] = count_worlds(plan) * np_plan_count_cells(plan, scene).cells;
+}
+
+/* Shortest edge of a voxel of all clouds. */
+static double compute_voxel_m(const np_plan *plan, const neph_scene *scene) {
+  double shortest_m = HUGE_VAL;
+  for (unsigned i = 0; i < scene->cloud_count; i++) {
+    const np_scene_cloud *cloud = &scene->clouds[i];
+    const np_input_file *file = np_inputs_get_file(&plan->inputs, i);
+    const double tried_m = plan->inputs.trial ? plan->inputs.trial->clouds[i].voxel_m : 0.0;
+    if (cloud->is_baked)
+      shortest_m = fmin(shortest_m, np_plan_get_bake(&plan->request, scene, cloud).voxel_m);
+    else if (tried_m > 0.0)
+      shortest_m = fmin(shortest_m, tried_m);
+    else if (file->is_known)
+      shortest_m = fmin(shortest_m, cbrt(fabs(np_affine_determinant(&file->index_to_world))));
+  }
+  return shortest_m;
+}
+
+/* Directions of a point on the ground, and most steps along one (caches/ground_light.c). */
+static const double ground_directions = 96.0, ground_steps_max = 192.0;
+
+/* Steps of a voxel, more where there are too many; and such steps in cloud. */
+void np_stage_count_ground_clouds(const np_plan *plan, const neph_scene *scene, np_cost_counts *out) {
+  const np_ground_counts *ground = &plan->inputs.ground;
+  const double rays = count_worlds(plan) * ground_directions * ground->points;
+  const double step_m = fmax(compute_voxel_m(plan, scene), ground->way_m / ground_steps_max);
+  out->of[NP_UNIT_GROUND] = count_worlds(plan);
+  out->of[NP_UNIT_GROUND_STEP] = plan->inputs.trial ? rays * ground->way_m / step_m : 0.0;
+  out->of[NP_UNIT_GROUND_CLOUD_STEP] = plan->inputs.trial ? rays * ground->length_m / step_m : 0.0;
+}
+
+void np_stage_count_relief_light(const np_plan *plan, const neph_scene *scene, np_cost_counts *out) {
+  (void)scene;
+  out->of[NP_UNIT_RELIEF_POINT] = count_worlds(plan) * NP_RELIEF_POINTS_MAX * NP_RELIEF_POINTS_MAX;
+  out->of[NP_UNIT_BYTE] = out->of[NP_UNIT_RELIEF_POINT] * sizeof(np_relief_point);
+}
+
+void np_stage_count_air_shadows(const np_plan *plan, const neph_scene *scene, np_cost_counts *out) {
+  const double visibility = NP_AIR_SHADOW_CELLS * sizeof(float),
+               shadow = NP_AIR_SHADOW_PLANES * sizeof(uint16_t[NP_BAND_COUNT]);
+  const double spacing = plan->decisions.air_ray_spacing;
+  const double rays = spacing > 0.0 ? count_pixels(plan) / (spacing * spacing) : 0.0;
+  out->of[NP_UNIT_HILL_RAY] = count_worlds(plan) * rays;
+  out->of[NP_UNIT_CLOUD_RAY] = scene->cloud_count ? count_worlds(plan) * rays : 0.0;
+  out->of[NP_UNIT_BYTE] = rays * (np_plan_count_lights(plan) * visibility + count_worlds(plan) * shadow);
+}
+
+/* ---- Samples ---- */
+
+/* A view of which nothing is known: cover, voxels along a ray, optical depth. */
+static const double usual_cover = 0.22, usual_steps = 20.0, usual_depth = 10.0;
+
+/* Time in cloud with detail, whose look-ups go through a noise, over that without: 1.8 of the march, 2 of paths. */
+static const double detail_factor = 1.9;
+
+void np_samples_count(const np_plan *plan, const neph_scene *scene, double samples, np_cost_counts *out) {
+  const np_view_counts *view = &plan->inputs.view;
+  const bool is_path = np_request_is_path(&plan->request), is_known = plan->inputs.trial != NULL,
+             is_looked_up = np_plan_needs(plan, NP_STAGE_SUN_OPTICAL_DEPTH),
+             has_clouds = np_plan_needs(plan, NP_STAGE_VOLUMES);
+  const double rays = count_worlds(plan) * samples * count_pixels(plan);
+  const double in_cloud = has_clouds ? rays * (np_plan_get_detailed_voxels(plan) > 0.0 ? detail_factor : 1.0) : 0.0;
+  const double cover = is_known ? view->cover : usual_cover, depth = is_known ? view->depth : usual_depth * usual_cover;
+  const double steps = is_known ? view->length_m / compute_voxel_m(plan, scene) : usual_steps * usual_cover;
+  out->of[is_path ? NP_UNIT_CLEAR_PATH : NP_UNIT_CLEAR_SAMPLE] = rays;
+  if (is_path) {
+    out->of[NP_UNIT_CLOUD_PATH] = in_cloud * cover;
+    out->of[NP_UNIT_PATH_DEPTH] = in_cloud * depth;
+  } else {
+    out->of[is_looked_up ? NP_UNIT_LOOKED_UP_SAMPLE : NP_UNIT_MARCHED_SAMPLE] = in_cloud * cover;
+    out->of[is_looked_up ? NP_UNIT_LOOKED_UP_STEP : NP_UNIT_MARCHED_STEP] = in_cloud * steps;
+  }
+}
+
+/* Samples of pilots over the whole view, with a target error: pilots.c. */
+static const double pilots_share = 0.04, pilots_min = 3500.0, pilots_max = 2e5;
+
+static double count_pilots(const np_plan *plan) {
+  const double view = (double)(plan->request.view_max[0] - plan->request.view_min[0]) *
+                      (plan->request.view_max[1] - plan->request.view_min[1]);
+  if (!isfinite(plan->request.desc.target_error)) return 0.0;
+  return fmin(fmax(pilots_share * view * plan->forecast.sample_mean, pilots_min), pilots_max);
+}
+
+void np_stage_count_integrator(const np_plan *plan, const neph_scene *scene, np_cost_counts *out) {
+  np_samples_count(plan, scene, plan->forecast.sample_mean + count_pilots(plan) / count_pixels(plan), out);
+  out->of[NP_UNIT_BYTE] =
+      (double)plan->request.film_bytes + np_plan_predict_reconstruction_bytes(scene, &plan->request);
+}

@@ -1,0 +1,115 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Rays through the map of a trial, from the camera and from the ground. */
+#include <math.h>
+
+#include "plan/trial.h"
+#include "scene/camera.h"
+
+/* Rays along each side of the picture, and most steps of one. */
+enum { RAYS = 32, STEPS_MAX = 512 };
+
+/* Optical depth behind which light is spent: on its way to the camera, and to the ground, for which what is scattered
+ * straight on counts as passed. And the most that counts of a ray's. */
+static const double view_spent_depth = 6.0, ground_spent_depth = 25.0, depth_max = 1000.0;
+
+/* A ray in cells of the map. */
+typedef struct map_ray {
+  double at[3], way[3]; /* cells, and cells a metre */
+  double begin_m, end_m;
+} map_ray;
+
+static bool enter(const np_trial *t, np_dvec3 from, np_vec3 direction, map_ray *out) {
+  const double origin[3] = {from.x - t->low.x, from.y - t->low.y, from.z - t->low.z};
+  const double way[3] = {(double)direction.x, (double)direction.y, (double)direction.z};
+  const np_dvec3 extent = np_dvec3_subtract(t->high, t->low);
+  const double size[3] = {extent.x, extent.y, extent.z};
+  out->begin_m = 0.0;
+  out->end_m = HUGE_VAL;
+  for (int a = 0; a < 3; a++) {
+    const double per_m = t->size[a] / size[a], safe = fabs(way[a]) > 1e-12 ? way[a] : copysign(1e-12, way[a]);
+    const double first = -origin[a] / safe, second = (size[a] - origin[a]) / safe;
+    out->at[a] = origin[a] * per_m;
+    out->way[a] = way[a] * per_m;
+    out->begin_m = fmax(out->begin_m, fmin(first, second));
+    out->end_m = fmin(out->end_m, fmax(first, second));
+  }
+  return out->begin_m < out->end_m;
+}
+
+static float look_up(const np_trial *t, const map_ray *ray, double way_m) {
+  size_t cell = 0;
+  for (int a = 2; a >= 0; a--) {
+    const double at = np_clamp(floor(ray->at[a] + way_m * ray->way[a]), 0.0, t->size[a] - 1.0);
+    cell = cell * (size_t)t->size[a] + (size_t)at;
+  }
+  return t->extinction[cell];
+}
+
+/* Adds a ray, whose light is spent behind an optical depth. */
+static void follow(const np_trial *t, const map_ray *ray, double spent_depth, np_view_counts *sum) {
+  const double way_m = ray->end_m - ray->begin_m;
+  const double cells = way_m * (fabs(ray->way[0]) + fabs(ray->way[1]) + fabs(ray->way[2]));
+  const int steps = (int)np_clamp(ceil(cells), 1.0, STEPS_MAX);
+  const double step_m = way_m / steps;
+  double depth = 0.0, length_m = 0.0;
+  for (int i = 0; i < steps && depth < depth_max; i++) {
+    const double extinction = (double)look_up(t, ray, ray->begin_m + (i + 0.5) * step_m);
+    if (extinction > 0.0 && depth < spent_depth) length_m += step_m;
+    depth += extinction * step_m;
+  }
+  sum->cover += depth > 0.0;
+  sum->length_m += length_m;
+  sum->depth += fmin(depth, depth_max);
+}
+
+np_view_counts np_trial_see(const np_trial *trial, const np_request *request, const neph_scene *scene) {
+  const neph_render_desc *desc = &request->desc;
+  np_view_counts sum = {.cover = 0.0};
+  np_camera camera;
+  if (np_camera_init(scene, desc->width, desc->height, NEPH_EYE_CENTRE, &camera)) return sum;
+  const double low[2] = {request->window_min[0], request->window_min[1]};
+  const double size[2] = {request->window_max[0] - low[0], request->window_max[1] - low[1]};
+  for (int n = 0; n < RAYS * RAYS; n++) {
+    const double x = low[0] + size[0] * (n % RAYS + 0.5) / RAYS, y = low[1] + size[1] * (n / RAYS + 0.5) / RAYS;
+    np_film_ray ray;
+    map_ray in_map;
+    if (np_camera_start_ray(&camera, (float)x, (float)y, 0.5f, 0.5f, &ray) &&
+        enter(trial, ray.origin, ray.direction, &in_map))
+      follow(trial, &in_map, view_spent_depth, &sum);
+  }
+  const double share = 1.0 / (RAYS * RAYS);
+  return (np_view_counts){share * sum.cover, share * sum.length_m, share * sum.depth};
+}
+
+/* ---- The ground ---- */
+
+/* Points and directions of a trial along each axis; and the grid of caches/ground_light.c. */
+enum { GROUND_POINTS = 12, GROUND_DIRECTIONS = 16, POINTS_MAX = 40 };
+static const double reach_heights = 3.0;
+
+/* The i-th of even directions upwards, by the cosine of their angle to the vertical. */
+static np_vec3 get_direction(int i) {
+  const double z = sqrt((i + 0.5) / GROUND_DIRECTIONS), turn = 2.399963229728653 * i, side = sqrt(1.0 - z * z);
+  return np_vec3_make((float)(side * cos(turn)), (float)(side * sin(turn)), (float)z);
+}
+
+np_ground_counts np_trial_see_from_ground(const np_trial *t) {
+  const double reach_m = reach_heights * fmax(t->high.z, 1.0), wanted_m = fmax(t->low.z / 3.0, reach_m / 24.0);
+  const double width_m[2] = {t->high.x - t->low.x + 2.0 * reach_m, t->high.y - t->low.y + 2.0 * reach_m};
+  const double spacing_m = fmax(wanted_m, fmax(width_m[0], width_m[1]) / (POINTS_MAX - 1));
+  np_view_counts sum = {.cover = 0.0};
+  double way_m = 0.0;
+  for (int n = 0; n < GROUND_POINTS * GROUND_POINTS * GROUND_DIRECTIONS; n++) {
+    const int point = n / GROUND_DIRECTIONS;
+    const np_dvec3 from =
+        np_dvec3_make(t->low.x - reach_m + width_m[0] * (point % GROUND_POINTS + 0.5) / GROUND_POINTS,
+                      t->low.y - reach_m + width_m[1] * (point / GROUND_POINTS + 0.5) / GROUND_POINTS, 0.0);
+    map_ray ray;
+    if (!enter(t, from, get_direction(n % GROUND_DIRECTIONS), &ray)) continue;
+    follow(t, &ray, ground_spent_depth, &sum);
+    way_m += ray.end_m - ray.begin_m;
+  }
+  const double share = 1.0 / (GROUND_POINTS * GROUND_POINTS * GROUND_DIRECTIONS);
+  const double points = (ceil(width_m[0] / spacing_m) + 1.0) * (ceil(width_m[1] / spacing_m) + 1.0);
+  return (np_ground_counts){points, share * way_m, share * sum.length_m};
+}
