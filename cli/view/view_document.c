@@ -51,12 +51,13 @@ static neph_result build(const neph_scene *file_scene, const cli_view_edits *edi
   return result;
 }
 
-/* Makes another list of edits that in force, where the scene has no fault with it. Takes the list in any case. */
-static unsigned accept_edits(cli_view_document *document, const neph_scene *file_scene, cli_view_edits edits,
-                             bool is_display_alone) {
+/* Makes another list of edits that in force, where the scene has no fault with it: `base` with the edits `applied`.
+ * Takes the list in any case. */
+static unsigned accept_edits(cli_view_document *document, const neph_scene *base, const cli_view_edits *applied,
+                             cli_view_edits edits, bool is_display_alone) {
   neph_scene *scene = NULL;
   cli_view_messages_judge(document->messages, true);
-  const neph_result result = build(file_scene, &edits, &scene);
+  const neph_result result = build(base, applied, &scene);
   cli_view_messages_judge(document->messages, false);
   if (result) {
     cli_view_edits_clear(&edits);
@@ -163,29 +164,38 @@ static unsigned begin_change(cli_view_document *document, cli_view_edits *out_ed
   return cli_view_edits_copy(&document->edits, out_edits) ? 200 : refuse(document, 500, "", "out of memory");
 }
 
-unsigned cli_view_document_set(cli_view_document *document, char *lines, unsigned long long gesture) {
+/* Adds new edits behind those in force. They alone are applied, to the scene as it is. */
+static unsigned append(cli_view_document *document, const cli_view_edits *fresh, unsigned long long gesture,
+                       bool is_display_alone) {
   cli_view_edits edits;
-  bool is_display_alone = false;
-  unsigned status = begin_change(document, &edits);
+  const unsigned status = begin_change(document, &edits);
   if (status != 200) return status;
   cli_view_edits_begin(&edits, gesture);
-  status = add_sets(document, &edits, lines, &is_display_alone);
-  if (status == 200) return accept_edits(document, document->file_scene, edits, is_display_alone);
+  bool is_complete = true;
+  for (size_t i = 0; is_complete && i < fresh->count; i++)
+    is_complete = cli_view_edits_add(&edits, fresh->list[i].kind, fresh->list[i].key, fresh->list[i].value);
+  if (is_complete) return accept_edits(document, document->scene, fresh, edits, is_display_alone);
   cli_view_edits_clear(&edits);
+  return refuse(document, 500, "", "out of memory");
+}
+
+unsigned cli_view_document_set(cli_view_document *document, char *lines, unsigned long long gesture) {
+  cli_view_edits fresh = {0};
+  bool is_display_alone = false;
+  unsigned status = add_sets(document, &fresh, lines, &is_display_alone);
+  if (status == 200) status = append(document, &fresh, gesture, is_display_alone);
+  cli_view_edits_clear(&fresh);
   return status;
 }
 
 /* Makes one edit that is no set. */
 static unsigned change(cli_view_document *document, cli_view_edit_kind kind, const char *key, const char *value) {
-  cli_view_edits edits;
-  const unsigned status = begin_change(document, &edits);
-  if (status != 200) return status;
-  cli_view_edits_begin(&edits, 0);
-  if (cli_view_edits_add(&edits, kind, key, value))
-    return accept_edits(document, document->file_scene, edits,
-                        kind == CLI_VIEW_UNSET && cli_view_key_is_display(document->schema, key));
-  cli_view_edits_clear(&edits);
-  return refuse(document, 500, "", "out of memory");
+  cli_view_edits fresh = {0};
+  unsigned status = cli_view_edits_add(&fresh, kind, key, value) ? 200 : refuse(document, 500, "", "out of memory");
+  const bool is_display_alone = kind == CLI_VIEW_UNSET && cli_view_key_is_display(document->schema, key);
+  if (status == 200) status = append(document, &fresh, 0, is_display_alone);
+  cli_view_edits_clear(&fresh);
+  return status;
 }
 
 unsigned cli_view_document_unset(cli_view_document *document, const char *key) {
@@ -220,7 +230,7 @@ static unsigned step(cli_view_document *document, bool (*move)(cli_view_edits *e
   cli_view_edits edits;
   const unsigned status = begin_change(document, &edits);
   if (status != 200) return status;
-  if (move(&edits)) return accept_edits(document, document->file_scene, edits, false);
+  if (move(&edits)) return accept_edits(document, document->file_scene, &edits, edits, false);
   cli_view_edits_clear(&edits);
   return refuse(document, 409, "", reason);
 }
@@ -270,7 +280,7 @@ unsigned cli_view_document_reload(cli_view_document *document, bool keeps_edits)
   unsigned status = read_file(document, &file_scene);
   if (status == 200 && keeps_edits) status = begin_change(document, &edits);
   if (edits.in_force >= document->saved) cli_view_edits_drop(&edits, document->saved);
-  if (status == 200) status = accept_edits(document, file_scene, edits, false);
+  if (status == 200) status = accept_edits(document, file_scene, &edits, edits, false);
   note_fault(document, status != 200);
   if (status == 200) {
     neph_scene *before = document->file_scene;
