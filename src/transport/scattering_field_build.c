@@ -328,13 +328,16 @@ static void report(const np_world *world, double tolerance, np_scattering_field 
   double least, most;
   np_transport_grid_compute_depths(world, g, &least, &most);
   /* A column's cells are large only where light no longer changes over them. */
-  q->error = np_transport_expect_error(np_transport_grid_is_column(g) ? least : most);
+  const double lit = np_transport_grid_compute_lit_depth(g);
+  q->error = np_transport_expect_deep_error(np_transport_grid_is_column(g) ? least : most, lit);
   np_log(field->context, NEPH_LOG_DEBUG,
          "multiple scattering: %d x %d x %d cells, %zu in cloud, degree %u, residual %.2g after %u sweeps", g->size[0],
          g->size[1], g->size[2], g->active_count, g->degree, q->residual, field->sweeps);
-  np_log(field->context, NEPH_LOG_DEBUG,
-         "multiple scattering: the densest cells have a scaled depth of %.2g to %.2g, for an expected error of %.2g %%",
-         least, most, 100.0 * q->error);
+  np_log(
+      field->context, NEPH_LOG_DEBUG,
+      "multiple scattering: the densest cells have a scaled depth of %.2g to %.2g, those that sunlight meets first of "
+      "%.2g; expected error %.2g %%",
+      least, most, lit, 100.0 * q->error);
   if (q->residual > 10.0 * tolerance && !q->is_cut)
     np_log(field->context, NEPH_LOG_WARNING, "multiple scattering has not converged: residual %.2g, wanted %.2g",
            q->residual, tolerance);

@@ -135,20 +135,25 @@ static neph_result allocate_live(np_transport_grid *g) {
   return g->cell && g->extinction && g->ratio ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
-/* Edge of a cell in transport mean free paths, 1/(σ′ − Σ ϖσ(χ₁ − f)), beyond which it is a wall, which reflects the
+/* Depth of a cell in transport mean free paths, 1/(σ′ − Σ ϖσ(χ₁ − f)), beyond which it is a wall, which reflects the
  * same whatever its depth: there its extinction is limited, and albedo and first collisions stay as they are. The layer
  * that reflects is thinner than such a cell, whose mean is of light that has gone as far as its middle: too bright by
  * its depth, where that is not limited. */
 static const double cell_depth_max = 4.0;
 
-static float limit_extinction(const np_transport_grid *g, size_t cell, float extinction, float transport) {
+/* Depth of a cell along its shortest edge, by which light leaves it. */
+static double compute_depth(const np_transport_grid *g, size_t cell, float transport) {
   int32_t at[3];
-  double widest = 0.0;
-  if (g->size[0] == 1 && g->size[1] == 1) return extinction; /* a column, whose balance is exact */
+  double shortest = INFINITY;
   np_transport_grid_split(g, (int32_t)cell, at);
   for (int a = 0; a < 3; a++)
-    if (g->size[a] > 1) widest = fmax(widest, np_transport_grid_width(g, a, at[a]));
-  const double depth = (double)transport * widest;
+    if (g->size[a] > 1) shortest = fmin(shortest, np_transport_grid_width(g, a, at[a]));
+  return isfinite(shortest) ? (double)transport * shortest : 0.0;
+}
+
+/* Columns are not limited: their balance is exact. */
+static float limit_extinction(const np_transport_grid *g, float extinction, double depth) {
+  if (g->size[0] == 1 && g->size[1] == 1) return extinction;
   return depth > cell_depth_max ? (float)((double)extinction * (cell_depth_max / depth)) : extinction;
 }
 
@@ -164,7 +169,9 @@ static void keep_material(const grid_fill *f, size_t active, size_t cell) {
       scattering[l] += own[v] * f->world->clouds.at[v].albedo.band[f->band] * f->phases[v].moments[l];
   }
   const float albedo = f->world->clouds.at[0].albedo.band[f->band];
-  g->extinction[active] = limit_extinction(g, cell, extinction, extinction - scattering[1]);
+  const double depth = compute_depth(g, cell, extinction - scattering[1]);
+  g->extinction[active] = limit_extinction(g, extinction, depth);
+  g->transport_depth[active] = (float)depth;
   for (unsigned l = 0; l < count; l++)
     g->ratio[active * count + l] =
         extinction > 0.0f ? scattering[l] / extinction : albedo * f->phases[0].moments[l] / g->scale[0];
@@ -179,6 +186,8 @@ static neph_result keep_live(const grid_fill *f) {
   for (int32_t c = 0; c < cells; c++)
     if (f->holds[c]) g->active[c] = (int32_t)g->active_count++;
   if (!result) result = allocate_live(g);
+  g->transport_depth = np_alloc(g->context, g->active_count, sizeof *g->transport_depth);
+  if (!result && !g->transport_depth) result = NEPH_ERROR_OUT_OF_MEMORY;
   if (result) return result;
   for (int32_t c = 0; c < cells; c++) {
     if (g->active[c] < 0) continue;
@@ -339,6 +348,7 @@ void np_transport_grid_clear(np_transport_grid *grid) {
   np_alloc_free(grid->context, grid->active);
   np_alloc_free(grid->context, grid->cell);
   np_alloc_free(grid->context, grid->extinction);
+  np_alloc_free(grid->context, grid->transport_depth);
   np_alloc_free(grid->context, grid->ratio);
   np_alloc_free(grid->context, grid->first_collision_source);
   np_alloc_free(grid->context, grid->low_order_source);

@@ -26,6 +26,7 @@ typedef struct np_transport_grid {
   int32_t *cell;      /* place of each live cell */
   size_t active_count;
   float *extinction;             /* scaled, 1/m, the mean of the interpolated field */
+  float *transport_depth;        /* transport mean free paths across each live cell, none limited; NULL: unknown */
   float *ratio;                  /* [active][l], l ≤ N: scattering moment over extinction, both scaled */
   float scale[NP_INSTANCES_MAX]; /* scaled extinction of each cloud over its extinction */
   float *first_collision_source; /* first collisions of sunlight per volume, 1/m, for a unit irradiance; NULL in coarse
@@ -39,6 +40,15 @@ typedef struct np_transport_grid {
 neph_result np_transport_grid_place(neph_context *context, const np_world *world, const np_transport_desc *desc,
                                     np_transport_grid *out);
 
+/* Whether a period of up to a brick makes one cell of an axis. */
+bool np_transport_is_single(const np_world *world, int axis);
+
+/* (1−g)·σ at the densest point, 1/m. */
+double np_transport_compute_extinction(const np_world *world);
+
+/* Share of the longest edge of a voxel by which its depth counts: 1, less where voxels are stretched. */
+double np_transport_get_stretch(const np_world *world);
+
 /* (1−g)·σ·edge of the smallest and of the largest cells, at the densest point. */
 void np_transport_grid_compute_depths(const np_world *world, const np_transport_grid *grid, double *out_least,
                                       double *out_most);
@@ -46,6 +56,13 @@ void np_transport_grid_compute_depths(const np_world *world, const np_transport_
 /* The error of a picture that cells of such a depth make, as a share of its light: measured on clouds whose grid was
  * coarsened (docs/transport.md). */
 double np_transport_expect_error(double cell_depth);
+
+/* Mean of `transport_depth` over the cells, by the sunlight that collides first in each; infinite without sunlight. */
+double np_transport_grid_compute_lit_depth(const np_transport_grid *grid);
+
+/* The same error, of cells that are deeper than the choice of cells allows: by the depth of those that sunlight meets
+ * first. */
+double np_transport_expect_deep_error(double cell_depth, double lit_depth);
 
 /* Bytes that a cell with cloud takes at most where light of a degree is iterated, coarser cells included, and where it
  * is but swept. */

@@ -3,7 +3,9 @@
  *
  * Their error grows with x = (1−g)·σ·edge, to some 2 % at 0.3 and 4 % at 1, so the densest cloud decides their size;
  * two voxels at least, since the field's own detail ends there, unless a single voxel is thicker than that, one voxel
- * to a cell costs next to nothing, or the picture is so large that it shows what two lack.
+ * to a cell costs next to nothing, or the picture is so large that it shows what two lack. However deep the clouds,
+ * cells end at one voxel, in small files at half of one: the light of a deeper cell errs by the depth at which it is
+ * lit (np_transport_grid_compute_lit_depth), which soft edges keep small.
  *
  * A flat cloud, an eighth as thick as its box is wide or less, gets cells of less height, since its light changes from
  * top to base: eight to its thickness, down to half a voxel.
@@ -38,8 +40,22 @@ static int search_index_axis(const np_instance *volume, int world_axis) {
   return found;
 }
 
-/* (1−g)·σ at the densest point. */
-static double compute_transport_extinction(const np_world *world) {
+static bool is_wrapped_along(const np_world *world, int axis, double *out_period_m) {
+  if (np_instances_count_places(&world->clouds) != 1) return false;
+  const np_instance *volume = &world->clouds.at[0];
+  const int a = search_index_axis(volume, axis);
+  if (a < 0 || a > 1 || !volume->bricks->is_periodic[a]) return false;
+  *out_period_m = volume->bricks->period[a] / fabs(volume->world_to_index.m[a][axis]);
+  return true;
+}
+
+bool np_transport_is_single(const np_world *world, int axis) {
+  double period;
+  return is_wrapped_along(world, axis, &period) &&
+         period <= NP_BRICK_EDGE * 1.001 * np_transport_get_voxel(world, axis);
+}
+
+double np_transport_compute_extinction(const np_world *world) {
   double densest = 0.0;
   for (unsigned v = 0; v < world->clouds.count; v++) {
     const np_instance *volume = &world->clouds.at[v];
@@ -49,13 +65,18 @@ static double compute_transport_extinction(const np_world *world) {
   return densest;
 }
 
-static bool is_wrapped_along(const np_world *world, int axis, double *out_period_m) {
-  if (np_instances_count_places(&world->clouds) != 1) return false;
-  const np_instance *volume = &world->clouds.at[0];
-  const int a = search_index_axis(volume, axis);
-  if (a < 0 || a > 1 || !volume->bricks->is_periodic[a]) return false;
-  *out_period_m = volume->bricks->period[a] / fabs(volume->world_to_index.m[a][axis]);
-  return true;
+/* Light leaves a stretched cloud by its shortest way: edges of its voxels count up to this many times the shortest. */
+static const double stretch_max = 4.0;
+
+double np_transport_get_stretch(const np_world *world) {
+  double shortest = INFINITY, longest = 0.0;
+  for (int axis = 0; axis < 3; axis++) {
+    if (np_transport_is_single(world, axis)) continue;
+    const double voxel = np_transport_get_voxel(world, axis);
+    shortest = fmin(shortest, voxel);
+    longest = fmax(longest, voxel);
+  }
+  return longest > 0.0 ? fmin(1.0, stretch_max * shortest / longest) : 1.0;
 }
 
 /* Edges of cells in voxels: across, and in height. */
@@ -111,15 +132,12 @@ static double compute_even_axes(const np_world *world, const np_transport_desc *
   return cells;
 }
 
-/* (1−g)·σ over the longest edge of a voxel; an axis of a single cell does not count. */
+/* (1−g)·σ over the longest edge of a voxel that counts; an axis of a single cell does not. */
 static double compute_voxel_depth(const np_world *world) {
-  double longest = 0.0, period;
-  for (int axis = 0; axis < 3; axis++) {
-    const double voxel = np_transport_get_voxel(world, axis);
-    const bool is_single = is_wrapped_along(world, axis, &period) && period <= NP_BRICK_EDGE * 1.001 * voxel;
-    if (!is_single) longest = fmax(longest, voxel);
-  }
-  return compute_transport_extinction(world) * longest;
+  double longest = 0.0;
+  for (int axis = 0; axis < 3; axis++)
+    if (!np_transport_is_single(world, axis)) longest = fmax(longest, np_transport_get_voxel(world, axis));
+  return np_transport_compute_extinction(world) * np_transport_get_stretch(world) * longest;
 }
 
 static double round_edge(double edge) { return edge > 2.0 ? ceil(4.0 * edge) * 0.25 : edge; }
@@ -145,6 +163,20 @@ static double get_edge_max(const np_world *world) {
   return are_joined ? 16.0 : 8.0;
 }
 
+/* Halves cells that are too deep, down to one voxel, or to half a voxel where that takes no more than twice
+ * `cell_count_cheap` of them: a file holds nothing finer. */
+static double halve_edge(const np_world *world, const np_transport_desc *desc, double edge) {
+  static const double deepest = 3.5;
+  const double voxel_depth = compute_voxel_depth(world);
+  even_axis axes[3];
+  while (edge > 0.5 && edge * voxel_depth > deepest * desc->cell_depth_max) {
+    const double half = 0.5 * edge, cells = compute_even_axes(world, desc, (cell_edges){half, half}, axes);
+    if (half < 1.0 && cells > 2.0 * (double)desc->cell_count_cheap) break;
+    edge = half;
+  }
+  return edge;
+}
+
 /* Edge in voxels that suits the clouds; within `cell_count_max` where there is no viewer. */
 static double choose_edge(const np_world *world, const np_transport_desc *desc, bool *out_is_fine) {
   even_axis axes[3];
@@ -154,7 +186,7 @@ static double choose_edge(const np_world *world, const np_transport_desc *desc, 
   const double edge_max = get_edge_max(world);
   double edge = cells <= (double)desc->cell_count_cheap || *out_is_fine ? 1.0 : 2.0;
   while (edge < edge_max && 1.5 * edge * voxel_depth <= 0.5 * desc->cell_depth_max) edge *= 1.5;
-  while (edge > 0.1 && edge * voxel_depth > 3.5 * desc->cell_depth_max) edge *= 0.5;
+  edge = halve_edge(world, desc, edge);
   const double enlarged = enlarge_edge(world, desc, edge);
   if (enlarged > edge) *out_is_fine = false;
   return enlarged;
@@ -406,53 +438,4 @@ neph_result np_transport_grid_place(neph_context *context, const np_world *world
   }
   if (result) np_transport_grid_clear(out);
   return result;
-}
-
-/* ---- What is to be expected ---- */
-
-void np_transport_grid_compute_depths(const np_world *world, const np_transport_grid *grid, double *out_least,
-                                      double *out_most) {
-  double least = 0.0, most = 0.0;
-  for (int axis = 0; axis < 3; axis++) {
-    if (grid->size[axis] == 1) continue;
-    double delta_m_residual = HUGE_VAL, wide = 0.0;
-    for (int32_t i = 0; i < grid->size[axis]; i++) {
-      delta_m_residual = fmin(delta_m_residual, np_transport_grid_width(grid, axis, i));
-      wide = fmax(wide, np_transport_grid_width(grid, axis, i));
-    }
-    least = fmax(least, delta_m_residual);
-    most = fmax(most, wide);
-  }
-  *out_least = least * compute_transport_extinction(world);
-  *out_most = most * compute_transport_extinction(world);
-}
-
-double np_transport_expect_error(double cell_depth) {
-  static const double nodes[][2] = {{0.35, 0.02}, {1.0, 0.04}, {2.0, 0.07}, {4.0, 0.14}};
-  enum { COUNT = sizeof nodes / sizeof *nodes };
-  if (cell_depth <= nodes[0][0]) return nodes[0][1];
-  for (int i = 1; i < COUNT; i++)
-    if (cell_depth <= nodes[i][0] || i + 1 == COUNT) {
-      const double t = (cell_depth - nodes[i - 1][0]) / (nodes[i][0] - nodes[i - 1][0]);
-      return fmin(1.0, nodes[i - 1][1] + t * (nodes[i][1] - nodes[i - 1][1]));
-    }
-  return 1.0;
-}
-
-/* Place that sunlight is followed to (first_collision.h), cells with and without cloud, and data beside the moments. */
-static const double other_bytes = 300.0;
-
-/* Unknowns of the diffusion equation, their links and vectors, on all of its grids. */
-static const double diffusion_bytes = 100.0;
-
-/* Vectors of moments: the solution, two parts of a sweep, and three bands kept as halves. */
-double np_transport_count_swept_bytes(unsigned degree) {
-  return 4.5 * sizeof(float) * np_harmonics_count(degree) + other_bytes;
-}
-
-/* Besides: the source, six vectors of Anderson's, the first band, a copy that is sharpened, and the diffusion equation.
- * Coarser grids have a seventh. */
-double np_transport_count_iterated_bytes(unsigned degree) {
-  return 8.0 / 7.0 *
-         (9.0 * sizeof(float) * np_harmonics_count(degree) + diffusion_bytes + np_transport_count_swept_bytes(degree));
 }

@@ -11,7 +11,7 @@ cat >"$folder/page" <<'END'
 # Stability
 
 Stiff and extreme inputs: how many were tried, the worst error of each kind, and what is refused with which message. The
-tests `stress`, `stiffness`, `extreme_air` and `climb` hold these limits and write this page:
+tests `stress`, `stiffness`, `deep_clouds`, `extreme_air` and `climb` hold these limits and write this page:
 
     sh tests/bench/stability.sh
 
@@ -19,7 +19,7 @@ Counts and refusals are the same on any machine, and the tests fail where this p
 [transport.md](transport.md) and [atmosphere.md](atmosphere.md), errors of ordinary scenes in
 [accuracy.md](accuracy.md).
 END
-for part in stress stiffness extreme_air climb; do
+for part in stress stiffness deep_clouds extreme_air climb; do
   [ -x "$bin/test_$part" ] || continue
   "$bin/test_$part" page "$folder/$part" >/dev/null
   cat "$folder/$part" >>"$folder/page"
