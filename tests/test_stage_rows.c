@@ -13,8 +13,7 @@ static int set_up(void **state) { return test_set_up(state, 1, NULL); }
 #define EMPTY "version: 1\n"
 #define CLOUD "clouds: [{bake: {extent: 400 m, thickness: 100 m, voxel: 20 m}}]\n"
 #define PATH CLOUD "render: {integrator: path, atmosphere: tables}\n"
-#define FIRE                                                                                                           \
-  "clouds: [{vdb: box.vdb, extinction: 1, emission: {flame: none, temperature: none, offset: 2000 K}}]\n"
+#define FIRE "clouds: [{vdb: box.vdb, extinction: 1, emission: {flame: none, temperature: none, offset: 2000 K}}]\n"
 #define STARS "place: {latitude: 1, longitude: 2}\nsun: {elevation: -30 deg}\nstars: {sidereal_time: 1}\n"
 #define SEQUENCE "animate: {camera.fov: [[1, 40 deg], [9, 50 deg]]}\nrender: {history: reproject}\n"
 
@@ -46,6 +45,7 @@ static const struct {
     {NP_STAGE_ORDINATES, CLOUD, "solved", CLOUD "render: {multiple_scattering: none}", "render.multiple_scattering"},
     {NP_STAGE_VIEWER_LIGHT, CLOUD, "camera", CLOUD "render: {multiple_scattering: none}", "multiple"},
     {NP_STAGE_GROUND_CLOUDS, CLOUD, "ground", CLOUD "environment: {planet: none}", "ground"},
+    {NP_STAGE_RELIEF_LIGHT, "terrain: {ridges: {samples: 65}}", "hills", EMPTY, "hills"},
     {NP_STAGE_AIR_SHADOWS, CLOUD "render: {air_shadows: true}", "render.air_shadows",
      CLOUD "render: {air_shadows: false}", "render.air_shadows"},
     {NP_STAGE_APPROXIMATION, CLOUD "render: {multiple_scattering: octaves}", "octaves", CLOUD,
