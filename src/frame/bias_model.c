@@ -15,7 +15,7 @@ typedef struct cloud_light {
 static void add_light(const np_packet_light *light, cloud_light *out) {
   const np_scattering_field *field = light->lighting.scattering;
   const np_world *world = &light->world;
-  if (field) {
+  if (field && np_scattering_field_count_cells(field) > 0) {
     const np_scattering_quality quality = np_scattering_field_get_quality(field);
     const double solution = np_bias_of_solution(np_scattering_field_get_degree(field), quality.residual);
     out->cell_error = fmax(out->cell_error, quality.error);
@@ -75,7 +75,7 @@ static double sum_forecasts(const np_plan *plan) {
 
 /* Bias of a march. */
 static double combine(const np_plan *plan, const cloud_light *light, double tolerance, double cover) {
-  const double rest = sum_forecasts(plan);
+  const double rest = hypot(sum_forecasts(plan), plan->decisions.left_out.share);
   if (!np_plan_needs(plan, NP_STAGE_VOLUMES)) return rest;
   const double cells = hypot(np_bias_of_cells(light->cell_error, light->albedo, light->sine), light->solution);
   const double steps = np_bias_terms.steps * tolerance;

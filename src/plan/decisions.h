@@ -20,6 +20,14 @@ typedef struct np_expected_cells {
   double error;          /* error of the largest cells; 0: it is not solved */
 } np_expected_cells;
 
+/* Clouds that multiple scattering is not solved for (plan_left_out.c). */
+typedef struct np_left_out {
+  uint64_t clouds; /* a bit for each number of a cloud */
+  unsigned count;
+  bool is_all, are_black; /* all are left out; because they scatter no light */
+  double share;           /* share of the picture's light that they change, at the most */
+} np_left_out;
+
 typedef struct np_decisions {
   np_stage_decision stages[NP_STAGE_COUNT];
   np_color_space color_space;
@@ -30,6 +38,7 @@ typedef struct np_decisions {
   unsigned emission_count;  /* clouds with emission */
   unsigned air_ray_spacing; /* pixels between rays that look for shadows in the air; 0: none */
   np_expected_cells cells;
+  np_left_out left_out;
 } np_decisions;
 
 void np_decisions_clear(neph_context *context, np_decisions *decisions);

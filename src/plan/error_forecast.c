@@ -69,9 +69,11 @@ double np_stage_expect_ordinates(const np_plan *plan, const neph_scene *scene) {
     const double *own = scene->clouds[i].albedo;
     albedo = fmax(albedo, (own[0] + own[1] + own[2]) / 3.0);
   }
+  if (plan->decisions.left_out.is_all) return plan->decisions.left_out.share;
   if (plan->decisions.has_sun && plan->decisions.are_lights_known) sine = plan->decisions.lights.to_sun.z;
-  return hypot(np_bias_of_cells(plan->decisions.cells.error, albedo, sine),
-               np_bias_of_solution((unsigned)scene->render.light_degree, scene->render.light_residual));
+  const double solution = np_bias_of_solution((unsigned)scene->render.light_degree, scene->render.light_residual);
+  return hypot(hypot(np_bias_of_cells(plan->decisions.cells.error, albedo, sine), solution),
+               plan->decisions.left_out.share);
 }
 
 double np_stage_expect_approximation(const np_plan *plan, const neph_scene *scene) {

@@ -37,6 +37,7 @@ static double guess_cells(const np_plan *plan, const neph_scene *scene) {
 }
 
 np_cell_counts np_plan_count_cells(const np_plan *plan, const neph_scene *scene) {
+  if (plan->decisions.left_out.is_all) return (np_cell_counts){.cells = 0.0};
   np_cell_counts counts = plan->decisions.cells.counts;
   if (!(counts.cells > 0.0)) {
     const np_scattering_desc desc = {.work_max = 0.0,
@@ -61,6 +62,7 @@ void np_plan_choose_cells(const np_plan *plan, const neph_scene *scene, np_dvec3
   out->cells.cell_depth_max = scene->render.light_depth;
   out->tolerance = scene->render.light_residual;
   out->degree_max = scene->render.light_degree;
+  out->left_out = plan->decisions.left_out.clouds;
   out->cells.bounds_min = low;
   out->cells.bounds_max = high;
   out->cells.edge_min_m = np_plan_get_light_edge(&plan->request, scene, low, high);
@@ -92,6 +94,7 @@ static void add_bake(outline *o, unsigned i, const np_scene_cloud *cloud, const 
   o->box_m3 += size[0] * size[1] * size[2];
   o->filled_m3 += NP_FILLED_SHARE * size[0] * size[1] * size[2];
   *volume = (np_instance){.bricks = &o->bricks[i],
+                          .number = i,
                           .extinction_per_value = (float)(core_gain_max * bake->extinction_per_m),
                           .phase = cloud->phase};
   for (int a = 0; a < 3; a++) {
@@ -133,7 +136,7 @@ static void add_file(const np_plan *plan, outline *o, unsigned i, const np_scene
   bricks->value_max = 1.0f;
   bricks->brick_count = (size_t)fmin(file->voxel_count / per_brick, stored);
   *volume = (np_instance){
-      .bricks = bricks, .extinction_per_value = (float)get_densest(plan, i, cloud), .phase = cloud->phase};
+      .bricks = bricks, .number = i, .extinction_per_value = (float)get_densest(plan, i, cloud), .phase = cloud->phase};
   if (!np_affine_invert(&index_to_world, &volume->world_to_index)) volume->world_to_index = np_affine_identity();
   include_box(o, file->low, file->high);
   o->box_m3 += size.x * size.y * size.z;
@@ -161,6 +164,8 @@ static neph_result place(const np_plan *plan, const neph_scene *scene, outline *
   out->are_errors_known = true;
   for (unsigned i = 0; i < scene->cloud_count; i++) {
     const neph_cloud_desc bake = np_plan_get_bake(&plan->request, scene, &scene->clouds[i]);
+    o->volumes[i].number = i;
+    if (plan->decisions.left_out.clouds >> i & 1u) continue;
     if (scene->clouds[i].is_baked)
       add_bake(o, i, &scene->clouds[i], &bake);
     else
@@ -191,6 +196,7 @@ static neph_result place(const np_plan *plan, const neph_scene *scene, outline *
 neph_result np_plan_forecast_cells(const np_plan *plan, const neph_scene *scene, np_cells_forecast *out) {
   *out = (np_cells_forecast){.is_known = false};
   if (scene->cloud_count == 0 || scene->cloud_count > NP_INSTANCES_MAX) return NEPH_OK;
+  if (plan->decisions.left_out.is_all) return NEPH_OK;
   for (unsigned i = 0; i < scene->cloud_count; i++) {
     const np_scene_cloud *cloud = &scene->clouds[i];
     const bool has_box = np_inputs_get_file(&plan->inputs, i)->is_known;

@@ -19,6 +19,9 @@ struct np_scattering_desc;
 void np_plan_choose_cells(const np_plan *plan, const neph_scene *scene, np_dvec3 low, np_dvec3 high,
                           struct np_scattering_desc *out);
 
+/* The clouds that need no solution, by the directions of the lights and the outlines of the clouds. */
+np_left_out np_plan_choose_left_out(const np_plan *plan, const neph_scene *scene);
+
 /* Expected cells. Unknown where clouds are files whose headers have not been read, or phase functions are files. */
 typedef struct np_cells_forecast {
   bool is_known, are_errors_known; /* errors of no files, whose densest values are not read */

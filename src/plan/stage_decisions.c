@@ -211,9 +211,31 @@ void np_stage_decide_air_shadows(np_decision *d, np_stage_decision *out) {
 static const double error_of_files = 0.02,
                     files_exponent = 0.25; /* their voxels set a least cell, whatever its depth */
 
+/* The reason why nothing is solved for, though the stage has its place: the ground needs the clouds' opacity. */
+static void describe_left_out(const np_left_out *left_out, char *out, size_t size) {
+  if (left_out->are_black)
+    np_print(out, size, "nothing is solved for: the clouds' albedo is 0, and they scatter no light");
+  else
+    np_print(out, size,
+             "nothing is solved for: the clouds are out of view, and their light changes the picture by less than "
+             "%.2g %%",
+             100.0 * left_out->share);
+}
+
 /* Errors that are known before a file is read. */
 static void describe_ordinates(np_decision *d, char *out, size_t size) {
   np_cells_forecast f;
+  const np_left_out *left_out = &d->made->left_out;
+  char rest[120] = "";
+  d->made->left_out = np_plan_choose_left_out(d->plan, d->scene);
+  if (left_out->is_all) {
+    d->made->cells = (np_expected_cells){0};
+    describe_left_out(left_out, out, size);
+    return;
+  }
+  if (left_out->count > 0)
+    np_print(rest, sizeof rest, "; not for %u of %u clouds, out of view, which change the picture by less than %.2g %%",
+             left_out->count, d->scene->cloud_count, 100.0 * left_out->share);
   d->result = np_plan_forecast_cells(d->plan, d->scene, &f);
   d->made->cells = (np_expected_cells){
       f.cells.counts, f.are_errors_known
@@ -221,10 +243,10 @@ static void describe_ordinates(np_decision *d, char *out, size_t size) {
                           : error_of_files * pow(fmax(d->scene->render.light_depth / 0.35, 1.0), files_exponent)};
   const char *what = "solved for once while clouds and lights stay, within render.light_memory";
   if (f.are_errors_known)
-    np_print(out, size, "%s; expected error %.2g %% near the camera, %.2g %% in the largest cells", what,
-             100.0 * f.cells.errors[0], 100.0 * f.cells.errors[1]);
+    np_print(out, size, "%s; expected error %.2g %% near the camera, %.2g %% in the largest cells%s", what,
+             100.0 * f.cells.errors[0], 100.0 * f.cells.errors[1], rest);
   else
-    np_print(out, size, "%s; expected error 2 to 4 %%, more where that is little", what);
+    np_print(out, size, "%s; expected error 2 to 4 %%, more where that is little%s", what, rest);
 }
 
 static const char endless[] = "paths scatter as often as it takes";
@@ -253,7 +275,7 @@ void np_stage_decide_ordinates(np_decision *d, np_stage_decision *out) {
   const char *against = get_scatterless(d);
   if (!against && is_path(d) && desc->path_guiding != NEPH_PATH_GUIDING_ADJOINT) against = endless;
   if (!against && !is_path(d) && !needs_of_method(d, NP_MULTIPLE_SCATTERING_NEEDS_SOLUTION)) against = get_chosen(d);
-  char solved[200] = "";
+  char solved[400] = "";
   if (!against) describe_ordinates(d, solved, sizeof solved);
   np_stage_decide(d, out, !against, "%s%s",
                   against      ? ""
@@ -265,6 +287,7 @@ void np_stage_decide_ordinates(np_decision *d, np_stage_decision *out) {
 void np_stage_decide_viewer_light(np_decision *d, np_stage_decision *out) {
   const char *against = is_path(d) ? "paths need light in all directions" : NULL;
   if (!against && d->scene->camera.kind == NEPH_CAMERA_ORTHOGRAPHIC) against = parallel;
+  if (!against && d->made->left_out.is_all) against = "multiple scattering is solved for no cloud";
   decide_unless(d, out, against, get_against(d, NP_STAGE_ORDINATES), "the march needs light towards the camera alone");
 }
 

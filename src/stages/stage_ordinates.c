@@ -42,11 +42,30 @@ static neph_result warn_of_limit(const np_stage_part *in, const np_scattering_de
   return result;
 }
 
+/* Box of the clouds that are solved for; of all, where none are. A cloud that is seen, where the plan did not expect
+ * it, is solved for after all. */
+static void set_clouds(const np_stage_part *in, np_light_key *key) {
+  const np_assembly *a = in->made;
+  uint64_t left_out = in->plan->decisions.left_out.clouds;
+  np_dvec3 low = np_nowhere_low, high = np_nowhere_high;
+  for (unsigned i = 0; i < a->cloud_count && left_out != UINT64_MAX; i++) {
+    const np_cloud_parts *cloud = &a->clouds[i];
+    const bool is_seen = cloud->low.x <= cloud->high.x && np_camera_sees_box(&a->camera, cloud->low, cloud->high);
+    if (is_seen) left_out &= ~(UINT64_C(1) << i);
+    if (left_out >> i & 1u) continue;
+    low = np_dvec3_min(low, cloud->low);
+    high = np_dvec3_max(high, cloud->high);
+  }
+  const bool is_any = left_out != 0 && low.x <= high.x;
+  np_plan_choose_cells(in->plan, in->scene, is_any ? low : a->clouds_min, is_any ? high : a->clouds_max, &key->desc);
+  key->desc.left_out = left_out;
+}
+
 static neph_result make_light_key(const np_stage_part *in, np_light_key **out_key) {
   const np_assembly *a = in->made;
   np_light_key *key = *out_key = np_alloc(a->context, 1, sizeof *key);
   if (!key) return NEPH_ERROR_OUT_OF_MEMORY;
-  np_plan_choose_cells(in->plan, in->scene, a->clouds_min, a->clouds_max, &key->desc);
+  set_clouds(in, key);
   key->desc.cells.has_viewer = np_camera_has_centre(&a->camera);
   if (key->desc.cells.has_viewer) set_viewer(in->scene, a, &key->desc.cells);
   key->desc.has_importance = in->plan->request.desc.integrator == NEPH_INTEGRATOR_PATH;
@@ -133,6 +152,7 @@ static bool add_ordinates_key(const np_stage_part *in, np_hash *key) {
   NP_HASH_ADD(key, own->sun);
   NP_HASH_ADD(key, own->surroundings);
   NP_HASH_ADD(key, own->desc.cells.cell_count_max);
+  if (in->plan->decisions.left_out.is_all) return false;
   return !isfinite(in->plan->request.desc.time_limit_s) && np_stage_add_terrain_key(in, key);
 }
 

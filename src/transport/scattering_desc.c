@@ -3,6 +3,7 @@
  * take. */
 #include "core/alloc.h"
 #include "transport/scattering_solver.h"
+#include "transport/solved_clouds.h"
 
 enum { RESOLVED_DEGREE = 7 };
 
@@ -120,8 +121,8 @@ static np_cell_counts count_cells(const np_scattering_desc *desc, const np_trans
   return count_levels(desc, &d, is_layered, live, g->is_fine ? fmin(count_live(g, 2, finder), 0.99 * live) : live);
 }
 
-neph_result np_scattering_desc_forecast(neph_context *context, const np_world *world, const np_scattering_desc *desc,
-                                        const np_cloud_finder *finder, np_scattering_forecast *out) {
+static neph_result forecast(neph_context *context, const np_world *world, const np_scattering_desc *desc,
+                            const np_cloud_finder *finder, np_scattering_forecast *out) {
   np_transport_grid grid;
   neph_result result = np_transport_grid_place(context, world, &desc->cells, &grid);
   if (result) return result;
@@ -136,16 +137,37 @@ neph_result np_scattering_desc_forecast(neph_context *context, const np_world *w
   return NEPH_OK;
 }
 
-neph_result np_scattering_desc_add_to_hash(neph_context *context, const np_world *world, const np_scattering_desc *desc,
-                                           np_hash *hash) {
+neph_result np_scattering_desc_forecast(neph_context *context, const np_world *world, const np_scattering_desc *desc,
+                                        const np_cloud_finder *finder, np_scattering_forecast *out) {
+  np_solved_clouds solved;
+  *out = (np_scattering_forecast){.cell_count = 0.0};
+  neph_result result = np_solved_clouds_list(context, world, desc->left_out, &solved);
+  if (!result && solved.world.clouds.count > 0) result = forecast(context, &solved.world, desc, finder, out);
+  np_solved_clouds_clear(&solved);
+  return result;
+}
+
+static neph_result add_cells(neph_context *context, const np_world *world, const np_scattering_desc *desc,
+                             np_hash *hash) {
   np_transport_grid grid;
   neph_result result = np_transport_grid_place(context, world, &desc->cells, &grid);
   if (result) return result;
   for (int a = 0; a < 3; a++) np_hash_add(hash, grid.edge_m[a], ((size_t)grid.size[a] + 1) * sizeof *grid.edge_m[a]);
+  np_transport_grid_clear(&grid);
+  return NEPH_OK;
+}
+
+neph_result np_scattering_desc_add_to_hash(neph_context *context, const np_world *world, const np_scattering_desc *desc,
+                                           np_hash *hash) {
+  np_solved_clouds solved;
+  neph_result result = np_solved_clouds_list(context, world, desc->left_out, &solved);
+  if (!result && solved.world.clouds.count > 0) result = add_cells(context, &solved.world, desc, hash);
+  np_solved_clouds_clear(&solved);
+  if (result) return result;
   NP_HASH_ADD(hash, desc->work_max);
   NP_HASH_ADD(hash, desc->degree_max);
   NP_HASH_ADD(hash, desc->tolerance);
   NP_HASH_ADD(hash, desc->has_importance);
-  np_transport_grid_clear(&grid);
+  if (desc->left_out) NP_HASH_ADD(hash, desc->left_out);
   return NEPH_OK;
 }

@@ -46,8 +46,9 @@ typedef struct np_scattering_desc {
   double work_max; /* cells × directions × harmonics of a sweep, up to which angles are resolved beyond the least */
   unsigned degree_max; /* most that angles are resolved into */
   double tolerance;
-  double seconds_max;               /* after which sweeps end, whatever the residual; infinite: no limit */
-  bool has_importance;              /* paths can be guided: importance is kept beside the moments */
+  double seconds_max;  /* after which sweeps end, whatever the residual; infinite: no limit */
+  uint64_t left_out;   /* clouds of the scene that are not solved for, a bit for each number; all: the field is dark */
+  bool has_importance; /* paths can be guided: importance is kept beside the moments */
   const np_solution_keeper *keeper; /* NULL: none; nor is there one where time is limited */
 } np_scattering_desc;
 

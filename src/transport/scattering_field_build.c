@@ -8,7 +8,6 @@
 
 #include "core/alloc.h"
 #include "core/half.h"
-#include "core/isa.h"
 
 enum { CHUNK = 4096 };
 
@@ -254,38 +253,6 @@ static neph_result solve_bands(np_scattering_solver *s) {
 
 /* ---- All of it ---- */
 
-/* Equal phase functions share one table. */
-static neph_result build_phase(const np_world *world, unsigned cloud, unsigned degree, np_scattering_field *out) {
-  const np_phase *phase = &world->clouds.at[cloud].phase;
-  np_scaled_cloud *scaled = &out->medium.clouds[cloud];
-  np_scaled_phase *own = &out->phases[cloud];
-  unsigned same = 0;
-  while (same < cloud && !np_phase_is_equal(&out->phases[same].phase, phase)) same++;
-  if (same < cloud) {
-    *own = out->phases[same];
-    *scaled = out->medium.clouds[same];
-    return NEPH_OK;
-  }
-  const neph_result result = np_scaled_phase_init(out->context, phase, degree, own);
-  *scaled = (np_scaled_cloud){.forward = own->forward,
-                              .least_forward = own->least_forward,
-                              .asymmetry = own->moments[1] + own->forward,
-                              .second = own->moments[2] + own->forward,
-                              .phase_kind = (unsigned char)out->medium.phase_count};
-  out->medium.phase_count += !result;
-  return result;
-}
-
-neph_result np_scattering_field_build_phases(const np_world *world, unsigned degree, np_scattering_field *out) {
-  out->phases = np_alloc(out->context, world->clouds.count, sizeof *out->phases);
-  neph_result result = out->phases ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
-  for (unsigned v = 0; v < world->clouds.count && !result; v++) {
-    result = build_phase(world, v, degree, out);
-    out->medium.cloud_count += !result;
-  }
-  return result;
-}
-
 static neph_result start_angles(np_scattering_solver *s, unsigned degree, bool is_layered, np_scattering_angles **out) {
   *out = np_alloc(s->context, 1, sizeof **out);
   if (!*out) return NEPH_ERROR_OUT_OF_MEMORY;
@@ -299,12 +266,19 @@ static neph_result start_angles(np_scattering_solver *s, unsigned degree, bool i
 
 static neph_result fill_border(np_scattering_solver *s, const np_transport_grid *grid) {
   const np_border_set sets[] = {{&s->broad->ordinates, &s->broad->border}, {&s->fine->ordinates, &s->fine->border}};
-  for (unsigned v = 0; v < s->world->clouds.count; v++) {
-    const np_instance *cloud = &s->world->clouds.at[v];
+  for (unsigned v = 0; v < s->all->clouds.count; v++) {
+    const np_instance *cloud = &s->all->clouds.at[v];
     const float forward = np_scaled_phase_compute_forward(&cloud->phase, s->broad->ordinates.degree);
     s->fade[v] = 1.0f - forward * np_spectrum_max(cloud->albedo);
   }
   return np_border_fill(grid, s->world, s->depths, s->fade, s->monitor, sets, s->fine == s->broad ? 1 : 2);
+}
+
+/* Those of all clouds for the field, and of the solved ones in their order. */
+static neph_result start_phases(np_scattering_solver *s, unsigned degree) {
+  neph_result result = np_scattering_field_build_phases(s->all, degree, s->out);
+  for (unsigned v = 0; v < s->world->clouds.count && !result; v++) s->phases[v] = s->out->phases[s->solved->number[v]];
+  return result;
 }
 
 static neph_result start(np_scattering_solver *s) {
@@ -319,7 +293,7 @@ static neph_result start(np_scattering_solver *s) {
   if (!s->fine) s->fine = s->broad;
   if (!result) result = fill_border(s, &grid);
   np_transport_grid_clear(&grid);
-  return result ? result : np_scattering_field_build_phases(s->world, d.resolved, s->out);
+  return result ? result : start_phases(s, d.resolved);
 }
 
 static void report(const np_world *world, double tolerance, np_scattering_field *field) {
@@ -341,18 +315,6 @@ static void report(const np_world *world, double tolerance, np_scattering_field 
   if (q->residual > 10.0 * tolerance && !q->is_cut)
     np_log(field->context, NEPH_LOG_WARNING, "multiple scattering has not converged: residual %.2g, wanted %.2g",
            q->residual, tolerance);
-}
-
-extern const np_scattering_lookup np_scattering_lookup_v1, np_scattering_lookup_v3, np_scattering_lookup_v4;
-
-np_scattering_field *np_scattering_field_create(neph_context *context) {
-  static const np_scattering_lookup *const lookups[NP_ISA_COUNT] = {&np_scattering_lookup_v1, &np_scattering_lookup_v3,
-                                                                    &np_scattering_lookup_v4};
-  np_scattering_field *field = np_alloc(context, 1, sizeof *field);
-  if (!field) return NULL;
-  field->context = context;
-  field->lookup = lookups[neph_context_get_isa(context)];
-  return field;
 }
 
 /* Takes the finest cells from the solver. */
@@ -386,13 +348,14 @@ static neph_result solve(np_scattering_solver *s) {
 }
 
 /* A state that does not fit is left alone, whatever its checksum says. */
-neph_result np_scattering_field_build(neph_context *context, const np_world *world,
-                                      const np_sun_optical_depth_source *depths, const np_scattering_desc *desc,
-                                      np_monitor *monitor, np_scattering_field **out_field) {
+static neph_result solve_clouds(neph_context *context, const np_world *all, const np_solved_clouds *solved,
+                                const np_sun_optical_depth_source *depths, const np_scattering_desc *desc,
+                                np_monitor *monitor, np_scattering_field **out_field) {
   neph_result result = NEPH_ERROR_BAD_FILE;
-  *out_field = NULL;
   np_scattering_solver initial = {.context = context,
-                                  .world = world,
+                                  .world = &solved->world,
+                                  .solved = solved,
+                                  .all = all,
                                   .depths = depths,
                                   .desc = desc,
                                   .monitor = monitor,
@@ -414,17 +377,15 @@ neph_result np_scattering_field_build(neph_context *context, const np_world *wor
   return result;
 }
 
-void np_scattering_field_destroy(np_scattering_field *field) {
-  if (!field) return;
-  for (unsigned v = 0, known = 0; v < field->medium.cloud_count; v++) {
-    if (field->medium.clouds[v].phase_kind < known) continue;
-    known++;
-    np_scaled_phase_clear(&field->phases[v]);
-  }
-  np_alloc_free(field->context, field->phases);
-  np_transport_grid_clear(&field->grid);
-  np_alloc_free(field->context, field->moments);
-  np_alloc_free(field->context, field->importance);
-  np_alloc_free(field->context, field->delta_m_residual);
-  np_alloc_free(field->context, field);
+neph_result np_scattering_field_build(neph_context *context, const np_world *world,
+                                      const np_sun_optical_depth_source *depths, const np_scattering_desc *desc,
+                                      np_monitor *monitor, np_scattering_field **out_field) {
+  np_solved_clouds solved;
+  *out_field = NULL;
+  neph_result result = np_solved_clouds_list(context, world, desc->left_out, &solved);
+  if (!result)
+    result = solved.world.clouds.count > 0 ? solve_clouds(context, world, &solved, depths, desc, monitor, out_field)
+                                           : np_scattering_field_make_dark(context, world, &desc->cells, out_field);
+  np_solved_clouds_clear(&solved);
+  return result;
 }

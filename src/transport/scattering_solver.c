@@ -192,7 +192,7 @@ neph_result np_scattering_solver_build_levels(np_scattering_solver *s) {
   finest->degree = s->fine->ordinates.degree;
   set_part(s, 0.0, 0.05);
   np_monitor_set_stage(s->monitor, "averaging clouds");
-  result = np_transport_grid_fill(s->world, s->out->phases, s->band, s->monitor, finest);
+  result = np_transport_grid_fill(s->world, s->phases, s->band, s->monitor, finest);
   set_part(s, 0.05, solving_begin);
   np_monitor_set_stage(s->monitor, "lighting clouds");
   np_ground_columns_clear(s->context, &s->ground);

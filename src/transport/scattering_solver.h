@@ -6,6 +6,7 @@
 #include "transport/scattering_field.h"
 #include "transport/scattering_field_private.h"
 #include "transport/ground_columns.h"
+#include "transport/solved_clouds.h"
 #include "transport/transport_level.h"
 
 enum { NP_SCATTERING_LEVELS_MAX = 6 };
@@ -50,7 +51,10 @@ typedef struct np_solver_state {
 
 typedef struct np_scattering_solver {
   neph_context *context;
-  const np_world *world;
+  const np_world *world;                    /* the world of the clouds that are solved for */
+  const np_solved_clouds *solved;           /* the same, with their numbers among all */
+  const np_world *all;                      /* the world with all clouds, whose shade counts */
+  np_scaled_phase phases[NP_INSTANCES_MAX]; /* phase functions of the clouds that are solved for */
   const np_sun_optical_depth_source *depths;
   const np_scattering_desc *desc;
   np_monitor *monitor;
@@ -65,7 +69,7 @@ typedef struct np_scattering_solver {
   np_ground_columns ground;                                    /* within the finest cells */
   np_downwelling downwelling[NP_BAND_COUNT];
   bool has_downwelling;         /* downwelling of the present band is known */
-  float fade[NP_INSTANCES_MAX]; /* share of each cloud's depth that dims the beam where light is iterated */
+  float fade[NP_INSTANCES_MAX]; /* share of each of all cloud's depth that dims the beam where light is iterated */
   np_spectrum *sun;             /* irradiance at each live cell of the finest grid */
   double end_s;                 /* end of the sweeps of all bands on the monitor's clock; infinite: no limit */
   bool has_time;                /* the present band's share of them is not used up */
