@@ -43,15 +43,15 @@ double np_transport_grid_compute_lit_depth(const np_transport_grid *grid) {
   return power > 0.0 ? depth / power : HUGE_VAL;
 }
 
-/* Depth of the densest cells that the choice of cells leaves where voxels allow it, by the default of `cell_depth_max`.
- * Error of deeper ones over the depth at which they are lit, and its most: walls reflect as they should, however deep
- * they are. Balls, lumps and a large cloud of depths 300 to 1e6, with sharp and with soft rims, err by 0.4 to 1.2 times
- * what follows for their pixels. */
-static const double ordinary_depth = 1.225, error_per_lit_depth = 0.06, deep_error_max = 0.1;
+/* Depth beyond which no cells were measured by their densest point: deep clouds alone have such cells, whose error goes
+ * by the depth at which they are lit, up to a most: walls reflect as they should, however deep they are. Balls, lumps
+ * and a large cloud of depths 300 to 1e6, with sharp and with soft rims, err by 0.4 to 1.2 times what follows for their
+ * pixels. */
+static const double measured_depth_max = 4.0, error_per_lit_depth = 0.06, deep_error_max = 0.1;
 
 double np_transport_expect_deep_error(double cell_depth, double lit_depth) {
   const double error = np_transport_expect_error(cell_depth), least = np_transport_expect_error(0.0);
-  if (cell_depth <= ordinary_depth || !isfinite(lit_depth)) return error;
+  if (cell_depth <= measured_depth_max || !isfinite(lit_depth)) return error;
   return fmin(error, np_clamp(error_per_lit_depth * lit_depth, least, deep_error_max));
 }
 

@@ -60,8 +60,7 @@ double np_transport_expect_error(double cell_depth);
 /* Mean of `transport_depth` over the cells, by the sunlight that collides first in each; infinite without sunlight. */
 double np_transport_grid_compute_lit_depth(const np_transport_grid *grid);
 
-/* The same error, of cells that are deeper than the choice of cells allows: by the depth of those that sunlight meets
- * first. */
+/* The same error; deeper cells than were measured err by the depth of those that sunlight meets first. */
 double np_transport_expect_deep_error(double cell_depth, double lit_depth);
 
 /* Bytes that a cell with cloud takes at most where light of a degree is iterated, coarser cells included, and where it
