@@ -193,7 +193,16 @@ static void files_that_hang_on_a_raster_are_refused(void **state) {
 static void systems_of_the_scene_open_nothing(void **state) {
   test_fixture *f = *state;
   const listener l = listen_here();
-  static const char *const systems[] = {"@", "/dev/zero", "./utm.prj", "+proj=longlat +nadgrids=/dev/zero"};
+  static const char *const systems[] = {"@",
+                                        "/dev/zero",
+                                        "./utm.prj",
+                                        "+proj=longlat +nadgrids=/dev/zero",
+                                        "ESRI::/dev/zero",
+                                        "esri::../zero.prj",
+                                        "dict:/dev/zero,x",
+                                        "+proj=utm +zone=11 +init=/dev/zero:1",
+                                        "BOUNDCRS[SOURCECRS[],PARAMETERFILE[\"A difference file\",\"/dev/zero\"]]",
+                                        "PROJCS[\"x\",EXTENSION[\"PROJ4\",\"+proj=utm +nadgrids=/dev/zero\"]]"};
   char *path = write_grid(f, "grid.asc", 499900, northing_m, "1 2 3\n4 5 6");
   neph_terrain_desc desc = NEPH_TERRAIN_DESC_DEFAULT;
   np_heightfield field;

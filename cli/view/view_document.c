@@ -20,6 +20,7 @@ struct cli_view_document {
   size_t saved;        /* edits in force at the last save */
   struct stat on_disk; /* the file as it was read or saved last */
   bool has_news;       /* the file has changed on disk, and there are edits */
+  bool is_unread;      /* the file's last reading failed: the scene is not the file's */
   char *file_fault;    /* messages of the file's last reading; NULL: it was read */
   unsigned long long generation, number;
   cli_view_messages *messages; /* borrowed; they hold the refusal */
@@ -282,6 +283,7 @@ unsigned cli_view_document_reload(cli_view_document *document, bool keeps_edits)
   if (edits.in_force >= document->saved) cli_view_edits_drop(&edits, document->saved);
   if (status == 200) status = accept_edits(document, file_scene, &edits, edits, false);
   note_fault(document, status != 200);
+  document->is_unread = status != 200;
   if (status == 200) {
     neph_scene *before = document->file_scene;
     document->file_scene = file_scene;
@@ -304,6 +306,9 @@ static unsigned save(cli_view_document *document, const char *path) {
 unsigned cli_view_document_save(cli_view_document *document) {
   if (has_changed(document))
     return refuse(document, 409, document->path, "the file has changed on disk: read it first");
+  if (document->is_unread)
+    return refuse(document, 409, document->path,
+                  "the file on disk could not be read, and is kept: mend it, or save a copy");
   const unsigned status = save(document, document->path);
   if (status != 200) return status;
   document->saved = document->edits.in_force;
@@ -315,11 +320,12 @@ unsigned cli_view_document_save(cli_view_document *document) {
 static bool choose_name(const cli_view_document *document, const char *ending, cli_text *out_name) {
   const char *path = document->path, *slash = strrchr(path, '/'), *dot = strrchr(path, '.');
   const size_t length = dot && (!slash || dot > slash) ? (size_t)(dot - path) : strlen(path);
+  struct stat taken; /* by a link that leads nowhere, too */
   for (unsigned i = 2; i < 10000; i++) {
     cli_text_clear(out_name);
     cli_text_add(out_name, "%.*s-%u%s", (int)length, path, i, ending);
     if (out_name->has_failed) return false;
-    if (access(cli_text_get(out_name), F_OK)) return true;
+    if (lstat(cli_text_get(out_name), &taken)) return true;
   }
   return false;
 }

@@ -22,13 +22,23 @@ static bool is_token(const char *given, const char *token) {
   return !difference;
 }
 
-/* Whether `text` is `host`, or localhost with the port of a loopback `host`. A name that resolves to this machine, of a
- * page that rebinds it, is neither. */
+/* Whether `text` is a name and the port of `host`, which browsers leave out where it is 80. */
+static bool is_name(const char *text, const char *name, const char *host) {
+  const size_t length = strlen(name);
+  const char *port = strrchr(host, ':');
+  if (strncmp(text, name, length)) return false;
+  return !strcmp(text + length, port) || (!text[length] && !strcmp(port, ":80"));
+}
+
+/* Whether `text` is the address `host`; localhost, of a loopback one; or the address of any interface, by which a
+ * browser comes to its own machine. A name that resolves to this machine, of a page that rebinds it, is none of these.
+ */
 static bool is_host(const char *text, const char *host) {
-  static const char local[] = "localhost";
-  if (!strcmp(text, host)) return true;
+  char address[CLI_HTTP_HOST_SIZE];
+  cli_print(address, sizeof address, "%.*s", (int)(strrchr(host, ':') - host), host);
   const bool is_loopback = !strncmp(host, "127.", 4) || !strncmp(host, "[::1]", 5);
-  return is_loopback && !strncmp(text, local, sizeof local - 1) && !strcmp(text + sizeof local - 1, strrchr(host, ':'));
+  return is_name(text, address, host) || (is_loopback && is_name(text, "localhost", host)) ||
+         is_name(text, "0.0.0.0", host) || is_name(text, "[::]", host);
 }
 
 static bool is_origin(const char *text, const char *host) {

@@ -17,6 +17,7 @@ static const double tile_interval_s = 0.06;
 struct cli_view_picture {
   neph_context *context;
   pthread_mutex_t lock;
+  pthread_mutex_t texts_lock; /* of stage, message and fraction: messages come while pixels are developed */
   void (*wake)(void *user);
   void *wake_user;
   neph_preview_desc preview;
@@ -39,6 +40,7 @@ cli_view_picture *cli_view_picture_create(neph_context *context, void (*wake)(vo
   cli_view_picture *picture = calloc(1, sizeof *picture);
   if (!picture) return NULL;
   pthread_mutex_init(&picture->lock, NULL);
+  pthread_mutex_init(&picture->texts_lock, NULL);
   picture->context = context;
   picture->wake = wake;
   picture->wake_user = user;
@@ -53,6 +55,7 @@ cli_view_picture *cli_view_picture_create(neph_context *context, void (*wake)(vo
 void cli_view_picture_destroy(cli_view_picture *picture) {
   if (!picture) return;
   pthread_mutex_destroy(&picture->lock);
+  pthread_mutex_destroy(&picture->texts_lock);
   neph_image_destroy(picture->image);
   free(picture->pixels);
   free(picture->channel);
@@ -141,6 +144,10 @@ neph_result cli_view_picture_show(cli_view_picture *picture, const cli_view_step
   if (!result) result = resize(picture, step->width, step->height);
   if (!result) result = develop(picture);
   if (!result) note_change(picture, step);
+  if (result) { /* without colours, say: nothing can be shown until the next picture */
+    neph_image_destroy(picture->image);
+    picture->image = NULL;
+  }
   unlock(picture);
   picture->wake(picture->wake_user);
   return result;
@@ -215,16 +222,16 @@ void cli_view_picture_write_channels(cli_view_picture *picture, FILE *out) {
 }
 
 void cli_view_picture_set_stage(cli_view_picture *picture, const char *stage, double fraction) {
-  lock(picture);
+  pthread_mutex_lock(&picture->texts_lock);
   if (!picture->stage || strcmp(picture->stage, stage)) replace(&picture->stage, stage);
   picture->fraction = fraction;
-  unlock(picture);
+  pthread_mutex_unlock(&picture->texts_lock);
 }
 
 void cli_view_picture_set_message(cli_view_picture *picture, const char *message) {
-  lock(picture);
+  pthread_mutex_lock(&picture->texts_lock);
   replace(&picture->message, message);
-  unlock(picture);
+  pthread_mutex_unlock(&picture->texts_lock);
 }
 
 unsigned long long cli_view_picture_get_number(cli_view_picture *picture) {
@@ -257,13 +264,15 @@ void cli_view_picture_write_state(cli_view_picture *picture, FILE *out) {
   write_number(out, "bias", picture->error.bias.value);
   write_text(out, "bias_source", sources[picture->error.bias_source]);
   write_number(out, "stops", picture->stops);
-  write_number(out, "fraction", picture->fraction);
   write_text(out, "channel", picture->channel);
   write_number(out, "least", picture->shown_channel.is_scalar ? picture->shown_channel.least : HUGE_VAL);
   write_number(out, "greatest", picture->shown_channel.is_scalar ? picture->shown_channel.greatest : HUGE_VAL);
+  unlock(picture);
+  pthread_mutex_lock(&picture->texts_lock);
+  write_number(out, "fraction", picture->fraction);
   write_text(out, "stage", picture->stage);
   write_text(out, "message", picture->message);
-  unlock(picture);
+  pthread_mutex_unlock(&picture->texts_lock);
 }
 
 void cli_view_picture_write_pixels(cli_view_picture *picture, FILE *out) {

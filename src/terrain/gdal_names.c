@@ -33,11 +33,11 @@ static int refuse_crs(const char *subject, const char *text, const char *problem
   return 0;
 }
 
-/* Whether the text after `key`, up to a bracket or a space, is a path; PROJ searches names in its own folder. */
-static int has_path_after(const char *text, const char *key) {
+/* Whether the text after `key`, up to one of `ends`, holds a path; PROJ searches names in its own folder. */
+static int has_path_after(const char *text, const char *key, const char *ends) {
   for (const char *at = text; (at = strcasestr(at, key));) {
     at += strlen(key);
-    const size_t length = strcspn(at, "] \t\n");
+    const size_t length = strcspn(at, ends);
     if (memchr(at, '/', length) || memchr(at, '\\', length)) return 1;
   }
   return 0;
@@ -48,7 +48,10 @@ int np_gdal_check_crs(const char *subject, const char *text) {
   const char first = text[strspn(text, " \t\r\n")];
   if (strstr(text, "://")) return refuse_crs(subject, text, "is an address of a network");
   if (first == '/' || first == '.' || !stat(text, &status)) return refuse_crs(subject, text, "names a file");
-  if (has_path_after(text, "grids=") || has_path_after(text, "PARAMETERFILE["))
+  /* GDAL reads a .prj file and a dictionary behind these prefixes; PROJ reads definitions behind +init. */
+  if (strcasestr(text, "ESRI::") || strcasestr(text, "dict:") || has_path_after(text, "init=", " \t\n\"]"))
+    return refuse_crs(subject, text, "names a file");
+  if (has_path_after(text, "grids=", " \t\n\"]") || has_path_after(text, "PARAMETERFILE[", "]"))
     return refuse_crs(subject, text, "names a file of a grid");
   return 1;
 }

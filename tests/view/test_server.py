@@ -28,6 +28,7 @@ def check_refusals(view):
     for host in (f"evil.example:{port}", "127.0.0.1", f"127.0.0.1:{port + 1}", f"localhost.evil.example:{port}", ""):
         check(f"the host {host!r} is refused", ask("/api/values", headers={"Host": host}) == 421)
     check("localhost is this server", ask("/api/values", headers={"Host": f"localhost:{port}"}) == 200)
+    check("so is any address of this machine", ask("/api/values", headers={"Host": f"0.0.0.0:{port}"}) == 200)
     check("its own origin is let in", ask("/api/values", headers={"Origin": view.base}) == 200)
     check("the page needs no token", ask("/", token=False) == 200)
     check("a link from another site opens the page", ask("/", token=False, headers={"Sec-Fetch-Site": "cross-site"}) == 200)
@@ -337,6 +338,19 @@ def check_save(view, path):
     check("saved edits are in the file, the others on top", values["camera.roll"] == "1 deg" and values["camera.fov"] == "40 deg" and
           values["terrain.ridges.samples"] == "65" and values["terrain.albedo"] == before["terrain.albedo"])
     check("those can be saved", view.post("/api/save")[0] == 200 and "roll: 1 deg" in open(path).read())
+    broken = SCENE.replace("samples: 129", "samples: many")
+    write_scene(path, broken)
+    view.wait(lambda s: s["file_fault"], 5)
+    check("a file that cannot be read is not written over", view.post("/api/save")[0] == 409 and open(path).read() == broken)
+    view.set("camera.roll=3 deg")
+    view.post("/api/reload?keep=1")
+    check("nor after a reading that failed", view.post("/api/save")[0] == 409 and open(path).read() == broken)
+    os.symlink("nowhere/beyond.yaml", path.replace(".yaml", "-3.yaml"))
+    status, answer = view.post("/api/save_copy")
+    check("a copy has a name of its own, which no link has", os.path.basename(answer["file"]) == "scene-4.yaml", answer)
+    write_scene(path, SCENE)
+    view.post("/api/reload")
+    check("a file that is mended is read", view.post("/api/save")[0] == 200)
 
 
 def check_end(view):
@@ -364,6 +378,20 @@ render: {quality: draft}
     check("its file is not written", not os.path.exists(cloud))
     check("its key stays in the scene", cloud in view.values()["clouds[0].vdb"], view.values()["clouds[0].vdb"])
     view.end()
+
+
+def check_no_picture(program, path):
+    """A scene whose outputs have no picture: the view says so, and goes on."""
+    view = View(program, path)
+    view.wait_done()
+    view.set("output.aovs=[depth]", "output.beauty=false")
+    state, _ = view.wait(lambda s: s["message"], 20)
+    check("a picture without colours is reported", state["message"])
+    view.post("/api/undo")
+    view.set("camera.roll=4 deg")
+    state, _ = view.wait_done(60)
+    check("the next edit is shown", state["generation"] == state["wanted"], state)
+    check("it ends as ever", view.end()[0] == 0)
 
 
 def check_allowed_files(program, path):
@@ -396,6 +424,7 @@ def main():
         check("a client that drips is cut within 15 s", cut_after and cut_after[0] < 15, cut_after)
         check_end(view)
         check_allowed_files(program, path)
+        check_no_picture(program, path)
         check_bakes(program, folder)
     return check.failures > 0
 
