@@ -320,7 +320,7 @@ unsigned cli_view_document_save(cli_view_document *document) {
 static bool choose_name(const cli_view_document *document, const char *ending, cli_text *out_name) {
   const char *path = document->path, *slash = strrchr(path, '/'), *dot = strrchr(path, '.');
   const size_t length = dot && (!slash || dot > slash) ? (size_t)(dot - path) : strlen(path);
-  struct stat taken; /* by a link that leads nowhere, too */
+  struct stat taken; /* a link that leads nowhere takes a name, too */
   for (unsigned i = 2; i < 10000; i++) {
     cli_text_clear(out_name);
     cli_text_add(out_name, "%.*s-%u%s", (int)length, path, i, ending);

@@ -17,7 +17,7 @@ static const double tile_interval_s = 0.06;
 struct cli_view_picture {
   neph_context *context;
   pthread_mutex_t lock;
-  pthread_mutex_t texts_lock; /* of stage, message and fraction: messages come while pixels are developed */
+  pthread_mutex_t texts_lock; /* guards stage, message and fraction: messages come while pixels are developed */
   void (*wake)(void *user);
   void *wake_user;
   neph_preview_desc preview;
