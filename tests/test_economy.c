@@ -25,7 +25,7 @@ enum {
   CACHES_OF_MARCH = BIT(SUN_OPTICAL_DEPTH) | LIGHT_IN_CLOUDS | BIT(GROUND_CLOUDS) | BIT(AIR_SHADOWS),
   NIGHT = BIT(AIRGLOW) | BIT(STARS),
   LIGHT = AIR | BIT(COLOR_FIT) | BIT(EMISSION) | BIT(CLOUD_SKY) | BIT(WATER_SKY) | BIT(SKY_GUIDE) | BIT(APPROXIMATION) |
-          CACHES_OF_MARCH | NIGHT,
+          CACHES_OF_MARCH | BIT(RELIEF_LIGHT) | NIGHT,
   ALL = LIGHT | ALWAYS | CLOUD | BIT(TERRAIN) | BIT(MOTION)
 };
 
@@ -57,8 +57,8 @@ static const row rows[] = {
     {"sky by moonlight", MOONLIT, ALWAYS | AIR | NIGHT, CLOUD | BIT(TERRAIN) | CACHES_OF_MARCH, NO_LIBRARY},
     {"stars by day", DAY "place: {latitude: 45 deg, longitude: 0 deg}\nstars: {sidereal_time: 30 deg}\nairglow: {}",
      ALWAYS | AIR, NIGHT | CLOUD, NO_LIBRARY},
-    {"hills", DAY HILLS, ALWAYS | AIR | BIT(TERRAIN), CLOUD | LIGHT_IN_CLOUDS | BIT(CLOUD_SKY) | BIT(WATER_SKY),
-     EMBREE},
+    {"hills", DAY HILLS, ALWAYS | AIR | BIT(TERRAIN) | BIT(RELIEF_LIGHT),
+     CLOUD | LIGHT_IN_CLOUDS | BIT(CLOUD_SKY) | BIT(WATER_SKY), EMBREE},
     {"hills' distance", DAY HILLS "output: {beauty: false, aovs: [distance]}", ALWAYS | BIT(TERRAIN), LIGHT | CLOUD,
      EMBREE},
     {"sea", DAY "water: {}", ALWAYS | AIR | BIT(WATER_SKY), CLOUD | BIT(TERRAIN) | CACHES_OF_MARCH, NO_LIBRARY},
