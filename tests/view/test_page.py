@@ -201,6 +201,9 @@ def run(program):
 
 def main():
     if not webdriver or not shutil.which("chromium") or not shutil.which("chromedriver"):
+        if os.environ.get("NEPHOS_REQUIRE_TOOLS"):
+            print("python3-selenium, chromium and chromium-driver are required here")
+            return 1
         print("skipped: Selenium, Chromium or its driver is missing")
         return 77
     for _ in range(int(sys.argv[2]) if len(sys.argv) > 2 else 1):
