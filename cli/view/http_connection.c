@@ -155,15 +155,15 @@ static void take_input(cli_http_connection *connection, const cli_http_program *
 }
 
 void cli_http_connection_advance(cli_http_connection *connection, const cli_http_program *program) {
-  bool is_there = connection->state == CLI_HTTP_WRITING || read_some(connection);
+  bool is_open = connection->state == CLI_HTTP_WRITING || read_some(connection);
   take_input(connection, program);
-  while (is_there && connection->state == CLI_HTTP_WRITING) {
+  while (is_open && connection->state == CLI_HTTP_WRITING) {
     const size_t sent_before = connection->sent_bytes;
-    is_there = write_some(connection);
+    is_open = write_some(connection);
     if (connection->state == CLI_HTTP_WRITING && connection->sent_bytes == sent_before) break;
     take_input(connection, program);
   }
-  if (!is_there) cli_http_connection_close(connection);
+  if (!is_open) cli_http_connection_close(connection);
 }
 
 void cli_http_connection_check(cli_http_connection *connection, const cli_http_program *program, bool is_woken) {

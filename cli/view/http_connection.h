@@ -10,7 +10,7 @@ typedef enum cli_http_state {
   CLI_HTTP_READING,  /* a request is on its way, or none has begun */
   CLI_HTTP_WAITING,  /* a request is complete, and its answer is put off */
   CLI_HTTP_WRITING,  /* an answer is on its way */
-  CLI_HTTP_DRAINING, /* an answer is sent, and the rest of a refused request is thrown away before the end */
+  CLI_HTTP_DRAINING, /* an answer is sent, and the rest of a refused request is discarded before the end */
   CLI_HTTP_STATE_COUNT
 } cli_http_state;
 

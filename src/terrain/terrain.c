@@ -472,9 +472,8 @@ void np_terrain_get_bounds(const neph_terrain *terrain, np_dvec3 *out_min, np_dv
 
 void np_terrain_get_core(const neph_terrain *terrain, double out_low[2], double out_high[2]) {
   const np_heightfield *field = &terrain->field;
-  const np_dvec3 mesh_low = terrain->mesh.bounds_min, mesh_high = terrain->mesh.bounds_max;
   np_dvec3 low = {INFINITY, INFINITY, 0.0}, high = {-INFINITY, -INFINITY, 0.0};
-  if (has_mesh(terrain)) low = mesh_low, high = mesh_high;
+  if (has_mesh(terrain)) low = terrain->mesh.bounds_min, high = terrain->mesh.bounds_max;
   const unsigned margin = field->margin.count;
   for (unsigned k = 0; has_field(terrain) && k <= CORE_STEPS; k++)
     for (unsigned side = 0; side < 4; side++) {
