@@ -229,14 +229,7 @@ static void add_bake(const np_request *request, const np_scene_cloud *cloud, np_
 }
 
 static void add_place(const np_scene_cloud *cloud, np_hash *hash) {
-  np_cloud_file_add_to_hash(hash, cloud);
-  NP_HASH_ADD(hash, cloud->voxel_m);
-  NP_HASH_ADD(hash, cloud->has_position);
-  NP_HASH_ADD(hash, cloud->position_m);
-  NP_HASH_ADD(hash, cloud->pivot);
-  NP_HASH_ADD(hash, cloud->pivot_point);
-  NP_HASH_ADD(hash, cloud->density_unit);
-  NP_HASH_ADD(hash, cloud->density_value);
+  np_cloud_file_add_placement_to_hash(hash, cloud);
   np_hash_add(hash, cloud->place, cloud->place_count * sizeof *cloud->place);
 }
 

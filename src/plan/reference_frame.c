@@ -19,14 +19,7 @@ static neph_result compute_key(const np_frame_cloud *of, const np_reference *ref
   NP_HASH_ADD(hash, reference->sequence);
   NP_HASH_ADD(hash, number);
   np_hash_add_file(hash, path);
-  np_cloud_file_add_to_hash(hash, cloud);
-  NP_HASH_ADD(hash, cloud->voxel_m);
-  NP_HASH_ADD(hash, cloud->has_position);
-  NP_HASH_ADD(hash, cloud->position_m);
-  NP_HASH_ADD(hash, cloud->pivot);
-  NP_HASH_ADD(hash, cloud->pivot_point);
-  NP_HASH_ADD(hash, cloud->density_unit);
-  NP_HASH_ADD(hash, cloud->density_value);
+  np_cloud_file_add_placement_to_hash(hash, cloud);
   np_hash_add_text(hash, scan);
   return np_hash_finish(hash, out_hex);
 }

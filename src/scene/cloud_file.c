@@ -97,6 +97,17 @@ void np_cloud_file_add_to_hash(np_hash *hash, const np_scene_cloud *cloud) {
   NP_HASH_ADD(hash, cloud->rotation_rad);
 }
 
+void np_cloud_file_add_placement_to_hash(np_hash *hash, const np_scene_cloud *cloud) {
+  np_cloud_file_add_to_hash(hash, cloud);
+  NP_HASH_ADD(hash, cloud->voxel_m);
+  NP_HASH_ADD(hash, cloud->has_position);
+  NP_HASH_ADD(hash, cloud->position_m);
+  NP_HASH_ADD(hash, cloud->pivot);
+  NP_HASH_ADD(hash, cloud->pivot_point);
+  NP_HASH_ADD(hash, cloud->density_unit);
+  NP_HASH_ADD(hash, cloud->density_value);
+}
+
 void np_cloud_file_warn(neph_context *context, const np_scene_cloud *cloud, int frame, const np_cloud_file *file) {
   const char *slash = strrchr(cloud->vdb, '/');
   np_log(context, NEPH_LOG_WARNING,
