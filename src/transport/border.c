@@ -13,6 +13,7 @@
 
 enum {
   NODES = NP_BORDER_NODES,
+  EVEN = 5,          /* nodes of an axis at even distances */
   DIRECTIONS = 1024, /* over the whole sphere, of which half look out of a face */
   AIR_CELLS = 12,
   FACES = 6,
@@ -28,7 +29,7 @@ static const double clearance_m = 1.0; /* above ground, of nodes that hills woul
 /* Air along one direction: traced from each height of the nodes; and, as seen from the middle of the clouds, its light,
  * the first order of it, and that of even light, up to the end of each cell. */
 typedef struct air_ray {
-  np_aerial_perspective whole[NODES];
+  np_aerial_perspective whole[EVEN];
   np_spectrum all[AIR_CELLS + 1], first[AIR_CELLS + 1], even[AIR_CELLS + 1], all_whole;
 } air_ray;
 
@@ -49,8 +50,8 @@ enum { OCTANT = NP_ORDINATE_BLOCKS_MAX * NP_ORDINATE_LANES, ALL = NP_OCTANT_COUN
 
 static double compute_cell_end(int cell) { return reach_m * cell * cell / (AIR_CELLS * AIR_CELLS); }
 
-static double compute_node(const border_fill *f, int axis, unsigned node) {
-  return f->low[axis] + (f->high[axis] - f->low[axis]) * node / (NODES - 1);
+static double compute_place(const border_fill *f, int axis, double share) {
+  return f->low[axis] + (f->high[axis] - f->low[axis]) * share;
 }
 
 static void choose_directions(border_fill *f) {
@@ -71,9 +72,9 @@ static neph_result trace_air(void *user, size_t begin, size_t end, unsigned thre
   for (size_t i = begin; i < end; i++) {
     const np_vec3 towards = f->direction[i];
     air_ray *a = &f->air[i];
-    for (unsigned h = 0; h < NODES; h++) {
+    for (unsigned h = 0; h < EVEN; h++) {
       const np_dvec3 from =
-          np_dvec3_make(0.5 * (f->low[0] + f->high[0]), 0.5 * (f->low[1] + f->high[1]), compute_node(f, 2, h));
+          np_dvec3_make(compute_place(f, 0, 0.5), compute_place(f, 1, 0.5), compute_place(f, 2, h / (EVEN - 1.0)));
       a->whole[h] = np_sky_trace_air(sky, from, towards, INFINITY);
     }
     const np_hemisphere_shares shares = np_sky_compute_hemisphere_shares(sky, towards);
@@ -216,8 +217,8 @@ static np_spectrum shade_air(border_node *n, unsigned direction, double distance
 static np_aerial_perspective get_whole_air(const border_node *n, unsigned direction) {
   const border_fill *f = n->fill;
   const np_aerial_perspective *whole = f->air[direction].whole;
-  const double at = np_clamp((n->position.z - f->low[2]) / (f->high[2] - f->low[2]), 0.0, 1.0) * (NODES - 1);
-  const unsigned i = at < NODES - 2 ? (unsigned)at : NODES - 2;
+  const double at = np_clamp((n->position.z - f->low[2]) / (f->high[2] - f->low[2]), 0.0, 1.0) * (EVEN - 1);
+  const unsigned i = at < EVEN - 2 ? (unsigned)at : EVEN - 2;
   const float t = (float)(at - i);
   return (np_aerial_perspective){np_spectrum_mix(whole[i].transmittance, whole[i + 1].transmittance, t),
                                  np_spectrum_mix(whole[i].inscatter, whole[i + 1].inscatter, t)};
@@ -371,12 +372,13 @@ static neph_result fill_nodes(void *user, size_t begin, size_t end, unsigned thr
     n->side = face % 2 ? 1 : -1;
     n->v = (unsigned)(i / NODES % NODES);
     n->u = (unsigned)(i % NODES);
-    if (f->grid->is_wrapped[n->axis]) continue;
+    const np_border_nodes *nodes = f->sets[0].border->layout.nodes[n->axis][n->side > 0];
+    if (f->grid->is_wrapped[n->axis] || n->u >= nodes[0].count || n->v >= nodes[1].count) continue;
     double place[3];
     const int across = n->axis == 0 ? 1 : 0, up = n->axis == 2 ? 1 : 2;
     place[n->axis] = n->side > 0 ? f->high[n->axis] : f->low[n->axis];
-    place[across] = compute_node(f, across, n->u);
-    place[up] = compute_node(f, up, n->v);
+    place[across] = compute_place(f, across, (double)nodes[0].at[n->u]);
+    place[up] = compute_place(f, up, (double)nodes[1].at[n->v]);
     n->position = np_dvec3_make(place[0], place[1], place[2]);
     lift(f, &n->position);
     sample_node(n);
@@ -401,10 +403,23 @@ static neph_result allocate_faces(neph_context *context, unsigned block_count, n
   float *all = np_alloc(context, 2 * NP_BAND_COUNT * count, sizeof *all);
   if (!all) return NEPH_ERROR_OUT_OF_MEMORY;
   for (unsigned b = 0; b < NP_BAND_COUNT; b++) {
-    out->faces[b] = (np_border_faces){block_count, all + b * count};
-    out->clear[b] = (np_border_faces){block_count, all + (NP_BAND_COUNT + b) * count};
+    out->faces[b] = (np_border_faces){block_count, all + b * count, &out->layout};
+    out->clear[b] = (np_border_faces){block_count, all + (NP_BAND_COUNT + b) * count, &out->layout};
   }
   return NEPH_OK;
+}
+
+/* Share of a face that a node stands for. */
+static double get_node_share(const np_border_nodes nodes[2], unsigned v, unsigned u) {
+  const unsigned at[2] = {u, v};
+  double share = 1.0;
+  for (int along = 0; along < 2; along++) {
+    const np_border_nodes *n = &nodes[along];
+    const unsigned i = at[along];
+    if (i >= n->count) return 0.0;
+    share *= 0.5 * (double)((i + 1 < n->count ? n->at[i + 1] : 1.0f) - (i > 0 ? n->at[i - 1] : 0.0f));
+  }
+  return share;
 }
 
 /* Irradiance on level ground, and on the top of the box as the ordinates have it, the mean over its nodes. */
@@ -421,10 +436,11 @@ static void measure_sky(const border_fill *f, unsigned set) {
       for (unsigned i = 0; i < o->count; i++) {
         const unsigned block = i / NP_ORDINATE_LANES, lane = i % NP_ORDINATE_LANES;
         for (unsigned node = 0; node < NODES * NODES; node++)
-          sum += (double)(o->weight[block][lane] * o->cosine[2][block][lane] *
+          sum += get_node_share(out->layout.nodes[2][1], node / NODES, node % NODES) *
+                 (double)(o->weight[block][lane] * o->cosine[2][block][lane] *
                           np_border_get_node(&out->clear[b], octant, 2, node / NODES, node % NODES)[i]);
       }
-    out->top_irradiance.band[b] = (float)(sum / (NODES * NODES));
+    out->top_irradiance.band[b] = (float)sum;
   }
 }
 
@@ -442,12 +458,44 @@ static void measure_gaps(const border_fill *f, np_border *out) {
   }
 }
 
+/* Inserts a node where there is none within a tenth of the even distance. */
+static void add_node(np_border_nodes *nodes, float at) {
+  const float apart = 0.1f / (EVEN - 1);
+  unsigned i = 0;
+  while (nodes->at[i] < at) i++;
+  if (at - nodes->at[i - 1] < apart || nodes->at[i] - at < apart) return;
+  memmove(&nodes->at[i + 1], &nodes->at[i], (nodes->count - i) * sizeof nodes->at[0]);
+  nodes->at[i] = at;
+  nodes->count++;
+}
+
+/* Even nodes; on the lower face also one and three clearances above ground from each rim, within the first even
+ * distance. */
+static void place_nodes(const border_fill *f, double height_m, np_border_layout *out) {
+  for (int face = 0; face < FACES; face++)
+    for (int along = 0; along < 2; along++) {
+      const int axis = face / 2, is_high = face % 2;
+      const int across = along == 0 ? (axis == 0 ? 1 : 0) : (axis == 2 ? 1 : 2);
+      np_border_nodes *nodes = &out->nodes[axis][is_high][along];
+      nodes->count = EVEN;
+      for (unsigned i = 0; i < EVEN; i++) nodes->at[i] = (float)i / (EVEN - 1);
+      if (axis != 2 || is_high || f->grid->is_wrapped[across]) continue;
+      for (int n = 1; n <= 3; n += 2) {
+        const float share = (float)(n * height_m / (f->high[across] - f->low[across]));
+        if (share >= 1.0f / (EVEN - 1)) continue;
+        add_node(nodes, share);
+        add_node(nodes, 1.0f - share);
+      }
+    }
+}
+
 static void set_plan(const border_fill *f, np_border *out) {
   for (int a = 0; a < 2; a++) {
     out->square_m[a] = (f->high[a] - f->low[a]) / NP_BORDER_PLAN;
     out->is_wrapped[a] = f->grid->is_wrapped[a];
   }
   out->depth_m = fmax(1.0, f->low[2] - (f->world->terrain ? f->world->terrain_min.z : 0.0));
+  place_nodes(f, out->depth_m, &out->layout);
 }
 
 static neph_result fill_sets(border_fill *f, np_monitor *monitor) {
@@ -582,7 +630,8 @@ double np_border_get_mean(const np_border *border, unsigned band, unsigned octan
   double sum = 0.0;
   for (int axis = 0; axis < 3; axis++)
     for (unsigned node = 0; node < NODES * NODES; node++)
-      sum += (double)np_border_get_node(&border->clear[band], octant, axis, node / NODES,
+      sum += get_node_share(np_border_get_nodes(&border->clear[band], octant, axis), node / NODES, node % NODES) *
+             (double)np_border_get_node(&border->clear[band], octant, axis, node / NODES,
                                         node % NODES)[block * NP_ORDINATE_LANES + lane];
-  return sum / (border->axis_count * NODES * NODES);
+  return sum / border->axis_count;
 }

@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Light that comes into the cells from outside, the sun's disk excluded: sky, air and ground, by face and place.
  *
- * Each face of the cells' box has 5 × 5 nodes, from which rays look out. Air is dimmed where clouds or hills shade it
- * from the sun. Below the clouds, ground and air are lit by what the clouds let through, which only a solution knows:
- * the radiance at a node is linear in that downwelling irradiance, and its coefficients are kept, so that a solution
- * under way renews its border without a ray. Hills within the box are solid cells (ground_columns.h).
+ * Each face of the cells' box has 5 × 5 nodes, from which rays look out; the lower face has more at its rims, since
+ * ground beyond them is sunlit and ground under the clouds is not. Air is dimmed where clouds or hills shade it from
+ * the sun. Below the clouds, ground and air are lit by what the clouds let through, which only a solution knows: the
+ * radiance at a node is linear in that downwelling irradiance, and its coefficients are kept, so that a solution under
+ * way renews its border without a ray. Hills within the box are solid cells (ground_columns.h).
  */
 #ifndef NP_TRANSPORT_BORDER_H
 #define NP_TRANSPORT_BORDER_H
@@ -13,18 +14,31 @@
 #include "transport/transport_grid.h"
 
 enum {
-  NP_BORDER_NODES = 5,  /* along either axis of a face */
+  NP_BORDER_NODES = 9,  /* along either axis of a face, at most */
   NP_BORDER_PLAN = 24,  /* squares along either side of the box's plan, … */
   NP_BORDER_WIDE = 40,  /* … and of the ground that its light reaches, as many beyond either side */
   NP_BORDER_DEPTHS = 5, /* below the box, from its bottom to the lowest ground */
   NP_BORDER_SETS_MAX = 2
 };
 
-/* Radiance of one band, [octant][axis][v][u][block][lane]. v is z on the sides and y at top and bottom, u the other
- * axis. An octant's light comes in through one face of each axis; that of a periodic axis is dark. */
+/* Nodes along one axis of a face: ascending shares of the box's extent, the first 0 and the last 1. */
+typedef struct np_border_nodes {
+  unsigned count;
+  float at[NP_BORDER_NODES];
+} np_border_nodes;
+
+/* Nodes of the low and the high face of an axis, along u and v. v is z on the sides and y at top and bottom, u the
+ * other axis. */
+typedef struct np_border_layout {
+  np_border_nodes nodes[3][2][2]; /* [axis][is high][along v] */
+} np_border_layout;
+
+/* Radiance of one band, [octant][axis][v][u][block][lane]; 0 beyond the nodes that a face has. An octant's light comes
+ * in through one face of each axis; that of a periodic axis is dark. */
 typedef struct np_border_faces {
   unsigned block_count;
   float *radiance;
+  const np_border_layout *layout;
 } np_border_faces;
 
 /* Irradiance of scattered light on level ground beneath the clouds, by square of the plan, [v][u]. */
@@ -38,6 +52,7 @@ typedef struct np_border_response {
 } np_border_response;
 
 typedef struct np_border {
+  np_border_layout layout;
   np_border_faces faces[NP_BAND_COUNT];
   np_border_faces clear[NP_BAND_COUNT]; /* light with a clear sky above all ground and air */
   struct {
@@ -54,6 +69,11 @@ typedef struct np_border {
 
 static inline size_t np_border_count_radiances(unsigned block_count) {
   return (size_t)NP_OCTANT_COUNT * 3 * NP_BORDER_NODES * NP_BORDER_NODES * block_count * NP_ORDINATE_LANES;
+}
+
+/* The nodes of the face through which an octant's light comes in. */
+static inline const np_border_nodes *np_border_get_nodes(const np_border_faces *faces, unsigned octant, int axis) {
+  return faces->layout->nodes[axis][octant >> axis & 1u];
 }
 
 /* The radiances of a node, by block and lane. */

@@ -73,14 +73,15 @@ static void fill_coefficients(const balance_column *c) {
 /* φ and flux, towards the inside, of what enters at the bottom or the top. */
 static void compute_boundary_flux(const balance_column *c, bool is_top, double *out_phi, double *out_flux) {
   const np_ordinates *o = c->lights->ordinates;
-  const unsigned middle = NP_BORDER_NODES / 2;
+  const np_border_faces *border = c->lights->border;
   *out_phi = *out_flux = 0.0;
   for (unsigned octant = 0; octant < NP_OCTANT_COUNT; octant++) {
     if ((octant >> AXIS & 1u) != (is_top ? 1u : 0u)) continue;
+    const np_border_nodes *nodes = np_border_get_nodes(border, octant, AXIS);
+    const float *middle = np_border_get_node(border, octant, AXIS, nodes[1].count / 2, nodes[0].count / 2);
     for (unsigned n = 0; n < o->count; n++) {
       const unsigned block = n / NP_ORDINATE_LANES, lane = n % NP_ORDINATE_LANES;
-      const double radiance =
-          (double)(o->weight[block][lane] * np_border_get_node(c->lights->border, octant, AXIS, middle, middle)[n]);
+      const double radiance = (double)(o->weight[block][lane] * middle[n]);
       *out_phi += radiance;
       *out_flux += radiance * (double)o->cosine[AXIS][block][lane];
     }

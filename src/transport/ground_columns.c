@@ -26,6 +26,18 @@ static bool look_down(const np_world *world, const np_transport_grid *g, size_t 
   return np_world_intersect_ground(world, from, np_vec3_make(0.0f, 0.0f, -1.0f), hit);
 }
 
+/* Height of the highest ground, −∞: there is none that the cells' columns stand on. Hills are not periodic. */
+static double get_ground_top(const np_world *world, const np_transport_grid *g) {
+  if (world->terrain) return g->is_wrapped[0] || g->is_wrapped[1] ? -(double)INFINITY : world->terrain_max.z;
+  return world->has_planet ? 0.0 : -(double)INFINITY;
+}
+
+/* Ground no farther below a column's cells than they are wide shines straight into them: the nodes of the border stand
+ * too far apart for its shadows. */
+static bool is_near(const np_transport_grid *g, double height_m, double width_m) {
+  return height_m >= g->edge_m[2][0] - width_m;
+}
+
 static neph_result bury_columns(void *user, size_t begin, size_t end, unsigned thread) {
   (void)thread;
   const column_fill *f = user;
@@ -45,22 +57,25 @@ static neph_result bury_columns(void *user, size_t begin, size_t end, unsigned t
 }
 
 neph_result np_ground_columns_bury(const np_world *world, np_monitor *monitor, np_transport_grid *grid, bool *holds) {
-  const bool is_open = !grid->is_wrapped[0] && !grid->is_wrapped[1];
-  if (!is_open || (!world->terrain && !world->has_planet)) return NEPH_OK;
+  double widest_m = 0.0;
+  for (int32_t i = 0; i < grid->size[0]; i++) widest_m = fmax(widest_m, np_transport_grid_width(grid, 0, i));
+  grid->has_ground = is_near(grid, get_ground_top(world, grid), widest_m);
+  if (!grid->has_ground || grid->is_wrapped[0] || grid->is_wrapped[1]) return NEPH_OK;
   column_fill f = {.world = world, .grid = grid, .holds = holds};
   const size_t columns = (size_t)grid->size[0] * (size_t)grid->size[1];
-  const neph_result result = np_parallel_for(grid->context, monitor, columns, 64, bury_columns, &f);
-  for (size_t c = 0; c < columns && !grid->has_solid; c++) grid->has_solid = grid->active[c] == NP_TRANSPORT_CELL_SOLID;
-  return result;
+  return np_parallel_for(grid->context, monitor, columns, 64, bury_columns, &f);
 }
 
 static neph_result light_columns(void *user, size_t begin, size_t end, unsigned thread) {
   (void)thread;
   const column_fill *f = user;
+  const np_transport_grid *g = f->solid;
   for (size_t column = begin; column < end; column++) {
     np_ground_hit hit;
-    if (f->solid->active[column] != NP_TRANSPORT_CELL_SOLID || !look_down(f->world, f->solid, column, &hit)) continue;
-    f->out->clear[column] = np_border_light_ground(f->world, f->depths, f->fade, &hit, &f->out->gain[column]);
+    f->out->has[column] = look_down(f->world, g, column, &hit) &&
+                          is_near(g, hit.position.z, np_transport_grid_width(g, 0, (int32_t)column % g->size[0]));
+    if (f->out->has[column])
+      f->out->clear[column] = np_border_light_ground(f->world, f->depths, f->fade, &hit, &f->out->gain[column]);
   }
   return NEPH_OK;
 }
@@ -69,18 +84,21 @@ neph_result np_ground_columns_fill(const np_transport_grid *grid, const np_world
                                    const np_sun_optical_depth_source *depths, const float *fade, np_monitor *monitor,
                                    np_ground_columns *out) {
   *out = (np_ground_columns){.size = {grid->size[0], grid->size[1]}};
-  if (!grid->has_solid) return NEPH_OK;
+  if (!grid->has_ground) return NEPH_OK;
   const size_t columns = (size_t)grid->size[0] * (size_t)grid->size[1];
   out->clear = np_alloc(grid->context, columns, sizeof *out->clear);
   out->gain = np_alloc(grid->context, columns, sizeof *out->gain);
+  out->has = np_alloc(grid->context, columns, sizeof *out->has);
   column_fill f = {.world = world, .depths = depths, .fade = fade, .solid = grid, .out = out};
-  if (out->clear && out->gain) return np_parallel_for(grid->context, monitor, columns, 64, light_columns, &f);
+  if (out->clear && out->gain && out->has)
+    return np_parallel_for(grid->context, monitor, columns, 64, light_columns, &f);
   return NEPH_ERROR_OUT_OF_MEMORY;
 }
 
 void np_ground_columns_clear(neph_context *context, np_ground_columns *columns) {
   np_alloc_free(context, columns->clear);
   np_alloc_free(context, columns->gain);
+  np_alloc_free(context, columns->has);
   *columns = (np_ground_columns){0};
 }
 
@@ -96,10 +114,10 @@ void np_ground_columns_get(const np_ground_columns *columns, const np_border *bo
       float sum = 0.0f, count = 0.0f;
       for (int32_t n = 0; n < wide[0] * wide[1]; n++) {
         const size_t at = (size_t)(j * wide[1] + n / wide[0]) * (size_t)fine[0] + (size_t)(i * wide[0] + n % wide[0]);
-        if (!(columns->gain[at].band[band] > 0.0f)) continue;
+        if (!columns->has[at]) continue;
         sum += fmaxf(0.0f, columns->clear[at].band[band] + columns->gain[at].band[band] * excess);
         count += 1.0f;
       }
-      out[(size_t)j * (size_t)size[0] + (size_t)i] = count > 0.0f ? sum / count : 0.0f;
+      out[(size_t)j * (size_t)size[0] + (size_t)i] = count > 0.0f ? sum / count : -1.0f;
     }
 }

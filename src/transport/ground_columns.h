@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Ground within the cells' box: hills hide what is behind them and shine. A cell is solid where ground is above three
- * quarters of its height; light that comes down on a column is kept at its lowest face, so that a sweep leaves there
- * what falls on the ground, or through the bottom of the box. */
+/* Ground in the cells' box or close below it: hills hide what is behind them and shine. A cell is solid where ground is
+ * above three quarters of its height; ground that is lower shines through the bottom of the box. Light that comes down
+ * on a column is kept at its lowest face, so that a sweep leaves there what falls on the ground, or through the bottom
+ * of the box. */
 #ifndef NP_TRANSPORT_GROUND_COLUMNS_H
 #define NP_TRANSPORT_GROUND_COLUMNS_H
 
@@ -11,10 +12,12 @@
  * irradiance on its square of the plan. */
 typedef struct np_ground_columns {
   int32_t size[2];
-  np_spectrum *clear, *gain; /* NULL: there are no solid cells */
+  np_spectrum *clear, *gain; /* NULL: no ground is near */
+  bool *has;                 /* whether a column has ground near */
 } np_ground_columns;
 
-/* Marks solid cells of a grid, none of which may be live; of a periodic grid, none. `holds` is cleared for them. */
+/* Finds whether ground is near, and marks solid cells of a grid, none of which may be live; a periodic grid has none.
+ * `holds` is cleared for them. */
 neph_result np_ground_columns_bury(const np_world *world, np_monitor *monitor, np_transport_grid *grid, bool *holds);
 
 neph_result np_ground_columns_fill(const np_transport_grid *grid, const np_world *world,
@@ -22,8 +25,8 @@ neph_result np_ground_columns_fill(const np_transport_grid *grid, const np_world
                                    np_ground_columns *out);
 void np_ground_columns_clear(neph_context *context, np_ground_columns *columns);
 
-/* Fills the radiance of a band, by the columns of the finest grid or of a coarser one. `irradiance` NULL: that of a
- * clear sky. */
+/* Fills the radiance of a band, by the columns of the finest grid or of a coarser one; −1 where no ground is near.
+ * `irradiance` NULL: that of a clear sky. */
 void np_ground_columns_get(const np_ground_columns *columns, const np_border *border, unsigned band,
                            float (*irradiance)[NP_BORDER_PLAN], const np_transport_grid *grid, float *out);
 

@@ -177,19 +177,30 @@ typedef struct course {
   cell_rates rates;
 } course;
 
+/* The last node of an axis below a place, and how far on to the next it is. */
+static inline unsigned get_node_below(const np_border_nodes *nodes, float place, float *out_share) {
+  unsigned i = 0;
+  while (i + 2 < nodes->count && place >= nodes->at[i + 1]) i++;
+  *out_share = (place - nodes->at[i]) / (nodes->at[i + 1] - nodes->at[i]);
+  return i;
+}
+
 /* Radiance from outside at a place of a face. */
 static inline void get_border(const np_sweep *sweep, const flow *f, int axis, float u, float v, lanes *out) {
-  const float x = u * (NP_BORDER_NODES - 1), y = v * (NP_BORDER_NODES - 1);
-  const int i = x < NP_BORDER_NODES - 2 ? (int)x : NP_BORDER_NODES - 2;
-  const int j = y < NP_BORDER_NODES - 2 ? (int)y : NP_BORDER_NODES - 2;
-  const float s = x - (float)i, t = y - (float)j;
   const np_border_faces *faces = sweep->border;
-  const lanes *low = (const lanes *)np_border_get_node(faces, f->octant, axis, (unsigned)j, (unsigned)i) + f->number;
+  const np_border_nodes *nodes = np_border_get_nodes(faces, f->octant, axis);
+  float s, t;
+  const unsigned i = get_node_below(&nodes[0], u, &s), j = get_node_below(&nodes[1], v, &t);
+  const lanes *low = (const lanes *)np_border_get_node(faces, f->octant, axis, j, i) + f->number;
   const lanes *high = low + NP_BORDER_NODES * faces->block_count, *next = low + faces->block_count;
   *out = (1.0f - t) * ((1.0f - s) * *low + s * *next) + t * ((1.0f - s) * *high + s * *(high + faces->block_count));
 }
 
-static inline float get_middle(int32_t at, int32_t size) { return ((float)at + 0.5f) / (float)size; }
+/* Place of a cell's middle along an axis, as a share of the box. */
+static inline float get_middle(const np_transport_grid *grid, int axis, int32_t at) {
+  const double *edge = grid->edge_m[axis];
+  return (float)((0.5 * (edge[at] + edge[at + 1]) - edge[0]) / (edge[grid->size[axis]] - edge[0]));
+}
 
 static inline lanes *get_x_face(const np_transport_grid *grid, const flow *f, int32_t j, int32_t k) {
   return &f->x[k * grid->size[1] + j];
@@ -206,7 +217,7 @@ static inline course start_course(const sweep_block *b, const flow *f, int32_t j
   if (grid->is_wrapped[0])
     c.x = *get_x_face(grid, f, j, k);
   else
-    get_border(b->sweep, f, 0, get_middle(j, grid->size[1]), get_middle(k, grid->size[2]), &c.x);
+    get_border(b->sweep, f, 0, get_middle(grid, 1, j), get_middle(grid, 2, k), &c.x);
   c.rates.rate[1] = 2.0f * b->cosine[1] * b->sweep->inverse_m[1][j];
   c.rates.rate[2] = 2.0f * b->cosine[2] * b->sweep->inverse_m[2][k];
   c.rates.inverse_m = -1.0f;
@@ -260,11 +271,18 @@ static void cross_row(const sweep_block *b, int32_t j, int32_t k) {
     cross_row_of(b, j, k, b->harmonics, b->even);
 }
 
-/* Light comes into a row of faces of an axis, at a place along the third. */
-static void enter(const np_sweep *sweep, const flow *f, lanes *faces, int axis, float v) {
+/* Light comes into row j or k of an axis's faces. */
+static void enter(const np_sweep *sweep, const flow *f, lanes *faces, int axis, int32_t row) {
   const np_transport_grid *grid = sweep->grid;
   if (grid->is_wrapped[axis]) return;
-  for (int32_t i = 0; i < grid->size[0]; i++) get_border(sweep, f, axis, get_middle(i, grid->size[0]), v, &faces[i]);
+  const bool is_up = axis == 2 && !(f->octant & 4u);
+  const float *ground = is_up && sweep->ground ? sweep->ground + (size_t)row * (size_t)grid->size[0] : NULL;
+  const float v = get_middle(grid, axis == 1 ? 2 : 1, row);
+  for (int32_t i = 0; i < grid->size[0]; i++)
+    if (ground && ground[i] >= 0.0f)
+      faces[i] = (lanes){0} + ground[i];
+    else
+      get_border(sweep, f, axis, get_middle(grid, 0, i), v, &faces[i]);
 }
 
 static flow start_flow(const np_sweep *sweep, unsigned pair, unsigned turn, unsigned number) {
@@ -321,8 +339,8 @@ void NP_KERNEL(np_sweep_tile)(const np_sweep *sweep, unsigned pair, int32_t tile
       const int32_t j = is_down_y ? size[1] - 1 - n : n;
       for (const sweep_block *b = blocks; b < blocks + count; b++) {
         for (const flow *f = b->flow; f < b->flow + 2; f++) {
-          if (n == 0) enter(sweep, f, &f->y[k * size[0]], 1, get_middle(k, size[2]));
-          if (m == 0) enter(sweep, f, &f->z[j * size[0]], 2, get_middle(j, size[1]));
+          if (n == 0) enter(sweep, f, &f->y[k * size[0]], 1, k);
+          if (m == 0) enter(sweep, f, &f->z[j * size[0]], 2, j);
         }
         cross_row(b, j, k);
       }

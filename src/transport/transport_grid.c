@@ -261,13 +261,13 @@ static void bury_parents(const np_transport_grid *fine, np_transport_grid *out) 
                        (fine->size[2] > out->size[2] ? 2 : 1) / 2;
   for (size_t c = 0; c < np_transport_grid_count(out); c++) {
     const bool is_solid = -out->active[c] >= half && out->active[c] < 0;
-    out->has_solid = out->has_solid || is_solid;
     out->active[c] = is_solid ? NP_TRANSPORT_CELL_SOLID : NP_TRANSPORT_CELL_NONE;
   }
 }
 
 static void number_parents(const np_transport_grid *fine, np_transport_grid *out) {
   float share;
+  out->has_ground = fine->has_ground;
   bury_parents(fine, out);
   for (size_t i = 0; i < fine->active_count; i++) out->active[compute_parent(fine, out, fine->cell[i], &share)] = 0;
   for (size_t c = 0; c < np_transport_grid_count(out); c++)
@@ -328,7 +328,7 @@ static void broaden_cell(const np_transport_grid *fine, size_t active, np_transp
 neph_result np_transport_grid_reduce_degree(const np_world *world, unsigned band, unsigned degree,
                                             const np_transport_grid *fine, np_transport_grid *out) {
   *out = (np_transport_grid){
-      .context = fine->context, .degree = degree, .active_count = fine->active_count, .has_solid = fine->has_solid};
+      .context = fine->context, .degree = degree, .active_count = fine->active_count, .has_ground = fine->has_ground};
   neph_result result = NEPH_OK;
   for (int a = 0; a < 3 && !result; a++) result = thin_planes(fine, a, 1, out);
   if (result) return result;

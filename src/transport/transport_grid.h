@@ -19,7 +19,7 @@ typedef struct np_transport_grid {
   double *edge_m[3];  /* size + 1 ascending planes of each axis */
   double even_m[3];   /* distance of the planes; 0 where they are not even */
   bool is_wrapped[3]; /* periodic along this axis */
-  bool has_solid;     /* some cells are ground; below them all are */
+  bool has_ground;    /* some cells may be ground, or ground is close below them; below a cell of ground all are */
   bool is_fine;       /* light is iterated on cells twice as wide */
   unsigned degree;    /* N: of the harmonics that light is resolved into */
   int32_t *active;    /* number of each cell among the live ones; else void or ground */

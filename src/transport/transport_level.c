@@ -33,9 +33,9 @@ neph_result np_transport_level_allocate(np_transport_level *level, bool is_emitt
   level->sun = np_alloc(context, level->grid.active_count, sizeof *level->sun);
   level->phi = np_alloc(context, count_moments(&level->grid), sizeof *level->phi);
   const size_t columns = (size_t)level->grid.size[0] * (size_t)level->grid.size[1];
-  if (level->grid.has_solid) level->ground = np_alloc(context, columns, sizeof *level->ground);
+  if (level->grid.has_ground) level->ground = np_alloc(context, columns, sizeof *level->ground);
   if (is_emitting) level->emission = np_alloc(context, level->grid.active_count, sizeof *level->emission);
-  const bool has_own = (level->emission || !is_emitting) && (level->ground || !level->grid.has_solid);
+  const bool has_own = (level->emission || !is_emitting) && (level->ground || !level->grid.has_ground);
   return level->sun && level->phi && has_own ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
