@@ -136,11 +136,11 @@ static void assert_built(neph_context *context, const char *text, unsigned expec
   const np_packet *packet = &b.assembly.packets[0];
   const np_packet_light *light = &packet->lights[0];
   assert_int_equal(!b.assembly.terrain, !np_plan_needs(&b.plan, NP_STAGE_TERRAIN));
-  assert_int_equal(!b.assembly.volume_count, !np_plan_needs(&b.plan, NP_STAGE_VOLUMES));
+  assert_int_equal(!b.assembly.clouds.volume_count, !np_plan_needs(&b.plan, NP_STAGE_VOLUMES));
   assert_int_equal(!packet->atmosphere, !np_plan_needs(&b.plan, NP_STAGE_ATMOSPHERE));
   assert_int_equal(!light->camera_sky, !np_plan_needs(&b.plan, NP_STAGE_CAMERA_SKY));
   assert_int_equal(!light->cloud_sky, !np_plan_needs(&b.plan, NP_STAGE_CLOUD_SKY));
-  assert_int_equal(!b.assembly.lights[0].sun_optical_depth, !np_plan_needs(&b.plan, NP_STAGE_SUN_OPTICAL_DEPTH));
+  assert_int_equal(!b.assembly.caches[0].sun_optical_depth, !np_plan_needs(&b.plan, NP_STAGE_SUN_OPTICAL_DEPTH));
   assert_int_equal(!light->scattering, !np_plan_needs(&b.plan, NP_STAGE_ORDINATES));
   assert_int_equal(!light->viewer_light, !np_plan_needs(&b.plan, NP_STAGE_VIEWER_LIGHT));
   assert_int_equal(!light->ground_light, !np_plan_needs(&b.plan, NP_STAGE_GROUND_CLOUDS));
@@ -205,15 +205,15 @@ static void fingerprint(const building *b, np_stage stage, char out_hex[33]) {
   const np_packet *packet = a->packets; /* NULL before they are built */
   np_hash *hash = np_hash_create(a->context);
   assert_non_null(hash);
-  if (stage == NP_STAGE_LIGHTS) np_hash_add(hash, &a->places, sizeof a->places);
-  if (stage == NP_STAGE_LIGHTS) add_spectrum(hash, packet->lights[0].irradiance);
-  if (stage == NP_STAGE_VOLUMES) np_hash_add(hash, &a->clouds_max, sizeof a->clouds_max);
+  if (stage == NP_STAGE_LIGHTS) np_hash_add(hash, &a->lights.places, sizeof a->lights.places);
+  if (stage == NP_STAGE_LIGHTS) add_spectrum(hash, packet->lights[0].beam.irradiance);
+  if (stage == NP_STAGE_VOLUMES) np_hash_add(hash, &a->clouds.high, sizeof a->clouds.high);
   if (stage == NP_STAGE_MOTION) {
     np_hash_add(hash, &a->motion->next.origin, sizeof a->motion->next.origin);
     np_hash_add(hash, &a->motion->clouds->frame_to_part[0], sizeof *a->motion->clouds->frame_to_part);
   }
   if (stage == NP_STAGE_SUN_OPTICAL_DEPTH)
-    np_hash_add(hash, a->lights[0].sun_optical_depth->level_cells, sizeof(uint64_t));
+    np_hash_add(hash, a->caches[0].sun_optical_depth->level_cells, sizeof(uint64_t));
   if (packet) add_sky_result(hash, packet, &packet->lights[0], stage);
   if (packet) add_light_result(hash, &packet->lights[0], stage);
   assert_int_equal(np_hash_finish(hash, out_hex), NEPH_OK);

@@ -106,10 +106,10 @@ static void describe_air(const void *user, np_json *json) {
   const np_packet_light *light = &packet->lights[0];
   const np_medium *medium = &packet->atmosphere->medium;
   const neph_sky *sky = light->camera_sky;
-  const double irradiance[3] = {(double)light->irradiance.band[0], (double)light->irradiance.band[1],
-                                (double)light->irradiance.band[2]};
-  np_json_put_text(json, "light", light->group == NP_LIGHT_GROUP_MOON ? "moon" : "sun");
-  const np_dvec3 *to_sun = &light->direction;
+  const double irradiance[3] = {(double)light->beam.irradiance.band[0], (double)light->beam.irradiance.band[1],
+                                (double)light->beam.irradiance.band[2]};
+  np_json_put_text(json, "light", light->beam.group == NP_LIGHT_GROUP_MOON ? "moon" : "sun");
+  const np_dvec3 *to_sun = &light->beam.direction;
   np_json_put_reals(json, "sun_direction", (const double[3]){to_sun->x, to_sun->y, to_sun->z}, 3);
   np_json_put_reals(json, "sun_irradiance_w_m2_nm", irradiance, 3);
   np_json_put_real(json, "planet_radius_m", medium->planet_radius_m);

@@ -26,14 +26,14 @@ static void add_light(const np_packet_light *light, cloud_light *out) {
     out->albedo = fmax(out->albedo, (double)(albedo.band[0] + albedo.band[1] + albedo.band[2]) / NP_BAND_COUNT);
   }
   if (world->sun_scope != NP_SUN_SKY && np_spectrum_max(world->sun_irradiance) > 0.0f)
-    out->sine = fmin(out->sine, light->direction.z);
+    out->sine = fmin(out->sine, light->beam.direction.z);
 }
 
 static cloud_light look_at_light(const np_assembly *assembly) {
   cloud_light out = {.sine = 1.0};
   for (unsigned p = 0; p < assembly->packet_count; p++) {
     const np_packet *packet = &assembly->packets[p];
-    out.has_emission = out.has_emission || packet->emission.emitter_count > 0;
+    out.has_emission = out.has_emission || packet->emission.all.emitter_count > 0;
     for (unsigned i = 0; i < packet->light_count; i++) add_light(&packet->lights[i], &out);
   }
   return out;

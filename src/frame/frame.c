@@ -40,7 +40,7 @@ static void choose_integrator(np_frame *f, const np_plan *plan, const neph_scene
   f->settings.is_split = f->desc->path_guiding == NEPH_PATH_GUIDING_ADJOINT && np_plan_needs(plan, NP_STAGE_ORDINATES);
   f->settings.is_air_traced = is_lit(plan) && np_request_traces_air(&plan->request);
   f->settings.has_sun_share = plan->request.aovs & NP_AOV_SHADOW;
-  for (unsigned i = 0; i < f->assembly->cloud_count; i++)
+  for (unsigned i = 0; i < f->assembly->clouds.count; i++)
     f->settings.has_holdout = f->settings.has_holdout || scene->clouds[i].is_held_out;
   f->settings.is_ground_held_out = f->channels.is_ground_held_out;
   f->settings.lost_share = has_limit(f, plan) ? lost_share : 0.0f;

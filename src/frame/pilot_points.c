@@ -35,10 +35,11 @@ static pixel_box get_view(const np_frame *f) {
 /* False: the light has no disk in view. */
 static bool get_disk(const np_frame *f, const np_packet_light *light, pixel_box *out) {
   double film[2];
-  if (!(light->angular_radius_rad > 0.0) || !np_camera_project_direction(&f->assembly->camera, light->direction, film))
+  if (!(light->beam.angular_radius_rad > 0.0) ||
+      !np_camera_project_direction(&f->assembly->camera, light->beam.direction, film))
     return false;
   const double sr = np_camera_get_pixel_sr(&f->assembly->camera, (int)film[0], (int)film[1]);
-  const double radius = disk_margin + (sr > 0.0 ? light->angular_radius_rad / sqrt(sr) : 0.0);
+  const double radius = disk_margin + (sr > 0.0 ? light->beam.angular_radius_rad / sqrt(sr) : 0.0);
   for (int a = 0; a < 2; a++) {
     out->min[a] = (int)fmax(floor(film[a] - radius), f->view_min[a]);
     out->max[a] = (int)fmin(ceil(film[a] + radius), f->view_max[a]);

@@ -175,7 +175,7 @@ static np_spectrum get_stars(const np_frame *f, const np_packet *packet, const n
 static void integrate_packet(const np_frame *f, const np_packet *packet, const np_camera_ray *ray, const int pixel[2],
                              np_random *random, np_integrator_sample *out) {
   integrate_light(f, &packet->lights[0], ray, random, out);
-  if (f->has_light_groups) np_frame_add_group(f, ray, packet->lights[0].group, out);
+  if (f->has_light_groups) np_frame_add_group(f, ray, packet->lights[0].beam.group, out);
   for (unsigned l = 1; l < packet->light_count; l++) {
     np_integrator_sample more;
     np_integrator_layers layers;
@@ -183,7 +183,7 @@ static void integrate_packet(const np_frame *f, const np_packet *packet, const n
     if (ray->layers) same.layers = np_frame_start_layers(f, &layers);
     integrate_light(f, &packet->lights[l], &same, random, &more);
     if (ray->layers) np_integrator_append_light(ray->layers, &layers);
-    if (f->has_light_groups) np_frame_add_group(f, ray, packet->lights[l].group, &more);
+    if (f->has_light_groups) np_frame_add_group(f, ray, packet->lights[l].beam.group, &more);
     for (int c = 0; c < NP_COMPONENT_ALL; c++)
       out->component[c] = np_spectrum_add(out->component[c], more.component[c]);
     out->lost = np_spectrum_add(out->lost, more.lost);

@@ -381,11 +381,11 @@ static neph_result render_passes(np_frame *f) {
 
 /* Mean radiance of emission, over the box of the clouds: seen from all sides its area is a quarter of its surface. */
 static np_spectrum compute_mean_emission(const np_assembly *a, const np_packet *packet) {
-  const np_dvec3 size = np_dvec3_subtract(a->clouds_max, a->clouds_min);
+  const np_dvec3 size = np_dvec3_subtract(a->clouds.high, a->clouds.low);
   const double area = 0.5 * (size.x * size.y + size.y * size.z + size.z * size.x);
   const np_spectrum dark = np_spectrum_grey(0.0f);
-  return packet->emission.emitter_count > 0 && area > 0.0
-             ? np_spectrum_scale(packet->emission.power_w_sr_nm, (float)(1.0 / area))
+  return packet->emission.all.emitter_count > 0 && area > 0.0
+             ? np_spectrum_scale(packet->emission.all.power_w_sr_nm, (float)(1.0 / area))
              : dark;
 }
 

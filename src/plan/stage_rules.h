@@ -4,7 +4,7 @@
  * Decisions, --explain, predicted time, memory and error walk these rows. The functions that build a stage and clear it
  * are a row of stage_makers.c. A stage is built once for the picture, or for each cloud, each light, each packet of
  * bands, or each light of each packet, or for several of these, in that order. It reads scene, plan and the results of
- * the stages that its row names in `needs`, and writes its own.
+ * the stages that stage_needs.h names for it, and writes its own.
  */
 #ifndef NP_PLAN_STAGE_RULES_H
 #define NP_PLAN_STAGE_RULES_H

@@ -129,7 +129,7 @@ static sky_irradiance compute_irradiance(const np_packet *packet) {
     double disk[3], sky[3];
     if (!light->camera_sky) continue;
     neph_sky_get_irradiance(light->camera_sky, disk, sky);
-    *(light->group == NP_LIGHT_GROUP_MOON ? &out.moon : &out.sun) = spectrum_of(disk);
+    *(light->beam.group == NP_LIGHT_GROUP_MOON ? &out.moon : &out.sun) = spectrum_of(disk);
     out.sky = np_spectrum_add(out.sky, spectrum_of(sky));
   }
   return out;
@@ -172,14 +172,15 @@ static neph_result describe_light(const np_assembly *assembly, unsigned index, n
     const np_spectrum light = np_world_sunlight(world, assembly->camera.origin, world->to_sun);
     color = np_packet_add_color(packet, color, light);
   }
-  const char *name = first->group == NP_LIGHT_GROUP_MOON ? "moon" : "sun";
+  const char *name = first->beam.group == NP_LIGHT_GROUP_MOON ? "moon" : "sun";
   char key[40], text[96];
   np_print(key, sizeof key, "nephos:%sNormalIrradiance", name);
   neph_result result = set_irradiance(image, key, color);
   np_print(key, sizeof key, "nephos:%sAngularRadius", name);
-  if (!result) result = np_image_set_real(image, key, first->angular_radius_rad);
+  if (!result) result = np_image_set_real(image, key, first->beam.angular_radius_rad);
   np_print(key, sizeof key, "nephos:%sDirection", name);
-  np_print(text, sizeof text, "%.9g %.9g %.9g", first->direction.x, first->direction.y, first->direction.z);
+  np_print(text, sizeof text, "%.9g %.9g %.9g", first->beam.direction.x, first->beam.direction.y,
+           first->beam.direction.z);
   return result ? result : neph_image_set_attribute(image, key, text);
 }
 
@@ -194,7 +195,7 @@ static neph_result describe_layout(const neph_sky_image_desc *desc, neph_image *
 static neph_result describe_sky(const np_plan *plan, const np_assembly *assembly, double scale, neph_image *image) {
   neph_result result = np_color_header_write(plan, assembly, scale, image);
   if (!result) result = describe_harmonics(assembly, image);
-  for (unsigned i = 0; !result && i < assembly->light_count; i++) result = describe_light(assembly, i, image);
+  for (unsigned i = 0; !result && i < assembly->lights.count; i++) result = describe_light(assembly, i, image);
   const bool has_sky = assembly->packets[0].atmosphere && np_plan_needs(plan, NP_STAGE_ATMOSPHERE);
   return result || !has_sky ? result : describe_irradiances(assembly, image);
 }

@@ -9,115 +9,126 @@
 
 static np_part_counts count_parts(const np_assembly *a, np_stage stage) {
   const unsigned packets = a->packet_count + (np_stage_get_rule(stage)->is_of_probes ? a->probe_packet_count : 0);
-  return np_part_counts_make(a->cloud_count, a->light_count, packets);
+  return np_part_counts_make(a->clouds.count, a->lights.count, packets);
 }
 
-static np_stage_part get_part(const np_stage_part *walk, np_assembly *a, np_part_kind kind, unsigned index) {
-  np_stage_part part = *walk;
-  part.slot = index;
-  if (kind == NP_PER_PICTURE) part.picture = a;
+/* The places of a part of a kind, and its number among those that later pictures reuse. */
+static np_stage_task get_task(const np_stage_part *walk, np_assembly *a, np_part_kind kind, unsigned index) {
+  const bool is_of_light = kind == NP_PER_LIGHT || kind == NP_PER_PACKET_LIGHT;
+  const unsigned light = is_of_light ? index % a->lights.count : 0;
+  const unsigned packet = kind == NP_PER_PACKET ? index : kind == NP_PER_PACKET_LIGHT ? index / a->lights.count : 0;
+  np_stage_task task = {.in.part = *walk, .picture = a, .caches = &a->caches[light]};
+  task.in.part.has_reused = a->has_reused;
+  task.in.part.slot = index;
+  if (is_of_light) {
+    task.in.part.group = a->lights.group[light];
+    task.in.part.slot = packet * NP_LIGHTS_MAX + task.in.part.group;
+  }
   if (kind == NP_PER_CLOUD) {
-    part.cloud = index;
-    part.parts = &a->clouds[index];
+    task.in.part.cloud = index;
+    task.cloud = &a->clouds.at[index];
   }
-  if (kind == NP_PER_LIGHT) {
-    part.caches = &a->lights[index];
-    part.slot = part.caches->group;
-  }
-  if (kind == NP_PER_PACKET) part.packet = &a->packets[index];
-  if (kind == NP_PER_PACKET_LIGHT) {
-    part.packet = &a->packets[index / a->light_count];
-    part.light = &part.packet->lights[index % a->light_count];
-    part.slot = index / a->light_count * NP_LIGHTS_MAX + part.light->group;
-  }
-  return part;
+  if (!a->packets) return task;
+  task.packet = &a->packets[packet];
+  task.light = &task.packet->lights[light];
+  return task;
+}
+
+/* A part to be built, with the inputs of its stage. */
+static np_stage_task get_input_task(const np_stage_part *walk, np_assembly *a, np_stage stage, np_part_kind kind,
+                                    unsigned index) {
+  np_stage_task task = get_task(walk, a, kind, index);
+  np_stage_inputs_fill(stage, &task);
+  return task;
 }
 
 /* ---- Reuse ---- */
 
 static void log_part(np_stage stage, const np_stage_part *part, const char *origin, const char *reason) {
   const bool is_cloud = np_stage_get_maker(stage)->reuse->kind == NP_PER_CLOUD;
-  const unsigned group = part->caches ? part->caches->group : part->light ? part->light->group : NP_LIGHT_GROUP_SUN;
-  const bool is_moon = group == NP_LIGHT_GROUP_MOON;
-  np_log(part->made->context, reason[0] ? NEPH_LOG_INFO : NEPH_LOG_DEBUG, "%s%s%s: %s%s%s", is_cloud ? "cloud " : "",
+  np_log(part->context, reason[0] ? NEPH_LOG_INFO : NEPH_LOG_DEBUG, "%s%s%s: %s%s%s", is_cloud ? "cloud " : "",
          is_cloud ? part->scene->clouds[part->cloud].name : np_stage_get_rule(stage)->name,
-         is_moon ? " by moonlight" : "", origin, reason[0] ? ": " : "", reason);
+         part->group == NP_LIGHT_GROUP_MOON ? " by moonlight" : "", origin, reason[0] ? ": " : "", reason);
 }
 
 /* A result of another part whose key is the same; NULL: none. */
-static np_stored_result *search_content(const np_stage_reuse *reuse, const np_stage_part *part) {
-  np_stored_result *at = reuse->is_of_content ? part->made->stores->results : NULL;
+static np_stored_result *search_content(const np_stage_reuse *reuse, const np_stage_task *task) {
+  np_stored_result *at = reuse->is_of_content ? task->in.part.job->stores->results : NULL;
   for (; at; at = at->next) {
     char reason[NP_REASON_SIZE] = "";
     if (at->stage != reuse || !at->result) continue;
-    reuse->adapt(part, at->result, at->key, reason);
+    reuse->adapt(task, at->result, at->key, reason);
     if (!reason[0]) break;
   }
   return at;
 }
 
 /* Takes the result for a part of this picture from the stores; the log has the reason of a rebuild. */
-static neph_result take_part(np_stage stage, const np_stage_part *part, bool *is_any_reused) {
+static neph_result take_part(np_stage stage, const np_stage_task *task, bool *is_any_reused) {
   const np_stage_reuse *reuse = np_stage_get_maker(stage)->reuse;
-  np_stores *stores = part->made->stores;
-  np_stage_part wanted = *part;
-  neph_result result = reuse->get_key(part, &wanted.key);
-  if (result) np_alloc_free(part->made->context, wanted.key);
-  if (result || !wanted.key) return result;
+  const np_stage_part *part = &task->in.part;
+  np_stores *stores = part->job->stores;
+  np_stage_task wanted = *task;
+  void *key = NULL;
+  neph_result result = reuse->get_key(task, &key);
+  if (result) np_alloc_free(part->context, key);
+  if (result || !key) return result;
   char reason[NP_REASON_SIZE] = "";
   np_stored_result *own = np_stores_search(stores, reuse, part->slot), *cached = own;
+  wanted.in.part.key = key;
   if (own) result = reuse->adapt(&wanted, own->result, own->key, reason);
   if (reason[0]) cached = search_content(reuse, &wanted);
   if (cached && !result) {
     log_part(stage, part, "reused", "");
     if (part->job->times) part->job->times->is_reused[stage] = true;
     *is_any_reused = true;
-    np_alloc_free(part->made->context, wanted.key);
-    (void)reuse->exchange(part, cached->result);
+    np_alloc_free(part->context, key);
+    (void)reuse->exchange(task, cached->result);
     cached->result = NULL;
     if (cached != own && own) own->slot = cached->slot;
     cached->slot = part->slot;
     return NEPH_OK;
   }
   const bool is_loaded = !result && np_stage_disk_load(reuse, &wanted);
-  log_part(stage, part, is_loaded ? "read from the cache" : own ? "rebuilt" : "built", is_loaded ? "" : reason);
+  const char *origin = own ? "rebuilt" : "built";
+  log_part(stage, part, is_loaded ? "read from the cache" : origin, is_loaded ? "" : reason);
   if (own) own->slot = UINT32_MAX; /* free for another part */
-  const np_stored_result added = {.stage = reuse, .slot = part->slot, .key = wanted.key, .destroy = reuse->destroy};
-  const neph_result failed = np_stores_add(part->made->context, stores, added);
+  const np_stored_result added = {.stage = reuse, .slot = part->slot, .key = key, .destroy = reuse->destroy};
+  const neph_result failed = np_stores_add(part->context, stores, added);
   return result ? result : failed;
 }
 
-static bool is_made(const np_stage_reuse *reuse, const np_stage_part *part) {
-  void *result = reuse->exchange(part, NULL);
-  (void)reuse->exchange(part, result);
+static bool is_made(const np_stage_reuse *reuse, const np_stage_task *task) {
+  void *result = reuse->exchange(task, NULL);
+  (void)reuse->exchange(task, result);
   return result;
 }
 
 /* Makes a part, or loads the result of another process that has finished it meanwhile. */
-static neph_result make_or_load(const np_stage_reuse *reuse, const np_stage_part *part) {
+static neph_result make_or_load(const np_stage_reuse *reuse, const np_stage_task *task) {
   np_cache_lock lock;
-  neph_result result = np_stage_disk_lock(reuse, part, &lock);
-  if (!result && !(lock.file >= 0 && np_stage_disk_load(reuse, part))) {
-    result = reuse->make(part);
-    if (!result && part->key && is_made(reuse, part)) np_stage_disk_save(reuse, part);
+  neph_result result = np_stage_disk_lock(reuse, task, &lock);
+  if (!result && !(lock.file >= 0 && np_stage_disk_load(reuse, task))) {
+    result = reuse->make(task);
+    if (!result && task->in.part.key && is_made(reuse, task)) np_stage_disk_save(reuse, task);
   }
   np_cache_lock_release(&lock);
   return result;
 }
 
 /* Makes the result of a part unless it was taken. */
-static neph_result make_part(const np_stage_reuse *reuse, const np_stage_part *part) {
-  if (is_made(reuse, part)) return NEPH_OK;
-  const np_stored_result *own = np_stores_search(part->made->stores, reuse, part->slot);
-  np_stage_part keyed = *part;
-  keyed.key = own ? own->key : NULL;
+static neph_result make_part(const np_stage_reuse *reuse, const np_stage_task *task) {
+  if (is_made(reuse, task)) return NEPH_OK;
+  const np_stored_result *own = np_stores_search(task->in.part.job->stores, reuse, task->in.part.slot);
+  np_stage_task keyed = *task;
+  keyed.in.part.key = own ? own->key : NULL;
   return make_or_load(reuse, &keyed);
 }
 
 /* Gives the result of a part back to the stores, or destroys it where it has no key. */
-static void return_part(const np_stage_reuse *reuse, const np_stage_part *part) {
-  void *result = reuse->exchange(part, NULL);
-  np_stored_result *own = np_stores_search(part->made->stores, reuse, part->slot);
+static void return_part(const np_stage_reuse *reuse, const np_stage_task *task) {
+  void *result = reuse->exchange(task, NULL);
+  np_stored_result *own = np_stores_search(task->in.part.job->stores, reuse, task->in.part.slot);
   if (own && !own->result)
     own->result = result;
   else
@@ -133,17 +144,17 @@ static neph_result take_cached(np_stage stage, const np_stage_part *walk, np_ass
   neph_result result = NEPH_OK;
   np_stores_drop(a->context, a->stores, reuse, true);
   for (unsigned i = 0; i < count_parts(a, stage).of[reuse->kind] && !result; i++) {
-    const np_stage_part part = get_part(walk, a, reuse->kind, i);
-    result = take_part(stage, &part, &a->has_reused);
+    const np_stage_task task = get_input_task(walk, a, stage, reuse->kind, i);
+    result = take_part(stage, &task, &a->has_reused);
   }
   np_stores_drop(a->context, a->stores, reuse, false);
   return result;
 }
 
-static neph_result build_part(const np_stage_maker *maker, np_part_kind kind, const np_stage_part *part) {
+static neph_result build_part(const np_stage_maker *maker, np_part_kind kind, const np_stage_task *task) {
   const bool is_reused = maker->reuse && maker->reuse->kind == kind;
-  neph_result result = is_reused ? make_part(maker->reuse, part) : NEPH_OK;
-  return !result && maker->build[kind] ? maker->build[kind](part) : result;
+  neph_result result = is_reused ? make_part(maker->reuse, task) : NEPH_OK;
+  return !result && maker->build[kind] ? maker->build[kind](task) : result;
 }
 
 static neph_result build_stage(np_stage stage, const np_stage_part *walk, np_assembly *a) {
@@ -157,9 +168,9 @@ static neph_result build_stage(np_stage stage, const np_stage_part *walk, np_ass
   for (int kind = 0; kind < NP_PART_KINDS; kind++) {
     if (!np_stage_has_kind(rule, (np_part_kind)kind)) continue;
     for (unsigned i = 0; i < count_parts(a, stage).of[kind] && !result; i++) {
-      const np_stage_part part = get_part(walk, a, (np_part_kind)kind, i);
+      const np_stage_task task = get_input_task(walk, a, stage, (np_part_kind)kind, i);
       np_schedule_begin(&a->schedule, walk->monitor, stage, done++, all);
-      result = build_part(maker, (np_part_kind)kind, &part);
+      result = build_part(maker, (np_part_kind)kind, &task);
     }
   }
   return result;
@@ -168,24 +179,25 @@ static neph_result build_stage(np_stage stage, const np_stage_part *walk, np_ass
 static neph_result start(const neph_scene *scene, const np_plan *plan, const np_build_job *job, np_assembly *a) {
   *a = (np_assembly){.context = scene->context,
                      .stores = job->stores,
-                     .cloud_count = scene->cloud_count,
-                     .clouds = np_alloc(scene->context, scene->cloud_count, sizeof *a->clouds),
-                     .clouds_min = np_nowhere_low,
-                     .clouds_max = np_nowhere_high};
+                     .clouds = {.count = scene->cloud_count,
+                                .at = np_alloc(scene->context, scene->cloud_count, sizeof *a->clouds.at),
+                                .low = np_nowhere_low,
+                                .high = np_nowhere_high}};
   np_schedule_make(plan, job->progress, &a->schedule);
-  if (!a->clouds) return NEPH_ERROR_OUT_OF_MEMORY;
+  if (!a->clouds.at) return NEPH_ERROR_OUT_OF_MEMORY;
   return np_camera_init(scene, plan->request.desc.width, plan->request.desc.height, plan->request.desc.eye, &a->camera);
 }
 
 neph_result np_assembly_build_some(const neph_scene *scene, np_plan *plan, uint32_t stages, const np_build_job *job,
                                    np_monitor *monitor, np_assembly *out_assembly) {
   np_stage_times *times = job->times;
-  const np_stage_part walk = {.scene = scene,
+  const np_stage_part walk = {.context = scene->context,
+                              .scene = scene,
                               .plan = plan,
                               .monitor = monitor,
                               .job = job,
                               .schedule = &out_assembly->schedule,
-                              .made = out_assembly};
+                              .camera = &out_assembly->camera};
   neph_result result = start(scene, plan, job, out_assembly);
   for (int i = 0; i < NP_STAGE_COUNT && !result; i++) {
     if (!np_plan_needs(plan, (np_stage)i) || !(stages & 1u << i)) continue;
@@ -204,17 +216,18 @@ neph_result np_assembly_build(const neph_scene *scene, np_plan *plan, const np_b
   return np_assembly_build_some(scene, plan, UINT32_MAX, job, monitor, out_assembly);
 }
 
-static void clear_part(const np_stage_maker *maker, np_part_kind kind, const np_stage_part *part) {
-  if (maker->clear[kind]) maker->clear[kind](part);
-  if (maker->reuse && maker->reuse->kind == kind) return_part(maker->reuse, part);
+static void clear_part(const np_stage_maker *maker, np_part_kind kind, const np_stage_task *task) {
+  if (maker->clear[kind]) maker->clear[kind](task);
+  if (maker->reuse && maker->reuse->kind == kind) return_part(maker->reuse, task);
 }
 
 static void clear_stage(np_stage stage, np_assembly *a) {
-  const np_stage_part walk = {.made = a};
+  const np_build_job job = {.stores = a->stores};
+  const np_stage_part walk = {.context = a->context, .job = &job};
   for (int kind = NP_PART_KINDS; kind-- > 0;) {
     for (unsigned i = count_parts(a, stage).of[kind]; i-- > 0;) {
-      const np_stage_part part = get_part(&walk, a, (np_part_kind)kind, i);
-      clear_part(np_stage_get_maker(stage), (np_part_kind)kind, &part);
+      const np_stage_task task = get_task(&walk, a, (np_part_kind)kind, i);
+      clear_part(np_stage_get_maker(stage), (np_part_kind)kind, &task);
     }
   }
 }
@@ -222,6 +235,6 @@ static void clear_stage(np_stage stage, np_assembly *a) {
 void np_assembly_clear(np_assembly *assembly) {
   for (int i = NP_STAGE_COUNT; i-- > 0;)
     if (assembly->built & 1u << i) clear_stage((np_stage)i, assembly);
-  np_alloc_free(assembly->context, assembly->clouds);
+  np_alloc_free(assembly->context, assembly->clouds.at);
   *assembly = (np_assembly){0};
 }

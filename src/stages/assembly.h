@@ -4,9 +4,9 @@
  * The room of the makers of stages. It calls plan, caches, world and what those stand on, and no integrator's loop: it
  * samples no picture. np_assembly_build walks the rules in their order and calls for each the makers of its row
  * (stage_makers.c), the stage_*.c by kind: matter, sky, colour, motion, lighting, ordinates, gathered light. A maker is
- * given an np_stage_part: const scene and plan, and the assembly, of which it reads the results of the stages that its
- * rule names and writes its own. Results that later pictures reuse are in np_stores, which the caller owns: the walk
- * takes them and gives them back.
+ * given the inputs of its stage (stage_inputs.h), which are const scene and plan and the results of the stages that
+ * stage_needs.h names, and the place of its own result. No other result compiles. Results that later pictures reuse are
+ * in np_stores, which the caller owns: the walk takes them and gives them back.
  */
 #ifndef NP_STAGES_ASSEMBLY_H
 #define NP_STAGES_ASSEMBLY_H

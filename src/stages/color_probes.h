@@ -5,9 +5,16 @@
 
 #include "stages/stage_part.h"
 
-/* Adds probes of a scene's light to a fit. The total irradiance at the camera comes out in the bands of probes, over
- * the default sun's; 0 in the dark. */
-neph_result np_color_probes_add(const np_stage_part *in, np_color_fit *fit,
-                                double out_light_x[NP_COLOR_PROBE_BAND_COUNT]);
+enum { NP_COLOR_PROBE_PACKETS = NP_COLOR_PROBE_BAND_COUNT / NP_BAND_COUNT };
+
+/* Inputs for the picture's bands and for the others of probes, under each light. */
+typedef struct np_color_probes {
+  unsigned light_count;
+  np_color_fit_inputs at[NP_COLOR_PROBE_PACKETS][NP_LIGHTS_MAX];
+} np_color_probes;
+
+/* Adds probes of a scene's light to a fit, and fills the probes' wavelengths and the total irradiance at the camera. */
+neph_result np_color_probes_add(const np_stage_part *in, const np_color_probes *probes, np_color_fit *fit,
+                                np_picture_color *out);
 
 #endif

@@ -61,15 +61,15 @@ void np_copies_clear(neph_context *context, np_cloud_parts *parts) {
 /* ---- The hierarchy ---- */
 
 /* All places of the parts of clouds that hold anything; 0: each has one. */
-static size_t count_places(const np_assembly *a) {
+static size_t count_places(const np_frame_clouds *clouds) {
   size_t count = 0, copies = 0;
-  for (unsigned i = 0; i < a->cloud_count; i++) {
-    if (!a->clouds[i].volume) continue;
-    const np_cloud_parts *parts = &a->clouds[i];
+  for (unsigned i = 0; i < clouds->count; i++) {
+    const np_cloud_parts *parts = &clouds->at[i];
+    if (!parts->volume) continue;
     const unsigned each =
         np_volume_has_parts(parts->volume, NP_PARTS_OF_COPIES) ? 1 : np_volume_count_parts(parts->volume);
     count += each * (size_t)(parts->copies ? parts->copy_count : 1);
-    copies += a->clouds[i].copy_count;
+    copies += parts->copy_count;
   }
   return copies > 0 ? count : 0;
 }
@@ -97,35 +97,35 @@ static np_instance *fill_part(const np_cloud_parts *parts, const np_instance *pl
   return out;
 }
 
-static void fill_places(const np_assembly *a, const np_packet *packet, np_instance *out) {
-  for (unsigned i = 0, index = 0; i < a->cloud_count; i++) {
-    const np_cloud_parts *parts = &a->clouds[i];
+static void fill_places(const np_frame_clouds *clouds, const np_instance *placed, np_instance *out) {
+  for (unsigned i = 0, index = 0; i < clouds->count; i++) {
+    const np_cloud_parts *parts = &clouds->at[i];
     const unsigned count = parts->volume ? np_volume_count_parts(parts->volume) : 0;
-    for (unsigned k = 0; k < count; k++, index++) out = fill_part(parts, &packet->placed[index], index, out);
+    for (unsigned k = 0; k < count; k++, index++) out = fill_part(parts, &placed[index], index, out);
   }
 }
 
-static neph_result check_crowd(const np_assembly *a, const np_places *places) {
+static neph_result check_crowd(neph_context *context, const np_places *places) {
   bool is_crowded = false;
   np_dvec3 point;
-  neph_result result = np_places_search_crowd(a->context, places, NP_PLACES_OVERLAP_MAX, &is_crowded, &point);
+  neph_result result = np_places_search_crowd(context, places, NP_PLACES_OVERLAP_MAX, &is_crowded, &point);
   if (result || !is_crowded) return result;
   return np_fail(
-      a->context, NEPH_ERROR_BAD_SCENE,
+      context, NEPH_ERROR_BAD_SCENE,
       "clouds: the boxes of more than %d places lie over each other at (%.4g, %.4g, %.4g) m, must be at most "
       "%d: move places apart, or make them smaller",
       (int)NP_PLACES_OVERLAP_MAX, point.x, point.y, point.z, (int)NP_PLACES_OVERLAP_MAX);
 }
 
-neph_result np_copies_build_places(const np_assembly *assembly, np_packet *packet) {
-  const size_t count = count_places(assembly);
+neph_result np_copies_build_places(neph_context *context, const np_frame_clouds *clouds, np_placed_clouds *placed) {
+  const size_t count = count_places(clouds);
   if (count == 0) return NEPH_OK;
   if (count > NP_PLACES_MAX)
-    return np_fail(assembly->context, NEPH_ERROR_BAD_SCENE, "clouds: have %zu places in all, must have at most %d",
-                   count, (int)NP_PLACES_MAX);
-  np_instance *all = np_alloc(assembly->context, count, sizeof *all);
+    return np_fail(context, NEPH_ERROR_BAD_SCENE, "clouds: have %zu places in all, must have at most %d", count,
+                   (int)NP_PLACES_MAX);
+  np_instance *all = np_alloc(context, count, sizeof *all);
   if (!all) return NEPH_ERROR_OUT_OF_MEMORY;
-  fill_places(assembly, packet, all);
-  const neph_result result = np_places_build(assembly->context, all, (uint32_t)count, &packet->places);
-  return result ? result : check_crowd(assembly, &packet->places);
+  fill_places(clouds, placed->at, all);
+  const neph_result result = np_places_build(context, all, (uint32_t)count, &placed->places);
+  return result ? result : check_crowd(context, &placed->places);
 }

@@ -15,6 +15,6 @@ void np_copies_clear(neph_context *context, np_cloud_parts *parts);
 
 /* Builds the hierarchy over a packet's clouds, if some stand in several places. NEPH_ERROR_BAD_SCENE where too many lie
  * over each other. */
-neph_result np_copies_build_places(const np_assembly *assembly, np_packet *packet);
+neph_result np_copies_build_places(neph_context *context, const np_frame_clouds *clouds, np_placed_clouds *placed);
 
 #endif

@@ -33,12 +33,12 @@ static uint32_t collect_stages(np_stage stage) {
 
 /* Takes the solutions out of an assembly, with the keys by which they were solved for. */
 static neph_result take_solutions(np_assembly *a, np_light_anchor *out) {
-  const unsigned count = a->packet_count * a->light_count;
+  const unsigned count = a->packet_count * a->lights.count;
   out->solutions = np_alloc(a->context, count, sizeof *out->solutions);
   if (!out->solutions) return NEPH_ERROR_OUT_OF_MEMORY;
   for (unsigned i = 0; i < count; i++) {
-    np_packet_light *light = &a->packets[i / a->light_count].lights[i % a->light_count];
-    const unsigned slot = i / a->light_count * NP_LIGHTS_MAX + light->group;
+    np_packet_light *light = &a->packets[i / a->lights.count].lights[i % a->lights.count];
+    const unsigned slot = i / a->lights.count * NP_LIGHTS_MAX + light->beam.group;
     const np_stored_result *own = np_stores_search(a->stores, &np_stage_reuse_ordinates, slot);
     if (!light->scattering || !own) continue;
     np_light_solution *solution = &out->solutions[out->count];

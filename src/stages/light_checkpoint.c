@@ -56,11 +56,11 @@ static bool read_state(void *user, np_cache_entry *entry) { return begin_read(us
 
 static bool write_state(void *user, np_cache_entry *entry) { return begin_write(user, entry, false); }
 
-bool np_light_checkpoint_open(const np_stage_part *in, const np_stage_disk *disk, np_light_checkpoint *out) {
+bool np_light_checkpoint_open(const np_stage_part *in, const char key[33], np_light_checkpoint *out) {
   const np_light_checkpoints *wanted = &in->job->light_checkpoints;
-  neph_context *context = in->made->context;
+  neph_context *context = in->context;
   *out = (np_light_checkpoint){.context = context, .monitor = in->monitor, .is_resumed = wanted->is_resumed};
-  if (!wanted->path || !np_stage_disk_compute_key(disk, in, out->key)) return false;
+  memcpy(out->key, key, sizeof out->key);
   if (!np_disk_cache_is_wanted(context)) {
     out->path = np_alloc_printf(context, "%s%s%u-%u", wanted->path, ending, wanted->block_end, in->slot);
     if (!out->path) return false;

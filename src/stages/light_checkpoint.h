@@ -19,8 +19,9 @@ typedef struct np_light_checkpoint {
   double start_s;
 } np_light_checkpoint;
 
-/* False: the picture keeps no checkpoints, or not of this light. Else it is to be closed. */
-bool np_light_checkpoint_open(const np_stage_part *in, const np_stage_disk *disk, np_light_checkpoint *out);
+/* Opens the checkpoint of a picture that keeps them, under the key of its solution. False: there is no memory. Else it
+ * is to be closed. */
+bool np_light_checkpoint_open(const np_stage_part *in, const char key[33], np_light_checkpoint *out);
 
 /* A solution that an earlier process has found; NULL: none. */
 np_scattering_field *np_light_checkpoint_load(np_light_checkpoint *checkpoint, const np_world *world);

@@ -13,7 +13,7 @@ neph_result np_light_warnings_log(const neph_scene *scene, const np_plan *plan, 
  * pictures do not contain them. */
 static inline const np_scene_lights *np_assembly_get_lights(const np_assembly *assembly, const np_plan *plan) {
   if (plan->decisions.are_lights_known) return &plan->decisions.lights;
-  return np_plan_needs(plan, NP_STAGE_LIGHTS) ? &assembly->places : NULL;
+  return np_plan_needs(plan, NP_STAGE_LIGHTS) ? &assembly->lights.places : NULL;
 }
 
 #endif

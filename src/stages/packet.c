@@ -15,22 +15,21 @@ np_affine np_cloud_parts_get_world_to_index(const np_cloud_parts *parts, unsigne
   return np_affine_compose(&between, world_to_cloud);
 }
 
-unsigned np_packet_place(const np_packet *packet, const neph_scene *scene, const np_assembly *assembly, unsigned cloud,
-                         np_instance out[NP_TINT_PARTS_MAX]) {
-  const np_cloud_parts *parts = &assembly->clouds[cloud];
+unsigned np_cloud_parts_place(const np_cloud_parts *parts, const np_scene_cloud *cloud, unsigned number,
+                              const np_picture_color *color, const np_band_set *bands,
+                              np_instance out[NP_TINT_PARTS_MAX]) {
   const np_tint *tint = parts->volume ? parts->volume->tint : NULL;
   const unsigned count = tint ? tint->count : 1;
   for (unsigned k = 0; k < count; k++) {
     double albedo[NP_BAND_COUNT];
-    for (int b = 0; b < NP_BAND_COUNT; b++)
-      albedo[b] = scene->clouds[cloud].albedo[b] * (tint ? tint->parts[k].color[b] : 1.0);
+    for (int b = 0; b < NP_BAND_COUNT; b++) albedo[b] = cloud->albedo[b] * (tint ? tint->parts[k].color[b] : 1.0);
     out[k] = parts->placed;
-    out[k].number = cloud;
+    out[k].number = number;
     out[k].part = k;
     if (parts->volume) out[k].bricks = np_cloud_parts_get_bricks(parts, k);
     out[k].world_to_index = np_cloud_parts_get_world_to_index(parts, k, &parts->placed.world_to_index);
-    out[k].is_held_out = scene->clouds[cloud].is_held_out;
-    out[k].albedo = np_packet_convert_albedo(packet, assembly, albedo);
+    out[k].is_held_out = cloud->is_held_out;
+    out[k].albedo = np_picture_color_convert_albedo(color, bands, albedo);
   }
   return count;
 }

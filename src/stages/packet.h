@@ -19,19 +19,23 @@ enum { NP_LIGHTS_MAX = NP_LIGHT_GROUPS_MAX }; /* sun and moon, or groups of ligh
 
 /* Results of one light for all packets. */
 typedef struct np_light_caches {
-  unsigned group;                          /* number of the group; of a picture without groups SUN or MOON */
   np_sun_optical_depth *sun_optical_depth; /* NULL when not needed */
   np_air_visibility air_visibility;        /* empty when not needed */
 } np_light_caches;
 
-/* Results of one light for a packet: its skies, its light in the clouds, and the scene under it. Light adds up, and so
- * do the pictures of a scene under each of its lights. */
-typedef struct np_packet_light {
-  unsigned index; /* number of the light in the assembly */
+/* Light of a packet above the atmosphere. */
+typedef struct np_light_beam {
+  unsigned index; /* number of the light in the picture */
   unsigned group; /* its group there */
   np_dvec3 direction;
   double angular_radius_rad;
   np_spectrum irradiance; /* above the atmosphere */
+} np_light_beam;
+
+/* Results of one light for a packet: its skies, its light in the clouds, and the scene under it. Light adds up, and so
+ * do the pictures of a scene under each of its lights. */
+typedef struct np_packet_light {
+  np_light_beam beam;
   neph_sky *camera_sky, *cloud_sky, *water_sky;
   np_scattering_field *scattering; /* NULL when not needed */
   np_viewer_light *viewer_light;   /* NULL when not needed */
@@ -45,17 +49,27 @@ typedef struct np_packet_light {
   np_reflection reflection; /* in the water; empty when not needed */
 } np_packet_light;
 
+/* Clouds of a packet. */
+typedef struct np_placed_clouds {
+  np_instance *at;  /* the clouds that hold anything, each by its colours */
+  np_places places; /* places of all of them, where some stand in several; else none */
+} np_placed_clouds;
+
+/* Emission of the clouds in a packet. */
+typedef struct np_packet_emission {
+  np_emission all; /* without emitters where there is none */
+  unsigned group_count;
+  np_emission *groups; /* emission of each cloud of the scene, for groups of lights; NULL: there are no groups */
+} np_packet_emission;
+
 /* Wavelength-dependent data in three bands: air, lights, and other sources in the sky. */
 typedef struct np_packet {
   np_band_set bands;
   float color_weight[3][NP_BAND_COUNT]; /* share of each band in the picture's R, G and B */
   neph_atmosphere *atmosphere;
-  np_instance *placed;  /* the clouds that hold anything */
-  np_places places;     /* places of all of them, where some stand in several; else none */
-  np_emission emission; /* emission of all clouds; without emitters where there is none */
-  np_emission
-      *emission_groups; /* emission of each cloud of the scene, for groups of lights; NULL: there are no groups */
-  np_cloud_gain *gains; /* gain of each of `placed`; NULL: no approximation, or the scene has a gain for it */
+  np_placed_clouds placed;
+  np_packet_emission emission;
+  np_cloud_gain *gains; /* gain of each placed cloud; NULL: no approximation, or the scene has a gain for it */
   unsigned light_count; /* the first light's view also has environment, disks and night */
   np_packet_light lights[NP_LIGHTS_MAX];
   np_night night;
@@ -81,10 +95,36 @@ const np_bricks *np_cloud_parts_get_bricks(const np_cloud_parts *parts, unsigned
 /* Maps the world to the voxels of a part of a cloud, where `world_to_cloud` maps it to the whole cloud. */
 np_affine np_cloud_parts_get_world_to_index(const np_cloud_parts *parts, unsigned k, const np_affine *world_to_cloud);
 
+/* Clouds of the scene in the frame. */
+typedef struct np_frame_clouds {
+  unsigned count;        /* clouds of the scene */
+  unsigned volume_count; /* clouds that hold anything, each counted by its colours */
+  np_cloud_parts *at;
+  np_dvec3 low, high; /* world box of all that they hold */
+} np_frame_clouds;
+
+/* The box of nothing. */
+static const np_dvec3 np_nowhere_low = {DBL_MAX, DBL_MAX, DBL_MAX}, np_nowhere_high = {-DBL_MAX, -DBL_MAX, -DBL_MAX};
+
+/* The middle of all that the clouds hold. */
+static inline np_dvec3 np_frame_clouds_get_middle(const np_frame_clouds *clouds) {
+  return np_dvec3_scale(np_dvec3_add(clouds->low, clouds->high), 0.5);
+}
+
+/* Lights of a picture: sun and moon, sun first, or groups of lights. */
+typedef struct np_picture_lights {
+  np_scene_lights places; /* directions of sun, moon and stars */
+  np_sphere_map moon_map; /* empty: none */
+  bool has_groups;        /* each light has a world with no other light in it */
+  unsigned count;
+  unsigned group[NP_LIGHTS_MAX]; /* number of each light's group; without groups SUN or MOON */
+} np_picture_lights;
+
 /* Conversion of the bands of a picture in colour to X, Y and Z, fitted to the scene's light. */
 typedef struct np_picture_color {
   bool is_fitted; /* else the bands have weights of their own */
   np_color_weights weights;
+  double probe_nm[NP_COLOR_PROBE_BAND_COUNT]; /* wavelengths of the probes' bands */
   double light_x[NP_COLOR_PROBE_BAND_COUNT]; /* total irradiance at the camera, over the default sun's; 0 in the dark */
 } np_picture_color;
 
@@ -95,18 +135,13 @@ typedef struct np_assembly {
   bool has_reused;          /* some results are reused from earlier pictures */
   np_schedule schedule;     /* complete but for the pixels once it is built */
   np_camera camera;
-  unsigned cloud_count;  /* clouds of the scene */
-  unsigned volume_count; /* clouds that hold anything in the frame, each counted by its colours */
-  np_cloud_parts *clouds;
-  struct np_motion *motion;        /* motion of camera and clouds about the frame; NULL when not needed */
-  np_dvec3 clouds_min, clouds_max; /* world box of all that the clouds hold */
+  np_frame_clouds clouds;
+  struct np_motion *motion; /* motion of camera and clouds about the frame; NULL when not needed */
   neph_terrain *terrain;
-  np_scene_lights places; /* directions of sun, moon and stars */
-  np_star_catalogue stars;
-  np_sphere_map star_map, moon_map; /* empty: none */
-  bool has_light_groups;            /* each light has a world with no other light in it */
-  unsigned light_count;
-  np_light_caches lights[NP_LIGHTS_MAX]; /* sun first */
+  np_star_catalogue catalogue;
+  np_sphere_map star_map; /* empty: none */
+  np_picture_lights lights;
+  np_light_caches caches[NP_LIGHTS_MAX]; /* one for each light */
   bool is_of_bands;                      /* its bands are the picture's channels */
   unsigned packet_count;
   unsigned probe_packet_count; /* after those, with bands that the colours are fitted by: 1 or 0 */
@@ -114,43 +149,36 @@ typedef struct np_assembly {
   np_picture_color color;
 } np_assembly;
 
-/* The box of nothing. */
-static const np_dvec3 np_nowhere_low = {DBL_MAX, DBL_MAX, DBL_MAX}, np_nowhere_high = {-DBL_MAX, -DBL_MAX, -DBL_MAX};
-
-/* The middle of all that the clouds hold. */
-static inline np_dvec3 np_assembly_get_clouds_middle(const np_assembly *assembly) {
-  return np_dvec3_scale(np_dvec3_add(assembly->clouds_min, assembly->clouds_max), 0.5);
-}
-
 /* A scene's three values in a packet's bands. */
-static inline np_spectrum np_packet_convert(const np_packet *packet, np_band_rule rule,
-                                            const double reference[NP_BAND_COUNT]) {
+static inline np_spectrum np_bands_convert(const np_band_set *bands, np_band_rule rule,
+                                           const double reference[NP_BAND_COUNT]) {
   double values[NP_BAND_COUNT];
-  np_band_set_convert(&packet->bands, rule, reference, values);
+  np_band_set_convert(bands, rule, reference, values);
   return np_spectrum_make((float)values[0], (float)values[1], (float)values[2]);
 }
 
 /* A scene's albedo in a packet's bands. In the bands that colours are fitted by, the light at the camera gets the
  * colour that it has after such a reflection. */
-np_spectrum np_packet_fit_albedo(const np_packet *packet, const np_assembly *assembly,
-                                 const double reference[NP_BAND_COUNT]);
+np_spectrum np_picture_color_fit_albedo(const np_picture_color *color, const np_band_set *bands,
+                                        const double reference[NP_BAND_COUNT]);
 
-/* Rounds np_packet_fit_albedo to a thousandth where it is fitted: fits change by less as a camera moves, and solutions
- * with an albedo stay. */
-np_spectrum np_packet_convert_albedo(const np_packet *packet, const np_assembly *assembly,
-                                     const double reference[NP_BAND_COUNT]);
+/* Rounds np_picture_color_fit_albedo to a thousandth where it is fitted: fits change by less as a camera moves, and
+ * solutions with an albedo stay. */
+np_spectrum np_picture_color_convert_albedo(const np_picture_color *color, const np_band_set *bands,
+                                            const double reference[NP_BAND_COUNT]);
 
 /* The law of black bodies in a packet's bands; in the bands that colours are fitted by, a body has its colour. */
-np_black_body np_packet_make_black_body(const np_packet *packet, const np_assembly *assembly);
+np_black_body np_picture_color_make_black_body(const np_picture_color *color, const np_band_set *bands);
 
 /* A scene's radiance in a packet's bands. In the bands that colours are fitted by, it has its colour. */
-np_spectrum np_packet_convert_radiance(const np_packet *packet, const np_assembly *assembly,
-                                       const double reference[NP_BAND_COUNT]);
+np_spectrum np_picture_color_convert_radiance(const np_picture_color *color, const np_band_set *bands,
+                                              const double reference[NP_BAND_COUNT]);
 
-/* Puts the parts of a cloud with their albedos in a packet into its first place, of one without matter the place alone;
- * returns how many. */
-unsigned np_packet_place(const np_packet *packet, const neph_scene *scene, const np_assembly *assembly, unsigned cloud,
-                         np_instance out[NP_TINT_PARTS_MAX]);
+/* Puts the parts of a cloud, with their albedos in a packet's bands, into its first place, of one without matter the
+ * place alone; returns how many. */
+unsigned np_cloud_parts_place(const np_cloud_parts *parts, const np_scene_cloud *cloud, unsigned number,
+                              const np_picture_color *color, const np_band_set *bands,
+                              np_instance out[NP_TINT_PARTS_MAX]);
 
 /* Adds a packet's three bands to a colour of the picture. */
 static inline np_spectrum np_packet_add_color(const np_packet *packet, np_spectrum color, np_spectrum bands) {

@@ -25,9 +25,7 @@ typedef struct gathered_key {
 } gathered_key;
 
 /* Results of an earlier picture may stand for this one's within their tolerance; in a sequence they are the same. */
-static bool is_of_picture_alone(const np_stage_part *in) {
-  return !in->made->has_reused || np_scene_is_sequence(in->scene);
-}
+static bool is_of_picture_alone(const np_stage_part *in) { return !in->has_reused || np_scene_is_sequence(in->scene); }
 
 static bool is_part(const np_plan *plan) {
   return plan->request.desc.tile_count > 1 || np_part_is_range(&plan->request.desc);
@@ -35,11 +33,11 @@ static bool is_part(const np_plan *plan) {
 
 /* Whether parts of the picture share its light on disk. */
 static bool is_shared(const np_stage_part *in) {
-  return *in->plan->hash && is_part(in->plan) && np_disk_cache_is_wanted(in->made->context) && is_of_picture_alone(in);
+  return *in->plan->hash && is_part(in->plan) && np_disk_cache_is_wanted(in->context) && is_of_picture_alone(in);
 }
 
 static neph_result hash_picture(const np_stage_part *in, char out[33]) {
-  np_hash *hash = np_hash_create(in->made->context);
+  np_hash *hash = np_hash_create(in->context);
   np_hash_add_text(hash, in->plan->hash);
   NP_HASH_ADD(hash, in->plan->savings.light_bytes_max);
   NP_HASH_ADD(hash, in->slot);
@@ -48,13 +46,12 @@ static neph_result hash_picture(const np_stage_part *in, char out[33]) {
 
 static neph_result get_gathered_key(const np_stage_part *in, void **out_key) {
   if (!is_shared(in)) return NEPH_OK;
-  gathered_key *key = *out_key = np_alloc(in->made->context, 1, sizeof *key);
+  gathered_key *key = *out_key = np_alloc(in->context, 1, sizeof *key);
   return key ? hash_picture(in, key->picture) : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
-static neph_result adapt_gathered(const np_stage_part *in, void *cached, const void *cached_key, char *out_reason) {
-  (void)cached;
-  const gathered_key *own = cached_key, *wanted = in->key;
+static neph_result compare_gathered(const np_stage_part *in, const gathered_key *own, char *out_reason) {
+  const gathered_key *wanted = in->key;
   const bool is_same_picture = *wanted->picture && !strcmp(own->picture, wanted->picture);
   const bool is_same_light = *wanted->light && !strcmp(own->light, wanted->light);
   if (is_same_picture || is_same_light) return NEPH_OK;
@@ -70,33 +67,38 @@ static bool add_gathered_key(const np_stage_part *in, np_hash *key) {
 
 /* ---- Towards the camera ---- */
 
-static neph_result get_viewer_light_key(const np_stage_part *in, void **out_key) {
-  return get_gathered_key(in, out_key);
+static neph_result get_viewer_light_key(const np_viewer_light_inputs *in, void **out_key) {
+  return get_gathered_key(&in->part, out_key);
 }
 
-static neph_result make_viewer_light(const np_stage_part *in) {
-  const np_assembly *a = in->made;
-  np_viewer_light *made = np_alloc(a->context, 1, sizeof *made);
-  if (!made) return NEPH_ERROR_OUT_OF_MEMORY;
-  const neph_result result =
-      np_viewer_light_build(a->context, in->light->scattering, a->camera.origin, in->monitor, made);
-  if (result) np_alloc_free(a->context, made);
-  in->light->viewer_light = result ? NULL : made;
+static neph_result adapt_view(const np_viewer_light_inputs *in, void *cached, const void *cached_key,
+                              char *out_reason) {
+  (void)cached;
+  return compare_gathered(&in->part, cached_key, out_reason);
+}
+
+static neph_result make_viewer_light(const np_viewer_light_inputs *in, np_viewer_light **out) {
+  np_viewer_light *light = np_alloc(in->context, 1, sizeof *light);
+  if (!light) return NEPH_ERROR_OUT_OF_MEMORY;
+  const neph_result result = np_viewer_light_build(in->context, in->scattering, in->camera->origin, in->monitor, light);
+  if (result) np_alloc_free(in->context, light);
+  *out = result ? NULL : light;
   return result;
 }
 
-static void save_viewer_light(const np_stage_part *in, np_cache_entry *entry) {
-  np_viewer_light_save(in->light->viewer_light, in->light->scattering, entry);
+static bool add_view_key(const np_viewer_light_inputs *in, np_hash *key) { return add_gathered_key(&in->part, key); }
+
+static void save_view(const np_viewer_light_inputs *in, const np_viewer_light *light, np_cache_entry *entry) {
+  np_viewer_light_save(light, in->scattering, entry);
 }
 
-static neph_result load_viewer_light(const np_stage_part *in, np_cache_entry *entry) {
-  const np_assembly *a = in->made;
-  np_viewer_light *loaded = np_alloc(a->context, 1, sizeof *loaded);
+static neph_result load_view(const np_viewer_light_inputs *in, np_cache_entry *entry, np_viewer_light **out) {
+  np_viewer_light *loaded = np_alloc(in->context, 1, sizeof *loaded);
   if (!loaded) return NEPH_ERROR_OUT_OF_MEMORY;
-  if (np_viewer_light_load(a->context, in->light->scattering, a->camera.origin, entry, loaded))
-    in->light->viewer_light = loaded;
+  if (np_viewer_light_load(in->context, in->scattering, in->camera->origin, entry, loaded))
+    *out = loaded;
   else
-    np_alloc_free(a->context, loaded);
+    np_alloc_free(in->context, loaded);
   return NEPH_OK;
 }
 
@@ -108,10 +110,9 @@ static void destroy_viewer_light(void *result) {
   np_alloc_free(context, light);
 }
 
-static const np_stage_disk viewer_light_disk = {"view", true, add_gathered_key, save_viewer_light, load_viewer_light,
-                                                NULL};
+NP_STAGE_DISK(viewer_light, task->light->viewer_light, "view", true, add_view_key, save_view, load_view, NULL);
 
-NP_STAGE_REUSE(viewer_light, in->light->viewer_light, NP_PER_PACKET_LIGHT, false, adapt_gathered, destroy_viewer_light,
+NP_STAGE_REUSE(viewer_light, task->light->viewer_light, NP_PER_PACKET_LIGHT, false, adapt_view, destroy_viewer_light,
                &viewer_light_disk);
 
 /* ---- The ground ---- */
@@ -120,7 +121,7 @@ NP_STAGE_REUSE(viewer_light, in->light->viewer_light, NP_PER_PACKET_LIGHT, false
  * contents have no name. */
 static bool add_scene(const np_stage_part *in, np_hash *hash) {
   const neph_scene *scene = in->scene;
-  np_text text = {.context = in->made->context};
+  np_text text = {.context = in->context};
   bool is_known = !scene->air.given;
   for (unsigned i = 0; i < scene->cloud_count; i++) is_known = is_known && !scene->clouds[i].volume;
   for (const np_node *section = np_scene_get_source(scene)->first; section; section = section->next) {
@@ -134,10 +135,10 @@ static bool add_scene(const np_stage_part *in, np_hash *hash) {
 }
 
 /* Adds the solution, by the key for which it was built. False: it has none, or a time limit cut it short. */
-static bool add_solution(const np_stage_part *in, np_hash *hash) {
-  const np_stored_result *stored = np_stores_search(in->made->stores, &np_stage_reuse_ordinates, in->slot);
-  if (!stored || !stored->key || !in->light->scattering) return false;
-  if (np_scattering_field_get_quality(in->light->scattering).is_cut) return false;
+static bool add_solution(const np_ground_clouds_inputs *in, np_hash *hash) {
+  const np_stored_result *stored = np_stores_search(in->job->stores, &np_stage_reuse_ordinates, in->slot);
+  if (!stored || !stored->key || !in->scattering) return false;
+  if (np_scattering_field_get_quality(in->scattering).is_cut) return false;
   const np_light_key *key = stored->key;
   NP_HASH_ADD(hash, key->clouds);
   NP_HASH_ADD(hash, key->to_sun);
@@ -147,69 +148,74 @@ static bool add_solution(const np_stage_part *in, np_hash *hash) {
   return true;
 }
 
-static void add_request(const np_stage_part *in, np_hash *hash) {
+static void add_request(const np_ground_clouds_inputs *in, np_hash *hash) {
   const neph_render_desc *desc = &in->plan->request.desc;
-  const np_sun_optical_depth *depths = np_stage_get_depths(in, in->light).cache;
-  const float depth_end = depths ? depths->depth_end : 0.0f;
+  const float depth_end = in->depth ? in->depth->depth_end : 0.0f;
   const unsigned frame = neph_scene_is_animated(in->scene) ? (unsigned)desc->frame : 0;
   const unsigned words[] = {desc->integrator, desc->multiple_scattering, frame, in->slot};
   NP_HASH_ADD(hash, words);
-  NP_HASH_ADD(hash, in->light->world.to_sun);
+  NP_HASH_ADD(hash, in->world->to_sun);
   NP_HASH_ADD(hash, depth_end);
-  NP_HASH_ADD(hash, in->made->clouds_min);
-  NP_HASH_ADD(hash, in->made->clouds_max);
+  NP_HASH_ADD(hash, in->clouds->low);
+  NP_HASH_ADD(hash, in->clouds->high);
 }
 
-static neph_result hash_light(const np_stage_part *in, char out[33]) {
-  np_hash *hash = np_hash_create(in->made->context);
-  const bool is_known = add_scene(in, hash) && add_solution(in, hash) && np_stage_add_terrain_key(in, hash);
+static neph_result hash_light(const np_ground_clouds_inputs *in, char out[33]) {
+  np_hash *hash = np_hash_create(in->context);
+  const bool is_known =
+      add_scene(&in->part, hash) && add_solution(in, hash) && np_stage_add_terrain_key(&in->part, hash);
   add_request(in, hash);
   const neph_result result = np_hash_finish(hash, out);
   if (!is_known) out[0] = '\0';
   return result;
 }
 
-static neph_result get_ground_clouds_key(const np_stage_part *in, void **out_key) {
-  neph_context *context = in->made->context;
-  gathered_key *key = np_alloc(context, 1, sizeof *key);
+static neph_result get_ground_clouds_key(const np_ground_clouds_inputs *in, void **out_key) {
+  gathered_key *key = np_alloc(in->context, 1, sizeof *key);
   if (!key) return NEPH_ERROR_OUT_OF_MEMORY;
   neph_result result = hash_light(in, key->light);
-  if (!result && is_shared(in)) result = hash_picture(in, key->picture);
+  if (!result && is_shared(&in->part)) result = hash_picture(&in->part, key->picture);
   if (!result && (*key->light || *key->picture)) return *out_key = key, NEPH_OK;
-  np_alloc_free(context, key);
+  np_alloc_free(in->context, key);
   return result;
 }
 
-static neph_result make_ground_clouds(const np_stage_part *in) {
-  np_packet_light *light = in->light;
-  const np_assembly *a = in->made;
-  const np_sun_optical_depths depths = np_stage_get_depths(in, light);
-  const np_dvec3 voxel = np_instances_compute_voxel_extent(&light->world.clouds);
-  const np_ground_light_desc desc = {.world = &light->world,
+static neph_result adapt_ground(const np_ground_clouds_inputs *in, void *cached, const void *cached_key,
+                                char *out_reason) {
+  (void)cached;
+  return compare_gathered(&in->part, cached_key, out_reason);
+}
+
+static neph_result make_ground_clouds(const np_ground_clouds_inputs *in, np_ground_light **out) {
+  const np_sun_optical_depths depths = np_stage_get_depths(in->world, in->depth);
+  const np_dvec3 voxel = np_instances_compute_voxel_extent(&in->world->clouds);
+  const np_ground_light_desc desc = {.world = in->world,
                                      .depths = &depths,
-                                     .scattering = light->scattering,
-                                     .bounds_min = np_dvec3_subtract(a->clouds_min, voxel),
-                                     .bounds_max = np_dvec3_add(a->clouds_max, voxel)};
-  np_ground_light *made = np_alloc(a->context, 1, sizeof *made);
-  if (!made) return NEPH_ERROR_OUT_OF_MEMORY;
-  const neph_result result = np_ground_light_build(a->context, &desc, in->monitor, made);
-  if (result) np_alloc_free(a->context, made);
-  light->ground_light = result ? NULL : made;
+                                     .scattering = in->scattering,
+                                     .bounds_min = np_dvec3_subtract(in->clouds->low, voxel),
+                                     .bounds_max = np_dvec3_add(in->clouds->high, voxel)};
+  np_ground_light *light = np_alloc(in->context, 1, sizeof *light);
+  if (!light) return NEPH_ERROR_OUT_OF_MEMORY;
+  const neph_result result = np_ground_light_build(in->context, &desc, in->monitor, light);
+  if (result) np_alloc_free(in->context, light);
+  *out = result ? NULL : light;
   return result;
 }
 
-static void save_ground_clouds(const np_stage_part *in, np_cache_entry *entry) {
-  np_ground_light_save(in->light->ground_light, entry);
+static bool add_ground_key(const np_ground_clouds_inputs *in, np_hash *key) { return add_gathered_key(&in->part, key); }
+
+static void save_ground(const np_ground_clouds_inputs *in, const np_ground_light *light, np_cache_entry *entry) {
+  (void)in;
+  np_ground_light_save(light, entry);
 }
 
-static neph_result load_ground_clouds(const np_stage_part *in, np_cache_entry *entry) {
-  neph_context *context = in->made->context;
-  np_ground_light *loaded = np_alloc(context, 1, sizeof *loaded);
+static neph_result load_ground(const np_ground_clouds_inputs *in, np_cache_entry *entry, np_ground_light **out) {
+  np_ground_light *loaded = np_alloc(in->context, 1, sizeof *loaded);
   if (!loaded) return NEPH_ERROR_OUT_OF_MEMORY;
-  if (np_ground_light_load(context, entry, loaded))
-    in->light->ground_light = loaded;
+  if (np_ground_light_load(in->context, entry, loaded))
+    *out = loaded;
   else
-    np_alloc_free(context, loaded);
+    np_alloc_free(in->context, loaded);
   return NEPH_OK;
 }
 
@@ -221,8 +227,7 @@ static void destroy_ground_clouds(void *result) {
   np_alloc_free(context, light);
 }
 
-static const np_stage_disk ground_clouds_disk = {"ground",           true, add_gathered_key, save_ground_clouds,
-                                                 load_ground_clouds, NULL};
+NP_STAGE_DISK(ground_clouds, task->light->ground_light, "ground", true, add_ground_key, save_ground, load_ground, NULL);
 
-NP_STAGE_REUSE(ground_clouds, in->light->ground_light, NP_PER_PACKET_LIGHT, false, adapt_gathered,
+NP_STAGE_REUSE(ground_clouds, task->light->ground_light, NP_PER_PACKET_LIGHT, false, adapt_ground,
                destroy_ground_clouds, &ground_clouds_disk);

@@ -14,19 +14,19 @@
 
 /* ---- World ---- */
 
-static np_disk make_sun_disk(const np_stage_part *in) {
+static np_disk make_sun_disk(const np_world_inputs *in) {
   const np_scene_sun *sun = &in->scene->sun;
-  const np_vec3 direction = np_dvec3_to_float(in->made->places.to_sun);
-  const np_spectrum irradiance = np_packet_convert(in->packet, NP_BAND_SUN, sun->irradiance_w_m2_nm);
+  const np_vec3 direction = np_dvec3_to_float(in->lights->places.to_sun);
+  const np_spectrum irradiance = np_bands_convert(in->bands, NP_BAND_SUN, sun->irradiance_w_m2_nm);
   if (!sun->has_limb_darkening) return np_disk_make(direction, sun->angular_radius_rad, irradiance);
-  return np_disk_make_sun(direction, sun->angular_radius_rad, irradiance, in->packet->bands.nm);
+  return np_disk_make_sun(direction, sun->angular_radius_rad, irradiance, in->bands->nm);
 }
 
 /* Light beyond the air, and what of it is uniform. */
-static void add_surroundings(const np_stage_part *in, np_world *world) {
+static void add_surroundings(const np_world_inputs *in, np_world *world) {
   const np_scene_environment *environment = &in->scene->environment;
-  world->night = &in->packet->night;
-  world->environment_radiance = np_packet_convert(in->packet, NP_BAND_LINEAR, environment->radiance_w_m2_sr_nm);
+  world->night = in->night;
+  world->environment_radiance = np_bands_convert(in->bands, NP_BAND_LINEAR, environment->radiance_w_m2_sr_nm);
   world->is_environment_upper_only = environment->is_upper_only;
 }
 
@@ -35,41 +35,44 @@ static const np_emission *get_emission(const np_emission *emission) {
 }
 
 /* Light of no one light is in the world of the first: it must be added once. */
-static void add_common(const np_stage_part *in, np_world *world) {
+static void add_common(const np_world_inputs *in, np_world *world) {
   world->disk = make_sun_disk(in);
   world->has_no_disks = !in->scene->output.has_disks && !in->plan->request.is_sky_alone;
-  world->emission = get_emission(&in->packet->emission);
+  world->emission = get_emission(&in->emission->all);
   add_surroundings(in, world);
 }
 
 /* The same where each group has a world. */
-static void add_group(const np_stage_part *in, np_world *world) {
-  const np_packet_light *light = in->light;
-  const np_packet *packet = in->packet;
-  if (light->index == 0) world->disk = make_sun_disk(in);
+static void add_group(const np_world_inputs *in, np_world *world) {
+  const unsigned group = in->beam->group;
+  if (in->beam->index == 0) world->disk = make_sun_disk(in);
   world->has_no_disks = !in->scene->output.has_disks;
-  if (light->group == NP_LIGHT_GROUP_SUN) world->sun_scope = NP_SUN_BEAM;
-  if (light->group == NP_LIGHT_GROUP_SKY) {
+  if (group == NP_LIGHT_GROUP_SUN) world->sun_scope = NP_SUN_BEAM;
+  if (group == NP_LIGHT_GROUP_SKY) {
     world->sun_scope = NP_SUN_SKY;
     add_surroundings(in, world);
   }
-  if (light->group >= NP_LIGHT_GROUP_EMISSION && packet->emission_groups)
-    world->emission = get_emission(&packet->emission_groups[light->group - NP_LIGHT_GROUP_EMISSION]);
+  if (group >= NP_LIGHT_GROUP_EMISSION && in->emission->groups)
+    world->emission = get_emission(&in->emission->groups[group - NP_LIGHT_GROUP_EMISSION]);
 }
 
 /* The clouds that hold anything, with the albedo of a packet. */
-neph_result np_stage_build_instances(const np_stage_part *in) {
-  const np_assembly *a = in->made;
-  np_instance *placed = in->packet->placed = np_alloc(a->context, a->volume_count, sizeof *placed);
-  if (!placed) return NEPH_ERROR_OUT_OF_MEMORY;
-  for (unsigned i = 0; i < a->cloud_count; i++)
-    if (a->clouds[i].volume) placed += np_packet_place(in->packet, in->scene, a, i, placed);
-  return np_copies_build_places(a, in->packet);
+static neph_result build_instances(const np_world_inputs *in, np_placed_clouds *out) {
+  const np_frame_clouds *clouds = in->clouds;
+  np_instance *at = out->at = np_alloc(in->context, clouds->volume_count, sizeof *at);
+  if (!at) return NEPH_ERROR_OUT_OF_MEMORY;
+  for (unsigned i = 0; i < clouds->count; i++)
+    if (clouds->at[i].volume)
+      at += np_cloud_parts_place(&clouds->at[i], &in->scene->clouds[i], i, in->color, in->bands, at);
+  return np_copies_build_places(in->context, clouds, out);
 }
 
-void np_stage_clear_instances(const np_stage_part *in) {
-  np_places_clear(in->made->context, &in->packet->places);
-  np_alloc_free(in->made->context, in->packet->placed);
+NP_STAGE_BUILD(instances, world, task->packet->placed)
+
+void np_stage_clear_instances(const np_stage_task *task) {
+  np_placed_clouds *placed = &task->packet->placed;
+  np_places_clear(task->in.part.context, &placed->places);
+  np_alloc_free(task->in.part.context, placed->at);
 }
 
 /* Rounds to a thousandth, to which albedos are rounded too; grey still stays grey. */
@@ -86,90 +89,85 @@ static void round_basis(np_spectrum basis[NP_BAND_COUNT]) {
 
 /* Albedos in a packet are linear in the albedos of a scene, up to their limits, and grey stays grey: so a little of
  * each reference band is added to a grey that is far from them. */
-static void set_basis(const np_stage_part *in, np_spectrum out_basis[NP_BAND_COUNT]) {
+static void set_basis(const np_world_inputs *in, np_spectrum out_basis[NP_BAND_COUNT]) {
   static const double grey = 0.5, little = 0.25;
   for (int b = 0; b < NP_BAND_COUNT; b++) {
     double tinted[NP_BAND_COUNT] = {grey, grey, grey};
     tinted[b] += little;
-    const np_spectrum own = np_packet_fit_albedo(in->packet, in->made, tinted);
+    const np_spectrum own = np_picture_color_fit_albedo(in->color, in->bands, tinted);
     out_basis[b] = np_spectrum_scale(np_spectrum_subtract(own, np_spectrum_grey((float)grey)), (float)(1.0 / little));
   }
-  if (in->made->color.is_fitted) round_basis(out_basis);
+  if (in->color->is_fitted) round_basis(out_basis);
 }
 
 /* Planet, terrain and water, the same under each light. */
-static void add_ground(const np_stage_part *in, np_packet_light *out) {
-  const np_packet *packet = in->packet;
+static void add_ground(const np_world_inputs *in, np_water *out_water, np_world *world) {
   const neph_scene *scene = in->scene;
-  np_world *world = &out->world;
   double albedo[NP_BAND_COUNT];
-  np_stage_get_ground_albedo(in, albedo);
-  world->ground_albedo = np_packet_convert_albedo(packet, in->made, albedo);
-  world->terrain = in->made->terrain;
+  np_stage_get_ground_albedo(&in->part, in->terrain, in->lights, albedo);
+  world->ground_albedo = np_picture_color_convert_albedo(in->color, in->bands, albedo);
+  world->terrain = in->terrain;
   if (world->terrain) {
     np_terrain_get_bounds(world->terrain, &world->terrain_min, &world->terrain_max);
-    world->terrain_albedo = np_packet_convert_albedo(packet, in->made, np_terrain_get_mean_albedo(world->terrain));
+    world->terrain_albedo =
+        np_picture_color_convert_albedo(in->color, in->bands, np_terrain_get_mean_albedo(world->terrain));
   }
   set_basis(in, world->terrain_basis);
   if (!np_scene_has_water(scene)) return;
-  out->water = np_water_make(scene->water.level_m, scene->water.wind_m_s,
-                             np_packet_convert_albedo(packet, in->made, scene->water.albedo));
-  world->water = &out->water;
+  *out_water = np_water_make(scene->water.level_m, scene->water.wind_m_s,
+                             np_picture_color_convert_albedo(in->color, in->bands, scene->water.albedo));
+  world->water = out_water;
 }
 
-neph_result np_stage_build_world(const np_stage_part *in) {
-  np_packet_light *out = in->light;
-  const np_assembly *a = in->made;
-  const np_packet *packet = in->packet;
+/* The world of a light, and the water of that world. */
+static neph_result build_world(const np_world_inputs *in, np_water *out_water, np_world *out) {
   const neph_scene *scene = in->scene;
-  out->world = (np_world){
-      .clouds.count = a->volume_count,
-      .clouds.at = packet->placed,
-      .clouds.places = packet->places.count > 0 ? &packet->places : NULL,
-      .to_sun = np_dvec3_to_float(out->direction),
-      .sun_angular_radius_rad = (float)out->angular_radius_rad,
-      .sun_irradiance = out->irradiance,
-      .atmosphere = packet->atmosphere,
-      .camera_sky = out->camera_sky,
-      .has_parallel_view = !np_camera_has_centre(&a->camera),
-      .cloud_sky = out->cloud_sky ? out->cloud_sky : out->water_sky,
+  const np_light_beam *beam = in->beam;
+  *out = (np_world){
+      .clouds.count = in->clouds->volume_count,
+      .clouds.at = in->placed->at,
+      .clouds.places = in->placed->places.count > 0 ? &in->placed->places : NULL,
+      .to_sun = np_dvec3_to_float(beam->direction),
+      .sun_angular_radius_rad = (float)beam->angular_radius_rad,
+      .sun_irradiance = beam->irradiance,
+      .atmosphere = in->atmosphere,
+      .camera_sky = in->camera_sky,
+      .has_parallel_view = !np_camera_has_centre(in->camera),
+      .cloud_sky = in->cloud_sky ? in->cloud_sky : in->water_sky,
       .has_planet = scene->environment.has_planet,
       .planet_radius_m = scene->atmosphere.planet_radius_m,
   };
-  add_ground(in, out);
-  if (a->has_light_groups)
-    add_group(in, &out->world);
-  else if (out->index == 0)
-    add_common(in, &out->world);
+  add_ground(in, out_water, out);
+  if (in->lights->has_groups)
+    add_group(in, out);
+  else if (beam->index == 0)
+    add_common(in, out);
   return NEPH_OK;
+}
+
+neph_result np_stage_build_world(const np_stage_task *task) {
+  return build_world(&task->in.world, &task->light->water, &task->light->world);
 }
 
 /* ---- Sky guide ---- */
 
 /* True if the light around the clouds is known: with traced air at dusk, and where paths are guided. */
-neph_result np_stage_build_sky_guide(const np_stage_part *in) {
-  np_packet_light *out = in->light;
-  if (!out->cloud_sky) return NEPH_OK;
+static neph_result build_sky_guide(const np_sky_guide_inputs *in, np_sky_guide *out) {
+  if (!in->cloud_sky) return NEPH_OK;
   const float cost = np_request_traces_air(&in->plan->request) ? np_sky_guide_traced_cost : 1.0f;
-  const np_sun_optical_depths depths = {.clouds = &out->world.clouds};
+  const np_sun_optical_depths depths = {.clouds = &in->world->clouds};
   const np_sun_optical_depth_source source = np_sun_optical_depths_get_source(&depths);
-  np_sky_guide_build(&out->world, &source, np_assembly_get_clouds_middle(in->made), cost, &out->sky_guide);
+  np_sky_guide_build(in->world, &source, np_frame_clouds_get_middle(in->clouds), cost, out);
   return NEPH_OK;
 }
 
+NP_STAGE_BUILD(sky_guide, sky_guide, task->light->sky_guide)
+
 /* ---- Sun optical depth ---- */
 
-/* The world of a light in the first packet: what does not depend on wavelength is the same in all. */
-static const np_packet_light *get_first(const np_stage_part *in) {
-  return &in->made->packets[0].lights[in->caches - in->made->lights];
-}
-
-np_sun_optical_depths np_stage_get_depths(const np_stage_part *in, const np_packet_light *light) {
-  return (np_sun_optical_depths){&light->world.clouds, in->made->lights[light->index].sun_optical_depth};
-}
-
 /* The least rate at which depths count: in the scaled medium, or in the slowest octave. */
-static float compute_sun_rate(const np_stage_part *in, const np_instances *clouds) {
+static float compute_sun_rate(const np_sun_optical_depth_inputs *in) {
+  const np_instances *clouds = &in->world->clouds;
   float rate = 1.0f;
   if (np_plan_needs(in->plan, NP_STAGE_APPROXIMATION)) {
     np_integrator_settings settings;
@@ -182,33 +180,32 @@ static float compute_sun_rate(const np_stage_part *in, const np_instances *cloud
   return fmaxf(rate, 0.05f);
 }
 
-static neph_result get_sun_optical_depth_key(const np_stage_part *in, void **out_key) {
-  const np_world *world = &get_first(in)->world;
-  np_depth_key *key = *out_key = np_alloc(in->made->context, 1, sizeof *key);
+/* The world of a light in the first packet serves all: no part of the cache depends on wavelength. */
+static neph_result get_sun_optical_depth_key(const np_sun_optical_depth_inputs *in, void **out_key) {
+  np_depth_key *key = *out_key = np_alloc(in->context, 1, sizeof *key);
   if (!key) return NEPH_ERROR_OUT_OF_MEMORY;
   np_sun_optical_depth_desc desc = NP_SUN_OPTICAL_DEPTH_DESC_DEFAULT;
-  desc.rate = compute_sun_rate(in, &world->clouds);
+  desc.rate = compute_sun_rate(in);
   /* Nodes are cheap, and a depth that is wrong is so for all rays of a neighbourhood, as steps are not. */
   desc.tolerance = (float)(0.2 * in->scene->render.tolerance);
-  return np_depth_key_make(in->made->context, world, &desc, key);
+  return np_depth_key_make(in->context, in->world, &desc, key);
 }
 
-static neph_result adapt_depth(const np_stage_part *in, void *cached, const void *cached_key, char *out_reason) {
+static neph_result adapt_depth(const np_sun_optical_depth_inputs *in, void *cached, const void *cached_key,
+                               char *out_reason) {
   (void)cached;
   np_depth_key_compare(cached_key, in->key, out_reason, NP_REASON_SIZE);
   return NEPH_OK;
 }
 
-static neph_result make_sun_optical_depth(const np_stage_part *in) {
-  neph_context *context = in->made->context;
+static neph_result make_sun_optical_depth(const np_sun_optical_depth_inputs *in, np_sun_optical_depth **out) {
   const np_depth_key *key = in->key;
-  if (np_spectrum_is_zero(get_first(in)->irradiance)) return NEPH_OK; /* a group without it */
-  np_sun_optical_depth *cache = in->caches->sun_optical_depth = np_alloc(context, 1, sizeof *cache);
+  if (np_spectrum_is_zero(in->world->sun_irradiance)) return NEPH_OK; /* a group without it */
+  np_sun_optical_depth *cache = np_alloc(in->context, 1, sizeof *cache);
   if (!cache) return NEPH_ERROR_OUT_OF_MEMORY;
-  neph_result result = np_sun_optical_depth_build(context, &get_first(in)->world, &key->desc, in->monitor, cache);
-  if (!result) return NEPH_OK;
-  np_alloc_free(context, cache);
-  in->caches->sun_optical_depth = NULL;
+  const neph_result result = np_sun_optical_depth_build(in->context, in->world, &key->desc, in->monitor, cache);
+  if (result) np_alloc_free(in->context, cache);
+  *out = result ? NULL : cache;
   return result;
 }
 
@@ -220,35 +217,38 @@ static void destroy_depth(void *result) {
   np_alloc_free(context, cache);
 }
 
-static bool add_depth_key(const np_stage_part *in, np_hash *key) {
+static bool add_depth_key(const np_sun_optical_depth_inputs *in, np_hash *key) {
   const np_depth_key *own = in->key;
   np_hash_add_text(key, own->clouds);
   NP_HASH_ADD(key, own->to_sun);
   NP_HASH_ADD(key, own->desc.rate);
   NP_HASH_ADD(key, own->desc.tolerance);
   NP_HASH_ADD(key, own->desc.bytes_max);
-  return !np_spectrum_is_zero(get_first(in)->irradiance);
+  return !np_spectrum_is_zero(in->world->sun_irradiance);
 }
 
-static void save_depth(const np_stage_part *in, np_cache_entry *entry) {
-  np_sun_optical_depth_save(in->caches->sun_optical_depth, entry);
+static void save_depth(const np_sun_optical_depth_inputs *in, const np_sun_optical_depth *cache,
+                       np_cache_entry *entry) {
+  (void)in;
+  np_sun_optical_depth_save(cache, entry);
 }
 
-static neph_result load_depth(const np_stage_part *in, np_cache_entry *entry) {
-  neph_context *context = in->made->context;
-  np_sun_optical_depth *cache = np_alloc(context, 1, sizeof *cache);
+static neph_result load_depth(const np_sun_optical_depth_inputs *in, np_cache_entry *entry,
+                              np_sun_optical_depth **out) {
+  np_sun_optical_depth *cache = np_alloc(in->context, 1, sizeof *cache);
   if (!cache) return NEPH_ERROR_OUT_OF_MEMORY;
-  if (np_sun_optical_depth_load(context, &get_first(in)->world, entry, cache))
-    in->caches->sun_optical_depth = cache;
+  if (np_sun_optical_depth_load(in->context, in->world, entry, cache))
+    *out = cache;
   else
-    np_alloc_free(context, cache);
+    np_alloc_free(in->context, cache);
   return NEPH_OK;
 }
 
-static const np_stage_disk depth_disk = {"depth", true, add_depth_key, save_depth, load_depth, NULL};
+NP_STAGE_DISK(sun_optical_depth, task->caches->sun_optical_depth, "depth", true, add_depth_key, save_depth, load_depth,
+              NULL);
 
-NP_STAGE_REUSE(sun_optical_depth, in->caches->sun_optical_depth, NP_PER_LIGHT, false, adapt_depth, destroy_depth,
-               &depth_disk);
+NP_STAGE_REUSE(sun_optical_depth, task->caches->sun_optical_depth, NP_PER_LIGHT, false, adapt_depth, destroy_depth,
+               &sun_optical_depth_disk);
 
 /* ---- Shadows in the air ---- */
 
@@ -282,96 +282,99 @@ static np_air_rays make_air_rays(const np_camera *c, const np_plan *plan) {
   return rays;
 }
 
-static np_air_casters get_casters(const np_assembly *a) {
+static np_air_casters get_casters(const np_air_shadows_inputs *in) {
   np_air_casters casters = {.count = 0};
-  if (a->volume_count > 0) {
-    casters.low[casters.count] = a->clouds_min;
-    casters.high[casters.count++] = a->clouds_max;
+  if (in->clouds->volume_count > 0) {
+    casters.low[casters.count] = in->clouds->low;
+    casters.high[casters.count++] = in->clouds->high;
   }
-  if (a->terrain) {
-    np_terrain_get_bounds(a->terrain, &casters.low[casters.count], &casters.high[casters.count]);
+  if (in->terrain) {
+    np_terrain_get_bounds(in->terrain, &casters.low[casters.count], &casters.high[casters.count]);
     casters.count++;
   }
   return casters;
 }
 
-neph_result np_stage_build_visibility(const np_stage_part *in) {
-  np_light_caches *out = in->caches;
-  const np_assembly *a = in->made;
-  const np_packet_light *first = get_first(in);
-  if (!first->camera_sky) return NEPH_OK;
-  const np_air_rays rays = make_air_rays(&a->camera, in->plan);
-  const np_air_casters casters = get_casters(a);
-  const np_sun_optical_depths depths = np_stage_get_depths(in, first);
-  return np_air_visibility_build(a->context, &first->world, &depths, &rays, &casters, in->monitor,
-                                 &out->air_visibility);
+static neph_result build_visibility(const np_air_shadows_inputs *in, np_air_visibility *out) {
+  if (!in->camera_sky) return NEPH_OK;
+  const np_air_rays rays = make_air_rays(in->camera, in->plan);
+  const np_air_casters casters = get_casters(in);
+  const np_sun_optical_depths depths = np_stage_get_depths(in->world, in->depth);
+  return np_air_visibility_build(in->context, in->world, &depths, &rays, &casters, in->monitor, out);
 }
 
-void np_stage_clear_visibility(const np_stage_part *in) { np_air_visibility_clear(&in->caches->air_visibility); }
+NP_STAGE_BUILD(visibility, air_shadows, task->caches->air_visibility)
 
-neph_result np_stage_build_air_shadow(const np_stage_part *in) {
-  np_packet_light *out = in->light;
-  const np_air_visibility *visibility = &in->made->lights[out->index].air_visibility;
-  if (!out->camera_sky || !visibility->seen) return NEPH_OK;
-  return np_air_shadow_build(visibility, &out->world, out->ground_light, in->monitor, &out->air_shadow);
+void np_stage_clear_visibility(const np_stage_task *task) { np_air_visibility_clear(&task->caches->air_visibility); }
+
+static neph_result build_air_shadow(const np_air_shadows_inputs *in, np_air_shadow *out) {
+  if (!in->camera_sky || !in->visibility->seen) return NEPH_OK;
+  return np_air_shadow_build(in->visibility, in->world, in->ground_light, in->monitor, out);
 }
 
-void np_stage_clear_air_shadow(const np_stage_part *in) { np_air_shadow_clear(&in->light->air_shadow); }
+NP_STAGE_BUILD(air_shadow, air_shadows, task->light->air_shadow)
+
+void np_stage_clear_air_shadow(const np_stage_task *task) { np_air_shadow_clear(&task->light->air_shadow); }
 
 /* ---- Light between hills ---- */
 
-neph_result np_stage_build_relief_light(const np_stage_part *in) {
-  np_packet_light *out = in->light;
-  const np_relief_light_desc desc = {&out->world, np_stage_get_depths(in, out), out->ground_light};
-  return np_relief_light_build(in->made->context, &desc, &out->relief_light);
+static neph_result build_relief_light(const np_relief_light_inputs *in, np_relief_light *out) {
+  const np_relief_light_desc desc = {in->world, np_stage_get_depths(in->world, in->depth), in->ground_light};
+  return np_relief_light_build(in->context, &desc, out);
 }
 
-void np_stage_clear_relief_light(const np_stage_part *in) { np_relief_light_clear(&in->light->relief_light); }
+NP_STAGE_BUILD(relief_light, relief_light, task->light->relief_light)
+
+void np_stage_clear_relief_light(const np_stage_task *task) { np_relief_light_clear(&task->light->relief_light); }
 
 /* ---- Approximation ---- */
 
-/* The depth of a cloud does not depend on wavelength: the first packet knows it for all. */
-neph_result np_stage_build_approximation(const np_stage_part *in) {
-  const np_assembly *a = in->made;
-  np_packet *out = in->packet;
+/* The depth of a cloud does not depend on wavelength: the first packet has it for all. */
+static neph_result build_approximation(const np_approximation_inputs *in, np_cloud_gain **out) {
+  const np_frame_clouds *clouds = in->clouds;
   const neph_multiple_scattering method = in->plan->request.desc.multiple_scattering;
-  if (!isinf(in->scene->render.approximation.gain) || a->volume_count == 0) return NEPH_OK;
-  out->gains = np_alloc(a->context, a->volume_count, sizeof *out->gains);
-  if (!out->gains) return NEPH_ERROR_OUT_OF_MEMORY;
-  const np_cloud_gain *first = out == a->packets ? NULL : a->packets[0].gains;
-  for (unsigned i = 0; i < a->volume_count; i++) {
-    const np_instance *cloud = &out->placed[i], *whole = &a->clouds[cloud->number].placed;
-    np_cloud_gain_fill(method, cloud, first ? first[i].depth : np_cloud_gain_compute_depth(whole), &out->gains[i]);
+  if (!isinf(in->scene->render.approximation.gain) || clouds->volume_count == 0) return NEPH_OK;
+  np_cloud_gain *gains = *out = np_alloc(in->context, clouds->volume_count, sizeof *gains);
+  if (!gains) return NEPH_ERROR_OUT_OF_MEMORY;
+  for (unsigned i = 0; i < clouds->volume_count; i++) {
+    const np_instance *cloud = &in->placed->at[i], *whole = &clouds->at[cloud->number].placed;
+    const np_cloud_gain *first = in->first_gains;
+    np_cloud_gain_fill(method, cloud, first ? first[i].depth : np_cloud_gain_compute_depth(whole), &gains[i]);
   }
   return NEPH_OK;
 }
 
-void np_stage_clear_approximation(const np_stage_part *in) {
-  np_alloc_free(in->made->context, in->packet->gains);
-  in->packet->gains = NULL;
+NP_STAGE_BUILD(approximation, approximation, task->packet->gains)
+
+void np_stage_clear_approximation(const np_stage_task *task) {
+  np_alloc_free(task->in.part.context, task->packet->gains);
+  task->packet->gains = NULL;
 }
 
 /* ---- The integrator's lighting ---- */
 
-neph_result np_stage_build_lighting(const np_stage_part *in) {
-  np_packet_light *out = in->light;
-  out->lighting = (np_lighting){
-      .sun_optical_depths = np_stage_get_depths(in, out),
-      .scattering = out->scattering,
-      .viewer_light = out->viewer_light,
-      .ground_light = out->ground_light,
-      .relief_light = out->relief_light.points ? &out->relief_light : NULL,
-      .air_shadow = out->air_shadow.visible_fraction ? &out->air_shadow : NULL,
-      .sky_guide = out->sky_guide.rate > 0.0f ? &out->sky_guide : NULL,
-      .gains = in->packet->gains,
+static neph_result build_lighting(const np_lighting_inputs *in, np_reflection *out_reflection, np_lighting *out) {
+  *out = (np_lighting){
+      .sun_optical_depths = np_stage_get_depths(in->world, in->depth),
+      .scattering = in->scattering,
+      .viewer_light = in->viewer_light,
+      .ground_light = in->ground_light,
+      .relief_light = in->relief_light->points ? in->relief_light : NULL,
+      .air_shadow = in->air_shadow->visible_fraction ? in->air_shadow : NULL,
+      .sky_guide = in->sky_guide->rate > 0.0f ? in->sky_guide : NULL,
+      .gains = in->gains,
   };
-  if (!out->world.water) return NEPH_OK;
+  if (!in->world->water) return NEPH_OK;
   /* Shadows in the air are known along the camera's rays alone. */
-  out->reflection = (np_reflection){out->world, out->lighting};
-  out->reflection.world.camera_sky = out->water_sky;
-  out->reflection.world.has_parallel_view = false;
-  out->reflection.lighting.air_shadow = NULL;
-  out->reflection.lighting.viewer_light = NULL;
-  out->lighting.reflection = &out->reflection;
+  *out_reflection = (np_reflection){*in->world, *out};
+  out_reflection->world.camera_sky = in->water_sky;
+  out_reflection->world.has_parallel_view = false;
+  out_reflection->lighting.air_shadow = NULL;
+  out_reflection->lighting.viewer_light = NULL;
+  out->reflection = out_reflection;
   return NEPH_OK;
+}
+
+neph_result np_stage_build_lighting(const np_stage_task *task) {
+  return build_lighting(&task->in.lighting, &task->light->reflection, &task->light->lighting);
 }

@@ -70,7 +70,7 @@ static neph_result add_bake(np_hash *hash, const np_plan *plan, const neph_scene
 /* The fingerprint of a cloud without a `path`, which is baked, or of its file as it is now. */
 static neph_result compute_key(const np_stage_part *in, const char *path, source_key *out_key) {
   const np_scene_cloud *cloud = &in->scene->clouds[in->cloud];
-  np_hash *hash = np_hash_create(in->made->context);
+  np_hash *hash = np_hash_create(in->context);
   neph_result result = NEPH_OK;
   if (path)
     add_file(hash, in->plan, cloud, path);
@@ -91,34 +91,38 @@ static neph_result compute_terrain_key(const np_plan *plan, const neph_scene *sc
   return np_terrain_key_compute(scene, &ridges, NP_TERRAIN_KEY_OF_ALL, out_key);
 }
 
-static neph_result get_terrain_key(const np_stage_part *in, void **out_key) {
+static neph_result get_terrain_key(const np_terrain_inputs *in, void **out_key) {
   if (in->scene->terrain.given) return NEPH_OK;
-  source_key *key = *out_key = np_alloc(in->made->context, 1, sizeof *key);
+  source_key *key = *out_key = np_alloc(in->context, 1, sizeof *key);
   return key ? compute_terrain_key(in->plan, in->scene, key->hash) : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
-static neph_result adapt_source(const np_stage_part *in, void *cached, const void *cached_key, char *out_reason) {
-  (void)cached;
-  if (strcmp(((const source_key *)cached_key)->hash, ((const source_key *)in->key)->hash) != 0)
+static void compare_source(const np_stage_part *in, const source_key *own, char *out_reason) {
+  if (strcmp(own->hash, ((const source_key *)in->key)->hash) != 0)
     np_print(out_reason, NP_REASON_SIZE, "its source changed");
+}
+
+static neph_result adapt_terrain(const np_terrain_inputs *in, void *cached, const void *cached_key, char *out_reason) {
+  (void)cached;
+  compare_source(&in->part, cached_key, out_reason);
   return NEPH_OK;
 }
 
-static neph_terrain_desc describe_terrain(const np_stage_part *in) {
+static neph_terrain_desc describe_terrain(const np_terrain_inputs *in) {
   neph_terrain_desc desc = np_scene_terrain_get_desc(&in->scene->terrain);
   desc.progress = np_monitor_relay;
   desc.progress_user = in->monitor;
   return desc;
 }
 
-static neph_result make_terrain(const np_stage_part *in) {
+static neph_result make_terrain(const np_terrain_inputs *in, neph_terrain **out) {
   const np_scene_terrain *terrain = &in->scene->terrain;
-  if (terrain->given) return in->picture->terrain = neph_terrain_retain(terrain->given), NEPH_OK;
+  if (terrain->given) return *out = neph_terrain_retain(terrain->given), NEPH_OK;
   const neph_terrain_desc desc = describe_terrain(in);
   const neph_ridges_desc ridges = np_plan_get_ridges(&in->plan->request, in->scene);
   np_terrain_source source = np_scene_terrain_get_source(terrain);
   source.ridges = &ridges;
-  return np_terrain_create(in->scene->context, &source, &desc, &in->picture->terrain);
+  return np_terrain_create(in->scene->context, &source, &desc, out);
 }
 
 bool np_stage_add_terrain_key(const np_stage_part *in, np_hash *key) {
@@ -129,27 +133,28 @@ bool np_stage_add_terrain_key(const np_stage_part *in, np_hash *key) {
 }
 
 /* Heights of files are read as fast from there; of all of a terrain its heights alone are kept. */
-static bool add_heights_key(const np_stage_part *in, np_hash *key) {
-  return in->scene->terrain.kind == NP_TERRAIN_RIDGES && np_stage_add_terrain_key(in, key);
+static bool add_heights_key(const np_terrain_inputs *in, np_hash *key) {
+  return in->scene->terrain.kind == NP_TERRAIN_RIDGES && np_stage_add_terrain_key(&in->part, key);
 }
 
-static void save_terrain(const np_stage_part *in, np_cache_entry *entry) {
-  np_heightfield_save_to_cache(np_terrain_get_field(in->picture->terrain), entry);
+static void save_heights(const np_terrain_inputs *in, const neph_terrain *terrain, np_cache_entry *entry) {
+  (void)in;
+  np_heightfield_save_to_cache(np_terrain_get_field(terrain), entry);
 }
 
-static neph_result load_terrain(const np_stage_part *in, np_cache_entry *entry) {
+static neph_result load_heights(const np_terrain_inputs *in, np_cache_entry *entry, neph_terrain **out) {
   const neph_terrain_desc desc = describe_terrain(in);
-  return np_terrain_load_from_cache(in->made->context, entry, &desc, &in->picture->terrain);
+  return np_terrain_load_from_cache(in->context, entry, &desc, out);
 }
 
-static const np_stage_disk terrain_disk = {"terrain", false, add_heights_key, save_terrain, load_terrain, NULL};
+NP_STAGE_DISK(terrain, task->picture->terrain, "terrain", false, add_heights_key, save_heights, load_heights, NULL);
 
 static void destroy_terrain(void *terrain) { neph_terrain_release(terrain); }
 
-NP_STAGE_REUSE(terrain, in->picture->terrain, NP_PER_PICTURE, false, adapt_source, destroy_terrain, &terrain_disk);
+NP_STAGE_REUSE(terrain, task->picture->terrain, NP_PER_PICTURE, false, adapt_terrain, destroy_terrain, &terrain_disk);
 
 /* A bake reports, and is stopped, as a part of the picture. */
-static neph_result bake(const np_stage_part *in, const np_scene_cloud *cloud, const char *path,
+static neph_result bake(const np_volumes_inputs *in, const np_scene_cloud *cloud, const char *path,
                         neph_volume **out_volume) {
   neph_bake_desc desc = describe_bake(in->plan, in->scene, cloud);
   desc.memory_max_bytes = in->plan->request.desc.memory_max_bytes;
@@ -159,13 +164,13 @@ static neph_result bake(const np_stage_part *in, const np_scene_cloud *cloud, co
   neph_context *context = in->scene->context;
   neph_cloud_desc at_frame = np_plan_get_bake(&in->plan->request, in->scene, cloud);
   np_cloud_ground ground;
-  neph_result result = np_cloud_ground_give(in->scene, in->made->terrain, &at_frame, &ground);
+  neph_result result = np_cloud_ground_give(in->scene, in->terrain, &at_frame, &ground);
   if (result) return result;
   if (!path) return neph_cloud_bake(context, &at_frame, &desc, out_volume);
   return neph_cloud_bake_file(context, &at_frame, &desc, "density", path);
 }
 
-static neph_volume_load_desc describe_load(const np_stage_part *in, const np_scene_cloud *cloud) {
+static neph_volume_load_desc describe_load(const np_volumes_inputs *in, const np_scene_cloud *cloud) {
   neph_volume_load_desc desc = np_cloud_file_describe_load(cloud);
   desc.precision = np_plan_get_precision(in->plan, cloud);
   desc.is_halved = in->plan->savings.are_coarse;
@@ -175,7 +180,7 @@ static neph_volume_load_desc describe_load(const np_stage_part *in, const np_sce
 }
 
 /* Baked to memory. */
-static neph_result obtain_baked(const np_stage_part *in, const np_scene_cloud *cloud, neph_volume **out_volume) {
+static neph_result obtain_baked(const np_volumes_inputs *in, const np_scene_cloud *cloud, neph_volume **out_volume) {
   neph_result result = bake(in, cloud, NULL, out_volume);
   if (result || (*out_volume)->value_max > 0.0f) return result;
   np_log(in->scene->context, NEPH_LOG_WARNING, "cloud %s: nothing of it was baked in frame %d: its coverage is %g",
@@ -186,7 +191,7 @@ static neph_result obtain_baked(const np_stage_part *in, const np_scene_cloud *c
 }
 
 /* Levels of detail have one colour, and so have the levels of a frustum. */
-static neph_result warn_of_colors(const np_stage_part *in, const np_scene_cloud *cloud, const char *path) {
+static neph_result warn_of_colors(const np_volumes_inputs *in, const np_scene_cloud *cloud, const char *path) {
   bool is_found = false;
   const neph_result result =
       np_volume_search_vector(in->scene->context, path, NP_VECTOR_COLOR, cloud->color, &is_found);
@@ -199,7 +204,7 @@ static neph_result warn_of_colors(const np_stage_part *in, const np_scene_cloud 
 }
 
 /* Gives a cloud from a file the colours that it has there. */
-static neph_result add_colors(const np_stage_part *in, const np_scene_cloud *cloud, const char *path,
+static neph_result add_colors(const np_volumes_inputs *in, const np_scene_cloud *cloud, const char *path,
                               neph_volume *volume) {
   if (cloud->is_baked || !volume || np_scene_is_none(cloud->color)) return NEPH_OK;
   if (volume->tint) return warn_of_colors(in, cloud, path);
@@ -210,7 +215,7 @@ static neph_result add_colors(const np_stage_part *in, const np_scene_cloud *clo
 
 /* A cloud of one frame: read when it is on disk, else baked, to disk where the scene names a file. NULL where it holds
  * nothing. */
-static neph_result load_or_bake(const np_stage_part *in, const np_scene_cloud *cloud, const char *path,
+static neph_result load_or_bake(const np_volumes_inputs *in, const np_scene_cloud *cloud, const char *path,
                                 np_cloud_source source, neph_volume **out_volume) {
   neph_result result = NEPH_OK;
   if (!path) return obtain_baked(in, cloud, out_volume);
@@ -237,37 +242,36 @@ neph_result np_stage_get_cloud_file(const np_stage_part *in, np_cloud_file *out_
   const np_scene_cloud *cloud = &in->scene->clouds[in->cloud];
   *out_file = (np_cloud_file){.path = NULL};
   if (!cloud->vdb || np_plan_is_coarsened(&in->plan->request, in->scene, cloud)) return NEPH_OK;
-  return np_cloud_file_get(in->made->context, cloud, in->plan->request.desc.frame, out_file);
+  return np_cloud_file_get(in->context, cloud, in->plan->request.desc.frame, out_file);
 }
 
-static neph_result get_volumes_key(const np_stage_part *in, void **out_key) {
+static neph_result get_volumes_key(const np_volumes_inputs *in, void **out_key) {
   const np_scene_cloud *cloud = &in->scene->clouds[in->cloud];
   if (cloud->volume) return NEPH_OK;
-  source_key *key = *out_key = np_alloc(in->made->context, 1, sizeof *key);
+  source_key *key = *out_key = np_alloc(in->context, 1, sizeof *key);
   np_cloud_file file;
-  neph_result result = key ? np_stage_get_cloud_file(in, &file) : NEPH_ERROR_OUT_OF_MEMORY;
+  neph_result result = key ? np_stage_get_cloud_file(&in->part, &file) : NEPH_ERROR_OUT_OF_MEMORY;
   if (result) return result;
   result = np_plan_choose_source(in->scene, cloud, file.path, in->plan->request.desc.frame, &key->source);
-  if (!result && (!file.path || key->source == NP_CLOUD_SOURCE_FILE)) result = compute_key(in, file.path, key);
-  np_alloc_free(in->made->context, file.path);
+  if (!result && (!file.path || key->source == NP_CLOUD_SOURCE_FILE)) result = compute_key(&in->part, file.path, key);
+  np_alloc_free(in->context, file.path);
   return result;
 }
 
 /* Coarser levels for copies that stand far away. */
-static neph_result add_copy_levels(const np_stage_part *in, const np_scene_cloud *cloud, neph_volume *volume) {
+static neph_result add_copy_levels(const np_volumes_inputs *in, const np_scene_cloud *cloud, neph_volume *volume) {
   const unsigned count = np_plan_count_copy_levels(&in->plan->request, in->scene, cloud);
   if (!volume || volume->tint || count < 2) return NEPH_OK;
   return np_volume_add_coarser(volume, count, np_plan_get_precision(in->plan, cloud), in->monitor);
 }
 
 /* The key of a cloud that is baked to a file is the key of the file once it is written. */
-static neph_result make_volumes(const np_stage_part *in) {
+static neph_result make_volumes(const np_volumes_inputs *in, neph_volume **out) {
   const np_scene_cloud *cloud = &in->scene->clouds[in->cloud];
-  neph_volume **out = &in->parts->volume;
   source_key *key = in->key;
   if (cloud->volume) return *out = neph_volume_retain(cloud->volume), NEPH_OK;
   np_cloud_file file;
-  neph_result result = np_stage_get_cloud_file(in, &file);
+  neph_result result = np_stage_get_cloud_file(&in->part, &file);
   const np_monitor_part whole = np_monitor_get_part(in->monitor);
   np_monitor_set_part(in->monitor, whole, 0.0, 0.7);
   if (!result && !file.path && np_scene_cloud_is_sequence(cloud))
@@ -276,13 +280,13 @@ static neph_result make_volumes(const np_stage_part *in) {
     result = load_or_bake(in, cloud, file.path, key->source, out);
   if (!result) result = add_copy_levels(in, cloud, *out);
   np_monitor_set_part(in->monitor, whole, 0.0, 1.0);
-  if (!result && !key->hash[0]) result = compute_key(in, file.path, key);
-  np_alloc_free(in->made->context, file.path);
+  if (!result && !key->hash[0]) result = compute_key(&in->part, file.path, key);
+  np_alloc_free(in->context, file.path);
   return result;
 }
 
 /* A bake that goes to no file, with the picture of its map. */
-static bool add_volumes_key(const np_stage_part *in, np_hash *key) {
+static bool add_volumes_key(const np_volumes_inputs *in, np_hash *key) {
   const np_scene_cloud *cloud = &in->scene->clouds[in->cloud];
   const source_key *own = in->key;
   if (!cloud->is_baked || own->source != NP_CLOUD_SOURCE_BAKE || !own->hash[0]) return false;
@@ -293,23 +297,30 @@ static bool add_volumes_key(const np_stage_part *in, np_hash *key) {
   return true;
 }
 
-static void save_volume(const np_stage_part *in, np_cache_entry *entry) {
-  np_volume_save_to_cache(in->parts->volume, entry);
+static void save_volume(const np_volumes_inputs *in, const neph_volume *volume, np_cache_entry *entry) {
+  (void)in;
+  np_volume_save_to_cache(volume, entry);
 }
 
-static neph_result load_volume(const np_stage_part *in, np_cache_entry *entry) {
-  return np_volume_load_from_cache(in->made->context, entry, &in->parts->volume);
+static neph_result load_volume(const np_volumes_inputs *in, np_cache_entry *entry, neph_volume **out) {
+  return np_volume_load_from_cache(in->context, entry, out);
 }
 
-static const np_stage_disk volumes_disk = {"bake", false, add_volumes_key, save_volume, load_volume, NULL};
+NP_STAGE_DISK(volumes, task->cloud->volume, "bake", false, add_volumes_key, save_volume, load_volume, NULL);
+
+static neph_result adapt_volume(const np_volumes_inputs *in, void *cached, const void *cached_key, char *out_reason) {
+  (void)cached;
+  compare_source(&in->part, cached_key, out_reason);
+  return NEPH_OK;
+}
 
 static void destroy_volume(void *volume) { neph_volume_release(volume); }
 
-NP_STAGE_REUSE(volumes, in->parts->volume, NP_PER_CLOUD, true, adapt_source, destroy_volume, &volumes_disk);
+NP_STAGE_REUSE(volumes, task->cloud->volume, NP_PER_CLOUD, true, adapt_volume, destroy_volume, &volumes_disk);
 
 /* A cloud being placed. */
 typedef struct cloud_build {
-  const np_stage_part *in;
+  const np_volumes_inputs *in;
   const np_scene_cloud *cloud;
   np_cloud_parts *parts;
   np_cloud_file file; /* without a path: none */
@@ -325,7 +336,7 @@ static void include_box(np_dvec3 *low, np_dvec3 *high, np_dvec3 box_low, np_dvec
 static neph_result load_phase(const cloud_build *c) {
   if (c->cloud->phase_source.kind != NEPH_PHASE_TABLE) return NEPH_OK;
   np_phase_table *table = &c->parts->phase_table;
-  neph_result result = np_phase_table_load(c->in->made->context, c->cloud->phase_table, table);
+  neph_result result = np_phase_table_load(c->in->context, c->cloud->phase_table, table);
   if (!result) c->parts->placed.phase = np_phase_tabulated(table);
   return result;
 }
@@ -352,21 +363,21 @@ static neph_result build_details(const cloud_build *c, const np_affine *file_to_
     const np_affine to_world = np_affine_compose(file_to_world, &part->index_to_world);
     const double voxel_m = np_placement_get_voxel_edge(&to_world);
     const double size_m = detail->size_m > 0.0 ? detail->size_m : 2.0 * voxel_m;
-    if (k == 0) warn_of_small_detail(c->cloud, c->in->made->context, size_m, voxel_m);
+    if (k == 0) warn_of_small_detail(c->cloud, c->in->context, size_m, voxel_m);
     np_brick_detail_desc desc = {.source = &part->bricks, .strength = (float)detail->strength, .seed = detail->seed};
     for (int a = 0; a < 3; a++)
       desc.size_voxels[a] =
           size_m / np_dvec3_length(np_dvec3_make(to_world.m[0][a], to_world.m[1][a], to_world.m[2][a]));
-    result = np_detailed_bricks_build(c->in->made->context, &desc, c->in->monitor, &c->parts->details[k]);
+    result = np_detailed_bricks_build(c->in->context, &desc, c->in->monitor, &c->parts->details[k]);
   }
   return result;
 }
 
 /* Volumes of the first clouds, each counted by its colours and levels. */
-static unsigned count_volumes(const np_assembly *a, unsigned cloud_count) {
+static unsigned count_volumes(const np_frame_clouds *clouds, unsigned cloud_count) {
   unsigned count = 0;
   for (unsigned i = 0; i < cloud_count; i++)
-    if (a->clouds[i].volume) count += np_volume_count_parts(a->clouds[i].volume);
+    if (clouds->at[i].volume) count += np_volume_count_parts(clouds->at[i].volume);
   return count;
 }
 
@@ -378,16 +389,15 @@ static neph_result place_volume(cloud_build *c) {
   if (c->cloud->detail.is_enabled && c->cloud->detail.strength > 0.0)
     result = build_details(c, &c->anchor.file_to_world);
   if (result) return result;
-  const unsigned volume_count = count_volumes(c->in->made, c->in->cloud + 1);
+  const unsigned volume_count = count_volumes(c->in->clouds, c->in->cloud + 1);
   if (volume_count > NP_INSTANCES_MAX)
-    return np_fail(c->in->made->context, NEPH_ERROR_LIMIT,
+    return np_fail(c->in->context, NEPH_ERROR_LIMIT,
                    "cloud %s: the clouds are %u with one for each of their colours and levels, must be at most %d: set "
                    "clouds[].color to none, or lessen clouds[].bake.levels, where they count least",
                    c->cloud->name, volume_count, (int)NP_INSTANCES_MAX);
   const np_lod_viewers viewers = np_plan_get_viewers(&c->in->plan->request, c->in->scene, c->cloud);
   if (c->cloud->place_count > 0)
-    result =
-        np_copies_make(c->in->made->context, c->cloud, &placement, &viewers, c->parts, &c->parts->low, &c->parts->high);
+    result = np_copies_make(c->in->context, c->cloud, &placement, &viewers, c->parts, &c->parts->low, &c->parts->high);
   else
     include_box(&c->parts->low, &c->parts->high, placement.bounds_min, placement.bounds_max);
   return result ? result : load_phase(c);
@@ -404,8 +414,8 @@ static void include_emitter(cloud_build *c, const np_emitter *emitter, const nep
 }
 
 /* Emission of a cloud's file. */
-static neph_result build_emission(cloud_build *c) {
-  neph_context *context = c->in->made->context;
+static neph_result load_emission(cloud_build *c) {
+  neph_context *context = c->in->context;
   np_cloud_emission *emission = &c->parts->emission;
   if (!c->is_anchored) {
     np_log(context, NEPH_LOG_WARNING,
@@ -427,7 +437,7 @@ static neph_result build_emission(cloud_build *c) {
 
 /* Moves a file of the coordinate system of the terrain's raster to where the raster has its coordinates. */
 static neph_result georeference(cloud_build *c) {
-  neph_context *context = c->in->made->context;
+  neph_context *context = c->in->context;
   np_georeference *out = &c->parts->georeference;
   neph_result result = np_georeference_apply(c->in->scene, c->cloud, c->parts->volume, &c->anchor.file_to_world, out);
   if (result || !out->is_applied) return result;
@@ -442,21 +452,21 @@ static neph_result get_anchor(cloud_build *c) {
   neph_volume *volume = c->parts->volume;
   if (!volume && !has_emission(c)) return NEPH_OK;
   const neph_volume_load_desc load = describe_load(c->in, c->cloud);
-  const np_stage_part *in = c->in;
+  const np_volumes_inputs *in = c->in;
   const np_frame_cloud of = {
-      &in->made->stores->inputs.references, in->scene, in->cloud, c->file.number, volume, &load, in->monitor};
+      &in->job->stores->inputs.references, in->scene, in->cloud, c->file.number, volume, &load, in->monitor};
   const neph_result result = np_reference_frame_get_anchor(&of, &c->anchor, &c->is_anchored);
   return result || !volume || !c->is_anchored ? result : georeference(c);
 }
 
 /* 0 where no ground is known: there is no planet, or its terrain is not built. */
-static double get_ground_radius(const np_stage_part *in) {
-  const bool is_known = in->made->terrain || !np_plan_needs(in->plan, NP_STAGE_TERRAIN);
+static double get_ground_radius(const np_volumes_inputs *in) {
+  const bool is_known = in->terrain || !np_plan_needs(in->plan, NP_STAGE_TERRAIN);
   return is_known && in->scene->environment.has_planet ? in->scene->atmosphere.planet_radius_m : 0.0;
 }
 
 static neph_result place_cloud(cloud_build *c) {
-  const np_assembly *a = c->in->made;
+  neph_context *context = c->in->context;
   np_monitor *monitor = c->in->monitor;
   const np_monitor_part whole = np_monitor_get_part(monitor);
   np_monitor_set_part(monitor, whole, 0.7, 0.9);
@@ -464,37 +474,41 @@ static neph_result place_cloud(cloud_build *c) {
   neph_result result = get_anchor(c);
   if (!result && c->parts->volume) result = place_volume(c);
   np_monitor_set_part(monitor, whole, 0.9, 1.0);
-  if (!result && has_emission(c)) result = build_emission(c);
+  if (!result && has_emission(c)) result = load_emission(c);
   if (result || c->parts->low.x > c->parts->high.x) return result;
-  np_log(a->context, NEPH_LOG_INFO, "cloud %s: from (%.6g, %.6g, %.6g) to (%.6g, %.6g, %.6g) m", c->cloud->name,
+  np_log(context, NEPH_LOG_INFO, "cloud %s: from (%.6g, %.6g, %.6g) to (%.6g, %.6g, %.6g) m", c->cloud->name,
          c->parts->low.x, c->parts->low.y, c->parts->low.z, c->parts->high.x, c->parts->high.y, c->parts->high.z);
-  const np_placement_view view = {&a->camera, get_ground_radius(c->in), a->terrain};
-  np_placement_check(a->context, c->cloud, &view, c->parts->low, c->parts->high);
+  const np_placement_view view = {c->in->camera, get_ground_radius(c->in), c->in->terrain};
+  np_placement_check(context, c->cloud, &view, c->parts->low, c->parts->high);
   return NEPH_OK;
 }
 
-neph_result np_stage_build_cloud(const np_stage_part *in) {
-  cloud_build c = {.in = in, .cloud = &in->scene->clouds[in->cloud], .parts = in->parts};
-  in->parts->low = np_nowhere_low;
-  in->parts->high = np_nowhere_high;
-  neph_result result = np_stage_get_cloud_file(in, &c.file);
+static neph_result build_cloud(const np_volumes_inputs *in, np_cloud_parts *out) {
+  cloud_build c = {.in = in, .cloud = &in->scene->clouds[in->cloud], .parts = out};
+  out->low = np_nowhere_low;
+  out->high = np_nowhere_high;
+  neph_result result = np_stage_get_cloud_file(&in->part, &c.file);
   if (!result) result = place_cloud(&c);
-  np_alloc_free(in->made->context, c.file.path);
+  np_alloc_free(in->context, c.file.path);
   return result;
 }
 
-void np_stage_clear_cloud(const np_stage_part *in) {
-  np_copies_clear(in->made->context, in->parts);
-  for (int k = 0; k < NP_TINT_PARTS_MAX; k++) np_detailed_bricks_destroy(in->parts->details[k]);
-  np_phase_table_clear(&in->parts->phase_table);
-  np_cloud_emission_clear(&in->parts->emission);
+NP_STAGE_BUILD(cloud, volumes, *task->cloud)
+
+void np_stage_clear_cloud(const np_stage_task *task) {
+  np_cloud_parts *parts = task->cloud;
+  np_copies_clear(task->in.part.context, parts);
+  for (int k = 0; k < NP_TINT_PARTS_MAX; k++) np_detailed_bricks_destroy(parts->details[k]);
+  np_phase_table_clear(&parts->phase_table);
+  np_cloud_emission_clear(&parts->emission);
 }
 
-neph_result np_stage_finish_volumes(const neph_scene *scene, np_assembly *made, np_plan *plan) {
-  made->volume_count = count_volumes(made, made->cloud_count);
-  for (unsigned i = 0; i < made->cloud_count; i++)
-    include_box(&made->clouds_min, &made->clouds_max, made->clouds[i].low, made->clouds[i].high);
-  return made->volume_count > 0 ? NEPH_OK : np_plan_leave_out_clouds(scene, plan);
+neph_result np_stage_finish_volumes(const neph_scene *scene, np_assembly *picture, np_plan *plan) {
+  np_frame_clouds *clouds = &picture->clouds;
+  clouds->volume_count = count_volumes(clouds, clouds->count);
+  for (unsigned i = 0; i < clouds->count; i++)
+    include_box(&clouds->low, &clouds->high, clouds->at[i].low, clouds->at[i].high);
+  return clouds->volume_count > 0 ? NEPH_OK : np_plan_leave_out_clouds(scene, plan);
 }
 
 /* Emitters of all clouds, sorted by cloud. */
@@ -503,8 +517,8 @@ typedef struct emitter_list {
   unsigned count, cloud_begin[NP_INSTANCES_MAX + 1];
 } emitter_list;
 
-static neph_result list_emitters(const np_stage_part *in, emitter_list *out) {
-  const np_assembly *a = in->made;
+static neph_result list_emitters(const np_emission_inputs *in, emitter_list *out) {
+  const np_frame_clouds *clouds = in->clouds;
   np_emitter own[NP_CLOUD_EMITTERS_MAX];
   np_instance placed[NP_TINT_PARTS_MAX];
   np_emission_matter matter = {.parts = placed};
@@ -512,58 +526,57 @@ static neph_result list_emitters(const np_stage_part *in, emitter_list *out) {
   for (int c = 0; c < 3; c++) {
     double unit[NP_BAND_COUNT] = {0.0, 0.0, 0.0};
     unit[c] = 1.0;
-    matter.color[c] = np_packet_convert_radiance(in->packet, a, unit);
+    matter.color[c] = np_picture_color_convert_radiance(in->color, in->bands, unit);
   }
-  for (unsigned i = 0; i < a->cloud_count; i++) {
+  for (unsigned i = 0; i < clouds->count; i++) {
     out->cloud_begin[i] = out->count;
-    if (!a->clouds[i].emission.is_enabled) continue;
-    matter.part_count = np_packet_place(in->packet, in->scene, a, i, placed);
-    const unsigned count = np_cloud_emission_list(&a->clouds[i].emission, &matter, own);
+    if (!clouds->at[i].emission.is_enabled) continue;
+    matter.part_count = np_cloud_parts_place(&clouds->at[i], &in->scene->clouds[i], i, in->color, in->bands, placed);
+    const unsigned count = np_cloud_emission_list(&clouds->at[i].emission, &matter, own);
     if (out->count + count > NP_INSTANCES_MAX)
-      return np_fail(a->context, NEPH_ERROR_LIMIT,
+      return np_fail(in->context, NEPH_ERROR_LIMIT,
                      "cloud %s: its emission is of %u grids, and those before it of %u, must be at most %d together: "
                      "set clouds[].emission.color to none where it counts least",
                      in->scene->clouds[i].name, count, out->count, (int)NP_INSTANCES_MAX);
     memcpy(&out->at[out->count], own, count * sizeof *own);
     out->count += count;
   }
-  out->cloud_begin[a->cloud_count] = out->count;
+  out->cloud_begin[clouds->count] = out->count;
   return NEPH_OK;
 }
 
 /* The emission of each cloud by itself, for groups of lights. */
-static neph_result build_emission_groups(const np_stage_part *in, const emitter_list *list) {
-  const np_assembly *a = in->made;
-  np_packet *out = in->packet;
-  out->emission_groups = np_alloc(a->context, a->cloud_count, sizeof *out->emission_groups);
-  const np_black_body body = np_packet_make_black_body(out, a);
-  neph_result result = out->emission_groups ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
-  for (unsigned i = 0; !result && i < a->cloud_count; i++) {
+static neph_result build_emission_groups(const np_emission_inputs *in, const emitter_list *list,
+                                         np_packet_emission *out) {
+  out->group_count = in->clouds->count;
+  out->groups = np_alloc(in->context, out->group_count, sizeof *out->groups);
+  const np_black_body body = np_picture_color_make_black_body(in->color, in->bands);
+  neph_result result = out->groups ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+  for (unsigned i = 0; !result && i < out->group_count; i++) {
     const unsigned begin = list->cloud_begin[i], count = list->cloud_begin[i + 1] - begin;
-    if (count)
-      result = np_emission_build(a->context, &list->at[begin], count, &body, in->monitor, &out->emission_groups[i]);
+    if (count) result = np_emission_build(in->context, &list->at[begin], count, &body, in->monitor, &out->groups[i]);
   }
   return result;
 }
 
 /* Emission of the clouds, for the packet's wavelengths. */
-neph_result np_stage_build_emission(const np_stage_part *in) {
-  const np_assembly *a = in->made;
+static neph_result build_emission(const np_emission_inputs *in, np_packet_emission *out) {
   emitter_list list;
   neph_result result = list_emitters(in, &list);
   if (result || list.count == 0) return result;
   np_monitor_set_stage(in->monitor, "listing emitters");
-  result = a->has_light_groups ? build_emission_groups(in, &list) : NEPH_OK;
+  if (in->plan->request.has_light_groups) result = build_emission_groups(in, &list, out);
   if (result) return result;
-  const np_black_body body = np_packet_make_black_body(in->packet, a);
-  return np_emission_build(a->context, list.at, list.count, &body, in->monitor, &in->packet->emission);
+  const np_black_body body = np_picture_color_make_black_body(in->color, in->bands);
+  return np_emission_build(in->context, list.at, list.count, &body, in->monitor, &out->all);
 }
 
-void np_stage_clear_emission(const np_stage_part *in) {
-  np_packet *packet = in->packet;
-  for (unsigned i = 0; packet->emission_groups && i < in->made->cloud_count; i++)
-    np_emission_clear(&packet->emission_groups[i]);
-  np_alloc_free(in->made->context, packet->emission_groups);
-  packet->emission_groups = NULL;
-  np_emission_clear(&packet->emission);
+NP_STAGE_BUILD(emission, emission, task->packet->emission)
+
+void np_stage_clear_emission(const np_stage_task *task) {
+  np_packet_emission *emission = &task->packet->emission;
+  for (unsigned i = 0; emission->groups && i < emission->group_count; i++) np_emission_clear(&emission->groups[i]);
+  np_alloc_free(task->in.part.context, emission->groups);
+  np_emission_clear(&emission->all);
+  *emission = (np_packet_emission){.groups = NULL};
 }

@@ -16,7 +16,7 @@
 
 static double get_time(const np_motion *m, int pose) { return m->open + (m->close - m->open) * pose / NP_MOTION_SPANS; }
 
-static neph_result make_camera(const np_stage_part *in, const np_scene_pose *pose, np_camera *out) {
+static neph_result make_camera(const np_motion_inputs *in, const np_scene_pose *pose, np_camera *out) {
   const neph_render_desc *desc = &in->plan->request.desc;
   return np_camera_make(in->scene->context, &pose->camera, desc->width, desc->height, desc->eye, out);
 }
@@ -41,7 +41,7 @@ static double compute_shift(const np_camera *from, const np_camera *to, double d
 }
 
 /* Lines between the poses err by a quarter of their error over twice the distance. */
-static void describe_camera(const np_stage_part *in, const np_motion *m) {
+static void describe_camera(const np_motion_inputs *in, const np_motion *m) {
   const double distance_m = np_scene_camera_get_target_m(&in->scene->camera);
   double error = 0.0;
   np_motion coarse = *m;
@@ -68,7 +68,7 @@ typedef struct cloud_velocity {
 } cloud_velocity;
 
 typedef struct moving_cloud {
-  const np_stage_part *in;
+  const np_motion_inputs *in;
   np_motion *motion;
   unsigned number;
   const np_scene_cloud *cloud;
@@ -77,8 +77,8 @@ typedef struct moving_cloud {
   const cloud_velocity *velocity; /* NULL: none has been read */
 } moving_cloud;
 
-static moving_cloud choose_cloud(const np_stage_part *in, np_motion *m, unsigned number) {
-  return (moving_cloud){in, m, number, &in->scene->clouds[number], &in->made->clouds[number], &m->clouds[number], NULL};
+static moving_cloud choose_cloud(const np_motion_inputs *in, np_motion *m, unsigned number) {
+  return (moving_cloud){in, m, number, &in->scene->clouds[number], &in->clouds->at[number], &m->clouds[number], NULL};
 }
 
 /* Maps the file to the world in a pose. Files of a sequence go by the box of another frame: they are moved, not turned.
@@ -154,7 +154,7 @@ static neph_result add_pose(const moving_cloud *c, const np_scene_pose *pose, do
   return NEPH_OK;
 }
 
-static neph_result add_poses(const np_stage_part *in, np_motion *m, const np_scene_pose *pose, double time,
+static neph_result add_poses(const np_motion_inputs *in, np_motion *m, const np_scene_pose *pose, double time,
                              int number) {
   neph_result result = NEPH_OK;
   for (unsigned i = 0; i < m->cloud_count && !result; i++) {
@@ -229,10 +229,10 @@ static neph_result build_velocity(moving_cloud *c, const char *path) {
   return result;
 }
 
-static neph_result add_velocity(const np_stage_part *in, np_motion *m, unsigned number) {
-  np_stage_part part = *in;
+static neph_result add_velocity(const np_motion_inputs *in, np_motion *m, unsigned number) {
+  np_stage_part part = in->part;
   part.cloud = number;
-  moving_cloud c = choose_cloud(&part, m, number);
+  moving_cloud c = choose_cloud(in, m, number);
   c.out->velocity_s = np_scene_get_frame_s(in->scene);
   if (np_scene_cloud_is_sequence(c.cloud)) c.out->velocity_s *= c.cloud->frame_speed;
   if (!c.parts->volume) return NEPH_OK;
@@ -251,7 +251,7 @@ static neph_result add_velocity(const np_stage_part *in, np_motion *m, unsigned 
 
 /* ---- The stage ---- */
 
-static neph_result build_pose(const np_stage_part *in, np_motion *m, double time, int number, np_camera *out) {
+static neph_result build_pose(const np_motion_inputs *in, np_motion *m, double time, int number, np_camera *out) {
   np_scene_pose pose;
   neph_result result = np_scene_pose_eval(in->scene, time, &pose);
   if (!result) result = make_camera(in, &pose, out);
@@ -260,8 +260,8 @@ static neph_result build_pose(const np_stage_part *in, np_motion *m, double time
   return result;
 }
 
-static neph_result build(const np_stage_part *in, np_motion *m) {
-  m->now = in->made->camera;
+static neph_result build(const np_motion_inputs *in, np_motion *m) {
+  m->now = *in->camera;
   neph_result result = build_pose(in, m, 1.0, NP_MOTION_POSES, &m->next);
   if (!result) result = build_pose(in, m, -1.0, NP_MOTION_POSES + 1, &m->previous);
   for (int k = 0; k < NP_MOTION_POSES && m->has_exposure && !result; k++)
@@ -273,21 +273,22 @@ static neph_result build(const np_stage_part *in, np_motion *m) {
   return result;
 }
 
-neph_result np_stage_build_motion(const np_stage_part *in) {
-  neph_context *context = in->made->context;
-  np_motion *m = in->picture->motion = np_alloc(context, 1, sizeof *m);
+static neph_result build_motion(const np_motion_inputs *in, np_motion **out) {
+  np_motion *m = *out = np_alloc(in->context, 1, sizeof *m);
   if (!m) return NEPH_ERROR_OUT_OF_MEMORY;
-  m->context = context;
+  m->context = in->context;
   m->has_exposure = in->scene->motion_blur.is_enabled;
   m->has_camera = m->has_exposure && np_scene_has_camera_tracks(in->scene);
   np_scene_get_exposure(in->scene, &m->open, &m->close);
-  m->cloud_count = in->made->cloud_count;
-  m->clouds = np_alloc(context, m->cloud_count, sizeof *m->clouds);
+  m->cloud_count = in->clouds->count;
+  m->clouds = np_alloc(in->context, m->cloud_count, sizeof *m->clouds);
   np_monitor_set_stage(in->monitor, "motion");
   return m->clouds ? build(in, m) : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
-void np_stage_clear_motion(const np_stage_part *in) {
-  np_motion_destroy(in->picture->motion);
-  in->picture->motion = NULL;
+NP_STAGE_BUILD(motion, motion, task->picture->motion)
+
+void np_stage_clear_motion(const np_stage_task *task) {
+  np_motion_destroy(task->picture->motion);
+  task->picture->motion = NULL;
 }

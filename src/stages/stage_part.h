@@ -8,34 +8,28 @@
 #include "plan/stage_rules.h"
 #include "scene/cloud_file.h"
 #include "stages/build_job.h"
-#include "stages/packet.h"
+#include "stages/stage_inputs.h"
 
-/* The argument of a row's functions: a part of its stage. They read the results of the stages that their row names, and
- * write the result of the part alone, in the place of its kind. */
-typedef struct np_stage_part {
-  const neph_scene *scene; /* NULL when parts are cleared, and the four below */
-  const np_plan *plan;
-  np_monitor *monitor;
-  const np_build_job *job;
-  np_schedule *schedule; /* shares of a time limit */
-  const np_assembly *made;
-  unsigned slot;           /* the part's place among those that later pictures reuse */
-  np_assembly *picture;    /* place of the result of a part per picture; else NULL, as is each below */
-  unsigned cloud;          /* number of the cloud of a part per cloud, … */
-  np_cloud_parts *parts;   /* … and place of its result */
-  np_light_caches *caches; /* place of the result of a part per light */
-  np_packet *packet;       /* place of the result of a part per packet; the packet of a part per light of a packet */
-  np_packet_light *light;  /* place of the result of a part per light of a packet */
-  void *key;               /* key by which later pictures may reuse the part; NULL: they may not */
-} np_stage_part;
+/* A part under work: the inputs of its maker, and the places of results. */
+typedef struct np_stage_task {
+  np_stage_inputs in;
+  np_assembly *picture;
+  np_cloud_parts *cloud;   /* the part's cloud; NULL: the part is of no cloud */
+  np_light_caches *caches; /* the part's light, else the first */
+  np_packet *packet;       /* the part's packet, else the first */
+  np_packet_light *light;  /* the part's light, else the first, in that packet */
+} np_stage_task;
 
-typedef neph_result np_stage_build_fn(const np_stage_part *in);
+/* Fills the inputs of a stage for a task whose part and places are set. */
+void np_stage_inputs_fill(np_stage stage, np_stage_task *at);
+
+typedef neph_result np_stage_build_fn(const np_stage_task *task);
 
 /* Results are cleared whether they were built whole, in part or not at all. */
-typedef void np_stage_clear_fn(const np_stage_part *in);
+typedef void np_stage_clear_fn(const np_stage_task *task);
 
 /* Completes a stage whose parts are built, and revises the plan where it has turned out to be less than planned. */
-typedef neph_result np_stage_finish_fn(const neph_scene *scene, np_assembly *made, np_plan *plan);
+typedef neph_result np_stage_finish_fn(const neph_scene *scene, np_assembly *picture, np_plan *plan);
 
 enum { NP_REASON_SIZE = 128 };
 
@@ -45,10 +39,9 @@ typedef struct np_stage_disk {
   bool has_isa; /* their bits depend on the instruction set */
 
   /* Adds to a key all that the bits of a result depend on; false: it is not to be kept. */
-  bool (*add_key)(const np_stage_part *in, np_hash *key);
-  void (*save)(const np_stage_part *in, np_cache_entry *entry); /* the result in its place */
-  neph_result (*load)(const np_stage_part *in,
-                      np_cache_entry *entry); /* loads it to its place, if the entry is whole */
+  bool (*add_key)(const np_stage_task *task, np_hash *key);
+  void (*save)(const np_stage_task *task, np_cache_entry *entry);        /* the result in its place */
+  neph_result (*load)(const np_stage_task *task, np_cache_entry *entry); /* … to its place, if the entry is whole */
   const char *state_kind; /* kind of entries of the same key with an unfinished result; NULL: there are none */
 } np_stage_disk;
 
@@ -60,52 +53,78 @@ typedef struct np_stage_reuse {
 
   /* Creates, as one block, the key of all that the result depends on; leaves it NULL where the result must not be
    * cached. */
-  neph_result (*get_key)(const np_stage_part *in, void **out_key);
+  neph_result (*get_key)(const np_stage_task *task, void **out_key);
 
-  /* Adapts a cached result to `in->key`, or fills the reason why it cannot; it was built for `cached_key`. */
-  neph_result (*adapt)(const np_stage_part *in, void *cached, const void *cached_key, char out_reason[NP_REASON_SIZE]);
+  /* Adapts a cached result to the part's key, or fills the reason why it cannot; it was built for `cached_key`. */
+  neph_result (*adapt)(const np_stage_task *task, void *cached, const void *cached_key,
+                       char out_reason[NP_REASON_SIZE]);
 
-  void *(*exchange)(const np_stage_part *in, void *result); /* puts a result, or NULL, in its place; returns the old */
-  np_stage_build_fn *make;                                  /* where none was cached */
-  void (*destroy)(void *result);                            /* NULL changes nothing */
-  const np_stage_disk *disk;                                /* NULL: kept in memory alone */
+  /* Puts a result, or NULL, in its place, and returns the old one. */
+  void *(*exchange)(const np_stage_task *task, void *result);
+
+  np_stage_build_fn *make;       /* where none was cached */
+  void (*destroy)(void *result); /* NULL changes nothing */
+  const np_stage_disk *disk;     /* NULL: kept in memory alone */
 } np_stage_reuse;
 
-/* Defines the reuse of a stage whose result is at `place` of its part, by the functions get_NAME_key and make_NAME. */
-#define NP_STAGE_REUSE(name, place, kind, is_of_content, adapt, destroy, disk)                                         \
-  static void *exchange_##name(const np_stage_part *in, void *result) {                                                \
+/* The functions of a stage are given its inputs and the place of its result, and nothing else of the picture.
+ * NP_STAGE_BUILD defines the function of a row by build_WHAT, … */
+#define NP_STAGE_BUILD(what, stage, place)                                                                             \
+  neph_result np_stage_build_##what(const np_stage_task *task) { return build_##what(&task->in.stage, &(place)); }
+
+/* … NP_STAGE_DISK the keeping on disk, by `add_key`, `save` and `load`, … */
+#define NP_STAGE_DISK(stage, place, kind, has_isa, add_key, save, load, state_kind)                                    \
+  static bool add_key_of_##stage(const np_stage_task *task, np_hash *key) { return add_key(&task->in.stage, key); }    \
+  static void save_##stage(const np_stage_task *task, np_cache_entry *entry) { save(&task->in.stage, place, entry); }  \
+  static neph_result load_##stage(const np_stage_task *task, np_cache_entry *entry) {                                  \
+    return load(&task->in.stage, entry, &(place));                                                                     \
+  }                                                                                                                    \
+  static const np_stage_disk stage##_disk = {kind, has_isa, add_key_of_##stage, save_##stage, load_##stage, state_kind}
+
+/* … and NP_STAGE_REUSE the reuse, by get_STAGE_key, make_STAGE, `adapt` and `destroy`. */
+#define NP_STAGE_REUSE(stage, place, kind, is_of_content, adapt, destroy, disk)                                        \
+  static neph_result get_key_of_##stage(const np_stage_task *task, void **out_key) {                                   \
+    return get_##stage##_key(&task->in.stage, out_key);                                                                \
+  }                                                                                                                    \
+  static neph_result adapt_part_of_##stage(const np_stage_task *task, void *cached, const void *cached_key,            \
+                                           char out_reason[NP_REASON_SIZE]) {                                          \
+    return adapt(&task->in.stage, cached, cached_key, out_reason);                                                     \
+  }                                                                                                                    \
+  static void *exchange_##stage(const np_stage_task *task, void *result) {                                             \
     void *old = place;                                                                                                 \
     place = result;                                                                                                    \
     return old;                                                                                                        \
   }                                                                                                                    \
-  const np_stage_reuse np_stage_reuse_##name = {                                                                       \
-      kind, is_of_content, get_##name##_key, adapt, exchange_##name, make_##name, destroy, disk}
+  static neph_result make_part_of_##stage(const np_stage_task *task) {                                                 \
+    return make_##stage(&task->in.stage, &(place));                                                                    \
+  }                                                                                                                    \
+  const np_stage_reuse np_stage_reuse_##stage = {                                                                      \
+      kind,    is_of_content, get_key_of_##stage, adapt_part_of_##stage, exchange_##stage, make_part_of_##stage,       \
+      destroy, disk}
 
 extern const np_stage_reuse np_stage_reuse_terrain, np_stage_reuse_volumes, np_stage_reuse_atmosphere,
     np_stage_reuse_camera_sky, np_stage_reuse_cloud_sky, np_stage_reuse_water_sky, np_stage_reuse_sun_optical_depth,
     np_stage_reuse_ordinates, np_stage_reuse_viewer_light, np_stage_reuse_ground_clouds;
 
 /* Takes a part's result from disk to its place, where it is kept there; a part whose key is not known has none. */
-bool np_stage_disk_load(const np_stage_reuse *reuse, const np_stage_part *part);
-
-/* The key of a part's result on disk; false: it is not to be kept. */
-bool np_stage_disk_compute_key(const np_stage_disk *disk, const np_stage_part *part, char out_key[33]);
+bool np_stage_disk_load(const np_stage_reuse *reuse, const np_stage_task *task);
 
 /* Locks a part's result on disk: other processes that need it wait for the release. Waits for a process that has the
  * lock. */
-neph_result np_stage_disk_lock(const np_stage_reuse *reuse, const np_stage_part *part, np_cache_lock *out_lock);
+neph_result np_stage_disk_lock(const np_stage_reuse *reuse, const np_stage_task *task, np_cache_lock *out_lock);
 
 /* Saves a part's result on disk, where the context has a cache. */
-void np_stage_disk_save(const np_stage_reuse *reuse, const np_stage_part *part);
+void np_stage_disk_save(const np_stage_reuse *reuse, const np_stage_task *task);
 
 /* Adds the terrain to a key; false: calls have built it, and it has no key. */
 bool np_stage_add_terrain_key(const np_stage_part *in, np_hash *key);
 
+/* Albedo of the planet, in the scene's reference bands; `terrain` may be NULL. */
+void np_stage_get_ground_albedo(const np_stage_part *in, const neph_terrain *terrain, const np_picture_lights *lights,
+                                double out[NP_BAND_COUNT]);
+
 /* The file of a part's cloud in the frame, its path to be freed; without one: it has none, or none as coarse. */
 neph_result np_stage_get_cloud_file(const np_stage_part *in, np_cloud_file *out_file);
-
-/* Albedo of the planet, in the scene's reference bands. */
-void np_stage_get_ground_albedo(const np_stage_part *in, double out[NP_BAND_COUNT]);
 
 np_stage_build_fn np_stage_build_packets, np_stage_build_lights, np_stage_build_packet_lights, np_stage_build_cloud,
     np_stage_build_color_fit, np_stage_build_star_map, np_stage_build_catalogue, np_stage_build_visibility,
@@ -120,11 +139,13 @@ np_stage_clear_fn np_stage_clear_packets, np_stage_clear_lights, np_stage_clear_
 
 np_stage_finish_fn np_stage_finish_volumes;
 
-/* Sun optical depths of a light, cached where the plan has a cache. */
-np_sun_optical_depths np_stage_get_depths(const np_stage_part *in, const np_packet_light *light);
+/* Sun optical depths of a world's light, cached where the plan has a cache. */
+static inline np_sun_optical_depths np_stage_get_depths(const np_world *world, const np_sun_optical_depth *depth) {
+  return (np_sun_optical_depths){&world->clouds, depth};
+}
 
-/* The camera's sky by a part's light in its packet's bands, with all of the light in the air, where the picture traces
- * that and has no tables of it. NULL: the light is dark. */
-neph_result np_stage_create_sky(const np_stage_part *in, neph_sky **out_sky);
+/* The camera's sky by a light in a packet's bands, with all of the light in the air, where the picture traces that and
+ * has no tables of it. NULL: the light is dark. */
+neph_result np_stage_create_sky(const np_color_fit_inputs *in, neph_sky **out_sky);
 
 #endif

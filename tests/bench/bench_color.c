@@ -86,7 +86,7 @@ static void light_ground(const np_assembly *a, const double albedo[3], np_spectr
   for (int i = 0; i < 3; i++) out[i] = np_spectrum_grey(0.0f);
   for (unsigned p = 0; p < a->packet_count; p++) {
     const np_packet *packet = &a->packets[p];
-    const np_spectrum share = np_packet_convert_albedo(packet, a, albedo);
+    const np_spectrum share = np_picture_color_convert_albedo(&a->color, &packet->bands, albedo);
     double sun[3], sky[3];
     neph_sky_get_irradiance(packet->lights[0].camera_sky, sun, sky);
     out[0] = np_packet_add_color(packet, out[0], np_spectrum_multiply(share, spectrum_of(sun)));

@@ -90,11 +90,11 @@ typedef struct places {
 /* True in cloud. */
 static void draw_places(const np_assembly *a, places *out) {
   np_random random = np_random_start(1, 2, 3, 4, 5);
-  const np_dvec3 low = a->clouds_min, size = np_dvec3_subtract(a->clouds_max, low);
+  const np_dvec3 low = a->clouds.low, size = np_dvec3_subtract(a->clouds.high, low);
   for (int n = 0; n < PLACES;) {
     const double x = np_random_double(&random), y = np_random_double(&random), z = np_random_double(&random);
     out->at[n] = np_dvec3_make(low.x + x * size.x, low.y + y * size.y, low.z + z * size.z);
-    n += np_instance_extinction(&a->clouds[0].placed, out->at[n]) > 0.0f;
+    n += np_instance_extinction(&a->clouds.at[0].placed, out->at[n]) > 0.0f;
   }
 }
 
