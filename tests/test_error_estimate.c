@@ -148,7 +148,7 @@ static double measure_error(neph_context *context, neph_image *image, const char
   return sqrt(fmax(sum / count, 0.0));
 }
 
-/* The model of the bias is good to a factor of 1.8, one standard deviation; these pictures have 576 pixels. Thermals in
+/* The model of the bias is good to a factor of 2, one standard deviation; these pictures have 576 pixels. Thermals in
  * voxels of a billow are its worst case: 2.0 and 2.3 times too much against 2048 samples a pixel; 3 is the promise. */
 static void stated_error_is_near_the_true_one(void **state) {
   (void)state;

@@ -3,6 +3,10 @@
 
 #include "plan/error_forecast.h"
 
+/* Edges err more than the middles of clouds, and few clouds have more of an edge each: the error falls as this power of
+ * the mean square of the opacity. */
+static const double cover_exponent = 0.25;
+
 /* Figures of the clouds and their lights, the worst of all. */
 typedef struct cloud_light {
   double cell_error; /* error of the solved multiple scattering; 0: it is not solved */
@@ -77,7 +81,8 @@ static double sum_forecasts(const np_plan *plan) {
 static double combine(const np_plan *plan, const cloud_light *light, double tolerance, double cover) {
   const double rest = hypot(sum_forecasts(plan), plan->decisions.left_out.share);
   if (!np_plan_needs(plan, NP_STAGE_VOLUMES)) return rest;
-  const double cells = hypot(np_bias_of_cells(light->cell_error, light->albedo, light->sine), light->solution);
+  const double solved = hypot(np_bias_of_cells(light->cell_error, light->albedo, light->sine), light->solution);
+  const double cells = pow(cover, cover_exponent) * solved;
   const double steps = np_bias_terms.steps * tolerance;
   const double method = np_bias_of_method(plan->request.desc.multiple_scattering, cover);
   np_log(plan->request.context, NEPH_LOG_DEBUG,
@@ -91,5 +96,5 @@ np_bias_model np_bias_model_make(const np_frame *f, const np_plan *plan) {
   if (f->desc->integrator == NEPH_INTEGRATOR_PATH) return make_of_path(f, plan);
   const cloud_light light = look_at_light(f->assembly);
   return (np_bias_model){combine(plan, &light, (double)f->settings.tolerance, compute_cover(f)),
-                         light.has_emission ? 3.0 : 1.8};
+                         light.has_emission ? 3.0 : 2.0};
 }

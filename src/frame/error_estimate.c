@@ -4,7 +4,7 @@
 
 #include "core/alloc.h"
 #include "core/text.h"
-#include "frame/bias_model.h"
+#include "frame/bias_measure.h"
 #include "image/image_private.h"
 #include "plan/stage_rules.h"
 
@@ -12,13 +12,8 @@ static const double normal_quantile_975 = 1.959963984540054;
 
 static const neph_bounded unknown = {(double)NAN, (double)NAN, (double)NAN};
 
-/* A square with its standard deviation. */
-typedef struct uncertain {
-  double value, deviation;
-} uncertain;
-
 /* Root of a square whose logarithm is spread normally. */
-static neph_bounded take_root(uncertain square) {
+static neph_bounded take_root(np_uncertain square) {
   if (!(square.value > 0.0))
     return (neph_bounded){square.value == 0.0 ? 0.0 : (double)NAN, 0.0, sqrt(square.deviation)};
   const double factor = exp(0.5 * normal_quantile_975 * square.deviation / square.value), root = sqrt(square.value);
@@ -43,7 +38,7 @@ static double get_mean(const np_error_probe *p) { return 0.5 * (p->half[0] + p->
 /* Σ share·value over Σ share, over the probes that count, and its standard deviation. */
 typedef double measure_fn(const np_error_probe *p);
 
-static uncertain average(const np_error_probes *probes, unsigned count, measure_fn *measure) {
+static np_uncertain average(const np_error_probes *probes, unsigned count, measure_fn *measure) {
   double sum = 0.0, shares = 0.0, residual2 = 0.0, n = 0.0;
   for (unsigned i = 0; i < count; i++) {
     const np_error_probe *p = &probes->probe[i];
@@ -57,7 +52,7 @@ static uncertain average(const np_error_probes *probes, unsigned count, measure_
     const np_error_probe *p = &probes->probe[i];
     if (get_mean(p) > probes->dim) residual2 += pow(p->share * (measure(p) - mean) / shares, 2.0);
   }
-  return (uncertain){mean, sqrt(residual2 * n / fmax(n - 1.0, 1.0))};
+  return (np_uncertain){mean, sqrt(residual2 * n / fmax(n - 1.0, 1.0))};
 }
 
 static double get_noise(const np_error_probe *p) { return p->variance / (get_mean(p) * get_mean(p)); }
@@ -66,7 +61,7 @@ static double get_noise(const np_error_probe *p) { return p->variance / (get_mea
 static neph_bounded estimate_noise(const np_error_probes *probes, const evenness *left, double samples) {
   if (probes->count >= PROBES_MIN) return take_root(average(probes, probes->count, get_noise));
   if (samples < 2.0) return unknown;
-  return take_root((uncertain){left->share * probes->by_samples, left->deviation * probes->by_samples});
+  return take_root((np_uncertain){left->share * probes->by_samples, left->deviation * probes->by_samples});
 }
 
 /* ---- Bias ---- */
@@ -78,42 +73,24 @@ static double get_bias(const np_error_probe *p) {
   return (p->traced[0] - p->half[0]) * (p->traced[1] - p->half[1]) / (mean * mean);
 }
 
-enum { BIAS_STEPS = 400 };
-
-/* Weight of a square b² by the model, whose logarithm is spread normally, and by what was measured, whose spread few
- * products know only roughly: Student's distribution of four degrees. */
-static double weigh_bias(double b2, const np_bias_model *model, const uncertain *measured) {
-  const double model_z = log(b2 / (model->bias * model->bias)) / (2.0 * log(model->factor));
-  const double z = measured->deviation > 0.0 ? (measured->value - b2) / measured->deviation : 0.0;
-  return exp(-0.5 * model_z * model_z) * pow(1.0 + 0.25 * z * z, -2.5);
-}
-
-/* Mean of log b and its bounds, over four decades of b². */
-static neph_bounded combine(const np_bias_model *model, const uncertain *measured) {
-  double weight[BIAS_STEPS], all = 0.0, mean = 0.0, below = 0.0;
-  const double lowest = log(model->bias) - log(1e2), step = 2.0 * log(1e2) / BIAS_STEPS;
-  for (int i = 0; i < BIAS_STEPS; i++) {
-    weight[i] = weigh_bias(exp(2.0 * (lowest + i * step)), model, measured);
-    all += weight[i];
-    mean += weight[i] * (lowest + i * step);
-  }
-  neph_bounded out = {exp(mean / all), exp(lowest), exp(lowest)};
-  for (int i = 0; i < BIAS_STEPS; i++) {
-    if (below < 0.025 * all) out.min = exp(lowest + i * step);
-    if (below < 0.975 * all) out.max = exp(lowest + i * step);
-    below += weight[i];
-  }
-  return out;
-}
+/* Relative difference of the tracer from the frame: its mean over the picture is the part of the bias that has one
+ * sign, and is known to a percent where the square of a pixel's is not. */
+static double get_shift(const np_error_probe *p) { return 0.5 * (p->traced[0] + p->traced[1]) / get_mean(p) - 1.0; }
 
 /* A measure that says less than the model is of no weight; without one the model is alone. */
-static neph_bounded estimate_bias(const np_bias_model *model, const np_error_probes *probes, bool *out_is_measured) {
+static neph_bounded estimate_bias(neph_context *context, const np_bias_model *model, const np_error_probes *probes,
+                                  bool *out_is_measured) {
   *out_is_measured = false;
   if (!(model->bias > 0.0)) return (neph_bounded){0.0, 0.0, 0.0};
-  uncertain measured = {0.0, 0.0};
-  if (probes->traced_count >= PROBES_MIN) measured = average(probes, probes->traced_count, get_bias);
-  *out_is_measured = measured.deviation > 0.0 && measured.deviation < 2.0 * model->bias * model->bias;
-  return combine(model, &measured);
+  np_bias_measure measured = {{0.0, 0.0}, {0.0, 0.0}};
+  if (probes->traced_count >= PROBES_MIN)
+    measured = (np_bias_measure){average(probes, probes->traced_count, get_bias),
+                                 average(probes, probes->traced_count, get_shift)};
+  *out_is_measured = measured.shift.deviation > 0.0 && measured.shift.deviation < 0.5 * model->bias;
+  np_log(context, NEPH_LOG_DEBUG, "bias by the tracer: mean %.2g ± %.2g, square %.2g ± %.2g, of %u pixels; model %.2g",
+         measured.shift.value, measured.shift.deviation, measured.square.value, measured.square.deviation,
+         probes->traced_count, model->bias);
+  return np_bias_combine(model, &measured);
 }
 
 /* ---- Both ---- */
@@ -126,14 +103,14 @@ static neph_bounded add_squares(const neph_bounded *a, const neph_bounded *b) {
   return (neph_bounded){sqrt(square), sqrt(fmax(square - less, 0.0)), sqrt(square + more)};
 }
 
-/* Samples for each predicted second of the frame that the march takes again, and the tracer: some 2 % of its time
- * each. */
-static const double samples_per_s = 1100.0, traced_per_s = 250.0;
+/* Samples for each predicted second of the frame that the march takes again, some 2 % of its time, and the tracer, some
+ * 4 %; the tracer's samples from which it shows anything, and the time of frames that can pay for them. */
+static const double samples_per_s = 1100.0, traced_per_s = 600.0, traced_least = 2400.0, traced_from_s = 2.0;
 
 /* Share of the frame's own samples, where those are what takes the time. */
 static const double samples_share = 0.02;
 
-enum { PROBES_MAX = 256, TRACED_PROBES_MAX = 32, TRACED_SAMPLES_PER_PROBE = 60, SEEDS_MIN = 8, SAMPLES_MIN = 32 };
+enum { PROBES_MAX = 256, TRACED_PROBES_MAX = 64, TRACED_SAMPLES_PER_PROBE = 60, SEEDS_MIN = 8, SAMPLES_MIN = 32 };
 
 /* Seeds by which a pixel of so many samples shows its variance and its mean. */
 static unsigned count_seeds(double samples) {
@@ -185,13 +162,14 @@ static neph_result sample_probes(const np_frame *f, const np_plan *plan, np_erro
   return result || !out->count ? result : np_error_probes_sample(f, seeds, out);
 }
 
-/* The tracer is stopped at a tenth of what the frame took. */
+/* The tracer is stopped at a quarter of what the frame took. */
 static neph_result trace_probes(const np_frame *f, const np_plan *plan, np_error_probes *probes) {
-  const double samples = traced_per_s * predict_time(plan) / plan->decisions.packet_count;
+  const double time_s = predict_time(plan), least = time_s >= traced_from_s ? get_share(plan) * traced_least : 0.0;
+  const double samples = fmax(traced_per_s * time_s, least) / plan->decisions.packet_count;
   const double most = fmax(get_share(plan) * TRACED_PROBES_MAX, PROBES_MIN);
   const double count = fmin(fmin(samples / TRACED_SAMPLES_PER_PROBE, most), probes->count);
   if (f->desc->integrator == NEPH_INTEGRATOR_PATH || count < PROBES_MIN) return NEPH_OK;
-  np_monitor_begin_budget(f->monitor, fmin(1.1 * np_monitor_get_seconds(f->monitor), f->assembly->schedule.limit_s));
+  np_monitor_begin_budget(f->monitor, fmin(1.25 * np_monitor_get_seconds(f->monitor), f->assembly->schedule.limit_s));
   neph_result result = np_error_probes_trace(f, (unsigned)count, (unsigned)(0.5 * samples / floor(count)), probes);
   const bool is_cut = np_monitor_end_budget(f->monitor);
   if (is_cut) probes->traced_count = 0;
@@ -207,7 +185,7 @@ neph_result np_frame_estimate_error(const np_frame *f, const np_plan *plan, np_f
   if (!result && probes.pixel_count > 0.0) {
     const np_bias_model model = np_bias_model_make(f, plan);
     out->noise = estimate_noise(&probes, is_path ? &path_evenness : &march_evenness, get_mean_samples(f));
-    out->bias = estimate_bias(&model, &probes, &out->is_bias_measured);
+    out->bias = estimate_bias(f->assembly->context, &model, &probes, &out->is_bias_measured);
     out->total = add_squares(&out->noise, &out->bias);
   }
   np_error_probes_clear(f, &probes);

@@ -11,10 +11,11 @@
 #include "plan/stage_decisions.h"
 #include "transport/scattering_field.h"
 
-const np_bias_term_table np_bias_terms = {.air = 0.01, .clear_air = 0.005, .steps = 0.15, .emission = 0.15};
+const np_bias_term_table np_bias_terms = {.air = 0.015, .clear_air = 0.005, .steps = 0.15, .emission = 0.15};
 
 /* The expected error of a solution's cells is a mean: the error of pixels is so many times as large under a high sun,
- * and grows as it sinks, as light goes through more cells: by the hypotenuse of 1 and this over its sine. */
+ * and grows as it sinks, as its light goes through more cells: by the hypotenuse of 1 and this over its sine. A sun
+ * below the horizon soon leaves clouds to the sky's even light. */
 static const double cells_to_pixels = 1.5, low_sun = 0.12, sine_min = 0.03;
 
 /* Approximations of multiple scattering, over the clouds: rms in blocks of docs/results/approximations.md. */
@@ -37,7 +38,8 @@ static const double residual_share = 0.25, degree_bias = 0.012;
 
 /* Light that was scattered n times has the n-th power of the albedo; some four times are left to the cells. */
 double np_bias_of_cells(double cell_error, double albedo, double sine) {
-  return cells_to_pixels * cell_error * pow(albedo, 4.0) * hypot(1.0, low_sun / fmax(sine, sine_min));
+  const double risen = np_clamp(0.5 + 0.5 * sine / sine_min, 0.0, 1.0), low = risen * low_sun / fmax(sine, sine_min);
+  return cells_to_pixels * cell_error * pow(albedo, 4.0) * hypot(1.0, low);
 }
 
 double np_bias_of_solution(unsigned degree, double residual) {

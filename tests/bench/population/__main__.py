@@ -10,12 +10,14 @@ import numpy
 
 from pictures import Refused, compute_regions, render, run
 from report import print_page
-from scenes import draw_points, draw_scene
+from scenes import draw_heights, draw_points, draw_scene
 
 SPREAD = 0.02  # relative standard error of a region's reference below which it counts as resolved
 SEEDS = 4
 SAMPLES_FIRST = 32
 COVER_LEAST = 0.02  # mean opacity of clouds in a picture that shows some
+DIM = 0.01  # luminance over the picture's mean below which a pixel says nothing of relative errors
+LUMINANCE = numpy.array([0.2126, 0.7152, 0.0722])  # of Rec. 709, ITU-R BT.709
 
 
 def import_clouds(nephos, scene, folder, name):
@@ -41,13 +43,25 @@ def import_clouds(nephos, scene, folder, name):
         if deepen:
             placed["optical_depth"] = 20 * deepen
         if emits:
-            placed["emission"] = {"flame": "density", "kelvin": "2500 K", "absorption": "0.002 1/m"}
+            placed["emission"] = {"flame": "density", "temperature": "none", "offset": "2500 K",
+                                  "absorption": "0.002 1/m"}
         scene["clouds"][i] = placed
+
+
+def write_heights(scene, folder, name):
+    """Puts a file of the folder in the place of drawn heights."""
+    field = scene.get("terrain", {}).get("heightfield")
+    if not field:
+        return
+    heights = draw_heights(**field)
+    heights.tofile(os.path.join(folder, name + ".raw"))
+    scene["terrain"].update(heightfield=name + ".raw", raw={"size": list(heights.shape), "type": "float32"})
 
 
 def write_scene(nephos, point, folder, name):
     """File of a drawn scene, and its kinds."""
     scene, kinds = draw_scene(point)
+    write_heights(scene, folder, name)
     import_clouds(nephos, scene, folder, name)
     path = os.path.join(folder, name + ".yaml")
     with open(path, "w") as out:
@@ -56,18 +70,18 @@ def write_scene(nephos, point, folder, name):
 
 
 def render_reference(nephos, scene, stem, size, limit):
-    """Mean of the reference's regions, their relative standard errors, and its CPU seconds. Samples double until the
-    regions that see anything are resolved, or the limit on CPU seconds is reached."""
-    samples, seconds, sums, weight = SAMPLES_FIRST, 0.0, None, 0
+    """Mean of the reference's regions, their relative standard errors, its CPU seconds, and the picture of each seed.
+    Samples double until the regions that see anything are resolved, or the limit on CPU seconds is reached."""
+    samples, seconds, sums, pictures, weight = SAMPLES_FIRST, 0.0, 0.0, 0.0, 0
     while True:
         parts = []
         for seed in range(SEEDS):
             picture, _, facts = render(nephos, scene, f"{stem}.path{samples}.{seed}.exr", *size, "--integrator", "path",
                                        "--samples", samples, "--set", f"render.seed={1000 * samples + seed}")
-            parts.append(compute_regions(picture))
+            parts.append(picture)
             seconds += facts["cpu_seconds"]
-        new = samples * numpy.stack(parts)
-        sums = new if sums is None else sums + new
+        pictures = pictures + samples * numpy.stack(parts).astype(numpy.float64)
+        sums = sums + samples * numpy.stack([compute_regions(part) for part in parts])
         weight += samples
         means = sums / weight
         mean = means.mean(0)
@@ -76,8 +90,22 @@ def render_reference(nephos, scene, stem, size, limit):
         is_seen = mean.max(1) > 1e-3 * mean.max()
         is_resolved = (error < SPREAD).all(1) & is_seen
         if is_resolved.sum() >= 0.85 * is_seen.sum() or 3.0 * seconds > limit:
-            return mean, error, is_resolved, is_seen, seconds
+            return mean, error, is_resolved, is_seen, seconds, pictures / weight
         samples *= 2
+
+
+def compare_pixels(marches, paths):
+    """Bias of a pixel, its bounds of three deviations, and its error, as docs/error.md defines them. Products of
+    differences by two seeds of each integrator hold no noise."""
+    marches, paths = [m @ LUMINANCE for m in marches], [p @ LUMINANCE for p in paths]
+    mean = 0.5 * (marches[0] + marches[1])
+    is_bright = mean > DIM * mean.mean()
+    products = [((paths[a] - marches[0]) * (paths[b] - marches[1]) / mean ** 2)[is_bright].mean()
+                for a in range(len(paths)) for b in range(len(paths)) if a != b]
+    noise2 = (0.5 * (marches[0] - marches[1]) ** 2 / mean ** 2)[is_bright].mean()
+    bias2, deviation = max(numpy.mean(products), 0.0), numpy.std(products, ddof=1) / len(paths) ** 0.5
+    bounds = [max(bias2 + sign * 3 * deviation, 0.0) ** 0.5 for sign in (-1, 1)]
+    return bias2 ** 0.5, bounds, (bias2 + noise2) ** 0.5
 
 
 def measure(nephos, point, folder, name, options):
@@ -90,20 +118,15 @@ def measure(nephos, point, folder, name, options):
     predicted = json.loads(run(nephos, "render", scene, *size, "--explain", "--json", "-q")[0])["prediction"]
     march, cover, facts = render(nephos, scene, stem + ".march.exr", *size)
     again, _, _ = render(nephos, scene, stem + ".again.exr", *size, "--set", "render.seed=77")
-    reference, error, is_resolved, is_seen, seconds = render_reference(nephos, scene, stem, size, options.limit)
+    reference, error, is_resolved, is_seen, seconds, paths = render_reference(nephos, scene, stem, size, options.limit)
     first, second = compute_regions(march), compute_regions(again)
     with numpy.errstate(divide="ignore", invalid="ignore"):
         bias = (0.5 * (first + second) / reference - 1.0)[is_resolved]
-    # Noise of a pixel by the difference of two seeds; squares of the reference's own noise are taken out of the bias's.
-    mean_square = (reference[is_resolved] ** 2).sum()
-    rest = ((0.5 * (first + second) - reference)[is_resolved] ** 2 - (error * reference)[is_resolved] ** 2).sum()
-    noise2 = 0.5 * ((march - again) ** 2).sum() / (0.25 * (march + again) ** 2).sum()
-    true_bias2 = max(rest, 0.0) / mean_square if mean_square > 0 else 0.0
+    true_bias, bounds, true_error = compare_pixels((march, again), paths)
     return {
         "name": name, "kinds": kinds, "bias": bias.tolist(), "error": error[is_resolved].tolist(),
         "place": numpy.flatnonzero(is_resolved).tolist(), "seen": int(is_seen.sum()),
-        "true_bias": float(true_bias2 ** 0.5), "true_error": float((true_bias2 + noise2) ** 0.5),
-        "bias_noise": float((error[is_resolved] ** 2).mean() ** 0.5) if is_resolved.any() else 0.0,
+        "true_bias": true_bias, "bias_bounds": bounds, "true_error": true_error,
         "stated_bias": facts["bias"], "stated_error": facts["error"],
         "seconds": facts["seconds"], "predicted_seconds": predicted["seconds"],
         "bytes": facts["memory_bytes"], "predicted_bytes": predicted["bytes"],

@@ -3,6 +3,7 @@
 
 import math
 
+import numpy
 from scipy.stats import qmc
 
 # Presets of the bake with the height of their base and their usual voxel, m.
@@ -57,7 +58,7 @@ def draw_cloud(p, kind, number):
 def draw_ground(p):
     """Keys of the ground, and the height of its hills, m."""
     albedo = round(mix(p["albedo"], 0.0, 0.9), 3)
-    kind = pick(p["ground"], ("flat", "flat", "ridges", "ridges", "water", "snow"))
+    kind = pick(p["ground"], ("flat", "flat", "ridges", "height field", "water", "snow"))
     if kind == "flat":
         return kind, {"atmosphere": {"ground_albedo": albedo}}, 0.0
     if kind == "snow":
@@ -65,8 +66,22 @@ def draw_ground(p):
     if kind == "water":
         return kind, {"water": {"wind": f"{mix_log(p['relief'], 2, 15):.1f} m/s"}}, 0.0
     relief = mix(p["relief"], 200, 1800)
+    if kind == "height field":
+        field = {"seed": 1 + int(p["seed"] * 1e4), "relief": relief}
+        return kind, {"terrain": {"heightfield": field, "width": "36 km", "albedo": albedo}}, relief
     ridges = {"seed": 1 + int(p["seed"] * 1e4), "relief": f"{relief:.0f} m", "samples": 257}
     return kind, {"terrain": {"ridges": ridges, "width": "36 km", "albedo": albedo}}, relief
+
+
+def draw_heights(seed, relief, size=257):
+    """Heights in m, the lowest 0: noise whose amplitude falls as the frequency to the power 1.8."""
+    random = numpy.random.default_rng(seed)
+    frequency = numpy.hypot(*numpy.meshgrid(numpy.fft.fftfreq(size), numpy.fft.rfftfreq(size), indexing="ij"))
+    frequency[0, 0] = numpy.inf
+    phases = numpy.exp(2j * math.pi * random.random(frequency.shape))
+    heights = numpy.fft.irfft2(phases * frequency ** -1.8, (size, size))
+    heights -= heights.min()
+    return (relief / heights.max() * heights).astype("<f4")
 
 
 def draw_camera(p, base, extent, relief):
