@@ -36,11 +36,11 @@ static int set_up(void **state) { return test_set_up(state, 1, NULL); }
 #define FIRE(keys) BOXES("extinction: 0.01 1/m, emission: {offset: 1500 K, " keys "}") QUICK
 #define SCATTERING(method) CLOUD("") "render: {samples: 1, multiple_scattering: " method "}\n"
 #define MOTION                                                                                                         \
-  VIEW("motion_blur: {shutter: 0.5}, ") NO_AIR HILLS QUICK                                                             \
-  "animate: {camera.position: [[1, [0, -300 m, 60 m]], [9, [80 m, -300 m, 60 m]]]}\n"
+  VIEW("motion_blur: {shutter: 0.5}, ")                                                                                \
+  NO_AIR HILLS QUICK "animate: {camera.position: [[1, [0, -300 m, 60 m]], [9, [80 m, -300 m, 60 m]]]}\n"
 #define ROCK                                                                                                           \
-  LOW NO_AIR QUICK                                                                                                     \
-  "terrain: {ridges: {samples: 33, relief: 100 m, ridge: 200 m}, width: 1 km, rock: {slope: 1 deg}}\n"
+  LOW NO_AIR QUICK "terrain: {ridges: {samples: 33, relief: 100 m, ridge: 200 m}, width: 1 km, rock: {slope: 1 "       \
+                   "deg}}\n"
 #define RAW                                                                                                            \
   LOW NO_AIR QUICK "terrain: {heightfield: heights.raw, raw: {size: [4, 4]}, width: 600 m, height_max: 100 m}\n"
 #define SOLID                                                                                                          \
@@ -222,6 +222,8 @@ static const struct {
     {"clouds[].liquid_water.r_eff", BOXES("liquid_water: {r_eff: 10 um}") QUICK, NULL},
     {"clouds[].ramp.low_cut", NULL, "0.7"},
     {"clouds[].ramp.gamma", NULL, "2"},
+    {"clouds[].interpolation", BOXES("extinction: 0.01 1/m") QUICK, "nearest"},
+    {"clouds[].repeat", BOXES("extinction: 0.01 1/m") QUICK, "file"},
     {"clouds[].phase.hg", CLOUD("phase: {hg: 0.5}") QUICK, NULL},
     {"clouds[].phase.two_lobe.forward", CLOUD("phase: {two_lobe: {}}") QUICK, "0.5"},
     {"clouds[].phase.two_lobe.backward", CLOUD("phase: {two_lobe: {}}") QUICK, "-0.1"},

@@ -250,7 +250,9 @@ static void write_document(const np_key *key, const char *value, char *out, size
                             !strncmp(key->path, "terrain.snow.", strlen("terrain.snow.")) ||
                             !strncmp(key->path, "terrain.raw.", strlen("terrain.raw."));
   const bool is_of_shape = !strncmp(key->path, "clouds[].bake.shape.", strlen("clouds[].bake.shape."));
-  const char *source = has_file ? ", vdb: a.#.vdb, extinction: 1" : ", bake: {}";
+  const char *source = !strcmp(key->path, "clouds[].repeat") ? ", vdb: a.vdb, extinction: 1"
+                       : has_file                            ? ", vdb: a.#.vdb, extinction: 1"
+                                                             : ", bake: {}";
   snprintf(inner, sizeof inner, "%s: %s%s", np_key_get_name(key), value, get_companion(key));
   for (const np_key *section = np_key_get_parent(key); section; section = np_key_get_parent(section)) {
     const char *name = np_key_get_name(section);

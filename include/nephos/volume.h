@@ -25,6 +25,12 @@ typedef enum neph_import_policy {
   NEPH_IMPORT_REPAIR  /**< take them as 0, counted in a warning */
 } neph_import_policy;
 
+/** Value between the samples of a grid. */
+typedef enum neph_interpolation {
+  NEPH_INTERPOLATION_LINEAR, /**< trilinear */
+  NEPH_INTERPOLATION_NEAREST /**< the nearest sample's, so that a step from sample to sample stays sharp */
+} neph_interpolation;
+
 /** Map from a file's values v to a density: gain · max(v + offset, 0)^gamma where v > low_cut, else 0. */
 typedef struct neph_volume_ramp {
   double low_cut, offset, gain, gamma; /**< default 0, 0, 1, 1: v; low_cut and gain ≥ 0, gamma > 0 */
@@ -44,13 +50,20 @@ typedef struct neph_volume_load_desc {
   void *progress_user;       /**< default NULL */
   bool is_halved;            /**< voxels are twice as long, each the mean of eight; with levels of detail, the finest
                                   level is merged into the next (default false) */
+  neph_interpolation interpolation; /**< default NEPH_INTERPOLATION_LINEAR */
+  double repeat_m[2];    /**< period along x and along y, in metres of the file: a whole number of its voxels, at least
+                              the box of its active voxels; NEPH_REPEAT_FILE: that box; 0 (default): no repetition */
+  double repeat_voxel_m; /**< length of the largest voxel edge by which repeat_m is measured; 0 (default): the file's */
 } neph_volume_load_desc;
+
+#define NEPH_REPEAT_FILE (-1.0)
 
 #define NEPH_VOLUME_LOAD_DESC_DEFAULT                                                                                  \
   {                                                                                                                    \
     .struct_size = sizeof(neph_volume_load_desc), .grid = NULL, .precision = NEPH_PRECISION_HALF,                      \
     .policy = NEPH_IMPORT_REFUSE, .level_set_voxels = 0.0, .ramp = {0.0, 0.0, 1.0, 1.0}, .progress = NULL,             \
-    .progress_user = NULL, .is_halved = false                                                                          \
+    .progress_user = NULL, .is_halved = false, .interpolation = NEPH_INTERPOLATION_LINEAR, .repeat_m = {0.0, 0.0},     \
+    .repeat_voxel_m = 0.0                                                                                              \
   }
 
 /** Reads one grid of a .vdb or .nvdb file. For a bake with levels of detail it also reads the files beside it that hold
@@ -75,20 +88,21 @@ NEPH_API neph_result neph_volume_load_memory(neph_context *context, const void *
 
 typedef struct neph_volume_dense_desc {
   size_t struct_size;
-  const char *name;            /**< default "density" */
-  unsigned size[3];            /**< samples along i, j, k; each ≥ 1 */
-  const float *values;         /**< size[0]·size[1]·size[2] of them, i fastest; finite, ≥ 0; copied */
-  double index_to_world[3][4]; /**< affine, invertible: index (i, j, k, 1) to metres; sample i sits at index i */
-  bool is_periodic_x;          /**< repeats along i (default false) */
-  bool is_periodic_y;          /**< repeats along j (default false) */
-  neph_precision precision;    /**< default NEPH_PRECISION_HALF */
+  const char *name;                 /**< default "density" */
+  unsigned size[3];                 /**< samples along i, j, k; each ≥ 1 */
+  const float *values;              /**< size[0]·size[1]·size[2] of them, i fastest; finite, ≥ 0; copied */
+  double index_to_world[3][4];      /**< affine, invertible: index (i, j, k, 1) to metres; sample i sits at index i */
+  bool is_periodic_x;               /**< repeats along i (default false) */
+  bool is_periodic_y;               /**< repeats along j (default false) */
+  neph_precision precision;         /**< default NEPH_PRECISION_HALF */
+  neph_interpolation interpolation; /**< default NEPH_INTERPOLATION_LINEAR */
 } neph_volume_dense_desc;
 
 #define NEPH_VOLUME_DENSE_DESC_DEFAULT                                                                                 \
   {                                                                                                                    \
     .struct_size = sizeof(neph_volume_dense_desc), .name = "density", .size = {0, 0, 0}, .values = NULL,               \
     .index_to_world = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}, .is_periodic_x = false, .is_periodic_y = false,      \
-    .precision = NEPH_PRECISION_HALF                                                                                   \
+    .precision = NEPH_PRECISION_HALF, .interpolation = NEPH_INTERPOLATION_LINEAR                                       \
   }
 
 /** Makes a volume from an array; outside it the value is 0. */

@@ -55,7 +55,7 @@ static np_vec3 get_even_direction(unsigned i) {
   return np_vec3_make((float)(sine * cos(azimuth)), (float)(sine * sin(azimuth)), (float)cosine);
 }
 
-/* Clips a ray to the clouds' box; false when it misses. */
+/* Clips a ray to the clouds' box, which has no sides where they repeat; false when it misses. */
 static bool clip(const gather *g, np_dvec3 origin, np_vec3 direction, double *out_begin, double *out_end) {
   const double o[3] = {origin.x, origin.y, origin.z}, d[3] = {direction.x, direction.y, direction.z};
   const double low[3] = {g->desc->bounds_min.x, g->desc->bounds_min.y, g->desc->bounds_min.z},
@@ -63,6 +63,7 @@ static bool clip(const gather *g, np_dvec3 origin, np_vec3 direction, double *ou
   *out_begin = 0.0;
   *out_end = HUGE_VAL;
   for (int a = 0; a < 3; a++) {
+    if (a < 2 && g->desc->period_m[a] > 0.0) continue;
     if (fabs(d[a]) < 1e-12) {
       if (o[a] < low[a] || o[a] > high[a]) return false;
       continue;
@@ -226,12 +227,17 @@ static void place(gather *g) {
   const double middle[2] = {0.5 * (low.x + high.x), 0.5 * (low.y + high.y)};
   const double ground = compute_ground(g->world, middle[0], middle[1], high.z + 1e4).z;
   const double reach = reach_heights * fmax(high.z - ground, 1.0);
-  const double width[2] = {high.x - low.x + 2.0 * reach, high.y - low.y + 2.0 * reach};
+  const double low_m[2] = {low.x, low.y};
+  double width[2] = {high.x - low.x + 2.0 * reach, high.y - low.y + 2.0 * reach};
+  for (int a = 0; a < 2; a++) {
+    c->period_m[a] = g->desc->period_m[a];
+    if (c->period_m[a] > 0.0) width[a] = c->period_m[a];
+  }
   const double wanted = fmax((low.z - ground) / 3.0, reach / 24.0);
   c->spacing_m = fmax(wanted, fmax(width[0], width[1]) / (POINTS_MAX - 1));
   for (int a = 0; a < 2; a++) {
     c->size[a] = (int32_t)ceil(width[a] / c->spacing_m) + 1;
-    c->origin_m[a] = middle[a] - 0.5 * (c->size[a] - 1) * c->spacing_m;
+    c->origin_m[a] = c->period_m[a] > 0.0 ? low_m[a] : middle[a] - 0.5 * (c->size[a] - 1) * c->spacing_m;
   }
 }
 
@@ -279,6 +285,7 @@ void np_ground_light_save(const np_ground_light *cache, np_cache_entry *entry) {
   NP_CACHE_WRITE(entry, cache->size);
   NP_CACHE_WRITE(entry, cache->origin_m);
   NP_CACHE_WRITE(entry, cache->spacing_m);
+  NP_CACHE_WRITE(entry, cache->period_m);
   NP_CACHE_WRITE(entry, cache->fade);
   np_cache_write(entry, cache->points, count_points(cache) * sizeof *cache->points);
 }
@@ -286,14 +293,16 @@ void np_ground_light_save(const np_ground_light *cache, np_cache_entry *entry) {
 /* Whether a loaded cache is valid: a look-up needs two points along each axis. */
 static bool is_sound(const np_ground_light *cache) {
   for (int a = 0; a < 2; a++)
-    if (cache->size[a] < 2 || cache->size[a] > POINTS_MAX + 1 || !isfinite(cache->origin_m[a])) return false;
+    if (cache->size[a] < 2 || cache->size[a] > POINTS_MAX + 1 || !isfinite(cache->origin_m[a]) ||
+        !(cache->period_m[a] >= 0.0 && isfinite(cache->period_m[a])))
+      return false;
   return cache->spacing_m > 0.0 && isfinite(cache->spacing_m) && np_cache_are_finite(cache->fade, NP_INSTANCES_MAX);
 }
 
 bool np_ground_light_load(neph_context *context, np_cache_entry *entry, np_ground_light *out) {
   *out = (np_ground_light){.context = context};
   if (!NP_CACHE_READ(entry, out->size) || !NP_CACHE_READ(entry, out->origin_m) ||
-      !NP_CACHE_READ(entry, out->spacing_m) || !NP_CACHE_READ(entry, out->fade))
+      !NP_CACHE_READ(entry, out->spacing_m) || !NP_CACHE_READ(entry, out->period_m) || !NP_CACHE_READ(entry, out->fade))
     return false;
   if (!np_cache_read_check(entry, is_sound(out))) return false;
   out->points = np_cache_read_block(entry, count_points(out), sizeof *out->points);
@@ -305,10 +314,13 @@ np_ground_light_value np_ground_light_get(const np_ground_light *c, np_dvec3 pos
   int32_t lower[2];
   float w[2], rim = 1.0f;
   for (int a = 0; a < 2; a++) {
-    const double last = c->size[a] - 1, u = np_clamp((p[a] - c->origin_m[a]) / c->spacing_m, 0.0, last);
+    const bool is_wrapped = c->period_m[a] > 0.0;
+    const double turns = is_wrapped ? floor((p[a] - c->origin_m[a]) / c->period_m[a]) : 0.0;
+    const double at = p[a] - turns * c->period_m[a];
+    const double last = c->size[a] - 1, u = np_clamp((at - c->origin_m[a]) / c->spacing_m, 0.0, last);
     lower[a] = (int32_t)u < c->size[a] - 2 ? (int32_t)u : c->size[a] - 2;
     w[a] = (float)(u - lower[a]);
-    rim *= np_smoothstepf((float)(fmin(u, last - u) / (0.15 * last)));
+    if (!is_wrapped) rim *= np_smoothstepf((float)(fmin(u, last - u) / (0.15 * last)));
   }
   np_ground_light_value out = {np_spectrum_grey(1.0f - rim), np_spectrum_grey(0.0f), np_spectrum_grey(0.0f)};
   for (int corner = 0; corner < 4; corner++) {

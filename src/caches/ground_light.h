@@ -2,7 +2,8 @@
 /* Light on the ground under clouds: their opacity to the sky, and the light that they scatter down.
  *
  * Found once at the points of a level grid over the clouds and around them, each at the ground's height, and
- * interpolated; towards the grid's rim it becomes that of a clear sky. Depends on all that the multiple scattering
+ * interpolated; towards the grid's rim it becomes that of a clear sky. Under clouds that repeat without end the grid
+ * is that of one period. Depends on all that the multiple scattering
  * depends on, and on the ground's height; not on the camera.
  */
 #ifndef NP_CACHES_GROUND_LIGHT_H
@@ -22,6 +23,7 @@ typedef struct np_ground_light {
   neph_context *context; /* borrowed */
   int32_t size[2];       /* points */
   double origin_m[2], spacing_m;
+  double period_m[2];            /* periods of the clouds along x and y, one of which the points cover; 0: none */
   np_ground_light_value *points; /* x fastest */
   float fade[NP_INSTANCES_MAX];  /* share of each cloud's optical depth that attenuates sunlight: its forward peak
                                     counts as unscattered */
@@ -31,7 +33,8 @@ typedef struct np_ground_light_desc {
   const np_world *world;
   const np_sun_optical_depths *depths;
   const np_scattering_field *scattering;
-  np_dvec3 bounds_min, bounds_max; /* box of all density */
+  np_dvec3 bounds_min, bounds_max; /* box of all density, of one period where it repeats */
+  double period_m[2];              /* periods of all clouds along x and y; 0: none */
 } np_ground_light_desc;
 
 /* Computes the cache. On failure `*out` is empty. */

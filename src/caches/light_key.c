@@ -29,6 +29,7 @@ static void add_bricks(np_hash *hash, const np_bricks *b) {
   if (b->halves) np_hash_add(hash, b->halves, samples * sizeof *b->halves);
   if (b->floats) np_hash_add(hash, b->floats, samples * sizeof *b->floats);
   NP_HASH_ADD(hash, b->scale);
+  NP_HASH_ADD(hash, b->is_nearest);
   NP_HASH_ADD(hash, b->is_periodic);
   NP_HASH_ADD(hash, b->period);
   NP_HASH_ADD(hash, b->background);

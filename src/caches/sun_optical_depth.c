@@ -7,6 +7,7 @@
 #include "core/stable.h"
 #include "core/units.h"
 #include "volume/brick_walk.h"
+#include "volume/tracking.h"
 
 /* ---- Kernels ---- */
 
@@ -384,6 +385,26 @@ void np_sun_optical_depth_clear(np_sun_optical_depth *cache) {
 
 /* ---- Queries ---- */
 
+/* Optical depth of a span, by steps of a voxel; of nearest samples, exactly. */
+static float compute_span_depth(const np_instance *volume, const np_brick_walk *walk, const np_brick_span *span,
+                                double step) {
+  const double length = span->t_end - span->t_begin;
+  const bool is_constant = span->brick == NP_BRICK_NONE, is_whole = is_constant || volume->bricks->is_nearest;
+  const int count = is_whole ? 1 : (int)fmin(fmax(ceil(length / step), 1.0), 64.0);
+  float sum = span->range.min;
+  if (!is_constant && is_whole) {
+    const np_vec3 begin = np_brick_walk_local(walk, span, span->t_begin);
+    const np_vec3 end = np_brick_walk_local(walk, span, span->t_end);
+    sum = np_track_mean(volume->bricks, span->brick, span->cell, begin, np_vec3_subtract(end, begin));
+  } else if (!is_constant) {
+    sum = 0.0f;
+    for (int k = 0; k < count; k++)
+      sum += np_brick_sample(volume->bricks, span->brick,
+                             np_brick_walk_local(walk, span, span->t_begin + length * (k + 0.5) / count));
+  }
+  return volume->extinction_per_value * sum * (float)(length / count);
+}
+
 /* Optical depth of one cloud, by steps of a voxel through its bricks. */
 static float walk(const np_instance *volume, np_dvec3 position, np_vec3 to_sun, float depth_end) {
   const np_dvec3 along = np_affine_vector(&volume->world_to_index, np_vec3_to_double(to_sun));
@@ -392,18 +413,7 @@ static float walk(const np_instance *volume, np_dvec3 position, np_vec3 to_sun, 
   np_brick_walk walk;
   np_brick_span span;
   np_brick_walk_start(&walk, volume->bricks, np_affine_point(&volume->world_to_index, position), along, 0.0, 1e7);
-  while (depth < depth_end && np_brick_walk_next(&walk, &span)) {
-    const double length = span.t_end - span.t_begin;
-    const bool is_constant = span.brick == NP_BRICK_NONE;
-    const int count = is_constant ? 1 : (int)fmin(fmax(ceil(length / step), 1.0), 64.0);
-    float sum = 0.0f;
-    for (int k = 0; k < count; k++)
-      sum += is_constant
-                 ? span.range.min
-                 : np_brick_sample(volume->bricks, span.brick,
-                                   np_brick_walk_local(&walk, &span, span.t_begin + length * (k + 0.5) / count));
-    depth += volume->extinction_per_value * sum * (float)(length / count);
-  }
+  while (depth < depth_end && np_brick_walk_next(&walk, &span)) depth += compute_span_depth(volume, &walk, &span, step);
   return depth;
 }
 

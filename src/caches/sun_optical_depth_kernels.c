@@ -63,7 +63,7 @@ static void follow_span(sun_ray *r, const np_brick_walk *walk, const np_brick_sp
   double end[NP_BRICK_LINE];
   for (double t = span->t_begin; t < span->t_end;) {
     const int count = cut_span(r, span, t, middle, length, end);
-    np_brick_sample_along(bricks, span->brick, begin, along, middle, count, value);
+    np_brick_sample_along_plain((np_brick_ref){bricks, span->brick, span->cell}, begin, along, middle, count, value);
     for (int k = 0; k < count; k++) {
       r->depth += r->volume->extinction_per_value * value[k] * length[k];
       keep_until(r, end[k]);

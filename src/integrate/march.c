@@ -203,7 +203,7 @@ static void cross(np_march *m, const np_ray_intervals *all, const np_ray_interva
   const float bound = compute_bound(all, s, hiding);
   const float pixel_m = get_pixel(m, s);
   const int count = refine_pieces(m, all, s, pixel_m, count_pieces(m, all, s, hiding));
-  if (count > deep_count && s->count == 1 && !all->instance[s->active[0]].volume->bricks->detail) {
+  if (count > deep_count && s->count == 1 && np_bricks_are_smooth(all->instance[s->active[0]].volume->bricks)) {
     cross_deep(m, all, s, hiding[0]);
     return;
   }

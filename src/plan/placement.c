@@ -350,6 +350,7 @@ unsigned np_placement_list_faults(const np_scene_cloud *cloud, const np_placemen
       {"cloud.below_ground", is_below_ground, "clouds[].position, voxel and up", "clouds[].bake.center and bake.base"}};
   const cloud_box box = {cloud, view, low, high};
   unsigned count = 0;
+  if (cloud->repeat != NP_REPEAT_NONE) return 0; /* it is everywhere */
   for (size_t i = 0; i < NP_PLACEMENT_FAULTS_MAX; i++) {
     out_faults[count].rule = rules[i].rule;
     out_faults[count].keys = cloud->is_baked ? rules[i].bake_keys : rules[i].file_keys;

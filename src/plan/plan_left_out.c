@@ -123,7 +123,9 @@ static bool measure_shares(const np_plan *plan, const neph_scene *scene, cloud_s
     np_dvec3 low, high;
     if (!get_box(plan, scene, i, &low, &high)) return false;
     out->balls[i] = make_ball(low, high);
-    const bool is_solved = scene->clouds[i].emission.is_enabled || np_camera_sees_box(&camera, low, high);
+    const np_scene_cloud *cloud = &scene->clouds[i];
+    const bool is_solved = cloud->emission.is_enabled || cloud->repeat != NP_REPEAT_NONE ||
+                           np_camera_sees_box(&camera, low, high);
     out->share[i] = is_solved ? HUGE_VAL : compute_share(plan, &camera, &out->balls[i]);
   }
   return true;

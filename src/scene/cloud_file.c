@@ -55,6 +55,10 @@ neph_volume_load_desc np_cloud_file_describe_load(const np_scene_cloud *cloud) {
   desc.policy = cloud->policy;
   desc.level_set_voxels = cloud->level_set_voxels;
   desc.ramp = cloud->ramp;
+  desc.interpolation = cloud->interpolation;
+  desc.repeat_voxel_m = cloud->voxel_m;
+  for (int a = 0; a < 2 && cloud->repeat != NP_REPEAT_NONE; a++)
+    desc.repeat_m[a] = cloud->repeat == NP_REPEAT_FILE ? NEPH_REPEAT_FILE : cloud->repeat_m[a] / fabs(cloud->scale[a]);
   return desc;
 }
 
@@ -91,6 +95,9 @@ void np_cloud_file_add_to_hash(np_hash *hash, const np_scene_cloud *cloud) {
   NP_HASH_ADD(hash, cloud->level_set_voxels);
   NP_HASH_ADD(hash, cloud->ramp);
   NP_HASH_ADD(hash, cloud->precision);
+  NP_HASH_ADD(hash, cloud->interpolation);
+  NP_HASH_ADD(hash, cloud->repeat);
+  NP_HASH_ADD(hash, cloud->repeat_m);
   NP_HASH_ADD(hash, cloud->scale);
   NP_HASH_ADD(hash, cloud->up);
   NP_HASH_ADD(hash, cloud->tilt_rad);

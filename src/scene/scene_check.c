@@ -237,6 +237,54 @@ static neph_result check_repeat(const neph_scene *scene, unsigned index, const n
                           index, key, index);
 }
 
+/* Whether x and y stay x and y, or change places. */
+static bool is_quarter_turn(double angle_rad) {
+  const double quarters = angle_rad / (0.5 * NP_PI);
+  return fabs(quarters - round(quarters)) < 1e-9;
+}
+
+/* First key that a cloud from a file cannot have if it repeats without end; NULL: none. */
+static const char *search_unrepeatable(const np_scene_cloud *cloud) {
+  return cloud->places                                            ? "places"
+         : cloud->emission.is_enabled                             ? "emission"
+         : cloud->up != NP_UP_Z                                   ? "up"
+         : cloud->tilt_rad[0] != 0.0 || cloud->tilt_rad[1] != 0.0 ? "tilt"
+         : !is_quarter_turn(cloud->rotation_rad)                  ? "rotation"
+                                                                  : NULL;
+}
+
+static neph_result check_endless(const neph_scene *scene, unsigned index, const np_node *node,
+                                 np_scene_problems *problems) {
+  const np_scene_cloud *cloud = &scene->clouds[index];
+  const np_node *repeat = np_node_search(node, "repeat");
+  if (cloud->repeat == NP_REPEAT_NONE || !repeat) return NEPH_OK;
+  if (cloud->is_baked || !cloud->vdb)
+    return np_scene_fail_at(problems, repeat,
+                            "clouds[%u].repeat goes with vdb alone: a baked cloud repeats by clouds[%u].bake.repeat",
+                            index, index);
+  if (cloud->repeat == NP_REPEAT_FILE && np_scene_cloud_is_sequence(cloud))
+    return np_scene_fail_at(problems, repeat,
+                            "clouds[%u].repeat is file, but vdb names files of many frames, whose boxes may differ: "
+                            "give the periods as lengths",
+                            index);
+  const char *key = search_unrepeatable(cloud);
+  if (!key) return NEPH_OK;
+  return np_scene_fail_at(problems, np_node_search(node, key),
+                          "clouds[%u].%s and clouds[%u].repeat exclude each other: periods run along x and y of one "
+                          "upright cloud, turned by quarters of a circle at most; leave one of them out",
+                          index, key, index);
+}
+
+/* Refuses detail between nearest samples, where it has no gradient to work on. */
+static neph_result check_interpolation(const neph_scene *scene, unsigned index, const np_node *node,
+                                       np_scene_problems *problems) {
+  const np_scene_cloud *cloud = &scene->clouds[index];
+  if (cloud->interpolation == NEPH_INTERPOLATION_LINEAR || !cloud->detail.is_enabled) return NEPH_OK;
+  return np_scene_fail_at(
+      problems, np_node_search(node, "interpolation"),
+      "clouds[%u].interpolation is nearest, which excludes clouds[%u].detail: leave one of them out", index, index);
+}
+
 /* Refuses levels of detail with keys that move or scale a bake: the level depends on the distance of each position to
  * the camera. */
 static neph_result check_levels(const neph_scene *scene, unsigned index, const np_node *node,
@@ -269,8 +317,9 @@ static neph_result check_places(const neph_scene *scene, unsigned index, const n
 
 static neph_result check_clouds(const neph_scene *scene, np_scene_problems *problems) {
   static neph_result (*const cloud_checks[])(const neph_scene *, unsigned, const np_node *, np_scene_problems *) = {
-      check_source, check_reference_frame, check_scale,    check_name,   check_map,    check_shape,
-      check_top,    check_profile,         check_emission, check_places, check_repeat, check_levels};
+      check_source,  check_reference_frame, check_scale,    check_name,   check_map,    check_shape,
+      check_top,     check_profile,         check_emission, check_places, check_repeat, check_levels,
+      check_endless, check_interpolation};
   const np_node *list = np_node_search(scene->document, "clouds");
   const np_node *node = list ? list->first : NULL;
   neph_result result = NEPH_OK;

@@ -16,6 +16,9 @@ static const np_choice missing[] = {{"empty", NP_MISSING_EMPTY},
                                     {"error", NP_MISSING_ERROR},
                                     {NULL, 0}};
 static const np_choice precisions[] = {{"half", NEPH_PRECISION_HALF}, {"float", NEPH_PRECISION_FLOAT}, {NULL, 0}};
+static const np_choice interpolations[] = {
+    {"linear", NEPH_INTERPOLATION_LINEAR}, {"nearest", NEPH_INTERPOLATION_NEAREST}, {NULL, 0}};
+static const np_choice repeats[] = {{"none", NP_REPEAT_NONE}, {"file", NP_REPEAT_FILE}, {NULL, 0}};
 static const np_choice phases[] = {{"rayleigh", NEPH_PHASE_RAYLEIGH}, {"isotropic", NEPH_PHASE_ISOTROPIC}, {NULL, 0}};
 static const np_choice cells[] = {
     {"none", NEPH_CLOUD_CELLS_NONE}, {"open", NEPH_CLOUD_CELLS_OPEN}, {"closed", NEPH_CLOUD_CELLS_CLOSED}, {NULL, 0}};
@@ -78,6 +81,14 @@ static const np_key keys[] = {
                 "finite value"},
     {.path = "clouds[].precision", .type = NP_KEY_CHOICE, .choices = precisions, .field = CLOUD(precision),
      .fallback = "half", .meaning = "precision of the values in memory"},
+    {.path = "clouds[].interpolation", .type = NP_KEY_CHOICE, .choices = interpolations, .field = CLOUD(interpolation),
+     .fallback = "linear",
+     .meaning = "value between voxel centres: linear, or nearest, the value of the nearest voxel, which keeps a step "
+                "from voxel to voxel sharp"},
+    {.path = "clouds[].repeat", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = CLOUD(repeat_m), .range = SIZE,
+     .choices = repeats, .tag = CLOUD(repeat), .tag_value = NP_REPEAT_LENGTHS, .fallback = "none",
+     .meaning = "periods along x and y at which a cloud from a file repeats without end; file: the box of the file's "
+                "active voxels; a baked cloud repeats by bake.repeat"},
     {.path = "clouds[].up", .type = NP_KEY_CHOICE, .choices = axes, .field = CLOUD(up), .tag = CLOUD(has_up),
      .tag_value = true, .fallback = "z",
      .meaning = "up axis of the file"},

@@ -161,6 +161,9 @@ typedef struct np_cloud_place {
   double tilt_rad[2]; /* rotation vector along x and y */
 } np_cloud_place;
 
+/* Repetition of a cloud from a file along x and y, without end. */
+typedef enum np_repeat { NP_REPEAT_NONE, NP_REPEAT_FILE, NP_REPEAT_LENGTHS } np_repeat;
+
 typedef struct np_scene_cloud {
   char *name;
   neph_volume *volume;      /* set by an API call, owned by the document; NULL: read from a file or baked */
@@ -177,6 +180,9 @@ typedef struct np_scene_cloud {
   double level_set_voxels;
   neph_volume_ramp ramp;
   neph_precision precision;
+  neph_interpolation interpolation;
+  np_repeat repeat;
+  double repeat_m[2]; /* periods, if they are lengths */
   bool is_baked;
   char *preset;         /* bake preset; NULL: none */
   neph_cloud_desc bake; /* its map_file, of the scene's frame, is owned */
@@ -323,8 +329,8 @@ typedef struct np_scene_reach {
 
 struct neph_scene {
   neph_context *context;
-  char *file;                     /* file name for messages and relative paths; NULL: none */
-  char *text;                     /* text that the scene was read from; NULL: none */
+  char *file; /* file name for messages and relative paths; NULL: none */
+  char *text; /* text that the scene was read from; NULL: none */
   size_t text_size;
   const neph_scene *base;         /* original of an evaluated scene (scene_eval.h) */
   struct np_node *document;       /* keys, animated ones too; all members below derive from it (scene_apply.c) */

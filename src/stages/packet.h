@@ -106,6 +106,11 @@ typedef struct np_frame_clouds {
 /* The box of nothing. */
 static const np_dvec3 np_nowhere_low = {DBL_MAX, DBL_MAX, DBL_MAX}, np_nowhere_high = {-DBL_MAX, -DBL_MAX, -DBL_MAX};
 
+/* Whether a cloud repeats without end; its box is that of one period. */
+static inline bool np_cloud_parts_are_endless(const np_cloud_parts *cloud) {
+  return cloud->volume && (cloud->volume->bricks.is_periodic[0] || cloud->volume->bricks.is_periodic[1]);
+}
+
 /* The middle of all that the clouds hold. */
 static inline np_dvec3 np_frame_clouds_get_middle(const np_frame_clouds *clouds) {
   return np_dvec3_scale(np_dvec3_add(clouds->low, clouds->high), 0.5);

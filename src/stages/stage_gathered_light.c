@@ -13,6 +13,7 @@
 #include "scene/sequence.h"
 #include "stages/stage_part.h"
 #include "stages/stores.h"
+#include "volume/instance_period.h"
 #include "volume/places.h"
 
 /* ---- Key ---- */
@@ -193,7 +194,9 @@ static neph_result make_ground_clouds(const np_ground_clouds_inputs *in, np_grou
                                      .depths = &depths,
                                      .scattering = in->scattering,
                                      .bounds_min = np_dvec3_subtract(in->clouds->low, voxel),
-                                     .bounds_max = np_dvec3_add(in->clouds->high, voxel)};
+                                     .bounds_max = np_dvec3_add(in->clouds->high, voxel),
+                                     .period_m = {np_instances_compute_period(&in->world->clouds, 0),
+                                                  np_instances_compute_period(&in->world->clouds, 1)}};
   np_ground_light *light = np_alloc(in->context, 1, sizeof *light);
   if (!light) return NEPH_ERROR_OUT_OF_MEMORY;
   const neph_result result = np_ground_light_build(in->context, &desc, in->monitor, light);

@@ -282,11 +282,22 @@ static np_air_rays make_air_rays(const np_camera *c, const np_plan *plan) {
   return rays;
 }
 
+/* Extends a box to the horizon of clouds that repeat without end. */
+static void extend(np_dvec3 *low, np_dvec3 *high) {
+  static const double horizon_m = 3e5;
+  low->x = low->y = -horizon_m;
+  high->x = high->y = horizon_m;
+}
+
 static np_air_casters get_casters(const np_air_shadows_inputs *in) {
   np_air_casters casters = {.count = 0};
   if (in->clouds->volume_count > 0) {
     casters.low[casters.count] = in->clouds->low;
-    casters.high[casters.count++] = in->clouds->high;
+    casters.high[casters.count] = in->clouds->high;
+    for (unsigned i = 0; i < in->clouds->count; i++)
+      if (np_cloud_parts_are_endless(&in->clouds->at[i]))
+        extend(&casters.low[casters.count], &casters.high[casters.count]);
+    casters.count++;
   }
   if (in->terrain) {
     np_terrain_get_bounds(in->terrain, &casters.low[casters.count], &casters.high[casters.count]);

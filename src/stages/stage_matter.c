@@ -37,6 +37,11 @@ static void add_file(np_hash *hash, const np_plan *plan, const np_scene_cloud *c
   NP_HASH_ADD(hash, cloud->level_set_voxels);
   NP_HASH_ADD(hash, cloud->ramp);
   np_hash_add_text(hash, cloud->color);
+  if (cloud->repeat != NP_REPEAT_NONE) { /* its periods count voxels by their size in the scene */
+    const neph_volume_load_desc load = np_cloud_file_describe_load(cloud);
+    NP_HASH_ADD(hash, load.repeat_m);
+    NP_HASH_ADD(hash, load.repeat_voxel_m);
+  }
   const neph_precision precision = np_plan_get_precision(plan, cloud);
   NP_HASH_ADD(hash, precision);
   NP_HASH_ADD(hash, plan->savings.are_coarse);
@@ -80,6 +85,7 @@ static neph_result compute_key(const np_stage_part *in, const char *path, source
     result = add_bake(hash, in->plan, in->scene, cloud);
   const unsigned copy_levels = np_plan_count_copy_levels(&in->plan->request, in->scene, cloud);
   NP_HASH_ADD(hash, copy_levels);
+  NP_HASH_ADD(hash, cloud->interpolation);
   const neph_result finished = np_hash_finish(hash, out_key->hash);
   return result ? result : finished;
 }
@@ -190,14 +196,14 @@ static neph_result obtain_baked(const np_volumes_inputs *in, const np_scene_clou
   return NEPH_OK;
 }
 
-/* Levels of detail have one colour, and so have the levels of a frustum. */
+/* Levels of detail have one colour, and so have the levels of a frustum, and clouds that repeat without end. */
 static neph_result warn_of_colors(const np_volumes_inputs *in, const np_scene_cloud *cloud, const char *path) {
   bool is_found = false;
   const neph_result result =
       np_volume_search_vector(in->scene->context, path, NP_VECTOR_COLOR, cloud->color, &is_found);
   if (is_found)
     np_log(in->scene->context, NEPH_LOG_WARNING,
-           "cloud %s: the colours of %s are left out: a cloud in levels of detail is of one colour; "
+           "cloud %s: the colours of %s are left out: a cloud in levels of detail, or that repeats, is of one colour; "
            "clouds[].color: none says so",
            cloud->name, path);
   return result;
@@ -207,7 +213,7 @@ static neph_result warn_of_colors(const np_volumes_inputs *in, const np_scene_cl
 static neph_result add_colors(const np_volumes_inputs *in, const np_scene_cloud *cloud, const char *path,
                               neph_volume *volume) {
   if (cloud->is_baked || !volume || np_scene_is_none(cloud->color)) return NEPH_OK;
-  if (volume->tint) return warn_of_colors(in, cloud, path);
+  if (volume->tint || cloud->repeat != NP_REPEAT_NONE) return warn_of_colors(in, cloud, path);
   const neph_volume_load_desc load = describe_load(in, cloud);
   const np_tint_source source = {path, cloud->color, &load, volume};
   return np_tint_create(in->scene->context, &source, in->monitor, &volume->tint);
@@ -279,6 +285,7 @@ static neph_result make_volumes(const np_volumes_inputs *in, neph_volume **out) 
   else if (!result)
     result = load_or_bake(in, cloud, file.path, key->source, out);
   if (!result) result = add_copy_levels(in, cloud, *out);
+  np_volume_set_interpolation(*out, cloud->interpolation);
   np_monitor_set_part(in->monitor, whole, 0.0, 1.0);
   if (!result && !key->hash[0]) result = compute_key(&in->part, file.path, key);
   np_alloc_free(in->context, file.path);
@@ -303,7 +310,9 @@ static void save_volume(const np_volumes_inputs *in, const neph_volume *volume, 
 }
 
 static neph_result load_volume(const np_volumes_inputs *in, np_cache_entry *entry, neph_volume **out) {
-  return np_volume_load_from_cache(in->context, entry, out);
+  const neph_result result = np_volume_load_from_cache(in->context, entry, out);
+  np_volume_set_interpolation(*out, in->scene->clouds[in->cloud].interpolation);
+  return result;
 }
 
 NP_STAGE_DISK(volumes, task->cloud->volume, "bake", false, add_volumes_key, save_volume, load_volume, NULL);

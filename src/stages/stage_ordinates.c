@@ -50,7 +50,8 @@ static void set_clouds(const np_ordinates_inputs *in, np_light_key *key) {
   np_dvec3 low = np_nowhere_low, high = np_nowhere_high;
   for (unsigned i = 0; i < clouds->count && left_out != UINT64_MAX; i++) {
     const np_cloud_parts *cloud = &clouds->at[i];
-    const bool is_seen = cloud->low.x <= cloud->high.x && np_camera_sees_box(in->camera, cloud->low, cloud->high);
+    const bool is_seen = np_cloud_parts_are_endless(cloud) ||
+                         (cloud->low.x <= cloud->high.x && np_camera_sees_box(in->camera, cloud->low, cloud->high));
     if (is_seen) left_out &= ~(UINT64_C(1) << i);
     if (left_out >> i & 1u) continue;
     low = np_dvec3_min(low, cloud->low);

@@ -193,7 +193,8 @@ static void fill_values(const cloud *c, const collision_block *b, int first, int
       np_dvec3_to_float(np_dvec3_make(c->walk.direction[0], c->walk.direction[1], c->walk.direction[2]));
   float at[NP_BRICK_LINE] = {0.0f}, found[NP_BRICK_LINE];
   for (int k = first; k < end; k++) at[k - first] = (float)(b->middle_m[k] - b->middle_m[first]);
-  np_brick_sample_along(c->volume->bricks, c->span.brick, begin, along, at, end - first, found);
+  np_brick_sample_along_plain((np_brick_ref){c->volume->bricks, c->span.brick, c->span.cell}, begin, along, at,
+                              end - first, found);
   for (int k = first; k < end; k++) value[k] = found[k - first];
 }
 

@@ -22,31 +22,16 @@
 #include "core/alloc.h"
 #include "transport/thickness.h"
 #include "transport/transport_grid.h"
+#include "volume/instance_period.h"
 
 /* Counts are multiples of it, so that there are three coarser grids. */
 enum { COARSEST = 8 };
 
 /* ---- What the clouds are like ---- */
 
-/* The index axis that a world axis runs along alone; −1 when the volume is turned. */
-static int search_index_axis(const np_instance *volume, int world_axis) {
-  int found = -1;
-  for (int a = 0; a < 3; a++) {
-    double others = 0.0;
-    for (int j = 0; j < 3; j++)
-      if (j != world_axis) others += fabs(volume->world_to_index.m[a][j]);
-    if (fabs(volume->world_to_index.m[a][world_axis]) > 1e6 * others) found = a;
-  }
-  return found;
-}
-
 static bool is_wrapped_along(const np_world *world, int axis, double *out_period_m) {
-  if (np_instances_count_places(&world->clouds) != 1) return false;
-  const np_instance *volume = &world->clouds.at[0];
-  const int a = search_index_axis(volume, axis);
-  if (a < 0 || a > 1 || !volume->bricks->is_periodic[a]) return false;
-  *out_period_m = volume->bricks->period[a] / fabs(volume->world_to_index.m[a][axis]);
-  return true;
+  *out_period_m = np_instances_compute_period(&world->clouds, axis);
+  return *out_period_m > 0.0;
 }
 
 bool np_transport_is_single(const np_world *world, int axis) {
@@ -108,7 +93,7 @@ static even_axis compute_even_axis(const np_world *world, const np_transport_des
   const double high[3] = {desc->bounds_max.x, desc->bounds_max.y, desc->bounds_max.z};
   const double voxel = np_transport_get_voxel(world, axis), edge = edge_voxels * voxel;
   const np_instance *first = &world->clouds.at[0];
-  const int a = search_index_axis(first, axis);
+  const int a = np_instance_get_index_axis(first, axis);
   const double base = a < 0 ? low[axis] : -first->world_to_index.m[a][3] / first->world_to_index.m[a][axis];
   double period;
   if (is_wrapped_along(world, axis, &period)) {

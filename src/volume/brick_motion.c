@@ -282,6 +282,7 @@ static neph_result set_table(builder *b) {
                         .background = rest->background,
                         .value_max = rest->value_max,
                         .detail = rest->detail,
+                        .is_nearest = rest->is_nearest,
                         .is_indirect = true};
   for (int a = 0; a < 3; a++) {
     bricks->origin[a] = bricks->reach_low[a] = rest->origin[a] - b->reach[a];

@@ -78,7 +78,8 @@ typedef struct np_bricks {
   float *floats;                        /* samples, when float */
   const np_brick_motion *motion;        /* velocities of moving bricks; exactly one of these three is not NULL */
   const struct np_brick_detail *detail; /* finer than the samples (volume/brick_detail.h); NULL: none */
-  bool is_indirect;    /* they move or have detail: a look-up is more than an interpolation of samples */
+  bool is_nearest;     /* a look-up yields the nearest sample, so that steps between samples stay sharp */
+  bool is_indirect;    /* they move, have detail or are nearest: a look-up is no plain interpolation of samples */
   float scale;         /* power of two that puts the largest magnitude in [1, 2); 1 when float */
   bool is_periodic[2]; /* along x and y; then the table covers whole periods, and `origin` is 0 */
   int32_t period[2];   /* period of the table in voxels, a multiple of 8 */
@@ -165,12 +166,16 @@ static inline float np_brick_mix_corners(const np_brick_corners *corners, __m128
   return _mm_cvtss_f32(np_brick_mix(z_0, z_1, z));
 }
 
-/* Functions for moving bricks and for detail are not inlined: they are rare, and other bricks pay nothing for them. */
+/* Functions for moving bricks, detail and nearest samples are not inlined: they are rare, and other bricks pay nothing
+ * for them. */
 #if defined(__GNUC__)
 #define NP_BRICK_RARE __attribute__((noinline, unused))
 #else
 #define NP_BRICK_RARE
 #endif
+
+/* Whether values along a ray are a cubic from one plane of samples to the next. */
+static inline bool np_bricks_are_smooth(const np_bricks *bricks) { return !bricks->detail && !bricks->is_nearest; }
 
 enum { NP_BRICK_LINE = 16 }; /* positions that are looked up together */
 
@@ -204,7 +209,7 @@ static inline float np_brick_sample(const np_bricks *bricks, uint32_t brick, np_
   return bricks->scale * np_brick_mix_corners(&corners, fraction);
 }
 
-/* Value inside a known brick of any kind: at rest, moving or with detail. */
+/* Value inside a known brick of any kind: at rest, moving, with detail or of nearest samples. */
 static inline float np_brick_eval(const np_bricks *bricks, uint32_t brick, const int32_t cell[3], np_vec3 local) {
   if (bricks->is_indirect) return np_brick_sample_indirect((np_brick_ref){bricks, brick, cell}, local);
   return np_brick_sample(bricks, brick, local);
@@ -326,6 +331,15 @@ static inline void np_brick_sample_along(const np_bricks *bricks, uint32_t brick
 #endif
 }
 
+/* np_brick_sample_along() of the samples: linear or nearest, without detail and motion. */
+static inline void np_brick_sample_along_plain(np_brick_ref ref, np_vec3 begin, np_vec3 along,
+                                               const float at[NP_BRICK_LINE], int count, float out[NP_BRICK_LINE]) {
+  if (ref.bricks->is_nearest)
+    np_brick_sample_along_indirect(ref, begin, along, 0.0f, at, count, out);
+  else
+    np_brick_sample_along(ref.bricks, ref.brick, begin, along, at, count, out);
+}
+
 /* Values at begin, begin + step, and so on, of bricks of any kind, with the detail that the step resolves. */
 static inline void np_brick_sample_line(const np_bricks *bricks, uint32_t brick, const int32_t cell[3], np_vec3 begin,
                                         np_vec3 step, int count, float out[NP_BRICK_LINE]) {
@@ -438,21 +452,28 @@ static inline float np_brick_sample_moving(const np_bricks *bricks, uint32_t bri
   return np_bricks_sample(motion->rest, index);
 }
 
+/* Value of the nearest sample: that of sample i from i − ½ to below i + ½. */
+static inline float np_brick_sample_nearest(const np_bricks *bricks, uint32_t brick, np_vec3 local) {
+  return np_brick_sample(bricks, brick,
+                         np_vec3_make(floorf(local.x + 0.5f), floorf(local.y + 0.5f), floorf(local.z + 0.5f)));
+}
+
 #include "volume/brick_detail_sample.h"
 
 static float np_brick_sample_indirect(np_brick_ref ref, np_vec3 local) {
   if (ref.bricks->motion) return np_brick_sample_moving(ref.bricks, ref.brick, local);
+  if (ref.bricks->is_nearest) return np_brick_sample_nearest(ref.bricks, ref.brick, local);
   return np_brick_detail_sample(ref, local);
 }
 
 static void np_brick_sample_along_indirect(np_brick_ref ref, np_vec3 begin, np_vec3 along, float footprint,
                                            const float at[NP_BRICK_LINE], int count, float out[NP_BRICK_LINE]) {
-  if (!ref.bricks->motion) {
+  if (ref.bricks->detail && !ref.bricks->motion) {
     np_brick_detail_sample_along(ref, begin, along, footprint, at, count, out);
     return;
   }
   for (int k = 0; k < count; k++)
-    out[k] = np_brick_sample_moving(ref.bricks, ref.brick, np_vec3_add(begin, np_vec3_scale(along, at[k])));
+    out[k] = np_brick_sample_indirect(ref, np_vec3_add(begin, np_vec3_scale(along, at[k])));
 }
 
 #endif

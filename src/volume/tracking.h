@@ -50,10 +50,18 @@ static inline float np_track_mean_by(float (*sample)(const np_bricks *, uint32_t
   return sum;
 }
 
-/* Mean of the value over a segment in moving bricks, to the accuracy of the voxels, or in bricks with detail, by two
- * points in each quarter of the detail's size. */
+/* Value of the sample whose box, from i to i + 1, holds a position that is half a voxel too far along each axis. */
+static inline float np_track_sample_box(const np_bricks *bricks, uint32_t brick, np_vec3 shifted) {
+  return np_brick_sample(bricks, brick, np_vec3_make(floorf(shifted.x), floorf(shifted.y), floorf(shifted.z)));
+}
+
+/* Mean of the value over a segment in moving bricks, to the accuracy of the voxels; of nearest samples, exactly; or in
+ * bricks with detail, by two points in each quarter of the detail's size. */
 NP_BRICK_RARE static float np_track_mean_indirect(np_brick_ref ref, np_vec3 begin, np_vec3 along) {
   if (ref.bricks->motion) return np_track_mean_by(np_brick_sample_moving, ref.bricks, ref.brick, begin, along);
+  if (ref.bricks->is_nearest)
+    return np_track_mean_by(np_track_sample_box, ref.bricks, ref.brick,
+                            np_vec3_add(begin, np_vec3_make(0.5f, 0.5f, 0.5f)), along);
   return np_brick_detail_mean(ref, begin, along);
 }
 
@@ -76,8 +84,8 @@ static inline int np_track_count_samples(float variation) {
   return (int)np_minf(ceilf(0.6f * sqrtf(variation)), 4096.0f);
 }
 
-/* ∫ value ds over one span, in value·m, by the midpoint rule, or exactly if that takes fewer look-ups. With no samples
- * the cell's range gives the value. */
+/* ∫ value ds over one span, in value·m, by the midpoint rule, or exactly if that takes fewer look-ups or the samples
+ * are nearest ones. With no samples the cell's range gives the value. */
 static inline float np_track_span_integral(const np_bricks *bricks, const np_brick_walk *walk,
                                            const np_brick_span *span, int count) {
   const float length = (float)(span->t_end - span->t_begin);
@@ -85,7 +93,7 @@ static inline float np_track_span_integral(const np_bricks *bricks, const np_bri
   const np_vec3 begin = np_brick_walk_local(walk, span, span->t_begin);
   const np_vec3 end = np_brick_walk_local(walk, span, span->t_end);
   const np_vec3 along = np_vec3_subtract(end, begin), step = np_vec3_scale(along, 1.0f / (float)count);
-  if ((float)count > np_track_mean_cost(along))
+  if (bricks->is_nearest || (float)count > np_track_mean_cost(along))
     return length * np_track_mean(bricks, span->brick, span->cell, begin, along);
   float sum = 0.0f, value[NP_BRICK_LINE];
   for (int first = 0; first < count; first += NP_BRICK_LINE) {
@@ -288,10 +296,10 @@ static inline double np_flight_bound(const np_instances *clouds, np_dvec3 origin
 static const double np_track_null_max = 512.0;
 
 /* Whether tracking a cell against its maximum may take that many null collisions: the cell is deep, and may be thin
- * along the ray. A cell with detail has no cubic that could be inverted. */
+ * along the ray. A cell with detail, or of nearest samples, has no cubic that could be inverted. */
 static inline bool np_track_is_stiff(const np_bricks *bricks, const np_brick_span *span, double depth) {
   return depth > np_track_null_max && (double)span->range.max > np_track_null_max * (double)span->range.min &&
-         !bricks->detail;
+         np_bricks_are_smooth(bricks);
 }
 
 /* Distance of a flight's collision inside one cell, by inversion of the exact optical depth, voxel by voxel. The rest

@@ -87,6 +87,21 @@ neph_result np_volume_create_from_grid(neph_context *context, const np_sparse_gr
   return NEPH_OK;
 }
 
+neph_result np_volume_create_periodic(neph_context *context, const np_sparse_grid *grid, neph_precision precision,
+                                      const int32_t period[2], const np_grid_extent *extent, np_monitor *monitor,
+                                      neph_volume **out_volume) {
+  const neph_result result = create(context, grid, precision, period, monitor, out_volume);
+  if (!result) set_extent(*out_volume, extent);
+  return result;
+}
+
+void np_volume_set_interpolation(neph_volume *volume, neph_interpolation interpolation) {
+  for (unsigned k = 0; volume && k < np_volume_count_parts(volume); k++) {
+    np_bricks *bricks = k == 0 ? &volume->bricks : &volume->tint->parts[k].volume->bricks;
+    bricks->is_nearest = bricks->is_indirect = interpolation == NEPH_INTERPOLATION_NEAREST;
+  }
+}
+
 /* ---- Dense arrays ---- */
 
 static neph_result check_dense_values(neph_context *context, const neph_volume_dense_desc *desc,
@@ -118,6 +133,9 @@ static neph_result check_dense(neph_context *context, const neph_volume_dense_de
   if (desc->precision != NEPH_PRECISION_HALF && desc->precision != NEPH_PRECISION_FLOAT)
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT, "neph_volume_dense_desc.precision is %d, not a neph_precision",
                    (int)desc->precision);
+  if (desc->interpolation != NEPH_INTERPOLATION_LINEAR && desc->interpolation != NEPH_INTERPOLATION_NEAREST)
+    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
+                   "neph_volume_dense_desc.interpolation is %d, not a neph_interpolation", (int)desc->interpolation);
   return NEPH_OK;
 }
 
@@ -177,6 +195,7 @@ static neph_result create_dense(neph_context *context, const neph_volume_dense_d
   set_extent(*out_volume, &extent);
   (*out_volume)->active_voxel_count = (uint64_t)desc->size[0] * desc->size[1] * desc->size[2];
   (*out_volume)->grid_bytes = (*out_volume)->active_voxel_count * sizeof *desc->values;
+  np_volume_set_interpolation(*out_volume, desc->interpolation);
   return NEPH_OK;
 }
 

@@ -169,10 +169,9 @@ static neph_result check_content(const load_job *job, bool *out_has_content) {
 static neph_result run_load(void *user) {
   load_job *job = user;
   np_volume_file file;
-  neph_result result =
-      job->memory
-          ? np_volume_file_open_memory(job->context, job->path, job->memory, job->byte_count, job->monitor, &file)
-          : np_volume_file_open(job->context, job->path, job->monitor, &file);
+  neph_result result = job->memory ? np_volume_file_open_memory(job->context, job->path, job->memory, job->byte_count,
+                                                                job->monitor, &file)
+                                   : np_volume_file_open(job->context, job->path, job->monitor, &file);
   if (result) return result;
   result = read_chosen(job, &file);
   np_volume_file_close(&file);
@@ -271,10 +270,23 @@ static neph_result load_levels(load_job *job, np_monitor *monitor, neph_volume *
 
 /* ---- Volumes ---- */
 
+static bool is_repeating(const neph_volume_load_desc *desc) {
+  return desc->repeat_m[0] != 0.0 || desc->repeat_m[1] != 0.0;
+}
+
+static neph_result create_repeating(const load_job *job, np_monitor *monitor, neph_volume **out_volume) {
+  if (job->grid.frustum.is_enabled)
+    return np_fail(job->context, NEPH_ERROR_BAD_FILE,
+                   "%s: grid '%s' is a frustum, which cannot repeat: leave out clouds[].repeat", job->path,
+                   job->grid.name);
+  return np_volume_create_repeating(&job->grid, job->query.desc, monitor, out_volume);
+}
+
 static neph_result create(load_job *job, np_monitor *monitor, neph_volume **out_volume) {
   const neph_volume_load_desc *desc = job->query.desc;
   np_sparse_grid *grid = &job->grid;
   neph_result result = NEPH_OK;
+  if (is_repeating(desc)) return create_repeating(job, monitor, out_volume);
   if (grid->frustum.is_enabled && !job->query.is_field)
     return np_volume_create_from_frustum(job->context, grid, desc->is_halved, desc->precision, monitor, out_volume);
   if (grid->frustum.is_enabled) result = np_frustum_flatten(grid, false, monitor);
@@ -288,6 +300,8 @@ static neph_result load(load_job *job, const neph_volume_load_desc *desc, neph_v
   np_monitor monitor;
   bool has_content;
   neph_result result = load_grid(job, desc, &monitor, &has_content);
+  if (!result && has_levels(&job->mark) && is_repeating(desc))
+    result = refuse_levels(job, "leave out clouds[].repeat, or bake without levels");
   if (!result && has_levels(&job->mark) && !job->memory) return load_levels(job, &monitor, out_volume);
   if (!result && has_levels(&job->mark)) result = refuse_levels(job, "load it by its path, or bake without levels");
   np_monitor_set_part(&monitor, np_monitor_whole, 0.7, 1.0);
@@ -296,6 +310,7 @@ static neph_result load(load_job *job, const neph_volume_load_desc *desc, neph_v
     (*out_volume)->grid_bytes = job->tree_bytes;
     (*out_volume)->is_halved = desc->is_halved;
   }
+  if (!result) np_volume_set_interpolation(*out_volume, desc->interpolation);
   np_sparse_grid_clear(&job->grid);
   return result;
 }
@@ -314,6 +329,17 @@ static neph_result check_desc(neph_context *context, const neph_volume_load_desc
         "neph_volume_load_desc.ramp has low_cut %g, offset %g, gain %g and gamma %g: low_cut and gain must be "
         "at least 0, offset finite, gamma above 0",
         ramp->low_cut, ramp->offset, ramp->gain, ramp->gamma);
+  if (desc->interpolation != NEPH_INTERPOLATION_LINEAR && desc->interpolation != NEPH_INTERPOLATION_NEAREST)
+    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
+                   "neph_volume_load_desc.interpolation is %d, not a neph_interpolation", (int)desc->interpolation);
+  for (int a = 0; a < 2; a++)
+    if (desc->repeat_m[a] != NEPH_REPEAT_FILE && !(desc->repeat_m[a] >= 0.0 && isfinite(desc->repeat_m[a])))
+      return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
+                     "neph_volume_load_desc.repeat_m[%d] is %g, must be at least 0, or NEPH_REPEAT_FILE", a,
+                     desc->repeat_m[a]);
+  if (!(desc->repeat_voxel_m >= 0.0 && isfinite(desc->repeat_voxel_m)))
+    return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
+                   "neph_volume_load_desc.repeat_voxel_m is %g, must be at least 0", desc->repeat_voxel_m);
   if (!(desc->level_set_voxels >= 0.0))
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
                    "neph_volume_load_desc.level_set_voxels is %g, must be at least 0", desc->level_set_voxels);

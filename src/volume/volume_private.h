@@ -25,6 +25,9 @@ struct neph_volume {
 
 neph_context *np_volume_get_context(const neph_volume *volume);
 
+/* Sets the interpolation of a volume that is not shared yet, with its levels and colours. NULL is allowed. */
+void np_volume_set_interpolation(neph_volume *volume, neph_interpolation interpolation);
+
 /* Whether a path ends as a file of grids does, ".vdb" or ".nvdb". */
 bool np_volume_has_ending(const char *path);
 
@@ -115,6 +118,17 @@ neph_result np_volume_search_vector(neph_context *context, const char *path, np_
  * it is consumed. `monitor` may be NULL. */
 neph_result np_volume_create_from_grid(neph_context *context, const np_sparse_grid *grid, neph_precision precision,
                                        np_monitor *monitor, neph_volume **out_volume);
+
+/* Creates a volume that repeats by the periods of `desc`, which count the grid's voxels, from a grid of valid values
+ * with some active voxels. Periods that are no whole number of voxels, or less than their box, are refused. */
+neph_result np_volume_create_repeating(const np_sparse_grid *grid, const neph_volume_load_desc *desc,
+                                       np_monitor *monitor, neph_volume **out_volume);
+
+/* Creates a volume of a grid with periods in voxels, multiples of 8 (np_bricks_build), whose active samples, of one
+ * period, lie in `extent`. */
+neph_result np_volume_create_periodic(neph_context *context, const np_sparse_grid *grid, neph_precision precision,
+                                      const int32_t period[2], const np_grid_extent *extent, np_monitor *monitor,
+                                      neph_volume **out_volume);
 
 /* Writes grids as fog volumes to a .vdb file, which appears complete or not at all. Each grid carries its attributes,
  * its creator and its hash (`nephos:hash`). `monitor` may be NULL. */
