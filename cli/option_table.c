@@ -303,6 +303,8 @@ static const cli_option options[] = {
     {.name = "--paths", .argument = "N", .take = take_count, .field = INTO(path_count),
      .range = "a whole number from 1",
      .meaning = "camera rays for each result, rounded up to a multiple of 64"},
+    {.name = "--heights", .argument = "LIST", .take = take_text, .field = INTO(heights),
+     .meaning = "heights of planes in metres, with commas in between"},
     {.name = "--target-error", .argument = "X", .take = take_target_error, .range = "a number above 0",
      .meaning = "take enough samples for a relative error of X"},
     {.name = "--time-limit", .argument = "SECONDS", .take = take_time_limit, .range = "a number from 0",

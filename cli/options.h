@@ -87,6 +87,7 @@ typedef struct cli_options {
   bool has_center;
   double center_deg;   /* azimuth in the middle of a sky's picture */
   unsigned path_count; /* paths of a probe or a sky; 0: not given */
+  const char *heights; /* heights of the planes of a probe; NULL: not given */
   double target_error; /* 0: not given */
   bool has_time_limit;
   double time_limit_s;

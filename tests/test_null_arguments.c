@@ -74,6 +74,8 @@ static void call_a_core_without_objects(void) {
                       FAILS(neph_parts_merge, NULL, NULL, 0, NULL, NULL),
                       FAILS(neph_probe_slab, NULL, NULL, NULL, NULL),
                       FAILS(neph_probe_sky, NULL, NULL, NULL, NULL),
+                      FAILS(neph_probe_field, NULL, NULL, NULL),
+                      FAILS(neph_probe_i3rc, NULL, NULL, NULL, NULL),
                       FAILS(neph_report_create, NULL, NULL, NULL),
                       DOES(neph_report_destroy, NULL),
                       FAILS(neph_report_run, NULL),
@@ -270,6 +272,8 @@ static void call_more_with_a_context_alone(const objects *o) {
                       FAILS(neph_parts_merge, o->context, NULL, 0, NULL, NULL),
                       FAILS(neph_probe_slab, o->context, NULL, NULL, NULL),
                       FAILS(neph_probe_sky, o->context, NULL, NULL, NULL),
+                      FAILS(neph_probe_field, o->scene, NULL, NULL),
+                      FAILS(neph_probe_i3rc, o->context, NULL, NULL, NULL),
                       FAILS(neph_renderer_create, o->context, NULL),
                       FAILS(neph_report_create, o->context, NULL, NULL)};
   check_rows(rows, sizeof rows / sizeof *rows, o);

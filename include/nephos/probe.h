@@ -81,6 +81,58 @@ typedef struct neph_probe_sky_desc {
 NEPH_API neph_result neph_probe_sky(neph_context *context, const char *cases_path, const neph_probe_sky_desc *desc,
                                     char **out_text) NEPH_NODISCARD;
 
+typedef struct neph_probe_field_desc {
+  size_t struct_size;
+  neph_integrator integrator; /**< default NEPH_INTEGRATOR_PATH */
+  int frame;                  /**< frame of the scene (default 1) */
+  unsigned height_count;      /**< ≥ 1 */
+  const double *heights_m;    /**< height_count heights of planes; copied */
+  double box_min_m[2]; /**< rectangle of the planes along x and y, in which fluxes are means; of no width (default
+                            0 to 0): the box of the clouds, or one period of clouds that repeat; a square metre
+                            where there is no cloud */
+  double box_max_m[2];
+  unsigned path_count;       /**< camera rays for each number, ≥ 1, rounded up to a multiple of 64 (default 65536) */
+  double target_error;       /**< relative standard error to reach, > 0, by a pilot of 16384 rays; never more rays than
+                                  path_count; NEPH_UNLIMITED (default): path_count rays */
+  uint64_t seed;             /**< seed of all random numbers (default 0) */
+  neph_progress_fn progress; /**< default NULL */
+  void *progress_user;       /**< default NULL */
+} neph_probe_field_desc;
+
+#define NEPH_PROBE_FIELD_DESC_DEFAULT                                                                                  \
+  {                                                                                                                    \
+    .struct_size = sizeof(neph_probe_field_desc), .integrator = NEPH_INTEGRATOR_PATH, .frame = 1, .height_count = 0,   \
+    .heights_m = NULL, .box_min_m = {0, 0}, .box_max_m = {0, 0}, .path_count = 65536, .target_error = NEPH_UNLIMITED,  \
+    .seed = 0, .progress = NULL, .progress_user = NULL                                                                 \
+  }
+
+/** Light through level planes of a scene: upward and downward irradiance in each, and light that clouds absorb between
+ * each and the next, at 680, 550 and 440 nm, in W m⁻² nm⁻¹ of the rectangle, with standard errors.
+ *
+ * Rows are incoming (light on a level plane above the air), up and down of each height, and absorbed of each layer
+ * (docs/cli.md).
+ *
+ * @param desc      planes, at least one.
+ * @param out_text  comma-separated values; free it with neph_text_destroy; NULL on failure.
+ */
+NEPH_API neph_result neph_probe_field(const neph_scene *scene, const neph_probe_field_desc *desc,
+                                      char **out_text) NEPH_NODISCARD;
+
+/** Light of the step cloud and of the Landsat cloud of the Intercomparison of 3D Radiation Codes, phase 1 (cases 1 and
+ * 3), beside the consensus of its participants.
+ *
+ * Each file I3RC_cons_res_caseC_expE_Q.txt in the folder is one row of the answer: the domain mean of Q with its
+ * standard error, the mean of the file, what noise is in it, and how far columns differ (docs/cli.md). Case 3 needs
+ * scene43.tau.128x128 and scene43.dz.128x128 beside them. A row of H, 1 − R − T − A, follows where R and T are there.
+ * path_guiding is ignored.
+ *
+ * @param folder    folder of the files.
+ * @param desc      NULL for the defaults.
+ * @param out_text  comma-separated values; free it with neph_text_destroy; NULL on failure.
+ */
+NEPH_API neph_result neph_probe_i3rc(neph_context *context, const char *folder, const neph_probe_desc *desc,
+                                     char **out_text) NEPH_NODISCARD;
+
 #ifdef __cplusplus
 }
 #endif
