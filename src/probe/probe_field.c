@@ -76,10 +76,10 @@ static void set_source(field_probe *p, const neph_scene *scene) {
 /* The rectangle of the description; else the box of the clouds, and along an axis on which they repeat, one period. */
 static void set_box(field_probe *p) {
   const np_assembly *a = p->assembly;
-  const double low[2] = {a->clouds_min.x, a->clouds_min.y}, high[2] = {a->clouds_max.x, a->clouds_max.y};
+  const double low[2] = {a->clouds.low.x, a->clouds.low.y}, high[2] = {a->clouds.high.x, a->clouds.high.y};
   for (int k = 0; k < 2; k++) {
-    const double period_m = a->volume_count > 0 ? np_instances_compute_period(&p->worlds[0].clouds, k) : 0.0;
-    const bool is_given = p->desc.box_min_m[k]<p->desc.box_max_m[k], has_clouds = a->volume_count> 0;
+    const double period_m = a->clouds.volume_count > 0 ? np_instances_compute_period(&p->worlds[0].clouds, k) : 0.0;
+    const bool is_given = p->desc.box_min_m[k]<p->desc.box_max_m[k], has_clouds = a->clouds.volume_count> 0;
     p->box_min_m[k] = is_given ? p->desc.box_min_m[k] : has_clouds ? low[k] : -0.5;
     p->box_max_m[k] = is_given ? p->desc.box_max_m[k] : period_m > 0.0 ? low[k] + period_m : has_clouds ? high[k] : 0.5;
   }
