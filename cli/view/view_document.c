@@ -76,7 +76,7 @@ static unsigned accept_edits(cli_view_document *document, const neph_scene *base
 const neph_scene *cli_view_document_get_scene(const cli_view_document *document) { return document->scene; }
 
 /* Has clouds that are baked to a file baked in memory: a view writes no bakes. */
-static neph_result keep_bakes_in_memory(neph_scene *scene) {
+static neph_result bake_in_memory(neph_scene *scene) {
   neph_result result = NEPH_OK;
   for (unsigned i = 0; !result && i < neph_scene_get_cloud_count(scene); i++) {
     cli_text key = {0};
@@ -90,7 +90,7 @@ static neph_result keep_bakes_in_memory(neph_scene *scene) {
 
 /* Makes a scene ready for a renderer; one that fails is destroyed. */
 static neph_result prepare(neph_scene **scene) {
-  const neph_result result = keep_bakes_in_memory(*scene);
+  const neph_result result = bake_in_memory(*scene);
   if (!result) return NEPH_OK;
   neph_scene_destroy(*scene);
   *scene = NULL;

@@ -9,6 +9,7 @@
  * The forward share is still scattered light: the difference of sunlight through the scaled and through the true air,
  * from the sun's direction. It is added to the final moments. */
 
+#include <assert.h>
 #include <string.h>
 
 #include "atmosphere/moment_builder.h"
@@ -17,6 +18,7 @@
 static float compute_part(const np_aerosol *aerosol) { return np_clampf(aerosol->moment[3], 0.0f, 0.999f); }
 
 static void scale_aerosol(np_aerosol *aerosol, float part) {
+  assert(part >= 0.0f && part < 1.0f);
   for (int l = 1; l < 3; l++) aerosol->moment[l] = (aerosol->moment[l] - part) / (1.0f - part);
   aerosol->phase = np_phase_henyey_greenstein(np_clampf(aerosol->moment[1], -0.99f, 0.99f));
 }

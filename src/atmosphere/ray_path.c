@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "atmosphere/ray_path.h"
 
+#include <assert.h>
+
 #include "atmosphere/optical_depth.h"
 #include "atmosphere/ray_warp.h"
 
@@ -15,6 +17,7 @@ static const double depth_step = 0.2;
 static int place_squared(const np_medium *medium, const np_ray *ray, np_path *path, int at, const np_quadrature *plain,
                          double from, double to) {
   const double length = to - from;
+  assert(at >= 0 && (size_t)(at + plain->count) <= sizeof path->node / sizeof *path->node);
   np_quadrature warped;
   if (path->is_warped) warped = np_warp_rule(medium, ray, from, to, 2, plain);
   const np_quadrature *rule = path->is_warped ? &warped : plain;

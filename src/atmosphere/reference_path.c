@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "atmosphere/reference_path.h"
 
+#include <assert.h>
 #include <string.h>
 
 #include "atmosphere/ray_cuts.h"
@@ -81,6 +82,7 @@ static void add_depth(const np_reference_path *path, double begin, double end, d
 static void add_panels(np_reference_path *path, double begin, double end, int count) {
   for (int k = 1; k <= count; k++) {
     const int at = ++path->panel_count;
+    assert((size_t)at < sizeof path->edge / sizeof *path->edge && begin < end);
     path->edge[at] = k < count ? begin + (end - begin) * k / count : end;
     memcpy(path->depth[at], path->depth[at - 1], sizeof path->depth[at]);
     add_depth(path, path->edge[at - 1], path->edge[at], path->depth[at]);

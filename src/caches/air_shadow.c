@@ -151,7 +151,7 @@ static double compute_reach(const shadow_probe *p) {
 
 /* ---- Visibility ---- */
 
-static float see_sun(const shadow_probe *p, np_dvec3 position, np_vec3 to_sun) {
+static float compute_visibility(const shadow_probe *p, np_dvec3 position, np_vec3 to_sun) {
   if (np_world_is_behind_terrain(p->world, position, to_sun)) return 0.0f;
   return np_transmittance(np_sun_optical_depths_get_scaled(p->depths, position, to_sun, p->fade, 12.0f));
 }
@@ -160,19 +160,20 @@ static float turn(double value) { return (float)(value - floor(value)); }
 
 /* Mean visibility over a segment of a ray, at `count` places, spread over nodes and cells by the plastic number and the
  * golden ratio (Roberts 2018). */
-static float see_part(const shadow_probe *p, np_vec3 direction, int i, int j, int cell, double begin, double end) {
+static float average_segment(const shadow_probe *p, np_vec3 direction, int i, int j, int cell, double begin,
+                             double end) {
   const int count = end - begin > cell_long_m ? 2 : 1;
   float sum = 0.0f;
   for (int k = 0; k < count; k++) {
     const double at = 0.7548776662466927 * i + 0.5698402909980532 * j + 0.6180339887498949 * (2 * cell + k);
     const double t = begin + (end - begin) * (k + (double)turn(at)) / count;
     const np_vec3 to_sun = np_world_sample_sun(p->world, turn(1.3247179572447460 * at + 0.37), turn(3.0 * at + 0.71));
-    sum += see_sun(p, np_dvec3_along(p->out->rays.origin, direction, t), to_sun);
+    sum += compute_visibility(p, np_dvec3_along(p->out->rays.origin, direction, t), to_sun);
   }
   return sum / (float)count;
 }
 
-static void see_node(const shadow_probe *p, size_t node) {
+static void fill_node(const shadow_probe *p, size_t node) {
   np_air_visibility *out = p->out;
   const int32_t width = out->rays.end[0] - out->rays.begin[0];
   const int i = out->rays.begin[0] + (int)(node % (size_t)width), j = out->rays.begin[1] + (int)(node / (size_t)width);
@@ -187,14 +188,14 @@ static void see_node(const shadow_probe *p, size_t node) {
     if (begin >= ground)
       *seen = c > 0 ? seen[-1] : 1.0f;
     else
-      *seen = stop > shade_begin && begin < shade_end ? see_part(p, direction, i, j, c, begin, stop) : 1.0f;
+      *seen = stop > shade_begin && begin < shade_end ? average_segment(p, direction, i, j, c, begin, stop) : 1.0f;
     begin = end;
   }
 }
 
-static neph_result see_nodes(void *user, size_t begin, size_t end, unsigned thread) {
+static neph_result fill_nodes(void *user, size_t begin, size_t end, unsigned thread) {
   (void)thread;
-  for (size_t node = begin; node < end; node++) see_node(user, node);
+  for (size_t node = begin; node < end; node++) fill_node(user, node);
   return NEPH_OK;
 }
 
@@ -267,7 +268,7 @@ neph_result np_air_visibility_build(neph_context *context, const np_world *world
   neph_result result = out->seen && out->ground_m ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
   np_monitor_set_stage(monitor, "casting shadows into the air");
   np_monitor_set_range(monitor, 0.0, 0.8);
-  if (!result) result = np_parallel_for(context, monitor, count, 16, see_nodes, &p);
+  if (!result) result = np_parallel_for(context, monitor, count, 16, fill_nodes, &p);
   np_monitor_set_range(monitor, 0.8, 0.9);
   if (!result) result = smooth(out, monitor);
   if (result) np_air_visibility_clear(out);

@@ -15,6 +15,8 @@
  */
 #include "caches/ground_light.h"
 
+#include <assert.h>
+
 #include "core/alloc.h"
 #include "core/units.h"
 #include "caches/sun_optical_depth.h"
@@ -109,12 +111,14 @@ static float follow(const gather *g, const gather_direction *d, np_dvec3 origin,
   const int count = (int)np_clamp(ceil((end - begin) / g->step_m), 1.0, STEPS_MAX);
   const double length = (end - begin) / count;
   float transmittance = 1.0f;
+  assert(length > 0.0 && offset >= 0.0 && offset <= 1.0);
   for (int k = 0; k < count && transmittance > 1e-3f; k++) {
     np_spectrum source;
     const np_dvec3 position = np_dvec3_along(origin, d->towards, begin + (k + offset) * length);
     const float scaled = compute_source(g, d, position, &source);
     if (!(scaled > 0.0f)) continue;
     const float passed = np_transmittance(scaled * (float)length);
+    assert(passed >= 0.0f && passed <= 1.0f);
     *out_light = np_spectrum_add_scaled(*out_light, transmittance * (1.0f - passed) / scaled, source);
     transmittance *= passed;
   }

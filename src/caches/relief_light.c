@@ -120,8 +120,9 @@ static np_spectrum light_ground(const np_relief_light *c, const np_ground_hit *h
   return reflect(np_spectrum_add_scaled(share_light(world, hit, all, below), fmaxf(cosine, 0.0f), sun), hit->albedo);
 }
 
-/* The same through the air before it. */
-static np_spectrum see_ground(const np_relief_light *c, np_dvec3 origin, np_vec3 direction, const np_ground_hit *hit) {
+/* Radiance of the ground through the air before it. */
+static np_spectrum compute_ground_radiance(const np_relief_light *c, np_dvec3 origin, np_vec3 direction,
+                                           const np_ground_hit *hit) {
   const np_spectrum light = light_ground(c, hit);
   const neph_sky *sky = c->desc.world->cloud_sky ? c->desc.world->cloud_sky : c->desc.world->camera_sky;
   if (!sky || hit->distance_m < air_from_m) return light;
@@ -153,7 +154,8 @@ static void add_up(const np_relief_light *c, np_dvec3 origin, const relief_ray *
   const np_vec3 towards = make_direction(ray->sine, ray->azimuth);
   np_ground_hit hit;
   if (!np_world_intersect_ground(c->desc.world, origin, towards, &hit)) return;
-  const np_spectrum ground = see_ground(c, origin, towards, &hit), sky = get_sky(c, ray->ring, ray->azimuth);
+  const np_spectrum ground = compute_ground_radiance(c, origin, towards, &hit),
+                    sky = get_sky(c, ray->ring, ray->azimuth);
   add_light(towards, np_spectrum_scale(ground, ray->solid_angle), &out->ground);
   add_light(towards, np_spectrum_scale(sky, ray->solid_angle), &out->hidden);
   float harmonics[NP_RELIEF_TERMS];
@@ -168,7 +170,7 @@ static void add_down(const np_relief_light *c, np_dvec3 origin, const relief_ray
   const np_vec3 towards = make_direction(ray->sine, ray->azimuth);
   np_ground_hit hit;
   if (!np_world_intersect_ground(c->desc.world, origin, towards, &hit)) return;
-  const np_spectrum more = np_spectrum_subtract(see_ground(c, origin, towards, &hit), level);
+  const np_spectrum more = np_spectrum_subtract(compute_ground_radiance(c, origin, towards, &hit), level);
   add_light(towards, np_spectrum_scale(more, ray->solid_angle), &out->ground);
 }
 

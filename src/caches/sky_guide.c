@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "caches/sky_guide.h"
 
+#include <assert.h>
+
 #include "core/units.h"
 #include "transport/scattering_field.h"
 
@@ -58,6 +60,7 @@ void np_sky_guide_build(const np_world *world, const np_sun_optical_depth_source
 
 np_vec3 np_sky_guide_draw(const np_sky_guide *guide, np_random *random, float *out_density) {
   const float choice = np_random_float(random), u = np_random_float(random), v = np_random_float(random);
+  assert(guide->cumulative[NP_SKY_GUIDE_CELLS - 1] == 1.0f);
   int low = 0, high = NP_SKY_GUIDE_CELLS - 1;
   while (low < high) {
     const int middle = (low + high) / 2;
@@ -67,5 +70,6 @@ np_vec3 np_sky_guide_draw(const np_sky_guide *guide, np_random *random, float *o
       low = middle + 1;
   }
   *out_density = guide->density[low];
+  assert(*out_density > 0.0f);
   return compute_direction(low, u, v);
 }

@@ -2,6 +2,8 @@
 /* The sun optical-depth volume: placing its lattices, filling them column by column, and look-up. */
 #include "caches/sun_optical_depth.h"
 
+#include <assert.h>
+
 #include "core/alloc.h"
 #include "core/isa.h"
 #include "core/stable.h"
@@ -184,7 +186,7 @@ static np_sun_column start_column(const lattice_fill *f, size_t n, unsigned thre
 }
 
 /* Copies the nodes of each cell from the rays, at its level, to `nodes`. */
-static void keep_nodes(const np_sun_column *column, float *nodes) {
+static void copy_nodes(const np_sun_column *column, float *nodes) {
   const size_t count = (size_t)column->lattice->size[2] * NP_SUN_CELL_EDGE + 1;
   for (int32_t k = 0; k < column->lattice->size[2]; k++) {
     if (!np_sun_cell_keeps(column->cells[k])) continue;
@@ -203,10 +205,11 @@ static neph_result fill_columns(void *user, size_t begin, size_t end, unsigned t
   for (size_t n = begin; n < end; n++) {
     np_sun_column column = start_column(f, n, thread);
     f->kernel(&column);
+    assert(column.node_count == 0 || !l->nodes[n]);
     if (column.node_count == 0) continue;
     l->nodes[n] = np_alloc(f->cache->context, column.node_count, sizeof **l->nodes);
     if (!l->nodes[n]) return NEPH_ERROR_OUT_OF_MEMORY;
-    keep_nodes(&column, l->nodes[n]);
+    copy_nodes(&column, l->nodes[n]);
   }
   return NEPH_OK;
 }
@@ -221,7 +224,7 @@ static float sharpen(const float *node, size_t stride, size_t n) {
 }
 
 /* Copies the nodes of refined cells from the fine rays. */
-static void keep_fine_nodes(const np_sun_column *column, float *nodes) {
+static void copy_fine_nodes(const np_sun_column *column, float *nodes) {
   const size_t stride = np_sun_column_count_fine(column);
   for (int32_t k = 0; k < column->lattice->size[2]; k++) {
     if (!np_sun_cell_keeps(column->cells[k]) || np_sun_cell_get_level(column->cells[k]) > 0) continue;
@@ -248,11 +251,12 @@ static neph_result refine_columns(void *user, size_t begin, size_t end, unsigned
     np_sun_column column = start_column(f, n, thread);
     const size_t before = column.node_count = count_nodes(&column);
     f->kernel(&column);
+    assert(column.node_count >= before);
     if (column.node_count == before) continue;
     float *nodes = np_alloc_resize(f->cache->context, l->nodes[n], column.node_count, sizeof *nodes);
     if (!nodes) return NEPH_ERROR_OUT_OF_MEMORY;
     l->nodes[n] = nodes;
-    keep_fine_nodes(&column, nodes);
+    copy_fine_nodes(&column, nodes);
   }
   return NEPH_OK;
 }

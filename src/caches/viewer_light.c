@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "caches/viewer_light.h"
 
+#include <assert.h>
+
 #include "core/alloc.h"
 
 /* Least ratio of distance over width of the cells in queries. */
@@ -61,6 +63,7 @@ neph_result np_viewer_light_build(neph_context *context, const np_scattering_fie
 }
 
 static size_t count_values(const np_viewer_light *light, const np_scattering_field *field) {
+  assert(light->phase_count >= 1 && light->band_count >= 1 && light->band_count <= NP_BAND_COUNT);
   return np_scattering_field_count_cells(field) * light->phase_count * light->band_count;
 }
 

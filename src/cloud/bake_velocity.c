@@ -28,7 +28,7 @@ typedef struct velocity_job {
   np_cloud_model before, after;
   double span_s; /* time step to either side */
   double speed_max_m_s;
-  double slack; /* λ */
+  double slack; /* λ, the damping of the normal equations */
   const np_sparse_grid *density;
   np_sparse_grid *velocity; /* x, y, z */
 } velocity_job;

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "core/json.h"
 
+#include <assert.h>
 #include <jansson.h>
 #include <math.h>
 #include <stdlib.h>
@@ -55,6 +56,7 @@ static int set_member(np_json *json, json_t *object, const char *key, json_t *va
 
 /* Puts a value into the innermost container, which takes ownership of it. */
 static void put_value(np_json *json, const char *key, json_t *value) {
+  assert(json->depth >= 1 && json->depth <= DEPTH_MAX);
   json_t *container = json->has_failed ? NULL : json->open[json->depth - 1];
   int error = json_is_array(container) ? json_array_append(container, value) : set_member(json, container, key, value);
   json_decref(value);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "core/parallel.h"
 
+#include <assert.h>
 #include <math.h>
 #include <pmmintrin.h>
 #include <pthread.h>
@@ -131,7 +132,7 @@ static void report(np_monitor *monitor, double done) {
 }
 
 /* Reports and checks the clock at intervals, over many short loops as over a long one. */
-static void attend(np_monitor *monitor, double done) {
+static void check_and_report(np_monitor *monitor, double done) {
   if (!monitor) return;
   watch_clock(monitor);
   if (read_clock(monitor) - monitor->last_report_s >= 1e-9 * REPORT_INTERVAL_NS) report(monitor, done);
@@ -168,15 +169,18 @@ void np_monitor_set_stage(np_monitor *monitor, const char *stage) {
 }
 
 void np_monitor_set_range(np_monitor *monitor, double fraction_begin, double fraction_end) {
+  assert(0.0 <= fraction_begin && fraction_begin <= fraction_end && fraction_end <= 1.0);
   if (is_elsewhere(monitor)) return;
   monitor->fraction_begin = fraction_begin;
   monitor->fraction_end = fraction_end;
-  attend(monitor, 0.0);
+  check_and_report(monitor, 0.0);
 }
 
 np_monitor_part np_monitor_get_part(const np_monitor *monitor) { return monitor ? monitor->part : np_monitor_whole; }
 
 void np_monitor_set_part(np_monitor *monitor, np_monitor_part whole, double begin, double end) {
+  assert(0.0 <= whole.begin && whole.begin <= whole.end && whole.end <= 1.0);
+  assert(0.0 <= begin && begin <= end && end <= 1.0);
   if (is_elsewhere(monitor)) return;
   const double length = whole.end - whole.begin;
   monitor->part = (np_monitor_part){whole.begin + begin * length, whole.begin + end * length};
@@ -231,6 +235,7 @@ static neph_result work_on_loop(loop *l, unsigned thread) {
 }
 
 static void append_loop(np_pool *pool, loop *l) {
+  assert(!l->is_queued);
   loop **link = &pool->first;
   while (*link) link = &(*link)->next;
   *link = l;
@@ -238,6 +243,7 @@ static void append_loop(np_pool *pool, loop *l) {
 }
 
 static void remove_loop(np_pool *pool, loop *l) {
+  assert(l->is_queued && pool->first);
   loop **link = &pool->first;
   while (*link != l) link = &(*link)->next;
   *link = l->next;
@@ -246,6 +252,7 @@ static void remove_loop(np_pool *pool, loop *l) {
 
 /* Serves a loop, with the lock held. After its last worker has left, a loop belongs to its caller again. */
 static void serve_loop(np_pool *pool, loop *l, unsigned thread) {
+  assert(thread < pool->worker_count);
   l->worker_count++;
   pthread_mutex_unlock(&pool->lock);
   const neph_result result = work_on_loop(l, thread);
@@ -281,7 +288,7 @@ static void wait_and_report(np_pool *pool, loop *l) {
     pthread_cond_timedwait(&pool->has_finished, &pool->lock, &due);
     if (is_loop_over(l)) return;
     pthread_mutex_unlock(&pool->lock);
-    attend(l->monitor, (double)atomic_load(&l->finished) / (double)l->count);
+    check_and_report(l->monitor, (double)atomic_load(&l->finished) / (double)l->count);
     pthread_mutex_lock(&pool->lock);
   }
 }
@@ -292,7 +299,7 @@ static bool is_attended(const np_monitor *monitor) {
 }
 
 static neph_result run_on_pool(np_pool *pool, loop *l) {
-  attend(l->monitor, 0.0);
+  check_and_report(l->monitor, 0.0);
   pthread_mutex_lock(&pool->lock);
   append_loop(pool, l);
   pthread_cond_broadcast(&pool->has_work);
@@ -302,7 +309,7 @@ static neph_result run_on_pool(np_pool *pool, loop *l) {
     while (!is_loop_over(l)) pthread_cond_wait(&pool->has_finished, &pool->lock);
   const neph_result result = l->result;
   pthread_mutex_unlock(&pool->lock);
-  if (!result) attend(l->monitor, 1.0);
+  if (!result) check_and_report(l->monitor, 1.0);
   return result;
 }
 

@@ -33,7 +33,7 @@ static void add_light(const np_packet_light *light, cloud_light *out) {
     out->sine = fmin(out->sine, light->beam.direction.z);
 }
 
-static cloud_light look_at_light(const np_assembly *assembly) {
+static cloud_light measure_light(const np_assembly *assembly) {
   cloud_light out = {.sine = 1.0};
   for (unsigned p = 0; p < assembly->packet_count; p++) {
     const np_packet *packet = &assembly->packets[p];
@@ -94,7 +94,7 @@ static double combine(const np_plan *plan, const cloud_light *light, double tole
 
 np_bias_model np_bias_model_make(const np_frame *f, const np_plan *plan) {
   if (f->desc->integrator == NEPH_INTEGRATOR_PATH) return make_of_path(f, plan);
-  const cloud_light light = look_at_light(f->assembly);
+  const cloud_light light = measure_light(f->assembly);
   return (np_bias_model){combine(plan, &light, (double)f->settings.tolerance, compute_cover(f)),
                          light.has_emission ? 3.0 : 2.0};
 }

@@ -23,7 +23,7 @@ static float read_light(const np_channels *c, const np_channel *channel, const n
   return np_channels_sum_components(c, channel->kind.components, channel->part, sample);
 }
 
-/* The same without the air before the ground. */
+/* Ground without the air before it. */
 static float read_before_ground(const np_channels *c, const np_channel *channel, const np_camera_ray *ray,
                                 const np_integrator_sample *sample) {
   return read_light(c, channel, ray, sample) -
@@ -122,7 +122,7 @@ static double finish_opaque(const np_channels *c, const np_channel *channel, con
   return divide_by_opacity(c, channel, sums, 0.0);
 }
 
-/* The same of a distance: where nothing is opaque all is infinitely far. */
+/* A distance by the same rule: where nothing is opaque all is infinitely far. */
 static double finish_opaque_distance(const np_channels *c, const np_channel *channel, const double *sums,
                                      const np_pixel_facts *facts) {
   (void)facts;

@@ -20,7 +20,7 @@ typedef struct np_deep_bins {
   np_depth_record at[NP_DEEP_BINS_MAX];
 } np_deep_bins;
 
-/* The same of a pixel that waits for more samples. */
+/* Stretches of a pixel that waits for more samples, as far as they go. */
 typedef struct np_deep_stored {
   unsigned count;
   float alpha;

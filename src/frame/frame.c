@@ -308,7 +308,7 @@ neph_result np_frame_render(const neph_scene *scene, const np_plan *plan, const 
   if (!result) result = np_render_header_write(scene, plan, assembly, *out_image);
   if (!result) result = np_reconstruction_create(scene, plan, f, &f->reconstruction);
   if (!result) result = integrate_and_keep(f, scene, plan, job->build.times);
-  if (!result && f->reconstruction) result = np_reconstruction_keep(f->reconstruction, plan, job->build.stores);
+  if (!result && f->reconstruction) result = np_reconstruction_store(f->reconstruction, plan, job->build.stores);
   np_reconstruction_destroy(f->reconstruction);
   if (result) {
     neph_image_destroy(*out_image);

@@ -96,7 +96,7 @@ void np_reconstruction_destroy(np_reconstruction *r) {
   np_alloc_free(context, r);
 }
 
-neph_result np_reconstruction_keep(np_reconstruction *r, const np_plan *plan, np_stores *stores) {
+neph_result np_reconstruction_store(np_reconstruction *r, const np_plan *plan, np_stores *stores) {
   if (!r->has_history) return NEPH_OK;
   memcpy(r->next.hash, plan->hash, sizeof r->next.hash);
   return np_history_put(plan, stores, &r->next);
@@ -133,7 +133,7 @@ static void guide_row(const np_frame *f, unsigned y) {
 
 static void mark_row(const np_frame *f, unsigned y) {
   np_pixel_guide *guides = f->reconstruction->next.guides;
-  for (unsigned x = 0; x < f->width; x++) np_pixel_guide_look_around(guides, f->width, f->height, x, y);
+  for (unsigned x = 0; x < f->width; x++) np_pixel_guide_fill_around(guides, f->width, f->height, x, y);
 }
 
 static void choose_row(const np_frame *f, unsigned y) {

@@ -66,7 +66,7 @@ neph_result np_reconstruction_resolve(np_frame *f);
 neph_result np_reconstruction_describe(const np_frame *f, neph_image *image);
 
 /* Puts the picture into the stores for the next frame. */
-neph_result np_reconstruction_keep(np_reconstruction *r, const np_plan *plan, np_stores *stores);
+neph_result np_reconstruction_store(np_reconstruction *r, const np_plan *plan, np_stores *stores);
 
 /* Whether a pixel has neighbours on the resolution's lattice that it may be interpolated from. */
 bool np_reconstruction_has_alike(const np_reconstruction *r, unsigned x, unsigned y);

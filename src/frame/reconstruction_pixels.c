@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Values of pixels that were not rendered, and of those that were and have a history. */
+#include <assert.h>
 #include <string.h>
 
 #include "frame/reconstruction.h"
@@ -26,6 +27,7 @@ static float compare_guides(const np_pixel_guide *to, const np_pixel_guide *from
   const float far =
       np_pixel_guide_compare(is_cloud ? to->cloud_m : to->behind_m, is_cloud ? from->cloud_m : from->behind_m);
   const float distance = far / distance_scale, opacity = (to->opacity - from->opacity) / opacity_scale;
+  assert(to->opacity >= 0.0f && from->opacity >= 0.0f);
   if (!np_pixel_guide_has_same_around(from, to)) return 0.0f;
   return expf(-fminf(distance * distance + opacity * opacity, 60.0f));
 }
@@ -53,7 +55,7 @@ typedef struct around {
   float weight[AROUND], sum;
 } around;
 
-/* Those of the pixel's square and of the eight around it. */
+/* Lists the rendered pixels of the square that holds a pixel, and of the eight squares around it. */
 static void list_around(const np_reconstruction *r, unsigned x, unsigned y, around *out) {
   const np_pixel_lattice *lattice = &r->update;
   const np_pixel_guide *guides = r->next.guides;

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "frame/reprojection.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -51,7 +52,8 @@ static bool shows_other(const np_pixel_guide *a, const np_pixel_guide *middle, c
 }
 
 /* Beyond the window all goes on as at its rim. */
-void np_pixel_guide_look_around(np_pixel_guide *guides, unsigned width, unsigned height, unsigned x, unsigned y) {
+void np_pixel_guide_fill_around(np_pixel_guide *guides, unsigned width, unsigned height, unsigned x, unsigned y) {
+  assert(x < width && y < height);
   static const int steps[][2] = {{1, 0}, {0, 1}, {1, 1}, {1, -1}};
   np_pixel_guide *guide = &guides[(size_t)y * width + x];
   guide->near_m = guide->far_m = get_visible(guide);

@@ -38,7 +38,7 @@ bool np_pixel_guide_is_cloud(const np_pixel_guide *guide);
 float np_pixel_guide_compare(float a_m, float b_m);
 
 /* Fills what a pixel of a window has of its neighbours, by their guides. */
-void np_pixel_guide_look_around(np_pixel_guide *guides, unsigned width, unsigned height, unsigned x, unsigned y);
+void np_pixel_guide_fill_around(np_pixel_guide *guides, unsigned width, unsigned height, unsigned x, unsigned y);
 
 /* Whether the light that a pixel may have of its neighbours is such as another one may have. */
 bool np_pixel_guide_has_same_around(const np_pixel_guide *from, const np_pixel_guide *to);

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The samples of a frame: how many each pixel gets, and in what order. */
+#include <assert.h>
 #include <string.h>
 
 #include "core/alloc.h"
@@ -47,6 +48,7 @@ size_t np_frame_count_tiles(const np_frame *f) {
 
 /* The tiles of rows from `begin`, a multiple of a tile's edge, up to `end`. */
 static neph_result run_tiles(np_frame *f, unsigned begin, unsigned end, pixel_step_fn *step, bool is_shown) {
+  assert(begin % NP_TILE_EDGE == 0 && begin <= end && end <= f->height);
   const size_t across = (f->width + NP_TILE_EDGE - 1) / NP_TILE_EDGE;
   tile_job job = {f, across * (begin / NP_TILE_EDGE), step, is_shown};
   const size_t count = across * ((end - begin + NP_TILE_EDGE - 1) / NP_TILE_EDGE);
@@ -86,6 +88,7 @@ static size_t count_slots(const np_frame *f) { return f->rows.stride * (f->rows.
 
 static size_t get_slot(const np_frame *f, const int at[2]) {
   const size_t y = (size_t)(at[1] - f->min[1] + 1) - f->rows.begin;
+  assert(y < f->rows.count + 2);
   return y * f->rows.stride + (size_t)(at[0] - f->min[0] + 1);
 }
 

@@ -27,7 +27,7 @@ static bool take(np_tile_feed *feed, size_t tile) {
 static unsigned min(unsigned a, unsigned b) { return a < b ? a : b; }
 
 /* Tiles [begin, end) of a row. */
-static bool hand_over(const np_tile_feed *feed, unsigned row, unsigned begin, unsigned end) {
+static bool deliver_run(const np_tile_feed *feed, unsigned row, unsigned begin, unsigned end) {
   const unsigned width = neph_image_get_width(feed->image), height = neph_image_get_height(feed->image);
   const neph_tile tile = {.min = {begin * feed->edge, row * feed->edge},
                           .max = {min(end * feed->edge, width), min((row + 1) * feed->edge, height)},
@@ -46,7 +46,7 @@ bool np_tile_feed_deliver(np_tile_feed *feed, double seconds) {
     for (unsigned column = 0; column < across; column++) {
       const unsigned begin = column;
       while (column < across && take(feed, (size_t)row * across + column)) column++;
-      if (column > begin && !hand_over(feed, row, begin, column)) return false;
+      if (column > begin && !deliver_run(feed, row, begin, column)) return false;
     }
   return true;
 }

@@ -35,6 +35,7 @@ static uint32_t get_ragged_count(const np_film_accumulator *accumulator) {
 
 /* Stores a complete node, joined with its waiting siblings; destroys `sums`. */
 static void store_node(np_film_accumulator *accumulator, unsigned level, uint32_t index, double *sums) {
+  assert(level < NP_FILM_LEVELS);
   for (; index & accumulator->pending >> level & 1u; level++, index >>= 1) {
     const uint32_t count = (uint32_t)NP_FILM_LEAF_SAMPLES << level;
     np_film_accumulator_join(accumulator, accumulator->pending_node[level], count, sums, count);
@@ -105,6 +106,7 @@ unsigned np_film_list_nodes(uint32_t begin, uint32_t end, np_film_node out[NP_FI
     while (samples < node_max && begin % (2 * samples) == 0 && left / 2 >= samples) samples *= 2;
     if (samples > left) samples = left;
     out[count++] = (np_film_node){begin, samples, NULL};
+    assert(count <= NP_FILM_NODES_MAX);
     begin += samples;
   }
   return count;

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Difference of a picture from a reference: the measures of docs/accuracy.md. Sums run in double over pixels in order,
  * so that the figures repeat. */
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -158,6 +159,7 @@ static void swap(float *a, float *b) {
 
 /* Hoare's selection: the value at `rank` in sorted order. */
 static float select_rank(float *values, size_t count, size_t rank) {
+  assert(rank < count);
   size_t low = 0, high = count - 1;
   while (low < high) {
     float pivot = values[low + (high - low) / 2];

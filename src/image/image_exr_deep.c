@@ -74,7 +74,7 @@ static size_t fill_counts(const np_exr_writer *writer, const np_deep_pixel *line
 /* ---- Chunks ---- */
 
 /* Packing function of the pipeline that does nothing: the pixels are in its buffer already. */
-static exr_result_t keep_packed(exr_encode_pipeline_t *pipeline) {
+static exr_result_t pack_nothing(exr_encode_pipeline_t *pipeline) {
   pipeline->packed_bytes = *(const size_t *)pipeline->encoding_user_data;
   return EXR_ERR_SUCCESS;
 }
@@ -93,7 +93,7 @@ static exr_result_t compress(np_exr_writer *writer, int line, void *packed, size
     np_exr_lay_out_channel(writer->image, &pipeline->channels[c]);
     pipeline->channels[c].encode_from_ptr = nothing;
   }
-  pipeline->convert_and_pack_fn = keep_packed;
+  pipeline->convert_and_pack_fn = pack_nothing;
   pipeline->yield_until_ready_fn = NULL;
   pipeline->write_fn = NULL;
   pipeline->encoding_user_data = &size;
@@ -108,7 +108,7 @@ static neph_result compress_line(np_exr_writer *writer, int line, void *packed, 
   exr_encode_pipeline_t pipeline = EXR_ENCODE_PIPELINE_INITIALIZER;
   const exr_result_t code = compress(writer, line, packed, size, chunk->counts, &pipeline);
   neph_result result =
-      code ? np_exr_remember_failure(&writer->file, code) : np_exr_keep_chunk(writer->file.context, &pipeline, chunk);
+      code ? np_exr_remember_failure(&writer->file, code) : np_exr_copy_chunk(writer->file.context, &pipeline, chunk);
   if (pipeline.compressed_buffer == packed) pipeline.compressed_buffer = NULL;
   pipeline.packed_buffer = NULL;
   pipeline.sample_count_table = NULL;

@@ -16,7 +16,7 @@
 
 /* Stores the first complaint for the message. Only for reading: a context open for writing holds its lock during a
  * complaint, and the call for its user data would deadlock. */
-static void keep_complaint(exr_const_context_t exr, exr_result_t code, const char *message) {
+static void store_complaint(exr_const_context_t exr, exr_result_t code, const char *message) {
   (void)code;
   void *user = NULL;
   if (!exr || exr_get_user_data(exr, &user) || !user) return;
@@ -47,7 +47,7 @@ static neph_result fail_read(np_exr_file *file, exr_result_t code) {
 
 static neph_result open_file(np_exr_file *file) {
   exr_context_initializer_t initializer = EXR_DEFAULT_CONTEXT_INITIALIZER;
-  initializer.error_handler_fn = keep_complaint;
+  initializer.error_handler_fn = store_complaint;
   initializer.user_data = file;
   initializer.read_fn = np_exr_read;
   initializer.size_fn = np_exr_get_size;

@@ -148,7 +148,7 @@ static exr_result_t run_pipeline(const np_exr_writer *writer, int line, exr_enco
 
 /* Readers take a chunk that is as long as its pixels as uncompressed, so that compression without gain is dropped.
  * OpenEXRCore drops it only where it lengthens. */
-neph_result np_exr_keep_chunk(neph_context *context, const exr_encode_pipeline_t *pipeline, np_exr_chunk *out_chunk) {
+neph_result np_exr_copy_chunk(neph_context *context, const exr_encode_pipeline_t *pipeline, np_exr_chunk *out_chunk) {
   const bool is_raw = pipeline->compressed_bytes >= pipeline->packed_bytes;
   const size_t size = is_raw ? pipeline->packed_bytes : pipeline->compressed_bytes;
   out_chunk->bytes = np_alloc(context, size, 1);
@@ -163,7 +163,7 @@ static neph_result encode_chunk(np_exr_writer *writer, int index) {
   exr_encode_pipeline_t pipeline = EXR_ENCODE_PIPELINE_INITIALIZER;
   exr_result_t code = run_pipeline(writer, index * writer->lines_per_chunk, &pipeline);
   neph_result result = code ? np_exr_remember_failure(&writer->file, code)
-                            : np_exr_keep_chunk(writer->file.context, &pipeline, &writer->chunks[index]);
+                            : np_exr_copy_chunk(writer->file.context, &pipeline, &writer->chunks[index]);
   exr_encoding_destroy(writer->file.exr, &pipeline);
   return result;
 }

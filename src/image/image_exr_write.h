@@ -36,7 +36,7 @@ struct np_exr_writer {
 };
 
 /* Takes the compressed bytes from a pipeline, or, where compression gains nothing, its packed bytes. */
-neph_result np_exr_keep_chunk(neph_context *context, const exr_encode_pipeline_t *pipeline, np_exr_chunk *out_chunk);
+neph_result np_exr_copy_chunk(neph_context *context, const exr_encode_pipeline_t *pipeline, np_exr_chunk *out_chunk);
 
 /* Writes an image atomically. */
 neph_result np_exr_save(const neph_image *image, const char *path, neph_pixel_type pixel_type,

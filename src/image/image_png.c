@@ -69,7 +69,7 @@ static void write_header(png_structp png, png_infop info, const png_picture *pic
 }
 
 /* Error function of libpng: stores the message and jumps. */
-static void keep_message(png_structp png, png_const_charp message) {
+static void store_message(png_structp png, png_const_charp message) {
   np_print_short(png_get_error_ptr(png), 128, message);
   png_longjmp(png, 1);
 }
@@ -90,7 +90,7 @@ static bool write_rows(png_structp png, png_infop info, const png_picture *pictu
 
 /* Writes the picture. False: failed. `row` has room for one of its rows. */
 static bool write_stream(const png_picture *picture, FILE *file, uint8_t *row, char message[128]) {
-  png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, message, keep_message, ignore_warning);
+  png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, message, store_message, ignore_warning);
   png_infop info = png ? png_create_info_struct(png) : NULL;
   const bool is_written = info && write_rows(png, info, picture, file, row);
   png_destroy_write_struct(&png, &info);

@@ -97,7 +97,7 @@ typedef struct request {
   char message[NP_PICTURE_MESSAGE_BYTES]; /* first error */
 } request;
 
-static void keep_error(void *user, neph_log_level level, const char *message) {
+static void store_error(void *user, neph_log_level level, const char *message) {
   request *r = user;
   if (level == NEPH_LOG_ERROR && !r->message[0]) np_print_short(r->message, sizeof r->message, message);
 }
@@ -181,7 +181,7 @@ static void answer(size_t index, const char *path, unsigned threads) {
   static request r;
   neph_context_desc desc = NEPH_CONTEXT_DESC_DEFAULT;
   desc.thread_count = threads;
-  desc.log = keep_error;
+  desc.log = store_error;
   desc.log_user = &r;
   r.path = path;
   const neph_result result = neph_context_create(&desc, &r.context);

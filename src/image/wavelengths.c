@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "image/wavelengths.h"
 
+#include <assert.h>
 #include <math.h>
 
 #include "image/matching.h"
@@ -40,6 +41,7 @@ static void choose_cell(np_wavelengths *w, unsigned index, cell_moments *out) {
 }
 
 void np_wavelengths_choose(unsigned count, np_wavelengths *out) {
+  assert(count >= 1 && count <= NP_WAVELENGTHS_MAX);
   cell_moments cells[NP_WAVELENGTHS_MAX];
   *out = (np_wavelengths){.count = count};
   for (unsigned i = 0; i <= count; i++) out->bound_nm[i] = first_nm + (last_nm - first_nm) * i / count;
@@ -48,6 +50,7 @@ void np_wavelengths_choose(unsigned count, np_wavelengths *out) {
   for (unsigned i = 0; i < count; i++) choose_cell(out, i, &cells[i]);
   for (unsigned i = 0; i < count; i++) {
     const unsigned below = i > 0 ? i - 1 : i, above = i + 1 < count ? i + 1 : i;
+    assert(count == 1 || out->nm[below] < out->nm[above]);
     for (int c = 0; c < 3; c++) {
       const double beside = cells[i].moment[c] - cells[i].mass[c] * out->nm[i];
       const double shift = beside / (out->nm[above] - out->nm[below]);

@@ -6,7 +6,7 @@
  * atmosphere/air_flight.h says. Clouds are grey; where bands part, in the air, one of them leads and all are weighed
  * (hero.h). At every vertex a path is weighted by the albedo, gathers the sun through an unbiased transmittance, and
  * goes on in a direction drawn from the phase function, from Lambert's cosine, or by
- * the waves of water. Those that leave the planet see what
+ * the waves of water. Those that follow_past_clouds the planet see what
  * shines beyond the air. The sun's disk is met both ways, by aiming at it and by chance, each weighed by the other
  * (balance heuristic, Veach and Guibas 1995); so is emission, and, where it pays, the sky (sky_next_event.h). So the
  * mean over samples is the solution of the equation of transfer.
@@ -15,6 +15,8 @@
  * world describes, and ends. Compiled once per instruction-set level.
  */
 #include "integrate/ground_scatter.h"
+
+#include <assert.h>
 #include "integrate/path_light.h"
 #include "integrate/sky_next_event.h"
 #include "integrate/sun_branching.h"
@@ -26,18 +28,18 @@ enum { BRANCH_DEPTH_MAX = 64, SPLIT_DEPTH_MAX = 256 };
 
 static bool may_branch(const np_path_state *path) { return path->depth < BRANCH_DEPTH_MAX; }
 
-static void leave(const np_tracer *t, np_path_state *path);
+static void follow_past_clouds(const np_tracer *t, np_path_state *path);
 
 static void gather_sky(const np_tracer *t, const np_path_state *path, const np_sky_next_event *sky, float share,
                        float density) {
   np_path_state ray;
-  if (np_sky_next_event_start(path, sky, share, density, t->random, &ray)) leave(t, &ray);
+  if (np_sky_next_event_start(path, sky, share, density, t->random, &ray)) follow_past_clouds(t, &ray);
 }
 
 /* Light that clouds scatter once and that does not come straight from the sun is the sky's or the ground's. */
-static void meet_outside(const np_tracer *t, np_path_state *path, bool is_ground) {
+static void set_outside_component(const np_tracer *t, np_path_state *path, bool is_ground) {
   if (path->component == NP_COMPONENT_SUN) path->component = is_ground ? NP_COMPONENT_GROUND : NP_COMPONENT_SKY;
-  np_sky_next_event_meet(t, path);
+  np_sky_next_event_weigh(t, path);
 }
 
 /* ---- Clouds ---- */
@@ -117,6 +119,7 @@ static void scatter_in_cloud(const np_tracer *t, np_path_state *path, const np_s
   np_path_state branch = *path;
   np_vec3 direction;
   const bool has_branch = np_sun_branching_sample(branching, t->random, &direction);
+  assert(branching->share + branching->broad_share <= 1.0f + 1e-6f);
   if (has_branch) turn(&branch, branching, direction);
   turn(path, branching, draw_direction(t, path));
   if (has_branch) follow_weaker(t, path, &branch);
@@ -136,6 +139,7 @@ static bool build_guide(const np_tracer *t, np_path_state *path) {
 /* Number of copies in which a guided path goes on; 0: it ends, and the solution stands for it. */
 static unsigned count_copies(const np_tracer *t, np_path_state *path) {
   const float count = np_guide_count(&path->guide, path->weight, path->reference);
+  assert(count >= 0.0f);
   if (count >= 1.0f) return path->depth < SPLIT_DEPTH_MAX ? (unsigned)count : 1;
   const bool goes_on = np_random_float(t->random) < count;
   const float expected = path->guide.light * (goes_on ? 1.0f - 1.0f / count : 1.0f);
@@ -158,7 +162,7 @@ static void scatter_copies(const np_tracer *t, np_path_state *path, const np_sun
 }
 
 /* False where the path is ended. */
-static bool meet_cloud(const np_tracer *t, np_path_state *path) {
+static bool collide_in_cloud(const np_tracer *t, np_path_state *path) {
   path->order++;
   path->throughput = np_spectrum_multiply(path->throughput, path->volume->albedo);
   if (!path->has_component) path->component = path->order == 1 ? NP_COMPONENT_SUN : NP_COMPONENT_MULTIPLE;
@@ -173,8 +177,8 @@ static bool meet_cloud(const np_tracer *t, np_path_state *path) {
 
 /* ---- Air, ground and space ---- */
 
-static void meet_air(const np_tracer *t, np_path_state *path) {
-  meet_outside(t, path, path->is_ground_ahead);
+static void collide_in_air(const np_tracer *t, np_path_state *path) {
+  set_outside_component(t, path, path->is_ground_ahead);
   path->is_through_air = true;
   const np_air_scatterer scatterer =
       np_air_scatterer_make(t->world->atmosphere, &t->air_light, &path->air, path->position, path->direction);
@@ -209,8 +213,8 @@ static void gather_sky_on_ground(const np_tracer *t, const np_path_state *path, 
 }
 
 /* False where the path is ended. */
-static bool meet_ground(const np_tracer *t, np_path_state *path) {
-  meet_outside(t, path, true);
+static bool reflect_at_ground(const np_tracer *t, np_path_state *path) {
+  set_outside_component(t, path, true);
   path->position = path->ground.position;
   const np_ground_scatter scatter = np_ground_scatter_make(&path->ground, path->direction, &path->throughput);
   path->has_sky_next_event = t->lighting->sky_guide && may_branch(path);
@@ -229,21 +233,21 @@ static bool meet_ground(const np_tracer *t, np_path_state *path) {
   return np_ground_scatter_sample(&scatter, t->random, &path->throughput, &path->direction, &path->density);
 }
 
-static void meet_space(const np_tracer *t, np_path_state *path) {
-  np_path_meet_sun(t, path);
-  meet_outside(t, path, false);
+static void add_space(const np_tracer *t, np_path_state *path) {
+  np_path_add_sun(t, path);
+  set_outside_component(t, path, false);
   np_path_add_light(t, path, path->component, np_world_space_radiance(t->world, path->position, path->direction));
 }
 
 /* Under the sky over the water where only that has scattered the path. */
-static void meet_surroundings(const np_tracer *t, np_path_state *path) {
+static void add_surroundings(const np_tracer *t, np_path_state *path) {
   bool is_ground;
   const np_reflection *reflection = path->order == 0 ? t->lighting->reflection : NULL;
   const neph_sky *sky = reflection ? reflection->world.camera_sky : t->world->cloud_sky;
   const np_spectrum incoming = np_surroundings_incoming(t->world, t->lighting, t->settings, sky, path->position,
                                                         path->direction, np_path_shadow, t->random, &is_ground);
-  if (!is_ground) np_path_meet_sun(t, path);
-  meet_outside(t, path, is_ground);
+  if (!is_ground) np_path_add_sun(t, path);
+  set_outside_component(t, path, is_ground);
   np_path_add_light(t, path, path->component, incoming);
 }
 
@@ -328,9 +332,9 @@ static bool is_dark_outside(const np_world *world) {
 /* Bounds of clouds are looked for as far as this: beyond, one flight in four hundred leaves. */
 static const double rim_depth = 6.0;
 
-/* Guided paths whose flight would see but darkness outside never leave by a rim nearby: each collides before, and
- * weighs as much as that was likely. A path that leaves is a path lost, and what noise guided paths had left in slabs
- * was mostly that. */
+/* Guided paths whose flight would see but darkness outside never follow_past_clouds by a rim nearby: each collides
+ * before, and weighs as much as that was likely. A path that leaves is a path lost, and what noise guided paths had
+ * left in slabs was mostly that. */
 static np_flight start_flight(const np_tracer *t, const np_path_state *path) {
   const double stretch_fraction = path->is_guided ? np_guide_get_stretch_fraction(&path->guide, path->direction) : 0.0;
   const np_flight flight = np_flight_start(np_track_flight(t->random), stretch_fraction);
@@ -379,7 +383,7 @@ static np_path_event fly_past_clouds(const np_tracer *t, np_path_state *path) {
   return event;
 }
 
-static void leave(const np_tracer *t, np_path_state *path) {
+static void follow_past_clouds(const np_tracer *t, np_path_state *path) {
   const np_path_event event = fly_past_clouds(t, path);
   if (np_spectrum_max(path->throughput) > 0.0f) NP_KERNEL(np_path_follow)(t, path, event);
 }
@@ -424,20 +428,20 @@ void NP_KERNEL(np_path_follow)(const np_tracer *t, np_path_state *path, np_path_
     path->is_guided = false;
     switch (event) {
     case NP_PATH_CLOUD:
-      if (is_ended(t, path) || !meet_cloud(t, path)) return;
+      if (is_ended(t, path) || !collide_in_cloud(t, path)) return;
       break;
     case NP_PATH_AIR:
       if (t->world->sun_scope == NP_SUN_BEAM) return;
-      meet_air(t, path);
+      collide_in_air(t, path);
       break;
     case NP_PATH_GROUND:
-      if (!meet_ground(t, path)) return;
+      if (!reflect_at_ground(t, path)) return;
       break;
     case NP_PATH_SPACE:
-      meet_space(t, path);
+      add_space(t, path);
       return;
     case NP_PATH_SURROUNDINGS:
-      meet_surroundings(t, path);
+      add_surroundings(t, path);
       return;
     }
     if (!survive(path, t->random)) return;

@@ -119,8 +119,8 @@ static void add_water_by_tables(const np_tracer *t, const np_camera_ray *ray, co
 enum { CAMERA_PANELS = 20 };
 
 /* The air from the eye to a distance from the origin: its transmittance, and, added to a component, its in-scatter. */
-static np_spectrum look_through_air(const np_tracer *t, const np_camera_ray *ray, double distance,
-                                    np_component component, bool is_seen) {
+static np_spectrum add_air(const np_tracer *t, const np_camera_ray *ray, double distance, np_component component,
+                           bool is_seen) {
   if (!t->world->atmosphere) return np_spectrum_grey(1.0f);
   np_air_flight flight;
   const np_dvec3 eye = np_camera_ray_get_view(ray).eye;
@@ -143,7 +143,7 @@ static np_spectrum look_through_air(const np_tracer *t, const np_camera_ray *ray
 }
 
 static void add_traced_cloud(const np_tracer *t, const np_camera_ray *ray, const cloud_hit *hit, bool is_air_seen) {
-  const np_spectrum air = look_through_air(t, ray, hit->distance, NP_COMPONENT_AIR, is_air_seen);
+  const np_spectrum air = add_air(t, ray, hit->distance, NP_COMPONENT_AIR, is_air_seen);
   np_path_state path = start_path(ray, hit->distance, np_spectrum_scale(air, hit->weight));
   if (!(path.weight > 0.0f)) return;
   path.volume = hit->volume;
@@ -167,8 +167,8 @@ static void record_cloud(const np_tracer *t, const np_camera_ray *ray, const clo
   ray->layers->depths[ray->layers->depth_count - 1].opacity = hit->weight;
 }
 
-static void look_by_tables(const np_tracer *t, const np_camera_ray *ray, const cloud_hit *cloud,
-                           const np_ground_hit *ground) {
+static void add_tabulated_air(const np_tracer *t, const np_camera_ray *ray, const cloud_hit *cloud,
+                              const np_ground_hit *ground) {
   if (is_shown(cloud)) (np_integrator_has_depths(ray) ? record_cloud : add_cloud)(t, ray, cloud, true);
   if (ground && ground->water) {
     add_water_by_tables(t, ray, ground);
@@ -182,7 +182,7 @@ static void look_by_tables(const np_tracer *t, const np_camera_ray *ray, const c
 static void add_behind(const np_tracer *t, const np_camera_ray *ray, const np_ground_hit *ground, bool is_air_seen) {
   const np_component component = ground ? NP_COMPONENT_AIR : NP_COMPONENT_BACKGROUND;
   const np_spectrum before = t->out->component[component];
-  const np_spectrum air = look_through_air(t, ray, ground ? ground->distance_m : HUGE_VAL, component, is_air_seen);
+  const np_spectrum air = add_air(t, ray, ground ? ground->distance_m : HUGE_VAL, component, is_air_seen);
   if (ground) t->out->component[NP_COMPONENT_GROUND_AIR] = np_spectrum_subtract(t->out->component[component], before);
   const np_spectrum transmittance = np_spectrum_scale(air, t->out->transmittance);
   if (!ground) {
@@ -211,13 +211,13 @@ static void look(const np_tracer *t, const np_camera_ray *ray, const cloud_hit *
 }
 
 /* The sun's disk outshines what hides it: whether a ray's flight happens to pass the clouds is no measure of it. */
-static void look_for_disks(const np_tracer *t, const np_camera_ray *ray) {
+static void add_disks(const np_tracer *t, const np_camera_ray *ray) {
   if (np_spectrum_is_zero(np_world_disk_radiance(t->world, ray->direction))) return;
   t->out->transmittance = np_track_transmittance(&t->world->clouds, ray->origin, ray->direction,
                                                  np_camera_ray_get_end(ray), np_track_faint_depth, t->random);
 }
 
-static void look_at_emission(const np_tracer *t, const np_camera_ray *ray, double distance_end) {
+static void add_emission(const np_tracer *t, const np_camera_ray *ray, double distance_end) {
   const np_emission *emission = t->world->emission;
   for (unsigned g = 0; g < emission->emitter_count; g++)
     if (!emission->emitters[g].is_held_out)
@@ -236,12 +236,12 @@ void NP_KERNEL(np_path_sample)(const np_world *world, const np_lighting *lightin
   np_ground_hit ground;
   out->is_ground_behind = np_camera_ray_intersect_ground(world, ray, &ground);
   const double distance_end = out->is_ground_behind ? ground.distance_m : np_camera_ray_get_end(ray);
-  if (world->emission) look_at_emission(&t, ray, distance_end);
+  if (world->emission) add_emission(&t, ray, distance_end);
   const cloud_hit cloud = sample_cloud(&t, ray, distance_end);
   if (!isinf(cloud.distance)) add_opaque_cloud(&t, ray, &cloud);
   if (out->is_ground_behind)
     np_surroundings_add_opaque_ground(world, lighting, settings, &ground, out->transmittance, np_path_shadow, random,
                                       out);
-  if (!out->is_ground_behind) look_for_disks(&t, ray);
-  (settings->is_air_traced ? look : look_by_tables)(&t, ray, &cloud, out->is_ground_behind ? &ground : NULL);
+  if (!out->is_ground_behind) add_disks(&t, ray);
+  (settings->is_air_traced ? look : add_tabulated_air)(&t, ray, &cloud, out->is_ground_behind ? &ground : NULL);
 }

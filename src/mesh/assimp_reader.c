@@ -131,7 +131,7 @@ static size_t write_nothing(struct aiFile *file, const char *bytes, size_t size,
 
 static void flush_nothing(struct aiFile *file) { (void)file; }
 
-static size_t tell(struct aiFile *file) {
+static size_t get_offset(struct aiFile *file) {
   const long at = ftell(get_stream(file));
   return at > 0 ? (size_t)at : 0;
 }
@@ -188,7 +188,7 @@ static struct aiFile *open_stream(struct aiFileIO *files, const char *path, cons
   if (!stream) return free(file), NULL;
   *file = (struct aiFile){.ReadProc = read_stream,
                           .WriteProc = write_nothing,
-                          .TellProc = tell,
+                          .TellProc = get_offset,
                           .FileSizeProc = get_size,
                           .SeekProc = seek,
                           .FlushProc = flush_nothing,

@@ -46,7 +46,7 @@ static void fill_first(const vertex_key *keys, uint32_t count, uint32_t *out) {
 }
 
 /* Moves first vertices together; `first` becomes the new index of each vertex. */
-static void keep_first(np_mesh *mesh, uint32_t *first) {
+static void join_vertices(np_mesh *mesh, uint32_t *first) {
   uint32_t kept = 0;
   for (uint32_t v = 0; v < mesh->vertex_count; v++) {
     if (first[v] != v) {
@@ -69,7 +69,7 @@ neph_result np_mesh_join(neph_context *context, np_mesh *mesh) {
     fill_keys(mesh, keys);
     qsort(keys, mesh->vertex_count, sizeof *keys, compare_keys);
     fill_first(keys, mesh->vertex_count, first);
-    keep_first(mesh, first);
+    join_vertices(mesh, first);
   }
   np_alloc_free(context, keys);
   np_alloc_free(context, first);

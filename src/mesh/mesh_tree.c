@@ -9,6 +9,7 @@
  */
 #include "mesh/mesh_tree.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -166,6 +167,7 @@ static void cut_nodes(np_mesh_tree *tree) {
       continue;
     }
     const size_t half = r.count / 2, child = tree->node_count;
+    assert(depth + 2 <= STACK && child + 2 <= 2 * tree->triangle_count);
     node->first = (uint32_t)child;
     tree->node_count += 2;
     stack[depth++] = (node_range){child, r.first, half};

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
+#include <assert.h>
 #include <nephos/noise_texture.h>
 
 #include "core/alloc.h"
@@ -34,6 +35,7 @@ typedef struct texture_job {
 static void fill_row(const texture_job *job, size_t row) {
   const texture_kind *kind = &kinds[job->kind];
   const int32_t size = kind->size;
+  assert(size <= SIZE_MAX_TEXELS && (size & (size - 1)) == 0);
   const float cells_per_texel = (float)kind->cells / (float)size;
   float x[SIZE_MAX_TEXELS], y[SIZE_MAX_TEXELS], z[SIZE_MAX_TEXELS], *out = job->texture->values + row * (size_t)size;
   for (int32_t i = 0; i < size; i++) {

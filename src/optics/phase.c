@@ -6,6 +6,8 @@
  */
 #include "optics/phase.h"
 
+#include <assert.h>
+
 np_phase np_phase_isotropic(void) { return np_phase_henyey_greenstein(0); }
 
 np_phase np_phase_rayleigh(void) { return np_phase_cornette_shanks(0); }
@@ -70,6 +72,7 @@ static draine_cdf integrate_draine(double t, double g, double alpha, double norm
 /* The t at which the lobe's cumulative distribution is u. Newton doubles its digits from the third step or so; 60 steps
  * bound the worst case, in which every one of them halves the bracket. */
 static double invert_draine(double u, double g, double alpha, double norm) {
+  assert(0.0 <= u && u <= 1.0 && 0.0 <= g && g < 1.0 && norm > 0.0);
   double low = 0.0, high = 1.0, t = u;
   for (int i = 0; i < 60; i++) {
     draine_cdf cdf = integrate_draine(t, g, alpha, norm);
@@ -95,6 +98,8 @@ static double sample_versine(np_phase_lobe lobe, double u) {
 
 /* A versine sampled by two numbers, about the forward axis or, where `*out_is_backward`, the backward one. */
 static double sample_mixture(const np_phase *phase, const float u[3], bool *out_is_backward) {
+  assert(phase->weight >= 0.0f && phase->weight <= 1.0f);
+  assert(phase->table_weight >= 0.0f && phase->table_weight <= 1.0f);
   *out_is_backward = false;
   if (phase->table && u[0] < phase->table_weight) return np_phase_table_sample(phase->table, (double)u[1]);
   float choice = phase->table ? (u[0] - phase->table_weight) / (1.0f - phase->table_weight) : u[0];
@@ -197,4 +202,7 @@ static np_phase (*const makers[NP_PHASE_COUNT])(const np_phase_source *) = {
     [NEPH_PHASE_DRAINE] = make_draine,       [NEPH_PHASE_TABLE] = make_isotropic,
 };
 
-np_phase np_phase_make(const np_phase_source *source) { return makers[source->kind](source); }
+np_phase np_phase_make(const np_phase_source *source) {
+  assert((unsigned)source->kind < NP_PHASE_COUNT);
+  return makers[source->kind](source);
+}

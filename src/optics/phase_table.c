@@ -3,6 +3,7 @@
  * the trapezium rule's, and its inverse is the root of a quadratic. */
 #include "optics/phase_table.h"
 
+#include <assert.h>
 #include <math.h>
 
 #include "core/alloc.h"
@@ -81,6 +82,7 @@ static double integrate_interval(const np_phase_table *table, unsigned i) {
 static neph_result normalize(const char *path, np_phase_table *table) {
   for (unsigned i = 0; i + 1 < table->count; i++)
     table->cumulative[i + 1] = table->cumulative[i] + integrate_interval(table, i);
+  assert(table->versine[0] == 0.0f && table->versine[table->count - 1] == 2.0f);
   const double integral = table->cumulative[table->count - 1];
   if (!(fabs(integral - 1.0) <= integral_error_max))
     return np_fail(table->context, NEPH_ERROR_BAD_FILE,
@@ -116,6 +118,7 @@ void np_phase_table_clear(np_phase_table *table) {
 /* Sampling inside an interval of width h, with p = p₀ + s·x: p₀x + ½s·x² = c has the root x = 2c/(p₀ + √(p₀² + 2sc)),
  * without cancellation. */
 double np_phase_table_sample(const np_phase_table *table, double u) {
+  assert(table->count >= 2 && 0.0 <= u && u <= 1.0);
   unsigned low = 0, high = table->count - 1;
   while (high - low > 1) {
     const unsigned middle = (low + high) / 2;

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "parts/merge_cover.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -65,6 +66,7 @@ static neph_result fail_overlap(const cover *c, const np_merge_part *part, const
 }
 
 static neph_result check_band(cover *c, band rows) {
+  assert(rows.begin < rows.end);
   const np_merge_part *before = NULL;
   uint32_t next = 0, samples = 0;
   for (size_t i = 0; i < c->count; i++) {
@@ -101,6 +103,7 @@ static neph_result check_bands(cover *c, int *edges) {
 }
 
 neph_result np_merge_cover_check(np_merge_part *parts, size_t count) {
+  assert(count > 0);
   qsort(parts, count, sizeof *parts, compare_samples);
   cover c = {.context = parts[0].context, .parts = parts, .count = count, .tile_count = 1};
   for (size_t i = 0; i < count; i++)

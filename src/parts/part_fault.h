@@ -17,7 +17,7 @@ typedef struct np_part_fault {
  * several stays. Returns false. */
 bool np_part_fault_set(np_part_fault *fault, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
-/* The same of a file that cannot be read, or is none of this program's. */
+/* Sets the fault of a file that cannot be read, or that is not of this program. */
 bool np_part_fault_set_file(np_part_fault *fault, neph_result result, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 

@@ -23,7 +23,7 @@ void np_part_file_close(np_part_file *file); /* NULL is allowed */
 const char *np_part_file_get_path(const np_part_file *file);
 const np_part_header *np_part_file_get_header(const np_part_file *file);
 bool np_part_file_has_tile(const np_part_file *file, size_t tile);
-size_t np_part_file_count_tiles(const np_part_file *file); /* that are there */
+size_t np_part_file_count_tiles(const np_part_file *file); /* tiles that the file holds */
 
 /* The records of a tile that is there; false, with the fault, where they are damaged or forged. */
 bool np_part_file_read_tile(np_part_file *file, size_t tile, np_part_fault *fault, double *out_records);

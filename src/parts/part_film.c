@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "parts/part_film.h"
 
+#include <assert.h>
 #include <string.h>
 
 #include "core/alloc.h"
@@ -80,6 +81,7 @@ static bool check_same_part(const np_part_header *own, const np_part_header *oth
 }
 
 static void mark(np_kept_film *film, size_t tile) {
+  assert(tile < np_part_grid_count(&film->grid));
   atomic_store_explicit(&film->done[tile], true, memory_order_release);
 }
 
@@ -174,8 +176,8 @@ static bool develop(const np_kept_film *film, const np_frame *f, size_t index, n
   return true;
 }
 
-static void keep_numbers(const np_kept_film *film, double *record, const np_film_accumulator *accumulator,
-                         const double *numbers, uint32_t count) {
+static void store_numbers(const np_kept_film *film, double *record, const np_film_accumulator *accumulator,
+                          const double *numbers, uint32_t count) {
   const unsigned length = np_channels_count_numbers(&film->header.channels);
   record[NP_PART_RECORD_COUNT] = count;
   if (film->header.is_complete) {
@@ -188,7 +190,7 @@ static void keep_numbers(const np_kept_film *film, double *record, const np_film
     memcpy(record + NP_PART_RECORD_NUMBERS + n * length, nodes[n].sums, length * sizeof *numbers);
 }
 
-static void keep_depths(double *record, double distance, double depth) {
+static void store_depths(double *record, double distance, double depth) {
   record[NP_PART_RECORD_DISTANCE] = distance;
   record[NP_PART_RECORD_DEPTH] = depth;
 }
@@ -222,8 +224,8 @@ const np_film_sink np_part_film_sink = {.open = open_film,
                                         .get_record = get_record,
                                         .has = has,
                                         .develop = develop,
-                                        .keep_numbers = keep_numbers,
-                                        .keep_depths = keep_depths,
+                                        .store_numbers = store_numbers,
+                                        .store_depths = store_depths,
                                         .mark = mark,
                                         .write_when_due = write_when_due,
                                         .finish = finish};

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "plan/light_span.h"
 
+#include <assert.h>
 #include <math.h>
 
 #include "scene/scene_eval.h"
@@ -41,6 +42,7 @@ static neph_result compute_turn(const neph_scene *scene, int first, int last, do
 }
 
 static int floor_to(int frame, int block) {
+  assert(block > 0 && (block & (block - 1)) == 0);
   const int rest = frame % block;
   return frame - (rest < 0 ? rest + block : rest);
 }
@@ -72,5 +74,6 @@ neph_result np_light_span_choose(const neph_scene *scene, const np_plan *plan, n
   else if (!result)
     result = compute_turn(scene, out->frames[0], frame, &out->share);
   out->share = within > 0.0 ? fmin(out->share / within, 1.0) : 0.0;
+  assert(out->share >= 0.0 && out->frames[0] <= frame && frame <= out->frames[1]);
   return result;
 }

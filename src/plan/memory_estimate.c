@@ -55,7 +55,7 @@ static bool has_floats(const neph_scene *scene, const np_plan *plan) {
 /* Least share of its memory with which multiple scattering is solved for at all: cells four times as wide. */
 static const double light_share_min = 1.0 / 64.0;
 
-/* That of the fewest cells that there are, of 1.65 kB, eight along each axis. */
+/* Memory of the fewest cells of a solution, eight along each axis, of 1.65 kB each. */
 static const double light_bytes_min = 1e6;
 
 /* Adds a saving, and decides again. */

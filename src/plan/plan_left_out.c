@@ -95,7 +95,7 @@ typedef struct cloud_shares {
 } cloud_shares;
 
 /* Clouds that shade others are solved for with them. */
-static void keep_shading(np_dvec3 to_sun, cloud_shares *c) {
+static void solve_shading(np_dvec3 to_sun, cloud_shares *c) {
   bool is_changed = true;
   while (is_changed) {
     is_changed = false;
@@ -136,7 +136,7 @@ np_left_out np_plan_choose_left_out(const np_plan *plan, const neph_scene *scene
   np_left_out out = {.clouds = 0};
   if (are_all_black(scene)) return (np_left_out){.clouds = UINT64_MAX, .is_all = true, .are_black = true};
   if (!can_leave_out(plan, scene) || !measure_shares(plan, scene, &c)) return out;
-  keep_shading(plan->decisions.lights.to_sun, &c);
+  solve_shading(plan->decisions.lights.to_sun, &c);
   for (;;) {
     unsigned least = 0;
     for (unsigned i = 1; i < c.count; i++)

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "plan/schedule.h"
 
+#include <assert.h>
+
 /* Share of the rest of a limit, at the most and, unless nothing is left, at the least. */
 static const double solving_share = 0.6, solving_share_min = 0.1;
 
@@ -33,6 +35,7 @@ void np_schedule_make(const np_plan *plan, np_monitor_part whole, np_schedule *o
 
 /* A reused stage takes no time, and its part of the progress is done. */
 void np_schedule_begin(np_schedule *s, np_monitor *monitor, np_stage stage, unsigned index, unsigned count) {
+  assert(index < count);
   if (index == 0) {
     s->before_s += s->stage_s;
     s->stage_s = s->seconds[stage];

@@ -36,7 +36,7 @@ static bool enter(const np_trial *t, np_dvec3 from, np_vec3 direction, map_ray *
   return out->begin_m < out->end_m;
 }
 
-static float look_up(const np_trial *t, const map_ray *ray, double way_m) {
+static float interpolate(const np_trial *t, const map_ray *ray, double way_m) {
   size_t cell = 0;
   for (int a = 2; a >= 0; a--) {
     const double at = np_clamp(floor(ray->at[a] + way_m * ray->way[a]), 0.0, t->size[a] - 1.0);
@@ -53,7 +53,7 @@ static void follow(const np_trial *t, const map_ray *ray, double spent_depth, np
   const double step_m = way_m / steps;
   double depth = 0.0, length_m = 0.0;
   for (int i = 0; i < steps && depth < depth_max; i++) {
-    const double extinction = (double)look_up(t, ray, ray->begin_m + (i + 0.5) * step_m);
+    const double extinction = (double)interpolate(t, ray, ray->begin_m + (i + 0.5) * step_m);
     if (extinction > 0.0 && depth < spent_depth) length_m += step_m;
     depth += extinction * step_m;
   }

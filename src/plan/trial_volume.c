@@ -24,7 +24,7 @@ static const double file_bytes_max = 4e6, file_voxels_max = 8e6;
 /* Heights along a side of generated mountains under a trial bake. */
 enum { RIDGES_MAX = 129 };
 
-static void keep_quiet(void *user, neph_log_level level, const char *message) {
+static void log_nothing(void *user, neph_log_level level, const char *message) {
   (void)user, (void)level, (void)message;
 }
 
@@ -32,7 +32,7 @@ static neph_result create_quiet(const neph_context *own, neph_context **out_cont
   neph_context_desc desc = NEPH_CONTEXT_DESC_DEFAULT;
   desc.thread_count = own->thread_count;
   desc.isa_max = own->isa;
-  desc.log = keep_quiet;
+  desc.log = log_nothing;
   desc.log_level_max = NEPH_LOG_ERROR;
   desc.reallocate = own->reallocate;
   desc.reallocate_user = own->reallocate_user;

@@ -32,7 +32,7 @@ static const unsigned columns_needed = 1u << COLUMN_QUANTITY | 1u << COLUMN_EART
 
 static const struct {
   const char *name;
-  unsigned columns; /* those that must hold a number, by 1 << column */
+  unsigned columns; /* columns that must hold a number, by 1 << column */
 } quantities[NP_SKY_QUANTITY_COUNT] = {
     [NP_SKY_TRANSMITTANCE_TOP] = {"transmittance_top", 1 << COLUMN_COSINE},
     [NP_SKY_SINGLE_SCATTER_RADIANCE] = {"single_scatter_radiance",

@@ -285,7 +285,7 @@ static neph_result measure(inquiry *q, unsigned ray_count, np_slab_answer *out_a
 }
 
 /* Variance times time, by a pilot; infinite where it is not known. */
-static neph_result foretell_cost(inquiry *q, bool is_guided, unsigned ray_count, double *out_cost) {
+static neph_result predict_cost(inquiry *q, bool is_guided, unsigned ray_count, double *out_cost) {
   np_slab_answer pilot;
   q->settings.is_split = is_guided;
   q->run = GUIDING_PILOT_RUN + is_guided;
@@ -304,8 +304,8 @@ static neph_result choose_guiding(inquiry *q) {
   if (q->slab->path_guiding != NEPH_PATH_GUIDING_AUTO) return NEPH_OK;
   const unsigned ray_count = (unsigned)fmin(PILOT_RAY_COUNT, ceil(0.25 * q->slab->ray_count));
   double unguided, guided = 0.0;
-  neph_result result = foretell_cost(q, false, ray_count, &unguided);
-  if (!result && isfinite(unguided)) result = foretell_cost(q, true, ray_count, &guided);
+  neph_result result = predict_cost(q, false, ray_count, &unguided);
+  if (!result && isfinite(unguided)) result = predict_cost(q, true, ray_count, &guided);
   q->settings.is_split = guided < guiding_share * unguided;
   q->run = 0;
   return result;

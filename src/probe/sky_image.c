@@ -37,7 +37,7 @@ static np_spectrum compute_sky(const np_assembly *a, const np_packet *packet, np
   return radiance;
 }
 
-/* The same in the picture's colours. */
+/* Radiance of the sky in the picture's colours. */
 static np_spectrum compute_color(const void *user, np_vec3 direction) {
   const np_assembly *a = user;
   np_spectrum color = np_spectrum_grey(0.0f);

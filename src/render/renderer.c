@@ -36,7 +36,7 @@ typedef struct picture_call {
 } picture_call;
 
 /* The calling thread comes here, many times a second. */
-static bool tell(void *user, const neph_progress *progress) {
+static bool report_progress(void *user, const neph_progress *progress) {
   picture_call *call = user;
   if (call->is_cancelled && atomic_load(call->is_cancelled)) return false;
   if (!np_tile_feed_deliver(&call->feed, progress->elapsed_s)) return false;
@@ -111,8 +111,9 @@ static neph_result render_picture(const neph_scene *scene, picture_call *call, n
   call->feed = (np_tile_feed){.fn = desc->tile, .user = desc->tile_user};
   call->job.feed = &call->feed;
   np_monitor monitor;
-  np_monitor_start(&monitor, scene->context, tell, call);
-  if (!tell(call, &(neph_progress){.stage = "planning", .remaining_s = HUGE_VAL})) return NEPH_ERROR_CANCELLED;
+  np_monitor_start(&monitor, scene->context, report_progress, call);
+  if (!report_progress(call, &(neph_progress){.stage = "planning", .remaining_s = HUGE_VAL}))
+    return NEPH_ERROR_CANCELLED;
   neph_result result = prepare_plan(scene, &call->plan, &call->job.build.stores->inputs);
   if (!result) result = prepare_history(scene, call, &monitor);
   return result ? result : render_planned(scene, &call->plan, &call->job, &monitor, out_image);

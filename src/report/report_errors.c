@@ -81,7 +81,7 @@ static neph_result compare(const neph_report *report, neph_image *const pictures
   return result;
 }
 
-/* The same without standard errors. */
+/* Error of a picture without standard errors. */
 static neph_result compare_exactly(const neph_report *report, neph_image *const pictures[2], neph_image *const from[2],
                                    neph_image_difference *out) {
   neph_image *exact = NULL;

@@ -44,7 +44,7 @@ void np_report_clear_stores(neph_report *report) {
 /* ---- Progress ---- */
 
 /* Reports of a picture go on as reports of the whole, by the time that is planned for it. */
-static bool tell(void *user, const neph_progress *progress) {
+static bool report_progress(void *user, const neph_progress *progress) {
   neph_report *report = user;
   (void)progress;
   const double elapsed_s = np_report_get_seconds(report), budget_s = report->desc.budget_s;
@@ -95,7 +95,7 @@ neph_result np_report_render(neph_report *report, neph_scene *scene, const neph_
   np_render_job job = {.build = np_build_job_make(&report->stores)};
   job.build.times = &times.stages;
   np_monitor monitor;
-  np_monitor_start(&monitor, report->context, tell, report);
+  np_monitor_start(&monitor, report->context, report_progress, report);
   if (!result) result = np_render_image(scene, &plan, &job, &monitor, out_image);
   times.cpu_s = np_cpu_time_s() - cpu_s;
   if (!result) add_run(report, &plan, &times, setting);
@@ -106,7 +106,7 @@ neph_result np_report_render(neph_report *report, neph_scene *scene, const neph_
 /* ---- One visit ---- */
 
 /* A picture goes into the setting's mean. */
-static void keep_picture(np_setting *setting, unsigned which, neph_image *picture) {
+static void add_picture(np_setting *setting, unsigned which, neph_image *picture) {
   if (!setting->pictures[which]) {
     setting->pictures[which] = picture;
     return;
@@ -129,7 +129,7 @@ static neph_result render_pair(neph_report *report, np_setting *setting, neph_sc
     if (result)
       neph_image_destroy(pictures[i]);
     else
-      keep_picture(setting, i, pictures[i]);
+      add_picture(setting, i, pictures[i]);
   if (result)
     setting->run_count = run_count;
   else

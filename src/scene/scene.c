@@ -53,7 +53,7 @@ static neph_result create_scene(neph_context *context, const char *file, np_node
   return result;
 }
 
-static neph_result keep_text(neph_scene *scene, const char *text, size_t size) {
+static neph_result copy_text(neph_scene *scene, const char *text, size_t size) {
   scene->text = np_alloc(scene->context, size + 1, 1);
   if (!scene->text) return NEPH_ERROR_OUT_OF_MEMORY;
   memcpy(scene->text, text, size);
@@ -66,7 +66,7 @@ static neph_result load_bytes(neph_context *context, const char *text, size_t si
   np_node *document;
   neph_result result = np_scene_parse(context, text, size, name, false, &document);
   if (!result) result = create_scene(context, name, document, kind, out_scene);
-  if (!result) result = keep_text(*out_scene, text, size);
+  if (!result) result = copy_text(*out_scene, text, size);
   if (!result) return NEPH_OK;
   neph_scene_destroy(*out_scene);
   *out_scene = NULL;
@@ -114,7 +114,7 @@ neph_result neph_scene_clone(const neph_scene *scene, neph_scene **out_scene) {
   *out_scene = NULL;
   neph_result result = create_bare(scene->context, scene->file, document, out_scene);
   if (!result) (*out_scene)->frame = scene->frame;
-  if (!result && scene->text) result = keep_text(*out_scene, scene->text, scene->text_size);
+  if (!result && scene->text) result = copy_text(*out_scene, scene->text, scene->text_size);
   if (!result) result = np_scene_report(&problems, np_scene_apply(*out_scene, &problems));
   if (!result) return NEPH_OK;
   neph_scene_destroy(*out_scene);

@@ -4,6 +4,7 @@
  * slope is 0 at both ends of the track, which continues smoothly as a constant. */
 #include "scene/track.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -22,6 +23,7 @@ static double get_value(const np_track *t, unsigned index, unsigned at) {
 
 /* Slope per frame from the key `at` to the next. */
 static double get_slope(const np_track *t, unsigned index, unsigned at) {
+  assert(at + 1 < t->key_count && t->frames[at] < t->frames[at + 1]);
   return (get_value(t, index, at + 1) - get_value(t, index, at)) / (t->frames[at + 1] - t->frames[at]);
 }
 
@@ -68,6 +70,7 @@ bool np_interpolation_get(const char *name, np_interpolation *out) {
 
 double np_track_eval(const np_track *track, unsigned index, double frame) {
   unsigned low = 0, high = track->key_count - 1;
+  assert(track->key_count >= 1 && index < track->value_count);
   if (frame <= track->frames[0]) return get_value(track, index, 0);
   if (frame >= track->frames[high]) return get_value(track, index, high);
   while (high - low > 1) {

@@ -2,6 +2,8 @@
 /* Walks the stages, forwards to build and backwards to clear. */
 #include "stages/assembly.h"
 
+#include <assert.h>
+
 #include "core/alloc.h"
 #include "stages/stage_makers.h"
 
@@ -15,6 +17,7 @@ static np_part_counts count_parts(const np_assembly *a, np_stage stage) {
 /* The places of a part of a kind, and its number among those that later pictures reuse. */
 static np_stage_task get_task(const np_stage_part *walk, np_assembly *a, np_part_kind kind, unsigned index) {
   const bool is_of_light = kind == NP_PER_LIGHT || kind == NP_PER_PACKET_LIGHT;
+  assert(!is_of_light || a->lights.count > 0);
   const unsigned light = is_of_light ? index % a->lights.count : 0;
   const unsigned packet = kind == NP_PER_PACKET ? index : kind == NP_PER_PACKET_LIGHT ? index / a->lights.count : 0;
   np_stage_task task = {.in.part = *walk, .picture = a, .caches = &a->caches[light]};
@@ -29,6 +32,7 @@ static np_stage_task get_task(const np_stage_part *walk, np_assembly *a, np_part
     task.cloud = &a->clouds.at[index];
   }
   if (!a->packets) return task;
+  assert(packet < a->packet_count + a->probe_packet_count && light < NP_LIGHTS_MAX);
   task.packet = &a->packets[packet];
   task.light = &task.packet->lights[light];
   return task;

@@ -176,7 +176,7 @@ void np_cloud_emission_clear(np_cloud_emission *emission) {
   *emission = (np_cloud_emission){0};
 }
 
-/* Its absorption of the flame, or of a part of the cloud. */
+/* Absorption by the flame, or by a part of the cloud. */
 static np_emitter make_body(const np_cloud_emission *emission, const np_instance *part) {
   np_emitter out = emission->emitter;
   np_spectrum absorption = np_spectrum_grey(emission->flame_absorption_per_m);

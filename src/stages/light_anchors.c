@@ -93,7 +93,7 @@ static neph_result compute_id(const neph_scene *scene, const np_plan *plan, int 
 }
 
 /* Puts the anchor of an id, if there is one, at its end of the span. */
-static void arrange(np_light_anchors *anchors, char ids[2][33]) {
+static void swap_crossed(np_light_anchors *anchors, char ids[2][33]) {
   const bool is_crossed = !strcmp(anchors->at[0].id, ids[1]) || !strcmp(anchors->at[1].id, ids[0]);
   if (!is_crossed) return;
   const np_light_anchor first = anchors->at[0];
@@ -112,7 +112,7 @@ neph_result np_light_anchors_solve(const neph_scene *scene, const np_plan *plan,
   np_light_anchors *anchors = stores->light;
   for (int i = 0; i < 2 && !result; i++) result = compute_id(scene, plan, job->light_span.frames[i], ids[i]);
   if (result) return result;
-  arrange(anchors, ids);
+  swap_crossed(anchors, ids);
   for (int i = 0; i < 2 && !result; i++) {
     np_light_anchor *anchor = &anchors->at[i];
     if (*ids[i] && !strcmp(anchor->id, ids[i])) continue;

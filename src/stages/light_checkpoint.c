@@ -123,8 +123,8 @@ void neph_checkpoint_clear_light(const char *checkpoint_path) {
   if (folder) (void)closedir(folder);
 }
 
-/* Names of the sun's and the moon's light in three bands: of the frame itself, and of both ends of its block. Light
- * whose name is too long can never be written, and refuses no picture. */
+/* Adds the names of all files of light that a picture may keep: for the frame and both ends of its block, light of sun
+ * and moon in each packet. A name that is too long is left out, since no such file can be written. */
 neph_result neph_files_add_light(neph_files *files, const char *checkpoint_path) {
   enum { BLOCK_ENDS = 3, LIGHTS = 2, SUFFIX = 32 };
   char path[4096];

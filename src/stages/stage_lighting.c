@@ -34,7 +34,7 @@ static const np_emission *get_emission(const np_emission *emission) {
   return emission->emitter_count > 0 ? emission : NULL;
 }
 
-/* Light of no one light is in the world of the first: it must be added once. */
+/* Adds disk, emission and surroundings to the world of the first light: they must count once. */
 static void add_common(const np_world_inputs *in, np_world *world) {
   world->disk = make_sun_disk(in);
   world->has_no_disks = !in->scene->output.has_disks && !in->plan->request.is_sky_alone;
@@ -42,7 +42,7 @@ static void add_common(const np_world_inputs *in, np_world *world) {
   add_surroundings(in, world);
 }
 
-/* The same where each group has a world. */
+/* Adds the lights that belong to a group, where each group has a world. */
 static void add_group(const np_world_inputs *in, np_world *world) {
   const unsigned group = in->beam->group;
   if (in->beam->index == 0) world->disk = make_sun_disk(in);

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Terrain and clouds: read or generated, put in their places, and their emission. */
+#include <assert.h>
 #include <string.h>
 
 #include "cloud/cloud_desc.h"
@@ -138,7 +139,7 @@ bool np_stage_add_terrain_key(const np_stage_part *in, np_hash *key) {
   return true;
 }
 
-/* Heights of files are read as fast from there; of all of a terrain its heights alone are kept. */
+/* Only generated heights are cached: a terrain from a file is read as fast from the file. */
 static bool add_heights_key(const np_terrain_inputs *in, np_hash *key) {
   return in->scene->terrain.kind == NP_TERRAIN_RIDGES && np_stage_add_terrain_key(&in->part, key);
 }
@@ -542,6 +543,7 @@ static neph_result list_emitters(const np_emission_inputs *in, emitter_list *out
     if (!clouds->at[i].emission.is_enabled) continue;
     matter.part_count = np_cloud_parts_place(&clouds->at[i], &in->scene->clouds[i], i, in->color, in->bands, placed);
     const unsigned count = np_cloud_emission_list(&clouds->at[i].emission, &matter, own);
+    assert(count <= NP_CLOUD_EMITTERS_MAX);
     if (out->count + count > NP_INSTANCES_MAX)
       return np_fail(in->context, NEPH_ERROR_LIMIT,
                      "cloud %s: its emission is of %u grids, and those before it of %u, must be at most %d together: "

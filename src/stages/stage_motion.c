@@ -183,7 +183,7 @@ static neph_result move_volume(const moving_cloud *c, const neph_volume *volume,
   return volume ? move_bricks(c, volume, &volume->bricks, out) : NEPH_OK;
 }
 
-/* Its colours or levels, and its own grids of what emits. */
+/* Moves the bricks of a cloud's colours or levels, and of its emitters. */
 static neph_result move_parts(const moving_cloud *c) {
   const np_cloud_emission *emission = &c->parts->emission;
   const neph_volume *cloud = c->parts->volume;

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The sky: where its lights stand, the air, the skies of sun and moon, and what else shines at night. */
+#include <assert.h>
 #include <string.h>
 
 #include "atmosphere/atmosphere_tables.h"
@@ -11,7 +12,10 @@
 
 /* ---- Sun and moon ---- */
 
-static void add_light(np_picture_lights *lights, unsigned group) { lights->group[lights->count++] = group; }
+static void add_light(np_picture_lights *lights, unsigned group) {
+  assert(lights->count < NP_LIGHTS_MAX);
+  lights->group[lights->count++] = group;
+}
 
 /* Sun and moon, or the groups of lights of a picture that has them. */
 static void add_lights(const np_lights_inputs *in, np_picture_lights *out) {

@@ -38,13 +38,13 @@ np_vec3 np_field_facets_get_normal(const np_field_facets *facets, np_field_posit
 
 /* Intersection of a ray with the plane of one triangle: the lower one of a cell has its right angle in the south-west,
  * the upper one in the north-east. The position is east and north in the cell, [0, 1] inside. */
-typedef struct facet_meeting {
+typedef struct facet_hit {
   double distance, east, north;
   np_dvec3 normal; /* points up, not of unit length */
-} facet_meeting;
+} facet_hit;
 
-static bool meet_facet(const np_field_facets *facets, size_t column, size_t row, bool is_upper, np_dvec3 origin,
-                       np_dvec3 direction, facet_meeting *out) {
+static bool intersect_facet(const np_field_facets *facets, size_t column, size_t row, bool is_upper, np_dvec3 origin,
+                            np_dvec3 direction, facet_hit *out) {
   const np_dvec3 corner = get_vertex(facets, column + is_upper, row + is_upper);
   const np_dvec3 along_row = np_dvec3_subtract(get_vertex(facets, column + !is_upper, row + is_upper), corner);
   const np_dvec3 along_column = np_dvec3_subtract(get_vertex(facets, column + is_upper, row + !is_upper), corner);
@@ -66,15 +66,15 @@ static bool meet_facet(const np_field_facets *facets, size_t column, size_t row,
  * there the exact ray walks to the triangle that holds its meeting with the plane, two steps at most on any but a
  * needle's point of ground. Falls back on the last triangle tried. */
 static bool refine_hit(const np_field_facets *facets, np_dvec3 origin, np_vec3 direction, np_field_position guess,
-                       facet_meeting *out, np_field_position *out_position) {
+                       facet_hit *out, np_field_position *out_position) {
   const np_heightfield *field = facets->field;
   const np_dvec3 along = np_vec3_to_double(direction);
   size_t column = clamp_cell(guess.column, field->width), row = clamp_cell(guess.row, field->height);
   bool is_upper = guess.column - (double)column + guess.row - (double)row > 1.0;
   bool is_met = false;
   for (int step = 0; step < 4; step++) {
-    facet_meeting meeting;
-    if (!meet_facet(facets, column, row, is_upper, origin, along, &meeting)) break;
+    facet_hit meeting;
+    if (!intersect_facet(facets, column, row, is_upper, origin, along, &meeting)) break;
     is_met = true;
     *out = meeting;
     *out_position = (np_field_position){(double)column + meeting.east, (double)row + meeting.north};
@@ -117,7 +117,7 @@ static np_vec3 compute_rise(const np_field_facets *facets, np_field_position pos
 
 bool np_field_facets_intersect(const np_field_facets *facets, np_dvec3 origin, np_vec3 direction, double distance_max,
                                np_field_position guess, np_terrain_hit *out_hit) {
-  facet_meeting meeting = {0};
+  facet_hit meeting = {0};
   np_field_position position;
   /* A ray within its facet's plane misses it in double; the next sample's ray will hit. */
   if (!refine_hit(facets, origin, direction, guess, &meeting, &position)) return false;

@@ -2,6 +2,7 @@
 /* Height fields in memory: their samples and voids. */
 #include "terrain/heightfield.h"
 
+#include <assert.h>
 #include <math.h>
 
 #include "core/alloc.h"
@@ -50,6 +51,7 @@ static float average_known(const float *values, unsigned width, unsigned height,
 
 /* Bilinear value at (x, y), in samples, clamped to the edge. */
 static float sample_bilinear(const float *values, unsigned width, unsigned height, float x, float y) {
+  assert(width >= 1 && height >= 1);
   x = np_clampf(x, 0, (float)(width - 1));
   y = np_clampf(y, 0, (float)(height - 1));
   unsigned i = (unsigned)x, j = (unsigned)y;
@@ -107,6 +109,7 @@ neph_result np_heightfield_finish(neph_context *context, const char *path, np_he
 }
 
 double np_heightfield_get_elevation(const np_heightfield *field, np_field_position position) {
+  assert(field->width >= 2 && field->height >= 2);
   const double x = np_clamp(position.column, 0, field->width - 1), y = np_clamp(position.row, 0, field->height - 1);
   const size_t column = (size_t)fmin(x, field->width - 2), row = (size_t)fmin(y, field->height - 2);
   const double east = x - (double)column, north = y - (double)row;

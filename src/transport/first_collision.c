@@ -138,7 +138,7 @@ static neph_result start_surpluses(np_first_rays *r, np_transport_grid *grid) {
   return r->surpluses && grid->delta_m_residual ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
-static void keep_surpluses(const np_first_rays *r, np_transport_grid *grid) {
+static void store_surpluses(const np_first_rays *r, np_transport_grid *grid) {
   for (size_t active = 0; active < grid->active_count && r->surpluses; active++) {
     const np_first_surplus *s = &r->surpluses[active];
     grid->delta_m_residual[active] = s->of_volume > 0.0 ? (float)(s->volume / s->of_volume) : 0.0f;
@@ -185,7 +185,7 @@ neph_result np_transport_grid_light(const np_world *world, np_monitor *monitor, 
   }
   if (!result) spread(grid, &r.media[0], grid->first_collision_source);
   if (!result && has_broad) spread(grid, &r.media[1], grid->low_order_source);
-  if (!result) keep_surpluses(&r, grid);
+  if (!result) store_surpluses(&r, grid);
   for (unsigned m = 0; m < r.media_count; m++) clear_medium(grid, &r.media[m]);
   np_alloc_free(grid->context, r.surpluses);
   return result;

@@ -6,6 +6,7 @@
  */
 #include "transport/fixed_point.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -75,6 +76,7 @@ static neph_result combine_chunks(void *user, size_t begin, size_t end, unsigned
 static void solve_small(unsigned n, double a[DEPTH][DEPTH], double b[DEPTH]) {
   for (unsigned i = 0; i < n; i++)
     for (unsigned r = i + 1; r < n; r++) {
+      assert(a[i][i] > 0.0);
       const double factor = a[r][i] / a[i][i];
       for (unsigned c = i; c < n; c++) a[r][c] -= factor * a[i][c];
       b[r] -= factor * b[i];
@@ -87,6 +89,7 @@ static void solve_small(unsigned n, double a[DEPTH][DEPTH], double b[DEPTH]) {
 
 /* Weights that minimise ‖Σ α_j·f_j‖: α for the older ones from the normal equations of f_j − f_newest. */
 static void compute_weights(const history *past, double weight[DEPTH]) {
+  assert(past->count >= 1 && past->count <= DEPTH);
   const unsigned n = past->count - 1;
   double a[DEPTH][DEPTH], b[DEPTH], trace = 0.0;
   for (unsigned i = 0; i < n; i++) {
@@ -119,7 +122,7 @@ static void shift(history *past) {
   past->count--;
 }
 
-static void forget(history *past) {
+static void clear_history(history *past) {
   const unsigned newest = past->count - 1;
   float *image = past->image[newest], *residual = past->residual[newest];
   past->image[newest] = past->image[0];
@@ -154,7 +157,7 @@ static void watch_for_stall(np_fixed_point *problem, history *past) {
   past->best = fmin(past->best, problem->residual);
   if (past->idle < STALL || problem->is_stalled) return;
   problem->is_stalled = true;
-  forget(past);
+  clear_history(past);
   past->depth = 1;
 }
 
@@ -172,17 +175,17 @@ static neph_result add_image(np_fixed_point *problem, history *past, pass *p) {
   return NEPH_OK;
 }
 
-static void keep_image(np_fixed_point *problem, const history *past, unsigned index, float *x) {
+static void store_image(np_fixed_point *problem, const history *past, unsigned index, float *x) {
   memcpy(x, past->image[index], problem->count * sizeof *x);
   problem->residual = past->relative[index];
 }
 
 /* Without a history x is the last image, or the start. */
-static void keep_best(np_fixed_point *problem, const history *past, float *x) {
+static void store_best(np_fixed_point *problem, const history *past, float *x) {
   unsigned best = 0;
   for (unsigned j = 1; j < past->count; j++)
     if (past->relative[j] < past->relative[best]) best = j;
-  if (past->count > 0) keep_image(problem, past, best, x);
+  if (past->count > 0) store_image(problem, past, best, x);
 }
 
 /* Fraction done of the expected calls: the residual goes on falling as it has since the first. */
@@ -197,7 +200,7 @@ static void restart(np_fixed_point *problem, history *past, float *x) {
   past->count--;
   memset(x, 0, problem->count * sizeof *x);
   problem->residual = 1.0;
-  if (past->count > 0) keep_best(problem, past, x);
+  if (past->count > 0) store_best(problem, past, x);
   past->count = 0;
   past->depth = 1;
   problem->is_stalled = true;
@@ -209,7 +212,7 @@ static neph_result combine(np_fixed_point *problem, history *past, pass *p) {
   if (problem->calls == 1) past->first = problem->residual;
   const double done = estimate_done(problem, past->first);
   np_monitor_set_range(problem->monitor, done, done);
-  if (!(problem->residual < 2.0 * past->before)) forget(past);
+  if (!(problem->residual < 2.0 * past->before)) clear_history(past);
   past->before = problem->residual;
   watch_for_stall(problem, past);
   compute_weights(past, p->weight);
@@ -233,7 +236,7 @@ static neph_result approach(np_fixed_point *problem, history *past, pass *p) {
       continue;
     }
     if (problem->residual <= problem->tolerance || problem->calls >= problem->calls_max) {
-      keep_image(problem, past, past->count - 1, p->x);
+      store_image(problem, past, past->count - 1, p->x);
       return NEPH_OK;
     }
     result = combine(problem, past, p);
@@ -251,7 +254,7 @@ static neph_result iterate(np_fixed_point *problem, history *past, pass *p) {
   np_monitor_set_range(problem->monitor, 0.0, 0.0);
   const neph_result result = approach(problem, past, p);
   if (result != NEPH_ERROR_CANCELLED || !np_monitor_is_cut(problem->monitor)) return result;
-  keep_best(problem, past, p->x);
+  store_best(problem, past, p->x);
   problem->is_cut = true;
   return NEPH_OK;
 }

@@ -18,7 +18,7 @@ typedef struct column_fill {
 } column_fill;
 
 /* Looks straight down on a column's middle from above all ground. */
-static bool look_down(const np_world *world, const np_transport_grid *g, size_t column, np_ground_hit *hit) {
+static bool intersect_down(const np_world *world, const np_transport_grid *g, size_t column, np_ground_hit *hit) {
   const int32_t i = (int32_t)(column % (size_t)g->size[0]), j = (int32_t)(column / (size_t)g->size[0]);
   const double top = g->edge_m[2][g->size[2]], summit = world->terrain ? world->terrain_max.z : top;
   const np_dvec3 from =
@@ -38,14 +38,14 @@ static bool is_near(const np_transport_grid *g, double height_m, double width_m)
   return height_m >= g->edge_m[2][0] - width_m;
 }
 
-static neph_result bury_columns(void *user, size_t begin, size_t end, unsigned thread) {
+static neph_result mark_solid_columns(void *user, size_t begin, size_t end, unsigned thread) {
   (void)thread;
   const column_fill *f = user;
   const np_transport_grid *g = f->grid;
   const size_t layer = (size_t)g->size[0] * (size_t)g->size[1];
   for (size_t column = begin; column < end; column++) {
     np_ground_hit hit;
-    if (!look_down(f->world, g, column, &hit)) continue;
+    if (!intersect_down(f->world, g, column, &hit)) continue;
     for (int32_t k = 0; k < g->size[2]; k++) {
       const double low = g->edge_m[2][k], height = np_transport_grid_width(g, 2, k);
       if (low + solid_share * height >= hit.position.z) break;
@@ -63,7 +63,7 @@ neph_result np_ground_columns_bury(const np_world *world, np_monitor *monitor, n
   if (!grid->has_ground || grid->is_wrapped[0] || grid->is_wrapped[1]) return NEPH_OK;
   column_fill f = {.world = world, .grid = grid, .holds = holds};
   const size_t columns = (size_t)grid->size[0] * (size_t)grid->size[1];
-  return np_parallel_for(grid->context, monitor, columns, 64, bury_columns, &f);
+  return np_parallel_for(grid->context, monitor, columns, 64, mark_solid_columns, &f);
 }
 
 static neph_result light_columns(void *user, size_t begin, size_t end, unsigned thread) {
@@ -72,7 +72,7 @@ static neph_result light_columns(void *user, size_t begin, size_t end, unsigned 
   const np_transport_grid *g = f->solid;
   for (size_t column = begin; column < end; column++) {
     np_ground_hit hit;
-    f->out->has[column] = look_down(f->world, g, column, &hit) &&
+    f->out->has[column] = intersect_down(f->world, g, column, &hit) &&
                           is_near(g, hit.position.z, np_transport_grid_width(g, 0, (int32_t)column % g->size[0]));
     if (f->out->has[column])
       f->out->clear[column] = np_border_light_ground(f->world, f->depths, f->fade, &hit, &f->out->gain[column]);

@@ -5,6 +5,8 @@
  * from there (S6, level-symmetric, has them at 15°). */
 #include "transport/ordinates.h"
 
+#include <assert.h>
+
 #include "core/units.h"
 
 /* Gauss points in the upper half of the vertical, and azimuths in a quarter turn. */
@@ -23,7 +25,7 @@ unsigned np_ordinates_count(unsigned degree, bool is_layered) {
   return NP_OCTANT_COUNT * set.points * set.azimuths;
 }
 
-/* Those up to l = 3, written out. */
+/* Harmonics up to l = 3, written out. */
 static void evaluate_low(np_vec3 d, float out[NP_HARMONIC_COUNT_MIN]) {
   const float x = d.x, y = d.y, z = d.z, xx = x * x, yy = y * y, zz = z * z;
   out[0] = 0.28209479f;
@@ -62,6 +64,7 @@ static void evaluate_order(unsigned degree, unsigned m, double top, double z, do
 }
 
 void np_harmonics_eval(unsigned degree, np_vec3 d, float out[NP_HARMONIC_COUNT_MAX]) {
+  assert(np_harmonics_count(degree) <= NP_HARMONIC_COUNT_MAX);
   if (degree <= NP_DEGREE_MIN) {
     evaluate_low(d, out);
     return;
@@ -87,6 +90,7 @@ np_vec3 np_ordinates_direction(const np_ordinates *ordinates, unsigned octant, u
 
 static void add_direction(np_ordinates *o, double x, double y, double z, double weight) {
   const unsigned block = o->count / NP_ORDINATE_LANES, lane = o->count % NP_ORDINATE_LANES;
+  assert(block < NP_ORDINATE_BLOCKS_MAX && weight > 0.0);
   o->cosine[0][block][lane] = (float)x;
   o->cosine[1][block][lane] = (float)y;
   o->cosine[2][block][lane] = (float)z;
@@ -146,6 +150,7 @@ static void fill_places(np_ordinates *o) {
       for (int m = -l; m <= l; m++)
         if (is_even_in_x(m) == (pass == 0)) o->place[l * (l + 1) + m] = (unsigned char)next++;
     if (pass == 0) o->even_count = next;
+    assert(next % 2 == 0 && next <= np_harmonics_count(o->degree));
   }
 }
 

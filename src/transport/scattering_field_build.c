@@ -59,7 +59,7 @@ static neph_result store_delta_m_residual(const np_scattering_solver *s) {
 }
 
 /* Sharpened in place, or in a copy where the next band starts from the solution. */
-static neph_result keep_band(np_scattering_solver *s) {
+static neph_result store_band(np_scattering_solver *s) {
   np_transport_level *finest = &s->levels[0];
   const size_t floats = count_moments(&finest->grid);
   const unsigned count = np_harmonics_count(finest->grid.degree);
@@ -107,7 +107,7 @@ static neph_result add_transfer(void *user, size_t begin, size_t end, unsigned t
 }
 
 /* The scale leaves room for the sum of both parts. */
-static neph_result keep_transferred_band(np_scattering_solver *s) {
+static neph_result store_transferred_band(np_scattering_solver *s) {
   const np_transport_level *iterated = &s->levels[np_scattering_solver_get_iterated(s)];
   const np_transport_grid *g = &iterated->grid;
   const size_t floats = g->active_count * NP_HARMONIC_COUNT_MIN;
@@ -228,9 +228,9 @@ static neph_result start_bands(np_scattering_solver *s) {
 }
 
 /* Importance adds up over the bands, and would twice. */
-static neph_result keep_solution(np_scattering_solver *s) {
+static neph_result store_solution(np_scattering_solver *s) {
   if (!np_solver_state_begin(s, s->out->importance ? NP_STEP_FRAGILE : NP_STEP_WITHIN)) return NEPH_OK;
-  return s->is_transferred && s->turn > 0 ? keep_transferred_band(s) : keep_band(s);
+  return s->is_transferred && s->turn > 0 ? store_transferred_band(s) : store_band(s);
 }
 
 static neph_result solve_bands(np_scattering_solver *s) {
@@ -244,7 +244,7 @@ static neph_result solve_bands(np_scattering_solver *s) {
     neph_result result = is_first ? np_scattering_solver_build_levels(s) : NEPH_OK;
     if (!result && s->turn == 0) result = start_bands(s);
     if (!result) result = np_scattering_solver_solve_band(s, is_first, &sum);
-    if (!result && sum > 0.0) result = keep_solution(s);
+    if (!result && sum > 0.0) result = store_solution(s);
     if (result) return result;
   }
   if (s->out->importance) np_importance_spread(&s->levels[0].grid, s->out->importance);
@@ -274,7 +274,7 @@ static neph_result fill_border(np_scattering_solver *s, const np_transport_grid 
   return np_border_fill(grid, s->world, s->depths, s->fade, s->monitor, sets, s->fine == s->broad ? 1 : 2);
 }
 
-/* Those of all clouds for the field, and of the solved ones in their order. */
+/* Scaled phase functions of all clouds for the field, and of the solved clouds in their order. */
 static neph_result start_phases(np_scattering_solver *s, unsigned degree) {
   neph_result result = np_scattering_field_build_phases(s->all, degree, s->out);
   for (unsigned v = 0; v < s->world->clouds.count && !result; v++) s->phases[v] = s->out->phases[s->solved->number[v]];
@@ -336,7 +336,7 @@ static neph_result solve(np_scattering_solver *s) {
   if (!result) result = solve_bands(s);
   if (!result) result = np_solver_state_check(s);
   if (!result) finish(s);
-  if (result == NEPH_ERROR_CANCELLED) np_solver_state_keep_last(s);
+  if (result == NEPH_ERROR_CANCELLED) np_solver_state_save_last(s);
   np_solver_state_close(s);
   np_scattering_solver_clear_levels(s);
   np_workspace_clear(&s->workspace);

@@ -248,7 +248,7 @@ static void light_cells(const np_scattering_solver *s, const float *first_collis
     out[active] = first_collision_source ? first_collision_source[active] * s->sun[active].band[s->band] : 0.0f;
 }
 
-/* Those in the medium that is iterated, where it is another than the result's. */
+/* Fills the first collisions in the iterated medium, where the result has another. */
 static neph_result light_broad(const np_scattering_solver *s) {
   const np_transport_grid *g = &s->levels[0].grid;
   float *broad = s->levels[np_scattering_solver_get_iterated(s)].sun;
@@ -330,7 +330,7 @@ static void blend_solution(np_scattering_solver *s, double factor) {
   }
 }
 
-static void remember_first(np_scattering_solver *s) {
+static void store_first(np_scattering_solver *s) {
   for (unsigned n = np_scattering_solver_get_iterated(s); n < s->level_count; n++) {
     np_transport_level *l = &s->levels[n];
     if (l->first_phi) memcpy(l->first_phi, l->phi, count_moments(&l->grid) * sizeof *l->first_phi);
@@ -374,7 +374,7 @@ neph_result np_scattering_solver_solve_band(np_scattering_solver *s, bool is_fir
   s->is_nested = is_first || !(before > 0.0) || s->out->quality.is_cut;
   begin_budget(s);
   result = s->is_nested ? solve_nested(s) : solve_related(s, *sum / before);
-  if (!result && s->turn == 0 && np_solver_state_begin(s, NP_STEP_RESTARTABLE)) remember_first(s);
+  if (!result && s->turn == 0 && np_solver_state_begin(s, NP_STEP_RESTARTABLE)) store_first(s);
   if (!result && !(s->is_transferred && s->turn > 0)) result = resolve(s);
   end_budget(s);
   set_part(s, keeping_begin, 1.0);

@@ -38,8 +38,8 @@ typedef struct np_scattering_reach {
 
 typedef struct np_solver_state {
   const np_solution_keeper *keeper; /* NULL: nothing is kept */
-  np_cache_entry entry;             /* that the solution goes on from, open up to its step */
-  unsigned step, resumed;           /* the present one, from 1; and that of the entry, 0: there is none */
+  np_cache_entry entry;             /* state from which the solution continues, open up to its step */
+  unsigned step, resumed;           /* number of the present step, from 1; step of the entry, 0: there is none */
   unsigned restart;                 /* the step from which a cancelled solution can go on; 0: there is none */
   bool has_fine;                    /* the result's grid has light, beyond the one that is iterated */
   bool has_history;                 /* the entry goes on with that of an iteration */
@@ -116,7 +116,7 @@ typedef enum np_step_kind {
 bool np_solver_state_begin(np_scattering_solver *s, np_step_kind kind);
 
 /* Keeps what was there when the last restartable step began, of a solution that was cancelled. */
-void np_solver_state_keep_last(np_scattering_solver *s);
+void np_solver_state_save_last(np_scattering_solver *s);
 
 /* NEPH_ERROR_BAD_FILE where the solution went on from an entry that holds something else: it is refused, with its
  * warning, so that no other solution meets it. */

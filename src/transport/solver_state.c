@@ -48,7 +48,7 @@ static size_t count_moments(const np_transport_grid *g) { return g->active_count
 
 /* ---- Solution ---- */
 
-/* Those of all bands: a further one begins from the ones before. */
+/* Irradiances of all bands: a further band begins from the bands before it. */
 static void transfer_downwelling(np_scattering_solver *s, np_cache_entry *entry, const state_transfer *way) {
   way->floats(entry, &s->downwelling[0][0][0], (size_t)NP_BAND_COUNT * NP_BORDER_PLAN * NP_BORDER_PLAN);
 }
@@ -257,7 +257,7 @@ void np_solver_state_save_history(void *user, const np_fixed_point *problem, con
   s->state.is_last = is_last;
 }
 
-void np_solver_state_keep_last(np_scattering_solver *s) {
+void np_solver_state_save_last(np_scattering_solver *s) {
   np_solver_state *state = &s->state;
   if (!state->keeper || state->is_last || state->restart == 0 || state->step < state->resumed) return;
   write_state(s, state->restart, NULL, NULL);

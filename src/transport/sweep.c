@@ -4,6 +4,7 @@
  * Koch, Baker and Alcouffe 1992), so that there is work for many threads, and every face has one writer. */
 #include "transport/sweep.h"
 
+#include <assert.h>
 #include <string.h>
 
 #include "core/alloc.h"
@@ -104,6 +105,7 @@ static neph_result sweep_tiles(void *user, size_t begin, size_t end, unsigned th
   for (size_t i = begin; i < end; i++) {
     const int32_t tile_y = f->first_y + (int32_t)(i / f->pair_count);
     const unsigned pair = f->first_pair + (unsigned)(i % f->pair_count);
+    assert(pair < NP_OCTANT_PAIRS && tile_y <= f->diagonal);
     f->sweep_tile(f->sweep, pair, tile_y, f->diagonal - tile_y, thread);
   }
   return np_monitor_is_cancelled(f->sweep->monitor) ? NEPH_ERROR_CANCELLED : NEPH_OK;
@@ -149,6 +151,7 @@ neph_result np_sweep_run(np_sweep *s) {
   for (f.diagonal = 0; f.diagonal < tiles_y + tiles_z - 1; f.diagonal++) {
     f.first_y = f.diagonal < tiles_z ? 0 : f.diagonal - tiles_z + 1;
     f.count = (f.diagonal < tiles_y ? f.diagonal : tiles_y - 1) - f.first_y + 1;
+    assert(f.count >= 1);
     const bool is_middle = 2 * f.diagonal == tiles_y + tiles_z - 2;
     const unsigned some = is_middle ? NP_OCTANT_PAIRS / 2 : NP_OCTANT_PAIRS;
     for (unsigned pair = 0; pair < NP_OCTANT_PAIRS; pair += some) {

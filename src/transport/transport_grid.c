@@ -2,6 +2,7 @@
 /* Cells of the multiple scattering, and coarser ones of several of them. */
 #include "transport/transport_grid.h"
 
+#include <assert.h>
 #include <string.h>
 
 #include "core/alloc.h"
@@ -158,7 +159,7 @@ static float limit_extinction(const np_transport_grid *g, float extinction, doub
 }
 
 /* Cells without cloud get the ratios of the first cloud: what is multiplied by them is 0. */
-static void keep_material(const grid_fill *f, size_t active, size_t cell) {
+static void store_material(const grid_fill *f, size_t active, size_t cell) {
   np_transport_grid *g = f->grid;
   const unsigned count = g->degree + 1, clouds = f->world->clouds.count;
   const float *own = &f->extinction[cell * clouds];
@@ -177,7 +178,7 @@ static void keep_material(const grid_fill *f, size_t active, size_t cell) {
         extinction > 0.0f ? scattering[l] / extinction : albedo * f->phases[0].moments[l] / g->scale[0];
 }
 
-static neph_result keep_live(const grid_fill *f) {
+static neph_result store_active(const grid_fill *f) {
   np_transport_grid *g = f->grid;
   const int32_t cells = (int32_t)np_transport_grid_count(g);
   spread_held(g, f->holds);
@@ -192,7 +193,7 @@ static neph_result keep_live(const grid_fill *f) {
   for (int32_t c = 0; c < cells; c++) {
     if (g->active[c] < 0) continue;
     g->cell[g->active[c]] = c;
-    keep_material(f, (size_t)g->active[c], (size_t)c);
+    store_material(f, (size_t)g->active[c], (size_t)c);
   }
   return NEPH_OK;
 }
@@ -210,7 +211,7 @@ neph_result np_transport_grid_fill(const np_world *world, const np_scaled_phase 
   neph_result result = f.extinction && f.holds && grid->active ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
   const size_t rows = (size_t)grid->size[1] * (size_t)grid->size[2];
   if (!result) result = np_parallel_for(grid->context, monitor, rows, 4, average_rows, &f);
-  if (!result) result = keep_live(&f);
+  if (!result) result = store_active(&f);
   np_alloc_free(grid->context, f.holds);
   np_alloc_free(grid->context, f.extinction);
   return result;
@@ -239,6 +240,7 @@ static size_t compute_parent(const np_transport_grid *fine, const np_transport_g
     share *= width / np_transport_grid_width(coarse, a, at[a]);
   }
   *out_share = (float)share;
+  assert(share > 0.0 && share <= 1.0 + 1e-9);
   return np_transport_grid_join(coarse, at);
 }
 
@@ -253,7 +255,7 @@ void np_transport_grid_restrict(const np_transport_grid *fine, const float *valu
 }
 
 /* A cell is ground where no child is live, and half of them or more are ground: one above ground then is so too. */
-static void bury_parents(const np_transport_grid *fine, np_transport_grid *out) {
+static void mark_solid_parents(const np_transport_grid *fine, np_transport_grid *out) {
   float share;
   for (size_t c = 0; c < np_transport_grid_count(fine); c++)
     if (fine->active[c] == NP_TRANSPORT_CELL_SOLID) out->active[compute_parent(fine, out, (int32_t)c, &share)]--;
@@ -268,7 +270,7 @@ static void bury_parents(const np_transport_grid *fine, np_transport_grid *out) 
 static void number_parents(const np_transport_grid *fine, np_transport_grid *out) {
   float share;
   out->has_ground = fine->has_ground;
-  bury_parents(fine, out);
+  mark_solid_parents(fine, out);
   for (size_t i = 0; i < fine->active_count; i++) out->active[compute_parent(fine, out, fine->cell[i], &share)] = 0;
   for (size_t c = 0; c < np_transport_grid_count(out); c++)
     if (out->active[c] == 0) out->active[c] = (int32_t)out->active_count++;
@@ -292,6 +294,7 @@ static void average_children(const np_transport_grid *fine, np_transport_grid *o
 
 /* One plane of each `stride`. */
 static neph_result thin_planes(const np_transport_grid *fine, int axis, int32_t stride, np_transport_grid *out) {
+  assert(fine->size[axis] % stride == 0);
   out->size[axis] = fine->size[axis] / stride;
   out->even_m[axis] = stride * fine->even_m[axis];
   out->is_wrapped[axis] = fine->is_wrapped[axis];
@@ -302,6 +305,7 @@ static neph_result thin_planes(const np_transport_grid *fine, int axis, int32_t 
 }
 
 neph_result np_transport_grid_coarsen(const np_transport_grid *fine, np_transport_grid *out) {
+  assert(np_transport_grid_can_coarsen(fine));
   *out = (np_transport_grid){.context = fine->context, .degree = fine->degree};
   neph_result result = NEPH_OK;
   for (int a = 0; a < 3 && !result; a++) result = thin_planes(fine, a, fine->size[a] == 1 ? 1 : 2, out);
@@ -327,6 +331,7 @@ static void broaden_cell(const np_transport_grid *fine, size_t active, np_transp
 
 neph_result np_transport_grid_reduce_degree(const np_world *world, unsigned band, unsigned degree,
                                             const np_transport_grid *fine, np_transport_grid *out) {
+  assert(degree < fine->degree);
   *out = (np_transport_grid){
       .context = fine->context, .degree = degree, .active_count = fine->active_count, .has_ground = fine->has_ground};
   neph_result result = NEPH_OK;

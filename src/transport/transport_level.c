@@ -69,7 +69,7 @@ typedef struct iteration {
   np_sweep sweep;
   double *column;                /* scratch; NULL: no column */
   np_diffusion *diffusion;       /* NULL: plain sweeps */
-  const np_fixed_point *problem; /* that they are part of; NULL: of none */
+  const np_fixed_point *problem; /* the problem of which the sweeps are a part; NULL: none */
 } iteration;
 
 static neph_result fill_source(void *user, size_t begin, size_t end, unsigned thread) {

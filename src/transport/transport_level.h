@@ -14,7 +14,7 @@ typedef struct np_transport_level {
   float *emission;        /* moment l = 0 of the emission of each active cell; NULL: nothing emits */
   float *ground;          /* radiance of solid cells, by column [j][i]; NULL: there are none */
   float *phi;             /* the solution: [active][harmonic] */
-  float *first_phi;       /* that of the first band; NULL where others have nothing to do with it */
+  float *first_phi;       /* solution of the first band; NULL: no other band starts from it */
   float *change;          /* change from a further band's start to its solution; NULL: no finer grid starts from it */
   np_diffusion diffusion; /* diffusion system of the grid, once light has been iterated on it */
 } np_transport_level;
@@ -51,8 +51,8 @@ typedef struct np_transport_effort {
 neph_result np_transport_level_solve(const np_transport_lights *lights, np_transport_level *level,
                                      np_transport_effort *effort);
 
-/* The same by one sweep, without acceleration. With a budget, which takes memory for another vector like `phi`, `phi`
- * stays what it was where the budget ends within the sweep. */
+/* Iterates once by one sweep, without acceleration. With a budget, which takes memory for another vector like `phi`,
+ * `phi` stays what it was where the budget ends within the sweep. */
 neph_result np_transport_level_sweep(const np_transport_lights *lights, np_transport_level *level, bool has_budget);
 
 /* Start of a finer grid: the coarser solution between the middles of its cells. */

@@ -17,6 +17,7 @@
  * is spent in a depth of about one, however thick the layer: cells are thin at the faces and grow with the depth from
  * them, so that a layer of depth 10⁶ takes some 300.
  */
+#include <assert.h>
 #include <string.h>
 
 #include "core/alloc.h"
@@ -255,10 +256,11 @@ static grading choose_axes(const np_world *world, const np_transport_desc *desc,
   }
 }
 
-static neph_result keep_graded_axis(const grading *g, const even_axis *even, int axis, np_transport_grid *out) {
+static neph_result store_graded_axis(const grading *g, const even_axis *even, int axis, np_transport_grid *out) {
   double counts[GRADING_STEPS + 1];
   count_graded(g, axis, even, counts);
   const int32_t size = round_count(counts[GRADING_STEPS]);
+  assert(size >= COARSEST && size % COARSEST == 0);
   double *edge = np_alloc(out->context, (size_t)size + 1, sizeof *edge);
   if (!edge) return NEPH_ERROR_OUT_OF_MEMORY;
   const double step = even->size * even->edge_m / GRADING_STEPS;
@@ -274,8 +276,9 @@ static neph_result keep_graded_axis(const grading *g, const even_axis *even, int
 
 /* ---- Keeping them ---- */
 
-static neph_result keep_even_axis(const even_axis *even, int axis, np_transport_grid *out) {
+static neph_result store_even_axis(const even_axis *even, int axis, np_transport_grid *out) {
   double *edge = np_alloc(out->context, (size_t)even->size + 1, sizeof *edge);
+  assert(even->size >= 1 && even->edge_m > 0.0);
   if (!edge) return NEPH_ERROR_OUT_OF_MEMORY;
   for (int32_t i = 0; i <= even->size; i++) edge[i] = even->origin_m + i * even->edge_m;
   out->size[axis] = even->size;
@@ -383,7 +386,7 @@ static void place_column_planes(const profile *p, thickness t, np_transport_grid
   edge[inner + 2] = 2.0 * edge[inner + 1] - edge[inner];
 }
 
-static neph_result keep_column_axis(const profile *p, thickness t, int axis, np_transport_grid *out) {
+static neph_result store_column_axis(const profile *p, thickness t, int axis, np_transport_grid *out) {
   const double depth = p->depth[p->count - 1], cells = 2.0 * count_to_depth(0.5 * depth, t) + 2.0;
   out->size[axis] = (int32_t)ceil(cells / COARSEST) * COARSEST;
   out->edge_m[axis] = np_alloc(out->context, (size_t)out->size[axis] + 1, sizeof *out->edge_m[axis]);
@@ -397,9 +400,9 @@ static neph_result place_column(const np_world *world, const even_axis axes[3], 
   neph_result result = measure_profile(out->context, world, axes, axis, &p);
   const double depth = result ? 0.0 : p.depth[p.count - 1];
   if (!result && depth > 0.0) {
-    result = keep_column_axis(&p, choose_thickness(&world->clouds.at[0], depth), axis, out);
+    result = store_column_axis(&p, choose_thickness(&world->clouds.at[0], depth), axis, out);
   } else if (!result) {
-    result = keep_even_axis(&axes[axis], axis, out);
+    result = store_even_axis(&axes[axis], axis, out);
   }
   np_alloc_free(out->context, p.extinction);
   return result;
@@ -416,9 +419,9 @@ neph_result np_transport_grid_place(neph_context *context, const np_world *world
     if (axis == column) {
       result = place_column(world, axes, axis, out);
     } else if (isfinite(g.near_m) && !axes[axis].is_wrapped) {
-      result = keep_graded_axis(&g, &axes[axis], axis, out);
+      result = store_graded_axis(&g, &axes[axis], axis, out);
     } else {
-      result = keep_even_axis(&axes[axis], axis, out);
+      result = store_even_axis(&axes[axis], axis, out);
     }
   }
   if (result) np_transport_grid_clear(out);

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "transport/workspace.h"
 
+#include <assert.h>
+
 #include "core/alloc.h"
 
 enum { ALIGNMENT = 64 };
@@ -19,6 +21,7 @@ neph_result np_workspace_begin(np_workspace *w, size_t floats, unsigned blocks) 
 float *np_workspace_take(np_workspace *w, size_t floats) {
   float *block = (float *)(void *)(w->bytes + w->used);
   w->used += (floats * sizeof(float) + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
+  assert(w->used <= w->size);
   return block;
 }
 

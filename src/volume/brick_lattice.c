@@ -1,11 +1,15 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "volume/brick_lattice.h"
 
+#include <assert.h>
+
 #include "core/alloc.h"
 
 enum { NODE_VOXELS = NP_BRICK_NODE_EDGE * NP_BRICK_EDGE, MASK = NP_BRICK_NODE_EDGE - 1 };
 
 static np_lattice_node *get_node(const np_brick_lattice *l, const int32_t node[3]) {
+  assert(node[0] >= 0 && node[0] < l->size[0] && node[1] >= 0 && node[1] < l->size[1]);
+  assert(node[2] >= 0 && node[2] < l->size[2]);
   return &l->nodes[((size_t)node[0] * (size_t)l->size[1] + (size_t)node[1]) * (size_t)l->size[2] + (size_t)node[2]];
 }
 
@@ -129,6 +133,7 @@ np_lattice_view np_brick_lattice_get_view(const np_brick_lattice *l, const int32
 
 /* Reads the blocks of `count` cells of a node along z, from `first` on. */
 static void read_cells(const np_lattice_view *view, int node, size_t first, int count, uint32_t *out) {
+  assert(node >= 0 && node < 8 && first + (size_t)count <= NP_BRICK_NODE_CELLS);
   const uint32_t *cells = view->cells[node];
   for (int z = 0; z < count; z++) out[z] = cells ? cells[first + (size_t)z] : view->block[node];
 }

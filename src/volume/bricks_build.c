@@ -7,6 +7,7 @@
  * independent of threads; a second pass fills them. */
 #include "volume/bricks_build.h"
 
+#include <assert.h>
 #include <string.h>
 
 #include "core/alloc.h"
@@ -223,6 +224,7 @@ static void number_bricks(np_bricks *bricks) {
 
 static void store_window(const np_bricks_builder *b, uint32_t brick, const float window[NP_BRICK_VOLUME]) {
   size_t first = (size_t)brick * NP_BRICK_STRIDE;
+  assert(brick < b->bricks->brick_count);
   if (b->is_half)
     np_half_encode(b->bricks->context->isa, window, NP_BRICK_VOLUME, b->inverse_scale, b->bricks->halves + first);
   else
@@ -280,6 +282,7 @@ static void discard_leaves(const layer *l, size_t *gone) {
   const np_sparse_grid *grid = l->b->grid;
   const int64_t node = bricks->origin[0] - bricks->lead[0] + l->b->place[l->first_node][0] * NP_BRICK_NODE_EDGE;
   const size_t end = search_leaf(grid, *gone, (node + l->x + l->count) * NP_BRICK_EDGE);
+  assert(*gone <= end && end <= grid->leaf_count);
   np_alloc_discard(bricks->context, grid->leaves + *gone, (end - *gone) * sizeof *grid->leaves);
   *gone = end;
 }
@@ -288,8 +291,7 @@ static void discard_leaves(const layer *l, size_t *gone) {
  * way. The pages of a small one stay with the allocator: the next load would fault on each again. */
 static neph_result fill(const np_bricks_builder *b, np_monitor *monitor) {
   const size_t count = b->bricks->node_count;
-  const bool is_consumed =
-      b->grid->is_consumed && !b->bricks->is_periodic[0] && b->grid->leaf_count > LEAVES_KEPT_MAX;
+  const bool is_consumed = b->grid->is_consumed && !b->bricks->is_periodic[0] && b->grid->leaf_count > LEAVES_KEPT_MAX;
   const double slabs = (double)(count * SLABS);
   neph_result result = NEPH_OK;
   size_t gone = 0;
@@ -383,6 +385,7 @@ static neph_result set_scale(np_bricks_builder *b) {
   exponent = exponent > 127 ? 127 : exponent < -125 ? -125 : exponent; /* the inverse must be a normal number as well */
   b->bricks->scale = ldexpf(1.0f, exponent - 1);
   b->inverse_scale = ldexpf(1.0f, 1 - exponent);
+  assert(b->bricks->scale * b->inverse_scale == 1.0f);
   b->bricks->background = np_bricks_round(b, b->grid->background);
   return NEPH_OK;
 }

@@ -271,13 +271,13 @@ neph_result np_nvdb_layout_open(np_vdb_bytes *bytes, np_nvdb_layout *out_layout)
   return bytes->result;
 }
 
-static void forget_unpacked(np_nvdb_layout *layout) {
+static void clear_unpacked(np_nvdb_layout *layout) {
   np_alloc_free(layout->context, layout->unpacked);
   layout->unpacked = NULL;
 }
 
 void np_nvdb_layout_close(np_nvdb_layout *layout) {
-  forget_unpacked(layout);
+  clear_unpacked(layout);
   np_alloc_free(layout->context, layout->unpacked_bytes);
   for (size_t i = 0; i < layout->count; i++) np_alloc_free(layout->context, layout->grids[i].name);
   np_alloc_free(layout->context, layout->grids);
@@ -288,7 +288,7 @@ void np_nvdb_layout_close(np_nvdb_layout *layout) {
 static bool unpack(np_nvdb_layout *layout, size_t index) {
   np_vdb_bytes *bytes = layout->bytes;
   const np_nvdb_grid *grid = &layout->grids[index];
-  forget_unpacked(layout);
+  clear_unpacked(layout);
   if (!layout->unpacked_bytes) layout->unpacked_bytes = np_alloc(layout->context, 1, sizeof *layout->unpacked_bytes);
   if (layout->unpacked_bytes) layout->unpacked = np_alloc(layout->context, grid->bytes, 1);
   if (!layout->unpacked) return false;
@@ -299,7 +299,7 @@ static bool unpack(np_nvdb_layout *layout, size_t index) {
   bytes->grid = NULL;
   np_vdb_bytes_open_memory(layout->context, bytes->path, layout->unpacked, grid->bytes, layout->unpacked_bytes);
   layout->unpacked_index = index;
-  if (bytes->result) forget_unpacked(layout);
+  if (bytes->result) clear_unpacked(layout);
   return !bytes->result;
 }
 

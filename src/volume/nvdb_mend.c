@@ -53,24 +53,24 @@ static float get_good_max(const np_sparse_grid *grid) {
   return largest;
 }
 
-static uint64_t mend_value(float *value, bool is_on, float largest) {
+static uint64_t repair_value(float *value, bool is_on, float largest) {
   if (is_good(*value)) return 0;
   *value = *value > FLT_MAX && is_on ? largest : 0.0f;
   return 1;
 }
 
-static uint64_t mend_values(np_sparse_grid *grid, float largest) {
+static uint64_t repair_values(np_sparse_grid *grid, float largest) {
   uint64_t count = 0;
   for (size_t i = 0; i < grid->leaf_count; i++)
     for (int n = 0; n < NP_LEAF_SIZE; n++)
-      count += mend_value(&grid->leaves[i].values[n], is_active(&grid->leaves[i], n), largest);
+      count += repair_value(&grid->leaves[i].values[n], is_active(&grid->leaves[i], n), largest);
   for (size_t i = 0; i < grid->tile_count; i++)
-    count += mend_value(&grid->tiles[i].value, grid->tiles[i].is_active, largest);
+    count += repair_value(&grid->tiles[i].value, grid->tiles[i].is_active, largest);
   return count;
 }
 
 /* Sets the background to 0, and with it the inactive values that equal it. */
-static bool mend_background(np_sparse_grid *grid) {
+static bool repair_background(np_sparse_grid *grid) {
   const float old = grid->background;
   if (old == 0.0f) return false;
   grid->background = 0.0f;
@@ -105,13 +105,13 @@ static uint64_t make_finite(copy *c) {
   return count;
 }
 
-static void mend_grid(copy *c, np_vdb_mending *mending) {
+static void repair_grid(copy *c, np_vdb_mending *mending) {
   np_sparse_grid *grid = &c->components[0];
   if (mending->mark == NP_VDB_MAKE_FINITE) mending->value_count = make_finite(c);
   if (mending->mark != NP_VDB_MEND_DENSITY && mending->mark != NP_VDB_MEND_VALUES) return;
-  if (mending->mark == NP_VDB_MEND_DENSITY) mending->has_new_background = mend_background(grid);
+  if (mending->mark == NP_VDB_MEND_DENSITY) mending->has_new_background = repair_background(grid);
   const float largest = get_good_max(grid);
-  mending->value_count = mend_values(grid, largest);
+  mending->value_count = repair_values(grid, largest);
   c->is_half = c->is_half && largest <= half_max;
 }
 
@@ -223,17 +223,17 @@ static np_vdb_write_grid make_output(const copy *c, const char *grid_class, np_v
                              .attribute_count = c->attribute_count};
 }
 
-static neph_result mend_one(const copy_job *job, size_t index) {
+static neph_result repair_one(const copy_job *job, size_t index) {
   copy *c = &job->copies[index];
   const np_vdb_grid_info info = describe(job->file, index);
   neph_result result = read_copy(job->file, index, c);
   if (!result) result = read_attributes(job->file, index, c);
   if (result) return result;
-  mend_grid(c, &job->mendings[index]);
+  repair_grid(c, &job->mendings[index]);
   job->outputs[index] = make_output(c, info.grid_class, &job->mendings[index]);
   if (info.is_scalar && strcmp(info.value_type, "float") != 0)
-    np_log(job->file->context, NEPH_LOG_WARNING, "%s: grid '%s' is of type %s, and its copy of floats",
-           job->file->path, info.name, info.value_type);
+    np_log(job->file->context, NEPH_LOG_WARNING, "%s: grid '%s' is of type %s, and its copy of floats", job->file->path,
+           info.name, info.value_type);
   return NEPH_OK;
 }
 
@@ -253,7 +253,7 @@ neph_result np_nvdb_mend(const np_volume_file *file, np_vdb_mending *mendings, c
   job.copies = np_alloc(context, job.count + 1, sizeof *job.copies);
   job.outputs = np_alloc(context, job.count + 1, sizeof *job.outputs);
   neph_result result = job.copies && job.outputs ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
-  for (size_t i = 0; i < job.count && !result; i++) result = mend_one(&job, i);
+  for (size_t i = 0; i < job.count && !result; i++) result = repair_one(&job, i);
   if (!result) result = write_copies(&job, path);
   for (size_t i = 0; i < job.count && job.copies; i++) clear_copy(context, &job.copies[i]);
   np_alloc_free(context, job.copies);

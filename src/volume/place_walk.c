@@ -2,6 +2,8 @@
 /* Rays through the bounding volume hierarchy of places. */
 #include "volume/places.h"
 
+#include <assert.h>
+
 static np_place_ray make_ray(np_dvec3 origin, np_vec3 direction, double end) {
   return (np_place_ray){.origin = {origin.x, origin.y, origin.z},
                         .inverse = {1.0 / (double)direction.x, 1.0 / (double)direction.y, 1.0 / (double)direction.z},
@@ -67,6 +69,7 @@ static void insert(np_place_queue *queue, np_place_hit hit) {
     queue->count--;
   }
   unsigned i = queue->count++;
+  assert(queue->count <= NP_PLACE_BATCH);
   for (; i > 0 && is_before(hit, queue->hits[i - 1]); i--) queue->hits[i] = queue->hits[i - 1];
   queue->hits[i] = hit;
 }
@@ -95,6 +98,7 @@ static void gather(np_place_queue *queue, np_place_hit last) {
       continue;
     }
     const bool is_second_near = enter_box(&queue->ray, &places->nodes[node->second]) < enter_box(&queue->ray, node + 1);
+    assert(depth + 2 <= NP_PLACE_STACK && node->second > number);
     stack[depth++] = is_second_near ? number + 1 : node->second;
     stack[depth++] = is_second_near ? node->second : number + 1;
   }

@@ -3,6 +3,7 @@
  * their largest extent, down to single places. */
 #include "volume/places.h"
 
+#include <assert.h>
 #include <stdlib.h>
 
 #include "core/alloc.h"
@@ -95,6 +96,7 @@ static int choose_axis(const place_box *boxes, uint32_t count) {
 static uint32_t build_node(tree_build *b, uint32_t first, uint32_t count) {
   static int (*const compare[3])(const void *, const void *) = {compare_x, compare_y, compare_z};
   const uint32_t number = b->count++;
+  assert(count >= 1);
   np_place_node *node = &b->nodes[number];
   bound_boxes(b->boxes + first, count, node);
   node->place = first;
@@ -120,6 +122,7 @@ neph_result np_places_build(neph_context *context, np_instance *at, uint32_t cou
   if (!result) {
     for (uint32_t i = 0; i < count; i++) b.boxes[i] = compute_box(&at[i], i);
     build_node(&b, 0, count);
+    assert(b.count == 2 * count - 1);
     for (uint32_t i = 0; i < count; i++) out->at[i] = at[b.boxes[i].place];
   }
   np_alloc_free(context, b.boxes);

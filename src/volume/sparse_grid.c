@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "volume/sparse_grid.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -117,6 +118,7 @@ static void extend_by_box(np_grid_extent *extent, const int32_t low[3], const in
 
 /* Extends a range by the first and the last set bit of eight; at least one is set. */
 static void extend_by_bits(uint32_t bits, int32_t origin, int32_t *low, int32_t *high) {
+  assert(bits != 0 && bits < 256);
   *low = origin + __builtin_ctz(bits);
   *high = origin + (31 - __builtin_clz(bits)); /* does not overflow at the end of the 32-bit range */
 }

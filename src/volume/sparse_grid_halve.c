@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Halves the resolution of a grid: each voxel is the mean of eight, which preserves optical depth. */
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -57,6 +58,7 @@ static np_leaf *search_leaf(const np_sparse_grid *coarse, const int32_t fine_ori
 }
 
 static void add_leaf_tile(const np_sparse_grid *coarse, const np_tile *tile) {
+  assert(is_leaf_sized(tile));
   np_leaf leaf = {.origin = {tile->origin[0], tile->origin[1], tile->origin[2]}};
   for (int n = 0; n < NP_LEAF_SIZE; n++) leaf.values[n] = tile->value;
   add_leaf(&leaf, search_leaf(coarse, tile->origin));
@@ -65,6 +67,7 @@ static void add_leaf_tile(const np_sparse_grid *coarse, const np_tile *tile) {
 /* A tile of 128 becomes 8³ tiles of 8, a tile of 4096 becomes 16³ of 128. */
 static neph_result add_large_tile(np_sparse_grid *coarse, const np_tile *tile) {
   const int32_t edge = tile->edge == 128 ? 8 : 128, count = tile->edge / 2 / edge;
+  assert(tile->edge == 128 || tile->edge == 4096);
   for (int32_t n = 0; n < count * count * count; n++) {
     const int32_t at[3] = {n / count / count, n / count % count, n % count};
     int32_t origin[3];

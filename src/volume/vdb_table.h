@@ -57,7 +57,7 @@ typedef struct np_vdb_grid_size {
 /* File positions of the parts of a grid. */
 typedef struct np_vdb_grid_place {
   int64_t descriptor, begin, topology;
-  int64_t buffers; /* known once the tree is checked */
+  int64_t buffers; /* position of the values; valid once the tree is checked */
 } np_vdb_grid_place;
 
 /* A file whose header and grid headers are checked: all reads go through it. */

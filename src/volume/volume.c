@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "volume/volume_private.h"
 
+#include <assert.h>
 #include <string.h>
 
 #include "core/alloc.h"
@@ -143,6 +144,7 @@ static neph_result check_dense(neph_context *context, const neph_volume_dense_de
 static int32_t compute_period(unsigned size) {
   unsigned period = size;
   while (period % NP_BRICK_EDGE) period += size;
+  assert(size > 0 && period % size == 0);
   return (int32_t)period;
 }
 

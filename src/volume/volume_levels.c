@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "volume/volume_levels.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -39,6 +40,7 @@ static int compare_cells(const void *a, const void *b) {
 
 /* Searches the first `count` cells, which are sorted. */
 static const level_cell *search_cell(const level_build *b, size_t count, const int32_t at[3]) {
+  assert(count <= b->cell_count);
   size_t low = 0, high = count;
   while (low < high) {
     const size_t middle = (low + high) / 2;
@@ -51,7 +53,10 @@ static const level_cell *search_cell(const level_build *b, size_t count, const i
 }
 
 /* A cell has 1 << get_shift leaves of a level along an edge. */
-static int get_shift(const level_build *b, unsigned level) { return (int)(b->count - 1 - level); }
+static int get_shift(const level_build *b, unsigned level) {
+  assert(level < b->count);
+  return (int)(b->count - 1 - level);
+}
 
 /* The cell that contains a leaf, given by its number along each axis. */
 static level_cell locate_leaf(const level_build *b, unsigned level, const int32_t leaf[3]) {

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "volume/volume_tint.h"
 
+#include <assert.h>
 #include <string.h>
 
 #include "core/alloc.h"
@@ -161,6 +162,7 @@ static void compute_shares(const tint_build *b, const color_block *block, int n,
   for (int c = 0; c < 3; c++) {
     const float low = b->all.low[c], range = b->all.high[c] - low;
     place[c] = range > 0.0f ? (block->color[c][n] - low) / range : 0.0f;
+    assert(place[c] >= 0.0f && place[c] <= 1.0f + 1e-6f);
   }
   for (int i = 1; i < 3; i++)
     for (int k = i; k > 0 && place[order[k]] > place[order[k - 1]]; k--) {

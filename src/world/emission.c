@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "world/emission.h"
 
+#include <assert.h>
 #include <string.h>
 
 #include "core/alloc.h"
@@ -155,6 +156,7 @@ static neph_result build_grid(np_emission *e, unsigned index, np_monitor *monito
     return NEPH_OK;
   place_grid(emitter->bricks, low, high, grid);
   const size_t count = count_cells(grid);
+  assert(count > 0 && count <= LAMPS_MAX);
   survey s = {e, emitter, grid, monitor, np_alloc(e->context, count, sizeof *s.power)};
   grid->density = np_alloc(e->context, count, sizeof *grid->density);
   neph_result result = s.power && grid->density ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
@@ -174,6 +176,7 @@ static void normalize(np_emission *e) {
     np_emitter_grid *grid = &e->grids[source->emitter];
     grid->density[source->cell] = (float)(share / get_cell_volume(&e->emitters[source->emitter], grid));
     source->cumulative = sum += share;
+    assert(share >= 0.0 && sum <= 1.0 + 1e-6);
   }
 }
 
@@ -204,6 +207,7 @@ void np_emission_clear(np_emission *emission) {
 
 bool np_emission_draw(const np_emission *emission, double u, np_random *random, np_dvec3 *out_position) {
   if (emission->cell_count == 0) return false;
+  assert(u >= 0.0 && u < 1.0);
   const double place[3] = {np_random_double(random), np_random_double(random), np_random_double(random)};
   size_t low = 0, high = emission->cell_count - 1;
   while (low < high) {

@@ -11,7 +11,7 @@
 
 #include "core/units.h"
 
-static np_spectrum look_up_map(const np_night *night, np_vec3 direction) {
+static np_spectrum sample_map(const np_night *night, np_vec3 direction) {
   const double d[3] = {(double)direction.x, (double)direction.y, (double)direction.z};
   float e[3];
   for (int i = 0; i < 3; i++)
@@ -37,8 +37,8 @@ static float dim_airglow(float upward, float along) {
 }
 
 /* Radiance of airglow through the air, with the airglow that the air scatters into the view. */
-static np_spectrum see_airglow(const np_night *night, const neph_atmosphere *atmosphere, np_dvec3 origin,
-                               np_vec3 direction, np_spectrum transmittance) {
+static np_spectrum compute_airglow(const np_night *night, const neph_atmosphere *atmosphere, np_dvec3 origin,
+                                   np_vec3 direction, np_spectrum transmittance) {
   np_spectrum airglow = np_airglow_radiance(&night->airglow, origin, direction);
   if (!atmosphere) return airglow;
   const np_vec3 up = np_zenith(origin, np_atmosphere_get_planet_radius(atmosphere));
@@ -54,9 +54,9 @@ np_spectrum np_night_radiance(const np_night *night, const neph_atmosphere *atmo
   np_spectrum transmittance = np_spectrum_grey(1.0f), radiance = none;
   if (atmosphere) transmittance = np_atmosphere_transmittance_to_space(atmosphere, origin, direction);
   if (np_spectrum_is_zero(transmittance)) return none;
-  if (night->map) radiance = np_spectrum_multiply(look_up_map(night, direction), transmittance);
+  if (night->map) radiance = np_spectrum_multiply(sample_map(night, direction), transmittance);
   if (!night->has_airglow) return radiance;
-  return np_spectrum_add(radiance, see_airglow(night, atmosphere, origin, direction, transmittance));
+  return np_spectrum_add(radiance, compute_airglow(night, atmosphere, origin, direction, transmittance));
 }
 
 np_spectrum np_night_compute_irradiance(const np_night *night, const neph_atmosphere *atmosphere, np_dvec3 origin) {

@@ -103,7 +103,7 @@ static np_vec3 enter(const wave_frame *frame, np_vec3 d) {
                       np_maxf(np_vec3_dot(d, frame->zenith), cosine_least));
 }
 
-static np_vec3 leave(const wave_frame *frame, np_vec3 d) {
+static np_vec3 transform_to_world(const wave_frame *frame, np_vec3 d) {
   np_vec3 out = np_vec3_scale(frame->tangent, d.x);
   out = np_vec3_add(out, np_vec3_scale(frame->bitangent, d.y));
   return np_vec3_normalize(np_vec3_add(out, np_vec3_scale(frame->zenith, d.z)));
@@ -139,7 +139,7 @@ static void fill_node(np_water *water, int node) {
   water->actinic[node] = (float)actinic;
 }
 
-static float look_up(const float table[NP_WATER_NODES], float cosine) {
+static float interpolate(const float table[NP_WATER_NODES], float cosine) {
   const float place = sqrtf(np_clampf(cosine, 0.0f, 1.0f)) * (NP_WATER_NODES - 1);
   const int i = place < NP_WATER_NODES - 2 ? (int)place : NP_WATER_NODES - 2;
   return np_mixf(table[i], table[i + 1], place - (float)i);
@@ -152,8 +152,8 @@ np_water np_water_make(double level_m, double wind_m_s, np_spectrum albedo) {
   double transmitted = 0.0, actinic = 0.0;
   for (int k = 0; k < STEPS; k++) {
     const double cosine = (k + 0.5) / STEPS, weight = 2.0 * cosine / STEPS;
-    transmitted += weight * (1.0 - (double)look_up(water.reflectance, (float)cosine));
-    actinic += weight * (double)look_up(water.actinic, (float)cosine);
+    transmitted += weight * (1.0 - (double)interpolate(water.reflectance, (float)cosine));
+    actinic += weight * (double)interpolate(water.actinic, (float)cosine);
   }
   water.mean_transmittance = (float)transmitted;
   water.mean_actinic = (float)actinic;
@@ -162,7 +162,7 @@ np_water np_water_make(double level_m, double wind_m_s, np_spectrum albedo) {
 
 /* ---- Queries ---- */
 
-float np_water_reflectance(const np_water *water, float cosine) { return look_up(water->reflectance, cosine); }
+float np_water_reflectance(const np_water *water, float cosine) { return interpolate(water->reflectance, cosine); }
 
 /* Optical depths of clear air at 680, 550 and 440 nm, also used for other bands, and the downward share of its
  * scattered light. */
@@ -190,7 +190,7 @@ np_spectrum np_water_get_air_albedo(const np_water *water, float sun_cosine) {
   for (int b = 0; b < NP_BAND_COUNT; b++) {
     const float entered =
         mix_light(b, sun_cosine, 1.0f - np_water_reflectance(water, sun_cosine), water->mean_transmittance);
-    const float actinic = mix_light(b, sun_cosine, look_up(water->actinic, sun_cosine), water->mean_actinic);
+    const float actinic = mix_light(b, sun_cosine, interpolate(water->actinic, sun_cosine), water->mean_actinic);
     out.band[b] = np_minf(actinic + entered * water->albedo.band[b], 1.0f);
   }
   return out;
@@ -218,5 +218,5 @@ np_vec3 np_water_sample(const np_water *water, np_vec3 zenith, np_vec3 to_viewer
   const np_vec3 viewer = enter(&frame, to_viewer);
   np_vec3 light;
   *out_weight = reflect(water->roughness, viewer, sample_facet(water->roughness, viewer, u, v), &light);
-  return leave(&frame, light);
+  return transform_to_world(&frame, light);
 }

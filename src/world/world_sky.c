@@ -8,19 +8,19 @@ static bool is_traced(const np_world *world, const neph_sky *sky) {
   return world->has_parallel_view && sky && sky == world->camera_sky;
 }
 
-static np_spectrum see_environment(const np_world *world, np_vec3 direction) {
+static np_spectrum get_environment(const np_world *world, np_vec3 direction) {
   const bool is_hidden = world->is_environment_upper_only && direction.z < 0.0f;
   return is_hidden ? np_spectrum_grey(0.0f) : world->environment_radiance;
 }
 
 np_spectrum np_world_space_radiance(const np_world *world, np_dvec3 origin, np_vec3 direction) {
-  const np_spectrum radiance = see_environment(world, direction);
+  const np_spectrum radiance = get_environment(world, direction);
   if (!world->night) return radiance;
   return np_spectrum_add(radiance, np_night_radiance(world->night, NULL, origin, direction));
 }
 
 np_spectrum np_world_add_beyond(const np_world *world, np_dvec3 origin, np_vec3 direction, np_spectrum sky) {
-  const np_spectrum radiance = np_spectrum_add(see_environment(world, direction), sky);
+  const np_spectrum radiance = np_spectrum_add(get_environment(world, direction), sky);
   if (!world->night) return radiance;
   return np_spectrum_add(radiance, np_night_radiance(world->night, world->atmosphere, origin, direction));
 }
