@@ -115,9 +115,9 @@ const cli_verb cli_verb_check = {
         "fbx yaml yml",
     .exits = CLI_MAY(CLI_DIFFERENT) | CLI_MAY(CLI_NOT_FOUND),
     .description =
-        "Reads files, by their endings, and prints what is wrong with them: an error is what a render refuses, a "
-        "warning what may not be meant, a note what is worth knowing. Each line has the file, the severity, the grid, "
-        "the cause, the place, behind an arrow the key or option that mends it, and the name of the rule. A .vdb name "
+        "Reads files, by their endings, and lists their faults: a render refuses an error, a warning may be "
+        "unintended, a note is worth knowing. Each line has the file, the severity, the grid, the cause, the place, "
+        "behind an arrow the key or option that repairs it, and the name of the rule. A .vdb name "
         "with #### is a sequence: all its files are read, and compared from frame to frame. A scene is checked with "
         "all that it names, all errors at once.\n\n"
         "With --fix a copy of a .vdb or .nvdb is written whose values a cloud can have, and what has changed in each "

@@ -168,7 +168,7 @@ const cli_verb cli_verb_report = {
     .options = {{"--output", "write report.html, report.csv and report.json into the folder FILE", "SCENE.report", NULL,
                  "/"},
                 {"--set"},
-                {"--resolution", "size of the pictures in pixels", "160 wide, or that of the reference"},
+                {"--resolution", "size of the pictures in pixels", "160 wide, or the size of the reference"},
                 {"--budget", NULL, "10m, with --quick 1m"},
                 {"--reference"},
                 {"--quick"},

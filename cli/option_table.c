@@ -270,7 +270,7 @@ static const cli_option options[] = {
     {.name = "--frame", .argument = "N", .take = take_frame, .range = "a whole number", .fallback = "1",
      .meaning = "frame for the values of animated keys"},
     {.name = "--resolution", .argument = "WxH", .take = take_resolution, .range = "two whole numbers from 1 to 65536",
-     .fallback = "that of the scene", .meaning = "size of the picture in pixels"},
+     .fallback = "as in the scene", .meaning = "size of the picture in pixels"},
     {.name = "--crop", .argument = "X0,Y0,X1,Y1", .take = take_crop, .range = "four whole numbers",
      .meaning = "render these pixels alone, from the top left, the last two excluded"},
     {.name = "--tile", .argument = "I/N", .take = take_tile, .range = "I from 1 to N",
@@ -308,7 +308,7 @@ static const cli_option options[] = {
     {.name = "--target-error", .argument = "X", .take = take_target_error, .range = "a number above 0",
      .meaning = "take enough samples for a relative error of X"},
     {.name = "--time-limit", .argument = "SECONDS", .take = take_time_limit, .range = "a number from 0",
-     .fallback = "that of the scene", .meaning = "end each frame then, with the samples it has"},
+     .fallback = "as in the scene", .meaning = "end each frame then, with the samples it has"},
     {.name = "--half", .take = take_flag, .field = INTO(is_half),
      .meaning = "write values as halves, not floats"},
     {.name = "--prune", .argument = "X", .take = take_prune, .range = "a number in [0, 100]", .fallback = "0",
@@ -364,7 +364,7 @@ static const cli_option options[] = {
     {.name = "--dry-run", .letter = 'n', .take = take_flag, .field = INTO(is_dry_run),
      .meaning = "check everything, print the names of the files that would be written, and stop"},
     {.name = "--fix", .take = take_flag, .field = INTO(is_fixed),
-     .meaning = "write a copy, by --output, whose values are mended: what is not finite, negative or subnormal becomes "
+     .meaning = "write a copy, by --output, with repaired values: what is not finite, negative or subnormal becomes "
                 "0, as does a density's background; other grids and metadata are kept"},
     {.name = "--exact", .take = take_flag, .field = INTO(is_exact),
      .meaning = "fail, with exit code 7, when any value of any channel differs"},

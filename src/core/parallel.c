@@ -22,6 +22,9 @@ enum {
 static const size_t worker_stack_bytes = (size_t)4 << 20;
 static const rlim_t stack_min_bytes = 1 << 20;
 
+/* Excess of a share over 1 that sums of shares may have. */
+#define ROUNDING 1e-9
+
 /* A running loop; lives on its caller's stack. */
 typedef struct loop {
   np_parallel_fn work;
@@ -169,7 +172,7 @@ void np_monitor_set_stage(np_monitor *monitor, const char *stage) {
 }
 
 void np_monitor_set_range(np_monitor *monitor, double fraction_begin, double fraction_end) {
-  assert(0.0 <= fraction_begin && fraction_begin <= fraction_end && fraction_end <= 1.0);
+  assert(0.0 <= fraction_begin && fraction_begin <= fraction_end && fraction_end <= 1.0 + ROUNDING);
   if (is_elsewhere(monitor)) return;
   monitor->fraction_begin = fraction_begin;
   monitor->fraction_end = fraction_end;
@@ -179,8 +182,8 @@ void np_monitor_set_range(np_monitor *monitor, double fraction_begin, double fra
 np_monitor_part np_monitor_get_part(const np_monitor *monitor) { return monitor ? monitor->part : np_monitor_whole; }
 
 void np_monitor_set_part(np_monitor *monitor, np_monitor_part whole, double begin, double end) {
-  assert(0.0 <= whole.begin && whole.begin <= whole.end && whole.end <= 1.0);
-  assert(0.0 <= begin && begin <= end && end <= 1.0);
+  assert(0.0 <= whole.begin && whole.begin <= whole.end && whole.end <= 1.0 + ROUNDING);
+  assert(0.0 <= begin && begin <= end && end <= 1.0 + ROUNDING);
   if (is_elsewhere(monitor)) return;
   const double length = whole.end - whole.begin;
   monitor->part = (np_monitor_part){whole.begin + begin * length, whole.begin + end * length};

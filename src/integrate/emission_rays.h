@@ -136,7 +136,7 @@ static inline np_spectrum np_emitter_along(const np_world *world, const np_emitt
   return sum;
 }
 
-/* Emission along a ray, by all emitters. */
+/* The same of all emitters. */
 static inline np_spectrum np_emission_along(const np_world *world, np_dvec3 origin, np_vec3 direction,
                                             double distance_end, float step_voxels, bool has_air, double air_begin_m,
                                             np_random *random) {

@@ -100,7 +100,7 @@ static float get_extinction_scale(const np_march *m, const np_instance *volume) 
                                    volume->albedo);
 }
 
-/* Extinction of all active clouds in a stretch, at the densest points of its cells. */
+/* The same of all that is active in a stretch, at the densest points of its cells. */
 static float compute_bound(const np_ray_intervals *all, const np_ray_interval *s, const float *hiding) {
   float sum = 0.0f;
   for (unsigned i = 0; i < s->count; i++) sum += hiding[i] * np_ray_instance_bound(&all->instance[s->active[i]]);

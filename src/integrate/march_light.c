@@ -237,7 +237,7 @@ static void add_opacities(const np_march *m, const np_step *s, float weight) {
   for (unsigned i = 0; i < s->count; i++) np_integrator_add_cloud(m->ray, s->volume[i], weight * s->depth[i]);
 }
 
-static void remove_held_out(const np_step *s, np_spectrum *scattering) {
+static void leave_out_held(const np_step *s, np_spectrum *scattering) {
   for (unsigned i = 0; i < s->count; i++)
     if (s->volume[i]->is_held_out) scattering[i] = np_spectrum_grey(0.0f);
 }
@@ -267,7 +267,7 @@ static void light(np_march *m, const np_step *s, step_optics *optics, const sunl
     weight.band[b] *= depth > 1e-6f ? optics->scaled_opacity.band[b] / depth : 1.0f;
   }
   for (unsigned i = 0; i < s->count; i++) optics->scattering[i] = np_spectrum_multiply(optics->scattering[i], weight);
-  if (m->settings->has_holdout) remove_held_out(s, optics->scattering);
+  if (m->settings->has_holdout) leave_out_held(s, optics->scattering);
   add_solution(m, compute_middle(m, s), s, sun, optics->scattering);
   add_sun(m, s, sun, optics->scattering, compute_transmittance(m, m->peak_depth));
 

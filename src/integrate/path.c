@@ -39,7 +39,7 @@ static void gather_sky(const np_tracer *t, const np_path_state *path, const np_s
 /* Light that clouds scatter once and that does not come straight from the sun is the sky's or the ground's. */
 static void set_outside_component(const np_tracer *t, np_path_state *path, bool is_ground) {
   if (path->component == NP_COMPONENT_SUN) path->component = is_ground ? NP_COMPONENT_GROUND : NP_COMPONENT_SKY;
-  np_sky_next_event_weigh(t, path);
+  np_sky_next_event_meet(t, path);
 }
 
 /* ---- Clouds ---- */
@@ -234,7 +234,7 @@ static bool reflect_at_ground(const np_tracer *t, np_path_state *path) {
 }
 
 static void add_space(const np_tracer *t, np_path_state *path) {
-  np_path_add_sun(t, path);
+  np_path_meet_sun(t, path);
   set_outside_component(t, path, false);
   np_path_add_light(t, path, path->component, np_world_space_radiance(t->world, path->position, path->direction));
 }
@@ -246,7 +246,7 @@ static void add_surroundings(const np_tracer *t, np_path_state *path) {
   const neph_sky *sky = reflection ? reflection->world.camera_sky : t->world->cloud_sky;
   const np_spectrum incoming = np_surroundings_incoming(t->world, t->lighting, t->settings, sky, path->position,
                                                         path->direction, np_path_shadow, t->random, &is_ground);
-  if (!is_ground) np_path_add_sun(t, path);
+  if (!is_ground) np_path_meet_sun(t, path);
   set_outside_component(t, path, is_ground);
   np_path_add_light(t, path, path->component, incoming);
 }

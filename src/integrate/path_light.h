@@ -58,7 +58,7 @@ static inline void np_path_gather_sun(const np_tracer *t, const np_path_state *p
 }
 
 /* Sunlight met by chance, on a way to space. */
-static inline void np_path_add_sun(const np_tracer *t, const np_path_state *path) {
+static inline void np_path_meet_sun(const np_tracer *t, const np_path_state *path) {
   if (!np_world_sun_covers(t->world, path->direction) || !np_path_is_in_scope(t, path)) return;
   const np_spectrum irradiance = t->settings->is_air_traced
                                      ? t->world->sun_irradiance /* the flight has met what is in the way */

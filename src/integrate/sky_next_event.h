@@ -49,7 +49,7 @@ static inline bool np_sky_next_event_start(const np_path_state *path, const np_s
 }
 
 /* Light from past the clouds, met by chance: where it was aimed at too, the other way has its share of the weight. */
-static inline void np_sky_next_event_weigh(const np_tracer *t, np_path_state *path) {
+static inline void np_sky_next_event_meet(const np_tracer *t, np_path_state *path) {
   if (!path->has_sky_next_event) return;
   const np_sky_guide *guide = t->lighting->sky_guide;
   const float aimed = guide->rate * np_sky_guide_eval(guide, path->direction);

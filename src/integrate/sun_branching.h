@@ -23,8 +23,8 @@ typedef struct np_sun_branching {
   const np_phase *phase;
   np_vec3 to_sun;
   float peak;        /* peak of the phase function, 1/sr; 0 without a sun */
-  float share;       /* branches that a scattering starts, drawn from the phase function; 0: none */
-  float broad_share; /* branches drawn from the broader lobe */
+  float share;       /* branches that a scattering starts, those drawn from the phase function; 0: none */
+  float broad_share; /* those of the broader lobe */
   np_phase broad;
 } np_sun_branching;
 
@@ -58,8 +58,7 @@ static inline void np_sun_branching_choose(np_sun_branching *branching, float su
   }
 }
 
-/* Branches per steradian. `out_expected_gain`: sunlight that scatterings to come may bring, in isotropic scattering's.
- */
+/* Branches per steradian. `out_prospect`: sunlight that scatterings to come may bring, in isotropic scattering's. */
 static inline float np_sun_branching_eval(const np_sun_branching *branching, np_vec3 direction,
                                           float *out_expected_gain) {
   *out_expected_gain = 0.0f;
