@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "check/check_heights.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -88,6 +89,7 @@ static const float lowest_m = -500.0f, highest_m = 9000.0f; /* the Dead Sea, and
 
 static bool has_voids(const height_facts *f, draft *out) {
   const double share = (double)f->field.void_count / ((double)f->field.width * f->field.height);
+  assert(share <= 1.0);
   return share > 0.05 &&
          np_draft_set(out, "%.3g %% of its samples have no value and are filled from those around them", 100.0 * share);
 }

@@ -4,6 +4,7 @@
  * array holds both. */
 #include "export/distance_transform.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -69,6 +70,7 @@ static void transform_sides(const scratch *s, float *line, int count, double edg
 /* First value of a line: lines are numbered by the other two axes, the lower one fastest. */
 static size_t locate_line(const transform_job *job, size_t line) {
   const size_t nx = job->size[0], ny = job->size[1];
+  assert(job->axis >= 0 && job->axis < 3);
   if (job->axis == 0) return line * nx;
   if (job->axis == 1) return line / nx * nx * ny + line % nx;
   return line;

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The header of a KTX 2.0 file of one level (Khronos, KTX File Format Specification 2.0), with its basic data format
  * descriptor (Khronos Data Format Specification 1.3) and its key KTXwriter. */
+#include <assert.h>
 #include <string.h>
 
 #include "export/texture.h"
@@ -64,6 +65,7 @@ size_t np_ktx2_make_header(const np_texture *texture, uint8_t out_bytes[NP_KTX2_
   const size_t descriptor = put_descriptor(format, out_bytes + DESCRIPTOR);
   const size_t writer = DESCRIPTOR + descriptor, writer_bytes = put_writer(out_bytes + writer);
   const size_t texel_bytes = (size_t)format->channel_count * format->channel_bytes; /* a power of two */
+  assert((texel_bytes & (texel_bytes - 1)) == 0);
   const size_t texels = align(writer + writer_bytes, texel_bytes > 4 ? texel_bytes : 4);
   const uint32_t numbers[] = {format->vulkan,
                               format->channel_bytes,

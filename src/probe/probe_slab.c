@@ -18,6 +18,8 @@
  */
 #include "probe/probe_slab.h"
 
+#include <assert.h>
+
 #include "core/alloc.h"
 #include "core/units.h"
 #include "integrate/integrator.h"
@@ -70,6 +72,7 @@ static double fill_samples(np_slab *slab, float values[SAMPLE_MAX]) {
   const double series = 1.0 + 0.5 * depth * (sample_growth - 1.0) / sample_depth;
   const double half = is_even ? fmax(0.5 * depth / sample_depth, 0.5 * SAMPLE_MIN) : log(series) / log(sample_growth);
   slab->sample_count = 2 * (unsigned)fmin(ceil(half), SAMPLE_MAX / 2);
+  assert(slab->sample_count <= SAMPLE_MAX && slab->sample_count > 0);
   double sum = 0.0;
   for (unsigned i = 0; i < slab->sample_count; i++) {
     const unsigned from_top = slab->sample_count - 1 - i;
@@ -207,7 +210,10 @@ static np_camera_ray make_ray(const np_slab *slab, bool is_top, double mu, doubl
 }
 
 /* The μ below which q(μ) = ½ + μ has the share u. */
-static double invert_share(double u) { return 4.0 * u / (1.0 + sqrt(1.0 + 8.0 * u)); }
+static double invert_share(double u) {
+  assert(0.0 <= u && u <= 1.0);
+  return 4.0 * u / (1.0 + sqrt(1.0 + 8.0 * u));
+}
 
 /* Low-discrepancy points of the plastic number, as the film has them (frame/frame.c). */
 static double turn(double offset, double step, unsigned index) {

@@ -3,6 +3,7 @@
  * p is searched on a line, C follows from it. */
 #include "report/report_fit.h"
 
+#include <assert.h>
 #include <math.h>
 
 /* Searched between a sixth and six times the order that is expected. */
@@ -47,6 +48,7 @@ static double compute_misfit(const curve *c, double order, double *out_log_facto
     sum += get_weight(p) * (log(p->error) - get_law(c, p->value, order));
   }
   *out_log_factor = sum / weights;
+  assert(weights > 0.0);
   for (unsigned i = 0; i < c->count; i++) {
     const np_fit_point *p = &c->points[i];
     if (is_of_fit(c, p))

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "report/report_plots.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -57,7 +58,10 @@ static bool is_free(const label_places *places, double x, double y) {
   return true;
 }
 
-static double get_share(const np_axis *a, double value) { return log(value / a->low) / log(a->high / a->low); }
+static double get_share(const np_axis *a, double value) {
+  assert(0.0 < a->low && a->low < a->high && value > 0.0);
+  return log(value / a->low) / log(a->high / a->low);
+}
 
 /* Above the point, or else below it, towards the middle of the picture; a point with no room has none. */
 static void add_label(np_text *text, const np_setting *s, const np_axis axes[2], label_places *places) {
