@@ -22,7 +22,7 @@ static cli_exit check_names(const cli_options *options) {
     scene_count += cli_is_scene(options->files[i]);
     if (!cli_is_scene(options->files[i]) && !neph_check_is_file(options->files[i])) {
       cli_complain(
-          "%s has an unknown ending, must end in .vdb, .nvdb, .hgt, .tif, .asc, .bil, .flt, .dem, .img, "
+          "%s has an unknown ending, must end in .vdb, .nvdb, .nc, .hgt, .tif, .asc, .bil, .flt, .dem, .img, "
           ".dt2, .vrt, .zip, .r16, .raw, .exr, .png, .csv, .chan, .gltf, .glb, .obj, .ply, .stl, .fbx, .dae or .yaml",
           options->files[i]);
       return CLI_USAGE;
@@ -111,8 +111,8 @@ const cli_verb cli_verb_check = {
     .argument_max = SIZE_MAX,
     .run = run_check,
     .files =
-        "vdb nvdb hgt tif tiff asc bil flt dem img dt0 dt1 dt2 vrt zip r16 raw exr png csv chan gltf glb obj ply stl "
-        "fbx yaml yml",
+        "vdb nvdb nc hgt tif tiff asc bil flt dem img dt0 dt1 dt2 vrt zip r16 raw exr png csv chan gltf glb obj ply "
+        "stl fbx yaml yml",
     .exits = CLI_MAY(CLI_DIFFERENT) | CLI_MAY(CLI_NOT_FOUND),
     .description =
         "Reads files, by their endings, and lists their faults: a render refuses an error, a warning may be "

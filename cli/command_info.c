@@ -23,8 +23,8 @@ static describe_fn choose_describer(const char *path) {
       {".hgt", neph_terrain_describe_file}, {".tif", neph_terrain_describe_file}, {".tiff", neph_terrain_describe_file},
       {".asc", neph_terrain_describe_file}, {".bil", neph_terrain_describe_file}, {".flt", neph_terrain_describe_file},
       {".dem", neph_terrain_describe_file}, {".img", neph_terrain_describe_file}, {".dt0", neph_terrain_describe_file},
-      {".dt1", neph_terrain_describe_file}, {".dt2", neph_terrain_describe_file}, {".vrt", neph_terrain_describe_file},
-      {".zip", neph_terrain_describe_file}, {".exr", neph_image_describe_file}};
+      {".nc", neph_volume_describe_file},   {".dt1", neph_terrain_describe_file}, {".dt2", neph_terrain_describe_file},
+      {".vrt", neph_terrain_describe_file}, {".zip", neph_terrain_describe_file}, {".exr", neph_image_describe_file}};
   for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++)
     if (cli_has_extension(path, kinds[i].extension)) return kinds[i].describe;
   return NULL;
@@ -34,9 +34,10 @@ static cli_exit describe_file(cli_session *session, const char *path, char **out
   describe_fn describe = choose_describer(path);
   if (describe) return cli_exit_of(describe(session->context, path, cli_text_format(session), out_text));
   if (cli_is_scene(path)) return describe_scene(session, path, out_text);
-  cli_complain("%s has an unknown ending, must end in .vdb, .nvdb, .hgt, .tif, .asc, .bil, .flt, .dem, .img, .dt2, "
-               ".vrt, .zip, .exr, .png or .yaml",
-               path);
+  cli_complain(
+      "%s has an unknown ending, must end in .vdb, .nvdb, .nc, .hgt, .tif, .asc, .bil, .flt, .dem, .img, .dt2, "
+      ".vrt, .zip, .exr, .png or .yaml",
+      path);
   return CLI_USAGE;
 }
 
@@ -63,14 +64,15 @@ static cli_exit run_info(cli_session *session) {
 const cli_verb cli_verb_info = {
     .name = "info",
     .arguments = "FILE...",
-    .summary = "describe .vdb, .nvdb, height-field, .exr, .png and scene files",
+    .summary = "describe .vdb, .nvdb, .nc, height-field, .exr, .png and scene files",
     .argument_min = 1,
     .argument_max = SIZE_MAX,
     .run = run_info,
-    .files = "vdb nvdb hgt tif asc bil flt dem img dt0 dt1 dt2 vrt zip exr png yaml yml",
+    .files = "vdb nvdb nc hgt tif asc bil flt dem img dt0 dt1 dt2 vrt zip exr png yaml yml",
     .exits = CLI_MAY(CLI_BAD_SCENE) | CLI_MAY(CLI_NOT_FOUND),
     .description =
-        "Describes files, by their endings: .vdb and .nvdb grids, height fields (.hgt, .png, GeoTIFF and other "
+        "Describes files, by their endings: .vdb and .nvdb grids, models' fields (.nc), height fields (.hgt, .png, "
+        "GeoTIFF and other "
         "rasters), .exr pictures, scenes. Of a scene it prints every key with its value, defaults and presets "
         "resolved, each as --set takes it. The exit code is that of the first file that fails.",
     .options = {{"--set"}, {"--frame"}},

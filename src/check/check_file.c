@@ -170,6 +170,7 @@ static const struct {
     {".zip", check_height_file}, {".obj", check_mesh},        {".ply", check_mesh},
     {".stl", check_mesh},        {".fbx", check_mesh},        {".dae", check_mesh},
     {".r16", check_height_file}, {".raw", check_height_file}, {".chan", np_check_camera_table},
+    {".nc", check_vdb},
 };
 
 enum { KIND_COUNT = sizeof kinds / sizeof *kinds };

@@ -33,8 +33,8 @@ neph_result np_vdb_bytes_open(neph_context *context, const char *path, np_vdb_by
   start(context, path, out_bytes);
   if (stat(path, &status)) return fail_open(out_bytes);
   if (!S_ISREG(status.st_mode))
-    return out_bytes->result = np_fail(context, NEPH_ERROR_BAD_FILE, "%s: is %s, must be a .vdb or .nvdb file", path,
-                                       S_ISDIR(status.st_mode) ? "a folder" : "a device, a pipe or a socket");
+    return out_bytes->result = np_fail(context, NEPH_ERROR_BAD_FILE, "%s: is %s, must be a .vdb, .nvdb or .nc file",
+                                       path, S_ISDIR(status.st_mode) ? "a folder" : "a device, a pipe or a socket");
   out_bytes->file = open(path, O_RDONLY | O_CLOEXEC);
   if (out_bytes->file < 0 || fstat(out_bytes->file, &status)) return fail_open(out_bytes);
   out_bytes->size = status.st_size;

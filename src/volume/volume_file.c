@@ -12,7 +12,7 @@
  * takes less than 256 MB and 64 times its size. */
 static const uint64_t brick_bytes_free = UINT64_C(192000000), brick_bytes_per_byte = 48;
 
-static const np_volume_format *const formats[] = {&np_vdb_format, &np_nvdb_format};
+static const np_volume_format *const formats[] = {&np_vdb_format, &np_nvdb_format, &np_netcdf_format};
 
 enum { FORMATS = sizeof formats / sizeof *formats };
 
@@ -32,7 +32,8 @@ static neph_result open_format(np_volume_file *file, np_monitor *monitor) {
   if (file->bytes->result) return file->bytes->result;
   file->format = search_format(magic);
   if (file->format) return file->format->open(file, monitor);
-  return np_fail(file->context, NEPH_ERROR_BAD_FILE, "%s: not a VDB file", file->path);
+  return np_fail(file->context, NEPH_ERROR_BAD_FILE, "%s: not a %s file", file->path,
+                 np_file_has_ending(file->path, np_netcdf_format.ending) ? "NetCDF" : "VDB");
 }
 
 neph_result np_volume_file_open(neph_context *context, const char *path, np_monitor *monitor,

@@ -63,8 +63,8 @@ for folder in cli samples; do
   [ -z "$bad" ] || complain "$folder may include nothing of src: $bad"
 done
 
-# A pattern of headers, then the only files that may name them. The sun's file has a lock because libnova keeps results in
-# variables of its own.
+# A pattern of headers, then the only files that may name them. The sun's file and the reader of NetCDF have a lock because their
+# libraries keep state in variables of their own.
 doors='openvdb/ src/volume/(vdb_(shim.cpp|archive.h|conversion.h|failure.h|mending.h|reading.h|writing.h)|nvdb_writing.h)
 nanovdb/ src/volume/nvdb_(header|writing).h
 blosc\.h src/volume/vdb_packing.h
@@ -72,6 +72,7 @@ zlib\.h src/volume/vdb_packing.h
 tbb/ src/volume/vdb_failure.h
 embree src/terrain/terrain.c
 assimp/ src/mesh/assimp_reader.c
+(netcdf|hdf5) src/volume/netcdf_reader.c
 gdal/ src/terrain/gdal_(files|names|reader|references)\.[ch]
 openexr src/image/image_exr(_read|_write)?\.[ch]
 png\.h src/image/image_png.c
@@ -79,7 +80,7 @@ yaml\.h src/scene/scene_file.c
 jansson\.h src/core/json.c
 xxhash\.h src/core/hash.c
 libnova/ src/atmosphere/celestial.c
-pthread\.h src/core/parallel.c|src/atmosphere/celestial.c|cli/view/view_(messages.h|picture.c|variants.c|worker.c)
+pthread\.h src/core/parallel.c|src/atmosphere/celestial.c|src/volume/netcdf_reader.c|cli/view/view_(messages.h|picture.c|variants.c|worker.c)
 threads\.h none'
 echo "$doors" | while read -r header door; do
   grep -rlEi --include='*.[ch]' --include='*.cpp' "^#include <(OpenEXR/)?$header" src cli samples 2>/dev/null |
