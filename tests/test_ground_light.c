@@ -170,8 +170,31 @@ static void a_failed_allocation_leaves_nothing_behind(void **state) {
   assert_survives_failed_allocations(attempt, &f);
 }
 
+/* A grid of one period has the same value any number of periods away, is interpolated across the joint, and does not
+ * fade into a clear sky. */
+static void periods_repeat(void **state) {
+  (void)state;
+  np_ground_light_value points[6];
+  for (int n = 0; n < 6; n++) {
+    const float open = n % 3 == 1 ? 0.5f : 0.25f;
+    points[n] = (np_ground_light_value){.open = np_spectrum_grey(open), .added = np_spectrum_grey(open)};
+  }
+  const np_ground_light light = {
+      .size = {3, 2}, .origin_m = {100.0, -50.0}, .spacing_m = 200.0, .period_m = {400.0, 200.0}, .points = points};
+  for (int k = -3; k < 4; k++) {
+    const np_dvec3 joint = np_dvec3_make(100.0 + 400.0 * k, 10.0 + 200.0 * k, 0.0);
+    const np_dvec3 middle = np_dvec3_make(300.0 + 400.0 * k, 10.0, 0.0),
+                   between = np_dvec3_make(399.0 + 400.0 * k, 0.0, 0.0);
+    assert_near((double)np_ground_light_get(&light, joint).open.band[0], 0.25, 1e-6);
+    assert_near((double)np_ground_light_get(&light, middle).open.band[0], 0.5, 1e-6);
+    assert_near((double)np_ground_light_get(&light, between).added.band[1], 0.5 - 0.25 * 99.0 / 200.0, 1e-6);
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
+      cmocka_unit_test(periods_repeat),
+
       cmocka_unit_test(a_white_cloud_casts_no_shade_in_a_furnace),
       cmocka_unit_test(the_cloud_shines_on_what_is_below_it),
       cmocka_unit_test(smoke_around_a_flame_lights_the_ground_evenly),
