@@ -171,12 +171,9 @@ static void fill_world(const np_i3rc_experiment *experiment, np_i3rc_world *w) {
   w->view = (np_plane_view){&w->world, &w->lighting};
 }
 
-/* Solves as a scene does for a picture that is worth cells of one voxel: columns of the Landsat cloud are as wide. */
+/* Solves as a scene does at its defaults. */
 static neph_result solve(const np_i3rc_field *field, np_i3rc_world *w) {
-  static const double memory_bytes = 4e9, ray_count = 1e8;
   np_scattering_desc desc = NP_SCATTERING_DESC_DEFAULT;
-  np_scattering_desc_set_memory(&desc, memory_bytes);
-  np_scattering_desc_set_rays(&desc, ray_count);
   desc.cells.bounds_min = np_dvec3_make(0.0, 0.0, field->base_m);
   desc.cells.bounds_max =
       np_dvec3_make(field->size[0] * field->voxel_m[0], field->size[1] * field->voxel_m[1], field->top_m);
