@@ -85,6 +85,41 @@ typedef struct neph_cloud_shape {
   double height_m;            /**< height of white above the base; > 0 (default 1200) */
 } neph_cloud_shape;
 
+/** Values of pixels over the ground, by rows. Positions count in pixels, with 0 in the centre of the first column and
+ * row. */
+typedef struct neph_cloud_raster {
+  unsigned width, height;    /**< pixels, 1 to 32768 */
+  const float *values;       /**< width × height, NaN where there is no datum; NULL: no raster */
+  double min_m[2], max_m[2]; /**< box of the world, x and y, that the nodes span */
+  unsigned node_count[2];    /**< nodes along x and y, 2 to 1024 */
+  const double *node_pixels; /**< column and row at each node, by rows from min_m; bilinear between nodes */
+} neph_cloud_raster;
+
+/** A measured field of clouds. */
+typedef struct neph_cloud_measurement {
+  neph_cloud_raster optical_depth; /**< vertical optical depth, the mean of a pixel; ≥ 0 */
+  neph_cloud_raster top_m;         /**< altitude of cloud tops above sea level; without values: none */
+  double threshold;                /**< optical depth below which the sky counts as clear; ≥ 0 */
+  void *owner;                     /**< for `unload` */
+} neph_cloud_measurement;
+
+/** Reads a measured field; a failed call leaves nothing to release. */
+typedef neph_result (*neph_cloud_measurement_load_fn)(void *user, neph_context *context,
+                                                      neph_cloud_measurement *out_measurement);
+
+/** Releases what neph_cloud_measurement_load_fn has made. */
+typedef void (*neph_cloud_measurement_unload_fn)(void *user, neph_context *context,
+                                                 neph_cloud_measurement *measurement);
+
+/** A source of a measured field, read when a cloud is built. */
+typedef struct neph_cloud_measurement_source {
+  const char *name; /**< name of the field in messages */
+  const char *id;   /**< identity of the field in files and keys of caches */
+  neph_cloud_measurement_load_fn load;
+  neph_cloud_measurement_unload_fn unload; /**< NULL: nothing needs to be released */
+  void *user;                              /**< passed to both */
+} neph_cloud_measurement_source;
+
 /** A procedural cloud: a weather map, a height profile, and noise, by its model. Altitudes are above sea level. */
 typedef struct neph_cloud_desc {
   size_t struct_size;
@@ -160,6 +195,9 @@ typedef struct neph_cloud_desc {
                                     (default 12 km) */
   double wisp_frequencies[NEPH_CLOUD_PARTS]; /**< thermals: frequencies of wisps at tops, flanks, base; 1 to 8 (default
                                                   1) */
+  /** Measured field that gives coverage, optical depth and tops in place of a picture and of `extinction_per_m`:
+   * columns of the model are scaled until each pixel has its optical depth. Borrowed; NULL: none (default NULL). */
+  const neph_cloud_measurement_source *measurement;
 } neph_cloud_desc;
 
 #define NEPH_CLOUD_DESC_DEFAULT                                                                                        \
@@ -178,7 +216,7 @@ typedef struct neph_cloud_desc {
     .billow_frequencies = {1, 1, 1}, .wisp_amounts = {0, 0.5, 1}, .wisp_frequencies = {1, 1, 1}, .streets = 0,         \
     .cells_kind = NEPH_CLOUD_CELLS_NONE, .cells_size_m = 12000, .name = NULL, .ground_height = NULL,                   \
     .ground_user = NULL, .ground_id = NULL, .ground_lift = 0, .ground_cover = 0, .trails = 1,                          \
-    .trail_direction_rad = 1.57079632679489662, .repeat_m = 0                                                          \
+    .trail_direction_rad = 1.57079632679489662, .repeat_m = 0, .measurement = NULL                                     \
   }
 
 /** Fills a description from a named preset ("cumulus_mediocris", …); fails listing the names there are.

@@ -366,6 +366,7 @@ static void warn_of_coverage(neph_context *context, const np_cloud_model *model)
 neph_result np_bake_warn_of_losses(neph_context *context, const np_cloud_model *model, np_monitor *monitor) {
   np_bake_losses losses;
   double voxel_m;
+  if (model->desc.measurement) return NEPH_OK; /* columns have the measured optical depth in voxels of any size */
   warn_of_coverage(context, model);
   neph_result result = np_bake_measure_losses(context, model, monitor, &losses);
   if (result || !np_bake_loses(&losses)) return result;
@@ -386,7 +387,7 @@ neph_result np_cloud_check_voxel(neph_context *context, const neph_cloud_desc *c
   np_cloud_model model;
   np_monitor monitor;
   neph_result result = np_cloud_desc_read(context, cloud, &checked);
-  if (result) return result;
+  if (result || checked.measurement) return result;
   const unsigned mode = np_float_mode_enter();
   np_monitor_start(&monitor, context, NULL, NULL);
   result = np_cloud_model_build(context, &checked, planet_radius_m, &monitor, &model);

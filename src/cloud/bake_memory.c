@@ -33,8 +33,8 @@ typedef struct memory_need {
 } memory_need;
 
 static double count_model_bytes(const np_cloud_model *model) {
-  return np_weather_map_count_bytes(&model->map) + np_ball_heap_count_bytes(&model->balls) +
-         (model->shape ? np_shape_grid_count_bytes(model->shape) : 0);
+  return np_weather_map_count_bytes(&model->map) + np_measured_columns_count_bytes(&model->columns) +
+         np_ball_heap_count_bytes(&model->balls) + (model->shape ? np_shape_grid_count_bytes(model->shape) : 0);
 }
 
 /* Number of cells of `edge` leaves with a marked leaf; cells are aligned to leaf 0. Negative: out of memory. */

@@ -8,6 +8,8 @@
 #include "cloud/cloud_grain.h"
 #include "cloud/cloud_kinds.h"
 #include "cloud/landscape.h"
+#include "cloud/measured_fit.h"
+#include "cloud/measured_map.h"
 #include "cloud/rain.h"
 #include "cloud/repeat.h"
 #include "cloud/shape.h"
@@ -49,10 +51,15 @@ static neph_result build_maps(const np_weather_picture *picture, np_monitor *mon
   return NEPH_OK;
 }
 
-static neph_result build_map_and_waterline(np_monitor *monitor, np_cloud_model *model) {
+static neph_result build_map_and_waterline(const np_measured_map *measured, np_monitor *monitor,
+                                           np_cloud_model *model) {
   np_weather_picture picture;
   if (np_cloud_desc_has_shape(&model->desc)) return np_shape_build(model, monitor);
   neph_result result = np_weather_picture_load(model->context, &model->desc, &picture);
+  if (!result && measured->source) {
+    picture.measured = measured;
+    picture.values[NEPH_CLOUD_MAP_COVERAGE] = measured->shares;
+  }
   if (!result) result = build_maps(&picture, monitor, model);
   np_weather_picture_clear(&picture);
   return result;
@@ -74,14 +81,18 @@ neph_result np_cloud_model_build(neph_context *context, const neph_cloud_desc *d
   np_cloud_desc_compute_heading(desc, model.heading);
   model.wind = np_cloud_wind_make(desc, model.kind->skew);
   prepare(&model);
-  neph_result result = build_map_and_waterline(monitor, &model);
+  np_measured_map measured = {.context = context};
+  neph_result result = np_cloud_desc_has_shape(desc) ? NEPH_OK : np_measured_map_load(context, desc, &measured);
+  if (!result) result = build_map_and_waterline(&measured, monitor, &model);
   set_time(&model);
   if (!result && model.kind->build) result = model.kind->build(&model, monitor);
+  model.rain.depth_m = (float)(desc->precipitation * fmax(desc->base_altitude_m, 0));
+  if (!result && measured.source) result = np_measured_fit(&model, &measured, monitor);
+  np_measured_map_clear(&measured);
   if (result) {
     np_cloud_model_clear(&model);
     return result;
   }
-  model.rain.depth_m = (float)(desc->precipitation * fmax(desc->base_altitude_m, 0));
   *out_model = model;
   return NEPH_OK;
 }
@@ -98,5 +109,6 @@ np_cloud_model np_cloud_model_refine(const np_cloud_model *model, double share) 
 void np_cloud_model_clear(np_cloud_model *model) {
   if (model->kind && model->kind->clear) model->kind->clear(model);
   np_weather_map_clear(&model->map);
+  np_measured_columns_clear(model->context, &model->columns);
   *model = (np_cloud_model){0};
 }

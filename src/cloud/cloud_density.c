@@ -22,13 +22,37 @@ static void mask_by_picture(const np_cloud_model *model, const np_cloud_points *
   }
 }
 
-void np_cloud_model_eval_points(const np_cloud_model *model, const np_cloud_points *points,
-                                float *out_extinction_per_m) {
+static void eval_bare(const np_cloud_model *model, const np_cloud_points *points, float *out_extinction_per_m) {
   memset(out_extinction_per_m, 0, points->count * sizeof *out_extinction_per_m);
   if (model->is_empty) return;
   np_rain_add(model, points, out_extinction_per_m);
   model->kind->eval(model, points, out_extinction_per_m);
   mask_by_picture(model, points, out_extinction_per_m);
+}
+
+/* Evaluates columns that are fitted to a measured field. Rain, below the base, is not stretched. */
+static void eval_columns(const np_cloud_model *model, const np_cloud_points *points, float *out_extinction_per_m) {
+  const float top_m = (float)model->desc.thickness_m;
+  np_measured_column columns[NP_CLOUD_BLOCK];
+  float height_m[NP_CLOUD_BLOCK];
+  for (size_t i = 0; i < points->count; i++) {
+    const bool is_same = i > 0 && points->x_m[i] == points->x_m[i - 1] && points->y_m[i] == points->y_m[i - 1];
+    columns[i] = is_same ? columns[i - 1] : np_measured_columns_sample(&model->columns, points->x_m[i], points->y_m[i]);
+    height_m[i] = points->height_m[i] > 0.0f ? points->height_m[i] * columns[i].stretch : points->height_m[i];
+  }
+  const np_cloud_points stretched = {points->count, points->x_m, points->y_m, height_m};
+  eval_bare(model, &stretched, out_extinction_per_m);
+  for (size_t i = 0; i < points->count; i++)
+    out_extinction_per_m[i] = out_extinction_per_m[i] * columns[i].factor +
+                              columns[i].fill_per_m * np_measured_columns_eval_fill(height_m[i] / top_m);
+}
+
+void np_cloud_model_eval_points(const np_cloud_model *model, const np_cloud_points *points,
+                                float *out_extinction_per_m) {
+  if (model->columns.stretches && !model->is_empty)
+    eval_columns(model, points, out_extinction_per_m);
+  else
+    eval_bare(model, points, out_extinction_per_m);
 }
 
 /* Evaluates as many voxels as fit into a block. Grains of a voxel and voxels of a column are consecutive: column values
@@ -65,8 +89,21 @@ void np_cloud_model_eval(const np_cloud_model *model, const np_cloud_points *poi
   }
 }
 
+/* Range of heights in the model for a box of fitted columns. */
+static np_cloud_box stretch(const np_cloud_model *model, const np_cloud_box *box) {
+  np_cloud_box stretched = *box;
+  if (!model->columns.stretches) return stretched;
+  const float low = model->columns.stretch_min, high = model->columns.stretch_max;
+  stretched.min_m[2] *= box->min_m[2] > 0.0f ? low : 1.0f;
+  stretched.max_m[2] *= box->max_m[2] > 0.0f ? high : 1.0f;
+  return stretched;
+}
+
 static bool has_no_points(const np_cloud_model *model, const np_cloud_box *box) {
-  return model->is_empty || (np_rain_is_empty(model, box) && model->kind->is_empty(model, box));
+  const np_cloud_box stretched = stretch(model, box);
+  if (model->is_empty) return true;
+  return np_rain_is_empty(model, &stretched) && model->kind->is_empty(model, &stretched) &&
+         !np_measured_columns_has_fill(&model->columns, box);
 }
 
 /* Whether a box is empty; values are means over the height of a voxel. */

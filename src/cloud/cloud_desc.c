@@ -214,6 +214,7 @@ neph_result np_cloud_desc_to_json(neph_context *context, const neph_cloud_desc *
   np_json_put_bool(json, "is_map_tiling", desc->is_map_tiling);
   neph_result result = put_map(context, json, desc);
   if (!result) result = put_ground(context, json, desc);
+  if (desc->measurement) np_json_put_text(json, "measurement", desc->measurement->id);
   if (!result) result = np_shape_put_json(context, json, desc);
   if (result) {
     np_json_destroy(json);
@@ -286,9 +287,10 @@ static bool read_values(const np_json_value *json, neph_cloud_desc *desc, neph_b
          np_json_get_reals(json, "region_max_m", bake->region_max_m, 3) && read_levels(json, bake);
 }
 
-/* Reads the picture; the description owns the texts. */
+/* Reads the picture; the description owns the texts. A ground or a measured map is only named. */
 static neph_result read_map(neph_context *context, const np_json_value *json, neph_cloud_desc *desc) {
   const char *text = np_json_get_text(json, "ground");
+  if (!text) text = np_json_get_text(json, "measurement");
   if (text && !(desc->ground_id = np_alloc_text(context, text))) return NEPH_ERROR_OUT_OF_MEMORY;
   text = np_json_get_text(json, "map_file");
   if (!text) return NEPH_OK;

@@ -9,6 +9,7 @@
 #include "cloud/balls.h"
 #include "cloud/cloud_kinds.h"
 #include "cloud/cloud_wind.h"
+#include "cloud/measured_columns.h"
 #include "cloud/weather_map.h"
 #include "core/parallel.h"
 #include "noise/noise.h"
@@ -103,6 +104,7 @@ struct np_cloud_model {
   np_cloud_wind wind;
   np_kind_noises noises;
   np_trail trails[NEPH_CLOUD_TRAILS_MAX];
+  np_measured_columns columns; /* empty without a measured field */
   bool is_empty; /* coverage 0 */
 };
 

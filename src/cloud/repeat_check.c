@@ -12,6 +12,7 @@ static const char *search_obstacle(const neph_cloud_desc *desc) {
   if (desc->extent_m[0] != desc->extent_m[1]) return "extent must be square";
   if (desc->center_m[0] != 0 || desc->center_m[1] != 0) return "center must be 0 m, 0 m";
   if (desc->map_file) return "map.image must not be given: a picture does not meet itself at the border";
+  if (desc->measurement) return "map.file must not be given: a measured field does not meet itself at the border";
   if (np_cloud_desc_has_shape(desc)) return "shape must not be given: it stands once";
   if (desc->ground_lift > 0 || desc->ground_cover != 0)
     return "ground_lift and ground_cover must be 0: tiles are alike";

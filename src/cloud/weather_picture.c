@@ -9,6 +9,7 @@
 #include <nephos/image.h>
 
 #include "cloud/cloud_name.h"
+#include "cloud/measured_map.h"
 #include "core/alloc.h"
 #include "core/file.h"
 #include "core/hash.h"
@@ -62,6 +63,7 @@ static bool has_channels(const neph_cloud_desc *desc) {
 }
 
 bool np_cloud_desc_maps_coverage(const neph_cloud_desc *desc) {
+  if (desc->measurement) return true;
   return desc->map_file && (desc->map_channels[NEPH_CLOUD_MAP_COVERAGE] || !has_channels(desc));
 }
 
@@ -183,6 +185,7 @@ static texel_pair compute_texels(double position, unsigned size, bool is_tiling)
 
 float np_weather_picture_sample(const np_weather_picture *picture, neph_cloud_map_quantity quantity, double x_m,
                                 double y_m) {
+  if (picture->measured) return np_measured_map_sample_coverage(picture->measured, x_m, y_m);
   const unsigned width = neph_image_get_width(picture->image), height = neph_image_get_height(picture->image);
   const texel_pair u = compute_texels(0.5 + x_m / picture->size_m[0], width, picture->is_tiling);
   const texel_pair v = compute_texels(0.5 - y_m / picture->size_m[1], height, picture->is_tiling);

@@ -6,6 +6,8 @@
 #include <nephos/cloud.h>
 #include <nephos/image.h>
 
+typedef struct np_measured_map np_measured_map;
+
 /* Channels of a picture in [0, 1]: factors on coverage, type, thickness and precipitation of the description, and
  * elevation of the base in units of the thickness. */
 typedef struct np_weather_picture {
@@ -13,6 +15,7 @@ typedef struct np_weather_picture {
   const float *values[NEPH_CLOUD_MAP_QUANTITY_COUNT]; /* in the image; NULL: not in the picture */
   double size_m[2];
   bool is_tiling; /* otherwise its border continues */
+  const np_measured_map *measured; /* borrowed; gives the coverage in place of an image; NULL: none */
 } np_weather_picture;
 
 /* Loads the weather map of a description; empty if it has no picture. */

@@ -224,6 +224,8 @@ static void add_bake(const np_request *request, const np_scene_cloud *cloud, np_
     np_hash_add_text(hash, bake.map_channels[m]);
     bake.map_channels[m] = NULL;
   }
+  if (bake.measurement) np_hash_add_text(hash, bake.measurement->id);
+  bake.measurement = NULL;
   bake.map_file = bake.name = NULL;
   NP_HASH_ADD(hash, bake);
 }

@@ -11,6 +11,7 @@
 #include "core/text.h"
 #include "core/time_text.h"
 #include "scene/camera_motion.h"
+#include "scene/cloud_map.h"
 #include "scene/cloud_places.h"
 #include "scene/scene_air.h"
 #include "scene/scene_derive.h"
@@ -520,6 +521,7 @@ void np_scene_clear(neph_scene *scene) {
   for (unsigned i = 0; i < scene->cloud_count; i++) {
     clear_texts(scene->context, clouds, &scene->clouds[i]);
     np_alloc_free(scene->context, (void *)(uintptr_t)scene->clouds[i].bake.map_file);
+    np_cloud_map_source_clear(scene->context, &scene->clouds[i]);
     np_cloud_places_clear(scene->context, &scene->clouds[i]);
   }
   np_alloc_free(scene->context, scene->clouds);

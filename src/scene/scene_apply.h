@@ -53,6 +53,7 @@ typedef struct np_ignore_rule {
   np_condition counts;  /* condition under which the keys have an effect */
   const char *reason;   /* reason why they have none otherwise; the message adds the deciding key and its value */
   np_condition applies; /* condition under which the rule applies */
+  np_condition lapses;  /* condition under which it does not apply all the same */
 } np_ignore_rule;
 
 size_t np_ignore_rule_count(void);

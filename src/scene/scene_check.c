@@ -143,14 +143,25 @@ static neph_result check_name(const neph_scene *scene, unsigned index, const np_
   return NEPH_OK;
 }
 
-/* Requires a map image for keys of map channels. Reading the image checks its channels. */
+/* Requires a picture or a measured file for keys of a map. Reading them checks channels and bands. */
 static neph_result check_map(const neph_scene *scene, unsigned index, const np_node *node,
                              np_scene_problems *problems) {
-  (void)scene;
+  static const char *const of_image[] = {"coverage", "type", "base", "thickness", "precipitation", "age", "tiling"};
   const np_node *bake = np_node_search(node, "bake"), *map = bake ? np_node_search(bake, "map") : NULL;
+  (void)scene;
   if (!map || map->kind != NP_NODE_MAPPING) return NEPH_OK;
-  if (!np_node_search(map, "image"))
-    return np_scene_fail_at(problems, map, "clouds[%u].bake.map has no image, must name an EXR or PNG picture", index);
+  const np_node *file = np_node_search(map, "file"), *top = np_node_search(map, "top");
+  if (!file && !np_node_search(map, "image"))
+    return np_scene_fail_at(problems, map,
+                            "clouds[%u].bake.map has no image, must name an EXR or PNG picture, or a GeoTIFF as file",
+                            index);
+  for (size_t i = 0; file && i < sizeof of_image / sizeof *of_image; i++)
+    if (np_node_search(map, of_image[i]))
+      return np_scene_fail_at(problems, np_node_search(map, of_image[i]),
+                              "clouds[%u].bake.map.%s is of an image, cannot be given with file", index, of_image[i]);
+  if (file && top && top->kind == NP_NODE_MAPPING && !np_node_search(top, "file"))
+    return np_scene_fail_at(problems, top, "clouds[%u].bake.map.top has no file, must name a GeoTIFF of cloud tops",
+                            index);
   return NEPH_OK;
 }
 

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "core/frame_name.h"
+#include "scene/cloud_map.h"
 #include "scene/cloud_places.h"
 #include "scene/scene_air.h"
 #include "scene/scene_node.h"
@@ -85,7 +86,10 @@ static neph_result name_map(const neph_scene *scene, np_scene_cloud *cloud) {
 
 static neph_result name_maps(neph_scene *scene) {
   neph_result result = NEPH_OK;
-  for (unsigned i = 0; i < scene->cloud_count && !result; i++) result = name_map(scene, &scene->clouds[i]);
+  for (unsigned i = 0; i < scene->cloud_count && !result; i++) {
+    result = name_map(scene, &scene->clouds[i]);
+    if (!result) result = np_cloud_map_source_make(scene, &scene->clouds[i]);
+  }
   return result;
 }
 

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "core/alloc.h"
+#include "scene/cloud_map.h"
 #include "scene/scene_derive.h"
 #include "scene/scene_tracks.h"
 
@@ -26,7 +27,10 @@ static neph_result copy_lists(const neph_scene *scene, neph_scene *out) {
   out->layers = NULL;
   neph_result result = copy_list(context, scene->clouds, scene->cloud_count, sizeof *scene->clouds, &out->clouds);
   if (result) out->cloud_count = 0;
-  for (unsigned i = 0; i < out->cloud_count; i++) out->clouds[i].bake.map_file = NULL;
+  for (unsigned i = 0; i < out->cloud_count; i++) {
+    out->clouds[i].bake.map_file = NULL;
+    out->clouds[i].bake.measurement = NULL;
+  }
   if (!result)
     result = copy_list(context, scene->air.layers, scene->air.layer_count, sizeof *scene->air.layers, &out->air.layers);
   return result;
@@ -38,6 +42,7 @@ void np_scene_eval_clear(neph_scene *evaluated) {
   for (unsigned i = 0; i < evaluated->cloud_count; i++) {
     np_scene_cloud *cloud = &evaluated->clouds[i];
     np_alloc_free(context, (void *)(uintptr_t)cloud->bake.map_file);
+    np_cloud_map_source_clear(context, cloud);
     if (cloud->place != evaluated->base->clouds[i].place) np_alloc_free(context, cloud->place);
   }
   np_alloc_free(context, evaluated->clouds);

@@ -34,6 +34,8 @@
 #define RAMP_KEYS                                                                                                      \
   "clouds[].ramp.low_cut", "clouds[].ramp.offset", "clouds[].ramp.gain", "clouds[].ramp.gamma"
 #define NUMBER_KEYS "clouds[].frame_offset", "clouds[].frame_speed"
+#define MEASURED_KEYS                                                                                                  \
+  "clouds[].bake.map.quantity", "clouds[].bake.map.band", "clouds[].bake.map.threshold", "clouds[].bake.map.top"
 #define WITHOUT_SHAPE {"clouds[].bake.shape", ONLY(NP_GIVEN_NOT)}
 #define IN_HEAPS                                                                                                       \
   {"clouds[].bake.model", ONLY(NEPH_CLOUD_MODEL_THERMALS) | ONLY(NEPH_CLOUD_MODEL_HERO)}
@@ -91,7 +93,17 @@ static const np_ignore_rule rules[] = {
     {.keys = {"clouds[].missing"}, .counts = {"clouds[].bake", ONLY(NP_GIVEN_NOT)},
      .reason = "from whose time frames go"},
     {.keys = {NUMBER_KEYS}, .counts = {"clouds[].bake.map.image", ONLY(NP_GIVEN_NUMBERED)},
-     .reason = "so that frames go from the time of the bake alone", .applies = {"clouds[].bake", BUT(NP_GIVEN_NOT)}},
+     .reason = "so that frames go from the time of the bake alone", .applies = {"clouds[].bake", BUT(NP_GIVEN_NOT)},
+     .lapses = {"clouds[].bake.map.file", ONLY(NP_GIVEN_NUMBERED)}},
+    {.keys = {MEASURED_KEYS}, .counts = {"clouds[].bake.map.file", BUT(NP_GIVEN_NOT)},
+     .reason = "the measured map that they describe"},
+    {.keys = {"clouds[].bake.map.sun", "clouds[].bake.map.view", "clouds[].bake.map.ground_albedo",
+              "clouds[].bake.map.depth_max"},
+     .counts = {"clouds[].bake.map.quantity", BUT(NP_MAP_OPTICAL_DEPTH)}, .reason = "which needs no conversion",
+     .applies = {"clouds[].bake.map.file", BUT(NP_GIVEN_NOT)}},
+    {.keys = {"clouds[].bake.coverage", "clouds[].bake.extinction"},
+     .counts = {"clouds[].bake.map.file", ONLY(NP_GIVEN_NOT)}, .reason = "which gives coverage and optical depth",
+     .applies = WITHOUT_SHAPE},
     {.keys = {"clouds[].missing", NUMBER_KEYS}, .counts = {"clouds[].vdb", ONLY(NP_GIVEN_NUMBERED)},
      .reason = "the same file in every frame", .applies = {"clouds[].bake", ONLY(NP_GIVEN_NOT)}},
     {.keys = {"clouds[].pivot"}, .counts = {"clouds[].position", ONLY(NP_GIVEN)}, .reason = "at which it would stand",
@@ -297,6 +309,7 @@ static bool is_overridden(const place *at, const np_ignore_rule *rule, const np_
 
 static void check_rule(const place *at, const np_ignore_rule *rule) {
   if (is_fulfilled(at, &rule->counts) || !is_fulfilled(at, &rule->applies)) return;
+  if (rule->lapses.key && is_fulfilled(at, &rule->lapses)) return;
   for (int k = 0; k < KEYS_MAX && rule->keys[k]; k++) {
     const np_node *node = search_node(at, rule->keys[k]);
     if (node && !is_overridden(at, rule, node)) warn(at, rule, rule->keys[k], node);

@@ -29,7 +29,8 @@ enum {
   GROUP_TOP,
   GROUP_ALBEDO,
   GROUP_PLACE,
-  GROUP_SHAPE
+  GROUP_SHAPE,
+  GROUP_MAP
 };
 
 extern const np_choice np_booleans[]; /* false, true */

@@ -164,6 +164,30 @@ typedef struct np_cloud_place {
 /* Repetition of a cloud from a file along x and y, without end. */
 typedef enum np_repeat { NP_REPEAT_NONE, NP_REPEAT_FILE, NP_REPEAT_LENGTHS } np_repeat;
 
+/* Quantity of a measured map. */
+typedef enum np_map_quantity {
+  NP_MAP_OPTICAL_DEPTH,
+  NP_MAP_REFLECTANCE,    /* π·L/(μ₀·F₀) */
+  NP_MAP_RADIANCE_FACTOR /* π·L/F₀ */
+} np_map_quantity;
+
+typedef enum np_map_top_quantity { NP_MAP_TOP_HEIGHT, NP_MAP_TOP_TEMPERATURE } np_map_top_quantity;
+
+/* A measured map of a baked cloud. */
+typedef struct np_scene_map {
+  char *file; /* resolved file pattern; NULL: none */
+  np_map_quantity quantity;
+  unsigned band;                   /* 0: the file has one */
+  bool has_elevation, has_azimuth; /* of the sun: set; else from the file */
+  double sun_rad[2], view_rad[2];  /* elevation and azimuth of sun and viewer */
+  bool has_ground_albedo;          /* set; else the ground's */
+  double ground_albedo, threshold, depth_max;
+  char *top_file; /* resolved file pattern; NULL: none */
+  np_map_top_quantity top_quantity;
+  unsigned top_band;
+  double ground_temperature_k; /* of the standard profile, at sea level */
+} np_scene_map;
+
 typedef struct np_scene_cloud {
   char *name;
   neph_volume *volume;      /* set by an API call, owned by the document; NULL: read from a file or baked */
@@ -187,6 +211,7 @@ typedef struct np_scene_cloud {
   char *preset;         /* bake preset; NULL: none */
   neph_cloud_desc bake; /* its map_file, of the scene's frame, is owned */
   char *map_image;      /* resolved file pattern of the weather map; NULL: none */
+  np_scene_map map;     /* its source in the bake, of the scene's frame, is owned */
   char bake_name[24];   /* key of the bake in messages: "clouds[0].bake" */
   bool has_mesh_shape, has_height_shape;
   unsigned level_count; /* levels of detail of a bake in memory */

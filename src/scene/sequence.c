@@ -20,6 +20,7 @@ static bool has_moving_clouds(const neph_scene *scene) {
     const np_scene_cloud *cloud = &scene->clouds[i];
     if (np_scene_cloud_is_sequence(cloud) || (cloud->is_baked && cloud->frame_time_s != 0.0)) return true;
     if (cloud->is_baked && cloud->map_image && np_frame_name_is_pattern(cloud->map_image)) return true;
+    if (cloud->is_baked && cloud->map.file && np_frame_name_is_pattern(cloud->map.file)) return true;
   }
   return false;
 }

@@ -249,14 +249,17 @@ static OGRSpatialReferenceH create_geographic(const np_gdal_raster *raster, int 
   return geographic;
 }
 
-/* Transformation to longitude and latitude: of WGS 84, or, as on another planet, of the system's own ellipsoid. */
-static OGRCoordinateTransformationH create_transformation(const np_gdal_raster *raster) {
+/* Transformation to longitude and latitude, or from them: of WGS 84, or, as on another planet, of the system's own
+ * ellipsoid. */
+static OGRCoordinateTransformationH create_transformation(const np_gdal_raster *raster, int is_inverse) {
   OGRSpatialReferenceH flat = OSRClone(raster->crs);
   if (OSRIsCompound(flat)) OSRStripVertical(flat);
   OGRCoordinateTransformationH transformation = NULL;
   for (int is_own = 0; is_own < 2 && !transformation; is_own++) {
     OGRSpatialReferenceH geographic = create_geographic(raster, is_own);
-    if (geographic) transformation = OCTNewCoordinateTransformation(flat, geographic);
+    if (geographic)
+      transformation = is_inverse ? OCTNewCoordinateTransformation(geographic, flat)
+                                  : OCTNewCoordinateTransformation(flat, geographic);
     if (geographic) OSRDestroySpatialReference(geographic);
   }
   OSRDestroySpatialReference(flat);
@@ -341,12 +344,35 @@ static int locate_one(const np_gdal_raster *raster, OGRCoordinateTransformationH
 
 static neph_result locate_places(np_gdal_raster *raster, size_t count, double (*places)[2], np_gdal_error *error) {
   begin_calls(error);
-  OGRCoordinateTransformationH to_geographic = create_transformation(raster);
+  OGRCoordinateTransformationH to_geographic = create_transformation(raster, 0);
   size_t located = 0;
   while (to_geographic && located < count && locate_one(raster, to_geographic, places[located])) located++;
   if (to_geographic) OCTDestroyCoordinateTransformation(to_geographic);
   return end_calls(error, located == count ? NEPH_OK : NEPH_ERROR_BAD_FILE,
                    "its coordinate system gives no longitude and latitude there");
+}
+
+static int project_one(const np_gdal_raster *raster, OGRCoordinateTransformationH to_crs, double place[2]) {
+  const double degree = 0.017453292519943295, *g = raster->to_crs, area = g[1] * g[5] - g[2] * g[4];
+  double x = place[0] / degree, y = place[1] / degree;
+  if (!OCTTransform(to_crs, 1, &x, &y, NULL) || !isfinite(x) || !isfinite(y)) return 0;
+  place[0] = (g[5] * (x - g[0]) - g[2] * (y - g[3])) / area - 0.5;
+  place[1] = (g[1] * (y - g[3]) - g[4] * (x - g[0])) / area - 0.5;
+  return isfinite(place[0]) && isfinite(place[1]);
+}
+
+static neph_result project_places(np_gdal_raster *raster, size_t count, double (*places)[2], np_gdal_error *error) {
+  begin_calls(error);
+  OGRCoordinateTransformationH to_crs = create_transformation(raster, 1);
+  size_t projected = 0;
+  while (to_crs && projected < count && project_one(raster, to_crs, places[projected])) projected++;
+  if (to_crs) OCTDestroyCoordinateTransformation(to_crs);
+  return end_calls(error, projected == count ? NEPH_OK : NEPH_ERROR_BAD_FILE,
+                   "its coordinate system does not reach there");
+}
+
+static const char *get_item(np_gdal_raster *raster, unsigned band, const char *name) {
+  return GDALGetMetadataItem(band ? GDALGetRasterBand(raster->dataset, (int)band) : raster->dataset, name, NULL);
 }
 
 /* Sets no-data values to NaN, and applies scale and offset to the others. */
@@ -399,6 +425,8 @@ const np_gdal_module *nephos_gdal_module(void) {
                                         .close = close_raster,
                                         .describe = describe_raster,
                                         .locate = locate_places,
+                                        .project = project_places,
+                                        .get_item = get_item,
                                         .read = read_values};
   return &module;
 }

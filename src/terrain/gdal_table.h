@@ -8,7 +8,7 @@
 
 #include <nephos/context.h>
 
-#define NP_GDAL_MODULE_VERSION 2u
+#define NP_GDAL_MODULE_VERSION 3u
 
 /* Name of the module's file and of the function in it. */
 #define NP_GDAL_MODULE_FILE "nephos_gdal.so"
@@ -63,6 +63,13 @@ typedef struct np_gdal_module {
   /* Longitude and latitude in radians, on WGS 84 (or on the ellipsoid of another planet), of positions in samples from
    * the centre of the first: places[i] holds column and row, and receives longitude and latitude. */
   neph_result (*locate)(np_gdal_raster *raster, size_t count, double (*places)[2], np_gdal_error *error);
+
+  /* The inverse of `locate`: places[i] holds longitude and latitude in radians, and receives column and row. */
+  neph_result (*project)(np_gdal_raster *raster, size_t count, double (*places)[2], np_gdal_error *error);
+
+  /* Text of an item of the raster's metadata, or of a band's (1 is the first; 0: the raster's); NULL: there is none.
+   * Valid while the raster is open. */
+  const char *(*get_item)(np_gdal_raster *raster, unsigned band, const char *name);
 
   /* Values of a band (1 is the first) by rows, NaN for no data. */
   neph_result (*read)(np_gdal_raster *raster, unsigned band, const np_gdal_window *window, float *out_values,

@@ -15,6 +15,7 @@
 #include "terrain/heightfield.h"
 #include "terrain/heightfield_files.h"
 #include "terrain/raster_lattice.h"
+#include "terrain/raster_place.h"
 
 /* Limit on samples: 3.9 GB with vertices and Embree's tree. Larger rasters are averaged in squares. */
 static const double sample_count_max = 1.2e8;
@@ -252,33 +253,10 @@ static neph_result set_graticule(raster_reader *r) {
   return NEPH_OK;
 }
 
-/* Earth-centred coordinates on the ellipsoid. */
-static np_dvec3 get_geocentric(const np_gdal_info *info, np_geographic place) {
-  const double e2 = info->flattening * (2.0 - info->flattening), sine = sin(place.latitude_rad);
-  const double normal_m = info->semi_major_m / sqrt(1.0 - e2 * sine * sine),
-               across_m = normal_m * cos(place.latitude_rad);
-  return np_dvec3_make(across_m * cos(place.longitude_rad), across_m * sin(place.longitude_rad),
-                       (1.0 - e2) * normal_m * sine);
-}
-
-/* Direction, on the world's sphere, of a place as many metres from the origin, in the same azimuth, as on the
- * ellipsoid. Chords are compared, whose arcs differ by 6 mm at 100 km where the radii differ by 0.3 %. */
-static np_chart_direction get_metric_direction(const raster_reader *r, np_geographic place) {
-  const np_geographic origin = r->field->origin;
-  const double sin_phi = sin(origin.latitude_rad), cos_phi = cos(origin.latitude_rad);
-  const double sin_lambda = sin(origin.longitude_rad), cos_lambda = cos(origin.longitude_rad);
-  const np_dvec3 d = np_dvec3_subtract(get_geocentric(&r->info, place), get_geocentric(&r->info, origin));
-  const double east = cos_lambda * d.y - sin_lambda * d.x;
-  const double north = cos_phi * d.z - sin_phi * (cos_lambda * d.x + sin_lambda * d.y);
-  const double across = hypot(east, north), half = 0.5 * np_dvec3_length(d) / r->desc->planet_radius_m;
-  if (across == 0.0) return (np_chart_direction){0.0, 0.0};
-  const double sine = sin(2.0 * asin(fmin(half, 0.7)));
-  return (np_chart_direction){sine * east / across, sine * north / across};
-}
-
 /* Direction from the sphere's own longitude and latitude. */
 static np_chart_direction get_direction(const raster_reader *r, np_geographic place) {
-  if (!r->info.is_geographic) return get_metric_direction(r, place);
+  if (!r->info.is_geographic)
+    return np_raster_place_get_direction(&r->info, r->desc->planet_radius_m, r->field->origin, place);
   const np_globe globe = np_globe_make(1.0, r->field->origin.latitude_rad, r->field->origin.longitude_rad);
   const np_dvec3 at = np_globe_to_world(&globe, place.latitude_rad, place.longitude_rad, 0.0);
   return (np_chart_direction){at.x, at.y};
