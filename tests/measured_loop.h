@@ -20,7 +20,10 @@ typedef struct loop_case {
   double extent_m, voxel_m, pixel_m, elevation_deg;
 } loop_case;
 
-enum { LOOP_BLOCK_M = 2000 };
+/* A closed deck, whose pixels of 500 m have depths of 2 to 40. */
+#define LOOP_DECK "preset: stratocumulus, coverage: 1, extinction: 0.12 1/m"
+
+enum { LOOP_BLOCK_M = 2000, LOOP_RIM_M = 1000 /* rim of a field, which stays clear in a bake and is not compared */ };
 
 /* One field: columns and pixels, from the south-west. */
 typedef struct loop_field {
@@ -54,7 +57,7 @@ static inline char *loop_write_scene(const loop_case *c, const char *map) {
       "resolution: [%d, %d]}\n"
       "sun: {elevation: %g deg, azimuth: 120 deg, irradiance: 1}\natmosphere: none\nenvironment: {planet: none}\n"
       "clouds:\n  - {phase: {hg: 0.85}, albedo: 1, bake: {%s, seed: %u, extent: [%g m, %g m], voxel: %g m%s}}\n"
-      "render: {integrator: path, samples: %u}\noutput: {color_space: bands, pixel_type: float}\n",
+      "render: {integrator: march, samples: %u}\noutput: {color_space: bands, pixel_type: float}\n",
       c->extent_m, pixels, pixels, c->elevation_deg, c->bake, map ? c->seed + 100 : c->seed, c->extent_m, c->extent_m,
       c->voxel_m, map ? map : "", c->samples);
   return length > 0 ? text : NULL;
@@ -125,8 +128,21 @@ static inline int loop_compare(const void *a, const void *b) {
   return (x > y) - (x < y);
 }
 
+/* Cuts the rim off. */
+static inline void loop_crop(double *values, int *side, double step_m) {
+  const int rim = (int)round(LOOP_RIM_M / step_m), inner = *side - 2 * rim;
+  for (int j = 0; j < inner; j++)
+    memmove(values + j * inner, values + (j + rim) * *side + rim, (size_t)inner * sizeof *values);
+  *side = inner;
+}
+
 static inline void loop_measure(const loop_case *c, loop_result *r) {
-  const int blocks = (int)(c->extent_m / LOOP_BLOCK_M), pixels = r->fields[0].pixels, side = r->fields[0].side;
+  for (int i = 0; i < 2; i++) {
+    loop_crop(r->fields[i].depths, &r->fields[i].side, c->voxel_m);
+    loop_crop(r->fields[i].reflectances, &r->fields[i].pixels, c->pixel_m);
+  }
+  const int blocks = (int)((c->extent_m - 2 * LOOP_RIM_M) / LOOP_BLOCK_M), pixels = r->fields[0].pixels,
+            side = r->fields[0].side;
   double *depths = calloc((size_t)(pixels * pixels), sizeof *depths), squares = 0, picture = 0, count = 0;
   for (int n = 0; n < pixels * pixels; n++) depths[n] = loop_average(r->fields[0].depths, side, pixels, n);
   qsort(depths, (size_t)(pixels * pixels), sizeof *depths, loop_compare);

@@ -113,7 +113,136 @@ static void every_model_has_the_depth_of_each_pixel(void **state) {
   }
 }
 
+/* Clear pixels hold nothing, and others are covered by the share of their points above the threshold: of pixels next to
+ * clear ones a part. A column of the share may fall below the threshold, and a slit of the model may lie in it. */
+static void pixels_are_covered_by_their_share(void **state) {
+  test_fixture *f = *state;
+  memory_map map;
+  np_measured_map measured;
+  pixel_sums sums;
+  draw_map(&map, 8);
+  const neph_cloud_desc desc = measured_field(f, &map, NEPH_CLOUD_MODEL_SLAB);
+  assert_int_equal(np_measured_map_load(f->context, &desc, &measured), NEPH_OK);
+  bake_pixels(f, &desc, &sums);
+  double wanted = 0, covered = 0;
+  for (int i = 0; i < ALL; i++) {
+    const float share = measured.shares[i];
+    assert_true(map.depths[i] > 0 ? share > 0 && share <= 1 : share == 0);
+    if (map.depths[i] == 0) assert_near(sums.depth[i], 0, 0);
+    assert_true(sums.covered[i] <= (double)share + 0.01);
+    wanted += (double)share / ALL;
+    covered += sums.covered[i] / ALL;
+  }
+  assert_near(covered, wanted, 0.03);
+  np_measured_map_clear(&measured);
+}
+
+/* Mean tops of pixels are the measured ones, to half a voxel and the blur between pixels. */
+static void pixels_have_their_tops(void **state) {
+  test_fixture *f = *state;
+  memory_map map;
+  pixel_sums sums;
+  draw_map(&map, 9);
+  map.has_tops = true;
+  for (int i = 0; i < ALL; i++) {
+    map.depths[i] = 15;
+    map.tops_m[i] = i % PIXELS < PIXELS / 2 ? 1150 : 1500;
+  }
+  neph_cloud_desc desc = measured_field(f, &map, NEPH_CLOUD_MODEL_SLAB);
+  desc.thickness_m = 900;
+  bake_pixels(f, &desc, &sums);
+  double means[2] = {0, 0};
+  for (int i = 0; i < ALL; i++) {
+    const int column = i % PIXELS;
+    if (column % 5 == 0 || column % 5 == 4) continue; /* at the step, and at the field's border */
+    means[column > 5] += sums.top_m[i] / sums.covered[i] / (3 * PIXELS);
+  }
+  assert_near(means[0], 1150 - 900, 30);
+  assert_near(means[1], 1500 - 900, 30);
+}
+
+/* The wind carries the field, and its pixels with it. */
+static void the_wind_carries_the_field(void **state) {
+  test_fixture *f = *state;
+  memory_map map;
+  pixel_sums sums;
+  draw_map(&map, 10);
+  for (int i = 0; i < ALL; i++) map.depths[i] = i % PIXELS == 3 ? 12.0f : 0.0f;
+  neph_cloud_desc desc = measured_field(f, &map, NEPH_CLOUD_MODEL_DECK);
+  desc.wind_m_s[0] = 10, desc.wind_m_s[1] = 0;
+  desc.time_s = 100; /* two pixels */
+  bake_pixels(f, &desc, &sums);
+  for (int i = 0; i < ALL; i++) assert_near(sums.depth[i], i % PIXELS == 5 ? 12 : 0, i % PIXELS == 5 ? 0.24 : 0);
+  assert_true(strstr(f->log.text, "covers 80 % of the field") != NULL);
+}
+
+/* A part of a bake has the values of the whole: the fit does not depend on the region. */
+static void a_region_has_the_values_of_the_whole(void **state) {
+  test_fixture *f = *state;
+  memory_map map;
+  draw_map(&map, 11);
+  const neph_cloud_desc desc = measured_field(f, &map, NEPH_CLOUD_MODEL_DECK);
+  neph_bake_desc bake = NEPH_BAKE_DESC_DEFAULT;
+  np_sparse_grid whole = test_bake(f->context, &desc), part;
+  np_monitor monitor;
+  bake.has_region = true;
+  bake.region_min_m[0] = -1000, bake.region_min_m[1] = -1000, bake.region_min_m[2] = 0;
+  bake.region_max_m[0] = 1000, bake.region_max_m[1] = 1000, bake.region_max_m[2] = 3000;
+  np_monitor_start(&monitor, f->context, NULL, NULL);
+  assert_int_equal(np_cloud_bake_grid(f->context, &desc, &bake, "density", &monitor, &part), NEPH_OK);
+  assert_true(part.leaf_count > 0 && part.leaf_count < whole.leaf_count);
+  size_t at = 0;
+  for (size_t l = 0; l < part.leaf_count; l++) {
+    while (at < whole.leaf_count && memcmp(whole.leaves[at].origin, part.leaves[l].origin, sizeof part.leaves->origin))
+      at++;
+    assert_true(at < whole.leaf_count);
+    for (int n = 0; n < NP_LEAF_SIZE; n++)
+      if (part.leaves[l].values[n] > 0)
+        assert_memory_equal(&part.leaves[l].values[n], &whole.leaves[at].values[n], sizeof(float));
+  }
+  np_sparse_grid_clear(&whole);
+  np_sparse_grid_clear(&part);
+}
+
+static void fields_that_cannot_be_are_refused(void **state) {
+  test_fixture *f = *state;
+  memory_map map;
+  neph_volume *volume;
+  for (int i = 0; i < 3; i++) {
+    draw_map(&map, 12);
+    const neph_cloud_desc desc = measured_field(f, &map, NEPH_CLOUD_MODEL_DECK);
+    if (i == 0) map.depths[37] = -1;
+    if (i == 1) map.nodes[3] = HUGE_VAL;
+    if (i == 2) map.threshold = -1;
+    assert_int_equal(neph_cloud_bake(f->context, &desc, NULL, &volume), NEPH_ERROR_INVALID_ARGUMENT);
+    assert_one_error(&f->log, i == 0   ? "memory: optical depth is -1 at column 7, row 3"
+                              : i == 1 ? "node_pixels is inf"
+                                       : "threshold is -1");
+  }
+}
+
+static neph_result attempt_bake(neph_context *context, void *user) {
+  neph_volume *volume;
+  const neph_result result = neph_cloud_bake(context, user, NULL, &volume);
+  if (!result) neph_volume_release(volume);
+  return result;
+}
+
+static void a_failed_allocation_leaves_nothing(void **state) {
+  memory_map map;
+  draw_map(&map, 13);
+  neph_cloud_desc desc = measured_field(*state, &map, NEPH_CLOUD_MODEL_SLAB);
+  desc.voxel_m = 250;
+  assert_survives_failed_allocations(attempt_bake, &desc);
+}
+
 int main(void) {
-  const struct CMUnitTest tests[] = {TEST(every_model_has_the_depth_of_each_pixel)};
+  const struct CMUnitTest tests[] = {TEST(every_model_has_the_depth_of_each_pixel),
+                                     TEST(pixels_are_covered_by_their_share),
+                                     TEST(pixels_have_their_tops),
+                                     TEST(the_wind_carries_the_field),
+                                     TEST(a_region_has_the_values_of_the_whole),
+                                     TEST(fields_that_cannot_be_are_refused),
+                                     TEST(a_failed_allocation_leaves_nothing)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

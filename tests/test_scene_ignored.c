@@ -40,6 +40,7 @@ static void rules_are_of_keys(void **state) {
       if (!is_key(rule->keys[k])) fail_msg("%s is no key", rule->keys[k]);
     assert_condition(&rule->counts);
     assert_condition(&rule->applies);
+    assert_condition(&rule->lapses);
   }
 }
 
@@ -111,6 +112,17 @@ static const ignored_case cases[] = {
     {"clouds: [{bake: {coverage: 0.5, map: {image: w.png, coverage: R, type: G}}}]",
      "clouds[0].bake.coverage is ignored: clouds[0].bake.map.coverage is R, the channel that is the coverage itself"},
     {"clouds: [{bake: {coverage: 0.5, map: {image: w.png, type: G}}}]", NULL},
+    {"clouds: [{bake: {coverage: 0.5, map: {file: w.tif}}}]",
+     "clouds[0].bake.coverage is ignored: clouds[0].bake.map.file is w.tif, which gives coverage and optical depth"},
+    {"clouds: [{bake: {extinction: 0.1 1/m, map: {file: w.tif}}}]",
+     "clouds[0].bake.extinction is ignored: clouds[0].bake.map.file is w.tif"},
+    {"clouds: [{bake: {map: {image: w.png, quantity: reflectance}}}]",
+     "clouds[0].bake.map.quantity is ignored: clouds[0].bake.map.file is not given"},
+    {"clouds: [{bake: {map: {image: w.png, threshold: 1}}}]", "clouds[0].bake.map.threshold is ignored"},
+    {"clouds: [{bake: {map: {file: w.tif, sun: {elevation: 30 deg}}}}]",
+     "clouds[0].bake.map.sun is ignored: clouds[0].bake.map.quantity is optical_depth, which needs no conversion"},
+    {"clouds: [{bake: {map: {file: w.tif, quantity: reflectance, sun: {elevation: 30 deg}, depth_max: 50}}}]", NULL},
+    {"clouds: [{bake: {map: {file: w.####.tif}}, frame_offset: 2}]", NULL},
     {"clouds: [{bake: {preset: cumulus_humilis, map: {image: w.png, coverage: R}}}]", NULL},
     {"clouds: [{bake: {map: {image: w.png, precipitation: G}}}]",
      "s.yaml:1:38: clouds[0].bake.map.precipitation is ignored: it scales clouds[0].bake.precipitation, which "

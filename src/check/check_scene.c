@@ -9,6 +9,7 @@
 #include "check/check_mesh.h"
 #include "check/check_volume.h"
 #include "cloud/bake_loss.h"
+#include "cloud/measured_map.h"
 #include "cloud/weather_picture.h"
 #include "core/alloc.h"
 #include "core/file.h"
@@ -206,10 +207,19 @@ static neph_result check_map(const scene_check *c, const np_scene_cloud *cloud) 
   return np_check_pass(result);
 }
 
+static neph_result check_measured(const scene_check *c, const neph_cloud_desc *desc) {
+  np_measured_map map;
+  neph_result result = neph_check_set_file(c->check, desc->measurement->name);
+  if (!result) result = np_measured_map_load(c->check->context, desc, &map);
+  if (!result) np_measured_map_clear(&map);
+  return np_check_pass(result);
+}
+
 static neph_result check_bake(const scene_check *c, const np_scene_cloud *cloud) {
   const double radius_m = c->scene->atmosphere.planet_radius_m;
   neph_cloud_desc at_frame = np_scene_cloud_get_frame(cloud, c->frame);
   neph_result result = cloud->bake.map_file ? check_map(c, cloud) : NEPH_OK;
+  if (!result && at_frame.measurement) result = check_measured(c, &at_frame);
   /* The ground moves bases and clouds, and has no effect on the loss by voxels. */
   at_frame.ground_lift = at_frame.ground_cover = 0;
   return result ? result : np_check_pass(np_cloud_check_voxel(c->check->context, &at_frame, radius_m));

@@ -10,7 +10,8 @@
  * Depths: with t the optical depth of a column and B the measured depth, bilinear between pixels, each column has the
  * weight t·B. Of each pixel only the covered share of columns remains, the largest ones, less the weight of the next.
  * Factors on weights are bilinear between pixels, and found in a few rounds; a last factor, constant in a pixel, makes
- * its mean exact. A pixel where the model has hardly any cloud is filled smoothly. */
+ * its mean exact. A pixel where the model has too few cloudy columns gets a part of its depth as a smooth fill: a few
+ * columns with all of it would be spikes. */
 #include "cloud/measured_fit.h"
 
 #include <math.h>
@@ -26,7 +27,8 @@ enum { ROUNDS = 4, SPARSE_COLUMNS = 512 /* columns along a side from which tops 
 
 static const float adiabatic_share_min = 0.3f;
 static const float stretch_low = 0.25f, stretch_high = 16.0f;
-static const double fill_share = 0.1; /* share of the wanted columns below which a pixel is filled */
+static const double fill_share = 0.3;    /* share of the wanted columns up to which a pixel is filled */
+static const double fill_noticed = 0.01; /* share of the optical depth from which fills are reported */
 
 typedef struct fit {
   np_cloud_model *model;
@@ -37,12 +39,12 @@ typedef struct fit {
   int32_t *pixels;           /* pixel of each column; negative: none */
   float (*places)[2];        /* its position among pixels */
   float *values;             /* tops, then depths, of columns */
-  float *weights;
-  float *scales;        /* of pixels */
-  float *sums;          /* of pixels */
-  float *members;       /* columns of pixels */
-  size_t *order, *ends; /* columns by pixel, and the end of each pixel's */
-  size_t filled, cut, cloudy;
+  float *weights;            /* of columns */
+  float *scales, *sums;      /* of pixels */
+  float *textures;           /* share of a pixel's depth in the model's columns; the rest is filled */
+  float *members;            /* weights of a pixel's columns */
+  size_t *order, *ends;      /* columns by pixel, and the end of each pixel's */
+  double depth, filled;      /* sums of optical depths of pixels */
 } fit;
 
 /* ---- Columns ---- */
@@ -155,18 +157,18 @@ static void warn_of_tops(const fit *f, const top_tally *tally) {
   const double percent = 100.0 / (double)(tally->cloudy ? tally->cloudy : 1);
   if (tally->unknown > 0)
     np_log(context, NEPH_LOG_WARNING,
-           "%s: %.2g %% of the cloudy columns have no measured top; an adiabatic cloud's is "
+           "%s: %.3g %% of the cloudy columns have no measured top; an adiabatic cloud's is "
            "taken",
            name, percent * (double)tally->unknown);
   if (tally->high > 0)
     np_log(context, NEPH_LOG_WARNING,
-           "%s: %.2g %% of the cloudy columns have a measured top above the field's, %.0f m, "
+           "%s: %.3g %% of the cloudy columns have a measured top above the field's, %.0f m, "
            "the highest %.0f m, and are cut there: raise thickness or base",
            name, percent * (double)tally->high, desc->base_altitude_m + desc->thickness_m,
            desc->base_altitude_m + (double)tally->highest_m);
   if (tally->low > 0)
     np_log(context, NEPH_LOG_WARNING,
-           "%s: %.2g %% of the cloudy columns have a measured top less than two voxels above "
+           "%s: %.3g %% of the cloudy columns have a measured top less than two voxels above "
            "the base, %.0f m, and are two voxels thick: lower base",
            name, percent * (double)tally->low, desc->base_altitude_m);
 }
@@ -200,56 +202,68 @@ static int compare_falling(const void *a, const void *b) {
   return (x < y) - (x > y);
 }
 
-/* Leaves only the covered share of a pixel's columns; false: the model has too few. */
-static bool cut_pixel(fit *f, size_t pixel) {
+/* Leaves only the covered share of a pixel's columns. */
+static void cut_columns(fit *f, size_t begin, size_t count, size_t wanted) {
+  qsort(f->members, count, sizeof *f->members, compare_falling);
+  const float less = f->members[wanted];
+  if (!(f->members[0] > less)) return; /* all alike */
+  for (size_t n = 0; n < count; n++) {
+    float *weight = &f->weights[f->order[begin + n]];
+    *weight = fmaxf(*weight - less, 0.0f);
+  }
+}
+
+/* Chooses the columns of a pixel. Returns how many more it needs: columns that are too few for their pixel would stand
+ * out as spikes. */
+static size_t choose_columns(fit *f, size_t pixel, size_t *out_cloudy) {
   const size_t begin = get_begin(f, pixel), count = f->ends[pixel] - begin;
-  const size_t wanted = (size_t)fmax(1.0, round((double)f->map->shares[pixel] * (double)count));
+  const double wanted = fmax(1.0, round((double)f->map->shares[pixel] * (double)count));
   size_t cloudy = 0;
   for (size_t n = 0; n < count; n++) {
     f->members[n] = f->weights[f->order[begin + n]];
     cloudy += f->members[n] > 0;
   }
-  if ((double)cloudy < fmax(fill_share * (double)wanted, 1.0)) return false;
-  if (cloudy <= wanted) return true;
-  qsort(f->members, count, sizeof *f->members, compare_falling);
-  const float less = f->members[wanted];
-  if (!(f->members[0] > less)) return true; /* all alike */
-  for (size_t n = 0; n < count; n++) {
-    float *weight = &f->weights[f->order[begin + n]];
-    *weight = fmaxf(*weight - less, 0.0f);
-  }
-  f->cut++;
-  return true;
+  if ((double)cloudy > wanted) cut_columns(f, begin, count, (size_t)wanted);
+  *out_cloudy = cloudy;
+  const double needed = ceil(fill_share * wanted);
+  return (double)cloudy < needed ? (size_t)needed - cloudy : 0;
 }
 
-/* Fills a pixel with an extinction in proportion to the measured depth. */
-static void fill_pixel(fit *f, size_t pixel) {
+/* Fills columns of a pixel that the model leaves clear, those with the largest measured depths, in proportion to these:
+ * with `share` of the pixel's optical depth. */
+static void fill_pixel(fit *f, size_t pixel, size_t missing, double share) {
   const np_measured_columns *columns = &f->model->columns;
   const size_t begin = get_begin(f, pixel), end = f->ends[pixel];
+  size_t clear = 0;
   double sum = 0;
-  for (size_t n = begin; n < end; n++) sum += (double)sample(f, f->map->depths, f->order[n], 0);
-  const float scale = (float)((double)f->map->depths[pixel] * (double)(end - begin) / sum);
+  for (size_t n = begin; n < end; n++)
+    if (!(f->weights[f->order[n]] > 0)) f->members[clear++] = sample(f, f->map->depths, f->order[n], 0);
+  qsort(f->members, clear, sizeof *f->members, compare_falling);
+  const float lowest = f->members[missing - 1];
+  for (size_t n = 0; n < clear && f->members[n] >= lowest; n++) sum += (double)f->members[n];
+  const float scale = (float)(share * (double)f->map->depths[pixel] * (double)(end - begin) / sum);
   for (size_t n = begin; n < end; n++) {
     const size_t i = f->order[n];
-    const float thickness_m = (float)f->model->desc.thickness_m / columns->stretches[i];
-    columns->fills_per_m[i] = scale * sample(f, f->map->depths, i, 0) / thickness_m;
-    f->weights[i] = 0;
+    const float depth = sample(f, f->map->depths, i, 0);
+    if (f->weights[i] > 0 || depth < lowest) continue;
+    columns->fills_per_m[i] = scale * depth * columns->stretches[i] / (float)f->model->desc.thickness_m;
   }
-  f->filled++;
 }
 
-/* Sets the weights of columns, and fills pixels where the model has none. */
+/* Sets the weights of columns, and fills pixels where the model has too few. */
 static void weigh_columns(fit *f) {
   for (size_t i = 0; i < f->count; i++)
     f->weights[i] = get_cloudy(f, i) < 0 ? 0.0f : f->values[i] * sample(f, f->map->depths, i, 0);
   for (size_t p = 0; p < f->pixel_count; p++) {
-    f->scales[p] = NAN;
-    if (!(f->map->depths[p] > 0) || f->ends[p] == get_begin(f, p)) continue;
-    f->cloudy++;
-    if (cut_pixel(f, p))
-      f->scales[p] = 1.0f;
-    else
-      fill_pixel(f, p);
+    const double depth = (double)f->map->depths[p];
+    if (!(depth > 0) || f->ends[p] == get_begin(f, p)) continue;
+    size_t cloudy;
+    const size_t missing = choose_columns(f, p, &cloudy);
+    const double share = (double)missing / (double)(missing + cloudy);
+    f->textures[p] = (float)(1.0 - share);
+    f->depth += depth;
+    f->filled += share * depth;
+    if (missing > 0) fill_pixel(f, p, missing, share);
   }
 }
 
@@ -259,7 +273,7 @@ static void compute_ratios(fit *f) {
     double sum = 0;
     for (size_t n = get_begin(f, p); n < f->ends[p]; n++) sum += (double)f->weights[f->order[n]];
     const double count = (double)(f->ends[p] - get_begin(f, p));
-    f->scales[p] = sum > 0 ? (float)((double)f->map->depths[p] * count / sum) : NAN;
+    f->scales[p] = sum > 0 ? (float)((double)(f->textures[p] * f->map->depths[p]) * count / sum) : NAN;
   }
 }
 
@@ -286,11 +300,12 @@ static neph_result fit_depths(fit *f) {
   columns->fills_per_m = np_alloc(context, f->count, sizeof *columns->fills_per_m);
   if (!columns->factors || !columns->fills_per_m) return NEPH_ERROR_OUT_OF_MEMORY;
   fit_factors(f);
-  if (f->filled > 0)
+  if (f->filled > fill_noticed * f->depth)
     np_log(context, NEPH_LOG_WARNING,
-           "%s: the model has hardly any cloud in %zu of %zu cloudy pixels, which are filled smoothly",
-           np_cloud_desc_name(&f->model->desc), f->filled, f->cloudy);
-  if (f->filled == 0) {
+           "%s: %.3g %% of the measured optical depth is filled in smoothly, in pixels where the model has too few "
+           "cloudy columns",
+           np_cloud_desc_name(&f->model->desc), 100.0 * f->filled / f->depth);
+  if (!(f->filled > 0)) {
     np_alloc_free(context, columns->fills_per_m);
     columns->fills_per_m = NULL;
   }
@@ -310,14 +325,15 @@ static neph_result allocate(fit *f) {
   f->ends = np_alloc(context, f->pixel_count + 1, sizeof *f->ends);
   f->scales = np_alloc(context, f->pixel_count, sizeof *f->scales);
   f->sums = np_alloc(context, f->pixel_count, sizeof *f->sums);
-  const bool is_done =
-      f->pixels && f->places && f->values && f->weights && f->members && f->order && f->ends && f->scales && f->sums;
+  f->textures = np_alloc(context, f->pixel_count, sizeof *f->textures);
+  const bool is_done = f->pixels && f->places && f->values && f->weights && f->members && f->order && f->ends &&
+                       f->scales && f->sums && f->textures;
   return is_done ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
 static void clear(fit *f) {
   void *const blocks[] = {f->pixels, f->places, f->values, f->weights, f->members,
-                          f->order,  f->ends,   f->scales, f->sums};
+                          f->order,  f->ends,   f->scales, f->sums,    f->textures};
   for (size_t i = 0; i < sizeof blocks / sizeof *blocks; i++) np_alloc_free(f->model->context, blocks[i]);
 }
 

@@ -13,6 +13,7 @@
 static const double reflectance_low = -0.1, reflectance_high = 2.0;
 static const double lapse_k_per_m = 0.0065, troposphere_m = 11000.0;
 static const double mu_min = 0.02;
+static const double contrast_min = 0.1; /* reflectance of the deepest cloud above the ground's */
 
 typedef struct value_range {
   const char *quantity;
@@ -73,16 +74,23 @@ static neph_result make_table(const np_map_conversion *c, const double sun_rad[2
   return result;
 }
 
-/* Depths from the one above which reflectances rise: over a bright ground a thin cloud may darken the view. */
+/* Over a bright ground a thin cloud may darken the view: reflectances above the ground's are those of deeper clouds. */
 static neph_result check_table(const np_map_conversion *c, const np_slab_table *table) {
-  const double white = np_slab_table_eval(table, c->map->depth_max);
-  for (int k = 1; k < NP_SLAB_DEPTHS && table->depths[k - 1] < c->map->depth_max; k++)
-    if (!(table->reflectances[k] > table->reflectances[k - 1]))
-      return np_fail(
-          c->context, NEPH_ERROR_BAD_SCENE,
-          "%s.ground_albedo is %g: over it a cloud of optical depth %.3g is as bright as the ground, and one "
-          "of %g has a reflectance of %.3g, so that reflectances give no optical depth",
-          c->key, c->ground_albedo, table->depths[k], c->map->depth_max, white);
+  const double ground = table->reflectances[0], white = np_slab_table_eval(table, c->map->depth_max);
+  double hidden = 0;
+  for (int k = 1; k < NP_SLAB_DEPTHS; k++)
+    if (table->reflectances[k] <= ground) hidden = table->depths[k];
+  if (!(white >= ground + contrast_min) || hidden >= c->map->depth_max)
+    return np_fail(c->context, NEPH_ERROR_BAD_SCENE,
+                   "%s.ground_albedo is %g, and a cloud of optical depth %g has a reflectance of %.3g, which must be "
+                   "higher by %g: over so bright a ground reflectances give no optical depth",
+                   c->key, c->ground_albedo, c->map->depth_max, white, contrast_min);
+  if (hidden > c->map->threshold)
+    np_log(
+        c->context, NEPH_LOG_WARNING,
+        "%s: over a ground albedo of %g clouds of optical depths up to %.2g are no brighter than the ground, and are "
+        "left clear",
+        c->path, c->ground_albedo, hidden);
   return NEPH_OK;
 }
 
@@ -92,7 +100,7 @@ static void warn_of_saturation(const np_map_conversion *c, const np_slab_table *
   const double sharp = np_slab_table_invert(table, limit - 0.02);
   if (bright == 0) return;
   np_log(c->context, NEPH_LOG_WARNING,
-         "%s: %zu of %zu pixels, %.2g %%, are brighter than a plane cloud of optical depth %g, which has a reflectance "
+         "%s: %zu of %zu pixels, %.3g %%, are brighter than a plane cloud of optical depth %g, which has a reflectance "
          "of %.3g (the brightest %.3g): they get that depth; a reflectance lower by 0.02 is already a depth of %.3g",
          c->path, bright, count, 100.0 * (double)bright / (double)count, c->map->depth_max, limit, brightest, sharp);
 }
