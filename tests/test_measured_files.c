@@ -277,7 +277,9 @@ static double average_top_m(const column_map *map, int column_begin, int column_
   return sum / count;
 }
 
-/* Mean tops of columns are those of the map, in metres above the sea, on a grid of its own: to half a voxel. */
+/* Mean tops of columns are those of the map, in metres above the sea, on a grid of its own: to a voxel, whose upper
+ * face is counted.
+ */
 static void tops_are_those_of_the_map(void **state) {
   test_fixture *f = *state;
   float heights[ALL], kelvins[ALL];
@@ -300,8 +302,8 @@ static void tops_are_those_of_the_map(void **state) {
   for (int i = 0; i < 3; i++) {
     const double warmer_m = i == 2 ? 200 : 0; /* 1.3 K over 6.5 K/km */
     assert_int_equal(bake_scene(f, maps[i], ", top: 2500 m", &map), NEPH_OK);
-    assert_near(average_top_m(&map, 5, 35), 1400 - 900 + warmer_m, 30);
-    assert_near(average_top_m(&map, 65, 95), 1900 - 900 + warmer_m, 40);
+    assert_near(average_top_m(&map, 5, 35), 1400 - 900 + warmer_m, 50);
+    assert_near(average_top_m(&map, 65, 95), 1900 - 900 + warmer_m, 50);
     assert_near_relative(average_depth(&map), 15, 0.01);
     clear_columns(&map);
   }
@@ -400,7 +402,8 @@ static void a_bright_ground_is_refused(void **state) {
   const test_geotiff tiff = utm_tiff();
   write_uniform(f, "map.tif", &tiff, 0.9f);
   assert_int_equal(
-      bake_scene(f, "file: map.tif, quantity: reflectance, sun: {elevation: 80 deg}, ground_albedo: 0.95", NULL, &map),
+      bake_scene(f, "file: map.tif, quantity: reflectance, sun: {elevation: 80 deg}, ground_albedo: 0.95, depth_max: 5",
+                 NULL, &map),
       NEPH_ERROR_BAD_SCENE);
   assert_one_error(&f->log, "ground_albedo is 0.95", "give no optical depth");
 }

@@ -121,7 +121,8 @@ static void pixels_are_covered_by_their_share(void **state) {
   np_measured_map measured;
   pixel_sums sums;
   draw_map(&map, 8);
-  const neph_cloud_desc desc = measured_field(f, &map, NEPH_CLOUD_MODEL_SLAB);
+  neph_cloud_desc desc = measured_field(f, &map, NEPH_CLOUD_MODEL_SLAB);
+  desc.coverage = 1; /* no gaps of its own */
   assert_int_equal(np_measured_map_load(f->context, &desc, &measured), NEPH_OK);
   bake_pixels(f, &desc, &sums);
   double wanted = 0, covered = 0;
@@ -137,7 +138,7 @@ static void pixels_are_covered_by_their_share(void **state) {
   np_measured_map_clear(&measured);
 }
 
-/* Mean tops of pixels are the measured ones, to half a voxel and the blur between pixels. */
+/* Mean tops of pixels are the measured ones, to a voxel, whose upper face is counted. */
 static void pixels_have_their_tops(void **state) {
   test_fixture *f = *state;
   memory_map map;
@@ -157,8 +158,8 @@ static void pixels_have_their_tops(void **state) {
     if (column % 5 == 0 || column % 5 == 4) continue; /* at the step, and at the field's border */
     means[column > 5] += sums.top_m[i] / sums.covered[i] / (3 * PIXELS);
   }
-  assert_near(means[0], 1150 - 900, 30);
-  assert_near(means[1], 1500 - 900, 30);
+  assert_near(means[0], 1150 - 900, 50);
+  assert_near(means[1], 1500 - 900, 50);
 }
 
 /* The wind carries the field, and its pixels with it. */

@@ -56,7 +56,7 @@ static neph_result build_map_and_waterline(const np_measured_map *measured, np_m
   np_weather_picture picture;
   if (np_cloud_desc_has_shape(&model->desc)) return np_shape_build(model, monitor);
   neph_result result = np_weather_picture_load(model->context, &model->desc, &picture);
-  if (!result && measured->source) {
+  if (!result && np_cloud_desc_measures_coverage(&model->desc)) {
     picture.measured = measured;
     picture.values[NEPH_CLOUD_MAP_COVERAGE] = measured->shares;
   }

@@ -49,7 +49,7 @@ static void eval_columns(const np_cloud_model *model, const np_cloud_points *poi
 
 void np_cloud_model_eval_points(const np_cloud_model *model, const np_cloud_points *points,
                                 float *out_extinction_per_m) {
-  if (model->columns.stretches && !model->is_empty)
+  if (model->columns.stretches)
     eval_columns(model, points, out_extinction_per_m);
   else
     eval_bare(model, points, out_extinction_per_m);
@@ -101,9 +101,8 @@ static np_cloud_box stretch(const np_cloud_model *model, const np_cloud_box *box
 
 static bool has_no_points(const np_cloud_model *model, const np_cloud_box *box) {
   const np_cloud_box stretched = stretch(model, box);
-  if (model->is_empty) return true;
-  return np_rain_is_empty(model, &stretched) && model->kind->is_empty(model, &stretched) &&
-         !np_measured_columns_has_fill(&model->columns, box);
+  if (np_measured_columns_has_fill(&model->columns, box)) return false;
+  return model->is_empty || (np_rain_is_empty(model, &stretched) && model->kind->is_empty(model, &stretched));
 }
 
 /* Whether a box is empty; values are means over the height of a voxel. */

@@ -8,6 +8,7 @@
 
 #include <nephos/image.h>
 
+#include "cloud/cloud_kinds.h"
 #include "cloud/cloud_name.h"
 #include "cloud/measured_map.h"
 #include "core/alloc.h"
@@ -62,8 +63,12 @@ static bool has_channels(const neph_cloud_desc *desc) {
   return false;
 }
 
+bool np_cloud_desc_measures_coverage(const neph_cloud_desc *desc) {
+  return desc->measurement && np_cloud_kind_get(desc->model)->landscape.form != NP_LANDSCAPE_SHEET;
+}
+
 bool np_cloud_desc_maps_coverage(const neph_cloud_desc *desc) {
-  if (desc->measurement) return true;
+  if (desc->measurement) return np_cloud_desc_measures_coverage(desc);
   return desc->map_file && (desc->map_channels[NEPH_CLOUD_MAP_COVERAGE] || !has_channels(desc));
 }
 

@@ -36,6 +36,10 @@ const char *np_cloud_map_quantity_get_name(neph_cloud_map_quantity quantity);
 /* Hash of the file's bytes. */
 neph_result np_cloud_map_hash(neph_context *context, const char *file, char out_hex[33]);
 
+/* Whether a measured field sets the coverage of the landscape: it places the clouds of models of single clouds. A sheet
+ * has its own coverage, of gaps finer than pixels, where the field is cloudy. */
+bool np_cloud_desc_measures_coverage(const neph_cloud_desc *desc);
+
 /* Whether a picture sets the coverage; and the coverage for the landscape, 1 with such a picture. */
 bool np_cloud_desc_maps_coverage(const neph_cloud_desc *desc);
 double np_cloud_desc_get_coverage(const neph_cloud_desc *desc);

@@ -36,6 +36,8 @@
 #define NUMBER_KEYS "clouds[].frame_offset", "clouds[].frame_speed"
 #define MEASURED_KEYS                                                                                                  \
   "clouds[].bake.map.quantity", "clouds[].bake.map.band", "clouds[].bake.map.threshold", "clouds[].bake.map.top"
+#define IN_SHEETS                                                                                                      \
+  {"clouds[].bake.model", BUT(NEPH_CLOUD_MODEL_CELLS) & BUT(NEPH_CLOUD_MODEL_THERMALS) & BUT(NEPH_CLOUD_MODEL_HERO)}
 #define WITHOUT_SHAPE {"clouds[].bake.shape", ONLY(NP_GIVEN_NOT)}
 #define IN_HEAPS                                                                                                       \
   {"clouds[].bake.model", ONLY(NEPH_CLOUD_MODEL_THERMALS) | ONLY(NEPH_CLOUD_MODEL_HERO)}
@@ -101,9 +103,11 @@ static const np_ignore_rule rules[] = {
               "clouds[].bake.map.depth_max"},
      .counts = {"clouds[].bake.map.quantity", BUT(NP_MAP_OPTICAL_DEPTH)}, .reason = "which needs no conversion",
      .applies = {"clouds[].bake.map.file", BUT(NP_GIVEN_NOT)}},
-    {.keys = {"clouds[].bake.coverage", "clouds[].bake.extinction"},
-     .counts = {"clouds[].bake.map.file", ONLY(NP_GIVEN_NOT)}, .reason = "which gives coverage and optical depth",
-     .applies = WITHOUT_SHAPE},
+    {.keys = {"clouds[].bake.extinction"}, .counts = {"clouds[].bake.map.file", ONLY(NP_GIVEN_NOT)},
+     .reason = "which gives the optical depth", .applies = WITHOUT_SHAPE},
+    {.keys = {"clouds[].bake.coverage"}, .counts = IN_SHEETS,
+     .reason = "whose clouds stand where the measured map has them",
+     .applies = {"clouds[].bake.map.file", BUT(NP_GIVEN_NOT)}},
     {.keys = {"clouds[].missing", NUMBER_KEYS}, .counts = {"clouds[].vdb", ONLY(NP_GIVEN_NUMBERED)},
      .reason = "the same file in every frame", .applies = {"clouds[].bake", ONLY(NP_GIVEN_NOT)}},
     {.keys = {"clouds[].pivot"}, .counts = {"clouds[].position", ONLY(NP_GIVEN)}, .reason = "at which it would stand",

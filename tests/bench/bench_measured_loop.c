@@ -8,14 +8,14 @@
 #define STRATOCUMULUS "preset: stratocumulus"
 
 static const loop_case cases[] = {
-    {"deck", LOOP_DECK, 3, 64, 12000, 50, 500, 30},
-    {"deck", LOOP_DECK, 4, 64, 12000, 50, 500, 30},
-    {"deck", LOOP_DECK, 5, 64, 12000, 50, 500, 30},
-    {"deck", LOOP_DECK, 3, 64, 12000, 50, 1000, 30},
-    {"deck", LOOP_DECK, 3, 64, 12000, 50, 500, 60},
-    {"stratocumulus, broken", STRATOCUMULUS, 3, 64, 12000, 50, 500, 30},
-    {"cumulus humilis", "preset: cumulus_humilis", 3, 64, 12000, 50, 500, 30},
-    {"cumulus mediocris", "preset: cumulus_mediocris", 3, 64, 12000, 50, 500, 30},
+    {"deck", LOOP_DECK, 3, 64, 10000, 62.5, 500, 30},
+    {"deck", LOOP_DECK, 4, 64, 10000, 62.5, 500, 30},
+    {"deck", LOOP_DECK, 5, 64, 10000, 62.5, 500, 30},
+    {"deck", LOOP_DECK, 3, 64, 10000, 62.5, 1000, 30},
+    {"deck", LOOP_DECK, 3, 64, 10000, 62.5, 500, 60},
+    {"stratocumulus, broken", STRATOCUMULUS, 3, 64, 10000, 62.5, 500, 30},
+    {"cumulus humilis", "preset: cumulus_humilis", 3, 64, 10000, 62.5, 500, 30},
+    {"cumulus mediocris", "preset: cumulus_mediocris", 3, 64, 10000, 62.5, 500, 30},
 };
 
 static neph_result save_picture(neph_context *context, const loop_field *field, const char *path) {
