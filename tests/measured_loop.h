@@ -35,7 +35,7 @@ typedef struct loop_result {
   loop_field fields[2];               /* the first one, and the one that was measured */
   double low, high;                   /* 5 % and 95 % of the first field's depths of pixels */
   double mean[2], covered[2];         /* mean depth, and share of columns deeper than 0.3 */
-  double block_rms, block_bias;       /* of the second field's depths in blocks, relative */
+  double block_rms, block_bias;       /* relative error of the second field's depths in blocks */
   double reflectance[2], picture_rms; /* means of both pictures, and rms of their difference in blocks */
 } loop_result;
 

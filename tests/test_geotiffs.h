@@ -11,8 +11,8 @@
 
 typedef struct test_geotiff {
   int width, height;
-  const char *crs;     /* as EPSG:32611; NULL: none */
-  double transform[6]; /* of GDAL; all 0: none */
+  const char *crs;     /* name, EPSG:32611; NULL: none */
+  double transform[6]; /* GDAL's; all 0: none */
   GDALDataType type;   /* GDT_Unknown: GDT_Float32 */
   bool has_void;
   double empty;         /* value without data */

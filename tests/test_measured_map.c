@@ -155,7 +155,7 @@ static void pixels_have_their_tops(void **state) {
   double means[2] = {0, 0};
   for (int i = 0; i < ALL; i++) {
     const int column = i % PIXELS;
-    if (column % 5 == 0 || column % 5 == 4) continue; /* at the step, and at the field's border */
+    if (column % 5 == 0 || column % 5 == 4) continue; /* the step, and the field's border */
     means[column > 5] += sums.top_m[i] / sums.covered[i] / (3 * PIXELS);
   }
   assert_near(means[0], 1150 - 900, 50);

@@ -107,7 +107,7 @@ typedef struct neph_cloud_measurement {
 typedef neph_result (*neph_cloud_measurement_load_fn)(void *user, neph_context *context,
                                                       neph_cloud_measurement *out_measurement);
 
-/** Releases what neph_cloud_measurement_load_fn has made. */
+/** Releases the memory of a field that neph_cloud_measurement_load_fn has read. */
 typedef void (*neph_cloud_measurement_unload_fn)(void *user, neph_context *context,
                                                  neph_cloud_measurement *measurement);
 

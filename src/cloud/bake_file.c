@@ -292,8 +292,8 @@ static neph_result compare_grids(const np_volume_file *file, const bake_grids *g
 
 static neph_result refuse_ground(const np_volume_file *file) {
   return np_fail(file->context, NEPH_ERROR_INVALID_ARGUMENT,
-                 "%s: was shaped by a ground or a measured map that it does not hold, cannot be baked from it alone: bake its scene to "
-                 "another file and compare the two",
+                 "%s: was shaped by a ground or a measured map that it does not hold, cannot be baked from it alone: "
+                 "bake its scene to another file and compare the two",
                  file->path);
 }
 

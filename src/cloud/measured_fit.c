@@ -27,7 +27,7 @@ enum { ROUNDS = 4, SPARSE_COLUMNS = 512 /* columns along a side from which tops 
 
 static const float adiabatic_share_min = 0.3f;
 static const float stretch_low = 0.25f, stretch_high = 16.0f;
-static const double fill_share = 0.3;    /* share of the wanted columns up to which a pixel is filled */
+static const double fill_share = 0.5;    /* share of the wanted columns up to which a pixel is filled */
 static const double fill_noticed = 0.01; /* share of the optical depth from which fills are reported */
 
 typedef struct fit {

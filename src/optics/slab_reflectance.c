@@ -23,7 +23,7 @@ enum {
   SIZE,
   MOMENTS = 2 * POINTS,
   STEPS = 4,    /* depths in a factor of 2 */
-  HALVINGS = 12 /* of the first depth of the table */
+  HALVINGS = 12 /* number of halvings of the first depth */
 };
 
 static const double depth_low = 0.02;
@@ -31,17 +31,17 @@ static const double mode_negligible = 1e-6; /* relative to the sum */
 
 typedef double matrix[SIZE][SIZE];
 
-typedef struct layer {
+typedef struct slab_layer {
   matrix r, t;
   double direct[SIZE]; /* transmittance */
-} layer;
+} slab_layer;
 
 typedef struct doubling {
   const np_slab_view *view;
   double mu[SIZE], weight[SIZE]; /* weight: 2·μ·w */
-  double moments[MOMENTS];       /* of the truncated phase function */
+  double moments[MOMENTS];       /* Legendre moments without the forward peak */
   double cut, albedo;            /* forward peak; albedo without it */
-  layer own;
+  slab_layer own;
   matrix s, q, d, u, product; /* workspace */
 } doubling;
 
@@ -150,7 +150,7 @@ static void sum_reflections(doubling *d) {
 
 /* Light between the layer and one with the reflection `below`: downwards d, upwards u. */
 static void compute_between(doubling *d, matrix below) {
-  layer *own = &d->own;
+  slab_layer *own = &d->own;
   multiply(d, own->r, below, d->s);
   sum_reflections(d);
   multiply(d, d->q, own->t, d->d);
@@ -169,7 +169,7 @@ static double get_reflection(doubling *d, int i, int j) {
 }
 
 static void double_layer(doubling *d) {
-  layer *own = &d->own;
+  slab_layer *own = &d->own;
   matrix reflected;
   compute_between(d, own->r);
   for (int i = 0; i < SIZE; i++)

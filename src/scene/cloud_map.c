@@ -17,7 +17,7 @@ static const double pixel_voxels_min = 1.5;
 typedef struct map_source {
   neph_cloud_measurement_source source;
   char id[33], key[64];
-  char *path, *top_path; /* of the frame */
+  char *path, *top_path; /* files in the frame */
   np_scene_map map;      /* borrows its patterns */
   np_phase_source phase_source;
   const char *phase_table; /* borrowed; NULL: none */

@@ -14,7 +14,7 @@ void np_cloud_map_source_clear(neph_context *context, np_scene_cloud *cloud);
 typedef struct np_map_conversion {
   neph_context *context;
   const np_scene_map *map;
-  const char *path, *key; /* of the values; the map's key in messages: "clouds[0].bake.map" */
+  const char *path, *key; /* file, and the map's key in messages: "clouds[0].bake.map" */
   np_phase_source phase_source;
   const char *phase_table; /* NULL: none */
   double albedo, ground_albedo;

@@ -178,14 +178,14 @@ typedef struct np_scene_map {
   char *file; /* resolved file pattern; NULL: none */
   np_map_quantity quantity;
   unsigned band;                   /* 0: the file has one */
-  bool has_elevation, has_azimuth; /* of the sun: set; else from the file */
+  bool has_elevation, has_azimuth; /* the sun's place is set; else from the file */
   double sun_rad[2], view_rad[2];  /* elevation and azimuth of sun and viewer */
   bool has_ground_albedo;          /* set; else the ground's */
   double ground_albedo, threshold, depth_max;
   char *top_file; /* resolved file pattern; NULL: none */
   np_map_top_quantity top_quantity;
   unsigned top_band;
-  double ground_temperature_k; /* of the standard profile, at sea level */
+  double ground_temperature_k; /* temperature at sea level of the standard profile */
 } np_scene_map;
 
 typedef struct np_scene_cloud {
