@@ -100,7 +100,7 @@ typedef struct neph_cloud_measurement {
   neph_cloud_raster optical_depth; /**< vertical optical depth, the mean of a pixel; ≥ 0 */
   neph_cloud_raster top_m;         /**< altitude of cloud tops above sea level; without values: none */
   double threshold;                /**< optical depth below which the sky counts as clear; ≥ 0 */
-  void *owner;                     /**< for `unload` */
+  void *owner;                     /**< memory that `unload` releases */
 } neph_cloud_measurement;
 
 /** Reads a measured field; a failed call leaves nothing to release. */

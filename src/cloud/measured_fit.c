@@ -39,8 +39,8 @@ typedef struct fit {
   int32_t *pixels;           /* pixel of each column; negative: none */
   float (*places)[2];        /* its position among pixels */
   float *values;             /* tops, then depths, of columns */
-  float *weights;            /* of columns */
-  float *scales, *sums;      /* of pixels */
+  float *weights;            /* weights of columns */
+  float *scales, *sums;      /* values of pixels */
   float *textures;           /* share of a pixel's depth in the model's columns; the rest is filled */
   float *members;            /* weights of a pixel's columns */
   size_t *order, *ends;      /* columns by pixel, and the end of each pixel's */

@@ -9,7 +9,7 @@ typedef struct np_measured_map {
   neph_context *context;                       /* borrowed, like the source */
   const neph_cloud_measurement_source *source; /* NULL: the map is empty */
   neph_cloud_measurement fields;
-  double center_m[2]; /* of the cloud's field in the world */
+  double center_m[2]; /* center of the cloud's field in the world */
   float *depths;      /* optical depth of each pixel; 0 where it is clear or unknown */
   float *shares;      /* covered share of each pixel */
   float depth_high;   /* quantile of the depths of cloudy pixels */

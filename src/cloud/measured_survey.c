@@ -44,7 +44,7 @@ typedef struct tile {
   float x_m[EDGE * EDGE], y_m[EDGE * EDGE];
   size_t count;
   np_cloud_box box;
-  double drop_m; /* of the planet's surface in the middle */
+  double drop_m; /* drop of the planet's surface in the middle */
 } tile;
 
 static tile make_tile(const survey_job *job, size_t number) {
