@@ -8,7 +8,6 @@
 
 #include <nephos/image.h>
 
-#include "cloud/cloud_kinds.h"
 #include "cloud/cloud_name.h"
 #include "cloud/measured_map.h"
 #include "core/alloc.h"
@@ -64,7 +63,9 @@ static bool has_channels(const neph_cloud_desc *desc) {
 }
 
 bool np_cloud_desc_measures_coverage(const neph_cloud_desc *desc) {
-  return desc->measurement && np_cloud_kind_get(desc->model)->landscape.form != NP_LANDSCAPE_SHEET;
+  const bool is_single = desc->model == NEPH_CLOUD_MODEL_CELLS || desc->model == NEPH_CLOUD_MODEL_THERMALS ||
+                         desc->model == NEPH_CLOUD_MODEL_HERO;
+  return desc->measurement && is_single;
 }
 
 bool np_cloud_desc_maps_coverage(const neph_cloud_desc *desc) {
