@@ -122,6 +122,46 @@ static void slabs_match_the_table(void **state) {
   free(path);
 }
 
+/* The step cloud of the I3RC, depths of 2 and 18 over 250 m each, on a grid of several cells along both periodic
+ * axes. White cloud over nothing loses no light: up and down make up what comes in within 1 % by
+ * march, and fluxes are the consensus's 0.3276 and 0.6724 (tests/data/i3rc, experiment 1) within 2 %. */
+static void steps_across_keep_their_light(void **state) {
+  test_fixture *f = *state;
+  static const double heights[] = {300.0, -20.0};
+  char *path = test_path(f->folder, "steps.vdb"), text[1024];
+  np_sparse_grid grid;
+  assert_int_equal(np_sparse_grid_init(f->context, "density", &grid), NEPH_OK);
+  for (int a = 0; a < 3; a++) grid.index_to_world.m[a][a] = 15.625;
+  for (int n = 0; n < 16; n++) {
+    np_leaf *leaf = np_sparse_grid_add_leaf(&grid, (const int32_t[3]){n / 4 * 8, n / 2 % 2 * 8, n % 2 * 8});
+    memset(leaf->active, 0xff, sizeof leaf->active);
+    for (int k = 0; k < NP_LEAF_SIZE; k++) leaf->values[k] = n / 8 ? 18.0f / 250.0f : 2.0f / 250.0f;
+  }
+  const np_vdb_write_grid output = {.grid = &grid};
+  assert_int_equal(np_volume_save_grids(f->context, path, &output, 1, NULL), NEPH_OK);
+  np_sparse_grid_clear(&grid);
+  snprintf(text, sizeof text,
+           "version: 1\ncamera: {position: [0 m, 0 m, 5 km], look_at: [1 m, 0 m, 0 m]}\n"
+           "sun: {elevation: 90 deg, irradiance: 1, angular_radius: 0 deg}\n"
+           "atmosphere: {preset: none}\nenvironment: {planet: none}\n"
+           "clouds: [{vdb: %s, repeat: file, interpolation: nearest, extinction: 1, albedo: 1, phase: {hg: 0.85}}]\n",
+           path);
+  neph_probe_field_desc desc = NEPH_PROBE_FIELD_DESC_DEFAULT;
+  desc.integrator = NEPH_INTEGRATOR_MARCH;
+  desc.heights_m = heights;
+  desc.height_count = 2;
+  desc.path_count = 4096;
+  np_csv csv;
+  probe_text(f, text, &desc, &csv);
+  const double up = get_band(&csv, 1, 1, false), down = get_band(&csv, 5, 1, false);
+  print_message("up %.4f, down %.4f\n", up, down);
+  assert_near(up + down, 1.0, 0.01);
+  assert_near_relative(up, 0.3276, 0.02);
+  assert_near_relative(down, 0.6724, 0.02);
+  np_csv_clear(&csv);
+  free(path);
+}
+
 static void refuses(void **state) {
   test_fixture *f = *state;
   static const double heights[] = {0.0, NAN};
@@ -156,6 +196,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test_setup_teardown(nothing_passes_all, set_up_answers, test_tear_down),
       cmocka_unit_test_setup_teardown(slabs_match_the_table, set_up_answers, test_tear_down),
+      cmocka_unit_test_setup_teardown(steps_across_keep_their_light, set_up_answers, test_tear_down),
       cmocka_unit_test_setup_teardown(refuses, set_up_answers, test_tear_down)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

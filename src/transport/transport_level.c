@@ -69,7 +69,7 @@ typedef struct iteration {
   np_sweep sweep;
   double *column;                /* scratch; NULL: no column */
   np_diffusion *diffusion;       /* NULL: plain sweeps */
-  const np_fixed_point *problem; /* the problem of which the sweeps are a part; NULL: none */
+  const np_fixed_point *problem; /* the problem of which the sweeps are a part; NULL: a sweep stands alone */
 } iteration;
 
 static neph_result fill_source(void *user, size_t begin, size_t end, unsigned thread) {
@@ -105,6 +105,36 @@ static neph_result add_parts(void *user, size_t begin, size_t end, unsigned thre
   return NEPH_OK;
 }
 
+/* Light that crosses periodic sides once more is less than a part in a thousand of all; and the most crossings. */
+static const double crossing_least = 1e-3;
+enum { CROSSINGS_MAX = 12 };
+
+/* Mean radiance of the last sweep, summed over the cells. */
+static double sum_light(const iteration *it) {
+  const size_t count = np_harmonics_count(it->level->grid.degree), first = it->lights->ordinates->place[0];
+  double sum = 0.0;
+  for (size_t active = 0; active < it->level->grid.active_count; active++)
+    sum += (double)(it->sweep.out[0][active * count + first] + it->sweep.out[1][active * count + first]);
+  return sum;
+}
+
+/* Light that leaves through a periodic side comes in with the next sweep, and the first finds all sides dark:
+ * iterations go on anyway, but a sweep that stands alone is repeated until its sides are lit. */
+static neph_result run_sweeps(iteration *it) {
+  const np_transport_grid *g = &it->level->grid;
+  bool has_sides = false;
+  for (int axis = 0; axis < 3; axis++) has_sides = has_sides || (g->is_wrapped[axis] && g->size[axis] > 1);
+  const int most = has_sides && !it->problem ? CROSSINGS_MAX : 1;
+  double before = 0.0;
+  for (int n = 0; n < most; n++) {
+    const neph_result result = np_sweep_run(&it->sweep);
+    const double sum = result || most == 1 ? 0.0 : sum_light(it);
+    if (result || !(sum > before * (1.0 + crossing_least))) return result;
+    before = sum;
+  }
+  return NEPH_OK;
+}
+
 static neph_result map_moments(void *user, const float *x, float *out_image) {
   iteration *it = user;
   const np_transport_lights *lights = it->lights;
@@ -112,7 +142,7 @@ static neph_result map_moments(void *user, const float *x, float *out_image) {
   it->x = x;
   it->image = out_image;
   neph_result result = np_parallel_for(lights->context, lights->monitor, g->active_count, CHUNK, fill_source, it);
-  if (!result) result = np_sweep_run(&it->sweep);
+  if (!result) result = run_sweeps(it);
   if (!result) result = np_parallel_for(lights->context, lights->monitor, g->active_count, CHUNK, add_parts, it);
   if (!result && it->column) np_column_balance(lights, it->level, it->column, out_image);
   if (!result && it->diffusion && !it->problem->is_stalled) np_diffusion_correct(it->diffusion, x, out_image);

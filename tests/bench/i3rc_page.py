@@ -73,8 +73,6 @@ def main():
     compared = [row for row in march if row["consensus"]]
     percents = [float(row["percent"]) for row in compared]
     print("## March\n\nDomain means differ by %+.1f to %+.1f %%.\n" % (min(percents), max(percents)))
-    print("In case 3 light is lost: R and T miss 8 % of 1. That is a fault of the solution where it repeats along both axes in\n"
-          "several cells and differs from cell to cell: a step cloud loses 13 % in rows of 8 cells, nothing in one.\n")
     print(MARCH_COMMANDS)
     print_table(compared, ["case", "experiment", "quantity", "march", "consensus", "%", "rms of columns"],
                 lambda r: [r["case"], r["experiment"], r["quantity"], number(r, "value", 5), number(r, "consensus", 5),
