@@ -24,7 +24,7 @@ typedef struct sun_ray {
   float depth, *out;
 } sun_ray;
 
-static void keep_until(sun_ray *r, double t) {
+static void store_until(sun_ray *r, double t) {
   while (r->next < r->count && (double)r->next * r->spacing <= t) r->out[r->next++] = r->depth;
 }
 
@@ -66,7 +66,7 @@ static void follow_span(sun_ray *r, const np_brick_walk *walk, const np_brick_sp
     np_brick_sample_along_plain((np_brick_ref){bricks, span->brick, span->cell}, begin, along, middle, count, value);
     for (int k = 0; k < count; k++) {
       r->depth += r->volume->extinction_per_value * value[k] * length[k];
-      keep_until(r, end[k]);
+      store_until(r, end[k]);
     }
     t = end[count - 1];
   }
@@ -82,7 +82,7 @@ static void follow_ray(const np_sun_column *c, double u, double v, double spacin
                       np_affine_vector(&c->volume->world_to_index, np_vec3_to_double(c->from_sun)), 0.0,
                       (double)(r.count - 1) * r.spacing);
   while (r.depth < c->depth_end && np_brick_walk_next(&walk, &span)) {
-    keep_until(&r, span.t_begin);
+    store_until(&r, span.t_begin);
     if (span.brick == NP_BRICK_NONE)
       follow_constant(&r, &span);
     else

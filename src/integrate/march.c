@@ -21,8 +21,7 @@ void NP_KERNEL(np_march_sample)(const np_world *world, const np_lighting *lighti
 double NP_KERNEL(np_march_half_distance)(const np_world *world, const np_camera_ray *ray, double distance_max);
 np_view_depth NP_KERNEL(np_march_view_depth)(const np_world *world, const np_camera_ray *ray, double distance_max);
 
-/* Emission seen through the clouds; what the forward peak of their scattering brings beyond that, as if it had come
- * straight, counts as scattered. */
+/* Emission seen through the clouds. Emission that their forward peak scatters into the ray counts as scattered. */
 static void add_emission(np_march *m, double distance_end) {
   np_spectrum factors[NP_INSTANCES_MAX], straight, scaled;
   for (unsigned v = 0; v < m->world->clouds.count && m->medium; v++)
@@ -35,7 +34,7 @@ static void add_emission(np_march *m, double distance_end) {
 
 /* ---- Cells and steps ---- */
 
-/* Sets out for the next knot, `share` of a step away. */
+/* Sets the opacity at which the next step ends, `share` of a step away. */
 static void set_knot(np_march *m, float share) {
   const float budget = np_step_budget(m->settings->tolerance, m->carry, m->field != NULL);
   m->knot = (np_step_knot){.budget = share * share * share * budget, .distance = share * m->step_length_m};
@@ -51,13 +50,13 @@ static void record_step(np_march *m) {
   np_integrator_record_depth(m->ray, &before, m->out, m->step.begin, m->step.begin + (double)m->step.length);
 }
 
-/* Lights what has been gathered. */
+/* Lights the step that has been gathered. */
 static void close_step(np_march *m) {
   if (m->step.count > 0 && m->step.hiding > 0.0f) (np_integrator_has_depths(m->ray) ? record_step : light_step)(m);
   m->step.count = 0;
 }
 
-/* Ends a step where its clouds do. What comes next goes on towards the same knot. */
+/* Ends a step at the end of its clouds. The next one goes on to the same opacity. */
 static void break_step(np_march *m) {
   if (m->step.count == 0) return;
   const float gone = np_cbrtf_rough(m->knot.hiding * m->knot.bound * m->knot.bound / m->knot.budget);
@@ -100,7 +99,7 @@ static float get_extinction_scale(const np_march *m, const np_instance *volume) 
                                    volume->albedo);
 }
 
-/* The same of all that is active in a stretch, at the densest points of its cells. */
+/* Scaled extinction of all active clouds of a stretch, at the densest points of its cells. */
 static float compute_bound(const np_ray_intervals *all, const np_ray_interval *s, const float *hiding) {
   float sum = 0.0f;
   for (unsigned i = 0; i < s->count; i++) sum += hiding[i] * np_ray_instance_bound(&all->instance[s->active[i]]);
@@ -139,11 +138,11 @@ static float get_pixel(const np_march *m, const np_ray_interval *s) {
   return m->ray->spread_rad * (float)(m->ray->begin_m + 0.5 * (s->begin + s->end));
 }
 
-/* Transmittance below which detail is left out that the pieces are too long for. */
+/* Transmittance below which detail finer than the pieces is left out. */
 static const float detail_carry_least = 0.05f;
 
-/* Pieces of a stretch that is worth more than one, at least two to the size of each cloud's detail which the pixel
- * resolves. */
+/* Number of pieces of a stretch that needs more than one: at least two for each feature of a cloud's detail that the
+ * pixel resolves. */
 static int refine_pieces(const np_march *m, const np_ray_intervals *all, const np_ray_interval *s, float pixel_m,
                          int count) {
   const float length = (float)(s->end - s->begin);
@@ -157,8 +156,8 @@ static int refine_pieces(const np_march *m, const np_ray_intervals *all, const n
   return count;
 }
 
-/* Middles of the pieces from `first` on, as far as they are looked up together, in metres of `length` each; returns how
- * many. */
+/* Middles of the next pieces, from `first` on, that are looked up together; each is `length` metres long. Returns their
+ * number. */
 static int fill_middles(int first, int count, float length, float middle[NP_BRICK_LINE]) {
   for (int k = 0; k < NP_BRICK_LINE; k++) middle[k] = ((float)(first + k) + 0.5f) * length;
   return count - first < NP_BRICK_LINE ? count - first : NP_BRICK_LINE;
@@ -185,7 +184,7 @@ static void cross_voxel(np_march *m, const np_ray_intervals *all, const np_ray_i
   }
 }
 
-/* A stretch that equal pieces would be too coarse for, of one cloud: voxel by voxel. */
+/* Crosses a stretch of one cloud voxel by voxel, where equal pieces would be too coarse. */
 static void cross_deep(np_march *m, const np_ray_intervals *all, const np_ray_interval *s, float hiding) {
   const np_ray_instance *cloud = &all->instance[s->active[0]];
   np_voxel_walk walk;
@@ -195,7 +194,7 @@ static void cross_deep(np_march *m, const np_ray_intervals *all, const np_ray_in
     cross_voxel(m, all, s, &voxel, hiding);
 }
 
-/* Cuts a stretch into equal pieces, and those into steps. */
+/* Cuts a stretch into equal pieces, and the pieces into steps. */
 static void cross(np_march *m, const np_ray_intervals *all, const np_ray_interval *s) {
   float hiding[NP_INSTANCES_MAX], found[NP_INSTANCES_MAX][NP_BRICK_LINE], middle[NP_BRICK_LINE];
   for (unsigned i = 0; i < s->count; i++) hiding[i] = get_extinction_scale(m, all->instance[s->active[i]].volume);
@@ -221,7 +220,7 @@ static void cross(np_march *m, const np_ray_intervals *all, const np_ray_interva
   }
 }
 
-/* The longest step, m: of that cloud whose voxels are smallest. */
+/* The longest step, m, by the cloud whose voxels are smallest. */
 static float compute_step_length(const np_march *m, const np_ray_intervals *all) {
   return m->settings->step_voxels / np_ray_intervals_get_finest(all);
 }
@@ -248,7 +247,7 @@ static void start(np_march *m, const np_world *world, const np_lighting *lightin
   m->out = out;
 }
 
-/* Share of the light behind the clouds that is seen by the forward peak alone, of the clouds that show. */
+/* Share of the light behind the visible clouds that reaches the camera by the forward peak alone. */
 static np_spectrum get_peak_weight(const np_march *m) {
   const np_spectrum weight = np_spectrum_subtract(m->scaled, np_spectrum_grey(m->transmittance));
   if (!m->settings->has_holdout) return weight;
@@ -256,7 +255,7 @@ static np_spectrum get_peak_weight(const np_march *m) {
   return np_spectrum_scale(weight, all > 0.0f ? shown / all : 0.0f);
 }
 
-/* A reflection may err by more the less of it is seen, but no more than this. */
+/* Largest tolerance of a reflection: it grows as less of the reflection is seen. */
 static const float reflection_tolerance = 0.2f;
 
 /* Light along one ray that the waves reflect: clouds, terrain and sky, without disks. */
@@ -264,7 +263,7 @@ static np_spectrum march_reflection(const np_lighting *lighting, const np_integr
                                     const np_camera_ray *ray, const np_ground_hit *hit, np_random *random) {
   float weight;
   np_camera_ray reflected = {.origin = hit->position, .jitter = ray->choice, .is_reflected = true};
-  /* The facet's tilt along the view counts most: it is spread over samples and pixels. */
+  /* The facet's tilt along the view matters most: it is stratified over samples and pixels. */
   reflected.direction = np_water_sample(hit->water, hit->normal, np_vec3_scale(ray->direction, -1.0f), ray->jitter,
                                         np_random_float(random), &weight);
   np_spectrum sum = np_spectrum_grey(0.0f);
@@ -305,7 +304,7 @@ void NP_KERNEL(np_march_sample)(const np_world *world, const np_lighting *lighti
   np_ground_hit hit;
   out->is_ground_behind = np_camera_ray_intersect_ground(world, ray, &hit);
   const double distance_end = out->is_ground_behind ? hit.distance_m : np_camera_ray_get_end(ray);
-  np_march m; /* member by member: its tables are large, and filled for the clouds there are */
+  np_march m; /* assigned by member: its tables are large, and are filled for existing clouds alone */
   start(&m, world, lighting, settings, ray, random, out);
   np_ray_intervals all;
   np_ray_intervals_start(&all, &world->clouds, ray->origin, ray->direction, distance_end);
@@ -358,7 +357,7 @@ double NP_KERNEL(np_march_half_distance)(const np_world *world, const np_camera_
   return INFINITY;
 }
 
-/* Transmittance below which the rest of a ray neither moves nor hides anything. */
+/* Transmittance below which the rest of a ray counts neither for motion vectors nor for opacity. */
 static const float view_transmittance_end = 1.0f / 32.0f;
 
 np_view_depth NP_KERNEL(np_march_view_depth)(const np_world *world, const np_camera_ray *ray, double distance_max) {

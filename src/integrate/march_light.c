@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The lighting of a step in the scaled medium of the multiple scattering's solution (transport/scattering_field.h): σ′
- * = Σ k·σ for σ. Its source is sunlight that came as if straight, times the direct term D (transport/scaled_phase.c),
- * and the solution's moments towards the camera. Compiled once per instruction-set level. */
+ * = Σ k·σ for σ. Its source is sunlight that the scaled medium counts as straight, times the direct term D
+ * (transport/scaled_phase.c), and the solution's moments towards the camera. Compiled once per instruction-set level.
+ */
 #include "integrate/march.h"
 #include "integrate/surroundings.h"
 
-/* Transmittance of optical depths, computed once where they are the same in all bands. */
+/* Transmittance of optical depths, computed once where all bands have the same. */
 static np_spectrum compute_transmittance(const np_march *m, np_spectrum depth) {
   const float first = np_transmittance(depth.band[0]);
   if (m->is_grey) return np_spectrum_grey(first);
@@ -35,7 +36,7 @@ typedef struct sun_optical_depths {
   np_spectrum scaled, peak, least;
 } sun_optical_depths;
 
-/* Returns the scaled depth of the band that is let through best. */
+/* Returns the least scaled depth of all bands. */
 static float track_depths(const np_march *m, np_dvec3 position, float error, sun_optical_depths *out) {
   *out = (sun_optical_depths){0};
   float faded = 0.0f;
@@ -161,7 +162,7 @@ static void add_solution(np_march *m, np_dvec3 position, const np_step *s, const
   }
 }
 
-/* Ends a faint ray, or makes it stand for others. */
+/* Russian roulette on a faint ray. */
 static void roulette(np_march *m) {
   m->carry = np_spectrum_max(m->scaled);
   const float settled = np_march_roulette(m->carry, m->settings->transmittance_end, m->random);
@@ -172,7 +173,7 @@ static void roulette(np_march *m) {
   m->carry = settled;
 }
 
-/* Optical depth of a step, what of it is scattering, in all and in the peak, and what it hides. */
+/* Optical depth of a step; its scattering, in all and by the forward peak; and its opacity. */
 typedef struct step_optics {
   float depth, opacity;
   np_spectrum scattering[NP_INSTANCES_MAX], all_scattering, peak, scaled_opacity;
@@ -196,8 +197,8 @@ static void compute_optics(const np_march *m, const np_step *s, step_optics *out
  * not follow any further. */
 static const float sunlight_least = 0.02f, sun_rate_least = 2.0f, sun_rate_max = 12.0f;
 
-/* In a level layer the sun optical depth changes no faster than the sun is low: under a high one there is nothing
- * to learn. */
+/* Whether the sun is so low that steps follow its light: under a high sun the optical depth to it changes slowly along
+ * the ray. */
 static bool is_sun_low(const np_march *m) { return fabsf(m->to_sun.z) * sun_rate_least < 1.0f; }
 
 /* Sets how fast sunlight changes along the ray from the sun optical depths at two places on it, `apart` of its own
@@ -219,7 +220,7 @@ static unsigned count_parts(np_march *m, const np_step *s, float depth, float er
   return (unsigned)ceilf(cbrtf(m->sun_rate * m->sun_rate));
 }
 
-/* Learns from a step that is lit. */
+/* Updates the rate of change of sunlight by a step that is lit. */
 static void learn_sun_rate(np_march *m, const np_step *s, float depth) {
   const float place = m->passed + 0.5f * s->hiding;
   if (is_sun_low(m) && depth >= 0.0f && m->sun_optical_depth >= 0.0f)
@@ -237,12 +238,12 @@ static void add_opacities(const np_march *m, const np_step *s, float weight) {
   for (unsigned i = 0; i < s->count; i++) np_integrator_add_cloud(m->ray, s->volume[i], weight * s->depth[i]);
 }
 
-static void leave_out_held(const np_step *s, np_spectrum *scattering) {
+static void clear_held_out(const np_step *s, np_spectrum *scattering) {
   for (unsigned i = 0; i < s->count; i++)
     if (s->volume[i]->is_held_out) scattering[i] = np_spectrum_grey(0.0f);
 }
 
-/* A step takes the peak's depth at its middle. */
+/* Lights a step. The forward peak's depth is that at its middle. */
 static void light(np_march *m, const np_step *s, step_optics *optics, const sunlight *sun) {
   const double middle = np_step_middle(s);
   const np_aerial_perspective air = np_camera_ray_get_air(m->lighting, m->world, m->ray, middle);
@@ -267,7 +268,7 @@ static void light(np_march *m, const np_step *s, step_optics *optics, const sunl
     weight.band[b] *= depth > 1e-6f ? optics->scaled_opacity.band[b] / depth : 1.0f;
   }
   for (unsigned i = 0; i < s->count; i++) optics->scattering[i] = np_spectrum_multiply(optics->scattering[i], weight);
-  if (m->settings->has_holdout) leave_out_held(s, optics->scattering);
+  if (m->settings->has_holdout) clear_held_out(s, optics->scattering);
   add_solution(m, compute_middle(m, s), s, sun, optics->scattering);
   add_sun(m, s, sun, optics->scattering, compute_transmittance(m, m->peak_depth));
 

@@ -6,9 +6,9 @@
  * atmosphere/air_flight.h says. Clouds are grey; where bands part, in the air, one of them leads and all are weighed
  * (hero.h). At every vertex a path is weighted by the albedo, gathers the sun through an unbiased transmittance, and
  * goes on in a direction drawn from the phase function, from Lambert's cosine, or by
- * the waves of water. Those that follow_past_clouds the planet see what
- * shines beyond the air. The sun's disk is met both ways, by aiming at it and by chance, each weighed by the other
- * (balance heuristic, Veach and Guibas 1995); so is emission, and, where it pays, the sky (sky_next_event.h). So the
+ * the waves of water. Paths that leave the planet see the light
+ * beyond the air. The sun's disk is sampled both ways, by next-event estimation and by chance, weighted by the balance
+ * heuristic (Veach and Guibas 1995); so is emission, and, where it pays, the sky (sky_next_event.h). So the
  * mean over samples is the solution of the equation of transfer.
  *
  * With the air from tables, paths live in the clouds alone; where one leaves them it sees the sky or ground that the
@@ -36,15 +36,15 @@ static void gather_sky(const np_tracer *t, const np_path_state *path, const np_s
   if (np_sky_next_event_start(path, sky, share, density, t->random, &ray)) follow_past_clouds(t, &ray);
 }
 
-/* Light that clouds scatter once and that does not come straight from the sun is the sky's or the ground's. */
+/* The component of light that clouds scatter once: without the sun's own it is that of sky or ground. */
 static void set_outside_component(const np_tracer *t, np_path_state *path, bool is_ground) {
   if (path->component == NP_COMPONENT_SUN) path->component = is_ground ? NP_COMPONENT_GROUND : NP_COMPONENT_SKY;
-  np_sky_next_event_meet(t, path);
+  np_sky_next_event_weigh_miss(t, path);
 }
 
 /* ---- Clouds ---- */
 
-/* The share of the sun's light that a ray brings. */
+/* Light of the sun along a ray, as a share of the disk's. */
 static float compute_sunlight(const np_tracer *t, const np_sun_ray *sun) {
   return sun->transmittance * np_spectrum_max(sun->irradiance) / np_spectrum_max(t->world->sun_irradiance);
 }
@@ -63,7 +63,7 @@ static float eval_cloud(const np_path_state *path, const np_sun_branching *branc
   return ahead;
 }
 
-/* Gathers the light that is aimed at, and chooses branches by how much of it is the sun's. */
+/* Adds light by next-event estimation, and chooses branches by the sun's share in it. */
 static void gather_in_cloud(const np_tracer *t, const np_path_state *path, np_sun_branching *branching) {
   float density, expected_gain;
   np_sun_ray sun;
@@ -104,7 +104,7 @@ static np_vec3 draw_direction(const np_tracer *t, const np_path_state *path) {
 
 static void fly_on(const np_tracer *t, np_path_state *path);
 
-/* Follows the weaker of two paths to its end, and keeps the stronger: so few ever wait for others. */
+/* Follows the weaker of two paths to its end while the stronger waits: so the stack stays short. */
 static void follow_weaker(const np_tracer *t, np_path_state *path, np_path_state *branch) {
   if (np_spectrum_max(branch->throughput) > np_spectrum_max(path->throughput)) {
     const np_path_state kept = *branch;
@@ -125,7 +125,7 @@ static void scatter_in_cloud(const np_tracer *t, np_path_state *path, const np_s
   if (has_branch) follow_weaker(t, path, &branch);
 }
 
-/* Has a path be guided from here on; false where nothing is known. */
+/* Starts to guide a path; false where the solution has no light. */
 static bool build_guide(const np_tracer *t, np_path_state *path) {
   const float throughput = np_spectrum_max(path->throughput);
   if (!np_path_may_be_guided(t) || !(throughput > 0.0f)) return false;
@@ -136,7 +136,7 @@ static bool build_guide(const np_tracer *t, np_path_state *path) {
   return true;
 }
 
-/* Number of copies in which a guided path goes on; 0: it ends, and the solution stands for it. */
+/* Number of copies in which a guided path continues; 0: it ends, and the solution takes its place. */
 static unsigned count_copies(const np_tracer *t, np_path_state *path) {
   const float count = np_guide_count(&path->guide, path->weight, path->reference);
   assert(count >= 0.0f);
@@ -234,19 +234,19 @@ static bool reflect_at_ground(const np_tracer *t, np_path_state *path) {
 }
 
 static void add_space(const np_tracer *t, np_path_state *path) {
-  np_path_meet_sun(t, path);
+  np_path_add_sun_disk(t, path);
   set_outside_component(t, path, false);
   np_path_add_light(t, path, path->component, np_world_space_radiance(t->world, path->position, path->direction));
 }
 
-/* Under the sky over the water where only that has scattered the path. */
+/* Whether water alone has scattered the path, which is above it under the sky. */
 static void add_surroundings(const np_tracer *t, np_path_state *path) {
   bool is_ground;
   const np_reflection *reflection = path->order == 0 ? t->lighting->reflection : NULL;
   const neph_sky *sky = reflection ? reflection->world.camera_sky : t->world->cloud_sky;
   const np_spectrum incoming = np_surroundings_incoming(t->world, t->lighting, t->settings, sky, path->position,
                                                         path->direction, np_path_shadow, t->random, &is_ground);
-  if (!is_ground) np_path_meet_sun(t, path);
+  if (!is_ground) np_path_add_sun_disk(t, path);
   set_outside_component(t, path, is_ground);
   np_path_add_light(t, path, path->component, incoming);
 }
@@ -256,7 +256,7 @@ static void add_surroundings(const np_tracer *t, np_path_state *path) {
 /* Under a low sun, flights longer than this are leaps: see atmosphere/air_flight.h. */
 static const double leap_m = 2e3;
 
-/* Into how many panels a ray through all of the air is cut. */
+/* Number of panels into which a ray through all of the air is cut. */
 enum { PANELS = 12 };
 
 /* Probability of each band to pass the air to what is behind: in proportion to what may come from there and, taken as
@@ -275,7 +275,7 @@ static np_spectrum choose_end(const np_tracer *t, const np_path_state *path, np_
   return transmittance;
 }
 
-/* Either a collision with the air, or none, on a flight whose transmittance is known. */
+/* Draws whether a flight of known transmittance collides with the air. */
 static bool leap(const np_tracer *t, np_path_state *path, np_path_event end, double length_m,
                  np_air_collision *collision) {
   np_air_flight flight;
@@ -293,7 +293,7 @@ static bool leap(const np_tracer *t, np_path_state *path, np_path_event end, dou
   return true;
 }
 
-/* Whether the air ends a flight before its length does; where it does is in `collision`. */
+/* Whether the air ends a flight; `collision` is the place. */
 static bool collide_with_air(const np_tracer *t, np_path_state *path, np_path_event end, double length_m,
                              np_air_collision *collision) {
   const neph_atmosphere *atmosphere = t->world->atmosphere;
@@ -329,12 +329,12 @@ static bool is_dark_outside(const np_world *world) {
          np_spectrum_is_zero(world->environment_radiance);
 }
 
-/* Bounds of clouds are looked for as far as this: beyond, one flight in four hundred leaves. */
+/* Optical depth up to which bounds of clouds are searched: one flight in four hundred goes beyond. */
 static const double rim_depth = 6.0;
 
-/* Guided paths whose flight would see but darkness outside never follow_past_clouds by a rim nearby: each collides
- * before, and weighs as much as that was likely. A path that leaves is a path lost, and what noise guided paths had
- * left in slabs was mostly that. */
+/* Guided paths do not leave the clouds through a near rim where it is dark outside: each is forced to collide before,
+ * and is weighted by the probability. A path that leaves is lost: most of the noise of guided paths in slabs came from
+ * such losses. */
 static np_flight start_flight(const np_tracer *t, const np_path_state *path) {
   const double stretch_fraction = path->is_guided ? np_guide_get_stretch_fraction(&path->guide, path->direction) : 0.0;
   const np_flight flight = np_flight_start(np_track_flight(t->random), stretch_fraction);
@@ -369,7 +369,7 @@ static np_path_event fly(const np_tracer *t, np_path_state *path) {
   return event;
 }
 
-/* Goes straight on to what is past the clouds, as dim as they make it. */
+/* Continues straight to the light past the clouds, dimmed by their transmittance. */
 static np_path_event fly_past_clouds(const np_tracer *t, np_path_state *path) {
   path->is_ground_ahead = intersect_ground(t, path, INFINITY);
   double distance = path->is_ground_ahead ? path->ground.distance_m : HUGE_VAL;
@@ -390,7 +390,8 @@ static void follow_past_clouds(const np_tracer *t, np_path_state *path) {
 
 /* ---- Paths ---- */
 
-/* Russian roulette on a path that is weak for what light it may still meet; false ends it. Guided ones are counted. */
+/* Russian roulette on a path that is weak against the light that it may still find; false ends it. Guided paths are
+ * counted. */
 static bool survive(np_path_state *path, np_random *random) {
   if (path->is_guided) return true;
   const float weight = np_spectrum_max(path->throughput) / path->weight * path->expected_gain;

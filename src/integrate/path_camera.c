@@ -115,7 +115,8 @@ static void add_water_by_tables(const np_tracer *t, const np_camera_ray *ray, co
   if (path.weight > 0.0f) NP_KERNEL(np_path_follow)(t, &path, NP_PATH_GROUND);
 }
 
-/* Into how many panels a ray through all of the air is cut: more than elsewhere, for there is one such ray a sample. */
+/* Number of panels into which a camera ray through all of the air is cut: more than of other rays, as there is one a
+ * sample. */
 enum { CAMERA_PANELS = 20 };
 
 /* The air from the eye to a distance from the origin: its transmittance, and, added to a component, its in-scatter. */
@@ -159,7 +160,7 @@ static void add_cloud(const np_tracer *t, const np_camera_ray *ray, const cloud_
     add_traced_cloud(t, ray, hit, is_air_seen);
 }
 
-/* The one place that the ray has seen of the clouds. */
+/* Adds a cloud's light, and its collision to the list of depths. */
 static void record_cloud(const np_tracer *t, const np_camera_ray *ray, const cloud_hit *hit, bool is_air_seen) {
   const np_integrator_sample before = *t->out;
   add_cloud(t, ray, hit, is_air_seen);
@@ -210,7 +211,7 @@ static void look(const np_tracer *t, const np_camera_ray *ray, const cloud_hit *
   if (is_behind && !(ground && t->settings->is_ground_held_out)) add_behind(t, ray, ground, !is_cloud_end);
 }
 
-/* The sun's disk outshines what hides it: whether a ray's flight happens to pass the clouds is no measure of it. */
+/* The sun's disk is seen by transmittance and not by free flights, whose chance to pass would be noise. */
 static void add_disks(const np_tracer *t, const np_camera_ray *ray) {
   if (np_spectrum_is_zero(np_world_disk_radiance(t->world, ray->direction))) return;
   t->out->transmittance = np_track_transmittance(&t->world->clouds, ray->origin, ray->direction,

@@ -49,19 +49,19 @@ static inline bool np_path_aim_at_sun(const np_tracer *t, const np_path_state *p
   return true;
 }
 
-/* Sunlight scattered by the present vertex, `share` of it per steradian, which would have met the disk by chance with
- * this density. */
+/* Adds sunlight that the present vertex scatters, `share` of it per steradian. `density` is the path's own density of
+ * directions towards the disk, for the balance heuristic. */
 static inline void np_path_gather_sun(const np_tracer *t, const np_path_state *path, const np_sun_ray *sun,
                                       np_spectrum share, float density) {
   const float weight = sun->transmittance / (1.0f + density * t->sun_sr);
   np_path_add_light(t, path, path->component, np_spectrum_scale(np_spectrum_multiply(sun->irradiance, share), weight));
 }
 
-/* Sunlight met by chance, on a way to space. */
-static inline void np_path_meet_sun(const np_tracer *t, const np_path_state *path) {
+/* Adds the sun's disk to a path that leaves for space within it. */
+static inline void np_path_add_sun_disk(const np_tracer *t, const np_path_state *path) {
   if (!np_world_sun_covers(t->world, path->direction) || !np_path_is_in_scope(t, path)) return;
   const np_spectrum irradiance = t->settings->is_air_traced
-                                     ? t->world->sun_irradiance /* the flight has met what is in the way */
+                                     ? t->world->sun_irradiance /* the flight collides with air in the way */
                                      : np_world_sunlight(t->world, path->position, path->direction);
   np_path_add_light(t, path, path->component,
                     np_spectrum_scale(irradiance, path->density / (1.0f + path->density * t->sun_sr)));

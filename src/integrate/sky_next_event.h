@@ -30,26 +30,27 @@ static inline bool np_sky_next_event_sample(const np_tracer *t, const np_path_st
   return true;
 }
 
-/* The ray as a path of its own; false ends it, by Russian roulette on what it promises: the radiance there, times what
- * the vertex scatters of it, `share` per steradian. `density` is that of the path's own directions. The sun and what
- * emitters are aimed at on their own: a density of 0 keeps them out. */
+/* The ray as a path of its own; false: Russian roulette ends it, by the light that it may carry, the radiance there
+ * times `share`, the vertex's scattering per steradian. `density` is the density of the path's own directions. Sun and
+ * emitters have rays of their own: a density of 0 keeps them out. */
 static inline bool np_sky_next_event_start(const np_path_state *path, const np_sky_next_event *sky, float share,
                                            float density, np_random *random, np_path_state *out_ray) {
   const float weight = share / (sky->density + density);
-  const float promise = fminf(weight * sky->brightness * np_spectrum_max(path->throughput) / path->weight, 1.0f);
-  if (!(np_random_float(random) < promise)) return false;
+  const float expected = fminf(weight * sky->brightness * np_spectrum_max(path->throughput) / path->weight, 1.0f);
+  if (!(np_random_float(random) < expected)) return false;
   *out_ray = *path;
   out_ray->direction = sky->direction;
   out_ray->density = 0.0f;
   out_ray->expected_gain = 1.0f;
-  out_ray->throughput = np_spectrum_scale(path->throughput, weight / promise);
+  out_ray->throughput = np_spectrum_scale(path->throughput, weight / expected);
   out_ray->has_sky_next_event = false;
   out_ray->depth++;
   return true;
 }
 
-/* Light from past the clouds, met by chance: where it was aimed at too, the other way has its share of the weight. */
-static inline void np_sky_next_event_meet(const np_tracer *t, np_path_state *path) {
+/* A path that leaves the clouds by chance: where a ray was aimed at the sky too, the two share the weight by the
+ * balance heuristic. */
+static inline void np_sky_next_event_weigh_miss(const np_tracer *t, np_path_state *path) {
   if (!path->has_sky_next_event) return;
   const np_sky_guide *guide = t->lighting->sky_guide;
   const float aimed = guide->rate * np_sky_guide_eval(guide, path->direction);

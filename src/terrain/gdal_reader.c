@@ -38,7 +38,7 @@ struct np_gdal_raster {
 /* ---- Errors ---- */
 
 /* Stores the first failure of the calls between begin and end. */
-static void CPL_STDCALL keep_failure(CPLErr severity, CPLErrorNum number, const char *message) {
+static void CPL_STDCALL store_failure(CPLErr severity, CPLErrorNum number, const char *message) {
   (void)number;
   np_gdal_error *error = CPLGetErrorHandlerUserData();
   if (severity < CE_Failure || error->message[0]) return;
@@ -50,7 +50,7 @@ static void CPL_STDCALL keep_failure(CPLErr severity, CPLErrorNum number, const 
 
 static void begin_calls(np_gdal_error *error) {
   *error = (np_gdal_error){.result = NEPH_OK};
-  CPLPushErrorHandlerEx(keep_failure, error);
+  CPLPushErrorHandlerEx(store_failure, error);
   if (OSRGetPROJEnableNetwork()) OSRSetPROJEnableNetwork(0);
 }
 

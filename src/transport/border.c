@@ -24,10 +24,10 @@ enum {
 static const double reach_m = 60e3;    /* shadows on air farther off are left out */
 static const double clearance_m = 1.0; /* above ground, of nodes that hills would bury */
 
-/* ---- What all nodes share ---- */
+/* ---- The directions and their air ---- */
 
-/* Air along one direction: traced from each height of the nodes; and, as seen from the middle of the clouds, its light,
- * the first order of it, and that of even light, up to the end of each cell. */
+/* Air along one direction, traced from each height of the nodes; and its in-scatter as seen from the middle of the
+ * clouds, all orders, the first, and of even light, up to the end of each cell. */
 typedef struct air_ray {
   np_aerial_perspective whole[EVEN];
   np_spectrum all[AIR_CELLS + 1], first[AIR_CELLS + 1], even[AIR_CELLS + 1], all_whole;
@@ -90,7 +90,7 @@ static neph_result trace_air(void *user, size_t begin, size_t end, unsigned thre
 
 /* ---- A node ---- */
 
-/* Gains of a node's radiances in one set, the room used again for the next node. */
+/* Gains of a node's radiances in one set. The next node reuses the room. */
 typedef struct node_responses {
   np_border_response *at;
   size_t count, room;
@@ -122,7 +122,7 @@ static neph_result add_response(neph_context *context, node_responses *list, np_
 }
 
 /* The square, at a depth below the box, that a place is in; false: light of the box does not reach it. */
-static bool find_square(const border_fill *f, np_dvec3 place, uint32_t *out) {
+static bool locate_square(const border_fill *f, np_dvec3 place, uint32_t *out) {
   double at[2] = {place.x, place.y};
   uint32_t cell[2];
   for (int a = 0; a < 2; a++) {
@@ -139,7 +139,7 @@ static bool find_square(const border_fill *f, np_dvec3 place, uint32_t *out) {
 }
 
 /* The gain counts for the ordinate that is nearest to the direction. */
-static void gain(border_node *n, unsigned direction, uint32_t square, np_spectrum per_irradiance) {
+static void add_gain(border_node *n, unsigned direction, uint32_t square, np_spectrum per_irradiance) {
   for (unsigned s = 0; s < n->fill->set_count && !n->result; s++)
     n->result = add_response(n->fill->grid->context, &n->responses[s],
                              (np_border_response){n->fill->nearest[s][direction], square, per_irradiance});
@@ -149,7 +149,7 @@ static float get_beam(const border_fill *f, np_dvec3 place) {
   return np_transmittance(f->depths->get(f->depths->user, place, f->world->to_sun, f->fade, 16.0f));
 }
 
-static float see_sun(const border_fill *f, np_dvec3 place) {
+static float get_sun_visibility(const border_fill *f, np_dvec3 place) {
   if (np_world_is_behind_terrain(f->world, place, f->world->to_sun)) return 0.0f;
   return get_beam(f, place);
 }
@@ -181,7 +181,7 @@ static np_spectrum compute_even_gain(const np_world *world, np_dvec3 place) {
   return out;
 }
 
-/* Air up to a distance, dimmed by shadow, of which `air` is the light without. */
+/* In-scatter of the air up to a distance where shadows dim it; `air` is the in-scatter without shadows. */
 static np_spectrum shade_air(border_node *n, unsigned direction, double distance_m, np_spectrum air) {
   const border_fill *f = n->fill;
   const air_ray *a = &f->air[direction];
@@ -199,13 +199,13 @@ static np_spectrum shade_air(border_node *n, unsigned direction, double distance
                                    0.5698402909980532 * n->v,
                                1.0);
     const np_dvec3 place = np_dvec3_along(n->position, f->direction[direction], near + jitter * (far - near));
-    const float share = c == last ? part : 1.0f, shadow = 1.0f - see_sun(f, place);
+    const float share = c == last ? part : 1.0f, shadow = 1.0f - get_sun_visibility(f, place);
     lost = np_spectrum_add_scaled(lost, share * shadow, np_spectrum_subtract(a->first[c + 1], a->first[c]));
     uint32_t square;
-    if (place.z < f->low[2] && find_square(f, place, &square)) {
+    if (place.z < f->low[2] && locate_square(f, place, &square)) {
       const np_spectrum even = np_spectrum_scale(np_spectrum_subtract(a->even[c + 1], a->even[c]), share);
-      gain(n, direction, square,
-           np_spectrum_multiply(np_spectrum_multiply(even, ratio), compute_even_gain(f->world, place)));
+      add_gain(n, direction, square,
+               np_spectrum_multiply(np_spectrum_multiply(even, ratio), compute_even_gain(f->world, place)));
     }
   }
   for (unsigned b = 0; b < NP_BAND_COUNT; b++)
@@ -224,7 +224,7 @@ static np_aerial_perspective get_whole_air(const border_node *n, unsigned direct
                                  np_spectrum_mix(whole[i].inscatter, whole[i + 1].inscatter, t)};
 }
 
-static np_spectrum look_out(border_node *n, unsigned direction) {
+static np_spectrum trace_radiance(border_node *n, unsigned direction) {
   const border_fill *f = n->fill;
   const np_vec3 towards = f->direction[direction];
   np_ground_hit hit;
@@ -243,8 +243,8 @@ static np_spectrum look_out(border_node *n, unsigned direction) {
   np_spectrum ground_gain;
   const np_spectrum ground = np_border_light_ground(f->world, f->depths, f->fade, &hit, &ground_gain);
   uint32_t square;
-  if (find_square(f, hit.position, &square))
-    gain(n, direction, square, np_spectrum_multiply(ground_gain, air.transmittance));
+  if (locate_square(f, hit.position, &square))
+    add_gain(n, direction, square, np_spectrum_multiply(ground_gain, air.transmittance));
   return np_spectrum_add(np_spectrum_multiply(ground, air.transmittance), air.inscatter);
 }
 
@@ -254,7 +254,7 @@ static void sample_node(border_node *n) {
     const np_vec3 d = n->fill->direction[i];
     const float along = n->axis == 0 ? d.x : n->axis == 1 ? d.y : d.z;
     if (along * (float)n->side <= 0.0f) continue;
-    n->radiance[i] = look_out(n, i);
+    n->radiance[i] = trace_radiance(n, i);
     n->sampled[n->sampled_count++] = (uint16_t)i;
     for (unsigned s = 0; s < n->fill->set_count; s++) {
       const unsigned ordinate = n->fill->nearest[s][i];
@@ -304,8 +304,8 @@ static int compare_responses(const void *a, const void *b) {
   return one->square < other->square ? -1 : one->square > other->square;
 }
 
-/* Joins those of one radiance and square. Equal keys are sums of few, in an order of the sort: it is the same on every
- * machine with this C library, and rounding apart on any. */
+/* Sums the responses of one radiance and square. The order of equal keys is that of qsort: on another C library sums
+ * may differ by rounding. */
 static void merge_responses(node_responses *list) {
   size_t kept = 0;
   if (list->count > 1) qsort(list->at, list->count, sizeof *list->at, compare_responses);
@@ -318,7 +318,7 @@ static void merge_responses(node_responses *list) {
   list->count = kept;
 }
 
-/* Gains become the radiances': means as theirs are. */
+/* Turns gains of single directions into gains of the radiances, which are means over directions. */
 static void finish_responses(border_node *n, unsigned set, const np_spectrum factor[NP_OCTANT_COUNT]) {
   const np_border *border = n->fill->sets[set].border;
   node_responses *list = &n->responses[set];
@@ -333,7 +333,7 @@ static void finish_responses(border_node *n, unsigned set, const np_spectrum fac
   merge_responses(list);
 }
 
-static neph_result keep_responses(const node_responses *list, neph_context *context, np_border *border, size_t node) {
+static neph_result store_responses(const node_responses *list, neph_context *context, np_border *border, size_t node) {
   border->responses[node].at = np_alloc(context, list->count, sizeof *list->at);
   if (!border->responses[node].at) return NEPH_ERROR_OUT_OF_MEMORY;
   if (list->count) memcpy(border->responses[node].at, list->at, list->count * sizeof *list->at);
@@ -341,8 +341,8 @@ static neph_result keep_responses(const node_responses *list, neph_context *cont
   return NEPH_OK;
 }
 
-/* Lifts a node out of ground. */
-static void lift(const border_fill *f, np_dvec3 *place) {
+/* Moves a place that hills bury to just above the ground. */
+static void lift_above_ground(const border_fill *f, np_dvec3 *place) {
   const np_world *world = f->world;
   if (!world->terrain && !world->has_planet) return;
   const double top = fmax(world->terrain ? world->terrain_max.z : f->high[2], f->high[2]) + clearance_m;
@@ -380,7 +380,7 @@ static neph_result fill_nodes(void *user, size_t begin, size_t end, unsigned thr
     place[across] = compute_place(f, across, (double)nodes[0].at[n->u]);
     place[up] = compute_place(f, up, (double)nodes[1].at[n->v]);
     n->position = np_dvec3_make(place[0], place[1], place[2]);
-    lift(f, &n->position);
+    lift_above_ground(f, &n->position);
     sample_node(n);
     result = n->result;
     for (unsigned s = 0; s < f->set_count; s++) {
@@ -388,7 +388,7 @@ static neph_result fill_nodes(void *user, size_t begin, size_t end, unsigned thr
       for (unsigned octant = 0; octant < NP_OCTANT_COUNT; octant++)
         if ((octant >> n->axis & 1u) == (n->side > 0 ? 1u : 0u)) fill_octant(n, s, octant, &factor[octant]);
       finish_responses(n, s, factor);
-      if (!result) result = keep_responses(&n->responses[s], context, f->sets[s].border, i);
+      if (!result) result = store_responses(&n->responses[s], context, f->sets[s].border, i);
     }
   }
   for (unsigned s = 0; n && s < NP_BORDER_SETS_MAX; s++) np_alloc_free(context, n->responses[s].at);

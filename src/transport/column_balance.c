@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Layers without end: what a sweep finds of how light is spread over directions, and a balance in double for how much
- * of it there is (the quasi-diffusion method; Gol'din 1964, "A quasi-diffusion method for solving the kinetic
- * equation"; reviewed by Adams and Larsen 2002, "Fast iterative methods for discrete-ordinates particle transport
- * calculations", section IV).
+/* Endless layers: a sweep gives the distribution of light over directions, and a balance in double gives its amount
+ * (the quasi-diffusion method; Gol'din 1964, "A quasi-diffusion method for solving the kinetic equation"; reviewed by
+ * Adams and Larsen 2002, "Fast iterative methods for discrete-ordinates particle transport calculations", section IV).
  *
  * With φ the integral of the radiance over directions, J the flux upwards, E = ∫μ²L / φ, s the sine of the sun's
  * light's descent and r_l, d·E₀ as in scattering_solver.c, the first two moments of the equation of transfer are
@@ -35,17 +34,17 @@ typedef struct balance_column {
   double *diagonal, *right, *answer; /* coefficients of the tridiagonal system, and φ */
 } balance_column;
 
-static float *moments_of(const balance_column *c, int32_t i) {
+static float *get_moments(const balance_column *c, int32_t i) {
   return c->phi + (size_t)i * np_harmonics_count(c->level->grid.degree);
 }
 
-static double get_phi(const balance_column *c, int32_t i) { return sqrt(4.0 * NP_PI) * (double)moments_of(c, i)[0]; }
+static double get_phi(const balance_column *c, int32_t i) { return sqrt(4.0 * NP_PI) * (double)get_moments(c, i)[0]; }
 static double get_flux(const balance_column *c, int32_t i) {
-  return sqrt(4.0 * NP_PI / 3.0) * (double)moments_of(c, i)[FLUX];
+  return sqrt(4.0 * NP_PI / 3.0) * (double)get_moments(c, i)[FLUX];
 }
 
 static double compute_shape(const balance_column *c, int32_t i) {
-  const double mean = (double)moments_of(c, i)[0], second = (double)moments_of(c, i)[SECOND];
+  const double mean = (double)get_moments(c, i)[0], second = (double)get_moments(c, i)[SECOND];
   if (!(mean > 0.0)) return 1.0 / 3.0;
   return np_clamp((1.0 + 2.0 / sqrt(5.0) * second / mean) / 3.0, 0.01, 0.99);
 }
@@ -137,12 +136,12 @@ static double compute_face_flux(const balance_column *c, int32_t face) {
          c->slant[face];
 }
 
-static void keep_answer(const balance_column *c) {
+static void store_answer(const balance_column *c) {
   for (int32_t i = 0; i < c->size; i++) {
     const double below = compute_face_flux(c, i > 0 ? i - 1 : 0),
                  above = compute_face_flux(c, i + 1 < c->size ? i : i - 1);
-    moments_of(c, i)[0] = (float)(fmax(0.0, c->answer[i]) / sqrt(4.0 * NP_PI));
-    moments_of(c, i)[FLUX] = (float)(0.5 * (below + above) * sqrt(0.75 / NP_PI));
+    get_moments(c, i)[0] = (float)(fmax(0.0, c->answer[i]) / sqrt(4.0 * NP_PI));
+    get_moments(c, i)[FLUX] = (float)(0.5 * (below + above) * sqrt(0.75 / NP_PI));
   }
 }
 
@@ -162,5 +161,5 @@ void np_column_balance(const np_transport_lights *lights, const np_transport_lev
   fill_coefficients(&c);
   fill_rows(&c);
   solve_rows(&c);
-  keep_answer(&c);
+  store_answer(&c);
 }

@@ -17,7 +17,7 @@ typedef struct column_fill {
   np_ground_columns *out;
 } column_fill;
 
-/* Looks straight down on a column's middle from above all ground. */
+/* Intersects the ground below a column's middle. */
 static bool intersect_down(const np_world *world, const np_transport_grid *g, size_t column, np_ground_hit *hit) {
   const int32_t i = (int32_t)(column % (size_t)g->size[0]), j = (int32_t)(column / (size_t)g->size[0]);
   const double top = g->edge_m[2][g->size[2]], summit = world->terrain ? world->terrain_max.z : top;

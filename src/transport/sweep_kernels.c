@@ -31,7 +31,7 @@ typedef struct flow {
   lanes *x, *y, *z;     /* faces, as in np_sweep_faces */
 } flow;
 
-/* Outgoing radiance of the cells of a row in the two octants of a pair; then what shines through them. */
+/* Outgoing radiance of a row's cells in the two octants of a pair; then the mean radiance in them. */
 typedef struct twin {
   lanes up, down;
 } twin;
@@ -61,7 +61,9 @@ static inline bool has_sign(const face_light *light) {
 }
 
 /* Keeps the faces whose outflow is not negative open. */
-static inline void shut(lanes *open, const lanes *outflow) { *open = (lanes)((mask)*open & (*outflow >= 0.0f)); }
+static inline void close_negative(lanes *open, const lanes *outflow) {
+  *open = (lanes)((mask)*open & (*outflow >= 0.0f));
+}
 
 /* Rates 2μ of cells of one width along x, and what follows from them where there is no cloud. */
 typedef struct cell_rates {
@@ -78,12 +80,12 @@ static inline void set_rates(const lanes cosine[3], float inverse_m, cell_rates 
 }
 
 /* Solves a cell anew, of which some face would let out less than nothing: `out`, as found with all of them open. */
-static inline void solve_shut(const cell_rates *r, const lanes *source, float extinction, const face_light *in,
-                              face_light *out, lanes *mean) {
+static inline void solve_closed(const cell_rates *r, const lanes *source, float extinction, const face_light *in,
+                                face_light *out, lanes *mean) {
   lanes open[3];
   for (int a = 0; a < 3; a++) open[a] = (lanes){1, 1, 1, 1, 1, 1, 1, 1};
   for (int attempt = 0; attempt < 3; attempt++) {
-    for (int a = 0; a < 3; a++) shut(&open[a], &out->at[a]);
+    for (int a = 0; a < 3; a++) close_negative(&open[a], &out->at[a]);
     lanes gain = *source, loss = extinction + (lanes){0};
     for (int a = 0; a < 3; a++) {
       gain += r->rate[a] * (0.5f + 0.5f * open[a]) * in->at[a];
@@ -96,25 +98,25 @@ static inline void solve_shut(const cell_rates *r, const lanes *source, float ex
 }
 
 /* Outflow of a cell whose mean radiance was found with all faces open. */
-static inline void leave_cell(const cell_rates *r, const lanes *source, float extinction, face_light *light,
-                              lanes *mean) {
+static inline void compute_outflow(const cell_rates *r, const lanes *source, float extinction, face_light *light,
+                                   lanes *mean) {
   const face_light in = *light;
   for (int a = 0; a < 3; a++) light->at[a] = 2.0f * *mean - in.at[a];
-  if (has_sign(light)) solve_shut(r, source, extinction, &in, light, mean);
+  if (has_sign(light)) solve_closed(r, source, extinction, &in, light, mean);
 }
 
-/* `light` enters, and then leaves. What has to wait for the cell before, along x, is kept short. */
+/* `light` holds what enters, and then what leaves. The terms along x, which depend on the cell before, come last. */
 static inline void cross_cloud(const cell_rates *r, float extinction, face_light *light, lanes *source_and_mean) {
   const lanes source = *source_and_mean, inverse = 1.0f / (extinction + r->total);
   const lanes aside = (source + r->rate[1] * light->at[1] + r->rate[2] * light->at[2]) * inverse;
   *source_and_mean = aside + r->rate[0] * inverse * light->at[0];
-  leave_cell(r, &source, extinction, light, source_and_mean);
+  compute_outflow(r, &source, extinction, light, source_and_mean);
 }
 
 static inline void cross_void(const cell_rates *r, face_light *light) {
   const lanes none = {0};
   lanes mean = r->share[1] * light->at[1] + r->share[2] * light->at[2] + r->share[0] * light->at[0];
-  leave_cell(r, &none, 0.0f, light, &mean);
+  compute_outflow(r, &none, 0.0f, light, &mean);
 }
 
 /* Σ m·Y over some harmonics, towards each direction. */
@@ -128,7 +130,7 @@ static inline void sum_harmonics(const sweep_block *b, const float *moments, uns
 }
 
 /* A truncated series may dip below 0, which no source does. */
-static inline void keep_positive(lanes *sum) { *sum = (lanes)((mask)*sum & (*sum > 0.0f)); }
+static inline void clamp_positive(lanes *sum) { *sum = (lanes)((mask)*sum & (*sum > 0.0f)); }
 
 static inline void fill_sources(const sweep_block *b, const int32_t *active, unsigned count, unsigned even) {
   for (int32_t i = 0; i < b->sweep->grid->size[0]; i++) {
@@ -140,8 +142,8 @@ static inline void fill_sources(const sweep_block *b, const int32_t *active, uns
     sum_harmonics(b, moments, 0, even, &same);
     sum_harmonics(b, moments, even, count, &opposite);
     b->row[i] = (twin){same + opposite, same - opposite};
-    keep_positive(&b->row[i].up);
-    keep_positive(&b->row[i].down);
+    clamp_positive(&b->row[i].up);
+    clamp_positive(&b->row[i].down);
   }
 }
 
@@ -163,7 +165,7 @@ static inline void add_moments(const sweep_block *b, const twin *mean, float *mo
   }
 }
 
-static inline void keep_moments(const sweep_block *b, const int32_t *active, unsigned count, unsigned even) {
+static inline void store_moments(const sweep_block *b, const int32_t *active, unsigned count, unsigned even) {
   for (int32_t i = 0; i < b->sweep->grid->size[0]; i++)
     if (active[i] >= 0) add_moments(b, &b->row[i], b->out + (size_t)active[i] * count, count, even);
 }
@@ -239,7 +241,7 @@ static inline void cross_cell(const sweep_block *b, course *c, int32_t i, int32_
   c->z[i] = faces.at[2];
 }
 
-/* Both octants in turn, cell by cell: neither waits for the other, as each does for its own last cell. */
+/* Crosses both octants in turn, cell by cell: each depends on its own last cell, and neither on the other. */
 static inline void cross_cells(const sweep_block *b, int32_t j, int32_t k, const int32_t *active) {
   const np_transport_grid *grid = b->sweep->grid;
   course up = start_course(b, &b->flow[0], j, k), down = start_course(b, &b->flow[1], j, k);
@@ -258,7 +260,7 @@ __attribute__((always_inline)) static inline void cross_row_of(const sweep_block
   const int32_t *active = grid->active + (size_t)(k * grid->size[1] + j) * (size_t)grid->size[0];
   fill_sources(b, active, count, even);
   cross_cells(b, j, k, active);
-  keep_moments(b, active, count, even);
+  store_moments(b, active, count, even);
 }
 
 /* The numbers of harmonics that most clouds have are known to the compiler. */
@@ -272,7 +274,7 @@ static void cross_row(const sweep_block *b, int32_t j, int32_t k) {
 }
 
 /* Light comes into row j or k of an axis's faces. */
-static void enter(const np_sweep *sweep, const flow *f, lanes *faces, int axis, int32_t row) {
+static void fill_faces(const np_sweep *sweep, const flow *f, lanes *faces, int axis, int32_t row) {
   const np_transport_grid *grid = sweep->grid;
   if (grid->is_wrapped[axis]) return;
   const bool is_up = axis == 2 && !(f->octant & 4u);
@@ -339,8 +341,8 @@ void NP_KERNEL(np_sweep_tile)(const np_sweep *sweep, unsigned pair, int32_t tile
       const int32_t j = is_down_y ? size[1] - 1 - n : n;
       for (const sweep_block *b = blocks; b < blocks + count; b++) {
         for (const flow *f = b->flow; f < b->flow + 2; f++) {
-          if (n == 0) enter(sweep, f, &f->y[k * size[0]], 1, k);
-          if (m == 0) enter(sweep, f, &f->z[j * size[0]], 2, j);
+          if (n == 0) fill_faces(sweep, f, &f->y[k * size[0]], 1, k);
+          if (m == 0) fill_faces(sweep, f, &f->z[j * size[0]], 2, j);
         }
         cross_row(b, j, k);
       }

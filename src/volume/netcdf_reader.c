@@ -25,12 +25,12 @@ struct np_netcdf_file {
 static pthread_mutex_t netcdf_lock = PTHREAD_MUTEX_INITIALIZER;
 
 /* HDF5 prints errors, of each thread by a setting of its own. */
-static void enter(void) {
+static void lock_library(void) {
   pthread_mutex_lock(&netcdf_lock);
   (void)H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
 }
 
-static void leave(void) { pthread_mutex_unlock(&netcdf_lock); }
+static void unlock_library(void) { pthread_mutex_unlock(&netcdf_lock); }
 
 /* ---- Errors ---- */
 
@@ -65,9 +65,9 @@ static neph_result open_file(const char *path, const void *memory, size_t byte_c
   np_netcdf_file *file = calloc(1, sizeof *file);
   *out_file = NULL;
   if (!file) return fail(error, "cannot be opened", NC_ENOMEM);
-  enter();
+  lock_library();
   const int status = open_locked(path, memory, byte_count, file);
-  leave();
+  unlock_library();
   if (status) {
     free(file);
     return fail(error, "is not a NetCDF file that can be read, or is damaged", status);
@@ -78,9 +78,9 @@ static neph_result open_file(const char *path, const void *memory, size_t byte_c
 
 static void close_file(np_netcdf_file *file) {
   if (!file) return;
-  enter();
+  lock_library();
   nc_close(file->id);
-  leave();
+  unlock_library();
   free(file);
 }
 
@@ -105,27 +105,27 @@ static int describe_locked(const np_netcdf_file *file, int variable, np_netcdf_v
 
 static neph_result describe(const np_netcdf_file *file, int variable, np_netcdf_variable *out, np_netcdf_error *error) {
   memset(out, 0, sizeof *out);
-  enter();
+  lock_library();
   const int status = describe_locked(file, variable, out);
-  leave();
+  unlock_library();
   return status ? fail(error, "a variable cannot be read", status) : NEPH_OK;
 }
 
 static neph_result name_dimension(const np_netcdf_file *file, int dimension, char out_name[NP_NETCDF_NAME_BYTES],
                                   np_netcdf_error *error) {
   memset(out_name, 0, NP_NETCDF_NAME_BYTES);
-  enter();
+  lock_library();
   const int status = nc_inq_dimname(file->id, dimension, out_name);
   np_text_clean(out_name);
-  leave();
+  unlock_library();
   return status ? fail(error, "a dimension cannot be read", status) : NEPH_OK;
 }
 
 static neph_result read_values(const np_netcdf_file *file, int variable, const size_t *starts, const size_t *counts,
                                double *out_values, np_netcdf_error *error) {
-  enter();
+  lock_library();
   const int status = nc_get_vara_double(file->id, variable, starts, counts, out_values);
-  leave();
+  unlock_library();
   return status ? fail(error, "values cannot be read", status) : NEPH_OK;
 }
 
@@ -159,9 +159,9 @@ static int read_text_locked(int id, int variable, const char *name, char *out, s
 
 static int read_text(const np_netcdf_file *file, int variable, const char *name, char *out, size_t capacity) {
   out[0] = 0;
-  enter();
+  lock_library();
   const int is_there = read_text_locked(file->id, variable < 0 ? NC_GLOBAL : variable, name, out, capacity);
-  leave();
+  unlock_library();
   return is_there;
 }
 
@@ -179,9 +179,9 @@ static int read_number_locked(int id, int variable, const char *name, double *ou
 
 static int read_number(const np_netcdf_file *file, int variable, const char *name, double *out_number) {
   *out_number = 0.0;
-  enter();
+  lock_library();
   const int is_there = read_number_locked(file->id, variable < 0 ? NC_GLOBAL : variable, name, out_number);
-  leave();
+  unlock_library();
   return is_there;
 }
 
