@@ -265,5 +265,5 @@ const cli_verb cli_verb_probe = {
     .examples = {{"nephos probe slab slabs.csv --paths 64", "fluxes of slabs"},
                  {"nephos probe sky skies.csv --method march", "radiances of clear skies by quadrature"},
                  {"nephos probe field scene.yaml --heights 3000,0", "light through two planes of a scene"},
-                 {"nephos probe i3rc i3rc --paths 65536", "fluxes and radiances of the I3RC"}},
+                 {"nephos probe i3rc i3rc --paths 4096", "fluxes and radiances of the I3RC"}},
 };

@@ -90,6 +90,14 @@ static const companion companions[] = {
     {"clouds[].reference_frame", "all", "clouds[0].vdb", "cloud.####.vdb"},
     {"clouds[].reference_frame", NULL, "clouds[0].position", "[0 m, 0 m, 900 m]"},
     {"clouds[].bake.map", NULL, "clouds[1].bake.map", "{image: map.exr, coverage: R, size: 300 m}"},
+    {"clouds[].bake.map.quantity", NULL, "clouds[1].bake.map", "{file: depths.asc}"},
+    {"clouds[].bake.map.quantity", "reflectance", "clouds[1].bake.map",
+     "{file: shares.asc, sun: {elevation: 40 deg, azimuth: 0 deg}}"},
+    {"clouds[].bake.map.quantity", "radiance_factor", "clouds[1].bake.map",
+     "{file: shares.asc, sun: {elevation: 40 deg, azimuth: 0 deg}}"},
+    {"clouds[].bake.map.top.quantity", NULL, "clouds[1].bake.map", "{file: depths.asc, top: {file: heights.asc}}"},
+    {"clouds[].bake.map.top.quantity", "temperature", "clouds[1].bake.map",
+     "{file: depths.asc, top: {file: kelvins.asc}}"},
     {"clouds[].bake.shape", NULL, "clouds[1].bake.model", "thermals"},
     {"clouds[].bake.shape.mesh", NULL, "clouds[1].bake.shape", "{mesh: {file: peak.gltf}}"},
     {"terrain.rock", NULL, "terrain.rock", "{slope: 5 deg}"},
@@ -451,6 +459,20 @@ static void write_fields(const test_fixture *f) {
   assert_int_equal(fclose(shorts) + fclose(floats) + fclose(text), 0);
 }
 
+/* A slope of measured values, in UTM's zone 31 around the scene's place. */
+static void write_measured(const test_fixture *f, const char *name, double least, double step) {
+  char file[64];
+  snprintf(file, sizeof file, "%s.asc", name);
+  FILE *text = open_file(f, file);
+  assert_true(fputs("ncols 9\nnrows 9\nxllcorner 262429\nyllcorner 4986204\ncellsize 250\n", text) > 0);
+  for (int i = 0; i < 81; i++) assert_true(fprintf(text, "%g%c", least + step * (i % 9), i % 9 == 8 ? '\n' : ' ') > 0);
+  assert_int_equal(fclose(text), 0);
+  snprintf(file, sizeof file, "%s.prj", name);
+  text = open_file(f, file);
+  assert_true(fputs("Projection UTM\nZone 31\nDatum WGS84\nSpheroid WGS84\nUnits METERS\nParameters\n", text) > 0);
+  assert_int_equal(fclose(text), 0);
+}
+
 static void write_node(FILE *file, int node) { (void)fprintf(file, "{\"mesh\":%d}", node); }
 
 static void write_gltf(const test_fixture *f, const char *name, test_gltf mesh) {
@@ -478,6 +500,10 @@ static void write_meshes(const test_fixture *f) {
 static int set_up(void **state) {
   if (test_set_up_cached(state, 2, "scene.yaml")) return -1;
   write_fields(*state);
+  write_measured(*state, "depths", 4.0, 2.0);
+  write_measured(*state, "shares", 0.2, 0.05);
+  write_measured(*state, "heights", 1050.0, 15.0);
+  write_measured(*state, "kelvins", 278.0, 0.5);
   write_meshes(*state);
   write_motion(*state);
   write_cloud(*state, "cloud.vdb", 500.0);

@@ -15,6 +15,7 @@ clouds: [{name: low, bake: {preset: cumulus_humilis, extent: 1 km, voxel: 50 m, 
 SCENE
 printf 'quantity,g,albedo,tau,mu0\nflux,0.85,1,0,diffuse\n' >slabs.csv
 printf 'quantity,earth,max_order,h_km,mu,sun_zenith_deg\ntransmittance_top,earth,,0,1,\n' >skies.csv
+cp -r "$(dirname "$0")/../data/i3rc" i3rc
 nephos render scene.yaml -q -o frame.exr >log
 cp frame.exr reference.exr
 for half in 1 2; do
