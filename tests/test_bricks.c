@@ -78,7 +78,7 @@ static void bricks_agree_with_openvdb_on_a_real_cloud(void **state) {
   np_sparse_grid grid;
   np_volume_file file;
   uint64_t tree_bytes;
-  assert_int_equal(np_volume_file_open(context, path, NULL, &file), NEPH_OK);
+  assert_int_equal(np_volume_file_open(context, path, NULL, NULL, &file), NEPH_OK);
   assert_int_equal(np_volume_file_read(&file, 0, &grid, &tree_bytes), NEPH_OK);
   np_volume_file_close(&file);
   assert_like_openvdb(context, &grid, 1);

@@ -119,14 +119,48 @@ static void columns_keep_their_water(void **state) {
     }
 }
 
+/* ---- Steps ---- */
+
 static const model_file three_steps = {.levels = LEVELS_EVEN, .step_count = 3};
+
+static void steps_are_those_of_the_file(void **state) {
+  static const struct {
+    double step;
+    neph_step_beyond beyond;
+    int expected;
+  } rows[] = {{1, NEPH_STEP_REFUSE, 0}, {3, NEPH_STEP_REFUSE, 2}, {5, NEPH_STEP_HOLD, 2},
+              {-4, NEPH_STEP_HOLD, 0},  {5, NEPH_STEP_LOOP, 1},   {0, NEPH_STEP_LOOP, 2}};
+  test_fixture *f = *state;
+  neph_volume_load_desc desc = NEPH_VOLUME_LOAD_DESC_DEFAULT;
+  model_write(f->path, model_get_case("SAM"), &three_steps);
+  for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+    desc.model.step = rows[i].step;
+    desc.model.beyond = rows[i].beyond;
+    const columns depth = load_columns(f, &desc);
+    assert_columns(&depth, &three_steps, model_liquid, rows[i].expected, per_metre_liquid);
+  }
+  desc.model.step = 4.0;
+  desc.model.beyond = NEPH_STEP_EMPTY;
+  test_log_clear(&f->log);
+  const columns none = load_columns(f, &desc);
+  assert_true(none.active_count == 0);
+  assert_non_null(strstr(f->log.text, "step 4 is empty: the file has 3"));
+}
 
 /* ---- Size of droplets ---- */
 
-static double depth_of_radius(const test_fixture *f) {
-  const neph_volume_load_desc desc = NEPH_VOLUME_LOAD_DESC_DEFAULT;
-  const columns depth = load_columns(f, &desc);
+static double depth_of_radius(const test_fixture *f, const neph_volume_load_desc *desc) {
+  const columns depth = load_columns(f, desc);
   return depth.values[5][8];
+}
+
+static void a_constant_radius_holds_everywhere(void **state) {
+  test_fixture *f = *state;
+  neph_volume_load_desc desc = NEPH_VOLUME_LOAD_DESC_DEFAULT;
+  model_write(f->path, model_get_case("MicroHH"), &three_steps);
+  const double expected = sum_column(&three_steps, model_liquid, 8, 5, 0);
+  desc.model.r_eff_m = 14e-6;
+  assert_near_relative(depth_of_radius(f, &desc), expected * 1.5 / (1000.0 * 14e-6), 1e-3);
 }
 
 /* Extinction of droplets of a number: 3/2·W/(ρ·r) with r³ = 3·W/(4π·ρ·k·N). */
@@ -135,8 +169,19 @@ static double extinction_of_number(double content, double number, double dispers
   return content > 0.0 ? 1.5 * content / (1000.0 * fmin(fmax(radius, 2e-6), 50e-6)) : 0.0;
 }
 
+static void a_number_of_droplets_gives_their_radius(void **state) {
+  test_fixture *f = *state;
+  neph_volume_load_desc desc = NEPH_VOLUME_LOAD_DESC_DEFAULT;
+  model_write(f->path, model_get_case("MicroHH"), &three_steps);
+  double expected = 0.0;
+  desc.model.number_per_m3 = 70e6;
+  desc.model.dispersion = 0.67;
+  for (int k = 0; k < MODEL_Z; k++) expected += model_dz_m * extinction_of_number(model_liquid(8, 5, k, 0), 70e6, 0.67);
+  assert_near_relative(depth_of_radius(f, &desc), expected, 1e-3);
+}
+
 /* A further field of the file: constant. */
-static void add_constant(const test_fixture *f, const char *standard_name, const char *unit, double value) {
+static void add_constant(const test_fixture *f, const char *name, const char *unit, double value) {
   int id, dimensions[4], variable;
   double *values = forge_alloc((size_t)3 * MODEL_CELLS);
   for (int i = 0; i < 3 * MODEL_CELLS; i++) values[i] = value;
@@ -146,33 +191,56 @@ static void add_constant(const test_fixture *f, const char *standard_name, const
   forge_check(nc_inq_vardimid(id, 0, dimensions));
   forge_check(nc_inq_varid(id, "ql", &variable));
   forge_check(nc_inq_vardimid(id, variable, dimensions));
-  forge_check(nc_def_var(id, "further", NC_FLOAT, 4, dimensions, &variable));
+  forge_check(nc_def_var(id, name, NC_FLOAT, 4, dimensions, &variable));
   forge_check(nc_put_att_text(id, variable, "units", strlen(unit), unit));
-  forge_check(nc_put_att_text(id, variable, "standard_name", strlen(standard_name), standard_name));
   forge_check(nc_enddef(id));
   forge_check(nc_put_var_double(id, variable, values));
   forge_check(nc_close(id));
   free(values);
 }
 
-static void the_file_gives_the_radius(void **state) {
+static void the_file_gives_radius_and_number(void **state) {
   test_fixture *f = *state;
+  neph_volume_load_desc desc = NEPH_VOLUME_LOAD_DESC_DEFAULT;
+  model_write(f->path, model_get_case("MicroHH"), &three_steps);
+  add_constant(f, "reff", "um", 7.0);
+  add_constant(f, "nd", "cm-3", 120.0);
   const double content = sum_column(&three_steps, model_liquid, 8, 5, 0);
-  model_write(f->path, model_get_case("MicroHH"), &three_steps);
-  add_constant(f, "effective_radius_of_cloud_liquid_water_particles", "um", 7.0);
-  assert_near_relative(depth_of_radius(f), content * 1.5 / (1000.0 * 7e-6), 1e-3);
-}
-
-static void the_number_of_droplets_gives_the_radius(void **state) {
-  test_fixture *f = *state;
+  desc.model.radius = "reff";
+  assert_near_relative(depth_of_radius(f, &desc), content * 1.5 / (1000.0 * 7e-6), 1e-3);
+  desc.model.radius = NULL;
+  desc.model.number = "nd";
   double expected = 0.0;
-  model_write(f->path, model_get_case("MicroHH"), &three_steps);
-  add_constant(f, "number_concentration_of_cloud_liquid_water_particles_in_air", "cm-3", 120.0);
   for (int k = 0; k < MODEL_Z; k++) expected += model_dz_m * extinction_of_number(model_liquid(8, 5, k, 0), 120e6, 0.8);
-  assert_near_relative(depth_of_radius(f), expected, 1e-3);
+  assert_near_relative(depth_of_radius(f, &desc), expected, 1e-3);
 }
 
-/* ---- Memory ---- */
+/* ---- Names and lattice ---- */
+
+static void named_variables_win(void **state) {
+  test_fixture *f = *state;
+  neph_volume_load_desc desc = NEPH_VOLUME_LOAD_DESC_DEFAULT;
+  model_write(f->path, model_get_case("MicroHH"), &three_steps);
+  add_constant(f, "fog", "g m-3", 0.25);
+  desc.model.variable = "fog";
+  const columns depth = load_columns(f, &desc);
+  assert_near_relative(depth.values[0][0], MODEL_Z * model_dz_m * 0.25e-3 * per_metre_liquid, 1e-6);
+}
+
+/* Voxels of any height hold the same columns. */
+static void spacing_keeps_columns(void **state) {
+  test_fixture *f = *state;
+  neph_volume_load_desc desc = NEPH_VOLUME_LOAD_DESC_DEFAULT;
+  static const double spacings_m[] = {3.0, 17.0, 40.0, 95.0};
+  static const model_file uneven = {.levels = LEVELS_UNEVEN, .step_count = 1};
+  model_write(f->path, model_get_case("PALM"), &uneven);
+  for (size_t i = 0; i < sizeof spacings_m / sizeof *spacings_m; i++) {
+    desc.model.spacing_m = spacings_m[i];
+    const columns depth = load_columns(f, &desc);
+    assert_near(depth.step_m[2], spacings_m[i], 1e-9);
+    assert_columns(&depth, &uneven, model_liquid, 0, per_metre_liquid);
+  }
+}
 
 static void memory_reads_as_the_file(void **state) {
   test_fixture *f = *state;
@@ -241,8 +309,7 @@ static void write_rico(const char *path, const double *content_kg_m3, const doub
   }
   double *water = forge_alloc(RICO_X * RICO_Y * RICO_Z), *radius = forge_alloc(RICO_X * RICO_Y * RICO_Z);
   for (int i = 0; i < RICO_X * RICO_Y * RICO_Z; i++) water[i] = 1e3 * content_kg_m3[i], radius[i] = 1e6 * radius_m[i];
-  const int content = forge_variable(&g, "lwc", NC_FLOAT, 3, dimensions, "g m-3", water);
-  forge_text(&g, content, "standard_name", "mass_concentration_of_cloud_liquid_water_in_air");
+  forge_variable(&g, "lwc", NC_FLOAT, 3, dimensions, "g m-3", water);
   const int size = forge_variable(&g, "reff", NC_FLOAT, 3, dimensions, "um", radius);
   forge_text(&g, size, "standard_name", "effective_radius_of_cloud_liquid_water_particles");
   forge_close(&g);
@@ -261,6 +328,7 @@ static void a_cloud_of_rico_keeps_its_depth(void **state) {
     if (radius_m[i] > 0.0) expected_depth += 1.5 * content_kg_m3[i] / (1000.0 * radius_m[i]);
   }
   assert_true(expected_water > 0.0);
+  desc.model.variable = "lwc";
   for (int k = 0; k < 2; k++) {
     double sum = 0.0;
     desc.grid = k ? "liquid_water" : "density";
@@ -276,8 +344,12 @@ static void a_cloud_of_rico_keeps_its_depth(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test_setup_teardown(columns_keep_their_water, set_up, test_tear_down),
-      cmocka_unit_test_setup_teardown(the_file_gives_the_radius, set_up, test_tear_down),
-      cmocka_unit_test_setup_teardown(the_number_of_droplets_gives_the_radius, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(steps_are_those_of_the_file, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(a_constant_radius_holds_everywhere, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(a_number_of_droplets_gives_their_radius, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(the_file_gives_radius_and_number, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(named_variables_win, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(spacing_keeps_columns, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(memory_reads_as_the_file, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(failed_allocations_are_survived, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(a_cloud_of_rico_keeps_its_depth, set_up, test_tear_down),

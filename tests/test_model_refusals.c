@@ -96,11 +96,23 @@ static void axes_are_refused(void **state) {
 
 static void water_is_refused(void **state) {
   test_fixture *f = *state;
+  neph_volume *volume;
+  neph_volume_load_desc desc = NEPH_VOLUME_LOAD_DESC_DEFAULT;
   write_plain(f, "MicroHH");
   set_value(f, "ql", (const size_t[]){0, 3, 4, 5}, NAN);
-  assert_refused(f, NULL, "variable 'ql' is NaN or infinite at level 3, row 4, column 5");
+  assert_refused(f, NULL, "variable 'ql' is NaN or infinite at level 3, row 4, column 5", "clouds[].import: repair");
+  desc.policy = NEPH_IMPORT_REPAIR;
+  assert_int_equal(neph_volume_load(f->context, f->path, &desc, &volume), NEPH_OK);
+  neph_volume_release(volume);
   set_value(f, "ql", (const size_t[]){0, 3, 4, 5}, 1e6);
   assert_refused(f, NULL, "variable 'ql' is 1e+06 at level 3, row 4, column 5", "below 1000");
+  desc.model.step = 3.0;
+  assert_refused(f, &desc, "step 3 is not there, must be within 1 to 2");
+  desc.model.step = 1.0;
+  desc.model.variable = "cloud";
+  assert_refused(f, &desc, "has no variable 'cloud', which clouds[].netcdf names for liquid water");
+  desc.model.variable = "z";
+  assert_refused(f, &desc, "variable 'z', the liquid water, has units 'm'");
 }
 
 static void negative_water_is_counted(void **state) {
@@ -174,7 +186,7 @@ static void dry_files_are_refused(void **state) {
   forge_variable(&g, "u", NC_FLOAT, 1, &dimension, "m/s", forge_alloc(4));
   forge_variable(&g, "w", NC_FLOAT, 1, &dimension, "m/s", forge_alloc(4));
   forge_close(&g);
-  assert_refused(f, NULL, "has no variable of liquid water or ice", "its variables are u, w");
+  assert_refused(f, NULL, "has no variable of liquid water or ice", "clouds[].netcdf.variable", "(u, w)");
 }
 
 static void text_is_refused(void **state) {
@@ -209,11 +221,13 @@ static neph_result load_once(neph_context *context, const char *path) {
   return result;
 }
 
-/* The head of a classic file, its attributes, and the positions behind it. */
+/* Heads of both kinds of file, and the attributes and positions behind them. */
 static void changed_bytes_are_survived(void **state) {
   test_fixture *f = *state;
   write_plain(f, "DALES");
   assert_survives_changed_bytes(f, 1200, 150, load_once);
+  write_plain(f, "MicroHH");
+  assert_survives_changed_bytes(f, 8000, 150, load_once);
 }
 
 int main(void) {

@@ -42,7 +42,7 @@ static void hash(const test_fixture *f, const char *path, size_t index, int comp
   const np_sparse_grid *grids[] = {&grid};
   const np_volume_choice choice = {.indices = {index}, .count = 1};
   uint64_t bytes;
-  assert_int_equal(np_volume_file_open(f->context, path, NULL, &file), NEPH_OK);
+  assert_int_equal(np_volume_file_open(f->context, path, NULL, NULL, &file), NEPH_OK);
   if (np_volume_file_describe(&file, index).is_count)
     assert_int_equal(np_volume_file_read_density(&file, &choice, &grid, &bytes), NEPH_OK);
   else
@@ -56,8 +56,8 @@ static void hash(const test_fixture *f, const char *path, size_t index, int comp
 static void assert_same_grid(const test_fixture *f, const char *expected, size_t expected_index, const char *actual,
                              size_t index) {
   np_volume_file files[2];
-  assert_int_equal(np_volume_file_open(f->context, expected, NULL, &files[0]), NEPH_OK);
-  assert_int_equal(np_volume_file_open(f->context, actual, NULL, &files[1]), NEPH_OK);
+  assert_int_equal(np_volume_file_open(f->context, expected, NULL, NULL, &files[0]), NEPH_OK);
+  assert_int_equal(np_volume_file_open(f->context, actual, NULL, NULL, &files[1]), NEPH_OK);
   const np_vdb_grid_info info = np_volume_file_describe(&files[0], expected_index),
                          other = np_volume_file_describe(&files[1], index);
   assert_string_equal(other.name, info.name);
@@ -80,7 +80,7 @@ static void assert_same_grid(const test_fixture *f, const char *expected, size_t
 static size_t search_grid(const test_fixture *f, const char *path, const char *name) {
   np_volume_file file;
   size_t index = 0;
-  assert_int_equal(np_volume_file_open(f->context, path, NULL, &file), NEPH_OK);
+  assert_int_equal(np_volume_file_open(f->context, path, NULL, NULL, &file), NEPH_OK);
   while (strcmp(np_volume_file_describe(&file, index).name, name) != 0)
     assert_true(++index < np_volume_file_count(&file));
   np_volume_file_close(&file);
@@ -131,7 +131,7 @@ static void quantised_values_are_those_of_the_tool(void **state) {
     convert(options[i], DATA "/blosc.vdb", nvdb);
     convert("", nvdb, back);
     assert_same_grid(f, back, 0, nvdb, 0);
-    assert_int_equal(np_volume_file_open(f->context, nvdb, NULL, &file), NEPH_OK);
+    assert_int_equal(np_volume_file_open(f->context, nvdb, NULL, NULL, &file), NEPH_OK);
     assert_string_equal(np_volume_file_describe(&file, 0).value_type, types[i]);
     np_volume_file_close(&file);
   }

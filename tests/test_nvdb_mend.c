@@ -78,7 +78,7 @@ static void hash(const test_fixture *f, const char *path, size_t index, int comp
   np_sparse_grid grid = {0};
   const np_sparse_grid *all[] = {&grid};
   uint64_t bytes;
-  assert_int_equal(np_volume_file_open(f->context, path, NULL, &file), NEPH_OK);
+  assert_int_equal(np_volume_file_open(f->context, path, NULL, NULL, &file), NEPH_OK);
   assert_int_equal(np_volume_file_read_component(&file, index, component, &grid, &bytes), NEPH_OK);
   assert_int_equal(np_sparse_grid_hash_all(all, 1, false, out_hash), NEPH_OK);
   np_sparse_grid_clear(&grid);

@@ -316,7 +316,8 @@ static void test_keys_that_do_not_go_together(void **state) {
 
 static void test_incomplete_scenes(void **state) {
   static const bad_scene bad[] = {
-      {"clouds:\n  - {name: x}", "2:5: clouds[0] has no source, must have vdb, a file, or bake, parameters\n"},
+      {"clouds:\n  - {name: x}",
+       "2:5: clouds[0] has no source, must have vdb or netcdf, a file, or bake, parameters\n"},
       {"clouds: [{vdb: x, liquid_water: {}}]", "1:33: clouds[0].liquid_water has no r_eff"},
       {"clouds: [{bake: {}}, {bake: {}, name: cloud0}]", "1:39: clouds[1].name is cloud0, the name of clouds[0] too\n"},
       {"clouds: [{bake: {}, name: ground}]\noutput: {aovs: [mattes]}",

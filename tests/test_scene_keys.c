@@ -226,12 +226,15 @@ static const char *get_companion(const np_key *key) {
   const np_key *parent = np_key_get_parent(key);
   if (!parent) return "";
   if (!strcmp(parent->path, "terrain.mesh")) return strcmp(np_key_get_name(key), "file") ? ", file: a.obj" : "";
+  if (!strcmp(parent->path, "clouds[].bake.map.top")) return strcmp(np_key_get_name(key), "file") ? ", file: b.tif" : "";
+  if (!strcmp(parent->path, "clouds[].netcdf")) return strcmp(np_key_get_name(key), "file") ? ", file: a.nc" : "";
   if (!strcmp(parent->path, "clouds[].bake.shape.mesh"))
     return strcmp(np_key_get_name(key), "file") ? ", file: a.obj" : "";
   if (!strcmp(parent->path, "clouds[].bake.shape.height_map"))
     return strcmp(np_key_get_name(key), "image") ? ", image: a.png" : "";
   if (!strcmp(parent->path, "clouds[].bake.map"))
-    return !strcmp(np_key_get_name(key), "image")      ? ", coverage: Y"
+    return !strcmp(np_key_get_name(key), "file")       ? ""
+           : !strcmp(np_key_get_name(key), "image")    ? ", coverage: Y"
            : !strcmp(np_key_get_name(key), "coverage") ? ", image: a.png"
                                                        : ", image: a.png, coverage: Y";
   static const char *const sections[][2] = {
@@ -256,7 +259,9 @@ static void write_document(const np_key *key, const char *value, char *out, size
   snprintf(inner, sizeof inner, "%s: %s%s", np_key_get_name(key), value, get_companion(key));
   for (const np_key *section = np_key_get_parent(key); section; section = np_key_get_parent(section)) {
     const char *name = np_key_get_name(section);
-    bool is_complete = strstr(inner, "bake:") || strcmp(name, "clouds") != 0;
+    const bool needs_map = !strcmp(section->path, "clouds[].bake.map") && section != np_key_get_parent(key);
+    if (needs_map) strcat(inner, ", file: a.tif");
+    bool is_complete = strstr(inner, "bake:") || strstr(inner, "netcdf:") || strcmp(name, "clouds") != 0;
     if (section->type == NP_KEY_LIST)
       snprintf(outer, sizeof outer, "%s: [{%.300s%s}]", name, inner, is_complete ? "" : source);
     else

@@ -26,6 +26,23 @@ static void test_keys_are_set(void **state) {
   assert_int_equal(f->scene->output.aovs, NP_AOV_SUN);
 }
 
+/* A text that states one key of a section stays in it when another key is set. */
+static void test_a_short_form_keeps_its_key(void **state) {
+  fixture *f = *state;
+  set(f, "clouds[1].bake.map", "map.exr");
+  set(f, "clouds[1].bake.map.size", "40 km");
+  assert_string_equal(f->scene->clouds[1].bake.map_file, "dir/map.exr");
+  set(f, "clouds[0].netcdf", "ql.nc");
+  set(f, "clouds[0].netcdf.step", "2");
+  assert_string_equal(f->scene->clouds[0].vdb, "dir/ql.nc");
+  assert_near(f->scene->clouds[0].model.step, 2, 0);
+  set(f, "clouds[0].netcdf.file", "qi.nc");
+  assert_string_equal(f->scene->clouds[0].vdb, "dir/qi.nc");
+  set(f, "clouds[0].vdb", "a.vdb");
+  assert_string_equal(f->scene->clouds[0].vdb, "dir/a.vdb");
+  assert_false(f->scene->clouds[0].is_model);
+}
+
 static void test_a_preset_leaves_what_was_given(void **state) {
   fixture *f = *state;
   neph_cloud_desc preset = NEPH_CLOUD_DESC_DEFAULT;
@@ -188,6 +205,7 @@ static void test_failed_allocations(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test_setup_teardown(test_keys_are_set, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(test_a_short_form_keeps_its_key, set_up, tear_down),
       cmocka_unit_test_setup_teardown(test_a_preset_leaves_what_was_given, set_up, tear_down),
       cmocka_unit_test_setup_teardown(test_what_is_excluded_goes, set_up, tear_down),
       cmocka_unit_test_setup_teardown(test_elements_are_appended, set_up, tear_down),

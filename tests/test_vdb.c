@@ -33,7 +33,7 @@ static neph_result save(neph_context *context, const char *path, const np_sparse
 static void read_first(neph_context *context, const char *path, np_sparse_grid *out_grid) {
   np_volume_file file;
   uint64_t tree_bytes;
-  assert_int_equal(np_volume_file_open(context, path, NULL, &file), NEPH_OK);
+  assert_int_equal(np_volume_file_open(context, path, NULL, NULL, &file), NEPH_OK);
   assert_int_equal(np_volume_file_read(&file, 0, out_grid, &tree_bytes), NEPH_OK);
   np_volume_file_close(&file);
 }

@@ -82,10 +82,11 @@ NEPH_API const char *neph_isa_get_name(neph_isa isa);
 
 /** Parts of the library that a machine or an installation may lack. */
 typedef enum neph_feature {
-  NEPH_FEATURE_VDB,   /**< .vdb files are read and written: nephos_vdb.so is found and can be loaded */
-  NEPH_FEATURE_GDAL,  /**< GeoTIFF and other georeferenced height fields are read: nephos_gdal.so is found and can be
-                           loaded */
-  NEPH_FEATURE_ASSIMP /**< meshes are read: the program nephos_assimp is found */
+  NEPH_FEATURE_VDB,    /**< .vdb files are read and written: nephos_vdb.so is found and can be loaded */
+  NEPH_FEATURE_GDAL,   /**< GeoTIFF and other georeferenced height fields are read: nephos_gdal.so is found and can be
+                            loaded */
+  NEPH_FEATURE_ASSIMP, /**< meshes are read: the program nephos_assimp is found */
+  NEPH_FEATURE_NETCDF  /**< fields of atmospheric models are read: nephos_netcdf.so is found and can be loaded */
 } neph_feature;
 
 /** Whether a feature can be used; false for values outside the enumeration. Loads the feature's module on first use,

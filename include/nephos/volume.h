@@ -36,6 +36,32 @@ typedef struct neph_volume_ramp {
   double low_cut, offset, gain, gamma; /**< default 0, 0, 1, 1: v; low_cut and gain ≥ 0, gamma > 0 */
 } neph_volume_ramp;
 
+/** Handling of a time step that a file has not. */
+typedef enum neph_step_beyond {
+  NEPH_STEP_REFUSE, /**< fail, naming the steps of the file */
+  NEPH_STEP_EMPTY,  /**< no cloud, with a warning */
+  NEPH_STEP_HOLD,   /**< the nearest step */
+  NEPH_STEP_LOOP    /**< steps repeat */
+} neph_step_beyond;
+
+/** The field of an atmospheric model in a NetCDF file. Names of variables are NULL for those of the model's convention
+ * or of the CF conventions, "none" for no such variable. */
+typedef struct neph_volume_model {
+  const char *variable;    /**< liquid water: a mixing ratio or a content; default NULL */
+  const char *ice;         /**< ice: a mixing ratio or a content; default NULL */
+  const char *radius;      /**< effective radius of the droplets; default NULL */
+  const char *number;      /**< number of droplets in a volume or in a mass of air; default NULL */
+  double r_eff_m;          /**< effective radius of the droplets; default 0: the file's, or that of their number, or
+                                10 um */
+  double ice_r_eff_m;      /**< effective radius of the ice; default 0: the file's, or 30 um */
+  double number_per_m3;    /**< number of droplets in a volume, from which their size follows; default 0: the file's */
+  double dispersion;       /**< cube of the droplets' mean volume radius over that of their effective radius, 0 to 1;
+                                default 0.8, over the sea */
+  double spacing_m;        /**< height of a voxel; default 0: that of even levels, else of the thinnest level */
+  double step;             /**< time step, from 1; default 1 */
+  neph_step_beyond beyond; /**< default NEPH_STEP_REFUSE */
+} neph_volume_model;
+
 typedef struct neph_volume_load_desc {
   size_t struct_size;
   const char *grid;          /**< name of a grid of numbers or marks, in letters of either case where none is just so,
@@ -54,6 +80,7 @@ typedef struct neph_volume_load_desc {
   double repeat_m[2];    /**< period along x and along y, in metres of the file: a whole number of its voxels, at least
                               the box of its active voxels; NEPH_REPEAT_FILE: that box; 0 (default): no repetition */
   double repeat_voxel_m; /**< length of the largest voxel edge by which repeat_m is measured; 0 (default): the file's */
+  neph_volume_model model; /**< reading of NetCDF files */
 } neph_volume_load_desc;
 
 #define NEPH_REPEAT_FILE (-1.0)
@@ -63,11 +90,14 @@ typedef struct neph_volume_load_desc {
     .struct_size = sizeof(neph_volume_load_desc), .grid = NULL, .precision = NEPH_PRECISION_HALF,                      \
     .policy = NEPH_IMPORT_REFUSE, .level_set_voxels = 0.0, .ramp = {0.0, 0.0, 1.0, 1.0}, .progress = NULL,             \
     .progress_user = NULL, .is_halved = false, .interpolation = NEPH_INTERPOLATION_LINEAR, .repeat_m = {0.0, 0.0},     \
-    .repeat_voxel_m = 0.0                                                                                              \
+    .repeat_voxel_m = 0.0, .model = {                                                                                  \
+      .dispersion = 0.8,                                                                                               \
+      .step = 1.0                                                                                                      \
+    }                                                                                                                  \
   }
 
-/** Reads one grid of a .vdb or .nvdb file. For a bake with levels of detail it also reads the files beside it that hold
- * the other levels.
+/** Reads one grid of a .vdb, .nvdb or .nc file. For a bake with levels of detail it also reads the files beside it that
+ * hold the other levels.
  *
  * @param desc        NULL for the defaults.
  * @param out_volume  one reference, for the caller; NULL on failure.
@@ -164,8 +194,8 @@ NEPH_API neph_result neph_volume_get_info(const neph_volume *volume, neph_volume
  */
 NEPH_API void neph_volume_sample(const neph_volume *volume, size_t count, const double *positions_m, float *out_values);
 
-/** Describes every grid of a .vdb or .nvdb file: class, type, transform, bounds in metres, value range, active voxels,
- * memory as a tree and as bricks, metadata.
+/** Describes every grid of a .vdb, .nvdb or .nc file: class, type, transform, bounds in metres, value range, active
+ * voxels, memory as a tree and as bricks, metadata.
  *
  * @param out_text  free it with neph_text_destroy; NULL on failure.
  */

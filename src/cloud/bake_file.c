@@ -223,7 +223,7 @@ neph_result np_cloud_file_is_current(neph_context *context, const char *path, co
   np_volume_file file;
   bake_record record = {.context = context};
   *out_is_current = true;
-  neph_result result = np_volume_file_open(context, path, NULL, &file);
+  neph_result result = np_volume_file_open(context, path, NULL, NULL, &file);
   if (result) return result;
   if (np_volume_file_count(&file)) result = np_volume_file_visit_metadata(&file, 0, read_attribute, &record);
   if (!result && record.params) result = compare_record(&record, path, cloud, bake, out_is_current);
@@ -332,7 +332,7 @@ neph_result neph_cloud_verify_file(neph_context *context, const char *path, neph
   *out_is_same = false;
   const unsigned mode = np_float_mode_enter();
   np_monitor_start(&monitor, context, progress, progress_user);
-  neph_result result = np_volume_file_open(context, path, &monitor, &file);
+  neph_result result = np_volume_file_open(context, path, NULL, &monitor, &file);
   if (!result) {
     result = verify(&file, &record, &desc, out_is_same);
     np_volume_file_close(&file);

@@ -89,7 +89,8 @@ static bool is_numbered(const char *path) { return path && np_frame_name_is_patt
 /* This follows from the scene alone, so that a frame has the same bits whatever others are rendered with it. */
 static bool is_sequence_of_still_clouds(const neph_scene *scene) {
   bool is_still = np_scene_has_still_light(scene);
-  for (unsigned i = 0; i < scene->cloud_count; i++) is_still = is_still && !is_numbered(scene->clouds[i].vdb);
+  for (unsigned i = 0; i < scene->cloud_count; i++)
+    is_still = is_still && !is_numbered(scene->clouds[i].vdb) && !np_scene_cloud_has_steps(&scene->clouds[i]);
   return is_still && is_numbered(scene->output.image);
 }
 

@@ -156,6 +156,11 @@ static const np_node *search_next(const np_node *mapping, const np_node *before)
 
 static void add_node(hash_writer *w, const np_node *node, const np_key *key);
 
+/* Files of clouds are added frame by frame. */
+static bool is_cloud_file(const np_key *key) {
+  return !strcmp(key->path, "clouds[].vdb") || !strcmp(key->path, "clouds[].netcdf.file");
+}
+
 /* A file that a cloud is baked to is no input. */
 static bool is_bake_target(const np_node *mapping, const np_key *key) {
   return !strcmp(key->path, "clouds[].vdb") && np_node_search(mapping, "bake");
@@ -182,7 +187,7 @@ static void add_node(hash_writer *w, const np_node *node, const np_key *key) {
   const bool is_file = key && key->type == NP_KEY_FILE && node->text;
   const char *slash = is_file ? strrchr(node->text, '/') : NULL;
   np_hash_add_text(w->hash, slash ? slash + 1 : node->text);
-  if (is_file && strcmp(key->path, "clouds[].vdb") != 0) add_file(w, key, node->text);
+  if (is_file && !is_cloud_file(key)) add_file(w, key, node->text);
 }
 
 static bool has_given_assets(const neph_scene *scene) {

@@ -59,6 +59,7 @@ neph_volume_load_desc np_cloud_file_describe_load(const np_scene_cloud *cloud) {
   desc.repeat_voxel_m = cloud->voxel_m;
   for (int a = 0; a < 2 && cloud->repeat != NP_REPEAT_NONE; a++)
     desc.repeat_m[a] = cloud->repeat == NP_REPEAT_FILE ? NEPH_REPEAT_FILE : cloud->repeat_m[a] / fabs(cloud->scale[a]);
+  desc.model = cloud->model;
   return desc;
 }
 
@@ -90,10 +91,26 @@ np_file_use np_cloud_file_describe_use(const neph_scene *scene, const np_scene_c
   return use;
 }
 
+void np_cloud_file_add_model_to_hash(np_hash *hash, const np_scene_cloud *cloud) {
+  const neph_volume_model *model = &cloud->model;
+  np_hash_add_text(hash, model->variable);
+  np_hash_add_text(hash, model->ice);
+  np_hash_add_text(hash, model->radius);
+  np_hash_add_text(hash, model->number);
+  NP_HASH_ADD(hash, model->r_eff_m);
+  NP_HASH_ADD(hash, model->ice_r_eff_m);
+  NP_HASH_ADD(hash, model->number_per_m3);
+  NP_HASH_ADD(hash, model->dispersion);
+  NP_HASH_ADD(hash, model->spacing_m);
+  NP_HASH_ADD(hash, model->step);
+  NP_HASH_ADD(hash, model->beyond);
+}
+
 void np_cloud_file_add_to_hash(np_hash *hash, const np_scene_cloud *cloud) {
   NP_HASH_ADD(hash, cloud->policy);
   NP_HASH_ADD(hash, cloud->level_set_voxels);
   NP_HASH_ADD(hash, cloud->ramp);
+  np_cloud_file_add_model_to_hash(hash, cloud);
   NP_HASH_ADD(hash, cloud->precision);
   NP_HASH_ADD(hash, cloud->interpolation);
   NP_HASH_ADD(hash, cloud->repeat);

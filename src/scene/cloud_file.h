@@ -29,6 +29,9 @@ np_file_use np_cloud_file_describe_use(const neph_scene *scene, const np_scene_c
 /* Adds the keys that control reading, scaling and orientation of a file to a cache key. */
 void np_cloud_file_add_to_hash(np_hash *hash, const np_scene_cloud *cloud);
 
+/* Adds the keys of clouds[].netcdf, and the time step of the scene's frame. */
+void np_cloud_file_add_model_to_hash(np_hash *hash, const np_scene_cloud *cloud);
+
 /* Adds the keys of np_cloud_file_add_to_hash, and those that place a cloud and scale its density. */
 void np_cloud_file_add_placement_to_hash(np_hash *hash, const np_scene_cloud *cloud);
 

@@ -35,6 +35,7 @@ typedef enum np_given {
   NP_GIVEN_NOT,
   NP_GIVEN, /* set, in no other way listed here */
   NP_GIVEN_NONE,
+  NP_GIVEN_FRAME, /* set to the word frame */
   NP_GIVEN_HGT,
   NP_GIVEN_EXR,
   NP_GIVEN_PNG,

@@ -56,7 +56,8 @@ static neph_result check_stars(const neph_scene *scene, np_scene_problems *probl
 
 /* Refuses keys that have no effect on a volume from an API call. */
 static neph_result check_volume(unsigned index, const np_node *node, np_scene_problems *problems) {
-  static const char *const names[] = {"vdb", "grid", "import", "level_set", "ramp", "precision", "bake", "emission"};
+  static const char *const names[] = {"vdb",  "netcdf",    "grid", "import",  "level_set",
+                                      "ramp", "precision", "bake", "emission"};
   for (size_t i = 0; i < sizeof names / sizeof *names; i++)
     if (np_node_search(node, names[i]))
       return np_scene_fail_at(problems, np_node_search(node, names[i]),
@@ -69,9 +70,14 @@ static neph_result check_source(const neph_scene *scene, unsigned index, const n
                                 np_scene_problems *problems) {
   const np_scene_cloud *cloud = &scene->clouds[index];
   if (cloud->volume) return check_volume(index, node, problems);
-  if (!cloud->vdb && !cloud->is_baked)
-    return np_scene_fail_at(problems, node, "clouds[%u] has no source, must have vdb, a file, or bake, parameters",
+  const np_node *model = np_node_search(node, "netcdf");
+  if (model && cloud->is_baked)
+    return np_scene_fail_at(problems, model, "clouds[%u].netcdf is a file that is read: a cloud with it has no bake",
                             index);
+  if (model && !cloud->vdb) return np_scene_fail_at(problems, model, "clouds[%u].netcdf has no file", index);
+  if (!cloud->vdb && !cloud->is_baked)
+    return np_scene_fail_at(problems, node,
+                            "clouds[%u] has no source, must have vdb or netcdf, a file, or bake, parameters", index);
   const np_node *water = np_node_search(node, "liquid_water");
   if (water && !np_node_search(water, "r_eff"))
     return np_scene_fail_at(problems, water,
@@ -270,14 +276,19 @@ static neph_result check_endless(const neph_scene *scene, unsigned index, const 
   const np_node *repeat = np_node_search(node, "repeat");
   if (cloud->repeat == NP_REPEAT_NONE || !repeat) return NEPH_OK;
   if (cloud->is_baked || !cloud->vdb)
+    return np_scene_fail_at(
+        problems, repeat,
+        "clouds[%u].repeat goes with vdb and netcdf alone: a baked cloud repeats by clouds[%u].bake.repeat", index,
+        index);
+  const bool has_steps = np_scene_cloud_has_steps(cloud);
+  if (cloud->repeat == NP_REPEAT_FILE && (has_steps || np_scene_cloud_is_sequence(cloud)))
     return np_scene_fail_at(problems, repeat,
-                            "clouds[%u].repeat goes with vdb alone: a baked cloud repeats by clouds[%u].bake.repeat",
-                            index, index);
-  if (cloud->repeat == NP_REPEAT_FILE && np_scene_cloud_is_sequence(cloud))
-    return np_scene_fail_at(problems, repeat,
-                            "clouds[%u].repeat is file, but vdb names files of many frames, whose boxes may differ: "
-                            "give the periods as lengths",
-                            index);
+                            "clouds[%u].repeat is file, but %s of many frames, whose boxes may differ: give the "
+                            "periods as lengths",
+                            index,
+                            has_steps         ? "netcdf.step names steps"
+                            : cloud->is_model ? "netcdf names files"
+                                              : "vdb names files");
   const char *key = search_unrepeatable(cloud);
   if (!key) return NEPH_OK;
   return np_scene_fail_at(problems, np_node_search(node, key),

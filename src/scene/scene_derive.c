@@ -51,14 +51,27 @@ static bool has_density_key(const np_node *cloud) {
   return false;
 }
 
-/* Sets the density unit of files to the one stated in them, if no key sets it. */
-static void derive_density_units(neph_scene *scene) {
+/* Sets the density unit of files to the one stated in them, if no key sets it, and the kind of file. */
+static void derive_files(neph_scene *scene) {
   const np_node *list = np_node_search(scene->document, "clouds");
   for (unsigned i = 0; i < scene->cloud_count; i++) {
     np_scene_cloud *cloud = &scene->clouds[i];
-    if (cloud->vdb && !cloud->is_baked && !cloud->volume && !has_density_key(np_node_get(list, i)))
+    const np_node *node = np_node_get(list, i);
+    cloud->is_model = np_node_search(node, "netcdf");
+    if (cloud->vdb && !cloud->is_baked && !cloud->volume && !has_density_key(node))
       cloud->density_unit = NP_DENSITY_OF_FILE;
   }
+}
+
+/* Chooses the time step of a model's file: a set one, or that of the frame, with the policy of missing frames. */
+static void derive_step(const neph_scene *scene, np_scene_cloud *cloud) {
+  static const neph_step_beyond policies[] = {[NP_MISSING_EMPTY] = NEPH_STEP_EMPTY,
+                                              [NP_MISSING_HOLD] = NEPH_STEP_HOLD,
+                                              [NP_MISSING_LOOP] = NEPH_STEP_LOOP,
+                                              [NP_MISSING_ERROR] = NEPH_STEP_REFUSE};
+  const bool is_of_frame = np_scene_cloud_has_steps(cloud);
+  cloud->model.step = is_of_frame ? np_scene_cloud_get_number(cloud, scene->frame) : cloud->model_step;
+  cloud->model.beyond = is_of_frame ? policies[cloud->missing] : NEPH_STEP_REFUSE;
 }
 
 /* Derives tiles of repeating clouds. An evaluated cloud shares the tiles of its base if its extent is the same. */
@@ -99,7 +112,8 @@ neph_result np_scene_derive(neph_scene *scene) {
   if (!result) derive_terrain(scene);
   if (!result) derive_frame_times(scene);
   if (!result) result = name_maps(scene);
-  if (!result) derive_density_units(scene);
+  if (!result) derive_files(scene);
+  for (unsigned i = 0; i < scene->cloud_count; i++) derive_step(scene, &scene->clouds[i]);
   if (!result) result = derive_repeats(scene);
   if (!result) np_scene_derive_reach(scene);
   return result;

@@ -80,7 +80,7 @@ static bool is_section_in_force(const np_key *section, const void *base) {
 
 static bool is_in_force(const np_key *key, const void *base) {
   if (!is_section_in_force(np_key_get_parent(key), base)) return false;
-  if (np_key_is_text(key)) return load_text(key, base);
+  if (np_key_is_text(key)) return load_text(key, base) && is_tag_set(key, base);
   if (key->type == NP_KEY_TIME) return load_moment(key, base).is_given;
   if (key->type == NP_KEY_SECTION) return is_word_for_section(key, base);
   if (key->type == NP_KEY_LIST || key->type == NP_KEY_TRACKS) return false;

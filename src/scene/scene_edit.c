@@ -41,6 +41,19 @@ static np_node *open_child(neph_context *context, np_node *mapping, const char *
   return made;
 }
 
+/* Makes a section of a text that states one of its keys: of "netcdf: ql.nc", the file. */
+static neph_result spell_out(neph_context *context, np_node *mapping, const np_key *section) {
+  np_node *text = section && section->shorthand ? np_node_search(mapping, np_key_get_name(section)) : NULL;
+  if (!text || text->kind != NP_NODE_SCALAR) return NEPH_OK;
+  const bool is_quoted = text->is_quoted;
+  np_node *stated = np_node_create(context, NP_NODE_SCALAR, text->text, section->shorthand);
+  np_node *made = stated ? open_child(context, mapping, text->key, NP_NODE_MAPPING) : NULL;
+  if (!made) return np_node_destroy(context, stated), NEPH_ERROR_OUT_OF_MEMORY;
+  stated->is_quoted = is_quoted;
+  np_node_append(made, stated);
+  return NEPH_OK;
+}
+
 static neph_result put_value(neph_context *context, np_node *mapping, const char *name, np_node *value) {
   np_node *place = open_child(context, mapping, name, value->kind);
   if (!place) return NEPH_ERROR_OUT_OF_MEMORY;
@@ -72,13 +85,15 @@ static neph_result open_element(const path_editor *editor, np_node *sequence, co
   return NEPH_OK;
 }
 
-/* Descends one step from `*mapping`. The last step inserts `*value`, and sets it to NULL. */
-static neph_result descend(const path_editor *editor, const np_path_step *step, np_node **mapping, np_node **value) {
+/* Descends one step, to `key` if it is one, from `*mapping`. The last step inserts `*value`, and sets it to NULL. */
+static neph_result descend(const path_editor *editor, const np_path_step *step, const np_key *key, np_node **mapping,
+                           np_node **value) {
   if (!step->has_index && *value) {
     neph_result result = put_value(editor->context, *mapping, step->name, *value);
     if (!result) *value = NULL;
     return result;
   }
+  if (spell_out(editor->context, *mapping, key)) return NEPH_ERROR_OUT_OF_MEMORY;
   np_node_kind kind = step->has_index ? NP_NODE_SEQUENCE : NP_NODE_MAPPING;
   np_node *child = open_child(editor->context, *mapping, step->name, kind);
   if (!child) return NEPH_ERROR_OUT_OF_MEMORY;
@@ -171,7 +186,7 @@ neph_result np_scene_edit(neph_context *context, np_node *document, const char *
     const np_key *step_key = np_key_search(section, steps[i].name);
     if (step_key) remove_excluded(context, mapping, section, step_key);
     np_node *none = NULL;
-    result = descend(&editor, &steps[i], &mapping, i + 1 == count ? &value : &none);
+    result = descend(&editor, &steps[i], step_key, &mapping, i + 1 == count ? &value : &none);
     section = step_key;
   }
   np_node_destroy(context, value);

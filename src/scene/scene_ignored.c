@@ -38,6 +38,7 @@
   "clouds[].bake.map.quantity", "clouds[].bake.map.band", "clouds[].bake.map.threshold", "clouds[].bake.map.top"
 #define IN_SHEETS                                                                                                      \
   {"clouds[].bake.model", BUT(NEPH_CLOUD_MODEL_CELLS) & BUT(NEPH_CLOUD_MODEL_THERMALS) & BUT(NEPH_CLOUD_MODEL_HERO)}
+#define WITHOUT_MODEL {"clouds[].netcdf", ONLY(NP_GIVEN_NOT)}
 #define WITHOUT_SHAPE {"clouds[].bake.shape", ONLY(NP_GIVEN_NOT)}
 #define IN_HEAPS                                                                                                       \
   {"clouds[].bake.model", ONLY(NEPH_CLOUD_MODEL_THERMALS) | ONLY(NEPH_CLOUD_MODEL_HERO)}
@@ -91,7 +92,7 @@ static const np_ignore_rule rules[] = {
 
     {.keys = {"clouds[].grid", "clouds[].velocity", "clouds[].velocity_scale", "clouds[].color",
               "clouds[].import", "clouds[].level_set", RAMP_KEYS},
-     .counts = {"clouds[].vdb", BUT(NP_GIVEN_NOT)}, .reason = "which names their file"},
+     .counts = {"clouds[].vdb", BUT(NP_GIVEN_NOT)}, .reason = "which names their file", .applies = WITHOUT_MODEL},
     {.keys = {"clouds[].missing"}, .counts = {"clouds[].bake", ONLY(NP_GIVEN_NOT)},
      .reason = "from whose time frames go"},
     {.keys = {NUMBER_KEYS}, .counts = {"clouds[].bake.map.image", ONLY(NP_GIVEN_NUMBERED)},
@@ -108,8 +109,12 @@ static const np_ignore_rule rules[] = {
     {.keys = {"clouds[].bake.coverage"}, .counts = IN_SHEETS,
      .reason = "whose clouds stand where the measured map has them",
      .applies = {"clouds[].bake.map.file", BUT(NP_GIVEN_NOT)}},
-    {.keys = {"clouds[].missing", NUMBER_KEYS}, .counts = {"clouds[].vdb", ONLY(NP_GIVEN_NUMBERED)},
+    {.keys = {"clouds[].missing", NUMBER_KEYS},
+     .counts = {"clouds[].vdb", ONLY(NP_GIVEN_NUMBERED) | ONLY(NP_GIVEN_NOT)},
      .reason = "the same file in every frame", .applies = {"clouds[].bake", ONLY(NP_GIVEN_NOT)}},
+    {.keys = {"clouds[].missing", NUMBER_KEYS}, .counts = {"clouds[].netcdf.file", ONLY(NP_GIVEN_NUMBERED)},
+     .reason = "the same file in every frame", .applies = {"clouds[].netcdf", BUT(NP_GIVEN_NOT)},
+     .lapses = {"clouds[].netcdf.step", ONLY(NP_GIVEN_FRAME)}},
     {.keys = {"clouds[].pivot"}, .counts = {"clouds[].position", ONLY(NP_GIVEN)}, .reason = "at which it would stand",
      .applies = {"clouds[].places", ONLY(NP_GIVEN_NOT)}},
     {.keys = {"clouds[].emission.kelvin"}, .counts = {"clouds[].emission.temperature", BUT(NP_GIVEN_NONE)},
@@ -239,6 +244,7 @@ static np_given get_given(const np_key *key, const np_node *node) {
   if (!node) return NP_GIVEN_NOT;
   if (node->kind != NP_NODE_SCALAR) return NP_GIVEN;
   if (!strcmp(node->text, "none")) return NP_GIVEN_NONE;
+  if (!strcmp(node->text, "frame")) return NP_GIVEN_FRAME;
   static const struct {
     const char *ending;
     np_given given;

@@ -32,9 +32,10 @@ static neph_result check_file(const neph_scene *scene, const np_node *node, cons
 
 neph_result np_scene_check_cloud_file(const neph_scene *scene, unsigned index, const char *path) {
   char key[PATH_SIZE];
-  np_print(key, sizeof key, "clouds[%u].vdb", index);
   const np_node *cloud = np_node_get(np_node_search(scene->document, "clouds"), index);
-  return check_file(scene, np_node_search(cloud, "vdb"), key, path);
+  const np_node *model = np_node_search(cloud, "netcdf"), *file = model ? np_node_search(model, "file") : NULL;
+  np_print(key, sizeof key, "clouds[%u].%s", index, file ? "netcdf.file" : model ? "netcdf" : "vdb");
+  return check_file(scene, file ? file : model ? model : np_node_search(cloud, "vdb"), key, path);
 }
 
 /* Name of a node for messages; nodes set by calls have no line. */
@@ -186,10 +187,14 @@ static neph_result add_visited(const lookup *l, const np_node *node, const char 
   return add_file(l, file);
 }
 
+static bool has_model(const neph_scene *scene, unsigned index) {
+  return np_node_search(np_node_get(np_node_search(scene->document, "clouds"), index), "netcdf");
+}
+
 static neph_result add_cloud(const neph_scene *scene, unsigned index, neph_files *files) {
   const np_scene_cloud *cloud = &scene->clouds[index];
   lookup l = {.scene = scene, .files = files};
-  np_print(l.path, sizeof l.path, "clouds[%u].vdb", index);
+  np_print(l.path, sizeof l.path, "clouds[%u].%s", index, has_model(scene, index) ? "netcdf" : "vdb");
   if (!cloud->vdb || cloud->volume || cloud->is_baked) return NEPH_OK;
   return add_visited(&l, NULL, cloud->vdb);
 }

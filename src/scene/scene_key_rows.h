@@ -30,7 +30,8 @@ enum {
   GROUP_ALBEDO,
   GROUP_PLACE,
   GROUP_SHAPE,
-  GROUP_MAP
+  GROUP_MAP,
+  GROUP_FILE
 };
 
 extern const np_choice np_booleans[]; /* false, true */

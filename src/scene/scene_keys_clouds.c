@@ -40,8 +40,47 @@ static const np_key keys[] = {
      .meaning = "clouds: from a file, baked in memory, or baked to a file"},
     {.path = "clouds[].name", .type = NP_KEY_TEXT, .field = CLOUD(name),
      .meaning = "name in messages and in names of baked files; default: cloud0, cloud1, …"},
-    {.path = "clouds[].vdb", .type = NP_KEY_FILE, .field = CLOUD(vdb),
+    {.path = "clouds[].vdb", .type = NP_KEY_FILE, .field = CLOUD(vdb), .tag = CLOUD(is_model),
+     .tag_value = false, .group = GROUP_FILE, .alternative = 1,
      .meaning = "OpenVDB or NanoVDB file; #, %04d or $F stand for the frame number"},
+    {.path = "clouds[].netcdf", .type = NP_KEY_SECTION, .shorthand = "file", .tag = CLOUD(is_model),
+     .tag_value = true, .group = GROUP_FILE, .alternative = 2,
+     .meaning = "field of an atmospheric model, or the name of its file alone"},
+    {.path = "clouds[].netcdf.file", .type = NP_KEY_FILE, .field = CLOUD(vdb),
+     .meaning = "NetCDF file of a model's liquid water and ice; #, %04d or $F stand for the frame number"},
+    {.path = "clouds[].netcdf.variable", .type = NP_KEY_TEXT, .field = CLOUD(model.variable),
+     .meaning = "name of the variable of liquid water, a mixing ratio or a content; default: by the model's names or "
+                "by standard_name; none: no liquid water"},
+    {.path = "clouds[].netcdf.ice", .type = NP_KEY_TEXT, .field = CLOUD(model.ice),
+     .meaning = "name of the variable of ice; default: as for liquid water; none: no ice"},
+    {.path = "clouds[].netcdf.radius", .type = NP_KEY_TEXT, .field = CLOUD(model.radius),
+     .meaning = "name of the variable of the droplets' effective radius; default: by the model's names or by "
+                "standard_name; none: not from the file"},
+    {.path = "clouds[].netcdf.number", .type = NP_KEY_TEXT, .field = CLOUD(model.number),
+     .meaning = "name of the variable of the number of droplets, in a volume or a mass of air; default: as for radius; "
+                "none: not from the file"},
+    {.path = "clouds[].netcdf.r_eff", .type = NP_KEY_REAL, .unit = NP_UNIT_MICROMETRE, .field = CLOUD(model.r_eff_m),
+     .range = WITHIN(1, 100), .meaning = "effective radius of all droplets; default: the file's, or that of their "
+                                         "number, or 10 um"},
+    {.path = "clouds[].netcdf.ice_r_eff", .type = NP_KEY_REAL, .unit = NP_UNIT_MICROMETRE,
+     .field = CLOUD(model.ice_r_eff_m), .range = WITHIN(1, 1000),
+     .meaning = "effective radius of all ice, half the effective diameter 3/2 content / (density of ice * projected "
+                "area); default: the file's, or 30 um"},
+    {.path = "clouds[].netcdf.droplet_number", .type = NP_KEY_REAL, .unit = NP_UNIT_PER_CUBIC_CENTIMETRE,
+     .field = CLOUD(model.number_per_m3), .range = WITHIN(1e-3, 1e5),
+     .meaning = "number of droplets, from which their size follows; default: the file's, if it has any"},
+    {.path = "clouds[].netcdf.dispersion", .type = NP_KEY_REAL, .field = CLOUD(model.dispersion),
+     .range = WITHIN(0.1, 1), .fallback = "0.8",
+     .meaning = "cube of the mean volume radius of droplets over that of their effective radius: 0.8 over sea, 0.67 "
+                "over land"},
+    {.path = "clouds[].netcdf.spacing", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = CLOUD(model.spacing_m),
+     .range = WITHIN(1e-3, 1e5),
+     .meaning = "height of a voxel; default: the spacing of even levels, else the thickness of the thinnest, and at "
+                "most 1024 voxels in a column"},
+    {.path = "clouds[].netcdf.step", .type = NP_KEY_REAL, .field = CLOUD(model_step), .range = WITHIN(1, 1e9),
+     .word = "frame", .word_value = INFINITY, .fallback = "1",
+     .meaning = "time step in the file, from 1; frame: that of the frame's number, with frame_offset, frame_speed and "
+                "missing"},
     {.path = "clouds[].missing", .type = NP_KEY_CHOICE, .choices = missing, .field = CLOUD(missing),
      .fallback = "empty",
      .meaning = "frames without a file: empty, with a warning; hold, the last file before it; loop, the existing "

@@ -191,7 +191,7 @@ typedef struct np_scene_map {
 typedef struct np_scene_cloud {
   char *name;
   neph_volume *volume;      /* set by an API call, owned by the document; NULL: read from a file or baked */
-  char *vdb;                /* resolved file pattern; NULL if only baked */
+  char *vdb;                /* resolved file pattern, of .vdb, .nvdb or NetCDF; NULL if only baked */
   bool has_reference_frame; /* set; else the first requested frame that is not empty */
   double reference_frame;   /* infinite: all files of the sequence */
   np_missing missing;
@@ -203,6 +203,9 @@ typedef struct np_scene_cloud {
   neph_import_policy policy;
   double level_set_voxels;
   neph_volume_ramp ramp;
+  neph_volume_model model; /* reading of NetCDF; its step is that of the scene's frame */
+  bool is_model;           /* the file is named by clouds[].netcdf */
+  double model_step;       /* time step of the key; infinite: the number of the frame */
   neph_precision precision;
   neph_interpolation interpolation;
   np_repeat repeat;
@@ -398,6 +401,9 @@ neph_result np_scene_check(const neph_scene *scene);
 
 /* Whether a cloud reads a separate file for each frame, and is not baked to it. */
 bool np_scene_cloud_is_sequence(const np_scene_cloud *cloud);
+
+/* Whether a cloud reads the time step of each frame from a model's file. */
+bool np_scene_cloud_has_steps(const np_scene_cloud *cloud);
 
 /* Whether a grid name is "none". */
 static inline bool np_scene_is_none(const char *name) { return name && !strcmp(name, "none"); }

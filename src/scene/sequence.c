@@ -11,6 +11,8 @@ bool np_scene_cloud_is_sequence(const np_scene_cloud *cloud) {
   return cloud->vdb && !cloud->is_baked && np_frame_name_is_pattern(cloud->vdb);
 }
 
+bool np_scene_cloud_has_steps(const np_scene_cloud *cloud) { return cloud->is_model && isinf(cloud->model_step); }
+
 double np_scene_cloud_get_number(const np_scene_cloud *cloud, double frame) {
   return 1.0 + cloud->frame_speed * (frame - 1.0) + cloud->frame_offset;
 }
@@ -18,7 +20,9 @@ double np_scene_cloud_get_number(const np_scene_cloud *cloud, double frame) {
 static bool has_moving_clouds(const neph_scene *scene) {
   for (unsigned i = 0; i < scene->cloud_count; i++) {
     const np_scene_cloud *cloud = &scene->clouds[i];
-    if (np_scene_cloud_is_sequence(cloud) || (cloud->is_baked && cloud->frame_time_s != 0.0)) return true;
+    if (np_scene_cloud_is_sequence(cloud) || np_scene_cloud_has_steps(cloud) ||
+        (cloud->is_baked && cloud->frame_time_s != 0.0))
+      return true;
     if (cloud->is_baked && cloud->map_image && np_frame_name_is_pattern(cloud->map_image)) return true;
     if (cloud->is_baked && cloud->map.file && np_frame_name_is_pattern(cloud->map.file)) return true;
   }

@@ -37,6 +37,7 @@ static void add_file(np_hash *hash, const np_plan *plan, const np_scene_cloud *c
   NP_HASH_ADD(hash, cloud->policy);
   NP_HASH_ADD(hash, cloud->level_set_voxels);
   NP_HASH_ADD(hash, cloud->ramp);
+  np_cloud_file_add_model_to_hash(hash, cloud);
   np_hash_add_text(hash, cloud->color);
   if (cloud->repeat != NP_REPEAT_NONE) { /* its periods count voxels by their size in the scene */
     const neph_volume_load_desc load = np_cloud_file_describe_load(cloud);

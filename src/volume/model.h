@@ -8,30 +8,14 @@
 #ifndef NP_VOLUME_MODEL_H
 #define NP_VOLUME_MODEL_H
 
+#include <nephos/volume.h>
+
 #include "core/parallel.h"
 #include "volume/model_convention.h"
 #include "volume/model_unit.h"
 #include "volume/netcdf_table.h"
 
 enum { NP_MODEL_FILLS_MAX = 3, NP_MODEL_PARTS_MAX = 2, NP_MODEL_UNIT_BYTES = 64, NP_MODEL_STEP_NAME_BYTES = 24 };
-
-/* Handling of a time step that a file has not. */
-typedef enum np_step_beyond { NP_STEP_REFUSE, NP_STEP_EMPTY, NP_STEP_HOLD, NP_STEP_LOOP } np_step_beyond;
-
-/* Choices in the reading of a field. Names of variables are NULL for those of the model's convention or of the CF
- * conventions, "none" for no such variable. */
-typedef struct np_model_settings {
-  const char *variable, *ice; /* liquid water and ice */
-  const char *radius;         /* effective radius of the droplets */
-  const char *number;         /* number of droplets in a volume or in a mass of air */
-  double r_eff_m;             /* effective radius of the droplets; 0: the file's, or that of their number, or 10 um */
-  double ice_r_eff_m;         /* effective radius of the ice; 0: the file's, or 30 um */
-  double number_per_m3;       /* number of droplets in a volume; 0: the file's */
-  double dispersion;          /* cube of the droplets' mean volume radius over that of their effective radius */
-  double spacing_m;           /* height of a voxel; 0: that of even levels, else of the thinnest level */
-  double step;                /* time step, from 1 */
-  np_step_beyond beyond;
-} np_model_settings;
 
 /* A variable, whose value in SI is factor·stored + offset. */
 typedef struct np_model_variable {
@@ -64,7 +48,8 @@ typedef struct np_model {
   const np_netcdf_module *module;
   np_netcdf_file *file; /* owned */
   uint64_t file_bytes;
-  np_model_settings settings;
+  neph_volume_model settings;
+  neph_import_policy policy;
   bool is_quiet; /* the header alone is read: its reading logs failures, and nothing else */
   const np_model_convention *convention;
   np_model_field fields[NP_MODEL_ROLES];

@@ -278,11 +278,13 @@ static neph_result place_lines(np_model *model, const int positions[NP_MODEL_AXE
 static neph_result choose_step(np_model *model) {
   const double count = (double)model->sizes[NP_MODEL_T], asked = nearbyint(model->settings.step);
   double step = asked;
-  if (model->settings.beyond == NP_STEP_LOOP) step -= floor((asked - 1.0) / count) * count;
-  if (model->settings.beyond == NP_STEP_HOLD) step = fmin(fmax(asked, 1.0), count);
-  model->is_empty = (step < 1.0 || step > count) && model->settings.beyond == NP_STEP_EMPTY;
+  if (model->settings.beyond == NEPH_STEP_LOOP) step -= floor((asked - 1.0) / count) * count;
+  if (model->settings.beyond == NEPH_STEP_HOLD) step = fmin(fmax(asked, 1.0), count);
+  model->is_empty = (step < 1.0 || step > count) && model->settings.beyond == NEPH_STEP_EMPTY;
   if (model->is_empty)
-    return np_model_note(model, NEPH_LOG_WARNING, "%s: step %g is empty: the file has %g", model->path, asked, count),
+    return np_model_note(model, NEPH_LOG_WARNING,
+                         "%s: step %g is empty: the file has %g (clouds[].missing: hold or loop shows another)",
+                         model->path, asked, count),
            NEPH_OK;
   if (!(step >= 1.0 && step <= count))
     return np_fail(model->context, NEPH_ERROR_INVALID_ARGUMENT, "%s: step %g is not there, must be within 1 to %g",

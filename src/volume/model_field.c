@@ -116,7 +116,7 @@ static int search_standard_name(const np_model *model, np_model_role role) {
 
 /* Name that the settings have for a role; NULL: none. */
 static const char *get_setting(const np_model *model, np_model_role role) {
-  const np_model_settings *settings = &model->settings;
+  const neph_volume_model *settings = &model->settings;
   if (role == NP_MODEL_LIQUID) return settings->variable;
   if (role == NP_MODEL_ICE) return settings->ice;
   if (role == NP_MODEL_LIQUID_RADIUS) return settings->radius;
@@ -128,8 +128,8 @@ static neph_result take_setting(np_model *model, np_model_role role, const char 
   if (index >= 0) return add_part(model, role, index, true, &model->fields[role]);
   char short_name[80];
   np_print_short(short_name, sizeof short_name, name);
-  return np_fail(model->context, NEPH_ERROR_BAD_FILE, "%s: has no variable '%s', which is asked for as %s", model->path,
-                 short_name, np_model_role_rows[role].meaning);
+  return np_fail(model->context, NEPH_ERROR_BAD_FILE, "%s: has no variable '%s', which clouds[].netcdf names for %s",
+                 model->path, short_name, np_model_role_rows[role].meaning);
 }
 
 static neph_result choose_role(np_model *model, np_model_role role) {
@@ -191,7 +191,7 @@ static neph_result refuse_dry_file(const np_model *model) {
   const neph_result result =
       np_fail(model->context, NEPH_ERROR_BAD_FILE,
               "%s: has no variable of liquid water or ice by the names of a known model or by a standard_name: "
-              "its variables are %s%s",
+              "clouds[].netcdf.variable names one of its variables (%s%s)",
               model->path, np_text_get(&names), count > shown ? ", …" : "");
   return np_text_end(&names, result);
 }

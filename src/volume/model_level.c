@@ -236,8 +236,9 @@ static void place_lattice(np_model *model, const height_range *range) {
 static neph_result check_lattice(const np_model *model) {
   if (model->level_count <= 1u << 16) return NEPH_OK;
   return np_fail(model->context, NEPH_ERROR_INVALID_ARGUMENT,
-                 "%s: levels span %.4g m, which voxels of %.4g m divide into %zu, must be at most 65536", model->path,
-                 (double)model->level_count * model->step_m, model->step_m, model->level_count);
+                 "%s: levels span %.4g m, which voxels of %.4g m divide into %zu, must be at most 65536: raise "
+                 "clouds[].netcdf.spacing",
+                 model->path, (double)model->level_count * model->step_m, model->step_m, model->level_count);
 }
 
 neph_result np_model_place_levels(np_model *model, np_monitor *monitor) {

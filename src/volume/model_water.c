@@ -160,7 +160,7 @@ static neph_result refuse_value(const level_values *v, np_model_role water, np_m
   np_print(text, sizeof text, "%g", value);
   return np_fail(model->context, NEPH_ERROR_BAD_FILE,
                  "%s: variable '%s' is %s at level %zu, row %zu, column %zu, must be finite and below 1000 kg/kg or "
-                 "kg/m3",
+                 "kg/m3 (clouds[].import: repair takes it as 0)",
                  model->path, model->fields[water].parts[0].info.name, value < 0.0 ? "NaN or infinite" : text, at.level,
                  at.row, at.column);
 }
@@ -171,9 +171,10 @@ static neph_result tally_water(const level_values *v, np_model_role water, np_mo
   double *values = v->fields[water];
   for (size_t i = 0; i < v->count && values; i++) {
     const bool is_invalid = isinf(values[i]) || values[i] > largest;
-    if (is_invalid) return refuse_value(v, water, rows, i);
+    if (is_invalid && v->model->policy != NEPH_IMPORT_REPAIR) return refuse_value(v, water, rows, i);
     tally->count++;
     tally->fill_count += isnan(values[i]);
+    if (is_invalid) values[i] = 0.0;
     if (values[i] > 0.0) tally->sum += values[i];
     if (values[i] < 0.0) tally->negative_count++, tally->negative_sum -= values[i];
     if (!(values[i] > 0.0)) values[i] = 0.0;

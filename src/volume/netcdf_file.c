@@ -39,10 +39,12 @@ static void close_file(void *pointer) {
 }
 
 static neph_result open_model(const np_volume_file *file, np_model *model) {
-  static const np_model_settings defaults = {.dispersion = 0.8, .step = 1.0};
+  static const neph_volume_load_desc defaults = NEPH_VOLUME_LOAD_DESC_DEFAULT;
+  const neph_volume_load_desc *desc = file->desc ? file->desc : &defaults;
   np_netcdf_error error;
   model->path = file->path;
-  model->settings = defaults;
+  model->settings = desc->model;
+  model->policy = desc->policy;
   model->file_bytes = (uint64_t)file->bytes->size;
   neph_result result = check_classic(file);
   if (!result) result = np_netcdf_module_get(file->context, &model->module);

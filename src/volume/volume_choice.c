@@ -233,7 +233,7 @@ static neph_result name_density(const np_volume_file *file, const np_grid_query 
 static neph_result name_density_at(neph_context *context, const np_grid_query *query, double number, char **name) {
   np_volume_file file;
   char *path = np_frame_name_make(context, query->sequence, number);
-  neph_result result = path ? np_volume_file_open(context, path, NULL, &file) : NEPH_ERROR_OUT_OF_MEMORY;
+  neph_result result = path ? np_volume_file_open(context, path, NULL, NULL, &file) : NEPH_ERROR_OUT_OF_MEMORY;
   if (!result) {
     result = name_density(&file, query, name);
     np_volume_file_close(&file);

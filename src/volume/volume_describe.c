@@ -273,7 +273,7 @@ static neph_result describe_grids(const describe_job *job, const np_volume_file 
 static neph_result run_describe(void *user) {
   const describe_job *job = user;
   np_volume_file file;
-  neph_result result = np_volume_file_open(job->context, job->path, job->monitor, &file);
+  neph_result result = np_volume_file_open(job->context, job->path, NULL, job->monitor, &file);
   if (result) return result;
   size_t count = np_volume_file_count(&file);
   if (job->out) fprintf(job->out, "%s: %zu %s\n", job->path, count, count == 1 ? "grid" : "grids");

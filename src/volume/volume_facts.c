@@ -381,7 +381,7 @@ neph_result np_file_facts_measure(neph_context *context, const char *path, const
                                   np_file_facts *out_facts) {
   np_volume_file file;
   *out_facts = (np_file_facts){.context = context};
-  neph_result result = np_volume_file_open(context, path, monitor, &file);
+  neph_result result = np_volume_file_open(context, path, use ? &use->load : NULL, monitor, &file);
   if (result) return result;
   measure_job job = {&file, use, monitor, out_facts, use ? use->load.level_set_voxels : 0.0};
   result = np_parallel_run(context, monitor, run_measure, &job);

@@ -36,9 +36,9 @@ static neph_result open_format(np_volume_file *file, np_monitor *monitor) {
                  np_file_has_ending(file->path, np_netcdf_format.ending) ? "NetCDF" : "VDB");
 }
 
-neph_result np_volume_file_open(neph_context *context, const char *path, np_monitor *monitor,
-                                np_volume_file *out_file) {
-  *out_file = (np_volume_file){.context = context, .path = path};
+neph_result np_volume_file_open(neph_context *context, const char *path, const neph_volume_load_desc *desc,
+                                np_monitor *monitor, np_volume_file *out_file) {
+  *out_file = (np_volume_file){.context = context, .path = path, .desc = desc};
   out_file->bytes = np_alloc(context, 1, sizeof *out_file->bytes);
   if (!out_file->bytes) return NEPH_ERROR_OUT_OF_MEMORY;
   neph_result result = np_vdb_bytes_open(context, path, out_file->bytes);
@@ -48,8 +48,9 @@ neph_result np_volume_file_open(neph_context *context, const char *path, np_moni
 }
 
 neph_result np_volume_file_open_memory(neph_context *context, const char *name, const void *memory, size_t size,
-                                       np_monitor *monitor, np_volume_file *out_file) {
-  *out_file = (np_volume_file){.context = context, .path = name};
+                                       const neph_volume_load_desc *desc, np_monitor *monitor,
+                                       np_volume_file *out_file) {
+  *out_file = (np_volume_file){.context = context, .path = name, .desc = desc};
   out_file->bytes = np_alloc(context, 1, sizeof *out_file->bytes);
   if (!out_file->bytes) return NEPH_ERROR_OUT_OF_MEMORY;
   np_vdb_bytes_open_memory(context, name, memory, size, out_file->bytes);

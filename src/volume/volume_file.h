@@ -13,18 +13,22 @@ typedef struct np_volume_format np_volume_format; /* volume_format.h */
 
 typedef struct np_volume_file {
   neph_context *context;
-  const char *path;    /* borrowed */
-  np_vdb_bytes *bytes; /* owned; what the reader reads */
+  const char *path;                  /* borrowed */
+  np_vdb_bytes *bytes;               /* owned; what the reader reads */
+  const neph_volume_load_desc *desc; /* borrowed; NULL: the defaults */
   const np_volume_format *format;
   void *reader; /* the open file, of a type of the format */
 } np_volume_file;
 
-/* Opens a file and reads the headers of its grids. `monitor` may be NULL; else it must outlive the open file. */
-neph_result np_volume_file_open(neph_context *context, const char *path, np_monitor *monitor, np_volume_file *out_file);
+/* Opens a file and reads the headers of its grids. `desc`, which may be NULL, says how a model's field is read;
+ * `monitor` may be NULL. Else both must outlive the open file. */
+neph_result np_volume_file_open(neph_context *context, const char *path, const neph_volume_load_desc *desc,
+                                np_monitor *monitor, np_volume_file *out_file);
 
 /* Opens the bytes of a file, called `name` in messages, which must stay until it is closed. */
 neph_result np_volume_file_open_memory(neph_context *context, const char *name, const void *memory, size_t size,
-                                       np_monitor *monitor, np_volume_file *out_file);
+                                       const neph_volume_load_desc *desc, np_monitor *monitor,
+                                       np_volume_file *out_file);
 void np_volume_file_close(np_volume_file *file); /* a zeroed file is allowed */
 
 size_t np_volume_file_count(const np_volume_file *file);

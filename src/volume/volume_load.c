@@ -170,8 +170,8 @@ static neph_result run_load(void *user) {
   load_job *job = user;
   np_volume_file file;
   neph_result result = job->memory ? np_volume_file_open_memory(job->context, job->path, job->memory, job->byte_count,
-                                                                job->monitor, &file)
-                                   : np_volume_file_open(job->context, job->path, job->monitor, &file);
+                                                                job->query.desc, job->monitor, &file)
+                                   : np_volume_file_open(job->context, job->path, job->query.desc, job->monitor, &file);
   if (result) return result;
   result = read_chosen(job, &file);
   np_volume_file_close(&file);
@@ -482,7 +482,7 @@ static neph_result read_file_header(neph_context *context, const char *path, con
                                     np_grid_header *out_header) {
   np_volume_file file;
   *out_header = (np_grid_header){.state = NP_GRID_MISSING};
-  neph_result result = np_volume_file_open(context, path, NULL, &file);
+  neph_result result = np_volume_file_open(context, path, query->desc, NULL, &file);
   if (result) return result;
   result = read_header(&file, query, out_header);
   np_volume_file_close(&file);
@@ -534,7 +534,7 @@ void np_volume_warn_of_absence(neph_context *context, const char *cloud, const c
   const load_query load = {.desc = desc, .is_required = true, .sequence = sequence};
   const np_grid_query query = describe_query(&load);
   np_volume_file file;
-  if (np_volume_file_open(context, path, NULL, &file)) return;
+  if (np_volume_file_open(context, path, desc, NULL, &file)) return;
   char *absence = np_volume_describe_absence(&file, &query);
   if (absence) np_log(context, NEPH_LOG_WARNING, "cloud %s: %s: %s", cloud, path, absence);
   np_alloc_free(context, absence);

@@ -98,7 +98,7 @@ neph_result np_volume_mend_file(neph_context *context, const char *path, const c
   if (np_file_is_same(path, out_path))
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
                    "%s: is the file that would be mended, must be another: a mended copy is made beside it", out_path);
-  neph_result result = np_volume_file_open(context, path, monitor, &file);
+  neph_result result = np_volume_file_open(context, path, NULL, monitor, &file);
   if (result) return result;
   mend_job job = {.file = &file, .out_path = out_path, .count = np_volume_file_count(&file)};
   job.mendings = np_alloc(context, job.count + 1, sizeof *job.mendings);

@@ -119,7 +119,7 @@ neph_result np_volume_search_vector(neph_context *context, const char *path, np_
   np_volume_file file;
   vector_choice choice = {.name = NULL};
   *out_is_found = false;
-  neph_result result = np_volume_file_open(context, path, NULL, &file);
+  neph_result result = np_volume_file_open(context, path, NULL, NULL, &file);
   if (result) return result;
   result = choose(&file, &rows[role], name, &choice);
   *out_is_found = choice.name != NULL;
@@ -162,7 +162,7 @@ static neph_result read_level(vector_load *job, const np_volume_file *file) {
 static neph_result run(void *user) {
   vector_load *job = user;
   np_volume_file file;
-  neph_result result = np_volume_file_open(job->context, job->path, job->monitor, &file);
+  neph_result result = np_volume_file_open(job->context, job->path, NULL, job->monitor, &file);
   if (result) return result;
   result = choose(&file, job->row, job->name, &job->choice);
   if (!result && job->choice.name) result = read_level(job, &file);

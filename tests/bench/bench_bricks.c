@@ -26,7 +26,7 @@ static void make_rays(const np_bricks *bricks, bench_ray rays[RAYS]) {
     double ends[2][3];
     for (int end = 0; end < 2; end++)
       for (int a = 0; a < 3; a++)
-        ends[end][a] = 8.0 * (bricks->origin[a] + bricks->size[0][a] * np_random_double(&random));
+        ends[end][a] = 8.0 * (bricks->origin[a] + bricks->size[a] * np_random_double(&random));
     rays[n].origin = np_dvec3_make(ends[0][0], ends[0][1], ends[0][2]);
     rays[n].direction = np_dvec3_subtract(np_dvec3_make(ends[1][0], ends[1][1], ends[1][2]), rays[n].origin);
   }
@@ -99,7 +99,7 @@ int main(int count, char **arguments) {
     fprintf(stderr, "usage: bench_bricks CLOUD.vdb\n");
     return 2;
   }
-  if (neph_context_create(&desc, &context) || np_volume_file_open(context, arguments[1], NULL, &file)) return 1;
+  if (neph_context_create(&desc, &context) || np_volume_file_open(context, arguments[1], NULL, NULL, &file)) return 1;
   if (np_volume_file_read(&file, 0, &grid, &tree_bytes)) return 1;
   for (int precision = NEPH_PRECISION_HALF; precision <= NEPH_PRECISION_FLOAT; precision++) {
     if (np_bricks_build(context, &grid, (neph_precision)precision, NULL, NULL, &bricks)) return 1;

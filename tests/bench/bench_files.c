@@ -28,7 +28,7 @@ static int search_density(const np_volume_file *file) {
 
 static neph_result open_file(neph_context *context, const char *path) {
   np_volume_file file;
-  const neph_result result = np_volume_file_open(context, path, NULL, &file);
+  const neph_result result = np_volume_file_open(context, path, NULL, NULL, &file);
   if (!result) np_volume_file_close(&file);
   return result;
 }
@@ -37,7 +37,7 @@ static neph_result open_file(neph_context *context, const char *path) {
 
 static neph_result read_file(neph_context *context, const char *path) {
   np_volume_file file;
-  neph_result result = np_volume_file_open(context, path, NULL, &file);
+  neph_result result = np_volume_file_open(context, path, NULL, NULL, &file);
   if (result) return result;
   const int index = search_density(&file);
   const np_vdb_reader *reader = file.reader;
@@ -64,7 +64,7 @@ static neph_result load_file(neph_context *context, const char *path) {
   np_volume_file file;
   neph_volume *volume = NULL;
   neph_volume_load_desc desc = NEPH_VOLUME_LOAD_DESC_DEFAULT;
-  neph_result result = np_volume_file_open(context, path, NULL, &file);
+  neph_result result = np_volume_file_open(context, path, NULL, NULL, &file);
   if (result) return result;
   const int index = search_density(&file);
   char *name = index < 0 ? NULL : get_name(&file, (size_t)index);

@@ -8,13 +8,16 @@ try() {
 }
 cat >model.yaml <<'END'
 version: 1
-clouds: [{name: ball, vdb: ball.nc}]
+clouds: [{name: ball, netcdf: ball.nc}]
 END
 try info ball.nc
 try check ball.nc
 try check model.yaml
 try export model.yaml -o ball.vdb -q
+try export model.yaml --set 'clouds[0].netcdf.step=2' -o second.vdb -q
+nephos info model.yaml --set "clouds[0].netcdf.droplet_number=50 1/cm3" | grep netcdf
 try check ball.nc --fix -o fixed.nc
+try export model.yaml --set 'clouds[0].netcdf.variable=x' -o ball.vdb -q
 head -c 3000 ball.nc >cut.nc
 try info cut.nc
-try export model.yaml --set 'clouds[0].vdb=none.nc' -o ball.vdb -q
+try export model.yaml --set 'clouds[0].netcdf=none.nc' -o ball.vdb -q

@@ -17,6 +17,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
   fuzz_expect(neph_volume_describe_file(context, path, NEPH_TEXT_JSON, &text));
   neph_text_destroy(context, text);
   desc.policy = NEPH_IMPORT_REPAIR;
+  desc.model.beyond = NEPH_STEP_HOLD;
+  desc.model.step = 2.0;
   fuzz_expect(neph_volume_load(context, path, &desc, &volume));
   neph_volume_release(volume);
   fuzz_expect(neph_volume_load_memory(context, data, size, &desc, &volume));
