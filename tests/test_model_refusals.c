@@ -52,6 +52,26 @@ static void set_value(const test_fixture *f, const char *variable, const size_t 
   forge_check(nc_close(id));
 }
 
+/* One level a metre below the level before it: faces halfway between levels still ascend. */
+static void levels_that_turn_back_are_refused(void **state) {
+  test_fixture *f = *state;
+  static const size_t before = 1, turned = 2;
+  double height;
+  write_plain(f, "MicroHH");
+  const int id = reopen(f);
+  forge_check(nc_get_var1_double(id, search(id, "z"), &before, &height));
+  forge_check(nc_close(id));
+  set_value(f, "z", &turned, height - 1.0);
+  assert_refused(f, NULL, "heights of levels do not ascend");
+}
+
+static void integers_without_a_sign_are_refused(void **state) {
+  test_fixture *f = *state;
+  write_plain(f, "MicroHH");
+  set_text(f, "ql", "_Unsigned", "true");
+  assert_refused(f, NULL, "variable 'ql' holds integers without a sign", "ushort or ubyte");
+}
+
 static void units_are_refused_by_name(void **state) {
   test_fixture *f = *state;
   write_plain(f, "MicroHH");
@@ -233,6 +253,8 @@ static void changed_bytes_are_survived(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test_setup_teardown(units_are_refused_by_name, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(levels_that_turn_back_are_refused, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(integers_without_a_sign_are_refused, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(a_unit_of_air_is_left_out, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(axes_are_refused, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(water_is_refused, set_up, test_tear_down),

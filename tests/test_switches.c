@@ -86,6 +86,7 @@ static const companion companions[] = {
     {"sun.limb_darkening", NULL, "sun.angular_radius", "8 deg"},
     {"atmosphere.layers[]", NULL, "atmosphere.layers", "[{scattering: 1e-4 1/m, absorption: 1e-5 1/m}]"},
     {"atmosphere.layers[].absorber", NULL, "render.wavelengths", "6"},
+    {"clouds[].netcdf", NULL, "clouds[0].netcdf", "{file: " NEPHOS_TEST_SOURCE_DIR "/data/netcdf/ball.nc}"},
     {"clouds[].pivot", NULL, "clouds[0].position", "[0 m, 0 m, 900 m]"},
     {"clouds[].reference_frame", "all", "clouds[0].vdb", "cloud.####.vdb"},
     {"clouds[].reference_frame", NULL, "clouds[0].position", "[0 m, 0 m, 900 m]"},
@@ -120,6 +121,7 @@ static const companion companions[] = {
 static const char *const unseen[] = {
     "clouds[].import",       /* concerns grids with invalid values */
     "clouds[].missing",      /* concerns frames without a file: test_sequence renders each word */
+    "clouds[].netcdf.step",  /* concerns files of several steps: test_model_scenes renders two */
     "render.history",        /* concerns later frames: test_history renders each word, */
     "render.history_update", /* and each of these */
     "output.pixel_type",     /* concerns files */

@@ -41,14 +41,16 @@ static bool varies(const np_model_field *field) { return has_axis(field, NP_MODE
 
 /* ---- One column ---- */
 
-static neph_result check_ascending(const np_model *model, const double *faces_m, size_t row, size_t column) {
-  for (size_t k = 0; k <= get_levels(model); k++) {
-    const bool is_finite = isfinite(faces_m[k]) && fabs(faces_m[k]) < 1e7;
-    if (is_finite && (k == 0 || faces_m[k] > faces_m[k - 1])) continue;
+/* Heights of a column's levels, or of their faces. */
+static neph_result check_ascending(const np_model *model, size_t count, const double *heights_m, size_t row,
+                                   size_t column) {
+  for (size_t k = 0; k < count; k++) {
+    const bool is_finite = isfinite(heights_m[k]) && fabs(heights_m[k]) < 1e7;
+    if (is_finite && (k == 0 || heights_m[k] > heights_m[k - 1])) continue;
     return np_fail(model->context, NEPH_ERROR_BAD_FILE,
                    "%s: heights of levels do not ascend: %.9g m is followed by %.9g m above level %zu at row %zu, "
                    "column %zu",
-                   model->path, k ? faces_m[k - 1] : 0.0, faces_m[k], k ? k - 1 : 0, row, column);
+                   model->path, k ? heights_m[k - 1] : 0.0, heights_m[k], k ? k - 1 : 0, row, column);
   }
   return NEPH_OK;
 }
@@ -161,6 +163,8 @@ static neph_result place_common_faces(np_model *model, double *scratch, double *
       height->count ? read_first_column(model, NP_MODEL_HEIGHT, count, scratch) : read_level_variable(model, scratch);
   if (result) return result;
   set_order(model, scratch, count);
+  result = check_ascending(model, count, scratch, 0, 0);
+  if (result) return result;
   place_faces(count, scratch, faces_m);
   if (!*out_are_common || varies(face) || count_levels(face) != count) return NEPH_OK;
   result = read_first_column(model, NP_MODEL_FACE, count, scratch + count + 1);
@@ -183,9 +187,11 @@ neph_result np_model_read_faces(const np_model *model, np_model_rows rows, doubl
       memcpy(column, model->column_faces_m, faces * sizeof *column);
     else if (!has_faces) {
       memmove(column, out_faces_m + i * levels, levels * sizeof *column);
+      result = check_ascending(model, levels, column, rows.begin + i / columns, i % columns);
       place_faces(levels, column, column);
     }
-    if (!model->column_faces_m) result = check_ascending(model, column, rows.begin + i / columns, i % columns);
+    if (!model->column_faces_m && !result)
+      result = check_ascending(model, faces, column, rows.begin + i / columns, i % columns);
   }
   return result;
 }
@@ -249,7 +255,7 @@ neph_result np_model_place_levels(np_model *model, np_monitor *monitor) {
   if (!scratch) return NEPH_ERROR_OUT_OF_MEMORY;
   neph_result result = place_common_faces(model, scratch, faces_m, &are_common);
   if (!result && are_common) {
-    result = check_ascending(model, faces_m, 0, 0);
+    result = check_ascending(model, faces, faces_m, 0, 0);
     model->column_faces_m = np_alloc(model->context, faces, sizeof *faces_m);
     if (!result && !model->column_faces_m) result = NEPH_ERROR_OUT_OF_MEMORY;
     if (!result) memcpy(model->column_faces_m, faces_m, faces * sizeof *faces_m);

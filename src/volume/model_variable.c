@@ -43,6 +43,18 @@ static void read_fills(const np_model *model, np_model_variable *variable) {
   variable->fills[variable->fill_count++] = never_written;
 }
 
+/* Classic files mark integers without a sign by an attribute. */
+static neph_result check_sign(const np_model *model, const np_model_variable *variable) {
+  char text[8] = "";
+  model->module->read_text(model->file, variable->index, "_Unsigned", text, sizeof text);
+  if (strcmp(text, "true") != 0) return NEPH_OK;
+  return np_fail(
+      model->context, NEPH_ERROR_BAD_FILE,
+      "%s: variable '%s' holds integers without a sign (_Unsigned is \"true\"), which are not read: store it "
+      "as ushort or ubyte of NetCDF-4, or as float",
+      model->path, variable->info.name);
+}
+
 neph_result np_model_describe_variable(const np_model *model, int index, np_model_variable *out) {
   np_netcdf_error error;
   *out = (np_model_variable){.index = index, .factor = 1.0};
@@ -58,7 +70,7 @@ neph_result np_model_describe_variable(const np_model *model, int index, np_mode
   if (!model->module->read_number(model->file, index, "scale_factor", &out->factor)) out->factor = 1.0;
   model->module->read_number(model->file, index, "add_offset", &out->offset);
   for (int d = 0; d < out->info.rank; d++) out->axes[d] = -1;
-  if (isfinite(out->factor) && isfinite(out->offset) && out->factor != 0.0) return NEPH_OK;
+  if (isfinite(out->factor) && isfinite(out->offset) && out->factor != 0.0) return check_sign(model, out);
   return np_fail(model->context, NEPH_ERROR_BAD_FILE,
                  "%s: variable '%s' has scale_factor %g and add_offset %g, must have finite ones, and a factor other "
                  "than 0",
