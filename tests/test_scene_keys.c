@@ -226,7 +226,8 @@ static const char *get_companion(const np_key *key) {
   const np_key *parent = np_key_get_parent(key);
   if (!parent) return "";
   if (!strcmp(parent->path, "terrain.mesh")) return strcmp(np_key_get_name(key), "file") ? ", file: a.obj" : "";
-  if (!strcmp(parent->path, "clouds[].bake.map.top")) return strcmp(np_key_get_name(key), "file") ? ", file: b.tif" : "";
+  if (!strcmp(parent->path, "clouds[].bake.map.top"))
+    return strcmp(np_key_get_name(key), "file") ? ", file: b.tif" : "";
   if (!strcmp(parent->path, "clouds[].netcdf")) return strcmp(np_key_get_name(key), "file") ? ", file: a.nc" : "";
   if (!strcmp(parent->path, "clouds[].bake.shape.mesh"))
     return strcmp(np_key_get_name(key), "file") ? ", file: a.obj" : "";
