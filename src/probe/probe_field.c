@@ -142,8 +142,8 @@ static neph_result measure_all(field_probe *p) {
 
 /* ---- Output ---- */
 
-static void print_height(FILE *out, bool is_there, double height_m) {
-  if (is_there)
+static void print_height(FILE *out, bool has_height, double height_m) {
+  if (has_height)
     fprintf(out, ",%.9g", height_m);
   else
     fputc(',', out);

@@ -75,9 +75,9 @@ static char *name_consensus(const i3rc_probe *p, int number, int experiment, con
 
 static bool has_consensus(const i3rc_probe *p, int number, int experiment, const char *quantity) {
   char *path = name_consensus(p, number, experiment, quantity);
-  const bool is_there = path && np_file_exists(path);
+  const bool has_file = path && np_file_exists(path);
   np_alloc_free(p->context, path);
-  return is_there;
+  return has_file;
 }
 
 static bool has_any(const i3rc_probe *p, int number, int experiment) {

@@ -229,8 +229,8 @@ static neph_result read_axis(const np_model *model, int positions, np_model_line
 static neph_result read_spacing(const np_model *model, int line, np_model_line *out) {
   const char *attribute = model->convention->spacings[line];
   double spacing = 0.0;
-  const bool is_there = attribute && model->module->read_number(model->file, -1, attribute, &spacing);
-  if (is_there && spacing > 0.0 && spacing < 1e7) return *out = (np_model_line){.spacing_m = spacing}, NEPH_OK;
+  const bool has_spacing = attribute && model->module->read_number(model->file, -1, attribute, &spacing);
+  if (has_spacing && spacing > 0.0 && spacing < 1e7) return *out = (np_model_line){.spacing_m = spacing}, NEPH_OK;
   return np_fail(model->context, NEPH_ERROR_BAD_FILE, "%s: has no positions along %s: neither a variable%s%s",
                  model->path, line == 0 ? "y" : "x",
                  attribute ? " nor a positive attribute " : " by a known name nor by its attributes",

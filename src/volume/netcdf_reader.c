@@ -160,9 +160,9 @@ static int read_text_locked(int id, int variable, const char *name, char *out, s
 static int read_text(const np_netcdf_file *file, int variable, const char *name, char *out, size_t capacity) {
   out[0] = 0;
   lock_library();
-  const int is_there = read_text_locked(file->id, variable < 0 ? NC_GLOBAL : variable, name, out, capacity);
+  const int is_found = read_text_locked(file->id, variable < 0 ? NC_GLOBAL : variable, name, out, capacity);
   unlock_library();
-  return is_there;
+  return is_found;
 }
 
 static int read_number_locked(int id, int variable, const char *name, double *out_number) {
@@ -180,9 +180,9 @@ static int read_number_locked(int id, int variable, const char *name, double *ou
 static int read_number(const np_netcdf_file *file, int variable, const char *name, double *out_number) {
   *out_number = 0.0;
   lock_library();
-  const int is_there = read_number_locked(file->id, variable < 0 ? NC_GLOBAL : variable, name, out_number);
+  const int is_found = read_number_locked(file->id, variable < 0 ? NC_GLOBAL : variable, name, out_number);
   unlock_library();
-  return is_there;
+  return is_found;
 }
 
 const np_netcdf_module *nephos_netcdf_module(void) {

@@ -1,0 +1,94 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Light that a solution sends down: it spreads over ground and air below, and changes the radiance at the border. */
+#include <string.h>
+
+#include "transport/border.h"
+
+#include "core/units.h"
+
+enum {
+  NODES = NP_BORDER_NODES,
+  FACES = 6,
+  MARGIN = (NP_BORDER_WIDE - NP_BORDER_PLAN) / 2,
+  SPAN = 2 * NP_BORDER_WIDE + 1 /* distances between squares */
+};
+
+float np_border_compute_excess(const np_border *border, unsigned band, int v, int u, float irradiance) {
+  const float clear = border->clear_irradiance.band[band], top = border->top_irradiance.band[band];
+  const float open = top > 0.0f ? np_clampf(irradiance / top, 0.0f, border->open[v][u]) : 1.0f;
+  return irradiance + (clear - top) * open - clear;
+}
+
+void np_border_reset(np_border *border, unsigned band) {
+  memcpy(border->faces[band].radiance, border->clear[band].radiance,
+         np_border_count_radiances(border->faces[band].block_count) * sizeof(float));
+}
+
+/* Irradiance at a depth h below a square of even radiance over that just beneath it, by the distance d from square to
+ * square along either axis: h²/(π·(h² + d²)²) times the square's area, Lambert's law. A periodic axis has images. */
+static double compute_kernel(const np_border *b, double depth_m, int i, int j) {
+  const double h2 = depth_m * depth_m;
+  const int images[2] = {b->is_wrapped[0] ? 2 : 0, b->is_wrapped[1] ? 2 : 0};
+  double sum = 0.0;
+  for (int n = -images[1]; n <= images[1]; n++)
+    for (int m = -images[0]; m <= images[0]; m++) {
+      const double x = (i + m * NP_BORDER_PLAN) * b->square_m[0], y = (j + n * NP_BORDER_PLAN) * b->square_m[1];
+      sum += h2 / (NP_PI * (h2 + x * x + y * y) * (h2 + x * x + y * y)) * b->square_m[0] * b->square_m[1];
+    }
+  return sum;
+}
+
+/* Share of what an endless even plane sends down that comes from the distances of the kernel: along a periodic axis
+ * those of one period, which with their images are all. */
+static double compute_kernel_share(const np_border *b, double depth_m, const float *kernel) {
+  double sum = 0.0, edge = HUGE_VAL;
+  for (int j = -NP_BORDER_WIDE; j <= NP_BORDER_WIDE; j++)
+    for (int i = -NP_BORDER_WIDE; i <= NP_BORDER_WIDE; i++) {
+      const bool is_in_x = !b->is_wrapped[0] || (i >= 0 && i < NP_BORDER_PLAN);
+      const bool is_in_y = !b->is_wrapped[1] || (j >= 0 && j < NP_BORDER_PLAN);
+      if (is_in_x && is_in_y) sum += (double)kernel[(j + NP_BORDER_WIDE) * SPAN + i + NP_BORDER_WIDE];
+    }
+  for (int a = 0; a < 2; a++)
+    if (!b->is_wrapped[a]) edge = fmin(edge, (NP_BORDER_WIDE + 0.5) * b->square_m[a]);
+  return sum / (isfinite(edge) ? edge * edge / (edge * edge + depth_m * depth_m) : 1.0);
+}
+
+/* Spreads the plan's excess over the squares at a depth, from where it has no edge. */
+static void spread_excess(const np_border *b, const float *plan, double depth_m, float *out) {
+  const double least = 0.5 * fmin(b->square_m[0], b->square_m[1]);
+  float kernel[SPAN * SPAN];
+  for (int j = -NP_BORDER_WIDE; j <= NP_BORDER_WIDE; j++)
+    for (int i = -NP_BORDER_WIDE; i <= NP_BORDER_WIDE; i++)
+      kernel[(j + NP_BORDER_WIDE) * SPAN + i + NP_BORDER_WIDE] = (float)compute_kernel(b, fmax(depth_m, least), i, j);
+  const float scale = (float)(1.0 / compute_kernel_share(b, fmax(depth_m, least), kernel));
+  for (int square = 0; square < NP_BORDER_WIDE * NP_BORDER_WIDE; square++) {
+    const int x = square % NP_BORDER_WIDE - MARGIN, y = square / NP_BORDER_WIDE - MARGIN;
+    const bool is_within = x >= 0 && y >= 0 && x < NP_BORDER_PLAN && y < NP_BORDER_PLAN;
+    float total = 0.0f;
+    for (int n = 0; n < NP_BORDER_PLAN * NP_BORDER_PLAN && depth_m >= least; n++) {
+      const int i = x - n % NP_BORDER_PLAN + NP_BORDER_WIDE, j = y - n / NP_BORDER_PLAN + NP_BORDER_WIDE;
+      total += scale * plan[n] * kernel[j * SPAN + i];
+    }
+    if (depth_m < least && is_within) total = plan[y * NP_BORDER_PLAN + x];
+    out[square] = total;
+  }
+}
+
+void np_border_set_downwelling(np_border *border, unsigned band, float (*irradiance)[NP_BORDER_PLAN]) {
+  np_border_reset(border, band);
+  float *faces = border->faces[band].radiance;
+  float plan[NP_BORDER_PLAN * NP_BORDER_PLAN], excess[NP_BORDER_DEPTHS * NP_BORDER_WIDE * NP_BORDER_WIDE];
+  for (int v = 0; v < NP_BORDER_PLAN; v++)
+    for (int u = 0; u < NP_BORDER_PLAN; u++)
+      plan[v * NP_BORDER_PLAN + u] = np_border_compute_excess(border, band, v, u, irradiance[v][u]);
+  for (int depth = 0; depth < NP_BORDER_DEPTHS; depth++)
+    spread_excess(border, plan, border->depth_m * depth / (NP_BORDER_DEPTHS - 1),
+                  excess + depth * NP_BORDER_WIDE * NP_BORDER_WIDE);
+  for (int node = 0; node < FACES * NODES * NODES; node++)
+    for (size_t i = 0; i < border->responses[node].count; i++) {
+      const np_border_response *r = &border->responses[node].at[i];
+      faces[r->radiance] += r->gain.band[band] * excess[r->square];
+    }
+  const size_t count = np_border_count_radiances(border->faces[band].block_count);
+  for (size_t i = 0; i < count; i++) faces[i] = fmaxf(faces[i], 0.0f);
+}
