@@ -70,17 +70,17 @@ static void find_slab(test_fixture *f, const char *albedo, const char *depth, do
   static const char *const names[] = {"g", "albedo", "tau", "mu0"};
   const char *const wanted[] = {"0.85", albedo, depth, "0.5"};
   np_csv csv;
-  bool is_there = false;
+  bool is_found = false;
   assert_int_equal(np_csv_load(f->context, NEPHOS_TEST_SOURCE_DIR "/data/slab_flux.csv", &csv), NEPH_OK);
-  for (size_t row = 0; row < csv.row_count && !is_there; row++) {
-    is_there = true;
+  for (size_t row = 0; row < csv.row_count && !is_found; row++) {
+    is_found = true;
     for (int n = 0; n < 4; n++)
-      is_there = is_there && !strcmp(np_csv_get_field(&csv, row, np_csv_search_column(&csv, names[n])), wanted[n]);
-    if (!is_there) continue;
+      is_found = is_found && !strcmp(np_csv_get_field(&csv, row, np_csv_search_column(&csv, names[n])), wanted[n]);
+    if (!is_found) continue;
     *out_reflected = test_answer_get(&csv, row, "R");
     *out_passed = test_answer_get(&csv, row, "T");
   }
-  assert_true(is_there);
+  assert_true(is_found);
   np_csv_clear(&csv);
 }
 
