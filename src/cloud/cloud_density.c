@@ -32,7 +32,6 @@ static void eval_bare(const np_cloud_model *model, const np_cloud_points *points
 
 /* Evaluates columns that are fitted to a measured field. Rain, below the base, is not stretched. */
 static void eval_columns(const np_cloud_model *model, const np_cloud_points *points, float *out_extinction_per_m) {
-  const float top_m = (float)model->desc.thickness_m;
   np_measured_column columns[NP_CLOUD_BLOCK];
   float height_m[NP_CLOUD_BLOCK];
   for (size_t i = 0; i < points->count; i++) {
@@ -43,8 +42,9 @@ static void eval_columns(const np_cloud_model *model, const np_cloud_points *poi
   const np_cloud_points stretched = {points->count, points->x_m, points->y_m, height_m};
   eval_bare(model, &stretched, out_extinction_per_m);
   for (size_t i = 0; i < points->count; i++)
-    out_extinction_per_m[i] = out_extinction_per_m[i] * columns[i].factor +
-                              columns[i].fill_per_m * np_measured_columns_eval_fill(height_m[i] / top_m);
+    out_extinction_per_m[i] =
+        out_extinction_per_m[i] * columns[i].factor +
+        columns[i].fill_per_m * np_measured_columns_eval_fill(&model->columns, columns[i].stretch, height_m[i]);
 }
 
 void np_cloud_model_eval_points(const np_cloud_model *model, const np_cloud_points *points,

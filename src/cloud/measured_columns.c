@@ -44,8 +44,18 @@ np_measured_column np_measured_columns_sample(const np_measured_columns *columns
                               .stretch = interpolate(columns->stretches, &cell, 1.0f)};
 }
 
-float np_measured_columns_eval_fill(float share) {
-  return share > 0.0f && share < 1.0f ? 6.0f * share * (1.0f - share) : 0.0f;
+/* Integral of the profile from 0. */
+static float integrate_fill(float share) {
+  const float s = np_clampf(share, 0.0f, 1.0f);
+  return s * s * (3.0f - 2.0f * s);
+}
+
+/* The first voxel whose middle is above the base has all that is below its upper face. */
+float np_measured_columns_eval_fill(const np_measured_columns *columns, float stretch, float height_m) {
+  const float share = height_m / columns->fill_top_m, voxel = columns->step_m * stretch / columns->fill_top_m;
+  if (!(share > 0.0f)) return 0.0f;
+  const float below = share > voxel ? integrate_fill(share - 0.5f * voxel) : 0.0f;
+  return (integrate_fill(share + 0.5f * voxel) - below) / voxel;
 }
 
 bool np_measured_columns_has_fill(const np_measured_columns *columns, const np_cloud_box *box) {

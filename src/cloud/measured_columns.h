@@ -17,6 +17,7 @@ typedef struct np_measured_columns {
   float *factors;     /* NULL: 1 */
   float *fills_per_m; /* mean extinction over the column's thickness; NULL: 0 */
   float *stretches;   /* height in the model relative to the actual height; NULL: there are no columns */
+  float fill_top_m;   /* height in the model at which fills end */
   float stretch_min, stretch_max;
 } np_measured_columns;
 
@@ -27,8 +28,9 @@ typedef struct np_measured_column {
 
 np_measured_column np_measured_columns_sample(const np_measured_columns *columns, float x_m, float y_m);
 
-/* Profile of a fill, whose mean over [0, 1] is 1, at a share of the model's thickness. */
-float np_measured_columns_eval_fill(float share);
+/* Profile 6·s·(1 − s) of a fill, whose mean over [0, 1] is 1, at a height in the model, as the mean over a voxel of the
+ * lattice: voxels of a column have the fill's optical depth, however few they are. */
+float np_measured_columns_eval_fill(const np_measured_columns *columns, float stretch, float height_m);
 
 /* Whether a box holds a column with a fill. */
 bool np_measured_columns_has_fill(const np_measured_columns *columns, const np_cloud_box *box);

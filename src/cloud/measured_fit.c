@@ -44,6 +44,7 @@ typedef struct fit {
   float *textures;           /* share of a pixel's depth in the model's columns; the rest is filled */
   float *members;            /* weights of a pixel's columns */
   size_t *order, *ends;      /* columns by pixel, and the end of each pixel's */
+  float mean_top_m;          /* mean top of the model's cloudy columns */
   double depth, filled;      /* sums of optical depths of pixels */
 } fit;
 
@@ -127,6 +128,12 @@ static float measure_top_m(const fit *f, size_t column) {
   return np_measured_map_sample(raster, raster->values, pixel, -1e5f) - (float)f->model->desc.base_altitude_m;
 }
 
+/* Top of the model near a column: the mean of its pixels, or of all where these are clear. */
+static float get_model_top_m(const fit *f, size_t column) {
+  const float near_m = sample(f, f->sums, column, 0);
+  return isnan(near_m) ? f->mean_top_m : near_m;
+}
+
 typedef struct top_tally {
   size_t low, high, unknown, cloudy;
   float highest_m;
@@ -180,13 +187,13 @@ static neph_result fit_tops(fit *f) {
   neph_result result = np_measured_survey_make(f->model, f->monitor, &survey);
   float *stretches = result ? NULL : np_alloc(f->model->context, f->count, sizeof *stretches);
   if (!stretches) return result ? result : NEPH_ERROR_OUT_OF_MEMORY;
-  const float mean_m = (float)average_tops(f);
+  f->mean_top_m = columns->fill_top_m = (float)average_tops(f);
   top_tally tally = {.highest_m = -INFINITY};
   columns->stretches = stretches;
   for (size_t i = 0; i < f->count; i++) {
     stretches[i] = 1.0f;
     if (get_cloudy(f, i) < 0) continue;
-    const float near_m = sample(f, f->sums, i, 0), own_m = isnan(near_m) ? mean_m : near_m;
+    const float own_m = get_model_top_m(f, i);
     stretches[i] = np_clampf(own_m / choose_top_m(f, i, own_m, &tally), stretch_low, stretch_high);
     columns->stretch_min = fminf(columns->stretch_min, stretches[i]);
     columns->stretch_max = fmaxf(columns->stretch_max, stretches[i]);
@@ -233,6 +240,7 @@ static size_t choose_columns(fit *f, size_t pixel, size_t *out_cloudy) {
  * with `share` of the pixel's optical depth. */
 static void fill_pixel(fit *f, size_t pixel, size_t missing, double share) {
   const np_measured_columns *columns = &f->model->columns;
+  const float top_m = columns->fill_top_m;
   const size_t begin = get_begin(f, pixel), end = f->ends[pixel];
   size_t clear = 0;
   double sum = 0;
@@ -246,7 +254,8 @@ static void fill_pixel(fit *f, size_t pixel, size_t missing, double share) {
     const size_t i = f->order[n];
     const float depth = sample(f, f->map->depths, i, 0);
     if (f->weights[i] > 0 || depth < lowest) continue;
-    columns->fills_per_m[i] = scale * depth * columns->stretches[i] / (float)f->model->desc.thickness_m;
+    columns->stretches[i] *= top_m / get_model_top_m(f, i); /* the fill ends at the column's top */
+    columns->fills_per_m[i] = scale * depth * columns->stretches[i] / top_m;
   }
 }
 
