@@ -65,6 +65,13 @@ static void levels_that_turn_back_are_refused(void **state) {
   assert_refused(f, NULL, "heights of levels do not ascend");
 }
 
+static void packing_by_a_text_is_refused(void **state) {
+  test_fixture *f = *state;
+  write_plain(f, "MicroHH");
+  set_text(f, "ql", "scale_factor", "two");
+  assert_refused(f, NULL, "variable 'ql' has the text 'two' as scale_factor", "must be a number");
+}
+
 static void integers_without_a_sign_are_refused(void **state) {
   test_fixture *f = *state;
   write_plain(f, "MicroHH");
@@ -255,6 +262,7 @@ int main(void) {
       cmocka_unit_test_setup_teardown(units_are_refused_by_name, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(levels_that_turn_back_are_refused, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(integers_without_a_sign_are_refused, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(packing_by_a_text_is_refused, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(a_unit_of_air_is_left_out, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(axes_are_refused, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(water_is_refused, set_up, test_tear_down),

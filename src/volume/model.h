@@ -135,7 +135,7 @@ typedef enum np_model_grid {
 
 /* Counts of stored values of water, and sums of those above and below 0. */
 typedef struct np_water_tally {
-  uint64_t count, fill_count, negative_count;
+  uint64_t count, fill_count, negative_count, airless_count; /* airless: with water, without a valid density of air */
   double sum, negative_sum;
 } np_water_tally;
 
@@ -144,7 +144,7 @@ typedef struct np_water_tally {
 neph_result np_model_read_water(const np_model *model, np_model_grid grid, np_model_rows rows, const double *faces_m,
                                 double *out_values, np_water_tally *tally);
 
-/* Reports fill values and negative water; fails if there are fill values alone. */
+/* Reports fill values, negative water and invalid densities of air; fails if there are fill values alone. */
 neph_result np_water_tally_report(const np_water_tally *tally, const np_model *model);
 
 /* Says where the density of air and the size of droplets come from. */

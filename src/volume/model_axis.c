@@ -5,6 +5,7 @@
 
 #include "core/alloc.h"
 #include "core/text.h"
+#include "core/units.h"
 #include "volume/model.h"
 
 static const double planet_radius_m = 6371000.0;
@@ -177,29 +178,38 @@ static double *read_positions(const np_model *model, const np_model_variable *va
 
 /* Spacing of even positions. A float in kilometres has errors of centimetres. */
 static neph_result measure_spacing(const np_model *model, const np_model_variable *variable, const double *values,
-                                   np_model_line *out) {
+                                   bool is_angle, np_model_line *out) {
+  const char *unit = is_angle ? "rad" : "m";
   const size_t count = variable->info.sizes[0];
   const double spacing = count > 1 ? (values[count - 1] - values[0]) / (double)(count - 1) : 0.0;
   for (size_t i = 0; i < count; i++)
     if (!isfinite(values[i]) || fabs(values[i]) > 1e9)
       return np_fail(model->context, NEPH_ERROR_BAD_FILE,
-                     "%s: axis '%s' is %g at index %zu, must be a finite length below 1e9 m", model->path,
-                     variable->info.name, values[i], i);
+                     "%s: axis '%s' is %g at index %zu, must be a finite %s below 1e9 %s", model->path,
+                     variable->info.name, values[i], i, is_angle ? "angle" : "length", unit);
   for (size_t i = 1; i < count; i++) {
     const double step = values[i] - values[i - 1];
     if (!(step * spacing > 0.0))
       return np_fail(model->context, NEPH_ERROR_BAD_FILE,
-                     "%s: axis '%s' is not monotonic: %.9g m at index %zu is followed by %.9g m", model->path,
-                     variable->info.name, values[i - 1], i - 1, values[i]);
+                     "%s: axis '%s' is not monotonic: %.9g %s at index %zu is followed by %.9g %s", model->path,
+                     variable->info.name, values[i - 1], unit, i - 1, values[i], unit);
     if (fabs(step - spacing) > 0.02 * fabs(spacing))
       return np_fail(model->context, NEPH_ERROR_BAD_FILE,
-                     "%s: axis '%s' is uneven: %.4g m between indices %zu and %zu, %.4g m in the mean; horizontal "
+                     "%s: axis '%s' is uneven: %.4g %s between indices %zu and %zu, %.4g %s in the mean; horizontal "
                      "spacing must be even",
-                     model->path, variable->info.name, fabs(step), i - 1, i, fabs(spacing));
+                     model->path, variable->info.name, fabs(step), unit, i - 1, i, fabs(spacing), unit);
   }
   *out = (np_model_line){.spacing_m = fabs(spacing), .is_reversed = spacing < 0.0};
   out->first_m = spacing < 0.0 ? values[count - 1] : values[0];
   return NEPH_OK;
+}
+
+/* Longitudes across a meridian where they begin anew go on. */
+static void unwrap_angles(double *values, size_t count) {
+  for (size_t i = 1; i < count; i++) {
+    const double turns = round((values[i] - values[i - 1]) / (2.0 * NP_PI));
+    if (isfinite(turns)) values[i] -= 2.0 * NP_PI * turns;
+  }
 }
 
 /* Reads an axis of lengths, or of angles, which stay radians. */
@@ -220,7 +230,8 @@ static neph_result read_axis(const np_model *model, int positions, np_model_line
                    "%s: axis '%s' has units '%s', must be a length (m, km) or an angle (degrees_east, degrees_north)",
                    model->path, variable.info.name, variable.unit);
   double *values = read_positions(model, &variable, &result);
-  if (!result) result = measure_spacing(model, &variable, values, out);
+  if (!result && *out_is_angle) unwrap_angles(values, variable.info.sizes[0]);
+  if (!result) result = measure_spacing(model, &variable, values, *out_is_angle, out);
   np_alloc_free(model->context, values);
   return result;
 }

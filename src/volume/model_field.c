@@ -54,6 +54,9 @@ static neph_result apply_role_unit(const np_model *model, np_model_role role, bo
     const neph_result result = refuse_unit(model, role, variable, is_named);
     return field->count = 0, result;
   }
+  if (!variable->unit[0] && (role == NP_MODEL_LIQUID || role == NP_MODEL_ICE))
+    np_model_note(model, NEPH_LOG_WARNING, "%s: variable '%s', the %s, states no units: %s is assumed", model->path,
+                  variable->info.name, np_model_role_rows[role].meaning, convention->units[role]);
   if (field->unit == 1 && (role == NP_MODEL_HEIGHT || role == NP_MODEL_FACE)) { /* geopotential */
     const double gravity_m_s2 = convention->gravity_m_s2 > 0.0 ? convention->gravity_m_s2 : 9.80665;
     variable->factor /= gravity_m_s2;

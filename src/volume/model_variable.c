@@ -43,6 +43,17 @@ static void read_fills(const np_model *model, np_model_variable *variable) {
   variable->fills[variable->fill_count++] = never_written;
 }
 
+/* Reads a number by which values are packed, which stays where the file has none. */
+static neph_result read_packing(const np_model *model, const np_model_variable *variable, const char *name,
+                                double *number) {
+  double read;
+  char text[16] = "";
+  if (model->module->read_number(model->file, variable->index, name, &read)) return *number = read, NEPH_OK;
+  if (!model->module->read_text(model->file, variable->index, name, text, sizeof text)) return NEPH_OK;
+  return np_fail(model->context, NEPH_ERROR_BAD_FILE, "%s: variable '%s' has the text '%s' as %s, must be a number",
+                 model->path, variable->info.name, text, name);
+}
+
 /* Classic files mark integers without a sign by an attribute. */
 static neph_result check_sign(const np_model *model, const np_model_variable *variable) {
   char text[8] = "";
@@ -57,6 +68,7 @@ static neph_result check_sign(const np_model *model, const np_model_variable *va
 
 neph_result np_model_describe_variable(const np_model *model, int index, np_model_variable *out) {
   np_netcdf_error error;
+  neph_result result;
   *out = (np_model_variable){.index = index, .factor = 1.0};
   if (model->module->describe(model->file, index, &out->info, &error)) return fail(model, NULL, &error);
   if (!out->info.is_number)
@@ -67,8 +79,9 @@ neph_result np_model_describe_variable(const np_model *model, int index, np_mode
                    out->info.name, (int)NP_NETCDF_RANK_MAX);
   model->module->read_text(model->file, index, "units", out->unit, sizeof out->unit);
   read_fills(model, out);
-  if (!model->module->read_number(model->file, index, "scale_factor", &out->factor)) out->factor = 1.0;
-  model->module->read_number(model->file, index, "add_offset", &out->offset);
+  result = read_packing(model, out, "scale_factor", &out->factor);
+  if (!result) result = read_packing(model, out, "add_offset", &out->offset);
+  if (result) return result;
   for (int d = 0; d < out->info.rank; d++) out->axes[d] = -1;
   if (isfinite(out->factor) && isfinite(out->offset) && out->factor != 0.0) return check_sign(model, out);
   return np_fail(model->context, NEPH_ERROR_BAD_FILE,

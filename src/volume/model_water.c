@@ -50,12 +50,17 @@ static double compute_temperature(const level_values *v, size_t i, double pressu
   return np_standard_temperature(get_altitude(v, i));
 }
 
+static bool has_density(const level_values *v, size_t i) {
+  const double density = get(v, NP_MODEL_DENSITY, i);
+  return density > 0.0 && isfinite(density);
+}
+
 /* Density of the air that mixing ratios refer to: dry, or moist. */
 static double compute_air_density(const level_values *v, size_t i) {
   static const double dry_to_vapour = 1.6078; /* gas constant of vapour to that of dry air */
-  const double density = get(v, NP_MODEL_DENSITY, i), pressure = get(v, NP_MODEL_PRESSURE, i);
+  const double pressure = get(v, NP_MODEL_PRESSURE, i);
   const double vapour = get(v, NP_MODEL_VAPOUR, i), moisture = vapour > 0.0 && vapour < 0.2 ? vapour : 0.0;
-  if (density > 0.0 && isfinite(density)) return density;
+  if (has_density(v, i)) return get(v, NP_MODEL_DENSITY, i);
   const double altitude_m = get_altitude(v, i),
                pressure_pa = pressure > 0.0 && isfinite(pressure) ? pressure : np_standard_pressure(altitude_m);
   const double dry = np_air_density(pressure_pa, compute_temperature(v, i, pressure_pa));
@@ -194,6 +199,11 @@ neph_result np_water_tally_report(const np_water_tally *tally, const np_model *m
     np_log(model->context, tally->negative_sum > 1e-3 * tally->sum ? NEPH_LOG_WARNING : NEPH_LOG_INFO,
            "%s: %" PRIu64 " negative values of water, %.2g of its sum, are taken as 0", model->path,
            tally->negative_count, tally->sum > 0.0 ? tally->negative_sum / tally->sum : 1.0);
+  if (tally->airless_count)
+    np_log(model->context, NEPH_LOG_WARNING,
+           "%s: variable '%s', the density of air, is not above 0 in %" PRIu64 " values with water: pressure and "
+           "temperature, or else the standard atmosphere, are taken there",
+           model->path, model->fields[NP_MODEL_DENSITY].parts[0].info.name, tally->airless_count);
   return NEPH_OK;
 }
 
@@ -228,7 +238,10 @@ neph_result np_model_read_water(const np_model *model, np_model_grid grid, np_mo
   neph_result result = read_fields(&v, grid, rows);
   if (!result) result = tally_water(&v, NP_MODEL_LIQUID, rows, tally);
   if (!result) result = tally_water(&v, NP_MODEL_ICE, rows, tally);
-  for (size_t i = 0; i < v.count && !result; i++) out_values[i] = compute_value(&v, grid, i);
+  for (size_t i = 0; i < v.count && !result; i++) {
+    out_values[i] = compute_value(&v, grid, i);
+    tally->airless_count += v.fields[NP_MODEL_DENSITY] && out_values[i] > 0.0 && !has_density(&v, i);
+  }
   for (int role = 0; role < NP_MODEL_ROLES; role++) np_alloc_free(model->context, v.fields[role]);
   return result;
 }

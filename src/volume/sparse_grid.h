@@ -79,6 +79,9 @@ void np_sparse_grid_sort(np_sparse_grid *grid);
  * caller clears it, whatever the outcome. */
 neph_result np_sparse_grid_halve(const np_sparse_grid *fine, const char *name, np_sparse_grid *out_coarse);
 
+/* Replaces a grid by one of half the resolution; on failure it stays. */
+neph_result np_sparse_grid_halve_in_place(np_sparse_grid *grid);
+
 uint64_t np_sparse_grid_count_active(const np_sparse_grid *grid);
 
 /* Index box of the active samples. */

@@ -117,3 +117,11 @@ neph_result np_sparse_grid_halve(const np_sparse_grid *fine, const char *name, n
   np_alloc_free(fine->context, origins);
   return result;
 }
+
+neph_result np_sparse_grid_halve_in_place(np_sparse_grid *grid) {
+  np_sparse_grid coarse = {0};
+  const neph_result result = np_sparse_grid_halve(grid, grid->name, &coarse);
+  np_sparse_grid_clear(result ? &coarse : grid);
+  if (!result) *grid = coarse;
+  return result;
+}

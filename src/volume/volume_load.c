@@ -198,15 +198,6 @@ static neph_result load_grid(load_job *job, const neph_volume_load_desc *desc, n
   return result;
 }
 
-/* Halves the resolution of a grid in place. */
-static neph_result halve(np_sparse_grid *grid) {
-  np_sparse_grid coarse = {0};
-  const neph_result result = np_sparse_grid_halve(grid, grid->name, &coarse);
-  np_sparse_grid_clear(result ? &coarse : grid);
-  if (!result) *grid = coarse;
-  return result;
-}
-
 /* ---- Levels of detail ---- */
 
 static neph_result check_mark(const load_job *first, unsigned number, const load_job *level) {
@@ -290,7 +281,7 @@ static neph_result create(load_job *job, np_monitor *monitor, neph_volume **out_
   if (grid->frustum.is_enabled && !job->query.is_field)
     return np_volume_create_from_frustum(job->context, grid, desc->is_halved, desc->precision, monitor, out_volume);
   if (grid->frustum.is_enabled) result = np_frustum_flatten(grid, false, monitor);
-  if (!result && desc->is_halved) result = halve(grid);
+  if (!result && desc->is_halved) result = np_sparse_grid_halve_in_place(grid);
   grid->is_consumed = true;
   return result ? result : np_volume_create_from_grid(job->context, grid, desc->precision, monitor, out_volume);
 }

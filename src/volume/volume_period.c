@@ -237,20 +237,11 @@ static np_grid_extent get_extent(const tiling *t, bool is_halved) {
   return out;
 }
 
-/* Replaces a grid by one of half the resolution. */
-static neph_result halve(np_sparse_grid *grid) {
-  np_sparse_grid coarse = {0};
-  const neph_result result = np_sparse_grid_halve(grid, grid->name, &coarse);
-  np_sparse_grid_clear(result ? &coarse : grid);
-  if (!result) *grid = coarse;
-  return result;
-}
-
 static neph_result create(tiling *t, const neph_volume_load_desc *desc, np_monitor *monitor, neph_volume **out_volume) {
   const np_grid_extent extent = get_extent(t, desc->is_halved);
   int32_t period[2];
   for (int a = 0; a < 2; a++) period[a] = desc->is_halved ? t->stored[a] / 2 : t->stored[a];
-  neph_result result = desc->is_halved ? halve(t->grid) : NEPH_OK;
+  neph_result result = desc->is_halved ? np_sparse_grid_halve_in_place(t->grid) : NEPH_OK;
   if (!result)
     result =
         np_volume_create_periodic(t->grid->context, t->grid, desc->precision, period, &extent, monitor, out_volume);

@@ -80,18 +80,9 @@ static void change(uint8_t *file, const uint8_t *data, size_t size) {
 }
 
 static void read_file(const uint8_t *data, size_t size) {
-  neph_context *context = fuzz_get_context();
-  const char *path = fuzz_write_file("cloud.nvdb", data, size);
   neph_volume_load_desc desc = NEPH_VOLUME_LOAD_DESC_DEFAULT;
-  neph_volume *volume;
-  char *text;
-  fuzz_expect(neph_volume_describe_file(context, path, NEPH_TEXT_JSON, &text));
-  neph_text_destroy(context, text);
   desc.policy = NEPH_IMPORT_REPAIR;
-  fuzz_expect(neph_volume_load(context, path, &desc, &volume));
-  neph_volume_release(volume);
-  fuzz_expect(neph_volume_load_memory(context, data, size, &desc, &volume));
-  neph_volume_release(volume);
+  fuzz_read_volume("cloud.nvdb", data, size, &desc);
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {

@@ -66,3 +66,16 @@ void fuzz_expect_any(neph_result result) {
   if ((errors > 0) != (result != NEPH_OK)) abort();
   check_result(result);
 }
+
+void fuzz_read_volume(const char *name, const uint8_t *data, size_t size, const neph_volume_load_desc *desc) {
+  neph_context *own = fuzz_get_context();
+  const char *file = fuzz_write_file(name, data, size);
+  neph_volume *volume;
+  char *text;
+  fuzz_expect(neph_volume_describe_file(own, file, NEPH_TEXT_JSON, &text));
+  neph_text_destroy(own, text);
+  fuzz_expect(neph_volume_load(own, file, desc, &volume));
+  neph_volume_release(volume);
+  fuzz_expect(neph_volume_load_memory(own, data, size, desc, &volume));
+  neph_volume_release(volume);
+}

@@ -7,7 +7,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include <nephos/context.h>
+#include <nephos/volume.h>
 
 /* A context of one thread, created by the first call and destroyed at the end of the program. */
 neph_context *fuzz_get_context(void);
@@ -21,6 +21,9 @@ void fuzz_expect(neph_result result);
 
 /* The same of a call that does much, and may say all that it finds wrong. */
 void fuzz_expect_any(neph_result result);
+
+/* Describes a volume's file, and loads it by a description from disk and from memory. */
+void fuzz_read_volume(const char *name, const uint8_t *data, size_t size, const neph_volume_load_desc *desc);
 
 /* libFuzzer's entry, which each target defines. */
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
