@@ -143,6 +143,35 @@ static void leaves_a_gap(void **state) {
   neph_volume_release(volume);
 }
 
+/* Transmittance along x from the first voxel of a field that ends at a reach; 0: nowhere. */
+static double pass_field(neph_context *context, const char *path, double reach_m) {
+  neph_volume_load_desc desc = NEPH_VOLUME_LOAD_DESC_DEFAULT;
+  neph_volume *volume;
+  desc.repeat_m[0] = desc.repeat_m[1] = NEPH_REPEAT_FILE;
+  desc.repeat_reach_m[0] = desc.repeat_reach_m[1] = reach_m;
+  assert_int_equal(neph_volume_load(context, path, &desc, &volume), NEPH_OK);
+  const np_instance placed = {
+      .bricks = &volume->bricks, .world_to_index = volume->world_to_index, .extinction_per_value = 1e-4f};
+  const np_instances clouds = {.count = 1, .at = &placed};
+  const double y = voxel_m * (first_voxel[1] + 5), z = voxel_m * (first_voxel[2] + 4);
+  np_random random = np_random_start(5, 0, 0, 0, 0);
+  const double passed = (double)np_track_transmittance(&clouds, np_dvec3_make(voxel_m * first_voxel[0], y, z),
+                                                       np_vec3_make(1.0f, 0.0f, 0.0f), INFINITY, 700.0, &random);
+  neph_volume_release(volume);
+  return passed;
+}
+
+/* A ray passes twice the depth of a field that reaches twice as far, and nothing gets through one without end. Both
+ * reaches are whole numbers of the stored period, two of the file's. */
+static void ends_at_its_reach(void **state) {
+  test_fixture *f = *state;
+  write_field(f->context, f->path, 1);
+  const double near = pass_field(f->context, f->path, 5e3), far = pass_field(f->context, f->path, 10e3);
+  assert_true(near > 0.5 && near < 0.95);
+  assert_near(log(far) / log(near), 2.0, 1e-4);
+  assert_true(pass_field(f->context, f->path, 0.0) < 1e-100);
+}
+
 /* ---- Nearest samples ---- */
 
 static neph_volume *create_step(neph_context *context, neph_interpolation interpolation, neph_precision precision) {
@@ -332,9 +361,9 @@ static int set_up_file(void **state) { return test_set_up(state, 2, "field.vdb")
 #define ON_FILE(test) cmocka_unit_test_setup_teardown(test, set_up_file, test_tear_down)
 
 int main(void) {
-  const struct CMUnitTest tests[] = {ON_FILE(repeats_as_copies), ON_FILE(repeats_halved),
-                                     ON_FILE(leaves_a_gap),      ON_FILE(keeps_steps_sharp),
-                                     ON_FILE(integrates_steps),  ON_FILE(pictures_equal_copies),
-                                     ON_FILE(refuses),           ON_FILE(refuses_sequences_and_bakes)};
+  const struct CMUnitTest tests[] = {
+      ON_FILE(repeats_as_copies),     ON_FILE(repeats_halved),    ON_FILE(leaves_a_gap),
+      ON_FILE(ends_at_its_reach),     ON_FILE(keeps_steps_sharp), ON_FILE(integrates_steps),
+      ON_FILE(pictures_equal_copies), ON_FILE(refuses),           ON_FILE(refuses_sequences_and_bakes)};
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

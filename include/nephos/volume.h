@@ -80,7 +80,9 @@ typedef struct neph_volume_load_desc {
   double repeat_m[2];    /**< period along x and along y, in metres of the file: a whole number of its voxels, at least
                               the box of its active voxels; NEPH_REPEAT_FILE: that box; 0 (default): no repetition */
   double repeat_voxel_m; /**< length of the largest voxel edge by which repeat_m is measured; 0 (default): the file's */
-  neph_volume_model model; /**< reading of NetCDF files */
+  double repeat_reach_m[2]; /**< distance from the first voxel to which it repeats either way along x and along y, at
+                               least one period, in metres of the file; 0 (default): without end */
+  neph_volume_model model;  /**< reading of NetCDF files */
 } neph_volume_load_desc;
 
 #define NEPH_REPEAT_FILE (-1.0)
@@ -90,7 +92,7 @@ typedef struct neph_volume_load_desc {
     .struct_size = sizeof(neph_volume_load_desc), .grid = NULL, .precision = NEPH_PRECISION_HALF,                      \
     .policy = NEPH_IMPORT_REFUSE, .level_set_voxels = 0.0, .ramp = {0.0, 0.0, 1.0, 1.0}, .progress = NULL,             \
     .progress_user = NULL, .is_halved = false, .interpolation = NEPH_INTERPOLATION_LINEAR, .repeat_m = {0.0, 0.0},     \
-    .repeat_voxel_m = 0.0, .model = {                                                                                  \
+    .repeat_voxel_m = 0.0, .repeat_reach_m = {0.0, 0.0}, .model = {                                                    \
       .dispersion = 0.8,                                                                                               \
       .step = 1.0                                                                                                      \
     }                                                                                                                  \

@@ -57,8 +57,10 @@ neph_volume_load_desc np_cloud_file_describe_load(const np_scene_cloud *cloud) {
   desc.ramp = cloud->ramp;
   desc.interpolation = cloud->interpolation;
   desc.repeat_voxel_m = cloud->voxel_m;
-  for (int a = 0; a < 2 && cloud->repeat != NP_REPEAT_NONE; a++)
+  for (int a = 0; a < 2 && cloud->repeat != NP_REPEAT_NONE; a++) {
     desc.repeat_m[a] = cloud->repeat == NP_REPEAT_FILE ? NEPH_REPEAT_FILE : cloud->repeat_m[a] / fabs(cloud->scale[a]);
+    desc.repeat_reach_m[a] = cloud->repeat_reach_m / fabs(cloud->scale[a]);
+  }
   desc.model = cloud->model;
   return desc;
 }

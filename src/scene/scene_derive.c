@@ -63,6 +63,10 @@ static void derive_files(neph_scene *scene) {
   }
 }
 
+/* Distance at which a flat field ends over a planet: 3.1 km above the Earth's sphere, where rays would meet it far
+ * beyond the horizon. */
+static const double field_reach_m = 200e3;
+
 /* Chooses the time step of a model's file: a set one, or that of the frame, with the policy of missing frames. */
 static void derive_step(const neph_scene *scene, np_scene_cloud *cloud) {
   static const neph_step_beyond policies[] = {[NP_MISSING_EMPTY] = NEPH_STEP_EMPTY,
@@ -113,7 +117,10 @@ neph_result np_scene_derive(neph_scene *scene) {
   if (!result) derive_frame_times(scene);
   if (!result) result = name_maps(scene);
   if (!result) derive_files(scene);
-  for (unsigned i = 0; i < scene->cloud_count; i++) derive_step(scene, &scene->clouds[i]);
+  for (unsigned i = 0; i < scene->cloud_count; i++) {
+    derive_step(scene, &scene->clouds[i]);
+    scene->clouds[i].repeat_reach_m = scene->environment.has_planet ? field_reach_m : 0.0;
+  }
   if (!result) result = derive_repeats(scene);
   if (!result) np_scene_derive_reach(scene);
   return result;

@@ -209,7 +209,8 @@ typedef struct np_scene_cloud {
   neph_precision precision;
   neph_interpolation interpolation;
   np_repeat repeat;
-  double repeat_m[2]; /* periods, if they are lengths */
+  double repeat_m[2];    /* periods, if they are lengths */
+  double repeat_reach_m; /* derived: where the field ends; 0: nowhere */
   bool is_baked;
   char *preset;         /* bake preset; NULL: none */
   neph_cloud_desc bake; /* its map_file, of the scene's frame, is owned */

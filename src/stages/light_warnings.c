@@ -86,31 +86,9 @@ static void warn_of_night(const neph_scene *scene, const np_scene_lights *lights
          sun);
 }
 
-/* ---- Endless fields ---- */
-
-/* Rays towards a sun this low meet a flat field far beyond the horizon. */
-static const double field_sun_deg = 0.5;
-
-static bool hides_sun(const neph_scene *scene, const np_plan *plan, const np_scene_lights *lights) {
-  bool has_field = false;
-  for (unsigned i = 0; i < scene->cloud_count; i++) has_field = has_field || scene->clouds[i].repeat != NP_REPEAT_NONE;
-  return has_field && scene->environment.has_planet && np_request_traces_air(&plan->request) &&
-         get_elevation_deg(lights) < field_sun_deg;
-}
-
-static void warn_of_field(const neph_scene *scene, const np_scene_lights *lights) {
-  char sun[SUN_SIZE];
-  describe_sun(scene, lights, sun);
-  np_log(
-      scene->context, NEPH_LOG_WARNING,
-      "%s, and a cloud repeats without end: the field is flat and hides so low a sun beyond the horizon, where paths "
-      "through traced air become many times too dark; use render.atmosphere: tables, or the march",
-      sun);
-}
-
 /* ---- Once for a scene ---- */
 
-enum { SLOT_TIME, SLOT_NIGHT, SLOT_FIELD };
+enum { SLOT_TIME, SLOT_NIGHT };
 
 static const char stage_of_warnings;
 
@@ -143,17 +121,9 @@ static neph_result log_night(const neph_scene *scene, const np_plan *plan, np_st
   return set_logged(scene->context, stores, SLOT_NIGHT);
 }
 
-static neph_result log_field(const neph_scene *scene, const np_plan *plan, np_stores *stores,
-                             const np_scene_lights *lights) {
-  if (is_logged(stores, SLOT_FIELD) || !hides_sun(scene, plan, lights)) return NEPH_OK;
-  warn_of_field(scene, lights);
-  return set_logged(scene->context, stores, SLOT_FIELD);
-}
-
 neph_result np_light_warnings_log(const neph_scene *scene, const np_plan *plan, np_stores *stores,
                                   const np_scene_lights *lights, double longitude_rad) {
   if (!lights) return NEPH_OK;
   neph_result result = log_time(scene, stores, lights, longitude_rad);
-  if (!result) result = log_night(scene, plan, stores, lights);
-  return result ? result : log_field(scene, plan, stores, lights);
+  return result ? result : log_night(scene, plan, stores, lights);
 }

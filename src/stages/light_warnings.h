@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Warnings about the sun's place, once for each scene: a time without a zone, a night that nothing
- * lights, and a low sun over an endless field. */
+/* Warnings about the sun's place, once for each scene: a time without a zone, and a night that nothing lights. */
 #ifndef NP_STAGES_LIGHT_WARNINGS_H
 #define NP_STAGES_LIGHT_WARNINGS_H
 

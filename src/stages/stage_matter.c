@@ -43,6 +43,7 @@ static void add_file(np_hash *hash, const np_plan *plan, const np_scene_cloud *c
     const neph_volume_load_desc load = np_cloud_file_describe_load(cloud);
     NP_HASH_ADD(hash, load.repeat_m);
     NP_HASH_ADD(hash, load.repeat_voxel_m);
+    NP_HASH_ADD(hash, load.repeat_reach_m);
   }
   const neph_precision precision = np_plan_get_precision(plan, cloud);
   NP_HASH_ADD(hash, precision);

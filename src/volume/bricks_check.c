@@ -19,8 +19,8 @@ static bool check_axis(const np_bricks *b, int a) {
   if (b->lead[a] != (b->origin[a] & (NP_BRICK_NODE_EDGE - 1))) return false;
   if (b->table_size[a] != (b->lead[a] + b->size[a] + NP_BRICK_NODE_EDGE - 1) >> NP_BRICK_NODE_SHIFT) return false;
   if (!is_periodic) return b->reach_low[a] == b->origin[a] && b->reach_high[a] == b->origin[a] + b->size[a];
-  return b->origin[a] == 0 && b->period[a] == NP_BRICK_EDGE * b->size[a] && b->reach_low[a] == -far &&
-         b->reach_high[a] == far;
+  return b->origin[a] == 0 && b->period[a] == NP_BRICK_EDGE * b->size[a] && b->reach_low[a] == -b->reach_high[a] &&
+         b->reach_high[a] >= b->size[a] && b->reach_high[a] <= far;
 }
 
 bool np_bricks_check_shape(const np_bricks *b) {

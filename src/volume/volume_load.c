@@ -328,6 +328,10 @@ static neph_result check_desc(neph_context *context, const neph_volume_load_desc
       return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
                      "neph_volume_load_desc.repeat_m[%d] is %g, must be at least 0, or NEPH_REPEAT_FILE", a,
                      desc->repeat_m[a]);
+  for (int a = 0; a < 2; a++)
+    if (!(desc->repeat_reach_m[a] >= 0.0 && isfinite(desc->repeat_reach_m[a])))
+      return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
+                     "neph_volume_load_desc.repeat_reach_m[%d] is %g, must be at least 0", a, desc->repeat_reach_m[a]);
   if (!(desc->repeat_voxel_m >= 0.0 && isfinite(desc->repeat_voxel_m)))
     return np_fail(context, NEPH_ERROR_INVALID_ARGUMENT,
                    "neph_volume_load_desc.repeat_voxel_m is %g, must be at least 0", desc->repeat_voxel_m);

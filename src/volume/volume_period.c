@@ -248,6 +248,17 @@ static neph_result create(tiling *t, const neph_volume_load_desc *desc, np_monit
   return result;
 }
 
+/* Ends the field at the reach: bricks that rays walk through. */
+static void limit_reach(const tiling *t, const neph_volume_load_desc *desc, np_bricks *bricks) {
+  for (int a = 0; a < 2; a++) {
+    if (!bricks->is_periodic[a] || !(desc->repeat_reach_m[a] > 0.0)) continue;
+    const double edge_m = (desc->is_halved ? 2.0 : 1.0) * NP_BRICK_EDGE * get_scaled_edge(t->source, desc, a);
+    const double count = fmax(ceil(desc->repeat_reach_m[a] / edge_m), bricks->size[a]);
+    if (count < bricks->reach_high[a]) bricks->reach_high[a] = (int32_t)count;
+    bricks->reach_low[a] = -bricks->reach_high[a];
+  }
+}
+
 neph_result np_volume_create_repeating(const np_sparse_grid *grid, const neph_volume_load_desc *desc,
                                        np_monitor *monitor, neph_volume **out_volume) {
   np_sparse_grid made = {0};
@@ -261,7 +272,10 @@ neph_result np_volume_create_repeating(const np_sparse_grid *grid, const neph_vo
   describe_stored(&t);
   result = tile_grid(&t, monitor);
   if (!result) result = create(&t, desc, monitor, out_volume);
-  if (!result) (*out_volume)->active_voxel_count = np_sparse_grid_count_active(grid);
+  if (!result) {
+    limit_reach(&t, desc, &(*out_volume)->bricks);
+    (*out_volume)->active_voxel_count = np_sparse_grid_count_active(grid);
+  }
   np_sparse_grid_clear(&made);
   return result;
 }
