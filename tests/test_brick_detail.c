@@ -6,6 +6,7 @@
 #include "core/context_private.h"
 #include "core/isa.h"
 #include "core/units.h"
+#include "plan/plan_detail.h"
 #include "scene/scene_private.h"
 #include "test_support.h"
 #include "volume/brick_detail.h"
@@ -176,8 +177,30 @@ static void faces_are_not_seen(void **state) {
     at[n % 3] += step;
     const float a = np_bricks_sample(&detailed->bricks, np_dvec3_make(at[0], at[1], at[2])),
                 b = np_bricks_sample(&detailed->bricks, np_dvec3_make(below[0], below[1], below[2]));
-    assert_near((double)a, (double)b, 5e-3); /* √(2t/w) is steep at 0: √(2·2e-5/3/0.35)·0.7 at most */
+    assert_near((double)a, (double)b, 7e-3); /* √(2t/w) is steep at 0: √(2·2e-5/3/0.15)·0.7 at most */
   }
+  np_detailed_bricks_destroy(detailed);
+  neph_volume_release(volume);
+}
+
+/* Layers that end early give what all of them give. */
+static void layers_end_without_a_difference(void **state) {
+  test_fixture *f = *state;
+  neph_volume *volume = make_volume(f->context, sample_ball, false);
+  np_detailed_bricks *detailed = add_detail(f->context, volume, 1.0f, 2.0, 7);
+  const np_brick_detail *detail = &detailed->detail;
+  np_random random = np_random_start(3, 0, 0, 0, 0);
+  int between = 0;
+  for (int n = 0; n < 40000; n++) {
+    const np_dvec3 place = draw_place(&random);
+    const double at[3] = {place.x, place.y, place.z};
+    const float edge = np_brick_detail_get_edge(np_random_float(&random), detail->width);
+    const float rank = np_brick_detail_get_rank(detail, np_brick_detail_get_noise(detail, at));
+    const float all = np_brick_detail_get_step(detail, edge, rank), early = np_brick_detail_select(detail, at, edge);
+    assert_near((double)early, (double)all, 1e-5);
+    between += all > 0.0f && all < 1.0f;
+  }
+  assert_in_range(between, 3000, 9000); /* the width of the step is 0.15 */
   np_detailed_bricks_destroy(detailed);
   neph_volume_release(volume);
 }
@@ -372,6 +395,73 @@ static void bad_values_are_refused(void **state) {
   neph_scene_destroy(scene);
 }
 
+/* ---- Detail where voxels are seen ---- */
+
+/* A lens narrow enough for a voxel to cover three pixels, and one so wide that it covers less than one. */
+static const char narrow[] = "20 deg", wide[] = "90 deg";
+
+static void render_lens(test_fixture *f, const char *integrator, const char *quality, const char *fov,
+                        const char *detail, picture *out) {
+  neph_scene *scene;
+  neph_image *image;
+  assert_int_equal(neph_scene_load_text(f->context, scene_text, NULL, &scene), NEPH_OK);
+  assert_int_equal(neph_scene_set(scene, "render.quality", quality), NEPH_OK);
+  assert_int_equal(neph_scene_set(scene, "render.integrator", integrator), NEPH_OK);
+  assert_int_equal(neph_scene_set(scene, "camera.fov", fov), NEPH_OK);
+  if (detail && neph_scene_set(scene, "clouds[0].detail", detail)) fail_msg("%s", f->log.text);
+  if (neph_render_image(scene, NULL, &image)) fail_msg("%s", f->log.text);
+  memcpy(out->y, neph_image_get_channel(image, "G"), sizeof out->y);
+  neph_image_destroy(image);
+  neph_scene_destroy(scene);
+}
+
+/* Automatic detail comes where voxels are seen, in final pictures. Elsewhere a cloud has the bits of none. */
+static void detail_comes_where_voxels_are_seen(void **state) {
+  test_fixture *f = *state;
+  static const char *const integrators[] = {"march", "path"};
+  for (int i = 0; i < 2; i++) {
+    picture none, seen;
+    render_lens(f, integrators[i], "final", narrow, NULL, &none);
+    render_lens(f, integrators[i], "final", narrow, "auto", &seen);
+    assert_memory_not_equal(&seen, &none, sizeof none);
+    assert_near_relative(sum_pixels(&seen), sum_pixels(&none), 0.1);
+    render_lens(f, integrators[i], "final", wide, NULL, &none);
+    render_lens(f, integrators[i], "final", wide, "auto", &seen);
+    assert_memory_equal(&seen, &none, sizeof none);
+    render_lens(f, integrators[i], "preview", narrow, NULL, &none);
+    render_lens(f, integrators[i], "preview", narrow, "auto", &seen);
+    assert_memory_equal(&seen, &none, sizeof none);
+  }
+}
+
+/* Strength of a cloud's detail, seen from a distance. */
+static double get_strength(const neph_scene *scene, double distance_m) {
+  const np_request request = {.desc = {.width = 960, .height = 540}};
+  const np_dvec3 low = {-100.0, distance_m, -100.0}, high = {100.0, distance_m + 200.0, 100.0};
+  return np_plan_get_fine_detail(&request, scene, &scene->clouds[0], 40.0, low, high).strength;
+}
+
+/* All of it within three pixels a voxel, nothing from one and a half on, and no step between. */
+static void strength_goes_by_pixels_without_a_step(void **state) {
+  test_fixture *f = *state;
+  neph_scene *scene;
+  assert_int_equal(neph_scene_load_text(f->context, scene_text, NULL, &scene), NEPH_OK);
+  assert_int_equal(neph_scene_set(scene, "clouds[0].detail", "auto"), NEPH_OK);
+  for (int a = 0; a < 3; a++) scene->camera.position_m[a] = 0.0;
+  const double pixel_rad = np_scene_camera_get_pixel_rad(&scene->camera, 960, 540), most = 0.8;
+  assert_near(get_strength(scene, 0.0), most, 1e-9);
+  assert_near(get_strength(scene, 40.0 / (3.01 * pixel_rad)), most, 1e-9);
+  assert_near(get_strength(scene, 40.0 / (2.25 * pixel_rad)), 0.5 * most, 1e-9);
+  assert_near(get_strength(scene, 40.0 / (1.49 * pixel_rad)), 0.0, 1e-9);
+  double before = most;
+  for (double pixels = 3.2; pixels > 1.4; pixels -= 0.01) {
+    const double strength = get_strength(scene, 40.0 / (pixels * pixel_rad));
+    assert_true(strength <= before + 1e-9 && strength > before - 0.01);
+    before = strength;
+  }
+  neph_scene_destroy(scene);
+}
+
 /* A placement's members are the keys. */
 static void placements_have_detail(void **state) {
   test_fixture *f = *state;
@@ -480,12 +570,15 @@ int main(void) {
       cmocka_unit_test_setup_teardown(mean_is_that_of_the_grid, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(lines_follow_their_footprint, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(faces_are_not_seen, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(layers_end_without_a_difference, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(bits_are_those_of_any_threads_and_instructions, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(failed_allocations_leave_nothing, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(tracking_is_unbiased, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(pictures_follow_the_keys, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(march_is_close_to_path, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(an_import_has_detail, set_up_file, test_tear_down),
+      cmocka_unit_test_setup_teardown(detail_comes_where_voxels_are_seen, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(strength_goes_by_pixels_without_a_step, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(bad_values_are_refused, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(placements_have_detail, set_up, test_tear_down),
   };

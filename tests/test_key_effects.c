@@ -329,6 +329,7 @@ static const struct {
     {"clouds[].pivot", "test_placement.c"},
     {"clouds[].phase.table", "cli/phase_table.sh"},
     {"clouds[].emission.color", "test_cloud_colors.c"},
+    {"clouds[].detail", "test_brick_detail.c"},
     {"clouds[].detail.strength", "test_brick_detail.c"},
     {"clouds[].detail.size", "test_brick_detail.c"},
     {"clouds[].detail.seed", "test_brick_detail.c"},

@@ -86,6 +86,7 @@ static const companion companions[] = {
     {"sun.limb_darkening", NULL, "sun.angular_radius", "8 deg"},
     {"atmosphere.layers[]", NULL, "atmosphere.layers", "[{scattering: 1e-4 1/m, absorption: 1e-5 1/m}]"},
     {"atmosphere.layers[].absorber", NULL, "render.wavelengths", "6"},
+    {"clouds[].detail", NULL, "camera.fov", "14 deg"}, /* voxels of more than two pixels */
     {"clouds[].netcdf", NULL, "clouds[0].netcdf", "{file: " NEPHOS_TEST_SOURCE_DIR "/data/netcdf/ball.nc}"},
     {"clouds[].pivot", NULL, "clouds[0].position", "[0 m, 0 m, 900 m]"},
     {"clouds[].reference_frame", "all", "clouds[0].vdb", "cloud.####.vdb"},

@@ -91,7 +91,7 @@ static neph_result count_cloud(const neph_scene *scene, const np_request *reques
   const np_voxel_counts before = inputs->voxels;
   neph_result result = np_plan_choose_cloud_file(request, scene, cloud, &file);
   if (!result && !file.is_missing) result = count_source(scene, request, cloud, &file, inputs);
-  if (cloud->detail.is_enabled && cloud->detail.strength > 0.0)
+  if (np_plan_has_fine_detail(request, scene, cloud))
     for (int k = 0; k < 2; k++) inputs->voxels.detailed[k] += inputs->voxels.cloud[k] - before.cloud[k];
   np_alloc_free(request->context, file.path);
   return result;

@@ -22,14 +22,18 @@ static double get_pixel_rad(const np_request *request, const neph_scene *scene) 
   return np_scene_camera_get_pixel_rad(&scene->reach.narrowest, detail.desc.width, detail.desc.height);
 }
 
-/* Distance of a box from the nearest place of the camera in any frame. */
-static double compute_nearest(const neph_scene *scene, np_dvec3 low, np_dvec3 high) {
-  const double *near = scene->reach.camera_min_m, *far = scene->reach.camera_max_m;
+/* Distance between two boxes. */
+static double compute_gap(const double near[3], const double far[3], np_dvec3 low, np_dvec3 high) {
   const np_dvec3 outside = {fmax(fmax(low.x - far[0], near[0] - high.x), 0.0),
                             fmax(fmax(low.y - far[1], near[1] - high.y), 0.0),
                             fmax(fmax(low.z - far[2], near[2] - high.z), 0.0)};
-  if (scene->camera.kind == NEPH_CAMERA_ORTHOGRAPHIC) return np_scene_camera_get_target_m(&scene->reach.narrowest);
   return np_dvec3_length(outside);
+}
+
+/* Distance of a box from the nearest place of the camera in any frame. */
+static double compute_nearest(const neph_scene *scene, np_dvec3 low, np_dvec3 high) {
+  if (scene->camera.kind == NEPH_CAMERA_ORTHOGRAPHIC) return np_scene_camera_get_target_m(&scene->reach.narrowest);
+  return compute_gap(scene->reach.camera_min_m, scene->reach.camera_max_m, low, high);
 }
 
 /* Distance at which a box is seen nearest in any frame; parallel rays see all at the distance of their target. */
@@ -75,6 +79,54 @@ neph_cloud_desc np_plan_get_bake(const np_request *request, const neph_scene *sc
   bake.voxel_m *= compute_factor(request, scene, cloud, &bake);
   return bake;
 }
+
+/* ---- Detail finer than voxels ---- */
+
+/* Pixels of a voxel at which detail has all of its strength. */
+static const double full_pixels = 2.0 * NP_DETAIL_PIXELS;
+
+/* Pixels that a voxel covers at the nearest point of a box, seen by the camera of the frame. */
+static double count_voxel_pixels(const np_request *request, const neph_scene *scene, double voxel_m, np_dvec3 low,
+                                 np_dvec3 high) {
+  const np_scene_camera *camera = &scene->camera;
+  const np_request detail = np_request_get_detail(request, scene);
+  const double pixel_rad = np_scene_camera_get_pixel_rad(camera, detail.desc.width, detail.desc.height);
+  const double distance = camera->kind == NEPH_CAMERA_ORTHOGRAPHIC
+                              ? np_scene_camera_get_target_m(camera)
+                              : compute_gap(camera->position_m, camera->position_m, low, high);
+  return voxel_m / (pixel_rad * fmax(distance, voxel_m));
+}
+
+/* Kinds whose billows go on below the voxels. Sheets, fog, fibres and trails have none at their edges. */
+static bool has_billows(neph_cloud_model model) {
+  return model == NEPH_CLOUD_MODEL_THERMALS || model == NEPH_CLOUD_MODEL_CELLS || model == NEPH_CLOUD_MODEL_HERO ||
+         model == NEPH_CLOUD_MODEL_DECK;
+}
+
+static bool has_auto_detail(const neph_scene *scene, const np_scene_cloud *cloud) {
+  return cloud->detail.kind == NP_DETAIL_AUTO && scene->render.quality >= NP_QUALITY_FINAL &&
+         (!cloud->is_baked || has_billows(cloud->bake.model));
+}
+
+np_scene_detail np_plan_get_fine_detail(const np_request *request, const neph_scene *scene, const np_scene_cloud *cloud,
+                                        double voxel_m, np_dvec3 low, np_dvec3 high) {
+  np_scene_detail detail = cloud->detail;
+  if (detail.kind == NP_DETAIL_GIVEN) return detail;
+  const double pixels = has_auto_detail(scene, cloud) ? count_voxel_pixels(request, scene, voxel_m, low, high) : 0.0;
+  detail.strength *= fmin(fmax((pixels - NP_DETAIL_PIXELS) / (full_pixels - NP_DETAIL_PIXELS), 0.0), 1.0);
+  return detail;
+}
+
+bool np_plan_has_fine_detail(const np_request *request, const neph_scene *scene, const np_scene_cloud *cloud) {
+  if (cloud->detail.kind == NP_DETAIL_GIVEN) return cloud->detail.strength > 0.0;
+  if (!cloud->is_baked || !has_auto_detail(scene, cloud)) return false;
+  const neph_cloud_desc bake = np_plan_get_bake(request, scene, cloud);
+  const double voxel_m = bake.voxel_m * np_scene_cloud_get_scale(cloud);
+  const double pixel_rad = get_pixel_rad(request, scene);
+  return voxel_m > NP_DETAIL_PIXELS * pixel_rad * compute_cloud_distance(scene, cloud, &bake);
+}
+
+/* ---- Bakes ---- */
 
 /* Parallel rays see all places at the scale of their target, wherever the camera is. */
 static void set_viewers(const neph_scene *scene, const np_scene_cloud *cloud, double pixel_rad, neph_bake_desc *desc) {

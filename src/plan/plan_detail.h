@@ -6,6 +6,8 @@
 #include "cloud/lod.h"
 #include "plan/request.h"
 
+#define NP_DETAIL_PIXELS 1.5
+
 enum { NP_COPY_LEVELS_MAX = 4 }; /* halvings for which the voxels of a tile are rounded (cloud/repeat.h) */
 
 /* A cloud to bake, in the request's frame. Voxels are enlarged by powers of √2, so that a moving camera seldom changes
@@ -37,6 +39,16 @@ np_bake_voxels np_plan_count_bake_voxels(const np_request *request, const neph_s
 
 /* Whether those voxels are larger than the scene's: then the cloud is baked to memory, and its file left alone. */
 bool np_plan_is_coarsened(const np_request *request, const neph_scene *scene, const np_scene_cloud *cloud);
+
+/* Detail finer than a cloud's voxels: as the scene describes it, or, if it is automatic, in pictures of final quality
+ * where a voxel of `voxel_m` at the nearest point of the world box covers more pixels than NP_DETAIL_PIXELS. Its
+ * strength then grows with those pixels without a step. A strength of 0: none. */
+np_scene_detail np_plan_get_fine_detail(const np_request *request, const neph_scene *scene, const np_scene_cloud *cloud,
+                                        double voxel_m, np_dvec3 low, np_dvec3 high);
+
+/* Whether a cloud is predicted to have such detail. The voxels of files are not known yet: they have what the scene
+ * describes. */
+bool np_plan_has_fine_detail(const np_request *request, const neph_scene *scene, const np_scene_cloud *cloud);
 
 /* Generated mountains, with half, a quarter and so on of the scene's heights along a side. */
 neph_ridges_desc np_plan_get_ridges(const np_request *request, const neph_scene *scene);

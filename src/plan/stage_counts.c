@@ -43,7 +43,7 @@ void np_stage_count_volumes(const np_plan *plan, const neph_scene *scene, np_cos
   for (unsigned i = 0; i < scene->cloud_count; i++) {
     const np_scene_cloud *cloud = &scene->clouds[i];
     out->of[cloud->is_baked ? NP_UNIT_BAKE : NP_UNIT_READ_FILE] += cloud->volume ? 0.0 : 1.0;
-    out->of[NP_UNIT_DETAIL] += cloud->detail.is_enabled && cloud->detail.strength > 0.0;
+    out->of[NP_UNIT_DETAIL] += np_plan_has_fine_detail(&plan->request, scene, cloud);
     if (np_plan_get_precision(plan, cloud) == NEPH_PRECISION_FLOAT) sample_bytes = sizeof(float);
   }
   const double stored = np_plan_get_cloud_voxels(plan);

@@ -301,7 +301,7 @@ static neph_result check_endless(const neph_scene *scene, unsigned index, const 
 static neph_result check_interpolation(const neph_scene *scene, unsigned index, const np_node *node,
                                        np_scene_problems *problems) {
   const np_scene_cloud *cloud = &scene->clouds[index];
-  if (cloud->interpolation == NEPH_INTERPOLATION_LINEAR || !cloud->detail.is_enabled) return NEPH_OK;
+  if (cloud->interpolation == NEPH_INTERPOLATION_LINEAR || cloud->detail.kind == NP_DETAIL_NONE) return NEPH_OK;
   return np_scene_fail_at(
       problems, np_node_search(node, "interpolation"),
       "clouds[%u].interpolation is nearest, which excludes clouds[%u].detail: leave one of them out", index, index);

@@ -141,9 +141,12 @@ typedef struct np_scene_emission {
 #define NP_TEMPERATURE_KEY "clouds[].emission.temperature"
 #define NP_FLAME_KEY "clouds[].emission.flame"
 
+/* Detail of a cloud: none, where its voxels are seen, or as the scene describes it. */
+typedef enum np_detail_kind { NP_DETAIL_NONE, NP_DETAIL_AUTO, NP_DETAIL_GIVEN } np_detail_kind;
+
 /* Procedural detail finer than a cloud's voxels. */
 typedef struct np_scene_detail {
-  bool is_enabled;
+  np_detail_kind kind;
   double strength;
   double size_m; /* size of the largest billows; 0: two of the largest voxel edges */
   uint64_t seed;

@@ -367,16 +367,18 @@ static void warn_of_small_detail(const np_scene_cloud *cloud, neph_context *cont
 
 /* Detail of each of its colours, of one size in the world in its first place. */
 static neph_result build_details(const cloud_build *c, const np_affine *file_to_world) {
-  const np_scene_detail *detail = &c->cloud->detail;
   const unsigned count = np_volume_count_parts(c->parts->volume);
   neph_result result = NEPH_OK;
   for (unsigned k = 0; k < count && !result; k++) {
     const neph_volume *part = np_volume_get_part(c->parts->volume, k);
     const np_affine to_world = np_affine_compose(file_to_world, &part->index_to_world);
     const double voxel_m = np_placement_get_voxel_edge(&to_world);
-    const double size_m = detail->size_m > 0.0 ? detail->size_m : 2.0 * voxel_m;
+    const np_scene_detail detail =
+        np_plan_get_fine_detail(&c->in->plan->request, c->in->scene, c->cloud, voxel_m, c->parts->low, c->parts->high);
+    const double size_m = detail.size_m > 0.0 ? detail.size_m : 2.0 * voxel_m;
+    if (!(detail.strength > 0.0)) continue;
     if (k == 0) warn_of_small_detail(c->cloud, c->in->context, size_m, voxel_m);
-    np_brick_detail_desc desc = {.source = &part->bricks, .strength = (float)detail->strength, .seed = detail->seed};
+    np_brick_detail_desc desc = {.source = &part->bricks, .strength = (float)detail.strength, .seed = detail.seed};
     for (int a = 0; a < 3; a++)
       desc.size_voxels[a] =
           size_m / np_dvec3_length(np_dvec3_make(to_world.m[0][a], to_world.m[1][a], to_world.m[2][a]));
@@ -398,9 +400,6 @@ static neph_result place_volume(cloud_build *c) {
   neph_result result = np_placement_make(c->cloud, &c->anchor, c->parts->volume, c->in->monitor, &placement);
   if (result) return result;
   c->parts->placed = placement.world;
-  if (c->cloud->detail.is_enabled && c->cloud->detail.strength > 0.0)
-    result = build_details(c, &c->anchor.file_to_world);
-  if (result) return result;
   const unsigned volume_count = count_volumes(c->in->clouds, c->in->cloud + 1);
   if (volume_count > NP_INSTANCES_MAX)
     return np_fail(c->in->context, NEPH_ERROR_LIMIT,
@@ -412,6 +411,7 @@ static neph_result place_volume(cloud_build *c) {
     result = np_copies_make(c->in->context, c->cloud, &placement, &viewers, c->parts, &c->parts->low, &c->parts->high);
   else
     include_box(&c->parts->low, &c->parts->high, placement.bounds_min, placement.bounds_max);
+  if (!result) result = build_details(c, &c->anchor.file_to_world);
   return result ? result : load_phase(c);
 }
 

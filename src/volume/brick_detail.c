@@ -23,14 +23,18 @@ static const float core_share = 0.7f;
 /* Margin for the rounding of look-ups, relative to the largest c. */
 static const float range_margin = 1e-6f;
 
-static const float fine_weight = 0.4f;
+/* Weights of the finer layers beside the nearest of the first two. */
+static const float fine_weight[NP_DETAIL_LAYERS] = {0, 0, 0.4f, 0.2f};
+
+/* Width of the step S in the rank of the noise: an edge of about a sixth of a voxel. */
+static const float step_width = 0.15f;
 
 /* Lattice cells of each layer per size of the billows. Two point sets are as dense as one set with a lattice finer by
  * the cube root of 2. */
-static const double frequency[NP_DETAIL_LAYERS] = {0.79, 0.74, 2.1};
+static const double frequency[NP_DETAIL_LAYERS] = {0.79, 0.74, 2.1, 4.6};
 
 /* Rotations as quaternions. Neither they nor their differences map axes close to axes. */
-static const double quaternion[NP_DETAIL_LAYERS][4] = {{5, 2, -1, 3}, {4, -3, 2, -2}, {3, 2, 3, -1}};
+static const double quaternion[NP_DETAIL_LAYERS][4] = {{5, 2, -1, 3}, {4, -3, 2, -2}, {3, 2, 3, -1}, {5, -1, 3, 2}};
 
 typedef struct detail_builder {
   neph_context *context;
@@ -128,7 +132,11 @@ static neph_result rank_noise(detail_builder *b, np_random *random) {
 static neph_result make_noise(detail_builder *b, const np_brick_detail_desc *desc) {
   np_brick_detail *detail = &b->out->detail;
   np_random random = np_random_start(desc->seed, 0, 0, 0, 0);
-  *detail = (np_brick_detail){.strength = desc->strength, .noise = &b->out->noise, .weight = fine_weight};
+  *detail = (np_brick_detail){.strength = desc->strength, .noise = &b->out->noise, .width = step_width};
+  for (int k = NP_DETAIL_LAYERS - 1; k >= 2; k--) {
+    detail->weight[k] = fine_weight[k];
+    detail->rest[k] = fine_weight[k] + (k + 1 < NP_DETAIL_LAYERS ? detail->rest[k + 1] : 0.0f);
+  }
   for (int a = 0; a < 3; a++) detail->size_voxels[a] = desc->size_voxels[a];
   for (int k = 0; k < NP_DETAIL_LAYERS; k++) set_turn(detail, k, &random);
   const neph_result result = make_texture(b, desc->seed);
@@ -216,18 +224,18 @@ static float measure_core(const detail_builder *b, const int32_t cell[3], const 
 }
 
 /* c·S, the target of a value, for a c of at most `core`. */
-static float bound_step(float value, float core, float rank, float strength) {
-  const float inside = fminf(value, core);
-  return inside + strength * (np_brick_detail_get_step(inside, core, rank) - inside);
+static float bound_step(const np_brick_detail *detail, float value, float core, float rank) {
+  const float inside = fminf(value, core), edge = np_brick_detail_get_edge(inside / core, detail->width);
+  return inside + detail->strength * (core * np_brick_detail_get_step(detail, edge, rank) - inside);
 }
 
 /* Range of v′. It rises with v; for the lowest rank it rises with c, for the highest it falls. */
-static np_brick_range bound_detail(np_brick_range range, float core, float strength) {
+static np_brick_range bound_detail(const np_brick_detail *detail, np_brick_range range, float core) {
   const float margin = range_margin * core;
   np_brick_range out = range;
   if (!(core > 0.0f) || range.min >= core) return out;
-  if (range.max > 0.0f) out.max = fmaxf(range.max, bound_step(range.max, core, 0.0f, strength) + margin);
-  if (range.min > 0.0f) out.min = fminf(range.min, fmaxf(bound_step(range.min, core, 1.0f, strength) - margin, 0.0f));
+  if (range.max > 0.0f) out.max = fmaxf(range.max, bound_step(detail, range.max, core, 0.0f) + margin);
+  if (range.min > 0.0f) out.min = fminf(range.min, fmaxf(bound_step(detail, range.min, core, 1.0f) - margin, 0.0f));
   return out;
 }
 
@@ -242,7 +250,7 @@ static void fill_cell(const detail_builder *b, size_t node, size_t number) {
     cores[n] = measure_core(b, cell, (const int[3]){n / 9, n / 3 % 3, n % 3});
     most = fmaxf(most, cores[n]);
   }
-  own->range[number] = bound_detail(own->range[number], most, b->out->detail.strength);
+  own->range[number] = bound_detail(&b->out->detail, own->range[number], most);
 }
 
 static void unite_ranges(np_brick_node *node) {

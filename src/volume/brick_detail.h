@@ -2,7 +2,7 @@
 /* Bricks with procedural detail finer than their samples. They share the samples of the source; look-ups add a noise at
  * the edges of the cloud, and the ranges of cells bound the sum (brick_detail_sample.h).
  *
- * The noise is a texture of Worley cells, looked up three times under three rotations. A value is compared with c: 0.7
+ * The noise is a texture of Worley cells, looked up four times under four rotations. A value is compared with c: 0.7
  * of the largest sample within 4 voxels, interpolated from nodes 4 voxels apart. Bricks that share a face have the same
  * c on it, so that v′ is as continuous as v. In cores, where v ≥ c, values do not change. */
 #ifndef NP_VOLUME_BRICK_DETAIL_H

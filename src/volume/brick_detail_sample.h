@@ -10,22 +10,21 @@
 #define NP_VOLUME_BRICK_DETAIL_SAMPLE_H
 
 enum {
-  NP_DETAIL_LAYERS = 3,       /* layers of the noise */
+  NP_DETAIL_LAYERS = 4,       /* layers of the noise */
   NP_DETAIL_NOISE_BRICKS = 8, /* bricks along an edge of the periodic texture */
   NP_DETAIL_RANKS = 256,
   NP_DETAIL_CORE_NODES = 3,  /* nodes of c along an edge of a brick: one every 4 samples */
   NP_DETAIL_CORE_STRIDE = 32 /* 3³ nodes, and room for loads of four */
 };
 
-/* Width of the step S in the rank of the noise. In the mean S goes from 0.02 to 0.98 within it. */
-#define NP_DETAIL_WIDTH 0.35f
-
 typedef struct np_brick_detail {
   float strength;
   double size_voxels[3];                     /* size of the largest billows along each axis */
   const np_bricks *noise;                    /* texture of 8³ bricks, periodic */
   double turn[NP_DETAIL_LAYERS][3][4];       /* map of each layer from index positions to samples of the texture */
-  float weight;                              /* weight of the last layer */
+  float width;                               /* width of the step S in the rank of the noise */
+  float weight[NP_DETAIL_LAYERS];            /* weights of the finer layers, from the third on */
+  float rest[NP_DETAIL_LAYERS];              /* largest sum of the layers from each on */
   float rank_end, rank[NP_DETAIL_RANKS + 1]; /* share of the noise below k/256 of its maximum */
   const float *cores;                        /* c at 3³ nodes of each brick, z fastest */
 } np_brick_detail;
@@ -58,12 +57,14 @@ static inline float np_brick_detail_get_texture(const np_bricks *noise, const do
   return np_brick_sample(noise, brick, np_vec3_make(local[0], local[1], local[2]));
 }
 
-/* Billows: squared distance to the nearest point of two periodic point sets with different periods, and a share of the
- * distance to the points of a finer set. */
+/* Billows: squared distance to the nearest point of two periodic point sets with different periods, and shares of the
+ * distances to the points of two finer sets. */
 static inline float np_brick_detail_get_noise(const np_brick_detail *detail, const double at[3]) {
-  float layer[NP_DETAIL_LAYERS];
-  for (int k = 0; k < NP_DETAIL_LAYERS; k++) layer[k] = np_brick_detail_get_texture(detail->noise, detail->turn[k], at);
-  return np_minf(layer[0], layer[1]) + detail->weight * layer[2];
+  float noise = np_minf(np_brick_detail_get_texture(detail->noise, detail->turn[0], at),
+                        np_brick_detail_get_texture(detail->noise, detail->turn[1], at));
+  for (int k = 2; k < NP_DETAIL_LAYERS; k++)
+    noise += detail->weight[k] * np_brick_detail_get_texture(detail->noise, detail->turn[k], at);
+  return noise;
 }
 
 /* Share of space in which the noise is lower. */
@@ -74,16 +75,28 @@ static inline float np_brick_detail_get_rank(const np_brick_detail *detail, floa
 }
 
 /* The a that makes t the mean of clamp((a − u)/w, 0, 1) over u in [0, 1]. */
-static inline float np_brick_detail_get_edge(float t) {
-  const float w = NP_DETAIL_WIDTH;
+static inline float np_brick_detail_get_edge(float t, float w) {
   if (t < 0.5f * w) return sqrtf(2.0f * w * t);
   if (t > 1.0f - 0.5f * w) return 1.0f + w - sqrtf(2.0f * w * np_maxf(1.0f - t, 0.0f));
   return t + 0.5f * w;
 }
 
-/* c·S for a value and a rank of the noise. */
-static inline float np_brick_detail_get_step(float value, float core, float rank) {
-  return core * np_clampf((np_brick_detail_get_edge(value / core) - rank) * (1.0f / NP_DETAIL_WIDTH), 0.0f, 1.0f);
+/* S for the position a of the edge and a rank of the noise. */
+static inline float np_brick_detail_get_step(const np_brick_detail *detail, float edge, float rank) {
+  return np_clampf((edge - rank) / detail->width, 0.0f, 1.0f);
+}
+
+/* S at a position. Layers end as soon as those that are left cannot change it. */
+static inline float np_brick_detail_select(const np_brick_detail *detail, const double at[3], float edge) {
+  float noise = np_minf(np_brick_detail_get_texture(detail->noise, detail->turn[0], at),
+                        np_brick_detail_get_texture(detail->noise, detail->turn[1], at));
+  for (int k = 2;; k++) {
+    const float rank = np_brick_detail_get_rank(detail, noise);
+    if (k == NP_DETAIL_LAYERS) return np_brick_detail_get_step(detail, edge, rank);
+    if (rank >= edge) return 0.0f;
+    if (np_brick_detail_get_rank(detail, noise + detail->rest[k]) <= edge - detail->width) return 1.0f;
+    noise += detail->weight[k] * np_brick_detail_get_texture(detail->noise, detail->turn[k], at);
+  }
 }
 
 /* Size of the largest billows, in voxels along the axis on which they are smallest. */
@@ -106,8 +119,8 @@ static inline float np_brick_detail_add(np_brick_ref ref, np_vec3 local, float v
   const double at[3] = {(double)ref.cell[0] * NP_BRICK_EDGE + (double)local.x,
                         (double)ref.cell[1] * NP_BRICK_EDGE + (double)local.y,
                         (double)ref.cell[2] * NP_BRICK_EDGE + (double)local.z};
-  const float rank = np_brick_detail_get_rank(detail, np_brick_detail_get_noise(detail, at));
-  return share * detail->strength * (np_brick_detail_get_step(value, core, rank) - value);
+  const float step = np_brick_detail_select(detail, at, np_brick_detail_get_edge(value / core, detail->width));
+  return share * detail->strength * (core * step - value);
 }
 
 /* v′ − v at a position in bricks at rest. */
