@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: Apache-2.0
+# The look of pictures in figures: sharpness, relief, glare of the air, noise of edges. Prints a table.
+#
+#   sh look.sh NEPHOS [SEED [DETAIL]]
+#
+# NEPHOS   the program, with the library and the Python package of its build beside it
+# SEED     seed of the clouds; 4711
+# DETAIL   their clouds[].detail, auto; or none
+#
+# Each row has a criterion, its value and its limit. Limits are those of photographs: a value beyond its limit is a
+# shortcoming, not a failure.
+set -eu
+export LC_ALL=C
+nephos=$(realpath "$1")
+seed=${2:-4711}
+detail=${3:-auto}
+[ "$detail" != none ] || detail='{strength: 0}'
+here=$(dirname "$(realpath "$0")")
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+cd "$work"
+
+# A congestus with the sun behind the camera: 3.1 m a pixel at 960 pixels, 7 m at 425.
+cat >congestus.yaml <<END
+version: 1
+camera: {position: [-2.2 km, -4.6 km, 1.4 km], look_at: [0 m, 0 m, 2.3 km], fov: 32 deg, resolution: [960, 540]}
+sun: {elevation: 38 deg, azimuth: 235 deg}
+clouds:
+  - bake: {preset: cumulus_congestus, seed: $seed, extent: [5 km, 5 km], cell: 2400 m, thickness: 2800 m,
+           coverage: 0.35, voxel: 20 m}
+    detail: $detail
+render: {samples: 4}
+END
+cat >sky.yaml <<END
+version: 1
+camera: {position: [0 m, 0 m, 10 m], look_at: [0 m, 100 m, 68 m], fov: 20 deg, resolution: [201, 113]}
+sun: {elevation: 30 deg, azimuth: 0 deg}
+output: {film: {disks: false}}
+END
+cat >horizon.yaml <<END
+version: 1
+camera: {position: [0 m, 0 m, 10 m], look_at: [0 m, 100 m, 10 m], roll: 3 deg, fov: 40 deg, resolution: [240, 24]}
+sun: {elevation: 40 deg, azimuth: 120 deg}
+render: {samples: 4}
+END
+"$nephos" render -q congestus.yaml --cache cache -o near.exr
+"$nephos" render -q congestus.yaml --cache cache -o far.exr --resolution 425x239
+"$nephos" render -q sky.yaml -o sky.exr
+"$nephos" render -q horizon.yaml -o horizon.exr
+"$nephos" render -q horizon.yaml -o horizon_mean.exr --samples 64
+
+build=$(dirname "$(dirname "$nephos")")
+export NEPHOS_LIBRARY="$build/lib/libnephos.so" PYTHONPATH="$build/python"
+/usr/bin/python3 "$here/look_page.py" "$work"
