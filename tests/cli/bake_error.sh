@@ -2,7 +2,7 @@
 # Stated error, for people and for programs; every number is written as N.
 cat >scene.yaml <<'END'
 clouds:
-  - {name: low, bake: {preset: cumulus_humilis, extent: 1 km, voxel: 50 m, coverage: 0.8}}
+  - {name: low, bake: {preset: altostratus, extent: 2 km, voxel: 100 m, coverage: 0.85}}
 END
 plain() { sed -E 's/-?[0-9]+(\.[0-9]+)?(e[-+]?[0-9]+)?/N/g; s/  +/ /g'; }
 nephos bake scene.yaml -q --error --half --prune 0.001 | plain

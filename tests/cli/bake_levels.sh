@@ -5,7 +5,7 @@ cat >scene.yaml <<'END'
 version: 1
 camera: {position: [-1 km, 0 m, 1500 m], look_at: [0 m, 0 m, 1500 m], fov: 60 deg, resolution: [64, 36]}
 clouds:
-  - {name: low, bake: {preset: cumulus_mediocris, extent: 2 km, voxel: 50 m, coverage: 0.8, levels: 2, level_pixels: 8,
+  - {name: low, bake: {preset: stratocumulus, extent: 2 km, base: 1200 m, thickness: 1 km, voxel: 50 m, coverage: 0.5, levels: 2, level_pixels: 8,
                       wind: [5 m/s, 0]}}
 END
 plain() { sed -E 's/-?[0-9]+(\.[0-9]+)?(e[-+]?[0-9]+)?/N/g; s/  +/ /g'; }

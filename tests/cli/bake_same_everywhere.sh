@@ -2,7 +2,7 @@
 # The same voxels and values for any instruction set and number of threads: fingerprints are one, and a file of each set
 # is what another way of baking gives.
 cat >low.yaml <<'END'
-clouds: [{name: low, bake: {preset: cumulus_mediocris, seed: 7, extent: 1 km, voxel: 50 m, wind: [5 m/s, 2 m/s]}}]
+clouds: [{name: low, bake: {preset: cumulus_mediocris, seed: 7, extent: 600 m, voxel: 50 m, wind: [5 m/s, 2 m/s]}}]
 END
 cat >deck.yaml <<'END'
 clouds: [{name: deck, bake: {preset: altostratus, seed: 7, extent: 4 km, voxel: 200 m}}]

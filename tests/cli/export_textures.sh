@@ -4,7 +4,7 @@ try() { nephos "$@" -q || echo "exit code $?"; }
 cat >clouds.yaml <<'END'
 version: 1
 clouds:
-  - {name: low, bake: {preset: cumulus_humilis, seed: 3, extent: 1 km, voxel: 50 m, coverage: 0.8}}
+  - {name: low, bake: {preset: altostratus, seed: 3, extent: 2 km, voxel: 100 m, coverage: 0.85}}
 END
 try export clouds.yaml --for textures --size 24 -o maps -n
 test -e maps && echo "a dry run made a folder"

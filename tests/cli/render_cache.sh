@@ -3,7 +3,8 @@
 cat >scene.yaml <<'Y'
 version: 1
 camera: {position: [0 m, -2 km, 900 m], look_at: [0, 0, 1000 m], fov: 40 deg, resolution: [32, 18]}
-clouds: [{name: one, bake: {preset: cumulus_humilis, extent: 1600 m, voxel: 40 m, coverage: 0.6}}]
+clouds: [{name: one, bake: {preset: cumulus_humilis, model: cells, extent: 1600 m, voxel: 80 m, coverage: 0.6}}]
+atmosphere: {tolerance: 0.1}
 terrain: {ridges: {samples: 65, relief: 300 m}, width: 20 km}
 render: {samples: 1, sun_optical_depth: volume}
 Y
