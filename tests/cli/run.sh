@@ -1,15 +1,21 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# Runs the cases of this folder: run.sh [--update] PROGRAM [CASE…]
+# Runs the cases of this folder: run.sh [--update | --shard I/N] PROGRAM [CASE…]
 # A case is NAME.sh, run in an empty folder with `nephos` in the path; NAME.out, NAME.err and NAME.code are what it must
 # print and return (nothing and 0 where they are missing). Seconds are written as N, memory,
-# errors, sun and exposure of frames are left out. --update writes them anew.
+# errors, sun and exposure of frames are left out. --update writes them anew; --shard runs each N-th case from the I-th on.
 set -u
-update=
-if [ "${1:-}" = --update ]; then
+update= shard=1 shards=1
+case "${1:-}" in
+--update)
   update=yes
   shift
-fi
+  ;;
+--shard)
+  shard=${2%/*} shards=${2#*/}
+  shift 2
+  ;;
+esac
 program=$(cd "$(dirname "$1")" && pwd)/$(basename "$1")
 shift
 cases=$(cd "$(dirname "$0")" && pwd)
@@ -34,11 +40,13 @@ expect() {
   diff -u "$1" "$2"
 }
 
-failed=0
+failed=0 number=0
 [ $# -gt 0 ] || set -- "$cases"/*.sh
 for case in "$@"; do
   name=$(basename "$case" .sh)
   [ "$name" != run ] || continue
+  number=$((number + 1))
+  [ $((number % shards)) -eq $((shard % shards)) ] || continue
   if [ -n "${NEPHOS_SANITIZE:-}" ] && grep -q '^# .*Without sanitizers' "$cases/$name.sh"; then
     echo "skipped under sanitizers: $name"
     continue
