@@ -95,8 +95,8 @@ static neph_result render_frame(neph_renderer *renderer, neph_scene *scene, int 
   camera.look_at_m[0] = frame == 1 ? 500.0 : 0.0;
   camera.look_at_m[2] = frame == 1 ? 1900.0 : 2200.0;
   camera.fov_rad = (frame == 1 ? 55.0 : 28.0) * degree;
-  camera.resolution[0] = 480;
-  camera.resolution[1] = 270;
+  camera.resolution[0] = 240;
+  camera.resolution[1] = 135;
   neph_result result = neph_scene_set_camera(scene, &camera);
   if (!result) result = neph_scene_get_render_desc(scene, &desc);
   desc.frame = frame;

@@ -110,7 +110,7 @@ static double compute_depth(const neph_volume *volume, const neph_cloud_desc *cl
 }
 
 /* Coarse levels sample the finest model, so that their mean is its, but for the luck of where their samples are: three
- * fields of each kind, and voxels of 20 to 80 m, or to an eighth of the thickness. */
+ * fields of each kind, and voxels of a 32nd of the thickness, 20 m at least, to an eighth of it. */
 static void optical_depth_is_kept(void **state) {
   static const char *const presets[] = {"cumulus_mediocris", "stratocumulus", "cirrus", "nimbostratus",
                                         "altocumulus_floccus"};
@@ -118,7 +118,10 @@ static void optical_depth_is_kept(void **state) {
   neph_context *context = test_context_create(2, NULL);
   for (size_t p = 0; p < sizeof presets / sizeof *presets; p++) {
     neph_cloud_desc cloud = make_field(context, presets[p]);
-    const neph_bake_desc fine = make_bake(1), levels = make_bake(LEVELS);
+    const neph_bake_desc fine = make_bake(1);
+    neph_bake_desc levels = make_bake(LEVELS);
+    cloud.voxel_m = fmax(cloud.voxel_m, cloud.thickness_m / 32);
+    levels.lod_angle_rad *= cloud.voxel_m / 20; /* distances of the levels are those of voxels of 20 m */
     double all_fine = 0, leveled = 0;
     for (cloud.seed = 1; cloud.seed <= 3; cloud.seed++) {
       neph_volume *a = bake(context, &cloud, &fine), *b = bake(context, &cloud, &levels);
@@ -346,7 +349,7 @@ static const char scene[] = "version: 1\n"
                             "      coverage: 0.6, voxel: 20 m, levels: 3}\n"
                             "render: {samples: 4, light_memory: 0.001 GB}\n";
 
-static int set_up(void **state) { return set_up_scene(state, 2, scene); }
+static int set_up(void **state) { return set_up_scene_cached(state, 2, scene); }
 
 static double render_mean(fixture *f, float *out_red) {
   neph_image *image;

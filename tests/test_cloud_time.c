@@ -79,7 +79,8 @@ static void wind_moves_the_field(void **state) {
 
 /* ---- No popping: every preset ---- */
 
-enum { STEPS = 6, PROBES = 16384 };
+/* Heights of a column are evaluated together, which spares all that is the same in it. */
+enum { STEPS = 6, COLUMNS = 2048, HEIGHTS = 8, PROBES = COLUMNS * HEIGHTS };
 
 static neph_cloud_desc make_preset_field(neph_context *context, const char *preset) {
   neph_cloud_desc desc = NEPH_CLOUD_DESC_DEFAULT;
@@ -95,11 +96,16 @@ static void evaluate_at(neph_context *context, neph_cloud_desc desc, double time
   desc.time_s = time_s;
   assert_int_equal(np_cloud_model_build(context, &desc, 6.36e6, NULL, &model), NEPH_OK);
   np_random random = np_random_start(11, 0, 0, 0, 0);
-  for (int i = 0; i < PROBES; i++) {
-    const float x = (float)desc.extent_m[0] * 0.8f * (np_random_float(&random) - 0.5f);
-    const float y = (float)desc.extent_m[1] * 0.8f * (np_random_float(&random) - 0.5f);
-    const float height = (float)desc.thickness_m * np_random_float(&random);
-    np_cloud_model_eval(&model, &(np_cloud_points){1, &x, &y, &height}, &values[i]);
+  for (int column = 0; column < COLUMNS; column++) {
+    float x[HEIGHTS], y[HEIGHTS], height[HEIGHTS];
+    x[0] = (float)desc.extent_m[0] * 0.8f * (np_random_float(&random) - 0.5f);
+    y[0] = (float)desc.extent_m[1] * 0.8f * (np_random_float(&random) - 0.5f);
+    for (int k = 0; k < HEIGHTS; k++) {
+      x[k] = x[0];
+      y[k] = y[0];
+      height[k] = (float)desc.thickness_m * np_random_float(&random);
+    }
+    np_cloud_model_eval(&model, &(np_cloud_points){HEIGHTS, x, y, height}, &values[column * HEIGHTS]);
   }
   np_cloud_model_clear(&model);
 }

@@ -13,7 +13,7 @@ if grep -q 'nephos: ' "$folder/messages"; then cat "$folder/messages"; exit 1; f
 for frame in 1 2; do
   [ -s "$folder/compose.$frame.png" ]
   "$program" info "$folder/compose.$frame.exr" >"$folder/info.$frame"
-  grep -q '480 x 270' "$folder/info.$frame"
+  grep -q '240 x 135' "$folder/info.$frame"
 done
 if "$program" compare --exact "$folder/compose.1.exr" "$folder/compose.2.exr" >/dev/null 2>&1; then exit 1; fi
 if "$sample" "$folder/missing" 2>"$folder/messages"; then exit 1; fi
