@@ -117,7 +117,7 @@ static neph_scene *load(neph_context *context, const char *text) {
   return scene;
 }
 
-static int set_up(void **state) { return test_set_up(state, 2, NULL); }
+static int set_up(void **state) { return test_set_up_cached(state, 2, NULL); }
 
 static double get_number(const neph_image *image, const char *name) {
   const char *text = neph_image_get_attribute(image, name);

@@ -20,7 +20,7 @@ static const char moving[] =
     " animate: {camera.position: [[1, [0, -3 km, 400 m]], [11, [400 m, -2.6 km, 700 m]]]},"
     " render: {samples: 1}, output: {pixel_type: float, image: a.##.exr}}";
 
-static int set_up(void **state) { return set_up_scene(state, 2, moving); }
+static int set_up(void **state) { return set_up_scene_verbose(state, 2, moving); }
 
 /* ---- Tracks ---- */
 

@@ -12,7 +12,7 @@
 
 enum { SIDE = 4, PIXELS = SIDE * SIDE, SAMPLES = 2 };
 
-static int set_up(void **state) { return test_set_up(state, 2, NULL); }
+static int set_up(void **state) { return test_set_up_cached(state, 2, NULL); }
 
 /* ---- Scenes ---- */
 

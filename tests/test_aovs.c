@@ -6,7 +6,7 @@
 #include "core/units.h"
 #include "test_world.h"
 
-static int set_up(void **state) { return test_set_up(state, 2, NULL); }
+static int set_up(void **state) { return test_set_up_cached(state, 2, NULL); }
 
 /* ---- Pictures of ground ---- */
 

@@ -13,7 +13,7 @@
 static const char *const kinds[] = {"perspective", "orthographic", "equirectangular", "fisheye"};
 static const char *const integrators[] = {"march", "path"};
 
-static int set_up(void **state) { return test_set_up(state, 2, NULL); }
+static int set_up(void **state) { return test_set_up_cached(state, 2, NULL); }
 
 typedef struct change {
   const char *key, *value;

@@ -9,7 +9,7 @@
 
 typedef test_fixture fixture;
 
-static int set_up(void **state) { return test_set_up(state, 2, "colors.vdb"); }
+static int set_up(void **state) { return test_set_up_cached(state, 2, "colors.vdb"); }
 
 /* ---- Files ---- */
 

@@ -13,7 +13,7 @@ static const char text[] =
     "render: {samples: 2, detail: 0.4, light_detail: 0.8}\n"
     "output: {pixel_type: float}\n";
 
-static int set_up(void **state) { return set_up_scene(state, 2, text); }
+static int set_up(void **state) { return set_up_scene_verbose(state, 2, text); }
 
 static neph_image *render(fixture *f, neph_renderer *renderer, unsigned shrink, unsigned detail_height) {
   neph_render_desc desc = NEPH_RENDER_DESC_DEFAULT;

@@ -6,7 +6,7 @@
 
 #include "test_support.h"
 
-static int set_up(void **state) { return test_set_up(state, 2, NULL); }
+static int set_up(void **state) { return test_set_up_cached(state, 2, NULL); }
 
 #define SCENE(render)                                                                                                  \
   "camera: {position: [0, -3 km, 1100 m], look_at: [0, 0, 1500 m], resolution: [16, 9]}\n"                             \

@@ -4,7 +4,7 @@
 
 #include <nephos/nephos.h>
 
-#include "test_support.h"
+#include "test_contexts.h"
 
 enum { WIDTH = 32, HEIGHT = 18 };
 
@@ -81,7 +81,7 @@ static double get_luminance(neph_image *image, size_t i) {
 /* Root of the mean of Var/T² over pixels above a hundredth of the mean, by pictures of different seeds. */
 static double measure_noise(const wish *w, unsigned seed_count, double *out_stated) {
   static double sum[WIDTH * HEIGHT], squares[WIDTH * HEIGHT];
-  neph_context *context = test_context_create(2, NULL);
+  neph_context *context = test_context_create_cached(2, NULL);
   double mean = 0.0, noise = 0.0, count = 0.0, n = seed_count;
   *out_stated = 0.0;
   for (size_t i = 0; i < WIDTH * HEIGHT; i++) sum[i] = squares[i] = 0.0;
@@ -161,7 +161,7 @@ static void stated_error_is_near_the_true_one(void **state) {
       {{thermals_scene, NEPH_INTEGRATOR_MARCH, NEPH_MULTIPLE_SCATTERING_ORDINATES, 4, 2, 0, 3}, 3.0},
   };
   for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
-    neph_context *context = test_context_create(2, NULL);
+    neph_context *context = test_context_create_cached(2, NULL);
     neph_image *image = render(context, &rows[i].w);
     const double stated = get_error(image).error.value, error = measure_error(context, image, rows[i].w.scene, 64);
     print_message("picture %zu: stated %.3g, measured %.3g\n", i, stated, error);
@@ -219,7 +219,7 @@ static void threads_do_not_change_the_estimate(void **state) {
 static void noise_of_a_traced_reference_is_no_bias(void **state) {
   (void)state;
   static const char *const scenes[] = {void_scene, thermals_scene}, *const aovs[] = {"[]", "[standard_error]"};
-  neph_context *context = test_context_create(2, NULL);
+  neph_context *context = test_context_create_cached(2, NULL);
   for (unsigned i = 0; i < 2; i++)
     for (unsigned k = 0; k < 2; k++) {
       const wish own = {scenes[i], NEPH_INTEGRATOR_PATH, NEPH_MULTIPLE_SCATTERING_NONE, 8, 2, 0, 20 + k},

@@ -12,7 +12,7 @@ static const char text[] =
     "render: {samples: 1}\n"
     "output: {pixel_type: float}\n";
 
-static int set_up(void **state) { return set_up_scene(state, 2, text); }
+static int set_up(void **state) { return set_up_scene_verbose(state, 2, text); }
 
 static void assert_same_bits(fixture *f, const neph_image *image) {
   neph_image *alone;

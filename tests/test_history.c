@@ -393,6 +393,7 @@ static void a_failed_allocation_leaves_nothing_behind(void **state) {
 }
 
 static int set_up(void **state) { return set_up_scene(state, 2, constant); }
+static int set_up_verbose(void **state) { return set_up_scene_verbose(state, 2, constant); }
 
 int main(void) {
   const struct CMUnitTest tests[] = {
@@ -404,7 +405,7 @@ int main(void) {
       cmocka_unit_test_setup_teardown(a_cut_takes_nothing_from_before, set_up, tear_down),
       cmocka_unit_test_setup_teardown(a_frame_alone_is_that_of_the_sequence, set_up, tear_down),
       cmocka_unit_test_setup_teardown(a_frame_alone_is_predicted_with_its_run_up, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(frames_before_are_rendered_once, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(frames_before_are_rendered_once, set_up_verbose, tear_down),
       cmocka_unit_test_setup_teardown(pictures_that_cannot_be_filled_in_are_refused, set_up, tear_down),
       cmocka_unit_test(a_failed_allocation_leaves_nothing_behind),
   };

@@ -22,7 +22,7 @@ static const char layered_scene[] =
     "render: {samples: 4}\n"
     "output: {pixel_type: float}\n";
 
-static inline int set_up_layers(void **state) { return set_up_scene(state, 2, layered_scene); }
+static inline int set_up_layers(void **state) { return set_up_scene_cached(state, 2, layered_scene); }
 
 static const char *const integrators[] = {"march", "path"};
 

@@ -18,7 +18,7 @@
 #define NEARLY_BLACK "{name: black, albedo: 1e-30, bake: {" SHAPE "}}"
 #define WHOLE "animate: {camera.fov: [[1, 40 deg], [9, 40 deg]]}\n"
 
-static int set_up(void **state) { return test_set_up(state, 2, NULL); }
+static int set_up(void **state) { return test_set_up_cached(state, 2, NULL); }
 
 static neph_scene *load(test_fixture *f, const char *text) {
   neph_scene *scene = NULL;

@@ -13,11 +13,11 @@ static const char cumulus[] =
     " clouds: [{name: a, extinction: 1 1/m, bake: {preset: cumulus_mediocris, model: hero, seed: 3,"
     " extent: [800 m, 800 m], voxel: 50 m}}], render: {samples: 1}, output: {pixel_type: float}}";
 
-static int set_up(void **state) { return set_up_scene(state, 2, cumulus); }
+static int set_up(void **state) { return set_up_scene_verbose(state, 2, cumulus); }
 
 /* The same cloud in single scattering, through a volume of depths. */
 static int set_up_depths(void **state) {
-  const int result = set_up_scene(state, 2, cumulus);
+  const int result = set_up_scene_verbose(state, 2, cumulus);
   set(*state, "render.multiple_scattering", "none");
   set(*state, "render.sun_optical_depth", "volume");
   return result;

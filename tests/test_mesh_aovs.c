@@ -11,7 +11,7 @@ enum { EDGE = 12 };
 
 static const double slope_x = 0.25, slope_y = -0.125, height_m = 400.0, eye_m = 1300.0, step_m = 6.0;
 
-static int set_up(void **state) { return test_set_up(state, 2, "plane.obj"); }
+static int set_up(void **state) { return test_set_up_cached(state, 2, "plane.obj"); }
 
 static double get_height(double x, double y) { return height_m + slope_x * x + slope_y * y; }
 

@@ -6,7 +6,7 @@
 #include "scene/scene_pose.h"
 #include "test_velocity_files.h"
 
-static int set_up(void **state) { return test_set_up(state, 2, NULL); }
+static int set_up(void **state) { return test_set_up_cached(state, 2, NULL); }
 
 static const char *const integrators[] = {"march", "path"};
 

@@ -6,7 +6,7 @@
 #include "scene/camera.h"
 #include "test_velocity_files.h"
 
-static int set_up(void **state) { return test_set_up(state, 2, NULL); }
+static int set_up(void **state) { return test_set_up_cached(state, 2, NULL); }
 
 enum { WIDTH = 24, HEIGHT = 18, FRAME = 2 };
 

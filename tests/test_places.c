@@ -218,7 +218,7 @@ typedef struct pictures {
 static int set_up_pictures(void **state) {
   pictures *p = calloc(1, sizeof *p);
   test_log_start(&p->log);
-  p->context = test_context_create(2, &p->log);
+  p->context = test_context_create_cached(2, &p->log);
   p->folder = test_folder_create();
   (void)snprintf(p->csv, sizeof p->csv, "%s/places.csv", p->folder);
   (void)snprintf(p->places, sizeof p->places, "%sclouds:\n  - {name: c, %s, places: %s}\n", scene_head, bake, p->csv);

@@ -7,7 +7,7 @@
 
 #include "test_cumulus_scene.h"
 #include "test_render_once.h"
-#include "test_support.h"
+#include "test_contexts.h"
 
 static const char scene_text[] = TEST_CUMULUS_SCENE
     "render: {samples: 17}\n"
@@ -20,8 +20,7 @@ static neph_scene *load(neph_context *context) {
   return scene;
 }
 
-static neph_image *render(unsigned threads, neph_integrator integrator, const unsigned crop[4]) {
-  neph_context *context = test_context_create(threads, NULL);
+static neph_image *render_in(neph_context *context, neph_integrator integrator, const unsigned crop[4]) {
   neph_scene *scene = load(context);
   neph_render_desc desc = NEPH_RENDER_DESC_DEFAULT;
   assert_int_equal(neph_scene_get_render_desc(scene, &desc), NEPH_OK);
@@ -35,6 +34,16 @@ static neph_image *render(unsigned threads, neph_integrator integrator, const un
   neph_scene_destroy(scene);
   neph_context_destroy(context);
   return image;
+}
+
+/* Every stage is built. */
+static neph_image *render(unsigned threads, neph_integrator integrator, const unsigned crop[4]) {
+  return render_in(test_context_create(threads, NULL), integrator, crop);
+}
+
+/* Stages are those of the first such picture. */
+static neph_image *render_cached(unsigned threads, neph_integrator integrator, const unsigned crop[4]) {
+  return render_in(test_context_create_cached(threads, NULL), integrator, crop);
 }
 
 /* Every pixel of `part`, which lies at (x0, y0) of `whole`, bit for bit. */
@@ -60,13 +69,14 @@ static void threads_change_no_bit(void **state) {
   }
 }
 
+/* The stages of the first tile, built for it, serve the others. */
 static void tiles_make_up_the_whole(void **state) {
   (void)state;
   static const unsigned crops[4][4] = {{0, 0, 11, 5}, {11, 0, 24, 5}, {0, 5, 11, 16}, {11, 5, 24, 16}};
   for (neph_integrator i = NEPH_INTEGRATOR_MARCH; i <= NEPH_INTEGRATOR_PATH; i++) {
     neph_image *whole = render(2, i, NULL);
     for (int t = 0; t < 4; t++) {
-      neph_image *tile = render(1, i, crops[t]);
+      neph_image *tile = render_cached(1, i, crops[t]);
       assert_same_bits(whole, tile, crops[t][0], crops[t][1]);
       neph_image_destroy(tile);
     }
@@ -80,7 +90,7 @@ static void components_add_up_to_the_beauty(void **state) {
   static const char *const layers[] = {"background", "terrain", "air", "sun", "sky", "ground", "multiple"};
   static const char *const bands[] = {"R", "G", "B"};
   for (neph_integrator i = NEPH_INTEGRATOR_MARCH; i <= NEPH_INTEGRATOR_PATH; i++) {
-    neph_image *image = render(2, i, NULL);
+    neph_image *image = render_cached(2, i, NULL);
     const size_t count = (size_t)neph_image_get_width(image) * neph_image_get_height(image);
     double lit[7] = {0};
     for (int b = 0; b < 3; b++)
@@ -104,7 +114,7 @@ static void components_add_up_to_the_beauty(void **state) {
 
 static void depth_is_finite_on_ground_and_infinite_in_the_sky(void **state) {
   (void)state;
-  neph_image *image = render(2, NEPH_INTEGRATOR_MARCH, NULL);
+  neph_image *image = render_cached(2, NEPH_INTEGRATOR_MARCH, NULL);
   const float *depth = neph_image_get_channel(image, "Z"), *distance = neph_image_get_channel(image, "distance");
   const float *alpha = neph_image_get_channel(image, "A");
   const size_t count = (size_t)neph_image_get_width(image) * neph_image_get_height(image);
@@ -159,7 +169,7 @@ static void assert_mean_is_stated(neph_image *image) {
  * rare bright paths, which 64 samples may miss. */
 static void standard_errors_are_what_seeds_differ_by(void **state) {
   (void)state;
-  neph_context *context = test_context_create(2, NULL);
+  neph_context *context = test_context_create_cached(2, NULL);
   neph_image *one = render_with_errors(context, 1), *two = render_with_errors(context, 2);
   const float *a = neph_image_get_channel(one, "G"), *e = neph_image_get_channel(one, "standard_error.G");
   const float *b = neph_image_get_channel(two, "G"), *f = neph_image_get_channel(two, "standard_error.G");
@@ -270,7 +280,7 @@ static void a_camera_anywhere_sees_numbers(void **state) {
   (void)state;
   static test_log log;
   test_log_start(&log);
-  neph_context *context = test_context_create(2, &log);
+  neph_context *context = test_context_create_cached(2, &log);
   neph_scene *scene = load(context);
   assert_int_equal(neph_scene_set(scene, "render.samples", "2"), NEPH_OK);
   assert_int_equal(neph_scene_set(scene, "camera.resolution", "[12, 8]"), NEPH_OK);

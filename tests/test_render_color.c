@@ -6,6 +6,7 @@
 
 #include <nephos/nephos.h>
 
+#include "core/context_private.h"
 #include "stages/assembly.h"
 #include "test_render_once.h"
 #include "test_support.h"
@@ -327,11 +328,16 @@ static void values_out_of_range_are_refused(void **state) {
   assert_unset("output.color_space", "srgb", "rec709, acescg, rec2020, xyz or bands");
 }
 
-/* Without air and clouds what is left to allocate is what packets are kept in. */
+static neph_result render_verbosely(neph_context *context, void *user) {
+  context->log_level_max = NEPH_LOG_DEBUG;
+  return test_render_once(context, user);
+}
+
+/* Without air and clouds what is left to allocate is what packets are kept in, and the predictions of the log. */
 static void failed_allocations_leave_nothing(void **state) {
   (void)state;
   static char text[] = "atmosphere: none\ncamera: {resolution: [2, 2]}\nrender: {samples: 1, wavelengths: 9}\n";
-  assert_survives_failed_allocations(test_render_once, text);
+  assert_survives_failed_allocations(render_verbosely, text);
 }
 
 int main(void) {

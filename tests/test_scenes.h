@@ -5,7 +5,7 @@
 
 #include <stdlib.h>
 
-#include "test_support.h"
+#include "test_contexts.h"
 
 #include <nephos/renderer.h>
 #include <nephos/scene.h>
@@ -17,16 +17,31 @@ typedef struct fixture {
   neph_renderer *renderer; /* renderer for a sequence of the scene */
 } fixture;
 
-/* Called by a test's set-up; the scene is `text` as the file dir/scene.yaml would hold it. */
-static inline int set_up_scene(void **state, unsigned thread_count, const char *text) {
+static inline int set_up_scene_with(void **state, unsigned thread_count, const char *text,
+                                    neph_context *(*create_context)(unsigned, test_log *)) {
   fixture *f = calloc(1, sizeof *f);
   assert_non_null(f);
   test_log_start(&f->log);
-  f->context = test_context_create(thread_count, &f->log);
+  f->context = create_context(thread_count, &f->log);
   assert_int_equal(neph_scene_load_text(f->context, text, "dir/scene.yaml", &f->scene), NEPH_OK);
   assert_int_equal(neph_renderer_create(f->context, &f->renderer), NEPH_OK);
   *state = f;
   return 0;
+}
+
+/* Called by a test's set-up; the scene is `text` as the file dir/scene.yaml would hold it. */
+static inline int set_up_scene(void **state, unsigned thread_count, const char *text) {
+  return set_up_scene_with(state, thread_count, text, test_context_create);
+}
+
+/* The same with a context of test_context_create_verbose. */
+static inline int set_up_scene_verbose(void **state, unsigned thread_count, const char *text) {
+  return set_up_scene_with(state, thread_count, text, test_context_create_verbose);
+}
+
+/* The same with a context of test_context_create_cached. */
+static inline int set_up_scene_cached(void **state, unsigned thread_count, const char *text) {
+  return set_up_scene_with(state, thread_count, text, test_context_create_cached);
 }
 
 static inline int tear_down(void **state) {

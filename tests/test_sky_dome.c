@@ -7,7 +7,7 @@
 #include "core/units.h"
 #include "test_support.h"
 
-static int set_up(void **state) { return test_set_up(state, 2, NULL); }
+static int set_up(void **state) { return test_set_up_cached(state, 2, NULL); }
 
 static const char day[] = "{camera: {position: [0, 0, 100 m], look_at: [0, 1 km, 100 m], focal_length: 35 mm,"
                           " resolution: [160, 90]}, sun: {elevation: 40 deg, azimuth: 90 deg}, render: {samples: 4},"

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Outputs of `nephos sky`: harmonics, the disk in its layer, tables as pictures, their measured errors. */
-#include "test_support.h"
+#include "test_contexts.h"
 
 #include <stdlib.h>
 
@@ -301,7 +301,7 @@ static void measured_errors_are_within_the_tolerance(void **state) {
 }
 
 static int create_context(void **state) {
-  *state = test_context_create(2, NULL);
+  *state = test_context_create_cached(2, NULL);
   return 0;
 }
 

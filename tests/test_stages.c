@@ -301,7 +301,7 @@ static void costs_are_those_of_what_is_needed(void **state) {
   neph_scene_destroy(scene);
 }
 
-static int set_up(void **state) { return set_up_scene(state, 2, nothing); }
+static int set_up(void **state) { return set_up_scene_verbose(state, 2, nothing); }
 
 int main(void) {
   const struct CMUnitTest tests[] = {

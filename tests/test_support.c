@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "test_support.h"
+#include "test_contexts.h"
 
 #include <dirent.h>
 #include <ftw.h>
@@ -60,12 +60,12 @@ static void drop_message(void *user, neph_log_level level, const char *message) 
 }
 
 static neph_context *create_context(unsigned thread_count, test_log *log, test_allocator *allocator,
-                                    const char *cache_dir) {
+                                    const char *cache_dir, neph_log_level level_max) {
   neph_context_desc desc = NEPH_CONTEXT_DESC_DEFAULT;
   desc.thread_count = thread_count;
   desc.log = log ? test_log_receive : drop_message;
   desc.log_user = log;
-  desc.log_level_max = NEPH_LOG_DEBUG;
+  desc.log_level_max = level_max;
   desc.reallocate = allocator ? test_allocator_reallocate : NULL;
   desc.reallocate_user = allocator;
   desc.module_dir = NEPHOS_TEST_MODULE_DIR;
@@ -77,11 +77,34 @@ static neph_context *create_context(unsigned thread_count, test_log *log, test_a
 }
 
 neph_context *test_context_create(unsigned thread_count, test_log *log) {
-  return create_context(thread_count, log, NULL, NULL);
+  return create_context(thread_count, log, NULL, NULL, NEPH_LOG_INFO);
+}
+
+neph_context *test_context_create_verbose(unsigned thread_count, test_log *log) {
+  return create_context(thread_count, log, NULL, NULL, NEPH_LOG_DEBUG);
 }
 
 neph_context *test_context_create_counted(unsigned thread_count, test_log *log, test_allocator *allocator) {
-  return create_context(thread_count, log, allocator, NULL);
+  return create_context(thread_count, log, allocator, NULL, NEPH_LOG_INFO);
+}
+
+/* Folder of the cache that contexts of this process share; a forked child leaves it to its parent. */
+static struct {
+  char *folder;
+  pid_t process;
+} shared_cache;
+
+static void remove_shared_cache(void) {
+  if (shared_cache.process == getpid()) test_folder_destroy(shared_cache.folder);
+}
+
+neph_context *test_context_create_cached(unsigned thread_count, test_log *log) {
+  if (!shared_cache.folder) {
+    shared_cache.folder = test_folder_create();
+    shared_cache.process = getpid();
+    assert_int_equal(atexit(remove_shared_cache), 0);
+  }
+  return create_context(thread_count, log, NULL, shared_cache.folder, NEPH_LOG_INFO);
 }
 
 /* ---- Memory ---- */
@@ -250,9 +273,7 @@ int test_set_up(void **state, unsigned thread_count, const char *file) {
 
 int test_set_up_cached(void **state, unsigned thread_count, const char *file) {
   test_fixture *f = create_fixture(file);
-  char *cache = test_path(f->folder, "cache");
-  f->context = create_context(thread_count, &f->log, NULL, cache);
-  free(cache);
+  f->context = test_context_create_cached(thread_count, &f->log);
   *state = f;
   return 0;
 }

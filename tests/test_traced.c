@@ -5,7 +5,7 @@
 #include <nephos/nephos.h>
 
 #include "test_cumulus_scene.h"
-#include "test_support.h"
+#include "test_contexts.h"
 
 static neph_image *render(neph_context *context, const char *text, const char *key, const char *value) {
   neph_scene *scene = NULL;
@@ -32,7 +32,7 @@ static const char cloud_over_ridges[] = TEST_CUMULUS_SCENE "render: {samples: 64
  * noise of 64 samples, which is 1 %. */
 static void tables_are_near_what_is_traced(void **state) {
   (void)state;
-  neph_context *context = test_context_create(2, NULL);
+  neph_context *context = test_context_create_cached(2, NULL);
   neph_image *traced = render(context, cloud_over_ridges, NULL, NULL);
   neph_image *tables = render(context, cloud_over_ridges, "render.atmosphere", "tables");
   double a[3], b[3];
@@ -81,7 +81,7 @@ static double add_kept_and_lost(neph_context *context, const char *limit, double
  * errors, whose size eight seeds estimate to a quarter. Without a limit the header states nothing. */
 static void header_tells_what_a_limit_took(void **state) {
   (void)state;
-  neph_context *context = test_context_create(2, NULL);
+  neph_context *context = test_context_create_cached(2, NULL);
   double error, whole_error, lost, none;
   const double whole = add_kept_and_lost(context, "all", &whole_error, &none);
   const double both = add_kept_and_lost(context, "4", &error, &lost);
@@ -98,7 +98,7 @@ static int lie_low(unsigned column, unsigned row) { return (void)column, (void)r
  * what it sees is about as bright as 400 m higher. */
 static void below_the_sea_there_is_sky(void **state) {
   (void)state;
-  neph_context *context = test_context_create(2, NULL);
+  neph_context *context = test_context_create_cached(2, NULL);
   char *folder = test_folder_create(), *tile = test_hgt_write(folder, "N44W072.hgt", 1201, lie_low), text[1024];
   (void)snprintf(
       text, sizeof text,
