@@ -270,6 +270,7 @@ static const struct {
     {"render.path_guiding", CLOUD("") "render: {integrator: path}\n", "adjoint"},
     {"render.air_shadows", CLOUD_IN_AIR QUICK, "true"},
     {"render.light_detail", NULL, "4"},
+    {"render.light_depth", NULL, "0.02"},
     {"output.aovs", NULL, "[mattes]"},
     {"output.scale", NULL, "4"},
 };

@@ -29,7 +29,7 @@ static double compute_sine(const np_first_rays *r, int axis) {
 /* Rays along a side of the face, by its cells, and some where it has but one: as far apart as along the other side as
  * the sun sees them. */
 static size_t count_along(const np_first_rays *r, int axis, int other) {
-  const int32_t size = r->grid->size[axis];
+  const int32_t size = r->grid->used[axis];
   const double stretch = compute_sine(r, axis) / fmax(compute_sine(r, other), 1e-6);
   const int per_edge = r->grid->is_fine ? RAYS_PER_FINE_EDGE : RAYS_PER_EDGE;
   const double density = per_edge * sqrt(fabs(r->direction[r->face_axis]) * stretch);
@@ -63,7 +63,8 @@ static neph_result light_face(np_first_rays *r, int axis) {
   neph_result result = np_parallel_for(g->context, r->monitor, r->rows * r->columns, 256, get_kernel(g->context), r);
   if (result) return result;
   double unit = 0x1p-32;
-  for (int a = 0; a < 3; a++) unit *= a == axis ? 1.0 : np_transport_grid_length(g, a) / g->size[a];
+  for (int a = 0; a < 3; a++)
+    unit *= a == axis ? 1.0 : (np_transport_grid_get_end(g, a) - g->edge_m[a][0]) / g->used[a];
   for (size_t active = 0; active < g->active_count && r->surpluses; active++) {
     np_first_surplus *s = &r->surpluses[active];
     s->volume += unit * r->step_m * (double)s->sum;

@@ -57,7 +57,7 @@ static double compute_exit(const np_transport_grid *g, const double p[3], const 
   double exit = INFINITY;
   for (int a = 0; a < 3; a++) {
     if (g->is_wrapped[a] || fabs(d[a]) < 1e-12) continue;
-    const double plane = g->edge_m[a][d[a] > 0.0 ? g->size[a] : 0];
+    const double plane = d[a] > 0.0 ? np_transport_grid_get_end(g, a) : g->edge_m[a][0];
     exit = fmin(exit, (plane - p[a]) / d[a]);
   }
   return exit;
@@ -331,9 +331,10 @@ static void place_start(const np_first_rays *all, int axis, size_t number, doubl
   const int b = (axis + 1) % 3, c = (axis + 2) % 3;
   const size_t row = number / all->columns, column = number % all->columns;
   const double across = ((double)column + fraction(0.5 + 0.6180339887498949 * (double)row)) / (double)all->columns;
-  start[axis] = g->edge_m[axis][all->direction[axis] < 0.0 ? g->size[axis] : 0];
-  start[b] = g->edge_m[b][0] + across * np_transport_grid_length(g, b);
-  start[c] = g->edge_m[c][0] + ((double)row + 0.5) / (double)all->rows * np_transport_grid_length(g, c);
+  const double along = ((double)row + 0.5) / (double)all->rows;
+  start[axis] = all->direction[axis] < 0.0 ? np_transport_grid_get_end(g, axis) : g->edge_m[axis][0];
+  start[b] = g->edge_m[b][0] + across * (np_transport_grid_get_end(g, b) - g->edge_m[b][0]);
+  start[c] = g->edge_m[c][0] + along * (np_transport_grid_get_end(g, c) - g->edge_m[c][0]);
 }
 
 static void start_ray(collision_ray *r, const np_first_rays *all, int axis, size_t number) {
@@ -349,7 +350,7 @@ static void start_ray(collision_ray *r, const np_first_rays *all, int axis, size
     r->cells_per_m[a] = all->direction[a] * per_m;
   }
   /* Irradiance on the face times area, over the mean area of a cell's face. */
-  const double face_cells = (double)g->size[(axis + 1) % 3] * (double)g->size[(axis + 2) % 3];
+  const double face_cells = (double)g->used[(axis + 1) % 3] * (double)g->used[(axis + 2) % 3];
   r->weight = fabs(all->direction[axis]) * face_cells / ((double)all->rows * (double)all->columns);
   for (unsigned m = 0; m < NP_FIRST_MEDIA; m++) r->power[m] = m < all->media_count ? r->weight * 0x1p32 : 0.0;
   r->crossing = (crossing){.active = NP_TRANSPORT_CELL_NONE};

@@ -8,8 +8,9 @@ void np_transport_grid_compute_depths(const np_world *world, const np_transport_
   double least = 0.0, most = 0.0;
   for (int axis = 0; axis < 3; axis++) {
     if (grid->size[axis] == 1) continue;
-    double narrow = HUGE_VAL, wide = 0.0;
-    for (int32_t i = 0; i < grid->size[axis]; i++) {
+    const double even = grid->even_m[axis]; /* the width of all cells with cloud */
+    double narrow = even > 0.0 ? even : HUGE_VAL, wide = even;
+    for (int32_t i = 0; i < grid->size[axis] && !(even > 0.0); i++) {
       narrow = fmin(narrow, np_transport_grid_width(grid, axis, i));
       wide = fmax(wide, np_transport_grid_width(grid, axis, i));
     }

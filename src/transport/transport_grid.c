@@ -296,6 +296,7 @@ static void average_children(const np_transport_grid *fine, np_transport_grid *o
 static neph_result thin_planes(const np_transport_grid *fine, int axis, int32_t stride, np_transport_grid *out) {
   assert(fine->size[axis] % stride == 0);
   out->size[axis] = fine->size[axis] / stride;
+  out->used[axis] = (fine->used[axis] + stride - 1) / stride;
   out->even_m[axis] = stride * fine->even_m[axis];
   out->is_wrapped[axis] = fine->is_wrapped[axis];
   out->edge_m[axis] = np_alloc(out->context, (size_t)out->size[axis] + 1, sizeof *out->edge_m[axis]);

@@ -16,8 +16,10 @@ enum {
 typedef struct np_transport_grid {
   neph_context *context; /* borrowed */
   int32_t size[3];
-  double *edge_m[3];  /* size + 1 ascending planes of each axis */
-  double even_m[3];   /* distance of the planes; 0 where they are not even */
+  double *edge_m[3]; /* size + 1 ascending planes of each axis */
+  double even_m[3];  /* distance of the planes; 0 where they are not even */
+  int32_t
+      used[3]; /* cells that clouds may lie in: those beyond make up the count, and are thin where planes are even */
   bool is_wrapped[3]; /* periodic along this axis */
   bool has_ground;    /* some cells may be ground, or ground is close below them; below a cell of ground all are */
   bool is_fine;       /* light is iterated on cells twice as wide */
@@ -111,6 +113,11 @@ static inline size_t np_transport_grid_count(const np_transport_grid *grid) {
 
 static inline double np_transport_grid_width(const np_transport_grid *grid, int axis, int32_t index) {
   return grid->edge_m[axis][index + 1] - grid->edge_m[axis][index];
+}
+
+/* Coordinate at which the cells that clouds may lie in end. */
+static inline double np_transport_grid_get_end(const np_transport_grid *grid, int axis) {
+  return grid->edge_m[axis][grid->used[axis]];
 }
 
 /* Extent of all cells along an axis. */

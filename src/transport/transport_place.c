@@ -82,7 +82,7 @@ static cell_edges flatten(double edge, double thickness) {
 /* ---- Even cells ---- */
 
 typedef struct even_axis {
-  int32_t size;
+  int32_t size, used; /* cells; of them those that clouds need: the others make up the count, and are thin */
   double origin_m, edge_m;
   bool is_wrapped;
 } even_axis;
@@ -101,11 +101,12 @@ static even_axis compute_even_axis(const np_world *world, const np_transport_des
     const int32_t cells = (int32_t)(period / edge);
     const bool is_single = period <= NP_BRICK_EDGE * 1.001 * voxel || cells < COARSEST;
     const int32_t size = is_single ? 1 : cells / COARSEST * COARSEST;
-    return (even_axis){size, base, period / size, true};
+    return (even_axis){size, size, base, period / size, true};
   }
   const double origin = base + floor((low[axis] - base) / voxel - 1.0) * voxel - edge;
   const double cells = ceil((high[axis] + voxel - origin) / edge) + 1.0;
-  return (even_axis){(int32_t)fmin(ceil(cells / COARSEST) * COARSEST, 1e6), origin, edge, false};
+  const int32_t size = (int32_t)fmin(ceil(cells / COARSEST) * COARSEST, 1e6);
+  return (even_axis){size, (int32_t)fmin(cells, size), origin, edge, false};
 }
 
 static double compute_even_axes(const np_world *world, const np_transport_desc *desc, cell_edges edges,
@@ -149,29 +150,40 @@ static double get_edge_max(const np_world *world) {
   return are_joined ? 16.0 : 8.0;
 }
 
+static double count_even(const np_world *world, const np_transport_desc *desc, double edge) {
+  even_axis axes[3];
+  return compute_even_axes(world, desc, (cell_edges){edge, edge}, axes);
+}
+
 /* Halves cells that are too deep, down to one voxel, or to half a voxel where that takes no more than twice
  * `cell_count_cheap` of them: a file holds nothing finer. */
 static double halve_edge(const np_world *world, const np_transport_desc *desc, double edge) {
   static const double deepest = 3.5;
   const double voxel_depth = compute_voxel_depth(world);
-  even_axis axes[3];
   while (edge > 0.5 && edge * voxel_depth > deepest * desc->cell_depth_max) {
-    const double half = 0.5 * edge, cells = compute_even_axes(world, desc, (cell_edges){half, half}, axes);
+    const double half = 0.5 * edge, cells = count_even(world, desc, half);
     if (half < 1.0 && cells > 2.0 * (double)desc->cell_count_cheap) break;
     edge = half;
   }
   return edge;
 }
 
+/* Cells that cost next to nothing beside a solution on cells as deep as they may be. */
+static double get_cheap_count(const np_transport_desc *desc) {
+  static const double depth_usual = 0.35;
+  const double coarse = fmax(1.0, desc->cell_depth_max / depth_usual);
+  return (double)desc->cell_count_cheap / (coarse * coarse * coarse);
+}
+
 /* Edge in voxels that suits the clouds; within `cell_count_max` where there is no viewer. */
 static double choose_edge(const np_world *world, const np_transport_desc *desc, bool *out_is_fine) {
-  even_axis axes[3];
-  const double voxel_depth = compute_voxel_depth(world),
-               cells = compute_even_axes(world, desc, (cell_edges){1.0, 1.0}, axes);
+  const double voxel_depth = compute_voxel_depth(world), cells = count_even(world, desc, 1.0);
   *out_is_fine = cells > (double)desc->cell_count_cheap && cells <= (double)desc->cell_count_fine;
   const double edge_max = get_edge_max(world);
   double edge = cells <= (double)desc->cell_count_cheap || *out_is_fine ? 1.0 : 2.0;
-  while (edge < edge_max && 1.5 * edge * voxel_depth <= 0.5 * desc->cell_depth_max) edge *= 1.5;
+  while (edge < edge_max && 1.5 * edge * voxel_depth <= 0.5 * desc->cell_depth_max &&
+         count_even(world, desc, edge) > get_cheap_count(desc))
+    edge *= 1.5;
   edge = halve_edge(world, desc, edge);
   const double enlarged = enlarge_edge(world, desc, edge);
   if (enlarged > edge) *out_is_fine = false;
@@ -269,19 +281,25 @@ static neph_result store_graded_axis(const grading *g, const even_axis *even, in
     while (k + 1 < GRADING_STEPS && counts[k + 1] < wanted) k++;
     edge[i] = even->origin_m + step * (k + (wanted - counts[k]) / (counts[k + 1] - counts[k]));
   }
-  out->size[axis] = size;
+  out->size[axis] = out->used[axis] = size;
   out->edge_m[axis] = edge;
   return NEPH_OK;
 }
 
 /* ---- Keeping them ---- */
 
+/* Width of cells that only make up the count, over that of the others: the box of the cells ends close to the clouds,
+ * as air within it is left out. */
+static const double thin = 1.0 / 16.0;
+
 static neph_result store_even_axis(const even_axis *even, int axis, np_transport_grid *out) {
   double *edge = np_alloc(out->context, (size_t)even->size + 1, sizeof *edge);
   assert(even->size >= 1 && even->edge_m > 0.0);
   if (!edge) return NEPH_ERROR_OUT_OF_MEMORY;
-  for (int32_t i = 0; i <= even->size; i++) edge[i] = even->origin_m + i * even->edge_m;
+  for (int32_t i = 0; i <= even->size; i++)
+    edge[i] = even->origin_m + even->edge_m * (i <= even->used ? i : even->used + thin * (i - even->used));
   out->size[axis] = even->size;
+  out->used[axis] = even->used;
   out->edge_m[axis] = edge;
   out->even_m[axis] = even->edge_m;
   out->is_wrapped[axis] = even->is_wrapped;
@@ -388,7 +406,7 @@ static void place_column_planes(const profile *p, thickness t, np_transport_grid
 
 static neph_result store_column_axis(const profile *p, thickness t, int axis, np_transport_grid *out) {
   const double depth = p->depth[p->count - 1], cells = 2.0 * count_to_depth(0.5 * depth, t) + 2.0;
-  out->size[axis] = (int32_t)ceil(cells / COARSEST) * COARSEST;
+  out->size[axis] = out->used[axis] = (int32_t)ceil(cells / COARSEST) * COARSEST;
   out->edge_m[axis] = np_alloc(out->context, (size_t)out->size[axis] + 1, sizeof *out->edge_m[axis]);
   if (!out->edge_m[axis]) return NEPH_ERROR_OUT_OF_MEMORY;
   place_column_planes(p, t, out, axis);
