@@ -87,6 +87,7 @@ typedef struct block {
   neph_sky *sky;
   np_air_visibility visibility;
   np_air_shadow shadow;
+  const np_lit_air *lit_air; /* NULL: none */
 } block;
 
 static const double block_m = 6000.0, half_width_m = 1250.0, voxel_m = 100.0, camera_m = 500.0;
@@ -119,8 +120,7 @@ static void cast(block *b, int32_t half_width) {
   assert_int_equal(np_air_visibility_build(b->base.context, &b->base.world, &lighting->sun_optical_depths, &rays,
                                            &casters, NULL, &b->visibility),
                    NEPH_OK);
-  assert_int_equal(np_air_shadow_build(&b->visibility, &b->base.world, lighting->ground_light, NULL, &b->shadow),
-                   NEPH_OK);
+  assert_int_equal(np_air_shadow_build(&b->visibility, &b->base.world, b->lit_air, NULL, &b->shadow), NEPH_OK);
 }
 
 static void clear_block(block *b) {
@@ -177,24 +177,22 @@ static void beside_the_shadow_nothing_is_lost(void **state) {
   clear_block(&b);
 }
 
-/* Clouds that cover no sky and add a tenth A of the sun's irradiance on the ground everywhere: beside the block the air
- * below it has the sun's light of the first order, and even light from above and, ρA, from below besides. Even light of
- * irradiance A over a hemisphere has an actinic flux 2A. 1 %: the sun's transmittance is taken in the middle of each
- * cell. */
-static void clouds_light_the_air_below_them(void **state) {
+/* Clouds that add a fifth of the sun's irradiance to the actinic flux from above, and three fifths of a tenth to that
+ * from below, everywhere: beside the block the air has the sun's light of the first order and this. 1 %: the sun's
+ * transmittance is taken in the middle of each cell. */
+static void clouds_light_the_air_around_them(void **state) {
   neph_atmosphere *air = *state;
   block b;
   place_block(&b, air);
   const np_spectrum sun = b.sky->irradiance;
-  np_ground_light_value light = {np_spectrum_grey(1.0f), np_spectrum_scale(sun, 0.1f), np_spectrum_scale(sun, 0.2f)},
-                        points[4] = {light, light, light, light};
-  const np_ground_light cache = {.size = {2, 2}, .origin_m = {-1e6, -1e6}, .spacing_m = 2e6, .points = points};
-  b.base.placed[0].bottom_m = 3000.0 - half_width_m;
-  b.base.placed[0].top_m = 3000.0 + half_width_m;
+  np_lit_air_value points[4 * NP_LIT_AIR_LEVELS];
+  np_lit_air lit = {.size = {2, 2}, .origin_m = {-1e6, -1e6}, .spacing_m = 2e6, .points = points};
+  for (int n = 0; n < 4 * NP_LIT_AIR_LEVELS; n++)
+    points[n] = (np_lit_air_value){np_spectrum_scale(sun, 0.2f), np_spectrum_scale(sun, 0.06f)};
+  for (int k = 0; k < NP_LIT_AIR_LEVELS; k++) lit.level_m[k] = 1000.0 * k;
   b.base.world.atmosphere = air;
-  b.base.lighting.ground_light = &cache;
   b.base.world.sun_irradiance = sun;
-  b.base.world.ground_albedo = np_spectrum_grey(0.3f);
+  b.lit_air = &lit;
   cast(&b, 120);
   const np_vec3 d = np_vec3_normalize(np_vec3_make(1.0f, 0.35f, 0.01f));
   const np_dvec3 middle = np_dvec3_make(3000.0, 1000.0, camera_m);
@@ -202,7 +200,7 @@ static void clouds_light_the_air_below_them(void **state) {
   const np_hemisphere_shares shares = np_sky_compute_hemisphere_shares(b.sky, d);
   const np_even_inscatter even = np_sky_compute_even_inscatter(b.sky, d, 6e3, &shares);
   for (int band = 0; band < 3; band++) {
-    const double flux[2] = {2.0 * 0.1 / (double)through.band[band], 2.0 * 0.3 * 0.1 / (double)through.band[band]};
+    const double flux[2] = {0.2 / (double)through.band[band], 0.06 / (double)through.band[band]};
     const double found = -(double)get_lost(&b, d, 6e3).band[band] * (double)even.first.band[band];
     const double expected = flux[0] * (double)even.upper.band[band] + flux[1] * (double)even.lower.band[band];
     assert_near_relative(found, expected, 0.01);
@@ -285,7 +283,7 @@ int main(void) {
   const struct CMUnitTest blocks[] = {
       cmocka_unit_test(what_is_lost_lies_in_the_shadow),
       cmocka_unit_test(beside_the_shadow_nothing_is_lost),
-      cmocka_unit_test(clouds_light_the_air_below_them),
+      cmocka_unit_test(clouds_light_the_air_around_them),
       cmocka_unit_test(even_light_is_scattered_without_a_phase_function),
       cmocka_unit_test(aerosols_scatter_forward_from_either_hemisphere),
       cmocka_unit_test(without_casters_nothing_is_kept),

@@ -1,12 +1,15 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Light on the ground under a cloud: nothing changes in a furnace, light goes up with the sun, and it fails cleanly. */
+/* Light of a cloud on ground and air: nothing changes in a furnace, light goes up with the sun, and it fails cleanly.
+ */
 #include "test_world.h"
 
+#include "caches/lit_air.h"
 #include "integrate/emission_rays.h"
 
 typedef struct fixture {
   test_world cloud;
   np_ground_light cache;
+  np_lit_air air;
   neph_volume *flame; /* NULL: none */
   np_emission emission;
 } fixture;
@@ -22,14 +25,21 @@ static neph_result build_caches(fixture *f) {
   test_world *c = &f->cloud;
   neph_result result = test_world_solve(c);
   if (result) return result;
-  const np_ground_light_desc desc = {.world = &c->world,
-                                     .depths = &c->lighting.sun_optical_depths,
-                                     .scattering = c->scattering,
-                                     .bounds_min = c->desc.cells.bounds_min,
-                                     .bounds_max = c->desc.cells.bounds_max};
-  result = np_ground_light_build(c->context, &desc, NULL, &f->cache);
+  np_cloud_gather gather = {.world = &c->world,
+                            .depths = &c->lighting.sun_optical_depths,
+                            .scattering = c->scattering,
+                            .bounds_min = c->desc.cells.bounds_min,
+                            .bounds_max = c->desc.cells.bounds_max};
+  np_cloud_gather_init(&gather);
+  result = np_ground_light_build(c->context, &gather, NULL, &f->cache);
+  if (!result) result = np_lit_air_build(c->context, &gather, &f->cache, NULL, &f->air);
   if (!result) c->lighting.ground_light = &f->cache;
   return result;
+}
+
+static void clear_caches(fixture *f) {
+  if (f->air.context) np_lit_air_clear(&f->air);
+  if (f->cache.context) np_ground_light_clear(&f->cache);
 }
 
 static void start(fixture *f, unsigned threads) {
@@ -39,7 +49,7 @@ static void start(fixture *f, unsigned threads) {
 static void build(fixture *f) { assert_int_equal(build_caches(f), NEPH_OK); }
 
 static void end(fixture *f) {
-  np_ground_light_clear(&f->cache);
+  clear_caches(f);
   np_emission_clear(&f->emission);
   neph_volume_release(f->flame);
   test_world_destroy(&f->cloud);
@@ -66,6 +76,15 @@ static void a_white_cloud_casts_no_shade_in_a_furnace(void **state) {
     assert_near_relative((double)irradiance.band[0], 0.5 * NP_PI, 0.02);
     assert_near_relative((double)irradiance.band[2], 3.0 * NP_PI, 0.02);
   }
+  /* Nor does the air around it change: of the flux 2π·0.5 from either hemisphere at most 2 % in the mean of places. */
+  double change[2] = {0.0, 0.0};
+  for (int n = 0; n < 200; n++) {
+    const np_dvec3 place = np_dvec3_make(fmod(7.3 * n, 50.0) - 13.0, fmod(3.1 * n, 50.0) - 13.0, fmod(11.7 * n, 60.0));
+    const np_lit_air_value value = np_lit_air_get(&f.air, place);
+    change[0] += (double)value.upper.band[0] / 200.0;
+    change[1] += (double)value.lower.band[0] / 200.0;
+  }
+  for (int side = 0; side < 2; side++) assert_near(change[side] / NP_PI, 0.0, 0.02);
   end(&f);
 }
 
@@ -83,6 +102,15 @@ static void the_cloud_shines_on_what_is_below_it(void **state) {
   assert_near_relative((double)below.band[2], 3.0 * (double)below.band[0], 0.01);
   assert_true(beside.band[0] > 0.0f && beside.band[0] < 0.3f * below.band[0]);
   assert_near((double)compute_irradiance(&f, 1e4, 11.5).band[0], 0.0, 0.0);
+  /* Air under it is lit from above, air over it from below, and air far away not at all. */
+  const np_lit_air_value under = np_lit_air_get(&f.air, np_dvec3_make(11.5, 11.5, 2.0)),
+                         over = np_lit_air_get(&f.air, np_dvec3_make(11.5, 11.5, 60.0)),
+                         away = np_lit_air_get(&f.air, np_dvec3_make(1e4, 11.5, 20.0));
+  assert_in_range((int)(1000.0f * under.upper.band[0]), 60, 400);
+  assert_true(over.lower.band[0] > 0.003f);
+  assert_near((double)over.upper.band[0], 0.0, 0.0);
+  assert_near_relative((double)under.upper.band[2], 3.0 * (double)under.upper.band[0], 0.01);
+  assert_near((double)away.upper.band[0], 0.0, 0.0);
   end(&f);
 }
 
@@ -148,6 +176,8 @@ static void threads_change_no_bit(void **state) {
   build(&two);
   const size_t count = (size_t)one.cache.size[0] * (size_t)one.cache.size[1];
   assert_memory_equal(one.cache.points, two.cache.points, count * sizeof *one.cache.points);
+  const size_t places = (size_t)one.air.size[0] * (size_t)one.air.size[1] * NP_LIT_AIR_LEVELS;
+  assert_memory_equal(one.air.points, two.air.points, places * sizeof *one.air.points);
   end(&one);
   end(&two);
 }
@@ -159,7 +189,7 @@ static neph_result attempt(neph_context *context, void *user) {
   f->cloud.world.sun_irradiance = np_spectrum_grey(1.0f);
   f->cloud.desc.tolerance = 0.3;
   if (!result) result = build_caches(f);
-  np_ground_light_clear(&f->cache);
+  clear_caches(f);
   test_world_clear(&f->cloud);
   return result;
 }

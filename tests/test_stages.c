@@ -143,7 +143,7 @@ static void assert_built(neph_context *context, const char *text, unsigned expec
   assert_int_equal(!b.assembly.caches[0].sun_optical_depth, !np_plan_needs(&b.plan, NP_STAGE_SUN_OPTICAL_DEPTH));
   assert_int_equal(!light->scattering, !np_plan_needs(&b.plan, NP_STAGE_ORDINATES));
   assert_int_equal(!light->viewer_light, !np_plan_needs(&b.plan, NP_STAGE_VIEWER_LIGHT));
-  assert_int_equal(!light->ground_light, !np_plan_needs(&b.plan, NP_STAGE_GROUND_CLOUDS));
+  assert_int_equal(!light->cloud_light, !np_plan_needs(&b.plan, NP_STAGE_GROUND_CLOUDS));
   assert_int_equal(!light->relief_light.points, !np_plan_needs(&b.plan, NP_STAGE_RELIEF_LIGHT));
   assert_int_equal(!light->air_shadow.visible_fraction, !np_plan_needs(&b.plan, NP_STAGE_AIR_SHADOWS));
   assert_int_equal(!packet->gains, !np_plan_needs(&b.plan, NP_STAGE_APPROXIMATION));
@@ -182,7 +182,8 @@ static void add_sky_result(np_hash *hash, const np_packet *p, const np_packet_li
 }
 
 static void add_light_result(np_hash *hash, const np_packet_light *l, np_stage stage) {
-  const np_ground_light *ground = l->ground_light;
+  const np_ground_light *ground = np_cloud_light_get_ground(l->cloud_light);
+  const np_lit_air *air = np_cloud_light_get_air(l->cloud_light);
   const np_vec3 ahead = np_vec3_make(0.0f, 1.0f, 0.0f);
   if (stage == NP_STAGE_SKY_GUIDE) np_hash_add(hash, &l->sky_guide, sizeof l->sky_guide);
   if (stage == NP_STAGE_ORDINATES) {
@@ -192,6 +193,8 @@ static void add_light_result(np_hash *hash, const np_packet_light *l, np_stage s
   if (stage == NP_STAGE_VIEWER_LIGHT) np_hash_add(hash, l->viewer_light->outgoing, 8 * sizeof(float));
   if (stage == NP_STAGE_GROUND_CLOUDS)
     np_hash_add(hash, ground->points, (size_t)ground->size[0] * (size_t)ground->size[1] * sizeof *ground->points);
+  if (stage == NP_STAGE_GROUND_CLOUDS && air)
+    np_hash_add(hash, air->points, (size_t)air->size[0] * (size_t)air->size[1] * sizeof *air->points);
   if (stage == NP_STAGE_AIR_SHADOWS)
     add_spectrum(hash, np_air_shadow_get_lost(&l->air_shadow, &(np_view_ray){.direction = ahead}, INFINITY));
   if (stage != NP_STAGE_LIGHTING) return;

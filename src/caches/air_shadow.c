@@ -49,24 +49,26 @@ static int compute_plane_before(double reach_m, double distance_m, float *out_pa
 
 /* ---- Regions with shadow ---- */
 
-/* The box of a caster's shadow, along axes of which the third points away from the sun. */
-typedef struct shaft {
+/* A box along some axes: that of a caster's shadow along axes of which the third points away from the sun, that of lit
+ * air along those of the world. */
+typedef struct axis_box {
   double low[3], high[3];
-} shaft;
+} axis_box;
 
 typedef struct shadow_probe {
   const np_world *world;
   const np_sun_optical_depths *depths;
   np_air_visibility *out;
   np_dvec3 axis[3];
-  shaft shafts[2];
+  axis_box shafts[2], lit;
   unsigned shaft_count;
+  bool has_lit;
   float fade[NP_INSTANCES_MAX]; /* factor on optical depth in each cloud: light in the forward peak is not lost to the
                                    air */
 } shadow_probe;
 
-static shaft make_shaft(const shadow_probe *p, np_dvec3 low, np_dvec3 high) {
-  shaft s = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, INFINITY}};
+static axis_box make_shaft(const shadow_probe *p, np_dvec3 low, np_dvec3 high) {
+  axis_box s = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, INFINITY}};
   for (int corner = 0; corner < 8; corner++) {
     const np_dvec3 at =
         np_dvec3_make(corner & 1 ? high.x : low.x, corner & 2 ? high.y : low.y, corner & 4 ? high.z : low.z);
@@ -79,13 +81,13 @@ static shaft make_shaft(const shadow_probe *p, np_dvec3 low, np_dvec3 high) {
   return s;
 }
 
-/* Clips a ray to a shaft; begin > end: no overlap. */
-static void clip(const shadow_probe *p, const shaft *s, np_dvec3 origin, np_vec3 direction, double *out_begin,
+/* Clips a ray to a box along the axes of its coordinates; begin > end: no overlap. */
+static void clip(const axis_box *s, const double origin[3], const double direction[3], double *out_begin,
                  double *out_end) {
   *out_begin = 0.0;
   *out_end = INFINITY;
   for (int a = 0; a < 3; a++) {
-    const double o = np_dvec3_dot(p->axis[a], origin), d = np_dvec3_dot(p->axis[a], np_vec3_to_double(direction));
+    const double o = origin[a], d = direction[a];
     if (fabs(d) < 1e-9) {
       if (o < s->low[a] || o > s->high[a]) *out_end = -1.0;
       continue;
@@ -98,15 +100,30 @@ static void clip(const shadow_probe *p, const shaft *s, np_dvec3 origin, np_vec3
 
 /* Interval of a ray that holds all its shadow. */
 static void compute_interval(const shadow_probe *p, np_vec3 direction, double *out_begin, double *out_end) {
+  double origin[3], along[3];
+  for (int a = 0; a < 3; a++) {
+    origin[a] = np_dvec3_dot(p->axis[a], p->out->rays.origin);
+    along[a] = np_dvec3_dot(p->axis[a], np_vec3_to_double(direction));
+  }
   *out_begin = INFINITY;
   *out_end = 0.0;
   for (unsigned i = 0; i < p->shaft_count; i++) {
     double begin, end;
-    clip(p, &p->shafts[i], p->out->rays.origin, direction, &begin, &end);
+    clip(&p->shafts[i], origin, along, &begin, &end);
     if (!(begin < end)) continue;
     *out_begin = fmin(*out_begin, begin);
     *out_end = fmax(*out_end, end);
   }
+}
+
+/* Distance at which a ray leaves the air that clouds light; 0: it misses it. */
+static double compute_lit_end(const shadow_probe *p, np_vec3 direction) {
+  const np_dvec3 o = p->out->rays.origin;
+  const double origin[3] = {o.x, o.y, o.z}, along[3] = {(double)direction.x, (double)direction.y, (double)direction.z};
+  double begin, end;
+  if (!p->has_lit) return 0.0;
+  clip(&p->lit, origin, along, &begin, &end);
+  return begin < end ? end : 0.0;
 }
 
 static double compute_ground_distance(const shadow_probe *p, np_vec3 direction) {
@@ -133,7 +150,7 @@ static double search_light_end(const neph_sky *sky, np_vec3 direction, double en
 
 enum { REACH_RAYS = 9 };
 
-/* Greatest distance along any ray of the whole picture at which shadows count. */
+/* Greatest distance along any ray of the whole picture at which shadows and light of clouds count. */
 static double compute_reach(const shadow_probe *p) {
   const np_air_rays *r = &p->out->rays;
   double reach = 0.0;
@@ -143,8 +160,8 @@ static double compute_reach(const shadow_probe *p) {
                                                 np_mixf((float)r->whole_begin[1], (float)r->whole_end[1], v));
     double begin, end;
     compute_interval(p, direction, &begin, &end);
-    end = fmin(end, compute_ground_distance(p, direction));
-    if (begin < end) reach = fmax(reach, search_light_end(p->world->camera_sky, direction, end));
+    end = fmin(fmax(begin < end ? end : 0.0, compute_lit_end(p, direction)), compute_ground_distance(p, direction));
+    if (end > 0.0) reach = fmax(reach, search_light_end(p->world->camera_sky, direction, end));
   }
   return reach;
 }
@@ -250,6 +267,9 @@ static void place_shafts(shadow_probe *p, const np_air_casters *casters) {
   p->axis[1] = np_dvec3_cross(p->axis[2], p->axis[0]);
   p->shaft_count = casters->count;
   for (unsigned i = 0; i < casters->count; i++) p->shafts[i] = make_shaft(p, casters->low[i], casters->high[i]);
+  p->has_lit = casters->has_lit;
+  p->lit = (axis_box){{casters->lit_low.x, casters->lit_low.y, casters->lit_low.z},
+                      {casters->lit_high.x, casters->lit_high.y, casters->lit_high.z}};
 }
 
 neph_result np_air_visibility_build(neph_context *context, const np_world *world, const np_sun_optical_depths *depths,
@@ -286,35 +306,26 @@ void np_air_visibility_clear(np_air_visibility *visibility) {
 typedef struct loss_job {
   const np_air_visibility *visibility;
   const np_world *world;
-  const np_ground_light *ground_light; /* NULL: unknown */
-  double bottom_m, top_m;              /* altitudes of the clouds */
+  const np_lit_air *lit_air; /* NULL: unknown */
   np_air_shadow *out;
 } loss_job;
 
-/* Change of the actinic flux at a point by clouds, over the sun's irradiance there. */
-typedef struct diffuse_change {
-  np_spectrum upper; /* hidden sky, and light that clouds scatter down */
-  np_spectrum lower; /* its reflection by the ground, and the ground's loss of sunlight */
-} diffuse_change;
+/* Share of the sun's irradiance that must be left for light to be counted in it. */
+static const float sun_least = 1e-3f;
 
-/* The ground's even light has an actinic flux of twice its irradiance. */
-static diffuse_change compute_diffuse(const loss_job *job, np_dvec3 position, float seen) {
+/* Change of the actinic flux at a place by clouds, over the sun's irradiance there. */
+static np_lit_air_value compute_diffuse(const loss_job *job, np_dvec3 position) {
   const np_world *world = job->world;
-  diffuse_change out = {np_spectrum_grey(0.0f), np_spectrum_grey(0.0f)};
-  const float below = np_smoothstepf((float)((job->top_m - position.z) / fmax(job->top_m - job->bottom_m, 1.0)));
-  if (!job->ground_light || !world->atmosphere || !(below > 0.0f)) return out;
-  const float cosine = np_maxf(np_vec3_dot(np_zenith(position, world->planet_radius_m), world->to_sun), 0.0f);
+  np_lit_air_value out = {np_spectrum_grey(0.0f), np_spectrum_grey(0.0f)};
+  if (!job->lit_air || !world->atmosphere) return out;
   const np_spectrum through =
       np_atmosphere_transmittance_to_sun(world->atmosphere, position, world->to_sun, world->sun_angular_radius_rad);
-  const np_spectrum clear = np_atmosphere_ground_irradiance(world->atmosphere, cosine);
-  const np_spectrum albedo = world->terrain ? world->terrain_albedo : world->ground_albedo;
-  const np_ground_light_value light = np_ground_light_get(job->ground_light, position);
+  const np_lit_air_value light = np_lit_air_get(job->lit_air, position);
   for (int b = 0; b < NP_BAND_COUNT; b++) {
     const float sun = through.band[b] * world->sun_irradiance.band[b];
-    if (!(sun > 1e-3f * world->sun_irradiance.band[b])) continue;
-    const float sky = light.added.band[b] - (1.0f - light.open.band[b]) * clear.band[b] * world->sun_irradiance.band[b];
-    out.upper.band[b] = below * light.actinic.band[b] / sun;
-    out.lower.band[b] = 2.0f * below * albedo.band[b] * (sky - (1.0f - seen) * cosine * sun) / sun;
+    if (!(sun > sun_least * world->sun_irradiance.band[b])) continue;
+    out.upper.band[b] = light.upper.band[b] / sun;
+    out.lower.band[b] = light.lower.band[b] / sun;
   }
   return out;
 }
@@ -345,7 +356,7 @@ static void lose_node(const loss_job *job, size_t node) {
     if (c < CELLS && end > begin) {
       const float seen = v->seen[node * CELLS + (size_t)c];
       const np_dvec3 middle = np_dvec3_along(r->origin, direction, 0.5 * (begin + end));
-      const diffuse_change change = compute_diffuse(job, middle, seen);
+      const np_lit_air_value change = compute_diffuse(job, middle);
       const np_spectrum upper = np_spectrum_subtract(up_to.upper, before.upper),
                         lower = np_spectrum_subtract(up_to.lower, before.lower);
       lost = np_spectrum_add_scaled(lost, 1.0f - seen, np_spectrum_subtract(up_to.first, before.first));
@@ -364,18 +375,13 @@ static neph_result lose_nodes(void *user, size_t begin, size_t end, unsigned thr
   return NEPH_OK;
 }
 
-neph_result np_air_shadow_build(const np_air_visibility *visibility, const np_world *world,
-                                const np_ground_light *ground_light, np_monitor *monitor, np_air_shadow *out) {
+neph_result np_air_shadow_build(const np_air_visibility *visibility, const np_world *world, const np_lit_air *lit_air,
+                                np_monitor *monitor, np_air_shadow *out) {
   *out = (np_air_shadow){.context = visibility->context, .visibility = visibility};
   const size_t count = count_nodes(&visibility->rays);
   out->visible_fraction = np_alloc(out->context, count * PLANES, sizeof *out->visible_fraction);
   if (!out->visible_fraction) return NEPH_ERROR_OUT_OF_MEMORY;
-  loss_job job = {visibility, world, ground_light, HUGE_VAL, -HUGE_VAL, out};
-  const np_instance *places = np_instances_get_places(&world->clouds);
-  for (unsigned i = 0; i < np_instances_count_places(&world->clouds); i++) {
-    job.bottom_m = fmin(job.bottom_m, places[i].bottom_m);
-    job.top_m = fmax(job.top_m, places[i].top_m);
-  }
+  loss_job job = {visibility, world, lit_air, out};
   np_monitor_set_range(monitor, 0.9, 1.0);
   neph_result result = np_parallel_for(out->context, monitor, count, 64, lose_nodes, &job);
   if (result) np_air_shadow_clear(out);

@@ -16,16 +16,16 @@
  * The disk is half a degree wide, so that edges of shadows which are seen along their sides are as wide: rays a quarter
  * of a degree apart show them all.
  *
- * Light that the air scatters more often is left as it is without clouds, but below clouds whose light on the ground is
- * known (caches/ground_light.h): there air is lit by what they hide of the sky, scatter down and keep from the ground
- * too, as if it came evenly from either hemisphere. That can be more than they take.
+ * Light that the air scatters more often is that without clouds, changed by what clouds scatter into the air, hide of
+ * sky and ground and keep from the ground, where that is known (caches/lit_air.h), as if it came evenly from either
+ * hemisphere. That can be more than they take.
  *
  * Visibility depends on clouds, terrain, sun and camera; what is lost on the camera's sky too.
  */
 #ifndef NP_CACHES_AIR_SHADOW_H
 #define NP_CACHES_AIR_SHADOW_H
 
-#include "caches/ground_light.h"
+#include "caches/lit_air.h"
 #include "caches/sun_optical_depth.h"
 
 /* Numbers of cells along a ray, and of planes at which shares are stored: at the ends of cells, at two, four and eight
@@ -57,10 +57,12 @@ typedef struct np_air_rays {
   int32_t whole_begin[2], whole_end[2]; /* range of nodes of the whole picture */
 } np_air_rays;
 
-/* Shadow casters: boxes of the world. */
+/* Shadow casters, and air that clouds light: boxes of the world. */
 typedef struct np_air_casters {
   unsigned count;
   np_dvec3 low[2], high[2];
+  bool has_lit;
+  np_dvec3 lit_low, lit_high;
 } np_air_casters;
 
 /* Mean visibility of the sun in each cell of each ray. */
@@ -89,10 +91,9 @@ typedef struct np_air_shadow {
   uint16_t (*visible_fraction)[NP_BAND_COUNT]; /* lost shares: nodes × NP_AIR_SHADOW_PLANES, in NP_AIR_SHADOW_UNITs */
 } np_air_shadow;
 
-/* Computes lost light for the world's camera sky; with the clouds' light on the air below, if `ground_light` is not
- * NULL. */
-neph_result np_air_shadow_build(const np_air_visibility *visibility, const np_world *world,
-                                const np_ground_light *ground_light, np_monitor *monitor, np_air_shadow *out);
+/* Computes lost light for the world's camera sky; with the clouds' light on the air, if `lit_air` is not NULL. */
+neph_result np_air_shadow_build(const np_air_visibility *visibility, const np_world *world, const np_lit_air *lit_air,
+                                np_monitor *monitor, np_air_shadow *out);
 void np_air_shadow_clear(np_air_shadow *shadow);
 
 /* Share of the first order's in-scatter up to a distance (infinity is allowed) that is lost; below 0 where clouds add

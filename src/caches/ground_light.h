@@ -9,14 +9,12 @@
 #ifndef NP_CACHES_GROUND_LIGHT_H
 #define NP_CACHES_GROUND_LIGHT_H
 
-#include "caches/sun_optical_depth.h"
-#include "transport/scattering_field.h"
+#include "caches/cloud_gather.h"
 
 /* Irradiance of level ground at one place from the irradiance E of a clear sky: `open`·E + `added`. */
 typedef struct np_ground_light_value {
-  np_spectrum open;    /* transmitted share of the sky's light */
-  np_spectrum added;   /* irradiance from the clouds, W m⁻² nm⁻¹ */
-  np_spectrum actinic; /* change by clouds of the actinic flux from above, ∫ L dω, W m⁻² nm⁻¹ */
+  np_spectrum open;  /* transmitted share of the sky's light */
+  np_spectrum added; /* irradiance from the clouds, W m⁻² nm⁻¹ */
 } np_ground_light_value;
 
 typedef struct np_ground_light {
@@ -29,16 +27,8 @@ typedef struct np_ground_light {
                                     counts as unscattered */
 } np_ground_light;
 
-typedef struct np_ground_light_desc {
-  const np_world *world;
-  const np_sun_optical_depths *depths;
-  const np_scattering_field *scattering;
-  np_dvec3 bounds_min, bounds_max; /* box of all density, of one period where it repeats */
-  double period_m[2];              /* periods of all clouds along x and y; 0: none */
-} np_ground_light_desc;
-
 /* Computes the cache. On failure `*out` is empty. */
-neph_result np_ground_light_build(neph_context *context, const np_ground_light_desc *desc, np_monitor *monitor,
+neph_result np_ground_light_build(neph_context *context, const np_cloud_gather *gather, np_monitor *monitor,
                                   np_ground_light *out);
 void np_ground_light_clear(np_ground_light *cache);
 

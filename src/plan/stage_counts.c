@@ -103,17 +103,27 @@ static double compute_voxel_m(const np_plan *plan, const neph_scene *scene) {
   return shortest_m;
 }
 
-/* Directions of a point on the ground, and most steps along one (caches/ground_light.c). */
+/* Directions of a point on the ground, and most steps along one (caches/ground_light.c); and of points of the air,
+ * whose steps are two voxels long (caches/lit_air.c). */
 static const double ground_directions = 96.0, ground_steps_max = 192.0;
+static const double air_points = 15.0 * 15.0 * 9.0, air_directions = 64.0, air_step_voxels = 2.0, air_steps_max = 64.0;
 
-/* Steps of a voxel, more where there are too many; and such steps in cloud. */
+/* Steps along so many rays, no more than a limit along each; and such steps in cloud. */
+static void add_steps(const np_ground_counts *ground, double rays, double step_m, double steps_max,
+                      np_cost_counts *out) {
+  const double length_m = fmax(step_m, ground->way_m / steps_max);
+  out->of[NP_UNIT_GROUND_STEP] += rays * ground->way_m / length_m;
+  out->of[NP_UNIT_GROUND_CLOUD_STEP] += rays * ground->length_m / length_m;
+}
+
 void np_stage_count_ground_clouds(const np_plan *plan, const neph_scene *scene, np_cost_counts *out) {
   const np_ground_counts *ground = &plan->inputs.ground;
-  const double rays = count_worlds(plan) * ground_directions * ground->points;
-  const double step_m = fmax(compute_voxel_m(plan, scene), ground->way_m / ground_steps_max);
-  out->of[NP_UNIT_GROUND] = count_worlds(plan);
-  out->of[NP_UNIT_GROUND_STEP] = plan->inputs.trial ? rays * ground->way_m / step_m : 0.0;
-  out->of[NP_UNIT_GROUND_CLOUD_STEP] = plan->inputs.trial ? rays * ground->length_m / step_m : 0.0;
+  const double worlds = count_worlds(plan), voxel_m = compute_voxel_m(plan, scene);
+  out->of[NP_UNIT_GROUND] = worlds;
+  if (!plan->inputs.trial) return;
+  add_steps(ground, worlds * ground_directions * ground->points, voxel_m, ground_steps_max, out);
+  if (np_plan_needs(plan, NP_STAGE_ATMOSPHERE))
+    add_steps(ground, worlds * air_directions * air_points, air_step_voxels * voxel_m, air_steps_max, out);
 }
 
 void np_stage_count_relief_light(const np_plan *plan, const neph_scene *scene, np_cost_counts *out) {

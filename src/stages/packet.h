@@ -6,6 +6,7 @@
 #include <float.h>
 
 #include "atmosphere/band_set.h"
+#include "caches/cloud_light.h"
 #include "caches/lighting.h"
 #include "image/color_fit.h"
 #include "plan/georeference.h"
@@ -39,7 +40,7 @@ typedef struct np_packet_light {
   neph_sky *camera_sky, *cloud_sky, *water_sky;
   np_scattering_field *scattering; /* NULL when not needed */
   np_viewer_light *viewer_light;   /* NULL when not needed */
-  np_ground_light *ground_light;   /* NULL when not needed */
+  np_cloud_light *cloud_light;     /* NULL when not needed */
   np_relief_light relief_light;    /* empty when not needed */
   np_air_shadow air_shadow;        /* empty when not needed */
   np_sky_guide sky_guide;          /* empty when not needed */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Light gathered from the solution of the multiple scattering: towards the camera, and on the ground. Parts of one
+/* Light gathered from the solution of the multiple scattering: towards the camera, and on ground and air. Parts of one
  * picture share both on disk; later pictures of a renderer reuse the light on the ground while the solution, the clouds
  * and the keys of the scene are the same. */
 #include <string.h>
@@ -116,7 +116,7 @@ NP_STAGE_DISK(viewer_light, task->light->viewer_light, "view", true, add_view_ke
 NP_STAGE_REUSE(viewer_light, task->light->viewer_light, NP_PER_PACKET_LIGHT, false, adapt_view, destroy_viewer_light,
                &viewer_light_disk);
 
-/* ---- The ground ---- */
+/* ---- Ground and air ---- */
 
 /* Adds the keys of the scene but those of the camera and of files. False: a program has given it objects, whose
  * contents have no name. */
@@ -187,19 +187,20 @@ static neph_result adapt_ground(const np_ground_clouds_inputs *in, void *cached,
   return compare_gathered(&in->part, cached_key, out_reason);
 }
 
-static neph_result make_ground_clouds(const np_ground_clouds_inputs *in, np_ground_light **out) {
+static neph_result make_ground_clouds(const np_ground_clouds_inputs *in, np_cloud_light **out) {
   const np_sun_optical_depths depths = np_stage_get_depths(in->world, in->depth);
   const np_dvec3 voxel = np_instances_compute_voxel_extent(&in->world->clouds);
-  const np_ground_light_desc desc = {.world = in->world,
-                                     .depths = &depths,
-                                     .scattering = in->scattering,
-                                     .bounds_min = np_dvec3_subtract(in->clouds->low, voxel),
-                                     .bounds_max = np_dvec3_add(in->clouds->high, voxel),
-                                     .period_m = {np_instances_compute_period(&in->world->clouds, 0),
-                                                  np_instances_compute_period(&in->world->clouds, 1)}};
-  np_ground_light *light = np_alloc(in->context, 1, sizeof *light);
+  np_cloud_gather gather = {.world = in->world,
+                            .depths = &depths,
+                            .scattering = in->scattering,
+                            .bounds_min = np_dvec3_subtract(in->clouds->low, voxel),
+                            .bounds_max = np_dvec3_add(in->clouds->high, voxel),
+                            .period_m = {np_instances_compute_period(&in->world->clouds, 0),
+                                         np_instances_compute_period(&in->world->clouds, 1)}};
+  np_cloud_gather_init(&gather);
+  np_cloud_light *light = np_alloc(in->context, 1, sizeof *light);
   if (!light) return NEPH_ERROR_OUT_OF_MEMORY;
-  const neph_result result = np_ground_light_build(in->context, &desc, in->monitor, light);
+  const neph_result result = np_cloud_light_build(in->context, &gather, in->monitor, light);
   if (result) np_alloc_free(in->context, light);
   *out = result ? NULL : light;
   return result;
@@ -207,15 +208,15 @@ static neph_result make_ground_clouds(const np_ground_clouds_inputs *in, np_grou
 
 static bool add_ground_key(const np_ground_clouds_inputs *in, np_hash *key) { return add_gathered_key(&in->part, key); }
 
-static void save_ground(const np_ground_clouds_inputs *in, const np_ground_light *light, np_cache_entry *entry) {
+static void save_ground(const np_ground_clouds_inputs *in, const np_cloud_light *light, np_cache_entry *entry) {
   (void)in;
-  np_ground_light_save(light, entry);
+  np_cloud_light_save(light, entry);
 }
 
-static neph_result load_ground(const np_ground_clouds_inputs *in, np_cache_entry *entry, np_ground_light **out) {
-  np_ground_light *loaded = np_alloc(in->context, 1, sizeof *loaded);
+static neph_result load_ground(const np_ground_clouds_inputs *in, np_cache_entry *entry, np_cloud_light **out) {
+  np_cloud_light *loaded = np_alloc(in->context, 1, sizeof *loaded);
   if (!loaded) return NEPH_ERROR_OUT_OF_MEMORY;
-  if (np_ground_light_load(in->context, entry, loaded))
+  if (np_cloud_light_load(in->context, entry, loaded))
     *out = loaded;
   else
     np_alloc_free(in->context, loaded);
@@ -223,14 +224,14 @@ static neph_result load_ground(const np_ground_clouds_inputs *in, np_cache_entry
 }
 
 static void destroy_ground_clouds(void *result) {
-  np_ground_light *light = result;
+  np_cloud_light *light = result;
   if (!light) return;
-  neph_context *context = light->context;
-  np_ground_light_clear(light);
+  neph_context *context = light->ground.context;
+  np_cloud_light_clear(light);
   np_alloc_free(context, light);
 }
 
-NP_STAGE_DISK(ground_clouds, task->light->ground_light, "ground", true, add_ground_key, save_ground, load_ground, NULL);
+NP_STAGE_DISK(ground_clouds, task->light->cloud_light, "around", true, add_ground_key, save_ground, load_ground, NULL);
 
-NP_STAGE_REUSE(ground_clouds, task->light->ground_light, NP_PER_PACKET_LIGHT, false, adapt_ground,
-               destroy_ground_clouds, &ground_clouds_disk);
+NP_STAGE_REUSE(ground_clouds, task->light->cloud_light, NP_PER_PACKET_LIGHT, false, adapt_ground, destroy_ground_clouds,
+               &ground_clouds_disk);

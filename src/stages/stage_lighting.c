@@ -297,6 +297,10 @@ static np_air_casters get_casters(const np_air_shadows_inputs *in) {
     for (unsigned i = 0; i < in->clouds->count; i++)
       if (np_cloud_parts_are_endless(&in->clouds->at[i]))
         extend(&casters.low[casters.count], &casters.high[casters.count]);
+    const double reach_m = np_lit_air_get_reach(in->clouds->high.z);
+    casters.has_lit = in->cloud_light;
+    casters.lit_low = np_dvec3_subtract(casters.low[0], np_dvec3_make(reach_m, reach_m, INFINITY));
+    casters.lit_high = np_dvec3_add(casters.high[0], np_dvec3_make(reach_m, reach_m, reach_m));
     casters.count++;
   }
   if (in->terrain) {
@@ -320,7 +324,7 @@ void np_stage_clear_visibility(const np_stage_task *task) { np_air_visibility_cl
 
 static neph_result build_air_shadow(const np_air_shadows_inputs *in, np_air_shadow *out) {
   if (!in->camera_sky || !in->visibility->seen) return NEPH_OK;
-  return np_air_shadow_build(in->visibility, in->world, in->ground_light, in->monitor, out);
+  return np_air_shadow_build(in->visibility, in->world, np_cloud_light_get_air(in->cloud_light), in->monitor, out);
 }
 
 NP_STAGE_BUILD(air_shadow, air_shadows, task->light->air_shadow)
@@ -330,7 +334,8 @@ void np_stage_clear_air_shadow(const np_stage_task *task) { np_air_shadow_clear(
 /* ---- Light between hills ---- */
 
 static neph_result build_relief_light(const np_relief_light_inputs *in, np_relief_light *out) {
-  const np_relief_light_desc desc = {in->world, np_stage_get_depths(in->world, in->depth), in->ground_light};
+  const np_relief_light_desc desc = {in->world, np_stage_get_depths(in->world, in->depth),
+                                     np_cloud_light_get_ground(in->cloud_light)};
   return np_relief_light_build(in->context, &desc, out);
 }
 
@@ -369,7 +374,7 @@ static neph_result build_lighting(const np_lighting_inputs *in, np_reflection *o
       .sun_optical_depths = np_stage_get_depths(in->world, in->depth),
       .scattering = in->scattering,
       .viewer_light = in->viewer_light,
-      .ground_light = in->ground_light,
+      .ground_light = np_cloud_light_get_ground(in->cloud_light),
       .relief_light = in->relief_light->points ? in->relief_light : NULL,
       .air_shadow = in->air_shadow->visible_fraction ? in->air_shadow : NULL,
       .sky_guide = in->sky_guide->rate > 0.0f ? in->sky_guide : NULL,

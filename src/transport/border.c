@@ -3,6 +3,7 @@
  * hills on it is the share of its first order of scattering that they take, by cells whose length grows with the
  * distance. */
 #include "transport/border.h"
+#include "transport/scattering_field.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -29,7 +30,7 @@ static const double clearance_m = 1.0; /* above ground, of nodes that hills woul
  * clouds, all orders, the first, and of even light, up to the end of each cell. */
 typedef struct air_ray {
   np_aerial_perspective whole[EVEN];
-  np_spectrum all[AIR_CELLS + 1], first[AIR_CELLS + 1], even[AIR_CELLS + 1], all_whole;
+  np_spectrum all[AIR_CELLS + 1], first[AIR_CELLS + 1], even[AIR_CELLS + 1][NP_BORDER_WAYS], all_whole;
 } air_ray;
 
 typedef struct border_fill {
@@ -79,7 +80,9 @@ static neph_result trace_air(void *user, size_t begin, size_t end, unsigned thre
     const np_hemisphere_shares shares = np_sky_compute_hemisphere_shares(sky, towards);
     for (int c = 1; c <= AIR_CELLS; c++) {
       a->all[c] = np_sky_aerial_orders(sky, towards, compute_cell_end(c), &a->first[c]).inscatter;
-      a->even[c] = np_sky_compute_even_inscatter(sky, towards, compute_cell_end(c), &shares).upper;
+      const np_even_inscatter even = np_sky_compute_even_inscatter(sky, towards, compute_cell_end(c), &shares);
+      a->even[c][NP_BORDER_DOWN] = even.upper;
+      a->even[c][NP_BORDER_UP] = even.lower;
     }
     np_spectrum unused;
     a->all_whole = np_sky_aerial_orders(sky, towards, INFINITY, &unused).inscatter;
@@ -120,8 +123,8 @@ static neph_result add_response(neph_context *context, node_responses *list, np_
   return NEPH_OK;
 }
 
-/* The square, at a depth below the box, that a place is in; false: light of the box does not reach it. */
-static bool locate_square(const border_fill *f, np_dvec3 place, uint32_t *out) {
+/* The square, at a level past the box, that a place is in; false: light of the box does not reach it. */
+static bool locate_square(const border_fill *f, np_border_way way, np_dvec3 place, uint32_t *out) {
   double at[2] = {place.x, place.y};
   uint32_t cell[2];
   for (int a = 0; a < 2; a++) {
@@ -131,9 +134,9 @@ static bool locate_square(const border_fill *f, np_dvec3 place, uint32_t *out) {
     if (!(n >= 0.0 && n < NP_BORDER_WIDE)) return false;
     cell[a] = (uint32_t)n;
   }
-  const double depth = (f->low[2] - place.z) / f->sets[0].border->depth_m * (NP_BORDER_DEPTHS - 1);
-  const uint32_t level = (uint32_t)np_clamp(floor(depth + 0.5), 0.0, NP_BORDER_DEPTHS - 1);
-  *out = (level * NP_BORDER_WIDE + cell[1]) * NP_BORDER_WIDE + cell[0];
+  const double past_m = way == NP_BORDER_DOWN ? f->low[2] - place.z : place.z - f->high[2];
+  const uint32_t level = (uint32_t)np_border_search_level(f->sets[0].border, way, past_m);
+  *out = ((way * NP_BORDER_LEVELS + level) * NP_BORDER_WIDE + cell[1]) * NP_BORDER_WIDE + cell[0];
   return true;
 }
 
@@ -153,23 +156,8 @@ static float get_sun_visibility(const border_fill *f, np_dvec3 place) {
   return get_beam(f, place);
 }
 
-np_spectrum np_border_light_ground(const np_world *world, const np_sun_optical_depth_source *depths, const float *fade,
-                                   const np_ground_hit *hit, np_spectrum *out_gain) {
-  const float sky_share = np_world_get_sky_share(world, hit), cosine = np_vec3_dot(hit->normal, world->to_sun);
-  np_spectrum irradiance = np_spectrum_scale(np_world_level_irradiance(world, hit), sky_share);
-  if (cosine > 0.0f) {
-    const np_spectrum sun = np_world_sunlight(world, hit->position, world->to_sun);
-    if (!np_spectrum_is_zero(sun))
-      irradiance = np_spectrum_add_scaled(
-          irradiance, cosine * np_transmittance(depths->get(depths->user, hit->position, world->to_sun, fade, 16.0f)),
-          sun);
-  }
-  *out_gain = np_spectrum_scale(hit->albedo, sky_share / NP_PI_F);
-  return np_spectrum_scale(np_spectrum_multiply(irradiance, hit->albedo), 1.0f / NP_PI_F);
-}
-
-/* Gain of even in-scatter for a unit of irradiance from above: even light over a hemisphere has an actinic flux of
- * twice its irradiance. */
+/* Gain of even in-scatter for a unit of irradiance from a hemisphere, whose even light has an actinic flux of twice its
+ * irradiance. */
 static np_spectrum compute_even_gain(const np_world *world, np_dvec3 place) {
   const np_spectrum sun = np_spectrum_multiply(
       world->sun_irradiance,
@@ -201,8 +189,9 @@ static np_spectrum shade_air(border_node *n, unsigned direction, double distance
     const float share = c == last ? part : 1.0f, shadow = 1.0f - get_sun_visibility(f, place);
     lost = np_spectrum_add_scaled(lost, share * shadow, np_spectrum_subtract(a->first[c + 1], a->first[c]));
     uint32_t square;
-    if (place.z < f->low[2] && locate_square(f, place, &square)) {
-      const np_spectrum even = np_spectrum_scale(np_spectrum_subtract(a->even[c + 1], a->even[c]), share);
+    const np_border_way way = place.z < f->low[2] ? NP_BORDER_DOWN : NP_BORDER_UP;
+    if ((place.z < f->low[2] || place.z > f->high[2]) && locate_square(f, way, place, &square)) {
+      const np_spectrum even = np_spectrum_scale(np_spectrum_subtract(a->even[c + 1][way], a->even[c][way]), share);
       add_gain(n, direction, square,
                np_spectrum_multiply(np_spectrum_multiply(even, ratio), compute_even_gain(f->world, place)));
     }
@@ -240,9 +229,9 @@ static np_spectrum trace_radiance(border_node *n, unsigned direction) {
   }
   if (!has_hit) return np_world_add_beyond(f->world, n->position, towards, air.inscatter);
   np_spectrum ground_gain;
-  const np_spectrum ground = np_border_light_ground(f->world, f->depths, f->fade, &hit, &ground_gain);
+  const np_spectrum ground = np_boundary_radiance_light_ground(f->world, f->depths, f->fade, &hit, &ground_gain);
   uint32_t square;
-  if (locate_square(f, hit.position, &square))
+  if (locate_square(f, NP_BORDER_DOWN, hit.position, &square))
     add_gain(n, direction, square, np_spectrum_multiply(ground_gain, air.transmittance));
   return np_spectrum_add(np_spectrum_multiply(ground, air.transmittance), air.inscatter);
 }
@@ -421,26 +410,48 @@ static double get_node_share(const np_border_nodes nodes[2], unsigned v, unsigne
   return share;
 }
 
-/* Irradiance on level ground, and on the top of the box as the ordinates have it, the mean over its nodes. */
-static void measure_sky(const border_fill *f, unsigned set) {
-  const np_ordinates *o = f->sets[set].ordinates;
-  np_border *out = f->sets[set].border;
-  const np_ground_hit level = {
-      .position = np_dvec3_make(0.5 * (f->low[0] + f->high[0]), 0.5 * (f->low[1] + f->high[1]), f->low[2]),
-      .normal = np_vec3_make(0.0f, 0.0f, 1.0f)};
-  out->clear_irradiance = np_world_level_irradiance(f->world, &level);
-  for (unsigned b = 0; b < NP_BAND_COUNT; b++) {
-    double sum = 0.0;
-    for (unsigned octant = NP_OCTANT_COUNT / 2; octant < NP_OCTANT_COUNT; octant++)
-      for (unsigned i = 0; i < o->count; i++) {
-        const unsigned block = i / NP_ORDINATE_LANES, lane = i % NP_ORDINATE_LANES;
-        for (unsigned node = 0; node < NODES * NODES; node++)
-          sum += get_node_share(out->layout.nodes[2][1], node / NODES, node % NODES) *
-                 (double)(o->weight[block][lane] * o->cosine[2][block][lane] *
-                          np_border_get_node(&out->clear[b], octant, 2, node / NODES, node % NODES)[i]);
-      }
-    out->top_irradiance.band[b] = (float)sum;
+static float get_no_depth(const void *user, np_dvec3 position, np_vec3 to_sun, const float *fade, float depth_max) {
+  (void)user, (void)position, (void)to_sun, (void)fade, (void)depth_max;
+  return 0.0f;
+}
+
+/* Irradiance from below on the box's top, without clouds: over the directions that look down from its middle. */
+static np_spectrum measure_clear_below(const border_fill *f) {
+  const np_sun_optical_depth_source none = {NULL, get_no_depth};
+  const np_dvec3 from = np_dvec3_make(compute_place(f, 0, 0.5), compute_place(f, 1, 0.5), f->high[2]);
+  np_spectrum sum = np_spectrum_grey(0.0f);
+  for (unsigned i = 0; i < DIRECTIONS; i++) {
+    if (f->direction[i].z >= 0.0f) continue;
+    const np_spectrum radiance = np_boundary_radiance_compute(f->world, &none, from, f->direction[i]);
+    sum = np_spectrum_add_scaled(sum, -f->direction[i].z * 4.0f * NP_PI_F / DIRECTIONS, radiance);
   }
+  return sum;
+}
+
+/* Irradiance that enters the box through its top or bottom, as the ordinates have it, the mean over its nodes. */
+static float measure_entering(const np_ordinates *o, const np_border *border, unsigned band, np_border_way way) {
+  const unsigned first = way == NP_BORDER_DOWN ? NP_OCTANT_COUNT / 2 : 0; /* octant whose light goes this way */
+  double sum = 0.0;
+  for (unsigned octant = first; octant < first + NP_OCTANT_COUNT / 2; octant++)
+    for (unsigned i = 0; i < o->count; i++) {
+      const unsigned block = i / NP_ORDINATE_LANES, lane = i % NP_ORDINATE_LANES;
+      for (unsigned node = 0; node < NODES * NODES; node++)
+        sum += get_node_share(border->layout.nodes[2][way == NP_BORDER_DOWN], node / NODES, node % NODES) *
+               (double)(o->weight[block][lane] * o->cosine[2][block][lane] *
+                        np_border_get_node(&border->clear[band], octant, 2, node / NODES, node % NODES)[i]);
+    }
+  return (float)sum;
+}
+
+static void measure_ways(const border_fill *f, unsigned set) {
+  np_border *out = f->sets[set].border;
+  const np_ground_hit level = {.position = np_dvec3_make(compute_place(f, 0, 0.5), compute_place(f, 1, 0.5), f->low[2]),
+                               .normal = np_vec3_make(0.0f, 0.0f, 1.0f)};
+  out->way[NP_BORDER_DOWN].clear = np_world_level_irradiance(f->world, &level);
+  out->way[NP_BORDER_UP].clear = measure_clear_below(f);
+  for (unsigned b = 0; b < NP_BAND_COUNT; b++)
+    for (int way = 0; way < NP_BORDER_WAYS; way++)
+      out->way[way].entering.band[b] = measure_entering(f->sets[set].ordinates, out, b, (np_border_way)way);
 }
 
 /* Mean over 2 × 2 places of each square. */
@@ -513,7 +524,7 @@ static neph_result fill_sets(border_fill *f, np_monitor *monitor) {
   if (!result) result = np_parallel_for(context, monitor, FACES * NODES * NODES, 1, fill_nodes, f);
   for (unsigned s = 0; s < f->set_count && !result; s++) {
     for (int a = 0; a < 3; a++) f->sets[s].border->axis_count += !f->grid->is_wrapped[a];
-    measure_sky(f, s);
+    measure_ways(f, s);
     for (unsigned b = 0; b < NP_BAND_COUNT; b++) np_border_reset(f->sets[s].border, b);
   }
   return result;

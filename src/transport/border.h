@@ -3,9 +3,9 @@
  *
  * Each face of the cells' box has 5 × 5 nodes, from which rays look out; the lower face has more at its rims, since
  * ground beyond them is sunlit and ground under the clouds is not. Air is dimmed where clouds or hills shade it from
- * the sun. Below the clouds, ground and air are lit by what the clouds let through, which only a solution knows: the
- * radiance at a node is linear in that downwelling irradiance, and its coefficients are kept, so that a solution under
- * way renews its border without a ray. Hills within the box are solid cells (ground_columns.h).
+ * the sun. Ground and air below the clouds are lit by what the clouds let through, and air above by what they send up,
+ * which only a solution knows: the radiance at a node is linear in that irradiance, and its coefficients are kept, so
+ * that a solution under way renews its border without a ray. Hills within the box are solid cells (ground_columns.h).
  */
 #ifndef NP_TRANSPORT_BORDER_H
 #define NP_TRANSPORT_BORDER_H
@@ -17,7 +17,7 @@ enum {
   NP_BORDER_NODES = 9,  /* along either axis of a face, at most */
   NP_BORDER_PLAN = 24,  /* squares along either side of the box's plan, … */
   NP_BORDER_WIDE = 40,  /* … and of the ground that its light reaches, as many beyond either side */
-  NP_BORDER_DEPTHS = 5, /* below the box, from its bottom to the lowest ground */
+  NP_BORDER_LEVELS = 5, /* below the box, from its bottom to the lowest ground; and above it */
   NP_BORDER_SETS_MAX = 2
 };
 
@@ -41,13 +41,20 @@ typedef struct np_border_faces {
   const np_border_layout *layout;
 } np_border_faces;
 
-/* Irradiance of scattered light on level ground beneath the clouds, by square of the plan, [v][u]. */
-typedef float np_downwelling[NP_BORDER_PLAN][NP_BORDER_PLAN];
+/* Ways out of the box. */
+typedef enum np_border_way { NP_BORDER_DOWN, NP_BORDER_UP, NP_BORDER_WAYS } np_border_way;
 
-/* A coefficient: what one radiance of the faces gains from the irradiance on a square at a depth below the box. */
+/* Irradiance of scattered light on a plane beneath the clouds that faces up, and on one above them that faces down, by
+ * square of the plan, [v][u]. */
+typedef struct np_outflow {
+  float way[NP_BORDER_WAYS][NP_BORDER_PLAN][NP_BORDER_PLAN];
+} np_outflow;
+
+/* A coefficient: what one radiance of the faces gains from the irradiance on a square at a level below or above the
+ * box. */
 typedef struct np_border_response {
   uint32_t radiance; /* its number among the faces' */
-  uint32_t square;   /* [depth][v][u] */
+  uint32_t square;   /* [way][level][v][u] */
   np_spectrum gain;  /* 1/sr */
 } np_border_response;
 
@@ -61,9 +68,11 @@ typedef struct np_border {
   } responses[6 * NP_BORDER_NODES * NP_BORDER_NODES]; /* response of each node */
   double square_m[2], depth_m; /* sides of a square; from the bottom of the box to the lowest ground */
   bool is_wrapped[2];
-  unsigned axis_count;                        /* axes across which light comes in: those that are not periodic */
-  np_spectrum clear_irradiance;               /* irradiance of a clear sky on level ground */
-  np_spectrum top_irradiance;                 /* irradiance on the top of the box, by the ordinates */
+  unsigned axis_count; /* axes across which light comes in: those that are not periodic */
+  struct {
+    np_spectrum clear;    /* irradiance on a plane past the box, without clouds */
+    np_spectrum entering; /* irradiance on the opposite face of the box, by the ordinates */
+  } way[NP_BORDER_WAYS];
   float open[NP_BORDER_PLAN][NP_BORDER_PLAN]; /* transmittance of the sun's beam to the bottom of the box; 1 at night */
 } np_border;
 
@@ -95,23 +104,23 @@ neph_result np_border_fill(const np_transport_grid *grid, const np_world *world,
                            const np_border_set *sets, unsigned set_count);
 void np_border_clear(neph_context *context, np_border *border);
 
-/* Renews a band's faces for the light that the solution sends down, in place of a clear sky's. */
-void np_border_set_downwelling(np_border *border, unsigned band, float (*irradiance)[NP_BORDER_PLAN]);
+/* Renews a band's faces for the light that leaves the box, in place of that in clear air. */
+void np_border_set_outflow(np_border *border, unsigned band, const np_outflow *outflow);
 
-/* Forgets it. */
+/* Distance of a level from the box, and the level nearest to a distance. */
+double np_border_get_level(const np_border *border, np_border_way way, int level);
+int np_border_search_level(const np_border *border, np_border_way way, double distance_m);
+
+/* Forgets what leaves the box. */
 void np_border_reset(np_border *border, unsigned band);
 
 /* Mean of a band's radiance under a clear sky over the nodes of the faces through which an octant's light comes in. */
 double np_border_get_mean(const np_border *border, unsigned band, unsigned octant, unsigned block, unsigned lane);
 
-/* Radiance of ground under a clear sky and the sun's dimmed beam; and what it gains from irradiance in place of the
- * sky's. `fade` NULL: a beam dimmed by all of the depth. */
-np_spectrum np_border_light_ground(const np_world *world, const np_sun_optical_depth_source *depths, const float *fade,
-                                   const np_ground_hit *hit, np_spectrum *out_gain);
-
-/* Irradiance beyond a clear sky's on ground below a square of the box's plan: air between the box's top and the ground
- * adds to what comes through gaps, and the ordinates' sum is not quite the sky's. Gaps are the share of the beam that
- * comes through, or the share of the sky's irradiance, if that is less. */
-float np_border_compute_excess(const np_border *border, unsigned band, int v, int u, float irradiance);
+/* Irradiance past a square of the box's plan beyond that without clouds: air within the box adds to what comes through
+ * gaps, and the ordinates' sum is not quite the sky's. Gaps are the share of the beam that comes through, or the share
+ * of the irradiance that enters, if that is less. */
+float np_border_compute_excess(const np_border *border, unsigned band, np_border_way way, int v, int u,
+                               float irradiance);
 
 #endif

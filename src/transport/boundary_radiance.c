@@ -1,5 +1,4 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "transport/border.h"
 #include "transport/scattering_field.h"
 
 #include <string.h>
@@ -13,6 +12,21 @@ enum {
   ALL = NP_OCTANT_COUNT * OCTANT
 };
 
+np_spectrum np_boundary_radiance_light_ground(const np_world *world, const np_sun_optical_depth_source *depths,
+                                              const float *fade, const np_ground_hit *hit, np_spectrum *out_gain) {
+  const float sky_share = np_world_get_sky_share(world, hit), cosine = np_vec3_dot(hit->normal, world->to_sun);
+  np_spectrum irradiance = np_spectrum_scale(np_world_level_irradiance(world, hit), sky_share);
+  if (cosine > 0.0f) {
+    const np_spectrum sun = np_world_sunlight(world, hit->position, world->to_sun);
+    if (!np_spectrum_is_zero(sun))
+      irradiance = np_spectrum_add_scaled(
+          irradiance, cosine * np_transmittance(depths->get(depths->user, hit->position, world->to_sun, fade, 16.0f)),
+          sun);
+  }
+  *out_gain = np_spectrum_scale(hit->albedo, sky_share / NP_PI_F);
+  return np_spectrum_scale(np_spectrum_multiply(irradiance, hit->albedo), 1.0f / NP_PI_F);
+}
+
 np_spectrum np_boundary_radiance_compute(const np_world *world, const np_sun_optical_depth_source *depths,
                                          np_dvec3 position, np_vec3 towards) {
   np_ground_hit hit;
@@ -20,7 +34,7 @@ np_spectrum np_boundary_radiance_compute(const np_world *world, const np_sun_opt
     return np_world_sky_radiance(world, world->cloud_sky, position, towards);
   const np_aerial_perspective air = np_world_air(world, world->cloud_sky, position, towards, hit.distance_m);
   np_spectrum unused;
-  const np_spectrum ground = np_border_light_ground(world, depths, NULL, &hit, &unused);
+  const np_spectrum ground = np_boundary_radiance_light_ground(world, depths, NULL, &hit, &unused);
   return np_spectrum_add(np_spectrum_multiply(ground, air.transmittance), air.inscatter);
 }
 

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "transport/ground_columns.h"
+#include "transport/scattering_field.h"
 
 #include "core/alloc.h"
 
@@ -75,7 +76,8 @@ static neph_result light_columns(void *user, size_t begin, size_t end, unsigned 
     f->out->has[column] = intersect_down(f->world, g, column, &hit) &&
                           is_near(g, hit.position.z, np_transport_grid_width(g, 0, (int32_t)column % g->size[0]));
     if (f->out->has[column])
-      f->out->clear[column] = np_border_light_ground(f->world, f->depths, f->fade, &hit, &f->out->gain[column]);
+      f->out->clear[column] =
+          np_boundary_radiance_light_ground(f->world, f->depths, f->fade, &hit, &f->out->gain[column]);
   }
   return NEPH_OK;
 }
@@ -104,13 +106,15 @@ void np_ground_columns_clear(neph_context *context, np_ground_columns *columns) 
 
 /* A coarser column's is the mean of those of its columns that have ground. */
 void np_ground_columns_get(const np_ground_columns *columns, const np_border *border, unsigned band,
-                           float (*irradiance)[NP_BORDER_PLAN], const np_transport_grid *grid, float *out) {
+                           const np_outflow *outflow, const np_transport_grid *grid, float *out) {
   const int32_t *fine = columns->size, *size = grid->size;
   const int32_t wide[2] = {fine[0] / size[0], fine[1] / size[1]};
   for (int32_t j = 0; j < size[1]; j++)
     for (int32_t i = 0; i < size[0]; i++) {
       const int32_t u = i * NP_BORDER_PLAN / size[0], v = j * NP_BORDER_PLAN / size[1];
-      const float excess = irradiance ? np_border_compute_excess(border, band, v, u, irradiance[v][u]) : 0.0f;
+      const float excess =
+          outflow ? np_border_compute_excess(border, band, NP_BORDER_DOWN, v, u, outflow->way[NP_BORDER_DOWN][v][u])
+                  : 0.0f;
       float sum = 0.0f, count = 0.0f;
       for (int32_t n = 0; n < wide[0] * wide[1]; n++) {
         const size_t at = (size_t)(j * wide[1] + n / wide[0]) * (size_t)fine[0] + (size_t)(i * wide[0] + n % wide[0]);

@@ -26,8 +26,8 @@ neph_result np_ground_columns_fill(const np_transport_grid *grid, const np_world
 void np_ground_columns_clear(neph_context *context, np_ground_columns *columns);
 
 /* Fills the radiance of a band, by the columns of the finest grid or of a coarser one; −1 where no ground is near.
- * `irradiance` NULL: that of a clear sky. */
+ * `outflow` NULL: a clear sky's. */
 void np_ground_columns_get(const np_ground_columns *columns, const np_border *border, unsigned band,
-                           float (*irradiance)[NP_BORDER_PLAN], const np_transport_grid *grid, float *out);
+                           const np_outflow *outflow, const np_transport_grid *grid, float *out);
 
 #endif

@@ -99,16 +99,16 @@ static neph_result solve_level(np_scattering_solver *s, unsigned number, double 
   np_transport_effort effort = {.tolerance = tolerance,
                                 .is_finest = number == np_scattering_solver_get_iterated(s),
                                 .keeper = s->state.keeper ? &keeper : NULL};
-  if (!effort.is_finest || number + 1 == s->level_count) effort.downwelling = &s->downwelling[s->band];
+  if (!effort.is_finest || number + 1 == s->level_count) effort.outflow = &s->outflow[s->band];
   if (s->out->quality.is_cut && number == s->cut.level) effort.sweeps_max = s->cut.sweeps;
   set_level_part(s, number);
   neph_result result = np_transport_level_solve(&s->broad->lights, level, &effort);
   if (effort.sweeps > 0 && (s->is_nested || effort.is_finest))
     s->reached = (np_scattering_reach){number, effort.is_cut ? effort.sweeps : 0, effort.residual};
   if (effort.is_cut) end_budget(s);
-  if (!result && effort.downwelling && !effort.is_cut && effort.sweeps > 0) {
-    s->has_downwelling = true;
-    np_scattering_solver_light_below(s);
+  if (!result && effort.outflow && !effort.is_cut && effort.sweeps > 0) {
+    s->has_outflow = true;
+    np_scattering_solver_light_border(s);
   }
   if (!effort.is_finest || effort.is_cut) return result;
   s->out->quality.residual = fmax(s->out->quality.residual, effort.residual);
@@ -274,8 +274,8 @@ static neph_result light_levels(np_scattering_solver *s, double *out_sum) {
   for (unsigned n = iterated + 1; n < s->level_count; n++) restrict_level(s, n, s->levels[n - 1].sun, s->levels[n].sun);
   s->fine->lights.border = &s->fine->border.faces[s->band];
   s->broad->lights.border = &s->broad->border.faces[s->band];
-  s->has_downwelling = false;
-  np_scattering_solver_light_below(s);
+  s->has_outflow = false;
+  np_scattering_solver_light_border(s);
 
   const np_transport_level *level = &s->levels[iterated];
   *out_sum = 0.0;
@@ -312,14 +312,13 @@ static size_t count_moments(const np_transport_grid *g) { return g->active_count
 static void blend_solution(np_scattering_solver *s, double factor) {
   blend b = {0.0, factor};
   const bool has_both = compute_blend(s, &b);
-  np_downwelling *down = s->downwelling;
-  for (int i = 0; i < NP_BORDER_PLAN * NP_BORDER_PLAN; i++) {
-    const float first = (&down[np_scattering_band_order[0]][0][0])[i];
-    const float last = (&down[np_scattering_band_order[s->turn - 1]][0][0])[i];
-    (&s->downwelling[s->band][0][0])[i] = (float)b.last * last + (has_both ? (float)b.first * first : 0.0f);
-  }
-  s->has_downwelling = true;
-  np_scattering_solver_light_below(s);
+  const float *first = &s->outflow[np_scattering_band_order[0]].way[0][0][0];
+  const float *last = &s->outflow[np_scattering_band_order[s->turn - 1]].way[0][0][0];
+  float *own = &s->outflow[s->band].way[0][0][0];
+  for (int i = 0; i < NP_BORDER_WAYS * NP_BORDER_PLAN * NP_BORDER_PLAN; i++)
+    own[i] = (float)b.last * last[i] + (has_both ? (float)b.first * first[i] : 0.0f);
+  s->has_outflow = true;
+  np_scattering_solver_light_border(s);
   for (unsigned n = np_scattering_solver_get_iterated(s); n < s->level_count; n++) {
     np_transport_level *l = &s->levels[n];
     const size_t count = count_moments(&l->grid);

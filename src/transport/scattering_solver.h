@@ -67,8 +67,8 @@ typedef struct np_scattering_solver {
   bool is_transferred; /* other bands take from the first how light differs once it is resolved */
   double sunlight[NP_BAND_COUNT], surroundings[NP_BAND_COUNT]; /* irradiance on a sphere of either, means over cells */
   np_ground_columns ground;                                    /* within the finest cells */
-  np_downwelling downwelling[NP_BAND_COUNT];
-  bool has_downwelling;         /* downwelling of the present band is known */
+  np_outflow outflow[NP_BAND_COUNT];
+  bool has_outflow;             /* outflow of the present band is known */
   float fade[NP_INSTANCES_MAX]; /* share of each of all cloud's depth that dims the beam where light is iterated */
   np_spectrum *sun;             /* irradiance at each live cell of the finest grid */
   double end_s;                 /* end of the sweeps of all bands on the monitor's clock; infinite: no limit */
@@ -95,8 +95,8 @@ static const unsigned char np_scattering_band_order[NP_BAND_COUNT] = {0, 2, 1};
 neph_result np_scattering_solver_build_levels(np_scattering_solver *s);
 void np_scattering_solver_clear_levels(np_scattering_solver *s);
 
-/* Renews what ground and air below the clouds send back, for the present band's downwelling irradiance. */
-void np_scattering_solver_light_below(np_scattering_solver *s);
+/* Renews what ground and air send back, for the present band's light that leaves the clouds. */
+void np_scattering_solver_light_border(np_scattering_solver *s);
 
 /* Solves for the present band. `is_first`: nothing is known yet of the levels' light. `sum` is that over the sources of
  * the band before, then of this one; 0: there is no light. */

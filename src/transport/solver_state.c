@@ -6,7 +6,7 @@
 
 /* In the order of the file; then the levels, the bands that are finished, and the iteration. */
 typedef struct state_header {
-  uint32_t step, turn, level_count, first_level, sweeps, has_history, has_downwelling, padding;
+  uint32_t step, turn, level_count, first_level, sweeps, has_history, has_outflow, padding;
   double residual;
   float scale[NP_BAND_COUNT];
 } state_header;
@@ -49,8 +49,8 @@ static size_t count_moments(const np_transport_grid *g) { return g->active_count
 /* ---- Solution ---- */
 
 /* Irradiances of all bands: a further band begins from the bands before it. */
-static void transfer_downwelling(np_scattering_solver *s, np_cache_entry *entry, const state_transfer *way) {
-  way->floats(entry, &s->downwelling[0][0][0], (size_t)NP_BAND_COUNT * NP_BORDER_PLAN * NP_BORDER_PLAN);
+static void transfer_outflow(np_scattering_solver *s, np_cache_entry *entry, const state_transfer *way) {
+  way->floats(entry, &s->outflow[0].way[0][0][0], sizeof s->outflow / (sizeof(float)));
 }
 
 static void transfer_levels(np_scattering_solver *s, unsigned first, np_cache_entry *entry, const state_transfer *way) {
@@ -81,11 +81,11 @@ static void write_solution(np_scattering_solver *s, unsigned step, bool has_hist
                     .first_level = s->state.has_fine ? 0 : np_scattering_solver_get_iterated(s),
                     .sweeps = s->out->sweeps,
                     .has_history = has_history,
-                    .has_downwelling = s->has_downwelling,
+                    .has_outflow = s->has_outflow,
                     .residual = s->out->quality.residual};
   for (int b = 0; b < NP_BAND_COUNT; b++) h.scale[b] = s->out->scale[b];
   NP_CACHE_WRITE(entry, h);
-  transfer_downwelling(s, entry, &writing);
+  transfer_outflow(s, entry, &writing);
   transfer_levels(s, h.first_level, entry, &writing);
   transfer_bands(s, entry, &writing);
 }
@@ -95,7 +95,7 @@ static bool is_sound(const np_scattering_solver *s, const state_header *h) {
   bool is_light = isfinite(h->residual) && h->residual >= 0.0;
   for (int b = 0; b < NP_BAND_COUNT; b++) is_light = is_light && isfinite(h->scale[b]) && h->scale[b] >= 0.0f;
   return is_light && h->turn == s->turn && h->level_count == s->level_count && h->has_history <= 1 &&
-         h->has_downwelling <= 1 && (h->first_level == 0 || h->first_level == np_scattering_solver_get_iterated(s));
+         h->has_outflow <= 1 && (h->first_level == 0 || h->first_level == np_scattering_solver_get_iterated(s));
 }
 
 /* The header was looked at when the entry was opened, to learn its step. */
@@ -104,14 +104,14 @@ static void read_solution(np_scattering_solver *s) {
   np_cache_entry *entry = &state->entry;
   state_header h;
   if (!NP_CACHE_READ(entry, h) || !np_cache_read_check(entry, is_sound(s, &h))) return;
-  transfer_downwelling(s, entry, &reading);
+  transfer_outflow(s, entry, &reading);
   transfer_levels(s, h.first_level, entry, &reading);
   transfer_bands(s, entry, &reading);
   if (!entry->is_good) return;
   state->has_history = h.has_history;
   state->has_fine = h.first_level == 0;
-  s->has_downwelling = h.has_downwelling;
-  np_scattering_solver_light_below(s);
+  s->has_outflow = h.has_outflow;
+  np_scattering_solver_light_border(s);
   s->out->sweeps = h.sweeps;
   s->out->quality.residual = h.residual;
   for (int b = 0; b < NP_BAND_COUNT; b++) s->out->scale[b] = h.scale[b];

@@ -162,11 +162,12 @@ neph_result np_sweep_run(np_sweep *s) {
   return NEPH_OK;
 }
 
-static double sum_down(const np_sweep *s, size_t column) {
+static double sum_column(const np_sweep *s, np_border_way way, size_t column) {
   const np_ordinates *o = s->ordinates;
   const size_t columns = (size_t)s->grid->size[0] * (size_t)s->grid->size[1];
+  const unsigned first = way == NP_BORDER_DOWN ? NP_OCTANT_PAIRS / 2 : 0; /* pair whose light goes this way */
   double sum = 0.0;
-  for (unsigned pair = NP_OCTANT_PAIRS / 2; pair < NP_OCTANT_PAIRS; pair++)
+  for (unsigned pair = first; pair < first + NP_OCTANT_PAIRS / 2; pair++)
     for (unsigned part = 0; part < 2 * o->block_count; part++) {
       const float *light = s->faces[pair].z + ((size_t)part * columns + column) * NP_ORDINATE_LANES;
       const unsigned block = part % o->block_count;
@@ -176,7 +177,7 @@ static double sum_down(const np_sweep *s, size_t column) {
   return sum;
 }
 
-void np_sweep_measure_downwelling(const np_sweep *s, np_downwelling out) {
+static void measure_way(const np_sweep *s, np_border_way way, float out[NP_BORDER_PLAN][NP_BORDER_PLAN]) {
   const int32_t *size = s->grid->size;
   for (int32_t square = 0; square < NP_BORDER_PLAN * NP_BORDER_PLAN; square++) {
     const int32_t at[2] = {square % NP_BORDER_PLAN, square / NP_BORDER_PLAN};
@@ -188,7 +189,11 @@ void np_sweep_measure_downwelling(const np_sweep *s, np_downwelling out) {
       if (end[a] <= begin[a]) end[a] = begin[a] + 1;
     }
     for (int32_t j = begin[1]; j < end[1]; j++)
-      for (int32_t i = begin[0]; i < end[0]; i++) sum += sum_down(s, (size_t)j * (size_t)size[0] + (size_t)i);
+      for (int32_t i = begin[0]; i < end[0]; i++) sum += sum_column(s, way, (size_t)j * (size_t)size[0] + (size_t)i);
     (&out[0][0])[square] = (float)(sum / ((end[0] - begin[0]) * (end[1] - begin[1])));
   }
+}
+
+void np_sweep_measure_outflow(const np_sweep *s, np_outflow *out) {
+  for (int way = 0; way < NP_BORDER_WAYS; way++) measure_way(s, (np_border_way)way, out->way[way]);
 }

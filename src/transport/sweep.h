@@ -43,8 +43,8 @@ static inline unsigned np_sweep_get_part(unsigned pair) { return (pair ^ pair >>
  * wrapped side comes in through the other in the next sweep. */
 neph_result np_sweep_run(np_sweep *sweep);
 
-/* Irradiance that came down, in the last sweep, through the bottom of the cells or on ground within them: means over
- * the squares of the plan. Directions' light that can come to no more cloud is taken to go straight down. */
-void np_sweep_measure_downwelling(const np_sweep *sweep, np_downwelling out);
+/* Irradiance that left the cells in the last sweep, down through their bottom or on ground within them, and up through
+ * their top: means over the squares of the plan. Light that can come to no more cloud is taken to go straight on. */
+void np_sweep_measure_outflow(const np_sweep *sweep, np_outflow *out);
 
 #endif

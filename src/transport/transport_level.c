@@ -206,8 +206,8 @@ neph_result np_transport_level_solve(const np_transport_lights *lights, np_trans
   effort->residual = problem.residual;
   effort->sweeps = problem.calls;
   effort->is_cut = problem.is_cut;
-  if (!result && effort->downwelling && problem.calls > 0 && !problem.is_cut)
-    np_sweep_measure_downwelling(&it.sweep, *effort->downwelling);
+  if (!result && effort->outflow && problem.calls > 0 && !problem.is_cut)
+    np_sweep_measure_outflow(&it.sweep, effort->outflow);
   clear_iteration(&it);
   return result;
 }

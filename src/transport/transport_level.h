@@ -41,7 +41,7 @@ typedef struct np_transport_effort {
   bool is_finest;
   unsigned sweeps_max;                 /* 0: as many as the level is worth */
   const np_fixed_point_keeper *keeper; /* NULL: none */
-  np_downwelling *downwelling;         /* out: renewed by a solve that was not cut; NULL: not measured */
+  np_outflow *outflow;                 /* out: renewed by a solve that was not cut; NULL: not measured */
   double residual;                     /* out: relative */
   unsigned sweeps;                     /* out */
   bool is_cut;                         /* out: the monitor's budget ended it */

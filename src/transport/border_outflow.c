@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Light that a solution sends down: it spreads over ground and air below, and changes the radiance at the border. */
+/* Light that leaves a solution: it spreads over ground and air below and over air above, and changes the radiance at
+ * the border. */
 #include <string.h>
 
 #include "transport/border.h"
@@ -10,13 +11,19 @@ enum {
   NODES = NP_BORDER_NODES,
   FACES = 6,
   MARGIN = (NP_BORDER_WIDE - NP_BORDER_PLAN) / 2,
-  SPAN = 2 * NP_BORDER_WIDE + 1 /* distances between squares */
+  SPAN = 2 * NP_BORDER_WIDE + 1, /* distances between squares */
+  PLAN_SQUARES = NP_BORDER_PLAN * NP_BORDER_PLAN,
+  WIDE_SQUARES = NP_BORDER_WIDE * NP_BORDER_WIDE
 };
 
-float np_border_compute_excess(const np_border *border, unsigned band, int v, int u, float irradiance) {
-  const float clear = border->clear_irradiance.band[band], top = border->top_irradiance.band[band];
-  const float open = top > 0.0f ? np_clampf(irradiance / top, 0.0f, border->open[v][u]) : 1.0f;
-  return irradiance + (clear - top) * open - clear;
+/* Height of the highest level above the box: a scale height of the Earth's air. Light farther up counts as there. */
+static const double rise_m = 8e3;
+
+float np_border_compute_excess(const np_border *border, unsigned band, np_border_way way, int v, int u,
+                               float irradiance) {
+  const float clear = border->way[way].clear.band[band], entering = border->way[way].entering.band[band];
+  const float open = entering > 0.0f ? np_clampf(irradiance / entering, 0.0f, border->open[v][u]) : 1.0f;
+  return irradiance + (clear - entering) * open - clear;
 }
 
 void np_border_reset(np_border *border, unsigned band) {
@@ -61,11 +68,11 @@ static void spread_excess(const np_border *b, const float *plan, double depth_m,
     for (int i = -NP_BORDER_WIDE; i <= NP_BORDER_WIDE; i++)
       kernel[(j + NP_BORDER_WIDE) * SPAN + i + NP_BORDER_WIDE] = (float)compute_kernel(b, fmax(depth_m, least), i, j);
   const float scale = (float)(1.0 / compute_kernel_share(b, fmax(depth_m, least), kernel));
-  for (int square = 0; square < NP_BORDER_WIDE * NP_BORDER_WIDE; square++) {
+  for (int square = 0; square < WIDE_SQUARES; square++) {
     const int x = square % NP_BORDER_WIDE - MARGIN, y = square / NP_BORDER_WIDE - MARGIN;
     const bool is_within = x >= 0 && y >= 0 && x < NP_BORDER_PLAN && y < NP_BORDER_PLAN;
     float total = 0.0f;
-    for (int n = 0; n < NP_BORDER_PLAN * NP_BORDER_PLAN && depth_m >= least; n++) {
+    for (int n = 0; n < PLAN_SQUARES && depth_m >= least; n++) {
       const int i = x - n % NP_BORDER_PLAN + NP_BORDER_WIDE, j = y - n / NP_BORDER_PLAN + NP_BORDER_WIDE;
       total += scale * plan[n] * kernel[j * SPAN + i];
     }
@@ -74,16 +81,29 @@ static void spread_excess(const np_border *b, const float *plan, double depth_m,
   }
 }
 
-void np_border_set_downwelling(np_border *border, unsigned band, float (*irradiance)[NP_BORDER_PLAN]) {
+double np_border_get_level(const np_border *border, np_border_way way, int level) {
+  const double share = (double)level / (NP_BORDER_LEVELS - 1);
+  return way == NP_BORDER_DOWN ? border->depth_m * share : rise_m * share * share;
+}
+
+int np_border_search_level(const np_border *border, np_border_way way, double distance_m) {
+  const double share = way == NP_BORDER_DOWN ? distance_m / border->depth_m : sqrt(fmax(distance_m, 0.0) / rise_m);
+  return (int)np_clamp(floor(share * (NP_BORDER_LEVELS - 1) + 0.5), 0.0, NP_BORDER_LEVELS - 1);
+}
+
+void np_border_set_outflow(np_border *border, unsigned band, const np_outflow *outflow) {
   np_border_reset(border, band);
   float *faces = border->faces[band].radiance;
-  float plan[NP_BORDER_PLAN * NP_BORDER_PLAN], excess[NP_BORDER_DEPTHS * NP_BORDER_WIDE * NP_BORDER_WIDE];
-  for (int v = 0; v < NP_BORDER_PLAN; v++)
-    for (int u = 0; u < NP_BORDER_PLAN; u++)
-      plan[v * NP_BORDER_PLAN + u] = np_border_compute_excess(border, band, v, u, irradiance[v][u]);
-  for (int depth = 0; depth < NP_BORDER_DEPTHS; depth++)
-    spread_excess(border, plan, border->depth_m * depth / (NP_BORDER_DEPTHS - 1),
-                  excess + depth * NP_BORDER_WIDE * NP_BORDER_WIDE);
+  float plan[PLAN_SQUARES], excess[NP_BORDER_WAYS * NP_BORDER_LEVELS * WIDE_SQUARES];
+  for (int way = 0; way < NP_BORDER_WAYS; way++) {
+    for (int n = 0; n < PLAN_SQUARES; n++) {
+      const int v = n / NP_BORDER_PLAN, u = n % NP_BORDER_PLAN;
+      plan[n] = np_border_compute_excess(border, band, (np_border_way)way, v, u, outflow->way[way][v][u]);
+    }
+    for (int level = 0; level < NP_BORDER_LEVELS; level++)
+      spread_excess(border, plan, np_border_get_level(border, (np_border_way)way, level),
+                    excess + (way * NP_BORDER_LEVELS + level) * WIDE_SQUARES);
+  }
   for (int node = 0; node < FACES * NODES * NODES; node++)
     for (size_t i = 0; i < border->responses[node].count; i++) {
       const np_border_response *r = &border->responses[node].at[i];

@@ -1,0 +1,63 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Light of the clouds along rays, gathered from the solution of the multiple scattering.
+ *
+ * The equation of transfer is integrated in the scaled medium of transport/scattering_solver.c,
+ *
+ *     L += T·S·(1 − e^{−σ′h})/σ′,   S = Σ ϖσ·((1−f)·p′·E·e^{−kτ} + Σ (χ_l − f)·φ_lm·Y_lm)
+ *
+ * and what lies behind is seen through what T is left. The forward peak has no part in S: what it scatters belongs to
+ * the sun's beam, which fades with kτ (`fade`), and to what lies behind. Air between the clouds and a ray's origin is
+ * left out: it takes from their light about what it adds.
+ */
+#ifndef NP_CACHES_CLOUD_GATHER_H
+#define NP_CACHES_CLOUD_GATHER_H
+
+#include "caches/sun_optical_depth.h"
+#include "transport/scattering_field.h"
+
+typedef struct np_cloud_gather {
+  const np_world *world; /* borrowed, as all that follows */
+  const np_sun_optical_depths *depths;
+  const np_scattering_field *scattering;
+  np_dvec3 bounds_min, bounds_max; /* box of all density, of one period where it repeats */
+  double period_m[2];              /* periods of all clouds along x and y; 0: none */
+  float fade[NP_INSTANCES_MAX];    /* factor on each cloud's optical depth in the scaled medium */
+} np_cloud_gather;
+
+/* Fills `fade` for the rest. */
+void np_cloud_gather_init(np_cloud_gather *gather);
+
+/* A direction, and what the clouds scatter against it. */
+typedef struct np_cloud_direction {
+  np_vec3 towards;
+  float harmonics[NP_HARMONIC_COUNT_MAX]; /* spherical harmonics in this direction */
+  float broad[NP_INSTANCES_MAX];          /* (1−f)·p′ of each cloud for sunlight */
+} np_cloud_direction;
+
+void np_cloud_gather_aim(const np_cloud_gather *gather, np_vec3 towards, np_cloud_direction *out);
+
+/* Steps of at least `length_m` along a ray, and at most `count_max`; `offset` in [0, 1] shifts them. */
+typedef struct np_cloud_steps {
+  double length_m, offset;
+  int count_max;
+} np_cloud_steps;
+
+/* Marches from an origin: returns the transmittance of the scaled medium to what lies behind, and the light of the
+ * clouds, W m⁻² sr⁻¹ nm⁻¹. */
+float np_cloud_gather_follow(const np_cloud_gather *gather, const np_cloud_direction *direction, np_dvec3 origin,
+                             const np_cloud_steps *steps, np_spectrum *out_light);
+
+/* Clips a ray to the clouds' box, which has no sides where they repeat; false when it misses. */
+bool np_cloud_gather_clip(const np_cloud_gather *gather, np_dvec3 origin, np_vec3 direction, double *out_begin,
+                          double *out_end);
+
+/* Extinction of the scaled medium at a place, 1/m; and that of each cloud. */
+float np_cloud_gather_extinction(const np_cloud_gather *gather, np_dvec3 position, float extinction[NP_INSTANCES_MAX]);
+
+/* The shortest edge of a voxel, m. */
+double np_cloud_gather_compute_voxel(const np_world *world);
+
+/* Ground below a place; sea level where there is none. */
+np_dvec3 np_cloud_gather_ground(const np_cloud_gather *gather, double x, double y);
+
+#endif

@@ -1,0 +1,46 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Light of the clouds in the air around them: what they scatter into it, and what they hide of sky and ground.
+ *
+ * Kept at the points of a lattice over the clouds and around them, from the ground to above their tops, as the change
+ * of the actinic flux ∫ L dω from above and from below against clear air. It is a mean over the lattice's cells outside
+ * of the clouds, interpolated, and fades out towards the sides; between clouds that repeat without end it repeats.
+ * Depends on what the multiple scattering depends on and on the ground; not on the camera.
+ */
+#ifndef NP_CACHES_LIT_AIR_H
+#define NP_CACHES_LIT_AIR_H
+
+#include "caches/cloud_gather.h"
+#include "caches/ground_light.h"
+
+/* Change by clouds of the actinic flux from either hemisphere, W m⁻² nm⁻¹. */
+typedef struct np_lit_air_value {
+  np_spectrum upper; /* hidden sky, and light that clouds scatter down */
+  np_spectrum lower; /* hidden ground, light that clouds scatter up, and the ground's loss or gain of light */
+} np_lit_air_value;
+
+enum { NP_LIT_AIR_LEVELS = 9 };
+
+typedef struct np_lit_air {
+  neph_context *context; /* borrowed */
+  int32_t size[2];       /* points of a level */
+  double origin_m[2], spacing_m;
+  double period_m[2];                /* periods of the clouds along x and y, one of which the points cover; 0: none */
+  double level_m[NP_LIT_AIR_LEVELS]; /* heights, ascending */
+  np_lit_air_value *points;          /* x fastest, then y, then the level */
+} np_lit_air;
+
+/* Computes the lattice; the ground beneath is lit as `ground_light` says. On failure `*out` is empty. */
+neph_result np_lit_air_build(neph_context *context, const np_cloud_gather *gather, const np_ground_light *ground_light,
+                             np_monitor *monitor, np_lit_air *out);
+void np_lit_air_clear(np_lit_air *light);
+
+/* Save the lattice on disk, and load it. False: the entry is too short. */
+void np_lit_air_save(const np_lit_air *light, np_cache_entry *entry);
+bool np_lit_air_load(neph_context *context, np_cache_entry *entry, np_lit_air *out);
+
+np_lit_air_value np_lit_air_get(const np_lit_air *light, np_dvec3 position);
+
+/* Distance from clouds whose tops are at a height above the ground beyond which their light on the air is left out. */
+double np_lit_air_get_reach(double height_m);
+
+#endif
