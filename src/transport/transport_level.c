@@ -18,6 +18,10 @@ enum {
 /* Residual below which more exactness changes no picture. */
 static const double cheap_tolerance_max = 2e-3;
 
+/* Residuals to which cheap solutions are driven. Between periodic sides each sweep carries light through one period
+ * alone, and the last digits of an endless field take hundreds of sweeps. */
+static const double cheap_tolerance = 2e-6, cheap_periodic_tolerance = 5e-5;
+
 bool np_transport_level_is_cheap(double moments, double tolerance) {
   return moments <= CHEAP_MOMENTS && tolerance <= cheap_tolerance_max;
 }
@@ -179,6 +183,12 @@ static neph_result start_iteration(const np_transport_lights *lights, np_transpo
   return NEPH_OK;
 }
 
+static double get_cheap_tolerance(const np_transport_grid *g) {
+  bool has_sides = false;
+  for (int axis = 0; axis < 3; axis++) has_sides = has_sides || (g->is_wrapped[axis] && g->size[axis] > 1);
+  return has_sides ? cheap_periodic_tolerance : cheap_tolerance;
+}
+
 neph_result np_transport_level_solve(const np_transport_lights *lights, np_transport_level *level,
                                      np_transport_effort *effort) {
   const size_t moments = count_moments(&level->grid);
@@ -195,7 +205,8 @@ neph_result np_transport_level_solve(const np_transport_lights *lights, np_trans
                             .count = moments,
                             .depth = depth,
                             .vectors = np_workspace_take(lights->workspace, 2 * depth * moments),
-                            .tolerance = is_cheap ? fmin(effort->tolerance, 2e-6) : effort->tolerance,
+                            .tolerance = is_cheap ? fmin(effort->tolerance, get_cheap_tolerance(&level->grid))
+                                                  : effort->tolerance,
                             .calls_max = is_cheap || !effort->is_finest ? CHEAP_SWEEPS_MAX : SWEEPS_MAX,
                             .keeper = effort->keeper};
   if (effort->sweeps_max) problem.calls_max = effort->sweeps_max;
