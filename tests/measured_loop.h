@@ -194,7 +194,8 @@ static inline neph_result loop_run(neph_context *context, const loop_case *c, co
   *out = (loop_result){.low = 0};
   neph_result result = loop_make_field(context, c, NULL, &out->fields[0]);
   if (!result) result = loop_write_map(c, &out->fields[0], path);
-  snprintf(map, sizeof map, ", map: {file: \"%s\", quantity: reflectance, sun: {elevation: %g deg}, ground_albedo: 0}",
+  snprintf(map, sizeof map,
+           ", map: {file: \"%s\", quantity: reflectance, sun: {elevation: %g deg, azimuth: 120 deg}, ground_albedo: 0}",
            path, c->elevation_deg);
   if (!result) result = loop_make_field(context, c, map, &out->fields[1]);
   if (!result) loop_measure(c, out);

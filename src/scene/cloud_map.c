@@ -21,7 +21,7 @@ typedef struct map_source {
   np_scene_map map;      /* borrows its patterns */
   np_phase_source phase_source;
   const char *phase_table; /* borrowed; NULL: none */
-  double albedo, ground_albedo, planet_radius_m, voxel_m;
+  double albedo, ground_albedo, planet_radius_m, voxel_m, thickness_m;
   bool has_place, has_ground_map, has_size;
   np_geographic place;
   double center_m[2], extent_m[2], reach_m[2], size_m[2];
@@ -30,6 +30,7 @@ typedef struct map_source {
 /* Rasters that a measurement borrows values from. */
 typedef struct loaded_map {
   np_map_raster depth, top;
+  double displacement_m[2]; /* displacement of the picture */
 } loaded_map;
 
 /* ---- Loading ---- */
@@ -104,13 +105,15 @@ static np_map_conversion make_conversion(const map_source *s, neph_context *cont
                              .ground_albedo = s->ground_albedo};
 }
 
-static neph_result load_depths(const map_source *s, neph_context *context, np_map_raster *out) {
+static neph_result load_depths(const map_source *s, neph_context *context, loaded_map *loaded) {
+  np_map_raster *out = &loaded->depth;
   char key[80];
   np_print(key, sizeof key, "%s.file", s->key);
   const np_map_raster_request request = make_request(s, s->path, key, s->map.band);
   const np_map_conversion conversion = make_conversion(s, context, s->path);
   neph_result result = np_map_raster_load(context, &request, out);
   if (!result) result = np_map_convert_depths(&conversion, out);
+  if (!result) np_map_compute_displacement(&conversion, out, s->thickness_m, loaded->displacement_m);
   if (!result) average_fine_pixels(s, context, out);
   return result;
 }
@@ -150,13 +153,17 @@ static neph_result load(void *user, neph_context *context, neph_cloud_measuremen
   if (!loaded) return result ? result : NEPH_ERROR_OUT_OF_MEMORY;
   out->owner = loaded;
   loaded->depth.context = loaded->top.context = context;
-  result = load_depths(s, context, &loaded->depth);
+  result = load_depths(s, context, loaded);
   if (!result) result = load_tops(s, context, &loaded->top);
   if (result) {
     unload(user, context, out);
     return result;
   }
   out->optical_depth = describe_raster(s, &loaded->depth);
+  for (int a = 0; a < 2; a++) {
+    out->optical_depth.min_m[a] -= loaded->displacement_m[a];
+    out->optical_depth.max_m[a] -= loaded->displacement_m[a];
+  }
   if (s->top_path) out->top_m = describe_raster(s, &loaded->top);
   return NEPH_OK;
 }
@@ -183,6 +190,7 @@ static neph_result compute_id(neph_context *context, map_source *s) {
   NP_HASH_ADD(hash, s->albedo);
   NP_HASH_ADD(hash, s->ground_albedo);
   NP_HASH_ADD(hash, s->planet_radius_m);
+  NP_HASH_ADD(hash, s->thickness_m);
   NP_HASH_ADD(hash, s->has_place);
   NP_HASH_ADD(hash, s->place.latitude_rad);
   NP_HASH_ADD(hash, s->place.longitude_rad);
@@ -208,6 +216,7 @@ static void fill_source(const neph_scene *scene, const np_scene_cloud *cloud, ma
   s->ground_albedo = cloud->map.has_ground_albedo ? cloud->map.ground_albedo : np_scene_get_ground_albedo(scene)[1];
   s->planet_radius_m = scene->atmosphere.planet_radius_m;
   s->voxel_m = bake->voxel_m;
+  s->thickness_m = bake->thickness_m;
   s->has_place = scene->has_place;
   s->place = (np_geographic){scene->latitude_rad, scene->longitude_rad};
   s->has_ground_map = scene->terrain.heightfield != NULL;
@@ -219,6 +228,7 @@ static void fill_source(const neph_scene *scene, const np_scene_cloud *cloud, ma
     s->extent_m[a] = bake->extent_m[a];
     s->size_m[a] = bake->map_size_m[a];
     s->reach_m[a] = fabs(bake->wind_m_s[a] * time_s);
+    if (np_map_is_displaced(&s->map)) s->reach_m[a] += NP_MAP_DISPLACEMENT_MAX * bake->thickness_m;
   }
   s->source = (neph_cloud_measurement_source){.name = s->path, .id = s->id, .load = load, .unload = unload, .user = s};
 }

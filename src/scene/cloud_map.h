@@ -23,6 +23,18 @@ typedef struct np_map_conversion {
 /* Converts values of a raster in place: to optical depth, and to the height of tops in metres. Values that cannot be
  * those of the quantity are errors; saturation is reported. */
 neph_result np_map_convert_depths(const np_map_conversion *conversion, np_map_raster *raster);
+/* Largest displacement of a picture, in thicknesses of the field. */
+#define NP_MAP_DISPLACEMENT_MAX 2.0
+
+/* Whether a picture is displaced against its clouds: it shows a reflectance, and a key says where the sun stood. */
+static inline bool np_map_is_displaced(const np_scene_map *map) {
+  return map->quantity != NP_MAP_OPTICAL_DEPTH && map->has_azimuth;
+}
+
+/* Displacement of a picture against its clouds, towards the sun, in metres along x and y; 0 where it has none. `raster`
+ * holds optical depths. */
+void np_map_compute_displacement(const np_map_conversion *conversion, const np_map_raster *raster, double thickness_m,
+                                 double out_m[2]);
 neph_result np_map_convert_tops(const np_map_conversion *conversion, np_map_raster *raster);
 
 #endif

@@ -138,6 +138,30 @@ neph_result np_map_convert_depths(const np_map_conversion *c, np_map_raster *ras
   return result;
 }
 
+/* ---- Displacement ---- */
+
+/* The sunlit flank of a deep cloud is its brightest: a picture of the cloud is moved towards the sun by the depth to
+ * which light falls, the mean free path of transport H/x with x = (1 − g)·τ, times the tangent of the sun's zenith
+ * angle; a thin cloud has no flanks, hence the factor (1 − e^{−x})². The sun is known: depths have been converted. */
+void np_map_compute_displacement(const np_map_conversion *c, const np_map_raster *raster, double thickness_m,
+                                 double out_m[2]) {
+  static const double asymmetry = 0.85;
+  const size_t count = (size_t)raster->width * raster->height;
+  double sun_rad[2], sum = 0, cloudy = 0;
+  out_m[0] = out_m[1] = 0;
+  if (!np_map_is_displaced(c->map) || get_sun(c, raster, sun_rad)) return;
+  for (size_t i = 0; i < count; i++) {
+    const bool is_cloudy = (double)raster->values[i] >= c->map->threshold && raster->values[i] > 0;
+    sum += is_cloudy ? (double)raster->values[i] : 0;
+    cloudy += is_cloudy;
+  }
+  if (!(sum > 0)) return;
+  const double x = (1 - asymmetry) * sum / cloudy, share = 1 - exp(-x);
+  const double length_m = thickness_m * fmin(share * share / (x * tan(sun_rad[0])), NP_MAP_DISPLACEMENT_MAX);
+  out_m[0] = length_m * sin(sun_rad[1]);
+  out_m[1] = length_m * cos(sun_rad[1]);
+}
+
 /* ---- Tops ---- */
 
 neph_result np_map_convert_tops(const np_map_conversion *c, np_map_raster *raster) {
