@@ -328,6 +328,7 @@ static const struct {
     {"clouds[].import", "test_cloud_colors.c"},
     {"clouds[].places", "test_places.c"},
     {"clouds[].pivot", "test_placement.c"},
+    {"clouds[].phase.droplets.sizes", "test_cloud_sizes.c"},
     {"clouds[].phase.table", "cli/phase_table.sh"},
     {"clouds[].emission.color", "test_cloud_colors.c"},
     {"clouds[].detail", "test_brick_detail.c"},

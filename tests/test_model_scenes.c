@@ -6,6 +6,7 @@
 #include <nephos/nephos.h>
 
 #include "test_films.h"
+#include "volume/volume_private.h"
 
 enum { WIDTH = 24, HEIGHT = 16, PIXELS = WIDTH * HEIGHT };
 
@@ -176,6 +177,35 @@ static void fields_repeat(void **state) {
   for (int i = 0; i < 3; i++) neph_image_destroy(images[i]);
 }
 
+static void assert_domain(const test_fixture *f, const char *path) {
+  neph_volume_load_desc desc = NEPH_VOLUME_LOAD_DESC_DEFAULT;
+  neph_volume *volume, *alone;
+  assert_int_equal(neph_volume_load(f->context, path, &desc, &alone), NEPH_OK);
+  desc.repeat_m[0] = desc.repeat_m[1] = NEPH_REPEAT_FILE;
+  assert_int_equal(neph_volume_load(f->context, path, &desc, &volume), NEPH_OK);
+  assert_true(volume->active_max[0] - volume->active_min[0] + 1 < MODEL_X);
+  assert_near(volume->period_voxels[0], MODEL_X, 0.0);
+  assert_near(volume->period_voxels[1], MODEL_Y, 0.0);
+  for (int a = 0; a < 2; a++) assert_near(volume->index_to_world.m[a][3], alone->index_to_world.m[a][3], 1e-9);
+  neph_volume_release(volume);
+  neph_volume_release(alone);
+}
+
+/* The field has clear margins: its period is the model's domain, from its first column, not the box of its water. So it
+ * is in an exported file, which has the sizes of droplets and ice too. */
+static void a_file_repeats_by_its_domain(void **state) {
+  test_fixture *f = *state;
+  neph_exported_cloud exported = NEPH_EXPORTED_CLOUD_DEFAULT;
+  char *vdb = test_path(f->folder, "field.vdb");
+  const test_film film = load(f, "netcdf: field.nc", "march", 1);
+  assert_int_equal(neph_scene_export_cloud(film.scene, 0, 1, NULL, vdb, &exported), NEPH_OK);
+  assert_int_equal(exported.fields, NEPH_EXPORT_SIZES);
+  assert_domain(f, f->path);
+  assert_domain(f, vdb);
+  film_destroy(film);
+  free(vdb);
+}
+
 static void scenes_are_refused(void **state) {
   static const struct {
     const char *source, *message;
@@ -274,6 +304,7 @@ int main(void) {
       cmocka_unit_test_setup_teardown(a_name_alone_is_the_file, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(edits_keep_the_file, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(fields_repeat, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(a_file_repeats_by_its_domain, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(scenes_are_refused, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(frames_are_steps, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(the_exported_cloud_looks_alike, set_up, test_tear_down),

@@ -343,8 +343,6 @@ static void refuses_sequences_and_bakes(void **state) {
   static const struct {
     const char *cloud, *word;
   } cases[] = {{"vdb: 'frame.####.vdb', extinction: 1 1/m, repeat: file", "vdb names files of many frames"},
-               {"netcdf: 'frame.####.nc', repeat: file", "netcdf names files of many frames"},
-               {"netcdf: {file: field.nc, step: frame}, repeat: file", "netcdf.step names steps of many frames"},
                {"bake: {preset: stratus}, repeat: file", "a baked cloud repeats by clouds[0].bake.repeat"}};
   for (size_t n = 0; n < sizeof cases / sizeof *cases; n++) {
     char text[2048];

@@ -376,7 +376,8 @@ typedef enum neph_export_fields {
   NEPH_EXPORT_COLOR = 2,       /**< `Cd`, a vector: factor on the albedo in red, green and blue */
   NEPH_EXPORT_LIGHT = 4,       /**< `Ce`, a vector: emitted light in W m⁻³ sr⁻¹ nm⁻¹ */
   NEPH_EXPORT_TEMPERATURE = 8, /**< `temperature` in K */
-  NEPH_EXPORT_FLAME = 16       /**< `flame`: absorption of what burns, 1/m */
+  NEPH_EXPORT_FLAME = 16,      /**< `flame`: absorption of what burns, 1/m */
+  NEPH_EXPORT_SIZES = 32       /**< `effective_radius` of droplets in um */
 } neph_export_fields;
 
 /** One cloud in one exported frame. */
@@ -397,8 +398,9 @@ typedef struct neph_exported_cloud {
 
 /** Writes a cloud of a scene to a .vdb or .nvdb file as it stands in a frame: one fog volume "density" in the world's
  * place, z up, in metres, of the extinction in 1/m. Its units, and what a value of 1 is, go with it (`units`,
- * `nephos:extinction_per_value`). Halves are scaled by a power of two that puts the largest in [1, 2). The velocities
- * and colours of its file go with it, and, where the cloud has emission, temperature, flame and emitted light, in the
+ * `nephos:extinction_per_value`), and so does the box of a model's domain (`nephos:domain_min`, `nephos:domain_max`).
+ * Halves are scaled by a power of two that puts the largest in [1, 2). The velocities, colours and sizes of droplets of
+ * its file go with it, and, where the cloud has emission, temperature, flame and emitted light, in the
  * world and in the units of the keys' defaults.
  *
  * Level k of detail, from 1, is a file of its own beside `path`, "cloud.lod1.vdb" beside "cloud.vdb", and holds the

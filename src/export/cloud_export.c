@@ -5,6 +5,7 @@
 
 #include "core/alloc.h"
 #include "core/given.h"
+#include "core/text.h"
 #include "export/export_fields.h"
 #include "plan/georeference.h"
 #include "plan/plan.h"
@@ -26,6 +27,7 @@ typedef struct cloud_export {
   np_monitor *monitor;
   np_cloud_file source;
   np_sparse_grid grid;
+  np_grid_domain domain; /* domain of a model's file */
   np_placement placement;
   np_anchor anchor;
   np_export_fields fields;
@@ -126,15 +128,23 @@ static neph_result save(cloud_export *e, double value_max) {
   e->out.extinction_per_value = choose_scale(e, value_max);
   scale_values(grid, (float)((double)e->placement.world.extinction_per_value / e->out.extinction_per_value));
   grid->index_to_world = e->placement.index_to_world;
-  const np_vdb_attribute attributes[] = {
-      {.name = "units", .text = "1/m"}, {.name = "nephos:extinction_per_value", .number = e->out.extinction_per_value}};
+  char corners[2][32];
+  const np_grid_domain *domain = &e->domain;
+  np_print(corners[0], sizeof corners[0], "[%d, %d]", (int)domain->min[0], (int)domain->min[1]);
+  np_print(corners[1], sizeof corners[1], "[%d, %d]", (int)domain->max[0], (int)domain->max[1]);
+  const np_vdb_attribute attributes[] = {{.name = "units", .text = "1/m"},
+                                         {.name = "nephos:extinction_per_value", .number = e->out.extinction_per_value},
+                                         {.name = "nephos:domain_min", .text = corners[0]},
+                                         {.name = "nephos:domain_max", .text = corners[1]}};
+  enum { ALL = sizeof attributes / sizeof *attributes, WITHOUT_DOMAIN = 2 };
   np_vdb_write_grid outputs[1 + NP_EXPORT_FIELDS_MAX] = {{.grid = grid,
                                                           .is_half = e->out.is_half,
                                                           .attributes = attributes,
-                                                          .attribute_count = sizeof attributes / sizeof *attributes}};
+                                                          .attribute_count = domain->is_known ? ALL : WITHOUT_DOMAIN}};
   const size_t count = 1 + np_export_fields_list(&e->fields, e->out.is_half, outputs + 1);
   e->out.fields = np_export_fields_get_kinds(&e->fields);
   result = np_volume_save_grids(e->scene->context, e->path, outputs, count, e->monitor);
+  outputs[0].attribute_count = WITHOUT_DOMAIN; /* levels are of other voxels */
   return result ? result : save_levels(e, &outputs[0]);
 }
 
@@ -157,6 +167,14 @@ static neph_result place_and_save(cloud_export *e) {
   return result;
 }
 
+static neph_result read_domain(cloud_export *e, const neph_volume_load_desc *load) {
+  np_grid_header header;
+  const neph_result result =
+      np_volume_read_header(e->scene->context, e->source.path, load, np_cloud_file_get_sequence(e->cloud), &header);
+  if (!result) e->domain = header.domain;
+  return result;
+}
+
 static neph_result run(cloud_export *e) {
   neph_context *context = e->scene->context;
   bool has_content = false;
@@ -166,6 +184,7 @@ static neph_result run(cloud_export *e) {
     const neph_volume_load_desc load = np_cloud_file_describe_load(e->cloud);
     result = np_volume_load_grid(context, e->source.path, &load, np_cloud_file_get_sequence(e->cloud), &e->grid,
                                  &has_content);
+    if (!result && has_content && !e->cloud->is_baked) result = read_domain(e, &load);
   }
   e->out.is_empty = !has_content;
   if (!result && has_content) result = place_and_save(e);

@@ -6,6 +6,7 @@
 #include "core/alloc.h"
 #include "scene/cloud_file.h"
 #include "volume/grid_reader.h"
+#include "volume/volume_sizes.h"
 
 /* Leaves that the tiles of a vector may become. */
 enum { LEAVES_MAX = 1 << 20 };
@@ -42,6 +43,7 @@ static neph_result load_scalar(neph_context *context, const np_export_source *so
   bool has_content;
   load.grid = wanted->key ? wanted->key : wanted->name;
   load.policy = source->cloud->policy;
+  load.model = source->cloud->model;
   if (np_scene_is_none(wanted->key)) return NEPH_OK;
   neph_result result =
       np_volume_load_field_grid(context, source->path, &load, wanted->required_by, &field->components[0], &has_content);
@@ -191,6 +193,12 @@ static neph_result load_color(neph_context *context, const np_export_source *sou
   return load_vector(context, source, &wanted, out);
 }
 
+static neph_result load_sizes(neph_context *context, const np_export_source *source, np_export_fields *out) {
+  const char *name = source->cloud->sizes;
+  const scalar_field wanted = {NEPH_EXPORT_SIZES, name ? NP_SIZES_KEY : NULL, name, NP_SIZES_USUAL_NAME, 1.0, 0.0};
+  return np_scene_cloud_has_sizes(source->cloud) ? load_scalar(context, source, &wanted, out) : NEPH_OK;
+}
+
 /* Temperatures in kelvin, which must be there without emitted light; flames by their absorption, in 1/m, times their
  * strength; light in W m⁻³ sr⁻¹ nm⁻¹. */
 static neph_result load_emission(neph_context *context, const np_export_source *source, np_export_fields *out) {
@@ -215,6 +223,7 @@ neph_result np_export_fields_load(neph_context *context, const np_export_source 
   *out = (np_export_fields){.count = 0};
   neph_result result = load_velocity(context, source, out);
   if (!result) result = load_color(context, source, out);
+  if (!result) result = load_sizes(context, source, out);
   return result ? result : load_emission(context, source, out);
 }
 
@@ -228,7 +237,8 @@ size_t np_export_fields_list(const np_export_fields *fields, bool is_half, np_vd
   static const np_vdb_attribute units[] = {{.name = "units", .text = "m/s"},
                                            {.name = "units", .text = "W m-3 sr-1 nm-1"},
                                            {.name = "units", .text = "K"},
-                                           {.name = "units", .text = "1/m"}};
+                                           {.name = "units", .text = "1/m"},
+                                           {.name = "units", .text = "um"}};
   for (unsigned i = 0; i < fields->count; i++) {
     const np_export_field *field = &fields->list[i];
     const bool is_vector = field->component_count == 3;
@@ -236,6 +246,7 @@ size_t np_export_fields_list(const np_export_fields *fields, bool is_half, np_vd
                                    : field->kind == NEPH_EXPORT_LIGHT       ? &units[1]
                                    : field->kind == NEPH_EXPORT_TEMPERATURE ? &units[2]
                                    : field->kind == NEPH_EXPORT_FLAME       ? &units[3]
+                                   : field->kind == NEPH_EXPORT_SIZES       ? &units[4]
                                                                             : NULL;
     out[i] = (np_vdb_write_grid){.grid = &field->components[0],
                                  .is_half = is_half,

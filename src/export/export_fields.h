@@ -12,7 +12,7 @@
 #include "scene/scene_private.h"
 #include "volume/volume_private.h"
 
-enum { NP_EXPORT_FIELDS_MAX = 5 };
+enum { NP_EXPORT_FIELDS_MAX = 6 };
 
 /* One grid, or a vector's three. */
 typedef struct np_export_field {
@@ -34,8 +34,8 @@ typedef struct np_export_source {
   np_monitor *monitor;
 } np_export_source;
 
-/* Reads those that the scene renders: velocities and colours that the file has, and, of a cloud with emission, its
- * temperature, flame and emitted light. The caller clears them, whatever the outcome. */
+/* Reads those that the scene renders: velocities, colours and sizes that the file has, and, of a cloud with emission,
+ * its temperature, flame and emitted light. The caller clears them, whatever the outcome. */
 neph_result np_export_fields_load(neph_context *context, const np_export_source *source, np_export_fields *out);
 void np_export_fields_clear(np_export_fields *fields);
 

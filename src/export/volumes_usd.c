@@ -131,6 +131,7 @@ static const struct field {
     {NEPH_EXPORT_LIGHT, "Ce", {"float3", "half3"}, "Color"},
     {NEPH_EXPORT_TEMPERATURE, "temperature", {"float", "half"}, NULL},
     {NEPH_EXPORT_FLAME, "flame", {"float", "half"}, NULL},
+    {NEPH_EXPORT_SIZES, "effective_radius", {"float", "half"}, NULL},
 };
 
 enum { FIELDS = sizeof fields / sizeof *fields };

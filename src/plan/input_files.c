@@ -15,6 +15,7 @@
 #include "scene/cloud_file.h"
 #include "terrain/ground_cover.h"
 #include "volume/volume_private.h"
+#include "volume/volume_sizes.h"
 
 /* ---- Tables and pictures ---- */
 
@@ -80,7 +81,7 @@ typedef struct cloud_file {
   const char *path;
 } cloud_file;
 
-/* A grid of a cloud's emission, which must be there where a key requires it. */
+/* A scalar grid of a cloud's file, which must be there where a key requires it. */
 static neph_result open_field(const cloud_file *file, const char *grid, const char *required_by) {
   neph_context *context = file->scene->context;
   np_grid_header header;
@@ -113,7 +114,8 @@ static neph_result open_fields(const cloud_file *file) {
   neph_result result = open_vectors(file, &use, &has_colors);
   const bool is_temperature_required = emission->temperature || !has_colors;
   if (!result) result = open_field(file, use.fields[0], is_temperature_required ? NP_TEMPERATURE_KEY : NULL);
-  return result ? result : open_field(file, use.fields[1], emission->flame ? NP_FLAME_KEY : NULL);
+  if (!result) result = open_field(file, use.fields[1], emission->flame ? NP_FLAME_KEY : NULL);
+  return result ? result : open_field(file, use.fields[2], cloud->sizes ? NP_SIZES_KEY : NULL);
 }
 
 static neph_result open_density(const cloud_file *file, np_grid_state *out_state) {

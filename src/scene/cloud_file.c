@@ -7,6 +7,7 @@
 #include "core/alloc.h"
 #include "core/file.h"
 #include "core/frame_name.h"
+#include "volume/volume_sizes.h"
 
 static double compute_number(const np_scene_cloud *cloud, int frame) {
   return np_scene_cloud_is_sequence(cloud) ? np_scene_cloud_get_number(cloud, frame) : frame;
@@ -86,6 +87,7 @@ np_file_use np_cloud_file_describe_use(const neph_scene *scene, const np_scene_c
   add_vector(&use, NP_VECTOR_COLOR, cloud->color);
   if (scene->motion_blur.is_enabled || scene->output.aovs & NP_AOV_MOTION)
     add_vector(&use, NP_VECTOR_VELOCITY, cloud->velocity);
+  if (np_scene_cloud_has_sizes(cloud)) use.fields[2] = get_field(cloud->sizes, NP_SIZES_USUAL_NAME);
   if (!emission->is_enabled) return use;
   add_vector(&use, NP_VECTOR_EMISSION, emission->color);
   use.fields[0] = get_field(emission->temperature, "temperature");

@@ -280,15 +280,11 @@ static neph_result check_endless(const neph_scene *scene, unsigned index, const 
         problems, repeat,
         "clouds[%u].repeat goes with vdb and netcdf alone: a baked cloud repeats by clouds[%u].bake.repeat", index,
         index);
-  const bool has_steps = np_scene_cloud_has_steps(cloud);
-  if (cloud->repeat == NP_REPEAT_FILE && (has_steps || np_scene_cloud_is_sequence(cloud)))
+  if (cloud->repeat == NP_REPEAT_FILE && !cloud->is_model && np_scene_cloud_is_sequence(cloud))
     return np_scene_fail_at(problems, repeat,
-                            "clouds[%u].repeat is file, but %s of many frames, whose boxes may differ: give the "
-                            "periods as lengths",
-                            index,
-                            has_steps         ? "netcdf.step names steps"
-                            : cloud->is_model ? "netcdf names files"
-                                              : "vdb names files");
+                            "clouds[%u].repeat is file, but vdb names files of many frames, whose boxes may differ: "
+                            "give the periods as lengths",
+                            index);
   const char *key = search_unrepeatable(cloud);
   if (!key) return NEPH_OK;
   return np_scene_fail_at(problems, np_node_search(node, key),

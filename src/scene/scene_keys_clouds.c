@@ -133,8 +133,9 @@ static const np_key keys[] = {
                 "from voxel to voxel sharp"},
     {.path = "clouds[].repeat", .type = NP_KEY_REAL, .unit = NP_UNIT_METRE, .field = CLOUD(repeat_m), .range = SIZE,
      .choices = repeats, .tag = CLOUD(repeat), .tag_value = NP_REPEAT_LENGTHS, .fallback = "none",
-     .meaning = "periods along x and y at which a cloud from a file repeats without end; file: the box of the file's "
-                "active voxels; a baked cloud repeats by bake.repeat"},
+     .meaning = "periods along x and y at which a cloud from a file repeats without end; file: the model's "
+                "domain, where the file states it, or else the box of its active voxels; a baked cloud repeats by "
+                "bake.repeat"},
     {.path = "clouds[].up", .type = NP_KEY_CHOICE, .choices = axes, .field = CLOUD(up), .tag = CLOUD(has_up),
      .tag_value = true, .fallback = "z",
      .meaning = "up axis of the file"},
@@ -184,8 +185,11 @@ static const np_key keys[] = {
      .tag_value = NEPH_PHASE_DROPLETS, .group = GROUP_PHASE, .alternative = 1,
      .meaning = "fit to Mie theory for water droplets; the default"},
     {.path = "clouds[].phase.droplets.diameter", .type = NP_KEY_REAL, .unit = NP_UNIT_MICROMETRE,
-     .field = CLOUD(phase_source.diameter_m), .range = WITHIN(5, 50), .fallback = "20 um",
-     .meaning = "diameter of the droplets"},
+     .field = CLOUD(phase_source.diameter_m), .tag = CLOUD(has_diameter), .tag_value = true, .range = WITHIN(5, 50),
+     .fallback = "20 um", .meaning = "diameter of the droplets; default: the sizes of the file, if it has any"},
+    {.path = "clouds[].phase.droplets.sizes", .type = NP_KEY_TEXT, .field = CLOUD(sizes),
+     .meaning = "name of a grid of effective radii in um, by which droplets scatter voxel by voxel; default: "
+                "effective_radius, if present and diameter is not set; none: one size"},
     {.path = "clouds[].phase.hg", .type = NP_KEY_REAL, .field = CLOUD(phase_source.asymmetry),
      .tag = CLOUD(phase_source.kind), .tag_value = NEPH_PHASE_HENYEY_GREENSTEIN, .range = ASYMMETRY,
      .group = GROUP_PHASE, .alternative = 2, .meaning = "asymmetry g of the Henyey-Greenstein phase function"},
@@ -396,7 +400,8 @@ static const np_key keys[] = {
      .meaning = "elevation of the sun"},
     {.path = "clouds[].bake.map.sun.azimuth", .type = NP_KEY_REAL, .unit = NP_UNIT_DEGREE,
      .field = CLOUD(map.sun_rad[1]), .tag = CLOUD(map.has_azimuth), .tag_value = true, .range = WITHIN(-360, 360),
-     .meaning = "azimuth of the sun, clockwise from north; of no effect on a viewer in the zenith"},
+     .meaning = "azimuth of the sun, clockwise from north; if it is set, the picture is moved away from the sun by "
+                "the displacement of sunlit flanks"},
     {.path = "clouds[].bake.map.view", .type = NP_KEY_SECTION, .meaning = "place of the viewer of a reflectance"},
     {.path = "clouds[].bake.map.view.elevation", .type = NP_KEY_REAL, .unit = NP_UNIT_DEGREE,
      .field = CLOUD(map.view_rad[0]), .range = WITHIN(5, 90), .fallback = "90 deg",

@@ -244,6 +244,8 @@ typedef struct np_scene_cloud {
   double density_value;
   double albedo[3];
   np_phase_source phase_source;
+  bool has_diameter; /* the diameter of droplets is set; else the file may have sizes */
+  char *sizes;       /* grid of effective radii; NULL: by its usual name */
   char *phase_table; /* resolved path */
   np_phase phase;    /* resolved from its source; isotropic for a table until it is read */
   np_scene_emission emission;
@@ -411,6 +413,12 @@ bool np_scene_cloud_has_steps(const np_scene_cloud *cloud);
 
 /* Whether a grid name is "none". */
 static inline bool np_scene_is_none(const char *name) { return name && !strcmp(name, "none"); }
+
+/* Whether a cloud's droplets may have the sizes of its file. */
+static inline bool np_scene_cloud_has_sizes(const np_scene_cloud *cloud) {
+  const bool is_one_size = cloud->sizes ? np_scene_is_none(cloud->sizes) : cloud->has_diameter;
+  return !cloud->is_baked && cloud->phase_source.kind == NEPH_PHASE_DROPLETS && !is_one_size;
+}
 
 /* Whether placement and scale come from all files of a sequence. */
 static inline bool np_scene_cloud_goes_by_all(const np_scene_cloud *cloud) { return isinf(cloud->reference_frame); }

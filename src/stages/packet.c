@@ -10,7 +10,7 @@ const np_bricks *np_cloud_parts_get_bricks(const np_cloud_parts *parts, unsigned
 /* Levels of detail have voxels of their own. */
 np_affine np_cloud_parts_get_world_to_index(const np_cloud_parts *parts, unsigned k, const np_affine *world_to_cloud) {
   const neph_volume *level = parts->volume ? np_volume_get_part(parts->volume, k) : NULL;
-  if (level == parts->volume || np_volume_has_parts(parts->volume, NP_PARTS_OF_COLORS)) return *world_to_cloud;
+  if (level == parts->volume || np_volume_has_shares(parts->volume)) return *world_to_cloud;
   const np_affine between = np_affine_compose(&level->world_to_index, &parts->volume->index_to_world);
   return np_affine_compose(&between, world_to_cloud);
 }
@@ -30,6 +30,7 @@ unsigned np_cloud_parts_place(const np_cloud_parts *parts, const np_scene_cloud 
     out[k].world_to_index = np_cloud_parts_get_world_to_index(parts, k, &parts->placed.world_to_index);
     out[k].is_held_out = cloud->is_held_out;
     out[k].albedo = np_picture_color_convert_albedo(color, bands, albedo);
+    if (tint && tint->parts[k].diameter_m > 0.0) out[k].phase = np_phase_droplets(tint->parts[k].diameter_m);
   }
   return count;
 }

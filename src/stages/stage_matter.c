@@ -20,7 +20,7 @@
 #include "volume/brick_detail.h"
 #include "volume/volume_coarser.h"
 #include "volume/volume_private.h"
-#include "volume/volume_tint.h"
+#include "volume/volume_sizes.h"
 
 /* ---- Keys of sources ---- */
 
@@ -39,6 +39,10 @@ static void add_file(np_hash *hash, const np_plan *plan, const np_scene_cloud *c
   NP_HASH_ADD(hash, cloud->ramp);
   np_cloud_file_add_model_to_hash(hash, cloud);
   np_hash_add_text(hash, cloud->color);
+  if (np_scene_cloud_has_sizes(cloud)) {
+    np_hash_add_text(hash, cloud->sizes ? cloud->sizes : NP_SIZES_USUAL_NAME);
+    NP_HASH_ADD(hash, cloud->phase_source.diameter_m);
+  }
   if (cloud->repeat != NP_REPEAT_NONE) { /* its periods count voxels by their size in the scene */
     const neph_volume_load_desc load = np_cloud_file_describe_load(cloud);
     NP_HASH_ADD(hash, load.repeat_m);
@@ -222,6 +226,29 @@ static neph_result add_colors(const np_volumes_inputs *in, const np_scene_cloud 
   return np_tint_create(in->scene->context, &source, in->monitor, &volume->tint);
 }
 
+/* A cloud has colours or levels of detail, or sizes of droplets. */
+static neph_result warn_of_sizes(const np_volumes_inputs *in, const np_scene_cloud *cloud, const char *path) {
+  const char *name = cloud->sizes ? cloud->sizes : NP_SIZES_USUAL_NAME;
+  np_grid_header header;
+  const neph_result result = np_volume_read_field_header(in->scene->context, path, name, NULL, &header);
+  if (!result && header.state == NP_GRID_FILLED)
+    np_log(in->scene->context, NEPH_LOG_WARNING,
+           "cloud %s: the sizes of droplets of %s are left out: a cloud with colours or in levels of detail has one "
+           "size; clouds[].phase.droplets.sizes: none says so",
+           cloud->name, path);
+  return result;
+}
+
+/* Gives a cloud from a file the sizes of droplets that it has there. */
+static neph_result add_sizes(const np_volumes_inputs *in, const np_scene_cloud *cloud, const char *path,
+                             neph_volume *volume) {
+  if (!volume || !np_scene_cloud_has_sizes(cloud)) return NEPH_OK;
+  if (volume->tint) return warn_of_sizes(in, cloud, path);
+  const neph_volume_load_desc load = describe_load(in, cloud);
+  const np_sizes_source source = {path, cloud->sizes, &load, volume, cloud->phase_source.diameter_m};
+  return np_tint_create_sizes(in->scene->context, &source, in->monitor, &volume->tint);
+}
+
 /* A cloud of one frame: read when it is on disk, else baked, to disk where the scene names a file. NULL where it holds
  * nothing. */
 static neph_result load_or_bake(const np_volumes_inputs *in, const np_scene_cloud *cloud, const char *path,
@@ -241,6 +268,7 @@ static neph_result load_or_bake(const np_volumes_inputs *in, const np_scene_clou
   if (!result && *out_volume)
     result = np_scene_check_cloud_unit(in->scene, in->cloud, path, (*out_volume)->extinction_per_value);
   if (!result) result = add_colors(in, cloud, path, *out_volume);
+  if (!result) result = add_sizes(in, cloud, path, *out_volume);
   if (!result || !*out_volume) return result;
   neph_volume_release(*out_volume);
   *out_volume = NULL;
@@ -402,10 +430,12 @@ static neph_result place_volume(cloud_build *c) {
   c->parts->placed = placement.world;
   const unsigned volume_count = count_volumes(c->in->clouds, c->in->cloud + 1);
   if (volume_count > NP_INSTANCES_MAX)
-    return np_fail(c->in->context, NEPH_ERROR_LIMIT,
-                   "cloud %s: the clouds are %u with one for each of their colours and levels, must be at most %d: set "
-                   "clouds[].color to none, or lessen clouds[].bake.levels, where they count least",
-                   c->cloud->name, volume_count, (int)NP_INSTANCES_MAX);
+    return np_fail(
+        c->in->context, NEPH_ERROR_LIMIT,
+        "cloud %s: the clouds are %u with one for each of their colours, sizes and levels, must be at most %d: "
+        "set clouds[].color or clouds[].phase.droplets.sizes to none, or lessen clouds[].bake.levels, where "
+        "they count least",
+        c->cloud->name, volume_count, (int)NP_INSTANCES_MAX);
   const np_lod_viewers viewers = np_plan_get_viewers(&c->in->plan->request, c->in->scene, c->cloud);
   if (c->cloud->place_count > 0)
     result = np_copies_make(c->in->context, c->cloud, &placement, &viewers, c->parts, &c->parts->low, &c->parts->high);

@@ -130,6 +130,7 @@ typedef enum np_model_grid {
   NP_MODEL_EXTINCTION,
   NP_MODEL_LIQUID_WATER,
   NP_MODEL_ICE_WATER,
+  NP_MODEL_RADIUS, /* radii of droplets and ice, weighted by extinction */
   NP_MODEL_GRIDS
 } np_model_grid;
 
@@ -139,13 +140,16 @@ typedef struct np_water_tally {
   double sum, negative_sum;
 } np_water_tally;
 
-/* Values in 1/m or g/m³ of the levels of some rows: rows.count × sizes[x] × sizes[z]. `faces_m` are those of
- * np_model_read_faces. Adds to the tally. */
+/* Values in 1/m, g/m³ or, of radii, um/m, as radius times extinction, of the levels of some rows: rows.count × sizes[x]
+ * × sizes[z]. `faces_m` are those of np_model_read_faces. Adds to the tally. */
 neph_result np_model_read_water(const np_model *model, np_model_grid grid, np_model_rows rows, const double *faces_m,
                                 double *out_values, np_water_tally *tally);
 
 /* Reports fill values, negative water and invalid densities of air; fails if there are fill values alone. */
 neph_result np_water_tally_report(const np_water_tally *tally, const np_model *model);
+
+/* Whether droplets or ice have other radii than droplets' usual one, so that the file has a grid of them. */
+bool np_model_has_radii(const np_model *model);
 
 /* Says where the density of air and the size of droplets come from. */
 void np_model_describe_air(const np_model *model, char *out, size_t size);

@@ -124,6 +124,13 @@ void np_model_describe_radius(const np_model *model, np_model_role water, char *
     np_print(out, size, "%.4g um", 1e6 * (constant > 0.0 ? constant : fallback));
 }
 
+bool np_model_has_radii(const np_model *model) {
+  const neph_volume_model *settings = &model->settings;
+  const bool is_liquid_usual = !(settings->r_eff_m > 0.0) && !has(model, NP_MODEL_LIQUID_RADIUS) &&
+                               !(settings->number_per_m3 > 0.0) && !has(model, NP_MODEL_NUMBER);
+  return has(model, NP_MODEL_ICE) || (has(model, NP_MODEL_LIQUID) && !is_liquid_usual);
+}
+
 /* ---- Water ---- */
 
 static double compute_content(const level_values *v, np_model_role water, size_t i, double air_kg_m3) {
@@ -140,6 +147,7 @@ static double compute_value(const level_values *v, np_model_grid grid, size_t i)
   const double ice_kg_m3_here = compute_content(v, NP_MODEL_ICE, i, air);
   if (grid == NP_MODEL_LIQUID_WATER) return 1000.0 * liquid_kg_m3;
   if (grid == NP_MODEL_ICE_WATER) return 1000.0 * ice_kg_m3_here;
+  if (grid == NP_MODEL_RADIUS) return 1e6 * 1.5 * (liquid_kg_m3 / water_kg_m3 + ice_kg_m3_here / ice_kg_m3);
   double sum = 0.0;
   if (liquid_kg_m3 > 0.0) sum += 1.5 * liquid_kg_m3 / (water_kg_m3 * compute_liquid_radius(v, i, liquid_kg_m3, air));
   if (ice_kg_m3_here > 0.0) sum += 1.5 * ice_kg_m3_here / (ice_kg_m3 * compute_ice_radius(v, i));

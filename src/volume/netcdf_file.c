@@ -10,6 +10,7 @@
 #include "volume/netcdf_classic.h"
 #include "volume/netcdf_module.h"
 #include "volume/volume_format.h"
+#include "volume/volume_sizes.h"
 
 typedef struct netcdf_reader {
   np_model model;
@@ -60,6 +61,7 @@ static void list_grids(netcdf_reader *reader) {
   reader->grids[reader->grid_count++] = NP_MODEL_EXTINCTION;
   if (fields[NP_MODEL_LIQUID].count) reader->grids[reader->grid_count++] = NP_MODEL_LIQUID_WATER;
   if (fields[NP_MODEL_ICE].count) reader->grids[reader->grid_count++] = NP_MODEL_ICE_WATER;
+  if (np_model_has_radii(&reader->model)) reader->grids[reader->grid_count++] = NP_MODEL_RADIUS;
 }
 
 static void describe_sources(const np_model *model) {
@@ -88,8 +90,8 @@ static neph_result open_file(np_volume_file *file, np_monitor *monitor) {
 
 /* ---- Descriptions ---- */
 
-static const char *const grid_names[NP_MODEL_GRIDS] = {"density", "liquid_water", "ice_water"};
-static const char *const grid_units[NP_MODEL_GRIDS] = {"1/m", "g/m3", "g/m3"};
+static const char *const grid_names[NP_MODEL_GRIDS] = {"density", "liquid_water", "ice_water", NP_SIZES_USUAL_NAME};
+static const char *const grid_units[NP_MODEL_GRIDS] = {"1/m", "g/m3", "g/m3", "um"};
 
 static size_t count_grids(const void *reader) { return ((const netcdf_reader *)reader)->grid_count; }
 
@@ -152,16 +154,20 @@ static neph_result visit_metadata(const np_volume_file *file, size_t index, np_m
   visit(user, "step", text);
   np_print(text, sizeof text, "%zu %s", model->sizes[NP_MODEL_Z], model->is_even ? "even" : "resampled");
   visit(user, "levels", text);
+  visit(user, "nephos:domain_min", "[0, 0]");
+  np_print(text, sizeof text, "[%zu, %zu]", model->sizes[NP_MODEL_X] - 1, model->sizes[NP_MODEL_Y] - 1);
+  visit(user, "nephos:domain_max", text);
   return NEPH_OK;
 }
 
 /* ---- Reading ---- */
 
-/* Buffers of some rows: faces and values of levels, one column of voxels, and the voxels of eight rows. */
+/* Buffers of some rows: faces and values of levels, two columns of voxels, and the voxels of eight rows. */
 typedef struct read_job {
   const netcdf_reader *reader;
   np_sparse_grid *grid;
-  double *faces_m, *values, *sum, *column;
+  bool is_mean; /* values are means by extinction: their sum is divided by that of the extinction */
+  double *faces_m, *values, *sum, *weight, *columns[2];
   float *voxels; /* (row of 8, x, voxel) */
   double largest;
   np_water_tally tally;
@@ -174,9 +180,14 @@ static neph_result allocate(read_job *job) {
   job->faces_m = np_alloc(model->context, rows * (levels + 1), sizeof *job->faces_m);
   job->values = np_alloc(model->context, rows * levels, sizeof *job->values);
   job->sum = np_alloc(model->context, rows * levels, sizeof *job->sum);
-  job->column = np_alloc(model->context, model->level_count, sizeof *job->column);
+  if (job->is_mean) job->weight = np_alloc(model->context, rows * levels, sizeof *job->weight);
+  for (int k = 0; k < 2; k++) {
+    job->columns[k] = np_alloc(model->context, model->level_count, sizeof *job->columns[k]);
+    if (!job->columns[k]) return NEPH_ERROR_OUT_OF_MEMORY;
+  }
   job->voxels = np_alloc(model->context, NP_LEAF_EDGE * columns * model->level_count, sizeof *job->voxels);
-  return job->faces_m && job->values && job->sum && job->column && job->voxels ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+  const bool has_weight = job->weight || !job->is_mean;
+  return job->faces_m && job->values && job->sum && has_weight && job->voxels ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
 static void release(read_job *job) {
@@ -184,24 +195,32 @@ static void release(read_job *job) {
   np_alloc_free(context, job->faces_m);
   np_alloc_free(context, job->values);
   np_alloc_free(context, job->sum);
-  np_alloc_free(context, job->column);
+  np_alloc_free(context, job->weight);
+  for (int k = 0; k < 2; k++) np_alloc_free(context, job->columns[k]);
   np_alloc_free(context, job->voxels);
+}
+
+/* Values of one column of voxels, from one of levels; `room` is used where levels are uneven. */
+static const double *resample(const read_job *job, size_t source, const double *levels_of_all, double *room) {
+  const np_model *model = &job->reader->model;
+  const size_t levels = model->sizes[NP_MODEL_Z];
+  const double *values = levels_of_all + source * levels;
+  if (model->is_even) return values;
+  np_model_resample_column(levels, job->faces_m + source * (levels + 1), values, model->bottom_m, model->step_m,
+                           model->level_count, room);
+  return room;
 }
 
 /* Fills one column of voxels from one of levels. */
 static void fill_column(read_job *job, size_t source, size_t target) {
-  const np_model *model = &job->reader->model;
-  const size_t levels = model->sizes[NP_MODEL_Z], count = model->level_count;
-  const double *values = job->sum + source * levels;
+  const size_t count = job->reader->model.level_count;
+  const double *values = resample(job, source, job->sum, job->columns[0]);
+  const double *weights = job->is_mean ? resample(job, source, job->weight, job->columns[1]) : NULL;
   float *voxels = job->voxels + target * count;
-  if (!model->is_even) {
-    np_model_resample_column(levels, job->faces_m + source * (levels + 1), values, model->bottom_m, model->step_m,
-                             count, job->column);
-    values = job->column;
-  }
   for (size_t k = 0; k < count; k++) {
-    voxels[k] = (float)values[k];
-    job->largest = fmax(job->largest, values[k]);
+    const double value = !weights ? values[k] : weights[k] > 0.0 ? values[k] / weights[k] : 0.0;
+    voxels[k] = (float)value;
+    job->largest = fmax(job->largest, value);
   }
 }
 
@@ -260,6 +279,9 @@ static neph_result read_levels(read_job *job, const np_vdb_request *request, np_
     result = np_model_read_water(model, grid, rows, job->faces_m, job->values, &job->tally);
     for (size_t i = 0; i < count && !result; i++) job->sum[i] += job->values[i];
   }
+  np_water_tally again = {.count = 0}; /* the same water is counted once */
+  if (!result && job->is_mean)
+    result = np_model_read_water(model, NP_MODEL_EXTINCTION, rows, job->faces_m, job->weight, &again);
   return result;
 }
 
@@ -282,13 +304,13 @@ static neph_result read_all(read_job *job, const np_vdb_request *request) {
     result = read_rows(job, request, (np_model_rows){y, least(slab, rows - y)});
     if (!result && np_monitor_is_cancelled(job->reader->monitor)) result = NEPH_ERROR_CANCELLED;
   }
-  return result ? result : np_water_tally_report(&job->tally, model);
+  return result || job->is_mean ? result : np_water_tally_report(&job->tally, model);
 }
 
 static neph_result read(const np_volume_file *file, const np_vdb_request *request, np_sparse_grid *grid,
                         uint64_t *out_tree_bytes) {
   const netcdf_reader *reader = file->reader;
-  read_job job = {.reader = reader, .grid = grid};
+  read_job job = {.reader = reader, .grid = grid, .is_mean = reader->grids[request->indices[0]] == NP_MODEL_RADIUS};
   grid->index_to_world = get_transform(&reader->model);
   grid->brick_bytes_max = 0; /* the number of values is checked */
   if (request->is_density) describe_sources(&reader->model);

@@ -97,9 +97,12 @@ neph_result np_volume_create_periodic(neph_context *context, const np_sparse_gri
 }
 
 void np_volume_set_interpolation(neph_volume *volume, neph_interpolation interpolation) {
-  for (unsigned k = 0; volume && k < np_volume_count_parts(volume); k++) {
-    np_bricks *bricks = k == 0 ? &volume->bricks : &volume->tint->parts[k].volume->bricks;
-    bricks->is_nearest = bricks->is_indirect = interpolation == NEPH_INTERPOLATION_NEAREST;
+  const bool is_nearest = interpolation == NEPH_INTERPOLATION_NEAREST;
+  if (!volume) return;
+  volume->bricks.is_nearest = volume->bricks.is_indirect = is_nearest;
+  for (unsigned k = 0; volume->tint && k < volume->tint->count; k++) {
+    neph_volume *part = volume->tint->parts[k].volume;
+    if (part) part->bricks.is_nearest = part->bricks.is_indirect = is_nearest;
   }
 }
 

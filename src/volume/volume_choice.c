@@ -32,10 +32,10 @@ static bool is_velocity(const char *name) {
 }
 
 static bool is_field(const char *name) {
-  static const char *const names[] = {"temperature", "temp",     "heat",     "flame",      "flames",    "fuel",
-                                      "fire",        "burn",     "pressure", "divergence", "speed",     "age",
-                                      "react",       "reaction", "oxygen",   "humidity",   "viscosity", "vorticity",
-                                      "collision",   "obstacle", "source",   "sink",       "noise"};
+  static const char *const names[] = {
+      "temperature", "temp",       "heat",      "flame",    "flames", "fuel",     "fire",   "burn",
+      "pressure",    "divergence", "speed",     "age",      "react",  "reaction", "oxygen", "humidity",
+      "viscosity",   "vorticity",  "collision", "obstacle", "source", "sink",     "noise",  "effective_radius"};
   return is_one_of(name, names, sizeof names / sizeof *names) || begins_with(name, "color") ||
          begins_with(name, "Cd") || begins_with(name, "Ce_") || begins_with(name, "Ce.") ||
          begins_with(name, "albedo") || begins_with(name, "rest") || begins_with(name, "emi");

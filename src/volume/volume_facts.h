@@ -60,7 +60,7 @@ typedef struct np_file_use {
   neph_volume_load_desc load; /* settings for its density */
   const char *sequence;       /* pattern of a sequence, in which a file may lack the density; NULL: a single file */
   bool has_up;                /* the scene states the up axis */
-  const char *fields[2];      /* names of further scalars; NULL: none */
+  const char *fields[3];      /* names of further scalars; NULL: none */
   np_vector_request vectors[3];
   unsigned vector_count;
 } np_file_use;

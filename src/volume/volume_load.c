@@ -66,6 +66,35 @@ static double get_unit(const file_unit *unit) {
   return unit->is_per_metre && value > 0.0 && isfinite(value) ? value : 0.0;
 }
 
+/* ---- Domain ---- */
+
+/* Corners of a model's domain along x and y, from a grid's metadata. */
+typedef struct file_domain {
+  bool has_min, has_max;
+  int32_t min[2], max[2];
+} file_domain;
+
+static bool read_corner(const char *text, int32_t out[2]) {
+  return sscanf(text, "[%" SCNd32 ", %" SCNd32 "]", &out[0], &out[1]) == 2;
+}
+
+static void read_domain_text(file_domain *domain, const char *name, const char *text) {
+  if (!strcmp(name, "nephos:domain_min")) domain->has_min = read_corner(text, domain->min);
+  if (!strcmp(name, "nephos:domain_max")) domain->has_max = read_corner(text, domain->max);
+}
+
+/* Coordinates are bounded, so that sums of them do not overflow. */
+static np_grid_domain get_domain(const file_domain *domain) {
+  static const int32_t most = 1 << 24;
+  np_grid_domain out = {.is_known = domain->has_min && domain->has_max};
+  for (int a = 0; a < 2; a++) {
+    out.min[a] = domain->min[a];
+    out.max[a] = domain->max[a];
+    out.is_known = out.is_known && out.min[a] >= -most && out.max[a] <= most && out.min[a] <= out.max[a];
+  }
+  return out;
+}
+
 /* ---- Load ---- */
 
 /* Position of a grid among levels of detail, from its metadata. */
@@ -84,6 +113,7 @@ typedef struct load_job {
   bool is_empty_allowed; /* always true for a field */
   bool is_in_file;       /* the grid exists */
   np_sparse_grid grid;
+  np_grid_domain domain;
   uint64_t tree_bytes;
   level_mark mark;
 } load_job;
@@ -94,6 +124,7 @@ static bool has_levels(const level_mark *mark) { return mark->count > 1 && mark-
 typedef struct mark_visit {
   neph_context *context;
   level_mark mark;
+  file_domain domain;
   file_unit unit;
   neph_result result;
 } mark_visit;
@@ -103,18 +134,21 @@ static void read_mark_text(void *user, const char *name, const char *text) {
   if (!strcmp(name, "nephos:level")) visit->mark.number = (unsigned)strtoul(text, NULL, 10);
   if (!strcmp(name, "nephos:level_count")) visit->mark.count = (unsigned)strtoul(text, NULL, 10);
   read_unit_text(&visit->unit, name, text);
+  read_domain_text(&visit->domain, name, text);
   if (strcmp(name, "nephos:params") != 0) return;
   np_hash *hash = np_hash_create(visit->context);
   np_hash_add_text(hash, text);
   visit->result = np_hash_finish(hash, visit->mark.bake);
 }
 
-static neph_result read_mark(const np_volume_file *file, size_t index, level_mark *out_mark, double *out_unit) {
+static neph_result read_mark(const np_volume_file *file, size_t index, level_mark *out_mark, double *out_unit,
+                             np_grid_domain *out_domain) {
   mark_visit visit = {.context = file->context};
   const neph_result result = np_volume_file_visit_metadata(file, index, read_mark_text, &visit);
   if (result) return result;
   *out_mark = visit.mark;
   *out_unit = get_unit(&visit.unit);
+  *out_domain = get_domain(&visit.domain);
   if (visit.mark.count <= NP_TINT_PARTS_MAX) return visit.result;
   return np_fail(file->context, NEPH_ERROR_BAD_FILE, "%s: nephos:level_count is %u, must be at most %d", file->path,
                  visit.mark.count, (int)NP_TINT_PARTS_MAX);
@@ -144,7 +178,8 @@ static neph_result read_chosen(load_job *job, const np_volume_file *file) {
   neph_result result = choose(file, query, &choice);
   if (!result && !choice.count) result = warn_of_absence(file, query);
   if (result || !choice.count) return job->is_in_file = false, result;
-  if (!query->is_field && choice.count == 1) result = read_mark(file, choice.indices[0], &job->mark, &unit);
+  if (!query->is_field && choice.count == 1)
+    result = read_mark(file, choice.indices[0], &job->mark, &unit, &job->domain);
   if (!result) result = np_volume_file_read_density(file, &choice, &job->grid, &job->tree_bytes);
   job->grid.extinction_per_value = unit;
   if (result) return result;
@@ -270,7 +305,7 @@ static neph_result create_repeating(const load_job *job, np_monitor *monitor, ne
     return np_fail(job->context, NEPH_ERROR_BAD_FILE,
                    "%s: grid '%s' is a frustum, which cannot repeat: leave out clouds[].repeat", job->path,
                    job->grid.name);
-  return np_volume_create_repeating(&job->grid, job->query.desc, monitor, out_volume);
+  return np_volume_create_repeating(&job->grid, job->query.desc, &job->domain, monitor, out_volume);
 }
 
 static neph_result create(load_job *job, np_monitor *monitor, neph_volume **out_volume) {
@@ -429,9 +464,10 @@ typedef struct written_box {
   np_grid_header *header;
   bool has_min, has_max;
   file_unit unit;
+  file_domain domain;
 } written_box;
 
-static bool read_corner(const char *text, int32_t out[3]) {
+static bool read_box_corner(const char *text, int32_t out[3]) {
   return sscanf(text, "[%" SCNd32 ", %" SCNd32 ", %" SCNd32 "]", &out[0], &out[1], &out[2]) == 3;
 }
 
@@ -443,9 +479,10 @@ static void read_metadata(void *user, const char *name, const char *text) {
   if (!strcmp(name, "nephos:level_count")) header->level_count = (unsigned)strtoul(text, NULL, 10);
   if (!strcmp(name, "file_voxel_count") && !strcmp(text, "0")) header->state = NP_GRID_EMPTY;
   if (!strcmp(name, "file_voxel_count")) header->voxel_count = fmax(strtod(text, NULL), 0.0);
-  if (!strcmp(name, "file_bbox_min")) box->has_min = read_corner(text, header->active_min);
-  if (!strcmp(name, "file_bbox_max")) box->has_max = read_corner(text, header->active_max);
+  if (!strcmp(name, "file_bbox_min")) box->has_min = read_box_corner(text, header->active_min);
+  if (!strcmp(name, "file_bbox_max")) box->has_max = read_box_corner(text, header->active_max);
   read_unit_text(&box->unit, name, text);
+  read_domain_text(&box->domain, name, text);
 }
 
 static neph_result describe_header(const np_volume_file *file, size_t index, np_grid_header *out_header) {
@@ -458,6 +495,7 @@ static neph_result describe_header(const np_volume_file *file, size_t index, np_
   if (result) return result;
   out_header->has_box = info.is_affine && box.has_min && box.has_max;
   out_header->extinction_per_value = get_unit(&box.unit);
+  out_header->domain = get_domain(&box.domain);
   return NEPH_OK;
 }
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Volumes of files that repeat along x and y without end. The box of the active voxels is moved to the start of its
- * period, so that look-ups beyond wrap into it (volume/brick_periods.h). Bricks are 8 voxels wide: a period that is no
- * multiple of 8 is stored as often as it takes to be one. */
+/* Volumes of files that repeat along x and y without end. The box of the active voxels, or of the domain that the file
+ * states, is moved to the start of its period, so that look-ups beyond wrap into it (volume/brick_periods.h). Bricks
+ * are 8 voxels wide: a period that is no multiple of 8 is stored as often as it takes to be one. */
 #include <inttypes.h>
 #include <math.h>
 #include <stdlib.h>
@@ -15,6 +15,7 @@ typedef struct tiling {
   const np_sparse_grid *source;
   np_sparse_grid *grid;
   np_grid_extent box;                 /* active voxels of the source */
+  int32_t start[2], width[2];         /* first voxels and sizes along x and y of all that the file has */
   int32_t period[2], stored[2];       /* voxels of a period, and of all that is stored; 0: the axis does not repeat */
   int32_t shift[3];                   /* added to the source's indices */
   int32_t first_leaf[3], leaf_end[3]; /* leaves of the result */
@@ -65,7 +66,7 @@ static neph_result refuse_small(const np_sparse_grid *grid, int axis, double vox
 
 static neph_result compute_period(tiling *t, const neph_volume_load_desc *desc, int axis) {
   static const double tolerance = 1e-3, most = 1 << 20;
-  const int32_t box = t->box.max[axis] - t->box.min[axis] + 1;
+  const int32_t box = t->width[axis];
   const double edge_m = get_scaled_edge(t->source, desc, axis), voxels = desc->repeat_m[axis] / edge_m;
   if (desc->repeat_m[axis] == NEPH_REPEAT_FILE) return t->period[axis] = box, NEPH_OK;
   if (voxels == 0.0) return NEPH_OK;
@@ -127,13 +128,24 @@ static void include_values(const np_sparse_grid *grid, np_grid_extent *box) {
     if (has_tile(&grid->tiles[i])) include(grid->tiles[i].origin, grid->tiles[i].edge, box);
 }
 
+/* Sets the box of all that the file has: its domain, where it states one that holds all voxels that count. */
+static void set_box(tiling *t, const np_grid_domain *domain) {
+  bool has_domain = domain->is_known;
+  for (int a = 0; a < 2; a++)
+    has_domain = has_domain && domain->min[a] <= t->box.min[a] && domain->max[a] >= t->box.max[a];
+  for (int a = 0; a < 2; a++) {
+    t->start[a] = has_domain ? domain->min[a] : t->box.min[a];
+    t->width[a] = (has_domain ? domain->max[a] : t->box.max[a]) - t->start[a] + 1;
+  }
+}
+
 /* ---- Copies ---- */
 
 static neph_result allocate_leaves(tiling *t) {
   size_t count = 1;
   for (int a = 0; a < 3; a++) {
     const bool is_repeating = a < 2 && t->period[a];
-    t->shift[a] = is_repeating ? -t->box.min[a] : 0;
+    t->shift[a] = is_repeating ? -t->start[a] : 0;
     t->first_leaf[a] = is_repeating ? 0 : t->box.min[a] >> 3;
     t->leaf_end[a] = is_repeating ? t->stored[a] >> 3 : (t->box.max[a] >> 3) + 1;
     count *= (size_t)(t->leaf_end[a] - t->first_leaf[a]);
@@ -245,6 +257,7 @@ static neph_result create(tiling *t, const neph_volume_load_desc *desc, np_monit
   if (!result)
     result =
         np_volume_create_periodic(t->grid->context, t->grid, desc->precision, period, &extent, monitor, out_volume);
+  for (int a = 0; a < 2 && !result; a++) (*out_volume)->period_voxels[a] = t->period[a] * (desc->is_halved ? 0.5 : 1.0);
   return result;
 }
 
@@ -260,11 +273,12 @@ static void limit_reach(const tiling *t, const neph_volume_load_desc *desc, np_b
 }
 
 neph_result np_volume_create_repeating(const np_sparse_grid *grid, const neph_volume_load_desc *desc,
-                                       np_monitor *monitor, neph_volume **out_volume) {
+                                       const np_grid_domain *domain, np_monitor *monitor, neph_volume **out_volume) {
   np_sparse_grid made = {0};
   tiling t = {.source = grid, .grid = &made};
   (void)np_sparse_grid_measure(grid, &t.box);
   include_values(grid, &t.box);
+  set_box(&t, domain);
   neph_result result = check_turn(grid);
   for (int a = 0; a < 2 && !result; a++) result = compute_period(&t, desc, a);
   if (result) return result;

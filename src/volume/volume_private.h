@@ -15,12 +15,13 @@ struct neph_volume {
   char *name;
   np_affine index_to_world, world_to_index;
   np_bricks bricks;
-  struct np_tint *tint;                 /* NULL: no colours and no levels of detail */
+  struct np_tint *tint;                 /* NULL: no colours, sizes of droplets or levels of detail */
   int32_t active_min[3], active_max[3]; /* index box of the active samples, both ends inclusive */
   float value_min, value_max;           /* range of the active samples */
   double extinction_per_value;          /* extinction of a value of 1 in 1/m, as the file states it; 0: not stated */
   uint64_t active_voxel_count, grid_bytes;
-  bool is_halved; /* voxels are twice as long as the file's */
+  bool is_halved;          /* voxels are twice as long as the file's */
+  double period_voxels[2]; /* period along x and y, of which the bricks may hold several; 0: it does not repeat */
 };
 
 neph_context *np_volume_get_context(const neph_volume *volume);
@@ -48,6 +49,12 @@ typedef enum np_grid_role {
   NP_GRID_OTHER    /* level sets, points, and unused grids */
 } np_grid_role;
 
+/* Box along x and y of the domain of a model, of which active voxels may be a part: indices, both ends inclusive. */
+typedef struct np_grid_domain {
+  bool is_known;
+  int32_t min[2], max[2];
+} np_grid_domain;
+
 /* Header of a grid, without its values. */
 typedef enum np_grid_state { NP_GRID_MISSING, NP_GRID_EMPTY, NP_GRID_FILLED } np_grid_state;
 
@@ -59,6 +66,7 @@ typedef struct np_grid_header {
   double voxel_count;          /* active voxels, tiles by the voxels that they cover; 0: not stated */
   unsigned level, level_count; /* level of detail; level_count 0: not part of several */
   double extinction_per_value; /* extinction of a value of 1 in 1/m, as the file states it; 0: not stated */
+  np_grid_domain domain;       /* domain that the file states */
   char name[64];               /* truncated if longer */
 } np_grid_header;
 
@@ -120,9 +128,10 @@ neph_result np_volume_create_from_grid(neph_context *context, const np_sparse_gr
                                        np_monitor *monitor, neph_volume **out_volume);
 
 /* Creates a volume that repeats by the periods of `desc`, which count the grid's voxels, from a grid of valid values
- * with some active voxels. Periods that are no whole number of voxels, or less than their box, are refused. */
+ * with some active voxels. Periods that are no whole number of voxels, or less than the domain or else the box of
+ * active voxels, are refused. A domain that does not hold them all is passed over. */
 neph_result np_volume_create_repeating(const np_sparse_grid *grid, const neph_volume_load_desc *desc,
-                                       np_monitor *monitor, neph_volume **out_volume);
+                                       const np_grid_domain *domain, np_monitor *monitor, neph_volume **out_volume);
 
 /* Creates a volume of a grid with periods in voxels, multiples of 8 (np_bricks_build), whose active samples, of one
  * period, lie in `extent`. */

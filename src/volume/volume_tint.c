@@ -6,8 +6,9 @@
 
 #include "core/alloc.h"
 #include "volume/grid_reader.h"
+#include "volume/volume_split.h"
 
-enum { BLOCKS_MAX = 1 << 20, CORNERS = NP_TINT_PARTS_MAX };
+enum { CORNERS = NP_TINT_PARTS_MAX };
 
 /* Least share of a corner. Colours differ by no less in half precision; smaller shares go to the largest. */
 static const float least_share = 0x1p-11f;
@@ -19,9 +20,8 @@ typedef struct color_tally {
   unsigned corners; /* bit mask of the corners in use */
 } color_tally;
 
-/* A block of 8³ voxels that is not empty. */
+/* Colours of a block of 8³ voxels. */
 typedef struct color_block {
-  int32_t cell[3]; /* in brick coordinates */
   float color[3][NP_LEAF_SIZE];
 } color_block;
 
@@ -29,51 +29,21 @@ typedef struct tint_build {
   neph_context *context;
   const np_tint_source *source;
   np_monitor *monitor;
-  const np_bricks *density;
+  np_split split;
   np_sparse_grid color[3];
   np_affine to_color[3]; /* maps from index positions of the density */
-  size_t block_count;
-  color_block *blocks;
-  color_tally *tallies; /* one for each thread */
+  color_block *blocks;   /* one for each of the split's */
+  color_tally *tallies;  /* one for each thread */
   color_tally all;
 } tint_build;
 
-/* ---- Blocks ---- */
-
-static neph_result make_blocks(tint_build *b) {
-  b->block_count = np_bricks_list_cells(b->density, NULL);
-  if (b->block_count > BLOCKS_MAX)
-    return np_fail(b->context, NEPH_ERROR_LIMIT,
-                   "%s: it has colours, and %zu blocks of 8³ voxels hold cloud, must be at most %d: lower its "
-                   "resolution, or set clouds[].color to none",
-                   b->source->path, b->block_count, (int)BLOCKS_MAX);
-  int32_t(*cells)[3] = np_alloc(b->context, b->block_count, sizeof *cells);
-  b->blocks = np_alloc(b->context, b->block_count, sizeof *b->blocks);
-  if (cells && b->blocks) np_bricks_list_cells(b->density, cells);
-  for (size_t i = 0; cells && b->blocks && i < b->block_count; i++)
-    memcpy(b->blocks[i].cell, cells[i], sizeof cells[i]);
-  const bool has_room = cells && b->blocks;
-  np_alloc_free(b->context, cells);
-  return has_room ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
-}
-
 /* ---- Colours ---- */
 
-static float get_density(const tint_build *b, const color_block *block, int n) {
-  const int32_t at[3] = {n >> 6, n >> 3 & 7, n & 7};
-  np_dvec3 index;
-  index.x = (double)block->cell[0] * NP_BRICK_EDGE + at[0];
-  index.y = (double)block->cell[1] * NP_BRICK_EDGE + at[1];
-  index.z = (double)block->cell[2] * NP_BRICK_EDGE + at[2];
-  return np_bricks_sample(b->density, index);
-}
-
-static void read_color(const tint_build *b, np_grid_reader readers[3], color_block *block, int n, color_tally *tally) {
+static void read_color(const tint_build *b, np_grid_reader readers[3], size_t i, int n, color_tally *tally) {
+  color_block *block = &b->blocks[i];
   bool is_inside = true, is_clamped = false;
+  const np_dvec3 index = np_split_get_index(&b->split, i, n);
   for (int c = 0; c < 3; c++) {
-    const np_dvec3 index = np_dvec3_make((double)block->cell[0] * NP_BRICK_EDGE + (n >> 6),
-                                         (double)block->cell[1] * NP_BRICK_EDGE + (n >> 3 & 7),
-                                         (double)block->cell[2] * NP_BRICK_EDGE + (n & 7));
     float value;
     is_inside = np_grid_read_between(&readers[c], np_affine_point(&b->to_color[c], index), &value) && is_inside;
     block->color[c][n] = np_clampf(value, 0.0f, 1.0f);
@@ -91,7 +61,7 @@ static neph_result read_blocks(void *user, size_t begin, size_t end, unsigned th
   np_grid_reader readers[3] = {{.grid = &b->color[0]}, {.grid = &b->color[1]}, {.grid = &b->color[2]}};
   for (size_t i = begin; i < end; i++)
     for (int n = 0; n < NP_LEAF_SIZE; n++)
-      if (get_density(b, &b->blocks[i], n) > 0.0f) read_color(b, readers, &b->blocks[i], n, &b->tallies[thread]);
+      if (np_split_get_density(&b->split, i, n) > 0.0f) read_color(b, readers, i, n, &b->tallies[thread]);
   return NEPH_OK;
 }
 
@@ -142,7 +112,7 @@ static neph_result read_colors(tint_build *b) {
     b->to_color[c] = np_affine_compose(&to_index, &density->index_to_world);
   }
   neph_result result = start_tallies(b);
-  if (!result) result = np_parallel_for(b->context, b->monitor, b->block_count, 16, read_blocks, b);
+  if (!result) result = np_parallel_for(b->context, b->monitor, b->split.block_count, 16, read_blocks, b);
   if (result) return result;
   unite_tallies(b);
   warn(b);
@@ -156,7 +126,9 @@ static neph_result read_colors(tint_build *b) {
 
 /* Tetrahedral interpolation: shares of the box's corners in a colour. The corners are those of the tetrahedron around
  * it, by the order of its channels. A corner's bits are the channels that are high. */
-static void compute_shares(const tint_build *b, const color_block *block, int n, float out[CORNERS]) {
+static void compute_shares(const void *user, size_t i, int n, float out[CORNERS]) {
+  const tint_build *b = user;
+  const color_block *block = &b->blocks[i];
   float place[3];
   int order[3] = {0, 1, 2};
   for (int c = 0; c < 3; c++) {
@@ -164,8 +136,8 @@ static void compute_shares(const tint_build *b, const color_block *block, int n,
     place[c] = range > 0.0f ? (block->color[c][n] - low) / range : 0.0f;
     assert(place[c] >= 0.0f && place[c] <= 1.0f + 1e-6f);
   }
-  for (int i = 1; i < 3; i++)
-    for (int k = i; k > 0 && place[order[k]] > place[order[k - 1]]; k--) {
+  for (int c = 1; c < 3; c++)
+    for (int k = c; k > 0 && place[order[k]] > place[order[k - 1]]; k--) {
       const int other = order[k];
       order[k] = order[k - 1];
       order[k - 1] = other;
@@ -173,12 +145,12 @@ static void compute_shares(const tint_build *b, const color_block *block, int n,
   memset(out, 0, CORNERS * sizeof *out);
   unsigned corner = 0, largest = 0;
   float before = 1.0f;
-  for (int i = 0; i <= 3; i++) {
-    const float after = i < 3 ? place[order[i]] : 0.0f;
+  for (int k = 0; k <= 3; k++) {
+    const float after = k < 3 ? place[order[k]] : 0.0f;
     out[corner] += before - after;
     before = after;
     if (out[corner] > out[largest]) largest = corner;
-    if (i < 3) corner |= 1u << order[i];
+    if (k < 3) corner |= 1u << order[k];
   }
   for (unsigned k = 0; k < CORNERS; k++)
     if (k != largest && out[k] < least_share) {
@@ -192,8 +164,8 @@ static neph_result add_corners(void *user, size_t begin, size_t end, unsigned th
   float shares[CORNERS];
   for (size_t i = begin; i < end; i++)
     for (int n = 0; n < NP_LEAF_SIZE; n++) {
-      if (!(get_density(b, &b->blocks[i], n) > 0.0f)) continue;
-      compute_shares(b, &b->blocks[i], n, shares);
+      if (!(np_split_get_density(&b->split, i, n) > 0.0f)) continue;
+      compute_shares(b, i, n, shares);
       for (unsigned k = 0; k < CORNERS; k++)
         if (shares[k] > 0.0f) b->tallies[thread].corners |= 1u << k;
     }
@@ -202,37 +174,6 @@ static neph_result add_corners(void *user, size_t begin, size_t end, unsigned th
 
 /* ---- Parts ---- */
 
-/* Fills a leaf with the share of a corner; false if it is 0 in the whole block. */
-static bool fill_leaf(const tint_build *b, const color_block *block, unsigned corner, np_leaf *leaf) {
-  bool is_filled = false;
-  float shares[CORNERS];
-  memset(leaf, 0, sizeof *leaf);
-  for (int a = 0; a < 3; a++) leaf->origin[a] = block->cell[a] * NP_LEAF_EDGE;
-  for (int n = 0; n < NP_LEAF_SIZE; n++) {
-    const float density = get_density(b, block, n);
-    if (!(density > 0.0f)) continue;
-    compute_shares(b, block, n, shares);
-    if (!(shares[corner] > 0.0f)) continue;
-    leaf->values[n] = shares[corner] * density;
-    leaf->active[n >> 6] |= UINT64_C(1) << (n & 63);
-    is_filled = true;
-  }
-  return is_filled;
-}
-
-static neph_result fill_part(const tint_build *b, unsigned corner, np_sparse_grid *grid) {
-  np_leaf leaf;
-  grid->index_to_world = b->source->density->index_to_world;
-  for (size_t i = 0; i < b->block_count; i++) {
-    if (!fill_leaf(b, &b->blocks[i], corner, &leaf)) continue;
-    np_leaf *added = np_sparse_grid_add_leaf(grid, leaf.origin);
-    if (!added) return NEPH_ERROR_OUT_OF_MEMORY;
-    *added = leaf;
-  }
-  np_sparse_grid_sort(grid);
-  return NEPH_OK;
-}
-
 static neph_result build_part(const tint_build *b, unsigned corner, np_tint *out) {
   np_tint_part *part = &out->parts[out->count];
   for (int c = 0; c < 3; c++) part->color[c] = (double)(corner >> c & 1 ? b->all.high[c] : b->all.low[c]);
@@ -240,18 +181,13 @@ static neph_result build_part(const tint_build *b, unsigned corner, np_tint *out
     out->count++;
     return NEPH_OK;
   }
-  np_sparse_grid grid;
-  neph_result result = np_sparse_grid_init(b->context, b->source->density->name, &grid);
-  if (!result) result = fill_part(b, corner, &grid);
-  if (!result)
-    result = np_volume_create_from_grid(b->context, &grid, b->source->load->precision, b->monitor, &part->volume);
-  np_sparse_grid_clear(&grid);
+  const neph_result result = np_split_make_part(&b->split, corner, &part->volume);
   out->count += !result;
   return result;
 }
 
 static neph_result build_parts(tint_build *b, np_tint *out) {
-  neph_result result = np_parallel_for(b->context, b->monitor, b->block_count, 16, add_corners, b);
+  neph_result result = np_parallel_for(b->context, b->monitor, b->split.block_count, 16, add_corners, b);
   unite_tallies(b);
   for (unsigned k = 0; k < CORNERS && !result; k++)
     if (b->all.corners >> k & 1u) result = build_part(b, k, out);
@@ -270,8 +206,9 @@ static bool is_empty(const tint_build *b) {
 }
 
 static neph_result build(tint_build *b, np_tint *out) {
-  neph_result result = make_blocks(b);
-  if (!result) result = read_colors(b);
+  neph_result result = np_split_start(&b->split, b->source->path, "color");
+  if (!result) b->blocks = np_alloc(b->context, b->split.block_count, sizeof *b->blocks);
+  if (!result) result = b->blocks ? read_colors(b) : NEPH_ERROR_OUT_OF_MEMORY;
   if (!result && b->all.voxels > 0) result = build_parts(b, out);
   if (!result)
     np_log(b->context, NEPH_LOG_INFO, "%s: grid '%s': colours from (%.3g, %.3g, %.3g) to (%.3g, %.3g, %.3g), as %u %s",
@@ -280,6 +217,7 @@ static neph_result build(tint_build *b, np_tint *out) {
            out->count == 1 ? "cloud" : "clouds of one colour each");
   np_alloc_free(b->context, b->tallies);
   np_alloc_free(b->context, b->blocks);
+  np_split_clear(&b->split);
   return result;
 }
 
@@ -297,7 +235,13 @@ static neph_result create(tint_build *b, np_tint **out_tint) {
 
 neph_result np_tint_create(neph_context *context, const np_tint_source *source, np_monitor *monitor,
                            np_tint **out_tint) {
-  tint_build b = {.context = context, .source = source, .monitor = monitor, .density = &source->density->bricks};
+  tint_build b = {.context = context, .source = source, .monitor = monitor};
+  b.split = (np_split){.context = context,
+                       .density = source->density,
+                       .precision = source->load->precision,
+                       .monitor = monitor,
+                       .compute_shares = compute_shares,
+                       .user = &b};
   const np_vector_request request = {NP_VECTOR_COLOR, source->color, source->load->policy};
   bool is_found;
   *out_tint = NULL;
@@ -310,10 +254,10 @@ neph_result np_tint_create(neph_context *context, const np_tint_source *source, 
 neph_result np_tint_create_levels(neph_context *context, np_volume_parts kind, np_tint **out_tint) {
   np_tint *tint = *out_tint = np_alloc(context, 1, sizeof *tint);
   if (!tint) return NEPH_ERROR_OUT_OF_MEMORY;
-  *tint = (np_tint){.context = context, .count = 1, .kind = kind, .parts = {{NULL, {1, 1, 1}}}};
+  *tint = (np_tint){.context = context, .count = 1, .kind = kind, .parts = {{NULL, {1, 1, 1}, 0.0}}};
   return NEPH_OK;
 }
 
 void np_tint_add_level(np_tint *tint, neph_volume *level) {
-  tint->parts[tint->count++] = (np_tint_part){level, {1, 1, 1}};
+  tint->parts[tint->count++] = (np_tint_part){level, {1, 1, 1}, 0.0};
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Parts of a cloud. Parts overlap and add up: the colours of a cloud with varying albedo, or levels of detail that
- * never overlap (cloud/bake_lod.c). Alternatively they are coarser versions of the whole cloud, of which each copy uses
- * one (volume_coarser.c).
+/* Parts of a cloud. Parts overlap and add up: the colours of a cloud with varying albedo, its sizes of droplets
+ * (volume_sizes.h), or levels of detail that never overlap (cloud/bake_lod.c). Alternatively they are coarser versions
+ * of the whole cloud, of which each copy uses one (volume_coarser.c).
  *
  * The colours of a cloud lie in a box of red, green and blue. Each is a mixture of at most four corners of the box, by
  * tetrahedral interpolation (Kasson, Nin, Plouffe and Hafner 1995, "Performing color space conversions with
@@ -17,13 +17,15 @@ enum { NP_TINT_PARTS_MAX = 8 };
 
 typedef enum np_volume_parts {
   NP_PARTS_OF_COLORS,
-  NP_PARTS_OF_CELLS, /* white levels of detail, which do not overlap; the first may be empty */
-  NP_PARTS_OF_COPIES /* white coarser versions of the whole cloud: they do not add up */
+  NP_PARTS_OF_CELLS,  /* white levels of detail, which do not overlap; the first may be empty */
+  NP_PARTS_OF_COPIES, /* white coarser versions of the whole cloud: they do not add up */
+  NP_PARTS_OF_SIZES   /* white, each with the phase function of droplets of one size */
 } np_volume_parts;
 
 typedef struct np_tint_part {
   neph_volume *volume; /* NULL: the cloud itself, which has one colour */
   double color[3];     /* in [0, 1] */
+  double diameter_m;   /* size of the droplets whose phase function it has; 0: the cloud's own phase function */
 } np_tint_part;
 
 typedef struct np_tint {
@@ -52,6 +54,11 @@ void np_tint_destroy(np_tint *tint); /* NULL is allowed */
 
 static inline bool np_volume_has_parts(const neph_volume *volume, np_volume_parts kind) {
   return volume->tint && volume->tint->kind == kind;
+}
+
+/* Whether the parts add up voxel by voxel: they have the cloud's lattice and place. */
+static inline bool np_volume_has_shares(const neph_volume *volume) {
+  return np_volume_has_parts(volume, NP_PARTS_OF_COLORS) || np_volume_has_parts(volume, NP_PARTS_OF_SIZES);
 }
 
 /* Number of volumes of a cloud: 1, unless it has colours or levels of detail. */
