@@ -215,6 +215,31 @@ static void the_file_gives_radius_and_number(void **state) {
   assert_near_relative(depth_of_radius(f, &desc), expected, 1e-3);
 }
 
+/* Radii of 0 and below, and NaN, are none: droplets have the usual 10 um. Radii beyond the limits get these. A warning
+ * says so. */
+static void radii_that_cannot_be_are_reported(void **state) {
+  test_fixture *f = *state;
+  static const struct {
+    double radius_um, taken_um;
+    const char *words;
+  } cases[] = {{0.0, 10.0, "no effective radius above 0"},
+               {-5.0, 10.0, "no effective radius above 0"},
+               {NAN, 10.0, "no effective radius above 0"},
+               {1e30, 50.0, "beyond 2 to 50 um"},
+               {0.1, 2.0, "beyond 2 to 50 um"}};
+  const double content = sum_column(&three_steps, model_liquid, 8, 5, 0);
+  neph_volume_load_desc desc = NEPH_VOLUME_LOAD_DESC_DEFAULT;
+  desc.model.radius = "reff";
+  for (size_t n = 0; n < sizeof cases / sizeof *cases; n++) {
+    model_write(f->path, model_get_case("MicroHH"), &three_steps);
+    add_constant(f, "reff", "um", cases[n].radius_um);
+    test_log_clear(&f->log);
+    const double expected = content * 1.5 / (1000.0 * 1e-6 * cases[n].taken_um);
+    assert_near_relative(depth_of_radius(f, &desc), expected, 1e-3);
+    assert_one_warning(&f->log, "1 of the water has", cases[n].words);
+  }
+}
+
 /* ---- Names and lattice ---- */
 
 static void named_variables_win(void **state) {
@@ -348,6 +373,7 @@ int main(void) {
       cmocka_unit_test_setup_teardown(a_constant_radius_holds_everywhere, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(a_number_of_droplets_gives_their_radius, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(the_file_gives_radius_and_number, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(radii_that_cannot_be_are_reported, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(named_variables_win, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(spacing_keeps_columns, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(memory_reads_as_the_file, set_up, test_tear_down),

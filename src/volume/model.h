@@ -137,7 +137,8 @@ typedef enum np_model_grid {
 /* Counts of stored values of water, and sums of those above and below 0. */
 typedef struct np_water_tally {
   uint64_t count, fill_count, negative_count, airless_count; /* airless: with water, without a valid density of air */
-  double sum, negative_sum;
+  double sum, negative_sum, sizeless_sum, limited_sum;       /* sizeless: without a radius above 0; limited: with one
+                                                                that is brought to the limits */
 } np_water_tally;
 
 /* Values in 1/m, g/m³ or, of radii, um/m, as radius times extinction, of the levels of some rows: rows.count × sizes[x]
@@ -145,7 +146,7 @@ typedef struct np_water_tally {
 neph_result np_model_read_water(const np_model *model, np_model_grid grid, np_model_rows rows, const double *faces_m,
                                 double *out_values, np_water_tally *tally);
 
-/* Reports fill values, negative water and invalid densities of air; fails if there are fill values alone. */
+/* Reports fill values, negative water, invalid densities of air and radii; fails if there are fill values alone. */
 neph_result np_water_tally_report(const np_water_tally *tally, const np_model *model);
 
 /* Whether droplets or ice have other radii than droplets' usual one, so that the file has a grid of them. */

@@ -154,6 +154,19 @@ static double compute_value(const level_values *v, np_model_grid grid, size_t i)
   return sum;
 }
 
+/* Counts a value of water whose stored radius is none, or beyond the limits. */
+static void tally_radius(const level_values *v, np_model_role water, size_t i, np_water_tally *tally) {
+  const bool is_ice = water == NP_MODEL_ICE;
+  const np_model_role role = is_ice ? NP_MODEL_ICE_RADIUS : NP_MODEL_LIQUID_RADIUS;
+  const double constant = is_ice ? v->model->settings.ice_r_eff_m : v->model->settings.r_eff_m;
+  if (constant > 0.0 || !v->fields[role] || !v->fields[water] || !(v->fields[water][i] > 0.0)) return;
+  const double radius = v->fields[role][i], content = v->fields[water][i];
+  if (!(radius > 0.0))
+    tally->sizeless_sum += content;
+  else if (limit(radius, is_ice ? ice_radius_max_m : radius_max_m) != radius)
+    tally->limited_sum += content;
+}
+
 /* ---- Fill values and NaN ---- */
 
 typedef struct cell_place {
@@ -195,6 +208,26 @@ static neph_result tally_water(const level_values *v, np_model_role water, np_mo
   return NEPH_OK;
 }
 
+/* A share of the water that is worth a warning. */
+static const double share_to_warn_of = 1e-3;
+
+static neph_log_level get_level(double sum, double all) {
+  return sum > share_to_warn_of * all ? NEPH_LOG_WARNING : NEPH_LOG_INFO;
+}
+
+static void report_radii(const np_water_tally *tally, const np_model *model) {
+  if (tally->sizeless_sum > 0.0)
+    np_log(model->context, get_level(tally->sizeless_sum, tally->sum),
+           "%s: %.2g of the water has no effective radius above 0: its droplets have that of their number, or %g um, "
+           "and its ice %g um",
+           model->path, tally->sizeless_sum / tally->sum, 1e6 * default_radius_m, 1e6 * default_ice_radius_m);
+  if (tally->limited_sum > 0.0)
+    np_log(model->context, get_level(tally->limited_sum, tally->sum),
+           "%s: %.2g of the water has an effective radius beyond %g to %g um, of ice to %g um: it gets the nearest",
+           model->path, tally->limited_sum / tally->sum, 1e6 * radius_min_m, 1e6 * radius_max_m,
+           1e6 * ice_radius_max_m);
+}
+
 neph_result np_water_tally_report(const np_water_tally *tally, const np_model *model) {
   const char *name = model->fields[model->water].parts[0].info.name;
   if (tally->count && tally->fill_count == tally->count)
@@ -204,7 +237,7 @@ neph_result np_water_tally_report(const np_water_tally *tally, const np_model *m
     np_log(model->context, NEPH_LOG_INFO, "%s: %" PRIu64 " of %" PRIu64 " values of water are fill values: no water",
            model->path, tally->fill_count, tally->count);
   if (tally->negative_count)
-    np_log(model->context, tally->negative_sum > 1e-3 * tally->sum ? NEPH_LOG_WARNING : NEPH_LOG_INFO,
+    np_log(model->context, get_level(tally->negative_sum, tally->sum),
            "%s: %" PRIu64 " negative values of water, %.2g of its sum, are taken as 0", model->path,
            tally->negative_count, tally->sum > 0.0 ? tally->negative_sum / tally->sum : 1.0);
   if (tally->airless_count)
@@ -212,6 +245,7 @@ neph_result np_water_tally_report(const np_water_tally *tally, const np_model *m
            "%s: variable '%s', the density of air, is not above 0 in %" PRIu64 " values with water: pressure and "
            "temperature, or else the standard atmosphere, are taken there",
            model->path, model->fields[NP_MODEL_DENSITY].parts[0].info.name, tally->airless_count);
+  report_radii(tally, model);
   return NEPH_OK;
 }
 
@@ -249,6 +283,8 @@ neph_result np_model_read_water(const np_model *model, np_model_grid grid, np_mo
   for (size_t i = 0; i < v.count && !result; i++) {
     out_values[i] = compute_value(&v, grid, i);
     tally->airless_count += v.fields[NP_MODEL_DENSITY] && out_values[i] > 0.0 && !has_density(&v, i);
+    tally_radius(&v, NP_MODEL_LIQUID, i, tally);
+    tally_radius(&v, NP_MODEL_ICE, i, tally);
   }
   for (int role = 0; role < NP_MODEL_ROLES; role++) np_alloc_free(model->context, v.fields[role]);
   return result;

@@ -157,7 +157,7 @@ static void report(const size_build *b) {
            "%.3g um in diameter",
            path, name, t->missing, t->voxels, 1e6 * b->source->diameter_m);
   if (t->limited)
-    np_log(b->context, NEPH_LOG_INFO,
+    np_log(b->context, NEPH_LOG_WARNING,
            "%s: grid '%s': %" PRIu64 " of %" PRIu64 " voxels of the cloud have droplets beyond the 5 to 50 um of the "
            "phase functions, whose nearest they get",
            path, name, t->limited, t->voxels);
@@ -227,9 +227,9 @@ static neph_result create(size_build *b, np_tint **out_tint) {
 
 /* ---- Entry ---- */
 
-/* Radii in metres would all be too small. */
+/* Radii in metres, and values of another kind, would all be too small. */
 static neph_result check_unit(const size_build *b) {
-  static const double least_um = 0.01;
+  static const double least_um = 1.0;
   np_grid_extent extent;
   if (!np_sparse_grid_measure(&b->radius, &extent) || !(extent.value_max > 0.0f)) return NEPH_OK;
   if ((double)extent.value_max >= least_um) return NEPH_OK;

@@ -42,7 +42,7 @@ stop() {
   shift
   : >log
   nephos report scene.yaml --progress lines --budget 1h "$@" 2>log >/dev/null &
-  until grep -q "^nephos: $stage" log; do sleep 0.02; done
+  until grep -qs "^nephos: $stage" log; do sleep 0.02; done
   kill -TERM $!
   wait $! || echo "$?"
   grep -o 'cancelled: .*' log || true

@@ -11,7 +11,7 @@ YAML
 start() {
   : >messages
   "$@" --progress lines -o a.exr 2>messages &
-  until grep -q rendering messages; do sleep 0.02; done
+  until grep -qs rendering messages; do sleep 0.02; done
 }
 for signal in INT TERM HUP; do
   start env --default-signal=INT,TERM,HUP nephos render long.yaml

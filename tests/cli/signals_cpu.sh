@@ -9,7 +9,7 @@ terrain: {ridges: {samples: 65}}
 render: {integrator: march, samples: 1048576}
 YAML
 nephos render long.yaml --checkpoint 1h -o a.exr --progress lines 2>messages &
-until grep -q rendering messages; do sleep 0.02; done
+until grep -qs rendering messages; do sleep 0.02; done
 kill -XCPU $!
 wait $! || echo "kill: exit $?"
 ls a.*
