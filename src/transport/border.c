@@ -44,6 +44,7 @@ typedef struct border_fill {
   np_vec3 direction[DIRECTIONS];                    /* looking out */
   uint16_t nearest[NP_BORDER_SETS_MAX][DIRECTIONS]; /* octant × lanes + ordinate */
   air_ray *air;                                     /* NULL: no air that shines */
+  float glint; /* factor on the sun's light that waves reflect along these directions */
 } border_fill;
 
 enum { OCTANT = NP_ORDINATE_BLOCKS_MAX * NP_ORDINATE_LANES, ALL = NP_OCTANT_COUNT * OCTANT };
@@ -63,6 +64,43 @@ static void choose_directions(border_fill *f) {
       f->nearest[s][i] =
           (uint16_t)np_ordinates_search_nearest(f->sets[s].ordinates, np_vec3_scale(f->direction[i], -1.0f));
   }
+}
+
+/* Share of the sun's light that the waves of level water reflect against a direction, 1/sr. */
+static float reflect_sun(const border_fill *f, unsigned direction) {
+  const np_vec3 zenith = np_vec3_make(0.0f, 0.0f, 1.0f), to_viewer = np_vec3_scale(f->direction[direction], -1.0f);
+  return to_viewer.z > 0.0f ? np_water_eval(f->world->water, zenith, to_viewer, f->world->to_sun).reflected : 0.0f;
+}
+
+/* The flux of the sun's light that level water reflects, over the sum of it along the directions that look down. A lobe
+ * that falls between them is lost. */
+static float compute_glint(const border_fill *f) {
+  const float cosine = f->world->to_sun.z;
+  if (!f->world->water || !(cosine > 0.0f)) return 1.0f;
+  double sum = 0.0;
+  for (unsigned i = 0; i < DIRECTIONS; i++) sum -= (double)(f->direction[i].z * reflect_sun(f, i));
+  const double flux = (double)(cosine * np_water_reflectance(f->world->water, cosine));
+  return (float)np_clamp(flux / (sum * 4.0 * NP_PI / DIRECTIONS), 0.0, 4.0);
+}
+
+/* The same light along the ordinates, over its mean in Lambert's sense: Σ weight·cosine·glint = π. */
+static void fill_glint(const border_fill *f, unsigned set) {
+  const np_ordinates *o = f->sets[set].ordinates;
+  float *out = &f->sets[set].border->glint[0][0][0];
+  double weights[ALL] = {0};
+  if (!f->world->water || !(f->world->to_sun.z > 0.0f)) return;
+  for (unsigned i = 0; i < DIRECTIONS; i++) {
+    const float cosine = np_maxf(-f->direction[i].z, 0.0f);
+    out[f->nearest[set][i]] += cosine * reflect_sun(f, i);
+    weights[f->nearest[set][i]] += (double)cosine;
+  }
+  double flux = 0.0;
+  for (unsigned n = 0; n < ALL; n++) {
+    const unsigned block = n % OCTANT / NP_ORDINATE_LANES, lane = n % NP_ORDINATE_LANES;
+    if (weights[n] > 0.0) out[n] = (float)((double)out[n] / weights[n]);
+    flux += (double)(out[n] * o->weight[block][lane] * o->cosine[2][block][lane]);
+  }
+  for (unsigned n = 0; n < ALL; n++) out[n] *= flux > 0.0 ? (float)(NP_PI / flux) : 0.0f;
 }
 
 static neph_result trace_air(void *user, size_t begin, size_t end, unsigned thread) {
@@ -105,7 +143,7 @@ typedef struct border_node {
   unsigned u, v;
   neph_result result;
   double sums[NP_BORDER_SETS_MAX][ALL][NP_BAND_COUNT];
-  unsigned counts[NP_BORDER_SETS_MAX][ALL];
+  double weights[NP_BORDER_SETS_MAX][ALL];     /* sums of the directions' cosines to the face, which weigh them */
   uint16_t sampled[DIRECTIONS], sampled_count; /* directions that look out */
   np_spectrum radiance[DIRECTIONS];            /* along them */
   node_responses responses[NP_BORDER_SETS_MAX];
@@ -140,8 +178,15 @@ static bool locate_square(const border_fill *f, np_border_way way, np_dvec3 plac
   return true;
 }
 
+/* Cosine of a direction to the node's face; negative: it looks in. */
+static float get_cosine(const border_node *n, unsigned direction) {
+  const np_vec3 d = n->fill->direction[direction];
+  return (n->axis == 0 ? d.x : n->axis == 1 ? d.y : d.z) * (float)n->side;
+}
+
 /* The gain counts for the ordinate that is nearest to the direction. */
 static void add_gain(border_node *n, unsigned direction, uint32_t square, np_spectrum per_irradiance) {
+  per_irradiance = np_spectrum_scale(per_irradiance, get_cosine(n, direction));
   for (unsigned s = 0; s < n->fill->set_count && !n->result; s++)
     n->result = add_response(n->fill->grid->context, &n->responses[s],
                              (np_border_response){n->fill->nearest[s][direction], square, per_irradiance});
@@ -229,7 +274,8 @@ static np_spectrum trace_radiance(border_node *n, unsigned direction) {
   }
   if (!has_hit) return np_world_add_beyond(f->world, n->position, towards, air.inscatter);
   np_spectrum ground_gain;
-  const np_spectrum ground = np_boundary_radiance_light_ground(f->world, f->depths, f->fade, &hit, &ground_gain);
+  const np_spectrum ground =
+      np_boundary_radiance_light_ground(f->world, f->depths, f->fade, &hit, towards, f->glint, &ground_gain);
   uint32_t square;
   if (locate_square(f, NP_BORDER_DOWN, hit.position, &square))
     add_gain(n, direction, square, np_spectrum_multiply(ground_gain, air.transmittance));
@@ -239,15 +285,14 @@ static np_spectrum trace_radiance(border_node *n, unsigned direction) {
 /* Directions that look out of the node's face. */
 static void sample_node(border_node *n) {
   for (unsigned i = 0; i < DIRECTIONS; i++) {
-    const np_vec3 d = n->fill->direction[i];
-    const float along = n->axis == 0 ? d.x : n->axis == 1 ? d.y : d.z;
-    if (along * (float)n->side <= 0.0f) continue;
+    const double cosine = (double)get_cosine(n, i);
+    if (cosine <= 0.0) continue;
     n->radiance[i] = trace_radiance(n, i);
     n->sampled[n->sampled_count++] = (uint16_t)i;
     for (unsigned s = 0; s < n->fill->set_count; s++) {
       const unsigned ordinate = n->fill->nearest[s][i];
-      for (unsigned b = 0; b < NP_BAND_COUNT; b++) n->sums[s][ordinate][b] += (double)n->radiance[i].band[b];
-      n->counts[s][ordinate]++;
+      for (unsigned b = 0; b < NP_BAND_COUNT; b++) n->sums[s][ordinate][b] += cosine * (double)n->radiance[i].band[b];
+      n->weights[s][ordinate] += cosine;
     }
   }
 }
@@ -263,24 +308,24 @@ static np_spectrum get_nearest_sample(const border_node *n, const np_ordinates *
 }
 
 /* Means over the parts of the sphere that are nearest to the ordinates, whose sizes are not quite the ordinates'
- * weights, are brought to what really comes from the octant, by a factor for each band. */
+ * weights, are brought to the flux that really comes from the octant through the face, by a factor for each band. */
 static void fill_octant(const border_node *n, unsigned set, unsigned octant, np_spectrum *out_factor) {
   const np_ordinates *o = n->fill->sets[set].ordinates;
   np_border *border = n->fill->sets[set].border;
   for (unsigned b = 0; b < NP_BAND_COUNT; b++) {
     float *out = np_border_get_node(&border->clear[b], octant, n->axis, n->v, n->u);
-    double sum = 0.0, found = 0.0, weight = 0.0;
-    unsigned count = 0;
+    double sum = 0.0, found = 0.0, weight = 0.0, wanted = 0.0;
     for (unsigned i = 0; i < o->count; i++) {
-      const unsigned at = octant * OCTANT + i, own = n->counts[set][at];
-      const double share = (double)o->weight[i / NP_ORDINATE_LANES][i % NP_ORDINATE_LANES];
-      out[i] = own ? (float)(n->sums[set][at][b] / own) : get_nearest_sample(n, o, octant, i).band[b];
+      const unsigned at = octant * OCTANT + i, block = i / NP_ORDINATE_LANES, lane = i % NP_ORDINATE_LANES;
+      const double own = n->weights[set][at];
+      const double share = (double)(o->weight[block][lane] * o->cosine[n->axis][block][lane]);
+      out[i] = own > 0.0 ? (float)(n->sums[set][at][b] / own) : get_nearest_sample(n, o, octant, i).band[b];
       sum += n->sums[set][at][b];
-      count += own;
+      weight += own;
       found += share * (double)out[i];
-      weight += share;
+      wanted += share;
     }
-    const float factor = found > 0.0 && count > 0 ? (float)(sum / count * weight / found) : 1.0f;
+    const float factor = found > 0.0 && weight > 0.0 ? (float)(sum / weight * wanted / found) : 1.0f;
     for (unsigned i = 0; i < o->count; i++) out[i] *= factor;
     out_factor->band[b] = factor;
   }
@@ -313,7 +358,7 @@ static void finish_responses(border_node *n, unsigned set, const np_spectrum fac
   for (size_t i = 0; i < list->count; i++) {
     np_border_response *r = &list->at[i];
     const unsigned octant = r->radiance / OCTANT, ordinate = r->radiance % OCTANT;
-    const float share = 1.0f / (float)n->counts[set][r->radiance];
+    const float share = (float)(1.0 / n->weights[set][r->radiance]);
     r->gain = np_spectrum_scale(np_spectrum_multiply(r->gain, factor[octant]), share);
     const np_border_faces *clear = &border->clear[0];
     r->radiance = (uint32_t)(np_border_get_node(clear, octant, n->axis, n->v, n->u) + ordinate - clear->radiance);
@@ -391,8 +436,9 @@ static neph_result allocate_faces(neph_context *context, unsigned block_count, n
   float *all = np_alloc(context, 2 * NP_BAND_COUNT * count, sizeof *all);
   if (!all) return NEPH_ERROR_OUT_OF_MEMORY;
   for (unsigned b = 0; b < NP_BAND_COUNT; b++) {
-    out->faces[b] = (np_border_faces){block_count, all + b * count, &out->layout};
-    out->clear[b] = (np_border_faces){block_count, all + (NP_BAND_COUNT + b) * count, &out->layout};
+    out->faces[b] = (np_border_faces){block_count, all + b * count, &out->layout, &out->glint[0][0][0]};
+    out->clear[b] =
+        (np_border_faces){block_count, all + (NP_BAND_COUNT + b) * count, &out->layout, &out->glint[0][0][0]};
   }
   return NEPH_OK;
 }
@@ -520,6 +566,7 @@ static neph_result fill_sets(border_fill *f, np_monitor *monitor) {
     result = allocate_faces(context, f->sets[s].ordinates->block_count, f->sets[s].border);
     set_plan(f, f->sets[s].border);
     measure_gaps(f, f->sets[s].border);
+    fill_glint(f, s);
   }
   if (!result) result = np_parallel_for(context, monitor, FACES * NODES * NODES, 1, fill_nodes, f);
   for (unsigned s = 0; s < f->set_count && !result; s++) {
@@ -542,6 +589,7 @@ neph_result np_border_fill(const np_transport_grid *grid, const np_world *world,
     f->high[a] = grid->edge_m[a][grid->size[a]];
   }
   choose_directions(f);
+  f->glint = compute_glint(f);
   const neph_result result = fill_sets(f, monitor);
   np_alloc_free(grid->context, f->air);
   np_alloc_free(grid->context, f);

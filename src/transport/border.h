@@ -39,7 +39,14 @@ typedef struct np_border_faces {
   unsigned block_count;
   float *radiance;
   const np_border_layout *layout;
+  const float *glint; /* that of np_border */
 } np_border_faces;
+
+/* Radiance of ground in or close below a column of cells. */
+typedef struct np_column_light {
+  float even;  /* −1: there is no such ground */
+  float glint; /* mean radiance of the sun's light that waves reflect, which goes by np_border's glint */
+} np_column_light;
 
 /* Ways out of the box. */
 typedef enum np_border_way { NP_BORDER_DOWN, NP_BORDER_UP, NP_BORDER_WAYS } np_border_way;
@@ -65,7 +72,10 @@ typedef struct np_border {
   struct {
     np_border_response *at;
     size_t count;
-  } responses[6 * NP_BORDER_NODES * NP_BORDER_NODES]; /* response of each node */
+  } responses[6 * NP_BORDER_NODES * NP_BORDER_NODES];                                   /* response of each node */
+  _Alignas(32) float glint[NP_OCTANT_COUNT][NP_ORDINATE_BLOCKS_MAX][NP_ORDINATE_LANES]; /* sun's light that the waves of
+                                                                                            water reflect along the
+                                                                                            ordinates, over its mean */
   double square_m[2], depth_m; /* sides of a square; from the bottom of the box to the lowest ground */
   bool is_wrapped[2];
   unsigned axis_count; /* axes across which light comes in: those that are not periodic */

@@ -12,19 +12,46 @@ enum {
   ALL = NP_OCTANT_COUNT * OCTANT
 };
 
+/* Irradiance of the sun's dimmed beam on a plane that faces it. */
+static np_spectrum compute_beam(const np_world *world, const np_sun_optical_depth_source *depths, const float *fade,
+                                const np_ground_hit *hit) {
+  if (!(np_vec3_dot(hit->normal, world->to_sun) > 0.0f)) return np_spectrum_grey(0.0f);
+  const np_spectrum sun = np_world_sunlight(world, hit->position, world->to_sun);
+  if (np_spectrum_is_zero(sun)) return sun;
+  const float depth = depths->get(depths->user, hit->position, world->to_sun, fade, 16.0f);
+  return np_spectrum_scale(sun, np_transmittance(depth));
+}
+
+/* Adds the light of the sky to that of the sun. */
+static np_spectrum add_sky(const np_world *world, const np_ground_hit *hit, np_spectrum reflected, np_spectrum sun,
+                           np_spectrum *out_gain) {
+  *out_gain = np_spectrum_scale(reflected, np_world_get_sky_share(world, hit) / NP_PI_F);
+  return np_spectrum_add(sun, np_spectrum_multiply(np_world_level_irradiance(world, hit), *out_gain));
+}
+
 np_spectrum np_boundary_radiance_light_ground(const np_world *world, const np_sun_optical_depth_source *depths,
-                                              const float *fade, const np_ground_hit *hit, np_spectrum *out_gain) {
-  const float sky_share = np_world_get_sky_share(world, hit), cosine = np_vec3_dot(hit->normal, world->to_sun);
-  np_spectrum irradiance = np_spectrum_scale(np_world_level_irradiance(world, hit), sky_share);
-  if (cosine > 0.0f) {
-    const np_spectrum sun = np_world_sunlight(world, hit->position, world->to_sun);
-    if (!np_spectrum_is_zero(sun))
-      irradiance = np_spectrum_add_scaled(
-          irradiance, cosine * np_transmittance(depths->get(depths->user, hit->position, world->to_sun, fade, 16.0f)),
-          sun);
-  }
-  *out_gain = np_spectrum_scale(hit->albedo, sky_share / NP_PI_F);
-  return np_spectrum_scale(np_spectrum_multiply(irradiance, hit->albedo), 1.0f / NP_PI_F);
+                                              const float *fade, const np_ground_hit *hit, np_vec3 towards, float glint,
+                                              np_spectrum *out_gain) {
+  if (!hit->water) return np_boundary_radiance_light_column(world, depths, fade, hit, NULL, out_gain);
+  const np_vec3 to_viewer = np_vec3_scale(towards, -1.0f);
+  const np_water_value sun = np_water_eval(hit->water, hit->normal, to_viewer, world->to_sun);
+  const np_spectrum share = np_spectrum_add(sun.scattered, np_spectrum_grey((glint - 1.0f) * sun.reflected));
+  const np_spectrum sky = np_water_reflect_even(hit->water, np_vec3_dot(hit->normal, to_viewer));
+  return add_sky(world, hit, sky, np_spectrum_multiply(compute_beam(world, depths, fade, hit), share), out_gain);
+}
+
+np_spectrum np_boundary_radiance_light_column(const np_world *world, const np_sun_optical_depth_source *depths,
+                                              const float *fade, const np_ground_hit *hit, np_spectrum *out_glint,
+                                              np_spectrum *out_gain) {
+  const float cosine = np_maxf(0.0f, np_vec3_dot(hit->normal, world->to_sun));
+  const np_spectrum beam = np_spectrum_scale(compute_beam(world, depths, fade, hit), cosine / NP_PI_F);
+  if (out_glint) *out_glint = np_spectrum_grey(0.0f);
+  if (!hit->water) return add_sky(world, hit, hit->albedo, np_spectrum_multiply(beam, hit->albedo), out_gain);
+  const float reflected = np_water_reflectance(hit->water, cosine), entered = hit->water->mean_transmittance;
+  *out_glint = np_spectrum_scale(beam, reflected);
+  const np_spectrum sun = np_spectrum_multiply(np_spectrum_scale(beam, 1.0f - reflected), hit->water->albedo);
+  const np_spectrum sky = np_spectrum_add_scaled(np_spectrum_grey(1.0f - entered), entered, hit->water->albedo);
+  return add_sky(world, hit, sky, sun, out_gain);
 }
 
 np_spectrum np_boundary_radiance_compute(const np_world *world, const np_sun_optical_depth_source *depths,
@@ -34,7 +61,7 @@ np_spectrum np_boundary_radiance_compute(const np_world *world, const np_sun_opt
     return np_world_sky_radiance(world, world->cloud_sky, position, towards);
   const np_aerial_perspective air = np_world_air(world, world->cloud_sky, position, towards, hit.distance_m);
   np_spectrum unused;
-  const np_spectrum ground = np_boundary_radiance_light_ground(world, depths, NULL, &hit, &unused);
+  const np_spectrum ground = np_boundary_radiance_light_ground(world, depths, NULL, &hit, towards, 1.0f, &unused);
   return np_spectrum_add(np_spectrum_multiply(ground, air.transmittance), air.inscatter);
 }
 

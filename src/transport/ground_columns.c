@@ -72,12 +72,12 @@ static neph_result light_columns(void *user, size_t begin, size_t end, unsigned 
   const column_fill *f = user;
   const np_transport_grid *g = f->solid;
   for (size_t column = begin; column < end; column++) {
+    np_ground_column *out = &f->out->at[column];
     np_ground_hit hit;
-    f->out->has[column] = intersect_down(f->world, g, column, &hit) &&
-                          is_near(g, hit.position.z, np_transport_grid_width(g, 0, (int32_t)column % g->size[0]));
-    if (f->out->has[column])
-      f->out->clear[column] =
-          np_boundary_radiance_light_ground(f->world, f->depths, f->fade, &hit, &f->out->gain[column]);
+    out->is_near = intersect_down(f->world, g, column, &hit) &&
+                   is_near(g, hit.position.z, np_transport_grid_width(g, 0, (int32_t)column % g->size[0]));
+    if (out->is_near)
+      out->clear = np_boundary_radiance_light_column(f->world, f->depths, f->fade, &hit, &out->glint, &out->gain);
   }
   return NEPH_OK;
 }
@@ -88,25 +88,20 @@ neph_result np_ground_columns_fill(const np_transport_grid *grid, const np_world
   *out = (np_ground_columns){.size = {grid->size[0], grid->size[1]}};
   if (!grid->has_ground) return NEPH_OK;
   const size_t columns = (size_t)grid->size[0] * (size_t)grid->size[1];
-  out->clear = np_alloc(grid->context, columns, sizeof *out->clear);
-  out->gain = np_alloc(grid->context, columns, sizeof *out->gain);
-  out->has = np_alloc(grid->context, columns, sizeof *out->has);
+  out->at = np_alloc(grid->context, columns, sizeof *out->at);
   column_fill f = {.world = world, .depths = depths, .fade = fade, .solid = grid, .out = out};
-  if (out->clear && out->gain && out->has)
-    return np_parallel_for(grid->context, monitor, columns, 64, light_columns, &f);
-  return NEPH_ERROR_OUT_OF_MEMORY;
+  if (!out->at) return NEPH_ERROR_OUT_OF_MEMORY;
+  return np_parallel_for(grid->context, monitor, columns, 64, light_columns, &f);
 }
 
 void np_ground_columns_clear(neph_context *context, np_ground_columns *columns) {
-  np_alloc_free(context, columns->clear);
-  np_alloc_free(context, columns->gain);
-  np_alloc_free(context, columns->has);
+  np_alloc_free(context, columns->at);
   *columns = (np_ground_columns){0};
 }
 
 /* A coarser column's is the mean of those of its columns that have ground. */
 void np_ground_columns_get(const np_ground_columns *columns, const np_border *border, unsigned band,
-                           const np_outflow *outflow, const np_transport_grid *grid, float *out) {
+                           const np_outflow *outflow, const np_transport_grid *grid, np_column_light *out) {
   const int32_t *fine = columns->size, *size = grid->size;
   const int32_t wide[2] = {fine[0] / size[0], fine[1] / size[1]};
   for (int32_t j = 0; j < size[1]; j++)
@@ -115,13 +110,16 @@ void np_ground_columns_get(const np_ground_columns *columns, const np_border *bo
       const float excess =
           outflow ? np_border_compute_excess(border, band, NP_BORDER_DOWN, v, u, outflow->way[NP_BORDER_DOWN][v][u])
                   : 0.0f;
-      float sum = 0.0f, count = 0.0f;
+      float even = 0.0f, glint = 0.0f, count = 0.0f;
       for (int32_t n = 0; n < wide[0] * wide[1]; n++) {
         const size_t at = (size_t)(j * wide[1] + n / wide[0]) * (size_t)fine[0] + (size_t)(i * wide[0] + n % wide[0]);
-        if (!columns->has[at]) continue;
-        sum += fmaxf(0.0f, columns->clear[at].band[band] + columns->gain[at].band[band] * excess);
+        const np_ground_column *column = &columns->at[at];
+        if (!column->is_near) continue;
+        even += fmaxf(0.0f, column->clear.band[band] + column->gain.band[band] * excess);
+        glint += column->glint.band[band];
         count += 1.0f;
       }
-      out[(size_t)j * (size_t)size[0] + (size_t)i] = count > 0.0f ? sum / count : -1.0f;
+      out[(size_t)j * (size_t)size[0] + (size_t)i] =
+          count > 0.0f ? (np_column_light){even / count, glint / count} : (np_column_light){-1.0f, 0.0f};
     }
 }

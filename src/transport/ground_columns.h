@@ -8,12 +8,17 @@
 
 #include "transport/border.h"
 
-/* Radiance of the ground in the columns of the finest cells, [j][i]: under a clear sky, and what it gains from the
- * irradiance on its square of the plan. */
+/* Light of the ground in a column of the finest cells. */
+typedef struct np_ground_column {
+  bool is_near;      /* false: the rest is nothing */
+  np_spectrum clear; /* radiance under a clear sky, the waves' glint excluded */
+  np_spectrum glint; /* that of np_column_light */
+  np_spectrum gain;  /* what it gains from the irradiance on its square of the plan, 1/sr */
+} np_ground_column;
+
 typedef struct np_ground_columns {
   int32_t size[2];
-  np_spectrum *clear, *gain; /* NULL: no ground is near */
-  bool *has;                 /* whether a column has ground near */
+  np_ground_column *at; /* [j][i]; NULL: no ground is near */
 } np_ground_columns;
 
 /* Finds whether ground is near, and marks solid cells of a grid, none of which may be live; a periodic grid has none.
@@ -25,9 +30,8 @@ neph_result np_ground_columns_fill(const np_transport_grid *grid, const np_world
                                    np_ground_columns *out);
 void np_ground_columns_clear(neph_context *context, np_ground_columns *columns);
 
-/* Fills the radiance of a band, by the columns of the finest grid or of a coarser one; −1 where no ground is near.
- * `outflow` NULL: a clear sky's. */
+/* Fills the light of a band, by the columns of the finest grid or of a coarser one. `outflow` NULL: a clear sky's. */
 void np_ground_columns_get(const np_ground_columns *columns, const np_border *border, unsigned band,
-                           const np_outflow *outflow, const np_transport_grid *grid, float *out);
+                           const np_outflow *outflow, const np_transport_grid *grid, np_column_light *out);
 
 #endif

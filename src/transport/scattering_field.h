@@ -229,10 +229,18 @@ bool np_scattering_field_get_importance(const np_scattering_field *field, np_dve
 
 /* ---- Light that comes to clouds from outside, the sun's disk excluded: sky above, ground below ---- */
 
-/* Radiance of ground under a clear sky and the sun's dimmed beam; and what it gains from irradiance in place of the
- * sky's. `fade` NULL: a beam dimmed by all of the depth. */
+/* Radiance along `towards` of ground under a clear sky and the sun's dimmed beam; and what it gains from irradiance in
+ * place of the sky's. `fade` NULL: a beam dimmed by all of the depth. `glint`: factor on the sun's light that waves
+ * reflect, by which sums over a few directions keep its flux. */
 np_spectrum np_boundary_radiance_light_ground(const np_world *world, const np_sun_optical_depth_source *depths,
-                                              const float *fade, const np_ground_hit *hit, np_spectrum *out_gain);
+                                              const float *fade, const np_ground_hit *hit, np_vec3 towards, float glint,
+                                              np_spectrum *out_gain);
+
+/* The same in no direction: what the ground reflects evenly, and beside it the mean radiance of the sun's light that
+ * waves reflect. */
+np_spectrum np_boundary_radiance_light_column(const np_world *world, const np_sun_optical_depth_source *depths,
+                                              const float *fade, const np_ground_hit *hit, np_spectrum *out_glint,
+                                              np_spectrum *out_gain);
 
 /* Radiance at a place among the clouds from the direction `towards`, which looks out. */
 np_spectrum np_boundary_radiance_compute(const np_world *world, const np_sun_optical_depth_source *depths,

@@ -28,7 +28,7 @@ typedef struct np_sweep {
   float *out[NP_SWEEP_PARTS];    /* [active][harmonic], in the ordinates' order */
   const float *source;           /* [active][harmonic]: moments of what is emitted and scattered, per metre */
   const np_border_faces *border; /* radiance from outside */
-  const float *ground; /* light from ground in or below a column [j][i]; −1: there is none; NULL: in no column */
+  const np_column_light *ground; /* light from ground in or below a column [j][i]; NULL: none is near */
 } np_sweep;
 
 /* Nothing is left on failure. `source`, `border`, `ground` and `out` are the caller's to set. */

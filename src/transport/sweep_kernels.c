@@ -172,9 +172,10 @@ static inline void store_moments(const sweep_block *b, const int32_t *active, un
 
 /* One octant's light on its way along a row. */
 typedef struct course {
-  lanes x, *y, *z;     /* y, z: at the faces of each cell */
-  int32_t reach;       /* cells to cross */
-  const float *ground; /* light from the ground of the row's columns */
+  lanes x, *y, *z;               /* y, z: at the faces of each cell */
+  int32_t reach;                 /* cells to cross */
+  const np_column_light *ground; /* light from the ground of the row's columns */
+  lanes glint;                   /* the course's part of np_border's */
   bool is_down;
   cell_rates rates;
 } course;
@@ -208,6 +209,15 @@ static inline lanes *get_x_face(const np_transport_grid *grid, const flow *f, in
   return &f->x[k * grid->size[1] + j];
 }
 
+static inline const lanes *get_glint(const np_sweep *sweep, const flow *f) {
+  return (const lanes *)sweep->border->glint + f->octant * NP_ORDINATE_BLOCKS_MAX + f->number;
+}
+
+/* Light that goes up from the ground of a column. */
+static inline void light_column(const np_column_light *ground, const lanes *glint, lanes *out) {
+  *out = ground->even + ground->glint * *glint;
+}
+
 static inline course start_course(const sweep_block *b, const flow *f, int32_t j, int32_t k) {
   const np_transport_grid *grid = b->sweep->grid;
   const int32_t width = grid->size[0];
@@ -216,6 +226,7 @@ static inline course start_course(const sweep_block *b, const flow *f, int32_t j
               .reach = f->reach[k * grid->size[1] + j],
               .ground = b->sweep->ground ? b->sweep->ground + (size_t)j * (size_t)width : NULL,
               .is_down = f->octant & 4u};
+  if (c.ground) c.glint = *get_glint(b->sweep, f);
   if (grid->is_wrapped[0])
     c.x = *get_x_face(grid, f, j, k);
   else
@@ -230,8 +241,9 @@ static inline void cross_cell(const sweep_block *b, course *c, int32_t i, int32_
   if (b->sweep->inverse_m[0][i] != c->rates.inverse_m) set_rates(b->cosine, b->sweep->inverse_m[0][i], &c->rates);
   face_light faces = {{c->x, c->y[i], c->z[i]}};
   if (active == NP_TRANSPORT_CELL_SOLID) {
-    faces.at[0] = faces.at[1] = (lanes){0} + c->ground[i];
-    if (!c->is_down) faces.at[2] = faces.at[0]; /* what comes down stays, for np_sweep_measure_outflow */
+    faces.at[0] = faces.at[1] = (lanes){0} + c->ground[i].even;
+    /* What comes down stays, for np_sweep_measure_outflow. */
+    if (!c->is_down) light_column(&c->ground[i], &c->glint, &faces.at[2]);
   } else if (active < 0)
     cross_void(&c->rates, &faces);
   else
@@ -278,11 +290,11 @@ static void fill_faces(const np_sweep *sweep, const flow *f, lanes *faces, int a
   const np_transport_grid *grid = sweep->grid;
   if (grid->is_wrapped[axis]) return;
   const bool is_up = axis == 2 && !(f->octant & 4u);
-  const float *ground = is_up && sweep->ground ? sweep->ground + (size_t)row * (size_t)grid->size[0] : NULL;
+  const np_column_light *ground = is_up && sweep->ground ? sweep->ground + (size_t)row * (size_t)grid->size[0] : NULL;
   const float v = get_middle(grid, axis == 1 ? 2 : 1, row);
   for (int32_t i = 0; i < grid->size[0]; i++)
-    if (ground && ground[i] >= 0.0f)
-      faces[i] = (lanes){0} + ground[i];
+    if (ground && ground[i].even >= 0.0f)
+      light_column(&ground[i], get_glint(sweep, f), &faces[i]);
     else
       get_border(sweep, f, axis, get_middle(grid, 0, i), v, &faces[i]);
 }

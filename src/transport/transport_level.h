@@ -10,13 +10,13 @@
 
 typedef struct np_transport_level {
   np_transport_grid grid;
-  float *sun;             /* first collisions times irradiance of each active cell, W m⁻³ nm⁻¹ */
-  float *emission;        /* moment l = 0 of the emission of each active cell; NULL: nothing emits */
-  float *ground;          /* radiance of solid cells, by column [j][i]; NULL: there are none */
-  float *phi;             /* the solution: [active][harmonic] */
-  float *first_phi;       /* solution of the first band; NULL: no other band starts from it */
-  float *change;          /* change from a further band's start to its solution; NULL: no finer grid starts from it */
-  np_diffusion diffusion; /* diffusion system of the grid, once light has been iterated on it */
+  float *sun;              /* first collisions times irradiance of each active cell, W m⁻³ nm⁻¹ */
+  float *emission;         /* moment l = 0 of the emission of each active cell; NULL: nothing emits */
+  np_column_light *ground; /* light of ground near, by column [j][i]; NULL: none is near */
+  float *phi;              /* the solution: [active][harmonic] */
+  float *first_phi;        /* solution of the first band; NULL: no other band starts from it */
+  float *change;           /* change from a further band's start to its solution; NULL: no finer grid starts from it */
+  np_diffusion diffusion;  /* diffusion system of the grid, once light has been iterated on it */
 } np_transport_level;
 
 /* Data that all grids of a solution share. */

@@ -196,6 +196,11 @@ np_spectrum np_water_get_air_albedo(const np_water *water, float sun_cosine) {
   return out;
 }
 
+np_spectrum np_water_reflect_even(const np_water *water, float cosine) {
+  const float reflected = np_water_reflectance(water, cosine);
+  return np_spectrum_add_scaled(np_spectrum_grey(reflected), 1.0f - reflected, water->albedo);
+}
+
 np_water_value np_water_eval(const np_water *water, np_vec3 zenith, np_vec3 to_viewer, np_vec3 to_light) {
   np_water_value out = {.density = 0.0f};
   const float cosine = np_vec3_dot(zenith, to_light);

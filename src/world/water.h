@@ -50,6 +50,9 @@ np_spectrum np_water_get_albedo(const np_water *water, float sun_cosine);
  * the air. */
 np_spectrum np_water_get_air_albedo(const np_water *water, float sun_cosine);
 
+/* Share of an even sky's irradiance that water reflects towards a viewer at a cosine to the zenith, times π. */
+np_spectrum np_water_reflect_even(const np_water *water, float cosine);
+
 /* Reflection between two unit directions, both away from the water. */
 typedef struct np_water_value {
   np_spectrum scattered; /* BRDF times the cosine of the light, 1/sr */
