@@ -250,7 +250,7 @@ neph_result neph_scene_export_cloud(const neph_scene *scene, unsigned cloud_inde
   cloud_export e = {.scene = &at, .index = cloud_index, .frame = frame, .desc = &d, .path = path, .out = empty};
   neph_result result = np_desc_read(scene->context, "neph_export_desc", &defaults, sizeof d, desc, &d);
   if (!result) result = check(scene, cloud_index, &d);
-  if (!result) result = np_scene_eval(scene, frame, &at);
+  if (!result) result = np_scene_eval_bakes(scene, frame, &at);
   if (result) return result;
   result = export_from_stores(&e, d.renderer);
   np_scene_eval_clear(&at);

@@ -60,7 +60,7 @@ neph_result neph_scene_export_textures(const neph_scene *scene, int frame, const
   neph_result result = np_desc_read(scene->context, "neph_textures_desc", &defaults, sizeof d, desc, &d);
   if (!result) result = check(scene->context, &d);
   if (!result) result = np_scene_check(scene);
-  if (!result) result = np_scene_eval(scene, frame, &at);
+  if (!result) result = np_scene_eval_bakes(scene, frame, &at);
   if (result) return result;
   const unsigned mode = np_float_mode_enter();
   np_monitor_start(&monitor, scene->context, d.progress, d.progress_user);

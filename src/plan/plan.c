@@ -36,7 +36,7 @@ neph_result np_plan_make_frame(const neph_scene *scene, const neph_render_desc *
   *out_scene = (neph_scene){.context = NULL};
   *out_plan = (np_plan){.request.context = scene->context};
   neph_result result = np_request_read_desc(scene, desc, &checked);
-  if (!result) result = np_scene_eval(scene, checked.frame, out_scene);
+  if (!result) result = np_scene_eval_bakes(scene, checked.frame, out_scene);
   return result ? result : np_plan_make(out_scene, desc, out_plan);
 }
 

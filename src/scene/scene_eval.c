@@ -3,6 +3,7 @@
 
 #include <string.h>
 
+#include "cloud/cloud_desc.h"
 #include "core/alloc.h"
 #include "scene/cloud_map.h"
 #include "scene/scene_derive.h"
@@ -89,6 +90,27 @@ neph_result np_scene_eval_exposure(const neph_scene *scene, double frame, double
 neph_result np_scene_eval(const neph_scene *scene, double frame, neph_scene *out_scene) {
   return np_scene_eval_exposure(scene, frame, frame, out_scene);
 }
+
+/* ---- Bakes ---- */
+
+static neph_result check_bakes(const neph_scene *evaluated) {
+  neph_result result = NEPH_OK;
+  for (unsigned i = 0; i < evaluated->cloud_count && !result; i++) {
+    neph_cloud_desc checked;
+    if (evaluated->clouds[i].is_baked)
+      result = np_cloud_desc_read(evaluated->context, &evaluated->clouds[i].bake, &checked);
+  }
+  return result == NEPH_ERROR_INVALID_ARGUMENT ? NEPH_ERROR_BAD_SCENE : result;
+}
+
+neph_result np_scene_eval_bakes(const neph_scene *scene, double frame, neph_scene *out_scene) {
+  neph_result result = np_scene_eval(scene, frame, out_scene);
+  if (!result) result = check_bakes(out_scene);
+  if (result) np_scene_eval_clear(out_scene);
+  return result;
+}
+
+/* ---- The scene itself ---- */
 
 neph_result neph_scene_set_frame(neph_scene *scene, int frame) {
   if (!scene) return NEPH_ERROR_INVALID_ARGUMENT;

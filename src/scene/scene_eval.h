@@ -15,6 +15,10 @@
  * out_scene freed by np_scene_eval_clear; empty on failure. */
 neph_result np_scene_eval(const neph_scene *scene, double frame, neph_scene *out_scene);
 
+/* Evaluates a scene in a frame whose clouds are baked next: NEPH_ERROR_BAD_SCENE if keys of a bake exclude each other
+ * in the frame, as a repeat and a wind across both axes do. */
+neph_result np_scene_eval_bakes(const neph_scene *scene, double frame, neph_scene *out_scene);
+
 /* Evaluates a scene within the exposure of a frame. Step tracks have their values of `step_frame`, so that no exposure
  * crosses a cut. */
 neph_result np_scene_eval_exposure(const neph_scene *scene, double frame, double step_frame, neph_scene *out_scene);

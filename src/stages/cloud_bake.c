@@ -43,7 +43,7 @@ neph_result neph_scene_bake_file(const neph_scene *scene, unsigned cloud_index, 
   neph_scene at;
   neph_result result = check_cloud(scene, cloud_index);
   if (result) return result;
-  result = np_scene_eval(scene, frame, &at);
+  result = np_scene_eval_bakes(scene, frame, &at);
   if (!result) result = np_cloud_bake_to_file(&at, cloud_index, frame, desc, NP_BAKE_LEVELS_OWN, path);
   np_scene_eval_clear(&at);
   return result;
@@ -54,7 +54,7 @@ neph_result neph_scene_save_map(const neph_scene *scene, unsigned cloud_index, i
   if (NP_LACKS(NP_CONTEXT_OF(scene), scene)) return NEPH_ERROR_INVALID_ARGUMENT;
   neph_scene at;
   neph_result result = check_cloud(scene, cloud_index);
-  if (!result) result = np_scene_eval(scene, frame, &at);
+  if (!result) result = np_scene_eval_bakes(scene, frame, &at);
   if (result) return result;
   const neph_cloud_desc at_frame = np_scene_cloud_get_frame(&at.clouds[cloud_index], frame);
   result = neph_cloud_save_map(scene->context, &at_frame, path, out_picture);
