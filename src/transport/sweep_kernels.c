@@ -242,7 +242,7 @@ static inline void cross_cell(const sweep_block *b, course *c, int32_t i, int32_
   face_light faces = {{c->x, c->y[i], c->z[i]}};
   if (active == NP_TRANSPORT_CELL_SOLID) {
     faces.at[0] = faces.at[1] = (lanes){0} + c->ground[i].even;
-    /* What comes down stays, for np_sweep_measure_outflow. */
+    /* Light that comes down stays, for np_sweep_measure_outflow. */
     if (!c->is_down) light_column(&c->ground[i], &c->glint, &faces.at[2]);
   } else if (active < 0)
     cross_void(&c->rates, &faces);
