@@ -190,7 +190,7 @@ static inline neph_result loop_write_map(const loop_case *c, const loop_field *f
 
 /* Runs the loop with a GeoTIFF at `path`. The caller clears the result, whatever the outcome. */
 static inline neph_result loop_run(neph_context *context, const loop_case *c, const char *path, loop_result *out) {
-  char map[4200];
+  char map[4400];
   *out = (loop_result){.low = 0};
   neph_result result = loop_make_field(context, c, NULL, &out->fields[0]);
   if (!result) result = loop_write_map(c, &out->fields[0], path);

@@ -11,6 +11,8 @@ static const loop_case cases[] = {
     {"deck", LOOP_DECK, 3, 64, 10000, 62.5, 500, 30},
     {"deck", LOOP_DECK, 4, 64, 10000, 62.5, 500, 30},
     {"deck", LOOP_DECK, 5, 64, 10000, 62.5, 500, 30},
+    {"deck", LOOP_DECK, 10, 64, 10000, 62.5, 500, 30},
+    {"deck", LOOP_DECK, 76, 64, 10000, 62.5, 500, 30},
     {"deck", LOOP_DECK, 3, 64, 10000, 62.5, 1000, 30},
     {"deck", LOOP_DECK, 3, 64, 10000, 62.5, 500, 60},
     {"stratocumulus, broken", STRATOCUMULUS, 3, 64, 10000, 62.5, 500, 30},
