@@ -172,13 +172,26 @@ static np_bake_lod make_lod(const neph_cloud_desc *cloud, const neph_bake_desc *
   return lod;
 }
 
+/* Sets the box of the finest level. */
+static neph_result lay_out(const neph_cloud_desc *rounded, const neph_bake_desc *desc, np_bake *bake) {
+  bake->desc = *desc;
+  bake->model.desc = *rounded;
+  bake->lod = make_lod(rounded, desc);
+  bake->voxel_m = rounded->voxel_m;
+  return set_box(bake);
+}
+
+neph_result np_bake_check_box(neph_context *context, const neph_cloud_desc *cloud, const neph_bake_desc *desc) {
+  const neph_cloud_desc rounded = np_repeat_round(cloud);
+  np_bake bake = {.context = context};
+  return lay_out(&rounded, desc, &bake);
+}
+
 neph_result np_bake_start(neph_context *context, const neph_cloud_desc *cloud, const neph_bake_desc *desc,
                           np_bake_use use, np_monitor *monitor, np_bake *out_bake) {
   const neph_cloud_desc rounded = np_repeat_round(cloud);
-  *out_bake = (np_bake){.context = context, .monitor = monitor, .desc = *desc, .use = use, .model = {.desc = rounded}};
-  out_bake->lod = make_lod(&rounded, desc);
-  out_bake->voxel_m = rounded.voxel_m;
-  neph_result result = set_box(out_bake);
+  *out_bake = (np_bake){.context = context, .monitor = monitor, .use = use};
+  neph_result result = lay_out(&rounded, desc, out_bake);
   for (int a = 0; a < 3; a++) out_bake->lod.origin_m[a] = np_bake_compute_offset_m(out_bake, a, 0);
   np_monitor_set_part(monitor, np_monitor_whole, 0.0, 0.05);
   np_monitor_set_stage(monitor, "preparing cloud");

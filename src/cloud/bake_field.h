@@ -13,6 +13,10 @@ neph_result np_bake_start(neph_context *context, const neph_cloud_desc *cloud, c
 /* Checks both descriptions, and starts the monitor with their callback, then the bake. */
 neph_result np_bake_start_checked(neph_context *context, const neph_cloud_desc *cloud, const neph_bake_desc *desc,
                                   np_bake_use use, np_monitor *monitor, np_bake *out_bake);
+
+/* Computes the box alone, from checked descriptions: NEPH_ERROR_LIMIT for one of more leaves than a bake can have. */
+neph_result np_bake_check_box(neph_context *context, const neph_cloud_desc *cloud, const neph_bake_desc *desc);
+
 void np_bake_end(np_bake *bake);
 
 size_t np_bake_count_box(const np_bake *bake); /* number of leaves */

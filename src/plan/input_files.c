@@ -13,6 +13,7 @@
 #include "plan/placement.h"
 #include "plan/reference_frame.h"
 #include "scene/cloud_file.h"
+#include "scene/cloud_map.h"
 #include "terrain/ground_cover.h"
 #include "volume/volume_private.h"
 #include "volume/volume_sizes.h"
@@ -55,6 +56,7 @@ static neph_result open_cloud_tables(const neph_scene *scene) {
     const bool is_made = cloud->is_baked || cloud->volume;
     result = open_phase_table(scene, cloud);
     if (!result && is_made) result = open_picture(scene, cloud->bake.map_file);
+    if (!result && is_made) result = np_cloud_map_check(scene->context, cloud);
     if (!result && is_made) result = open_picture(scene, cloud->bake.shape.height_map);
   }
   return result;

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "cloud/bake_desc.h"
+#include "cloud/bake_field.h"
 #include "cloud/cloud_kinds.h"
 #include "scene/cloud_places.h"
 
@@ -199,6 +200,18 @@ np_bake_voxels np_plan_count_bake_voxels(const np_request *request, const neph_s
     if (has_billows) count.along_billows += voxels * fmin(voxel_m / bake.billow_m, 1.0);
   }
   return count;
+}
+
+neph_result np_plan_check_boxes(const np_request *request, const neph_scene *scene) {
+  neph_result result = NEPH_OK;
+  for (unsigned i = 0; i < scene->cloud_count && !result; i++) {
+    const np_scene_cloud *cloud = &scene->clouds[i];
+    if (!cloud->is_baked) continue;
+    const neph_cloud_desc bake = np_plan_get_bake(request, scene, cloud);
+    const neph_bake_desc desc = np_plan_get_bake_desc(request, scene, cloud);
+    result = np_bake_check_box(scene->context, &bake, &desc);
+  }
+  return result;
 }
 
 bool np_plan_is_coarsened(const np_request *request, const neph_scene *scene, const np_scene_cloud *cloud) {

@@ -37,6 +37,9 @@ typedef struct np_bake_voxels {
 np_bake_voxels np_plan_count_bake_voxels(const np_request *request, const neph_scene *scene,
                                          const np_scene_cloud *cloud);
 
+/* Refuses bakes of more voxels than a box may have: NEPH_ERROR_LIMIT. */
+neph_result np_plan_check_boxes(const np_request *request, const neph_scene *scene);
+
 /* Whether those voxels are larger than the scene's: then the cloud is baked to memory, and its file left alone. */
 bool np_plan_is_coarsened(const np_request *request, const neph_scene *scene, const np_scene_cloud *cloud);
 

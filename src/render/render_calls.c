@@ -6,6 +6,7 @@
 
 #include "core/given.h"
 #include "frame/prediction.h"
+#include "plan/plan_detail.h"
 #include "plan/scene_hash.h"
 #include "plan/stage_rules.h"
 #include "scene/scene_eval.h"
@@ -65,6 +66,7 @@ static neph_result explain_plan(const neph_scene *scene, np_plan *plan, np_store
                                 char **out_text) {
   np_input_store *inputs = &stores->inputs;
   neph_result result = np_inputs_open(scene, plan->request.desc.frame, inputs);
+  if (!result) result = np_plan_check_boxes(&plan->request, scene);
   if (!result) result = np_plan_measure_fill(scene, plan, inputs);
   if (!result) result = np_plan_fit_memory(scene, plan, inputs);
   if (!result && plan->decisions.are_lights_known)

@@ -10,6 +10,8 @@
 #include "core/hash.h"
 #include "core/text.h"
 
+enum { KEY_SIZE = 80 };
+
 /* Pixels finer than this many voxels are averaged: each needs columns of its own. */
 static const double pixel_voxels_min = 1.5;
 
@@ -105,11 +107,20 @@ static np_map_conversion make_conversion(const map_source *s, neph_context *cont
                              .ground_albedo = s->ground_albedo};
 }
 
+static np_map_raster_request request_depths(const map_source *s, char key[KEY_SIZE]) {
+  np_print(key, KEY_SIZE, "%s.file", s->key);
+  return make_request(s, s->path, key, s->map.band);
+}
+
+static np_map_raster_request request_tops(const map_source *s, char key[KEY_SIZE]) {
+  np_print(key, KEY_SIZE, "%s.top.file", s->key);
+  return make_request(s, s->top_path, key, s->map.top_band);
+}
+
 static neph_result load_depths(const map_source *s, neph_context *context, loaded_map *loaded) {
   np_map_raster *out = &loaded->depth;
-  char key[80];
-  np_print(key, sizeof key, "%s.file", s->key);
-  const np_map_raster_request request = make_request(s, s->path, key, s->map.band);
+  char key[KEY_SIZE];
+  const np_map_raster_request request = request_depths(s, key);
   const np_map_conversion conversion = make_conversion(s, context, s->path);
   neph_result result = np_map_raster_load(context, &request, out);
   if (!result) result = np_map_convert_depths(&conversion, out);
@@ -119,10 +130,9 @@ static neph_result load_depths(const map_source *s, neph_context *context, loade
 }
 
 static neph_result load_tops(const map_source *s, neph_context *context, np_map_raster *out) {
-  char key[80];
+  char key[KEY_SIZE];
   if (!s->top_path) return NEPH_OK;
-  np_print(key, sizeof key, "%s.top.file", s->key);
-  const np_map_raster_request request = make_request(s, s->top_path, key, s->map.top_band);
+  const np_map_raster_request request = request_tops(s, key);
   const np_map_conversion conversion = make_conversion(s, context, s->top_path);
   const neph_result result = np_map_raster_load(context, &request, out);
   return result ? result : np_map_convert_tops(&conversion, out);
@@ -245,6 +255,18 @@ neph_result np_cloud_map_source_make(const neph_scene *scene, np_scene_cloud *cl
   if (result) return result;
   fill_source(scene, cloud, s);
   return compute_id(context, s);
+}
+
+neph_result np_cloud_map_check(neph_context *context, const np_scene_cloud *cloud) {
+  char key[KEY_SIZE];
+  if (!cloud->bake.measurement) return NEPH_OK;
+  const map_source *s = cloud->bake.measurement->user;
+  neph_result result = check_place(s, context);
+  np_map_raster_request request = request_depths(s, key);
+  if (!result) result = np_map_raster_check(context, &request);
+  if (result || !s->top_path) return result;
+  request = request_tops(s, key);
+  return np_map_raster_check(context, &request);
 }
 
 void np_cloud_map_source_clear(neph_context *context, np_scene_cloud *cloud) {

@@ -10,6 +10,9 @@
 neph_result np_cloud_map_source_make(const neph_scene *scene, np_scene_cloud *cloud);
 void np_cloud_map_source_clear(neph_context *context, np_scene_cloud *cloud);
 
+/* Opens the files of that source, and reads their headers alone. */
+neph_result np_cloud_map_check(neph_context *context, const np_scene_cloud *cloud);
+
 /* All that a conversion of values needs. */
 typedef struct np_map_conversion {
   neph_context *context;

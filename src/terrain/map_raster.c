@@ -25,6 +25,7 @@ typedef struct map_reader {
   np_gdal_info info;
   np_geographic origin;
   unsigned band, column, row; /* first pixel of the window */
+  bool is_header_alone;       /* pixels are left unread */
   np_map_raster *out;
 } map_reader;
 
@@ -233,25 +234,34 @@ static neph_result read_map(void *user) {
   if (!result) result = choose_window(r);
   if (!result) measure_pixels(r);
   if (!result) result = read_sun(r);
-  if (!result) result = read_values(r);
+  if (!result && !r->is_header_alone) result = read_values(r);
   r->module->close(r->raster);
   return result;
 }
 
-neph_result np_map_raster_load(neph_context *context, const np_map_raster_request *request, np_map_raster *out_raster) {
-  np_map_raster raster = {.context = context, .node_count = NODES};
-  map_reader r = {.context = context, .request = request, .out = &raster};
-  *out_raster = (np_map_raster){.context = context};
+static neph_result run_reader(map_reader *r) {
+  const np_map_raster_request *request = r->request;
   if (!np_file_exists(request->path))
-    return np_fail(context, NEPH_ERROR_NOT_FOUND, "%s is %s: no such file", request->key, request->path);
-  neph_result result = np_gdal_module_get(context, &r.module);
+    return np_fail(r->context, NEPH_ERROR_NOT_FOUND, "%s is %s: no such file", request->key, request->path);
+  neph_result result = np_gdal_module_get(r->context, &r->module);
   if (result) return result;
-  raster.node_pixels = np_alloc(context, NODE_TOTAL, 2 * sizeof *raster.node_pixels);
-  result = raster.node_pixels ? np_parallel_run(context, NULL, read_map, &r) : NEPH_ERROR_OUT_OF_MEMORY;
-  if (result)
-    np_map_raster_clear(&raster);
-  else
-    *out_raster = raster;
+  r->out->node_pixels = np_alloc(r->context, NODE_TOTAL, 2 * sizeof *r->out->node_pixels);
+  return r->out->node_pixels ? np_parallel_run(r->context, NULL, read_map, r) : NEPH_ERROR_OUT_OF_MEMORY;
+}
+
+neph_result np_map_raster_load(neph_context *context, const np_map_raster_request *request, np_map_raster *out_raster) {
+  *out_raster = (np_map_raster){.context = context, .node_count = NODES};
+  map_reader r = {.context = context, .request = request, .out = out_raster};
+  const neph_result result = run_reader(&r);
+  if (result) np_map_raster_clear(out_raster);
+  return result;
+}
+
+neph_result np_map_raster_check(neph_context *context, const np_map_raster_request *request) {
+  np_map_raster raster = {.context = context, .node_count = NODES};
+  map_reader r = {.context = context, .request = request, .is_header_alone = true, .out = &raster};
+  const neph_result result = run_reader(&r);
+  np_map_raster_clear(&raster);
   return result;
 }
 

@@ -30,6 +30,8 @@ typedef struct np_map_raster {
 } np_map_raster;
 
 neph_result np_map_raster_load(neph_context *context, const np_map_raster_request *request, np_map_raster *out_raster);
+/* Opens a file and reads its header: all errors of np_map_raster_load but for damaged pixels. */
+neph_result np_map_raster_check(neph_context *context, const np_map_raster_request *request);
 void np_map_raster_clear(np_map_raster *raster); /* a zeroed raster is allowed */
 
 #endif
