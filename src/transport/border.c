@@ -87,17 +87,16 @@ static float compute_glint(const border_fill *f) {
 static void fill_glint(const border_fill *f, unsigned set) {
   const np_ordinates *o = f->sets[set].ordinates;
   float *out = &f->sets[set].border->glint[0][0][0];
-  double weights[ALL] = {0};
+  unsigned counts[ALL] = {0};
   if (!f->world->water || !(f->world->to_sun.z > 0.0f)) return;
   for (unsigned i = 0; i < DIRECTIONS; i++) {
-    const float cosine = np_maxf(-f->direction[i].z, 0.0f);
-    out[f->nearest[set][i]] += cosine * reflect_sun(f, i);
-    weights[f->nearest[set][i]] += (double)cosine;
+    out[f->nearest[set][i]] += reflect_sun(f, i);
+    counts[f->nearest[set][i]]++;
   }
   double flux = 0.0;
   for (unsigned n = 0; n < ALL; n++) {
     const unsigned block = n % OCTANT / NP_ORDINATE_LANES, lane = n % NP_ORDINATE_LANES;
-    if (weights[n] > 0.0) out[n] = (float)((double)out[n] / weights[n]);
+    if (counts[n]) out[n] /= (float)counts[n];
     flux += (double)(out[n] * o->weight[block][lane] * o->cosine[2][block][lane]);
   }
   for (unsigned n = 0; n < ALL; n++) out[n] *= flux > 0.0 ? (float)(NP_PI / flux) : 0.0f;
@@ -143,7 +142,7 @@ typedef struct border_node {
   unsigned u, v;
   neph_result result;
   double sums[NP_BORDER_SETS_MAX][ALL][NP_BAND_COUNT];
-  double weights[NP_BORDER_SETS_MAX][ALL];     /* sums of the directions' cosines to the face, which weigh them */
+  unsigned counts[NP_BORDER_SETS_MAX][ALL];
   uint16_t sampled[DIRECTIONS], sampled_count; /* directions that look out */
   np_spectrum radiance[DIRECTIONS];            /* along them */
   node_responses responses[NP_BORDER_SETS_MAX];
@@ -178,15 +177,8 @@ static bool locate_square(const border_fill *f, np_border_way way, np_dvec3 plac
   return true;
 }
 
-/* Cosine of a direction to the node's face; negative: it looks in. */
-static float get_cosine(const border_node *n, unsigned direction) {
-  const np_vec3 d = n->fill->direction[direction];
-  return (n->axis == 0 ? d.x : n->axis == 1 ? d.y : d.z) * (float)n->side;
-}
-
 /* The gain counts for the ordinate that is nearest to the direction. */
 static void add_gain(border_node *n, unsigned direction, uint32_t square, np_spectrum per_irradiance) {
-  per_irradiance = np_spectrum_scale(per_irradiance, get_cosine(n, direction));
   for (unsigned s = 0; s < n->fill->set_count && !n->result; s++)
     n->result = add_response(n->fill->grid->context, &n->responses[s],
                              (np_border_response){n->fill->nearest[s][direction], square, per_irradiance});
@@ -285,14 +277,15 @@ static np_spectrum trace_radiance(border_node *n, unsigned direction) {
 /* Directions that look out of the node's face. */
 static void sample_node(border_node *n) {
   for (unsigned i = 0; i < DIRECTIONS; i++) {
-    const double cosine = (double)get_cosine(n, i);
-    if (cosine <= 0.0) continue;
+    const np_vec3 d = n->fill->direction[i];
+    const float along = n->axis == 0 ? d.x : n->axis == 1 ? d.y : d.z;
+    if (along * (float)n->side <= 0.0f) continue;
     n->radiance[i] = trace_radiance(n, i);
     n->sampled[n->sampled_count++] = (uint16_t)i;
     for (unsigned s = 0; s < n->fill->set_count; s++) {
       const unsigned ordinate = n->fill->nearest[s][i];
-      for (unsigned b = 0; b < NP_BAND_COUNT; b++) n->sums[s][ordinate][b] += cosine * (double)n->radiance[i].band[b];
-      n->weights[s][ordinate] += cosine;
+      for (unsigned b = 0; b < NP_BAND_COUNT; b++) n->sums[s][ordinate][b] += (double)n->radiance[i].band[b];
+      n->counts[s][ordinate]++;
     }
   }
 }
@@ -308,24 +301,24 @@ static np_spectrum get_nearest_sample(const border_node *n, const np_ordinates *
 }
 
 /* Means over the parts of the sphere that are nearest to the ordinates, whose sizes are not quite the ordinates'
- * weights, are brought to the flux that really comes from the octant through the face, by a factor for each band. */
+ * weights, are brought to what really comes from the octant, by a factor for each band. */
 static void fill_octant(const border_node *n, unsigned set, unsigned octant, np_spectrum *out_factor) {
   const np_ordinates *o = n->fill->sets[set].ordinates;
   np_border *border = n->fill->sets[set].border;
   for (unsigned b = 0; b < NP_BAND_COUNT; b++) {
     float *out = np_border_get_node(&border->clear[b], octant, n->axis, n->v, n->u);
-    double sum = 0.0, found = 0.0, weight = 0.0, wanted = 0.0;
+    double sum = 0.0, found = 0.0, weight = 0.0;
+    unsigned count = 0;
     for (unsigned i = 0; i < o->count; i++) {
-      const unsigned at = octant * OCTANT + i, block = i / NP_ORDINATE_LANES, lane = i % NP_ORDINATE_LANES;
-      const double own = n->weights[set][at];
-      const double share = (double)(o->weight[block][lane] * o->cosine[n->axis][block][lane]);
-      out[i] = own > 0.0 ? (float)(n->sums[set][at][b] / own) : get_nearest_sample(n, o, octant, i).band[b];
+      const unsigned at = octant * OCTANT + i, own = n->counts[set][at];
+      const double share = (double)o->weight[i / NP_ORDINATE_LANES][i % NP_ORDINATE_LANES];
+      out[i] = own ? (float)(n->sums[set][at][b] / own) : get_nearest_sample(n, o, octant, i).band[b];
       sum += n->sums[set][at][b];
-      weight += own;
+      count += own;
       found += share * (double)out[i];
-      wanted += share;
+      weight += share;
     }
-    const float factor = found > 0.0 && weight > 0.0 ? (float)(sum / weight * wanted / found) : 1.0f;
+    const float factor = found > 0.0 && count > 0 ? (float)(sum / count * weight / found) : 1.0f;
     for (unsigned i = 0; i < o->count; i++) out[i] *= factor;
     out_factor->band[b] = factor;
   }
@@ -358,7 +351,7 @@ static void finish_responses(border_node *n, unsigned set, const np_spectrum fac
   for (size_t i = 0; i < list->count; i++) {
     np_border_response *r = &list->at[i];
     const unsigned octant = r->radiance / OCTANT, ordinate = r->radiance % OCTANT;
-    const float share = (float)(1.0 / n->weights[set][r->radiance]);
+    const float share = 1.0f / (float)n->counts[set][r->radiance];
     r->gain = np_spectrum_scale(np_spectrum_multiply(r->gain, factor[octant]), share);
     const np_border_faces *clear = &border->clear[0];
     r->radiance = (uint32_t)(np_border_get_node(clear, octant, n->axis, n->v, n->u) + ordinate - clear->radiance);
