@@ -109,11 +109,11 @@ def compare_pixels(marches, paths):
 
 
 def measure(nephos, point, folder, name, options):
-    """All that the page says of one scene; None: it shows no cloud."""
+    """All that the page says of one scene; None: it shows no cloud, or its camera is in the ground."""
     scene, kinds = write_scene(nephos, point, folder, name)
     stem, size = os.path.join(folder, name), ("--resolution", options.resolution)
-    _, cover, _ = render(nephos, scene, stem + ".look.exr", *size, "--quality", "draft", "--samples", 1)
-    if cover.mean() < COVER_LEAST:
+    _, cover, look = render(nephos, scene, stem + ".look.exr", *size, "--quality", "draft", "--samples", 1)
+    if cover.mean() < COVER_LEAST or "below the ground" in look["messages"]:
         return None
     predicted = json.loads(run(nephos, "render", scene, *size, "--explain", "--json", "-q")[0])["prediction"]
     march, cover, facts = render(nephos, scene, stem + ".march.exr", *size)

@@ -18,13 +18,13 @@ class Refused(Exception):
 
 
 def run(nephos, *arguments):
-    """Output of a command, and its CPU seconds."""
+    """Output of a command, its CPU seconds, and its messages."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     done = subprocess.run([nephos, *map(str, arguments)], capture_output=True, text=True)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     if done.returncode != 0:
         raise Refused(done.stderr.strip().splitlines()[-1] if done.stderr.strip() else f"exit {done.returncode}")
-    return done.stdout, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return done.stdout, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, done.stderr
 
 
 LINES = {0: 1, 2: 1, 3: 16}  # scan lines of a chunk by compression: none, ZIPS, ZIP
@@ -84,10 +84,10 @@ def render(nephos, scene, image, *arguments):
     """R, G, B and A of a picture, its facts, and CPU seconds. A picture that is there is read again."""
     facts = image + ".json"
     if not (os.path.exists(image) and os.path.exists(facts)):
-        text, seconds = run(nephos, "render", scene, "-o", image, "--json", "--progress", "none", "-q",
+        text, seconds, messages = run(nephos, "render", scene, "-o", image, "--json", "--progress", "none", "-q",
                             "--set", "output.alpha=clouds", *arguments)
         with open(facts, "w") as file:
-            json.dump({**json.loads(text), "cpu_seconds": seconds}, file)
+            json.dump({**json.loads(text), "cpu_seconds": seconds, "messages": messages}, file)
     with open(facts) as file:
         known = json.load(file)
     channels = read_exr(image)
