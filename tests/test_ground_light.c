@@ -31,7 +31,9 @@ static neph_result build_caches(fixture *f) {
                             .bounds_min = c->desc.cells.bounds_min,
                             .bounds_max = c->desc.cells.bounds_max};
   np_cloud_gather_init(&gather);
-  result = np_ground_light_build(c->context, &gather, NULL, &f->cache);
+  np_ground_rays rays = {0};
+  result = np_ground_light_build(c->context, &gather, NULL, &f->cache, &rays);
+  np_ground_rays_clear(c->context, &rays);
   if (!result) result = np_lit_air_build(c->context, &gather, &f->cache, NULL, &f->air);
   if (!result) c->lighting.ground_light = &f->cache;
   return result;

@@ -10,30 +10,75 @@ static float compute_entry_sun(const neph_sky *sky, const np_ray *ray, np_dvec3 
   return (float)np_clamp((r * cosine + ray->offset_m * angle) / ray->r, -1.0, 1.0);
 }
 
-np_aerial_perspective np_sky_trace_air(const neph_sky *sky, np_dvec3 origin, np_vec3 direction, double distance_m) {
+/* A ray from a place, and its path through the air up to a distance. */
+typedef struct placed_ray {
+  np_ray ray;
+  np_path path; /* no points where the ray misses the air */
+  float sun;    /* cosine of the sun's zenith angle at its entry */
+} placed_ray;
+
+static void start_ray(const neph_sky *sky, np_dvec3 origin, np_vec3 direction, double distance_m, placed_ray *out) {
   const np_medium *medium = &sky->atmosphere->medium;
   const double altitude = fmax(np_altitude(origin, medium->planet_radius_m), 0.0);
   const np_dvec3 up = np_dvec3_zenith(origin, medium->planet_radius_m);
-  np_ray ray = np_ray_make(medium, altitude, np_dvec3_dot(up, np_vec3_to_double(direction)));
-  const double end = distance_m - ray.offset_m;
-  if (end < ray.length_m) {
-    ray.length_m = fmax(end, 0.0);
-    ray.hits_ground = false;
+  out->ray = np_ray_make(medium, altitude, np_dvec3_dot(up, np_vec3_to_double(direction)));
+  out->path.count = 0;
+  const double end = distance_m - out->ray.offset_m;
+  if (end < out->ray.length_m) {
+    out->ray.length_m = fmax(end, 0.0);
+    out->ray.hits_ground = false;
   }
-  np_aerial_perspective air = {np_spectrum_grey(1.0f), np_spectrum_grey(0.0f)};
-  if (!(ray.length_m > 0.0)) return air;
-  np_path path;
-  np_path_build(medium, &ray, &sky->ray_rule, &path);
-  if (!path.count) return air;
-  air.transmittance = np_bands_to_spectrum(path.end_transmittance);
-  if (!sky->view) return air;
+  if (!(out->ray.length_m > 0.0)) return;
+  np_path_build(medium, &out->ray, &sky->ray_rule, &out->path);
+  const double cosine = np_dvec3_dot(np_vec3_to_double(direction), np_vec3_to_double(sky->sun));
+  out->sun = compute_entry_sun(sky, &out->ray, up, altitude, cosine);
+}
+
+/* In-scatter along a ray's path of the light's orders. */
+static np_spectrum trace(const neph_sky *sky, const np_sky_light *light, const placed_ray *a, np_vec3 direction) {
   const float versine = np_vec3_versine(direction, sky->sun);
-  const float sun = compute_entry_sun(sky, &ray, up, altitude, 1.0 - (double)versine);
-  const np_fan fan = np_fan_make_single(&ray, sun, 1.0f - versine);
-  const np_sky_light light = np_sky_light_make(sky);
+  const np_fan fan = np_fan_make_single(&a->ray, a->sun, 1.0f - versine);
   np_scattered s;
-  np_sky_trace(&light, &fan, &ray, &path, false, &s);
-  const np_bands sum = sky->frame.twilight * (s.smooth + np_aerosol_phase(medium, versine) * s.peak);
-  air.inscatter = np_spectrum_multiply(np_bands_to_spectrum(sum), sky->irradiance);
+  np_sky_trace(light, &fan, &a->ray, &a->path, false, &s);
+  const np_bands sum = sky->frame.twilight * (s.smooth + np_aerosol_phase(&sky->atmosphere->medium, versine) * s.peak);
+  return np_spectrum_multiply(np_bands_to_spectrum(sum), sky->irradiance);
+}
+
+np_aerial_perspective np_sky_trace_air(const neph_sky *sky, np_dvec3 origin, np_vec3 direction, double distance_m) {
+  np_aerial_perspective air = {np_spectrum_grey(1.0f), np_spectrum_grey(0.0f)};
+  placed_ray a;
+  start_ray(sky, origin, direction, distance_m, &a);
+  if (!a.path.count) return air;
+  air.transmittance = np_bands_to_spectrum(a.path.end_transmittance);
+  if (!sky->view) return air;
+  const np_sky_light light = np_sky_light_make(sky);
+  air.inscatter = trace(sky, &light, &a, direction);
   return air;
+}
+
+np_air_parts np_sky_trace_parts(const neph_sky *sky, np_dvec3 origin, np_vec3 direction, double distance_m,
+                                const np_hemisphere_shares *shares) {
+  const np_medium *medium = &sky->atmosphere->medium;
+  np_air_parts out = {.transmittance = np_spectrum_grey(1.0f)};
+  placed_ray a;
+  start_ray(sky, origin, direction, distance_m, &a);
+  if (!a.path.count) return out;
+  out.transmittance = np_bands_to_spectrum(a.path.end_transmittance);
+  np_bands molecules = np_bands_grey(0.0f), aerosols = molecules;
+  for (int k = 0; k < a.path.count; k++) {
+    const np_path_node *n = &a.path.node[k];
+    const np_bands seen = n->weight_m / (2.0f * NP_PI_F) * n->transmittance;
+    molecules += seen * n->air.rayleigh;
+    aerosols += seen * np_aerosol_sum(medium, &n->air, 0);
+  }
+  const np_spectrum even = np_spectrum_scale(np_bands_to_spectrum(molecules), 0.5f);
+  out.upper = np_spectrum_add(even, np_spectrum_multiply(shares->upper, np_bands_to_spectrum(aerosols)));
+  out.lower = np_spectrum_add(even, np_spectrum_multiply(shares->lower, np_bands_to_spectrum(aerosols)));
+  if (!sky->view) return out;
+  np_sky_light light = np_sky_light_make(sky);
+  out.all = trace(sky, &light, &a, direction);
+  light.moments = NULL;
+  light.gather = NULL;
+  out.first = trace(sky, &light, &a, direction);
+  return out;
 }

@@ -9,4 +9,16 @@
  * sources behind the sky's tables, with as many points as a row of its view; takes some microseconds. */
 np_aerial_perspective np_sky_trace_air(const neph_sky *sky, np_dvec3 origin, np_vec3 direction, double distance_m);
 
+/* Light of the air along a ray. */
+typedef struct np_air_parts {
+  np_spectrum transmittance;
+  np_spectrum all, first;   /* in-scatter of all orders, and of the first, W m⁻² sr⁻¹ nm⁻¹ */
+  np_spectrum upper, lower; /* in-scatter of light that comes evenly from one hemisphere, over its actinic flux, 1/sr:
+                               ∫ T·σ·share/2π dt */
+} np_air_parts;
+
+/* The same from a point, in all its parts; takes twice as long. */
+np_air_parts np_sky_trace_parts(const neph_sky *sky, np_dvec3 origin, np_vec3 direction, double distance_m,
+                                const np_hemisphere_shares *shares);
+
 #endif

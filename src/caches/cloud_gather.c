@@ -73,26 +73,33 @@ static float compute_source(const np_cloud_gather *g, const np_cloud_direction *
   return scaled;
 }
 
-float np_cloud_gather_follow(const np_cloud_gather *g, const np_cloud_direction *d, np_dvec3 origin,
-                             const np_cloud_steps *steps, np_spectrum *out_light) {
-  *out_light = np_spectrum_grey(0.0f);
-  double begin, end;
-  if (!np_cloud_gather_clip(g, origin, d->towards, &begin, &end)) return 1.0f;
+np_cloud_view np_cloud_gather_follow(const np_cloud_gather *g, const np_cloud_direction *d, np_dvec3 origin,
+                                     const np_cloud_steps *steps) {
+  np_cloud_view out = {np_spectrum_grey(0.0f), 1.0f, 0.0f};
+  double begin, end, distances = 0.0;
+  if (!np_cloud_gather_clip(g, origin, d->towards, &begin, &end)) return out;
+  end = fmin(end, steps->end_m);
+  if (!(begin < end)) return out;
   const int count = (int)np_clamp(ceil((end - begin) / steps->length_m), 1.0, steps->count_max);
   const double length = (end - begin) / count;
-  float transmittance = 1.0f;
   assert(length > 0.0 && steps->offset >= 0.0 && steps->offset <= 1.0);
-  for (int k = 0; k < count && transmittance > 1e-3f; k++) {
+  for (int k = 0; k < count && out.transmittance > 1e-3f; k++) {
     np_spectrum source;
-    const np_dvec3 position = np_dvec3_along(origin, d->towards, begin + (k + steps->offset) * length);
-    const float scaled = compute_source(g, d, position, &source);
+    const double at = begin + (k + steps->offset) * length;
+    const float scaled = compute_source(g, d, np_dvec3_along(origin, d->towards, at), &source);
     if (!(scaled > 0.0f)) continue;
-    const float passed = np_transmittance(scaled * (float)length);
+    const float passed = np_transmittance(scaled * (float)length), stopped = out.transmittance * (1.0f - passed);
     assert(passed >= 0.0f && passed <= 1.0f);
-    *out_light = np_spectrum_add_scaled(*out_light, transmittance * (1.0f - passed) / scaled, source);
-    transmittance *= passed;
+    out.light = np_spectrum_add_scaled(out.light, stopped / scaled, source);
+    distances += at * (double)stopped;
+    out.transmittance *= passed;
   }
-  return transmittance;
+  if (out.transmittance < 1.0f) out.middle_m = (float)(distances / (1.0 - (double)out.transmittance));
+  return out;
+}
+
+double np_cloud_gather_find_ground(const np_cloud_gather *g, np_dvec3 origin, np_vec3 direction, np_ground_hit *hit) {
+  return np_world_intersect_ground(g->world, origin, direction, hit) ? hit->distance_m : (double)INFINITY;
 }
 
 double np_cloud_gather_compute_voxel(const np_world *world) {

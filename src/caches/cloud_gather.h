@@ -6,8 +6,7 @@
  *     L += T·S·(1 − e^{−σ′h})/σ′,   S = Σ ϖσ·((1−f)·p′·E·e^{−kτ} + Σ (χ_l − f)·φ_lm·Y_lm)
  *
  * and what lies behind is seen through what T is left. The forward peak has no part in S: what it scatters belongs to
- * the sun's beam, which fades with kτ (`fade`), and to what lies behind. Air between the clouds and a ray's origin is
- * left out: it takes from their light about what it adds.
+ * the sun's beam, which fades with kτ (`fade`), and to what lies behind. Air is left to gather_air.h.
  */
 #ifndef NP_CACHES_CLOUD_GATHER_H
 #define NP_CACHES_CLOUD_GATHER_H
@@ -36,16 +35,26 @@ typedef struct np_cloud_direction {
 
 void np_cloud_gather_aim(const np_cloud_gather *gather, np_vec3 towards, np_cloud_direction *out);
 
-/* Steps of at least `length_m` along a ray, and at most `count_max`; `offset` in [0, 1] shifts them. */
+/* Steps of at least `length_m` along a ray, and at most `count_max`, to its end; `offset` in [0, 1] shifts them. */
 typedef struct np_cloud_steps {
-  double length_m, offset;
+  double length_m, offset, end_m;
   int count_max;
 } np_cloud_steps;
 
-/* Marches from an origin: returns the transmittance of the scaled medium to what lies behind, and the light of the
- * clouds, W m⁻² sr⁻¹ nm⁻¹. */
-float np_cloud_gather_follow(const np_cloud_gather *gather, const np_cloud_direction *direction, np_dvec3 origin,
-                             const np_cloud_steps *steps, np_spectrum *out_light);
+/* Clouds along a ray, in the scaled medium. */
+typedef struct np_cloud_view {
+  np_spectrum light;   /* W m⁻² sr⁻¹ nm⁻¹ */
+  float transmittance; /* transmittance to what lies behind */
+  float middle_m;      /* mean distance of what is seen of them; 0 where nothing is */
+} np_cloud_view;
+
+/* Marches from an origin. */
+np_cloud_view np_cloud_gather_follow(const np_cloud_gather *gather, const np_cloud_direction *direction,
+                                     np_dvec3 origin, const np_cloud_steps *steps);
+
+/* Distance of the ground along a ray; infinite where there is none. */
+double np_cloud_gather_find_ground(const np_cloud_gather *gather, np_dvec3 origin, np_vec3 direction,
+                                   np_ground_hit *out_hit);
 
 /* Clips a ray to the clouds' box, which has no sides where they repeat; false when it misses. */
 bool np_cloud_gather_clip(const np_cloud_gather *gather, np_dvec3 origin, np_vec3 direction, double *out_begin,

@@ -9,13 +9,18 @@
 #ifndef NP_CACHES_GROUND_LIGHT_H
 #define NP_CACHES_GROUND_LIGHT_H
 
-#include "caches/cloud_gather.h"
+#include "caches/gather_air.h"
 
 /* Irradiance of level ground at one place from the irradiance E of a clear sky: `open`·E + `added`. */
 typedef struct np_ground_light_value {
   np_spectrum open;  /* transmitted share of the sky's light */
   np_spectrum added; /* irradiance from the clouds, W m⁻² nm⁻¹ */
+  np_spectrum lean[2]; /* ∫ L d dω of clouds and of what they change in the sky's light, along x and y, W m⁻² nm⁻¹ */
 } np_ground_light_value;
+
+/* Irradiance from the clouds on a slope, of whose sky it sees a share: the even part, and that of the first harmonics
+ * (a half of the lean along its normal). */
+np_spectrum np_ground_light_add_slope(const np_ground_light_value *value, np_vec3 normal, float share);
 
 typedef struct np_ground_light {
   neph_context *context; /* borrowed */
@@ -27,9 +32,34 @@ typedef struct np_ground_light {
                                     counts as unscattered */
 } np_ground_light;
 
-/* Computes the cache. On failure `*out` is empty. */
+enum { NP_GROUND_DIRECTIONS = 96 };
+
+/* A direction of the cosine-weighted set, the clear air along it, and the shift of places along its rays. */
+typedef struct np_ground_direction {
+  np_cloud_direction gather;
+  np_gather_air air;
+  double offset;
+} np_ground_direction;
+
+/* The rays of a build. */
+typedef struct np_ground_rays {
+  np_ground_direction *directions; /* NP_GROUND_DIRECTIONS */
+  np_gather_ray *at;               /* [point][direction] */
+} np_ground_rays;
+
+/* Computes the cache, with air that is shaded but not lit by the clouds. On failure `*out` is empty; `*out_rays` is to
+ * be cleared in any case. */
 neph_result np_ground_light_build(neph_context *context, const np_cloud_gather *gather, np_monitor *monitor,
-                                  np_ground_light *out);
+                                  np_ground_light *out, np_ground_rays *out_rays);
+void np_ground_rays_clear(neph_context *context, np_ground_rays *rays);
+
+static inline size_t np_ground_light_count_points(const np_ground_light *cache) {
+  return (size_t)cache->size[0] * (size_t)cache->size[1];
+}
+
+/* Place of a point on the ground. */
+np_dvec3 np_ground_light_get_place(const np_ground_light *cache, const np_cloud_gather *gather, size_t point);
+
 void np_ground_light_clear(np_ground_light *cache);
 
 /* Save the cache on disk, and load it. False: the entry is too short. */

@@ -10,6 +10,9 @@
 
 enum { DIRECTIONS = 64, POINTS_MAX = 14, STEPS_MAX = 64, TRIES = 4, LEVELS = NP_LIT_AIR_LEVELS };
 
+/* Times that light which the air scatters is scattered again: in haze of depth 1 each passes on a third. */
+enum { PASSES = 3 };
+
 /* Distance from the clouds, in heights of their tops above the ground, beyond which the air is clear. */
 static const double reach_heights = 1.0;
 /* Steps through clouds, in voxels. */
@@ -22,14 +25,10 @@ static const double clearance_m = 1.0; /* least height of places above the groun
 static const double above[] = {0.0, 0.25, 1.0};
 enum { ABOVE = sizeof above / sizeof above[0] };
 
-/* Cells of the air along a direction, whose ends lie as squares of the distance; farther air is in the sun. */
-enum { AIR_CELLS = 5 };
-static const double air_reach_m = 40e3;
-
-/* A direction, and the radiance of clear air and ground along it; of it that which the air scatters once, by cell. */
+/* A direction, and the clear air along it from each level. */
 typedef struct even_direction {
   np_cloud_direction gather;
-  np_spectrum clear, once[AIR_CELLS];
+  np_gather_air air[LEVELS];
 } even_direction;
 
 typedef struct air_fill {
@@ -38,6 +37,9 @@ typedef struct air_fill {
   double step_m;
   np_lit_air *out;
   even_direction *directions;
+  np_gather_ray *rays;     /* [point][direction] */
+  np_lit_air_value *first; /* change without the air's own */
+  np_lit_air_value *next;  /* points of the next pass */
 } air_fill;
 
 /* ---- The lattice ---- */
@@ -73,23 +75,6 @@ static void place(const np_cloud_gather *g, np_lit_air *a) {
 static size_t count_points(const np_lit_air *a) { return (size_t)a->size[0] * (size_t)a->size[1] * LEVELS; }
 
 /* ---- Light at a place ---- */
-
-/* Radiance of clear air, and of the ground beneath it, from the middle of the clouds' top. */
-static np_spectrum compute_clear(const np_cloud_gather *g, np_vec3 towards) {
-  const np_world *world = g->world;
-  const np_dvec3 from = np_dvec3_make(0.5 * (g->bounds_min.x + g->bounds_max.x),
-                                      0.5 * (g->bounds_min.y + g->bounds_max.y), g->bounds_max.z);
-  np_ground_hit hit;
-  if (!np_world_intersect_ground(world, from, towards, &hit))
-    return np_world_sky_radiance(world, world->cloud_sky, from, towards);
-  const np_spectrum sun = np_world_sunlight(world, hit.position, world->to_sun);
-  const float up = np_vec3_dot(np_zenith(hit.position, world->planet_radius_m), world->to_sun);
-  const np_spectrum level = np_spectrum_add_scaled(np_world_level_irradiance(world, &hit), np_maxf(up, 0.0f), sun);
-  const np_spectrum ground = np_spectrum_scale(np_spectrum_multiply(level, hit.albedo), 1.0f / NP_PI_F);
-  if (!world->cloud_sky) return ground;
-  const np_aerial_perspective air = np_sky_trace_air(world->cloud_sky, from, towards, hit.distance_m);
-  return np_spectrum_add(np_spectrum_multiply(ground, air.transmittance), air.inscatter);
-}
 
 /* Change of the ground's radiance by the clouds. */
 static np_spectrum compute_ground_change(const air_fill *f, const np_ground_hit *hit) {
@@ -141,100 +126,142 @@ static np_dvec3 choose_origin(const air_fill *f, np_dvec3 point, int level, unsi
   return at;
 }
 
-static double compute_cell_end(int cell) { return air_reach_m * cell * cell / (AIR_CELLS * AIR_CELLS); }
+/* Offset of a direction's steps and places. */
+static double get_shift(unsigned direction) { return fmod(0.5 + 0.6180339887498949 * direction, 1.0); }
 
-/* Light that the air along a direction lacks because clouds and hills shade it from the sun. */
-static np_spectrum compute_shaded(const air_fill *f, const even_direction *d, np_dvec3 origin, double end_m,
-                                  double offset) {
-  const np_world *world = f->gather->world;
-  np_spectrum sum = np_spectrum_grey(0.0f);
-  for (int c = 0; c < AIR_CELLS && compute_cell_end(c) < end_m; c++) {
-    const double near = compute_cell_end(c), far = fmin(compute_cell_end(c + 1), end_m),
-                 share = (far - near) / (compute_cell_end(c + 1) - near);
-    const np_dvec3 place = np_dvec3_along(origin, d->gather.towards, near + offset * (far - near));
-    float shade = 1.0f;
-    if (!np_world_is_behind_terrain(world, place, world->to_sun))
-      shade =
-          np_opacity(np_sun_optical_depths_get_scaled(f->gather->depths, place, world->to_sun, f->gather->fade, 16.0f));
-    sum = np_spectrum_add_scaled(sum, (float)share * shade, d->once[c]);
-  }
-  return sum;
-}
-
-/* Change by the clouds of the radiance along a direction. */
-static np_spectrum compute_change(const air_fill *f, const even_direction *d, np_dvec3 origin, double offset) {
-  const np_cloud_steps steps = {f->step_m, offset, STEPS_MAX};
-  np_spectrum light;
+/* Change by clouds and shade of the radiance along a direction; what it meets is kept. */
+static np_spectrum compute_change(const air_fill *f, unsigned direction, np_dvec3 point, int level,
+                                  np_gather_ray *out_ray) {
+  const np_cloud_gather *g = f->gather;
+  const even_direction *d = &f->directions[direction];
+  const np_gather_air *air = &d->air[level];
+  const np_vec3 towards = d->gather.towards;
+  const np_dvec3 origin = choose_origin(f, point, level, direction);
   np_ground_hit hit;
-  const float transmittance = np_cloud_gather_follow(f->gather, &d->gather, origin, &steps, &light);
-  np_spectrum change = np_spectrum_add_scaled(light, transmittance - 1.0f, d->clear);
-  const bool has_hit = np_world_intersect_ground(f->gather->world, origin, d->gather.towards, &hit);
-  if (has_hit) change = np_spectrum_add_scaled(change, transmittance, compute_ground_change(f, &hit));
-  const np_spectrum shaded = compute_shaded(f, d, origin, has_hit ? hit.distance_m : (double)INFINITY, offset);
-  return np_spectrum_add_scaled(change, -transmittance, shaded);
+  const double end_m = np_cloud_gather_find_ground(g, origin, towards, &hit);
+  const np_cloud_view view = np_cloud_gather_follow(
+      g, &d->gather, origin, &(np_cloud_steps){f->step_m, get_shift(direction), end_m, STEPS_MAX});
+  *out_ray = (np_gather_ray){np_dvec3_to_float(np_dvec3_subtract(origin, point)), view.transmittance, view.middle_m,
+                             (float)end_m};
+  const np_spectrum change =
+      np_spectrum_add(np_gather_air_dim(air, out_ray, view.light),
+                      np_gather_air_change(g, air, towards, origin, out_ray, get_shift(direction)));
+  if (!isfinite(end_m)) return change;
+  const np_gather_ray to_ground = {.cloud_m = (float)end_m};
+  const np_spectrum ground = np_gather_air_dim(air, &to_ground, compute_ground_change(f, &hit));
+  return np_spectrum_add_scaled(change, view.transmittance, ground);
 }
 
-static np_lit_air_value gather_at(const air_fill *f, np_dvec3 point, int level) {
-  np_lit_air_value out = {np_spectrum_grey(0.0f), np_spectrum_grey(0.0f)};
-  for (unsigned i = 0; i < DIRECTIONS; i++) {
-    const even_direction *d = &f->directions[i];
-    const np_dvec3 origin = choose_origin(f, point, level, i);
-    const np_spectrum change = compute_change(f, d, origin, fmod(0.5 + 0.6180339887498949 * i, 1.0));
-    np_spectrum *sum = d->gather.towards.z > 0.0f ? &out.upper : &out.lower;
-    *sum = np_spectrum_add_scaled(*sum, 4.0f * NP_PI_F / DIRECTIONS, change);
-  }
-  return out;
+/* Adds a direction's share of the actinic flux. */
+static void add_flux(np_lit_air_value *sum, np_vec3 towards, np_spectrum radiance) {
+  np_spectrum *half = towards.z > 0.0f ? &sum->upper : &sum->lower;
+  *half = np_spectrum_add_scaled(*half, 4.0f * NP_PI_F / DIRECTIONS, radiance);
+}
+
+/* Place of a point of the lattice. */
+static np_dvec3 get_point(const np_lit_air *a, size_t n, int *out_level) {
+  const size_t width = (size_t)a->size[0], height = (size_t)a->size[1];
+  *out_level = (int)(n / (width * height));
+  return np_dvec3_make(a->origin_m[0] + a->spacing_m * (double)(n % width),
+                       a->origin_m[1] + a->spacing_m * (double)(n / width % height), a->level_m[*out_level]);
 }
 
 static neph_result gather_points(void *user, size_t begin, size_t end, unsigned thread) {
   (void)thread;
   const air_fill *f = user;
-  const np_lit_air *a = f->out;
   for (size_t n = begin; n < end; n++) {
-    const size_t width = (size_t)a->size[0], height = (size_t)a->size[1];
-    const int level = (int)(n / (width * height));
-    const np_dvec3 point =
-        np_dvec3_make(a->origin_m[0] + a->spacing_m * (double)(n % width),
-                      a->origin_m[1] + a->spacing_m * (double)(n / width % height), a->level_m[level]);
-    a->points[n] = gather_at(f, point, level);
+    int level;
+    const np_dvec3 point = get_point(f->out, n, &level);
+    np_lit_air_value sum = {np_spectrum_grey(0.0f), np_spectrum_grey(0.0f)};
+    for (unsigned i = 0; i < DIRECTIONS; i++)
+      add_flux(&sum, f->directions[i].gather.towards, compute_change(f, i, point, level, &f->rays[n * DIRECTIONS + i]));
+    f->first[n] = f->out->points[n] = sum;
   }
   return NEPH_OK;
 }
 
-static void fill_once(const np_cloud_gather *g, np_vec3 towards, np_spectrum out[AIR_CELLS]) {
-  np_spectrum before = np_spectrum_grey(0.0f);
-  for (int c = 0; c < AIR_CELLS; c++) {
-    np_spectrum up_to = before;
-    if (g->world->cloud_sky) (void)np_sky_aerial_orders(g->world->cloud_sky, towards, compute_cell_end(c + 1), &up_to);
-    out[c] = np_spectrum_subtract(up_to, before);
-    before = up_to;
+np_spectrum np_lit_air_along(const np_lit_air *light, const np_gather_air *air, np_vec3 towards, np_dvec3 point,
+                             const np_gather_ray *ray, double offset) {
+  const np_dvec3 origin = np_dvec3_add(point, np_vec3_to_double(ray->offset));
+  np_spectrum out = np_spectrum_grey(0.0f);
+  float share;
+  double place;
+  for (int c = 0; np_gather_air_get_cell(ray, c, offset, &share, &place); c++) {
+    const np_lit_air_value change = np_lit_air_get(light, np_dvec3_along(origin, towards, place));
+    const np_spectrum upper = np_spectrum_subtract(air->up_to[c + 1].upper, air->up_to[c].upper),
+                      lower = np_spectrum_subtract(air->up_to[c + 1].lower, air->up_to[c].lower);
+    out = np_spectrum_add_scaled(out, share, np_spectrum_multiply(upper, change.upper));
+    out = np_spectrum_add_scaled(out, share, np_spectrum_multiply(lower, change.lower));
   }
+  return out;
 }
 
-static void aim_directions(const np_cloud_gather *g, even_direction *out) {
+/* The first change, and what the air scatters of the whole. */
+static neph_result scatter_points(void *user, size_t begin, size_t end, unsigned thread) {
+  (void)thread;
+  const air_fill *f = user;
+  for (size_t n = begin; n < end; n++) {
+    int level;
+    const np_dvec3 point = get_point(f->out, n, &level);
+    f->next[n] = f->first[n];
+    for (unsigned i = 0; i < DIRECTIONS; i++) {
+      const even_direction *d = &f->directions[i];
+      add_flux(&f->next[n], d->gather.towards,
+               np_lit_air_along(f->out, &d->air[level], d->gather.towards, point, &f->rays[n * DIRECTIONS + i],
+                                get_shift(i)));
+    }
+  }
+  return NEPH_OK;
+}
+
+/* Directions spread evenly over the sphere, and their air, from the middle of the lattice. */
+static void aim_directions(const air_fill *f) {
+  const np_cloud_gather *g = f->gather;
+  const double x = 0.5 * (g->bounds_min.x + g->bounds_max.x), y = 0.5 * (g->bounds_min.y + g->bounds_max.y);
+  const double ground = np_cloud_gather_ground(g, x, y).z + clearance_m;
   for (unsigned i = 0; i < DIRECTIONS; i++) {
     const double z = 1.0 - (2.0 * i + 1.0) / DIRECTIONS, azimuth = i * (NP_PI * (3.0 - sqrt(5.0)));
     const float r = (float)sqrt(1.0 - z * z);
     const np_vec3 towards = np_vec3_make(r * (float)cos(azimuth), r * (float)sin(azimuth), (float)z);
-    np_cloud_gather_aim(g, towards, &out[i].gather);
-    out[i].clear = compute_clear(g, towards);
-    fill_once(g, towards, out[i].once);
+    np_cloud_gather_aim(g, towards, &f->directions[i].gather);
+    for (int k = 0; k < LEVELS; k++)
+      np_gather_air_trace(g, np_dvec3_make(x, y, fmax(f->out->level_m[k], ground)), towards, &f->directions[i].air[k]);
   }
+}
+
+static neph_result fill_points(neph_context *context, air_fill *f, np_monitor *monitor) {
+  const size_t count = count_points(f->out);
+  aim_directions(f);
+  np_monitor_set_stage(monitor, "lighting the air");
+  neph_result result = np_parallel_for(context, monitor, count, 8, gather_points, f);
+  for (int pass = 0; pass < PASSES && !result; pass++) {
+    result = np_parallel_for(context, monitor, count, 8, scatter_points, f);
+    np_lit_air_value *points = f->out->points;
+    f->out->points = f->next;
+    f->next = points;
+  }
+  return result;
 }
 
 neph_result np_lit_air_build(neph_context *context, const np_cloud_gather *gather, const np_ground_light *ground_light,
                              np_monitor *monitor, np_lit_air *out) {
   *out = (np_lit_air){.context = context};
   place(gather, out);
-  air_fill f = {gather, ground_light, step_voxels * np_cloud_gather_compute_voxel(gather->world), out, NULL};
-  out->points = np_alloc(context, count_points(out), sizeof *out->points);
+  const size_t count = count_points(out);
+  air_fill f = {.gather = gather,
+                .ground_light = ground_light,
+                .step_m = step_voxels * np_cloud_gather_compute_voxel(gather->world),
+                .out = out};
+  out->points = np_alloc(context, count, sizeof *out->points);
   f.directions = np_alloc(context, DIRECTIONS, sizeof *f.directions);
-  neph_result result = out->points && f.directions ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
-  if (!result) {
-    aim_directions(gather, f.directions);
-    np_monitor_set_stage(monitor, "lighting the air");
-    result = np_parallel_for(context, monitor, count_points(out), 8, gather_points, &f);
-  }
+  f.rays = np_alloc(context, count * DIRECTIONS, sizeof *f.rays);
+  f.first = np_alloc(context, count, sizeof *f.first);
+  f.next = np_alloc(context, count, sizeof *f.next);
+  const bool has_all = out->points && f.directions && f.rays && f.first && f.next;
+  const neph_result result = has_all ? fill_points(context, &f, monitor) : NEPH_ERROR_OUT_OF_MEMORY;
+  np_alloc_free(context, f.next);
+  np_alloc_free(context, f.first);
+  np_alloc_free(context, f.rays);
   np_alloc_free(context, f.directions);
   if (result) np_lit_air_clear(out);
   return result;

@@ -9,7 +9,7 @@
 #ifndef NP_CACHES_LIT_AIR_H
 #define NP_CACHES_LIT_AIR_H
 
-#include "caches/cloud_gather.h"
+#include "caches/gather_air.h"
 #include "caches/ground_light.h"
 
 /* Change by clouds of the actinic flux from either hemisphere, W m⁻² nm⁻¹. */
@@ -39,6 +39,10 @@ void np_lit_air_save(const np_lit_air *light, np_cache_entry *entry);
 bool np_lit_air_load(neph_context *context, np_cache_entry *entry, np_lit_air *out);
 
 np_lit_air_value np_lit_air_get(const np_lit_air *light, np_dvec3 position);
+
+/* Change by it of the air's light along a ray of a gather from a point (gather_air.h). */
+np_spectrum np_lit_air_along(const np_lit_air *light, const np_gather_air *air, np_vec3 towards, np_dvec3 point,
+                             const np_gather_ray *ray, double offset);
 
 /* Distance from clouds whose tops are at a height above the ground beyond which their light on the air is left out. */
 double np_lit_air_get_reach(double height_m);

@@ -66,33 +66,35 @@ static np_spectrum reflect(np_spectrum irradiance, np_spectrum albedo) {
 
 /* ---- Light on a place without hills ---- */
 
-/* Irradiance of sky and clouds on level ground: light of the clear sky that the clouds let through, and their own. */
+/* Irradiance of the sky on level ground, as far as the clouds let it through, and light of the clouds. */
 typedef struct level_light {
-  np_spectrum clear, added;
+  np_spectrum clear;
+  np_ground_light_value clouds;
 } level_light;
 
 static level_light get_level(const np_world *world, const np_ground_light *ground_light, const np_ground_hit *hit) {
-  level_light out = {np_world_level_irradiance(world, hit), np_spectrum_grey(0.0f)};
+  level_light out = {.clear = np_world_level_irradiance(world, hit)};
   if (!ground_light) return out;
-  const np_ground_light_value value = np_ground_light_get(ground_light, hit->position);
-  out.clear = np_spectrum_multiply(out.clear, value.open);
-  out.added = value.added;
+  out.clouds = np_ground_light_get(ground_light, hit->position);
+  out.clear = np_spectrum_multiply(out.clear, out.clouds.open);
   return out;
 }
 
-/* Irradiance on a slope from `level` above, and from level ground of its own albedo, which `below` lights. */
-static np_spectrum share_light(const np_world *world, const np_ground_hit *hit, np_spectrum level, np_spectrum below) {
+/* Irradiance on a slope of sky and clouds, and of level ground of its own albedo, which `below` lights. */
+static np_spectrum share_light(const np_world *world, const np_ground_hit *hit, const level_light *level,
+                               np_spectrum below) {
   const float share = np_world_get_sky_share(world, hit);
   const np_spectrum ground = np_spectrum_multiply(below, hit->albedo);
-  return np_spectrum_add_scaled(np_spectrum_scale(level, share), 1.0f - share, ground);
+  const np_spectrum clouds = np_ground_light_add_slope(&level->clouds, hit->normal, share);
+  return np_spectrum_add_scaled(np_spectrum_add_scaled(clouds, share, level->clear), 1.0f - share, ground);
 }
 
 np_spectrum np_relief_light_get_bare(const np_world *world, const np_ground_light *ground_light,
                                      const np_ground_hit *hit) {
   const level_light level = get_level(world, ground_light, hit);
-  const np_spectrum all = np_spectrum_add(level.clear, level.added);
-  if (!world->terrain) return np_spectrum_scale(all, np_world_get_sky_share(world, hit));
-  return share_light(world, hit, all, all);
+  const bool has_ground = world->terrain != NULL;
+  const np_spectrum all = np_spectrum_add(level.clear, level.clouds.added);
+  return share_light(world, hit, &level, has_ground ? all : np_spectrum_grey(0.0f));
 }
 
 /* ---- Rays ---- */
@@ -112,12 +114,12 @@ static np_spectrum get_sunlight(const np_relief_light *c, np_dvec3 position) {
 static np_spectrum light_ground(const np_relief_light *c, const np_ground_hit *hit) {
   const np_world *world = c->desc.world;
   const level_light level = get_level(world, c->desc.ground_light, hit);
-  const np_spectrum all = np_spectrum_add(level.clear, level.added);
+  const np_spectrum all = np_spectrum_add(level.clear, level.clouds.added);
   const float cosine = np_vec3_dot(hit->normal, world->to_sun),
               up = np_vec3_dot(np_zenith(hit->position, world->planet_radius_m), world->to_sun);
   const np_spectrum sun = cosine > 0.0f ? get_sunlight(c, hit->position) : np_spectrum_grey(0.0f);
   const np_spectrum below = np_spectrum_add_scaled(all, fmaxf(up, 0.0f), sun);
-  return reflect(np_spectrum_add_scaled(share_light(world, hit, all, below), fmaxf(cosine, 0.0f), sun), hit->albedo);
+  return reflect(np_spectrum_add_scaled(share_light(world, hit, &level, below), fmaxf(cosine, 0.0f), sun), hit->albedo);
 }
 
 /* Radiance of the ground through the air before it. */
@@ -158,10 +160,6 @@ static void add_up(const np_relief_light *c, np_dvec3 origin, const relief_ray *
                     sky = get_sky(c, ray->ring, ray->azimuth);
   add_light(towards, np_spectrum_scale(ground, ray->solid_angle), &out->ground);
   add_light(towards, np_spectrum_scale(sky, ray->solid_angle), &out->hidden);
-  float harmonics[NP_RELIEF_TERMS];
-  fill_harmonics(towards, harmonics);
-  for (int k = 0; k < NP_RELIEF_TERMS; k++)
-    out->shut[k] += cosine_factor[k] * harmonics[k] * ray->solid_angle / NP_PI_F;
 }
 
 /* Adds the difference to level ground of radiance `level`. */
@@ -312,13 +310,13 @@ static relief_cell get_cell(const np_relief_light *c, np_dvec3 position) {
 typedef struct relief_slope {
   float harmonics[NP_RELIEF_TERMS]; /* harmonics of its normal */
   level_light level;
-  np_spectrum clear; /* light of the clear sky without hills, over that on level ground */
-  float even;        /* the same of an even sky */
+  np_spectrum clear;  /* light of the clear sky without hills, over that on level ground */
+  np_spectrum clouds; /* light of the clouds, whose rays hills have ended */
 } relief_slope;
 
 static relief_slope make_slope(const np_relief_light *c, const np_ground_hit *hit) {
-  relief_slope out = {.level = get_level(c->desc.world, c->desc.ground_light, hit),
-                      .even = np_world_get_sky_share(c->desc.world, hit)};
+  relief_slope out = {.level = get_level(c->desc.world, c->desc.ground_light, hit)};
+  out.clouds = np_ground_light_add_slope(&out.level.clouds, hit->normal, np_world_get_sky_share(c->desc.world, hit));
   fill_harmonics(hit->normal, out.harmonics);
   for (int k = 0; k < NP_RELIEF_TERMS; k++)
     out.clear = np_spectrum_add_scaled(out.clear, out.harmonics[k], c->clear.term[k]);
@@ -328,15 +326,13 @@ static relief_slope make_slope(const np_relief_light *c, const np_ground_hit *hi
 /* Irradiance of a slope at a point. */
 static np_spectrum eval_point(const np_relief_point *p, const relief_slope *s) {
   np_spectrum hidden = np_spectrum_grey(0.0f), out = hidden;
-  float shut = 0.0f;
   for (int k = 0; k < NP_RELIEF_TERMS; k++) {
     hidden = np_spectrum_add_scaled(hidden, s->harmonics[k], p->hidden.term[k]);
     out = np_spectrum_add_scaled(out, s->harmonics[k], p->ground.term[k]);
-    shut += s->harmonics[k] * p->shut[k];
   }
   for (int b = 0; b < NP_BAND_COUNT; b++)
     out.band[b] = fmaxf(0.0f, out.band[b]) + s->level.clear.band[b] * fmaxf(0.0f, s->clear.band[b] - hidden.band[b]) +
-                  s->level.added.band[b] * fmaxf(0.0f, s->even - shut);
+                  s->clouds.band[b];
   return out;
 }
 

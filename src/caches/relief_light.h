@@ -24,7 +24,6 @@ typedef struct np_relief_irradiance {
 
 typedef struct np_relief_point {
   np_relief_irradiance hidden; /* light of the clear sky behind the hills, over its irradiance on level ground */
-  float shut[NP_RELIEF_TERMS]; /* the same of an even sky */
   np_relief_irradiance ground; /* light from hills and ground, W m⁻² nm⁻¹ */
 } np_relief_point;
 

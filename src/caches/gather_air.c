@@ -1,0 +1,88 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "caches/gather_air.h"
+
+#include "core/units.h"
+
+enum { CELLS = NP_GATHER_AIR_CELLS };
+
+/* Air farther off is in the sun. */
+static const double reach_m = 40e3;
+
+static double compute_cell_end(int cell) { return reach_m * cell * cell / (CELLS * CELLS); }
+
+/* ---- Clear air ---- */
+
+/* Radiance of the ground under a clear sky. */
+static np_spectrum compute_ground(const np_world *world, const np_ground_hit *hit) {
+  const np_spectrum sun = np_world_sunlight(world, hit->position, world->to_sun);
+  const float up = np_vec3_dot(np_zenith(hit->position, world->planet_radius_m), world->to_sun);
+  const np_spectrum level = np_spectrum_add_scaled(np_world_level_irradiance(world, hit), np_maxf(up, 0.0f), sun);
+  return np_spectrum_scale(np_spectrum_multiply(level, hit->albedo), 1.0f / NP_PI_F);
+}
+
+void np_gather_air_trace(const np_cloud_gather *g, np_dvec3 from, np_vec3 towards, np_gather_air *out) {
+  const np_world *world = g->world;
+  const neph_sky *sky = world->cloud_sky;
+  const np_air_parts none = {.transmittance = np_spectrum_grey(1.0f)};
+  np_ground_hit hit;
+  const bool has_hit = np_world_intersect_ground(world, from, towards, &hit);
+  np_hemisphere_shares shares = {none.first, none.first};
+  if (sky) shares = np_sky_compute_hemisphere_shares(sky, towards);
+  for (int c = 0; c <= CELLS; c++) {
+    const double end = has_hit ? fmin(compute_cell_end(c), hit.distance_m) : compute_cell_end(c);
+    out->up_to[c] = sky && c > 0 ? np_sky_trace_parts(sky, from, towards, end, &shares) : none;
+  }
+  if (!has_hit) {
+    const np_spectrum whole = sky ? np_sky_trace_air(sky, from, towards, INFINITY).inscatter : none.all;
+    out->clear = np_world_add_beyond(world, from, towards, whole);
+    return;
+  }
+  const np_aerial_perspective air = np_world_air(world, NULL, from, towards, hit.distance_m);
+  const np_spectrum light = sky ? np_sky_trace_air(sky, from, towards, hit.distance_m).inscatter : none.all;
+  out->clear = np_spectrum_add(np_spectrum_multiply(compute_ground(world, &hit), air.transmittance), light);
+}
+
+/* Clear air up to a distance: transmittance and light of all orders, between the ends of cells. */
+static np_aerial_perspective interpolate(const np_gather_air *a, double distance_m) {
+  int c = 0;
+  while (c < CELLS - 1 && compute_cell_end(c + 1) < distance_m) c++;
+  const double near = compute_cell_end(c), far = compute_cell_end(c + 1);
+  const float part = (float)np_clamp((distance_m - near) / (far - near), 0.0, 1.0);
+  return (np_aerial_perspective){np_spectrum_mix(a->up_to[c].transmittance, a->up_to[c + 1].transmittance, part),
+                                 np_spectrum_mix(a->up_to[c].all, a->up_to[c + 1].all, part)};
+}
+
+/* ---- A ray ---- */
+
+np_spectrum np_gather_air_dim(const np_gather_air *air, const np_gather_ray *ray, np_spectrum light) {
+  return np_spectrum_multiply(light, interpolate(air, (double)ray->cloud_m).transmittance);
+}
+
+bool np_gather_air_get_cell(const np_gather_ray *ray, int cell, double offset, float *out_share, double *out_place) {
+  const double near = compute_cell_end(cell), whole = compute_cell_end(cell + 1) - near;
+  const double far = fmin(near + whole, (double)ray->end_m);
+  if (cell >= CELLS || !(near < far)) return false;
+  *out_place = near + offset * (far - near);
+  *out_share = (float)((far - near) / whole) * (*out_place < (double)ray->cloud_m ? 1.0f : ray->transmittance);
+  return true;
+}
+
+static float compute_shade(const np_cloud_gather *g, np_dvec3 place) {
+  const np_vec3 to_sun = g->world->to_sun;
+  if (np_world_is_behind_terrain(g->world, place, to_sun)) return 1.0f;
+  return np_opacity(np_sun_optical_depths_get_scaled(g->depths, place, to_sun, g->fade, 16.0f));
+}
+
+np_spectrum np_gather_air_change(const np_cloud_gather *g, const np_gather_air *a, np_vec3 towards, np_dvec3 origin,
+                                 const np_gather_ray *ray, double offset) {
+  const np_spectrum hidden = np_spectrum_subtract(a->clear, interpolate(a, (double)ray->cloud_m).inscatter);
+  np_spectrum out = np_spectrum_scale(hidden, ray->transmittance - 1.0f);
+  float share;
+  double place;
+  for (int c = 0; np_gather_air_get_cell(ray, c, offset, &share, &place); c++) {
+    const np_spectrum first = np_spectrum_subtract(a->up_to[c + 1].first, a->up_to[c].first);
+    if (np_spectrum_is_zero(first)) continue;
+    out = np_spectrum_add_scaled(out, -share * compute_shade(g, np_dvec3_along(origin, towards, place)), first);
+  }
+  return out;
+}

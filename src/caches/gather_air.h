@@ -1,0 +1,49 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Air along the rays of a gather (cloud_gather.h): what it takes from the clouds behind it, what it adds, and what it
+ * lacks in the shade of clouds and hills.
+ *
+ * Along a ray from a place, with clear air's light A(d) and transmittance T(d) up to a distance d, the radiance of the
+ * whole clear ray R, and clouds of transmittance t and light C whose middle is at d,
+ *
+ *     change = T·C − (1 − t)·(R − A) − Σ v·s·first + Σ v·(upper·J↓ + lower·J↑)
+ *
+ * over cells of the air, with s the shade of the sun, v = 1 before the clouds and t behind them, and J the change of
+ * the actinic flux that lit_air.h holds: dimmed air scatters less light to its neighbours.
+ */
+#ifndef NP_CACHES_GATHER_AIR_H
+#define NP_CACHES_GATHER_AIR_H
+
+#include "atmosphere/sky_along.h"
+#include "caches/cloud_gather.h"
+
+enum { NP_GATHER_AIR_CELLS = 6 };
+
+/* Clear air along one direction from places of one height. */
+typedef struct np_gather_air {
+  np_spectrum clear;                           /* R, with the ground or what lies beyond the air */
+  np_air_parts up_to[NP_GATHER_AIR_CELLS + 1]; /* up to the end of each cell, from no air on */
+} np_gather_air;
+
+void np_gather_air_trace(const np_cloud_gather *gather, np_dvec3 from, np_vec3 towards, np_gather_air *out);
+
+/* Clouds and ground that a ray has met. */
+typedef struct np_gather_ray {
+  np_vec3 offset;      /* its origin, from its point */
+  float transmittance; /* that of the clouds */
+  float cloud_m;       /* distance of their light's middle */
+  float end_m;         /* distance of the ground; infinite: there is none */
+} np_gather_ray;
+
+/* The change of the radiance along a ray by clouds and shade, the last sum left out. `offset` in [0, 1] shifts the
+ * places of the shade. */
+np_spectrum np_gather_air_change(const np_cloud_gather *gather, const np_gather_air *air, np_vec3 towards,
+                                 np_dvec3 origin, const np_gather_ray *ray, double offset);
+
+/* Light of clouds through the air before them. */
+np_spectrum np_gather_air_dim(const np_gather_air *air, const np_gather_ray *ray, np_spectrum light);
+
+/* The cells of a ray's air, the nearest first: false past the last. `*out_share`: how much of the cell counts;
+ * `*out_place`: a place in it. */
+bool np_gather_air_get_cell(const np_gather_ray *ray, int cell, double offset, float *out_share, double *out_place);
+
+#endif
