@@ -131,6 +131,7 @@ static neph_result render_sky(cli_session *session, neph_scene *scene, neph_imag
 static neph_result save_table(const cli_session *session, neph_scene *scene, neph_sky_table table) {
   static const char *const endings[] = {".exr", ".png"};
   neph_preview_desc preview = NEPH_PREVIEW_DESC_DEFAULT;
+  preview.view = NEPH_VIEW_FILMIC;
   if (table < NEPH_SKY_TABLE_AEROSOL) preview.exposure = NEPH_EXPOSURE_FIXED;
   neph_image *image;
   neph_result result = neph_render_sky_table(scene, table, &image);

@@ -58,7 +58,7 @@ static void check_pixels(test_fixture *f, const neph_image *image, neph_preview_
 static void pixels_are_those_of_the_file(void **state) {
   test_fixture *f = *state;
   neph_image *image = create_picture(f->context);
-  for (int view = NEPH_VIEW_FILMIC; view <= NEPH_VIEW_RAW; view++)
+  for (int view = NEPH_VIEW_FILMIC; view <= NEPH_VIEW_CAMERA; view++)
     for (int stops = -3; stops <= 3; stops += 2) {
       neph_preview_desc desc = NEPH_PREVIEW_DESC_DEFAULT;
       desc.view = (neph_view)view;

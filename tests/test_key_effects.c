@@ -409,6 +409,7 @@ static const struct {
     {"output.pixel_type", "test_ground_pictures.c"},
     {"output.exposure", "cli/render_preview.sh"},
     {"output.view", "cli/render_preview.sh"},
+    {"output.glare", "test_preview_camera.c"},
     {"output.preview_bits", "cli/render_preview.sh"},
     {"output.film.background", "test_channels.c"},
     {"output.film.disks", "test_sky_dome.c"},

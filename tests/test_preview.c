@@ -33,6 +33,7 @@ static void set_pixel(neph_image *image, int i, float r, float g, float b) {
 static neph_preview_desc make_plain_desc(void) {
   neph_preview_desc desc = NEPH_PREVIEW_DESC_DEFAULT;
   desc.exposure = NEPH_EXPOSURE_FIXED;
+  desc.view = NEPH_VIEW_FILMIC;
   return desc;
 }
 
@@ -353,9 +354,9 @@ static void bad_descriptions_are_refused(void **state) {
   assert_int_equal(neph_image_save_png(image, f->path, &desc), NEPH_ERROR_INVALID_ARGUMENT);
   assert_one_error(&f->log, "bits are 12", "8 or 16");
   desc = (neph_preview_desc)NEPH_PREVIEW_DESC_DEFAULT;
-  desc.view = (neph_view)3;
+  desc.view = (neph_view)4;
   assert_int_equal(neph_image_save_png(image, f->path, &desc), NEPH_ERROR_INVALID_ARGUMENT);
-  assert_one_error(&f->log, "view is 3", "raw (2)");
+  assert_one_error(&f->log, "view is 4", "camera (3)");
   assert_int_equal(neph_image_create(f->context, 4, 4, 1, names, &depth), NEPH_OK);
   assert_int_equal(neph_image_save_png(depth, f->path, NULL), NEPH_ERROR_INVALID_ARGUMENT);
   assert_one_error(&f->log, "R, G and B, or Y");

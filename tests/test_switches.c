@@ -222,7 +222,7 @@ static uint64_t check_picture(const neph_scene *scene, neph_image *image, const 
 
 static bool is_of_preview(const np_key *key) {
   return begins_with(key->path, "output.exposure") || begins_with(key->path, "output.view") ||
-         begins_with(key->path, "output.preview");
+         begins_with(key->path, "output.preview") || begins_with(key->path, "output.glare");
 }
 
 /* The same of a picture as it is shown. */

@@ -155,7 +155,8 @@ neph_result cli_view_picture_show(cli_view_picture *picture, const cli_view_step
 
 neph_result cli_view_picture_show_tile(cli_view_picture *picture, const cli_view_step *step, const neph_tile *tile) {
   lock(picture);
-  const neph_preview_desc held = get_held_preview(picture);
+  neph_preview_desc held = get_held_preview(picture);
+  held.glare = 0.0; /* light of the whole picture, which is developed when it is complete */
   const size_t stride = (size_t)picture->width * PIXEL_BYTES;
   uint8_t *first = picture->pixels + tile->min[1] * stride + (size_t)tile->min[0] * PIXEL_BYTES;
   const bool fits = !picture->channel && tile->max[0] <= picture->width && tile->max[1] <= picture->height;

@@ -78,9 +78,14 @@ NEPH_API neph_result neph_image_load_png(neph_context *context, const char *path
 
 /** Transform from linear light to the values of a preview. */
 typedef enum neph_view {
-  NEPH_VIEW_FILMIC,   /**< linear up to 0.75, a shoulder above that keeps hue and fades to white, sRGB; the default */
+  NEPH_VIEW_FILMIC,   /**< linear up to 0.75, a shoulder above that keeps hue and fades to white, sRGB */
   NEPH_VIEW_STANDARD, /**< clipped at 1, sRGB */
-  NEPH_VIEW_RAW       /**< R, G and B times exposure_ev alone, clipped at 1; no sRGB, no conversion of primaries */
+  NEPH_VIEW_RAW,      /**< R, G and B times exposure_ev alone, clipped at 1; no sRGB, no conversion of primaries */
+  NEPH_VIEW_CAMERA    /**< white balance, glare and lifted midtones, sRGB; the default. Light of the chromaticity
+                           nephos:meterX, nephos:meterY shows as neutral with the sun (nephos:sunElevation) above 15°,
+                           and in its colour below 5°. The lens of a perspective picture, whose camera the header
+                           has, scatters the share `glare`. Midtones are lifted by 0.45 stops in the same hue, under
+                           the shoulder of NEPH_VIEW_FILMIC. A step whose attributes are missing is left out */
 } neph_view;
 
 /** Base exposure of a preview. */
@@ -100,17 +105,19 @@ typedef struct neph_preview_desc {
   double exposure_ev;         /**< stops added to the base exposure, −64 to 64 (default 0) */
   neph_exposure exposure;     /**< default NEPH_EXPOSURE_AUTO */
   double white[3];            /**< radiance of R, G, B that shows as neutral (default 1, 1, 1); each > 0 */
-  neph_view view;             /**< default NEPH_VIEW_FILMIC */
+  neph_view view;             /**< default NEPH_VIEW_CAMERA */
   unsigned bits;              /**< bits of a component: 8 (the default) or 16 */
   neph_pixel_type pixel_type; /**< type to which values are rounded first, as neph_image_save_exr rounds them: with
                                    half, a preview is that of the saved file, and of its merged tiles, to the bit
                                    (default float) */
+  double glare;               /**< share of light that the lens scatters over the picture in NEPH_VIEW_CAMERA, 0 to 0.5
+                                   (default 0.06); other views have none */
 } neph_preview_desc;
 
 #define NEPH_PREVIEW_DESC_DEFAULT                                                                                      \
   {                                                                                                                    \
     .struct_size = sizeof(neph_preview_desc), .exposure_ev = 0, .exposure = NEPH_EXPOSURE_AUTO, .white = {1, 1, 1},    \
-    .view = NEPH_VIEW_FILMIC, .bits = 8, .pixel_type = NEPH_PIXEL_FLOAT                                                \
+    .view = NEPH_VIEW_CAMERA, .bits = 8, .pixel_type = NEPH_PIXEL_FLOAT, .glare = 0.06                                 \
   }
 
 /** Writes a PNG of channels R, G, B, or of Y alone: exposure, view, dither.

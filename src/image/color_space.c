@@ -140,4 +140,27 @@ bool np_color_space_get_luminances(const float chromaticities_of_rgb[8], double 
   return true;
 }
 
+void np_color_space_get_chromaticity(const double rec709[3], double out_xy[2]) {
+  np_color_matrix xyz_from_rgb;
+  double xyz[3];
+  (void)compute_xyz_from_rgb(chromaticities[NP_COLOR_REC709], &xyz_from_rgb);
+  transform(&xyz_from_rgb, rec709, xyz);
+  for (int i = 0; i < 2; i++) out_xy[i] = xyz[i] / (xyz[0] + xyz[1] + xyz[2]);
+}
+
+bool np_color_space_adapt_white(const double xy[2], np_color_matrix *out) {
+  const float white[2] = {(float)xy[0], (float)xy[1]}, *d65 = chromaticities[NP_COLOR_REC709] + 6;
+  double xyz[3], cones[3];
+  compute_xyz(white, xyz);
+  transform(&bradford, xyz, cones);
+  for (int c = 0; c < 3; c++)
+    if (!(cones[c] > 1e-3) || !(cones[c] < 1e3)) return false;
+  np_color_matrix xyz_from_rgb, rgb_from_xyz;
+  (void)compute_xyz_from_rgb(chromaticities[NP_COLOR_REC709], &xyz_from_rgb);
+  (void)invert(&xyz_from_rgb, &rgb_from_xyz);
+  const np_color_matrix adaptation = adapt(white, d65), adapted = multiply(&adaptation, &xyz_from_rgb);
+  *out = multiply(&rgb_from_xyz, &adapted);
+  return true;
+}
+
 double np_color_space_white_luminance(void) { return NP_LUMENS_PER_WATT * np_matching_luminous_width_nm(); }

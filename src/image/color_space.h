@@ -44,6 +44,13 @@ bool np_color_space_to_rec709(const float chromaticities[8], np_color_matrix *ou
  * degenerate. */
 bool np_color_space_get_luminances(const float chromaticities[8], double out[3]);
 
+/* Chromaticity x, y of a colour of Rec.709 with a luminance above 0. */
+void np_color_space_get_chromaticity(const double rec709[3], double out_xy[2]);
+
+/* Matrix in Rec.709 that shows a white of this chromaticity as D65, of the same luminance, by the Bradford transform.
+ * False when no white has it: the response of a cone is not positive. */
+bool np_color_space_adapt_white(const double xy[2], np_color_matrix *out);
+
 /* Luminance of (1, 1, 1) in cd/m². */
 double np_color_space_white_luminance(void);
 

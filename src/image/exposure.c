@@ -130,6 +130,14 @@ double np_exposure_get_luminance(const neph_image *image, const float rgb[3]) {
   return (double)compute_luminance(&planes, color);
 }
 
+void np_exposure_convert(const neph_image *image, const float rgb[3], double out_rec709[3]) {
+  np_preview_planes planes;
+  float color[3] = {rgb[0], rgb[1], rgb[2]};
+  np_preview_choose_primaries(image, &planes);
+  np_preview_convert(&planes, color);
+  for (int c = 0; c < 3; c++) out_rec709[c] = (double)color[c];
+}
+
 double np_exposure_choose_by_picture(const neph_image *image, const neph_preview_desc *desc) {
   np_preview_planes planes;
   if (!np_preview_get_planes(image, desc->pixel_type, &planes)) return 1.0;

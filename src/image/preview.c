@@ -83,14 +83,11 @@ neph_result np_preview_render(const neph_image *image, const neph_preview_desc *
   if (result) return result;
   preview_job job = {
       .image = image, .view = np_preview_get_view(desc->view), .top = (float)((1u << desc->bits) - 1u), .rgb = out_rgb};
-  if (!np_preview_get_planes(image, desc->pixel_type, &job.planes))
-    return np_fail(image->context, NEPH_ERROR_INVALID_ARGUMENT, "a preview needs the channels R, G and B, or Y");
-  result = np_preview_choose_factor(image, desc, &exposure);
+  result = np_preview_prepare(image, desc, desc->pixel_type, true, &job.planes, &exposure);
   *out_exposure_ev = result ? 0.0 : log2(exposure);
   if (!result) np_log(image->context, NEPH_LOG_INFO, "preview: exposed by %+.2f EV", log2(exposure));
-  for (int c = 0; c < 3; c++)
-    job.planes.factor[c] = (float)(job.view->is_for_display ? exposure / desc->white[c] : exposure);
   if (!result) result = np_parallel_for(image->context, NULL, image->height, 8, render_rows, &job);
+  np_preview_clear_planes(image, &job.planes);
   size_t nan_count = atomic_load(&job.nan_count);
   if (nan_count)
     np_log(image->context, NEPH_LOG_WARNING, "%zu pixels are NaN, shown in magenta in the preview", nan_count);

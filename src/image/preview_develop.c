@@ -120,32 +120,23 @@ static neph_result check_rectangle(const neph_image *image, const rectangle *r, 
   return NEPH_OK;
 }
 
-/* Chooses exposure and channels. The description is checked. */
-static neph_result begin(const neph_image *image, const neph_preview_desc *desc, development *out) {
-  double exposure = 1.0;
-  out->image = image;
-  out->view = np_preview_get_view(desc->view);
-  if (!np_preview_get_planes(image, NEPH_PIXEL_FLOAT, &out->planes))
-    return np_fail(image->context, NEPH_ERROR_INVALID_ARGUMENT, "a preview needs the channels R, G and B, or Y");
-  const neph_result result = np_preview_choose_factor(image, desc, &exposure);
-  for (int c = 0; c < 3; c++)
-    out->planes.factor[c] = (float)(out->view->is_for_display ? exposure / desc->white[c] : exposure);
-  fill_encoding(out->view, &out->encoding);
-  return result;
-}
-
 neph_result neph_image_develop(const neph_image *image, const neph_preview_desc *desc, unsigned x0, unsigned y0,
                                unsigned x1, unsigned y1, uint8_t *rgba, size_t stride) {
   const neph_preview_desc defaults = NEPH_PREVIEW_DESC_DEFAULT;
   const rectangle wanted = {x0, y0, x1, y1};
   neph_preview_desc read;
-  development d;
+  development d = {.image = image};
+  double exposure;
   if (NP_LACKS(NP_CONTEXT_OF(image), rgba)) return NEPH_ERROR_INVALID_ARGUMENT;
   neph_result result = np_desc_read(image->context, "neph_preview_desc", &defaults, sizeof defaults, desc, &read);
   if (!result) result = np_preview_check_desc(image->context, &read);
   if (!result) result = check_rectangle(image, &wanted, stride);
-  if (!result) result = begin(image, &read, &d);
+  if (result) return result;
+  d.view = np_preview_get_view(read.view);
+  fill_encoding(d.view, &d.encoding);
+  result = np_preview_prepare(image, &read, NEPH_PIXEL_FLOAT, false, &d.planes, &exposure);
   for (unsigned y = y0; y < y1 && !result; y++)
     develop_row(&d, (size_t)y * image->width + x0, x1 - x0, rgba + (y - y0) * stride);
+  np_preview_clear_planes(image, &d.planes);
   return result;
 }

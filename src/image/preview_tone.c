@@ -9,6 +9,8 @@
 #include "image/preview_tone.h"
 
 #include "image/exposure.h"
+#include "image/glare.h"
+#include "image/preview_camera.h"
 
 /* ---- Tone ---- */
 
@@ -47,7 +49,8 @@ static void clip(const float exposed[3], float out_display[3]) {
 static const np_preview_view views[] = {
     [NEPH_VIEW_FILMIC] = {np_preview_map_tone, encode_srgb, decode_srgb, 0.75f, true, "filmic"},
     [NEPH_VIEW_STANDARD] = {clip, encode_srgb, decode_srgb, 1.0f, true, "standard"},
-    [NEPH_VIEW_RAW] = {clip, encode_linear, encode_linear, 1.0f, false, "raw"}};
+    [NEPH_VIEW_RAW] = {clip, encode_linear, encode_linear, 1.0f, false, "raw"},
+    [NEPH_VIEW_CAMERA] = {np_preview_map_camera, encode_srgb, decode_srgb, -1.0f, true, "camera", true}};
 
 enum { VIEW_COUNT = sizeof views / sizeof *views };
 
@@ -67,7 +70,10 @@ neph_result np_preview_check_desc(neph_context *context, const neph_preview_desc
   if ((unsigned)desc->pixel_type > NEPH_PIXEL_FLOAT)
     return np_fail(context, bad, "preview pixel_type is %d, must be half (0) or float (1)", (int)desc->pixel_type);
   if ((unsigned)desc->view >= VIEW_COUNT)
-    return np_fail(context, bad, "preview view is %d, must be filmic (0), standard (1) or raw (2)", (int)desc->view);
+    return np_fail(context, bad, "preview view is %d, must be filmic (0), standard (1), raw (2) or camera (3)",
+                   (int)desc->view);
+  if (!(desc->glare >= 0.0 && desc->glare <= 0.5))
+    return np_fail(context, bad, "preview glare is %g, must be a share in [0, 0.5]", desc->glare);
   if (desc->bits != 8 && desc->bits != 16)
     return np_fail(context, bad, "preview bits are %u, must be 8 or 16", desc->bits);
   for (int c = 0; c < 3; c++)
@@ -83,3 +89,18 @@ neph_result np_preview_choose_factor(const neph_image *image, const neph_preview
   *out = base * exp2(desc->exposure_ev);
   return result;
 }
+
+neph_result np_preview_prepare(const neph_image *image, const neph_preview_desc *desc, neph_pixel_type pixel_type,
+                               bool is_parallel, np_preview_planes *planes, double *out_exposure) {
+  const np_preview_view *view = &views[desc->view];
+  *out_exposure = 1.0;
+  if (!np_preview_get_planes(image, pixel_type, planes))
+    return np_fail(image->context, NEPH_ERROR_INVALID_ARGUMENT, "a preview needs the channels R, G and B, or Y");
+  const neph_result result = np_preview_choose_factor(image, desc, out_exposure);
+  if (result) return result;
+  for (int c = 0; c < 3; c++)
+    planes->factor[c] = (float)(view->is_for_display ? *out_exposure / desc->white[c] : *out_exposure);
+  return view->is_camera ? np_preview_prepare_camera(image, desc, is_parallel, planes) : NEPH_OK;
+}
+
+void np_preview_clear_planes(const neph_image *image, np_preview_planes *planes) { np_glare_destroy(image, planes); }

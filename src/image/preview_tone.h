@@ -8,6 +8,7 @@
 #include "core/math.h"
 #include "core/random.h"
 #include "image/preview.h"
+#include "image/preview_planes.h"
 
 /* One row for each neph_view. */
 typedef struct np_preview_view {
@@ -17,6 +18,7 @@ typedef struct np_preview_view {
   float linear_until;                                        /* light up to which `map` only clips negative values */
   bool is_for_display;                                       /* whether exposure and conversion to Rec.709 apply */
   const char *name;
+  bool is_camera; /* whether white balance and glare apply */
 } np_preview_view;
 
 const np_preview_view *np_preview_get_view(neph_view view);
@@ -26,6 +28,12 @@ neph_result np_preview_check_desc(neph_context *context, const neph_preview_desc
 
 /* Exposure factor on the values of the picture, white balance apart. */
 neph_result np_preview_choose_factor(const neph_image *image, const neph_preview_desc *desc, double *out);
+
+/* Chooses planes, exposure, white balance and glare of a picture whose description is checked. `is_parallel`: false
+ * leaves the context's threads alone. np_preview_clear_planes frees them, after a failure too. */
+neph_result np_preview_prepare(const neph_image *image, const neph_preview_desc *desc, neph_pixel_type pixel_type,
+                               bool is_parallel, np_preview_planes *planes, double *out_exposure);
+void np_preview_clear_planes(const neph_image *image, np_preview_planes *planes);
 
 /* Three uniform numbers in [0, 1) for a pixel, from its place in the whole picture. */
 static inline void np_preview_draw_uniform(int x, int y, float out[3]) {

@@ -167,6 +167,7 @@ neph_result neph_scene_get_output(const neph_scene *scene, neph_output *out_outp
   wanted.preview_desc.exposure_ev = output->exposure_ev;
   wanted.preview_desc.exposure = output->exposure;
   wanted.preview_desc.view = output->view;
+  wanted.preview_desc.glare = output->glare;
   wanted.preview_desc.bits = output->preview_bits;
   wanted.preview_desc.pixel_type = output->pixel_type;
   return np_desc_write(scene->context, "neph_output", &wanted, sizeof wanted, out_output);

@@ -76,6 +76,7 @@ static const basic_row basics[] = {
     {"render.samples", "samples", 1, 256, LOGARITHMIC},
     {"output.exposure", "exposure", -10, 10, LINEAR},
     {"output.view", "view", 0, 0, LINEAR},
+    {"output.glare", "glare", 0, 0.2, LINEAR},
 };
 
 /* The row of a key; another key has one of its name, without a path. */
@@ -151,6 +152,7 @@ static const struct cost_row {
     {"output", "view"},
     {"output.exposure", "display"},
     {"output.view", "display"},
+    {"output.glare", "display"},
     {"output.preview", "display"},
     {"output.preview_bits", "display"},
     {"output.image", "display"},

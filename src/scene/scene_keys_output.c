@@ -11,7 +11,8 @@ static const np_choice cloud_airs[] = {{"kept", NP_CLOUD_AIR_KEPT}, {"apart", NP
 static const np_choice exposures[] = {
     {"auto", NEPH_EXPOSURE_AUTO}, {"meter", NEPH_EXPOSURE_METER}, {"camera", NEPH_EXPOSURE_CAMERA}, {NULL, 0}};
 static const np_choice views[] = {
-    {"filmic", NEPH_VIEW_FILMIC}, {"standard", NEPH_VIEW_STANDARD}, {"raw", NEPH_VIEW_RAW}, {NULL, 0}};
+    {"camera", NEPH_VIEW_CAMERA}, {"filmic", NEPH_VIEW_FILMIC}, {"standard", NEPH_VIEW_STANDARD},
+    {"raw", NEPH_VIEW_RAW}, {NULL, 0}};
 static const np_choice preview_bits[] = {{"8", 8}, {"16", 16}, {NULL, 0}};
 static const np_choice color_spaces[] = {{"rec709", NP_COLOR_REC709},   {"acescg", NP_COLOR_ACESCG},
                                          {"rec2020", NP_COLOR_REC2020}, {"xyz", NP_COLOR_XYZ},
@@ -59,8 +60,11 @@ static const np_key keys[] = {
      .tag_value = NEPH_EXPOSURE_FIXED,
      .meaning = "exposure of the preview in stops; auto: by its highlights; meter: by the light on the scene, so that "
                 "frames and tiles match and night stays dark; camera: by its f_stop, shutter and iso"},
-    {.path = "output.view", .type = NP_KEY_CHOICE, .choices = views, .field = SCENE(output.view), .fallback = "filmic",
-     .meaning = "tone curve of the preview: filmic has a soft shoulder, standard clips, raw is linear like the EXR"},
+    {.path = "output.view", .type = NP_KEY_CHOICE, .choices = views, .field = SCENE(output.view), .fallback = "camera",
+     .meaning = "display of the preview: camera has white balance, glare and lifted midtones; filmic has a soft "
+                "shoulder, standard clips, raw is linear like the EXR"},
+    {.path = "output.glare", .type = NP_KEY_REAL, .field = SCENE(output.glare), .range = WITHIN(0, 0.5),
+     .fallback = "0.06", .meaning = "share of light that the lens scatters over a preview of view camera"},
     {.path = "output.preview_bits", .type = NP_KEY_CHOICE, .choices = preview_bits,
      .field = SCENE(output.preview_bits), .fallback = "8", .meaning = "bits per component of the preview"},
     {.path = "output.film", .type = NP_KEY_SECTION, .meaning = "components of light in the picture"},

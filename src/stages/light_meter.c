@@ -50,11 +50,22 @@ static np_spectrum compute_diffuser(const np_assembly *assembly) {
   return color;
 }
 
+/* Writes the chromaticity of a light; a picture of bands has none. */
+static neph_result write_chromaticity(const np_spectrum *rgb, neph_image *image) {
+  double rec709[3], xy[2];
+  np_exposure_convert(image, rgb->band, rec709);
+  np_color_space_get_chromaticity(rec709, xy);
+  if (!image->header.has_chromaticities || !isfinite(xy[0]) || !isfinite(xy[1])) return NEPH_OK;
+  const neph_result result = np_image_set_real(image, NP_EXPOSURE_METER_X, (double)(float)xy[0]);
+  return result ? result : np_image_set_real(image, NP_EXPOSURE_METER_Y, (double)(float)xy[1]);
+}
+
 /* Floats, as a file keeps them: a preview of the file is exposed to the same bits. */
 neph_result np_light_meter_write(const np_assembly *assembly, double scale, neph_image *image) {
   const np_spectrum rgb = compute_diffuser(assembly);
   const double value = np_exposure_get_luminance(image, rgb.band);
   const float meter = (float)(scale * value), luminance = (float)(value * np_color_space_white_luminance());
   neph_result result = np_image_set_real(image, NP_EXPOSURE_METER, (double)meter);
-  return result ? result : np_image_set_real(image, NP_EXPOSURE_METER_LUMINANCE, (double)luminance);
+  if (!result) result = np_image_set_real(image, NP_EXPOSURE_METER_LUMINANCE, (double)luminance);
+  return result || !(value > 0.0) ? result : write_chromaticity(&rgb, image);
 }

@@ -6,7 +6,7 @@
 #include "stages/packet.h"
 
 /* Writes the luminance of a white diffuser in the open that faces the sun into the header, in the picture's units and
- * in cd/m² (image/exposure.h). The header has its colours already. */
+ * in cd/m², and its chromaticity (image/exposure.h). The header has its colours already. */
 neph_result np_light_meter_write(const np_assembly *assembly, double scale, neph_image *image);
 
 #endif

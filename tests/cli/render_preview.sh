@@ -8,7 +8,7 @@ YAML
 nephos render scene.yaml -q --set output.view=raw >/dev/null
 grep -ac gAMA whole.png
 grep -ac sRGB whole.png || true
-for view in filmic standard; do
+for view in camera filmic standard; do
   nephos render scene.yaml -q --set output.view=$view -o $view.png >/dev/null
   grep -ac sRGB $view.png
 done

@@ -24,7 +24,7 @@ def choose_edit(dice):
         lambda: f"terrain.ridges.seed={dice.randint(0, 3)}",
         lambda: f"environment.radiance={dice.uniform(0, 0.2):.3f}",
         lambda: f"output.exposure={dice.uniform(-4, 4):.2f}",
-        lambda: f"output.view={dice.choice(['filmic', 'standard', 'raw'])}",
+        lambda: f"output.view={dice.choice(['camera', 'filmic', 'standard', 'raw'])}",
         lambda: f"render.samples={dice.randint(1, 8)}"])()
 
 
