@@ -149,7 +149,6 @@ static void glare_falls_by_its_power(void **state) {
         found += (double)rgb[3 * (y * WIDTH + x)];
         expected += 0.1 * get_mirrored_psf(x, y, pixel);
       }
-    print_message("ring %d: %.4f\n", ring, found / expected);
     assert_near_relative(found, expected, 0.05);
   }
   const double slope = log(get_psf(30.0 * pixel, pixel) / get_psf(3.0 * pixel, pixel)) / log(10.0);
@@ -323,7 +322,8 @@ static double get_hue(const float rgb[3], double *out_purity) {
  * within 2 degrees wherever it has one, and keeps the order of R, G and B. */
 static void hues_stay_and_light_rises(void **state) {
   (void)state;
-  const float hues[][3] = {{1, 1, 1}, {0.17f, 0.41f, 1}, {1, 0.6f, 0.3f}, {1, 0.2f, 0.05f}, {0.9f, 0.95f, 1}, {0, 0, 1}};
+  const float hues[][3] = {{1, 1, 1},        {0.17f, 0.41f, 1}, {1, 0.6f, 0.3f},
+                           {1, 0.2f, 0.05f}, {0.9f, 0.95f, 1},  {0, 0, 1}};
   for (size_t h = 0; h < sizeof hues / sizeof *hues; h++) {
     double before = 0.0, purity;
     const double hue = get_hue(hues[h], &purity);
@@ -355,6 +355,17 @@ static void midtones_are_lifted(void **state) {
   np_preview_map_camera(white, display);
   const double component = 255.0 * (1.055 * pow((double)display[1], 1.0 / 2.4) - 0.055);
   assert_true(component > 244.0 && component < 248.0);
+}
+
+/* Light beyond every sensor is white, and light of no value black. */
+static void extremes_have_a_tone(void **state) {
+  (void)state;
+  const float bright[3] = {3e38f, 2.9e38f, 3e38f}, none[3] = {-3e38f, -HUGE_VALF, 0.0f};
+  float display[3];
+  np_preview_map_camera(bright, display);
+  for (int c = 0; c < 3; c++) assert_near((double)display[c], 1.0, 1e-6);
+  np_preview_map_camera(none, display);
+  for (int c = 0; c < 3; c++) assert_true(display[c] == 0.0f);
 }
 
 /* Neighbours of a ramp of 4096 steps never differ by more than its slope allows: the curve has no steps. */
@@ -400,6 +411,7 @@ int main(void) {
       CAMERA_TEST(hues_stay_and_light_rises),
       CAMERA_TEST(midtones_are_lifted),
       CAMERA_TEST(ramps_do_not_band),
+      CAMERA_TEST(extremes_have_a_tone),
       CAMERA_TEST(bad_glare_is_refused),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -147,7 +147,7 @@ static void blur_row(const level *l, size_t y, float *scratch) {
 /* Place between two cells of a coarser line. */
 typedef struct between {
   size_t low, high;
-  float share; /* of `high` */
+  float share; /* weight of `high`, the other is that of `low` */
 } between;
 
 static between get_between(size_t fine, size_t fine_count, size_t coarse_count) {
@@ -177,8 +177,7 @@ static neph_result spread_rows(void *user, size_t begin, size_t end, unsigned th
   glare *g = user;
   for (size_t y = begin; y < end; y++) {
     blur_row(&g->levels[g->at], y, get_scratch(g, thread));
-    if (g->at + 1 < g->count)
-      add_coarser(&g->levels[g->at], &g->levels[g->at + 1], y, get_scratch(g, thread));
+    if (g->at + 1 < g->count) add_coarser(&g->levels[g->at], &g->levels[g->at + 1], y, get_scratch(g, thread));
   }
   return NEPH_OK;
 }

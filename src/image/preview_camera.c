@@ -1,48 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The view of a camera.
- *
- * Tone works on the largest component m of the light: the factor 1 + (2^0.45 − 1) · 2r/(1 + r²), r = m/0.22, a bell in
- * stops, lifts midtones by 0.45 stops and black by none; the shoulder of the filmic view follows. The other components
- * keep their ratio to m, and so their hue, but for saturation, which is raised by 1.12 about the luminance as far as no
- * component becomes negative: the dominant wavelength stays.
- */
+/* White balance and glare of a preview by the header of its picture. */
 #include "image/preview_camera.h"
 
 #include <math.h>
 #include <stdlib.h>
 
-#include "core/math.h"
 #include "image/exposure.h"
 #include "image/glare.h"
-#include "image/preview.h"
-
-/* ---- Tone ---- */
-
-/* Factor that lifts the midtones: 2^0.45 at the middle, 1 in black and far above white. */
-static inline float lift(float peak) {
-  static const float gain = 0.36604f, middle = 0.22f;
-  return 1.0f + 2.0f * gain * middle * peak / (middle * middle + peak * peak);
-}
-
-/* Raises saturation as far as the least component stays positive. */
-static void saturate(float rgb[3]) {
-  static const float gain = 1.12f;
-  const float luminance = 0.2126f * rgb[0] + 0.7152f * rgb[1] + 0.0722f * rgb[2];
-  const float least = np_minf(rgb[0], np_minf(rgb[1], rgb[2])), room = luminance - least;
-  const float factor = gain * room > luminance ? np_maxf(luminance / room, 1.0f) : gain;
-  for (int c = 0; c < 3; c++) rgb[c] = np_maxf(luminance + factor * (rgb[c] - luminance), 0.0f);
-}
-
-void np_preview_map_camera(const float exposed[3], float out_display[3]) {
-  float rgb[3];
-  for (int c = 0; c < 3; c++) rgb[c] = np_maxf(exposed[c], 0.0f);
-  saturate(rgb);
-  const float peak = np_maxf(rgb[0], np_maxf(rgb[1], rgb[2])), factor = lift(np_minf(peak, 1e6f));
-  for (int c = 0; c < 3; c++) rgb[c] *= factor;
-  np_preview_map_tone(rgb, out_display);
-}
-
-/* ---- White balance ---- */
 
 double np_preview_get_balance_share(double sun_elevation_deg) {
   return fmin(fmax((sun_elevation_deg - 5.0) / 10.0, 0.0), 1.0);
@@ -72,7 +36,6 @@ static void balance(const neph_image *image, np_preview_planes *planes) {
            NP_EXPOSURE_METER_X, xy[0], NP_EXPOSURE_METER_Y, xy[1]);
     return;
   }
-  np_log(image->context, NEPH_LOG_INFO, "preview: white balance for x %.4f, y %.4f", xy[0], xy[1]);
   if (share > 0.0) np_preview_append_matrix(planes, &matrix);
 }
 

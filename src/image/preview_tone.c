@@ -5,6 +5,10 @@
  * above: f(x) = x up to s = 3/4, then 1 − (1 − s)·e^{−(x − s)/(1 − s)}, of one slope. It is applied to the largest
  * component m, the others keep their ratio to it, and so their hue; light far above the shoulder fades to white by
  * (1 − f(m)/m)², as film and eye have it.
+ *
+ * The camera's view first multiplies by 1 + (2^0.45 − 1) · 2r/(1 + r²), r = m/0.22, a bell in stops, which lifts
+ * midtones by 0.45 stops and black by none. Saturation is raised by 1.12 about the luminance, as far as no component
+ * becomes negative. Both keep the dominant wavelength.
  */
 #include "image/preview_tone.h"
 
@@ -29,6 +33,30 @@ void np_preview_map_tone(const float exposed[3], float out_display[3]) {
     const float kept_hue = np_maxf(exposed[c], 0.0f) * compression;
     out_display[c] = np_minf(kept_hue + fade * (display - kept_hue), 1.0f);
   }
+}
+
+/* Factor that lifts the midtones: 2^0.45 at the middle, 1 in black and far above white. */
+static inline float lift(float peak) {
+  static const float gain = 0.36604f, middle = 0.22f;
+  return 1.0f + 2.0f * gain * middle * peak / (middle * middle + peak * peak);
+}
+
+/* Raises saturation as far as the least component stays positive. */
+static void saturate(float rgb[3]) {
+  static const float gain = 1.12f;
+  const float luminance = 0.2126f * rgb[0] + 0.7152f * rgb[1] + 0.0722f * rgb[2];
+  const float least = np_minf(rgb[0], np_minf(rgb[1], rgb[2])), room = luminance - least;
+  const float factor = gain * room > luminance ? np_maxf(luminance / room, 1.0f) : gain;
+  for (int c = 0; c < 3; c++) rgb[c] = np_maxf(luminance + factor * (rgb[c] - luminance), 0.0f);
+}
+
+void np_preview_map_camera(const float exposed[3], float out_display[3]) {
+  float rgb[3];
+  for (int c = 0; c < 3; c++) rgb[c] = np_minf(np_maxf(exposed[c], 0.0f), 1e30f);
+  saturate(rgb);
+  const float peak = np_maxf(rgb[0], np_maxf(rgb[1], rgb[2])), factor = lift(np_minf(peak, 1e9f));
+  for (int c = 0; c < 3; c++) rgb[c] *= factor;
+  np_preview_map_tone(rgb, out_display);
 }
 
 /* sRGB transfer function, IEC 61966-2-1. */

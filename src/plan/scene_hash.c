@@ -140,9 +140,8 @@ static void add_cloud(hash_writer *w, const np_scene_cloud *cloud) {
 
 /* Keys that no value of a picture follows from. */
 static bool is_left_out(const char *path) {
-  static const char *const paths[] = {"output.image",    "output.preview", "output.deep",
-                                      "output.exposure", "output.view",    "output.preview_bits",
-                                      "output.glare"};
+  static const char *const paths[] = {"output.image", "output.preview",      "output.deep", "output.exposure",
+                                      "output.view",  "output.preview_bits", "output.glare"};
   for (size_t i = 0; i < sizeof paths / sizeof *paths; i++)
     if (!strcmp(paths[i], path)) return true;
   return false;

@@ -10,9 +10,11 @@ static const np_choice alphas[] = {{"clouds", NP_ALPHA_CLOUDS},
 static const np_choice cloud_airs[] = {{"kept", NP_CLOUD_AIR_KEPT}, {"apart", NP_CLOUD_AIR_APART}, {NULL, 0}};
 static const np_choice exposures[] = {
     {"auto", NEPH_EXPOSURE_AUTO}, {"meter", NEPH_EXPOSURE_METER}, {"camera", NEPH_EXPOSURE_CAMERA}, {NULL, 0}};
-static const np_choice views[] = {
-    {"camera", NEPH_VIEW_CAMERA}, {"filmic", NEPH_VIEW_FILMIC}, {"standard", NEPH_VIEW_STANDARD},
-    {"raw", NEPH_VIEW_RAW}, {NULL, 0}};
+static const np_choice views[] = {{"camera", NEPH_VIEW_CAMERA},
+                                  {"filmic", NEPH_VIEW_FILMIC},
+                                  {"standard", NEPH_VIEW_STANDARD},
+                                  {"raw", NEPH_VIEW_RAW},
+                                  {NULL, 0}};
 static const np_choice preview_bits[] = {{"8", 8}, {"16", 16}, {NULL, 0}};
 static const np_choice color_spaces[] = {{"rec709", NP_COLOR_REC709},   {"acescg", NP_COLOR_ACESCG},
                                          {"rec2020", NP_COLOR_REC2020}, {"xyz", NP_COLOR_XYZ},

@@ -348,7 +348,7 @@ typedef struct np_scene_output {
   double exposure_ev;
   neph_exposure exposure;
   neph_view view;
-  double glare; /* of the camera's view */
+  double glare; /* share of light that the lens scatters */
   unsigned preview_bits;
 } np_scene_output;
 

@@ -43,9 +43,21 @@ camera: {position: [0 m, 0 m, 10 m], look_at: [0 m, 100 m, 10 m], roll: 3 deg, f
 sun: {elevation: 40 deg, azimuth: 120 deg}
 render: {samples: 4}
 END
+# Cloud at noon, with sky 60° from the sun beside it.
+cat >noon.yaml <<END
+version: 1
+camera: {position: [-2.6 km, -5.4 km, 1.2 km], look_at: [0 m, 0 m, 2.2 km], fov: 50 deg, resolution: [480, 270]}
+sun: {elevation: 55 deg, azimuth: 100 deg}
+clouds:
+  - bake: {preset: cumulus_congestus, seed: $seed, extent: [5 km, 5 km], cell: 2400 m, thickness: 2800 m,
+           coverage: 0.35, voxel: 20 m}
+    detail: $detail
+render: {samples: 4}
+END
 "$nephos" render -q congestus.yaml --cache cache -o near.exr
 "$nephos" render -q congestus.yaml --cache cache -o far.exr --resolution 425x239
 "$nephos" render -q sky.yaml -o sky.exr
+"$nephos" render -q noon.yaml --cache cache -o noon.exr -o noon.png
 "$nephos" render -q horizon.yaml -o horizon.exr
 "$nephos" render -q horizon.yaml -o horizon_mean.exr --samples 64
 

@@ -61,6 +61,40 @@ def measure_horizon(alpha, mean):
     return numpy.sqrt(((some - all_samples)[cut] ** 2).mean()) / contrast
 
 
+def compute_lab(rgb):
+    """CIELAB under D65 of sRGB in 0 to 1."""
+    light = numpy.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+    xyz = light @ numpy.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]).T
+    root = numpy.cbrt(xyz / [0.9505, 1.0, 1.0890])
+    return numpy.stack([116 * root[..., 1] - 16, 500 * (root[..., 0] - root[..., 1]),
+                        200 * (root[..., 1] - root[..., 2])], -1)
+
+
+def measure_angles(shape):
+    """Angle from the sun at each pixel of noon.yaml, in degrees."""
+    forward = numpy.array([2.6, 5.4, 1.0]) / numpy.linalg.norm([2.6, 5.4, 1.0])
+    right = numpy.cross(forward, [0, 0, 1]) / numpy.linalg.norm(numpy.cross(forward, [0, 0, 1]))
+    y, x = numpy.indices(shape)
+    scale = 2 * numpy.tan(numpy.radians(25)) / shape[1]
+    ray = (forward + (x + 0.5 - shape[1] / 2)[..., None] * scale * right
+           + (shape[0] / 2 - y - 0.5)[..., None] * scale * numpy.cross(right, forward))
+    elevation, azimuth = numpy.radians([55, 100])
+    sun = [numpy.cos(elevation) * numpy.sin(azimuth), numpy.cos(elevation) * numpy.cos(azimuth), numpy.sin(elevation)]
+    return numpy.degrees(numpy.arccos(ray @ sun / numpy.linalg.norm(ray, axis=-1)))
+
+
+def measure_preview():
+    """Distance from neutral and mean component of the brightest tenth of opaque cloud; mean of G of sky 60° away."""
+    alpha = numpy.array(nephos.Image.load(f"{sys.argv[1]}/noon.exr")["A"])
+    rgb = nephos.Image.load(f"{sys.argv[1]}/noon.png")[["R", "G", "B"]].astype(float)
+    opaque = (alpha > 0.98) & (numpy.indices(alpha.shape)[0] < alpha.shape[0] * 0.8)  # above the ground
+    colours = compute_lab(rgb[opaque])
+    bright = colours[:, 0] >= numpy.percentile(colours[:, 0], 90)
+    mean = colours[bright].mean(0)
+    sky = (alpha < 0.01) & (abs(measure_angles(alpha.shape) - 60) < 2)
+    return numpy.hypot(mean[1], mean[2]), 255 * rgb[opaque][bright].mean(), 255 * rgb[sky].mean(0)[1]
+
+
 near, far = load("near"), load("far")
 edge = measure_edge(near[0])
 contrast = measure_contrast(*far)
@@ -71,3 +105,7 @@ print(f"| contrast of log luminance, finest octave at 7 m a pixel | {contrast[0]
 print(f"| second octave | {contrast[1]:.2f} % | ≥ 1.5 % |")
 print(f"| radiance 0.7° over 6.7° from the sun in clear air | {measure_aureole(load('sky')[1]):.2f} | ≥ 5 |")
 print(f"| error at a tilted horizon, 4 samples | {measure_horizon(load('horizon'), load('horizon_mean')):.3f} | ≤ 0.10 |")
+neutral, cloud, sky = measure_preview()
+print(f"| preview at noon: ΔE*ab of the brightest tenth of opaque cloud from neutral | {neutral:.2f} | ≤ 2 |")
+print(f"| its sRGB | {cloud:.0f} | about 245 |")
+print(f"| sRGB of sky 60° from the sun beside it, green | {sky:.0f} | 130 to 170 |")
