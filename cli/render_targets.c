@@ -158,12 +158,19 @@ cli_exit render_job_add_targets(const render_job *job, const render_targets *t) 
   return exit ? exit : add_snapshot(job, t->snapshot);
 }
 
+/* Names that a configuration of OpenColorIO lacks are the scene's fault. */
+static cli_exit check_view(const render_job *job) {
+  const neph_result result = neph_preview_check(job->session->context, &job->output.preview_desc);
+  return result == NEPH_ERROR_INVALID_ARGUMENT ? CLI_BAD_SCENE : cli_exit_of(result);
+}
+
 cli_exit render_job_check_targets(render_job *job) {
   render_targets t;
   neph_result result = render_job_name_targets(job, &t);
   if (!result) result = render_job_name_restart(job, &t);
   cli_exit exit = cli_exit_of(result);
   if (!exit) exit = render_job_add_targets(job, &t);
+  if (!exit && t.preview) exit = check_view(job);
   for (unsigned i = 0; !exit && i < neph_scene_get_cloud_count(job->scene); i++) exit = check_cloud(job, i);
   render_job_free_targets(job, &t);
   return exit;

@@ -2,7 +2,7 @@
 # Sourced by tests/run.sh and samples/run.sh. The one list of what nephos is built from, as Debian 12 names it.
 packages='build-essential cmake ninja-build pkg-config
 libopenvdb-dev libnanovdb-dev libblosc-dev zlib1g-dev libboost-dev libtbb-dev libimath-dev
-libembree-dev libassimp-dev libgdal-dev libnetcdf-dev libopenexr-dev libpng-dev
+libembree-dev libassimp-dev libgdal-dev libnetcdf-dev libopencolorio-dev libopenexr-dev libpng-dev
 libyaml-dev libjansson-dev libxxhash-dev libnova-dev
 libcmocka-dev groff-base libopenvdb-tools libnanovdb-tools python3-openvdb openimageio-tools gnuplot-nox
 python3 python3-numpy python3-scipy python3-matplotlib python3-pytest tzdata python3-yaml python3-jsonschema abigail-tools

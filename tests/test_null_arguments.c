@@ -104,6 +104,7 @@ static void call_an_image_without_objects(void) {
                       FAILS(neph_image_load_png, NULL, NULL, NULL),
                       FAILS(neph_image_compute_exposure, NULL, NULL, NULL),
                       FAILS(neph_image_develop, NULL, NULL, 0, 0, 0, 0, NULL, 0),
+                      FAILS(neph_preview_check, NULL, NULL),
                       FAILS(neph_image_save_png, NULL, NULL, NULL),
                       FAILS(neph_image_describe_file, NULL, NULL, (neph_text_format)0, NULL),
                       FAILS(neph_image_get_error, NULL, NULL),

@@ -354,9 +354,9 @@ static void bad_descriptions_are_refused(void **state) {
   assert_int_equal(neph_image_save_png(image, f->path, &desc), NEPH_ERROR_INVALID_ARGUMENT);
   assert_one_error(&f->log, "bits are 12", "8 or 16");
   desc = (neph_preview_desc)NEPH_PREVIEW_DESC_DEFAULT;
-  desc.view = (neph_view)4;
+  desc.view = (neph_view)5;
   assert_int_equal(neph_image_save_png(image, f->path, &desc), NEPH_ERROR_INVALID_ARGUMENT);
-  assert_one_error(&f->log, "view is 4", "camera (3)");
+  assert_one_error(&f->log, "view is 5", "ocio (4)");
   assert_int_equal(neph_image_create(f->context, 4, 4, 1, names, &depth), NEPH_OK);
   assert_int_equal(neph_image_save_png(depth, f->path, NULL), NEPH_ERROR_INVALID_ARGUMENT);
   assert_one_error(&f->log, "R, G and B, or Y");

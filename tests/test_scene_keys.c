@@ -228,6 +228,7 @@ static const char *get_companion(const np_key *key) {
   if (!strcmp(parent->path, "terrain.mesh")) return strcmp(np_key_get_name(key), "file") ? ", file: a.obj" : "";
   if (!strcmp(parent->path, "clouds[].bake.map.top"))
     return strcmp(np_key_get_name(key), "file") ? ", file: b.tif" : "";
+  if (!strcmp(parent->path, "output.view")) return strcmp(np_key_get_name(key), "ocio") ? ", ocio: a.ocio" : "";
   if (!strcmp(parent->path, "clouds[].netcdf")) return strcmp(np_key_get_name(key), "file") ? ", file: a.nc" : "";
   if (!strcmp(parent->path, "clouds[].bake.shape.mesh"))
     return strcmp(np_key_get_name(key), "file") ? ", file: a.obj" : "";

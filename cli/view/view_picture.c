@@ -20,7 +20,7 @@ struct cli_view_picture {
   pthread_mutex_t texts_lock; /* guards stage, message and fraction: messages come while pixels are developed */
   void (*wake)(void *user);
   void *wake_user;
-  neph_preview_desc preview;
+  neph_preview_desc preview;      /* its texts are the picture's own: scenes that lend them come and go */
   neph_image *image;              /* last complete picture; NULL before the first */
   char *channel;                  /* channel that is shown; NULL: the picture itself */
   cli_view_channel shown_channel; /* range of its colours; its image is NULL between developments */
@@ -35,6 +35,33 @@ struct cli_view_picture {
   char *stage, *message;
   double fraction;
 };
+
+enum { PREVIEW_TEXT_COUNT = 4 };
+#define PREVIEW_TEXTS(preview)                                                                                         \
+  { &(preview)->ocio_config, &(preview)->ocio_display, &(preview)->ocio_view, &(preview)->ocio_input }
+
+/* Frees the texts of a preview. */
+static void clear_preview(neph_preview_desc *preview) {
+  const char **texts[] = PREVIEW_TEXTS(preview);
+  for (size_t i = 0; i < PREVIEW_TEXT_COUNT; i++) free((char *)(uintptr_t)*texts[i]);
+  *preview = (neph_preview_desc)NEPH_PREVIEW_DESC_DEFAULT;
+}
+
+/* Replaces a preview by a copy with texts of its own. */
+static neph_result copy_preview(neph_preview_desc *preview, const neph_preview_desc *by) {
+  neph_preview_desc copy = *by;
+  const char **texts[] = PREVIEW_TEXTS(&copy);
+  bool is_whole = true;
+  for (size_t i = 0; i < PREVIEW_TEXT_COUNT; i++) {
+    const char *lent = *texts[i];
+    *texts[i] = lent ? strdup(lent) : NULL;
+    is_whole = is_whole && (*texts[i] || !lent);
+  }
+  if (!is_whole) return clear_preview(&copy), NEPH_ERROR_OUT_OF_MEMORY;
+  clear_preview(preview);
+  *preview = copy;
+  return NEPH_OK;
+}
 
 cli_view_picture *cli_view_picture_create(neph_context *context, void (*wake)(void *user), void *user) {
   cli_view_picture *picture = calloc(1, sizeof *picture);
@@ -59,6 +86,7 @@ void cli_view_picture_destroy(cli_view_picture *picture) {
   neph_image_destroy(picture->image);
   free(picture->pixels);
   free(picture->channel);
+  clear_preview(&picture->preview);
   free(picture->stage);
   free(picture->message);
   free(picture);
@@ -177,9 +205,9 @@ neph_result cli_view_picture_show_tile(cli_view_picture *picture, const cli_view
 
 neph_result cli_view_picture_set_preview(cli_view_picture *picture, const neph_preview_desc *preview) {
   lock(picture);
-  picture->preview = *preview;
+  neph_result result = copy_preview(&picture->preview, preview);
   picture->preview_number++;
-  const neph_result result = picture->image ? develop(picture) : NEPH_OK;
+  if (picture->image && !result) result = develop(picture);
   if (picture->image && !result) picture->number++;
   unlock(picture);
   picture->wake(picture->wake_user);

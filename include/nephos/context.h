@@ -86,7 +86,8 @@ typedef enum neph_feature {
   NEPH_FEATURE_GDAL,   /**< GeoTIFF and other georeferenced height fields are read: nephos_gdal.so is found and can be
                             loaded */
   NEPH_FEATURE_ASSIMP, /**< meshes are read: the program nephos_assimp is found */
-  NEPH_FEATURE_NETCDF  /**< fields of atmospheric models are read: nephos_netcdf.so is found and can be loaded */
+  NEPH_FEATURE_NETCDF, /**< fields of atmospheric models are read: nephos_netcdf.so is found and can be loaded */
+  NEPH_FEATURE_OCIO    /**< previews are shown by views of OpenColorIO: nephos_ocio.so is found and can be loaded */
 } neph_feature;
 
 /** Whether a feature can be used; false for values outside the enumeration. Loads the feature's module on first use,

@@ -81,11 +81,12 @@ typedef enum neph_view {
   NEPH_VIEW_FILMIC,   /**< linear up to 0.75, a shoulder above that keeps hue and fades to white, sRGB */
   NEPH_VIEW_STANDARD, /**< clipped at 1, sRGB */
   NEPH_VIEW_RAW,      /**< R, G and B times exposure_ev alone, clipped at 1; no sRGB, no conversion of primaries */
-  NEPH_VIEW_CAMERA    /**< white balance, glare and lifted midtones, sRGB; the default. Light of the chromaticity
+  NEPH_VIEW_CAMERA,   /**< white balance, glare and lifted midtones, sRGB; the default. Light of the chromaticity
                            nephos:meterX, nephos:meterY shows as neutral with the sun (nephos:sunElevation) above 15°,
                            and in its colour below 5°. The lens of a perspective picture, whose camera the header
                            has, scatters the share `glare`. Midtones are lifted by 0.45 stops in the same hue, under
                            the shoulder of NEPH_VIEW_FILMIC. A step whose attributes are missing is left out */
+  NEPH_VIEW_OCIO      /**< a view of an OpenColorIO configuration, `ocio_config`; needs NEPH_FEATURE_OCIO */
 } neph_view;
 
 /** Base exposure of a preview. */
@@ -112,6 +113,13 @@ typedef struct neph_preview_desc {
                                    (default float) */
   double glare;               /**< share of light that the lens scatters over the picture in NEPH_VIEW_CAMERA, 0 to 0.5
                                    (default 0.06); other views have none */
+  /* Texts of NEPH_VIEW_OCIO; other views need none. */
+  const char *ocio_config;  /**< path of the configuration, a file "config.ocio" (default NULL: an error) */
+  const char *ocio_display; /**< display of the configuration (default NULL: its first) */
+  const char *ocio_view;    /**< view of the display (default NULL: its first) */
+  const char *ocio_input;   /**< colour space of the configuration that is linear light with the primaries of Rec.709
+                                 (default NULL: by its roles aces_interchange or cie_xyz_d65_interchange, or by the
+                                 names that such a space has in configurations of ACES and Blender) */
 } neph_preview_desc;
 
 #define NEPH_PREVIEW_DESC_DEFAULT                                                                                      \
@@ -119,6 +127,13 @@ typedef struct neph_preview_desc {
     .struct_size = sizeof(neph_preview_desc), .exposure_ev = 0, .exposure = NEPH_EXPOSURE_AUTO, .white = {1, 1, 1},    \
     .view = NEPH_VIEW_CAMERA, .bits = 8, .pixel_type = NEPH_PIXEL_FLOAT, .glare = 0.06                                 \
   }
+
+/** Checks a description before a picture is there: ranges, and for NEPH_VIEW_OCIO that the configuration can be used
+ * and has the names.
+ *
+ * @param desc  NULL for the defaults.
+ */
+NEPH_API neph_result neph_preview_check(neph_context *context, const neph_preview_desc *desc) NEPH_NODISCARD;
 
 /** Writes a PNG of channels R, G, B, or of Y alone: exposure, view, dither.
  *

@@ -62,7 +62,7 @@ static void write_header(png_structp png, png_infop info, const png_picture *pic
                PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
   if (picture->desc->view == NEPH_VIEW_RAW)
     png_set_gAMA(png, info, 1.0);
-  else
+  else if (picture->desc->view != NEPH_VIEW_OCIO) /* whose encoding the configuration alone knows */
     png_set_sRGB_gAMA_and_cHRM(png, info, PNG_sRGB_INTENT_PERCEPTUAL);
   put_texts(png, info, picture);
   png_write_info(png, info);

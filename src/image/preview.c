@@ -36,8 +36,7 @@ static void render_pixel(preview_job *job, float exposed[3], const float noise[3
   } else if (np_maxf(exposed[0], np_maxf(exposed[1], exposed[2])) == HUGE_VALF) {
     paint(rgb, job->top, job->top, job->top);
   } else {
-    if (job->view->is_for_display) np_preview_convert(&job->planes, exposed);
-    job->view->map(exposed, display);
+    np_preview_map(job->view, &job->planes, exposed, display);
     for (int c = 0; c < 3; c++) rgb[c] = np_preview_quantize(job->view->encode(display[c]), noise[c], job->top);
   }
 }
@@ -73,6 +72,18 @@ neph_result neph_image_compute_exposure(const neph_image *image, const neph_prev
   if (!result) result = np_preview_check_desc(image->context, &wanted);
   if (!result) result = np_preview_choose_factor(image, &wanted, &factor);
   if (!result) *out_stops = log2(factor);
+  return result;
+}
+
+neph_result neph_preview_check(neph_context *context, const neph_preview_desc *desc) {
+  const neph_preview_desc defaults = NEPH_PREVIEW_DESC_DEFAULT;
+  neph_preview_desc wanted;
+  np_ocio_view opened = {NULL, NULL};
+  if (!context) return NEPH_ERROR_INVALID_ARGUMENT;
+  neph_result result = np_desc_read(context, "neph_preview_desc", &defaults, sizeof defaults, desc, &wanted);
+  if (!result) result = np_preview_check_desc(context, &wanted);
+  if (!result && wanted.view == NEPH_VIEW_OCIO) result = np_ocio_view_open(context, &wanted, &opened);
+  np_ocio_view_close(&opened);
   return result;
 }
 

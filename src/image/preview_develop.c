@@ -84,8 +84,7 @@ static void develop_by_curve(const development *d, size_t pixel, uint8_t rgba[4]
   float exposed[3], display[3];
   np_preview_get_pixel(&d->planes, pixel, exposed);
   if (paint_odd(exposed, rgba)) return;
-  if (d->view->is_for_display) np_preview_convert(&d->planes, exposed);
-  d->view->map(exposed, display);
+  np_preview_map(d->view, &d->planes, exposed, display);
   for (int c = 0; c < 3; c++) rgba[c] = encode(&d->encoding, display[c]);
 }
 

@@ -38,6 +38,7 @@ void np_preview_convert(const np_preview_planes *planes, float rgb[3]) {
 bool np_preview_get_planes(const neph_image *image, neph_pixel_type wanted, np_preview_planes *out) {
   static const char *const colours[3] = {"R", "G", "B"};
   out->veil = NULL;
+  out->ocio = (np_ocio_view){NULL, NULL};
   for (int c = 0; c < 3; c++) {
     out->plane[c] = neph_image_get_values(image, colours[c]);
     if (!out->plane[c]) out->plane[c] = neph_image_get_values(image, "Y");

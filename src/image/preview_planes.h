@@ -6,6 +6,7 @@
 #include "core/half.h"
 #include "image/color_space.h"
 #include "image/image_private.h"
+#include "image/ocio_view.h"
 
 /* The three planes of a preview; all the same for a grey picture. */
 typedef struct np_preview_planes {
@@ -16,6 +17,7 @@ typedef struct np_preview_planes {
   float rec709_from_rgb[3][3]; /* matrix for primaries other than Rec.709's, and for a white balance */
   float *veil;                 /* scattered light of the planes' pixels, R, G, B; NULL: none */
   float kept_share;            /* share of a pixel's light that a veil leaves in it */
+  np_ocio_view ocio;           /* open for NEPH_VIEW_OCIO alone */
 } np_preview_planes;
 
 /* Chooses the planes. False for an image that has neither R, G and B nor Y. Leaves `factor` unset. Values are rounded

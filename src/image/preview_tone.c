@@ -78,7 +78,8 @@ static const np_preview_view views[] = {
     [NEPH_VIEW_FILMIC] = {np_preview_map_tone, encode_srgb, decode_srgb, 0.75f, true, "filmic"},
     [NEPH_VIEW_STANDARD] = {clip, encode_srgb, decode_srgb, 1.0f, true, "standard"},
     [NEPH_VIEW_RAW] = {clip, encode_linear, encode_linear, 1.0f, false, "raw"},
-    [NEPH_VIEW_CAMERA] = {np_preview_map_camera, encode_srgb, decode_srgb, -1.0f, true, "camera", true}};
+    [NEPH_VIEW_CAMERA] = {np_preview_map_camera, encode_srgb, decode_srgb, -1.0f, true, "camera", true},
+    [NEPH_VIEW_OCIO] = {NULL, encode_linear, encode_linear, -1.0f, true, "ocio"}};
 
 enum { VIEW_COUNT = sizeof views / sizeof *views };
 
@@ -98,8 +99,11 @@ neph_result np_preview_check_desc(neph_context *context, const neph_preview_desc
   if ((unsigned)desc->pixel_type > NEPH_PIXEL_FLOAT)
     return np_fail(context, bad, "preview pixel_type is %d, must be half (0) or float (1)", (int)desc->pixel_type);
   if ((unsigned)desc->view >= VIEW_COUNT)
-    return np_fail(context, bad, "preview view is %d, must be filmic (0), standard (1), raw (2) or camera (3)",
+    return np_fail(context, bad,
+                   "preview view is %d, must be filmic (0), standard (1), raw (2), camera (3) or ocio (4)",
                    (int)desc->view);
+  if (desc->view == NEPH_VIEW_OCIO && (!desc->ocio_config || !*desc->ocio_config))
+    return np_fail(context, bad, "preview view is ocio, which needs ocio_config, a configuration of OpenColorIO");
   if (!(desc->glare >= 0.0 && desc->glare <= 0.5))
     return np_fail(context, bad, "preview glare is %g, must be a share in [0, 0.5]", desc->glare);
   if (desc->bits != 8 && desc->bits != 16)
@@ -128,7 +132,11 @@ neph_result np_preview_prepare(const neph_image *image, const neph_preview_desc 
   if (result) return result;
   for (int c = 0; c < 3; c++)
     planes->factor[c] = (float)(view->is_for_display ? *out_exposure / desc->white[c] : *out_exposure);
+  if (!view->map) return np_ocio_view_open(image->context, desc, &planes->ocio);
   return view->is_camera ? np_preview_prepare_camera(image, desc, is_parallel, planes) : NEPH_OK;
 }
 
-void np_preview_clear_planes(const neph_image *image, np_preview_planes *planes) { np_glare_destroy(image, planes); }
+void np_preview_clear_planes(const neph_image *image, np_preview_planes *planes) {
+  np_glare_destroy(image, planes);
+  np_ocio_view_close(&planes->ocio);
+}

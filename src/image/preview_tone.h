@@ -12,7 +12,7 @@
 
 /* One row for each neph_view. */
 typedef struct np_preview_view {
-  void (*map)(const float exposed[3], float out_display[3]); /* display light in [0, 1] */
+  void (*map)(const float exposed[3], float out_display[3]); /* display light in [0, 1]; NULL: by OpenColorIO */
   float (*encode)(float linear);                             /* component in [0, 1] of display light */
   float (*decode)(float component);                          /* the inverse of `encode` */
   float linear_until;                                        /* light up to which `map` only clips negative values */
@@ -23,7 +23,17 @@ typedef struct np_preview_view {
 
 const np_preview_view *np_preview_get_view(neph_view view);
 
-/* Checks a caller's description. */
+/* Display light of an exposed pixel in the planes' primaries, whose colours are converted in place. */
+static inline void np_preview_map(const np_preview_view *view, const np_preview_planes *planes, float exposed[3],
+                                  float out_display[3]) {
+  if (view->is_for_display) np_preview_convert(planes, exposed);
+  if (view->map)
+    view->map(exposed, out_display);
+  else
+    np_ocio_view_map(&planes->ocio, exposed, out_display);
+}
+
+/* Checks a caller's description, but not the names in a configuration of OpenColorIO. */
 neph_result np_preview_check_desc(neph_context *context, const neph_preview_desc *desc);
 
 /* Exposure factor on the values of the picture, white balance apart. */

@@ -71,12 +71,10 @@ static neph_result take_reference(neph_report *report) {
 static neph_result prepare(neph_report *report) {
   neph_result result = copy_texts(report);
   if (!result) result = take_reference(report);
-  neph_scene *scene = NULL;
-  if (!result) result = np_report_load(report, NULL, &scene);
+  if (!result) result = np_report_load(report, NULL, &report->scene);
   if (result) return result;
-  choose_size(report, scene->camera.resolution);
-  result = choose_preview(report, scene);
-  neph_scene_destroy(scene);
+  choose_size(report, report->scene->camera.resolution);
+  result = choose_preview(report, report->scene);
   return result ? result : np_report_list(report);
 }
 
@@ -113,6 +111,7 @@ void neph_report_destroy(neph_report *report) {
   for (int k = 0; k < 2; k++) neph_image_destroy(report->reference.halves[k]);
   neph_image_destroy(report->reference.picture);
   neph_image_destroy(report->yardstick);
+  neph_scene_destroy(report->scene);
   np_alloc_free(context, report->name);
   np_alloc_free(context, report->reference_path);
   np_alloc_free(context, report);

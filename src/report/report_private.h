@@ -73,6 +73,7 @@ struct neph_report {
   np_curve curves[NP_REPORT_CURVES_MAX];
   np_target targets[NP_REPORT_TARGETS];
   np_report_reference reference;
+  neph_scene *scene;              /* the scene of no setting, which lends the preview its texts */
   neph_preview_desc preview;      /* the preview of all pictures, by one exposure */
   neph_image *yardstick;          /* pixels that errors are relative to */
   np_stores stores;               /* stores of the family that was rendered last, or, in a quick report, of all */

@@ -167,6 +167,10 @@ neph_result neph_scene_get_output(const neph_scene *scene, neph_output *out_outp
   wanted.preview_desc.exposure_ev = output->exposure_ev;
   wanted.preview_desc.exposure = output->exposure;
   wanted.preview_desc.view = output->view;
+  wanted.preview_desc.ocio_config = output->ocio_config;
+  wanted.preview_desc.ocio_display = output->ocio_display;
+  wanted.preview_desc.ocio_view = output->ocio_view;
+  wanted.preview_desc.ocio_input = output->ocio_input;
   wanted.preview_desc.glare = output->glare;
   wanted.preview_desc.bits = output->preview_bits;
   wanted.preview_desc.pixel_type = output->pixel_type;

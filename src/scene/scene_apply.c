@@ -246,6 +246,8 @@ static neph_result apply_value(key_applier *applier, const np_key *key, void *ba
     return apply_seed(applier, key, base, node);
   case NP_KEY_CHOICE:
     return apply_choice(applier, key, base, node);
+  case NP_KEY_SECTION: /* a word in place of the mapping */
+    return key->choices ? apply_choice(applier, key, base, node) : fail_value(applier, key, node);
   case NP_KEY_FLAGS:
     return apply_flags(applier, key, base, node);
   case NP_KEY_TEXT:
@@ -262,7 +264,6 @@ static neph_result apply_value(key_applier *applier, const np_key *key, void *ba
     return np_scene_points_read(applier->problems, applier->path, key, node, np_scene_points_get(key, base));
   case NP_KEY_TRACKS:
     return NEPH_OK;
-  case NP_KEY_SECTION:
   case NP_KEY_LIST:
     break;
   }
@@ -391,14 +392,12 @@ static neph_result apply_key(key_applier *applier, const np_key *key, void *base
   neph_result result;
   if (key->type == NP_KEY_LIST)
     result = apply_list(applier, key, node);
-  else if (key->type != NP_KEY_SECTION)
-    result = apply_value(applier, key, base, node);
-  else if (is_mapping)
+  else if (key->type == NP_KEY_SECTION && is_mapping)
     result = apply_section(applier, key, base, node);
-  else if (key->shorthand && node->kind == NP_NODE_SCALAR)
+  else if (key->type == NP_KEY_SECTION && key->shorthand && node->kind == NP_NODE_SCALAR)
     result = apply_value(applier, np_key_search(key, key->shorthand), base, node);
   else
-    result = key->choices ? apply_choice(applier, key, base, node) : fail_value(applier, key, node);
+    result = apply_value(applier, key, base, node);
   /* "moon: none" removes the moon. */
   const bool is_choice = key->type == NP_KEY_SECTION && !is_mapping;
   if (!result && !is_choice && !is_word(key, node)) store_unsigned(base, key->tag, key->tag_value);

@@ -407,6 +407,12 @@ static neph_result check_output(const neph_scene *scene, np_scene_problems *prob
                           ldexp(0.5, exponent));
 }
 
+static neph_result check_preview(const neph_scene *scene, np_scene_problems *problems) {
+  if (scene->output.view != NEPH_VIEW_OCIO || scene->output.ocio_config) return NEPH_OK;
+  return np_scene_fail_at(problems, locate(scene, "output", "view"),
+                          "output.view needs ocio, the file of a configuration of OpenColorIO");
+}
+
 static neph_result check_air(const neph_scene *scene, np_scene_problems *problems) {
   if (!scene->air.given) return np_scene_air_check(scene, problems);
   return check_no_keys(np_node_search(scene->document, "atmosphere"), problems);
@@ -431,6 +437,7 @@ static const struct {
     {check_clouds, {{NULL, NULL}}}, /* each cloud skips on its own errors */
     {check_terrain, {{"terrain", NULL}}},
     {check_output, {{"output", "scale"}}},
+    {check_preview, {{"output", "view"}}},
     {check_colors, {{"output", "color_space"}, {"render", "wavelengths"}}},
 };
 

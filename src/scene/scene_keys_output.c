@@ -62,9 +62,19 @@ static const np_key keys[] = {
      .tag_value = NEPH_EXPOSURE_FIXED,
      .meaning = "exposure of the preview in stops; auto: by its highlights; meter: by the light on the scene, so that "
                 "frames and tiles match and night stays dark; camera: by its f_stop, shutter and iso"},
-    {.path = "output.view", .type = NP_KEY_CHOICE, .choices = views, .field = SCENE(output.view), .fallback = "camera",
+    {.path = "output.view", .type = NP_KEY_SECTION, .choices = views, .field = SCENE(output.view), .fallback = "camera",
+     .tag = SCENE(output.view), .tag_value = NEPH_VIEW_OCIO,
      .meaning = "display of the preview: camera has white balance, glare and lifted midtones; filmic has a soft "
-                "shoulder, standard clips, raw is linear like the EXR"},
+                "shoulder, standard clips, raw is linear like the EXR; or a view of an OpenColorIO configuration"},
+    {.path = "output.view.ocio", .type = NP_KEY_FILE, .is_input = true, .field = SCENE(output.ocio_config),
+     .meaning = "configuration of OpenColorIO, a file config.ocio"},
+    {.path = "output.view.display", .type = NP_KEY_TEXT, .field = SCENE(output.ocio_display),
+     .meaning = "display of the configuration; default: its first"},
+    {.path = "output.view.view", .type = NP_KEY_TEXT, .field = SCENE(output.ocio_view),
+     .meaning = "view of the display; default: its first"},
+    {.path = "output.view.input", .type = NP_KEY_TEXT, .field = SCENE(output.ocio_input),
+     .meaning = "colour space of the configuration that is linear light with Rec.709's primaries; default: by the role "
+                "aces_interchange or cie_xyz_d65_interchange, or a space of such a name"},
     {.path = "output.glare", .type = NP_KEY_REAL, .field = SCENE(output.glare), .range = WITHIN(0, 0.5),
      .fallback = "0.06", .meaning = "share of light that the lens scatters over a preview of view camera"},
     {.path = "output.preview_bits", .type = NP_KEY_CHOICE, .choices = preview_bits,

@@ -348,7 +348,8 @@ typedef struct np_scene_output {
   double exposure_ev;
   neph_exposure exposure;
   neph_view view;
-  double glare; /* share of light that the lens scatters */
+  char *ocio_config, *ocio_display, *ocio_view, *ocio_input; /* names of view ocio; NULL: not given */
+  double glare;                                              /* share of light that the lens scatters */
   unsigned preview_bits;
 } np_scene_output;
 

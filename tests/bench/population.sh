@@ -2,14 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 # The march against the path tracer in scenes that are drawn and not chosen: prints docs/results/population.md.
 #
-#   sh population.sh NEPHOS --seed N --count K [--folder DIR] [--limit SECONDS] [--page FILE]
+#   sh population.sh NEPHOS --seed N --count K [--folder DIR] [--limit SECONDS] [--page FILE] [--scenes N,N…]
+#                    [--resolution WxH] [--worst SHARE]
 #
-# NEPHOS    the program
-# --seed    hexadecimal digits: the first eight of the commit that is measured
-# --count   scenes
-# --folder  for scenes and pictures; a picture that is there is not rendered again
-# --limit   CPU seconds of a scene's reference; default 300
-# --page    file of the page; default standard output
+# NEPHOS        the program
+# --seed        hexadecimal digits: the first eight of the commit that is measured
+# --count       scenes
+# --folder      for scenes and pictures, a temporary one by default; a picture that is there is not rendered again
+# --limit       CPU seconds of a scene's reference; default 300
+# --page        file of the page; default standard output
+# --scenes      numbers of the draw, 0 the first, in place of the first K that show clouds
+# --resolution  of the pictures; default 64x36
+# --worst       the command fails where a resolved region errs by more than this share
 #
 # Needs python3 with numpy and scipy.
 set -eu

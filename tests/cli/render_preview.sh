@@ -12,6 +12,19 @@ for view in camera filmic standard; do
   nephos render scene.yaml -q --set output.view=$view -o $view.png >/dev/null
   grep -ac sRGB $view.png
 done
+cat >config.ocio <<'OCIO'
+ocio_profile_version: 2
+roles: {default: raw}
+displays: {monitor: [!<View> {name: plain, colorspace: gamma}]}
+colorspaces:
+  - !<ColorSpace> {name: raw, isdata: true}
+  - !<ColorSpace> {name: lin_rec709}
+  - !<ColorSpace> {name: gamma, from_scene_reference: !<ExponentTransform> {value: 0.5}}
+OCIO
+nephos render scene.yaml -q --set 'output.view={ocio: config.ocio}' -o ocio.png >/dev/null
+grep -ac sRGB ocio.png || true
+nephos render scene.yaml -q --set 'output.view={ocio: config.ocio, display: wall}' 2>&1 || echo "exit $?"
+nephos render scene.yaml -q --set 'output.view={display: monitor}' 2>&1 || echo "exit $?"
 for bits in 8 16; do
   nephos render scene.yaml -q --set output.preview_bits=$bits -o deep.png >/dev/null
   od -A n -t u1 -j 24 -N 1 deep.png

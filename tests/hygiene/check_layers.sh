@@ -74,6 +74,7 @@ embree src/terrain/terrain.c
 assimp/ src/mesh/assimp_reader.c
 (netcdf|hdf5) src/volume/netcdf_reader.c
 gdal/ src/terrain/gdal_(files|names|reader|references)\.[ch]
+OpenColorIO/ src/image/ocio_shim.cpp
 openexr src/image/image_exr(_read|_write)?\.[ch]
 png\.h src/image/image_png.c
 yaml\.h src/scene/scene_file.c

@@ -5,6 +5,7 @@ import argparse
 import json
 import os
 import sys
+import tempfile
 
 import numpy
 
@@ -134,23 +135,15 @@ def measure(nephos, point, folder, name, options):
     }
 
 
-def main():
-    parser = argparse.ArgumentParser(prog="population.sh")
-    parser.add_argument("nephos")
-    parser.add_argument("--seed", required=True)
-    parser.add_argument("--count", type=int, required=True)
-    parser.add_argument("--folder", default="population")
-    parser.add_argument("--limit", type=float, default=300.0)
-    parser.add_argument("--page")
-    parser.add_argument("--resolution", default="64x36", help="of the pictures")
-    parser.add_argument("--worst", type=float, help="fail where a resolved region errs by more; a share")
-    options = parser.parse_args()
-    nephos, folder = os.path.abspath(options.nephos), options.folder
+def measure_all(nephos, folder, options):
+    """Results of the scenes, and those that the program refused, with its messages."""
     os.makedirs(folder, exist_ok=True)
     results, refused = [], []
     for i, point in enumerate(draw_points(int(options.seed, 16), 4 * options.count)):
         if len(results) + len(refused) == options.count:
             break
+        if options.scenes and i not in options.scenes:
+            continue
         name = f"{options.seed}.{i}"
         try:
             found = measure(nephos, point, folder, name, options)
@@ -164,6 +157,24 @@ def main():
             print(f"{name}: {len(found['bias'])} of {found['seen']} regions resolved, worst {100 * worst:.1f} %, "
                   f"stated bias {100 * found['stated_bias']:.1f} %, true {100 * found['true_bias']:.1f} %, reference "
                   f"{found['reference_seconds']:.0f} CPU s", file=sys.stderr)
+    return results, refused
+
+
+def main():
+    parser = argparse.ArgumentParser(prog="population.sh")
+    parser.add_argument("nephos")
+    parser.add_argument("--seed", required=True)
+    parser.add_argument("--count", type=int, required=True)
+    parser.add_argument("--folder", help="for scenes and pictures; a temporary one by default")
+    parser.add_argument("--limit", type=float, default=300.0)
+    parser.add_argument("--page")
+    parser.add_argument("--resolution", default="64x36", help="of the pictures")
+    parser.add_argument("--scenes", type=lambda text: [int(n) for n in text.split(",")],
+                        help="numbers of the draw, 0 the first, in place of all that show clouds")
+    parser.add_argument("--worst", type=float, help="fail where a resolved region errs by more; a share")
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory() as temporary:
+        results, refused = measure_all(os.path.abspath(options.nephos), options.folder or temporary, options)
     out = open(options.page, "w") if options.page else sys.stdout
     print_page(results, refused, options, out)
     return check(results, refused, options.worst)

@@ -98,7 +98,8 @@ def print_page(results, refused, options, out):
     print(f"`sh tests/bench/population.sh build/release/bin/nephos --seed {options.seed} --count {options.count}` draws "
           f"scenes\nfrom a Sobol sequence, renders 64 × 36 pixels by the march at final quality and by path with four "
           "seeds, and\ncompares regions of 8 × 9 pixels. A region is resolved where the reference's standard error is "
-          "below 2 %. The\nscenes stand in the folder `population` of the command.\n", file=out)
+          "below 2 %.\n"
+          "`--folder DIR` keeps scenes and pictures.\n", file=out)
     if not results:
         print("No scene was measured.", file=out)
         return
