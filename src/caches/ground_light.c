@@ -113,12 +113,12 @@ static np_spectrum light_hill(const ground_fill *f, const np_ground_hit *hill) {
  * there is no sky, and clouds before them hide their light. */
 typedef struct ground_sums {
   np_spectrum clear, seen, added;
-  np_spectrum clear_lean[2], lean[2]; /* the same times the direction's tangent along x and y: of the clear sky, and of
-                                         what is seen and added */
+  np_spectrum clear_linear[2], linear[2]; /* the same times the direction's tangent along x and y: of the clear sky, and
+                                         of what is seen and added */
   float open;
 } ground_sums;
 
-static void lean(np_spectrum sums[2], np_vec3 towards, np_spectrum light) {
+static void add_linear(np_spectrum sums[2], np_vec3 towards, np_spectrum light) {
   sums[0] = np_spectrum_add_scaled(sums[0], towards.x / towards.z, light);
   sums[1] = np_spectrum_add_scaled(sums[1], towards.y / towards.z, light);
 }
@@ -142,11 +142,11 @@ static void gather_along(const ground_fill *f, np_dvec3 position, unsigned i, np
     seen = np_spectrum_add(d->air.clear, change);
     sums->open += view.transmittance;
     sums->clear = np_spectrum_add(sums->clear, d->air.clear);
-    lean(sums->clear_lean, towards, d->air.clear);
+    add_linear(sums->clear_linear, towards, d->air.clear);
   }
   sums->seen = np_spectrum_add(sums->seen, seen);
   sums->added = np_spectrum_add(sums->added, added);
-  lean(sums->lean, towards, np_spectrum_add(seen, added));
+  add_linear(sums->linear, towards, np_spectrum_add(seen, added));
 }
 
 static np_ground_light_value gather_at(const ground_fill *f, np_dvec3 position, np_gather_ray *rays) {
@@ -159,8 +159,8 @@ static np_ground_light_value gather_at(const ground_fill *f, np_dvec3 position, 
     out.open.band[b] =
         sums.clear.band[b] > 0.0f ? fmaxf(0.0f, sums.seen.band[b]) / sums.clear.band[b] : sums.open / DIRECTIONS;
     for (int a = 0; a < 2; a++)
-      out.lean[a].band[b] =
-          (sums.lean[a].band[b] - out.open.band[b] * sums.clear_lean[a].band[b]) * NP_PI_F / DIRECTIONS;
+      out.linear[a].band[b] =
+          (sums.linear[a].band[b] - out.open.band[b] * sums.clear_linear[a].band[b]) * NP_PI_F / DIRECTIONS;
   }
   return out;
 }
@@ -294,7 +294,7 @@ np_ground_light_value np_ground_light_get(const np_ground_light *c, np_dvec3 pos
         &c->points[(size_t)(lower[1] + j) * (size_t)c->size[0] + (size_t)(lower[0] + i)];
     out.open = np_spectrum_add_scaled(out.open, weight, near->open);
     out.added = np_spectrum_add_scaled(out.added, weight, near->added);
-    for (int a = 0; a < 2; a++) out.lean[a] = np_spectrum_add_scaled(out.lean[a], weight, near->lean[a]);
+    for (int a = 0; a < 2; a++) out.linear[a] = np_spectrum_add_scaled(out.linear[a], weight, near->linear[a]);
   }
   return out;
 }
@@ -303,6 +303,6 @@ np_spectrum np_ground_light_add_slope(const np_ground_light_value *value, np_vec
   np_spectrum out = np_spectrum_grey(0.0f);
   for (int b = 0; b < NP_BAND_COUNT; b++)
     out.band[b] = fmaxf(0.0f, share * value->added.band[b] +
-                                  0.5f * (normal.x * value->lean[0].band[b] + normal.y * value->lean[1].band[b]));
+                                  0.5f * (normal.x * value->linear[0].band[b] + normal.y * value->linear[1].band[b]));
   return out;
 }

@@ -15,11 +15,11 @@
 typedef struct np_ground_light_value {
   np_spectrum open;  /* transmitted share of the sky's light */
   np_spectrum added; /* irradiance from the clouds, W m⁻² nm⁻¹ */
-  np_spectrum lean[2]; /* ∫ L d dω of clouds and of what they change in the sky's light, along x and y, W m⁻² nm⁻¹ */
+  np_spectrum linear[2]; /* ∫ L d dω of clouds and of what they change in the sky's light, along x and y, W m⁻² nm⁻¹ */
 } np_ground_light_value;
 
 /* Irradiance from the clouds on a slope, of whose sky it sees a share: the even part, and that of the first harmonics
- * (a half of the lean along its normal). */
+ * (a half of the linear along its normal). */
 np_spectrum np_ground_light_add_slope(const np_ground_light_value *value, np_vec3 normal, float share);
 
 typedef struct np_ground_light {

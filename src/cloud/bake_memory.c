@@ -132,7 +132,7 @@ static bool compute_need(const np_bake *bake, const np_bake_marks *marks, memory
 }
 
 /* Memory below this is not logged. */
-static const double told_bytes = 1e7;
+static const double logged_bytes = 1e7;
 
 neph_result np_bake_check_memory(const np_bake *bake, const np_bake_marks *marks) {
   memory_need need;
@@ -142,7 +142,7 @@ neph_result np_bake_check_memory(const np_bake *bake, const np_bake_marks *marks
   const double likely = need.meter + share * need.leaves +
                         fmax(need.work, fmax(library + share * (need.tree - library), share * need.bricks));
   const neph_cloud_desc *cloud = &bake->model.desc;
-  if (bytes > told_bytes)
+  if (bytes > logged_bytes)
     np_log(bake->context, NEPH_LOG_INFO, "%s: needs about %.2g GB of memory, at most %.2g GB",
            np_cloud_desc_name(cloud), likely * 1e-9, bytes * 1e-9);
   const double machine = (double)np_memory_size(), asked = (double)bake->desc.memory_max_bytes;

@@ -77,7 +77,7 @@ neph_result np_cloud_model_build(neph_context *context, const neph_cloud_desc *d
   model.balls = (np_ball_heap){.context = context, .kernels = np_ball_get_table(context->isa)};
   desc = &model.desc;
   model.balls.repeat_m = desc->repeat_m > 0 ? (float)desc->extent_m[0] : 0.0f;
-  model.lives_per_s = 1.0 / desc->lifetime_s;
+  model.lifetimes_per_s = 1.0 / desc->lifetime_s;
   np_cloud_desc_compute_heading(desc, model.heading);
   model.wind = np_cloud_wind_make(desc, model.kind->skew);
   prepare(&model);

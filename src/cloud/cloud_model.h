@@ -97,7 +97,7 @@ struct np_cloud_model {
   float drift_m[2], turnover; /* drift of the air since time 0, and turnover of the billows in units of their size */
   float heading[2];
   np_cloud_rain rain;
-  double lives_per_s;
+  double lifetimes_per_s;
   np_ball_heap balls;   /* thermals and their billows; empty in other models */
   np_shape_grid *shape; /* distance grid of a mesh or a height map; NULL: none */
   np_thermal_noises thermals;
@@ -105,7 +105,7 @@ struct np_cloud_model {
   np_kind_noises noises;
   np_trail trails[NEPH_CLOUD_TRAILS_MAX];
   np_measured_columns columns; /* empty without a measured field */
-  bool is_empty; /* coverage 0 */
+  bool is_empty;               /* coverage 0 */
 };
 
 #endif

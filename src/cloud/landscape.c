@@ -42,8 +42,8 @@ typedef struct cell {
 static float get_fraction(uint64_t bits, int field) { return (float)(bits >> (16 * field) & 0xffffu) * 0x1p-16f; }
 
 /* Triangle wave between 0 and 1, uniformly distributed at any time if `start` is; its period differs between cells. */
-static float age(float start, float pace, double lives) {
-  double phase = 0.5 * (double)start + (0.35 + 0.3 * (double)pace) * lives, turn = 2.0 * (phase - floor(phase));
+static float age(float start, float pace, double lifetimes) {
+  double phase = 0.5 * (double)start + (0.35 + 0.3 * (double)pace) * lifetimes, turn = 2.0 * (phase - floor(phase));
   return (float)(turn > 1.0 ? 2.0 - turn : turn);
 }
 
@@ -54,9 +54,9 @@ static void compute_axis(float turn, float *out_x, float *out_y) {
   *out_y = 2.0f * turn * norm;
 }
 
-static cell draw_cell(uint64_t seed, int32_t i, int32_t j, double lives) {
+static cell draw_cell(uint64_t seed, int32_t i, int32_t j, double lifetimes) {
   const uint64_t bits = np_random_absorb(seed, (uint64_t)(uint32_t)i << 32 | (uint32_t)j), more = np_random_mix(bits);
-  const float u = age(get_fraction(bits, 2), get_fraction(more, 1), lives);
+  const float u = age(get_fraction(bits, 2), get_fraction(more, 1), lifetimes);
   cell c = {.x = get_fraction(bits, 0),
             .y = get_fraction(bits, 1),
             .height = 0.08f + 0.92f * u * u,
@@ -99,22 +99,22 @@ typedef struct patch {
 
 static int32_t get_reach(const relief *r) { return r->shear ? ANVIL_REACH : CELL_REACH; }
 
-static void draw_patch(patch *p, double lives, int32_t i, int32_t j) {
+static void draw_patch(patch *p, double lifetimes, int32_t i, int32_t j) {
   const int32_t reach = get_reach(p->relief), period = p->relief->period;
   cell *next = p->cells;
   if (p->is_drawn && p->i == i && p->j == j) return;
   p->is_drawn = true, p->i = i, p->j = j;
   for (int32_t b = j - reach; b <= j + reach; b++)
     for (int32_t a = i - reach; a <= i + reach; a++)
-      *next++ = draw_cell(p->relief->seed, np_repeat_wrap(a, period), np_repeat_wrap(b, period), lives);
+      *next++ = draw_cell(p->relief->seed, np_repeat_wrap(a, period), np_repeat_wrap(b, period), lifetimes);
 }
 
 /* Highest paraboloid at (x, y), in units of the grid's spacing. */
-static float compute_highest(patch *p, double lives, double x, double y) {
+static float compute_highest(patch *p, double lifetimes, double x, double y) {
   const relief *r = p->relief;
   const int32_t i0 = (int32_t)floor(x), j0 = (int32_t)floor(y), reach = get_reach(r);
   float best = below_all;
-  draw_patch(p, lives, i0, j0);
+  draw_patch(p, lifetimes, i0, j0);
   const cell *c = p->cells;
   for (int32_t j = j0 - reach; j <= j0 + reach; j++)
     for (int32_t i = i0 - reach; i <= i0 + reach; i++, c++) {
@@ -129,7 +129,7 @@ static float compute_highest(patch *p, double lives, double x, double y) {
 static cell draw_hero_part(const np_landscape *land, unsigned part) {
   const uint64_t bits = np_random_absorb(np_random_absorb(land->seed, NP_CLOUD_STREAM_CELLS), part),
                  more = np_random_mix(bits);
-  const float u = get_fraction(bits, 2), grown = age(u, get_fraction(more, 1), land->lives);
+  const float u = get_fraction(bits, 2), grown = age(u, get_fraction(more, 1), land->lifetimes);
   cell c = {.height = part ? 0.2f + 0.6f * grown : 1.0f, .stretch = 1.0f + 0.2f * get_fraction(more, 0)};
   const float reach = part ? hero_reach * sqrtf(0.08f + 0.92f * get_fraction(more, 2)) : 0.0f;
   const float side = part & 1 ? -reach : reach;
@@ -167,7 +167,7 @@ static np_noise_points scale_points(const np_landscape *land, const landscape_bl
   for (size_t i = 0; i < b->count; i++) {
     out->x[i] = (float)(b->air_x[i] / (double)size);
     out->y[i] = (float)(b->air_y[i] / (double)size);
-    out->z[i] = 0.37f + 0.15f * (float)land->lives; /* between lattice points, where gradient noise would vanish */
+    out->z[i] = 0.37f + 0.15f * (float)land->lifetimes; /* between lattice points, where gradient noise would vanish */
   }
   return (np_noise_points){b->count, out->x, out->y, out->z};
 }
@@ -238,11 +238,11 @@ static void fill_cells(const np_landscape *land, const landscape_block *b, float
   patch cell_patch = {.relief = &cells}, small_patch = {.relief = &small}, anvil_patch = {.relief = &anvils};
   for (size_t i = 0; i < b->count; i++) {
     const double x = b->air_x[i], y = b->air_y[i], s = (double)spacing;
-    const float large = compute_highest(&cell_patch, land->lives, x, y);
-    const float between = compute_highest(&small_patch, land->lives, x / s, y / s);
+    const float large = compute_highest(&cell_patch, land->lifetimes, x, y);
+    const float between = compute_highest(&small_patch, land->lifetimes, x / s, y / s);
     const float raised = group[i] - compute_shore(land, b->x[i], b->y[i]);
     out[i] = np_maxf(large + turret_height * np_maxf(between, 0.0f), between) + raised;
-    if (out_anvils) out_anvils[i] = raised + compute_highest(&anvil_patch, land->lives, x, y);
+    if (out_anvils) out_anvils[i] = raised + compute_highest(&anvil_patch, land->lifetimes, x, y);
   }
 }
 
@@ -322,7 +322,7 @@ static np_mesoscale make_patterns(const np_landscape *land, const neph_cloud_des
   if (!land->rule->has_patterns) return (np_mesoscale){.streets = 0};
   return (np_mesoscale){.noise = land->noise,
                         .seed = land->seed,
-                        .lives = land->lives,
+                        .lifetimes = land->lifetimes,
                         .heading = {land->heading[0], land->heading[1]},
                         .streets = (float)desc->streets,
                         .cells_size = (float)(desc->cells_size_m / desc->cell_m),
@@ -335,7 +335,7 @@ np_landscape np_landscape_make(const np_noise_table *noise, const neph_cloud_des
                        .rule = &np_cloud_kind_get(desc->model)->landscape,
                        .seed = desc->seed,
                        .cell_m = desc->cell_m,
-                       .lives = desc->time_s / desc->lifetime_s,
+                       .lifetimes = desc->time_s / desc->lifetime_s,
                        .shore_depth = shore_depth * (float)(1.0 - np_cloud_desc_get_coverage(desc)),
                        .sheet_shrink = (float)(1.0 / sqrt(desc->stretch)),
                        .anvil = (float)desc->anvil,

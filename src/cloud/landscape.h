@@ -15,7 +15,7 @@ typedef struct np_landscape {
   const np_noise_table *noise;
   const np_landscape_rule *rule;
   uint64_t seed;
-  double cell_m, lives;
+  double cell_m, lifetimes;
   double drift[2];      /* drift of the air, in cell spacings */
   float half_extent[2]; /* half size of the field, in cell spacings */
   float radius_m; /* radius of a cell a − r²/radius²: its outline at waterline t is a circle of radius·√(a − t) */

@@ -39,7 +39,7 @@ static void fill_perlin(const np_mesoscale *pattern, np_cloud_stream stream, con
   const np_noise_lattice lattice = {
       np_noise_derive_seed(pattern->seed, stream),
       {period[0] ? period[0] : NP_NOISE_PERIOD_MAX, period[1] ? period[1] : NP_NOISE_PERIOD_MAX, NP_NOISE_PERIOD_MAX}};
-  for (size_t i = 0; i < count; i++) z[i] = 0.43f + 0.1f * (float)pattern->lives;
+  for (size_t i = 0; i < count; i++) z[i] = 0.43f + 0.1f * (float)pattern->lifetimes;
   pattern->noise->perlin_fbm(&lattice, &(np_noise_octaves){.count = octaves, .gain = 0.5f},
                              &(np_noise_points){count, x, y, z}, out);
 }

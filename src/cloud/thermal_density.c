@@ -32,7 +32,7 @@ static const float detail_mean = 0.33f;  /* mean of Worley noise */
 static const float fray_size = 0.24f, fray_reach = 0.5f, fray_outwards = 0.10f, fray_inwards = 0.6f,
                    fray_offset = 0.06f, fray_gain = 0.65f;
 static const float fray_stretch = 1.5f,
-                   fray_lean = 0.35f; /* stretch of the noise along the wind, and its lean with height */
+                   fray_shear = 0.35f; /* stretch of the noise along the wind, and its shear with height */
 static const float wisp_depth = 0.42f,
                    wisp_outwards =
                        0.45f; /* depth in largest billows at a wispiness of 1, and its share outside the surface */
@@ -328,7 +328,7 @@ static void sample_wisps(const np_cloud_model *model, thermal_work *w) {
   const float *heading = model->heading, size_m = t->wisp_size_m;
   const float stretch = np_repeat_get_ratio(&model->desc, size_m * fray_stretch, size_m, fray_stretch);
   for (size_t i = 0; i < w->count; i++) {
-    const float x = w->sx[i], y = w->sy[i], along = x * heading[0] + y * heading[1] - fray_lean * w->sz[i];
+    const float x = w->sx[i], y = w->sy[i], along = x * heading[0] + y * heading[1] - fray_shear * w->sz[i];
     w->sy[i] = y * heading[0] - x * heading[1];
     w->sx[i] = along / stretch;
   }

@@ -91,8 +91,8 @@ typedef struct life {
 } life;
 
 static life compute_life(const np_cloud_model *model, float wanted, np_random *random) {
-  const double lives = model->desc.time_s * model->lives_per_s;
-  const double phase = (double)take(random) + (0.35 + 0.3 * (double)take(random)) * lives;
+  const double lifetimes = model->desc.time_s * model->lifetimes_per_s;
+  const double phase = (double)take(random) + (0.35 + 0.3 * (double)take(random)) * lifetimes;
   const float turn = (float)(phase - floor(phase));
   const float grown = np_smoothstepf(turn / 0.35f) * (1.0f - np_smoothstepf((turn - 0.6f) / 0.4f));
   const float aged = np_smoothstepf((turn - 0.35f) / 0.45f) * (1.0f - np_smoothstepf((turn - 0.88f) / 0.12f));
@@ -104,8 +104,8 @@ typedef struct thermal {
   const thermal_kind *kind;
   const np_cloud_model *model;
   float x_m, y_m, base_m, top_m, head_m, age;
-  float aging;          /* age of the foot relative to the top */
-  float lean_x, lean_y; /* displacement of the top */
+  float aging;            /* age of the foot relative to the top */
+  float shift_x, shift_y; /* displacement of the top */
   np_random random;
 } thermal;
 
@@ -189,9 +189,9 @@ static bool draw_thermal(const np_cloud_model *model, const thermal_kind *kind, 
   if (!(presence > presence_min)) return false;
   t.base_m = column.base_m;
   grow_thermal(&t, &column, share, presence);
-  draw_direction(&t.random, &t.lean_x, &t.lean_y);
-  t.lean_x = 0.08f * t.top_m * (t.lean_x + model->heading[0]);
-  t.lean_y = 0.08f * t.top_m * (t.lean_y + model->heading[1]);
+  draw_direction(&t.random, &t.shift_x, &t.shift_y);
+  t.shift_x = 0.08f * t.top_m * (t.shift_x + model->heading[0]);
+  t.shift_y = 0.08f * t.top_m * (t.shift_y + model->heading[1]);
   *out = t;
   return true;
 }
@@ -256,8 +256,8 @@ static neph_result add_thermal(np_ball_list *list, thermal *t) {
                            (s < 0.45f ? np_mixf(foot, waist, np_smoothstepf(s / 0.45f))
                                       : np_mixf(waist, 1.0f, np_smoothstepf((s - 0.45f) / 0.55f)));
     const float stray_m = (i == count - 1 ? 0.3f : 0.9f) * radius_m;
-    head.x_m = t->lean_x * s * s + stray_m * (take(&t->random) - 0.5f);
-    head.y_m = t->lean_y * s * s + stray_m * (take(&t->random) - 0.5f);
+    head.x_m = t->shift_x * s * s + stray_m * (take(&t->random) - 0.5f);
+    head.y_m = t->shift_y * s * s + stray_m * (take(&t->random) - 0.5f);
     head.z_m = foot_m + s * rise_m;
     result = add_ball(list, t, head.x_m, head.y_m, head.z_m, radius_m, t->age + t->aging * (1.0f - s));
   }

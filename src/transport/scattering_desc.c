@@ -62,8 +62,8 @@ np_scattering_degrees np_scattering_desc_choose_degrees(const np_scattering_desc
 static const double looked_at_max = 32768.0;
 
 /* Cells of `width` finest ones along each side that hold cloud or touch one that does, by a part of them. */
-static double count_live(const np_transport_grid *g, int32_t width, const np_cloud_finder *finder) {
-  double looked_at = 0.0, live = 0.0, all = 1.0, stride = 1.0;
+static double count_active(const np_transport_grid *g, int32_t width, const np_cloud_finder *finder) {
+  double looked_at = 0.0, active = 0.0, all = 1.0, stride = 1.0;
   int32_t count[3], step[3];
   for (int a = 0; a < 3; a++) all *= count[a] = g->size[a] / width > 0 ? g->size[a] / width : 1;
   while (all > looked_at_max * stride * stride * stride) stride += 1.0;
@@ -80,10 +80,10 @@ static double count_live(const np_transport_grid *g, int32_t width, const np_clo
           high[a] = g->edge_m[a][end < g->size[a] ? end : g->size[a]];
         }
         looked_at += 1.0;
-        live += finder->has_cloud(finder->user, np_dvec3_make(low[0], low[1], low[2]),
-                                  np_dvec3_make(high[0], high[1], high[2]));
+        active += finder->has_cloud(finder->user, np_dvec3_make(low[0], low[1], low[2]),
+                                    np_dvec3_make(high[0], high[1], high[2]));
       }
-  return looked_at > 0.0 ? all * live / looked_at : all;
+  return looked_at > 0.0 ? all * active / looked_at : all;
 }
 
 static double count_work(unsigned degree, bool is_layered) {
@@ -93,15 +93,15 @@ static double count_work(unsigned degree, bool is_layered) {
 /* Steps remembered by the solution that np_transport_count_iterated_bytes counts. */
 static const double usual_depth = 3.0;
 
-/* Memory and work of a solution's levels: the result's `live` cells, `iterated` ones twice as wide where these are
+/* Memory and work of a solution's levels: the result's `active` cells, `iterated` ones twice as wide where these are
  * fine, the same in the degree that is iterated, and coarser ones. */
 static np_cell_counts count_levels(const np_scattering_desc *desc, const np_scattering_degrees *d, bool is_layered,
-                                   double live, double iterated) {
-  const double fine = iterated < live ? live : 0.0, resolved = d->resolved != d->iterated ? iterated : 0.0;
+                                   double active, double iterated) {
+  const double fine = iterated < active ? active : 0.0, resolved = d->resolved != d->iterated ? iterated : 0.0;
   const double moments = iterated * np_harmonics_count(d->iterated),
                further = 2.0 * (np_transport_level_get_depth(moments, desc->tolerance) - usual_depth);
   return (np_cell_counts){
-      .cells = live,
+      .cells = active,
       .bytes = iterated * np_transport_count_iterated_bytes(d->iterated) + further * sizeof(float) * moments +
                (fine + resolved) * np_transport_count_swept_bytes(d->resolved),
       .sweep_work = 8.0 / 7.0 * iterated * count_work(d->iterated, is_layered),
@@ -116,9 +116,10 @@ np_cell_counts np_scattering_desc_count(const np_scattering_desc *desc, double c
 static np_cell_counts count_cells(const np_scattering_desc *desc, const np_transport_grid *g,
                                   const np_cloud_finder *finder) {
   const bool is_layered = g->is_wrapped[0] || g->is_wrapped[1];
-  const double all = (double)np_transport_grid_count(g), live = count_live(g, 1, finder);
+  const double all = (double)np_transport_grid_count(g), active = count_active(g, 1, finder);
   const np_scattering_degrees d = np_scattering_desc_choose_degrees(desc, all, is_layered, g->is_fine);
-  return count_levels(desc, &d, is_layered, live, g->is_fine ? fmin(count_live(g, 2, finder), 0.99 * live) : live);
+  return count_levels(desc, &d, is_layered, active,
+                      g->is_fine ? fmin(count_active(g, 2, finder), 0.99 * active) : active);
 }
 
 static neph_result forecast(neph_context *context, const np_world *world, const np_scattering_desc *desc,

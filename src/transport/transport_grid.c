@@ -120,7 +120,7 @@ static void spread_line(const np_transport_grid *g, int axis, const int32_t firs
 }
 
 /* Spreads marks to the cells that touch a marked one, by an edge or a corner too. */
-static void spread_held(const np_transport_grid *g, bool *holds) {
+static void spread_marks(const np_transport_grid *g, bool *holds) {
   for (int axis = 0; axis < 3; axis++) {
     const int u = axis == 0 ? 1 : 0, v = axis == 2 ? 1 : 2;
     int32_t first[3] = {0};
@@ -181,7 +181,7 @@ static void store_material(const grid_fill *f, size_t active, size_t cell) {
 static neph_result store_active(const grid_fill *f) {
   np_transport_grid *g = f->grid;
   const int32_t cells = (int32_t)np_transport_grid_count(g);
-  spread_held(g, f->holds);
+  spread_marks(g, f->holds);
   for (int32_t c = 0; c < cells; c++) g->active[c] = NP_TRANSPORT_CELL_NONE;
   neph_result result = np_ground_columns_bury(f->world, f->monitor, g, f->holds);
   for (int32_t c = 0; c < cells; c++)
