@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The bias that a model expects and the one that some traced pixels show, weighed against each other. */
+/* Combination of two estimates of the bias, by a model and by a few traced pixels. */
 #ifndef NP_FRAME_BIAS_MEASURE_H
 #define NP_FRAME_BIAS_MEASURE_H
 
@@ -16,7 +16,7 @@ typedef struct np_bias_measure {
   np_uncertain shift;  /* mean m of the relative difference over the picture, |m| ≤ b */
 } np_bias_measure;
 
-/* The most likely bias, above 0, and its 95 % interval, which are the model's where nothing was measured. */
+/* Most likely bias, above 0, and its 95 % interval. Without measured pixels both are those of the model. */
 neph_bounded np_bias_combine(const np_bias_model *model, const np_bias_measure *measured);
 
 #endif

@@ -34,7 +34,7 @@ void np_channels_add_mattes(np_channels *c, const neph_scene *scene) { add_sums(
 
 /* ---- Cryptomatte ---- */
 
-/* The matte of a rank, by coverage and, where that is the same, by number. */
+/* Number of the matte with the given rank: mattes are sorted by descending coverage, then by number. */
 static unsigned search_rank(const np_channels *c, const double *sums, unsigned rank) {
   unsigned best = 0;
   for (unsigned i = 0; i < c->matte_count; i++) {

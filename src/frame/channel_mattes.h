@@ -8,11 +8,11 @@
 /* A channel for each cloud of the scene and for the ground, which add up to the coverage of both. */
 void np_channels_add_mattes(np_channels *channels, const neph_scene *scene);
 
-/* Ranked pairs of identifier and coverage; the coverage is summed apart where there are no mattes. */
+/* Adds channels of ranked pairs of identifier and coverage. */
 void np_channels_add_cryptomatte(np_channels *channels);
 void np_channels_add_cryptomatte_sums(np_channels *channels, const neph_scene *scene);
 
-/* Names and identifiers, into a picture that has such channels. */
+/* Writes the Cryptomatte manifest, names and identifiers of clouds, into a picture with such channels. */
 neph_result np_channels_write_manifest(const neph_scene *scene, neph_image *image);
 
 /* Identifier or coverage of the matte of a rank, by the channel's part. */

@@ -102,7 +102,7 @@ static float read_sun_share(const np_channels *c, const np_channel *channel, con
 
 /* ---- Values of a pixel ---- */
 
-/* Empty coverage, less held-out coverage, is 0 but for the rounding of its floats. */
+/* Coverage less held-out coverage. A difference within the rounding of floats is set to 0. */
 static double finish_coverage(const np_channels *c, const np_channel *channel, const double *sums,
                               const np_pixel_facts *facts) {
   const double mean = np_channel_finish_mean(c, channel, sums, facts);
@@ -115,14 +115,14 @@ static double divide_by_opacity(const np_channels *c, const np_channel *channel,
   return opaque > 0.0 ? sums[channel->index] / opaque : where_none;
 }
 
-/* Over what is not transparent; where nothing is there is no albedo and no place. */
+/* Mean over a pixel weighted by opacity; 0 without anything opaque, as for albedo and position. */
 static double finish_opaque(const np_channels *c, const np_channel *channel, const double *sums,
                             const np_pixel_facts *facts) {
   (void)facts;
   return divide_by_opacity(c, channel, sums, 0.0);
 }
 
-/* A distance by the same rule: where nothing is opaque all is infinitely far. */
+/* Mean distance weighted by opacity; infinite for a pixel without anything opaque. */
 static double finish_opaque_distance(const np_channels *c, const np_channel *channel, const double *sums,
                                      const np_pixel_facts *facts) {
   (void)facts;
@@ -269,7 +269,7 @@ static void add_groups(np_channels *c, const np_plan *plan, const neph_scene *sc
     if (scene->clouds[i].emission.is_enabled) add_group(c, scene->clouds[i].name, NP_LIGHT_GROUP_EMISSION + i);
 }
 
-/* Layers of their own, as compositors look for them. */
+/* Adds the motion vectors as layers of their own, under the names that compositors search for. */
 static void add_motion(np_channels *c) {
   static const char *const names[] = {"forward.u", "forward.v", "backward.u", "backward.v"};
   for (unsigned i = 0; i < sizeof names / sizeof *names; i++)
@@ -299,7 +299,7 @@ static void add_divisor(np_channels *c) {
   if (is_asked) np_channels_add(c, NULL, opacity, 0);
 }
 
-/* Without its background, a picture shows no more of the scene than clouds and ground. */
+/* Chooses the alpha channel: a picture without a background shows only clouds and ground. */
 static np_channel_kind choose_alpha(const np_scene_output *output) {
   const bool is_whole = output->alpha == NP_ALPHA_SCENE && output->has_background;
   const np_scene_alpha alpha =

@@ -8,7 +8,7 @@
 /* The picture's own channels and the plan's AOVs. */
 void np_channels_choose(const np_plan *plan, const neph_scene *scene, np_channels *out);
 
-/* Rules by which pixels are finished, by names that parts of pictures keep. NULL: none of that name. */
+/* Finishing rules of channels, by the names that parts of pictures store; NULL: unknown name. */
 typedef double (*np_channel_finish_fn)(const np_channels *channels, const np_channel *channel, const double *sums,
                                        const np_pixel_facts *facts);
 np_channel_finish_fn np_channel_finish_get(const char *name);
@@ -20,7 +20,7 @@ typedef struct np_channel_finish_needs {
   bool opacity, mattes;
 } np_channel_finish_needs;
 
-/* Nothing may be a part where there is no such rule. */
+/* Requirements of a finishing rule. */
 np_channel_finish_needs np_channel_finish_get_needs(np_channel_finish_fn finish);
 
 #endif

@@ -27,13 +27,14 @@ typedef struct np_spread {
 
 /* Values of a pixel as a whole. */
 typedef struct np_pixel_facts {
-  double distance, depth; /* where half is hidden; along the ray, along the camera's axis */
+  double distance, depth; /* distance along the ray, and depth along the camera's axis, at which the transmittance falls
+                             below one half */
   np_spread spread;
 } np_pixel_facts;
 
 /* The rule that fills a channel. */
 typedef struct np_channel_kind {
-  /* Adds one sample to the sum; NULL: nothing. */
+  /* Value that one sample adds to the channel's sum; NULL: the channel has no sum of its own. */
   float (*read)(const np_channels *channels, const np_channel *channel, const np_camera_ray *ray,
                 const np_integrator_sample *sample);
   /* A pixel's value from the sums of all channels. */
@@ -52,9 +53,10 @@ struct np_channel {
 };
 
 struct np_channels {
-  unsigned count;                        /* channels of the picture */
-  unsigned sum_count;                    /* the same, and sums behind them that the picture's channels divide by */
-  unsigned opaque;                       /* number of the sum of the opacity; NP_CHANNEL_NONE: no channel needs it */
+  unsigned count;     /* channels of the picture */
+  unsigned sum_count; /* number of `channel` entries: the picture's, then sums without a channel that some channels are
+                         divided by */
+  unsigned opaque;    /* number of the sum of the opacity; NP_CHANNEL_NONE: no channel needs it */
   unsigned mattes, matte_count;          /* number of the first matte's sum; count of all, the ground's last; 0: none */
   float matte_ids[NP_INSTANCES_MAX + 1]; /* identifiers of a Cryptomatte */
   bool is_ground_held_out;
@@ -66,7 +68,7 @@ struct np_channels {
 /* A sum; a channel of the picture too where it has a name. */
 void np_channels_add(np_channels *channels, const char *name, np_channel_kind kind, unsigned part);
 
-/* A band of some components of a sample, bits of them set. */
+/* Sum of one band of a sample over the components in a bit mask. */
 float np_channels_sum_components(const np_channels *channels, unsigned components, unsigned band,
                                  const np_integrator_sample *sample);
 

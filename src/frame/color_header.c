@@ -31,7 +31,7 @@ static neph_result write_space(np_color_space space, double scale, neph_image *i
   return result ? result : np_image_set_real(image, "whiteLuminance", luminance);
 }
 
-/* The rows by which the bands, the longest first, make R, G and B: by its inverse the bands come back. */
+/* Writes the matrix from the bands, the longest wavelength first, to R, G and B; its inverse recovers the bands. */
 static neph_result write_matrix(const np_assembly *assembly, neph_image *image) {
   char text[200];
   size_t length = 0;

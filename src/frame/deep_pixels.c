@@ -6,7 +6,7 @@
 
 #include "core/alloc.h"
 
-/* Stretches that are compared pair by pair; more are first joined by their share of the opacity. */
+/* Segments that are compared pair by pair; more are first joined by their share of the opacity. */
 enum { PAIRED_MAX = 128 };
 
 /* ---- Adding ---- */
@@ -49,7 +49,7 @@ static void join(np_depth_record *to, const np_depth_record *from) {
   to->light = np_spectrum_add(to->light, from->light);
 }
 
-/* Neighbours whose opacity together is a small share, and which no gap parts. */
+/* Joins adjacent segments without a gap whose opacities sum to a small share. */
 static void join_by_opacity(np_deep_bins *bins) {
   float all = 0.0f;
   for (unsigned i = 0; i < bins->count; i++) all += bins->at[i].opacity;
@@ -115,7 +115,7 @@ neph_result np_deep_bins_store(neph_context *context, np_deep_bins *bins, np_dee
 
 /* ---- Finishing ---- */
 
-/* Stretches of several rays may overlap: each ends where the next begins, halfway. */
+/* Segments of several rays may overlap: each ends where the next begins, halfway. */
 static void part(np_deep_bins *bins) {
   for (unsigned i = 0; i + 1 < bins->count; i++) {
     np_depth_record *a = &bins->at[i], *b = &bins->at[i + 1];
@@ -127,8 +127,8 @@ static void part(np_deep_bins *bins) {
   }
 }
 
-/* Transmittance before a stretch below which the next ones join it: they are not seen, and what Russian roulette left
- * of their light would be far too bright by itself. */
+/* Transmittance below which the following segments are merged: they are invisible, and survivors of Russian roulette
+ * among them would be far too bright. */
 static const float left_least = 2e-3f;
 
 unsigned np_deep_bins_finish(np_deep_bins *bins, unsigned sample_count, float scale, double cosine,

@@ -22,8 +22,7 @@ static neph_bounded take_root(np_uncertain square) {
 
 /* ---- Noise ---- */
 
-/* Samples of a pixel are spread evenly over it, by low-discrepancy points, which takes from their variance what their
- * count as independent ones does not know: the share that is left, and its deviation. */
+/* Variance of stratified samples relative to independent ones: the mean ratio, and its standard deviation. */
 typedef struct evenness {
   double share, deviation;
 } evenness;
@@ -107,12 +106,12 @@ static neph_bounded add_squares(const neph_bounded *a, const neph_bounded *b) {
  * 4 %; the tracer's samples from which it shows anything, and the time of frames that can pay for them. */
 static const double samples_per_s = 1100.0, traced_per_s = 600.0, traced_least = 2400.0, traced_from_s = 2.0;
 
-/* Share of the frame's own samples, where those are what takes the time. */
+/* Bound on samples of probes as a share of the frame's own samples, in frames whose time goes into samples. */
 static const double samples_share = 0.02;
 
 enum { PROBES_MAX = 256, TRACED_PROBES_MAX = 64, TRACED_SAMPLES_PER_PROBE = 60, SEEDS_MIN = 8, SAMPLES_MIN = 32 };
 
-/* Seeds by which a pixel of so many samples shows its variance and its mean. */
+/* Number of seeds for estimating a pixel's variance and mean from `samples` samples. */
 static unsigned count_seeds(double samples) {
   return samples * SEEDS_MIN >= SAMPLES_MIN ? SEEDS_MIN : (unsigned)(SAMPLES_MIN / samples);
 }
@@ -162,7 +161,8 @@ static neph_result sample_probes(const np_frame *f, const np_plan *plan, np_erro
   return result || !out->count ? result : np_error_probes_sample(f, seeds, out);
 }
 
-/* The tracer is stopped at a quarter of what the frame took. */
+/* Traces some of the probes by the path tracer. The results are dropped if tracing takes more than a quarter of the
+ * frame's time. */
 static neph_result trace_probes(const np_frame *f, const np_plan *plan, np_error_probes *probes) {
   const double time_s = predict_time(plan), least = time_s >= traced_from_s ? get_share(plan) * traced_least : 0.0;
   const double samples = fmax(traced_per_s * time_s, least) / plan->decisions.packet_count;

@@ -8,10 +8,10 @@
 /* Shares of a pixel's luminance; NaN where unknown. */
 typedef struct np_frame_error {
   neph_bounded total, noise, bias;
-  bool is_bias_measured; /* the tracer has measured it; else it is the model's */
+  bool is_bias_measured; /* the bias is measured by the path tracer; else it comes from the error model */
 } np_frame_error;
 
-/* Estimates from the pixels' luminances, and from some of them sampled again. */
+/* Estimates the error of a frame from the luminances of its pixels and from a few pixels that are sampled again. */
 neph_result np_frame_estimate_error(const np_frame *f, const np_plan *plan, np_frame_error *out);
 
 /* Writes it into the picture's header. */

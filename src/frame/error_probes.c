@@ -18,7 +18,7 @@ static double compute_dim(const np_frame *f) {
   return dim_of_mean * fmax(sum / (double)count_pixels(f), 0.0);
 }
 
-/* Luminance around a pixel: the mean over three by three pixels, and the variance over them. */
+/* Mean and variance of the luminance over the 3 × 3 pixels around a pixel. */
 typedef struct surroundings {
   double mean, variance;
 } surroundings;
@@ -36,7 +36,7 @@ static surroundings measure_surroundings(const np_frame *f, size_t i) {
   return (surroundings){sum / count, fmax(squares / count - sum * sum / (count * count), 0.0)};
 }
 
-/* Most that a guess may be above 1: a dark pixel at a bright edge, which few samples hit. */
+/* Limit of a guess, for dark pixels at bright edges, which few samples hit. */
 static const double guess_max = 4.0;
 
 /* Square of a pixel's relative noise, roughly; negative where the pixel cannot count. */
@@ -58,8 +58,8 @@ static void add_up(const np_frame *f, np_error_probes *probes) {
   if (probes->pixel_count > 0.0) probes->by_samples /= probes->pixel_count;
 }
 
-/* Half of the probes go where noise seems to be, half are even over the pixels: evenly along the sum of both, row by
- * row. `guesses` are of each pixel. */
+/* Chooses pixels by systematic sampling along the rows: half of the density is proportional to the expected noise,
+ * `guesses[pixel]`, and half is uniform. Pixels with a negative guess are left out. */
 static void choose(const np_frame *f, unsigned count, const float *guesses, np_error_probes *probes) {
   double all = 0.0, pixels = 0.0, sum = 0.0;
   for (size_t i = 0; i < count_pixels(f); i++)
@@ -79,7 +79,7 @@ static void choose(const np_frame *f, unsigned count, const float *guesses, np_e
   }
 }
 
-/* Moves the tracer's probes, evenly over all, to the front. */
+/* Moves a uniform selection of the probes to the front, for the path tracer. */
 static void put_traced_first(np_error_probes *probes, unsigned traced_count) {
   probes->traced_count = traced_count < probes->count ? traced_count : probes->count;
   for (unsigned i = 0; i < probes->traced_count; i++) {
@@ -131,7 +131,7 @@ static neph_result sample_seeds(np_frame *copy, neph_render_desc *desc, unsigned
   return result;
 }
 
-/* Until all seeds are there, `variance` is the sum of squares. */
+/* Samples one probe with one seed. `variance` accumulates squares until all seeds are done. */
 static void take_sample(np_error_probe *probe, unsigned seed, double luminance) {
   probe->half[seed % 2] += luminance;
   probe->variance += luminance * luminance;
@@ -155,7 +155,8 @@ neph_result np_error_probes_sample(const np_frame *f, unsigned seed_count, np_er
 
 static void take_traced(np_error_probe *probe, unsigned seed, double luminance) { probe->traced[seed] = luminance; }
 
-/* Air and ground from tables, as the march has them: other stages are not there. */
+/* Turns a frame into one that the path tracer samples. Air and ground come from tables, as in the march: other stages
+ * are not built. */
 static void make_tracer(np_frame *f) {
   f->integrate = np_integrator_get_kernels(neph_context_get_isa(f->assembly->context))->path;
   f->settings.scattering_max = f->desc->scattering_max;

@@ -16,7 +16,7 @@ typedef struct np_error_probe {
 } np_error_probe;
 
 typedef struct np_error_probes {
-  unsigned count, traced_count; /* the tracer has the first of them */
+  unsigned count, traced_count; /* numbers of probes, and of the first ones that the path tracer has sampled */
   double dim;                   /* a hundredth of the frame's mean luminance */
   double pixel_count;           /* pixels above `dim` */
   double by_samples;            /* mean square of the relative standard errors, as of independent samples */
@@ -27,11 +27,11 @@ typedef struct np_error_probes {
 neph_result np_error_probes_choose(const np_frame *f, unsigned count, np_error_probes *out);
 void np_error_probes_clear(const np_frame *f, np_error_probes *probes);
 
-/* Samples them again as the frame was, with so many other seeds, an even number. */
+/* Samples the probes again by the frame's own method with `seed_count` further seeds, an even number. */
 neph_result np_error_probes_sample(const np_frame *f, unsigned seed_count, np_error_probes *probes);
 
-/* Lets the tracer sample up to `probe_count` of them, `sample_count` times for each of two seeds. Moves these to the
- * front. */
+/* Samples up to `probe_count` of the probes by the path tracer, `sample_count` times for each of two seeds, and moves
+ * these probes to the front. */
 neph_result np_error_probes_trace(const np_frame *f, unsigned probe_count, unsigned sample_count,
                                   np_error_probes *probes);
 

@@ -14,8 +14,8 @@ struct np_tile_total;
 typedef struct np_kept_film np_kept_film;
 
 typedef struct np_film_sink {
-  /* Begins the records of a frame whose image has its header, and takes over what a checkpoint of the same picture has.
-   * NULL, and NEPH_OK, where the plan keeps no film. */
+  /* Begins the records of a frame whose image has its header, and loads the records of a matching checkpoint. NULL with
+   * NEPH_OK: the plan stores no film. */
   neph_result (*open)(const neph_scene *scene, const np_plan *plan, const struct np_frame *f, np_kept_film **out_film);
 
   /* The record of a pixel, by its place in the image. */
@@ -32,7 +32,7 @@ typedef struct np_film_sink {
                        const double *numbers, uint32_t count);
   void (*keep_depths)(double *record, double distance, double depth);
 
-  /* Any thread may call it: the records of a tile are there. */
+  /* Marks a tile's records as complete. Thread-safe. */
   void (*mark)(np_kept_film *film, size_t tile);
 
   /* Writes a checkpoint when one is due; the calling thread does so. `seconds` of the call have passed. */

@@ -61,7 +61,7 @@ static void set_window(np_frame *f, const np_plan *plan) {
   f->height = (unsigned)(plan->request.window_max[1] - plan->request.window_min[1]);
 }
 
-/* The light of deep pixels: that of the layer of the clouds, where light is computed at all. */
+/* Components whose light deep pixels hold: the components of clouds, unless light is not computed. */
 static unsigned choose_depth_components(const np_plan *plan, const np_scene_output *output) {
   if (!output->deep || plan->request.is_sky_alone) return 0;
   const bool has_air = output->cloud_air == NP_CLOUD_AIR_KEPT;
@@ -132,7 +132,7 @@ static void compute_loss(const np_frame *f, double lost[NP_BAND_COUNT]) {
     cut_count += f->totals[tile].cut_count;
     followed_count += f->totals[tile].followed_count;
   }
-  const bool is_finite = isfinite(lost[0] + lost[1] + lost[2]); /* none of them was given up */
+  const bool is_finite = isfinite(lost[0] + lost[1] + lost[2]); /* false: a followed path was given up before its end */
   if (is_finite && (cut_count == 0 || followed_count >= FOLLOWED_LEAST)) return;
   for (int b = 0; b < NP_BAND_COUNT; b++) lost[b] = HUGE_VAL;
   np_log(f->assembly->context, NEPH_LOG_WARNING,
@@ -188,7 +188,7 @@ static neph_result describe_counts(const np_frame *f) {
   return NEPH_OK;
 }
 
-/* Number of samples, and the error of the pixels with them. */
+/* Writes the number of samples, and the pixels' standard error, into the header. */
 static neph_result describe_samples(const np_frame *f, neph_image *image) {
   const double pixels = (double)f->width * f->height;
   uint64_t samples = 0;
@@ -223,7 +223,7 @@ static void choose_luminance(np_frame *f, const np_plan *plan) {
 /* An estimate that is no more than this above the target is as good as it. */
 static const double target_slack = 1.3;
 
-/* A target that was missed, and what missed it. */
+/* Warns of a missed target error, with its cause. */
 static void warn_of_target(const np_frame *f, const np_frame_error *e) {
   const double target = f->desc->target_error;
   if (!np_frame_has_target(f) || isnan(e->total.value) || e->total.value <= target_slack * target) return;

@@ -15,7 +15,7 @@
 /* Surroundings of a picture. */
 typedef struct np_render_job {
   np_build_job build;
-  struct np_tile_feed *feed; /* borrowed: shows finished tiles; NULL: none are shown */
+  struct np_tile_feed *feed; /* borrowed: queue of finished tiles; NULL: tiles are not shown */
   const np_film_sink *sink;  /* keeps parts and checkpoints; NULL: of a plan that has none */
 } np_render_job;
 

@@ -4,7 +4,7 @@
 
 #include "frame/frame_state.h"
 
-/* The largest of the bands' standard errors for one sample, over the pixel's radiance or the dim one. */
+/* Largest relative standard error of one sample over the bands; radiances below `dim` count as `dim`. */
 static double compute_relative_spread(const np_frame *f, const np_spread *spread) {
   double worst = 0.0;
   for (unsigned b = 0; b < NP_BAND_COUNT; b++) {

@@ -12,19 +12,19 @@
 #include "stages/assembly.h"
 #include "stages/motion.h"
 
-/* Over a tile's pixels: the sums of their means, and of the squares of the means' standard errors. */
+/* Sums over a tile's pixels, of their means and of the squared standard errors of the means. */
 typedef struct np_tile_total {
   double sum[NP_BAND_COUNT], variance[NP_BAND_COUNT];
   double lost[NP_BAND_COUNT];         /* sum of the means that a limit on scatterings took away */
-  uint64_t cut_count, followed_count; /* paths that met the limit; those of them that were followed */
+  uint64_t cut_count, followed_count; /* paths that met the limit on scatterings, and the followed ones of them */
   uint64_t samples;
   double squares; /* sum over the pixels of their squared relative errors */
 } np_tile_total;
 
-/* A pixel's samples so far, from `begin` to `next`, and those that it is to get, up to `end`. */
+/* Indices of a pixel's samples: [begin, next) are done, [next, end) are still to be taken. */
 typedef struct np_pixel_state {
   uint32_t begin, next, end;
-  np_deep_stored deep; /* stretches along the rays of its samples, for deep pixels */
+  np_deep_stored deep; /* segments along the rays of its samples, for deep pixels */
   double *record;      /* record of the kept film, to be filled; NULL: none is kept */
 } np_pixel_state;
 
@@ -37,7 +37,7 @@ typedef struct np_pixel_luminance {
 /* Rows of pixels in progress, and a border of one pixel whose pilots measure the noise: slots of a grid. */
 typedef struct np_pixel_rows {
   unsigned begin, count; /* rows of the frame, without the border */
-  size_t stride;         /* slots in a row; the frame's width and two */
+  size_t stride;         /* slots in a row: the frame's width + 2 */
   np_pixel_state *states;
   np_pilot *pilots; /* NULL without a target error */
   double *numbers;  /* np_channels_count_numbers for each slot */
@@ -56,8 +56,8 @@ typedef struct np_frame {
   np_half_distance_fn half_distance;
   np_view_depth_fn view_depth;
   float spread_rad;          /* angle between the middle pixel and the next; 0: rays are parallel */
-  const np_motion *exposure; /* the shutter is open while camera or clouds move; NULL: nothing moves */
-  const np_motion *vectors;  /* the motion for motion vectors; NULL: no channel has them */
+  const np_motion *exposure; /* motion of camera and clouds while the shutter is open; NULL: nothing moves */
+  const np_motion *vectors;  /* motion between frames for the motion vectors; NULL: no such channel */
   unsigned aovs;             /* bits of np_aov */
   bool has_light_groups;     /* their light is summed apart */
   bool has_layers;           /* its samples have np_integrator_layers */
@@ -87,9 +87,9 @@ enum { NP_TILE_EDGE = 8 };
 
 size_t np_frame_count_tiles(const np_frame *f);
 
-/* The pixel's samples up to `end`, added to `numbers`, as many as np_channels_count_numbers: fewer where the monitor
- * stops it, which makes the one under way void. A leaf that the pixel has begun, its first, is all of its numbers, and
- * is gone on with. */
+/* Takes a pixel's samples up to index `end`, and adds them to `numbers`, of np_channels_count_numbers elements. Fewer
+ * are taken if the monitor stops the call, which drops the sample in progress. A first leaf of the film's tree that is
+ * already begun is continued. */
 neph_result np_frame_sample_pixel(const np_frame *f, const int at[2], uint32_t end, np_pixel_state *p, double *numbers);
 
 /* Fills a pixel's values by its samples, and adds it to its tile. */
@@ -102,7 +102,8 @@ double np_frame_get_depth(const np_frame *f, const int at[2], double distance_m)
 
 bool np_frame_is_in_view(const np_frame *f, const int at[2]);
 
-/* The pilot of a pixel that has `count` samples, and one of samples that are not kept. */
+/* Pilot of a pixel from its own first `count` samples. np_frame_fly_pilot draws it from separate samples, which are
+ * then dropped. */
 np_pilot np_frame_get_pilot(const np_frame *f, const double *numbers, uint32_t count);
 neph_result np_frame_fly_pilot(const np_frame *f, const int at[2], uint32_t count, np_pilot *out);
 
@@ -122,7 +123,7 @@ neph_result np_frame_sample(np_frame *f);
 void np_frame_develop_pixel(const np_frame *f, size_t index, const np_pixel_facts *facts, const double *numbers,
                             np_tile_total *total);
 
-/* Says in the header how many samples the pixels have, and how exact they are, by the totals. */
+/* Writes the number of samples and the standard error of the pixels into the header. */
 neph_result np_frame_describe(const np_frame *f, neph_image *image);
 
 #endif

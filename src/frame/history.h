@@ -12,14 +12,14 @@
 #include "scene/camera.h"
 #include "stages/stores.h"
 
-/* Distances along the ray of a pixel's centre, from the eye; infinite: there is nothing. */
+/* Distances from the eye along the ray through a pixel's centre, in metres; infinite: the ray meets nothing. */
 typedef struct np_pixel_guide {
-  float cloud_m;       /* mean of the clouds, weighted by their opacity as it is seen */
-  float behind_m;      /* the ground's */
-  float half_m;        /* where half is hidden */
+  float cloud_m;       /* mean distance of clouds, weighted by their opacity as seen from the eye */
+  float behind_m;      /* distance of the ground */
+  float half_m;        /* distance at which the transmittance falls below one half */
   float opacity;       /* opacity of the clouds */
-  bool is_edge;        /* beside pixels that show something else, of which it may have some light, … */
-  float near_m, far_m; /* … and distances to the nearest and the farthest that they show */
+  bool is_edge;        /* next to pixels at other distances, whose light the pixel filter may mix in, … */
+  float near_m, far_m; /* … and the nearest and farthest of those distances */
 } np_pixel_guide;
 
 _Static_assert(sizeof(np_pixel_guide) == NP_HISTORY_GUIDE_BYTES, "plans predict the memory of guides by it");
@@ -38,7 +38,7 @@ typedef struct np_history_frame {
 neph_result np_history_frame_create(neph_context *context, size_t pixel_count, unsigned channel_count,
                                     np_history_frame *out);
 
-/* A zeroed one has nothing to clear. */
+/* Frees a frame's arrays; does nothing for a zeroed frame. */
 void np_history_frame_clear(neph_context *context, np_history_frame *frame);
 
 /* The frame with which rendering must begin for a plan's: the one behind that in the stores, if that is of the same
@@ -46,10 +46,10 @@ void np_history_frame_clear(neph_context *context, np_history_frame *frame);
 neph_result np_history_choose_begin(const neph_scene *scene, const np_plan *plan, const np_stores *stores,
                                     int *out_frame);
 
-/* The frame before a plan's; NULL: it takes nothing from others. */
+/* The frame before a plan's in the stores; NULL: the plan uses no history. */
 const np_history_frame *np_history_get(const neph_scene *scene, const np_plan *plan, const np_stores *stores);
 
-/* Puts a plan's frame into the stores for the next one, and owns it from then on. */
+/* Moves a plan's frame into the stores, for the next frame. */
 neph_result np_history_put(const np_plan *plan, np_stores *stores, np_history_frame *frame);
 
 #endif

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Motion vectors: what a sample shows, by the weight that it is seen with, moved to the frames beside and projected
- * there. A cloud stands for itself at the mean depth of its opacity, ground where the ray meets it, and all else is
- * infinitely far away: it moves by the camera's turning alone. */
+/* Motion vectors: the visible points of a sample, weighted by opacity, are moved to the previous and the next frame and
+ * projected there. Clouds move at the mean distance of their opacity, ground at the ray's hit; everything else is
+ * infinitely far, and moves by the camera's rotation alone. */
 #include "stages/motion.h"
 
 /* Pixels to the right and up. */
@@ -9,7 +9,7 @@ typedef struct vector_sums {
   double weight, forward[2], backward[2];
 } vector_sums;
 
-/* A panorama goes on at its other edge. */
+/* Shortest horizontal difference of two film positions: the left and right edges of a panorama meet. */
 static double wrap(const np_camera *camera, double across) {
   return camera->kind == NEPH_CAMERA_EQUIRECTANGULAR ? across - camera->width * round(across / camera->width) : across;
 }
@@ -19,7 +19,8 @@ static void add(const np_motion *m, double weight, const double now[2], const do
   out[1] -= weight * (then[1] - now[1]);
 }
 
-/* A place of the frame's time that goes to `next` and comes from `previous`; what cannot be projected does not move. */
+/* Adds the motion of a point from its position in the `previous` frame and to its position in the `next` one. A point
+ * without a projection does not move. */
 static void add_points(const np_motion *m, vector_sums *sums, double weight, np_dvec3 point, np_dvec3 next,
                        np_dvec3 previous) {
   double now[2], then[2], depth;
@@ -48,8 +49,8 @@ static np_dvec3 rewind_point(const np_motion *m, const np_cloud_motion *cloud, n
   return np_dvec3_add(a, np_dvec3_scale(np_dvec3_subtract(b, a), at - pose));
 }
 
-/* The way of a place of the frame's time within a frame, by the velocities of what is there: levels of detail hold
- * different places. */
+/* Displacement of a point in the time of one frame, by the velocity grid of the first part that moves there; parts of a
+ * cloud with levels of detail cover different places. */
 static np_dvec3 compute_step(const np_cloud_motion *cloud, np_dvec3 point) {
   np_dvec3 step = np_dvec3_make(0.0, 0.0, 0.0);
   for (unsigned k = 0; k < NP_TINT_PARTS_MAX && np_dvec3_length(step) == 0.0; k++) {
@@ -75,7 +76,7 @@ static void add_cloud(const np_motion *m, vector_sums *sums, double weight, unsi
   add_points(m, sums, weight, now, np_affine_point(&cloud->next, ahead), np_affine_point(&cloud->previous, behind));
 }
 
-/* The part of the ground in what is opaque, taken out of the distance of the rest. */
+/* Adds the ground's share of a pixel's opacity, whose mean distance is found by subtracting the clouds. */
 static void add_ground(const np_motion *m, vector_sums *sums, const np_world *world, const np_camera_ray *ray,
                        const np_integrator_sample *sample, double cloud_weight, double *distance) {
   np_ground_hit hit;

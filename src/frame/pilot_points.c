@@ -4,10 +4,10 @@
 #include "core/alloc.h"
 #include "scene/camera_kinds.h"
 
-/* Turns the frame's seed, apart from that of the error's probes. */
+/* Constant that separates the pilots' seed from the frame's and from the error probes'. */
 static const uint64_t turn = UINT64_C(0xbb67ae8584caa73b);
 
-/* Steps of the plastic number's points, as those of a pixel's samples. */
+/* Steps of the R2 sequence (plastic number), which the samples of a pixel use too. */
 static const double step[2] = {0.7548776662466927, 0.5698402909980532};
 
 /* ---- Places ---- */
@@ -57,7 +57,7 @@ static unsigned get_disks(const np_frame *f, pixel_box out[BOXES_MAX]) {
 
 static unsigned count_box_points(const pixel_box *b) { return (unsigned)fmin(count_pixels(b), BOX_POINTS); }
 
-/* All pixels of a small box, else points of it. */
+/* Chooses points in a box: every pixel of a small box, else a low-discrepancy set. */
 static void place_in_box(const pixel_box *b, double pixels, np_pilot_point *points) {
   const unsigned count = count_box_points(b);
   const int width = b->max[0] - b->min[0];
@@ -69,7 +69,8 @@ static void place_in_box(const pixel_box *b, double pixels, np_pilot_point *poin
   }
 }
 
-/* Evenly over the view, turned by seed and frame; those in a box have no share. */
+/* Chooses low-discrepancy points over the view, shifted by seed and frame. Points inside a box get no share, as the box
+ * has its own. */
 static void place_in_view(const np_frame *f, const pixel_box *boxes, unsigned box_count, unsigned count,
                           np_pilot_point *points) {
   np_random random = np_random_start(f->desc->seed ^ turn, (uint32_t)f->desc->frame, 0, 0, 0);
@@ -113,10 +114,12 @@ typedef struct pilot_job {
   np_pilot_point *points;
 } pilot_job;
 
-/* Seeds that show a variance which the spread of a pixel's even samples does not. */
+/* Number of seeds. The spread of a pixel's stratified samples underestimates the noise; the variance over seeds does
+ * not. */
 enum { SEEDS = 2 };
 
-/* Until both seeds are there, a variance is the one's mean, and then what they are apart. */
+/* Samples a pilot's middle pixel with two seeds. `variance` first holds the means of the first seed, then the variances
+ * between both. */
 static neph_result sample_levels(const pilot_job *job, np_pilot_point *p) {
   np_pixel_state state = {.next = 0};
   double numbers[NP_PIXEL_NUMBERS_MAX], value = 0.0;
@@ -162,7 +165,7 @@ static neph_result sample_around(void *user, size_t begin, size_t end, unsigned 
   return result;
 }
 
-/* One more seed is that of the pilots around. */
+/* Samples all pilots. The neighbours of a pilot take one seed more. */
 static neph_result sample(const np_frame *f, const np_pilot_order *order, np_pilot_points *points) {
   neph_render_desc desc;
   np_frame *copy = np_frame_copy_for_luminance(f, &desc);

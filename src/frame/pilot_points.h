@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Points of the pilots' lattice: pixels of the view, each with a share of it, the variance of their means, and pilots
- * around them. The disks of sun and moon are a part of the lattice of their own: a few of their pixels may hold most of
- * a picture's noise, and a sparse lattice would miss them. */
+/* Pilots: pixels of the view that are sampled first to estimate noise, each with its share of the view, the variance of
+ * its mean, and sampled neighbours. Pixels on the disks of sun and moon form a separate lattice: these few may have
+ * most of a picture's noise, and a sparse lattice would miss them. */
 #ifndef NP_FRAME_PILOT_POINTS_H
 #define NP_FRAME_PILOT_POINTS_H
 
@@ -29,12 +29,12 @@ typedef struct np_pilot_points {
 typedef struct np_pilot_order {
   unsigned count;  /* number of points, besides points at disks */
   unsigned levels; /* the middle of a point has 2^(levels − 1) samples, … */
-  uint32_t first;  /* … and each pilot around it so many; 0: there are none */
-  bool is_traced;  /* samples are independent: the variance is that of their spread, and there is but one level; else
-                      it is that over two seeds */
+  uint32_t first;  /* … and each neighbour has this many; 0: no neighbours are sampled */
+  bool is_traced;  /* samples are independent, and there is one level whose variance is the samples' own; else the
+                      variance is taken over two seeds */
 } np_pilot_order;
 
-/* Samples the points. On failure there is nothing to clear. */
+/* Samples the points. On failure nothing needs to be freed. */
 neph_result np_pilot_points_fly(const np_frame *f, const np_pilot_order *order, np_pilot_points *out);
 void np_pilot_points_clear(const np_frame *f, np_pilot_points *points);
 

@@ -12,7 +12,7 @@ typedef struct picture_noise {
 
 typedef struct model {
   const np_pilot_points *points;
-  const np_sample_rule *rule; /* NULL: 2^level samples for all */
+  const np_sample_rule *rule; /* NULL: 2^level samples for every pixel */
   unsigned level;
   double exponent;
 } model;
@@ -66,8 +66,8 @@ static double measure_exponent(const np_pilot_points *points, bool is_traced) {
 
 enum { GAIN_STEPS = 24 };
 
-/* Few pixels may hold most of the noise, so that most lattices see less of it than there is: its standard error
- * comes on top, so many times. */
+/* Number of standard errors that are added to the estimated noise. A few pixels may have most of the noise, so that
+ * most lattices of pilots underestimate it. */
 static const double caution = 1.0;
 
 /* Whether a rule leaves no more than a noise; the prediction goes to `out`. */
@@ -78,7 +78,7 @@ static bool is_enough(const model *m, double noise, np_pilots *out) {
   return n.square + caution * n.error <= noise * noise;
 }
 
-/* Least gain that leaves no more than the noise, which falls as the gain grows. */
+/* Least gain whose noise does not exceed the target; noise falls as the gain grows. */
 static void solve_for_gain(const np_pilot_points *points, double noise, np_pilots *out) {
   const model m = {points, &out->rule, 0, out->exponent};
   double low = 0.0, high = log(1e12);
@@ -99,11 +99,11 @@ static void set_freedom(np_pilot_points *points, double freedom, np_sample_rule 
     points->at[i].spread = np_sample_rule_estimate_spread(rule, &points->at[i].around[NP_PILOT_MIDDLE], 3);
 }
 
-/* A rule that needs so many times the least samples is as good, if its numbers are less the play of chance. */
+/* Ratio to the least number of samples up to which a rule is accepted, if its counts vary less by chance. */
 static const double as_good = 1.03;
 
-/* Spreads of few samples are themselves noise, the more so where light comes by rare bright paths: the picture's mean
- * has the largest share in them that needs hardly more samples than the best. */
+/* Solves for the rule. Spreads of few samples are noisy, above all where rare paths are bright: they are averaged with
+ * the picture's mean spread, with the largest weight that needs hardly more samples than the optimum. */
 static void solve_for_rule(np_pilot_points *points, double noise, np_pilots *out) {
   static const double freedoms[] = {0.25, 1.0, 4.0, 16.0, 64.0, 256.0};
   np_pilots best = *out;
@@ -128,7 +128,7 @@ enum { POINTS_MIN = 256, TRACED_POINTS_MIN = 320, POINTS_MAX = 1024, PIXELS_PER_
 /* Share of the picture's samples that pilots may take. */
 static const double pilots_share = 0.04;
 
-/* Pilots take an eighth of the pixels' samples: fewer do not show where noise is, and quiet pixels need no more. */
+/* Share of the samples for pilots: fewer would miss where noise is, and quiet pixels need no more. */
 static const double first_share = 0.125;
 
 static double clamp(double x, double low, double high) { return fmin(fmax(x, low), high); }
@@ -139,7 +139,7 @@ static double count_view(const np_frame *f) {
   return (double)(f->view_max[0] - f->view_min[0]) * (f->view_max[1] - f->view_min[1]);
 }
 
-/* No more than a small picture has pixels. */
+/* Limits a number of points to the number of pixels of a small picture. */
 static unsigned limit_points(const np_frame *f, double count) {
   const double least = fmin(is_traced(f) ? TRACED_POINTS_MIN : POINTS_MIN, fmax(count_view(f), 16.0));
   return (unsigned)clamp(count, least, POINTS_MAX);
@@ -165,7 +165,7 @@ static neph_result measure_noise_of_one(const np_frame *f, np_pilots *out) {
   return result;
 }
 
-/* Levels of a point for so many samples of a pixel in the mean. */
+/* Number of levels of a point, for a mean number of samples per pixel. */
 static unsigned choose_levels(const np_frame *f, double samples) {
   if (is_traced(f)) return 5;
   return (unsigned)fmin(1.0 + ceil(log2(fmax(samples, 2.0))), NP_PILOT_LEVELS);
@@ -186,7 +186,8 @@ static void finish_rule(np_pilot_points *points, double noise, np_pilots *out) {
   solve_for_rule(points, noise, out);
 }
 
-/* The picture's samples are about half as many as with an even number in each pixel. */
+/* Sets the rule for sample counts that meets the noise target. The adaptive samples are about half as many as uniform
+ * ones. */
 static neph_result set_rule(const np_frame *f, double noise, np_pilots *out) {
   const double even = np_pilots_predict_samples(out, noise);
   const double samples = clamp(0.5 * even, f->desc->sample_count, f->desc->sample_count_max);

@@ -21,7 +21,7 @@ static float turn(float offset, double step, unsigned index) {
   return (float)(x - floor(x));
 }
 
-/* Ray of the integrators from one of the lens; the clipping planes of the camera are its ends. */
+/* Ray for the integrators from a camera ray, clipped to the camera's near and far planes. */
 static np_camera_ray clip_ray(const np_frame *f, const np_film_ray *ray, const float film[2]) {
   const bool is_near = ray->near_m > 0.0;
   return (np_camera_ray){.origin = is_near ? np_dvec3_along(ray->origin, ray->direction, ray->near_m) : ray->origin,
@@ -33,11 +33,12 @@ static np_camera_ray clip_ray(const np_frame *f, const np_film_ray *ray, const f
                          .end_m = ray->far_m - ray->near_m};
 }
 
-/* Offsets of a pixel's sequences from sample to sample. The last one is that of times. */
+/* Number of low-discrepancy sequences of a pixel, each with its own random offset. The last sequence draws times of the
+ * exposure. */
 enum { OFFSETS = 6 };
 
-/* A time of the exposure: the samples of a pixel are even over it. The silver mean's sequence has no step in common
- * with the others. */
+/* Time within the exposure, by a Kronecker sequence of the silver mean, which is independent of the pixel's other
+ * sequences. */
 static double choose_time(const np_motion *exposure, unsigned sample, float offset) {
   return exposure->open + (exposure->close - exposure->open) * (double)turn(offset, 0.8708286933869707, sample);
 }
@@ -56,7 +57,7 @@ static void move_film(const np_frame *f, np_camera_ray *ray) {
   for (int k = 0; k < 2; k++) ray->film[k] = (float)film[k];
 }
 
-/* False: no light falls there. */
+/* Draws a film position and a lens position, and makes their ray; false: no light passes the lens there. */
 static bool make_ray(const np_frame *f, int x, int y, unsigned sample, const float offset[OFFSETS],
                      np_camera_ray *out) {
   const float u = turn(offset[0], 0.7548776662466927, sample), v = turn(offset[1], 0.5698402909980532, sample);
@@ -75,8 +76,8 @@ static bool make_ray(const np_frame *f, int x, int y, unsigned sample, const flo
   return true;
 }
 
-/* Distance along the ray of the pixel's centre, through that of the lens, to where cloud hides half, or to ground;
- * infinite past both. */
+/* Distance along the ray through the pixel's centre and the lens's centre, at which clouds hide half, or of the ground
+ * if it is nearer; infinite if there is neither. */
 static double compute_distance(const np_frame *f, int x, int y, np_vec3 *out_direction) {
   const np_camera *camera = &f->assembly->camera;
   const np_world *world = &f->assembly->packets[0].lights[0].world;
@@ -117,7 +118,7 @@ double np_frame_get_depth(const np_frame *f, const int at[2], double distance_m)
   return np_camera_get_depth(&f->assembly->camera, middle.direction, distance_m);
 }
 
-/* Optical depth of all clouds up to the ground, whatever an integrator saw of them. */
+/* Optical depth of all clouds up to the ground, without the early end of an integrator's ray. */
 static float compute_depth_in(const np_world *world, const np_camera_ray *ray) {
   np_ground_hit hit;
   const bool is_ground = np_camera_ray_intersect_ground(world, ray, &hit);
@@ -170,8 +171,8 @@ static np_spectrum get_stars(const np_frame *f, const np_packet *packet, const n
   return np_star_field_get(&packet->stars, at[0], at[1]);
 }
 
-/* Light adds up: a scene under sun and moon is the scene under the one and under the other. Stars shine through what
- * the sample finds before them. */
+/* Integrates one packet: the sum over its lights, since light is additive, and the stars behind whatever the sample
+ * meets. */
 static void integrate_packet(const np_frame *f, const np_packet *packet, const np_camera_ray *ray, const int pixel[2],
                              np_random *random, np_integrator_sample *out) {
   integrate_light(f, &packet->lights[0], ray, random, out);
@@ -207,8 +208,8 @@ static void add_vectors(const np_frame *f, const np_camera_ray *ray, const np_in
   }
 }
 
-/* One sample of the picture: every packet along the same path, its bands added up to colours before anything is
- * squared. What does not depend on wavelength is the first packet's. */
+/* Integrates one sample of the picture. All packets of bands follow the same path, and their bands are summed to
+ * colours before the film squares them. Values that do not depend on wavelength come from the first packet. */
 static void integrate(const np_frame *f, const np_camera_ray *ray, const int pixel[2], const np_random *random,
                       np_integrator_sample *out) {
   const np_assembly *a = f->assembly;

@@ -6,11 +6,11 @@
 #include "plan/plan.h"
 #include "stages/stage_times.h"
 
-/* Measures the inputs of a picture with a target error or a time limit, by which its plan is revised. Plans of other
- * pictures are left as they are. */
+/* Measures the inputs of a picture that has a target error or a time limit, and revises its plan by them. Other plans
+ * are not changed. */
 neph_result np_prediction_prepare(const neph_scene *scene, np_plan *plan, np_input_store *store);
 
-/* Notes what the plan predicts. */
+/* Copies the predictions of a plan. */
 void np_prediction_begin(const np_plan *plan, np_prediction *out);
 
 /* Predicted and measured time of each stage, and of the whole with memory and error, into the log where it is verbose;

@@ -11,7 +11,8 @@
 
 /* ---- Which pixels ---- */
 
-/* The n-th pixel of a square, 1, 2 or 4 wide, so that those of successive frames are far apart (Bayer 1973). */
+/* Position of the n-th pixel of a square of 1, 2 or 4 pixels a side, in the order of Bayer (1973): successive pixels
+ * are far apart. */
 static void get_place(unsigned edge, unsigned n, unsigned out[2]) {
   out[0] = out[1] = 0;
   for (unsigned half = edge / 2; half > 0; half /= 2, n /= 4) {
@@ -21,7 +22,8 @@ static void get_place(unsigned edge, unsigned n, unsigned out[2]) {
   }
 }
 
-/* The lattices of a frame so many behind the block's first. Of a picture without history the middle of each square. */
+/* Chooses the lattices of a frame by its distance from the block's first frame. A picture without history renders the
+ * middle of each square. */
 static void choose_lattices(np_reconstruction *r, const np_scene_render *render, unsigned n) {
   const unsigned edge = render->history_update == 16 ? 4 : render->history_update == 4 ? 2 : 1;
   const unsigned size[2] = {r->width, r->height}, upsample = render->upsample;
@@ -152,8 +154,8 @@ static void project_row(const np_frame *f, unsigned y) {
     r->places[(size_t)y * f->width + x] = np_reprojection_project(&reprojection, x, y);
 }
 
-/* Shares of the picture: a pixel that moves by more of its width has jumped, and with fewer that have not there is a
- * cut. */
+/* A pixel that moves by more than jump_share of the width has jumped; if fewer than seen_share_min of the pixels have
+ * not, there is a cut. */
 static const double jump_share = 0.25, seen_share_min = 0.5;
 
 static bool has_cut(const np_reconstruction *r) {
@@ -181,7 +183,8 @@ neph_result np_reconstruction_prepare(np_frame *f) {
 
 /* ---- After ---- */
 
-/* Depths are those of the pixels' own rays, which the film has of those that were rendered. */
+/* Copies a row of resolved values into the frame's planes. Depths of pixels that were not rendered come from their
+ * guides. */
 static void copy_row(const np_frame *f, unsigned y) {
   const np_reconstruction *r = f->reconstruction;
   const size_t pixels = (size_t)r->width * r->height, row = (size_t)y * r->width;

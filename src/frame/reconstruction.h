@@ -14,11 +14,11 @@
 #include "frame/frame_state.h"
 #include "frame/reprojection.h"
 
-enum { NP_HISTORY_AXES = 4 }; /* luma, two differences of colours, coverage: what history is clipped by */
+enum { NP_HISTORY_AXES = 4 }; /* axes along which history is clipped: luma, two colour differences, coverage */
 
 typedef enum np_pixel_source { NP_PIXEL_INTERPOLATED, NP_PIXEL_REPROJECTED, NP_PIXEL_RENDERED } np_pixel_source;
 
-/* Pixels of squares: one of each, the same in all. */
+/* A lattice of pixels: the pixel `at` of each square of `edge` × `edge` pixels. */
 typedef struct np_pixel_lattice {
   unsigned edge;
   unsigned at[2];
@@ -33,8 +33,8 @@ typedef struct np_reconstruction {
   unsigned width, height;
   int min[2];
   const np_history_frame *before; /* NULL: none */
-  bool has_history;               /* the next frame will take pixels from this one */
-  bool is_cut;                    /* too little of the picture before is seen */
+  bool has_history;               /* the picture is stored as history for the next frame */
+  bool is_cut;                    /* a cut: too few pixels of the previous picture can be reprojected */
   bool has_still_light;           /* the camera alone moves */
   bool has_beauty;                /* the first channels are R, G, B */
   double weight_min;
@@ -42,7 +42,7 @@ typedef struct np_reconstruction {
   np_pixel_lattice resolution; /* rendered where there is no history */
   np_reprojected *places;      /* the place of each pixel in the frame before; NULL: none */
   uint8_t *sources;            /* np_pixel_source of each pixel */
-  float *changes;              /* [channel][pixel]: difference of rendered pixels from their history; else unused */
+  float *changes; /* [channel][pixel]: rendered value less history; unset for pixels that are not rendered */
   uint64_t source_counts[NP_PIXEL_RENDERED + 1];
   np_history_frame next; /* the picture, for the next frame */
 } np_reconstruction;
@@ -62,18 +62,16 @@ static inline bool np_reconstruction_is_rendered(const np_reconstruction *r, siz
 /* Fills the planes of the frame, which have the pixels that were rendered. */
 neph_result np_reconstruction_resolve(np_frame *f);
 
-/* Says in the header and in the log where the pixels come from, and what their mean is. */
+/* Writes the shares of rendered, reprojected and interpolated pixels into the header and the log. */
 neph_result np_reconstruction_describe(const np_frame *f, neph_image *image);
 
-/* Puts the picture into the stores for the next frame. */
+/* Puts the frame into the stores as history for the next frame. */
 neph_result np_reconstruction_store(np_reconstruction *r, const np_plan *plan, np_stores *stores);
 
 /* Whether a pixel has neighbours on the resolution's lattice that it may be interpolated from. */
 bool np_reconstruction_has_alike(const np_reconstruction *r, unsigned x, unsigned y);
 
-/* Passes of resolving, by rows: comparing what was rendered with its history, blending both, and interpolating the
- * rest.
- */
+/* Passes over the rows: compare rendered pixels with their history, blend both, and interpolate the other pixels. */
 void np_reconstruction_compare_row(const np_frame *f, unsigned y);
 void np_reconstruction_blend_row(const np_frame *f, unsigned y);
 void np_reconstruction_interpolate_row(const np_frame *f, unsigned y);

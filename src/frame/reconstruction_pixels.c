@@ -21,7 +21,7 @@ static void get_rendered(const np_frame *f, size_t index, float *out_values) {
 /* Differences at which a neighbour's weight falls to 1/e: of relative distance and of opacity. */
 static const float distance_scale = 0.05f, opacity_scale = 0.2f;
 
-/* Likeness of a pixel to a neighbour by their guides: 1 where they are the same. */
+/* Similarity of two pixels by their guides, 0 to 1. */
 static float compare_guides(const np_pixel_guide *to, const np_pixel_guide *from) {
   const bool is_cloud = np_pixel_guide_is_cloud(to);
   const float far =
@@ -48,7 +48,7 @@ static unsigned get_axes(const np_reconstruction *r, const float *values, float 
 
 enum { AROUND = 9 };
 
-/* Rendered pixels around one, weighted by their likeness. */
+/* Rendered pixels near a pixel, with the weights of their similarity. */
 typedef struct around {
   unsigned count;
   size_t index[AROUND];
@@ -85,7 +85,7 @@ static float compute_mean(const around *near, float axes[AROUND][NP_HISTORY_AXES
   return mean;
 }
 
-/* Share of its way from the mean that a history may keep. */
+/* Largest factor in [0, 1] on the history's difference from the mean that keeps it within the neighbours' deviation. */
 static float compute_share(const np_frame *f, const float *history, const around *near) {
   float axes[AROUND][NP_HISTORY_AXES], own[NP_HISTORY_AXES], values[NP_HISTORY_AXES], share = 1.0f, most;
   const unsigned axis_count = get_axes(f->reconstruction, history, own);
@@ -103,7 +103,8 @@ static float compute_share(const np_frame *f, const float *history, const around
 /* Weight of alike pixels below which their deviation is not known. */
 static const float around_min = 3.0f;
 
-/* All channels by one share: layers that add up to the picture go on to. */
+/* Moves the history towards the mean of rendered neighbours, all channels by one share, so that layers still sum to the
+ * picture. */
 static void clip(const np_frame *f, const around *near, float *history) {
   if (near->sum < around_min) return;
   const float share = compute_share(f, history, near);
@@ -146,7 +147,7 @@ void np_reconstruction_compare_row(const np_frame *f, unsigned y) {
   }
 }
 
-/* History takes over a share of what alike pixels around have changed by. */
+/* Adds to the history a share of the mean change of similar rendered neighbours. */
 static void add_changes(const np_reconstruction *r, unsigned x, unsigned y, const around *near, float *history) {
   float weights[AROUND], sum = 0.0f;
   for (unsigned i = 0; i < near->count; i++) {
@@ -208,13 +209,13 @@ void np_reconstruction_blend_row(const np_frame *f, unsigned y) {
 
 /* ---- Interpolation ---- */
 
-/* Bilinear weight between pixels of the resolution's lattice, so many pixels aside. */
+/* Bilinear weight of a pixel of the resolution's lattice at an offset in pixels. */
 static float get_weight(const np_reconstruction *r, int across, int down) {
   const float edge = (float)r->resolution.edge;
   return tent((float)across / edge) * tent((float)down / edge);
 }
 
-/* Weight of alike neighbours below which a pixel is rendered: there is nothing to interpolate it from. */
+/* Sum of the weights of similar neighbours below which a pixel is rendered instead of interpolated. */
 static const float alike_min = 0.05f;
 
 /* Weight of the alike neighbours of a pixel: of the resolution's lattice, or all that have values, which are added up.

@@ -10,7 +10,7 @@
 #include "stages/light_warnings.h"
 #include "stages/read_ahead.h"
 
-/* Seen from above, nothing is in the zenith. */
+/* Warns of a camera below the ground, whose ray to the zenith meets ground. */
 static void warn_of_buried_camera(const np_assembly *a) {
   const np_world *world = &a->packets[0].lights[0].world;
   const np_dvec3 at = a->camera.origin;
@@ -22,7 +22,7 @@ static void warn_of_buried_camera(const np_assembly *a) {
          "camera.position is %.4g m below the ground, and sees nothing but ground: raise it by more than that", depth);
 }
 
-/* A place that no key gives is the terrain's. */
+/* Warns about the sun's position; without keys of its own, that comes from the terrain. */
 static neph_result warn_of_lights(const neph_scene *scene, const np_plan *plan, const np_assembly *a) {
   double latitude = scene->latitude_rad, longitude = scene->longitude_rad;
   if (!scene->has_place && a->terrain) (void)np_terrain_get_place(a->terrain, &latitude, &longitude);

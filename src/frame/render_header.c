@@ -79,7 +79,8 @@ static neph_result describe_light(const np_assembly *assembly, const neph_render
   return result || !q.is_cut ? result : describe_cut(desc, &q, image);
 }
 
-/* Writes nothing for a scene without sunlight, nor without light where only the terrain has the place. */
+/* Writes the sun's direction and time; writes nothing for a scene without sunlight, or whose position is still
+ * unknown. */
 static neph_result describe_sun(const neph_scene *scene, const np_plan *plan, const np_assembly *assembly,
                                 neph_image *image) {
   const double *irradiance = scene->sun.irradiance_w_m2_nm;

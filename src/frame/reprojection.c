@@ -5,14 +5,14 @@
 #include <math.h>
 #include <string.h>
 
-/* Opacity from which a pixel moves as its clouds: before ground half, before sky, which shows nothing that moves, less.
- */
+/* Cloud opacity from which a pixel is reprojected by the motion of its clouds: 0.5 before ground, and less before the
+ * sky, which has no visible motion of its own. */
 static const float cloud_opacity_min = 0.5f, cloud_before_sky_min = 0.05f;
 
 /* Differences that two pixels of one thing may have: of relative distance; of opacity, relative and at the least. */
 static const float distance_tolerance = 0.05f, opacity_tolerance = 0.3f, opacity_least = 0.02f;
 
-/* Weight of the nearest four that must show the same thing. */
+/* Least bilinear weight, among the four nearest pixels, of pixels at the same depth. */
 static const float weight_least = 0.25f;
 
 /* Offsets below this are rounding, in pixels. */
@@ -42,7 +42,7 @@ static float get_visible(const np_pixel_guide *guide) {
   return guide->opacity < cloud_opacity_min ? guide->behind_m : guide->cloud_m;
 }
 
-/* Whether the pixel between two shows something else than either. */
+/* Whether the pixel between two neighbours lies at another depth than both. */
 static bool shows_other(const np_pixel_guide *a, const np_pixel_guide *middle, const np_pixel_guide *b) {
   const float least = fminf(middle->opacity, fminf(a->opacity, b->opacity));
   if (fabsf(a->opacity - middle->opacity) > edge_opacity || fabsf(b->opacity - middle->opacity) > edge_opacity)
@@ -51,7 +51,8 @@ static bool shows_other(const np_pixel_guide *a, const np_pixel_guide *middle, c
                                    : has_kink(a->cloud_m, middle->cloud_m, b->cloud_m);
 }
 
-/* Beyond the window all goes on as at its rim. */
+/* Fills the range of distances in a pixel's neighbourhood. Pixels outside the window count as the nearest pixel
+ * inside. */
 void np_pixel_guide_fill_around(np_pixel_guide *guides, unsigned width, unsigned height, unsigned x, unsigned y) {
   assert(x < width && y < height);
   static const int steps[][2] = {{1, 0}, {0, 1}, {1, 1}, {1, -1}};
@@ -148,7 +149,7 @@ static bool project(const np_reprojection *r, unsigned x, unsigned y, double dis
 
 /* ---- What is there ---- */
 
-/* Whether a pixel of the picture before, which may be outside, shows the same thing. */
+/* Whether a pixel of the previous picture lies in its window and shows the same depth as the reprojected pixel. */
 static bool shows_same(const np_reprojection *r, const np_reprojected *place, int x, int y) {
   if (x < 0 || y < 0 || x >= (int)r->width || y >= (int)r->height) return false;
   const np_pixel_guide *then = &r->before->guides[(size_t)y * r->width + (size_t)x], *now = place->guide;
@@ -159,7 +160,7 @@ static bool shows_same(const np_reprojection *r, const np_reprojected *place, in
          np_pixel_guide_has_same_around(then, now);
 }
 
-/* A place between the centres of pixels: the pixel to its upper left, and the shares of the way from that. */
+/* A position between pixel centres: the upper left pixel, and the fractional position from its centre. */
 typedef struct corner {
   int at[2];
   float share[2];
@@ -175,7 +176,7 @@ static corner get_corner(const np_reprojected *place) {
   return c;
 }
 
-/* Bilinear weight of the nearest four that show the same thing. */
+/* Sum of the bilinear weights of the four nearest pixels that show the same depth. */
 static float compute_weight(const np_reprojection *r, const np_reprojected *place, const corner *c, int k) {
   const float across = k % 2 ? c->share[0] : 1.0f - c->share[0], along = k / 2 ? c->share[1] : 1.0f - c->share[1];
   const float weight = across * along;
@@ -224,7 +225,7 @@ static void add_tap(const np_reprojection *r, int x, int y, float weight, taps *
   out->weight[out->count++] = weight;
 }
 
-/* False where some of the sixteen show something else. */
+/* Whether the cubic may be used: all sixteen pixels show the same depth. */
 static bool choose_cubic(const np_reprojection *r, const np_reprojected *place, const corner *c, taps *out) {
   float across[4], along[4];
   fill_cubic(c->share[0], across);

@@ -12,7 +12,7 @@
 
 /* A pixel's place in the picture before. */
 typedef struct np_reprojected {
-  bool is_seen;                /* else there is no history */
+  bool is_seen;                /* the previous picture shows this place; else the pixel has no history */
   bool is_cloud;               /* moves as its clouds do */
   float at[2];                 /* in pixels from the window's corner */
   float distance_m;            /* distance from the eye of then */
@@ -26,9 +26,9 @@ typedef struct np_reprojection {
   const np_history_frame *before;
   const np_camera *camera;      /* the camera now */
   const np_pixel_guide *guides; /* the guides now of all pixels of the window */
-  int min[2];                   /* corner of the window, the same in both pictures */
+  int min[2];                   /* corner of the window; both pictures have the same window */
   unsigned width, height;
-  bool is_still; /* both cameras are the same */
+  bool is_still; /* the camera did not move */
 } np_reprojection;
 
 /* Whether a pixel moves as its clouds do. */
@@ -37,10 +37,10 @@ bool np_pixel_guide_is_cloud(const np_pixel_guide *guide);
 /* Difference of two distances over the larger inverse: 0 to 1. */
 float np_pixel_guide_compare(float a_m, float b_m);
 
-/* Fills what a pixel of a window has of its neighbours, by their guides. */
+/* Fills `is_edge`, `near_m` and `far_m` of a pixel's guide from its neighbours' guides. */
 void np_pixel_guide_fill_around(np_pixel_guide *guides, unsigned width, unsigned height, unsigned x, unsigned y);
 
-/* Whether the light that a pixel may have of its neighbours is such as another one may have. */
+/* Whether two pixels may contain light from neighbours at the same distances. */
 bool np_pixel_guide_has_same_around(const np_pixel_guide *from, const np_pixel_guide *to);
 
 np_reprojection np_reprojection_make(const np_history_frame *before, const np_camera *camera,
@@ -49,8 +49,8 @@ np_reprojection np_reprojection_make(const np_history_frame *before, const np_ca
 /* The place of a pixel of the window. */
 np_reprojected np_reprojection_project(const np_reprojection *r, unsigned x, unsigned y);
 
-/* All channels of the picture before at a place that is seen there, and, in its place, the number of values that are
- * averaged. */
+/* Interpolated values of all channels of the previous picture at a reprojected place, and the number of rendered values
+ * that are averaged in them. */
 void np_reprojection_sample(const np_reprojection *r, const np_reprojected *place, float *out_values, float *out_count);
 
 #endif

@@ -49,7 +49,8 @@ static double explain(const axis_sums *a, double count, double x, double *out_sl
 /* Variance of a coordinate of the tent filter's samples, in pixels². */
 static const double tent_variance = 1.0 / 6.0;
 
-/* Variance of single samples about a plane through them, and that of the plane's slope within a pixel. */
+/* Fits a plane to the pilots' means: returns the variance of single samples about it, and adds the variance of its
+ * slope within a pixel. */
 static estimate fit_plane(const np_pilot *at, size_t stride) {
   axis_sums axis[2] = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
   double count = 0.0, x = 0.0, xx = 0.0, slope[2];

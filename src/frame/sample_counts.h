@@ -18,7 +18,7 @@ typedef struct np_pilot {
   float count;         /* 0: none were taken */
 } np_pilot;
 
-/* The rule, the same for all pixels of a picture. */
+/* Rule for the number of samples of each pixel; one for all pixels of a picture. */
 typedef struct np_sample_rule {
   uint32_t first;       /* samples of a pilot, 1 to 16 */
   uint32_t min, max;    /* samples of a pixel; min ≥ first */
@@ -26,7 +26,7 @@ typedef struct np_sample_rule {
   double power;         /* 1/(1 + β) */
   double dim;           /* luminance up to which a pixel's error does not count */
   double usual_spread;  /* mean of (σ/T)² over the picture, … */
-  double usual_freedom; /* … and the degrees of freedom that it has beside those of the neighbours */
+  double usual_freedom; /* … and its weight, in degrees of freedom, beside the neighbours' estimates */
 } np_sample_rule;
 
 /* (σ/T)² of the pixel `at`, by the eight around it in rows of `stride` pilots. */

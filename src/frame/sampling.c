@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The samples of a frame: how many each pixel gets, and in what order. */
+/* Adaptive sampling of a frame: the number of samples of each pixel, and the passes in which they are taken. */
 #include <assert.h>
 #include <string.h>
 
@@ -61,7 +61,7 @@ static neph_result deliver_tiles(np_frame *f) {
   return is_wanted ? NEPH_OK : NEPH_ERROR_CANCELLED;
 }
 
-/* Fills tiles of the image, and delivers them to the caller. */
+/* Fills the tiles of the image and passes them to the caller's callback. */
 static neph_result show_tiles(np_frame *f, pixel_step_fn *step, bool is_final) {
   f->feed->is_final = is_final;
   const neph_result result = run_tiles(f, 0, f->height, step, true);
@@ -70,7 +70,7 @@ static neph_result show_tiles(np_frame *f, pixel_step_fn *step, bool is_final) {
 
 /* ---- A number for all ---- */
 
-/* All of a pixel at once. */
+/* Takes all samples of one pixel. */
 static neph_result render_pixel(const np_frame *f, const int at[2], size_t index, np_tile_total *total) {
   np_pixel_state p = {.begin = f->desc->sample_begin, .next = f->desc->sample_begin};
   double numbers[NP_PIXEL_NUMBERS_MAX];
@@ -229,7 +229,7 @@ static void describe_pilots(const np_frame *f, const np_pilots *pilots) {
          0.5 * pilots->exponent, 100.0 * f->noise_target, pilots->samples, f->rule.min);
 }
 
-/* Time of the pilots, and by it that of the samples to come. */
+/* Predicts the time of the remaining samples from the time of the pilots. */
 static void predict_sampling(np_frame *f, const np_pilots *pilots, double pilots_s) {
   const double pixels = (double)f->width * f->height;
   f->prediction->has_pilots = pilots->sample_count > 0;
@@ -248,7 +248,7 @@ static neph_result fly_lattice(np_frame *f) {
   return np_image_set_real(f->image, "nephos:targetNoise", f->noise_target);
 }
 
-/* Runs what may be cut until a time, and not at all where that is past. */
+/* Runs `step` until the time `end_s`; skips it if that time has passed. */
 static neph_result run_until(np_frame *f, double end_s, neph_result (*run)(np_frame *f), bool *out_is_cut) {
   np_monitor_begin_budget(f->monitor, end_s);
   const neph_result result = run(f);
@@ -256,7 +256,8 @@ static neph_result run_until(np_frame *f, double end_s, neph_result (*run)(np_fr
   return *out_is_cut && result == NEPH_ERROR_CANCELLED ? NEPH_OK : result;
 }
 
-/* A quarter of the rest of a time limit is for pilots. If it ends them, pixels get samples as long as there is time. */
+/* Samples the pilots in at most a quarter of the remaining time. If time runs out, pixels get equal numbers of
+ * samples. */
 static neph_result sample_pilots(np_frame *f) {
   np_monitor_set_stage(f->monitor, "sampling the picture's noise");
   const double now_s = np_monitor_get_seconds(f->monitor), left_s = fmax(f->assembly->schedule.limit_s - now_s, 0.0);
@@ -315,7 +316,7 @@ static uint32_t count_passes(const np_frame *f) {
 
 static neph_result run_pass(np_frame *f) { return run_tiles(f, 0, f->height, extend_pixel, false); }
 
-/* Value of a pixel by the samples so far, for a live view. */
+/* Value of a pixel from its samples so far, for a live view. */
 static neph_result preview_pixel(const np_frame *f, const int at[2], size_t index, np_tile_total *total) {
   (void)total;
   np_tile_total unused = {.samples = 0};
@@ -326,7 +327,7 @@ static neph_result preview_pass(np_frame *f) {
   return f->feed->fn && !f->is_cut ? show_tiles(f, preview_pixel, false) : NEPH_OK;
 }
 
-/* Passes end when all are done, or at the limit: progress is that of which comes first. */
+/* Sets the range of progress of a pass: by samples or by time, whichever ends first. */
 static void set_pass_range(const np_frame *f, double begin_s, uint32_t pass, double passes) {
   const double by_time = (np_monitor_get_seconds(f->monitor) - begin_s) / (f->assembly->schedule.limit_s - begin_s);
   const double begin = fmax(pass / passes, by_time > 0.0 ? fmin(by_time, 1.0) : 0.0);
@@ -347,7 +348,7 @@ static neph_result extend_all(np_frame *f, double begin_s, uint32_t pass) {
   return result;
 }
 
-/* Pixels have their pilots; those outside of the frame are not there. */
+/* Takes further samples until the target error is met. Pixels outside of the frame have no pilots. */
 static neph_result extend_to_target(np_frame *f, double begin_s) {
   neph_result result = extend_all(f, begin_s, 1);
   if (result || f->is_cut) return result;
@@ -356,8 +357,8 @@ static neph_result extend_to_target(np_frame *f, double begin_s) {
   return result ? result : extend_all(f, begin_s, 2);
 }
 
-/* The first pass gives every pixel its sample, without which there is no picture: the call's deadline ends it, and from
- * then on need end nothing. */
+/* Runs the passes. The first pass, one sample for each pixel, ends at the call's deadline alone; later passes end at
+ * the time limit. */
 static neph_result run_passes(np_frame *f) {
   const double begin_s = np_monitor_get_seconds(f->monitor);
   f->is_first_pass = true;
@@ -382,7 +383,7 @@ static neph_result render_passes(np_frame *f) {
 
 /* ---- The frame ---- */
 
-/* Mean radiance of emission, over the box of the clouds: seen from all sides its area is a quarter of its surface. */
+/* Mean radiance of emission over the clouds' box, whose mean projected area is a quarter of its surface. */
 static np_spectrum compute_mean_emission(const np_assembly *a, const np_packet *packet) {
   const np_dvec3 size = np_dvec3_subtract(a->clouds.high, a->clouds.low);
   const double area = 0.5 * (size.x * size.y + size.y * size.z + size.z * size.x);
@@ -392,8 +393,8 @@ static np_spectrum compute_mean_emission(const np_assembly *a, const np_packet *
              : dark;
 }
 
-/* A hundredth of a white wall in full light, and of emission: in darker places an error relative to them would cost
- * much and show little. */
+/* Computes `dim`, a hundredth of the radiance of a white surface in full light and of the emission. Relative errors of
+ * darker pixels are costly and barely visible. */
 static void compute_dim(np_frame *f) {
   const np_assembly *a = f->assembly;
   np_spectrum sum = np_spectrum_grey(0.0f);
@@ -421,7 +422,7 @@ static neph_result show_pixel(const np_frame *f, const int at[2], size_t index, 
   return NEPH_OK;
 }
 
-/* The rest is filled in when all of these are there. */
+/* Renders the pixels that are not interpolated or reprojected. */
 static neph_result render_some(np_frame *f) {
   np_monitor_set_range(f->monitor, 0.0, 0.05);
   neph_result result = np_reconstruction_prepare(f);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Finished tiles on their way to the caller: threads of the pool mark them, the calling thread hands them over. */
+/* Queue of finished tiles: threads of the pool mark tiles, the calling thread passes them to the callback. */
 #ifndef NP_FRAME_TILE_FEED_H
 #define NP_FRAME_TILE_FEED_H
 
@@ -13,7 +13,7 @@ typedef struct np_tile_feed {
   neph_tile_fn fn; /* NULL: there is no callback */
   void *user;
   neph_context *context;
-  const neph_image *image; /* while tiles of it are under way, else NULL */
+  const neph_image *image; /* image whose tiles are in progress; else NULL */
   unsigned edge;           /* edge of a tile in pixels */
   unsigned pass_index;
   bool is_final;

@@ -91,7 +91,7 @@ static float get_powder_weight(const np_approximation *a, const np_instance *vol
 
 /* ---- Derivative ---- */
 
-/* Fall of density from a place to one nearer the sun: 0 where it does not, 1 where nothing is there. */
+/* Relative decrease of density over a distance towards the sun, in [0, 1]; 0 if density increases. */
 static float get_derivative_slope(const np_approximation *a, const np_world *world, np_dvec3 position, np_vec3 to_sun) {
   const double distance_m = (double)(float)a->derivative_distance_m;
   const float here = np_instances_extinction(&world->clouds, position);

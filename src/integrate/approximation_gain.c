@@ -7,7 +7,7 @@
 
 enum { COLUMNS = 12 }; /* along each of two axes */
 
-/* The two axes across one, and that one, as a position. */
+/* Index position from its coordinate `along` an axis and its coordinates u and v along the other two. */
 static np_dvec3 make_index(int axis, double along, double u, double v) {
   double index[3];
   index[axis] = along, index[(axis + 1) % 3] = u, index[(axis + 2) % 3] = v;
@@ -71,7 +71,7 @@ float np_cloud_gain_compute_depth(const np_instance *cloud) {
 
 /* ---- Table ---- */
 
-/* Two neighbouring nodes, and the share of the second. */
+/* Two neighbouring nodes, and the weight of the second. */
 typedef struct span {
   int node;
   double share;
@@ -90,7 +90,7 @@ static span locate_depth(double depth) {
   return (span){node, fmin(place - node, 1.0)};
 }
 
-/* In √(1 − ϖ), of which the logarithm of what a deep cloud scatters back is about linear. */
+/* Interpolation interval in √(1 − ϖ): the logarithm of a deep cloud's reflectance is nearly linear in it. */
 static span locate_albedo(double albedo) {
   double nodes[NP_GAIN_ALBEDOS];
   for (int i = 0; i < NP_GAIN_ALBEDOS; i++) nodes[i] = sqrt(1.0 - np_gain_albedos[i]);
@@ -130,7 +130,7 @@ static const np_gain_table *get_table(neph_multiple_scattering method, bool is_s
   return &np_gain_table_none;
 }
 
-/* The derivative is darkened alone: its gains above 1 stand for slopes that clouds have and the calibration's lack. */
+/* The derivative is darkened alone: its gains above 1 represent slopes that clouds have and the calibration's lack. */
 static double get_gain_max(neph_multiple_scattering method, bool is_sun) {
   return method == NEPH_MULTIPLE_SCATTERING_DERIVATIVE && is_sun ? 1.0 : (double)INFINITY;
 }

@@ -6,7 +6,7 @@
 
 enum { NP_BLUE_NOISE_EDGE = 64 };
 
-/* A tile of blue noise: each of the 64² pixels has one of the ranks 0 to 4095, near ones far apart. */
+/* A tile of blue noise: the 64² pixels have the ranks 0 to 4095, and pixels with close ranks are far apart. */
 extern const uint16_t np_blue_noise_ranks[NP_BLUE_NOISE_EDGE * NP_BLUE_NOISE_EDGE];
 
 /* Rank of a pixel as a share of all. */

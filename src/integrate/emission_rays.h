@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Light of emission along a ray, ∫ j·T ds: walked through the emitters' cells, with the clouds' optical depth
- * followed beside. T is exact at every place that is looked at, so that emitters may lie in cloud, around it or apart
+ * followed beside. T is exact at every place that is examined, so that emitters may lie in cloud, around it or apart
  * from it, and where the extinction is 0 nothing is divided by it.
  */
 #ifndef NP_INTEGRATE_EMISSION_RAYS_H
@@ -84,8 +84,8 @@ static inline np_spectrum np_emission_collect(const np_world *world, np_dvec3 or
   return sum;
 }
 
-/* A place in a step, drawn as transmittance falls there if the extinction is everywhere what it is at the middle; 1
- * over its density, times what that transmittance is. */
+/* Draws a position in a step with a density proportional to transmittance at constant extinction, the extinction in the
+ * step's middle. Returns that transmittance over the density. */
 static inline double np_emission_draw_place(double begin, double end, double extinction, np_random *random,
                                             double *out_weight, double *out_depth) {
   const double length = end - begin, depth = extinction * length;
@@ -149,12 +149,13 @@ static inline np_spectrum np_emission_along(const np_world *world, np_dvec3 orig
 
 /* ---- Steps ---- */
 
-/* j goes by a high power of the temperature, the twentieth in a dark flame, and is sharper than the grids it is
+/* j depends on a high power of the temperature, the twentieth in a dark flame, and is sharper than the grids it is
  * computed of: steps of half a voxel lose 0.6 % of it, these 0.2 %.
  */
 static const float np_emission_march_step_voxels = 0.25f;
 
-/* A flame may be a thousand times brighter than the smoke before it is in the sun. */
+/* Transmittance below which emission along a ray is neglected. A flame may be a thousand times brighter than sunlit
+ * smoke before it. */
 static const float np_emission_faint_transmittance = 1e-6f;
 
 /* Optical depth from which on a step is opaque, and the most that j's mean may be over its value at the middle. */
@@ -229,8 +230,8 @@ static inline void np_emission_march(const np_world *world, const np_camera_ray 
 
 /* ---- Next-event estimation ---- */
 
-/* Places in the light that another place sees are looked at in steps this long: what they add is noise of another
- * order than that of the directions. */
+/* Step length, in voxels, along rays from a vertex to emitters. Its error is small beside the noise of their
+ * directions. */
 static const float np_emission_far_step_voxels = 2.0f;
 
 /* Distance of a ray to the ground. */

@@ -54,8 +54,8 @@ static inline np_vec3 np_ground_sample_cosine(np_vec3 normal, np_random *random,
   return np_vec3_normalize(direction);
 }
 
-/* The direction in which a path goes on; false where it leads into the water. `*throughput` takes what is not in the
- * density. */
+/* Samples the direction in which a path leaves the ground; false: it enters water. `*throughput` is multiplied by
+ * reflectance over density. */
 static inline bool np_ground_scatter_sample(const np_ground_scatter *s, np_random *random, np_spectrum *throughput,
                                             np_vec3 *out_direction, float *out_density) {
   float cosine, weight;

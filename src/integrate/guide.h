@@ -13,7 +13,7 @@
  * How far: flights collide at the rate κ, per depth, instead of 1 (Dwivedi 1982, "A new importance biasing scheme for
  * deep-penetration Monte Carlo"). By the equation's first moment the mean grows along â by γ = (1 − ϖg)·a/(1 + 2b/5) a
  * depth. Where the cloud absorbs, what it scatters grows as e^{βs}, β = γ·c, to which κ = 1 − β belongs; where it does
- * not absorb, as 1 + βs, β = γ·c/ℓ′: then flights have the mean 1/κ for κ = 1 − β/(1 + 2β). What is between goes by
+ * not absorb, as 1 + βs, β = γ·c/ℓ′: then flights have the mean 1/κ for κ = 1 − β/(1 + 2β). What is between depends on
  * k/γ, k = √(3(1 − ϖ)(1 − ϖg)) the rate of diffuse light.
  *
  * How many: a path that is ended leaves what the solution expects of it, K, and one that goes on for others as well has
@@ -38,8 +38,8 @@ typedef struct np_guide {
   float asymmetry, second; /* χ₁ = g, χ₂ */
   float growth;            /* γ, per depth */
   float steady;            /* how much of it is exponential: 0 to 1 */
-  float light;             /* K: what a collision scatters at a throughput of 1, but for the sun's own */
-  float noise;             /* noise at a throughput of 1: about twice the deviation of the next step's light */
+  float light; /* K: radiance that a collision scatters at a throughput of 1, without directly scattered sunlight */
+  float noise; /* noise at a throughput of 1: about twice the deviation of the next step's light */
 } np_guide;
 
 /* The part of degree 2 at a direction. */
@@ -59,7 +59,7 @@ static inline float np_guide_outgoing(const np_guide *guide, np_vec3 direction) 
   return np_guide_shape(guide, np_vec3_dot(guide->axis, direction), guide->asymmetry, guide->second);
 }
 
-/* Within what keeps ℓ above a tenth. */
+/* Sets the shape ℓ, with the quadratic term limited so that ℓ stays above 0.1. */
 static inline void np_guide_set_shape(np_guide *guide, const np_importance *here) {
   const float room = 0.9f, longest = 1.3f, inverse = 1.0f / here->mean;
   const np_vec3 linear = np_vec3_scale(np_vec3_make(here->linear[0], here->linear[1], here->linear[2]), -inverse);
@@ -81,7 +81,7 @@ static inline void np_guide_set_medium(np_guide *guide, const np_scaled_cloud *c
 /* About twice the standard deviation of what the next step brings, over the light, that directions and flights make
  * which are not quite what they should be; where the light ends nearby, its curvature is not that of steady growth (by
  * the equation's second moment). Fitted to single steps in slabs of depth 64 to 1024, mostly within a factor of two;
- * but for the last two terms, which bound how many paths one may come to stand for. */
+ * but for the last two terms, which bound how many paths one may come to represent. */
 static inline float np_guide_estimate_noise(const np_guide *guide, float albedo) {
   const float fade = 1.0f - albedo * guide->asymmetry, rise = 1.0f - guide->steady;
   const float square = guide->linear * guide->linear, turn = fade * fade * square / (1.0f + square);
@@ -99,7 +99,7 @@ static inline float np_guide_estimate_sun_noise(const np_guide *guide, float lit
   return np_minf(0.5f * lit * np_maxf(np_phase_eval_lobe(again, versine), around), 2.0f * guide->light);
 }
 
-/* The guide of a path that flies along `direction`, against the light. False where nothing is known. */
+/* Makes the guide of a path that leaves the camera along `direction`; false: the importance is unknown here. */
 static inline bool np_guide_make(const np_world *world, const np_scattering_field *scattering,
                                  const np_instance *volume, np_dvec3 position, np_vec3 direction, np_guide *out) {
   np_importance here;
@@ -115,7 +115,7 @@ static inline bool np_guide_make(const np_world *world, const np_scattering_fiel
   return true;
 }
 
-/* The same for a camera's ray, in the first cell of a cloud's that it meets. */
+/* Makes the guide of a camera's ray at the first cell with cloud. */
 static inline bool np_guide_make_entry(const np_world *world, const np_scattering_field *scattering, np_dvec3 origin,
                                        np_vec3 direction, np_guide *out) {
   const np_instance *first = NULL, *volume;
@@ -134,7 +134,7 @@ static inline bool np_guide_make_entry(const np_world *world, const np_scatterin
   return first && np_guide_make(world, scattering, first, np_dvec3_along(origin, direction, middle), direction, out);
 }
 
-/* Density with which a direction is drawn over the phase function there. */
+/* Density of a guided direction relative to the density of the phase function. */
 static inline float np_guide_steer(const np_guide *guide, np_vec3 before, np_vec3 after) {
   return np_guide_shape(guide, np_vec3_dot(guide->axis, after), 1.0f, 1.0f) / np_guide_outgoing(guide, before);
 }
@@ -159,8 +159,8 @@ static inline double np_guide_get_stretch_fraction(const np_guide *guide, np_vec
   return (double)np_minf(growth / (1.0f + 2.0f * growth * rise), 0.9f);
 }
 
-/* Number of paths that go on for each: a whole number to split it into, or less than one, the probability of going on.
- * `reference`: the light of the ray that it is part of. */
+/* Number of paths by which one path is continued: it is split above 1, and subject to Russian roulette below.
+ * `reference`: radiance of the camera's ray. */
 static inline float np_guide_count(const np_guide *guide, float throughput, float reference) {
   const float share = throughput * guide->noise / reference;
   if (share < 0.5f) return np_maxf(share, 1e-5f);

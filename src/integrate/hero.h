@@ -18,7 +18,8 @@ typedef struct np_hero {
   np_spectrum density; /* p_h/p̄ */
 } np_hero;
 
-/* The hero that a number in [0, 1) stands for, and a number in [0, 1] for its first choice. */
+/* Chooses a hero band by a number in [0, 1), and returns the unused part of the number, in [0, 1], for a further
+ * choice. */
 static inline np_hero np_hero_choose_first(double number, double *out_choice) {
   const int band = (int)(number * NP_BAND_COUNT);
   *out_choice = number * NP_BAND_COUNT - band;
@@ -30,12 +31,12 @@ static inline np_hero np_hero_draw(np_random *random) {
   return np_hero_choose_first((double)np_random_float(random), &unused);
 }
 
-/* Density of a choice, over that of the path before it: the mean over all heroes. */
+/* Density of a choice averaged over all hero bands, relative to the density of the path before the choice. */
 static inline float np_hero_mean(const np_hero *hero, np_spectrum density) {
   return np_spectrum_mean(np_spectrum_multiply(hero->density, density));
 }
 
-/* Takes in a choice of this integrand that the heroes make with these densities. */
+/* Multiplies the throughput by a choice's value over its density, averaged over the hero bands (balance heuristic). */
 static inline void np_hero_choose(np_hero *hero, np_spectrum *throughput, np_spectrum value, np_spectrum density) {
   const float inverse = 1.0f / np_hero_mean(hero, density);
   hero->density = np_spectrum_scale(np_spectrum_multiply(hero->density, density), inverse);

@@ -14,7 +14,7 @@
 typedef enum np_component {
   NP_COMPONENT_BACKGROUND, /* sky and sun's disk behind everything */
   NP_COMPONENT_TERRAIN,    /* ground that the camera sees */
-  NP_COMPONENT_AIR,        /* in-scatter between the camera and what it sees */
+  NP_COMPONENT_AIR,        /* light that air scatters between the camera and the first cloud or ground */
   NP_COMPONENT_SUN,        /* sunlight scattered once in cloud */
   NP_COMPONENT_SKY,        /* skylight scattered once in cloud */
   NP_COMPONENT_GROUND,     /* light from the ground scattered once in cloud */
@@ -36,19 +36,19 @@ typedef struct np_integrator_settings {
   unsigned scattering_max; /* scatterings in cloud along a path; 0xffffffff: no limit */
   float lost_share;        /* share of the cut paths that are followed to measure the loss; 0: none */
   bool is_split;           /* paths are guided and split by the view's solution of the multiple scattering */
-  bool has_sun_share;      /* an output needs np_opaque's */
+  bool has_sun_share;      /* an output needs np_opaque.sun_share */
   bool has_holdout;        /* some cloud is held out */
-  bool is_ground_held_out; /* it hides what is behind it, and does not show */
-  bool is_air_traced;      /* paths go on through air and from ground; else tables answer for both */
+  bool is_ground_held_out; /* the ground is a holdout: it hides what is behind it, and is not visible itself */
+  bool is_air_traced;      /* paths are traced through air and from ground; else tables give the light of both */
   neph_multiple_scattering multiple_scattering; /* the march's method where multiple scattering is not solved for */
   np_approximation approximation;
   float tolerance;           /* error that the march's steps may have, as a share of a ray's light */
   float step_voxels;         /* its longest step */
-  float transmittance_end;   /* a ray of the march below this ends, or goes on with it, by Russian roulette */
-  const np_monitor *monitor; /* ends paths under way, whose samples are then void, when it is cancelled; may be NULL */
+  float transmittance_end;   /* transmittance below which a ray of the march is subject to Russian roulette */
+  const np_monitor *monitor; /* when it is cancelled, paths in progress end and their samples are void; may be NULL */
 } np_integrator_settings;
 
-/* Opacity and light that a stretch of the camera's ray adds to it as it is seen. */
+/* Opacity and light of a segment of the camera's ray, attenuated by the clouds in front of it. */
 typedef struct np_depth_record {
   float begin, end; /* m, from the eye */
   float opacity;
@@ -59,27 +59,28 @@ enum { NP_DEPTH_RECORDS_MAX = 512 };
 
 /* Facts of a ray that few outputs need, added up beside its sample. */
 typedef struct np_integrator_layers {
-  float cloud_opacity[NP_INSTANCES_MAX];  /* opacity of each cloud of the scene that is not held out, as it is seen */
+  float cloud_opacity[NP_INSTANCES_MAX];  /* visible opacity of each cloud of the scene, 0 for a holdout */
   np_spectrum group[NP_LIGHT_GROUPS_MAX]; /* light of each group of lights */
   float motion[4];                        /* pixels right and up, to the frame after and to that before */
-  unsigned depth_components;              /* whose light is recorded by depth, bits of them; 0: no records */
+  unsigned depth_components; /* bit mask of the components whose light is recorded by depth; 0: no records */
   unsigned depth_count;
-  np_depth_record depths[NP_DEPTH_RECORDS_MAX]; /* in order, but those of emission by themselves */
+  /* in ascending order, but records of emission form an order of their own */
+  np_depth_record depths[NP_DEPTH_RECORDS_MAX];
 } np_integrator_layers;
 
 typedef struct np_camera_ray {
-  np_dvec3 origin;              /* before it clouds and ground are not seen */
+  np_dvec3 origin;              /* start of the ray; clouds and ground before it are invisible */
   np_vec3 direction;            /* unit */
   float jitter;                 /* 0 to 1: where in its step the march samples */
   float choice;                 /* 0 to 1, even over all seeds: where the tracer looks first in the air */
   np_integrator_layers *layers; /* NULL: no output needs it */
   float film[2];                /* place of the film, in pixels */
-  float spread_rad;  /* angle to the ray of the next pixel; 0: what is finer than a pixel is looked up as it is */
-  double begin_m;    /* distance from the eye to the origin, between which there is air */
-  bool has_end;      /* beyond it, too, clouds and ground are not seen: */
-  double end_m;      /* distance from the origin */
-  double time;       /* time of the exposure, in frames after the frame's own */
-  bool is_reflected; /* water reflects it, in the march: it sees no disks, and other water as ground */
+  float spread_rad;             /* angle to the ray of the next pixel, for filtering of look-ups; 0: no filtering */
+  double begin_m;               /* distance from the eye to the origin, between which there is air */
+  bool has_end;                 /* clouds and ground beyond `end_m` are invisible */
+  double end_m;                 /* distance from the origin */
+  double time;                  /* time of the exposure, in frames after the frame's own */
+  bool is_reflected; /* reflected by water, in the march; without disks of sun and moon, other water is land */
 } np_camera_ray;
 
 /* The ray for look-ups of its air, at distances from the eye. */
@@ -92,14 +93,15 @@ static inline np_view_ray np_camera_ray_get_view(const np_camera_ray *ray) {
 
 static inline double np_camera_ray_get_end(const np_camera_ray *ray) { return ray->has_end ? ray->end_m : HUGE_VAL; }
 
-/* The ground that a camera's ray shows; distances from its origin. One that begins in the ground shows none. */
+/* Hit of a camera's ray with the ground within its range, with the distance from its origin. False for a ray that
+ * begins in the ground. */
 static inline bool np_camera_ray_intersect_ground(const np_world *world, const np_camera_ray *ray,
                                                   np_ground_hit *out_hit) {
   return np_world_intersect_ground(world, ray->origin, ray->direction, out_hit) &&
          !(out_hit->distance_m > np_camera_ray_get_end(ray)) && !(ray->begin_m > 0.0 && out_hit->distance_m <= 0.0);
 }
 
-/* The air between the eye and a point so far from the origin, in shadow where there is any. */
+/* Aerial perspective between the eye and a point at `distance_m` from the ray's origin, with the shadows in the air. */
 static inline np_aerial_perspective np_camera_ray_get_air(const np_lighting *lighting, const np_world *world,
                                                           const np_camera_ray *ray, double distance_m) {
   const np_view_ray view = np_camera_ray_get_view(ray);
@@ -108,13 +110,13 @@ static inline np_aerial_perspective np_camera_ray_get_air(const np_lighting *lig
 
 typedef struct np_integrator_sample {
   np_spectrum component[NP_COMPONENT_ALL]; /* W m⁻² sr⁻¹ nm⁻¹ */
-  np_spectrum lost;                        /* estimate of what the limit on scatterings took from them */
-  unsigned cut_count, followed_count;      /* paths that met the limit; those of them that were followed */
-  float transmittance;                     /* through cloud alone, to what lies behind */
-  float held_out;                          /* share of the ray that clouds hide which do not show */
+  np_spectrum lost;                        /* estimate of the light lost to the limit on scatterings */
+  unsigned cut_count, followed_count;      /* number of paths that met the limit, and of the followed ones among them */
+  float transmittance;                     /* transmittance of the clouds along the whole ray */
+  float held_out;                          /* share of the ray that holdout clouds hide */
   bool is_ground_behind;
-  /* Sums over what hides what lies behind it, cloud and ground, each weighted by how much it hides: in the mean
-   * 1 − transmittance in all, 1 with ground. */
+  /* Opacity of cloud and ground along the ray, then sums of properties weighted by it. The mean opacity is
+   * 1 − transmittance, or 1 before ground. */
   float opaque_weight;
   float opaque_distance; /* m */
   np_spectrum opaque_albedo;
@@ -123,7 +125,7 @@ typedef struct np_integrator_sample {
   float optical_depth; /* sum over all clouds up to ground or space, where an output needs it */
 } np_integrator_sample;
 
-/* Facts of a place, in cloud or on the ground, that hides what lies behind it. */
+/* Properties of a point, in cloud or on the ground, that adds opacity to the camera's ray. */
 typedef struct np_opaque {
   double distance_m; /* along the camera's ray, from its origin */
   np_spectrum albedo;
@@ -140,7 +142,7 @@ static inline void np_integrator_add_opaque(np_integrator_sample *sample, float 
   sample->opaque_sun_share += weight * opaque->sun_share;
 }
 
-/* Light of some components, bits of them set. */
+/* Sum of the components in a bit mask. */
 static inline np_spectrum np_integrator_sum_light(const np_integrator_sample *sample, unsigned components) {
   np_spectrum sum = np_spectrum_grey(0.0f);
   for (unsigned c = 0; c < NP_COMPONENT_COUNT; c++)
@@ -152,7 +154,7 @@ static inline bool np_integrator_has_depths(const np_camera_ray *ray) {
   return ray->layers && ray->layers->depth_components;
 }
 
-/* Records a stretch. Where there is no room, pairs of neighbours become one. */
+/* Records a segment. If the array is full, each pair of neighbours is merged first. */
 static inline void np_integrator_add_depth(np_integrator_layers *layers, np_depth_record record) {
   if (layers->depth_count == NP_DEPTH_RECORDS_MAX) {
     layers->depth_count /= 2;
@@ -165,7 +167,7 @@ static inline void np_integrator_add_depth(np_integrator_layers *layers, np_dept
   layers->depths[layers->depth_count++] = record;
 }
 
-/* Adds what another light does along the same ray: its records' light, without their opacity. */
+/* Adds the light of a further light source along the same ray: its records' light, without their opacity. */
 static inline void np_integrator_append_light(np_integrator_layers *layers, const np_integrator_layers *more) {
   for (unsigned g = 0; g < NP_LIGHT_GROUPS_MAX; g++)
     layers->group[g] = np_spectrum_add(layers->group[g], more->group[g]);
@@ -176,7 +178,7 @@ static inline void np_integrator_append_light(np_integrator_layers *layers, cons
   }
 }
 
-/* The stretch since a sample was as `before`, which has added to it all that it has more. */
+/* The segment since a sample was as `before`, which has added to it all that it has more. */
 static inline void np_integrator_record_depth(const np_camera_ray *ray, const np_integrator_sample *before,
                                               const np_integrator_sample *after, double begin, double end) {
   const unsigned components = ray->layers->depth_components;
@@ -203,8 +205,8 @@ typedef double (*np_half_distance_fn)(const np_world *world, const np_camera_ray
 
 /* The clouds along a ray by their opacity alone, without their light. */
 typedef struct np_view_depth {
-  double half_m;  /* half distance, as of np_half_distance_fn */
-  double cloud_m; /* mean distance, weighted by the opacity as it is seen; infinite where there is none */
+  double half_m;  /* distance at which the transmittance falls below one half (np_half_distance_fn) */
+  double cloud_m; /* mean distance, weighted by visible opacity; infinite without clouds */
   float opacity;  /* opacity of clouds; a 32nd of it may be missing */
 } np_view_depth;
 

@@ -9,7 +9,7 @@
  *
  * Where the view has a solution of the multiple scattering the march runs in its scaled medium (march_light.c). What
  * lies behind is then seen twice: through the true transmittance, and, spread by the forward peak too little to matter,
- * through what the scaled one has more. Otherwise light is scattered once, and an approximation may stand for
+ * through what the scaled one has more. Otherwise light is scattered once, and an approximation may represent
  * more (march_approximation.c). Compiled once per instruction-set level.
  */
 #include "integrate/march.h"
@@ -56,7 +56,7 @@ static void close_step(np_march *m) {
   m->step.count = 0;
 }
 
-/* Ends a step at the end of its clouds. The next one goes on to the same opacity. */
+/* Ends a step where its clouds end. The next step gets the rest of the error budget. */
 static void break_step(np_march *m) {
   if (m->step.count == 0) return;
   const float gone = np_cbrtf_rough(m->knot.hiding * m->knot.bound * m->knot.bound / m->knot.budget);
@@ -99,14 +99,14 @@ static float get_extinction_scale(const np_march *m, const np_instance *volume) 
                                    volume->albedo);
 }
 
-/* Scaled extinction of all active clouds of a stretch, at the densest points of its cells. */
+/* Scaled extinction of all active clouds of a segment, at the densest points of its cells. */
 static float compute_bound(const np_ray_intervals *all, const np_ray_interval *s, const float *hiding) {
   float sum = 0.0f;
   for (unsigned i = 0; i < s->count; i++) sum += hiding[i] * np_ray_instance_bound(&all->instance[s->active[i]]);
   return sum;
 }
 
-/* The cloud of a stretch whose voxels are smallest. */
+/* The cloud of a segment whose voxels are smallest. */
 static const np_ray_instance *search_finest(const np_ray_intervals *all, const np_ray_interval *s) {
   const np_ray_instance *finest = &all->instance[s->active[0]];
   for (unsigned i = 1; i < s->count; i++)
@@ -114,12 +114,12 @@ static const np_ray_instance *search_finest(const np_ray_intervals *all, const n
   return finest;
 }
 
-/* Pieces are chosen in the scaled medium. Where a forward peak leaves less of it than this the true transmittance,
- * which is a channel of its own, would be missed. */
+/* Factor of the forward peak on extinction below which pieces are not chosen in the scaled medium alone: the true
+ * transmittance, an output of its own, would be inaccurate. */
 static const float scale_least = 0.1f;
 
-/* Pieces of a stretch whose error is small against what the ray has hidden with them. The depth counts for more than
- * one towards a light, as all that lies behind is seen through it. */
+/* Number of pieces of a segment for which the error is small against the opacity of the ray. Optical depth counts for
+ * more towards a light, which is seen through all of it. */
 static int count_pieces(const np_march *m, const np_ray_intervals *all, const np_ray_interval *s, const float *hiding) {
   const float length = (float)(s->end - s->begin);
   float variation = 0.0f, weight[NP_INSTANCES_MAX];
@@ -133,7 +133,7 @@ static int count_pieces(const np_march *m, const np_ray_intervals *all, const np
   return count > 1 ? count : 1;
 }
 
-/* Width of a pixel at the middle of a stretch. */
+/* Width of a pixel at the middle of a segment. */
 static float get_pixel(const np_march *m, const np_ray_interval *s) {
   return m->ray->spread_rad * (float)(m->ray->begin_m + 0.5 * (s->begin + s->end));
 }
@@ -141,7 +141,7 @@ static float get_pixel(const np_march *m, const np_ray_interval *s) {
 /* Transmittance below which detail finer than the pieces is left out. */
 static const float detail_carry_least = 0.05f;
 
-/* Number of pieces of a stretch that needs more than one: at least two for each feature of a cloud's detail that the
+/* Number of pieces of a segment that needs more than one: at least two for each feature of a cloud's detail that the
  * pixel resolves. */
 static int refine_pieces(const np_march *m, const np_ray_intervals *all, const np_ray_interval *s, float pixel_m,
                          int count) {
@@ -156,14 +156,14 @@ static int refine_pieces(const np_march *m, const np_ray_intervals *all, const n
   return count;
 }
 
-/* Middles of the next pieces, from `first` on, that are looked up together; each is `length` metres long. Returns their
- * number. */
+/* Distances of the midpoints of the next pieces, from index `first` on, which are looked up together; each piece is
+ * `length` metres long. Returns their number. */
 static int fill_middles(int first, int count, float length, float middle[NP_BRICK_LINE]) {
   for (int k = 0; k < NP_BRICK_LINE; k++) middle[k] = ((float)(first + k) + 0.5f) * length;
   return count - first < NP_BRICK_LINE ? count - first : NP_BRICK_LINE;
 }
 
-/* Look-ups above which a stretch is cut voxel by voxel; depth of the pieces then. */
+/* Look-ups above which a segment is cut voxel by voxel; depth of the pieces then. */
 static const int deep_count = 256;
 static const double deep_piece = 0.125;
 
@@ -184,7 +184,7 @@ static void cross_voxel(np_march *m, const np_ray_intervals *all, const np_ray_i
   }
 }
 
-/* Crosses a stretch of one cloud voxel by voxel, where equal pieces would be too coarse. */
+/* Crosses a segment of one cloud voxel by voxel, where equal pieces would be too coarse. */
 static void cross_deep(np_march *m, const np_ray_intervals *all, const np_ray_interval *s, float hiding) {
   const np_ray_instance *cloud = &all->instance[s->active[0]];
   np_voxel_walk walk;
@@ -194,7 +194,7 @@ static void cross_deep(np_march *m, const np_ray_intervals *all, const np_ray_in
     cross_voxel(m, all, s, &voxel, hiding);
 }
 
-/* Cuts a stretch into equal pieces, and the pieces into steps. */
+/* Cuts a segment into equal pieces, and the pieces into steps. */
 static void cross(np_march *m, const np_ray_intervals *all, const np_ray_interval *s) {
   float hiding[NP_INSTANCES_MAX], found[NP_INSTANCES_MAX][NP_BRICK_LINE], middle[NP_BRICK_LINE];
   for (unsigned i = 0; i < s->count; i++) hiding[i] = get_extinction_scale(m, all->instance[s->active[i]].volume);
@@ -255,7 +255,7 @@ static np_spectrum get_peak_weight(const np_march *m) {
   return np_spectrum_scale(weight, all > 0.0f ? shown / all : 0.0f);
 }
 
-/* Largest tolerance of a reflection: it grows as less of the reflection is seen. */
+/* Largest tolerance of a reflection; it grows as the reflection's weight falls. */
 static const float reflection_tolerance = 0.2f;
 
 /* Light along one ray that the waves reflect: clouds, terrain and sky, without disks. */
@@ -278,7 +278,7 @@ static np_spectrum march_reflection(const np_lighting *lighting, const np_integr
   return np_spectrum_scale(sum, weight);
 }
 
-/* Adds what lies behind the clouds, `peak` of it by their forward peak alone. */
+/* Adds ground or sky behind the clouds. `peak` is the transmittance by the forward peak alone. */
 static void add_behind(np_march *m, const np_ground_hit *hit, np_spectrum peak) {
   np_behind behind = {.hit = hit};
   np_spectrum water;
@@ -326,7 +326,7 @@ void NP_KERNEL(np_march_sample)(const np_world *world, const np_lighting *lighti
   add_behind(&m, out->is_ground_behind ? &hit : NULL, peak_weight);
 }
 
-/* Extinction of all clouds in the pieces of a stretch. */
+/* Extinction of all clouds in the pieces of a segment. */
 static inline void fill_extinction(const np_ray_intervals *all, const np_ray_interval *s, float length,
                                    float extinction[NP_BRICK_EDGE]) {
   float at[NP_BRICK_LINE] = {0.0f}, own[NP_BRICK_LINE];

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Types that the parts of the march share: a ray on its way, and sun optical depths. Inline, or compiled once per
+/* Types that the parts of the march share: state of a ray, and sun optical depths. Inline, or compiled once per
  * instruction-set level. */
 #ifndef NP_INTEGRATE_MARCH_H
 #define NP_INTEGRATE_MARCH_H
@@ -26,29 +26,29 @@ typedef struct np_march {
   const np_camera_ray *ray;
   np_random *random;
   np_vec3 to_sun;
-  float carry; /* what later steps can still contribute; 0 ends the ray */
+  float carry; /* largest weight of the light of later steps; 0: the ray ends */
   float transmittance;
   np_step step;        /* being gathered */
   np_step_knot knot;   /* where it ends */
   float step_length_m; /* length of the longest step */
   np_integrator_sample *out;
 
-  const np_scattering_field *field;    /* the solved multiple scattering; NULL: an approximation stands for it */
-  const np_scattering_medium *medium;  /* medium of `field`; NULL without one */
+  const np_scattering_field *field;    /* solution of the multiple scattering; NULL: an approximation is used */
+  const np_scattering_medium *medium;  /* medium of `field`; NULL without a field */
   const np_viewer_light *viewer_light; /* light of `field` for this ray; NULL: none */
   const np_approximation_row *method;  /* where there is no solution, and its */
   unsigned term_count;
   bool has_outgoing;
   bool has_motion;        /* some cloud is not where it is at the frame's time */
-  bool is_grey;           /* all clouds are of one albedo in all bands */
+  bool is_grey;           /* every cloud has one albedo in all bands */
   np_spectrum scaled;     /* transmittance of the scaled medium; grey 1 stays where there is none */
   np_spectrum peak_depth; /* optical depth that the scaled medium has less */
   float sun_rate;         /* rate of light's change along the ray over the rate that its depth implies; at least 1 */
   float sun_optical_depth,
-      sun_place; /* towards the sun where a step was last lit, and of the ray up to there, scaled */
-  float passed;  /* depth of the steps that have been lit, scaled */
+      sun_place; /* sun optical depth of the last lit step, and scaled optical depth along the ray up to it */
+  float passed;  /* scaled optical depth of the steps that have been lit */
 
-  /* Phase of each cloud of the view: the angle to the sun is the same all along the ray. */
+  /* Phase values of each cloud. The angle to the sun is constant along the ray. */
   union {
     np_march_terms terms[NP_INSTANCES_MAX]; /* terms of the approximation */
     struct {
@@ -58,9 +58,9 @@ typedef struct np_march {
   } sun;
 } np_march;
 
-/* Light a step: the light that it scatters to the camera is added, and the ray carried past it. `scaled` in the medium
- * of the multiple scattering's solution, `approximation` with light that is scattered once, and what stands for more.
- */
+/* Light a step: add the light that it scatters to the camera, and attenuate the ray. `scaled`: in the scaled medium
+ * with a solution of multiple scattering; `approximation`: by single scattering and an approximation of multiple
+ * scattering. */
 void NP_KERNEL(np_march_start_scaled)(np_march *m);
 void NP_KERNEL(np_march_light_scaled)(np_march *m, const np_step *s);
 void NP_KERNEL(np_march_start_approximation)(np_march *m);
@@ -71,7 +71,7 @@ float NP_KERNEL(np_march_sun_transmittance)(const np_world *world, const np_ligh
                                             const np_integrator_settings *settings, np_dvec3 position, np_vec3 to_sun,
                                             np_random *random);
 
-/* Sunlight through the clouds on the ground, with the same arguments. */
+/* Transmittance of the clouds for sunlight on the ground; same arguments as np_march_sun_transmittance. */
 float NP_KERNEL(np_march_shadow)(const np_world *world, const np_lighting *lighting,
                                  const np_integrator_settings *settings, np_dvec3 position, np_vec3 to_sun,
                                  np_random *random);
@@ -105,7 +105,7 @@ static inline np_dvec3 np_march_get_lit_place(const np_march *m, const np_step *
   return all > 0.0 ? np_dvec3_add(position, np_dvec3_scale(moved, 1.0 / all)) : position;
 }
 
-/* Share of a step's depth that is of clouds which show. */
+/* Share of a step's optical depth that belongs to visible clouds, not to holdouts. */
 static inline float np_march_get_shown_share(const np_march *m, const np_step *s) {
   if (!m->settings->has_holdout) return 1.0f;
   float shown = 0.0f, all = 0.0f;

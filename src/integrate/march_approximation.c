@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The lighting of a step where no solution of the multiple scattering is there: sunlight through the optical depth
  * towards the sun, light from sky or ground along one drawn direction, and an approximation (integrate/approximation.h)
- * that may stand for light scattered more than once. Compiled once per instruction-set level. */
+ * that may represent light scattered more than once. Compiled once per instruction-set level. */
 #include "integrate/approximation_gain.h"
 #include "integrate/march.h"
 #include "integrate/surroundings.h"
@@ -28,8 +28,8 @@ float NP_KERNEL(np_march_sun_transmittance)(const np_world *world, const np_ligh
   return np_transmittance(get_sun_optical_depth(lighting, position, to_sun, &query));
 }
 
-/* Sunlight through the clouds on the ground. Where the clouds' own light on it is known, what the forward peak lets
- * down belongs to the beam. */
+/* Transmittance of the clouds for sunlight on the ground. If ground_light has the light that clouds scatter to the
+ * ground, light in the forward peak counts as unscattered here. */
 float NP_KERNEL(np_march_shadow)(const np_world *world, const np_lighting *lighting,
                                  const np_integrator_settings *settings, np_dvec3 position, np_vec3 to_sun,
                                  np_random *random) {
@@ -82,7 +82,7 @@ static np_spectrum add_excess(float own, float smooth, np_spectrum excess) {
   return excess;
 }
 
-/* Light scattered once, and what stands for more. */
+/* Adds single scattering, and the approximation of multiple scattering. */
 static void add_terms(np_march *m, np_component single, const np_march_terms *terms, const float *transmittances,
                       np_spectrum light) {
   const float gain = (float)m->settings->approximation.gain;
@@ -107,8 +107,8 @@ static void fill_transmittances(const np_march *m, np_dvec3 position, np_vec3 di
   m->method->fill_transmittances(a, np_track_depth(&m->world->clouds, position, direction, &query), out);
 }
 
-/* Sunlight scattered towards the camera at `position`, weighted: `share[i]` is what part of the step's opacity, times
- * albedo, its i-th cloud has. */
+/* Adds sunlight that is scattered towards the camera at `position`, times `weight`. `share[i]`: opacity of the step's
+ * i-th cloud, as a share of the step's, times albedo. */
 static void add_sun(np_march *m, np_dvec3 position, np_dvec3 lit_place, const np_step *s, const np_spectrum *share,
                     float error, np_spectrum weight) {
   const np_approximation *a = &m->settings->approximation;
@@ -141,8 +141,8 @@ static unsigned draw_cloud(const np_spectrum *share, unsigned count, np_random *
   return chosen;
 }
 
-/* A direction from an even mixture of the phase function and the whole sphere: the first finds what shines through the
- * cloud, the second what shines on it from the side into which the cloud does not scatter forward. */
+/* Draws a direction from the phase function or uniformly, with equal probability: the phase function finds light from
+ * behind the cloud, the uniform density light from other sides. */
 static np_vec3 draw_direction(const np_phase *phase, np_vec3 forward, np_random *random, float *out_pdf) {
   const float choice = np_random_float(random);
   const float u[3] = {np_random_float(random), np_random_float(random), np_random_float(random)};

@@ -6,7 +6,7 @@
 #include "integrate/march.h"
 #include "integrate/surroundings.h"
 
-/* Transmittance of optical depths, computed once where all bands have the same. */
+/* Transmittance of optical depths. Grey clouds have equal depths in all bands, so that one exponential suffices. */
 static np_spectrum compute_transmittance(const np_march *m, np_spectrum depth) {
   const float first = np_transmittance(depth.band[0]);
   if (m->is_grey) return np_spectrum_grey(first);
@@ -137,8 +137,8 @@ static np_spectrum eval_solution(const np_march *m, const solution *at, unsigned
  * cell: measured where clouds are lit from behind (docs/results/march.md). */
 static const float straightness = 0.75f;
 
-/* Sunlight scattered narrowly is what differs most from place to place within a cell: what the step has of it, less
- * what the solution has. */
+/* Correction of sunlight in the forward peak, which varies most within a cell: its value at the step less its mean in
+ * the cell. */
 static np_spectrum compute_detail(const np_march *m, const solution *at, const sunlight *sun) {
   np_spectrum detail = np_spectrum_grey(0.0f);
   if (!m->medium->has_delta_m_residual || np_spectrum_is_zero(sun->outside)) return detail;
@@ -173,7 +173,7 @@ static void roulette(np_march *m) {
   m->carry = settled;
 }
 
-/* Optical depth of a step; its scattering, in all and by the forward peak; and its opacity. */
+/* Optical depth, scattering, scattering into the forward peak, and opacity of a step. */
 typedef struct step_optics {
   float depth, opacity;
   np_spectrum scattering[NP_INSTANCES_MAX], all_scattering, peak, scaled_opacity;
@@ -201,8 +201,8 @@ static const float sunlight_least = 0.02f, sun_rate_least = 2.0f, sun_rate_max =
  * the ray. */
 static bool is_sun_low(const np_march *m) { return fabsf(m->to_sun.z) * sun_rate_least < 1.0f; }
 
-/* Sets how fast sunlight changes along the ray from the sun optical depths at two places on it, `apart` of its own
- * depth. */
+/* Sets the rate of change of the sun optical depth along the ray, from its values at two points whose optical distance
+ * is `apart`. */
 static void set_sun_rate(np_march *m, float before, float after, float apart) {
   const bool is_lit = np_transmittance(np_minf(before, after)) > sunlight_least;
   const float rate = is_lit ? fabsf(after - before) / np_maxf(apart, 1e-6f) : 1.0f;
@@ -210,7 +210,7 @@ static void set_sun_rate(np_march *m, float before, float after, float apart) {
 }
 
 /* Parts in which the first step in a cloud, whose length is a guess, must be lit: by the law of its budget. Where it
- * would be lit well enough even if its begin were in full sun, that need not be looked at. */
+ * would be lit well enough even if its begin were in full sun, that need not be examined. */
 static unsigned count_parts(np_march *m, const np_step *s, float depth, float error) {
   const float half = 0.5f * s->hiding;
   if (!is_sun_low(m) || depth < 2.0f * sun_rate_least * half) return 1;
@@ -220,7 +220,7 @@ static unsigned count_parts(np_march *m, const np_step *s, float depth, float er
   return (unsigned)ceilf(cbrtf(m->sun_rate * m->sun_rate));
 }
 
-/* Updates the rate of change of sunlight by a step that is lit. */
+/* Updates the rate at which sunlight changes along the ray by the sun optical depth of a lit step. */
 static void learn_sun_rate(np_march *m, const np_step *s, float depth) {
   const float place = m->passed + 0.5f * s->hiding;
   if (is_sun_low(m) && depth >= 0.0f && m->sun_optical_depth >= 0.0f)

@@ -23,7 +23,7 @@
 
 /* ---- Sky and ground ---- */
 
-/* Size of the stack; a path that waits for as many others is followed without branches, and not split. */
+/* Sizes of the stacks of waiting paths. While a stack is full, paths are not branched, or not split. */
 enum { BRANCH_DEPTH_MAX = 64, SPLIT_DEPTH_MAX = 256 };
 
 static bool may_branch(const np_path_state *path) { return path->depth < BRANCH_DEPTH_MAX; }
@@ -36,7 +36,7 @@ static void gather_sky(const np_tracer *t, const np_path_state *path, const np_s
   if (np_sky_next_event_start(path, sky, share, density, t->random, &ray)) follow_past_clouds(t, &ray);
 }
 
-/* The component of light that clouds scatter once: without the sun's own it is that of sky or ground. */
+/* Renames the component of light that clouds scatter once, from sun to sky or ground, when the path meets either. */
 static void set_outside_component(const np_tracer *t, np_path_state *path, bool is_ground) {
   if (path->component == NP_COMPONENT_SUN) path->component = is_ground ? NP_COMPONENT_GROUND : NP_COMPONENT_SKY;
   np_sky_next_event_weigh_miss(t, path);
@@ -44,7 +44,7 @@ static void set_outside_component(const np_tracer *t, np_path_state *path, bool 
 
 /* ---- Clouds ---- */
 
-/* Light of the sun along a ray, as a share of the disk's. */
+/* Sunlight along a ray relative to the irradiance of the unattenuated disk. */
 static float compute_sunlight(const np_tracer *t, const np_sun_ray *sun) {
   return sun->transmittance * np_spectrum_max(sun->irradiance) / np_spectrum_max(t->world->sun_irradiance);
 }
@@ -239,7 +239,8 @@ static void add_space(const np_tracer *t, np_path_state *path) {
   np_path_add_light(t, path, path->component, np_world_space_radiance(t->world, path->position, path->direction));
 }
 
-/* Whether water alone has scattered the path, which is above it under the sky. */
+/* Adds light from the tables of sky or ground to a path that has left the clouds. A path that only water has reflected
+ * sees the sky from the water. */
 static void add_surroundings(const np_tracer *t, np_path_state *path) {
   bool is_ground;
   const np_reflection *reflection = path->order == 0 ? t->lighting->reflection : NULL;
@@ -253,7 +254,7 @@ static void add_surroundings(const np_tracer *t, np_path_state *path) {
 
 /* ---- Flights ---- */
 
-/* Under a low sun, flights longer than this are leaps: see atmosphere/air_flight.h. */
+/* Length of a flight under a low sun above which it is a leap (atmosphere/air_flight.h). */
 static const double leap_m = 2e3;
 
 /* Number of panels into which a ray through all of the air is cut. */
@@ -305,7 +306,7 @@ static bool collide_with_air(const np_tracer *t, np_path_state *path, np_path_ev
   return collides;
 }
 
-/* Finds the ground before a distance, if it is there. */
+/* Searches for ground within a distance. */
 static bool intersect_ground(const np_tracer *t, np_path_state *path, double distance) {
   const np_dvec3 next = np_dvec3_along(path->position, path->direction, distance);
   return np_world_may_meet_ground(t->world, path->position, next) &&
@@ -313,7 +314,8 @@ static bool intersect_ground(const np_tracer *t, np_path_state *path, double dis
          path->ground.distance_m < distance;
 }
 
-/* End of a flight: this, or the air before it. */
+/* Event that ends a flight: a collision with air if it comes first, else `end`. `*distance` becomes the distance to a
+ * collision with air. */
 static np_path_event fly_through_air(const np_tracer *t, np_path_state *path, np_path_event end, double *distance) {
   np_air_collision collision;
   if (!t->settings->is_air_traced || !t->world->atmosphere || !collide_with_air(t, path, end, *distance, &collision))
@@ -401,11 +403,12 @@ static bool survive(np_path_state *path, np_random *random) {
   return true;
 }
 
-/* Scatterings beyond the limit after which a path that is followed ends too: what it would have brought is not known.
- */
+/* Limit on scatterings of a followed path beyond render.max_scatterings; such a path makes the estimate of the loss
+ * infinite. */
 enum { FOLLOWED_MAX = 1 << 20 };
 
-/* The limit on scatterings ends a path; some are followed all the same, for what would have come of them. */
+/* Applies the limit on scatterings: a path beyond it ends, or, with the probability `lost_share`, is followed to
+ * estimate the lost light. */
 static bool is_ended(const np_tracer *t, np_path_state *path) {
   if (path->order < t->settings->scattering_max) return false;
   if (path->is_cut) {

@@ -21,19 +21,19 @@ static np_path_state start_path(const np_camera_ray *ray, double distance, np_sp
                          .expected_gain = 1.0f};
 }
 
-/* First collision of a ray with a cloud, if there is one. `weight`: of the sample that collides. */
+/* First collision of a ray with a cloud, if there is one. */
 typedef struct cloud_hit {
-  double distance; /* infinite: nowhere */
+  double distance; /* in metres; infinite: the ray meets no cloud */
   const np_instance *volume;
   float weight;
-  float expected; /* light of the ray, as the view's solution has it; 0: not known */
+  float expected; /* expected radiance of the ray by the view's solution; 0: unknown */
 } cloud_hit;
 
 /* Depth of clouds below which the camera's ray is forced to collide. */
 static const double thin_depth = 1.0;
 
-/* A flight that is guided into the light where the ray meets the first cloud. Into the dark it is not shortened: what
- * is behind would be seen with large weights. */
+/* Starts a flight along the camera's ray, guided by the importance at the first cloud. Its stretch is not negative:
+ * shorter flights would see the background with large weights. */
 static np_flight guide_flight(const np_tracer *t, const np_camera_ray *ray, float *out_expected) {
   np_guide guide;
   double stretch_fraction = 0.0;
@@ -202,8 +202,8 @@ static void add_behind(const np_tracer *t, const np_camera_ray *ray, const np_gr
   NP_KERNEL(np_path_follow)(t, &path, NP_PATH_GROUND);
 }
 
-/* A ray through thin cloud has two ends, the cloud and what is behind it; the air before either counts as often
- * as the ray would have ended there. */
+/* Traces a camera ray to the cloud and to the surface behind it. The air before each is counted with the probability
+ * that the ray ends there. */
 static void look(const np_tracer *t, const np_camera_ray *ray, const cloud_hit *cloud, const np_ground_hit *ground) {
   const bool is_cloud = !isinf(cloud->distance), is_behind = t->out->transmittance > 0.0f;
   const bool is_cloud_end = is_cloud && (!is_behind || np_random_float(t->random) < cloud->weight);
@@ -211,7 +211,7 @@ static void look(const np_tracer *t, const np_camera_ray *ray, const cloud_hit *
   if (is_behind && !(ground && t->settings->is_ground_held_out)) add_behind(t, ray, ground, !is_cloud_end);
 }
 
-/* The sun's disk is seen by transmittance and not by free flights, whose chance to pass would be noise. */
+/* Adds the disks of sun and moon with the clouds' transmittance: free flights would make them noisy. */
 static void add_disks(const np_tracer *t, const np_camera_ray *ray) {
   if (np_spectrum_is_zero(np_world_disk_radiance(t->world, ray->direction))) return;
   t->out->transmittance = np_track_transmittance(&t->world->clouds, ray->origin, ray->direction,

@@ -16,26 +16,27 @@ static inline void np_path_add_light(const np_tracer *t, const np_path_state *pa
     np_path_add(t->out, component, radiance);
 }
 
-/* The component of multiple scattering in clouds, and of emission. */
+/* Output component to which multiple scattering and emission along a path are added. */
 static inline np_component np_path_name_multiple(const np_path_state *path) {
   return path->has_component ? path->component : NP_COMPONENT_MULTIPLE;
 }
 
 /* ---- Sun ---- */
 
-/* A ray towards the sun: what comes along it where no clouds are, and what of that they let through. */
+/* A ray towards the sun: irradiance through air alone, and the transmittance of the clouds. */
 typedef struct np_sun_ray {
   np_vec3 direction;
   np_spectrum irradiance;
   float transmittance;
 } np_sun_ray;
 
-/* Whether sunlight that comes along a path is of the world's. */
+/* Whether the world counts sunlight that comes along this path (np_world.sun_scope). */
 static inline bool np_path_is_in_scope(const np_tracer *t, const np_path_state *path) {
   return t->world->sun_scope == NP_SUN_WHOLE || (t->world->sun_scope == NP_SUN_SKY) == path->is_through_air;
 }
 
-/* False where no light comes: clouds are looked up first, for in a thick one most rays end. */
+/* Samples a ray to the sun; false: no light arrives. Clouds are traced before air, since most rays end in a thick
+ * cloud. */
 static inline bool np_path_aim_at_sun(const np_tracer *t, const np_path_state *path, double faint_depth,
                                       np_sun_ray *out) {
   const np_dvec3 position = path->position;
@@ -61,7 +62,7 @@ static inline void np_path_gather_sun(const np_tracer *t, const np_path_state *p
 static inline void np_path_add_sun_disk(const np_tracer *t, const np_path_state *path) {
   if (!np_world_sun_covers(t->world, path->direction) || !np_path_is_in_scope(t, path)) return;
   const np_spectrum irradiance = t->settings->is_air_traced
-                                     ? t->world->sun_irradiance /* the flight collides with air in the way */
+                                     ? t->world->sun_irradiance /* air attenuates by collisions on the flight */
                                      : np_world_sunlight(t->world, path->position, path->direction);
   np_path_add_light(t, path, path->component,
                     np_spectrum_scale(irradiance, path->density / (1.0f + path->density * t->sun_sr)));
@@ -80,8 +81,8 @@ static inline bool np_path_aim_at_emitter(const np_tracer *t, np_dvec3 position,
                                                           &out->direction, &out->density);
 }
 
-/* Emission scattered by the present vertex, `share` of it per steradian; `density` is that with which the
- * path may take the same direction, on whose flight it collects the other way's part (balance heuristic). */
+/* Adds emission that the present vertex scatters, `share` of it per steradian. `density`: density with which the path
+ * itself may choose the same direction, for the balance heuristic. */
 static inline void np_path_gather_emission(const np_tracer *t, const np_path_state *path, const np_emitter_ray *emitter,
                                            np_spectrum share, float density) {
   const double end = np_emission_get_end(t->world, path->position, emitter->direction);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A path on its way: what path_camera.c starts, and path.c follows to its end. */
+/* State of a path: path_camera.c starts paths, path.c traces them. */
 #ifndef NP_INTEGRATE_PATH_STATE_H
 #define NP_INTEGRATE_PATH_STATE_H
 
@@ -37,13 +37,14 @@ typedef struct np_path_state {
   np_hero hero;
   float weight;        /* throughput at the start or the last guided collision, by which it is judged faint */
   float reference;     /* light of the camera's ray, by which paths are counted; 0: not known */
-  float expected_gain; /* ≥ 1: sunlight that the next collision may bring, in isotropic scattering's */
+  float expected_gain; /* ≥ 1: sunlight that the next collision may scatter, relative to isotropic scattering */
   unsigned order;      /* scatterings in cloud so far */
   unsigned depth;      /* number of branches so far */
   np_component component;
-  bool has_component;      /* it is given by what the camera sees, not by what the clouds do */
-  bool has_sky_next_event; /* its last vertex did: what it meets outside the clouds has a share of the weight */
-  bool is_through_air;     /* one of its vertices was in the air */
+  bool has_component;      /* the component depends on the surface that the camera sees, not on clouds */
+  bool has_sky_next_event; /* the last vertex sent a ray to the sky: light that the path meets outside clouds is
+                              weighted by the balance heuristic */
+  bool is_through_air;     /* one of the path's vertices was in the air */
   bool is_cut;             /* beyond the limit on scatterings: its light is lost */
   bool is_guided;          /* it is guided by `guide` from its last vertex on */
   bool is_ground_ahead;

@@ -14,8 +14,8 @@
 
 typedef struct np_sky_next_event {
   np_vec3 direction;
-  float density;    /* rays that a vertex sends there, 1/sr */
-  float brightness; /* radiance there, in units of the mean */
+  float density;    /* expected number of rays in this direction, 1/sr */
+  float brightness; /* radiance in this direction, relative to the mean */
 } np_sky_next_event;
 
 /* Whether this vertex sends a ray, and where to. */

@@ -6,7 +6,7 @@
  * right where the light changes linearly.
  *
  * What then is left is of the order T·u·v², T the transmittance to the step, u its depth, and v what the light changes
- * by along it, for which stands the depth that the step would have at the densest points of its cells: thin stretches
+ * by along it, for which stands the depth that the step would have at the densest points of its cells: thin segments
  * next to dense ones are lit unevenly; it counts for more where the sun optical depth changes faster than that, as
  * under a grazing sun. A step ends where this has used up a budget in proportion to the tolerance. In
  * an even cloud steps are of equal depth, but grow as T^{−⅓} while the ray fades. A step also ends where it is as long
@@ -25,14 +25,14 @@ typedef struct np_step {
   const np_instance *volume[NP_INSTANCES_MAX];
   float depth[NP_INSTANCES_MAX]; /* optical depth of each in the step */
   float hiding;                  /* depth by which the steps are equal, scaled where the march is */
-  float weight, moment;          /* sums of what is hidden, and of that times the distance from `begin` */
+  float weight, moment;          /* sum of the opacity of pieces, and of opacity times distance from `begin` */
 } np_step;
 
-/* Ends of a step: what it may still gather. */
+/* End of a step: the optical depth that may still be added. */
 typedef struct np_step_knot {
   float distance;      /* m */
   float budget;        /* allowance of hiding times bound squared */
-  float hiding, bound; /* gathered so far: depth, and what it would be at the densest point of each cell */
+  float hiding, bound; /* sums so far: optical depth, and the optical depth at the densest point of each cell */
 } np_step_knot;
 
 static inline void np_step_open(np_step *step, const np_ray_intervals *all, const np_ray_interval *s, double begin) {
@@ -46,7 +46,7 @@ static inline void np_step_open(np_step *step, const np_ray_intervals *all, cons
   step->hiding = step->weight = step->moment = 0.0f;
 }
 
-/* Whether a stretch goes on where the step ends, but for rounding, with the same clouds. */
+/* Whether a segment begins where the step ends, within rounding, and has the same clouds. */
 static inline bool np_step_goes_on(const np_step *step, const np_ray_intervals *all, const np_ray_interval *s) {
   const double gap = s->begin - (step->begin + (double)step->length);
   bool is_same = step->count == s->count && gap < 1e-6 * ((double)step->length + (s->end - s->begin));
@@ -86,9 +86,8 @@ static inline np_step np_step_split(const np_step *step, unsigned number, unsign
   return part;
 }
 
-/* Distance into a segment, at rates of both a metre, until opacity times bound squared has used up a knot's budget,
- * which the whole piece would: Newton's method from above, where it cannot miss, from the piece's end or what a new
- * step would take. */
+/* Distance into a segment at which optical depth times its bound squared has used up a knot's budget; `hiding` and
+ * `bound` are rates per metre. Newton's method from above, where it converges monotonically. */
 static inline float np_step_room(const np_step_knot *knot, float hiding, float bound, float length) {
   const float whole = hiding * bound * bound * length * length * length;
   float x = whole > 4.0f * knot->budget ? length * np_cbrtf_rough(knot->budget / whole) : length;
@@ -96,11 +95,11 @@ static inline float np_step_room(const np_step_knot *knot, float hiding, float b
     const float u = knot->hiding + hiding * x, v = knot->bound + bound * x;
     x -= (u * v * v - knot->budget) / (v * (hiding * v + 2.0f * bound * u));
   }
-  return np_clampf(x, 1e-7f * length, length); /* never nothing, whatever overflows */
+  return np_clampf(x, 1e-7f * length, length); /* above 0, even where a product overflows */
 }
 
-/* The budget of a step behind a transmittance. Where the light is that of all orders of scattering, a third of it or
- * less changes along a step as sunlight does. */
+/* Budget of a step at a transmittance. Light of all orders of scattering changes along a step by at most a third as
+ * much as sunlight: its budget is three times as large. */
 static inline float np_step_budget(float tolerance, float transmittance, bool has_all_orders) {
   return (has_all_orders ? 24.0f : 8.0f) * np_minf(tolerance / np_maxf(transmittance, 1e-6f), 1.0f);
 }

@@ -23,8 +23,8 @@ typedef struct np_sun_branching {
   const np_phase *phase;
   np_vec3 to_sun;
   float peak;        /* peak of the phase function, 1/sr; 0 without a sun */
-  float share;       /* branches that a scattering starts, those drawn from the phase function; 0: none */
-  float broad_share; /* those of the broader lobe */
+  float share;       /* expected number of branches that are drawn from the phase function; 0: none */
+  float broad_share; /* expected number of branches that are drawn from `broad` */
   np_phase broad;
 } np_sun_branching;
 
@@ -40,7 +40,8 @@ static inline np_sun_branching np_sun_branching_make(const np_world *world, cons
       .phase = phase, .to_sun = world->to_sun, .peak = has_sun ? np_phase_eval(phase, 0.0f) : 0.0f};
 }
 
-/* Sun optical depth beyond which even the peak scatters little: rays that go on may be thinned out. */
+/* Sun optical depth beyond which even the peak of the phase function scatters little, so that shadow rays undergo
+ * Russian roulette. */
 static inline double np_sun_branching_faint_depth(const np_sun_branching *branching) {
   return np_track_faint_depth + (double)logf(np_maxf(branching->peak, 1.0f));
 }
@@ -58,7 +59,8 @@ static inline void np_sun_branching_choose(np_sun_branching *branching, float su
   }
 }
 
-/* Branches per steradian. `out_prospect`: sunlight that scatterings to come may bring, in isotropic scattering's. */
+/* Expected number of branches per steradian. `out_expected_gain`: bound of the sunlight that later scatterings may add,
+ * relative to isotropic scattering. */
 static inline float np_sun_branching_eval(const np_sun_branching *branching, np_vec3 direction,
                                           float *out_expected_gain) {
   *out_expected_gain = 0.0f;

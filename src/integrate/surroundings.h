@@ -24,7 +24,7 @@ static inline float np_surroundings_get_sun_share(const np_world *world, const n
   return transmittance(world, lighting, settings, position, to_sun, &same);
 }
 
-/* Counts the ground that a camera's ray meets, seen through `weight`. */
+/* Adds opacity and albedo of the ground that a camera's ray meets, times `weight`. */
 static inline void np_surroundings_add_opaque_ground(const np_world *world, const np_lighting *lighting,
                                                      const np_integrator_settings *settings, const np_ground_hit *hit,
                                                      float weight, np_cloud_shadow_fn transmittance,
@@ -96,7 +96,8 @@ static inline np_spectrum np_surroundings_incoming(const np_world *world, const 
 /* Ground, water or sky that the camera sees behind the clouds. */
 typedef struct np_behind {
   const np_ground_hit *hit; /* NULL: sky */
-  const np_spectrum *water; /* radiance of water, which is not computed twice; NULL: it is land, or taken for such */
+  /* radiance of water at the hit, if it is computed already; NULL: the hit is land, or is shaded as land */
+  const np_spectrum *water;
 } np_behind;
 
 static inline np_spectrum np_surroundings_get_ground(const np_world *world, const np_lighting *lighting,
@@ -106,7 +107,7 @@ static inline np_spectrum np_surroundings_get_ground(const np_world *world, cons
                        : np_surroundings_ground(world, lighting, settings, behind->hit, shadow, random);
 }
 
-/* Adds it, seen through `transmittance` of the clouds. */
+/* Adds the radiance of ground, water or sky behind the clouds, times `transmittance`. */
 static inline void np_surroundings_add_behind(const np_world *world, const np_lighting *lighting,
                                               const np_integrator_settings *settings, const np_camera_ray *ray,
                                               const np_behind *behind, float transmittance, np_cloud_shadow_fn shadow,
@@ -133,8 +134,8 @@ static inline void np_surroundings_add_behind(const np_world *world, const np_li
 /* A forward peak that brings less of it is left out. */
 static const float np_surroundings_peak_least = 1e-5f;
 
-/* Adds what lies behind the clouds and reaches the camera by scattering in the forward peak alone, as if it had gone
- * straight on: `weight` of it. The sun's disk has no part in it; its peak is in what the clouds themselves scatter. */
+/* Adds light from behind the clouds that is scattered in the forward peak alone, as if unscattered, times `weight`. The
+ * sun's disk is excluded: its peak is part of the light that clouds scatter. */
 static inline void np_surroundings_add_peak(const np_world *world, const np_lighting *lighting,
                                             const np_integrator_settings *settings, const np_camera_ray *ray,
                                             const np_behind *behind, np_spectrum weight, np_cloud_shadow_fn shadow,
