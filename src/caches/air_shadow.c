@@ -49,8 +49,8 @@ static int compute_plane_before(double reach_m, double distance_m, float *out_pa
 
 /* ---- Regions with shadow ---- */
 
-/* A box along some axes: that of a caster's shadow along axes of which the third points away from the sun, that of lit
- * air along those of the world. */
+/* A box along three axes: a caster's shadow, whose third axis points away from the sun, or lit air, along the world's
+ * axes. */
 typedef struct axis_box {
   double low[3], high[3];
 } axis_box;
@@ -137,7 +137,7 @@ static np_spectrum compute_first_order(const neph_sky *sky, np_vec3 direction, d
   return first;
 }
 
-/* Distance beyond which at most `light_rest` of a ray's light comes. */
+/* Distance along a ray beyond which the air adds at most the share `light_rest` of its light. */
 static double search_light_end(const neph_sky *sky, np_vec3 direction, double end) {
   const float all = np_spectrum_max(compute_first_order(sky, direction, end));
   double low = 0.0, high = fmin(end, 3e6);
@@ -313,7 +313,7 @@ typedef struct loss_job {
 /* Share of the sun's irradiance that must be left for light to be counted in it. */
 static const float sun_least = 1e-3f;
 
-/* Change of the actinic flux at a place by clouds, over the sun's irradiance there. */
+/* Change of the actinic flux at a place by the clouds, relative to the sun's irradiance there. */
 static np_lit_air_value compute_diffuse(const loss_job *job, np_dvec3 position) {
   const np_world *world = job->world;
   np_lit_air_value out = {np_spectrum_grey(0.0f), np_spectrum_grey(0.0f)};

@@ -46,8 +46,9 @@ typedef struct np_air_film {
   float spacing; /* spacing of nodes in pixels */
 } np_air_film;
 
-/* Rays through the nodes of a grid: direction(i, j) goes along forward + (i − middle[0])·right + (j − middle[1])·down,
- * orthogonal axes, or as the film defines it. Nodes are counted in the whole picture, whatever part of it is stored. */
+/* Rays through the nodes of a grid over the picture. The direction of node (i, j) is forward + (i − middle[0])·right +
+ * (j − middle[1])·down, or is defined by the film. Nodes have the indices of the whole picture, also where a part of it
+ * is stored. */
 typedef struct np_air_rays {
   np_air_film film; /* `camera` NULL: a plane */
   np_dvec3 origin;
@@ -81,7 +82,7 @@ neph_result np_air_visibility_build(neph_context *context, const np_world *world
                                     np_air_visibility *out);
 void np_air_visibility_clear(np_air_visibility *visibility);
 
-/* Unit of stored shares: shadowed light in three bands over the light of the first order. The value stands for a share
+/* Unit of stored shares: shadowed light in three bands over the light of the first order. The value represents a share
  * of 1; at most five times that is stored. */
 #define NP_AIR_SHADOW_UNIT 13107.0f
 

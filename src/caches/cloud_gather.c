@@ -51,7 +51,7 @@ float np_cloud_gather_extinction(const np_cloud_gather *g, np_dvec3 position, fl
   return scaled;
 }
 
-/* Light that the clouds at a place scatter along a direction, per metre; returns the scaled extinction there. */
+/* Radiance per metre that the clouds at a place scatter along a direction; returns their scaled extinction. */
 static float compute_source(const np_cloud_gather *g, const np_cloud_direction *d, np_dvec3 position,
                             np_spectrum *out_source) {
   const np_world *world = g->world;

@@ -26,7 +26,7 @@ typedef struct np_cloud_gather {
 /* Fills `fade` for the rest. */
 void np_cloud_gather_init(np_cloud_gather *gather);
 
-/* A direction, and what the clouds scatter against it. */
+/* A direction, and the clouds' phase values for light that arrives against it. */
 typedef struct np_cloud_direction {
   np_vec3 towards;
   float harmonics[NP_HARMONIC_COUNT_MAX]; /* spherical harmonics in this direction */
@@ -44,8 +44,8 @@ typedef struct np_cloud_steps {
 /* Clouds along a ray, in the scaled medium. */
 typedef struct np_cloud_view {
   np_spectrum light;   /* W m⁻² sr⁻¹ nm⁻¹ */
-  float transmittance; /* transmittance to what lies behind */
-  float middle_m;      /* mean distance of what is seen of them; 0 where nothing is */
+  float transmittance; /* transmittance of the clouds along the ray */
+  float middle_m;      /* mean distance of the clouds' opacity; 0 without clouds */
 } np_cloud_view;
 
 /* Marches from an origin. */
@@ -60,7 +60,7 @@ double np_cloud_gather_find_ground(const np_cloud_gather *gather, np_dvec3 origi
 bool np_cloud_gather_clip(const np_cloud_gather *gather, np_dvec3 origin, np_vec3 direction, double *out_begin,
                           double *out_end);
 
-/* Extinction of the scaled medium at a place, 1/m; and that of each cloud. */
+/* Scaled extinction of all clouds at a place, 1/m, and of each cloud. */
 float np_cloud_gather_extinction(const np_cloud_gather *gather, np_dvec3 position, float extinction[NP_INSTANCES_MAX]);
 
 /* The shortest edge of a voxel, m. */

@@ -7,7 +7,7 @@ typedef struct air_job {
   np_cloud_light *light;
 } air_job;
 
-/* Adds the change of the air's light by the clouds to what reaches a point from the sky. */
+/* Adds the change of the air's light by the clouds to the light that reaches a point from the sky. */
 static void add_air(const air_job *job, size_t point) {
   np_ground_light *ground = &job->light->ground;
   const np_dvec3 place = np_ground_light_get_place(ground, job->gather, point);

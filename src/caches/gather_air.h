@@ -20,7 +20,7 @@ enum { NP_GATHER_AIR_CELLS = 6 };
 
 /* Clear air along one direction from places of one height. */
 typedef struct np_gather_air {
-  np_spectrum clear;                           /* R, with the ground or what lies beyond the air */
+  np_spectrum clear;                           /* radiance of the clear sky, or of ground with the air before it */
   np_air_parts up_to[NP_GATHER_AIR_CELLS + 1]; /* up to the end of each cell, from no air on */
 } np_gather_air;
 
@@ -29,7 +29,7 @@ void np_gather_air_trace(const np_cloud_gather *gather, np_dvec3 from, np_vec3 t
 /* Clouds and ground that a ray has met. */
 typedef struct np_gather_ray {
   np_vec3 offset;      /* its origin, from its point */
-  float transmittance; /* that of the clouds */
+  float transmittance; /* transmittance of the clouds */
   float cloud_m;       /* distance of their light's middle */
   float end_m;         /* distance of the ground; infinite: there is none */
 } np_gather_ray;
@@ -39,7 +39,7 @@ typedef struct np_gather_ray {
 np_spectrum np_gather_air_change(const np_cloud_gather *gather, const np_gather_air *air, np_vec3 towards,
                                  np_dvec3 origin, const np_gather_ray *ray, double offset);
 
-/* Light of clouds through the air before them. */
+/* Light of clouds, attenuated by the air before them. */
 np_spectrum np_gather_air_dim(const np_gather_air *air, const np_gather_ray *ray, np_spectrum light);
 
 /* The cells of a ray's air, the nearest first: false past the last. `*out_share`: how much of the cell counts;

@@ -62,7 +62,7 @@ static np_dvec3 get_box_point(const np_cloud_gather *g, unsigned i) {
                        low.z + size.z * fmod(0.5 + 0.5497004779019703 * i, 1.0));
 }
 
-/* Marches the i-th direction of a set to the ground, if hills are in its way. */
+/* Marches the i-th direction of a set, up to the ground if hills block the ray. */
 static np_cloud_view follow(const ground_fill *f, const np_cloud_direction *d, np_dvec3 position, unsigned i,
                             np_ground_hit *out_hill, double *out_end_m) {
   const np_world *world = f->gather->world;
@@ -83,11 +83,11 @@ static void gather_from(const ground_fill *f, np_dvec3 position, np_dvec3 place,
   *sum = np_spectrum_add_scaled(*sum, weigh(f->gather, position, d.towards), view.light);
 }
 
-/* Adds the light of the other sets to the even set's sum: their weight over their density equals that over the even
- * set's. */
+/* Adds emission sampled by other strategies. Each strategy's weight over its density equals that of the uniform
+ * directions. */
 static void gather_emitted(const ground_fill *f, np_dvec3 position, np_spectrum *sum) {
   const np_emission *emission = f->gather->world->emission;
-  np_random random = np_random_start(0, 0, 0, 0, 0); /* the same at every point */
+  np_random random = np_random_start(0, 0, 0, 0, 0); /* equal random numbers at every point */
   for (unsigned i = 0; i < TO_EMISSION; i++) {
     np_dvec3 place;
     if (np_emission_draw(emission, (i + 0.5) / TO_EMISSION, &random, &place)) gather_from(f, position, place, i, sum);
@@ -113,8 +113,8 @@ static np_spectrum light_hill(const ground_fill *f, const np_ground_hit *hill) {
  * there is no sky, and clouds before them hide their light. */
 typedef struct ground_sums {
   np_spectrum clear, seen, added;
-  np_spectrum clear_linear[2], linear[2]; /* the same times the direction's tangent along x and y: of the clear sky, and
-                                         of what is seen and added */
+  np_spectrum clear_linear[2],
+      linear[2]; /* first moments along x and y of the radiances `clear`, and `seen` and `added` */
   float open;
 } ground_sums;
 

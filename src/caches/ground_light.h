@@ -13,9 +13,10 @@
 
 /* Irradiance of level ground at one place from the irradiance E of a clear sky: `open`·E + `added`. */
 typedef struct np_ground_light_value {
-  np_spectrum open;  /* transmitted share of the sky's light */
-  np_spectrum added; /* irradiance from the clouds, W m⁻² nm⁻¹ */
-  np_spectrum linear[2]; /* ∫ L d dω of clouds and of what they change in the sky's light, along x and y, W m⁻² nm⁻¹ */
+  np_spectrum open;      /* transmitted share of the sky's light */
+  np_spectrum added;     /* irradiance from the clouds, W m⁻² nm⁻¹ */
+  np_spectrum linear[2]; /* first moments ∫ L d dω along x and y of the clouds' light and of their change of the sky's,
+                          W m⁻² nm⁻¹ */
 } np_ground_light_value;
 
 /* Irradiance from the clouds on a slope, of whose sky it sees a share: the even part, and that of the first harmonics
@@ -26,7 +27,7 @@ typedef struct np_ground_light {
   neph_context *context; /* borrowed */
   int32_t size[2];       /* points */
   double origin_m[2], spacing_m;
-  double period_m[2];            /* periods of the clouds along x and y, one of which the points cover; 0: none */
+  double period_m[2]; /* periods of repeating clouds along x and y, one of which the points cover; 0: not periodic */
   np_ground_light_value *points; /* x fastest */
   float fade[NP_INSTANCES_MAX];  /* share of each cloud's optical depth that attenuates sunlight: its forward peak
                                     counts as unscattered */
@@ -47,8 +48,8 @@ typedef struct np_ground_rays {
   np_gather_ray *at;               /* [point][direction] */
 } np_ground_rays;
 
-/* Computes the cache, with air that is shaded but not lit by the clouds. On failure `*out` is empty; `*out_rays` is to
- * be cleared in any case. */
+/* Computes the cache, with the shadows of clouds in the air but without the light that clouds add to it. On failure
+ * `*out` is empty; the caller clears `*out_rays` in any case. */
 neph_result np_ground_light_build(neph_context *context, const np_cloud_gather *gather, np_monitor *monitor,
                                   np_ground_light *out, np_ground_rays *out_rays);
 void np_ground_rays_clear(neph_context *context, np_ground_rays *rays);

@@ -50,7 +50,7 @@ static void add_places(np_hash *hash, const np_instances *clouds) {
   }
 }
 
-/* Adds a cloud. Moments identify its phase function, since tables are loaded again for every picture. */
+/* Adds a cloud to a hash. Moments identify its phase function, because tables are loaded anew for every picture. */
 static void add_cloud(np_hash *hash, const np_instance *v) {
   double moments[64];
   np_phase_get_moments(&v->phase, sizeof moments / sizeof *moments, moments);

@@ -26,7 +26,7 @@ typedef struct np_depth_key {
   np_sun_optical_depth_desc desc;
 } np_depth_key;
 
-/* Fills all but the hash of the clouds, which comes from the description. */
+/* Fills a key, except the hash of the clouds, which depends on their description. */
 neph_result np_light_key_fill(neph_context *context, const np_world *world, const np_sun_optical_depth_source *depths,
                               np_light_key *key);
 neph_result np_depth_key_make(neph_context *context, const np_world *world, const np_sun_optical_depth_desc *desc,
@@ -38,8 +38,7 @@ double np_light_key_sum(const np_light_key *key, unsigned band);
 /* Share of the sun in np_light_key_sum, over all bands. */
 double np_light_key_get_sun_share(const np_light_key *key);
 
-/* Write the reason for which a cached result is out of date; "" if it is valid. is_exact: the light must be the same to
- * the bit. */
+/* Writes why a cached result is out of date; "" if it is valid. is_exact: results must agree to the bit. */
 void np_light_key_compare(const np_light_key *cached, const np_light_key *wanted, bool is_exact, char *reason,
                           size_t size);
 void np_depth_key_compare(const np_depth_key *cached, const np_depth_key *wanted, char *reason, size_t size);

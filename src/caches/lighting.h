@@ -20,7 +20,7 @@ typedef struct np_lighting {
   const np_viewer_light *viewer_light;    /* outgoing light of `scattering` towards one viewer, for rays from it; NULL:
                                              not computed */
   const np_ground_light *ground_light;    /* NULL: the sky over the ground counts as clear */
-  const np_relief_light *relief_light;    /* NULL: slopes see no hills */
+  const np_relief_light *relief_light;    /* NULL: hills neither hide nor light slopes */
   const np_air_shadow *air_shadow;        /* shadows in the camera's sky; NULL: none */
   const np_sky_guide *sky_guide;          /* NULL: sky and ground are sampled by scattering alone */
   const np_cloud_gain *gains;             /* gains of an approximation for each cloud; NULL: the settings' gain for

@@ -10,7 +10,8 @@
 
 enum { DIRECTIONS = 64, POINTS_MAX = 14, STEPS_MAX = 64, TRIES = 4, LEVELS = NP_LIT_AIR_LEVELS };
 
-/* Times that light which the air scatters is scattered again: in haze of depth 1 each passes on a third. */
+/* Number of further orders of scattering in the air. In haze of optical depth 1 each order has about a third of the
+ * light of the order before. */
 enum { PASSES = 3 };
 
 /* Distance from the clouds, in heights of their tops above the ground, beyond which the air is clear. */
@@ -115,7 +116,7 @@ static np_dvec3 get_offset(unsigned n) {
                        fmod(0.5497004779019703 * n, 1.0) - 0.5);
 }
 
-/* Origin of a direction in a point's cell: outside of the clouds, if a few tries find such a place. */
+/* Chooses the origin of a ray in a point's cell: outside of the clouds, if one of a few random places is. */
 static np_dvec3 choose_origin(const air_fill *f, np_dvec3 point, int level, unsigned direction) {
   np_dvec3 at = point;
   for (unsigned n = 0; n < TRIES; n++) {
@@ -129,7 +130,8 @@ static np_dvec3 choose_origin(const air_fill *f, np_dvec3 point, int level, unsi
 /* Offset of a direction's steps and places. */
 static double get_shift(unsigned direction) { return fmod(0.5 + 0.6180339887498949 * direction, 1.0); }
 
-/* Change by clouds and shade of the radiance along a direction; what it meets is kept. */
+/* Change of the radiance along a direction by clouds and their shadows. Clouds and ground that the ray meets are
+ * stored. */
 static np_spectrum compute_change(const air_fill *f, unsigned direction, np_dvec3 point, int level,
                                   np_gather_ray *out_ray) {
   const np_cloud_gather *g = f->gather;
@@ -196,7 +198,7 @@ np_spectrum np_lit_air_along(const np_lit_air *light, const np_gather_air *air, 
   return out;
 }
 
-/* The first change, and what the air scatters of the whole. */
+/* Adds one order of scattering in the air to the change by the clouds. */
 static neph_result scatter_points(void *user, size_t begin, size_t end, unsigned thread) {
   (void)thread;
   const air_fill *f = user;

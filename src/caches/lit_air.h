@@ -12,7 +12,7 @@
 #include "caches/gather_air.h"
 #include "caches/ground_light.h"
 
-/* Change by clouds of the actinic flux from either hemisphere, W m⁻² nm⁻¹. */
+/* Change by the clouds of the actinic flux from each hemisphere, W m⁻² nm⁻¹. */
 typedef struct np_lit_air_value {
   np_spectrum upper; /* hidden sky, and light that clouds scatter down */
   np_spectrum lower; /* hidden ground, light that clouds scatter up, and the ground's loss or gain of light */
@@ -24,12 +24,12 @@ typedef struct np_lit_air {
   neph_context *context; /* borrowed */
   int32_t size[2];       /* points of a level */
   double origin_m[2], spacing_m;
-  double period_m[2];                /* periods of the clouds along x and y, one of which the points cover; 0: none */
+  double period_m[2]; /* periods of repeating clouds along x and y, one of which the points cover; 0: not periodic */
   double level_m[NP_LIT_AIR_LEVELS]; /* heights, ascending */
   np_lit_air_value *points;          /* x fastest, then y, then the level */
 } np_lit_air;
 
-/* Computes the lattice; the ground beneath is lit as `ground_light` says. On failure `*out` is empty. */
+/* Computes the lattice, with the ground lit by `ground_light`. On failure `*out` is empty. */
 neph_result np_lit_air_build(neph_context *context, const np_cloud_gather *gather, const np_ground_light *ground_light,
                              np_monitor *monitor, np_lit_air *out);
 void np_lit_air_clear(np_lit_air *light);

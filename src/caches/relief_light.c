@@ -18,7 +18,7 @@ enum { AZIMUTHS = 8, UP = NP_RELIEF_RINGS, DOWN = 2, SKY_AZIMUTHS = NP_RELIEF_SK
 
 enum { EMPTY, BUSY, DONE }; /* states of a point */
 
-/* Sines of the elevations between rings of directions: hills hide low ones most often. */
+/* Sines of the elevations between rings of directions: the rings are narrow near the horizon, where hills are. */
 static const float up_edges[UP + 1] = {0.0f, 0.1f, 0.2f, 0.35f, 0.55f, 1.0f}, down_edges[DOWN + 1] = {-1.0f, -0.5f, 0};
 
 /* Distance beyond which air before the ground counts. */
@@ -80,7 +80,7 @@ static level_light get_level(const np_world *world, const np_ground_light *groun
   return out;
 }
 
-/* Irradiance on a slope of sky and clouds, and of level ground of its own albedo, which `below` lights. */
+/* Irradiance on a slope from sky, clouds, and level ground below of the slope's albedo, which `below` illuminates. */
 static np_spectrum share_light(const np_world *world, const np_ground_hit *hit, const level_light *level,
                                np_spectrum below) {
   const float share = np_world_get_sky_share(world, hit);
@@ -172,7 +172,7 @@ static void add_down(const np_relief_light *c, np_dvec3 origin, const relief_ray
   add_light(towards, np_spectrum_scale(more, ray->solid_angle), &out->ground);
 }
 
-/* Adds an even lower half of the directions, which gives a slope ½(1 − cos θ) of its irradiance. */
+/* Adds uniform light from the lower hemisphere: a slope at angle θ gets ½(1 − cos θ) of its irradiance. */
 static void add_lower_half(np_spectrum irradiance, np_relief_irradiance *sum) {
   sum->term[0] = np_spectrum_add_scaled(sum->term[0], 0.5f / harmonic_0, irradiance);
   sum->term[2] = np_spectrum_add_scaled(sum->term[2], -0.5f / harmonic_1, irradiance);
@@ -230,7 +230,7 @@ static np_spectrum sample_sky(np_relief_light *c, np_dvec3 origin, int ring, int
   return mean;
 }
 
-/* Fills the clear sky over the middle of the terrain, over its own irradiance on level ground. */
+/* Computes the clear sky over the terrain's centre, relative to its irradiance on level ground. */
 static void fill_sky(np_relief_light *c) {
   np_ground_hit middle;
   const double x = c->origin_m[0] + 0.5 * (c->size[0] - 1) * c->spacing_m[0],
@@ -273,7 +273,7 @@ void np_relief_light_clear(np_relief_light *cache) {
   *cache = (np_relief_light){0};
 }
 
-/* A point, from the cache or computed. Threads that need an empty one at once compute it each, and the first stores
+/* A point, from the cache or computed. Threads that need one point at a time each compute it, and the first one stores
  * it. */
 static const np_relief_point *get_point(const np_relief_light *c, int32_t i, int32_t j, np_relief_point *own) {
   np_relief_slot *slot = &c->points[(size_t)j * (size_t)c->size[0] + (size_t)i];

@@ -48,7 +48,7 @@ typedef struct np_relief_light {
   double origin_m[2], spacing_m[2];
   np_spectrum sky[NP_RELIEF_RINGS][NP_RELIEF_SKY_AZIMUTHS]; /* radiance of the clear sky by elevation and azimuth, over
                                                                its irradiance on level ground */
-  np_relief_irradiance clear; /* light of the clear sky without hills, over its irradiance on level ground */
+  np_relief_irradiance clear; /* irradiance of the clear sky without hills, over its irradiance on level ground */
   np_relief_slot *points;     /* x fastest; NULL: there is no terrain */
 } np_relief_light;
 
@@ -60,7 +60,7 @@ void np_relief_light_clear(np_relief_light *cache);
  * without hills, np_relief_light_get_bare. */
 np_spectrum np_relief_light_get(const np_relief_light *cache, const np_ground_hit *hit);
 
-/* Irradiance on a slope that sees its share of an even sky, and level ground of its own albedo below. */
+/* Irradiance on a slope without hills: from its part of a uniform sky, and from level ground of the same albedo. */
 np_spectrum np_relief_light_get_bare(const np_world *world, const np_ground_light *ground_light,
                                      const np_ground_hit *hit);
 

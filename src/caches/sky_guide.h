@@ -5,7 +5,7 @@
  * sees it (the white furnace). Aiming at it would add noise, of how often a path comes near the clouds' rim. So only
  * what is more than `np_sky_guide_bright` times as bright as the mean of the sphere is aimed at, by how much it is so.
  * That excess, as a share of all light, the sun's with it, is how much of a picture's noise can be its own, and it is
- * the rate at which it is aimed at too: a quarter at dusk, next to nothing where the sun shines on the clouds, and none
+ * the rate at which it is aimed at too: a quarter at dusk, almost nothing where the sun shines on the clouds, and none
  * under a uniform sky. The dearer a ray, the fewer: through air that is traced one costs several times what it does to
  * the tables. A rate below a twentieth brings less than it costs, and nothing is aimed at.
  */

@@ -13,7 +13,7 @@
  *   steep   17³ nodes are too few, or did not fit the memory: rays march through it
  *
  * A ray that starts outside the cells runs to the first that is not empty, in its own direction; from there on the
- * middle of the sun's disk stands for it. Rays march through periodic clouds, which have no lattice.
+ * middle of the sun's disk represents it. Rays march through periodic clouds, which have no lattice.
  *
  * A cloud in many places has one lattice for those that the sun shines on from the same side of the cloud, whatever
  * their size, and no more than NP_SUN_SIDES_MAX: places of the sides between take the nearest, by up to `side_rad`.
@@ -59,20 +59,20 @@ typedef struct np_sun_lattice {
   float *all_nodes; /* nodes of all columns of a lattice read from disk, in one block; else NULL */
 } np_sun_lattice;
 
-/* A place of a cloud, by the lattice of another place that has the sun on the same side. */
+/* A place of a cloud, which uses the lattice of another place with the sun on the same side. */
 typedef struct np_sun_place {
   uint32_t lattice;
-  float scale;          /* scale of its depths over the lattice's */
+  float scale;          /* factor from the lattice's optical depths to the place's */
   np_affine to_lattice; /* map from the world to the lattice's own place */
 } np_sun_place;
 
 typedef struct np_sun_optical_depth_desc {
-  float rate;       /* least factor on depth: light is at most e^{−rate·depth} */
+  float rate;       /* least attenuation per unit of optical depth: the light is at most e^{−rate·depth} */
   float tolerance;  /* tolerance of e^{−x·depth}, for every x from `rate` to 1 */
   size_t bytes_max; /* memory limit, above which lattices are coarsened */
 } np_sun_optical_depth_desc;
 
-/* About a hundredth of the light in full sun; half a gigabyte. */
+/* Error of 1 % of the light in full sun; half a gigabyte. */
 #define NP_SUN_OPTICAL_DEPTH_DESC_DEFAULT                                                                              \
   { .rate = 1.0f, .tolerance = 0.015f, .bytes_max = (size_t)1 << 29 }
 
@@ -82,7 +82,7 @@ typedef struct np_sun_optical_depth {
   np_sun_lattice *lattices; /* lattices of each cloud; for clouds in many places, of each side on which the sun
                                shines */
   np_sun_place *places;     /* each place of a hierarchy; NULL: none */
-  uint32_t *stands;         /* the place of each lattice, where there are places */
+  uint32_t *stands;         /* index of the place that each lattice was filled for; NULL without places */
   double side_rad;          /* greatest error in the sun's direction over a place */
   float depth_end;          /* depth that counts as dark: 16/rate */
   size_t bytes;
@@ -102,7 +102,7 @@ void np_sun_optical_depth_save(const np_sun_optical_depth *cache, np_cache_entry
 bool np_sun_optical_depth_load(neph_context *context, const np_world *world, np_cache_entry *entry,
                                np_sun_optical_depth *out);
 
-/* Depths of all clouds towards the sun: from the cache where it has them, otherwise by steps of a voxel. */
+/* Sun optical depths of all clouds, from the cache where it has them, otherwise marched in steps of a voxel. */
 typedef struct np_sun_optical_depths {
   const np_instances *clouds;
   const np_sun_optical_depth *cache; /* NULL: none */
@@ -116,8 +116,8 @@ float np_sun_optical_depths_get(const np_sun_optical_depths *depths, np_dvec3 po
 float np_sun_optical_depths_get_scaled(const np_sun_optical_depths *depths, np_dvec3 position, np_vec3 to_sun,
                                        const float fade[NP_INSTANCES_MAX], float depth_max);
 
-/* Chooses the places of a hierarchy whose lattices represent all others: `places`, `stands`, `side_rad`, and the number
- * of lattices. */
+/* Chooses the places whose lattices represent the others: sets `places`, `stands`, `side_rad`, and the number of
+ * lattices. */
 neph_result np_sun_places_choose(const np_world *world, np_sun_optical_depth *out, unsigned *out_count);
 
 /* Function for lower modules that calls np_sun_optical_depths_get(); `depths` is borrowed. */

@@ -112,7 +112,8 @@ typedef struct node_block {
   size_t step[3], edge;
 } node_block;
 
-/* Sum of squared errors in light of nodes halfway between two others, `stride` apart from each, against their mean. */
+/* Sum over nodes halfway between two others, each `stride` apart, of the squared error in light of their
+ * interpolation. */
 static float sum_curvatures(const node_block *b, size_t stride, int axis, float rate, int *count) {
   const size_t other[2] = {b->step[(axis + 1) % 3], b->step[(axis + 2) % 3]}, step = stride * b->step[axis];
   float sum = 0.0f;

@@ -8,7 +8,8 @@
 #include "caches/sun_optical_depth.h"
 #include "core/units.h"
 
-/* Greatest ratio of sizes of places that share a lattice, whose nodes are chosen for the depths of one. */
+/* Largest ratio of the scales of two places that share a lattice, since its nodes are chosen for the optical depths of
+ * one. */
 static const double ratio_max = 1.5;
 
 /* Angles: rounding alone; the first tolerance of rotated places; the largest angle. */
@@ -62,7 +63,7 @@ static bool choose_within(const side *sides, uint32_t place_count, double tolera
   return true;
 }
 
-/* Map from a place to the place of its lattice, with the same matter. */
+/* Map between the world positions of equal points of a cloud in two of its places. */
 static np_affine make_way(const np_instance *from, const np_instance *to) {
   np_affine index_to_world;
   if (!np_affine_invert(&to->world_to_index, &index_to_world)) index_to_world = np_affine_identity();

@@ -32,7 +32,7 @@ void np_viewer_light_save(const np_viewer_light *light, const np_scattering_fiel
 bool np_viewer_light_load(neph_context *context, const np_scattering_field *field, np_dvec3 viewer,
                           np_cache_entry *entry, np_viewer_light *out);
 
-/* Whether it applies to an eye: the viewer's, or one so near, within an aperture, that directions are the same. */
+/* Whether the light applies to an eye: at the viewer, or so close, within an aperture, that directions are equal. */
 static inline bool np_viewer_light_serves(const np_viewer_light *light, np_dvec3 eye) {
   if (np_dvec3_is_equal(light->viewer, eye)) return true;
   return np_dvec3_length(np_dvec3_subtract(light->viewer, eye)) < 1e-3 * light->distance_min;

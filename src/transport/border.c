@@ -14,8 +14,8 @@
 
 enum {
   NODES = NP_BORDER_NODES,
-  EVEN = 5,          /* nodes of an axis at even distances */
-  DIRECTIONS = 1024, /* over the whole sphere, of which half look out of a face */
+  EVEN = 5,          /* number of equidistant nodes along an axis */
+  DIRECTIONS = 1024, /* directions over the whole sphere, of which half leave through a face */
   AIR_CELLS = 12,
   FACES = 6,
   MARGIN = (NP_BORDER_WIDE - NP_BORDER_PLAN) / 2
@@ -72,8 +72,8 @@ static float reflect_sun(const border_fill *f, unsigned direction) {
   return to_viewer.z > 0.0f ? np_water_eval(f->world->water, zenith, to_viewer, f->world->to_sun).reflected : 0.0f;
 }
 
-/* The flux of the sun's light that level water reflects, over the sum of it along the directions that look down. A lobe
- * that falls between them is lost. */
+/* Flux of sunlight reflected by level water, relative to its sum over the directions that look down. A
+ * lobe between ordinates is lost. */
 static float compute_glint(const border_fill *f) {
   const float cosine = f->world->to_sun.z;
   if (!f->world->water || !(cosine > 0.0f)) return 1.0f;
@@ -144,7 +144,7 @@ typedef struct border_node {
   double sums[NP_BORDER_SETS_MAX][ALL][NP_BAND_COUNT];
   unsigned counts[NP_BORDER_SETS_MAX][ALL];
   uint16_t sampled[DIRECTIONS], sampled_count; /* directions that look out */
-  np_spectrum radiance[DIRECTIONS];            /* along them */
+  np_spectrum radiance[DIRECTIONS];            /* radiances along the directions */
   node_responses responses[NP_BORDER_SETS_MAX];
 } border_node;
 
@@ -177,7 +177,7 @@ static bool locate_square(const border_fill *f, np_border_way way, np_dvec3 plac
   return true;
 }
 
-/* The gain counts for the ordinate that is nearest to the direction. */
+/* Adds a gain to the ordinate nearest to a direction. */
 static void add_gain(border_node *n, unsigned direction, uint32_t square, np_spectrum per_irradiance) {
   for (unsigned s = 0; s < n->fill->set_count && !n->result; s++)
     n->result = add_response(n->fill->grid->context, &n->responses[s],
@@ -205,7 +205,7 @@ static np_spectrum compute_even_gain(const np_world *world, np_dvec3 place) {
   return out;
 }
 
-/* In-scatter of the air up to a distance where shadows dim it; `air` is the in-scatter without shadows. */
+/* In-scatter of air up to a distance, dimmed by shadows; `air` is the in-scatter without shadows. */
 static np_spectrum shade_air(border_node *n, unsigned direction, double distance_m, np_spectrum air) {
   const border_fill *f = n->fill;
   const air_ray *a = &f->air[direction];
@@ -300,8 +300,8 @@ static np_spectrum get_nearest_sample(const border_node *n, const np_ordinates *
   return n->radiance[best];
 }
 
-/* Means over the parts of the sphere that are nearest to the ordinates, whose sizes are not quite the ordinates'
- * weights, are brought to what really comes from the octant, by a factor for each band. */
+/* Averages radiances over the Voronoi cells of the ordinates. These differ a little from the ordinates' weights: a
+ * factor for each band restores the octant's irradiance. */
 static void fill_octant(const border_node *n, unsigned set, unsigned octant, np_spectrum *out_factor) {
   const np_ordinates *o = n->fill->sets[set].ordinates;
   np_border *border = n->fill->sets[set].border;
@@ -367,7 +367,7 @@ static neph_result store_responses(const node_responses *list, neph_context *con
   return NEPH_OK;
 }
 
-/* Moves a place that hills bury to just above the ground. */
+/* Moves a point below the ground to just above it. */
 static void lift_above_ground(const border_fill *f, np_dvec3 *place) {
   const np_world *world = f->world;
   if (!world->terrain && !world->has_planet) return;
@@ -436,7 +436,7 @@ static neph_result allocate_faces(neph_context *context, unsigned block_count, n
   return NEPH_OK;
 }
 
-/* Share of a face that a node stands for. */
+/* Area of a face that belongs to a node, as a share of the face. */
 static double get_node_share(const np_border_nodes nodes[2], unsigned v, unsigned u) {
   const unsigned at[2] = {u, v};
   double share = 1.0;
@@ -469,7 +469,7 @@ static np_spectrum measure_clear_below(const border_fill *f) {
 
 /* Irradiance that enters the box through its top or bottom, as the ordinates have it, the mean over its nodes. */
 static float measure_entering(const np_ordinates *o, const np_border *border, unsigned band, np_border_way way) {
-  const unsigned first = way == NP_BORDER_DOWN ? NP_OCTANT_COUNT / 2 : 0; /* octant whose light goes this way */
+  const unsigned first = way == NP_BORDER_DOWN ? NP_OCTANT_COUNT / 2 : 0; /* octants of light in this direction */
   double sum = 0.0;
   for (unsigned octant = first; octant < first + NP_OCTANT_COUNT / 2; octant++)
     for (unsigned i = 0; i < o->count; i++) {
@@ -518,8 +518,7 @@ static void add_node(np_border_nodes *nodes, float at) {
   nodes->count++;
 }
 
-/* Even nodes; on the lower face also one and three clearances above ground from each rim, within the first even
- * distance. */
+/* Places equidistant nodes; on the lower face also nodes at one and three ground clearances from each rim. */
 static void place_nodes(const border_fill *f, double height_m, np_border_layout *out) {
   for (int face = 0; face < FACES; face++)
     for (int along = 0; along < 2; along++) {

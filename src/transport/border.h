@@ -14,9 +14,9 @@
 #include "transport/transport_grid.h"
 
 enum {
-  NP_BORDER_NODES = 9,  /* along either axis of a face, at most */
-  NP_BORDER_PLAN = 24,  /* squares along either side of the box's plan, … */
-  NP_BORDER_WIDE = 40,  /* … and of the ground that its light reaches, as many beyond either side */
+  NP_BORDER_NODES = 9,  /* largest number of nodes along an axis of a face */
+  NP_BORDER_PLAN = 24,  /* squares along each side of the box's plan, … */
+  NP_BORDER_WIDE = 40,  /* … and as many beyond each side, for ground that its light reaches */
   NP_BORDER_LEVELS = 5, /* below the box, from its bottom to the lowest ground; and above it */
   NP_BORDER_SETS_MAX = 2
 };
@@ -39,13 +39,13 @@ typedef struct np_border_faces {
   unsigned block_count;
   float *radiance;
   const np_border_layout *layout;
-  const float *glint; /* that of np_border */
+  const float *glint; /* np_border.glint */
 } np_border_faces;
 
 /* Radiance of ground in or close below a column of cells. */
 typedef struct np_column_light {
-  float even;  /* −1: there is no such ground */
-  float glint; /* mean radiance of the sun's light that waves reflect, which goes by np_border's glint */
+  float even;  /* radiance of the ground without glint, equal in all directions; −1: no ground is in the column */
+  float glint; /* mean radiance of the sun's light that waves reflect, which depends on np_border's glint */
 } np_column_light;
 
 /* Ways out of the box. */
@@ -57,10 +57,9 @@ typedef struct np_outflow {
   float way[NP_BORDER_WAYS][NP_BORDER_PLAN][NP_BORDER_PLAN];
 } np_outflow;
 
-/* A coefficient: what one radiance of the faces gains from the irradiance on a square at a level below or above the
- * box. */
+/* Coefficient of a boundary radiance: its increase by the irradiance on a square at a level below or above the box. */
 typedef struct np_border_response {
-  uint32_t radiance; /* its number among the faces' */
+  uint32_t radiance; /* index of the radiance in np_border_faces */
   uint32_t square;   /* [way][level][v][u] */
   np_spectrum gain;  /* 1/sr */
 } np_border_response;
@@ -78,7 +77,7 @@ typedef struct np_border {
                                                                                             ordinates, over its mean */
   double square_m[2], depth_m; /* sides of a square; from the bottom of the box to the lowest ground */
   bool is_wrapped[2];
-  unsigned axis_count; /* axes across which light comes in: those that are not periodic */
+  unsigned axis_count; /* number of axes that are not periodic, across which light enters */
   struct {
     np_spectrum clear;    /* irradiance on a plane past the box, without clouds */
     np_spectrum entering; /* irradiance on the opposite face of the box, by the ordinates */
@@ -90,7 +89,7 @@ static inline size_t np_border_count_radiances(unsigned block_count) {
   return (size_t)NP_OCTANT_COUNT * 3 * NP_BORDER_NODES * NP_BORDER_NODES * block_count * NP_ORDINATE_LANES;
 }
 
-/* The nodes of the face through which an octant's light comes in. */
+/* Nodes of the face through which light in an octant's directions enters the box. */
 static inline const np_border_nodes *np_border_get_nodes(const np_border_faces *faces, unsigned octant, int axis) {
   return faces->layout->nodes[axis][octant >> axis & 1u];
 }
@@ -102,7 +101,7 @@ static inline float *np_border_get_node(const np_border_faces *faces, unsigned o
   return faces->radiance + node * faces->block_count * NP_ORDINATE_LANES;
 }
 
-/* A border for one set of directions; those of a solution share their rays. */
+/* A border for one set of directions. The sets of a solution share their rays. */
 typedef struct np_border_set {
   const np_ordinates *ordinates;
   np_border *border; /* zero before; np_border_clear frees it, on failure too */
@@ -121,10 +120,10 @@ void np_border_set_outflow(np_border *border, unsigned band, const np_outflow *o
 double np_border_get_level(const np_border *border, np_border_way way, int level);
 int np_border_search_level(const np_border *border, np_border_way way, double distance_m);
 
-/* Forgets what leaves the box. */
+/* Resets a band's boundary radiance to clear air, without light that leaves the box. */
 void np_border_reset(np_border *border, unsigned band);
 
-/* Mean of a band's radiance under a clear sky over the nodes of the faces through which an octant's light comes in. */
+/* Mean radiance of a band under a clear sky over the nodes through which an octant's light enters. */
 double np_border_get_mean(const np_border *border, unsigned band, unsigned octant, unsigned block, unsigned lane);
 
 /* Irradiance past a square of the box's plan beyond that without clouds: air within the box adds to what comes through

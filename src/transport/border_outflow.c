@@ -16,7 +16,8 @@ enum {
   WIDE_SQUARES = NP_BORDER_WIDE * NP_BORDER_WIDE
 };
 
-/* Height of the highest level above the box: a scale height of the Earth's air. Light farther up counts as there. */
+/* Height of the highest level above the box, a scale height of the Earth's air. Light from higher air is counted at
+ * this level. */
 static const double rise_m = 8e3;
 
 float np_border_compute_excess(const np_border *border, unsigned band, np_border_way way, int v, int u,
@@ -45,8 +46,8 @@ static double compute_kernel(const np_border *b, double depth_m, int i, int j) {
   return sum;
 }
 
-/* Share of what an endless even plane sends down that comes from the distances of the kernel: along a periodic axis
- * those of one period, which with their images are all. */
+/* Share of the irradiance from an infinite uniform plane that comes from distances within the kernel; along a periodic
+ * axis one period, with its images, is the whole plane. */
 static double compute_kernel_share(const np_border *b, double depth_m, const float *kernel) {
   double sum = 0.0, edge = HUGE_VAL;
   for (int j = -NP_BORDER_WIDE; j <= NP_BORDER_WIDE; j++)

@@ -97,7 +97,7 @@ static void sample_radiance(boundary_samples *o, np_vec3 towards, unsigned ordin
   o->taken++;
 }
 
-/* Along directions spread evenly over the sphere, each counted for the nearest ordinate. */
+/* Samples directions that cover the sphere evenly, each for its nearest ordinate. */
 static void sample_sphere(boundary_samples *o, const np_ordinates *ordinates) {
   const unsigned count = SAMPLES_PER_ORDINATE * NP_OCTANT_COUNT * ordinates->count;
   for (unsigned i = 0; i < count; i++) {
@@ -108,7 +108,7 @@ static void sample_sphere(boundary_samples *o, const np_ordinates *ordinates) {
   }
 }
 
-/* And along each ordinate itself, so that none is without. */
+/* Samples the direction of each ordinate, so that each has a sample at least. */
 static void sample_ordinates(boundary_samples *o, const np_ordinates *ordinates) {
   for (unsigned octant = 0; octant < NP_OCTANT_COUNT; octant++)
     for (unsigned n = 0; n < ordinates->count; n++) {
@@ -117,8 +117,8 @@ static void sample_ordinates(boundary_samples *o, const np_ordinates *ordinates)
     }
 }
 
-/* The parts of the sphere that are nearest to the ordinates are not quite their weights: means are brought to what
- * really comes from the octant. */
+/* Averages the samples by ordinate. The Voronoi cells of the ordinates differ a little from their weights: means are
+ * scaled to the octant's true irradiance. */
 static void fill_octant(const boundary_samples *o, const np_ordinates *ordinates, unsigned octant, unsigned band,
                         float *out) {
   double sum = 0.0, found = 0.0, weight = 0.0;

@@ -49,7 +49,7 @@ static double compute_shape(const balance_column *c, int32_t i) {
   return np_clamp((1.0 + 2.0 / sqrt(5.0) * second / mean) / 3.0, 0.01, 0.99);
 }
 
-/* Half a cell's share of a face's integrals. */
+/* Adds the share of half a cell to a face's integrals. */
 static void add_half(const balance_column *c, int32_t cell, double *slant, double *drive) {
   const np_transport_grid *g = &c->level->grid;
   const double half = 0.5 * np_transport_grid_width(g, AXIS, cell);
@@ -69,7 +69,7 @@ static void fill_coefficients(const balance_column *c) {
   }
 }
 
-/* φ and flux, towards the inside, of what enters at the bottom or the top. */
+/* Fluence φ and inward flux of the light that enters at the bottom or at the top. */
 static void compute_boundary_flux(const balance_column *c, bool is_top, double *out_phi, double *out_flux) {
   const np_ordinates *o = c->lights->ordinates;
   const np_border_faces *border = c->lights->border;
@@ -94,7 +94,7 @@ static double compute_outflow_rate(const balance_column *c, bool is_top, double 
   return phi > 1e-5 * phi_in && phi > 0.0 ? np_clamp(flux / phi, 0.01, 1.0) : 0.5;
 }
 
-/* Row i: what leaves through the faces and is lost equals the source. */
+/* Sets row i of the tridiagonal system: flux through the faces plus absorption equals the source. */
 static void fill_rows(const balance_column *c) {
   const np_transport_grid *g = &c->level->grid;
   for (int32_t i = 0; i < c->size; i++) {

@@ -64,7 +64,7 @@ static neph_result add_drives(void *user, size_t begin, size_t end, unsigned thr
   return NEPH_OK;
 }
 
-/* Along the axis of `factor`; a cell stands for a neighbour that it lacks. */
+/* Smooths by (1, 2, 1)/4 along the axis `factor`; a cell without a neighbour counts twice. */
 static neph_result smooth(void *user, size_t begin, size_t end, unsigned thread) {
   (void)thread;
   const np_diffusion_loop *loop = user;

@@ -2,7 +2,7 @@
 /* Grids of the diffusion equation. With the names of diffusion_correction.c: cells with extinction and their links
  * c = A / (3/2·Σ t + ε), ε = 0.05; beyond the cloud lies vacuum, by Marshak's condition: c = A / (3/2·t + 2). Coarser
  * grids have aggregates of 2×2×2 cells, whose links are the sums of the cells', halved, as aggregates are stiffer than
- * what they stand for.
+ * what they represent.
  */
 #include <string.h>
 
@@ -13,7 +13,8 @@ enum { COARSEST = 200 };
 
 static const float link_least = 0.05f, coarse_link_share = 0.5f;
 
-/* Depth of a cell from which a correction is smoothed twice: one smoothing leaves what diverges. */
+/* Optical depth of a cell above which a correction is smoothed twice: after one smoothing, the iteration still
+ * diverges. */
 static const float twice_smoothed_depth = 10.0f;
 
 /* ---- Grids ---- */
@@ -79,7 +80,7 @@ static float get_ratio(const np_transport_grid *g, int32_t active, unsigned degr
  * grows: with links that no longer fall it converges, in more sweeps. */
 static const float link_depth_max = 3.0f;
 
-/* Transport depth of half of a cell's way, times two. */
+/* Transport optical depth of a cell along an axis, limited to link_depth_max. */
 static float compute_depth(const np_transport_grid *g, int32_t active, int axis, int32_t at) {
   const float width = (float)np_transport_grid_width(g, axis, at);
   return fminf((1.0f - get_ratio(g, active, 1)) * g->extinction[active] * width, link_depth_max);
@@ -168,7 +169,7 @@ static int32_t mark_parents(const np_diffusion_level *fine, const np_diffusion_l
   return count;
 }
 
-/* Links between aggregates, and what of the diagonals is no link within one. */
+/* Sums the links between aggregates, and the parts of the diagonals that are not links within one aggregate. */
 static void sum_links(const np_diffusion_level *fine, const int32_t *number, np_diffusion_level *coarse) {
   for (int32_t i = 0; i < NP_DIFFUSION_FACES * coarse->count; i++) coarse->neighbour[i] = coarse->count;
   for (int32_t i = 0; i < NP_DIFFUSION_CHILDREN * coarse->count; i++) coarse->child[i] = fine->count;
@@ -197,8 +198,7 @@ static void sum_links(const np_diffusion_level *fine, const int32_t *number, np_
   }
 }
 
-/* Adds a level of half as many cells along each axis; `number` is scratch. Nothing is added where that is not worth it.
- */
+/* Adds a level with half as many cells along each axis, unless it would not be worth it. `number` is scratch. */
 static neph_result coarsen(np_diffusion *d, int32_t *number, bool *out_is_added) {
   const np_diffusion_level *fine = &d->levels[d->level_count - 1];
   np_diffusion_level *coarse = &d->levels[d->level_count];

@@ -37,7 +37,7 @@ static neph_result relax(void *user, size_t begin, size_t end, unsigned thread) 
   return NEPH_OK;
 }
 
-/* Gauss-Seidel, red cells first or last. Each way is the other's mirror, as conjugate gradients require. */
+/* Red-black Gauss-Seidel, red cells first or last. The two orders are adjoint, as conjugate gradients require. */
 static void relax_level(np_diffusion *d, np_diffusion_level *l, bool is_red_first) {
   np_diffusion_loop loop = {.diffusion = d, .level = l};
   const size_t red = (size_t)l->red_count, count = (size_t)l->count;
@@ -114,7 +114,7 @@ static neph_result multiply_chunks(void *user, size_t begin, size_t end, unsigne
   return NEPH_OK;
 }
 
-/* In chunks that do not depend on the threads. */
+/* Scalar product, summed in chunks of fixed size, so that its bits do not depend on the number of threads. */
 static double multiply(np_diffusion *d, const float *a, const float *b) {
   np_diffusion_loop loop = {.diffusion = d, .a = a, .b = b};
   const size_t chunks = ((size_t)d->levels[0].count + NP_DIFFUSION_CHUNK - 1) / NP_DIFFUSION_CHUNK;

@@ -9,7 +9,7 @@
 enum { NP_DIFFUSION_FACES = 6, NP_DIFFUSION_CHILDREN = 8, NP_DIFFUSION_LEVELS_MAX = 10, NP_DIFFUSION_CHUNK = 8192 };
 
 /* One grid of the V-cycle. Unknowns are numbered by colour, the first `red_count` on cells of even index sums: those of
- * one colour do not touch. Vectors have one more element, 0, which stands for vacuum. */
+ * one colour do not touch. Vectors have one more element, 0, which represents vacuum. */
 typedef struct np_diffusion_level {
   int32_t count, red_count, size[3];
   int32_t *cell;      /* cell of each unknown, x fastest */
@@ -25,19 +25,20 @@ typedef struct np_diffusion {
   const np_transport_grid *grid;
   unsigned level_count, smoothings;
   np_diffusion_level levels[NP_DIFFUSION_LEVELS_MAX]; /* the finest first */
-  int32_t *active;                                    /* live cell of each unknown of the finest level */
+  int32_t *active;                                    /* active cell of each unknown of the finest level */
   float *correction, *residual, *step, *image;        /* vectors of the finest level */
   double *sums;                                       /* sum of each chunk */
 } np_diffusion;
 
-/* Links the cells with extinction, on all levels. `out` is empty where there are none. On failure nothing is left. */
+/* Links the cells with extinction on all levels; `out` is empty if there are none. On failure nothing needs to be
+ * freed. */
 neph_result np_diffusion_init(const np_transport_grid *grid, np_diffusion *out);
 void np_diffusion_clear(np_diffusion *d);
 
 /* Solves for `correction`, to a tenth, with the right side in `residual`. */
 void np_diffusion_solve(np_diffusion *d);
 
-/* Unknowns from `first` on, of a level; what else a loop over them needs. */
+/* Arguments of a parallel loop over the unknowns of a level, from `first` on. */
 typedef struct np_diffusion_loop {
   np_diffusion *diffusion;
   np_diffusion_level *level, *finer;

@@ -26,8 +26,8 @@ static double compute_sine(const np_first_rays *r, int axis) {
   return sqrt(fmax(0.0, 1.0 - r->direction[axis] * r->direction[axis]));
 }
 
-/* Rays along a side of the face, by its cells, and some where it has but one: as far apart as along the other side as
- * the sun sees them. */
+/* Number of rays along a side of the face, in proportion to its cells, with the same spacing perpendicular to the sun's
+ * direction along both sides; a single cell gets 8 at least. */
 static size_t count_along(const np_first_rays *r, int axis, int other) {
   const int32_t size = r->grid->used[axis];
   const double stretch = compute_sine(r, axis) / fmax(compute_sine(r, other), 1e-6);
@@ -52,7 +52,7 @@ static double compute_distance(const np_transport_grid *g, int axis, size_t a, i
   return 0.5 * (np_transport_grid_width(g, axis, first[axis]) + np_transport_grid_width(g, axis, second[axis]));
 }
 
-/* Adds what one face's rays leave behind. */
+/* Traces the rays of one face, and adds their losses to the cells. */
 static neph_result light_face(np_first_rays *r, int axis) {
   const np_transport_grid *g = r->grid;
   const int across = (axis + 1) % 3, along = (axis + 2) % 3;
@@ -81,8 +81,8 @@ static neph_result light_face(np_first_rays *r, int axis) {
   return NEPH_OK;
 }
 
-/* Moves a first moment of `moment`, in `width`, along an axis of a cell into its neighbours: half of it from the one to
- * the other, as far as there is something to give, the rest out of the cell itself. */
+/* Shifts the first moment of a cell's power along an axis to its neighbours: half is taken from one neighbour and given
+ * to the other, as far as there is power, the rest is taken from the cell. */
 static void shift_along(const np_transport_grid *g, size_t active, int axis, double moment, const float *power,
                         float *first_collision_source) {
   int32_t at[3];
@@ -100,7 +100,7 @@ static void shift_along(const np_transport_grid *g, size_t active, int axis, dou
   first_collision_source[to] += (float)(across + out);
 }
 
-/* Divides what each cell took by its volume. */
+/* Converts power to power per volume, after shifting it between cells by its moments. */
 static void spread(const np_transport_grid *g, const np_first_medium *m, float *first_collision_source) {
   for (size_t active = 0; active < g->active_count; active++) first_collision_source[active] = m->power[active];
   for (size_t active = 0; active < g->active_count; active++)
@@ -123,7 +123,7 @@ static neph_result start_medium(np_first_rays *r, float **out_deposit) {
   return m->losses && m->power && m->moment && *out_deposit ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
-/* The grid's own, and that of the lower degree. */
+/* Sets the scales of the two media: of the grid's degree, and of the lower degree. */
 static void compute_scales(np_first_rays *r, unsigned band, unsigned broad_degree) {
   for (unsigned v = 0; v < r->world->clouds.count; v++) {
     const np_instance *volume = &r->world->clouds.at[v];
@@ -152,7 +152,8 @@ static void clear_medium(const np_transport_grid *g, np_first_medium *m) {
   np_alloc_free(g->context, m->moment);
 }
 
-/* Steps see each voxel, but are no shorter than an eighth of a cell: of a cell of many voxels, a mean is wanted. */
+/* Sets direction and step length: a step is at most a voxel long, but at least an eighth of a cell, since only means
+ * over cells are needed. */
 static void set_direction(np_first_rays *r, np_vec3 to_sun, double length) {
   r->direction[0] = -(double)to_sun.x / length;
   r->direction[1] = -(double)to_sun.y / length;

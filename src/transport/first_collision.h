@@ -14,15 +14,15 @@ typedef struct np_first_loss {
 /* One scaled medium that the rays cross. */
 typedef struct np_first_medium {
   float scale[NP_INSTANCES_MAX]; /* scaled extinction of each cloud over its extinction */
-  np_first_loss *losses;         /* losses in each live cell by one face's rays */
-  float *power;                  /* what each live cell takes of a unit irradiance, m² */
-  float *moment;                 /* [active][axis]: the same over the cell's width */
+  np_first_loss *losses;         /* losses in each active cell by one face's rays */
+  float *power;                  /* power that each active cell takes from sunlight of unit irradiance, m² */
+  float *moment; /* [active][axis]: first moment of that power about the cell's middle, over the cell's width */
 } np_first_medium;
 
 enum { NP_FIRST_MEDIA = 2 };
 
-/* Transmittance of the second medium beyond that of the first in an active cell, times the length of ray that is lit by
- * it, and that length, in units of a loss times the longest step; the same of all faces' rays in m³. */
+/* Excess of the second medium's transmittance over the first's in an active cell, integrated over the lit length of
+ * rays, and that length, in units of a loss times the longest step; the sums over all faces' rays in m³. */
 typedef struct np_first_surplus {
   int64_t sum, length;
   double volume, of_volume;
@@ -35,7 +35,7 @@ typedef struct np_first_rays {
   np_transport_grid *grid;
   np_first_medium media[NP_FIRST_MEDIA];
   unsigned media_count;
-  np_first_surplus *surpluses; /* surplus of each live cell; NULL: there is one medium */
+  np_first_surplus *surpluses; /* surplus of each active cell; NULL: there is one medium */
   double direction[3];         /* direction of flight */
   double step_m;               /* the longest */
   bool has_even_steps;         /* none is shorter but a ray's last */

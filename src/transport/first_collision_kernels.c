@@ -13,7 +13,7 @@ neph_result NP_KERNEL(np_first_rays_follow)(void *user, size_t begin, size_t end
 
 enum { STEPS = NP_BRICK_LINE };
 
-/* One cloud along the ray: its walk, and the cell of its bricks that the walk is in or comes to next. */
+/* One cloud along the ray, with the walk over its bricks and the current or next cell. */
 typedef struct cloud {
   const np_instance *volume;
   float scale[NP_FIRST_MEDIA];
@@ -21,8 +21,8 @@ typedef struct cloud {
   np_brick_span span;
 } cloud;
 
-/* A ray inside one live cell: what it loses there, that times how far from the ray's start it was, and what
- * np_first_surplus counts, by length. */
+/* A ray inside one active cell: its losses, losses times distance from the ray's start, and the sums of
+ * np_first_surplus by length. */
 typedef struct crossing {
   int32_t active;
   double lost[NP_FIRST_MEDIA], lost_at_m[NP_FIRST_MEDIA];
@@ -34,15 +34,15 @@ typedef struct collision_ray {
   double start[3], exit_m;
   double cell[3], cells_per_m[3]; /* where cells are even: coordinate in cells of the start, and how it grows */
   int32_t near[3];                /* where they differ: the cell that the last step was placed in */
-  double weight;                  /* the ray's area over that of a cell's share in the units */
-  double power[NP_FIRST_MEDIA];   /* what is left of the ray in each medium */
+  double weight;                  /* cross section of the ray over a cell's share, in units of losses */
+  double power[NP_FIRST_MEDIA];   /* remaining power of the ray in each medium */
   crossing crossing;
   unsigned cloud_count;
   cloud clouds[NP_INSTANCES_MAX]; /* places of a hierarchy whose boxes the ray has entered */
   np_place_queue ahead;
 } collision_ray;
 
-/* Steps that are looked up together; those from `count` on lie behind the exit. */
+/* Steps that are evaluated together. Steps from `count` on lie beyond the grid. */
 typedef struct collision_block {
   int count;
   double middle_m[STEPS];
@@ -63,7 +63,8 @@ static double compute_exit(const np_transport_grid *g, const double p[3], const 
   return exit;
 }
 
-/* The cell of a coordinate along an axis, held inside the grid, looked for from `near` on. */
+/* Index of the cell that holds a coordinate along an axis, clamped to the grid; a linear search that starts at
+ * `near`. */
 static int32_t search_cell(const np_transport_grid *g, int axis, double x, int32_t near) {
   const double *edge = g->edge_m[axis];
   x = np_transport_grid_wrap(g, axis, x);
@@ -72,8 +73,8 @@ static int32_t search_cell(const np_transport_grid *g, int axis, double x, int32
   return near;
 }
 
-/* Step from `t` on where cells differ: at most half a cell long, and no shorter than an eighth of one for the sake of
- * voxels. */
+/* Length of the step from `t` on in a graded grid: at most half a cell, and an eighth of one at least where voxels
+ * would allow less. */
 static double choose_step(collision_ray *r, double t) {
   const np_transport_grid *g = r->all->grid;
   double half = INFINITY;
@@ -112,7 +113,7 @@ static double place_steps(collision_ray *r, double t, collision_block *b) {
   return t;
 }
 
-/* Cells of the steps' middles along an axis, held inside the grid. */
+/* Cells of the steps' midpoints along an axis, clamped to the grid. */
 static void locate_along(const collision_ray *r, int axis, const collision_block *b, int32_t at[STEPS]) {
   const np_transport_grid *g = r->all->grid;
   const double size = (double)g->size[axis], begin = r->cell[axis], rate = r->cells_per_m[axis];
@@ -132,7 +133,7 @@ static void locate_along(const collision_ray *r, int axis, const collision_block
   }
 }
 
-/* Finds the cells of all steps; false where none is live. */
+/* Finds the cells of all steps; false where none is active. */
 static bool locate_steps(const collision_ray *r, collision_block *b) {
   const np_transport_grid *g = r->all->grid;
   const int32_t *active = g->active, columns = g->size[0], rows = g->size[1];
@@ -224,8 +225,8 @@ static void add_depths(cloud *c, const collision_block *b, float depth[NP_FIRST_
       depth[m][k] += c->scale[m] * c->volume->extinction_per_value * b->length_m[k] * value[k];
 }
 
-/* Adds the depths of clouds of a hierarchy that are entered before the block's end; those that end before it too are
- * forgotten at once. */
+/* Adds the optical depths of a hierarchy's clouds that begin before the block's end, and drops those that end before
+ * it. */
 static void pass_places(collision_ray *r, const collision_block *b, float depth[NP_FIRST_MEDIA][STEPS]) {
   const double end = b->count > 0 ? b->middle_m[b->count - 1] : -1.0;
   for (unsigned i = 0; i < r->cloud_count;) {
@@ -267,7 +268,7 @@ static void count_loss(const collision_ray *r, unsigned medium) {
     if (r->all->grid->size[a] > 1) add(&l->moment[a], compute_offset(r, a, mean_m) * lost);
 }
 
-/* Ends the crossing of a cell, and begins that of another. */
+/* Ends the crossing of a cell, and begins the crossing of the next one. */
 static void change_cell(collision_ray *r, int32_t active) {
   const crossing *c = &r->crossing;
   if (c->active >= 0) {
@@ -325,7 +326,7 @@ static void follow_ray(collision_ray *r) {
 
 static double fraction(double x) { return x - floor(x); }
 
-/* Row after row, so that what a ray looks at is at hand from the last; each row is turned against the one before. */
+/* Start of the n-th ray, row by row in a serpentine order, so that neighbouring rays share the processor's cache. */
 static void place_start(const np_first_rays *all, int axis, size_t number, double start[3]) {
   const np_transport_grid *g = all->grid;
   const int b = (axis + 1) % 3, c = (axis + 2) % 3;
@@ -357,7 +358,7 @@ static void start_ray(collision_ray *r, const np_first_rays *all, int axis, size
   start_clouds(r);
 }
 
-/* Some of those that start on the present face. */
+/* Traces rays [begin, end) of the present face. */
 neph_result NP_KERNEL(np_first_rays_follow)(void *user, size_t begin, size_t end, unsigned thread) {
   (void)thread;
   const np_first_rays *all = user;

@@ -26,7 +26,7 @@ typedef struct pass {
 
 static size_t count_chunks(const np_fixed_point *p) { return (p->count + CHUNK - 1) / CHUNK; }
 
-/* Over at most CHUNK floats; in float over short blocks, in double across them. */
+/* Scalar product: in float over blocks of at most CHUNK values, in double over the blocks. */
 static double multiply(const float *a, const float *b, size_t count) {
   double sum = 0.0;
   for (size_t begin = 0; begin < count; begin += BLOCK) {
@@ -180,7 +180,7 @@ static void store_image(np_fixed_point *problem, const history *past, unsigned i
   problem->residual = past->relative[index];
 }
 
-/* Without a history x is the last image, or the start. */
+/* Stores the best image in x; without a history x stays the last image, or the start. */
 static void store_best(np_fixed_point *problem, const history *past, float *x) {
   unsigned best = 0;
   for (unsigned j = 1; j < past->count; j++)
@@ -188,14 +188,14 @@ static void store_best(np_fixed_point *problem, const history *past, float *x) {
   if (past->count > 0) store_image(problem, past, best, x);
 }
 
-/* Fraction done of the expected calls: the residual goes on falling as it has since the first. */
+/* Estimated fraction of the work that is done, if the residual falls as it did since the first call. */
 static double estimate_done(const np_fixed_point *problem, double first_residual) {
   const double done = problem->calls, at_least = done / problem->calls_max;
   const double fallen = log(first_residual / problem->residual), needed = log(first_residual / problem->tolerance);
   return isfinite(fallen) && needed > 0.0 ? fmin(fmax(fallen / needed, at_least), done / (done + 1.0)) : at_least;
 }
 
-/* An image that has overflowed is none: plain iteration goes on from the best before, or from the dark. */
+/* Restarts after an overflow, with plain iteration from the best image before it, or from zero. */
 static void restart(np_fixed_point *problem, history *past, float *x) {
   past->count--;
   memset(x, 0, problem->count * sizeof *x);

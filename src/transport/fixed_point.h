@@ -15,21 +15,21 @@ typedef struct np_fixed_point_history {
   unsigned count; /* filled, the newest last */
   float *image[NP_FIXED_POINT_DEPTH_MAX], *residual[NP_FIXED_POINT_DEPTH_MAX];
   double gram[NP_FIXED_POINT_DEPTH_MAX][NP_FIXED_POINT_DEPTH_MAX]; /* scalar products of the residuals */
-  double relative[NP_FIXED_POINT_DEPTH_MAX]; /* lengths of the residuals, relative to the images' */
-  double first, before, best;                /* residuals: of the first call, of the last one, and the least */
+  double relative[NP_FIXED_POINT_DEPTH_MAX]; /* norms of the residuals, relative to the norms of the images */
+  double first, before, best;                /* residuals of the first call and of the last one, and the least */
   unsigned idle;                             /* calls since the least has fallen */
 } np_fixed_point_history;
 
 struct np_fixed_point;
 
-/* Keeps an iteration on its way, between two calls of the map. */
+/* Functions that store an unfinished iteration between two calls of the map. */
 typedef struct np_fixed_point_keeper {
   void *user;
 
-  /* Puts a kept history, and `calls`, `residual` and `is_stalled`, in their places; false: there is none. */
+  /* Restores a stored history, and `calls`, `residual` and `is_stalled`; false: there is none. */
   bool (*load)(void *user, struct np_fixed_point *problem, np_fixed_point_history *history);
 
-  /* May keep them, and x. `is_last`: the iteration was cancelled and ends here. */
+  /* May store the history and x. `is_last`: the iteration was cancelled and ends here. */
   void (*save)(void *user, const struct np_fixed_point *problem, const np_fixed_point_history *history, bool is_last);
 } np_fixed_point_keeper;
 
@@ -40,13 +40,13 @@ typedef struct np_fixed_point {
   void *user;
   size_t count;     /* floats in x */
   unsigned depth;   /* images that are combined, 1 to NP_FIXED_POINT_DEPTH_MAX; each costs two vectors like x */
-  float *vectors;   /* room for them; NULL: allocated */
+  float *vectors;   /* memory for these vectors; NULL: allocated */
   double tolerance; /* bound of ‖g(x) − x‖ / ‖g(x)‖ */
   unsigned calls_max;
-  double residual; /* out: reached; 1 when no call was finished */
-  unsigned calls;  /* out: of the map */
-  bool is_stalled; /* out, for the map too: the residual does not fall any more, and plain iteration goes on */
-  bool is_cut;     /* out: the monitor's budget ended it */
+  double residual;                     /* out: reached; 1 when no call was finished */
+  unsigned calls;                      /* out: of the map */
+  bool is_stalled;                     /* out, for the map too: the residual no longer falls; plain iteration follows */
+  bool is_cut;                         /* out: the monitor's budget ended it */
   const np_fixed_point_keeper *keeper; /* NULL: none */
 } np_fixed_point;
 

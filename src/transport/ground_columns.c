@@ -33,8 +33,8 @@ static double get_ground_top(const np_world *world, const np_transport_grid *g) 
   return world->has_planet ? 0.0 : -(double)INFINITY;
 }
 
-/* Ground no farther below a column's cells than they are wide shines straight into them: the nodes of the border stand
- * too far apart for its shadows. */
+/* Whether ground is closer below a column's cells than the cells are wide. It is then lit column by column: the
+ * border's nodes are too far apart for its shadows. */
 static bool is_near(const np_transport_grid *g, double height_m, double width_m) {
   return height_m >= g->edge_m[2][0] - width_m;
 }
@@ -99,7 +99,7 @@ void np_ground_columns_clear(neph_context *context, np_ground_columns *columns) 
   *columns = (np_ground_columns){0};
 }
 
-/* A coarser column's is the mean of those of its columns that have ground. */
+/* Averages the columns with ground into each column of a coarser grid. */
 void np_ground_columns_get(const np_ground_columns *columns, const np_border *border, unsigned band,
                            const np_outflow *outflow, const np_transport_grid *grid, np_column_light *out) {
   const int32_t *fine = columns->size, *size = grid->size;

@@ -10,10 +10,10 @@
 
 /* Light of the ground in a column of the finest cells. */
 typedef struct np_ground_column {
-  bool is_near;      /* false: the rest is nothing */
+  bool is_near;      /* false: no ground is near, and the other members are 0 */
   np_spectrum clear; /* radiance under a clear sky, the waves' glint excluded */
-  np_spectrum glint; /* that of np_column_light */
-  np_spectrum gain;  /* what it gains from the irradiance on its square of the plan, 1/sr */
+  np_spectrum glint; /* np_column_light.glint */
+  np_spectrum gain;  /* increase of the radiance by the irradiance on the column's square of the plan, 1/sr */
 } np_ground_column;
 
 typedef struct np_ground_columns {
@@ -21,8 +21,8 @@ typedef struct np_ground_columns {
   np_ground_column *at; /* [j][i]; NULL: no ground is near */
 } np_ground_columns;
 
-/* Finds whether ground is near, and marks solid cells of a grid, none of which may be live; a periodic grid has none.
- * `holds` is cleared for them. */
+/* Finds whether ground is near, and marks the solid cells of a grid; none of them may be active, and `holds` is cleared
+ * for them. A periodic grid has no ground. */
 neph_result np_ground_columns_bury(const np_world *world, np_monitor *monitor, np_transport_grid *grid, bool *holds);
 
 neph_result np_ground_columns_fill(const np_transport_grid *grid, const np_world *world,
@@ -30,7 +30,8 @@ neph_result np_ground_columns_fill(const np_transport_grid *grid, const np_world
                                    np_ground_columns *out);
 void np_ground_columns_clear(neph_context *context, np_ground_columns *columns);
 
-/* Fills the light of a band, by the columns of the finest grid or of a coarser one. `outflow` NULL: a clear sky's. */
+/* Fills a band's radiance of the ground by column of the finest grid or of a coarser one. `outflow` NULL: under a clear
+ * sky. */
 void np_ground_columns_get(const np_ground_columns *columns, const np_border *border, unsigned band,
                            const np_outflow *outflow, const np_transport_grid *grid, np_column_light *out);
 

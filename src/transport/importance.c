@@ -19,8 +19,8 @@ void np_importance_add(const np_transport_level *finest, const float *moments, f
   }
 }
 
-/* Importance that a path gets from a cell along an axis: less than there by the rate of diffuse light, and
- * by the chance to come so far without having been split on the way. */
+/* Attenuation of importance across one cell along an axis, in (0, 1]: exponential in the cell's optical depth, at the
+ * rate of diffuse light plus 0.35 for paths that are split before they arrive. */
 static float compute_fall(const np_transport_grid *g, const int32_t at[3], int axis, size_t active) {
   const float *ratio = g->ratio + active * (g->degree + 1), width = (float)np_transport_grid_width(g, axis, at[axis]);
   const float transport = sqrtf(fmaxf(1.0f - ratio[1], 0.0f)), loss = sqrtf(3.0f * fmaxf(1.0f - ratio[0], 0.0f));
@@ -35,7 +35,8 @@ static void spread_from(const np_transport_grid *g, const int32_t at[3], int axi
   importance[active].lit = fmaxf(importance[active].lit, importance[next].lit * compute_fall(g, at, axis, active));
 }
 
-/* Lets sunlight be known of where paths may come to it from: cell by cell, on and back, and again round corners. */
+/* Propagates the importance of sunlight in four sweeps over the cells, forward and backward in turn, so that it also
+ * turns corners. */
 void np_importance_spread(const np_transport_grid *g, np_importance *importance) {
   const int32_t count = (int32_t)np_transport_grid_count(g);
   for (int pass = 0; pass < 4; pass++) {

@@ -9,10 +9,10 @@
 
 #include "core/units.h"
 
-/* Gauss points in the upper half of the vertical, and azimuths in a quarter turn. */
+/* A product quadrature: Gauss points in the upper half of the vertical, and azimuths in a quarter turn. */
 typedef struct product_set {
   unsigned points, azimuths;
-  bool is_halved; /* each half has Gauss points of its own */
+  bool is_halved; /* Gauss points are chosen for each half of the interval */
 } product_set;
 
 static product_set choose_product(unsigned degree, bool is_layered) {
@@ -139,7 +139,7 @@ static void fill_padding(np_ordinates *o) {
     for (int a = 0; a < 3; a++) o->cosine[a][i / NP_ORDINATE_LANES][i % NP_ORDINATE_LANES] = o->cosine[a][0][0];
 }
 
-/* Against x, cos mφ has the parity of m and sin mφ the other. */
+/* Parity in x: cos mφ has the parity of m, sin mφ the opposite. */
 static bool is_even_in_x(int m) { return (m < 0) == (m % 2 != 0); }
 
 static void fill_places(np_ordinates *o) {

@@ -9,7 +9,7 @@ enum {
   NP_OCTANT_COUNT = 8,
   NP_OCTANT_PAIRS = NP_OCTANT_COUNT / 2, /* 2n and 2n + 1 differ in x alone */
   NP_DEGREE_MIN = 3,                     /* least degree of the harmonics for angles: large clouds have it */
-  NP_DEGREE_MAX = 11,                    /* what small ones can afford */
+  NP_DEGREE_MAX = 11,                    /* highest degree, for grids of few cells */
   NP_HARMONIC_COUNT_MIN = 16,            /* (l, m) up to l = 3 */
   NP_HARMONIC_COUNT_MAX = 144,
   NP_ORDINATE_LANES = 8,     /* directions of one octant that are swept together */
@@ -32,8 +32,8 @@ typedef struct np_ordinates {
   unsigned count, block_count; /* directions in one octant, and their blocks */
   _Alignas(32) float cosine[3][NP_ORDINATE_BLOCKS_MAX][NP_ORDINATE_LANES]; /* |Ω·a|, the same in every octant */
   float weight[NP_ORDINATE_BLOCKS_MAX][NP_ORDINATE_LANES];                 /* sr */
-  unsigned even_count;                        /* even harmonics; a multiple of two, as the odd ones are */
-  unsigned char place[NP_HARMONIC_COUNT_MAX]; /* place of each harmonic among those kept here */
+  unsigned even_count; /* number of even harmonics, a multiple of two, as is the number of odd ones */
+  unsigned char place[NP_HARMONIC_COUNT_MAX]; /* index of each harmonic in the arrays of this set */
   _Alignas(32) float harmonic[NP_OCTANT_PAIRS][NP_ORDINATE_BLOCKS_MAX][NP_HARMONIC_COUNT_MAX][NP_ORDINATE_LANES];
   float weighted[NP_OCTANT_PAIRS][NP_ORDINATE_BLOCKS_MAX][NP_ORDINATE_LANES][NP_HARMONIC_COUNT_MAX]; /* weight·Y */
 } np_ordinates;

@@ -12,8 +12,8 @@ typedef struct np_scaled_phase {
   neph_context *context; /* borrowed */
   np_phase phase;
   unsigned degree;                  /* N, of the broad rest */
-  float forward;                    /* f: the share of scattering that counts as going straight on */
-  float least_forward;              /* the same where the rest is of the least degree; not below f */
+  float forward;                    /* f: share of scattering that counts as unscattered */
+  float least_forward;              /* forward share at the least degree; not below f */
   float moments[NP_DEGREE_MAX + 1]; /* χ_l − f, l ≤ N */
   float *peak; /* [angle][depth]: light in the peak after two scatterings and more in it, per unit of e^{−τ} */
 } np_scaled_phase;

@@ -11,7 +11,7 @@ enum { RESOLVED_DEGREE = 7 };
  * a picture's time less than half goes into cells. */
 static const double cells_per_ray = 1.5;
 
-/* The highest degree, of those whose harmonics fill whole vectors, that the cells' number allows. */
+/* Highest degree that the number of cells allows, among the degrees whose harmonics fill whole vectors. */
 static unsigned choose_degree(double cells, bool is_layered, const np_scattering_desc *desc) {
   static const unsigned degrees[] = {NP_DEGREE_MAX, 7};
   for (size_t i = 0; i < sizeof degrees / sizeof *degrees; i++) {
@@ -27,7 +27,7 @@ static double count_resolved_bytes(void) {
   return np_transport_count_iterated_bytes(NP_DEGREE_MIN) + np_transport_count_swept_bytes(RESOLVED_DEGREE);
 }
 
-/* The same of a fine one; those twice as wide are an eighth as many, and at the clouds' rim more. */
+/* Bytes for each cell of a fine grid. Cells twice as wide are an eighth as many, and more along the clouds' rim. */
 static double count_fine_bytes(void) {
   return np_transport_count_swept_bytes(RESOLVED_DEGREE) + 1.0 / 6.0 * count_resolved_bytes();
 }
@@ -58,10 +58,11 @@ np_scattering_degrees np_scattering_desc_choose_degrees(const np_scattering_desc
   return (np_scattering_degrees){degree, choose_resolved(cells, is_fine_wanted, degree, desc)};
 }
 
-/* Cells of a forecast that are looked at, in all. */
+/* Number of cells, in all, that a forecast samples. */
 static const double looked_at_max = 32768.0;
 
-/* Cells of `width` finest ones along each side that hold cloud or touch one that does, by a part of them. */
+/* Estimates by a sample the number of cells, each `width` finest cells wide, that hold cloud or touch a cell that
+ * does. */
 static double count_active(const np_transport_grid *g, int32_t width, const np_cloud_finder *finder) {
   double looked_at = 0.0, active = 0.0, all = 1.0, stride = 1.0;
   int32_t count[3], step[3];

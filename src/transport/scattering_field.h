@@ -22,18 +22,19 @@ typedef struct np_scattering_field np_scattering_field;
 
 typedef struct np_transport_desc {
   np_dvec3 bounds_min, bounds_max; /* box of the clouds, in the world */
-  size_t cell_count_max;           /* where it is too few, those far from the viewer are larger */
-  size_t cell_count_cheap;         /* cells of one voxel where so many are enough */
-  size_t cell_count_fine;          /* else where so many will do if light is iterated on cells twice as wide */
-  double cell_depth_max;           /* depth of a cell, (1−g)·σ·edge, where the memory allows */
-  double edge_min_m;               /* no cells are smaller, whatever their depth; 0: no limit */
-  double thickness_m;              /* typical thickness of the clouds; 0: it is measured */
+  size_t cell_count_max;           /* limit on cells: cells far from the viewer are enlarged to keep it */
+  size_t cell_count_cheap;         /* number of cells up to which they are refined to one voxel */
+  size_t cell_count_fine; /* number of cells up to which light is resolved on cells half as wide as those of the
+                             iteration */
+  double cell_depth_max;  /* depth of a cell, (1−g)·σ·edge, where the memory allows */
+  double edge_min_m;      /* no cells are smaller, whatever their depth; 0: no limit */
+  double thickness_m;     /* typical thickness of the clouds; 0: it is measured */
   bool has_viewer;
   np_dvec3 viewer;       /* the nearest corner of the box that viewers are in, … */
   np_dvec3 viewer_reach; /* … and its size; 0: one viewer */
 } np_transport_desc;
 
-/* A place for the state of a solution on its way, from which one that was stopped goes on to the same bits. */
+/* Storage for the states of an unfinished solution, which can be resumed with the same bits. */
 typedef struct np_solution_keeper {
   double interval_s; /* time from one state to the next; infinite: it is kept only when the solution is cancelled */
   void *user;
@@ -49,7 +50,7 @@ typedef struct np_scattering_desc {
   double seconds_max;  /* after which sweeps end, whatever the residual; infinite: no limit */
   uint64_t left_out;   /* clouds of the scene that are not solved for, a bit for each number; all: the field is dark */
   bool has_importance; /* paths can be guided: importance is kept beside the moments */
-  const np_solution_keeper *keeper; /* NULL: none; nor is there one where time is limited */
+  const np_solution_keeper *keeper; /* NULL: states are not stored, as with a time limit */
 } np_scattering_desc;
 
 /* (1−g)·σ·edge of 0.35; a million and a half cells, of some 1.5 kB each in cloud while it is solved. */
@@ -59,10 +60,10 @@ typedef struct np_scattering_desc {
     .degree_max = NP_DEGREE_MAX, .tolerance = 3e-4, .seconds_max = HUGE_VAL                                            \
   }
 
-/* Allows as many cells as so much memory holds. */
+/* Sets the limit on cells by a limit on memory. */
 void np_scattering_desc_set_memory(np_scattering_desc *desc, double bytes);
 
-/* Allows as many fine cells as a picture of so many rays is worth, within the memory of `cells.cell_count_max`. */
+/* Sets the limit on fine cells in proportion to the picture's rays, within `cells.cell_count_max`. */
 void np_scattering_desc_set_rays(np_scattering_desc *desc, double rays);
 
 /* Cells of a solution, their memory, and the work of their sweeps. */
@@ -70,7 +71,7 @@ typedef struct np_cell_counts {
   double cells;      /* cells that hold cloud or touch one that does */
   double bytes;      /* memory of these and of coarser cells while they are solved for */
   double sweep_work; /* directions times moments times cells of one sweep of the cells that are iterated */
-  double last_work;  /* the same of the sweeps that resolve and refine the solution of a band */
+  double last_work;  /* work of the sweeps that resolve and refine the solution of a band, in the same unit */
 } np_cell_counts;
 
 typedef struct np_scattering_forecast {
@@ -110,14 +111,14 @@ typedef struct np_scattering_blend {
   double share, gain[NP_BAND_COUNT];
 } np_scattering_blend;
 
-/* Whether two fields have the same cells. */
+/* Whether two fields have the same cells, so that they can be interpolated. */
 bool np_scattering_field_can_blend(const np_scattering_field *a, const np_scattering_field *b);
 
-/* Reads the field of the world that it stands for, without importance. NULL on failure. */
+/* Restores the interpolated field of a world, without importance; NULL on failure. */
 neph_result np_scattering_field_blend(const np_scattering_blend *desc, const np_world *world, np_monitor *monitor,
                                       np_scattering_field **out_field);
 
-/* Keeps a field on disk. */
+/* Saves a field to the disk cache. */
 void np_scattering_field_save(const np_scattering_field *field, np_cache_entry *entry);
 
 /* One that was kept, for the world that it was solved for. NULL where the entry holds less than that. */
@@ -128,7 +129,7 @@ neph_result np_scattering_field_load(neph_context *context, const np_world *worl
 void np_scattering_field_set_world(np_scattering_field *field, const np_world *world);
 
 typedef struct np_scattering_quality {
-  double residual;    /* relative, the worst band's */
+  double residual;    /* relative residual of the band with the largest */
   double error;       /* expected from the size of the largest cells, as a share of the light */
   bool is_cut;        /* the description's time ended before the last sweep */
   unsigned cut_width; /* edge of the finest cells that were swept till then, in edges of the finest that are iterated */
@@ -141,24 +142,25 @@ unsigned np_scattering_field_get_degree(const np_scattering_field *field);
 
 /* One cloud of it. */
 typedef struct np_scaled_cloud {
-  float forward;            /* f: the share of scattering that counts as going straight on */
-  float least_forward;      /* the same where angles are resolved into the least degree */
+  float forward;            /* f: share of scattering that counts as unscattered */
+  float least_forward;      /* forward share of the phase function at the lowest degree of the angular resolution */
   float asymmetry, second;  /* χ₁ = g and χ₂ of the phase function */
-  unsigned char phase_kind; /* number of the phase function among those that differ */
+  unsigned char phase_kind; /* index of the phase function among the distinct ones */
 } np_scaled_cloud;
 
 /* The small part of a field that a ray reads at every step without a call. */
 typedef struct np_scattering_medium {
   unsigned cloud_count, phase_count; /* clouds, and phase functions that differ */
-  unsigned band_count;               /* solved for: 1 where bands differ by a factor, `colour`, which else is 1 */
+  unsigned band_count; /* number of bands that are solved for: 1 where the other bands are multiples of the first by
+                          `colour`, which else is 1 */
   np_spectrum colour;
-  bool has_delta_m_residual; /* np_light_moments has one */
+  bool has_delta_m_residual; /* np_light_moments.delta_m_residual is set */
   np_scaled_cloud clouds[NP_INSTANCES_MAX];
 } np_scattering_medium;
 
 const np_scattering_medium *np_scattering_field_get_medium(const np_scattering_field *field);
 
-/* Extinction of a cloud in the scaled medium over its own, in the band that fades most slowly. */
+/* Ratio of a cloud's scaled extinction to its extinction, in the band with the largest albedo. */
 static inline float np_scaled_cloud_get_scale(const np_scaled_cloud *cloud, np_spectrum albedo) {
   return 1.0f - cloud->forward * np_spectrum_max(albedo);
 }
@@ -199,8 +201,8 @@ np_spectrum np_scattering_field_get_outgoing(const np_scattering_field *field, c
 size_t np_scattering_field_count_cells(const np_scattering_field *field);
 np_dvec3 np_scattering_field_get_cell(const np_scattering_field *field, size_t cell, double *out_width);
 
-/* Light that a cell of each phase function scatters into a direction, [phase_kind][band]; of either sign, as
- * interpolants are. */
+/* Light that a cell scatters into a direction for each phase function, [phase_kind][band]; interpolation may make it
+ * negative. */
 void np_scattering_field_fill_cell(const np_scattering_field *field, size_t cell, np_vec3 direction, float *out);
 
 /* Cells around a point, and their shares in it. */
@@ -215,16 +217,15 @@ void np_scattering_field_gather_cells(const np_scattering_field *field, np_dvec3
 
 /* ---- Importance ---- */
 
-/* Light that comes to a cell, in the mean of the bands solved for: it guides paths (integrate/guide.h). */
+/* Light that reaches a cell, averaged over bands; it guides paths (integrate/guide.h). */
 typedef struct np_importance {
   float mean;         /* radiance, averaged over directions, but for sunlight that went straight on */
   float linear[3];    /* its part that is linear in the direction of flight Ω is linear·Ω */
   float quadratic[5]; /* the part of degree 2 is Σ quadratic[i]·h_i(Ω), h_i = xy, yz, 3z² − 1, xz, x² − y² */
-  float lit;          /* irradiance of sunlight that went straight on, here or, the less the farther off, nearby */
+  float lit; /* irradiance of unscattered sunlight, or, attenuated by distance, of the sunlight in nearby cells */
 } np_importance;
 
-/* Means between the cells around a position; false where nothing is known, or all is dark. For a description with
- * `has_importance`. */
+/* Interpolated importance at a position, for a description with `has_importance`; false: it is unknown, or 0. */
 bool np_scattering_field_get_importance(const np_scattering_field *field, np_dvec3 position, np_importance *out);
 
 /* ---- Light that comes to clouds from outside, the sun's disk excluded: sky above, ground below ---- */

@@ -44,7 +44,7 @@ static neph_result copy_grid(const np_transport_grid *from, np_transport_grid *t
   return is_whole && to->cell && to->active ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
-/* One field of two with its weights in each band; of a single band the others are its colour's. */
+/* One of the two fields, with its weights in each band. */
 typedef struct blend_part {
   const np_scattering_field *field;
   double weight[NP_BAND_COUNT];

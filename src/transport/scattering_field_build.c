@@ -11,14 +11,15 @@
 
 enum { CHUNK = 4096 };
 
-/* Share of the sun in the light of each band from which on one band is resolved for all. */
+/* Share of sunlight in the light of every band from which the angular resolution of the first band is used for all. */
 static const double sun_share_min = 0.6;
 
 static size_t count_moments(const np_transport_grid *g) { return g->active_count * np_harmonics_count(g->degree); }
 
 /* ---- A band's result ---- */
 
-/* Scale that puts the largest values between 2¹⁴ and 2¹⁵: values that lose bits then are four billionths of them. */
+/* Scale that brings the largest values between 2¹⁴ and 2¹⁵, so that only values below 4e-9 of the largest lose bits as
+ * halves. */
 static float choose_scale(const float *values, size_t count) {
   float largest = 0.0f;
   for (size_t i = 0; i < count; i++) largest = fmaxf(largest, fabsf(values[i]));
@@ -123,7 +124,7 @@ static neph_result store_transferred_band(np_scattering_solver *s) {
 
 /* ---- Bands ---- */
 
-/* Sums over what shines on the clouds, and whether all of it is the first band's times `colour`. */
+/* Sums of all light on the clouds by band, and whether all of it is the first band's times `colour`. */
 typedef struct light_colour {
   double sum[NP_BAND_COUNT];
   np_spectrum colour;
@@ -141,7 +142,7 @@ static void check_light(light_colour *c, const float *first, size_t stride) {
   }
 }
 
-/* Calls `visit` for the sun at each live cell and for what flows in along each ordinate. */
+/* Calls `visit` for the sunlight in each active cell, and for the boundary radiance along each ordinate. */
 static void visit_lights(const np_scattering_solver *s, void (*visit)(light_colour *, const float *, size_t),
                          light_colour *colour) {
   const size_t stride = np_border_count_radiances(s->fine->border.clear[0].block_count);
@@ -160,7 +161,7 @@ static void choose_bands(np_scattering_solver *s) {
   s->out->medium.colour = c.is_one ? c.colour : np_spectrum_grey(1.0f);
 }
 
-/* The sun's irradiance on the cells that it reaches, and on a sphere of what comes from around. */
+/* Means of the sun's irradiance over sunlit cells, and of the boundary radiance as irradiance on a sphere. */
 static void measure_light(np_scattering_solver *s, unsigned band) {
   const np_ordinates *o = &s->broad->ordinates;
   size_t sunlit = 0;
@@ -177,8 +178,8 @@ static void measure_light(np_scattering_solver *s, unsigned band) {
     }
 }
 
-/* Resolving changes sunlight first of all, and that alike in all bands: where most light is the sun's the other bands
- * take it from the first. */
+/* Whether the other bands can take the change by the finer angular resolution from the first band. It mostly concerns
+ * sunlight, and is alike in all bands. */
 static bool can_transfer(const np_scattering_solver *s) {
   bool can = s->fine != s->broad && !s->levels[0].grid.is_fine && !s->desc->has_importance && !s->world->emission;
   for (unsigned b = 0; b < NP_BAND_COUNT; b++)
@@ -209,7 +210,7 @@ static neph_result compute_direct_irradiance(void *user, size_t begin, size_t en
   return NEPH_OK;
 }
 
-/* Cells with cloud of the first band's grid, on which the others' results must lie too. */
+/* Allocates the bands' results on the active cells of the first band's grid. */
 static neph_result start_bands(np_scattering_solver *s) {
   const np_transport_grid *g = &s->levels[0].grid;
   s->sun = np_alloc(s->context, g->active_count, sizeof *s->sun);
@@ -301,7 +302,7 @@ static void report(const np_world *world, double tolerance, np_scattering_field 
   np_scattering_quality *q = &field->quality;
   double least, most;
   np_transport_grid_compute_depths(world, g, &least, &most);
-  /* A column's cells are large only where light no longer changes over them. */
+  /* Cells of a column are large only where light is nearly constant. */
   const double lit = np_transport_grid_compute_lit_depth(g);
   q->error = np_transport_expect_deep_error(np_transport_grid_is_column(g) ? least : most, lit);
   np_log(field->context, NEPH_LOG_DEBUG,
@@ -317,7 +318,7 @@ static void report(const np_world *world, double tolerance, np_scattering_field 
            q->residual, tolerance);
 }
 
-/* Takes the finest cells from the solver. */
+/* Moves the finest cells from the solver to the result. */
 static void finish(np_scattering_solver *s) {
   s->out->grid = s->levels[0].grid;
   s->levels[0].grid = (np_transport_grid){.context = s->context};

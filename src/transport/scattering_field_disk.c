@@ -76,7 +76,7 @@ static void take_header(const field_header *h, np_scattering_field *field) {
   }
 }
 
-/* Axes of ascending planes, of as many cells as the memory holds; harmonics and bands that there are. */
+/* Checks a header: ascending planes, a number of cells that fits into memory, valid harmonics and bands. */
 static bool is_sound(const field_header *h) {
   const size_t count = np_cache_count_cells(h->size);
   if (count == 0 || count > cells_max || h->active_count > count) return false;

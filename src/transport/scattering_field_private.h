@@ -34,7 +34,7 @@ struct np_scattering_field {
 /* One without cells and light; NULL: no memory. */
 np_scattering_field *np_scattering_field_create(neph_context *context);
 
-/* A field of clouds that are not solved for: no light is scattered more than once. NULL on failure. */
+/* A field of clouds that are not solved for, without any multiple scattering; NULL on failure. */
 neph_result np_scattering_field_make_dark(neph_context *context, const np_world *world, const np_transport_desc *cells,
                                           np_scattering_field **out_field);
 

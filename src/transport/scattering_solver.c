@@ -34,7 +34,8 @@ enum { CHUNK = 4096 };
 static bool is_fine(const np_scattering_solver *s) { return s->levels[0].grid.is_fine; }
 static bool is_resolved(const np_scattering_solver *s) { return s->fine != s->broad; }
 
-/* Least determinant of a blend, over the sum of its products: two bands of one colour say nothing of a third. */
+/* Least determinant of the fit of a band by two others, relative to the sum of its products: two bands of the same
+ * colour cannot fit a third. */
 static const double blend_least = 0.02;
 
 /* ---- Time and progress ---- */
@@ -59,7 +60,7 @@ static void set_level_part(const np_scattering_solver *s, unsigned number) {
   set_part(s, begin, begin + per_cell * (double)s->levels[number].grid.active_count);
 }
 
-/* The band is as it is. */
+/* Records that time ran out for the present band. */
 static void note_cut(np_scattering_solver *s) {
   const unsigned width = 1u << (s->reached.level - np_scattering_solver_get_iterated(s));
   s->has_time = false;
@@ -69,8 +70,8 @@ static void note_cut(np_scattering_solver *s) {
   s->out->quality.cut_width = width > s->out->quality.cut_width ? width : s->out->quality.cut_width;
 }
 
-/* The band's share of the time that is left; a little less for those before the last, which come as far as the first
- * was cut, that they can. */
+/* Begins the band's share of the remaining time. Bands before the last get a little less, so that the last reaches the
+ * level at which the first was cut. */
 static void begin_budget(np_scattering_solver *s) {
   const unsigned bands_left = s->out->medium.band_count - s->turn;
   s->has_time = true;
@@ -89,8 +90,8 @@ static void end_budget(np_scattering_solver *s) {
 
 /* ---- Levels ---- */
 
-/* A band comes no further than the one before that was cut: else the clouds would take on its colour. Levels before the
- * finest know what clouds send down, which lights the border of the levels after them. */
+/* Solves a level. A band goes no further than the band that was cut before, or clouds would get its colour. Coarse
+ * levels provide the light that clouds send down, for the border of finer levels. */
 static neph_result solve_level(np_scattering_solver *s, unsigned number, double tolerance) {
   if (!np_solver_state_begin(s, NP_STEP_FRAGILE)) return NEPH_OK;
   if (s->out->quality.is_cut && number < s->cut.level) return NEPH_OK;
@@ -116,7 +117,8 @@ static neph_result solve_level(np_scattering_solver *s, unsigned number, double 
   return result;
 }
 
-/* Starts a level from the next coarser one, whether or not there is time: it is little, and the level is empty. */
+/* Interpolates the start of a level from the next coarser one, even if time has run out: it costs little, and the level
+ * would be zero. */
 static neph_result prolong(np_scattering_solver *s, unsigned number, np_step_kind kind) {
   if (!np_solver_state_begin(s, kind)) return NEPH_OK;
   neph_result result = np_transport_level_prolong(&s->levels[number + 1], s->monitor, &s->levels[number]);
@@ -149,7 +151,7 @@ static neph_result sweep_level(np_scattering_solver *s, unsigned number, unsigne
   return result;
 }
 
-/* Resolves what is iterated into the result. */
+/* Extends the iterated solution to the result's degree and to its fine cells, by a few sweeps each. */
 static neph_result resolve(np_scattering_solver *s) {
   const unsigned iterated = np_scattering_solver_get_iterated(s);
   neph_result result = NEPH_OK;
@@ -223,7 +225,7 @@ static neph_result average_emission(void *user, size_t begin, size_t end, unsign
   return NEPH_OK;
 }
 
-/* Means over the cells of a level of what is known by those of the one before. */
+/* Averages a quantity of one level's cells over the cells of the next coarser level `to`. */
 static void restrict_level(const np_scattering_solver *s, unsigned to, const float *from, float *out) {
   const np_transport_grid *fine = &s->levels[to - 1].grid, *coarse = &s->levels[to].grid;
   if (is_resolved(s) && to == np_scattering_solver_get_iterated(s)) {
@@ -264,7 +266,7 @@ static neph_result light_broad(const np_scattering_solver *s) {
   return NEPH_OK;
 }
 
-/* Fills the levels' sources for the present band, and finds their sum, with what flows in. */
+/* Fills the levels' sources for the present band, and their sum with the light that enters the box. */
 static neph_result light_levels(np_scattering_solver *s, double *out_sum) {
   const unsigned iterated = np_scattering_solver_get_iterated(s);
   light_cells(s, s->levels[0].grid.first_collision_source, s->levels[0].sun);
@@ -336,7 +338,7 @@ static void store_first(np_scattering_solver *s) {
   }
 }
 
-/* Solves a level for a further band; `change` becomes what that and the coarser levels add to its start. */
+/* Solves a level for a further band. `change` becomes the difference between the solution and its start. */
 static neph_result change_level(np_scattering_solver *s, unsigned number) {
   np_transport_level *l = &s->levels[number];
   const size_t count = l->change ? count_moments(&l->grid) : 0;
@@ -369,7 +371,7 @@ neph_result np_scattering_solver_solve_band(np_scattering_solver *s, bool is_fir
   if (result || *sum <= 0.0) return result;
   set_part(s, solving_begin, 1.0);
   np_monitor_set_stage(s->monitor, "solving multiple scattering");
-  /* A band of light that falls elsewhere is not well begun from one that was cut: it would keep that one's colour. */
+  /* A band is not started from one that was cut: it would keep that band's colour. */
   s->is_nested = is_first || !(before > 0.0) || s->out->quality.is_cut;
   begin_budget(s);
   result = s->is_nested ? solve_nested(s) : solve_related(s, *sum / before);

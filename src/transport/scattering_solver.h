@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* One solution of the multiple scattering on its way: the levels of cells, and how far each band has come. */
+/* State of one solution of multiple scattering: levels of cells, and progress of each band. */
 #ifndef NP_TRANSPORT_SCATTERING_SOLVER_H
 #define NP_TRANSPORT_SCATTERING_SOLVER_H
 
@@ -15,7 +15,7 @@ enum { NP_SCATTERING_LEVELS_MAX = 6 };
  * by a tenth of a per cent. */
 enum { NP_RESOLVING_SWEEPS = 2, NP_REFINING_SWEEPS = 2 };
 
-/* Directions, and what comes along them from outside. */
+/* Directions of one degree, and the radiance that enters the box along them. */
 typedef struct np_scattering_angles {
   np_ordinates ordinates;
   np_border border;
@@ -37,13 +37,13 @@ typedef struct np_scattering_reach {
  * at this one. All else, such as cells and sources, is computed again. */
 
 typedef struct np_solver_state {
-  const np_solution_keeper *keeper; /* NULL: nothing is kept */
+  const np_solution_keeper *keeper; /* where states are kept; NULL: nowhere */
   np_cache_entry entry;             /* state from which the solution continues, open up to its step */
   unsigned step, resumed;           /* number of the present step, from 1; step of the entry, 0: there is none */
-  unsigned restart;                 /* the step from which a cancelled solution can go on; 0: there is none */
-  bool has_fine;                    /* the result's grid has light, beyond the one that is iterated */
-  bool has_history;                 /* the entry goes on with that of an iteration */
-  bool is_damaged;                  /* the entry holds something else than the solution */
+  unsigned restart;                 /* number of the step from which a cancelled solution can be resumed; 0: none */
+  bool has_fine;                    /* the finest level has a solution, not only the levels that are iterated */
+  bool has_history;                 /* the entry of the cache also has the history of an unfinished iteration */
+  bool is_damaged;                  /* the entry does not belong to this solution */
   bool is_anew;                     /* whatever the keeper has, the solution begins anew */
   bool is_last;                     /* the last state is kept */
   double last_s;                    /* time on the monitor's clock at which a state was kept */
@@ -52,7 +52,7 @@ typedef struct np_solver_state {
 typedef struct np_scattering_solver {
   neph_context *context;
   const np_world *world;                    /* the world of the clouds that are solved for */
-  const np_solved_clouds *solved;           /* the same, with their numbers among all */
+  const np_solved_clouds *solved;           /* clouds that are solved for, with their indices among all clouds */
   const np_world *all;                      /* the world with all clouds, whose shade counts */
   np_scaled_phase phases[NP_INSTANCES_MAX]; /* phase functions of the clouds that are solved for */
   const np_sun_optical_depth_source *depths;
@@ -60,26 +60,26 @@ typedef struct np_scattering_solver {
   np_monitor *monitor;
   np_scattering_field *out;
   np_scattering_angles *fine,
-      *broad; /* medium of the result, and of what is iterated; the same where nothing is to be resolved further */
+      *broad; /* directions of the result, and of the iteration; equal if the iteration has the result's degree */
   np_workspace workspace;
   bool is_related;     /* bands differ in their lights alone, and have one grid */
-  bool is_nested;      /* the present band begins on the coarsest grid, from nothing */
-  bool is_transferred; /* other bands take from the first how light differs once it is resolved */
-  double sunlight[NP_BAND_COUNT], surroundings[NP_BAND_COUNT]; /* irradiance on a sphere of either, means over cells */
-  np_ground_columns ground;                                    /* within the finest cells */
+  bool is_nested;      /* the present band starts on the coarsest grid from zero */
+  bool is_transferred; /* other bands take the change of light by the finer angular resolution from the first band */
+  double sunlight[NP_BAND_COUNT], surroundings[NP_BAND_COUNT]; /* mean irradiances on a sphere in the cells */
+  np_ground_columns ground;                                    /* ground within the finest cells */
   np_outflow outflow[NP_BAND_COUNT];
   bool has_outflow;             /* outflow of the present band is known */
   float fade[NP_INSTANCES_MAX]; /* share of each of all cloud's depth that dims the beam where light is iterated */
-  np_spectrum *sun;             /* irradiance at each live cell of the finest grid */
+  np_spectrum *sun;             /* irradiance at each active cell of the finest grid */
   double end_s;                 /* end of the sweeps of all bands on the monitor's clock; infinite: no limit */
-  bool has_time;                /* the present band's share of them is not used up */
+  bool has_time;                /* the time budget of the present band is not used up */
   np_scattering_reach reached,
-      cut; /* reach of the present band, and of the last one that was cut, past which no other goes */
+      cut; /* progress of the present band, and of the band that was cut, beyond which no later band goes */
   np_monitor_part whole;
   np_solver_state state;
   unsigned level_count, band, turn; /* the band, and its place in the order of solving */
-  /* The result's; where its cells are fine, those twice as wide; then the same in the degree that is iterated, if that
-   * is another; then coarser ones. */
+  /* Levels from fine to coarse: the result's level; if it is fine, a level of cells twice as wide; if the iteration has
+   * a lower degree, a level of that degree; then coarser ones. */
   np_transport_level levels[NP_SCATTERING_LEVELS_MAX];
 } np_scattering_solver;
 
@@ -95,27 +95,27 @@ static const unsigned char np_scattering_band_order[NP_BAND_COUNT] = {0, 2, 1};
 neph_result np_scattering_solver_build_levels(np_scattering_solver *s);
 void np_scattering_solver_clear_levels(np_scattering_solver *s);
 
-/* Renews what ground and air send back, for the present band's light that leaves the clouds. */
+/* Updates the radiance of ground and air around the box by the present band's light that leaves the clouds. */
 void np_scattering_solver_light_border(np_scattering_solver *s);
 
 /* Solves for the present band. `is_first`: nothing is known yet of the levels' light. `sum` is that over the sources of
  * the band before, then of this one; 0: there is no light. */
 neph_result np_scattering_solver_solve_band(np_scattering_solver *s, bool is_first, double *sum);
 
-/* Opens the state that the keeper has, if it has one. */
+/* Opens the kept state of a solution, if there is one. */
 void np_solver_state_open(np_scattering_solver *s);
 
 typedef enum np_step_kind {
-  NP_STEP_RESTARTABLE, /* whatever cuts it short, it can be begun again */
-  NP_STEP_WITHIN,      /* cut short, the last restartable step can be */
-  NP_STEP_FRAGILE      /* cut short, nothing can be begun again but what an iteration has kept */
+  NP_STEP_RESTARTABLE, /* the step can be repeated after any interruption */
+  NP_STEP_WITHIN,      /* after an interruption, the last restartable step must be repeated */
+  NP_STEP_FRAGILE      /* the step cannot be repeated; only a kept iteration can be resumed */
 } np_step_kind;
 
-/* Begins a step, and keeps a state where one is due; false: the step is left out, as those are before the state that
- * the solution goes on from, and, once that is found to be damaged, all. */
+/* Begins a step, and stores a state if one is due. False: the step is skipped, because a resumed state is later, or
+ * because the resumed state is damaged, when all steps are skipped. */
 bool np_solver_state_begin(np_scattering_solver *s, np_step_kind kind);
 
-/* Keeps what was there when the last restartable step began, of a solution that was cancelled. */
+/* Keeps, of a cancelled solution, the state at the beginning of the last restartable step. */
 void np_solver_state_save_last(np_scattering_solver *s);
 
 /* NEPH_ERROR_BAD_FILE where the solution went on from an entry that holds something else: it is refused, with its
@@ -124,12 +124,12 @@ neph_result np_solver_state_check(np_scattering_solver *s);
 
 void np_solver_state_close(np_scattering_solver *s);
 
-/* Keeps iterations, with the solver as `user`. */
+/* Load and save an unfinished iteration (np_fixed_point_keeper); `user` is the solver. */
 bool np_solver_state_load_history(void *user, np_fixed_point *problem, np_fixed_point_history *history);
 void np_solver_state_save_history(void *user, const np_fixed_point *problem, const np_fixed_point_history *history,
                                   bool is_last);
 
-/* The degree of the harmonics that light is iterated in, and the one that it is resolved into, for so many cells. */
+/* Degrees of the spherical harmonics for a number of cells: of the iteration, and of the result. */
 typedef struct np_scattering_degrees {
   unsigned iterated, resolved;
 } np_scattering_degrees;
@@ -144,7 +144,7 @@ np_scattering_degrees np_scattering_desc_choose_degrees(const np_scattering_desc
 void np_importance_add(const np_transport_level *finest, const float *moments, float share, float whole,
                        np_importance *importance);
 
-/* Lets sunlight be known of where paths may come to it from. */
+/* Propagates the importance of sunlight to neighbouring cells, from which paths may reach it. */
 void np_importance_spread(const np_transport_grid *grid, np_importance *importance);
 
 #endif

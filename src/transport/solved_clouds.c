@@ -29,7 +29,7 @@ void np_solved_clouds_clear(np_solved_clouds *solved) {
   solved->at = NULL;
 }
 
-/* One void cell, and the phase functions: no light is scattered more than once. */
+/* Builds a field of one empty cell and the phase functions, without multiple scattering. */
 static neph_result build_dark(const np_world *world, const np_transport_desc *cells, np_scattering_field *out) {
   const double low[3] = {cells->bounds_min.x, cells->bounds_min.y, cells->bounds_min.z},
                high[3] = {cells->bounds_max.x, cells->bounds_max.y, cells->bounds_max.z};

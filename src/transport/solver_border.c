@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Light that leaves a solution under way, and comes back. */
+/* Light that leaves the box during a solution, and is returned by ground and air. */
 #include "transport/scattering_solver.h"
 
 void np_scattering_solver_light_border(np_scattering_solver *s) {

@@ -4,7 +4,7 @@
 #include "core/alloc.h"
 #include "transport/scattering_solver.h"
 
-/* In the order of the file; then the levels, the bands that are finished, and the iteration. */
+/* Header of a state, followed by the levels, the finished bands, and the iteration. */
 typedef struct state_header {
   uint32_t step, turn, level_count, first_level, sweeps, has_history, has_outflow, padding;
   double residual;
@@ -16,7 +16,7 @@ typedef struct history_header {
   double residual, first, before, best;
 } history_header;
 
-/* Reads numbers into their place, or writes them from there. */
+/* Transfer of a state's arrays in one of two directions: from the entry, or to it. */
 typedef struct state_transfer {
   void (*floats)(np_cache_entry *entry, float *values, size_t count);
   void (*halves)(np_cache_entry *entry, uint16_t *values, size_t count);
@@ -63,7 +63,7 @@ static void transfer_levels(np_scattering_solver *s, unsigned first, np_cache_en
   }
 }
 
-/* Before the second band there is none. */
+/* Transfers the finished bands; there are none before the second band. */
 static void transfer_bands(np_scattering_solver *s, np_cache_entry *entry, const state_transfer *way) {
   np_scattering_field *out = s->out;
   const np_transport_grid *g = &s->levels[0].grid;
@@ -98,7 +98,7 @@ static bool is_sound(const np_scattering_solver *s, const state_header *h) {
          h->has_outflow <= 1 && (h->first_level == 0 || h->first_level == np_scattering_solver_get_iterated(s));
 }
 
-/* The header was looked at when the entry was opened, to learn its step. */
+/* The header was examined when the entry was opened, to learn its step. */
 static void read_solution(np_scattering_solver *s) {
   np_solver_state *state = &s->state;
   np_cache_entry *entry = &state->entry;
@@ -117,7 +117,7 @@ static void read_solution(np_scattering_solver *s) {
   for (int b = 0; b < NP_BAND_COUNT; b++) s->out->scale[b] = h.scale[b];
 }
 
-/* Takes up the state at its step. */
+/* Restores the state when its step is reached. */
 static void resume(np_scattering_solver *s) {
   np_solver_state *state = &s->state;
   read_solution(s);
@@ -137,7 +137,7 @@ static void transfer_history(const np_fixed_point_history *history, size_t count
   }
 }
 
-/* An iteration that goes on has calls left. */
+/* Checks the history of an unfinished iteration: it must have calls left. */
 static bool is_history(const history_header *h, const np_fixed_point *problem) {
   return h->depth >= 1 && h->depth <= problem->depth && h->count <= h->depth && h->calls < problem->calls_max &&
          h->is_stalled <= 1 && h->residual >= 0.0 && h->first >= 0.0 && h->before >= 0.0 && h->best >= 0.0;
@@ -200,7 +200,7 @@ static void write_history(const np_fixed_point *problem, const np_fixed_point_hi
 
 /* ---- Steps ---- */
 
-/* A solution that goes on from a damaged state is no light to keep. */
+/* A solution that was resumed from a damaged state is not kept. */
 static void write_state(np_scattering_solver *s, unsigned step, const np_fixed_point *problem,
                         const np_fixed_point_history *history) {
   const np_solution_keeper *keeper = s->state.keeper;
@@ -263,7 +263,7 @@ void np_solver_state_save_last(np_scattering_solver *s) {
   write_state(s, state->restart, NULL, NULL);
 }
 
-/* Its step may be one that the solution does not have. */
+/* The entry's step may be one that the solution does not have. */
 neph_result np_solver_state_check(np_scattering_solver *s) {
   np_solver_state *state = &s->state;
   if (!state->is_damaged && !state->has_history && state->step >= state->resumed) return NEPH_OK;

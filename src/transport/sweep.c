@@ -10,7 +10,7 @@
 #include "core/alloc.h"
 #include "core/isa.h"
 
-/* Sweeps one tile of a pair of octants; tiles are numbered in the order in which light passes them. */
+/* Sweeps one tile in a pair of opposite octants. Tiles are numbered in the order of the light's direction. */
 typedef void (*tile_fn)(const np_sweep *sweep, unsigned pair, int32_t tile_y, int32_t tile_z, unsigned thread);
 
 void np_sweep_tile_v1(const np_sweep *, unsigned, int32_t, int32_t, unsigned);
@@ -27,7 +27,7 @@ static neph_result allocate_faces(np_sweep *s, unsigned pair) {
   return f->x && f->y && f->z ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
-/* A period of a single cell has no width: what leaves it enters it. */
+/* Fills the reciprocal widths along an axis; 0 for a period of a single cell, where light that leaves enters again. */
 static neph_result fill_widths(np_sweep *s, int axis) {
   const np_transport_grid *g = s->grid;
   const bool is_endless = g->is_wrapped[axis] && g->size[axis] == 1;
@@ -38,7 +38,7 @@ static neph_result fill_widths(np_sweep *s, int axis) {
   return NEPH_OK;
 }
 
-/* Cells of a row up to its last with cloud, in the order in which light passes them. */
+/* Number of cells of a row, in the order of the light's direction, up to the last active one. */
 static int32_t count_to_last_active(const np_transport_grid *g, unsigned octant, int32_t row) {
   const int32_t width = g->size[0], *active = g->active + (size_t)row * (size_t)width;
   int32_t n = width;
@@ -46,8 +46,8 @@ static int32_t count_to_last_active(const np_transport_grid *g, unsigned octant,
   return n;
 }
 
-/* Light goes on in all three axes: what lies in a row and behind all cloud in the rows that follow is lost to it. What
- * leaves through a wrapped side comes back, and all counts. */
+/* Fills the reach of rows. Light travels in the positive direction of all three axes of its octant: cells of a row
+ * beyond all cloud in this and the following rows are skipped. With a wrapped side, no cell is skipped. */
 static neph_result fill_reach(np_sweep *s, unsigned octant) {
   const np_transport_grid *g = s->grid;
   const int32_t rows = g->size[1], layers = g->size[2];
@@ -96,7 +96,7 @@ void np_sweep_clear(np_sweep *s) {
 typedef struct front {
   const np_sweep *sweep;
   tile_fn sweep_tile;
-  int32_t diagonal, first_y, count; /* tile_y + tile_z; the first tile_y there is; tiles */
+  int32_t diagonal, first_y, count; /* diagonal = tile_y + tile_z; first tile_y on it; number of tiles on it */
   unsigned first_pair, pair_count;
 } front;
 
@@ -140,7 +140,8 @@ static neph_result clear_sums(np_sweep *s) {
   return np_parallel_for(s->context, s->monitor, NP_SWEEP_PARTS * pieces, 4, clear_pieces, s);
 }
 
-/* Opposite pairs come from opposite ends and share a sum: where they would meet in the same tiles, one goes first. */
+/* Opposite pairs of octants start at opposite ends and share a sum. Where both would sweep the same tiles, one pair
+ * waits. */
 neph_result np_sweep_run(np_sweep *s) {
   static const tile_fn kernels[NP_ISA_COUNT] = {np_sweep_tile_v1, np_sweep_tile_v3, np_sweep_tile_v4};
   const np_transport_grid *g = s->grid;
@@ -165,7 +166,7 @@ neph_result np_sweep_run(np_sweep *s) {
 static double sum_column(const np_sweep *s, np_border_way way, size_t column) {
   const np_ordinates *o = s->ordinates;
   const size_t columns = (size_t)s->grid->size[0] * (size_t)s->grid->size[1];
-  const unsigned first = way == NP_BORDER_DOWN ? NP_OCTANT_PAIRS / 2 : 0; /* pair whose light goes this way */
+  const unsigned first = way == NP_BORDER_DOWN ? NP_OCTANT_PAIRS / 2 : 0; /* pairs of octants in this direction */
   double sum = 0.0;
   for (unsigned pair = first; pair < first + NP_OCTANT_PAIRS / 2; pair++)
     for (unsigned part = 0; part < 2 * o->block_count; part++) {

@@ -7,7 +7,7 @@
 
 enum {
   NP_SWEEP_TILE = 16, /* rows along y, and along z, that are swept in one go */
-  NP_SWEEP_PARTS = 2  /* sums, each of two pairs of octants whose light goes opposite ways along y and z */
+  NP_SWEEP_PARTS = 2  /* sums, each of two pairs of octants with opposite light along y and z */
 };
 
 /* Faces between rows, across y [k][i]; across z [j][i]; and, of wrapped axes, across x [k][j]: eight lanes each. */
@@ -20,18 +20,18 @@ typedef struct np_sweep {
   np_monitor *monitor;
   const np_transport_grid *grid;
   const np_ordinates *ordinates;
-  int32_t *reach[NP_OCTANT_COUNT]; /* cells of each row [k][j]: from where light enters it to the last from which it can
-                                      come to cloud */
+  int32_t *reach[NP_OCTANT_COUNT]; /* number of cells of each row [k][j], from the side where light enters to the last
+                                      cell from which it can reach a cloud */
   float *inverse_m[3]; /* 1/width of the cells along each axis; 0 where a cell's width does not matter to light */
   np_sweep_faces faces[NP_OCTANT_PAIRS];
   float *rows;                   /* scratch of each thread: of the cells along x, two octants' lanes */
   float *out[NP_SWEEP_PARTS];    /* [active][harmonic], in the ordinates' order */
-  const float *source;           /* [active][harmonic]: moments of what is emitted and scattered, per metre */
+  const float *source;           /* [active][harmonic]: moments of emitted and scattered light, per metre */
   const np_border_faces *border; /* radiance from outside */
   const np_column_light *ground; /* light from ground in or below a column [j][i]; NULL: none is near */
 } np_sweep;
 
-/* Nothing is left on failure. `source`, `border`, `ground` and `out` are the caller's to set. */
+/* Prepares a sweep; the caller sets `source`, `border`, `ground` and `out`. On failure nothing needs to be freed. */
 neph_result np_sweep_init(neph_context *context, np_monitor *monitor, const np_transport_grid *grid,
                           const np_ordinates *ordinates, np_sweep *out);
 void np_sweep_clear(np_sweep *sweep);

@@ -24,14 +24,14 @@ typedef struct face_light {
   lanes at[3];
 } face_light;
 
-/* A block of directions of one octant on its way through the cells. */
+/* State of a block of directions of one octant during its sweep through the cells. */
 typedef struct flow {
   unsigned octant, number;
   const int32_t *reach; /* reach of np_sweep */
   lanes *x, *y, *z;     /* faces, as in np_sweep_faces */
 } flow;
 
-/* Outgoing radiance of a row's cells in the two octants of a pair; then the mean radiance in them. */
+/* Radiances of a row's cells in the two octants of a pair: first outgoing, then mean. */
 typedef struct twin {
   lanes up, down;
 } twin;
@@ -39,7 +39,7 @@ typedef struct twin {
 /* The same block of both octants of a pair: up x, and down. */
 typedef struct sweep_block {
   const np_sweep *sweep;
-  unsigned harmonics, even; /* how many, and those of them that are even in x */
+  unsigned harmonics, even; /* number of harmonics, and of the ones even in x */
   const float (*harmonic)[NP_ORDINATE_LANES];
   const float (*weighted)[NP_HARMONIC_COUNT_MAX];
   lanes cosine[3];
@@ -48,7 +48,7 @@ typedef struct sweep_block {
   float *out;
 } sweep_block;
 
-/* Whether a sign is set in any lane, that of −0 included. */
+/* Whether any lane is negative, −0 included. */
 static inline bool has_sign(const face_light *light) {
   const mask signs = (mask)light->at[0] | (mask)light->at[1] | (mask)light->at[2];
 #if defined(__AVX__)
@@ -60,12 +60,12 @@ static inline bool has_sign(const face_light *light) {
 #endif
 }
 
-/* Keeps the faces whose outflow is not negative open. */
+/* Clears the mask of faces whose outflow is negative. */
 static inline void close_negative(lanes *open, const lanes *outflow) {
   *open = (lanes)((mask)*open & (*outflow >= 0.0f));
 }
 
-/* Rates 2μ of cells of one width along x, and what follows from them where there is no cloud. */
+/* Rates 2μ/width of the cells, and their values for a cell without cloud. */
 typedef struct cell_rates {
   float inverse_m;      /* 1/width along x */
   lanes rate[3], total; /* Σ 2μ */
@@ -79,7 +79,8 @@ static inline void set_rates(const lanes cosine[3], float inverse_m, cell_rates 
   for (int a = 0; a < 3; a++) r->share[a] = r->rate[a] / r->total;
 }
 
-/* Solves a cell anew, of which some face would let out less than nothing: `out`, as found with all of them open. */
+/* Solves a cell again that has negative outflow through some face, with such faces closed. `out` is first the outflow
+ * with all faces open. */
 static inline void solve_closed(const cell_rates *r, const lanes *source, float extinction, const face_light *in,
                                 face_light *out, lanes *mean) {
   lanes open[3];
@@ -105,7 +106,8 @@ static inline void compute_outflow(const cell_rates *r, const lanes *source, flo
   if (has_sign(light)) solve_closed(r, source, extinction, &in, light, mean);
 }
 
-/* `light` holds what enters, and then what leaves. The terms along x, which depend on the cell before, come last. */
+/* Replaces the light that enters a cell by the light that leaves it. Terms along x are added last, since they depend on
+ * the cell before. */
 static inline void cross_cloud(const cell_rates *r, float extinction, face_light *light, lanes *source_and_mean) {
   const lanes source = *source_and_mean, inverse = 1.0f / (extinction + r->total);
   const lanes aside = (source + r->rate[1] * light->at[1] + r->rate[2] * light->at[2]) * inverse;
@@ -147,7 +149,8 @@ static inline void fill_sources(const sweep_block *b, const int32_t *active, uns
   }
 }
 
-/* Adds Σ weight·Y·ψ to cells' moments: of the sum over the pair where harmonics are even, else of the difference. */
+/* Adds Σ weight·Y·ψ to the cells' moments. Even harmonics need the sum over the pair of octants, odd ones the
+ * difference. */
 static inline void add_moments(const sweep_block *b, const twin *mean, float *moments, unsigned count, unsigned even) {
   const lanes sum = mean->up + mean->down, difference = mean->up - mean->down;
   for (unsigned first = 0; first < count; first += NP_ORDINATE_LANES) {
@@ -170,12 +173,12 @@ static inline void store_moments(const sweep_block *b, const int32_t *active, un
     if (active[i] >= 0) add_moments(b, &b->row[i], b->out + (size_t)active[i] * count, count, even);
 }
 
-/* One octant's light on its way along a row. */
+/* State of one octant's light during its sweep along a row. */
 typedef struct course {
   lanes x, *y, *z;               /* y, z: at the faces of each cell */
   int32_t reach;                 /* cells to cross */
   const np_column_light *ground; /* light from the ground of the row's columns */
-  lanes glint;                   /* the course's part of np_border's */
+  lanes glint; /* sun glint of water in the course's directions, relative to its mean (np_border.glint) */
   bool is_down;
   cell_rates rates;
 } course;
@@ -242,7 +245,7 @@ static inline void cross_cell(const sweep_block *b, course *c, int32_t i, int32_
   face_light faces = {{c->x, c->y[i], c->z[i]}};
   if (active == NP_TRANSPORT_CELL_SOLID) {
     faces.at[0] = faces.at[1] = (lanes){0} + c->ground[i].even;
-    /* Light that comes down stays, for np_sweep_measure_outflow. */
+    /* Downward light is kept for np_sweep_measure_outflow. */
     if (!c->is_down) light_column(&c->ground[i], &c->glint, &faces.at[2]);
   } else if (active < 0)
     cross_void(&c->rates, &faces);
@@ -253,7 +256,7 @@ static inline void cross_cell(const sweep_block *b, course *c, int32_t i, int32_
   c->z[i] = faces.at[2];
 }
 
-/* Crosses both octants in turn, cell by cell: each depends on its own last cell, and neither on the other. */
+/* Sweeps a row in both octants, alternating by cell: the two recurrences are independent, and run in parallel. */
 static inline void cross_cells(const sweep_block *b, int32_t j, int32_t k, const int32_t *active) {
   const np_transport_grid *grid = b->sweep->grid;
   course up = start_course(b, &b->flow[0], j, k), down = start_course(b, &b->flow[1], j, k);
@@ -285,7 +288,7 @@ static void cross_row(const sweep_block *b, int32_t j, int32_t k) {
     cross_row_of(b, j, k, b->harmonics, b->even);
 }
 
-/* Light comes into row j or k of an axis's faces. */
+/* Fills the light that enters row j or k through a face of an axis. */
 static void fill_faces(const np_sweep *sweep, const flow *f, lanes *faces, int axis, int32_t row) {
   const np_transport_grid *grid = sweep->grid;
   if (grid->is_wrapped[axis]) return;
@@ -337,7 +340,7 @@ static tile_rows compute_rows(int32_t size, int32_t tile, bool is_down) {
   return is_down ? (tile_rows){size - high, size - low} : (tile_rows){low, high};
 }
 
-/* Row by row, each in all directions while what it keeps is at hand. */
+/* Sweeps row by row, each row in all directions, so that its moments stay in the processor's cache. */
 void NP_KERNEL(np_sweep_tile)(const np_sweep *sweep, unsigned pair, int32_t tile_y, int32_t tile_z, unsigned thread) {
   const np_transport_grid *grid = sweep->grid;
   const int32_t *size = grid->size;

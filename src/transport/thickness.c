@@ -5,7 +5,7 @@
 
 enum { COLUMNS = 32, SAMPLES_MAX = 256 };
 
-/* Share of the densest cloud's extinction from which on a point counts as cloud. */
+/* Extinction from which a point counts as cloud, relative to the largest of all clouds. */
 static const double cloud_share = 0.01;
 
 static bool is_sampled(const np_world *world) {

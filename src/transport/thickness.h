@@ -6,9 +6,9 @@
 
 #include "transport/scattering_field.h"
 
-/* Typical vertical thickness in metres, layer by layer: the mean over the clouds' volume of the height of the layer
- * that a point is in, of 32 × 32 columns. Infinite where there is none. A field whose samples are
- * not there yet counts as one layer. */
+/* Typical vertical thickness of clouds in metres: mean height of the cloud layer around a point, over the clouds'
+ * volume, sampled in 32 × 32 columns. Infinite without clouds. A field whose samples are unknown counts as one
+ * layer. */
 double np_thickness_measure(const np_world *world, const np_transport_desc *desc);
 
 #endif

@@ -67,8 +67,8 @@ double np_transport_count_swept_bytes(unsigned degree) {
   return 4.5 * sizeof(float) * np_harmonics_count(degree) + other_bytes;
 }
 
-/* Besides: the source, six vectors of Anderson's, the first band, a copy that is sharpened, and the diffusion equation.
- * Coarser grids have a seventh. */
+/* Bytes for each cell while light is iterated: the source, six vectors of Anderson's method, the first band, a
+ * sharpened copy, and the diffusion system. Coarser grids add a seventh. */
 double np_transport_count_iterated_bytes(unsigned degree) {
   return 8.0 / 7.0 *
          (9.0 * sizeof(float) * np_harmonics_count(degree) + diffusion_bytes + np_transport_count_swept_bytes(degree));

@@ -24,8 +24,8 @@ typedef struct grid_fill {
   np_monitor *monitor;
   np_transport_grid *grid;
   double voxel_m[3];
-  float *extinction; /* [cell][cloud], live or not, of no scaled medium */
-  bool *holds;       /* mark of each cell that holds cloud or an emitter; then also of cells that touch one */
+  float *extinction; /* [cell][cloud], active or not, of no scaled medium */
+  bool *holds;       /* marks of cells that hold cloud or an emitter; later also of cells that touch one */
 } grid_fill;
 
 float np_transport_grid_average_emission(const np_transport_grid *grid, const struct np_emission *emission,
@@ -103,9 +103,9 @@ static neph_result average_rows(void *user, size_t begin, size_t end, unsigned t
   return NEPH_OK;
 }
 
-/* ---- Live cells ---- */
+/* ---- Active cells ---- */
 
-/* Each cell of a line along an axis takes what its neighbours hold. */
+/* Marks the neighbours along an axis of the marked cells of one line. */
 static void spread_line(const np_transport_grid *g, int axis, const int32_t first[3], bool *holds) {
   const int32_t size = g->size[axis];
   const size_t stride = axis == 0 ? 1 : axis == 1 ? (size_t)g->size[0] : (size_t)g->size[0] * (size_t)g->size[1];
@@ -158,7 +158,8 @@ static float limit_extinction(const np_transport_grid *g, float extinction, doub
   return depth > cell_depth_max ? (float)((double)extinction * (cell_depth_max / depth)) : extinction;
 }
 
-/* Cells without cloud get the ratios of the first cloud: what is multiplied by them is 0. */
+/* Stores extinction and scattering ratios of a cell. A cell without cloud gets the ratios of the first cloud, which are
+ * multiplied by 0. */
 static void store_material(const grid_fill *f, size_t active, size_t cell) {
   np_transport_grid *g = f->grid;
   const unsigned count = g->degree + 1, clouds = f->world->clouds.count;
@@ -228,7 +229,7 @@ bool np_transport_grid_can_coarsen(const np_transport_grid *grid) {
   return is_even && has_many;
 }
 
-/* The coarse cell that holds a fine one, and what part of it that one is. */
+/* Coarse cell that holds a fine one, and the fine cell's share of its volume. */
 static size_t compute_parent(const np_transport_grid *fine, const np_transport_grid *coarse, int32_t cell,
                              float *out_share) {
   int32_t at[3];
@@ -254,7 +255,7 @@ void np_transport_grid_restrict(const np_transport_grid *fine, const float *valu
   }
 }
 
-/* A cell is ground where no child is live, and half of them or more are ground: one above ground then is so too. */
+/* Marks a coarse cell as ground if none of its children is active and at least half of them are ground. */
 static void mark_solid_parents(const np_transport_grid *fine, np_transport_grid *out) {
   float share;
   for (size_t c = 0; c < np_transport_grid_count(fine); c++)
@@ -319,8 +320,8 @@ neph_result np_transport_grid_coarsen(const np_transport_grid *fine, np_transpor
   return result;
 }
 
-/* Scaling what is scaled: of the ratios of degree N the one of degree n + 1 is the share of a peak that goes straight
- * on where only n degrees are resolved. */
+/* Scales a cell that is scaled for degree N again, for the lower degree n: the ratio of degree n + 1 is the share of
+ * the peak that then counts as unscattered. */
 static void broaden_cell(const np_transport_grid *fine, size_t active, np_transport_grid *out) {
   const float *ratio = fine->ratio + active * (fine->degree + 1);
   const float peak = ratio[1] > 0.0f ? np_clampf(ratio[out->degree + 1], 0.0f, 0.999f) : 0.0f;

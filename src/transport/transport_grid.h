@@ -11,29 +11,28 @@ enum {
   NP_TRANSPORT_CELL_SOLID = -2 /* ground */
 };
 
-/* World-aligned cells between planes, x fastest. Only live ones, which hold cloud or touch a cell that does, keep
+/* World-aligned cells between planes, x fastest. Only active ones, which hold cloud or touch a cell that does, keep
  * anything. */
 typedef struct np_transport_grid {
   neph_context *context; /* borrowed */
   int32_t size[3];
-  double *edge_m[3]; /* size + 1 ascending planes of each axis */
-  double even_m[3];  /* distance of the planes; 0 where they are not even */
-  int32_t
-      used[3]; /* cells that clouds may lie in: those beyond make up the count, and are thin where planes are even */
+  double *edge_m[3];  /* size + 1 ascending planes of each axis */
+  double even_m[3];   /* distance of the planes; 0 where they are not even */
+  int32_t used[3];    /* cells that clouds may lie in; the others pad the count, and are thin where planes are even */
   bool is_wrapped[3]; /* periodic along this axis */
-  bool has_ground;    /* some cells may be ground, or ground is close below them; below a cell of ground all are */
+  bool has_ground;    /* some cells may be ground, or ground is close below them; all cells below ground are ground */
   bool is_fine;       /* light is iterated on cells twice as wide */
   unsigned degree;    /* N: of the harmonics that light is resolved into */
-  int32_t *active;    /* number of each cell among the live ones; else void or ground */
-  int32_t *cell;      /* place of each live cell */
+  int32_t *active;    /* index of each cell among the active ones; negative for empty cells and ground */
+  int32_t *cell;      /* place of each active cell */
   size_t active_count;
   float *extinction;             /* scaled, 1/m, the mean of the interpolated field */
-  float *transport_depth;        /* transport mean free paths across each live cell, none limited; NULL: unknown */
+  float *transport_depth;        /* transport mean free paths across each active cell, none limited; NULL: unknown */
   float *ratio;                  /* [active][l], l ≤ N: scattering moment over extinction, both scaled */
   float scale[NP_INSTANCES_MAX]; /* scaled extinction of each cloud over its extinction */
   float *first_collision_source; /* first collisions of sunlight per volume, 1/m, for a unit irradiance; NULL in coarse
                                     grids */
-  float *low_order_source;       /* those in a medium of a lower degree; NULL: there is none */
+  float *low_order_source;       /* first_collision_source in a medium of a lower degree; NULL: there is none */
   float *delta_m_residual; /* sunlight scattered narrowly, its mean over the cell for a unit irradiance: what a medium
                     of a lower degree lets through beyond this one; NULL: there is none */
 } np_transport_grid;
@@ -55,14 +54,15 @@ double np_transport_get_stretch(const np_world *world);
 void np_transport_grid_compute_depths(const np_world *world, const np_transport_grid *grid, double *out_least,
                                       double *out_most);
 
-/* The error of a picture that cells of such a depth make, as a share of its light: measured on clouds whose grid was
- * coarsened (docs/transport.md). */
+/* Relative error of a picture by cells of this optical depth, fitted to clouds on coarsened grids
+ * (docs/transport.md). */
 double np_transport_expect_error(double cell_depth);
 
 /* Mean of `transport_depth` over the cells, by the sunlight that collides first in each; infinite without sunlight. */
 double np_transport_grid_compute_lit_depth(const np_transport_grid *grid);
 
-/* The same error; deeper cells than were measured err by the depth of those that sunlight meets first. */
+/* Relative error as np_transport_expect_error computes it. For cells deeper than measured ones it depends on the depth
+ * of cells at the sunlit surface. */
 double np_transport_expect_deep_error(double cell_depth, double lit_depth);
 
 /* Bytes that a cell with cloud takes at most where light of a degree is iterated, coarser cells included, and where it
@@ -79,13 +79,13 @@ neph_result np_transport_grid_fill(const np_world *world, const np_scaled_phase 
 float np_transport_grid_average_emission(const np_transport_grid *grid, const struct np_emission *emission,
                                          const int32_t at[3], unsigned band);
 
-/* The same cells with light resolved into fewer degrees: more of the scattering counts as going straight on. What is
- * known of them by live cell is what np_transport_grid_fill() would find with the phase functions of that degree. */
+/* Copies a grid with light resolved into a lower degree, for which more of the scattering counts as unscattered. The
+ * values of active cells equal those of np_transport_grid_fill() with phase functions of that degree. */
 neph_result np_transport_grid_reduce_degree(const np_world *world, unsigned band, unsigned degree,
                                             const np_transport_grid *fine, np_transport_grid *out);
 
-/* Follows the sun's rays and puts where they first collide into `deposit`; where `broad_degree` is lower than the
- * grid's, also that of such a medium, and `narrow`. */
+/* Traces the sun's rays and fills `first_collision_source`; if `broad_degree` is lower than the grid's, also
+ * `low_order_source` of a medium of that degree, and `delta_m_residual`. */
 neph_result np_transport_grid_light(const np_world *world, np_monitor *monitor, unsigned band, unsigned broad_degree,
                                     np_transport_grid *grid);
 
@@ -93,13 +93,13 @@ neph_result np_transport_grid_light(const np_world *world, np_monitor *monitor, 
 neph_result np_transport_grid_coarsen(const np_transport_grid *fine, np_transport_grid *out);
 bool np_transport_grid_can_coarsen(const np_transport_grid *grid);
 
-/* Means over the finer cells of what is kept by live cell. */
+/* Means of a quantity of active cells over the cells of a coarser grid. */
 void np_transport_grid_restrict(const np_transport_grid *fine, const float *values, const np_transport_grid *coarse,
                                 float *out);
 
 void np_transport_grid_clear(np_transport_grid *grid);
 
-/* Finest spacing along a world axis of the samples that light scattered many times sees. */
+/* Smallest sample spacing along a world axis, among samples that matter for multiple scattering. */
 double np_transport_get_voxel(const np_world *world, int axis);
 
 /* Scaled extinction over extinction, in one cloud, where a share `forward` of scattering goes straight on. */
@@ -139,7 +139,7 @@ static inline size_t np_transport_grid_join(const np_transport_grid *grid, const
   return ((size_t)at[2] * (size_t)grid->size[1] + (size_t)at[1]) * (size_t)grid->size[0] + (size_t)at[0];
 }
 
-/* Live neighbour along an axis; negative: none. */
+/* Active neighbour along an axis; negative: none. */
 static inline int32_t np_transport_grid_neighbour(const np_transport_grid *grid, const int32_t at[3], int axis,
                                                   int step) {
   int32_t next[3] = {at[0], at[1], at[2]};
@@ -206,7 +206,7 @@ static inline float np_transport_grid_bracket(const np_transport_grid *grid, int
   return (float)share;
 }
 
-/* The live cells around a position and their trilinear weights, which add up to 1; returns how many, 0 to 8. */
+/* The active cells around a position and their trilinear weights, which add up to 1; returns how many, 0 to 8. */
 static inline unsigned np_transport_grid_get_corners(const np_transport_grid *grid, np_dvec3 position,
                                                      int32_t out_live[8], float out_weight[8]) {
   const double p[3] = {position.x, position.y, position.z};

@@ -109,7 +109,8 @@ static neph_result add_parts(void *user, size_t begin, size_t end, unsigned thre
   return NEPH_OK;
 }
 
-/* Light that crosses periodic sides once more is less than a part in a thousand of all; and the most crossings. */
+/* Share of all light below which light that crosses the periodic sides once more is neglected, and the limit on
+ * crossings. */
 static const double crossing_least = 1e-3;
 enum { CROSSINGS_MAX = 12 };
 
@@ -122,8 +123,8 @@ static double sum_light(const iteration *it) {
   return sum;
 }
 
-/* Light that leaves through a periodic side comes in with the next sweep, and the first finds all sides dark:
- * iterations go on anyway, but a sweep that stands alone is repeated until its sides are lit. */
+/* Runs the sweeps. Light that leaves a periodic side enters with the next sweep. A single sweep is repeated until the
+ * periodic sides are lit, iterations continue anyway. */
 static neph_result run_sweeps(iteration *it) {
   const np_transport_grid *g = &it->level->grid;
   bool has_sides = false;
@@ -238,7 +239,7 @@ typedef struct prolongation {
   const np_transport_grid *coarse;
   const float *values; /* values on the coarser grid */
   np_transport_level *fine;
-  float kept; /* factor on what is there: 0 or 1 */
+  float kept; /* factor on the existing values: 0 or 1 */
 } prolongation;
 
 static neph_result prolong_cells(void *user, size_t begin, size_t end, unsigned thread) {
@@ -320,7 +321,7 @@ static void compute_shares(const np_transport_grid *g, int axis, int32_t at, flo
   *out_up = (float)(0.25 * width * width / (high * (low + high)));
 }
 
-/* A line of cells along an axis, from its first cell on, in place: what its cells were is kept for the next. */
+/* Sharpens a line of cells along an axis in place; the original value of each cell is kept for the next one. */
 static void sharpen_line(const np_transport_grid *g, int axis, const int32_t first[3], unsigned count, float *values) {
   const size_t bytes = count * sizeof *values;
   const int32_t size = g->size[axis];
@@ -347,7 +348,7 @@ static void sharpen_line(const np_transport_grid *g, int axis, const int32_t fir
   }
 }
 
-/* Lines along one axis touch no cells but their own. */
+/* Arguments of the loop over lines along one axis, which are independent of each other. */
 typedef struct sharpening {
   const np_transport_grid *grid;
   int axis;

@@ -25,7 +25,7 @@ typedef struct np_transport_lights {
   np_monitor *monitor;
   const np_ordinates *ordinates;
   np_workspace *workspace;
-  float sun_harmonics[NP_HARMONIC_COUNT_MAX]; /* towards where sunlight flies */
+  float sun_harmonics[NP_HARMONIC_COUNT_MAX]; /* spherical harmonics in the direction of sunlight */
   const np_border_faces *border;              /* radiance from outside */
 } np_transport_lights;
 
@@ -33,7 +33,7 @@ typedef struct np_transport_lights {
 neph_result np_transport_level_allocate(np_transport_level *level, bool is_emitting);
 void np_transport_level_clear(np_transport_level *level);
 
-/* Room for what further bands start from. `has_finer`: a finer grid starts from this one. */
+/* Allocates the starts of further bands. `has_finer`: a finer grid starts from this one. */
 neph_result np_transport_level_allocate_starts(np_transport_level *level, bool has_finer);
 
 typedef struct np_transport_effort {
@@ -51,14 +51,14 @@ typedef struct np_transport_effort {
 neph_result np_transport_level_solve(const np_transport_lights *lights, np_transport_level *level,
                                      np_transport_effort *effort);
 
-/* Iterates once by one sweep, without acceleration. With a budget, which takes memory for another vector like `phi`,
- * `phi` stays what it was where the budget ends within the sweep. */
+/* Iterates by one sweep without acceleration. With a time budget, which needs another vector like `phi`, `phi` is
+ * unchanged if the budget ends within the sweep. */
 neph_result np_transport_level_sweep(const np_transport_lights *lights, np_transport_level *level, bool has_budget);
 
 /* Start of a finer grid: the coarser solution between the middles of its cells. */
 neph_result np_transport_level_prolong(const np_transport_level *coarse, np_monitor *monitor, np_transport_level *fine);
 
-/* Adds the coarser solution's change to the finer one; it is little, and done whether or not there is time. */
+/* Adds the interpolated change of the coarser solution to the finer one, even if time has run out: it costs little. */
 neph_result np_transport_level_prolong_change(const np_transport_level *coarse, np_transport_level *fine);
 
 /* Start of the same cells with light resolved into more degrees: `broad` with that light of the sun added

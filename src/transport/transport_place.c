@@ -3,7 +3,7 @@
  *
  * Their error grows with x = (1−g)·σ·edge, to some 2 % at 0.3 and 4 % at 1, so the densest cloud decides their size;
  * two voxels at least, since the field's own detail ends there, unless a single voxel is thicker than that, one voxel
- * to a cell costs next to nothing, or the picture is so large that it shows what two lack. However deep the clouds,
+ * to a cell costs almost nothing, or the picture is so large that it shows what two lack. However deep the clouds,
  * cells end at one voxel, in small files at half of one: the light of a deeper cell errs by the depth at which it is
  * lit (np_transport_grid_compute_lit_depth), which soft edges keep small.
  *
@@ -25,7 +25,7 @@
 #include "transport/transport_grid.h"
 #include "volume/instance_period.h"
 
-/* Counts are multiples of it, so that there are three coarser grids. */
+/* Cell counts are multiples of this, so that three coarser grids fit. */
 enum { COARSEST = 8 };
 
 /* ---- What the clouds are like ---- */
@@ -51,7 +51,7 @@ double np_transport_compute_extinction(const np_world *world) {
   return densest;
 }
 
-/* Light leaves a stretched cloud by its shortest way: edges of its voxels count up to this many times the shortest. */
+/* Limit on the ratio of voxel edges: light leaves elongated voxels by the shortest way. */
 static const double stretch_max = 4.0;
 
 double np_transport_get_stretch(const np_world *world) {
@@ -82,7 +82,7 @@ static cell_edges flatten(double edge, double thickness) {
 /* ---- Even cells ---- */
 
 typedef struct even_axis {
-  int32_t size, used; /* cells; of them those that clouds need: the others make up the count, and are thin */
+  int32_t size, used; /* number of cells, and of the ones that clouds need; the others pad the count, and are thin */
   double origin_m, edge_m;
   bool is_wrapped;
 } even_axis;
@@ -168,7 +168,7 @@ static double halve_edge(const np_world *world, const np_transport_desc *desc, d
   return edge;
 }
 
-/* Cells that cost next to nothing beside a solution on cells as deep as they may be. */
+/* Number of cells whose solution costs little, compared with cells of the largest allowed optical depth. */
 static double get_cheap_count(const np_transport_desc *desc) {
   static const double depth_usual = 0.35;
   const double coarse = fmax(1.0, desc->cell_depth_max / depth_usual);
@@ -215,7 +215,8 @@ static double compute_distance(const np_transport_desc *desc, int axis, double c
   return sqrt(square);
 }
 
-/* Number of cells up to each of GRADING_STEPS even steps along an axis; `out[GRADING_STEPS]` is all of them. */
+/* Cumulative number of graded cells at each of GRADING_STEPS even steps along an axis; `out[GRADING_STEPS]` is the
+ * total. */
 static void count_graded(const grading *g, int axis, const even_axis *even, double out[GRADING_STEPS + 1]) {
   const double step = even->size * even->edge_m / GRADING_STEPS;
   out[0] = 0.0;
@@ -288,8 +289,8 @@ static neph_result store_graded_axis(const grading *g, const even_axis *even, in
 
 /* ---- Keeping them ---- */
 
-/* Width of cells that only make up the count, over that of the others: the box of the cells ends close to the clouds,
- * as air within it is left out. */
+/* Width of padding cells relative to the others. The box of the cells ends close to the clouds, as the air within it is
+ * left out. */
 static const double thin = 1.0 / 16.0;
 
 static neph_result store_even_axis(const even_axis *even, int axis, np_transport_grid *out) {
@@ -350,7 +351,7 @@ static neph_result measure_profile(neph_context *context, const np_world *world,
     out->extinction[k] = (double)np_instance_extinction(&world->clouds.at[0], np_dvec3_make(at[0], at[1], at[2]));
     if (k > 0) out->depth[k] = out->depth[k - 1] + 0.5 * voxel * (out->extinction[k - 1] + out->extinction[k]);
   }
-  /* An empty layer above would be as good an end as that of the cloud. */
+  /* Drop empty samples above the cloud. */
   while (out->count > 2 && out->depth[out->count - 2] == out->depth[out->count - 1]) out->count--;
   return NEPH_OK;
 }
@@ -365,8 +366,8 @@ static double compute_distance_to_depth(const profile *p, double depth) {
   return p->origin_m + k * p->step_m + (rest > 0.0 ? fmin(2.0 * rest / (a + root), p->step_m) : 0.0);
 }
 
-/* Light falls as e^{−κτ} deep inside, κ² = 3·(1 − ϖ)(1 − ϖg); no more cells than `COLUMN_MAX` are spent on following
- * what by then is next to nothing. */
+/* Range of the optical thickness of cells. Deep inside, light falls as e^{−κτ}, κ² = 3·(1 − ϖ)(1 − ϖg); at most
+ * `COLUMN_MAX` cells are used, since light beyond is negligible. */
 static thickness choose_thickness(const np_instance *volume, double depth) {
   enum { COLUMN_MAX = 512 };
   const double albedo = (double)np_spectrum_max(volume->albedo), g = np_phase_mean_cosine(&volume->phase);
@@ -375,7 +376,7 @@ static thickness choose_thickness(const np_instance *volume, double depth) {
   return (thickness){fmin(face_depth, depth / 64.0), most};
 }
 
-/* Cells between a face and a depth, and the other way: even, then growing, then even again. */
+/* Number of cells between a face and an optical depth: equal cells, then growing ones, then equal ones again. */
 static double count_to_depth(double depth, thickness t) {
   const double even = t.first / growth, end = fmax(even, t.most / growth);
   if (depth <= even) return depth / t.first;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Memory that the grids and bands of a solution use in turn, so that the system does not clear it for each. */
+/* Memory that the grids and bands of a solution reuse one after another, so that the system clears it only once. */
 #ifndef NP_TRANSPORT_WORKSPACE_H
 #define NP_TRANSPORT_WORKSPACE_H
 
@@ -11,10 +11,10 @@ typedef struct np_workspace {
   size_t size, used;
 } np_workspace;
 
-/* Starts anew, with room for so many floats in so many blocks, whatever they hold. */
+/* Starts again with room for a number of floats and blocks, uninitialised. */
 neph_result np_workspace_begin(np_workspace *workspace, size_t floats, unsigned blocks);
 
-/* A part of that room, aligned to 64 bytes. */
+/* Takes a block of floats from the workspace, aligned to 64 bytes. */
 float *np_workspace_take(np_workspace *workspace, size_t floats);
 
 void np_workspace_clear(np_workspace *workspace);
