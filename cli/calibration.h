@@ -9,7 +9,7 @@
  * memory. */
 char *cli_calibration_get_path(void);
 
-/* Loads the calibration of --machine, or else of cli_calibration_get_path where that file exists. */
+/* Loads the calibration file of --machine, or the file at cli_calibration_get_path if it exists. */
 neph_result cli_calibration_load(cli_session *session, neph_machine *out_machine);
 
 /* Measures this machine and writes the calibration to --output, or else to cli_calibration_get_path. */

@@ -106,7 +106,7 @@ static bool take_threads(cli_options *out, const cli_option *option, const char 
   return take_count(out, option, argument) && out->thread_count <= THREADS_MAX;
 }
 
-/* Takes a target error; one without a number stands for no target. */
+/* Takes a target error; one without a number represents no target. */
 static bool take_target_error(cli_options *out, const cli_option *option, const char *argument) {
   (void)option;
   return cli_read_real(argument, &out->target_error) && out->target_error > 0.0;

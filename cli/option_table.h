@@ -21,7 +21,7 @@ typedef struct cli_option {
   const char *files;        /* endings of files for the argument, separated by spaces, "/": folders; NULL: no file */
   const char *key;          /* key of the scene that the option sets; NULL: none */
   cli_take_fn take;
-  size_t field;   /* member of cli_options, for options that only fill one */
+  size_t field;   /* member of cli_options that the option's argument is stored in */
   bool is_common; /* every verb takes it */
 } cli_option;
 

@@ -100,7 +100,7 @@ typedef struct cli_options {
   const char *preview_map; /* file or folder for weather maps; NULL: not given */
   const char *second;      /* picture with another seed; NULL: not given */
   const char *listen;      /* address of the server of a view; NULL: not given */
-  unsigned port;           /* port of that server; 0: a free one */
+  unsigned port;           /* port of the server of `view`; 0: any free port */
   bool allows_files, opens_browser;
   bool is_half, has_region, has_memory_max, wants_velocity, wants_error, is_verifying;
   double prune_per_m, region_m[6];

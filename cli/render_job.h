@@ -40,7 +40,7 @@ typedef struct render_job {
   frame_batch batch;
   neph_files *files;    /* table of files during the check of targets; NULL otherwise */
   const char *snapshot; /* snapshot of the current frame; NULL: none can be taken */
-  const char *matched;  /* reason for which previews share the meter's exposure; NULL: that was not chosen for them */
+  const char *matched;  /* reason for which previews share the meter's exposure; NULL: they do not */
   bool is_lift_told;    /* a warning has been given that a preview brightens the dark */
 } render_job;
 

@@ -9,8 +9,9 @@
 
 #define CLI_VERBS(ROW)                                                                                                 \
   ROW(bake)                                                                                                            \
-  ROW(export) ROW(render) ROW(check) ROW(info) ROW(sky) ROW(probe) ROW(compare) ROW(merge) ROW(job) ROW(report)        \
-      ROW(view) ROW(schema) ROW(help)
+  ROW(export)                                                                                                          \
+  ROW(render) ROW(check) ROW(info) ROW(sky) ROW(probe) ROW(compare) ROW(merge) ROW(job) ROW(report) ROW(view)          \
+      ROW(schema) ROW(help)
 
 /* A verb's own meaning, range and default of an option; NULL: those of the option's row. */
 typedef struct cli_verb_option {
@@ -31,7 +32,7 @@ typedef struct cli_verb {
   size_t argument_min, argument_max;
   cli_exit (*run)(cli_session *session);
   const char *description; /* paragraphs, separated by an empty line */
-  const char *words;       /* allowed first arguments, separated by spaces; KEYS and VERBS stand for all of them */
+  const char *words;       /* allowed first arguments, separated by spaces; KEYS and VERBS represent all of them */
   const char *files;       /* endings of files for the arguments, separated by spaces; NULL: none */
   unsigned exits;          /* CLI_MAY of the exit codes, besides the codes of every verb */
   cli_verb_option options[CLI_VERB_OPTIONS_MAX]; /* options beside those of every verb; an entry without a name ends the

@@ -137,7 +137,7 @@ static void take_body(cli_http_connection *connection, const cli_http_program *p
   connection->in[end] = next;
 }
 
-/* Reads what has come; false: the client is gone. */
+/* Reads the available bytes; false: the client has closed the connection. */
 static bool read_some(cli_http_connection *connection) {
   char scrap[4096];
   const bool is_kept = connection->state == CLI_HTTP_READING;
@@ -148,7 +148,7 @@ static bool read_some(cli_http_connection *connection) {
   return true;
 }
 
-/* Takes from what has been read as far as the state goes. */
+/* Consumes the bytes read so far, as the state allows. */
 static void take_input(cli_http_connection *connection, const cli_http_program *program) {
   if (connection->state == CLI_HTTP_READING && !connection->has_head) take_head(connection, program);
   if (connection->state == CLI_HTTP_READING && connection->has_head) take_body(connection, program);

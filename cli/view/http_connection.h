@@ -7,9 +7,9 @@
 
 typedef enum cli_http_state {
   CLI_HTTP_FREE,
-  CLI_HTTP_READING,  /* a request is on its way, or none has begun */
-  CLI_HTTP_WAITING,  /* a request is complete, and its answer is put off */
-  CLI_HTTP_WRITING,  /* an answer is on its way */
+  CLI_HTTP_READING,  /* a request is being received, or none has begun */
+  CLI_HTTP_WAITING,  /* a request is complete, and its answer is postponed */
+  CLI_HTTP_WRITING,  /* an answer is being sent */
   CLI_HTTP_DRAINING, /* an answer is sent, and the rest of a refused request is discarded before the end */
   CLI_HTTP_STATE_COUNT
 } cli_http_state;
@@ -37,7 +37,7 @@ void cli_http_connection_close(cli_http_connection *connection);
 /* Events of poll() that the state is after. */
 short cli_http_connection_get_events(const cli_http_connection *connection);
 
-/* Goes on as far as it gets without waiting. */
+/* Advances reading and writing as far as possible without blocking. */
 void cli_http_connection_advance(cli_http_connection *connection, const cli_http_program *program);
 
 /* Answers a request that waits, or ends a state whose deadline has passed. */

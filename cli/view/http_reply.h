@@ -12,8 +12,8 @@ typedef struct cli_http_reply {
   const char *type; /* type of the body */
   const char *body;
   size_t bytes;
-  char *owned;   /* memory of the body, freed once it is sent; NULL: the body stays where it is */
-  bool is_later; /* nothing to send yet: the request is answered after the next wake, or when it is due */
+  char *owned;   /* memory of the body, freed after sending; NULL: the body is borrowed */
+  bool is_later; /* nothing is sent yet; the request is answered at the next wake or at its deadline */
 } cli_http_reply;
 
 /* Headers that every answer has, each with its line end: no page of another origin may frame, embed or read it, and the

@@ -24,7 +24,7 @@ typedef struct cli_http_program {
   /* Judges a request by its head, before any of its body is read. Returns true, or fills the refusal. */
   bool (*admit)(void *user, const cli_http_request *request, const char *host, cli_http_reply *out_refusal);
 
-  /* Answers a complete request. `is_due`: an answer may not be put off any longer. */
+  /* Answers a complete request. `is_due`: the answer must not be postponed further. */
   void (*answer)(void *user, const cli_http_request *request, bool is_due, cli_http_reply *out_reply);
 } cli_http_program;
 

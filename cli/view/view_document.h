@@ -22,7 +22,7 @@ void cli_view_document_close(cli_view_document *document);
 /* Sets the keys of `lines`, each KEY=VALUE. Sets of one gesture, a number above 0, are undone together. */
 unsigned cli_view_document_set(cli_view_document *document, char *lines, unsigned long long gesture);
 
-/* Takes a key back to its default, or an element out of a list. */
+/* Resets a key to its default, or removes an element of a list. */
 unsigned cli_view_document_unset(cli_view_document *document, const char *key);
 
 /* Adds a cloud of a preset, behind the others. */
@@ -33,8 +33,7 @@ unsigned cli_view_document_redo(cli_view_document *document);
 /* Reads the file anew, with the edits since the last save on top, or without any. */
 unsigned cli_view_document_reload(cli_view_document *document, bool keeps_edits);
 
-/* Writes the scene to its file, or to a new one beside it, whose name is given back: comments, order and all that no
- * edit touches stay. */
+/* Saves the scene, with comments and order, to its file, or to a new file beside it, whose name is returned. */
 unsigned cli_view_document_save(cli_view_document *document);
 unsigned cli_view_document_save_copy(cli_view_document *document, cli_text *out_name);
 
@@ -43,7 +42,7 @@ unsigned cli_view_document_choose_name(cli_view_document *document, const char *
 
 const char *cli_view_document_get_refusal(const cli_view_document *document);
 
-/* The scene with all edits; it stays the document's. */
+/* The scene with all edits, owned by the document. */
 const neph_scene *cli_view_document_get_scene(const cli_view_document *document);
 
 /* A copy of the scene for the renderer, whose clouds are baked in memory alone. */
@@ -53,7 +52,7 @@ neph_result cli_view_document_copy_scene(cli_view_document *document, neph_scene
 unsigned cli_view_document_vary(cli_view_document *document, char *lines, unsigned max, neph_scene **out_scenes,
                                 unsigned *out_count);
 
-/* Number of the last edit that a render shows, and of the last edit. */
+/* Numbers of the last edit that a render shows, and of the last edit of all. */
 unsigned long long cli_view_document_get_generation(const cli_view_document *document);
 unsigned long long cli_view_document_get_number(const cli_view_document *document);
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Edits of a scene in their order, with those that are undone behind those in force. */
+/* Edit history of a scene: edits in force, followed by undone ones. */
 #ifndef NEPHOS_CLI_VIEW_EDITS_H
 #define NEPHOS_CLI_VIEW_EDITS_H
 
@@ -9,8 +9,8 @@
 
 typedef enum cli_view_edit_kind {
   CLI_VIEW_SET,
-  CLI_VIEW_UNSET, /* a key goes back to its default, an element of a list goes */
-  CLI_VIEW_INSERT /* an element comes into a list */
+  CLI_VIEW_UNSET, /* resets a key to its default, or removes a list element */
+  CLI_VIEW_INSERT /* inserts a list element */
 } cli_view_edit_kind;
 
 typedef struct cli_view_edit {
@@ -19,7 +19,7 @@ typedef struct cli_view_edit {
   unsigned long long group; /* edits of one group are undone together */
 } cli_view_edit;
 
-/* It begins as {0}. */
+/* Edit history; empty when zeroed. */
 typedef struct cli_view_edits {
   cli_view_edit *list;
   size_t count;                      /* all edits */
@@ -29,14 +29,14 @@ typedef struct cli_view_edits {
 
 void cli_view_edits_clear(cli_view_edits *edits);
 
-/* Begins a group, unless `gesture` is above 0 and goes on. */
+/* Begins a group of edits that are undone together, unless the same `gesture` above 0 continues. */
 void cli_view_edits_begin(cli_view_edits *edits, unsigned long long gesture);
 
 /* Adds an edit to the group; a set replaces one of the same key at the group's end. Undone edits are dropped. False: no
  * memory. */
 bool cli_view_edits_add(cli_view_edits *edits, cli_view_edit_kind kind, const char *key, const char *value);
 
-/* Moves the last group in force to the undone ones, or back. False: there is none. */
+/* Undoes or redoes the last group; false: there is none. */
 bool cli_view_edits_undo(cli_view_edits *edits);
 bool cli_view_edits_redo(cli_view_edits *edits);
 

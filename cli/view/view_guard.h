@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The door of the view's server: requests of its own page alone come in. */
+/* Access control of the view's server: only requests by its own page are accepted. */
 #ifndef NEPHOS_CLI_VIEW_GUARD_H
 #define NEPHOS_CLI_VIEW_GUARD_H
 

@@ -18,7 +18,7 @@ typedef struct cli_view_messages {
   cli_text refusal, notice; /* errors and warnings of the last edit, a line each */
 } cli_view_messages;
 
-/* Takes the messages of the session's context from now on; the calling thread is that of the edits. */
+/* Takes over the messages of the session's context. The calling thread becomes the thread of edits. */
 void cli_view_messages_begin(cli_view_messages *messages, cli_session *session, cli_view_picture *picture);
 void cli_view_messages_end(cli_view_messages *messages);
 

@@ -134,7 +134,7 @@ static neph_result develop_image(cli_view_picture *picture, const neph_image *im
                             (size_t)picture->width * PIXEL_BYTES);
 }
 
-/* Develops the chosen channel; colours with the exposure of the picture, numbers as the colours that they are. */
+/* Develops the chosen channel: colours with the exposure of the picture, single numbers without exposure. */
 static neph_result develop_channel(cli_view_picture *picture, neph_preview_desc held) {
   cli_view_channel *channel = &picture->shown_channel;
   neph_result result = cli_view_channel_create(picture->context, picture->image, picture->channel, channel);

@@ -38,11 +38,11 @@ neph_result cli_view_picture_set_channel(cli_view_picture *picture, const char *
 /* Saves the last complete picture as OpenEXR, or as the PNG of its preview. NEPH_ERROR_NOT_FOUND: there is none. */
 neph_result cli_view_picture_save(cli_view_picture *picture, const char *path, bool is_exr);
 
-/* Names the stage under way, and the last message of the renderer. */
+/* Sets the name of the current stage, and the last message of the renderer. */
 void cli_view_picture_set_stage(cli_view_picture *picture, const char *stage, double fraction);
 void cli_view_picture_set_message(cli_view_picture *picture, const char *message);
 
-/* Number of the pixels on the page, 0 before the first; it grows with each change of them. */
+/* Number of the picture on the page, 0 before the first; it is incremented by each change of pixels. */
 unsigned long long cli_view_picture_get_number(cli_view_picture *picture);
 
 /* Writes the state as members of a JSON object, without its braces. */

@@ -23,7 +23,7 @@ typedef struct cli_view {
 /* Answers a request that the guard has admitted. */
 void cli_view_answer(cli_view *view, const cli_http_request *request, bool is_due, cli_http_reply *out_reply);
 
-/* Brings the document's scene to the picture: a render, or a development alone. */
+/* Updates the picture after a change of the document: by a render, or by developing it again. */
 void cli_view_refresh(cli_view *view);
 
 #endif

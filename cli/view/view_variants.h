@@ -21,7 +21,7 @@ void cli_view_variants_begin(cli_view_variants *variants, neph_scene *const *sce
 /* Whether one is still to be rendered. */
 bool cli_view_variants_is_waiting(cli_view_variants *variants);
 
-/* Renders the next one. A cancelled one waits again; one that fails has no picture. */
+/* Renders the next variant. A cancelled variant is rendered again later; a failed one has no picture. */
 void cli_view_variants_render(cli_view_variants *variants, neph_renderer *renderer, neph_progress_fn progress,
                               void *user);
 

@@ -9,7 +9,7 @@
  * after a change; -1: the system gives none, and nothing is watched. */
 int cli_view_watch_open(const char *path);
 
-/* Takes the changes so far; returns whether one of them is of the file. */
+/* Reads the pending changes of the folder; returns whether the file itself is among them. */
 bool cli_view_watch_take(int watch, const char *path);
 
 #endif

@@ -8,8 +8,8 @@
 #include "print.h"
 #include "view_clock.h"
 
-/* Few pixels are a 16th, at one sample. Their detail is that of all pixels, so that both share clouds, ground and
- * light. */
+/* Coarse pictures have a 16th of the pixels, at one sample. Their detail is that of full pictures, so that both share
+ * clouds, ground and light. */
 enum { COARSE_DIVISOR = 4, SAMPLES_MAX = 1024 };
 
 /* Noise that the eye does not see, a step of 8 bits in a mid grey. */
@@ -34,7 +34,7 @@ struct cli_view_worker {
   neph_renderer *renderer;
   neph_renderer *spare; /* renderer of variants, which would drop what the other keeps; NULL: none waits */
   neph_scene *scene;
-  cli_view_step step; /* next step to render, or under way */
+  cli_view_step step; /* next step to render, or the current one */
   double begin_s;     /* time at which the step began */
   bool has_skipped;   /* few pixels were given up for the next edit, and none has been shown since */
   bool is_settled;    /* more samples would not lower the error */
@@ -79,7 +79,7 @@ static bool may_skip(const cli_view_worker *worker) {
   return !worker->has_skipped && cli_view_clock_get_s() - worker->begin_s > patience_s;
 }
 
-/* Whether the step under way is still of use. */
+/* Whether the current step is still useful. */
 static bool is_current(cli_view_worker *worker) {
   pthread_mutex_lock(&worker->lock);
   const bool is_replaced = worker->next_scene && may_skip(worker);
@@ -169,7 +169,7 @@ void cli_view_worker_awake(cli_view_worker *worker) {
   pthread_mutex_unlock(&worker->lock);
 }
 
-/* Goes on with a variant until the next edit. */
+/* Continues a variant until the next edit. */
 static bool report_variant(void *user, const neph_progress *progress) {
   cli_view_worker *worker = user;
   (void)progress;

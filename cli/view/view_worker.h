@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The thread that renders: few pixels first, then all, then more samples, until the next scene comes. */
+/* The rendering thread: renders few pixels, then all, then more samples, until the scene changes. */
 #ifndef NEPHOS_CLI_VIEW_WORKER_H
 #define NEPHOS_CLI_VIEW_WORKER_H
 
@@ -14,7 +14,7 @@ typedef struct cli_view_worker cli_view_worker;
 cli_exit cli_view_worker_create(cli_session *session, cli_view_picture *picture, cli_view_variants *variants,
                                 cli_view_worker **out_worker);
 
-/* Ends the picture under way and the thread. NULL is allowed. */
+/* Ends the current picture and the thread. NULL is allowed. */
 void cli_view_worker_destroy(cli_view_worker *worker);
 
 /* Hands over a scene, the worker's from now on, with the number of its edit. It replaces one that has not begun. The

@@ -19,7 +19,7 @@ typedef enum neph_severity {
   NEPH_SEVERITY_ERROR    /**< a render refuses the file or the scene */
 } neph_severity;
 
-/** Texts are valid until the check changes or ends. */
+/** A finding of a check. Its texts are valid until the check changes or ends. */
 typedef struct neph_finding {
   size_t struct_size;
   neph_severity severity;

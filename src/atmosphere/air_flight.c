@@ -27,7 +27,7 @@ static shell_walk start_walk(const neph_atmosphere *atmosphere, const np_ray *ra
   return walk;
 }
 
-/* Squared half chord of the ray within an altitude. */
+/* Squared half of the chord that a ray cuts from the sphere at an altitude. */
 static double compute_chord(const shell_walk *walk, double altitude_m) {
   const double h = walk->ray.altitude_m;
   return walk->middle * walk->middle - (h - altitude_m) * (2.0 * walk->medium->planet_radius_m + h + altitude_m);

@@ -6,7 +6,7 @@
  * it; the caller weights the path by the balance heuristic over all bands.
  *
  * There are two ways to sample distances. Delta tracking against bounds of the extinction in shells of altitude costs
- * next to nothing without collisions; paths in a cloud do it hundreds of times. Under a low sun the light comes from
+ * almost nothing without collisions; paths in a cloud do it hundreds of times. Under a low sun the light comes from
  * far away, where the air is thin and a collision as rare as it is bright. There, and on camera rays, a flight uses the
  * exact transmittance and draws its collision from a mixture, as the reference of the sky does (reference_path.h). */
 #ifndef NP_ATMOSPHERE_AIR_FLIGHT_H

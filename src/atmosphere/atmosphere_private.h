@@ -51,7 +51,7 @@ np_spectrum np_sky_radiance(const neph_sky *sky, np_vec3 direction);
  * negative. */
 np_aerial_perspective np_sky_aerial_perspective(const neph_sky *sky, np_vec3 direction, double distance_m);
 
-/* Aerial perspective, and in `out_first` the part of its in-scatter that is scattered once. */
+/* Aerial perspective. `out_first`: the part of its in-scatter that is scattered once. */
 np_aerial_perspective np_sky_aerial_orders(const neph_sky *sky, np_vec3 direction, double distance_m,
                                            np_spectrum *out_first);
 
@@ -61,7 +61,8 @@ typedef struct np_hemisphere_shares {
   np_spectrum upper, lower;
 } np_hemisphere_shares;
 
-/* The hemispheres are the observer's; molecules scatter a half of either. */
+/* Shares of each constituent's scattering into the observer's upper and lower hemisphere; molecules scatter one half
+ * into each. */
 np_hemisphere_shares np_sky_compute_hemisphere_shares(const neph_sky *sky, np_vec3 direction);
 
 /* In-scatter between the observer and a distance if the light at each place came evenly from one hemisphere, with the

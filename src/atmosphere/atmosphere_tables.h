@@ -13,8 +13,7 @@ struct neph_atmosphere {
   neph_context *context;
   atomic_size_t references;
   np_medium medium;
-  neph_atmosphere_desc
-      desc; /* the given description; its layers are those of the description, with tables owned by the medium */
+  neph_atmosphere_desc desc; /* the given description; `layers` points to the medium's own copies of the tables */
   neph_atmosphere_layer *layers;
   np_table_sizes sizes;
   np_depth_table depths;
@@ -88,7 +87,7 @@ np_sky_light np_sky_light_make(const neph_sky *sky);
 /* Builds the tables of a sky whose frame and light are set. */
 neph_result np_sky_tables_build(neph_sky *sky);
 
-/* Each builds one table, in this order. */
+/* Build the tables of a sky, to be called in this order. */
 neph_result np_sky_gather_build(neph_sky *sky);
 
 /* Whether skies have a gather, except in the dark. */
@@ -122,8 +121,7 @@ static inline np_sky_layout np_sky_aerial_layout(const neph_sky *sky) {
   return (np_sky_layout){n->up, n->down, n->azimuths, true};
 }
 
-/* Cosine of the zenith angle of a row. Rows below the horizon follow the rows above it; each half starts at the
- * horizon. */
+/* Cosine of the zenith angle of a row. The first rows go from the horizon up, the others from the horizon down. */
 double np_sky_row_cosine(const np_sky_frame *frame, const np_sky_layout *layout, int row);
 
 /* In-scatter up to the end of a ray, from the view table, per unit of solar irradiance. */

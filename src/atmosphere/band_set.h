@@ -33,7 +33,7 @@ typedef struct np_band_set {
   double shape[NP_BAND_RULE_COUNT][NP_BAND_COUNT]; /* spectra of the rules, as means over each band */
 } np_band_set;
 
-/* The bands at 680, 550 and 440 nm, in which every value is the scene's. */
+/* The reference bands at 680, 550 and 440 nm, in which scenes give their values. */
 np_band_set np_band_set_reference(void);
 
 /* Bands of packet `packet` of count/3: one from each third of the wavelengths, the longest first. */

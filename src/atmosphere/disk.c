@@ -17,8 +17,8 @@ typedef struct limb_fit {
   double coefficient[NP_LIMB_TERMS][3];
 } limb_fit;
 
-/* Each fit holds from its wavelength on. There is no continuum between 373 and 385 nm: the fit before it holds there.
- */
+/* Coefficients of limb darkening from a wavelength on. Between 373 and 385 nm, where there is no continuum, the
+ * previous row is used. */
 static const limb_fit fits[] = {
     {422.57,
      {{0.75267, -0.265577, 0.0},
@@ -74,7 +74,7 @@ np_disk np_disk_make_sun(np_vec3 direction, double angular_radius_rad, np_spectr
   return disk;
 }
 
-/* Half the squared chord to the disk's centre is the versine of the angle between them, without cancellation. */
+/* 1 − cos of the angle to the disk's centre: half the squared chord, without cancellation. */
 static float compute_versine(const np_disk *disk, np_vec3 direction) {
   const np_vec3 offset = np_vec3_subtract(direction, disk->direction);
   return 0.5f * np_vec3_dot(offset, offset);

@@ -12,7 +12,7 @@
 #include "atmosphere/fan.h"
 #include "core/isa.h"
 
-/* One or two columns in a register: half vectors would gain nothing. */
+/* A vector of one or two columns, whichever fills the registers of the instruction set. */
 #if defined(__AVX__)
 typedef float block __attribute__((vector_size(32), aligned(16), may_alias));
 #else

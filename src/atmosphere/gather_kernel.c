@@ -41,7 +41,7 @@ static void convolve_lobes(const np_phase *p, const np_phase *q, float *out) {
   }
 }
 
-/* Coordinate of an angle in those tables. */
+/* Fractional index, in the tables of convolved phase functions, of an angle given by 1 − cos. */
 static float compute_angle(float versine) {
   return (float)(ANGLES - 1) * sqrtf(np_acos_coarse(1.0f - versine) * (1.0f / NP_PI_F));
 }

@@ -26,8 +26,8 @@ static double compute_ratio(double wavelength_nm, double to_nm, double x) {
   return r * r * r * r * r * expm1(x / to_nm) / expm1(x / wavelength_nm);
 }
 
-/* c₂/T of the black body with a given ratio of B to V. The ratio falls with x, from its limit for infinite temperature.
- */
+/* c₂/T of the black body with a given ratio of B to V, which decreases with c₂/T from its limit for infinite
+ * temperature. */
 static double search_temperature_term(double ratio) {
   double hot = 1.0, cold = second_constant / 1000.0;
   for (int i = 0; i < 60; i++) {

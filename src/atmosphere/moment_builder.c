@@ -11,7 +11,7 @@
 #include "atmosphere/scattering_moments.h"
 #include "core/alloc.h"
 
-enum { SERIES_ORDER = 4 }; /* last order that is gathered; a series gives the others */
+enum { SERIES_ORDER = 4 }; /* last gathered order; later ones form a geometric series */
 
 /* Upper limit for the ratio of the geometric series. */
 static const float ratio_max = 0.9f;
@@ -96,7 +96,7 @@ static neph_result sum_orders(np_moment_builder *b) {
 
 static size_t count_texels(const np_moment_table *table) { return (size_t)table->rows * (size_t)table->sun.columns; }
 
-/* One more texel than moments: vectors of two begin at the last one. */
+/* Allocates one texel more than the moments need: vectors of two texels begin at the last one. */
 static bool allocate_table(neph_context *context, np_moment_table *table) {
   const size_t count = count_texels(table);
   table->moments = np_alloc(context, count * NP_MOMENT_COUNT + 1, sizeof(np_bands));

@@ -35,7 +35,7 @@ static double compute_dimming(double phase) {
   return 0.026 * degrees + 4e-9 * degrees * degrees * degrees * degrees;
 }
 
-/* Measured phase curve relative to Lommel and Seeliger's: change of surface brightness with the phase. */
+/* Ratio of the measured phase curve to Lommel and Seeliger's, as a factor on the surface brightness. */
 static double compute_surface_factor(double phase) {
   const double measured = fmin(phase, crescent_rad);
   return pow(10.0, -0.4 * compute_dimming(measured)) / seeliger_integral(measured);

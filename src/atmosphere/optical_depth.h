@@ -72,8 +72,8 @@ static inline np_bands np_depth_row_lookup(const np_depth_row *row, float cosine
   return 2.0f * (np_depth_row_level(row, lowest) + row->level_offset) - rising;
 }
 
-/* The sun's disk at a point: its size, and whether sunlight comes from the whole disk or, as in other models, from its
- * centre. */
+/* The sun's disk seen from a point: its size, and whether sunlight comes from the disk or, as in some reference models,
+ * from its centre. */
 typedef struct np_sun_disk {
   float inverse_diameter; /* 1/(twice the angular radius) */
   bool is_point;

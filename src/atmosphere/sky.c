@@ -118,8 +118,8 @@ static double get_climb_max(const neph_atmosphere *a, double above_air_m) {
   return a->desc.tolerance * fmax(0.012 * a->medium.top_m, 0.1 * above_air_m);
 }
 
-/* Steps are half of the changes within the tolerance. Sun and observer are rounded up: no light is lost to the night.
- */
+/* Snaps sun and observer to a lattice with steps of half the tolerance. Both are rounded up, so that no light is lost
+ * to the night. */
 void np_sky_snap(const neph_atmosphere *a, const neph_sky_desc *desc, neph_sky_desc *out) {
   const double *s = desc->sun_direction, *o = desc->observer_m, radius = a->medium.planet_radius_m;
   const np_dvec3 observer = np_dvec3_make(o[0], o[1], o[2]), sun = np_dvec3_normalize(np_dvec3_make(s[0], s[1], s[2]));

@@ -34,7 +34,7 @@ static void start_ray(const neph_sky *sky, np_dvec3 origin, np_vec3 direction, d
   out->sun = compute_entry_sun(sky, &out->ray, up, altitude, cosine);
 }
 
-/* In-scatter along a ray's path of the light's orders. */
+/* In-scatter along a ray, of the requested orders of scattering. */
 static np_spectrum trace(const neph_sky *sky, const np_sky_light *light, const placed_ray *a, np_vec3 direction) {
   const float versine = np_vec3_versine(direction, sky->sun);
   const np_fan fan = np_fan_make_single(&a->ray, a->sun, 1.0f - versine);

@@ -13,11 +13,11 @@ np_aerial_perspective np_sky_trace_air(const neph_sky *sky, np_dvec3 origin, np_
 typedef struct np_air_parts {
   np_spectrum transmittance;
   np_spectrum all, first;   /* in-scatter of all orders, and of the first, W m⁻² sr⁻¹ nm⁻¹ */
-  np_spectrum upper, lower; /* in-scatter of light that comes evenly from one hemisphere, over its actinic flux, 1/sr:
-                               ∫ T·σ·share/2π dt */
+  np_spectrum upper, lower; /* radiance that the air scatters per actinic flux of light from one hemisphere, equal in
+                               all its directions, 1/sr: ∫ T·σ·share/2π dt */
 } np_air_parts;
 
-/* The same from a point, in all its parts; takes twice as long. */
+/* The parts of np_sky_trace's result, in twice the time. */
 np_air_parts np_sky_trace_parts(const neph_sky *sky, np_dvec3 origin, np_vec3 direction, double distance_m,
                                 const np_hemisphere_shares *shares);
 

@@ -109,7 +109,7 @@ static neph_result lookup(np_sky_subject *w, const np_sky_query *q, np_reference
 
 /* ---- March ---- */
 
-/* In-scatter along one ray, with new sample points, from the sources behind the sky's tables. */
+/* In-scatter along one ray from the sources behind the sky's tables, at other sample points than the tables'. */
 static np_bands march_ray(const np_sky_subject *w, const np_sky_query *q, np_dvec3 direction) {
   const np_medium *medium = &w->atmosphere->medium;
   const np_dvec3 to_sun = make_direction(q->sun_zenith_rad, 0.0);
@@ -131,7 +131,7 @@ static np_bands march_ray(const np_sky_subject *w, const np_sky_query *q, np_dve
   return s.smooth + np_aerosol_phase(medium, (float)(1.0 - angle)) * s.peak;
 }
 
-/* Irradiance from marched rays, by the same rule around the sun as for the tables. */
+/* Irradiance from marched rays, by the quadrature around the sun that the tables use. */
 static np_bands march_dome(const np_sky_subject *w, const np_sky_query *q) {
   const np_quadrature rule = np_quadrature_gauss(MARCH_ANGLES);
   const np_dvec3 to_sun = make_direction(q->sun_zenith_rad, 0.0);

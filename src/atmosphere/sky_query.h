@@ -28,7 +28,7 @@ typedef struct np_sky_query {
   unsigned order_max; /* NP_ORDERS_ALL: all */
   double altitude_m;
   double view_cosine;                                  /* cosine of the zenith angle, for a transmittance */
-  double sun_zenith_rad, view_zenith_rad, azimuth_rad; /* azimuth relative to the sun's */
+  double sun_zenith_rad, view_zenith_rad, azimuth_rad; /* azimuth from the sun's */
   double distance_m;
 } np_sky_query;
 

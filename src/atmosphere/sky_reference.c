@@ -207,8 +207,8 @@ static double eval_mixture(const np_medium *medium, const double share[NP_AEROSO
   return sum;
 }
 
-/* Samples the next direction from one of the phase functions or around the brightest sky, and weights it against all of
- * them. */
+/* Samples the next direction by one of the phase functions or around the sun, and weights it by multiple importance
+ * sampling. */
 static void scatter(walker *w, const np_reference_air *air) {
   const np_medium *medium = w->scene->medium;
   double share[NP_AEROSOLS_MAX + 1], scattering[NP_REFERENCE_BANDS];

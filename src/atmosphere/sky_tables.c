@@ -260,7 +260,7 @@ neph_result np_sky_aerial_build(neph_sky *sky) {
 }
 
 /* Only depths are needed in the dark. */
-/* In the dark only optical depths are built. */
+/* Computes the tables; without light only optical depths. */
 static neph_result compute_tables(neph_sky *sky, bool is_dark) {
   if (np_sky_load_tables(sky)) return NEPH_OK;
   np_monitor_set_range(sky->monitor, 0.0, 0.4);

@@ -15,8 +15,8 @@ typedef struct np_sky_error {
 
 typedef struct np_sky_errors {
   np_sky_error depths; /* depths to the top, against quadrature */
-  np_sky_error view;   /* against a march over the same sources */
-  np_sky_error aerial; /* against the same march, at 1 to 128 km */
+  np_sky_error view;   /* error against a march with the same moment tables */
+  np_sky_error aerial; /* error against that march at distances of 1 to 128 km */
   np_sky_error all;    /* radiances as in pictures, against the path tracer */
 } np_sky_errors;
 

@@ -19,7 +19,7 @@ typedef struct np_sphere_map {
 neph_result np_sphere_map_load(neph_context *context, const char *what, const char *path, bool is_inside,
                                np_sphere_map *out_map);
 
-/* Checks that a file is such an image, by its header alone. */
+/* Checks by the header that a file is an equirectangular image. */
 neph_result np_sphere_map_check(neph_context *context, const char *what, const char *path);
 void np_sphere_map_clear(np_sphere_map *map);
 

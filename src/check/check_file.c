@@ -112,7 +112,7 @@ static neph_result check_named_in(neph_check *check, const char *scene, const np
   char *path, *problem;
   result = np_path_map_resolve(check->context, scene, node->text, &path, &problem);
   np_alloc_free(check->context, problem);
-  if (result) return result == NEPH_ERROR_BAD_SCENE ? NEPH_OK : result; /* an error of a scene has its own message */
+  if (result) return result == NEPH_ERROR_BAD_SCENE ? NEPH_OK : result; /* a scene logs its own errors */
   if (np_frame_name_is_pattern(path) || np_file_exists(path)) result = neph_check_file(check, path);
   np_alloc_free(check->context, path);
   return result;

@@ -121,7 +121,8 @@ static bool has_spike(const height_facts *f, draft *out) {
   return np_draft_set(out, "it rises by %.5g m between neighbours: a void that the file does not mark?", f->step_m);
 }
 
-/* Whether elevations form terraces: each stands for several samples. A small field has few elevations in any case. */
+/* Whether elevations form terraces, with several samples at each elevation. A small field has few elevations in any
+ * case. */
 static bool has_terraces(const height_facts *f, draft *out) {
   const size_t samples_per_level = 8, count = (size_t)f->field.width * f->field.height;
   const double range = (double)f->field.elevation_max_m - (double)f->field.elevation_min_m;

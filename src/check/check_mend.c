@@ -7,7 +7,7 @@
 #include "core/given.h"
 #include "volume/volume_facts.h"
 
-/* Mends each file of a sequence, to the same number of another. */
+/* Mends each file of a sequence, and writes it with its number under another name. */
 static neph_result mend_sequence(neph_context *context, const char *pattern, const char *out_pattern, char **out_text) {
   np_frame_numbers there;
   neph_result result = np_frame_name_list(context, pattern, &there);

@@ -7,7 +7,7 @@
 
 #include "check/findings.h"
 
-/* `desc` is a scene's; NULL: the unit of the file is unknown. */
+/* Checks a mesh with the description of a scene; `desc` NULL: the file's unit is unknown. */
 neph_result np_check_mesh(neph_check *check, const char *path, const neph_mesh_desc *desc);
 
 #endif

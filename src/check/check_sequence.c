@@ -43,7 +43,7 @@ static double get_size(const np_grid_facts *f) {
   return size;
 }
 
-/* Whether the box moves by more than half its size, or its size changes by a factor. */
+/* Whether the box moves by more than half its size between two frames, or its size changes by a large factor. */
 static bool has_jumping_box(const grid_pair *p, draft *out) {
   static const double factor = 2.0;
   if (!has_both(p) || p->now->role == NP_GRID_VECTOR) return false;

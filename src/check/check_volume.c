@@ -18,7 +18,7 @@ static void set_place(draft *out, const np_value_place *at) {
                      at->world_m[0], at->world_m[1], at->world_m[2]);
 }
 
-/* Sets a finding with number and first place of values; false where there are none. */
+/* Sets a finding with the number of such values and the first one's position; false: there are no such values. */
 static bool set_values(draft *out, const np_value_count *values, const char *what) {
   if (!values->count) return false;
   set_place(out, &values->first);
@@ -61,7 +61,8 @@ static bool is_beyond_half(const facts *f, draft *out) {
   return is_light(f) && set_values(out, &f->beyond_half, "above 65504, which a file of halves cannot hold");
 }
 
-/* Whether values exceed any unit of a cloud, or the mean of the others by more than in any cloud. */
+/* Whether the largest value is too large for any unit of a cloud's density, or too far above the mean of the other
+ * values. */
 static bool is_absurd(const facts *f, draft *out) {
   static const double value_max = 1e6, ratio_max = 1e5;
   if (!is_light(f) || !f->has_values || f->active_count < 2 || !isfinite(f->value_max)) return false;

@@ -75,7 +75,7 @@ static char *list(neph_check *check, const np_finding *finding) {
   return NULL;
 }
 
-/* Adds a finding and takes ownership of its cause; without a cause, for lack of memory, nothing is listed. */
+/* Adds a finding and takes ownership of its cause. A finding without a cause, for lack of memory, is dropped. */
 static void add(neph_check *check, const np_finding *finding) {
   if (!finding->cause) return;
   while (atomic_flag_test_and_set_explicit(&check->is_listing, memory_order_acquire)) {}
@@ -84,7 +84,7 @@ static void add(neph_check *check, const np_finding *finding) {
   np_alloc_free(check->context, left);
 }
 
-/* Copy of a cause without a message on failure, which would come back to this list. */
+/* Copies a cause without np_fail, whose message would become a finding too. */
 static char *copy_cause(const neph_check *check, const char *cause) {
   const size_t size = strlen(cause) + 1;
   char *copy = np_alloc_quietly(check->context, size, 1);

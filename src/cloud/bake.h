@@ -20,7 +20,7 @@ typedef enum np_bake_use {
 /* Levels of detail: cells as large as a leaf of the coarsest level, each baked at one voxel size. */
 typedef struct np_bake_lod {
   unsigned count, level;      /* number of levels, and the level of this bake, from 0, the finest */
-  np_lod_viewers viewers;     /* positions are offsets */
+  np_lod_viewers viewers;     /* positions relative to the bake's centre */
   double cell_m, origin_m[3]; /* edge of a cell, and origin of cell (0, 0, 0) */
 } np_bake_lod;
 

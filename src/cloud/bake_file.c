@@ -135,7 +135,7 @@ static neph_result make_files(const np_bake *bake, const char *name, const char 
   return result;
 }
 
-/* Writes the files and measures the total error, which is logged once all exist. */
+/* Writes the files, measures the total error, and logs it once all files exist. */
 static neph_result make_measured_files(np_bake *bake, const char *name, const char *path) {
   np_bake_meter meter;
   np_monitor_set_part(bake->monitor, np_monitor_whole, 0.0, 0.05 / bake->lod.count);

@@ -143,7 +143,7 @@ static void eval_leaf(const bake_job *job, const leaf_origin *origin, np_leaf *l
   memcpy(leaf->origin, origin->index, sizeof leaf->origin);
 }
 
-/* Whether a leaf has values; those of borders are inactive. */
+/* Whether a leaf has values; leaves of borders have inactive ones. */
 static bool has_any(const np_leaf *leaf) {
   for (int i = 0; i < NP_LEAF_EDGE; i++)
     if (leaf->active[i] || compute_mask_above(leaf->values + 64 * i, 0.0f)) return true;

@@ -38,7 +38,7 @@ enum {
 /* Effort of a comparison: columns along an axis of a large field, and random columns in a small one. */
 typedef struct column_effort {
   size_t columns, draws;
-  double chance;      /* significance in standard errors */
+  double chance;      /* number of standard errors that a loss must exceed */
   bool has_waterline; /* the finer model's own waterline is searched */
 } column_effort;
 

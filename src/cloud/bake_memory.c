@@ -131,7 +131,7 @@ static bool compute_need(const np_bake *bake, const np_bake_marks *marks, memory
   return true;
 }
 
-/* Memory below this is not logged. */
+/* Memory in bytes below which a bake does not log its need. */
 static const double logged_bytes = 1e7;
 
 neph_result np_bake_check_memory(const np_bake *bake, const np_bake_marks *marks) {

@@ -26,7 +26,7 @@ enum {
 typedef struct velocity_job {
   const np_bake *bake;
   np_cloud_model before, after;
-  double span_s; /* time step to either side */
+  double span_s; /* half of the time between the two positions */
   double speed_max_m_s;
   double slack; /* λ, the damping of the normal equations */
   const np_sparse_grid *density;

@@ -333,7 +333,8 @@ static void join_level(ball_search *s, const np_ball_level *level, const np_ball
   }
 }
 
-/* Starts with the shape below all levels. */
+/* Fills distance, normal and radius of curvature from the grid of the shape, to which the levels of balls are then
+ * blended. */
 static void start_from_shape(const np_shape_grid *shape, const np_ball_points *points, const np_ball_surface *out) {
   for (size_t i = 0; i < points->count; i++) {
     const float at_m[3] = {points->x_m[i], points->y_m[i], points->z_m[i]};

@@ -42,7 +42,7 @@ typedef struct np_ball_columns {
 typedef struct np_ball_level {
   np_ball_columns balls; /* one block of memory, which starts at x_m */
   size_t count;
-  uint32_t *bin_begin; /* one more than there are bins, x slowest */
+  uint32_t *bin_begin; /* first ball of each bin, x slowest; one more than the number of bins */
   int32_t bins[3];
   float origin_m[3], bin_m;
   float radius_max_m;

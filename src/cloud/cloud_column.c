@@ -9,8 +9,8 @@
 #include "cloud/weather_picture.h"
 #include "core/math.h"
 
-/* Limit of an anvil's depth at the border, relative to a tower's: anvils thin out towards it. Corner radius, relative
- * to the shorter side of the field. */
+/* Limit of an anvil's depth at the border, relative to a tower's, so that anvils thin out towards the border. Corner
+ * radius, relative to the shorter side of the field. */
 static const float anvil_border = 0.3f, anvil_corner = 0.4f;
 static const float anvil_cut = 0.55f; /* strength of columns at which anvils end */
 

@@ -36,8 +36,8 @@ typedef struct np_cloud_kind {
   np_landscape_rule landscape;
   np_cloud_skew skew;
   const char *more_cover, *less_cover; /* advice if a field covers less or more than requested */
-  const char *repeat_obstacle;         /* reason why such fields cannot repeat; NULL: they can */
-  bool has_thermals;                   /* stacks of balls; a shape may replace them */
+  const char *repeat_obstacle;         /* reason why fields of this kind cannot repeat; NULL: they can */
+  bool has_thermals;                   /* consists of thermals, stacks of balls, or of a shape that replaces them */
   bool is_single;                      /* a single cloud in the middle of the field */
   bool has_pannus;                     /* ragged clouds in the rain */
   bool is_thin_at_border;   /* so thin at the border that the coverage may be out of reach for any voxel size */
@@ -45,7 +45,7 @@ typedef struct np_cloud_kind {
   bool has_thin_rims;       /* rims thinner than a voxel: a census evaluates the heights of all voxels */
   double billow_grains;     /* size of detail, in grains across the largest billows */
   double census_per_billow; /* heights per billow in a census, if more than usual */
-  int census_passes;        /* a census evaluates the heights of a column in this many passes, until it meets cloud */
+  int census_passes; /* number of passes in which a census evaluates the heights of a column, until one has cloud */
 
   /* Sets up noises, from description and grain alone. */
   void (*prepare)(np_cloud_model *model);

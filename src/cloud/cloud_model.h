@@ -36,7 +36,7 @@ typedef struct np_thermal_noises {
   unsigned wisp_octaves;
   float wisp_size_m, fray_m;
   float wisp_m[NEPH_CLOUD_PARTS], wisp_max_m; /* depth of wisps at tops, flanks and base */
-  float wisp_fineness[NEPH_CLOUD_PARTS];      /* octaves by which wisps are finer there */
+  float wisp_fineness[NEPH_CLOUD_PARTS];      /* number of octaves by which wisps of this part are finer */
   float floor_m, floor_size_m;            /* mean height of the base above its lowest point, and size of its noise */
   float crisp_m, soft_m;                  /* widths of young and old edges */
   float gain_max_m, loss_max_m;           /* largest displacement of the surface by noise, outwards and inwards */

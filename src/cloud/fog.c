@@ -23,7 +23,7 @@ static const float shore_share =
 static const float feather_share =
     0.15f; /* width over which fog thins out towards the border, relative to the shorter side of the field */
 static const float feather_sink =
-    0.2f; /* sinking of the top there, relative to the thickness: more would uncover the rim */
+    0.2f; /* lowering of the top at the border, relative to the thickness; more would uncover the rim */
 static const float feather_fray = 0.5f;   /* displacement of that rim by fine noise, relative to its width */
 static const float feather_wander = 1.0f; /* displacement of that rim by the swell, relative to its width */
 static const float extinction_floor = 0.004f;

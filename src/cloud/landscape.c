@@ -18,7 +18,7 @@
 #include "core/math.h"
 #include "core/random.h"
 
-/* In units of the cell spacing. */
+/* Lengths in units of the cell spacing. */
 static const float cell_radius = 0.52f, swirl_reach = 0.14f, group_size = 4.3f;
 static const float small_spacing = 0.43f, small_height = 0.40f, turret_height = 0.22f;
 static const float shore_width = 0.35f, shore_depth = 1.2f; /* descent of the landscape towards the field's border */
@@ -301,7 +301,7 @@ static void compute_direction(const double v[2], float fallback_x, float fallbac
   out[1] = length > 0 ? (float)(v[1] / length) : fallback_y;
 }
 
-/* Without wind at the base, but with a wind profile, the heading is along the shear. */
+/* Computes the heading: along the wind at the base, or, without that, along the shear of the wind profile. */
 void np_cloud_desc_compute_heading(const neph_cloud_desc *desc, float out_heading[2]) {
   const np_cloud_wind wind = np_cloud_wind_make(desc, NP_CLOUD_SKEW_EVEN);
   const float *top_m = wind.at_m[NEPH_CLOUD_PROFILE_POINTS - 1];

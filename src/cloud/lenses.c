@@ -13,7 +13,7 @@
 #include "core/math.h"
 #include "core/random.h"
 
-/* In pitches of the layers. */
+/* Heights in units of the layers' distance. */
 static const float lowest = 0.1f, arch = 0.25f, thickest = 1.15f;
 static const float drier_max = 0.42f;    /* reduction of strength in the driest layer */
 static const float swell_reach = 0.22f;  /* variation of strength, at erosion 1 */
@@ -22,7 +22,8 @@ static const float fibre_reach = 0.20f;  /* in pitches, at erosion 1 */
 static const float lamina_share = 0.14f; /* thickness of laminae, in pitches */
 static const float lamina_stretch = 40.0f;
 static const float fibre_stretch = 2.2f;
-static const float lee_way = 0.07f;  /* upwind distance in wavelengths for the test of lee: the air was higher there */
+static const float lee_way =
+    0.07f; /* distance upwind, in wavelengths, at which air is compared: in the lee it was higher */
 static const float lee_fall = 0.15f; /* decrease of strength over that distance for full lee */
 static const float lee_reach = 0.9f; /* reduction of strength by noise on the lee side, at erosion 1 */
 static const float extinction_floor = 0.004f;

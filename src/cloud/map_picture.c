@@ -26,7 +26,7 @@ enum {
 static const double fields_max = 5; /* largest extent of a panel, in fields along an axis */
 static const float dimmed = 0.35f;
 
-/* In sRGB. */
+/* Colours in sRGB. */
 static const float outline_color[3] = {1.0f, 0.25f, 0.12f}, end_color[3] = {0.25f, 0.5f, 1.0f}, gap_grey = 0.3f;
 
 static const float hues[NEPH_CLOUD_MAP_QUANTITY_COUNT][3] = {
@@ -113,7 +113,7 @@ static float sample_pixel(const map_view *v, neph_cloud_map_quantity quantity, c
   return sum / (SUBSAMPLES * SUBSAMPLES);
 }
 
-/* Radiance that a preview shows as a value of sRGB (IEC 61966-2-1). */
+/* Linear value of a component of sRGB (IEC 61966-2-1). */
 static float decode_srgb(float code) { return code <= 0.04045f ? code / 12.92f : powf((code + 0.055f) / 1.055f, 2.4f); }
 
 static void put_color(const map_view *v, size_t pixel, const float color[3], float share) {

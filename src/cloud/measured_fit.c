@@ -59,7 +59,7 @@ static void get_offset_m(const fit *f, size_t i, double out[2]) {
   out[1] = (double)columns->origin_m[1] + (double)(i / width) * (double)columns->step_m;
 }
 
-/* The wind carries the field: positions in it are those at time 0. */
+/* Locates columns in the pixels of the map. The wind moves the field: positions in it are at time 0. */
 static neph_result locate_columns(void *user, size_t begin, size_t end, unsigned thread) {
   const fit *f = user;
   (void)thread;

@@ -13,14 +13,16 @@
 #include "core/math.h"
 #include "core/random.h"
 
-/* In cells of the landscape; about three depths of a boundary layer (AMS Glossary, horizontal convective rolls). */
+/* Spacing in cells of the landscape, about three depths of a boundary layer (AMS Glossary, horizontal convective
+ * rolls). */
 static const float street_spacing = 2.0f;
 static const float street_height = 0.75f; /* amplitude of the wave, relative to the landscape */
 static const float wander_along = 5.0f, wander_across = 1.5f,
                    wander_reach =
                        1.0f; /* variation of the phase: scales along and across the wind, and amplitude, in spacings */
 
-/* In cell sizes. Walls between open cells are as wide as their clouds, walls between closed ones are narrow. */
+/* Lengths in cell sizes. Walls between open cells are as wide as the clouds in them, walls between closed cells are
+ * narrow. */
 static const float jitter = 0.62f, warp_size = 0.5f, warp_reach = 0.5f, open_width = 0.27f, closed_width = 0.15f;
 static const float column = 1.0f, row = 0.8660254f; /* spacings of hexagons with centres 1 apart */
 static const float cells_height = 0.85f, open_spread = 2.0f,
@@ -44,7 +46,8 @@ static void fill_perlin(const np_mesoscale *pattern, np_cloud_stream stream, con
                              &(np_noise_points){count, x, y, z}, out);
 }
 
-/* Length that divides the tile into a whole number, and that number; 0 for fields that do not repeat. */
+/* Length near `size` that divides the tile into a whole number of parts, and that number; 0 for fields that do not
+ * repeat. */
 static float fit(const np_mesoscale *pattern, float size, int32_t *out_count) {
   *out_count = pattern->period ? np_repeat_count((double)pattern->period, (double)size) : 0;
   return pattern->period ? (float)pattern->period / (float)*out_count : size;

@@ -13,7 +13,7 @@ enum { NP_MESOSCALE_BLOCK = 256 };
 typedef struct np_mesoscale {
   const np_noise_table *noise;
   uint64_t seed;
-  double lifetimes; /* time, in lifetimes of a cell */
+  double lifetimes; /* time of the evaluation, in lifetimes of a cell */
   float heading[2], streets, cells_size;
   neph_cloud_cells cells_kind;
   int32_t period; /* cells per period of a repeating field; 0: not repeating */

@@ -243,7 +243,8 @@ static neph_result check_holes(const distance_job *job, const char *file, size_t
   return NEPH_OK;
 }
 
-/* Grid around the surface with room for a billow, the largest distance in use; less below the base. */
+/* Allocates a grid around the surface, with a margin as wide as a billow, the largest distance in use, and a narrower
+ * one below the base. */
 static neph_result make_grid(const np_cloud_model *model, const np_mesh_tree *tree, np_shape_grid *out_grid) {
   const float room_m = model->thermals.billow_m;
   float low_m[3], high_m[3];

@@ -136,7 +136,8 @@ void np_thermals_prepare(np_cloud_model *model) {
 
 /* ---- Points ---- */
 
-/* Undecided points; positions are in the field. */
+/* Points that cheap bounds leave undecided: neither surely inside nor surely outside of cloud. Positions are in metres
+ * from the field's centre. */
 typedef struct thermal_work {
   size_t count;
   uint16_t index[NP_CLOUD_BLOCK];

@@ -72,7 +72,7 @@ enum { KIND_COUNT = sizeof kinds / sizeof *kinds };
 static const float scrap_reach = 1.2f,
                    scrap_share = 0.8f;  /* strength below the outline; share of cells at the outline */
 static const float shelf_anvil = 0.25f; /* strength of the anvil for a full shelf */
-static const float head_room = 0.30f;   /* height of billows above a head, in largest billows */
+static const float head_room = 0.30f; /* height of billows above the top of a thermal, in sizes of the largest billow */
 
 static float take(np_random *random) { return np_random_float(random); }
 
@@ -104,8 +104,8 @@ typedef struct thermal {
   const thermal_kind *kind;
   const np_cloud_model *model;
   float x_m, y_m, base_m, top_m, head_m, age;
-  float aging;            /* age of the foot relative to the top */
-  float shift_x, shift_y; /* displacement of the top */
+  float aging;            /* age of the foot less the age of the top */
+  float shift_x, shift_y; /* horizontal displacement of the top relative to the foot */
   np_random random;
 } thermal;
 

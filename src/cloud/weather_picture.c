@@ -89,8 +89,8 @@ static bool is_opaque(const neph_image *image, const float *alpha) {
   return true;
 }
 
-/* The only channel of a grey picture: its single one, apart from an alpha of 1, or R of a grey picture in colours.
- * NULL: there are several. */
+/* The channel of a grey picture: its only one beside an alpha of 1, or R of equal R, G and B. NULL: the picture has
+ * several channels. */
 static const char *choose_grey(neph_image *image) {
   const unsigned count = neph_image_get_channel_count(image);
   const float *alpha = neph_image_get_channel(image, "A"), *red = neph_image_get_channel(image, "R");

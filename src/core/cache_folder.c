@@ -17,7 +17,7 @@
 
 static const char folder_name[] = "nephos-cache", tag_name[] = "CACHEDIR.TAG";
 
-/* Content of CACHEDIR.TAG: the first line is that of all programs, the second is nephos's own. */
+/* Content of CACHEDIR.TAG: the standard's first line, and a line of nephos. */
 static const char tag[] = "Signature: 8a477f597d28d172789f06886806bc55\n"
                           "# Cache of nephos.\n"
                           "# nephos alone writes and removes files here. The folder may be removed at any time.\n";

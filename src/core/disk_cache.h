@@ -8,7 +8,7 @@
  * warning, and computed again. Nothing that goes wrong with a cache stops a render.
  *
  * Entries are read, not mapped: one that shrinks meanwhile is cut short, and no more. The checksum is known at the end
- * alone, and has no secret: a reader checks each number of an entry that it goes by.
+ * alone, and has no secret: a reader checks each number of an entry that it depends on.
  */
 #ifndef NP_CORE_DISK_CACHE_H
 #define NP_CORE_DISK_CACHE_H
@@ -21,7 +21,7 @@ neph_result np_disk_cache_open(neph_context *context, const char *parent, uint64
                                np_disk_cache *out_cache);
 void np_disk_cache_close(neph_context *context, np_disk_cache *cache);
 
-/* An entry during reading or writing. Calls after a failure do nothing. */
+/* An entry that is being read or written. After a failure, further calls do nothing. */
 typedef struct np_cache_entry {
   neph_context *context;
   const np_disk_cache *cache; /* NULL: the file is outside the cache, and not counted in its size */

@@ -11,8 +11,8 @@
 typedef struct np_file_write {
   neph_context *context;
   char *target;      /* path of the target, with links resolved */
-  bool is_replacing; /* a file exists there */
-  unsigned mode;     /* permissions of that file */
+  bool is_replacing; /* an existing file is replaced */
+  unsigned mode;     /* permissions of the replaced file */
   char *temporary;   /* ".name.XXXXXX" in the same folder; foreign libraries write to this path themselves */
 } np_file_write;
 

@@ -7,8 +7,8 @@
 
 typedef struct np_file_target {
   char *path;        /* owned */
-  bool is_replacing; /* a file exists there */
-  unsigned mode;     /* permissions of that file */
+  bool is_replacing; /* an existing file is replaced */
+  unsigned mode;     /* permissions of the replaced file */
 } np_file_target;
 
 /* Bytes of `path` up to and with its last slash. */

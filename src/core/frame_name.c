@@ -14,7 +14,7 @@
 
 /* The place of the number in a pattern. */
 typedef struct number_place {
-  const char *begin, *end; /* NULL: none */
+  const char *begin, *end; /* part of the name that holds the number; NULL: there is none */
   int digits;              /* least number of digits */
   bool has_decimals;
 } number_place;

@@ -11,7 +11,7 @@
 
 #include "core/context_private.h"
 
-/* Whether the context or one of `count` pointers is NULL; `names` are the names of the pointers, separated by ", ". */
+/* Whether the context or one of `count` pointers is NULL; `names` lists the pointers, separated by ", ". */
 bool np_lacks(neph_context *context, const char *function, const char *names, const void *const *pointers,
               size_t count);
 

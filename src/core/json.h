@@ -34,7 +34,7 @@ void np_json_value_destroy(np_json_value *value); /* NULL is allowed */
 /* Text of a key, valid as long as the object; NULL: there is no such text. */
 const char *np_json_get_text(const np_json_value *value, const char *key);
 
-/* Elements of an array of objects, which live as long as the object; NULL: there is no such element. */
+/* Element of an array of objects, valid as long as the object; NULL: there is none. */
 const np_json_value *np_json_get_element(const np_json_value *value, const char *key, size_t index);
 
 /* Reads an array of numbers. False, with `out` undefined, when there is no array of this length. */

@@ -116,7 +116,7 @@ static void watch_clock(np_monitor *monitor) {
     stop(monitor, NP_STOP_CUT);
 }
 
-/* Remaining seconds. Fractions are of predicted times, so that the rate so far continues. */
+/* Remaining seconds at constant speed. The fraction done is one of predicted time. */
 static double estimate_remaining(double fraction, double elapsed_s) {
   return fraction < 0.01 ? HUGE_VAL : elapsed_s * (1.0 - fraction) / fraction;
 }
@@ -134,7 +134,7 @@ static void report(np_monitor *monitor, double done) {
   if (!monitor->progress(monitor->progress_user, &progress)) stop(monitor, NP_STOP_CANCELLED);
 }
 
-/* Reports and checks the clock at intervals, over many short loops as over a long one. */
+/* Checks for cancelling and reports progress, both at most once an interval, also over many short loops. */
 static void check_and_report(np_monitor *monitor, double done) {
   if (!monitor) return;
   watch_clock(monitor);

@@ -11,7 +11,7 @@
 /* Reason to end work. */
 typedef enum np_stop {
   NP_STOP_NONE,
-  NP_STOP_CUT,      /* the budget of one part is used up: its results so far are used */
+  NP_STOP_CUT,      /* the time budget of a part is used up; its results so far are used */
   NP_STOP_LATE,     /* the deadline of the call has passed */
   NP_STOP_CANCELLED /* cancelled by the caller */
 } np_stop;
@@ -102,8 +102,8 @@ double np_cpu_time_s(void);
 /* Model of the CPU; empty where it is unknown. */
 void np_cpu_name(char *out, size_t size);
 
-/* Bytes of memory that the process may use: the machine's, limited by the quota of its control group and by its own
- * limit on address space. */
+/* Bytes of memory available to the process: the machine's, limited by the control group and by the limit on address
+ * space. */
 uint64_t np_memory_size(void);
 
 /* Whether the process can map `bytes` more within its limit on address space. */

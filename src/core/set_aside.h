@@ -10,8 +10,8 @@
  * not its target. A file that cannot be renamed stays, with a warning. */
 void np_file_set_aside(neph_context *context, const char *path, const char *reason, const char *outcome);
 
-/* Whether a path is a regular file, and no link to one. False with the reason for other kinds of file; false with NULL
- * where there is no file. */
+/* Whether a path is a regular file and not a link. False with a reason for other files; false with NULL if there is no
+ * file. */
 bool np_file_is_own(const char *path, const char **out_reason);
 
 #endif

@@ -124,7 +124,7 @@ static neph_result read_changes(const zone_reader *r, const unsigned char *times
   return NEPH_OK;
 }
 
-/* Reads the rule, a line of its own that applies from the last change on; an empty line is no rule. */
+/* Reads the rule for times after the last change, a line at the file's end; an empty line means no rule. */
 static neph_result read_rule(const zone_reader *r, np_time_zone *zone) {
   char text[RULE_SIZE];
   const unsigned char *line_end = count_left(r) > 1 ? memchr(r->at + 1, '\n', count_left(r) - 1) : NULL;

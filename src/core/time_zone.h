@@ -15,7 +15,7 @@ typedef struct np_time_zone np_time_zone;
  * NEPH_ERROR_BAD_FILE without a message; `*out_problem` is the reason, which np_alloc_free frees. */
 neph_result np_time_zone_load(neph_context *context, const char *name, np_time_zone **out_zone, char **out_problem);
 
-/* Parses a zone from the bytes of its file; `name` stands for it in problems. */
+/* Parses a zone from the bytes of its file; `name` is used in messages. */
 neph_result np_time_zone_parse(neph_context *context, const char *name, const void *bytes, size_t size,
                                np_time_zone **out_zone, char **out_problem);
 

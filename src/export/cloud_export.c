@@ -49,7 +49,7 @@ static neph_result obtain_source(cloud_export *e) {
 
 /* ---- Place ---- */
 
-/* Voxels reach half an edge around their samples. */
+/* Bounds of the voxels, which reach half an edge beyond their samples. */
 static void compute_bounds(const np_affine *index_to_world, const neph_volume *volume, neph_exported_cloud *out) {
   double *low = out->bounds_min_m, *high = out->bounds_max_m;
   for (int corner = 0; corner < 8; corner++) {
@@ -100,7 +100,8 @@ static neph_result rename_grid(np_sparse_grid *grid) {
   return NEPH_OK;
 }
 
-/* Level k is the whole cloud once more, in a file of its own: no program adds two by taking all grids of one. */
+/* Writes each level of detail, a complete cloud, into a file of its own: programs that load all grids of a file would
+ * add the levels. */
 static neph_result save_levels(cloud_export *e, const np_vdb_write_grid *as) {
   neph_context *context = e->scene->context;
   np_sparse_grid levels[2] = {{0}}; /* the level before, and the level derived from it */
@@ -228,7 +229,7 @@ static neph_result export_in_frame(cloud_export *e) {
   return result;
 }
 
-/* `renderer` may be NULL: nothing is known of other frames then. */
+/* Exports from the stores of a renderer; `renderer` NULL: results of other frames are unknown. */
 static neph_result export_from_stores(cloud_export *e, neph_renderer *renderer) {
   np_stores own = {.results = NULL};
   e->stores = &own;

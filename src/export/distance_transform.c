@@ -15,7 +15,7 @@ enum { LINES = 16 }; /* lines of a bundle, side by side in memory */
 
 /* Scratch of a thread. */
 typedef struct scratch {
-  float *bundle;    /* LINES lines, each together */
+  float *bundle;    /* a bundle of LINES contiguous lines */
   float *function;  /* squared distances before */
   float *transform; /* after */
   int *vertices;    /* parabolas of the envelope */

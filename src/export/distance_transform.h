@@ -6,7 +6,7 @@
 
 #include "core/parallel.h"
 
-/* A value that stands for no distance yet. */
+/* A value that represents no distance yet. */
 #define NP_DISTANCE_NONE 1e30f
 
 /* Turns a lattice, x fastest, whose values are NP_DISTANCE_NONE outside and −NP_DISTANCE_NONE inside, into squared

@@ -31,8 +31,8 @@ static neph_result rename_grid(np_sparse_grid *grid, const char *name) {
 
 typedef struct scalar_field {
   neph_export_fields kind;
-  const char *required_by; /* a key; NULL: it need not be there */
-  const char *key, *name;  /* the scene's name, and the usual one, which it gets */
+  const char *required_by; /* key of the scene that requires the grid; NULL: it is optional */
+  const char *key, *name;  /* name of the grid in the scene, and the conventional name under which it is written */
   double gain, offset;
 } scalar_field;
 

@@ -39,10 +39,10 @@ typedef struct np_export_source {
 neph_result np_export_fields_load(neph_context *context, const np_export_source *source, np_export_fields *out);
 void np_export_fields_clear(np_export_fields *fields);
 
-/* Adds what is to be written; returns how many grids, at most NP_EXPORT_FIELDS_MAX. */
+/* Adds the grids to write; returns their number, at most NP_EXPORT_FIELDS_MAX. */
 size_t np_export_fields_list(const np_export_fields *fields, bool is_half, np_vdb_write_grid *out);
 
-/* Bits of all of them. */
+/* Bit mask of the kinds of all fields. */
 unsigned np_export_fields_get_kinds(const np_export_fields *fields);
 
 #endif

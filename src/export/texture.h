@@ -21,7 +21,7 @@ typedef struct np_texel_format {
   const char *name; /* the name in Vulkan, without VK_FORMAT_ */
   uint32_t vulkan;  /* VkFormat */
   unsigned channel_count, channel_bytes;
-  bool is_float; /* halves; else 0 to 1 as whole numbers */
+  bool is_float; /* halves; else unsigned normalised integers */
 } np_texel_format;
 
 const np_texel_format *np_texel_format_get(np_texel texel);

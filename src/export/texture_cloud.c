@@ -63,7 +63,7 @@ static unsigned eval_run(const np_cloud_model *model, float x_m, float y_m, floa
   return cloudy;
 }
 
-/* The base is searched from below, the top from above: what is between them does not matter. */
+/* Measures base and top of a column: the base is searched upwards, the top downwards. */
 np_texture_column np_texture_column_measure(const np_cloud_model *model, float x_m, float y_m) {
   const double heights = np_clamp(ceil(model->desc.thickness_m / model->desc.voxel_m), HEIGHTS_MIN, HEIGHTS_MAX);
   const int runs = (int)ceil(heights / RUN);

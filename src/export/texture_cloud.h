@@ -21,21 +21,21 @@ typedef struct np_texture_cloud {
   const neph_scene *scene; /* the scene in its frame */
   const np_scene_cloud *cloud;
   np_cloud_in_frame in_frame;
-  np_affine bake_to_world;  /* the scene's scale, rotation and position, of a bake in its own place */
-  double extinction_factor; /* extinction in the scene over that of the bake */
+  np_affine bake_to_world;  /* scale, rotation and position in the scene, relative to the bake's own position */
+  double extinction_factor; /* extinction in the scene relative to the bake's */
   np_texture_lattice lattice;
 } np_texture_cloud;
 
 /* Adds one texture, its name the cloud's with `.ending`, and the cloud's own facts in its entry. */
 neph_result np_texture_cloud_add_one(const np_texture_cloud *cloud, const char *ending, np_texture *texture);
 
-/* Prepares a model of the cloud at a type, or its own for a negative type. np_bake_end ends it. */
+/* Prepares the model of the cloud for one cloud type, or its own model for a negative type. np_bake_end frees it. */
 neph_result np_texture_cloud_start_model(const np_texture_cloud *cloud, double type, np_bake *out_bake);
 
 /* Bakes the lattice, and sets the cloud's place. */
 neph_result np_texture_lattice_make(np_texture_cloud *cloud);
 
-/* Each adds textures; in a dry run without a lattice. */
+/* Add textures to the set. In a dry run there is no lattice. */
 neph_result np_texture_weather_add(const np_texture_cloud *cloud);
 neph_result np_texture_profile_add(const np_texture_cloud *cloud);
 neph_result np_texture_distance_add(const np_texture_cloud *cloud);

@@ -14,7 +14,7 @@ static neph_result add_on_lattice(np_texture_cloud *cloud) {
   return result ? result : np_texture_distance_add(cloud);
 }
 
-/* The lattice comes first: it places the others. */
+/* Adds all textures of a cloud. The lattice comes first, since the others are placed on it. */
 static neph_result add_all(np_texture_cloud *cloud, np_monitor_part part) {
   np_texture_set *set = cloud->set;
   neph_result result = NEPH_OK;
@@ -45,7 +45,7 @@ static neph_result add_cloud(np_texture_set *set, const np_texture_scene *of, un
   return result;
 }
 
-/* Says which textures are missing, unless the run is dry: it is often followed by another. */
+/* Warns of textures that a cloud cannot have, unless the run is dry. */
 static void warn(const np_texture_set *set, const np_scene_cloud *cloud) {
   if (set->desc->is_dry_run) return;
   if (cloud)

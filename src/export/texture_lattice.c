@@ -56,7 +56,7 @@ static neph_result bake_within(const np_texture_cloud *cloud, np_sparse_grid *ou
 
 /* ---- Place ---- */
 
-/* Position, voxel edge and optical depth go by the cloud's own bake, whatever the voxels of its textures. */
+/* Position, voxel edge and optical depth depend on the cloud's own bake, whatever the voxels of its textures. */
 static neph_result anchor_cloud(const np_texture_cloud *cloud, const neph_volume *on_lattice, np_anchor *out_anchor) {
   neph_context *context = cloud->set->context;
   np_monitor *monitor = cloud->set->monitor;

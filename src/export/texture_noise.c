@@ -11,14 +11,14 @@ enum { CUBE_MAX = 128, OCTAVES = 3, CURL_SIZE = 32, CURL_CELLS = 4, ROWS_PER_PIE
 
 static const uint64_t seed = 0;
 
-/* Streams of the seed; the cubes of neph_noise_texture have the first two. */
+/* Streams of the seed. neph_noise_texture uses the streams below. */
 enum { STREAM_OCTAVE = 8, STREAM_CURL = 16 };
 
 /* A cube of noise and its single octaves of billows 1 − F1². */
 typedef struct cube {
   const np_texture_set *set;
   const np_noise_table *noise;
-  const float *sum;     /* values of the library's cube */
+  const float *sum;     /* values of neph_noise_texture's cube */
   unsigned sum_channel; /* channel of `sum`; the octaves have the others, in order */
   int32_t size, cells;
   unsigned slice;

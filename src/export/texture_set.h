@@ -19,7 +19,7 @@ typedef struct np_texture_set {
   const char *folder;
   const neph_textures_desc *desc;
   np_monitor *monitor;
-  np_json *json; /* the array of textures is open, then that of clouds */
+  np_json *json; /* the JSON file; its array of textures is open, then its array of clouds */
   size_t count;
   np_texture_entry *entries;
 } np_texture_set;
@@ -33,7 +33,7 @@ neph_result np_texture_set_add(np_texture_set *set, const np_texture *texture);
 /* Writes the JSON file, gives all files their names and reports them. */
 neph_result np_texture_set_commit(np_texture_set *set);
 
-/* Removes what is not committed. */
+/* Removes the files of a set that was not committed. */
 void np_texture_set_end(np_texture_set *set);
 
 #endif

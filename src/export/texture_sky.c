@@ -36,7 +36,8 @@ static void put_bands(np_bands bands, float out_values[4]) {
 
 /* ---- Tables ---- */
 
-/* x: distance to the top of the air, from the least to that of a ray along the horizon; y: distance to the horizon. */
+/* x: distance to the top of the air, between its least value and its value along the horizon; y: distance to the
+ * horizon. */
 static void eval_transmittance(const sky_table *table, double x, double y, float out_values[4]) {
   const np_medium *medium = &table->atmosphere->medium;
   const double bottom = medium->planet_radius_m, top = bottom + medium->top_m;

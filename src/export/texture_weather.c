@@ -21,7 +21,7 @@ static float place_m(const weather *w, int axis, unsigned texel, unsigned column
   return (float)((share - 0.5) * w->bake.model.desc.extent_m[axis]);
 }
 
-/* Whether bounds show that a texel is clear. */
+/* Whether a texel is certainly clear, by bounds. */
 static bool is_clear(const weather *w, unsigned x, unsigned y) {
   const np_cloud_box box = {
       {place_m(w, 0, x, 0), place_m(w, 1, y, 0), 0.0f},

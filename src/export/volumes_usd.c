@@ -151,7 +151,7 @@ static void add_field(np_text *out, const volume_list *list, const neph_exported
   np_text_add(out, "    }\n");
 }
 
-/* A cloud that holds nothing in any frame is left out. */
+/* Adds a volume. A cloud that is empty in every frame is skipped. */
 static void add_volume(np_text *out, const volume_list *list, size_t index) {
   const neph_exported_cloud *first = get_first_filled(list, list->clouds[index].name);
   char name[NAME_BYTES + 24];

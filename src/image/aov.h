@@ -12,7 +12,7 @@
  * layer of the channels, before the dot; `parts` are the letters after the dot ("": no dot, one channel; "*": a channel
  * for each cloud and the ground; "+": three for each group of lights). `needs_light` is false for geometry alone,
  * `samples_min` the least number of samples a pixel. `pixel_type` is FLOAT where halves are insufficient, HALF where
- * output.pixel_type decides. `other_layer` is another name of the layer ("": none; a "*" at its end stands for any
+ * output.pixel_type decides. `other_layer` is another name of the layer ("": none; a "*" at its end represents any
  * letters). */
 #define NP_AOV_ROWS(ROW)                                                                                               \
   ROW(BACKGROUND, "background", "RGB", true, 1, HALF, "")                                                              \
@@ -24,7 +24,7 @@
   ROW(MULTIPLE, "multiple", "RGB", true, 1, HALF, "")                                                                  \
   ROW(TRANSMITTANCE, "transmittance", "", false, 1, HALF, "")                                                          \
   ROW(DISTANCE, "distance", "", false, 1, FLOAT, "")                                                                   \
-  ROW(DEPTH, "depth", "", false, 1, FLOAT, "Z") /* Z: always present, may be listed all the same */                    \
+  ROW(DEPTH, "depth", "", false, 1, FLOAT, "Z") /* always present; may be listed too */                                \
   ROW(STANDARD_ERROR, "standard_error", "RGB", true, 2, HALF, "")                                                      \
   ROW(VARIANCE, "variance", "RGB", true, 2, FLOAT, "")                                                                 \
   ROW(SAMPLE_COUNT, "sample_count", "", false, 1, FLOAT, "")                                                           \

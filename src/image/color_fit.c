@@ -12,7 +12,7 @@ static const double white[3] = {0.95047, 1.0, 1.08883};
 /* Cells of 612.47, 537.53, 447.50 nm, then of 652.40, 552.52, 432.56 nm. */
 const unsigned np_color_fit_cells[NP_COLOR_PROBE_BAND_COUNT] = {42, 27, 9, 50, 30, 6};
 
-/* X, Y, Z by band of a probe, in that order. */
+/* X, Y, Z of unit radiance in each band of a probe. */
 static const double probe_xyz[NP_COLOR_PROBE_BAND_COUNT][3] = {
     {61.7848, 34.8004, 4.3015}, {-81.5391, 15.8373, 104.1674},  {40.3337, 43.1895, 144.7200},
     {19.4983, 7.4543, -0.2504}, {152.4217, 117.8619, -78.1769}, {-3.4627, -24.6985, 25.7329},

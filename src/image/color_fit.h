@@ -8,7 +8,7 @@
  *
  *     (mean(x xᵀ ⊗ Q) + 0.1·G) a = mean(x ⊗ Q X) + 0.1·g
  *
- * The prior G, g are the same sums over skies of the Earth at three heights, the sun from 60° to −6°. They stand for
+ * The prior G, g are the same sums over skies of the Earth at three heights, the sun from 60° to −6°. They represent
  * what the probes leave open, and alone they give the best fixed matrix.
  *
  * X, Y, Z of a probe come of six bands, these three and 652.4, 552.5, 432.6 nm, by weights that were fitted to such
@@ -49,7 +49,8 @@ void np_color_fit_add(np_color_fit *fit, const double x[NP_COLOR_BAND_COUNT], co
 /* Solves for the weights; without probes the prior alone decides. */
 void np_color_fit_solve(const np_color_fit *fit, np_color_weights *out);
 
-/* Bands, over the sun's, of a colour: the inverse of the weights. False where they are singular. */
+/* Band radiances, relative to the sun's, of a colour X, Y, Z: the inverse of the weights. False where they are
+ * singular. */
 bool np_color_weights_invert(const np_color_weights *weights, const double xyz[3], double out_x[NP_COLOR_BAND_COUNT]);
 
 #endif

@@ -54,8 +54,8 @@ void np_film_accumulator_begin_moments(np_film_accumulator *accumulator, unsigne
                                        uint32_t sample_begin);
 void np_film_accumulator_add(np_film_accumulator *accumulator, const float *values);
 
-/* Adds a complete node of a part. False, with nothing changed, when it does not begin where the samples so far end, or
- * is no node of the tree. */
+/* Adds a complete node of a part. False, with nothing changed, if its samples do not follow the sum's, or if it is no
+ * node of the tree. */
 bool np_film_accumulator_add_node(np_film_accumulator *accumulator, const np_film_node *node);
 
 /* Lists the maximal nodes in ascending order, with sums inside the accumulator; the structure depends on the range

@@ -147,7 +147,7 @@ static void blur_row(const level *l, size_t y, float *scratch) {
 /* Place between two cells of a coarser line. */
 typedef struct between {
   size_t low, high;
-  float share; /* weight of `high`, the other is that of `low` */
+  float share; /* weight of `high`; `low` has 1 − share */
 } between;
 
 static between get_between(size_t fine, size_t fine_count, size_t coarse_count) {

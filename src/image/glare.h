@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Veiling glare of a camera: light that lens and sensor scatter over the picture. */
+/* Veiling glare of a camera: light that lens and sensor scatter over the whole picture. */
 #ifndef NP_IMAGE_GLARE_H
 #define NP_IMAGE_GLARE_H
 

@@ -200,7 +200,7 @@ neph_result np_image_set_integer(neph_image *image, const char *name, int32_t va
   return set_attribute(image, name, np_alloc_printf(image->context, "%d", (int)value), NP_IMAGE_INTEGER, value);
 }
 
-/* Rounded as a file holds it, so that a picture in memory and one that was read have the same attributes. */
+/* Sets a number, rounded to the precision of a file, so that rendered and loaded pictures have equal attributes. */
 neph_result np_image_set_real(neph_image *image, const char *name, double value) {
   const double held = (double)(float)value;
   return set_attribute(image, name, np_alloc_printf(image->context, "%.9g", held), NP_IMAGE_REAL, held);

@@ -147,7 +147,7 @@ static neph_result fill_plane(const planes *p, const neph_image *image, const ne
 
 /* ---- Scale ---- */
 
-/* Mean of the pixels around one, without it; NaN where there is none. */
+/* Mean of the eight neighbours of a pixel; NaN without any. */
 static double average_around(const planes *p, unsigned x, unsigned y) {
   const unsigned left = x > AROUND_PIXELS ? x - AROUND_PIXELS : 0, top = y > AROUND_PIXELS ? y - AROUND_PIXELS : 0;
   double sum = 0.0, count = 0.0;

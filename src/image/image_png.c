@@ -183,7 +183,7 @@ typedef struct png_reader {
   char message[128];
 } png_reader;
 
-/* Leaves libpng by its own jump, so that there is one way out. */
+/* Leaves libpng by longjmp, as its own errors do. */
 static void fail_reading(png_reader *reader, neph_result result) {
   reader->result = result;
   png_longjmp(reader->png, 1);

@@ -58,7 +58,7 @@ static neph_result fail_by_end(picture_process *p) {
   return fail(p, "its decoder ended before it was done: it is damaged");
 }
 
-/* Fails for an answer that no decoder gives by itself: a crafted file has taken it over. */
+/* Fails for an answer that an intact decoder never gives: a crafted file may control the process. */
 static neph_result fail_by_answer(const picture_process *p) {
   return fail(p, "its decoder gave a wrong answer: it is damaged");
 }
@@ -103,7 +103,7 @@ static bool is_window(const int32_t min[2], const int32_t max[2], const uint32_t
   return true;
 }
 
-/* Checks the head of an answer. A PNG has windows of zeros. */
+/* Checks the first record of the answer. The windows of a PNG are zeros. */
 static neph_result check_head(const picture_process *p) {
   enum { ATTRIBUTES_MAX = 65536 };
   const np_picture_head *h = &p->head;

@@ -14,7 +14,7 @@
 /* ---- The transfer function as a table ---- */
 
 enum {
-  OCTAVES = 13, /* below 2⁻¹³ every view shows black */
+  OCTAVES = 13, /* number of octaves; below 2⁻¹³ every view is black */
   CELL_BITS = 7,
   CELL_SHIFT = 23 - CELL_BITS,
   CELLS = OCTAVES << CELL_BITS,
@@ -23,7 +23,7 @@ enum {
 };
 
 typedef struct encoding {
-  float limit[STEPS + 1]; /* display light of half a step above each; infinite above the last */
+  float limit[STEPS + 1]; /* linear display value half a step above each step; infinite for the last */
   uint8_t step[CELLS + 1];
 } encoding;
 
@@ -68,7 +68,7 @@ typedef struct development {
 
 static void paint(uint8_t rgba[4], uint8_t r, uint8_t g, uint8_t b) { rgba[0] = r, rgba[1] = g, rgba[2] = b; }
 
-/* Whether a pixel has a colour of its own, NaN or infinite, which is painted. */
+/* Paints a pixel with NaN or an infinite value in a marking colour; false: the pixel is finite. */
 static inline bool paint_odd(const float exposed[3], uint8_t rgba[4]) {
   const bool is_nan = isnan(exposed[0]) || isnan(exposed[1]) || isnan(exposed[2]);
   const bool is_infinite = np_maxf(exposed[0], np_maxf(exposed[1], exposed[2])) == HUGE_VALF;
@@ -79,7 +79,7 @@ static inline bool paint_odd(const float exposed[3], uint8_t rgba[4]) {
   return is_nan || is_infinite;
 }
 
-/* A pixel of any value: its colour where it is odd, else by the tone curve. */
+/* Develops any pixel: odd values (NaN, infinite) in marking colours, others by the tone curve. */
 static void develop_by_curve(const development *d, size_t pixel, uint8_t rgba[4]) {
   float exposed[3], display[3];
   np_preview_get_pixel(&d->planes, pixel, exposed);

@@ -36,7 +36,7 @@ static inline void np_preview_get_pixel(const np_preview_planes *planes, size_t 
 /* Fills the primaries alone. */
 void np_preview_choose_primaries(const neph_image *image, np_preview_planes *out);
 
-/* Applies a matrix in Rec.709 after the primaries'. */
+/* Appends a matrix in Rec.709 that is applied after the conversion of primaries. */
 void np_preview_append_matrix(np_preview_planes *planes, const np_color_matrix *matrix);
 
 /* Converts a pixel from the planes' primaries to Rec.709, in place. */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The way from exposed light to the components of a preview: tone curves, the sRGB transfer function, dither. */
+/* Conversion of exposed light to preview components: tone curves, sRGB transfer function, dither. */
 #ifndef NP_IMAGE_PREVIEW_TONE_H
 #define NP_IMAGE_PREVIEW_TONE_H
 

@@ -2,7 +2,7 @@
 /* Wavelengths that represent the visible spectrum, and weights by which their radiances add up to a colour.
  *
  * The range is cut into equal cells between 400 and 700 nm, of which the outermost reach to the ends of the matching
- * functions. A wavelength lies at its cell's centre of gravity under x + y + z, and stands for the mean over the cell
+ * functions. A wavelength lies at its cell's centre of gravity under x + y + z, and represents the mean over the cell
  * of whatever is rough (the lines in the sun's spectrum, ozone's bands); what is left, the work of the air, is smooth.
  * Weights are the cell's integrals of x, y and z, corrected by the slope between neighbours for their centres of
  * gravity, which differ from the wavelength: exact for spectra that are linear from cell to cell.

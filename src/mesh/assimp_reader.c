@@ -77,7 +77,7 @@ static struct aiQuaternion turn(const struct aiQuatKey *keys, unsigned count, do
 
 /* ---- Nodes ---- */
 
-/* Local transform of a node; parts without keys stay as the node has them. */
+/* Local transform of a node; translation, rotation and scale without keys are the node's. */
 static struct aiMatrix4x4 get_transform(const struct aiScene *scene, const struct aiNode *node, double ticks) {
   const struct aiNodeAnim *keys = get_keys(scene, node);
   if (!keys) return node->mTransformation;

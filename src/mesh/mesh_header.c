@@ -81,7 +81,7 @@ static neph_result check_glb(const mesh_header *h) {
 
 /* ---- OBJ: Wavefront, Advanced Visualizer, appendix B1 (1993): a line for each vertex, face and so on ---- */
 
-/* Whether a line begins a face; long files are left to the reader. */
+/* Whether a line of an OBJ file begins a face. Files above 16 MB are left to Assimp. */
 static bool may_have_face(const mesh_header *h) {
   enum { BYTES_MAX = 1 << 24 };
   bool is_begin = true;

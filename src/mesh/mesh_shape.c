@@ -45,7 +45,7 @@ static void fill_first(const vertex_key *keys, uint32_t count, uint32_t *out) {
   }
 }
 
-/* Moves first vertices together; `first` becomes the new index of each vertex. */
+/* Compacts the array to first vertices; `first` becomes the new index of each vertex. */
 static void join_vertices(np_mesh *mesh, uint32_t *first) {
   uint32_t kept = 0;
   for (uint32_t v = 0; v < mesh->vertex_count; v++) {

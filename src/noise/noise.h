@@ -72,7 +72,7 @@ typedef struct np_noise_table {
 /* Functions of an instruction-set level that the machine supports. */
 const np_noise_table *np_noise_get_table(neph_isa isa);
 
-/* 32-bit seed of one of several noises that share a 64-bit seed. */
+/* 32-bit seed for stream number `stream` of a 64-bit seed, for independent noises. */
 uint32_t np_noise_derive_seed(uint64_t seed, uint32_t stream);
 
 #endif

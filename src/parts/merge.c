@@ -19,7 +19,7 @@ typedef struct merging {
   np_merge_part *parts;
   size_t count;
   np_frame *frame;       /* described and filled as far as pixels are finished */
-  np_assembly *assembly; /* the frame's, with nothing but the context */
+  np_assembly *assembly; /* assembly of the frame, of which only the context is set */
   neph_render_desc desc; /* the frame's description */
   np_film_accumulator *film;
   neph_image *image;

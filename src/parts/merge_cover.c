@@ -14,7 +14,7 @@ typedef struct cover {
   neph_context *context;
   const np_merge_part *parts; /* sorted by their first sample */
   size_t count;
-  unsigned tile_count; /* the most that a part says there are */
+  unsigned tile_count; /* largest tile count stated by a part */
   char missing[LIST_SIZE];
   size_t length;
 } cover;

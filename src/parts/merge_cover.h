@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Whether parts cover a picture: each row of pixels, and each of its samples, once. */
+/* Checks that parts cover a picture: each row of pixels, and each of its samples, exactly once. */
 #ifndef NP_PARTS_MERGE_COVER_H
 #define NP_PARTS_MERGE_COVER_H
 

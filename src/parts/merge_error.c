@@ -10,7 +10,7 @@
 
 enum { ENDINGS = 3 };
 
-/* The error of the whole follows from the other two. */
+/* Figures of an error. The total ERROR is the root of the sum of squares of the other two. */
 enum { ERROR, NOISE, BIAS, FIGURES };
 
 static const char *const names[FIGURES][ENDINGS] = {
@@ -31,7 +31,7 @@ static bool check_number(const np_image_attribute *a, np_part_fault *fault) {
                            a->value);
 }
 
-/* Whether a figure is not below another; one that is not stated is. */
+/* Whether `low` is at most `high`; true if one of them is missing. */
 static bool check_order(const np_image_attribute *low, const np_image_attribute *high, np_part_fault *fault) {
   if (!low || !high || low->number <= high->number) return true;
   return np_part_fault_set(fault, "its attribute %s is %g, must be at most that of %s, %g", low->name, low->number,
@@ -66,8 +66,8 @@ static double get_pixels(const np_merge_part *part) {
   return (double)(max[0] - min[0]) * (double)(max[1] - min[1]);
 }
 
-/* Mean square of a figure over the parts that state it, their squares times `share` to a power of 0 or 1; returns how
- * many those are. A part states none where no pixel of it counts, as where all is black. */
+/* Mean square of a figure over the parts that state it, weighted by `share` to a power of 0 or 1; returns the number of
+ * these parts. A part whose pixels are all below the luminance threshold states none. */
 static size_t average_squares(const np_merge_part *parts, size_t count, const char *name, bool falls_with_samples,
                               double *out) {
   double sum = 0.0, weights = 0.0;
@@ -84,7 +84,7 @@ static size_t average_squares(const np_merge_part *parts, size_t count, const ch
   return stating;
 }
 
-/* A bound that some of the parts that state the figure leave out is none of the whole. */
+/* Averages a figure over the parts that state it. A bound that one of them lacks is omitted. */
 static bool average_figure(const np_merge_part *parts, size_t count, int figure, int ending, double *out) {
   const bool is_noise = figure == NOISE;
   double unused;
@@ -111,7 +111,7 @@ static neph_result write_figures(const np_merge_part *parts, size_t count, int e
   return result;
 }
 
-/* It was measured where all parts that state a source have measured it. */
+/* Writes the source of the bias: "measured" if all parts that name a source have measured it. */
 static neph_result write_source(const np_merge_part *parts, size_t count, neph_image *image) {
   const char *source = NULL;
   for (size_t i = 0; i < count; i++) {

@@ -6,7 +6,7 @@
 #include "parts/merge_state.h"
 #include "parts/part_fault.h"
 
-/* Whether an attribute is one of the figures. */
+/* Whether an attribute is one of the error figures. */
 bool np_merge_error_has(const char *name);
 
 /* Whether the figures that an image states are numbers; false, with the fault, where one is not. */

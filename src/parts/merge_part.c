@@ -109,8 +109,8 @@ static neph_result compare_channels(const np_merge_part *part, const np_merge_pa
                            part->path, first->path);
 }
 
-/* Version, frame, seed and level before the hash that they are in, for a message that says what differs; after it the
- * light, which each part computed for itself. */
+/* Compares version, frame, seed and level before the hash that contains them, so that the message names the difference;
+ * then the light, which each part has computed itself. */
 neph_result np_merge_part_compare(const np_merge_part *part, const np_merge_part *first) {
   static const char *const named[][2] = {
       {"nephos:frame", "frame"}, {"nephos:seed", "seed"}, {"nephos:isa", "instruction-set level"}};

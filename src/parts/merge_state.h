@@ -19,7 +19,7 @@ typedef struct np_merge_part {
   np_part_header header; /* all that the file states; less for a tile's picture */
   np_part_grid grid;
   double *rows; /* records of one row of tiles of a file */
-  int row;      /* number of that row; -1: none yet */
+  int row;      /* index of the row in `records`; -1: none yet */
 } np_merge_part;
 
 #endif

@@ -15,7 +15,7 @@
 
 /* ---- Attributes ---- */
 
-/* Integers with one separator between them, and nothing else; false: the text is not that. */
+/* Parses integers with one separator between each pair; false: the text has another form. */
 static bool parse_integers(const char *text, char separator, int count, int64_t *out) {
   for (int i = 0; i < count; i++) {
     char *end;
@@ -28,7 +28,7 @@ static bool parse_integers(const char *text, char separator, int count, int64_t 
   return true;
 }
 
-/* Three numbers, as they are written; zeros where there is no such attribute. */
+/* Parses an attribute of three numbers; zeros if it is missing. */
 static bool parse_triple(const neph_image *image, const char *name, double out[NP_BAND_COUNT]) {
   const char *text = neph_image_get_attribute(image, name);
   memset(out, 0, NP_BAND_COUNT * sizeof *out);
@@ -151,7 +151,7 @@ static bool read_header(np_part_header *h, const neph_image *image, np_part_faul
   return true;
 }
 
-/* The file may be another one by now: the pixels are those that the header was checked for. */
+/* Whether two images have equal sizes. The file may have been replaced since its header was checked. */
 static bool is_same_size(const neph_image *a, const neph_image *b) {
   return a->width == b->width && a->height == b->height && a->channel_count == b->channel_count;
 }

@@ -103,7 +103,7 @@ static void pass_channel(field_stream *s, np_channel *channel) {
   fail(s);
 }
 
-/* Sums without a name come after the picture's channels, and no pixel is finished by their rules. */
+/* Encodes or decodes the channels. Sums without a name follow the picture's channels, and have no finishing rule. */
 static void pass_channels(field_stream *s, np_channels *c) {
   PASS(s, "channels: number", c->count);
   PASS(s, "channels: number of sums", c->sum_count);
@@ -198,7 +198,7 @@ neph_result np_part_code_encode(neph_context *context, const np_part_header *hea
   return NEPH_OK;
 }
 
-/* The header of the image as bytes, since a bool that is neither 0 nor 1 must not be read as one. */
+/* Decodes the image header. Booleans are read as bytes, since any value but 0 or 1 is invalid in a bool. */
 static bool get_image_header(field_stream *s, np_part_header *h, np_image_header *out) {
   unsigned char bytes[sizeof *out];
   PASS(s, "image", bytes);

@@ -10,8 +10,8 @@
 neph_result np_part_code_encode(neph_context *context, const np_part_header *header, char **out_bytes,
                                 size_t *out_size);
 
-/* Back from the block; `out_image`, owned by the caller, has no values. Every field is checked (part_rules.h) before
- * anything is allocated by it. False, nothing to free, and the fault, where it is none. */
+/* Decodes a block. `out_image`, owned by the caller, has a header without values. Every field is checked (part_rules.h)
+ * before memory is allocated by it. False, with the fault and nothing to free, if a field is invalid. */
 bool np_part_code_decode(neph_context *context, char *bytes, size_t size, np_part_fault *fault,
                          np_part_header *out_header, neph_image **out_image);
 

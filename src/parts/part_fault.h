@@ -9,7 +9,7 @@
 typedef struct np_part_fault {
   neph_context *context;
   neph_result result;  /* NEPH_OK: there is none */
-  bool is_of_contents; /* another run of the same command mends it */
+  bool is_of_contents; /* rendering the part again would repair it */
   char *reason;        /* NULL: there is none, or no memory for it */
 } np_part_fault;
 

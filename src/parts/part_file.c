@@ -105,7 +105,7 @@ static uint64_t get_position(const np_part_file *f) {
 
 static bool get(np_part_file *f, void *bytes, size_t size) { return !size || fread(bytes, size, 1, f->file) == 1; }
 
-/* Whether the file goes on for so many bytes: before memory is taken for them. */
+/* Whether the file has `size` further bytes. It is checked before memory is allocated for them. */
 static bool has_bytes(np_part_file *f, const char *name, uint64_t size) {
   const uint64_t at = get_position(f);
   if (size <= f->size - at) return true;

@@ -25,7 +25,7 @@ const np_part_header *np_part_file_get_header(const np_part_file *file);
 bool np_part_file_has_tile(const np_part_file *file, size_t tile);
 size_t np_part_file_count_tiles(const np_part_file *file); /* tiles that the file holds */
 
-/* The records of a tile that is there; false, with the fault, where they are damaged or forged. */
+/* Reads the records of a finished tile; false, with the fault, where they are damaged or forged. */
 bool np_part_file_read_tile(np_part_file *file, size_t tile, np_part_fault *fault, double *out_records);
 
 #endif

@@ -104,7 +104,7 @@ static void free_records(np_kept_film *film) {
   np_alloc_free(film->context, film->done);
 }
 
-/* A checkpoint never stands in the way: a frame that cannot go on from it begins anew. */
+/* Continues from a checkpoint. A checkpoint that cannot be used is ignored, and the frame starts anew. */
 static neph_result resume(np_kept_film *film) {
   np_part_file *file = NULL;
   np_part_fault fault = {.context = film->context};

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The records of a frame in the making, kept for the file of a part or of a checkpoint. A checkpoint is the part as far
- * as it is done, tile by tile. */
+/* Records of a frame that is being rendered, for the file of a part or of a checkpoint. A checkpoint is a part with the
+ * tiles finished so far. */
 #ifndef NP_PARTS_PART_FILM_H
 #define NP_PARTS_PART_FILM_H
 

@@ -184,7 +184,7 @@ bool np_part_rules_check_sums(const np_channels *c, np_part_fault *fault) {
   return true;
 }
 
-/* The same name again, or none. */
+/* Checks that a channel has a name which no earlier channel has. */
 static bool check_channel_name(const np_channels *c, unsigned i, np_part_fault *fault) {
   bool is_new = *c->channel[i].name;
   for (unsigned k = 0; k < i && is_new; k++) is_new = strcmp(c->channel[i].name, c->channel[k].name) != 0;
@@ -291,7 +291,7 @@ bool np_part_rules_check_attribute(const neph_image *image, uint32_t type, doubl
 
 static bool is_count(double value, double most) { return value >= 0.0 && value <= most && value == floor(value); }
 
-/* Fewer where a target error has chosen their number. */
+/* Checks a number of samples; with a target error it may be smaller than the range. */
 static bool check_count(const np_part_header *h, double count, np_part_fault *fault) {
   const double most = h->sample_end - h->sample_begin;
   const bool has_target = isfinite(h->target_error);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Whether a file is what a render would write. */
+/* Detection of finished frames: whether an existing file is the picture that a render would write. */
 #include <string.h>
 
 #include <nephos/parts.h>

@@ -8,7 +8,8 @@
 #include "scene/cloud_file.h"
 #include "scene/cloud_ground.h"
 
-/* A cloud with a file and parameters is baked to that file unless it is there and holds this very cloud. */
+/* Chooses bake or file: a cloud with a file and bake parameters is baked unless the file exists and was baked from
+ * them. */
 neph_result np_plan_choose_source(const neph_scene *scene, const np_scene_cloud *cloud, const char *file, int frame,
                                   np_cloud_source *out_source) {
   *out_source = file ? NP_CLOUD_SOURCE_FILE : cloud->volume ? NP_CLOUD_SOURCE_GIVEN : NP_CLOUD_SOURCE_BAKE;

@@ -8,7 +8,7 @@
 /* Source of a cloud. */
 typedef enum np_cloud_source {
   NP_CLOUD_SOURCE_FILE,   /* a file that is read */
-  NP_CLOUD_SOURCE_BAKE,   /* a bake; to its file where it has one, which is not there yet */
+  NP_CLOUD_SOURCE_BAKE,   /* bake; written to the cloud's file, which does not exist yet, if it has one */
   NP_CLOUD_SOURCE_REBAKE, /* a bake over its file, which holds another cloud */
   NP_CLOUD_SOURCE_GIVEN   /* a volume that a call has added */
 } np_cloud_source;

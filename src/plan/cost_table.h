@@ -5,7 +5,7 @@
 
 /* clang-format off */
 
-/* Unit, its name, seconds of one core and bytes of one. */
+/* Rows of the cost table: unit, name, seconds of one core and bytes for one unit. */
 #define NP_COST_ROWS(X) \
   X(PROGRAM, "program", 0, 1.4e+07) \
   X(VDB_LIBRARY, "OpenVDB", 0, 3.1e+07) \

@@ -14,8 +14,8 @@ typedef struct np_cost_counts {
   double of[NP_UNIT_COUNT];
 } np_cost_counts;
 
-/* Predicted cost of a stage: seconds of one core, and bytes that stay while the picture is rendered. 0: next to
- * nothing, or not known. */
+/* Predicted cost of a stage: seconds of one core, and bytes that remain allocated during rendering. 0: negligible, or
+ * unknown. */
 typedef struct np_stage_cost {
   double seconds, bytes;
 } np_stage_cost;

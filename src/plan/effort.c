@@ -33,7 +33,7 @@ enum { CANDIDATES = sizeof candidates / sizeof *candidates, BEST_MARCH = 2, VALU
 /* Keys of the march, with values from the cheapest. */
 static const struct {
   const char *section, *name;
-  np_stage stage; /* without which it does nothing */
+  np_stage stage; /* stage without which the knob has no effect */
   const char *values[VALUES_MAX];
 } keys[] = {
     {"render", "light_depth", NP_STAGE_ORDINATES, {"1.4", "0.9", "0.6", "0.35"}},
@@ -55,7 +55,7 @@ static bool is_given(const neph_scene *scene, const char *section, const char *n
 
 typedef struct choice {
   neph_scene *scene;
-  const neph_render_desc *desc; /* the caller's: picture, target and limit */
+  const neph_render_desc *desc; /* description with the caller's size, target and limit */
   bool is_quality_open, is_integrator_open, are_samples_open;
   np_plan plan; /* plan of the settings considered last */
   np_input_store *store;
@@ -136,7 +136,7 @@ static neph_result choose_quality(choice *c) {
   double floor = HUGE_VAL;
   neph_result result = NEPH_OK;
   for (int k = first; k <= last && !result; k++) {
-    if (k > BEST_MARCH && is_reached(c, &c->best)) break; /* paths are for what no march reaches */
+    if (k > BEST_MARCH && is_reached(c, &c->best)) break; /* paths are for targets beyond the march */
     neph_effort e = NEPH_EFFORT_DEFAULT;
     result = set_candidate(c, k);
     if (!result) result = predict(c, &e);

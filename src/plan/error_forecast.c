@@ -25,7 +25,7 @@ static const double method_bias[] = {
     [NEPH_MULTIPLE_SCATTERING_POWDER] = 0.6,  [NEPH_MULTIPLE_SCATTERING_DERIVATIVE] = 0.7,
 };
 
-/* Error of pixels over what the sky's tables may err by beyond the default, and over the tolerance of sun optical
+/* Relative error of pixels per error of the sky's tables beyond the default, and per tolerance of sun optical
  * depths. */
 static const double tables_share = 0.5, depths_share = 0.3;
 
@@ -109,7 +109,7 @@ double np_stage_expect_volumes(const np_plan *plan, const neph_scene *scene) {
   return factor > 1.0 ? voxels_bias * pow(0.5 * factor, voxels_order) : 0.0;
 }
 
-/* Steps, and light that is scattered more than once where nothing stands for it. */
+/* Error of the integrator: of the march's steps, and of multiple scattering if it is neglected. */
 double np_stage_expect_integrator(const np_plan *plan, const neph_scene *scene) {
   if (!is_march(plan) || !has_clouds(plan)) return 0.0;
   const bool has_none = plan->request.desc.multiple_scattering == NEPH_MULTIPLE_SCATTERING_NONE;
@@ -119,17 +119,16 @@ double np_stage_expect_integrator(const np_plan *plan, const neph_scene *scene) 
 
 /* ---- Noise ---- */
 
-/* Relative noise of one sample a pixel, with clouds and without; of a march that of pictures 240 pixels wide: smaller
- * pixels have less of an edge each. */
+/* Relative noise of a pixel by one sample, with clouds and without. For the march it holds for pictures 240 pixels
+ * wide; smaller pixels contain less of an edge. */
 static const double march_noise = 0.08, clear_march_noise = 0.05, path_noise = 1.2, clear_path_noise = 0.8;
 static const double usual_pixels = 240.0, edges_exponent = 0.6;
 
-/* Power of their number by which the variance of samples falls; even samples of a march do better than independent
- * ones. */
+/* Exponents by which the variance falls with the number of samples; stratified samples of the march converge faster
+ * than independent ones. */
 static const double march_exponent = 1.5, path_exponent = 1.0;
 
-/* Samples beyond the first over those of a picture with the same number in each pixel, where each has its own
- * (sample_counts.h). */
+/* Samples beyond the first with adaptive sampling (sample_counts.h), relative to uniform sampling with equal noise. */
 static const double adaptive_share = 0.45, adaptive_path_share = 0.75;
 
 /* Least share of a target that is left to noise where the bias takes more. */

@@ -25,12 +25,11 @@ double np_bias_of_solution(unsigned degree, double residual);
 /* The bias for a method, where the mean square of the clouds' opacity is `cover`. */
 double np_bias_of_method(neph_multiple_scattering method, double cover);
 
-/* Predicted noise of so many samples a pixel in the mean, and samples for a noise. */
+/* Predicted noise for a mean number of samples per pixel, and number of samples for a noise. */
 double np_plan_get_noise(const np_plan *plan, double samples);
 double np_plan_count_samples(const np_plan *plan, double noise);
 
-/* Noise that the target error of a plan leaves beside its bias, and half of the target at least; infinite: there is no
- * target. */
+/* Noise that the target error leaves beside the bias, at least half of the target; infinite without a target. */
 double np_plan_choose_noise(const np_plan *plan);
 
 /* Mean samples a pixel that the plan takes: as requested, or as many as that noise takes. */

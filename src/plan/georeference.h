@@ -14,12 +14,12 @@ typedef struct np_georeference {
 } np_georeference;
 
 /* Decides by the box of a volume, placed by `file_to_world`: it lies far from the world's origin, and within the raster
- * or next to it by the coordinates of its system; clouds with a position go by that. Where it does, `file_to_world`
+ * or next to it by the coordinates of its system; clouds with a position depend on that. Where it does, `file_to_world`
  * leads to the world afterwards. */
 neph_result np_georeference_apply(const neph_scene *scene, const np_scene_cloud *cloud, const neph_volume *volume,
                                   np_affine *file_to_world, np_georeference *out);
 
-/* The message of one that is applied; NULL: no memory. To be freed. */
+/* Message about an applied georeference, which the caller frees; NULL: no memory. */
 char *np_georeference_describe(neph_context *context, const np_georeference *georeference);
 
 #endif

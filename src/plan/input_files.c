@@ -94,7 +94,7 @@ static neph_result open_field(const cloud_file *file, const char *grid, const ch
   return result;
 }
 
-/* Colours and velocities; grids that the scene names must be there. */
+/* Opens the grids of colours and velocities; grids that the scene names are required. */
 static neph_result open_vectors(const cloud_file *file, const np_file_use *use, bool *out_has_emission) {
   neph_result result = NEPH_OK;
   *out_has_emission = false;
@@ -138,7 +138,7 @@ static neph_result open_density(const cloud_file *file, np_grid_state *out_state
   return result;
 }
 
-/* Opens the file of the frame; none of a sequence is as good as an empty one. */
+/* Opens the file of a frame. A frame without a file counts as empty in a sequence. */
 static neph_result open_frame(const neph_scene *scene, unsigned index, int frame, double *out_number,
                               np_grid_state *out_state) {
   const np_scene_cloud *cloud = &scene->clouds[index];
@@ -188,7 +188,7 @@ void neph_scene_warn_of_tasks(const neph_scene *scene) {
              scene->clouds[i].name, i);
 }
 
-/* A frame rendered by another task may go by another file. */
+/* A frame rendered by another task may depend on another file. */
 static void warn_of_choice(const neph_scene *scene, unsigned index, np_reference *reference) {
   const np_scene_cloud *cloud = &scene->clouds[index];
   if (is_reference_given(cloud) || !reference->has_frame || reference->is_told) return;
@@ -199,7 +199,7 @@ static void warn_of_choice(const neph_scene *scene, unsigned index, np_reference
          cloud->name, reference->number, index);
 }
 
-/* Notes the file that a sequence goes by, by the headers; none while all frames so far are empty. `filled` is
+/* Notes the file that a sequence depends on, by the headers; none while all frames so far are empty. `filled` is
  * the number of the frame's own; NULL: it is empty. */
 static neph_result update_reference(const neph_scene *scene, unsigned index, const double *filled,
                                     np_input_store *store) {

@@ -67,11 +67,11 @@ double np_input_file_get_share(const np_input_file *file) {
   return fmin(file->voxel_count / ((double)file->size[0] * file->size[1] * file->size[2]), 1.0);
 }
 
-/* Optical depth of clouds whose scale goes by values that are not read yet, at the most: a cumulus'. */
+/* Upper limit of the optical depth assumed for clouds whose density is not read yet: the value of a cumulus. */
 static const double depth_unread = 40.0;
 
-/* The densest column is taken to be filled as the box is; the largest value, as 1 where that makes no denser a cloud.
- */
+/* Guesses the extinction of an unread file: the densest column has the mean fill of the box; the largest value counts
+ * as 1 where that gives no denser cloud. */
 double np_input_file_guess_extinction(const np_scene_cloud *cloud, const np_input_file *file) {
   const bool is_scaled = cloud->density_unit == NP_DENSITY_OPTICAL_DEPTH;
   const double depth = is_scaled ? cloud->density_value : depth_unread;

@@ -12,7 +12,7 @@ typedef struct np_reference {
   struct np_reference *next;
   unsigned index;    /* number of the cloud in its scene */
   char sequence[33]; /* fingerprint of the files that it is a frame of */
-  bool has_frame;    /* the first rendered frame that holds anything is known */
+  bool has_frame;    /* the first rendered frame that is not empty is known */
   double number;     /* number of its file */
   bool is_told;      /* a warning has named it */
   char key[33];      /* fingerprint of all that the anchor depends on; empty: not computed yet */
@@ -22,7 +22,7 @@ typedef struct np_reference {
 /* The latest trial of clouds. */
 typedef struct np_stored_trial {
   char key[33];           /* fingerprint of the clouds; empty: there is none */
-  struct np_trial *trial; /* held; NULL: no cloud has a place */
+  struct np_trial *trial; /* retained trial; NULL: no cloud has a place */
 } np_stored_trial;
 
 typedef struct np_input_store {
@@ -39,11 +39,11 @@ neph_result np_references_get(np_reference **references, const neph_scene *scene
 /* Whether a file of its sequence gives a cloud's files place or scale. */
 bool np_reference_is_used(const np_scene_cloud *cloud);
 
-/* The reference of such a cloud; NULL: none is in the store, which may be NULL. */
+/* The reference of a cloud that is a sequence; NULL: the store is NULL or has none. */
 neph_result np_references_search(const np_input_store *store, const neph_scene *scene, unsigned index,
                                  const np_reference **out_reference);
 
-/* The file that the scene names, infinite for all of them, else the one that was chosen; false where there is neither
+/* Number of the reference file: the scene's, or infinite for all files, else the chosen one; false if neither is known
  * yet. */
 bool np_reference_get_number(const np_scene_cloud *cloud, const np_reference *reference, double *out_number);
 

@@ -107,7 +107,7 @@ static neph_result count_voxels(const neph_scene *scene, const np_request *reque
 
 /* ---- Heights ---- */
 
-/* Samples along a side that go on beyond the border of a file. */
+/* Samples added beyond each side of a height file's border. */
 static const double margin_samples = 160.0;
 
 static double count_heights(const np_scene_terrain *terrain, const unsigned size[2]) {
@@ -115,7 +115,7 @@ static double count_heights(const np_scene_terrain *terrain, const unsigned size
   return (size[0] + margin) * (size[1] + margin);
 }
 
-/* Heights by the size of the file, of two bytes each. A given terrain is there already. */
+/* Guesses the number of heights from the file's size, at two bytes each; 0 for a terrain object. */
 static np_terrain_counts guess_terrain(const neph_scene *scene, const np_request *request) {
   const np_scene_terrain *terrain = &scene->terrain;
   np_terrain_counts counts = {.made = 0.0};
@@ -164,7 +164,8 @@ void np_inputs_clear(neph_context *context, np_inputs *inputs) {
 
 /* ---- Files ---- */
 
-/* Copies may be no larger than a few cells: one counts beyond a box on each side, and one that it begins in. */
+/* Counts the cells in the boxes of copies. Copies may be smaller than a cell: three cells are added along each axis,
+ * one beyond either side and one that the box cuts. */
 static double count_copied_cells(const neph_scene *scene, const np_request *request, const np_scene_cloud *cloud,
                                  np_dvec3 low, np_dvec3 high) {
   static const double beside = 3.0;
@@ -186,7 +187,7 @@ static double count_file_cells(const neph_scene *scene, const np_request *reques
   return size.x * size.y * size.z / pow(np_plan_get_light_edge(request, scene, file->low, file->high), 3.0);
 }
 
-/* Reads headers, and counts the cells where a picture's pixels limit them. */
+/* Reads headers, and counts cells where the pixels' size limits them. */
 static neph_result measure_files(const neph_scene *scene, const np_request *request, np_inputs *inputs) {
   const bool is_limited = np_plan_get_light_detail(scene) > 0.0;
   neph_result result = NEPH_OK;
@@ -235,7 +236,7 @@ static void add_place(const np_scene_cloud *cloud, np_hash *hash) {
   np_hash_add(hash, cloud->place, cloud->place_count * sizeof *cloud->place);
 }
 
-/* All that a trial depends on: the frame's clouds and their places, and heights under them. */
+/* Key of a trial: a hash of the frame's clouds, their places, and the heights below them. */
 static neph_result compute_key(const neph_scene *scene, const np_request *request, char out_key[33]) {
   char terrain[33] = "";
   neph_result result = NEPH_OK;
@@ -256,7 +257,7 @@ static neph_result compute_key(const neph_scene *scene, const np_request *reques
   return result ? result : finished;
 }
 
-/* Takes the trial of the store, or makes it and leaves it there. */
+/* Takes the trial from the store, or builds it and puts it there. */
 static neph_result take_trial(const neph_scene *scene, const np_request *request, np_input_store *store,
                               np_inputs *inputs) {
   np_stored_trial *stored = &store->trial;

@@ -20,7 +20,7 @@ typedef struct np_input_file {
   bool is_known;
   np_affine index_to_world;    /* its placement */
   int32_t size[3];             /* voxels along the box of active voxels */
-  np_dvec3 low, high;          /* that box in the world */
+  np_dvec3 low, high;          /* world bounds of that box */
   double voxel_count;          /* active voxels */
   double extinction_per_value; /* 1/m, as the file states it; 0: it does not */
   unsigned level_count;        /* files of levels of detail; 0: it is in none */
@@ -38,23 +38,23 @@ typedef struct np_voxel_counts {
 
 /* The terrain's source. */
 typedef struct np_terrain_counts {
-  double made, read; /* heights that are generated, and read, those beyond the border of a file included */
+  double made, read; /* generated heights, and heights from files with their margin */
   double mesh_bytes; /* bytes of a file of a mesh */
   double texels;     /* texels of a picture of its albedo */
 } np_terrain_counts;
 
 /* Means over the rays of a picture. */
 typedef struct np_view_counts {
-  double cover;    /* share of the rays that meet cloud */
-  double length_m; /* way in cloud until light is spent */
+  double cover;    /* share of rays that meet cloud */
+  double length_m; /* path length in cloud until the ray is opaque */
   double depth;    /* optical depth, of thick clouds as much as light goes through */
 } np_view_counts;
 
 /* Rays from points on the ground to the clouds, by which light from the clouds on the ground is gathered. */
 typedef struct np_ground_counts {
   double points;   /* points on the ground */
-  double way_m;    /* way of a ray through the clouds' box, in the mean */
-  double length_m; /* its way in cloud until light is spent */
+  double way_m;    /* mean path length of a ray through the clouds' box */
+  double length_m; /* path length in cloud until the ray is opaque */
 } np_ground_counts;
 
 typedef struct np_inputs {
@@ -66,26 +66,26 @@ typedef struct np_inputs {
   np_input_file *files; /* the header of each cloud's file; owned */
   unsigned file_count;
   double file_voxel_count; /* active voxels of all files */
-  double file_cell_count;  /* cells of light in the boxes of files, as far as pixels limit them */
-  struct np_trial *trial;  /* map of the clouds; held; NULL: none */
+  double file_cell_count;  /* number of light cells in the boxes of files, as limited by the pixels' size */
+  struct np_trial *trial;  /* retained map of the clouds; NULL: none */
   np_view_counts view;     /* rays of the picture through the trial */
   np_ground_counts ground; /* rays from the ground through it */
 } np_inputs;
 
-/* Counts the voxels of a request's clouds; nothing of a picture of the sky. */
+/* Counts the voxels of a request's clouds; 0 for a picture of the sky alone. */
 neph_result np_inputs_make(const neph_scene *scene, const np_request *request, np_inputs *out_inputs);
 
-/* Reads headers, makes a trial (trial.h), a few tenths of a second, or takes the store's, and counts again.
- * `*out_is_changed`: predictions change with it. */
+/* Reads headers, and builds a trial (trial.h) in a few tenths of a second, or takes the store's; then counts again.
+ * `*out_is_changed`: predictions have changed. */
 neph_result np_inputs_measure(const neph_scene *scene, const np_request *request, np_input_store *store,
                               np_inputs *inputs, bool *out_is_changed);
 
-/* Frees the trial, of the store too, once all that follows from it is decided: it takes some megabytes. */
+/* Frees the trial here and in the store after the last decision that depends on it: it takes some megabytes. */
 void np_inputs_drop_trial(np_inputs *inputs, np_input_store *store);
 
 void np_inputs_clear(neph_context *context, np_inputs *inputs);
 
-/* The header of a cloud's file; an unknown one before it is measured. */
+/* The header of a cloud's file; `is_known` is false before it is measured. */
 const np_input_file *np_inputs_get_file(const np_inputs *inputs, unsigned cloud);
 
 /* Share of a file's box that is cloud. */

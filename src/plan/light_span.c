@@ -25,7 +25,7 @@ static neph_result get_directions(const neph_scene *scene, double frame, directi
 
 static double get_turn(np_dvec3 a, np_dvec3 b) { return np_dvec3_length(np_dvec3_subtract(a, b)); }
 
-/* The way of sun or moon, whichever is longer, from one frame to another. */
+/* Angle by which the sun or the moon moves between two frames, whichever is larger. */
 static neph_result compute_turn(const neph_scene *scene, int first, int last, double *out_rad) {
   directions from, to;
   double sun = 0.0, moon = 0.0;
@@ -68,7 +68,7 @@ neph_result np_light_span_choose(const neph_scene *scene, const np_plan *plan, n
     within = turn;
     *out = (np_light_span){{first, first + block}, 0.0};
   }
-  /* While the sun rests every frame has the same light. */
+  /* While the sun does not move, one frame's light is valid for all. */
   if (within == 0.0)
     *out = (np_light_span){.frames = {frame, frame}};
   else if (!result)

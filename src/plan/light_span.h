@@ -11,7 +11,7 @@
 
 typedef struct np_light_span {
   int frames[2]; /* equal: none, the light is solved for in the frame itself */
-  double share;  /* share of the second frame, by the way of the light from one to the other */
+  double share;  /* weight of the second frame, in proportion to the light's motion */
 } np_light_span;
 
 /* Chooses the span of a plan's frame. Where light is not interpolated, both frames are that frame. */

@@ -19,7 +19,7 @@ static const char *const names[NEPH_WORK_COUNT] = {
     [NEPH_WORK_TERRAIN] = "terrain", [NEPH_WORK_BAKE] = "bake",   [NEPH_WORK_SKY] = "sky",
     [NEPH_WORK_SOLVE] = "solve",     [NEPH_WORK_MARCH] = "march", [NEPH_WORK_PATH] = "path"};
 
-/* A factor beyond this is no machine's. */
+/* Largest credible ratio of a machine's speed to the constants'. */
 static const double factor_max = 1e3;
 
 const char *neph_work_get_name(neph_work work) { return (unsigned)work < NEPH_WORK_COUNT ? names[work] : NULL; }
@@ -67,7 +67,7 @@ static neph_result read_values(neph_context *context, const char *path, const np
   return NEPH_OK;
 }
 
-/* A file of another machine leaves the constants as they are. */
+/* Checks the processor's name: the calibration of another machine is ignored. */
 static void check_cpu(neph_context *context, const char *path, neph_machine *machine) {
   neph_machine own = NEPH_MACHINE_DEFAULT;
   np_cpu_name(own.cpu, sizeof own.cpu);

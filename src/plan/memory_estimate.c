@@ -58,7 +58,7 @@ static const double light_share_min = 1.0 / 64.0;
 /* Memory of the fewest cells of a solution, eight along each axis, of 1.65 kB each. */
 static const double light_bytes_min = 1e6;
 
-/* Adds a saving, and decides again. */
+/* Adds a saving to the plan, and revises the plan. */
 static neph_result add_saving(const neph_scene *scene, np_plan *plan, const char *what, neph_memory_estimate *e) {
   char *text = plan->savings.text;
   const size_t length = strlen(text);
@@ -123,13 +123,14 @@ static neph_result refuse(const neph_scene *scene, const np_plan *plan, const ne
       1e-9 * (double)plan->request.desc.memory_max_bytes);
 }
 
-/* Bytes of the cells of multiple scattering as the choice of cells counts them, all of which are not used at once. */
+/* Bytes of the cells of multiple scattering as np_scattering_desc counts them; some are freed before others are
+ * allocated. */
 static double get_cell_bytes(const np_plan *plan) {
   return plan->forecast.stages[NP_STAGE_ORDINATES].counts.of[NP_UNIT_CELL_BYTE];
 }
 
-/* A plan within the limit leaves the rest of it to light: clouds of files may turn out denser than their headers say,
- * and cells of light smaller. Bakes are counted before. */
+/* Gives multiple scattering the memory that the plan leaves within the limit: clouds of files may be denser than their
+ * headers say, and cells smaller. Bakes are counted before. */
 static void limit_light(const neph_scene *scene, np_plan *plan, const neph_memory_estimate *e) {
   if (!has_file(scene, false)) return;
   const double rest = (double)plan->request.desc.memory_max_bytes - (double)e->total_bytes;

@@ -16,7 +16,7 @@ double np_placement_get_voxel_edge(const np_affine *map) {
   return largest;
 }
 
-/* About x, y or z, counter-clockwise seen from its positive end. */
+/* Rotation about x, y or z, counter-clockwise as seen from the axis's positive end. */
 static np_affine make_rotation(int axis, double angle_rad) {
   const double c = cos(angle_rad), s = sin(angle_rad);
   const int u = (axis + 1) % 3, v = (axis + 2) % 3;
@@ -76,7 +76,7 @@ void np_placement_move_box(const np_scene_cloud *cloud, np_dvec3 low, np_dvec3 h
   file_to_world->m[2][3] += cloud->position_m[2] - pivot.z;
 }
 
-/* Moves the pivot to its place. */
+/* Moves a cloud's pivot to its position. */
 static void move_to(const np_scene_cloud *cloud, const neph_volume *volume, np_affine *file_to_world) {
   np_dvec3 low = {0, 0, 0}, high = {0, 0, 0};
   if (is_pivot_of_box(cloud)) {
@@ -86,7 +86,7 @@ static void move_to(const np_scene_cloud *cloud, const neph_volume *volume, np_a
   np_placement_move_box(cloud, low, high, file_to_world);
 }
 
-/* One value may be most of the densest column, by which all others are then scaled away. */
+/* Warns if one value dominates the densest column, so that scaling by it would make all other values negligible. */
 static void check_column(const np_scene_cloud *cloud, const neph_volume *volume, const np_affine *index_to_world,
                          double column) {
   static const double share_max = 0.9;
@@ -144,7 +144,7 @@ static neph_result compute_extinction(const np_scene_cloud *cloud, const neph_vo
   return NEPH_OK;
 }
 
-/* The scene's key is the size of the file's voxels, whatever became of them. */
+/* Scale by which the file's voxels get the length of the scene's key, before any resampling. */
 static double compute_voxel_scale(const np_scene_cloud *cloud, const neph_volume *volume) {
   if (!(cloud->voxel_m > 0.0)) return 1.0;
   const double edge = np_placement_get_voxel_edge(&volume->index_to_world);
@@ -263,7 +263,7 @@ static np_dvec3 get_corner(const cloud_box *box, int corner) {
                        corner & 4 ? box->high.z : box->low.z);
 }
 
-/* The box of its corners on the film is less than a pixel across, both ways. */
+/* Whether the projected box is narrower and lower than a pixel. */
 static bool is_below_pixel(const cloud_box *box, np_placement_fault *out) {
   double low[2] = {HUGE_VAL, HUGE_VAL}, high[2] = {-HUGE_VAL, -HUGE_VAL}, depth_m, film[2];
   if (!np_camera_sees_box(box->view->camera, box->low, box->high)) return false;

@@ -12,7 +12,7 @@
 /* Placement of a cloud's files in the world, and the meaning of their values. */
 typedef struct np_anchor {
   np_affine file_to_world;
-  float extinction_per_value; /* 1/m; of optical_depth alone, else 0: then it does not go by any frame */
+  float extinction_per_value; /* 1/m, by key optical_depth; 0 without that key: the scale then depends on no frame */
 } np_anchor;
 
 typedef struct np_placement {
@@ -31,18 +31,18 @@ double np_placement_get_voxel_edge(const np_affine *map);
 /* Upright, scaled, tilted about x and y, turned about the vertical. */
 np_affine np_placement_make_turn(const np_scene_cloud *cloud, double scale);
 
-/* Moves a cloud's pivot to its position, where it has one; `low` and `high` are the box that the files fill. */
+/* Moves a cloud's pivot to its position, if it has one. `low` and `high`: box of the file's voxels. */
 void np_placement_move_box(const np_scene_cloud *cloud, np_dvec3 low, np_dvec3 high, np_affine *file_to_world);
 
 /* Extinction, 1/m, of a value of 1; or the optical depth, by which it is scaled. `of_file` is the extinction that its
  * file states, which counts where no key does. */
 double np_placement_get_extinction(const np_scene_cloud *cloud, double of_file);
 
-/* Whether a cloud's voxel, position or optical_depth go by what a volume holds. */
+/* Whether a cloud's voxel, position or optical_depth depend on the contents of a volume. */
 bool np_placement_needs_reference(const np_scene_cloud *cloud);
 
 /* Placement of a cloud's files by its keys: up axis, voxel edge, scale, rotation, position; and the extinction that
- * optical_depth requires. `reference` is the volume that they go by; NULL where they need none. */
+ * optical_depth requires. `reference` is the volume that they depend on; NULL where they need none. */
 neph_result np_placement_anchor(const np_scene_cloud *cloud, const neph_volume *reference, np_monitor *monitor,
                                 np_anchor *out_anchor);
 
@@ -72,7 +72,7 @@ enum { NP_PLACEMENT_FAULTS_MAX = 8 };
 unsigned np_placement_list_faults(const np_scene_cloud *cloud, const np_placement_view *view, np_dvec3 low,
                                   np_dvec3 high, np_placement_fault out_faults[NP_PLACEMENT_FAULTS_MAX]);
 
-/* Warns of them. */
+/* Warns of an implausible placement. */
 void np_placement_check(neph_context *context, const np_scene_cloud *cloud, const np_placement_view *view, np_dvec3 low,
                         np_dvec3 high);
 

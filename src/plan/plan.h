@@ -19,8 +19,8 @@
 
 #include "plan/plan_parts.h"
 
-/* Checks scene and description, and decides. `desc` NULL: the scene's own. np_plan_clear frees a plan, also one of
- * which this has failed. */
+/* Checks scene and description, and makes a plan. `desc` NULL: the scene's own settings. np_plan_clear frees the plan,
+ * after a failure too. */
 neph_result np_plan_make(const neph_scene *scene, const neph_render_desc *desc, np_plan *out_plan);
 
 /* Evaluates a scene in the description's frame, and makes its plan. np_scene_eval_clear clears `out_scene`, and
@@ -31,14 +31,14 @@ neph_result np_plan_make_frame(const neph_scene *scene, const neph_render_desc *
 /* The plan of a picture of the sky alone. */
 neph_result np_plan_make_sky(const neph_scene *scene, const np_sky_request *sky, np_plan *out_plan);
 
-/* Another plan for a plan's request, within the same savings, whose inputs are measured. */
+/* Makes a plan for the request and savings of another plan, from measured inputs. */
 neph_result np_plan_make_measured(const neph_scene *scene, const np_plan *plan, np_input_store *store,
                                   np_plan *out_plan);
 
 /* Frees the texts and facts of a plan. A zeroed plan has none. */
 void np_plan_clear(np_plan *plan);
 
-/* Measures the inputs once, and decides again where predictions change with them. */
+/* Measures the fill of volumes once, and revises the plan if predictions change. */
 neph_result np_plan_measure_fill(const neph_scene *scene, np_plan *plan, np_input_store *store);
 
 /* Chooses halves for volumes and, as far as that is not enough, coarser cells for multiple scattering and longer voxels
@@ -49,16 +49,16 @@ neph_result np_plan_fit_memory(const neph_scene *scene, np_plan *plan, np_input_
 /* Peak of the resident memory of the process while the plan is rendered, bytes. */
 double np_plan_predict_memory(const np_plan *plan);
 
-/* Decides and predicts again, after `savings` have changed. */
+/* Makes all decisions and predictions again, after `savings` has changed. */
 neph_result np_plan_revise(const neph_scene *scene, np_plan *plan);
 
-/* Decides again for a frame in which no cloud holds anything: stages that only clouds need are left out. */
+/* Revises the plan for a frame in which all clouds are empty: stages that only clouds need are dropped. */
 neph_result np_plan_leave_out_clouds(const neph_scene *scene, np_plan *plan);
 
 /* Fills `hash`, by the contents of the files. */
 neph_result np_plan_compute_hash(const neph_scene *scene, np_plan *plan);
 
-/* The parts that plan.c makes in this order, each into `plan`. `are_clouds_empty`: no cloud holds anything. */
+/* The parts that plan.c makes in this order, each into `plan`. `are_clouds_empty`: all clouds are empty. */
 neph_result np_decisions_make(const neph_scene *scene, bool are_clouds_empty, np_plan *plan);
 void np_forecast_make(const neph_scene *scene, np_plan *plan);
 
@@ -71,7 +71,7 @@ neph_result np_plan_describe(const neph_scene *scene, const np_plan *plan, const
  * empty by their headers. */
 neph_result np_inputs_open(const neph_scene *scene, int frame, np_input_store *store);
 
-/* Opens the file of one cloud in a frame, in the same way. */
+/* Opens the file of one cloud in a frame, with the checks of np_inputs_open. */
 neph_result np_inputs_open_cloud(const neph_scene *scene, unsigned index, int frame);
 
 #endif

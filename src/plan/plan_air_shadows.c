@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Light that shadows in the air may take from a ray: the light that is scattered once along the stretch that lies in
+/* Light that shadows in the air may take from a ray: the light that is scattered once along the segment that lies in
  * them. */
 #include <math.h>
 
@@ -8,14 +8,15 @@
 #include "plan/stage_decisions.h"
 #include "terrain/terrain_private.h"
 
-/* Less of a ray's light than this is not worth the look-ups. */
+/* Share of a ray's light below which shadows in the air are neglected. */
 static const double share_least = 0.005;
 /* A sun lower than this shines over all clouds and hills of a planet like the Earth. */
 static const double elevation_least_rad = -4.0 * NP_PI / 180.0;
 /* Height assumed for hills that are not read yet, m. */
 static const double relief_unread_m = 1000.0;
 
-/* Between rays: half of the sun's disk; of panoramas, which have many, all of it. */
+/* Angles between the rays along which shadows in the air are searched: half of the sun's diameter; all of it for
+ * panoramas, which have many rays. */
 static const double flat_step_rad = 0.25 * NP_PI / 180.0, round_step_rad = 0.5 * NP_PI / 180.0;
 
 /* Extinction of the densest air, at 550 nm, 1/m. */
@@ -39,7 +40,7 @@ static double compute_given_length(const np_scene_cloud *cloud) {
   return np_scene_cloud_get_scale(cloud) * hypot(high[0] - low[0], high[1] - low[1]);
 }
 
-/* The length of a shadow of clouds, as long as they are; unbounded for files, which are not read yet. */
+/* Length of the shadow of a cloud, from its size; unbounded for files, whose size is unknown. */
 static double compute_cloud_shadow(const neph_scene *scene) {
   double length = 0.0;
   for (unsigned i = 0; i < scene->cloud_count; i++) {

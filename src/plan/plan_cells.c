@@ -50,7 +50,7 @@ np_cell_counts np_plan_count_cells(const np_plan *plan, const neph_scene *scene)
   return counts;
 }
 
-/* Cells of one voxel serve rays that see cloud: they are at most so many times the rays that meet the clouds' box. */
+/* Assumed limit on rays that see cloud, as a multiple of the rays that meet the clouds' box. */
 static const double rays_per_ray_to_clouds = 4.0;
 
 void np_plan_choose_cells(const np_plan *plan, const neph_scene *scene, np_dvec3 low, np_dvec3 high,
@@ -72,7 +72,7 @@ void np_plan_choose_cells(const np_plan *plan, const neph_scene *scene, np_dvec3
                               fmin(rays, rays_per_ray_to_clouds * np_plan_count_rays_to(&detail, scene, low, high)));
 }
 
-/* Clouds as the choice of cells sees them: where they are, how fine, and how dense at the most. */
+/* Clouds as the choice of cells needs them: bounds, voxel size, and largest extinction. */
 typedef struct outline {
   np_dvec3 low, high;
   np_bricks bricks[NP_INSTANCES_MAX];
@@ -112,7 +112,7 @@ static void add_bake(outline *o, unsigned i, const np_scene_cloud *cloud, const 
   }
 }
 
-/* Bricks along the faces, edges and corners of a large tile, of which each is there once for all that are alike. */
+/* Bricks along the faces, edges and corners of a large tile; a repeating cloud stores them once for all equal tiles. */
 static const double rim_bricks = 6144.0;
 
 /* Extinction at the densest point of a file, 1/m: guessed, where a trial has not read it. */
@@ -145,8 +145,8 @@ static void add_file(const np_plan *plan, outline *o, unsigned i, const np_scene
 
 static bool has_cloud(const void *user, np_dvec3 low, np_dvec3 high) { return np_trial_has_cloud(user, low, high); }
 
-/* Without a trial a share of the cells holds cloud: of a bake as it is measured on all cells; of a file as much as of
- * its box, which cells go beyond. */
+/* Scales the cell counts of a forecast without a trial by the share of cells with cloud: for bakes as measured over all
+ * cells; for files in proportion to the filled part of their boxes. */
 static void take_share(const outline *o, bool has_bakes, np_scattering_forecast *out) {
   const double share = o->filled_m3 / (has_bakes ? o->box_m3 : fmax(out->volume_m3, o->box_m3));
   out->counts.cells *= share;

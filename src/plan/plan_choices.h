@@ -8,14 +8,14 @@
 #include "caches/lighting.h"
 #include "plan/plan_parts.h"
 
-/* Pixels between the rays along which shadows in the air are looked for: a quarter of a degree, half the sun's disk, or
- * two where that is less. */
+/* Distance in pixels between rays along which shadows in the air are searched: 0.25°, half of the sun's disk, but at
+ * least two pixels. */
 unsigned np_plan_choose_air_spacing(const np_request *request, const neph_scene *scene);
 
 struct np_scattering_desc;
 
-/* The cells for clouds in a world box: as many as render.light_memory allows, were there cloud in all of them, and fine
- * ones for the rays of the whole picture that see the box, whatever of it is rendered. */
+/* Chooses the cells for clouds in a world box: as many as render.light_memory allows if all of them held cloud, and
+ * fine cells by the number of the whole picture's rays that meet the box. */
 void np_plan_choose_cells(const np_plan *plan, const neph_scene *scene, np_dvec3 low, np_dvec3 high,
                           struct np_scattering_desc *out);
 

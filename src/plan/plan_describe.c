@@ -22,7 +22,7 @@ typedef struct description {
 /* The reference frame of a sequence. */
 typedef struct reference_frame {
   const char *cloud; /* borrowed from the scene */
-  bool is_known;     /* else no frame so far holds anything */
+  bool is_known;     /* false: all frames so far are empty */
   double number;     /* infinite: all files of the sequence */
 } reference_frame;
 
@@ -66,7 +66,7 @@ static neph_result add_references(np_text *text, const description *d) {
 
 /* ---- Parts of the text ---- */
 
-/* " 0.3 s, 12 MB, error 1.2 %"; of little memory and of no error nothing. */
+/* Adds " 0.3 s, 12 MB, error 1.2 %", without a negligible memory or error. */
 static void add_cost(np_text *text, const np_stage_cost *cost, double error) {
   np_text_add(text, cost->seconds < 10.0 ? " %.2g s" : " %.0f s", cost->seconds);
   if (cost->bytes >= 1e9)
@@ -224,7 +224,7 @@ static neph_result put_references(np_json *json, const description *d) {
   return result;
 }
 
-/* Units of work that there are any of, by name. */
+/* Writes the units of work whose count is not 0, by name. */
 static void put_units(np_json *json, const np_cost_counts *counts) {
   bool has_any = false;
   for (int u = 0; u < NP_UNIT_COUNT; u++) has_any = has_any || counts->of[u] > 0.0;
@@ -235,7 +235,7 @@ static void put_units(np_json *json, const np_cost_counts *counts) {
   np_json_end(json);
 }
 
-/* Stages predicted to take next to nothing have no numbers. */
+/* Writes a stage; without numbers if its predicted cost is negligible. */
 static neph_result put_stage(np_json *json, const description *d, np_stage stage) {
   const np_stage_rule *rule = np_stage_get_rule(stage);
   const np_stage_forecast *forecast = &d->plan->forecast.stages[stage];

@@ -37,7 +37,7 @@ static double compute_nearest(const neph_scene *scene, np_dvec3 low, np_dvec3 hi
   return compute_gap(scene->reach.camera_min_m, scene->reach.camera_max_m, low, high);
 }
 
-/* Distance at which a box is seen nearest in any frame; parallel rays see all at the distance of their target. */
+/* Shortest distance of a box from the camera in any frame; for parallel rays the distance of look_at. */
 static double compute_distance(const neph_scene *scene, np_dvec3 low, np_dvec3 high) {
   return fmax(compute_nearest(scene, low, high), near_share * np_dvec3_length(np_dvec3_subtract(high, low)));
 }
@@ -45,7 +45,7 @@ static double compute_distance(const neph_scene *scene, np_dvec3 low, np_dvec3 h
 /* The largest power of √2 that is no more than a number, and no less than 1. */
 static double round_factor(double factor) { return exp2(0.5 * floor(2.0 * log2(fmax(factor, 1.0)) + 1e-9)); }
 
-/* Distance of a cloud in its own place, or in the nearest of many. */
+/* Distance of a cloud, or of its nearest copy. */
 static double compute_cloud_distance(const neph_scene *scene, const np_scene_cloud *cloud,
                                      const neph_cloud_desc *bake) {
   const double *at = cloud->position_m, scale = np_scene_cloud_get_scale(cloud);
@@ -86,7 +86,7 @@ neph_cloud_desc np_plan_get_bake(const np_request *request, const neph_scene *sc
 /* Pixels of a voxel at which detail has all of its strength. */
 static const double full_pixels = 2.0 * NP_DETAIL_PIXELS;
 
-/* Pixels that a voxel covers at the nearest point of a box, seen by the camera of the frame. */
+/* Width in pixels of a voxel at a box's nearest point, as seen by the frame's camera. */
 static double count_voxel_pixels(const np_request *request, const neph_scene *scene, double voxel_m, np_dvec3 low,
                                  np_dvec3 high) {
   const np_scene_camera *camera = &scene->camera;
@@ -98,7 +98,8 @@ static double count_voxel_pixels(const np_request *request, const neph_scene *sc
   return voxel_m / (pixel_rad * fmax(distance, voxel_m));
 }
 
-/* Kinds whose billows go on below the voxels. Sheets, fog, fibres and trails have none at their edges. */
+/* Whether the billows of a kind of cloud continue below the voxel size. Sheets, fog, fibres and trails have no billows
+ * at their edges. */
 static bool has_billows(neph_cloud_model model) {
   return model == NEPH_CLOUD_MODEL_THERMALS || model == NEPH_CLOUD_MODEL_CELLS || model == NEPH_CLOUD_MODEL_HERO ||
          model == NEPH_CLOUD_MODEL_DECK;
@@ -129,7 +130,7 @@ bool np_plan_has_fine_detail(const np_request *request, const neph_scene *scene,
 
 /* ---- Bakes ---- */
 
-/* Parallel rays see all places at the scale of their target, wherever the camera is. */
+/* Sets the viewers. With parallel rays, scale does not depend on the camera's position. */
 static void set_viewers(const neph_scene *scene, const np_scene_cloud *cloud, double pixel_rad, neph_bake_desc *desc) {
   if (cloud->level_count < 2 || scene->camera.kind == NEPH_CAMERA_ORTHOGRAPHIC) return;
   desc->lod_count = cloud->level_count;

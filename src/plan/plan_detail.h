@@ -24,12 +24,12 @@ unsigned np_plan_count_copy_levels(const np_request *request, const neph_scene *
 /* Viewers of a cloud's levels: all places where the camera ever is. */
 np_lod_viewers np_plan_get_viewers(const np_request *request, const neph_scene *scene, const np_scene_cloud *cloud);
 
-/* The planet and the levels of detail of a bake to a file. Levels go by the scene's own resolution, so that no picture
- * of another size rebakes it. */
+/* The planet and the levels of detail of a bake to a file. Levels depend on the scene's own resolution, so that no
+ * picture of another size rebakes it. */
 void np_plan_describe_file_bake(const neph_scene *scene, const np_scene_cloud *cloud, neph_bake_desc *desc);
 
-/* Voxels of the box of a bake, and the voxels along its billows, each counted by its length in billows; only thermals
- * have billows. */
+/* Number of voxels in the box of a bake, and that number times the voxels' length in billows, at most 1; 0 for kinds
+ * without billows. */
 typedef struct np_bake_voxels {
   double box, along_billows;
 } np_bake_voxels;
@@ -40,7 +40,7 @@ np_bake_voxels np_plan_count_bake_voxels(const np_request *request, const neph_s
 /* Refuses bakes of more voxels than a box may have: NEPH_ERROR_LIMIT. */
 neph_result np_plan_check_boxes(const np_request *request, const neph_scene *scene);
 
-/* Whether those voxels are larger than the scene's: then the cloud is baked to memory, and its file left alone. */
+/* Whether a cloud's voxels are coarser than the scene's: it is then baked to memory, and its file stays as it is. */
 bool np_plan_is_coarsened(const np_request *request, const neph_scene *scene, const np_scene_cloud *cloud);
 
 /* Detail finer than a cloud's voxels: as the scene describes it, or, if it is automatic, in pictures of final quality
@@ -49,8 +49,8 @@ bool np_plan_is_coarsened(const np_request *request, const neph_scene *scene, co
 np_scene_detail np_plan_get_fine_detail(const np_request *request, const neph_scene *scene, const np_scene_cloud *cloud,
                                         double voxel_m, np_dvec3 low, np_dvec3 high);
 
-/* Whether a cloud is predicted to have such detail. The voxels of files are not known yet: they have what the scene
- * describes. */
+/* Whether a cloud is predicted to have subvoxel detail. For files, whose voxels are unknown, this depends on the
+ * scene's keys. */
 bool np_plan_has_fine_detail(const np_request *request, const neph_scene *scene, const np_scene_cloud *cloud);
 
 /* Generated mountains, with half, a quarter and so on of the scene's heights along a side. */
@@ -59,7 +59,7 @@ neph_ridges_desc np_plan_get_ridges(const np_request *request, const neph_scene 
 /* Least width of the cells of multiple scattering by `render.light_detail`; 0: none. */
 double np_plan_get_light_edge(const np_request *request, const neph_scene *scene, np_dvec3 low, np_dvec3 high);
 
-/* Rays of the whole picture that meet a world box, whether or not it is hidden. */
+/* Number of the picture's rays that meet a world box, visible or hidden. */
 double np_plan_count_rays_to(const np_request *request, const neph_scene *scene, np_dvec3 low, np_dvec3 high);
 
 /* Pixels that a cell of light covers at least: one where clouds stand in many places, since their number would go with

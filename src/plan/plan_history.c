@@ -36,7 +36,7 @@ static bool is_whole(const neph_render_desc *d) {
          d->tile_count == 1;
 }
 
-/* A part of the command or of the scene that does not go with it, and what to do; NULL: none. */
+/* An option or key that excludes history, with the remedy; NULL: none. */
 static const char *search_conflict(const neph_scene *scene, const neph_render_desc *d) {
   const struct {
     bool is_given;

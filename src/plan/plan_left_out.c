@@ -9,7 +9,7 @@
 #include "plan/plan_choices.h"
 #include "scene/camera.h"
 
-/* Share of the picture's light that all clouds which are left out may change together. */
+/* Limit on the total share of the picture's light that omitted clouds may change. */
 static const double share_max = 0.01;
 
 static const double unlit_factor = 3.0, sine_min = 0.1;
@@ -57,7 +57,7 @@ static ball make_ball(np_dvec3 low, np_dvec3 high) {
   return (ball){np_dvec3_scale(np_dvec3_add(low, high), 0.5), 0.5 * np_dvec3_length(np_dvec3_subtract(high, low))};
 }
 
-/* Least distance of a place from what the picture may show. */
+/* Shortest distance from a point to the camera's possible view. */
 static double compute_distance(const np_camera *camera, np_dvec3 place) {
   double least = HUGE_VAL;
   for (unsigned n = 0; n < LATTICE * LATTICE; n++) {
@@ -71,7 +71,7 @@ static double compute_distance(const np_camera *camera, np_dvec3 place) {
   return least;
 }
 
-/* Share of the light of what is seen that a cloud gives; infinite where it is near. */
+/* Share of the light of visible points that comes by way of a cloud; infinite if the cloud is near the view. */
 static double compute_share(const np_plan *plan, const np_camera *camera, const ball *cloud) {
   const np_decisions *made = &plan->decisions;
   const double sine = made->are_lights_known ? fmax(made->lights.to_sun.z, sine_min) : sine_min;
@@ -79,7 +79,7 @@ static double compute_share(const np_plan *plan, const np_camera *camera, const 
   return distance > 2.0 * cloud->radius ? unlit_factor * pow(cloud->radius / distance, 2.0) / sine : HUGE_VAL;
 }
 
-/* Whether the shadow of one ball may meet another. */
+/* Whether the shadow of one ball may reach another. */
 static bool is_shading(np_dvec3 to_sun, const ball *from, const ball *onto) {
   const np_dvec3 way = np_dvec3_subtract(onto->centre, from->centre);
   const double along = -np_dvec3_dot(way, to_sun), reach = from->radius + onto->radius;
@@ -94,7 +94,7 @@ typedef struct cloud_shares {
   double share[NP_INSTANCES_MAX]; /* infinite: it is solved for */
 } cloud_shares;
 
-/* Clouds that shade others are solved for with them. */
+/* Clouds whose shadows may reach a cloud that is solved for are solved for too. */
 static void solve_shading(np_dvec3 to_sun, cloud_shares *c) {
   bool is_changed = true;
   while (is_changed) {
@@ -124,8 +124,8 @@ static bool measure_shares(const np_plan *plan, const neph_scene *scene, cloud_s
     if (!get_box(plan, scene, i, &low, &high)) return false;
     out->balls[i] = make_ball(low, high);
     const np_scene_cloud *cloud = &scene->clouds[i];
-    const bool is_solved = cloud->emission.is_enabled || cloud->repeat != NP_REPEAT_NONE ||
-                           np_camera_sees_box(&camera, low, high);
+    const bool is_solved =
+        cloud->emission.is_enabled || cloud->repeat != NP_REPEAT_NONE || np_camera_sees_box(&camera, low, high);
     out->share[i] = is_solved ? HUGE_VAL : compute_share(plan, &camera, &out->balls[i]);
   }
   return true;

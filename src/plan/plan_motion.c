@@ -16,7 +16,7 @@ bool np_plan_has_wind(const np_scene_cloud *cloud) {
   return cloud->is_baked && cloud->frame_time_s != 0.0 && (wind[0] != 0.0 || wind[1] != 0.0);
 }
 
-/* Names all that may move, for the reason of the plan; empty: nothing does. */
+/* Lists the moving parts of the scene, for the plan's reason; empty: nothing moves. */
 static void describe_movers(const neph_scene *scene, char *out, size_t size) {
   unsigned by_wind = 0, by_velocity = 0;
   for (unsigned i = 0; i < scene->cloud_count; i++) {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A plan in its parts. Each part is written by one file, and const for all others. */
+/* Parts of a plan. Each is written by one file, and read-only for all others. */
 #ifndef NP_PLAN_PLAN_PARTS_H
 #define NP_PLAN_PLAN_PARTS_H
 
@@ -39,7 +39,7 @@ static inline double np_plan_get_detailed_voxels(const np_plan *plan) {
   return plan->inputs.voxels.detailed[plan->savings.are_coarse ? 1 : 0];
 }
 
-/* Seconds that all threads take for one second of work of one core. */
+/* Wall-clock seconds on all threads for one core-second of work. */
 static inline double np_plan_get_core_s(const np_plan *plan) {
   return 1.0 / neph_context_get_thread_count(plan->request.context);
 }
@@ -56,7 +56,7 @@ static inline neph_precision np_plan_get_precision(const np_plan *plan, const np
   return plan->savings.are_halves ? NEPH_PRECISION_HALF : cloud->precision;
 }
 
-/* Lights with a world of their own: sun, moon or both; the sun, without light, where neither shines. */
+/* Number of lights: sun, moon or both; one, without irradiance, if neither shines. */
 static inline bool np_plan_has_sun_world(const np_plan *plan) {
   return plan->decisions.has_sun || !np_plan_needs(plan, NP_STAGE_MOON);
 }

@@ -40,7 +40,7 @@ double np_plan_count_rays_to(const np_request *request, const neph_scene *scene,
   np_camera camera;
   if (scene->animation || !(low.x <= high.x)) return all;
   if (np_camera_init(scene, desc->width, desc->height, NEPH_EYE_CENTRE, &camera)) return all;
-  /* Half a square of the lattice more on each side: a box may lie between its rays. */
+  /* A margin of half a square of the lattice on each side, for boxes between its rays. */
   const double side = (sqrt(count_met(&camera, low, high)) + 1.0) / LATTICE;
   return all * fmin(side * side, 1.0);
 }

@@ -15,7 +15,7 @@
 #include "plan/stage_decisions.h"
 #include "scene/sequence.h"
 
-/* Beyond this the middle of the sun's disk does not stand for all of it inside a cloud. */
+/* Angular radius of the sun's disk above which its centre is no approximation of the disk within clouds. */
 static const double disk_radius_max_rad = NP_PI / 180.0;
 
 /* Time to fill a voxel's share of the lattice: 92 ns for a transparent brick; 260 to 490 for one that may be opaque,
@@ -25,16 +25,16 @@ static const double fill_s = 90e-9, fill_steep_s = 340e-9;
 static const double brick_s = 90e-9;
 /* Time to look a depth up, known or not: 36 to 50 ns. */
 static const double look_up_s = 45e-9;
-/* Queries of a ray of the march, whatever it meets: 2.1 to 3. */
+/* Queries of a march ray, whether or not it meets cloud: 2.1 to 3. */
 static const double queries_per_ray = 2.4;
-/* Bricks that they need not walk through, as parts of the way through a thin cloud. */
+/* Bricks whose traversal is saved, relative to the bricks along a ray through a thin cloud. */
 static const double ray_ways = 1.9;
-/* A thicker cloud is dark after a part of it, though it has more steps, where sunlight falls off. */
+/* Optical depth above which a march ray ends, or is dark, before it has crossed the cloud. */
 static const double thick_depth = 300.0;
 /* A ray for shadows in the air has some 80 queries, mostly outside clouds: 4 to 30 times a ray of the march. */
 static const double air_ray_factor = 10.0;
 
-/* Frames of a sequence, at the least, that share a volume. */
+/* Least number of frames that a sequence's sun volume is assumed to serve. */
 static const double sequence_frames = 16.0;
 /* Optical depth assumed for clouds whose grids are not read yet: a cumulus'. */
 static const double depth_unread = 40.0;
@@ -63,7 +63,7 @@ static ray_passage compute_passage(const np_plan *plan, const neph_scene *scene,
   return (ray_passage){way_m / (8.0 * bake.voxel_m), bake.extinction_per_m * bake.thickness_m};
 }
 
-/* In the mean over the clouds: what a voxel takes to fill, and what a ray of the march saves. */
+/* Means over the clouds: time to fill a voxel, and time that a ray of the march saves. */
 static void compute_costs(const np_plan *plan, const neph_scene *scene, double *out_fill_s, double *out_saving_s) {
   double fill = 0.0, bricks = 0.0;
   for (unsigned i = 0; i < scene->cloud_count; i++) {
@@ -86,7 +86,8 @@ static double count_rays(const np_plan *plan) {
 
 static bool is_numbered(const char *path) { return path && np_frame_name_is_pattern(path); }
 
-/* This follows from the scene alone, so that a frame has the same bits whatever others are rendered with it. */
+/* Whether only the camera moves in a sequence of frames. It depends on the scene alone, so that a frame's bits do not
+ * depend on the other frames of a run. */
 static bool is_sequence_of_still_clouds(const neph_scene *scene) {
   bool is_still = np_scene_has_still_light(scene);
   for (unsigned i = 0; i < scene->cloud_count; i++)

@@ -11,7 +11,8 @@
 #include "scene/scene_apply.h"
 #include "volume/volume_private.h"
 
-/* All that an anchor depends on, but for names. `scan` is the key of the files of a sequence; else NULL. */
+/* Key of a cloud's anchor: a hash of all that it depends on, without names. `scan` is the key of a sequence's files,
+ * else NULL. */
 static neph_result compute_key(const np_frame_cloud *of, const np_reference *reference, double number, const char *path,
                                const char *scan, char out_hex[33]) {
   const np_scene_cloud *cloud = &of->scene->clouds[of->index];
@@ -31,7 +32,7 @@ neph_result np_reference_frame_fail_empty(const neph_scene *scene, unsigned inde
                  scene->clouds[index].name, number, index);
 }
 
-/* The reference frame's own volume: the one at hand, or read. */
+/* Gets the reference frame's volume: the present frame's if it is the same, else read from its file. */
 static neph_result obtain_volume(const np_frame_cloud *of, double number, const char *path, neph_volume **out_volume) {
   neph_result result = NEPH_OK;
   if (of->volume && number == of->number)

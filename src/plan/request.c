@@ -72,7 +72,7 @@ neph_result np_request_read_desc(const neph_scene *scene, const neph_render_desc
 
 /* ---- Windows, samples and channels ---- */
 
-/* An edge of the crop that is one of the picture's goes out by the overscan, and so do the first and the last tile. */
+/* Sets the windows. Edges of crop and tiles that are edges of the picture are extended by the overscan. */
 static void set_windows(np_request *r, const neph_scene *scene) {
   const neph_render_desc *desc = &r->desc;
   const uint64_t rows = desc->crop_max[1] - desc->crop_min[1];
@@ -103,8 +103,8 @@ static void count_work(np_request *r, const neph_scene *scene) {
   if (scene->output.deep) r->film_bytes += pixels * deep_bytes;
 }
 
-/* One sample says nothing about its error: with a target error pixels get as many as the channels need, else fewer are
- * refused. */
+/* Sets the least number of samples. A single sample has no error estimate: with a target error pixels get more, else
+ * too few are refused. */
 static neph_result require_samples(np_request *r) {
   unsigned *samples = &r->desc.sample_count;
   for (const np_aov_row *aov; (aov = np_aovs_search_short(r->aovs, *samples)); *samples = aov->samples_min)

@@ -10,12 +10,12 @@
 typedef struct np_sky_request {
   bool is_of_bands;  /* its channels are bands at 680, 550 and 440 nm, whatever the scene's pictures are */
   unsigned size[2];  /* size of a latitude-longitude picture; 0: the camera's picture */
-  double center_rad; /* azimuth of the middle of such a picture */
+  double center_rad; /* azimuth of the panorama's centre */
 } np_sky_request;
 
 typedef struct np_request {
   neph_context *context;            /* borrowed */
-  neph_render_desc desc;            /* the caller's over the scene's, checked */
+  neph_render_desc desc;            /* checked description: the caller's values, else the scene's */
   int view_min[2], view_max[2];     /* pixels of the picture and its overscan; view_max is one past the last */
   int window_min[2], window_max[2]; /* the rendered pixels: the data window */
   int whole_min[2], whole_max[2];   /* the window that is divided into tiles */
@@ -23,7 +23,7 @@ typedef struct np_request {
   np_sky_request sky;
   bool has_beauty;
   unsigned aovs;                       /* bits of np_aov */
-  bool has_light_groups;               /* each light has a world of its own, and is summed apart */
+  bool has_light_groups;               /* each light is rendered in a world without the others, and summed separately */
   uint64_t ray_count;                  /* rays of the camera: pixels of the window times samples */
   uint64_t film_bytes;                 /* the film's channels in float */
   double light_bytes;                  /* memory for multiple scattering while it is solved for */
@@ -38,7 +38,7 @@ neph_result np_request_make_sky(const neph_scene *scene, const np_sky_request *s
 /* The caller's description over the scene's, checked. */
 neph_result np_request_read_desc(const neph_scene *scene, const neph_render_desc *desc, neph_render_desc *out_desc);
 
-/* The picture by which detail is chosen: the requested one, or one of the height that the caller names. */
+/* The request by which detail is chosen: this one, or one with the height that the caller sets for detail. */
 np_request np_request_get_detail(const np_request *request, const neph_scene *scene);
 
 static inline uint64_t np_request_count_pixels(const np_request *request) {

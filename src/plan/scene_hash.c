@@ -26,7 +26,7 @@ typedef struct hash_writer {
 
 /* ---- Files ---- */
 
-/* The contents, so that a copy elsewhere is the same; the size first, so that no two lists of files run together. */
+/* Adds a file's size and contents, but not its name: copies have equal hashes. The size separates consecutive files. */
 static neph_result add_contents(neph_context *context, np_hash *hash, const char *path) {
   enum { BLOCK = 1 << 18 };
   const uint64_t size = np_file_get_size(path);
@@ -41,7 +41,7 @@ static neph_result add_contents(neph_context *context, np_hash *hash, const char
   return result;
 }
 
-/* Takes the path. */
+/* Adds a file to the list, and takes ownership of its path. */
 static void add_path(hash_writer *w, char *path) {
   if (!path)
     w->result = NEPH_ERROR_OUT_OF_MEMORY;

@@ -3,13 +3,14 @@
 
 #include <assert.h>
 
-/* Share of the rest of a limit, at the most and, unless nothing is left, at the least. */
+/* Share of the remaining time limit for solving multiple scattering: at most, and at least. */
 static const double solving_share = 0.6, solving_share_min = 0.1;
 
-/* Bytes of film that a second makes into files, on two cores: half of it to an .exr, half to a .png. */
+/* Bytes of film that are saved per second on two cores, half to an .exr and half to a .png. */
 static const double written_bytes_per_s = 8e7;
 
-/* Half of the grace is for files; time that they take beyond it is subtracted from the limit. */
+/* Sets the limits. The grace, the excess over the time limit that a call may take, is 10 % of it or 1 s; half of that
+ * is reserved for writing files. */
 static void set_limits(const np_plan *plan, np_schedule *s) {
   const double limit_s = plan->request.desc.time_limit_s, grace_s = fmax(0.1 * limit_s, 1.0);
   const double files_s = (double)plan->request.film_bytes / written_bytes_per_s;

@@ -14,13 +14,13 @@ typedef struct np_schedule {
   np_monitor_part whole;          /* part of the call's progress that the picture is */
   double seconds[NP_STAGE_COUNT]; /* predicted; their ratios matter alone */
   double all_s;                   /* total predicted work */
-  double before_s, stage_s;       /* time of finished stages, and of the current one, … */
-  double done_s;                  /* … and of both as far as they are done */
+  double before_s, stage_s;       /* time of finished stages, and of the current stage, … */
+  double done_s;                  /* … and the predicted time of the finished part of both */
   double indispensable_s;         /* time that must follow the multiple scattering: with one sample a pixel */
   double limit_s;                 /* time at which samples end; earlier where files are large */
   double first_samples_s;         /* time at which the first sample of each pixel ends */
-  double deadline_s;              /* time at which a picture without those samples is abandoned */
-  unsigned solves_left;           /* solutions of multiple scattering to come */
+  double deadline_s;              /* time at which a picture without a sample in every pixel is abandoned */
+  unsigned solves_left;           /* remaining number of solutions of multiple scattering */
 } np_schedule;
 
 /* `whole` is the part of the call's progress that the picture of the plan is. */

@@ -102,7 +102,7 @@ static neph_result measure(const scanner *s) {
 
 /* ---- The disk cache ---- */
 
-/* Numbers that files can have, and that stay finite when they are scaled; boxes only if one of them holds anything. */
+/* Numbers that files can have, and that stay finite when they are scaled; boxes only if one of them is not empty. */
 static bool is_sound(const np_sequence_scan *scan) {
   static const double least = 1e-30, most = 1e30;
   const double all[] = {scan->low.x,  scan->low.y, scan->low.z,  scan->high.x, scan->high.y,

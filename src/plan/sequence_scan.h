@@ -13,7 +13,7 @@ typedef struct np_sequence_scan {
   double voxel;        /* largest edge */
   double column;       /* largest integral of the value over a vertical line; 0 where optical_depth does not need it */
   double densest;      /* number of its file */
-  uint64_t file_count; /* `filled_count` of them hold anything */
+  uint64_t file_count; /* number of files; `filled_count` of them are not empty */
   uint64_t filled_count;
 } np_sequence_scan;
 

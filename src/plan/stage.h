@@ -27,11 +27,11 @@ typedef enum np_stage {
   NP_STAGE_ORDINATES,         /* multiple scattering solved for on coarse cells */
   NP_STAGE_VIEWER_LIGHT,      /* light of that solution towards the camera */
   NP_STAGE_GROUND_CLOUDS,     /* light from the clouds on the ground */
-  NP_STAGE_RELIEF_LIGHT,      /* light of hills and sky between them on slopes */
+  NP_STAGE_RELIEF_LIGHT,      /* light of hills and of the sky between hills, on slopes */
   NP_STAGE_AIR_SHADOWS,       /* shadows of clouds and hills in the air before the camera */
   NP_STAGE_APPROXIMATION,     /* multiple scattering approximated from single scattering */
   NP_STAGE_STARS,             /* stars of the catalogue in the picture */
-  NP_STAGE_LIGHTING,          /* the caches that answer the integrator */
+  NP_STAGE_LIGHTING,          /* the caches that integrators look up light in */
   NP_STAGE_HISTORY,           /* the frame before, which supplies pixels */
   NP_STAGE_INTEGRATOR,
   NP_STAGE_COUNT

@@ -34,7 +34,7 @@ void np_stage_count_terrain(const np_plan *plan, const neph_scene *scene, np_cos
   out->of[NP_UNIT_BYTE] = 3.0 * sizeof(float) * terrain->texels;
 }
 
-/* Samples of a brick for each voxel that it answers for. */
+/* Samples of a brick per voxel: bricks share their faces. */
 static const double samples_per_voxel = 729.0 / 512.0;
 
 void np_stage_count_volumes(const np_plan *plan, const neph_scene *scene, np_cost_counts *out) {
@@ -60,8 +60,8 @@ void np_stage_count_volumes(const np_plan *plan, const neph_scene *scene, np_cos
 /* Sweeps to a residual: 8.5 to 0.03, 14 to 0.003, 21 to 0.0003. */
 static double count_sweeps(double residual) { return fmax(8.5 + 6.25 * log10(0.03 / residual), 3.0); }
 
-/* Solutions from nothing for the bands of a packet: three where clouds are coloured. Bands of grey clouds start from
- * those before, with half of the sweeps on the finest cells. */
+/* Work for the bands of a packet, in units of a solution that starts from zero: three for coloured clouds. Further
+ * bands of grey clouds start from earlier bands, and need half of the sweeps on the finest cells. */
 static double count_bands(const np_plan *plan, const neph_scene *scene) {
   static const double related = 1.0 + 2.0 * 0.5;
   bool are_grey = true;
@@ -108,7 +108,7 @@ static double compute_voxel_m(const np_plan *plan, const neph_scene *scene) {
 static const double ground_directions = 96.0, ground_steps_max = 192.0;
 static const double air_points = 15.0 * 15.0 * 9.0, air_directions = 64.0, air_step_voxels = 2.0, air_steps_max = 64.0;
 
-/* Steps along so many rays, no more than a limit along each; and such steps in cloud. */
+/* Adds the number of steps along `rays` rays of at most `steps_max` steps each, and the number of steps in cloud. */
 static void add_steps(const np_ground_counts *ground, double rays, double step_m, double steps_max,
                       np_cost_counts *out) {
   const double length_m = fmax(step_m, ground->way_m / steps_max);
@@ -144,7 +144,7 @@ void np_stage_count_air_shadows(const np_plan *plan, const neph_scene *scene, np
 
 /* ---- Samples ---- */
 
-/* A view of which nothing is known: cover, voxels along a ray, optical depth. */
+/* View assumed without measurement: covered share of pixels, voxels along a ray, optical depth. */
 static const double usual_cover = 0.22, usual_steps = 20.0, usual_depth = 10.0;
 
 /* Time in cloud with detail, whose look-ups go through a noise, over that without: 1.8 of the march, 2 of paths. */

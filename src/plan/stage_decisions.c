@@ -8,7 +8,7 @@
 #include "core/units.h"
 #include "plan/plan_choices.h"
 
-/* Not needed because of the first of these that is not NULL, else needed. */
+/* A stage is needed unless one of these reasons against it is not NULL; the first is reported. */
 static void decide_unless(np_decision *d, np_stage_decision *out, const char *against, const char *against_too,
                           const char *why) {
   const char *reason = against ? against : against_too;
@@ -29,7 +29,7 @@ static bool has_ground(const np_decision *d) { return d->facts->has_planet || d-
 
 /* ---- Matter ---- */
 
-/* Without light there is nothing that depends on wavelength. */
+/* Colour: without light nothing depends on wavelength. */
 void np_stage_decide_color(np_decision *d, np_stage_decision *out) {
   const bool is_of_bands = d->plan->request.sky.is_of_bands;
   np_decisions *made = d->made;
@@ -211,7 +211,7 @@ void np_stage_decide_air_shadows(np_decision *d, np_stage_decision *out) {
 static const double error_of_files = 0.02,
                     files_exponent = 0.25; /* their voxels set a least cell, whatever its depth */
 
-/* The reason why nothing is solved for, though the stage has its place: the ground needs the clouds' opacity. */
+/* Reason why no cloud is solved for although the stage runs: the ground needs the clouds' opacity. */
 static void describe_left_out(const np_left_out *left_out, char *out, size_t size) {
   if (left_out->are_black)
     np_print(out, size, "nothing is solved for: the clouds' albedo is 0, and they scatter no light");
@@ -251,7 +251,7 @@ static void describe_ordinates(np_decision *d, char *out, size_t size) {
 
 static const char endless[] = "paths scatter as often as it takes";
 
-/* Why no light is to be scattered more than once. */
+/* Reason why multiple scattering is not needed; NULL: it is. */
 static const char *get_scatterless(const np_decision *d) {
   const char *against = d->facts->dark ? d->facts->dark : get_cloudless(d);
   return !against && d->plan->request.desc.scattering_max < 2 ? "render.max_scatterings is below 2" : against;

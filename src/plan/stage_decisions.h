@@ -11,8 +11,8 @@ typedef struct np_scene_facts {
   bool has_light_outputs; /* the outputs hold radiance */
   bool has_sun, has_environment, has_air, has_clouds, has_terrain, has_planet;
   bool has_emission;
-  bool is_dusk;                          /* the sun is down, and its light is the sky's */
-  bool has_moon, has_airglow, has_stars; /* their light matters; the moon's disk costs nothing */
+  bool is_dusk;                          /* the sun is below the horizon, and only the sky is lit by it */
+  bool has_moon, has_airglow, has_stars; /* their light is not negligible; the moon's disk is free */
   char no_sun[120], no_moon[160], no_airglow[120], no_stars[120]; /* the reasons why not */
   const char *no_clouds;
   const char *dark; /* why there is no light to compute; NULL: there is */
@@ -21,7 +21,7 @@ typedef struct np_scene_facts {
 typedef struct np_decision np_decision;
 
 struct np_decision {
-  const np_plan *plan; /* request, inputs and savings, and the decisions up to here */
+  const np_plan *plan; /* request, inputs and savings, and the decisions of previous stages */
   const neph_scene *scene;
   const np_scene_facts *facts;
   np_decisions *made;                                                     /* the decisions of the plan */
@@ -45,7 +45,7 @@ np_stage_decide_fn np_stage_decide_color, np_stage_decide_terrain, np_stage_deci
     np_stage_decide_air_shadows, np_stage_decide_approximation, np_stage_decide_motion, np_stage_decide_stars,
     np_stage_decide_lighting, np_stage_decide_history, np_stage_decide_integrator;
 
-/* Choices by a model of their cost, where nothing else decides. */
+/* Decisions by a model of the cost, when no other reason decides. */
 np_stage_decide_fn np_stage_choose_sun_volume, np_stage_choose_air_shadows;
 
 /* Adds the reason of a stage that is needed in full: names of files and clouds, of any number and length. */

@@ -30,7 +30,7 @@ typedef struct np_stage_rule {
   np_stage_decide_fn *decide;
   np_stage_describe_fn *describe; /* adds the reason of a needed stage; NULL: the reason is as decided */
   neph_work work;                 /* kind of its work */
-  np_stage_count_fn *count;       /* counts its units of work; NULL: one of `part_cost` for each part */
+  np_stage_count_fn *count;       /* counts the stage's units of work; NULL: one unit `part_cost` for each part */
   np_cost_unit part_cost;
   np_stage_expect_fn *expect; /* NULL: it adds no error */
   uint32_t parts;             /* bits of np_part_kind */

@@ -24,14 +24,14 @@ void np_trial_release(np_trial *trial) {
 
 /* ---- Clouds in their places ---- */
 
-/* A cloud of the trial: its volume, else a box that it fills. */
+/* A cloud of the trial: a volume, or a box of uniform extinction. */
 typedef struct trial_source {
-  np_trial_volume own; /* without a volume: the box alone is known */
-  np_instance world;   /* placement of the volume */
-  np_dvec3 low, high;  /* world box, the cloud's pivot at its own place */
-  double first[2],
-      period[2];    /* x and y of the part of a field that stands for all of it, in index space; 0: it is all */
-  float even_per_m; /* extinction within the box, where there is no volume */
+  np_trial_volume own;        /* without a volume: the box alone is known */
+  np_instance world;          /* placement of the volume */
+  np_dvec3 low, high;         /* world box with the cloud's pivot at its position */
+  double first[2], period[2]; /* along x and y in index space: the part of a field that is repeated to fill the field;
+                                 0: the part is the whole */
+  float even_per_m;           /* extinction within the box, where there is no volume */
   bool is_known;
 } trial_source;
 
@@ -133,7 +133,7 @@ static void include_copy(void *user, const trial_source *source, const np_affine
   t->high = np_dvec3_max(t->high, high);
 }
 
-/* Cells as wide as high, but enough of them in the height of a flat field. */
+/* Chooses cubic cells, except in a flat field, whose height needs several cells. */
 static void choose_size(np_trial *t) {
   const np_dvec3 extent = np_dvec3_subtract(t->high, t->low);
   const double edge = cbrt(extent.x * extent.y * extent.z / map_cells);
@@ -223,7 +223,7 @@ static void sum_map(np_trial *t) {
     }
 }
 
-/* Mean over columns of the thickness of their layers, each weighted by itself, as np_thickness_measure has it. */
+/* Mean thickness of cloud layers over columns, weighted by thickness as in np_thickness_measure. */
 static double measure_thickness(const np_trial *t) {
   double lengths = 0.0, squares = 0.0, step[3];
   get_steps(t, step);
@@ -260,7 +260,7 @@ bool np_trial_has_cloud(const np_trial *t, np_dvec3 low, np_dvec3 high) {
 
 /* ---- Bricks ---- */
 
-/* Most bricks that are looked at along a side. */
+/* Limit on the bricks examined along each side. */
 enum { BRICKS_MAX = 64 };
 
 /* Whether any of the samples in and around a brick holds cloud. */
@@ -277,7 +277,7 @@ static bool holds_cloud(const np_bricks *bricks, const double low[3], const doub
   return false;
 }
 
-/* Share of the bricks of such voxels in a bake's box that hold cloud by the trial. */
+/* Share of the bricks in a bake's box, with voxels of length `voxel_m`, that hold cloud in the trial. */
 static double count_brick_share(const neph_cloud_desc *bake, double voxel_m, const neph_volume *volume) {
   const double low_m[3] = {bake->center_m[0] - 0.5 * bake->extent_m[0], bake->center_m[1] - 0.5 * bake->extent_m[1],
                            bake->base_altitude_m};

@@ -6,7 +6,7 @@
 
 #include "plan/inputs.h"
 
-/* Voxels of a bake by whose bricks a trial is measured: once, twice and four times as long as its own. */
+/* Number of voxel sizes for which a trial counts bricks: one, two and four times the bake's. */
 enum { NP_TRIAL_SHARES = 3 };
 
 /* One cloud of a trial. */
@@ -47,7 +47,7 @@ void np_trial_release(np_trial *trial);
 /* Whether a world box holds cloud, and its middle is not below the ground. */
 bool np_trial_has_cloud(const np_trial *trial, np_dvec3 low, np_dvec3 high);
 
-/* Follows a lattice of camera rays through the map. Hills hide nothing. */
+/* Traces a lattice of camera rays through the map of clouds; terrain is ignored. */
 np_view_counts np_trial_see(const np_trial *trial, const np_request *request, const neph_scene *scene);
 
 /* Follows rays from points on the ground, at sea level, through the map. */

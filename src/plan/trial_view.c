@@ -5,11 +5,11 @@
 #include "plan/trial.h"
 #include "scene/camera.h"
 
-/* Rays along each side of the picture, and most steps of one. */
+/* Rays along each side of the picture, and limit of steps along a ray. */
 enum { RAYS = 32, STEPS_MAX = 512 };
 
-/* Optical depth behind which light is spent: on its way to the camera, and to the ground, for which what is scattered
- * straight on counts as passed. And the most that counts of a ray's. */
+/* Optical depths from which light is negligible: towards the camera, and towards the ground, where forward scattering
+ * counts as unscattered; and the limit on a ray's counted depth. */
 static const double view_spent_depth = 6.0, ground_spent_depth = 25.0, depth_max = 1000.0;
 
 /* A ray in cells of the map. */

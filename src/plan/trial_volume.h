@@ -8,7 +8,7 @@
 /* A volume of a trial. */
 typedef struct np_trial_volume {
   neph_volume *volume;   /* owned; NULL: none */
-  double share_across;   /* share of the bake's extent along x and along y that it covers, again and again; else 1 */
+  double share_across;   /* share of the bake's extent that is baked and repeated along x and y; else 1 */
   neph_cloud_desc bake;  /* description of a bake, of the part that was baked */
   neph_terrain *terrain; /* coarse ground under a bake; owned; NULL: the bake does not follow it */
 } np_trial_volume;

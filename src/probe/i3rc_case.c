@@ -183,7 +183,7 @@ static neph_result solve(const np_i3rc_field *field, np_i3rc_world *w) {
   return result;
 }
 
-/* Settings are those of a scene with every key at its default. */
+/* Settings of a scene with all keys at their defaults. */
 static neph_result set_source(neph_integrator integrator, uint64_t seed, np_i3rc_world *w) {
   neph_scene *scene;
   const neph_result result = neph_scene_create(w->context, &scene);

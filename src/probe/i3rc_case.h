@@ -7,7 +7,7 @@
 
 #include "probe/plane_light.h"
 
-/* Optical quantities are the same in both cases: phase function of Henyey and Greenstein with g = 0.85. */
+/* An experiment of I3RC. In both cases the phase function is Henyey and Greenstein's with g = 0.85. */
 typedef struct np_i3rc_experiment {
   double zenith_deg, albedo; /* zenith angle of the sun, single-scattering albedo */
 } np_i3rc_experiment;

@@ -29,7 +29,7 @@ typedef struct measurement {
 
 /* ---- Rays ---- */
 
-/* Beginning of a ray, and the direction of travel of the light that it sees. */
+/* Origin of a ray, and the direction of travel of the light along it. */
 typedef struct plane_sample {
   np_dvec3 place;
   np_vec3 travel;

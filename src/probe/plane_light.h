@@ -9,7 +9,7 @@
 
 /* One light's view of the world; radiances of all views add up. */
 typedef struct np_plane_view {
-  const np_world *world; /* its disks are invisible: light that was not scattered is added by itself */
+  const np_world *world; /* world without visible disks: unscattered light is added separately */
   const np_lighting *lighting;
 } np_plane_view;
 
@@ -32,7 +32,7 @@ typedef struct np_plane_query {
   np_plane_kind kind;
   double box_min_m[2], box_max_m[2]; /* rectangle, along x and y */
   double low_m, high_m;              /* height of the plane; both of the layer that absorbs */
-  bool is_up;                        /* light that travels upward; else downward */
+  bool is_up;                        /* true: upward light; false: downward */
   np_vec3 travel;                    /* direction of travel of a radiance, unit */
   unsigned columns[2];               /* columns along x and y, at least 1 */
 } np_plane_query;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Probes: cases in, answers out, as comma-separated values. */
+/* Probes: read cases as comma-separated values, and write results as comma-separated values. */
 #include <nephos/probe.h>
 
 #include <math.h>
@@ -23,9 +23,9 @@ typedef enum slab_column {
 } slab_column;
 
 static const char *const column_names[COLUMN_COUNT] = {"quantity", "g", "albedo", "tau", "mu0", "mu_view", "phi_deg"};
-static const unsigned columns_needed = (1u << COLUMN_MU_VIEW) - 1; /* the others by radiances alone */
+static const unsigned columns_needed = (1u << COLUMN_MU_VIEW) - 1; /* radiances need the other columns too */
 
-/* Through deeper slabs of little absorption no path finds its way in any time worth waiting for. */
+/* Optical depth beyond which paths through weakly absorbing slabs take too long. */
 static const double traceable_depth_max = 1e4;
 
 typedef struct slab_row {
@@ -128,7 +128,7 @@ static bool is_same_case(const np_slab_case *a, const np_slab_case *b) {
          a->is_diffuse == b->is_diffuse && a->mu0 == b->mu0;
 }
 
-/* The slab of the row before, if that is of the same case. */
+/* Reuses the slab of the previous row if its case is the same. */
 static neph_result prepare_slab(slab_probe *p, size_t row) {
   if (p->slab && is_same_case(&p->rows[row].case_, &p->rows[row - 1].case_)) return NEPH_OK;
   np_slab_destroy(p->slab);

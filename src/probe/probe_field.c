@@ -20,7 +20,7 @@
 
 enum { HEIGHTS_MAX = 4096 };
 
-/* One line of the answer. */
+/* One row of the output table. */
 typedef struct field_row {
   const char *quantity;
   double height_m, low_m; /* the plane, or both ends of a layer that absorbs */
@@ -116,7 +116,7 @@ static neph_result measure_row(field_probe *p, np_plane_kind kind, bool is_up, f
                                     (uint32_t)p->row_count, &p->monitor, &ray_count, &row->answer, NULL);
 }
 
-/* Both fluxes of a plane, and what clouds absorb between it and the next. */
+/* Measures the upward and downward flux of a plane, and the flux that clouds absorb between it and the next one. */
 static neph_result measure_plane(field_probe *p, unsigned i) {
   const double height_m = p->desc.heights_m[i];
   neph_result result = measure_row(p, NP_PLANE_FLUX, true, add_row(p, "up", height_m, 0.0));

@@ -44,7 +44,7 @@ enum { QUANTITIES = sizeof quantities / sizeof *quantities, OF_R = 0, OF_T = 1, 
 
 static const int case_numbers[CASES] = {1, 3};
 
-/* One line of the answer. */
+/* One row of the output. */
 typedef struct i3rc_row {
   int number, experiment;
   const char *quantity;
@@ -53,7 +53,7 @@ typedef struct i3rc_row {
   bool has_consensus;
   double consensus, consensus_error;
   unsigned column_count;
-  double column_rms, column_noise; /* rms of their differences, and what noise makes of it */
+  double column_rms, column_noise; /* rms of the differences of columns, and its part by noise */
 } i3rc_row;
 
 typedef struct i3rc_probe {
@@ -91,7 +91,7 @@ static int compare_reals(const void *a, const void *b) {
   return (x > y) - (x < y);
 }
 
-/* σ of the noise of columns; `scratch` has room for all of them. */
+/* Standard deviation of the noise of columns; `scratch` has room for all of them. */
 static double estimate_noise(const double *values, const unsigned columns[2], double *scratch) {
   static const double median_of_normal = 0.6745;
   size_t count = 0;

@@ -12,7 +12,7 @@
 #include "core/context_private.h"
 #include "core/csv.h"
 
-/* Functions of a kind of probe, `probe` being its own. */
+/* Functions of a kind of probe; `probe` is the kind's struct. */
 typedef struct np_probe_kind {
   neph_result (*read)(void *probe); /* all cases of the table */
   neph_result (*answer)(void *probe);

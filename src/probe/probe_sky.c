@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Skies by three methods: cases in, answers out, as comma-separated values. */
+/* Skies by three methods, read and written as comma-separated values. */
 #include <nephos/probe.h>
 
 #include <string.h>
@@ -52,10 +52,10 @@ typedef struct earth {
   np_reference_light light;
   double sun_angular_radius_rad, irradiance_w_m2_nm[3];
   neph_atmosphere_desc medium;
-  neph_atmosphere_layer layers[NEPH_EARTH_LAYER_COUNT]; /* the medium's, where they are not the Earth's own */
+  neph_atmosphere_layer layers[NEPH_EARTH_LAYER_COUNT]; /* layers of a medium other than the Earth's */
 } earth;
 
-/* Two Earths of others, the presets, and scenes that cases name by their files. */
+/* Media: two of published models, the presets, and scenes that cases name. */
 enum { NAMED_COUNT = 5, EARTHS_MAX = 32 };
 
 /* The Earth of Bruneton's 2017 implementation (its reference/model_test.cc): 60 km of air, a darker ground. */
@@ -70,7 +70,7 @@ static void describe_bruneton(earth *out) {
   for (int b = 0; b < 3; b++) out->medium.ground_albedo[b] = 0.1;
 }
 
-/* The suns of the first two are points that fade at the horizon, as in the tables that they come from. */
+/* Fills the two published media, in whose tables the sun is a point that fades at the horizon. */
 static neph_result describe_earths(neph_context *context, earth out[NAMED_COUNT]) {
   static const char *const presets[] = {"earth", "earth", "earth", "earth-hazy", "mars"};
   const neph_sky_desc sun = NEPH_SKY_DESC_DEFAULT;
@@ -147,7 +147,7 @@ static neph_result read_quantity(const sky_probe *p, size_t row, np_sky_quantity
                  p->csv.path, p->csv.rows[row].line, text);
 }
 
-/* Adds the air of a scene, named as it is seen from the folder of the cases. */
+/* Adds the air of a scene file, whose path is relative to the folder of the cases. */
 static neph_result load_earth(sky_probe *p, size_t row, const char *name) {
   if (p->earth_count == EARTHS_MAX)
     return np_fail(p->context, NEPH_ERROR_BAD_SCENE,

@@ -28,10 +28,10 @@
 
 enum { BATCH_COUNT = 64, SAMPLE_MIN = 64, SAMPLE_MAX = 16384 };
 
-/* Rays of the first pilot, and the factor of its own rays up to which a pilot's forecast is trusted. */
+/* Number of rays of the first pilot, and the largest ratio of rays for which a pilot's prediction is trusted. */
 enum { PILOT_RAY_COUNT = 4096, PILOT_TRUST = 8 };
 
-/* Factor of the target error; an answer above it is but a pilot. */
+/* Factor of the target error up to which a result is accepted; otherwise it is used as a pilot. */
 static const double noise_allowed = 1.25;
 
 /* Paths are guided where that takes less than this share of the time to the same error. Time is counted in random
@@ -39,7 +39,7 @@ static const double noise_allowed = 1.25;
  * 28 to 41, in slabs of depth 1 to 256). */
 static const double guiding_share = 0.8, guided_draw_cost = 1.5;
 
-/* Streams of the pilots by which that is judged, apart from all others. */
+/* First random stream of the pilots for that comparison, beyond the streams of all measurements. */
 enum { GUIDING_PILOT_RUN = 1 << 30 };
 
 struct np_slab {
@@ -68,7 +68,7 @@ static const double sample_depth = 1.0 / 16.0, sample_growth = 1.03;
 static double fill_samples(np_slab *slab, float values[SAMPLE_MAX]) {
   const double depth = slab->case_.depth;
   const bool is_even = depth <= SAMPLE_MAX * sample_depth;
-  /* Half a slab of a growing series: d·(qⁿ − 1)/(q − 1). */
+  /* Sum of half a slab's geometric series: d·(qⁿ − 1)/(q − 1). */
   const double series = 1.0 + 0.5 * depth * (sample_growth - 1.0) / sample_depth;
   const double half = is_even ? fmax(0.5 * depth / sample_depth, 0.5 * SAMPLE_MIN) : log(series) / log(sample_growth);
   slab->sample_count = 2 * (unsigned)fmin(ceil(half), SAMPLE_MAX / 2);
@@ -82,7 +82,7 @@ static double fill_samples(np_slab *slab, float values[SAMPLE_MAX]) {
   return sum;
 }
 
-/* Voxels are 1 m high, and so wide that only the most grazing ray comes to the next. */
+/* Creates voxels of 1 m height, so wide that only the most grazing rays reach a second column. */
 static neph_result create_volume(np_slab *slab) {
   float values[SAMPLE_MAX];
   const double sum = fill_samples(slab, values);
@@ -117,7 +117,7 @@ static void fill_view(np_slab *slab) {
   }
 }
 
-/* Settings are those of a scene with every key at its default. */
+/* Settings of a scene with all keys at their defaults. */
 static neph_result choose_integrator(np_slab *slab, neph_integrator integrator) {
   neph_scene *scene;
   neph_result result = neph_scene_create(slab->context, &scene);
@@ -193,7 +193,7 @@ typedef struct inquiry {
   const np_slab_query *query;
   np_integrator_settings settings;
   uint32_t stream;
-  uint32_t run; /* the last counts, those before are pilots */
+  uint32_t run; /* number of the run; runs before the last are pilots */
   unsigned rays_per_batch;
   np_monitor *monitor;
   batch batches[BATCH_COUNT];
@@ -317,8 +317,8 @@ static neph_result choose_guiding(inquiry *q) {
   return result;
 }
 
-/* Number of rays for the target, by a pilot of fewer: a fifth more than it finds, for it knows its own error to a
- * tenth at best. */
+/* Number of rays for the target error, predicted by a pilot, plus a fifth: the pilot's error estimate is accurate to 10
+ * % at best. */
 static double count_rays(const np_slab_answer *pilot, double pilot_count, double target_error) {
   if (!(pilot->value > 0.0)) return HUGE_VAL;
   const double ratio = pilot->error / (pilot->value * target_error);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A plane-parallel slab of cloud, put together from the renderer's own parts, and what leaves it. */
+/* A plane-parallel slab of cloud, rendered by the integrators, and the light that leaves it. */
 #ifndef NP_PROBE_PROBE_SLAB_H
 #define NP_PROBE_PROBE_SLAB_H
 
@@ -21,12 +21,13 @@ typedef struct np_slab_query {
   double phi_rad; /* between the directions of flight of the beam and of the leaving light */
 } np_slab_query;
 
-/* Fewer contributions say nothing of an answer's error. */
+/* Number of contributions below which a result has no error estimate. */
 #define NP_SLAB_CONTRIBUTIONS_MIN 16.0
 
 typedef struct np_slab_answer {
-  double value, error;  /* standard error; infinite: not known; 0: nothing can be scattered */
-  double contributions; /* rays of one brightness of the same standard error */
+  double value, error; /* standard error; infinite: unknown; 0: exact, as nothing is scattered */
+  /* effective number of contributions: that of equally bright ones with the same standard error */
+  double contributions;
 } np_slab_answer;
 
 typedef struct np_slab np_slab;
@@ -35,7 +36,7 @@ neph_result np_slab_create(neph_context *context, const np_slab_case *case_, con
                            np_slab **out_slab);
 void np_slab_destroy(np_slab *slab);
 
-/* `stream` separates the random numbers of one question from those of another. */
+/* Measures one quantity. `stream` separates the random numbers of queries. */
 neph_result np_slab_ask(const np_slab *slab, const np_slab_query *query, uint32_t stream, np_monitor *monitor,
                         np_slab_answer *out_answer);
 

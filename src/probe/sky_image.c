@@ -7,7 +7,7 @@
 #include "frame/color_header.h"
 #include "stages/sky_harmonics.h"
 
-/* R, G, B of the sky, and, where they are a layer of their own, of the disks of sun and moon. */
+/* Channels: R, G, B of the sky, and, in a separate layer, R, G, B of the disks of sun and moon. */
 enum { CHANNELS = 2 * NP_BAND_COUNT };
 static const char *const channel_names[CHANNELS] = {"R", "G", "B", "disk.R", "disk.G", "disk.B"};
 
@@ -26,7 +26,7 @@ static np_vec3 direction_of(const sky_image *s, double x, double y) {
   return np_vec3_make((float)(sin(zenith) * sin(azimuth)), (float)(sin(zenith) * cos(azimuth)), (float)cos(zenith));
 }
 
-/* Skies of all lights and the night, without the disks and what is a point. */
+/* Radiance of the sky of all lights and the night, without disks and stars. */
 static np_spectrum compute_sky(const np_assembly *a, const np_packet *packet, np_vec3 direction) {
   np_spectrum radiance = np_spectrum_grey(0.0f);
   for (unsigned l = 0; l < packet->light_count; l++) {
@@ -135,7 +135,7 @@ static sky_irradiance compute_irradiance(const np_packet *packet) {
   return out;
 }
 
-/* Describes them in the picture's colours and in physical units: not by its scale. */
+/* Writes irradiances in the picture's colours and in physical units, without output.scale. */
 static neph_result describe_irradiances(const np_assembly *assembly, neph_image *image) {
   sky_irradiance color = {.sun = np_spectrum_grey(0.0f)};
   for (unsigned p = 0; p < assembly->packet_count; p++) {

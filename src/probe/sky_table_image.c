@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The tables of a scene's atmosphere and of its camera's sky as pictures to look at.
  *
- * Values are what the tables stand for, per unit of the sun's irradiance: transmittances, radiances, quotients. Light
+ * Values are what the tables represent, per unit of the sun's irradiance: transmittances, radiances, quotients. Light
  * that spans the decades of twilight is shown by its logarithm, 0 to 1 over the four decades below the brightest
  * number. Small tables are drawn with larger dots.
  */
@@ -15,7 +15,7 @@
 
 enum { DECADES = 4 };
 
-/* A picture of width × height dots, and the number behind each of them. */
+/* A picture of width × height dots, each with a value. */
 typedef struct drawing {
   unsigned width, height, dot;
   bool is_logarithmic;

@@ -35,7 +35,7 @@ static double count_run_up(const neph_scene *scene, const np_plan *plan) {
   return np_plan_needs(plan, NP_STAGE_HISTORY) ? (double)frame - np_scene_get_history_first(scene, frame) : 0.0;
 }
 
-/* Seconds of the next frame. All that depends on what moves is built again, unless the camera alone does. */
+/* Seconds of the next frame: all stages that depend on moving parts are rebuilt, none if only the camera moves. */
 static double predict_next(const neph_scene *scene, const np_plan *plan) {
   const bool is_moving = !np_scene_has_still_light(scene);
   double seconds = 0.0;

@@ -21,11 +21,11 @@
 struct neph_renderer {
   neph_context *context; /* retained */
   np_stores stores;
-  atomic_bool is_busy;      /* a picture is under way */
-  atomic_bool is_cancelled; /* the picture under way; without one the next */
+  atomic_bool is_busy;      /* a picture is being rendered */
+  atomic_bool is_cancelled; /* cancels the current picture, or the next one if there is none */
 };
 
-/* One picture under way. */
+/* State of one call that renders a picture. */
 typedef struct picture_call {
   np_plan plan; /* owned */
   np_render_job job;
@@ -35,7 +35,7 @@ typedef struct picture_call {
   void *progress_user;
 } picture_call;
 
-/* The calling thread comes here, many times a second. */
+/* Progress callback, on the calling thread, many times a second. */
 static bool report_progress(void *user, const neph_progress *progress) {
   picture_call *call = user;
   if (call->is_cancelled && atomic_load(call->is_cancelled)) return false;
@@ -43,7 +43,7 @@ static bool report_progress(void *user, const neph_progress *progress) {
   return !call->progress || call->progress(call->progress_user, progress);
 }
 
-/* Chooses frames between which the picture's light is interpolated, and solves for it there. */
+/* Chooses the frames between which the light is interpolated, and solves for their light. */
 static neph_result prepare_light(const neph_scene *scene, const np_plan *plan, np_build_job *job, np_monitor *monitor) {
   neph_result result = np_light_span_choose(scene, plan, &job->light_span);
   if (result || job->light_span.frames[0] == job->light_span.frames[1]) return result;
@@ -58,7 +58,7 @@ static neph_result prepare_plan(const neph_scene *scene, np_plan *plan, np_input
   return result ? result : np_plan_fit_memory(scene, plan, store);
 }
 
-/* A picture by a plan that is prepared, whose stores have the frame before where it needs one. */
+/* Renders a picture by a prepared plan. With history, the stores have the previous frame. */
 static neph_result render_planned(const neph_scene *scene, np_plan *plan, const np_render_job *job, np_monitor *monitor,
                                   neph_image **out_image) {
   np_render_job lit = *job;
@@ -86,7 +86,7 @@ static neph_result render_before(const neph_scene *scene, const np_plan *plan, i
   return result;
 }
 
-/* Renders the frames of the plan's block before its own that the stores do not lead up to. */
+/* Renders those frames of the plan's block, before its own, that history needs and the stores lack. */
 static neph_result prepare_history(const neph_scene *scene, picture_call *call, np_monitor *monitor) {
   const np_plan *plan = &call->plan;
   np_stores *stores = call->job.build.stores;
@@ -170,7 +170,7 @@ static neph_result check_scene(const neph_renderer *renderer, const neph_scene *
                  "the scene belongs to another context than the renderer: make it in the renderer's");
 }
 
-/* Takes the renderer for one call; fails where another thread, or a callback of a picture, has it. */
+/* Reserves the renderer for one call; fails if another thread or a callback is using it. */
 static neph_result begin(neph_renderer *renderer) {
   if (!atomic_exchange(&renderer->is_busy, true)) return NEPH_OK;
   return np_fail(renderer->context, NEPH_ERROR_INVALID_ARGUMENT,

@@ -11,7 +11,7 @@
 #include "frame/frame.h"
 #include "plan/stage_rules.h"
 
-/* Runs of each scene, of which the least counts: others may compute meanwhile. */
+/* Number of runs of each scene; the shortest time counts, as other programs may disturb a run. */
 enum { RUNS = 3, SCENES = 4 };
 
 #define VIEW                                                                                                           \
@@ -28,8 +28,7 @@ static const char *const scenes[SCENES] = {
          "render: {samples: 1}\n",
 };
 
-/* Stages that are measured, and their seconds of one core with the constants: others are too short, or do several kinds
- * of work. */
+/* Measured stages and their predicted seconds of one core. Other stages are too short, or mix several kinds of work. */
 static const struct {
   unsigned scene;
   np_stage stage;
@@ -65,7 +64,7 @@ static neph_result render_once(calibration *c, unsigned scene, const neph_scene 
   return result;
 }
 
-/* Each run begins with nothing stored. */
+/* Measures a scene, each run with empty stores. */
 static neph_result measure_scene(calibration *c, unsigned scene) {
   const np_monitor_part whole = np_monitor_get_part(&c->monitor);
   neph_result result = NEPH_OK;

@@ -50,7 +50,7 @@ static neph_result choose_preview(neph_report *report, const neph_scene *scene) 
   return result;
 }
 
-/* A reference that is given has its size, and goes by it. */
+/* A reference that is given has its size, and depends on it. */
 static neph_result take_reference(neph_report *report) {
   neph_report_desc *desc = &report->desc;
   if (!report->reference_path) return NEPH_OK;
@@ -122,7 +122,7 @@ void neph_report_destroy(neph_report *report) {
 
 static const double first_deadline = 4.0; /* budgets */
 
-/* Each round turns through all settings: a machine that is slow for a while is so for all. */
+/* Runs each setting once. Settings alternate, so that a temporary slowdown of the machine affects all of them. */
 static neph_result run_round(neph_report *report, unsigned round) {
   neph_result result = NEPH_OK;
   for (unsigned i = 0; !result && i < report->setting_count; i++) {
@@ -136,7 +136,7 @@ static neph_result run_round(neph_report *report, unsigned round) {
   return result;
 }
 
-/* The reference and the first setting, without which there is no report, may use up what is left. */
+/* Runs the reference and the first setting, which every report needs, even beyond the planned time. */
 static neph_result run_first(neph_report *report) {
   const double budget_s = report->desc.budget_s;
   report->deadline_s = first_deadline * budget_s;
@@ -159,7 +159,7 @@ static neph_result run_all(neph_report *report) {
   return result;
 }
 
-/* Messages of a hundred pictures of one scene are those of the first: what they warn of was said when it was loaded. */
+/* Runs without the log: all pictures of the scene would repeat its warnings. */
 static neph_result run_quietly(neph_report *report) {
   const neph_log_level level = report->context->log_level_max;
   report->context->log_level_max = NEPH_LOG_ERROR;

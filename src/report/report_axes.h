@@ -7,7 +7,7 @@
 
 #include "core/text.h"
 
-/* Stand on a light page and on a dark one; the page's legend has the same (report_style.h). */
+/* Colours of curves, legible on light and dark pages; equal to the page's legend (report_style.h). */
 extern const char *const np_plot_colors[], np_plot_grey[];
 
 /* Range of a logarithmic axis; begins as zeros. */

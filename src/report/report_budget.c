@@ -11,10 +11,10 @@ double np_report_get_reference_share(const neph_report *report) {
   return report->desc.is_quick ? reference_share_quick : reference_share;
 }
 
-/* Two pictures: the second has the stages of the first. */
+/* Pictures per run of a setting, in units of the first: the second reuses its stages. */
 static const double pictures_per_visit = 2.0;
 
-/* Time over prediction of what was visited, by the sum of each. 0: nothing yet. */
+/* Ratio of measured to predicted time over all finished settings; 0: none is finished. */
 static double compute_slowness(const neph_report *report) {
   double taken_s = 0.0, predicted_s = 0.0;
   for (unsigned i = 0; i < report->setting_count; i++) {
@@ -32,7 +32,7 @@ double np_report_predict_visit(const neph_report *report, const np_setting *sett
   return setting->predicted_s * (slowness > 0.0 ? slowness : pictures_per_visit);
 }
 
-/* A prediction that no visit has confirmed may be short by this. */
+/* Safety factor on the predicted time of a setting that was not run yet. */
 static const double caution = 1.5;
 
 bool np_report_has_time(const neph_report *report, const np_setting *setting) {

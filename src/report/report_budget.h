@@ -12,7 +12,7 @@ double np_report_get_reference_share(const neph_report *report);
  * and the ratio of time to prediction of those that were visited. */
 double np_report_predict_visit(const neph_report *report, const np_setting *setting);
 
-/* Whether a visit fits into the budget. */
+/* Whether a further run of a setting fits into the budget. */
 bool np_report_has_time(const neph_report *report, const np_setting *setting);
 
 #endif

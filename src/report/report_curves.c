@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Curves of knobs: the effect of a value is the difference of its pictures from those of the knob's finest value by the
- * same seeds, which is free of the error that all of them share. */
+/* Curves of knobs. The effect of a value is the difference between its pictures and those of the knob's finest value
+ * with equal seeds, so that their common error cancels. */
 #include <math.h>
 
 #include "core/alloc.h"

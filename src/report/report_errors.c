@@ -70,7 +70,7 @@ neph_result np_report_make_yardstick(neph_report *report, neph_image *const marc
 
 /* ---- Measures ---- */
 
-/* Pictures by two seeds, less what is subtracted from each, against a yardstick. */
+/* Compares pictures of two seeds, each less a picture in `from`, with the reference `yardstick`. */
 static neph_result compare(const neph_report *report, neph_image *const pictures[2], neph_image *const from[2],
                            const neph_image *yardstick, neph_image_difference *out) {
   neph_image *shifted[2] = {NULL, NULL};
@@ -93,7 +93,7 @@ static neph_result compare_exactly(const neph_report *report, neph_image *const 
 
 static double get_half_width2(neph_bounded b) { return 0.5 * (b.max * b.max - b.min * b.min); }
 
-/* Noise of one picture from that of the mean of `count`. */
+/* Noise of one picture, from the noise of the mean of `count` pictures. */
 static neph_bounded scale(neph_bounded b, unsigned count) {
   const double factor = sqrt(count);
   return (neph_bounded){factor * b.value, factor * b.min, factor * b.max};
@@ -106,7 +106,8 @@ static neph_bounded add(neph_bounded noise, neph_bounded bias) {
   return (neph_bounded){sqrt(error2), sqrt(fmax(error2 - half, 0.0)), sqrt(error2 + half)};
 }
 
-/* Each picture against another half of the reference: no noise is in both factors of the bias. */
+/* Measures an error. Each picture is compared with another half of the reference, so that the noise of the two factors
+ * of the bias is independent. */
 neph_result np_report_measure(const neph_report *report, np_setting *setting) {
   const np_report_reference *reference = &report->reference;
   neph_image *const whole[2] = {reference->picture, reference->picture};

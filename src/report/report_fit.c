@@ -10,7 +10,7 @@
 static const double order_low = 1.0 / 6.0, order_high = 6.0;
 enum { SEARCH_STEPS = 400 };
 
-/* Below, a point says nothing but that the error is small. */
+/* Number of standard errors below which a point only bounds the error. */
 static const double sigmas_min = 2.0;
 
 typedef struct curve {
@@ -32,7 +32,7 @@ static double get_law(const curve *c, double value, double order) {
   return log(c->has_finest ? fabs(power - pow(c->finest / c->scale, order)) : power);
 }
 
-/* A logarithm has the relative error, no better than one in a thousand here. */
+/* Weight of a point in the logarithmic fit: 1/relative error², where the relative error is at least 0.1 %. */
 static double get_weight(const np_fit_point *p) {
   const double relative = fmax(p->sigma / p->error, 1e-3);
   return 1.0 / (relative * relative);

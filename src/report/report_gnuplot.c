@@ -60,7 +60,7 @@ typedef struct rename {
   const char *from, *to;
 } rename_row;
 
-/* Copies with each `from` replaced; `%` in a `to` stands for the name. */
+/* Copies a text with each `from` replaced by its `to`, in which `%` is replaced by `name`. */
 static void replace(np_text *out, const char *svg, const char *name, const rename_row *rows, size_t count) {
   while (*svg) {
     size_t i = 0;

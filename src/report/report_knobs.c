@@ -18,7 +18,7 @@ static double get_bake_voxel_m(const neph_scene *scene) {
   return voxel_m;
 }
 
-/* One precision for all is the question. */
+/* Whether some cloud has float precision; one precision for all clouds is compared. */
 static bool has_float(const neph_scene *scene) {
   for (unsigned i = 0; i < scene->cloud_count; i++)
     if (scene->clouds[i].precision == NEPH_PRECISION_FLOAT) return true;
@@ -81,7 +81,7 @@ static bool has_sun(const neph_scene *scene, const np_plan *plan) {
 
 #define STAGE(name) (1u << NP_STAGE_##name)
 
-/* The order is that of measuring: knobs that leave the solution of the multiple scattering as it is come first. */
+/* The order is the order of measurement: knobs that do not change the solution of multiple scattering come first. */
 /* clang-format off */
 static const np_knob knobs[] = {
     {.name = "samples", .key = "render.samples", .few = "1 4 16", .more = "2 8 32 64", .order = -0.5,

@@ -12,19 +12,19 @@ enum { NP_KNOB_VALUE_SIZE = 40 };
 
 typedef struct np_knob {
   const char *name;
-  const char *key;    /* key and value in the syntax of --set; clouds[] stands for every cloud that is baked */
-  const char *unit;   /* written behind a number, with its blank; NULL: none */
-  const char *few;    /* values of a quick report, parted by blanks, */
-  const char *more;   /* and those that others have besides; NULL: none */
+  const char *key;    /* key in the syntax of --set; clouds[] means every baked cloud */
+  const char *unit;   /* written behind a number, with its leading space; NULL: none */
+  const char *few;    /* values of a quick report, separated by spaces */
+  const char *more;   /* further values of a full report; NULL: none */
   bool is_word;       /* values have no order */
   bool is_factor;     /* values are factors on the scene's own */
-  bool is_whole;      /* samples and integrator follow from it, unless the scene gives them */
+  bool is_whole;      /* the value sets samples and integrator too, unless the scene has keys for them */
   double order;       /* theoretical order of the error in the value, negative where more is better; 0: none */
   const char *theory; /* its reason */
   np_knob_integrator of;
-  uint32_t stages; /* bits: the knob matters where the plan needs one of them; 0: always */
+  uint32_t stages; /* bit mask of stages: the knob has an effect if the plan needs one of them; 0: always */
 
-  /* Whether a scene has it beyond what the stages say; NULL: yes. */
+  /* Further condition for the knob to have an effect; NULL: none. */
   bool (*is_applicable)(const neph_scene *scene, const np_plan *plan);
 
   /* The scene's own value: a number in the key's unit, or, of words, a word. */

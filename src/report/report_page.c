@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The page of a report: HTML that is well-formed XML, with all that it shows inside. */
+/* The HTML page of a report, well-formed XML with all pictures embedded. */
 #include "report/report_page.h"
 
 #include <math.h>

@@ -21,7 +21,7 @@ void np_page_add_bounded(np_text *text, neph_bounded b);
 /* A cell of seconds; "any" for infinity. */
 void np_page_add_seconds(np_text *text, double seconds);
 
-/* Tables: of the cheapest settings, of orders, of every setting, and of those left out. */
+/* Tables of the cheapest settings, of orders of convergence, of all settings, and of omitted settings. */
 void np_page_add_targets(np_text *text, const neph_report *report);
 void np_page_add_orders(np_text *text, const neph_report *report);
 void np_page_add_settings(np_text *text, const neph_report *report);

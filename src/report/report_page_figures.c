@@ -139,7 +139,7 @@ static neph_result add_reference(np_text *text, const neph_report *report) {
   return result;
 }
 
-/* Pictures that say something: the scene's own, and those of the front, from the fastest, that are none of noise. */
+/* Largest error of a setting whose picture is shown, besides the scene's own; the others consist of noise. */
 static const double error_shown_max = 0.5;
 
 neph_result np_page_add_pictures(np_text *text, const neph_report *report) {

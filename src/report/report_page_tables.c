@@ -19,7 +19,7 @@ void np_page_add_escaped(np_text *text, const char *characters) {
   }
 }
 
-/* Two digits, and no exponent for what a picture may err by. */
+/* Adds a number with two significant digits; errors of pictures without an exponent. */
 static void add_digits(np_text *text, double value) {
   const double magnitude = fabs(value);
   const int decimals = magnitude >= 10.0 || value == 0.0 ? 0 : magnitude >= 1.0 ? 1 : magnitude >= 0.1 ? 2 : 3;
@@ -72,7 +72,7 @@ static void add_cell_seconds(np_text *text, double seconds) {
   np_text_add(text, "</td>");
 }
 
-/* Keys of a setting as one would write them, samples apart. */
+/* Adds the keys of a setting in the syntax of --set, without the number of samples. */
 static void add_keys(np_text *text, const np_setting *s, unsigned sample_count) {
   const bool has_own = s->knob && !np_knob_is_of_samples(s->knob);
   np_text_add(text, "<code>");

@@ -39,7 +39,7 @@ static neph_result add_image(np_text *text, const neph_image *image, const neph_
 
 /* ---- Previews ---- */
 
-/* Automatic exposure is that of the march's picture for all. */
+/* Preview settings: all pictures get the automatic exposure of the march's picture. */
 static neph_preview_desc get_preview(const neph_report *report) {
   neph_preview_desc desc = report->preview;
   const neph_image *picture = report->guide->pictures[0];
@@ -49,7 +49,7 @@ static neph_preview_desc get_preview(const neph_report *report) {
   return desc;
 }
 
-/* Other exposures go by its attributes, which a file may lack. */
+/* Other exposures depend on its attributes, which a file may lack. */
 static neph_result copy_header(const neph_report *report, neph_image *out) {
   const neph_image *from = report->guide->pictures[0];
   neph_result result = NEPH_OK;
@@ -108,7 +108,7 @@ static double get_difference(const np_setting *setting, const neph_image *refere
   return sum > 0.0 ? difference / sum : 0.0;
 }
 
-/* Blends one colour over that of no difference to the other. */
+/* Colour of a relative difference, interpolated between the colours of −max, 0 and +max. */
 static void color_difference(double difference, float out[3]) {
   const float share = (float)fmin(fabs(difference) / NP_REPORT_DIFFERENCE_MAX, 1.0);
   const float *end = np_report_difference_colors[difference < 0.0 ? 0 : 2], *middle = np_report_difference_colors[1];

@@ -12,13 +12,13 @@
 /* Colours of a difference of −max, 0 and +max, as the page's legend has them (report_style.h). */
 extern const float np_report_difference_colors[3][3];
 
-/* A picture as the scene's preview shows it, all of a report with one exposure. */
+/* Adds a preview with the scene's settings; all pictures of a report have one exposure. */
 neph_result np_report_add_preview(np_text *text, const neph_report *report, const neph_image *picture, const char *alt);
 
 /* The mean of a setting's two pictures. */
 neph_result np_report_add_setting(np_text *text, const neph_report *report, const np_setting *setting, const char *alt);
 
-/* Its relative difference from the reference, over squares of 5 × 5 pixels. */
+/* Adds a picture of the relative difference from the reference, averaged over squares of 5 × 5 pixels. */
 neph_result np_report_add_difference(np_text *text, const neph_report *report, const np_setting *setting,
                                      const char *alt);
 

@@ -36,7 +36,8 @@ static void add_law(np_text *text, const char *name, double order, double finest
     np_text_add(text, "x**(%.6g)\n", order);
 }
 
-/* The coarsest value whose effect is known: theory's line goes through it. */
+/* Point with the largest effect that is significantly above 0: the line of the theoretical order is drawn through
+ * it. */
 static const np_curve_point *get_anchor(const neph_report *report, const np_curve *curve, const np_curve_point *points,
                                         unsigned count) {
   const np_curve_point *anchor = NULL;

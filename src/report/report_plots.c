@@ -63,7 +63,7 @@ static double get_share(const np_axis *a, double value) {
   return log(value / a->low) / log(a->high / a->low);
 }
 
-/* Above the point, or else below it, towards the middle of the picture; a point with no room has none. */
+/* Adds a label above the point, or below it, towards the plot's centre; none if there is no room. */
 static void add_label(np_text *text, const np_setting *s, const np_axis axes[2], label_places *places) {
   char label[64];
   const double cpu_s = np_setting_get_cpu_s(s), error = 100.0 * s->error.value;

@@ -9,7 +9,7 @@
 #include "report/report_knobs.h"
 #include "stages/stores.h"
 
-/* Runs of a setting that count, two for each visit. */
+/* Limits on the measurements of a setting, with two runs each. */
 enum { NP_REPORT_VISITS_MAX = 5, NP_REPORT_RUNS_MAX = 2 * NP_REPORT_VISITS_MAX };
 
 /* One point of the sweep: the scene's settings with one knob turned. */
@@ -24,15 +24,15 @@ typedef struct np_setting {
   unsigned run_count;
   double cpu_s[NP_REPORT_RUNS_MAX];
   double stage_s;          /* least time besides the samples: stages, and the estimate of the error */
-  double visit_s;          /* wall time of a visit, the longest */
-  neph_image *pictures[2]; /* means over visits, of the first seed of each and of the second; NULL: left out */
+  double visit_s;          /* longest wall time of a measurement */
+  neph_image *pictures[2]; /* mean pictures of the first and of the second seed over all measurements; NULL: left out */
   unsigned visit_count;
   neph_bounded error, noise, bias, effect;
   neph_bounded stated; /* error by the picture's header */
   bool is_on_front;
 } np_setting;
 
-/* A knob in the report: the settings that turn it, and the scene's own between them. */
+/* Curve of a knob: settings that differ in this knob alone, among them the scene's. */
 typedef struct np_curve {
   const np_knob *knob;
   const np_setting *own; /* the scene's own, by the knob's integrator; NULL: not listed */
@@ -45,7 +45,7 @@ enum { NP_REPORT_SETTINGS_MAX = 96, NP_REPORT_CURVES_MAX = 24, NP_REPORT_TARGETS
 
 /* The cheapest way to an error, by the noise, the bias and the time of a family. */
 typedef struct np_target {
-  double error;              /* wanted */
+  double error;              /* target error */
   const np_setting *setting; /* NULL: none reaches it */
   unsigned sample_count;
   double cpu_s, cpu_min_s, cpu_max_s; /* 95 %; infinite: the bias may be above the error */
@@ -58,18 +58,18 @@ typedef struct np_report_reference {
   bool is_given;
   unsigned sample_count; /* 0: not stated */
   double cpu_s, wall_s;
-  neph_bounded noise; /* its own error a pixel; NaN: not stated */
+  neph_bounded noise; /* relative standard error of its pixels; NaN: not stated */
 } np_report_reference;
 
 struct neph_report {
   neph_context *context; /* retained */
   char *name, *reference_path;
-  neph_report_desc desc; /* the caller's, with those texts */
+  neph_report_desc desc; /* the caller's description, with copied texts */
   neph_integrator own_integrator;
   unsigned sample_counts[2]; /* samples of each integrator, where no knob says another */
   unsigned setting_count, family_count, curve_count;
   np_setting settings[NP_REPORT_SETTINGS_MAX];
-  np_setting *guide; /* the march's setting with no knob turned but samples: visited first */
+  np_setting *guide; /* the march's setting without changed knobs except samples; it is measured first */
   np_curve curves[NP_REPORT_CURVES_MAX];
   np_target targets[NP_REPORT_TARGETS];
   np_report_reference reference;
@@ -78,9 +78,9 @@ struct neph_report {
   neph_image *yardstick;          /* pixels that errors are relative to */
   np_stores stores;               /* stores of the family that was rendered last, or, in a quick report, of all */
   unsigned stored_family;         /* number of that family, from 1 */
-  double stage_s[NP_STAGE_COUNT]; /* CPU time of what lies there */
+  double stage_s[NP_STAGE_COUNT]; /* CPU time of these stages */
   unsigned round_count;
-  double start_s, spent_s; /* wall time: when the run began, and what it took */
+  double start_s, spent_s; /* wall time: start of the run, and its duration */
   double fraction;         /* reported last */
   const char *stage;       /* stage in the progress callback */
   double deadline_s;       /* time at which the current picture is abandoned */
@@ -94,7 +94,7 @@ struct neph_report {
  * picture. The scene's baked clouds are baked in memory, so that no file of the user's is touched. */
 neph_result np_report_load(const neph_report *report, const np_setting *setting, neph_scene **out_scene);
 
-/* Description of a setting's runs: no limit of the scene's cuts them. */
+/* Render description of a setting's runs, without the scene's time limit. */
 neph_result np_report_describe_run(const neph_scene *scene, neph_integrator integrator, unsigned sample_count,
                                    neph_render_desc *out_desc);
 
@@ -111,13 +111,13 @@ neph_result np_report_render(neph_report *report, neph_scene *scene, const neph_
 void np_report_start_clock(neph_report *report);
 double np_report_get_seconds(const neph_report *report);
 
-/* Two pictures of a setting by two seeds, which no other visit has. */
+/* Renders two pictures of a setting with two unused seeds. */
 neph_result np_report_visit(neph_report *report, np_setting *setting, unsigned visit);
 
 /* Forgets stored stages. */
 void np_report_clear_stores(neph_report *report);
 
-/* Takes a picture of weight `more` into the mean of `count` others. */
+/* Adds a picture of weight `more` to the mean of `count` others. */
 void np_report_average(neph_image *mean, unsigned count, const neph_image *picture, unsigned more);
 
 /* Median CPU time of a picture, and the least or the most. NaN: it was left out. */
@@ -140,7 +140,7 @@ neph_result np_report_make_yardstick(neph_report *report, neph_image *const marc
 /* Error, noise and bias of a setting, by the means of its pictures. */
 neph_result np_report_measure(const neph_report *report, np_setting *setting);
 
-/* Effect of a setting, against that of its knob's finest value. */
+/* Effect of a setting: its difference from the finest value of its knob. */
 neph_result np_report_measure_effect(const neph_report *report, const np_setting *finest, const np_setting *setting,
                                      neph_bounded *out_effect);
 
@@ -159,7 +159,7 @@ unsigned np_curve_collect(const neph_report *report, const np_curve *curve, np_c
 /* The value that costs most: the smallest, or, where more is better, the largest. */
 double np_curve_get_finest(const np_curve *curve, const np_curve_point *points, unsigned count);
 
-/* The error that converges: of samples the noise, of others the difference from the finest, which has none. */
+/* Error whose convergence is fitted: the noise for knobs of samples, else the difference from the finest value. */
 neph_bounded np_curve_get_effect(const neph_report *report, const np_curve *curve, const np_curve_point *point);
 
 /* Measures effects and fits orders. */

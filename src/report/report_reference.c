@@ -7,16 +7,16 @@
 #include "image/image_private.h"
 #include "report/report_private.h"
 
-/* Samples of the first two pictures; later ones double those of their half, until time is short. */
+/* Samples of the first two pictures. Each later picture doubles the samples of its half, until the time is used. */
 enum { FIRST_SAMPLES = 4, SAMPLES_MAX = 4096, ROUNDS_MAX = 64 };
 
 /* ---- Making ---- */
 
-/* Both halves by one scene. */
+/* State while the two halves of the reference are rendered. */
 typedef struct making {
   neph_report *report;
   neph_scene *scene;
-  double seconds, sample_s; /* wall time: allowed for all, and measured of one sample of each half */
+  double seconds, sample_s; /* wall time: the allowed total, and the measured time of one sample of each half */
   unsigned round_count;
 } making;
 
@@ -97,7 +97,7 @@ static neph_result make(neph_report *report, double seconds) {
 
 /* ---- Both ---- */
 
-/* Its own error a pixel: the noise of the reference as a picture. */
+/* Measures the relative standard error of the reference's pixels. */
 static neph_result measure_noise(neph_report *report) {
   np_report_reference *reference = &report->reference;
   neph_image_difference own = NEPH_IMAGE_DIFFERENCE_DEFAULT;

@@ -43,7 +43,7 @@ void np_report_clear_stores(neph_report *report) {
 
 /* ---- Progress ---- */
 
-/* Reports of a picture go on as reports of the whole, by the time that is planned for it. */
+/* Passes on progress of a picture as progress of the report, by the planned time. */
 static bool report_progress(void *user, const neph_progress *progress) {
   neph_report *report = user;
   (void)progress;
@@ -62,7 +62,7 @@ typedef struct run_times {
   double cpu_s;
 } run_times;
 
-/* CPU time of all stages before the integrator: of one that was taken from the stores, its time when it was built. */
+/* CPU time of all stages before the integrator; for a stage that was reused, its time when it was built. */
 static double count_stages(neph_report *report, const np_plan *plan, const np_stage_times *times, double *out_own_s) {
   double all_s = *out_own_s = 0.0;
   for (int i = 0; i < NP_STAGE_INTEGRATOR; i++) {
@@ -115,7 +115,7 @@ static void add_picture(np_setting *setting, unsigned which, neph_image *picture
   neph_image_destroy(picture);
 }
 
-/* Both pictures, or none. */
+/* Renders both pictures of a measurement, or none. */
 static neph_result render_pair(neph_report *report, np_setting *setting, neph_scene *scene, unsigned visit) {
   neph_render_desc desc;
   neph_image *pictures[2] = {NULL, NULL};

@@ -14,7 +14,7 @@ static neph_result save_text(const neph_report *report, const char *folder, cons
   return result;
 }
 
-/* The reference, for the next report: it takes half of the time. */
+/* Saves the reference, which takes half of a report's time, for reuse in later reports. */
 static neph_result save_reference(const neph_report *report, const char *folder) {
   const np_report_reference *reference = &report->reference;
   if (reference->is_given || !reference->picture) return NEPH_OK;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The settings of a report: the scene's own, and each knob that matters turned by itself. */
+/* Settings of a report: the scene's own, and those in which one knob is changed. */
 #include <math.h>
 #include <string.h>
 
@@ -10,7 +10,7 @@
 
 /* ---- Scenes ---- */
 
-/* Nothing but the picture is wanted, and nothing is written. */
+/* Removes the scene's outputs other than the picture, and the files of baked clouds, so that a run writes no file. */
 static void strip(neph_scene *scene) {
   scene->output.has_beauty = true;
   scene->output.aovs = 0;
@@ -156,7 +156,7 @@ static neph_result add_pass(const sweep *s, bool is_quick) {
   return result;
 }
 
-/* The setting of an integrator that turns no knob but that of samples. */
+/* The setting of an integrator in which at most the knob of samples differs from the scene. */
 static np_setting *search_base(neph_report *report, neph_integrator integrator) {
   for (unsigned i = 0; i < report->setting_count; i++) {
     np_setting *at = &report->settings[i];

@@ -60,7 +60,7 @@ static np_cost_model make_model(const np_setting *s, double order, double noise,
                          .order = order};
 }
 
-/* A bias that noise hides is taken as half of its bound. */
+/* The bias; if noise hides it, half of its upper bound. */
 static double get_bias(neph_bounded bias) { return bias.min > 0.0 ? bias.value : fmax(bias.value, 0.5 * bias.max); }
 
 /* Order of the noise in the samples, by the curve of its integrator. */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The best of what was measured: the Pareto front, and the cheapest settings for an error. */
+/* Selection of settings: the Pareto front, and the cheapest setting for each error. */
 #ifndef NP_REPORT_REPORT_TARGETS_H
 #define NP_REPORT_REPORT_TARGETS_H
 

@@ -12,7 +12,8 @@ typedef struct np_animation {
   np_track *tracks; /* a later track overrides an earlier one of the same key */
 } np_animation;
 
-/* Reads the tracks of a document; NULL if it has none. Errors are added to `problems`; tracks read before them stay. */
+/* Reads the tracks of a document; NULL if it has none. Errors are added to `problems`; tracks that were read before an
+ * error are kept. */
 neph_result np_animation_read(neph_context *context, const np_node *document, np_scene_problems *problems,
                               np_animation **out);
 

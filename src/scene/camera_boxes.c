@@ -13,7 +13,7 @@ typedef struct polygon {
 /* Signed distance to one of the planes that bound the picture, positive inside. */
 typedef double side_fn(const np_camera *camera, int plane, np_dvec3 p);
 
-/* Space that a picture shows. */
+/* Volume of space that a picture shows. */
 typedef struct view_space {
   const np_camera *camera;
   side_fn *get_side;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Kinds of camera, with one row of functions each: film positions to directions, and back. */
+/* Kinds of camera, one row of functions each: film position to direction, and direction to film position. */
 #ifndef NP_SCENE_CAMERA_KINDS_H
 #define NP_SCENE_CAMERA_KINDS_H
 

@@ -32,7 +32,7 @@ void np_cloud_file_add_to_hash(np_hash *hash, const np_scene_cloud *cloud);
 /* Adds the keys of clouds[].netcdf, and the time step of the scene's frame. */
 void np_cloud_file_add_model_to_hash(np_hash *hash, const np_scene_cloud *cloud);
 
-/* Adds the keys of np_cloud_file_add_to_hash, and those that place a cloud and scale its density. */
+/* Adds to a hash the keys of np_cloud_file_add_to_hash and the keys that place a cloud and scale its density. */
 void np_cloud_file_add_placement_to_hash(np_hash *hash, const np_scene_cloud *cloud);
 
 /* Warns of a frame without a file. */

@@ -12,7 +12,7 @@
 
 enum { KEY_SIZE = 80 };
 
-/* Pixels finer than this many voxels are averaged: each needs columns of its own. */
+/* Pixel size in voxels below which pixels are averaged: each pixel needs several columns. */
 static const double pixel_voxels_min = 1.5;
 
 /* Source of a description, on the heap: descriptions point to it. */

@@ -29,13 +29,13 @@ neph_result np_map_convert_depths(const np_map_conversion *conversion, np_map_ra
 /* Largest displacement of a picture, in thicknesses of the field. */
 #define NP_MAP_DISPLACEMENT_MAX 2.0
 
-/* Whether a picture is displaced against its clouds: it shows a reflectance, and a key says where the sun stood. */
+/* Whether a picture has parallax against its clouds: it shows a reflectance, and a key states the sun's azimuth. */
 static inline bool np_map_is_displaced(const np_scene_map *map) {
   return map->quantity != NP_MAP_OPTICAL_DEPTH && map->has_azimuth;
 }
 
-/* Displacement of a picture against its clouds, towards the sun, in metres along x and y; 0 where it has none. `raster`
- * holds optical depths. */
+/* Parallax of a picture of clouds: the displacement from the clouds to their picture, towards the sun, in metres along
+ * x and y; 0 where the picture is not displaced. `raster` holds optical depths. */
 void np_map_compute_displacement(const np_map_conversion *conversion, const np_map_raster *raster, double thickness_m,
                                  double out_m[2]);
 neph_result np_map_convert_tops(const np_map_conversion *conversion, np_map_raster *raster);

@@ -74,7 +74,8 @@ static neph_result make_table(const np_map_conversion *c, const double sun_rad[2
   return result;
 }
 
-/* Over a bright ground a thin cloud may darken the view: reflectances above the ground's are those of deeper clouds. */
+/* Checks the table. Over bright ground a thin cloud may reduce the reflectance, which has then two solutions: the
+ * deeper cloud is used. */
 static neph_result check_table(const np_map_conversion *c, const np_slab_table *table) {
   const double ground = table->reflectances[0], white = np_slab_table_eval(table, c->map->depth_max);
   double hidden = 0;

@@ -88,7 +88,7 @@ void np_scene_air_derive_sun(neph_scene *scene) {
   for (int b = 0; b < 3 && !sun->has_irradiance; b++) sun->irradiance_w_m2_nm[b] /= distance * distance;
 }
 
-/* Takes planet and air from an atmosphere object. */
+/* Copies planet and air from an atmosphere object. */
 static void derive_given(neph_scene *scene, neph_atmosphere *given) {
   scene->air.given = given;
   scene->has_atmosphere = scene->has_ground_albedo = true;

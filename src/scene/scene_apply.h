@@ -33,7 +33,7 @@ void np_scene_destroy_documents(neph_scene *scene);
 /* Conditions on the value of a key that is not a choice. */
 typedef enum np_given {
   NP_GIVEN_NOT,
-  NP_GIVEN, /* set, in no other way listed here */
+  NP_GIVEN, /* set in another way than the other values */
   NP_GIVEN_NONE,
   NP_GIVEN_FRAME, /* set to the word frame */
   NP_GIVEN_HGT,
@@ -54,7 +54,7 @@ typedef struct np_ignore_rule {
   np_condition counts;  /* condition under which the keys have an effect */
   const char *reason;   /* reason why they have none otherwise; the message adds the deciding key and its value */
   np_condition applies; /* condition under which the rule applies */
-  np_condition lapses;  /* condition under which it does not apply all the same */
+  np_condition lapses;  /* condition under which the key applies nevertheless */
 } np_ignore_rule;
 
 size_t np_ignore_rule_count(void);

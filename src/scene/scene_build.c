@@ -91,7 +91,7 @@ static neph_result set_section(neph_scene *scene, const char *prefix, void (*put
 
 /* ---- Camera and sun ---- */
 
-/* Sets a number; infinity stands for the key's default word. */
+/* Sets a number; infinity represents the key's default word. */
 static void put_finite(section_writer *w, const char *name, double value) {
   if (value != HUGE_VAL) put_real(w, name, value);
 }

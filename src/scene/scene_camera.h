@@ -18,7 +18,7 @@ typedef struct np_scene_camera {
   double orthographic_width_m;     /* width of an orthographic picture in the world */
   double shift[2];                 /* lens shift to the right and up, in widths of the picture */
   double near_m, far_m;            /* clipping range for clouds and ground */
-  bool has_lens;                   /* f_stop is set: else a pinhole */
+  bool has_lens;                   /* f_stop is set; false: a pinhole camera */
   double f_stop, focus_distance_m; /* focus distance; infinite: the distance of look_at */
   unsigned blade_count;            /* aperture blades; 0: a round aperture */
   bool has_iso, has_shutter;

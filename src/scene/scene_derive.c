@@ -17,7 +17,7 @@ void np_scene_derive_cloud(np_scene_cloud *cloud) {
   cloud->phase = np_phase_make(&cloud->phase_source);
 }
 
-/* Takes the ground of a terrain object, and the place, unless the scene sets it. */
+/* Takes the ground, and the position unless keys set it, from a terrain object. */
 static void derive_given_terrain(neph_scene *scene, neph_terrain *given) {
   np_scene_terrain *terrain = &scene->terrain;
   terrain->kind = NP_TERRAIN_GIVEN;

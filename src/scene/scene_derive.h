@@ -5,10 +5,10 @@
 
 #include "scene/scene_private.h"
 
-/* Derives all of them. The lists that it allocates must be empty before. */
+/* Derives all dependent values of a scene. Lists that it allocates must be empty before. */
 neph_result np_scene_derive(neph_scene *scene);
 
-/* Derives members of a cloud from its own keys. */
+/* Derives members of a cloud that depend on its own keys alone. */
 void np_scene_derive_cloud(np_scene_cloud *cloud);
 
 #endif

@@ -70,7 +70,7 @@ struct lookup {
   const neph_scene *scene;
   const np_key *key;
   visit_fn *visit;
-  neph_files *files;    /* list that visits extend; NULL: none */
+  neph_files *files;    /* list to which files are added; NULL: none */
   char path[PATH_SIZE]; /* path of `node`, as in --set */
 };
 

@@ -52,7 +52,7 @@ typedef struct np_key {
   np_field field;
   bool is_input;         /* FILE: an input that is the same in every frame */
   bool is_numbered;      /* input: its name may contain the frame number */
-  const char *shorthand; /* SECTION: key that a plain text stands for; NULL: none */
+  const char *shorthand; /* SECTION: key that a plain text represents; NULL: none */
   bool is_air_preset;    /* CHOICE and SECTION: an air preset that fills the section before other keys apply */
   bool is_quality;       /* CHOICE: a quality, which sets the keys of quality.h before other keys apply */
   bool is_grey_allowed;  /* one number may replace the whole list */
@@ -61,7 +61,7 @@ typedef struct np_key {
   np_field tag;          /* bool or enumeration that is set to `tag_value` when the key is set */
   unsigned tag_value;
   const char *word;  /* word accepted in place of a number */
-  double word_value; /* number that the word stands for */
+  double word_value; /* number that the word represents */
 } np_key;
 
 /* Rows of one file in schema order. */

@@ -83,7 +83,7 @@ static double compute_lux(const neph_scene *scene, double sun_height_deg) {
   return compute_sun_lux(sun_height_deg) * e[1] / default_at_550;
 }
 
-/* Luminance of the sky; it falls with the mass of air above the camera. */
+/* Luminance of the sky; it decreases with the air mass above the camera. */
 static double compute_sky_luminance(const neph_scene *scene, double lux) {
   const double altitude = fmax(scene->camera.position_m[2], 0.0);
   return lux / NP_PI * exp(-altitude / air_height_m);

@@ -17,8 +17,8 @@ typedef enum np_node_kind {
   NP_NODE_ANIMATED /* no value: a track provides it */
 } np_node_kind;
 
-/* Objects that a mapping stands for, in addition to or instead of its keys. API calls set them, files never do. NULL:
- * none. */
+/* Objects that a mapping holds in addition to its keys or instead of them. They are set by calls of the API, never by
+ * files. NULL: none. */
 typedef struct np_node_assets {
   neph_volume *volume;         /* volume of a cloud */
   neph_terrain *terrain;       /* terrain of the section `terrain` */
@@ -37,8 +37,8 @@ struct np_node {
   unsigned key_line, key_column;
   bool is_flow;                 /* a sequence or mapping in brackets */
   size_t begin, end, key_begin; /* bytes of value and key in the file, a block up to the end of its last child */
-  np_node_assets assets; /* objects of a mapping; retained */
-  np_node *first, *next; /* children of a sequence or mapping, and siblings */
+  np_node_assets assets;        /* objects of a mapping; retained */
+  np_node *first, *next;        /* children of a sequence or mapping, and siblings */
 };
 
 /* Retains the assets and returns them. */
@@ -77,7 +77,7 @@ void np_node_remove(np_node *parent, np_node *child);
 /* Replaces `child` by `node`, which takes its key, and destroys the child. */
 void np_node_replace(neph_context *context, np_node *parent, np_node *child, np_node *node);
 
-/* NULL if there is no such key. */
+/* Child of a mapping with a key; NULL: there is none. */
 np_node *np_node_search(const np_node *mapping, const char *key);
 np_node *np_node_get(const np_node *sequence, size_t index);
 

@@ -18,7 +18,7 @@ typedef struct np_path_step {
 /* Splits a path into its parts. False: it is no path. */
 bool np_path_split(const char *path, np_path_step steps[NP_PATH_STEP_MAX], unsigned *out_count);
 
-/* Whether a path is that of a key or of one below it. */
+/* Whether a path equals a key's or lies below it. */
 bool np_path_is_below(const char *path, const char *key);
 
 #endif

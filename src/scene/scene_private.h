@@ -26,7 +26,7 @@
 typedef struct np_scene_motion {
   bool is_enabled;
   char *file;   /* resolved path; NULL: none */
-  char *camera; /* name of the camera in the file; NULL: its only one */
+  char *camera; /* name of the camera in the file; NULL: the file's only camera */
   bool is_z_up;
   unsigned order;     /* order of rotations (camera_motion.c) */
   double unit_m;      /* metres per length unit of the file */
@@ -52,7 +52,7 @@ typedef struct np_scene_sun {
   double elevation_rad, azimuth_rad; /* without refraction; used if no time is set */
   np_scene_moment time;
   double frame_time_s;                     /* time between frames, counted from frame 1 */
-  bool has_angular_radius, has_irradiance; /* set; else derived from the preset's distance to the sun */
+  bool has_angular_radius, has_irradiance; /* set by keys; false: derived from the planet's distance to the sun */
   double angular_radius_rad;
   double irradiance_w_m2_nm[3];
   bool has_limb_darkening;
@@ -86,7 +86,7 @@ typedef struct np_scene_air {
 
 typedef struct np_scene_moon {
   bool is_enabled;
-  bool has_angles, has_azimuth; /* set; else computed from the sun's time */
+  bool has_angles, has_azimuth; /* set by keys; false: computed from the sun's time */
   double elevation_rad, azimuth_rad;
   double brightness;
   bool has_earthshine;
@@ -141,7 +141,7 @@ typedef struct np_scene_emission {
 #define NP_TEMPERATURE_KEY "clouds[].emission.temperature"
 #define NP_FLAME_KEY "clouds[].emission.flame"
 
-/* Detail of a cloud: none, where its voxels are seen, or as the scene describes it. */
+/* Subvoxel detail of a cloud: none, where voxels are larger than pixels, or by the scene's keys. */
 typedef enum np_detail_kind { NP_DETAIL_NONE, NP_DETAIL_AUTO, NP_DETAIL_GIVEN } np_detail_kind;
 
 /* Procedural detail finer than a cloud's voxels. */
@@ -158,7 +158,8 @@ typedef enum np_pivot { NP_PIVOT_BASE, NP_PIVOT_CENTER, NP_PIVOT_ORIGIN, NP_PIVO
 /* Handling of frames whose file is missing from a sequence. */
 typedef enum np_missing { NP_MISSING_EMPTY, NP_MISSING_HOLD, NP_MISSING_LOOP, NP_MISSING_ERROR } np_missing;
 
-/* A place of a cloud: its pivot is moved there, rotated and scaled about it, then tilted. */
+/* A place of a cloud: the cloud is rotated and scaled about its pivot, tilted, and moved with the pivot to the
+ * position. */
 typedef struct np_cloud_place {
   double position_m[3], rotation_rad, scale;
   double tilt_rad[2]; /* rotation vector along x and y */
@@ -180,10 +181,10 @@ typedef enum np_map_top_quantity { NP_MAP_TOP_HEIGHT, NP_MAP_TOP_TEMPERATURE } n
 typedef struct np_scene_map {
   char *file; /* resolved file pattern; NULL: none */
   np_map_quantity quantity;
-  unsigned band;                   /* 0: the file has one */
-  bool has_elevation, has_azimuth; /* the sun's place is set; else from the file */
+  unsigned band;                   /* number of the band; 0: the only band */
+  bool has_elevation, has_azimuth; /* the sun's angles are set by keys; false: taken from the file */
   double sun_rad[2], view_rad[2];  /* elevation and azimuth of sun and viewer */
-  bool has_ground_albedo;          /* set; else the ground's */
+  bool has_ground_albedo;          /* set by a key; false: the scene's ground albedo */
   double ground_albedo, threshold, depth_max;
   char *top_file; /* resolved file pattern; NULL: none */
   np_map_top_quantity top_quantity;
@@ -195,7 +196,7 @@ typedef struct np_scene_cloud {
   char *name;
   neph_volume *volume;      /* set by an API call, owned by the document; NULL: read from a file or baked */
   char *vdb;                /* resolved file pattern, of .vdb, .nvdb or NetCDF; NULL if only baked */
-  bool has_reference_frame; /* set; else the first requested frame that is not empty */
+  bool has_reference_frame; /* set by a key; false: the first requested frame that is not empty */
   double reference_frame;   /* infinite: all files of the sequence */
   np_missing missing;
   double frame_offset, frame_speed; /* map from frames to numbers of files */
@@ -206,14 +207,14 @@ typedef struct np_scene_cloud {
   neph_import_policy policy;
   double level_set_voxels;
   neph_volume_ramp ramp;
-  neph_volume_model model; /* reading of NetCDF; its step is that of the scene's frame */
+  neph_volume_model model; /* import settings of NetCDF, with the time step of the scene's frame */
   bool is_model;           /* the file is named by clouds[].netcdf */
   double model_step;       /* time step of the key; infinite: the number of the frame */
   neph_precision precision;
   neph_interpolation interpolation;
   np_repeat repeat;
   double repeat_m[2];    /* periods, if they are lengths */
-  double repeat_reach_m; /* derived: where the field ends; 0: nowhere */
+  double repeat_reach_m; /* derived: distance at which the field ends; 0: no end */
   bool is_baked;
   char *preset;         /* bake preset; NULL: none */
   neph_cloud_desc bake; /* its map_file, of the scene's frame, is owned */
@@ -225,9 +226,9 @@ typedef struct np_scene_cloud {
   double level_px;      /* least size in pixels of a voxel, except in the finest level */
   bool has_top;         /* set: the thickness of the bake follows from it */
   double top_m;
-  bool has_frame_time; /* set; else derived from the frame rate */
+  bool has_frame_time; /* set by a key; false: derived from the frame rate */
   double frame_time_s; /* time between frames of the bake */
-  bool has_up;         /* set; else z */
+  bool has_up;         /* set by a key; false: z */
   np_axis_up up;
   double voxel_m;      /* largest voxel edge; 0: the file's transform */
   double scale[3];     /* along east, north and up, before the rotation; negative: mirrored */
@@ -236,7 +237,7 @@ typedef struct np_scene_cloud {
   bool has_position;
   double position_m[3]; /* position of the pivot */
   char *places;         /* resolved file of places; NULL: a single place */
-  unsigned place_count; /* places in that file; 0: a single place */
+  unsigned place_count; /* number of places in the file; 0: a single place */
   np_cloud_place *place;
   np_pivot pivot;
   double pivot_point[3]; /* in the file's unit */
@@ -244,7 +245,7 @@ typedef struct np_scene_cloud {
   double density_value;
   double albedo[3];
   np_phase_source phase_source;
-  bool has_diameter; /* the diameter of droplets is set; else the file may have sizes */
+  bool has_diameter; /* the diameter of droplets is set by a key; false: the file may have sizes */
   char *sizes;       /* grid of effective radii; NULL: by its usual name */
   char *phase_table; /* resolved path */
   np_phase phase;    /* resolved from its source; isotropic for a table until it is read */
@@ -257,7 +258,7 @@ typedef struct np_scene_terrain {
   np_terrain_kind kind;
   neph_terrain *given; /* owned by the document; NULL: none */
   char *heightfield;   /* resolved path */
-  char *crs;           /* coordinate system; NULL: the file's */
+  char *crs;           /* coordinate system; NULL: stated in the file */
   char *albedo_image;  /* resolved path; NULL: none */
   char *mesh_file;     /* resolved path; NULL: none */
   neph_mesh_desc mesh;
@@ -297,7 +298,7 @@ typedef enum np_air_shadows { NP_AIR_SHADOWS_AUTO, NP_AIR_SHADOWS_FALSE, NP_AIR_
 typedef enum np_history_method { NP_HISTORY_NONE, NP_HISTORY_REPROJECT } np_history_method;
 
 typedef struct np_scene_render {
-  np_quality quality; /* quality that sets those of the following fields whose keys are not set */
+  np_quality quality; /* quality preset for the following fields whose keys are not set */
   neph_integrator integrator;
   unsigned wavelength_count; /* 3: the bands of the scene */
   unsigned sample_count, sample_count_max;
@@ -317,7 +318,7 @@ typedef struct np_scene_render {
   np_air_shadows air_shadows;
   double detail_px;       /* least size in pixels of a baked voxel, or of two procedural heights; 0: no limit */
   double light_detail_px; /* least size in pixels of a cell of multiple scattering */
-  double light_depth;     /* optical depth of such a cell, (1−g)·σ·edge */
+  double light_depth;     /* optical depth of the largest cell, (1−g)·σ·edge */
   unsigned light_degree;  /* highest degree of the angular expansion */
   double light_residual;
   double light_reuse_rad; /* rotation of the sun over which light is interpolated; 0: none */
@@ -386,7 +387,7 @@ struct neph_scene {
   np_scene_stars stars;
   np_scene_airglow airglow;
   bool has_atmosphere;
-  bool has_ground_albedo; /* atmosphere.ground_albedo is set: else the terrain's albedo is used */
+  bool has_ground_albedo; /* atmosphere.ground_albedo is set; false: the terrain's albedo is used */
   np_scene_air air;
   neph_atmosphere_layer *layers;   /* layers of the whole air, derived from `air` */
   neph_atmosphere_desc atmosphere; /* uses these layers */
@@ -422,7 +423,7 @@ static inline bool np_scene_cloud_has_sizes(const np_scene_cloud *cloud) {
   return !cloud->is_baked && cloud->phase_source.kind == NEPH_PHASE_DROPLETS && !is_one_size;
 }
 
-/* Whether placement and scale come from all files of a sequence. */
+/* Whether a cloud's placement and scale depend on all files of a sequence. */
 static inline bool np_scene_cloud_goes_by_all(const np_scene_cloud *cloud) { return isinf(cloud->reference_frame); }
 
 /* Largest factor of a cloud's scale. */

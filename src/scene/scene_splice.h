@@ -17,7 +17,8 @@ typedef struct np_splices {
   neph_result result; /* the first failure */
 } np_splices;
 
-/* Adds the replacement of [begin, end) by a text, of which it takes ownership; what fails is remembered. */
+/* Adds the replacement of [begin, end) by a text, of which it takes ownership. A failure is stored and returned at the
+ * end. */
 void np_splices_add(np_splices *splices, size_t begin, size_t end, np_text *text);
 
 /* Applies all replacements to a text. Those that begin at one place are applied in the order of their addition. Fails

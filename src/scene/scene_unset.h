@@ -9,8 +9,8 @@
  * none to remove. A list loses its key with its last element. */
 neph_result np_scene_unset(neph_context *context, np_node *document, const char *key);
 
-/* Inserts a value, of which it takes ownership, as the element `key`, "clouds[1]", of a list. Later elements move up,
- * their tracks with them. */
+/* Inserts a value, of which it takes ownership, as the list element `key`, such as "clouds[1]". Indices of later
+ * elements increase, in tracks too. */
 neph_result np_scene_insert(neph_context *context, np_node *document, const char *key, np_node *value);
 
 #endif

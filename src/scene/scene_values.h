@@ -41,7 +41,7 @@ bool np_value_parse_real(const char *text, np_unit unit, double *out_value_si);
 /* Parses digits without sign, point or exponent. */
 bool np_value_parse_integer(const char *text, uint64_t *out_value);
 
-/* Writes the shortest number, with its unit, that parses to the same value. */
+/* Writes the shortest number with its unit that parses to exactly the same value. */
 void np_value_format_real(double value_si, np_unit unit, char *out, size_t size);
 
 /* Switches the calling thread to the C locale for numbers, until np_values_leave. */

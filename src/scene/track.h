@@ -19,7 +19,7 @@ typedef struct np_track {
   char path[NP_TRACK_PATH_SIZE]; /* path of the key as in --set: "clouds[0].position" */
   const np_key *key;
   const np_key *list;   /* list whose element has the key's field; NULL: a field of the scene */
-  unsigned element;     /* index in that list */
+  unsigned element;     /* index of the element */
   bool is_excluded;     /* a later track of a key that excludes this one overrides it */
   int component;        /* index of the only animated number of a list; or NP_TRACK_ALL */
   unsigned value_count; /* numbers per key frame */

@@ -141,8 +141,8 @@ static void return_part(const np_stage_reuse *reuse, const np_stage_task *task) 
 
 /* ---- Walks ---- */
 
-/* Before anything is built the stores release results that this picture does not use, so that it needs no more memory
- * than alone. */
+/* Takes cached results. First the stores free results that this picture does not use, so that no more memory is needed
+ * than for the picture alone. */
 static neph_result take_cached(np_stage stage, const np_stage_part *walk, np_assembly *a) {
   const np_stage_reuse *reuse = np_stage_get_maker(stage)->reuse;
   neph_result result = NEPH_OK;

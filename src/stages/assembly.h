@@ -15,12 +15,12 @@
 #include "stages/build_job.h"
 #include "stages/packet.h"
 
-/* Builds what `plan` needs for its frame; on failure nothing is left. Where no cloud turns out to hold anything, the
- * plan is revised without them. */
+/* Builds the stages that `plan` needs for its frame; on failure nothing needs to be freed. If all clouds turn out to be
+ * empty, the plan is revised without them. */
 neph_result np_assembly_build(const neph_scene *scene, np_plan *plan, const np_build_job *job, np_monitor *monitor,
                               np_assembly *out_assembly);
 
-/* The same with those stages alone whose bits are set: to look at some of them. */
+/* Variant of np_assembly_build that builds only the stages in a bit mask, for inspection. */
 neph_result np_assembly_build_some(const neph_scene *scene, np_plan *plan, uint32_t stages, const np_build_job *job,
                                    np_monitor *monitor, np_assembly *out_assembly);
 void np_assembly_clear(np_assembly *assembly);

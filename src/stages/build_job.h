@@ -23,7 +23,7 @@ typedef struct np_build_job {
   np_light_checkpoints light_checkpoints;
 } np_build_job;
 
-/* A build that has all of the call's progress, measures no times, and solves for its own light. */
+/* Describes a build that reports the call's whole progress, measures no times, and does not interpolate light. */
 static inline np_build_job np_build_job_make(np_stores *stores) {
   return (np_build_job){.stores = stores, .progress = np_monitor_whole};
 }

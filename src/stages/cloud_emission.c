@@ -5,7 +5,7 @@
 
 #include "volume/volume_tint.h"
 
-/* Hotter than lightning: a unit has been taken for another. Below the other end no emission is visible. */
+/* Range of temperatures. Above lightning's, the unit must be wrong; below the range no emission is visible. */
 static const double hottest_k = 1e5, coldest_k = 600.0;
 
 static neph_result check_temperature(const np_scene_cloud *cloud, const neph_volume *temperature) {
@@ -77,7 +77,7 @@ static bool has_heat(const np_cloud_emission_source *source, const np_cloud_emis
 
 /* ---- Places ---- */
 
-/* Grids of one file keep their places to each other, each on a lattice of its own. */
+/* Places a grid of the file: grids of one file keep their relative positions, each with its own voxels. */
 static neph_result place_field(const np_cloud_emission_source *source, const neph_volume *field, np_emitter *out) {
   out->bricks = &field->bricks;
   out->index_to_world = np_affine_compose(source->file_to_world, &field->index_to_world);

@@ -17,21 +17,21 @@ typedef struct np_cloud_emission {
   float strength;
 } np_cloud_emission;
 
-/* Source of the grids of a cloud's emission, and the volume beside them. */
+/* Files and volume from which the grids of a cloud's emission are read. */
 typedef struct np_cloud_emission_source {
   neph_context *context;
   const np_scene_cloud *cloud;
   const char *path;
   const np_affine *file_to_world;
-  const neph_volume *density; /* NULL: it holds nothing, and flames alone can emit */
+  const neph_volume *density; /* NULL: the cloud is empty, and only flames may emit */
   const neph_volume_load_desc *load;
 } np_cloud_emission_source;
 
-/* Reads the grids beside a cloud's density from the same file. On failure nothing is left. */
+/* Reads the emission grids of a cloud's file. On failure nothing needs to be freed. */
 neph_result np_cloud_emission_load(const np_cloud_emission_source *source, np_cloud_emission *out_emission);
 void np_cloud_emission_clear(np_cloud_emission *emission);
 
-/* The parts of a cloud with the albedo of one packet, and what one unit of each component of a colour is there. */
+/* Parts of a cloud with the albedo of a packet of bands, and the emission of one unit of each colour component. */
 typedef struct np_emission_matter {
   const np_instance *parts; /* one at least */
   unsigned part_count;

@@ -17,7 +17,7 @@ static void clear_skies(probe_skies *skies) {
     for (unsigned l = 0; l < skies->light_count; l++) neph_sky_destroy(skies->sky[p][l]);
 }
 
-/* A beam of groups of lights has none, for they have a group of their own. */
+/* Whether the fit needs the sky of a light; beams of light groups have none, as the sky is a group of its own. */
 static bool has_sky(const np_plan *plan, const np_color_fit_inputs *made) {
   const unsigned of_sun = made->lights->has_groups ? NP_LIGHT_GROUP_SKY : NP_LIGHT_GROUP_SUN;
   return made->beam->group == NP_LIGHT_GROUP_MOON || (made->beam->group == of_sun && plan->decisions.has_sun);
@@ -99,7 +99,7 @@ static void add_directions(const np_stage_part *in, const np_color_probes *probe
     }
 }
 
-/* White clouds and white ground have the colour of both together, and are more of most pictures than a direction. */
+/* Weight of the light that white clouds and white ground reflect, relative to one direction of the sky. */
 static const double total_weight = 3.0;
 
 /* Irradiances of level ground; without air irradiances of the lights themselves. */

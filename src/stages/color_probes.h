@@ -7,7 +7,7 @@
 
 enum { NP_COLOR_PROBE_PACKETS = NP_COLOR_PROBE_BAND_COUNT / NP_BAND_COUNT };
 
-/* Inputs for the picture's bands and for the others of probes, under each light. */
+/* Inputs for each light of the fit of colours: skies in the picture's bands, and in the further bands of probes. */
 typedef struct np_color_probes {
   unsigned light_count;
   np_color_fit_inputs at[NP_COLOR_PROBE_PACKETS][NP_LIGHTS_MAX];

@@ -60,7 +60,7 @@ void np_copies_clear(neph_context *context, np_cloud_parts *parts) {
 
 /* ---- The hierarchy ---- */
 
-/* All places of the parts of clouds that hold anything; 0: each has one. */
+/* All places of the parts of clouds that are not empty; 0: each has one. */
 static size_t count_places(const np_frame_clouds *clouds) {
   size_t count = 0, copies = 0;
   for (unsigned i = 0; i < clouds->count; i++) {

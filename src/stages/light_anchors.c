@@ -31,7 +31,7 @@ static uint32_t collect_stages(np_stage stage) {
   return all;
 }
 
-/* Takes the solutions out of an assembly, with the keys by which they were solved for. */
+/* Moves the solutions out of an assembly, with their keys. */
 static neph_result take_solutions(np_assembly *a, np_light_anchor *out) {
   const unsigned count = a->packet_count * a->lights.count;
   out->solutions = np_alloc(a->context, count, sizeof *out->solutions);
@@ -92,7 +92,7 @@ static neph_result compute_id(const neph_scene *scene, const np_plan *plan, int 
   return np_scene_hash_compute(scene, &desc, plan->savings.text, out);
 }
 
-/* Puts the anchor of an id, if there is one, at its end of the span. */
+/* Moves the anchor with an id, if it exists, to the matching end of the span. */
 static void swap_crossed(np_light_anchors *anchors, char ids[2][33]) {
   const bool is_crossed = !strcmp(anchors->at[0].id, ids[1]) || !strcmp(anchors->at[1].id, ids[0]);
   if (!is_crossed) return;

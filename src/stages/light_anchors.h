@@ -25,7 +25,7 @@ typedef struct np_light_anchors {
   np_light_anchor at[2];
 } np_light_anchors;
 
-/* Solves for the light at the ends of the job's span that the stores do not have, and drops others. */
+/* Solves for the light at the ends of the job's span, unless the stores have it, and drops other solutions. */
 neph_result np_light_anchors_solve(const neph_scene *scene, const np_plan *plan, const np_build_job *job,
                                    np_monitor *monitor);
 

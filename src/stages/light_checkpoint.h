@@ -1,12 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Light that is being solved for, kept with a picture's checkpoint: in the cache, where there is one, so that any
- * process goes on from it; else in files beside the checkpoint, which hold the whole solution once it is found. */
+/* Unfinished solutions of multiple scattering, stored with a picture's checkpoint: in the cache, if there is one, so
+ * that any process can resume them; else in files beside the checkpoint, which hold the whole solution when it is
+ * finished. */
 #ifndef NP_STAGES_LIGHT_CHECKPOINT_H
 #define NP_STAGES_LIGHT_CHECKPOINT_H
 
 #include "stages/stage_part.h"
 
-/* Entries of the cache that hold solutions on their way. */
+/* Kind of cache entries that hold unfinished solutions. */
 #define NP_LIGHT_STATE_KIND "lightstate"
 
 typedef struct np_light_checkpoint {
@@ -26,7 +27,7 @@ bool np_light_checkpoint_open(const np_stage_part *in, const char key[33], np_li
 /* A solution that an earlier process has found; NULL: none. */
 np_scattering_field *np_light_checkpoint_load(np_light_checkpoint *checkpoint, const np_world *world);
 
-/* Keeps a solution beside the picture's checkpoint, unless it is quickly found again, or goes to the cache. */
+/* Saves a solution beside the picture's checkpoint, unless it is quick to recompute or stored in the cache. */
 void np_light_checkpoint_save(np_light_checkpoint *checkpoint, const np_scattering_field *field);
 
 void np_light_checkpoint_close(np_light_checkpoint *checkpoint);

@@ -11,8 +11,8 @@ static np_dvec3 get_place(const np_assembly *assembly, const np_world *world) {
   return at;
 }
 
-/* Irradiance of a clear sky on level ground. Air that paths trace has no table of its light: half of the sunlight that
- * does not come through it is taken to go on downwards. */
+/* Irradiance of a clear sky on level ground. If paths trace the air, there is no table of its light: half of the
+ * sunlight that the air scatters counts as downward. */
 static np_spectrum compute_skylight(const np_world *world, np_dvec3 at, np_spectrum sunlight) {
   const np_ground_hit level = {.position = at, .normal = np_zenith(at, world->planet_radius_m)};
   if (!world->atmosphere || np_atmosphere_has_moments(world->atmosphere))
@@ -60,7 +60,8 @@ static neph_result write_chromaticity(const np_spectrum *rgb, neph_image *image)
   return result ? result : np_image_set_real(image, NP_EXPOSURE_METER_Y, (double)(float)xy[1]);
 }
 
-/* Floats, as a file keeps them: a preview of the file is exposed to the same bits. */
+/* Writes exposure metadata. Values are rounded to float as in a file, so that a preview of the file has the same
+ * bits. */
 neph_result np_light_meter_write(const np_assembly *assembly, double scale, neph_image *image) {
   const np_spectrum rgb = compute_diffuser(assembly);
   const double value = np_exposure_get_luminance(image, rgb.band);

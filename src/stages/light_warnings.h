@@ -5,12 +5,12 @@
 
 #include "stages/assembly.h"
 
-/* Logs those of a picture that have not been said of its scene; none where its lights are not known, NULL. */
+/* Logs the warnings of a picture that its scene has not logged yet. `lights` NULL: unknown, no warnings. */
 neph_result np_light_warnings_log(const neph_scene *scene, const np_plan *plan, np_stores *stores,
                                   const np_scene_lights *lights, double longitude_rad);
 
-/* Directions of the lights: those of the plan, or, where only the terrain has the place, those found with it. NULL:
- * pictures do not contain them. */
+/* Directions of the lights: the plan's, or, if the position comes from the terrain, those computed with it. NULL: the
+ * picture has no lights. */
 static inline const np_scene_lights *np_assembly_get_lights(const np_assembly *assembly, const np_plan *plan) {
   if (plan->decisions.are_lights_known) return &plan->decisions.lights;
   return np_plan_needs(plan, NP_STAGE_LIGHTS) ? &assembly->lights.places : NULL;

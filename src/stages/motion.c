@@ -58,7 +58,7 @@ static np_affine mix_affines(const np_affine *a, const np_affine *b, double shar
   return out;
 }
 
-/* Gives bricks their velocities at a time. */
+/* Sets the velocities of bricks for a time. */
 static const np_bricks *move_bricks(const np_moving_bricks *moving, double time_s, np_bricks *bricks,
                                     np_brick_motion *motion) {
   *motion = moving->motion;

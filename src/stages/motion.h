@@ -20,14 +20,14 @@ typedef struct np_cloud_motion {
   np_affine next, previous;            /* map the world at the frame's time to the world a frame later and earlier */
   double velocity_s;                   /* time of a frame, for its velocities */
   np_affine part_to_frame[NP_TINT_PARTS_MAX]; /* maps the voxels of each of its colours or levels to the frame, … */
-  np_affine frame_to_part[NP_TINT_PARTS_MAX]; /* … and back */
+  np_affine frame_to_part[NP_TINT_PARTS_MAX]; /* … and its inverse */
   np_moving_bricks *density, *temperature;    /* NULL: without velocities */
-  np_moving_bricks *parts[NP_CLOUD_EMITTERS_MAX]; /* bricks of each colour, where there are several, and of emitters */
+  np_moving_bricks *parts[NP_CLOUD_EMITTERS_MAX]; /* bricks of each colour, if a cloud has several, and of emitters */
 } np_cloud_motion;
 
 typedef struct np_motion {
   neph_context *context;
-  bool has_exposure;           /* else there are motion vectors alone */
+  bool has_exposure;           /* something moves while the shutter is open; false: motion vectors only */
   bool has_camera, has_clouds; /* they move while the shutter is open */
   double open, close;
   np_camera camera[NP_MOTION_POSES], now, next, previous;
@@ -54,8 +54,7 @@ typedef struct np_moved_light {
 
 void np_motion_move(const np_motion *motion, const np_packet_light *light, double time, np_moved_light *out);
 
-/* Mean motion of what a ray's sample shows, in pixels to the right and up: to the frame after, and to the frame before.
- */
+/* Mean motion of the visible points of a ray, in pixels right and up, to the next and from the previous frame. */
 typedef struct np_motion_vectors {
   float forward[2], backward[2];
 } np_motion_vectors;

@@ -7,7 +7,7 @@ const np_bricks *np_cloud_parts_get_bricks(const np_cloud_parts *parts, unsigned
   return parts->details[k] ? &parts->details[k]->bricks : &np_volume_get_part(parts->volume, k)->bricks;
 }
 
-/* Levels of detail have voxels of their own. */
+/* Levels of detail have different voxel sizes. */
 np_affine np_cloud_parts_get_world_to_index(const np_cloud_parts *parts, unsigned k, const np_affine *world_to_cloud) {
   const neph_volume *level = parts->volume ? np_volume_get_part(parts->volume, k) : NULL;
   if (level == parts->volume || np_volume_has_shares(parts->volume)) return *world_to_cloud;

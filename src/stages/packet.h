@@ -18,7 +18,7 @@
 
 enum { NP_LIGHTS_MAX = NP_LIGHT_GROUPS_MAX }; /* sun and moon, or groups of lights */
 
-/* Results of one light for all packets. */
+/* Results for one light that all packets of bands share. */
 typedef struct np_light_caches {
   np_sun_optical_depth *sun_optical_depth; /* NULL when not needed */
   np_air_visibility air_visibility;        /* empty when not needed */
@@ -27,7 +27,7 @@ typedef struct np_light_caches {
 /* Light of a packet above the atmosphere. */
 typedef struct np_light_beam {
   unsigned index; /* number of the light in the picture */
-  unsigned group; /* its group there */
+  unsigned group; /* number of the light's group in the picture */
   np_dvec3 direction;
   double angular_radius_rad;
   np_spectrum irradiance; /* above the atmosphere */
@@ -52,15 +52,15 @@ typedef struct np_packet_light {
 
 /* Clouds of a packet. */
 typedef struct np_placed_clouds {
-  np_instance *at;  /* the clouds that hold anything, each by its colours */
-  np_places places; /* places of all of them, where some stand in several; else none */
+  np_instance *at;  /* the clouds that are not empty, each by its colours */
+  np_places places; /* hierarchy over the clouds' places; empty if each cloud has one place */
 } np_placed_clouds;
 
 /* Emission of the clouds in a packet. */
 typedef struct np_packet_emission {
   np_emission all; /* without emitters where there is none */
   unsigned group_count;
-  np_emission *groups; /* emission of each cloud of the scene, for groups of lights; NULL: there are no groups */
+  np_emission *groups; /* emission of each cloud of the scene, for light groups; NULL: no light groups */
 } np_packet_emission;
 
 /* Wavelength-dependent data in three bands: air, lights, and other sources in the sky. */
@@ -79,18 +79,18 @@ typedef struct np_packet {
 
 /* Volume and media of a cloud of the scene. */
 typedef struct np_cloud_parts {
-  neph_volume *volume; /* NULL: it holds nothing */
-  np_instance placed;  /* the cloud in its first place; each packet has its own */
-  np_instance *copies; /* the same in each of its places; NULL: it has one */
+  neph_volume *volume; /* NULL: the cloud is empty */
+  np_instance placed;  /* the cloud at its first place, with the packet's albedo */
+  np_instance *copies; /* copies of the parts at each place; NULL: one place */
   unsigned copy_count;
   np_dvec3 low, high;                                    /* world box of all that it holds */
   np_georeference georeference;                          /* placement of its file */
-  np_cloud_emission emission;                            /* most often nothing */
+  np_cloud_emission emission;                            /* emission of the cloud; empty for most clouds */
   np_phase_table phase_table;                            /* empty where its phase function is none */
   struct np_detailed_bricks *details[NP_TINT_PARTS_MAX]; /* bricks of each of its colours; NULL: it has no detail */
 } np_cloud_parts;
 
-/* Bricks of one of a cloud's colours, with its detail. */
+/* Bricks of one colour of a cloud, with subvoxel detail. */
 const np_bricks *np_cloud_parts_get_bricks(const np_cloud_parts *parts, unsigned k);
 
 /* Maps the world to the voxels of a part of a cloud, where `world_to_cloud` maps it to the whole cloud. */
@@ -99,15 +99,15 @@ np_affine np_cloud_parts_get_world_to_index(const np_cloud_parts *parts, unsigne
 /* Clouds of the scene in the frame. */
 typedef struct np_frame_clouds {
   unsigned count;        /* clouds of the scene */
-  unsigned volume_count; /* clouds that hold anything, each counted by its colours */
+  unsigned volume_count; /* clouds that are not empty, each counted by its colours */
   np_cloud_parts *at;
   np_dvec3 low, high; /* world box of all that they hold */
 } np_frame_clouds;
 
-/* The box of nothing. */
+/* Bounds of an empty set. */
 static const np_dvec3 np_nowhere_low = {DBL_MAX, DBL_MAX, DBL_MAX}, np_nowhere_high = {-DBL_MAX, -DBL_MAX, -DBL_MAX};
 
-/* Whether a cloud repeats without end; its box is that of one period. */
+/* Whether a cloud repeats without end; its box is then one period. */
 static inline bool np_cloud_parts_are_endless(const np_cloud_parts *cloud) {
   return cloud->volume && (cloud->volume->bricks.is_periodic[0] || cloud->volume->bricks.is_periodic[1]);
 }
@@ -128,18 +128,19 @@ typedef struct np_picture_lights {
 
 /* Conversion of the bands of a picture in colour to X, Y and Z, fitted to the scene's light. */
 typedef struct np_picture_color {
-  bool is_fitted; /* else the bands have weights of their own */
+  bool is_fitted; /* colours are fitted to the scene's light; false: each band has fixed weights */
   np_color_weights weights;
   double probe_nm[NP_COLOR_PROBE_BAND_COUNT]; /* wavelengths of the probes' bands */
-  double light_x[NP_COLOR_PROBE_BAND_COUNT]; /* total irradiance at the camera, over the default sun's; 0 in the dark */
+  double light_x[NP_COLOR_PROBE_BAND_COUNT];  /* total irradiance at the camera, relative to the default sun's; 0 in the
+                                                 dark */
 } np_picture_color;
 
 typedef struct np_assembly {
   neph_context *context;    /* borrowed from the scene */
-  struct np_stores *stores; /* borrowed: some results are taken from them, and go back */
+  struct np_stores *stores; /* borrowed: results are taken from it, and returned */
   uint32_t built;           /* bits of the stages that were */
   bool has_reused;          /* some results are reused from earlier pictures */
-  np_schedule schedule;     /* complete but for the pixels once it is built */
+  np_schedule schedule;     /* predicted times, without the pixels', after the assembly is built */
   np_camera camera;
   np_frame_clouds clouds;
   struct np_motion *motion; /* motion of camera and clouds about the frame; NULL when not needed */
@@ -150,7 +151,7 @@ typedef struct np_assembly {
   np_light_caches caches[NP_LIGHTS_MAX]; /* one for each light */
   bool is_of_bands;                      /* its bands are the picture's channels */
   unsigned packet_count;
-  unsigned probe_packet_count; /* after those, with bands that the colours are fitted by: 1 or 0 */
+  unsigned probe_packet_count; /* further packets, whose bands fit the colours: 1 or 0 */
   np_packet *packets;
   np_picture_color color;
 } np_assembly;

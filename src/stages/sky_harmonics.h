@@ -19,7 +19,7 @@ enum { NP_SKY_HARMONICS = 9 };
 
 typedef np_spectrum (*np_radiance_fn)(const void *user, np_vec3 direction);
 
-/* Integrates over the whole sphere by the midpoints of a grid of directions, half of which lie above the horizon. */
+/* Integrates over the sphere with the midpoint rule on a grid of directions, half of them above the horizon. */
 void np_sky_harmonics_project(np_radiance_fn radiance, const void *user, double out[NP_SKY_HARMONICS][NP_BAND_COUNT]);
 
 /* Yk of a direction. */

@@ -2,7 +2,7 @@
 /* Packets of bands, and the way from bands to the picture's colours.
  *
  * More than three wavelengths have weights of their own. Three bands have a matrix that is fitted to the light at the
- * camera, in a further packet of bands for which nothing but air and sky is built (image/color_fit.h). It goes by
+ * camera, in a further packet of bands for which nothing but air and sky is built (image/color_fit.h). It depends on
  * lights, air and the camera's position alone: all crops, tiles and samples of a picture have the same one, and so have
  * both integrators.
  */

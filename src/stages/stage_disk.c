@@ -6,7 +6,7 @@
 /* A result that takes longer is abandoned, or its machine is far slower. */
 static const double waiting_max_s = 3600.0;
 
-/* The key of a part's result; false: no cache is wanted, or the result is not to be kept. */
+/* Computes the key of a part's result; false: the cache is off, or the result is not cached. */
 static bool compute_key(const np_stage_reuse *reuse, const np_stage_task *task, char out_key[33]) {
   neph_context *context = task->in.part.context;
   const np_stage_disk *disk = reuse->disk;

@@ -18,14 +18,16 @@
 
 /* ---- Key ---- */
 
-/* A picture's hash names all that its light depends on, but for what memory decides. Light on the ground depends on the
- * camera through the clouds alone: of equal keys of the scene and one solution it is the same in the next picture. */
+/* Keys of the results. A picture's hash includes all that its light depends on, except decisions by memory. Light on
+ * the ground depends on the camera only through the clouds: with equal scene keys and an equal solution it is the same
+ * in the next picture. */
 typedef struct gathered_key {
   char picture[33]; /* empty: it is not kept on disk */
   char light[33];   /* empty: later pictures do not reuse it */
 } gathered_key;
 
-/* Results of an earlier picture may stand for this one's within their tolerance; in a sequence they are the same. */
+/* Whether the result belongs to this picture alone. In a still picture, results of an earlier picture may be reused
+ * within a tolerance, so that their bits depend on it; in a sequence reused results are exact. */
 static bool is_of_picture_alone(const np_stage_part *in) { return !in->has_reused || np_scene_is_sequence(in->scene); }
 
 static bool is_part(const np_plan *plan) {

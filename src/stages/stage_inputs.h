@@ -22,10 +22,10 @@
   np_schedule *schedule; /* shares of a time limit */                                                                  \
   const np_camera *camera;                                                                                             \
   bool has_reused; /* some results of the picture are reused from earlier pictures */                                  \
-  unsigned slot;   /* the part's place among those that later pictures reuse */                                        \
+  unsigned slot;   /* index of the part among the parts that later pictures reuse */                                   \
   unsigned cloud;  /* number of the cloud of a part per cloud */                                                       \
   unsigned group;  /* group of the light of a part per light */                                                        \
-  void *key;       /* key by which later pictures may reuse the part; NULL: they may not */
+  void *key;       /* key by which later pictures may reuse the part; NULL: the part is not reused */
 
 /* Surroundings of a part that is built, compared or cleared. */
 typedef struct np_stage_part {
@@ -68,7 +68,7 @@ typedef struct np_stage_part {
 #define NP_RESULT_STARS(X) X(const np_star_catalogue *, catalogue, &at->picture->catalogue)
 #define NP_RESULT_LIGHTING(X) X(const np_lighting *, lighting, &at->light->lighting)
 
-/* The stages whose makers have inputs: X(name, STAGE). Colour is the first, and reads nothing. */
+/* The stages whose makers have inputs: X(name, STAGE). The stage of colours has none, and is the first. */
 #define NP_INPUTS_OF_STAGES(X) \
   X(terrain, TERRAIN) X(lights, LIGHTS) X(volumes, VOLUMES) X(motion, MOTION) X(atmosphere, ATMOSPHERE) \
   X(camera_sky, CAMERA_SKY) X(color_fit, COLOR_FIT) X(emission, EMISSION) X(cloud_sky, CLOUD_SKY) \
@@ -91,7 +91,7 @@ typedef struct np_stage_part {
     NP_NEEDS_##STAGE(NP_INPUTS_MEMBERS) NP_RESULT_##STAGE(NP_INPUTS_MEMBER)                                            \
   } np_##name##_inputs;
 
-/* np_volumes_inputs and so on: members of a part, then those of NP_RESULT_STAGE. */
+/* Input structs np_NAME_inputs: members of a part, then the results that NP_RESULT_STAGE lists. */
 NP_INPUTS_OF_STAGES(NP_INPUTS_STRUCT)
 
 #define NP_INPUTS_OF_STAGE(name, STAGE) np_##name##_inputs name;

@@ -56,7 +56,7 @@ static void add_group(const np_world_inputs *in, np_world *world) {
     world->emission = get_emission(&in->emission->groups[group - NP_LIGHT_GROUP_EMISSION]);
 }
 
-/* The clouds that hold anything, with the albedo of a packet. */
+/* The clouds that are not empty, with the albedo of a packet. */
 static neph_result build_instances(const np_world_inputs *in, np_placed_clouds *out) {
   const np_frame_clouds *clouds = in->clouds;
   np_instance *at = out->at = np_alloc(in->context, clouds->volume_count, sizeof *at);
@@ -186,7 +186,7 @@ static neph_result get_sun_optical_depth_key(const np_sun_optical_depth_inputs *
   if (!key) return NEPH_ERROR_OUT_OF_MEMORY;
   np_sun_optical_depth_desc desc = NP_SUN_OPTICAL_DEPTH_DESC_DEFAULT;
   desc.rate = compute_sun_rate(in);
-  /* Nodes are cheap, and a depth that is wrong is so for all rays of a neighbourhood, as steps are not. */
+  /* A small tolerance: nodes are cheap, and an error in a node affects all rays near it. */
   desc.tolerance = (float)(0.2 * in->scene->render.tolerance);
   return np_depth_key_make(in->context, in->world, &desc, key);
 }
@@ -252,7 +252,7 @@ NP_STAGE_REUSE(sun_optical_depth, task->caches->sun_optical_depth, NP_PER_LIGHT,
 
 /* ---- Shadows in the air ---- */
 
-/* Beyond the rim of a picture its angles go on. */
+/* Direction of a film position; outside of the picture its angles are extrapolated. */
 static np_vec3 get_film_direction(const void *camera, float x, float y) {
   np_vec3 direction;
   (void)np_camera_get_direction(camera, x, y, &direction);
@@ -345,7 +345,7 @@ void np_stage_clear_relief_light(const np_stage_task *task) { np_relief_light_cl
 
 /* ---- Approximation ---- */
 
-/* The depth of a cloud does not depend on wavelength: the first packet has it for all. */
+/* Builds the gains. Optical depths do not depend on wavelength: the first packet computes them for all. */
 static neph_result build_approximation(const np_approximation_inputs *in, np_cloud_gain **out) {
   const np_frame_clouds *clouds = in->clouds;
   const neph_multiple_scattering method = in->plan->request.desc.multiple_scattering;

@@ -25,8 +25,8 @@
 
 /* ---- Keys of sources ---- */
 
-/* Volumes and terrains stay while their sources do: a file by path, size, time of change and how it is read; what is
- * generated from parameters by all of these. */
+/* Key of the source of a volume or terrain, which is reused while the key is equal: path, size, time of change and
+ * import settings of a file, or the parameters of generated data. */
 typedef struct source_key {
   char hash[33]; /* fingerprint; empty: a file that is still to be written */
   np_cloud_source source;
@@ -140,7 +140,7 @@ bool np_stage_add_terrain_key(const np_stage_part *in, np_hash *key) {
   return true;
 }
 
-/* Only generated heights are cached: a terrain from a file is read as fast from the file. */
+/* Adds the key of generated heights. Heights from files are not cached: reading the file is as fast. */
 static bool add_heights_key(const np_terrain_inputs *in, np_hash *key) {
   return in->scene->terrain.kind == NP_TERRAIN_RIDGES && np_stage_add_terrain_key(&in->part, key);
 }
@@ -363,7 +363,7 @@ static neph_result load_emission(cloud_build *c) {
   return NEPH_OK;
 }
 
-/* Moves a file of the coordinate system of the terrain's raster to where the raster has its coordinates. */
+/* Moves a cloud's file in the terrain's coordinate system to its position on the terrain. */
 static neph_result georeference(cloud_build *c) {
   neph_context *context = c->in->context;
   np_georeference *out = &c->parts->georeference;
@@ -375,7 +375,7 @@ static neph_result georeference(cloud_build *c) {
   return text ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
 }
 
-/* Nothing goes by the anchor of a cloud that holds nothing and does not emit. */
+/* Gets the anchor of a cloud. An empty cloud without emission needs none. */
 static neph_result get_anchor(cloud_build *c) {
   neph_volume *volume = c->parts->volume;
   if (!volume && !has_emission(c)) return NEPH_OK;
@@ -474,7 +474,7 @@ static neph_result list_emitters(const np_emission_inputs *in, emitter_list *out
   return NEPH_OK;
 }
 
-/* The emission of each cloud by itself, for groups of lights. */
+/* Builds the emission of each cloud separately, for light groups. */
 static neph_result build_emission_groups(const np_emission_inputs *in, const emitter_list *list,
                                          np_packet_emission *out) {
   out->group_count = in->clouds->count;

@@ -81,7 +81,8 @@ static moving_cloud choose_cloud(const np_motion_inputs *in, np_motion *m, unsig
   return (moving_cloud){in, m, number, &in->scene->clouds[number], &in->clouds->at[number], &m->clouds[number], NULL};
 }
 
-/* Maps the file to the world in a pose. Files of a sequence go by the box of another frame: they are moved, not turned.
+/* Maps the file to the world in a pose. Files of a sequence depend on the box of another frame: they are moved, not
+ * turned.
  */
 static neph_result place(const moving_cloud *c, const np_cloud_pose *pose, np_affine *out) {
   np_scene_cloud moved = *c->cloud;

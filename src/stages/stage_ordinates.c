@@ -26,7 +26,7 @@ static void set_viewer(const np_ordinates_inputs *in, np_transport_desc *out) {
   out->viewer_reach = np_dvec3_make(far[0] - near[0], far[1] - near[1], far[2] - near[2]);
 }
 
-/* Clouds of files may be denser than the plan expects, whose savings go by its expectation. */
+/* Clouds of files may be denser than the plan expects, whose savings depend on its expectation. */
 static neph_result warn_of_limit(const np_ordinates_inputs *in, const np_scattering_desc *held) {
   const np_plan *plan = in->plan;
   np_scattering_desc wanted = *held;
@@ -75,7 +75,7 @@ static neph_result make_light_key(const np_ordinates_inputs *in, np_light_key **
   return result ? result : np_light_key_fill(in->context, in->world, &source, key);
 }
 
-/* The solutions of a light of a packet at both ends of the job's block; false where either has none. */
+/* The solutions of a packet's light at both ends of the job's span; false: one is missing. */
 static bool get_anchors(const np_ordinates_inputs *in, const np_light_solution *out[2]) {
   const np_light_anchors *anchors = in->job->stores->light;
   const int *frames = in->job->light_span.frames;
@@ -173,7 +173,7 @@ static const char solution_kind[] = "light";
 NP_STAGE_DISK(ordinates, task->light->scattering, solution_kind, true, add_ordinates_key, save_solution, load_solution,
               NP_LIGHT_STATE_KIND);
 
-/* Goes on from where the light's checkpoint is. */
+/* Solves for multiple scattering, from the light's checkpoint on if there is one. */
 static neph_result solve_ordinates(const np_ordinates_inputs *in, np_light_checkpoint *checkpoint,
                                    np_scattering_field **out) {
   np_scattering_desc desc = ((const np_light_key *)in->key)->desc;

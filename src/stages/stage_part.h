@@ -15,9 +15,9 @@ typedef struct np_stage_task {
   np_stage_inputs in;
   np_assembly *picture;
   np_cloud_parts *cloud;   /* the part's cloud; NULL: the part is of no cloud */
-  np_light_caches *caches; /* the part's light, else the first */
-  np_packet *packet;       /* the part's packet, else the first */
-  np_packet_light *light;  /* the part's light, else the first, in that packet */
+  np_light_caches *caches; /* caches of the part's light, or of the first light */
+  np_packet *packet;       /* the part's packet of bands, or the first packet */
+  np_packet_light *light;  /* the part's light in that packet, or the first light */
 } np_stage_task;
 
 /* Fills the inputs of a stage for a task whose part and places are set. */
@@ -42,7 +42,7 @@ typedef struct np_stage_disk {
   bool (*add_key)(const np_stage_task *task, np_hash *key);
   void (*save)(const np_stage_task *task, np_cache_entry *entry);        /* the result in its place */
   neph_result (*load)(const np_stage_task *task, np_cache_entry *entry); /* … to its place, if the entry is whole */
-  const char *state_kind; /* kind of entries of the same key with an unfinished result; NULL: there are none */
+  const char *state_kind; /* kind of cache entries that hold unfinished results; NULL: none */
 } np_stage_disk;
 
 /* Reuse of a stage's results by later pictures. The walk takes them from the stores and gives them back; changes are
@@ -59,11 +59,11 @@ typedef struct np_stage_reuse {
   neph_result (*adapt)(const np_stage_task *task, void *cached, const void *cached_key,
                        char out_reason[NP_REASON_SIZE]);
 
-  /* Puts a result, or NULL, in its place, and returns the old one. */
+  /* Stores a result, or NULL, for a part, and returns the previous one. */
   void *(*exchange)(const np_stage_task *task, void *result);
 
   np_stage_build_fn *make;       /* where none was cached */
-  void (*destroy)(void *result); /* NULL changes nothing */
+  void (*destroy)(void *result); /* frees a result; does nothing for NULL */
   const np_stage_disk *disk;     /* NULL: kept in memory alone */
 } np_stage_reuse;
 
@@ -106,7 +106,7 @@ extern const np_stage_reuse np_stage_reuse_terrain, np_stage_reuse_volumes, np_s
     np_stage_reuse_camera_sky, np_stage_reuse_cloud_sky, np_stage_reuse_water_sky, np_stage_reuse_sun_optical_depth,
     np_stage_reuse_ordinates, np_stage_reuse_viewer_light, np_stage_reuse_ground_clouds;
 
-/* Takes a part's result from disk to its place, where it is kept there; a part whose key is not known has none. */
+/* Loads a part's result from the disk cache; false: it has no key, or no entry. */
 bool np_stage_disk_load(const np_stage_reuse *reuse, const np_stage_task *task);
 
 /* Locks a part's result on disk: other processes that need it wait for the release. Waits for a process that has the
@@ -144,8 +144,8 @@ static inline np_sun_optical_depths np_stage_get_depths(const np_world *world, c
   return (np_sun_optical_depths){&world->clouds, depth};
 }
 
-/* The camera's sky by a light in a packet's bands, with all of the light in the air, where the picture traces that and
- * has no tables of it. NULL: the light is dark. */
+/* Creates the camera's sky for a light in a packet's bands; with all orders of scattering if the picture traces air and
+ * has no tables. NULL: the light is dark. */
 neph_result np_stage_create_sky(const np_color_fit_inputs *in, neph_sky **out_sky);
 
 #endif

@@ -132,7 +132,7 @@ static unsigned get_order_max(const np_atmosphere_inputs *in) {
   return np_plan_has_air_light(in->plan) ? NP_ORDERS_ALL : 1;
 }
 
-/* Why an atmosphere is not the one wanted. */
+/* Writes why an atmosphere does not match the request. */
 static neph_result compare_air(const np_atmosphere_inputs *in, const neph_atmosphere *cached, char *out_reason) {
   const neph_atmosphere_desc *desc = &((const air_key *)in->key)->desc;
   np_medium wanted;
@@ -224,7 +224,7 @@ static neph_result get_cloud_sky_key(const np_cloud_sky_inputs *in, void **out_k
   return make_sky_key(&in->part, in->lights, in->beam, middle, in->atmosphere, out_key);
 }
 
-/* Above the water below the camera. */
+/* Key of the sky for the water below the camera. */
 static neph_result get_water_sky_key(const np_water_sky_inputs *in, void **out_key) {
   const double radius = in->scene->atmosphere.planet_radius_m, level = in->scene->water.level_m;
   const np_dvec3 camera = in->camera->origin, up = np_dvec3_zenith(camera, radius);
@@ -233,7 +233,7 @@ static neph_result get_water_sky_key(const np_water_sky_inputs *in, void **out_k
   return make_sky_key(&in->part, in->lights, in->beam, observer, in->atmosphere, out_key);
 }
 
-/* A cached sky is moved to the light and the observer wanted. */
+/* Adapts a cached sky to the requested light and observer. */
 static neph_result move_sky(const np_stage_part *in, const neph_atmosphere *atmosphere, neph_sky *cached,
                             const sky_key *own, char *out_reason) {
   const sky_key *wanted = in->key;

@@ -22,7 +22,7 @@ typedef struct np_star_pixel {
 typedef struct np_star_field {
   neph_context *context;
   size_t count;
-  np_star_pixel *pixels; /* sorted by rows, each once */
+  np_star_pixel *pixels; /* one for each lit pixel, in order of rows */
   unsigned width;        /* width with the overscan on both sides */
   int overscan;
   int bokeh_reach;      /* pixels from the middle of a star out of focus to the edge of … */
@@ -32,19 +32,19 @@ typedef struct np_star_field {
 
 typedef struct np_star_field_desc {
   const np_star_catalogue *catalogue;
-  const np_world *world;       /* air, planet and moon, which dim and hide them; its night has their turn */
-  const np_camera *camera;     /* NULL: a latitude-longitude picture … */
-  unsigned width, height;      /* … of this size … */
-  int overscan;                /* pixels around the camera's picture */
-  double center_rad;           /* … about this azimuth … */
-  np_dvec3 origin;             /* … seen from here */
+  const np_world *world;   /* world whose air, planet and moon attenuate and hide stars, and whose night rotates them */
+  const np_camera *camera; /* NULL: a latitude-longitude picture … */
+  unsigned width, height;  /* … of this size … */
+  int overscan;            /* pixels around the camera's picture */
+  double center_rad;       /* … about this azimuth … */
+  np_dvec3 origin;         /* observer's position in the world */
   const double *wavelength_nm; /* wavelengths of the bands */
   double twinkling;
   uint64_t seed;
   int frame;
 } np_star_field_desc;
 
-/* Puts the stars of a catalogue on the film. On failure nothing is left. */
+/* Projects the stars of a catalogue onto the film. On failure nothing needs to be freed. */
 neph_result np_star_field_build(neph_context *context, const np_star_field_desc *desc, np_star_field *out_field);
 void np_star_field_clear(np_star_field *field);
 

@@ -6,14 +6,15 @@
 
 #include "plan/input_store.h"
 
-/* A result of a part of a stage. It is lent: a picture takes it, owns it, and gives it back for the next. */
+/* A stored result of a part of a stage. A picture takes it, owns it while it renders, and returns it for the next
+ * picture. */
 typedef struct np_stored_result {
   struct np_stored_result *next;
   const void *stage;             /* the stage that built it */
   unsigned slot;                 /* number of the part */
   void *key;                     /* one block; owned */
   void *result;                  /* NULL: lent, or not built yet */
-  void (*destroy)(void *result); /* NULL changes nothing */
+  void (*destroy)(void *result); /* frees a result; does nothing for NULL */
 } np_stored_result;
 
 typedef struct np_stores {
@@ -33,7 +34,7 @@ np_stored_result *np_stores_search(const np_stores *stores, const void *stage, u
 /* Adds a result that is not built yet, and owns its key, which is freed on failure. */
 neph_result np_stores_add(neph_context *context, np_stores *stores, np_stored_result added);
 
-/* Destroys the results of a stage that are lent and never came back, or that were not taken. */
+/* Destroys the results of a stage that were not taken, or were taken and not returned. */
 void np_stores_drop(neph_context *context, np_stores *stores, const void *stage, bool is_lent);
 
 #endif

@@ -9,7 +9,7 @@
  *
  * Basins that a refinement leaves are filled once (Barnes et al. 2014, "Priority-flood: An optimal depression-filling
  * and watershed-labeling algorithm", algorithm 3); a pit that opens later drains nowhere and rises until it spills.
- * Hillslopes that carry no river would grow steeper the finer the grid; an area added to every catchment stands for the
+ * Hillslopes that carry no river would grow steeper the finer the grid; an area added to every catchment represents the
  * soil that creeps down them and bounds their slope.
  */
 #include "terrain/erosion.h"
@@ -211,7 +211,7 @@ static float measure_distance(const np_erosion *erosion, uint32_t from, uint32_t
   return erosion->spacing * (1.0f / 256.0f) * sqrtf(x * x + y * y);
 }
 
-/* The neighbour down the steepest of eight ways; the sample itself in a pit and on the rim. */
+/* Steepest downhill neighbour of the eight; the sample itself in a pit or on the border. */
 static uint32_t choose_receiver(const np_erosion *erosion, unsigned column, unsigned row) {
   const uint32_t here = row * erosion->side + column;
   if (is_on_rim(erosion, column, row)) return here;

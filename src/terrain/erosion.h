@@ -5,7 +5,8 @@
 
 #include "core/parallel.h"
 
-/* A square of ground with its rim at 0. Lengths and heights share one unit; times are such that erodibility is 1. */
+/* A square of ground with height 0 along its border. Lengths and heights share one unit; in the unit of time the
+ * erodibility is 1. */
 typedef struct np_erosion {
   unsigned side; /* samples, ≥ 2 */
   float spacing;
@@ -14,8 +15,7 @@ typedef struct np_erosion {
   float *catchment;   /* area that drains through each sample; scratch of the smoothing */
   uint32_t *receiver; /* the neighbour that each sample drains to, or itself */
   uint32_t *order;    /* every sample before its receiver; the heap of the filling */
-  uint8_t *donors;    /* number of neighbours that drain to each sample and remain to be visited; whether it is
-                         flooded */
+  uint8_t *donors;    /* number of unvisited neighbours that drain to each sample; whether it is flooded */
   int8_t (*place)[2]; /* offset of each sample from its lattice point, in 256ths of a cell */
 } np_erosion;
 
@@ -36,7 +36,8 @@ neph_result np_erosion_resample(neph_context *context, np_monitor *monitor, cons
 /* Fills every basin to its outlet, with a slight slope inside, so that all water reaches the rim. */
 neph_result np_erosion_fill_basins(neph_context *context, np_monitor *monitor, np_erosion *erosion);
 
-/* Lets the ground rise and its rivers cut for a time. The same bits for any thread count and instruction set. */
+/* Uplift and river incision over one time step. The bits do not depend on the number of threads or the instruction
+ * set. */
 neph_result np_erosion_step(neph_context *context, np_monitor *monitor, np_erosion *erosion, float time);
 
 #endif

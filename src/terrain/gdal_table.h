@@ -25,7 +25,7 @@ typedef struct np_gdal_error {
 typedef struct np_gdal_source {
   const char *const *paths; /* several paths: side by side, on one grid, of one coordinate system */
   size_t path_count;
-  const char *crs; /* coordinate system in the syntax of PROJ, "EPSG:32611"; NULL: the file's */
+  const char *crs; /* coordinate system in the syntax of PROJ, "EPSG:32611"; NULL: stated in the file */
 } np_gdal_source;
 
 /* Texts are valid while the raster is open. */
@@ -42,7 +42,7 @@ typedef struct np_gdal_info {
   double angle_rad;                /* unit of longitude and latitude; 0 unless geographic */
   int is_geocentric;               /* x, y and z from the planet's centre */
   double semi_major_m, flattening; /* ellipsoid of `locate` */
-  double unit_m;                   /* metres in the unit of its values; 1 where none is stated, 0 for an unknown one */
+  double unit_m;                   /* metres per unit of the values; 1: not stated; 0: an unknown unit */
   const char *unit;                /* name of that unit in the file; "" without */
 } np_gdal_info;
 

@@ -14,7 +14,7 @@ enum { NP_HEIGHTFIELD_SAMPLES_MAX = 16385 }; /* along each side */
 
 enum { NP_FIELD_MARGIN_MAX = 128 };
 
-/* Samples added around the file's, on each side, at distances from its border that grow from one to the next. */
+/* Samples added on each side of the file's, at increasing distances from its border. */
 typedef struct np_field_margin {
   unsigned count, padding;                  /* 0: none */
   double cell_east_m, cell_north_m;         /* spacing of the file's samples */
@@ -146,7 +146,7 @@ static inline np_dvec3 np_globe_place(const np_globe *globe, np_globe_angle para
 /* World position at a latitude and longitude. */
 np_dvec3 np_globe_to_world(const np_globe *globe, double latitude_rad, double longitude_rad, double elevation_m);
 
-/* Number of the file's samples along each side, and a position among them: outside 0 to the last, it is in the
+/* Number of the file's samples along each side, and a position in units of samples; outside [0, last] it lies in the
  * margin. */
 unsigned np_heightfield_get_core_width(const np_heightfield *field);
 unsigned np_heightfield_get_core_height(const np_heightfield *field);

@@ -84,7 +84,7 @@ static np_geographic get_place(const np_globe *globe, double east, double north)
   return (np_geographic){asin(np_clamp(sine, -1.0, 1.0)), globe->longitude_rad + atan2(east, to_meridian)};
 }
 
-/* Place on the ellipsoid that is seen in a direction: the direction of the guess is corrected in rounds. */
+/* Point of the ellipsoid that is seen in a direction, by iterative correction of a guess. */
 static np_geographic invert_direction(const map_reader *r, const np_globe *globe, double east, double north) {
   double guess[2] = {east, north};
   np_geographic place = get_place(globe, east, north);

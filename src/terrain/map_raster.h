@@ -9,7 +9,7 @@
 typedef struct np_map_raster_request {
   const char *path;
   const char *key; /* the key that names the file, in messages: "clouds[0].bake.map.file" */
-  unsigned band;   /* 1 is the first; 0: the raster must have one */
+  unsigned band;   /* number of the band, from 1; 0: the raster must have one band */
   bool has_place;  /* otherwise the raster's middle stands at the world's origin */
   np_geographic place;
   double planet_radius_m;

@@ -7,7 +7,7 @@
 #include "terrain/heightfield.h"
 
 typedef struct np_raster_lattice {
-  bool is_projected; /* otherwise geographic, or without a position, and all else is unset */
+  bool is_projected; /* false: the system is geographic or unknown, and the other members are unset */
   char crs[120];
   np_heightfield field; /* field without samples: it owns nothing */
   np_globe globe;

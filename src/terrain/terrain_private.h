@@ -63,7 +63,7 @@ bool np_terrain_is_occluded(const neph_terrain *terrain, np_dvec3 origin, np_vec
 /* World box of the ground. */
 void np_terrain_get_bounds(const neph_terrain *terrain, np_dvec3 *out_min, np_dvec3 *out_max);
 
-/* World rectangle of the file's samples, without those added around them, and of the mesh. */
+/* World rectangle around the file's samples, without the margin, and the mesh. */
 void np_terrain_get_core(const neph_terrain *terrain, double out_low[2], double out_high[2]);
 
 /* Whether (x, y) lies over the height field: outside it, the sphere is the ground. */

@@ -17,7 +17,7 @@ enum {
   BLOCKS = 8 /* blocks of a brick: 5³ samples each, with shared faces */
 };
 
-/* c relative to the largest sample nearby: values above c are all cloud. */
+/* The coverage threshold c of the detail as a share of the largest sample nearby: samples above c are all cloud. */
 static const float core_share = 0.7f;
 
 /* Margin for the rounding of look-ups, relative to the largest c. */
@@ -229,7 +229,7 @@ static float bound_step(const np_brick_detail *detail, float value, float core, 
   return inside + detail->strength * (core * np_brick_detail_get_step(detail, edge, rank) - inside);
 }
 
-/* Range of v′. It rises with v; for the lowest rank it rises with c, for the highest it falls. */
+/* Range of v′, which increases with v; with c it increases for the lowest rank, and decreases for the highest. */
 static np_brick_range bound_detail(const np_brick_detail *detail, np_brick_range range, float core) {
   const float margin = range_margin * core;
   np_brick_range out = range;

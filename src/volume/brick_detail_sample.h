@@ -86,7 +86,7 @@ static inline float np_brick_detail_get_step(const np_brick_detail *detail, floa
   return np_clampf((edge - rank) / detail->width, 0.0f, 1.0f);
 }
 
-/* S at a position. Layers end as soon as those that are left cannot change it. */
+/* S at a position. Octaves are added until the remaining ones cannot change S. */
 static inline float np_brick_detail_select(const np_brick_detail *detail, const double at[3], float edge) {
   float noise = np_minf(np_brick_detail_get_texture(detail->noise, detail->turn[0], at),
                         np_brick_detail_get_texture(detail->noise, detail->turn[1], at));
@@ -104,8 +104,8 @@ static inline float np_brick_detail_get_size(const np_brick_detail *detail) {
   return (float)fmin(fmin(detail->size_voxels[0], detail->size_voxels[1]), detail->size_voxels[2]);
 }
 
-/* Share of the detail that a value averaged over `footprint` voxels shows: 1 up to half its size, 0 from its size on.
- */
+/* Share of the detail that remains in a value averaged over `footprint` voxels: 1 up to half of the detail's size,
+ * falling to 0 at its size. */
 static inline float np_brick_detail_get_share(const np_brick_detail *detail, float footprint) {
   return np_clampf(2.0f - 2.0f * footprint / np_brick_detail_get_size(detail), 0.0f, 1.0f);
 }
@@ -142,7 +142,8 @@ static inline void np_brick_detail_sample_along(np_brick_ref ref, np_vec3 begin,
     out[k] += np_brick_detail_add(ref, np_vec3_add(begin, np_vec3_scale(along, at[k])), out[k], share);
 }
 
-/* Number of parts of a segment over which detail hardly varies: a quarter of its size each. */
+/* Number of parts of a segment, each a quarter of the size of the detail, so that detail hardly varies within a
+ * part. */
 static inline int np_brick_detail_count(const np_brick_detail *detail, np_vec3 along) {
   const float delta[3] = {along.x, along.y, along.z};
   float sum = 0.0f;

@@ -7,7 +7,7 @@
 #include "volume/grid_reader.h"
 #include "volume/volume_tint.h"
 
-/* Most layers of voxels beyond the active ones into which velocities are extended. */
+/* Limit on the layers of voxels beyond the active ones into which velocities are extrapolated. */
 enum { NP_VELOCITY_LAYERS_MAX = 64 };
 
 enum { NP_VELOCITY_GRIDS_MAX = 3 * NP_TINT_PARTS_MAX };

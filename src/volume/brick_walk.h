@@ -10,8 +10,8 @@
 /* The part of a ray inside one cell. */
 typedef struct np_brick_span {
   double t_begin, t_end; /* half-open, t_begin < t_end */
-  uint32_t
-      brick; /* number of the brick; NP_BRICK_NONE: the span is constant, `range.min`, and may go on in later cells */
+  uint32_t brick; /* number of the brick; NP_BRICK_NONE: the span has the constant value `range.min`; adjacent spans may
+                     have it too */
   int32_t cell[3]; /* brick coordinates: index positions 8·cell to 8·cell + 8; not wrapped when periodic */
   np_brick_range range;
 } np_brick_span;

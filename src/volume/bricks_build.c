@@ -67,8 +67,8 @@ static uint32_t get_magnitude_max(const float values[NP_LEAF_SIZE]) {
   return (uint32_t)max[0];
 }
 
-/* Bounds of a leaf for each window that reads it: its own window reads all values, its neighbours' the first layer,
- * line or value. */
+/* Bounds of a leaf's values for each brick that reads them: the leaf's own brick reads all, neighbouring bricks the
+ * first layer, line or value. */
 static np_leaf_bounds bound_leaf(const float values[NP_LEAF_SIZE]) {
   row_bounds all, first_x, first_y, line;
   start_rows(&all, values);

@@ -9,7 +9,7 @@
  * counted. */
 bool np_bricks_check_shape(const np_bricks *bricks);
 
-/* Table and nodes, once they are loaded. */
+/* Checks table and nodes after loading. */
 bool np_bricks_check_content(const np_bricks *bricks);
 
 #endif

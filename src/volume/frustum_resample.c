@@ -25,7 +25,7 @@ enum { CANDIDATES_MAX = 1 << 22 };
 /* Memory of a leaf and of its brick. */
 static const double bytes_per_leaf = sizeof(np_leaf) + 2.0 * NP_BRICK_STRIDE;
 
-/* Up to this much memory one lattice replaces levels, with half the voxels at most. */
+/* Memory in bytes up to which one lattice replaces several levels, if the levels have at least half as many voxels. */
 static const double bytes_free = 48e6;
 
 /* A cell of a level that may not be empty. */

@@ -45,7 +45,7 @@ typedef struct np_places {
 /* All clouds of a world. */
 typedef struct np_instances {
   unsigned count;          /* in [0, NP_INSTANCES_MAX] */
-  const np_instance *at;   /* one of each cloud, in its first place, with its scattering */
+  const np_instance *at;   /* one instance of each cloud, at its first place, with its scattering properties */
   const np_places *places; /* hierarchy of the places of all clouds; NULL: each cloud has one place */
 } np_instances;
 

@@ -8,7 +8,7 @@
 /* The index axis that a world axis runs along alone; −1 when the volume is turned. */
 int np_instance_get_index_axis(const np_instance *volume, int world_axis);
 
-/* Period of the clouds along a world axis in metres, the same of all of them; 0: none. */
+/* Period of the clouds along a world axis in metres, if all have the same; 0: none. */
 double np_instances_compute_period(const np_instances *clouds, int world_axis);
 
 #endif

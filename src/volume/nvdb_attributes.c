@@ -17,7 +17,7 @@ typedef struct blind {
 
 _Static_assert(sizeof(blind) == 288, "the fields of GridBlindMetaData, without padding");
 
-/* Moves to a position of the grid that has so many bytes behind it. */
+/* Moves to a position of the grid that at least `size` bytes follow. */
 static bool seek(np_vdb_bytes *bytes, int64_t begin, const np_nvdb_grid *grid, int64_t at, uint64_t count) {
   if (at < 0 || (uint64_t)at > grid->bytes || count > grid->bytes - (uint64_t)at)
     np_vdb_bytes_fail(bytes, "its blind data stand at byte %lld of %llu", (long long)at,

@@ -12,7 +12,7 @@ typedef struct np_nvdb_attributes {
   size_t size;
 } np_nvdb_attributes;
 
-/* Reads what a grid has. The caller frees the text, whatever the outcome. */
+/* Reads the attributes of a grid. The caller frees the text, after a failure too. */
 neph_result np_nvdb_attributes_read(np_nvdb_layout *layout, size_t index, np_nvdb_attributes *out_attributes);
 
 void np_nvdb_attributes_visit(const np_nvdb_attributes *attributes,

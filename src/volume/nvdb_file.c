@@ -96,7 +96,7 @@ static void describe(const void *pointer, size_t index, np_vdb_grid_info *out_in
   if (grid->is_affine) memcpy(out_info->index_to_world, grid->index_to_world, sizeof grid->index_to_world);
 }
 
-/* The box and the count of the head go by the names that OpenVDB gives them. */
+/* The box and the count of the head depend on the names that OpenVDB gives them. */
 static neph_result visit_metadata(const np_volume_file *file, size_t index, np_metadata_visit_fn visit, void *user) {
   const nvdb_reader *reader = file->reader;
   const np_nvdb_grid *grid = &reader->layout.grids[index];
@@ -156,7 +156,7 @@ static neph_result combine(const np_volume_file *file, const np_vdb_request *req
   return np_fail(file->context, result, "%s: %s", file->path, error.message);
 }
 
-/* Reads the parts of a sum, or a level set, and has OpenVDB make a density of them. */
+/* Reads the grids of a sum, or a level set, and converts them to a density by OpenVDB. */
 static neph_result read_combined(const np_volume_file *file, const np_vdb_request *request, np_sparse_grid *grid,
                                  uint64_t *out_tree_bytes) {
   np_sparse_grid parts[NP_VOLUME_GRIDS_MAX] = {0};

@@ -16,7 +16,7 @@
 
 enum { NP_NVDB_GRID_BYTES = 672, NP_NVDB_TREE_BYTES = 64, NP_NVDB_LEVELS = 3 };
 
-/* Compression of a segment, as files number them. */
+/* Compression of a segment, by the numbers in files. */
 typedef enum np_nvdb_codec { NP_NVDB_NONE, NP_NVDB_ZIP, NP_NVDB_BLOSC, NP_NVDB_CODECS } np_nvdb_codec;
 
 typedef struct np_nvdb_grid {

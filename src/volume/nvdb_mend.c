@@ -131,7 +131,8 @@ static neph_result check_type(const np_volume_file *file, const np_vdb_grid_info
   return NEPH_OK;
 }
 
-/* Components list inactive tiles where they differ from their own backgrounds: a vector keeps active tiles alone. */
+/* Removes inactive tiles, which components list where they differ from their backgrounds: a vector grid has active
+ * tiles alone. */
 static void remove_inactive_tiles(np_sparse_grid *grid) {
   size_t count = 0;
   for (size_t i = 0; i < grid->tile_count; i++)

@@ -39,7 +39,7 @@ typedef struct tree_walk {
   int component;
   np_monitor *monitor;
   np_sparse_grid *out;
-  uint32_t node_counts[NP_NVDB_LEVELS]; /* visited; leaves, lower, upper nodes */
+  uint32_t node_counts[NP_NVDB_LEVELS]; /* numbers of visited leaves, lower and upper nodes */
   node upper, lower;
 } tree_walk;
 
@@ -71,7 +71,7 @@ static uint32_t get_u32(const unsigned char *bytes) {
   return value;
 }
 
-/* The position of a child, one more of its level; nodes that are met twice would be more than there are. */
+/* Position of a child, and counts it for its level, so that nodes which are referenced twice exceed the node count. */
 static int64_t get_child(tree_walk *w, int level, int64_t parent, int64_t offset) {
   static const char *const names[] = {"leaves", "lower nodes", "upper nodes"};
   int64_t at = 0;
@@ -171,7 +171,7 @@ static int compare_keys(const void *a, const void *b) {
   return (first > second) - (first < second);
 }
 
-/* Two tiles at one place would be two values of a voxel. */
+/* Checks that no two tiles have the same position. */
 static void check_keys(tree_walk *w, uint64_t *keys, uint32_t count) {
   qsort(keys, count, sizeof *keys, compare_keys);
   for (uint32_t i = 1; i < count; i++)

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Intervals of a ray in which every cloud stays in one cell of its bricks: the clouds are walked together. */
+/* Intervals of a ray in which every cloud stays in one cell of its bricks; all clouds are traversed together. */
 #ifndef NP_VOLUME_RAY_INTERVALS_H
 #define NP_VOLUME_RAY_INTERVALS_H
 

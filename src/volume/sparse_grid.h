@@ -46,7 +46,7 @@ typedef struct np_sparse_grid {
   const char *file;         /* file that it was read from, for messages; borrowed; NULL: none */
   uint64_t brick_bytes_max; /* limit on the memory of its bricks; 0: none */
   np_cell_region region;    /* valid until its bricks are built */
-  bool is_consumed;         /* building bricks frees its leaves on the way: the grid then holds no values */
+  bool is_consumed;         /* building bricks has freed the leaves: the grid has no values */
   np_affine index_to_world;
   np_frustum frustum;          /* used in place of index_to_world */
   double extinction_per_value; /* extinction of a value of 1 in 1/m, as the file states it; 0: not stated */

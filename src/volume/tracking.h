@@ -178,7 +178,7 @@ static inline double np_track_forced_flight(double depth, np_random *random) {
 typedef struct np_flight {
   double left;             /* optical depth to the next tentative collision */
   double stretch_fraction; /* share of the extinction left out, below 1; negative: extinction is added */
-  double depth;            /* optical depth left out so far */
+  double depth;            /* optical depth without an interaction so far */
   double
       weight; /* weight of collisions: extinction over the sampled extinction, times the probability of a forced one */
 } np_flight;
@@ -232,7 +232,7 @@ static inline double np_track_span_excess(const np_instance *volume, const np_br
 }
 
 /* Optical depth beyond which rays towards a light play Russian roulette, if no direction to the light is worth more
- * than another. Survivors stand for the others. */
+ * than another. Survivors represent the others. */
 static const double np_track_faint_depth = 3.0;
 
 /* Russian roulette on a ray at an optical depth. False if the ray ends; else its depth becomes the faint depth. */

@@ -64,7 +64,7 @@ struct Entry {
   bool is_scalar, is_count, is_vector, is_affine;
   double index_to_world[3][4]; /* valid if it is affine */
   np_frustum frustum{};
-  std::size_t owner; /* index of the grid that stores its voxels; its own index, but for an instance */
+  std::size_t owner; /* index of the grid that stores the voxels; for an instance another grid */
 };
 
 } /* namespace np_vdb */

@@ -8,7 +8,7 @@
 typedef struct np_vdb_reader {
   neph_context *context; /* borrowed */
   const np_vdb_module *module;
-  np_vdb_layout *layout; /* what `vdb` reads through */
+  np_vdb_layout *layout; /* layout through which `vdb` reads */
   np_vdb_file *vdb;
 } np_vdb_reader;
 

@@ -58,7 +58,8 @@ template <typename Number> bool is_above_all(Number value) {
   return static_cast<double>(value) > static_cast<double>(std::numeric_limits<float>::max());
 }
 
-/* Sets active values that overflow to the largest valid one, and other invalid values to 0. Returns their number. */
+/* Replaces active values that overflow by the largest valid value, other invalid values by 0, and returns the number of
+ * replaced values. */
 template <typename TreeType> uint64_t mend_values(TreeType &tree, bool &is_beyond_half) {
   const typename TreeType::ValueType largest = get_good_max(tree);
   uint64_t count = 0;

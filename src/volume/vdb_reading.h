@@ -169,7 +169,8 @@ public:
   }
 
 private:
-  /* A level set by its class, or by its background, the width of its band: a density has 0 there. */
+  /* Converts a level set, found by its class or by a background of the band's width, to a density, which is 0
+   * outside. */
   void convert(const Addend &addend) {
     if (level_set_voxels_ > 0.0 && (addend.is_level_set || addend.grid->background() > 0.0f))
       out_.level_set_voxels = convert_distances(*addend.grid, level_set_voxels_);

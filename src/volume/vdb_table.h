@@ -36,7 +36,7 @@ typedef struct np_vdb_grid_info {
   const char *value_type; /* "float", "vec3s", "ptdataidx32", … */
   const char *grid_class; /* "fog volume", "level set", "unknown", … */
   const char *creator;    /* creator of the grid, else of the file; "": none */
-  size_t owner;           /* index of the grid that stores its voxels; its own index, but for an instance */
+  size_t owner;           /* index of the grid that stores the voxels; for an instance another grid */
   int is_half_on_disk;
   int is_scalar; /* float, half or double: readable by np_vdb_module.read */
   int is_count;  /* integers or masks (0 or 1): readable as well */
@@ -57,7 +57,7 @@ typedef struct np_vdb_grid_size {
 /* File positions of the parts of a grid. */
 typedef struct np_vdb_grid_place {
   int64_t descriptor, begin, topology;
-  int64_t buffers; /* position of the values; valid once the tree is checked */
+  int64_t buffers; /* position of the values in the file, valid after the tree was checked */
 } np_vdb_grid_place;
 
 /* A file whose header and grid headers are checked: all reads go through it. */
@@ -118,7 +118,7 @@ typedef struct np_vdb_mending {
 typedef int (*np_vdb_cancel_fn)(void *user);
 
 typedef struct np_vdb_attribute {
-  const char *name, *text; /* `text` NULL: the value is a number */
+  const char *name, *text; /* name of the attribute, and its text; text NULL: a number */
   double number;
 } np_vdb_attribute;
 
@@ -127,8 +127,8 @@ typedef struct np_vdb_write_grid {
   int is_half;
   const np_vdb_attribute *attributes;
   size_t attribute_count;
-  const np_sparse_grid *y, *z; /* NULL: a scalar fog volume; else components of a velocity whose x is `grid`, with the
-                                  same leaves and tiles */
+  const np_sparse_grid *y, *z; /* NULL: a scalar fog volume; else, with `grid` as x, the components of a velocity with
+                                  equal leaves and tiles */
   int is_invariant;            /* the vector is a colour, not a direction: transforms leave it unchanged */
   const char *grid_class;      /* class as np_vdb_grid_info names it; NULL: a fog volume, none of a vector */
 } np_vdb_write_grid;

@@ -8,7 +8,7 @@
 
 /* Request for a grid. */
 typedef struct np_grid_query {
-  const char *grid;        /* a name, "name[i]", or several with "+" between them; NULL: the default choice */
+  const char *grid;        /* a name, "name[i]", or several joined by "+"; NULL: the default choice */
   double level_set_voxels; /* 0: level sets are refused */
   bool is_field;           /* not a density: any numbers are valid */
   const char *key;         /* scene key that names a field, for messages; NULL: none */

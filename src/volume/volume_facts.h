@@ -33,16 +33,16 @@ typedef struct np_grid_facts {
   int32_t active_min[3], active_max[3]; /* index box of the active samples, both ends inclusive */
   double world_min[3], world_max[3];    /* world box of the active samples, in the file's units */
   np_value_count kinds[NP_VALUE_KINDS]; /* counts of invalid values; for vectors, over all components */
-  float background;                     /* background; a vector has a component that is not finite here, or 0 */
+  float background;                     /* background; for a vector, one of its components that is not finite, or 0 */
   /* Scalars alone: */
   bool has_values;
   float value_min, value_max; /* range of the active samples */
   double sum;                 /* sum of the finite active samples */
   double sum_of_others;       /* the sum without one of the largest values */
   np_value_place largest;
-  np_value_count beyond_half;        /* finite values above the largest half (65504) */
-  double stray_ratio;                /* size of the active box over the size of the box of 99.9 % of its voxels */
-  np_value_place stray;              /* block farthest from these 99.9 % */
+  np_value_count beyond_half; /* finite values above the largest half (65504) */
+  double stray_ratio;         /* size of the active box over the size of the box of 99.9 % of its voxels */
+  np_value_place stray;       /* block of active voxels that is farthest from the smallest box around 99.9 % of them */
   char *diagnoses[NP_DIAGNOSES_MAX]; /* messages of OpenVDB's own checks */
   unsigned diagnosis_count;
 } np_grid_facts;

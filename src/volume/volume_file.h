@@ -14,7 +14,7 @@ typedef struct np_volume_format np_volume_format; /* volume_format.h */
 typedef struct np_volume_file {
   neph_context *context;
   const char *path;                  /* borrowed */
-  np_vdb_bytes *bytes;               /* owned; what the reader reads */
+  np_vdb_bytes *bytes;               /* owned; bytes of the file */
   const neph_volume_load_desc *desc; /* borrowed; NULL: the defaults */
   const np_volume_format *format;
   void *reader; /* the open file, of a type of the format */
@@ -65,7 +65,7 @@ bool np_volume_file_search_vector(const np_volume_file *file, np_vector_role rol
 /* Reads any grid's topology, and returns its size. */
 neph_result np_volume_file_measure(const np_volume_file *file, size_t index, np_vdb_grid_size *out_size);
 
-/* The checks of the format's library of a grid as a fog volume: `visit` gets a text for each that fails. */
+/* Runs the library's checks of fog volumes on a grid: `visit` gets a message for each failed check. */
 neph_result np_volume_file_diagnose(const np_volume_file *file, size_t index,
                                     void (*visit)(void *user, const char *text), void *user);
 

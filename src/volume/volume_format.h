@@ -13,7 +13,7 @@ struct np_volume_format {
   const char *ending;                /* ".vdb" */
   bool (*has_magic)(uint64_t magic); /* the first 8 bytes of a file */
 
-  /* Opens what `file->bytes` holds: sets `file->reader`, which stays NULL where that fails. `monitor` may be NULL. */
+  /* Opens `file->bytes` and sets `file->reader`; on failure that remains NULL. `monitor` may be NULL. */
   neph_result (*open)(np_volume_file *file, np_monitor *monitor);
   void (*close)(void *reader);
 
@@ -21,12 +21,12 @@ struct np_volume_format {
   void (*describe)(const void *reader, size_t index, np_vdb_grid_info *out_info);
   neph_result (*visit_metadata)(const np_volume_file *file, size_t index, np_metadata_visit_fn visit, void *user);
 
-  /* Adds what is requested to a grid that is initialised and empty, in any order. */
+  /* Adds the requested leaves and tiles, in any order, to an initialised empty grid. */
   neph_result (*read)(const np_volume_file *file, const np_vdb_request *request, np_sparse_grid *grid,
                       uint64_t *out_tree_bytes);
   neph_result (*measure)(const np_volume_file *file, size_t index, np_vdb_grid_size *out_size);
 
-  /* The library's own checks of a fog volume: `visit` gets a text for each that fails. */
+  /* Runs the library's checks of fog volumes: `visit` gets a message for each failed check. */
   neph_result (*diagnose)(const np_volume_file *file, size_t index, void (*visit)(void *user, const char *text),
                           void *user);
   neph_result (*mend)(const np_volume_file *file, np_vdb_mending *mendings, const char *path);

@@ -20,7 +20,7 @@ struct neph_volume {
   float value_min, value_max;           /* range of the active samples */
   double extinction_per_value;          /* extinction of a value of 1 in 1/m, as the file states it; 0: not stated */
   uint64_t active_voxel_count, grid_bytes;
-  bool is_halved;          /* voxels are twice as long as the file's */
+  bool is_halved;          /* voxels are twice as long as in the file */
   double period_voxels[2]; /* period along x and y, of which the bricks may hold several; 0: it does not repeat */
 };
 
@@ -37,11 +37,11 @@ bool np_volume_has_ending(const char *path);
 neph_result np_volume_load_density(neph_context *context, const char *path, const neph_volume_load_desc *desc,
                                    const char *sequence, neph_volume **out_volume);
 
-/* Reads the grid for such a volume. The caller clears it, whatever the outcome. */
+/* Reads the density grid of a volume. The caller clears it, after a failure too. */
 neph_result np_volume_load_grid(neph_context *context, const char *path, const neph_volume_load_desc *desc,
                                 const char *sequence, np_sparse_grid *out_grid, bool *out_has_content);
 
-/* Role of a grid: set by the scene, or else by its name and kind. */
+/* Role of a grid, by the scene's keys or by the grid's name and kind. */
 typedef enum np_grid_role {
   NP_GRID_DENSITY, /* named "density" in any case, or, if none is, a scalar fog volume */
   NP_GRID_FIELD,   /* another scalar, such as a temperature: not negative, any background */
@@ -91,7 +91,7 @@ neph_result np_volume_read_field_header(neph_context *context, const char *path,
 neph_result np_volume_load_field(neph_context *context, const char *path, const neph_volume_load_desc *desc,
                                  const char *required_by, bool *out_is_in_file, neph_volume **out_volume);
 
-/* Reads the grid of such a field; empty if it is optional and missing. The caller clears it, whatever the outcome. */
+/* Reads the grid of a field; empty if it is optional and missing. The caller clears it, after a failure too. */
 neph_result np_volume_load_field_grid(neph_context *context, const char *path, const neph_volume_load_desc *desc,
                                       const char *required_by, np_sparse_grid *out_grid, bool *out_has_content);
 

@@ -186,7 +186,7 @@ static void compute_shares(const void *user, size_t block, int n, float out[NP_T
   np_size_nodes_share(b->nodes_m, b->count, (double)b->blocks[block].diameter_m[n], out);
 }
 
-/* A cloud of one size is its own part. */
+/* Builds the parts by droplet size; a cloud of one size is its own single part. */
 static neph_result build_parts(size_build *b, np_tint *out) {
   neph_result result = NEPH_OK;
   for (unsigned k = 0; k < b->count && !result; k++) {

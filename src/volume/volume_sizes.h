@@ -19,7 +19,7 @@ enum { NP_SIZE_NODES_MAX = 4 };
 
 typedef struct np_sizes_source {
   const char *path;
-  const char *grid;                  /* name of the grid, which must be there; NULL: the usual name, if present */
+  const char *grid;                  /* name of a required grid; NULL: the conventional name, optional */
   const neph_volume_load_desc *load; /* settings of the density */
   const neph_volume *density;        /* loaded density */
   double diameter_m;                 /* diameter of droplets where the grid has none */

@@ -37,7 +37,7 @@ typedef struct np_tint {
 
 typedef struct np_tint_source {
   const char *path;
-  const char *color;                 /* name of the grid; NULL: one of the usual names, if present */
+  const char *color;                 /* name of the grid; NULL: one of the conventional names, optional */
   const neph_volume_load_desc *load; /* settings of the density */
   const neph_volume *density;        /* loaded density */
 } np_tint_source;

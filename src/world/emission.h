@@ -23,7 +23,8 @@
 enum { NP_EMITTER_FLAME = 8, NP_EMITTER_COLOR, NP_CLOUD_EMITTERS_MAX = NP_EMITTER_COLOR + 3 };
 
 typedef struct np_emitter {
-  const np_bricks *bricks; /* κ is proportional to their value: the flame's density, or the cloud's */
+  /* bricks to whose values the absorption κ is proportional: the flame's or the cloud's density */
+  const np_bricks *bricks;
   np_affine world_to_index, index_to_world;
   np_spectrum absorption_per_value; /* absorption where the value is 1, in 1/m, times the emitter's strength; without a
                                        body, its j */
@@ -32,7 +33,7 @@ typedef struct np_emitter {
   np_affine world_to_temperature;
   float kelvin_per_value, offset_k;
   unsigned number;  /* index of its cloud in the scene */
-  unsigned part;    /* part of the cloud whose density it uses; NP_EMITTER_FLAME and above: grids of its own */
+  unsigned part;    /* part of the cloud whose density it uses; NP_EMITTER_FLAME and above: separate grids */
   bool is_held_out; /* invisible to the camera */
 } np_emitter;
 

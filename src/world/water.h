@@ -27,9 +27,9 @@ enum { NP_WATER_NODES = 33 };
 typedef struct np_water {
   double level_m;                    /* elevation above the planet's sphere */
   float roughness;                   /* α */
-  np_spectrum albedo;                /* share of the light that has entered the water and comes back out */
+  np_spectrum albedo;                /* share of the light that entered the water and leaves it again */
   float reflectance[NP_WATER_NODES]; /* R, at even steps of √cosθ */
-  float actinic[NP_WATER_NODES];     /* half of R over the cosine of the reflected light, at the same cosines */
+  float actinic[NP_WATER_NODES];     /* ½·R over the cosine of the reflected light, at the same cosines */
   float mean_transmittance;          /* T̄, mean of T over a uniform sky */
   float mean_actinic;                /* mean of `actinic` under a uniform sky */
 } np_water;
@@ -56,7 +56,7 @@ np_spectrum np_water_reflect_even(const np_water *water, float cosine);
 /* Reflection between two unit directions, both away from the water. */
 typedef struct np_water_value {
   np_spectrum scattered; /* BRDF times the cosine of the light, 1/sr */
-  float reflected;       /* part of `scattered` that the waves reflect, the same in all bands */
+  float reflected;       /* part of `scattered` that waves reflect, equal in all bands */
   float density;         /* density with which np_water_sample samples the light's direction, 1/sr */
 } np_water_value;
 

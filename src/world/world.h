@@ -53,14 +53,14 @@ enum {
 typedef struct np_world {
   np_instances clouds;
 
-  /* Direction to the light of air, clouds and ground: the sun, or, in a view of its own, the moon. */
+  /* Direction to the light of air, clouds and ground: the sun, or, in the moon's world, the moon. */
   np_vec3 to_sun;
   float sun_angular_radius_rad;
   np_spectrum sun_irradiance; /* above the atmosphere, W m⁻² nm⁻¹ */
   np_sun_scope sun_scope;
-  np_disk disk;               /* visible disk of the sun */
-  bool has_no_disks;          /* disks of sun and moon are invisible; their light remains */
-  const np_night *night;      /* NULL: no night lights, or they are in another view */
+  np_disk disk;          /* visible disk of the sun */
+  bool has_no_disks;     /* disks of sun and moon are invisible; their light remains */
+  const np_night *night; /* NULL: no night lights, or they are in another view */
 
   const neph_atmosphere *atmosphere; /* NULL: no air */
   const neph_sky *camera_sky;        /* sky for an observer at the camera; NULL without air */
@@ -134,7 +134,7 @@ typedef struct np_ground_hit {
   double distance_m;
   np_dvec3 position;     /* point lifted off the surface as an origin of rays; on terrain, off its smooth surface */
   np_vec3 normal;        /* unit */
-  np_spectrum albedo;    /* albedo; of water, that of equivalent Lambertian ground */
+  np_spectrum albedo;    /* albedo; for water, the albedo of equivalent Lambertian ground */
   const np_water *water; /* NULL: land with a Lambertian surface */
 } np_ground_hit;
 
