@@ -3,6 +3,7 @@
  * hills on it is the share of its first order of scattering that they take, by cells whose length grows with the
  * distance. */
 #include "transport/border.h"
+#include "transport/cell_air.h"
 #include "transport/scattering_field.h"
 
 #include <stdlib.h>
@@ -488,6 +489,8 @@ static void measure_ways(const border_fill *f, unsigned set) {
                                .normal = np_vec3_make(0.0f, 0.0f, 1.0f)};
   out->way[NP_BORDER_DOWN].clear = np_world_level_irradiance(f->world, &level);
   out->way[NP_BORDER_UP].clear = measure_clear_below(f);
+  out->way[NP_BORDER_DOWN].air = np_cell_air_compute_irradiance(f->grid, f->world, NP_CELL_AIR_DOWN);
+  out->way[NP_BORDER_UP].air = np_cell_air_compute_irradiance(f->grid, f->world, NP_CELL_AIR_UP);
   for (unsigned b = 0; b < NP_BAND_COUNT; b++)
     for (int way = 0; way < NP_BORDER_WAYS; way++)
       out->way[way].entering.band[b] = measure_entering(f->sets[set].ordinates, out, b, (np_border_way)way);

@@ -81,6 +81,7 @@ typedef struct np_border {
   struct {
     np_spectrum clear;    /* irradiance on a plane past the box, without clouds */
     np_spectrum entering; /* irradiance on the opposite face of the box, by the ordinates */
+    np_spectrum air;      /* what sunlit air in the cells adds to it on the way through the box */
   } way[NP_BORDER_WAYS];
   float open[NP_BORDER_PLAN][NP_BORDER_PLAN]; /* transmittance of the sun's beam to the bottom of the box; 1 at night */
 } np_border;
@@ -126,9 +127,9 @@ void np_border_reset(np_border *border, unsigned band);
 /* Mean radiance of a band under a clear sky over the nodes through which an octant's light enters. */
 double np_border_get_mean(const np_border *border, unsigned band, unsigned octant, unsigned block, unsigned lane);
 
-/* Irradiance past a square of the box's plan beyond that without clouds: air within the box adds to what comes through
- * gaps, and the ordinates' sum is not quite the sky's. Gaps are the share of the beam that comes through, or the share
- * of the irradiance that enters, if that is less. */
+/* Irradiance past a square of the box's plan beyond that without clouds: air within the box that is not in the cells
+ * adds to what comes through gaps, and the ordinates' sum is not quite the sky's. Gaps are the share of the beam that
+ * comes through, or the share of the irradiance that enters, if that is less. */
 float np_border_compute_excess(const np_border *border, unsigned band, np_border_way way, int v, int u,
                                float irradiance);
 

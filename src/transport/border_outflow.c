@@ -22,7 +22,8 @@ static const double rise_m = 8e3;
 
 float np_border_compute_excess(const np_border *border, unsigned band, np_border_way way, int v, int u,
                                float irradiance) {
-  const float clear = border->way[way].clear.band[band], entering = border->way[way].entering.band[band];
+  const float clear = border->way[way].clear.band[band];
+  const float entering = border->way[way].entering.band[band] + border->way[way].air.band[band];
   const float open = entering > 0.0f ? np_clampf(irradiance / entering, 0.0f, border->open[v][u]) : 1.0f;
   return irradiance + (clear - entering) * open - clear;
 }

@@ -152,7 +152,8 @@ static void visit_lights(const np_scattering_solver *s, void (*visit)(light_colo
 
 /* The first band's solution is all bands' where clouds are grey and their lights have one colour. */
 static void choose_bands(np_scattering_solver *s) {
-  light_colour c = {.is_one = np_world_is_grey(s->world) && !s->world->emission, .colour = np_spectrum_grey(1.0f)};
+  const bool has_own = s->world->emission || s->levels[0].air.sunlit; /* light of colours that are not the sun's */
+  light_colour c = {.is_one = np_world_is_grey(s->world) && !has_own, .colour = np_spectrum_grey(1.0f)};
   if (c.is_one) visit_lights(s, add_light, &c);
   c.is_one = c.is_one && c.sum[0] > 0.0;
   for (int b = 0; b < NP_BAND_COUNT && c.is_one; b++) c.colour.band[b] = (float)(c.sum[b] / c.sum[0]);

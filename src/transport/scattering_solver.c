@@ -207,6 +207,8 @@ neph_result np_scattering_solver_build_levels(np_scattering_solver *s) {
     result = add_coarser(s);
   for (unsigned n = 0; n < s->level_count && !result; n++)
     result = np_transport_level_allocate(&s->levels[n], s->world->emission);
+  for (unsigned n = 0; n < s->level_count && !result; n++)
+    result = np_cell_air_fill(&s->levels[n].grid, s->world, s->depths, s->fade, s->monitor, &s->levels[n].air);
   return result;
 }
 
@@ -282,7 +284,8 @@ static neph_result light_levels(np_scattering_solver *s, double *out_sum) {
   const np_transport_level *level = &s->levels[iterated];
   *out_sum = 0.0;
   for (size_t active = 0; active < level->grid.active_count; active++)
-    *out_sum += (double)level->sun[active] + (level->emission ? (double)level->emission[active] : 0.0);
+    *out_sum += (double)level->sun[active] + (level->emission ? (double)level->emission[active] : 0.0) +
+                (level->air.sunlit ? (double)np_transport_level_get_air(level, active) : 0.0);
   const np_ordinates *o = &s->broad->ordinates;
   for (unsigned octant = 0; octant < NP_OCTANT_COUNT; octant++)
     for (unsigned i = 0; i < o->count; i++)
@@ -367,6 +370,8 @@ neph_result np_scattering_solver_solve_band(np_scattering_solver *s, bool is_fir
   const double before = *sum;
   s->state.has_fine = false;
   neph_result result = fill_emission(s);
+  for (unsigned n = 0; n < s->level_count; n++)
+    np_cell_air_set_band(&s->levels[n].grid, s->world, s->band, &s->levels[n].air);
   if (!result) result = light_levels(s, sum);
   if (result || *sum <= 0.0) return result;
   set_part(s, solving_begin, 1.0);

@@ -67,8 +67,8 @@ static neph_result fill_reach(np_sweep *s, unsigned octant) {
 }
 
 neph_result np_sweep_init(neph_context *context, np_monitor *monitor, const np_transport_grid *grid,
-                          const np_ordinates *ordinates, np_sweep *out) {
-  *out = (np_sweep){.context = context, .monitor = monitor, .grid = grid, .ordinates = ordinates};
+                          const np_ordinates *ordinates, const np_cell_air *air, np_sweep *out) {
+  *out = (np_sweep){.context = context, .monitor = monitor, .grid = grid, .ordinates = ordinates, .air = *air};
   neph_result result = NEPH_OK;
   for (int axis = 0; axis < 3 && !result; axis++) result = fill_widths(out, axis);
   for (unsigned octant = 0; octant < NP_OCTANT_COUNT && !result; octant++) result = fill_reach(out, octant);

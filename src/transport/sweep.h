@@ -4,6 +4,7 @@
 #define NP_TRANSPORT_SWEEP_H
 
 #include "transport/border.h"
+#include "transport/cell_air.h"
 
 enum {
   NP_SWEEP_TILE = 16, /* rows along y, and along z, that are swept in one go */
@@ -29,11 +30,13 @@ typedef struct np_sweep {
   const float *source;           /* [active][harmonic]: moments of emitted and scattered light, per metre */
   const np_border_faces *border; /* radiance from outside */
   const np_column_light *ground; /* light from ground in or below a column [j][i]; NULL: none is near */
+  np_cell_air air;               /* light of the air in void cells; `source` has that of others */
 } np_sweep;
 
-/* Prepares a sweep; the caller sets `source`, `border`, `ground` and `out`. On failure nothing needs to be freed. */
+/* Prepares a sweep; the caller sets `source`, `border`, `ground` and `out`, and keeps `air`. On failure nothing needs
+ * to be freed. */
 neph_result np_sweep_init(neph_context *context, np_monitor *monitor, const np_transport_grid *grid,
-                          const np_ordinates *ordinates, np_sweep *out);
+                          const np_ordinates *ordinates, const np_cell_air *air, np_sweep *out);
 void np_sweep_clear(np_sweep *sweep);
 
 /* The part that a pair adds to. Bits of the pair are set where light goes down y, and down z. */

@@ -70,6 +70,7 @@ typedef struct cell_rates {
   float inverse_m;      /* 1/width along x */
   lanes rate[3], total; /* Σ 2μ */
   lanes share[3];       /* share of the light that enters in a void cell's mean */
+  lanes inverse_total;
 } cell_rates;
 
 static inline void set_rates(const lanes cosine[3], float inverse_m, cell_rates *r) {
@@ -77,6 +78,7 @@ static inline void set_rates(const lanes cosine[3], float inverse_m, cell_rates 
   r->rate[0] = 2.0f * cosine[0] * inverse_m;
   r->total = r->rate[0] + r->rate[1] + r->rate[2] + 1e-30f;
   for (int a = 0; a < 3; a++) r->share[a] = r->rate[a] / r->total;
+  r->inverse_total = 1.0f / r->total;
 }
 
 /* Solves a cell again that has negative outflow through some face, with such faces closed. `out` is first the outflow
@@ -119,6 +121,13 @@ static inline void cross_void(const cell_rates *r, face_light *light) {
   const lanes none = {0};
   lanes mean = r->share[1] * light->at[1] + r->share[2] * light->at[2] + r->share[0] * light->at[0];
   compute_outflow(r, &none, 0.0f, light, &mean);
+}
+
+static inline void cross_air(const cell_rates *r, float light_per_metre, face_light *light) {
+  const lanes source = light_per_metre + (lanes){0};
+  lanes mean = source * r->inverse_total;
+  for (int a = 0; a < 3; a++) mean += r->share[a] * light->at[a];
+  compute_outflow(r, &source, 0.0f, light, &mean);
 }
 
 /* Σ m·Y over some harmonics, towards each direction. */
@@ -178,7 +187,9 @@ typedef struct course {
   lanes x, *y, *z;               /* y, z: at the faces of each cell */
   int32_t reach;                 /* cells to cross */
   const np_column_light *ground; /* light from the ground of the row's columns */
-  lanes glint; /* sun glint of water in the course's directions, relative to its mean (np_border.glint) */
+  lanes glint;         /* sun glint of water in the course's directions, relative to its mean (np_border.glint) */
+  const float *sunlit; /* the row in np_cell_air.sunlit; NULL: its air is dark */
+  float air;           /* light of sunlit air per metre */
   bool is_down;
   cell_rates rates;
 } course;
@@ -230,6 +241,10 @@ static inline course start_course(const sweep_block *b, const flow *f, int32_t j
               .ground = b->sweep->ground ? b->sweep->ground + (size_t)j * (size_t)width : NULL,
               .is_down = f->octant & 4u};
   if (c.ground) c.glint = *get_glint(b->sweep, f);
+  if (b->sweep->air.sunlit) {
+    c.sunlit = b->sweep->air.sunlit + (size_t)(k * grid->size[1] + j) * (size_t)width;
+    c.air = b->sweep->air.radiance[k][c.is_down ? NP_CELL_AIR_DOWN : NP_CELL_AIR_UP];
+  }
   if (grid->is_wrapped[0])
     c.x = *get_x_face(grid, f, j, k);
   else
@@ -247,7 +262,9 @@ static inline void cross_cell(const sweep_block *b, course *c, int32_t i, int32_
     faces.at[0] = faces.at[1] = (lanes){0} + c->ground[i].even;
     /* Downward light is kept for np_sweep_measure_outflow. */
     if (!c->is_down) light_column(&c->ground[i], &c->glint, &faces.at[2]);
-  } else if (active < 0)
+  } else if (active < 0 && c->sunlit)
+    cross_air(&c->rates, c->sunlit[i] * c->air, &faces);
+  else if (active < 0)
     cross_void(&c->rates, &faces);
   else
     cross_cloud(&c->rates, b->sweep->grid->extinction[active], &faces, light);

@@ -55,6 +55,7 @@ void np_transport_level_clear(np_transport_level *level) {
   np_alloc_free(level->grid.context, level->sun);
   np_alloc_free(level->grid.context, level->ground);
   np_alloc_free(level->grid.context, level->emission);
+  np_cell_air_clear(level->grid.context, &level->air);
   np_alloc_free(level->grid.context, level->phi);
   np_alloc_free(level->grid.context, level->first_phi);
   np_alloc_free(level->grid.context, level->change);
@@ -91,6 +92,7 @@ static neph_result fill_source(void *user, size_t begin, size_t end, unsigned th
       for (; i < (l + 1) * (l + 1); i++)
         source[place[i]] = ratio[l] * (extinction * x[i] + sun * lights->sun_harmonics[i]);
     if (it->level->emission) source[place[0]] += it->level->emission[active];
+    if (it->level->air.sunlit) source[place[0]] += np_transport_level_get_air(it->level, active);
     memcpy(it->source + active * count, source, count * sizeof *source);
   }
   return NEPH_OK;
@@ -167,7 +169,7 @@ static neph_result start_iteration(const np_transport_lights *lights, np_transpo
   const np_transport_grid *g = &level->grid;
   const bool is_column = np_transport_grid_is_column(g);
   *out = (iteration){.lights = lights, .level = level};
-  neph_result result = np_sweep_init(context, lights->monitor, g, lights->ordinates, &out->sweep);
+  neph_result result = np_sweep_init(context, lights->monitor, g, lights->ordinates, &level->air, &out->sweep);
   if (result) return result;
   const size_t floats = count_moments(g);
   const unsigned blocks = NP_SWEEP_PARTS + (has_own_source ? 1 : 0);

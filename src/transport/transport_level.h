@@ -13,6 +13,7 @@ typedef struct np_transport_level {
   float *sun;              /* first collisions times irradiance of each active cell, W m⁻³ nm⁻¹ */
   float *emission;         /* moment l = 0 of the emission of each active cell; NULL: nothing emits */
   np_column_light *ground; /* light of ground near, by column [j][i]; NULL: none is near */
+  np_cell_air air;         /* light of the air in the cells */
   float *phi;              /* the solution: [active][harmonic] */
   float *first_phi;        /* solution of the first band; NULL: no other band starts from it */
   float *change;           /* change from a further band's start to its solution; NULL: no finer grid starts from it */
@@ -46,6 +47,14 @@ typedef struct np_transport_effort {
   unsigned sweeps;                     /* out */
   bool is_cut;                         /* out: the monitor's budget ended it */
 } np_transport_effort;
+
+/* Moment l = 0 of the light of the air in an active cell, even over all directions: mean·∫Y₀₀ dΩ. */
+static inline float np_transport_level_get_air(const np_transport_level *level, size_t active) {
+  const np_transport_grid *g = &level->grid;
+  const int32_t cell = g->cell[active], k = cell / (g->size[0] * g->size[1]);
+  const float *radiance = level->air.radiance[k];
+  return sqrtf(NP_PI_F) * (radiance[NP_CELL_AIR_DOWN] + radiance[NP_CELL_AIR_UP]) * level->air.sunlit[cell];
+}
 
 /* Improves `phi` until the tolerance is met, or the monitor's budget ends, which is left for the caller to end. */
 neph_result np_transport_level_solve(const np_transport_lights *lights, np_transport_level *level,
