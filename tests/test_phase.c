@@ -10,7 +10,7 @@
 
 static double eval(const np_phase *phase, double versine) { return (double)np_phase_eval(phase, (float)versine); }
 
-/* Cases of each kind, narrow and wide, forward and backward. A table has tests of its own. */
+/* Cases of each kind, narrow and wide, forward and backward. Tables have tests of their own (test_phase_bands.c). */
 static const np_phase_source examples[] = {
     {.kind = NEPH_PHASE_ISOTROPIC},
     {.kind = NEPH_PHASE_RAYLEIGH},
@@ -30,6 +30,9 @@ static const np_phase_source examples[] = {
     {.kind = NEPH_PHASE_DROPLETS, .diameter_m = 35e-6},
     {.kind = NEPH_PHASE_DROPLETS, .diameter_m = 50e-6},
     {.kind = NEPH_PHASE_TABLE},
+    {.kind = NEPH_PHASE_MIE},
+    {.kind = NEPH_PHASE_RAIN},
+    {.kind = NEPH_PHASE_ICE},
 };
 enum { KIND_COUNT = sizeof examples / sizeof *examples };
 

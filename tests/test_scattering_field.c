@@ -19,7 +19,7 @@ static void a_white_cloud_vanishes_in_a_furnace(void **state) {
 }
 
 static float eval_peak(const np_peak_column *column, float sun_optical_depth) {
-  return np_peak_column_mix(column, np_peak_place_get(sun_optical_depth), np_transmittance(sun_optical_depth), 1.0f);
+  return np_peak_column_mix(column, 0, np_peak_place_get(sun_optical_depth), np_transmittance(sun_optical_depth), 1.0f);
 }
 
 /* In the thin limit the direct term is the phase function itself, and at any depth of the peak its mean over all

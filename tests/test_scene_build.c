@@ -319,11 +319,14 @@ static const struct {
               {NEPH_PHASE_CORNETTE_SHANKS, "{draine: {g: 0.85, alpha: 1}}"},
               {NEPH_PHASE_DRAINE, "{draine: {g: 0.85, alpha: 1}}"},
               {NEPH_PHASE_DROPLETS, "{droplets: {diameter: 20 um}}"},
-              {NEPH_PHASE_TABLE, "{table: \"measured.csv\"}"}};
+              {NEPH_PHASE_TABLE, "{table: \"measured.csv\"}"},
+              {NEPH_PHASE_MIE, "{mie: {effective_radius: 10 um, effective_variance: 0.1}}"},
+              {NEPH_PHASE_RAIN, "{rain: {mode_diameter: 500 um}}"},
+              {NEPH_PHASE_ICE, "{ice: {habit: mixed}}"}};
 
 static void every_phase_function_is_that_of_its_key(void **state) {
   fixture *f = *state;
-  assert_int_equal(sizeof phases / sizeof *phases, NEPH_PHASE_TABLE + 1);
+  assert_int_equal(sizeof phases / sizeof *phases, NEPH_PHASE_ICE + 1);
   for (size_t i = 0; i < sizeof phases / sizeof *phases; i++) {
     neph_scene *typed = create(f), *written = create(f);
     neph_volume *volume;

@@ -18,8 +18,18 @@ typedef enum neph_phase {
   NEPH_PHASE_CORNETTE_SHANKS,   /**< one lobe: `asymmetry` */
   NEPH_PHASE_DRAINE,            /**< clouds only: `asymmetry`, `draine_alpha` */
   NEPH_PHASE_DROPLETS,          /**< clouds only: fit to Mie theory, `droplet_diameter_m` */
-  NEPH_PHASE_TABLE              /**< clouds only: values by angle in a file, `phase_table` */
+  NEPH_PHASE_TABLE,             /**< clouds only: values by angle in a file, `phase_table` */
+  NEPH_PHASE_MIE,               /**< clouds only: Mie theory in each band, `effective_radius_m`, `effective_variance` */
+  NEPH_PHASE_RAIN,              /**< clouds only: raindrops in each band, `rain_mode_diameter_m` */
+  NEPH_PHASE_ICE                /**< clouds only: hexagonal prisms of ice in each band, `ice_habit` */
 } neph_phase;
+
+/** Shape of ice crystals: hexagonal prisms in all orientations. */
+typedef enum neph_ice_habit {
+  NEPH_ICE_MIXED,  /**< half of the scattering by columns, half by plates */
+  NEPH_ICE_COLUMN, /**< twice as long as wide */
+  NEPH_ICE_PLATE   /**< a fifth as long as wide */
+} neph_ice_habit;
 
 #ifdef __cplusplus
 }

@@ -132,6 +132,10 @@ typedef struct neph_placement_desc {
                                        1; 0: none (default 0) */
   double detail_size_m;           /**< size of the largest of these billows, ≥ 0; 0: two voxels (default 0) */
   uint64_t detail_seed;           /**< seed of these billows (default 0) */
+  double effective_radius_m;      /**< droplets of NEPH_PHASE_MIE, 1e-7 to 5e-5 (default 10e-6) */
+  double effective_variance;      /**< droplets of NEPH_PHASE_MIE, 0 to 0.4; 0: one size (default 0.1) */
+  double rain_mode_diameter_m;    /**< most frequent diameter of NEPH_PHASE_RAIN, 1e-4 to 2e-3 (default 5e-4) */
+  neph_ice_habit ice_habit;       /**< shape of NEPH_PHASE_ICE (default NEPH_ICE_MIXED) */
 } neph_placement_desc;
 
 #define NEPH_PLACEMENT_DESC_DEFAULT                                                                                    \
@@ -140,7 +144,8 @@ typedef struct neph_placement_desc {
     .rotation_rad = 0, .scale = 1, .density_unit = NEPH_DENSITY_EXTINCTION, .density_value = 1,                        \
     .albedo = {0.999995, 0.999995, 0.999995}, .phase = NEPH_PHASE_DROPLETS, .droplet_diameter_m = 20e-6,               \
     .asymmetry = 0.85, .second_asymmetry = -0.25, .second_weight = 0.1, .draine_alpha = 1, .phase_table = NULL,        \
-    .detail_strength = 0, .detail_size_m = 0, .detail_seed = 0                                                         \
+    .detail_strength = 0, .detail_size_m = 0, .detail_seed = 0, .effective_radius_m = 10e-6,                           \
+    .effective_variance = 0.1, .rain_mode_diameter_m = 5e-4, .ice_habit = NEPH_ICE_MIXED                               \
   }
 
 /** Adds a volume of the same context as a cloud; the scene retains it.

@@ -139,6 +139,17 @@ static inline float np_guide_steer(const np_guide *guide, np_vec3 before, np_vec
   return np_guide_shape(guide, np_vec3_dot(guide->axis, after), 1.0f, 1.0f) / np_guide_outgoing(guide, before);
 }
 
+/* The same where paths are drawn by the phase functions of bands: in each band. */
+static inline np_spectrum np_guide_steer_bands(const np_guide *guide, const np_phase_bands *bands, np_vec3 before,
+                                               np_vec3 after) {
+  const float shape = np_guide_shape(guide, np_vec3_dot(guide->axis, after), 1.0f, 1.0f);
+  np_spectrum steer;
+  for (int b = 0; b < NP_BAND_COUNT; b++)
+    steer.band[b] =
+        shape / np_guide_shape(guide, np_vec3_dot(guide->axis, before), bands->asymmetry[b], bands->second[b]);
+  return steer;
+}
+
 static inline np_vec3 np_guide_sample(const np_guide *guide, const np_phase *phase, np_vec3 before, np_random *random) {
   const float ends = 1.0f + guide->linear + guide->quadratic;
   const float most = guide->quadratic < 0.0f ? 1.0f + guide->linear - 0.5f * guide->quadratic : ends;

@@ -93,8 +93,8 @@ static void add_sun(np_march *m, const np_step *s, const sunlight *sun, const np
     const np_peak_column *column = &m->sun.peak[np_instances_get_index(&m->world->clouds, s->volume[i])].column;
     np_spectrum once, all;
     for (int b = 0; b < NP_BAND_COUNT; b++) {
-      once.band[b] = sun->arriving.band[b] * leaving.band[b] * (column->broad + column->sharp);
-      all.band[b] = np_peak_column_mix(column, sun->place[b], sun->arriving.band[b], leaving.band[b]);
+      once.band[b] = sun->arriving.band[b] * leaving.band[b] * (column->broad + column->sharp.band[b]);
+      all.band[b] = np_peak_column_mix(column, b, sun->place[b], sun->arriving.band[b], leaving.band[b]);
     }
     const np_spectrum light = np_spectrum_multiply(sun->irradiance, scattering[i]);
     np_march_add(m, NP_COMPONENT_SUN, 1.0f, np_spectrum_multiply(light, once));

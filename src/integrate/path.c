@@ -3,13 +3,12 @@
  *
  * Clouds and air are independent media in one place, so that of their free flights the nearer counts. Clouds are
  * tracked against their bricks' bounds (Woodcock, Murphy, Hemmings and Longworth 1965; tracking.h), air as
- * atmosphere/air_flight.h says. Clouds are grey; where bands part, in the air, one of them leads and all are weighed
- * (hero.h). At every vertex a path is weighted by the albedo, gathers the sun through an unbiased transmittance, and
- * goes on in a direction drawn from the phase function, from Lambert's cosine, or by
- * the waves of water. Paths that leave the planet see the light
- * beyond the air. The sun's disk is sampled both ways, by next-event estimation and by chance, weighted by the balance
- * heuristic (Veach and Guibas 1995); so is emission, and, where it pays, the sky (sky_next_event.h). So the
- * mean over samples is the solution of the equation of transfer.
+ * atmosphere/air_flight.h says. Where bands part, in the air and at phase functions with colour, one of them leads and
+ * all are weighed (hero.h). At every vertex a path is weighted by the albedo, gathers the sun through an unbiased
+ * transmittance, and goes on in a direction drawn from the phase function, from Lambert's cosine, or by the waves of
+ * water. Paths that leave the planet see the light beyond the air. The sun's disk is sampled both ways, by next-event
+ * estimation and by chance, weighted by the balance heuristic (Veach and Guibas 1995); so is emission, and, where it
+ * pays, the sky (sky_next_event.h). So the mean over samples is the solution of the equation of transfer.
  *
  * With the air from tables, paths live in the clouds alone; where one leaves them it sees the sky or ground that the
  * world describes, and ends. Compiled once per instruction-set level.
@@ -49,57 +48,92 @@ static float compute_sunlight(const np_tracer *t, const np_sun_ray *sun) {
   return sun->transmittance * np_spectrum_max(sun->irradiance) / np_spectrum_max(t->world->sun_irradiance);
 }
 
-static float eval_towards(const np_path_state *path, np_vec3 axis) {
-  const np_vec3 d = path->direction;
-  return np_phase_eval(&path->volume->phase, np_vec3_versine(d, axis));
+/* A direction from a scattering in cloud: the phase function there, and the density with which paths and branches take
+ * it, in each band; and the mean density over the heroes. */
+typedef struct cloud_choice {
+  np_spectrum value, density;
+  float mean_density, expected_gain;
+} cloud_choice;
+
+static cloud_choice eval_grey_cloud(const np_path_state *path, float branches, float versine, np_vec3 direction) {
+  const float ahead = np_phase_eval(&path->volume->phase, versine);
+  const float steer = path->is_guided ? np_guide_steer(&path->guide, path->direction, direction) : 1.0f;
+  const float density = ahead * steer + branches;
+  return (cloud_choice){np_spectrum_grey(ahead), np_spectrum_grey(density), density, 0.0f};
 }
 
-/* The phase function towards a direction, and the density with which paths and branches take it. */
-static float eval_cloud(const np_path_state *path, const np_sun_branching *branching, np_vec3 direction,
-                        float *out_density, float *out_expected_gain) {
-  const float ahead = eval_towards(path, direction);
-  const float steer = path->is_guided ? np_guide_steer(&path->guide, path->direction, direction) : 1.0f;
-  *out_density = ahead * steer + np_sun_branching_eval(branching, direction, out_expected_gain);
-  return ahead;
+static cloud_choice eval_cloud(const np_path_state *path, const np_sun_branching *branching, np_vec3 direction) {
+  const np_phase *phase = &path->volume->phase;
+  const np_vec3 before = path->direction;
+  const float versine = np_vec3_versine(before, direction);
+  float gain;
+  const float branches = np_sun_branching_eval(branching, direction, &gain);
+  cloud_choice choice;
+  if (!phase->bands) {
+    choice = eval_grey_cloud(path, branches, versine, direction);
+  } else {
+    choice.value = choice.density = np_phase_eval_bands(phase, versine);
+    if (path->is_guided)
+      choice.density =
+          np_spectrum_multiply(choice.density, np_guide_steer_bands(&path->guide, phase->bands, before, direction));
+    choice.density = np_spectrum_add(choice.density, np_spectrum_grey(branches));
+    choice.mean_density = np_hero_mean(&path->hero, choice.density);
+  }
+  choice.expected_gain = gain;
+  return choice;
+}
+
+/* The sky's light, past the clouds; where bands differ, the throughput takes their ratios. */
+static void gather_tinted_sky(const np_tracer *t, const np_path_state *path, const np_sky_next_event *sky,
+                              np_spectrum value, float density, bool is_tinted) {
+  const float share = np_spectrum_max(value);
+  if (!(share > 0.0f)) return;
+  np_path_state tinted = *path;
+  if (is_tinted) tinted.throughput = np_spectrum_multiply(path->throughput, np_spectrum_scale(value, 1.0f / share));
+  gather_sky(t, &tinted, sky, share, density);
 }
 
 /* Adds light by next-event estimation, and chooses branches by the sun's share in it. */
 static void gather_in_cloud(const np_tracer *t, const np_path_state *path, np_sun_branching *branching) {
-  float density, expected_gain;
   np_sun_ray sun;
   if (np_path_aim_at_sun(t, path, np_sun_branching_faint_depth(branching), &sun)) {
     if (may_branch(path)) np_sun_branching_choose(branching, compute_sunlight(t, &sun));
-    const float phase = eval_cloud(path, branching, sun.direction, &density, &expected_gain);
-    np_path_gather_sun(t, path, &sun, np_spectrum_grey(phase), density);
+    const cloud_choice towards = eval_cloud(path, branching, sun.direction);
+    np_path_gather_sun(t, path, &sun, towards.value, towards.mean_density);
   }
   np_emitter_ray emitter;
   if (np_path_aim_at_emitter(t, path->position, &emitter)) {
-    const float phase = eval_cloud(path, branching, emitter.direction, &density, &expected_gain);
-    np_path_gather_emission(t, path, &emitter, np_spectrum_grey(phase), density);
+    const cloud_choice towards = eval_cloud(path, branching, emitter.direction);
+    np_path_gather_emission(t, path, &emitter, towards.value, towards.mean_density);
   }
   np_sky_next_event sky;
   if (np_sky_next_event_sample(t, path, &sky)) {
-    const float phase = eval_cloud(path, branching, sky.direction, &density, &expected_gain);
-    gather_sky(t, path, &sky, phase, density);
+    const cloud_choice towards = eval_cloud(path, branching, sky.direction);
+    const bool is_tinted = path->volume->phase.bands;
+    gather_tinted_sky(t, path, &sky, towards.value, towards.mean_density, is_tinted);
   }
 }
 
 /* Turns a path into a direction that was drawn for it or for a branch. */
 static void turn(np_path_state *path, const np_sun_branching *branching, np_vec3 direction) {
-  float expected_gain;
-  const float ahead = eval_cloud(path, branching, direction, &path->density, &expected_gain);
+  const cloud_choice choice = eval_cloud(path, branching, direction);
+  const float ahead = choice.value.band[0];
   path->direction = direction;
-  path->expected_gain = fmaxf(1.0f, expected_gain);
-  if (path->density != ahead) path->throughput = np_spectrum_scale(path->throughput, ahead / path->density);
+  path->density = choice.mean_density;
+  path->expected_gain = fmaxf(1.0f, choice.expected_gain);
+  if (path->volume->phase.bands)
+    np_hero_choose(&path->hero, &path->throughput, choice.value, choice.density);
+  else if (path->density != ahead)
+    path->throughput = np_spectrum_scale(path->throughput, ahead / path->density);
 }
 
 static np_vec3 draw_direction(const np_tracer *t, const np_path_state *path) {
   np_random *random = t->random;
-  const np_phase *phase = &path->volume->phase;
-  if (path->is_guided) return np_guide_sample(&path->guide, phase, path->direction, random);
+  const np_phase phase = np_phase_get_band(&path->volume->phase, path->hero.band);
+  if (path->is_guided) return np_guide_sample(&path->guide, &phase, path->direction, random);
   const float u[3] = {np_random_float(random), np_random_float(random), np_random_float(random)};
   float value;
-  return np_phase_sample(phase, path->direction, u, &value);
+  return np_phase_sample(&phase, path->direction, u, &value);
 }
 
 static void fly_on(const np_tracer *t, np_path_state *path);
@@ -199,17 +233,11 @@ static void collide_in_air(const np_tracer *t, np_path_state *path) {
   np_hero_choose(&path->hero, &path->throughput, choice.value, choice.density);
 }
 
-/* The sky's light, past the clouds; where water differs by band, the throughput takes their ratios. */
 static void gather_sky_on_ground(const np_tracer *t, const np_path_state *path, const np_ground_scatter *scatter) {
   np_sky_next_event sky;
   if (!np_sky_next_event_sample(t, path, &sky)) return;
   const np_ground_choice choice = np_ground_scatter_eval(scatter, sky.direction);
-  const float share = np_spectrum_max(choice.value);
-  if (!(share > 0.0f)) return;
-  np_path_state tinted = *path;
-  if (path->ground.water)
-    tinted.throughput = np_spectrum_multiply(path->throughput, np_spectrum_scale(choice.value, 1.0f / share));
-  gather_sky(t, &tinted, &sky, share, choice.density);
+  gather_tinted_sky(t, path, &sky, choice.value, choice.density, path->ground.water);
 }
 
 /* False where the path is ended. */

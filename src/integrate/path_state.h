@@ -73,9 +73,10 @@ static inline float np_path_shadow(const np_world *world, const np_lighting *lig
   return np_track_transmittance(&world->clouds, position, to_sun, INFINITY, np_track_faint_depth, random);
 }
 
-/* Band that leads a path: bands differ in air alone. */
+/* Band that leads a path: bands differ in air, and in clouds whose phase functions have colour. */
 static inline np_hero np_path_draw_hero(const np_tracer *t) {
-  return t->world->atmosphere ? np_hero_draw(t->random) : (np_hero){0, np_spectrum_grey(1.0f)};
+  const bool has_colour = t->world->atmosphere || np_world_has_phase_bands(t->world);
+  return has_colour ? np_hero_draw(t->random) : (np_hero){0, np_spectrum_grey(1.0f)};
 }
 
 #endif

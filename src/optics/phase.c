@@ -24,6 +24,29 @@ np_phase np_phase_draine(float g, float alpha) { return (np_phase){.lobe = {{g, 
 
 np_phase np_phase_tabulated(const np_phase_table *table) { return (np_phase){.table = table, .table_weight = 1}; }
 
+np_phase np_phase_of_bands(const np_phase_bands *bands) {
+  np_phase phase = np_phase_tabulated(&bands->mean);
+  phase.bands = bands;
+  return phase;
+}
+
+np_phase np_phase_get_band(const np_phase *phase, int band) {
+  np_phase own = *phase;
+  if (phase->bands) own.table = &phase->bands->band[band];
+  own.bands = NULL;
+  return own;
+}
+
+np_spectrum np_phase_eval_bands(const np_phase *phase, float versine) {
+  np_spectrum value = np_spectrum_grey(np_phase_eval(phase, versine));
+  if (!phase->bands) return value;
+  const np_phase_place place = np_phase_table_search(phase->table, versine);
+  const float mean = np_phase_table_get(phase->table, place);
+  for (int b = 0; b < NP_BAND_COUNT; b++)
+    value.band[b] += phase->table_weight * (np_phase_table_get(&phase->bands->band[b], place) - mean);
+  return value;
+}
+
 np_phase np_phase_droplets(double diameter_m) {
   const double d_um = diameter_m * 1e6;
   double g_hg = exp(-0.0990567 / (d_um - 1.67154));
@@ -37,7 +60,7 @@ static bool is_same_lobe(np_phase_lobe a, np_phase_lobe b) { return a.asymmetry 
 
 bool np_phase_is_equal(const np_phase *a, const np_phase *b) {
   return is_same_lobe(a->lobe[0], b->lobe[0]) && is_same_lobe(a->lobe[1], b->lobe[1]) && a->weight == b->weight &&
-         a->table == b->table && a->table_weight == b->table_weight;
+         a->table == b->table && a->table_weight == b->table_weight && a->bands == b->bands;
 }
 
 /* Normalisation 1 + α(1+2g²)/3: one plus α times the mean of μ² over H. */
@@ -200,6 +223,8 @@ static np_phase (*const makers[NP_PHASE_COUNT])(const np_phase_source *) = {
     [NEPH_PHASE_TWO_LOBE] = make_two_lobe,   [NEPH_PHASE_RAYLEIGH] = make_rayleigh,
     [NEPH_PHASE_ISOTROPIC] = make_isotropic, [NEPH_PHASE_CORNETTE_SHANKS] = make_cornette_shanks,
     [NEPH_PHASE_DRAINE] = make_draine,       [NEPH_PHASE_TABLE] = make_isotropic,
+    [NEPH_PHASE_MIE] = make_isotropic,       [NEPH_PHASE_RAIN] = make_isotropic,
+    [NEPH_PHASE_ICE] = make_isotropic,
 };
 
 np_phase np_phase_make(const np_phase_source *source) {

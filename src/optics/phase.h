@@ -8,6 +8,7 @@
 #include <nephos/phase.h>
 
 #include "core/math.h"
+#include "core/spectrum.h"
 #include "core/units.h"
 #include "optics/phase_table.h"
 
@@ -18,11 +19,19 @@ typedef struct np_phase_lobe {
   float alpha;     /* ≥ 0 */
 } np_phase_lobe;
 
+/* Tables of three bands at the same angles, and of their mean (optics/phase_bands.h). */
+typedef struct np_phase_bands {
+  double wavelength_nm[NP_BAND_COUNT];
+  np_phase_table mean, band[NP_BAND_COUNT];
+  float asymmetry[NP_BAND_COUNT], second[NP_BAND_COUNT]; /* Legendre moments χ₁ and χ₂ of each band */
+} np_phase_bands;
+
 typedef struct np_phase {
   np_phase_lobe lobe[2];
   float weight;                /* weight of lobe[1], 0 to 1; 0 for a single lobe */
   const np_phase_table *table; /* borrowed; NULL: lobes alone */
   float table_weight;          /* weight of the table against the lobes, 0 to 1 */
+  const np_phase_bands *bands; /* borrowed; tables of each band, whose mean is `table`; NULL: all bands have one */
 } np_phase;
 
 np_phase np_phase_isotropic(void);
@@ -58,6 +67,15 @@ static inline float np_phase_eval(const np_phase *phase, float versine) {
   return value;
 }
 
+/* Values in each band; all of them np_phase_eval where bands have one phase function. */
+np_spectrum np_phase_eval_bands(const np_phase *phase, float versine);
+
+/* The phase function of one band. */
+np_phase np_phase_get_band(const np_phase *phase, int band);
+
+/* Phase function of tables of bands, which must outlive it. */
+np_phase np_phase_of_bands(const np_phase_bands *bands);
+
 bool np_phase_is_equal(const np_phase *a, const np_phase *b);
 
 /* Samples a direction after scattering, distributed as the phase function: its pdf is its value.
@@ -80,15 +98,18 @@ np_phase np_phase_broaden(const np_phase *phase, float factor);
 
 /* ---- Sources ---- */
 
-enum { NP_PHASE_COUNT = NEPH_PHASE_TABLE + 1 };
+enum { NP_PHASE_COUNT = NEPH_PHASE_ICE + 1 };
 
 /* A phase function by kind and parameters, for clouds and air alike; its maker is a row of phase.c. */
 typedef struct np_phase_source {
-  neph_phase kind;                           /* a table is isotropic until its file is read */
-  double asymmetry;                          /* Henyey-Greenstein, Cornette-Shanks */
-  double draine_asymmetry, alpha;            /* Draine */
-  double forward, backward, backward_weight; /* two lobes */
-  double diameter_m;                         /* droplets */
+  neph_phase kind;                               /* tables are isotropic until they are read or computed */
+  double asymmetry;                              /* Henyey-Greenstein, Cornette-Shanks */
+  double draine_asymmetry, alpha;                /* Draine */
+  double forward, backward, backward_weight;     /* two lobes */
+  double diameter_m;                             /* droplets */
+  double effective_radius_m, effective_variance; /* Mie theory (optics/mie.h) */
+  double mode_diameter_m;                        /* rain */
+  neph_ice_habit habit;                          /* ice */
 } np_phase_source;
 
 np_phase np_phase_make(const np_phase_source *source);

@@ -5,6 +5,7 @@
 
 #include <assert.h>
 #include <math.h>
+#include <string.h>
 
 #include "core/alloc.h"
 #include "core/csv.h"
@@ -79,18 +80,26 @@ static double integrate_interval(const np_phase_table *table, unsigned i) {
   return NP_PI * width * ((double)table->value[i] + (double)table->value[i + 1]);
 }
 
-static neph_result normalize(const char *path, np_phase_table *table) {
+static double accumulate(np_phase_table *table) {
   for (unsigned i = 0; i + 1 < table->count; i++)
     table->cumulative[i + 1] = table->cumulative[i] + integrate_interval(table, i);
   assert(table->versine[0] == 0.0f && table->versine[table->count - 1] == 2.0f);
-  const double integral = table->cumulative[table->count - 1];
-  if (!(fabs(integral - 1.0) <= integral_error_max))
-    return np_fail(table->context, NEPH_ERROR_BAD_FILE,
-                   "%s: the phase function integrates to %.6g over the sphere, must be 1 within 1 %%", path, integral);
+  return table->cumulative[table->count - 1];
+}
+
+static void normalize(double integral, np_phase_table *table) {
   for (unsigned i = 0; i < table->count; i++) {
     table->value[i] = (float)((double)table->value[i] / integral);
     table->cumulative[i] /= integral;
   }
+}
+
+static neph_result normalize_file(const char *path, np_phase_table *table) {
+  const double integral = accumulate(table);
+  if (!(fabs(integral - 1.0) <= integral_error_max))
+    return np_fail(table->context, NEPH_ERROR_BAD_FILE,
+                   "%s: the phase function integrates to %.6g over the sphere, must be 1 within 1 %%", path, integral);
+  normalize(integral, table);
   return NEPH_OK;
 }
 
@@ -100,7 +109,7 @@ neph_result np_phase_table_load(neph_context *context, const char *path, np_phas
   neph_result result = np_csv_load(context, path, &csv);
   if (result) return result;
   result = read_table(&csv, out_table);
-  if (!result) result = normalize(path, out_table);
+  if (!result) result = normalize_file(path, out_table);
   np_csv_clear(&csv);
   if (result) np_phase_table_clear(out_table);
   return result;
@@ -111,6 +120,20 @@ void np_phase_table_clear(np_phase_table *table) {
   np_alloc_free(table->context, table->value);
   np_alloc_free(table->context, table->cumulative);
   *table = (np_phase_table){.context = table->context};
+}
+
+neph_result np_phase_table_make(neph_context *context, unsigned count, const float *versine, const float *value,
+                                np_phase_table *out_table) {
+  *out_table = (np_phase_table){.context = context};
+  const neph_result result = allocate(context, count, out_table);
+  if (result) {
+    np_phase_table_clear(out_table);
+    return result;
+  }
+  memcpy(out_table->versine, versine, count * sizeof *versine);
+  memcpy(out_table->value, value, count * sizeof *value);
+  normalize(accumulate(out_table), out_table);
+  return NEPH_OK;
 }
 
 /* ---- Use ---- */

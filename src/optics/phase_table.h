@@ -20,13 +20,23 @@ typedef struct np_phase_table {
 neph_result np_phase_table_load(neph_context *context, const char *path, np_phase_table *out_table);
 void np_phase_table_clear(np_phase_table *table);
 
+/* Copies rows, which have the order of a table, and normalises them. */
+neph_result np_phase_table_make(neph_context *context, unsigned count, const float *versine, const float *value,
+                                np_phase_table *out_table);
+
 /* Versine below which a share u of the light is scattered, by inversion of the cumulative distribution. */
 double np_phase_table_sample(const np_phase_table *table, double u);
 
 /* Legendre moments χ_0 … χ_{count−1}. */
 void np_phase_table_get_moments(const np_phase_table *table, unsigned count, double *out_moments);
 
-static inline float np_phase_table_eval(const np_phase_table *table, float versine) {
+/* Place between two rows. */
+typedef struct np_phase_place {
+  unsigned low;
+  float share; /* share of the next row */
+} np_phase_place;
+
+static inline np_phase_place np_phase_table_search(const np_phase_table *table, float versine) {
   unsigned low = 0, high = table->count - 1;
   while (high - low > 1) {
     const unsigned middle = (low + high) / 2;
@@ -36,7 +46,16 @@ static inline float np_phase_table_eval(const np_phase_table *table, float versi
       high = middle;
   }
   const float t = (versine - table->versine[low]) / (table->versine[high] - table->versine[low]);
-  return table->value[low] + (t < 1.0f ? t : 1.0f) * (table->value[high] - table->value[low]);
+  return (np_phase_place){low, t < 1.0f ? t : 1.0f};
+}
+
+static inline float np_phase_table_get(const np_phase_table *table, np_phase_place place) {
+  const float *value = table->value + place.low;
+  return value[0] + place.share * (value[1] - value[0]);
+}
+
+static inline float np_phase_table_eval(const np_phase_table *table, float versine) {
+  return np_phase_table_get(table, np_phase_table_search(table, versine));
 }
 
 #endif

@@ -5,6 +5,7 @@
 
 #include "core/alloc.h"
 #include "core/parallel.h"
+#include "optics/phase_bands.h"
 #include "plan/plan_detail.h"
 #include "plan/trial.h"
 #include "scene/cloud_places.h"
@@ -193,6 +194,11 @@ static neph_result place(const np_plan *plan, const neph_scene *scene, outline *
   return result;
 }
 
+/* Whether its phase function is known only when the cloud is built. */
+static bool has_table(const np_scene_cloud *cloud) {
+  return cloud->phase_source.kind == NEPH_PHASE_TABLE || np_phase_kind_has_bands(cloud->phase_source.kind);
+}
+
 neph_result np_plan_forecast_cells(const np_plan *plan, const neph_scene *scene, np_cells_forecast *out) {
   *out = (np_cells_forecast){.is_known = false};
   if (scene->cloud_count == 0 || scene->cloud_count > NP_INSTANCES_MAX) return NEPH_OK;
@@ -201,7 +207,7 @@ neph_result np_plan_forecast_cells(const np_plan *plan, const neph_scene *scene,
     const np_scene_cloud *cloud = &scene->clouds[i];
     const bool has_box = np_inputs_get_file(&plan->inputs, i)->is_known;
     const bool is_outlined = cloud->is_baked || (has_box && (cloud->place_count == 0 || plan->inputs.trial));
-    if (!is_outlined || cloud->phase_source.kind == NEPH_PHASE_TABLE) return NEPH_OK;
+    if (!is_outlined || has_table(cloud)) return NEPH_OK;
   }
   outline *o = np_alloc(scene->context, 1, sizeof *o);
   if (!o) return NEPH_ERROR_OUT_OF_MEMORY;

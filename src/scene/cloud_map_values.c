@@ -7,6 +7,7 @@
 #include <math.h>
 
 #include "core/units.h"
+#include "optics/phase_bands.h"
 #include "optics/slab_reflectance.h"
 
 /* Tolerated noise of a reflectance around 0; a larger value than 2 is a percentage, or a count. */
@@ -56,12 +57,17 @@ static neph_result get_sun(const np_map_conversion *c, const np_map_raster *rast
 }
 
 static neph_result make_table(const np_map_conversion *c, const double sun_rad[2], np_slab_table *out_table) {
+  static const double reference_nm[NP_BAND_COUNT] = {680.0, 550.0, 440.0};
+  const bool has_bands = np_phase_kind_has_bands(c->phase_source.kind);
   np_phase_table tabulated;
+  np_phase_bands bands;
   np_phase phase = np_phase_make(&c->phase_source);
   neph_result result = NEPH_OK;
   if (c->phase_table) result = np_phase_table_load(c->context, c->phase_table, &tabulated);
+  if (has_bands) result = np_phase_bands_build(c->context, NULL, &c->phase_source, reference_nm, &bands);
   if (result) return result;
   if (c->phase_table) phase = np_phase_tabulated(&tabulated);
+  if (has_bands) phase = np_phase_of_bands(&bands);
   const double azimuth_rad = isnan(sun_rad[1]) ? 0.0 : c->map->view_rad[1] - sun_rad[1];
   const np_slab_view view = {.phase = &phase,
                              .albedo = c->albedo,
@@ -71,6 +77,7 @@ static neph_result make_table(const np_map_conversion *c, const double sun_rad[2
                              .azimuth_rad = azimuth_rad};
   result = np_slab_table_make(c->context, &view, out_table);
   if (c->phase_table) np_phase_table_clear(&tabulated);
+  if (has_bands) np_phase_bands_clear(&bands);
   return result;
 }
 

@@ -185,6 +185,8 @@ static void put_density(section_writer *w, const neph_placement_desc *p) {
 }
 
 static void put_phase(section_writer *w, const neph_placement_desc *p) {
+  static const char *const habits[] = {
+      [NEPH_ICE_MIXED] = "mixed", [NEPH_ICE_COLUMN] = "column", [NEPH_ICE_PLATE] = "plate"};
   switch (p->phase) {
   case NEPH_PHASE_DROPLETS:
     put_real(w, "phase.droplets.diameter", p->droplet_diameter_m);
@@ -204,6 +206,16 @@ static void put_phase(section_writer *w, const neph_placement_desc *p) {
     return;
   case NEPH_PHASE_TABLE:
     put_text(w, "phase.table", p->phase_table);
+    return;
+  case NEPH_PHASE_MIE:
+    put_real(w, "phase.mie.effective_radius", p->effective_radius_m);
+    put_real(w, "phase.mie.effective_variance", p->effective_variance);
+    return;
+  case NEPH_PHASE_RAIN:
+    put_real(w, "phase.rain.mode_diameter", p->rain_mode_diameter_m);
+    return;
+  case NEPH_PHASE_ICE:
+    put_word(w, "phase.ice.habit", habits[p->ice_habit]);
     return;
   case NEPH_PHASE_RAYLEIGH:
   case NEPH_PHASE_ISOTROPIC:
@@ -239,8 +251,10 @@ static neph_result read_placement(neph_context *context, const neph_placement_de
   if ((unsigned)out->density_unit > NEPH_DENSITY_LIQUID_WATER)
     return np_fail(context, bad, "neph_placement_desc.density_unit is %d, must be a neph_density_unit",
                    (int)out->density_unit);
-  if ((unsigned)out->phase > NEPH_PHASE_TABLE)
+  if ((unsigned)out->phase > NEPH_PHASE_ICE)
     return np_fail(context, bad, "neph_placement_desc.phase is %d, must be a neph_phase", (int)out->phase);
+  if ((unsigned)out->ice_habit > NEPH_ICE_PLATE)
+    return np_fail(context, bad, "neph_placement_desc.ice_habit is %d, must be a neph_ice_habit", (int)out->ice_habit);
   if (out->phase == NEPH_PHASE_TABLE && !out->phase_table)
     return np_fail(context, bad, "neph_placement_desc.phase_table is NULL, must name a CSV file");
   return NEPH_OK;

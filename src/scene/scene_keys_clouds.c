@@ -20,6 +20,8 @@ static const np_choice interpolations[] = {
     {"linear", NEPH_INTERPOLATION_LINEAR}, {"nearest", NEPH_INTERPOLATION_NEAREST}, {NULL, 0}};
 static const np_choice details[] = {{"auto", NP_DETAIL_AUTO}, {NULL, 0}};
 static const np_choice repeats[] = {{"none", NP_REPEAT_NONE}, {"file", NP_REPEAT_FILE}, {NULL, 0}};
+static const np_choice habits[] = {
+    {"mixed", NEPH_ICE_MIXED}, {"column", NEPH_ICE_COLUMN}, {"plate", NEPH_ICE_PLATE}, {NULL, 0}};
 static const np_choice phases[] = {{"rayleigh", NEPH_PHASE_RAYLEIGH}, {"isotropic", NEPH_PHASE_ISOTROPIC}, {NULL, 0}};
 static const np_choice cells[] = {
     {"none", NEPH_CLOUD_CELLS_NONE}, {"open", NEPH_CLOUD_CELLS_OPEN}, {"closed", NEPH_CLOUD_CELLS_CLOSED}, {NULL, 0}};
@@ -212,6 +214,27 @@ static const np_key keys[] = {
     {.path = "clouds[].phase.table", .type = NP_KEY_FILE, .is_input = true, .field = CLOUD(phase_table),
      .tag = CLOUD(phase_source.kind), .tag_value = NEPH_PHASE_TABLE, .group = GROUP_PHASE, .alternative = 5,
      .meaning = "CSV with angle_deg or cosine, and value in 1/sr"},
+    {.path = "clouds[].phase.mie", .type = NP_KEY_SECTION, .tag = CLOUD(phase_source.kind),
+     .tag_value = NEPH_PHASE_MIE, .group = GROUP_PHASE, .alternative = 6,
+     .meaning = "Mie theory for droplets of water, in each band: corona, fogbow and glory"},
+    {.path = "clouds[].phase.mie.effective_radius", .type = NP_KEY_REAL, .unit = NP_UNIT_MICROMETRE,
+     .field = CLOUD(phase_source.effective_radius_m), .range = WITHIN(0.1, 50), .fallback = "10 um",
+     .meaning = "effective radius of the droplets"},
+    {.path = "clouds[].phase.mie.effective_variance", .type = NP_KEY_REAL,
+     .field = CLOUD(phase_source.effective_variance), .range = WITHIN(0, 0.4), .fallback = "0.1",
+     .meaning = "effective variance of their gamma distribution; 0: all have one size"},
+    {.path = "clouds[].phase.rain", .type = NP_KEY_SECTION, .tag = CLOUD(phase_source.kind),
+     .tag_value = NEPH_PHASE_RAIN, .group = GROUP_PHASE, .alternative = 7,
+     .meaning = "raindrops, in each band: both rainbows"},
+    {.path = "clouds[].phase.rain.mode_diameter", .type = NP_KEY_REAL, .unit = NP_UNIT_MICROMETRE,
+     .field = CLOUD(phase_source.mode_diameter_m), .range = WITHIN(100, 2000), .fallback = "500 um",
+     .meaning = "most frequent diameter of the drops"},
+    {.path = "clouds[].phase.ice", .type = NP_KEY_SECTION, .tag = CLOUD(phase_source.kind),
+     .tag_value = NEPH_PHASE_ICE, .group = GROUP_PHASE, .alternative = 8,
+     .meaning = "hexagonal prisms of ice in all orientations, in each band: halos of 22 and 46 degrees"},
+    {.path = "clouds[].phase.ice.habit", .type = NP_KEY_CHOICE, .choices = habits, .field = CLOUD(phase_source.habit),
+     .fallback = "mixed", .meaning = "column, twice as long as wide; plate, a fifth as long as wide; or mixed, half "
+     "of the scattering by each"},
     {.path = "clouds[].emission", .type = NP_KEY_SECTION, .tag = CLOUD(emission.is_enabled), .tag_value = true,
      .meaning = "black-body emission of fire in the file"},
     {.path = "clouds[].emission.temperature", .type = NP_KEY_TEXT, .field = CLOUD(emission.temperature),

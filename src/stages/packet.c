@@ -1,6 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "stages/packet.h"
 
+#include <assert.h>
+#include <string.h>
+
 #include "volume/brick_detail.h"
 
 const np_bricks *np_cloud_parts_get_bricks(const np_cloud_parts *parts, unsigned k) {
@@ -15,6 +18,15 @@ np_affine np_cloud_parts_get_world_to_index(const np_cloud_parts *parts, unsigne
   return np_affine_compose(&between, world_to_cloud);
 }
 
+/* The phase function in a packet's bands. */
+static np_phase get_phase(const np_cloud_parts *parts, const np_band_set *bands) {
+  for (unsigned i = 0; i < parts->phase_bands_count; i++)
+    if (memcmp(parts->phase_bands[i].wavelength_nm, bands->nm, sizeof bands->nm) == 0)
+      return np_phase_of_bands(&parts->phase_bands[i]);
+  assert(!parts->phase_bands);
+  return parts->placed.phase;
+}
+
 unsigned np_cloud_parts_place(const np_cloud_parts *parts, const np_scene_cloud *cloud, unsigned number,
                               const np_picture_color *color, const np_band_set *bands,
                               np_instance out[NP_TINT_PARTS_MAX]) {
@@ -24,6 +36,7 @@ unsigned np_cloud_parts_place(const np_cloud_parts *parts, const np_scene_cloud 
     double albedo[NP_BAND_COUNT];
     for (int b = 0; b < NP_BAND_COUNT; b++) albedo[b] = cloud->albedo[b] * (tint ? tint->parts[k].color[b] : 1.0);
     out[k] = parts->placed;
+    out[k].phase = get_phase(parts, bands);
     out[k].number = number;
     out[k].part = k;
     if (parts->volume) out[k].bricks = np_cloud_parts_get_bricks(parts, k);

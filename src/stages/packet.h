@@ -83,10 +83,12 @@ typedef struct np_cloud_parts {
   np_instance placed;  /* the cloud at its first place, with the packet's albedo */
   np_instance *copies; /* copies of the parts at each place; NULL: one place */
   unsigned copy_count;
-  np_dvec3 low, high;                                    /* world box of all that it holds */
-  np_georeference georeference;                          /* placement of its file */
-  np_cloud_emission emission;                            /* emission of the cloud; empty for most clouds */
-  np_phase_table phase_table;                            /* empty where its phase function is none */
+  np_dvec3 low, high;           /* world box of all that it holds */
+  np_georeference georeference; /* placement of its file */
+  np_cloud_emission emission;   /* emission of the cloud; empty for most clouds */
+  np_phase_table phase_table;   /* empty where its phase function is none */
+  np_phase_bands *phase_bands;  /* one for each packet; NULL where it has no colour */
+  unsigned phase_bands_count;
   struct np_detailed_bricks *details[NP_TINT_PARTS_MAX]; /* bricks of each of its colours; NULL: it has no detail */
 } np_cloud_parts;
 
@@ -155,6 +157,12 @@ typedef struct np_assembly {
   np_packet *packets;
   np_picture_color color;
 } np_assembly;
+
+/* Bands of a packet of a plan, those of probes behind the picture's. */
+np_band_set np_packet_choose_bands(const np_plan *plan, unsigned packet);
+
+/* Number of packets of a plan, with the packet of probes. */
+unsigned np_packet_count(const np_plan *plan);
 
 /* A scene's three values in a packet's bands. */
 static inline np_spectrum np_bands_convert(const np_band_set *bands, np_band_rule rule,

@@ -22,45 +22,47 @@ static void set_weights(const np_wavelengths *wavelengths, np_color_space space,
   }
 }
 
-static void choose_reference_bands(np_packet *packet) {
-  packet->bands = np_band_set_reference();
+static void set_reference_weights(np_packet *packet) {
   for (int c = 0; c < 3; c++) packet->color_weight[c][c] = 1.0f;
 }
 
-/* Bands of the picture, and of probes. */
-static void choose_fitted_bands(np_packet *packets, unsigned count) {
-  np_wavelengths cells;
-  np_color_fit_choose_cells(&cells);
-  for (unsigned p = 0; p < count; p++)
-    packets[p].bands = np_band_set_choose_cells(&cells, np_color_fit_cells + (size_t)p * NP_BAND_COUNT);
-}
-
-static void choose_many_bands(const np_plan *plan, np_packet *packets) {
+static void set_many_weights(const np_plan *plan, np_packet *packets) {
   np_wavelengths wavelengths;
   np_wavelengths_choose(plan->decisions.wavelength_count, &wavelengths);
-  for (unsigned i = 0; i < plan->decisions.packet_count; i++) {
-    packets[i].bands = np_band_set_choose(&wavelengths, i);
+  for (unsigned i = 0; i < plan->decisions.packet_count; i++)
     set_weights(&wavelengths, plan->decisions.color_space, i, &packets[i]);
+}
+
+unsigned np_packet_count(const np_plan *plan) {
+  return plan->decisions.packet_count + (np_plan_needs(plan, NP_STAGE_COLOR_FIT) ? 1 : 0);
+}
+
+np_band_set np_packet_choose_bands(const np_plan *plan, unsigned packet) {
+  np_wavelengths wavelengths;
+  if (plan->decisions.color_space == NP_COLOR_BANDS) return np_band_set_reference();
+  if (plan->decisions.packet_count == 1) {
+    np_color_fit_choose_cells(&wavelengths);
+    return np_band_set_choose_cells(&wavelengths, np_color_fit_cells + (size_t)packet * NP_BAND_COUNT);
   }
+  np_wavelengths_choose(plan->decisions.wavelength_count, &wavelengths);
+  return np_band_set_choose(&wavelengths, packet);
 }
 
 /* The first stage: a picture has no results before. */
 neph_result np_stage_build_packets(const np_stage_task *task) {
   np_assembly *out = task->picture;
   const np_plan *plan = task->in.part.plan;
-  const unsigned probes = np_plan_needs(plan, NP_STAGE_COLOR_FIT) ? 1 : 0,
-                 count = plan->decisions.packet_count + probes;
+  const unsigned count = np_packet_count(plan);
   out->packets = np_alloc(out->context, count, sizeof *out->packets);
   if (!out->packets) return NEPH_ERROR_OUT_OF_MEMORY;
   out->packet_count = plan->decisions.packet_count;
-  out->probe_packet_count = probes;
+  out->probe_packet_count = count - out->packet_count;
   out->is_of_bands = plan->decisions.color_space == NP_COLOR_BANDS;
+  for (unsigned i = 0; i < count; i++) out->packets[i].bands = np_packet_choose_bands(plan, i);
   if (out->is_of_bands)
-    choose_reference_bands(out->packets);
-  else if (plan->decisions.packet_count == 1)
-    choose_fitted_bands(out->packets, count);
-  else
-    choose_many_bands(plan, out->packets);
+    set_reference_weights(out->packets);
+  else if (plan->decisions.packet_count > 1)
+    set_many_weights(plan, out->packets);
   return NEPH_OK;
 }
 

@@ -7,6 +7,7 @@
 #include "core/alloc.h"
 #include "core/hash.h"
 #include "core/text.h"
+#include "optics/phase_bands.h"
 #include "plan/cloud_source.h"
 #include "plan/placement.h"
 #include "plan/plan.h"
@@ -259,7 +260,25 @@ static void include_box(np_dvec3 *low, np_dvec3 *high, np_dvec3 box_low, np_dvec
   *high = np_dvec3_max(*high, box_high);
 }
 
+/* Tables for the bands of each packet. */
+static neph_result build_phase_bands(const cloud_build *c) {
+  const unsigned count = np_packet_count(c->in->plan);
+  np_cloud_parts *parts = c->parts;
+  np_monitor_set_stage(c->in->monitor, "computing phase functions");
+  parts->phase_bands = np_alloc(c->in->context, count, sizeof *parts->phase_bands);
+  neph_result result = parts->phase_bands ? NEPH_OK : NEPH_ERROR_OUT_OF_MEMORY;
+  for (unsigned i = 0; i < count && !result; i++) {
+    const np_band_set bands = np_packet_choose_bands(c->in->plan, i);
+    result =
+        np_phase_bands_build(c->in->context, c->in->monitor, &c->cloud->phase_source, bands.nm, &parts->phase_bands[i]);
+    parts->phase_bands_count += !result;
+  }
+  if (!result) parts->placed.phase = np_phase_of_bands(&parts->phase_bands[0]);
+  return result;
+}
+
 static neph_result load_phase(const cloud_build *c) {
+  if (np_phase_kind_has_bands(c->cloud->phase_source.kind)) return build_phase_bands(c);
   if (c->cloud->phase_source.kind != NEPH_PHASE_TABLE) return NEPH_OK;
   np_phase_table *table = &c->parts->phase_table;
   neph_result result = np_phase_table_load(c->in->context, c->cloud->phase_table, table);
@@ -428,6 +447,8 @@ void np_stage_clear_cloud(const np_stage_task *task) {
   np_copies_clear(task->in.part.context, parts);
   for (int k = 0; k < NP_TINT_PARTS_MAX; k++) np_detailed_bricks_destroy(parts->details[k]);
   np_phase_table_clear(&parts->phase_table);
+  for (unsigned i = 0; i < parts->phase_bands_count; i++) np_phase_bands_clear(&parts->phase_bands[i]);
+  np_alloc_free(task->in.part.context, parts->phase_bands);
   np_cloud_emission_clear(&parts->emission);
 }
 

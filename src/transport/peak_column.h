@@ -3,6 +3,7 @@
 #ifndef NP_TRANSPORT_PEAK_COLUMN_H
 #define NP_TRANSPORT_PEAK_COLUMN_H
 
+#include "core/spectrum.h"
 #include "core/stable.h"
 
 enum { NP_PEAK_ANGLES = 256, NP_PEAK_DEPTHS = 96 };
@@ -13,7 +14,8 @@ enum { NP_PEAK_ANGLES = 256, NP_PEAK_DEPTHS = 96 };
 
 /* The direct term at one angle, for any depths. */
 typedef struct np_peak_column {
-  float broad, sharp; /* (1−f)·p′, p − (1−f)·p′ */
+  float broad;       /* (1−f)·p′ */
+  np_spectrum sharp; /* p − (1−f)·p′ of each band */
   float peak[NP_PEAK_DEPTHS];
 } np_peak_column;
 
@@ -31,13 +33,14 @@ static inline np_peak_place np_peak_place_get(float sun_optical_depth) {
   return (np_peak_place){lower, x - (float)lower};
 }
 
-/* Phase value for sunlight of which a depth of peak scattering w·f·τ, that of the place, lets `arriving` through, and
- * that through which it leaves, `leaving`; to be multiplied by what the scaled medium lets through on both legs. */
-static inline float np_peak_column_mix(const np_peak_column *column, np_peak_place place, float arriving,
+/* Phase value in a band for sunlight of which a depth of peak scattering w·f·τ, that of the place, lets `arriving`
+ * through, and that through which it leaves, `leaving`; to be multiplied by what the scaled medium lets through on both
+ * legs. */
+static inline float np_peak_column_mix(const np_peak_column *column, int band, np_peak_place place, float arriving,
                                        float leaving) {
   const float *node = column->peak + place.lower;
   const float peak = node[0] + place.share * (node[1] - node[0]);
-  return np_maxf(column->broad + leaving * (arriving * column->sharp + peak), 0.0f);
+  return np_maxf(column->broad + leaving * (arriving * column->sharp.band[band] + peak), 0.0f);
 }
 
 #endif

@@ -21,7 +21,7 @@
 
 /* Moments below this have no part in any second order; more than 4096 only occur for |g| > 0.998. */
 static const double moment_end = 1e-3;
-enum { MOMENTS_MAX = 4096 };
+enum { MOMENTS_MAX = 4096, BAND_MOMENTS_MAX = 1024 };
 
 static float node_angle(unsigned i) {
   const float u = (float)i / (float)(NP_PEAK_ANGLES - 1);
@@ -62,6 +62,13 @@ static void fill_peak(np_scaled_phase *s, const double *moments, unsigned count)
   }
 }
 
+/* Fades the moments out where they go beyond the last, as diffraction by ice and raindrops does: the sum would ring at
+ * all angles. Light that the peak scatters twice and more is spread by another 0.15°. */
+static void fade_moments(double *moments, unsigned count) {
+  const double end = 0.37 * count;
+  for (unsigned l = 0; l < count; l++) moments[l] *= exp(-(l / end) * (l / end));
+}
+
 float np_scaled_phase_compute_forward(const np_phase *phase, unsigned degree) {
   double moments[NP_DEGREE_MAX + 2];
   np_phase_get_moments(phase, degree + 2, moments);
@@ -82,10 +89,12 @@ neph_result np_scaled_phase_init(neph_context *context, const np_phase *phase, u
   out->least_forward = np_scaled_phase_compute_forward(phase, NP_DEGREE_MIN);
   for (unsigned l = 0; l <= degree; l++) out->moments[l] = (float)moments[l] - out->forward;
   if (out->forward > 0.0f) {
-    unsigned count = MOMENTS_MAX / 16;
+    const unsigned most = phase->bands ? BAND_MOMENTS_MAX : MOMENTS_MAX;
+    unsigned count = most / 16;
     np_phase_get_moments(phase, count, moments);
-    for (; count < MOMENTS_MAX && fabs(moments[count - 1]) > moment_end; np_phase_get_moments(phase, count, moments))
+    for (; count < most && fabs(moments[count - 1]) > moment_end; np_phase_get_moments(phase, count, moments))
       count *= 4;
+    if (phase->bands && fabs(moments[count - 1]) > moment_end) fade_moments(moments, count);
     while (count > degree + 2 && fabs(moments[count - 1]) < moment_end) count--;
     fill_peak(out, moments, count);
   }
@@ -108,7 +117,7 @@ void np_scaled_phase_fill_column(const np_scaled_phase *s, float versine, np_pea
     before = now;
     now = next;
   }
-  out->sharp = np_phase_eval(&s->phase, versine) - out->broad;
+  out->sharp = np_spectrum_subtract(np_phase_eval_bands(&s->phase, versine), np_spectrum_grey(out->broad));
   const float angle = 2.0f * asinf(sqrtf(fminf(0.5f * versine, 1.0f)));
   const float x = sqrtf(angle / NP_PI_F) * (float)(NP_PEAK_ANGLES - 1);
   const unsigned lower = x < (float)(NP_PEAK_ANGLES - 2) ? (unsigned)x : NP_PEAK_ANGLES - 2;

@@ -84,6 +84,13 @@ typedef struct np_world {
 } np_world;
 
 /* Whether each cloud's albedo is the same in all bands. */
+/* Whether phase functions of clouds differ from band to band. */
+static inline bool np_world_has_phase_bands(const np_world *world) {
+  for (unsigned v = 0; v < world->clouds.count; v++)
+    if (world->clouds.at[v].phase.bands) return true;
+  return false;
+}
+
 static inline bool np_world_is_grey(const np_world *world) {
   for (unsigned v = 0; v < world->clouds.count; v++)
     if (!np_spectrum_is_grey(world->clouds.at[v].albedo)) return false;
