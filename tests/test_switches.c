@@ -329,8 +329,8 @@ static void render_word(test_fixture *f, key_pictures *k, unsigned word, int con
   k->count++;
 }
 
-/* Each word is rendered by both integrators, in contexts that take turns; where none of a key's words has made a
- * difference by then, in all contexts. */
+/* Each word is rendered by both integrators, in contexts that take turns; if no picture differs by then, in all
+ * contexts. */
 static void every_word_of_every_key_is_rendered(void **state) {
   test_fixture *f = *state;
   unsigned keys = 0, values = 0, renders = 0;

@@ -11,7 +11,7 @@
  * is left out: half of it is the share of sunlight that would be added. */
 static const float depth_least = 0.01f;
 
-/* Depth of cloud behind which nothing is lit. */
+/* Optical depth of cloud behind which air counts as dark. */
 static const float dark_depth = 16.0f;
 
 /* ---- Layers ---- */
@@ -29,7 +29,8 @@ static np_air_parts trace_layer(const np_transport_grid *g, const np_world *worl
                             shares);
 }
 
-/* Light that comes from around the sun and goes down is what an even upper half would send towards the sun. */
+/* The share of sunlight that aerosols scatter down is that of light from an even upper hemisphere which they scatter
+ * along the direction to the sun, by reciprocity. */
 static np_hemisphere_shares compute_shares(const np_world *world) {
   return np_sky_compute_hemisphere_shares(world->cloud_sky, world->to_sun);
 }
