@@ -9,6 +9,7 @@
 #include "volume/model.h"
 #include "volume/netcdf_classic.h"
 #include "volume/netcdf_module.h"
+#include "volume/netcdf_process.h"
 #include "volume/volume_format.h"
 #include "volume/volume_sizes.h"
 
@@ -24,10 +25,24 @@ static bool has_magic(uint64_t magic) {
   return np_netcdf_classic_has_magic(magic) || !memcmp(&magic, "\211HDF\r\n\032\n", sizeof magic);
 }
 
-static neph_result check_classic(const np_volume_file *file) {
+static bool is_classic(const np_volume_file *file) {
   np_vdb_bytes_seek(file->bytes, 0);
-  const uint64_t magic = (uint64_t)np_vdb_bytes_read_i64(file->bytes);
-  return np_netcdf_classic_has_magic(magic) ? np_netcdf_classic_check(file->bytes) : file->bytes->result;
+  return np_netcdf_classic_has_magic((uint64_t)np_vdb_bytes_read_i64(file->bytes));
+}
+
+/* Opens a file of the classic format, whose header is checked, in this process. */
+static neph_result open_classic(const np_volume_file *file, np_model *model, np_netcdf_error *error) {
+  neph_result result = np_netcdf_classic_check(file->bytes);
+  if (!result) result = np_netcdf_module_get(file->context, &model->module);
+  if (result) return result;
+  return model->module->open(file->path, file->bytes->memory, (size_t)file->bytes->size, &model->file, error);
+}
+
+static neph_result open_hdf5(const np_volume_file *file, np_model *model, np_netcdf_error *error) {
+  model->module = &np_netcdf_process_table;
+  if (file->bytes->result) return file->bytes->result;
+  return np_netcdf_process_open(file->context, file->path, file->bytes->memory, (size_t)file->bytes->size, &model->file,
+                                error);
 }
 
 /* ---- Opening ---- */
@@ -42,16 +57,14 @@ static void close_file(void *pointer) {
 static neph_result open_model(const np_volume_file *file, np_model *model) {
   static const neph_volume_load_desc defaults = NEPH_VOLUME_LOAD_DESC_DEFAULT;
   const neph_volume_load_desc *desc = file->desc ? file->desc : &defaults;
-  np_netcdf_error error;
+  np_netcdf_error error = {.result = NEPH_OK};
   model->path = file->path;
   model->settings = desc->model;
   model->policy = desc->policy;
   model->file_bytes = (uint64_t)file->bytes->size;
-  neph_result result = check_classic(file);
-  if (!result) result = np_netcdf_module_get(file->context, &model->module);
+  neph_result result = is_classic(file) ? open_classic(file, model, &error) : open_hdf5(file, model, &error);
+  if (error.message[0]) return np_fail(file->context, error.result, "%s: %s", file->path, error.message);
   if (result) return result;
-  if (model->module->open(file->path, file->bytes->memory, (size_t)file->bytes->size, &model->file, &error))
-    return np_fail(file->context, error.result, "%s: %s", file->path, error.message);
   result = np_model_choose_fields(model);
   return result ? result : np_model_place_axes(model);
 }
