@@ -53,7 +53,7 @@ static pid_t get_child(void) {
 static np_netcdf_file *open_field(test_fixture *f) {
   np_netcdf_error error;
   np_netcdf_file *file;
-  assert_int_equal(np_netcdf_process_open(f->context, f->path, NULL, 0, &file, &error), NEPH_OK);
+  assert_int_equal(np_netcdf_process_open(f->context, NULL, f->path, NULL, 0, &file, &error), NEPH_OK);
   assert_true(np_netcdf_process_table.count(file) > 3);
   return file;
 }
@@ -76,7 +76,9 @@ static void ended_readers_are_errors(void **state) {
     assert_int_equal(kill(get_child(), ends[i].signal), 0);
     assert_int_equal(np_netcdf_process_table.describe(file, 0, &variable, &error), NEPH_ERROR_BAD_FILE);
     assert_non_null(strstr(error.message, ends[i].message));
+    assert_true(np_netcdf_process_has_ended(file));
     assert_int_equal(np_netcdf_process_table.describe(file, 0, &variable, &error), NEPH_ERROR_BAD_FILE);
+    assert_non_null(strstr(error.message, ends[i].message)); /* the first reason is repeated */
     assert_int_equal(np_netcdf_process_table.read_number(file, 0, "scale_factor", &number), 0);
     np_netcdf_process_table.close(file);
     check_nothing_is_left(files);
@@ -157,7 +159,7 @@ static void memory_and_disk_agree(void **state) {
   unsigned char *bytes = read_bytes(f->path, &count);
   np_netcdf_error error;
   np_netcdf_file *files[2] = {open_field(f), NULL};
-  assert_int_equal(np_netcdf_process_open(f->context, f->path, bytes, count, &files[1], &error), NEPH_OK);
+  assert_int_equal(np_netcdf_process_open(f->context, NULL, f->path, bytes, count, &files[1], &error), NEPH_OK);
   const int variables = np_netcdf_process_table.count(files[0]);
   assert_int_equal(np_netcdf_process_table.count(files[1]), variables);
   for (int v = 0; v < variables; v++) {

@@ -38,11 +38,20 @@ static neph_result open_classic(const np_volume_file *file, np_model *model, np_
   return model->module->open(file->path, file->bytes->memory, (size_t)file->bytes->size, &model->file, error);
 }
 
-static neph_result open_hdf5(const np_volume_file *file, np_model *model, np_netcdf_error *error) {
+/* Describes all variables once: a reader that such a call ends is a fault of the file, and not a missing variable. */
+static neph_result open_hdf5(const np_volume_file *file, const np_monitor *monitor, np_model *model,
+                             np_netcdf_error *error) {
+  np_netcdf_variable ignored;
   model->module = &np_netcdf_process_table;
   if (file->bytes->result) return file->bytes->result;
-  return np_netcdf_process_open(file->context, file->path, file->bytes->memory, (size_t)file->bytes->size, &model->file,
-                                error);
+  const neph_result result = np_netcdf_process_open(file->context, monitor, file->path, file->bytes->memory,
+                                                    (size_t)file->bytes->size, &model->file, error);
+  if (result) return result;
+  for (int i = 0; i < model->module->count(model->file); i++)
+    if (model->module->describe(model->file, i, &ignored, error) && np_netcdf_process_has_ended(model->file))
+      return error->result;
+  error->message[0] = '\0';
+  return NEPH_OK;
 }
 
 /* ---- Opening ---- */
@@ -54,7 +63,7 @@ static void close_file(void *pointer) {
   np_alloc_free(reader->model.context, reader);
 }
 
-static neph_result open_model(const np_volume_file *file, np_model *model) {
+static neph_result open_model(const np_volume_file *file, const np_monitor *monitor, np_model *model) {
   static const neph_volume_load_desc defaults = NEPH_VOLUME_LOAD_DESC_DEFAULT;
   const neph_volume_load_desc *desc = file->desc ? file->desc : &defaults;
   np_netcdf_error error = {.result = NEPH_OK};
@@ -62,7 +71,7 @@ static neph_result open_model(const np_volume_file *file, np_model *model) {
   model->settings = desc->model;
   model->policy = desc->policy;
   model->file_bytes = (uint64_t)file->bytes->size;
-  neph_result result = is_classic(file) ? open_classic(file, model, &error) : open_hdf5(file, model, &error);
+  neph_result result = is_classic(file) ? open_classic(file, model, &error) : open_hdf5(file, monitor, model, &error);
   if (error.message[0]) return np_fail(file->context, error.result, "%s: %s", file->path, error.message);
   if (result) return result;
   result = np_model_choose_fields(model);
@@ -93,7 +102,7 @@ static neph_result open_file(np_volume_file *file, np_monitor *monitor) {
   reader->model.context = file->context;
   reader->monitor = monitor;
   reader->model.is_quiet = !monitor;
-  neph_result result = open_model(file, &reader->model);
+  neph_result result = open_model(file, monitor, &reader->model);
   if (!result) result = np_model_place_levels(&reader->model, monitor);
   if (result) return close_file(reader), result;
   list_grids(reader);

@@ -3,6 +3,7 @@
 #include "volume/netcdf_module.h"
 
 #include "core/module.h"
+#include "volume/netcdf_process.h"
 
 /* Address space of libnetcdf, HDF5, libcurl and the libraries that they load: 60 MB measured. */
 static const np_module_kind netcdf_kind = {.file = NP_NETCDF_MODULE_FILE,
@@ -12,7 +13,9 @@ static const np_module_kind netcdf_kind = {.file = NP_NETCDF_MODULE_FILE,
                                            .library_bytes = 64 << 20,
                                            .library_threads = 0};
 
-bool np_netcdf_module_is_present(neph_context *context) { return np_module_is_present(context, &netcdf_kind); }
+bool np_netcdf_module_is_present(neph_context *context) {
+  return np_module_is_present(context, &netcdf_kind) && np_netcdf_process_is_present(context);
+}
 
 neph_result np_netcdf_module_get(neph_context *context, const np_netcdf_module **out_module) {
   const void *table;

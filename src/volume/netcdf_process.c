@@ -4,12 +4,14 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <limits.h>
+#include <poll.h>
 #include <signal.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "core/alloc.h"
@@ -21,12 +23,16 @@
 
 static const np_module_kind reader_kind = {.file = NP_NETCDF_PROGRAM_FILE, .purpose = "reads NetCDF files of HDF5"};
 
+bool np_netcdf_process_is_present(neph_context *context) { return np_module_has_program(context, &reader_kind); }
+
 /* The process of a file, in the place of the module's np_netcdf_file. The table's functions take constant files. */
 typedef struct netcdf_link {
-  neph_context *context; /* borrowed */
+  neph_context *context;     /* borrowed, as is the monitor */
+  const np_monitor *monitor; /* monitor that can cancel the reading; NULL: none */
   np_child child;
   int requests; /* socket to its input; -1: the process has ended */
   int variable_count;
+  np_netcdf_error end; /* reason of the end, which all later calls repeat */
 } netcdf_link;
 
 static netcdf_link *get_link(const np_netcdf_file *file) { return (netcdf_link *)(uintptr_t)file; }
@@ -39,33 +45,61 @@ static void end(netcdf_link *link) {
   np_child_end(&link->child);
 }
 
-static neph_result fail(np_netcdf_error *error, const char *message) {
-  np_text_copy_short(error->message, sizeof error->message, message);
-  return error->result = NEPH_ERROR_BAD_FILE;
+/* Ends the process with a message, or the message of its first end. */
+static neph_result fail(netcdf_link *link, neph_result result, const char *message, np_netcdf_error *error) {
+  if (link->requests >= 0) {
+    link->end.result = result;
+    np_text_copy_short(link->end.message, sizeof link->end.message, message);
+  }
+  end(link);
+  *error = link->end;
+  return error->result;
+}
+
+/* Whether the process ends by itself within a second: after a crash its output closes a little before it has ended. */
+static bool has_ended(const netcdf_link *link) {
+  enum { WAITS = 100, WAIT_NS = 10000000 };
+  for (int n = 0; n < WAITS; n++) {
+    siginfo_t facts = {.si_pid = 0};
+    if (waitid(P_PID, (id_t)link->child.process, &facts, WEXITED | WNOHANG | WNOWAIT) || facts.si_pid) return true;
+    (void)nanosleep(&(struct timespec){.tv_nsec = WAIT_NS}, NULL);
+  }
+  return false;
 }
 
 /* The reason why a process does not answer. */
 static neph_result fail_by_end(netcdf_link *link, np_netcdf_error *error) {
-  if (link->requests < 0) return fail(error, "is not read on after its first fault");
-  close(link->requests);
-  link->requests = -1;
-  const int status = np_child_wait(&link->child);
-  end(link);
-  if (status == -1 || !WIFSIGNALED(status))
-    return fail(error,
-                "cannot be read: " NP_NETCDF_PROGRAM_FILE " ended before it was done: the file is damaged, or the "
-                "program is of another version");
-  const int by = WTERMSIG(status);
-  if (by == SIGXCPU) {
-    np_print(error->message, sizeof error->message,
+  char message[200];
+  const int status = link->requests >= 0 && has_ended(link) ? np_child_wait(&link->child) : -1;
+  const int by = status != -1 && WIFSIGNALED(status) ? WTERMSIG(status) : 0;
+  if (!by)
+    np_print(message, sizeof message,
+             "cannot be read: " NP_NETCDF_PROGRAM_FILE
+             " ended before it was done: the file is damaged, or the program is of another "
+             "version");
+  else if (by == SIGXCPU)
+    np_print(message, sizeof message,
              "cannot be read: HDF5 took more than %u s and 1 s for each 10 MB: it is damaged, or convert it "
              "(nccopy -k 64-bit-offset)",
              NP_NETCDF_TIME_S);
-  } else {
-    np_print(error->message, sizeof error->message, "cannot be read: HDF5 ended by the signal SIG%s: it is damaged",
+  else
+    np_print(message, sizeof message, "cannot be read: HDF5 ended by the signal SIG%s: it is damaged",
              sigabbrev_np(by) ? sigabbrev_np(by) : "");
+  return fail(link, NEPH_ERROR_BAD_FILE, message, error);
+}
+
+/* Waits for the first byte of an answer. */
+static neph_result wait_for_answer(netcdf_link *link, np_netcdf_error *error) {
+  enum { PAUSE_MS = 50, PAUSES = NP_NETCDF_WAIT_S * 1000 / PAUSE_MS };
+  for (int n = 0; n < PAUSES; n++) {
+    struct pollfd output = {.fd = link->child.output, .events = POLLIN};
+    if (np_monitor_is_cancelled(link->monitor)) return fail(link, NEPH_ERROR_CANCELLED, "cancelled", error);
+    if (poll(&output, 1, PAUSE_MS) > 0) return NEPH_OK;
   }
-  return error->result = NEPH_ERROR_BAD_FILE;
+  char message[120];
+  np_print(message, sizeof message, "cannot be read: HDF5 has not answered for %d s: it is damaged, or convert it",
+           NP_NETCDF_WAIT_S);
+  return fail(link, NEPH_ERROR_BAD_FILE, message, error);
 }
 
 /* ---- Requests ---- */
@@ -87,13 +121,17 @@ static neph_result ask(netcdf_link *link, np_netcdf_request *request, const void
                        int *out_value, np_netcdf_error *error) {
   np_netcdf_reply reply;
   request->version = NP_NETCDF_STREAM_VERSION;
-  bool is_sent = link->requests >= 0 && send_all(link->requests, request, sizeof *request);
+  if (link->requests < 0) return fail(link, NEPH_ERROR_BAD_FILE, "", error);
+  bool is_sent = send_all(link->requests, request, sizeof *request);
   if (is_sent && bytes) is_sent = send_all(link->requests, bytes, request->byte_count);
-  if (!is_sent || np_child_read(&link->child, NULL, &reply, sizeof reply)) return fail_by_end(link, error);
+  if (!is_sent) return fail_by_end(link, error);
+  if (wait_for_answer(link, error)) return error->result;
+  if (np_child_read(&link->child, link->monitor, &reply, sizeof reply)) return fail_by_end(link, error);
   reply.error.message[sizeof reply.error.message - 1] = '\0';
   *error = reply.error;
   if (error->result) return error->result;
-  if (reply.byte_count != capacity || np_child_read(&link->child, NULL, out, capacity)) return fail_by_end(link, error);
+  if (reply.byte_count != capacity || np_child_read(&link->child, link->monitor, out, capacity))
+    return fail_by_end(link, error);
   *out_value = reply.value;
   return NEPH_OK;
 }
@@ -132,14 +170,15 @@ static void close_file(np_netcdf_file *file) {
   np_alloc_free(link->context, link);
 }
 
-neph_result np_netcdf_process_open(neph_context *context, const char *path, const void *memory, size_t byte_count,
-                                   np_netcdf_file **out_file, np_netcdf_error *error) {
+neph_result np_netcdf_process_open(neph_context *context, const np_monitor *monitor, const char *path,
+                                   const void *memory, size_t byte_count, np_netcdf_file **out_file,
+                                   np_netcdf_error *error) {
   np_netcdf_request request = {.question = NP_NETCDF_OPEN, .byte_count = memory ? byte_count : 0};
   netcdf_link *link = np_alloc(context, 1, sizeof *link);
   *out_file = NULL;
   *error = (np_netcdf_error){.result = NEPH_ERROR_OUT_OF_MEMORY, .message = "cannot be opened: out of memory"};
   if (!link) return error->result;
-  *link = (netcdf_link){.context = context, .child.output = -1, .requests = -1};
+  *link = (netcdf_link){.context = context, .monitor = monitor, .child.output = -1, .requests = -1};
   neph_result result = start(context, path, link, error);
   if (!result) result = ask(link, &request, memory, NULL, 0, &link->variable_count, error);
   if (result)
@@ -149,6 +188,8 @@ neph_result np_netcdf_process_open(neph_context *context, const char *path, cons
   return result;
 }
 
+bool np_netcdf_process_has_ended(const np_netcdf_file *file) { return get_link(file)->requests < 0; }
+
 /* ---- The table ---- */
 
 static int count_variables(const np_netcdf_file *file) { return get_link(file)->variable_count; }
@@ -156,7 +197,10 @@ static int count_variables(const np_netcdf_file *file) { return get_link(file)->
 static neph_result describe(const np_netcdf_file *file, int variable, np_netcdf_variable *out, np_netcdf_error *error) {
   memset(out, 0, sizeof *out);
   const np_netcdf_request request = {.question = NP_NETCDF_DESCRIBE, .number = variable};
-  return ask_file(file, request, out, sizeof *out, error);
+  const neph_result result = ask_file(file, request, out, sizeof *out, error);
+  out->name[sizeof out->name - 1] = '\0';
+  if (!result && out->rank > NP_NETCDF_RANK_MAX) out->rank = -1;
+  return result;
 }
 
 static neph_result name_dimension(const np_netcdf_file *file, int dimension, char out_name[NP_NETCDF_NAME_BYTES],

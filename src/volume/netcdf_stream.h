@@ -17,6 +17,9 @@
 #define NP_NETCDF_TIME_S 20u
 #define NP_NETCDF_TIME_BYTES_PER_S 10000000u
 
+/* Seconds that the library waits for the beginning of an answer. */
+#define NP_NETCDF_WAIT_S 300
+
 typedef enum np_netcdf_question {
   NP_NETCDF_OPEN, /* `byte_count` bytes of the file follow, 0: it is read from its path; answered by a count */
   NP_NETCDF_DESCRIBE,
