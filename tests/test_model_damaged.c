@@ -50,10 +50,10 @@ static pid_t get_child(void) {
   return child;
 }
 
-static np_netcdf_file *open_field(test_fixture *f) {
+static np_netcdf_file *open_field(test_fixture *f, const np_monitor *monitor) {
   np_netcdf_error error;
   np_netcdf_file *file;
-  assert_int_equal(np_netcdf_process_open(f->context, NULL, f->path, NULL, 0, &file, &error), NEPH_OK);
+  assert_int_equal(np_netcdf_process_open(f->context, monitor, f->path, NULL, 0, &file, &error), NEPH_OK);
   assert_true(np_netcdf_process_table.count(file) > 3);
   return file;
 }
@@ -71,7 +71,7 @@ static void ended_readers_are_errors(void **state) {
     np_netcdf_variable variable;
     np_netcdf_error error;
     double number;
-    np_netcdf_file *file = open_field(f);
+    np_netcdf_file *file = open_field(f, NULL);
     assert_int_equal(np_netcdf_process_table.describe(file, 0, &variable, &error), NEPH_OK);
     assert_int_equal(kill(get_child(), ends[i].signal), 0);
     assert_int_equal(np_netcdf_process_table.describe(file, 0, &variable, &error), NEPH_ERROR_BAD_FILE);
@@ -83,6 +83,24 @@ static void ended_readers_are_errors(void **state) {
     np_netcdf_process_table.close(file);
     check_nothing_is_left(files);
   }
+}
+
+/* A reader that stands still is ended by a cancel, and not waited for. */
+static void stopped_readers_are_cancelled(void **state) {
+  test_fixture *f = *state;
+  np_netcdf_variable variable;
+  np_netcdf_error error;
+  np_monitor monitor;
+  write_field(f);
+  const unsigned files = count_files();
+  np_monitor_start(&monitor, f->context, NULL, NULL);
+  np_netcdf_file *file = open_field(f, &monitor);
+  assert_int_equal(kill(get_child(), SIGSTOP), 0);
+  atomic_store(&monitor.is_cancelled, true);
+  assert_int_equal(np_netcdf_process_table.describe(file, 0, &variable, &error), NEPH_ERROR_CANCELLED);
+  assert_int_equal(np_netcdf_process_table.describe(file, 0, &variable, &error), NEPH_ERROR_CANCELLED);
+  np_netcdf_process_table.close(file);
+  check_nothing_is_left(files);
 }
 
 /* ---- Damaged files ---- */
@@ -158,7 +176,7 @@ static void memory_and_disk_agree(void **state) {
   write_field(f);
   unsigned char *bytes = read_bytes(f->path, &count);
   np_netcdf_error error;
-  np_netcdf_file *files[2] = {open_field(f), NULL};
+  np_netcdf_file *files[2] = {open_field(f, NULL), NULL};
   assert_int_equal(np_netcdf_process_open(f->context, NULL, f->path, bytes, count, &files[1], &error), NEPH_OK);
   const int variables = np_netcdf_process_table.count(files[0]);
   assert_int_equal(np_netcdf_process_table.count(files[1]), variables);
@@ -185,6 +203,7 @@ static void memory_and_disk_agree(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test_setup_teardown(ended_readers_are_errors, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(stopped_readers_are_cancelled, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(damaged_files_are_read_or_refused, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(memory_and_disk_agree, set_up, test_tear_down),
   };

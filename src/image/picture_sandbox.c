@@ -12,15 +12,9 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
-/* ---- Limits ---- */
+#include "core/mapped_bytes.h"
 
-static uint64_t get_mapped_bytes(void) {
-  unsigned long long pages = 0;
-  FILE *file = fopen("/proc/self/statm", "r");
-  if (!file || fscanf(file, "%llu", &pages) != 1) pages = 0;
-  if (file) fclose(file);
-  return pages * (uint64_t)sysconf(_SC_PAGESIZE);
-}
+/* ---- Limits ---- */
 
 static void lower(int resource, struct rlimit limit, uint64_t wanted) {
   if (wanted < limit.rlim_cur) limit.rlim_cur = wanted; /* RLIM_INFINITY is the largest number */
@@ -128,7 +122,7 @@ static void install_filter(void) { (void)prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
 
 np_picture_sandbox np_picture_sandbox_begin(void) {
   static const struct rlimit nothing = {0, 0};
-  np_picture_sandbox sandbox = {.mapped_bytes = get_mapped_bytes()};
+  np_picture_sandbox sandbox = {.mapped_bytes = np_mapped_bytes_get()};
   (void)getrlimit(RLIMIT_AS, &sandbox.memory);
   (void)getrlimit(RLIMIT_CPU, &sandbox.time);
   (void)setrlimit(RLIMIT_CORE, &nothing);

@@ -7,6 +7,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include "core/mapped_bytes.h"
 #include "mesh/assimp_reader.h"
 
 /* ---- Limits ---- */
@@ -25,19 +26,11 @@ static void set_limit(int resource, inherited_limit *inherited, uint64_t wanted)
   (void)setrlimit((__rlimit_resource_t)resource, &limit);
 }
 
-static uint64_t get_mapped_bytes(void) {
-  unsigned long long pages = 0;
-  FILE *file = fopen("/proc/self/statm", "r");
-  if (!file || fscanf(file, "%llu", &pages) != 1) pages = 0;
-  if (file) fclose(file);
-  return pages * (uint64_t)sysconf(_SC_PAGESIZE);
-}
-
-/* Adds a file's size to the limits. Mappings of the program itself are not counted: a sanitizer's are terabytes. */
+/* Adds a file's size to the limits. */
 static void note_bytes(uint64_t bytes) {
   static uint64_t opened_bytes, mapped_bytes;
   static inherited_limit room, time;
-  if (!mapped_bytes) mapped_bytes = get_mapped_bytes();
+  if (!mapped_bytes) mapped_bytes = np_mapped_bytes_get();
   opened_bytes += bytes;
   set_limit(RLIMIT_AS, &room, mapped_bytes + NP_ASSIMP_ROOM_BYTES + NP_ASSIMP_ROOM_FACTOR * opened_bytes);
   set_limit(RLIMIT_CPU, &time, NP_ASSIMP_TIME_S + opened_bytes / NP_ASSIMP_TIME_BYTES_PER_S);

@@ -8,6 +8,7 @@
 #include "volume/model.h"
 
 static neph_result fail(const np_model *model, const char *name, const np_netcdf_error *error) {
+  if (error->result == NEPH_ERROR_CANCELLED) return error->result;
   if (!name) return np_fail(model->context, error->result, "%s: %s", model->path, error->message);
   return np_fail(model->context, error->result, "%s: variable '%s': %s", model->path, name, error->message);
 }

@@ -72,7 +72,8 @@ static neph_result open_model(const np_volume_file *file, const np_monitor *moni
   model->policy = desc->policy;
   model->file_bytes = (uint64_t)file->bytes->size;
   neph_result result = is_classic(file) ? open_classic(file, model, &error) : open_hdf5(file, monitor, model, &error);
-  if (error.message[0]) return np_fail(file->context, error.result, "%s: %s", file->path, error.message);
+  if (error.message[0] && result != NEPH_ERROR_CANCELLED)
+    return np_fail(file->context, error.result, "%s: %s", file->path, error.message);
   if (result) return result;
   result = np_model_choose_fields(model);
   return result ? result : np_model_place_axes(model);

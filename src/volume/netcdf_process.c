@@ -2,12 +2,10 @@
 #include "volume/netcdf_process.h"
 
 #include <errno.h>
-#include <fcntl.h>
 #include <limits.h>
 #include <poll.h>
 #include <signal.h>
 #include <stdbool.h>
-#include <stdio.h>
 #include <string.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
@@ -67,9 +65,14 @@ static bool has_ended(const netcdf_link *link) {
   return false;
 }
 
+static neph_result fail_by_cancel(netcdf_link *link, np_netcdf_error *error) {
+  return fail(link, NEPH_ERROR_CANCELLED, "cancelled", error);
+}
+
 /* The reason why a process does not answer. */
 static neph_result fail_by_end(netcdf_link *link, np_netcdf_error *error) {
   char message[200];
+  if (np_monitor_is_cancelled(link->monitor)) return fail_by_cancel(link, error);
   const int status = link->requests >= 0 && has_ended(link) ? np_child_wait(&link->child) : -1;
   const int by = status != -1 && WIFSIGNALED(status) ? WTERMSIG(status) : 0;
   if (!by)
@@ -93,7 +96,7 @@ static neph_result wait_for_answer(netcdf_link *link, np_netcdf_error *error) {
   enum { PAUSE_MS = 50, PAUSES = NP_NETCDF_WAIT_S * 1000 / PAUSE_MS };
   for (int n = 0; n < PAUSES; n++) {
     struct pollfd output = {.fd = link->child.output, .events = POLLIN};
-    if (np_monitor_is_cancelled(link->monitor)) return fail(link, NEPH_ERROR_CANCELLED, "cancelled", error);
+    if (np_monitor_is_cancelled(link->monitor)) return fail_by_cancel(link, error);
     if (poll(&output, 1, PAUSE_MS) > 0) return NEPH_OK;
   }
   char message[120];

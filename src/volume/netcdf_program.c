@@ -8,6 +8,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "core/mapped_bytes.h"
 #include "core/text_copy.h"
 #include "volume/netcdf_stream.h"
 
@@ -25,15 +26,6 @@ static void set_limit(int resource, uint64_t wanted) {
   if (getrlimit((__rlimit_resource_t)resource, &limit)) return;
   limit.rlim_cur = wanted < limit.rlim_max ? wanted : limit.rlim_max;
   (void)setrlimit((__rlimit_resource_t)resource, &limit);
-}
-
-/* Mappings of the program itself are not counted: a sanitizer's are terabytes. */
-static uint64_t get_mapped_bytes(void) {
-  unsigned long long pages = 0;
-  FILE *file = fopen("/proc/self/statm", "r");
-  if (!file || fscanf(file, "%llu", &pages) != 1) pages = 0;
-  if (file) fclose(file);
-  return pages * (uint64_t)sysconf(_SC_PAGESIZE);
 }
 
 static uint64_t get_used_s(void) {
@@ -146,7 +138,7 @@ int main(int count, char **words) {
     (void)fprintf(stderr, NP_NETCDF_PROGRAM_FILE ": reads NetCDF for libnephos, and is not run by hand\n");
     return EXIT_FAILURE;
   }
-  reader r = {.path = words[1], .table = nephos_netcdf_module(), .mapped_bytes = get_mapped_bytes()};
+  reader r = {.path = words[1], .table = nephos_netcdf_module(), .mapped_bytes = np_mapped_bytes_get()};
   set_limit(RLIMIT_CORE, 0);
   while (get(&request, sizeof request)) {
     const int is_first = request.question == NP_NETCDF_OPEN;
