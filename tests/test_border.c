@@ -1,8 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Light that comes to clouds from outside: among hills, over bright ground, in a white furnace. */
+/* Light that comes to clouds from outside: among hills, over bright ground, in a white furnace; and light that leaves
+ * them, by Lambert's law. */
 #include <nephos/nephos.h>
 
+#include "core/alloc.h"
 #include "test_support.h"
+#include "transport/border.h"
 
 /* Mean of green over the pixels that are nearly all cloud, its least and its most; of a picture without clouds over
  * all. */
@@ -98,6 +101,57 @@ static void ground_close_below_is_lit_column_by_column(void **state) {
   assert_near_relative(march, path, 0.035);
 }
 
+/* ---- Light that leaves the box ---- */
+
+enum { PLACES = 5, LIT_U = 3, LIT_V = 20, BELOW = 2 };
+
+/* Squares around the lit one: beneath it, beside it along either axis, far off, and past the plan. */
+static const int places[PLACES][2] = {{LIT_U, LIT_V}, {LIT_U + 2, LIT_V}, {LIT_U, LIT_V - 3}, {17, 5}, {-6, 30}};
+
+/* One node responds to these squares, with a gain of 1. */
+static void prepare_border(neph_context *context, np_border *border, np_border_response *responses) {
+  const unsigned margin = (NP_BORDER_WIDE - NP_BORDER_PLAN) / 2;
+  border->square_m[0] = 100.0;
+  border->square_m[1] = 130.0;
+  border->depth_m = 800.0;
+  for (unsigned i = 0; i < PLACES; i++)
+    responses[i] =
+        (np_border_response){i,
+                             (BELOW * NP_BORDER_WIDE + (unsigned)(places[i][1] + (int)margin)) * NP_BORDER_WIDE +
+                                 (unsigned)(places[i][0] + (int)margin),
+                             np_spectrum_grey(1.0f)};
+  border->responses[0].at = responses;
+  border->responses[0].count = PLACES;
+  border->faces[0].block_count = border->clear[0].block_count = 1;
+  border->faces[0].radiance = np_alloc(context, np_border_count_radiances(1), sizeof(float));
+  border->clear[0].radiance = np_alloc(context, np_border_count_radiances(1), sizeof(float));
+  assert_non_null(border->faces[0].radiance);
+  assert_non_null(border->clear[0].radiance);
+}
+
+/* One square shines on those at half the depth: h⁴/(h² + d²)² of the light beneath it arrives at a distance d, and
+ * there an even radiance of 1/π sends h²/(π·h⁴) of its area. The kernel's sum over 80 squares is the plane's to 2 %. */
+static void a_square_lights_the_ground_by_its_distance(void **state) {
+  test_fixture *f = *state;
+  np_border *border = np_alloc(f->context, 1, sizeof *border);
+  np_border_response responses[PLACES];
+  np_outflow outflow = {0};
+  assert_non_null(border);
+  prepare_border(f->context, border, responses);
+  outflow.way[NP_BORDER_DOWN][LIT_V][LIT_U] = 7.0f;
+  np_border_set_outflow(border, 0, &outflow);
+  const float *found = border->faces[0].radiance;
+  const double h2 = 400.0 * 400.0;
+  assert_near_relative((double)found[0], 7.0 * 100.0 * 130.0 / (NP_PI * h2), 0.02);
+  for (int i = 1; i < PLACES; i++) {
+    const double x = 100.0 * (places[i][0] - LIT_U), y = 130.0 * (places[i][1] - LIT_V), d2 = h2 + x * x + y * y;
+    assert_near_relative((double)found[i], (double)found[0] * h2 * h2 / (d2 * d2), 1e-5);
+  }
+  np_alloc_free(f->context, border->faces[0].radiance);
+  np_alloc_free(f->context, border->clear[0].radiance);
+  np_alloc_free(f->context, border);
+}
+
 static int set_up(void **state) { return test_set_up(state, 2, NULL); }
 
 #define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, test_tear_down)
@@ -108,6 +162,7 @@ int main(void) {
       TEST(white_hills_and_fog_are_a_furnace),
       TEST(ground_sends_back_what_a_deck_lets_through),
       TEST(ground_close_below_is_lit_column_by_column),
+      TEST(a_square_lights_the_ground_by_its_distance),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

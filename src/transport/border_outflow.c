@@ -62,25 +62,37 @@ static double compute_kernel_share(const np_border *b, double depth_m, const flo
   return sum / (isfinite(edge) ? edge * edge / (edge * edge + depth_m * depth_m) : 1.0);
 }
 
+/* Adds what the plan's squares send to a row of squares. Sums of a row grow side by side, each in the plan's order. */
+static void spread_to_row(const float *plan, const float *kernel, int row, float *out) {
+  float sums[NP_BORDER_WIDE] = {0};
+  for (int n = 0; n < PLAN_SQUARES; n++) {
+    const int i = NP_BORDER_WIDE - MARGIN - n % NP_BORDER_PLAN, j = row - MARGIN - n / NP_BORDER_PLAN + NP_BORDER_WIDE;
+    const float *gains = kernel + j * SPAN + i;
+    for (int x = 0; x < NP_BORDER_WIDE; x++) sums[x] += plan[n] * gains[x];
+  }
+  memcpy(out, sums, sizeof sums);
+}
+
+/* The plan's excess just beneath it, where its edge is sharp. */
+static void copy_plan(const float *plan, float *out) {
+  memset(out, 0, WIDE_SQUARES * sizeof *out);
+  for (int v = 0; v < NP_BORDER_PLAN; v++)
+    memcpy(out + (v + MARGIN) * NP_BORDER_WIDE + MARGIN, plan + v * NP_BORDER_PLAN, NP_BORDER_PLAN * sizeof *out);
+}
+
 /* Spreads the plan's excess over the squares at a depth, from where it has no edge. */
 static void spread_excess(const np_border *b, const float *plan, double depth_m, float *out) {
-  const double least = 0.5 * fmin(b->square_m[0], b->square_m[1]);
-  float kernel[SPAN * SPAN];
+  float kernel[SPAN * SPAN], scaled[PLAN_SQUARES];
+  if (depth_m < 0.5 * fmin(b->square_m[0], b->square_m[1])) {
+    copy_plan(plan, out);
+    return;
+  }
   for (int j = -NP_BORDER_WIDE; j <= NP_BORDER_WIDE; j++)
     for (int i = -NP_BORDER_WIDE; i <= NP_BORDER_WIDE; i++)
-      kernel[(j + NP_BORDER_WIDE) * SPAN + i + NP_BORDER_WIDE] = (float)compute_kernel(b, fmax(depth_m, least), i, j);
-  const float scale = (float)(1.0 / compute_kernel_share(b, fmax(depth_m, least), kernel));
-  for (int square = 0; square < WIDE_SQUARES; square++) {
-    const int x = square % NP_BORDER_WIDE - MARGIN, y = square / NP_BORDER_WIDE - MARGIN;
-    const bool is_within = x >= 0 && y >= 0 && x < NP_BORDER_PLAN && y < NP_BORDER_PLAN;
-    float total = 0.0f;
-    for (int n = 0; n < PLAN_SQUARES && depth_m >= least; n++) {
-      const int i = x - n % NP_BORDER_PLAN + NP_BORDER_WIDE, j = y - n / NP_BORDER_PLAN + NP_BORDER_WIDE;
-      total += scale * plan[n] * kernel[j * SPAN + i];
-    }
-    if (depth_m < least && is_within) total = plan[y * NP_BORDER_PLAN + x];
-    out[square] = total;
-  }
+      kernel[(j + NP_BORDER_WIDE) * SPAN + i + NP_BORDER_WIDE] = (float)compute_kernel(b, depth_m, i, j);
+  const float scale = (float)(1.0 / compute_kernel_share(b, depth_m, kernel));
+  for (int n = 0; n < PLAN_SQUARES; n++) scaled[n] = scale * plan[n];
+  for (int row = 0; row < NP_BORDER_WIDE; row++) spread_to_row(scaled, kernel, row, out + row * NP_BORDER_WIDE);
 }
 
 double np_border_get_level(const np_border *border, np_border_way way, int level) {
