@@ -352,7 +352,9 @@ static void lose_node(const loss_job *job, size_t node) {
   double begin = 0.0;
   for (int c = 0; c < PLANES; c++) {
     const double end = fmin(compute_plane(v->reach_m, c), ground);
-    const np_even_inscatter up_to = np_sky_compute_even_inscatter(job->world->camera_sky, direction, end, &shares);
+    const bool is_past = c > 0 && !(end > begin);
+    const np_even_inscatter up_to =
+        is_past ? before : np_sky_compute_even_inscatter(job->world->camera_sky, direction, end, &shares);
     if (c < CELLS && end > begin) {
       const float seen = v->seen[node * CELLS + (size_t)c];
       const np_dvec3 middle = np_dvec3_along(r->origin, direction, 0.5 * (begin + end));

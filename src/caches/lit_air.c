@@ -104,8 +104,8 @@ static np_dvec3 choose_place(const air_fill *f, np_dvec3 point, int level, np_dv
   const double spacing_m = f->out->spacing_m;
   np_dvec3 at = np_dvec3_make(point.x + offset.x * spacing_m, point.y + offset.y * spacing_m,
                               point.z + offset.z * get_spacing(f->out, level));
-  const double least = np_cloud_gather_ground(f->gather, at.x, at.y).z + clearance_m;
-  at.z = fmax(at.z, least);
+  if (np_world_may_meet_ground(f->gather->world, at, np_dvec3_make(at.x, at.y, at.z - clearance_m)))
+    at.z = fmax(at.z, np_cloud_gather_ground(f->gather, at.x, at.y).z + clearance_m);
   return at;
 }
 
