@@ -120,6 +120,7 @@ static void numbers_of_tiles_can_be(void **state) {
               {"nephos:meterX", {NAN, INFINITY, -1.0, 1.5}},
               {"nephos:meterY", {NAN, INFINITY, -1.0, 1.5}},
               {"nephos:sunElevation", {NAN, INFINITY, 1e30, -91.0}},
+              {"nephos:moonElevation", {NAN, INFINITY, 1e30, -91.0}},
               {"nephos:sunAzimuth", {NAN, INFINITY, 1e30, -1.0}},
               {"nephos:pixelError", {NAN, INFINITY, -INFINITY, -1.0}},
               {"renderTime", {NAN, INFINITY, -INFINITY, -1.0}},

@@ -254,11 +254,22 @@ static void balance_goes_by_the_sun(void **state) {
   (void)state;
   static const double shares[][2] = {{-90, 0}, {5, 0}, {10, 0.5}, {15, 1}, {90, 1}};
   for (size_t i = 0; i < sizeof shares / sizeof *shares; i++)
-    assert_near(np_preview_get_balance_share(shares[i][0]), shares[i][1], 1e-12);
+    assert_near(np_preview_get_balance_share(shares[i][0], -90.0), shares[i][1], 1e-12);
+}
+
+/* Sunsets and twilight keep their colours, with and without a moon. */
+static void balance_goes_by_the_moon_at_night(void **state) {
+  (void)state;
+  static const struct {
+    double sun, moon, share;
+  } rows[] = {{-40, 5, 0},      {-40, 10, 0.5}, {-40, 60, 1}, {-18, 60, 1},
+              {-13.5, 60, 0.5}, {-9, 60, 0},    {4, 60, 0},   {60, 60, 1}};
+  for (size_t i = 0; i < sizeof rows / sizeof *rows; i++)
+    assert_near(np_preview_get_balance_share(rows[i].sun, rows[i].moon), rows[i].share, 1e-12);
 }
 
 /* A grey card in daylight of 5503 K (CIE D55: x 0.3324, y 0.3475): R, G and B of Rec.709 for Y 0.18. */
-static void show_card(test_fixture *f, const char *elevation, uint8_t out[3]) {
+static void show_card(test_fixture *f, const char *elevation, const char *moon_elevation, uint8_t out[3]) {
   static const double x = 0.33243, y = 0.34744;
   const double xyz[3] = {0.18 * x / y, 0.18, 0.18 * (1.0 - x - y) / y};
   const np_color_matrix m = np_color_space_from_xyz(NP_COLOR_REC709);
@@ -267,6 +278,8 @@ static void show_card(test_fixture *f, const char *elevation, uint8_t out[3]) {
   neph_image *image = create_grey(f->context, 0.0f);
   for (int i = 0; i < COUNT; i++) set_pixel(image, i, (float)rgb[0], (float)rgb[1], (float)rgb[2]);
   if (elevation) set_sun(image, "0.33243", "0.34744", elevation);
+  if (moon_elevation)
+    assert_int_equal(neph_image_set_attribute(image, "nephos:moonElevation", moon_elevation), NEPH_OK);
   neph_preview_desc desc = NEPH_PREVIEW_DESC_DEFAULT;
   desc.exposure = NEPH_EXPOSURE_FIXED;
   uint8_t *pixels = develop(image, &desc);
@@ -278,12 +291,14 @@ static void show_card(test_fixture *f, const char *elevation, uint8_t out[3]) {
 /* The card is neutral at noon, and as warm below 5° as in a picture that states no sun; at 10° it is between. */
 static void a_grey_card_is_neutral_at_noon(void **state) {
   test_fixture *f = *state;
-  uint8_t noon[3], between[3], low[3], unknown[3];
-  show_card(f, "60", noon);
-  show_card(f, "10", between);
-  show_card(f, "4.9", low);
-  show_card(f, NULL, unknown);
+  uint8_t noon[3], between[3], low[3], unknown[3], moonlit[3];
+  show_card(f, "60", NULL, noon);
+  show_card(f, "10", NULL, between);
+  show_card(f, "4.9", NULL, low);
+  show_card(f, NULL, NULL, unknown);
+  show_card(f, "-40", "60", moonlit);
   assert_true(noon[0] == noon[1] && noon[1] == noon[2]);
+  assert_memory_equal(moonlit, noon, 3);
   assert_memory_equal(low, unknown, 3);
   assert_true(low[0] > low[2] + 12);
   assert_true(between[0] - between[2] > 4 && between[0] - between[2] < low[0] - low[2] - 4);
@@ -406,6 +421,7 @@ int main(void) {
       CAMERA_TEST(no_glare_is_exactly_none),
       CAMERA_TEST(threads_and_rectangles_do_not_matter),
       CAMERA_TEST(balance_goes_by_the_sun),
+      CAMERA_TEST(balance_goes_by_the_moon_at_night),
       CAMERA_TEST(a_grey_card_is_neutral_at_noon),
       CAMERA_TEST(a_white_of_no_light_is_left_out),
       CAMERA_TEST(hues_stay_and_light_rises),

@@ -94,9 +94,9 @@ static neph_result create_numbers(const neph_image *image, const char *name, cli
   return NEPH_OK;
 }
 
-/* Copies the light of the sun, so that colours have the white balance of the picture. */
-static neph_result copy_sun(const neph_image *image, neph_image *out) {
-  static const char *const names[] = {"nephos:meterX", "nephos:meterY", "nephos:sunElevation"};
+/* Copies the light of sun and moon, so that colours have the white balance of the picture. */
+static neph_result copy_lights(const neph_image *image, neph_image *out) {
+  static const char *const names[] = {"nephos:meterX", "nephos:meterY", "nephos:sunElevation", "nephos:moonElevation"};
   neph_result result = NEPH_OK;
   for (size_t i = 0; !result && i < sizeof names / sizeof *names; i++) {
     const char *value = neph_image_get_attribute(image, names[i]);
@@ -111,7 +111,7 @@ neph_result cli_view_channel_create(neph_context *context, const neph_image *ima
   neph_result result = neph_image_create(context, neph_image_get_width(image), neph_image_get_height(image),
                                          COMPONENT_COUNT, components, &out->image);
   if (result) return result;
-  result = copy_sun(image, out->image);
+  result = copy_lights(image, out->image);
   if (!result)
     result = get_component(image, name, 0) ? create_colour(image, name, out) : create_numbers(image, name, out);
   if (!result) return NEPH_OK;

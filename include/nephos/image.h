@@ -83,9 +83,10 @@ typedef enum neph_view {
   NEPH_VIEW_RAW,      /**< R, G and B times exposure_ev alone, clipped at 1; no sRGB, no conversion of primaries */
   NEPH_VIEW_CAMERA,   /**< white balance, glare and lifted midtones, sRGB; the default. Light of the chromaticity
                            nephos:meterX, nephos:meterY shows as neutral with the sun (nephos:sunElevation) above 15°,
-                           and in its colour below 5°. The lens of a perspective picture, whose camera the header
-                           has, scatters the share `glare`. Midtones are lifted by 0.45 stops in the same hue, under
-                           the shoulder of NEPH_VIEW_FILMIC. A step whose attributes are missing is left out */
+                           and in its colour below 5°; by night so with the moon (nephos:moonElevation). The lens of
+                           a perspective picture, whose camera the header has, scatters the share `glare`. Midtones
+                           are lifted by 0.45 stops in the same hue, under the shoulder of NEPH_VIEW_FILMIC. A step
+                           whose attributes are missing is left out */
   NEPH_VIEW_OCIO      /**< a view of an OpenColorIO configuration, `ocio_config`; needs NEPH_FEATURE_OCIO */
 } neph_view;
 

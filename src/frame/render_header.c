@@ -79,18 +79,21 @@ static neph_result describe_light(const np_assembly *assembly, const neph_render
   return result || !q.is_cut ? result : describe_cut(desc, &q, image);
 }
 
-/* Writes the sun's direction and time; writes nothing for a scene without sunlight, or whose position is still
+static double get_elevation_deg(np_dvec3 direction) { return asin(np_clamp(direction.z, -1.0, 1.0)) / NP_DEGREE; }
+
+/* Writes the directions of sun and moon; writes nothing for a scene without sunlight, or whose position is still
  * unknown. */
-static neph_result describe_sun(const neph_scene *scene, const np_plan *plan, const np_assembly *assembly,
-                                neph_image *image) {
+static neph_result describe_lights(const neph_scene *scene, const np_plan *plan, const np_assembly *assembly,
+                                   neph_image *image) {
   const double *irradiance = scene->sun.irradiance_w_m2_nm;
   const np_scene_lights *lights = np_assembly_get_lights(assembly, plan);
   if (!lights || irradiance[0] + irradiance[1] + irradiance[2] <= 0.0) return NEPH_OK;
   const np_dvec3 to_sun = lights->to_sun;
   const double azimuth = atan2(to_sun.x, to_sun.y) / NP_DEGREE;
-  neph_result result =
-      np_image_set_real(image, NP_HEADER_SUN_ELEVATION, asin(np_clamp(to_sun.z, -1.0, 1.0)) / NP_DEGREE);
-  return result ? result : np_image_set_real(image, NP_HEADER_SUN_AZIMUTH, azimuth < 0.0 ? azimuth + 360.0 : azimuth);
+  neph_result result = np_image_set_real(image, NP_HEADER_SUN_ELEVATION, get_elevation_deg(to_sun));
+  if (!result) result = np_image_set_real(image, NP_HEADER_SUN_AZIMUTH, azimuth < 0.0 ? azimuth + 360.0 : azimuth);
+  if (result || !(lights->moon_ratio > 0.0)) return result;
+  return np_image_set_real(image, NP_HEADER_MOON_ELEVATION, get_elevation_deg(lights->moon.direction));
 }
 
 /* The part's place in the whole. */
@@ -114,7 +117,7 @@ neph_result np_render_header_write(const neph_scene *scene, const np_plan *plan,
   neph_result result = np_camera_header_write(scene, &assembly->camera, plan->request.desc.eye, image);
   if (!result) result = np_color_header_write(plan, assembly, scale, image);
   if (!result) result = np_light_meter_write(assembly, scale, image);
-  if (!result) result = describe_sun(scene, plan, assembly, image);
+  if (!result) result = describe_lights(scene, plan, assembly, image);
   if (!result) result = describe_light(assembly, &plan->request.desc, image);
   if (!result) result = describe_render(scene, plan, image);
   return result ? result : describe_part(plan, image);

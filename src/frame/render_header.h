@@ -13,6 +13,7 @@
 
 /* Degrees: above the horizontal at the world's origin, airless, and clockwise from north. */
 #define NP_HEADER_SUN_ELEVATION NP_EXPOSURE_SUN_ELEVATION
+#define NP_HEADER_MOON_ELEVATION NP_EXPOSURE_MOON_ELEVATION
 #define NP_HEADER_SUN_AZIMUTH "nephos:sunAzimuth"
 
 neph_result np_render_header_write(const neph_scene *scene, const np_plan *plan, const np_assembly *assembly,

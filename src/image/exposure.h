@@ -10,10 +10,11 @@
 #define NP_EXPOSURE_METER "nephos:meter"
 #define NP_EXPOSURE_METER_LUMINANCE "nephos:meterLuminance"
 
-/* Chromaticity of that diffuser, for the white balance; and degrees of the sun above the horizon. */
+/* Chromaticity of that diffuser, for the white balance; and degrees of sun and moon above the horizon. */
 #define NP_EXPOSURE_METER_X "nephos:meterX"
 #define NP_EXPOSURE_METER_Y "nephos:meterY"
 #define NP_EXPOSURE_SUN_ELEVATION "nephos:sunElevation"
+#define NP_EXPOSURE_MOON_ELEVATION "nephos:moonElevation"
 
 /* Exposure value at ISO 100 of a camera with f-stop, shutter and ISO. */
 #define NP_EXPOSURE_EV100 "nephos:EV100"

@@ -5,8 +5,9 @@
 
 #include "image/preview_planes.h"
 
-/* Share of a full white balance for a sun this far above the horizon: 0 below 5°, 1 above 15°. */
-double np_preview_get_balance_share(double sun_elevation_deg);
+/* Share of a full white balance for sun and moon this far above the horizon: 0 below 5°, 1 above 15°. The moon counts
+ * by night: in full with the sun at −18°, and not at all above −9°. Without a moon: −90°. */
+double np_preview_get_balance_share(double sun_elevation_deg, double moon_elevation_deg);
 
 /* Sets up the planes, which have their factor, by the header of the picture: the white balance, and the glare, which
  * np_glare_destroy frees. Logs which of them the picture lacks. */

@@ -46,6 +46,7 @@ static const struct number {
     {NP_EXPOSURE_METER_Y, "a chromaticity of 0 to 1", 0.0, 1.0, OF_PICTURE},
     {NP_EXPOSURE_EV100, ANY_FINITE, OF_PICTURE},
     {NP_HEADER_SUN_ELEVATION, "degrees of -90 to 90", -90.0, 90.0, OF_PICTURE},
+    {NP_HEADER_MOON_ELEVATION, "degrees of -90 to 90", -90.0, 90.0, OF_PICTURE},
     {NP_HEADER_SUN_AZIMUTH, "degrees of 0 to 360", 0.0, 360.0, OF_PICTURE},
     {"expTime", POSITIVE, OF_PICTURE},
     {"isoSpeed", POSITIVE, OF_PICTURE},
