@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include "print.h"
+#include "process.h"
 
 cli_exit cli_exit_of(neph_result result) {
   switch (result) {
@@ -55,6 +56,11 @@ static cli_exit open_log(cli_session *session, const char *path) {
   return exit ? exit : cli_progress_open_log(&session->progress, path);
 }
 
+static bool is_interrupted(void *user) {
+  (void)user;
+  return cli_is_interrupted();
+}
+
 cli_exit cli_session_start(const cli_options *options, cli_session *session) {
   *session = (cli_session){.options = options};
   cli_progress_start(&session->progress, options);
@@ -69,6 +75,7 @@ cli_exit cli_session_start(const cli_options *options, cli_session *session) {
   desc.cache_dir = options->cache_dir;
   desc.path_mapping = options->path_mapping;
   desc.cache_size_max_bytes = options->cache_size_max_bytes;
+  desc.is_interrupted = is_interrupted;
   neph_result result = neph_context_create(&desc, &session->context);
   neph_names_desc names = NEPH_NAMES_DESC_DEFAULT;
   names.variables = (const char *const *)environ;

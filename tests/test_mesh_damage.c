@@ -36,6 +36,9 @@ static void assert_no_child(void) {
 
 /* ---- Children ---- */
 
+/* Nothing interrupts its waits. */
+static neph_context patient;
+
 static void output_of_a_child_is_read(void **state) {
   (void)state;
   const unsigned files = count_open_files();
@@ -44,12 +47,12 @@ static void output_of_a_child_is_read(void **state) {
   /* It has the three files that every program has, and the folder in which it looks for them. */
   const char *const words[] = {"-c", "set -- /proc/$$/fd/*; printf hello%s $#", NULL};
   assert_int_equal(np_child_start("/bin/sh", words, &child), 0);
-  assert_int_equal(np_child_read(&child, NULL, text, 5), NEPH_OK);
+  assert_int_equal(np_child_read(&child, &patient, NULL, text, 5), NEPH_OK);
   assert_string_equal(text, "hello");
   memset(text, 0, sizeof text);
-  assert_int_equal(np_child_read(&child, NULL, text, 1), NEPH_OK);
+  assert_int_equal(np_child_read(&child, &patient, NULL, text, 1), NEPH_OK);
   assert_string_equal(text, "4");
-  assert_int_equal(np_child_read(&child, NULL, text, 1), NEPH_ERROR_BAD_FILE);
+  assert_int_equal(np_child_read(&child, &patient, NULL, text, 1), NEPH_ERROR_BAD_FILE);
   assert_int_equal(np_child_wait(&child), 0);
   np_child_end(&child);
   assert_int_equal(count_open_files(), files);
@@ -64,7 +67,7 @@ static void a_child_may_end_in_any_way(void **state) {
   assert_int_equal(np_child_start("/no/such/program", (const char *[]){NULL}, &child), ENOENT);
   np_child_end(&child);
   assert_int_equal(np_child_start("/bin/sh", (const char *[]){"-c", "kill -SEGV $$", NULL}, &child), 0);
-  assert_int_equal(np_child_read(&child, NULL, &byte, 1), NEPH_ERROR_BAD_FILE);
+  assert_int_equal(np_child_read(&child, &patient, NULL, &byte, 1), NEPH_ERROR_BAD_FILE);
   const int status = np_child_wait(&child);
   assert_true(WIFSIGNALED(status) && WTERMSIG(status) == SIGSEGV);
   np_child_end(&child);

@@ -5,7 +5,10 @@
 #include <dirent.h>
 #include <errno.h>
 #include <signal.h>
+#include <stdlib.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
+#include <time.h>
 #include <unistd.h>
 
 #include <nephos/nephos.h>
@@ -38,15 +41,27 @@ static void check_nothing_is_left(unsigned files_before) {
 
 /* ---- Readers that end ---- */
 
-/* The only child of this process. */
-static pid_t get_child(void) {
+/* A child that a thread of a process has started; 0: none. */
+static pid_t get_child_of(pid_t process, const char *thread) {
   char path[64];
   int child = 0;
-  (void)snprintf(path, sizeof path, "/proc/self/task/%d/children", (int)getpid());
+  (void)snprintf(path, sizeof path, "/proc/%d/task/%.20s/children", (int)process, thread);
   FILE *file = fopen(path, "r");
   assert_non_null(file);
-  assert_int_equal(fscanf(file, "%d", &child), 1);
+  if (fscanf(file, "%d", &child) != 1) child = 0;
   (void)fclose(file);
+  return child;
+}
+
+/* The only child of this process. */
+static pid_t get_child(void) {
+  DIR *threads = opendir("/proc/self/task");
+  pid_t child = 0;
+  assert_non_null(threads);
+  for (const struct dirent *entry; !child && (entry = readdir(threads));)
+    if (entry->d_name[0] != '.') child = get_child_of(getpid(), entry->d_name);
+  closedir(threads);
+  assert_true(child > 0);
   return child;
 }
 
@@ -101,6 +116,107 @@ static void stopped_readers_are_cancelled(void **state) {
   assert_int_equal(np_netcdf_process_table.describe(file, 0, &variable, &error), NEPH_ERROR_CANCELLED);
   np_netcdf_process_table.close(file);
   check_nothing_is_left(files);
+}
+
+enum { WAITS_MAX = 1000, WAIT_NS = 10000000 };
+
+static void wait_a_little(void) { (void)nanosleep(&(struct timespec){.tv_nsec = WAIT_NS}, NULL); }
+
+/* Whether a process runs; one that has ended may wait for its parent, in the state Z. */
+static bool is_running(pid_t process) {
+  char path[64], state = 'Z';
+  (void)snprintf(path, sizeof path, "/proc/%d/stat", (int)process);
+  FILE *file = fopen(path, "r");
+  if (!file) return false;
+  if (fscanf(file, "%*d (%*[^)]) %c", &state) != 1) state = 'Z';
+  (void)fclose(file);
+  return state != 'Z';
+}
+
+/* A process that is killed while its reader is busy: here HDF5 opens a pipe, and waits for ever. */
+static void readers_end_with_their_process(void **state) {
+  test_fixture *f = *state;
+  char thread[20];
+  pid_t reader = 0;
+  assert_int_equal(mkfifo(f->path, 0600), 0);
+  const pid_t process = fork();
+  assert_true(process >= 0);
+  if (!process) {
+    np_netcdf_file *file;
+    np_netcdf_error error;
+    (void)np_netcdf_process_open(f->context, NULL, f->path, NULL, 0, &file, &error);
+    _exit(EXIT_FAILURE);
+  }
+  (void)snprintf(thread, sizeof thread, "%d", (int)process);
+  for (int n = 0; !reader && n < WAITS_MAX; n++, wait_a_little()) reader = get_child_of(process, thread);
+  assert_true(reader > 0);
+  for (int n = 0; n < 30; n++) wait_a_little();
+  assert_true(is_running(reader));
+  assert_int_equal(kill(process, SIGKILL), 0);
+  assert_int_equal(waitpid(process, NULL, 0), process);
+  for (int n = 0; is_running(reader) && n < WAITS_MAX; n++) wait_a_little();
+  assert_false(is_running(reader));
+}
+
+/* ---- Calls that are interrupted ---- */
+
+/* Stops the reader at the first wait for it, and interrupts the call a few waits later. */
+static bool stop_reader(void *user) {
+  enum { WAITS = 5 };
+  unsigned *calls = user;
+  if (!*calls) assert_int_equal(kill(get_child(), SIGSTOP), 0);
+  return ++*calls > WAITS;
+}
+
+static neph_result describe(neph_context *context, const char *path) {
+  char *text = NULL;
+  const neph_result result = neph_volume_describe_file(context, path, NEPH_TEXT_PLAIN, &text);
+  neph_text_destroy(context, text);
+  return result;
+}
+
+static neph_result export_cloud(neph_context *context, const char *path) {
+  char text[600], out_path[300];
+  neph_scene *scene;
+  neph_exported_cloud cloud = NEPH_EXPORTED_CLOUD_DEFAULT;
+  (void)snprintf(text, sizeof text,
+                 "version: 1\ncamera: {position: [0 m, -9 km, 1 km]}\nsun: {elevation: 30 deg}\n"
+                 "clouds: [{name: model, netcdf: %.300s}]\n",
+                 path);
+  (void)snprintf(out_path, sizeof out_path, "%.250s.vdb", path);
+  assert_int_equal(neph_scene_load_text(context, text, "scene.yaml", &scene), NEPH_OK);
+  const neph_result result = neph_scene_export_cloud(scene, 0, 1, NULL, out_path, &cloud);
+  neph_scene_destroy(scene);
+  assert_int_equal(access(out_path, F_OK), -1);
+  return result;
+}
+
+static neph_result load(neph_context *context, const char *path) {
+  neph_volume *volume = NULL;
+  const neph_result result = neph_volume_load(context, path, NULL, &volume);
+  assert_null(volume);
+  return result;
+}
+
+/* No call waits for a reader that stands still longer than its context allows, with or without a progress callback. */
+static void interrupted_calls_end(void **state) {
+  neph_result (*const calls[])(neph_context *, const char *) = {describe, export_cloud, load};
+  test_fixture *f = *state;
+  write_field(f);
+  const unsigned files = count_files();
+  for (size_t i = 0; i < sizeof calls / sizeof *calls; i++) {
+    unsigned waits = 0;
+    neph_context *context;
+    neph_context_desc desc = NEPH_CONTEXT_DESC_DEFAULT;
+    desc.thread_count = 2;
+    desc.is_interrupted = stop_reader;
+    desc.interrupt_user = &waits;
+    assert_int_equal(neph_context_create(&desc, &context), NEPH_OK);
+    assert_int_equal(calls[i](context, f->path), NEPH_ERROR_CANCELLED);
+    assert_true(waits > 1);
+    neph_context_destroy(context);
+    check_nothing_is_left(files);
+  }
 }
 
 /* ---- Damaged files ---- */
@@ -204,6 +320,8 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test_setup_teardown(ended_readers_are_errors, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(stopped_readers_are_cancelled, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(readers_end_with_their_process, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(interrupted_calls_end, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(damaged_files_are_read_or_refused, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(memory_and_disk_agree, set_up, test_tear_down),
   };

@@ -28,6 +28,11 @@ typedef void (*neph_log_fn)(void *user, neph_log_level level, const char *messag
  */
 typedef void *(*neph_reallocate_fn)(void *user, void *block, size_t old_bytes, size_t new_bytes);
 
+/** Ends the current call, with NEPH_ERROR_CANCELLED, by returning true. Runs at least every 0.1 s while a call waits
+ * for another process (a reader of files, an entry of the cache), in any thread, so also within calls that have no
+ * neph_progress_fn. */
+typedef bool (*neph_interrupt_fn)(void *user);
+
 /** Instruction-set levels of the x86-64 psABI; kernels exist once for each. */
 typedef enum neph_isa { NEPH_ISA_X86_64, NEPH_ISA_X86_64_V3, NEPH_ISA_X86_64_V4 } neph_isa;
 
@@ -48,17 +53,20 @@ typedef struct neph_context_desc {
                                       (default NULL) */
   const char *cache_dir; /**< folder whose "nephos-cache" keeps light in clouds, bakes, mountains and tables of air from
                               process to process; created, with its parents, where it is missing (default NULL: none) */
-  uint64_t cache_size_max_bytes; /**< size limit of the cache's files; the least recently used are removed first
-                                      (default 4 GB) */
-  const char *path_mapping;      /**< rules for names of files in scenes: a JSON file of Open Job Description,
-                                      "pathmapping-1.0" (default NULL: none) */
+  uint64_t cache_size_max_bytes;    /**< size limit of the cache's files; the least recently used are removed first
+                                         (default 4 GB) */
+  const char *path_mapping;         /**< rules for names of files in scenes: a JSON file of Open Job Description,
+                                         "pathmapping-1.0" (default NULL: none) */
+  neph_interrupt_fn is_interrupted; /**< default NULL: waits for other processes end by a progress callback alone */
+  void *interrupt_user;             /**< passed to `is_interrupted` (default NULL) */
 } neph_context_desc;
 
 #define NEPH_CONTEXT_DESC_DEFAULT                                                                                      \
   {                                                                                                                    \
     .struct_size = sizeof(neph_context_desc), .thread_count = NEPH_THREADS_ALL, .isa_max = NEPH_ISA_X86_64_V4,         \
     .log = NULL, .log_user = NULL, .log_level_max = NEPH_LOG_INFO, .reallocate = NULL, .reallocate_user = NULL,        \
-    .module_dir = NULL, .cache_dir = NULL, .cache_size_max_bytes = UINT64_C(4000000000), .path_mapping = NULL          \
+    .module_dir = NULL, .cache_dir = NULL, .cache_size_max_bytes = UINT64_C(4000000000), .path_mapping = NULL,         \
+    .is_interrupted = NULL, .interrupt_user = NULL                                                                     \
   }
 
 /** Creates a context and starts its threads.

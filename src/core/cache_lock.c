@@ -43,7 +43,7 @@ static neph_result wait_for_lock(void *user) {
   (void)clock_gettime(CLOCK_MONOTONIC, &start);
   for (;;) {
     if (try_lock(w)) return NEPH_OK;
-    if (np_monitor_is_cancelled(w->monitor)) return NEPH_ERROR_CANCELLED;
+    if (np_wait_is_cancelled(w->context, w->monitor)) return NEPH_ERROR_CANCELLED;
     (void)nanosleep(&pause_between, NULL);
     (void)clock_gettime(CLOCK_MONOTONIC, &now);
     if ((double)(now.tv_sec - start.tv_sec) + 1e-9 * (double)(now.tv_nsec - start.tv_nsec) > w->wait_max_s) break;

@@ -94,11 +94,12 @@ int np_child_start(const char *program, const char *const words[], np_child *out
 
 enum { PAUSE_MS = 50 };
 
-neph_result np_child_read(np_child *child, const np_monitor *monitor, void *out_bytes, size_t count) {
+neph_result np_child_read(np_child *child, neph_context *context, const np_monitor *monitor, void *out_bytes,
+                          size_t count) {
   char *to = out_bytes;
   while (count > 0) {
     struct pollfd output = {.fd = child->output, .events = POLLIN};
-    if (np_monitor_is_cancelled(monitor)) return NEPH_ERROR_CANCELLED;
+    if (np_wait_is_cancelled(context, monitor)) return NEPH_ERROR_CANCELLED;
     if (poll(&output, 1, PAUSE_MS) <= 0) continue; /* no output yet, or a signal */
     const ssize_t got = read(child->output, to, count);
     if (got < 0 && errno == EINTR) continue;

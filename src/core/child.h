@@ -24,8 +24,9 @@ int np_child_start(const char *program, const char *const words[], np_child *out
 int np_child_start_on(const char *program, const char *const words[], int input, np_child *out_child);
 
 /* Reads `count` bytes of the child's output. NEPH_ERROR_BAD_FILE: it ended before; NEPH_ERROR_CANCELLED: within 0.1 s
- * of the monitor's cancel (NULL: no monitor). Neither is logged, and neither ends the child. */
-neph_result np_child_read(np_child *child, const np_monitor *monitor, void *out_bytes, size_t count);
+ * of np_wait_is_cancelled (monitor NULL: none). Neither is logged, and neither ends the child. */
+neph_result np_child_read(np_child *child, neph_context *context, const np_monitor *monitor, void *out_bytes,
+                          size_t count);
 
 /* Waits for a child that ended by itself. Returns its status as of waitpid; −1: the process ignores its children. */
 int np_child_wait(np_child *child);

@@ -37,6 +37,8 @@ static void fill_from_desc(neph_context *context, const neph_context_desc *desc)
   context->log_level_max = is_printed ? NEPH_LOG_WARNING : desc->log_level_max;
   context->reallocate = desc->reallocate;
   context->reallocate_user = desc->reallocate_user;
+  context->is_interrupted = desc->is_interrupted;
+  context->interrupt_user = desc->interrupt_user;
 }
 
 static unsigned choose_thread_count(unsigned wanted) {

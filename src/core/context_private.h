@@ -19,6 +19,8 @@ struct neph_context {
   neph_log_level log_level_max;
   neph_reallocate_fn reallocate;
   void *reallocate_user;
+  neph_interrupt_fn is_interrupted; /* may be NULL */
+  void *interrupt_user;
   char *module_dir;                 /* NULL: none is given */
   struct np_path_map *path_map;     /* NULL: names are not mapped */
   struct np_disk_cache *disk_cache; /* its folder is NULL: no cache */

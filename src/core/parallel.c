@@ -219,6 +219,11 @@ bool np_monitor_end_budget(np_monitor *monitor) {
 
 bool np_monitor_is_cancelled(const np_monitor *monitor) { return monitor && atomic_load(&monitor->is_cancelled); }
 
+bool np_wait_is_cancelled(neph_context *context, const np_monitor *monitor) {
+  return np_monitor_is_cancelled(monitor) ||
+         (context->is_interrupted && context->is_interrupted(context->interrupt_user));
+}
+
 /* ---- Workers ---- */
 
 /* Works on pieces until none is left, one fails or the caller cancels. */

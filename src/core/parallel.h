@@ -78,6 +78,10 @@ bool np_monitor_end_budget(np_monitor *monitor);
  * NULL. */
 bool np_monitor_is_cancelled(const np_monitor *monitor);
 
+/* Whether a wait for another process must end: as np_monitor_is_cancelled, or because the context's caller interrupts
+ * it. Call it at least every 0.1 s of the wait. */
+bool np_wait_is_cancelled(neph_context *context, const np_monitor *monitor);
+
 /* Works on items [begin, end); `thread` is below the context's thread count and indexes private scratch. */
 typedef neph_result (*np_parallel_fn)(void *user, size_t begin, size_t end, unsigned thread);
 

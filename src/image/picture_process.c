@@ -64,7 +64,7 @@ static neph_result fail_by_answer(const picture_process *p) {
 }
 
 static neph_result get(picture_process *p, void *out, size_t count) {
-  const neph_result result = np_child_read(&p->child, p->monitor, out, count);
+  const neph_result result = np_child_read(&p->child, p->context, p->monitor, out, count);
   return result == NEPH_ERROR_BAD_FILE ? fail_by_end(p) : result;
 }
 

@@ -88,7 +88,7 @@ neph_result np_assimp_begin(neph_context *context, const char *path, const char 
 }
 
 neph_result np_assimp_read(np_assimp_process *process, void *out_bytes, size_t count) {
-  const neph_result result = np_child_read(&process->child, process->monitor, out_bytes, count);
+  const neph_result result = np_child_read(&process->child, process->context, process->monitor, out_bytes, count);
   return result == NEPH_ERROR_BAD_FILE ? fail_by_end(process) : result;
 }
 

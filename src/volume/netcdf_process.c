@@ -72,7 +72,7 @@ static neph_result fail_by_cancel(netcdf_link *link, np_netcdf_error *error) {
 /* The reason why a process does not answer. */
 static neph_result fail_by_end(netcdf_link *link, np_netcdf_error *error) {
   char message[200];
-  if (np_monitor_is_cancelled(link->monitor)) return fail_by_cancel(link, error);
+  if (np_wait_is_cancelled(link->context, link->monitor)) return fail_by_cancel(link, error);
   const int status = link->requests >= 0 && has_ended(link) ? np_child_wait(&link->child) : -1;
   const int by = status != -1 && WIFSIGNALED(status) ? WTERMSIG(status) : 0;
   if (!by)
@@ -96,7 +96,7 @@ static neph_result wait_for_answer(netcdf_link *link, np_netcdf_error *error) {
   enum { PAUSE_MS = 50, PAUSES = NP_NETCDF_WAIT_S * 1000 / PAUSE_MS };
   for (int n = 0; n < PAUSES; n++) {
     struct pollfd output = {.fd = link->child.output, .events = POLLIN};
-    if (np_monitor_is_cancelled(link->monitor)) return fail_by_cancel(link, error);
+    if (np_wait_is_cancelled(link->context, link->monitor)) return fail_by_cancel(link, error);
     if (poll(&output, 1, PAUSE_MS) > 0) return NEPH_OK;
   }
   char message[120];
@@ -129,11 +129,11 @@ static neph_result ask(netcdf_link *link, np_netcdf_request *request, const void
   if (is_sent && bytes) is_sent = send_all(link->requests, bytes, request->byte_count);
   if (!is_sent) return fail_by_end(link, error);
   if (wait_for_answer(link, error)) return error->result;
-  if (np_child_read(&link->child, link->monitor, &reply, sizeof reply)) return fail_by_end(link, error);
+  if (np_child_read(&link->child, link->context, link->monitor, &reply, sizeof reply)) return fail_by_end(link, error);
   reply.error.message[sizeof reply.error.message - 1] = '\0';
   *error = reply.error;
   if (error->result) return error->result;
-  if (reply.byte_count != capacity || np_child_read(&link->child, link->monitor, out, capacity))
+  if (reply.byte_count != capacity || np_child_read(&link->child, link->context, link->monitor, out, capacity))
     return fail_by_end(link, error);
   *out_value = reply.value;
   return NEPH_OK;

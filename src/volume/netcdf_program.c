@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The program nephos_netcdf_reader (netcdf_stream.h). It limits its memory by the file and by what is requested, and
- * the CPU time of each request. */
+ * the CPU time of each request, and ends with the library's process. */
+#include <poll.h>
+#include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -132,14 +134,30 @@ static void answer(reader *r, const np_netcdf_request *request) {
   free(numbers);
 }
 
+/* ---- The library's end ---- */
+
+/* Ends the program when the library's end of the input closes, also amid a request: HDF5 may be busy for long. */
+static void *watch_input(void *unused) {
+  struct pollfd input = {.fd = STDIN_FILENO, .events = 0};
+  (void)unused;
+  while (poll(&input, 1, -1) <= 0) continue;
+  _exit(EXIT_SUCCESS);
+}
+
+static void start_watch(void) {
+  pthread_t ignored;
+  (void)pthread_create(&ignored, NULL, watch_input, NULL);
+}
+
 int main(int count, char **words) {
   np_netcdf_request request;
   if (count != 2) {
     (void)fprintf(stderr, NP_NETCDF_PROGRAM_FILE ": reads NetCDF for libnephos, and is not run by hand\n");
     return EXIT_FAILURE;
   }
-  reader r = {.path = words[1], .table = nephos_netcdf_module(), .mapped_bytes = np_mapped_bytes_get()};
   set_limit(RLIMIT_CORE, 0);
+  start_watch();
+  reader r = {.path = words[1], .table = nephos_netcdf_module(), .mapped_bytes = np_mapped_bytes_get()};
   while (get(&request, sizeof request)) {
     const int is_first = request.question == NP_NETCDF_OPEN;
     if (request.version != NP_NETCDF_STREAM_VERSION || is_first != !r.file) _exit(EXIT_FAILURE);

@@ -81,7 +81,7 @@ yaml\.h src/scene/scene_file.c
 jansson\.h src/core/json.c
 xxhash\.h src/core/hash.c
 libnova/ src/atmosphere/celestial.c
-pthread\.h src/core/parallel.c|src/atmosphere/celestial.c|src/volume/netcdf_reader.c|cli/view/view_(messages.h|picture.c|variants.c|worker.c)
+pthread\.h src/core/parallel.c|src/atmosphere/celestial.c|src/volume/netcdf_(reader|program).c|cli/view/view_(messages.h|picture.c|variants.c|worker.c)
 threads\.h none'
 echo "$doors" | while read -r header door; do
   grep -rlEi --include='*.[ch]' --include='*.cpp' "^#include <(OpenEXR/)?$header" src cli samples 2>/dev/null |

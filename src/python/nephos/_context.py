@@ -135,6 +135,7 @@ class Watch:
         if progress is not None and not callable(progress):
             raise TypeError("progress is %r, must be a function of one argument" % (progress,))
         self.progress = progress
+        self.messages = None  # those of the context
         self.is_interrupted = False
         self.is_at_exit = False
         self.exception = None
@@ -168,14 +169,15 @@ class Watch:
     def call(self, context, name, *arguments):
         """Calls a function that returns neph_result, and raises its error."""
         context.check_process()
-        messages = context._messages.begin()
+        self.messages = context._messages
+        messages = self.messages.begin()
         _running.add(self)
         try:
             with _Interrupts(self):
                 result = getattr(lib, name)(*arguments)
         finally:
             _running.discard(self)
-            context._messages.end()
+            self.messages.end()
         if self.is_at_exit:
             raise SystemExit  # which ends a thread without a message
         if self.exception:
@@ -184,6 +186,14 @@ class Watch:
             raise KeyboardInterrupt
         if result:
             raise make_error(result, messages, lib.neph_result_get_text(result).decode())
+
+
+def _make_interrupt(messages):
+    """Function that ends the waits of a context's calls for other processes, once one of the calls is stopped."""
+    def is_interrupted(_):
+        return any(watch.is_stopped for watch in list(_running) if watch.messages is messages)
+
+    return c.neph_interrupt_fn(is_interrupted)
 
 
 @atexit.register
@@ -273,7 +283,7 @@ class Context:
     """Threads, memory and log. Objects of one context share its threads; programs that render in several threads of
     their own give each a context: `Context(thread_count=1)`."""
 
-    __slots__ = ("_owner", "_messages", "_log")
+    __slots__ = ("_owner", "_messages", "_log", "_interrupt")
 
     @documented("neph_context_create", settings="neph_context_desc")
     def __init__(self, **settings: Any) -> None:
@@ -284,6 +294,7 @@ class Context:
         apply_settings(desc, settings, "Context()")
         self._messages = _Messages()
         self._log = desc.log = _make_log(self._messages)
+        self._interrupt = desc.is_interrupted = _make_interrupt(self._messages)
         handle = c.neph_context()
         messages = self._messages.begin()
         result = lib.neph_context_create(ctypes.byref(desc), ctypes.byref(handle))
@@ -291,7 +302,7 @@ class Context:
         if result:
             raise make_error(result, messages, lib.neph_result_get_text(result).decode())
         self._owner = Owner(handle, None)
-        self._owner.context = self._log  # the callback lives as long as the context
+        self._owner.context = (self._log, self._interrupt)  # callbacks live as long as the context
         self._set_names()
 
     def _set_names(self):

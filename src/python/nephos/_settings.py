@@ -16,7 +16,7 @@ Path = Union[str, bytes, os.PathLike]
 
 _units = ("_m", "_s", "_m_s", "_per_m", "_bytes")
 _hidden = {"struct_size", "progress", "progress_user", "tile", "tile_user", "log", "log_user", "reallocate",
-           "reallocate_user", "load", "load_user", "error"}
+           "reallocate_user", "is_interrupted", "interrupt_user", "load", "load_user", "error"}
 
 
 # ---- Settings ----
