@@ -5,6 +5,7 @@
 
 #include <nephos/nephos.h>
 
+#include "core/context_private.h"
 #include "core/units.h"
 #include "volume/volume_private.h"
 
@@ -284,6 +285,19 @@ static void memory_reads_as_the_file(void **state) {
   }
 }
 
+/* Room for rows is that of the file: a field of some kilobytes takes less than a megabyte while it is read. */
+static void a_small_field_takes_little_memory(void **state) {
+  test_fixture *f = *state;
+  neph_volume *volume;
+  model_write(f->path, model_get_case("PALM"), &three_steps);
+  const size_t before = atomic_load(&f->context->allocated_bytes);
+  assert_int_equal(neph_volume_load(f->context, f->path, NULL, &volume), NEPH_OK);
+  const size_t peak = atomic_load(&f->context->allocated_bytes_peak) - before;
+  print_message("%zu bytes\n", peak);
+  assert_in_range(peak, 1000, 1000000);
+  neph_volume_release(volume);
+}
+
 static neph_result load_once(neph_context *context, void *user) {
   neph_volume *volume;
   const neph_result result = neph_volume_load(context, user, NULL, &volume);
@@ -377,6 +391,7 @@ int main(void) {
       cmocka_unit_test_setup_teardown(named_variables_win, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(spacing_keeps_columns, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(memory_reads_as_the_file, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(a_small_field_takes_little_memory, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(failed_allocations_are_survived, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(a_cloud_of_rico_keeps_its_depth, set_up, test_tear_down),
   };

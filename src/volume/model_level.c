@@ -14,6 +14,8 @@ static size_t get_levels(const np_model *model) { return model->sizes[NP_MODEL_Z
 size_t np_model_get_slab(const np_model *model) {
   static const size_t values = (size_t)1 << 22, least = 8;
   const size_t row = (get_levels(model) + 1) * model->sizes[NP_MODEL_X], rows = values / row / least * least;
+  const size_t whole = (model->sizes[NP_MODEL_Y] + least - 1) / least * least;
+  if (rows > whole) return whole;
   return rows < least ? least : rows;
 }
 
