@@ -18,6 +18,7 @@
 #include "core/text.h"
 #include "scene/scene_keys.h"
 #include "test_meshes.h"
+#include "test_shards.h"
 
 enum { WORDS_MAX = 40, WIDTH = 16, HEIGHT = 9 };
 
@@ -28,13 +29,10 @@ typedef struct setting {
 } setting;
 
 /* Any two of the four meet in every way. Those of the march come first. */
-static const setting settings[] = {{false, false, false, false},
-                                   {false, true, true, true},
-                                   {true, false, true, true},
-                                   {true, true, false, true},
-                                   {true, true, true, false}};
+static const setting settings[] = {{false, false, false, false}, {false, true, true, true}, {false, false, true, true},
+                                   {true, false, true, true},    {true, true, false, true}, {true, true, true, false}};
 
-enum { SETTING_COUNT = sizeof settings / sizeof *settings, MARCH_COUNT = 2 };
+enum { SETTING_COUNT = sizeof settings / sizeof *settings, MARCH_COUNT = 3 };
 
 static void any_two_parts_of_a_scene_meet(void **state) {
   (void)state;
@@ -239,14 +237,32 @@ static uint64_t check_preview(test_fixture *f, const neph_scene *scene, const ne
   return sum;
 }
 
-static uint64_t render(test_fixture *f, const np_key *key, const char *word, setting s) {
+/* Pictures of the 16 contexts. */
+typedef struct context_pictures {
+  neph_renderer *renderer[16]; /* of pictures that differ by camera and output alone, which share their light */
+  bool is_known[16];
+  uint64_t plain[16]; /* where no word is set, and nothing beside it */
+} context_pictures;
+
+static unsigned get_context(setting s) { return s.is_path + 2u * s.has_air + 4u * s.has_terrain + 8u * s.has_cloud; }
+
+static neph_result render_scene(context_pictures *p, const np_key *key, setting s, neph_scene *scene,
+                                neph_image **out) {
+  neph_renderer **renderer = &p->renderer[get_context(s)];
+  if (!begins_with(key->path, "camera") && !begins_with(key->path, "output"))
+    return neph_render_image(scene, NULL, out);
+  const neph_result result = *renderer ? NEPH_OK : neph_renderer_create(scene->context, renderer);
+  return result ? result : neph_renderer_render(*renderer, scene, NULL, out);
+}
+
+static uint64_t render(test_fixture *f, context_pictures *p, const np_key *key, const char *word, setting s) {
   char what[256];
   snprintf(what, sizeof what, "%s: %s, %s%s%s%s", key->path, word ? word : "not set", s.is_path ? "path" : "march",
            s.has_air ? ", air" : "", s.has_terrain ? ", terrain" : "", s.has_cloud ? ", clouds" : "");
   neph_image *image;
   test_log_clear(&f->log);
   neph_scene *scene = create_scene(f, key, word, s);
-  if (neph_render_image(scene, NULL, &image)) fail_msg("%s: %s", what, f->log.text);
+  if (render_scene(p, key, s, scene, &image)) fail_msg("%s: %s", what, f->log.text);
   const uint64_t sum = check_picture(scene, image, what),
                  shown = is_of_preview(key) ? check_preview(f, scene, image) : 0;
   neph_image_destroy(image);
@@ -291,24 +307,18 @@ static bool may_go_unseen(const np_key *key) {
   return key->word;
 }
 
-/* Pictures of contexts where no word is set, and nothing beside it. */
-typedef struct plain_pictures {
-  bool is_known[16];
-  uint64_t sum[16];
-} plain_pictures;
-
 static bool has_companion(const np_key *key) {
   for (size_t i = 0; i < sizeof companions / sizeof *companions; i++)
     if (!companions[i].word && begins_with(key->path, companions[i].start)) return true;
   return false;
 }
 
-static uint64_t render_without(test_fixture *f, const np_key *key, setting s, plain_pictures *plain) {
-  const unsigned i = s.is_path + 2u * s.has_air + 4u * s.has_terrain + 8u * s.has_cloud;
-  if (has_companion(key) || is_of_preview(key)) return render(f, key, NULL, s);
-  if (!plain->is_known[i]) plain->sum[i] = render(f, key, NULL, s);
-  plain->is_known[i] = true;
-  return plain->sum[i];
+static uint64_t render_without(test_fixture *f, context_pictures *p, const np_key *key, setting s) {
+  const unsigned i = get_context(s);
+  if (has_companion(key) || is_of_preview(key)) return render(f, p, key, NULL, s);
+  if (!p->is_known[i]) p->plain[i] = render(f, p, key, NULL, s);
+  p->is_known[i] = true;
+  return p->plain[i];
 }
 
 /* The pictures of a key: one without its words for each context, rendered when it is first needed. */
@@ -321,34 +331,42 @@ typedef struct key_pictures {
 } key_pictures;
 
 /* Renders a word in a context, and sees whether it makes a difference. */
-static void render_word(test_fixture *f, key_pictures *k, unsigned word, int context, plain_pictures *plain) {
+static void render_word(test_fixture *f, context_pictures *p, key_pictures *k, unsigned word, int context) {
   const setting s = suit(k->key, settings[context]);
-  if (!k->is_known[context]) k->without[context] = render_without(f, k->key, s, plain);
+  if (!k->is_known[context]) k->without[context] = render_without(f, p, k->key, s);
   k->is_known[context] = true;
-  k->is_seen = render(f, k->key, k->words.word[word], s) != k->without[context] || k->is_seen;
+  k->is_seen = render(f, p, k->key, k->words.word[word], s) != k->without[context] || k->is_seen;
   k->count++;
 }
 
+/* Contexts in which no word has been rendered make a difference visible that the first ones do not show. */
+static void search_difference(test_fixture *f, context_pictures *p, key_pictures *k) {
+  for (int context = 0; context < SETTING_COUNT; context++)
+    for (unsigned i = 0; i < k->words.count && !k->is_seen; i++) render_word(f, p, k, i, context);
+  if (!k->is_seen) fail_msg("%s changes no picture", k->key->path);
+}
+
+static test_shard shard = {0, 1}; /* the keys of this process */
+
 /* Each word is rendered by both integrators, in contexts that take turns; if no picture differs by then, in all
- * contexts. */
+ * contexts, unless the key may go unseen: there is no difference to look for. */
 static void every_word_of_every_key_is_rendered(void **state) {
   test_fixture *f = *state;
   unsigned keys = 0, values = 0, renders = 0;
-  plain_pictures plain = {0};
-  for (size_t n = 0; n < np_key_count(); n++) {
+  context_pictures p = {.is_known = {false}};
+  for (size_t n = shard.first; n < np_key_count(); n += shard.step) {
     key_pictures k = {.key = np_key_get(n), .words = list_words(f->context, np_key_get(n))};
     if (k.words.count == 0) continue;
     for (unsigned i = 0; i < k.words.count; i++) {
-      render_word(f, &k, i, (int)((values + i) % MARCH_COUNT), &plain);
-      render_word(f, &k, i, MARCH_COUNT + (int)((values + i) % (SETTING_COUNT - MARCH_COUNT)), &plain);
+      render_word(f, &p, &k, i, (int)((values + i) % MARCH_COUNT));
+      render_word(f, &p, &k, i, MARCH_COUNT + (int)((values + i) % (SETTING_COUNT - MARCH_COUNT)));
     }
-    for (int context = 0; context < SETTING_COUNT; context++)
-      for (unsigned i = 0; i < k.words.count && !k.is_seen; i++) render_word(f, &k, i, context, &plain);
-    if (!k.is_seen && !may_go_unseen(k.key)) fail_msg("%s changes no picture", k.key->path);
+    if (!k.is_seen && !may_go_unseen(k.key)) search_difference(f, &p, &k);
     keys++;
     values += k.words.count;
     renders += k.count;
   }
+  for (int i = 0; i < 16; i++) neph_renderer_destroy(p.renderer[i]);
   print_message("%u words of %u keys in %u pictures\n", values, keys, renders);
 }
 
@@ -531,12 +549,15 @@ static int set_up(void **state) {
   return 0;
 }
 
-int main(void) {
+/* PROGRAM [I/N]: the keys of a shard, all without; the first shard has the other tests as well. */
+int main(int count, char **arguments) {
   const struct CMUnitTest tests[] = {
-      cmocka_unit_test(any_two_parts_of_a_scene_meet),
       cmocka_unit_test_setup_teardown(every_word_of_every_key_is_rendered, set_up, test_tear_down),
+      cmocka_unit_test(any_two_parts_of_a_scene_meet),
       cmocka_unit_test_setup_teardown(numbers_of_a_bake_are_seen, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(paths_are_guided_by_night, set_up, test_tear_down),
   };
+  if (count > 1 && !test_shard_read(arguments[1], &shard)) return 2;
+  if (shard.first > 0) return test_shard_run((test_shard){0, 1}, tests, 1);
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
