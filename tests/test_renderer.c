@@ -19,7 +19,35 @@ static const char landscape[] =
     " render: {samples: 2, wavelengths: 3}}";
 
 static int set_up(void **state) { return set_up_scene_verbose(state, 2, landscape); }
-static int set_up_cached(void **state) { return set_up_scene_cached(state, 2, landscape); }
+
+typedef struct key_value {
+  const char *key, *value;
+} key_value;
+
+/* All stages in coarse tables and few cells: reuse, by its bits and messages, is that of finer ones. */
+static const key_value coarse_keys[] = {{"atmosphere.tolerance", "0.1"},
+                                        {"render.light_memory", "0.001 GB"},
+                                        {"clouds[0].bake.extent", "2 km"},
+                                        {NULL, NULL}};
+/* Single scattering: tiles, cancels and calls at the same time do not depend on the light. */
+static const key_value plain_keys[] = {
+    {"atmosphere.tolerance", "0.1"}, {"render.multiple_scattering", "none"}, {NULL, NULL}};
+
+static void set_keys(neph_scene *scene, const key_value *keys) {
+  for (; keys->key; keys++) assert_int_equal(neph_scene_set(scene, keys->key, keys->value), NEPH_OK);
+}
+
+static int set_up_coarse(void **state) {
+  const int result = set_up(state);
+  set_keys(((fixture *)*state)->scene, coarse_keys);
+  return result;
+}
+
+static int set_up_plain(void **state) {
+  const int result = set_up_scene_cached(state, 2, landscape);
+  set_keys(((fixture *)*state)->scene, plain_keys);
+  return result;
+}
 
 static neph_renderer *create(fixture *f) {
   neph_renderer *renderer;
@@ -34,9 +62,10 @@ static neph_render_desc describe(fixture *f, int frame) {
   return desc;
 }
 
-static neph_scene *load(fixture *f) {
+static neph_scene *load(fixture *f, const key_value *keys) {
   neph_scene *scene;
   assert_int_equal(neph_scene_load_text(f->context, landscape, "dir/other.yaml", &scene), NEPH_OK);
+  set_keys(scene, keys);
   return scene;
 }
 
@@ -66,7 +95,7 @@ static bool is_all_kept(const test_log *log) {
 }
 
 static void assert_second_frame_is_that_of_the_scene_alone(fixture *f, const char *integrator) {
-  neph_scene *alone = load(f);
+  neph_scene *alone = load(f, coarse_keys);
   set(f, "render.integrator", integrator);
   assert_int_equal(neph_scene_set(alone, "render.integrator", integrator), NEPH_OK);
   neph_renderer *renderer = create(f);
@@ -93,7 +122,7 @@ static void a_second_frame_makes_nothing_again_and_is_the_same(void **state) {
 
 static void another_scene_shares_what_is_the_same(void **state) {
   fixture *f = *state;
-  neph_scene *other = load(f);
+  neph_scene *other = load(f, coarse_keys);
   neph_renderer *renderer = create(f);
   neph_image *first = render(renderer, f->scene, NULL);
   test_log_clear(&f->log);
@@ -354,6 +383,7 @@ static void no_cancel_around_the_start_of_a_call_is_lost(void **state) {
   late_canceller c = {.renderer = create(f)};
   neph_render_desc desc = describe(f, 1);
   pthread_t thread;
+  set(f, "terrain", "none"); /* which takes longer to raise than all that the cancels come into */
   desc.sample_count = 1u << 24; /* hours: a cancel that is lost ends by the time limit of the test alone */
   assert_int_equal(pthread_create(&thread, NULL, cancel_each, &c), 0);
   for (unsigned i = 1; i <= CANCEL_COUNT; i++) {
@@ -416,7 +446,7 @@ static bool render_on_another_thread(void *user, const neph_progress *progress) 
 
 static void a_second_picture_at_the_same_time_is_refused(void **state) {
   fixture *f = *state;
-  second_call c = {.f = f, .renderer = create(f), .scene = load(f), .result = NEPH_OK};
+  second_call c = {.f = f, .renderer = create(f), .scene = load(f, plain_keys), .result = NEPH_OK};
   neph_render_desc desc = describe(f, 1);
   desc.progress = render_on_another_thread;
   desc.progress_user = &c;
@@ -619,20 +649,21 @@ static void rendering_survives_each_failed_allocation(void **state) {
 
 int main(void) {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
-#define CACHED(name) cmocka_unit_test_setup_teardown(name, set_up_cached, tear_down)
+#define COARSE(name) cmocka_unit_test_setup_teardown(name, set_up_coarse, tear_down)
+#define PLAIN(name) cmocka_unit_test_setup_teardown(name, set_up_plain, tear_down)
   const struct CMUnitTest tests[] = {
-      TEST(a_second_frame_makes_nothing_again_and_is_the_same),
-      TEST(another_scene_shares_what_is_the_same),
-      TEST(what_has_changed_is_made_again),
+      COARSE(a_second_frame_makes_nothing_again_and_is_the_same),
+      COARSE(another_scene_shares_what_is_the_same),
+      COARSE(what_has_changed_is_made_again),
       TEST(files_are_read_again_when_they_have_changed),
-      CACHED(tiles_cover_each_pixel_once),
-      CACHED(passes_under_a_time_limit_cover_each_pixel_once_each),
-      CACHED(a_tile_may_cancel),
-      TEST(another_thread_cancels_within_half_a_second),
-      CACHED(a_cancel_before_the_start_ends_the_next_picture_alone),
-      TEST(no_cancel_around_the_start_of_a_call_is_lost),
-      TEST(a_callback_may_cancel_at_once),
-      CACHED(a_second_picture_at_the_same_time_is_refused),
+      PLAIN(tiles_cover_each_pixel_once),
+      PLAIN(passes_under_a_time_limit_cover_each_pixel_once_each),
+      PLAIN(a_tile_may_cancel),
+      PLAIN(another_thread_cancels_within_half_a_second),
+      PLAIN(a_cancel_before_the_start_ends_the_next_picture_alone),
+      PLAIN(no_cancel_around_the_start_of_a_call_is_lost),
+      PLAIN(a_callback_may_cancel_at_once),
+      PLAIN(a_second_picture_at_the_same_time_is_refused),
       TEST(memory_goes_with_the_picture),
       TEST(memory_is_limited),
       cmocka_unit_test(memory_is_saved_where_that_is_enough),
