@@ -70,14 +70,19 @@ def write_scene(nephos, point, folder, name):
     return path, kinds
 
 
-def render_reference(nephos, scene, stem, size, limit):
+def choose_cache(options, folder, name):
+    """Options of a scene's renders by which they share bakes, tables and light."""
+    return ("--cache", os.path.join(folder, name + ".cache")) if options.shared else ()
+
+
+def render_reference(nephos, scene, stem, common, limit):
     """Mean of the reference's regions, their relative standard errors, its CPU seconds, and the picture of each seed.
     Samples double until the regions that see anything are resolved, or the limit on CPU seconds is reached."""
     samples, seconds, sums, pictures, weight = SAMPLES_FIRST, 0.0, 0.0, 0.0, 0
     while True:
         parts = []
         for seed in range(SEEDS):
-            picture, _, facts = render(nephos, scene, f"{stem}.path{samples}.{seed}.exr", *size, "--integrator", "path",
+            picture, _, facts = render(nephos, scene, f"{stem}.path{samples}.{seed}.exr", *common, "--integrator", "path",
                                        "--samples", samples, "--set", f"render.seed={1000 * samples + seed}")
             parts.append(picture)
             seconds += facts["cpu_seconds"]
@@ -113,13 +118,14 @@ def measure(nephos, point, folder, name, options):
     """All that the page says of one scene; None: it shows no cloud, or its camera is in the ground."""
     scene, kinds = write_scene(nephos, point, folder, name)
     stem, size = os.path.join(folder, name), ("--resolution", options.resolution)
-    _, cover, look = render(nephos, scene, stem + ".look.exr", *size, "--quality", "draft", "--samples", 1)
+    common = (*size, *choose_cache(options, folder, name))
+    _, cover, look = render(nephos, scene, stem + ".look.exr", *common, "--quality", "draft", "--samples", 1)
     if cover.mean() < COVER_LEAST or "below the ground" in look["messages"]:
         return None
     predicted = json.loads(run(nephos, "render", scene, *size, "--explain", "--json", "-q")[0])["prediction"]
-    march, cover, facts = render(nephos, scene, stem + ".march.exr", *size)
-    again, _, _ = render(nephos, scene, stem + ".again.exr", *size, "--set", "render.seed=77")
-    reference, error, is_resolved, is_seen, seconds, paths = render_reference(nephos, scene, stem, size, options.limit)
+    march, cover, facts = render(nephos, scene, stem + ".march.exr", *common)
+    again, _, _ = render(nephos, scene, stem + ".again.exr", *common, "--set", "render.seed=77")
+    reference, error, is_resolved, is_seen, seconds, paths = render_reference(nephos, scene, stem, common, options.limit)
     first, second = compute_regions(march), compute_regions(again)
     with numpy.errstate(divide="ignore", invalid="ignore"):
         bias = (0.5 * (first + second) / reference - 1.0)[is_resolved]
@@ -171,6 +177,7 @@ def main():
     parser.add_argument("--resolution", default="64x36", help="of the pictures")
     parser.add_argument("--scenes", type=lambda text: [int(n) for n in text.split(",")],
                         help="numbers of the draw, 0 the first, in place of all that show clouds")
+    parser.add_argument("--shared", action="store_true", help="a cache for each scene, which seconds of the page leave out")
     parser.add_argument("--worst", type=float, help="fail where a resolved region errs by more; a share")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as temporary:
