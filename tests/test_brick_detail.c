@@ -561,6 +561,9 @@ static void an_import_has_detail(void **state) {
   }
 }
 
+/* Detail leaves the light as it is, which the pictures of one cloud share by a cache. */
+static int set_up_pictures(void **state) { return test_set_up_cached(state, 2, NULL); }
+
 static int set_up_file(void **state) { return test_set_up(state, 2, "ball.vdb"); }
 
 int main(void) {
@@ -574,10 +577,10 @@ int main(void) {
       cmocka_unit_test_setup_teardown(bits_are_those_of_any_threads_and_instructions, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(failed_allocations_leave_nothing, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(tracking_is_unbiased, set_up, test_tear_down),
-      cmocka_unit_test_setup_teardown(pictures_follow_the_keys, set_up, test_tear_down),
-      cmocka_unit_test_setup_teardown(march_is_close_to_path, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(pictures_follow_the_keys, set_up_pictures, test_tear_down),
+      cmocka_unit_test_setup_teardown(march_is_close_to_path, set_up_pictures, test_tear_down),
       cmocka_unit_test_setup_teardown(an_import_has_detail, set_up_file, test_tear_down),
-      cmocka_unit_test_setup_teardown(detail_comes_where_voxels_are_seen, set_up, test_tear_down),
+      cmocka_unit_test_setup_teardown(detail_comes_where_voxels_are_seen, set_up_pictures, test_tear_down),
       cmocka_unit_test_setup_teardown(strength_goes_by_pixels_without_a_step, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(bad_values_are_refused, set_up, test_tear_down),
       cmocka_unit_test_setup_teardown(placements_have_detail, set_up, test_tear_down),

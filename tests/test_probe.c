@@ -9,6 +9,7 @@
 #include <limits.h>
 
 #include "test_probes.h"
+#include "test_shards.h"
 
 /* ---- Judging answers ---- */
 
@@ -489,6 +490,8 @@ int main(int argc, char **argv) {
       cmocka_unit_test_setup_teardown(deep_radiances_at_azimuth_150_to_a_thousandth, set_up, tear_down),
       cmocka_unit_test_setup_teardown(deep_radiances_at_azimuth_180_to_a_thousandth, set_up, tear_down),
   };
+  test_shard shard;
+  if (argc > 1 && test_shard_read(argv[1], &shard)) return test_shard_run(shard, tests, COUNT(tests));
   const bool is_long = argc > 1 && strcmp(argv[1], "long") == 0;
   if (is_long && argc > 2) cmocka_set_test_filter(argv[2]);
   if (is_long && argc > 3) error_factor = strtod(argv[3], NULL);

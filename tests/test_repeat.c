@@ -296,11 +296,13 @@ static const char scene[] =
     "version: 1\n"
     "camera: {position: [0 m, 0 m, 600 m], look_at: [7 km, 20 km, 1.6 km], fov: 50 deg, resolution: [24, 14]}\n"
     "sun: {elevation: 40 deg, azimuth: 120 deg}\n"
+    "atmosphere: {tolerance: 0.1}\n"
     "clouds:\n"
     "  - bake: {model: deck, extent: 4 km, voxel: 100 m, coverage: 0.7, cell: 1 km, seed: 3, repeat: 16 km}\n"
     "render: {integrator: path, samples: 4, light_memory: 400 MB}\n";
 
-static int set_up(void **state) { return set_up_scene(state, 2, scene); }
+/* Pictures of one field in its copies and levels share bakes and tables by a cache, which holds the bits of a bake. */
+static int set_up(void **state) { return set_up_scene_cached(state, 2, scene); }
 
 enum { PIXELS = 24 * 14 };
 

@@ -239,7 +239,7 @@ static uint64_t check_preview(test_fixture *f, const neph_scene *scene, const ne
 
 /* Pictures of the 16 contexts. */
 typedef struct context_pictures {
-  neph_renderer *renderer[16]; /* of pictures that differ by camera and output alone, which share their light */
+  neph_renderer *renderer[16]; /* pictures that differ by camera and output alone share their light */
   bool is_known[16];
   uint64_t plain[16]; /* where no word is set, and nothing beside it */
 } context_pictures;

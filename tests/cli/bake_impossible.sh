@@ -12,5 +12,5 @@ try() {
   nephos render scene.yaml -q -o a.exr --resolution 8x8 --set "clouds[0].bake.$1" || echo "render: exit $?"
 }
 try 'map={file: map.tif, quantity: optical_depth}'
-try 'voxel=1 mm'
+try 'voxel=200 mm'
 ls

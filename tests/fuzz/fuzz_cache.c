@@ -34,6 +34,7 @@ static const char scene_format[] =
     "  - {name: two, vdb: \"%s/two.####.vdb\", optical_depth: 2, reference_frame: all, "
     "position: [300, 0, 1500]}\n"
     "terrain: {ridges: {samples: 17, relief: 300 m}, width: 20 km}\n"
+    "atmosphere: {tolerance: 0.1}\n" /* small tables: what is read of them does not depend on their size */
     "render: {integrator: march, samples: 1, sun_optical_depth: volume, multiple_scattering: ordinates}\n";
 
 typedef struct entry {
