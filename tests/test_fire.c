@@ -71,7 +71,8 @@ static int set_up(void **state) {
 
 /* ---- Pictures ---- */
 
-/* High above the ground, whose points of light are the farther apart, and so the fewer. */
+/* High above the ground, whose points of light are the farther apart, and so the fewer. Coarse tables of the air, of
+ * which 60 m lie before the fire. */
 static const char format[] =
     "version: 1\n"
     "camera: {position: [0 m, -60 m, 314 m], look_at: [0 m, 0 m, 312 m], fov: 32 deg, resolution: [20, 20]}\n"
@@ -79,6 +80,7 @@ static const char format[] =
     "clouds:\n"
     "  - {name: fire, vdb: \"%s\", extinction: 0.3 1/m, albedo: [0.9, 0.85, 0.8], phase: {hg: 0.5},\n"
     "     position: [0, 0, 305 m], emission: {%s}, import: %s}\n"
+    "atmosphere: {tolerance: 0.1}\n"
     "render: {samples: 16}\n"
     "output: {color_space: bands, aovs: [background, terrain, air, sun, sky, ground, multiple, emission]}\n";
 
