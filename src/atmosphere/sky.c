@@ -165,10 +165,12 @@ void neph_sky_destroy(neph_sky *sky) {
   neph_atmosphere_release(atmosphere);
 }
 
+static np_bands compute_aerosol_phase(const neph_sky *sky, np_vec3 direction) {
+  return np_aerosol_phase(&sky->atmosphere->medium, np_vec3_versine(direction, sky->sun));
+}
+
 /* Multiplies the peak by the aerosol's phase function, and both parts by the solar irradiance. */
-static np_spectrum shade(const neph_sky *sky, np_vec3 direction, np_scattered s) {
-  const float versine = np_vec3_versine(direction, sky->sun);
-  const np_bands phase = np_aerosol_phase(&sky->atmosphere->medium, versine);
+static np_spectrum shade(const neph_sky *sky, np_bands phase, np_scattered s) {
   return np_spectrum_multiply(np_bands_to_spectrum(sky->frame.twilight * (s.smooth + phase * s.peak)), sky->irradiance);
 }
 
@@ -184,35 +186,50 @@ np_spectrum np_sky_radiance(const neph_sky *sky, np_vec3 direction) {
   const np_sky_place place = np_sky_locate(&sky->frame, direction, &layout);
   if (!place.is_in_air || !sky->view) return np_spectrum_grey(0.0f);
   const double cosine = compute_cosine(&sky->frame, direction);
-  return shade(sky, direction, np_sky_view_lookup(sky, &place, np_sky_view_length(sky, cosine, place.is_below)));
+  return shade(sky, compute_aerosol_phase(sky, direction),
+               np_sky_view_lookup(sky, &place, np_sky_view_length(sky, cosine, place.is_below)));
 }
 
-/* `out_first` receives the first order; it may be NULL. */
-static np_aerial_perspective sample_aerial(const neph_sky *sky, np_vec3 direction, double distance_m,
-                                           np_scattered *out_first) {
-  const np_aerial_perspective clear = {np_spectrum_grey(1.0f), np_spectrum_grey(0.0f)};
+/* Air along a ray: its optical depth, its light and the first order of it, where that is wanted. */
+typedef struct air_column {
+  np_bands depth;
+  np_scattered light, first;
+} air_column;
+
+/* False: the ray has no air. */
+static bool sample_aerial(const neph_sky *sky, np_vec3 direction, double distance_m, bool has_first, air_column *out) {
+  *out = (air_column){0};
   const np_sky_layout layout = np_sky_aerial_layout(sky);
   const np_sky_place place = np_sky_locate(&sky->frame, direction, &layout);
-  if (!place.is_in_air || !(distance_m > 0.0)) return clear;
+  if (!place.is_in_air || !(distance_m > 0.0)) return false;
   const np_ray ray =
       np_aerial_ray(&sky->atmosphere->medium, &sky->frame, compute_cosine(&sky->frame, direction), place.is_below);
-  if (!(ray.length_m > 0.0)) return clear;
-  np_bands molecules;
-  const np_aerial_sample s = np_sky_aerial_lookup(sky, &place, &ray, distance_m, out_first ? &molecules : NULL);
-  if (out_first) *out_first = (np_scattered){molecules, s.inscatter.peak};
-  return (np_aerial_perspective){np_bands_to_spectrum(np_bands_exp(-s.depth)), shade(sky, direction, s.inscatter)};
+  if (!(ray.length_m > 0.0)) return false;
+  np_bands molecules = {0};
+  const np_aerial_sample s = np_sky_aerial_lookup(sky, &place, &ray, distance_m, has_first ? &molecules : NULL);
+  *out = (air_column){s.depth, s.inscatter, {molecules, s.inscatter.peak}};
+  return true;
+}
+
+/* `out_first` may be NULL. */
+static np_aerial_perspective compute_aerial(const neph_sky *sky, np_vec3 direction, double distance_m,
+                                            np_spectrum *out_first) {
+  air_column air;
+  if (out_first) *out_first = np_spectrum_grey(0.0f);
+  if (!sample_aerial(sky, direction, distance_m, out_first, &air))
+    return (np_aerial_perspective){np_spectrum_grey(1.0f), np_spectrum_grey(0.0f)};
+  const np_bands phase = compute_aerosol_phase(sky, direction);
+  if (out_first) *out_first = shade(sky, phase, air.first);
+  return (np_aerial_perspective){np_bands_to_spectrum(np_bands_exp(-air.depth)), shade(sky, phase, air.light)};
 }
 
 np_aerial_perspective np_sky_aerial_perspective(const neph_sky *sky, np_vec3 direction, double distance_m) {
-  return sample_aerial(sky, direction, distance_m, NULL);
+  return compute_aerial(sky, direction, distance_m, NULL);
 }
 
 np_aerial_perspective np_sky_aerial_orders(const neph_sky *sky, np_vec3 direction, double distance_m,
                                            np_spectrum *out_first) {
-  np_scattered first = {0};
-  const np_aerial_perspective air = sample_aerial(sky, direction, distance_m, &first);
-  *out_first = shade(sky, direction, first);
-  return air;
+  return compute_aerial(sky, direction, distance_m, out_first);
 }
 
 /* Angles of the hemisphere integral, denser towards the forward peak. */
@@ -238,16 +255,16 @@ np_hemisphere_shares np_sky_compute_hemisphere_shares(const neph_sky *sky, np_ve
 
 np_even_inscatter np_sky_compute_even_inscatter(const neph_sky *sky, np_vec3 direction, double distance_m,
                                                 const np_hemisphere_shares *shares) {
-  np_scattered first = {0};
-  (void)sample_aerial(sky, direction, distance_m, &first);
+  air_column air;
+  (void)sample_aerial(sky, direction, distance_m, true, &air);
   const float rayleigh = np_phase_rayleigh_eval(np_vec3_dot(direction, sky->sun));
   const float scale = sky->frame.twilight / (2.0f * NP_PI_F);
   const np_spectrum light = np_spectrum_scale(sky->irradiance, scale);
-  const np_spectrum molecules = np_spectrum_multiply(np_bands_to_spectrum(first.smooth * (0.5f / rayleigh)), light);
-  const np_spectrum aerosols = np_spectrum_multiply(np_bands_to_spectrum(first.peak), light);
+  const np_spectrum molecules = np_spectrum_multiply(np_bands_to_spectrum(air.first.smooth * (0.5f / rayleigh)), light);
+  const np_spectrum aerosols = np_spectrum_multiply(np_bands_to_spectrum(air.first.peak), light);
   return (np_even_inscatter){.upper = np_spectrum_add(molecules, np_spectrum_multiply(shares->upper, aerosols)),
                              .lower = np_spectrum_add(molecules, np_spectrum_multiply(shares->lower, aerosols)),
-                             .first = shade(sky, direction, first)};
+                             .first = shade(sky, compute_aerosol_phase(sky, direction), air.first)};
 }
 
 static np_vec3 read_direction(const double direction[3]) {

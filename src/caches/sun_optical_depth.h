@@ -173,18 +173,49 @@ static inline float np_sun_nodes_mix(const float *nodes, unsigned level, float u
   return np_maxf(np_mixf(a, b, w[0]), 0.0f);
 }
 
+/* The cells along t, [*begin, *end), that a ray from p crosses within the sides of the lattice, and one more at either
+ * end, which rounding may need; false: none. */
+static inline bool np_sun_lattice_clip(const np_sun_lattice *l, np_dvec3 p, const double drift[2], int32_t *begin,
+                                       int32_t *end) {
+  const double from[2] = {p.x, p.y};
+  double low = 0.0, high = (double)l->size[2] * NP_SUN_CELL_EDGE;
+  for (int a = 0; a < 2; a++) {
+    const double width = (double)l->size[a] * NP_SUN_CELL_EDGE;
+    if (drift[a] == 0.0) {
+      if (!(from[a] >= 0.0 && from[a] < width)) return false;
+      continue;
+    }
+    const double inverse = 1.0 / drift[a], one = p.z - from[a] * inverse, other = one + width * inverse;
+    const double first = one < other ? one : other, last = one < other ? other : one;
+    low = first > low ? first : low;
+    high = last < high ? last : high;
+  }
+  if (!(low <= high)) return false;
+  *begin = (int32_t)(low * (1.0 / NP_SUN_CELL_EDGE)) - 1;
+  *end = (int32_t)(high * (1.0 / NP_SUN_CELL_EDGE)) + 2;
+  return true;
+}
+
 /* Depth of one cloud, or NP_SUN_OPTICAL_DEPTH_UNKNOWN. `to_sun` points to any place on the sun's disk. */
 static inline float np_sun_lattice_get(const np_sun_lattice *l, float depth_end, np_dvec3 position, np_vec3 to_sun) {
   if (l->size[0] == 0) return NP_SUN_OPTICAL_DEPTH_UNKNOWN;
   const np_dvec3 p = np_affine_point(&l->world_to_lattice, position);
   const np_dvec3 d = np_affine_vector(&l->world_to_lattice, np_vec3_to_double(to_sun));
   if (!(p.z > 0.0) || !(d.z < 0.0)) return 0.0f;
-  const double drift_u = d.x / d.z, drift_v = d.y / d.z, far = (double)l->size[2] * NP_SUN_CELL_EDGE;
+  const double drift[2] = {d.x / d.z, d.y / d.z}, far = (double)l->size[2] * NP_SUN_CELL_EDGE;
   double t = p.z < far ? p.z : far;
-  for (int32_t k = (int32_t)(t * (1.0 / NP_SUN_CELL_EDGE)); k >= 0; k--, t = (double)(k + 1) * NP_SUN_CELL_EDGE) {
-    const double u = p.x + (t - p.z) * drift_u, v = p.y + (t - p.z) * drift_v;
-    if (!(u >= 0.0 && v >= 0.0 && k < l->size[2])) continue;
-    if (!(u < (double)l->size[0] * NP_SUN_CELL_EDGE && v < (double)l->size[1] * NP_SUN_CELL_EDGE)) continue;
+  int32_t k = (int32_t)(t * (1.0 / NP_SUN_CELL_EDGE)), begin = 0, end = k + 1;
+  bool is_clipped = false;
+  for (; k >= begin; k--, t = (double)(k + 1) * NP_SUN_CELL_EDGE) {
+    const double u = p.x + (t - p.z) * drift[0], v = p.y + (t - p.z) * drift[1];
+    if (!(u >= 0.0 && v >= 0.0 && k < l->size[2] && u < (double)l->size[0] * NP_SUN_CELL_EDGE &&
+          v < (double)l->size[1] * NP_SUN_CELL_EDGE)) {
+      if (!is_clipped && !np_sun_lattice_clip(l, p, drift, &begin, &end)) return 0.0f;
+      is_clipped = true;
+      if (begin < 0) begin = 0;
+      if (k > end) k = end;
+      continue;
+    }
     const int32_t i = (int32_t)(u * (1.0 / NP_SUN_CELL_EDGE)), j = (int32_t)(v * (1.0 / NP_SUN_CELL_EDGE));
     const size_t column = (size_t)i * (size_t)l->size[1] + (size_t)j;
     const uint32_t cell = l->cells[column * (size_t)l->size[2] + (size_t)k];
