@@ -14,6 +14,7 @@ typedef struct cloud_light {
   double albedo;     /* the highest of all clouds, the mean of its bands */
   double sine;       /* sine of the lights' lowest elevation above the horizon */
   bool has_emission;
+  bool has_water; /* water lights undersides of clouds that the camera sees: it is not above all of them */
 } cloud_light;
 
 static void add_light(const np_packet_light *light, cloud_light *out) {
@@ -34,11 +35,15 @@ static void add_light(const np_packet_light *light, cloud_light *out) {
 }
 
 static cloud_light measure_light(const np_assembly *assembly) {
+  const bool is_below = assembly->camera.origin.z < assembly->clouds.high.z;
   cloud_light out = {.sine = 1.0};
   for (unsigned p = 0; p < assembly->packet_count; p++) {
     const np_packet *packet = &assembly->packets[p];
     out.has_emission = out.has_emission || packet->emission.all.emitter_count > 0;
-    for (unsigned i = 0; i < packet->light_count; i++) add_light(&packet->lights[i], &out);
+    for (unsigned i = 0; i < packet->light_count; i++) {
+      add_light(&packet->lights[i], &out);
+      out.has_water = out.has_water || (is_below && packet->lights[i].world.water);
+    }
   }
   return out;
 }
@@ -82,11 +87,13 @@ static double combine(const np_plan *plan, const cloud_light *light, double tole
   const double rest = hypot(sum_forecasts(plan), plan->decisions.left_out.share);
   if (!np_plan_needs(plan, NP_STAGE_VOLUMES)) return rest;
   const double solved = hypot(np_bias_of_cells(light->cell_error, light->albedo, light->sine), light->solution);
-  const double cells = pow(cover, cover_exponent) * solved;
+  const double water = light->has_water ? np_bias_of_water(light->sine) : 0.0;
+  const double cells = pow(cover, cover_exponent) * hypot(solved, water);
   const double steps = np_bias_terms.steps * tolerance;
   const double method = np_bias_of_method(plan->request.desc.multiple_scattering, cover);
   np_log(plan->request.context, NEPH_LOG_DEBUG,
-         "model of the bias: cells %.2g, steps %.2g, method %.2g, air, voxels and fire %.2g; cells err by %.2g, clouds "
+         "model of the bias: cells and water %.2g, steps %.2g, method %.2g, air, voxels and fire %.2g; cells err by "
+         "%.2g, clouds "
          "cover %.2g",
          cells, steps, method, rest, light->cell_error, cover);
   return hypot(hypot(cells, steps), hypot(method, rest));

@@ -11,7 +11,8 @@
 #include "plan/stage_decisions.h"
 #include "transport/scattering_field.h"
 
-const np_bias_term_table np_bias_terms = {.air = 0.015, .clear_air = 0.005, .steps = 0.15, .emission = 0.15};
+const np_bias_term_table np_bias_terms = {
+    .air = 0.015, .clear_air = 0.005, .steps = 0.15, .emission = 0.15, .water = 0.09};
 
 /* The expected error of a solution's cells is a mean: the error of pixels is so many times as large under a high sun,
  * and grows as it sinks, as its light goes through more cells: by the hypotenuse of 1 and this over its sine. A sun
@@ -36,11 +37,16 @@ static const double voxels_bias = 0.046, voxels_order = 1.75;
  * (docs/results/light-solve.md: a quarter of a residual of 0.01; 0.5 to 1.6 %). */
 static const double residual_share = 0.25, degree_bias = 0.012;
 
+/* Share of a light that counts by its height: 0 below the horizon, 1 above it. */
+static double compute_risen(double sine) { return np_clamp(0.5 + 0.5 * sine / sine_min, 0.0, 1.0); }
+
 /* Light that was scattered n times has the n-th power of the albedo; some four times are left to the cells. */
 double np_bias_of_cells(double cell_error, double albedo, double sine) {
-  const double risen = np_clamp(0.5 + 0.5 * sine / sine_min, 0.0, 1.0), low = risen * low_sun / fmax(sine, sine_min);
+  const double low = compute_risen(sine) * low_sun / fmax(sine, sine_min);
   return cells_to_pixels * cell_error * pow(albedo, 4.0) * hypot(1.0, low);
 }
+
+double np_bias_of_water(double sine) { return compute_risen(sine) * np_bias_terms.water; }
 
 double np_bias_of_solution(unsigned degree, double residual) {
   return hypot(degree <= NP_DEGREE_MIN ? degree_bias : 0.0, residual_share * residual);
@@ -74,8 +80,9 @@ double np_stage_expect_ordinates(const np_plan *plan, const neph_scene *scene) {
   if (plan->decisions.left_out.is_all) return plan->decisions.left_out.share;
   if (plan->decisions.has_sun && plan->decisions.are_lights_known) sine = plan->decisions.lights.to_sun.z;
   const double solution = np_bias_of_solution((unsigned)scene->render.light_degree, scene->render.light_residual);
+  const double water = np_scene_has_water(scene) ? np_bias_of_water(sine) : 0.0;
   return hypot(hypot(np_bias_of_cells(plan->decisions.cells.error, albedo, sine), solution),
-               plan->decisions.left_out.share);
+               hypot(water, plan->decisions.left_out.share));
 }
 
 double np_stage_expect_approximation(const np_plan *plan, const neph_scene *scene) {

@@ -11,6 +11,7 @@ typedef struct np_bias_term_table {
   double air, clear_air; /* tables of the air, and light between air, clouds and ground, by day */
   double steps;          /* share of a march's tolerance */
   double emission;       /* light of a fire on smoke and ground */
+  double water;          /* light that water sends up to clouds: its glint comes to them over few directions */
 } np_bias_term_table;
 
 extern const np_bias_term_table np_bias_terms;
@@ -18,6 +19,9 @@ extern const np_bias_term_table np_bias_terms;
 /* The bias for the error that a solution expects of its cells, the clouds' albedo, and the sine of the light's
  * elevation. */
 double np_bias_of_cells(double cell_error, double albedo, double sine);
+
+/* The bias for water below the clouds and the sine of the light's elevation. */
+double np_bias_of_water(double sine);
 
 /* The bias for the degree of a solution of the multiple scattering and its final residual. */
 double np_bias_of_solution(unsigned degree, double residual);
