@@ -145,7 +145,8 @@ def measure_all(nephos, folder, options):
     """Results of the scenes, and those that the program refused, with its messages."""
     os.makedirs(folder, exist_ok=True)
     results, refused = [], []
-    for i, point in enumerate(draw_points(int(options.seed, 16), 4 * options.count)):
+    drawn = max([4 * options.count] + [n + 1 for n in options.scenes or []])
+    for i, point in enumerate(draw_points(int(options.seed, 16), drawn)):
         if len(results) + len(refused) == options.count:
             break
         if options.scenes and i not in options.scenes:
@@ -183,7 +184,10 @@ def main():
     with tempfile.TemporaryDirectory() as temporary:
         results, refused = measure_all(os.path.abspath(options.nephos), options.folder or temporary, options)
     out = open(options.page, "w") if options.page else sys.stdout
-    print_page(results, refused, options, out)
+    if any(r["bias"] for r in results):
+        print_page(results, refused, options, out)
+    else:
+        print("no region is resolved: no page, raise --limit", file=sys.stderr)
     return check(results, refused, options.worst)
 
 
